@@ -1,0 +1,2 @@
+//! placeholder, written by the network author
+#![no_std]
