@@ -1,0 +1,325 @@
+//! The one error of this package for bad input and unwritable output: what is wrong, where, and what to do about it.
+//!
+//! `Display` gives one line without the program's name, ready for `eprintln!("host-sim: {error}")`; whoever runs a command
+//! prints that and exits with code 2. Everything here is somebody's input to put right; our own mistakes are not errors.
+
+use std::path::{Path, PathBuf};
+
+/// Bad input or unwritable output. Lines count from 1 and include the header.
+#[derive(Debug, thiserror::Error)]
+pub enum Error {
+    /// The file is not there.
+    #[error("{}: no such file; remedy: check the path, it is taken relative to the current directory", .file.display())]
+    Missing {
+        /// Path as given.
+        file: PathBuf,
+    },
+    /// The file is there but cannot be read.
+    #[error("{}: cannot be read ({source}); remedy: check that it is a file and that you may read it", .file.display())]
+    Unreadable {
+        /// Path as given.
+        file: PathBuf,
+        /// What the system says.
+        source: std::io::Error,
+    },
+    /// The compressed stream ends early or its check sum is wrong.
+    #[error("{}:{line}: the gzip stream is {fault} after this line; remedy: fetch the file again, it did not arrive whole", .file.display())]
+    DamagedGzip {
+        /// Path as given.
+        file: PathBuf,
+        /// Last line that came out whole.
+        line: usize,
+        /// `cut short` or `damaged`.
+        fault: &'static str,
+    },
+    /// No data in the file.
+    #[error("{}: {found}; remedy: it must hold the header line '{expected}' and at least one data line", .file.display())]
+    Empty {
+        /// Path as given.
+        file: PathBuf,
+        /// What there is instead: nothing at all, or the header alone.
+        found: &'static str,
+        /// The header line.
+        expected: String,
+    },
+    /// The first line does not name the columns we know.
+    #[error("{}:1: header is '{found}'; remedy: the first line must be '{expected}'", .file.display())]
+    Header {
+        /// Path as given.
+        file: PathBuf,
+        /// The first line, shortened if long.
+        found: String,
+        /// The header line.
+        expected: String,
+    },
+    /// A line has too few or too many values.
+    #[error("{}:{line}: {found} columns where the header names {expected}; remedy: give one value for each of {columns}", .file.display())]
+    ColumnCount {
+        /// Path as given.
+        file: PathBuf,
+        /// Line.
+        line: usize,
+        /// Values on this line.
+        found: usize,
+        /// Columns of the header.
+        expected: usize,
+        /// Names of the columns.
+        columns: String,
+    },
+    /// A value is not a finite number, or not an integer where one is needed, or outside its range.
+    #[error("{}:{line}: column '{field}': '{text}' is {fault}; remedy: {remedy}", .file.display())]
+    Value {
+        /// Path as given.
+        file: PathBuf,
+        /// Line.
+        line: usize,
+        /// Column.
+        field: String,
+        /// The text found.
+        text: String,
+        /// What it is: `not a number`, `not finite`, `out of range`, ...
+        fault: &'static str,
+        /// What would be right.
+        remedy: String,
+    },
+    /// Time stands still or runs backwards.
+    #[error("{}:{line}: column '{field}': time {now} follows {before}; remedy: sort the lines, time must rise on every one", .file.display())]
+    TimeBack {
+        /// Path as given.
+        file: PathBuf,
+        /// Line.
+        line: usize,
+        /// Column of the time.
+        field: String,
+        /// Time on the line before, in the column's unit.
+        before: f64,
+        /// Time on this line.
+        now: f64,
+    },
+    /// A name that is none of those we know: scenario, preset, scheme, ...
+    #[error("there is no {kind} '{name}'{}; remedy: one of {}", nearest(.name, .known), .known.join(", "))]
+    UnknownName {
+        /// What sort of name.
+        kind: &'static str,
+        /// The name given.
+        name: String,
+        /// All that exist.
+        known: Vec<String>,
+    },
+    /// A scenario file that cannot be used: unknown key, wrong type, value out of range.
+    #[error("{}{}: '{key}' {problem}; remedy: {remedy}", .file.display(), .line.map_or(String::new(), |line| format!(":{line}")))]
+    Scenario {
+        /// Path as given.
+        file: PathBuf,
+        /// Line, where it is known.
+        line: Option<usize>,
+        /// Key with its table, for example `gyro.bias_deg_per_h`.
+        key: String,
+        /// What is wrong, as the rest of a sentence.
+        problem: String,
+        /// What would be right.
+        remedy: String,
+    },
+    /// An option of the command line, or options that do not go together.
+    #[error("{option}: {problem}; remedy: {remedy}")]
+    Option {
+        /// The option with its dashes.
+        option: String,
+        /// What is wrong.
+        problem: String,
+        /// What would be right.
+        remedy: String,
+    },
+    /// A file or directory cannot be written.
+    #[error("{}: cannot be written ({source}); remedy: choose a place you may write to that has room", .path.display())]
+    Unwritable {
+        /// What was to be written.
+        path: PathBuf,
+        /// What the system says.
+        source: std::io::Error,
+    },
+    /// The report directory holds something else.
+    #[error("{}: {holds} and is left alone; remedy: give a new or an empty directory, or one with a report of ours", .dir.display())]
+    NotOurs {
+        /// Directory as given.
+        dir: PathBuf,
+        /// What there is.
+        holds: &'static str,
+    },
+    /// A result that is NaN or infinite, or curves that do not fit together: the run has failed, so nothing is written.
+    #[error(
+        "result '{item}': '{field}' {problem}, so nothing was written; remedy: look for the first bad value in the run's inputs"
+    )]
+    BadResult {
+        /// For example `row 3 (10 min, rnn)` or a curve's name.
+        item: String,
+        /// Field.
+        field: &'static str,
+        /// What is wrong.
+        problem: String,
+    },
+    /// A picture could not be drawn.
+    #[error(
+        "picture '{picture}': {problem}; remedy: none on your side, please report it with the command you gave"
+    )]
+    Drawing {
+        /// File name of the picture.
+        picture: &'static str,
+        /// What the drawing library says.
+        problem: String,
+    },
+}
+
+impl Error {
+    /// Reading `file` failed with `source`: [`Error::Missing`] or [`Error::Unreadable`].
+    #[must_use]
+    pub fn reading(file: &Path, source: std::io::Error) -> Self {
+        let file = file.to_path_buf();
+        match source.kind() {
+            std::io::ErrorKind::NotFound => Self::Missing { file },
+            _ => Self::Unreadable { file, source },
+        }
+    }
+
+    /// Writing `path` failed with `source`.
+    #[must_use]
+    pub fn writing(path: &Path, source: std::io::Error) -> Self {
+        Self::Unwritable {
+            path: path.to_path_buf(),
+            source,
+        }
+    }
+
+    /// `name` is none of `known`; the message offers the nearest one.
+    #[must_use]
+    pub fn unknown(kind: &'static str, name: &str, known: &[&str]) -> Self {
+        let known = known.iter().map(ToString::to_string).collect();
+        Self::UnknownName {
+            kind,
+            name: name.to_owned(),
+            known,
+        }
+    }
+}
+
+/// `text` shortened to what fits in a message, with control characters made visible.
+#[must_use]
+pub fn excerpt(text: &str) -> String {
+    const LONGEST: usize = 80;
+    let shown: String = text
+        .chars()
+        .take(LONGEST)
+        .flat_map(char::escape_debug)
+        .collect();
+    if text.chars().nth(LONGEST).is_some() {
+        shown + "..."
+    } else {
+        shown
+    }
+}
+
+/// `, did you mean 'x'?` when one of `known` is within two edits of `name`, else nothing.
+fn nearest(name: &str, known: &[String]) -> String {
+    let best = known.iter().map(|k| (edits(name, k), k)).min();
+    match best {
+        Some((distance, close)) if distance <= 2 => format!(", did you mean '{close}'?"),
+        _ => String::new(),
+    }
+}
+
+/// Levenshtein distance: single-character insertions, deletions and replacements.
+fn edits(a: &str, b: &str) -> usize {
+    let b: Vec<char> = b.chars().collect();
+    let mut row: Vec<usize> = (0..=b.len()).collect();
+    for (i, ca) in a.chars().enumerate() {
+        let mut diagonal = row[0];
+        row[0] = i + 1;
+        for (j, &cb) in b.iter().enumerate() {
+            let replaced = diagonal + usize::from(ca != cb);
+            diagonal = row[j + 1];
+            row[j + 1] = replaced.min(row[j] + 1).min(diagonal + 1);
+        }
+    }
+    row[b.len()]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_bad_value_reads_as_one_line_with_place_and_remedy() {
+        let error = Error::Value {
+            file: "data.csv".into(),
+            line: 17,
+            field: "dv_x_mps".into(),
+            text: "abc".into(),
+            fault: "not a number",
+            remedy: "give a decimal number in m/s".into(),
+        };
+        assert_eq!(
+            error.to_string(),
+            "data.csv:17: column 'dv_x_mps': 'abc' is not a number; remedy: give a decimal number in m/s"
+        );
+    }
+
+    #[test]
+    fn a_scenario_error_has_a_line_only_where_one_is_known() {
+        let with = |line| Error::Scenario {
+            file: "s.toml".into(),
+            line,
+            key: "imu.rate".into(),
+            problem: "is unknown".into(),
+            remedy: "write 'imu.rate_hz'".into(),
+        };
+        assert_eq!(
+            with(Some(3)).to_string(),
+            "s.toml:3: 'imu.rate' is unknown; remedy: write 'imu.rate_hz'"
+        );
+        assert_eq!(
+            with(None).to_string(),
+            "s.toml: 'imu.rate' is unknown; remedy: write 'imu.rate_hz'"
+        );
+    }
+
+    #[test]
+    fn an_unknown_name_offers_the_nearest() {
+        let error = Error::unknown("scenario", "papper", &["paper", "long-haul"]);
+        assert_eq!(
+            error.to_string(),
+            "there is no scenario 'papper', did you mean 'paper'?; remedy: one of paper, long-haul"
+        );
+        let far = Error::unknown("scenario", "quite different", &["paper"]);
+        assert_eq!(
+            far.to_string(),
+            "there is no scenario 'quite different'; remedy: one of paper"
+        );
+    }
+
+    #[test]
+    fn edit_distance_counts_single_changes() {
+        assert_eq!(edits("", "abc"), 3);
+        assert_eq!(edits("kitten", "sitting"), 3);
+        assert_eq!(edits("same", "same"), 0);
+    }
+
+    #[test]
+    fn reading_tells_missing_from_unreadable() {
+        let missing = std::fs::read("no-such-file-here").unwrap_err();
+        assert!(matches!(
+            Error::reading(Path::new("x"), missing),
+            Error::Missing { .. }
+        ));
+        let directory = std::fs::read("/").unwrap_err();
+        assert!(matches!(
+            Error::reading(Path::new("/"), directory),
+            Error::Unreadable { .. }
+        ));
+    }
+
+    #[test]
+    fn an_excerpt_is_short_and_printable() {
+        assert_eq!(excerpt("a\u{7}b"), "a\\u{7}b");
+        assert_eq!(excerpt(&"x".repeat(200)).len(), 83);
+    }
+}
