@@ -1,2 +1,23 @@
-//! placeholder, written by the network author
+#![doc = include_str!("../README.md")]
 #![no_std]
+#![forbid(unsafe_code)]
+// Matrix and vector elements are written with their indices, as in the equations.
+#![allow(clippy::needless_range_loop)]
+
+pub mod activation;
+pub mod gradient;
+pub mod infer;
+pub mod normalisation;
+pub mod real;
+pub mod shape;
+pub mod state;
+pub mod weights;
+
+pub use activation::{Activation, Identity, Rational, Tanh};
+pub use gradient::Sensitivities;
+pub use infer::{Fault, Net, Step};
+pub use normalisation::Normalisation;
+pub use real::Real;
+pub use shape::{Diagonal, Feedback, Full, LAYERS, NEURONS, PARAMS, PARAMS_PER_LAYER};
+pub use state::State;
+pub use weights::{Layer, Weights};

@@ -1,0 +1,199 @@
+//! The exact forward gradient ("dynamic gradient", real-time recurrent learning; eq. 4-6 with their errata corrected).
+//!
+//! s_l,j = dy_l,j / dtheta for every parameter theta of the layers up to l. With theta in layer m:
+//!
+//! ```text
+//! l < m:  0
+//! l = m:  s_m,j(k) = f'(x_m,j) [ delta_jp d(k) + sum_i R_m,ji s_m,i(k-1) ]
+//!         d(k) = y_m-1,q(k) for W_pq,   y_m,q(k-1) for R_pq,   1 for b_p
+//! l > m:  s_l,j(k) = f'(x_l,j) [ sum_i W_l,ji s_l-1,i(k) + sum_i R_l,ji s_l,i(k-1) ]
+//! ```
+//!
+//! The print has f for f' in (5) and (6), the feed-forward term y_l-1,j for y_l-1,i, and no recursion through the own feedback
+//! of the layers between and above (only through the output layer's); `tests/errata.rs` shows each of them to be wrong.
+
+use crate::activation::Activation;
+use crate::infer::{Fault, Forward, Net, Step};
+use crate::real::Real;
+use crate::shape::{B, Feedback, LAYERS, NEURONS, PARAMS, PARAMS_PER_LAYER, R};
+use crate::state::State;
+use crate::weights::Weights;
+
+/// Parameters of the first two layers.
+const PARAMS_2: usize = 2 * PARAMS_PER_LAYER;
+
+/// dy_l/dtheta: 3x21 + 3x42 + 3x63 = 378 values, 1512 bytes in `f32`; the entries that are always 0 are not stored.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sensitivities<T = f32> {
+    s1: [[T; PARAMS_PER_LAYER]; NEURONS],
+    s2: [[T; PARAMS_2]; NEURONS],
+    s3: [[T; PARAMS]; NEURONS],
+}
+
+impl<T: Real> Sensitivities<T> {
+    /// All 0: the state does not depend on the weights, as before the first step.
+    pub const fn new() -> Self {
+        Self {
+            s1: [[T::ZERO; PARAMS_PER_LAYER]; NEURONS],
+            s2: [[T::ZERO; PARAMS_2]; NEURONS],
+            s3: [[T::ZERO; PARAMS]; NEURONS],
+        }
+    }
+
+    /// Back to [`Sensitivities::new`].
+    pub fn reset(&mut self) {
+        *self = Self::new();
+    }
+
+    /// dy_3,j/dtheta of the last step: one row for each output j, in parameter order.
+    pub fn output(&self) -> &[[T; PARAMS]; NEURONS] {
+        &self.s3
+    }
+
+    /// s(k-1) to s(k); `last` is y(k-1). Whether all is still finite.
+    #[inline]
+    fn advance<F: Feedback>(
+        &mut self,
+        weights: &Weights<T>,
+        forward: &Forward<T>,
+        last: &[[T; NEURONS]; LAYERS],
+    ) -> bool {
+        let [layer1, layer2, layer3] = &weights.layers;
+        let [y1, y2, _] = &forward.y;
+        let [last1, last2, last3] = last;
+        let [slope1, slope2, slope3] = &forward.slope;
+
+        let fr1 = scaled(slope1, &layer1.r);
+        recur::<F, T, _>(&mut self.s1, &fr1, 0);
+        direct::<F, T, _>(&mut self.s1, slope1, &forward.input, last1);
+
+        let fr2 = scaled(slope2, &layer2.r);
+        inherit::<F, T, _, _>(&mut self.s2, &self.s1, &scaled(slope2, &layer2.w), &fr2);
+        recur::<F, T, _>(&mut self.s2, &fr2, PARAMS_PER_LAYER);
+        direct::<F, T, _>(&mut self.s2, slope2, y1, last2);
+
+        let fr3 = scaled(slope3, &layer3.r);
+        inherit::<F, T, _, _>(&mut self.s3, &self.s2, &scaled(slope3, &layer3.w), &fr3);
+        recur::<F, T, _>(&mut self.s3, &fr3, PARAMS_2);
+        direct::<F, T, _>(&mut self.s3, slope3, y2, last3);
+        self.is_finite()
+    }
+
+    /// Every value below a layer enters its sums, and 0 times a non-finite value is NaN: the top layer tells for all.
+    #[inline]
+    fn is_finite(&self) -> bool {
+        let [a, b, c] = &self.s3;
+        let mut sum = [T::ZERO; 9];
+        for row in [a, b, c] {
+            for nine in row.as_chunks::<9>().0 {
+                for (sum, &value) in sum.iter_mut().zip(nine) {
+                    *sum += value;
+                }
+            }
+        }
+        crate::real::all_finite(&sum)
+    }
+}
+
+impl<T: Real> Default for Sensitivities<T> {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl<H: Activation, O: Activation, F: Feedback, T: Real> Net<H, O, F, T> {
+    /// [`Net::step`], the same bits, and the sensitivities of the step beside it.
+    ///
+    /// After a fault of the step itself the sensitivities are untouched and still belong to the repeated output.
+    #[inline]
+    pub fn step_gradient(
+        &self,
+        state: &mut State<T>,
+        sens: &mut Sensitivities<T>,
+        input: [T; NEURONS],
+    ) -> Step<T> {
+        let forward = match self.forward(state, input) {
+            Ok(forward) => forward,
+            Err(fault) => return self.hold(state, fault),
+        };
+        let last = state.y;
+        let mut step = self.accept(state, &forward);
+        if !sens.advance::<F>(&self.weights, &forward, &last) {
+            sens.reset();
+            step.fault = Some(Fault::SensitivityOverflow);
+        }
+        step
+    }
+}
+
+/// f'(x_j) M_ji.
+#[inline(always)]
+fn scaled<T: Real>(
+    slope: &[T; NEURONS],
+    matrix: &[[T; NEURONS]; NEURONS],
+) -> [[T; NEURONS]; NEURONS] {
+    core::array::from_fn(|j| matrix[j].map(|value| slope[j] * value))
+}
+
+/// sum_i f' R_ji s_i of one parameter.
+#[inline(always)]
+fn feedback<F: Feedback, T: Real>(fr: &[[T; NEURONS]; NEURONS], s: &[T; NEURONS], j: usize) -> T {
+    if F::FULL {
+        fr[j][0] * s[0] + fr[j][1] * s[1] + fr[j][2] * s[2]
+    } else {
+        fr[j][j] * s[j]
+    }
+}
+
+/// l = m, the recursion: s_j = sum_i f' R_ji s_i(k-1) for the layer's own parameters, the last 21 of N, from `first` on.
+#[inline(always)]
+fn recur<F: Feedback, T: Real, const N: usize>(
+    s: &mut [[T; N]; NEURONS],
+    fr: &[[T; NEURONS]; NEURONS],
+    first: usize,
+) {
+    for theta in first..N {
+        let last = [s[0][theta], s[1][theta], s[2][theta]];
+        for j in 0..NEURONS {
+            s[j][theta] = feedback::<F, T>(fr, &last, j);
+        }
+    }
+}
+
+/// l = m, the direct term: s_p += f'(x_p) d for the parameters W_pq, R_pq, b_p of unit p.
+#[inline(always)]
+fn direct<F: Feedback, T: Real, const N: usize>(
+    s: &mut [[T; N]; NEURONS],
+    slope: &[T; NEURONS],
+    below: &[T; NEURONS],
+    last: &[T; NEURONS],
+) {
+    let first = N - PARAMS_PER_LAYER;
+    for p in 0..NEURONS {
+        for q in 0..NEURONS {
+            s[p][first + NEURONS * p + q] += slope[p] * below[q];
+            if F::FULL || p == q {
+                s[p][first + R + NEURONS * p + q] += slope[p] * last[q];
+            }
+        }
+        s[p][first + B + p] += slope[p];
+    }
+}
+
+/// l > m: s_j = sum_i f' W_ji below_i(k) + sum_i f' R_ji s_i(k-1) for the M parameters of the layers below.
+#[inline(always)]
+fn inherit<F: Feedback, T: Real, const N: usize, const M: usize>(
+    s: &mut [[T; N]; NEURONS],
+    below: &[[T; M]; NEURONS],
+    fw: &[[T; NEURONS]; NEURONS],
+    fr: &[[T; NEURONS]; NEURONS],
+) {
+    for theta in 0..M {
+        let under = [below[0][theta], below[1][theta], below[2][theta]];
+        let last = [s[0][theta], s[1][theta], s[2][theta]];
+        for j in 0..NEURONS {
+            let forward = fw[j][0] * under[0] + fw[j][1] * under[1] + fw[j][2] * under[2];
+            s[j][theta] = forward + feedback::<F, T>(fr, &last, j);
+        }
+    }
+}

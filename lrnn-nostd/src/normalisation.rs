@@ -1,0 +1,58 @@
+//! Physical units to network units and back; part of the model, stored with the weights.
+
+use crate::real::Real;
+use crate::shape::NEURONS;
+
+/// u = (input - input_offset) * input_scale, error = y_3 * output_scale, per axis.
+///
+/// Choose them so that |u| and |y_3| stay below about 1: `input_offset` near the mean input (gravity, say), `input_scale` about
+/// 1 / (its greatest deviation), `output_scale` about the largest error to be expected.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Normalisation<T = f32> {
+    /// Subtracted from the input, in its units (rad/s or m/s^2).
+    pub input_offset: [T; NEURONS],
+    /// Network units per input unit (1/(rad/s) or 1/(m/s^2)).
+    pub input_scale: [T; NEURONS],
+    /// Error units per network unit (rad/s or m/s^2). 0 switches the axis off; it cannot be learned then.
+    pub output_scale: [T; NEURONS],
+}
+
+impl<T: Real> Normalisation<T> {
+    /// u = input and error = y_3.
+    pub const fn identity() -> Self {
+        let one = [T::ONE; NEURONS];
+        Self {
+            input_offset: [T::ZERO; NEURONS],
+            input_scale: one,
+            output_scale: one,
+        }
+    }
+
+    /// u = (input - input_offset) * input_scale.
+    #[inline(always)]
+    pub fn input(&self, input: [T; NEURONS]) -> [T; NEURONS] {
+        core::array::from_fn(|j| (input[j] - self.input_offset[j]) * self.input_scale[j])
+    }
+
+    /// error = y_3 * output_scale.
+    #[inline(always)]
+    pub fn error(&self, output: [T; NEURONS]) -> [T; NEURONS] {
+        core::array::from_fn(|j| output[j] * self.output_scale[j])
+    }
+
+    /// The same in another number type; exact from `f32` to `f64`, rounded to nearest the other way.
+    pub fn cast<U: Real>(&self) -> Normalisation<U> {
+        let cast = |values: [T; NEURONS]| values.map(|value| U::from_f64(value.to_f64()));
+        Normalisation {
+            input_offset: cast(self.input_offset),
+            input_scale: cast(self.input_scale),
+            output_scale: cast(self.output_scale),
+        }
+    }
+}
+
+impl<T: Real> Default for Normalisation<T> {
+    fn default() -> Self {
+        Self::identity()
+    }
+}

@@ -1,0 +1,88 @@
+//! The shape 3x3x3x3 (an input layer and three layers of three neurons) and the order of the parameters.
+//!
+//! Parameter theta of layer l (counted from 0) has the index
+//!
+//! | parameter | index | |
+//! |---|---|---|
+//! | W_pq | 21 l + 3 p + q | from unit q of the layer below (layer 0: from input q) to unit p |
+//! | R_pq | 21 l + 9 + 3 p + q | from unit q of the same layer, one step earlier, to unit p |
+//! | b_p | 21 l + 18 + p | bias of unit p |
+
+use core::fmt::Debug;
+
+/// Neuron layers; the input layer is not counted.
+pub const LAYERS: usize = 3;
+/// Neurons in a layer, and inputs of the network.
+pub const NEURONS: usize = 3;
+/// Parameters of one layer: W 3x3, R 3x3, b 3.
+pub const PARAMS_PER_LAYER: usize = 2 * NEURONS * NEURONS + NEURONS;
+/// Parameters of the network.
+pub const PARAMS: usize = LAYERS * PARAMS_PER_LAYER;
+
+/// Offset of R in the parameters of a layer.
+pub(crate) const R: usize = NEURONS * NEURONS;
+/// Offset of b in the parameters of a layer.
+pub(crate) const B: usize = 2 * NEURONS * NEURONS;
+
+/// Which kind of parameter an index names; the paper gives each kind its own step size (eq. 7-9).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// R: unit to unit of the same layer, one step later (step size eta).
+    Feedback,
+    /// W: layer to layer (step size gamma).
+    FeedForward,
+    /// b (step size zeta).
+    Bias,
+}
+
+impl Kind {
+    /// The kind of the parameter with this index (see the module's table).
+    #[inline]
+    pub const fn of(index: usize) -> Self {
+        match index % PARAMS_PER_LAYER {
+            0..R => Self::FeedForward,
+            R..B => Self::Feedback,
+            _ => Self::Bias,
+        }
+    }
+}
+
+/// Which entries of R exist: [`Full`] or [`Diagonal`].
+pub trait Feedback: Copy + Debug + Default + PartialEq + 'static {
+    /// Every unit feeds back to every unit of its layer; otherwise to itself only.
+    const FULL: bool;
+    /// Number of parameters in use.
+    const ACTIVE: usize;
+    /// Value in the weight image.
+    const CODE: u8;
+
+    /// Whether the parameter with this index is in use.
+    #[inline]
+    fn is_active(index: usize) -> bool {
+        let within = index % PARAMS_PER_LAYER;
+        let off_diagonal = (R..B).contains(&within) && !(within - R).is_multiple_of(NEURONS + 1);
+        index < PARAMS && (Self::FULL || !off_diagonal)
+    }
+}
+
+/// R is a full 3x3 matrix, as in the paper: 63 parameters.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Full;
+
+/// R is diagonal: 45 parameters, and |r| < 1 makes each unit stable by itself.
+///
+/// The off-diagonal entries of [`crate::Layer::r`] are neither used nor learned.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Diagonal;
+
+impl Feedback for Full {
+    const FULL: bool = true;
+    const ACTIVE: usize = PARAMS;
+    const CODE: u8 = 0;
+}
+
+impl Feedback for Diagonal {
+    const FULL: bool = false;
+    const ACTIVE: usize = PARAMS - LAYERS * NEURONS * (NEURONS - 1);
+    const CODE: u8 = 1;
+}

@@ -1,0 +1,37 @@
+//! What the network remembers from one step to the next, apart from its weights.
+
+use crate::real::Real;
+use crate::shape::{LAYERS, NEURONS};
+
+/// The outputs y_1, y_2, y_3 of the last step: 9 values, 36 bytes in `f32`.
+///
+/// A copy of it replays or forks a run. It only ever holds finite values.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct State<T = f32> {
+    pub(crate) y: [[T; NEURONS]; LAYERS],
+}
+
+impl<T: Real> State<T> {
+    /// All outputs 0, as before the first step.
+    pub const fn new() -> Self {
+        Self {
+            y: [[T::ZERO; NEURONS]; LAYERS],
+        }
+    }
+
+    /// Back to [`State::new`].
+    pub fn reset(&mut self) {
+        *self = Self::new();
+    }
+
+    /// y_1, y_2, y_3 of the last step.
+    pub fn layers(&self) -> &[[T; NEURONS]; LAYERS] {
+        &self.y
+    }
+
+    /// y_3 of the last step, which a faulty step repeats.
+    pub fn output(&self) -> [T; NEURONS] {
+        let [_, _, output] = self.y;
+        output
+    }
+}

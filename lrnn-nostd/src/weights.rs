@@ -1,0 +1,127 @@
+//! The parameters theta: W, R and b of three layers, in the order of [`crate::shape`].
+
+use crate::real::Real;
+use crate::shape::{B, LAYERS, NEURONS, PARAMS, PARAMS_PER_LAYER, R};
+
+/// One layer: x = W y_below + R y_last + b.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Layer<T = f32> {
+    /// W_pq from unit q of the layer below to unit p.
+    pub w: [[T; NEURONS]; NEURONS],
+    /// R_pq from unit q of this layer, one step earlier, to unit p.
+    pub r: [[T; NEURONS]; NEURONS],
+    /// b_p of unit p.
+    pub b: [T; NEURONS],
+}
+
+/// The 63 parameters of a network, dimensionless: inputs and outputs are normalised. 252 bytes in `f32`.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Weights<T = f32> {
+    /// From the one next to the input to the output layer.
+    pub layers: [Layer<T>; LAYERS],
+}
+
+impl<T: Real> Weights<T> {
+    /// All parameters 0: the network's output is 0 whatever its input.
+    pub const fn zero() -> Self {
+        let square = [[T::ZERO; NEURONS]; NEURONS];
+        let layer = Layer {
+            w: square,
+            r: square,
+            b: [T::ZERO; NEURONS],
+        };
+        Self {
+            layers: [layer; LAYERS],
+        }
+    }
+
+    /// The value of each parameter from its index, called in order 0..63.
+    pub fn from_fn(mut value: impl FnMut(usize) -> T) -> Self {
+        let mut weights = Self::zero();
+        for (index, parameter) in weights.iter_mut().enumerate() {
+            *parameter = value(index);
+        }
+        weights
+    }
+
+    /// From the 63 values in parameter order.
+    #[inline]
+    pub fn from_array(values: &[T; PARAMS]) -> Self {
+        let mut weights = Self::zero();
+        for (parameter, &value) in weights.iter_mut().zip(values) {
+            *parameter = value;
+        }
+        weights
+    }
+
+    /// The 63 values in parameter order.
+    #[inline]
+    pub fn to_array(&self) -> [T; PARAMS] {
+        let mut values = [T::ZERO; PARAMS];
+        for (value, parameter) in values.iter_mut().zip(self.iter()) {
+            *value = parameter;
+        }
+        values
+    }
+
+    /// The parameter with this index; `None` from 63 on.
+    pub fn get(&self, index: usize) -> Option<T> {
+        let layer = self.layers.get(index / PARAMS_PER_LAYER)?;
+        let within = index % PARAMS_PER_LAYER;
+        match within {
+            0..R => layer.w.as_flattened().get(within),
+            R..B => layer.r.as_flattened().get(within - R),
+            _ => layer.b.get(within - B),
+        }
+        .copied()
+    }
+
+    /// Sets the parameter with this index; false (and nothing set) from 63 on.
+    pub fn set(&mut self, index: usize, value: T) -> bool {
+        let parameter = self.iter_mut().nth(index);
+        parameter.map(|parameter| *parameter = value).is_some()
+    }
+
+    /// The values in parameter order.
+    #[inline]
+    pub fn iter(&self) -> impl Iterator<Item = T> + '_ {
+        self.layers
+            .iter()
+            .flat_map(|layer| {
+                layer
+                    .w
+                    .as_flattened()
+                    .iter()
+                    .chain(layer.r.as_flattened())
+                    .chain(&layer.b)
+            })
+            .copied()
+    }
+
+    /// The parameters themselves, in parameter order.
+    #[inline]
+    pub fn iter_mut(&mut self) -> impl Iterator<Item = &mut T> + '_ {
+        self.layers.iter_mut().flat_map(|layer| {
+            let Layer { w, r, b } = layer;
+            w.as_flattened_mut()
+                .iter_mut()
+                .chain(r.as_flattened_mut())
+                .chain(b)
+        })
+    }
+
+    /// Every parameter is finite.
+    pub fn is_finite(&self) -> bool {
+        self.iter().all(T::is_finite)
+    }
+
+    /// The same weights in another number type; exact from `f32` to `f64`, rounded to nearest the other way.
+    pub fn cast<U: Real>(&self) -> Weights<U> {
+        let mut values = self.iter();
+        Weights::from_fn(|_| {
+            values
+                .next()
+                .map_or(U::ZERO, |value| U::from_f64(value.to_f64()))
+        })
+    }
+}
