@@ -1,1 +1,15 @@
-//! host-sim
+//! Desktop side of the IMU compensation co-processor: a ring-laser-gyro SINS simulation, the learning experiment, replay of
+//! recorded data, and the report.
+
+pub mod align;
+pub mod earth;
+pub mod error;
+pub mod output;
+pub mod replay;
+pub mod gnss;
+pub mod imu;
+pub mod report;
+pub mod rotation;
+pub mod sins;
+pub mod truth;
+pub mod units;

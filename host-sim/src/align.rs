@@ -1,0 +1,117 @@
+//! Self-alignment at standstill in the inertial frame: levelling and gyrocompassing in one.
+//!
+//! Body axes are carried into the inertial frame `b0` by the gyros, and there the accelerometers' velocity increments trace the cone of
+//! gravity as the Earth turns. The same curve is known in `n0`, the navigation frame frozen at the start. The rotation between the two
+//! curves of velocity is found by least squares (Wahba's problem, SVD). Sway stays bounded in velocity, so it averages out.
+
+use crate::earth::{Geodetic, Local, OMEGA_IE};
+use crate::rotation::from_rotvec;
+use crate::sins::Increment;
+use nalgebra::{Matrix3, UnitQuaternion, Vector3};
+
+/// Shortest time that gives a heading at all, s.
+pub const MIN_S: f64 = 30.0;
+
+/// Attitude (body to NED) at the end of `words`, which were measured at rest at `position`. `None` when the data are too short or do not
+/// determine a rotation (for example all zero).
+#[must_use]
+pub fn inertial_frame(words: &[Increment], dt: f64, position: Geodetic) -> Option<UnitQuaternion<f64>> {
+    if (words.len() as f64) * dt < MIN_S {
+        return None;
+    }
+    let here = Local::at(position.lat, position.h);
+    let mut q_b0b = UnitQuaternion::identity();
+    let mut v_b0 = Vector3::zeros();
+    let mut last = Increment::default();
+    let mut b = Matrix3::zeros();
+    for (k, word) in words.iter().enumerate() {
+        let coning = last.dtheta.cross(&word.dtheta) / 12.0;
+        let sculling = (last.dtheta.cross(&word.dv) + last.dv.cross(&word.dtheta)) / 12.0;
+        v_b0 += q_b0b * (word.dv + word.dtheta.cross(&word.dv) * 0.5 + sculling);
+        q_b0b *= from_rotvec(&(word.dtheta + coning));
+        q_b0b.renormalize_fast();
+        last = *word;
+        let v_n0 = reaction_velocity(&here, (k + 1) as f64 * dt);
+        b += v_n0 * v_b0.transpose();
+    }
+    let q_n0b0 = wahba(&b)?;
+    let t = words.len() as f64 * dt;
+    let q_nn0 = earth_turn(&here, t).inverse();
+    Some(q_nn0 * q_n0b0 * q_b0b)
+}
+
+/// `n` at time `t` to `n0`: the Earth carries the navigation frame around its axis.
+fn earth_turn(here: &Local, t: f64) -> UnitQuaternion<f64> {
+    from_rotvec(&(here.omega_ie() * t))
+}
+
+/// Integral of minus gravity in the frozen frame `n0` from 0 to `t`, closed form.
+fn reaction_velocity(here: &Local, t: f64) -> Vector3<f64> {
+    let axis = here.omega_ie() / OMEGA_IE;
+    let g = -here.gravity();
+    let along = axis * axis.dot(&g);
+    let across = g - along;
+    let (s, c) = (OMEGA_IE * t).sin_cos();
+    along * t + across * (s / OMEGA_IE) + axis.cross(&g) * ((1.0 - c) / OMEGA_IE)
+}
+
+/// The rotation that best turns the right vectors of `b = sum left right'` into the left ones.
+fn wahba(b: &Matrix3<f64>) -> Option<UnitQuaternion<f64>> {
+    // not `svd()`: for 3x3 that one goes through b'b and loses half the digits, and heading lives in the small singular values
+    let svd = b.try_svd(true, true, f64::EPSILON, 0)?;
+    let (u, v_t) = (svd.u?, svd.v_t?);
+    if !svd.singular_values.iter().all(|s| s.is_finite()) || svd.singular_values[1] <= 1e-12 * svd.singular_values[0] {
+        return None;
+    }
+    let d = Matrix3::from_diagonal(&Vector3::new(1.0, 1.0, u.determinant() * v_t.determinant()));
+    let rotation = nalgebra::Rotation3::from_matrix_unchecked(u * d * v_t);
+    Some(UnitQuaternion::from_rotation_matrix(&rotation))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::rotation::{from_euler, to_euler};
+    use crate::units::{DEG, DEG_PER_H, G0, UG};
+
+    const HOME: Geodetic = Geodetic { lat: 0.6, lon: 1.9, h: 300.0 };
+
+    /// Perfect words at rest with constant errors.
+    fn at_rest(q_bn: &UnitQuaternion<f64>, gyro: Vector3<f64>, accel: Vector3<f64>, seconds: usize) -> Vec<Increment> {
+        let here = Local::at(HOME.lat, HOME.h);
+        let dt = 0.01;
+        let word = Increment {
+            dtheta: (q_bn.inverse_transform_vector(&here.omega_ie()) + gyro) * dt,
+            dv: (q_bn.inverse_transform_vector(&-here.gravity()) + accel) * dt,
+        };
+        vec![word; seconds * 100]
+    }
+
+    #[test]
+    fn perfect_data_give_the_attitude() {
+        let q = from_euler(3.0 * DEG, -2.0 * DEG, 130.0 * DEG);
+        let got = inertial_frame(&at_rest(&q, Vector3::zeros(), Vector3::zeros(), 300), 0.01, HOME).unwrap();
+        assert!(got.angle_to(&q) < 1e-9, "{:e}", got.angle_to(&q));
+    }
+
+    #[test]
+    fn errors_are_those_of_the_textbook() {
+        // level: tilt = accelerometer bias / g; heading = east gyro bias / (earth rate * cos latitude)
+        let q = from_euler(0.0, 0.0, 0.0);
+        let got = inertial_frame(&at_rest(&q, Vector3::zeros(), Vector3::new(100.0, 0.0, 0.0) * UG, 300), 0.01, HOME).unwrap();
+        let (_, pitch, _) = to_euler(&got);
+        let want = 100.0 * UG / Local::at(HOME.lat, HOME.h).g;
+        assert!((pitch / want - 1.0).abs() < 0.01, "{pitch} {want} {G0}");
+        let got = inertial_frame(&at_rest(&q, Vector3::new(0.0, 0.01, 0.0) * DEG_PER_H, Vector3::zeros(), 300), 0.01, HOME).unwrap();
+        let (_, _, heading) = to_euler(&got);
+        let want = 0.01 * DEG_PER_H / (OMEGA_IE * HOME.lat.cos());
+        assert!((heading.abs() / want - 1.0).abs() < 0.02, "{heading} {want}");
+    }
+
+    #[test]
+    fn too_short_or_dead_data_give_nothing() {
+        let q = from_euler(0.0, 0.0, 1.0);
+        assert!(inertial_frame(&at_rest(&q, Vector3::zeros(), Vector3::zeros(), 10), 0.01, HOME).is_none());
+        assert!(inertial_frame(&vec![Increment::default(); 60_000], 0.01, HOME).is_none());
+    }
+}

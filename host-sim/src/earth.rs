@@ -1,0 +1,135 @@
+//! WGS-84: radii of curvature, normal gravity, Earth rate and transport rate in north-east-down.
+
+use nalgebra::Vector3;
+
+/// Earth rotation rate, rad/s (WGS-84).
+pub const OMEGA_IE: f64 = 7.292_115e-5;
+/// Semi-major axis, m (WGS-84).
+pub const A: f64 = 6_378_137.0;
+/// Flattening (WGS-84).
+pub const F: f64 = 1.0 / 298.257_223_563;
+/// First eccentricity squared.
+pub const E2: f64 = F * (2.0 - F);
+/// Normal gravity at the equator, m/s2 (Somigliana).
+const GAMMA_E: f64 = 9.780_325_335_9;
+/// Somigliana's constant.
+const K: f64 = 0.001_931_852_652_41;
+/// omega^2 a^2 b / GM.
+const M_RATIO: f64 = 0.003_449_786_506_84;
+
+/// Geodetic position.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Geodetic {
+    /// Latitude, rad, positive north.
+    pub lat: f64,
+    /// Longitude, rad, positive east.
+    pub lon: f64,
+    /// Ellipsoidal height, m.
+    pub h: f64,
+}
+
+impl Geodetic {
+    /// North, east, down from `origin` to `self` in metres; first order, meant for errors and for tracks of some tens of kilometres.
+    #[must_use]
+    pub fn ned_from(&self, origin: &Self) -> Vector3<f64> {
+        let local = Local::at(origin.lat, origin.h);
+        Vector3::new(
+            (self.lat - origin.lat) * local.m_h,
+            (self.lon - origin.lon) * local.n_h * local.cos_lat,
+            origin.h - self.h,
+        )
+    }
+
+    /// The position `ned` metres away; inverse of [`Self::ned_from`].
+    #[must_use]
+    pub fn displaced(&self, ned: &Vector3<f64>) -> Self {
+        let local = Local::at(self.lat, self.h);
+        Self {
+            lat: self.lat + ned.x / local.m_h,
+            lon: self.lon + ned.y / (local.n_h * local.cos_lat),
+            h: self.h - ned.z,
+        }
+    }
+}
+
+/// What the navigation equations need to know of the Earth at one latitude and height.
+#[derive(Debug, Clone, Copy)]
+pub struct Local {
+    /// Sine of the latitude.
+    pub sin_lat: f64,
+    /// Cosine of the latitude.
+    pub cos_lat: f64,
+    /// Meridian radius of curvature plus height, m.
+    pub m_h: f64,
+    /// Prime-vertical radius of curvature plus height, m.
+    pub n_h: f64,
+    /// Normal gravity at that height, m/s2, along +down.
+    pub g: f64,
+}
+
+impl Local {
+    /// Latitude in rad, height in m.
+    #[must_use]
+    pub fn at(lat: f64, h: f64) -> Self {
+        let (sin_lat, cos_lat) = lat.sin_cos();
+        let s2 = sin_lat * sin_lat;
+        let w2 = 1.0 - E2 * s2;
+        let w = w2.sqrt();
+        let surface = GAMMA_E * (1.0 + K * s2) / w;
+        // second-order free-air term, Groves (2013) eq. 2.139
+        let g = surface * (1.0 - 2.0 / A * (1.0 + F + M_RATIO - 2.0 * F * s2) * h + 3.0 * h * h / (A * A));
+        Self {
+            sin_lat,
+            cos_lat,
+            m_h: A * (1.0 - E2) / (w2 * w) + h,
+            n_h: A / w + h,
+            g,
+        }
+    }
+
+    /// Earth rate in NED, rad/s.
+    #[must_use]
+    pub fn omega_ie(&self) -> Vector3<f64> {
+        Vector3::new(OMEGA_IE * self.cos_lat, 0.0, -OMEGA_IE * self.sin_lat)
+    }
+
+    /// Transport rate in NED, rad/s, for a velocity in m/s.
+    #[must_use]
+    pub fn omega_en(&self, v: &Vector3<f64>) -> Vector3<f64> {
+        let east = v.y / self.n_h;
+        Vector3::new(east, -v.x / self.m_h, -east * self.sin_lat / self.cos_lat)
+    }
+
+    /// Gravity vector in NED, m/s2.
+    #[must_use]
+    pub fn gravity(&self) -> Vector3<f64> {
+        Vector3::new(0.0, 0.0, self.g)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn normal_gravity_at_equator_pole_and_height() {
+        assert!((Local::at(0.0, 0.0).g - 9.780_325_335_9).abs() < 1e-10);
+        assert!((Local::at(std::f64::consts::FRAC_PI_2, 0.0).g - 9.832_184_937_9).abs() < 1e-9);
+        // free-air gradient 0.3086 mGal/m
+        let drop = Local::at(0.8, 0.0).g - Local::at(0.8, 1000.0).g;
+        assert!((drop - 3.086e-3).abs() < 3e-6, "{drop}");
+    }
+
+    #[test]
+    fn radii_of_curvature() {
+        let equator = Local::at(0.0, 0.0);
+        assert!((equator.n_h - A).abs() < 1e-6 && (equator.m_h - 6_335_439.327).abs() < 1e-2);
+    }
+
+    #[test]
+    fn displacement_goes_there_and_back() {
+        let home = Geodetic { lat: 0.6, lon: -1.2, h: 30.0 };
+        let d = Vector3::new(1200.0, -340.0, 8.0);
+        assert!((home.displaced(&d).ned_from(&home) - d).norm() < 1e-6);
+    }
+}

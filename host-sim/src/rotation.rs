@@ -1,0 +1,53 @@
+//! The few attitude conversions everybody shares. Body axes forward-right-down, navigation axes north-east-down;
+//! `q_bn` turns a body vector into a navigation vector.
+
+use nalgebra::{Matrix3, UnitQuaternion, Vector3};
+
+/// Quaternion of a rotation vector in rad; exact for any size.
+#[must_use]
+pub fn from_rotvec(phi: &Vector3<f64>) -> UnitQuaternion<f64> {
+    let n2 = phi.norm_squared();
+    // sin(n/2)/n and cos(n/2): the series is exact to f64 below 0.06 rad, where most steps lie
+    let (c, s) = if n2 < 3.6e-3 {
+        (
+            1.0 - n2 / 8.0 * (1.0 - n2 / 48.0 * (1.0 - n2 / 120.0)),
+            0.5 - n2 / 48.0 * (1.0 - n2 / 80.0 * (1.0 - n2 / 168.0)),
+        )
+    } else {
+        let n = n2.sqrt();
+        ((0.5 * n).cos(), (0.5 * n).sin() / n)
+    };
+    UnitQuaternion::new_unchecked(nalgebra::Quaternion::new(c, s * phi.x, s * phi.y, s * phi.z))
+}
+
+/// Attitude from roll, pitch and heading (clockwise from north), rad.
+#[must_use]
+pub fn from_euler(roll: f64, pitch: f64, heading: f64) -> UnitQuaternion<f64> {
+    UnitQuaternion::from_euler_angles(roll, pitch, heading)
+}
+
+/// Roll, pitch and heading in rad; heading in (-pi, pi].
+#[must_use]
+pub fn to_euler(q_bn: &UnitQuaternion<f64>) -> (f64, f64, f64) {
+    q_bn.euler_angles()
+}
+
+/// The matrix of `a x`.
+#[must_use]
+pub fn skew(a: &Vector3<f64>) -> Matrix3<f64> {
+    Matrix3::new(0.0, -a.z, a.y, a.z, 0.0, -a.x, -a.y, a.x, 0.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn small_and_large_rotation_vectors_agree_with_nalgebra() {
+        for n in [0.0, 1e-9, 1e-3, 0.05, 0.0599, 0.0601, 0.5, 3.0] {
+            let phi = Vector3::new(0.6, -0.48, 0.64) * n;
+            let want = UnitQuaternion::from_scaled_axis(phi);
+            assert!((from_rotvec(&phi).coords - want.coords).norm() < 2e-15, "{n}");
+        }
+    }
+}
