@@ -1,1 +1,85 @@
-//! vectors
+//! One computation for two machines: fixed input vectors and a fixed network, and a digest over every output bit.
+//!
+//! The desktop test and the board image run the same [`CHECKS`] and compare with the same committed constants, so that
+//! both agree with the constants means that they agree with each other, bit for bit. After a change of the network's
+//! arithmetic `cargo xtask vectors` writes the constants anew; the difference then belongs into the same commit.
+#![no_std]
+
+mod digest;
+mod expected;
+pub mod generate;
+mod inputs;
+mod learners;
+mod network;
+
+use core::fmt::Write;
+
+use lrnn_nostd::{Rational, Tanh};
+
+pub use digest::Digest;
+pub use inputs::{INPUTS, VECTORS};
+pub use learners::learner_digest;
+pub use network::{gradient_digest, input, net, step_digest};
+
+/// One digest with the value it must have.
+#[derive(Clone, Copy, Debug)]
+pub struct Check {
+    /// Name in the printed list.
+    pub name: &'static str,
+    /// Computes it, on whatever machine this runs on.
+    pub digest: fn() -> u64,
+    /// What the desktop got when the constants were written.
+    pub expected: u64,
+}
+
+/// Every digest: steps, exact gradients and learners, each with both hidden activations.
+pub const CHECKS: [Check; 6] = [
+    Check {
+        name: "step, rational",
+        digest: step_digest::<Rational>,
+        expected: expected::STEP_RATIONAL,
+    },
+    Check {
+        name: "step, tanh",
+        digest: step_digest::<Tanh>,
+        expected: expected::STEP_TANH,
+    },
+    Check {
+        name: "gradient, rational",
+        digest: gradient_digest::<Rational>,
+        expected: expected::GRADIENT_RATIONAL,
+    },
+    Check {
+        name: "gradient, tanh",
+        digest: gradient_digest::<Tanh>,
+        expected: expected::GRADIENT_TANH,
+    },
+    Check {
+        name: "learners, rational",
+        digest: learner_digest::<Rational>,
+        expected: expected::LEARNERS_RATIONAL,
+    },
+    Check {
+        name: "learners, tanh",
+        digest: learner_digest::<Tanh>,
+        expected: expected::LEARNERS_TANH,
+    },
+];
+
+/// Computes every digest of `checks`, prints each beside its expected value, and tells whether all are equal. A text that
+/// cannot be written counts as a difference: nobody would see the result.
+pub fn compare(checks: &[Check], out: &mut impl Write) -> bool {
+    let mut equal = true;
+    for check in checks {
+        let here = (check.digest)();
+        let same = here == check.expected;
+        let verdict = if same { "equal" } else { "DIFFERENT" };
+        let line = writeln!(
+            out,
+            "{:<20} here {here:016x} expected {:016x} {verdict}",
+            check.name, check.expected
+        );
+        equal &= same && line.is_ok();
+    }
+    equal
+}

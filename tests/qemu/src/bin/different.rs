@@ -1,0 +1,16 @@
+//! The comparison of the board image with one bit of one constant flipped: it has to leave with exit code 1.
+#![cfg_attr(target_os = "none", no_std, no_main)]
+
+#[cfg(target_os = "none")]
+#[cortex_m_rt::entry]
+fn main() -> ! {
+    let mut checks = vectors::CHECKS;
+    checks[0].expected ^= 1;
+    let equal = vectors::compare(&checks, &mut qemu::target::output());
+    qemu::target::exit(equal)
+}
+
+#[cfg(not(target_os = "none"))]
+fn main() {
+    qemu::only_in_qemu();
+}

@@ -1,0 +1,96 @@
+//! Instruction counts on the target: what the `instructions` image prints, in instructions.
+//!
+//! Under `-icount shift=0` QEMU gives each instruction one nanosecond, and the SysTick of `netduinoplus2` runs at 168 MHz: one
+//! tick is 5.95 instructions. The counts are exact to a tick and the same in every run. They are instructions, not cycles: a
+//! Cortex-M4F takes one to a few cycles for most, 14 for a division or square root.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+use std::time::Duration;
+
+use anyhow::{Context, Result, ensure};
+
+use crate::machine::{self, Clock};
+
+/// Instructions in a tick of SysTick: one nanosecond each, 168 MHz.
+const INSTRUCTIONS_PER_TICK: f64 = 1e9 / 168e6;
+
+/// Instructions of each measured piece of work, by name.
+pub type Counts = BTreeMap<String, f64>;
+
+/// A loop of known length: what it took by count, and how many instructions were executed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Known {
+    /// Measured.
+    pub measured: f64,
+    /// By construction.
+    pub executed: f64,
+}
+
+/// Runs the `instructions` image.
+///
+/// # Errors
+/// QEMU fails, the image fails, or its output is not understood.
+pub fn run(image: &Path) -> Result<(Known, Counts)> {
+    let run = machine::run(image, Clock::Instructions, Duration::from_secs(120))?;
+    ensure!(
+        run.code == Some(0),
+        "exit code {:?}\n{}",
+        run.code,
+        run.output
+    );
+    read(&run.output).with_context(|| run.output)
+}
+
+/// Lines `loop <instructions> <ticks>` (twice; their difference is free of the cost of measuring), `repetitions <n>`,
+/// `empty <ticks>`, then `<name> <ticks>`.
+fn read(output: &str) -> Result<(Known, Counts)> {
+    let mut lines = output
+        .lines()
+        .map(|line| line.split_whitespace().collect::<Vec<_>>());
+    let mut known = || -> Result<(f64, f64)> {
+        match lines.next().as_deref() {
+            Some(["loop", executed, ticks]) => Ok((executed.parse()?, ticks.parse()?)),
+            other => anyhow::bail!("expected `loop <instructions> <ticks>`, got {other:?}"),
+        }
+    };
+    let (short, long) = (known()?, known()?);
+    let known = Known {
+        measured: (long.1 - short.1) * INSTRUCTIONS_PER_TICK,
+        executed: long.0 - short.0,
+    };
+    let mut values = Counts::new();
+    for line in lines {
+        let [name, value] = line[..] else {
+            anyhow::bail!("expected `<name> <value>`, got {line:?}")
+        };
+        values.insert(name.to_owned(), value.parse()?);
+    }
+    let repetitions = values.remove("repetitions").context("no repetitions")?;
+    let empty = values.remove("empty").context("no empty loop")?;
+    values
+        .values_mut()
+        .for_each(|ticks| *ticks = (*ticks - empty) * INSTRUCTIONS_PER_TICK / repetitions);
+    Ok((known, values))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn counts_are_per_repetition_without_the_empty_loop() {
+        let text = "loop 1000 168\nloop 3000 504\nrepetitions 10\nempty 168\nwork 1848\n";
+        let (known, counts) = read(text).expect("well formed");
+        assert!((known.measured - 2000.0).abs() < 1e-6 && known.executed == 2000.0);
+        assert_eq!(counts.len(), 1);
+        assert!((counts["work"] - 1000.0).abs() < 1e-6);
+    }
+
+    #[test]
+    fn torn_output_is_an_error() {
+        assert!(read("").is_err());
+        assert!(read("loop 1 2\nloop 2 3\nrepetitions 10\nwork 5\n").is_err());
+        assert!(read("loop 1 2\nloop 2 3\nrepetitions 10\nempty 1\nwork\n").is_err());
+    }
+}

@@ -1,0 +1,108 @@
+//! Runs one image in QEMU and collects its output and exit code.
+
+use std::io::Read;
+use std::path::Path;
+use std::process::{Child, Command, Stdio};
+use std::thread::{self, JoinHandle};
+use std::time::{Duration, Instant};
+
+use anyhow::{Context, Result, bail};
+
+/// The emulator.
+pub const QEMU: &str = "qemu-system-arm";
+
+/// What to do when there is none.
+pub const REMEDY: &str = "install QEMU for ARM (Debian: apt-get install qemu-system-arm; Fedora: dnf install qemu-system-arm; \
+                          macOS: brew install qemu)";
+
+/// STM32F405 with Cortex-M4F.
+const MACHINE: &str = "netduinoplus2";
+
+/// How QEMU keeps time.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Clock {
+    /// As fast as it goes.
+    Free,
+    /// One instruction takes one virtual nanosecond: SysTick counts instructions.
+    Instructions,
+}
+
+/// What a run left behind.
+#[derive(Debug)]
+pub struct Run {
+    /// QEMU's exit code, which is the image's.
+    pub code: Option<i32>,
+    /// What the image printed, and QEMU's own complaints.
+    pub output: String,
+}
+
+/// Whether the emulator can be started.
+pub fn available() -> bool {
+    let version = Command::new(QEMU)
+        .arg("--version")
+        .stdout(Stdio::null())
+        .stderr(Stdio::null())
+        .status();
+    version.is_ok_and(|status| status.success())
+}
+
+/// Runs `image` to its end.
+///
+/// # Errors
+/// QEMU cannot be started, or is still running after `limit`; it is killed then.
+pub fn run(image: &Path, clock: Clock, limit: Duration) -> Result<Run> {
+    let mut command = Command::new(QEMU);
+    command.args([
+        "-machine", MACHINE, "-display", "none", "-serial", "none", "-monitor", "none",
+    ]);
+    command.args(["-semihosting-config", "enable=on,target=native"]);
+    if clock == Clock::Instructions {
+        command.args(["-icount", "shift=0"]);
+    }
+    command
+        .arg("-kernel")
+        .arg(image)
+        .stdin(Stdio::null())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped());
+    let mut child = command
+        .spawn()
+        .with_context(|| format!("cannot start {QEMU}: {REMEDY}"))?;
+    let readers = [reader(child.stdout.take()), reader(child.stderr.take())];
+    let code = wait(&mut child, limit)?;
+    let output = readers
+        .into_iter()
+        .map(|reader| reader.join().unwrap_or_default())
+        .collect();
+    match code {
+        Some(code) => Ok(Run { code, output }),
+        None => bail!(
+            "{} is still running after {limit:?}; its output so far:\n{output}",
+            image.display()
+        ),
+    }
+}
+
+fn reader(pipe: Option<impl Read + Send + 'static>) -> JoinHandle<String> {
+    thread::spawn(move || {
+        let mut bytes = Vec::new();
+        if let Some(mut pipe) = pipe {
+            let _ = pipe.read_to_end(&mut bytes); // what came before an error is worth showing
+        }
+        String::from_utf8_lossy(&bytes).into_owned()
+    })
+}
+
+/// The exit code, or `None` when the time is over.
+fn wait(child: &mut Child, limit: Duration) -> Result<Option<Option<i32>>> {
+    let start = Instant::now();
+    while start.elapsed() < limit {
+        if let Some(status) = child.try_wait()? {
+            return Ok(Some(status.code()));
+        }
+        thread::sleep(Duration::from_millis(5));
+    }
+    child.kill()?;
+    child.wait()?;
+    Ok(None)
+}

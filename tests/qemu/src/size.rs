@@ -1,0 +1,72 @@
+//! Flash and RAM of an image, and whether it contains code that can panic.
+
+use std::fs;
+use std::path::Path;
+
+use anyhow::{Context, Result};
+use object::elf::{SHF_ALLOC, SHT_NOBITS};
+use object::{Object, ObjectSection, ObjectSymbol, SectionFlags, SectionKind};
+
+/// RAM of the STM32F405 at 0x2000_0000, bytes.
+pub const RAM: u64 = 128 * 1024;
+
+/// Lowest address of RAM (the core-coupled one); flash is below.
+const FIRST_RAM_ADDRESS: u64 = 0x1000_0000;
+const FLASH: std::ops::Range<u64> = 0x0800_0000..0x0810_0000;
+
+/// What an image takes and contains.
+#[derive(Debug, Default)]
+pub struct Size {
+    /// Bytes of flash: code, constants, initial values of variables.
+    pub flash: u64,
+    /// Bytes of static variables.
+    pub ram: u64,
+    /// Names of the functions that begin a panic; empty if nothing can panic.
+    pub panics: Vec<String>,
+}
+
+impl Size {
+    /// Reads it from the ELF file.
+    ///
+    /// # Errors
+    /// No such file, or not an ELF file with symbols: without them nothing could be said of panics.
+    pub fn of(image: &Path) -> Result<Self> {
+        let bytes = fs::read(image).with_context(|| image.display().to_string())?;
+        let elf = object::File::parse(&*bytes).with_context(|| image.display().to_string())?;
+        let mut size = Self::default();
+        for section in elf.sections() {
+            let SectionFlags::Elf { sh_flags, .. } = section.flags() else {
+                continue;
+            };
+            if sh_flags & u64::from(SHF_ALLOC) == 0 {
+                continue;
+            }
+            let in_ram = section.address() >= FIRST_RAM_ADDRESS;
+            let loaded = !matches!(section.kind(), SectionKind::UninitializedData);
+            size.flash += if loaded { section.size() } else { 0 };
+            size.ram += if in_ram { section.size() } else { 0 };
+        }
+        anyhow::ensure!(
+            elf.symbols().next().is_some(),
+            "{} has no symbols",
+            image.display()
+        );
+        let defined = elf.symbols().filter(|symbol| symbol.is_definition());
+        size.panics = defined
+            .filter_map(|symbol| {
+                symbol
+                    .name()
+                    .ok()
+                    .filter(|name| begins_panic(name))
+                    .map(str::to_owned)
+            })
+            .collect();
+        Ok(size)
+    }
+}
+
+/// Every panic passes through a function of `core::panicking` and the panic handler, which the compiler calls
+/// `rust_begin_unwind`; the linker drops both when nothing calls them.
+fn begins_panic(symbol: &str) -> bool {
+    symbol.contains("9panicking") || symbol.contains("rust_begin_unwind")
+}

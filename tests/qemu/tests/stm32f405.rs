@@ -1,0 +1,43 @@
+//! The board image in QEMU: what it computes, and that its exit code tells.
+
+use std::time::Duration;
+
+use qemu::images::{DIFFERENT, Image, STM32F405};
+use qemu::machine::{self, Clock, Run};
+
+fn run(image: Image) -> Option<Run> {
+    let image = image.build_or_skip()?;
+    Some(
+        machine::run(&image, Clock::Free, Duration::from_secs(60))
+            .expect("QEMU runs the image to its end"),
+    )
+}
+
+#[test]
+fn target_agrees_with_the_desktop_bit_for_bit() {
+    let Some(run) = run(STM32F405) else { return };
+    assert_eq!(run.code, Some(0), "{}", run.output);
+    let equal = run
+        .output
+        .lines()
+        .filter(|line| line.ends_with("equal"))
+        .count();
+    assert_eq!(equal, 6, "{}", run.output);
+}
+
+#[test]
+fn one_wrong_bit_gives_a_non_zero_exit_code() {
+    let Some(run) = run(DIFFERENT) else { return };
+    assert_eq!(run.code, Some(1), "{}", run.output);
+    assert_eq!(run.output.matches("DIFFERENT").count(), 1, "{}", run.output);
+}
+
+#[test]
+fn an_image_that_hangs_is_killed() {
+    let Some(image) = STM32F405.build_or_skip() else {
+        return;
+    };
+    let error =
+        machine::run(&image, Clock::Free, Duration::ZERO).expect_err("no program is that fast");
+    assert!(error.to_string().contains("still running"), "{error}");
+}

@@ -1,0 +1,69 @@
+//! The desktop's half of "host equals target, bit for bit"; the other half is the board image in QEMU.
+
+use vectors::{CHECKS, INPUTS, compare, generate};
+
+#[test]
+fn desktop_digests_equal_the_committed_constants() {
+    let mut text = String::new();
+    assert!(
+        compare(&CHECKS, &mut text),
+        "after an intended change of the arithmetic: cargo xtask vectors\n{text}"
+    );
+}
+
+#[test]
+fn a_wrong_constant_is_seen() {
+    for wrong in 0..CHECKS.len() {
+        let mut checks = CHECKS;
+        checks[wrong].expected ^= 1;
+        let mut text = String::new();
+        assert!(!compare(&checks, &mut text));
+        assert!(
+            text.lines()
+                .nth(wrong)
+                .expect("one line a check")
+                .ends_with("DIFFERENT"),
+            "{text}"
+        );
+    }
+}
+
+#[test]
+fn committed_vectors_are_the_generated_ones() {
+    assert_eq!(INPUTS.len(), generate::VECTORS);
+    for (index, &committed) in INPUTS.iter().enumerate() {
+        assert_eq!(
+            committed,
+            generate::vector(index),
+            "vector {index}; cargo xtask vectors"
+        );
+    }
+}
+
+#[test]
+fn vectors_cover_the_range() {
+    let numbers = || {
+        INPUTS
+            .as_flattened()
+            .iter()
+            .map(|&bits| f32::from_bits(bits))
+    };
+    let rates = || numbers().filter(|rate| rate.abs() < 10.0);
+    let greatest = rates().fold(0.0, f32::max);
+    let least = rates().fold(0.0, f32::min);
+    assert!(
+        (1.8..2.1).contains(&greatest) && (-2.1..-1.8).contains(&least),
+        "{least} to {greatest} rad/s"
+    );
+    assert_eq!(numbers().filter(|rate| !rate.is_finite()).count(), 4);
+}
+
+#[test]
+fn each_check_computes_something_else() {
+    let mut expected = CHECKS.map(|check| check.expected);
+    expected.sort_unstable();
+    assert!(
+        expected.windows(2).all(|pair| pair[0] != pair[1]),
+        "{expected:x?}"
+    );
+}
