@@ -7,7 +7,7 @@
 use crate::earth::{Geodetic, Local, OMEGA_IE};
 use crate::rotation::from_rotvec;
 use crate::sins::Increment;
-use nalgebra::{Matrix3, UnitQuaternion, Vector3};
+use nalgebra::{DMatrix, Matrix3, UnitQuaternion, Vector3};
 
 /// Shortest time that gives a heading at all, s.
 pub const MIN_S: f64 = 30.0;
@@ -57,9 +57,10 @@ fn reaction_velocity(here: &Local, t: f64) -> Vector3<f64> {
 
 /// The rotation that best turns the right vectors of `b = sum left right'` into the left ones.
 fn wahba(b: &Matrix3<f64>) -> Option<UnitQuaternion<f64>> {
-    // not `svd()`: for 3x3 that one goes through b'b and loses half the digits, and heading lives in the small singular values
-    let svd = b.try_svd(true, true, f64::EPSILON, 0)?;
-    let (u, v_t) = (svd.u?, svd.v_t?);
+    // A dynamic matrix on purpose: nalgebra's 3x3 special case goes through b'b and loses half the digits, and heading lives in the
+    // small singular values.
+    let svd = DMatrix::from_column_slice(3, 3, b.as_slice()).try_svd(true, true, f64::EPSILON, 1000)?;
+    let (u, v_t) = (svd.u?.fixed_view::<3, 3>(0, 0).into_owned(), svd.v_t?.fixed_view::<3, 3>(0, 0).into_owned());
     if !svd.singular_values.iter().all(|s| s.is_finite()) || svd.singular_values[1] <= 1e-12 * svd.singular_values[0] {
         return None;
     }

@@ -3,6 +3,7 @@
 
 pub mod align;
 pub mod earth;
+pub mod ekf;
 pub mod error;
 pub mod output;
 pub mod replay;

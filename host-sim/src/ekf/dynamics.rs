@@ -1,0 +1,172 @@
+//! Linear error dynamics of the strapdown equations in NED (phi-angle form; Titterton & Weston 2004, ch. 12; Groves 2013, ch. 14).
+
+use super::{ErrorModel, NAV, Noise};
+use crate::earth::{Local, OMEGA_IE};
+use crate::rotation::skew;
+use crate::sins::{Increment, NavState};
+use nalgebra::{Dyn, Matrix3, OMatrix, SMatrix, U9, Vector3};
+
+/// Words are gathered to pieces of about this length before the matrices move, s: short against any motion of a vehicle's attitude.
+const PIECE_S: f64 = 0.05;
+
+/// Transition over the time since the last fix.
+#[derive(Debug, Clone)]
+pub(super) struct Interval {
+    pub(super) phi: SMatrix<f64, NAV, NAV>,
+    pub(super) psi: OMatrix<f64, U9, Dyn>,
+    pub(super) q: SMatrix<f64, NAV, NAV>,
+    pub(super) time: f64,
+    piece: Increment,
+    piece_time: f64,
+}
+
+impl Interval {
+    pub(super) fn new(n: usize) -> Self {
+        Self {
+            phi: SMatrix::identity(),
+            psi: OMatrix::<f64, U9, Dyn>::zeros(n),
+            q: SMatrix::zeros(),
+            time: 0.0,
+            piece: Increment::default(),
+            piece_time: 0.0,
+        }
+    }
+
+    pub(super) fn reset(&mut self) {
+        *self = Self::new(self.psi.ncols());
+    }
+
+    /// Takes one corrected word; `nav` is the state after it.
+    pub(super) fn word(&mut self, nav: &NavState, word: &Increment, dt: f64, model: &ErrorModel, noise: Noise) {
+        self.time += dt;
+        self.piece.dtheta += word.dtheta;
+        self.piece.dv += word.dv;
+        self.piece_time += dt;
+        // the last piece of a second must end with it, so pieces divide it evenly
+        if self.piece_time >= PIECE_S - 1e-9 {
+            self.end_piece(nav, model, noise);
+        }
+    }
+
+    fn end_piece(&mut self, nav: &NavState, model: &ErrorModel, noise: Noise) {
+        let tau = self.piece_time;
+        let (rate, force) = (self.piece.dtheta / tau, self.piece.dv / tau);
+        let c = nav.q_bn.to_rotation_matrix().into_inner();
+        let f = matrix(nav, &(c * force));
+        let step = SMatrix::<f64, NAV, NAV>::identity() + f * tau + f * f * (0.5 * tau * tau);
+        self.phi = step * self.phi;
+        if !model.is_empty() {
+            self.psi = step * &self.psi;
+            let [j_g, j_a] = model.jacobian(&rate, &force);
+            // the errors left are -J e, so phi' = +C J_g e and dv' = -C J_a e
+            let mut rows = self.psi.fixed_rows_mut::<3>(0);
+            rows += c * j_g * tau;
+            let mut rows = self.psi.fixed_rows_mut::<3>(3);
+            rows -= c * j_a * tau;
+        }
+        self.q = step * self.q * step.transpose();
+        for i in 0..3 {
+            self.q[(i, i)] += noise.gyro * noise.gyro * tau;
+            self.q[(3 + i, 3 + i)] += noise.accel * noise.accel * tau;
+        }
+        self.piece = Increment::default();
+        self.piece_time = 0.0;
+    }
+}
+
+/// The 9 x 9 system matrix at `nav` with specific force `f_n` in NED.
+fn matrix(nav: &NavState, f_n: &Vector3<f64>) -> SMatrix<f64, NAV, NAV> {
+    let v = &nav.velocity;
+    let here = Local::at(nav.position.lat, nav.position.h);
+    let (m, n) = (here.m_h, here.n_h);
+    let tan = here.sin_lat / here.cos_lat;
+    let (omega_ie, omega_en) = (here.omega_ie(), here.omega_en(v));
+    let omega_in = omega_ie + omega_en;
+    // change of the rates with position (metres north, east, down) and velocity
+    let ie_r = Matrix3::new(-here.sin_lat, 0.0, 0.0, 0.0, 0.0, 0.0, -here.cos_lat, 0.0, 0.0) * (OMEGA_IE / m);
+    let en_v = Matrix3::new(0.0, 1.0 / n, 0.0, -1.0 / m, 0.0, 0.0, 0.0, -tan / n, 0.0);
+    let en_r = Matrix3::new(
+        0.0, 0.0, v.y / (n * n),
+        0.0, 0.0, -v.x / (m * m),
+        -v.y / (n * m * here.cos_lat * here.cos_lat), 0.0, -v.y * tan / (n * n),
+    );
+    let mut f = SMatrix::<f64, NAV, NAV>::zeros();
+    let mut put = |row: usize, col: usize, block: Matrix3<f64>| f.fixed_view_mut::<3, 3>(row, col).copy_from(&block);
+    put(0, 0, -skew(&omega_in));
+    put(0, 3, en_v);
+    put(0, 6, ie_r + en_r);
+    put(3, 0, skew(f_n));
+    put(3, 3, skew(v) * en_v - skew(&(omega_ie * 2.0 + omega_en)));
+    let mut by_r = skew(v) * (ie_r * 2.0 + en_r);
+    by_r[(2, 2)] += 2.0 * here.g / (m * n).sqrt(); // gravity falls with height
+    put(3, 6, by_r);
+    put(6, 3, Matrix3::identity());
+    put(6, 6, Matrix3::new(
+        -v.z / m, 0.0, v.x / m,
+        v.y * tan / m, -v.x * tan / m - v.z / n, v.y / n,
+        0.0, 0.0, 0.0,
+    ));
+    f
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::earth::Geodetic;
+    use crate::rotation::from_rotvec;
+    use crate::sins::Sins;
+    use nalgebra::SVector;
+
+    /// Error state between two navigators.
+    fn difference(a: &NavState, b: &NavState) -> SVector<f64, 9> {
+        let phi = (b.q_bn * a.q_bn.inverse()).scaled_axis();
+        let dv = a.velocity - b.velocity;
+        let dr = a.position.ned_from(&b.position);
+        SVector::from_iterator(phi.iter().chain(dv.iter()).chain(dr.iter()).copied())
+    }
+
+    /// Every column of `Phi` over 20 s of a turning, climbing drive against two navigators started a little apart.
+    #[test]
+    fn transition_matrix_is_the_derivative_of_the_mechanisation() {
+        let start = NavState {
+            position: Geodetic { lat: 0.7, lon: 0.3, h: 200.0 },
+            velocity: Vector3::new(12.0, 25.0, -1.0),
+            q_bn: from_rotvec(&Vector3::new(0.05, -0.03, 1.1)),
+        };
+        let dt = 0.01;
+        let word = |k: usize| {
+            let t = k as f64 * dt;
+            Increment {
+                dtheta: Vector3::new(0.01, 0.02 * (0.5 * t).sin(), 0.2) * dt,
+                dv: Vector3::new(1.0 + t.sin(), 2.0, -9.8) * dt,
+            }
+        };
+        let run = |nav: NavState| {
+            let mut sins = Sins::new(nav);
+            (0..2000).for_each(|k| sins.step(&word(k), dt));
+            sins.nav
+        };
+        let mut sins = Sins::new(start);
+        let mut interval = Interval::new(0);
+        let noise = Noise { gyro: 0.0, accel: 0.0 };
+        for k in 0..2000 {
+            sins.step(&word(k), dt);
+            interval.word(&sins.nav, &word(k), dt, &ErrorModel::default(), noise);
+        }
+        let steps = [1e-5, 1e-5, 1e-5, 1e-2, 1e-2, 1e-2, 10.0, 10.0, 10.0];
+        for (i, step) in steps.into_iter().enumerate() {
+            let mut e = nalgebra::DVector::zeros(9);
+            e[i] = -step;
+            let plus = run(super::super::displaced(&start, &e));
+            e[i] = step;
+            let minus = run(super::super::displaced(&start, &e));
+            let got = (difference(&plus, &sins.nav) - difference(&minus, &sins.nav)) / (2.0 * step);
+            let want = interval.phi.column(i);
+            for j in 0..9 {
+                // relative to what an error of that size does to this kind of state
+                let scale = interval.phi.row(j).iter().zip(steps).map(|(a, s)| (a * s).abs()).fold(0.0, f64::max) / step;
+                assert!((got[j] - want[j]).abs() < 2e-3 * scale, "d{j}/d{i}: {} {} scale {scale}", got[j], want[j]);
+            }
+        }
+    }
+}

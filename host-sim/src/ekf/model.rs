@@ -1,0 +1,147 @@
+//! Sensor-error models that are linear in their parameters: what a classical calibration filter estimates.
+
+use crate::units::{ARCSEC, PPM};
+use nalgebra::{DVector, Matrix3xX, Vector3};
+
+/// What a parameter is multiplied by.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Regressor {
+    /// One: a bias.
+    One,
+    /// Input of the same triad along an axis (0, 1, 2): scale factor or misalignment.
+    Input(usize),
+}
+
+/// Which triad.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Triad {
+    /// Gyros, input in rad/s.
+    Gyro,
+    /// Accelerometers, input in m/s2.
+    Accel,
+}
+
+/// One parameter: its place, its prior, and how it moves (first-order Gauss-Markov, or random walk when `time_s` is infinite).
+#[derive(Debug, Clone, Copy)]
+pub struct Parameter {
+    /// Triad that errs.
+    pub triad: Triad,
+    /// Axis that errs.
+    pub axis: usize,
+    /// What it multiplies.
+    pub regressor: Regressor,
+    /// Prior standard deviation, SI.
+    pub sigma: f64,
+    /// Process noise density, SI per sqrt(s).
+    pub walk: f64,
+    /// Correlation time, s; infinite for a random walk.
+    pub time_s: f64,
+}
+
+/// A model: its parameters in state order.
+#[derive(Debug, Clone, Default)]
+pub struct ErrorModel {
+    /// All parameters.
+    pub parameters: Vec<Parameter>,
+}
+
+/// Prior standard deviations of the groups of parameters, and the drift of the biases.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Prior {
+    /// Gyro bias, rad/s.
+    pub gyro_bias: f64,
+    /// Accelerometer bias, m/s2.
+    pub accel_bias: f64,
+    /// Standard deviation that a bias gathers as a random walk in one hour, relative to its prior.
+    pub walk_per_hour: f64,
+    /// Scale factor, as a fraction, gyros then accelerometers.
+    pub scale: [f64; 2],
+    /// Misalignment, rad, gyros then accelerometers.
+    pub misalignment: [f64; 2],
+}
+
+impl Prior {
+    /// What a datasheet lets one expect.
+    #[must_use]
+    pub fn of(spec: &crate::imu::ImuSpec) -> Self {
+        let (g, a) = (&spec.gyro, &spec.accel);
+        let root = |x: &[f64]| x.iter().map(|v| v * v).sum::<f64>().sqrt();
+        Self {
+            gyro_bias: root(&[g.bias_unit_dph, g.bias_turn_on_dph, g.bias_drift_dph, g.warm_up_dph]) * crate::units::DEG_PER_H,
+            accel_bias: root(&[a.bias_unit_ug, a.bias_turn_on_ug, a.bias_drift_ug, a.warm_up_ug]) * crate::units::UG,
+            walk_per_hour: 0.5,
+            scale: [g.scale_ppm.hypot(g.scale_asymmetry_ppm) * PPM, a.scale_ppm.hypot(a.scale_asymmetry_ppm) * PPM],
+            misalignment: [g.misalignment_arcsec * ARCSEC, a.misalignment_arcsec * ARCSEC],
+        }
+    }
+}
+
+impl ErrorModel {
+    /// Six biases that walk.
+    #[must_use]
+    pub fn biases(prior: &Prior) -> Self {
+        let bias = |triad, axis, sigma: f64| Parameter {
+            triad,
+            axis,
+            regressor: Regressor::One,
+            sigma,
+            walk: sigma * prior.walk_per_hour / 60.0,
+            time_s: f64::INFINITY,
+        };
+        let gyros = (0..3).map(|axis| bias(Triad::Gyro, axis, prior.gyro_bias));
+        let accels = (0..3).map(|axis| bias(Triad::Accel, axis, prior.accel_bias));
+        Self { parameters: gyros.chain(accels).collect() }
+    }
+
+    /// Number of parameters.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.parameters.len()
+    }
+
+    /// Whether the model has no parameter: the filter then knows no sensor errors.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.parameters.is_empty()
+    }
+
+    /// Errors of gyros (rad/s) and accelerometers (m/s2) for parameters `theta` and the inputs.
+    #[must_use]
+    pub fn error(&self, theta: &DVector<f64>, rate: &Vector3<f64>, force: &Vector3<f64>) -> [Vector3<f64>; 2] {
+        let mut out = [Vector3::zeros(); 2];
+        for (p, t) in self.parameters.iter().zip(theta.iter()) {
+            let (k, input) = p.place(rate, force);
+            out[k][p.axis] += t * p.regressor.value(input);
+        }
+        out
+    }
+
+    /// Derivatives of the two errors by the parameters, 3 x n each.
+    #[must_use]
+    pub fn jacobian(&self, rate: &Vector3<f64>, force: &Vector3<f64>) -> [Matrix3xX<f64>; 2] {
+        let mut out = [Matrix3xX::zeros(self.len()), Matrix3xX::zeros(self.len())];
+        for (i, p) in self.parameters.iter().enumerate() {
+            let (k, input) = p.place(rate, force);
+            out[k][(p.axis, i)] = p.regressor.value(input);
+        }
+        out
+    }
+}
+
+impl Parameter {
+    fn place<'a>(&self, rate: &'a Vector3<f64>, force: &'a Vector3<f64>) -> (usize, &'a Vector3<f64>) {
+        match self.triad {
+            Triad::Gyro => (0, rate),
+            Triad::Accel => (1, force),
+        }
+    }
+}
+
+impl Regressor {
+    fn value(self, input: &Vector3<f64>) -> f64 {
+        match self {
+            Self::One => 1.0,
+            Self::Input(axis) => input[axis],
+        }
+    }
+}
