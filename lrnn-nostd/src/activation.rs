@@ -27,7 +27,16 @@ pub struct Tanh;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Identity;
 
-/// tanh as a rational function.
+/// tanh as a rational function, for cores with a fast multiplier and divider: only + - * /, no branch, no table.
+///
+/// tanh x = 2 s / (1 + s^2) with s = tanh(x/2), and s is x P(x^2) / Q(x^2) with P of degree 2, Q of degree 3 in x^2. The doubling
+/// keeps |y| <= 1 by itself and forgives an error of s the more, the nearer s is to 1.
+///
+/// In `f32` |f(x) - tanh x| < 2.0e-7 for every x (3.3 units of the last place below 1), |f(x)| <= 1, f(-x) = -f(x), and f never
+/// falls by more than 2.4e-7 where x rises (rounding). Beyond |x| = 8.4 it is constant and its derivative 0. In `f64`, without
+/// the rounding, the error is below 8e-8.
+///
+/// Coefficients: Remez exchange with 60 digits, minimax of the relative error of y (not of s) for |x| <= 7; 2.8e-9 there.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Rational;
 
@@ -50,44 +59,42 @@ impl Activation for Identity {
     }
 }
 
-/// Beyond it f is constant.
-const CLAMP: f64 = 7.9;
-/// Coefficients of 1, t, t^2 ..., t = x^2.
-const P: [f64; 5] = [
-    0.999999990666042564,
-    0.134258677299372703,
-    0.0035491659261463987,
-    0.0000215084442114492814,
-    1.46481910504698911e-8,
+/// |x| from which on [`Rational`] is constant.
+const CLAMP: f64 = 8.4;
+/// Numerator of s over x: coefficients of 1, t, t^2 with t = x^2.
+const P: [f64; 3] = [
+    0.4999999985828751,
+    0.014948389358075317,
+    5.848059574056591e-05,
 ];
-const Q: [f64; 5] = [
+/// Denominator of s.
+const Q: [f64; 4] = [
     1.0,
-    0.467591925570818625,
-    0.0260799373570149148,
-    0.000337394525001733992,
-    8.29507991851934997e-7,
+    0.11323009129298194,
+    0.0012194886055114343,
+    1.2874903965831551e-06,
 ];
 
 impl Activation for Rational {
     const CODE: u8 = 2;
 
-    /// y = x P(t) / Q(t),   y' = (P + 2 t P' - 2 x y Q') / Q
+    /// With n = x P(t) and d = Q(t), so s = n/d:
+    ///     y = 2 n d / (d^2 + n^2)      y' = 2 (d^2 - n^2) (n' d - n d') / (d^2 + n^2)^2
     #[inline(always)]
     fn apply_with_slope<T: Real>(x: T) -> (T, T) {
-        let c = T::from_f64(CLAMP);
-        let inside = if x > c {
-            c
-        } else if x < -c {
-            -c
-        } else {
-            x
-        };
+        let clamp = T::from_f64(CLAMP);
+        let inside = if x > clamp { clamp } else { x };
+        let inside = if inside < -clamp { -clamp } else { inside };
         let t = inside * inside;
         let (p, dp) = horner(&P, t);
-        let (q, dq) = horner(&Q, t);
-        let y = inside * p / q;
-        let two = T::ONE + T::ONE;
-        let slope = (p + two * (t * dp - inside * y * dq)) / q;
+        let (d, dq) = horner(&Q, t);
+        let n = inside * p;
+        let sum = d * d + n * n;
+        let y = (n + n) * d / sum;
+
+        let wronskian = (p + (t + t) * dp) * d - n * (inside + inside) * dq;
+        let product = (d - n) * (d + n) * wronskian;
+        let slope = (product + product) / (sum * sum);
         (y, if inside == x { slope } else { T::ZERO })
     }
 }

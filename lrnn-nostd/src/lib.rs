@@ -6,7 +6,9 @@
 
 pub mod activation;
 pub mod gradient;
+pub mod image;
 pub mod infer;
+pub mod learn;
 pub mod normalisation;
 pub mod real;
 pub mod shape;
@@ -18,6 +20,6 @@ pub use gradient::Sensitivities;
 pub use infer::{Fault, Net, Step};
 pub use normalisation::Normalisation;
 pub use real::Real;
-pub use shape::{Diagonal, Feedback, Full, LAYERS, NEURONS, PARAMS, PARAMS_PER_LAYER};
+pub use shape::{Diagonal, Feedback, Full, Kind, LAYERS, NEURONS, PARAMS, PARAMS_PER_LAYER};
 pub use state::State;
 pub use weights::{Layer, Weights};

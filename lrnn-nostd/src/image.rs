@@ -1,0 +1,195 @@
+//! The weight image: a network as bytes, for storage and transfer.
+//!
+//! Little-endian, 304 bytes:
+//!
+//! | offset | length | content |
+//! |---|---|---|
+//! | 0 | 4 | magic `LRNN` |
+//! | 4 | 1 | version of this format, 1 |
+//! | 5 | 1 | hidden activation ([`Activation::CODE`]): 0 identity, 1 tanh, 2 rational tanh |
+//! | 6 | 1 | output activation, likewise |
+//! | 7 | 1 | feedback ([`Feedback::CODE`]): 0 full, 1 diagonal |
+//! | 8 | 4 | total length, u32: 304 |
+//! | 12 | 36 | input_offset, input_scale, output_scale: 9 f32 |
+//! | 48 | 252 | weights in the order of [`crate::shape`]: 63 f32 |
+//! | 300 | 4 | CRC-32 of bytes 0..300 ([`crc32`]), u32 |
+
+use core::fmt;
+
+use crate::activation::Activation;
+use crate::infer::Net;
+use crate::normalisation::Normalisation;
+use crate::shape::{Feedback, NEURONS, PARAMS};
+use crate::weights::Weights;
+
+/// Length of an image in bytes.
+pub const IMAGE_LEN: usize = HEADER_LEN + 4 * VALUES + 4;
+
+const MAGIC: [u8; 4] = *b"LRNN";
+const VERSION: u8 = 1;
+const HEADER_LEN: usize = 12;
+/// Normalisation and weights.
+const VALUES: usize = 9 + PARAMS;
+
+/// Why bytes are not an image of the wanted network. Checked in this order.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ImageError {
+    /// Not this many bytes, but 304.
+    Length(usize),
+    /// The first four bytes are not `LRNN`.
+    Magic([u8; 4]),
+    /// An unknown version of the format.
+    Version(u8),
+    /// The length field is not 304.
+    LengthField(u32),
+    /// The bytes are damaged.
+    Crc {
+        /// In the image.
+        stored: u32,
+        /// Of its bytes.
+        computed: u32,
+    },
+    /// Another hidden activation than that of the wanted network.
+    HiddenActivation(u8),
+    /// Another output activation.
+    OutputActivation(u8),
+    /// Another kind of feedback.
+    Feedback(u8),
+    /// A scale of the normalisation is infinite or NaN: 0..3 input_offset, 3..6 input_scale, 6..9 output_scale.
+    NonFiniteScale(u8),
+    /// The weight with this index is infinite or NaN.
+    NonFiniteWeight(u8),
+}
+
+impl fmt::Display for ImageError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match *self {
+            Self::Length(len) => write!(f, "weight image of {len} bytes, expected {IMAGE_LEN}"),
+            Self::Magic(magic) => write!(f, "not a weight image: magic {magic:02x?}"),
+            Self::Version(version) => {
+                write!(f, "weight image of version {version}, expected {VERSION}")
+            }
+            Self::LengthField(len) => write!(
+                f,
+                "weight image says its length is {len}, expected {IMAGE_LEN}"
+            ),
+            Self::Crc { stored, computed } => write!(
+                f,
+                "weight image damaged: CRC {computed:08x}, stored {stored:08x}"
+            ),
+            Self::HiddenActivation(code) => write!(
+                f,
+                "weight image for another hidden activation (code {code})"
+            ),
+            Self::OutputActivation(code) => write!(
+                f,
+                "weight image for another output activation (code {code})"
+            ),
+            Self::Feedback(code) => {
+                write!(f, "weight image for another kind of feedback (code {code})")
+            }
+            Self::NonFiniteScale(index) => write!(
+                f,
+                "weight image: scale {index} of the normalisation is not finite"
+            ),
+            Self::NonFiniteWeight(index) => write!(f, "weight image: weight {index} is not finite"),
+        }
+    }
+}
+
+impl core::error::Error for ImageError {}
+
+/// The image of a network. Non-finite values are written as they are; [`decode`] refuses them.
+pub fn encode<H: Activation, O: Activation, F: Feedback>(net: &Net<H, O, F>) -> [u8; IMAGE_LEN] {
+    let mut image = [0; IMAGE_LEN];
+    let scales = [
+        net.normalisation.input_offset,
+        net.normalisation.input_scale,
+        net.normalisation.output_scale,
+    ];
+    let values = scales
+        .as_flattened()
+        .iter()
+        .copied()
+        .chain(net.weights.iter());
+    let header = [
+        MAGIC,
+        [VERSION, H::CODE, O::CODE, F::CODE],
+        (IMAGE_LEN as u32).to_le_bytes(),
+    ];
+    let words = header.into_iter().chain(values.map(f32::to_le_bytes));
+    for (place, word) in image.as_chunks_mut::<4>().0.iter_mut().zip(words) {
+        *place = word;
+    }
+    let [covered @ .., a, b, c, d] = &mut image;
+    [*a, *b, *c, *d] = crc32(covered).to_le_bytes();
+    image
+}
+
+/// The network of an image, if it is one of the wanted kind.
+pub fn decode<H: Activation, O: Activation, F: Feedback>(
+    bytes: &[u8],
+) -> Result<Net<H, O, F>, ImageError> {
+    let image: &[u8; IMAGE_LEN] = bytes
+        .try_into()
+        .map_err(|_| ImageError::Length(bytes.len()))?;
+    let [magic, kinds, length, values @ .., stored] = image.as_chunks::<4>().0 else {
+        return Err(ImageError::Length(bytes.len()));
+    };
+    let [version, hidden, output, feedback] = *kinds;
+    let length = u32::from_le_bytes(*length);
+    let stored = u32::from_le_bytes(*stored);
+    let [covered @ .., _, _, _, _] = image;
+    let computed = crc32(covered);
+    if *magic != MAGIC {
+        return Err(ImageError::Magic(*magic));
+    } else if version != VERSION {
+        return Err(ImageError::Version(version));
+    } else if length != IMAGE_LEN as u32 {
+        return Err(ImageError::LengthField(length));
+    } else if stored != computed {
+        return Err(ImageError::Crc { stored, computed });
+    } else if hidden != H::CODE {
+        return Err(ImageError::HiddenActivation(hidden));
+    } else if output != O::CODE {
+        return Err(ImageError::OutputActivation(output));
+    } else if feedback != F::CODE {
+        return Err(ImageError::Feedback(feedback));
+    }
+    let mut values = values.iter().map(|&word| f32::from_le_bytes(word));
+    let mut scales = [[0.0; NEURONS]; 3];
+    for (index, (scale, value)) in
+        (0..).zip(scales.as_flattened_mut().iter_mut().zip(values.by_ref()))
+    {
+        *scale = finite(value).ok_or(ImageError::NonFiniteScale(index))?;
+    }
+    let mut weights = Weights::zero();
+    for (index, (weight, value)) in (0..).zip(weights.iter_mut().zip(values)) {
+        *weight = finite(value).ok_or(ImageError::NonFiniteWeight(index))?;
+    }
+    let [input_offset, input_scale, output_scale] = scales;
+    Ok(Net::new(
+        weights,
+        Normalisation {
+            input_offset,
+            input_scale,
+            output_scale,
+        },
+    ))
+}
+
+fn finite(value: f32) -> Option<f32> {
+    value.is_finite().then_some(value)
+}
+
+/// CRC-32 (IEEE 802.3): polynomial 0x04C11DB7 reflected, initial value and final exclusive or 0xFFFFFFFF.
+pub fn crc32(bytes: &[u8]) -> u32 {
+    let mut crc = !0;
+    for &byte in bytes {
+        crc ^= u32::from(byte);
+        for _ in 0..8 {
+            crc = (crc >> 1) ^ (0xEDB8_8320 & (crc & 1).wrapping_neg());
+        }
+    }
+    !crc
+}

@@ -1,0 +1,261 @@
+//! Gauss-Newton with Levenberg damping and a prior: 3-10 passes where the gradient rules need hundreds.
+//!
+//! ```text
+//! minimise  E(theta) + ridge/2 |theta - prior|^2
+//! (N + (ridge + lambda) I) delta = -(dE/dtheta + ridge (theta - prior)),      N = sum weight Psi^T Psi
+//! ```
+//!
+//! With `weight` = 1/sigma^2 of a window's noise and `ridge` = 1/sd^2 of the weights around the prior this is the maximum a
+//! posteriori estimate, and the prior keeps 63 parameters from fitting noise.
+//!
+//! One packed matrix is all the memory: it is factorised in place, so a rejected pass cannot solve again with more damping.
+//! It goes back and shortens the same step, which is a direction of descent, and the next solution is damped more.
+
+use crate::learn::{Batch, Rule};
+use crate::real::{Real, all_finite};
+use crate::shape::{Feedback, NEURONS, PARAMS};
+use crate::weights::Weights;
+
+/// Values of a packed symmetric matrix: row i holds the columns 0..=i.
+const PACKED: usize = PARAMS * (PARAMS + 1) / 2;
+
+/// The rule; its normal matrix alone is 8064 bytes in `f32`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct GaussNewton<T = f32> {
+    prior: [T; PARAMS],
+    ridge: T,
+    /// lambda in units of the mean diagonal element of N.
+    damping: T,
+    batch: Batch<T>,
+    normal: [T; PACKED],
+    best: Weights<T>,
+    /// Cost with the prior's part at `best`.
+    best_objective: Option<T>,
+    /// From `best` to the candidate, and the derivative of the objective along it (<= 0).
+    step: [T; PARAMS],
+    descent: T,
+}
+
+impl<T: Real> GaussNewton<T> {
+    /// Weights are expected around `prior` with inverse variance `ridge` >= 0 (in the units of `weight`); damping starts at 1e-3.
+    pub fn new(prior: &Weights<T>, ridge: T) -> Self {
+        Self {
+            prior: prior.to_array(),
+            ridge,
+            damping: T::from_f64(1e-3),
+            batch: Batch::new(),
+            normal: [T::ZERO; PACKED],
+            best: *prior,
+            best_objective: None,
+            step: [T::ZERO; PARAMS],
+            descent: T::ZERO,
+        }
+    }
+
+    /// E + ridge/2 |theta - prior|^2 of the best pass; `None` before the first accepted one.
+    pub fn best_objective(&self) -> Option<T> {
+        self.best_objective
+    }
+
+    /// Adds the prior to cost and gradient; gives the objective.
+    fn add_prior<F: Feedback>(&mut self, weights: &Weights<T>) -> T {
+        let half = T::from_f64(0.5);
+        let mut objective = self.batch.cost;
+        for (index, ((theta, &prior), g)) in weights
+            .iter()
+            .zip(&self.prior)
+            .zip(&mut self.batch.gradient)
+            .enumerate()
+        {
+            if F::is_active(index) {
+                let off = theta - prior;
+                objective += half * self.ridge * off * off;
+                *g += self.ridge * off;
+            }
+        }
+        objective
+    }
+
+    /// The damped step from the sums of an accepted pass.
+    fn solve(&mut self) {
+        let count = T::from_f64(PARAMS as f64);
+        let trace = rows(&self.normal)
+            .filter_map(|row| row.last())
+            .fold(T::ZERO, |sum, &value| sum + value);
+        let added = self.ridge + self.damping * trace / count;
+        for_each_row(&mut self.normal, |row| {
+            if let Some(diagonal) = row.last_mut() {
+                *diagonal += added;
+            }
+        });
+        factorise(&mut self.normal);
+        self.step = self.batch.gradient.map(|g| -g);
+        substitute(&self.normal, &mut self.step);
+        if !all_finite(&self.step) {
+            self.step = [T::ZERO; PARAMS];
+        }
+        let products = self
+            .step
+            .iter()
+            .zip(&self.batch.gradient)
+            .map(|(&step, &g)| step * g);
+        self.descent = products.fold(T::ZERO, |sum, product| sum + product);
+    }
+
+    /// Shortens the step to the minimum of the parabola through the two objectives and the descent, within 1/10 and 1/2.
+    fn shorten(&mut self, objective: T) {
+        let (least, most) = (T::from_f64(0.1), T::from_f64(0.5));
+        let rise = objective - self.best_objective.unwrap_or(T::ZERO);
+        let minimum = -most * self.descent / (rise - self.descent);
+        let factor = if minimum > most {
+            most
+        } else if minimum > least {
+            minimum
+        } else {
+            least
+        };
+        self.step = self.step.map(|step| step * factor);
+        self.descent *= factor;
+    }
+}
+
+impl<T: Real> Rule<T> for GaussNewton<T> {
+    fn start(&mut self, weights: &Weights<T>) {
+        self.best = *weights;
+        self.best_objective = None;
+        self.step = [T::ZERO; PARAMS];
+    }
+
+    fn begin(&mut self) {
+        self.batch = Batch::new();
+        self.normal = [T::ZERO; PACKED];
+    }
+
+    #[inline]
+    fn residual(&mut self, psi: &[[T; PARAMS]; NEURONS], r: &[T; NEURONS], weight: T) {
+        self.batch.add(psi, r, weight);
+        for row in psi {
+            let mut left = row.iter();
+            for_each_row(&mut self.normal, |line| {
+                let left = left.next().map_or(T::ZERO, |&left| weight * left);
+                for (value, &right) in line.iter_mut().zip(row) {
+                    *value += left * right;
+                }
+            });
+        }
+    }
+
+    fn end<F: Feedback>(&mut self, candidate: &mut Weights<T>, valid: bool) -> (T, bool) {
+        let cost = self.batch.cost;
+        let objective = self.add_prior::<F>(candidate);
+        let lower = self.best_objective.is_none_or(|best| objective <= best);
+        let accepted = valid && lower && objective.is_finite() && self.batch.is_finite();
+        let ten = T::from_f64(10.0);
+        if accepted {
+            self.best = *candidate;
+            self.best_objective = Some(objective);
+            let eased = self.damping / ten;
+            self.damping = if eased > T::EPSILON {
+                eased
+            } else {
+                T::EPSILON
+            };
+            self.solve();
+        } else {
+            let damped = self.damping * ten;
+            self.damping = if damped < ten { damped } else { ten };
+            self.shorten(objective);
+        }
+        *candidate = self.best;
+        for (theta, &step) in candidate.iter_mut().zip(&self.step) {
+            *theta += step;
+        }
+        (cost, accepted)
+    }
+
+    fn best(&self) -> Option<Weights<T>> {
+        Some(self.best)
+    }
+}
+
+/// Calls `act` with each row of a packed matrix.
+fn for_each_row<T>(packed: &mut [T; PACKED], mut act: impl FnMut(&mut [T])) {
+    let mut rest = packed.as_mut_slice();
+    for length in 1..=PARAMS {
+        let Some((row, below)) = rest.split_at_mut_checked(length) else {
+            return;
+        };
+        act(row);
+        rest = below;
+    }
+}
+
+/// The rows of a packed matrix, of 1, 2, 3 ... values.
+fn rows<T>(packed: &[T]) -> impl Iterator<Item = &[T]> {
+    (0..PARAMS).map_while(|i| {
+        let start = i * (i + 1) / 2;
+        packed.get(start..=start + i)
+    })
+}
+
+/// N = L L^T in place (Cholesky, row by row). A pivot lost in rounding is replaced by the largest diagonal element, which all but
+/// freezes its direction; the step stays one of descent.
+fn factorise<T: Real>(packed: &mut [T; PACKED]) {
+    let largest = rows(packed)
+        .filter_map(|row| row.last())
+        .fold(
+            T::ZERO,
+            |most, &value| if value > most { value } else { most },
+        );
+    let least = largest * T::EPSILON * T::from_f64(16.0);
+    for i in 0..PARAMS {
+        let Some((above, rest)) = packed.split_at_mut_checked(i * (i + 1) / 2) else {
+            return;
+        };
+        let Some(([row @ .., pivot], _)) = rest.split_at_mut_checked(i + 1) else {
+            return;
+        };
+        for (j, upper) in rows(above).enumerate() {
+            let Some((done, [value, ..])) = row.split_at_mut_checked(j) else {
+                break;
+            };
+            let [known @ .., diagonal] = upper else { break };
+            *value = (*value - dot(done, known)) / *diagonal;
+        }
+        let square = *pivot - dot(row, row);
+        *pivot = if square > least {
+            square.sqrt()
+        } else {
+            largest.sqrt()
+        };
+    }
+}
+
+/// Solves L L^T x = b in place of b.
+fn substitute<T: Real>(packed: &[T; PACKED], x: &mut [T; PARAMS]) {
+    for (i, row) in rows(packed).enumerate() {
+        let (Some((done, [value, ..])), [known @ .., diagonal]) = (x.split_at_mut_checked(i), row)
+        else {
+            return;
+        };
+        *value = (*value - dot(known, done)) / *diagonal;
+    }
+    for i in (0..PARAMS).rev() {
+        let Some([known @ .., diagonal]) = packed.get(i * (i + 1) / 2..(i + 1) * (i + 2) / 2)
+        else {
+            return;
+        };
+        let Some((above, [value, ..])) = x.split_at_mut_checked(i) else {
+            return;
+        };
+        *value = *value / *diagonal;
+        for (above, &factor) in above.iter_mut().zip(known) {
+            *above -= factor * *value;
+        }
+    }
+}
+
+/// a . b over the shorter of the two.
+fn dot<T: Real>(a: &[T], b: &[T]) -> T {
+    a.iter().zip(b).fold(T::ZERO, |sum, (&a, &b)| sum + a * b)
+}

@@ -1,0 +1,160 @@
+//! Learning in passes over a batch, with the exact gradient. One flow for every update rule:
+//!
+//! ```text
+//! learner.begin_pass();
+//! for each step { learner.step(input, dt);  if a reference is due { learner.reference(sum, weight); } }
+//! let pass = learner.end_pass();          // cost of the candidate weights; the rule has set the next candidate
+//! ... repeat, then  learner.proposal()    // the weights learned
+//! ```
+//!
+//! A [`Learner`] works on its own copy of a network and never touches the one it was made from.
+
+mod batch;
+mod gauss_newton;
+mod guarded;
+mod paper;
+mod window;
+
+pub use batch::Batch;
+pub use gauss_newton::GaussNewton;
+pub use guarded::Guarded;
+pub use paper::{Paper, StepSizes};
+pub use window::Window;
+
+use crate::activation::{Activation, Identity, Rational};
+use crate::gradient::Sensitivities;
+use crate::infer::{Fault, Net, Step};
+use crate::real::Real;
+use crate::shape::{Feedback, Full, NEURONS, PARAMS};
+use crate::state::State;
+use crate::weights::Weights;
+
+/// How the weights follow from the residuals of a pass: [`Paper`], [`Guarded`] or [`GaussNewton`].
+pub trait Rule<T: Real> {
+    /// Takes the weights of the first pass.
+    fn start(&mut self, weights: &Weights<T>);
+
+    /// Forgets the sums of the last pass.
+    fn begin(&mut self);
+
+    /// One closed window: E += weight/2 sum_j r_j^2, with `psi` = dr/dtheta.
+    fn residual(&mut self, psi: &[[T; PARAMS]; NEURONS], r: &[T; NEURONS], weight: T);
+
+    /// Judges the pass made with `candidate` and replaces it by the weights of the next pass. `valid` is false when the
+    /// network or its sensitivities overflowed. Gives (E, whether the pass was accepted).
+    fn end<F: Feedback>(&mut self, candidate: &mut Weights<T>, valid: bool) -> (T, bool);
+
+    /// The weights to propose; `None` for a rule that has none but its candidate.
+    fn best(&self) -> Option<Weights<T>>;
+}
+
+/// What a pass gave.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[must_use]
+pub struct Pass<T = f32> {
+    /// E of the weights this pass was made with (eq. 3, over windows): 1/2 sum weight r^2, in network units^2 s^2.
+    pub cost: T,
+    /// The rule took these weights as a new starting point; otherwise it went back.
+    pub accepted: bool,
+    /// Windows closed by a reference.
+    pub windows: u32,
+    /// Steps with any [`Fault`]; an overflow makes the whole pass void, a non-finite input does not.
+    pub faults: u32,
+}
+
+/// Learns the weights of one network in passes over a batch by the rule `U`.
+#[derive(Clone, Debug)]
+pub struct Learner<U, H = Rational, O = Identity, F = Full, T = f32> {
+    net: Net<H, O, F, T>,
+    state: State<T>,
+    sens: Sensitivities<T>,
+    window: Window<T>,
+    windows: u32,
+    faults: u32,
+    valid: bool,
+    rule: U,
+}
+
+impl<U: Rule<T>, H: Activation, O: Activation, F: Feedback, T: Real> Learner<U, H, O, F, T> {
+    /// Starts from the weights of `net`, which is copied.
+    pub fn new(net: &Net<H, O, F, T>, mut rule: U) -> Self {
+        rule.start(&net.weights);
+        Self {
+            net: Net::new(net.weights, net.normalisation),
+            state: State::new(),
+            sens: Sensitivities::new(),
+            window: Window::new(),
+            windows: 0,
+            faults: 0,
+            valid: true,
+            rule,
+        }
+    }
+
+    /// Starts a pass: state, sensitivities and all sums are 0.
+    pub fn begin_pass(&mut self) {
+        self.state.reset();
+        self.sens.reset();
+        self.window.reset();
+        self.windows = 0;
+        self.faults = 0;
+        self.valid = true;
+        self.rule.begin();
+    }
+
+    /// One step of the candidate network. `input` in physical units, `dt` in s: the time for which its output stands.
+    #[inline]
+    pub fn step(&mut self, input: [T; NEURONS], dt: T) -> Step<T> {
+        let step = self
+            .net
+            .step_gradient(&mut self.state, &mut self.sens, input);
+        self.window.add(&step.output, &self.sens, dt);
+        if let Some(fault) = step.fault {
+            self.faults = self.faults.saturating_add(1);
+            self.valid &= fault == Fault::NonFiniteInput;
+        }
+        step
+    }
+
+    /// Closes the window of the steps since the last reference. `sum` is the true error summed over it (physical units times s,
+    /// so rad or m/s), `weight` the inverse variance of its noise in network units times s, or 1. A window of one step with
+    /// dt = 1 s is the paper's per-sample target.
+    #[inline]
+    pub fn reference(&mut self, sum: [T; NEURONS], weight: T) {
+        let r = self.window.residual(&sum, &self.net.normalisation);
+        self.rule.residual(self.window.psi(), &r, weight);
+        self.window.reset();
+        self.windows = self.windows.saturating_add(1);
+    }
+
+    /// Drops the window since the last reference (a gap in the reference, say).
+    pub fn skip(&mut self) {
+        self.window.reset();
+    }
+
+    /// Ends the pass; a window that is still open is dropped. The next pass runs with new candidate weights.
+    pub fn end_pass(&mut self) -> Pass<T> {
+        let (cost, accepted) = self.rule.end::<F>(&mut self.net.weights, self.valid);
+        Pass {
+            cost,
+            accepted,
+            windows: self.windows,
+            faults: self.faults,
+        }
+    }
+
+    /// The weights learned so far: those of the best pass, for a guarded rule; the next candidate's for [`Paper`].
+    pub fn proposal(&self) -> Weights<T> {
+        self.rule.best().unwrap_or(self.net.weights)
+    }
+
+    /// The weights of the running or next pass.
+    pub fn candidate(&self) -> &Weights<T> {
+        &self.net.weights
+    }
+
+    /// The update rule, to look at its sums and steps.
+    pub fn rule(&self) -> &U {
+        &self.rule
+    }
+}

@@ -1,0 +1,124 @@
+//! The paper's rule (eq. 7-13) as printed: a step size for every parameter that grows while the gradient keeps its sign.
+//!
+//! ```text
+//! lambda(s) = sign( dE/dtheta(s) dE/dtheta(s-1) )          (10)
+//! eta(s)    = eta(s-1) + eps lambda(s) eta(s-1)            (8, 9)
+//! theta    <- theta - eta(s) dE/dtheta(s)                  (7, 11-13)
+//! ```
+//!
+//! Equation (7) prints "Delta = -eta = dE/dtheta" where a product is meant. Nothing guards this rule: with one eps for growing
+//! and shrinking it diverges on many tasks after some tens of passes. Use [`super::Guarded`] where that matters.
+
+use crate::learn::{Batch, Rule};
+use crate::real::Real;
+use crate::shape::{Feedback, Kind, NEURONS, PARAMS};
+use crate::weights::Weights;
+
+/// One number for each kind of parameter.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct StepSizes<T = f32> {
+    /// For R: eta or eps_1.
+    pub feedback: T,
+    /// For W: gamma or eps_2.
+    pub feed_forward: T,
+    /// For b: zeta or eps_3.
+    pub bias: T,
+}
+
+impl<T: Real> StepSizes<T> {
+    /// The same for all three.
+    pub const fn uniform(value: T) -> Self {
+        Self {
+            feedback: value,
+            feed_forward: value,
+            bias: value,
+        }
+    }
+
+    /// The one for this kind.
+    #[inline]
+    pub fn of(&self, kind: Kind) -> T {
+        match kind {
+            Kind::Feedback => self.feedback,
+            Kind::FeedForward => self.feed_forward,
+            Kind::Bias => self.bias,
+        }
+    }
+
+    /// One for every parameter.
+    pub(crate) fn spread(&self) -> [T; PARAMS] {
+        core::array::from_fn(|index| self.of(Kind::of(index)))
+    }
+}
+
+/// The printed rule.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Paper<T = f32> {
+    eps: [T; PARAMS],
+    steps: [T; PARAMS],
+    last: [T; PARAMS],
+    batch: Batch<T>,
+}
+
+impl<T: Real> Paper<T> {
+    /// `steps` are eta(0), gamma(0), zeta(0) > 0 for a gradient summed over the pass; `eps` the constants eps_1..3 of [0, 1].
+    pub fn new(steps: StepSizes<T>, eps: StepSizes<T>) -> Self {
+        let (eps, steps) = (eps.spread(), steps.spread());
+        Self {
+            eps,
+            steps,
+            last: [T::ZERO; PARAMS],
+            batch: Batch::new(),
+        }
+    }
+
+    /// eta(s), gamma(s), zeta(s) in parameter order.
+    pub fn steps(&self) -> &[T; PARAMS] {
+        &self.steps
+    }
+
+    /// E and dE/dtheta of the last pass.
+    pub fn batch(&self) -> &Batch<T> {
+        &self.batch
+    }
+}
+
+impl<T: Real> Rule<T> for Paper<T> {
+    fn start(&mut self, _: &Weights<T>) {}
+
+    fn begin(&mut self) {
+        self.batch = Batch::new();
+    }
+
+    #[inline]
+    fn residual(&mut self, psi: &[[T; PARAMS]; NEURONS], r: &[T; NEURONS], weight: T) {
+        self.batch.add(psi, r, weight);
+    }
+
+    /// Every finite pass is accepted. One that overflowed leaves weights and steps as they are: the rule has diverged.
+    /// In the first pass there is no earlier gradient: lambda = 0.
+    fn end<F: Feedback>(&mut self, candidate: &mut Weights<T>, valid: bool) -> (T, bool) {
+        let Batch { cost, gradient } = self.batch;
+        let mut next = *candidate;
+        let mut steps = self.steps;
+        let parameters = next
+            .iter_mut()
+            .zip(&mut steps)
+            .zip(&self.eps)
+            .zip(gradient.iter().zip(&self.last));
+        for (((theta, eta), &eps), (&g, &last)) in parameters {
+            let lambda = g.sign() * last.sign();
+            *eta += eps * lambda * *eta;
+            *theta -= *eta * g;
+        }
+        let accepted = valid && self.batch.is_finite() && next.is_finite();
+        if accepted {
+            (*candidate, self.steps, self.last) = (next, steps, gradient);
+        }
+        (cost, accepted)
+    }
+
+    fn best(&self) -> Option<Weights<T>> {
+        None
+    }
+}
