@@ -1,2 +1,57 @@
-//! xtask
-fn main() {}
+//! The one front door, the same at the desk and in CI: `cargo xtask <task>`.
+
+mod bench;
+mod check;
+mod needs;
+mod size;
+mod stage;
+mod vectors;
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand};
+
+/// The checks and measurements of this workspace.
+#[derive(Parser)]
+#[command(bin_name = "cargo xtask")]
+struct Arguments {
+    #[command(subcommand)]
+    task: Task,
+}
+
+#[derive(Subcommand)]
+enum Task {
+    /// Everything: format, lints, target builds, size and panic budgets, documentation, all tests (the target in QEMU too).
+    Test {
+        /// Leave out what needs the target or QEMU.
+        #[arg(long)]
+        fast: bool,
+    },
+    /// Nanoseconds on this machine and instructions on the Cortex-M4F, of a step and of a learning step.
+    Bench {
+        /// Write the figures to this file too.
+        #[arg(long, value_name = "FILE")]
+        json: Option<PathBuf>,
+    },
+    /// Flash and RAM of each image against budgets.toml.
+    Size,
+    /// Write the shared test vectors and their expected digests anew, after an intended change of the arithmetic.
+    Vectors,
+}
+
+fn main() -> ExitCode {
+    let done = match Arguments::parse().task {
+        Task::Test { fast } => check::test(fast),
+        Task::Bench { json } => bench::bench(json.as_deref()),
+        Task::Size => needs::target().and_then(|()| size::size()),
+        Task::Vectors => vectors::regenerate(),
+    };
+    match done {
+        Ok(code) => code,
+        Err(error) => {
+            eprintln!("xtask: {error:#}");
+            ExitCode::FAILURE
+        }
+    }
+}

@@ -4,7 +4,7 @@ use std::fs;
 use std::path::Path;
 
 use anyhow::{Context, Result};
-use object::elf::{SHF_ALLOC, SHT_NOBITS};
+use object::elf::SHF_ALLOC;
 use object::{Object, ObjectSection, ObjectSymbol, SectionFlags, SectionKind};
 
 /// RAM of the STM32F405 at 0x2000_0000, bytes.
@@ -12,7 +12,6 @@ pub const RAM: u64 = 128 * 1024;
 
 /// Lowest address of RAM (the core-coupled one); flash is below.
 const FIRST_RAM_ADDRESS: u64 = 0x1000_0000;
-const FLASH: std::ops::Range<u64> = 0x0800_0000..0x0810_0000;
 
 /// What an image takes and contains.
 #[derive(Debug, Default)]
@@ -38,7 +37,7 @@ impl Size {
             let SectionFlags::Elf { sh_flags, .. } = section.flags() else {
                 continue;
             };
-            if sh_flags & u64::from(SHF_ALLOC) == 0 {
+            if sh_flags & SHF_ALLOC != SHF_ALLOC {
                 continue;
             }
             let in_ram = section.address() >= FIRST_RAM_ADDRESS;

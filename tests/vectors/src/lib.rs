@@ -9,7 +9,7 @@ mod digest;
 mod expected;
 pub mod generate;
 mod inputs;
-mod learners;
+pub mod learners;
 mod network;
 
 use core::fmt::Write;

@@ -1,6 +1,8 @@
 //! The desktop's half of "host equals target, bit for bit"; the other half is the board image in QEMU.
 
-use vectors::{CHECKS, INPUTS, compare, generate};
+use lrnn_nostd::Rational;
+use lrnn_nostd::learn::Rule;
+use vectors::{CHECKS, INPUTS, compare, generate, learners};
 
 #[test]
 fn desktop_digests_equal_the_committed_constants() {
@@ -65,5 +67,28 @@ fn each_check_computes_something_else() {
     assert!(
         expected.windows(2).all(|pair| pair[0] != pair[1]),
         "{expected:x?}"
+    );
+}
+
+#[test]
+fn learners_learn_on_the_vectors() {
+    assert_learns(learners::paper());
+    assert_learns(learners::guarded());
+    assert_learns(learners::gauss_newton::<Rational>());
+}
+
+/// The digest would be of little worth if all passes were void or rejected.
+fn assert_learns(rule: impl Rule<f32>) {
+    let mut passes = Vec::new();
+    learners::teach::<Rational, _>(rule, &mut |pass, _| passes.push(pass));
+    assert!(
+        passes
+            .iter()
+            .all(|pass| pass.faults == 4 && pass.windows > 40),
+        "{passes:?}"
+    );
+    assert!(
+        passes[3].accepted && passes[3].cost < passes[0].cost,
+        "{passes:?}"
     );
 }

@@ -8,6 +8,7 @@ mod target {
 
     use cortex_m::peripheral::SYST;
     use cortex_m::peripheral::syst::SystClkSource;
+    use lrnn_nostd::learn::{Learner, Paper, StepSizes};
     use lrnn_nostd::{Activation, Rational, Sensitivities, State, Tanh};
     use vectors::{input, net};
 
@@ -68,7 +69,9 @@ mod target {
         writeln!(out, "step_rational {}", step::<Rational>())?;
         writeln!(out, "step_tanh {}", step::<Tanh>())?;
         writeln!(out, "gradient_rational {}", gradient::<Rational>())?;
-        writeln!(out, "gradient_tanh {}", gradient::<Tanh>())
+        writeln!(out, "gradient_tanh {}", gradient::<Tanh>())?;
+        writeln!(out, "learn_rational {}", learn::<Rational>())?;
+        writeln!(out, "learn_tanh {}", learn::<Tanh>())
     }
 
     #[inline(never)]
@@ -83,6 +86,24 @@ mod target {
         repeat(|input| {
             net.step_gradient(&mut state, &mut sensitivities, input)
                 .error
+        })
+    }
+
+    /// The most that learning can cost a step: a pass of one step by the paper's rule. Everything is cleared, one step with its
+    /// exact gradient is made, compared with a reference, and all 63 weights move.
+    #[inline(never)]
+    fn learn<H: Activation>() -> u32 {
+        let (steps, eps) = (
+            StepSizes::uniform(1.0 / 4096.0),
+            StepSizes::uniform(1.0 / 1024.0),
+        );
+        let mut learner = Learner::new(&net::<H>(), Paper::new(steps, eps));
+        repeat(|input| {
+            learner.begin_pass();
+            let step = learner.step(input, 1.0);
+            learner.reference(input, 1.0);
+            let _ = black_box(learner.end_pass());
+            step.error
         })
     }
 }

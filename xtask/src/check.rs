@@ -1,0 +1,90 @@
+//! `cargo xtask test`: cheap and general checks first, the tests last, so that their runner has the last word.
+
+use std::process::ExitCode;
+
+use anyhow::{Context, Result};
+use qemu::images::{PROFILE, REQUIRE, TARGET, target_directory};
+
+use crate::stage::{Stages, cargo_with, succeed};
+use crate::{needs, size};
+
+/// What is compiled for the target: each alone, so that no other package's features help it.
+const TARGET_PACKAGES: [&str; 4] = ["lrnn-nostd", "vectors", "firmware", "qemu"];
+
+/// Runs every stage; the exit code is the last one's.
+pub fn test(fast: bool) -> Result<ExitCode> {
+    let mut stages = Stages::new(if fast { 5 } else { 9 });
+    stages.run("format", || succeed(&mut cargo_with("fmt --all --check")))?;
+    if !fast {
+        stages.run("prepare: target and QEMU", || {
+            needs::target().and_then(|()| needs::emulator())
+        })?;
+    }
+    stages.run("lints", || {
+        succeed(&mut cargo_with(
+            "clippy --quiet --workspace --all-targets -- -D warnings",
+        ))
+    })?;
+    if !fast {
+        stages.run("target lints", target_lints)?;
+        stages.run("target builds, each package alone", target_builds)?;
+        stages.run("flash, RAM and panic budgets", || size::size().map(drop))?;
+    }
+    stages.run("documentation", documentation)?;
+    stages.run("documentation tests", || {
+        succeed(&mut cargo_with("test --quiet --workspace --doc"))
+    })?;
+    last(&mut stages, fast)
+}
+
+fn target_lints() -> Result<()> {
+    TARGET_PACKAGES.iter().try_for_each(|package| {
+        let mut clippy = cargo_with("clippy --quiet --lib --bins --target");
+        succeed(clippy.args([TARGET, "--package", package, "--", "-D", "warnings"]))
+    })
+}
+
+/// In the images' own directory, with their profile: what the size stage and the tests then need is built already.
+fn target_builds() -> Result<()> {
+    let directory = target_directory()?.join("images");
+    TARGET_PACKAGES.iter().try_for_each(|package| {
+        let mut build = cargo_with("build --quiet --target");
+        build
+            .args([
+                TARGET,
+                "--profile",
+                PROFILE,
+                "--package",
+                package,
+                "--target-dir",
+            ])
+            .arg(&directory);
+        succeed(&mut build)
+    })
+}
+
+fn documentation() -> Result<()> {
+    succeed(cargo_with("doc --quiet --workspace --no-deps").env("RUSTDOCFLAGS", "-D warnings"))
+}
+
+/// Unit, property and system tests, and the images in QEMU. Nothing is printed after the runner.
+fn last(stages: &mut Stages, fast: bool) -> Result<ExitCode> {
+    let mut runner = if needs::nextest() {
+        stages.begin("tests (nextest)");
+        cargo_with("nextest run --workspace")
+    } else {
+        stages.begin("tests");
+        cargo_with("test --workspace --lib --bins --tests")
+    };
+    if fast {
+        runner.args(["--exclude", "qemu"]);
+    } else {
+        runner.env(REQUIRE, "1");
+    }
+    let status = runner.status().context("cannot start the test runner")?;
+    Ok(if status.success() {
+        ExitCode::SUCCESS
+    } else {
+        ExitCode::from(status.code().map_or(1, |code| code as u8))
+    })
+}

@@ -1,0 +1,70 @@
+//! What the machine must have: installed when that can be done without asking, named with its remedy otherwise.
+
+use std::path::Path;
+use std::process::{Command, Stdio};
+
+use anyhow::{Context, Result, bail};
+use qemu::images::{TARGET, target_installed};
+use qemu::machine::{QEMU, REMEDY, available};
+
+use crate::stage::succeed;
+
+/// The core library of the target, for the pinned toolchain.
+pub fn target() -> Result<()> {
+    if target_installed() {
+        return Ok(());
+    }
+    let remedy = format!(
+        "target {TARGET} is missing and rustup could not add it; remedy: rustup target add {TARGET}"
+    );
+    // rustup runs in the workspace and so adds to the toolchain that rust-toolchain.toml pins.
+    let mut rustup = Command::new("rustup");
+    rustup
+        .args(["target", "add", TARGET])
+        .current_dir(qemu::images::workspace());
+    succeed(&mut rustup).context(remedy.clone())?;
+    if !target_installed() {
+        bail!(remedy);
+    }
+    Ok(())
+}
+
+/// The emulator.
+pub fn emulator() -> Result<()> {
+    if available() {
+        return Ok(());
+    }
+    let missing =
+        format!("{QEMU} is missing; remedy: {REMEDY}; or leave QEMU out: cargo xtask test --fast");
+    if !(root() && Path::new("/etc/debian_version").exists()) {
+        bail!(missing);
+    }
+    for arguments in [
+        "update -qq",
+        "install -qq --yes --no-install-recommends qemu-system-arm",
+    ] {
+        let mut apt = Command::new("apt-get");
+        apt.args(arguments.split_whitespace())
+            .env("DEBIAN_FRONTEND", "noninteractive")
+            .stdin(Stdio::null());
+        succeed(&mut apt).context(missing.clone())?;
+    }
+    if !available() {
+        bail!(missing);
+    }
+    Ok(())
+}
+
+fn root() -> bool {
+    let id = Command::new("id").arg("-u").output();
+    id.is_ok_and(|output| output.stdout.trim_ascii() == b"0")
+}
+
+/// Whether `cargo nextest` is installed.
+pub fn nextest() -> bool {
+    let version = crate::stage::cargo_with("nextest --version")
+        .stdout(Stdio::null())
+        .stderr(Stdio::null())
+        .status();
+    version.is_ok_and(|status| status.success())
+}

@@ -1,0 +1,92 @@
+//! `cargo xtask size`: flash and RAM of each image with a budget, and whether it can panic.
+
+use std::process::ExitCode;
+
+use anyhow::{Context, Result, bail};
+use comfy_table::{CellAlignment, Table, presets};
+use qemu::budget::{Budgets, ImageBudget};
+use qemu::images::{ALL, Image};
+use qemu::size::{RAM, Size};
+
+/// Builds and measures; exceeding a budget is an error.
+pub fn size() -> Result<ExitCode> {
+    let budgets = Budgets::read()?;
+    let mut table = Table::new();
+    table.load_preset(presets::ASCII_MARKDOWN);
+    table.set_header([
+        "image",
+        "flash, B",
+        "budget",
+        "RAM, B",
+        "budget",
+        "left for the stack, B",
+        "functions that panic",
+    ]);
+    table
+        .column_iter_mut()
+        .skip(1)
+        .for_each(|column| column.set_cell_alignment(CellAlignment::Right));
+    let mut exceeded = Vec::new();
+    for (name, budget) in &budgets.image {
+        let image = ALL
+            .iter()
+            .find(|image| image.name == name)
+            .with_context(|| format!("budgets.toml: no image `{name}`"))?;
+        let size = measure(*image)?;
+        table.add_row([
+            name.clone(),
+            size.flash.to_string(),
+            budget.flash.to_string(),
+            size.ram.to_string(),
+            budget.ram.to_string(),
+            RAM.saturating_sub(size.ram).to_string(),
+            size.panics.len().to_string(),
+        ]);
+        exceeded.extend(excess(budget, &size).map(|what| format!("{name}: {what}")));
+    }
+    println!("{table}");
+    if !exceeded.is_empty() {
+        bail!("over budget (budgets.toml):\n  {}", exceeded.join("\n  "));
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+fn measure(image: Image) -> Result<Size> {
+    Size::of(&image.build()?)
+}
+
+fn excess(budget: &ImageBudget, size: &Size) -> impl Iterator<Item = String> {
+    let flash = (size.flash > budget.flash)
+        .then(|| format!("{} bytes of flash, budget {}", size.flash, budget.flash));
+    let ram = (size.ram > budget.ram)
+        .then(|| format!("{} bytes of RAM, budget {}", size.ram, budget.ram));
+    let panics = (!budget.panics && !size.panics.is_empty())
+        .then(|| format!("can panic: {}", size.panics.join(", ")));
+    [flash, ram, panics].into_iter().flatten()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn each_excess_is_named() {
+        let budget = ImageBudget {
+            flash: 100,
+            ram: 10,
+            panics: false,
+        };
+        let within = Size {
+            flash: 100,
+            ram: 10,
+            panics: Vec::new(),
+        };
+        assert_eq!(excess(&budget, &within).count(), 0);
+        let beyond = Size {
+            flash: 101,
+            ram: 11,
+            panics: vec!["core::panicking::panic".into()],
+        };
+        assert_eq!(excess(&budget, &beyond).count(), 3);
+    }
+}
