@@ -1,4 +1,19 @@
 //! What a run leaves behind: the printed table, the JSON, and the self-contained HTML page with its pictures.
+//!
+//! Entry points: [`table::table`], [`json::json`], [`page::write`].
+
+mod axes;
+mod canvas;
+pub mod figures;
+mod html;
+pub mod json;
+pub mod page;
+mod palette;
+mod panels;
+#[cfg(test)]
+mod sample;
+mod sheet;
+pub mod table;
 
 /// Errors of one scheme at one time, compared with the reference.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
@@ -33,7 +48,7 @@ pub struct Results {
 /// One curve: same length of `x` and `y`.
 #[derive(Debug, Clone, Default)]
 pub struct Curve {
-    /// Legend text.
+    /// Legend text: a scheme's name or `reference`; for learning `network: part`, as in `gyros: held back`.
     pub name: String,
     /// Abscissae.
     pub x: Vec<f64>,
@@ -65,7 +80,8 @@ pub struct Report {
     pub title: String,
     /// The table.
     pub results: Results,
-    /// Label and value of what was run: preset, rates, durations, seeds, learning set-up.
+    /// Label and value of what was run: preset, rates, durations, seeds, learning set-up. A value labelled `command` is the
+    /// command that makes this report again.
     pub set_up: Vec<(String, String)>,
     /// What the reader must know, in sentences: which alignment, whether the correction was left at zero and why, ...
     pub notes: Vec<String>,

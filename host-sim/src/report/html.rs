@@ -1,0 +1,375 @@
+//! The HTML page: one file with its style and pictures inside, no script, nothing fetched.
+
+use super::figures::{Figure, length};
+use super::palette::{self, Colour};
+use super::table::{BASELINE, blocks, change_percent, is_best, percent};
+use super::{Curve, Report, Results, Row};
+use maud::{DOCTYPE, Markup, PreEscaped, html};
+
+/// What tells a page of ours from anybody else's.
+pub(super) const MARKER: &str = "<meta name=\"generator\" content=\"host-sim report\">";
+
+/// Heading of a picture.
+pub(super) fn heading(figure: Figure) -> &'static str {
+    match figure {
+        Figure::Error => "Horizontal error over time",
+        Figure::Track => "Track",
+        Figure::Errors => "Sensor errors and what the network says of them",
+        Figure::Learning => "Learning",
+    }
+}
+
+/// The whole page.
+pub(super) fn page(report: &Report, svgs: &[(Figure, String)]) -> String {
+    let results = &report.results;
+    let markup = html! {
+        (DOCTYPE)
+        html lang="en" {
+            head {
+                meta charset="utf-8";
+                (PreEscaped(MARKER))
+                meta name="viewport" content="width=device-width, initial-scale=1";
+                meta name="color-scheme" content="light dark";
+                title { (report.title) }
+                style { (PreEscaped(style())) }
+            }
+            body {
+                main {
+                    h1 { (report.title) }
+                    p.sub { "scenario " b { (results.scenario) } ", seed " b { (results.seed) } }
+                    @for sentence in findings(results) { p.finding { (sentence) } }
+                    @if !report.notes.is_empty() {
+                        aside { h2 { "Read this first" } ul { @for note in &report.notes { li { (note) } } } }
+                    }
+                    h2 { "Errors against the reference" }
+                    (results_table(results))
+                    @for (number, (figure, svg)) in svgs.iter().enumerate() {
+                        section {
+                            h2 { (heading(*figure)) }
+                            figure {
+                                (PreEscaped(svg))
+                                figcaption {
+                                    b { "Figure " (number + 1) ". " } (caption(*figure, report)) " "
+                                    a href=(figure.file()) { (figure.file()) }
+                                }
+                            }
+                        }
+                    }
+                    (set_up(report))
+                    (reproduce(report))
+                }
+            }
+        }
+    };
+    markup.into_string()
+}
+
+/// What came out at the last time, scheme by scheme, whichever way it went.
+fn findings(results: &Results) -> Vec<String> {
+    let Some(last) = blocks(results).last() else {
+        return vec!["This run has no results.".to_owned()];
+    };
+    let span = last.iter().map(|row| row.horizontal_m).fold(0.0, f64::max);
+    let against = |row: &Row| {
+        let change = change_percent(results, row)?;
+        let verb = if change < 0.0 { "smaller" } else { "larger" };
+        Some(format!(
+            "{} {} ({:.0} % {verb})",
+            row.scheme,
+            length(row.horizontal_m, span),
+            change.abs()
+        ))
+    };
+    let compared: Vec<String> = last.iter().filter_map(against).collect();
+    let raw = last.iter().find(|row| row.scheme == BASELINE);
+    let mut sentences = vec![];
+    if let (Some(raw), false) = (raw, compared.is_empty()) {
+        let error = length(raw.horizontal_m, span);
+        sentences.push(format!(
+            "Horizontal error after {} min: {error} from the raw data; {}.",
+            raw.t_min,
+            compared.join(", ")
+        ));
+    }
+    if let Some(best) = last.iter().find(|row| is_best(results, row)) {
+        let times = blocks(results).count();
+        let won = results
+            .rows
+            .iter()
+            .filter(|row| row.scheme == best.scheme && is_best(results, row))
+            .count();
+        sentences.push(format!(
+            "Least error at the end: {}, which is also the best at {won} of the {times} times.",
+            best.scheme
+        ));
+    }
+    sentences
+}
+
+fn results_table(results: &Results) -> Markup {
+    html! {
+        div.wide {
+            table.results {
+                thead {
+                    tr {
+                        th { "time" br; "min" } th.text { "scheme" }
+                        th { "latitude" br; "error, m" } th { "longitude" br; "error, m" }
+                        th { "north velocity" br; "error, m/s" } th { "east velocity" br; "error, m/s" }
+                        th { "horizontal" br; "error, m" } th { "change" br; "against raw" }
+                    }
+                }
+                @for block in blocks(results) {
+                    tbody {
+                        @for (line, row) in block.iter().enumerate() {
+                            tr.best[is_best(results, row)] {
+                                @if line == 0 { th rowspan=(block.len()) { (row.t_min) } }
+                                (results_row(results, row, line))
+                            }
+                        }
+                    }
+                }
+            }
+        }
+        p.legend {
+            "Latitude error is positive north, longitude error positive east. Change is that of the horizontal error against "
+            i { "raw" } " at the same time: \u{2212} is a smaller error, "
+            span.worse { "+ a larger one" } ". " span.star { "\u{2605}" } " marks the least horizontal error of its time."
+        }
+    }
+}
+
+fn results_row(results: &Results, row: &Row, line: usize) -> Markup {
+    let change = change_percent(results, row);
+    let colour = palette::scheme(&row.scheme, line).colour.name;
+    let number = |value: f64, digits: usize| format!("{value:+.digits$}").replace('-', "\u{2212}");
+    html! {
+        td.text { span.chip style={ "background:var(--" (colour) ")" } {} (row.scheme) }
+        td { (number(row.d_lat_m, 2)) } td { (number(row.d_lon_m, 2)) }
+        td { (number(row.d_vn_mps, 3)) } td { (number(row.d_ve_mps, 3)) }
+        td.main { @if is_best(results, row) { span.star title="least of its time" { "\u{2605} " } } (format!("{:.2}", row.horizontal_m)) }
+        td.worse[change.is_some_and(|change| change >= 0.5)] { (change.map_or("\u{2013}".to_owned(), |_| percent(change).replace('-', "\u{2212}"))) }
+    }
+}
+
+/// What is seen, from the data.
+fn caption(figure: Figure, report: &Report) -> String {
+    match figure {
+        Figure::Error => {
+            let worst = |curve: &Curve| curve.y.iter().copied().filter(|e| e.is_finite()).fold(0.0, f64::max);
+            let span = report.error_over_time.iter().map(worst).fold(0.0, f64::max);
+            let parts: Vec<String> =
+                report.error_over_time.iter().map(|curve| format!("{} {}", curve.name, length(worst(curve), span))).collect();
+            format!("Distance between each scheme's position and the reference. Largest: {}.", parts.join(", "))
+        }
+        Figure::Track => "Plan view, the same scale both ways. The broad line is the reference; dots mark where each ends.".to_owned(),
+        Figure::Errors => sensor_caption(report),
+        Figure::Learning => learning_caption(&report.learning),
+    }
+}
+
+fn sensor_caption(report: &Report) -> String {
+    let known = report.traces.iter().any(|trace| !trace.truth.is_empty());
+    let taught = report
+        .traces
+        .iter()
+        .any(|trace| trace.teacher.iter().any(|value| value.is_finite()));
+    let mut text = String::from(if known {
+        "Output of the network over the true error of each sensor, which the network never sees."
+    } else {
+        "Output of the network for each sensor; the true error of recorded data is unknown."
+    });
+    if taught {
+        text += " Dots are what the teacher said while learning, thinned; those beyond a panel's range are not drawn.";
+    }
+    text + " Each panel has its own scale."
+}
+
+fn learning_caption(curves: &[Curve]) -> String {
+    let ends: Vec<String> = curves
+        .iter()
+        .filter_map(|curve| {
+            Some(format!(
+                "{} {} to {}",
+                curve.name,
+                three_figures(*curve.y.first()?),
+                three_figures(*curve.y.last()?)
+            ))
+        })
+        .collect();
+    if ends.is_empty() {
+        return "No network was trained in this run.".to_owned();
+    }
+    format!(
+        "Cost over passes; dashed on data held back from learning. First to last: {}.",
+        ends.join("; ")
+    )
+}
+
+fn three_figures(value: f64) -> String {
+    let decimals = 2.0 - value.abs().max(1e-300).log10().floor();
+    if (0.0..=5.0).contains(&decimals) {
+        format!("{value:.0$}", decimals as usize)
+    } else {
+        format!("{value:.2e}")
+    }
+}
+
+fn set_up(report: &Report) -> Markup {
+    let shown = report.set_up.iter().filter(|(label, _)| label != "command");
+    html! {
+        h2 { "Set-up" }
+        table.setup { tbody { @for (label, value) in shown { tr { th.text { (label) } td.text { (value) } } } } }
+    }
+}
+
+fn reproduce(report: &Report) -> Markup {
+    let command = report.set_up.iter().find(|(label, _)| label == "command");
+    html! {
+        h2 { "How to reproduce" }
+        @if let Some((_, command)) = command {
+            pre { (command) }
+            p { "The same command gives the same numbers: every random number comes from the seed." }
+        } @else {
+            p { "Run scenario " b { (report.results.scenario) } " with seed " b { (report.results.seed) } ": every random number comes from the seed." }
+        }
+    }
+}
+
+/// The style sheet: our colours as variables, and the pictures' colours mapped onto them, so that they follow a dark screen.
+fn style() -> String {
+    let variables = |pick: fn(Colour) -> &'static str| -> String {
+        palette::all()
+            .map(|colour| format!("--{}:{};", colour.name, pick(colour)))
+            .collect()
+    };
+    let mapped: String = palette::all()
+        .map(|c| {
+            format!(
+                "svg [stroke=\"{0}\"]{{stroke:var(--{1})}}svg [fill=\"{0}\"]{{fill:var(--{1})}}\n",
+                c.light, c.name
+            )
+        })
+        .collect();
+    let light = variables(|colour| colour.light);
+    let dark = variables(|colour| colour.dark);
+    format!(
+        ":root{{{light}}}\n@media screen and (prefers-color-scheme:dark){{:root{{{dark}}}}}\n{mapped}{}",
+        include_str!("page.css")
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::sample;
+    use super::*;
+
+    fn sample_page(report: &Report) -> String {
+        page(
+            report,
+            &Figure::ALL.map(|figure| (figure, figure.svg(report, heading(figure)).unwrap())),
+        )
+    }
+
+    #[test]
+    fn the_page_holds_everything_and_fetches_nothing() {
+        let report = sample::report();
+        let text = sample_page(&report);
+        assert!(text.starts_with("<!DOCTYPE html>") && text[..1024].contains(MARKER));
+        for row in &report.results.rows {
+            assert!(text.contains(&format!("{:.2}", row.horizontal_m)));
+        }
+        for part in report
+            .notes
+            .iter()
+            .chain(report.set_up.iter().map(|(_, value)| value))
+        {
+            assert!(text.contains(part.as_str()), "{part}");
+        }
+        assert_eq!(text.matches("<svg").count(), 4);
+        let outside = ["<script", "<link", "<img", "url(", "@import", "src="];
+        assert!(outside.iter().all(|tag| !text.contains(tag)));
+        assert_eq!(
+            text.matches("http").count(),
+            4,
+            "the four names of the SVG name space only"
+        );
+        assert!(text.len() < 1_000_000, "{} bytes", text.len());
+    }
+
+    #[test]
+    fn findings_say_which_way_it_went() {
+        let found = findings(&sample::report().results)
+            .join(" ")
+            .replace('\u{a0}', " ");
+        assert!(
+            found.contains("ls-3x3") && found.contains("% larger)") && found.contains("% smaller)"),
+            "{found}"
+        );
+        assert!(
+            found.contains(
+                "Least error at the end: rnn, which is also the best at 5 of the 5 times."
+            ),
+            "{found}"
+        );
+        let nothing = Results {
+            scenario: "x".into(),
+            seed: 0,
+            rows: vec![],
+        };
+        assert_eq!(findings(&nothing), ["This run has no results."]);
+    }
+
+    #[test]
+    fn a_larger_error_is_marked_as_such() {
+        let report = sample::report();
+        let larger = report
+            .results
+            .rows
+            .iter()
+            .filter(|row| change_percent(&report.results, row) >= Some(0.5))
+            .count();
+        assert!(larger > 0);
+        assert_eq!(
+            sample_page(&report)
+                .matches("<td class=\"worse\">+")
+                .count(),
+            larger
+        );
+    }
+
+    #[test]
+    fn costs_have_three_figures() {
+        assert_eq!(
+            [1.0023, 0.05017, 123.4, 1234.5, 1.5e-9].map(three_figures),
+            ["1.00", "0.0502", "123", "1.23e3", "1.50e-9"]
+        );
+    }
+
+    #[test]
+    fn text_from_outside_is_escaped() {
+        let mut report = sample::report();
+        report.title = "<script>alert(1)</script>".into();
+        report.notes = vec!["a < b & c".into()];
+        report.track[1].name = "<b>".into();
+        let text = sample_page(&report);
+        assert!(
+            !text.contains("<script")
+                && text.contains("a &lt; b &amp; c")
+                && !text.contains("<b></text>")
+        );
+    }
+
+    #[test]
+    fn without_truth_and_learning_the_captions_say_so() {
+        let mut report = sample::report();
+        report.learning.clear();
+        for trace in &mut report.traces {
+            trace.truth.clear();
+        }
+        let text = sample_page(&report);
+        assert!(
+            text.contains("No network was trained")
+                && text.contains("the true error of recorded data is unknown")
+        );
+    }
+}

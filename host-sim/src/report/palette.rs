@@ -1,0 +1,148 @@
+//! Colours and line styles of the report: one look a scheme, the same in every picture and in the table.
+//!
+//! The hues are those of Okabe and Ito ("Color Universal Design", 2008), which stay apart with every kind of colour
+//! blindness; dashes tell the schemes apart in grey print as well.
+
+/// A colour on white paper and its counterpart on a dark screen, both `#RRGGBB` in upper case (as the SVG writes them).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Colour {
+    /// Name of the CSS variable.
+    pub name: &'static str,
+    /// On white.
+    pub light: &'static str,
+    /// On a dark screen.
+    pub dark: &'static str,
+}
+
+impl Colour {
+    const fn new(name: &'static str, light: &'static str, dark: &'static str) -> Self {
+        Self { name, light, dark }
+    }
+
+    /// Red, green and blue on white, each 0..=255.
+    pub fn rgb(self) -> (u8, u8, u8) {
+        let part = |at: usize| u8::from_str_radix(&self.light[at..at + 2], 16).unwrap_or(0);
+        (part(1), part(3), part(5))
+    }
+}
+
+/// Background.
+pub(super) const PAPER: Colour = Colour::new("paper", "#FFFFFF", "#15181C");
+/// Text, frames, and the true sensor error.
+pub(super) const INK: Colour = Colour::new("ink", "#1B1F24", "#E7EAEE");
+/// Tick labels and captions.
+pub(super) const SOFT: Colour = Colour::new("soft", "#59616B", "#A4ADB8");
+/// Grid lines.
+pub(super) const GRID: Colour = Colour::new("grid", "#E4E7EB", "#2C3138");
+/// The reference track.
+pub(super) const REFERENCE: Colour = Colour::new("reference", "#9BA3AD", "#6C7580");
+/// What the teacher said: faint.
+pub(super) const TEACHER: Colour = Colour::new("teacher", "#C3C9D1", "#4C545E");
+const RAW: Colour = Colour::new("raw", "#D55E00", "#FF8B3D");
+const LS_BIAS: Colour = Colour::new("ls-bias", "#CC79A7", "#E79CC6");
+const LS_3X3: Colour = Colour::new("ls-3x3", "#009E73", "#2CC99B");
+/// The network, also in the learning curves and sensor-error panels.
+pub(super) const RNN: Colour = Colour::new("rnn", "#0072B2", "#56B4F2");
+const OTHER: [Colour; 3] = [
+    Colour::new("other-1", "#56B4E9", "#8FD0F7"),
+    Colour::new("other-2", "#B58900", "#E6C34D"),
+    Colour::new("other-3", "#6F5BB5", "#AE9DF0"),
+];
+
+/// All colours, for the style sheet.
+pub(super) fn all() -> impl Iterator<Item = Colour> {
+    let named = [
+        PAPER, INK, SOFT, GRID, REFERENCE, TEACHER, RAW, LS_BIAS, LS_3X3, RNN,
+    ];
+    named.into_iter().chain(OTHER)
+}
+
+/// How a curve is drawn; lengths in CSS pixels.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Look {
+    pub colour: Colour,
+    pub width: f64,
+    /// Stroke, gap, stroke, gap, ...; empty for a solid line.
+    pub dash: &'static [f64],
+}
+
+impl Look {
+    /// A solid line.
+    pub const fn solid(colour: Colour, width: f64) -> Self {
+        Self {
+            colour,
+            width,
+            dash: &[],
+        }
+    }
+}
+
+/// Look of a scheme or of the reference, by name; a name we do not know gets a colour by its place `index`.
+pub(super) fn scheme(name: &str, index: usize) -> Look {
+    match name {
+        "reference" => Look::solid(REFERENCE, 4.0),
+        "raw" => Look::solid(RAW, 1.8),
+        "ls-bias" => Look {
+            colour: LS_BIAS,
+            width: 1.8,
+            dash: &[10.0, 5.0],
+        },
+        "ls-3x3" => Look {
+            colour: LS_3X3,
+            width: 1.8,
+            dash: &[9.0, 3.5, 2.0, 3.5],
+        },
+        "rnn" => Look::solid(RNN, 2.4),
+        _ => Look {
+            colour: OTHER[index % OTHER.len()],
+            width: 1.8,
+            dash: &[3.0, 3.0],
+        },
+    }
+}
+
+/// Look of a learning curve `network: part`: a colour a network by its place `index`, dashes for data held back.
+pub(super) fn learning(name: &str, index: usize) -> Look {
+    const NETWORKS: [Colour; 4] = [RNN, RAW, LS_3X3, LS_BIAS];
+    let dash: &[f64] = if name.contains("held back") {
+        &[7.0, 4.0]
+    } else {
+        &[]
+    };
+    Look {
+        colour: NETWORKS[index % NETWORKS.len()],
+        width: 2.0,
+        dash,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_scheme_differs_in_colour_and_in_grey_print() {
+        let looks =
+            ["raw", "ls-bias", "ls-3x3", "rnn", "reference", "ekf"].map(|name| scheme(name, 0));
+        for (i, a) in looks.iter().enumerate() {
+            for b in &looks[..i] {
+                assert_ne!(a.colour, b.colour);
+                assert!(a.dash != b.dash || a.width != b.width);
+            }
+        }
+    }
+
+    #[test]
+    fn colours_are_distinct_and_spelt_as_the_svg_spells_them() {
+        let all: Vec<Colour> = all().collect();
+        for (i, colour) in all.iter().enumerate() {
+            let (r, g, b) = colour.rgb();
+            assert_eq!(colour.light, format!("#{r:02X}{g:02X}{b:02X}"));
+            assert!(
+                all[..i]
+                    .iter()
+                    .all(|other| other.light != colour.light && other.name != colour.name)
+            );
+        }
+    }
+}
