@@ -9,8 +9,10 @@
 //! l > m:  s_l,j(k) = f'(x_l,j) [ sum_i W_l,ji s_l-1,i(k) + sum_i R_l,ji s_l,i(k-1) ]
 //! ```
 //!
-//! The print has f for f' in (5) and (6), the feed-forward term y_l-1,j for y_l-1,i, and no recursion through the own feedback
-//! of the layers between and above (only through the output layer's); `tests/errata.rs` shows each of them to be wrong.
+//! The print is wrong in four places, each of which `tests/errata.rs` shows to disagree with differences of the output:
+//! f for f' in (5) and (6); the direct term of (6), which belongs to unit p only and to the source unit q; the sum of (6) for a
+//! bias, which runs over all units of the layer and not n_l - 1; and the recursion through the own feedback of *every* higher
+//! layer, of which (5) has the last one only.
 
 use crate::activation::Activation;
 use crate::infer::{Fault, Forward, Net, Step};
@@ -132,7 +134,13 @@ fn scaled<T: Real>(
     slope: &[T; NEURONS],
     matrix: &[[T; NEURONS]; NEURONS],
 ) -> [[T; NEURONS]; NEURONS] {
-    core::array::from_fn(|j| matrix[j].map(|value| slope[j] * value))
+    let mut scaled = *matrix;
+    for j in 0..NEURONS {
+        for i in 0..NEURONS {
+            scaled[j][i] *= slope[j];
+        }
+    }
+    scaled
 }
 
 /// sum_i f' R_ji s_i of one parameter.
@@ -192,8 +200,11 @@ fn inherit<F: Feedback, T: Real, const N: usize, const M: usize>(
         let under = [below[0][theta], below[1][theta], below[2][theta]];
         let last = [s[0][theta], s[1][theta], s[2][theta]];
         for j in 0..NEURONS {
-            let forward = fw[j][0] * under[0] + fw[j][1] * under[1] + fw[j][2] * under[2];
-            s[j][theta] = forward + feedback::<F, T>(fr, &last, j);
+            let mut sum = feedback::<F, T>(fr, &last, j);
+            for i in 0..NEURONS {
+                sum += fw[j][i] * under[i];
+            }
+            s[j][theta] = sum;
         }
     }
 }

@@ -158,10 +158,15 @@ fn activity<A: Activation, F: Feedback, T: Real>(
             }
         }
     }
-    let both = x.map(A::apply_with_slope);
+    // Written out: `map` is not always inlined, and then the slopes are computed for nothing.
+    let [(y0, slope0), (y1, slope1), (y2, slope2)] = [
+        A::apply_with_slope(x[0]),
+        A::apply_with_slope(x[1]),
+        A::apply_with_slope(x[2]),
+    ];
     Activity {
         x,
-        y: both.map(|(y, _)| y),
-        slope: both.map(|(_, slope)| slope),
+        y: [y0, y1, y2],
+        slope: [slope0, slope1, slope2],
     }
 }

@@ -31,13 +31,16 @@ impl<T: Real> Normalisation<T> {
     /// u = (input - input_offset) * input_scale.
     #[inline(always)]
     pub fn input(&self, input: [T; NEURONS]) -> [T; NEURONS] {
-        core::array::from_fn(|j| (input[j] - self.input_offset[j]) * self.input_scale[j])
+        let [a, b, c] = input;
+        let ([oa, ob, oc], [sa, sb, sc]) = (self.input_offset, self.input_scale);
+        [(a - oa) * sa, (b - ob) * sb, (c - oc) * sc]
     }
 
     /// error = y_3 * output_scale.
     #[inline(always)]
     pub fn error(&self, output: [T; NEURONS]) -> [T; NEURONS] {
-        core::array::from_fn(|j| output[j] * self.output_scale[j])
+        let ([a, b, c], [sa, sb, sc]) = (output, self.output_scale);
+        [a * sa, b * sb, c * sc]
     }
 
     /// The same in another number type; exact from `f32` to `f64`, rounded to nearest the other way.

@@ -112,7 +112,9 @@ impl<T: Real> Weights<T> {
 
     /// Every parameter is finite.
     pub fn is_finite(&self) -> bool {
-        self.iter().all(T::is_finite)
+        self.iter()
+            .fold(T::ZERO, |sum, value| sum + value * T::ZERO)
+            == T::ZERO
     }
 
     /// The same weights in another number type; exact from `f32` to `f64`, rounded to nearest the other way.
