@@ -9,3 +9,4 @@
 
 pub mod compensator;
 pub mod sample;
+pub mod wire;

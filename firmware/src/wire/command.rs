@@ -1,0 +1,232 @@
+//! Our own command link: a person or a host asks, the co-processor answers.
+//!
+//! One packet is postcard's encoding of `(number, message)`, then its CRC-32 (zlib's, little-endian), the whole COBS
+//! encoded and ended by a zero byte. A reader that joins late or meets damage is in step again at the next zero.
+//!
+//! The number is the requester's; an answer carries that of its request. A request that comes again under the same
+//! number (because the answer was lost) is meant to be carried out once.
+//!
+//! Compatibility: the variants' order is the wire format. New ones go to the end, and [`WIRE_VERSION`] counts changes.
+
+use super::Error;
+use super::checksum::crc32_zlib_digest;
+use postcard::ser_flavors::{Cobs, Slice, crc::CrcModifier};
+use serde::{Deserialize, Serialize};
+
+/// Version of this wire format, in [`Version`].
+pub const WIRE_VERSION: u16 = 1;
+/// The largest piece of a weight image in one packet, bytes.
+pub const MAX_CHUNK: usize = 128;
+/// The longest packet, its zero byte included: chunk, 32 bytes for the other fields and the CRC, COBS overhead.
+pub const MAX_PACKET: usize = MAX_CHUNK + 32 + 2;
+
+/// What the compensator does with the words.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Mode {
+    /// Words go through as they came.
+    Bypass,
+    /// Words are corrected by fixed weights.
+    Frozen,
+    /// Words go through; the correction is computed and reported only.
+    Shadow,
+    /// As shadow, and the weights learn.
+    Learn,
+}
+
+/// What the navigation computer tells about its alignment.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Alignment {
+    /// It begins: a correction may be switched on until then.
+    Started,
+    /// It is done: a correction may only be faded from here on.
+    Finished,
+}
+
+/// A reference for the words of a past window, as sums.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Window {
+    /// Number of the first sample in the window.
+    pub first: u32,
+    /// Number of the last sample in the window.
+    pub last: u32,
+    /// Sum of the true angle increments x, y, z, rad.
+    pub angle: [f64; 3],
+    /// Sum of the true velocity increments x, y, z, m/s.
+    pub velocity: [f64; 3],
+}
+
+/// What can be asked.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub enum Request<'a> {
+    /// Answer: [`Response::Version`].
+    GetVersion,
+    /// Answer: [`Response::Health`].
+    GetHealth,
+    /// Answer: done or refused.
+    SetMode(Mode),
+    /// A piece of a new weight image, at most [`MAX_CHUNK`] bytes, into the receiving buffer.
+    WriteImage {
+        /// Where in the image.
+        offset: u32,
+        /// The piece.
+        bytes: &'a [u8],
+    },
+    /// Check the image received and use it from the next sample on.
+    CommitImage {
+        /// Its length, bytes.
+        length: u32,
+    },
+    /// Answer: [`Response::Image`] with the weights in use.
+    ReadImage {
+        /// Where in the image.
+        offset: u32,
+        /// At most [`MAX_CHUNK`].
+        length: u16,
+    },
+    /// A reference to learn from.
+    Reference(Window),
+    /// The navigation computer's alignment.
+    Alignment(Alignment),
+}
+
+/// Why a request was not carried out.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Reason {
+    /// The request's numbers are outside their range.
+    Range,
+    /// Not in this mode.
+    Mode,
+    /// The weight image is damaged, of another shape or of another version.
+    Image,
+    /// The window is no longer, or not yet, known.
+    Window,
+    /// An alignment is in progress or done.
+    Alignment,
+    /// Nothing of the kind on this board.
+    Unsupported,
+}
+
+/// What runs here.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Version {
+    /// [`WIRE_VERSION`]
+    pub wire: u16,
+    /// Major, minor, patch of the firmware.
+    pub firmware: [u16; 3],
+    /// Format of the weight image.
+    pub image: u16,
+}
+
+/// Counters since power-on, each held at its end, never wrapping.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Health {
+    /// Mode in force.
+    pub mode: Mode,
+    /// Fault flags of the application, 0 = none.
+    pub faults: u32,
+    /// Inertial frames received.
+    pub frames: u32,
+    /// Frames with a wrong checksum.
+    pub bad_checksums: u32,
+    /// Bytes of garbage.
+    pub garbage: u32,
+    /// Frames missing by the sensor's counter.
+    pub missed: u32,
+    /// Words held at the end of their range.
+    pub saturated: u32,
+    /// Corrections held at their bound.
+    pub bounded: u32,
+}
+
+/// What is answered.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub enum Response<'a> {
+    /// Carried out.
+    Done,
+    /// Not carried out.
+    Refused(Reason),
+    /// To [`Request::GetVersion`].
+    Version(Version),
+    /// To [`Request::GetHealth`].
+    Health(Health),
+    /// To [`Request::ReadImage`].
+    Image {
+        /// Where in the image.
+        offset: u32,
+        /// The piece; shorter than asked for at the image's end.
+        bytes: &'a [u8],
+    },
+}
+
+/// Write a packet, its zero byte included, and return it.
+///
+/// # Errors
+/// [`Error::Length`] when it is longer than the buffer; [`MAX_PACKET`] bytes always suffice for chunks of [`MAX_CHUNK`].
+pub fn encode<'b, M: Serialize>(
+    number: u8,
+    message: &M,
+    buffer: &'b mut [u8],
+) -> Result<&'b mut [u8], Error> {
+    let cobs = Cobs::try_new(Slice::new(buffer)).map_err(|_| Error::Length)?;
+    let crc = CrcModifier::new(cobs, crc32_zlib_digest());
+    postcard::serialize_with_flavor(&(number, message), crc).map_err(|_| Error::Length)
+}
+
+/// Read a packet, with or without its zero byte. It is decoded in place; its message borrows from it.
+///
+/// # Errors
+/// [`Error::Header`] for bytes that are not COBS, [`Error::Checksum`] for a wrong CRC, or a message that is not of this
+/// version (the CRC is tried along with the decoding), [`Error::Length`] for bytes left over.
+pub fn decode<'b, M: Deserialize<'b>>(packet: &'b mut [u8]) -> Result<(u8, M), Error> {
+    let end = packet
+        .iter()
+        .position(|&byte| byte == 0)
+        .unwrap_or(packet.len());
+    let packet = packet.get_mut(..end).unwrap_or_default();
+    let length = cobs::decode_in_place(packet).map_err(|_| Error::Header)?;
+    let message = packet.get(..length).unwrap_or_default();
+    postcard::from_bytes_crc32(message, crc32_zlib_digest()).map_err(|_| Error::Checksum)
+}
+
+/// Gathers a line's bytes into packets.
+#[derive(Debug)]
+pub struct Packets {
+    buffer: [u8; MAX_PACKET],
+    /// Bytes since the last zero; beyond the buffer the packet is lost.
+    len: usize,
+}
+
+impl Default for Packets {
+    fn default() -> Packets {
+        Packets::new()
+    }
+}
+
+impl Packets {
+    /// An empty one.
+    pub const fn new() -> Packets {
+        Packets {
+            buffer: [0; MAX_PACKET],
+            len: 0,
+        }
+    }
+
+    /// Take one byte; a zero completes a packet for [`decode`]. Packets too long to be ours are dropped, and so are empty
+    /// ones (senders may put a zero in front to separate their packet from noise).
+    pub fn push(&mut self, byte: u8) -> Option<&mut [u8]> {
+        if byte != 0 {
+            if let Some(place) = self.buffer.get_mut(self.len) {
+                *place = byte;
+            }
+            self.len = self.len.saturating_add(1);
+            return None;
+        }
+        let len = core::mem::take(&mut self.len);
+        self.buffer
+            .get_mut(..len)
+            .filter(|packet| !packet.is_empty())
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,150 @@
+//! The command link against its own reading and against damage.
+
+use super::*;
+use proptest::prelude::*;
+use std::vec::Vec;
+
+fn mode() -> impl Strategy<Value = Mode> {
+    prop_oneof![
+        Just(Mode::Bypass),
+        Just(Mode::Frozen),
+        Just(Mode::Shadow),
+        Just(Mode::Learn)
+    ]
+}
+
+/// Any request; the bytes of a chunk are given apart because it borrows them.
+fn request(kind: u8, a: u32, b: u32, mode: Mode, real: f64, bytes: &[u8]) -> Request<'_> {
+    match kind % 8 {
+        0 => Request::GetVersion,
+        1 => Request::GetHealth,
+        2 => Request::SetMode(mode),
+        3 => Request::WriteImage { offset: a, bytes },
+        4 => Request::CommitImage { length: a },
+        5 => Request::ReadImage {
+            offset: a,
+            length: b as u16,
+        },
+        6 => Request::Reference(Window {
+            first: a,
+            last: b,
+            angle: [real, -real, 0.0],
+            velocity: [1.0, real, 9.8],
+        }),
+        _ => Request::Alignment(Alignment::Finished),
+    }
+}
+
+proptest! {
+    #[test]
+    fn requests_survive_the_link(
+        number: u8, kind: u8, a: u32, b: u32, mode in mode(), real in -1e9..1e9f64,
+        bytes in prop::collection::vec(any::<u8>(), 0..=MAX_CHUNK),
+    ) {
+        let request = request(kind, a, b, mode, real, &bytes);
+        let mut buffer = [0; MAX_PACKET];
+        let packet = encode(number, &request, &mut buffer).unwrap();
+        let (zero, rest) = packet.split_last().unwrap();
+        prop_assert_eq!(*zero, 0);
+        prop_assert!(rest.iter().all(|&byte| byte != 0));
+        prop_assert_eq!(decode::<Request>(packet), Ok((number, request)));
+    }
+
+    #[test]
+    fn responses_survive_the_link(
+        number: u8, counts: [u32; 7], mode in mode(), offset: u32,
+        bytes in prop::collection::vec(any::<u8>(), 0..=MAX_CHUNK),
+    ) {
+        let [faults, frames, bad_checksums, garbage, missed, saturated, bounded] = counts;
+        let health = Health {
+            mode, faults, frames, bad_checksums, garbage, missed, saturated, bounded,
+        };
+        let version = Version { wire: WIRE_VERSION, firmware: [0, 1, 65_535], image: 1 };
+        for response in [
+            Response::Done,
+            Response::Refused(Reason::Unsupported),
+            Response::Version(version),
+            Response::Health(health),
+            Response::Image { offset, bytes: &bytes },
+        ] {
+            let mut buffer = [0; MAX_PACKET];
+            let packet = encode(number, &response, &mut buffer).unwrap();
+            prop_assert_eq!(decode::<Response>(packet), Ok((number, response)));
+        }
+    }
+
+    #[test]
+    fn one_wrong_bit_is_never_believed(
+        kind: u8, a: u32, b: u32, mode in mode(), real in -1e9..1e9f64, bit: prop::sample::Index,
+        bytes in prop::collection::vec(any::<u8>(), 0..=MAX_CHUNK),
+    ) {
+        let request = request(kind, a, b, mode, real, &bytes);
+        let mut buffer = [0; MAX_PACKET];
+        let packet = encode(7, &request, &mut buffer).unwrap();
+        let bit = bit.index(8 * (packet.len() - 1));
+        packet[bit / 8] ^= 1 << (bit % 8);
+        prop_assert!(decode::<Request>(packet).is_err());
+    }
+
+    #[test]
+    fn any_bytes_are_answered(mut bytes in prop::collection::vec(any::<u8>(), 0..300)) {
+        let mut packets = Packets::new();
+        for &byte in &bytes {
+            if let Some(packet) = packets.push(byte) {
+                prop_assert!(decode::<Request>(packet).is_err());
+            }
+        }
+        let _ = decode::<Response>(&mut bytes);
+    }
+}
+
+#[test]
+fn packets_are_found_behind_noise() {
+    let mut buffer = [0; MAX_PACKET];
+    let sent = encode(3, &Request::SetMode(Mode::Learn), &mut buffer)
+        .unwrap()
+        .to_vec();
+    let mut line = std::vec![0x55; 1000]; // longer than any packet
+    line.extend([0, 0]);
+    line.extend(&sent);
+    line.extend(&sent[1..]); // damaged
+    line.extend(&sent);
+    let mut packets = Packets::default();
+    let mut found = Vec::new();
+    for byte in line {
+        if let Some(packet) = packets.push(byte) {
+            found.push(matches!(
+                decode(packet),
+                Ok((3, Request::SetMode(Mode::Learn)))
+            ));
+        }
+    }
+    assert_eq!(found, [true, false, true]);
+}
+
+/// The wire format itself, so that nobody changes it unawares: number 3, variant 2, mode 3, CRC-32 of those three bytes.
+#[test]
+fn golden_packet() {
+    let mut buffer = [0; MAX_PACKET];
+    let packet = encode(3, &Request::SetMode(Mode::Learn), &mut buffer).unwrap();
+    let crc = crate::wire::checksum::crc32_zlib(&[3, 2, 3]).to_le_bytes();
+    assert!(!crc.contains(&0));
+    let [a, b, c, d] = crc;
+    assert_eq!(packet, [8, 3, 2, 3, a, b, c, d, 0]);
+}
+
+#[test]
+fn a_short_buffer_is_an_error() {
+    let request = Request::WriteImage {
+        offset: u32::MAX,
+        bytes: &[0xFF; MAX_CHUNK],
+    };
+    let mut buffer = [0; MAX_PACKET];
+    let needed = encode(255, &request, &mut buffer).unwrap().len();
+    for short in 0..needed {
+        assert_eq!(
+            encode(255, &request, &mut buffer[..short]),
+            Err(Error::Length)
+        );
+    }
+}

@@ -1,0 +1,133 @@
+//! Fields at fixed offsets, as total functions.
+//!
+//! Frames are checked for their length once, when a view is made. The readers here are total all the same: outside the
+//! buffer they read zeros and write nothing. Nothing in this layer can therefore panic, whatever a line delivers.
+
+/// `N` bytes at `at`; zeros where the buffer is too short.
+#[inline]
+pub fn take<const N: usize>(bytes: &[u8], at: usize) -> [u8; N] {
+    match bytes.get(at..).and_then(|rest| rest.first_chunk::<N>()) {
+        Some(field) => *field,
+        None => [0; N],
+    }
+}
+
+/// Write `N` bytes at `at`; nothing where the buffer is too short.
+#[inline]
+pub fn put<const N: usize>(bytes: &mut [u8], at: usize, field: [u8; N]) {
+    if let Some(place) = bytes
+        .get_mut(at..)
+        .and_then(|rest| rest.first_chunk_mut::<N>())
+    {
+        *place = field;
+    }
+}
+
+/// The first `len` bytes; all of them where there are fewer.
+#[inline]
+pub fn head(bytes: &[u8], len: usize) -> &[u8] {
+    bytes.get(..len).unwrap_or(bytes)
+}
+
+/// Largest signed 24-bit number.
+pub const I24_MAX: i32 = 0x007F_FFFF;
+/// Smallest signed 24-bit number.
+pub const I24_MIN: i32 = -0x0080_0000;
+
+/// 24-bit two's complement, most significant byte first.
+#[inline]
+pub fn be_i24(bytes: &[u8], at: usize) -> i32 {
+    let [high, middle, low] = take(bytes, at);
+    i32::from_be_bytes([high, middle, low, 0]) >> 8 // arithmetic shift: carries the sign
+}
+
+/// Write the low 24 bits of `value`, most significant byte first: wraps; see [`saturate_i24`].
+#[inline]
+pub fn put_be_i24(bytes: &mut [u8], at: usize, value: i32) {
+    let [_, high, middle, low] = value.to_be_bytes();
+    put(bytes, at, [high, middle, low]);
+}
+
+/// `value` held within 24 bits, and whether it had to be.
+#[inline]
+pub fn saturate_i24(value: i32) -> (i32, bool) {
+    let held = value.clamp(I24_MIN, I24_MAX);
+    (held, held != value)
+}
+
+/// How a start mark compares with the bytes at hand.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Mark {
+    /// All bytes of the mark are there.
+    Whole,
+    /// What is there agrees, but more bytes are needed.
+    Part,
+    /// Something disagrees.
+    No,
+}
+
+/// Compare the beginning of `bytes` with `mark`.
+#[inline]
+pub fn mark(bytes: &[u8], mark: &[u8]) -> Mark {
+    if bytes.iter().zip(mark).any(|(a, b)| a != b) {
+        Mark::No
+    } else if bytes.len() < mark.len() {
+        Mark::Part
+    } else {
+        Mark::Whole
+    }
+}
+
+/// Golden bytes as they are printed in their sources.
+#[cfg(test)]
+pub const fn hex<const N: usize>(text: &str) -> [u8; N] {
+    let text = text.as_bytes();
+    assert!(text.len() == 2 * N);
+    let mut bytes = [0; N];
+    let mut i = 0;
+    while i < 2 * N {
+        let digit = match text[i] {
+            c @ b'0'..=b'9' => c - b'0',
+            c => (c | 0x20) - b'a' + 10,
+        };
+        bytes[i / 2] = bytes[i / 2] << 4 | digit;
+        i += 1;
+    }
+    bytes
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn outside_the_buffer_reads_zero_and_writes_nothing() {
+        let mut bytes = [1, 2, 3];
+        assert_eq!(take::<2>(&bytes, 1), [2, 3]);
+        assert_eq!(take::<2>(&bytes, 2), [0, 0]);
+        assert_eq!(take::<2>(&bytes, usize::MAX), [0, 0]);
+        put(&mut bytes, 2, [9, 9]);
+        put(&mut bytes, usize::MAX, [9]);
+        assert_eq!(bytes, [1, 2, 3]);
+    }
+
+    #[test]
+    fn i24_keeps_sign_and_holds_at_its_ends() {
+        let mut bytes = [0; 3];
+        for value in [0, 1, -1, I24_MAX, I24_MIN, 0x0012_3456, -0x0012_3456] {
+            put_be_i24(&mut bytes, 0, value);
+            assert_eq!(be_i24(&bytes, 0), value);
+        }
+        assert_eq!(saturate_i24(I24_MAX + 1), (I24_MAX, true));
+        assert_eq!(saturate_i24(I24_MIN - 1), (I24_MIN, true));
+        assert_eq!(saturate_i24(I24_MIN), (I24_MIN, false));
+    }
+
+    #[test]
+    fn a_mark_may_be_incomplete() {
+        assert_eq!(mark(&[], &[1, 2]), Mark::Part);
+        assert_eq!(mark(&[1], &[1, 2]), Mark::Part);
+        assert_eq!(mark(&[1, 2, 3], &[1, 2]), Mark::Whole);
+        assert_eq!(mark(&[1, 3], &[1, 2]), Mark::No);
+    }
+}

@@ -1,0 +1,159 @@
+//! Finds frames in a stream of bytes and finds back after damage.
+//!
+//! The head of the buffer is asked again and again: is this a frame ([`Scan`])? If not, exactly one byte is given up and
+//! the question is put to the next. So a false start costs no frame: whatever garbage precedes, every undamaged frame
+//! comes out, and a damaged one takes no other with it. Every byte that goes in comes out once, in order, in exactly one
+//! [`Event`], so what is sent on is what came in, frame by frame, except for words changed in between.
+//!
+//! A frame is never reported unless its checksum is right.
+//!
+//! Bytes are held back no longer than needed to tell: a false start delays what follows it by at most the length it
+//! claims. When a line falls silent, [`Framer::flush`] gives out what is left.
+//!
+//! The buffer is a straight piece of memory and not a ring, so that a frame is one slice; pushing moves the unread bytes
+//! to the front when the end is reached.
+
+use super::field::head;
+use super::{Format, Scan};
+
+/// The longest message that is waited for. Longer ones (other logs of a receiver) go through as garbage, unread.
+pub const LONGEST: usize = 256;
+
+/// Bytes a framer holds.
+pub const CAPACITY: usize = 2 * LONGEST;
+
+/// So many bytes of garbage in a row, without even a damaged frame, are not damage but another format (or another bit
+/// rate): some seventy frames, 0.15 s of a STIM300 at 1 kHz.
+pub const UNKNOWN_AFTER: u32 = 4096;
+
+/// What the bytes of an event are.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Kind {
+    /// A frame with inertial words (UBX: a fix), its checksum right.
+    Frame,
+    /// Another good message, to be passed on.
+    Other,
+    /// A start mark whose checksum was wrong: the damaged frame's first byte. The rest comes as garbage.
+    BadChecksum,
+    /// Bytes that belong to no message.
+    Garbage,
+    /// The same, but for so long that this is hardly the format: see [`UNKNOWN_AFTER`].
+    Unknown,
+}
+
+/// The next bytes of the stream and what they are.
+#[derive(Debug, PartialEq, Eq)]
+pub struct Event<'a> {
+    /// What they are.
+    pub kind: Kind,
+    /// The bytes, to be corrected in place if they are a frame.
+    pub bytes: &'a mut [u8],
+}
+
+/// Frames of one format out of a stream.
+#[derive(Debug)]
+pub struct Framer {
+    format: Format,
+    buffer: [u8; CAPACITY],
+    /// Unread bytes: `start..end`, `start <= end <= CAPACITY`.
+    start: usize,
+    end: usize,
+    /// The last thing found was a good message, so the next byte should start one.
+    aligned: bool,
+    /// Bytes of garbage since the last message, good or damaged.
+    garbage: u32,
+}
+
+impl Framer {
+    /// An empty one.
+    pub const fn new(format: Format) -> Framer {
+        Framer {
+            format,
+            buffer: [0; CAPACITY],
+            start: 0,
+            end: 0,
+            aligned: false,
+            garbage: 0,
+        }
+    }
+
+    /// What it looks for.
+    pub fn format(&self) -> Format {
+        self.format
+    }
+
+    /// Bytes taken in and not given out yet.
+    pub fn pending(&self) -> usize {
+        self.end - self.start
+    }
+
+    /// Take bytes in and return how many found room. All of them do if at most [`LONGEST`] are pushed at a time and all
+    /// events taken in between.
+    pub fn push(&mut self, bytes: &[u8]) -> usize {
+        if bytes.len() > CAPACITY - self.end {
+            self.buffer.copy_within(self.start..self.end, 0);
+            self.end -= self.start;
+            self.start = 0;
+        }
+        let room = self.buffer.get_mut(self.end..).unwrap_or_default();
+        let taken = room.len().min(bytes.len());
+        for (place, byte) in room.iter_mut().zip(bytes) {
+            *place = *byte;
+        }
+        self.end += taken;
+        taken
+    }
+
+    /// The next event; `None` when more bytes are needed.
+    pub fn next_event(&mut self) -> Option<Event<'_>> {
+        let mut skipped = 0;
+        let (kind, len) = loop {
+            let unread = self.buffer.get(self.start + skipped..self.end)?;
+            let unread = head(unread, LONGEST); // the answer must not depend on how much has come
+            let expected = self.format.has_start_mark() || (self.aligned && skipped == 0);
+            match self.format.scan(unread) {
+                Scan::Partial if unread.len() < LONGEST => match skipped {
+                    0 => return None,
+                    _ => break (Kind::Garbage, skipped),
+                },
+                Scan::Partial | Scan::Garbage => skipped += 1,
+                // a byte that looks like an identifier, no more
+                Scan::BadChecksum if !expected => skipped += 1,
+                // garbage first, the message with the next call
+                _ if skipped > 0 => break (Kind::Garbage, skipped),
+                Scan::BadChecksum => break (Kind::BadChecksum, 1),
+                Scan::Frame(len) => break (Kind::Frame, len),
+                Scan::Other(len) => break (Kind::Other, len),
+            }
+        };
+        Some(self.give_out(kind, len))
+    }
+
+    /// Give out what is left as garbage: for a line that has fallen silent.
+    pub fn flush(&mut self) -> Option<Event<'_>> {
+        match self.pending() {
+            0 => None,
+            len => Some(self.give_out(Kind::Garbage, len)),
+        }
+    }
+
+    fn give_out(&mut self, kind: Kind, len: usize) -> Event<'_> {
+        self.aligned = matches!(kind, Kind::Frame | Kind::Other);
+        self.garbage = match kind {
+            Kind::Garbage => self.garbage.saturating_add(len as u32),
+            _ => 0,
+        };
+        let kind = if self.garbage > UNKNOWN_AFTER {
+            Kind::Unknown
+        } else {
+            kind
+        };
+        let start = self.start;
+        self.start += len;
+        let bytes = self.buffer.get_mut(start..self.start).unwrap_or_default();
+        Event { kind, bytes }
+    }
+}
+
+#[cfg(test)]
+pub(super) mod tests;

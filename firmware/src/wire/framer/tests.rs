@@ -1,0 +1,212 @@
+//! The framer on hand-made streams; `wire::properties` has the generated ones.
+
+use super::*;
+use crate::wire::{hg4930, kvh, novatel, stim300};
+use std::vec::Vec;
+
+/// One good frame of each format, with a number in it to tell frames apart.
+pub(crate) fn frame(format: Format, n: u8) -> Vec<u8> {
+    let mut buffer = [0; LONGEST];
+    let len = match format {
+        Format::Stim300 => {
+            let config = stim300::Contents::from_id(0xA5).unwrap();
+            let repr = stim300::Repr {
+                contents: config,
+                gyro: stim300::Cluster {
+                    words: [i32::from(n), 0x0091_9191, -0x0056_F0F1],
+                    status: 0,
+                },
+                accel: stim300::Cluster::default(),
+                incl: stim300::Cluster::default(),
+                temperatures: [stim300::Temperatures::default(); 3],
+                extra: (0, 0),
+                counter: n,
+                latency_us: 120,
+            };
+            repr.emit(&mut buffer)
+        }
+        Format::Kvh => {
+            let repr = kvh::Repr {
+                layout: kvh::Layout::A,
+                gyro: [1e-6, -2e-6, f32::from(n)],
+                accel: [0.0, 0.0, 1.0],
+                extra: [0; 4],
+                status: 0x77,
+                sequence: n & 0x7F,
+                temperature: 29,
+            };
+            repr.emit(&mut buffer)
+        }
+        Format::Novatel => {
+            let repr = novatel::Repr {
+                log: novatel::Log::Rawimusx,
+                header: novatel::Header::default(),
+                lead: [0, 11, 0xAA, 0x44],
+                second_of_week: f64::from(n) / 100.0,
+                status: 0,
+                gyro: [0x1344_AA13, 2, 3],
+                accel: [4, 5, 6],
+            };
+            repr.emit(&mut buffer)
+        }
+        Format::Hg4930 => {
+            let repr = hg4930::Repr {
+                message: hg4930::Message::Inertial,
+                rate: [0x020E, 2, 3],
+                accel: [4, 5, 6],
+                status_1: u16::from(n & 3),
+                status_2: 0,
+                angle: [i32::from(n), 0, 0x020E_020E],
+                velocity: [0, 0, 1],
+            };
+            repr.emit(&mut buffer)
+        }
+        Format::Ubx => {
+            let pvt = crate::wire::ubx::Pvt {
+                time_of_week: u32::from(n),
+                longitude: 0x0162_B562,
+                ..Default::default()
+            };
+            return pvt.emit().to_vec();
+        }
+    };
+    buffer[..len.unwrap()].to_vec()
+}
+
+pub(crate) const ALL: [Format; 5] = [
+    Format::Stim300,
+    Format::Kvh,
+    Format::Novatel,
+    Format::Hg4930,
+    Format::Ubx,
+];
+
+/// All events of a stream that arrives in pieces of `piece` bytes, flushed at the end.
+pub(crate) fn events(format: Format, stream: &[u8], piece: usize) -> Vec<(Kind, Vec<u8>)> {
+    let mut framer = Framer::new(format);
+    let mut found = Vec::new();
+    for chunk in stream.chunks(piece) {
+        assert_eq!(framer.push(chunk), chunk.len());
+        while let Some(event) = framer.next_event() {
+            found.push((event.kind, event.bytes.to_vec()));
+        }
+        assert!(framer.pending() < LONGEST);
+    }
+    found.extend(
+        framer
+            .flush()
+            .map(|event| (event.kind, event.bytes.to_vec())),
+    );
+    found
+}
+
+pub(crate) fn frames(events: &[(Kind, Vec<u8>)]) -> Vec<&[u8]> {
+    let frames = events.iter().filter(|(kind, _)| *kind == Kind::Frame);
+    frames.map(|(_, bytes)| &bytes[..]).collect()
+}
+
+#[test]
+fn a_clean_stream_comes_out_frame_by_frame() {
+    for format in ALL {
+        let sent: Vec<_> = (0..20).map(|n| frame(format, n)).collect();
+        let found = events(format, &sent.concat(), 7);
+        assert_eq!(frames(&found), sent, "{format:?}");
+        assert_eq!(found.len(), 20);
+    }
+}
+
+#[test]
+fn a_frame_comes_out_with_its_last_byte() {
+    for format in ALL {
+        let mut framer = Framer::new(format);
+        let bytes = frame(format, 1);
+        let (last, rest) = bytes.split_last().unwrap();
+        framer.push(rest);
+        assert_eq!(framer.next_event(), None, "{format:?}");
+        framer.push(&[*last]);
+        assert_eq!(framer.next_event().map(|e| e.kind), Some(Kind::Frame));
+    }
+}
+
+#[test]
+fn one_damaged_frame_costs_one_frame_and_is_named() {
+    for format in ALL {
+        let mut sent: Vec<_> = (0..9).map(|n| frame(format, n)).collect();
+        let middle = sent[4].len() / 2;
+        sent[4][middle] ^= 0x10;
+        let found = events(format, &sent.concat(), 11);
+        sent.remove(4);
+        assert_eq!(frames(&found), sent, "{format:?}");
+        assert_eq!(found[4].0, Kind::BadChecksum, "{format:?}");
+        assert!(found.iter().all(|(kind, _)| *kind != Kind::Unknown));
+    }
+}
+
+/// Another format is not a line of bad checksums.
+#[test]
+fn an_unknown_format_is_told_apart_from_damage() {
+    for format in ALL {
+        for other in ALL.into_iter().filter(|other| *other != format) {
+            let stream: Vec<_> = (0..=255).flat_map(|n| frame(other, n)).collect();
+            let found = events(format, &stream, 32);
+            let count = |kind| found.iter().filter(|(k, _)| *k == kind).count();
+            assert_eq!(count(Kind::Frame), 0);
+            assert_eq!(count(Kind::BadChecksum), 0, "{other:?} as {format:?}");
+            assert!(count(Kind::Unknown) > 0, "{other:?} as {format:?}");
+        }
+        // damage in every frame of the right format is damage
+        let damaged = (0..=255).flat_map(|n| {
+            let mut bytes = frame(format, n);
+            bytes[12] ^= 1;
+            bytes
+        });
+        let stream: Vec<_> = damaged.collect();
+        let found = events(format, &stream, 32);
+        let unknown = found.iter().any(|(kind, _)| *kind == Kind::Unknown);
+        assert_eq!(unknown, format == Format::Stim300, "{format:?}");
+    }
+}
+
+#[test]
+fn messages_too_long_to_hold_pass_through() {
+    let mut stream = frame(Format::Ubx, 1);
+    stream.extend([0xB5, 0x62, 0x01, 0x35, 0x00, 0x04]); // NAV-SAT, 1024 bytes
+    stream.extend([0x11; 1026]);
+    stream.extend(frame(Format::Ubx, 2));
+    for piece in [1, 100, LONGEST] {
+        let found = events(Format::Ubx, &stream, piece);
+        assert_eq!(frames(&found).len(), 2);
+        let all: Vec<u8> = found.into_iter().flat_map(|(_, bytes)| bytes).collect();
+        assert_eq!(all, stream);
+    }
+}
+
+#[test]
+fn cr_lf_and_special_datagrams_pass_between_frames() {
+    let mut stream = frame(Format::Stim300, 1);
+    stream.extend(b"\r\n");
+    stream.extend(stim300::config::Config::DEFAULT.emit());
+    stream.extend(b"\r\n");
+    stream.extend(frame(Format::Stim300, 2));
+    let kinds: Vec<_> = events(Format::Stim300, &stream, 1)
+        .iter()
+        .map(|e| e.0)
+        .collect();
+    let expected = [
+        Kind::Frame,
+        Kind::Other,
+        Kind::Other,
+        Kind::Other,
+        Kind::Frame,
+    ];
+    assert_eq!(kinds, expected);
+}
+
+#[test]
+fn a_full_buffer_takes_no_more() {
+    let mut framer = Framer::new(Format::Kvh);
+    assert_eq!(framer.push(&[0; CAPACITY + 5]), CAPACITY);
+    assert_eq!(framer.push(&[0]), 0);
+    assert_eq!(framer.next_event().map(|e| e.bytes.len()), Some(CAPACITY));
+    assert_eq!(framer.push(&[0]), 1);
+}

@@ -1,0 +1,267 @@
+//! Bytes to inertial words and back.
+//!
+//! A compensator between sensor and navigation computer decodes a frame, corrects six words and sends the frame on with
+//! every other byte as it came. So each protocol is a view over the frame's own bytes, in one file of one shape: field
+//! positions, view, `Repr` with `parse` and `emit`, golden bytes in the same file's tests.
+//!
+//! | file | frames | sum | source |
+//! |---|---|---|---|
+//! | [`stim300`] | Safran STIM300, all datagrams | CRC-32/MPEG-2 | datasheet TS1524 rev 31 |
+//! | [`kvh`] | KVH 1725/1750/1775, formats A, B, C, BIT | CRC-32/MPEG-2 | ICD 56-0298 rev B, recorded frames |
+//! | [`novatel`] | RAWIMU, RAWIMUS, RAWIMUX, RAWIMUSX, binary | CRC-32 from 0 | OEM7 documentation, recorded frames |
+//! | [`hg4930`] | Honeywell HG4930 0x01, 0x02, 0xCA | 16-bit sum | performance and installation manual |
+//! | [`adis`] | ADIS1646x/1647x/1650x and 1649x bursts, over SPI | byte sum, CRC-32 | Linux and ArduPilot drivers |
+//! | [`ubx`] | u-blox NAV-PVT | Fletcher-8 | gpsd and pyubx2 |
+//! | [`command`] | our own command link | CRC-32 | this crate |
+//!
+//! [`Framer`] finds the frames of one [`Format`] in a stream, [`Detector`] finds the format. [`read`] and [`write()`] are
+//! the same six words for all formats.
+//!
+//! **Panics:** nothing here panics, allocates or loops without bound, on any input. Bytes from a line are answered by an
+//! [`Error`] or a [`framer::Kind`]; fields outside a buffer read zero (see [`field`]).
+//!
+//! **Axes:** x, y, z of the sensor's own frame, in the sensor's own sense, except that `NovAtel`'s order and negated y are
+//! undone here. Nothing is rotated.
+
+pub mod adis;
+pub mod checksum;
+pub mod command;
+pub mod detect;
+pub mod field;
+pub mod framer;
+pub mod hg4930;
+pub mod kvh;
+pub mod novatel;
+pub mod sequence;
+pub mod stim300;
+pub mod ubx;
+
+#[cfg(test)]
+mod properties;
+
+pub use detect::Detector;
+pub use framer::Framer;
+
+/// Standard gravity, m/s^2 (CGPM 1901): what a sensor means by 1 g.
+pub const G: f64 = 9.806_65;
+/// One degree, rad.
+pub const DEGREE: f64 = core::f64::consts::PI / 180.0;
+/// The international foot, m.
+pub const FOOT: f64 = 0.3048;
+
+/// 2 to the power given (-1022 to 1023), exactly.
+const fn power_of_two(power: i32) -> f64 {
+    f64::from_bits(((1023 + power) as u64) << 52)
+}
+
+/// Why bytes are not the frame they were taken for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Error {
+    /// Fewer or more bytes than the frame has.
+    Length,
+    /// Not the start of this frame.
+    Header,
+    /// The checksum disagrees with the bytes.
+    Checksum,
+    /// A field holds a value that has no meaning.
+    Field,
+    /// The frame is good but carries no inertial words, or not the ones given.
+    Content,
+}
+
+/// What stands at the beginning of some bytes of a stream. Every protocol has a `scan` with this answer.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Scan {
+    /// Perhaps a frame: more bytes are needed to tell.
+    Partial,
+    /// A frame of so many bytes with inertial words (NAV-PVT: a fix), its checksum right.
+    Frame(usize),
+    /// A message of so many bytes, its checksum right, that is sent on as it is.
+    Other(usize),
+    /// A start mark whose checksum is wrong, or whose length cannot be.
+    BadChecksum,
+    /// No start mark.
+    Garbage,
+}
+
+/// The formats that come as a stream of bytes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Format {
+    /// [`stim300`]
+    Stim300,
+    /// [`kvh`]
+    Kvh,
+    /// [`novatel`]
+    Novatel,
+    /// [`hg4930`]
+    Hg4930,
+    /// [`ubx`]; a receiver, so without inertial words.
+    Ubx,
+}
+
+impl Format {
+    /// Look for a message of this format at the beginning of `bytes`.
+    pub fn scan(self, bytes: &[u8]) -> Scan {
+        match self {
+            Format::Stim300 => stim300::scan(bytes),
+            Format::Kvh => kvh::scan(bytes),
+            Format::Novatel => novatel::scan(bytes),
+            Format::Hg4930 => hg4930::scan(bytes),
+            Format::Ubx => ubx::scan(bytes),
+        }
+    }
+
+    /// Whether a start mark is long enough to mean something by itself. The STIM300 has one byte only, which any data
+    /// byte may equal: away from a frame boundary a wrong CRC behind it is no news.
+    pub fn has_start_mark(self) -> bool {
+        self != Format::Stim300
+    }
+}
+
+/// A set of the six axes: gyro x, y, z in bits 0 to 2, accelerometer x, y, z in bits 3 to 5.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Axes(pub u8);
+
+impl Axes {
+    /// None of them.
+    pub const NONE: Axes = Axes(0);
+    /// All of them.
+    pub const ALL: Axes = Axes(0x3F);
+
+    /// From the three bits (x lowest) of either triad.
+    pub fn new(gyro: u8, accel: u8) -> Axes {
+        Axes((gyro & 7) | (accel & 7) << 3)
+    }
+
+    /// The gyros' three bits, x lowest.
+    pub fn gyro(self) -> u8 {
+        self.0 & 7
+    }
+
+    /// The accelerometers' three bits, x lowest.
+    pub fn accel(self) -> u8 {
+        self.0 >> 3 & 7
+    }
+}
+
+/// The six inertial words of a frame as they stand on the wire.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Words {
+    /// Integer counts.
+    Counts {
+        /// Gyro x, y, z.
+        gyro: [i32; 3],
+        /// Accelerometer x, y, z.
+        accel: [i32; 3],
+    },
+    /// Single-precision numbers (KVH).
+    Floats {
+        /// Gyro x, y, z.
+        gyro: [f32; 3],
+        /// Accelerometer x, y, z.
+        accel: [f32; 3],
+    },
+}
+
+/// What a word measures.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Quantity {
+    /// Angle or velocity gained since the last word.
+    Increment,
+    /// Rate or acceleration at one instant.
+    Rate,
+    /// Rate or acceleration averaged since the last word.
+    Average,
+    /// Angle or velocity since power-on; wraps without notice.
+    Integrated,
+}
+
+/// The meaning of one triad's words.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Unit {
+    /// What is measured.
+    pub quantity: Quantity,
+    /// One count (or 1.0 of a float) in rad or rad/s, m/s or m/s^2.
+    pub lsb: f64,
+}
+
+/// The meaning of all six words.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Units {
+    /// Gyro triad.
+    pub gyro: Unit,
+    /// Accelerometer triad.
+    pub accel: Unit,
+}
+
+/// What [`read`] finds in a frame.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Reading {
+    /// The six words; zero where the frame has none.
+    pub words: Words,
+    /// The axes the sensor itself calls good. Absent axes are not.
+    pub valid: Axes,
+    /// The sensor's counter, for [`sequence::Rule`].
+    pub counter: Option<u16>,
+    /// From time of validity to start of transmission, microseconds.
+    pub latency_us: Option<u16>,
+    /// Time in the GNSS week, s.
+    pub time_of_week: Option<f64>,
+    /// Sensor temperature x, y, z, degrees Celsius.
+    pub temperature: Option<[f32; 3]>,
+}
+
+impl Reading {
+    /// Words and validity, nothing else known.
+    fn new(words: Words, valid: Axes) -> Reading {
+        Reading {
+            words,
+            valid,
+            counter: None,
+            latency_us: None,
+            time_of_week: None,
+            temperature: None,
+        }
+    }
+}
+
+/// The six words of a frame that a [`Framer`] of the same format has found good.
+///
+/// # Errors
+/// [`Error::Content`] for a good message without inertial words, else what is wrong with the bytes.
+pub fn read(format: Format, frame: &[u8]) -> Result<Reading, Error> {
+    match format {
+        Format::Stim300 => Ok(stim300::Frame::new_checked(frame)?.reading()),
+        Format::Kvh => Ok(kvh::Frame::new_checked(frame)?.reading()),
+        Format::Novatel => Ok(novatel::Frame::new_checked(frame)?.reading()),
+        Format::Hg4930 => hg4930::Frame::new_checked(frame)?.reading(),
+        Format::Ubx => Err(Error::Content),
+    }
+}
+
+/// Put six words into a frame and make its checksum again; nothing else changes. Words beyond the field's range are held
+/// at its end, never wrapped, and their axes returned; words the frame does not have are left out.
+///
+/// An integrated STIM300 word wraps by nature: use [`stim300::Frame::wrap_words`] for that unit.
+///
+/// # Errors
+/// [`Error::Content`] when the frame has no words of this kind, else what is wrong with the bytes; nothing is written.
+pub fn write(format: Format, frame: &mut [u8], words: &Words) -> Result<Axes, Error> {
+    match (format, words) {
+        (Format::Stim300, Words::Counts { gyro, accel }) => {
+            Ok(stim300::Frame::new_checked(frame)?.set_words(*gyro, *accel))
+        }
+        (Format::Kvh, Words::Floats { gyro, accel }) => {
+            kvh::Frame::new_checked(frame)?.set_words(*gyro, *accel);
+            Ok(Axes::NONE)
+        }
+        (Format::Novatel, Words::Counts { gyro, accel }) => {
+            novatel::Frame::new_checked(frame)?.set_words(*gyro, *accel);
+            Ok(Axes::NONE)
+        }
+        (Format::Hg4930, Words::Counts { gyro, accel }) => {
+            hg4930::Frame::new_checked(frame)?.set_words(*gyro, *accel)
+        }
+        _ => Err(Error::Content),
+    }
+}

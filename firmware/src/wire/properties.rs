@@ -1,0 +1,210 @@
+//! Properties that hold for every protocol, over generated frames, streams and damage.
+
+use super::framer::Kind;
+use super::framer::tests::{ALL, events, frame, frames};
+use super::{Axes, Error, Format, Scan, Words, hg4930, kvh, novatel, read, stim300, ubx, write};
+use proptest::prelude::*;
+use std::vec::Vec;
+
+/// A good frame of any format with any bytes in its fields: random bytes under the right header and checksum.
+fn any_frame() -> impl Strategy<Value = (Format, Vec<u8>)> {
+    (
+        any::<usize>(),
+        any::<u8>(),
+        any::<[u8; 63]>(),
+        any::<[u8; 32]>(),
+    )
+        .prop_map(|(which, kind, body, more)| {
+            let format = ALL[which % ALL.len()];
+            let mut bytes: Vec<u8> = body.into_iter().chain(more).chain([0; 5]).collect();
+            match format {
+                Format::Stim300 => {
+                    let ids: Vec<u8> = (0..=255)
+                        .filter(|&id| stim300::Contents::from_id(id).is_some())
+                        .collect();
+                    bytes[0] = ids[usize::from(kind) % ids.len()];
+                    let len = stim300::Contents::from_id(bytes[0]).unwrap().len();
+                    bytes.truncate(len);
+                    end_with(&mut bytes, 4, |b| {
+                        super::checksum::crc32_mpeg2_padded(b).to_be_bytes()
+                    });
+                }
+                Format::Kvh => {
+                    let (fourth, len) = [(0x55, 36), (0x56, 40), (0x57, 38)][usize::from(kind) % 3];
+                    bytes[..4].copy_from_slice(&[0xFE, 0x81, 0xFF, fourth]);
+                    bytes.truncate(len);
+                    end_with(&mut bytes, 4, |b| {
+                        super::checksum::crc32_mpeg2(b).to_be_bytes()
+                    });
+                }
+                Format::Novatel => {
+                    let (sync, id, len) = [
+                        (0x13, 325u16, 56),
+                        (0x13, 1462, 56),
+                        (0x12, 268, 72),
+                        (0x12, 1461, 72),
+                    ][usize::from(kind) % 4];
+                    bytes[..3].copy_from_slice(&[0xAA, 0x44, sync]);
+                    bytes[3] = if sync == 0x13 { 40 } else { 28 };
+                    bytes[4..6].copy_from_slice(&id.to_le_bytes());
+                    if sync == 0x12 {
+                        bytes[8..10].copy_from_slice(&[40, 0]);
+                    }
+                    bytes.truncate(len);
+                    end_with(&mut bytes, 4, |b| {
+                        super::checksum::crc32_novatel(b).to_le_bytes()
+                    });
+                }
+                Format::Hg4930 => {
+                    let (id, len) = [(0x02, 44), (0xCA, 20)][usize::from(kind) % 2];
+                    bytes[..2].copy_from_slice(&[0x0E, id]);
+                    bytes.truncate(len);
+                    end_with(&mut bytes, 2, |b| {
+                        super::checksum::sum16_le(b).to_le_bytes()
+                    });
+                }
+                Format::Ubx => {
+                    bytes[..6].copy_from_slice(&[0xB5, 0x62, 0x01, 0x07, 92, 0]);
+                    end_with(&mut bytes, 2, |b| super::checksum::fletcher8(&b[2..]));
+                }
+            }
+            (format, bytes)
+        })
+}
+
+fn end_with<const N: usize>(bytes: &mut [u8], len: usize, sum: impl Fn(&[u8]) -> [u8; N]) {
+    let (data, end) = bytes.split_at_mut(bytes.len() - len);
+    end.copy_from_slice(&sum(data));
+}
+
+/// Through `Repr` and back.
+fn remade(format: Format, bytes: &[u8]) -> Result<Vec<u8>, Error> {
+    let mut made = std::vec![0xEE; 100];
+    let len = match format {
+        Format::Stim300 => {
+            stim300::Repr::parse(&stim300::Frame::new_checked(bytes)?).emit(&mut made)
+        }
+        Format::Kvh => kvh::Repr::parse(&kvh::Frame::new_checked(bytes)?).emit(&mut made),
+        Format::Novatel => {
+            novatel::Repr::parse(&novatel::Frame::new_checked(bytes)?).emit(&mut made)
+        }
+        Format::Hg4930 => hg4930::Repr::parse(&hg4930::Frame::new_checked(bytes)?).emit(&mut made),
+        Format::Ubx => return ubx::Pvt::parse(bytes).map(|pvt| pvt.emit().to_vec()),
+    }?;
+    made.truncate(len);
+    Ok(made)
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(2000))]
+
+    /// emit(parse(frame)) == frame, and write(read(frame)) leaves every byte as it was.
+    #[test]
+    fn frames_are_made_again_byte_for_byte((format, bytes) in any_frame()) {
+        prop_assert_eq!(format.scan(&bytes), Scan::Frame(bytes.len()));
+        prop_assert_eq!(remade(format, &bytes).unwrap(), &bytes[..]);
+        if format != Format::Ubx {
+            let mut same = bytes.clone();
+            let words = read(format, &bytes).unwrap().words;
+            prop_assert_eq!(write(format, &mut same, &words), Ok(Axes::NONE));
+            prop_assert_eq!(same, bytes);
+        }
+    }
+
+    /// Changed words arrive, and nothing but words and checksum has changed.
+    #[test]
+    fn only_the_words_change((format, bytes) in any_frame(), new: [i16; 6]) {
+        prop_assume!(format != Format::Ubx);
+        let [a, b, c, d, e, f] = new.map(i32::from);
+        let has_accel = format != Format::Stim300
+            || stim300::Contents::from_id(bytes[0]).unwrap().accel;
+        let words = match format {
+            Format::Kvh => Words::Floats {
+                gyro: [a, b, c].map(|w| w as f32),
+                accel: [d, e, f].map(|w| w as f32),
+            },
+            _ => Words::Counts {
+                gyro: [a, b, c],
+                accel: if has_accel { [d, e, f] } else { [0; 3] },
+            },
+        };
+        let mut changed = bytes.clone();
+        prop_assert_eq!(write(format, &mut changed, &words), Ok(Axes::NONE));
+        let (before, after) = (read(format, &bytes).unwrap(), read(format, &changed).unwrap());
+        prop_assert_eq!(after.words, words);
+        // what is not a word: the same, also after the old words are put back
+        prop_assert_eq!(after.counter, before.counter);
+        write(format, &mut changed, &before.words).unwrap();
+        prop_assert_eq!(changed, bytes);
+    }
+
+    /// However a stream is cut, with garbage anywhere, the same frames come out and every byte comes out once, in order.
+    #[test]
+    fn cutting_changes_nothing(
+        which in 0..ALL.len(), piece in 1..200usize,
+        garbage in prop::collection::vec(prop::collection::vec(any::<u8>(), 0..90), 8),
+    ) {
+        let format = ALL[which];
+        let mut stream = Vec::new();
+        for (n, noise) in (0..).zip(&garbage) {
+            stream.extend(frame(format, n));
+            stream.extend(noise);
+        }
+        let (whole, cut) = (events(format, &stream, 256), events(format, &stream, piece));
+        prop_assert_eq!(frames(&whole), frames(&cut));
+        let all: Vec<u8> = cut.iter().flat_map(|(_, bytes)| bytes.clone()).collect();
+        prop_assert_eq!(all, stream);
+    }
+
+    /// Garbage in front of or between frames costs none of them (an HG4930 false start may by chance have a right sum:
+    /// 2^-32 a place).
+    #[test]
+    fn garbage_costs_no_frame(
+        which in 0..ALL.len(), piece in 1..100usize,
+        garbage in prop::collection::vec(prop::collection::vec(any::<u8>(), 0..300), 6),
+    ) {
+        let format = ALL[which];
+        let sent: Vec<_> = (0..6).map(|n| frame(format, n)).collect();
+        let mut stream = Vec::new();
+        for (noise, bytes) in garbage.iter().zip(&sent) {
+            stream.extend(noise);
+            // the worst noise: a beginning of the same frame
+            stream.extend(&bytes[..noise.len() % bytes.len()]);
+            stream.extend(bytes);
+        }
+        stream.extend([0; 300]); // ends the wait of the last false start
+        let found = events(format, &stream, piece);
+        prop_assert_eq!(frames(&found), sent);
+    }
+
+    /// One wrong bit anywhere: the damaged frame is lost, no other, and no wrong frame appears. Holds for the sums too:
+    /// they are weak against two errors, not one.
+    #[test]
+    fn one_wrong_bit_costs_one_frame((format, bytes) in any_frame(), bit: prop::sample::Index) {
+        let neighbours = [frame(format, 1), frame(format, 2), frame(format, 3)];
+        let mut damaged = bytes.clone();
+        let bit = bit.index(8 * bytes.len());
+        damaged[bit / 8] ^= 1 << (bit % 8);
+        let [a, b, c] = &neighbours;
+        let mut stream = [&a[..], &damaged, b, c].concat();
+        stream.extend([0; 300]);
+        let found = events(format, &stream, 64);
+        prop_assert_eq!(frames(&found), [a, b, c]);
+        prop_assert!(remade(format, &damaged).is_err());
+    }
+
+    /// Any bytes at all: no panic, nothing lost, nothing that is not checked.
+    #[test]
+    fn any_bytes_go_through(which in 0..ALL.len(), piece in 1..256usize, bytes in prop::collection::vec(any::<u8>(), 0..2000)) {
+        let format = ALL[which];
+        let found = events(format, &bytes, piece);
+        for (kind, frame) in &found {
+            if *kind == Kind::Frame {
+                prop_assert_eq!(format.scan(frame), Scan::Frame(frame.len()));
+            }
+            let _ = read(format, frame);
+        }
+        let all: Vec<u8> = found.into_iter().flat_map(|(_, bytes)| bytes).collect();
+        prop_assert_eq!(all, bytes);
+    }
+}

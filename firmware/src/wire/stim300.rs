@@ -1,0 +1,372 @@
+//! Safran (Sensonor) STIM300 measurement datagrams.
+//!
+//! Source: datasheet TS1524 rev 31 (February 2024), tables 5-20 to 5-23, equations 1 to 10. The identifiers of older
+//! firmware, which has an auxiliary input where rev 31 has PPS, are from the `vortexntnu/stim300-driver`.
+//!
+//! All fields most significant byte first, data words 24-bit two's complement:
+//!
+//! ```text
+//! ID | gyro 3x3 + status | [acc 3x3 + st] | [incl 3x3 + st] | [temperatures 3x2 + st, per cluster] | [PPS 3 + st]
+//!    | counter | latency 2 | CRC 4 | [CR LF]
+//! ```
+//!
+//! There is no sync word: a frame is an identifier byte with the right CRC behind it, at the length the identifier says.
+//! CR LF is not told by the identifier and not under the CRC; [`scan`] reports it as a message of its own after the
+//! frame, so that no frame waits for the byte that might follow it.
+//!
+//! STIM318 and STIM377H are of the same family but were not checked.
+
+pub mod config;
+pub mod request;
+
+use super::checksum::crc32_mpeg2_padded;
+use super::field::{be_i24, head, put, put_be_i24, saturate_i24, take};
+use super::{Axes, Error, Reading, Scan, Words};
+
+/// The longest measurement datagram, without CR LF.
+pub const MAX_LEN: usize = 63;
+
+/// Field positions that do not depend on the content. The last ones count from the end.
+mod at {
+    pub const GYRO: usize = 1;
+    /// One inertial cluster: three words and a status byte.
+    pub const CLUSTER: usize = 10;
+    /// One cluster's temperatures: three words and a status byte.
+    pub const TEMPERATURES: usize = 7;
+    /// PPS or auxiliary word and its status byte.
+    pub const EXTRA: usize = 4;
+    pub const EXTRA_FROM_END: usize = 11;
+    pub const COUNTER_FROM_END: usize = 7;
+    pub const LATENCY_FROM_END: usize = 6;
+    pub const CRC: usize = 4;
+}
+
+/// Status bits: 1 = bad.
+pub mod status {
+    /// System integrity error.
+    pub const INTEGRITY: u8 = 0x80;
+    /// Start-up: data not valid yet.
+    pub const START_UP: u8 = 0x40;
+    /// Outside operating conditions: data are sent and may be out of specification.
+    pub const CONDITIONS: u8 = 0x20;
+    /// Overload of the axes in bits 2 to 0.
+    pub const OVERLOAD: u8 = 0x10;
+    /// Error in the measurement channels in bits 2 to 0.
+    pub const CHANNEL: u8 = 0x08;
+
+    /// The axes of a cluster that its status byte calls good, x in bit 0.
+    pub fn valid_axes(status: u8) -> u8 {
+        if status & (INTEGRITY | START_UP) != 0 {
+            0
+        } else if status & (OVERLOAD | CHANNEL) == 0 {
+            7
+        } else if status & 7 == 0 {
+            0 // a channel is bad, but none is named
+        } else {
+            !status & 7
+        }
+    }
+}
+
+/// The word that may follow the temperatures.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Extra {
+    /// None.
+    None,
+    /// Time since the PPS edge or filtered PPS (rev 31).
+    Pps,
+    /// Auxiliary input (older firmware).
+    Aux,
+}
+
+/// What a datagram holds besides the gyros; its identifier says it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Contents {
+    /// Accelerometers.
+    pub accel: bool,
+    /// Inclinometers.
+    pub incl: bool,
+    /// Temperatures, of the clusters that are there.
+    pub temperature: bool,
+    /// PPS or auxiliary word.
+    pub extra: Extra,
+}
+
+impl Contents {
+    /// Table 5-21. In all three families bits 2, 1, 0 of the identifier are temperature, inclination, acceleration.
+    pub fn from_id(id: u8) -> Option<Contents> {
+        let extra = match id {
+            0x90..=0x94 | 0xA5..=0xA7 => Extra::None,
+            0xF0..=0xF7 => Extra::Pps,
+            0x98..=0x9C | 0xAD..=0xAF => Extra::Aux,
+            _ => return None,
+        };
+        Some(Contents {
+            accel: id & 1 != 0,
+            incl: id & 2 != 0,
+            temperature: id & 4 != 0,
+            extra,
+        })
+    }
+
+    /// The identifier of this content.
+    pub fn id(self) -> u8 {
+        let low = u8::from(self.temperature) << 2 | u8::from(self.incl) << 1 | u8::from(self.accel);
+        let base = match self.extra {
+            Extra::Pps => return 0xF0 | low,
+            Extra::None => 0x00,
+            Extra::Aux => 0x08,
+        };
+        base | low | if low < 5 { 0x90 } else { 0xA0 }
+    }
+
+    /// Inertial clusters.
+    fn clusters(self) -> usize {
+        1 + usize::from(self.accel) + usize::from(self.incl)
+    }
+
+    /// First byte after the inertial clusters.
+    fn after_clusters(self) -> usize {
+        at::GYRO + at::CLUSTER * self.clusters()
+    }
+
+    /// Bytes of the datagram without CR LF.
+    pub fn len(self) -> usize {
+        let temperatures = usize::from(self.temperature) * at::TEMPERATURES * self.clusters();
+        let extra = usize::from(self.extra != Extra::None) * at::EXTRA;
+        self.after_clusters() + temperatures + extra + at::COUNTER_FROM_END
+    }
+
+    /// Never: a datagram has at least the gyros.
+    pub fn is_empty(self) -> bool {
+        false
+    }
+}
+
+/// Look for a datagram at the beginning of `bytes`: a measurement, a special one ([`config::special_len`]), or CR LF.
+pub fn scan(bytes: &[u8]) -> Scan {
+    let Some(&id) = bytes.first() else {
+        return Scan::Partial;
+    };
+    if let Some(contents) = Contents::from_id(id) {
+        check(bytes, contents.len(), Scan::Frame)
+    } else if let Some(len) = config::special_len(id) {
+        check(bytes, len, Scan::Other)
+    } else {
+        match bytes {
+            [b'\r'] => Scan::Partial,
+            [b'\r', b'\n', ..] => Scan::Other(2),
+            _ => Scan::Garbage,
+        }
+    }
+}
+
+fn check(bytes: &[u8], len: usize, good: fn(usize) -> Scan) -> Scan {
+    match bytes.get(..len) {
+        None => Scan::Partial,
+        Some(frame) if crc_is_right(frame) => good(len),
+        Some(_) => Scan::BadChecksum,
+    }
+}
+
+/// Whether the last four bytes are the CRC of those before.
+fn crc_is_right(frame: &[u8]) -> bool {
+    let crc = frame.len().saturating_sub(at::CRC);
+    crc32_mpeg2_padded(head(frame, crc)) == u32::from_be_bytes(take(frame, crc))
+}
+
+/// Put the CRC of the bytes before it into the last four bytes.
+fn seal(frame: &mut [u8]) {
+    let crc = frame.len().saturating_sub(at::CRC);
+    let sum = crc32_mpeg2_padded(head(frame, crc));
+    put(frame, crc, sum.to_be_bytes());
+}
+
+/// A measurement datagram, without CR LF.
+#[derive(Debug)]
+pub struct Frame<T> {
+    buffer: T,
+    contents: Contents,
+}
+
+impl<T: AsRef<[u8]>> Frame<T> {
+    /// A view over exactly one datagram whose identifier, length and CRC are right.
+    ///
+    /// # Errors
+    /// [`Error::Header`], [`Error::Length`] or [`Error::Checksum`].
+    pub fn new_checked(buffer: T) -> Result<Frame<T>, Error> {
+        let bytes = buffer.as_ref();
+        let contents = bytes
+            .first()
+            .and_then(|&id| Contents::from_id(id))
+            .ok_or(Error::Header)?;
+        if bytes.len() != contents.len() {
+            return Err(Error::Length);
+        }
+        if !crc_is_right(bytes) {
+            return Err(Error::Checksum);
+        }
+        Ok(Frame { buffer, contents })
+    }
+
+    /// What it holds.
+    pub fn contents(&self) -> Contents {
+        self.contents
+    }
+
+    fn cluster(&self, at: usize) -> Cluster {
+        let bytes = self.buffer.as_ref();
+        let [status] = take(bytes, at + 9);
+        Cluster {
+            words: [
+                be_i24(bytes, at),
+                be_i24(bytes, at + 3),
+                be_i24(bytes, at + 6),
+            ],
+            status,
+        }
+    }
+
+    /// Gyro counts and status.
+    pub fn gyro(&self) -> Cluster {
+        self.cluster(at::GYRO)
+    }
+
+    /// Accelerometer counts and status, if any.
+    pub fn accel(&self) -> Option<Cluster> {
+        self.contents
+            .accel
+            .then(|| self.cluster(at::GYRO + at::CLUSTER))
+    }
+
+    /// Inclinometer counts and status, if any.
+    pub fn incl(&self) -> Option<Cluster> {
+        self.contents
+            .incl
+            .then(|| self.cluster(self.contents.after_clusters() - at::CLUSTER))
+    }
+
+    /// Temperatures of the `n`th cluster in the datagram (0 = gyros), 2^-8 degrees Celsius.
+    pub fn temperatures(&self, n: usize) -> Option<Temperatures> {
+        if !self.contents.temperature || n >= self.contents.clusters() {
+            return None;
+        }
+        let bytes = self.buffer.as_ref();
+        let at = self.contents.after_clusters() + n * at::TEMPERATURES;
+        let word = |at| i16::from_be_bytes(take(bytes, at));
+        let [status] = take(bytes, at + 6);
+        Some(Temperatures {
+            words: [word(at), word(at + 2), word(at + 4)],
+            status,
+        })
+    }
+
+    /// PPS or auxiliary word (24 bits) and its status byte, if any.
+    pub fn extra(&self) -> Option<(u32, u8)> {
+        let at = self.contents.len() - at::EXTRA_FROM_END;
+        let [high, middle, low, status] = take(self.buffer.as_ref(), at);
+        (self.contents.extra != Extra::None)
+            .then_some((u32::from_be_bytes([0, high, middle, low]), status))
+    }
+
+    /// Counts the internal 2000 Hz samples, modulo 256: see [`config::Config::counter_step`].
+    pub fn counter(&self) -> u8 {
+        let at = self.contents.len() - at::COUNTER_FROM_END;
+        let [counter] = take(self.buffer.as_ref(), at);
+        counter
+    }
+
+    /// From the newest internal sample to the start of transmission, microseconds.
+    pub fn latency_us(&self) -> u16 {
+        let at = self.contents.len() - at::LATENCY_FROM_END;
+        u16::from_be_bytes(take(self.buffer.as_ref(), at))
+    }
+
+    /// The six words and what goes with them.
+    pub fn reading(&self) -> Reading {
+        let gyro = self.gyro();
+        let accel = self.accel();
+        Reading {
+            counter: Some(u16::from(self.counter())),
+            latency_us: Some(self.latency_us()),
+            temperature: self
+                .temperatures(0)
+                .map(|t| t.words.map(|count| f32::from(count) / 256.0)),
+            ..Reading::new(
+                Words::Counts {
+                    gyro: gyro.words,
+                    accel: accel.map_or([0; 3], |a| a.words),
+                },
+                Axes::new(
+                    status::valid_axes(gyro.status),
+                    accel.map_or(0, |a| status::valid_axes(a.status)),
+                ),
+            )
+        }
+    }
+}
+
+impl<T: AsRef<[u8]> + AsMut<[u8]>> Frame<T> {
+    /// Write gyro and accelerometer counts, each held within 24 bits, and make the CRC again. Returns the axes that had
+    /// to be held. Accelerations are left out when the datagram has none.
+    pub fn set_words(&mut self, gyro: [i32; 3], accel: [i32; 3]) -> Axes {
+        let mut held = 0u8;
+        for (axis, count) in gyro.into_iter().chain(accel).enumerate() {
+            if axis >= 3 && !self.contents.accel {
+                break;
+            }
+            let (count, over) = saturate_i24(count);
+            self.put_word(axis, count);
+            held |= u8::from(over) << axis;
+        }
+        seal(self.buffer.as_mut());
+        Axes(held)
+    }
+
+    /// As [`Frame::set_words`] but modulo 2^24, as integrated angle and velocity do on the device.
+    pub fn wrap_words(&mut self, gyro: [i32; 3], accel: [i32; 3]) {
+        for (axis, count) in gyro.into_iter().chain(accel).enumerate() {
+            if axis < 3 || self.contents.accel {
+                self.put_word(axis, count);
+            }
+        }
+        seal(self.buffer.as_mut());
+    }
+
+    /// Gyro words are axes 0 to 2, accelerometer words 3 to 5 with the gyros' status byte between.
+    fn put_word(&mut self, axis: usize, count: i32) {
+        let at = at::GYRO + 3 * axis + usize::from(axis >= 3);
+        put_be_i24(self.buffer.as_mut(), at, count);
+    }
+
+    /// Change between PPS and auxiliary identifiers, which share one layout, for a receiver that knows only the other
+    /// family. Nothing happens to a datagram without either word.
+    pub fn set_family(&mut self, extra: Extra) {
+        if self.contents.extra != Extra::None && extra != Extra::None {
+            self.contents.extra = extra;
+            put(self.buffer.as_mut(), 0, [self.contents.id()]);
+            seal(self.buffer.as_mut());
+        }
+    }
+}
+
+/// Three words and a status byte of an inertial cluster.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Cluster {
+    /// x, y, z, 24-bit counts.
+    pub words: [i32; 3],
+    /// See [`status`].
+    pub status: u8,
+}
+
+/// Three temperatures and a status byte.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Temperatures {
+    /// x, y, z, 2^-8 degrees Celsius.
+    pub words: [i16; 3],
+    /// See [`status`].
+    pub status: u8,
+}
+
+mod repr;
+pub use repr::Repr;
