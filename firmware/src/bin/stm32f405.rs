@@ -9,7 +9,7 @@
 #[cfg(target_os = "none")]
 mod target {
     use cortex_m_rt::entry;
-    use cortex_m_semihosting::debug::{self, EXIT_FAILURE, EXIT_SUCCESS};
+    use cortex_m_semihosting::debug::{self, EXIT_FAILURE, EXIT_SUCCESS, ExitStatus};
     use cortex_m_semihosting::{hio, hprintln};
 
     #[entry]
@@ -18,15 +18,20 @@ mod target {
             Ok(mut out) => vectors::compare(&vectors::CHECKS, &mut out),
             Err(()) => false,
         };
-        debug::exit(if equal { EXIT_SUCCESS } else { EXIT_FAILURE });
-        loop {}
+        leave(if equal { EXIT_SUCCESS } else { EXIT_FAILURE })
+    }
+
+    fn leave(status: ExitStatus) -> ! {
+        debug::exit(status);
+        loop {
+            cortex_m::asm::wfi(); // the debugger did not end us
+        }
     }
 
     #[panic_handler]
     fn panic(info: &core::panic::PanicInfo) -> ! {
         hprintln!("{}", info);
-        debug::exit(EXIT_FAILURE);
-        loop {}
+        leave(EXIT_FAILURE)
     }
 }
 
