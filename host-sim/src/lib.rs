@@ -2,15 +2,23 @@
 //! recorded data, and the report.
 
 pub mod align;
+pub mod baseline;
+pub mod coast;
 pub mod earth;
 pub mod ekf;
 pub mod error;
+pub mod learning;
 pub mod output;
+pub mod promotion;
 pub mod replay;
 pub mod gnss;
 pub mod imu;
 pub mod report;
 pub mod rotation;
+pub mod scenario;
+pub mod session;
 pub mod sins;
+pub mod study;
+pub mod teacher;
 pub mod truth;
 pub mod units;

@@ -98,14 +98,15 @@ impl Aided {
         let dp = nav.position.ned_from(&fix.position);
         let dv = nav.velocity - fix.velocity;
         let mut e = DVector::zeros(self.p.nrows());
+        let mut log_likelihood = 0.0;
         for i in 0..3 {
-            self.update(6 + i, dp[i], sigmas[i], &mut e);
-            self.update(3 + i, dv[i], sigmas[3 + i], &mut e);
+            log_likelihood += self.update(6 + i, dp[i], sigmas[i], &mut e);
+            log_likelihood += self.update(3 + i, dv[i], sigmas[3 + i], &mut e);
         }
         self.feed_back(&e);
         self.start = self.sins.nav;
         let (p, nav, theta) = before;
-        Record { p, nav, theta, phi, predicted, correction: e }
+        Record { p, nav, theta, phi, predicted, correction: e, log_likelihood }
     }
 
     /// Covariance over the interval since the last call; returns the full transition matrix.
@@ -130,13 +131,15 @@ impl Aided {
         phi
     }
 
-    /// One scalar measurement of error state `i`; `e` is what earlier updates of this fix have already found.
-    fn update(&mut self, i: usize, z: f64, sigma: f64, e: &mut DVector<f64>) {
+    /// One scalar measurement of error state `i`; `e` is what earlier updates of this fix have already found. Gives the logarithm of
+    /// the innovation's probability density.
+    fn update(&mut self, i: usize, z: f64, sigma: f64, e: &mut DVector<f64>) -> f64 {
         let s = self.p[(i, i)] + sigma * sigma;
         let column = self.p.column(i).into_owned();
         let innovation = z - e[i];
         e.axpy(innovation / s, &column, 1.0);
         self.p.ger(-1.0 / s, &column, &column, 1.0);
+        -0.5 * (innovation * innovation / s + (std::f64::consts::TAU * s).ln())
     }
 
     fn feed_back(&mut self, e: &DVector<f64>) {

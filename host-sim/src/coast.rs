@@ -1,0 +1,75 @@
+//! Free-inertial navigation from an alignment or from a given state, and its error against a reference.
+
+use crate::align;
+use crate::report::Row;
+use crate::session::Session;
+use crate::sins::{HeightLoop, Increment, NavState, Sins};
+use nalgebra::Vector3;
+
+/// Damping of the vertical channel by the (barometric) reference height.
+const HEIGHT_LOOP: HeightLoop = HeightLoop { time_s: 30.0 };
+
+/// Horizontal navigation errors at every epoch of a coast; index 0 is its start.
+#[derive(Debug, Clone, Default)]
+pub struct Coast {
+    /// Position error north, east, down, m.
+    pub position: Vec<Vector3<f64>>,
+    /// Velocity error north, east, down, m/s.
+    pub velocity: Vec<Vector3<f64>>,
+    /// Navigated position relative to the start, north, east, m.
+    pub track: Vec<[f64; 2]>,
+}
+
+/// Self-alignment over the session's standstill, then free inertial to the end. Epoch 0 of the result is the end of the standstill.
+/// `None` when the standstill does not give an attitude.
+#[must_use]
+pub fn align_and_coast(session: &Session, words: &[Increment]) -> Option<Coast> {
+    let first = session.standstill;
+    let start = &session.reference[first];
+    let q_bn = align::inertial_frame(&words[..first * session.words_per_epoch()], session.dt, session.reference[0].position)?;
+    let nav = NavState { position: start.position, velocity: start.velocity, q_bn };
+    Some(coast(session, words, nav, first, session.epochs()))
+}
+
+/// Free inertial from `nav` at epoch `from` to epoch `to`. The height is damped with the reference height, horizontal is free.
+#[must_use]
+pub fn coast(session: &Session, words: &[Increment], nav: NavState, from: usize, to: usize) -> Coast {
+    let n = session.words_per_epoch();
+    let origin = session.reference[from].position;
+    let mut sins = Sins::new(nav);
+    let mut out = Coast::default();
+    let mut note = |sins: &Sins, epoch: usize| {
+        let truth = &session.reference[epoch];
+        out.position.push(sins.nav.position.ned_from(&truth.position));
+        out.velocity.push(sins.nav.velocity - truth.velocity);
+        let p = sins.nav.position.ned_from(&origin);
+        out.track.push([p.x, p.y]);
+    };
+    note(&sins, from);
+    for k in from..to {
+        for word in &words[k * n..(k + 1) * n] {
+            sins.step(word, session.dt);
+        }
+        sins.damp_height(&HEIGHT_LOOP, session.reference[k + 1].position.h, crate::session::EPOCH_S);
+        note(&sins, k + 1);
+    }
+    out
+}
+
+impl Coast {
+    /// Row of the table at `t_min` minutes of coasting, if the coast lasts as long.
+    #[must_use]
+    pub fn row(&self, scheme: &str, t_min: u32) -> Option<Row> {
+        let k = t_min as usize * 60;
+        let (p, v) = (self.position.get(k)?, self.velocity.get(k)?);
+        Some(Row {
+            t_min,
+            scheme: scheme.to_string(),
+            d_lat_m: p.x,
+            d_lon_m: p.y,
+            d_vn_mps: v.x,
+            d_ve_mps: v.y,
+            horizontal_m: p.xy().norm(),
+        })
+    }
+}

@@ -1,0 +1,129 @@
+//! One turn-on of one IMU: the words it gave, the fixes beside them, and what is known of the truth.
+
+use crate::earth::Geodetic;
+use crate::gnss::{Fix, GnssSpec};
+use crate::imu::{Imu, ImuSpec};
+use crate::sins::{Increment, NavState};
+use crate::truth::{DriveConfig, Segment, Truth, random_drive};
+use firmware::sample::{Counts, Lsb};
+use nalgebra::Vector3;
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+
+/// Seconds between epochs: fixes, reference states and network blocks share them.
+pub const EPOCH_S: f64 = 1.0;
+
+/// A recorded or simulated session. Epoch `k` lies `k` seconds after power-on; there is one more epoch state than whole seconds.
+#[derive(Debug, Clone)]
+pub struct Session {
+    /// Word period, s.
+    pub dt: f64,
+    /// Value of a count.
+    pub lsb: Lsb,
+    /// Words, body axes forward-right-down.
+    pub counts: Vec<Counts>,
+    /// Epochs at the start during which the vehicle stands still and is aligned.
+    pub standstill: usize,
+    /// Reference state at each epoch (truth of a simulation; position and velocity of a surveyed site).
+    pub reference: Vec<NavState>,
+    /// Fix at each epoch.
+    pub fixes: Vec<Fix>,
+    /// Noise of the fixes.
+    pub sigmas: [f64; 6],
+    /// Systematic sensor error averaged over each second (rad/s, m/s2), if it is known.
+    pub systematic: Option<Vec<Increment>>,
+}
+
+impl Session {
+    /// Words per epoch.
+    #[must_use]
+    pub fn words_per_epoch(&self) -> usize {
+        (EPOCH_S / self.dt).round() as usize
+    }
+
+    /// Whole seconds.
+    #[must_use]
+    pub fn epochs(&self) -> usize {
+        self.counts.len() / self.words_per_epoch()
+    }
+
+    /// Words in SI.
+    #[must_use]
+    pub fn increments(&self) -> Vec<Increment> {
+        self.counts.iter().map(|c| to_si(c, &self.lsb)).collect()
+    }
+}
+
+/// A word in SI.
+#[must_use]
+pub fn to_si(c: &Counts, lsb: &Lsb) -> Increment {
+    let v = |x: [i32; 3], k: f64| Vector3::new(f64::from(x[0]), f64::from(x[1]), f64::from(x[2])) * k;
+    Increment { dtheta: v(c.dtheta, lsb.rad), dv: v(c.dv, lsb.mps) }
+}
+
+/// What makes a simulated session.
+#[derive(Debug, Clone)]
+pub struct SessionConfig<'a> {
+    /// IMU.
+    pub imu: &'a ImuSpec,
+    /// Receiver.
+    pub gnss: &'a GnssSpec,
+    /// Start position.
+    pub start: Geodetic,
+    /// Heading at the start, rad.
+    pub heading: f64,
+    /// Standstill before the drive, s.
+    pub standstill_s: f64,
+    /// Drive after it, s (ignored when `segments` are given).
+    pub drive_s: f64,
+    /// The drive; drawn at random when `None`.
+    pub segments: Option<&'a [Segment]>,
+    /// Scale of the vibration.
+    pub vibration: f64,
+    /// Seed of the device.
+    pub unit: u64,
+    /// Seed of turn-on and noise.
+    pub turn_on: u64,
+    /// Seed of road and fixes.
+    pub drive: u64,
+}
+
+/// Simulates a session; the perfect increments are returned beside it.
+#[must_use]
+pub fn simulate(config: &SessionConfig<'_>) -> (Session, Truth) {
+    let mut rng = ChaCha8Rng::seed_from_u64(config.drive);
+    let mut segments = vec![Segment::hold(config.standstill_s)];
+    match config.segments {
+        Some(s) => segments.extend_from_slice(s),
+        None => segments.extend(random_drive(config.drive_s, &mut rng)),
+    }
+    let dt = 1.0 / f64::from(config.imu.rate_hz);
+    let drive = DriveConfig { segments: &segments, start: config.start, heading: config.heading, dt, vibration: config.vibration };
+    let truth = Truth::new(&drive, &mut rng);
+    let mut imu = Imu::new(config.imu, config.unit, config.turn_on);
+    let mut counts = Vec::with_capacity(truth.words.len());
+    let mut systematic = Vec::with_capacity(truth.epochs.len());
+    for second in truth.words.chunks(truth.words_per_epoch) {
+        let mut sum = Increment::default();
+        for word in second {
+            let (c, e) = imu.measure(word);
+            counts.push(c);
+            sum.dtheta += e.dtheta;
+            sum.dv += e.dv;
+        }
+        let time = second.len() as f64 * dt;
+        systematic.push(Increment { dtheta: sum.dtheta / time, dv: sum.dv / time });
+    }
+    let fixes = truth.epochs.iter().map(|e| config.gnss.fix(e, &mut rng)).collect();
+    let session = Session {
+        dt,
+        lsb: Imu::lsb(config.imu),
+        counts,
+        standstill: (config.standstill_s / EPOCH_S) as usize,
+        reference: truth.epochs.clone(),
+        fixes,
+        sigmas: config.gnss.sigmas(),
+        systematic: Some(systematic),
+    };
+    (session, truth)
+}

@@ -1,0 +1,109 @@
+//! Learning from one session: references, the linear fits, the two networks, and the decision whether the networks may be used.
+
+use crate::baseline::{LinearModel, Sample, fit_3x3, fit_bias};
+use crate::learning::{Inputs, NetworkSpec, Taught, compensate, compensator, normalisation, silent, teach};
+use crate::promotion::{THRESHOLD, log_likelihood};
+use crate::session::{Session, to_si};
+use crate::sins::Increment;
+use crate::teacher::{Assumptions, Nominal, Reference, navigate, references};
+use lrnn_nostd::Net;
+use nalgebra::Vector3;
+
+/// Which of the two networks are in use.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Use {
+    /// Gyro network.
+    pub gyro: bool,
+    /// Accelerometer network.
+    pub accel: bool,
+}
+
+/// All that was learnt from a session.
+#[derive(Debug, Clone)]
+pub struct Study {
+    /// References over the part learnt from.
+    pub references: Vec<Reference>,
+    /// Least-squares bias.
+    pub bias: LinearModel,
+    /// Least-squares bias + 3x3.
+    pub linear: LinearModel,
+    /// The taught networks, before promotion.
+    pub taught: [Taught; 2],
+    /// The networks to use: a network that was not promoted is silent.
+    pub nets: [Net; 2],
+    /// Which were promoted.
+    pub promoted: Use,
+    /// Log-likelihood ratios of (both, gyro only, accelerometer only) on the held-back part; empty if nothing was held back.
+    pub evidence: Vec<(Use, f64)>,
+    /// Assumptions that the study was made with.
+    pub assumptions: Assumptions,
+}
+
+/// Learns from the session's epochs up to `until`; the last `spec.held_back` of them only judge. With `hold_back` false everything is
+/// learnt from and nothing judged, as in the paper. `None` when the standstill gives no attitude.
+#[must_use]
+pub fn study(session: &Session, assumptions: Assumptions, spec: &NetworkSpec, until: usize, hold_back: bool) -> Option<Study> {
+    let words = session.increments();
+    let nominal = navigate(session, &words, &assumptions, until)?;
+    let total = nominal.records.len();
+    let learnt = if hold_back { total - (total as f64 * spec.held_back) as usize } else { total };
+    let references = references(&nominal, learnt);
+
+    let norm = normalisation(&assumptions);
+    let quiet = silent(&assumptions);
+    let inputs = compensate(session, &compensator(session, &quiet, &assumptions)).inputs;
+    let (gyro, accel) = rayon::join(
+        || teach(spec, norm[0], &inputs.rate, &references, |r| (r.error.dtheta, r.sigma.dtheta)),
+        || teach(spec, norm[1], &inputs.force, &references, |r| (r.error.dv, r.sigma.dv)),
+    );
+    let taught = [gyro, accel];
+    let (bias, linear) = linear_fits(&inputs, &references);
+    let mut out = Study {
+        references,
+        bias,
+        linear,
+        nets: [taught[0].net.clone(), taught[1].net.clone()],
+        taught,
+        promoted: Use { gyro: true, accel: true },
+        evidence: Vec::new(),
+        assumptions,
+    };
+    if hold_back {
+        out.promote(session, &words, &nominal, nominal.first + learnt, until);
+    }
+    Some(out)
+}
+
+fn linear_fits(inputs: &Inputs, references: &[Reference]) -> (LinearModel, LinearModel) {
+    let v = |x: [f32; 3]| Vector3::from(x.map(f64::from));
+    let gyro: Vec<Sample> = references.iter().map(|r| (v(inputs.rate[r.epoch]), r.error.dtheta)).collect();
+    let accel: Vec<Sample> = references.iter().map(|r| (v(inputs.force[r.epoch]), r.error.dv)).collect();
+    (
+        LinearModel { gyro: fit_bias(&gyro), accel: fit_bias(&accel) },
+        LinearModel { gyro: fit_3x3(&gyro), accel: fit_3x3(&accel) },
+    )
+}
+
+impl Study {
+    fn promote(&mut self, session: &Session, words: &[Increment], nominal: &Nominal, from: usize, to: usize) {
+        let noise = self.assumptions.noise;
+        let base = log_likelihood(session, words, nominal, noise, from, to);
+        let choices = [(true, true), (true, false), (false, true)].map(|(gyro, accel)| Use { gyro, accel });
+        let quiet = silent(&self.assumptions);
+        let pick = |u: Use| {
+            let net = |k: usize, used: bool| if used { self.taught[k].net.clone() } else { quiet[k].clone() };
+            [net(0, u.gyro), net(1, u.accel)]
+        };
+        self.evidence = choices
+            .iter()
+            .map(|u| {
+                let done = compensate(session, &compensator(session, &pick(*u), &self.assumptions));
+                let corrected: Vec<Increment> = done.session.counts.iter().map(|c| to_si(c, &session.lsb)).collect();
+                (*u, log_likelihood(session, &corrected, nominal, noise, from, to) - base)
+            })
+            .collect();
+        let best = self.evidence.iter().copied().fold((Use { gyro: false, accel: false }, THRESHOLD), |best, e| if e.1 > best.1 { e } else { best });
+        self.promoted = best.0;
+        self.nets = pick(best.0);
+    }
+}

@@ -1,0 +1,88 @@
+//! The teacher: navigation with fixes as nominal, and from it what the sensors' errors must have been.
+//!
+//! Fixes give position and velocity but no attitude, so the nominal trajectory is the one of an aided navigator: alignment at
+//! standstill, loosely coupled filter, smoother over the learning part. The reference for a window is the integral over it of the
+//! sensor error in body axes: measured increments minus the increments that belong to the smoothed nominal trajectory.
+
+use crate::align;
+use crate::ekf::{Aided, ErrorModel, InitialSigma, Noise, Prior, Record, smooth};
+use crate::session::Session;
+use crate::sins::{Increment, NavState};
+use nalgebra::Vector3;
+
+/// What the teacher assumes of the sensors.
+#[derive(Debug, Clone, Copy)]
+pub struct Assumptions {
+    /// Prior of the biases.
+    pub prior: Prior,
+    /// White noise, without quantisation.
+    pub noise: Noise,
+}
+
+/// The sensors' mean error over one epoch as the teacher sees it.
+#[derive(Debug, Clone, Copy)]
+pub struct Reference {
+    /// Epoch number.
+    pub epoch: usize,
+    /// Mean error: rad/s and m/s2.
+    pub error: Increment,
+    /// Standard deviation of each component.
+    pub sigma: Increment,
+}
+
+/// The aided navigation of a whole session: one record an epoch from the end of the standstill on.
+#[derive(Debug, Clone)]
+pub struct Nominal {
+    /// First epoch after alignment.
+    pub first: usize,
+    /// Records of the filter.
+    pub records: Vec<Record>,
+    /// Filter at each epoch from `first` on (after its fix): state and covariance, for coasting tests.
+    pub end: Aided,
+}
+
+impl Assumptions {
+    /// Initial uncertainty after self-alignment: tilt from the accelerometers' bias, heading from the gyros'.
+    #[must_use]
+    pub fn initial_sigma(&self, site: &NavState, sigmas: &[f64; 6]) -> InitialSigma {
+        let here = crate::earth::Local::at(site.position.lat, site.position.h);
+        let earth = crate::earth::OMEGA_IE * here.cos_lat;
+        InitialSigma {
+            tilt: self.prior.accel_bias / here.g,
+            heading: self.prior.gyro_bias / earth,
+            velocity: sigmas[3],
+            position: sigmas[0],
+        }
+    }
+}
+
+/// Aligns at standstill and navigates with fixes to the end of epoch `until`. `None` when the standstill does not give an attitude.
+#[must_use]
+pub fn navigate(session: &Session, words: &[Increment], assumptions: &Assumptions, until: usize) -> Option<Nominal> {
+    let n = session.words_per_epoch();
+    let first = session.standstill;
+    let q_bn = align::inertial_frame(&words[..first * n], session.dt, session.fixes[0].position)?;
+    let site = &session.fixes[first];
+    let nav = NavState { position: site.position, velocity: Vector3::zeros(), q_bn };
+    let sigma = assumptions.initial_sigma(&nav, &session.sigmas);
+    let mut filter = Aided::new(nav, &sigma, ErrorModel::biases(&assumptions.prior), assumptions.noise);
+    let mut records = Vec::with_capacity(until - first);
+    for k in first..until {
+        for word in &words[k * n..(k + 1) * n] {
+            filter.word(word, session.dt);
+        }
+        records.push(filter.fix(&session.fixes[k + 1], &session.sigmas));
+    }
+    Some(Nominal { first, records, end: filter })
+}
+
+/// References for the epochs of the first `count` records; later data is not looked at.
+#[must_use]
+pub fn references(nominal: &Nominal, count: usize) -> Vec<Reference> {
+    let v = |x: &nalgebra::DVector<f64>| Increment { dtheta: Vector3::new(x[0], x[1], x[2]), dv: Vector3::new(x[3], x[4], x[5]) };
+    smooth(&nominal.records[..count])
+        .iter()
+        .enumerate()
+        .map(|(k, s)| Reference { epoch: nominal.first + k, error: v(&s.theta), sigma: v(&s.sigma) })
+        .collect()
+}
