@@ -66,11 +66,6 @@ pub fn crc32_zlib_swapped(words: &[u8]) -> u32 {
     digest.finalize()
 }
 
-/// A running zlib CRC-32, for serialisers that meet their bytes one by one.
-pub(super) fn crc32_zlib_digest() -> crc::Digest<'static, u32> {
-    ISO_HDLC.digest()
-}
-
 /// `NovAtel` OEM logs.
 pub fn crc32_novatel(bytes: &[u8]) -> u32 {
     NOVATEL.checksum(bytes)

@@ -8,9 +8,9 @@
 //!
 //! Compatibility: the variants' order is the wire format. New ones go to the end, and [`WIRE_VERSION`] counts changes.
 
-use super::Error;
-use super::checksum::crc32_zlib_digest;
-use postcard::ser_flavors::{Cobs, Slice, crc::CrcModifier};
+use super::checksum::crc32_zlib;
+use super::field::{head, put, take};
+use super::{Error, cobs};
 use serde::{Deserialize, Serialize};
 
 /// Version of this wire format, in [`Version`].
@@ -161,31 +161,46 @@ pub enum Response<'a> {
 /// Write a packet, its zero byte included, and return it.
 ///
 /// # Errors
-/// [`Error::Length`] when it is longer than the buffer; [`MAX_PACKET`] bytes always suffice for chunks of [`MAX_CHUNK`].
+/// [`Error::Length`] when it is longer than the buffer or than [`MAX_PACKET`], which suffices for chunks of
+/// [`MAX_CHUNK`].
 pub fn encode<'b, M: Serialize>(
     number: u8,
     message: &M,
     buffer: &'b mut [u8],
 ) -> Result<&'b mut [u8], Error> {
-    let cobs = Cobs::try_new(Slice::new(buffer)).map_err(|_| Error::Length)?;
-    let crc = CrcModifier::new(cobs, crc32_zlib_digest());
-    postcard::serialize_with_flavor(&(number, message), crc).map_err(|_| Error::Length)
+    let mut plain = [0; MAX_PACKET - 2]; // COBS adds a byte in front and the zero behind
+    let coded = postcard::to_slice(&(number, message), &mut plain).map_err(|_| Error::Length)?;
+    let len = coded.len();
+    let crc = crc32_zlib(coded);
+    if len + 4 > plain.len() {
+        return Err(Error::Length);
+    }
+    put(&mut plain, len, crc.to_le_bytes());
+    let len = cobs::encode(head(&plain, len + 4), buffer).ok_or(Error::Length)?;
+    buffer.get_mut(..len).ok_or(Error::Length)
 }
 
 /// Read a packet, with or without its zero byte. It is decoded in place; its message borrows from it.
 ///
 /// # Errors
-/// [`Error::Header`] for bytes that are not COBS, [`Error::Checksum`] for a wrong CRC, or a message that is not of this
-/// version (the CRC is tried along with the decoding), [`Error::Length`] for bytes left over.
+/// [`Error::Header`] for bytes that are not COBS, [`Error::Checksum`], [`Error::Field`] for a message that this version
+/// does not know or that has bytes left over.
 pub fn decode<'b, M: Deserialize<'b>>(packet: &'b mut [u8]) -> Result<(u8, M), Error> {
     let end = packet
         .iter()
         .position(|&byte| byte == 0)
         .unwrap_or(packet.len());
     let packet = packet.get_mut(..end).unwrap_or_default();
-    let length = cobs::decode_in_place(packet).map_err(|_| Error::Header)?;
-    let message = packet.get(..length).unwrap_or_default();
-    postcard::from_bytes_crc32(message, crc32_zlib_digest()).map_err(|_| Error::Checksum)
+    let len = cobs::decode_in_place(packet).ok_or(Error::Header)?;
+    let crc = len.checked_sub(4).ok_or(Error::Header)?;
+    let coded = packet.get(..crc).unwrap_or_default();
+    if crc32_zlib(coded) != u32::from_le_bytes(take(packet, crc)) {
+        return Err(Error::Checksum);
+    }
+    match postcard::take_from_bytes(coded) {
+        Ok((message, [])) => Ok(message),
+        _ => Err(Error::Field),
+    }
 }
 
 /// Gathers a line's bytes into packets.

@@ -25,6 +25,7 @@
 
 pub mod adis;
 pub mod checksum;
+pub mod cobs;
 pub mod command;
 pub mod detect;
 pub mod field;
