@@ -8,8 +8,9 @@
 //! With `weight` = 1/sigma^2 of a window's noise and `ridge` = 1/sd^2 of the weights around the prior this is the maximum a
 //! posteriori estimate, and the prior keeps 63 parameters from fitting noise.
 //!
-//! One packed matrix is all the memory: it is factorised in place, so a rejected pass cannot solve again with more damping.
-//! It goes back and shortens the same step, which is a direction of descent, and the next solution is damped more.
+//! lambda follows the gain, actual over predicted decrease (Nielsen 1999): a pass as good as predicted divides it by three, a
+//! rejected one multiplies it by 2, 4, 8 ... and solves again from the sums of the best pass. Two packed matrices are all the
+//! memory: N of the best pass, and one in which a pass sums its own N and which then takes the factor L.
 
 use crate::learn::{Batch, Rule};
 use crate::real::{Real, all_finite};
@@ -19,36 +20,41 @@ use crate::weights::Weights;
 /// Values of a packed symmetric matrix: row i holds the columns 0..=i.
 const PACKED: usize = PARAMS * (PARAMS + 1) / 2;
 
-/// The rule; its normal matrix alone is 8064 bytes in `f32`.
+/// The rule; its two matrices take 16 128 bytes in `f32`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct GaussNewton<T = f32> {
     prior: [T; PARAMS],
     ridge: T,
-    /// lambda in units of the mean diagonal element of N.
+    /// lambda in units of the mean diagonal element of N, and its factor when the next pass is rejected.
     damping: T,
+    growth: T,
+    /// Sums of the running pass; afterwards `work` is L.
     batch: Batch<T>,
-    normal: [T; PACKED],
+    work: [T; PACKED],
+    /// The best pass: its weights, N, gradient and cost with the prior's part.
     best: Weights<T>,
-    /// Cost with the prior's part at `best`.
+    normal: [T; PACKED],
+    gradient: [T; PARAMS],
     best_objective: Option<T>,
-    /// From `best` to the candidate, and the derivative of the objective along it (<= 0).
-    step: [T; PARAMS],
-    descent: T,
+    /// By how much the candidate should lower the objective.
+    predicted: T,
 }
 
 impl<T: Real> GaussNewton<T> {
-    /// Weights are expected around `prior` with inverse variance `ridge` >= 0 (in the units of `weight`); damping starts at 1e-3.
+    /// Weights are expected around `prior` with inverse variance `ridge` >= 0, in the units of `weight`.
     pub fn new(prior: &Weights<T>, ridge: T) -> Self {
         Self {
             prior: prior.to_array(),
             ridge,
-            damping: T::from_f64(1e-3),
+            damping: T::from_f64(1e-2),
+            growth: T::from_f64(2.0),
             batch: Batch::new(),
-            normal: [T::ZERO; PACKED],
+            work: [T::ZERO; PACKED],
             best: *prior,
+            normal: [T::ZERO; PACKED],
+            gradient: [T::ZERO; PARAMS],
             best_objective: None,
-            step: [T::ZERO; PARAMS],
-            descent: T::ZERO,
+            predicted: T::ZERO,
         }
     }
 
@@ -76,46 +82,62 @@ impl<T: Real> GaussNewton<T> {
         objective
     }
 
-    /// The damped step from the sums of an accepted pass.
-    fn solve(&mut self) {
+    /// The damped step from the sums of the best pass; 0 if it cannot be solved.
+    fn solve(&mut self) -> [T; PARAMS] {
         let count = T::from_f64(PARAMS as f64);
         let trace = rows(&self.normal)
             .filter_map(|row| row.last())
             .fold(T::ZERO, |sum, &value| sum + value);
-        let added = self.ridge + self.damping * trace / count;
-        for_each_row(&mut self.normal, |row| {
+        let lambda = self.damping * trace / count;
+        self.work = self.normal;
+        for_each_row(&mut self.work, |row| {
             if let Some(diagonal) = row.last_mut() {
-                *diagonal += added;
+                *diagonal += self.ridge + lambda;
             }
         });
-        factorise(&mut self.normal);
-        self.step = self.batch.gradient.map(|g| -g);
-        substitute(&self.normal, &mut self.step);
-        if !all_finite(&self.step) {
-            self.step = [T::ZERO; PARAMS];
+        factorise(&mut self.work);
+        let mut step = self.gradient.map(|g| -g);
+        substitute(&self.work, &mut step);
+        if !all_finite(&step) {
+            return [T::ZERO; PARAMS];
         }
-        let products = self
-            .step
-            .iter()
-            .zip(&self.batch.gradient)
-            .map(|(&step, &g)| step * g);
-        self.descent = products.fold(T::ZERO, |sum, product| sum + product);
+        // The model's decrease: (lambda |step|^2 - gradient . step) / 2.
+        self.predicted =
+            T::from_f64(0.5) * (lambda * dot(&step, &step) - dot(&step, &self.gradient));
+        step
     }
 
-    /// Shortens the step to the minimum of the parabola through the two objectives and the descent, within 1/10 and 1/2.
-    fn shorten(&mut self, objective: T) {
-        let (least, most) = (T::from_f64(0.1), T::from_f64(0.5));
-        let rise = objective - self.best_objective.unwrap_or(T::ZERO);
-        let minimum = -most * self.descent / (rise - self.descent);
-        let factor = if minimum > most {
+    /// Less damping after a pass that lowered the objective by `decrease`, the less the better the prediction was.
+    fn ease(&mut self, decrease: T) {
+        let excess = (decrease + decrease) / self.predicted - T::ONE;
+        let factor = T::ONE - excess * excess * excess;
+        let (least, most) = (T::ONE / T::from_f64(3.0), T::from_f64(2.0));
+        let factor = if factor > most {
             most
-        } else if minimum > least {
-            minimum
+        } else if factor > least {
+            factor
         } else {
             least
         };
-        self.step = self.step.map(|step| step * factor);
-        self.descent *= factor;
+        let eased = self.damping * factor;
+        self.damping = if eased > T::EPSILON {
+            eased
+        } else {
+            T::EPSILON
+        };
+        self.growth = T::from_f64(2.0);
+    }
+
+    /// More damping after a rejected pass; bounded so that it stays finite.
+    fn stiffen(&mut self) {
+        let most = T::ONE / T::EPSILON;
+        let damping = self.damping * self.growth;
+        self.damping = if damping < most { damping } else { most };
+        self.growth = if self.growth < most {
+            self.growth + self.growth
+        } else {
+            most
+        };
     }
 }
 
@@ -123,12 +145,13 @@ impl<T: Real> Rule<T> for GaussNewton<T> {
     fn start(&mut self, weights: &Weights<T>) {
         self.best = *weights;
         self.best_objective = None;
-        self.step = [T::ZERO; PARAMS];
+        self.normal = [T::ZERO; PACKED];
+        self.gradient = [T::ZERO; PARAMS];
     }
 
     fn begin(&mut self) {
         self.batch = Batch::new();
-        self.normal = [T::ZERO; PACKED];
+        self.work = [T::ZERO; PACKED];
     }
 
     #[inline]
@@ -136,7 +159,7 @@ impl<T: Real> Rule<T> for GaussNewton<T> {
         self.batch.add(psi, r, weight);
         for row in psi {
             let mut left = row.iter();
-            for_each_row(&mut self.normal, |line| {
+            for_each_row(&mut self.work, |line| {
                 let left = left.next().map_or(T::ZERO, |&left| weight * left);
                 for (value, &right) in line.iter_mut().zip(row) {
                     *value += left * right;
@@ -150,24 +173,20 @@ impl<T: Real> Rule<T> for GaussNewton<T> {
         let objective = self.add_prior::<F>(candidate);
         let lower = self.best_objective.is_none_or(|best| objective <= best);
         let accepted = valid && lower && objective.is_finite() && self.batch.is_finite();
-        let ten = T::from_f64(10.0);
         if accepted {
+            if let Some(best) = self.best_objective {
+                self.ease(best - objective);
+            }
             self.best = *candidate;
             self.best_objective = Some(objective);
-            let eased = self.damping / ten;
-            self.damping = if eased > T::EPSILON {
-                eased
-            } else {
-                T::EPSILON
-            };
-            self.solve();
+            self.normal = self.work;
+            self.gradient = self.batch.gradient;
         } else {
-            let damped = self.damping * ten;
-            self.damping = if damped < ten { damped } else { ten };
-            self.shorten(objective);
+            self.stiffen();
         }
+        let step = self.solve();
         *candidate = self.best;
-        for (theta, &step) in candidate.iter_mut().zip(&self.step) {
+        for (theta, step) in candidate.iter_mut().zip(step) {
             *theta += step;
         }
         (cost, accepted)
