@@ -80,14 +80,25 @@ impl Axis {
     }
 }
 
-/// 1, 2 or 5 times a power of ten, not below `rough`.
+/// `range` with each end moved out to the next tick of [`Axis::linear`] where that is near: 29.99 ends at 30.
+pub(super) fn snapped((low, high): (f64, f64), count: usize) -> (f64, f64) {
+    let step = nice_step((high - low) / count.max(1) as f64);
+    let near = 0.02 * (high - low);
+    let (below, above) = ((low / step).floor() * step, (high / step).ceil() * step);
+    (
+        if low - below < near { below } else { low },
+        if above - high < near { above } else { high },
+    )
+}
+
+/// 1, 2 or 5 times a power of ten, the least that is not much below `rough`.
 fn nice_step(rough: f64) -> f64 {
-    let power = 10_f64.powf(rough.log10().floor());
+    let least = 0.7 * rough;
+    let power = 10_f64.powf(least.log10().floor());
     let factor = [1.0, 2.0, 5.0]
         .into_iter()
-        .find(|factor| factor * power >= rough * (1.0 - 1e-9))
-        .unwrap_or(10.0);
-    factor * power
+        .find(|factor| factor * power >= least);
+    factor.unwrap_or(10.0) * power
 }
 
 fn plain_or_scientific(value: f64) -> String {
@@ -215,21 +226,28 @@ mod tests {
             ["0", "5", "10", "15", "20"]
         );
         assert_eq!(
-            texts(&Axis::linear("", (-0.11, 0.1), 4)),
+            texts(&Axis::linear("", (-0.11, 0.1), 2)),
             ["\u{2212}0.1", "0.0", "0.1"]
         );
         assert_eq!(
-            texts(&Axis::linear("", (9990.0, 10011.0), 3)),
+            texts(&Axis::linear("", (9990.0, 10011.0), 2)),
             ["9990", "10\u{a0}000", "10\u{a0}010"]
         );
         assert_eq!(
             texts(&Axis::linear("", (0.0, 0.0031), 3)),
-            ["0.000", "0.002"]
+            ["0.000", "0.001", "0.002", "0.003"]
         );
         assert_eq!(
             texts(&Axis::linear("", (0.0, 3e-9), 3)),
             ["0.0e0", "1.0e-9", "2.0e-9", "3.0e-9"]
         );
+    }
+
+    #[test]
+    fn ends_snap_to_a_near_tick_only() {
+        assert_eq!(snapped((0.01, 29.99), 5), (0.0, 30.0));
+        assert_eq!(snapped((0.0, 22.0), 5), (0.0, 22.0));
+        assert_eq!(snapped((0.0, 399.0), 10), (0.0, 400.0));
     }
 
     #[test]

@@ -1,6 +1,6 @@
 //! The four pictures of the report; one function each, for SVG and bitmap alike.
 
-use super::axes::{Axis, extent, grouped, widened};
+use super::axes::{Axis, extent, grouped, snapped, widened};
 use super::canvas::{Canvas, UNITS_PER_PIXEL};
 use super::palette::{self, Colour, INK, Look};
 use super::sheet::{Align, Drawn, MOST_POINTS, Plot, Sheet, UNITS};
@@ -171,7 +171,7 @@ fn track<DB: DrawingBackend>(
         let points = (0..curve.x.len()).filter(|i| i % stride == 0 || i + 1 == curve.x.len());
         let points = points.map(|i| (factor * curve.x[i], factor * curve.y[i]));
         let look = palette::scheme(&curve.name, i);
-        let last = points.clone().last().and_then(|(x, y)| plot.at(x, y));
+        let last = points.clone().next_back().and_then(|(x, y)| plot.at(x, y));
         sheet.path(&plot, points, look)?;
         if let Some(end) = last {
             sheet.dot(end, 4.0, look.colour)?;
@@ -203,7 +203,7 @@ fn error_over_time<DB: DrawingBackend>(
     let (factor, unit) = length_unit(worst);
     let x = Axis::linear(
         "time of free-inertial navigation, min",
-        widened(time, 0.0),
+        snapped(widened(time, 0.0), 11),
         11,
     );
     let y = Axis::linear(
@@ -279,34 +279,47 @@ fn learning<DB: DrawingBackend>(
     let (Some(passes), Some(cost)) = (passes, extent(curves.iter().flat_map(positive))) else {
         return sheet.nothing("nothing was learned in this run", size);
     };
+    let looks = learning_looks(curves);
+    let (left, width) = (76.0, size.0 - 100.0);
+    let top = sheet.legend((left, 20.0), width, &looks)?.1 + 24.0;
     let (low, high) = widened((cost.0.ln(), cost.1.ln()), 0.05);
+    let x = Axis::linear(
+        "passes over the data",
+        snapped(widened(passes, 0.0), 10),
+        10,
+    );
+    let y = Axis::log("cost, log scale", (low.exp(), high.exp()));
     let plot = Plot {
-        left: 76.0,
-        top: 62.0,
-        width: size.0 - 100.0,
-        height: size.1 - 114.0,
-        x: Axis::linear("passes over the data", widened(passes, 0.0), 10),
-        y: Axis::log("cost, log scale", (low.exp(), high.exp())),
+        left,
+        top,
+        width,
+        height: size.1 - top - 52.0,
+        x,
+        y,
     };
     sheet.axes(&plot)?;
-    let mut networks: Vec<&str> = vec![];
-    let mut looks = vec![];
-    for curve in curves {
-        let network = curve.name.split(':').next().unwrap_or_default();
-        let index = networks
-            .iter()
-            .position(|known| *known == network)
-            .unwrap_or(networks.len());
-        if index == networks.len() {
-            networks.push(network);
-        }
-        looks.push((curve.name.clone(), palette::learning(&curve.name, index)));
-    }
-    sheet.legend((plot.left, 20.0), plot.width, &looks)?;
     for (curve, (_, look)) in curves.iter().zip(&looks) {
         sheet.curve(&plot, &curve.x, &curve.y, *look)?;
     }
     Ok(())
+}
+
+/// A colour a network, in the order they first appear.
+fn learning_looks(curves: &[Curve]) -> Vec<(String, Look)> {
+    let mut networks: Vec<&str> = vec![];
+    let mut looks = vec![];
+    for curve in curves {
+        let network = curve.name.split(':').next().unwrap_or_default();
+        if !networks.contains(&network) {
+            networks.push(network);
+        }
+        let index = networks
+            .iter()
+            .position(|known| *known == network)
+            .unwrap_or_default();
+        looks.push((curve.name.clone(), palette::learning(&curve.name, index)));
+    }
+    looks
 }
 
 #[cfg(test)]

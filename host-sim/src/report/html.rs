@@ -37,7 +37,7 @@ pub(super) fn page(report: &Report, svgs: &[(Figure, String)]) -> String {
                 main {
                     h1 { (report.title) }
                     p.sub { "scenario " b { (results.scenario) } ", seed " b { (results.seed) } }
-                    @for sentence in findings(results) { p.finding { (sentence) } }
+                    @for sentence in &findings(results) { p.finding { (unbroken(sentence)) } }
                     @if !report.notes.is_empty() {
                         aside { h2 { "Read this first" } ul { @for note in &report.notes { li { (note) } } } }
                     }
@@ -49,7 +49,7 @@ pub(super) fn page(report: &Report, svgs: &[(Figure, String)]) -> String {
                             figure {
                                 (PreEscaped(svg))
                                 figcaption {
-                                    b { "Figure " (number + 1) ". " } (caption(*figure, report)) " "
+                                    b { "Figure " (number + 1) ". " } (unbroken(&caption(*figure, report))) " "
                                     a href=(figure.file()) { (figure.file()) }
                                 }
                             }
@@ -104,6 +104,11 @@ fn findings(results: &Results) -> Vec<String> {
         ));
     }
     sentences
+}
+
+/// Hyphens that no line breaks at, so that `ls-3x3` stays in one piece.
+fn unbroken(text: &str) -> String {
+    text.replace('-', "\u{2011}")
 }
 
 fn results_table(results: &Results) -> Markup {
@@ -174,7 +179,7 @@ fn sensor_caption(report: &Report) -> String {
         .iter()
         .any(|trace| trace.teacher.iter().any(|value| value.is_finite()));
     let mut text = String::from(if known {
-        "Output of the network over the true error of each sensor, which the network never sees."
+        "Output of the network over the true error of each sensor."
     } else {
         "Output of the network for each sensor; the true error of recorded data is unknown."
     });

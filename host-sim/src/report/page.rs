@@ -47,7 +47,7 @@ pub fn write(dir: &Path, report: &Report) -> Result<PathBuf, Error> {
 fn files(report: &Report) -> Result<Vec<(&'static str, Vec<u8>)>, Error> {
     let draw = |job: usize| {
         let figure = Figure::ALL[job / 2];
-        if job % 2 == 0 {
+        if job.is_multiple_of(2) {
             figure.png(report)
         } else {
             figure

@@ -1,7 +1,7 @@
 //! The paper's figure 2: for each sensor, the network's output over the true error, with the teacher as faint dots.
 
 use super::ErrorTrace;
-use super::axes::{Axis, extent, widened};
+use super::axes::{Axis, extent, snapped, widened};
 use super::palette::{INK, Look, RNN, SOFT, TEACHER};
 use super::sheet::{Align, Drawn, Plot, Sheet};
 use plotters::prelude::DrawingBackend;
@@ -49,17 +49,14 @@ pub(super) fn sensor_errors<DB: DrawingBackend>(
         } else {
             ""
         };
+        let time = widened(extent(trace.t_min.iter().copied()).unwrap_or_default(), 0.0);
         let plot = Plot {
             left,
             top,
             width: column - 82.0,
             height: row - 52.0,
-            x: Axis::linear(
-                x_label,
-                widened(extent(trace.t_min.iter().copied()).unwrap_or_default(), 0.0),
-                6,
-            ),
-            y: Axis::linear("", trace_range(trace), 6),
+            x: Axis::linear(x_label, snapped(time, 5), 5),
+            y: Axis::linear("", trace_range(trace), 5),
         };
         panel(sheet, &plot, trace)?;
     }
