@@ -194,17 +194,22 @@ impl<T: AsRef<[u8]>> Frame<T> {
         (self.layout != Layout::A).then(|| take(self.buffer.as_ref(), at::AFTER))
     }
 
-    /// The six words and what goes with them. The temperature's unit is not told, so it is not here.
+    /// The six words and what goes with them. Words that are no finite numbers are not valid. The temperature's unit is
+    /// not told, so it is not here.
     pub fn reading(&self) -> Reading {
+        let (gyro, accel) = (self.gyro(), self.accel());
+        let finite = |words: [f32; 3]| {
+            let bits = words.into_iter().enumerate();
+            bits.fold(0, |set, (axis, word)| {
+                set | u8::from(word.is_finite()) << axis
+            })
+        };
         let status = self.status();
         Reading {
             counter: Some(u16::from(self.sequence())),
             ..Reading::new(
-                Words::Floats {
-                    gyro: self.gyro(),
-                    accel: self.accel(),
-                },
-                Axes::new(status, status >> 4),
+                Words::Floats { gyro, accel },
+                Axes::new(status & finite(gyro), status >> 4 & finite(accel)),
             )
         }
     }

@@ -186,6 +186,18 @@ pub struct Unit {
     pub lsb: f64,
 }
 
+impl Unit {
+    /// What one count is worth as an increment, rad or m/s, when a word comes every `period_s` seconds. `None` for
+    /// integrated words, whose increments are differences of two.
+    pub fn increment(self, period_s: f64) -> Option<f64> {
+        match self.quantity {
+            Quantity::Increment => Some(self.lsb),
+            Quantity::Rate | Quantity::Average => Some(self.lsb * period_s),
+            Quantity::Integrated => None,
+        }
+    }
+}
+
 /// The meaning of all six words.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Units {

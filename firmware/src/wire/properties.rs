@@ -114,7 +114,9 @@ proptest! {
     /// Changed words arrive, and nothing but words and checksum has changed.
     #[test]
     fn only_the_words_change((format, bytes) in any_frame(), new: [i16; 6]) {
-        prop_assume!(format != Format::Ubx);
+        if format == Format::Ubx {
+            return Ok(()); // has no words
+        }
         let [a, b, c, d, e, f] = new.map(i32::from);
         let has_accel = format != Format::Stim300
             || stim300::Contents::from_id(bytes[0]).unwrap().accel;

@@ -79,6 +79,14 @@ fn bit_messages_are_passed_on() {
 }
 
 #[test]
+fn a_word_that_is_no_number_is_not_valid() {
+    let mut bytes = GOOD;
+    let mut frame = Frame::new_checked(&mut bytes).unwrap();
+    frame.set_words([0.0, f32::NAN, 0.0], [f32::INFINITY, 0.0, 1.0]);
+    assert_eq!(frame.reading().valid, Axes::new(0b101, 0b110));
+}
+
+#[test]
 fn headers() {
     assert_eq!(scan(&[]), Scan::Partial);
     assert_eq!(scan(&[0xFE, 0x81]), Scan::Partial);

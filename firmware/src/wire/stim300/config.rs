@@ -318,6 +318,7 @@ mod tests {
         assert_eq!(units.gyro.quantity, Quantity::Increment);
         assert_eq!(units.gyro.lsb, DEGREE / 2_097_152.0);
         assert_eq!(units.accel.lsb, 1.0 / 4_194_304.0);
+        assert_eq!(units.accel.increment(0.001), Some(units.accel.lsb));
     }
 
     #[test]
@@ -371,6 +372,9 @@ mod tests {
         assert_eq!(full_scale(10, 10), (512.0, 16.0 * G)); // delayed averages
         assert_eq!(full_scale(3, 3), (4.0, 2.0 * G)); // +-4 deg, +-2 g s
         assert_eq!(full_scale(3, 4), (4.0, 2.0)); // +-2 m/s
+        let rates = Config::DEFAULT.with_unit_codes(0, 3).units().unwrap();
+        assert_eq!(rates.gyro.increment(0.001), Some(rates.gyro.lsb * 0.001));
+        assert_eq!(rates.accel.increment(0.001), None);
         let unknown = Config::DEFAULT.with_unit_codes(5, 0);
         assert_eq!(unknown.units(), Err(Error::Field));
     }
