@@ -17,7 +17,7 @@ fn network<H: Activation>(criterion: &mut Criterion, name: &str) {
 
     let mut state = State::new();
     group.bench_function("step", |bencher| {
-        bencher.iter(|| net.step(&mut state, black_box(INPUT)))
+        bencher.iter(|| net.step(&mut state, black_box(INPUT)));
     });
 
     let mut sens = Sensitivities::new();

@@ -54,13 +54,12 @@ pub trait Real:
     /// -1, 0 or +1; 0 for NaN.
     #[inline(always)]
     fn sign(self) -> Self {
-        if self > Self::ZERO {
+        let above = if self > Self::ZERO {
             Self::ONE
-        } else if self < Self::ZERO {
-            -Self::ONE
         } else {
             Self::ZERO
-        }
+        };
+        if self < Self::ZERO { -Self::ONE } else { above }
     }
 }
 

@@ -14,6 +14,39 @@ pub struct Layer<T = f32> {
     pub b: [T; NEURONS],
 }
 
+impl<T: Real> Layer<T> {
+    /// In parameter order.
+    #[inline(always)]
+    fn to_array(self) -> [T; PARAMS_PER_LAYER] {
+        let mut values = [T::ZERO; PARAMS_PER_LAYER];
+        for p in 0..NEURONS {
+            for q in 0..NEURONS {
+                values[NEURONS * p + q] = self.w[p][q];
+                values[R + NEURONS * p + q] = self.r[p][q];
+            }
+            values[B + p] = self.b[p];
+        }
+        values
+    }
+
+    /// From values in parameter order.
+    #[inline(always)]
+    fn from_array(values: &[T; PARAMS_PER_LAYER]) -> Self {
+        let square = |at: usize| {
+            [
+                [values[at], values[at + 1], values[at + 2]],
+                [values[at + 3], values[at + 4], values[at + 5]],
+                [values[at + 6], values[at + 7], values[at + 8]],
+            ]
+        };
+        Self {
+            w: square(0),
+            r: square(R),
+            b: [values[B], values[B + 1], values[B + 2]],
+        }
+    }
+}
+
 /// The 63 parameters of a network, dimensionless: inputs and outputs are normalised. 252 bytes in `f32`.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Weights<T = f32> {
@@ -48,8 +81,8 @@ impl<T: Real> Weights<T> {
     #[inline]
     pub fn from_array(values: &[T; PARAMS]) -> Self {
         let mut weights = Self::zero();
-        for (parameter, &value) in weights.iter_mut().zip(values) {
-            *parameter = value;
+        for (layer, values) in weights.layers.iter_mut().zip(values.as_chunks().0) {
+            *layer = Layer::from_array(values);
         }
         weights
     }
@@ -58,8 +91,8 @@ impl<T: Real> Weights<T> {
     #[inline]
     pub fn to_array(&self) -> [T; PARAMS] {
         let mut values = [T::ZERO; PARAMS];
-        for (value, parameter) in values.iter_mut().zip(self.iter()) {
-            *value = parameter;
+        for (layer, values) in self.layers.iter().zip(values.as_chunks_mut().0) {
+            *values = layer.to_array();
         }
         values
     }

@@ -25,12 +25,13 @@ impl<T: Real> Batch<T> {
     #[inline]
     pub fn add(&mut self, psi: &[[T; PARAMS]; NEURONS], r: &[T; NEURONS], weight: T) {
         let half = T::from_f64(0.5);
-        for (row, &r) in psi.iter().zip(r) {
-            let wr = weight * r;
-            self.cost += half * wr * r;
-            for (gradient, &psi) in self.gradient.iter_mut().zip(row) {
-                *gradient += psi * wr;
-            }
+        let [a, b, c] = *r;
+        self.cost += half * weight * (a * a + b * b + c * c);
+        let (wa, wb, wc) = (weight * a, weight * b, weight * c);
+        let [psi_a, psi_b, psi_c] = psi;
+        let columns = psi_a.iter().zip(psi_b).zip(psi_c);
+        for (gradient, ((&a, &b), &c)) in self.gradient.iter_mut().zip(columns) {
+            *gradient += a * wa + b * wb + c * wc;
         }
     }
 

@@ -185,10 +185,11 @@ impl<T: Real> Rule<T> for GaussNewton<T> {
             self.stiffen();
         }
         let step = self.solve();
-        *candidate = self.best;
-        for (theta, step) in candidate.iter_mut().zip(step) {
+        let mut next = self.best.to_array();
+        for (theta, step) in next.iter_mut().zip(step) {
             *theta += step;
         }
+        *candidate = Weights::from_array(&next);
         (cost, accepted)
     }
 

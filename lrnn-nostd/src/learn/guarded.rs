@@ -93,12 +93,13 @@ impl<T: Real> Rule<T> for Guarded<T> {
         } else {
             self.steps = self.steps.map(|eta| eta * (T::ONE - self.eps_down));
         }
-        *candidate = self.best;
+        let mut next = self.best.to_array();
         if let Some(best) = &self.best_batch {
-            for ((theta, &eta), &g) in candidate.iter_mut().zip(&self.steps).zip(&best.gradient) {
+            for ((theta, &eta), &g) in next.iter_mut().zip(&self.steps).zip(&best.gradient) {
                 *theta -= eta * g;
             }
         }
+        *candidate = Weights::from_array(&next);
         (cost, accepted)
     }
 

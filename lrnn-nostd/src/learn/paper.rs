@@ -10,7 +10,7 @@
 //! and shrinking it diverges on many tasks after some tens of passes. Use [`super::Guarded`] where that matters.
 
 use crate::learn::{Batch, Rule};
-use crate::real::Real;
+use crate::real::{Real, all_finite};
 use crate::shape::{Feedback, Kind, NEURONS, PARAMS};
 use crate::weights::Weights;
 
@@ -99,7 +99,7 @@ impl<T: Real> Rule<T> for Paper<T> {
     /// In the first pass there is no earlier gradient: lambda = 0.
     fn end<F: Feedback>(&mut self, candidate: &mut Weights<T>, valid: bool) -> (T, bool) {
         let Batch { cost, gradient } = self.batch;
-        let mut next = *candidate;
+        let mut next = candidate.to_array();
         let mut steps = self.steps;
         let parameters = next
             .iter_mut()
@@ -111,9 +111,10 @@ impl<T: Real> Rule<T> for Paper<T> {
             *eta += eps * lambda * *eta;
             *theta -= *eta * g;
         }
-        let accepted = valid && self.batch.is_finite() && next.is_finite();
+        let accepted = valid && self.batch.is_finite() && all_finite(&next);
         if accepted {
-            (*candidate, self.steps, self.last) = (next, steps, gradient);
+            *candidate = Weights::from_array(&next);
+            (self.steps, self.last) = (steps, gradient);
         }
         (cost, accepted)
     }
