@@ -81,10 +81,16 @@ impl<T: Real> Weights<T> {
     #[inline]
     pub fn from_array(values: &[T; PARAMS]) -> Self {
         let mut weights = Self::zero();
-        for (layer, values) in weights.layers.iter_mut().zip(values.as_chunks().0) {
+        weights.set_all(values);
+        weights
+    }
+
+    /// Sets all parameters from the 63 values in parameter order.
+    #[inline]
+    pub fn set_all(&mut self, values: &[T; PARAMS]) {
+        for (layer, values) in self.layers.iter_mut().zip(values.as_chunks().0) {
             *layer = Layer::from_array(values);
         }
-        weights
     }
 
     /// The 63 values in parameter order.

@@ -189,7 +189,7 @@ impl<T: Real> Rule<T> for GaussNewton<T> {
         for (theta, step) in next.iter_mut().zip(step) {
             *theta += step;
         }
-        *candidate = Weights::from_array(&next);
+        candidate.set_all(&next);
         (cost, accepted)
     }
 

@@ -99,7 +99,7 @@ impl<T: Real> Rule<T> for Guarded<T> {
                 *theta -= eta * g;
             }
         }
-        *candidate = Weights::from_array(&next);
+        candidate.set_all(&next);
         (cost, accepted)
     }
 

@@ -95,26 +95,30 @@ impl<T: Real> Rule<T> for Paper<T> {
         self.batch.add(psi, r, weight);
     }
 
-    /// Every finite pass is accepted. One that overflowed leaves weights and steps as they are: the rule has diverged.
-    /// In the first pass there is no earlier gradient: lambda = 0.
+    /// Every finite pass is accepted. One that overflowed leaves the weights as they are: the rule has diverged.
+    /// In the first pass there is no earlier gradient: lambda = 0; as it is for a product that underflows.
     fn end<F: Feedback>(&mut self, candidate: &mut Weights<T>, valid: bool) -> (T, bool) {
-        let Batch { cost, gradient } = self.batch;
+        let cost = self.batch.cost;
+        if !(valid && cost.is_finite()) {
+            return (cost, false);
+        }
         let mut next = candidate.to_array();
-        let mut steps = self.steps;
+        let gradients = self.batch.gradient.iter().zip(&mut self.last);
         let parameters = next
             .iter_mut()
-            .zip(&mut steps)
+            .zip(&mut self.steps)
             .zip(&self.eps)
-            .zip(gradient.iter().zip(&self.last));
-        for (((theta, eta), &eps), (&g, &last)) in parameters {
-            let lambda = g.sign() * last.sign();
+            .zip(gradients);
+        for (((theta, eta), &eps), (&g, last)) in parameters {
+            let lambda = (g * *last).sign();
             *eta += eps * lambda * *eta;
             *theta -= *eta * g;
+            *last = g;
         }
-        let accepted = valid && self.batch.is_finite() && all_finite(&next);
+        // A gradient that is not finite makes its parameter so.
+        let accepted = all_finite(&next);
         if accepted {
-            *candidate = Weights::from_array(&next);
-            (self.steps, self.last) = (steps, gradient);
+            candidate.set_all(&next);
         }
         (cost, accepted)
     }
