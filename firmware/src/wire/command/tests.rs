@@ -133,6 +133,23 @@ fn golden_packet() {
     assert_eq!(packet, [8, 3, 2, 3, a, b, c, d, 0]);
 }
 
+/// Right CRC, wrong message: one of a newer version, one with bytes left over, none at all.
+#[test]
+fn what_this_version_does_not_know_is_refused() {
+    let decoded = |message: &[u8]| {
+        let mut plain = message.to_vec();
+        plain.extend(crate::wire::checksum::crc32_zlib(message).to_le_bytes());
+        let mut packet = [0; MAX_PACKET];
+        crate::wire::cobs::encode(&plain, &mut packet).unwrap();
+        decode::<Request>(&mut packet).map(|(number, _)| number)
+    };
+    assert_eq!(decoded(&[9, 1]), Ok(9));
+    assert_eq!(decoded(&[9, 1, 0]), Err(Error::Field));
+    assert_eq!(decoded(&[9, 200]), Err(Error::Field));
+    assert_eq!(decoded(&[9]), Err(Error::Field));
+    assert_eq!(decode::<Request>(&mut [3, 1, 2, 0]), Err(Error::Header));
+}
+
 #[test]
 fn a_short_buffer_is_an_error() {
     let request = Request::WriteImage {

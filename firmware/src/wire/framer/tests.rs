@@ -181,6 +181,33 @@ fn messages_too_long_to_hold_pass_through() {
     }
 }
 
+/// A message that would fit into the buffer but is longer than what is waited for is garbage however it arrives.
+#[test]
+fn what_is_found_does_not_depend_on_how_much_has_come() {
+    let mut long = std::vec![0x11; 300];
+    long[..6].copy_from_slice(&[0xB5, 0x62, 0x01, 0x35, 0x24, 0x01]); // 292 bytes of payload
+    let sum = crate::wire::checksum::fletcher8(&long[2..298]);
+    long[298..].copy_from_slice(&sum);
+    assert_eq!(Format::Ubx.scan(&long), Scan::Other(300));
+    long.extend(frame(Format::Ubx, 1));
+    for piece in 1..=LONGEST {
+        let found = events(Format::Ubx, &long, piece);
+        assert!(found.iter().all(|(kind, _)| *kind != Kind::Other));
+        assert_eq!(frames(&found).len(), 1);
+    }
+}
+
+/// The worst place for a byte that looks like an identifier: where one is expected.
+#[test]
+fn a_stray_identifier_between_frames_costs_none() {
+    let (a, b) = (frame(Format::Stim300, 1), frame(Format::Stim300, 2));
+    for id in [0x91, 0xA5, 0xF7, 0xBC] {
+        let stream = [&a[..], &[id], &b, &a].concat();
+        let found = events(Format::Stim300, &stream, 5);
+        assert_eq!(frames(&found), [&a, &b, &a], "{id:#x}");
+    }
+}
+
 #[test]
 fn cr_lf_and_special_datagrams_pass_between_frames() {
     let mut stream = frame(Format::Stim300, 1);

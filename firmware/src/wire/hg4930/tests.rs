@@ -78,9 +78,17 @@ fn status_says_failed_with_ones() {
     assert_eq!(valid(0x0200, 0, [0; 3]), Axes::new(0b101, 7)); // gyro y
     assert_eq!(valid(0x0040, 0, [0; 3]), Axes::new(7, 0));
     assert_eq!(valid(0x0020, 0, [0; 3]), Axes::new(0, 7));
-    assert_eq!(valid(0, 0x2000, [0; 3]), Axes::new(0, 7));
-    assert_eq!(valid(0x8000, 0, [0; 3]), Axes::NONE);
-    assert_eq!(valid(0, 0x0200, [0; 3]), Axes::NONE);
+    for gyro_health in [0x0100, 0x2000] {
+        assert_eq!(valid(0, gyro_health, [0; 3]), Axes::new(0, 7));
+    }
+    assert_eq!(valid(0, 0x4000, [0; 3]), Axes::new(7, 0));
+    for imu in [0x0010, 0x0080, 0x8000] {
+        assert_eq!(valid(imu, 0, [0; 3]), Axes::NONE);
+    }
+    for process_memory_electronics_pattern in [0x0400, 0x0800, 0x1000, 0x0200] {
+        let valid = valid(0, process_memory_electronics_pattern, [0; 3]);
+        assert_eq!(valid, Axes::NONE);
+    }
     assert_eq!(valid(0, 0, [PATTERN; 3]), Axes::NONE);
 }
 

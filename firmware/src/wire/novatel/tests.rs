@@ -91,6 +91,13 @@ fn a_ring_laser_sample() {
     assert!((frame.second_of_week() - 484_620.664_389).abs() < 1e-9);
     assert_eq!(frame.status(), 0x0080_1503); // prints as a number, little-endian on the wire
     assert_eq!(frame.reading().valid, Axes::ALL);
+    for (at, bit) in [(12, 0x01), (27, 0x08)] {
+        let mut failed = RING_LASER; // info byte; gyro test in the status word
+        failed[at] |= bit;
+        seal(&mut failed);
+        let frame = Frame::new_checked(failed).unwrap();
+        assert_eq!(frame.reading().valid, Axes::NONE);
+    }
     let units = kind.units().unwrap();
     // upright and at rest: 1 g over 10 ms
     let down = f64::from(frame.accel()[2]) * units.accel.lsb * 100.0;
@@ -159,6 +166,10 @@ fn other_logs_pass_and_impossible_lengths_do_not_wait() {
     wrong = RING_LASER;
     wrong[40] ^= 0x80;
     assert_eq!(scan(&wrong), Scan::BadChecksum);
+    let mut long = DOCUMENTED_X;
+    long[3] = 29;
+    seal(&mut long);
+    assert_eq!(scan(&long), Scan::BadChecksum);
     assert_eq!(scan(&[0xAA, 0x44]), Scan::Partial);
     assert_eq!(scan(&[0xAA, 0x44, 0x14]), Scan::Garbage);
 }
