@@ -58,6 +58,8 @@ pub struct Framer {
     /// Unread bytes: `start..end`, `start <= end <= CAPACITY`.
     start: usize,
     end: usize,
+    /// Unread bytes without which the head cannot be told: saves asking at every byte of a slow line.
+    needed: usize,
     /// The last thing found was a good message, so the next byte should start one.
     aligned: bool,
     /// Bytes of garbage since the last message, good or damaged.
@@ -72,6 +74,7 @@ impl Framer {
             buffer: [0; CAPACITY],
             start: 0,
             end: 0,
+            needed: 0,
             aligned: false,
             garbage: 0,
         }
@@ -107,17 +110,23 @@ impl Framer {
 
     /// The next event; `None` when more bytes are needed.
     pub fn next_event(&mut self) -> Option<Event<'_>> {
+        if self.pending() < self.needed {
+            return None;
+        }
         let mut skipped = 0;
         let (kind, len) = loop {
             let unread = self.buffer.get(self.start + skipped..self.end)?;
             let unread = head(unread, LONGEST); // the answer must not depend on how much has come
             let expected = self.format.has_start_mark() || (self.aligned && skipped == 0);
             match self.format.scan(unread) {
-                Scan::Partial if unread.len() < LONGEST => match skipped {
-                    0 => return None,
-                    _ => break (Kind::Garbage, skipped),
-                },
-                Scan::Partial | Scan::Garbage => skipped += 1,
+                Scan::Partial(needed) if needed <= LONGEST => {
+                    if skipped == 0 {
+                        self.needed = needed;
+                        return None;
+                    }
+                    break (Kind::Garbage, skipped);
+                }
+                Scan::Partial(_) | Scan::Garbage => skipped += 1,
                 // a byte that looks like an identifier, no more
                 Scan::BadChecksum if !expected => skipped += 1,
                 // garbage first, the message with the next call
@@ -139,6 +148,7 @@ impl Framer {
     }
 
     fn give_out(&mut self, kind: Kind, len: usize) -> Event<'_> {
+        self.needed = 0;
         self.aligned = matches!(kind, Kind::Frame | Kind::Other);
         self.garbage = match kind {
             Kind::Garbage => self.garbage.saturating_add(len as u32),

@@ -107,18 +107,19 @@ pub const S_CLASS: Units = units(
 /// Look for a message at the beginning of `bytes`. Inertial and S-class messages are frames, control messages are not.
 pub fn scan(bytes: &[u8]) -> Scan {
     let message = match *bytes {
-        [] | [0x0E] => return Scan::Partial,
+        [] | [0x0E] => return Scan::Partial(2),
         [0x0E, id, ..] => Message::from_id(id),
         _ => None,
     };
     let Some(message) = message else {
         return Scan::Garbage;
     };
-    match bytes.get(..message.bytes()) {
-        None => Scan::Partial,
+    let len = message.bytes();
+    match bytes.get(..len) {
+        None => Scan::Partial(len),
         Some(frame) if !sum_is_right(frame) => Scan::BadChecksum,
-        Some(frame) if message == Message::Control => Scan::Other(frame.len()),
-        Some(frame) => Scan::Frame(frame.len()),
+        Some(_) if message == Message::Control => Scan::Other(len),
+        Some(_) => Scan::Frame(len),
     }
 }
 

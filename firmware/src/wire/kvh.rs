@@ -98,13 +98,14 @@ pub fn scan(bytes: &[u8]) -> Scan {
     ) {
         (Mark::No, Mark::No) => return Scan::Garbage,
         (Mark::Whole, _) | (_, Mark::Whole) if bytes.len() > 3 => {}
-        _ => return Scan::Partial,
+        _ => return Scan::Partial(4),
     }
     let header: [u8; 4] = take(bytes, 0);
     if let Some(layout) = Layout::from_header(header) {
-        return match bytes.get(..layout.bytes()) {
-            None => Scan::Partial,
-            Some(frame) if crc_is_right(frame) => Scan::Frame(frame.len()),
+        let len = layout.bytes();
+        return match bytes.get(..len) {
+            None => Scan::Partial(len),
+            Some(frame) if crc_is_right(frame) => Scan::Frame(len),
             Some(_) => Scan::BadChecksum,
         };
     }
@@ -114,7 +115,7 @@ pub fn scan(bytes: &[u8]) -> Scan {
         _ => return Scan::Garbage,
     };
     match bytes.get(..len) {
-        None => Scan::Partial,
+        None => Scan::Partial(len),
         // the sum's low byte, over header and status
         Some([data @ .., sum]) if sum_bytes(data).to_le_bytes()[0] == *sum => Scan::Other(len),
         Some(_) => Scan::BadChecksum,

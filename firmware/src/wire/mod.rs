@@ -73,8 +73,8 @@ pub enum Error {
 /// What stands at the beginning of some bytes of a stream. Every protocol has a `scan` with this answer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Scan {
-    /// Perhaps a frame: more bytes are needed to tell.
-    Partial,
+    /// Perhaps a frame: nothing more can be told before there are so many bytes in all.
+    Partial(usize),
     /// A frame of so many bytes with inertial words (NAV-PVT: a fix), its checksum right.
     Frame(usize),
     /// A message of so many bytes, its checksum right, that is sent on as it is.

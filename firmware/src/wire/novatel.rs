@@ -124,10 +124,10 @@ pub fn scan(bytes: &[u8]) -> Scan {
     ) {
         (Mark::No, Mark::No) => return Scan::Garbage,
         (Mark::Whole, _) | (_, Mark::Whole) => {}
-        _ => return Scan::Partial,
+        _ => return Scan::Partial(3),
     }
     let Some((log, header, payload)) = header(bytes) else {
-        return Scan::Partial;
+        return Scan::Partial(if bytes.get(2) == Some(&0x13) { 12 } else { 28 });
     };
     let [header_len] = take(bytes, at::LONG_HEADER_LEN);
     if (header == 28 && header_len != 28) || (log.is_some() && payload != PAYLOAD) {
@@ -135,7 +135,7 @@ pub fn scan(bytes: &[u8]) -> Scan {
     }
     let len = header + payload + 4;
     match bytes.get(..len) {
-        None => Scan::Partial,
+        None => Scan::Partial(len),
         Some(frame) if !crc_is_right(frame) => Scan::BadChecksum,
         Some(_) if log.is_some() => Scan::Frame(len),
         Some(_) => Scan::Other(len),

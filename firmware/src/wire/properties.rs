@@ -111,6 +111,17 @@ proptest! {
         }
     }
 
+    /// A beginning is never taken for anything else, and never asks for more than the frame has.
+    #[test]
+    fn beginnings_ask_for_what_is_missing((format, bytes) in any_frame()) {
+        for len in 0..bytes.len() {
+            match format.scan(&bytes[..len]) {
+                Scan::Partial(needed) => prop_assert!(len < needed && needed <= bytes.len()),
+                other => prop_assert!(false, "{other:?} of {len} bytes"),
+            }
+        }
+    }
+
     /// Changed words arrive, and nothing but words and checksum has changed.
     #[test]
     fn only_the_words_change((format, bytes) in any_frame(), new: [i16; 6]) {

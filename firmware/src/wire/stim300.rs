@@ -146,7 +146,7 @@ impl Contents {
 /// Look for a datagram at the beginning of `bytes`: a measurement, a special one ([`config::special_len`]), or CR LF.
 pub fn scan(bytes: &[u8]) -> Scan {
     let Some(&id) = bytes.first() else {
-        return Scan::Partial;
+        return Scan::Partial(1);
     };
     if let Some(contents) = Contents::from_id(id) {
         check(bytes, contents.len(), Scan::Frame)
@@ -154,7 +154,7 @@ pub fn scan(bytes: &[u8]) -> Scan {
         check(bytes, len, Scan::Other)
     } else {
         match bytes {
-            [b'\r'] => Scan::Partial,
+            [b'\r'] => Scan::Partial(2),
             [b'\r', b'\n', ..] => Scan::Other(2),
             _ => Scan::Garbage,
         }
@@ -163,7 +163,7 @@ pub fn scan(bytes: &[u8]) -> Scan {
 
 fn check(bytes: &[u8], len: usize, good: fn(usize) -> Scan) -> Scan {
     match bytes.get(..len) {
-        None => Scan::Partial,
+        None => Scan::Partial(len),
         Some(frame) if crc_is_right(frame) => good(len),
         Some(_) => Scan::BadChecksum,
     }

@@ -25,7 +25,8 @@ pub fn scan(bytes: &[u8]) -> Scan {
     match mark(bytes, &[0xB5, 0x62]) {
         Mark::No => return Scan::Garbage,
         Mark::Whole if bytes.len() >= 6 => {}
-        _ => return Scan::Partial,
+        Mark::Whole => return Scan::Partial(6),
+        Mark::Part => return Scan::Partial(2),
     }
     let payload = usize::from(u16::from_le_bytes(take(bytes, 4)));
     let is_pvt = take(bytes, 2) == [0x01, 0x07];
@@ -34,7 +35,7 @@ pub fn scan(bytes: &[u8]) -> Scan {
     }
     let len = payload + 8;
     match bytes.get(..len) {
-        None => Scan::Partial,
+        None => Scan::Partial(len),
         Some(frame) if !sum_is_right(frame) => Scan::BadChecksum,
         Some(_) if is_pvt => Scan::Frame(len),
         Some(_) => Scan::Other(len),
@@ -238,7 +239,7 @@ mod tests {
         let ack = hex::<10>("b5620501020006010f38");
         assert_eq!(scan(&ack), Scan::Other(10));
         assert_eq!(Pvt::parse(&ack), Err(Error::Header));
-        assert_eq!(scan(&GOLDEN[..5]), Scan::Partial);
+        assert_eq!(scan(&GOLDEN[..5]), Scan::Partial(6));
         let mut bytes = GOLDEN;
         bytes[4] = 91;
         assert_eq!(scan(&bytes[..6]), Scan::BadChecksum);

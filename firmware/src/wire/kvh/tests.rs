@@ -73,7 +73,7 @@ fn bit_messages_are_passed_on() {
     assert_eq!(scan(&good), Scan::Other(11));
     let long: [u8; 13] = hex("FE8100AB7F7F7F7F7F7F377FDA");
     assert_eq!(scan(&long), Scan::Other(13));
-    assert_eq!(scan(&long[..12]), Scan::Partial);
+    assert_eq!(scan(&long[..12]), Scan::Partial(13));
     let misprint: [u8; 11] = hex("FE8100AA777F7B7F7F7F1E");
     assert_eq!(scan(&misprint), Scan::BadChecksum);
 }
@@ -88,9 +88,9 @@ fn a_word_that_is_no_number_is_not_valid() {
 
 #[test]
 fn headers() {
-    assert_eq!(scan(&[]), Scan::Partial);
-    assert_eq!(scan(&[0xFE, 0x81]), Scan::Partial);
-    assert_eq!(scan(&[0xFE, 0x81, 0x00]), Scan::Partial);
+    assert_eq!(scan(&[]), Scan::Partial(4));
+    assert_eq!(scan(&[0xFE, 0x81]), Scan::Partial(4));
+    assert_eq!(scan(&[0xFE, 0x81, 0x00]), Scan::Partial(4));
     assert_eq!(scan(&[0xFE, 0x82]), Scan::Garbage);
     assert_eq!(scan(&[0xFE, 0x81, 0x01]), Scan::Garbage);
     assert_eq!(scan(&[0xFE, 0x81, 0xFF, 0x58]), Scan::Garbage);

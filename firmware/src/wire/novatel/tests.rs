@@ -170,6 +170,6 @@ fn other_logs_pass_and_impossible_lengths_do_not_wait() {
     long[3] = 29;
     seal(&mut long);
     assert_eq!(scan(&long), Scan::BadChecksum);
-    assert_eq!(scan(&[0xAA, 0x44]), Scan::Partial);
+    assert_eq!(scan(&[0xAA, 0x44]), Scan::Partial(3));
     assert_eq!(scan(&[0xAA, 0x44, 0x14]), Scan::Garbage);
 }

@@ -387,7 +387,7 @@ mod tests {
             seal(&mut bytes[..len]);
             assert_eq!(special_len(id), Some(len));
             assert_eq!(scan(&bytes[..len]), Scan::Other(len));
-            assert_eq!(scan(&bytes[..len - 1]), Scan::Partial);
+            assert_eq!(scan(&bytes[..len - 1]), Scan::Partial(len));
             bytes[1] ^= 4;
             assert_eq!(scan(&bytes[..len]), Scan::BadChecksum);
         }

@@ -196,7 +196,7 @@ mod tests {
         bytes[20] ^= 1;
         assert_eq!(Frame::new_checked(bytes).err(), Some(Error::Checksum));
         assert_eq!(scan(&bytes), Scan::BadChecksum);
-        assert_eq!(scan(&GOLDEN[..5]), Scan::Partial);
+        assert_eq!(scan(&GOLDEN[..5]), Scan::Partial(28));
         assert_eq!(scan(b"\r\n\x91"), Scan::Other(2));
         assert_eq!(scan(b"\r\x91"), Scan::Garbage);
     }
