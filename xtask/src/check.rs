@@ -71,10 +71,10 @@ fn documentation() -> Result<()> {
 fn last(stages: &mut Stages, fast: bool) -> Result<ExitCode> {
     let mut runner = if needs::nextest() {
         stages.begin("tests (nextest)");
-        cargo_with("nextest run --workspace")
+        cargo_with("nextest run --workspace --no-fail-fast")
     } else {
         stages.begin("tests");
-        cargo_with("test --workspace --lib --bins --tests")
+        cargo_with("test --workspace --lib --bins --tests --no-fail-fast")
     };
     if fast {
         runner.args(["--exclude", "qemu"]);

@@ -27,6 +27,21 @@ pub struct Known {
     pub executed: f64,
 }
 
+impl Known {
+    /// Two readings of the counter may each be wrong by a tick.
+    ///
+    /// # Errors
+    /// The count is further off: the machine does not count as this module thinks.
+    pub fn check(self) -> Result<()> {
+        let off = (self.measured - self.executed).abs();
+        ensure!(
+            self.executed > 1e6 && off <= 2.0 * INSTRUCTIONS_PER_TICK,
+            "a loop of known length was miscounted: {self:?}"
+        );
+        Ok(())
+    }
+}
+
 /// Runs the `instructions` image.
 ///
 /// # Errors

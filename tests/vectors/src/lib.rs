@@ -11,6 +11,7 @@ pub mod generate;
 mod inputs;
 pub mod learners;
 mod network;
+pub mod work;
 
 use core::fmt::Write;
 

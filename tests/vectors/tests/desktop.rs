@@ -1,7 +1,8 @@
 //! The desktop's half of "host equals target, bit for bit"; the other half is the board image in QEMU.
 
 use lrnn_nostd::Rational;
-use lrnn_nostd::learn::Rule;
+use lrnn_nostd::learn::{Pass, Rule};
+use vectors::work::{GradientWork, LearnWork, StepWork, plausible};
 use vectors::{CHECKS, INPUTS, compare, generate, learners};
 
 #[test]
@@ -87,8 +88,29 @@ fn assert_learns(rule: impl Rule<f32>) {
             .all(|pass| pass.faults == 4 && pass.windows > 40),
         "{passes:?}"
     );
+    // A guarded rule may reject its last passes; what counts is that an accepted one is better than the start.
+    let better = |pass: &&Pass| pass.accepted && pass.cost < 0.99 * passes[0].cost;
     assert!(
-        passes[3].accepted && passes[3].cost < passes[0].cost,
+        passes[0].accepted && passes[1..].iter().any(|pass| better(&pass)),
         "{passes:?}"
+    );
+}
+
+#[test]
+fn measured_work_stays_good_however_often_it_is_repeated() {
+    let (mut step, mut gradient, mut learn) = (
+        StepWork::<Rational>::new(),
+        GradientWork::<Rational>::new(),
+        LearnWork::<Rational>::new(),
+    );
+    for repetition in 0..200_000 {
+        let input = plausible(repetition);
+        assert!(
+            step.run(input).1 && gradient.run(input).1 && learn.run(input).1,
+            "repetition {repetition}"
+        );
+    }
+    assert!(
+        !step.run([f32::NAN; 3]).1 && !gradient.run([f32::NAN; 3]).1 && !learn.run([f32::NAN; 3]).1
     );
 }

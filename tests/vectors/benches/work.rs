@@ -1,0 +1,50 @@
+//! Nanoseconds of the pieces of work that the target counts instructions of; `cargo xtask bench` shows both side by side.
+
+use std::hint::black_box;
+
+use criterion::{Criterion, criterion_group, criterion_main};
+use lrnn_nostd::{Activation, Rational, Tanh};
+use vectors::work::{GradientWork, LearnWork, StepWork, plausible};
+
+fn measure(
+    criterion: &mut Criterion,
+    name: &str,
+    mut work: impl FnMut([f32; 3]) -> ([f32; 3], bool),
+) {
+    let (mut repetition, mut good) = (0, true);
+    criterion.bench_function(name, |bencher| {
+        bencher.iter(|| {
+            repetition += 1;
+            let (error, fine) = work(black_box(plausible(repetition)));
+            good &= fine;
+            error
+        });
+    });
+    assert!(
+        good,
+        "{name}: a repetition was faulty or rejected, so its time says nothing"
+    );
+}
+
+fn all<H: Activation>(criterion: &mut Criterion, name: &str) {
+    let (mut step, mut gradient, mut learn) = (
+        StepWork::<H>::new(),
+        GradientWork::<H>::new(),
+        LearnWork::<H>::new(),
+    );
+    measure(criterion, &format!("step_{name}"), |input| step.run(input));
+    measure(criterion, &format!("gradient_{name}"), |input| {
+        gradient.run(input)
+    });
+    measure(criterion, &format!("learn_{name}"), |input| {
+        learn.run(input)
+    });
+}
+
+fn both(criterion: &mut Criterion) {
+    all::<Rational>(criterion, "rational");
+    all::<Tanh>(criterion, "tanh");
+}
+
+criterion_group!(benches, both);
+criterion_main!(benches);
