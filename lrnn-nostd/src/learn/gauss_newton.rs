@@ -1,8 +1,9 @@
 //! Gauss-Newton with Levenberg damping and a prior: 3-10 passes where the gradient rules need hundreds.
 //!
 //! ```text
-//! minimise  E(theta) + ridge/2 |theta - prior|^2
-//! (N + (ridge + lambda) I) delta = -(dE/dtheta + ridge (theta - prior)),      N = sum weight Psi^T Psi
+//! minimise  E(theta) + 1/2 sum ridge_i (theta_i - prior_i)^2
+//! (N + R + lambda D) delta = -(dE/dtheta + R (theta - prior)),      N = sum weight Psi^T Psi,  R = diag ridge,
+//! D_i = mean_j(N_jj / ridge_j) ridge_i: steps are short in the units of the prior (with ridge_i = 1 where there is no prior)
 //! ```
 //!
 //! With `weight` = 1/sigma^2 of a window's noise and `ridge` = 1/sd^2 of the weights around the prior this is the maximum a
@@ -24,8 +25,8 @@ const PACKED: usize = PARAMS * (PARAMS + 1) / 2;
 #[derive(Clone, Debug, PartialEq)]
 pub struct GaussNewton<T = f32> {
     prior: [T; PARAMS],
-    ridge: T,
-    /// lambda in units of the mean diagonal element of N, and its factor when the next pass is rejected.
+    ridge: [T; PARAMS],
+    /// lambda, and its factor when the next pass is rejected.
     damping: T,
     growth: T,
     /// Sums of the running pass; afterwards `work` is L.
@@ -43,6 +44,12 @@ pub struct GaussNewton<T = f32> {
 impl<T: Real> GaussNewton<T> {
     /// Weights are expected around `prior` with inverse variance `ridge` >= 0, in the units of `weight`.
     pub fn new(prior: &Weights<T>, ridge: T) -> Self {
+        Self::with_ridges(prior, [ridge; PARAMS])
+    }
+
+    /// The same with an inverse variance for each weight, in parameter order: a slow unit's feedback, say, is known far better than
+    /// what its output is worth.
+    pub fn with_ridges(prior: &Weights<T>, ridge: [T; PARAMS]) -> Self {
         Self {
             prior: prior.to_array(),
             ridge,
@@ -58,7 +65,7 @@ impl<T: Real> GaussNewton<T> {
         }
     }
 
-    /// E + ridge/2 |theta - prior|^2 of the best pass; `None` before the first accepted one.
+    /// E with the prior's part of the best pass; `None` before the first accepted one.
     pub fn best_objective(&self) -> Option<T> {
         self.best_objective
     }
@@ -67,16 +74,17 @@ impl<T: Real> GaussNewton<T> {
     fn add_prior<F: Feedback>(&mut self, weights: &Weights<T>) -> T {
         let half = T::from_f64(0.5);
         let mut objective = self.batch.cost;
-        for (index, ((theta, &prior), g)) in weights
+        let priors = self.prior.iter().zip(&self.ridge);
+        for (index, ((theta, (&prior, &ridge)), g)) in weights
             .iter()
-            .zip(&self.prior)
+            .zip(priors)
             .zip(&mut self.batch.gradient)
             .enumerate()
         {
             if F::is_active(index) {
                 let off = theta - prior;
-                objective += half * self.ridge * off * off;
-                *g += self.ridge * off;
+                objective += half * ridge * off * off;
+                *g += ridge * off;
             }
         }
         objective
@@ -84,15 +92,17 @@ impl<T: Real> GaussNewton<T> {
 
     /// The damped step from the sums of the best pass; 0 if it cannot be solved.
     fn solve(&mut self) -> [T; PARAMS] {
-        let count = T::from_f64(PARAMS as f64);
-        let trace = rows(&self.normal)
-            .filter_map(|row| row.last())
-            .fold(T::ZERO, |sum, &value| sum + value);
-        let lambda = self.damping * trace / count;
+        let diagonal = rows(&self.normal).filter_map(|row| row.last());
+        let sum = diagonal
+            .zip(&self.ridge)
+            .fold(T::ZERO, |sum, (&value, &ridge)| sum + value / unit(ridge));
+        let lambda = self.damping * sum / T::from_f64(PARAMS as f64);
+        let mut damped = self.ridge.map(|ridge| lambda * unit(ridge));
         self.work = self.normal;
+        let mut added = self.ridge.iter().zip(&damped);
         for_each_row(&mut self.work, |row| {
-            if let Some(diagonal) = row.last_mut() {
-                *diagonal += self.ridge + lambda;
+            if let (Some(diagonal), Some((&ridge, &d))) = (row.last_mut(), added.next()) {
+                *diagonal += ridge + d;
             }
         });
         factorise(&mut self.work);
@@ -101,9 +111,11 @@ impl<T: Real> GaussNewton<T> {
         if !all_finite(&step) {
             return [T::ZERO; PARAMS];
         }
-        // The model's decrease: (lambda |step|^2 - gradient . step) / 2.
-        self.predicted =
-            T::from_f64(0.5) * (lambda * dot(&step, &step) - dot(&step, &self.gradient));
+        // The model's decrease: (lambda step . D step - gradient . step) / 2.
+        for (d, &x) in damped.iter_mut().zip(&step) {
+            *d *= x;
+        }
+        self.predicted = T::from_f64(0.5) * (dot(&damped, &step) - dot(&step, &self.gradient));
         step
     }
 
@@ -196,6 +208,11 @@ impl<T: Real> Rule<T> for GaussNewton<T> {
     fn best(&self) -> Option<Weights<T>> {
         Some(self.best)
     }
+}
+
+/// The unit of damping for a weight with this ridge.
+fn unit<T: Real>(ridge: T) -> T {
+    if ridge > T::ZERO { ridge } else { T::ONE }
 }
 
 /// Calls `act` with each row of a packed matrix.
