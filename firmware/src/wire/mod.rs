@@ -8,7 +8,7 @@
 //! |---|---|---|---|
 //! | [`stim300`] | Safran STIM300, all datagrams | CRC-32/MPEG-2 | datasheet TS1524 rev 31 |
 //! | [`kvh`] | KVH 1725/1750/1775, formats A, B, C, BIT | CRC-32/MPEG-2 | ICD 56-0298 rev B, recorded frames |
-//! | [`novatel`] | RAWIMU, RAWIMUS, RAWIMUX, RAWIMUSX, binary | CRC-32 from 0 | OEM7 documentation, recorded frames |
+//! | [`novatel`] | RAWIMU, RAWIMUS, RAWIMUX, RAWIMUSX, INSPVAS, binary | CRC-32 from 0 | OEM7 documentation, recorded frames |
 //! | [`hg4930`] | Honeywell HG4930 0x01, 0x02, 0xCA | 16-bit sum | performance and installation manual |
 //! | [`adis`] | ADIS1646x/1647x/1650x and 1649x bursts, over SPI | byte sum, CRC-32 | Linux and ArduPilot drivers |
 //! | [`ubx`] | u-blox NAV-PVT | Fletcher-8 | gpsd and pyubx2 |

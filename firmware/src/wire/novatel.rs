@@ -312,6 +312,7 @@ impl ImuType {
     }
 }
 
+pub mod inspvas;
 mod repr;
 pub use repr::{Header, Repr};
 

@@ -1,5 +1,6 @@
 //! Properties that hold for every protocol, over generated frames, streams and damage.
 
+use super::checksum::{crc32_mpeg2, crc32_mpeg2_padded, crc32_novatel, fletcher8, sum16_le};
 use super::framer::Kind;
 use super::framer::tests::{ALL, events, frame, frames};
 use super::{Axes, Error, Format, Scan, Words, hg4930, kvh, novatel, read, stim300, ubx, write};
@@ -8,73 +9,68 @@ use std::vec::Vec;
 
 /// A good frame of any format with any bytes in its fields: random bytes under the right header and checksum.
 fn any_frame() -> impl Strategy<Value = (Format, Vec<u8>)> {
-    (
-        any::<usize>(),
-        any::<u8>(),
-        any::<[u8; 63]>(),
-        any::<[u8; 32]>(),
-    )
-        .prop_map(|(which, kind, body, more)| {
-            let format = ALL[which % ALL.len()];
-            let mut bytes: Vec<u8> = body.into_iter().chain(more).chain([0; 5]).collect();
-            match format {
-                Format::Stim300 => {
-                    let ids: Vec<u8> = (0..=255)
-                        .filter(|&id| stim300::Contents::from_id(id).is_some())
-                        .collect();
-                    bytes[0] = ids[usize::from(kind) % ids.len()];
-                    let len = stim300::Contents::from_id(bytes[0]).unwrap().len();
-                    bytes.truncate(len);
-                    end_with(&mut bytes, 4, |b| {
-                        super::checksum::crc32_mpeg2_padded(b).to_be_bytes()
-                    });
-                }
-                Format::Kvh => {
-                    let (fourth, len) = [(0x55, 36), (0x56, 40), (0x57, 38)][usize::from(kind) % 3];
-                    bytes[..4].copy_from_slice(&[0xFE, 0x81, 0xFF, fourth]);
-                    bytes.truncate(len);
-                    end_with(&mut bytes, 4, |b| {
-                        super::checksum::crc32_mpeg2(b).to_be_bytes()
-                    });
-                }
-                Format::Novatel => {
-                    let (sync, id, len) = [
-                        (0x13, 325u16, 56),
-                        (0x13, 1462, 56),
-                        (0x12, 268, 72),
-                        (0x12, 1461, 72),
-                    ][usize::from(kind) % 4];
-                    bytes[..3].copy_from_slice(&[0xAA, 0x44, sync]);
-                    bytes[3] = if sync == 0x13 { 40 } else { 28 };
-                    bytes[4..6].copy_from_slice(&id.to_le_bytes());
-                    if sync == 0x12 {
-                        bytes[8..10].copy_from_slice(&[40, 0]);
-                    }
-                    bytes.truncate(len);
-                    end_with(&mut bytes, 4, |b| {
-                        super::checksum::crc32_novatel(b).to_le_bytes()
-                    });
-                }
-                Format::Hg4930 => {
-                    let (id, len) = [(0x02, 44), (0xCA, 20)][usize::from(kind) % 2];
-                    bytes[..2].copy_from_slice(&[0x0E, id]);
-                    bytes.truncate(len);
-                    end_with(&mut bytes, 2, |b| {
-                        super::checksum::sum16_le(b).to_le_bytes()
-                    });
-                }
-                Format::Ubx => {
-                    bytes[..6].copy_from_slice(&[0xB5, 0x62, 0x01, 0x07, 92, 0]);
-                    end_with(&mut bytes, 2, |b| super::checksum::fletcher8(&b[2..]));
-                }
-            }
-            (format, bytes)
-        })
+    let body = prop::collection::vec(any::<u8>(), 100);
+    (0..ALL.len(), any::<usize>(), body).prop_map(|(which, kind, mut bytes)| {
+        let format = ALL[which];
+        let len = begin(format, kind, &mut bytes);
+        bytes.truncate(len);
+        end(format, &mut bytes);
+        (format, bytes)
+    })
 }
 
-fn end_with<const N: usize>(bytes: &mut [u8], len: usize, sum: impl Fn(&[u8]) -> [u8; N]) {
-    let (data, end) = bytes.split_at_mut(bytes.len() - len);
-    end.copy_from_slice(&sum(data));
+/// Put the header of the `kind`th message of a format in front and return the message's length.
+fn begin(format: Format, kind: usize, bytes: &mut [u8]) -> usize {
+    match format {
+        Format::Stim300 => {
+            let ids = (0..=255).filter(|&id| stim300::Contents::from_id(id).is_some());
+            bytes[0] = ids.cycle().nth(kind % 24).unwrap();
+            stim300::Contents::from_id(bytes[0]).unwrap().len()
+        }
+        Format::Kvh => {
+            let (fourth, len) = [(0x55, 36), (0x56, 40), (0x57, 38)][kind % 3];
+            bytes[..4].copy_from_slice(&[0xFE, 0x81, 0xFF, fourth]);
+            len
+        }
+        Format::Novatel if kind.is_multiple_of(2) => {
+            let id = [325u16, 1462][kind / 2 % 2];
+            bytes[..4].copy_from_slice(&[0xAA, 0x44, 0x13, 40]);
+            bytes[4..6].copy_from_slice(&id.to_le_bytes());
+            novatel::SHORT_LEN
+        }
+        Format::Novatel => {
+            let id = [268u16, 1461][kind / 2 % 2];
+            bytes[..4].copy_from_slice(&[0xAA, 0x44, 0x12, 28]);
+            bytes[4..6].copy_from_slice(&id.to_le_bytes());
+            bytes[8..10].copy_from_slice(&[40, 0]);
+            novatel::LONG_LEN
+        }
+        Format::Hg4930 => {
+            let (id, len) = [(0x02, 44), (0xCA, 20)][kind % 2];
+            bytes[..2].copy_from_slice(&[0x0E, id]);
+            len
+        }
+        Format::Ubx => {
+            bytes[..6].copy_from_slice(&[0xB5, 0x62, 0x01, 0x07, 92, 0]);
+            ubx::PVT_LEN
+        }
+    }
+}
+
+/// Put the checksum behind.
+fn end(format: Format, bytes: &mut [u8]) {
+    let sum = match format {
+        Format::Hg4930 | Format::Ubx => 2,
+        _ => 4,
+    };
+    let (data, end) = bytes.split_at_mut(bytes.len() - sum);
+    match format {
+        Format::Stim300 => end.copy_from_slice(&crc32_mpeg2_padded(data).to_be_bytes()),
+        Format::Kvh => end.copy_from_slice(&crc32_mpeg2(data).to_be_bytes()),
+        Format::Novatel => end.copy_from_slice(&crc32_novatel(data).to_le_bytes()),
+        Format::Hg4930 => end.copy_from_slice(&sum16_le(data).to_le_bytes()),
+        Format::Ubx => end.copy_from_slice(&fletcher8(&data[2..])),
+    }
 }
 
 /// Through `Repr` and back.

@@ -4,63 +4,14 @@ use super::*;
 use crate::wire::{hg4930, kvh, novatel, stim300};
 use std::vec::Vec;
 
-/// One good frame of each format, with a number in it to tell frames apart.
+/// One good frame of each format, with a number in it to tell frames apart and false starts among its data.
 pub(crate) fn frame(format: Format, n: u8) -> Vec<u8> {
     let mut buffer = [0; LONGEST];
     let len = match format {
-        Format::Stim300 => {
-            let config = stim300::Contents::from_id(0xA5).unwrap();
-            let repr = stim300::Repr {
-                contents: config,
-                gyro: stim300::Cluster {
-                    words: [i32::from(n), 0x0091_9191, -0x0056_F0F1],
-                    status: 0,
-                },
-                accel: stim300::Cluster::default(),
-                incl: stim300::Cluster::default(),
-                temperatures: [stim300::Temperatures::default(); 3],
-                extra: (0, 0),
-                counter: n,
-                latency_us: 120,
-            };
-            repr.emit(&mut buffer)
-        }
-        Format::Kvh => {
-            let repr = kvh::Repr {
-                layout: kvh::Layout::A,
-                gyro: [1e-6, -2e-6, f32::from(n)],
-                accel: [0.0, 0.0, 1.0],
-                extra: [0; 4],
-                status: 0x77,
-                sequence: n & 0x7F,
-                temperature: 29,
-            };
-            repr.emit(&mut buffer)
-        }
-        Format::Novatel => {
-            let repr = novatel::Repr {
-                log: novatel::Log::Rawimusx,
-                header: novatel::Header::default(),
-                lead: [0, 11, 0xAA, 0x44],
-                second_of_week: f64::from(n) / 100.0,
-                status: 0,
-                gyro: [0x1344_AA13, 2, 3],
-                accel: [4, 5, 6],
-            };
-            repr.emit(&mut buffer)
-        }
-        Format::Hg4930 => {
-            let repr = hg4930::Repr {
-                message: hg4930::Message::Inertial,
-                rate: [0x020E, 2, 3],
-                accel: [4, 5, 6],
-                status_1: u16::from(n & 3),
-                status_2: 0,
-                angle: [i32::from(n), 0, 0x020E_020E],
-                velocity: [0, 0, 1],
-            };
-            repr.emit(&mut buffer)
-        }
+        Format::Stim300 => stim300_frame(n).emit(&mut buffer),
+        Format::Kvh => kvh_frame(n).emit(&mut buffer),
+        Format::Novatel => novatel_frame(n).emit(&mut buffer),
+        Format::Hg4930 => hg4930_frame(n).emit(&mut buffer),
         Format::Ubx => {
             let pvt = crate::wire::ubx::Pvt {
                 time_of_week: u32::from(n),
@@ -71,6 +22,58 @@ pub(crate) fn frame(format: Format, n: u8) -> Vec<u8> {
         }
     };
     buffer[..len.unwrap()].to_vec()
+}
+
+fn stim300_frame(n: u8) -> stim300::Repr {
+    stim300::Repr {
+        contents: stim300::Contents::from_id(0xA5).unwrap(),
+        gyro: stim300::Cluster {
+            words: [i32::from(n), 0x0091_9191, -0x0056_F0F1],
+            status: 0,
+        },
+        accel: stim300::Cluster::default(),
+        incl: stim300::Cluster::default(),
+        temperatures: [stim300::Temperatures::default(); 3],
+        extra: (0, 0),
+        counter: n,
+        latency_us: 120,
+    }
+}
+
+fn kvh_frame(n: u8) -> kvh::Repr {
+    kvh::Repr {
+        layout: kvh::Layout::A,
+        gyro: [1e-6, f32::from_bits(0xFE81_FF55), f32::from(n)],
+        accel: [0.0, 0.0, 1.0],
+        extra: [0; 4],
+        status: 0x77,
+        sequence: n & 0x7F,
+        temperature: 29,
+    }
+}
+
+fn novatel_frame(n: u8) -> novatel::Repr {
+    novatel::Repr {
+        log: novatel::Log::Rawimusx,
+        header: novatel::Header::default(),
+        lead: [0, 11, 0xAA, 0x44],
+        second_of_week: f64::from(n) / 100.0,
+        status: 0,
+        gyro: [0x1344_AA13, 2, 3],
+        accel: [4, 5, 6],
+    }
+}
+
+fn hg4930_frame(n: u8) -> hg4930::Repr {
+    hg4930::Repr {
+        message: hg4930::Message::Inertial,
+        rate: [0x020E, 2, 3],
+        accel: [4, 5, 6],
+        status_1: u16::from(n & 3),
+        status_2: 0,
+        angle: [i32::from(n), 0, 0x020E_020E],
+        velocity: [0, 0, 1],
+    }
 }
 
 pub(crate) const ALL: [Format; 5] = [
