@@ -2,8 +2,7 @@
 //!
 //! ```text
 //! minimise  E(theta) + 1/2 sum ridge_i (theta_i - prior_i)^2
-//! (N + R + lambda D) delta = -(dE/dtheta + R (theta - prior)),      N = sum weight Psi^T Psi,  R = diag ridge,
-//! D_i = mean_j(N_jj / ridge_j) ridge_i: steps are short in the units of the prior (with ridge_i = 1 where there is no prior)
+//! (N + R + lambda R) delta = -(dE/dtheta + R (theta - prior)),      N = sum weight Psi^T Psi,  R = diag ridge
 //! ```
 //!
 //! With `weight` = 1/sigma^2 of a window's noise and `ridge` = 1/sd^2 of the weights around the prior this is the maximum a
@@ -92,30 +91,37 @@ impl<T: Real> GaussNewton<T> {
 
     /// The damped step from the sums of the best pass; 0 if it cannot be solved.
     fn solve(&mut self) -> [T; PARAMS] {
-        let diagonal = rows(&self.normal).filter_map(|row| row.last());
-        let sum = diagonal
-            .zip(&self.ridge)
-            .fold(T::ZERO, |sum, (&value, &ridge)| sum + value / unit(ridge));
-        let lambda = self.damping * sum / T::from_f64(PARAMS as f64);
-        let mut damped = self.ridge.map(|ridge| lambda * unit(ridge));
+        // In the units of the prior, z = theta / sigma, the matrix is well scaled however different the ridges are.
+        let sigma = self.ridge.map(unit);
         self.work = self.normal;
-        let mut added = self.ridge.iter().zip(&damped);
+        let mut axis = 0;
         for_each_row(&mut self.work, |row| {
-            if let (Some(diagonal), Some((&ridge, &d))) = (row.last_mut(), added.next()) {
-                *diagonal += ridge + d;
+            let own = sigma.get(axis).map_or(T::ONE, |&s| s);
+            for (value, &s) in row.iter_mut().zip(&sigma) {
+                *value *= own * s;
+            }
+            axis += 1;
+        });
+        let diagonal = rows(&self.work).filter_map(|row| row.last());
+        let sum = diagonal.fold(T::ZERO, |sum, &value| sum + value);
+        let lambda = self.damping * sum / T::from_f64(PARAMS as f64);
+        let mut priors = self.ridge.iter().zip(&sigma);
+        for_each_row(&mut self.work, |row| {
+            if let (Some(diagonal), Some((&ridge, &s))) = (row.last_mut(), priors.next()) {
+                *diagonal += ridge * s * s + lambda;
             }
         });
         factorise(&mut self.work);
-        let mut step = self.gradient.map(|g| -g);
+        let mut gradient = self.gradient;
+        scale(&mut gradient, &sigma);
+        let mut step = gradient.map(|g| -g);
         substitute(&self.work, &mut step);
         if !all_finite(&step) {
             return [T::ZERO; PARAMS];
         }
-        // The model's decrease: (lambda step . D step - gradient . step) / 2.
-        for (d, &x) in damped.iter_mut().zip(&step) {
-            *d *= x;
-        }
-        self.predicted = T::from_f64(0.5) * (dot(&damped, &step) - dot(&step, &self.gradient));
+        // The model's decrease: (lambda |z|^2 - gradient . z) / 2.
+        self.predicted = T::from_f64(0.5) * (lambda * dot(&step, &step) - dot(&step, &gradient));
+        scale(&mut step, &sigma);
         step
     }
 
@@ -210,9 +216,19 @@ impl<T: Real> Rule<T> for GaussNewton<T> {
     }
 }
 
-/// The unit of damping for a weight with this ridge.
+/// Standard deviation of a weight with this ridge; 1 where there is no prior.
 fn unit<T: Real>(ridge: T) -> T {
-    if ridge > T::ZERO { ridge } else { T::ONE }
+    if ridge > T::ZERO {
+        T::ONE / ridge.sqrt()
+    } else {
+        T::ONE
+    }
+}
+
+fn scale<T: Real>(x: &mut [T; PARAMS], by: &[T; PARAMS]) {
+    for (x, &by) in x.iter_mut().zip(by) {
+        *x *= by;
+    }
 }
 
 /// Calls `act` with each row of a packed matrix.
