@@ -92,7 +92,14 @@ impl Compensator {
     ///
     /// # Errors
     /// Names the parameter that is out of range.
-    pub fn new(gyro: Net, accel: Net, lsb: Lsb, word_period_s: f64, block_words: u16, limit: Limit) -> Result<Self, ConfigError> {
+    pub fn new(
+        gyro: Net,
+        accel: Net,
+        lsb: Lsb,
+        word_period_s: f64,
+        block_words: u16,
+        limit: Limit,
+    ) -> Result<Self, ConfigError> {
         let positive = |x: f64| x.is_finite() && x > 0.0;
         if !positive(lsb.rad) || !positive(lsb.mps) {
             return Err(ConfigError::Lsb);
@@ -113,7 +120,10 @@ impl Compensator {
             block_words,
             limit,
             input_per_count: [(lsb.rad / block_s) as f32, (lsb.mps / block_s) as f32],
-            counts_per_error: [(word_period_s / lsb.rad) as f32, (word_period_s / lsb.mps) as f32],
+            counts_per_error: [
+                (word_period_s / lsb.rad) as f32,
+                (word_period_s / lsb.mps) as f32,
+            ],
         })
     }
 
@@ -147,8 +157,17 @@ impl Compensator {
         state.faults = state.faults.wrapping_add(u32::from(fault.is_some()));
         let clipped = rate_error != g.error || force_error != a.error;
         state.clipped = state.clipped.wrapping_add(u32::from(clipped));
-        state.correction = [rate_error.map(|e| e * self.counts_per_error[0]), force_error.map(|e| e * self.counts_per_error[1])];
-        Block { rate, force, rate_error, force_error, fault }
+        state.correction = [
+            rate_error.map(|e| e * self.counts_per_error[0]),
+            force_error.map(|e| e * self.counts_per_error[1]),
+        ];
+        Block {
+            rate,
+            force,
+            rate_error,
+            force_error,
+            fault,
+        }
     }
 }
 
@@ -184,17 +203,30 @@ mod tests {
     use lrnn_nostd::{Normalisation, Weights};
     use proptest::prelude::*;
 
-    const LSB: Lsb = Lsb { rad: 4.848e-7, mps: 1.226e-3 };
+    const LSB: Lsb = Lsb {
+        rad: 4.848e-7,
+        mps: 1.226e-3,
+    };
 
     /// A network that says `error` whatever comes in.
     fn constant(error: [f32; 3]) -> Net {
         let mut weights = Weights::zero();
         weights.layers[2].b = error;
-        Net::new(weights, Normalisation { input_offset: [0.0; 3], input_scale: [1.0; 3], output_scale: [1.0; 3] })
+        Net::new(
+            weights,
+            Normalisation {
+                input_offset: [0.0; 3],
+                input_scale: [1.0; 3],
+                output_scale: [1.0; 3],
+            },
+        )
     }
 
     fn compensator(gyro: [f32; 3], accel: [f32; 3], limit: f32) -> Compensator {
-        let limit = Limit { gyro: limit, accel: limit };
+        let limit = Limit {
+            gyro: limit,
+            accel: limit,
+        };
         Compensator::new(constant(gyro), constant(accel), LSB, 0.005, 200, limit).unwrap()
     }
 
@@ -249,7 +281,10 @@ mod tests {
         let mut state = State::default();
         let mut block = None;
         for k in 0..200 {
-            let word = Counts { dtheta: [k, 100, 0], dv: [0, 0, -40] };
+            let word = Counts {
+                dtheta: [k, 100, 0],
+                dv: [0, 0, -40],
+            };
             block = c.process(&mut state, word).1;
         }
         let b = block.unwrap();
@@ -260,11 +295,31 @@ mod tests {
     #[test]
     fn wrong_configuration_is_named() {
         let net = || constant([0.0; 3]);
-        let limit = Limit { gyro: 1.0, accel: 1.0 };
+        let limit = Limit {
+            gyro: 1.0,
+            accel: 1.0,
+        };
         let build = |lsb, dt, n, limit| Compensator::new(net(), net(), lsb, dt, n, limit).err();
-        assert_eq!(build(Lsb { rad: 0.0, mps: 1.0 }, 0.01, 1, limit), Some(ConfigError::Lsb));
-        assert_eq!(build(LSB, f64::NAN, 1, limit), Some(ConfigError::WordPeriod));
+        assert_eq!(
+            build(Lsb { rad: 0.0, mps: 1.0 }, 0.01, 1, limit),
+            Some(ConfigError::Lsb)
+        );
+        assert_eq!(
+            build(LSB, f64::NAN, 1, limit),
+            Some(ConfigError::WordPeriod)
+        );
         assert_eq!(build(LSB, 0.01, 0, limit), Some(ConfigError::BlockWords));
-        assert_eq!(build(LSB, 0.01, 1, Limit { gyro: -1.0, accel: 0.0 }), Some(ConfigError::Limit));
+        assert_eq!(
+            build(
+                LSB,
+                0.01,
+                1,
+                Limit {
+                    gyro: -1.0,
+                    accel: 0.0
+                }
+            ),
+            Some(ConfigError::Limit)
+        );
     }
 }

@@ -15,7 +15,11 @@ pub const MIN_S: f64 = 30.0;
 /// Attitude (body to NED) at the end of `words`, which were measured at rest at `position`. `None` when the data are too short or do not
 /// determine a rotation (for example all zero).
 #[must_use]
-pub fn inertial_frame(words: &[Increment], dt: f64, position: Geodetic) -> Option<UnitQuaternion<f64>> {
+pub fn inertial_frame(
+    words: &[Increment],
+    dt: f64,
+    position: Geodetic,
+) -> Option<UnitQuaternion<f64>> {
     if (words.len() as f64) * dt < MIN_S {
         return None;
     }
@@ -59,9 +63,15 @@ fn reaction_velocity(here: &Local, t: f64) -> Vector3<f64> {
 fn wahba(b: &Matrix3<f64>) -> Option<UnitQuaternion<f64>> {
     // A dynamic matrix on purpose: nalgebra's 3x3 special case goes through b'b and loses half the digits, and heading lives in the
     // small singular values.
-    let svd = DMatrix::from_column_slice(3, 3, b.as_slice()).try_svd(true, true, f64::EPSILON, 1000)?;
-    let (u, v_t) = (svd.u?.fixed_view::<3, 3>(0, 0).into_owned(), svd.v_t?.fixed_view::<3, 3>(0, 0).into_owned());
-    if !svd.singular_values.iter().all(|s| s.is_finite()) || svd.singular_values[1] <= 1e-12 * svd.singular_values[0] {
+    let svd =
+        DMatrix::from_column_slice(3, 3, b.as_slice()).try_svd(true, true, f64::EPSILON, 1000)?;
+    let (u, v_t) = (
+        svd.u?.fixed_view::<3, 3>(0, 0).into_owned(),
+        svd.v_t?.fixed_view::<3, 3>(0, 0).into_owned(),
+    );
+    if !svd.singular_values.iter().all(|s| s.is_finite())
+        || svd.singular_values[1] <= 1e-12 * svd.singular_values[0]
+    {
         return None;
     }
     let d = Matrix3::from_diagonal(&Vector3::new(1.0, 1.0, u.determinant() * v_t.determinant()));
@@ -75,10 +85,19 @@ mod tests {
     use crate::rotation::{from_euler, to_euler};
     use crate::units::{DEG, DEG_PER_H, G0, UG};
 
-    const HOME: Geodetic = Geodetic { lat: 0.6, lon: 1.9, h: 300.0 };
+    const HOME: Geodetic = Geodetic {
+        lat: 0.6,
+        lon: 1.9,
+        h: 300.0,
+    };
 
     /// Perfect words at rest with constant errors.
-    fn at_rest(q_bn: &UnitQuaternion<f64>, gyro: Vector3<f64>, accel: Vector3<f64>, seconds: usize) -> Vec<Increment> {
+    fn at_rest(
+        q_bn: &UnitQuaternion<f64>,
+        gyro: Vector3<f64>,
+        accel: Vector3<f64>,
+        seconds: usize,
+    ) -> Vec<Increment> {
         let here = Local::at(HOME.lat, HOME.h);
         let dt = 0.01;
         let word = Increment {
@@ -91,7 +110,12 @@ mod tests {
     #[test]
     fn perfect_data_give_the_attitude() {
         let q = from_euler(3.0 * DEG, -2.0 * DEG, 130.0 * DEG);
-        let got = inertial_frame(&at_rest(&q, Vector3::zeros(), Vector3::zeros(), 300), 0.01, HOME).unwrap();
+        let got = inertial_frame(
+            &at_rest(&q, Vector3::zeros(), Vector3::zeros(), 300),
+            0.01,
+            HOME,
+        )
+        .unwrap();
         assert!(got.angle_to(&q) < 1e-9, "{:e}", got.angle_to(&q));
     }
 
@@ -99,20 +123,50 @@ mod tests {
     fn errors_are_those_of_the_textbook() {
         // level: tilt = accelerometer bias / g; heading = east gyro bias / (earth rate * cos latitude)
         let q = from_euler(0.0, 0.0, 0.0);
-        let got = inertial_frame(&at_rest(&q, Vector3::zeros(), Vector3::new(100.0, 0.0, 0.0) * UG, 300), 0.01, HOME).unwrap();
+        let got = inertial_frame(
+            &at_rest(
+                &q,
+                Vector3::zeros(),
+                Vector3::new(100.0, 0.0, 0.0) * UG,
+                300,
+            ),
+            0.01,
+            HOME,
+        )
+        .unwrap();
         let (_, pitch, _) = to_euler(&got);
         let want = 100.0 * UG / Local::at(HOME.lat, HOME.h).g;
         assert!((pitch / want - 1.0).abs() < 0.01, "{pitch} {want} {G0}");
-        let got = inertial_frame(&at_rest(&q, Vector3::new(0.0, 0.01, 0.0) * DEG_PER_H, Vector3::zeros(), 300), 0.01, HOME).unwrap();
+        let got = inertial_frame(
+            &at_rest(
+                &q,
+                Vector3::new(0.0, 0.01, 0.0) * DEG_PER_H,
+                Vector3::zeros(),
+                300,
+            ),
+            0.01,
+            HOME,
+        )
+        .unwrap();
         let (_, _, heading) = to_euler(&got);
         let want = 0.01 * DEG_PER_H / (OMEGA_IE * HOME.lat.cos());
-        assert!((heading.abs() / want - 1.0).abs() < 0.02, "{heading} {want}");
+        assert!(
+            (heading.abs() / want - 1.0).abs() < 0.02,
+            "{heading} {want}"
+        );
     }
 
     #[test]
     fn too_short_or_dead_data_give_nothing() {
         let q = from_euler(0.0, 0.0, 1.0);
-        assert!(inertial_frame(&at_rest(&q, Vector3::zeros(), Vector3::zeros(), 10), 0.01, HOME).is_none());
+        assert!(
+            inertial_frame(
+                &at_rest(&q, Vector3::zeros(), Vector3::zeros(), 10),
+                0.01,
+                HOME
+            )
+            .is_none()
+        );
         assert!(inertial_frame(&vec![Increment::default(); 60_000], 0.01, HOME).is_none());
     }
 }

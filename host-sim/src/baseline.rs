@@ -15,7 +15,10 @@ pub struct Linear {
 
 impl Default for Linear {
     fn default() -> Self {
-        Self { bias: Vector3::zeros(), matrix: Matrix3::zeros() }
+        Self {
+            bias: Vector3::zeros(),
+            matrix: Matrix3::zeros(),
+        }
     }
 }
 
@@ -35,7 +38,10 @@ pub type Sample = (Vector3<f64>, Vector3<f64>);
 #[must_use]
 pub fn fit_bias(samples: &[Sample]) -> Linear {
     let sum: Vector3<f64> = samples.iter().map(|(_, e)| e).sum();
-    Linear { bias: sum / (samples.len().max(1) as f64), matrix: Matrix3::zeros() }
+    Linear {
+        bias: sum / (samples.len().max(1) as f64),
+        matrix: Matrix3::zeros(),
+    }
 }
 
 /// Least squares of bias and 3x3 through the singular value decomposition, so that directions the drive does not excite stay at zero
@@ -56,7 +62,10 @@ pub fn fit_3x3(samples: &[Sample]) -> Linear {
             matrix.set_row(axis, &nalgebra::RowVector3::new(x[0], x[1], x[2]));
         }
     }
-    Linear { bias: mean_err - matrix * mean_in, matrix }
+    Linear {
+        bias: mean_err - matrix * mean_in,
+        matrix,
+    }
 }
 
 impl LinearModel {
@@ -64,7 +73,10 @@ impl LinearModel {
     #[must_use]
     pub fn correct(&self, word: &Increment, dt: f64) -> Increment {
         let fix = |l: &Linear, d: &Vector3<f64>| d - l.bias * dt - l.matrix * d;
-        Increment { dtheta: fix(&self.gyro, &word.dtheta), dv: fix(&self.accel, &word.dv) }
+        Increment {
+            dtheta: fix(&self.gyro, &word.dtheta),
+            dv: fix(&self.accel, &word.dv),
+        }
     }
 }
 
@@ -74,7 +86,10 @@ mod tests {
 
     #[test]
     fn linear_errors_are_found_exactly() {
-        let truth = Linear { bias: Vector3::new(1e-6, -2e-6, 3e-6), matrix: Matrix3::new(1e-4, 2e-5, -3e-5, 4e-5, -2e-4, 1e-5, 0.0, 6e-5, 5e-5) };
+        let truth = Linear {
+            bias: Vector3::new(1e-6, -2e-6, 3e-6),
+            matrix: Matrix3::new(1e-4, 2e-5, -3e-5, 4e-5, -2e-4, 1e-5, 0.0, 6e-5, 5e-5),
+        };
         let samples: Vec<Sample> = (0..100)
             .map(|k| {
                 let t = f64::from(k);
@@ -83,14 +98,25 @@ mod tests {
             })
             .collect();
         let got = fit_3x3(&samples);
-        assert!((got.bias - truth.bias).norm() < 1e-15 && (got.matrix - truth.matrix).norm() < 1e-13);
+        assert!(
+            (got.bias - truth.bias).norm() < 1e-15 && (got.matrix - truth.matrix).norm() < 1e-13
+        );
         let only_bias = fit_bias(&samples);
-        assert!(only_bias.matrix == Matrix3::zeros() && (only_bias.bias - truth.bias).norm() > 1e-7);
+        assert!(
+            only_bias.matrix == Matrix3::zeros() && (only_bias.bias - truth.bias).norm() > 1e-7
+        );
     }
 
     #[test]
     fn unexcited_directions_stay_at_zero() {
-        let samples: Vec<Sample> = (0..50).map(|k| (Vector3::new(f64::from(k % 7), 0.0, -9.8), Vector3::new(0.0, 0.0, 1e-3))).collect();
+        let samples: Vec<Sample> = (0..50)
+            .map(|k| {
+                (
+                    Vector3::new(f64::from(k % 7), 0.0, -9.8),
+                    Vector3::new(0.0, 0.0, 1e-3),
+                )
+            })
+            .collect();
         let got = fit_3x3(&samples);
         assert!(got.matrix.norm() < 1e-12 && (got.bias.z - 1e-3).abs() < 1e-15);
     }

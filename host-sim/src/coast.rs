@@ -26,21 +26,36 @@ pub struct Coast {
 pub fn align_and_coast(session: &Session, words: &[Increment]) -> Option<Coast> {
     let first = session.standstill;
     let start = &session.reference[first];
-    let q_bn = align::inertial_frame(&words[..first * session.words_per_epoch()], session.dt, session.reference[0].position)?;
-    let nav = NavState { position: start.position, velocity: start.velocity, q_bn };
+    let q_bn = align::inertial_frame(
+        &words[..first * session.words_per_epoch()],
+        session.dt,
+        session.reference[0].position,
+    )?;
+    let nav = NavState {
+        position: start.position,
+        velocity: start.velocity,
+        q_bn,
+    };
     Some(coast(session, words, nav, first, session.epochs()))
 }
 
 /// Free inertial from `nav` at epoch `from` to epoch `to`. The height is damped with the reference height, horizontal is free.
 #[must_use]
-pub fn coast(session: &Session, words: &[Increment], nav: NavState, from: usize, to: usize) -> Coast {
+pub fn coast(
+    session: &Session,
+    words: &[Increment],
+    nav: NavState,
+    from: usize,
+    to: usize,
+) -> Coast {
     let n = session.words_per_epoch();
     let origin = session.reference[from].position;
     let mut sins = Sins::new(nav);
     let mut out = Coast::default();
     let mut note = |sins: &Sins, epoch: usize| {
         let truth = &session.reference[epoch];
-        out.position.push(sins.nav.position.ned_from(&truth.position));
+        out.position
+            .push(sins.nav.position.ned_from(&truth.position));
         out.velocity.push(sins.nav.velocity - truth.velocity);
         let p = sins.nav.position.ned_from(&origin);
         out.track.push([p.x, p.y]);
@@ -50,7 +65,11 @@ pub fn coast(session: &Session, words: &[Increment], nav: NavState, from: usize,
         for word in &words[k * n..(k + 1) * n] {
             sins.step(word, session.dt);
         }
-        sins.damp_height(&HEIGHT_LOOP, session.reference[k + 1].position.h, crate::session::EPOCH_S);
+        sins.damp_height(
+            &HEIGHT_LOOP,
+            session.reference[k + 1].position.h,
+            crate::session::EPOCH_S,
+        );
         note(&sins, k + 1);
     }
     out

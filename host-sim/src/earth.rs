@@ -77,7 +77,8 @@ impl Local {
         let w = w2.sqrt();
         let surface = GAMMA_E * (1.0 + K * s2) / w;
         // second-order free-air term, Groves (2013) eq. 2.139
-        let g = surface * (1.0 - 2.0 / A * (1.0 + F + M_RATIO - 2.0 * F * s2) * h + 3.0 * h * h / (A * A));
+        let g = surface
+            * (1.0 - 2.0 / A * (1.0 + F + M_RATIO - 2.0 * F * s2) * h + 3.0 * h * h / (A * A));
         Self {
             sin_lat,
             cos_lat,
@@ -128,7 +129,11 @@ mod tests {
 
     #[test]
     fn displacement_goes_there_and_back() {
-        let home = Geodetic { lat: 0.6, lon: -1.2, h: 30.0 };
+        let home = Geodetic {
+            lat: 0.6,
+            lon: -1.2,
+            h: 30.0,
+        };
         let d = Vector3::new(1200.0, -340.0, 8.0);
         assert!((home.displaced(&d).ned_from(&home) - d).norm() < 1e-6);
     }

@@ -22,7 +22,11 @@ pub struct GnssSpec {
 impl Default for GnssSpec {
     /// A single-frequency receiver in the open: 1 m, 1.5 m, 0.05 m/s.
     fn default() -> Self {
-        Self { horizontal_m: 1.0, vertical_m: 1.5, velocity_mps: 0.05 }
+        Self {
+            horizontal_m: 1.0,
+            vertical_m: 1.5,
+            velocity_mps: 0.05,
+        }
     }
 }
 
@@ -51,7 +55,9 @@ impl GnssSpec {
             s * z
         });
         Fix {
-            position: truth.position.displaced(&Vector3::new(noise[0], noise[1], noise[2])),
+            position: truth
+                .position
+                .displaced(&Vector3::new(noise[0], noise[1], noise[2])),
             velocity: truth.velocity + Vector3::new(noise[3], noise[4], noise[5]),
         }
     }

@@ -30,7 +30,14 @@ pub struct NetworkSpec {
 
 impl Default for NetworkSpec {
     fn default() -> Self {
-        Self { window_s: 10, passes: 20, weight_sigma: 0.5, correlation_s: 300.0, held_back: 0.2, seed: 1 }
+        Self {
+            window_s: 10,
+            passes: 20,
+            weight_sigma: 0.5,
+            correlation_s: 300.0,
+            held_back: 0.2,
+            seed: 1,
+        }
     }
 }
 
@@ -53,39 +60,71 @@ const GRAVITY: f32 = 9.8;
 pub fn normalisation(assumptions: &Assumptions) -> [Normalisation; 2] {
     let scale = |x: f64| [x as f32; 3];
     [
-        Normalisation { input_offset: [0.0; 3], input_scale: [RATE_SCALE; 3], output_scale: scale(assumptions.prior.gyro_bias) },
-        Normalisation { input_offset: [0.0, 0.0, -GRAVITY], input_scale: [FORCE_SCALE; 3], output_scale: scale(assumptions.prior.accel_bias) },
+        Normalisation {
+            input_offset: [0.0; 3],
+            input_scale: [RATE_SCALE; 3],
+            output_scale: scale(assumptions.prior.gyro_bias),
+        },
+        Normalisation {
+            input_offset: [0.0, 0.0, -GRAVITY],
+            input_scale: [FORCE_SCALE; 3],
+            output_scale: scale(assumptions.prior.accel_bias),
+        },
     ]
 }
 
-/// First weights: output zero; the second layer are slow leaky units, whose transient from power-on spans warm-up curves.
+/// Time constants of the second layer's leaky units, s: their transient from power-on spans warm-up curves.
+const TIME_CONSTANTS_S: [f64; 3] = [150.0, 500.0, 1500.0];
+
+/// Where learning starts and how far each weight may be expected to go from there.
+#[derive(Debug, Clone)]
+pub struct Start {
+    /// First weights; the output is zero.
+    pub weights: Weights,
+    /// Standard deviation of each weight around them.
+    pub sigma: Weights,
+}
+
+/// First weights, and the prior around them. `sigma` is what each path may add to the output, in units of the output scale.
+///
+/// The second layer's units are slow: `y(k) = tanh((1 - leak) y(k-1) + leak a + ...)` goes to `a` within its time constant only while
+/// `a^2 << 3 leak`, since the cubic term of tanh otherwise pulls harder than the leak. So a slow unit lives at a small amplitude, and
+/// the weights that read it are allowed to be as much larger.
 #[must_use]
-pub fn first_weights(seed: u64) -> Weights {
-    const TIME_CONSTANTS_S: [f64; 3] = [100.0, 400.0, 1500.0];
+pub fn start(seed: u64, sigma: f32) -> Start {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let mut small = |size: f32| -> f32 { rng.random_range(-size..size) };
-    let mut w = Weights::zero();
-    for row in &mut w.layers[0].w {
-        for x in row {
-            *x = small(0.5);
-        }
-    }
-    w.layers[0].b = [small(0.3), small(0.3), small(0.3)];
+    let (mut w, mut s) = (Weights::zero(), Weights::zero());
+    w.layers[0].w = [[0.0; 3]; 3].map(|row: [f32; 3]| row.map(|_| small(0.5)));
+    w.layers[0].b = [0.0; 3].map(|_: f32| small(0.3));
+    s.layers[0].w = [[0.3; 3]; 3];
+    s.layers[0].r = [[0.2; 3]; 3];
+    s.layers[0].b = [0.3; 3];
     for (i, tau) in TIME_CONSTANTS_S.iter().enumerate() {
         let leak = (EPOCH_S / tau) as f32;
+        let amplitude = 0.5 * leak.sqrt();
         w.layers[1].r[i][i] = 1.0 - leak;
-        w.layers[1].b[i] = leak;
-        for j in 0..3 {
-            w.layers[1].w[i][j] = small(0.3) * leak;
+        w.layers[1].b[i] = leak * amplitude;
+        w.layers[1].w[i] = [0.0; 3].map(|_: f32| small(leak * amplitude));
+        s.layers[1].w[i] = [leak * amplitude; 3];
+        s.layers[1].r[i] = [0.1 * leak; 3];
+        s.layers[1].b[i] = 0.3 * leak * amplitude;
+        for row in &mut s.layers[2].w {
+            row[i] = sigma / amplitude;
         }
     }
-    w
+    s.layers[2].r = [[0.05; 3]; 3];
+    s.layers[2].b = [1.0; 3];
+    Start {
+        weights: w,
+        sigma: s,
+    }
 }
 
 /// Networks that say nothing.
 #[must_use]
 pub fn silent(assumptions: &Assumptions) -> [Net; 2] {
-    normalisation(assumptions).map(|n| Net::new(first_weights(0), n))
+    normalisation(assumptions).map(|n| Net::new(start(0, 1.0).weights, n))
 }
 
 /// The co-processor's compensator for a session, with the product's own code. Limits: ten times the prior.
@@ -93,11 +132,25 @@ pub fn silent(assumptions: &Assumptions) -> [Net; 2] {
 /// # Panics
 /// Never for sessions made here: their count values and rates are checked when a scenario or recording is read.
 #[must_use]
-#[expect(clippy::expect_used, reason = "count values and rates are checked when a scenario or recording is read")]
+#[expect(
+    clippy::expect_used,
+    reason = "count values and rates are checked when a scenario or recording is read"
+)]
 pub fn compensator(session: &Session, nets: &[Net; 2], assumptions: &Assumptions) -> Compensator {
-    let limit = Limit { gyro: 10.0 * assumptions.prior.gyro_bias as f32, accel: 10.0 * assumptions.prior.accel_bias as f32 };
+    let limit = Limit {
+        gyro: 10.0 * assumptions.prior.gyro_bias as f32,
+        accel: 10.0 * assumptions.prior.accel_bias as f32,
+    };
     let block = session.words_per_epoch() as u16;
-    Compensator::new(nets[0].clone(), nets[1].clone(), session.lsb, session.dt, block, limit).expect("checked")
+    Compensator::new(
+        nets[0].clone(),
+        nets[1].clone(),
+        session.lsb,
+        session.dt,
+        block,
+        limit,
+    )
+    .expect("checked")
 }
 
 /// What came out of a compensator: corrected counts are in the session; the estimates are a block's, in force over the next one.
@@ -115,7 +168,11 @@ pub struct Compensated {
 #[must_use]
 pub fn compensate(session: &Session, compensator: &Compensator) -> Compensated {
     let mut state = State::default();
-    let mut out = Compensated { session: session.clone(), inputs: Inputs::default(), estimates: Vec::new() };
+    let mut out = Compensated {
+        session: session.clone(),
+        inputs: Inputs::default(),
+        estimates: Vec::new(),
+    };
     for word in &mut out.session.counts {
         let (corrected, block) = compensator.process(&mut state, *word);
         *word = corrected;
@@ -146,11 +203,13 @@ pub fn teach(
     references: &[Reference],
     pick: impl Fn(&Reference) -> (Vector3<f64>, Vector3<f64>),
 ) -> Taught {
-    let start = Net::new(first_weights(spec.seed), normalisation);
+    let begin = start(spec.seed, spec.weight_sigma as f32);
+    let first_net = Net::new(begin.weights, normalisation);
     let window = spec.window_s as usize;
     let scale = f64::from(normalisation.output_scale[0]);
-    let ridge = 1.0 / (spec.weight_sigma * spec.weight_sigma);
-    let mut learner: Learner<GaussNewton> = Learner::new(&start, GaussNewton::new(&start.weights, ridge as f32));
+    let ridges = begin.sigma.to_array().map(|s| 1.0 / (s * s));
+    let mut learner: Learner<GaussNewton> =
+        Learner::new(&first_net, GaussNewton::with_ridges(&begin.weights, ridges));
     let mut cost = Vec::new();
     for _ in 0..spec.passes {
         learner.begin_pass();
@@ -180,5 +239,8 @@ pub fn teach(
             cost.push(2.0 * f64::from(pass.cost) / weights);
         }
     }
-    Taught { net: Net::new(learner.proposal(), normalisation), cost }
+    Taught {
+        net: Net::new(learner.proposal(), normalisation),
+        cost,
+    }
 }

@@ -17,7 +17,12 @@ pub fn from_rotvec(phi: &Vector3<f64>) -> UnitQuaternion<f64> {
         let n = n2.sqrt();
         ((0.5 * n).cos(), (0.5 * n).sin() / n)
     };
-    UnitQuaternion::new_unchecked(nalgebra::Quaternion::new(c, s * phi.x, s * phi.y, s * phi.z))
+    UnitQuaternion::new_unchecked(nalgebra::Quaternion::new(
+        c,
+        s * phi.x,
+        s * phi.y,
+        s * phi.z,
+    ))
 }
 
 /// Attitude from roll, pitch and heading (clockwise from north), rad.
@@ -47,7 +52,10 @@ mod tests {
         for n in [0.0, 1e-9, 1e-3, 0.05, 0.0599, 0.0601, 0.5, 3.0] {
             let phi = Vector3::new(0.6, -0.48, 0.64) * n;
             let want = UnitQuaternion::from_scaled_axis(phi);
-            assert!((from_rotvec(&phi).coords - want.coords).norm() < 2e-15, "{n}");
+            assert!(
+                (from_rotvec(&phi).coords - want.coords).norm() < 2e-15,
+                "{n}"
+            );
         }
     }
 }

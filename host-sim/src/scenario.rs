@@ -31,7 +31,11 @@ pub struct DriveSpec {
 
 impl Default for DriveSpec {
     fn default() -> Self {
-        Self { standstill_s: 300, drive_s: 1320, segment: Vec::new() }
+        Self {
+            standstill_s: 300,
+            drive_s: 1320,
+            segment: Vec::new(),
+        }
     }
 }
 
@@ -74,7 +78,10 @@ impl Default for Scenario {
             heading_deg: 35.0,
             vibration: 1.0,
             gnss: GnssSpec::default(),
-            learn: DriveSpec { drive_s: 1800, ..DriveSpec::default() },
+            learn: DriveSpec {
+                drive_s: 1800,
+                ..DriveSpec::default()
+            },
             test: DriveSpec::default(),
             network: NetworkSpec::default(),
         }
@@ -84,13 +91,20 @@ impl Default for Scenario {
 /// Names of the built-in scenarios: the default one with each preset.
 #[must_use]
 pub fn names() -> Vec<String> {
-    crate::imu::PRESETS.iter().map(|(name, _)| (*name).to_string()).collect()
+    crate::imu::PRESETS
+        .iter()
+        .map(|(name, _)| (*name).to_string())
+        .collect()
 }
 
 impl Scenario {
     /// Start position.
     #[must_use]
     pub fn start(&self) -> Geodetic {
-        Geodetic { lat: self.latitude_deg.to_radians(), lon: self.longitude_deg.to_radians(), h: self.height_m }
+        Geodetic {
+            lat: self.latitude_deg.to_radians(),
+            lon: self.longitude_deg.to_radians(),
+            h: self.height_m,
+        }
     }
 }

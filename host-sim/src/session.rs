@@ -57,8 +57,12 @@ impl Session {
 /// A word in SI.
 #[must_use]
 pub fn to_si(c: &Counts, lsb: &Lsb) -> Increment {
-    let v = |x: [i32; 3], k: f64| Vector3::new(f64::from(x[0]), f64::from(x[1]), f64::from(x[2])) * k;
-    Increment { dtheta: v(c.dtheta, lsb.rad), dv: v(c.dv, lsb.mps) }
+    let v =
+        |x: [i32; 3], k: f64| Vector3::new(f64::from(x[0]), f64::from(x[1]), f64::from(x[2])) * k;
+    Increment {
+        dtheta: v(c.dtheta, lsb.rad),
+        dv: v(c.dv, lsb.mps),
+    }
 }
 
 /// What makes a simulated session.
@@ -98,7 +102,13 @@ pub fn simulate(config: &SessionConfig<'_>) -> (Session, Truth) {
         None => segments.extend(random_drive(config.drive_s, &mut rng)),
     }
     let dt = 1.0 / f64::from(config.imu.rate_hz);
-    let drive = DriveConfig { segments: &segments, start: config.start, heading: config.heading, dt, vibration: config.vibration };
+    let drive = DriveConfig {
+        segments: &segments,
+        start: config.start,
+        heading: config.heading,
+        dt,
+        vibration: config.vibration,
+    };
     let truth = Truth::new(&drive, &mut rng);
     let mut imu = Imu::new(config.imu, config.unit, config.turn_on);
     let mut counts = Vec::with_capacity(truth.words.len());
@@ -112,9 +122,16 @@ pub fn simulate(config: &SessionConfig<'_>) -> (Session, Truth) {
             sum.dv += e.dv;
         }
         let time = second.len() as f64 * dt;
-        systematic.push(Increment { dtheta: sum.dtheta / time, dv: sum.dv / time });
+        systematic.push(Increment {
+            dtheta: sum.dtheta / time,
+            dv: sum.dv / time,
+        });
     }
-    let fixes = truth.epochs.iter().map(|e| config.gnss.fix(e, &mut rng)).collect();
+    let fixes = truth
+        .epochs
+        .iter()
+        .map(|e| config.gnss.fix(e, &mut rng))
+        .collect();
     let session = Session {
         dt,
         lsb: Imu::lsb(config.imu),

@@ -48,12 +48,20 @@ impl Sins {
     /// Starts from a known state.
     #[must_use]
     pub fn new(nav: NavState) -> Self {
-        Self { nav, last: Increment::default(), acceleration: Vector3::zeros() }
+        Self {
+            nav,
+            last: Increment::default(),
+            acceleration: Vector3::zeros(),
+        }
     }
 
     /// Advances by one word of `dt` seconds.
     pub fn step(&mut self, word: &Increment, dt: f64) {
-        let NavState { position, velocity, q_bn } = self.nav;
+        let NavState {
+            position,
+            velocity,
+            q_bn,
+        } = self.nav;
         // navigation-frame quantities at the middle of the step, extrapolated with the last acceleration
         let v_mid = velocity + self.acceleration * (0.5 * dt);
         let here = Local::at(position.lat, position.h);

@@ -1,7 +1,9 @@
 //! Learning from one session: references, the linear fits, the two networks, and the decision whether the networks may be used.
 
 use crate::baseline::{LinearModel, Sample, fit_3x3, fit_bias};
-use crate::learning::{Inputs, NetworkSpec, Taught, compensate, compensator, normalisation, silent, teach};
+use crate::learning::{
+    Inputs, NetworkSpec, Taught, compensate, compensator, normalisation, silent, teach,
+};
 use crate::promotion::{THRESHOLD, log_likelihood};
 use crate::session::{Session, to_si};
 use crate::sins::Increment;
@@ -42,19 +44,37 @@ pub struct Study {
 /// Learns from the session's epochs up to `until`; the last `spec.held_back` of them only judge. With `hold_back` false everything is
 /// learnt from and nothing judged, as in the paper. `None` when the standstill gives no attitude.
 #[must_use]
-pub fn study(session: &Session, assumptions: Assumptions, spec: &NetworkSpec, until: usize, hold_back: bool) -> Option<Study> {
+pub fn study(
+    session: &Session,
+    assumptions: Assumptions,
+    spec: &NetworkSpec,
+    until: usize,
+    hold_back: bool,
+) -> Option<Study> {
     let words = session.increments();
     let nominal = navigate(session, &words, &assumptions, until)?;
     let total = nominal.records.len();
-    let learnt = if hold_back { total - (total as f64 * spec.held_back) as usize } else { total };
+    let learnt = if hold_back {
+        total - (total as f64 * spec.held_back) as usize
+    } else {
+        total
+    };
     let references = references(&nominal, learnt);
 
     let norm = normalisation(&assumptions);
     let quiet = silent(&assumptions);
     let inputs = compensate(session, &compensator(session, &quiet, &assumptions)).inputs;
     let (gyro, accel) = rayon::join(
-        || teach(spec, norm[0], &inputs.rate, &references, |r| (r.error.dtheta, r.sigma.dtheta)),
-        || teach(spec, norm[1], &inputs.force, &references, |r| (r.error.dv, r.sigma.dv)),
+        || {
+            teach(spec, norm[0], &inputs.rate, &references, |r| {
+                (r.error.dtheta, r.sigma.dtheta)
+            })
+        },
+        || {
+            teach(spec, norm[1], &inputs.force, &references, |r| {
+                (r.error.dv, r.sigma.dv)
+            })
+        },
     );
     let taught = [gyro, accel];
     let (bias, linear) = linear_fits(&inputs, &references);
@@ -64,7 +84,10 @@ pub fn study(session: &Session, assumptions: Assumptions, spec: &NetworkSpec, un
         linear,
         nets: [taught[0].net.clone(), taught[1].net.clone()],
         taught,
-        promoted: Use { gyro: true, accel: true },
+        promoted: Use {
+            gyro: true,
+            accel: true,
+        },
         evidence: Vec::new(),
         assumptions,
     };
@@ -76,33 +99,76 @@ pub fn study(session: &Session, assumptions: Assumptions, spec: &NetworkSpec, un
 
 fn linear_fits(inputs: &Inputs, references: &[Reference]) -> (LinearModel, LinearModel) {
     let v = |x: [f32; 3]| Vector3::from(x.map(f64::from));
-    let gyro: Vec<Sample> = references.iter().map(|r| (v(inputs.rate[r.epoch]), r.error.dtheta)).collect();
-    let accel: Vec<Sample> = references.iter().map(|r| (v(inputs.force[r.epoch]), r.error.dv)).collect();
+    let gyro: Vec<Sample> = references
+        .iter()
+        .map(|r| (v(inputs.rate[r.epoch]), r.error.dtheta))
+        .collect();
+    let accel: Vec<Sample> = references
+        .iter()
+        .map(|r| (v(inputs.force[r.epoch]), r.error.dv))
+        .collect();
     (
-        LinearModel { gyro: fit_bias(&gyro), accel: fit_bias(&accel) },
-        LinearModel { gyro: fit_3x3(&gyro), accel: fit_3x3(&accel) },
+        LinearModel {
+            gyro: fit_bias(&gyro),
+            accel: fit_bias(&accel),
+        },
+        LinearModel {
+            gyro: fit_3x3(&gyro),
+            accel: fit_3x3(&accel),
+        },
     )
 }
 
 impl Study {
-    fn promote(&mut self, session: &Session, words: &[Increment], nominal: &Nominal, from: usize, to: usize) {
-        let noise = self.assumptions.noise;
-        let base = log_likelihood(session, words, nominal, noise, from, to);
-        let choices = [(true, true), (true, false), (false, true)].map(|(gyro, accel)| Use { gyro, accel });
+    fn promote(
+        &mut self,
+        session: &Session,
+        words: &[Increment],
+        nominal: &Nominal,
+        from: usize,
+        to: usize,
+    ) {
+        let assumptions = self.assumptions;
+        let base = log_likelihood(session, words, nominal, &assumptions, from, to);
+        let choices =
+            [(true, true), (true, false), (false, true)].map(|(gyro, accel)| Use { gyro, accel });
         let quiet = silent(&self.assumptions);
         let pick = |u: Use| {
-            let net = |k: usize, used: bool| if used { self.taught[k].net.clone() } else { quiet[k].clone() };
+            let net = |k: usize, used: bool| {
+                if used {
+                    self.taught[k].net.clone()
+                } else {
+                    quiet[k].clone()
+                }
+            };
             [net(0, u.gyro), net(1, u.accel)]
         };
         self.evidence = choices
             .iter()
             .map(|u| {
                 let done = compensate(session, &compensator(session, &pick(*u), &self.assumptions));
-                let corrected: Vec<Increment> = done.session.counts.iter().map(|c| to_si(c, &session.lsb)).collect();
-                (*u, log_likelihood(session, &corrected, nominal, noise, from, to) - base)
+                let corrected: Vec<Increment> = done
+                    .session
+                    .counts
+                    .iter()
+                    .map(|c| to_si(c, &session.lsb))
+                    .collect();
+                (
+                    *u,
+                    log_likelihood(session, &corrected, nominal, &assumptions, from, to) - base,
+                )
             })
             .collect();
-        let best = self.evidence.iter().copied().fold((Use { gyro: false, accel: false }, THRESHOLD), |best, e| if e.1 > best.1 { e } else { best });
+        let best = self.evidence.iter().copied().fold(
+            (
+                Use {
+                    gyro: false,
+                    accel: false,
+                },
+                THRESHOLD,
+            ),
+            |best, e| if e.1 > best.1 { e } else { best },
+        );
         self.promoted = best.0;
         self.nets = pick(best.0);
     }

@@ -37,8 +37,6 @@ pub struct Nominal {
     pub first: usize,
     /// Records of the filter.
     pub records: Vec<Record>,
-    /// Filter at each epoch from `first` on (after its fix): state and covariance, for coasting tests.
-    pub end: Aided,
 }
 
 impl Assumptions {
@@ -56,33 +54,65 @@ impl Assumptions {
     }
 }
 
-/// Aligns at standstill and navigates with fixes to the end of epoch `until`. `None` when the standstill does not give an attitude.
+/// Share of the standstill that the teacher aligns on; the rest already teaches, since a warm-up is steepest there.
+const ALIGN_SHARE: f64 = 1.0 / 3.0;
+/// Standard deviation of the velocity of a vehicle that is known to stand, m/s: sway of people and wind (assumed).
+const ZERO_VELOCITY_MPS: f64 = 0.01;
+
+/// Aligns on the first part of the standstill and navigates with fixes to the end of epoch `until`; while the vehicle is known to
+/// stand, its velocity is zero. `None` when the standstill does not give an attitude.
 #[must_use]
-pub fn navigate(session: &Session, words: &[Increment], assumptions: &Assumptions, until: usize) -> Option<Nominal> {
+pub fn navigate(
+    session: &Session,
+    words: &[Increment],
+    assumptions: &Assumptions,
+    until: usize,
+) -> Option<Nominal> {
     let n = session.words_per_epoch();
-    let first = session.standstill;
+    let first = (session.standstill as f64 * ALIGN_SHARE) as usize;
     let q_bn = align::inertial_frame(&words[..first * n], session.dt, session.fixes[0].position)?;
     let site = &session.fixes[first];
-    let nav = NavState { position: site.position, velocity: Vector3::zeros(), q_bn };
+    let nav = NavState {
+        position: site.position,
+        velocity: Vector3::zeros(),
+        q_bn,
+    };
     let sigma = assumptions.initial_sigma(&nav, &session.sigmas);
-    let mut filter = Aided::new(nav, &sigma, ErrorModel::biases(&assumptions.prior), assumptions.noise);
+    let mut filter = Aided::new(
+        nav,
+        &sigma,
+        ErrorModel::biases(&assumptions.prior),
+        assumptions.noise,
+    );
     let mut records = Vec::with_capacity(until - first);
     for k in first..until {
         for word in &words[k * n..(k + 1) * n] {
             filter.word(word, session.dt);
         }
-        records.push(filter.fix(&session.fixes[k + 1], &session.sigmas));
+        let (mut fix, mut sigmas) = (session.fixes[k + 1], session.sigmas);
+        if k + 1 < session.standstill {
+            fix.velocity = Vector3::zeros();
+            sigmas[3..].fill(ZERO_VELOCITY_MPS);
+        }
+        records.push(filter.fix(&fix, &sigmas));
     }
-    Some(Nominal { first, records, end: filter })
+    Some(Nominal { first, records })
 }
 
 /// References for the epochs of the first `count` records; later data is not looked at.
 #[must_use]
 pub fn references(nominal: &Nominal, count: usize) -> Vec<Reference> {
-    let v = |x: &nalgebra::DVector<f64>| Increment { dtheta: Vector3::new(x[0], x[1], x[2]), dv: Vector3::new(x[3], x[4], x[5]) };
+    let v = |x: &nalgebra::DVector<f64>| Increment {
+        dtheta: Vector3::new(x[0], x[1], x[2]),
+        dv: Vector3::new(x[3], x[4], x[5]),
+    };
     smooth(&nominal.records[..count])
         .iter()
         .enumerate()
-        .map(|(k, s)| Reference { epoch: nominal.first + k, error: v(&s.theta), sigma: v(&s.sigma) })
+        .map(|(k, s)| Reference {
+            epoch: nominal.first + k,
+            error: v(&s.theta),
+            sigma: v(&s.sigma),
+        })
         .collect()
 }

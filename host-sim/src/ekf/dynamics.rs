@@ -37,7 +37,14 @@ impl Interval {
     }
 
     /// Takes one corrected word; `nav` is the state after it.
-    pub(super) fn word(&mut self, nav: &NavState, word: &Increment, dt: f64, model: &ErrorModel, noise: Noise) {
+    pub(super) fn word(
+        &mut self,
+        nav: &NavState,
+        word: &Increment,
+        dt: f64,
+        model: &ErrorModel,
+        noise: Noise,
+    ) {
         self.time += dt;
         self.piece.dtheta += word.dtheta;
         self.piece.dv += word.dv;
@@ -83,15 +90,33 @@ fn matrix(nav: &NavState, f_n: &Vector3<f64>) -> SMatrix<f64, NAV, NAV> {
     let (omega_ie, omega_en) = (here.omega_ie(), here.omega_en(v));
     let omega_in = omega_ie + omega_en;
     // change of the rates with position (metres north, east, down) and velocity
-    let ie_r = Matrix3::new(-here.sin_lat, 0.0, 0.0, 0.0, 0.0, 0.0, -here.cos_lat, 0.0, 0.0) * (OMEGA_IE / m);
+    let ie_r = Matrix3::new(
+        -here.sin_lat,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        -here.cos_lat,
+        0.0,
+        0.0,
+    ) * (OMEGA_IE / m);
     let en_v = Matrix3::new(0.0, 1.0 / n, 0.0, -1.0 / m, 0.0, 0.0, 0.0, -tan / n, 0.0);
     let en_r = Matrix3::new(
-        0.0, 0.0, v.y / (n * n),
-        0.0, 0.0, -v.x / (m * m),
-        -v.y / (n * m * here.cos_lat * here.cos_lat), 0.0, -v.y * tan / (n * n),
+        0.0,
+        0.0,
+        v.y / (n * n),
+        0.0,
+        0.0,
+        -v.x / (m * m),
+        -v.y / (n * m * here.cos_lat * here.cos_lat),
+        0.0,
+        -v.y * tan / (n * n),
     );
     let mut f = SMatrix::<f64, NAV, NAV>::zeros();
-    let mut put = |row: usize, col: usize, block: Matrix3<f64>| f.fixed_view_mut::<3, 3>(row, col).copy_from(&block);
+    let mut put = |row: usize, col: usize, block: Matrix3<f64>| {
+        f.fixed_view_mut::<3, 3>(row, col).copy_from(&block)
+    };
     put(0, 0, -skew(&omega_in));
     put(0, 3, en_v);
     put(0, 6, ie_r + en_r);
@@ -101,11 +126,21 @@ fn matrix(nav: &NavState, f_n: &Vector3<f64>) -> SMatrix<f64, NAV, NAV> {
     by_r[(2, 2)] += 2.0 * here.g / (m * n).sqrt(); // gravity falls with height
     put(3, 6, by_r);
     put(6, 3, Matrix3::identity());
-    put(6, 6, Matrix3::new(
-        -v.z / m, 0.0, v.x / m,
-        v.y * tan / m, -v.x * tan / m - v.z / n, v.y / n,
-        0.0, 0.0, 0.0,
-    ));
+    put(
+        6,
+        6,
+        Matrix3::new(
+            -v.z / m,
+            0.0,
+            v.x / m,
+            v.y * tan / m,
+            -v.x * tan / m - v.z / n,
+            v.y / n,
+            0.0,
+            0.0,
+            0.0,
+        ),
+    );
     f
 }
 
@@ -129,7 +164,11 @@ mod tests {
     #[test]
     fn transition_matrix_is_the_derivative_of_the_mechanisation() {
         let start = NavState {
-            position: Geodetic { lat: 0.7, lon: 0.3, h: 200.0 },
+            position: Geodetic {
+                lat: 0.7,
+                lon: 0.3,
+                h: 200.0,
+            },
             velocity: Vector3::new(12.0, 25.0, -1.0),
             q_bn: from_rotvec(&Vector3::new(0.05, -0.03, 1.1)),
         };
@@ -148,7 +187,10 @@ mod tests {
         };
         let mut sins = Sins::new(start);
         let mut interval = Interval::new(0);
-        let noise = Noise { gyro: 0.0, accel: 0.0 };
+        let noise = Noise {
+            gyro: 0.0,
+            accel: 0.0,
+        };
         for k in 0..2000 {
             sins.step(&word(k), dt);
             interval.word(&sins.nav, &word(k), dt, &ErrorModel::default(), noise);
@@ -164,8 +206,20 @@ mod tests {
             let want = interval.phi.column(i);
             for j in 0..9 {
                 // relative to what an error of that size does to this kind of state
-                let scale = interval.phi.row(j).iter().zip(steps).map(|(a, s)| (a * s).abs()).fold(0.0, f64::max) / step;
-                assert!((got[j] - want[j]).abs() < 2e-3 * scale, "d{j}/d{i}: {} {} scale {scale}", got[j], want[j]);
+                let scale = interval
+                    .phi
+                    .row(j)
+                    .iter()
+                    .zip(steps)
+                    .map(|(a, s)| (a * s).abs())
+                    .fold(0.0, f64::max)
+                    / step;
+                assert!(
+                    (got[j] - want[j]).abs() < 2e-3 * scale,
+                    "d{j}/d{i}: {} {} scale {scale}",
+                    got[j],
+                    want[j]
+                );
             }
         }
     }

@@ -64,12 +64,27 @@ impl Aided {
     pub fn new(nav: NavState, sigma: &InitialSigma, model: ErrorModel, noise: Noise) -> Self {
         let n = model.len();
         let mut p = DMatrix::zeros(NAV + n, NAV + n);
-        let nav_sigma = [[sigma.tilt, sigma.tilt, sigma.heading], [sigma.velocity; 3], [sigma.position; 3]];
-        let all = nav_sigma.into_iter().flatten().chain(model.parameters.iter().map(|q| q.sigma));
+        let nav_sigma = [
+            [sigma.tilt, sigma.tilt, sigma.heading],
+            [sigma.velocity; 3],
+            [sigma.position; 3],
+        ];
+        let all = nav_sigma
+            .into_iter()
+            .flatten()
+            .chain(model.parameters.iter().map(|q| q.sigma));
         for (i, s) in all.enumerate() {
             p[(i, i)] = s * s;
         }
-        Self { sins: Sins::new(nav), theta: DVector::zeros(n), p, interval: Interval::new(n), start: nav, model, noise }
+        Self {
+            sins: Sins::new(nav),
+            theta: DVector::zeros(n),
+            p,
+            interval: Interval::new(n),
+            start: nav,
+            model,
+            noise,
+        }
     }
 
     /// The word as it is after the present estimate of the sensor errors has been taken out.
@@ -78,15 +93,21 @@ impl Aided {
         if self.model.is_empty() {
             return *word;
         }
-        let [e_g, e_a] = self.model.error(&self.theta, &(word.dtheta / dt), &(word.dv / dt));
-        Increment { dtheta: word.dtheta - e_g * dt, dv: word.dv - e_a * dt }
+        let [e_g, e_a] = self
+            .model
+            .error(&self.theta, &(word.dtheta / dt), &(word.dv / dt));
+        Increment {
+            dtheta: word.dtheta - e_g * dt,
+            dv: word.dv - e_a * dt,
+        }
     }
 
     /// Advances by one measured word.
     pub fn word(&mut self, word: &Increment, dt: f64) {
         let corrected = self.corrected(word, dt);
         self.sins.step(&corrected, dt);
-        self.interval.word(&self.sins.nav, &corrected, dt, &self.model, self.noise);
+        self.interval
+            .word(&self.sins.nav, &corrected, dt, &self.model, self.noise);
     }
 
     /// Ends the interval with a fix (sigmas: north, east, down m, then m/s): covariance step, six scalar updates, feedback.
@@ -106,15 +127,25 @@ impl Aided {
         self.feed_back(&e);
         self.start = self.sins.nav;
         let (p, nav, theta) = before;
-        Record { p, nav, theta, phi, predicted, correction: e, log_likelihood }
+        Record {
+            p,
+            nav,
+            theta,
+            phi,
+            predicted,
+            correction: e,
+            log_likelihood,
+        }
     }
 
     /// Covariance over the interval since the last call; returns the full transition matrix.
     pub fn predict(&mut self) -> DMatrix<f64> {
         let n = self.theta.len();
         let mut phi = DMatrix::identity(NAV + n, NAV + n);
-        phi.fixed_view_mut::<NAV, NAV>(0, 0).copy_from(&self.interval.phi);
-        phi.view_mut((0, NAV), (NAV, n)).copy_from(&self.interval.psi);
+        phi.fixed_view_mut::<NAV, NAV>(0, 0)
+            .copy_from(&self.interval.phi);
+        phi.view_mut((0, NAV), (NAV, n))
+            .copy_from(&self.interval.psi);
         let time = self.interval.time;
         for (i, q) in self.model.parameters.iter().enumerate() {
             phi[(NAV + i, NAV + i)] = (-time / q.time_s).exp();
@@ -126,7 +157,8 @@ impl Aided {
             p[(NAV + i, NAV + i)] += q.walk * q.walk * time;
         }
         self.p = (&p + p.transpose()) * 0.5;
-        self.theta.component_mul_assign(&phi.diagonal().rows(NAV, n));
+        self.theta
+            .component_mul_assign(&phi.diagonal().rows(NAV, n));
         self.interval.reset();
         phi
     }
@@ -155,7 +187,11 @@ pub fn displaced(nav: &NavState, e: &DVector<f64>) -> NavState {
     let v = |i: usize| Vector3::new(e[i], e[i + 1], e[i + 2]);
     let mut q_bn = from_rotvec(&v(0)) * nav.q_bn;
     q_bn.renormalize();
-    NavState { position: nav.position.displaced(&-v(6)), velocity: nav.velocity - v(3), q_bn }
+    NavState {
+        position: nav.position.displaced(&-v(6)),
+        velocity: nav.velocity - v(3),
+        q_bn,
+    }
 }
 
 #[cfg(test)]

@@ -67,11 +67,27 @@ impl Prior {
         let (g, a) = (&spec.gyro, &spec.accel);
         let root = |x: &[f64]| x.iter().map(|v| v * v).sum::<f64>().sqrt();
         Self {
-            gyro_bias: root(&[g.bias_unit_dph, g.bias_turn_on_dph, g.bias_drift_dph, g.warm_up_dph]) * crate::units::DEG_PER_H,
-            accel_bias: root(&[a.bias_unit_ug, a.bias_turn_on_ug, a.bias_drift_ug, a.warm_up_ug]) * crate::units::UG,
+            gyro_bias: root(&[
+                g.bias_unit_dph,
+                g.bias_turn_on_dph,
+                g.bias_drift_dph,
+                g.warm_up_dph,
+            ]) * crate::units::DEG_PER_H,
+            accel_bias: root(&[
+                a.bias_unit_ug,
+                a.bias_turn_on_ug,
+                a.bias_drift_ug,
+                a.warm_up_ug,
+            ]) * crate::units::UG,
             walk_per_hour: 0.5,
-            scale: [g.scale_ppm.hypot(g.scale_asymmetry_ppm) * PPM, a.scale_ppm.hypot(a.scale_asymmetry_ppm) * PPM],
-            misalignment: [g.misalignment_arcsec * ARCSEC, a.misalignment_arcsec * ARCSEC],
+            scale: [
+                g.scale_ppm.hypot(g.scale_asymmetry_ppm) * PPM,
+                a.scale_ppm.hypot(a.scale_asymmetry_ppm) * PPM,
+            ],
+            misalignment: [
+                g.misalignment_arcsec * ARCSEC,
+                a.misalignment_arcsec * ARCSEC,
+            ],
         }
     }
 }
@@ -90,7 +106,9 @@ impl ErrorModel {
         };
         let gyros = (0..3).map(|axis| bias(Triad::Gyro, axis, prior.gyro_bias));
         let accels = (0..3).map(|axis| bias(Triad::Accel, axis, prior.accel_bias));
-        Self { parameters: gyros.chain(accels).collect() }
+        Self {
+            parameters: gyros.chain(accels).collect(),
+        }
     }
 
     /// Number of parameters.
@@ -107,7 +125,12 @@ impl ErrorModel {
 
     /// Errors of gyros (rad/s) and accelerometers (m/s2) for parameters `theta` and the inputs.
     #[must_use]
-    pub fn error(&self, theta: &DVector<f64>, rate: &Vector3<f64>, force: &Vector3<f64>) -> [Vector3<f64>; 2] {
+    pub fn error(
+        &self,
+        theta: &DVector<f64>,
+        rate: &Vector3<f64>,
+        force: &Vector3<f64>,
+    ) -> [Vector3<f64>; 2] {
         let mut out = [Vector3::zeros(); 2];
         for (p, t) in self.parameters.iter().zip(theta.iter()) {
             let (k, input) = p.place(rate, force);
@@ -129,7 +152,11 @@ impl ErrorModel {
 }
 
 impl Parameter {
-    fn place<'a>(&self, rate: &'a Vector3<f64>, force: &'a Vector3<f64>) -> (usize, &'a Vector3<f64>) {
+    fn place<'a>(
+        &self,
+        rate: &'a Vector3<f64>,
+        force: &'a Vector3<f64>,
+    ) -> (usize, &'a Vector3<f64>) {
         match self.triad {
             Triad::Gyro => (0, rate),
             Triad::Accel => (1, force),

@@ -38,7 +38,9 @@ pub struct Smoothed {
 #[must_use]
 pub fn smooth(records: &[Record]) -> Vec<Smoothed> {
     let mut out: Vec<Smoothed> = Vec::with_capacity(records.len());
-    let Some(last) = records.last() else { return out };
+    let Some(last) = records.last() else {
+        return out;
+    };
     let size = last.p.nrows();
     let mut s = DVector::zeros(size);
     // covariance of the smoothed state at the end of the last interval: predicted minus what the fix took away is not recorded,
@@ -47,13 +49,19 @@ pub fn smooth(records: &[Record]) -> Vec<Smoothed> {
     for r in records.iter().rev() {
         // gain C = P Phi' P-^-1, solved from P- C' = Phi P
         let rhs = &r.phi * &r.p;
-        let Some(chol) = scaled_cholesky(&r.predicted) else { break };
+        let Some(chol) = scaled_cholesky(&r.predicted) else {
+            break;
+        };
         let gain = chol.solve(&rhs).transpose();
         s = &gain * (&r.correction + &s);
         p_s = &r.p + &gain * (&p_s - &r.predicted) * gain.transpose();
         let n = r.theta.len();
         let sigma = p_s.diagonal().rows(size - n, n).map(|v| v.max(0.0).sqrt());
-        out.push(Smoothed { nav: super::displaced(&r.nav, &s), theta: &r.theta - s.rows(size - n, n), sigma });
+        out.push(Smoothed {
+            nav: super::displaced(&r.nav, &s),
+            theta: &r.theta - s.rows(size - n, n),
+            sigma,
+        });
     }
     out.reverse();
     out
@@ -66,9 +74,14 @@ struct Scaled {
 }
 
 fn scaled_cholesky(p: &DMatrix<f64>) -> Option<Scaled> {
-    let d = p.diagonal().map(|v| if v > 0.0 { 1.0 / v.sqrt() } else { 1.0 });
+    let d = p
+        .diagonal()
+        .map(|v| if v > 0.0 { 1.0 / v.sqrt() } else { 1.0 });
     let unit = DMatrix::from_fn(p.nrows(), p.ncols(), |i, j| p[(i, j)] * d[i] * d[j]);
-    Some(Scaled { chol: unit.cholesky()?, d })
+    Some(Scaled {
+        chol: unit.cholesky()?,
+        d,
+    })
 }
 
 impl Scaled {

@@ -129,18 +129,30 @@ impl Triad {
     /// Moves the slow errors to `t` seconds after power-on, `SLOW_S` after the last call.
     fn move_slow(&mut self, t: f64, rng: &mut ChaCha8Rng) {
         let keep = (-SLOW_S / self.drift_time).exp();
-        self.drift = self.drift * keep + normal3(rng) * (self.drift_sigma * (1.0 - keep * keep).sqrt());
+        self.drift =
+            self.drift * keep + normal3(rng) * (self.drift_sigma * (1.0 - keep * keep).sqrt());
         let decay = (-t / self.warm_up_time).exp();
-        self.slow = self.bias_unit + self.bias_turn_on + self.drift + self.warm_up.component_mul(&self.warm_up_gain) * decay;
+        self.slow = self.bias_unit
+            + self.bias_turn_on
+            + self.drift
+            + self.warm_up.component_mul(&self.warm_up_gain) * decay;
     }
 
     /// Error without white noise and quantisation, for the input `x`.
     fn error(&self, x: &Vector3<f64>) -> Vector3<f64> {
-        self.slow + self.matrix * x + self.asymmetry.component_mul(&x.abs()) + self.k2.component_mul(&x.component_mul(x))
+        self.slow
+            + self.matrix * x
+            + self.asymmetry.component_mul(&x.abs())
+            + self.k2.component_mul(&x.component_mul(x))
     }
 
     /// Counts of one word whose perfect increment is `d`; also the integral of the systematic error.
-    fn word(&mut self, d: &Vector3<f64>, dt: f64, rng: &mut ChaCha8Rng) -> ([i32; 3], Vector3<f64>) {
+    fn word(
+        &mut self,
+        d: &Vector3<f64>,
+        dt: f64,
+        rng: &mut ChaCha8Rng,
+    ) -> ([i32; 3], Vector3<f64>) {
         let systematic = self.error(&(d / dt)) * dt;
         let noise = normal3(rng) * (self.noise * dt.sqrt());
         let pulses = (d + systematic + noise) / self.pulse + self.remainder;
@@ -170,13 +182,23 @@ impl Imu {
         rng.set_stream(1);
         let gyro = Triad::new(&Si::from(&spec.gyro), &mut unit_rng, &mut rng);
         let accel = Triad::new(&Si::from(&spec.accel), &mut unit_rng, &mut rng);
-        Self { gyro, accel, dt: 1.0 / f64::from(spec.rate_hz), words_per_second: spec.rate_hz, word: 0, rng }
+        Self {
+            gyro,
+            accel,
+            dt: 1.0 / f64::from(spec.rate_hz),
+            words_per_second: spec.rate_hz,
+            word: 0,
+            rng,
+        }
     }
 
     /// Value of one count of each triad.
     #[must_use]
     pub fn lsb(spec: &ImuSpec) -> Lsb {
-        Lsb { rad: spec.gyro.pulse_arcsec * ARCSEC, mps: spec.accel.pulse_ugs * UG }
+        Lsb {
+            rad: spec.gyro.pulse_arcsec * ARCSEC,
+            mps: spec.accel.pulse_ugs * UG,
+        }
     }
 
     /// Next word: counts, and the systematic error in it (white noise and quantisation left out).
@@ -189,6 +211,12 @@ impl Imu {
         self.word += 1;
         let (dtheta, e_g) = self.gyro.word(&perfect.dtheta, self.dt, &mut self.rng);
         let (dv, e_a) = self.accel.word(&perfect.dv, self.dt, &mut self.rng);
-        (Counts { dtheta, dv }, Increment { dtheta: e_g, dv: e_a })
+        (
+            Counts { dtheta, dv },
+            Increment {
+                dtheta: e_g,
+                dv: e_a,
+            },
+        )
     }
 }

@@ -76,7 +76,10 @@ pub struct ImuSpec {
 pub const PRESETS: [(&str, &str); 3] = [
     ("medium", include_str!("../../assets/presets/medium.toml")),
     ("nav", include_str!("../../assets/presets/nav.toml")),
-    ("tactical", include_str!("../../assets/presets/tactical.toml")),
+    (
+        "tactical",
+        include_str!("../../assets/presets/tactical.toml"),
+    ),
 ];
 
 impl ImuSpec {
@@ -103,7 +106,9 @@ impl ImuSpec {
                 let positive = field.ends_with("_time_s") || field.starts_with("pulse");
                 if !(x.is_finite() && x >= 0.0 && (x > 0.0 || !positive)) {
                     let range = if positive { "> 0" } else { ">= 0" };
-                    return Err(format!("{triad}.{field} = {x}: must be a finite number {range}"));
+                    return Err(format!(
+                        "{triad}.{field} = {x}: must be a finite number {range}"
+                    ));
                 }
             }
         }

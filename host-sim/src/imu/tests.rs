@@ -5,17 +5,35 @@ use nalgebra::Vector3;
 
 /// A spec without any error but pulses.
 fn perfect() -> ImuSpec {
-    let text: String = PRESETS[0].1.lines().map(|l| zero_errors(l) + "\n").collect();
+    let text: String = PRESETS[0]
+        .1
+        .lines()
+        .map(|l| zero_errors(l) + "\n")
+        .collect();
     toml::from_str(&text).unwrap()
 }
 
 fn zero_errors(line: &str) -> String {
     let key = line.split(' ').next().unwrap_or("");
-    let keep = key.is_empty() || key.starts_with(['#', '[']) || key == "rate_hz" || key.ends_with("_time_s") || key.starts_with("pulse");
-    if keep { line.to_string() } else { format!("{key} = 0.0") }
+    let keep = key.is_empty()
+        || key.starts_with(['#', '['])
+        || key == "rate_hz"
+        || key.ends_with("_time_s")
+        || key.starts_with("pulse");
+    if keep {
+        line.to_string()
+    } else {
+        format!("{key} = 0.0")
+    }
 }
 
-fn sum_of(spec: &ImuSpec, unit: u64, turn_on: u64, input: &Increment, seconds: usize) -> ([i64; 6], Increment) {
+fn sum_of(
+    spec: &ImuSpec,
+    unit: u64,
+    turn_on: u64,
+    input: &Increment,
+    seconds: usize,
+) -> ([i64; 6], Increment) {
     let mut imu = Imu::new(spec, unit, turn_on);
     let mut sum = [0i64; 6];
     let mut error = Increment::default();
@@ -36,13 +54,22 @@ fn quantisation_carries_its_remainder() {
     let lsb = Imu::lsb(&spec);
     let dt = 1.0 / f64::from(spec.rate_hz);
     // a rate far below one pulse a word
-    let input = Increment { dtheta: Vector3::new(0.013, -0.4, 7.7) * lsb.rad, dv: Vector3::new(0.0, 0.003, -G0 * dt / lsb.mps) * lsb.mps };
+    let input = Increment {
+        dtheta: Vector3::new(0.013, -0.4, 7.7) * lsb.rad,
+        dv: Vector3::new(0.0, 0.003, -G0 * dt / lsb.mps) * lsb.mps,
+    };
     let (sum, error) = sum_of(&spec, 1, 2, &input, 60);
     assert_eq!(error, Increment::default());
     let n = f64::from(spec.rate_hz) * 60.0;
     for i in 0..3 {
-        assert!((sum[i] as f64 - input.dtheta[i] / lsb.rad * n).abs() <= 0.51, "gyro {i}");
-        assert!((sum[i + 3] as f64 - input.dv[i] / lsb.mps * n).abs() <= 0.51, "accel {i}");
+        assert!(
+            (sum[i] as f64 - input.dtheta[i] / lsb.rad * n).abs() <= 0.51,
+            "gyro {i}"
+        );
+        assert!(
+            (sum[i + 3] as f64 - input.dv[i] / lsb.mps * n).abs() <= 0.51,
+            "accel {i}"
+        );
     }
 }
 
@@ -51,7 +78,9 @@ fn bias_of_the_unit_repeats_and_turn_on_bias_does_not() {
     let mut spec = perfect();
     spec.gyro.bias_unit_dph = 0.1;
     let rest = Increment::default();
-    let bias = |spec: &ImuSpec, unit, turn_on| sum_of(spec, unit, turn_on, &rest, 10).1.dtheta / 10.0 / DEG_PER_H;
+    let bias = |spec: &ImuSpec, unit, turn_on| {
+        sum_of(spec, unit, turn_on, &rest, 10).1.dtheta / 10.0 / DEG_PER_H
+    };
     assert_eq!(bias(&spec, 1, 1), bias(&spec, 1, 2));
     assert_ne!(bias(&spec, 1, 1), bias(&spec, 2, 1));
     spec.gyro.bias_unit_dph = 0.0;
@@ -59,8 +88,15 @@ fn bias_of_the_unit_repeats_and_turn_on_bias_does_not() {
     assert_ne!(bias(&spec, 1, 1), bias(&spec, 1, 2));
     // standard deviation over turn-ons as configured: 3 x 400 draws, so within 6 % at 3 sigma
     let n = 400;
-    let mean_square = (0..n).map(|k| bias(&spec, 1, k).norm_squared() / 3.0).sum::<f64>() / n as f64;
-    assert!((mean_square.sqrt() / 0.1 - 1.0).abs() < 0.06, "{}", mean_square.sqrt());
+    let mean_square = (0..n)
+        .map(|k| bias(&spec, 1, k).norm_squared() / 3.0)
+        .sum::<f64>()
+        / n as f64;
+    assert!(
+        (mean_square.sqrt() / 0.1 - 1.0).abs() < 0.06,
+        "{}",
+        mean_square.sqrt()
+    );
 }
 
 #[test]
@@ -73,11 +109,21 @@ fn angle_random_walk_grows_with_the_root_of_time() {
     for seconds in [4, 64] {
         let n = 300;
         let mean_square: f64 = (0..n)
-            .map(|k| sum_of(&spec, 1, k, &rest, seconds).0[..3].iter().map(|s| (*s as f64 * lsb.rad).powi(2)).sum::<f64>() / 3.0)
+            .map(|k| {
+                sum_of(&spec, 1, k, &rest, seconds).0[..3]
+                    .iter()
+                    .map(|s| (*s as f64 * lsb.rad).powi(2))
+                    .sum::<f64>()
+                    / 3.0
+            })
             .sum::<f64>()
             / n as f64;
         let want = 0.1 * DEG_PER_SQRT_H * (seconds as f64).sqrt();
-        assert!((mean_square.sqrt() / want - 1.0).abs() < 0.08, "{seconds} s: {}", mean_square.sqrt() / want);
+        assert!(
+            (mean_square.sqrt() / want - 1.0).abs() < 0.08,
+            "{seconds} s: {}",
+            mean_square.sqrt() / want
+        );
     }
 }
 
@@ -87,7 +133,19 @@ fn scale_asymmetry_and_k2_follow_the_input() {
     spec.accel.k2_ugpg2 = 50.0;
     let error = |spec: &ImuSpec, f: f64| {
         let dt = 1.0 / f64::from(spec.rate_hz);
-        sum_of(spec, 3, 1, &Increment { dv: Vector3::new(f, 0.0, 0.0) * dt, ..Default::default() }, 1).1.dv.x
+        sum_of(
+            spec,
+            3,
+            1,
+            &Increment {
+                dv: Vector3::new(f, 0.0, 0.0) * dt,
+                ..Default::default()
+            },
+            1,
+        )
+        .1
+        .dv
+        .x
     };
     assert!((error(&spec, 2.0 * G0) / error(&spec, G0) - 4.0).abs() < 1e-9);
     assert!((error(&spec, -G0) / error(&spec, G0) - 1.0).abs() < 1e-9);
@@ -106,6 +164,8 @@ fn warm_up_decays_with_its_time_constant() {
     spec.gyro.warm_up_dph = 0.2;
     let mut imu = Imu::new(&spec, 5, 5);
     let n = spec.rate_hz as usize * 901;
-    let errors: Vec<f64> = (0..n).map(|_| imu.measure(&Increment::default()).1.dtheta.x).collect();
+    let errors: Vec<f64> = (0..n)
+        .map(|_| imu.measure(&Increment::default()).1.dtheta.x)
+        .collect();
     assert!((errors[n - 1] / errors[0] - (-1.0f64).exp()).abs() < 1e-9);
 }

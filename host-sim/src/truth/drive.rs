@@ -32,29 +32,55 @@ fn tenth(x: f64) -> f64 {
 }
 
 fn go(segments: &mut Vec<Segment>, speed: &mut f64, to: f64, accel: f64) {
-    segments.push(Segment { duration_s: ramp(to - *speed, accel), speed_mps: Some(to), turn_deg: 0.0, grade_percent: None });
+    segments.push(Segment {
+        duration_s: ramp(to - *speed, accel),
+        speed_mps: Some(to),
+        turn_deg: 0.0,
+        grade_percent: None,
+    });
     *speed = to;
 }
 
 /// A few blocks with turns at crossings, then a stop.
 fn town(segments: &mut Vec<Segment>, speed: &mut f64, rng: &mut ChaCha8Rng) {
     for _ in 0..rng.random_range(1..4) {
-        go(segments, speed, rng.random_range(8.0..15.0), rng.random_range(1.2..2.5));
+        go(
+            segments,
+            speed,
+            rng.random_range(8.0..15.0),
+            rng.random_range(1.2..2.5),
+        );
         segments.push(Segment {
             grade_percent: Some(rng.random_range(-3.0..3.0)),
             ..Segment::hold(tenth(rng.random_range(5.0..25.0)))
         });
-        go(segments, speed, rng.random_range(4.0..7.0), rng.random_range(1.5..3.0));
+        go(
+            segments,
+            speed,
+            rng.random_range(4.0..7.0),
+            rng.random_range(1.5..3.0),
+        );
         let right = if rng.random_bool(0.5) { 1.0 } else { -1.0 };
-        segments.push(Segment { turn_deg: right * rng.random_range(75.0..105.0), ..Segment::hold(tenth(rng.random_range(5.0..8.0))) });
+        segments.push(Segment {
+            turn_deg: right * rng.random_range(75.0..105.0),
+            ..Segment::hold(tenth(rng.random_range(5.0..8.0)))
+        });
     }
     go(segments, speed, 0.0, rng.random_range(1.0..2.5));
-    segments.push(Segment { grade_percent: Some(0.0), ..Segment::hold(tenth(rng.random_range(4.0..30.0))) });
+    segments.push(Segment {
+        grade_percent: Some(0.0),
+        ..Segment::hold(tenth(rng.random_range(4.0..30.0)))
+    });
 }
 
 /// A stretch of open road with bends and grades.
 fn country(segments: &mut Vec<Segment>, speed: &mut f64, rng: &mut ChaCha8Rng) {
-    go(segments, speed, rng.random_range(16.0..25.0), rng.random_range(0.8..1.6));
+    go(
+        segments,
+        speed,
+        rng.random_range(16.0..25.0),
+        rng.random_range(0.8..1.6),
+    );
     for _ in 0..rng.random_range(2..6) {
         segments.push(Segment {
             duration_s: tenth(rng.random_range(8.0..25.0)),
@@ -64,7 +90,10 @@ fn country(segments: &mut Vec<Segment>, speed: &mut f64, rng: &mut ChaCha8Rng) {
         });
         *speed = segments.last().and_then(|s| s.speed_mps).unwrap_or(*speed);
     }
-    segments.push(Segment { grade_percent: Some(0.0), ..Segment::hold(8.0) });
+    segments.push(Segment {
+        grade_percent: Some(0.0),
+        ..Segment::hold(8.0)
+    });
 }
 
 /// Cuts the list to `duration_s`, with a braking and a standstill at the end.
@@ -83,6 +112,11 @@ fn trim(segments: &mut Vec<Segment>, duration_s: f64) {
         left -= s.duration_s;
         true
     });
-    segments.push(Segment { duration_s: BRAKE_S + left.max(0.0), speed_mps: Some(0.0), turn_deg: 0.0, grade_percent: Some(0.0) });
+    segments.push(Segment {
+        duration_s: BRAKE_S + left.max(0.0),
+        speed_mps: Some(0.0),
+        turn_deg: 0.0,
+        grade_percent: Some(0.0),
+    });
     segments.push(Segment::hold(REST_S));
 }

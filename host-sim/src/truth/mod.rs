@@ -92,9 +92,17 @@ impl Truth {
         }
         if n.is_multiple_of(words_per_epoch) && n > 0 {
             vibration.rebase(n as f64 * dt);
-            epochs.push(state(&instant(&profile, leg, n as f64 * dt, &vibration.at(&rotor_0)), position));
+            epochs.push(state(
+                &instant(&profile, leg, n as f64 * dt, &vibration.at(&rotor_0)),
+                position,
+            ));
         }
-        Self { dt, words_per_epoch, words, epochs }
+        Self {
+            dt,
+            words_per_epoch,
+            words,
+            epochs,
+        }
     }
 
     /// Duration, s.
@@ -105,7 +113,11 @@ impl Truth {
 }
 
 fn state(now: &Instant, position: Geodetic) -> NavState {
-    NavState { position, velocity: now.v, q_bn: now.q_bn }
+    NavState {
+        position,
+        velocity: now.v,
+        q_bn: now.q_bn,
+    }
 }
 
 /// Velocity, acceleration, attitude and rate at time `t` on leg `leg`.
@@ -123,7 +135,11 @@ fn instant(profile: &Profile, leg: usize, t: f64, shake: &vibration::Shake) -> I
     let (sp, cp) = psi.value.sin_cos();
     let (sg, cg) = gamma.value.sin_cos();
     let along = Vector3::new(cg * cp, cg * sp, -sg);
-    let along_d1 = Vector3::new(-sg * cp * gamma.d1 - cg * sp * psi.d1, -sg * sp * gamma.d1 + cg * cp * psi.d1, -cg * gamma.d1);
+    let along_d1 = Vector3::new(
+        -sg * cp * gamma.d1 - cg * sp * psi.d1,
+        -sg * sp * gamma.d1 + cg * cp * psi.d1,
+        -cg * gamma.d1,
+    );
     let heave = Vector3::new(0.0, 0.0, amp * shake.heave[0]);
     let heave_d1 = Vector3::new(0.0, 0.0, amp * shake.heave[1] + amp_d1 * shake.heave[0]);
     let v = along * s.value + heave;
@@ -142,7 +158,12 @@ fn instant(profile: &Profile, leg: usize, t: f64, shake: &vibration::Shake) -> I
         pitch_d1 * cr + heading_d1 * sr * ct,
         -pitch_d1 * sr + heading_d1 * cr * ct,
     );
-    Instant { q_bn: from_euler(roll, pitch, heading), v, a, omega_nb }
+    Instant {
+        q_bn: from_euler(roll, pitch, heading),
+        v,
+        a,
+        omega_nb,
+    }
 }
 
 /// Integrates rate, specific force and position over one word from its three nodes.
@@ -150,7 +171,10 @@ fn integrate(nodes: &[Instant; 3], position: Geodetic, dt: f64) -> (Increment, G
     // the Earth changes by 1e-9 within a word: one evaluation at its middle is enough
     let v_mid = nodes[1].v;
     let start = Local::at(position.lat, position.h);
-    let mid = Local::at(position.lat + 0.5 * dt * v_mid.x / start.m_h, position.h - 0.5 * dt * v_mid.z);
+    let mid = Local::at(
+        position.lat + 0.5 * dt * v_mid.x / start.m_h,
+        position.h - 0.5 * dt * v_mid.z,
+    );
     let omega_ie = mid.omega_ie();
     let mut word = Increment::default();
     let mut moved = Vector3::zeros();
@@ -158,7 +182,8 @@ fn integrate(nodes: &[Instant; 3], position: Geodetic, dt: f64) -> (Increment, G
         let omega_en = mid.omega_en(&node.v);
         let f_n = node.a + (omega_ie * 2.0 + omega_en).cross(&node.v) - mid.gravity();
         let w = weight * dt;
-        word.dtheta += (node.omega_nb + node.q_bn.inverse_transform_vector(&(omega_ie + omega_en))) * w;
+        word.dtheta +=
+            (node.omega_nb + node.q_bn.inverse_transform_vector(&(omega_ie + omega_en))) * w;
         word.dv += node.q_bn.inverse_transform_vector(&f_n) * w;
         moved += node.v * w;
     }

@@ -22,7 +22,12 @@ impl Segment {
     /// A standstill or a stretch at constant speed.
     #[must_use]
     pub fn hold(duration_s: f64) -> Self {
-        Self { duration_s, speed_mps: None, turn_deg: 0.0, grade_percent: None }
+        Self {
+            duration_s,
+            speed_mps: None,
+            turn_deg: 0.0,
+            grade_percent: None,
+        }
     }
 }
 
@@ -88,8 +93,15 @@ impl Profile {
                 let speed_end = s.speed_mps.unwrap_or(speed);
                 let heading_end = heading + s.turn_deg.to_radians();
                 let grade_end = s.grade_percent.map_or(grade, |p| (p / 100.0).atan());
-                let leg = Leg { start, duration, speed: [speed, speed_end], heading: [heading, heading_end], grade: [grade, grade_end] };
-                (start, speed, heading, grade) = (start + duration, speed_end, heading_end, grade_end);
+                let leg = Leg {
+                    start,
+                    duration,
+                    speed: [speed, speed_end],
+                    heading: [heading, heading_end],
+                    grade: [grade, grade_end],
+                };
+                (start, speed, heading, grade) =
+                    (start + duration, speed_end, heading_end, grade_end);
                 leg
             })
             .collect();

@@ -13,7 +13,10 @@ struct Share {
 
 impl Share {
     fn new(amplitude: f64, phase: f64) -> Self {
-        Self { s: amplitude * phase.cos(), c: amplitude * phase.sin() }
+        Self {
+            s: amplitude * phase.cos(),
+            c: amplitude * phase.sin(),
+        }
     }
 }
 
@@ -71,7 +74,13 @@ impl Vibration {
                 };
                 let heave = share(accel / omega);
                 let rotation = [share(angle), share(angle), share(0.3 * angle)];
-                Mode { omega, heave, rotation, sin: 0.0, cos: 1.0 }
+                Mode {
+                    omega,
+                    heave,
+                    rotation,
+                    sin: 0.0,
+                    cos: 1.0,
+                }
             })
             .collect();
         Self { modes }
@@ -87,7 +96,10 @@ impl Vibration {
     /// The turn of every mode over `tau` s: precomputed for the quadrature nodes.
     #[must_use]
     pub fn rotor(&self, tau: f64) -> Vec<(f64, f64)> {
-        self.modes.iter().map(|m| (m.omega * tau).sin_cos()).collect()
+        self.modes
+            .iter()
+            .map(|m| (m.omega * tau).sin_cos())
+            .collect()
     }
 
     /// Values at base time + the rotor's time.
