@@ -51,15 +51,27 @@ pub fn study(
     until: usize,
     hold_back: bool,
 ) -> Option<Study> {
+    let nominal = navigate(session, &session.increments(), &assumptions, until)?;
+    Some(study_from(session, &nominal, assumptions, spec, hold_back))
+}
+
+/// [`study`] with a nominal trajectory that is already there; learns from all its records.
+#[must_use]
+pub fn study_from(
+    session: &Session,
+    nominal: &Nominal,
+    assumptions: Assumptions,
+    spec: &NetworkSpec,
+    hold_back: bool,
+) -> Study {
     let words = session.increments();
-    let nominal = navigate(session, &words, &assumptions, until)?;
     let total = nominal.records.len();
     let learnt = if hold_back {
         total - (total as f64 * spec.held_back) as usize
     } else {
         total
     };
-    let references = references(&nominal, learnt);
+    let references = references(nominal, learnt);
 
     let norm = normalisation(&assumptions);
     let quiet = silent(&assumptions);
@@ -92,9 +104,10 @@ pub fn study(
         assumptions,
     };
     if hold_back {
-        out.promote(session, &words, &nominal, nominal.first + learnt, until);
+        let (from, to) = (nominal.first + learnt, nominal.first + total);
+        out.promote(session, &words, nominal, from, to);
     }
-    Some(out)
+    out
 }
 
 fn linear_fits(inputs: &Inputs, references: &[Reference]) -> (LinearModel, LinearModel) {
@@ -120,6 +133,44 @@ fn linear_fits(inputs: &Inputs, references: &[Reference]) -> (LinearModel, Linea
 }
 
 impl Study {
+    /// What became of the networks, in a sentence.
+    #[must_use]
+    pub fn verdict(&self) -> String {
+        let best = self
+            .evidence
+            .iter()
+            .map(|e| e.1)
+            .fold(f64::NEG_INFINITY, f64::max);
+        let ratio =
+            format!("log-likelihood ratio on the held-back part {best:.1}, needed {THRESHOLD}");
+        match self.promoted {
+            Use {
+                gyro: true,
+                accel: true,
+            } => format!("Both networks are in use: {ratio}."),
+            Use {
+                gyro: true,
+                accel: false,
+            } => format!(
+                "Only the gyro network is in use, the accelerometers are left alone: {ratio}."
+            ),
+            Use {
+                gyro: false,
+                accel: true,
+            } => format!(
+                "Only the accelerometer network is in use, the gyros are left alone: {ratio}."
+            ),
+            Use {
+                gyro: false,
+                accel: false,
+            } => {
+                format!(
+                    "The correction is left at zero, since nothing learnt has proved itself: {ratio}."
+                )
+            }
+        }
+    }
+
     fn promote(
         &mut self,
         session: &Session,

@@ -6,8 +6,10 @@
 
 use crate::align;
 use crate::ekf::{Aided, ErrorModel, InitialSigma, Noise, Prior, Record, smooth};
+use crate::imu::ImuSpec;
 use crate::session::Session;
 use crate::sins::{Increment, NavState};
+use crate::units::{DEG_PER_SQRT_H, UG_PER_SQRT_HZ};
 use nalgebra::Vector3;
 
 /// What the teacher assumes of the sensors.
@@ -40,6 +42,19 @@ pub struct Nominal {
 }
 
 impl Assumptions {
+    /// What the IMU's datasheet lets one expect.
+    #[must_use]
+    pub fn of(spec: &ImuSpec) -> Self {
+        let noise = Noise {
+            gyro: spec.gyro.angle_random_walk_dpsqrth * DEG_PER_SQRT_H,
+            accel: spec.accel.velocity_random_walk_ugpsqrthz * UG_PER_SQRT_HZ,
+        };
+        Self {
+            prior: Prior::of(spec),
+            noise,
+        }
+    }
+
     /// Initial uncertainty after self-alignment: tilt from the accelerometers' bias, heading from the gyros'.
     #[must_use]
     pub fn initial_sigma(&self, site: &NavState, sigmas: &[f64; 6]) -> InitialSigma {
@@ -78,9 +93,41 @@ pub fn navigate(
         q_bn,
     };
     let sigma = assumptions.initial_sigma(&nav, &session.sigmas);
+    let start = Start { nav, sigma };
+    Some(navigate_from(
+        session,
+        words,
+        assumptions,
+        &start,
+        first,
+        until,
+    ))
+}
+
+/// A known state to start from, for a vehicle that moves when the recording begins.
+#[derive(Debug, Clone, Copy)]
+pub struct Start {
+    /// The state.
+    pub nav: NavState,
+    /// Standard deviations of its errors.
+    pub sigma: InitialSigma,
+}
+
+/// Navigates with fixes from `start` at epoch `first` to the end of epoch `until`; while the vehicle is known to stand, its velocity is
+/// zero.
+#[must_use]
+pub fn navigate_from(
+    session: &Session,
+    words: &[Increment],
+    assumptions: &Assumptions,
+    start: &Start,
+    first: usize,
+    until: usize,
+) -> Nominal {
+    let n = session.words_per_epoch();
     let mut filter = Aided::new(
-        nav,
-        &sigma,
+        start.nav,
+        &start.sigma,
         ErrorModel::biases(&assumptions.prior),
         assumptions.noise,
     );
@@ -96,7 +143,7 @@ pub fn navigate(
         }
         records.push(filter.fix(&fix, &sigmas));
     }
-    Some(Nominal { first, records })
+    Nominal { first, records }
 }
 
 /// References for the epochs of the first `count` records; later data is not looked at.
