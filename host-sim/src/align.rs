@@ -1,14 +1,16 @@
 //! Self-alignment at standstill in the inertial frame: levelling and gyrocompassing in one.
 //!
 //! Body axes are carried into the inertial frame `b0` by the gyros, and there the accelerometers' velocity increments trace the cone of
-//! gravity as the Earth turns. The same curve is known in `n0`, the navigation frame frozen at the start. The rotation between the two
-//! curves of velocity is found by least squares (Wahba's problem, SVD). Sway stays bounded in velocity, so it averages out.
+//! gravity as the Earth turns. The same cone is known in `n0`, the navigation frame frozen at the start. Each second gives one pair of
+//! vectors, and the rotation between the two sets is found by least squares (Wahba's problem, SVD).
 
 use crate::earth::{Geodetic, Local, OMEGA_IE};
 use crate::rotation::from_rotvec;
 use crate::sins::Increment;
 use nalgebra::{DMatrix, Matrix3, UnitQuaternion, Vector3};
 
+/// Time over which gravity's direction is observed as one vector, s: long against sway, short against the Earth's turn.
+const PIECE_S: f64 = 1.0;
 /// Shortest time that gives a heading at all, s.
 pub const MIN_S: f64 = 30.0;
 
@@ -28,6 +30,8 @@ pub fn inertial_frame(
     let mut v_b0 = Vector3::zeros();
     let mut last = Increment::default();
     let mut b = Matrix3::zeros();
+    let piece = (PIECE_S / dt).round().max(1.0) as usize;
+    let (mut start_n0, mut start_b0) = (Vector3::zeros(), Vector3::zeros());
     for (k, word) in words.iter().enumerate() {
         let coning = last.dtheta.cross(&word.dtheta) / 12.0;
         let sculling = (last.dtheta.cross(&word.dv) + last.dv.cross(&word.dtheta)) / 12.0;
@@ -35,8 +39,11 @@ pub fn inertial_frame(
         q_b0b *= from_rotvec(&(word.dtheta + coning));
         q_b0b.renormalize_fast();
         last = *word;
-        let v_n0 = reaction_velocity(&here, (k + 1) as f64 * dt);
-        b += v_n0 * v_b0.transpose();
+        if (k + 1).is_multiple_of(piece) {
+            let v_n0 = reaction_velocity(&here, (k + 1) as f64 * dt);
+            b += (v_n0 - start_n0) * (v_b0 - start_b0).transpose();
+            (start_n0, start_b0) = (v_n0, v_b0);
+        }
     }
     let q_n0b0 = wahba(&b)?;
     let t = words.len() as f64 * dt;

@@ -32,8 +32,8 @@ impl Default for NetworkSpec {
     fn default() -> Self {
         Self {
             window_s: 10,
-            passes: 20,
-            weight_sigma: 0.5,
+            passes: 12,
+            weight_sigma: 0.3,
             correlation_s: 300.0,
             held_back: 0.2,
             seed: 1,

@@ -3,10 +3,12 @@
 
 pub mod align;
 pub mod baseline;
+pub mod cli;
 pub mod coast;
 pub mod earth;
 pub mod ekf;
 pub mod error;
+pub mod experiment;
 pub mod gnss;
 pub mod imu;
 pub mod learning;
