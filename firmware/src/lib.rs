@@ -3,10 +3,12 @@
 //! Data flows one way; each arrow is one public function:
 //!
 //! ```text
-//! bytes -> wire -> sample -> compensator( normalise -> lrnn_nostd -> bound ) -> wire -> bytes
+//! bytes -> link -> wire -> sample -> compensator( normalise -> lrnn_nostd -> bound ) -> wire -> link -> bytes
 //! ```
 #![cfg_attr(not(test), no_std)]
 
+pub mod app;
 pub mod compensator;
+pub mod link;
 pub mod sample;
 pub mod wire;

@@ -1,0 +1,102 @@
+//! What a device is told before it starts.
+
+use crate::compensator::Limit;
+use crate::wire::command::Mode;
+use crate::wire::novatel::ImuType;
+use crate::wire::stim300::{self, Extra};
+use crate::wire::{DEGREE, Format, G};
+use lrnn_nostd::{Net, Normalisation, Weights};
+
+/// The two networks.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Nets {
+    /// Rate in rad/s to rate error in rad/s.
+    pub gyro: Net,
+    /// Specific force in m/s2 to its error in m/s2.
+    pub accel: Net,
+}
+
+impl Nets {
+    /// Networks that find no error, whatever comes in: the built-in fallback.
+    pub const NONE: Nets = {
+        let net = Net::new(Weights::zero(), Normalisation::identity());
+        Nets {
+            gyro: net,
+            accel: net,
+        }
+    };
+}
+
+/// KVH settings that its messages do not tell.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Kvh {
+    /// Gyro words are angle increments (`=ROTFMT,DELTA`), not rates.
+    pub delta: bool,
+    /// Gyro words are in degrees (`=ROTUNITS,DEG`), not radians.
+    pub degrees: bool,
+    /// `=DR`, Hz.
+    pub rate: u16,
+}
+
+/// The configuration of an [`super::App`].
+#[derive(Debug, Clone)]
+pub struct Config {
+    /// What the sensor speaks; `None`: found out at start.
+    pub format: Option<Format>,
+    /// Mode from the first good frame on.
+    pub mode: Mode,
+    /// Networks at start.
+    pub nets: Nets,
+    /// Time between network steps, s, > 0; rounded to whole words.
+    pub block: f64,
+    /// Largest correction.
+    pub limit: Limit,
+    /// Fastest change of a correction after the alignment: rad/s per s, m/s2 per s.
+    pub slew: Limit,
+    /// The sensor is silent when nothing has come for so long, microseconds.
+    pub silence_us: u32,
+    /// STIM300: its configuration, until the sensor sends it. With `answer`, also what `C` is answered from.
+    pub stim300: stim300::config::Config,
+    /// STIM300: answer requests that the sensor leaves unanswered for so long, microseconds; `None`: never.
+    pub answer_us: Option<u32>,
+    /// STIM300: the family of identifiers sent on, whichever comes in; `None`: as it came.
+    pub family: Option<Extra>,
+    /// KVH: what its messages do not tell.
+    pub kvh: Kvh,
+    /// `NovAtel`: the IMU behind RAWIMU and RAWIMUS, which do not tell.
+    pub imu_type: ImuType,
+    /// Say in a frame's spare bit that its correction is not to be trusted (interface control document, "Our own faults").
+    pub mark: bool,
+}
+
+impl Default for Config {
+    /// Everything passes unchanged: mode bypass, no networks. Limits 10 deg/h and 1 mg, slew one thousandth of it a second.
+    fn default() -> Config {
+        let limit = Limit {
+            gyro: (10.0 * DEGREE / 3600.0) as f32,
+            accel: (1e-3 * G) as f32,
+        };
+        Config {
+            format: None,
+            mode: Mode::Bypass,
+            nets: Nets::NONE,
+            block: 1.0,
+            limit,
+            slew: Limit {
+                gyro: limit.gyro * 1e-3,
+                accel: limit.accel * 1e-3,
+            },
+            silence_us: 100_000,
+            stim300: stim300::config::Config::DEFAULT,
+            answer_us: Some(50_000),
+            family: None,
+            kvh: Kvh {
+                delta: true,
+                degrees: false,
+                rate: 1000,
+            },
+            imu_type: ImuType(0),
+            mark: true,
+        }
+    }
+}

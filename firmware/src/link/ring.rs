@@ -1,0 +1,225 @@
+//! Bytes between an interrupt and the loop.
+//!
+//! One ring a direction. Received bytes: the interrupt [`Inlet::push`]es, the loop reads the [`Outlet`]. Sent bytes: the
+//! loop writes the [`Inlet`], the interrupt [`Outlet::pop`]s. Lock-free, single producer, single consumer.
+
+use core::sync::atomic::{AtomicU32, Ordering};
+use embedded_io::{ErrorKind, ErrorType, Read, ReadReady, Write, WriteReady};
+use heapless::spsc::{Consumer, Producer, Queue};
+
+/// Storage of a ring for `N` - 1 bytes.
+#[derive(Debug)]
+pub struct Ring<const N: usize> {
+    queue: Queue<u8, N>,
+    lost: AtomicU32,
+}
+
+impl<const N: usize> Default for Ring<N> {
+    fn default() -> Ring<N> {
+        Ring::new()
+    }
+}
+
+impl<const N: usize> Ring<N> {
+    /// An empty one.
+    pub const fn new() -> Ring<N> {
+        Ring {
+            queue: Queue::new(),
+            lost: AtomicU32::new(0),
+        }
+    }
+
+    /// Its two ends, of which each may be in another context.
+    pub fn split(&mut self) -> (Inlet<'_>, Outlet<'_>) {
+        let (producer, consumer) = self.queue.split();
+        let inlet = Inlet {
+            producer,
+            lost: &self.lost,
+        };
+        let outlet = Outlet {
+            consumer,
+            lost: &self.lost,
+            seen: self.lost.load(Ordering::Relaxed),
+        };
+        (inlet, outlet)
+    }
+}
+
+/// Where bytes go in.
+pub struct Inlet<'a> {
+    producer: Producer<'a, u8>,
+    lost: &'a AtomicU32,
+}
+
+impl Inlet<'_> {
+    /// Put a byte in; one that finds no room is lost, and the outlet's reader is told.
+    pub fn push(&mut self, byte: u8) {
+        if self.producer.enqueue(byte).is_err() {
+            self.mark_lost();
+        }
+    }
+
+    /// Tell the outlet's reader that bytes were lost before they came here: a UART's overrun, framing or parity error.
+    pub fn mark_lost(&mut self) {
+        // a single writer: no read-modify-write is needed
+        let lost = self.lost.load(Ordering::Relaxed);
+        self.lost.store(lost.wrapping_add(1), Ordering::Relaxed);
+    }
+
+    /// Bytes that find room now.
+    pub fn room(&self) -> usize {
+        self.producer.capacity() - self.producer.len()
+    }
+}
+
+/// Where bytes come out.
+pub struct Outlet<'a> {
+    consumer: Consumer<'a, u8>,
+    lost: &'a AtomicU32,
+    seen: u32,
+}
+
+impl Outlet<'_> {
+    /// Take the oldest byte.
+    pub fn pop(&mut self) -> Option<u8> {
+        self.consumer.dequeue()
+    }
+
+    fn lost(&self) -> u32 {
+        self.lost.load(Ordering::Relaxed)
+    }
+}
+
+/// Bytes were lost for want of room or on the line.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Overrun;
+
+impl core::fmt::Display for Overrun {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.write_str("received bytes were lost")
+    }
+}
+
+impl core::error::Error for Overrun {}
+
+impl embedded_io::Error for Overrun {
+    fn kind(&self) -> ErrorKind {
+        ErrorKind::Other
+    }
+}
+
+impl ErrorType for Inlet<'_> {
+    type Error = core::convert::Infallible;
+}
+
+impl Write for Inlet<'_> {
+    /// As many as fit; it does not wait and may return 0.
+    fn write(&mut self, bytes: &[u8]) -> Result<usize, Self::Error> {
+        let mut taken = 0;
+        for &byte in bytes {
+            if self.producer.enqueue(byte).is_err() {
+                break;
+            }
+            taken += 1;
+        }
+        Ok(taken)
+    }
+
+    /// Does not wait: the interrupt empties the ring.
+    fn flush(&mut self) -> Result<(), Self::Error> {
+        Ok(())
+    }
+}
+
+impl WriteReady for Inlet<'_> {
+    fn write_ready(&mut self) -> Result<bool, Self::Error> {
+        Ok(self.producer.ready())
+    }
+}
+
+impl ErrorType for Outlet<'_> {
+    type Error = Overrun;
+}
+
+impl Read for Outlet<'_> {
+    /// What is there; it does not wait and may return 0.
+    fn read(&mut self, buffer: &mut [u8]) -> Result<usize, Overrun> {
+        let lost = self.lost();
+        if core::mem::replace(&mut self.seen, lost) != lost {
+            return Err(Overrun);
+        }
+        let mut read = 0;
+        for place in buffer {
+            let Some(byte) = self.consumer.dequeue() else {
+                break;
+            };
+            *place = byte;
+            read += 1;
+        }
+        Ok(read)
+    }
+}
+
+impl ReadReady for Outlet<'_> {
+    fn read_ready(&mut self) -> Result<bool, Overrun> {
+        Ok(self.consumer.ready() || self.seen != self.lost())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::link::{Line, Lost, Serial};
+
+    #[test]
+    fn losses_are_told_once() {
+        let (mut receive, mut transmit) = (Ring::<5>::new(), Ring::<5>::new());
+        let (mut interrupt, reader) = receive.split();
+        let (writer, mut wire) = transmit.split();
+        let mut line = Serial::new(reader, writer);
+        for byte in 1..=6 {
+            interrupt.push(byte);
+        }
+        let mut buffer = [0; 8];
+        assert_eq!(line.receive(&mut buffer), Err(Lost));
+        assert_eq!(line.receive(&mut buffer), Ok(4));
+        assert_eq!(buffer[..4], [1, 2, 3, 4]);
+        assert_eq!(line.receive(&mut buffer), Ok(0));
+        interrupt.mark_lost();
+        assert_eq!(line.receive(&mut buffer), Err(Lost));
+        assert_eq!((line.receive(&mut buffer), interrupt.room()), (Ok(0), 4));
+
+        assert_eq!(line.send(b"abcdef"), Ok(()));
+        let mut sent = std::vec::Vec::new();
+        while let Some(byte) = wire.pop() {
+            sent.push(byte);
+            line.poll();
+        }
+        assert_eq!(sent, b"abcdef");
+    }
+
+    #[test]
+    fn two_threads() {
+        let mut ring = Ring::<16>::new();
+        let (mut inlet, mut outlet) = ring.split();
+        std::thread::scope(|scope| {
+            scope.spawn(move || {
+                for n in 0..100_000u32 {
+                    while inlet.room() == 0 {
+                        std::thread::yield_now();
+                    }
+                    inlet.push(n as u8);
+                }
+            });
+            let mut buffer = [0; 7];
+            let mut n = 0u32;
+            while n < 100_000 {
+                for &byte in &buffer[..outlet.read(&mut buffer).expect("nothing is lost")] {
+                    assert_eq!(byte, n as u8);
+                    n += 1;
+                }
+                std::thread::yield_now();
+            }
+        });
+    }
+}
