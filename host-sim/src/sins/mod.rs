@@ -1,21 +1,15 @@
 //! Strapdown mechanisation in north-east-down on the WGS-84 ellipsoid (Savage 1998; Groves 2013, ch. 5), f64.
 //!
-//! Each word is one step. Coning and sculling use two samples, this word's increments and the last one's:
-//! `phi = dtheta_k + 1/12 dtheta_{k-1} x dtheta_k` and
-//! `dv_sf = dv_k + 1/2 dtheta_k x dv_k + 1/12 (dtheta_{k-1} x dv_k + dv_{k-1} x dtheta_k)`.
+//! Each word is one step. Coning and sculling look back to the word before, or to two of them ([`Samples`]).
+
+mod samples;
+
+pub use samples::{Increment, Samples};
 
 use crate::earth::{Geodetic, Local};
 use crate::rotation::from_rotvec;
 use nalgebra::{UnitQuaternion, Vector3};
-
-/// Increments of one word: integrals over `dt` of the inertial rate and of the specific force, both in body axes.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Increment {
-    /// Delta-theta, rad.
-    pub dtheta: Vector3<f64>,
-    /// Delta-v, m/s.
-    pub dv: Vector3<f64>,
-}
+use samples::in_start_axes;
 
 /// Position, velocity, attitude.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -40,7 +34,8 @@ pub struct HeightLoop {
 pub struct Sins {
     /// Present solution.
     pub nav: NavState,
-    last: Increment,
+    samples: Samples,
+    past: [Increment; 2],
     acceleration: Vector3<f64>,
 }
 
@@ -50,9 +45,16 @@ impl Sins {
     pub fn new(nav: NavState) -> Self {
         Self {
             nav,
-            last: Increment::default(),
+            samples: Samples::Two,
+            past: [Increment::default(); 2],
             acceleration: Vector3::zeros(),
         }
+    }
+
+    /// The same with another coning and sculling algorithm.
+    #[must_use]
+    pub fn with_samples(self, samples: Samples) -> Self {
+        Self { samples, ..self }
     }
 
     /// Advances by one word of `dt` seconds.
@@ -72,10 +74,8 @@ impl Sins {
         let omega_en = mid.omega_en(&v_mid);
         let zeta = (omega_ie + omega_en) * dt;
 
-        let (dtheta, dv) = (&word.dtheta, &word.dv);
-        let coning = self.last.dtheta.cross(dtheta) / 12.0;
-        let sculling = (self.last.dtheta.cross(dv) + self.last.dv.cross(dtheta)) / 12.0;
-        let dv_sf = dv + dtheta.cross(dv) * 0.5 + sculling;
+        let (phi, eta) = self.samples.combine(&self.past, word);
+        let dv_sf = in_start_axes(&phi, &eta);
 
         let dv_n = q_bn * dv_sf;
         let dv_n = dv_n - zeta.cross(&dv_n) * 0.5;
@@ -90,11 +90,11 @@ impl Sins {
             h: position.h - v_mean.z * dt,
         };
         self.nav.velocity = v_new;
-        let mut q = from_rotvec(&-zeta) * q_bn * from_rotvec(&(dtheta + coning));
+        let mut q = from_rotvec(&-zeta) * q_bn * from_rotvec(&phi);
         q.renormalize_fast();
         self.nav.q_bn = q;
         self.acceleration = change / dt;
-        self.last = *word;
+        self.past = [*word, self.past[0]];
     }
 
     /// One correction of the height loop by a barometric height `baro_h` in m, `dt` seconds after the last one.
@@ -104,3 +104,6 @@ impl Sins {
         self.nav.velocity.z += error * dt / (loop_.time_s * loop_.time_s);
     }
 }
+
+#[cfg(test)]
+mod tests;
