@@ -273,7 +273,9 @@ pub fn traces(session: &Session, learnt: &Study) -> Vec<ErrorTrace> {
                 unit: unit.to_string(),
                 t_min: t_min.clone(),
                 truth: session.systematic.as_ref().map_or(Vec::new(), |s| {
-                    s.iter().take(t_min.len()).map(|e| pick(e, axis)).collect()
+                    let errors: Vec<f64> =
+                        s.iter().take(t_min.len()).map(|e| pick(e, axis)).collect();
+                    running_median(&errors)
                 }),
                 teacher,
                 network: done
@@ -285,6 +287,18 @@ pub fn traces(session: &Session, learnt: &Study) -> Vec<ErrorTrace> {
         }
     }
     out
+}
+
+/// Median over a minute around each second: shows the slow error under the spikes that scale factor and misalignment make in turns.
+fn running_median(x: &[f64]) -> Vec<f64> {
+    const HALF: usize = 30;
+    (0..x.len())
+        .map(|k| {
+            let mut near = x[k.saturating_sub(HALF)..(k + HALF + 1).min(x.len())].to_vec();
+            let middle = near.len() / 2;
+            *near.select_nth_unstable_by(middle, f64::total_cmp).1
+        })
+        .collect()
 }
 
 fn title(scenario: &Scenario, options: &Options) -> String {

@@ -14,6 +14,7 @@ pub mod imu;
 pub mod learning;
 pub mod output;
 pub mod promotion;
+pub mod reference;
 pub mod replay;
 pub mod report;
 pub mod rotation;

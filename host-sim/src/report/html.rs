@@ -179,7 +179,7 @@ fn sensor_caption(report: &Report) -> String {
         .iter()
         .any(|trace| trace.teacher.iter().any(|value| value.is_finite()));
     let mut text = String::from(if known {
-        "Output of the network over the true error of each sensor."
+        "Output of the network over the true error of each sensor (median over a minute, so that the spikes of scale factor and misalignment in turns do not hide it), in the session learnt from."
     } else {
         "Output of the network for each sensor; the true error of recorded data is unknown."
     });

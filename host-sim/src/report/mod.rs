@@ -65,7 +65,7 @@ pub struct ErrorTrace {
     pub unit: String,
     /// Minutes since power-on.
     pub t_min: Vec<f64>,
-    /// Error of the sensor, smoothed over the network's block; empty if unknown (recorded data).
+    /// Slow error of the sensor (running median over a minute); empty if unknown (recorded data).
     pub truth: Vec<f64>,
     /// What the teacher said while learning; NaN where there was none; may be empty.
     pub teacher: Vec<f64>,

@@ -1,0 +1,106 @@
+//! `host-sim replay lasergyro`.
+
+use assert_cmd::Command;
+use serde_json::Value;
+use std::io::Write;
+use std::path::Path;
+
+fn replay(dir: &Path, file: &Path, extra: &[&str]) -> assert_cmd::assert::Assert {
+    let mut command = Command::new(system::host_sim_binary());
+    command
+        .current_dir(dir)
+        .args(["replay", "lasergyro"])
+        .arg(file)
+        .args(["--json", "r.json"])
+        .args(extra)
+        .assert()
+}
+
+fn horizontal(dir: &Path, scheme: &str, t_min: u64) -> f64 {
+    let results: Value =
+        serde_json::from_slice(&std::fs::read(dir.join("r.json")).unwrap()).unwrap();
+    let rows = results["rows"].as_array().unwrap();
+    let row = rows
+        .iter()
+        .find(|r| r["scheme"] == scheme && r["t_min"] == t_min)
+        .unwrap();
+    row["horizontal_m"].as_f64().unwrap()
+}
+
+/// The recording's documentation gives 7 / 33 / 88 / 175 / 218 m for a plain strapdown after an inertial-frame alignment of 480 s.
+#[test]
+fn the_real_recording_has_the_documented_error_and_compensation_does_no_harm() {
+    let Some(data) = host_sim::replay::data_dir() else {
+        println!("skipped: no recorded data; remedy: set LRNN_DATA to its folder");
+        return;
+    };
+    let file = data.join("lasergyro-static.csv.gz");
+    let dir = tempfile::tempdir().unwrap();
+    replay(dir.path(), &file, &[]).success();
+    for (t, want) in [(5, 7.0), (10, 33.0), (15, 88.0), (20, 175.0), (22, 218.0)] {
+        let got = horizontal(dir.path(), "raw", t);
+        assert!(
+            (0.8..1.25).contains(&(got / want)),
+            "{t} min: {got} m, documented {want} m"
+        );
+    }
+    for learn in ["300", "480", "540"] {
+        replay(dir.path(), &file, &["--learn-s", learn]).success();
+        let (raw, rnn) = (
+            horizontal(dir.path(), "raw", 20),
+            horizontal(dir.path(), "rnn", 20),
+        );
+        assert!(
+            rnn <= 1.05 * raw,
+            "learning {learn} s: raw {raw} m, rnn {rnn} m"
+        );
+    }
+}
+
+#[test]
+fn broken_recordings_are_named_with_line_and_column() {
+    let dir = tempfile::tempdir().unwrap();
+    let header =
+        "gyro_x_pulses,gyro_y_pulses,gyro_z_pulses,accel_x_pulses,accel_y_pulses,accel_z_pulses\n";
+    let cases = [
+        ("empty.csv", String::new(), "empty.csv"),
+        ("header.csv", header.to_string(), "header.csv"),
+        (
+            "columns.csv",
+            format!("{header}0,0,2,0,0,80\n1,2,3\n"),
+            "columns.csv:3",
+        ),
+        (
+            "nan.csv",
+            format!("{header}0,0,2,0,NaN,80\n"),
+            "nan.csv:2: column 'accel_y_pulses'",
+        ),
+        (
+            "short.csv",
+            format!("{header}{}", "0,0,2,0,0,80\n".repeat(500)),
+            "--learn-s",
+        ),
+        (
+            "dead.csv",
+            format!("{header}{}", "0,0,0,0,0,0\n".repeat(90_000)),
+            "dead.csv",
+        ),
+    ];
+    for (name, text, part) in cases {
+        let file = dir.path().join(name);
+        std::fs::File::create(&file)
+            .unwrap()
+            .write_all(text.as_bytes())
+            .unwrap();
+        let out = replay(dir.path(), &file, &[]).code(2);
+        let stderr = String::from_utf8_lossy(&out.get_output().stderr).into_owned();
+        assert!(
+            stderr.contains(part) && !stderr.contains("panicked"),
+            "{name}: no '{part}' in: {stderr}"
+        );
+        assert!(
+            !dir.path().join("r.json").exists() && !dir.path().join("out").exists(),
+            "{name}: nothing half-written"
+        );
+    }
+}

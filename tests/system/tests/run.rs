@@ -1,0 +1,279 @@
+//! `host-sim run` and `host-sim simulate`.
+
+use assert_cmd::Command;
+use serde_json::Value;
+use std::path::Path;
+
+fn host_sim(dir: &Path) -> Command {
+    let mut command = Command::new(system::host_sim_binary());
+    command.current_dir(dir);
+    command
+}
+
+fn json(file: &Path) -> Value {
+    serde_json::from_slice(&std::fs::read(file).unwrap()).unwrap()
+}
+
+fn horizontal(results: &Value, scheme: &str, t_min: u64) -> f64 {
+    let rows = results["rows"].as_array().unwrap();
+    let row = rows
+        .iter()
+        .find(|r| r["scheme"] == scheme && r["t_min"] == t_min)
+        .unwrap();
+    row["horizontal_m"].as_f64().unwrap()
+}
+
+#[test]
+fn no_arguments_mean_the_papers_experiment() {
+    let dir = tempfile::tempdir().unwrap();
+    let out = host_sim(dir.path()).assert().success();
+    let text = String::from_utf8_lossy(&out.get_output().stdout).into_owned();
+    for part in [
+        "scheme",
+        "raw",
+        "ls-bias",
+        "ls-3x3",
+        "rnn",
+        "report: out/run-medium-1/index.html",
+    ] {
+        assert!(text.contains(part), "no '{part}' in:\n{text}");
+    }
+    let report = dir.path().join("out/run-medium-1");
+    for file in [
+        "index.html",
+        "track.png",
+        "error.png",
+        "learning.png",
+        "errors.png",
+    ] {
+        assert!(
+            report.join(file).metadata().unwrap().len() > 5_000,
+            "{file}"
+        );
+    }
+    let page = std::fs::read_to_string(report.join("index.html")).unwrap();
+    assert!(
+        !page.contains("http://") || !page.contains("src=\"http"),
+        "the page must be self-contained"
+    );
+}
+
+#[test]
+fn json_has_the_promised_shape_and_the_same_seed_gives_the_same_bytes() {
+    let dir = tempfile::tempdir().unwrap();
+    let run = |name: &str, extra: &[&str]| {
+        host_sim(dir.path())
+            .args(["run", "--json", name, "--out", "report"])
+            .args(extra)
+            .assert()
+            .success();
+        std::fs::read(dir.path().join(name)).unwrap()
+    };
+    let first = run("a.json", &["--seed", "3"]);
+    assert_eq!(first, run("b.json", &["--seed", "3"]));
+    assert_ne!(first, run("c.json", &["--seed", "4"]));
+
+    let results = json(&dir.path().join("a.json"));
+    assert_eq!(
+        (results["scenario"].as_str(), results["seed"].as_u64()),
+        (Some("medium"), Some(3))
+    );
+    let rows = results["rows"].as_array().unwrap();
+    assert_eq!(rows.len(), 5 * 4);
+    for row in rows {
+        for field in ["d_lat_m", "d_lon_m", "d_vn_mps", "d_ve_mps", "horizontal_m"] {
+            assert!(row[field].as_f64().unwrap().is_finite(), "{field} in {row}");
+        }
+        let north_east = row["d_lat_m"]
+            .as_f64()
+            .unwrap()
+            .hypot(row["d_lon_m"].as_f64().unwrap());
+        assert!((north_east - row["horizontal_m"].as_f64().unwrap()).abs() < 1e-6);
+    }
+    for t in [5, 10, 15, 20, 22] {
+        for scheme in ["raw", "ls-bias", "ls-3x3", "rnn"] {
+            let _ = horizontal(&results, scheme, t);
+        }
+    }
+}
+
+/// Over several units: the raw errors are of the paper's size, and compensation takes most of them away.
+#[test]
+fn compensation_reduces_the_error_over_units() {
+    let dir = tempfile::tempdir().unwrap();
+    let (mut raw, mut rnn) = (0.0, 0.0);
+    for seed in 100..108 {
+        let seed = seed.to_string();
+        host_sim(dir.path())
+            .args([
+                "run", "--seed", &seed, "--json", "r.json", "--out", "report",
+            ])
+            .assert()
+            .success();
+        let results = json(&dir.path().join("r.json"));
+        raw += horizontal(&results, "raw", 22) / 8.0;
+        rnn += horizontal(&results, "rnn", 22) / 8.0;
+    }
+    assert!((1_000.0..20_000.0).contains(&raw), "raw {raw}");
+    assert!(rnn < 0.5 * raw, "raw {raw}, rnn {rnn}");
+}
+
+/// The paper's protocol: learning and judgement on the same drive.
+#[test]
+fn in_sample_is_another_experiment() {
+    let dir = tempfile::tempdir().unwrap();
+    host_sim(dir.path())
+        .args(["run", "--in-sample", "--json", "in.json"])
+        .assert()
+        .success();
+    host_sim(dir.path())
+        .args(["run", "--json", "out.json"])
+        .assert()
+        .success();
+    let (inside, outside) = (
+        json(&dir.path().join("in.json")),
+        json(&dir.path().join("out.json")),
+    );
+    assert_ne!(inside["rows"], outside["rows"]);
+    assert!(
+        dir.path()
+            .join("out/run-medium-1-in-sample/index.html")
+            .exists()
+    );
+    assert!(horizontal(&inside, "rnn", 22) < horizontal(&inside, "raw", 22));
+}
+
+/// An IMU with white noise and pulses only: nothing to learn, so the corrected stream is the raw one to the last bit.
+#[test]
+fn on_white_noise_alone_the_compensator_stays_at_zero() {
+    let dir = tempfile::tempdir().unwrap();
+    let file = dir.path().join("noise.toml");
+    let (_, text) = host_sim::imu::PRESETS[0];
+    let mut scenario = String::from("[imu]\n");
+    for line in text.lines() {
+        let (key, value) = line
+            .split('#')
+            .next()
+            .unwrap_or("")
+            .split_once('=')
+            .unwrap_or((line, ""));
+        let key = key.trim();
+        let keep = key.is_empty() || key.starts_with(['[', '#']) || value.trim().is_empty();
+        let noise = [
+            "rate_hz",
+            "angle_random_walk_dpsqrth",
+            "velocity_random_walk_ugpsqrthz",
+        ]
+        .contains(&key);
+        if keep {
+            scenario += &line
+                .replace("[gyro", "[imu.gyro")
+                .replace("[accel", "[imu.accel");
+        } else if noise || key.ends_with("_time_s") || key.starts_with("pulse") {
+            scenario += &format!("{key} = {}", value.trim());
+        } else if value.trim().parse::<f64>().is_ok() {
+            scenario += &format!("{key} = 0.0");
+        }
+        scenario += "\n";
+    }
+    // the teacher expects what the datasheet says, so the datasheet must admit some bias
+    scenario = scenario
+        .replace("bias_drift_dph = 0.0", "bias_drift_dph = 1e-6")
+        .replace("bias_drift_ug = 0.0", "bias_drift_ug = 1e-3");
+    std::fs::write(&file, scenario).unwrap();
+    for seed in ["1", "2", "3"] {
+        host_sim(dir.path())
+            .args([
+                "run",
+                "--scenario",
+                "./noise.toml",
+                "--seed",
+                seed,
+                "--json",
+                "n.json",
+                "--out",
+                "r",
+            ])
+            .assert()
+            .success();
+        let results = json(&dir.path().join("n.json"));
+        for t in [5, 22] {
+            assert_eq!(
+                horizontal(&results, "rnn", t),
+                horizontal(&results, "raw", t),
+                "seed {seed}"
+            );
+        }
+    }
+}
+
+#[test]
+fn simulate_writes_three_tables_with_units() {
+    let dir = tempfile::tempdir().unwrap();
+    std::fs::write(
+        dir.path().join("short.toml"),
+        "[test]\nstandstill_s = 90\ndrive_s = 120\n",
+    )
+    .unwrap();
+    host_sim(dir.path())
+        .args(["simulate", "--scenario", "short.toml", "--out", "data"])
+        .assert()
+        .success();
+    let lines = |name: &str| {
+        let text = std::fs::read_to_string(dir.path().join("data").join(name)).unwrap();
+        (
+            text.lines().next().unwrap().to_string(),
+            text.lines().count(),
+        )
+    };
+    assert_eq!(
+        lines("imu.csv"),
+        (
+            "t_s,dtheta_x_rad,dtheta_y_rad,dtheta_z_rad,dv_x_mps,dv_y_mps,dv_z_mps".into(),
+            210 * 200 + 1
+        )
+    );
+    assert_eq!(lines("gnss.csv").1, 212);
+    assert_eq!(lines("truth.csv").1, 212);
+}
+
+#[test]
+fn bad_input_exits_with_2_names_the_place_and_writes_nothing() {
+    let dir = tempfile::tempdir().unwrap();
+    std::fs::write(dir.path().join("key.toml"), "name = 'x'\nspeeed = 3\n").unwrap();
+    std::fs::write(dir.path().join("nan.toml"), "latitude_deg = nan\n").unwrap();
+    std::fs::write(dir.path().join("garbage.toml"), [0xff, 0xfe, 0x00]).unwrap();
+    let cases: [(&[&str], &str); 8] = [
+        (&["run", "--scenario", "no-such"], "no-such"),
+        (&["run", "--scenario", "missing.toml"], "missing.toml"),
+        (&["run", "--scenario", "key.toml"], "key.toml:2: 'speeed'"),
+        (&["run", "--scenario", "nan.toml"], "latitude_deg"),
+        (&["run", "--scenario", "garbage.toml"], "garbage.toml"),
+        (&["run", "--seed", "minus-one"], "--seed"),
+        (&["simulate"], "--out"),
+        (&["replay", "lasergyro", "missing.csv"], "missing.csv"),
+    ];
+    for (args, part) in cases {
+        let out = host_sim(dir.path()).args(args).assert().code(2);
+        let text = String::from_utf8_lossy(&out.get_output().stderr).into_owned();
+        assert!(text.contains(part), "{args:?}: no '{part}' in: {text}");
+        assert!(!text.contains("panicked"), "{text}");
+    }
+    assert!(!dir.path().join("out").exists());
+}
+
+#[test]
+fn a_report_directory_with_somebody_elses_files_is_left_alone() {
+    let dir = tempfile::tempdir().unwrap();
+    std::fs::create_dir(dir.path().join("mine")).unwrap();
+    std::fs::write(dir.path().join("mine/thesis.txt"), "years of work").unwrap();
+    host_sim(dir.path())
+        .args(["run", "--out", "mine", "--json", "x.json"])
+        .assert()
+        .code(2);
+    assert_eq!(
+        std::fs::read_to_string(dir.path().join("mine/thesis.txt")).unwrap(),
+        "years of work"
+    );
+    assert!(!dir.path().join("x.json").exists(), "nothing half-written");
+}
