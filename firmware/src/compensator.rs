@@ -5,6 +5,7 @@
 //! latency is the same on all axes. With a correction of zero the output is the input, bit for bit.
 
 use crate::sample::{Counts, Lsb};
+use crate::wire::{Words, kvh};
 use lrnn_nostd::{Fault, Net, State as NetState};
 
 /// Largest correction, per axis.
@@ -49,7 +50,10 @@ pub struct Compensator {
     pub gyro: Net,
     /// Accelerometer network: specific force in m/s2 in, its error in m/s2 out.
     pub accel: Net,
+    /// Fastest change of the correction, rad/s per s and m/s2 per s; `None`: at once, for the time before the alignment.
+    pub slew: Option<Limit>,
     block_words: u16,
+    block_s: f32,
     limit: Limit,
     // mean input of a block per summed count, SI
     input_per_count: [f32; 2],
@@ -64,12 +68,26 @@ pub struct State {
     accel: NetState,
     sum: [[i64; 3]; 2],
     words: u16,
-    correction: [[f32; 3]; 2], // counts per word, held
-    remainder: [[f32; 3]; 2],
+    estimate: [[f32; 3]; 2], // rad/s and m/s2, in force
+    due: [[i64; 3]; 2],      // the same in counts per word, 2^-32
+    due_float: [[f32; 3]; 2],
+    remainder: [[i64; 3]; 2], // counts, 2^-32
+    remainder_float: [[f32; 3]; 2],
+    /// The correction goes to zero (as fast as `slew` lets it) whatever the networks say.
+    pub off: bool,
     /// Blocks whose network step reported a fault since start.
     pub faults: u32,
     /// Blocks in which a correction was clipped since start.
     pub clipped: u32,
+    /// Blocks that were given up since start: see [`Compensator::give_up_block`].
+    pub given_up: u32,
+}
+
+impl State {
+    /// Correction in force: rad/s and m/s2.
+    pub fn estimate(&self) -> [[f32; 3]; 2] {
+        self.estimate
+    }
 }
 
 /// Result of one block.
@@ -79,9 +97,9 @@ pub struct Block {
     pub rate: [f32; 3],
     /// Mean specific force, m/s2.
     pub force: [f32; 3],
-    /// Estimated rate error after clipping, rad/s.
+    /// Estimated rate error in force from the next word on, rad/s.
     pub rate_error: [f32; 3],
-    /// Estimated specific-force error after clipping, m/s2.
+    /// Estimated specific-force error likewise, m/s2.
     pub force_error: [f32; 3],
     /// First fault of the two networks, if any.
     pub fault: Option<Fault>,
@@ -119,6 +137,8 @@ impl Compensator {
             accel,
             block_words,
             limit,
+            slew: None,
+            block_s: block_s as f32,
             input_per_count: [(lsb.rad / block_s) as f32, (lsb.mps / block_s) as f32],
             counts_per_error: [
                 (word_period_s / lsb.rad) as f32,
@@ -129,38 +149,86 @@ impl Compensator {
 
     /// One word in, one word out; at the end of a block also what the networks said of it, which takes effect with the next word.
     pub fn process(&self, state: &mut State, word: Counts) -> (Counts, Option<Block>) {
-        let out = Counts {
-            dtheta: subtract(word.dtheta, &state.correction[0], &mut state.remainder[0]),
-            dv: subtract(word.dv, &state.correction[1], &mut state.remainder[1]),
+        let before = Words::Counts {
+            gyro: word.dtheta,
+            accel: word.dv,
         };
-        for (sum, counts) in state.sum.iter_mut().zip([word.dtheta, word.dv]) {
-            for (s, c) in sum.iter_mut().zip(counts) {
-                *s += i64::from(c);
-            }
-        }
-        state.words += 1;
-        let block = (state.words >= self.block_words).then(|| self.end_block(state));
-        (out, block)
+        let out = Counts {
+            dtheta: subtract(word.dtheta, &state.due[0], &mut state.remainder[0]),
+            dv: subtract(word.dv, &state.due[1], &mut state.remainder[1]),
+        };
+        (out, self.take_in(state, &before))
     }
 
-    fn end_block(&self, state: &mut State) -> Block {
-        let mean = |sum: [i64; 3], k: f32| sum.map(|s| s as f32 * k);
-        let rate = mean(state.sum[0], self.input_per_count[0]);
-        let force = mean(state.sum[1], self.input_per_count[1]);
+    /// Correct one word by the estimate in force: all that must be done before a frame can leave.
+    pub fn correct(&self, state: &mut State, words: &mut Words) {
+        match words {
+            Words::Counts { gyro, accel } => {
+                *gyro = subtract(*gyro, &state.due[0], &mut state.remainder[0]);
+                *accel = subtract(*accel, &state.due[1], &mut state.remainder[1]);
+            }
+            Words::Floats { gyro, accel } => {
+                let [due_gyro, due_accel] = &state.due_float;
+                let [left_gyro, left_accel] = &mut state.remainder_float;
+                subtract_float(gyro, due_gyro, left_gyro);
+                subtract_float(accel, due_accel, left_accel);
+            }
+        }
+    }
+
+    /// Add one *uncorrected* word to the block; its last one steps the networks.
+    pub fn take_in(&self, state: &mut State, words: &Words) -> Option<Block> {
+        let per_sum = match words {
+            Words::Counts { gyro, accel } => {
+                for (sum, counts) in state.sum.iter_mut().zip([gyro, accel]) {
+                    for (s, c) in sum.iter_mut().zip(counts) {
+                        *s = s.saturating_add(i64::from(*c));
+                    }
+                }
+                1.0
+            }
+            Words::Floats { gyro, accel } => {
+                for (sum, floats) in state.sum.iter_mut().zip([gyro, accel]) {
+                    for (s, f) in sum.iter_mut().zip(floats) {
+                        // scaling by a power of two is exact; `as` saturates and makes 0 of NaN
+                        *s = s.saturating_add((f * FLOAT_STEPS) as i64);
+                    }
+                }
+                1.0 / FLOAT_STEPS
+            }
+        };
+        state.words += 1;
+        (state.words >= self.block_words).then(|| self.end_block(state, per_sum))
+    }
+
+    /// There is a hole in the stream: the networks do not step over it. The words since the last block are given up, the
+    /// next word begins a new block, and until that is full the estimate and the networks' state stay as they are.
+    pub fn give_up_block(&self, state: &mut State) {
+        state.given_up = state.given_up.saturating_add(u32::from(state.words > 0));
+        state.sum = [[0; 3]; 2];
+        state.words = 0;
+    }
+
+    fn end_block(&self, state: &mut State, per_sum: f32) -> Block {
+        let [per_gyro, per_accel] = self.input_per_count;
+        let mean = |sum: [i64; 3], k: f32| sum.map(|s| s as f32 * k * per_sum);
+        let rate = mean(state.sum[0], per_gyro);
+        let force = mean(state.sum[1], per_accel);
         state.sum = [[0; 3]; 2];
         state.words = 0;
         let g = self.gyro.step(&mut state.gyro, rate);
         let a = self.accel.step(&mut state.accel, force);
-        let rate_error = g.error.map(|e| clip(e, self.limit.gyro));
-        let force_error = a.error.map(|e| clip(e, self.limit.accel));
-        let fault = g.fault.or(a.fault);
-        state.faults = state.faults.wrapping_add(u32::from(fault.is_some()));
-        let clipped = rate_error != g.error || force_error != a.error;
-        state.clipped = state.clipped.wrapping_add(u32::from(clipped));
-        state.correction = [
-            rate_error.map(|e| e * self.counts_per_error[0]),
-            force_error.map(|e| e * self.counts_per_error[1]),
+        let target = [
+            g.error.map(|e| clip(e, self.limit.gyro)),
+            a.error.map(|e| clip(e, self.limit.accel)),
         ];
+        let fault = g.fault.or(a.fault);
+        state.faults = state.faults.saturating_add(u32::from(fault.is_some()));
+        let clipped = target != [g.error, a.error];
+        state.clipped = state.clipped.saturating_add(u32::from(clipped));
+        let target = if state.off { [[0.0; 3]; 2] } else { target };
+        self.put_in_force(state, &target);
+        let [rate_error, force_error] = state.estimate;
         Block {
             rate,
             force,
@@ -169,7 +237,33 @@ impl Compensator {
             fault,
         }
     }
+
+    /// Move the estimate to its target, within the slew limit, and work out what it is per word.
+    fn put_in_force(&self, state: &mut State, target: &[[f32; 3]; 2]) {
+        let slew = self.slew.map(|slew| [slew.gyro, slew.accel]);
+        for triad in 0..2 {
+            for axis in 0..3 {
+                let estimate = &mut state.estimate[triad][axis];
+                *estimate = match slew {
+                    None => target[triad][axis],
+                    Some(slew) => {
+                        *estimate
+                            + clip(target[triad][axis] - *estimate, slew[triad] * self.block_s)
+                    }
+                };
+                let counts = *estimate * self.counts_per_error[triad];
+                state.due[triad][axis] = (counts * COUNT) as i64;
+                state.due_float[triad][axis] = -counts;
+            }
+        }
+    }
 }
+
+/// Steps of a whole count in sums and remainders of corrections, 2^32.
+const COUNT: f32 = 4_294_967_296.0;
+
+/// Steps of 1.0 in the sums of float words: 2^40, so that 10^-12 rad still counts.
+const FLOAT_STEPS: f32 = 1_099_511_627_776.0;
 
 /// Limits to `[-limit, limit]`; NaN becomes zero.
 fn clip(x: f32, limit: f32) -> f32 {
@@ -184,142 +278,25 @@ fn clip(x: f32, limit: f32) -> f32 {
     }
 }
 
-/// Subtracts a fractional correction in whole counts and carries what is left to the next word.
-fn subtract(word: [i32; 3], correction: &[f32; 3], remainder: &mut [f32; 3]) -> [i32; 3] {
+/// Subtracts a fractional correction in whole counts and carries what is left to the next word: in integers, so that the sum of
+/// all corrections is exact however many words there are.
+fn subtract(word: [i32; 3], due: &[i64; 3], remainder: &mut [i64; 3]) -> [i32; 3] {
     let mut out = word;
-    for ((o, c), r) in out.iter_mut().zip(correction).zip(remainder) {
-        let due = *r + c;
-        // round to nearest; `as` saturates and turns NaN into 0, so that nothing here can panic or stick
-        let whole = if due >= 0.0 { due + 0.5 } else { due - 0.5 } as i32;
-        *r = due - whole as f32;
+    for ((o, d), r) in out.iter_mut().zip(due).zip(remainder) {
+        let sum = d.saturating_add(*r);
+        let whole = (sum.saturating_add(1 << 31) >> 32) as i32; // to nearest
+        *r = sum - (i64::from(whole) << 32);
         *o = o.saturating_sub(whole);
     }
     out
 }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use lrnn_nostd::{Normalisation, Weights};
-    use proptest::prelude::*;
-
-    const LSB: Lsb = Lsb {
-        rad: 4.848e-7,
-        mps: 1.226e-3,
-    };
-
-    /// A network that says `error` whatever comes in.
-    fn constant(error: [f32; 3]) -> Net {
-        let mut weights = Weights::zero();
-        weights.layers[2].b = error;
-        Net::new(
-            weights,
-            Normalisation {
-                input_offset: [0.0; 3],
-                input_scale: [1.0; 3],
-                output_scale: [1.0; 3],
-            },
-        )
-    }
-
-    fn compensator(gyro: [f32; 3], accel: [f32; 3], limit: f32) -> Compensator {
-        let limit = Limit {
-            gyro: limit,
-            accel: limit,
-        };
-        Compensator::new(constant(gyro), constant(accel), LSB, 0.005, 200, limit).unwrap()
-    }
-
-    proptest! {
-        #[test]
-        fn zero_correction_is_the_identity(words in prop::collection::vec(any::<[i32; 6]>(), 1..500)) {
-            let c = compensator([0.0; 3], [0.0; 3], 1.0);
-            let mut state = State::default();
-            for w in words {
-                let word = Counts { dtheta: [w[0], w[1], w[2]], dv: [w[3], w[4], w[5]] };
-                prop_assert_eq!(c.process(&mut state, word).0, word);
-            }
-        }
-
-        #[test]
-        fn sum_of_corrections_is_exact_to_one_count(e in -1e-4f32..1e-4, a in -0.1f32..0.1) {
-            let c = compensator([e, -e, 0.0], [a, 0.0, -a], 1.0);
-            let mut state = State::default();
-            let mut sum = [0i64; 6];
-            let n = 20_000;
-            for _ in 0..n {
-                let (w, _) = c.process(&mut state, Counts::default());
-                for (s, x) in sum.iter_mut().zip(w.dtheta.iter().chain(&w.dv)) {
-                    *s -= i64::from(*x);
-                }
-            }
-            // the first block has no estimate yet
-            let time = f64::from(n - 200) * 0.005;
-            let want_g = f64::from(e) * time / LSB.rad;
-            let want_a = f64::from(a) * time / LSB.mps;
-            let close = |got: i64, want: f64| (got as f64 - want).abs() <= 1.0 + want.abs() * 1e-6;
-            prop_assert!(close(sum[0], want_g) && close(sum[1], -want_g) && sum[2] == 0, "{:?} {}", sum, want_g);
-            prop_assert!(close(sum[3], want_a) && sum[4] == 0 && close(sum[5], -want_a), "{:?} {}", sum, want_a);
-        }
-    }
-
-    #[test]
-    fn corrections_are_clipped_and_counted() {
-        let c = compensator([1.0, 0.0, 0.0], [0.0; 3], 0.25);
-        let mut state = State::default();
-        let mut last = None;
-        for _ in 0..400 {
-            last = c.process(&mut state, Counts::default()).1.or(last);
-        }
-        assert_eq!(last.unwrap().rate_error, [0.25, 0.0, 0.0]);
-        assert_eq!((state.clipped, state.faults), (2, 0));
-    }
-
-    #[test]
-    fn block_mean_is_the_mean_input() {
-        let c = compensator([0.0; 3], [0.0; 3], 1.0);
-        let mut state = State::default();
-        let mut block = None;
-        for k in 0..200 {
-            let word = Counts {
-                dtheta: [k, 100, 0],
-                dv: [0, 0, -40],
-            };
-            block = c.process(&mut state, word).1;
-        }
-        let b = block.unwrap();
-        assert!((f64::from(b.rate[0]) - 99.5 * LSB.rad / 0.005).abs() < 1e-8);
-        assert!((f64::from(b.force[2]) + 40.0 * LSB.mps / 0.005).abs() < 1e-5);
-    }
-
-    #[test]
-    fn wrong_configuration_is_named() {
-        let net = || constant([0.0; 3]);
-        let limit = Limit {
-            gyro: 1.0,
-            accel: 1.0,
-        };
-        let build = |lsb, dt, n, limit| Compensator::new(net(), net(), lsb, dt, n, limit).err();
-        assert_eq!(
-            build(Lsb { rad: 0.0, mps: 1.0 }, 0.01, 1, limit),
-            Some(ConfigError::Lsb)
-        );
-        assert_eq!(
-            build(LSB, f64::NAN, 1, limit),
-            Some(ConfigError::WordPeriod)
-        );
-        assert_eq!(build(LSB, 0.01, 0, limit), Some(ConfigError::BlockWords));
-        assert_eq!(
-            build(
-                LSB,
-                0.01,
-                1,
-                Limit {
-                    gyro: -1.0,
-                    accel: 0.0
-                }
-            ),
-            Some(ConfigError::Limit)
-        );
+/// The same for floats; `due` has the sign of what is added.
+fn subtract_float(words: &mut [f32; 3], due: &[f32; 3], remainder: &mut [f32; 3]) {
+    for ((w, d), r) in words.iter_mut().zip(due).zip(remainder) {
+        *w = kvh::correct(*w, *d, r);
     }
 }
+
+#[cfg(test)]
+mod tests;

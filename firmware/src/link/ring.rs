@@ -214,7 +214,8 @@ mod tests {
             let mut buffer = [0; 7];
             let mut n = 0u32;
             while n < 100_000 {
-                for &byte in &buffer[..outlet.read(&mut buffer).expect("nothing is lost")] {
+                let read = outlet.read(&mut buffer).expect("nothing is lost");
+                for &byte in &buffer[..read] {
                     assert_eq!(byte, n as u8);
                     n += 1;
                 }

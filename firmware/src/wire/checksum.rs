@@ -43,12 +43,33 @@ pub fn crc32_mpeg2(bytes: &[u8]) -> u32 {
 pub fn crc32_mpeg2_padded(bytes: &[u8]) -> u32 {
     let mut digest = MPEG_2.digest();
     digest.update(bytes);
-    digest.update(match bytes.len() % 4 {
+    digest.update(dummies(bytes.len()));
+    digest.finalize()
+}
+
+/// What fills `len` bytes up to whole words.
+fn dummies(len: usize) -> &'static [u8] {
+    match len % 4 {
         0 => &[],
         1 => &[0; 3],
         2 => &[0; 2],
         _ => &[0; 1],
-    });
+    }
+}
+
+/// How [`crc32_mpeg2`] changes when bytes are exclusive-ored with `difference`: CRCs are linear, so this is the CRC from
+/// zero of the difference.
+pub fn crc32_mpeg2_change(difference: &[u8]) -> u32 {
+    let mut digest = MPEG_2.digest_with_initial(0);
+    digest.update(difference);
+    digest.finalize()
+}
+
+/// The same for [`crc32_mpeg2_padded`].
+pub fn crc32_mpeg2_padded_change(difference: &[u8]) -> u32 {
+    let mut digest = MPEG_2.digest_with_initial(0);
+    digest.update(difference);
+    digest.update(dummies(difference.len()));
     digest.finalize()
 }
 
@@ -66,7 +87,7 @@ pub fn crc32_zlib_swapped(words: &[u8]) -> u32 {
     digest.finalize()
 }
 
-/// `NovAtel` OEM logs.
+/// `NovAtel` OEM logs. From zero and without inversion, so it is linear: the CRC of a difference is the difference of CRCs.
 pub fn crc32_novatel(bytes: &[u8]) -> u32 {
     NOVATEL.checksum(bytes)
 }

@@ -41,7 +41,7 @@ impl Detector {
             for (framer, row) in &mut self.candidates {
                 framer.push(piece);
                 while let Some(event) = framer.next_event() {
-                    *row = match event.kind {
+                    *row = match event.kind() {
                         Kind::Frame => *row + 1,
                         Kind::Other => *row,
                         Kind::BadChecksum | Kind::Garbage | Kind::Unknown => 0,

@@ -14,7 +14,7 @@
 //! to the front when the end is reached.
 
 use super::field::head;
-use super::{Format, Scan};
+use super::{Checked, Format, Scan};
 
 /// The longest message that is waited for. Longer ones (other logs of a receiver) go through as garbage, unread.
 pub const LONGEST: usize = 256;
@@ -44,10 +44,26 @@ pub enum Kind {
 /// The next bytes of the stream and what they are.
 #[derive(Debug, PartialEq, Eq)]
 pub struct Event<'a> {
-    /// What they are.
-    pub kind: Kind,
-    /// The bytes, to be corrected in place if they are a frame.
-    pub bytes: &'a mut [u8],
+    kind: Kind,
+    format: Format,
+    bytes: &'a mut [u8],
+}
+
+impl<'a> Event<'a> {
+    /// What the bytes are.
+    pub fn kind(&self) -> Kind {
+        self.kind
+    }
+
+    /// The bytes.
+    pub fn bytes(&self) -> &[u8] {
+        self.bytes
+    }
+
+    /// The frame, to be read and changed without another check; `None` for anything else.
+    pub fn frame(self) -> Option<Checked<'a>> {
+        (self.kind == Kind::Frame).then(|| Checked::new(self.format, self.bytes))
+    }
 }
 
 /// Frames of one format out of a stream.
@@ -162,7 +178,11 @@ impl Framer {
         let start = self.start;
         self.start += len;
         let bytes = self.buffer.get_mut(start..self.start).unwrap_or_default();
-        Event { kind, bytes }
+        Event {
+            kind,
+            format: self.format,
+            bytes,
+        }
     }
 }
 

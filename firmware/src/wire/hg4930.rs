@@ -161,6 +161,12 @@ impl<T: AsRef<[u8]>> Frame<T> {
         Ok(Frame { buffer, message })
     }
 
+    /// A view over a message that a framer has checked.
+    pub(super) fn over(buffer: T) -> Option<Frame<T>> {
+        let [_, id] = take(buffer.as_ref(), 0);
+        Message::from_id(id).map(|message| Frame { buffer, message })
+    }
+
     /// Which message.
     pub fn message(&self) -> Message {
         self.message
@@ -244,7 +250,7 @@ impl<T: AsRef<[u8]>> Frame<T> {
         };
         Ok(Reading {
             counter: Some(self.status_1() & 3),
-            ..Reading::new(words, self.valid())
+            ..Reading::new(words, Axes::ALL, self.valid())
         })
     }
 }
@@ -256,6 +262,13 @@ impl<T: AsRef<[u8]> + AsMut<[u8]>> Frame<T> {
     /// # Errors
     /// [`Error::Content`] for a control message, which is left alone.
     pub fn set_words(&mut self, gyro: [i32; 3], accel: [i32; 3]) -> Result<Axes, Error> {
+        let held = self.put_words(gyro, accel)?;
+        seal(self.buffer.as_mut());
+        Ok(held)
+    }
+
+    /// [`Frame::set_words`] without the sum.
+    pub(super) fn put_words(&mut self, gyro: [i32; 3], accel: [i32; 3]) -> Result<Axes, Error> {
         let bytes = self.buffer.as_mut();
         let mut held = 0u8;
         for (axis, word) in gyro.into_iter().chain(accel).enumerate() {
@@ -269,9 +282,25 @@ impl<T: AsRef<[u8]> + AsMut<[u8]>> Frame<T> {
                 }
             }
         }
-        seal(bytes);
         Ok(Axes(held))
     }
+
+    /// Status word 1 bit 14, reserved by the manual.
+    pub(super) fn put_mark(&mut self) {
+        let status = self.status_1() | OWN_FAULT;
+        put(self.buffer.as_mut(), at::STATUS_1, status.to_le_bytes());
+    }
+}
+
+/// Our own fault bit in status word 1.
+pub const OWN_FAULT: u16 = 0x4000;
+
+/// Change the sum as the bytes before it were changed; `before` holds them as they were.
+pub(super) fn reseal(frame: &mut [u8], before: &[u8]) {
+    let at = frame.len().saturating_sub(2);
+    let change = sum16_le(head(frame, at)).wrapping_sub(sum16_le(head(before, at)));
+    let sum = u16::from_le_bytes(take(frame, at)).wrapping_add(change);
+    put(frame, at, sum.to_le_bytes());
 }
 
 /// Every field of a message.

@@ -11,7 +11,7 @@
 //!
 //! The words are floats, so a correction is made in f64 and its rounding error kept for the next word: [`correct`].
 
-use super::checksum::{crc32_mpeg2, sum_bytes};
+use super::checksum::{crc32_mpeg2, crc32_mpeg2_change, sum_bytes};
 use super::field::{Mark, head, mark, put, take};
 use super::{Axes, DEGREE, Error, G, Quantity, Reading, Scan, Unit, Units, Words};
 
@@ -151,6 +151,11 @@ impl<T: AsRef<[u8]>> Frame<T> {
         Ok(Frame { buffer, layout })
     }
 
+    /// A view over a message that a framer has checked.
+    pub(super) fn over(buffer: T) -> Option<Frame<T>> {
+        Layout::from_header(take(buffer.as_ref(), 0)).map(|layout| Frame { buffer, layout })
+    }
+
     /// Which of the three formats.
     pub fn layout(&self) -> Layout {
         self.layout
@@ -210,6 +215,7 @@ impl<T: AsRef<[u8]>> Frame<T> {
             counter: Some(u16::from(self.sequence())),
             ..Reading::new(
                 Words::Floats { gyro, accel },
+                Axes::ALL,
                 Axes::new(status & finite(gyro), status >> 4 & finite(accel)),
             )
         }
@@ -219,12 +225,35 @@ impl<T: AsRef<[u8]>> Frame<T> {
 impl<T: AsRef<[u8]> + AsMut<[u8]>> Frame<T> {
     /// Write the six words and make the CRC again.
     pub fn set_words(&mut self, gyro: [f32; 3], accel: [f32; 3]) {
+        self.put_words(gyro, accel);
+        seal(self.buffer.as_mut());
+    }
+
+    /// [`Frame::set_words`] without the CRC.
+    pub(super) fn put_words(&mut self, gyro: [f32; 3], accel: [f32; 3]) {
         let bytes = self.buffer.as_mut();
         for (axis, word) in gyro.into_iter().chain(accel).enumerate() {
             put(bytes, at::GYRO + 4 * axis, word.to_be_bytes());
         }
-        seal(bytes);
     }
+
+    /// Status bit 3, which the sensor always sends as 0. Bit 7 and the sequence number's top bit stay 0, so that status,
+    /// sequence and temperature still cannot imitate a header.
+    pub(super) fn put_mark(&mut self) {
+        let status = self.status() | OWN_FAULT;
+        put(self.buffer.as_mut(), self.layout.status(), [status]);
+    }
+}
+
+/// Our own fault bit in the status byte.
+pub const OWN_FAULT: u8 = 0x08;
+
+/// Change the CRC as the bytes before it were changed: by exclusive or with `difference`.
+pub(super) fn reseal(frame: &mut [u8], difference: &[u8]) {
+    let crc = frame.len().saturating_sub(4);
+    let change = crc32_mpeg2_change(head(difference, crc));
+    let sum = u32::from_be_bytes(take(frame, crc)) ^ change;
+    put(frame, crc, sum.to_be_bytes());
 }
 
 fn seal(frame: &mut [u8]) {
@@ -235,17 +264,30 @@ fn seal(frame: &mut [u8]) {
 
 /// Add `correction` to `word` and keep what the single-precision word cannot hold in `remainder` (start with 0).
 ///
-/// Over any run of frames the sum of the words sent differs from the exact sum by the last remainder only, at most half
-/// an ulp of one word. A word that is not finite is sent as it came and clears the remainder.
-pub fn correct(word: f32, correction: f64, remainder: &mut f64) -> f32 {
-    let exact = f64::from(word) + correction + *remainder;
-    let sent = exact as f32;
+/// Two exact sums (Knuth's `TwoSum`) instead of f64, which costs a Cortex-M4F ten times as much: remainder and word hold
+/// the sum to 48 bits. Over any run of frames the sum of the words sent differs from the exact sum by the last remainder
+/// only, at most half an ulp of one word. A word that is not finite is sent as it came and clears the remainder.
+pub fn correct(word: f32, correction: f32, remainder: &mut f32) -> f32 {
+    let (due, lost) = two_sum(*remainder, correction);
+    if due == 0.0 {
+        return word; // -0.0 stays -0.0
+    }
+    let (sent, rest) = two_sum(word, due);
+    let rest = rest + lost;
     if !sent.is_finite() {
         *remainder = 0.0;
         return word;
     }
-    *remainder = exact - f64::from(sent);
+    *remainder = if rest.is_finite() { rest } else { 0.0 };
     sent
+}
+
+/// s = fl(a + b) and the error e with s + e = a + b exactly.
+fn two_sum(a: f32, b: f32) -> (f32, f32) {
+    let s = a + b;
+    let from_b = s - a;
+    let from_a = s - from_b;
+    (s, (a - from_a) + (b - from_b))
 }
 
 /// Every field of a message.

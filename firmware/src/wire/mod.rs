@@ -24,6 +24,7 @@
 //! undone here. Nothing is rotated.
 
 pub mod adis;
+pub mod checked;
 pub mod checksum;
 pub mod cobs;
 pub mod command;
@@ -40,6 +41,7 @@ pub mod ubx;
 #[cfg(test)]
 mod properties;
 
+pub use checked::{Change, Checked};
 pub use detect::Detector;
 pub use framer::Framer;
 
@@ -212,6 +214,8 @@ pub struct Units {
 pub struct Reading {
     /// The six words; zero where the frame has none.
     pub words: Words,
+    /// The axes the frame has words for.
+    pub present: Axes,
     /// The axes the sensor itself calls good. Absent axes are not.
     pub valid: Axes,
     /// The sensor's counter, for [`sequence::Rule`].
@@ -226,9 +230,10 @@ pub struct Reading {
 
 impl Reading {
     /// Words and validity, nothing else known.
-    fn new(words: Words, valid: Axes) -> Reading {
+    fn new(words: Words, present: Axes, valid: Axes) -> Reading {
         Reading {
             words,
+            present,
             valid,
             counter: None,
             latency_us: None,

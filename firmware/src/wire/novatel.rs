@@ -181,6 +181,12 @@ impl<T: AsRef<[u8]>> Frame<T> {
         Ok(Frame { buffer, log })
     }
 
+    /// A view over a log that a framer has checked.
+    pub(super) fn over(buffer: T) -> Option<Frame<T>> {
+        let (log, ..) = header(buffer.as_ref())?;
+        log.map(|log| Frame { buffer, log })
+    }
+
     /// Which log.
     pub fn log(&self) -> Log {
         self.log
@@ -235,6 +241,7 @@ impl<T: AsRef<[u8]>> Frame<T> {
                     gyro: self.gyro(),
                     accel: self.accel(),
                 },
+                Axes::ALL,
                 if good { Axes::ALL } else { Axes::NONE },
             )
         }
@@ -244,6 +251,12 @@ impl<T: AsRef<[u8]>> Frame<T> {
 impl<T: AsRef<[u8]> + AsMut<[u8]>> Frame<T> {
     /// Write the six words and make the CRC again.
     pub fn set_words(&mut self, gyro: [i32; 3], accel: [i32; 3]) {
+        self.put_words(gyro, accel);
+        seal(self.buffer.as_mut());
+    }
+
+    /// [`Frame::set_words`] without the CRC.
+    pub(super) fn put_words(&mut self, gyro: [i32; 3], accel: [i32; 3]) {
         let payload = self.log.header_len();
         let bytes = self.buffer.as_mut();
         for (at, [x, y, z]) in [(at::ACCEL, accel), (at::GYRO, gyro)] {
@@ -251,8 +264,25 @@ impl<T: AsRef<[u8]> + AsMut<[u8]>> Frame<T> {
                 put(bytes, payload + at + 4 * n, word.to_le_bytes());
             }
         }
-        seal(bytes);
     }
+
+    /// Bit 7 of the info byte, reserved by `NovAtel`; RAWIMU and RAWIMUS have no room.
+    pub(super) fn put_mark(&mut self) {
+        if let Some((info, _)) = self.info() {
+            let at = self.log.header_len() + at::INFO;
+            put(self.buffer.as_mut(), at, [info | OWN_FAULT]);
+        }
+    }
+}
+
+/// Our own fault bit in the info byte of the extended logs.
+pub const OWN_FAULT: u8 = 0x80;
+
+/// Change the CRC as the bytes before it were changed: by exclusive or with `difference`.
+pub(super) fn reseal(frame: &mut [u8], difference: &[u8]) {
+    let crc = frame.len().saturating_sub(4);
+    let sum = u32::from_le_bytes(take(frame, crc)) ^ crc32_novatel(head(difference, crc));
+    put(frame, crc, sum.to_le_bytes());
 }
 
 /// `NovAtel`'s number of an IMU model (table "IMU type" of the RAWIMUX page).

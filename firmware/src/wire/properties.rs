@@ -3,8 +3,12 @@
 use super::checksum::{crc32_mpeg2, crc32_mpeg2_padded, crc32_novatel, fletcher8, sum16_le};
 use super::framer::Kind;
 use super::framer::tests::{ALL, events, frame, frames};
-use super::{Axes, Error, Format, Scan, Words, hg4930, kvh, novatel, read, stim300, ubx, write};
+use super::{
+    Axes, Change, Error, Format, Framer, Scan, Words, hg4930, kvh, novatel, read, stim300, ubx,
+    write,
+};
 use proptest::prelude::*;
+use std::format;
 use std::vec::Vec;
 
 /// A good frame of any format with any bytes in its fields: random bytes under the right header and checksum.
@@ -145,6 +149,36 @@ proptest! {
         prop_assert_eq!(after.counter, before.counter);
         write(format, &mut changed, &before.words).unwrap();
         prop_assert_eq!(changed, bytes);
+    }
+
+    /// The checked frame of a framer changes exactly as [`write`] does, and so does its checksum.
+    #[test]
+    fn checked_frames_change_alike((format, bytes) in any_frame(), words: [i32; 6], mark: bool) {
+        if format == Format::Ubx {
+            return Ok(());
+        }
+        let [a, b, c, d, e, f] = words;
+        let words = match format {
+            Format::Kvh => Words::Floats {
+                gyro: [a, b, c].map(|w| w as f32),
+                accel: [d, e, f].map(|w| w as f32),
+            },
+            _ => Words::Counts { gyro: [a, b, c], accel: [d, e, f] },
+        };
+        let mut framer = Framer::new(format);
+        framer.push(&bytes);
+        let mut checked = framer.next_event().unwrap().frame().unwrap();
+        // KVH words may be NaN, which are equal to nothing
+        let (read_again, again) = (format!("{:?}", checked.read()), format!("{:?}", read(format, &bytes)));
+        prop_assert_eq!(read_again, again);
+        let change = Change { words: &words, mark, family: None };
+        let held = checked.change(&change).unwrap();
+        prop_assert_eq!(format.scan(checked.bytes()), Scan::Frame(bytes.len()));
+        let mut written = bytes.clone();
+        prop_assert_eq!(write(format, &mut written, &words), Ok(held));
+        let differences = written.iter().zip(checked.bytes()).filter(|(a, b)| a != b).count();
+        let allowed = if mark { 5 } else { 0 }; // the mark's byte and the checksum
+        prop_assert!(differences <= allowed);
     }
 
     /// However a stream is cut, with garbage anywhere, the same frames come out and every byte comes out once, in order.

@@ -19,7 +19,7 @@
 pub mod config;
 pub mod request;
 
-use super::checksum::crc32_mpeg2_padded;
+use super::checksum::{crc32_mpeg2_padded, crc32_mpeg2_padded_change};
 use super::field::{be_i24, head, put, put_be_i24, saturate_i24, take};
 use super::{Axes, Error, Reading, Scan, Words};
 
@@ -175,6 +175,14 @@ fn crc_is_right(frame: &[u8]) -> bool {
     crc32_mpeg2_padded(head(frame, crc)) == u32::from_be_bytes(take(frame, crc))
 }
 
+/// Change the CRC as the bytes before it were changed: by exclusive or with `difference`.
+pub(super) fn reseal(frame: &mut [u8], difference: &[u8]) {
+    let crc = frame.len().saturating_sub(at::CRC);
+    let change = crc32_mpeg2_padded_change(head(difference, crc));
+    let sum = u32::from_be_bytes(take(frame, crc)) ^ change;
+    put(frame, crc, sum.to_be_bytes());
+}
+
 /// Put the CRC of the bytes before it into the last four bytes.
 fn seal(frame: &mut [u8]) {
     let crc = frame.len().saturating_sub(at::CRC);
@@ -207,6 +215,15 @@ impl<T: AsRef<[u8]>> Frame<T> {
             return Err(Error::Checksum);
         }
         Ok(Frame { buffer, contents })
+    }
+
+    /// A view over a datagram that a framer has checked.
+    pub(super) fn over(buffer: T) -> Option<Frame<T>> {
+        let contents = buffer
+            .as_ref()
+            .first()
+            .and_then(|&id| Contents::from_id(id));
+        contents.map(|contents| Frame { buffer, contents })
     }
 
     /// What it holds.
@@ -297,6 +314,7 @@ impl<T: AsRef<[u8]>> Frame<T> {
                     gyro: gyro.words,
                     accel: accel.map_or([0; 3], |a| a.words),
                 },
+                Axes::new(7, if accel.is_some() { 7 } else { 0 }),
                 Axes::new(
                     status::valid_axes(gyro.status),
                     accel.map_or(0, |a| status::valid_axes(a.status)),
@@ -310,6 +328,13 @@ impl<T: AsRef<[u8]> + AsMut<[u8]>> Frame<T> {
     /// Write gyro and accelerometer counts, each held within 24 bits, and make the CRC again. Returns the axes that had
     /// to be held. Accelerations are left out when the datagram has none.
     pub fn set_words(&mut self, gyro: [i32; 3], accel: [i32; 3]) -> Axes {
+        let held = self.put_words(gyro, accel);
+        seal(self.buffer.as_mut());
+        held
+    }
+
+    /// [`Frame::set_words`] without the CRC.
+    pub(super) fn put_words(&mut self, gyro: [i32; 3], accel: [i32; 3]) -> Axes {
         let mut held = 0u8;
         for (axis, count) in gyro.into_iter().chain(accel).enumerate() {
             if axis >= 3 && !self.contents.accel {
@@ -319,7 +344,6 @@ impl<T: AsRef<[u8]> + AsMut<[u8]>> Frame<T> {
             self.put_word(axis, count);
             held |= u8::from(over) << axis;
         }
-        seal(self.buffer.as_mut());
         Axes(held)
     }
 
@@ -342,10 +366,15 @@ impl<T: AsRef<[u8]> + AsMut<[u8]>> Frame<T> {
     /// Change between PPS and auxiliary identifiers, which share one layout, for a receiver that knows only the other
     /// family. Nothing happens to a datagram without either word.
     pub fn set_family(&mut self, extra: Extra) {
+        self.put_family(extra);
+        seal(self.buffer.as_mut());
+    }
+
+    /// [`Frame::set_family`] without the CRC.
+    pub(super) fn put_family(&mut self, extra: Extra) {
         if self.contents.extra != Extra::None && extra != Extra::None {
             self.contents.extra = extra;
             put(self.buffer.as_mut(), 0, [self.contents.id()]);
-            seal(self.buffer.as_mut());
         }
     }
 }

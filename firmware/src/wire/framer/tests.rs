@@ -91,14 +91,14 @@ pub(crate) fn events(format: Format, stream: &[u8], piece: usize) -> Vec<(Kind, 
     for chunk in stream.chunks(piece) {
         assert_eq!(framer.push(chunk), chunk.len());
         while let Some(event) = framer.next_event() {
-            found.push((event.kind, event.bytes.to_vec()));
+            found.push((event.kind(), event.bytes().to_vec()));
         }
         assert!(framer.pending() < LONGEST);
     }
     found.extend(
         framer
             .flush()
-            .map(|event| (event.kind, event.bytes.to_vec())),
+            .map(|event| (event.kind(), event.bytes().to_vec())),
     );
     found
 }
@@ -127,7 +127,7 @@ fn a_frame_comes_out_with_its_last_byte() {
         framer.push(rest);
         assert_eq!(framer.next_event(), None, "{format:?}");
         framer.push(&[*last]);
-        assert_eq!(framer.next_event().map(|e| e.kind), Some(Kind::Frame));
+        assert_eq!(framer.next_event().map(|e| e.kind()), Some(Kind::Frame));
     }
 }
 
@@ -237,6 +237,6 @@ fn a_full_buffer_takes_no_more() {
     let mut framer = Framer::new(Format::Kvh);
     assert_eq!(framer.push(&[0; CAPACITY + 5]), CAPACITY);
     assert_eq!(framer.push(&[0]), 0);
-    assert_eq!(framer.next_event().map(|e| e.bytes.len()), Some(CAPACITY));
+    assert_eq!(framer.next_event().map(|e| e.bytes().len()), Some(CAPACITY));
     assert_eq!(framer.push(&[0]), 1);
 }

@@ -99,18 +99,18 @@ fn headers() {
 /// A correction far below one ulp of the word must still arrive: 10^5 words of 1 g with 10^-9 g each.
 #[test]
 fn corrections_below_an_ulp_add_up() {
-    let (word, correction) = (1.000_000_1_f32, 1e-9_f64);
+    let (word, correction) = (1.000_000_1_f32, 1e-9_f32);
     let mut remainder = 0.0;
     let mut sum = 0.0_f64;
     let n = 100_000;
     for _ in 0..n {
         sum += f64::from(correct(word, correction, &mut remainder));
     }
-    let exact = f64::from(n) * (f64::from(word) + correction);
+    let exact = f64::from(n) * (f64::from(word) + f64::from(correction));
     let half_ulp = f64::from(f32::EPSILON) / 2.0;
     assert!((sum - exact).abs() <= half_ulp * 1.001, "{}", sum - exact);
     // without the remainder the whole correction is lost
-    assert!((f64::from(word) + correction) as f32 == word);
+    assert!(word + correction == word);
 }
 
 #[test]
@@ -118,5 +118,11 @@ fn a_word_that_is_no_number_passes() {
     let mut remainder = 1e-9;
     assert!(correct(f32::NAN, 1.0, &mut remainder).is_nan());
     assert!(remainder == 0.0);
-    assert_eq!(correct(f32::MAX, 1e39, &mut remainder), f32::MAX);
+    assert_eq!(correct(f32::MAX, 1e38, &mut remainder), f32::MAX);
+    assert_eq!(correct(f32::MAX, f32::NAN, &mut remainder), f32::MAX);
+    assert!(remainder == 0.0);
+    let quiet = f32::from_bits(0xFFC1_2345);
+    for word in [-0.0, 1e-45, quiet, f32::NEG_INFINITY] {
+        assert_eq!(correct(word, 0.0, &mut remainder).to_bits(), word.to_bits());
+    }
 }

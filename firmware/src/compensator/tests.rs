@@ -1,0 +1,123 @@
+use super::*;
+use lrnn_nostd::{Normalisation, Weights};
+use proptest::prelude::*;
+
+const LSB: Lsb = Lsb {
+    rad: 4.848e-7,
+    mps: 1.226e-3,
+};
+
+/// A network that says `error` whatever comes in.
+fn constant(error: [f32; 3]) -> Net {
+    let mut weights = Weights::zero();
+    weights.layers[2].b = error;
+    Net::new(
+        weights,
+        Normalisation {
+            input_offset: [0.0; 3],
+            input_scale: [1.0; 3],
+            output_scale: [1.0; 3],
+        },
+    )
+}
+
+fn compensator(gyro: [f32; 3], accel: [f32; 3], limit: f32) -> Compensator {
+    let limit = Limit {
+        gyro: limit,
+        accel: limit,
+    };
+    Compensator::new(constant(gyro), constant(accel), LSB, 0.005, 200, limit).unwrap()
+}
+
+proptest! {
+    #[test]
+    fn zero_correction_is_the_identity(words in prop::collection::vec(any::<[i32; 6]>(), 1..500)) {
+        let c = compensator([0.0; 3], [0.0; 3], 1.0);
+        let mut state = State::default();
+        for w in words {
+            let word = Counts { dtheta: [w[0], w[1], w[2]], dv: [w[3], w[4], w[5]] };
+            prop_assert_eq!(c.process(&mut state, word).0, word);
+        }
+    }
+
+    #[test]
+    fn sum_of_corrections_is_exact_to_one_count(e in -1e-4f32..1e-4, a in -0.1f32..0.1) {
+        let c = compensator([e, -e, 0.0], [a, 0.0, -a], 1.0);
+        let mut state = State::default();
+        let mut sum = [0i64; 6];
+        let n = 20_000;
+        for _ in 0..n {
+            let (w, _) = c.process(&mut state, Counts::default());
+            for (s, x) in sum.iter_mut().zip(w.dtheta.iter().chain(&w.dv)) {
+                *s -= i64::from(*x);
+            }
+        }
+        // the first block has no estimate yet
+        let time = f64::from(n - 200) * 0.005;
+        let want_g = f64::from(e) * time / LSB.rad;
+        let want_a = f64::from(a) * time / LSB.mps;
+        let close = |got: i64, want: f64| (got as f64 - want).abs() <= 1.0 + want.abs() * 1e-6;
+        prop_assert!(close(sum[0], want_g) && close(sum[1], -want_g) && sum[2] == 0, "{:?} {}", sum, want_g);
+        prop_assert!(close(sum[3], want_a) && sum[4] == 0 && close(sum[5], -want_a), "{:?} {}", sum, want_a);
+    }
+}
+
+#[test]
+fn corrections_are_clipped_and_counted() {
+    let c = compensator([1.0, 0.0, 0.0], [0.0; 3], 0.25);
+    let mut state = State::default();
+    let mut last = None;
+    for _ in 0..400 {
+        last = c.process(&mut state, Counts::default()).1.or(last);
+    }
+    assert_eq!(last.unwrap().rate_error, [0.25, 0.0, 0.0]);
+    assert_eq!((state.clipped, state.faults), (2, 0));
+}
+
+#[test]
+fn block_mean_is_the_mean_input() {
+    let c = compensator([0.0; 3], [0.0; 3], 1.0);
+    let mut state = State::default();
+    let mut block = None;
+    for k in 0..200 {
+        let word = Counts {
+            dtheta: [k, 100, 0],
+            dv: [0, 0, -40],
+        };
+        block = c.process(&mut state, word).1;
+    }
+    let b = block.unwrap();
+    assert!((f64::from(b.rate[0]) - 99.5 * LSB.rad / 0.005).abs() < 1e-8);
+    assert!((f64::from(b.force[2]) + 40.0 * LSB.mps / 0.005).abs() < 1e-5);
+}
+
+#[test]
+fn wrong_configuration_is_named() {
+    let net = || constant([0.0; 3]);
+    let limit = Limit {
+        gyro: 1.0,
+        accel: 1.0,
+    };
+    let build = |lsb, dt, n, limit| Compensator::new(net(), net(), lsb, dt, n, limit).err();
+    assert_eq!(
+        build(Lsb { rad: 0.0, mps: 1.0 }, 0.01, 1, limit),
+        Some(ConfigError::Lsb)
+    );
+    assert_eq!(
+        build(LSB, f64::NAN, 1, limit),
+        Some(ConfigError::WordPeriod)
+    );
+    assert_eq!(build(LSB, 0.01, 0, limit), Some(ConfigError::BlockWords));
+    assert_eq!(
+        build(
+            LSB,
+            0.01,
+            1,
+            Limit {
+                gyro: -1.0,
+                accel: 0.0
+            }
+        ),
+        Some(ConfigError::Limit)
+    );
+}

@@ -1,0 +1,146 @@
+//! A frame whose checksum was right when it arrived, to be read and changed without checking it again.
+//!
+//! Only a [`super::Framer`] makes one, so whoever holds one need not check. And no damage after that check can be sealed
+//! under a good checksum: a checksum is not made anew from the bytes but *changed by what was changed* (CRCs and sums are
+//! linear). A byte that a disturbance turned over in between still fails the receiver's check.
+
+use super::stim300::Extra;
+use super::{Axes, Error, Format, Reading, Words, hg4930, kvh, novatel, stim300};
+
+/// The longest frame with inertial words.
+pub const MAX_LEN: usize = novatel::LONG_LEN;
+
+/// What is changed in a frame.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Change<'w> {
+    /// The six words; those the frame does not have are left out.
+    pub words: &'w Words,
+    /// Set our own fault bit, where the format has room. It is never cleared.
+    pub mark: bool,
+    /// STIM300: the family of the identifier.
+    pub family: Option<Extra>,
+}
+
+/// A frame whose checksum was right when it arrived.
+#[derive(Debug, PartialEq, Eq)]
+pub struct Checked<'a> {
+    format: Format,
+    bytes: &'a mut [u8],
+}
+
+impl<'a> Checked<'a> {
+    pub(super) fn new(format: Format, bytes: &'a mut [u8]) -> Checked<'a> {
+        Checked { format, bytes }
+    }
+
+    /// Its format.
+    pub fn format(&self) -> Format {
+        self.format
+    }
+
+    /// All of it.
+    pub fn bytes(&self) -> &[u8] {
+        self.bytes
+    }
+
+    /// What the meaning of its words depends on, besides the sensor's configuration: the STIM300 identifier, the `NovAtel`
+    /// IMU type (0 when the log does not tell), the HG4930 message; 0 for others.
+    pub fn content(&self) -> u8 {
+        match self.format {
+            Format::Stim300 => self.bytes.first().copied().unwrap_or_default(),
+            Format::Hg4930 => self.bytes.get(1).copied().unwrap_or_default(),
+            Format::Novatel => novatel::Frame::over(&*self.bytes)
+                .and_then(|frame| frame.info())
+                .map_or(0, |(_, kind)| kind.0),
+            Format::Kvh | Format::Ubx => 0,
+        }
+    }
+
+    /// The six words and what goes with them.
+    ///
+    /// # Errors
+    /// [`Error::Content`] when it has no inertial words (UBX).
+    pub fn read(&self) -> Result<Reading, Error> {
+        let bytes = &*self.bytes;
+        let reading = match self.format {
+            Format::Stim300 => stim300::Frame::over(bytes).map(|frame| frame.reading()),
+            Format::Kvh => kvh::Frame::over(bytes).map(|frame| frame.reading()),
+            Format::Novatel => novatel::Frame::over(bytes).map(|frame| frame.reading()),
+            Format::Hg4930 => hg4930::Frame::over(bytes).and_then(|frame| frame.reading().ok()),
+            Format::Ubx => None,
+        };
+        reading.ok_or(Error::Content)
+    }
+
+    /// Change it, and its checksum by the same difference. Returns the axes whose word had to be held at the end of its
+    /// field.
+    ///
+    /// # Errors
+    /// [`Error::Content`] when the frame has no words of this kind; nothing is changed.
+    pub fn change(&mut self, change: &Change) -> Result<Axes, Error> {
+        let mut before = [0; MAX_LEN];
+        let before = before.get_mut(..self.bytes.len()).ok_or(Error::Content)?;
+        copy(before, self.bytes);
+        let held = self.put(change).ok_or(Error::Content)?;
+        let bytes = &mut *self.bytes;
+        if self.format == Format::Hg4930 {
+            hg4930::reseal(bytes, before);
+            return Ok(held);
+        }
+        for (difference, after) in before.iter_mut().zip(&*bytes) {
+            *difference ^= after;
+        }
+        match self.format {
+            Format::Stim300 => stim300::reseal(bytes, before),
+            Format::Kvh => kvh::reseal(bytes, before),
+            Format::Novatel => novatel::reseal(bytes, before),
+            Format::Hg4930 | Format::Ubx => {}
+        }
+        Ok(held)
+    }
+
+    /// The fields, without the checksum.
+    fn put(&mut self, change: &Change) -> Option<Axes> {
+        let bytes = &mut *self.bytes;
+        match (self.format, *change.words) {
+            (Format::Stim300, Words::Counts { gyro, accel }) => {
+                let mut frame = stim300::Frame::over(bytes)?;
+                if let Some(family) = change.family {
+                    frame.put_family(family);
+                }
+                Some(frame.put_words(gyro, accel))
+            }
+            (Format::Kvh, Words::Floats { gyro, accel }) => {
+                let mut frame = kvh::Frame::over(bytes)?;
+                frame.put_words(gyro, accel);
+                if change.mark {
+                    frame.put_mark();
+                }
+                Some(Axes::NONE)
+            }
+            (Format::Novatel, Words::Counts { gyro, accel }) => {
+                let mut frame = novatel::Frame::over(bytes)?;
+                frame.put_words(gyro, accel);
+                if change.mark {
+                    frame.put_mark();
+                }
+                Some(Axes::NONE)
+            }
+            (Format::Hg4930, Words::Counts { gyro, accel }) => {
+                let mut frame = hg4930::Frame::over(bytes)?;
+                if change.mark {
+                    frame.put_mark();
+                }
+                frame.put_words(gyro, accel).ok()
+            }
+            _ => None,
+        }
+    }
+}
+
+/// As `copy_from_slice`, but without a panic for unequal lengths.
+fn copy(to: &mut [u8], from: &[u8]) {
+    for (place, byte) in to.iter_mut().zip(from) {
+        *place = *byte;
+    }
+}
