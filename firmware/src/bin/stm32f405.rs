@@ -1,44 +1,44 @@
-//! Board `stm32f405`: self-test of the arithmetic. It steps the network, its gradient and its learners over the vectors
-//! embedded in the image, compares every digest with the one the desktop computed, and leaves through semihosting with
-//! exit code 0 when all are equal.
-//!
-//! The compensation loop (UART in, UART out) is not here yet; until then this image needs QEMU or a debug probe that
-//! serves semihosting.
+//! Board `stm32f405`: the co-processor on an STM32F405. The same image runs on the board and in QEMU (`netduinoplus2`).
 #![cfg_attr(target_os = "none", no_std, no_main)]
 
 #[cfg(target_os = "none")]
+#[path = "../board/stm32f405/mod.rs"]
+mod board;
+#[cfg(target_os = "none")]
+#[path = "../board/time.rs"]
+mod time;
+#[cfg(target_os = "none")]
+#[path = "../board/uart.rs"]
+mod uart;
+
+#[cfg(target_os = "none")]
 mod target {
-    use cortex_m_rt::entry;
-    use cortex_m_semihosting::debug::{self, EXIT_FAILURE, EXIT_SUCCESS, ExitStatus};
-    use cortex_m_semihosting::{hio, hprintln};
+    use defmt_rtt as _; // the logger
 
-    #[entry]
+    use firmware::app::{App, Config};
+
+    use crate::board::Board;
+
+    #[cortex_m_rt::entry]
     fn main() -> ! {
-        let equal = match hio::hstdout() {
-            Ok(mut out) => vectors::compare(&vectors::CHECKS, &mut out),
-            Err(()) => false,
+        let Some(mut board) = Board::start() else {
+            cortex_m::peripheral::SCB::sys_reset()
         };
-        leave(if equal { EXIT_SUCCESS } else { EXIT_FAILURE })
-    }
-
-    fn leave(status: ExitStatus) -> ! {
-        debug::exit(status);
+        defmt::info!("lrnn {=str}, {}", env!("CARGO_PKG_VERSION"), board.clocks);
+        let mut app = App::new(Config::default());
         loop {
-            cortex_m::asm::wfi(); // the debugger did not end us
+            let busy = app.poll(&mut board.lines, &board.time);
+            board.turned(!busy);
         }
     }
 
     #[panic_handler]
-    fn panic(info: &core::panic::PanicInfo) -> ! {
-        hprintln!("{}", info);
-        leave(EXIT_FAILURE)
+    fn panic(_: &core::panic::PanicInfo) -> ! {
+        cortex_m::peripheral::SCB::sys_reset() // for the linker: nothing in this image panics (`cargo xtask size`)
     }
 }
 
 #[cfg(not(target_os = "none"))]
 fn main() {
-    println!("stm32f405 is a board binary; run it in QEMU with");
-    println!(
-        "  cargo run --profile firmware -p firmware --bin stm32f405 --target thumbv7em-none-eabihf"
-    );
+    println!("stm32f405 is a board binary: `cargo xtask flash` or `cargo xtask qemu`");
 }

@@ -1,0 +1,41 @@
+//! Board `mps2`: the co-processor on Arm's MPS2 with a Cortex-M4F (AN386) or Cortex-M7 (AN500), for QEMU.
+#![cfg_attr(target_os = "none", no_std, no_main)]
+
+#[cfg(target_os = "none")]
+#[path = "../board/mps2/mod.rs"]
+mod board;
+#[cfg(target_os = "none")]
+#[path = "../board/time.rs"]
+mod time;
+#[cfg(target_os = "none")]
+#[path = "../board/uart.rs"]
+mod uart;
+
+#[cfg(target_os = "none")]
+mod target {
+    use firmware::app::{App, Config};
+
+    use crate::board::Board;
+
+    #[cortex_m_rt::entry]
+    fn main() -> ! {
+        let Some(mut board) = Board::start() else {
+            cortex_m::peripheral::SCB::sys_reset()
+        };
+        let mut app = App::new(Config::default());
+        loop {
+            let busy = app.poll(&mut board.lines, &board.time);
+            board.turned(!busy);
+        }
+    }
+
+    #[panic_handler]
+    fn panic(_: &core::panic::PanicInfo) -> ! {
+        cortex_m::peripheral::SCB::sys_reset() // for the linker: nothing in this image panics (`cargo xtask size`)
+    }
+}
+
+#[cfg(not(target_os = "none"))]
+fn main() {
+    println!("mps2 is a board binary: `cargo xtask qemu`");
+}

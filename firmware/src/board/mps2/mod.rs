@@ -1,0 +1,57 @@
+//! Arm MPS2 with the FPGA images AN386 (Cortex-M4F) and AN500 (Cortex-M7): a second board, which shows that nothing outside
+//! the board directories knows the first.
+//!
+//! Flash (here static memory) at 0, 25 MHz, CMSDK UARTs 0 to 3 as sensor, navigation, GNSS and command line (Arm DAI 0386 and
+//! DDI 0479, section 4.3). Tested in QEMU (`mps2-an386`, `mps2-an500`).
+#![allow(
+    unsafe_code,
+    reason = "registers and interrupt tables; each block says why it is sound"
+)]
+
+mod uart;
+
+use cortex_m::peripheral::NVIC;
+use firmware::app::Lines;
+
+use self::uart::{COMMAND, GNSS, Interrupt, NAVIGATION, SENSOR};
+use crate::time::Time;
+use crate::uart::Port;
+
+/// Core and bus clock, Hz.
+const CLOCK: u32 = 25_000_000;
+
+/// The board, running.
+pub struct Board {
+    /// The four serial lines.
+    pub lines: Lines<Port, Port, Port, Port>,
+    /// Time since start.
+    pub time: Time,
+}
+
+impl Board {
+    /// Starts everything. `None` when called a second time.
+    pub fn start() -> Option<Self> {
+        let core = cortex_m::Peripherals::take()?;
+        let lines = Lines {
+            sensor: SENSOR.open(uart::rings()?, CLOCK / 921_600, || NVIC::pend(Interrupt(1))),
+            navigation: NAVIGATION
+                .open(uart::rings()?, CLOCK / 921_600, || NVIC::pend(Interrupt(3))),
+            gnss: GNSS.open(uart::rings()?, CLOCK / 115_200, || NVIC::pend(Interrupt(5))),
+            command: COMMAND.open(uart::rings()?, CLOCK / 921_600, || {
+                NVIC::pend(Interrupt(19))
+            }),
+        };
+        uart::unmask();
+        Some(Self {
+            lines,
+            time: Time::start(core.SYST, CLOCK),
+        })
+    }
+
+    /// The loop has turned; with nothing left to do it sleeps until the next interrupt, at most a millisecond.
+    pub fn turned(&mut self, idle: bool) {
+        if idle {
+            cortex_m::asm::wfi();
+        }
+    }
+}

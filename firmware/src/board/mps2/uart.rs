@@ -1,0 +1,164 @@
+//! CMSDK APB UART: registers and interrupts.
+
+use cortex_m::interrupt::InterruptNumber;
+use cortex_m::peripheral::NVIC;
+use firmware::link::ring::Ring;
+use volatile_register::RW;
+
+use crate::uart::{Port, Rings, Slot, closed, serve};
+
+/// Registers (Arm DDI 0479, table 4-5).
+#[repr(C)]
+struct Registers {
+    data: RW<u32>,
+    /// Bit 0: the transmitter is full; 1: a byte has come; 2, 3: one was overrun, sending and receiving (write 1 to clear).
+    state: RW<u32>,
+    /// Bits 0, 1: sending, receiving enabled; 2, 3: their interrupts.
+    control: RW<u32>,
+    /// Bits 0, 1: sending, receiving; write 1 to clear.
+    interrupt: RW<u32>,
+    /// Clock divided by bit rate, at least 16.
+    divider: RW<u32>,
+}
+
+const FULL: u32 = 1 << 0;
+const CAME: u32 = 1 << 1;
+const OVERRUN: u32 = 1 << 3;
+const ENABLE: u32 = 0b1111;
+const BOTH: u32 = 0b11;
+
+/// One UART.
+pub struct Uart {
+    address: usize,
+    slot: Slot,
+}
+
+/// Sensor.
+pub static SENSOR: Uart = Uart::at(0x4000_4000);
+/// Navigation computer.
+pub static NAVIGATION: Uart = Uart::at(0x4000_5000);
+/// Receiver.
+pub static GNSS: Uart = Uart::at(0x4000_6000);
+/// Command link.
+pub static COMMAND: Uart = Uart::at(0x4000_7000);
+
+/// A line of the interrupt controller (Arm DAI 0386, table 3-4: receive, transmit of UART 0, 1, 2 and 3).
+#[derive(Clone, Copy)]
+pub struct Interrupt(pub u16);
+const LINES: [u16; 8] = [0, 1, 2, 3, 4, 5, 18, 19];
+
+// SAFETY: these numbers are lines of this board's controller and do not change.
+unsafe impl InterruptNumber for Interrupt {
+    fn number(self) -> u16 {
+        self.0
+    }
+}
+
+/// Memory for one line; `None` when all four have theirs.
+pub fn rings() -> Option<&'static mut Rings> {
+    type Four = [Rings; 4];
+    static NEXT: cortex_m::interrupt::Mutex<
+        core::cell::RefCell<Option<core::slice::IterMut<'static, Rings>>>,
+    > = cortex_m::interrupt::Mutex::new(core::cell::RefCell::new(None));
+    cortex_m::interrupt::free(|cs| {
+        let mut next = NEXT.borrow(cs).try_borrow_mut().ok()?;
+        if next.is_none() {
+            let four = cortex_m::singleton!(: Four = [const { (Ring::new(), Ring::new()) }; 4])?;
+            *next = Some(four.iter_mut());
+        }
+        next.as_mut()?.next()
+    })
+}
+
+/// Lets the interrupts through.
+pub fn unmask() {
+    for line in LINES {
+        // SAFETY: the lines are open, and no critical section relies on a masked interrupt.
+        unsafe { NVIC::unmask(Interrupt(line)) };
+    }
+}
+
+impl Uart {
+    const fn at(address: usize) -> Self {
+        Self {
+            address,
+            slot: closed(),
+        }
+    }
+
+    fn registers(&self) -> &Registers {
+        // SAFETY: `at` is private and called with the addresses of UARTs, which are there for ever; access is volatile.
+        unsafe { &*(self.address as *const Registers) }
+    }
+
+    fn write(register: &RW<u32>, value: u32) {
+        // SAFETY: no value of these registers touches memory.
+        unsafe { register.write(value) };
+    }
+
+    /// Starts it.
+    pub fn open(&self, rings: &'static mut Rings, divider: u32, wake: fn()) -> Port {
+        let port = Port::open(rings, &self.slot, wake);
+        Self::write(&self.registers().divider, divider.max(16));
+        Self::write(&self.registers().control, ENABLE);
+        port
+    }
+
+    /// Interrupt of either direction: takes the byte that came, then gives the transmitter what it has room for. The
+    /// transmitter asks again when its one byte has left.
+    fn serve(&self) {
+        let uart = self.registers();
+        serve(&self.slot, |ends| {
+            Self::write(&uart.interrupt, BOTH);
+            let state = uart.state.read();
+            if state & CAME != 0 {
+                ends.received.push(uart.data.read() as u8);
+            }
+            if state & OVERRUN != 0 {
+                Self::write(&uart.state, OVERRUN);
+                ends.received.mark_lost();
+            }
+            while uart.state.read() & FULL == 0 {
+                match ends.to_send.pop() {
+                    Some(byte) => Self::write(&uart.data, byte.into()),
+                    None => break,
+                }
+            }
+        });
+    }
+}
+
+extern "C" fn sensor() {
+    SENSOR.serve();
+}
+extern "C" fn navigation() {
+    NAVIGATION.serve();
+}
+extern "C" fn gnss() {
+    GNSS.serve();
+}
+extern "C" fn command() {
+    COMMAND.serve();
+}
+
+unsafe extern "C" {
+    /// Of `cortex-m-rt`: stays in a loop.
+    fn DefaultHandler();
+}
+
+const INTERRUPTS: usize = 32;
+
+// SAFETY: `cortex-m-rt` puts this section behind the exceptions and expects this name with its feature `device`; each entry
+// is the address of a function of the C calling convention.
+#[unsafe(link_section = ".vector_table.interrupts")]
+#[unsafe(no_mangle)]
+static __INTERRUPTS: [unsafe extern "C" fn(); INTERRUPTS] = {
+    let mut table = [DefaultHandler as unsafe extern "C" fn(); INTERRUPTS];
+    let handlers: [extern "C" fn(); 4] = [sensor, navigation, gnss, command];
+    let mut n = 0;
+    while n < LINES.len() {
+        table[LINES[n] as usize] = handlers[n / 2];
+        n += 1;
+    }
+    table
+};

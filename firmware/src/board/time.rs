@@ -1,0 +1,53 @@
+//! Time since start: SysTick, once a millisecond.
+
+use core::cell::Cell;
+
+use cortex_m::interrupt::{self, Mutex};
+use cortex_m::peripheral::syst::SystClkSource;
+use cortex_m::peripheral::{SCB, SYST};
+use firmware::link::Clock;
+
+static MILLISECONDS: Mutex<Cell<u64>> = Mutex::new(Cell::new(0));
+
+#[cortex_m_rt::exception]
+fn SysTick() {
+    interrupt::free(|cs| {
+        let milliseconds = MILLISECONDS.borrow(cs);
+        milliseconds.set(milliseconds.get() + 1);
+    });
+}
+
+/// The board's clock; also what wakes the main loop at least once a millisecond.
+#[derive(Clone, Copy, Debug)]
+pub struct Time {
+    ticks_per_ms: u32,
+}
+
+impl Time {
+    /// Starts SysTick on a core of `core_hz`.
+    pub fn start(mut syst: SYST, core_hz: u32) -> Self {
+        let ticks_per_ms = core_hz / 1000;
+        syst.set_clock_source(SystClkSource::Core);
+        syst.set_reload(ticks_per_ms - 1);
+        syst.clear_current();
+        syst.enable_counter();
+        syst.enable_interrupt();
+        Self { ticks_per_ms }
+    }
+}
+
+impl Clock for Time {
+    fn now_us(&self) -> u64 {
+        interrupt::free(|cs| {
+            let mut left = SYST::get_current();
+            let mut milliseconds = MILLISECONDS.borrow(cs).get();
+            if SCB::is_pendst_pending() {
+                // It ran out, and the handler waits for us: read again, certainly after that.
+                left = SYST::get_current();
+                milliseconds += 1;
+            }
+            let run = self.ticks_per_ms - 1 - left.min(self.ticks_per_ms - 1);
+            milliseconds * 1000 + u64::from(run * 1000 / self.ticks_per_ms)
+        })
+    }
+}
