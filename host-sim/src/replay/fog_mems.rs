@@ -1,0 +1,236 @@
+//! Raw MEMS increments beside the solution of a FOG navigator on one moving vehicle: the paper's own situation, where a good navigator
+//! teaches a poor one.
+//!
+//! The two files are `data/transfer_align_fog_mems.mat` of asenlinmu/psins in CSV form; their licence keeps them out of this repository.
+//! MEMS axes are right-forward-up, an increment's time is the end of its interval. The FOG's attitude is pitch, roll, and yaw
+//! counter-clockwise from north; its velocity is east-north-up. The session begins at the first FOG sample, so that each epoch is one.
+
+use super::axes::Axes;
+use super::input::Table;
+use super::outcome::Outcome;
+use super::protocol::{Settings, Split, judge};
+use super::words::{FINE, quantise};
+use crate::earth::Geodetic;
+use crate::ekf::{InitialSigma, Noise, Prior};
+use crate::error::Error;
+use crate::gnss::Fix;
+use crate::learning::NetworkSpec;
+use crate::rotation::from_euler;
+use crate::session::{EPOCH_S, Session};
+use crate::sins::{Increment, NavState};
+use crate::teacher::Assumptions;
+use crate::units::{DEG, DEG_PER_H, DEG_PER_SQRT_H, PPM, UG, UG_PER_SQRT_HZ};
+use nalgebra::Vector3;
+use std::path::Path;
+
+/// First line of the file of increments.
+pub const MEMS_HEADER: &str = "time_s,dtheta_right_rad,dtheta_forward_rad,dtheta_up_rad,dv_right_mps,dv_forward_mps,dv_up_mps";
+/// First line of the file of the FOG's solution.
+pub const FOG_HEADER: &str =
+    "time_s,pitch_rad,roll_rad,yaw_ccw_rad,ve_mps,vn_mps,vu_mps,lat_rad,lon_rad,height_m";
+
+/// Word period, s.
+const DT: f64 = 0.01;
+/// FOG samples a second.
+const FOG_PER_S: usize = 10;
+/// Most that a time stamp may be off its place, s.
+const JITTER: f64 = 1e-3;
+/// The FOG's position and velocity as fixes: smooth, so that their differences matter and not their absolute errors (assumed).
+const SIGMAS: [f64; 6] = [0.1, 0.1, 0.1, 0.02, 0.02, 0.02];
+
+/// What may be expected of a MEMS IMU of unknown make (assumed: 1000 deg/h and 20 mg, as in the first study of this recording).
+#[must_use]
+pub fn settings() -> Settings {
+    Settings {
+        assumptions: Assumptions {
+            prior: Prior {
+                gyro_bias: 1000.0 * DEG_PER_H,
+                accel_bias: 20_000.0 * UG,
+                walk_per_hour: 0.5,
+                scale: [3000.0 * PPM, 3000.0 * PPM],
+                misalignment: [0.3 * DEG, 0.3 * DEG],
+            },
+            noise: Noise {
+                gyro: 0.5 * DEG_PER_SQRT_H,
+                accel: 200.0 * UG_PER_SQRT_HZ,
+            },
+        },
+        start_sigma: InitialSigma {
+            tilt: 0.3 * DEG,
+            heading: 0.5 * DEG,
+            velocity: SIGMAS[3],
+            position: SIGMAS[0],
+        },
+        network: NetworkSpec {
+            window_s: 1,
+            correlation_s: 10.0,
+            ..NetworkSpec::default()
+        },
+        times_s: vec![10, 20, 30, 40],
+    }
+}
+
+/// Reads the two files into a session. Counts are of [`FINE`] value.
+///
+/// # Errors
+/// Any fault of the files, with line and column.
+pub fn session(mems: &Path, fog: &Path) -> Result<Session, Error> {
+    let fog = Table::with_header(fog, FOG_HEADER)?;
+    check_fog(&fog)?;
+    let mems = Table::with_header(mems, MEMS_HEADER)?;
+    check_steps(&mems, DT)?;
+    mems.check_within(1..7, 2.0, "give increments of 10 ms in rad and m/s")?;
+    let start = fog.row(0)[0];
+    let first = mems
+        .rows()
+        .position(|r| r[0] > start + 0.5 * DT)
+        .unwrap_or(mems.len());
+    let lead = mems.row(first.min(mems.len() - 1))[0] - DT - start;
+    if lead.abs() > JITTER {
+        return Err(mems.complain(
+            0,
+            0,
+            "not beside the FOG's first sample",
+            "give the two files of one recording",
+        ));
+    }
+    let states: Vec<NavState> = fog.rows().step_by(FOG_PER_S).map(state).collect();
+    let per_epoch = (EPOCH_S / DT).round() as usize;
+    let epochs = ((mems.len() - first) / per_epoch).min(states.len() - 1);
+    if epochs == 0 {
+        return Err(mems.complain(
+            mems.len() - 1,
+            0,
+            "too early an end",
+            "give at least 2 s that both files cover",
+        ));
+    }
+    let words: Vec<Increment> = mems
+        .rows()
+        .skip(first)
+        .take(epochs * per_epoch)
+        .map(increment)
+        .collect();
+    let counts = quantise(&words, &FINE).map_err(|k| {
+        mems.complain(
+            first + k,
+            1,
+            "out of range",
+            "give increments of 10 ms in rad and m/s",
+        )
+    })?;
+    let reference = states[..=epochs].to_vec();
+    Ok(Session {
+        dt: DT,
+        lsb: FINE,
+        counts,
+        standstill: 0,
+        fixes: reference
+            .iter()
+            .map(|s| Fix {
+                position: s.position,
+                velocity: s.velocity,
+            })
+            .collect(),
+        reference,
+        sigmas: SIGMAS,
+        systematic: None,
+    })
+}
+
+/// All cases: 30, 50 and 70 s of learning, forward and with the roles exchanged.
+#[must_use]
+pub fn replay(session: &Session) -> Vec<Outcome> {
+    let (settings, n) = (settings(), session.epochs());
+    [30, 50, 70]
+        .iter()
+        .flat_map(|&t| [Split::forward(n, t), Split::exchanged(n, t)])
+        .filter(|split| !split.judge.is_empty() && !split.learn.is_empty())
+        .map(|split| judge("fog-mems", session, &split, &settings))
+        .collect()
+}
+
+fn check_fog(fog: &Table) -> Result<(), Error> {
+    check_steps(fog, EPOCH_S / FOG_PER_S as f64)?;
+    fog.check_within(1..4, 7.0, "give angles in rad")?;
+    fog.check_within(4..7, 300.0, "give velocities in m/s")?;
+    fog.check_within(7..8, 1.5, "give a latitude in rad, not at a pole")?;
+    fog.check_within(8..9, 7.0, "give a longitude in rad")?;
+    fog.check_within(9..10, 20_000.0, "give a height in m")
+}
+
+/// Time must rise by `step` on every line.
+fn check_steps(table: &Table, step: f64) -> Result<(), Error> {
+    table.check_rising(0)?;
+    for i in 1..table.len() {
+        if (table.row(i)[0] - table.row(i - 1)[0] - step).abs() > JITTER {
+            return Err(table.complain(i, 0, "a gap", "give a recording without gaps"));
+        }
+    }
+    Ok(())
+}
+
+fn increment(row: &[f64]) -> Increment {
+    let axes = Axes::RIGHT_FORWARD_UP;
+    Increment {
+        dtheta: axes.turn([row[1], row[2], row[3]]),
+        dv: axes.turn([row[4], row[5], row[6]]),
+    }
+}
+
+fn state(row: &[f64]) -> NavState {
+    let (pitch, roll, yaw) = (row[1], row[2], row[3]);
+    NavState {
+        position: Geodetic {
+            lat: row[7],
+            lon: row[8],
+            h: row[9],
+        },
+        velocity: Vector3::new(row[5], row[4], -row[6]),
+        q_bn: from_euler(roll, pitch, -yaw),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::data_dir;
+    use super::super::input::tests::{file, message};
+    use super::super::outcome::table;
+    use super::super::protocol::free_inertial;
+    use super::*;
+
+    fn recorded() -> Option<Session> {
+        let dir = data_dir()?;
+        let (mems, fog) = (
+            dir.join("fog-mems-mems.csv.gz"),
+            dir.join("fog-mems-fog.csv.gz"),
+        );
+        if !mems.is_file() {
+            println!("skipped: no fog-mems recording in ../shared/data or LRNN_DATA");
+            return None;
+        }
+        Some(session(&mems, &fog).unwrap())
+    }
+
+    #[test]
+    fn free_inertial_error_is_the_documented_one() {
+        let Some(session) = recorded() else { return };
+        assert_eq!(session.epochs(), 99);
+        let coast = free_inertial(&session);
+        let got = [10, 30, 60, 95].map(|t: usize| coast.position[t].xy().norm());
+        println!("{got:.1?} m at 10, 30, 60, 95 s");
+        for (got, want) in got.iter().zip([2.8, 47.0, 400.0, 1640.0]) {
+            assert!((got / want - 1.0).abs() < 0.05, "{got} {want}");
+        }
+    }
+
+    #[test]
+    fn replay_all() {
+        let Some(session) = recorded() else { return };
+        let all = replay(&session);
+        println!("{}", table(&all));
+        for o in &all {
+            println!("{} {:?}", o.case, o.notes);
+        }
+    }
+}

@@ -1,0 +1,238 @@
+//! Learn on one part of a recording of a moving vehicle, judge on another: every scheme sees the same fixes and the same words.
+//!
+//! There is no standstill, so the first attitude is the reference's. Over the learning part fixes of the reference teach; then
+//! navigation is free inertial. When the judged part follows the one learnt from, each scheme's own aided navigator (no sensor errors in
+//! its state, except `ekf6`) carries its state over; when it lies before, the coast begins at the reference's state. What was learnt
+//! belongs to the attitude that the teacher found, which differs from the reference's by the mounting (a tilt of 1 mrad and an
+//! accelerometer bias of 1000 ug are one and the same to it); so for all schemes that learnt, that first attitude is turned by the mean
+//! difference over the learning part.
+//!
+//! | scheme | words of the coast |
+//! |---|---|
+//! | `raw` | as recorded |
+//! | `ls-bias`, `ls-3x3` | less a bias, or bias and 3x3, fitted to the teacher's references |
+//! | `ekf6` | less the six biases at the filter's last estimate of the learning part, frozen |
+//! | `rnn` | through the compensator with the two networks taught from the same references |
+
+use super::outcome::{Outcome, rows};
+use crate::baseline::LinearModel;
+use crate::coast::{Coast, coast};
+use crate::ekf::{Aided, ErrorModel, InitialSigma};
+use crate::learning::{NetworkSpec, compensate, compensator};
+use crate::session::Session;
+use crate::sins::Increment;
+use crate::study::{Study, study_from};
+use crate::teacher::{Assumptions, Start, navigate_from};
+use std::ops::Range;
+
+/// What is learnt from and what is judged, in epochs of the session.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Split {
+    /// Fixes teach.
+    pub learn: Range<usize>,
+    /// Free inertial.
+    pub judge: Range<usize>,
+}
+
+impl Split {
+    /// Learn from the first `learn` of `epochs`, judge on the rest.
+    #[must_use]
+    pub fn forward(epochs: usize, learn: usize) -> Self {
+        let cut = learn.min(epochs);
+        Self {
+            learn: 0..cut,
+            judge: cut..epochs,
+        }
+    }
+
+    /// The roles exchanged: learn from the last `learn` of `epochs`, judge on the first.
+    #[must_use]
+    pub fn exchanged(epochs: usize, learn: usize) -> Self {
+        let cut = epochs.saturating_sub(learn);
+        Self {
+            learn: cut..epochs,
+            judge: 0..cut,
+        }
+    }
+
+    /// In words.
+    #[must_use]
+    pub fn case(&self) -> String {
+        let (l, j) = (&self.learn, &self.judge);
+        format!(
+            "learn {}-{} s, judge {}-{} s",
+            l.start, l.end, j.start, j.end
+        )
+    }
+}
+
+/// What is assumed of the sensors and how the networks are taught.
+#[derive(Debug, Clone)]
+pub struct Settings {
+    /// Sensors.
+    pub assumptions: Assumptions,
+    /// Errors of the reference as the state of this IMU (mounting included).
+    pub start_sigma: InitialSigma,
+    /// Teaching.
+    pub network: NetworkSpec,
+    /// Times of the table, s after the start of the coast.
+    pub times_s: Vec<u32>,
+}
+
+/// Epochs `range` of a session as a session of its own.
+///
+/// # Panics
+/// If the session is shorter than `range.end` epochs.
+#[must_use]
+pub fn cut(session: &Session, range: &Range<usize>) -> Session {
+    let n = session.words_per_epoch();
+    let fenceposts = range.start..=range.end;
+    Session {
+        dt: session.dt,
+        lsb: session.lsb,
+        counts: session.counts[range.start * n..range.end * n].to_vec(),
+        standstill: session.standstill.clamp(range.start, range.end) - range.start,
+        reference: session.reference[fenceposts.clone()].to_vec(),
+        fixes: session.fixes[fenceposts].to_vec(),
+        sigmas: session.sigmas,
+        systematic: session
+            .systematic
+            .as_ref()
+            .map(|s| s[range.clone()].to_vec()),
+    }
+}
+
+/// Free inertial from the reference's first state to the end: the mechanisation and the sensors, nothing learnt.
+#[must_use]
+pub fn free_inertial(session: &Session) -> Coast {
+    coast(
+        session,
+        &session.increments(),
+        session.reference[0],
+        0,
+        session.epochs(),
+    )
+}
+
+/// Learns, then judges every scheme.
+#[must_use]
+pub fn judge(recording: &str, session: &Session, split: &Split, settings: &Settings) -> Outcome {
+    let a = &settings.assumptions;
+    let lesson = cut(session, &split.learn);
+    let (words, until) = (lesson.increments(), lesson.epochs());
+    let start = Start {
+        nav: lesson.reference[0],
+        sigma: settings.start_sigma,
+    };
+    let nominal = navigate_from(&lesson, &words, a, &start, 0, until);
+    let study = study_from(&lesson, &nominal, *a, &settings.network, false);
+    let filter = aided(
+        &lesson,
+        &words,
+        &start,
+        a,
+        ErrorModel::biases(&a.prior),
+        until,
+    );
+
+    let follows = split.learn.end == split.judge.start;
+    let run = match follows {
+        true => cut(session, &(split.learn.start..split.judge.end)),
+        false => cut(session, &split.judge),
+    };
+    let from = if follows { until } else { 0 };
+    let start = Start {
+        nav: run.reference[0],
+        sigma: settings.start_sigma,
+    };
+    let mut coasts: Vec<(&str, Coast)> = Vec::new();
+    for (scheme, words) in corrected(&run, &study, a) {
+        let begin = aided(&run, &words, &start, a, ErrorModel::default(), from)
+            .sins
+            .nav;
+        coasts.push((scheme, coast(&run, &words, begin, from, run.epochs())));
+    }
+    let frozen: Vec<Increment> = run
+        .increments()
+        .iter()
+        .map(|w| filter.corrected(w, run.dt))
+        .collect();
+    let begin = if follows {
+        filter.sins.nav
+    } else {
+        run.reference[0]
+    };
+    coasts.insert(3, ("ekf6", coast(&run, &frozen, begin, from, run.epochs())));
+    Outcome {
+        recording: recording.to_owned(),
+        case: split.case(),
+        rows: rows(&coasts, &settings.times_s),
+        notes: vec![gate(&lesson, &nominal, settings)],
+    }
+}
+
+/// Words of the schemes that need no filter of their own.
+fn corrected(run: &Session, study: &Study, a: &Assumptions) -> [(&'static str, Vec<Increment>); 4] {
+    let raw = run.increments();
+    let linear = |m: &LinearModel| raw.iter().map(|w| m.correct(w, run.dt)).collect();
+    let nets = compensate(run, &compensator(run, &study.nets, a))
+        .session
+        .increments();
+    [
+        ("raw", raw.clone()),
+        ("ls-bias", linear(&study.bias)),
+        ("ls-3x3", linear(&study.linear)),
+        ("rnn", nets),
+    ]
+}
+
+/// A filter with fixes up to epoch `until`.
+fn aided(
+    session: &Session,
+    words: &[Increment],
+    start: &Start,
+    a: &Assumptions,
+    model: ErrorModel,
+    until: usize,
+) -> Aided {
+    let n = session.words_per_epoch();
+    let mut filter = Aided::new(start.nav, &start.sigma, model, a.noise);
+    for k in 0..until {
+        for word in &words[k * n..(k + 1) * n] {
+            filter.word(word, session.dt);
+        }
+        filter.fix(&session.fixes[k + 1], &session.sigmas);
+    }
+    filter
+}
+
+/// What the product's own test would say of networks taught on the same part, its end held back.
+fn gate(lesson: &Session, nominal: &crate::teacher::Nominal, settings: &Settings) -> String {
+    let held = study_from(
+        lesson,
+        nominal,
+        settings.assumptions,
+        &settings.network,
+        true,
+    );
+    let percent = 100.0 * settings.network.held_back;
+    format!(
+        "The row `rnn` is learnt from the whole learning part and unjudged. With its last {percent:.0} % held back: {}",
+        held.verdict()
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn splits_share_the_recording_out_without_overlap() {
+        let f = Split::forward(99, 30);
+        assert_eq!((f.learn.clone(), f.judge.clone()), (0..30, 30..99));
+        let e = Split::exchanged(99, 30);
+        assert_eq!((e.learn.clone(), e.judge.clone()), (69..99, 0..69));
+        assert_eq!(e.case(), "learn 69-99 s, judge 0-69 s");
+        assert_eq!(Split::forward(20, 30).judge, 20..20);
+    }
+}
