@@ -24,4 +24,5 @@ pub mod sins;
 pub mod study;
 pub mod teacher;
 pub mod truth;
+pub mod twin;
 pub mod units;

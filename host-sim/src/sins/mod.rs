@@ -1,5 +1,6 @@
 //! Strapdown mechanisation in north-east-down on the WGS-84 ellipsoid (Savage 1998; Groves 2013, ch. 5), f64.
 //!
+//! Works up to [`MAX_LATITUDE`]; nearer to a pole it says so ([`Sins::near_pole`]).
 //! Each word is one step. Coning and sculling look back to the word before, or to two of them ([`Samples`]).
 
 mod samples;
@@ -37,7 +38,13 @@ pub struct Sins {
     samples: Samples,
     past: [Increment; 2],
     acceleration: Vector3<f64>,
+    // the Earth at the middle of the last word
+    earth: Local,
+    polar: bool,
 }
+
+/// Latitude beyond which [`Sins::near_pole`] is raised: 89.99 deg, 1.1 km from a pole, in rad.
+pub const MAX_LATITUDE: f64 = 1.570_621_793_869_697;
 
 impl Sins {
     /// Starts from a known state.
@@ -48,6 +55,8 @@ impl Sins {
             samples: Samples::Two,
             past: [Increment::default(); 2],
             acceleration: Vector3::zeros(),
+            earth: Local::at(nav.position.lat, nav.position.h),
+            polar: outside(nav.position.lat),
         }
     }
 
@@ -66,8 +75,7 @@ impl Sins {
         } = self.nav;
         // navigation-frame quantities at the middle of the step, extrapolated with the last acceleration
         let v_mid = velocity + self.acceleration * (0.5 * dt);
-        let here = Local::at(position.lat, position.h);
-        let lat_mid = position.lat + 0.5 * dt * v_mid.x / here.m_h;
+        let lat_mid = position.lat + 0.5 * dt * v_mid.x / self.earth.m_h;
         let h_mid = position.h - 0.5 * dt * v_mid.z;
         let mid = Local::at(lat_mid, h_mid);
         let omega_ie = mid.omega_ie();
@@ -94,7 +102,16 @@ impl Sins {
         q.renormalize_fast();
         self.nav.q_bn = q;
         self.acceleration = change / dt;
+        self.earth = mid;
+        self.polar |= outside(self.nav.position.lat);
         self.past = [*word, self.past[0]];
+    }
+
+    /// True once the track has come closer to a pole than [`MAX_LATITUDE`]. North and east lose their meaning there and the solution
+    /// is not to be used from then on; it stays free of panics but may not stay finite. [`crate::twin::Twin`] has no such limit.
+    #[must_use]
+    pub fn near_pole(&self) -> bool {
+        self.polar
     }
 
     /// One correction of the height loop by a barometric height `baro_h` in m, `dt` seconds after the last one.
@@ -103,6 +120,10 @@ impl Sins {
         self.nav.position.h -= 2.0 / loop_.time_s * error * dt;
         self.nav.velocity.z += error * dt / (loop_.time_s * loop_.time_s);
     }
+}
+
+fn outside(lat: f64) -> bool {
+    lat.is_nan() || lat.abs() > MAX_LATITUDE
 }
 
 #[cfg(test)]

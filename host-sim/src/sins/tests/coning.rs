@@ -22,7 +22,7 @@ fn cone(a: f64, omega: f64) -> impl Fn(f64) -> (UnitQuaternion<f64>, Vector3<f64
     }
 }
 
-fn still(_: f64) -> (Vector3<f64>, Vector3<f64>) {
+pub(super) fn still(_: f64) -> (Vector3<f64>, Vector3<f64>) {
     (Vector3::zeros(), Vector3::zeros())
 }
 
@@ -39,10 +39,10 @@ fn residual(samples: Samples, l: f64) -> f64 {
 }
 
 /// Drift about the cone's axis in rad/s over `seconds`, the start-up left out.
-fn coning_drift(samples: Samples, a: f64, hz: f64, dt: f64, seconds: f64) -> f64 {
+pub(super) fn coning_drift(samples: Samples, a: f64, hz: f64, dt: f64, seconds: f64) -> f64 {
     let motion = Motion {
-        attitude: cone(a, TAU * hz),
-        velocity: still,
+        attitude: Box::new(cone(a, TAU * hz)),
+        velocity: Box::new(still),
     };
     let drift = |seconds: f64| {
         let (nav, truth) = motion.run(samples, HOME, dt, seconds);
@@ -78,17 +78,17 @@ fn drift_in_classical_coning_is_that_of_theory() {
 fn sculling_drift(samples: Samples, amplitude: f64, b: f64, hz: f64, dt: f64, seconds: f64) -> f64 {
     let omega = TAU * hz;
     let motion = Motion {
-        attitude: move |t| {
+        attitude: Box::new(move |t| {
             let (s, c) = (omega * t).sin_cos();
             (
                 from_euler(0.0, 0.0, amplitude * s),
                 Vector3::z() * (amplitude * omega * c),
             )
-        },
-        velocity: move |t| {
+        }),
+        velocity: Box::new(move |t| {
             let (s, c) = (omega * t).sin_cos();
             (Vector3::x() * (-b / omega * c), Vector3::x() * (b * s))
-        },
+        }),
     };
     let drift = |seconds: f64| {
         let (nav, truth) = motion.run(samples, HOME, dt, seconds);

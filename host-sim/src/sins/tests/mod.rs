@@ -2,28 +2,24 @@
 
 mod coning;
 mod schuler;
+mod stress;
 
 use super::*;
 use nalgebra::SVector;
 
+/// A quantity and its rate at a time in s.
+type OfTime<T> = dyn Fn(f64) -> (T, Vector3<f64>);
+
 /// Attitude and body rate over ground, velocity and its derivative in NED: analytic functions of time in s.
-struct Motion<Q, V>
-where
-    Q: Fn(f64) -> (UnitQuaternion<f64>, Vector3<f64>),
-    V: Fn(f64) -> (Vector3<f64>, Vector3<f64>),
-{
-    attitude: Q,
-    velocity: V,
+struct Motion {
+    attitude: Box<OfTime<UnitQuaternion<f64>>>,
+    velocity: Box<OfTime<Vector3<f64>>>,
 }
 
 /// Runge-Kutta steps per word of the truth.
-const SUBSTEPS: usize = 16;
+const SUBSTEPS: usize = 4;
 
-impl<Q, V> Motion<Q, V>
-where
-    Q: Fn(f64) -> (UnitQuaternion<f64>, Vector3<f64>),
-    V: Fn(f64) -> (Vector3<f64>, Vector3<f64>),
-{
+impl Motion {
     fn state(&self, t: f64, position: Geodetic) -> NavState {
         NavState {
             position,

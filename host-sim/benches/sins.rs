@@ -1,0 +1,59 @@
+//! One navigator step: the inner loop of campaigns. `cargo bench -p host-sim --bench sins`.
+
+use criterion::{BatchSize, Criterion, Throughput, criterion_group, criterion_main};
+use host_sim::earth::Geodetic;
+use host_sim::sins::{Samples, Sins};
+use host_sim::truth::{DriveConfig, Truth, random_drive};
+use host_sim::twin::Twin;
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+use std::hint::black_box;
+
+fn steps(c: &mut Criterion) {
+    let mut rng = ChaCha8Rng::seed_from_u64(1);
+    let segments = random_drive(60.0, &mut rng);
+    let truth = Truth::new(
+        &DriveConfig {
+            segments: &segments,
+            start: Geodetic {
+                lat: 0.84,
+                lon: 0.2,
+                h: 300.0,
+            },
+            heading: 0.7,
+            dt: 0.01,
+            vibration: 1.0,
+        },
+        &mut rng,
+    );
+    let mut group = c.benchmark_group("sins");
+    group.throughput(Throughput::Elements(truth.words.len() as u64));
+    for samples in [Samples::One, Samples::Two, Samples::Three] {
+        group.bench_function(format!("{samples:?}"), |b| {
+            b.iter_batched_ref(
+                || Sins::new(truth.epochs[0]).with_samples(black_box(samples)),
+                |sins| {
+                    for word in &truth.words {
+                        sins.step(word, truth.dt);
+                    }
+                    sins.nav
+                },
+                BatchSize::SmallInput,
+            );
+        });
+    }
+    group.bench_function("twin", |b| {
+        b.iter_batched_ref(
+            || Twin::new(&truth.epochs[0]),
+            |twin| {
+                twin.run(black_box(&truth.words), truth.dt);
+                twin.nav()
+            },
+            BatchSize::SmallInput,
+        );
+    });
+    group.finish();
+}
+
+criterion_group!(benches, steps);
+criterion_main!(benches);
