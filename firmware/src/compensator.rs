@@ -88,6 +88,12 @@ impl State {
     pub fn estimate(&self) -> [[f32; 3]; 2] {
         self.estimate
     }
+
+    /// The networks' states as before their first step, for other networks. The estimate stays in force until they step.
+    pub fn reset_nets(&mut self) {
+        self.gyro.reset();
+        self.accel.reset();
+    }
 }
 
 /// Result of one block.

@@ -34,8 +34,6 @@ pub struct Kvh {
     pub delta: bool,
     /// Gyro words are in degrees (`=ROTUNITS,DEG`), not radians.
     pub degrees: bool,
-    /// `=DR`, Hz.
-    pub rate: u16,
 }
 
 /// The configuration of an [`super::App`].
@@ -55,8 +53,14 @@ pub struct Config {
     pub slew: Limit,
     /// The sensor is silent when nothing has come for so long, microseconds.
     pub silence_us: u32,
-    /// STIM300: its configuration, until the sensor sends it. With `answer`, also what `C` is answered from.
+    /// Words a second where the stream does not tell: KVH, STIM300 with external trigger, `NovAtel` with an IMU type unknown
+    /// here. Hz, > 0.
+    pub rate: f64,
+    /// STIM300: its configuration, until the sensor sends it. With `answer_us`, also what `C` is answered from.
     pub stim300: stim300::config::Config,
+    /// STIM300: before the first correction, ask the sensor once for its configuration unless it has sent it. Costs one
+    /// measurement; without it the corrections rest on `stim300`.
+    pub ask: bool,
     /// STIM300: answer requests that the sensor leaves unanswered for so long, microseconds; `None`: never.
     pub answer_us: Option<u32>,
     /// STIM300: the family of identifiers sent on, whichever comes in; `None`: as it came.
@@ -87,13 +91,14 @@ impl Default for Config {
                 accel: limit.accel * 1e-3,
             },
             silence_us: 100_000,
+            rate: 1000.0,
             stim300: stim300::config::Config::DEFAULT,
+            ask: true,
             answer_us: Some(50_000),
             family: None,
             kvh: Kvh {
                 delta: true,
                 degrees: false,
-                rate: 1000,
             },
             imu_type: ImuType(0),
             mark: true,

@@ -2,14 +2,43 @@
 //!
 //! A board calls [`App::poll`] whenever an interrupt has moved a byte and at least once a millisecond. No hardware, no
 //! waiting and nothing that can fail is in here.
+//!
+//! **Latency.** The correction in force is known before a frame arrives, so between its last byte in and its first byte out
+//! there are one check, six subtractions and one change of the checksum, the same for all axes. Networks, counters, the
+//! command link and the receiver come after the frame has left, and the last two only while no frame is arriving.
+//!
+//! **Holes.** Frames that are missing, damaged or called invalid are never made up. The networks do not step over a hole: the
+//! block in progress is given up, the estimate in force is held until the next whole block.
 
 mod config;
+mod flow;
+pub mod phase;
+mod reverse;
+mod server;
+mod setup;
 
 pub use config::{Config, Kvh, Nets};
+pub use phase::Phase;
+pub use server::IMAGES_LEN;
 
+use crate::compensator::Block;
 use crate::link::{Clock, Line};
+use crate::wire::command::{Counters, Mode, Packets, fault};
+use crate::wire::framer::{Framer, Kind};
+use crate::wire::ubx::Pvt;
+use crate::wire::{Detector, Format};
+use flow::{Flow, count};
+use phase::{Cause, Machine};
+use reverse::{Notice, Reverse};
+use server::Server;
 
-/// The four lines of a device.
+/// Bytes taken from a line in one pass.
+const PIECE: usize = 64;
+
+/// The command link and the receiver wait no longer than this for a pause between frames, microseconds.
+const PATIENCE_US: u64 = 20_000;
+
+/// The four lines of a device; [`crate::link::NoLine`] for one that is not there.
 #[derive(Debug, Default)]
 pub struct Lines<S, N, C, G> {
     /// The sensor: frames in, requests out.
@@ -22,17 +51,79 @@ pub struct Lines<S, N, C, G> {
     pub gnss: G,
 }
 
+/// A fix and when it arrived.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Fix {
+    /// The receiver's solution.
+    pub pvt: Pvt,
+    /// By the board's clock, microseconds.
+    pub arrived_us: u64,
+}
+
 /// The application.
 #[derive(Debug)]
 pub struct App {
-    #[expect(dead_code, reason = "the flow comes with the next commit")]
-    config: Config,
+    machine: Machine,
+    framer: Framer,
+    detector: Detector,
+    flow: Flow,
+    reverse: Reverse,
+    packets: Packets,
+    server: Server,
+    receiver: Framer,
+    fix: Option<Fix>,
+    /// When the sensor's last byte came, microseconds.
+    heard_us: u64,
+    /// When the command link and the receiver last had their turn, microseconds.
+    served_us: u64,
 }
 
 impl App {
     /// From its configuration; nothing happens before the first [`App::poll`].
     pub fn new(config: Config) -> App {
-        App { config }
+        App {
+            machine: Machine::new(),
+            framer: Framer::new(config.format.unwrap_or(Format::Stim300)),
+            detector: Detector::new(),
+            flow: Flow::new(config),
+            reverse: Reverse::default(),
+            packets: Packets::new(),
+            server: Server::new(),
+            receiver: Framer::new(Format::Ubx),
+            fix: None,
+            heard_us: 0,
+            served_us: 0,
+        }
+    }
+
+    /// Where the state machine is.
+    pub fn phase(&self) -> Phase {
+        self.machine.phase()
+    }
+
+    /// What was counted since power-on.
+    pub fn counters(&self) -> Counters {
+        server::counters(&self.flow, &self.machine)
+    }
+
+    /// What is wrong now: bits of [`fault`].
+    pub fn faults(&self) -> u32 {
+        server::faults(&self.flow, &self.machine)
+    }
+
+    /// The latest fix that the receiver vouches for.
+    pub fn fix(&self) -> Option<&Fix> {
+        self.fix.as_ref()
+    }
+
+    /// What the networks said of the latest block.
+    pub fn block(&self) -> Option<&Block> {
+        self.flow.block.as_ref()
+    }
+
+    /// The networks in use.
+    pub fn nets(&self) -> &Nets {
+        &self.flow.config.nets
     }
 
     /// One pass. True: there was work, call again at once; false: sleep until the next interrupt.
@@ -41,12 +132,221 @@ impl App {
         lines: &mut Lines<S, N, C, G>,
         clock: &impl Clock,
     ) -> bool {
-        let _ = clock.now_us();
-        let mut piece = [0; 64];
-        let received = lines.sensor.receive(&mut piece).unwrap_or(0);
-        let _ = lines
-            .navigation
-            .send(piece.get(..received).unwrap_or_default());
-        received > 0
+        let now = clock.now_us();
+        if self.machine.phase() == Phase::Start {
+            self.start(now);
+        }
+        let mut piece = [0; PIECE];
+        let mut busy = true;
+        match lines.sensor.receive(&mut piece) {
+            Ok(0) => {
+                busy = false;
+                self.watch_silence(now);
+            }
+            Ok(len) => {
+                self.heard_us = now;
+                self.flow.flag(fault::SILENT, false);
+                let bytes = piece.get(..len).unwrap_or_default();
+                self.sensor(bytes, &mut lines.navigation);
+            }
+            Err(_) => {
+                count(&mut self.flow.counters.lost, 1);
+                self.flow.hole();
+            }
+        }
+        lines.navigation.poll();
+        lines.sensor.poll();
+        lines.command.poll();
+        let waited = now.saturating_sub(self.served_us) >= PATIENCE_US;
+        if self.framer.pending() == 0 || waited {
+            self.served_us = now;
+            busy |= self.back(&mut lines.navigation, &mut lines.sensor, now);
+            busy |= self.command(&mut lines.command);
+            busy |= self.gnss(&mut lines.gnss, now);
+        }
+        busy
+    }
+
+    fn start(&mut self, now: u64) {
+        self.heard_us = now;
+        match self.flow.config.format {
+            Some(format) => self.run(format),
+            None => self.detect(),
+        }
+    }
+
+    fn detect(&mut self) {
+        self.flow.forget();
+        self.detector = Detector::new();
+        self.machine.transition_to_detect();
+    }
+
+    /// The beginning of a frame whose rest will go through raw.
+    fn pass_rest(&mut self, out: &mut impl Line) {
+        let Some(rest) = self.framer.flush() else {
+            return;
+        };
+        let counters = &mut self.flow.counters;
+        match out.send(rest.bytes()) {
+            Ok(()) => count(&mut counters.raw, rest.bytes().len() as u32),
+            Err(_) => count(&mut counters.dropped, 1),
+        }
+    }
+
+    fn run(&mut self, format: Format) {
+        self.framer = Framer::new(format);
+        self.flow.flag(fault::UNKNOWN_FORMAT, false);
+        self.machine.transition_to_run(self.flow.mode);
+    }
+
+    /// Bytes of the sensor.
+    fn sensor(&mut self, bytes: &[u8], out: &mut impl Line) {
+        match self.machine.phase() {
+            Phase::Run(_) => self.frames(bytes, out),
+            Phase::Detect => {
+                // byte by byte: the frame that decides still goes through raw, the next one does not
+                let found = bytes.iter().enumerate().find_map(|(at, &byte)| {
+                    let format = self.detector.push(&[byte])?;
+                    Some((at + 1, format))
+                });
+                let (raw, rest) = bytes.split_at(found.map_or(bytes.len(), |(at, _)| at));
+                self.raw(raw, out);
+                if let Some((_, format)) = found {
+                    self.run(format);
+                    self.frames(rest, out);
+                }
+            }
+            Phase::Fault(_) | Phase::Start => self.raw(bytes, out),
+        }
+    }
+
+    /// As if nothing were here.
+    fn raw(&mut self, bytes: &[u8], out: &mut impl Line) {
+        let counters = &mut self.flow.counters;
+        match out.send(bytes) {
+            Ok(()) => count(&mut counters.raw, bytes.len() as u32),
+            Err(_) => count(&mut counters.dropped, 1),
+        }
+    }
+
+    fn frames(&mut self, bytes: &[u8], out: &mut impl Line) {
+        let format = self.framer.format();
+        self.framer.push(bytes); // all of it finds room: PIECE is less than LONGEST
+        while let Some(event) = self.framer.next_event() {
+            match event.kind() {
+                Kind::Frame => {
+                    if let Some(frame) = event.frame() {
+                        self.flow.frame(frame, out);
+                        self.flow.flag(fault::UNKNOWN_FORMAT, false);
+                    }
+                }
+                Kind::Other => {
+                    let sent = out.send(event.bytes()).is_ok();
+                    count(&mut self.flow.counters.others, 1);
+                    count(&mut self.flow.counters.dropped, u32::from(!sent));
+                    if format == Format::Stim300 {
+                        self.reverse.special(event.bytes(), &mut self.flow);
+                    }
+                }
+                Kind::BadChecksum => {
+                    count(&mut self.flow.counters.bad_checksums, 1);
+                    self.flow.hole();
+                }
+                kind @ (Kind::Garbage | Kind::Unknown) => {
+                    count(&mut self.flow.counters.garbage, event.bytes().len() as u32);
+                    self.flow.hole();
+                    self.flow.flag(fault::UNKNOWN_FORMAT, kind == Kind::Unknown);
+                }
+            }
+        }
+        self.after_frames(out);
+    }
+
+    /// Changes of state that frames have led to.
+    fn after_frames(&mut self, out: &mut impl Line) {
+        if self.flow.faults & fault::UNKNOWN_FORMAT != 0 && self.flow.config.format.is_none() {
+            self.pass_rest(out);
+            return self.detect();
+        }
+        let cause = if self.flow.is_lost() {
+            Cause::Units
+        } else if self.flow.has_failed() {
+            Cause::Network
+        } else {
+            return;
+        };
+        self.pass_rest(out);
+        self.machine.transition_to_fault(cause);
+    }
+
+    fn watch_silence(&mut self, now: u64) {
+        let silent = now.saturating_sub(self.heard_us) >= u64::from(self.flow.config.silence_us);
+        if silent && self.flow.faults & fault::SILENT == 0 {
+            self.flow.flag(fault::SILENT, true);
+            count(&mut self.flow.counters.silences, 1);
+            self.flow.hole();
+            if let Some(rest) = self.framer.flush() {
+                count(&mut self.flow.counters.garbage, rest.bytes().len() as u32);
+            }
+        }
+    }
+
+    /// From the navigation computer to the sensor.
+    fn back(&mut self, navigation: &mut impl Line, sensor: &mut impl Line, now: u64) -> bool {
+        let mut piece = [0; PIECE];
+        let len = navigation.receive(&mut piece).unwrap_or(0);
+        let bytes = piece.get(..len).unwrap_or_default();
+        if len > 0 && sensor.send(bytes).is_err() {
+            count(&mut self.flow.counters.dropped, 1);
+        }
+        if let Phase::Run(mode) = self.machine.phase()
+            && self.framer.format() == Format::Stim300
+        {
+            if self.reverse.watch(bytes, &mut self.flow, now) == Some(Notice::Service) {
+                self.pass_rest(navigation);
+                self.detect();
+                return true;
+            }
+            self.reverse.answer(&mut self.flow, navigation, now);
+            if mode != Mode::Bypass {
+                self.reverse.ask(&self.flow.config, sensor);
+            }
+        }
+        len > 0
+    }
+
+    fn command(&mut self, line: &mut impl Line) -> bool {
+        let mut piece = [0; PIECE];
+        let len = line.receive(&mut piece).unwrap_or(0);
+        for &byte in piece.get(..len).unwrap_or_default() {
+            if let Some(packet) = self.packets.push(byte)
+                && let Some(answer) = self.server.serve(packet, &mut self.flow, &mut self.machine)
+                && line.send(answer).is_err()
+            {
+                count(&mut self.flow.counters.dropped, 1);
+            }
+        }
+        len > 0
+    }
+
+    fn gnss(&mut self, line: &mut impl Line, now: u64) -> bool {
+        let mut piece = [0; PIECE];
+        let len = line.receive(&mut piece).unwrap_or(0);
+        self.receiver.push(piece.get(..len).unwrap_or_default());
+        while let Some(event) = self.receiver.next_event() {
+            if event.kind() != Kind::Frame {
+                continue;
+            }
+            let Ok(pvt) = Pvt::parse(event.bytes()) else {
+                continue;
+            };
+            count(&mut self.flow.counters.fixes, 1);
+            if pvt.is_good() {
+                count(&mut self.flow.counters.good_fixes, 1);
+                let arrived_us = now;
+                self.fix = Some(Fix { pvt, arrived_us });
+            }
+        }
+        len > 0
     }
 }

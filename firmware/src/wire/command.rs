@@ -4,7 +4,7 @@
 //! encoded and ended by a zero byte. A reader that joins late or meets damage is in step again at the next zero.
 //!
 //! The number is the requester's; an answer carries that of its request. A request that comes again under the same
-//! number (because the answer was lost) is meant to be carried out once.
+//! number (because the answer was lost) changes nothing more than the first did.
 //!
 //! Compatibility: the variants' order is the wire format. New ones go to the end, and [`WIRE_VERSION`] counts changes.
 
@@ -14,7 +14,7 @@ use super::{Error, cobs};
 use serde::{Deserialize, Serialize};
 
 /// Version of this wire format, in [`Version`].
-pub const WIRE_VERSION: u16 = 1;
+pub const WIRE_VERSION: u16 = 2;
 /// The largest piece of a weight image in one packet, bytes.
 pub const MAX_CHUNK: usize = 128;
 /// The longest packet, its zero byte included: chunk, 32 bytes for the other fields and the CRC, COBS overhead.
@@ -87,6 +87,8 @@ pub enum Request<'a> {
     Reference(Window),
     /// The navigation computer's alignment.
     Alignment(Alignment),
+    /// Answer: [`Response::Counters`].
+    GetCounters,
 }
 
 /// Why a request was not carried out.
@@ -104,6 +106,8 @@ pub enum Reason {
     Alignment,
     /// Nothing of the kind on this board.
     Unsupported,
+    /// Known, but not available yet in this version.
+    NotAvailable,
 }
 
 /// What runs here.
@@ -122,7 +126,7 @@ pub struct Version {
 pub struct Health {
     /// Mode in force.
     pub mode: Mode,
-    /// Fault flags of the application, 0 = none.
+    /// Fault flags of the application, see [`fault`]; 0 = none.
     pub faults: u32,
     /// Inertial frames received.
     pub frames: u32,
@@ -136,6 +140,69 @@ pub struct Health {
     pub saturated: u32,
     /// Corrections held at their bound.
     pub bounded: u32,
+}
+
+/// Bits of [`Health::faults`]: what is wrong now, not what once was.
+pub mod fault {
+    /// The sensor sends nothing.
+    pub const SILENT: u32 = 1 << 0;
+    /// The sensor sends, but nothing of the format configured, or of none that is known.
+    pub const UNKNOWN_FORMAT: u32 = 1 << 1;
+    /// What the words mean, or their rate, is not known: they cannot be corrected.
+    pub const UNITS: u32 = 1 << 2;
+    /// The last network step failed; its estimate before that is held.
+    pub const NETWORK: u32 = 1 << 3;
+    /// A corrected word of the last frame was held at the end of its field.
+    pub const SATURATED: u32 = 1 << 4;
+    /// The last frame found no room in the output and was dropped.
+    pub const OUTPUT_FULL: u32 = 1 << 5;
+    /// Raw pass-through: bytes go through unread.
+    pub const PASS_THROUGH: u32 = 1 << 6;
+    /// The sensor calls some axis invalid.
+    pub const SENSOR: u32 = 1 << 7;
+}
+
+/// More counters since power-on, each held at its end, never wrapping.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+pub struct Counters {
+    /// Inertial frames received.
+    pub frames: u32,
+    /// Other good messages of the sensor, passed on.
+    pub others: u32,
+    /// Frames with a wrong checksum.
+    pub bad_checksums: u32,
+    /// Bytes of garbage.
+    pub garbage: u32,
+    /// Times the sensor's line reported lost bytes.
+    pub lost: u32,
+    /// Frames missing by the sensor's counter.
+    pub missed: u32,
+    /// Frames that came twice by the sensor's counter.
+    pub duplicates: u32,
+    /// Times the counter jumped.
+    pub jumps: u32,
+    /// Times the sensor fell silent.
+    pub silences: u32,
+    /// Messages dropped because the output had no room.
+    pub dropped: u32,
+    /// Bytes passed through raw.
+    pub raw: u32,
+    /// Words held at the end of their field.
+    pub saturated: u32,
+    /// Blocks stepped.
+    pub blocks: u32,
+    /// Blocks given up because of a hole in the stream or invalid words.
+    pub given_up: u32,
+    /// Requests of the navigation computer.
+    pub requests: u32,
+    /// Of these, answered from here because the sensor did not.
+    pub answered: u32,
+    /// Fixes received.
+    pub fixes: u32,
+    /// Of these, vouched for by the receiver.
+    pub good_fixes: u32,
+    /// Times each state was entered: detection, run, fault.
+    pub entered: [u32; 3],
 }
 
 /// What is answered.
@@ -156,6 +223,8 @@ pub enum Response<'a> {
         /// The piece; shorter than asked for at the image's end.
         bytes: &'a [u8],
     },
+    /// To [`Request::GetCounters`].
+    Counters(Counters),
 }
 
 /// Write a packet, its zero byte included, and return it.

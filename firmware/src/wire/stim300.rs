@@ -204,10 +204,8 @@ impl<T: AsRef<[u8]>> Frame<T> {
     /// [`Error::Header`], [`Error::Length`] or [`Error::Checksum`].
     pub fn new_checked(buffer: T) -> Result<Frame<T>, Error> {
         let bytes = buffer.as_ref();
-        let contents = bytes
-            .first()
-            .and_then(|&id| Contents::from_id(id))
-            .ok_or(Error::Header)?;
+        let id = bytes.first().ok_or(Error::Header)?;
+        let contents = Contents::from_id(*id).ok_or(Error::Header)?;
         if bytes.len() != contents.len() {
             return Err(Error::Length);
         }

@@ -15,7 +15,7 @@ fn mode() -> impl Strategy<Value = Mode> {
 
 /// Any request; the bytes of a chunk are given apart because it borrows them.
 fn request(kind: u8, a: u32, b: u32, mode: Mode, real: f64, bytes: &[u8]) -> Request<'_> {
-    match kind % 8 {
+    match kind % 9 {
         0 => Request::GetVersion,
         1 => Request::GetHealth,
         2 => Request::SetMode(mode),
@@ -31,7 +31,8 @@ fn request(kind: u8, a: u32, b: u32, mode: Mode, real: f64, bytes: &[u8]) -> Req
             angle: [real, -real, 0.0],
             velocity: [1.0, real, 9.8],
         }),
-        _ => Request::Alignment(Alignment::Finished),
+        7 => Request::Alignment(Alignment::Finished),
+        _ => Request::GetCounters,
     }
 }
 
@@ -59,12 +60,14 @@ proptest! {
         let health = Health {
             mode, faults, frames, bad_checksums, garbage, missed, saturated, bounded,
         };
+        let counters = Counters { frames, entered: [u32::MAX; 3], good_fixes: garbage, ..Counters::default() };
         let version = Version { wire: WIRE_VERSION, firmware: [0, 1, 65_535], image: 1 };
         for response in [
             Response::Done,
             Response::Refused(Reason::Unsupported),
             Response::Version(version),
             Response::Health(health),
+            Response::Counters(counters),
             Response::Image { offset, bytes: &bytes },
         ] {
             let mut buffer = [0; MAX_PACKET];

@@ -1,0 +1,270 @@
+//! One frame through: read, correct, send; then, when it has left, everything else.
+
+use super::phase::FAILURES;
+use super::setup::{Last, Setup};
+use super::{Config, Nets};
+use crate::compensator::{Block, Compensator, State};
+use crate::link::Line;
+use crate::wire::command::{Alignment, Counters, Mode, fault};
+use crate::wire::sequence::Gap;
+use crate::wire::{Axes, Change, Checked, Format, Reading, Words, stim300};
+
+/// What a stream's frames are corrected with.
+#[derive(Debug)]
+struct Correction {
+    compensator: Compensator,
+    state: State,
+}
+
+/// Everything between the sensor's framer and the output.
+#[derive(Debug)]
+pub(super) struct Flow {
+    pub config: Config,
+    /// The STIM300's configuration: its own as soon as it has sent it.
+    pub stim: stim300::config::Config,
+    pub mode: Mode,
+    pub alignment: Option<Alignment>,
+    pub counters: Counters,
+    /// [`fault`]
+    pub faults: u32,
+    /// Format and content of the frames that `setup` and `correction` were made for.
+    made_for: Option<(Format, u8)>,
+    setup: Option<Setup>,
+    correction: Option<Correction>,
+    last: Last,
+    /// The networks' failures in a row.
+    failures: u8,
+    /// What the last block said.
+    pub block: Option<Block>,
+    /// Blocks in which a correction was clipped, before the present state.
+    clipped: u32,
+}
+
+impl Flow {
+    pub fn new(config: Config) -> Flow {
+        Flow {
+            stim: config.stim300,
+            mode: config.mode,
+            config,
+            alignment: None,
+            counters: Counters::default(),
+            faults: 0,
+            made_for: None,
+            setup: None,
+            correction: None,
+            last: Last::default(),
+            failures: 0,
+            block: None,
+            clipped: 0,
+        }
+    }
+
+    /// A frame in, the same frame out.
+    pub fn frame(&mut self, mut frame: Checked, out: &mut impl Line) {
+        let Ok(reading) = frame.read() else {
+            return; // a Checked frame of a sensor has words
+        };
+        let made_for = Some((frame.format(), frame.content()));
+        let mut words = reading.words;
+        let correct = self.made_for == made_for && reading.valid != Axes::NONE;
+        let mut held = Axes::NONE;
+        match &mut self.correction {
+            Some(Correction { compensator, state }) if correct => {
+                compensator.correct(state, &mut words);
+                held = self.change(&mut frame, &words);
+            }
+            _ if self.config.family.is_some() => held = self.change(&mut frame, &words),
+            _ => {}
+        }
+        let sent = out.send(frame.bytes()).is_ok();
+        // The frame has left: from here on nothing is urgent until the next one is complete.
+        self.flag(fault::OUTPUT_FULL, !sent);
+        count(&mut self.counters.dropped, u32::from(!sent));
+        self.flag(fault::SATURATED, held != Axes::NONE);
+        count(&mut self.counters.saturated, held.0.count_ones());
+        count(&mut self.counters.frames, 1);
+        if self.made_for != made_for {
+            self.make(frame.format(), frame.content());
+        }
+        self.follow(&reading);
+    }
+
+    fn change(&self, frame: &mut Checked, words: &Words) -> Axes {
+        let change = Change {
+            words,
+            mark: self.config.mark && self.faults & fault::NETWORK != 0,
+            family: self.config.family,
+        };
+        frame.change(&change).unwrap_or(Axes::NONE)
+    }
+
+    /// Gaps, and the networks' part of the frame that has just left.
+    fn follow(&mut self, reading: &Reading) {
+        let bad = reading.present.0 & !reading.valid.0;
+        self.flag(fault::SENSOR, bad != 0);
+        let gap = self.setup.map(|setup| setup.gap(&mut self.last, reading));
+        let counters = &mut self.counters;
+        match gap {
+            Some(Gap::Duplicate) => {
+                count(&mut counters.duplicates, 1);
+                return; // passed on, but it happened once
+            }
+            Some(Gap::Missed(frames)) => count(&mut counters.missed, frames),
+            Some(Gap::Jump) => count(&mut counters.jumps, 1),
+            Some(Gap::None) | None => {}
+        }
+        let hole = matches!(gap, Some(Gap::Missed(_) | Gap::Jump));
+        let Some(Correction { compensator, state }) = &mut self.correction else {
+            return;
+        };
+        if hole || bad != 0 {
+            compensator.give_up_block(state);
+        }
+        if bad == 0
+            && let Some(block) = compensator.take_in(state, &reading.words)
+        {
+            self.end_of_block(block);
+        }
+    }
+
+    fn end_of_block(&mut self, block: Block) {
+        count(&mut self.counters.blocks, 1);
+        let failed = block.fault.is_some();
+        self.flag(fault::NETWORK, failed);
+        self.failures = if failed {
+            self.failures.saturating_add(1)
+        } else {
+            0
+        };
+        let zero = block.rate_error == [0.0; 3] && block.force_error == [0.0; 3];
+        self.block = Some(block);
+        if self.mode == Mode::Bypass && zero {
+            self.correction = None; // faded out
+        }
+    }
+
+    /// Whether the networks have failed for too long.
+    pub fn has_failed(&self) -> bool {
+        self.failures >= FAILURES
+    }
+
+    /// Words came whose meaning is not known, although they should be corrected.
+    pub fn is_lost(&self) -> bool {
+        self.mode != Mode::Bypass && self.faults & fault::UNITS != 0
+    }
+
+    /// The stream has a hole: damage, silence, lost bytes.
+    pub fn hole(&mut self) {
+        if let Some(Correction { compensator, state }) = &mut self.correction {
+            compensator.give_up_block(state);
+        }
+    }
+
+    /// A correction for frames of this kind, when one is wanted.
+    fn make(&mut self, format: Format, content: u8) {
+        self.made_for = Some((format, content));
+        let setup = Setup::new(&self.config, &self.stim, format, content);
+        if setup.is_some() && setup == self.setup && self.correction.is_some() {
+            return; // another content of the same meaning: a STIM300 that now sends temperatures too
+        }
+        self.keep_count();
+        self.setup = setup;
+        let slew = (self.alignment == Some(Alignment::Finished)).then_some(self.config.slew);
+        let wanted = self.mode != Mode::Bypass;
+        self.correction = setup.filter(|_| wanted).and_then(|setup| {
+            let compensator = setup.compensator(&self.config, slew)?;
+            let state = State::default();
+            Some(Correction { compensator, state })
+        });
+        self.failures = 0;
+        self.flag(fault::NETWORK, false);
+        self.flag(fault::UNITS, wanted && self.correction.is_none());
+    }
+
+    /// Forget what the stream means: the next frame tells anew.
+    pub fn forget(&mut self) {
+        self.keep_count();
+        self.made_for = None;
+        self.setup = None;
+        self.correction = None;
+        self.last = Last::default();
+    }
+
+    /// The sensor has told its configuration.
+    pub fn configured(&mut self, stim: stim300::config::Config) {
+        if self.stim != stim {
+            self.stim = stim;
+            self.made_for = None;
+        }
+    }
+
+    /// Another mode; the caller has checked that it may be.
+    pub fn set_mode(&mut self, mode: Mode) {
+        let fade = self.alignment == Some(Alignment::Finished);
+        self.mode = mode;
+        match &mut self.correction {
+            Some(correction) if fade => correction.state.off = mode == Mode::Bypass,
+            _ => {
+                self.keep_count();
+                self.correction = None;
+                self.made_for = None;
+            }
+        }
+        self.failures = 0;
+    }
+
+    /// The navigation computer's alignment: from its end on corrections only change slowly.
+    pub fn align(&mut self, alignment: Alignment) {
+        self.alignment = Some(alignment);
+        if let Some(correction) = &mut self.correction {
+            // a fade that is on its way stays one
+            let slow = alignment == Alignment::Finished || correction.state.off;
+            correction.compensator.slew = slow.then_some(self.config.slew);
+        }
+    }
+
+    /// Other networks from the next word on; the block in progress is given up, the estimate held until they have stepped.
+    pub fn set_nets(&mut self, nets: Nets) {
+        self.config.nets = nets;
+        self.failures = 0;
+        if let Some(correction) = &mut self.correction {
+            correction.compensator.gyro = nets.gyro;
+            correction.compensator.accel = nets.accel;
+            correction.compensator.give_up_block(&mut correction.state);
+            correction.state.reset_nets();
+        }
+    }
+
+    /// Blocks given up, corrections clipped.
+    pub fn blocks(&self) -> (u32, u32) {
+        let state = self.correction.as_ref().map(|c| &c.state);
+        let given_up = state.map_or(0, |s| s.given_up);
+        let clipped = state.map_or(0, |s| s.clipped);
+        (
+            self.counters.given_up.saturating_add(given_up),
+            self.clipped.saturating_add(clipped),
+        )
+    }
+
+    /// Before a state is dropped.
+    fn keep_count(&mut self) {
+        (self.counters.given_up, self.clipped) = self.blocks();
+        if let Some(correction) = &mut self.correction {
+            correction.state.given_up = 0;
+            correction.state.clipped = 0;
+        }
+    }
+
+    pub fn flag(&mut self, bit: u32, set: bool) {
+        self.faults = if set {
+            self.faults | bit
+        } else {
+            self.faults & !bit
+        };
+    }
+}
+
+/// Counters are held at their end.
+pub(super) fn count(counter: &mut u32, by: u32) {
+    *counter = counter.saturating_add(by);
+}

@@ -1,0 +1,129 @@
+//! The way back: what the navigation computer says to the sensor, and who answers.
+//!
+//! Its bytes go to the sensor as they come, whatever the format, and the sensor's answers go back with the stream. Only for a
+//! STIM300 they are also understood: a client may start knowing nothing and wait for the answer to `C`, and a sensor whose
+//! receiving side is not wired never gives it. Then it is answered from what is stored here; what is not stored is not
+//! answered.
+
+use super::Config;
+use super::flow::{Flow, count};
+use crate::link::Line;
+use crate::wire::stim300::config::{
+    self, CONFIGURATION_ID, PART_NUMBER_ID, SERIAL_NUMBER_ID, special_len,
+};
+use crate::wire::stim300::request::{Request, Requests};
+use heapless::Vec;
+
+/// A stored special datagram, without CR LF.
+type Datagram = Vec<u8, { config::LEN }>;
+
+/// Requests of the navigation computer on the way to a STIM300.
+#[derive(Debug, Default)]
+pub(super) struct Reverse {
+    requests: Requests,
+    /// The identifier of the answer that is due, and until when the sensor may give it, microseconds.
+    due: Option<(u8, u64)>,
+    /// Part number and serial number, as the sensor sent them after its power-on.
+    stored: [Datagram; 2],
+    /// The sensor has told its configuration.
+    configured: bool,
+    asked: bool,
+}
+
+/// Something the sensor must be watched for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Notice {
+    /// It answers text from here on, no frames.
+    Service,
+}
+
+impl Reverse {
+    /// Bytes on their way to the sensor.
+    pub fn watch(&mut self, bytes: &[u8], flow: &mut Flow, now: u64) -> Option<Notice> {
+        let mut notice = None;
+        for &byte in bytes {
+            let Some(request) = self.requests.push(byte) else {
+                continue;
+            };
+            count(&mut flow.counters.requests, 1);
+            if let (Some(id), Some(wait)) = (request.answer_id(), flow.config.answer_us) {
+                self.due = Some((id, now.saturating_add(u64::from(wait))));
+            }
+            match request {
+                Request::ServiceMode | Request::UtilityMode => notice = Some(Notice::Service),
+                Request::Reset => self.configured = false,
+                _ => {}
+            }
+        }
+        notice
+    }
+
+    /// A special datagram of the sensor, which has been sent on.
+    pub fn special(&mut self, bytes: &[u8], flow: &mut Flow) {
+        let Some(id) = bytes.first().and_then(|&id| plain(id)) else {
+            return;
+        };
+        if self.due.is_some_and(|(due, _)| due == id) {
+            self.due = None;
+        }
+        match id {
+            CONFIGURATION_ID => {
+                if let Ok(config) = config::Config::parse(bytes) {
+                    self.configured = true;
+                    flow.configured(config);
+                }
+            }
+            PART_NUMBER_ID | SERIAL_NUMBER_ID => {
+                let [part, serial] = &mut self.stored;
+                let place = if id == PART_NUMBER_ID { part } else { serial };
+                place.clear();
+                let _ = place.extend_from_slice(bytes); // 20 bytes always fit
+            }
+            _ => {}
+        }
+    }
+
+    /// Answer in the sensor's place when its time is over.
+    pub fn answer(&mut self, flow: &mut Flow, out: &mut impl Line, now: u64) {
+        let Some((id, _)) = self.due.filter(|(_, until)| now >= *until) else {
+            return;
+        };
+        let configuration = flow.stim.emit();
+        let [part, serial] = &self.stored;
+        let datagram: &[u8] = match id {
+            CONFIGURATION_ID => &configuration,
+            PART_NUMBER_ID => part,
+            SERIAL_NUMBER_ID => serial,
+            _ => &[],
+        };
+        self.due = None;
+        if datagram.is_empty() {
+            return;
+        }
+        let mut message: Vec<u8, { config::LEN + 2 }> = Vec::new();
+        let _ = message.extend_from_slice(datagram); // with CR LF it fits exactly
+        if datagram.first() != Some(&id) {
+            let _ = message.extend_from_slice(b"\r\n");
+        }
+        let sent = out.send(&message).is_ok();
+        count(&mut flow.counters.answered, u32::from(sent));
+        count(&mut flow.counters.dropped, u32::from(!sent));
+    }
+
+    /// Ask for the configuration, once, before the words are corrected by it.
+    pub fn ask(&mut self, config: &Config, sensor: &mut impl Line) {
+        if config.ask && !self.configured && !self.asked {
+            self.asked = sensor.send(b"C\r").is_ok();
+        }
+    }
+}
+
+/// The identifier without CR LF of a special datagram's.
+fn plain(id: u8) -> Option<u8> {
+    special_len(id)?;
+    Some(match id {
+        0xB3 | 0xB7 => id - 2,
+        0xBD | 0xBF | 0xD2 => id - 1,
+        _ => id,
+    })
+}

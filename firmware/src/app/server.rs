@@ -1,0 +1,204 @@
+//! The command link: requests in, answers out.
+
+use super::Nets;
+use super::flow::Flow;
+use super::phase::{Machine, Phase};
+use crate::wire::command::{
+    Alignment, Counters, Health, MAX_CHUNK, MAX_PACKET, Mode, Reason, Request, Response, Version,
+    WIRE_VERSION, decode, encode, fault,
+};
+use heapless::Vec;
+use lrnn_nostd::image::{self, IMAGE_LEN};
+
+/// Bytes of the weight image of the link: the gyro network's image, then the accelerometer network's.
+pub const IMAGES_LEN: usize = 2 * IMAGE_LEN;
+
+/// Version of the weight image's format.
+const IMAGE_VERSION: u16 = 1;
+
+/// This firmware's version, from its manifest.
+const FIRMWARE: [u16; 3] = [
+    number(env!("CARGO_PKG_VERSION_MAJOR")),
+    number(env!("CARGO_PKG_VERSION_MINOR")),
+    number(env!("CARGO_PKG_VERSION_PATCH")),
+];
+
+const fn number(text: &str) -> u16 {
+    match u16::from_str_radix(text, 10) {
+        Ok(number) => number,
+        Err(_) => panic!("a version that is no number"), // at compile time
+    }
+}
+
+/// Serves the command link. Every request may come twice (its answer was lost): the second time changes nothing more.
+#[derive(Debug)]
+pub(super) struct Server {
+    /// The image being received, from its beginning without holes.
+    received: Vec<u8, IMAGES_LEN>,
+    answer: [u8; MAX_PACKET],
+}
+
+impl Server {
+    pub const fn new() -> Server {
+        Server {
+            received: Vec::new(),
+            answer: [0; MAX_PACKET],
+        }
+    }
+
+    /// Carry out a packet; the answer to send, if it was a request.
+    pub fn serve(
+        &mut self,
+        packet: &mut [u8],
+        flow: &mut Flow,
+        machine: &mut Machine,
+    ) -> Option<&[u8]> {
+        let (number, request) = decode::<Request>(packet).ok()?;
+        let mut image = [0; MAX_CHUNK];
+        let response = self.carry_out(&request, flow, machine, &mut image);
+        encode(number, &response, &mut self.answer)
+            .ok()
+            .map(|packet| &*packet)
+    }
+
+    fn carry_out<'b>(
+        &mut self,
+        request: &Request,
+        flow: &mut Flow,
+        machine: &mut Machine,
+        buffer: &'b mut [u8; MAX_CHUNK],
+    ) -> Response<'b> {
+        let done = match *request {
+            Request::GetVersion => {
+                return Response::Version(Version {
+                    wire: WIRE_VERSION,
+                    firmware: FIRMWARE,
+                    image: IMAGE_VERSION,
+                });
+            }
+            Request::GetHealth => return Response::Health(health(flow, machine)),
+            Request::GetCounters => return Response::Counters(counters(flow, machine)),
+            Request::ReadImage { offset, length } => {
+                return read_image(&flow.config.nets, offset, length, buffer);
+            }
+            Request::SetMode(mode) => set_mode(mode, flow, machine),
+            Request::WriteImage { offset, bytes } => self.write_image(offset, bytes),
+            Request::CommitImage { length } => self.commit_image(length, flow),
+            Request::Reference(_) => Err(Reason::NotAvailable),
+            Request::Alignment(alignment) => {
+                flow.align(alignment);
+                Ok(())
+            }
+        };
+        match done {
+            Ok(()) => Response::Done,
+            Err(reason) => Response::Refused(reason),
+        }
+    }
+
+    /// A piece at the end of what is there, or over its end: sending one again is allowed, leaving a hole is not.
+    fn write_image(&mut self, offset: u32, bytes: &[u8]) -> Result<(), Reason> {
+        let offset = usize::try_from(offset).map_err(|_| Reason::Range)?;
+        if offset > self.received.len() || offset + bytes.len() > IMAGES_LEN {
+            return Err(Reason::Range);
+        }
+        self.received.truncate(offset);
+        self.received
+            .extend_from_slice(bytes)
+            .map_err(|_| Reason::Range)
+    }
+
+    /// Both networks or none; between two words.
+    fn commit_image(&mut self, length: u32, flow: &mut Flow) -> Result<(), Reason> {
+        if usize::try_from(length) != Ok(IMAGES_LEN) || self.received.len() != IMAGES_LEN {
+            return Err(Reason::Range);
+        }
+        // during the alignment no correction may change; after it a fade covers networks that come into use later
+        let aligned = flow.alignment == Some(Alignment::Finished) && flow.mode == Mode::Bypass;
+        if flow.alignment.is_some() && !aligned {
+            return Err(Reason::Alignment);
+        }
+        let (gyro, accel) = self
+            .received
+            .split_at_checked(IMAGE_LEN)
+            .ok_or(Reason::Range)?;
+        let nets = Nets {
+            gyro: image::decode(gyro).map_err(|_| Reason::Image)?,
+            accel: image::decode(accel).map_err(|_| Reason::Image)?,
+        };
+        flow.set_nets(nets);
+        Ok(())
+    }
+}
+
+fn set_mode(mode: Mode, flow: &mut Flow, machine: &mut Machine) -> Result<(), Reason> {
+    if matches!(mode, Mode::Shadow | Mode::Learn) {
+        return Err(Reason::NotAvailable);
+    }
+    // while it lasts the correction may be taken off no more than put on: either would be a jump
+    if flow.alignment == Some(Alignment::Started) && mode != flow.mode {
+        return Err(Reason::Alignment);
+    }
+    flow.set_mode(mode);
+    match machine.phase() {
+        Phase::Run(_) => machine.transition_to_run(mode),
+        Phase::Fault(_) => {
+            flow.forget();
+            *machine = machine.restarted();
+        }
+        Phase::Start | Phase::Detect => {} // in force when the format is known
+    }
+    Ok(())
+}
+
+fn health(flow: &Flow, machine: &Machine) -> Health {
+    let all = counters(flow, machine);
+    Health {
+        mode: flow.mode,
+        faults: faults(flow, machine),
+        frames: all.frames,
+        bad_checksums: all.bad_checksums,
+        garbage: all.garbage,
+        missed: all.missed,
+        saturated: all.saturated,
+        bounded: flow.blocks().1,
+    }
+}
+
+pub(super) fn faults(flow: &Flow, machine: &Machine) -> u32 {
+    flow.faults
+        | match machine.phase() {
+            Phase::Fault(_) => fault::PASS_THROUGH,
+            _ => 0,
+        }
+}
+
+pub(super) fn counters(flow: &Flow, machine: &Machine) -> Counters {
+    Counters {
+        given_up: flow.blocks().0,
+        entered: machine.entered(),
+        ..flow.counters
+    }
+}
+
+fn read_image<'b>(
+    nets: &Nets,
+    offset: u32,
+    length: u16,
+    buffer: &'b mut [u8; MAX_CHUNK],
+) -> Response<'b> {
+    let images = [image::encode(&nets.gyro), image::encode(&nets.accel)];
+    let start = usize::try_from(offset).unwrap_or(usize::MAX);
+    if start > IMAGES_LEN || usize::from(length) > MAX_CHUNK {
+        return Response::Refused(Reason::Range);
+    }
+    let rest = images.as_flattened().get(start..).unwrap_or_default();
+    let len = rest.len().min(usize::from(length));
+    for (place, byte) in buffer.iter_mut().zip(rest) {
+        *place = *byte;
+    }
+    Response::Image {
+        offset,
+        bytes: buffer.get(..len).unwrap_or_default(),
+    }
+}
