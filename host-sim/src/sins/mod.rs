@@ -33,12 +33,13 @@ pub struct HeightLoop {
 /// The navigator: its state, and what it remembers of the word before.
 #[derive(Debug, Clone)]
 pub struct Sins {
-    /// Present solution.
+    /// Present solution. Small corrections may be made to it between words; for another place make a new navigator.
     pub nav: NavState,
     samples: Samples,
     past: [Increment; 2],
-    acceleration: Vector3<f64>,
-    // the Earth at the middle of the last word
+    // half the last word's change of velocity
+    half_change: Vector3<f64>,
+    // the Earth at the middle of the next word
     earth: Local,
     polar: bool,
 }
@@ -54,7 +55,7 @@ impl Sins {
             nav,
             samples: Samples::Two,
             past: [Increment::default(); 2],
-            acceleration: Vector3::zeros(),
+            half_change: Vector3::zeros(),
             earth: Local::at(nav.position.lat, nav.position.h),
             polar: outside(nav.position.lat),
         }
@@ -73,11 +74,14 @@ impl Sins {
             velocity,
             q_bn,
         } = self.nav;
-        // navigation-frame quantities at the middle of the step, extrapolated with the last acceleration
-        let v_mid = velocity + self.acceleration * (0.5 * dt);
-        let lat_mid = position.lat + 0.5 * dt * v_mid.x / self.earth.m_h;
-        let h_mid = position.h - 0.5 * dt * v_mid.z;
-        let mid = Local::at(lat_mid, h_mid);
+        // Earth and velocity at the middle of the word. The Earth is looked up one word ahead: off by acceleration dt^2, some
+        // micrometres to millimetres, it is ready when needed, and the look-up overlaps with the rest of the step
+        let mid = self.earth;
+        self.earth = Local::at(
+            position.lat + 1.5 * dt * velocity.x / mid.m_h,
+            position.h - 1.5 * dt * velocity.z,
+        );
+        let v_mid = velocity + self.half_change;
         let omega_ie = mid.omega_ie();
         let omega_en = mid.omega_en(&v_mid);
         let zeta = (omega_ie + omega_en) * dt;
@@ -90,7 +94,7 @@ impl Sins {
         let gravity_coriolis = mid.gravity() - (omega_ie * 2.0 + omega_en).cross(&v_mid);
         let change = dv_n + gravity_coriolis * dt;
         let v_new = velocity + change;
-        let v_mean = (velocity + v_new) * 0.5;
+        let v_mean = velocity + change * 0.5;
 
         self.nav.position = Geodetic {
             lat: position.lat + v_mean.x * dt / mid.m_h,
@@ -101,8 +105,7 @@ impl Sins {
         let mut q = from_rotvec(&-zeta) * q_bn * from_rotvec(&phi);
         q.renormalize_fast();
         self.nav.q_bn = q;
-        self.acceleration = change / dt;
-        self.earth = mid;
+        self.half_change = change * 0.5;
         self.polar |= outside(self.nav.position.lat);
         self.past = [*word, self.past[0]];
     }
