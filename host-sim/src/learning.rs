@@ -3,12 +3,27 @@
 use crate::session::{EPOCH_S, Session};
 use crate::teacher::{Assumptions, Reference};
 use firmware::compensator::{Compensator, Limit, State};
-use lrnn_nostd::learn::{GaussNewton, Learner};
+use lrnn_nostd::learn::{GaussNewton, Guarded, Learner, Paper, StepSizes};
 use lrnn_nostd::{Net, Normalisation, Weights};
 use nalgebra::Vector3;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
+
+/// Rules of `lrnn-nostd` for the weights of the next pass.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Rule {
+    /// Gauss-Newton with a prior on each weight: some ten passes.
+    GaussNewton,
+    /// The paper's step sizes, guarded: a pass that raises the cost is undone. Hundreds of passes, no prior.
+    Guarded,
+    /// The paper's rule as printed (eq. 7-13).
+    Paper,
+}
+
+/// The paper's constants eps_1 = eps_2 = eps_3, of which it only says that they lie in [0, 1] (assumed).
+const PAPER_EPS: f64 = 0.1;
 
 /// How the networks are taught.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -16,8 +31,12 @@ use serde::{Deserialize, Serialize};
 pub struct NetworkSpec {
     /// Epochs (s) in a reference window, >= 1.
     pub window_s: u32,
+    /// How the weights follow from a pass.
+    pub rule: Rule,
     /// Passes over the learning part, >= 1.
     pub passes: u32,
+    /// First step of the gradient rules, relative to the mean over windows, > 0.
+    pub first_step: f64,
     /// Standard deviation of each weight around its start: the prior that keeps 63 parameters from fitting noise. > 0
     pub weight_sigma: f64,
     /// The references of neighbouring windows share their errors over about this time, s, > 0.
@@ -32,7 +51,9 @@ impl Default for NetworkSpec {
     fn default() -> Self {
         Self {
             window_s: 10,
+            rule: Rule::GaussNewton,
             passes: 12,
+            first_step: 0.1,
             weight_sigma: 0.3,
             correlation_s: 300.0,
             held_back: 0.2,
@@ -142,15 +163,7 @@ pub fn compensator(session: &Session, nets: &[Net; 2], assumptions: &Assumptions
         accel: 10.0 * assumptions.prior.accel_bias as f32,
     };
     let block = session.words_per_epoch() as u16;
-    Compensator::new(
-        nets[0].clone(),
-        nets[1].clone(),
-        session.lsb,
-        session.dt,
-        block,
-        limit,
-    )
-    .expect("checked")
+    Compensator::new(nets[0], nets[1], session.lsb, session.dt, block, limit).expect("checked")
 }
 
 /// What came out of a compensator: corrected counts are in the session; the estimates are a block's, in force over the next one.
@@ -194,7 +207,37 @@ pub struct Taught {
     pub cost: Vec<f64>,
 }
 
-/// Teaches one network. `references` are consecutive epochs; `pick` takes the triad's error out of a reference.
+/// A reference over a window: the epochs it covers, what the output must sum to, and how much it counts.
+struct Target {
+    epochs: std::ops::Range<usize>,
+    sum: [f32; 3],
+    weight: f32,
+}
+
+/// Windows of consecutive references; `pick` takes the triad's error and its standard deviation out of a reference.
+fn targets(
+    spec: &NetworkSpec,
+    scale: f64,
+    references: &[Reference],
+    pick: impl Fn(&Reference) -> (Vector3<f64>, Vector3<f64>),
+) -> Vec<Target> {
+    let length = spec.window_s as usize;
+    let time = length as f64 * EPOCH_S;
+    let target = |piece: &[Reference]| {
+        let sum: Vector3<f64> = piece.iter().map(|r| pick(r).0 * EPOCH_S).sum();
+        let variance: f64 = piece.iter().map(|r| pick(r).1.norm_squared() / 3.0).sum();
+        let sigma = (variance / length as f64).sqrt() * time / scale;
+        Target {
+            epochs: piece[0].epoch..piece[0].epoch + length,
+            sum: [sum.x as f32, sum.y as f32, sum.z as f32],
+            weight: ((time / spec.correlation_s).min(1.0) / (sigma * sigma)) as f32,
+        }
+    };
+    references.chunks_exact(length).map(target).collect()
+}
+
+/// Teaches one network. `references` are consecutive epochs; `pick` takes the triad's error and its standard deviation out of a
+/// reference.
 #[must_use]
 pub fn teach(
     spec: &NetworkSpec,
@@ -204,43 +247,79 @@ pub fn teach(
     pick: impl Fn(&Reference) -> (Vector3<f64>, Vector3<f64>),
 ) -> Taught {
     let begin = start(spec.seed, spec.weight_sigma as f32);
-    let first_net = Net::new(begin.weights, normalisation);
-    let window = spec.window_s as usize;
-    let scale = f64::from(normalisation.output_scale[0]);
-    let ridges = begin.sigma.to_array().map(|s| 1.0 / (s * s));
-    let mut learner: Learner<GaussNewton> =
-        Learner::new(&first_net, GaussNewton::with_ridges(&begin.weights, ridges));
+    let net = Net::new(begin.weights, normalisation);
+    let targets = targets(
+        spec,
+        f64::from(normalisation.output_scale[0]),
+        references,
+        pick,
+    );
+    let total: f64 = targets.iter().map(|t| f64::from(t.weight)).sum();
+    // the gradient rules' step belongs to a mean over windows
+    let steps = |eta: f64| StepSizes {
+        feedback: eta as f32,
+        feed_forward: eta as f32,
+        bias: eta as f32,
+    };
+    let eta = spec.first_step / total.max(f64::MIN_POSITIVE) / f64::from(spec.window_s).powi(2);
+    match spec.rule {
+        Rule::GaussNewton => {
+            let ridges = begin.sigma.to_array().map(|s| 1.0 / (s * s));
+            passes(
+                spec,
+                &net,
+                GaussNewton::with_ridges(&begin.weights, ridges),
+                inputs,
+                &targets,
+            )
+        }
+        Rule::Guarded => passes(spec, &net, Guarded::new(steps(eta)), inputs, &targets),
+        Rule::Paper => passes(
+            spec,
+            &net,
+            Paper::new(steps(eta), steps(PAPER_EPS)),
+            inputs,
+            &targets,
+        ),
+    }
+}
+
+/// All passes by one rule.
+fn passes<U: lrnn_nostd::learn::Rule<f32>>(
+    spec: &NetworkSpec,
+    net: &Net,
+    rule: U,
+    inputs: &[[f32; 3]],
+    targets: &[Target],
+) -> Taught {
+    let mut learner: Learner<U> = Learner::new(net, rule);
+    let windows = targets
+        .iter()
+        .map(|t| f64::from(t.weight) * 3.0 * (t.epochs.len() as f64 * EPOCH_S).powi(2));
+    let norm: f64 = windows.sum::<f64>().max(f64::MIN_POSITIVE);
     let mut cost = Vec::new();
     for _ in 0..spec.passes {
         learner.begin_pass();
-        let first = references.first().map_or(inputs.len(), |r| r.epoch);
-        for input in &inputs[..first] {
-            let _ = learner.step(*input, EPOCH_S as f32);
-        }
-        learner.skip();
-        let mut weights = 0.0;
-        for piece in references.chunks_exact(window) {
-            let mut sum = Vector3::zeros();
-            let mut variance = 0.0;
-            for r in piece {
-                let _ = learner.step(inputs[r.epoch], EPOCH_S as f32);
-                let (error, sigma) = pick(r);
-                sum += error * EPOCH_S;
-                variance += sigma.norm_squared() / 3.0;
+        let mut epoch = 0;
+        for target in targets {
+            // what lies before a window only moves the state
+            for input in &inputs[epoch..target.epochs.start] {
+                let _ = learner.step(*input, EPOCH_S as f32);
             }
-            let time = window as f64 * EPOCH_S;
-            let sigma = (variance / window as f64).sqrt() * time / scale;
-            let weight = (time / spec.correlation_s).min(1.0) / (sigma * sigma);
-            weights += weight * 3.0 * time * time;
-            learner.reference([sum.x as f32, sum.y as f32, sum.z as f32], weight as f32);
+            learner.skip();
+            for input in &inputs[target.epochs.clone()] {
+                let _ = learner.step(*input, EPOCH_S as f32);
+            }
+            epoch = target.epochs.end;
+            learner.reference(target.sum, target.weight);
         }
         let pass = learner.end_pass();
         if pass.accepted {
-            cost.push(2.0 * f64::from(pass.cost) / weights);
+            cost.push(2.0 * f64::from(pass.cost) / norm);
         }
     }
     Taught {
-        net: Net::new(learner.proposal(), normalisation),
+        net: Net::new(learner.proposal(), net.normalisation),
         cost,
     }
 }

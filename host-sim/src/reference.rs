@@ -56,6 +56,10 @@ impl Add for Dual {
 
 impl Mul for Dual {
     type Output = Self;
+    #[expect(
+        clippy::suspicious_arithmetic_impl,
+        reason = "the product rule is a sum"
+    )]
     fn mul(self, other: Self) -> Self {
         let d = std::array::from_fn(|i| self.d[i] * other.value + self.value * other.d[i]);
         Self {
@@ -159,12 +163,12 @@ mod tests {
         for k in 0..64 {
             let got = net.step(&mut state, inputs(k).map(|x| x as f32)).output;
             let want = oracle.step(inputs(k).map(|x| f64::from(x as f32)));
-            for j in 0..3 {
+            for (got, want) in got.iter().zip(&want) {
                 assert!(
-                    (f64::from(got[j]) - want[j].value).abs() < 2e-6,
+                    (f64::from(*got) - want.value).abs() < 2e-6,
                     "step {k}: {} {}",
-                    got[j],
-                    want[j].value
+                    got,
+                    want.value
                 );
             }
         }

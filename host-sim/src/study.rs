@@ -94,7 +94,7 @@ pub fn study_from(
         references,
         bias,
         linear,
-        nets: [taught[0].net.clone(), taught[1].net.clone()],
+        nets: [taught[0].net, taught[1].net],
         taught,
         promoted: Use {
             gyro: true,
@@ -186,11 +186,7 @@ impl Study {
         let quiet = silent(&self.assumptions);
         let pick = |u: Use| {
             let net = |k: usize, used: bool| {
-                if used {
-                    self.taught[k].net.clone()
-                } else {
-                    quiet[k].clone()
-                }
+                if used { self.taught[k].net } else { quiet[k] }
             };
             [net(0, u.gyro), net(1, u.accel)]
         };

@@ -115,7 +115,7 @@ fn matrix(nav: &NavState, f_n: &Vector3<f64>) -> SMatrix<f64, NAV, NAV> {
     );
     let mut f = SMatrix::<f64, NAV, NAV>::zeros();
     let mut put = |row: usize, col: usize, block: Matrix3<f64>| {
-        f.fixed_view_mut::<3, 3>(row, col).copy_from(&block)
+        f.fixed_view_mut::<3, 3>(row, col).copy_from(&block);
     };
     put(0, 0, -skew(&omega_in));
     put(0, 3, en_v);

@@ -1,5 +1,10 @@
 //! `host-sim run` and `host-sim simulate`.
 
+#![allow(
+    clippy::unwrap_used,
+    reason = "test helpers; a failure here fails the test"
+)]
+
 use assert_cmd::Command;
 use serde_json::Value;
 use std::path::Path;
