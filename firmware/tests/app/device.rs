@@ -1,0 +1,182 @@
+//! The application between mock lines, under a clock that the test moves.
+
+use firmware::app::{App, Config, Lines, Nets};
+use firmware::link::{Clock, Full, Line, Lost};
+use firmware::wire::command::{Counters, MAX_PACKET, Packets, Request, Response, decode, encode};
+use lrnn_nostd::{Net, Normalisation, Weights};
+use std::cell::Cell;
+use std::collections::VecDeque;
+
+/// A line that keeps what it is told.
+#[derive(Debug)]
+pub struct Mock {
+    pub input: VecDeque<u8>,
+    /// Most bytes a call of `receive` gives.
+    pub piece: usize,
+    /// Every message sent, apart.
+    pub sent: Vec<Vec<u8>>,
+    /// Bytes that still find room.
+    pub room: usize,
+}
+
+impl Default for Mock {
+    fn default() -> Mock {
+        Mock {
+            input: VecDeque::new(),
+            piece: usize::MAX,
+            sent: Vec::new(),
+            room: usize::MAX,
+        }
+    }
+}
+
+impl Mock {
+    pub fn bytes(&self) -> Vec<u8> {
+        self.sent.concat()
+    }
+}
+
+impl Line for Mock {
+    fn receive(&mut self, buffer: &mut [u8]) -> Result<usize, Lost> {
+        let len = buffer.len().min(self.input.len()).min(self.piece);
+        for (place, byte) in buffer.iter_mut().zip(self.input.drain(..len)) {
+            *place = byte;
+        }
+        Ok(len)
+    }
+
+    fn send(&mut self, message: &[u8]) -> Result<(), Full> {
+        if message.len() > self.room {
+            return Err(Full);
+        }
+        self.room -= message.len();
+        if !message.is_empty() {
+            self.sent.push(message.to_vec());
+        }
+        Ok(())
+    }
+}
+
+#[derive(Debug, Default)]
+pub struct Time(Cell<u64>);
+
+impl Clock for Time {
+    fn now_us(&self) -> u64 {
+        self.0.get()
+    }
+}
+
+/// A device on the bench.
+#[derive(Debug)]
+pub struct Device<S = Mock> {
+    pub app: App,
+    pub lines: Lines<S, Mock, Mock, Mock>,
+    pub time: Time,
+    number: u8,
+}
+
+impl Device<Mock> {
+    pub fn new(config: Config) -> Device<Mock> {
+        Device::on(config, Mock::default())
+    }
+
+    /// Frames of the sensor, all at once.
+    pub fn feed(&mut self, bytes: &[u8]) {
+        self.lines.sensor.input.extend(bytes);
+        self.settle();
+    }
+}
+
+impl<S: Line> Device<S> {
+    pub fn on(config: Config, sensor: S) -> Device<S> {
+        Device {
+            app: App::new(config),
+            lines: Lines {
+                sensor,
+                navigation: Mock::default(),
+                command: Mock::default(),
+                gnss: Mock::default(),
+            },
+            time: Time::default(),
+            number: 0,
+        }
+    }
+
+    /// Passes until there is no more work; each takes 10 microseconds.
+    pub fn settle(&mut self) {
+        while self.app.poll(&mut self.lines, &self.time) {
+            self.pass_us(10);
+        }
+    }
+
+    pub fn pass_us(&mut self, us: u64) {
+        self.time.0.set(self.time.0.get() + us);
+    }
+
+    /// Time in steps of 1 ms.
+    pub fn wait_ms(&mut self, ms: u64) {
+        for _ in 0..ms {
+            self.pass_us(1000);
+            self.settle();
+        }
+    }
+
+    pub fn counters(&self) -> Counters {
+        self.app.counters()
+    }
+
+    /// Ask over the command link and hand the answer to `check`; a beginning of a frame may keep it waiting.
+    pub fn ask<T>(&mut self, request: &Request, check: impl FnOnce(Response) -> T) -> T {
+        self.number = self.number.wrapping_add(1);
+        let mut buffer = [0; MAX_PACKET];
+        let packet = encode(self.number, request, &mut buffer).expect("a packet");
+        self.lines.command.input.extend(&*packet);
+        for _ in 0..100 {
+            self.wait_ms(1);
+            let mut packets = Packets::new();
+            for byte in self.lines.command.bytes() {
+                if let Some(packet) = packets.push(byte) {
+                    let (number, response) = decode::<Response>(packet).expect("our own packet");
+                    assert_eq!(number, self.number);
+                    self.lines.command.sent.clear();
+                    return check(response);
+                }
+            }
+        }
+        panic!("no answer");
+    }
+
+    /// Ask for something that must be done.
+    pub fn order(&mut self, request: &Request) {
+        self.ask(request, |answer| assert_eq!(answer, Response::Done));
+    }
+}
+
+/// A network that says `error` whatever comes in.
+pub fn constant(error: [f32; 3]) -> Net {
+    let mut weights = Weights::zero();
+    weights.layers[2].b = error;
+    Net::new(weights, Normalisation::identity())
+}
+
+/// Networks that say these errors, rad/s and m/s2.
+pub fn nets(gyro: [f32; 3], accel: [f32; 3]) -> Nets {
+    Nets {
+        gyro: constant(gyro),
+        accel: constant(accel),
+    }
+}
+
+/// A network whose first step overflows.
+pub fn broken() -> Net {
+    let mut weights = Weights::zero();
+    weights.layers[0].b = [f32::MAX; 3];
+    weights.layers[0].w = [[f32::MAX; 3]; 3];
+    Net::new(
+        weights,
+        Normalisation {
+            input_scale: [f32::MAX; 3],
+            ..Normalisation::identity()
+        },
+    )
+}

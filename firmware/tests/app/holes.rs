@@ -1,0 +1,361 @@
+//! Damage, gaps, silence: at most the damaged frame is lost, nothing is made up, and the networks do not step over a hole.
+
+use crate::device::{Device, broken, nets};
+use crate::frames::{Fields, KINDS, Kind, frames_in, words};
+use firmware::app::{Config, Nets, Phase, phase::Cause};
+use firmware::link::faulty::{Chances, Faulty};
+use firmware::wire::command::{Mode, Request, fault};
+use firmware::wire::{Format, kvh, novatel, stim300};
+use proptest::prelude::*;
+
+const STIM: Kind = Kind::Stim300(0x91, 1, 1);
+const KVH: Kind = Kind::Kvh(kvh::Layout::A, true);
+
+proptest! {
+    /// One wrong bit anywhere costs the frame it is in and no other, in any format, however the bytes arrive.
+    #[test]
+    fn a_wrong_bit_costs_one_frame(
+        which in 0..KINDS.len(), bit: prop::sample::Index, hit in 2..8usize, piece in 1..80usize,
+    ) {
+        let kind = KINDS[which];
+        let mut sent = kind.stream(0, 12);
+        let bits = 8 * sent[hit].len();
+        let bit = bit.index(bits);
+        sent[hit][bit / 8] ^= 1 << (bit % 8);
+        let mut device = Device::new(Config { mode: Mode::Frozen, block: 0.003, ..kind.config() });
+        device.lines.sensor.piece = piece;
+        device.feed(&sent.concat());
+        device.wait_ms(200); // a false start at the end waits for no more than the silence
+        sent.remove(hit);
+        // a false start may hold the last frames back until the line is silent; they are then no frames any more
+        let out = &device.lines.navigation.sent;
+        prop_assert!(out.len() >= sent.len() - 3, "{} of {}", out.len(), sent.len());
+        prop_assert_eq!(out, &sent[..out.len()]);
+    }
+
+    /// Garbage of any kind between frames costs none of them and is counted byte for byte; nothing of it leaves.
+    #[test]
+    fn garbage_is_counted_and_kept_back(
+        which in 0..KINDS.len(), piece in 1..80usize,
+        noise in prop::collection::vec(prop::collection::vec(any::<u8>(), 0..60), 10),
+    ) {
+        let kind = KINDS[which];
+        let frames = kind.stream(0, 30);
+        let mut stream = Vec::new();
+        for (n, frame) in frames.iter().enumerate() {
+            stream.extend(noise.get(n).into_iter().flatten());
+            stream.extend(frame);
+        }
+        let mut device = Device::new(kind.config());
+        device.lines.sensor.piece = piece;
+        device.feed(&stream);
+        prop_assert_eq!(frames_in(kind.format(), &device.lines.navigation.bytes()), &frames[..]);
+        let counters = device.counters();
+        let other = stream.len() - frames.concat().len();
+        let passed = device.lines.navigation.bytes().len() - frames.concat().len(); // CR LF among the noise
+        prop_assert_eq!(counters.garbage as usize + counters.bad_checksums as usize + passed, other);
+    }
+
+    /// A bad cable: every frame that leaves is one that was sent, in order; words corrected, all else untouched.
+    #[test]
+    fn nothing_is_made_up(seed: u64, which in 0..3usize, correct: bool, flip in 0..200u16, drop in 0..100u16, burst in 0..50u16) {
+        let kind = [STIM, KVH, Kind::Novatel(novatel::Log::Rawimusx)][which];
+        let error = if correct { [2e-6, -1e-6, 3e-6] } else { [0.0; 3] };
+        let chances = Chances { flip, drop, burst, lost: 20, full: 0 };
+        let mut device = Device::on(
+            Config { mode: Mode::Frozen, nets: nets(error, [0.0; 3]), block: 0.01, ..kind.config() },
+            Faulty::new(crate::device::Mock::default(), chances, seed),
+        );
+        let sent = kind.stream(0, 300);
+        for frame in &sent {
+            device.lines.sensor.inner().input.extend(frame);
+            device.settle();
+            device.pass_us(900);
+        }
+        device.wait_ms(200);
+        let out = &device.lines.navigation.sent;
+        let mut rest = sent.iter();
+        for frame in out {
+            // the same frame but for its words' last counts and its checksum
+            let near = |s: &Vec<u8>| {
+                s.len() == frame.len() && words(kind.format(), s).iter().zip(words(kind.format(), frame))
+                    .all(|(a, b)| (a - b).abs() <= if kind == KVH { 1e-7 } else { 300.0 })
+                    && stamp(kind, s) == stamp(kind, frame)
+            };
+            prop_assert!(rest.any(near), "a frame that was never sent");
+        }
+        let done = device.lines.sensor.done();
+        // each damaged byte spoils at most its frame; lost bytes are not really lost here
+        prop_assert!(out.len() + done.bytes as usize + 3 >= sent.len(), "{} of {}, {done:?}", out.len(), sent.len());
+        if done.bytes == 0 {
+            prop_assert_eq!(out.len(), sent.len());
+        }
+    }
+}
+
+/// The fields of a frame that no correction touches.
+fn stamp(kind: Kind, frame: &[u8]) -> Vec<u8> {
+    let (from, to) = match kind {
+        Kind::Stim300(..) => (20, 24), // accelerometer status to latency
+        Kind::Kvh(..) => (28, 32),
+        _ => (4, 28), // header, time, status
+    };
+    frame[from..to].to_vec()
+}
+
+/// Holes in the sensor's counter are passed on as holes; the estimate is held and the block begins anew.
+#[test]
+fn gaps_are_passed_on_and_not_stepped_over() {
+    for kind in [STIM, KVH, Kind::Novatel(novatel::Log::Rawimusx)] {
+        let mut device = Device::new(Config {
+            mode: Mode::Frozen,
+            nets: nets([2e-5, 0.0, 0.0], [0.0; 3]),
+            block: 10.0 / kind.rate(),
+            ..kind.config()
+        });
+        let frame = |n| kind.frame(n, Fields::default());
+        let all = |device: &mut Device, range: std::ops::Range<u32>| {
+            range.for_each(|n| device.feed(&frame(n)));
+        };
+        all(&mut device, 0..15);
+        assert_eq!(
+            (device.counters().blocks, device.counters().given_up),
+            (1, 0)
+        );
+        all(&mut device, 18..27); // 3 missing; 9 of a new block
+        let counters = device.counters();
+        assert_eq!(
+            (counters.missed, counters.blocks, counters.given_up),
+            (3, 1, 1),
+            "{kind:?}"
+        );
+        assert_eq!(device.lines.navigation.sent.len(), 24);
+        let last = device.lines.navigation.sent.last().expect("a frame");
+        assert!(words(kind.format(), last)[0] < 0.0); // still corrected by the estimate held
+        all(&mut device, 27..28);
+        assert_eq!(device.counters().blocks, 2);
+        // the same frame again goes on, and is not counted into a block
+        device.feed(&frame(27));
+        assert_eq!(device.counters().duplicates, 1);
+        all(&mut device, 28..37);
+        assert_eq!(device.counters().blocks, 2);
+        all(&mut device, 37..38);
+        assert_eq!(
+            (device.counters().blocks, device.counters().given_up),
+            (3, 1)
+        );
+        assert_eq!(
+            stamp(kind, device.lines.navigation.sent.last().expect("one")),
+            stamp(kind, &frame(37))
+        );
+    }
+}
+
+/// Words the sensor itself calls invalid do not reach the networks; their frames and status bits leave as they came.
+#[test]
+fn invalid_words_are_not_learned_from() {
+    let contents = stim300::Contents::from_id(0x91).expect("an identifier");
+    let frame = |n: u8, status: u8| {
+        let cluster = |words, status| stim300::Cluster { words, status };
+        let repr = stim300::Repr {
+            contents,
+            gyro: cluster([100, 0, 0], status),
+            accel: cluster([0, 0, 41_000], status),
+            incl: stim300::Cluster::default(),
+            temperatures: [stim300::Temperatures::default(); 3],
+            extra: (0, 0),
+            counter: n.wrapping_mul(2),
+            latency_us: 120,
+        };
+        let mut buffer = [0; 63];
+        let len = repr.emit(&mut buffer).expect("room");
+        buffer[..len].to_vec()
+    };
+    let mut device = Device::new(Config {
+        mode: Mode::Frozen,
+        nets: nets([1e-3, 0.0, 0.0], [0.0; 3]),
+        limit: firmware::compensator::Limit {
+            gyro: 1.0,
+            accel: 1.0,
+        },
+        block: 0.01,
+        ..STIM.config()
+    });
+    (0..20).for_each(|n| device.feed(&frame(n, 0)));
+    assert_eq!(device.counters().blocks, 2);
+    // start-up: nothing is valid, so nothing is corrected
+    (20..40).for_each(|n| device.feed(&frame(n, stim300::status::START_UP)));
+    assert_eq!(
+        device.lines.navigation.sent[20..],
+        (20..40).map(|n| frame(n, 0x40)).collect::<Vec<_>>()
+    );
+    assert_eq!(device.app.faults(), fault::SENSOR);
+    // one axis overloaded: the others still need their correction, the networks wait
+    (40..60).for_each(|n| device.feed(&frame(n, stim300::status::OVERLOAD | 1)));
+    let last = device.lines.navigation.sent.last().expect("one").clone();
+    assert!(words(Format::Stim300, &last)[0] < 100.0);
+    assert_eq!((last[10], last[20]), (0x11, 0x11));
+    assert_eq!(device.counters().blocks, 2);
+    (60..70).for_each(|n| device.feed(&frame(n, 0)));
+    assert_eq!((device.counters().blocks, device.app.faults()), (3, 0));
+}
+
+#[test]
+fn silence_is_told_and_nothing_is_invented() {
+    for kind in [STIM, KVH] {
+        let mut device = Device::new(kind.config());
+        let frames = kind.stream(0, 40);
+        device.feed(&frames[..20].concat());
+        device.feed(&frames[20][..9]); // stops in the middle
+        device.wait_ms(99);
+        assert_eq!(device.app.faults(), 0);
+        device.wait_ms(500);
+        assert_eq!(device.app.faults(), fault::SILENT);
+        assert_eq!(device.lines.navigation.sent, frames[..20]);
+        assert_eq!(
+            (device.counters().silences, device.counters().garbage),
+            (1, 9)
+        );
+        device.feed(&frames[30..].concat());
+        assert_eq!(device.app.faults(), 0);
+        assert_eq!(device.lines.navigation.sent[20..], frames[30..]);
+        assert_eq!(device.counters().missed, 10);
+    }
+}
+
+/// A wrong bit rate is bytes without a frame: counted, flagged, kept back when the format is configured; searched anew and
+/// passed through when it is not.
+#[test]
+fn unknown_format_is_told_apart_from_damage() {
+    let noise: Vec<u8> = (0..6000u32)
+        .map(|n| (n.wrapping_mul(2_654_435_761) >> 24) as u8)
+        .collect();
+    let frames = KVH.stream(0, 20);
+    let mut device = Device::new(KVH.config());
+    device.feed(&frames.concat());
+    let mut damaged = frames[5].clone();
+    damaged[20] ^= 1;
+    device.feed(&damaged);
+    device.feed(&frames[6]);
+    assert_eq!(
+        (device.counters().bad_checksums, device.app.faults()),
+        (1, 0)
+    );
+    device.feed(&noise);
+    assert_eq!(device.app.faults(), fault::UNKNOWN_FORMAT);
+    assert_eq!(device.app.phase(), Phase::Run(Mode::Bypass));
+    assert_eq!(device.lines.navigation.sent.len(), 21);
+    assert!(device.counters().garbage >= 6000);
+
+    let mut device = Device::new(Config {
+        format: None,
+        ..KVH.config()
+    });
+    device.feed(&frames.concat());
+    assert_eq!(device.app.phase(), Phase::Run(Mode::Bypass));
+    device.feed(&noise);
+    assert_eq!(device.app.phase(), Phase::Detect);
+    // another sensor is plugged in
+    let other = STIM.stream(0, 30).concat();
+    device.feed(&other);
+    assert_eq!(device.app.phase(), Phase::Run(Mode::Bypass));
+    assert!(device.lines.navigation.bytes().ends_with(&other));
+    assert_eq!(device.counters().entered, [2, 2, 0]);
+}
+
+/// A full output drops whole frames, counts them, and what leaves is whole frames again.
+#[test]
+fn full_output_drops_whole_frames() {
+    let frames = STIM.stream(0, 100);
+    let mut device = Device::new(STIM.config());
+    for (n, frame) in frames.iter().enumerate() {
+        device.lines.navigation.room = if n % 3 == 0 { 27 } else { 28 };
+        device.feed(frame);
+    }
+    assert_eq!(device.counters().dropped, 34);
+    assert_eq!(device.app.faults(), fault::OUTPUT_FULL);
+    let kept: Vec<_> = frames
+        .iter()
+        .enumerate()
+        .filter(|(n, _)| n % 3 != 0)
+        .map(|(_, f)| f.clone())
+        .collect();
+    assert_eq!(device.lines.navigation.sent, kept);
+}
+
+/// Networks that fail: the last estimate is held and the frames are marked where they have room; then raw pass-through, from
+/// which only a command leads back.
+#[test]
+fn failing_networks_end_in_pass_through() {
+    let room = [
+        (STIM, None),
+        (KVH, Some((28, 0x08))),
+        (Kind::Novatel(novatel::Log::Rawimusx), Some((12, 0x80))),
+        (Kind::Hg4930, Some((15, 0x40))),
+    ];
+    for (kind, mark) in room {
+        let mut device = Device::new(Config {
+            mode: Mode::Frozen,
+            nets: Nets {
+                gyro: broken(),
+                ..Nets::NONE
+            },
+            block: 5.0 / kind.rate(),
+            ..kind.config()
+        });
+        let frames = kind.stream(0, 80);
+        for frame in &frames {
+            device.feed(frame);
+        }
+        assert_eq!(device.app.phase(), Phase::Fault(Cause::Network));
+        let sent = &device.lines.navigation.sent;
+        assert_eq!(
+            (&sent[..5], &sent[50..]),
+            (&frames[..5], &frames[50..]),
+            "{kind:?}"
+        );
+        for (out, frame) in sent[5..50].iter().zip(&frames[5..]) {
+            match mark {
+                None => assert_eq!(out, frame),
+                Some((at, bit)) => {
+                    assert_eq!(out[at], frame[at] | bit);
+                    assert_eq!(frames_in(kind.format(), out).len(), 1);
+                }
+            }
+        }
+        assert_eq!(device.app.faults(), fault::PASS_THROUGH | fault::NETWORK);
+        device.feed(&[1, 2, 3]); // anything
+        assert_eq!(
+            device.lines.navigation.sent.last().map(Vec::as_slice),
+            Some(&[1, 2, 3][..])
+        );
+        device.order(&Request::SetMode(Mode::Bypass));
+        device.feed(&frames.concat());
+        assert_eq!(
+            (device.app.phase(), device.counters().entered),
+            (Phase::Run(Mode::Bypass), [0, 2, 1])
+        );
+    }
+}
+
+/// Words whose meaning is not known are not corrected: the device steps aside.
+#[test]
+fn unknown_units_end_in_pass_through() {
+    let integrated = Kind::Stim300(0x91, 3, 3);
+    let mut device = Device::new(Config {
+        mode: Mode::Frozen,
+        ..integrated.config()
+    });
+    let stream = integrated.stream(0, 30).concat();
+    device.feed(&stream);
+    assert_eq!(device.app.phase(), Phase::Fault(Cause::Units));
+    assert_eq!(device.lines.navigation.bytes(), stream);
+    assert_eq!(device.app.faults(), fault::PASS_THROUGH | fault::UNITS);
+    // in bypass nothing needs to be known
+    let mut device = Device::new(integrated.config());
+    device.feed(&stream);
+    assert_eq!(
+        (device.app.phase(), device.app.faults()),
+        (Phase::Run(Mode::Bypass), 0)
+    );
+}
