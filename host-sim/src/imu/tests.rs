@@ -4,27 +4,13 @@ use crate::units::{DEG_PER_H, DEG_PER_SQRT_H, G0, UG};
 use nalgebra::Vector3;
 
 /// A spec without any error but pulses.
-fn perfect() -> ImuSpec {
-    let text: String = PRESETS[0]
-        .1
-        .lines()
-        .map(|l| zero_errors(l) + "\n")
-        .collect();
-    toml::from_str(&text).unwrap()
-}
-
-fn zero_errors(line: &str) -> String {
-    let key = line.split(' ').next().unwrap_or("");
-    let keep = key.is_empty()
-        || key.starts_with(['#', '['])
-        || key == "rate_hz"
-        || key.ends_with("_time_s")
-        || key.starts_with("pulse");
-    if keep {
-        line.to_string()
-    } else {
-        format!("{key} = 0.0")
-    }
+pub(super) fn perfect() -> ImuSpec {
+    let medium = ImuSpec::preset("medium").unwrap();
+    let mut spec = medium.error_model(ErrorModelName::Noise);
+    spec.gyro.angle_random_walk_dpsqrth = 0.0;
+    spec.gyro.dither = DitherSpec::default();
+    spec.accel.velocity_random_walk_ugpsqrthz = 0.0;
+    spec
 }
 
 fn sum_of(

@@ -1,0 +1,64 @@
+//! A delay of whole and broken words.
+
+use nalgebra::Vector3;
+
+/// Increments as a later sampling gives them: velocity is taken as running straight within a word, so nothing is lost.
+#[derive(Debug, Clone)]
+pub(super) struct Delay {
+    part: f64,
+    /// The last increments, the present one at `at`; before the first word all were like it.
+    ring: Vec<Vector3<f64>>,
+    at: usize,
+    begun: bool,
+}
+
+impl Delay {
+    /// A delay of `words` words, >= 0; `None` for no delay.
+    pub fn new(words: f64) -> Option<Self> {
+        (words > 0.0).then(|| Self {
+            part: words.fract(),
+            ring: vec![Vector3::zeros(); words as usize + 2],
+            at: 0,
+            begun: false,
+        })
+    }
+
+    /// Takes the present increment and gives the delayed one.
+    pub fn next(&mut self, increment: Vector3<f64>) -> Vector3<f64> {
+        if !self.begun {
+            self.ring.fill(increment);
+            self.begun = true;
+        }
+        let n = self.ring.len();
+        self.at = (self.at + 1) % n;
+        self.ring[self.at] = increment;
+        // the oldest is whole + 1 words old and stands after the present one
+        let (older, newer) = (self.ring[(self.at + 1) % n], self.ring[(self.at + 2) % n]);
+        newer * (1.0 - self.part) + older * self.part
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_ramp_comes_late_by_the_delay() {
+        for words in [0.25, 1.0, 2.75, 17.0] {
+            let mut delay = Delay::new(words).unwrap();
+            for i in 0..60 {
+                let late = delay.next(Vector3::repeat(f64::from(i)));
+                if f64::from(i) > words + 1.0 {
+                    assert!(
+                        (f64::from(i) - late.x - words).abs() < 1e-12,
+                        "{words}: {i} {}",
+                        late.x
+                    );
+                } else {
+                    assert!(late.x >= 0.0);
+                }
+            }
+        }
+        assert!(Delay::new(0.0).is_none());
+    }
+}

@@ -1,0 +1,264 @@
+//! Named groups of errors, for experiments that ask which kind of error a scheme can cope with.
+
+use super::spec::{AccelSpec, GyroSpec, ImuSpec};
+use serde::{Deserialize, Serialize};
+use std::str::FromStr;
+
+/// A group of errors.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum ErrorModelName {
+    /// White noise and quantisation, what dither leaves included: the floor.
+    Noise,
+    /// Noise, biases and their wandering, scale factor, misalignment.
+    Linear,
+    /// Linear and everything that follows temperature: warm-up, temperature, heating rate, gradient.
+    Thermal,
+    /// Linear and everything that bends: asymmetry, non-linearity, K2, cross coupling, vibration rectification.
+    Nonlinear,
+    /// All there is: also magnetic field, size effect, delay.
+    All,
+    /// All, with the thermal and the non-linear parts three-fold.
+    AllX3,
+}
+
+impl ErrorModelName {
+    /// All, from the least to the most.
+    pub const ALL: [Self; 6] = [
+        Self::Noise,
+        Self::Linear,
+        Self::Thermal,
+        Self::Nonlinear,
+        Self::All,
+        Self::AllX3,
+    ];
+
+    /// Name on the command line and in files.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Noise => "noise",
+            Self::Linear => "linear",
+            Self::Thermal => "thermal",
+            Self::Nonlinear => "nonlinear",
+            Self::All => "all",
+            Self::AllX3 => "all-x3",
+        }
+    }
+
+    /// Factors of the linear, the thermal, the non-linear and the remaining errors.
+    fn factors(self) -> [f64; 4] {
+        match self {
+            Self::Noise => [0.0, 0.0, 0.0, 0.0],
+            Self::Linear => [1.0, 0.0, 0.0, 0.0],
+            Self::Thermal => [1.0, 1.0, 0.0, 0.0],
+            Self::Nonlinear => [1.0, 0.0, 1.0, 0.0],
+            Self::All => [1.0, 1.0, 1.0, 1.0],
+            Self::AllX3 => [1.0, 3.0, 3.0, 1.0],
+        }
+    }
+}
+
+impl FromStr for ErrorModelName {
+    type Err = crate::error::Error;
+
+    fn from_str(text: &str) -> Result<Self, Self::Err> {
+        let known = Self::ALL.map(Self::name);
+        let found = Self::ALL.into_iter().find(|model| model.name() == text);
+        found.ok_or_else(|| crate::error::Error::unknown("error model", text, &known))
+    }
+}
+
+impl std::fmt::Display for ErrorModelName {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.pad(self.name())
+    }
+}
+
+impl ImuSpec {
+    /// The same IMU with only the errors of a group. With equal seeds, the errors that two groups share are the same in both.
+    #[must_use]
+    pub fn error_model(&self, name: ErrorModelName) -> Self {
+        let mut spec = self.clone();
+        for (group, factor) in groups(&mut spec).into_iter().zip(name.factors()) {
+            for value in group {
+                *value *= factor;
+            }
+        }
+        spec
+    }
+}
+
+/// The linear, thermal, non-linear and remaining errors. What is in none of them is noise, or says when or how and not how much.
+fn groups(spec: &mut ImuSpec) -> [Vec<&mut f64>; 4] {
+    let mut both = gyro_groups(&mut spec.gyro);
+    for (group, more) in both.iter_mut().zip(accel_groups(&mut spec.accel)) {
+        group.extend(more);
+    }
+    both
+}
+
+fn gyro_groups(gyro: &mut GyroSpec) -> [Vec<&mut f64>; 4] {
+    let linear = vec![
+        &mut gyro.bias_unit_dph,
+        &mut gyro.bias_turn_on_dph,
+        &mut gyro.bias_drift_dph,
+        &mut gyro.rate_random_walk_dphpsqrth,
+        &mut gyro.scale_ppm,
+        &mut gyro.misalignment_arcsec,
+    ];
+    let thermal = vec![
+        &mut gyro.warm_up_dph,
+        &mut gyro.temperature_dphpk,
+        &mut gyro.temperature_dphpk2,
+        &mut gyro.heating_dphpkpmin,
+        &mut gyro.heating_temperature_dphpk2pmin,
+        &mut gyro.gradient_dphpk,
+    ];
+    let nonlinear = vec![&mut gyro.scale_asymmetry_ppm, &mut gyro.nonlinearity_ppm];
+    [
+        linear,
+        thermal,
+        nonlinear,
+        vec![&mut gyro.magnetic_dphpgauss],
+    ]
+}
+
+fn accel_groups(accel: &mut AccelSpec) -> [Vec<&mut f64>; 4] {
+    let linear = vec![
+        &mut accel.bias_unit_ug,
+        &mut accel.bias_turn_on_ug,
+        &mut accel.bias_drift_ug,
+        &mut accel.acceleration_random_walk_ugpsqrth,
+        &mut accel.scale_ppm,
+        &mut accel.misalignment_arcsec,
+    ];
+    let thermal = vec![
+        &mut accel.warm_up_ug,
+        &mut accel.temperature_ugpk,
+        &mut accel.temperature_ugpk2,
+        &mut accel.heating_ugpkpmin,
+        &mut accel.heating_temperature_ugpk2pmin,
+        &mut accel.gradient_ugpk,
+    ];
+    let nonlinear = vec![
+        &mut accel.scale_asymmetry_ppm,
+        &mut accel.k2_ugpg2,
+        &mut accel.cross_coupling_ugpg2,
+        &mut accel.vibration_rectification_ugpg2,
+    ];
+    [
+        linear,
+        thermal,
+        nonlinear,
+        vec![&mut accel.size_effect_mm, &mut accel.delay_s],
+    ]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Every number by its path.
+    fn numbers(spec: &ImuSpec) -> Vec<(String, f64)> {
+        fn walk(path: &str, table: &toml::Table, into: &mut Vec<(String, f64)>) {
+            for (name, value) in table {
+                match value {
+                    toml::Value::Table(inner) => walk(&format!("{path}{name}."), inner, into),
+                    value => into.extend(value.as_float().map(|x| (format!("{path}{name}"), x))),
+                }
+            }
+        }
+        let mut all = vec![];
+        walk("", &toml::Table::try_from(spec).unwrap(), &mut all);
+        all
+    }
+
+    /// A spec with every number at 2, so that a factor shows.
+    fn twos() -> ImuSpec {
+        fn set(table: &mut toml::Table) {
+            for (_, value) in table.iter_mut() {
+                match value {
+                    toml::Value::Table(inner) => set(inner),
+                    toml::Value::Float(x) => *x = 2.0,
+                    _ => {}
+                }
+            }
+        }
+        let mut table = toml::Table::try_from(ImuSpec::preset("medium").unwrap()).unwrap();
+        set(&mut table);
+        table.try_into().unwrap()
+    }
+
+    /// Names whose value becomes `value` in a group.
+    fn at(model: ErrorModelName, value: f64) -> Vec<String> {
+        let all = numbers(&twos().error_model(model));
+        all.into_iter()
+            .filter(|(_, x)| *x == value)
+            .map(|(name, _)| name)
+            .collect()
+    }
+
+    #[test]
+    fn groups_switch_off_whole_kinds_and_never_noise_or_plain_numbers() {
+        let kept = at(ErrorModelName::Noise, 2.0);
+        // what stays of a spec when all errors are gone: noise, pulses, dither, times, the block, and the conditions of other numbers
+        let plain = [
+            "random_walk_dpsqrth",
+            "velocity_random_walk",
+            "pulse",
+            "dither",
+            "_time_s",
+            "block.",
+            "nonlinearity_rate",
+            "above_ratio",
+        ];
+        for name in &kept {
+            assert!(
+                plain.iter().any(|part| name.contains(part)),
+                "{name} is in no group"
+            );
+        }
+        assert_eq!(kept.len(), 21);
+        assert_eq!(at(ErrorModelName::Linear, 2.0).len(), kept.len() + 12);
+        assert_eq!(at(ErrorModelName::Thermal, 2.0).len(), kept.len() + 12 + 12);
+        assert_eq!(
+            at(ErrorModelName::Nonlinear, 2.0).len(),
+            kept.len() + 12 + 6
+        );
+        assert_eq!(twos().error_model(ErrorModelName::All), twos());
+        let tripled = at(ErrorModelName::AllX3, 6.0);
+        assert_eq!(tripled.len(), 18);
+        let systematic = [
+            "warm_up",
+            "temperature",
+            "heating_",
+            "gradient",
+            "asymmetry",
+            "nonlinearity_ppm",
+            "k2",
+            "cross_coupling",
+            "rectification",
+        ];
+        assert!(
+            tripled
+                .iter()
+                .all(|name| systematic.iter().any(|part| name.contains(part))),
+            "{tripled:?}"
+        );
+    }
+
+    #[test]
+    fn names_read_back_and_a_wrong_one_is_told() {
+        for model in ErrorModelName::ALL {
+            assert_eq!(model.to_string().parse::<ErrorModelName>().unwrap(), model);
+            let quoted = serde_json::to_string(&model).unwrap();
+            assert_eq!(quoted, format!("\"{model}\""));
+        }
+        let error = "al".parse::<ErrorModelName>().unwrap_err().to_string();
+        assert!(
+            error.contains("error model 'al', did you mean 'all'"),
+            "{error}"
+        );
+    }
+}
