@@ -246,21 +246,25 @@ impl Compensator {
 
     /// Move the estimate to its target, within the slew limit, and work out what it is per word.
     fn put_in_force(&self, state: &mut State, target: &[[f32; 3]; 2]) {
-        let slew = self.slew.map(|slew| [slew.gyro, slew.accel]);
-        for triad in 0..2 {
-            for axis in 0..3 {
-                let estimate = &mut state.estimate[triad][axis];
-                *estimate = match slew {
-                    None => target[triad][axis],
-                    Some(slew) => {
-                        *estimate
-                            + clip(target[triad][axis] - *estimate, slew[triad] * self.block_s)
+        let slew = self
+            .slew
+            .map(|slew| [slew.gyro, slew.accel].map(|s| s * self.block_s));
+        match slew {
+            None => state.estimate = *target,
+            Some(slew) => {
+                for ((estimate, target), slew) in state.estimate.iter_mut().zip(target).zip(slew) {
+                    for (e, t) in estimate.iter_mut().zip(target) {
+                        *e += clip(t - *e, slew);
                     }
-                };
-                let counts = *estimate * self.counts_per_error[triad];
-                state.due[triad][axis] = (counts * COUNT) as i64;
-                state.due_float[triad][axis] = -counts;
+                }
             }
+        }
+        let due = state.due.iter_mut().zip(&mut state.due_float);
+        let per_word = state.estimate.iter().zip(self.counts_per_error);
+        for ((due, due_float), (estimate, per_error)) in due.zip(per_word) {
+            let counts = estimate.map(|e| e * per_error);
+            *due = counts.map(|c| (c * COUNT) as i64);
+            *due_float = counts.map(|c| -c);
         }
     }
 }
