@@ -2,8 +2,8 @@
 //! frame written with its own words is the same frame, and one written with other words is still a frame.
 #![no_main]
 
-use firmware::wire::framer::{Event, Framer, Kind, LONGEST};
-use firmware::wire::{Axes, Detector, Format, Scan, Words, read, write};
+use firmware::wire::framer::{Event, Framer, LONGEST};
+use firmware::wire::{Axes, Change, Detector, Format, Scan, Words, read, write};
 use libfuzzer_sys::fuzz_target;
 
 const FORMATS: [Format; 5] = [
@@ -15,20 +15,34 @@ const FORMATS: [Format; 5] = [
 ];
 
 fn check(format: Format, event: Event<'_>, seen: &mut Vec<u8>) {
-    seen.extend_from_slice(event.bytes);
-    assert!(!event.bytes.is_empty());
-    if event.kind != Kind::Frame {
+    seen.extend_from_slice(event.bytes());
+    assert!(!event.bytes().is_empty());
+    let before = event.bytes().to_vec();
+    let len = before.len();
+    let Some(mut frame) = event.frame() else {
         return;
-    }
-    let len = event.bytes.len();
-    assert_eq!(format.scan(event.bytes), Scan::Frame(len));
-    let Ok(reading) = read(format, event.bytes) else {
+    };
+    assert_eq!(format.scan(&before), Scan::Frame(len));
+    let Ok(reading) = read(format, &before) else {
         assert_eq!(format, Format::Ubx);
         return;
     };
-    let before = event.bytes.to_vec();
-    assert_eq!(write(format, event.bytes, &reading.words), Ok(Axes::NONE));
-    assert_eq!(event.bytes, before);
+    let mut bytes = before.clone();
+    assert_eq!(write(format, &mut bytes, &reading.words), Ok(Axes::NONE));
+    assert_eq!(bytes, before);
+    let mut change = |words, mark| {
+        let change = Change {
+            words,
+            mark,
+            family: None,
+        };
+        let held = frame.change(&change);
+        (held, frame.bytes().to_vec())
+    };
+    assert_eq!(
+        change(&reading.words, false),
+        (Ok(Axes::NONE), before.clone())
+    );
     let other = match reading.words {
         Words::Counts { gyro, accel } => Words::Counts {
             gyro: gyro.map(|word| word.wrapping_mul(3)),
@@ -39,8 +53,13 @@ fn check(format: Format, event: Event<'_>, seen: &mut Vec<u8>) {
             accel: accel.map(|word| word / 0.0),
         },
     };
-    assert!(write(format, event.bytes, &other).is_ok());
-    assert_eq!(format.scan(event.bytes), Scan::Frame(len));
+    // the checksum made anew and the checksum changed by the difference are the same
+    let held = write(format, &mut bytes, &other);
+    assert!(held.is_ok());
+    assert_eq!(format.scan(&bytes), Scan::Frame(len));
+    assert_eq!(change(&other, false), (held, bytes));
+    let (_, marked) = change(&other, true);
+    assert_eq!(format.scan(&marked), Scan::Frame(len));
 }
 
 /// The checksum that ends most formats' frames is beyond a fuzzer's reach: repair it where a start mark stands.
@@ -101,7 +120,7 @@ fuzz_target!(|input: &[u8]| {
         }
     }
     if let Some(event) = framer.flush() {
-        seen.extend_from_slice(event.bytes);
+        seen.extend_from_slice(event.bytes());
     }
     assert_eq!(seen, stream);
     Detector::new().push(&stream);

@@ -1,0 +1,230 @@
+//! Any bytes on all four lines at any time, any room in the output: nothing panics or hangs, only whole frames leave, no frame
+//! leaves that did not come in, and every counter and state agrees with what left.
+#![no_main]
+
+use firmware::app::{App, Config, Lines, Nets, Phase};
+use firmware::link::{Clock, Full, Line, Lost};
+use firmware::wire::command::{MAX_PACKET, Mode, Packets, Request, Response, decode, encode};
+use firmware::wire::{Format, Framer, Scan, framer, kvh, novatel, stim300, ubx};
+use libfuzzer_sys::fuzz_target;
+use lrnn_nostd::{Net, Normalisation, Weights};
+use std::cell::Cell;
+use std::collections::VecDeque;
+
+#[derive(Default)]
+struct Mock {
+    input: VecDeque<u8>,
+    sent: Vec<Vec<u8>>,
+    room: usize,
+    lost: bool,
+}
+
+impl Line for Mock {
+    fn receive(&mut self, buffer: &mut [u8]) -> Result<usize, Lost> {
+        if std::mem::take(&mut self.lost) {
+            return Err(Lost);
+        }
+        let len = buffer.len().min(self.input.len());
+        buffer
+            .iter_mut()
+            .zip(self.input.drain(..len))
+            .for_each(|(a, b)| *a = b);
+        Ok(len)
+    }
+
+    fn send(&mut self, message: &[u8]) -> Result<(), Full> {
+        if message.len() > self.room {
+            return Err(Full);
+        }
+        self.room -= message.len();
+        self.sent.push(message.to_vec());
+        Ok(())
+    }
+}
+
+struct Time(Cell<u64>);
+
+impl Clock for Time {
+    fn now_us(&self) -> u64 {
+        self.0.get()
+    }
+}
+
+/// A good frame of the format with some of the fuzzer's bytes in its words.
+fn frame(format: Format, n: u8, bytes: &[u8]) -> Vec<u8> {
+    let word = |k: usize| {
+        let byte = |i| bytes.get(4 * k + i).copied().unwrap_or(n);
+        i32::from_be_bytes([byte(0), byte(1), byte(2), byte(3)])
+    };
+    let (gyro, accel) = ([word(0), word(1), word(2)], [word(3), word(4), word(5)]);
+    let mut buffer = [0; 80];
+    let len = match format {
+        Format::Stim300 => stim300::Repr {
+            contents: stim300::Contents::from_id([0x91, 0xA7, 0xF3, 0x98][usize::from(n) % 4])
+                .expect("known"),
+            gyro: stim300::Cluster {
+                words: gyro,
+                status: word(6) as u8,
+            },
+            accel: stim300::Cluster {
+                words: accel,
+                status: 0,
+            },
+            incl: stim300::Cluster::default(),
+            temperatures: Default::default(),
+            extra: (0, 0),
+            counter: n.wrapping_mul(2),
+            latency_us: 0,
+        }
+        .emit(&mut buffer),
+        Format::Kvh => kvh::Repr {
+            layout: kvh::Layout::A,
+            gyro: gyro.map(|w| f32::from_bits(w as u32)),
+            accel: accel.map(|w| f32::from_bits(w as u32)),
+            extra: [0; 4],
+            status: 0x77,
+            sequence: n & 0x7F,
+            temperature: 0,
+        }
+        .emit(&mut buffer),
+        Format::Ubx => {
+            let pvt = ubx::Pvt {
+                flags: n,
+                fix: 3,
+                ..ubx::Pvt::default()
+            };
+            return pvt.emit().to_vec();
+        }
+        _ => novatel::Repr {
+            log: novatel::Log::Rawimusx,
+            header: novatel::Header::default(),
+            lead: [0, 11 + (n & 0x20), 0, 0],
+            second_of_week: f64::from(n) / 100.0,
+            status: 0,
+            gyro,
+            accel,
+        }
+        .emit(&mut buffer),
+    };
+    buffer[..len.expect("room")].to_vec()
+}
+
+fn net(byte: u8) -> Net {
+    let mut weights = Weights::zero();
+    let scale = if byte & 0x40 != 0 { f32::MAX } else { 1e-3 };
+    for (k, weight) in weights.iter_mut().enumerate() {
+        *weight = (f32::from(byte) - k as f32) * scale;
+    }
+    Net::new(weights, Normalisation::identity())
+}
+
+fn request<'a>(kind: u8, bytes: &'a [u8]) -> Request<'a> {
+    let offset = u32::from(bytes.first().copied().unwrap_or(0)) * 4;
+    match kind % 8 {
+        0 => Request::GetHealth,
+        1 => Request::SetMode(Mode::Frozen),
+        2 => Request::SetMode(Mode::Bypass),
+        3 => Request::CommitImage { length: 608 },
+        4 => Request::ReadImage {
+            offset,
+            length: 128,
+        },
+        5 => Request::Alignment(firmware::wire::command::Alignment::Started),
+        6 => Request::Alignment(firmware::wire::command::Alignment::Finished),
+        _ => Request::WriteImage {
+            offset,
+            bytes: &bytes[..bytes.len().min(128)],
+        },
+    }
+}
+
+fuzz_target!(|input: &[u8]| {
+    let [which, setting, weight, input @ ..] = input else {
+        return;
+    };
+    let formats = [Format::Stim300, Format::Kvh, Format::Novatel];
+    let format = formats[usize::from(*which) % 3];
+    let config = Config {
+        format: (setting & 1 != 0).then_some(format),
+        mode: if setting & 2 != 0 {
+            Mode::Frozen
+        } else {
+            Mode::Bypass
+        },
+        nets: Nets {
+            gyro: net(*weight),
+            accel: net(weight.rotate_left(3)),
+        },
+        block: f64::from(setting >> 4) / 1000.0,
+        ..Config::default()
+    };
+    let mut app = App::new(config);
+    let mut lines: Lines<Mock, Mock, Mock, Mock> = Lines::default();
+    lines.sensor.room = usize::MAX;
+    lines.command.room = usize::MAX;
+    let time = Time(Cell::new(0));
+    let mut came: Vec<u8> = Vec::new();
+    let mut rest = input;
+    while let [step, amount, tail @ ..] = rest {
+        let (bytes, next) = tail.split_at(tail.len().min(usize::from(*amount)));
+        rest = next;
+        match step % 8 {
+            0 => lines.sensor.input.extend(bytes),
+            1 | 2 => {
+                let frame = frame(format, *amount, bytes);
+                lines.sensor.input.extend(&frame);
+            }
+            3 => lines.navigation.input.extend(bytes),
+            4 => {
+                let mut buffer = [0; MAX_PACKET];
+                if let Ok(packet) = encode(*amount, &request(step >> 3, bytes), &mut buffer) {
+                    lines.command.input.extend(&*packet);
+                }
+            }
+            5 => lines.gnss.input.extend(frame(Format::Ubx, *amount, bytes)),
+            6 => time
+                .0
+                .set(time.0.get() + (u64::from(*amount) << (step >> 3))),
+            _ => {
+                lines.command.input.extend(bytes);
+                lines.sensor.lost = true;
+            }
+        }
+        lines.navigation.room = if step & 0x80 != 0 { 40 } else { 10_000 };
+        came.extend(&lines.sensor.input);
+        let mut passes = 0;
+        while app.poll(&mut lines, &time) {
+            passes += 1;
+            assert!(passes < 1000, "it never rests");
+        }
+        let sent = std::mem::take(&mut lines.navigation.sent);
+        if let (Phase::Run(_), [only]) = (app.phase(), &sent[..]) {
+            // in Run a message is a whole good message of the format
+            if app.counters().raw == 0 {
+                assert!(
+                    matches!(format.scan(only), Scan::Frame(len) | Scan::Other(len) if len == only.len())
+                        || app.counters().answered > 0
+                );
+            }
+        }
+    }
+    // without silence and changes of state, the frames found are those of the bytes that came, however they were cut
+    let mut framer = Framer::new(format);
+    let mut frames = 0;
+    for piece in came.chunks(64) {
+        framer.push(piece);
+        while let Some(event) = framer.next_event() {
+            frames += u32::from(event.kind() == framer::Kind::Frame);
+        }
+    }
+    let counters = app.counters();
+    if setting & 1 != 0 && counters.silences == 0 && matches!(counters.entered, [0, _, 0]) {
+        assert_eq!(counters.frames, frames);
+    }
+    let mut packets = Packets::new();
+    for byte in lines.command.sent.concat() {
+        if let Some(packet) = packets.push(byte) {
+            decode::<Response>(packet).expect("our own packet");
+        }
+    }
+});
