@@ -209,7 +209,8 @@ impl App {
                     let format = self.detector.push(&[byte])?;
                     Some((at + 1, format))
                 });
-                let (raw, rest) = bytes.split_at(found.map_or(bytes.len(), |(at, _)| at));
+                let end = found.map_or(bytes.len(), |(at, _)| at);
+                let (raw, rest) = bytes.split_at_checked(end).unwrap_or((bytes, &[]));
                 self.raw(raw, out);
                 if let Some((_, format)) = found {
                     self.run(format);

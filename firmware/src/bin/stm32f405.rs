@@ -24,7 +24,7 @@ mod target {
         let Some(mut board) = Board::start() else {
             cortex_m::peripheral::SCB::sys_reset()
         };
-        defmt::info!("lrnn {=str}, {}", env!("CARGO_PKG_VERSION"), board.clocks);
+        defmt::println!("lrnn {=str}, {}", env!("CARGO_PKG_VERSION"), board.clocks);
         let mut app = App::new(Config::default());
         loop {
             let busy = app.poll(&mut board.lines, &board.time);

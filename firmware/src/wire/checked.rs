@@ -80,16 +80,14 @@ impl<'a> Checked<'a> {
     pub fn change(&mut self, change: &Change) -> Result<Axes, Error> {
         let mut before = [0; MAX_LEN];
         let before = before.get_mut(..self.bytes.len()).ok_or(Error::Content)?;
-        copy(before, self.bytes);
+        before.copy_from_slice(self.bytes); // of equal length, which the compiler sees: no panic remains
         let held = self.put(change).ok_or(Error::Content)?;
         let bytes = &mut *self.bytes;
         if self.format == Format::Hg4930 {
             hg4930::reseal(bytes, before);
             return Ok(held);
         }
-        for (difference, after) in before.iter_mut().zip(&*bytes) {
-            *difference ^= after;
-        }
+        exclusive_or(before, bytes);
         match self.format {
             Format::Stim300 => stim300::reseal(bytes, before),
             Format::Kvh => kvh::reseal(bytes, before),
@@ -138,9 +136,14 @@ impl<'a> Checked<'a> {
     }
 }
 
-/// As `copy_from_slice`, but without a panic for unequal lengths.
-fn copy(to: &mut [u8], from: &[u8]) {
-    for (place, byte) in to.iter_mut().zip(from) {
-        *place = *byte;
+/// `to ^= by`, four bytes at a time: a quarter of the instructions.
+fn exclusive_or(to: &mut [u8], by: &[u8]) {
+    let (to_words, to_rest) = to.as_chunks_mut::<4>();
+    let (by_words, by_rest) = by.as_chunks::<4>();
+    for (to, by) in to_words.iter_mut().zip(by_words) {
+        *to = (u32::from_ne_bytes(*to) ^ u32::from_ne_bytes(*by)).to_ne_bytes();
+    }
+    for (to, by) in to_rest.iter_mut().zip(by_rest) {
+        *to ^= by;
     }
 }
