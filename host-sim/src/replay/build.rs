@@ -51,6 +51,15 @@ pub(super) fn complain(file: &Path, key: &str, problem: String, remedy: &str) ->
     }
 }
 
+/// A reference as its own fixes.
+pub(super) fn fixes_of(states: &[NavState]) -> Vec<Fix> {
+    let fix = |s: &NavState| Fix {
+        position: s.position,
+        velocity: s.velocity,
+    };
+    states.iter().map(fix).collect()
+}
+
 /// The session from the first fix on that lies within the motion, in whole seconds. The reference is the fixes themselves; its attitude
 /// is the one of the beginning and means nothing later.
 pub(super) fn build(parts: &Parts) -> Result<Session, Error> {
@@ -69,20 +78,14 @@ pub(super) fn build(parts: &Parts) -> Result<Session, Error> {
             "give motion and fixes of the same time, in the same time system",
         ));
     }
-    let standstill = match parts.begin {
+    let (standstill, q_bn) = match parts.begin {
         Begin::Standstill(s) if s >= epochs => {
             let problem = format!("covers {epochs} s, all of it within the standstill of {s} s");
-            return Err(complain(
-                problem,
-                "give a shorter standstill or a longer recording",
-            ));
+            let remedy = "give a shorter standstill or a longer recording";
+            return Err(complain(problem, remedy));
         }
-        Begin::Standstill(s) => s,
-        Begin::Attitude(_) => 0,
-    };
-    let q_bn = match parts.begin {
-        Begin::Attitude(q) => q,
-        Begin::Standstill(_) => UnitQuaternion::identity(),
+        Begin::Standstill(s) => (s, UnitQuaternion::identity()),
+        Begin::Attitude(q) => (0, q),
     };
     let dt = EPOCH_S / parts.rate_hz as f64;
     let words = parts.running.words(begin, dt, epochs * parts.rate_hz);
@@ -103,13 +106,7 @@ pub(super) fn build(parts: &Parts) -> Result<Session, Error> {
         lsb: FINE,
         counts,
         standstill,
-        fixes: reference
-            .iter()
-            .map(|s| Fix {
-                position: s.position,
-                velocity: s.velocity,
-            })
-            .collect(),
+        fixes: fixes_of(&reference),
         reference,
         sigmas: parts.sigmas,
         systematic: None,

@@ -6,6 +6,7 @@
 //! counter-clockwise from north; its velocity is east-north-up. The session begins at the first FOG sample, so that each epoch is one.
 
 use super::axes::Axes;
+use super::build::fixes_of;
 use super::input::Table;
 use super::outcome::Outcome;
 use super::protocol::{Settings, Split, judge};
@@ -13,7 +14,6 @@ use super::words::{FINE, quantise};
 use crate::earth::Geodetic;
 use crate::ekf::{InitialSigma, Noise, Prior};
 use crate::error::Error;
-use crate::gnss::Fix;
 use crate::learning::NetworkSpec;
 use crate::rotation::from_euler;
 use crate::session::{EPOCH_S, Session};
@@ -126,13 +126,7 @@ pub fn session(mems: &Path, fog: &Path) -> Result<Session, Error> {
         lsb: FINE,
         counts,
         standstill: 0,
-        fixes: reference
-            .iter()
-            .map(|s| Fix {
-                position: s.position,
-                velocity: s.velocity,
-            })
-            .collect(),
+        fixes: fixes_of(&reference),
         reference,
         sigmas: SIGMAS,
         systematic: None,
@@ -240,6 +234,46 @@ mod tests {
                 assert!(left < 0.25, "{}, {scheme}: {left} of raw", o.case);
             }
         }
+    }
+
+    /// Two loaders that share little: the generic one, told what the columns are, must give the same session.
+    #[test]
+    fn the_generic_loader_agrees() {
+        let Some(session) = recorded() else { return };
+        let dir = data_dir().unwrap().canonicalize().unwrap();
+        let (roll, pitch, heading) = crate::rotation::to_euler(&session.reference[0].q_bn);
+        let header = format!(
+            r#"
+            [imu]
+            file = "{0}/fog-mems-mems.csv.gz"
+            time = {{ column = "time_s", unit = "s" }}
+            gyro = {{ columns = ["dtheta_right_rad", "dtheta_forward_rad", "dtheta_up_rad"], unit = "rad" }}
+            accel = {{ columns = ["dv_right_mps", "dv_forward_mps", "dv_up_mps"], unit = "m/s" }}
+            axes = "y x -z"
+            [gnss]
+            file = "{0}/fog-mems-fog.csv.gz"
+            time = {{ column = "time_s", unit = "s" }}
+            latitude = {{ column = "lat_rad", unit = "rad" }}
+            longitude = {{ column = "lon_rad", unit = "rad" }}
+            height = {{ column = "height_m", unit = "m" }}
+            velocity = {{ columns = ["ve_mps", "vn_mps", "vu_mps"], unit = "m/s", order = "enu" }}
+            [start]
+            roll_deg = {1}
+            pitch_deg = {2}
+            heading_deg = {3}"#,
+            dir.display(),
+            roll / DEG,
+            pitch / DEG,
+            heading / DEG
+        );
+        let (_dir, path) = file("in.toml", header.as_bytes());
+        let generic = super::super::generic::load(&path).unwrap();
+        assert_eq!(
+            (generic.epochs(), generic.dt),
+            (session.epochs(), session.dt)
+        );
+        let [a, b] = [&session, &generic].map(|s| free_inertial(s).position[95]);
+        assert!((a - b).norm() < 0.01, "{a} {b}");
     }
 
     /// Half a minute north at 10 m/s beside a FOG that agrees, with one line of either file changed.

@@ -7,6 +7,7 @@
 //! for mechanisation and loader and say little about learning.
 
 use super::axes::Axes;
+use super::build::fixes_of;
 use super::input::Table;
 use super::outcome::Outcome;
 use super::protocol::{Settings, Split, judge};
@@ -15,7 +16,6 @@ use super::words::{FINE, Running, quantise};
 use crate::earth::Geodetic;
 use crate::ekf::{InitialSigma, Noise, Prior};
 use crate::error::Error;
-use crate::gnss::Fix;
 use crate::learning::NetworkSpec;
 use crate::rotation::from_euler;
 use crate::session::{EPOCH_S, Session};
@@ -118,13 +118,7 @@ pub fn session(file: &Path, skip: usize) -> Result<Session, Error> {
         lsb: FINE,
         counts,
         standstill: 0,
-        fixes: reference
-            .iter()
-            .map(|s| Fix {
-                position: s.position,
-                velocity: s.velocity,
-            })
-            .collect(),
+        fixes: fixes_of(&reference),
         reference,
         sigmas: SIGMAS,
         systematic: None,

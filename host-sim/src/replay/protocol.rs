@@ -150,44 +150,14 @@ pub fn judge(
         (first, &start),
         until,
     );
-
-    let follows = split.learn.end == split.judge.start;
-    let (range, from) = match follows {
-        true => (split.learn.start..split.judge.end, until),
-        false => (split.judge.clone(), 0),
-    };
-    let run = cut(session, &range);
-    let to = run.epochs();
-    let mut turned = run.reference[0];
-    turned.q_bn *= mounting(&lesson, &nominal);
-    let mut coasts: Vec<(&str, Coast)> = Vec::new();
-    for (scheme, words) in corrected(&run, &study, a) {
-        let nav = match (follows, scheme) {
-            (true, _) => {
-                let (first, start) = begin(&run, &words, settings)?;
-                aided(
-                    &run,
-                    &words,
-                    a,
-                    ErrorModel::default(),
-                    (first, &start),
-                    until,
-                )
-                .sins
-                .nav
-            }
-            (false, "raw") => run.reference[0],
-            (false, _) => turned,
-        };
-        coasts.push((scheme, coast(&run, &words, nav, from, to)));
-    }
-    let frozen: Vec<Increment> = run
-        .increments()
-        .iter()
-        .map(|w| filter.corrected(w, run.dt))
-        .collect();
-    let nav = if follows { filter.sins.nav } else { turned };
-    coasts.insert(3, ("ekf6", coast(&run, &frozen, nav, from, to)));
+    let coasts = coasts(
+        session,
+        split,
+        settings,
+        (&lesson, &nominal),
+        &study,
+        &filter,
+    )?;
     let note = match settings.promoted_only {
         true => study.verdict(),
         false => gate(&lesson, &nominal, settings),
@@ -198,6 +168,53 @@ pub fn judge(
         rows: rows(&coasts, &settings.times_s),
         notes: vec![note],
     })
+}
+
+/// Free inertial navigation of every scheme over the part that is judged.
+fn coasts(
+    session: &Session,
+    split: &Split,
+    settings: &Settings,
+    (lesson, nominal): (&Session, &Nominal),
+    study: &Study,
+    filter: &Aided,
+) -> Option<Vec<(&'static str, Coast)>> {
+    let a = &settings.assumptions;
+    let follows = split.learn.end == split.judge.start;
+    let (range, from) = match follows {
+        true => (split.learn.start..split.judge.end, lesson.epochs()),
+        false => (split.judge.clone(), 0),
+    };
+    let run = cut(session, &range);
+    let to = run.epochs();
+    let mut turned = run.reference[0];
+    turned.q_bn *= mounting(lesson, nominal);
+    let mut out: Vec<(&str, Coast)> = Vec::new();
+    for (scheme, words) in corrected(&run, study, a) {
+        let nav = match (follows, scheme) {
+            (true, _) => {
+                let (first, start) = begin(&run, &words, settings)?;
+                aided(
+                    &run,
+                    &words,
+                    a,
+                    ErrorModel::default(),
+                    (first, &start),
+                    from,
+                )
+                .sins
+                .nav
+            }
+            (false, "raw") => run.reference[0],
+            (false, _) => turned,
+        };
+        out.push((scheme, coast(&run, &words, nav, from, to)));
+    }
+    let raw = run.increments();
+    let frozen: Vec<Increment> = raw.iter().map(|w| filter.corrected(w, run.dt)).collect();
+    let nav = if follows { filter.sins.nav } else { turned };
+    out.insert(3, ("ekf6", coast(&run, &frozen, nav, from, to)));
+    Some(out)
 }
 
 /// First epoch after alignment and the state there: the reference's when there is no standstill.

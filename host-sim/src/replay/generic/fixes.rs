@@ -2,11 +2,13 @@
 
 use super::super::axes::Axes;
 use super::super::build::{MOST_GAP_S, NOT_MEASURED};
+use super::super::input::Table;
 use super::super::track::Track;
 use super::header::{ANGLE, Gnss, LENGTH, Read, SPEED, TIME};
 use super::{File, still};
 use crate::earth::Geodetic;
 use crate::error::Error;
+use crate::sins::NavState;
 
 /// Fixes and their noise.
 pub(super) fn fixes(read: &Read, gnss: &Gnss) -> Result<(Track, [f64; 6]), Error> {
@@ -43,69 +45,78 @@ pub(super) fn fixes(read: &Read, gnss: &Gnss) -> Result<(Track, [f64; 6]), Error
         wanted.extend(v.columns.iter().map(|c| ("velocity", c.as_str())));
     }
     let table = file.table(&wanted, gnss.file.is_none())?;
-    let (mut time, mut states, mut rows) = (Vec::new(), Vec::new(), Vec::new());
+    let si = Si {
+        second,
+        lat,
+        lon,
+        velocity,
+    };
+    let mut track = track(read, &table, &si)?;
+    if velocity.is_none() {
+        track.differentiate();
+    }
+    let v = velocity.map_or([NOT_MEASURED; 3], |_| v);
+    Ok((track, [p[0], p[1], p[2], v[0], v[1], v[2]]))
+}
+
+/// Units of the columns; velocity, if there is one, with its axes.
+struct Si {
+    second: f64,
+    lat: f64,
+    lon: f64,
+    velocity: Option<(Axes, f64)>,
+}
+
+/// The fixes of a table: time, latitude, longitude, height, perhaps velocity; lines without any of them are left out.
+fn track(read: &Read, table: &Table, si: &Si) -> Result<Track, Error> {
+    let (mut time, mut states): (Vec<f64>, Vec<NavState>) = (Vec::new(), Vec::new());
     for (k, r) in table.rows().enumerate() {
         if r[1..].iter().all(|x| x.is_nan()) {
-            continue; // a line without fix
+            continue;
         }
         if let Some(missing) = r.iter().position(|x| x.is_nan()) {
             return Err(table.complain(k, missing, "missing", "give all columns of a fix or none"));
         }
-        let mut state = still(Geodetic {
-            lat: r[1] * lat,
-            lon: r[2] * lon,
-            h: r[3],
-        });
-        if !(state.position.lat.abs() < 1.57
-            && state.position.lon.abs() < 7.0
-            && r[3].abs() < 20_000.0)
-        {
+        let state = fix(r, si).ok_or_else(|| {
+            let fault = "with its longitude and height no place on Earth";
+            table.complain(k, 1, fault, "check order and units")
+        })?;
+        let now = r[0] * si.second;
+        let since = time.last().map_or(1.0, |before| now - before);
+        if since <= 0.0 {
+            return Err(table.complain(k, 0, "not after the fix before", "sort the fixes by time"));
+        }
+        if since > MOST_GAP_S {
             return Err(table.complain(
                 k,
-                1,
-                "with its longitude and height no place on Earth",
-                "check order and units",
+                0,
+                "after a gap of more than 2.5 s",
+                "cut the recording there",
             ));
         }
-        if let Some((order, unit)) = velocity {
-            state.velocity = order.turn([r[4], r[5], r[6]]) * unit;
-        }
-        time.push(r[0] * second);
+        time.push(now);
         states.push(state);
-        rows.push(k);
-    }
-    let sigmas = |v: [f64; 3]| [p[0], p[1], p[2], v[0], v[1], v[2]];
-    if let Some(k) = (1..time.len()).find(|&k| time[k] <= time[k - 1]) {
-        return Err(table.complain(
-            rows[k],
-            0,
-            "not after the fix before",
-            "sort the fixes by time",
-        ));
-    }
-    if let Some(k) = (1..time.len()).find(|&k| time[k] - time[k - 1] > MOST_GAP_S) {
-        return Err(table.complain(
-            rows[k],
-            0,
-            "after a gap of more than 2.5 s",
-            "cut the recording there",
-        ));
     }
     if states.len() < 2 {
-        return Err(read.bad(
-            "gnss",
-            "has fewer than two fixes".into(),
-            "leave [gnss] out for a vehicle at rest",
-        ));
+        let remedy = "leave [gnss] out for a vehicle at rest";
+        return Err(read.bad("gnss", "has fewer than two fixes".into(), remedy));
     }
-    let mut track = Track::new(time, states);
-    Ok(match velocity {
-        Some(_) => (track, sigmas(v)),
-        None => {
-            track.differentiate();
-            (track, sigmas([NOT_MEASURED; 3]))
-        }
-    })
+    Ok(Track::new(time, states))
+}
+
+/// One fix; `None` off the Earth or at a pole.
+fn fix(r: &[f64], si: &Si) -> Option<NavState> {
+    let position = Geodetic {
+        lat: r[1] * si.lat,
+        lon: r[2] * si.lon,
+        h: r[3],
+    };
+    let mut state = still(position);
+    if let Some((order, unit)) = si.velocity {
+        state.velocity = order.turn([r[4], r[5], r[6]]) * unit;
+    }
+    let here = position.lat.abs() < 1.57 && position.lon.abs() < 7.0 && position.h.abs() < 20_000.0;
+    here.then_some(state)
 }
 
 /// Axes and unit of the velocity, if there is one.

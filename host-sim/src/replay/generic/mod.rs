@@ -230,6 +230,9 @@ impl<'a> File<'a> {
 fn motion(read: &Read) -> Result<(Running, usize), Error> {
     let imu = &read.header.imu;
     let axes = read.axes()?;
+    if let Some(gap) = imu.max_gap_s.filter(|g| !(g.is_finite() && *g > 0.0)) {
+        return Err(read.bad("imu.max_gap_s", format!("is {gap}"), "give seconds above 0"));
+    }
     let (_, second) = read.unit("imu.time", &imu.time.unit, &TIME)?;
     let (kind, gyro) = read.unit("imu.gyro", &imu.gyro.unit, &GYRO)?;
     let (kind_a, accel) = read.unit("imu.accel", &imu.accel.unit, &ACCEL)?;
@@ -261,35 +264,7 @@ fn motion(read: &Read) -> Result<(Running, usize), Error> {
             "check the unit; 4 to 8000 samples a second can be used",
         ));
     }
-    let si = |most: f64| {
-        if kind == Kind::Increment {
-            most * step
-        } else {
-            most
-        }
-    };
-    table.check_within(
-        1..4,
-        si(MOST[0]) / gyro,
-        "check the unit of the gyros; 35 rad/s is the most",
-    )?;
-    table.check_within(
-        4..7,
-        si(MOST[1]) / accel,
-        "check the unit of the accelerometers; 1000 m/s2 is the most",
-    )?;
-    let longest = match kind {
-        Kind::Rate => imu.max_gap_s.unwrap_or(3.0 * step),
-        Kind::Increment => 1.5 * step,
-    };
-    if let Some(k) = (1..time.len()).find(|&k| time[k] - time[k - 1] > longest) {
-        return Err(table.complain(
-            k,
-            0,
-            "after a gap",
-            "cut the recording there, or for rates raise imu.max_gap_s",
-        ));
-    }
+    check(&table, &time, (kind, step), (gyro, accel), imu.max_gap_s)?;
     let sample = |r: &[f64]| Increment {
         dtheta: axes.turn([r[1], r[2], r[3]]) * gyro,
         dv: axes.turn([r[4], r[5], r[6]]) * accel,
@@ -300,6 +275,31 @@ fn motion(read: &Read) -> Result<(Running, usize), Error> {
         Kind::Increment => Running::of_increments(&time, &samples, step),
     };
     Ok((running, rate_hz as usize))
+}
+
+/// Values within what a sensor can say, and no gaps.
+fn check(
+    table: &Table,
+    time: &[f64],
+    (kind, step): (Kind, f64),
+    (gyro, accel): (f64, f64),
+    max_gap_s: Option<f64>,
+) -> Result<(), Error> {
+    let (per_sample, longest) = match kind {
+        Kind::Rate => (1.0, max_gap_s.unwrap_or(3.0 * step)),
+        Kind::Increment => (step, 1.5 * step),
+    };
+    let remedy = "check the unit of the gyros; 35 rad/s is the most";
+    table.check_within(1..4, MOST[0] * per_sample / gyro, remedy)?;
+    let remedy = "check the unit of the accelerometers; 1000 m/s2 is the most";
+    table.check_within(4..7, MOST[1] * per_sample / accel, remedy)?;
+    match (1..time.len()).find(|&k| time[k] - time[k - 1] > longest) {
+        Some(k) => {
+            let remedy = "cut the recording there, or for rates raise imu.max_gap_s";
+            Err(table.complain(k, 0, "after a gap", remedy))
+        }
+        None => Ok(()),
+    }
 }
 
 /// Median time between samples; NaN for fewer than two.

@@ -278,6 +278,11 @@ fn every_fault_of_the_header_is_named() {
             "unit = \"s\"",
             "in.toml: 'imu.time' has a median step of 10 s",
         ),
+        (
+            "axes =",
+            "max_gap_s = -1.0\naxes =",
+            "in.toml: 'imu.max_gap_s' is -1",
+        ),
         ("imu.csv", "imo.csv", "imo.csv: no such file"),
         (
             "[gnss]",

@@ -5,11 +5,10 @@
 //! never becomes a session: gravity, Earth rate and the receiver's estimates of the biases are already taken out of it.
 
 use super::axes::Axes;
-use super::build::complain;
+use super::build::{complain, fixes_of};
 use super::track::Track;
 use crate::earth::Geodetic;
 use crate::error::Error;
-use crate::gnss::Fix;
 use crate::rotation::from_euler;
 use crate::session::{EPOCH_S, Session};
 use crate::sins::NavState;
@@ -206,8 +205,59 @@ pub fn session(
     mounting: Axes,
     kind: Option<ImuType>,
 ) -> Result<Session, Error> {
+    let (lsb, rate) = imu(recording, kind)?;
     let complain =
-        |key: &str, problem: &str, remedy: &str| Err(recording.complain(key, problem, remedy));
+        |problem: &str, remedy: &str| Err(recording.complain("INSPVAS", problem, remedy));
+    let dt = EPOCH_S / f64::from(rate);
+    check_raw(recording, dt)?;
+    let Some(track) = recording.track() else {
+        return complain(
+            "is not among the messages",
+            "log INSPVASB beside the raw increments",
+        );
+    };
+    let (t0, t1) = track.span().unwrap_or_default();
+    let begin = recording.raw.partition_point(|r| r.time < t0);
+    let Some(at) = recording.raw.get(begin).map(|r| r.time) else {
+        return complain(
+            "begins after the last raw sample",
+            "give logs of the same time",
+        );
+    };
+    let words = &recording.raw[begin + 1..]; // the sample at the first epoch ends there
+    let epochs = (words.len() / usize::from(rate)).min((t1 - at + 1e-6).max(0.0) as usize);
+    if epochs == 0 {
+        let problem = format!(
+            "covers less than one second together with {} raw samples",
+            words.len()
+        );
+        return complain(&problem, "give a longer recording");
+    }
+    let turn = |r: &Raw| Counts {
+        dtheta: mounting.turn_counts(r.gyro),
+        dv: mounting.turn_counts(r.accel),
+    };
+    let reference: Vec<NavState> = (0..=epochs)
+        .map(|k| track.at(at + k as f64 * EPOCH_S))
+        .collect();
+    Ok(Session {
+        dt,
+        lsb,
+        counts: words[..epochs * usize::from(rate)]
+            .iter()
+            .map(turn)
+            .collect(),
+        standstill: 0,
+        fixes: fixes_of(&reference),
+        reference,
+        sigmas: SIGMAS,
+        systematic: None,
+    })
+}
+
+/// Count values and rate of the raw samples' IMU.
+fn imu(recording: &Recording, kind: Option<ImuType>) -> Result<(Lsb, u16), Error> {
+    let complain = |key, problem: &str, remedy| Err(recording.complain(key, problem, remedy));
     let Some(first) = recording.raw.first() else {
         let remedy = "log RAWIMUSXB; IMURATECORRIMUS is no substitute, gravity and biases are taken out of it";
         return complain(
@@ -225,68 +275,14 @@ pub fn session(
     };
     let (Some(units), Some(rate)) = (kind.units(), kind.rate()) else {
         let problem = format!("is {}, whose scale or rate is not known here", kind.0);
-        return complain(
-            "IMU type",
-            &problem,
-            "convert the recording to CSV and use the generic replay",
-        );
+        let remedy = "convert the recording to CSV and use the generic replay";
+        return complain("IMU type", &problem, remedy);
     };
-    let dt = EPOCH_S / f64::from(rate);
-    check_raw(recording, dt)?;
-    let Some(track) = recording.track() else {
-        return complain(
-            "INSPVAS",
-            "is not among the messages",
-            "log INSPVASB beside the raw increments",
-        );
+    let lsb = Lsb {
+        rad: units.gyro.lsb,
+        mps: units.accel.lsb,
     };
-    let (t0, t1) = track.span().unwrap_or_default();
-    let begin = recording.raw.partition_point(|r| r.time < t0);
-    let Some(at) = recording.raw.get(begin).map(|r| r.time) else {
-        return complain(
-            "INSPVAS",
-            "begins after the last raw sample",
-            "give logs of the same time",
-        );
-    };
-    let words = &recording.raw[begin + 1..]; // the sample at the first epoch ends there
-    let epochs = (words.len() / usize::from(rate)).min((t1 - at + 1e-6).max(0.0) as usize);
-    if epochs == 0 {
-        let problem = format!(
-            "covers less than one second together with {} raw samples",
-            words.len()
-        );
-        return complain("INSPVAS", &problem, "give a longer recording");
-    }
-    let turn = |r: &Raw| Counts {
-        dtheta: mounting.turn_counts(r.gyro),
-        dv: mounting.turn_counts(r.accel),
-    };
-    let reference: Vec<NavState> = (0..=epochs)
-        .map(|k| track.at(at + k as f64 * EPOCH_S))
-        .collect();
-    Ok(Session {
-        dt,
-        lsb: Lsb {
-            rad: units.gyro.lsb,
-            mps: units.accel.lsb,
-        },
-        counts: words[..epochs * usize::from(rate)]
-            .iter()
-            .map(turn)
-            .collect(),
-        standstill: 0,
-        fixes: reference
-            .iter()
-            .map(|s| Fix {
-                position: s.position,
-                velocity: s.velocity,
-            })
-            .collect(),
-        reference,
-        sigmas: SIGMAS,
-        systematic: None,
-    })
+    Ok((lsb, rate))
 }
 
 /// All samples good, and one every `dt`.
