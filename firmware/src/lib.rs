@@ -11,4 +11,5 @@ pub mod app;
 pub mod compensator;
 pub mod link;
 pub mod sample;
+pub mod store;
 pub mod wire;

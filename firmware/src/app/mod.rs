@@ -36,7 +36,7 @@ use server::Server;
 const PIECE: usize = 64;
 
 /// The command link and the receiver wait no longer than this for a pause between frames, microseconds.
-const PATIENCE_US: u64 = 20_000;
+pub const PATIENCE_US: u64 = 20_000;
 
 /// The four lines of a device; [`crate::link::NoLine`] for one that is not there.
 #[derive(Debug, Default)]

@@ -1,0 +1,173 @@
+//! The weight store: two slots in flash, of which one always holds the last good image.
+//!
+//! A new image goes into the slot that is not in use, so that power may fail at any moment: either the old image or the new
+//! one is found afterwards. Without a good slot there is nothing here, and the built-in networks remain.
+//!
+//! A slot is one erase unit or several; its record, little-endian, padded with FF to the unit of writing:
+//!
+//! | offset | length | content |
+//! |---|---|---|
+//! | 0 | 4 | magic `LRNS` |
+//! | 4 | 4 | version of this format, 1 |
+//! | 8 | 4 | generation: the greater one (modulo 2^32) is the newer |
+//! | 12 | 4 | length of the images, 608 |
+//! | 16 | 608 | the gyro network's image, then the accelerometer network's |
+//! | 624 | 4 | CRC-32 (zlib's) of bytes 0..624 |
+//!
+//! Erasing halts most processors for as long as it takes (STM32F405: 1 to 2 s for a sector of 128 KiB), so a board saves in
+//! bypass and on command only; the frames that are lost meanwhile show as a gap in the sensor's counter.
+
+use crate::app::{IMAGES_LEN, Nets};
+use crate::wire::checksum::crc32_zlib;
+use crate::wire::field::{head, put, take};
+use embedded_storage::nor_flash::NorFlash;
+use lrnn_nostd::image::{self, IMAGE_LEN};
+
+/// Bytes of a record before padding.
+pub const RECORD_LEN: usize = HEADER_LEN + IMAGES_LEN + 4;
+
+const MAGIC: [u8; 4] = *b"LRNS";
+const VERSION: u32 = 1;
+const HEADER_LEN: usize = 16;
+/// The record padded for all units of writing up to 64 bytes.
+const PADDED_LEN: usize = RECORD_LEN.next_multiple_of(64);
+
+/// Why nothing was stored.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Error<E> {
+    /// The flash is too small for two slots, or its units do not fit the record.
+    Geometry,
+    /// The flash says so.
+    Flash(E),
+    /// What was written does not read back.
+    Verify,
+}
+
+/// The image found.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Stored {
+    /// Both networks.
+    pub nets: Nets,
+    /// Counts the images stored.
+    pub generation: u32,
+    slot: usize,
+}
+
+/// A weight store.
+#[derive(Debug)]
+pub struct Store<F> {
+    flash: F,
+    slot_len: u32,
+}
+
+impl<F: NorFlash> Store<F> {
+    /// Over a region of flash that is the store's alone.
+    ///
+    /// # Errors
+    /// [`Error::Geometry`]
+    pub fn new(flash: F) -> Result<Store<F>, Error<F::Error>> {
+        let erase = F::ERASE_SIZE.max(1);
+        let slot_len = PADDED_LEN.next_multiple_of(erase);
+        let units = [F::WRITE_SIZE, F::READ_SIZE];
+        let fits = units
+            .iter()
+            .all(|&unit| unit > 0 && PADDED_LEN.is_multiple_of(unit));
+        match u32::try_from(slot_len) {
+            Ok(len) if fits && flash.capacity() / 2 >= slot_len => Ok(Store {
+                flash,
+                slot_len: len,
+            }),
+            _ => Err(Error::Geometry),
+        }
+    }
+
+    /// The newest good image; `None` when there is none.
+    pub fn load(&mut self) -> Option<Stored> {
+        let [first, second] = [self.read(0), self.read(1)];
+        match (first, second) {
+            // newer by less than half a turn of the counter
+            (Some(a), Some(b)) if (b.generation.wrapping_sub(a.generation) as i32) > 0 => Some(b),
+            (Some(a), _) => Some(a),
+            (None, b) => b,
+        }
+    }
+
+    /// Store networks beside the newest good image, which stays until this is complete.
+    ///
+    /// # Errors
+    /// [`Error::Flash`] or [`Error::Verify`]; the newest good image is then still the one before.
+    pub fn save(&mut self, nets: &Nets) -> Result<Stored, Error<F::Error>> {
+        let newest = self.load();
+        let slot = newest.map_or(0, |newest| 1 - newest.slot);
+        let generation = newest.map_or(0, |newest| newest.generation).wrapping_add(1);
+        let record = record(nets, generation);
+        let from = self.start(slot);
+        let flash = &mut self.flash;
+        flash
+            .erase(from, from + self.slot_len)
+            .map_err(Error::Flash)?;
+        flash.write(from, &record).map_err(Error::Flash)?;
+        self.read(slot)
+            .filter(|stored| stored.generation == generation && same(&stored.nets, nets))
+            .ok_or(Error::Verify)
+    }
+
+    /// The flash.
+    pub fn into_inner(self) -> F {
+        self.flash
+    }
+
+    fn start(&self, slot: usize) -> u32 {
+        if slot == 0 { 0 } else { self.slot_len }
+    }
+
+    fn read(&mut self, slot: usize) -> Option<Stored> {
+        let mut record = [0; PADDED_LEN];
+        self.flash.read(self.start(slot), &mut record).ok()?;
+        let sum = u32::from_le_bytes(take(&record, RECORD_LEN - 4));
+        let word = |at| u32::from_le_bytes(take(&record, at));
+        let good = take(&record, 0) == MAGIC
+            && word(4) == VERSION
+            && usize::try_from(word(12)) == Ok(IMAGES_LEN)
+            && crc32_zlib(head(&record, RECORD_LEN - 4)) == sum;
+        if !good {
+            return None;
+        }
+        let (gyro, rest) = record.get(HEADER_LEN..)?.split_at_checked(IMAGE_LEN)?;
+        let nets = Nets {
+            gyro: image::decode(gyro).ok()?,
+            accel: image::decode(head(rest, IMAGE_LEN)).ok()?,
+        };
+        Some(Stored {
+            nets,
+            generation: word(8),
+            slot,
+        })
+    }
+}
+
+fn record(nets: &Nets, generation: u32) -> [u8; PADDED_LEN] {
+    let mut record = [0xFF; PADDED_LEN];
+    put(&mut record, 0, MAGIC);
+    put(&mut record, 4, VERSION.to_le_bytes());
+    put(&mut record, 8, generation.to_le_bytes());
+    put(&mut record, 12, (IMAGES_LEN as u32).to_le_bytes());
+    put(&mut record, HEADER_LEN, image::encode(&nets.gyro));
+    put(
+        &mut record,
+        HEADER_LEN + IMAGE_LEN,
+        image::encode(&nets.accel),
+    );
+    let sum = crc32_zlib(head(&record, RECORD_LEN - 4));
+    put(&mut record, RECORD_LEN - 4, sum.to_le_bytes());
+    record
+}
+
+/// Bit for bit.
+fn same(a: &Nets, b: &Nets) -> bool {
+    image::encode(&a.gyro) == image::encode(&b.gyro)
+        && image::encode(&a.accel) == image::encode(&b.accel)
+}
+
+#[cfg(test)]
+mod tests;

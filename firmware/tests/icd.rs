@@ -1,0 +1,222 @@
+//! The interface control document says what the code does: its tables, row by row.
+
+use firmware::app::IMAGES_LEN;
+use firmware::wire::command::{MAX_CHUNK, MAX_PACKET, Request, WIRE_VERSION, encode, fault};
+use firmware::wire::{cobs, hg4930, kvh, novatel, stim300};
+
+const ICD: &str = include_str!("../../docs/ICD.md");
+
+/// The cells of all table rows whose first cell is `first`.
+fn rows(first: &str) -> Vec<Vec<&'static str>> {
+    let cells = |line: &'static str| {
+        line.trim_matches('|')
+            .split('|')
+            .map(str::trim)
+            .collect::<Vec<_>>()
+    };
+    ICD.lines()
+        .filter(|line| line.starts_with('|'))
+        .map(cells)
+        .filter(|row| row[0] == first)
+        .collect()
+}
+
+fn number(text: &str) -> u32 {
+    match text.strip_prefix("0x") {
+        Some(hex) => u32::from_str_radix(hex, 16).expect("a hexadecimal number"),
+        None => text.parse().expect("a number"),
+    }
+}
+
+fn numbers(text: &str) -> Vec<u32> {
+    text.split_whitespace().map(number).collect()
+}
+
+#[test]
+fn stim300_frames() {
+    let mut listed = Vec::new();
+    let rows = rows("STIM300")
+        .into_iter()
+        .filter(|row| row[1].starts_with("0x"));
+    for row in rows {
+        let (ids, lengths) = (numbers(row[1]), numbers(row[2]));
+        assert_eq!(ids.len(), lengths.len());
+        for (id, len) in ids.into_iter().zip(lengths) {
+            let contents = stim300::Contents::from_id(id as u8).expect("an identifier");
+            assert_eq!(contents.len() as u32, len, "{id:#x}");
+            assert_eq!(contents.accel, row[3].contains("accelerometer"), "{id:#x}");
+            listed.push(id);
+        }
+    }
+    listed.sort_unstable();
+    let known: Vec<u32> = (0..256)
+        .filter(|&id| stim300::Contents::from_id(id as u8).is_some())
+        .collect();
+    assert_eq!(listed, known);
+}
+
+#[test]
+fn kvh_novatel_hg4930_frames() {
+    for (row, layout) in rows("KVH")
+        .iter()
+        .zip([kvh::Layout::A, kvh::Layout::B, kvh::Layout::C])
+    {
+        let mut buffer = [0; 40];
+        let repr = kvh::Repr {
+            layout,
+            gyro: [0.0; 3],
+            accel: [0.0; 3],
+            extra: [0; 4],
+            status: 0x77,
+            sequence: 0,
+            temperature: 0,
+        };
+        let len = repr.emit(&mut buffer).expect("room") as u32;
+        let header = u32::from_be_bytes(buffer[..4].try_into().expect("four"));
+        assert_eq!((number(row[1]), number(row[2])), (header, len));
+    }
+    use novatel::Log;
+    let mut logs = Vec::new();
+    for row in rows("NovAtel") {
+        logs.extend(numbers(row[1]).into_iter().zip(numbers(row[2])));
+    }
+    let all = [Log::Rawimu, Log::Rawimux, Log::Rawimus, Log::Rawimusx];
+    assert_eq!(
+        logs,
+        all.map(|log| (u32::from(log.id()), log.frame_len() as u32))
+    );
+    let frames: Vec<_> = rows("HG4930")
+        .into_iter()
+        .filter(|row| row[1].starts_with("0x"))
+        .collect();
+    let lengths: Vec<_> = frames
+        .iter()
+        .map(|row| (number(row[1]), number(row[2])))
+        .collect();
+    let made = [hg4930::Message::Inertial, hg4930::Message::SClass].map(|message| {
+        let mut buffer = [0; 44];
+        let repr = hg4930::Repr {
+            message,
+            rate: [0; 3],
+            accel: [0; 3],
+            status_1: 0,
+            status_2: 0,
+            angle: [0; 3],
+            velocity: [0; 3],
+        };
+        let len = repr.emit(&mut buffer).expect("room") as u32;
+        (u32::from(buffer[1]), len)
+    });
+    assert_eq!(lengths, made);
+}
+
+#[test]
+fn own_fault_bits() {
+    let bit = |format: &str| {
+        let row = rows(format)
+            .into_iter()
+            .find(|row| row.len() == 3)
+            .expect("a row");
+        number(row[1].split_whitespace().last().expect("a bit"))
+    };
+    assert_eq!(bit("KVH"), u32::from(kvh::OWN_FAULT));
+    assert_eq!(
+        bit("NovAtel RAWIMUX, RAWIMUSX"),
+        u32::from(novatel::OWN_FAULT)
+    );
+    assert_eq!(bit("HG4930"), u32::from(hg4930::OWN_FAULT));
+}
+
+#[test]
+fn fault_flags() {
+    let flags = [
+        ("SILENT", fault::SILENT),
+        ("UNKNOWN_FORMAT", fault::UNKNOWN_FORMAT),
+        ("UNITS", fault::UNITS),
+        ("NETWORK", fault::NETWORK),
+        ("SATURATED", fault::SATURATED),
+        ("OUTPUT_FULL", fault::OUTPUT_FULL),
+        ("PASS_THROUGH", fault::PASS_THROUGH),
+        ("SENSOR", fault::SENSOR),
+    ];
+    for (n, (name, bit)) in flags.into_iter().enumerate() {
+        assert_eq!(bit, 1 << n);
+        let row = rows(&n.to_string());
+        assert!(row.iter().any(|row| row[1] == name), "{name}");
+    }
+}
+
+/// The numbers of the requests are postcard's.
+#[test]
+fn requests() {
+    use firmware::wire::command::{Alignment, Mode, Window};
+    let window = Window {
+        first: 0,
+        last: 0,
+        angle: [0.0; 3],
+        velocity: [0.0; 3],
+    };
+    let all = [
+        Request::GetVersion,
+        Request::GetHealth,
+        Request::SetMode(Mode::Bypass),
+        Request::WriteImage {
+            offset: 0,
+            bytes: &[],
+        },
+        Request::CommitImage { length: 0 },
+        Request::ReadImage {
+            offset: 0,
+            length: 0,
+        },
+        Request::Reference(window),
+        Request::Alignment(Alignment::Started),
+        Request::GetCounters,
+    ];
+    for (n, request) in all.iter().enumerate() {
+        let name = format!("{request:?}");
+        let name = name
+            .split(|c: char| !c.is_alphanumeric())
+            .next()
+            .expect("a name");
+        assert_eq!(rows(&format!("{n} {name}")).len(), 1, "{n} {name}");
+        let mut buffer = [0; MAX_PACKET];
+        let packet = encode(1, request, &mut buffer).expect("a packet");
+        let len = packet.len() - 1;
+        let len = cobs::decode_in_place(&mut packet[..len]).expect("our own packet");
+        assert_eq!(usize::from(packet[..len][1]), n);
+    }
+}
+
+/// `12 (t: `name`)`: a number of the text and the code's.
+#[test]
+fn numbers_in_the_text() {
+    let stated = |name: &str| {
+        let mark = format!("(t: `{name}`)");
+        let (before, _) = ICD.split_once(&mark).expect("a mark");
+        let digits = |c: char| c.is_ascii_digit();
+        let last = before
+            .rsplit(|c: char| !digits(c))
+            .find(|part| !part.is_empty());
+        number(last.expect("a number")) as usize
+    };
+    assert_eq!(stated("packet"), MAX_PACKET);
+    assert_eq!(stated("wire"), usize::from(WIRE_VERSION));
+    assert_eq!(stated("images"), IMAGES_LEN);
+    assert_eq!(stated("chunk"), MAX_CHUNK);
+    assert_eq!(
+        stated("patience"),
+        firmware::app::PATIENCE_US as usize / 1000
+    );
+    let config = firmware::app::Config::default();
+    assert!(ICD.contains(&format!(
+        "for {} ms (configurable)",
+        config.silence_us / 1000
+    )));
+    let answer = config.answer_us.expect("answers by default") / 1000;
+    assert!(ICD.contains(&format!("has not answered in {answer} ms (configurable)")));
+    let failures = firmware::app::phase::FAILURES;
+    assert!(ICD.contains(&format!("failed in {failures} blocks in a row")));
+    let unknown = firmware::wire::framer::UNKNOWN_AFTER;
+    assert!(ICD.contains(&format!("no frame in {unknown} bytes of garbage")));
+}
