@@ -138,6 +138,7 @@ fn fault_flags() {
         ("OUTPUT_FULL", fault::OUTPUT_FULL),
         ("PASS_THROUGH", fault::PASS_THROUGH),
         ("SENSOR", fault::SENSOR),
+        ("STORE", fault::STORE),
     ];
     for (n, (name, bit)) in flags.into_iter().enumerate() {
         assert_eq!(bit, 1 << n);
@@ -172,6 +173,7 @@ fn requests() {
         Request::Reference(window),
         Request::Alignment(Alignment::Started),
         Request::GetCounters,
+        Request::StoreImage,
     ];
     for (n, request) in all.iter().enumerate() {
         let name = format!("{request:?}");

@@ -69,6 +69,8 @@ pub struct Config {
     pub kvh: Kvh,
     /// `NovAtel`: the IMU behind RAWIMU and RAWIMUS, which do not tell.
     pub imu_type: ImuType,
+    /// The board stores weights: see [`super::App::to_store`].
+    pub store: bool,
     /// Say in a frame's spare bit that its correction is not to be trusted (interface control document, "Our own faults").
     pub mark: bool,
 }
@@ -101,6 +103,7 @@ impl Default for Config {
                 degrees: false,
             },
             imu_type: ImuType(0),
+            store: false,
             mark: true,
         }
     }

@@ -34,6 +34,8 @@ pub(super) struct Flow {
     last: Last,
     /// The networks' failures in a row.
     failures: u8,
+    /// The weights in use are to be stored.
+    pub to_store: bool,
     /// What the last block said.
     pub block: Option<Block>,
     /// Blocks in which a correction was clipped, before the present state.
@@ -54,6 +56,7 @@ impl Flow {
             correction: None,
             last: Last::default(),
             failures: 0,
+            to_store: false,
             block: None,
             clipped: 0,
         }

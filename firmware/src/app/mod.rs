@@ -126,6 +126,17 @@ impl App {
         &self.flow.config.nets
     }
 
+    /// Weights that the board is to store now ([`crate::store`]), once each; it then tells [`App::stored`].
+    pub fn to_store(&mut self) -> Option<Nets> {
+        let wanted = core::mem::take(&mut self.flow.to_store);
+        wanted.then_some(self.flow.config.nets)
+    }
+
+    /// Whether the weights of [`App::to_store`] were stored.
+    pub fn stored(&mut self, done: bool) {
+        self.flow.flag(fault::STORE, !done);
+    }
+
     /// One pass. True: there was work, call again at once; false: sleep until the next interrupt.
     pub fn poll<S: Line, N: Line, C: Line, G: Line>(
         &mut self,

@@ -85,6 +85,7 @@ impl Server {
             Request::WriteImage { offset, bytes } => self.write_image(offset, bytes),
             Request::CommitImage { length } => self.commit_image(length, flow),
             Request::Reference(_) => Err(Reason::NotAvailable),
+            Request::StoreImage => store_image(flow),
             Request::Alignment(alignment) => {
                 flow.align(alignment);
                 Ok(())
@@ -148,6 +149,17 @@ fn set_mode(mode: Mode, flow: &mut Flow, machine: &mut Machine) -> Result<(), Re
         }
         Phase::Start | Phase::Detect => {} // in force when the format is known
     }
+    Ok(())
+}
+
+fn store_image(flow: &mut Flow) -> Result<(), Reason> {
+    if !flow.config.store {
+        return Err(Reason::Unsupported);
+    }
+    if flow.mode != Mode::Bypass || flow.alignment == Some(Alignment::Started) {
+        return Err(Reason::Mode);
+    }
+    flow.to_store = true;
     Ok(())
 }
 

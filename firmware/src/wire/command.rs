@@ -89,6 +89,8 @@ pub enum Request<'a> {
     Alignment(Alignment),
     /// Answer: [`Response::Counters`].
     GetCounters,
+    /// Keep the weights in use over a power cycle. Halts the processor while flash is erased: in bypass only.
+    StoreImage,
 }
 
 /// Why a request was not carried out.
@@ -160,6 +162,8 @@ pub mod fault {
     pub const PASS_THROUGH: u32 = 1 << 6;
     /// The sensor calls some axis invalid.
     pub const SENSOR: u32 = 1 << 7;
+    /// The last attempt to store the weights failed.
+    pub const STORE: u32 = 1 << 8;
 }
 
 /// More counters since power-on, each held at its end, never wrapping.

@@ -345,3 +345,33 @@ fn the_latest_good_fix_is_kept() {
     assert_eq!(kept.pvt, good);
     assert!((1000..2000).contains(&kept.arrived_us));
 }
+
+/// Storing halts the processor: on command, in bypass, not during the alignment, and only where there is a store.
+#[test]
+fn storing_is_asked_of_the_board_once() {
+    use firmware::wire::command::fault;
+    let mut device = Device::new(STIM.config());
+    refused(&mut device, &Request::StoreImage, Reason::Unsupported);
+    let new = nets([1e-3, 0.0, 0.0], [0.0; 3]);
+    let mut device = Device::new(Config {
+        store: true,
+        nets: new,
+        mode: Mode::Frozen,
+        ..STIM.config()
+    });
+    refused(&mut device, &Request::StoreImage, Reason::Mode);
+    device.order(&Request::SetMode(Mode::Bypass));
+    device.order(&Request::Alignment(Alignment::Started));
+    refused(&mut device, &Request::StoreImage, Reason::Mode);
+    assert_eq!(device.app.to_store(), None);
+    device.order(&Request::Alignment(Alignment::Finished));
+    device.order(&Request::StoreImage);
+    assert_eq!(
+        (device.app.to_store(), device.app.to_store()),
+        (Some(new), None)
+    );
+    device.app.stored(false);
+    assert_ne!(device.app.faults() & fault::STORE, 0);
+    device.app.stored(true);
+    assert_eq!(device.app.faults() & fault::STORE, 0);
+}

@@ -15,7 +15,7 @@ fn mode() -> impl Strategy<Value = Mode> {
 
 /// Any request; the bytes of a chunk are given apart because it borrows them.
 fn request(kind: u8, a: u32, b: u32, mode: Mode, real: f64, bytes: &[u8]) -> Request<'_> {
-    match kind % 9 {
+    match kind % 10 {
         0 => Request::GetVersion,
         1 => Request::GetHealth,
         2 => Request::SetMode(mode),
@@ -32,7 +32,8 @@ fn request(kind: u8, a: u32, b: u32, mode: Mode, real: f64, bytes: &[u8]) -> Req
             velocity: [1.0, real, 9.8],
         }),
         7 => Request::Alignment(Alignment::Finished),
-        _ => Request::GetCounters,
+        8 => Request::GetCounters,
+        _ => Request::StoreImage,
     }
 }
 
