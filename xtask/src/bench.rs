@@ -10,6 +10,7 @@ use comfy_table::{CellAlignment, Table, presets};
 use qemu::budget::Budgets;
 use qemu::count::{self, Counts, Known};
 use qemu::images::{INSTRUCTIONS, target_directory};
+use qemu::machine::{MPS2_AN500, NETDUINOPLUS2};
 use serde::Serialize;
 
 use crate::needs;
@@ -35,10 +36,11 @@ type Times = BTreeMap<String, f64>;
 #[derive(Serialize)]
 struct Figures {
     m4f: OnTarget,
+    m7: OnTarget,
     host: OnHost,
 }
 
-/// Instructions on the Cortex-M4F.
+/// Instructions on a core.
 #[derive(Serialize)]
 struct OnTarget {
     /// One step of the default network (rational hidden activation, identity output).
@@ -59,14 +61,17 @@ pub fn bench(json: Option<&Path>) -> Result<ExitCode> {
     needs::target()?;
     needs::emulator()?;
     let budgets = Budgets::read()?.instructions;
-    let (known, counts) = count::run(&INSTRUCTIONS.build()?)?;
+    let image = INSTRUCTIONS.build()?;
+    let (known, counts) = count::run(NETDUINOPLUS2, &image)?;
+    let (known_m7, counts_m7) = count::run(MPS2_AN500, &image)?;
+    known_m7.check()?;
     let times = host_times()?;
     println!("{}", table(known, &counts, &budgets, &times)?);
     known.check()?;
     more_work_takes_longer(&counts)?;
     more_work_takes_longer(&times)?;
     if let Some(path) = json {
-        let figures = Figures::of(&counts, &times)?;
+        let figures = Figures::of(&counts, &counts_m7, &times)?;
         let text = serde_json::to_string_pretty(&figures)? + "\n";
         fs::write(path, text).with_context(|| path.display().to_string())?;
     }
@@ -81,12 +86,16 @@ pub fn bench(json: Option<&Path>) -> Result<ExitCode> {
 }
 
 impl Figures {
-    fn of(counts: &Counts, times: &Times) -> Result<Self> {
-        Ok(Self {
-            m4f: OnTarget {
+    fn of(m4f: &Counts, m7: &Counts, times: &Times) -> Result<Self> {
+        let on_target = |counts: &Counts| -> Result<OnTarget> {
+            Ok(OnTarget {
                 step_instructions: named(counts, STEP)?,
                 gradient_step_instructions: named(counts, LEARN)?,
-            },
+            })
+        };
+        Ok(Self {
+            m4f: on_target(m4f)?,
+            m7: on_target(m7)?,
             host: OnHost {
                 step_ns: named(times, STEP)?,
                 gradient_step_ns: named(times, LEARN)?,

@@ -2,7 +2,9 @@
 
 mod bench;
 mod check;
+mod flash;
 mod needs;
+mod qemu;
 mod size;
 mod stage;
 mod vectors;
@@ -34,6 +36,14 @@ enum Task {
         #[arg(long, value_name = "FILE")]
         json: Option<PathBuf>,
     },
+    /// Every board in QEMU: serial lines, a drive of 22 minutes, instructions, stack; target against desktop, bit for bit.
+    Qemu {
+        /// Write the figures to this file too.
+        #[arg(long, value_name = "FILE")]
+        json: Option<PathBuf>,
+    },
+    /// Write the image to an STM32F405 with probe-rs and show its log.
+    Flash,
     /// Flash and RAM of each image against budgets.toml.
     Size,
     /// Write the shared test vectors and their expected digests anew, after an intended change of the arithmetic.
@@ -44,6 +54,8 @@ fn main() -> ExitCode {
     let done = match Arguments::parse().task {
         Task::Test { fast } => check::test(fast),
         Task::Bench { json } => bench::bench(json.as_deref()),
+        Task::Qemu { json } => qemu::qemu(json.as_deref()),
+        Task::Flash => flash::flash(),
         Task::Size => needs::target().and_then(|()| size::size()),
         Task::Vectors => vectors::regenerate(),
     };

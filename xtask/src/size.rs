@@ -75,17 +75,19 @@ mod tests {
             flash: 100,
             ram: 10,
             panics: false,
+            ram_and_stack: None,
         };
         let within = Size {
             flash: 100,
             ram: 10,
-            panics: Vec::new(),
+            ..Size::default()
         };
         assert_eq!(excess(&budget, &within).count(), 0);
         let beyond = Size {
             flash: 101,
             ram: 11,
             panics: vec!["core::panicking::panic".into()],
+            ..Size::default()
         };
         assert_eq!(excess(&budget, &beyond).count(), 3);
     }

@@ -16,6 +16,20 @@ pub struct Budgets {
     pub image: BTreeMap<String, ImageBudget>,
     /// Instructions on the target, by the name the `instructions` image prints.
     pub instructions: BTreeMap<String, f64>,
+    /// Instructions of the whole application, by the sensor's format.
+    pub application: BTreeMap<String, ApplicationBudget>,
+}
+
+/// Limits of the application, instructions on the Cortex-M4F.
+#[derive(Clone, Copy, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ApplicationBudget {
+    /// All passes of a word, mean.
+    pub word: f64,
+    /// All passes of the dearest word.
+    pub worst_word: f64,
+    /// From the last byte of a frame to the first byte sent.
+    pub latency: f64,
 }
 
 /// Limits of one image.
@@ -28,6 +42,8 @@ pub struct ImageBudget {
     pub ram: u64,
     /// Whether code that can panic may be in it.
     pub panics: bool,
+    /// Bytes of static variables and of the stack at its deepest, where it is measured.
+    pub ram_and_stack: Option<u64>,
 }
 
 impl Budgets {

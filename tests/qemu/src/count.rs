@@ -1,8 +1,8 @@
 //! Instruction counts on the target: what the `instructions` image prints, in instructions.
 //!
 //! Under `-icount shift=0` QEMU gives each instruction one nanosecond, and the SysTick of `netduinoplus2` runs at 168 MHz: one
-//! tick is 5.95 instructions. The counts are exact to a tick and the same in every run. They are instructions, not cycles: a
-//! Cortex-M4F takes one to a few cycles for most, 14 for a division or square root.
+//! tick is 5.95 instructions; of the `mps2` machines 40. The counts are exact to a tick and the same in every run. They are
+//! instructions, not cycles: a Cortex-M4F takes one to a few cycles for most, 14 for a division or square root.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -10,10 +10,7 @@ use std::time::Duration;
 
 use anyhow::{Context, Result, ensure};
 
-use crate::machine::{self, Clock};
-
-/// Instructions in a tick of SysTick: one nanosecond each, 168 MHz.
-const INSTRUCTIONS_PER_TICK: f64 = 1e9 / 168e6;
+use crate::machine::{self, Clock, Machine};
 
 /// Instructions of each measured piece of work, by name.
 pub type Counts = BTreeMap<String, f64>;
@@ -25,6 +22,8 @@ pub struct Known {
     pub measured: f64,
     /// By construction.
     pub executed: f64,
+    /// What one tick may be wrong by, instructions.
+    pub tick: f64,
 }
 
 impl Known {
@@ -35,31 +34,36 @@ impl Known {
     pub fn check(self) -> Result<()> {
         let off = (self.measured - self.executed).abs();
         ensure!(
-            self.executed > 1e6 && off <= 2.0 * INSTRUCTIONS_PER_TICK,
+            self.executed > 1e6 && off <= 2.0 * self.tick,
             "a loop of known length was miscounted: {self:?}"
         );
         Ok(())
     }
 }
 
-/// Runs the `instructions` image.
+/// Runs the `instructions` image on `machine`.
 ///
 /// # Errors
 /// QEMU fails, the image fails, or its output is not understood.
-pub fn run(image: &Path) -> Result<(Known, Counts)> {
-    let run = machine::run(image, Clock::Instructions, Duration::from_secs(120))?;
+pub fn run(machine: Machine, image: &Path) -> Result<(Known, Counts)> {
+    let run = machine::run(
+        machine,
+        image,
+        Clock::Instructions,
+        Duration::from_secs(120),
+    )?;
     ensure!(
         run.code == Some(0),
         "exit code {:?}\n{}",
         run.code,
         run.output
     );
-    read(&run.output).with_context(|| run.output)
+    read(&run.output, machine.instructions_per_tick()).with_context(|| run.output)
 }
 
 /// Lines `loop <instructions> <ticks>` (twice; their difference is free of the cost of measuring), `repetitions <n>`,
 /// `empty <ticks>`, then `<name> <ticks>`.
-fn read(output: &str) -> Result<(Known, Counts)> {
+fn read(output: &str, tick: f64) -> Result<(Known, Counts)> {
     let mut lines = output
         .lines()
         .map(|line| line.split_whitespace().collect::<Vec<_>>());
@@ -71,8 +75,9 @@ fn read(output: &str) -> Result<(Known, Counts)> {
     };
     let (short, long) = (known()?, known()?);
     let known = Known {
-        measured: (long.1 - short.1) * INSTRUCTIONS_PER_TICK,
+        measured: (long.1 - short.1) * tick,
         executed: long.0 - short.0,
+        tick,
     };
     let mut values = Counts::new();
     for line in lines {
@@ -85,7 +90,7 @@ fn read(output: &str) -> Result<(Known, Counts)> {
     let empty = values.remove("empty").context("no empty loop")?;
     values
         .values_mut()
-        .for_each(|ticks| *ticks = (*ticks - empty) * INSTRUCTIONS_PER_TICK / repetitions);
+        .for_each(|ticks| *ticks = (*ticks - empty) * tick / repetitions);
     Ok((known, values))
 }
 
@@ -96,7 +101,7 @@ mod tests {
     #[test]
     fn counts_are_per_repetition_without_the_empty_loop() {
         let text = "loop 1000 168\nloop 3000 504\nrepetitions 10\nempty 168\nwork 1848\n";
-        let (known, counts) = read(text).expect("well formed");
+        let (known, counts) = read(text, 1e9 / 168e6).expect("well formed");
         assert!((known.measured - 2000.0).abs() < 1e-6 && known.executed == 2000.0);
         assert_eq!(counts.len(), 1);
         assert!((counts["work"] - 1000.0).abs() < 1e-6);
@@ -104,8 +109,8 @@ mod tests {
 
     #[test]
     fn torn_output_is_an_error() {
-        assert!(read("").is_err());
-        assert!(read("loop 1 2\nloop 2 3\nrepetitions 10\nwork 5\n").is_err());
-        assert!(read("loop 1 2\nloop 2 3\nrepetitions 10\nempty 1\nwork\n").is_err());
+        assert!(read("", 1.0).is_err());
+        assert!(read("loop 1 2\nloop 2 3\nrepetitions 10\nwork 5\n", 1.0).is_err());
+        assert!(read("loop 1 2\nloop 2 3\nrepetitions 10\nempty 1\nwork\n", 1.0).is_err());
     }
 }

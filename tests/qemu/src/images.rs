@@ -6,7 +6,7 @@ use std::process::{Command, Stdio};
 
 use anyhow::{Context, Result, ensure};
 
-use crate::machine;
+use crate::machine::{self, Machine};
 
 /// The one target triple.
 pub const TARGET: &str = "thumbv7em-none-eabihf";
@@ -30,6 +30,21 @@ pub const STM32F405: Image = Image {
     package: "firmware",
     name: "stm32f405",
 };
+/// The second board's.
+pub const MPS2: Image = Image {
+    package: "firmware",
+    name: "mps2",
+};
+/// The shared vectors, compared with the desktop's digests.
+pub const AGREEMENT: Image = Image {
+    package: "qemu",
+    name: "agreement",
+};
+/// The application over a recording in a file.
+pub const REPLAY: Image = Image {
+    package: "qemu",
+    name: "replay",
+};
 /// Compares with a wrong constant and has to fail.
 pub const DIFFERENT: Image = Image {
     package: "qemu",
@@ -46,7 +61,45 @@ pub const INFERENCE: Image = Image {
     name: "inference",
 };
 /// Every image.
-pub const ALL: [Image; 4] = [STM32F405, DIFFERENT, INSTRUCTIONS, INFERENCE];
+pub const ALL: [Image; 7] = [
+    STM32F405,
+    MPS2,
+    AGREEMENT,
+    REPLAY,
+    DIFFERENT,
+    INSTRUCTIONS,
+    INFERENCE,
+];
+
+/// A board: its image and the machine that stands for it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Board {
+    /// Name in reports.
+    pub name: &'static str,
+    /// What is flashed.
+    pub image: Image,
+    /// What runs it here.
+    pub machine: Machine,
+}
+
+/// Every board.
+pub const BOARDS: [Board; 3] = [
+    Board {
+        name: "stm32f405",
+        image: STM32F405,
+        machine: machine::NETDUINOPLUS2,
+    },
+    Board {
+        name: "mps2-an386",
+        image: MPS2,
+        machine: machine::MPS2_AN386,
+    },
+    Board {
+        name: "mps2-an500",
+        image: MPS2,
+        machine: machine::MPS2_AN500,
+    },
+];
 
 /// Top of the workspace, where `memory.x` and `budgets.toml` are.
 pub fn workspace() -> PathBuf {

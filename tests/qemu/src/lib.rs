@@ -2,10 +2,10 @@
 //! ([`size`], [`count`]) and knows what they may cost ([`budget`]); on the target it is the start-up and exit of the programs
 //! in `src/bin`.
 //!
-//! One machine serves for all: `netduinoplus2`, QEMU's STM32F405, so that images, memory map and core are the product's. (The
-//! `mps2` boards want flash at 0 and a link script of their own, and their SysTick is six times coarser.)
+//! [`replay`] is on both sides. The board images themselves run in [`live`] machines, with sockets at their serial lines.
 #![cfg_attr(target_os = "none", no_std)]
 
+pub mod replay;
 #[cfg(target_os = "none")]
 pub mod target;
 
@@ -14,11 +14,23 @@ pub mod budget;
 #[cfg(not(target_os = "none"))]
 pub mod count;
 #[cfg(not(target_os = "none"))]
+pub mod drive;
+#[cfg(not(target_os = "none"))]
 pub mod images;
+#[cfg(not(target_os = "none"))]
+pub mod live;
 #[cfg(not(target_os = "none"))]
 pub mod machine;
 #[cfg(not(target_os = "none"))]
+pub mod memory;
+#[cfg(not(target_os = "none"))]
+pub mod protocol;
+#[cfg(not(target_os = "none"))]
+pub mod report;
+#[cfg(not(target_os = "none"))]
 pub mod size;
+#[cfg(not(target_os = "none"))]
+pub mod software;
 
 /// `main` of a target program built for the desktop, as `cargo build --workspace` does.
 #[cfg(not(target_os = "none"))]

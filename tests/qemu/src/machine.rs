@@ -15,8 +15,31 @@ pub const QEMU: &str = "qemu-system-arm";
 pub const REMEDY: &str = "install QEMU for ARM (Debian: apt-get install qemu-system-arm; Fedora: dnf install qemu-system-arm; \
                           macOS: brew install qemu)";
 
-/// STM32F405 with Cortex-M4F.
-const MACHINE: &str = "netduinoplus2";
+/// A machine of the emulator.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Machine {
+    /// Its name in QEMU.
+    pub name: &'static str,
+    /// Rate of SysTick, Hz.
+    pub systick_hz: f64,
+}
+
+/// STM32F405 with Cortex-M4F: the product's memory map and peripherals. Its flash appears at 0 too, as on the chip, so that
+/// images linked there run here and on [`MPS2_AN386`].
+pub const NETDUINOPLUS2: Machine = Machine {
+    name: "netduinoplus2",
+    systick_hz: 168e6,
+};
+/// Arm's MPS2 with Cortex-M4F.
+pub const MPS2_AN386: Machine = Machine {
+    name: "mps2-an386",
+    systick_hz: 25e6,
+};
+/// Arm's MPS2 with Cortex-M7.
+pub const MPS2_AN500: Machine = Machine {
+    name: "mps2-an500",
+    systick_hz: 25e6,
+};
 
 /// How QEMU keeps time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -46,22 +69,48 @@ pub fn available() -> bool {
     version.is_ok_and(|status| status.success())
 }
 
+impl Machine {
+    /// Instructions in a tick of SysTick with [`Clock::Instructions`]: one nanosecond each.
+    pub fn instructions_per_tick(self) -> f64 {
+        1e9 / self.systick_hz
+    }
+
+    /// QEMU with this machine and `image`, nothing connected.
+    pub fn command(self, image: &Path) -> Command {
+        let mut command = Command::new(QEMU);
+        command.args(["-machine", self.name, "-display", "none", "-kernel"]);
+        command.arg(image);
+        command
+    }
+}
+
 /// Runs `image` to its end.
 ///
 /// # Errors
+/// As [`run_in`].
+pub fn run(machine: Machine, image: &Path, clock: Clock, limit: Duration) -> Result<Run> {
+    run_in(Path::new("."), machine, image, clock, limit)
+}
+
+/// Runs `image` to its end; the files it opens are in `directory`.
+///
+/// # Errors
 /// QEMU cannot be started, or is still running after `limit`; it is killed then.
-pub fn run(image: &Path, clock: Clock, limit: Duration) -> Result<Run> {
-    let mut command = Command::new(QEMU);
-    command.args([
-        "-machine", MACHINE, "-display", "none", "-serial", "none", "-monitor", "none",
-    ]);
+pub fn run_in(
+    directory: &Path,
+    machine: Machine,
+    image: &Path,
+    clock: Clock,
+    limit: Duration,
+) -> Result<Run> {
+    let mut command = machine.command(image);
+    command.args(["-serial", "none", "-monitor", "none"]);
     command.args(["-semihosting-config", "enable=on,target=native"]);
     if clock == Clock::Instructions {
         command.args(["-icount", "shift=0"]);
     }
     command
-        .arg("-kernel")
-        .arg(image)
+        .current_dir(directory)
         .stdin(Stdio::null())
         .stdout(Stdio::piped())
         .stderr(Stdio::piped());

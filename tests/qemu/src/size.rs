@@ -22,6 +22,8 @@ pub struct Size {
     pub ram: u64,
     /// Names of the functions that begin a panic; empty if nothing can panic.
     pub panics: Vec<String>,
+    /// Semihosting calls: halfwords of code that read as `bkpt 0xab`.
+    pub semihosting: usize,
 }
 
 impl Size {
@@ -42,6 +44,10 @@ impl Size {
             }
             let in_ram = section.address() >= FIRST_RAM_ADDRESS;
             let loaded = !matches!(section.kind(), SectionKind::UninitializedData);
+            if matches!(section.kind(), SectionKind::Text) {
+                let code = section.data()?.chunks_exact(2);
+                size.semihosting += code.filter(|half| *half == [0xab, 0xbe]).count();
+            }
             size.flash += if loaded { section.size() } else { 0 };
             size.ram += if in_ram { section.size() } else { 0 };
         }

@@ -2,7 +2,8 @@
 
 use qemu::budget::Budgets;
 use qemu::count;
-use qemu::images::{DIFFERENT, INFERENCE, INSTRUCTIONS};
+use qemu::images::{BOARDS, DIFFERENT, INFERENCE, INSTRUCTIONS, MPS2, STM32F405};
+use qemu::machine::{MPS2_AN386, NETDUINOPLUS2};
 use qemu::size::Size;
 
 #[test]
@@ -10,8 +11,24 @@ fn a_loop_of_known_length_is_counted_exactly() {
     let Some(image) = INSTRUCTIONS.build_or_skip() else {
         return;
     };
-    let (known, _) = count::run(&image).expect("the image runs");
-    known.check().expect("within two ticks");
+    for board in BOARDS {
+        let (known, _) = count::run(board.machine, &image).expect("the image runs");
+        known.check().expect("within two ticks");
+    }
+}
+
+/// Two machines with different clocks count the same instructions.
+#[test]
+fn both_counters_agree() {
+    let Some(image) = INSTRUCTIONS.build_or_skip() else {
+        return;
+    };
+    let (_, fine) = count::run(NETDUINOPLUS2, &image).expect("the image runs");
+    let (_, coarse) = count::run(MPS2_AN386, &image).expect("the image runs");
+    for (name, count) in fine {
+        let off = (count - coarse[&name]).abs(); // of 1000 repetitions: a tick of 40 instructions twice is 0.08
+        assert!(off < 0.2, "{name}: {count} and {}", coarse[&name]);
+    }
 }
 
 #[test]
@@ -19,7 +36,7 @@ fn instructions_are_within_budget() {
     let Some(image) = INSTRUCTIONS.build_or_skip() else {
         return;
     };
-    let (_, counts) = count::run(&image).expect("the image runs");
+    let (_, counts) = count::run(NETDUINOPLUS2, &image).expect("the image runs");
     let budgets = Budgets::read().expect("budgets.toml").instructions;
     assert!(
         counts.keys().eq(budgets.keys()),
@@ -47,6 +64,31 @@ fn inference_cannot_panic() {
     };
     let size = Size::of(&image).expect("an ELF file");
     assert!(size.panics.is_empty(), "{:?}", size.panics);
+}
+
+#[test]
+fn boards_cannot_panic() {
+    for image in [STM32F405, MPS2] {
+        let Some(image) = image.build_or_skip() else {
+            return;
+        };
+        let size = Size::of(&image).expect("an ELF file");
+        assert!(size.panics.is_empty(), "{:?}", size.panics);
+    }
+}
+
+/// A `bkpt` stops a board that has no debugger. The desktop-only programs beside it have some, so the search finds something.
+#[test]
+fn boards_have_no_semihosting() {
+    let calls = |image: &std::path::Path| Size::of(image).expect("an ELF file").semihosting;
+    for image in [STM32F405, MPS2] {
+        let Some(image) = image.build_or_skip() else {
+            return;
+        };
+        assert_eq!(calls(&image), 0, "{}", image.display());
+    }
+    let other = INFERENCE.build().expect("it was built for the test before");
+    assert!(calls(&other) > 0);
 }
 
 #[test]

@@ -6,9 +6,8 @@ mod target {
     use core::fmt::Write;
     use core::hint::black_box;
 
-    use cortex_m::peripheral::SYST;
-    use cortex_m::peripheral::syst::SystClkSource;
     use lrnn_nostd::{Activation, Rational, Tanh};
+    use qemu::target::{start_counter, ticks as counter};
     use vectors::work::{GradientWork, LearnWork, StepWork, plausible};
 
     const REPETITIONS: usize = 1000;
@@ -19,23 +18,12 @@ mod target {
         qemu::target::exit(equal)
     }
 
-    fn start_counter() -> bool {
-        let Some(mut peripherals) = cortex_m::Peripherals::take() else {
-            return false;
-        };
-        peripherals.SYST.set_clock_source(SystClkSource::Core);
-        peripherals.SYST.set_reload(0x00ff_ffff);
-        peripherals.SYST.clear_current();
-        peripherals.SYST.enable_counter();
-        true
-    }
-
     /// Ticks of `work`; less than 2^24, that is 10^8 instructions.
     #[inline(always)]
     fn ticks(work: impl FnOnce()) -> u32 {
-        let start = SYST::get_current();
+        let start = counter();
         work();
-        start.wrapping_sub(SYST::get_current()) & 0x00ff_ffff
+        counter().wrapping_sub(start) & 0x00ff_ffff
     }
 
     /// Ticks of all repetitions of `work`. Input and result pass through memory as in the board's loop; the empty loop has

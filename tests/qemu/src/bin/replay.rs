@@ -1,0 +1,117 @@
+//! The application over the recording in the file `input`: writes what it sends to the navigation computer to the file `output`,
+//! then prints `<name> <value>` lines: records, bytes, FNV-1a digest of the bytes, and what the records cost in ticks.
+#![cfg_attr(target_os = "none", no_std, no_main)]
+
+#[cfg(target_os = "none")]
+mod target {
+    use core::fmt::Write;
+
+    use qemu::replay::{FORMATS, HEADER, Input, LONGEST, Pace, Replay, config};
+    use qemu::target::files::File;
+    use qemu::target::{exit, output, start_counter, ticks};
+    use vectors::Digest;
+
+    /// Reads and writes go in pieces: a semihosting call costs as much as thousands of instructions.
+    struct Reader {
+        file: File,
+        buffer: [u8; 4096],
+        next: usize,
+        end: usize,
+    }
+
+    impl Reader {
+        fn byte(&mut self) -> Option<u8> {
+            if self.next == self.end {
+                self.end = self.file.read(&mut self.buffer);
+                self.next = 0;
+            }
+            let byte = self.buffer.get(self.next).filter(|_| self.end > 0)?;
+            self.next += 1;
+            Some(*byte)
+        }
+
+        fn bytes(&mut self, into: &mut [u8]) -> Option<()> {
+            into.iter_mut().try_for_each(|place| {
+                *place = self.byte()?;
+                Some(())
+            })
+        }
+    }
+
+    struct Writer {
+        file: File,
+        buffer: heapless::Vec<u8, 4096>,
+        digest: Digest,
+        bytes: u32,
+    }
+
+    impl Writer {
+        fn write(&mut self, bytes: &[u8]) -> bool {
+            bytes.iter().for_each(|&byte| self.digest.byte(byte));
+            self.bytes += bytes.len() as u32;
+            if self.buffer.extend_from_slice(bytes).is_ok() {
+                return true;
+            }
+            self.flush() && self.buffer.extend_from_slice(bytes).is_ok()
+        }
+
+        fn flush(&mut self) -> bool {
+            let written = self.file.write(&self.buffer);
+            self.buffer.clear();
+            written
+        }
+    }
+
+    #[cortex_m_rt::entry]
+    fn main() -> ! {
+        exit(start_counter() && run().is_some())
+    }
+
+    /// `None`: a file could not be used, or the recording is torn.
+    fn run() -> Option<()> {
+        let mut reader = Reader {
+            file: File::open(c"input")?,
+            buffer: [0; 4096],
+            next: 0,
+            end: 0,
+        };
+        let mut writer = Writer {
+            file: File::create(c"output")?,
+            buffer: heapless::Vec::new(),
+            digest: Digest::new(),
+            bytes: 0,
+        };
+        let format = *FORMATS.get(usize::from(reader.byte()?))?;
+        let pace = Pace::from_number(reader.byte()?)?;
+        let mut replay = Replay::new(config(format), pace, ticks);
+        while let Some(input) = reader.byte() {
+            let input = Input::from_number(input)?;
+            let mut header = [0; HEADER - 1];
+            reader.bytes(&mut header)?;
+            let [l0, l1, t0, t1, t2, t3] = header;
+            let mut record = [0; LONGEST];
+            let record = record.get_mut(..usize::from(u16::from_le_bytes([l0, l1])))?;
+            reader.bytes(record)?;
+            let at_us = u32::from_le_bytes([t0, t1, t2, t3]);
+            if !writer.write(replay.record(input, at_us, record)) {
+                return None;
+            }
+        }
+        if !writer.flush() {
+            return None;
+        }
+        let cost = replay.cost();
+        let mut out = output();
+        writeln!(out, "records {}", cost.records).ok()?;
+        writeln!(out, "bytes {}", writer.bytes).ok()?;
+        writeln!(out, "digest {}", writer.digest.value()).ok()?;
+        writeln!(out, "total {}", cost.total).ok()?;
+        writeln!(out, "worst {}", cost.worst).ok()?;
+        writeln!(out, "latency {}", cost.latency).ok()
+    }
+}
+
+#[cfg(not(target_os = "none"))]
+fn main() {
+    qemu::only_in_qemu();
+}

@@ -1,0 +1,140 @@
+//! The board's own image at its serial lines: weights over the command link, then a drive through the sensor line.
+
+use std::io::{ErrorKind, Read, Write};
+use std::net::TcpStream;
+use std::path::Path;
+use std::time::Duration;
+
+use anyhow::{Result, bail, ensure};
+use firmware::app::{Config, IMAGES_LEN};
+use firmware::wire::Format;
+use firmware::wire::command::{self, MAX_CHUNK, MAX_PACKET, Mode, Request, Response};
+use lrnn_nostd::image::{self, IMAGE_LEN};
+
+use crate::drive::Record;
+use crate::images::Board;
+use crate::live::{Live, through};
+use crate::memory::Memory;
+use crate::replay::{Input, nets};
+use crate::software::on_desktop;
+
+/// How often a request is sent, twice a second.
+const TRIES: usize = 40;
+
+/// What a board did at its lines.
+#[derive(Debug)]
+pub struct Served {
+    /// Sensor records it got.
+    pub words: usize,
+    /// What it sent to the navigation computer.
+    pub sent: Vec<u8>,
+    /// What the library on the desktop sends for the same input.
+    pub expected: Vec<u8>,
+    /// Its memory at the end.
+    pub memory: Memory,
+}
+
+/// The packets that load both networks and switch the correction on.
+///
+/// # Errors
+/// None with the committed networks.
+pub fn set_up() -> Result<Vec<Vec<u8>>> {
+    let mut images = [0; IMAGES_LEN];
+    let (gyro, accel) = images.split_at_mut(IMAGE_LEN);
+    gyro.copy_from_slice(&image::encode(&nets().gyro));
+    accel.copy_from_slice(&image::encode(&nets().accel));
+    let mut requests = Vec::new();
+    for (index, bytes) in images.chunks(MAX_CHUNK).enumerate() {
+        let offset = (index * MAX_CHUNK) as u32;
+        requests.push(Request::WriteImage { offset, bytes });
+    }
+    let length = IMAGES_LEN as u32;
+    requests.push(Request::CommitImage { length });
+    requests.push(Request::SetMode(Mode::Frozen));
+    let packet = |(number, request): (usize, &Request)| {
+        let mut buffer = [0; MAX_PACKET];
+        let packet = command::encode(number as u8, request, &mut buffer);
+        Ok(packet
+            .map_err(|error| anyhow::anyhow!("{error:?}"))?
+            .to_vec())
+    };
+    requests.iter().enumerate().map(packet).collect()
+}
+
+/// Starts `board`, sets it up, sends it the sensor's and the receiver's `records`, and reads what it sends.
+///
+/// # Errors
+/// QEMU or the board do not answer, or a request is refused.
+pub fn serve(board: Board, image: &Path, records: &[Record]) -> Result<Served> {
+    let mut live = Live::start(board, image)?;
+    let mut input = Vec::new();
+    for (number, bytes) in set_up()?.into_iter().enumerate() {
+        ask(&mut live.command, number as u8, &bytes)?;
+        input.push(Record {
+            input: Input::Command,
+            at_us: 0,
+            bytes,
+        });
+    }
+    input.extend_from_slice(records);
+    let expected = on_desktop(Config::default(), &input).sent;
+    let of = |wanted: Input| -> Vec<u8> {
+        let wanted = records.iter().filter(|record| record.input == wanted);
+        wanted.flat_map(|record| record.bytes.clone()).collect()
+    };
+    live.gnss.write_all(&of(Input::Gnss))?;
+    let sent = through(
+        &live.sensor,
+        &of(Input::Sensor),
+        &live.navigation,
+        expected.len(),
+    )?;
+    Ok(Served {
+        words: records
+            .iter()
+            .filter(|record| record.input == Input::Sensor)
+            .count(),
+        sent,
+        expected,
+        memory: live.memory()?,
+    })
+}
+
+/// Asks until the answer is there, and wants it to be "done": what comes before a board has opened its lines is lost, and a
+/// request may come twice.
+fn ask(line: &mut TcpStream, number: u8, request: &[u8]) -> Result<()> {
+    line.set_read_timeout(Some(Duration::from_millis(500)))?;
+    for _ in 0..TRIES {
+        line.write_all(request)?;
+        while let Some(mut packet) = packet(line)? {
+            match command::decode::<Response>(&mut packet) {
+                Ok((answered, Response::Done)) if answered == number => return Ok(()),
+                Ok((answered, _)) if answered < number => {} // to the second of two equal requests
+                other => bail!("the board answers {other:?}"),
+            }
+        }
+    }
+    bail!("no answer to request {number} after {TRIES} times")
+}
+
+/// One packet of the command link; `None` when nothing comes.
+fn packet(line: &mut TcpStream) -> Result<Option<Vec<u8>>> {
+    let mut packet = Vec::new();
+    let mut byte = [0];
+    while packet.last() != Some(&0) {
+        match line.read(&mut byte) {
+            Ok(0) => bail!("the command link is closed"),
+            Ok(_) => packet.push(byte[0]),
+            Err(error) if matches!(error.kind(), ErrorKind::WouldBlock | ErrorKind::TimedOut) => {
+                return Ok(None);
+            }
+            Err(error) => return Err(error.into()),
+        }
+        ensure!(packet.len() <= MAX_PACKET, "a packet without end");
+    }
+    Ok(Some(packet))
+}
+
+/// Formats and seconds of drive that make some blocks of one second each, and not many bytes: the lines carry 10 to 30 kB/s.
+pub const DRIVES: [(Format, u32); 3] =
+    [(Format::Stim300, 6), (Format::Kvh, 2), (Format::Novatel, 5)];

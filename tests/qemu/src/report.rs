@@ -1,0 +1,155 @@
+//! What `cargo xtask qemu` tells of each board.
+
+use std::time::Duration;
+
+use anyhow::{Result, ensure};
+use firmware::wire::Format;
+use serde::Serialize;
+
+use crate::budget::{ApplicationBudget, Budgets};
+use crate::drive::{Record, drive};
+use crate::images::{Board, REPLAY};
+use crate::machine::Clock;
+use crate::protocol::{DRIVES, serve};
+use crate::replay::{Pace, config};
+use crate::size::Size;
+use crate::software::{Instructions, on_desktop, on_target};
+
+/// Minutes of the long drive.
+pub const MINUTES: u32 = 22;
+/// Seconds of drive over which instructions are counted.
+const COUNTED: u32 = 20;
+/// Longest run of an image.
+const LIMIT: Duration = Duration::from_secs(240);
+
+/// One board; the format of `--json`, which stays stable.
+#[derive(Clone, Debug, Serialize)]
+pub struct Report {
+    /// Name.
+    pub board: String,
+    /// Sensor records of the long drive.
+    pub words: u32,
+    /// FNV-1a of what the library on the desktop sends, hexadecimal.
+    pub digest_host: String,
+    /// ... and the target.
+    pub digest_target: String,
+    /// Whether all that was compared is equal: the long drive, each format counted, each format through the serial lines.
+    pub equal: bool,
+    /// Of a STIM300 word, each byte in a pass of its own.
+    pub instructions_per_word: f64,
+    /// Of the dearest one.
+    pub instructions_worst_word: f64,
+    /// From the last byte of a frame to the first byte sent; the longest of all formats.
+    pub latency_instructions: f64,
+    /// Of the board's image.
+    pub flash_bytes: u64,
+    /// Its static variables.
+    pub ram_bytes: u64,
+    /// Its stack at the deepest.
+    pub stack_high_water_bytes: u64,
+}
+
+/// Name of a format in `budgets.toml`.
+#[must_use]
+pub fn name(format: Format) -> &'static str {
+    match format {
+        Format::Stim300 => "stim300",
+        Format::Kvh => "kvh",
+        Format::Novatel => "novatel",
+        Format::Hg4930 => "hg4930",
+        Format::Ubx => "ubx",
+    }
+}
+
+/// Everything of one board; `long` is the drive of [`MINUTES`], as STIM300.
+///
+/// # Errors
+/// Something fails to run. A difference is no error but said in the report.
+pub fn report(board: Board, long: &[Record]) -> Result<Report> {
+    let replay = REPLAY.build()?;
+    let image = board.image.build()?;
+    let size = Size::of(&image)?;
+    let free = (Pace::Record, Clock::Free);
+    let here = on_desktop(config(Format::Stim300), long);
+    let there = on_target(&replay, board.machine, Format::Stim300, free, long, LIMIT)?;
+    let mut equal = here.sent == there.sent && !here.sent.is_empty();
+    let mut costs = Vec::new();
+    let mut stack = 0;
+    for (format, seconds) in DRIVES {
+        let (same, cost) = counted(board, format)?;
+        equal &= same;
+        costs.push(cost);
+        let served = serve(board, &image, &drive(format, seconds)?)?;
+        equal &= served.sent == served.expected;
+        stack = stack.max(served.memory.stack_high_water()?);
+    }
+    let latency = costs.iter().map(|cost| cost.latency).fold(0.0, f64::max);
+    Ok(Report {
+        board: board.name.to_owned(),
+        words: here.words,
+        digest_host: format!("{:016x}", here.digest),
+        digest_target: format!("{:016x}", there.digest),
+        equal,
+        instructions_per_word: costs[0].per_word,
+        instructions_worst_word: costs[0].worst_word,
+        latency_instructions: latency,
+        flash_bytes: size.flash,
+        ram_bytes: size.ram,
+        stack_high_water_bytes: stack,
+    })
+}
+
+/// Whether a short drive is equal, and what its words cost on `board`.
+///
+/// # Errors
+/// Something fails to run.
+pub fn counted(board: Board, format: Format) -> Result<(bool, Instructions)> {
+    let records = drive(format, COUNTED)?;
+    let counted = (Pace::Byte, Clock::Instructions);
+    let here = on_desktop(config(format), &records);
+    let there = on_target(
+        &REPLAY.build()?,
+        board.machine,
+        format,
+        counted,
+        &records,
+        LIMIT,
+    )?;
+    let same = here.sent == there.sent && !here.sent.is_empty();
+    let cost = there.cost.ok_or_else(|| anyhow::anyhow!("not counted"))?;
+    Ok((same, cost))
+}
+
+/// # Errors
+/// Names what is over `budget`.
+pub fn within(cost: Instructions, budget: ApplicationBudget) -> Result<()> {
+    for (what, count, limit) in [
+        ("a word", cost.per_word, budget.word),
+        ("the dearest word", cost.worst_word, budget.worst_word),
+        ("latency", cost.latency, budget.latency),
+    ] {
+        ensure!(
+            count <= limit,
+            "{what}: {count:.0} instructions, budget {limit:.0}"
+        );
+    }
+    Ok(())
+}
+
+impl Report {
+    /// # Errors
+    /// Names the difference or the excess.
+    pub fn check(&self, board: Board, budgets: &Budgets) -> Result<()> {
+        ensure!(self.equal, "{}: target and desktop differ", self.board);
+        let together = self.ram_bytes + self.stack_high_water_bytes;
+        let limit = budgets.image.get(board.image.name);
+        if let Some(limit) = limit.and_then(|budget| budget.ram_and_stack) {
+            ensure!(
+                together <= limit,
+                "{}: {together} bytes of variables and stack, budget {limit}",
+                self.board
+            );
+        }
+        Ok(())
+    }
+}

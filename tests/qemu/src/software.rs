@@ -1,0 +1,136 @@
+//! Software in the loop: the firmware library on the desktop over a recording, and the `replay` image over the same.
+
+use std::fs;
+use std::path::Path;
+use std::time::Duration;
+
+use anyhow::{Context, Result, ensure};
+use firmware::app::Config;
+use firmware::wire::Format;
+use vectors::Digest;
+
+use crate::drive::{Record, recording};
+use crate::machine::{Clock, Machine, run_in};
+use crate::replay::{Cost, Input, Pace, Replay};
+
+/// What was sent to the navigation computer, and what it took.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Outcome {
+    /// Words that came.
+    pub words: u32,
+    /// Everything sent.
+    pub sent: Vec<u8>,
+    /// FNV-1a of it.
+    pub digest: u64,
+    /// Instructions; none on the desktop, where there is no counter.
+    pub cost: Option<Instructions>,
+}
+
+/// Instructions of the application, without interrupts.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Instructions {
+    /// All passes of a word, mean.
+    pub per_word: f64,
+    /// All passes of the dearest word: it ends a block, and two networks step.
+    pub worst_word: f64,
+    /// From the last byte of a word's frame to the first byte sent, the longest.
+    pub latency: f64,
+}
+
+/// The library here.
+#[must_use]
+pub fn on_desktop(config: Config, records: &[Record]) -> Outcome {
+    let mut replay = Replay::new(config, Pace::Record, || 0);
+    let mut sent = Vec::new();
+    for record in records {
+        sent.extend_from_slice(replay.record(record.input, record.at_us, &record.bytes));
+    }
+    Outcome {
+        words: replay.cost().records,
+        digest: digest(&sent),
+        sent,
+        cost: None,
+    }
+}
+
+/// The `replay` image on `machine`; with [`Clock::Instructions`] the cost is known.
+///
+/// # Errors
+/// QEMU fails or takes longer than `limit`; the image fails; its output is not understood or not what it says it is.
+pub fn on_target(
+    image: &Path,
+    machine: Machine,
+    format: Format,
+    (pace, clock): (Pace, Clock),
+    records: &[Record],
+    limit: Duration,
+) -> Result<Outcome> {
+    let directory = tempfile::tempdir()?;
+    fs::write(
+        directory.path().join("input"),
+        recording(format, pace, records)?,
+    )?;
+    let run = run_in(directory.path(), machine, image, clock, limit)?;
+    ensure!(
+        run.code == Some(0),
+        "exit code {:?}\n{}",
+        run.code,
+        run.output
+    );
+    let value = |name: &str| -> Result<u64> {
+        let line = run.output.lines().find_map(|line| line.strip_prefix(name));
+        let text = line.with_context(|| format!("no `{name}` in\n{}", run.output))?;
+        Ok(text.trim().parse()?)
+    };
+    let sent = fs::read(directory.path().join("output"))?;
+    let digest = value("digest ")?;
+    ensure!(
+        self::digest(&sent) == digest && sent.len() as u64 == value("bytes ")?,
+        "the file is not what the image says it has written"
+    );
+    let cost = Cost {
+        records: u32::try_from(value("records ")?)?,
+        total: value("total ")?,
+        worst: u32::try_from(value("worst ")?)?,
+        latency: u32::try_from(value("latency ")?)?,
+    };
+    let tick = machine.instructions_per_tick();
+    let instructions = Instructions {
+        per_word: cost.total as f64 * tick / f64::from(cost.records.max(1)),
+        worst_word: f64::from(cost.worst) * tick,
+        latency: f64::from(cost.latency) * tick,
+    };
+    Ok(Outcome {
+        words: cost.records,
+        sent,
+        digest,
+        cost: (clock == Clock::Instructions).then_some(instructions),
+    })
+}
+
+/// FNV-1a.
+#[must_use]
+pub fn digest(bytes: &[u8]) -> u64 {
+    let mut digest = Digest::new();
+    bytes.iter().for_each(|&byte| digest.byte(byte));
+    digest.value()
+}
+
+/// Of the sensor's bytes, those a corrected stream differs in: how many; the streams are of one length.
+///
+/// # Errors
+/// They are not.
+pub fn changed(records: &[Record], sent: &[u8]) -> Result<usize> {
+    let came: Vec<u8> = records
+        .iter()
+        .filter(|record| record.input == Input::Sensor)
+        .flat_map(|record| record.bytes.iter().copied())
+        .collect();
+    ensure!(
+        came.len() == sent.len(),
+        "{} bytes came, {} were sent",
+        came.len(),
+        sent.len()
+    );
+    Ok(came.iter().zip(sent).filter(|(a, b)| a != b).count())
+}

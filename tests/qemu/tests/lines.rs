@@ -1,0 +1,77 @@
+//! The boards' own images in QEMU, at their serial lines: what is flashed to a board is what is tested here.
+
+use std::thread;
+use std::time::Duration;
+
+use firmware::wire::Format;
+use qemu::budget::Budgets;
+use qemu::drive::drive;
+use qemu::images::{BOARDS, Board};
+use qemu::live::Live;
+use qemu::protocol::{DRIVES, serve};
+use qemu::size::Size;
+use qemu::software::changed;
+
+fn corrects(board: Board, format: Format, seconds: u32) {
+    let Some(image) = board.image.build_or_skip() else {
+        return;
+    };
+    let records = drive(format, seconds).expect("a drive");
+    let served = serve(board, &image, &records).expect("the board serves");
+    let what = format!("{}, {format:?}", board.name);
+    assert_eq!(served.sent.len(), served.expected.len(), "{what}");
+    assert!(served.sent == served.expected, "{what}");
+    let changed = changed(&records, &served.sent).expect("one length");
+    assert!(changed > served.words, "{what}: {changed} bytes corrected");
+
+    let stack = served.memory.stack_high_water().expect("painted");
+    let ram = Size::of(&image).expect("an ELF file").ram;
+    let budgets = Budgets::read().expect("budgets.toml");
+    let limit = budgets.image[board.image.name].ram_and_stack;
+    let limit = limit.expect("a board has a budget for its stack");
+    assert!(ram + stack <= limit, "{what}: {ram} + {stack} bytes");
+    assert!(
+        stack > 1000,
+        "{what}: {stack} bytes cannot hold the application"
+    );
+}
+
+#[test]
+fn stm32f405_corrects_every_format_as_the_desktop_does() {
+    for (format, seconds) in DRIVES {
+        corrects(BOARDS[0], format, seconds);
+    }
+}
+
+#[test]
+fn other_boards_do_the_same() {
+    for board in [BOARDS[1], BOARDS[2]] {
+        corrects(board, DRIVES[0].0, DRIVES[0].1);
+    }
+}
+
+#[test]
+fn the_log_of_a_board_is_read_from_its_memory() {
+    let Some(image) = BOARDS[0].image.build_or_skip() else {
+        return;
+    };
+    let mut live = Live::start(BOARDS[0], &image).expect("it starts");
+    let mut log = Vec::new();
+    for _ in 0..100 {
+        thread::sleep(Duration::from_millis(100));
+        log = live
+            .memory()
+            .and_then(|memory| memory.log())
+            .unwrap_or_default(); // not begun yet
+        if !log.is_empty() {
+            break;
+        }
+    }
+    let [line] = &log[..] else {
+        panic!("one line, not {log:?}")
+    };
+    assert!(
+        line.contains("lrnn ") && line.contains("NotThere"),
+        "{line}"
+    );
+}

@@ -1,0 +1,65 @@
+//! The application over simulated drives: the target sends what the desktop sends, byte for byte, and at what cost.
+
+use std::time::Duration;
+
+use firmware::wire::Format;
+use qemu::budget::Budgets;
+use qemu::drive::drive;
+use qemu::images::{BOARDS, REPLAY};
+use qemu::machine::{Clock, NETDUINOPLUS2};
+use qemu::protocol::DRIVES;
+use qemu::replay::{Pace, config};
+use qemu::report::{MINUTES, counted, name, within};
+use qemu::software::{changed, on_desktop, on_target};
+
+#[test]
+fn a_drive_of_22_minutes_is_the_same_on_the_target() {
+    let Some(image) = REPLAY.build_or_skip() else {
+        return;
+    };
+    let format = Format::Stim300;
+    let records = drive(format, MINUTES * 60).expect("a drive");
+    let here = on_desktop(config(format), &records);
+    assert!(here.words > 264_000, "{} words", here.words);
+    let changed = changed(&records, &here.sent).expect("one length");
+    assert!(changed > here.words as usize, "{changed} bytes corrected");
+    let free = (Pace::Record, Clock::Free);
+    let limit = Duration::from_secs(60);
+    let there = on_target(&image, NETDUINOPLUS2, format, free, &records, limit).expect("it runs");
+    assert_eq!((here.words, here.digest), (there.words, there.digest));
+    assert!(here.sent == there.sent);
+}
+
+#[test]
+fn one_wrong_bit_of_the_input_is_seen_in_the_digest() {
+    let Some(image) = REPLAY.build_or_skip() else {
+        return;
+    };
+    let format = Format::Novatel;
+    let mut records = drive(format, 5).expect("a drive");
+    let here = on_desktop(config(format), &records);
+    let last = records.last_mut().expect("some");
+    last.bytes[20] ^= 1;
+    let free = (Pace::Record, Clock::Free);
+    let limit = Duration::from_secs(60);
+    let there = on_target(&image, NETDUINOPLUS2, format, free, &records, limit).expect("it runs");
+    assert_ne!(here.digest, there.digest);
+}
+
+#[test]
+fn every_format_is_corrected_the_same_and_within_budget() {
+    if REPLAY.build_or_skip().is_none() {
+        return;
+    }
+    let budgets = Budgets::read().expect("budgets.toml").application;
+    assert_eq!(budgets.len(), DRIVES.len());
+    for (format, _) in DRIVES {
+        let (same, cost) = counted(BOARDS[0], format).expect("it runs");
+        assert!(same, "{format:?}");
+        within(cost, budgets[name(format)]).expect("within budget");
+        assert!(
+            cost.latency > 200.0 && cost.worst_word > cost.per_word,
+            "{format:?}: {cost:?} cannot hold a checksum; was nothing counted?"
+        );
+    }
+}

@@ -1,0 +1,25 @@
+//! `cargo xtask flash`: builds the board's image and writes it with probe-rs, then shows its log.
+
+use std::process::{Command, ExitCode};
+
+use anyhow::{Context, Result, bail};
+use qemu::images::STM32F405;
+
+use crate::needs;
+use crate::stage::succeed;
+
+/// The chip, as probe-rs calls it.
+const CHIP: &str = "STM32F405RGTx";
+
+/// With a debug probe at the board; ends with Ctrl-C.
+pub fn flash() -> Result<ExitCode> {
+    needs::target()?;
+    let image = STM32F405.build()?;
+    if Command::new("probe-rs").arg("--version").output().is_err() {
+        bail!("probe-rs is missing; remedy: cargo install probe-rs-tools, or see https://probe.rs");
+    }
+    let mut probe = Command::new("probe-rs");
+    probe.args(["run", "--chip", CHIP]).arg(&image);
+    succeed(&mut probe).context("is a probe connected, and the board powered?")?;
+    Ok(ExitCode::SUCCESS)
+}

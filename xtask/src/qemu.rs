@@ -1,0 +1,90 @@
+//! `cargo xtask qemu`: every board in QEMU, at its serial lines and over a long drive, against the library on the desktop.
+
+use std::fs;
+use std::path::Path;
+use std::process::ExitCode;
+
+use anyhow::{Context, Result};
+use comfy_table::{CellAlignment, Table, presets};
+use firmware::wire::Format;
+use qemu::budget::Budgets;
+use qemu::drive::drive;
+use qemu::images::BOARDS;
+use qemu::live::Live;
+use qemu::protocol::DRIVES;
+use qemu::report::{MINUTES, Report, counted, name, report, within};
+
+use crate::needs;
+
+/// Runs, prints, and writes `json` if asked; a difference or an excess is an error.
+pub fn qemu(json: Option<&Path>) -> Result<ExitCode> {
+    needs::target()?;
+    needs::emulator()?;
+    let budgets = Budgets::read()?;
+    let long = drive(Format::Stim300, MINUTES * 60)?;
+    let mut reports = Vec::new();
+    for board in BOARDS {
+        eprintln!("{} ({})", board.name, board.machine.name);
+        reports.push(report(board, &long)?);
+    }
+    println!("{}", table(&reports));
+    log()?;
+    if let Some(path) = json {
+        let text = serde_json::to_string_pretty(&reports)? + "\n";
+        fs::write(path, text).with_context(|| path.display().to_string())?;
+    }
+    for (board, report) in BOARDS.into_iter().zip(&reports) {
+        report.check(board, &budgets)?;
+    }
+    for (format, _) in DRIVES {
+        let budget = budgets.application.get(name(format));
+        let budget = budget.with_context(|| format!("no budget for {format:?}"))?;
+        within(counted(BOARDS[0], format)?.1, *budget).with_context(|| format!("{format:?}"))?;
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+fn table(reports: &[Report]) -> Table {
+    let mut table = Table::new();
+    table.load_preset(presets::ASCII_MARKDOWN);
+    let mut header = vec![format!("{MINUTES} min as STIM300")];
+    header.extend(reports.iter().map(|report| report.board.clone()));
+    table.set_header(header);
+    type Column = fn(&Report) -> String;
+    let rows: [(&str, Column); 10] = [
+        ("words", |r| r.words.to_string()),
+        ("digest, desktop", |r| r.digest_host.clone()),
+        ("digest, target", |r| r.digest_target.clone()),
+        ("all equal", |r| r.equal.to_string()),
+        ("instructions, a word", |r| {
+            format!("{:.0}", r.instructions_per_word)
+        }),
+        ("... the dearest", |r| {
+            format!("{:.0}", r.instructions_worst_word)
+        }),
+        ("... last byte in to first byte out", |r| {
+            format!("{:.0}", r.latency_instructions)
+        }),
+        ("flash, B", |r| r.flash_bytes.to_string()),
+        ("variables, B", |r| r.ram_bytes.to_string()),
+        ("deepest stack, B", |r| r.stack_high_water_bytes.to_string()),
+    ];
+    for (name, value) in rows {
+        let mut row = vec![name.to_owned()];
+        row.extend(reports.iter().map(value));
+        table.add_row(row);
+    }
+    let columns = table.column_iter_mut().skip(1);
+    columns.for_each(|column| column.set_cell_alignment(CellAlignment::Right));
+    table
+}
+
+/// The log of the first board, out of its memory.
+fn log() -> Result<()> {
+    let mut live = Live::start(BOARDS[0], &BOARDS[0].image.build()?)?;
+    std::thread::sleep(std::time::Duration::from_millis(500));
+    for line in live.memory()?.log()? {
+        println!("log of {}: {line}", BOARDS[0].name);
+    }
+    Ok(())
+}
