@@ -189,22 +189,14 @@ fn state(row: &[f64]) -> NavState {
 #[cfg(test)]
 mod tests {
     use super::super::data_dir;
-    use super::super::input::tests::{file, message};
+    use super::super::input::tests::{file, message, recorded as found};
     use super::super::outcome::table;
     use super::super::protocol::free_inertial;
     use super::*;
 
     fn recorded() -> Option<Session> {
-        let dir = data_dir()?;
-        let (mems, fog) = (
-            dir.join("fog-mems-mems.csv.gz"),
-            dir.join("fog-mems-fog.csv.gz"),
-        );
-        if !mems.is_file() {
-            println!("skipped: no fog-mems recording in ../shared/data or LRNN_DATA");
-            return None;
-        }
-        Some(session(&mems, &fog).unwrap())
+        let (mems, fog) = ("fog-mems-mems.csv.gz", "fog-mems-fog.csv.gz");
+        Some(session(&found(mems)?, &found(fog)?).unwrap())
     }
 
     #[test]

@@ -293,6 +293,17 @@ pub(super) mod tests {
         (dir, path)
     }
 
+    /// A recorded file, if it is there; says that the test is skipped if not.
+    pub(in crate::replay) fn recorded(name: &str) -> Option<PathBuf> {
+        let path = crate::replay::data_dir()
+            .map(|dir| dir.join(name))
+            .filter(|p| p.is_file());
+        if path.is_none() {
+            println!("skipped: no {name} in ../shared/data or LRNN_DATA");
+        }
+        path
+    }
+
     /// The message from the file's name on; it must have a remedy.
     pub(in crate::replay) fn message(error: &Error) -> String {
         let text = error.to_string();

@@ -181,18 +181,13 @@ fn state(row: &[f64]) -> NavState {
 
 #[cfg(test)]
 mod tests {
-    use super::super::data_dir;
-    use super::super::input::tests::{file, message};
+    use super::super::input::tests::{file, message, recorded};
     use super::super::outcome::table;
     use super::super::protocol::free_inertial;
     use super::*;
 
-    fn recorded(drive: &str, skip: usize) -> Option<Session> {
-        let path = data_dir()?.join(format!("kitti-2011_09_30_drive_{drive}.csv.gz"));
-        if !path.is_file() {
-            println!("skipped: no KITTI drive {drive} in ../shared/data or LRNN_DATA");
-            return None;
-        }
+    fn drive_of(drive: &str, skip: usize) -> Option<Session> {
+        let path = recorded(&format!("kitti-2011_09_30_drive_{drive}.csv.gz"))?;
         Some(session(&path, skip).unwrap())
     }
 
@@ -202,7 +197,7 @@ mod tests {
     fn free_inertial_errors_are_the_known_ones() {
         let known = [[9.5, 29.5], [4.8, 11.8], [32.7, 98.2], [29.3, 157.7]];
         for ((drive, skip), want) in DRIVES.into_iter().zip(known) {
-            let Some(session) = recorded(drive, skip) else {
+            let Some(session) = drive_of(drive, skip) else {
                 return;
             };
             let coast = free_inertial(&session);
@@ -219,7 +214,7 @@ mod tests {
     fn both_halves_teach_and_are_judged() {
         let all: Vec<Outcome> = DRIVES
             .into_iter()
-            .filter_map(|(drive, skip)| Some(replay(drive, &recorded(drive, skip)?)))
+            .filter_map(|(drive, skip)| Some(replay(drive, &drive_of(drive, skip)?)))
             .flatten()
             .collect();
         println!("{}", table(&all));

@@ -1,18 +1,14 @@
+use super::super::input::tests::recorded as file;
+use super::super::load;
 use super::super::outcome::table;
 use super::super::words::FINE;
-use super::super::{data_dir, load};
 use super::*;
 use crate::coast::align_and_coast;
 use crate::rotation::from_euler;
 use crate::units::UG;
 
 fn recorded() -> Option<Recording> {
-    let path = data_dir()?.join("lasergyro-static.csv.gz");
-    if !path.is_file() {
-        println!("skipped: no laser-gyro recording in ../shared/data or LRNN_DATA");
-        return None;
-    }
-    Some(load(&path).unwrap())
+    file("lasergyro-static.csv.gz").map(|path| load(&path).unwrap())
 }
 
 /// A perfect IMU on a vehicle that sways by some mrad, part of it for good, plus a constant error; as the file would hold it.

@@ -1,16 +1,11 @@
-use super::super::data_dir;
-use super::super::input::tests::{file, message};
+use super::super::input::tests::{file, message, recorded};
 use super::*;
 use crate::session::to_si;
 use firmware::wire::novatel::{Header, Log, Repr};
 
 #[test]
 fn the_recorded_stream_is_whole() {
-    let Some(path) = data_dir()
-        .map(|d| d.join("novatel-ins2.gps"))
-        .filter(|p| p.is_file())
-    else {
-        println!("skipped: no novatel-ins2.gps in ../shared/data or LRNN_DATA");
+    let Some(path) = recorded("novatel-ins2.gps") else {
         return;
     };
     let got = read(&path).unwrap();
