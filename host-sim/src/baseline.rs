@@ -48,6 +48,9 @@ pub fn fit_bias(samples: &[Sample]) -> Linear {
 /// (a vehicle on a level road cannot tell the vertical accelerometer's bias from its scale factor).
 #[must_use]
 pub fn fit_3x3(samples: &[Sample]) -> Linear {
+    if samples.len() < 4 {
+        return fit_bias(samples);
+    }
     // columns centred, so that the bias is not shared out to the matrix
     let n = samples.len().max(1) as f64;
     let mean_in: Vector3<f64> = samples.iter().map(|(x, _)| x).sum::<Vector3<f64>>() / n;

@@ -3,6 +3,7 @@
 
 pub mod align;
 pub mod baseline;
+pub mod campaign;
 pub mod cli;
 pub mod coast;
 pub mod earth;

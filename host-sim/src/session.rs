@@ -95,22 +95,44 @@ pub struct SessionConfig<'a> {
 /// Simulates a session; the perfect increments are returned beside it.
 #[must_use]
 pub fn simulate(config: &SessionConfig<'_>) -> (Session, Truth) {
+    let (truth, fixes) = drive(config);
+    (measure(config, config.imu, &truth, &fixes), truth)
+}
+
+/// The true drive and its fixes.
+#[must_use]
+pub fn drive(config: &SessionConfig<'_>) -> (Truth, Vec<Fix>) {
     let mut rng = ChaCha8Rng::seed_from_u64(config.drive);
     let mut segments = vec![Segment::hold(config.standstill_s)];
     match config.segments {
         Some(s) => segments.extend_from_slice(s),
         None => segments.extend(random_drive(config.drive_s, &mut rng)),
     }
-    let dt = 1.0 / f64::from(config.imu.rate_hz);
     let drive = DriveConfig {
         segments: &segments,
         start: config.start,
         heading: config.heading,
-        dt,
+        dt: 1.0 / f64::from(config.imu.rate_hz),
         vibration: config.vibration,
     };
     let truth = Truth::new(&drive, &mut rng);
-    let mut imu = Imu::new(config.imu, config.unit, config.turn_on);
+    let fixes = truth
+        .epochs
+        .iter()
+        .map(|e| config.gnss.fix(e, &mut rng))
+        .collect();
+    (truth, fixes)
+}
+
+/// What an IMU gives on a true drive.
+#[must_use]
+pub fn measure(
+    config: &SessionConfig<'_>,
+    spec: &ImuSpec,
+    truth: &Truth,
+    fixes: &[Fix],
+) -> Session {
+    let mut imu = Imu::new(spec, config.unit, config.turn_on);
     let mut counts = Vec::with_capacity(truth.words.len());
     let mut systematic = Vec::with_capacity(truth.epochs.len());
     for second in truth.words.chunks(truth.words_per_epoch) {
@@ -121,26 +143,20 @@ pub fn simulate(config: &SessionConfig<'_>) -> (Session, Truth) {
             sum.dtheta += e.dtheta;
             sum.dv += e.dv;
         }
-        let time = second.len() as f64 * dt;
+        let time = second.len() as f64 * truth.dt;
         systematic.push(Increment {
             dtheta: sum.dtheta / time,
             dv: sum.dv / time,
         });
     }
-    let fixes = truth
-        .epochs
-        .iter()
-        .map(|e| config.gnss.fix(e, &mut rng))
-        .collect();
-    let session = Session {
-        dt,
-        lsb: Imu::lsb(config.imu),
+    Session {
+        dt: truth.dt,
+        lsb: Imu::lsb(spec),
         counts,
         standstill: (config.standstill_s / EPOCH_S) as usize,
         reference: truth.epochs.clone(),
-        fixes,
+        fixes: fixes.to_vec(),
         sigmas: config.gnss.sigmas(),
         systematic: Some(systematic),
-    };
-    (session, truth)
+    }
 }

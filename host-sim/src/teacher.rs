@@ -74,8 +74,50 @@ const ALIGN_SHARE: f64 = 1.0 / 3.0;
 /// Standard deviation of the velocity of a vehicle that is known to stand, m/s: sway of people and wind (assumed).
 const ZERO_VELOCITY_MPS: f64 = 0.01;
 
-/// Aligns on the first part of the standstill and navigates with fixes to the end of epoch `until`; while the vehicle is known to
-/// stand, its velocity is zero. `None` when the standstill does not give an attitude.
+/// A known state to start from.
+#[derive(Debug, Clone, Copy)]
+pub struct Start {
+    /// The state.
+    pub nav: NavState,
+    /// Standard deviations of its errors.
+    pub sigma: InitialSigma,
+}
+
+/// Aligns on the first part of the standstill; also gives the epoch at which that part ends. `None` when it does not give an attitude.
+#[must_use]
+pub fn aligned(
+    session: &Session,
+    words: &[Increment],
+    assumptions: &Assumptions,
+) -> Option<(Start, usize)> {
+    let first = (session.standstill as f64 * ALIGN_SHARE) as usize;
+    let standing = &words[..first * session.words_per_epoch()];
+    let q_bn = align::inertial_frame(standing, session.dt, session.fixes[0].position)?;
+    let position = session.fixes[first].position;
+    let nav = NavState {
+        position,
+        velocity: Vector3::zeros(),
+        q_bn,
+    };
+    let sigma = assumptions.initial_sigma(&nav, &session.sigmas);
+    Some((Start { nav, sigma }, first))
+}
+
+/// Takes the filter through epoch `k` and the fix at its end; while the vehicle is known to stand, its velocity is zero.
+pub fn aid(filter: &mut Aided, session: &Session, words: &[Increment], k: usize) -> Record {
+    let n = session.words_per_epoch();
+    for word in &words[k * n..(k + 1) * n] {
+        filter.word(word, session.dt);
+    }
+    let (mut fix, mut sigmas) = (session.fixes[k + 1], session.sigmas);
+    if k + 1 < session.standstill {
+        fix.velocity = Vector3::zeros();
+        sigmas[3..].fill(ZERO_VELOCITY_MPS);
+    }
+    filter.fix(&fix, &sigmas)
+}
+
+/// Aligns, then navigates with fixes to the end of epoch `until`. `None` when the standstill does not give an attitude.
 #[must_use]
 pub fn navigate(
     session: &Session,
@@ -83,17 +125,7 @@ pub fn navigate(
     assumptions: &Assumptions,
     until: usize,
 ) -> Option<Nominal> {
-    let n = session.words_per_epoch();
-    let first = (session.standstill as f64 * ALIGN_SHARE) as usize;
-    let q_bn = align::inertial_frame(&words[..first * n], session.dt, session.fixes[0].position)?;
-    let site = &session.fixes[first];
-    let nav = NavState {
-        position: site.position,
-        velocity: Vector3::zeros(),
-        q_bn,
-    };
-    let sigma = assumptions.initial_sigma(&nav, &session.sigmas);
-    let start = Start { nav, sigma };
+    let (start, first) = aligned(session, words, assumptions)?;
     Some(navigate_from(
         session,
         words,
@@ -104,17 +136,7 @@ pub fn navigate(
     ))
 }
 
-/// A known state to start from, for a vehicle that moves when the recording begins.
-#[derive(Debug, Clone, Copy)]
-pub struct Start {
-    /// The state.
-    pub nav: NavState,
-    /// Standard deviations of its errors.
-    pub sigma: InitialSigma,
-}
-
-/// Navigates with fixes from `start` at epoch `first` to the end of epoch `until`; while the vehicle is known to stand, its velocity is
-/// zero.
+/// Navigates with fixes from `start` at epoch `first` to the end of epoch `until`.
 #[must_use]
 pub fn navigate_from(
     session: &Session,
@@ -124,25 +146,11 @@ pub fn navigate_from(
     first: usize,
     until: usize,
 ) -> Nominal {
-    let n = session.words_per_epoch();
-    let mut filter = Aided::new(
-        start.nav,
-        &start.sigma,
-        ErrorModel::biases(&assumptions.prior),
-        assumptions.noise,
-    );
-    let mut records = Vec::with_capacity(until - first);
-    for k in first..until {
-        for word in &words[k * n..(k + 1) * n] {
-            filter.word(word, session.dt);
-        }
-        let (mut fix, mut sigmas) = (session.fixes[k + 1], session.sigmas);
-        if k + 1 < session.standstill {
-            fix.velocity = Vector3::zeros();
-            sigmas[3..].fill(ZERO_VELOCITY_MPS);
-        }
-        records.push(filter.fix(&fix, &sigmas));
-    }
+    let model = ErrorModel::biases(&assumptions.prior);
+    let mut filter = Aided::new(start.nav, &start.sigma, model, assumptions.noise);
+    let records = (first..until)
+        .map(|k| aid(&mut filter, session, words, k))
+        .collect();
     Nominal { first, records }
 }
 

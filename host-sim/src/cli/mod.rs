@@ -1,5 +1,6 @@
 //! The command line: one file a subcommand, each with its arguments and a `run`.
 
+mod campaign;
 mod replay;
 mod run;
 mod simulate;
@@ -26,6 +27,8 @@ enum Command {
     Run(run::Args),
     /// Recorded data through the same chain
     Replay(replay::Args),
+    /// Many units, turn-ons and drives, every scheme on identical data, with intervals
+    Campaign(campaign::Args),
     /// Write a simulated session as CSV files, for other tools
     Simulate(simulate::Args),
 }
@@ -40,6 +43,7 @@ impl Cli {
             None => self.run.run(),
             Some(Command::Run(args)) => args.run(),
             Some(Command::Replay(args)) => args.run(),
+            Some(Command::Campaign(args)) => args.run(),
             Some(Command::Simulate(args)) => args.run(),
         }
     }

@@ -1,6 +1,6 @@
 //! Linear error dynamics of the strapdown equations in NED (phi-angle form; Titterton & Weston 2004, ch. 12; Groves 2013, ch. 14).
 
-use super::{ErrorModel, NAV, Noise};
+use super::{ErrorModel, Inputs, NAV, Noise};
 use crate::earth::{Local, OMEGA_IE};
 use crate::rotation::skew;
 use crate::sins::{Increment, NavState};
@@ -16,6 +16,8 @@ pub(super) struct Interval {
     pub(super) psi: OMatrix<f64, U9, Dyn>,
     pub(super) q: SMatrix<f64, NAV, NAV>,
     pub(super) time: f64,
+    /// Time since power-on, s.
+    pub(super) clock: f64,
     piece: Increment,
     piece_time: f64,
 }
@@ -27,13 +29,17 @@ impl Interval {
             psi: OMatrix::<f64, U9, Dyn>::zeros(n),
             q: SMatrix::zeros(),
             time: 0.0,
+            clock: 0.0,
             piece: Increment::default(),
             piece_time: 0.0,
         }
     }
 
     pub(super) fn reset(&mut self) {
-        *self = Self::new(self.psi.ncols());
+        *self = Self {
+            clock: self.clock,
+            ..Self::new(self.psi.ncols())
+        };
     }
 
     /// Takes one corrected word; `nav` is the state after it.
@@ -46,6 +52,7 @@ impl Interval {
         noise: Noise,
     ) {
         self.time += dt;
+        self.clock += dt;
         self.piece.dtheta += word.dtheta;
         self.piece.dv += word.dv;
         self.piece_time += dt;
@@ -64,7 +71,11 @@ impl Interval {
         self.phi = step * self.phi;
         if !model.is_empty() {
             self.psi = step * &self.psi;
-            let [j_g, j_a] = model.jacobian(&rate, &force);
+            let [j_g, j_a] = model.jacobian(&Inputs {
+                rate,
+                force,
+                time: self.clock - 0.5 * tau,
+            });
             // the errors left are -J e, so phi' = +C J_g e and dv' = -C J_a e
             let mut rows = self.psi.fixed_rows_mut::<3>(0);
             rows += c * j_g * tau;

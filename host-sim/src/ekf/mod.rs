@@ -9,7 +9,7 @@ mod dynamics;
 mod model;
 mod smoother;
 
-pub use model::{ErrorModel, Parameter, Prior, Regressor, Triad};
+pub use model::{ErrorModel, Inputs, Parameter, Prior, Regressor, Triad};
 pub use smoother::{Record, Smoothed, smooth};
 
 use crate::gnss::Fix;
@@ -87,15 +87,31 @@ impl Aided {
         }
     }
 
+    /// The same with the time since power-on at the start, s; needed by models with ramps or decays.
+    #[must_use]
+    pub fn powered_for(mut self, seconds: f64) -> Self {
+        self.interval.clock = seconds;
+        self
+    }
+
     /// The word as it is after the present estimate of the sensor errors has been taken out.
     #[must_use]
     pub fn corrected(&self, word: &Increment, dt: f64) -> Increment {
+        self.corrected_at(word, dt, self.interval.clock)
+    }
+
+    /// The same for a word `time` seconds after power-on.
+    #[must_use]
+    pub fn corrected_at(&self, word: &Increment, dt: f64, time: f64) -> Increment {
         if self.model.is_empty() {
             return *word;
         }
-        let [e_g, e_a] = self
-            .model
-            .error(&self.theta, &(word.dtheta / dt), &(word.dv / dt));
+        let now = Inputs {
+            rate: word.dtheta / dt,
+            force: word.dv / dt,
+            time,
+        };
+        let [e_g, e_a] = self.model.error(&self.theta, &now);
         Increment {
             dtheta: word.dtheta - e_g * dt,
             dv: word.dv - e_a * dt,

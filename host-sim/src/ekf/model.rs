@@ -4,12 +4,31 @@ use crate::units::{ARCSEC, PPM};
 use nalgebra::{DVector, Matrix3xX, Vector3};
 
 /// What a parameter is multiplied by.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Regressor {
     /// One: a bias.
     One,
     /// Input of the same triad along an axis (0, 1, 2): scale factor or misalignment.
     Input(usize),
+    /// Magnitude of that input: scale-factor asymmetry.
+    Magnitude(usize),
+    /// Square of that input: K2 of an accelerometer.
+    Square(usize),
+    /// Hours since power-on: a ramp.
+    Hours,
+    /// `exp(-t / time)` with t since power-on and the time in s: a warm-up of known time constant.
+    Decay(f64),
+}
+
+/// What the errors depend on at one moment.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Inputs {
+    /// Rate, rad/s, body axes.
+    pub rate: Vector3<f64>,
+    /// Specific force, m/s2, body axes.
+    pub force: Vector3<f64>,
+    /// Time since power-on, s.
+    pub time: f64,
 }
 
 /// Which triad.
@@ -60,6 +79,10 @@ pub struct Prior {
     pub misalignment: [f64; 2],
 }
 
+/// No sensor is believed to be better than this: a filter needs something to estimate.
+const LEAST_DPH: f64 = 1e-5;
+const LEAST_UG: f64 = 1e-2;
+
 impl Prior {
     /// What a datasheet lets one expect.
     #[must_use]
@@ -72,13 +95,17 @@ impl Prior {
                 g.bias_turn_on_dph,
                 g.bias_drift_dph,
                 g.warm_up_dph,
-            ]) * crate::units::DEG_PER_H,
+            ])
+            .max(LEAST_DPH)
+                * crate::units::DEG_PER_H,
             accel_bias: root(&[
                 a.bias_unit_ug,
                 a.bias_turn_on_ug,
                 a.bias_drift_ug,
                 a.warm_up_ug,
-            ]) * crate::units::UG,
+            ])
+            .max(LEAST_UG)
+                * crate::units::UG,
             walk_per_hour: 0.5,
             scale: [
                 g.scale_ppm.hypot(g.scale_asymmetry_ppm) * PPM,
@@ -93,6 +120,65 @@ impl Prior {
 }
 
 impl ErrorModel {
+    /// Six biases, scale factors on the diagonal: what `ekf12` estimates.
+    #[must_use]
+    pub fn with_scale(prior: &Prior) -> Self {
+        let mut model = Self::biases(prior);
+        model.extend(|axis, triad| {
+            vec![Parameter::constant(
+                triad,
+                axis,
+                Regressor::Input(axis),
+                prior.scale[triad.index()],
+            )]
+        });
+        model
+    }
+
+    /// Six biases and full 3x3 matrices: what `ekf24` estimates.
+    #[must_use]
+    pub fn with_matrices(prior: &Prior) -> Self {
+        let mut model = Self::biases(prior);
+        model.extend(|axis, triad| {
+            let sigma = |j: usize| {
+                if j == axis {
+                    prior.scale[triad.index()]
+                } else {
+                    prior.misalignment[triad.index()]
+                }
+            };
+            (0..3)
+                .map(|j| Parameter::constant(triad, axis, Regressor::Input(j), sigma(j)))
+                .collect()
+        });
+        model
+    }
+
+    /// Six biases with a ramp each, which over an hour may come to the bias' own prior.
+    #[must_use]
+    pub fn with_ramps(prior: &Prior) -> Self {
+        let mut model = Self::biases(prior);
+        let sigma = [prior.gyro_bias, prior.accel_bias];
+        model.extend(|axis, triad| {
+            vec![Parameter::constant(
+                triad,
+                axis,
+                Regressor::Hours,
+                sigma[triad.index()],
+            )]
+        });
+        model
+    }
+
+    /// Adds parameters for each axis of each triad.
+    pub fn extend(&mut self, mut parameters: impl FnMut(usize, Triad) -> Vec<Parameter>) {
+        for triad in [Triad::Gyro, Triad::Accel] {
+            for axis in 0..3 {
+                self.parameters.extend(parameters(axis, triad));
+            }
+        }
+    }
+
     /// Six biases that walk.
     #[must_use]
     pub fn biases(prior: &Prior) -> Self {
@@ -125,50 +211,66 @@ impl ErrorModel {
 
     /// Errors of gyros (rad/s) and accelerometers (m/s2) for parameters `theta` and the inputs.
     #[must_use]
-    pub fn error(
-        &self,
-        theta: &DVector<f64>,
-        rate: &Vector3<f64>,
-        force: &Vector3<f64>,
-    ) -> [Vector3<f64>; 2] {
+    pub fn error(&self, theta: &DVector<f64>, now: &Inputs) -> [Vector3<f64>; 2] {
         let mut out = [Vector3::zeros(); 2];
         for (p, t) in self.parameters.iter().zip(theta.iter()) {
-            let (k, input) = p.place(rate, force);
-            out[k][p.axis] += t * p.regressor.value(input);
+            let (k, input) = p.place(now);
+            out[k][p.axis] += t * p.regressor.value(input, now.time);
         }
         out
     }
 
     /// Derivatives of the two errors by the parameters, 3 x n each.
     #[must_use]
-    pub fn jacobian(&self, rate: &Vector3<f64>, force: &Vector3<f64>) -> [Matrix3xX<f64>; 2] {
+    pub fn jacobian(&self, now: &Inputs) -> [Matrix3xX<f64>; 2] {
         let mut out = [Matrix3xX::zeros(self.len()), Matrix3xX::zeros(self.len())];
         for (i, p) in self.parameters.iter().enumerate() {
-            let (k, input) = p.place(rate, force);
-            out[k][(p.axis, i)] = p.regressor.value(input);
+            let (k, input) = p.place(now);
+            out[k][(p.axis, i)] = p.regressor.value(input, now.time);
         }
         out
     }
 }
 
+impl Triad {
+    /// 0 for gyros, 1 for accelerometers.
+    #[must_use]
+    pub fn index(self) -> usize {
+        self as usize
+    }
+}
+
 impl Parameter {
-    fn place<'a>(
-        &self,
-        rate: &'a Vector3<f64>,
-        force: &'a Vector3<f64>,
-    ) -> (usize, &'a Vector3<f64>) {
+    /// A parameter that does not move.
+    #[must_use]
+    pub fn constant(triad: Triad, axis: usize, regressor: Regressor, sigma: f64) -> Self {
+        Self {
+            triad,
+            axis,
+            regressor,
+            sigma,
+            walk: 0.0,
+            time_s: f64::INFINITY,
+        }
+    }
+
+    fn place<'a>(&self, now: &'a Inputs) -> (usize, &'a Vector3<f64>) {
         match self.triad {
-            Triad::Gyro => (0, rate),
-            Triad::Accel => (1, force),
+            Triad::Gyro => (0, &now.rate),
+            Triad::Accel => (1, &now.force),
         }
     }
 }
 
 impl Regressor {
-    fn value(self, input: &Vector3<f64>) -> f64 {
+    fn value(self, input: &Vector3<f64>, time: f64) -> f64 {
         match self {
             Self::One => 1.0,
             Self::Input(axis) => input[axis],
+            Self::Magnitude(axis) => input[axis].abs(),
+            Self::Square(axis) => input[axis] * input[axis],
+            Self::Hours => time / 3600.0,
+            Self::Decay(tau) => (-time / tau).exp(),
         }
     }
 }

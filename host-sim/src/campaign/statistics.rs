@@ -1,0 +1,180 @@
+//! Median, mean, worst, and bootstrap intervals.
+
+use super::Row;
+use crate::experiment::TIMES_MIN;
+use crate::imu::ErrorModelName;
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use serde::Serialize;
+use std::collections::BTreeMap;
+
+/// Resamplings of the bootstrap.
+const RESAMPLINGS: usize = 2000;
+
+/// One cell of the results.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Summary {
+    /// Group of errors.
+    pub error_model: ErrorModelName,
+    /// Scheme.
+    pub scheme: String,
+    /// Minutes of coasting.
+    pub t_min: u32,
+    /// Runs.
+    pub n: usize,
+    /// Median horizontal error, m.
+    pub median_m: f64,
+    /// Mean, m.
+    pub mean_m: f64,
+    /// Worst, m.
+    pub max_m: f64,
+    /// Lower end of the 95 % bootstrap interval of the median, m.
+    pub lo95_m: f64,
+    /// Upper end, m.
+    pub hi95_m: f64,
+}
+
+/// Sums up by error group, scheme and time, in the order of first appearance.
+#[must_use]
+pub fn summarise(rows: &[Row]) -> Vec<Summary> {
+    let mut order = Vec::new();
+    let mut groups: BTreeMap<(usize, String), Vec<&Row>> = BTreeMap::new();
+    for row in rows {
+        let model = ErrorModelName::ALL
+            .iter()
+            .position(|m| *m == row.error_model)
+            .unwrap_or(0);
+        let key = (model, row.scheme.clone());
+        if !groups.contains_key(&key) {
+            order.push(key.clone());
+        }
+        groups.entry(key).or_default().push(row);
+    }
+    order.sort_by_key(|(model, _)| *model);
+    order
+        .iter()
+        .flat_map(|key| {
+            let rows = &groups[key];
+            TIMES_MIN
+                .iter()
+                .enumerate()
+                .map(|(i, t)| cell(rows, i, *t))
+                .collect::<Vec<_>>()
+        })
+        .collect()
+}
+
+fn cell(rows: &[&Row], i: usize, t_min: u32) -> Summary {
+    let mut x: Vec<f64> = rows.iter().map(|r| r.horizontal_m[i]).collect();
+    x.sort_by(f64::total_cmp);
+    let (lo95_m, hi95_m) = interval(&x, u64::from(t_min));
+    Summary {
+        error_model: rows[0].error_model,
+        scheme: rows[0].scheme.clone(),
+        t_min,
+        n: x.len(),
+        median_m: median(&x),
+        mean_m: x.iter().sum::<f64>() / x.len() as f64,
+        max_m: x[x.len() - 1],
+        lo95_m,
+        hi95_m,
+    }
+}
+
+/// Median of sorted values.
+fn median(x: &[f64]) -> f64 {
+    let n = x.len();
+    0.5 * (x[(n - 1) / 2] + x[n / 2])
+}
+
+/// 95 % percentile bootstrap of the median of sorted values.
+fn interval(x: &[f64], seed: u64) -> (f64, f64) {
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    let mut medians: Vec<f64> = (0..RESAMPLINGS)
+        .map(|_| {
+            // the order statistics of a resample come from sorted indices
+            let mut pick: Vec<usize> = (0..x.len()).map(|_| rng.random_range(0..x.len())).collect();
+            let n = pick.len();
+            let (_, high, _) = pick.select_nth_unstable(n / 2);
+            let high = x[*high];
+            let (_, low, _) = pick.select_nth_unstable((n - 1) / 2);
+            0.5 * (x[*low] + high)
+        })
+        .collect();
+    medians.sort_by(f64::total_cmp);
+    let at = |q: f64| medians[((RESAMPLINGS - 1) as f64 * q).round() as usize];
+    (at(0.025), at(0.975))
+}
+
+/// Median of the paired ratio of two schemes at 22 min, run by run, and its 95 % interval.
+#[must_use]
+pub fn paired_ratio(
+    rows: &[Row],
+    model: ErrorModelName,
+    scheme: &str,
+    baseline: &str,
+) -> Option<(f64, f64, f64)> {
+    let of = |name: &str| -> BTreeMap<u32, f64> {
+        let rows = rows
+            .iter()
+            .filter(|r| r.error_model == model && r.scheme == name);
+        rows.map(|r| (r.run, r.horizontal_m[4])).collect()
+    };
+    let base = of(baseline);
+    let mut x: Vec<f64> = of(scheme)
+        .iter()
+        .filter_map(|(run, h)| Some(h / base.get(run)?))
+        .collect();
+    if x.is_empty() {
+        return None;
+    }
+    x.sort_by(f64::total_cmp);
+    let (lo, hi) = interval(&x, 22);
+    Some((median(&x), lo, hi))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn row(run: u32, scheme: &str, h: f64) -> Row {
+        Row {
+            error_model: ErrorModelName::All,
+            run,
+            scheme: scheme.into(),
+            horizontal_m: [h; 5],
+        }
+    }
+
+    #[test]
+    fn median_mean_worst_and_interval() {
+        let rows: Vec<Row> = (1..=101).map(|k| row(k, "ekf6", f64::from(k))).collect();
+        let s = summarise(&rows);
+        assert_eq!(s.len(), 5);
+        let last = &s[4];
+        assert_eq!(
+            (last.n, last.median_m, last.mean_m, last.max_m),
+            (101, 51.0, 51.0, 101.0)
+        );
+        // the interval of a median of 101 ranks 41 and 61 (binomial), to a rank or two
+        assert!(
+            (last.lo95_m - 41.0).abs() <= 2.0 && (last.hi95_m - 61.0).abs() <= 2.0,
+            "{last:?}"
+        );
+    }
+
+    #[test]
+    fn ratios_are_paired_by_run() {
+        let rows: Vec<Row> = (0..20)
+            .flat_map(|k| {
+                [
+                    row(k, "a", f64::from(k + 1)),
+                    row(19 - k, "b", f64::from(20 - k) * 2.0),
+                ]
+            })
+            .collect();
+        let (ratio, lo, hi) = paired_ratio(&rows, ErrorModelName::All, "a", "b").unwrap();
+        assert_eq!((ratio, lo, hi), (0.5, 0.5, 0.5));
+        assert!(paired_ratio(&rows, ErrorModelName::All, "c", "b").is_none());
+    }
+}
