@@ -5,6 +5,9 @@
 #[path = "../board/stm32f405/mod.rs"]
 mod board;
 #[cfg(target_os = "none")]
+#[path = "../board/ring.rs"]
+mod ring;
+#[cfg(target_os = "none")]
 #[path = "../board/time.rs"]
 mod time;
 #[cfg(target_os = "none")]
@@ -13,8 +16,6 @@ mod uart;
 
 #[cfg(target_os = "none")]
 mod target {
-    use defmt_rtt as _; // the logger
-
     use firmware::app::{App, Config};
 
     use crate::board::Board;

@@ -3,8 +3,9 @@
 use core::cell::RefCell;
 
 use cortex_m::interrupt::{self, Mutex};
-use firmware::link::ring::{Inlet, Outlet, Ring};
 use firmware::link::{Full, Line, Lost};
+
+use crate::ring::{Inlet, Outlet, Ring};
 
 /// Room for received bytes: 4 ms of the fastest sensor (STIM300, 118 kB/s).
 pub const RECEIVED: usize = 512;
@@ -17,9 +18,9 @@ pub type Rings = (Ring<RECEIVED>, Ring<TO_SEND>);
 /// The interrupt's ends of both rings.
 pub struct Ends {
     /// Received bytes go in here.
-    pub received: Inlet<'static>,
+    pub received: Inlet,
     /// Bytes to be sent come out here.
-    pub to_send: Outlet<'static>,
+    pub to_send: Outlet,
 }
 
 /// Where the interrupt finds its ends: empty until the line is opened.
@@ -43,8 +44,8 @@ pub fn serve(slot: &Slot, work: impl FnOnce(&mut Ends)) {
 
 /// The main loop's end of a line.
 pub struct Port {
-    received: Outlet<'static>,
-    to_send: Inlet<'static>,
+    received: Outlet,
+    to_send: Inlet,
     /// Makes the line's interrupt pending, which finds what there is to send.
     wake: fn(),
 }
@@ -73,7 +74,7 @@ impl Port {
 
 impl Line for Port {
     fn receive(&mut self, buffer: &mut [u8]) -> Result<usize, Lost> {
-        embedded_io::Read::read(&mut self.received, buffer).map_err(|_| Lost)
+        self.received.read(buffer)
     }
 
     fn send(&mut self, message: &[u8]) -> Result<(), Full> {

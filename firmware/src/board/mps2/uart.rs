@@ -2,9 +2,9 @@
 
 use cortex_m::interrupt::InterruptNumber;
 use cortex_m::peripheral::NVIC;
-use firmware::link::ring::Ring;
 use volatile_register::RW;
 
+use crate::ring::Ring;
 use crate::uart::{Port, Rings, Slot, closed, serve};
 
 /// Registers (Arm DDI 0479, table 4-5).

@@ -9,6 +9,7 @@
 
 pub mod clock;
 mod interrupts;
+mod log;
 mod serial;
 mod watchdog;
 
