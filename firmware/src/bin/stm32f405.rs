@@ -16,7 +16,8 @@ mod uart;
 
 #[cfg(target_os = "none")]
 mod target {
-    use firmware::app::{App, Config};
+    use firmware::app::{App, Config, Nets};
+    use firmware::store::Store;
 
     use crate::board::Board;
 
@@ -26,9 +27,20 @@ mod target {
             cortex_m::peripheral::SCB::sys_reset()
         };
         defmt::println!("lrnn {=str}, {}", env!("CARGO_PKG_VERSION"), board.clocks);
-        let mut app = App::new(Config::default());
+        let stored = board.store.as_mut().and_then(Store::load);
+        if let Some(stored) = &stored {
+            defmt::println!("stored weights, number {=u32}", stored.generation);
+        }
+        let mut app = App::new(Config {
+            nets: stored.map_or(Nets::NONE, |stored| stored.nets),
+            store: board.store.is_some(),
+            ..Config::default()
+        });
         loop {
             let busy = app.poll(&mut board.lines, &board.time);
+            if let (Some(nets), Some(store)) = (app.to_store(), &mut board.store) {
+                app.stored(store.save(&nets).is_ok());
+            }
             board.turned(!busy);
         }
     }

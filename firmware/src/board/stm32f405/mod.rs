@@ -8,6 +8,7 @@
 )]
 
 pub mod clock;
+mod flash;
 mod interrupts;
 mod log;
 mod serial;
@@ -15,9 +16,11 @@ mod watchdog;
 
 use cortex_m::peripheral::SCB;
 use firmware::app::Lines;
+use firmware::store::Store;
 use stm32f4::stm32f405::Peripherals;
 
 use self::clock::Clocks;
+use self::flash::Sectors;
 use self::serial::{Ports, Rates};
 use self::watchdog::Watchdog;
 use crate::time::Time;
@@ -38,6 +41,8 @@ pub struct Board {
     pub time: Time,
     /// What the clocks became.
     pub clocks: Clocks,
+    /// The weights that were stored; `None` if flash does not have the shape it has.
+    pub store: Option<Store<Sectors>>,
     watchdog: Watchdog,
 }
 
@@ -63,6 +68,7 @@ impl Board {
             },
             time,
             clocks,
+            store: Store::new(Sectors::new(peripherals.FLASH)).ok(),
             watchdog: Watchdog::start(peripherals.IWDG, &peripherals.DBGMCU),
         })
     }

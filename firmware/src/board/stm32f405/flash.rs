@@ -1,0 +1,159 @@
+//! The last two sectors of flash, 128 KiB each, for the weight store (RM0090 section 3.6; `memory.x`).
+//!
+//! The core stands still while flash is erased (1 to 2 s) or written (16 us a word), since it runs from the same flash. A
+//! simulator without flash controller is told apart by its lock bit, which a chip has set after reset; nothing is written there.
+
+use embedded_storage::nor_flash::{
+    ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash, check_erase, check_read,
+    check_write,
+};
+use stm32f4::stm32f405::FLASH;
+
+const SECTOR: u32 = 128 * 1024;
+/// Number of the first sector of the store.
+const FIRST: u8 = 10;
+const SECTORS: u32 = 2;
+
+/// Rounds to wait for an end; the core mostly stands still within one. The watchdog is faster if that is not so.
+const PATIENCE: u32 = 100_000_000;
+
+unsafe extern "C" {
+    /// Of `memory.x`: its address is where the store begins.
+    static __store_start: [u8; (SECTOR * SECTORS) as usize];
+}
+
+/// Why flash was not erased or written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Error {
+    /// Bounds or alignment.
+    Request(NorFlashErrorKind),
+    /// No flash controller.
+    NotThere,
+    /// The controller says so, or does not come to an end.
+    Failed,
+}
+
+impl NorFlashError for Error {
+    fn kind(&self) -> NorFlashErrorKind {
+        match self {
+            Self::Request(kind) => *kind,
+            Self::NotThere | Self::Failed => NorFlashErrorKind::Other,
+        }
+    }
+}
+
+/// The two sectors.
+pub struct Sectors(FLASH);
+
+impl Sectors {
+    /// The controller is ours from now on.
+    pub fn new(flash: FLASH) -> Self {
+        Self(flash)
+    }
+
+    fn address(offset: u32) -> usize {
+        (&raw const __store_start) as usize + offset as usize
+    }
+
+    /// Does `work` with the controller unlocked; the lines of the data cache are old afterwards and thrown away.
+    fn unlocked(&mut self, work: impl FnOnce(&FLASH) -> Result<(), Error>) -> Result<(), Error> {
+        let flash = &self.0;
+        if flash.cr().read().lock().bit_is_clear() {
+            return Err(Error::NotThere);
+        }
+        for key in [0x4567_0123, 0xCDEF_89AB] {
+            // SAFETY: the two keys of RM0090 3.6.1, in their order.
+            flash.keyr().write(|w| unsafe { w.key().bits(key) });
+        }
+        // All error flags are cleared by writing 1.
+        flash.sr().write(|w| {
+            w.operr().clear().wrperr().clear().pgaerr().clear();
+            w.pgperr().clear().pgserr().clear().eop().clear()
+        });
+        let done = work(flash);
+        flash
+            .cr()
+            .modify(|_, w| w.pg().clear_bit().ser().clear_bit());
+        flash.cr().modify(|_, w| w.lock().locked());
+        flash.acr().modify(|_, w| w.dcen().clear_bit());
+        flash.acr().modify(|_, w| w.dcrst().set_bit());
+        flash.acr().modify(|_, w| w.dcrst().clear_bit());
+        flash.acr().modify(|_, w| w.dcen().set_bit());
+        done
+    }
+
+    /// Waits for the end and looks how it was.
+    fn ended(flash: &FLASH) -> Result<(), Error> {
+        let idle = (0..PATIENCE).any(|_| flash.sr().read().bsy().bit_is_clear());
+        let status = flash.sr().read();
+        let bad = status.operr().bit_is_set()
+            || status.wrperr().bit_is_set()
+            || status.pgaerr().bit_is_set()
+            || status.pgperr().bit_is_set()
+            || status.pgserr().bit_is_set();
+        if idle && !bad {
+            Ok(())
+        } else {
+            Err(Error::Failed)
+        }
+    }
+}
+
+impl ErrorType for Sectors {
+    type Error = Error;
+}
+
+impl ReadNorFlash for Sectors {
+    const READ_SIZE: usize = 1;
+
+    fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), Error> {
+        check_read(self, offset, bytes.len()).map_err(Error::Request)?;
+        let start = Self::address(offset) as *const u8;
+        for (index, byte) in bytes.iter_mut().enumerate() {
+            // SAFETY: within the store, as checked above; volatile, since the contents change behind the compiler's back.
+            *byte = unsafe { start.add(index).read_volatile() };
+        }
+        Ok(())
+    }
+
+    fn capacity(&self) -> usize {
+        (SECTOR * SECTORS) as usize
+    }
+}
+
+impl NorFlash for Sectors {
+    const WRITE_SIZE: usize = 4;
+    const ERASE_SIZE: usize = SECTOR as usize;
+
+    fn erase(&mut self, from: u32, to: u32) -> Result<(), Error> {
+        check_erase(self, from, to).map_err(Error::Request)?;
+        self.unlocked(|flash| {
+            (from / SECTOR..to / SECTOR).try_for_each(|sector| {
+                let number = FIRST + sector as u8;
+                flash.cr().modify(|_, w| {
+                    // SAFETY: sectors 10 and 11 are the store's (`check_erase`), no code or constant is in them.
+                    unsafe { w.snb().bits(number) };
+                    w.psize().psize32().ser().set_bit().pg().clear_bit()
+                });
+                flash.cr().modify(|_, w| w.strt().start());
+                Self::ended(flash)
+            })
+        })
+    }
+
+    fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), Error> {
+        check_write(self, offset, bytes.len()).map_err(Error::Request)?;
+        self.unlocked(|flash| {
+            flash
+                .cr()
+                .modify(|_, w| w.psize().psize32().ser().clear_bit().pg().set_bit());
+            let start = Self::address(offset) as *mut u32;
+            let (words, _) = bytes.as_chunks::<4>(); // whole words, as checked above
+            words.iter().enumerate().try_for_each(|(index, word)| {
+                // SAFETY: within the store and aligned, as checked above; programming is what this controller makes of it.
+                unsafe { start.add(index).write_volatile(u32::from_le_bytes(*word)) };
+                Self::ended(flash)
+            })
+        })
+    }
+}
