@@ -18,6 +18,8 @@ pub mod drive;
 #[cfg(not(target_os = "none"))]
 pub mod images;
 #[cfg(not(target_os = "none"))]
+pub mod judges;
+#[cfg(not(target_os = "none"))]
 pub mod live;
 #[cfg(not(target_os = "none"))]
 pub mod machine;
