@@ -1,10 +1,11 @@
 //! What a device is told before it starts.
 
 use crate::compensator::Limit;
+use crate::wire::adis::Form;
 use crate::wire::command::Mode;
 use crate::wire::novatel::ImuType;
 use crate::wire::stim300::{self, Extra};
-use crate::wire::{DEGREE, Format, G};
+use crate::wire::{DEGREE, Format, G, Units};
 use lrnn_nostd::{Net, Normalisation, Weights};
 
 /// The two networks.
@@ -36,6 +37,15 @@ pub struct Kvh {
     pub degrees: bool,
 }
 
+/// An ADIS; its bursts tell neither.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Adis {
+    /// Form of its bursts.
+    pub form: Form,
+    /// What a count means: [`crate::wire::adis::Model::units`].
+    pub units: Units,
+}
+
 /// The configuration of an [`super::App`].
 #[derive(Debug, Clone)]
 pub struct Config {
@@ -53,7 +63,7 @@ pub struct Config {
     pub slew: Limit,
     /// The sensor is silent when nothing has come for so long, microseconds.
     pub silence_us: u32,
-    /// Words a second where the stream does not tell: KVH, STIM300 with external trigger, `NovAtel` with an IMU type unknown
+    /// Words a second where the stream does not tell: KVH, ADIS, STIM300 with external trigger, `NovAtel` with an IMU type unknown
     /// here. Hz, > 0.
     pub rate: f64,
     /// STIM300: its configuration, until the sensor sends it. With `answer_us`, also what `C` is answered from.
@@ -67,6 +77,8 @@ pub struct Config {
     pub family: Option<Extra>,
     /// KVH: what its messages do not tell.
     pub kvh: Kvh,
+    /// The sensor is an ADIS whose bursts come by [`super::App::burst`]; `format` then has no meaning.
+    pub adis: Option<Adis>,
     /// `NovAtel`: the IMU behind RAWIMU and RAWIMUS, which do not tell.
     pub imu_type: ImuType,
     /// The board stores weights: see [`super::App::to_store`].
@@ -102,6 +114,7 @@ impl Default for Config {
                 delta: true,
                 degrees: false,
             },
+            adis: None,
             imu_type: ImuType(0),
             store: false,
             mark: true,

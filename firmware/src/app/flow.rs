@@ -7,7 +7,7 @@ use crate::compensator::{Block, Compensator, State};
 use crate::link::Line;
 use crate::wire::command::{Alignment, Counters, Mode, fault};
 use crate::wire::sequence::Gap;
-use crate::wire::{Axes, Change, Checked, Format, Reading, Words, stim300};
+use crate::wire::{Axes, Change, Checked, Reading, Source, Words, stim300};
 
 /// What a stream's frames are corrected with.
 #[derive(Debug)]
@@ -27,8 +27,8 @@ pub(super) struct Flow {
     pub counters: Counters,
     /// [`fault`]
     pub faults: u32,
-    /// Format and content of the frames that `setup` and `correction` were made for.
-    made_for: Option<(Format, u8)>,
+    /// Source and content of the frames that `setup` and `correction` were made for.
+    made_for: Option<(Source, u8)>,
     setup: Option<Setup>,
     correction: Option<Correction>,
     last: Last,
@@ -67,7 +67,7 @@ impl Flow {
         let Ok(reading) = frame.read() else {
             return; // a Checked frame of a sensor has words
         };
-        let made_for = Some((frame.format(), frame.content()));
+        let made_for = Some((frame.source(), frame.content()));
         let mut words = reading.words;
         let correct = self.made_for == made_for && reading.valid != Axes::NONE;
         let mut held = Axes::NONE;
@@ -87,7 +87,7 @@ impl Flow {
         count(&mut self.counters.saturated, held.0.count_ones());
         count(&mut self.counters.frames, 1);
         if self.made_for != made_for {
-            self.make(frame.format(), frame.content());
+            self.make(frame.source(), frame.content());
         }
         self.follow(&reading);
     }
@@ -164,9 +164,9 @@ impl Flow {
     }
 
     /// A correction for frames of this kind, when one is wanted.
-    fn make(&mut self, format: Format, content: u8) {
-        self.made_for = Some((format, content));
-        let setup = Setup::new(&self.config, &self.stim, format, content);
+    fn make(&mut self, source: Source, content: u8) {
+        self.made_for = Some((source, content));
+        let setup = Setup::new(&self.config, &self.stim, source, content);
         if setup.is_some() && setup == self.setup && self.correction.is_some() {
             return; // another content of the same meaning: a STIM300 that now sends temperatures too
         }

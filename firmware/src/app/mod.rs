@@ -17,7 +17,7 @@ mod reverse;
 mod server;
 mod setup;
 
-pub use config::{Config, Kvh, Nets};
+pub use config::{Adis, Config, Kvh, Nets};
 pub use phase::Phase;
 pub use server::IMAGES_LEN;
 
@@ -26,7 +26,7 @@ use crate::link::{Clock, Line};
 use crate::wire::command::{Counters, Mode, Packets, fault};
 use crate::wire::framer::{Framer, Kind};
 use crate::wire::ubx::Pvt;
-use crate::wire::{Detector, Format};
+use crate::wire::{Checked, Detector, Error, Format};
 use flow::{Flow, count};
 use phase::{Cause, Machine};
 use reverse::{Notice, Reverse};
@@ -137,6 +137,40 @@ impl App {
         self.flow.flag(fault::STORE, !done);
     }
 
+    /// A burst of an ADIS that the board has just fetched over SPI (`wire::adis::spi`), in place of the sensor's line: its
+    /// corrected reply goes to `out` at once. Time and the other lines remain [`App::poll`]'s, which comes after it.
+    ///
+    /// # Errors
+    /// What is wrong with the reply, which is then counted and not sent; [`Error::Content`] when no ADIS is
+    /// configured.
+    pub fn burst(
+        &mut self,
+        reply: &mut [u8],
+        out: &mut impl Line,
+        clock: &impl Clock,
+    ) -> Result<(), Error> {
+        let form = self.flow.config.adis.ok_or(Error::Content)?.form;
+        self.heard_us = clock.now_us();
+        self.flow.flag(fault::SILENT, false);
+        if self.machine.phase() == Phase::Start {
+            self.machine.transition_to_run(self.flow.mode);
+        }
+        if let Phase::Fault(_) = self.machine.phase() {
+            self.raw(reply, out);
+            return Ok(());
+        }
+        match Checked::burst(form, reply) {
+            Ok(frame) => self.flow.frame(frame, out),
+            Err(error) => {
+                count(&mut self.flow.counters.bad_checksums, 1);
+                self.flow.hole();
+                return Err(error);
+            }
+        }
+        self.after_frames(out);
+        Ok(())
+    }
+
     /// One pass. True: there was work, call again at once; false: sleep until the next interrupt.
     pub fn poll<S: Line, N: Line, C: Line, G: Line>(
         &mut self,
@@ -180,9 +214,10 @@ impl App {
 
     fn start(&mut self, now: u64) {
         self.heard_us = now;
-        match self.flow.config.format {
-            Some(format) => self.run(format),
-            None => self.detect(),
+        match (self.flow.config.format, self.flow.config.adis) {
+            (_, Some(_)) => self.machine.transition_to_run(self.flow.mode),
+            (Some(format), None) => self.run(format),
+            (None, None) => self.detect(),
         }
     }
 
@@ -320,7 +355,8 @@ impl App {
                 return true;
             }
             self.reverse.answer(&mut self.flow, navigation, now);
-            if mode != Mode::Bypass {
+            // not before its first frame: a sensor that has just started tells by itself
+            if mode != Mode::Bypass && self.flow.counters.frames > 0 {
                 self.reverse.ask(&self.flow.config, sensor);
             }
         }

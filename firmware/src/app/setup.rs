@@ -5,7 +5,7 @@ use crate::compensator::{Compensator, Limit};
 use crate::sample::Lsb;
 use crate::wire::novatel::ImuType;
 use crate::wire::sequence::{Gap, Rule, time_gap};
-use crate::wire::{Format, Reading, Units, hg4930, kvh, stim300};
+use crate::wire::{Format, Reading, Source, Units, hg4930, kvh, stim300};
 
 /// How frames that are missing are noticed.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -28,13 +28,23 @@ pub(super) struct Setup {
 }
 
 impl Setup {
-    /// For frames of a format with this [`crate::wire::Checked::content`]; `None` when their meaning is not known.
+    /// For frames of a source with this [`crate::wire::Checked::content`]; `None` when their meaning is not known.
     pub fn new(
         config: &Config,
         stim: &stim300::config::Config,
-        format: Format,
+        source: Source,
         content: u8,
     ) -> Option<Setup> {
+        let format = match source {
+            Source::Stream(format) => format,
+            Source::Burst(_) => {
+                return Some(Setup {
+                    units: config.adis?.units,
+                    rate: config.rate,
+                    sequence: Sequence::Counter(Rule::ADIS),
+                });
+            }
+        };
         let (units, rate, sequence) = match format {
             Format::Stim300 => {
                 let rate = stim.sample_rate().ok()?;

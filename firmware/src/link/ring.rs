@@ -2,15 +2,28 @@
 //!
 //! One ring a direction. Received bytes: the interrupt [`Inlet::push`]es, the loop reads the [`Outlet`]. Sent bytes: the
 //! loop writes the [`Inlet`], the interrupt [`Outlet::pop`]s. Lock-free, single producer, single consumer.
+//!
+//! Over atomics and not `heapless::spsc`, whose ends divide by a length they only know at run time: the division by zero
+//! that cannot happen would still be a panic in the image.
 
-use core::sync::atomic::{AtomicU32, Ordering};
+use core::sync::atomic::{AtomicU8, AtomicU32, AtomicUsize, Ordering};
 use embedded_io::{ErrorKind, ErrorType, Read, ReadReady, Write, WriteReady};
-use heapless::spsc::{Consumer, Producer, Queue};
 
-/// Storage of a ring for `N` - 1 bytes.
+/// Storage of a ring for `N` bytes, a power of two.
 #[derive(Debug)]
 pub struct Ring<const N: usize> {
-    queue: Queue<u8, N>,
+    bytes: [AtomicU8; N],
+    counts: Counts,
+}
+
+/// Since start, wrapping; each has one writer.
+#[derive(Debug)]
+struct Counts {
+    /// By the inlet.
+    pushed: AtomicUsize,
+    /// By the outlet.
+    popped: AtomicUsize,
+    /// By the inlet: times that bytes were lost.
     lost: AtomicU32,
 }
 
@@ -23,71 +36,114 @@ impl<const N: usize> Default for Ring<N> {
 impl<const N: usize> Ring<N> {
     /// An empty one.
     pub const fn new() -> Ring<N> {
+        const {
+            assert!(N.is_power_of_two(), "counts run freely and are masked");
+        }
         Ring {
-            queue: Queue::new(),
-            lost: AtomicU32::new(0),
+            bytes: [const { AtomicU8::new(0) }; N],
+            counts: Counts {
+                pushed: AtomicUsize::new(0),
+                popped: AtomicUsize::new(0),
+                lost: AtomicU32::new(0),
+            },
         }
     }
 
     /// Its two ends, of which each may be in another context.
     pub fn split(&mut self) -> (Inlet<'_>, Outlet<'_>) {
-        let (producer, consumer) = self.queue.split();
-        let inlet = Inlet {
-            producer,
-            lost: &self.lost,
-        };
+        let counts = &self.counts;
+        let bytes = &self.bytes;
+        let seen = counts.lost.load(Ordering::Relaxed);
+        let inlet = Inlet { bytes, counts };
         let outlet = Outlet {
-            consumer,
-            lost: &self.lost,
-            seen: self.lost.load(Ordering::Relaxed),
+            bytes,
+            counts,
+            seen,
         };
         (inlet, outlet)
     }
 }
 
 /// Where bytes go in.
+#[derive(Debug)]
 pub struct Inlet<'a> {
-    producer: Producer<'a, u8>,
-    lost: &'a AtomicU32,
+    bytes: &'a [AtomicU8],
+    counts: &'a Counts,
 }
 
 impl Inlet<'_> {
     /// Put a byte in; one that finds no room is lost, and the outlet's reader is told.
     pub fn push(&mut self, byte: u8) {
-        if self.producer.enqueue(byte).is_err() {
+        if !self.put(byte) {
             self.mark_lost();
+        }
+    }
+
+    fn put(&mut self, byte: u8) -> bool {
+        let pushed = self.counts.pushed.load(Ordering::Relaxed);
+        match place(self.bytes, pushed) {
+            Some(place) if self.room() > 0 => {
+                place.store(byte, Ordering::Relaxed);
+                let pushed = pushed.wrapping_add(1);
+                self.counts.pushed.store(pushed, Ordering::Release);
+                true
+            }
+            _ => false,
         }
     }
 
     /// Tell the outlet's reader that bytes were lost before they came here: a UART's overrun, framing or parity error.
     pub fn mark_lost(&mut self) {
         // a single writer: no read-modify-write is needed
-        let lost = self.lost.load(Ordering::Relaxed);
-        self.lost.store(lost.wrapping_add(1), Ordering::Relaxed);
+        let lost = self.counts.lost.load(Ordering::Relaxed);
+        let lost = lost.wrapping_add(1);
+        self.counts.lost.store(lost, Ordering::Relaxed);
     }
 
     /// Bytes that find room now.
     pub fn room(&self) -> usize {
-        self.producer.capacity() - self.producer.len()
+        let popped = self.counts.popped.load(Ordering::Acquire);
+        let pushed = self.counts.pushed.load(Ordering::Relaxed);
+        self.bytes.len().saturating_sub(pushed.wrapping_sub(popped))
     }
 }
 
 /// Where bytes come out.
+#[derive(Debug)]
 pub struct Outlet<'a> {
-    consumer: Consumer<'a, u8>,
-    lost: &'a AtomicU32,
+    bytes: &'a [AtomicU8],
+    counts: &'a Counts,
+    /// Losses told already.
     seen: u32,
 }
 
 impl Outlet<'_> {
     /// Take the oldest byte.
     pub fn pop(&mut self) -> Option<u8> {
-        self.consumer.dequeue()
+        if self.is_empty() {
+            return None;
+        }
+        let popped = self.counts.popped.load(Ordering::Relaxed);
+        let byte = place(self.bytes, popped)?.load(Ordering::Relaxed);
+        let popped = popped.wrapping_add(1);
+        self.counts.popped.store(popped, Ordering::Release);
+        Some(byte)
+    }
+
+    /// Whether there is none.
+    pub fn is_empty(&self) -> bool {
+        let pushed = self.counts.pushed.load(Ordering::Acquire);
+        pushed == self.counts.popped.load(Ordering::Relaxed)
     }
 
     fn lost(&self) -> u32 {
-        self.lost.load(Ordering::Relaxed)
+        self.counts.lost.load(Ordering::Relaxed)
     }
+}
+
+/// The place of a count; the length is a power of two.
+fn place(bytes: &[AtomicU8], count: usize) -> Option<&AtomicU8> {
+    bytes.get(count & bytes.len().wrapping_sub(1))
 }
 
 /// Bytes were lost for want of room or on the line.
@@ -117,7 +173,7 @@ impl Write for Inlet<'_> {
     fn write(&mut self, bytes: &[u8]) -> Result<usize, Self::Error> {
         let mut taken = 0;
         for &byte in bytes {
-            if self.producer.enqueue(byte).is_err() {
+            if !self.put(byte) {
                 break;
             }
             taken += 1;
@@ -133,7 +189,7 @@ impl Write for Inlet<'_> {
 
 impl WriteReady for Inlet<'_> {
     fn write_ready(&mut self) -> Result<bool, Self::Error> {
-        Ok(self.producer.ready())
+        Ok(self.room() > 0)
     }
 }
 
@@ -150,7 +206,7 @@ impl Read for Outlet<'_> {
         }
         let mut read = 0;
         for place in buffer {
-            let Some(byte) = self.consumer.dequeue() else {
+            let Some(byte) = self.pop() else {
                 break;
             };
             *place = byte;
@@ -162,7 +218,7 @@ impl Read for Outlet<'_> {
 
 impl ReadReady for Outlet<'_> {
     fn read_ready(&mut self) -> Result<bool, Overrun> {
-        Ok(self.consumer.ready() || self.seen != self.lost())
+        Ok(!self.is_empty() || self.seen != self.lost())
     }
 }
 
@@ -173,7 +229,7 @@ mod tests {
 
     #[test]
     fn losses_are_told_once() {
-        let (mut receive, mut transmit) = (Ring::<5>::new(), Ring::<5>::new());
+        let (mut receive, mut transmit) = (Ring::<4>::new(), Ring::<4>::new());
         let (mut interrupt, reader) = receive.split();
         let (writer, mut wire) = transmit.split();
         let mut line = Serial::new(reader, writer);

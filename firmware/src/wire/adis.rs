@@ -12,7 +12,11 @@
 //!
 //! The byte sum of the first family is weak: exchanged bytes pass it.
 
+mod frame;
 pub mod spi;
+
+pub use frame::Frame;
+pub use spi::Form;
 
 use super::checksum::{crc32_zlib_swapped, sum_bytes};
 use super::field::{head, put, take};

@@ -41,7 +41,7 @@ pub mod ubx;
 #[cfg(test)]
 mod properties;
 
-pub use checked::{Change, Checked};
+pub use checked::{Change, Checked, Source};
 pub use detect::Detector;
 pub use framer::Framer;
 

@@ -1,6 +1,8 @@
 //! The application as a black box between four lines: bytes in, bytes out, time.
 
+mod adis;
 mod command;
+mod damage;
 mod device;
 mod frames;
 mod holes;

@@ -3,6 +3,7 @@
 use crate::device::{Device, nets};
 use crate::frames::{Kind, words};
 use firmware::app::{Config, Phase};
+use firmware::wire::checksum::crc32_mpeg2_padded;
 use firmware::wire::command::Mode;
 use firmware::wire::stim300::config::Config as Stim300;
 use firmware::wire::{Format, kvh};
@@ -14,6 +15,14 @@ fn device(config: Config) -> Device {
     device.feed(&STIM.stream(0, 20).concat());
     device.lines.navigation.sent.clear();
     device
+}
+
+/// A special datagram of 20 bytes.
+fn datagram(id: u8) -> Vec<u8> {
+    let mut bytes = vec![id; 16];
+    let sum = crc32_mpeg2_padded(&bytes);
+    bytes.extend(sum.to_be_bytes());
+    bytes
 }
 
 fn say(device: &mut Device, bytes: &[u8]) {
@@ -80,14 +89,7 @@ fn a_silent_sensor_is_answered_for() {
 /// Part and serial number are answered from what the sensor sent after its power-on.
 #[test]
 fn stored_datagrams_answer() {
-    use firmware::wire::checksum::crc32_mpeg2_padded;
     let mut device = Device::new(STIM.config());
-    let datagram = |id: u8| {
-        let mut bytes = vec![id; 16];
-        let sum = crc32_mpeg2_padded(&bytes);
-        bytes.extend(sum.to_be_bytes());
-        bytes
-    };
     device.feed(&[datagram(0xB1), datagram(0xB5), STIM.stream(0, 10).concat()].concat());
     device.lines.navigation.sent.clear();
     for (command, id) in [(b"N\r", 0xB1), (b"I\r", 0xB5)] {
@@ -128,6 +130,48 @@ fn the_configuration_is_asked_for() {
         first(&device) - plain(79)
     );
     assert_eq!(device.lines.sensor.bytes(), b"C\r");
+}
+
+/// Another datagram than the one asked for does not count as the answer.
+#[test]
+fn another_answer_is_no_answer() {
+    let mut device = device(STIM.config());
+    say(&mut device, b"C\r");
+    device.feed(&datagram(0xB1));
+    device.wait_ms(60);
+    assert_eq!(device.counters().answered, 1);
+    assert_eq!(
+        device.lines.navigation.sent.pop(),
+        Some(Stim300::DEFAULT.emit().to_vec())
+    );
+}
+
+/// A sensor that has told its configuration by itself is not asked.
+#[test]
+fn the_configuration_is_not_asked_for_twice() {
+    let mut device = Device::new(Config {
+        ask: true,
+        mode: Mode::Frozen,
+        ..STIM.config()
+    });
+    device.wait_ms(50);
+    device.feed(&Stim300::DEFAULT.emit());
+    device.feed(&STIM.stream(0, 20).concat());
+    device.wait_ms(50);
+    assert!(device.lines.sensor.sent.is_empty());
+}
+
+/// Service mode asked for in the middle of a frame: its beginning is not lost.
+#[test]
+fn service_mode_cuts_no_frame() {
+    let mut device = device(STIM.config());
+    let frame = &STIM.stream(20, 21)[0];
+    device.feed(&frame[..11]);
+    device.lines.navigation.input.extend(b"SERVICEMODE\r");
+    device.wait_ms(25);
+    assert_eq!(device.app.phase(), Phase::Detect);
+    device.feed(&frame[11..]);
+    assert_eq!(device.lines.navigation.bytes(), *frame);
 }
 
 /// In service mode the sensor sends text: everything passes, and frames are found again afterwards.

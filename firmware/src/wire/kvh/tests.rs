@@ -113,6 +113,20 @@ fn corrections_below_an_ulp_add_up() {
     assert!(word + correction == word);
 }
 
+/// What the remainder cannot hold either is not lost: words and remainder together are the exact sum to 48 bits.
+#[test]
+fn nothing_is_lost_below_the_remainder() {
+    let correction = f32::from_bits(0x3280_0001); // 2^-26 and one bit in its last place
+    let (mut remainder, mut sum) = (0.0f32, 0.0f64);
+    let n = 1 << 20;
+    for _ in 0..n {
+        sum += f64::from(correct(1.0, correction, &mut remainder));
+    }
+    let exact = f64::from(n) * (1.0 + f64::from(correction));
+    let off = sum + f64::from(remainder) - exact;
+    assert!(off.abs() < 1e-10, "{off:e}");
+}
+
 #[test]
 fn a_word_that_is_no_number_passes() {
     let mut remainder = 1e-9;

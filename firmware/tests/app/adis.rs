@@ -1,0 +1,163 @@
+//! Bursts of an ADIS, fetched by the board, through the application.
+
+use crate::device::{Device, nets};
+use firmware::app::{Adis, Config, Phase};
+use firmware::compensator::Limit;
+use firmware::wire::adis::{Burst, Form, Model};
+use firmware::wire::command::{Mode, fault};
+use firmware::wire::{DEGREE, Error, G};
+use proptest::prelude::*;
+
+const FORMS: [Form; 3] = [Form::Narrow, Form::Wide, Form::Adis1649x];
+
+fn reply(form: Form, burst: &Burst) -> Vec<u8> {
+    match form {
+        Form::Narrow => burst.emit16().to_vec(),
+        Form::Wide => burst.emit32().to_vec(),
+        Form::Adis1649x => burst.emit_1649x(burst.counter.is_multiple_of(2)).to_vec(),
+    }
+}
+
+fn parse(form: Form, reply: &[u8]) -> Result<Burst, Error> {
+    match form {
+        Form::Narrow => Burst::parse16(reply.try_into().expect("20")),
+        Form::Wide => Burst::parse32(reply.try_into().expect("32")),
+        Form::Adis1649x => Burst::parse_1649x(reply.try_into().expect("40")),
+    }
+}
+
+fn config(form: Form) -> Config {
+    Config {
+        mode: Mode::Frozen,
+        block: 0.01,
+        adis: Some(Adis {
+            form,
+            units: Model::Adis16475(1)
+                .units(form != Form::Narrow)
+                .expect("a model"),
+        }),
+        limit: Limit {
+            gyro: 1.0,
+            accel: 1.0,
+        },
+        ..Config::default()
+    }
+}
+
+/// Hand a reply over and return what leaves.
+fn pass(device: &mut Device, reply: &[u8]) -> Result<Vec<u8>, Error> {
+    let mut reply = reply.to_vec();
+    device
+        .app
+        .burst(&mut reply, &mut device.lines.navigation, &device.time)?;
+    device.settle();
+    Ok(device.lines.navigation.sent.pop().expect("a reply"))
+}
+
+proptest! {
+    #[test]
+    fn bursts_go_through(which in 0..3usize, words in prop::collection::vec(any::<[i32; 6]>(), 1..60), diagnosis: u16) {
+        let form = FORMS[which];
+        let mut device = Device::new(config(form));
+        for (counter, [a, b, c, d, e, f]) in (0..).zip(words) {
+            let burst = Burst { diagnosis, gyro: [a, b, c], accel: [d, e, f], temperature: 250, counter };
+            let sent = reply(form, &burst);
+            prop_assert_eq!(pass(&mut device, &sent), Ok(sent));
+        }
+        prop_assert_eq!(device.app.phase(), Phase::Run(Mode::Frozen));
+    }
+
+    /// One wrong bit: told to the board, counted, not sent.
+    #[test]
+    fn damage_is_kept_back(which in 0..3usize, bit: prop::sample::Index) {
+        let form = FORMS[which];
+        let mut device = Device::new(config(form));
+        let mut bytes = reply(form, &Burst::default());
+        // of a 1649x reply BURST_ID and what is behind the CRC are not under it
+        let (from, to) = if form == Form::Adis1649x { (4, 38) } else { (0, bytes.len()) };
+        let bit = 8 * from + bit.index(8 * (to - from));
+        bytes[bit / 8] ^= 1 << (bit % 8);
+        prop_assert!(pass(&mut device, &bytes).is_err());
+        prop_assert_eq!(device.counters().bad_checksums, 1);
+        prop_assert!(device.lines.navigation.sent.is_empty());
+    }
+}
+
+/// The sum of corrections is right, counters and all else are the sensor's, and the checksum is right again.
+#[test]
+fn corrections_add_up() {
+    for form in FORMS {
+        let error = [2e-4f32, -3e-4, 0.0, 5e-3, 0.0, -1e-2];
+        let [a, b, c, d, e, f] = error;
+        let mut device = Device::new(Config {
+            nets: nets([a, b, c], [d, e, f]),
+            ..config(form)
+        });
+        let (mut sum, count) = ([0i64; 6], 50_000u32);
+        for n in 0..count + 10 {
+            let burst = Burst {
+                gyro: [n as i32 % 100, 5, -7],
+                accel: [1, 2, 4000],
+                counter: n as u16,
+                ..Burst::default()
+            };
+            let sent = reply(form, &burst);
+            let out = pass(&mut device, &sent).expect("good");
+            let after = parse(form, &out).expect("good again");
+            assert_eq!((after.counter, after.temperature), (burst.counter, 0));
+            let before = burst.gyro.iter().chain(&burst.accel);
+            for ((s, b), a) in sum
+                .iter_mut()
+                .zip(before)
+                .zip(after.gyro.iter().chain(&after.accel))
+            {
+                *s += i64::from(b - a);
+            }
+        }
+        let narrow = if form == Form::Narrow { 1.0 } else { 65_536.0 };
+        for (axis, s) in sum.into_iter().enumerate() {
+            // rates: 1/160 deg/s and 0.25 mg a count of 16 bits
+            let lsb = if axis < 3 {
+                DEGREE / 160.0
+            } else {
+                0.25e-3 * G
+            } / narrow;
+            let exact = f64::from(count) * f64::from(error[axis]) / lsb;
+            let off = (s as f64 - exact).abs();
+            assert!(
+                off <= 0.5 + exact.abs() * 3e-7,
+                "{form:?} {axis} {s} {exact}"
+            );
+        }
+    }
+}
+
+#[test]
+fn gaps_and_silence() {
+    let mut device = Device::new(config(Form::Wide));
+    let burst = |counter| {
+        reply(
+            Form::Wide,
+            &Burst {
+                counter,
+                ..Burst::default()
+            },
+        )
+    };
+    for counter in [0, 1, 2, 6, 7, 7] {
+        pass(&mut device, &burst(counter)).expect("good");
+    }
+    assert_eq!(
+        (device.counters().missed, device.counters().duplicates),
+        (3, 1)
+    );
+    device.wait_ms(200);
+    assert_eq!(device.app.faults(), fault::SILENT);
+    pass(&mut device, &burst(8)).expect("good");
+    assert_eq!(device.app.faults(), 0);
+    // bytes on the sensor's line are no bursts
+    device.feed(&[0; 100]);
+    assert_eq!(device.counters().garbage, 100);
+    let mut other = Device::new(Config::default());
+    assert_eq!(pass(&mut other, &burst(0)), Err(Error::Content));
+}
