@@ -44,6 +44,8 @@ pub struct Campaign {
     pub out: PathBuf,
     /// Keep the runs that are there already.
     pub resume: bool,
+    /// Units that the classical filters are tuned on, >= 1.
+    pub tuning_units: u32,
 }
 
 impl Campaign {
@@ -174,8 +176,8 @@ impl Campaign {
     /// A name for everything that decides the numbers, so that results of another campaign are not mixed in.
     fn fingerprint(&self) -> String {
         format!(
-            "{:?}|{RATE_HZ}|{STANDSTILL_S}|{AIDED_S}|{COAST_S}|{:?}",
-            self.scenario, self.models
+            "{:?}|{RATE_HZ}|{STANDSTILL_S}|{AIDED_S}|{COAST_S}|{:?}|{}",
+            self.scenario, self.models, self.tuning_units
         )
     }
 }

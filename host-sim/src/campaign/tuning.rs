@@ -12,8 +12,7 @@ pub const DATASHEET_WALK: f64 = 0.05;
 const WALKS: [f64; 8] = [0.01, 0.03, 0.1, 0.2, 0.4, 0.8, 1.6, 3.2];
 /// Candidates for the noise of the filter without a model.
 const FACTORS: [f64; 4] = [1.0, 3.0, 10.0, 30.0];
-/// Units to train on, and the number of the first: far above any run's.
-const UNITS: u32 = 12;
+/// Number of the first unit to train on: far above any run's.
 const FIRST_UNIT: u32 = 4_000_000_000;
 
 /// What was chosen for one group.
@@ -44,7 +43,7 @@ impl Tuning {
         if !models.contains(&ErrorModelName::Noise) {
             models.push(ErrorModelName::Noise);
         }
-        let units: Vec<Vec<(ErrorModelName, ImuSpec, Session)>> = (0..UNITS)
+        let units: Vec<Vec<(ErrorModelName, ImuSpec, Session)>> = (0..campaign.tuning_units)
             .into_par_iter()
             .map(|k| campaign.sessions(imu, FIRST_UNIT + k, &models))
             .collect();

@@ -40,6 +40,9 @@ pub struct Args {
     /// Only runs whose number modulo N is I; SLURM_ARRAY_TASK_ID and JOB_COMPLETION_INDEX give I when only /N is given
     #[arg(long, value_name = "I/N")]
     shard: Option<String>,
+    /// Units, other than those judged, on which the classical filters are tuned for each error group
+    #[arg(long, default_value_t = 12, value_parser = clap::value_parser!(u32).range(1..=1000))]
+    tuning_units: u32,
     /// Write the summary as JSON
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
@@ -73,6 +76,7 @@ impl Args {
             models: models?,
             out: self.out.clone(),
             resume: self.resume,
+            tuning_units: self.tuning_units,
         };
         if self.runs == 0 {
             return Err(option("--runs", "0 runs", "give at least 1"));

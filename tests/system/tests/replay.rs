@@ -109,3 +109,47 @@ fn broken_recordings_are_named_with_line_and_column() {
         );
     }
 }
+
+/// Other recordings: each command runs, and each names a broken or missing file.
+#[test]
+fn other_recordings_run_and_wrong_files_are_named() {
+    let dir = tempfile::tempdir().unwrap();
+    let run = |args: &[&str]| {
+        let mut command = Command::new(system::host_sim_binary());
+        command
+            .current_dir(dir.path())
+            .arg("replay")
+            .args(args)
+            .assert()
+    };
+    std::fs::write(dir.path().join("junk"), "not a recording\n1,2\n").unwrap();
+    for args in [
+        &["fog-mems", "junk", "junk"][..],
+        &["kitti", "junk"],
+        &["hybrid", "junk"],
+        &["novatel", "junk"],
+        &["kitti", "missing"],
+    ] {
+        let out = run(args).code(2);
+        let stderr = String::from_utf8_lossy(&out.get_output().stderr).into_owned();
+        assert!(
+            stderr.contains(args[1]) && !stderr.contains("panicked"),
+            "{args:?}: {stderr}"
+        );
+    }
+    let Some(data) = host_sim::replay::data_dir() else {
+        println!("skipped: no recorded data; remedy: set LRNN_DATA to its folder");
+        return;
+    };
+    let file = |name: &str| data.join(name).to_string_lossy().into_owned();
+    let (mems, fog) = (file("fog-mems-mems.csv.gz"), file("fog-mems-fog.csv.gz"));
+    run(&["fog-mems", &mems, &fog, "--json", "f.json"]).success();
+    let outcomes: Value =
+        serde_json::from_slice(&std::fs::read(dir.path().join("f.json")).unwrap()).unwrap();
+    assert_eq!(
+        outcomes.as_array().unwrap().len(),
+        6,
+        "three lengths, both roles"
+    );
+    run(&["novatel", &file("novatel-ins2.gps")]).success();
+}
