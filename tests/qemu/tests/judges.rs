@@ -36,8 +36,10 @@ fn novatels_decoder_reads_the_corrected_stream() {
     assert_eq!(said, expected);
 
     // The same words with the long header.
-    let mut header = Header::default();
-    header.week = 2400;
+    let mut header = Header {
+        week: 2400,
+        ..Header::default()
+    };
     header.long.port = 32;
     header.long.definition = 0x0DC5;
     let mut long = Vec::new();
