@@ -5,9 +5,6 @@
 #[path = "../board/stm32f405/mod.rs"]
 mod board;
 #[cfg(target_os = "none")]
-#[path = "../board/ring.rs"]
-mod ring;
-#[cfg(target_os = "none")]
 #[path = "../board/time.rs"]
 mod time;
 #[cfg(target_os = "none")]

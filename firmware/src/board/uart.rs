@@ -3,9 +3,9 @@
 use core::cell::RefCell;
 
 use cortex_m::interrupt::{self, Mutex};
+use embedded_io::Read;
+use firmware::link::ring::{Inlet, Outlet, Ring};
 use firmware::link::{Full, Line, Lost};
-
-use crate::ring::{Inlet, Outlet, Ring};
 
 /// Room for received bytes: 4 ms of the fastest sensor (STIM300, 118 kB/s).
 pub const RECEIVED: usize = 512;
@@ -18,9 +18,9 @@ pub type Rings = (Ring<RECEIVED>, Ring<TO_SEND>);
 /// The interrupt's ends of both rings.
 pub struct Ends {
     /// Received bytes go in here.
-    pub received: Inlet,
+    pub received: Inlet<'static>,
     /// Bytes to be sent come out here.
-    pub to_send: Outlet,
+    pub to_send: Outlet<'static>,
 }
 
 /// Where the interrupt finds its ends: empty until the line is opened.
@@ -44,8 +44,8 @@ pub fn serve(slot: &Slot, work: impl FnOnce(&mut Ends)) {
 
 /// The main loop's end of a line.
 pub struct Port {
-    received: Outlet,
-    to_send: Inlet,
+    received: Outlet<'static>,
+    to_send: Inlet<'static>,
     /// Makes the line's interrupt pending, which finds what there is to send.
     wake: fn(),
 }
@@ -74,7 +74,7 @@ impl Port {
 
 impl Line for Port {
     fn receive(&mut self, buffer: &mut [u8]) -> Result<usize, Lost> {
-        self.received.read(buffer)
+        self.received.read(buffer).map_err(|_| Lost)
     }
 
     fn send(&mut self, message: &[u8]) -> Result<(), Full> {

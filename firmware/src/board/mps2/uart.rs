@@ -4,8 +4,8 @@ use cortex_m::interrupt::InterruptNumber;
 use cortex_m::peripheral::NVIC;
 use volatile_register::RW;
 
-use crate::ring::Ring;
 use crate::uart::{Port, Rings, Slot, closed, serve};
+use firmware::link::ring::Ring;
 
 /// Registers (Arm DDI 0479, table 4-5).
 #[repr(C)]

@@ -3,12 +3,12 @@
 //! Bytes go one by one through an interrupt. DMA would save the core 3 % at 100 kB/s, but its buffers hold bytes back until the
 //! line falls silent, and here the correction must leave as soon as the last byte is in.
 
+use firmware::link::ring::Ring;
 use stm32f4::stm32f405::{
     GPIOA, GPIOB, Interrupt, Peripherals, RCC, UART4, USART1, USART2, USART3,
 };
 
 use super::clock::Clocks;
-use crate::ring::Ring;
 use crate::uart::{Port, Rings, Slot, closed, serve};
 
 /// Bit rates of the lines (8 data bits, no parity, one stop bit). The sensor's own rate is the navigation computer's: bytes
