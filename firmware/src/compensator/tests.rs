@@ -130,6 +130,7 @@ fn networks_forget() {
     weights.layers[2].r = [[1.0, 0.0, 0.0], [0.0; 3], [0.0; 3]]; // x adds up
     let mut c = compensator([0.0; 3], [0.0; 3], 1.0);
     c.gyro = Net::new(weights, c.gyro.normalisation);
+    c.accel = c.gyro;
     let mut state = State::default();
     let run = |state: &mut State, words: u32| {
         (0..words)
@@ -139,6 +140,8 @@ fn networks_forget() {
     let three = run(&mut state, 600).unwrap();
     assert!((three.rate_error[0] - 3e-5).abs() < 1e-10);
     state.reset_nets();
-    assert_eq!(state.estimate()[0], three.rate_error);
-    assert!((run(&mut state, 200).unwrap().rate_error[0] - 1e-5).abs() < 1e-10);
+    assert_eq!(state.estimate(), [three.rate_error, three.force_error]);
+    let one = run(&mut state, 200).unwrap();
+    assert!((one.rate_error[0] - 1e-5).abs() < 1e-10);
+    assert_eq!(one.force_error, one.rate_error);
 }
