@@ -2,6 +2,7 @@
 //! recorded data, and the report.
 
 pub mod align;
+pub mod allan;
 pub mod baseline;
 pub mod campaign;
 pub mod cli;

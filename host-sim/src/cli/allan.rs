@@ -1,0 +1,165 @@
+//! `host-sim allan`.
+
+use crate::allan::output::{Findings, configured};
+use crate::allan::read::{Choice, load};
+use crate::allan::{Series, analyse, at_rest};
+use crate::error::Error;
+use crate::imu::{ErrorModelName, ImuSpec, PRESETS};
+use crate::output::write_atomic;
+use clap::Args as ClapArgs;
+use rayon::prelude::*;
+use std::path::PathBuf;
+
+/// Arguments of `allan`.
+#[derive(Debug, ClapArgs)]
+pub struct Args {
+    /// Recording at rest: CSV, plain or gzipped, with a header such as t_s,dtheta_x_rad,...,dv_z_mps
+    #[arg(
+        value_name = "FILE",
+        required_unless_present = "preset",
+        conflicts_with = "preset"
+    )]
+    file: Option<PathBuf>,
+    /// Simulate this IMU at rest instead (medium, nav, tactical)
+    #[arg(long, value_name = "NAME")]
+    preset: Option<String>,
+    /// Length of the simulation, s
+    #[arg(
+        long,
+        value_name = "S",
+        default_value_t = 7200,
+        conflicts_with = "file"
+    )]
+    duration: u32,
+    /// Errors of the simulation: noise, linear, thermal, nonlinear, all, all-x3
+    #[arg(
+        long,
+        value_name = "NAME",
+        default_value = "linear",
+        conflicts_with = "file"
+    )]
+    error_model: String,
+    /// Seed of the simulation
+    #[arg(long, default_value_t = 1, conflicts_with = "file")]
+    seed: u64,
+    /// Only this column; may be given several times
+    #[arg(long, value_name = "NAME")]
+    column: Vec<String>,
+    /// Samples per second, instead of what the file's times say
+    #[arg(long, value_name = "HZ", conflicts_with = "preset")]
+    rate: Option<f64>,
+    /// Write curves and coefficients as JSON
+    #[arg(long, value_name = "FILE")]
+    json: Option<PathBuf>,
+    /// Directory for a page and pictures (PNG, SVG)
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+}
+
+/// Most seconds of a simulation: the increments of six axes are held in memory.
+const LONGEST_S: u32 = 86_400;
+
+impl Args {
+    /// Reads or simulates, analyses, prints and writes.
+    pub(super) fn run(&self) -> Result<(), Error> {
+        let (source, series, configured) = match (&self.file, &self.preset) {
+            (Some(file), _) => (file.display().to_string(), self.read(file)?, None),
+            (None, preset) => self.simulate(preset.as_deref().unwrap_or_default())?,
+        };
+        let analyses: Vec<_> = series.par_iter().map(analyse).collect();
+        let still = series
+            .iter()
+            .zip(&analyses)
+            .filter(|(_, analysis)| analysis.is_none());
+        let notes = still
+            .map(|(series, _)| format!("{} hardly ever changes and is left out", series.column));
+        let mut findings = Findings {
+            source,
+            notes: notes.collect(),
+            analyses: analyses.into_iter().flatten().collect(),
+            configured,
+        };
+        if findings.analyses.is_empty() {
+            return Err(Error::Option {
+                option: findings.source,
+                problem: "no column changes enough to have an Allan deviation".to_owned(),
+                remedy: "check that the recording holds the sensors' output and not a constant"
+                    .to_owned(),
+            });
+        }
+        findings.note_misfits();
+        let json = findings.json()?;
+        let page = self
+            .out
+            .as_deref()
+            .map(|dir| findings.write(dir))
+            .transpose()?;
+        if let Some(file) = &self.json {
+            write_atomic(file, json.as_bytes())?;
+        }
+        println!(
+            "Allan deviation of {}\n\n{}",
+            findings.source,
+            findings.table()
+        );
+        findings.notes.iter().for_each(|note| println!("- {note}"));
+        if let Some(page) = page {
+            println!("\nreport: {}", page.display());
+        }
+        Ok(())
+    }
+
+    fn read(&self, file: &std::path::Path) -> Result<Vec<Series>, Error> {
+        if let Some(rate) = self.rate.filter(|rate| !(rate.is_finite() && *rate > 0.0)) {
+            return Err(Error::Option {
+                option: "--rate".to_owned(),
+                problem: format!("{rate} is no sample rate"),
+                remedy: "give the samples per second, a number above 0".to_owned(),
+            });
+        }
+        load(
+            file,
+            &Choice {
+                columns: self.column.clone(),
+                rate_hz: self.rate,
+            },
+        )
+    }
+
+    #[expect(
+        clippy::type_complexity,
+        reason = "what `run` needs of a source, used once"
+    )]
+    fn simulate(
+        &self,
+        preset: &str,
+    ) -> Result<(String, Vec<Series>, Option<[[Option<f64>; 5]; 2]>), Error> {
+        let names = PRESETS.map(|(name, _)| name);
+        let spec =
+            ImuSpec::preset(preset).ok_or_else(|| Error::unknown("preset", preset, &names))?;
+        let model: ErrorModelName = self.error_model.parse()?;
+        if !(10..=LONGEST_S).contains(&self.duration) {
+            return Err(Error::Option {
+                option: "--duration".to_owned(),
+                problem: format!("{} s is out of range", self.duration),
+                remedy: format!("give 10 to {LONGEST_S} s"),
+            });
+        }
+        let spec = spec.error_model(model);
+        let mut series = at_rest(&spec, self.duration, self.seed);
+        if let Some(missing) = self
+            .column
+            .iter()
+            .find(|name| series.iter().all(|s| s.column != **name))
+        {
+            let known: Vec<&str> = series.iter().map(|s| s.column.as_str()).collect();
+            return Err(Error::unknown("sensor column", missing, &known));
+        }
+        series.retain(|s| self.column.is_empty() || self.column.contains(&s.column));
+        let source = format!(
+            "preset {preset}, errors {model}, {} s at rest, seed {}",
+            self.duration, self.seed
+        );
+        Ok((source, series, Some(configured(&spec))))
+    }
+}
