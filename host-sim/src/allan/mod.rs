@@ -41,7 +41,7 @@ pub struct Series {
     pub increments: Vec<f64>,
 }
 
-/// Symbol, name, and power of the unit: what each of the five noises is called.
+/// Symbol and name of each of the five noises.
 pub const NOISES: [(&str, &str); 5] = [
     ("Q", "quantisation"),
     ("N", "random walk"),

@@ -1,5 +1,6 @@
 //! The command line: one file a subcommand, each with its arguments and a `run`.
 
+mod allan;
 mod campaign;
 mod replay;
 mod run;
@@ -29,6 +30,8 @@ enum Command {
     Replay(replay::Args),
     /// Many units, turn-ons and drives, every scheme on identical data, with intervals
     Campaign(campaign::Args),
+    /// Overlapping Allan deviation of a recording or of a preset, and the noise coefficients that fit it
+    Allan(allan::Args),
     /// Write a simulated session as CSV files, for other tools
     Simulate(simulate::Args),
 }
@@ -44,6 +47,7 @@ impl Cli {
             Some(Command::Run(args)) => args.run(),
             Some(Command::Replay(args)) => args.run(),
             Some(Command::Campaign(args)) => args.run(),
+            Some(Command::Allan(args)) => args.run(),
             Some(Command::Simulate(args)) => args.run(),
         }
     }
