@@ -111,6 +111,8 @@ impl Network {
 
 #[cfg(test)]
 mod tests {
+    // matrix elements are written with their indices, as in the equations
+    #![allow(clippy::needless_range_loop)]
     use super::*;
     use lrnn_nostd::{Full, Identity, Net, Normalisation, Sensitivities, State, Tanh, Weights};
     use rand::{RngExt, SeedableRng};

@@ -52,6 +52,17 @@ impl<T: Real> Sensitivities<T> {
         &self.s3
     }
 
+    /// One step of gradient descent on 1/2 |r|^2 for the last step alone: theta -= rate * sum_j r_j dy_3,j/dtheta (eq. 4 and 7). For
+    /// learning word by word; what learns from late sums or whole passes is in [`crate::learn`].
+    #[inline]
+    pub fn descend(&self, weights: &mut Weights<T>, residual: &[T; NEURONS], rate: T) {
+        let [r0, r1, r2] = residual.map(|r| r * rate);
+        let [s0, s1, s2] = &self.s3;
+        for (((theta, &a), &b), &c) in weights.iter_mut().zip(s0).zip(s1).zip(s2) {
+            *theta -= r0 * a + r1 * b + r2 * c;
+        }
+    }
+
     /// s(k-1) to s(k); `last` is y(k-1). Whether all is still finite.
     #[inline]
     fn advance<F: Feedback>(

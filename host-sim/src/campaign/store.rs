@@ -62,7 +62,7 @@ impl Store {
                 });
             }
             Ok(_) if !resume => {
-                std::fs::remove_dir_all(&runs).map_err(|e| Error::writing(&runs, e))?
+                std::fs::remove_dir_all(&runs).map_err(|e| Error::writing(&runs, e))?;
             }
             Ok(_) => {}
             Err(_) if runs.exists() => {

@@ -4,7 +4,7 @@ use std::hint::black_box;
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use lrnn_nostd::{Activation, Rational, Tanh};
-use vectors::work::{GradientWork, LearnWork, StepWork, plausible};
+use vectors::work::{DescentWork, GradientWork, LearnWork, StepWork, plausible};
 
 fn measure(
     criterion: &mut Criterion,
@@ -27,14 +27,16 @@ fn measure(
 }
 
 fn all<H: Activation>(criterion: &mut Criterion, name: &str) {
-    let (mut step, mut gradient, mut learn) = (
-        StepWork::<H>::new(),
-        GradientWork::<H>::new(),
-        LearnWork::<H>::new(),
-    );
+    let mut step = StepWork::<H>::new();
+    let mut gradient = GradientWork::<H>::new();
+    let mut descent = DescentWork::<H>::new();
+    let mut learn = LearnWork::<H>::new();
     measure(criterion, &format!("step_{name}"), |input| step.run(input));
     measure(criterion, &format!("gradient_{name}"), |input| {
         gradient.run(input)
+    });
+    measure(criterion, &format!("descent_{name}"), |input| {
+        descent.run(input)
     });
     measure(criterion, &format!("learn_{name}"), |input| {
         learn.run(input)

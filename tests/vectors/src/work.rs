@@ -33,6 +33,14 @@ pub struct GradientWork<H> {
     sensitivities: Sensitivities,
 }
 
+/// One step, its exact gradient, and a descent of all 63 weights: learning word by word, the figure other libraries give.
+#[derive(Clone, Debug)]
+pub struct DescentWork<H> {
+    net: Net<H>,
+    state: State,
+    sensitivities: Sensitivities,
+}
+
 /// Learning at every step, the most it can cost: a pass of one step by the paper's rule. All is cleared, a step is made with
 /// its exact gradient and compared with a reference, and all 63 weights move. `begin_pass` belongs to it: without it the
 /// gradients of all passes add up and the weights diverge.
@@ -76,6 +84,29 @@ impl<H: Activation> GradientWork<H> {
     }
 }
 
+impl<H: Activation> DescentWork<H> {
+    /// At rest.
+    pub fn new() -> Self {
+        Self {
+            net: net(),
+            state: State::new(),
+            sensitivities: Sensitivities::new(),
+        }
+    }
+
+    /// One repetition: the estimated error, and whether the step was good.
+    #[inline(always)]
+    pub fn run(&mut self, input: [f32; 3]) -> ([f32; 3], bool) {
+        let step = self
+            .net
+            .step_gradient(&mut self.state, &mut self.sensitivities, input);
+        let residual = step.output.map(|y| y - 1.0 / 64.0);
+        self.sensitivities
+            .descend(&mut self.net.weights, &residual, 1.0 / 65536.0);
+        (step.error, step.fault.is_none())
+    }
+}
+
 impl<H: Activation> LearnWork<H> {
     /// With steps small enough to stay stable however often it is repeated.
     pub fn new() -> Self {
@@ -101,6 +132,12 @@ impl<H: Activation> Default for StepWork<H> {
 }
 
 impl<H: Activation> Default for GradientWork<H> {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl<H: Activation> Default for DescentWork<H> {
     fn default() -> Self {
         Self::new()
     }

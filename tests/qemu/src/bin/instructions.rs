@@ -8,7 +8,7 @@ mod target {
 
     use lrnn_nostd::{Activation, Rational, Tanh};
     use qemu::target::{start_counter, ticks as counter};
-    use vectors::work::{GradientWork, LearnWork, StepWork, plausible};
+    use vectors::work::{DescentWork, GradientWork, LearnWork, StepWork, plausible};
 
     const REPETITIONS: usize = 1000;
 
@@ -57,6 +57,8 @@ mod target {
         writeln!(out, "step_tanh {}", step::<Tanh>()?)?;
         writeln!(out, "gradient_rational {}", gradient::<Rational>()?)?;
         writeln!(out, "gradient_tanh {}", gradient::<Tanh>()?)?;
+        writeln!(out, "descent_rational {}", descent::<Rational>()?)?;
+        writeln!(out, "descent_tanh {}", descent::<Tanh>()?)?;
         writeln!(out, "learn_rational {}", learn::<Rational>()?)?;
         writeln!(out, "learn_tanh {}", learn::<Tanh>()?)
     }
@@ -70,6 +72,12 @@ mod target {
     #[inline(never)]
     fn gradient<H: Activation>() -> Result<u32, core::fmt::Error> {
         let mut work = GradientWork::<H>::new();
+        repeat(|input| work.run(input))
+    }
+
+    #[inline(never)]
+    fn descent<H: Activation>() -> Result<u32, core::fmt::Error> {
+        let mut work = DescentWork::<H>::new();
         repeat(|input| work.run(input))
     }
 
