@@ -2,12 +2,16 @@
 //!
 //! Second differences d of a noise with stationary second increments are Gaussian with the covariance
 //!
-//!     R(l) = sum_ab c_a c_b s(l + a m1 - b m2),      c = 1, -2, 1,
+//! ```text
+//! R(l) = sum_ab c_a c_b s(l + a m1 - b m2),      c = 1, -2, 1,
+//! ```
 //!
 //! where s is the generalised autocovariance of the integral (Greenhall 1991; Greenhall and Riley 2003): for the noises Q, N, B, K
 //! Q^2 delta, -N^2 |t|/2, B^2 t^2 ln|t| / 2 pi, K^2 |t|^3 / 12. Mean squares of Gaussians then have the covariance
 //!
-//!     cov(V1, V2) = (2 sum w R^2 + 4 mu1 mu2 sum w R) / (M1 M2)  /  (4 tau1^2 tau2^2)
+//! ```text
+//! cov(V1, V2) = (2 sum w R^2 + 4 mu1 mu2 sum w R) / (M1 M2)  /  (4 tau1^2 tau2^2)
+//! ```
 //!
 //! with w(l) the number of pairs at lag l and mu = R tau^2 the mean of d that a ramp makes. This holds for any mixture of noises, and
 //! gives the equivalent degrees of freedom 2 V^2 / cov(V, V) that NIST SP 1065 tabulates for pure ones. The sums over lags run over up to

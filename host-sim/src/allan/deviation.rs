@@ -1,6 +1,8 @@
 //! The overlapping Allan variance (IEEE 952-1997, C.1; NIST SP 1065, eq. 11).
 //!
-//!     sigma^2(m t0) = 1 / (2 (m t0)^2 (N - 2m)) sum_i (x_{i+2m} - 2 x_{i+m} + x_i)^2
+//! ```text
+//! sigma^2(m t0) = 1 / (2 (m t0)^2 (N - 2m)) sum_i (x_{i+2m} - 2 x_{i+m} + x_i)^2
+//! ```
 //!
 //! with x the N integrals of the output (angle, velocity) at the ends of the sample intervals t0.
 

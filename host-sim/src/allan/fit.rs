@@ -4,7 +4,9 @@
 //! model found so far; a few rounds settle that. Neighbouring points share most of their data, so the covariance of the squares comes
 //! from the whole covariance C of the points, not from the weights W alone:
 //!
-//!     P = (A' W A)^-1 A' W C W A (A' W A)^-1
+//! ```text
+//! P = (A' W A)^-1 A' W C W A (A' W A)^-1
+//! ```
 //!
 //! Where the curve is not the sum of the five noises (sway, vibration, a temperature that settles, the regular rounding of coarse
 //! pulses), short times would pull everything: they are known best, by their statistics. There every point gets a further error, the

@@ -2,17 +2,23 @@
 //!
 //! The phase psi of the beat obeys (Aronowitz 1971; Chow et al. 1985)
 //!
-//!     dpsi/dt = k (Omega - Omega_L sin psi + dtheta_D/dt),     k = 2 pi / fringe,
+//! ```text
+//! dpsi/dt = k (Omega - Omega_L sin psi + dtheta_D/dt),     k = 2 pi / fringe,
+//! ```
 //!
 //! with input rate Omega, lock-in threshold Omega_L and dither angle theta_D = A sin(2 pi f t), its amplitude A new at every
 //! half period. Near each reversal of the dither rate the phase runs as psi_0 + k alpha t^2 / 2 with the peak angular
 //! acceleration alpha = A (2 pi f)^2. Stationary phase gives the angle that the lock-in term adds there,
 //!
-//!     delta = -Omega_L sqrt(2 pi / (k alpha)) sin(psi_0 + pi/4).
+//! ```text
+//! delta = -Omega_L sqrt(2 pi / (k alpha)) sin(psi_0 + pi/4).
+//! ```
 //!
 //! The random amplitude makes psi_0 uniform and new at each of the 2 f reversals a second, so the angle walks at random with
 //!
-//!     N^2 = 2 f <delta^2> = 2 f Omega_L^2 pi / (k alpha)    hence    N = Omega_L sqrt(fringe / (2 pi Omega_D)),
+//! ```text
+//! N^2 = 2 f <delta^2> = 2 f Omega_L^2 pi / (k alpha)    hence    N = Omega_L sqrt(fringe / (2 pi Omega_D)),
+//! ```
 //!
 //! where Omega_D = 2 pi f A is the peak dither rate: proportional to the lock-in rate and, at a given amplitude, to one over the
 //! root of the dither frequency, as Tehrani and Soltanieh (arXiv 2005.09749) find from the Fokker-Planck equation. The word

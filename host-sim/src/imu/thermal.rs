@@ -1,7 +1,9 @@
 //! Temperature of the sensor block: first-order heating by its own power, ambient drift, and the difference across it.
 //!
-//!     dT/dt = (ambient(t) + self_heating - T) / tau           T(0) = ambient(0)
-//!     dG/dt = (d^2 / (2 D) dT/dt - G) / tau_G,                tau_G = d^2 / (pi^2 D)
+//! ```text
+//! dT/dt = (ambient(t) + self_heating - T) / tau           T(0) = ambient(0)
+//! dG/dt = (d^2 / (2 D) dT/dt - G) / tau_G,                tau_G = d^2 / (pi^2 D)
+//! ```
 //!
 //! T is relative to the calibration temperature. Heat comes in at one face: while the whole block warms at dT/dt, the heated face is
 //! d^2/(2D) dT/dt ahead of the free one (steady solution of the heat equation for a slab of thickness d), and that difference builds up

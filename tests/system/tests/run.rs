@@ -6,7 +6,9 @@
 )]
 
 use assert_cmd::Command;
+use host_sim::imu::{ErrorModelName, ImuSpec};
 use serde_json::Value;
+use std::collections::BTreeMap;
 use std::path::Path;
 
 fn host_sim(dir: &Path) -> Command {
@@ -152,40 +154,13 @@ fn in_sample_is_another_experiment() {
 #[test]
 fn on_white_noise_alone_the_compensator_stays_at_zero() {
     let dir = tempfile::tempdir().unwrap();
-    let file = dir.path().join("noise.toml");
-    let (_, text) = host_sim::imu::PRESETS[0];
-    let mut scenario = String::from("[imu]\n");
-    for line in text.lines() {
-        let (key, value) = line
-            .split('#')
-            .next()
-            .unwrap_or("")
-            .split_once('=')
-            .unwrap_or((line, ""));
-        let key = key.trim();
-        let keep = key.is_empty() || key.starts_with(['[', '#']) || value.trim().is_empty();
-        let noise = [
-            "rate_hz",
-            "angle_random_walk_dpsqrth",
-            "velocity_random_walk_ugpsqrthz",
-        ]
-        .contains(&key);
-        if keep {
-            scenario += &line
-                .replace("[gyro", "[imu.gyro")
-                .replace("[accel", "[imu.accel");
-        } else if noise || key.ends_with("_time_s") || key.starts_with("pulse") {
-            scenario += &format!("{key} = {}", value.trim());
-        } else if value.trim().parse::<f64>().is_ok() {
-            scenario += &format!("{key} = 0.0");
-        }
-        scenario += "\n";
-    }
-    // the teacher expects what the datasheet says, so the datasheet must admit some bias
-    scenario = scenario
-        .replace("bias_drift_dph = 0.0", "bias_drift_dph = 1e-6")
-        .replace("bias_drift_ug = 0.0", "bias_drift_ug = 1e-3");
-    std::fs::write(&file, scenario).unwrap();
+    let medium = ImuSpec::preset("medium").unwrap();
+    let scenario = BTreeMap::from([("imu", medium.error_model(ErrorModelName::Noise))]);
+    std::fs::write(
+        dir.path().join("noise.toml"),
+        toml::to_string(&scenario).unwrap(),
+    )
+    .unwrap();
     for seed in ["1", "2", "3"] {
         host_sim(dir.path())
             .args([
