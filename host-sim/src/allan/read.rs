@@ -15,8 +15,6 @@ use super::{Kind, Series};
 use crate::error::{Error, excerpt};
 use crate::replay::{ACCEL_LSB_MPS, GYRO_LSB_RAD, RATE_HZ};
 use crate::units::{DEG, DEG_PER_H, G0, UG};
-use flate2::read::MultiGzDecoder;
-use std::io::Read;
 use std::path::Path;
 
 /// A header we know, for messages.
@@ -51,12 +49,7 @@ struct Sensor {
 /// # Errors
 /// Any fault of the file, with line and column; a column that is not there; no way to know the sample rate; too few samples.
 pub fn load(file: &Path, choice: &Choice) -> Result<Vec<Series>, Error> {
-    let bytes = std::fs::read(file).map_err(|source| Error::reading(file, source))?;
-    let bytes = if bytes.starts_with(&[0x1f, 0x8b]) {
-        inflate(file, &bytes)?
-    } else {
-        bytes
-    };
+    let bytes = crate::input::read(file)?;
     let table = Table::parse(file, &bytes, choice)?;
     let rate_hz = table.rate(choice)?;
     let samples = table.values.first().map_or(0, Vec::len);
@@ -87,22 +80,6 @@ pub fn load(file: &Path, choice: &Choice) -> Result<Vec<Series>, Error> {
             }
         });
     Ok(series.collect())
-}
-
-fn inflate(file: &Path, bytes: &[u8]) -> Result<Vec<u8>, Error> {
-    let mut text = Vec::with_capacity(8 * bytes.len());
-    MultiGzDecoder::new(bytes)
-        .read_to_end(&mut text)
-        .map_err(|fault| Error::DamagedGzip {
-            file: file.to_path_buf(),
-            line: text.iter().filter(|&&byte| byte == b'\n').count(),
-            fault: if fault.kind() == std::io::ErrorKind::UnexpectedEof {
-                "cut short"
-            } else {
-                "damaged"
-            },
-        })?;
-    Ok(text)
 }
 
 /// The sensor that a column of this name is; `named` says that the user asked for it, so that its unit is enough.

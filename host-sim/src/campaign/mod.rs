@@ -20,7 +20,7 @@ use crate::session::{Session, SessionConfig, drive, measure};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 /// Standstill, aided drive, coasting: s.
 const STANDSTILL_S: u32 = 300;
@@ -185,12 +185,4 @@ impl Campaign {
 /// Epoch at which the fixes end.
 fn learn_epochs() -> usize {
     (STANDSTILL_S + AIDED_S) as usize
-}
-
-/// Reads the rows of one or more campaign directories.
-///
-/// # Errors
-/// A directory without results, or with broken ones.
-pub fn read(dirs: &[impl AsRef<Path>]) -> Result<Vec<Row>, Error> {
-    merge(dirs)
 }

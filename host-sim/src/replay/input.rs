@@ -1,8 +1,6 @@
 //! Tables of numbers from text files, plain or gzipped; every complaint names file, line and column.
 
 use crate::error::{Error, excerpt};
-use flate2::read::MultiGzDecoder;
-use std::io::Read;
 use std::path::{Path, PathBuf};
 
 /// What stands between the values of a line.
@@ -36,12 +34,7 @@ pub(super) struct Source {
 impl Source {
     /// Reads a file; gzip is told by its first two bytes. Bytes that are no UTF-8 become replacement characters, which are no numbers.
     pub(super) fn open(file: &Path) -> Result<Self, Error> {
-        let bytes = std::fs::read(file).map_err(|source| Error::reading(file, source))?;
-        let bytes = if bytes.starts_with(&[0x1f, 0x8b]) {
-            inflate(file, &bytes)?
-        } else {
-            bytes
-        };
+        let bytes = crate::input::read(file)?;
         Ok(Self {
             file: file.to_path_buf(),
             text: String::from_utf8_lossy(&bytes).into_owned(),
@@ -77,22 +70,6 @@ impl Source {
             expected: expected.to_owned(),
         }
     }
-}
-
-fn inflate(file: &Path, bytes: &[u8]) -> Result<Vec<u8>, Error> {
-    let mut text = Vec::with_capacity(8 * bytes.len());
-    MultiGzDecoder::new(bytes)
-        .read_to_end(&mut text)
-        .map_err(|fault| Error::DamagedGzip {
-            file: file.to_path_buf(),
-            line: text.iter().filter(|&&byte| byte == b'\n').count(),
-            fault: if fault.kind() == std::io::ErrorKind::UnexpectedEof {
-                "cut short"
-            } else {
-                "damaged"
-            },
-        })?;
-    Ok(text)
 }
 
 /// Which columns of a file are read, in which order.

@@ -3,8 +3,6 @@
 //! The recording is `data/lasergyro.imu` of asenlinmu/psins in CSV form; its licence keeps it out of this repository.
 
 use crate::error::{Error, excerpt};
-use flate2::read::MultiGzDecoder;
-use std::io::Read;
 use std::path::{Path, PathBuf};
 
 /// The header line, which is also the order of the columns.
@@ -43,12 +41,7 @@ pub fn data_dir() -> Option<PathBuf> {
 /// # Errors
 /// Any fault of the file, with line and column; see the variants of [`Error`].
 pub fn load(file: &Path) -> Result<Recording, Error> {
-    let bytes = std::fs::read(file).map_err(|source| Error::reading(file, source))?;
-    let text = if bytes.starts_with(&[0x1f, 0x8b]) {
-        inflate(file, &bytes)?
-    } else {
-        bytes
-    };
+    let text = crate::input::read(file)?;
     let words = parse(file, &text)?;
     Ok(Recording {
         rate_hz: RATE_HZ,
@@ -56,22 +49,6 @@ pub fn load(file: &Path) -> Result<Recording, Error> {
         accel_lsb_mps: ACCEL_LSB_MPS,
         words,
     })
-}
-
-fn inflate(file: &Path, bytes: &[u8]) -> Result<Vec<u8>, Error> {
-    let mut text = Vec::with_capacity(8 * bytes.len());
-    MultiGzDecoder::new(bytes)
-        .read_to_end(&mut text)
-        .map_err(|fault| Error::DamagedGzip {
-            file: file.to_path_buf(),
-            line: text.iter().filter(|&&byte| byte == b'\n').count(),
-            fault: if fault.kind() == std::io::ErrorKind::UnexpectedEof {
-                "cut short"
-            } else {
-                "damaged"
-            },
-        })?;
-    Ok(text)
 }
 
 fn parse(file: &Path, text: &[u8]) -> Result<Vec<[i32; 6]>, Error> {
