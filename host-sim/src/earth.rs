@@ -1,6 +1,7 @@
 //! WGS-84: radii of curvature, normal gravity, Earth rate and transport rate in north-east-down.
 
 use nalgebra::Vector3;
+use std::f64::consts::{PI, TAU};
 
 /// Earth rotation rate, rad/s (WGS-84).
 pub const OMEGA_IE: f64 = 7.292_115e-5;
@@ -29,13 +30,14 @@ pub struct Geodetic {
 }
 
 impl Geodetic {
-    /// North, east, down from `origin` to `self` in metres; first order, meant for errors and for tracks of some tens of kilometres.
+    /// North, east, down from `origin` to `self` in metres, the short way round where the two are on both sides of the 180 deg meridian;
+    /// first order, meant for errors and for tracks of some tens of kilometres.
     #[must_use]
     pub fn ned_from(&self, origin: &Self) -> Vector3<f64> {
         let local = Local::at(origin.lat, origin.h);
         Vector3::new(
             (self.lat - origin.lat) * local.m_h,
-            (self.lon - origin.lon) * local.n_h * local.cos_lat,
+            wrapped(self.lon - origin.lon) * local.n_h * local.cos_lat,
             origin.h - self.h,
         )
     }
@@ -49,6 +51,15 @@ impl Geodetic {
             lon: self.lon + ned.y / (local.n_h * local.cos_lat),
             h: self.h - ned.z,
         }
+    }
+}
+
+/// An angle in rad brought to -pi .. pi; what is there already keeps its bits.
+fn wrapped(angle: f64) -> f64 {
+    if angle.abs() <= PI {
+        angle
+    } else {
+        angle - TAU * (angle / TAU).round()
     }
 }
 
@@ -136,5 +147,29 @@ mod tests {
         };
         let d = Vector3::new(1200.0, -340.0, 8.0);
         assert!((home.displaced(&d).ned_from(&home) - d).norm() < 1e-6);
+    }
+    /// A fix may give -180 .. 180 deg or 0 .. 360 deg, and a navigator counts on across the date line.
+    #[test]
+    fn the_date_line_is_crossed_the_short_way() {
+        let d = Vector3::new(50.0, 2000.0, -3.0);
+        for (start, turns) in [(PI - 1e-4, -1.0), (-PI + 1e-4, 1.0), (PI, -1.0), (0.3, 2.0)] {
+            let home = Geodetic {
+                lat: -0.3,
+                lon: start,
+                h: 10.0,
+            };
+            for d in [d, -d] {
+                let mut there = home.displaced(&d);
+                there.lon += turns * TAU;
+                let error = there.ned_from(&home) - d;
+                assert!(error.norm() < 1e-6, "{start} {turns}: {error}");
+            }
+        }
+        let east = Geodetic {
+            lat: 0.0,
+            lon: PI,
+            h: 0.0,
+        };
+        assert!(east.ned_from(&Geodetic { lon: -PI, ..east }).y.abs() < 1e-6);
     }
 }

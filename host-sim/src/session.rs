@@ -2,7 +2,8 @@
 
 use crate::earth::Geodetic;
 use crate::gnss::{Fix, GnssSpec};
-use crate::imu::{Imu, ImuSpec};
+use crate::imu::magnetic::dipole_field;
+use crate::imu::{Imu, ImuSpec, Surroundings};
 use crate::sins::{Increment, NavState};
 use crate::truth::{DriveConfig, Segment, Truth, random_drive};
 use firmware::sample::{Counts, Lsb};
@@ -32,6 +33,8 @@ pub struct Session {
     pub sigmas: [f64; 6],
     /// Systematic sensor error averaged over each second (rad/s, m/s2), if it is known.
     pub systematic: Option<Vec<Increment>>,
+    /// Temperature of the block and magnetic field over each second, if they are known (of a simulation).
+    pub surroundings: Option<Vec<Surroundings>>,
 }
 
 impl Session {
@@ -135,7 +138,9 @@ pub fn measure(
     let mut imu = Imu::new(spec, config.unit, config.turn_on);
     let mut counts = Vec::with_capacity(truth.words.len());
     let mut systematic = Vec::with_capacity(truth.epochs.len());
-    for second in truth.words.chunks(truth.words_per_epoch) {
+    let mut surroundings = Vec::with_capacity(truth.epochs.len());
+    for (second, at) in truth.words.chunks(truth.words_per_epoch).zip(&truth.epochs) {
+        imu.set_field(at.q_bn.inverse() * dipole_field(&at.position));
         let mut sum = Increment::default();
         for word in second {
             let (c, e) = imu.measure(word);
@@ -143,6 +148,7 @@ pub fn measure(
             sum.dtheta += e.dtheta;
             sum.dv += e.dv;
         }
+        surroundings.push(imu.surroundings());
         let time = second.len() as f64 * truth.dt;
         systematic.push(Increment {
             dtheta: sum.dtheta / time,
@@ -158,5 +164,60 @@ pub fn measure(
         fixes: fixes.to_vec(),
         sigmas: config.gnss.sigmas(),
         systematic: Some(systematic),
+        surroundings: Some(surroundings),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::imu::ErrorModelName;
+    use crate::units::DEG_PER_H;
+    use nalgebra::Matrix3xX;
+
+    /// With magnetism the only error left, what the gyros show is one matrix times the Earth's field in body axes, on any heading.
+    #[test]
+    fn gyros_feel_the_field_of_the_earth_as_the_vehicle_turns() {
+        let preset = ImuSpec::preset("medium").unwrap();
+        let mut imu = preset.error_model(ErrorModelName::Noise);
+        (imu.gyro.magnetic_dphpgauss, imu.rate_hz) = (0.02, 50);
+        let config = SessionConfig {
+            imu: &imu,
+            gnss: &GnssSpec::default(),
+            start: Geodetic {
+                lat: 0.5,
+                lon: 2.0,
+                h: 60.0,
+            },
+            heading: 0.3,
+            standstill_s: 10.0,
+            drive_s: 300.0,
+            segments: None,
+            vibration: 1.0,
+            unit: 1,
+            turn_on: 2,
+            drive: 3,
+        };
+        let (session, truth) = simulate(&config);
+        let field: Vec<_> = session.surroundings.unwrap();
+        let field = Matrix3xX::from_columns(&field.iter().map(|s| s.field).collect::<Vec<_>>());
+        let errors: Vec<_> = session.systematic.unwrap();
+        let errors = Matrix3xX::from_columns(&errors.iter().map(|e| e.dtheta).collect::<Vec<_>>());
+        let square = (&field * field.transpose()).try_inverse().unwrap();
+        let matrix = &errors * field.transpose() * square;
+        assert!((&matrix * &field - &errors).amax() < 1e-9 * errors.amax());
+        let largest = matrix.amax() / DEG_PER_H;
+        assert!(largest > 0.01 && largest < 0.08, "{largest}");
+        for k in [0, 100, 250] {
+            let ned = truth.epochs[k].q_bn * field.column(k);
+            assert!((ned - dipole_field(&truth.epochs[k].position)).norm() < 1e-12);
+        }
+        // the drive turns: north is not always ahead
+        let ahead = field.row(0);
+        assert!(
+            ahead.max() - ahead.min() > 0.2,
+            "{}",
+            ahead.max() - ahead.min()
+        );
     }
 }

@@ -42,11 +42,11 @@ pub struct Nominal {
 }
 
 impl Assumptions {
-    /// What the IMU's datasheet lets one expect.
+    /// What the IMU's datasheet lets one expect; the angle random walk is the whole one, lock-in included.
     #[must_use]
     pub fn of(spec: &ImuSpec) -> Self {
         let noise = Noise {
-            gyro: spec.gyro.angle_random_walk_dpsqrth * DEG_PER_SQRT_H,
+            gyro: spec.gyro.total_angle_random_walk_dpsqrth() * DEG_PER_SQRT_H,
             accel: spec.accel.velocity_random_walk_ugpsqrthz * UG_PER_SQRT_HZ,
         };
         Self {
@@ -170,4 +170,19 @@ pub fn references(nominal: &Nominal, count: usize) -> Vec<Reference> {
             sigma: v(&s.sigma),
         })
         .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_filter_expects_the_random_walk_that_lock_in_makes() {
+        let mut spec = ImuSpec::preset("medium").unwrap();
+        let with = |spec: &ImuSpec| Assumptions::of(spec).noise.gyro / DEG_PER_SQRT_H;
+        // the preset's own comment: 0.0049 and lock-in make 0.005
+        assert!((with(&spec) - 0.005).abs() < 2e-5, "{}", with(&spec));
+        spec.gyro.dither.lock_in_dph *= 10.0;
+        assert!(with(&spec) > 0.009, "{}", with(&spec));
+    }
 }

@@ -289,6 +289,7 @@ mod tests {
             let mut twin = Twin::new(&truth.epochs[0]);
             twin.run(&truth.words, dt);
             let twin = twin.nav();
+            let mut two = f64::INFINITY;
             for samples in [Samples::Two, Samples::Three] {
                 let mut sins = Sins::new(truth.epochs[0]).with_samples(samples);
                 for word in &truth.words {
@@ -301,6 +302,13 @@ mod tests {
                 println!(
                     "seed {seed} dt {dt} {samples:?}: apart {apart:.4?} m, {faster:.1e} m/s, {turned:.1e} rad; from truth {errors:.4?} m"
                 );
+                // three samples are what the navigator uses unless told otherwise
+                assert!(
+                    errors[0] < 0.5 * two,
+                    "seed {seed}: {} m, {two} m with two",
+                    errors[0]
+                );
+                two = errors[0];
                 assert!(apart.norm() < 0.1, "seed {seed} {samples:?}: {apart:?}");
                 assert!(
                     errors[0] < 0.2 && errors[1] < 0.2,

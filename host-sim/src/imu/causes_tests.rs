@@ -147,11 +147,11 @@ fn thermal_bias_is_the_polynomial_of_the_block_temperature() {
         let mut ratios = vec![];
         for _ in 0..9000 {
             let e = imu.measure(&Increment::default()).1;
-            let x = shape(imu.temperature());
+            let x = shape(imu.surroundings().temperature);
             if x.abs() > 1e-4 {
                 ratios.push((
                     e.dtheta.x * 10.0 / DEG_PER_H / x,
-                    e.dv.x * 10.0 / UG / imu.temperature().offset,
+                    e.dv.x * 10.0 / UG / imu.surroundings().temperature.offset,
                 ));
             }
         }

@@ -2,7 +2,7 @@
 
 use super::delay::Delay;
 use super::spec::ImuSpec;
-use super::thermal::{Block, Temperature};
+use super::thermal::Block;
 use super::triad::{SLOW_S, Sigmas, Surroundings, Triad, normal3};
 use crate::sins::Increment;
 use crate::units::{ARCSEC, UG};
@@ -85,10 +85,10 @@ impl Imu {
         self.around.field = body;
     }
 
-    /// Temperature of the block in the present second.
+    /// Temperature and field in the present second.
     #[must_use]
-    pub fn temperature(&self) -> Temperature {
-        self.around.temperature
+    pub fn surroundings(&self) -> Surroundings {
+        self.around
     }
 
     /// Next word: counts, and the systematic error in it (white noise, stripped dither and quantisation left out).

@@ -149,8 +149,9 @@ impl Residual {
 }
 
 /// What surrounds the sensors in the present second.
-#[derive(Debug, Clone, Copy, Default)]
-pub(super) struct Surroundings {
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Surroundings {
+    /// Temperature of the block.
     pub temperature: Temperature,
     /// Magnetic field in body axes, gauss.
     pub field: Vector3<f64>,

@@ -110,5 +110,6 @@ pub(super) fn build(parts: &Parts) -> Result<Session, Error> {
         reference,
         sigmas: parts.sigmas,
         systematic: None,
+        surroundings: None,
     })
 }

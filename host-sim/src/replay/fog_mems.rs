@@ -130,6 +130,7 @@ pub fn session(mems: &Path, fog: &Path) -> Result<Session, Error> {
         reference,
         sigmas: SIGMAS,
         systematic: None,
+        surroundings: None,
     })
 }
 

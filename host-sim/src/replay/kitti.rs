@@ -122,6 +122,7 @@ pub fn session(file: &Path, skip: usize) -> Result<Session, Error> {
         reference,
         sigmas: SIGMAS,
         systematic: None,
+        surroundings: None,
     })
 }
 

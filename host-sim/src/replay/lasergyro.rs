@@ -85,6 +85,7 @@ pub fn session(recording: &Recording, learn_s: u32) -> Session {
         ],
         sigmas: SWAY,
         systematic: None,
+        surroundings: None,
     }
 }
 

@@ -107,6 +107,10 @@ pub fn cut(session: &Session, range: &Range<usize>) -> Session {
             .systematic
             .as_ref()
             .map(|s| s[range.clone()].to_vec()),
+        surroundings: session
+            .surroundings
+            .as_ref()
+            .map(|s| s[range.clone()].to_vec()),
     }
 }
 

@@ -53,7 +53,7 @@ impl Sins {
     pub fn new(nav: NavState) -> Self {
         Self {
             nav,
-            samples: Samples::Two,
+            samples: Samples::default(),
             past: [Increment::default(); 2],
             half_change: Vector3::zeros(),
             earth: Local::at(nav.position.lat, nav.position.h),

@@ -178,6 +178,7 @@ pub fn session(recording: &Recording, errors: &[Increment], config: &Config) -> 
         fixes,
         sigmas: config.gnss.sigmas(),
         systematic: Some(errors.to_vec()),
+        surroundings: None,
     })
 }
 

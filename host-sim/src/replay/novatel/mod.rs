@@ -252,6 +252,7 @@ pub fn session(
         reference,
         sigmas: SIGMAS,
         systematic: None,
+        surroundings: None,
     })
 }
 
