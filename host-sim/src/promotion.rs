@@ -51,9 +51,7 @@ pub fn log_likelihood(
         for word in &words[k * n..(k + 1) * n] {
             filter.word(word, session.dt);
         }
-        sum += filter
-            .fix(&session.fixes[k + 1], &session.sigmas)
-            .log_likelihood;
+        sum += filter.take(&session.fixes[k + 1], &session.sigmas);
     }
     sum
 }

@@ -6,6 +6,7 @@
 
 use crate::align;
 use crate::ekf::{Aided, ErrorModel, InitialSigma, Noise, Prior, Record, smooth};
+use crate::gnss::Fix;
 use crate::imu::ImuSpec;
 use crate::session::Session;
 use crate::sins::{Increment, NavState};
@@ -104,7 +105,18 @@ pub fn aligned(
 }
 
 /// Takes the filter through epoch `k` and the fix at its end; while the vehicle is known to stand, its velocity is zero.
-pub fn aid(filter: &mut Aided, session: &Session, words: &[Increment], k: usize) -> Record {
+pub fn aid(filter: &mut Aided, session: &Session, words: &[Increment], k: usize) {
+    let (fix, sigmas) = approach(filter, session, words, k);
+    filter.take(&fix, &sigmas);
+}
+
+/// The words of epoch `k`, and the fix at its end with its sigmas.
+fn approach(
+    filter: &mut Aided,
+    session: &Session,
+    words: &[Increment],
+    k: usize,
+) -> (Fix, [f64; 6]) {
     let n = session.words_per_epoch();
     for word in &words[k * n..(k + 1) * n] {
         filter.word(word, session.dt);
@@ -114,7 +126,7 @@ pub fn aid(filter: &mut Aided, session: &Session, words: &[Increment], k: usize)
         fix.velocity = Vector3::zeros();
         sigmas[3..].fill(ZERO_VELOCITY_MPS);
     }
-    filter.fix(&fix, &sigmas)
+    (fix, sigmas)
 }
 
 /// Aligns, then navigates with fixes to the end of epoch `until`. `None` when the standstill does not give an attitude.
@@ -149,7 +161,10 @@ pub fn navigate_from(
     let model = ErrorModel::biases(&assumptions.prior);
     let mut filter = Aided::new(start.nav, &start.sigma, model, assumptions.noise);
     let records = (first..until)
-        .map(|k| aid(&mut filter, session, words, k))
+        .map(|k| {
+            let (fix, sigmas) = approach(&mut filter, session, words, k);
+            filter.fix(&fix, &sigmas)
+        })
         .collect();
     Nominal { first, records }
 }

@@ -1,13 +1,17 @@
 //! Linear error dynamics of the strapdown equations in NED (phi-angle form; Titterton & Weston 2004, ch. 12; Groves 2013, ch. 14).
 
-use super::{ErrorModel, Inputs, NAV, Noise};
+use super::{ErrorModel, Inputs, NAV, Noise, Triad};
 use crate::earth::{Local, OMEGA_IE};
-use crate::rotation::skew;
+use crate::rotation::{from_rotvec, skew};
 use crate::sins::{Increment, NavState};
 use nalgebra::{Dyn, Matrix3, OMatrix, SMatrix, U9, Vector3};
 
-/// Words are gathered to pieces of about this length before the matrices move, s: short against any motion of a vehicle's attitude.
+/// Words are gathered to pieces of about this length before attitude and regressors are looked at, s: short against any motion of a
+/// vehicle's attitude.
 const PIECE_S: f64 = 0.05;
+/// Pieces are gathered to stretches of this length before the matrices move, s. Within one the rates that couple the errors (Earth,
+/// transport, below 1e-3 rad/s) count to second order, the specific force by its two integrals.
+const STRETCH_S: f64 = 1.0;
 
 /// Transition over the time since the last fix.
 #[derive(Debug, Clone)]
@@ -20,6 +24,39 @@ pub(super) struct Interval {
     pub(super) clock: f64,
     piece: Increment,
     piece_time: f64,
+    stretch: Stretch,
+}
+
+/// Integrals over the present stretch, `t` from its start to its end `T`.
+#[derive(Debug, Clone)]
+struct Stretch {
+    time: f64,
+    /// Specific force in NED: integral, m/s, and integral of the integral, m.
+    force: [Vector3<f64>; 2],
+    /// For each parameter, with `c` what it adds to rate or force in NED: integrals of `c` and of `(T - t) c`.
+    effects: Vec<[Vector3<f64>; 2]>,
+}
+
+impl Stretch {
+    fn new(n: usize) -> Self {
+        Self {
+            time: 0.0,
+            force: [Vector3::zeros(); 2],
+            effects: vec![[Vector3::zeros(); 2]; n],
+        }
+    }
+
+    fn reset(&mut self) {
+        self.time = 0.0;
+        self.force = [Vector3::zeros(); 2];
+        self.effects.fill([Vector3::zeros(); 2]);
+    }
+}
+
+/// Goes on by `tau` with the constant rate of change `c`: `[int c, int int c]`.
+fn integrate(sums: &mut [Vector3<f64>; 2], c: &Vector3<f64>, tau: f64) {
+    sums[1] += (sums[0] + c * (0.5 * tau)) * tau;
+    sums[0] += c * tau;
 }
 
 impl Interval {
@@ -32,14 +69,18 @@ impl Interval {
             clock: 0.0,
             piece: Increment::default(),
             piece_time: 0.0,
+            stretch: Stretch::new(n),
         }
     }
 
     pub(super) fn reset(&mut self) {
-        *self = Self {
-            clock: self.clock,
-            ..Self::new(self.psi.ncols())
-        };
+        self.phi = SMatrix::identity();
+        self.psi.fill(0.0);
+        self.q = SMatrix::zeros();
+        self.time = 0.0;
+        self.piece = Increment::default();
+        self.piece_time = 0.0;
+        self.stretch.reset();
     }
 
     /// Takes one corrected word; `nav` is the state after it.
@@ -56,40 +97,108 @@ impl Interval {
         self.piece.dtheta += word.dtheta;
         self.piece.dv += word.dv;
         self.piece_time += dt;
-        // the last piece of a second must end with it, so pieces divide it evenly
         if self.piece_time >= PIECE_S - 1e-9 {
-            self.end_piece(nav, model, noise);
+            self.end_piece(nav, model);
+            if self.stretch.time >= STRETCH_S - 1e-9 {
+                self.end_stretch(nav, noise, model);
+            }
         }
     }
 
-    fn end_piece(&mut self, nav: &NavState, model: &ErrorModel, noise: Noise) {
+    /// Brings the matrices up to the last word.
+    pub(super) fn finish(&mut self, nav: &NavState, model: &ErrorModel, noise: Noise) {
+        if self.piece_time > 0.0 {
+            self.end_piece(nav, model);
+        }
+        if self.stretch.time > 0.0 {
+            self.end_stretch(nav, noise, model);
+        }
+    }
+
+    fn end_piece(&mut self, nav: &NavState, model: &ErrorModel) {
         let tau = self.piece_time;
-        let (rate, force) = (self.piece.dtheta / tau, self.piece.dv / tau);
-        let c = nav.q_bn.to_rotation_matrix().into_inner();
-        let f = matrix(nav, &(c * force));
-        let step = SMatrix::<f64, NAV, NAV>::identity() + f * tau + f * f * (0.5 * tau * tau);
-        self.phi = step * self.phi;
-        if !model.is_empty() {
-            self.psi = step * &self.psi;
-            let [j_g, j_a] = model.jacobian(&Inputs {
-                rate,
-                force,
-                time: self.clock - 0.5 * tau,
-            });
-            // the errors left are -J e, so phi' = +C J_g e and dv' = -C J_a e
-            let mut rows = self.psi.fixed_rows_mut::<3>(0);
-            rows += c * j_g * tau;
-            let mut rows = self.psi.fixed_rows_mut::<3>(3);
-            rows -= c * j_a * tau;
+        let now = Inputs {
+            rate: self.piece.dtheta / tau,
+            force: self.piece.dv / tau,
+            time: self.clock - 0.5 * tau,
+        };
+        // the attitude in the middle of the piece
+        let q_mid = nav.q_bn * from_rotvec(&(self.piece.dtheta * -0.5));
+        let c = q_mid.to_rotation_matrix().into_inner();
+        integrate(&mut self.stretch.force, &(c * now.force), tau);
+        for (sums, p) in self.stretch.effects.iter_mut().zip(&model.parameters) {
+            let effect = c.column(p.axis) * p.value(&now);
+            integrate(sums, &effect, tau);
         }
-        self.q = step * self.q * step.transpose();
-        for i in 0..3 {
-            self.q[(i, i)] += noise.gyro * noise.gyro * tau;
-            self.q[(3 + i, 3 + i)] += noise.accel * noise.accel * tau;
-        }
+        self.stretch.time += tau;
         self.piece = Increment::default();
         self.piece_time = 0.0;
     }
+
+    fn end_stretch(&mut self, nav: &NavState, noise: Noise, model: &ErrorModel) {
+        let t = self.stretch.time;
+        let [s1, s2] = self.stretch.force;
+        let f_n = s1 / t;
+        let f = matrix(nav, &f_n);
+        let mut step = SMatrix::<f64, NAV, NAV>::identity() + f * t + f * f * (0.5 * t * t);
+        // the part of position by tilt that a mean force does not show
+        let mut tilt = step.fixed_view_mut::<3, 3>(6, 0);
+        tilt += skew(&(s2 - s1 * (0.5 * t)));
+        let fresh = self.time - t < 1e-9;
+        self.phi = if fresh { step } else { step * self.phi };
+        let q = white(&f_n, noise, t);
+        self.q = if fresh {
+            q
+        } else {
+            step * self.q * step.transpose() + q
+        };
+        if !fresh && !model.is_empty() {
+            self.psi = step * &self.psi;
+        }
+        for ((mut column, [c1, c2]), p) in self
+            .psi
+            .column_iter_mut()
+            .zip(&self.stretch.effects)
+            .zip(&model.parameters)
+        {
+            // the errors left are -J e, so phi' = +C J_g e and dv' = -C J_a e
+            let [phi, v, r] = match p.triad {
+                Triad::Gyro => {
+                    let v = f_n.cross(c2);
+                    [*c1, v, v * (t / 3.0)]
+                }
+                Triad::Accel => [Vector3::zeros(), -c1, -c2],
+            };
+            for (row, add) in [(0, phi), (3, v), (6, r)] {
+                let mut rows = column.fixed_rows_mut::<3>(row);
+                rows += add;
+            }
+        }
+        self.stretch.reset();
+    }
+}
+
+/// Covariance that white noise leaves after `t` seconds of constant specific force `f_n`: the integral of `Phi G G' Phi'` along the
+/// chain tilt, velocity, position.
+fn white(f_n: &Vector3<f64>, noise: Noise, t: f64) -> SMatrix<f64, NAV, NAV> {
+    let (g, a) = (noise.gyro * noise.gyro, noise.accel * noise.accel);
+    let one = Matrix3::identity();
+    let k = skew(f_n);
+    let kk = k * k.transpose();
+    let (t2, t3) = (t * t, t * t * t);
+    let mut q = SMatrix::<f64, NAV, NAV>::zeros();
+    let mut put = |row: usize, col: usize, block: Matrix3<f64>| {
+        q.fixed_view_mut::<3, 3>(row, col).copy_from(&block);
+        q.fixed_view_mut::<3, 3>(col, row)
+            .copy_from(&block.transpose());
+    };
+    put(0, 0, one * (g * t));
+    put(3, 0, k * (g * t2 / 2.0));
+    put(6, 0, k * (g * t3 / 6.0));
+    put(3, 3, kk * (g * t3 / 3.0) + one * (a * t));
+    put(6, 3, kk * (g * t2 * t2 / 8.0) + one * (a * t2 / 2.0));
+    put(6, 6, kk * (g * t2 * t3 / 20.0) + one * (a * t3 / 3.0));
+    q
 }
 
 /// The 9 x 9 system matrix at `nav` with specific force `f_n` in NED.
@@ -206,6 +315,7 @@ mod tests {
             sins.step(&word(k), dt);
             interval.word(&sins.nav, &word(k), dt, &ErrorModel::default(), noise);
         }
+        interval.finish(&sins.nav, &ErrorModel::default(), noise);
         let steps = [1e-5, 1e-5, 1e-5, 1e-2, 1e-2, 1e-2, 10.0, 10.0, 10.0];
         for (i, step) in steps.into_iter().enumerate() {
             let mut e = nalgebra::DVector::zeros(9);

@@ -5,6 +5,7 @@
 //! parameters. Between fixes only `Phi` (9 x 9), `Psi` (9 x n, effect of the parameters) and `Q` (9 x 9) are carried; the covariance
 //! moves once a fix.
 
+mod covariance;
 mod dynamics;
 mod model;
 mod smoother;
@@ -129,19 +130,9 @@ impl Aided {
     /// Ends the interval with a fix (sigmas: north, east, down m, then m/s): covariance step, six scalar updates, feedback.
     pub fn fix(&mut self, fix: &Fix, sigmas: &[f64; 6]) -> Record {
         let before = (self.p.clone(), self.start, self.theta.clone());
-        let phi = self.predict();
-        let predicted = self.p.clone();
-        let nav = &self.sins.nav;
-        let dp = nav.position.ned_from(&fix.position);
-        let dv = nav.velocity - fix.velocity;
-        let mut e = DVector::zeros(self.p.nrows());
-        let mut log_likelihood = 0.0;
-        for i in 0..3 {
-            log_likelihood += self.update(6 + i, dp[i], sigmas[i], &mut e);
-            log_likelihood += self.update(3 + i, dv[i], sigmas[3 + i], &mut e);
-        }
-        self.feed_back(&e);
-        self.start = self.sins.nav;
+        self.propagate();
+        let (phi, predicted) = (self.transition(), self.p.clone());
+        let (correction, log_likelihood) = self.absorb(fix, sigmas);
         let (p, nav, theta) = before;
         Record {
             p,
@@ -149,45 +140,60 @@ impl Aided {
             theta,
             phi,
             predicted,
-            correction: e,
+            correction,
             log_likelihood,
         }
     }
 
-    /// Covariance over the interval since the last call; returns the full transition matrix.
+    /// [`Self::fix`] without a record; gives the logarithm of the probability density of the fix, given all before it.
+    pub fn take(&mut self, fix: &Fix, sigmas: &[f64; 6]) -> f64 {
+        self.propagate();
+        self.absorb(fix, sigmas).1
+    }
+
+    /// Covariance and parameters over the interval since the last fix; returns the full transition matrix.
     pub fn predict(&mut self) -> DMatrix<f64> {
+        self.propagate();
+        let phi = self.transition();
+        self.interval.reset();
+        phi
+    }
+
+    /// Transition over the interval since the last fix: `[Phi Psi; 0 D]`.
+    fn transition(&self) -> DMatrix<f64> {
         let n = self.theta.len();
         let mut phi = DMatrix::identity(NAV + n, NAV + n);
         phi.fixed_view_mut::<NAV, NAV>(0, 0)
             .copy_from(&self.interval.phi);
         phi.view_mut((0, NAV), (NAV, n))
             .copy_from(&self.interval.psi);
-        let time = self.interval.time;
         for (i, q) in self.model.parameters.iter().enumerate() {
-            phi[(NAV + i, NAV + i)] = (-time / q.time_s).exp();
+            phi[(NAV + i, NAV + i)] = q.keeps(self.interval.time);
         }
-        let mut p = &phi * &self.p * phi.transpose();
-        let mut nav_block = p.fixed_view_mut::<NAV, NAV>(0, 0);
-        nav_block += self.interval.q;
-        for (i, q) in self.model.parameters.iter().enumerate() {
-            p[(NAV + i, NAV + i)] += q.walk * q.walk * time;
-        }
-        self.p = (&p + p.transpose()) * 0.5;
-        self.theta
-            .component_mul_assign(&phi.diagonal().rows(NAV, n));
-        self.interval.reset();
         phi
     }
 
-    /// One scalar measurement of error state `i`; `e` is what earlier updates of this fix have already found. Gives the logarithm of
-    /// the innovation's probability density.
-    fn update(&mut self, i: usize, z: f64, sigma: f64, e: &mut DVector<f64>) -> f64 {
-        let s = self.p[(i, i)] + sigma * sigma;
-        let column = self.p.column(i).into_owned();
-        let innovation = z - e[i];
-        e.axpy(innovation / s, &column, 1.0);
-        self.p.ger(-1.0 / s, &column, &column, 1.0);
-        -0.5 * (innovation * innovation / s + (std::f64::consts::TAU * s).ln())
+    /// Moves covariance and parameters over the interval.
+    fn propagate(&mut self) {
+        self.interval
+            .finish(&self.sins.nav, &self.model, self.noise);
+        covariance::propagate(&mut self.p, &self.interval, &self.model);
+        for (t, q) in self.theta.iter_mut().zip(&self.model.parameters) {
+            *t *= q.keeps(self.interval.time);
+        }
+    }
+
+    /// Six scalar updates and feedback: the error that was found, and the logarithm of the probability density of the fix.
+    fn absorb(&mut self, fix: &Fix, sigmas: &[f64; 6]) -> (DVector<f64>, f64) {
+        let nav = &self.sins.nav;
+        let dp = nav.position.ned_from(&fix.position);
+        let dv = nav.velocity - fix.velocity;
+        let scalars = [0, 1, 2].map(|i| [(6 + i, dp[i], sigmas[i]), (3 + i, dv[i], sigmas[3 + i])]);
+        let (e, log_likelihood) = covariance::update(&mut self.p, scalars.as_flattened());
+        self.feed_back(&e);
+        self.start = self.sins.nav;
+        self.interval.reset();
+        (e, log_likelihood)
     }
 
     fn feed_back(&mut self, e: &DVector<f64>) {

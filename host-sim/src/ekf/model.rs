@@ -1,7 +1,7 @@
 //! Sensor-error models that are linear in their parameters: what a classical calibration filter estimates.
 
 use crate::units::{ARCSEC, PPM};
-use nalgebra::{DVector, Matrix3xX, Vector3};
+use nalgebra::{DVector, Vector3};
 
 /// What a parameter is multiplied by.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -214,19 +214,7 @@ impl ErrorModel {
     pub fn error(&self, theta: &DVector<f64>, now: &Inputs) -> [Vector3<f64>; 2] {
         let mut out = [Vector3::zeros(); 2];
         for (p, t) in self.parameters.iter().zip(theta.iter()) {
-            let (k, input) = p.place(now);
-            out[k][p.axis] += t * p.regressor.value(input, now.time);
-        }
-        out
-    }
-
-    /// Derivatives of the two errors by the parameters, 3 x n each.
-    #[must_use]
-    pub fn jacobian(&self, now: &Inputs) -> [Matrix3xX<f64>; 2] {
-        let mut out = [Matrix3xX::zeros(self.len()), Matrix3xX::zeros(self.len())];
-        for (i, p) in self.parameters.iter().enumerate() {
-            let (k, input) = p.place(now);
-            out[k][(p.axis, i)] = p.regressor.value(input, now.time);
+            out[p.triad.index()][p.axis] += t * p.value(now);
         }
         out
     }
@@ -254,11 +242,22 @@ impl Parameter {
         }
     }
 
-    fn place<'a>(&self, now: &'a Inputs) -> (usize, &'a Vector3<f64>) {
-        match self.triad {
-            Triad::Gyro => (0, &now.rate),
-            Triad::Accel => (1, &now.force),
+    /// Share of it that is left after `t` seconds.
+    pub(super) fn keeps(&self, t: f64) -> f64 {
+        if self.time_s.is_finite() {
+            (-t / self.time_s).exp()
+        } else {
+            1.0
         }
+    }
+
+    /// Derivative of the error of its axis by this parameter.
+    pub(super) fn value(&self, now: &Inputs) -> f64 {
+        let input = match self.triad {
+            Triad::Gyro => &now.rate,
+            Triad::Accel => &now.force,
+        };
+        self.regressor.value(input, now.time)
     }
 }
 

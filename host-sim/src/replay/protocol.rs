@@ -276,7 +276,7 @@ fn aided(
         for word in &words[k * n..(k + 1) * n] {
             filter.word(word, session.dt);
         }
-        filter.fix(&session.fixes[k + 1], &session.sigmas);
+        filter.take(&session.fixes[k + 1], &session.sigmas);
     }
     filter
 }
