@@ -9,6 +9,7 @@
 
 pub mod app;
 pub mod compensator;
+pub mod learn;
 pub mod link;
 pub mod sample;
 pub mod store;

@@ -12,6 +12,7 @@
 mod batch;
 mod gauss_newton;
 mod guarded;
+pub mod kalman;
 mod paper;
 mod window;
 

@@ -1,0 +1,4 @@
+//! Learning on the device.
+
+pub mod bank;
+pub mod prior;

@@ -1,0 +1,339 @@
+//! The covariance of X outer errors and N parameters, symmetric by construction.
+
+use crate::real::Real;
+
+/// P in three parts: outer errors X x X, outer by parameters X x N, parameters packed (row i holds the columns 0..=i, so that
+/// `PACKED` = N (N + 1) / 2 values).
+#[derive(Clone, Debug, PartialEq)]
+pub struct Covariance<const X: usize, const N: usize, const PACKED: usize, T = f32> {
+    xx: [[T; X]; X],
+    xt: [[T; N]; X],
+    tt: [T; PACKED],
+}
+
+/// One scalar observation: what it was expected to be off by, and what it is off by.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Innovation<T = f32> {
+    /// Observed minus predicted.
+    pub value: T,
+    /// Variance of that: of the prediction and of the observation together.
+    pub variance: T,
+}
+
+impl<T: Real> Innovation<T> {
+    /// value^2 / variance: chi-square of one degree of freedom where all assumptions hold.
+    #[inline]
+    pub fn squared_ratio(&self) -> T {
+        self.value * self.value / self.variance
+    }
+}
+
+impl<const X: usize, const N: usize, const PACKED: usize, T: Real> Covariance<X, N, PACKED, T> {
+    /// Independent errors with these standard deviations.
+    pub fn new(outer: &[T; X], parameters: &[T; N]) -> Self {
+        const { assert!(PACKED == N * (N + 1) / 2) };
+        let mut p = Self {
+            xx: [[T::ZERO; X]; X],
+            xt: [[T::ZERO; N]; X],
+            tt: [T::ZERO; PACKED],
+        };
+        for i in 0..X {
+            p.xx[i][i] = outer[i] * outer[i];
+        }
+        for (diagonal, &sigma) in diagonal(&mut p.tt).zip(parameters) {
+            *diagonal = sigma * sigma;
+        }
+        p
+    }
+
+    /// P_xx.
+    pub fn outer(&self) -> &[[T; X]; X] {
+        &self.xx
+    }
+
+    /// Variance of each parameter.
+    pub fn variances(&self) -> impl Iterator<Item = T> + '_ {
+        rows(&self.tt).filter_map(|row| row.last().copied())
+    }
+
+    /// New outer errors with these standard deviations that have nothing to do with what the parameters are.
+    pub fn restart_outer(&mut self, outer: &[T; X]) {
+        self.xx = [[T::ZERO; X]; X];
+        self.xt = [[T::ZERO; N]; X];
+        for i in 0..X {
+            self.xx[i][i] = outer[i] * outer[i];
+        }
+    }
+
+    /// Adds to the variances of the outer errors: what was believed of them is worth less than it was.
+    pub fn inflate(&mut self, variance: &[T; X]) {
+        for i in 0..X {
+            self.xx[i][i] += variance[i];
+        }
+    }
+
+    /// One step of time (section 5 of the mathematics), written for an effect of the parameters that passes through E outputs of a
+    /// model, e = J theta, whose rows `jacobian(k)` are 0 outside a range:
+    ///
+    /// ```text
+    /// x+ = Phi x + Gamma e + noise(Q),   theta+ = theta + noise(walk)
+    /// P_xt+ = Phi P_xt + Gamma (J P_tt)
+    /// P_xx+ = Phi P_xx Phi' + Phi (P_xt J') Gamma' + (.)' + Gamma (J P_tt J') Gamma' + Q
+    /// P_tt+ = P_tt + walk
+    /// ```
+    ///
+    /// About E N^2 / 2 + X (X + E) N multiply-adds. `walk` are variances.
+    pub fn predict<'a, const E: usize>(
+        &mut self,
+        phi: &[[T; X]; X],
+        gamma: &[[T; E]; X],
+        q: &[[T; X]; X],
+        walk: &[T; N],
+        jacobian: impl Fn(usize) -> Row<'a, T>,
+    ) {
+        // C = P_xt J'
+        let mut c = [[T::ZERO; E]; X];
+        for i in 0..X {
+            for k in 0..E {
+                c[i][k] = jacobian(k).dot(&self.xt[i]);
+            }
+        }
+        self.carry_outer(phi);
+        let mut s = [[T::ZERO; E]; E];
+        for k in 0..E {
+            let b: [T; N] = times(&self.tt, jacobian(k));
+            for l in 0..E {
+                s[k][l] = jacobian(l).dot(&b);
+            }
+            for i in 0..X {
+                axpy(&mut self.xt[i], gamma[i][k], &b);
+            }
+        }
+        self.spread(phi, gamma, &c, &s, q);
+        for (diagonal, &walk) in diagonal(&mut self.tt).zip(walk) {
+            *diagonal += walk;
+        }
+    }
+
+    /// P_xt <- Phi P_xt.
+    #[inline]
+    fn carry_outer(&mut self, phi: &[[T; X]; X]) {
+        for j in 0..N {
+            let mut column = [T::ZERO; X];
+            for i in 0..X {
+                column[i] = self.xt[i][j];
+            }
+            for i in 0..X {
+                self.xt[i][j] = dot(&phi[i], &column);
+            }
+        }
+    }
+
+    /// P_xx <- Phi P_xx Phi' + Phi C Gamma' + (.)' + Gamma S Gamma' + Q, from the halves U of a sum U + U'.
+    fn spread<const E: usize>(
+        &mut self,
+        phi: &[[T; X]; X],
+        gamma: &[[T; E]; X],
+        c: &[[T; E]; X],
+        s: &[[T; E]; E],
+        q: &[[T; X]; X],
+    ) {
+        let half = T::from_f64(0.5);
+        let mut u = [[T::ZERO; X]; X];
+        for i in 0..X {
+            // left = Phi_i P_xx / 2,  right = Phi_i C + Gamma_i S / 2
+            let (mut left, mut right) = ([T::ZERO; X], [T::ZERO; E]);
+            for l in 0..X {
+                axpy(&mut left, half * phi[i][l], &self.xx[l]);
+                axpy(&mut right, phi[i][l], &c[l]);
+            }
+            for l in 0..E {
+                axpy(&mut right, half * gamma[i][l], &s[l]);
+            }
+            for k in 0..X {
+                u[i][k] = dot(&left, &phi[k]) + dot(&right, &gamma[k]);
+            }
+        }
+        for i in 0..X {
+            for k in 0..X {
+                self.xx[i][k] = u[i][k] + u[k][i] + q[i][k];
+            }
+        }
+    }
+
+    /// Variance of outer error `i`; 0 beyond X.
+    #[inline]
+    pub fn variance(&self, i: usize) -> T {
+        self.xx
+            .get(i)
+            .and_then(|row| row.get(i))
+            .copied()
+            .unwrap_or(T::ZERO)
+    }
+
+    /// Takes in an observation of outer error `i` itself and adds K * innovation to the means; nothing happens beyond X.
+    #[inline]
+    pub fn observe_outer(
+        &mut self,
+        i: usize,
+        innovation: Innovation<T>,
+        x: &mut [T; X],
+        theta: &mut [T; N],
+    ) {
+        let (Some(&cx), Some(&ct)) = (self.xx.get(i), self.xt.get(i)) else {
+            return;
+        };
+        let Some(&own) = cx.get(i) else { return };
+        self.absorb(&cx, &ct, innovation, x, theta);
+        // What was observed: (1 - P_ii / s) P_ij, without the cancellation.
+        let left = (innovation.variance - own) / innovation.variance;
+        for j in 0..X {
+            let value = left * cx[j];
+            if let Some(entry) = self.xx.get_mut(i).and_then(|row| row.get_mut(j)) {
+                *entry = value;
+            }
+            if let Some(entry) = self.xx[j].get_mut(i) {
+                *entry = value;
+            }
+        }
+        if let Some(row) = self.xt.get_mut(i) {
+            for (entry, &c) in row.iter_mut().zip(&ct) {
+                *entry = left * c;
+            }
+        }
+    }
+
+    /// means += c v / s,  P -= c c' / s.
+    #[inline]
+    fn absorb(
+        &mut self,
+        cx: &[T; X],
+        ct: &[T; N],
+        innovation: Innovation<T>,
+        x: &mut [T; X],
+        theta: &mut [T; N],
+    ) {
+        let weight = T::ONE / innovation.variance;
+        axpy(x, weight * innovation.value, cx);
+        axpy(theta, weight * innovation.value, ct);
+        for i in 0..X {
+            let factor = -(weight * cx[i]);
+            axpy(&mut self.xx[i], factor, cx);
+            axpy(&mut self.xt[i], factor, ct);
+        }
+        let mut scale = ct.iter();
+        for_each_row(&mut self.tt, |row| {
+            let factor = scale.next().map_or(T::ZERO, |&c| -(weight * c));
+            axpy(row, factor, ct);
+        });
+    }
+
+    /// No variance below these: P stays positive, and what is learnt stays open to change, for days.
+    pub fn floor(&mut self, outer: &[T; X], parameters: &[T; N]) {
+        for i in 0..X {
+            if !(self.xx[i][i] >= outer[i]) {
+                self.xx[i][i] = outer[i];
+            }
+        }
+        for (variance, &least) in diagonal(&mut self.tt).zip(parameters) {
+            if !(*variance >= least) {
+                *variance = least;
+            }
+        }
+    }
+
+    /// Whether every value is finite.
+    pub fn is_finite(&self) -> bool {
+        let xx = self.xx.as_flattened().iter();
+        let all = xx.chain(self.xt.as_flattened()).chain(&self.tt);
+        all.fold(T::ZERO, |sum, &value| sum + value * T::ZERO) == T::ZERO
+    }
+}
+
+/// A row of N values of which only those from `start` on, as many as `values`, are not 0.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Row<'a, T = f32> {
+    /// Index of the first value.
+    pub start: usize,
+    /// The values.
+    pub values: &'a [T],
+}
+
+impl<T: Real> Row<'_, T> {
+    /// The product with a whole vector.
+    #[inline]
+    pub fn dot(&self, vector: &[T]) -> T {
+        vector
+            .get(self.start..)
+            .map_or(T::ZERO, |part| dot(self.values, part))
+    }
+}
+
+/// Packed symmetric matrix times a row.
+#[inline]
+fn times<T: Real, const N: usize>(packed: &[T], v: Row<'_, T>) -> [T; N] {
+    let mut out = [T::ZERO; N];
+    let end = v.start + v.values.len();
+    for (i, row) in rows(packed).enumerate().skip(v.start) {
+        // lower triangle: out_i += P_i. v
+        let sum = v.dot(row);
+        let Some((above, [own, ..])) = out.split_at_mut_checked(i) else {
+            break;
+        };
+        *own += sum;
+        // its mirror: out_j += P_ij v_i for j < i
+        if i < end
+            && let Some(&factor) = v.values.get(i - v.start)
+        {
+            axpy(above, factor, row);
+        }
+    }
+    out
+}
+
+/// a . b over the shorter of the two.
+#[inline(always)]
+pub(super) fn dot<T: Real>(a: &[T], b: &[T]) -> T {
+    a.iter().zip(b).fold(T::ZERO, |sum, (&a, &b)| sum + a * b)
+}
+
+/// y += factor x over the shorter of the two.
+#[inline(always)]
+pub(super) fn axpy<T: Real>(y: &mut [T], factor: T, x: &[T]) {
+    for (y, &x) in y.iter_mut().zip(x) {
+        *y += factor * x;
+    }
+}
+
+/// The rows of a packed matrix, of 1, 2, 3 ... values.
+fn rows<T>(packed: &[T]) -> impl Iterator<Item = &[T]> {
+    let mut rest = packed;
+    (1..).map_while(move |length| {
+        let (row, below) = rest.split_at_checked(length)?;
+        rest = below;
+        Some(row)
+    })
+}
+
+/// Calls `act` with each row of a packed matrix.
+#[inline(always)]
+fn for_each_row<T>(packed: &mut [T], mut act: impl FnMut(&mut [T])) {
+    let mut rest = packed;
+    for length in 1.. {
+        let Some((row, below)) = rest.split_at_mut_checked(length) else {
+            return;
+        };
+        act(row);
+        rest = below;
+    }
+}
+
+/// The diagonal of a packed matrix.
+fn diagonal<T>(packed: &mut [T]) -> impl Iterator<Item = &mut T> {
+    let mut rest = packed;
+    (0..).map_while(move |i: usize| {
+        let (row, below) = core::mem::take(&mut rest).split_at_mut_checked(i + 1)?;
+        rest = below;
+        row.last_mut()
+    })
+}
