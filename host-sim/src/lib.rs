@@ -14,6 +14,7 @@ pub mod experiment;
 pub mod gnss;
 pub mod imu;
 pub mod input;
+pub mod kalman;
 pub mod learning;
 pub mod output;
 pub mod promotion;

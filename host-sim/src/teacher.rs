@@ -121,8 +121,14 @@ fn approach(
     for word in &words[k * n..(k + 1) * n] {
         filter.word(word, session.dt);
     }
-    let (mut fix, mut sigmas) = (session.fixes[k + 1], session.sigmas);
-    if k + 1 < session.standstill {
+    fix_at(session, k + 1)
+}
+
+/// The fix at an epoch and its sigmas; while the vehicle is known to stand, its velocity is zero.
+#[must_use]
+pub fn fix_at(session: &Session, epoch: usize) -> (Fix, [f64; 6]) {
+    let (mut fix, mut sigmas) = (session.fixes[epoch], session.sigmas);
+    if epoch < session.standstill {
         fix.velocity = Vector3::zeros();
         sigmas[3..].fill(ZERO_VELOCITY_MPS);
     }

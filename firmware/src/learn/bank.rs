@@ -28,8 +28,10 @@ pub struct Gates<T = f32> {
     pub squared_ratio: T,
     /// After so many refusals of an observation in a row it is believed.
     pub escape: u8,
-    /// By how much the log-likelihood must be better: ln of the odds against chance.
+    /// By how much the log-likelihood must be better than that of "no correction": ln of the odds against chance.
     pub evidence: f64,
+    /// By how much it must be better than the running hypothesis'.
+    pub better: f64,
 }
 
 impl<T: Real> Default for Gates<T> {
@@ -39,6 +41,7 @@ impl<T: Real> Default for Gates<T> {
             squared_ratio: T::from_f64(25.0),
             escape: 10,
             evidence: 4.6,
+            better: 1.0,
         }
     }
 }
@@ -227,7 +230,7 @@ impl<T: Real> Bank<T> {
             }
         }
         // the running one stays until another is clearly better or it has lost against nothing at all
-        if best.1 > running + self.gates.evidence || running < nothing {
+        if best.1 > running + self.gates.better || running < nothing {
             self.running = best.0;
         }
     }

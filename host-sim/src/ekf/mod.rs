@@ -7,9 +7,11 @@
 
 mod covariance;
 mod dynamics;
+mod linearised;
 mod model;
 mod smoother;
 
+pub use linearised::{Block, Linearised};
 pub use model::{ErrorModel, Inputs, Parameter, Prior, Regressor, Triad};
 pub use smoother::{Record, Smoothed, smooth};
 

@@ -3,7 +3,6 @@
 use crate::activation::{Activation, Identity, Rational};
 use crate::gradient::Sensitivities;
 use crate::infer::{Fault, Net, Step};
-use crate::learn::kalman::covariance::axpy;
 use crate::learn::kalman::{OUTPUTS, Row, TRIADS};
 use crate::real::Real;
 use crate::shape::{Diagonal, Feedback, Full, NEURONS, PARAMS, PARAMS_PER_LAYER};
@@ -119,7 +118,9 @@ impl Learns for OutputWeights {
     fn derivatives<T: Real>(state: &State<T>, (): &(), j: usize, scale: T, row: &mut [T]) {
         let [_, below, _] = state.layers();
         if let Some(own) = row.get_mut(NEURONS * j..) {
-            axpy(own, scale, below);
+            for (entry, &y) in own.iter_mut().zip(below) {
+                *entry = scale * y;
+            }
         }
     }
 }

@@ -1,0 +1,169 @@
+//! Learning from plain fixes with the product's own bank of hypotheses (LEARNING section 5), over a navigator in f64.
+
+use crate::coast::{Coast, coast};
+use crate::ekf::{Block, InitialSigma, Linearised, NAV, displaced};
+use crate::session::{EPOCH_S, Session};
+use crate::sins::{Increment, NavState, Sins};
+use crate::teacher::{Assumptions, aligned, fix_at};
+use firmware::learn::bank::{Bank, Gates};
+use firmware::learn::prior::Datasheet;
+use lrnn_nostd::Real;
+use lrnn_nostd::learn::kalman::Transition;
+use nalgebra::{DVector, Vector3};
+
+/// A learner on its way through a session.
+#[derive(Debug, Clone)]
+pub struct Student<T: Real> {
+    /// The hypotheses.
+    pub bank: Bank<T>,
+    sins: Sins,
+    linearised: Linearised,
+    /// Taken out of the words of the present epoch: rad/s and m/s2.
+    applied: [T; 6],
+}
+
+/// Largest usual rate (rad/s) and change of specific force (m/s2) of a land vehicle.
+const RANGE: [f32; 2] = [0.2, 2.0];
+/// Walk of a bias in an hour as a share of its prior.
+const WALK_PER_HOUR: f32 = 0.05;
+const GRAVITY: f32 = 9.8;
+
+/// What the learner is told of the sensors.
+#[must_use]
+pub fn datasheet(assumptions: &Assumptions) -> Datasheet {
+    Datasheet {
+        gyro_bias: assumptions.prior.gyro_bias as f32,
+        accel_bias: assumptions.prior.accel_bias as f32,
+        walk_per_hour: WALK_PER_HOUR,
+        gravity: [0.0, 0.0, -GRAVITY],
+        range: RANGE,
+    }
+}
+
+impl<T: Real> Student<T> {
+    /// Starts at `nav`.
+    #[must_use]
+    pub fn new(
+        nav: NavState,
+        sigma: &InitialSigma,
+        assumptions: &Assumptions,
+        gates: Gates<T>,
+    ) -> Self {
+        let (a, v, p) = (sigma.tilt, sigma.velocity, sigma.position);
+        let outer = [a, a, sigma.heading, v, v, v, p, p, p].map(T::from_f64);
+        Self {
+            bank: Bank::new(&datasheet(assumptions).cast(), EPOCH_S, outer, gates),
+            sins: Sins::new(nav),
+            linearised: Linearised::new(&assumptions.prior, assumptions.noise),
+            applied: [T::ZERO; 6],
+        }
+    }
+
+    /// The state with what the running hypothesis knows.
+    #[must_use]
+    pub fn nav(&self) -> NavState {
+        self.sins.nav
+    }
+
+    /// The networks take an epoch's words; what they say holds for the next.
+    pub fn look(&mut self, words: &[Increment]) {
+        let sum = words.iter().fold(Increment::default(), |sum, w| Increment {
+            dtheta: sum.dtheta + w.dtheta,
+            dv: sum.dv + w.dv,
+        });
+        let mean = |v: Vector3<f64>| <[f64; 3]>::from(v / EPOCH_S).map(T::from_f64);
+        self.bank.step([mean(sum.dtheta), mean(sum.dv)]);
+        self.applied = *self.bank.estimate();
+    }
+
+    /// A word without the errors.
+    #[must_use]
+    pub fn corrected(&self, word: &Increment, dt: f64) -> Increment {
+        let [a, b, c, d, e, f] = self.applied.map(|e| e.to_f64() * dt);
+        Increment {
+            dtheta: word.dtheta - Vector3::new(a, b, c),
+            dv: word.dv - Vector3::new(d, e, f),
+        }
+    }
+
+    /// Navigates through an epoch and learns from the fix at its end. Gives which observations were refused.
+    pub fn learn(
+        &mut self,
+        words: &[Increment],
+        dt: f64,
+        fix: &crate::gnss::Fix,
+        sigmas: &[f64; 6],
+    ) -> u8 {
+        for word in words {
+            let corrected = self.corrected(word, dt);
+            self.sins.step(&corrected, dt);
+            self.linearised.word(&self.sins.nav, &corrected, dt);
+        }
+        let nav = self.sins.nav;
+        let block = transition(&self.linearised.take(&nav));
+        self.bank.predict(&block, &self.applied);
+        let dp = nav.position.ned_from(&fix.position);
+        let dv = nav.velocity - fix.velocity;
+        let z = [dp.x, dp.y, dp.z, dv.x, dv.y, dv.z].map(T::from_f64);
+        let refused = self.bank.fix(&z, &sigmas.map(|s| T::from_f64(s * s)));
+        let e = self.bank.feed_back().map(T::to_f64);
+        self.sins.nav = displaced(&nav, &DVector::from_row_slice(&e));
+        self.look(words);
+        refused
+    }
+}
+
+/// A block in the bank's number type.
+fn transition<T: Real>(block: &Block) -> Transition<NAV, T> {
+    let rows = |i: usize, j: usize, m: &dyn Fn(usize, usize) -> f64| T::from_f64(m(i, j));
+    Transition {
+        phi: std::array::from_fn(|i| {
+            std::array::from_fn(|j| rows(i, j, &|i, j| block.phi[(i, j)]))
+        }),
+        gamma: std::array::from_fn(|i| {
+            std::array::from_fn(|j| rows(i, j, &|i, j| block.gamma[(i, j)]))
+        }),
+        q: std::array::from_fn(|i| std::array::from_fn(|j| rows(i, j, &|i, j| block.q[(i, j)]))),
+        time: T::from_f64(block.time),
+    }
+}
+
+/// Aligns, learns from the fixes up to epoch `until`. `None` when the standstill gives no attitude.
+#[must_use]
+pub fn taught<T: Real>(
+    session: &Session,
+    words: &[Increment],
+    assumptions: &Assumptions,
+    until: usize,
+) -> Option<Student<T>> {
+    let (start, first) = aligned(session, words, assumptions)?;
+    let mut student = Student::new(start.nav, &start.sigma, assumptions, Gates::default());
+    let n = session.words_per_epoch();
+    let epoch = |k: usize| &words[k * n..(k + 1) * n];
+    for k in 0..first {
+        student.look(epoch(k));
+    }
+    for k in first..until {
+        let (fix, sigmas) = fix_at(session, k + 1);
+        student.learn(epoch(k), session.dt, &fix, &sigmas);
+    }
+    Some(student)
+}
+
+/// Free inertial from the student's state on words that its networks, no longer taught, go on correcting.
+#[must_use]
+pub fn coasted<T: Real>(
+    mut student: Student<T>,
+    session: &Session,
+    words: &[Increment],
+    until: usize,
+) -> Coast {
+    let n = session.words_per_epoch();
+    let nav = student.nav();
+    let mut corrected = vec![Increment::default(); until * n];
+    for epoch in words[until * n..].chunks(n) {
+        corrected.extend(epoch.iter().map(|w| student.corrected(w, session.dt)));
+        student.look(epoch);
+    }
+    coast(session, &corrected, nav, until, session.epochs())
+}
