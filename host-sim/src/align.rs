@@ -6,7 +6,7 @@
 
 use crate::earth::{Geodetic, Local, OMEGA_IE};
 use crate::rotation::from_rotvec;
-use crate::sins::Increment;
+use crate::sins::{Increment, Samples};
 use nalgebra::{DMatrix, Matrix3, UnitQuaternion, Vector3};
 
 /// Time over which gravity's direction is observed as one vector, s: long against sway, short against the Earth's turn.
@@ -14,12 +14,13 @@ const PIECE_S: f64 = 1.0;
 /// Shortest time that gives a heading at all, s.
 pub const MIN_S: f64 = 30.0;
 
-/// Attitude (body to NED) at the end of `words`, which were measured at rest at `position`. `None` when the data are too short or do not
+/// Attitude (body to NED) at the end of `words` of `dt` seconds, which were measured at rest at `position`. `None` when the data are too short or do not
 /// determine a rotation (for example all zero).
 #[must_use]
 pub fn inertial_frame(
     words: &[Increment],
     dt: f64,
+    samples: Samples,
     position: Geodetic,
 ) -> Option<UnitQuaternion<f64>> {
     if (words.len() as f64) * dt < MIN_S {
@@ -28,17 +29,16 @@ pub fn inertial_frame(
     let here = Local::at(position.lat, position.h);
     let mut q_b0b = UnitQuaternion::identity();
     let mut v_b0 = Vector3::zeros();
-    let mut last = Increment::default();
+    let mut past = [Increment::default(); 2];
     let mut b = Matrix3::zeros();
     let piece = (PIECE_S / dt).round().max(1.0) as usize;
     let (mut start_n0, mut start_b0) = (Vector3::zeros(), Vector3::zeros());
     for (k, word) in words.iter().enumerate() {
-        let coning = last.dtheta.cross(&word.dtheta) / 12.0;
-        let sculling = (last.dtheta.cross(&word.dv) + last.dv.cross(&word.dtheta)) / 12.0;
-        v_b0 += q_b0b * (word.dv + word.dtheta.cross(&word.dv) * 0.5 + sculling);
-        q_b0b *= from_rotvec(&(word.dtheta + coning));
+        let (phi, eta) = samples.combine(&past, word);
+        v_b0 += q_b0b * (eta + phi.cross(&eta) * 0.5);
+        q_b0b *= from_rotvec(&phi);
         q_b0b.renormalize_fast();
-        last = *word;
+        past = [*word, past[0]];
         if (k + 1).is_multiple_of(piece) {
             let v_n0 = reaction_velocity(&here, (k + 1) as f64 * dt);
             b += (v_n0 - start_n0) * (v_b0 - start_b0).transpose();
@@ -120,6 +120,7 @@ mod tests {
         let got = inertial_frame(
             &at_rest(&q, Vector3::zeros(), Vector3::zeros(), 300),
             0.01,
+            Samples::default(),
             HOME,
         )
         .unwrap();
@@ -138,6 +139,7 @@ mod tests {
                 300,
             ),
             0.01,
+            Samples::default(),
             HOME,
         )
         .unwrap();
@@ -152,6 +154,7 @@ mod tests {
                 300,
             ),
             0.01,
+            Samples::default(),
             HOME,
         )
         .unwrap();
@@ -170,10 +173,19 @@ mod tests {
             inertial_frame(
                 &at_rest(&q, Vector3::zeros(), Vector3::zeros(), 10),
                 0.01,
+                Samples::default(),
                 HOME
             )
             .is_none()
         );
-        assert!(inertial_frame(&vec![Increment::default(); 60_000], 0.01, HOME).is_none());
+        assert!(
+            inertial_frame(
+                &vec![Increment::default(); 60_000],
+                0.01,
+                Samples::default(),
+                HOME
+            )
+            .is_none()
+        );
     }
 }

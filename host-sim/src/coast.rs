@@ -27,8 +27,9 @@ pub fn align_and_coast(session: &Session, words: &[Increment]) -> Option<Coast> 
     let first = session.standstill;
     let start = &session.reference[first];
     let q_bn = align::inertial_frame(
-        &words[..first * session.words_per_epoch()],
-        session.dt,
+        &words[..first * session.steps_per_epoch()],
+        session.step_s(),
+        session.samples(),
         session.reference[0].position,
     )?;
     let nav = NavState {
@@ -48,9 +49,9 @@ pub fn coast(
     from: usize,
     to: usize,
 ) -> Coast {
-    let n = session.words_per_epoch();
+    let n = session.steps_per_epoch();
     let origin = session.reference[from].position;
-    let mut sins = Sins::new(nav);
+    let mut sins = Sins::new(nav).with_samples(session.samples());
     let mut out = Coast::default();
     let mut note = |sins: &Sins, epoch: usize| {
         let truth = &session.reference[epoch];
@@ -63,7 +64,7 @@ pub fn coast(
     note(&sins, from);
     for k in from..to {
         for word in &words[k * n..(k + 1) * n] {
-            sins.step(word, session.dt);
+            sins.step(word, session.step_s());
         }
         sins.damp_height(
             &HEIGHT_LOOP,

@@ -1,6 +1,7 @@
 //! Teaching the two networks from the teacher's references (window learning, LEARNING section 4).
 
 use crate::session::{EPOCH_S, Session};
+use crate::sins::Increment;
 use crate::teacher::{Assumptions, Reference};
 use firmware::compensator::{Compensator, Limit, State};
 use lrnn_nostd::learn::{GaussNewton, Guarded, Learner, Paper, StepSizes};
@@ -193,6 +194,35 @@ pub fn compensate(session: &Session, compensator: &Compensator) -> Compensated {
             out.inputs.rate.push(b.rate);
             out.inputs.force.push(b.force);
             out.estimates.push([b.rate_error, b.force_error]);
+        }
+    }
+    out
+}
+
+/// Words of the first `epochs` as they are after the compensator, from power-on; see [`Session::increments`].
+#[must_use]
+pub fn corrected_words(
+    session: &Session,
+    compensator: &Compensator,
+    epochs: usize,
+) -> Vec<Increment> {
+    let mut state = State::default();
+    let counts = &session.counts[..epochs * session.words_per_epoch()];
+    session.navigable(
+        counts
+            .iter()
+            .map(|word| compensator.process(&mut state, *word).0),
+    )
+}
+
+/// Network inputs of the first `epochs`.
+#[must_use]
+pub fn inputs(session: &Session, compensator: &Compensator, epochs: usize) -> Inputs {
+    let (mut state, mut out) = (State::default(), Inputs::default());
+    for word in &session.counts[..epochs * session.words_per_epoch()] {
+        if let Some(b) = compensator.process(&mut state, *word).1 {
+            out.rate.push(b.rate);
+            out.force.push(b.force);
         }
     }
     out

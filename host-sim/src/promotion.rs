@@ -40,16 +40,17 @@ pub fn log_likelihood(
         velocity: 0.0,
         position: 0.0,
     };
-    let mut filter = Aided::new(start.nav, &sigma, model, assumptions.noise);
+    let filter = Aided::new(start.nav, &sigma, model, assumptions.noise);
+    let mut filter = filter.with_samples(session.samples());
     filter
         .p
         .view_mut((0, 0), (NAV, NAV))
         .copy_from(&start.p.view((0, 0), (NAV, NAV)));
-    let n = session.words_per_epoch();
+    let n = session.steps_per_epoch();
     let mut sum = 0.0;
     for k in from..to {
         for word in &words[k * n..(k + 1) * n] {
-            filter.word(word, session.dt);
+            filter.word(word, session.step_s());
         }
         sum += filter.take(&session.fixes[k + 1], &session.sigmas);
     }

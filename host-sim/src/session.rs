@@ -4,7 +4,7 @@ use crate::earth::Geodetic;
 use crate::gnss::{Fix, GnssSpec};
 use crate::imu::magnetic::dipole_field;
 use crate::imu::{Imu, ImuSpec, Surroundings};
-use crate::sins::{Increment, NavState};
+use crate::sins::{Increment, NavState, Samples, gather};
 use crate::truth::{DriveConfig, Segment, Truth, random_drive};
 use firmware::sample::{Counts, Lsb};
 use nalgebra::Vector3;
@@ -35,6 +35,8 @@ pub struct Session {
     pub systematic: Option<Vec<Increment>>,
     /// Temperature of the block and magnetic field over each second, if they are known (of a simulation).
     pub surroundings: Option<Vec<Surroundings>>,
+    /// Words that navigators take in one step, >= 1, a divisor of the words per epoch. Coning and sculling are computed word by word.
+    pub gather: usize,
 }
 
 impl Session {
@@ -50,10 +52,41 @@ impl Session {
         self.counts.len() / self.words_per_epoch()
     }
 
-    /// Words in SI.
+    /// Words in SI, [`Self::gather`] of them in one.
     #[must_use]
     pub fn increments(&self) -> Vec<Increment> {
-        self.counts.iter().map(|c| to_si(c, &self.lsb)).collect()
+        self.navigable(self.counts.iter().copied())
+    }
+
+    /// The same for `counts` in the place of the session's own.
+    pub(crate) fn navigable(&self, counts: impl Iterator<Item = Counts>) -> Vec<Increment> {
+        let words = counts.map(|c| to_si(&c, &self.lsb));
+        if self.gather == 1 {
+            return words.collect();
+        }
+        gather(words, self.gather, Samples::default())
+    }
+
+    /// Duration of a word of [`Self::increments`], s.
+    #[must_use]
+    pub fn step_s(&self) -> f64 {
+        self.dt * self.gather as f64
+    }
+
+    /// Words of [`Self::increments`] per epoch.
+    #[must_use]
+    pub fn steps_per_epoch(&self) -> usize {
+        self.words_per_epoch() / self.gather
+    }
+
+    /// What a navigator has yet to compensate in the words of [`Self::increments`].
+    #[must_use]
+    pub fn samples(&self) -> Samples {
+        if self.gather == 1 {
+            Samples::default()
+        } else {
+            Samples::One
+        }
     }
 }
 
@@ -165,6 +198,7 @@ pub fn measure(
         sigmas: config.gnss.sigmas(),
         systematic: Some(systematic),
         surroundings: Some(surroundings),
+        gather: 1,
     }
 }
 

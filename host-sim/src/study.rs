@@ -2,10 +2,10 @@
 
 use crate::baseline::{LinearModel, Sample, fit_3x3, fit_bias};
 use crate::learning::{
-    Inputs, NetworkSpec, Taught, compensate, compensator, normalisation, silent, teach,
+    Inputs, NetworkSpec, Taught, compensator, corrected_words, inputs, normalisation, silent, teach,
 };
 use crate::promotion::{THRESHOLD, log_likelihood};
-use crate::session::{Session, to_si};
+use crate::session::Session;
 use crate::sins::Increment;
 use crate::teacher::{Assumptions, Nominal, Reference, navigate, references};
 use lrnn_nostd::Net;
@@ -64,7 +64,6 @@ pub fn study_from(
     spec: &NetworkSpec,
     hold_back: bool,
 ) -> Study {
-    let words = session.increments();
     let total = nominal.records.len();
     let learnt = if hold_back {
         total - (total as f64 * spec.held_back) as usize
@@ -75,7 +74,8 @@ pub fn study_from(
 
     let norm = normalisation(&assumptions);
     let quiet = silent(&assumptions);
-    let inputs = compensate(session, &compensator(session, &quiet, &assumptions)).inputs;
+    let until = nominal.first + total;
+    let inputs = inputs(session, &compensator(session, &quiet, &assumptions), until);
     let (gyro, accel) = rayon::join(
         || {
             teach(spec, norm[0], &inputs.rate, &references, |r| {
@@ -105,7 +105,7 @@ pub fn study_from(
     };
     if hold_back {
         let (from, to) = (nominal.first + learnt, nominal.first + total);
-        out.promote(session, &words, nominal, from, to);
+        out.promote(session, &session.increments(), nominal, from, to);
     }
     out
 }
@@ -193,13 +193,8 @@ impl Study {
         self.evidence = choices
             .iter()
             .map(|u| {
-                let done = compensate(session, &compensator(session, &pick(*u), &self.assumptions));
-                let corrected: Vec<Increment> = done
-                    .session
-                    .counts
-                    .iter()
-                    .map(|c| to_si(c, &session.lsb))
-                    .collect();
+                let compensator = compensator(session, &pick(*u), &self.assumptions);
+                let corrected = corrected_words(session, &compensator, to);
                 (
                     *u,
                     log_likelihood(session, &corrected, nominal, &assumptions, from, to) - base,

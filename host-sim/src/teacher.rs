@@ -92,8 +92,13 @@ pub fn aligned(
     assumptions: &Assumptions,
 ) -> Option<(Start, usize)> {
     let first = (session.standstill as f64 * ALIGN_SHARE) as usize;
-    let standing = &words[..first * session.words_per_epoch()];
-    let q_bn = align::inertial_frame(standing, session.dt, session.fixes[0].position)?;
+    let standing = &words[..first * session.steps_per_epoch()];
+    let q_bn = align::inertial_frame(
+        standing,
+        session.step_s(),
+        session.samples(),
+        session.fixes[0].position,
+    )?;
     let position = session.fixes[first].position;
     let nav = NavState {
         position,
@@ -117,9 +122,9 @@ fn approach(
     words: &[Increment],
     k: usize,
 ) -> (Fix, [f64; 6]) {
-    let n = session.words_per_epoch();
+    let n = session.steps_per_epoch();
     for word in &words[k * n..(k + 1) * n] {
-        filter.word(word, session.dt);
+        filter.word(word, session.step_s());
     }
     fix_at(session, k + 1)
 }
@@ -165,7 +170,8 @@ pub fn navigate_from(
     until: usize,
 ) -> Nominal {
     let model = ErrorModel::biases(&assumptions.prior);
-    let mut filter = Aided::new(start.nav, &start.sigma, model, assumptions.noise);
+    let filter = Aided::new(start.nav, &start.sigma, model, assumptions.noise);
+    let mut filter = filter.with_samples(session.samples());
     let records = (first..until)
         .map(|k| {
             let (fix, sigmas) = approach(&mut filter, session, words, k);

@@ -1,33 +1,30 @@
 //! The competitors of a campaign: each is aided by fixes up to an epoch and coasts from there, on the same words.
 
+use super::tuning::{DATASHEET_WALK, Tuned};
 use crate::coast::{Coast, coast};
 use crate::ekf::{Aided, ErrorModel, Noise, Parameter, Regressor, Triad};
 use crate::imu::ImuSpec;
-use crate::learning::{NetworkSpec, compensate, compensator};
-use crate::session::EPOCH_S;
-use crate::session::Session;
+use crate::learning::{NetworkSpec, compensator, corrected_words};
+use crate::session::{EPOCH_S, Session};
 use crate::sins::Increment;
-use crate::study::study;
+use crate::study::{Use, study};
 use crate::teacher::{Assumptions, aid, aligned};
 use crate::units::{DEG_PER_H, PPM, UG};
+use std::borrow::Cow;
 
-/// What a competitor is.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Scheme {
-    /// The aided filter without a model of the IMU; white noise times the factor covers what it does not know.
-    None(f64),
-    /// Six biases that walk; the factor is `walk_per_hour`.
-    Ekf6(f64),
-    /// Biases and scale factors.
-    Ekf12,
-    /// Biases and 3x3 matrices.
-    Ekf24,
-    /// Biases with ramps.
-    EkfRamp,
-    /// A filter that is told the simulator's error structure and time constants.
-    Oracle,
-    /// Networks taught over the aided part, then the filter without a model, with this noise factor, on the corrected words.
-    RnnWindow(f64),
+/// One task: a session measured with one group of errors.
+#[derive(Debug, Clone, Copy)]
+pub struct Case<'a> {
+    /// The session, aided to `until`.
+    pub session: &'a Session,
+    /// Its words, [`Session::increments`].
+    pub words: &'a [Increment],
+    /// What may be known of the IMU.
+    pub knows: Knowledge<'a>,
+    /// What was tuned for this group of errors on other units.
+    pub tuned: Tuned,
+    /// Epoch at which the fixes end.
+    pub until: usize,
 }
 
 /// What a competitor may know.
@@ -39,68 +36,76 @@ pub struct Knowledge<'a> {
     pub simulated: &'a ImuSpec,
 }
 
-/// Aided over `first..until`, coasting from there to the end. `None` if the standstill gives no attitude.
-#[must_use]
-pub fn judge(
-    scheme: Scheme,
-    session: &Session,
-    words: &[Increment],
-    knows: &Knowledge<'_>,
-    until: usize,
-) -> Option<Coast> {
-    let mut assumptions = Assumptions::of(knows.datasheet);
-    let prior = assumptions.prior;
-    let model = match scheme {
-        Scheme::None(factor) => {
-            assumptions.noise = scaled(assumptions.noise, factor);
-            ErrorModel::default()
-        }
-        Scheme::Ekf6(walk) => {
-            assumptions.prior.walk_per_hour = walk;
-            ErrorModel::biases(&assumptions.prior)
-        }
-        Scheme::Ekf12 => ErrorModel::with_scale(&prior),
-        Scheme::Ekf24 => ErrorModel::with_matrices(&prior),
-        Scheme::EkfRamp => ErrorModel::with_ramps(&prior),
-        Scheme::Oracle => oracle(knows),
-        Scheme::RnnWindow(factor) => return rnn_window(session, knows, factor, until),
+/// A competitor: aided to [`Case::until`], coasting from there to the end. `None` if the standstill gives no attitude.
+pub type Scheme = fn(&Case<'_>) -> Option<Coast>;
+
+/// All competitors in the order of the tables, which add `floor`: [`none`] on an IMU with noise only.
+pub const SCHEMES: [(&str, Scheme); 8] = [
+    ("none", |c| none(c, c.words, c.tuned.none_factor)),
+    ("ekf6", |c| ekf6(c, DATASHEET_WALK)),
+    ("ekf6-tuned", |c| ekf6(c, c.tuned.walk)),
+    ("ekf12", |c| classical(c, ErrorModel::with_scale)),
+    ("ekf24", |c| classical(c, ErrorModel::with_matrices)),
+    ("ekf-ramp", |c| classical(c, ErrorModel::with_ramps)),
+    ("oracle", |c| {
+        let assumptions = Assumptions::of(c.knows.datasheet);
+        aided_coast(c, c.words, &assumptions, oracle(&c.knows))
+    }),
+    ("rnn-window", |c| {
+        none(c, &rnn_words(c)?, c.tuned.rnn_factor)
+    }),
+];
+
+/// The aided filter without a model of the IMU; white noise times the factor covers what it does not know.
+pub fn none(case: &Case<'_>, words: &[Increment], factor: f64) -> Option<Coast> {
+    let mut assumptions = Assumptions::of(case.knows.datasheet);
+    assumptions.noise = Noise {
+        gyro: assumptions.noise.gyro * factor,
+        accel: assumptions.noise.accel * factor,
     };
-    aided_coast(session, words, &assumptions, model, until)
+    aided_coast(case, words, &assumptions, ErrorModel::default())
 }
 
-fn scaled(noise: Noise, factor: f64) -> Noise {
-    Noise {
-        gyro: noise.gyro * factor,
-        accel: noise.accel * factor,
-    }
+/// Six biases that walk by `walk` of their prior in an hour.
+pub fn ekf6(case: &Case<'_>, walk: f64) -> Option<Coast> {
+    let mut assumptions = Assumptions::of(case.knows.datasheet);
+    assumptions.prior.walk_per_hour = walk;
+    let model = ErrorModel::biases(&assumptions.prior);
+    aided_coast(case, case.words, &assumptions, model)
+}
+
+fn classical(case: &Case<'_>, model: fn(&crate::ekf::Prior) -> ErrorModel) -> Option<Coast> {
+    let assumptions = Assumptions::of(case.knows.datasheet);
+    aided_coast(case, case.words, &assumptions, model(&assumptions.prior))
 }
 
 fn aided_coast(
-    session: &Session,
+    case: &Case<'_>,
     words: &[Increment],
     assumptions: &Assumptions,
     model: ErrorModel,
-    until: usize,
 ) -> Option<Coast> {
+    let session = case.session;
     let (start, first) = aligned(session, words, assumptions)?;
-    let filter = Aided::new(start.nav, &start.sigma, model, assumptions.noise);
-    let mut filter = filter.powered_for(first as f64 * EPOCH_S);
-    for k in first..until {
+    let mut filter = Aided::new(start.nav, &start.sigma, model, assumptions.noise)
+        .with_samples(session.samples())
+        .powered_for(first as f64 * EPOCH_S);
+    for k in first..case.until {
         aid(&mut filter, session, words, k);
     }
-    Some(free(&filter, session, words, until))
+    Some(free(&filter, session, words, case.until))
 }
 
 /// Free inertial from the filter's state with its last estimate of the errors.
 fn free(filter: &Aided, session: &Session, words: &[Increment], until: usize) -> Coast {
-    let from = until * session.words_per_epoch();
+    let (from, dt) = (until * session.steps_per_epoch(), session.step_s());
     let mut corrected = vec![Increment::default(); from];
-    let time = |k: usize| (k as f64 + 0.5) * session.dt;
+    let time = |k: usize| (k as f64 + 0.5) * dt;
     corrected.extend(
         words[from..]
             .iter()
             .enumerate()
-            .map(|(k, w)| filter.corrected_at(w, session.dt, time(from + k))),
+            .map(|(k, w)| filter.corrected_at(w, dt, time(from + k))),
     );
     coast(
         session,
@@ -111,17 +116,27 @@ fn free(filter: &Aided, session: &Session, words: &[Increment], until: usize) ->
     )
 }
 
-fn rnn_window(
-    session: &Session,
-    knows: &Knowledge<'_>,
-    factor: f64,
-    until: usize,
-) -> Option<Coast> {
-    let assumptions = Assumptions::of(knows.datasheet);
-    let learnt = study(session, assumptions, &NetworkSpec::default(), until, true)?;
-    let corrected = compensate(session, &compensator(session, &learnt.nets, &assumptions)).session;
-    let words = corrected.increments();
-    judge(Scheme::None(factor), &corrected, &words, knows, until)
+/// The words behind networks taught over the aided part: the session's own where no network is promoted.
+pub fn rnn_words<'a>(case: &Case<'a>) -> Option<Cow<'a, [Increment]>> {
+    let assumptions = Assumptions::of(case.knows.datasheet);
+    let session = case.session;
+    let learnt = study(
+        session,
+        assumptions,
+        &NetworkSpec::default(),
+        case.until,
+        true,
+    )?;
+    let silent = Use {
+        gyro: false,
+        accel: false,
+    };
+    if learnt.promoted == silent {
+        return Some(Cow::Borrowed(case.words));
+    }
+    let compensator = compensator(session, &learnt.nets, &assumptions);
+    let words = corrected_words(session, &compensator, session.epochs());
+    Some(Cow::Owned(words))
 }
 
 /// The filter that knows what the simulator does: parameters of exactly the errors that are there, with their exact statistics.

@@ -9,7 +9,7 @@ use serde::Serialize;
 use std::collections::BTreeMap;
 
 /// Resamplings of the bootstrap.
-const RESAMPLINGS: usize = 2000;
+pub(super) const RESAMPLINGS: usize = 2000;
 
 /// One cell of the results.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -82,7 +82,7 @@ fn cell(rows: &[&Row], i: usize, t_min: u32) -> Summary {
 }
 
 /// Median of sorted values.
-fn median(x: &[f64]) -> f64 {
+pub(super) fn median(x: &[f64]) -> f64 {
     let n = x.len();
     0.5 * (x[(n - 1) / 2] + x[n / 2])
 }
@@ -106,33 +106,6 @@ fn interval(x: &[f64], seed: u64) -> (f64, f64) {
     (at(0.025), at(0.975))
 }
 
-/// Median of the paired ratio of two schemes at 22 min, run by run, and its 95 % interval.
-#[must_use]
-pub fn paired_ratio(
-    rows: &[Row],
-    model: ErrorModelName,
-    scheme: &str,
-    baseline: &str,
-) -> Option<(f64, f64, f64)> {
-    let of = |name: &str| -> BTreeMap<u32, f64> {
-        let rows = rows
-            .iter()
-            .filter(|r| r.error_model == model && r.scheme == name);
-        rows.map(|r| (r.run, r.horizontal_m[4])).collect()
-    };
-    let base = of(baseline);
-    let mut x: Vec<f64> = of(scheme)
-        .iter()
-        .filter_map(|(run, h)| Some(h / base.get(run)?))
-        .collect();
-    if x.is_empty() {
-        return None;
-    }
-    x.sort_by(f64::total_cmp);
-    let (lo, hi) = interval(&x, 22);
-    Some((median(&x), lo, hi))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -143,6 +116,8 @@ mod tests {
             run,
             scheme: scheme.into(),
             horizontal_m: [h; 5],
+            north_m: [h; 5],
+            east_m: [0.0; 5],
         }
     }
 
@@ -161,20 +136,5 @@ mod tests {
             (last.lo95_m - 41.0).abs() <= 2.0 && (last.hi95_m - 61.0).abs() <= 2.0,
             "{last:?}"
         );
-    }
-
-    #[test]
-    fn ratios_are_paired_by_run() {
-        let rows: Vec<Row> = (0..20)
-            .flat_map(|k| {
-                [
-                    row(k, "a", f64::from(k + 1)),
-                    row(19 - k, "b", f64::from(20 - k) * 2.0),
-                ]
-            })
-            .collect();
-        let (ratio, lo, hi) = paired_ratio(&rows, ErrorModelName::All, "a", "b").unwrap();
-        assert_eq!((ratio, lo, hi), (0.5, 0.5, 0.5));
-        assert!(paired_ratio(&rows, ErrorModelName::All, "c", "b").is_none());
     }
 }

@@ -1,11 +1,12 @@
 //! Rows on disk: one small file a finished run, so that an interrupted campaign loses at most the runs that were under way.
 
-use super::Campaign;
+use super::{Campaign, Tuning};
 use crate::coast::Coast;
 use crate::error::Error;
 use crate::experiment::TIMES_MIN;
 use crate::imu::ErrorModelName;
 use crate::output::write_atomic;
+use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 
@@ -19,63 +20,120 @@ pub struct Row {
     /// Scheme.
     pub scheme: String,
     /// Horizontal error at each of [`TIMES_MIN`], m.
-    pub horizontal_m: [f64; 5],
+    pub horizontal_m: [f64; TIMES_MIN.len()],
+    /// Its part to the north, m.
+    pub north_m: [f64; TIMES_MIN.len()],
+    /// Its part to the east, m.
+    pub east_m: [f64; TIMES_MIN.len()],
 }
 
 /// The row of a coast, if it lasted.
-pub(super) fn rows(
+pub(super) fn row(
     error_model: ErrorModelName,
     run: u32,
     scheme: &str,
     coast: &Coast,
 ) -> Option<Row> {
-    let mut horizontal_m = [0.0; 5];
-    for (h, t) in horizontal_m.iter_mut().zip(TIMES_MIN) {
-        *h = coast.row(scheme, t)?.horizontal_m;
-    }
-    Some(Row {
+    let mut out = Row {
         error_model,
         run,
         scheme: scheme.to_string(),
-        horizontal_m,
-    })
+        horizontal_m: [0.0; TIMES_MIN.len()],
+        north_m: [0.0; TIMES_MIN.len()],
+        east_m: [0.0; TIMES_MIN.len()],
+    };
+    for (i, t) in TIMES_MIN.into_iter().enumerate() {
+        let at = coast.row(scheme, t)?;
+        out.horizontal_m[i] = at.horizontal_m;
+        out.north_m[i] = at.d_lat_m;
+        out.east_m[i] = at.d_lon_m;
+    }
+    Some(out)
 }
 
-/// A campaign's directory.
+/// What one or more directories hold.
+#[derive(Debug, Clone)]
+pub struct Merged {
+    /// All rows, ordered by run.
+    pub rows: Vec<Row>,
+    /// What the filters were tuned to.
+    pub tuning: Tuning,
+    /// What decided the numbers.
+    pub fingerprint: String,
+}
+
+/// A campaign's directory. Several shards may share one.
 pub(super) struct Store {
+    dir: PathBuf,
     runs: PathBuf,
 }
 
 const STAMP: &str = "campaign.txt";
+const TUNING: &str = "tuning.json";
 
 impl Store {
-    /// Opens or makes the directory. Without `resume` old runs of the same campaign are removed; another campaign's are never touched.
-    pub(super) fn open(dir: &Path, campaign: &Campaign, resume: bool) -> Result<Self, Error> {
-        let runs = dir.join("runs");
+    /// Opens or makes the directory. Unless the campaign resumes, old runs of the same campaign and shard are removed; another campaign's
+    /// are never touched.
+    pub(super) fn open(dir: &Path, campaign: &Campaign) -> Result<Self, Error> {
+        let store = Self {
+            dir: dir.to_path_buf(),
+            runs: dir.join("runs"),
+        };
         let stamp = dir.join(STAMP);
         let fingerprint = campaign.fingerprint();
+        let foreign = store.runs.exists();
         match std::fs::read_to_string(&stamp) {
-            Ok(found) if found != fingerprint => {
+            Ok(found) if found == fingerprint => {}
+            Ok(_) => {
                 return Err(Error::NotOurs {
-                    dir: dir.to_path_buf(),
-                    holds: "holds another campaign (other scenario or error models)",
+                    dir: store.dir,
+                    holds: "holds another campaign (other version, scenario, schemes or error models)",
                 });
             }
-            Ok(_) if !resume => {
-                std::fs::remove_dir_all(&runs).map_err(|e| Error::writing(&runs, e))?;
-            }
-            Ok(_) => {}
-            Err(_) if runs.exists() => {
+            Err(_) if foreign => {
                 return Err(Error::NotOurs {
-                    dir: dir.to_path_buf(),
+                    dir: store.dir,
                     holds: "holds a directory 'runs' that is no campaign's",
                 });
             }
-            Err(_) => {}
+            // the stamp first: where there are runs, there is a stamp, also when shards start at the same time
+            Err(_) => write_atomic(&stamp, fingerprint.as_bytes())?,
         }
-        std::fs::create_dir_all(&runs).map_err(|e| Error::writing(&runs, e))?;
-        write_atomic(&stamp, fingerprint.as_bytes())?;
-        Ok(Self { runs })
+        if !campaign.resume {
+            store.forget(campaign)?;
+        }
+        std::fs::create_dir_all(&store.runs).map_err(|e| Error::writing(&store.runs, e))?;
+        Ok(store)
+    }
+
+    /// Removes the runs that the campaign is about to compute, and any that it does not have; what other shards left stays.
+    fn forget(&self, campaign: &Campaign) -> Result<(), Error> {
+        let gone = |result: std::io::Result<()>, path: &Path| match result {
+            Err(e) if e.kind() != std::io::ErrorKind::NotFound => Err(Error::writing(path, e)),
+            _ => Ok(()),
+        };
+        if campaign.shard.1 == 1 {
+            gone(std::fs::remove_file(self.dir.join(TUNING)), &self.dir)?;
+            return gone(std::fs::remove_dir_all(&self.runs), &self.runs);
+        }
+        for run in campaign.wanted() {
+            let file = self.file(run);
+            gone(std::fs::remove_file(&file), &file)?;
+        }
+        Ok(())
+    }
+
+    /// What an earlier start, or another shard in the same directory, has tuned.
+    pub(super) fn tuning(&self) -> Result<Option<Tuning>, Error> {
+        let file = self.dir.join(TUNING);
+        if !file.exists() {
+            return Ok(None);
+        }
+        parse(&file).map(Some)
+    }
+
+    pub(super) fn save_tuning(&self, tuning: &Tuning) -> Result<(), Error> {
+        write_json(&self.dir.join(TUNING), tuning)
     }
 
     fn file(&self, run: u32) -> PathBuf {
@@ -92,13 +150,16 @@ impl Store {
     }
 
     pub(super) fn save(&self, run: u32, rows: &[Row]) -> Result<(), Error> {
-        let file = self.file(run);
-        let text = serde_json::to_vec(rows).map_err(|e| Error::writing(&file, e.into()))?;
-        write_atomic(&file, &text)
+        write_json(&self.file(run), rows)
     }
 }
 
-fn parse(file: &Path) -> Result<Vec<Row>, Error> {
+fn write_json(file: &Path, value: &(impl Serialize + ?Sized)) -> Result<(), Error> {
+    let text = serde_json::to_vec(value).map_err(|e| Error::writing(file, e.into()))?;
+    write_atomic(file, &text)
+}
+
+fn parse<T: DeserializeOwned>(file: &Path) -> Result<T, Error> {
     let text = std::fs::read(file).map_err(|e| Error::reading(file, e))?;
     serde_json::from_slice(&text).map_err(|e| Error::Unreadable {
         file: file.to_path_buf(),
@@ -110,17 +171,18 @@ fn parse(file: &Path) -> Result<Vec<Row>, Error> {
 ///
 /// # Errors
 /// A directory that is no campaign's, campaigns that do not belong together, or a broken file.
-pub fn merge(dirs: &[impl AsRef<Path>]) -> Result<Vec<Row>, Error> {
+pub fn merge(dirs: &[impl AsRef<Path>]) -> Result<Merged, Error> {
     let mut files = std::collections::BTreeMap::new();
-    let mut stamp: Option<String> = None;
+    let mut first: Option<(String, Tuning)> = None;
     for dir in dirs {
         let dir = dir.as_ref();
-        let file = dir.join(STAMP);
-        let found = std::fs::read_to_string(&file).map_err(|e| Error::reading(&file, e))?;
-        if *stamp.get_or_insert_with(|| found.clone()) != found {
+        let stamp = dir.join(STAMP);
+        let found = std::fs::read_to_string(&stamp).map_err(|e| Error::reading(&stamp, e))?;
+        let found = (found, parse(&dir.join(TUNING))?);
+        if *first.get_or_insert_with(|| found.clone()) != found {
             return Err(Error::NotOurs {
                 dir: dir.to_path_buf(),
-                holds: "holds a campaign with another scenario or other error models",
+                holds: "holds a campaign with another version, scenario, tuning, or other error models",
             });
         }
         let runs = dir.join("runs");
@@ -132,5 +194,10 @@ pub fn merge(dirs: &[impl AsRef<Path>]) -> Result<Vec<Row>, Error> {
         }
     }
     let rows: Result<Vec<Vec<Row>>, Error> = files.values().map(|f| parse(f)).collect();
-    Ok(rows?.into_iter().flatten().collect())
+    let (fingerprint, tuning) = first.unwrap_or_default();
+    Ok(Merged {
+        rows: rows?.into_iter().flatten().collect(),
+        tuning,
+        fingerprint,
+    })
 }

@@ -1,10 +1,13 @@
 //! Process noise of the classical filters, chosen for each group of errors by search over training units that no campaign judges.
 
-use super::{Campaign, Knowledge, Scheme, judge, learn_epochs};
+use super::Campaign;
+use super::schemes::{ekf6, none, rnn_words};
+use super::statistics::median;
+use crate::coast::Coast;
 use crate::error::Error;
 use crate::imu::{ErrorModelName, ImuSpec};
-use crate::session::Session;
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 
 /// Walk of a bias an hour, relative to its prior, that the datasheet's in-run drift means for the presets.
 pub const DATASHEET_WALK: f64 = 0.05;
@@ -16,7 +19,7 @@ const FACTORS: [f64; 4] = [1.0, 3.0, 10.0, 30.0];
 const FIRST_UNIT: u32 = 4_000_000_000;
 
 /// What was chosen for one group.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Tuned {
     /// Walk for `ekf6-tuned`.
     pub walk: f64,
@@ -26,86 +29,115 @@ pub struct Tuned {
     pub rnn_factor: f64,
 }
 
+impl Default for Tuned {
+    fn default() -> Self {
+        Self {
+            walk: DATASHEET_WALK,
+            none_factor: 1.0,
+            rnn_factor: 1.0,
+        }
+    }
+}
+
 /// What was chosen for each group.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct Tuning {
     chosen: Vec<(ErrorModelName, Tuned)>,
 }
 
+/// Errors at the end of the coast with each candidate, m.
+struct Tried {
+    walks: [f64; WALKS.len()],
+    none: [f64; FACTORS.len()],
+    rnn: [f64; FACTORS.len()],
+}
+
 impl Tuning {
-    /// Searches. The measure is the median horizontal error at the end of the coast.
+    /// Searches. The measure is the median horizontal error at the end of the coast; `progress` is called after each unit.
     ///
     /// # Errors
     /// A standstill that gives no attitude.
-    pub fn find(campaign: &Campaign, imu: &ImuSpec) -> Result<Self, Error> {
-        // the floor is judged in every campaign
-        let mut models = campaign.models.clone();
-        if !models.contains(&ErrorModelName::Noise) {
-            models.push(ErrorModelName::Noise);
-        }
-        let units: Vec<Vec<(ErrorModelName, ImuSpec, Session)>> = (0..campaign.tuning_units)
+    pub fn find(
+        campaign: &Campaign,
+        imu: &ImuSpec,
+        progress: &(dyn Fn() + Sync),
+    ) -> Result<Self, Error> {
+        let units: Result<Vec<Vec<Tried>>, Error> = (0..campaign.tuning_units)
             .into_par_iter()
-            .map(|k| campaign.sessions(imu, FIRST_UNIT + k, &models))
+            .map(|k| {
+                let tried = Self::unit(campaign, imu, FIRST_UNIT + k);
+                progress();
+                tried
+            })
             .collect();
-        let median_error = |group: usize, scheme: Scheme| -> Result<f64, Error> {
-            let errors: Result<Vec<f64>, Error> = units
-                .par_iter()
-                .map(|unit| {
-                    let (_, spec, session) = &unit[group];
-                    let knows = Knowledge {
-                        datasheet: imu,
-                        simulated: spec,
-                    };
-                    let coast = judge(
-                        scheme,
-                        session,
-                        &session.increments(),
-                        &knows,
-                        learn_epochs(),
-                    );
-                    let row = coast.and_then(|c| c.row("", 22));
-                    row.map(|r| r.horizontal_m)
-                        .ok_or_else(|| campaign.scenario.no_attitude())
-                })
-                .collect();
-            let mut errors = errors?;
-            errors.sort_by(f64::total_cmp);
-            Ok(0.5 * (errors[(errors.len() - 1) / 2] + errors[errors.len() / 2]))
-        };
-        let best =
-            |group: usize, candidates: &[f64], scheme: fn(f64) -> Scheme| -> Result<f64, Error> {
-                let mut best = (f64::INFINITY, candidates[0]);
-                for c in candidates {
-                    let error = median_error(group, scheme(*c))?;
-                    if error < best.0 {
-                        best = (error, *c);
-                    }
-                }
-                Ok(best.1)
+        let units = units?;
+        let models = campaign.measured();
+        let chosen = models.iter().enumerate().map(|(group, model)| {
+            let of = |pick: &dyn Fn(&Tried) -> f64| {
+                let mut errors: Vec<f64> = units.iter().map(|u| pick(&u[group])).collect();
+                errors.sort_by(f64::total_cmp);
+                median(&errors)
             };
-        let mut chosen = Vec::new();
-        for (group, model) in models.iter().enumerate() {
             let tuned = Tuned {
-                walk: best(group, &WALKS, Scheme::Ekf6)?,
-                none_factor: best(group, &FACTORS, Scheme::None)?,
-                rnn_factor: best(group, &FACTORS, Scheme::RnnWindow)?,
+                walk: best(&WALKS, |i| of(&|t| t.walks[i])),
+                none_factor: best(&FACTORS, |i| of(&|t| t.none[i])),
+                rnn_factor: best(&FACTORS, |i| of(&|t| t.rnn[i])),
             };
-            chosen.push((*model, tuned));
-        }
-        Ok(Self { chosen })
+            (*model, tuned)
+        });
+        Ok(Self {
+            chosen: chosen.collect(),
+        })
+    }
+
+    /// Every candidate on one unit, for each group of errors.
+    fn unit(campaign: &Campaign, imu: &ImuSpec, k: u32) -> Result<Vec<Tried>, Error> {
+        let mut out = Vec::new();
+        campaign.sessions(imu, k, |_, case| {
+            let lost = || campaign.scenario.no_attitude();
+            let error = |coast: Option<Coast>| -> Result<f64, Error> {
+                let row = coast.and_then(|c| c.row("", 22));
+                row.map(|r| r.horizontal_m).ok_or_else(lost)
+            };
+            let mut tried = Tried {
+                walks: [0.0; WALKS.len()],
+                none: [0.0; FACTORS.len()],
+                rnn: [0.0; FACTORS.len()],
+            };
+            for (slot, walk) in tried.walks.iter_mut().zip(WALKS) {
+                *slot = error(ekf6(case, walk))?;
+            }
+            let corrected = rnn_words(case).ok_or_else(lost)?;
+            for (i, factor) in FACTORS.into_iter().enumerate() {
+                tried.none[i] = error(none(case, case.words, factor))?;
+                tried.rnn[i] = if corrected.as_ptr() == case.words.as_ptr() {
+                    tried.none[i]
+                } else {
+                    error(none(case, &corrected, factor))?
+                };
+            }
+            out.push(tried);
+            Ok(())
+        })?;
+        Ok(out)
     }
 
     /// What was chosen for a group.
     #[must_use]
     pub fn of(&self, model: ErrorModelName) -> Tuned {
         let found = self.chosen.iter().find(|(m, _)| *m == model);
-        found.map_or(
-            Tuned {
-                walk: DATASHEET_WALK,
-                none_factor: 1.0,
-                rnn_factor: 1.0,
-            },
-            |(_, t)| *t,
-        )
+        found.map_or_else(Tuned::default, |(_, t)| *t)
     }
+}
+
+/// The candidate of the least error, the first of equals.
+fn best(candidates: &[f64], error: impl Fn(usize) -> f64) -> f64 {
+    let mut best = (f64::INFINITY, candidates[0]);
+    for (i, c) in candidates.iter().enumerate() {
+        let error = error(i);
+        if error < best.0 {
+            best = (error, *c);
+        }
+    }
+    best.1
 }

@@ -1,6 +1,8 @@
 //! `host-sim campaign`.
 
-use crate::campaign::{Campaign, Row, merge, paired_ratio, summarise};
+use crate::campaign::{
+    Campaign, Merged, Progress, Ratio, Summary, merge, ratios, results, summarise, to_parquet,
+};
 use crate::error::Error;
 use crate::imu::ErrorModelName;
 use crate::output::write_atomic;
@@ -43,9 +45,25 @@ pub struct Args {
     /// Units, other than those judged, on which the classical filters are tuned for each error group
     #[arg(long, default_value_t = 12, value_parser = clap::value_parser!(u32).range(1..=1000))]
     tuning_units: u32,
+    #[command(flatten)]
+    files: Files,
+}
+
+/// What is written beside the printed tables.
+#[derive(Debug, Clone, ClapArgs)]
+struct Files {
     /// Write the summary as JSON
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
+    /// Write the paired ratios of every scheme to every other as JSON
+    #[arg(long, value_name = "FILE")]
+    ratios: Option<PathBuf>,
+    /// Write all runs as Parquet [default: DIR/campaign.parquet; nowhere for a shard and for merge]
+    #[arg(long, value_name = "FILE")]
+    parquet: Option<PathBuf>,
+    /// Write the tables with explanations as Markdown
+    #[arg(long, value_name = "FILE")]
+    results: Option<PathBuf>,
 }
 
 #[derive(Debug, Subcommand)]
@@ -55,17 +73,18 @@ enum Action {
         /// Directories of the shards
         #[arg(required = true)]
         dirs: Vec<PathBuf>,
-        /// Write the summary as JSON
-        #[arg(long, value_name = "FILE")]
-        json: Option<PathBuf>,
+        #[command(flatten)]
+        files: Files,
     },
 }
 
 impl Args {
     /// Runs or merges, prints and writes.
     pub(super) fn run(&self) -> Result<(), Error> {
-        if let Some(Action::Merge { dirs, json }) = &self.action {
-            return finish(&merge(dirs)?, json.as_deref());
+        if let Some(Action::Merge { dirs, files }) = &self.action {
+            let merged = merge(dirs)?;
+            gaps(&merged);
+            return finish(&merged, files);
         }
         let models: Result<Vec<ErrorModelName>, Error> =
             self.models.iter().map(|m| m.parse()).collect();
@@ -88,22 +107,38 @@ impl Args {
         let pool = pool
             .build()
             .map_err(|e| option("--jobs", &e.to_string(), "give fewer"))?;
-        let bar = ProgressBar::new(u64::from(self.runs / campaign.shard.1));
+        let bar = ProgressBar::new(campaign.wanted().len() as u64);
         if let Ok(style) = ProgressStyle::with_template(
             "{bar:30} {pos}/{len} runs, {elapsed} gone, {eta} to go {msg}",
         ) {
             bar.set_style(style);
         }
-        bar.set_message("(tuning the classical filters first)");
+        let tuned = std::sync::atomic::AtomicU32::new(0);
+        let tuning = |n: u32| {
+            bar.set_message(format!(
+                "(tuning the classical filters first: {n}/{} units)",
+                campaign.tuning_units
+            ));
+        };
+        tuning(0);
         bar.tick();
-        let rows = pool.install(|| {
-            campaign.execute(&|_| {
-                bar.set_message("");
-                bar.inc(1);
+        let done = pool.install(|| {
+            campaign.execute(&|progress| match progress {
+                Progress::TuningUnit => {
+                    tuning(1 + tuned.fetch_add(1, std::sync::atomic::Ordering::Relaxed));
+                }
+                Progress::Run => {
+                    bar.set_message("");
+                    bar.inc(1);
+                }
             })
         });
         bar.finish_and_clear();
-        finish(&rows?, self.json.as_deref())
+        let mut files = self.files.clone();
+        if campaign.shard.1 == 1 && files.parquet.is_none() {
+            files.parquet = Some(self.out.join("campaign.parquet"));
+        }
+        finish(&done?, &files)
     }
 
     /// Which part of the runs.
@@ -144,24 +179,73 @@ fn option(name: &str, problem: &str, remedy: &str) -> Error {
     }
 }
 
-fn finish(rows: &[Row], json: Option<&Path>) -> Result<(), Error> {
-    let summary = summarise(rows);
-    if let Some(file) = json {
-        let text =
-            serde_json::to_vec_pretty(&summary).map_err(|e| Error::writing(file, e.into()))?;
-        write_atomic(file, &text)?;
+/// Says which runs are missing between the first and the last.
+fn gaps(merged: &Merged) {
+    let runs: std::collections::BTreeSet<u32> = merged.rows.iter().map(|r| r.run).collect();
+    let last = runs.last().copied().unwrap_or(0);
+    let missing: Vec<String> = (0..last)
+        .filter(|k| !runs.contains(k))
+        .map(|k| k.to_string())
+        .collect();
+    if !missing.is_empty() {
+        eprintln!(
+            "missing between run 0 and run {last}: {}; remedy: start their shards again with --resume",
+            missing.join(", ")
+        );
     }
+}
+
+fn finish(done: &Merged, files: &Files) -> Result<(), Error> {
+    let summary = summarise(&done.rows);
+    let ratios = ratios(&done.rows);
+    if let Some(file) = &files.json {
+        write_json(file, &summary)?;
+    }
+    if let Some(file) = &files.ratios {
+        write_json(file, &ratios)?;
+    }
+    if let Some(file) = &files.parquet {
+        let bytes = to_parquet(done).map_err(|e| Error::writing(file, std::io::Error::other(e)))?;
+        write_atomic(file, &bytes)?;
+    }
+    if let Some(file) = &files.results {
+        let text = results(&command(), done, &summary, &ratios);
+        write_atomic(file, text.as_bytes())?;
+    }
+    print(&summary, &ratios);
+    Ok(())
+}
+
+fn write_json<T: serde::Serialize>(file: &Path, value: &[T]) -> Result<(), Error> {
+    let text = serde_json::to_vec_pretty(value).map_err(|e| Error::writing(file, e.into()))?;
+    write_atomic(file, &text)
+}
+
+/// The command line as it would be typed in the repository.
+fn command() -> String {
+    let mut words = vec!["cargo run --release --".to_string()];
+    words.extend(std::env::args().skip(1));
+    words.join(" ")
+}
+
+fn print(summary: &[Summary], ratios: &[Ratio]) {
     println!(
-        "horizontal error at 22 min of coasting, m; interval: 95 % bootstrap of the median; ratio: median of the paired ratios to ekf6\n"
+        "horizontal error at 22 min of coasting, m; interval: 95 % bootstrap of the median; ratio: geometric mean of the paired ratios to\n\
+         ekf6 and in how many runs it is below 1\n"
     );
     let mut table = Table::new();
     table.load_preset(UTF8_FULL_CONDENSED);
     table.set_header([
-        "errors", "scheme", "n", "median", "95 %", "mean", "worst", "ratio", "95 %",
+        "errors", "scheme", "n", "median", "95 %", "mean", "worst", "ratio", "95 %", "better",
     ]);
     for s in summary.iter().filter(|s| s.t_min == 22) {
-        let ratio = paired_ratio(rows, s.error_model, &s.scheme, "ekf6");
+        let ratio = ratios.iter().find(|r| {
+            (r.error_model, r.t_min) == (Some(s.error_model), 22)
+                && r.scheme == s.scheme
+                && r.baseline == "ekf6"
+        });
         let m = |x: f64| format!("{x:.0}");
+        let of = |text: &dyn Fn(&Ratio) -> String| ratio.map_or_else(String::new, text);
         table.add_row([
             s.error_model.to_string(),
             s.scheme.clone(),
@@ -170,10 +254,35 @@ fn finish(rows: &[Row], json: Option<&Path>) -> Result<(), Error> {
             format!("{} .. {}", m(s.lo95_m), m(s.hi95_m)),
             m(s.mean_m),
             m(s.max_m),
-            ratio.map_or(String::new(), |r| format!("{:.2}", r.0)),
-            ratio.map_or(String::new(), |r| format!("{:.2} .. {:.2}", r.1, r.2)),
+            of(&|r| format!("{:.2}", r.ratio)),
+            of(&|r| format!("{:.2} .. {:.2}", r.lo95, r.hi95)),
+            of(&|r| r.better.to_string()),
         ]);
     }
     println!("{table}");
-    Ok(())
+    println!("\npaired ratios over all groups of errors (row to column, geometric mean)\n");
+    let all = ratios
+        .iter()
+        .filter(|r| r.error_model.is_none() && r.t_min == 22);
+    let mut schemes: Vec<&str> = Vec::new();
+    for r in all.clone() {
+        if !schemes.contains(&r.scheme.as_str()) {
+            schemes.push(&r.scheme);
+        }
+    }
+    let mut table = Table::new();
+    table.load_preset(UTF8_FULL_CONDENSED);
+    table.set_header([""].iter().chain(&schemes));
+    for scheme in &schemes {
+        let cell = |baseline: &&str| {
+            let found = all
+                .clone()
+                .find(|r| r.scheme == *scheme && r.baseline == *baseline);
+            found.map_or("1".to_string(), |r| format!("{:.2}", r.ratio))
+        };
+        let mut row = vec![(*scheme).to_string()];
+        row.extend(schemes.iter().map(cell));
+        table.add_row(row);
+    }
+    println!("{table}");
 }

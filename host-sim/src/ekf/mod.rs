@@ -17,7 +17,7 @@ pub use smoother::{Record, Smoothed, smooth};
 
 use crate::gnss::Fix;
 use crate::rotation::from_rotvec;
-use crate::sins::{Increment, NavState, Sins};
+use crate::sins::{Increment, NavState, Samples, Sins};
 use dynamics::Interval;
 use nalgebra::{DMatrix, DVector, Vector3};
 
@@ -88,6 +88,13 @@ impl Aided {
             model,
             noise,
         }
+    }
+
+    /// The same with another coning and sculling algorithm than the default.
+    #[must_use]
+    pub fn with_samples(mut self, samples: Samples) -> Self {
+        self.sins = self.sins.with_samples(samples);
+        self
     }
 
     /// The same with the time since power-on at the start, s; needed by models with ramps or decays.

@@ -111,5 +111,6 @@ pub(super) fn build(parts: &Parts) -> Result<Session, Error> {
         sigmas: parts.sigmas,
         systematic: None,
         surroundings: None,
+        gather: 1,
     })
 }

@@ -131,6 +131,7 @@ pub fn session(mems: &Path, fog: &Path) -> Result<Session, Error> {
         sigmas: SIGMAS,
         systematic: None,
         surroundings: None,
+        gather: 1,
     })
 }
 

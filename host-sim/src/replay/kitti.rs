@@ -123,6 +123,7 @@ pub fn session(file: &Path, skip: usize) -> Result<Session, Error> {
         sigmas: SIGMAS,
         systematic: None,
         surroundings: None,
+        gather: 1,
     })
 }
 

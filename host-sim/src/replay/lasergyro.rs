@@ -86,6 +86,7 @@ pub fn session(recording: &Recording, learn_s: u32) -> Session {
         sigmas: SWAY,
         systematic: None,
         surroundings: None,
+        gather: 1,
     }
 }
 

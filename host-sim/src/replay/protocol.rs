@@ -107,6 +107,7 @@ pub fn cut(session: &Session, range: &Range<usize>) -> Session {
             .systematic
             .as_ref()
             .map(|s| s[range.clone()].to_vec()),
+        gather: session.gather,
         surroundings: session
             .surroundings
             .as_ref()
@@ -227,7 +228,12 @@ fn begin(session: &Session, words: &[Increment], settings: &Settings) -> Option<
     let mut nav = session.reference[first];
     if first > 0 {
         let still = &words[..first * session.words_per_epoch()];
-        nav.q_bn = align::inertial_frame(still, session.dt, session.fixes[0].position)?;
+        nav.q_bn = align::inertial_frame(
+            still,
+            session.dt,
+            session.samples(),
+            session.fixes[0].position,
+        )?;
         nav.position = session.fixes[first].position;
         nav.velocity = Vector3::zeros();
     }

@@ -3,8 +3,10 @@
 //! Works up to [`MAX_LATITUDE`]; nearer to a pole it says so ([`Sins::near_pole`]).
 //! Each word is one step. Coning and sculling look back to the word before, or to two of them ([`Samples`]).
 
+mod gather;
 mod samples;
 
+pub use gather::gather;
 pub use samples::{Increment, Samples};
 
 use crate::earth::{Geodetic, Local};

@@ -46,7 +46,7 @@ pub enum Samples {
 
 impl Samples {
     /// Rotation vector in rad and its velocity counterpart in m/s of the newest word; `past` holds the last word and the one before it.
-    pub(super) fn combine(
+    pub(crate) fn combine(
         self,
         past: &[Increment; 2],
         word: &Increment,

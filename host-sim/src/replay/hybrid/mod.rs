@@ -93,7 +93,7 @@ fn laser() -> Assumptions {
 fn first_attitude(session: &Session, words: &[Increment]) -> Option<UnitQuaternion<f64>> {
     let site = session.fixes[0].position;
     let part = words.get(..ALIGN_S * session.words_per_epoch())?;
-    let end = align::inertial_frame(part, session.dt, site)?;
+    let end = align::inertial_frame(part, session.dt, session.samples(), site)?;
     let turn = part.iter().fold(UnitQuaternion::identity(), |q, w| {
         q * from_rotvec(&w.dtheta)
     });
@@ -179,6 +179,7 @@ pub fn session(recording: &Recording, errors: &[Increment], config: &Config) -> 
         sigmas: config.gnss.sigmas(),
         systematic: Some(errors.to_vec()),
         surroundings: None,
+        gather: 1,
     })
 }
 

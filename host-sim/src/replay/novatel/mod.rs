@@ -253,6 +253,7 @@ pub fn session(
         sigmas: SIGMAS,
         systematic: None,
         surroundings: None,
+        gather: 1,
     })
 }
 

@@ -1,0 +1,218 @@
+//! `docs/RESULTS.md`: prose of `assets/results.md` around generated tables.
+
+use super::statistics::Summary;
+use super::{Merged, Ratio, SCHEMES};
+use crate::imu::ErrorModelName;
+use std::fmt::Write;
+
+const TEMPLATE: &str = include_str!("../../assets/results.md");
+/// Time that the tables are for, min.
+const T_MIN: u32 = 22;
+const FLOOR: &str = "floor";
+
+/// The whole file. `command` is what regenerates it.
+#[must_use]
+pub fn results(command: &str, campaign: &Merged, summary: &[Summary], ratios: &[Ratio]) -> String {
+    let last: Vec<&Summary> = summary.iter().filter(|s| s.t_min == T_MIN).collect();
+    let ratios: Vec<&Ratio> = ratios.iter().filter(|r| r.t_min == T_MIN).collect();
+    let runs = last.iter().map(|s| s.n).max().unwrap_or(0);
+    let mut out = TEMPLATE
+        .replace("{command}", command)
+        .replace("{runs}", &runs.to_string())
+        .replace("{version}", env!("CARGO_PKG_VERSION"))
+        .replace(
+            "{fingerprint}",
+            &super::parquet::fingerprint(&campaign.fingerprint),
+        )
+        .replace("{medians}", &by_scheme(&last, |s| metres(s.median_m)))
+        .replace("{spread}", &spread(&last))
+        .replace("{overall}", &overall(&ratios))
+        .replace("{tuning}", &tuning(campaign, &last));
+    for (name, _) in SCHEMES {
+        let key = format!("{{ratios {name}}}");
+        if out.contains(&key) {
+            out = out.replace(&key, &against(name, &ratios));
+        }
+    }
+    out
+}
+
+fn metres(x: f64) -> String {
+    format!("{x:.0}")
+}
+
+fn interval(r: &Ratio) -> String {
+    format!("{:.2} ({:.2} .. {:.2})", r.ratio, r.lo95, r.hi95)
+}
+
+fn models(last: &[&Summary]) -> Vec<ErrorModelName> {
+    let present = |m: &ErrorModelName| last.iter().any(|s| s.error_model == *m);
+    ErrorModelName::ALL.into_iter().filter(present).collect()
+}
+
+/// Names of the schemes, the floor last.
+fn names() -> Vec<&'static str> {
+    SCHEMES.iter().map(|s| s.0).chain([FLOOR]).collect()
+}
+
+fn table(head: &[String], rows: &[Vec<String>]) -> String {
+    let mut out = String::new();
+    let rule = vec!["---".to_string(); head.len()];
+    for row in [head, &rule]
+        .into_iter()
+        .chain(rows.iter().map(Vec::as_slice))
+    {
+        let _ = writeln!(out, "| {} |", row.join(" | "));
+    }
+    out.trim_end().to_string()
+}
+
+fn header<'a>(first: &'a str, rest: impl IntoIterator<Item = &'a str>) -> Vec<String> {
+    [first].into_iter().chain(rest).map(String::from).collect()
+}
+
+/// One row a group of errors, one column a scheme.
+fn by_scheme(last: &[&Summary], cell: impl Fn(&Summary) -> String) -> String {
+    let rows: Vec<Vec<String>> = models(last)
+        .into_iter()
+        .map(|model| {
+            let found = |name: &str| {
+                last.iter()
+                    .find(|s| s.error_model == model && s.scheme == name)
+                    .map_or_else(String::new, |s| cell(s))
+            };
+            let mut row = vec![model.to_string()];
+            row.extend(names().into_iter().map(found));
+            row
+        })
+        .collect();
+    table(&header("errors", names()), &rows)
+}
+
+/// Everything about the last time.
+fn spread(last: &[&Summary]) -> String {
+    let rows: Vec<Vec<String>> = last
+        .iter()
+        .map(|s| {
+            vec![
+                s.error_model.to_string(),
+                s.scheme.clone(),
+                metres(s.median_m),
+                format!("{} .. {}", metres(s.lo95_m), metres(s.hi95_m)),
+                metres(s.mean_m),
+                metres(s.max_m),
+            ]
+        })
+        .collect();
+    let head = ["scheme", "median", "95 % of the median", "mean", "worst"];
+    table(&header("errors", head), &rows)
+}
+
+/// One scheme against each other, by group of errors and over all.
+fn against(scheme: &str, ratios: &[&Ratio]) -> String {
+    let baselines: Vec<&str> = names().into_iter().filter(|n| *n != scheme).collect();
+    let mut groups: Vec<Option<ErrorModelName>> = Vec::new();
+    for r in ratios {
+        if !groups.contains(&r.error_model) {
+            groups.push(r.error_model);
+        }
+    }
+    let rows: Vec<Vec<String>> = groups
+        .into_iter()
+        .map(|group| {
+            let cell = |baseline: &&str| {
+                ratios
+                    .iter()
+                    .find(|r| {
+                        r.error_model == group && r.scheme == scheme && r.baseline == *baseline
+                    })
+                    .map_or_else(String::new, |r| {
+                        format!("{}, {} of {}", interval(r), r.better, r.n)
+                    })
+            };
+            let name = group.map_or("all groups".to_string(), |m| m.to_string());
+            [name]
+                .into_iter()
+                .chain(baselines.iter().map(cell))
+                .collect()
+        })
+        .collect();
+    table(&header("errors", baselines), &rows)
+}
+
+/// Every scheme against every other, geometric mean over the groups.
+fn overall(ratios: &[&Ratio]) -> String {
+    let rows: Vec<Vec<String>> = names()
+        .into_iter()
+        .map(|scheme| {
+            let cell = |baseline: &str| {
+                ratios
+                    .iter()
+                    .find(|r| {
+                        r.error_model.is_none() && r.scheme == scheme && r.baseline == baseline
+                    })
+                    .map_or_else(|| "1".to_string(), |r| interval(r))
+            };
+            [scheme.to_string()]
+                .into_iter()
+                .chain(names().into_iter().map(cell))
+                .collect()
+        })
+        .collect();
+    table(&header("scheme / baseline", names()), &rows)
+}
+
+fn tuning(campaign: &Merged, last: &[&Summary]) -> String {
+    let rows: Vec<Vec<String>> = models(last)
+        .into_iter()
+        .map(|model| {
+            let t = campaign.tuning.of(model);
+            vec![
+                model.to_string(),
+                t.walk.to_string(),
+                t.none_factor.to_string(),
+                t.rnn_factor.to_string(),
+            ]
+        })
+        .collect();
+    let head = [
+        "walk of `ekf6-tuned`, of the prior an hour",
+        "noise factor of `none`",
+        "of `rnn-window`",
+    ];
+    table(&header("errors", head), &rows)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::campaign::{Row, Tuning, ratios, summarise};
+
+    #[test]
+    fn every_place_in_the_text_is_filled() {
+        let mut rows = Vec::new();
+        for run in 0..3_u32 {
+            for (i, name) in names().into_iter().enumerate() {
+                let h = f64::from(run + 1) * (i + 1) as f64 * 100.0;
+                rows.push(Row {
+                    error_model: ErrorModelName::All,
+                    run,
+                    scheme: name.into(),
+                    horizontal_m: [h; 5],
+                    north_m: [h; 5],
+                    east_m: [0.0; 5],
+                });
+            }
+        }
+        let merged = Merged {
+            rows: rows.clone(),
+            tuning: Tuning::default(),
+            fingerprint: "x".into(),
+        };
+        let text = results("the command", &merged, &summarise(&rows), &ratios(&rows));
+        assert!(!text.contains(['{', '}']), "{text}");
+        assert!(text.contains("the command") && text.contains("| all | 200 | 400 |"));
+        // rnn-window is the eighth of the schemes, ekf6 the second
+        assert!(text.contains("4.00 (4.00 .. 4.00), 0 of 3"), "{text}");
+    }
+}
