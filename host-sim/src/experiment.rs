@@ -102,6 +102,7 @@ pub fn run(
     let assumptions = Assumptions::of(imu);
     let learnt = study(
         &learn,
+        &learn.increments(),
         assumptions,
         &scenario.network,
         learn.epochs(),

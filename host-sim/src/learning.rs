@@ -199,20 +199,25 @@ pub fn compensate(session: &Session, compensator: &Compensator) -> Compensated {
     out
 }
 
-/// Words of the first `epochs` as they are after the compensator, from power-on; see [`Session::increments`].
+/// Words of some epochs as they are after the compensator, which runs from power-on; see [`Session::increments`]. Earlier words are zero.
 #[must_use]
 pub fn corrected_words(
     session: &Session,
     compensator: &Compensator,
-    epochs: usize,
+    epochs: std::ops::Range<usize>,
 ) -> Vec<Increment> {
     let mut state = State::default();
-    let counts = &session.counts[..epochs * session.words_per_epoch()];
-    session.navigable(
-        counts
-            .iter()
-            .map(|word| compensator.process(&mut state, *word).0),
-    )
+    let n = session.words_per_epoch();
+    let (before, counts) = session.counts[..epochs.end * n].split_at(epochs.start * n);
+    for word in before {
+        let _ = compensator.process(&mut state, *word);
+    }
+    let mut out = vec![Increment::default(); epochs.start * session.steps_per_epoch()];
+    let corrected = counts
+        .iter()
+        .map(|word| compensator.process(&mut state, *word).0);
+    out.extend(session.navigable(corrected));
+    out
 }
 
 /// Network inputs of the first `epochs`.

@@ -41,24 +41,33 @@ pub struct Study {
     pub assumptions: Assumptions,
 }
 
-/// Learns from the session's epochs up to `until`; the last `spec.held_back` of them only judge. With `hold_back` false everything is
+/// Learns from the session's epochs up to `until`; `words` are its [`Session::increments`]; the last `spec.held_back` of them only judge. With `hold_back` false everything is
 /// learnt from and nothing judged, as in the paper. `None` when the standstill gives no attitude.
 #[must_use]
 pub fn study(
     session: &Session,
+    words: &[Increment],
     assumptions: Assumptions,
     spec: &NetworkSpec,
     until: usize,
     hold_back: bool,
 ) -> Option<Study> {
-    let nominal = navigate(session, &session.increments(), &assumptions, until)?;
-    Some(study_from(session, &nominal, assumptions, spec, hold_back))
+    let nominal = navigate(session, words, &assumptions, until)?;
+    Some(study_from(
+        session,
+        words,
+        &nominal,
+        assumptions,
+        spec,
+        hold_back,
+    ))
 }
 
 /// [`study`] with a nominal trajectory that is already there; learns from all its records.
 #[must_use]
 pub fn study_from(
     session: &Session,
+    words: &[Increment],
     nominal: &Nominal,
     assumptions: Assumptions,
     spec: &NetworkSpec,
@@ -105,7 +114,7 @@ pub fn study_from(
     };
     if hold_back {
         let (from, to) = (nominal.first + learnt, nominal.first + total);
-        out.promote(session, &session.increments(), nominal, from, to);
+        out.promote(session, words, nominal, from, to);
     }
     out
 }
@@ -194,7 +203,7 @@ impl Study {
             .iter()
             .map(|u| {
                 let compensator = compensator(session, &pick(*u), &self.assumptions);
-                let corrected = corrected_words(session, &compensator, to);
+                let corrected = corrected_words(session, &compensator, from..to);
                 (
                     *u,
                     log_likelihood(session, &corrected, nominal, &assumptions, from, to) - base,

@@ -122,6 +122,7 @@ pub fn rnn_words<'a>(case: &Case<'a>) -> Option<Cow<'a, [Increment]>> {
     let session = case.session;
     let learnt = study(
         session,
+        case.words,
         assumptions,
         &NetworkSpec::default(),
         case.until,
@@ -135,7 +136,7 @@ pub fn rnn_words<'a>(case: &Case<'a>) -> Option<Cow<'a, [Increment]>> {
         return Some(Cow::Borrowed(case.words));
     }
     let compensator = compensator(session, &learnt.nets, &assumptions);
-    let words = corrected_words(session, &compensator, session.epochs());
+    let words = corrected_words(session, &compensator, 0..session.epochs());
     Some(Cow::Owned(words))
 }
 

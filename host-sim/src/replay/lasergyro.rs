@@ -102,7 +102,14 @@ fn network() -> NetworkSpec {
 #[must_use]
 pub fn replay(recording: &Recording, learn_s: u32) -> Option<Report> {
     let session = session(recording, learn_s);
-    let learnt: Study = study(&session, assumptions(), &network(), learn_s as usize, true)?;
+    let learnt: Study = study(
+        &session,
+        &session.increments(),
+        assumptions(),
+        &network(),
+        learn_s as usize,
+        true,
+    )?;
     let judged = judge(&session, &learnt)?;
     let notes = vec![
         learnt.verdict(),

@@ -142,6 +142,7 @@ pub fn judge(
     let nominal = navigate_from(&lesson, &words, a, &start, first, until);
     let study = study_from(
         &lesson,
+        &words,
         &nominal,
         *a,
         &settings.network,
@@ -291,6 +292,7 @@ fn aided(
 fn gate(lesson: &Session, nominal: &Nominal, settings: &Settings) -> String {
     let held = study_from(
         lesson,
+        &lesson.increments(),
         nominal,
         settings.assumptions,
         &settings.network,

@@ -25,7 +25,7 @@ pub fn gather(
         past = [word, past[0]];
         n += 1;
         if n == count {
-            let phi = q.scaled_axis();
+            let phi = rotvec(&q);
             out.push(Increment {
                 dtheta: phi,
                 dv: from_start_axes(&phi, &v),
@@ -34,6 +34,16 @@ pub fn gather(
         }
     }
     out
+}
+
+/// Rotation vector of a small rotation: `2 asin(s) / s` times the vector part, `s` its length, by series (relative error `s^8/10`).
+fn rotvec(q: &UnitQuaternion<f64>) -> Vector3<f64> {
+    let v = q.imag() * q.scalar().signum();
+    let s2 = v.norm_squared();
+    if s2 > 1e-3 {
+        return q.scaled_axis();
+    }
+    v * (2.0 + s2 * (1.0 / 3.0 + s2 * (3.0 / 20.0 + s2 * (5.0 / 56.0))))
 }
 
 /// Inverse of [`in_start_axes`]: the inverse left Jacobian of the rotation group, by series (relative error below `n^4/15000`).
