@@ -11,6 +11,7 @@ pub mod app;
 pub mod compensator;
 pub mod learn;
 pub mod link;
+pub mod nav;
 pub mod sample;
 pub mod store;
 pub mod wire;

@@ -6,6 +6,8 @@
 //! moves once a fix.
 
 mod covariance;
+#[cfg(test)]
+mod device;
 mod dynamics;
 mod linearised;
 mod model;

@@ -1,0 +1,408 @@
+//! Strapdown navigation for learning from fixes: position, velocity, attitude, and how their errors move.
+//!
+//! The learner corrects the sensors' words with its present estimate of their errors, navigates with them, and compares with
+//! fixes; [`Transition`] says what an error of the estimate does to the navigation. Order at a fix: [`Navigator::take_transition`],
+//! [`Navigator::innovation`], then [`Navigator::feed_back`] and [`Navigator::set_estimate`].
+//!
+//! Errors are estimate minus truth: `phi` in rad with `C_est = (I - phi x) C_true`, velocity in m/s, position in m; north, east, down.
+//! Sensor errors `e` that are left in the increments count as `residual = -e`, so that `phi' = C e_gyro` and `v' = -C e_accel`.
+//! These are the conventions of `host_sim::ekf`, whose f64 is the reference here.
+//!
+//! # Numbers
+//! - A **word** is gathered in exact integer sums; f32 computes what the sums leave out (coning, sculling, rotation: [`gather`]).
+//! - A **piece** (about 50 ms) is one step of the equations in f64. The Cortex-M4F has no f64 unit, but 20 steps a second cost less than
+//!   the words. f64 rounds a longitude to 3 nm: 24 h of pieces are 1.7 million, so that position loses less than 3 mm
+//!   even if every rounding went the same way, and about 2 um as roundings go. f32, or f64 increments rounded to f32 factors, would
+//!   lose 6 cm over 2000 km driven one way.
+//! - The **matrices** are f32: they weigh errors and need three digits.
+//!
+//! Nothing here panics. Words beyond belief, estimates and corrections that are not finite are refused, and a solution that
+//! leaves its range stops; [`Faults`] says so.
+#![forbid(unsafe_code)]
+
+mod earth;
+mod gather;
+mod transition;
+mod vector;
+
+pub use earth::Position;
+pub use transition::{ERRORS, Noise, Transition};
+
+use crate::sample::{Counts, Lsb};
+use earth::{Local, wrapped};
+use gather::{Gather, Piece};
+use transition::{Interval, motion};
+use vector::{
+    Q, V, add, cross, finite, matrix32, narrow, product, renormalised, rotated, scale, widen,
+};
+
+/// Latitude beyond which north and east lose their meaning: 89.99 deg, in rad.
+const MAX_LATITUDE: f64 = 1.570_621_793_869_697;
+/// Greatest height above or below the ellipsoid, m.
+const MAX_HEIGHT: f64 = 1e5;
+/// Greatest velocity along an axis, m/s.
+const MAX_VELOCITY: f64 = 1e4;
+/// Greatest estimate of a sensor's error, rad/s and m/s2.
+const MAX_ESTIMATE: [f32; 2] = [0.1, 10.0];
+/// Greatest correction of attitude (rad), velocity (m/s) and position (m).
+const MAX_FEEDBACK: [f32; 3] = [1.0, 1e3, 1e5];
+/// Length of a piece that [`Config::new`] aims at, s.
+const PIECE_S: f64 = 0.05;
+
+/// Position, velocity, attitude.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct State {
+    /// Geodetic position.
+    pub position: Position,
+    /// Velocity over ground, north, east, down, m/s.
+    pub velocity: [f64; 3],
+    /// Body axes to north-east-down: unit quaternion, scalar first.
+    pub q_bn: [f64; 4],
+}
+
+/// Position and velocity from a receiver.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Fix {
+    /// Position.
+    pub position: Position,
+    /// Velocity, north, east, down, m/s.
+    pub velocity: [f64; 3],
+}
+
+/// Estimate minus fix.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Innovation {
+    /// Position, north, east, down, m.
+    pub position: [f32; 3],
+    /// Velocity, north, east, down, m/s.
+    pub velocity: [f32; 3],
+}
+
+/// What a navigator must know.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Config {
+    /// Value of a count.
+    pub lsb: Lsb,
+    /// Time between words, s, 1e-5 to 1.
+    pub word_s: f64,
+    /// Words in a piece, >= 1; a piece should be short against any change of attitude and should divide the time between fixes.
+    pub piece_words: u16,
+    /// White noise of the sensors.
+    pub noise: Noise,
+}
+
+impl Config {
+    /// With pieces of 50 ms, or as near to that as whole words come.
+    #[must_use]
+    pub fn new(lsb: Lsb, word_s: f64, noise: Noise) -> Self {
+        // `as` saturates and makes 0 of NaN
+        let piece_words = (libm::round(PIECE_S / word_s) as u16).max(1);
+        Self {
+            lsb,
+            word_s,
+            piece_words,
+            noise,
+        }
+    }
+}
+
+/// Why a [`Navigator`] cannot be built; names the parameter.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ConfigError {
+    /// A count's value is not a positive finite number.
+    Lsb,
+    /// The word period is not within 1e-5 to 1 s.
+    WordPeriod,
+    /// A piece has no word.
+    PieceWords,
+    /// A noise is negative or not finite.
+    Noise,
+    /// The state is not finite, its attitude no unit quaternion, or it is outside the range of the equations.
+    State,
+}
+
+impl core::fmt::Display for ConfigError {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.write_str(match self {
+            Self::Lsb => "lsb: must be positive and finite",
+            Self::WordPeriod => "word_s: must be within 1e-5 to 1 s",
+            Self::PieceWords => "piece_words: must be at least 1",
+            Self::Noise => "noise: must be finite and >= 0",
+            Self::State => "state: must be finite, with a unit quaternion, within 89.99 deg, 100 km and 10 km/s",
+        })
+    }
+}
+
+impl core::error::Error for ConfigError {}
+
+/// What went wrong since the start.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Faults {
+    /// Words beyond belief (0.5 rad, 10 m/s); the last good one was taken instead.
+    pub words: u32,
+    /// Estimates and corrections that were refused: not finite, or too large.
+    pub inputs: u32,
+    /// The solution has left the range of the equations and stands still; make a new navigator.
+    pub lost: bool,
+}
+
+/// The navigator.
+#[derive(Debug, Clone)]
+pub struct Navigator {
+    config: Config,
+    state: State,
+    gather: Gather,
+    interval: Interval,
+    // mean acceleration over ground of the last piece, m/s2
+    acceleration: V,
+    faults: Faults,
+}
+
+impl Navigator {
+    /// Starts from a known state; no sensor errors are taken out yet.
+    ///
+    /// # Errors
+    /// Names the parameter that is out of range.
+    pub fn new(config: Config, state: State) -> Result<Self, ConfigError> {
+        let positive = |x: f64| x.is_finite() && x > 0.0;
+        if !positive(config.lsb.rad) || !positive(config.lsb.mps) {
+            return Err(ConfigError::Lsb);
+        }
+        if !(1e-5..=1.0).contains(&config.word_s) {
+            return Err(ConfigError::WordPeriod);
+        }
+        if config.piece_words == 0 {
+            return Err(ConfigError::PieceWords);
+        }
+        let Noise { gyro, accel } = config.noise;
+        if ![gyro, accel].iter().all(|x| x.is_finite() && *x >= 0.0) {
+            return Err(ConfigError::Noise);
+        }
+        let [w, x, y, z] = state.q_bn;
+        let norm = w * w + x * x + y * y + z * z;
+        if !in_range(&state) || !(0.998..1.002).contains(&norm) {
+            return Err(ConfigError::State);
+        }
+        let q_bn = renormalised(renormalised(state.q_bn));
+        Ok(Self {
+            config,
+            state: State { q_bn, ..state },
+            gather: Gather::new(config.lsb, config.word_s, config.piece_words),
+            interval: Interval::new(),
+            acceleration: [0.0; 3],
+            faults: Faults::default(),
+        })
+    }
+
+    /// Takes one uncorrected word.
+    #[inline]
+    pub fn word(&mut self, counts: &Counts) {
+        if !self.gather.word(counts) {
+            self.faults.words = self.faults.words.saturating_add(1);
+        }
+        if self.gather.is_full() {
+            self.end_piece();
+        }
+    }
+
+    /// Solution at the end of the last piece. [`Self::take_transition`] ends the one in progress.
+    #[must_use]
+    pub fn state(&self) -> &State {
+        &self.state
+    }
+
+    /// What went wrong so far.
+    #[must_use]
+    pub fn faults(&self) -> Faults {
+        self.faults
+    }
+
+    /// Errors of gyros (rad/s) and accelerometers (m/s2) to be taken out from the next word on. False: refused, the old ones stay.
+    pub fn set_estimate(&mut self, gyro: [f32; 3], accel: [f32; 3]) -> bool {
+        // a comparison with NaN is false
+        let within = |v: &[f32; 3], limit: f32| v.iter().all(|x| x.abs() <= limit);
+        let good = within(&gyro, MAX_ESTIMATE[0]) && within(&accel, MAX_ESTIMATE[1]);
+        if good {
+            self.end_piece();
+            self.gather.set_estimate([gyro, accel]);
+        } else {
+            self.refused();
+        }
+        good
+    }
+
+    /// Errors that are being taken out, rad/s and m/s2.
+    #[must_use]
+    pub fn estimate(&self) -> [[f32; 3]; 2] {
+        self.gather.estimate()
+    }
+
+    /// Ends the piece in progress; gives how errors moved since the last call, and starts anew.
+    pub fn take_transition(&mut self) -> Transition {
+        self.end_piece();
+        self.interval.take()
+    }
+
+    /// Estimate minus a fix that was valid `age_s` seconds before the end of the last piece (0 to 1, or it is taken as such).
+    #[must_use]
+    pub fn innovation(&self, fix: &Fix, age_s: f32) -> Innovation {
+        let State {
+            position, velocity, ..
+        } = &self.state;
+        let age = f64::from(age_s.clamp(0.0, 1.0));
+        let then = add(*velocity, scale(self.acceleration, -age));
+        let moved = scale(add(*velocity, then), -0.5 * age);
+        let dp = add(position.ned_from(&fix.position), moved);
+        let dv = add(then, scale(fix.velocity, -1.0));
+        Innovation {
+            position: narrow(dp),
+            velocity: narrow(dv),
+        }
+    }
+
+    /// Takes an estimated error (attitude rad, velocity m/s, position m) out of the solution. False: refused, nothing changed.
+    pub fn feed_back(&mut self, error: &[f32; 9]) -> bool {
+        let [a, b, c, d, e, f, g, h, i] = *error;
+        let [phi, dv, dp] = [[a, b, c], [d, e, f], [g, h, i]];
+        let good = [phi, dv, dp]
+            .iter()
+            .zip(MAX_FEEDBACK)
+            .all(|(v, limit)| v.iter().all(|x| x.abs() <= limit));
+        let State {
+            position,
+            velocity,
+            q_bn,
+        } = self.state;
+        let q = product(vector::from_rotvec(widen(phi)), q_bn);
+        let corrected = State {
+            position: position.displaced(scale(widen(dp), -1.0)),
+            velocity: add(velocity, scale(widen(dv), -1.0)),
+            q_bn: renormalised(q),
+        };
+        let good = good && in_range(&corrected);
+        if good {
+            self.state = corrected;
+        } else {
+            self.refused();
+        }
+        good
+    }
+
+    fn refused(&mut self) {
+        self.faults.inputs = self.faults.inputs.saturating_add(1);
+    }
+
+    #[inline(never)]
+    fn end_piece(&mut self) {
+        if self.gather.is_empty() {
+            return;
+        }
+        let piece = self.gather.end();
+        if self.faults.lost {
+            return;
+        }
+        let step = step(&self.state, &piece);
+        if in_range(&step.state) {
+            self.state = step.state;
+            self.acceleration = step.acceleration;
+            let motion = motion(step.c_mid, step.force, step.v_mid, piece.time);
+            self.interval.piece(&motion, &step.here, self.config.noise);
+        } else {
+            self.faults.lost = true;
+        }
+    }
+}
+
+/// One step, and what the error dynamics need of it.
+struct Step {
+    state: State,
+    acceleration: V,
+    force: V,
+    v_mid: V,
+    c_mid: [[f32; 3]; 3],
+    here: Local,
+}
+
+/// Savage (1998), Groves (2013) ch. 5; as `host_sim::sins::Sins::step`, but with the Earth at the middle of this very piece.
+fn step(state: &State, piece: &Piece) -> Step {
+    let State {
+        position,
+        velocity,
+        q_bn,
+    } = *state;
+    let tau = piece.time;
+    // a metre north is 1.57e-7 rad within 0.7 %: to know where the middle is that is enough
+    let here = Local::at(
+        position.latitude + velocity[0] * (0.5 * tau / 6.37e6),
+        position.height - velocity[2] * (0.5 * tau),
+    );
+    let force_body = rotated(q_bn, piece.velocity);
+    let v_mid = [
+        velocity[0] + 0.5 * force_body[0],
+        velocity[1] + 0.5 * force_body[1],
+        velocity[2] + 0.5 * (force_body[2] + here.g * tau),
+    ];
+    let (inv_m, inv_n) = (1.0 / here.m_h, 1.0 / here.n_h);
+    let inv_cos = 1.0 / here.cos;
+    let east = v_mid[1] * inv_n;
+    let omega_en = [east, -v_mid[0] * inv_m, -east * here.sin * inv_cos];
+    let omega_ie = here.omega_ie();
+    let omega_in = add(omega_ie, omega_en);
+    let zeta = scale(omega_in, tau);
+
+    let dv_n = add(force_body, scale(cross(force_body, zeta), 0.5));
+    let coriolis = cross(v_mid, add(omega_ie, omega_in));
+    let mut change = add(dv_n, scale(coriolis, tau));
+    change[2] += here.g * tau;
+    let v_mean = add(velocity, scale(change, 0.5));
+
+    let q = product(q_bn, vector::from_rotvec(piece.phi));
+    let q_bn_new = renormalised(add_rotation(q, scale(zeta, -0.5)));
+    let middle: [f32; 4] = core::array::from_fn(|i| 0.5 * (q_bn[i] as f32 + q_bn_new[i] as f32));
+    let inv_tau = 1.0 / tau;
+    Step {
+        state: State {
+            position: Position {
+                latitude: position.latitude + v_mean[0] * tau * inv_m,
+                longitude: wrapped(position.longitude + v_mean[1] * tau * inv_n * inv_cos),
+                height: position.height - v_mean[2] * tau,
+            },
+            velocity: add(velocity, change),
+            q_bn: q_bn_new,
+        },
+        acceleration: scale(change, inv_tau),
+        force: scale(dv_n, inv_tau),
+        v_mid,
+        c_mid: matrix32(unit32(middle)),
+        here,
+    }
+}
+
+/// `[1, half] * q` for a rotation vector `2 half` of some urad: its cosine is 1 to 1e-11, which renormalising sets right.
+fn add_rotation(q: Q, half: V) -> Q {
+    let [w, x, y, z] = q;
+    let axis = [x, y, z];
+    let turned = add(scale(half, w), cross(half, axis));
+    let along = half[0] * x + half[1] * y + half[2] * z;
+    [w - along, x + turned[0], y + turned[1], z + turned[2]]
+}
+
+/// Mean of two quaternions a piece apart to unit length; theirs is 1 within 2 %.
+fn unit32([w, x, y, z]: [f32; 4]) -> [f32; 4] {
+    let k = 1.0 / libm::sqrtf(w * w + x * x + y * y + z * z);
+    [w * k, x * k, y * k, z * k]
+}
+
+/// Whether the equations hold there; false for what is not a number.
+fn in_range(state: &State) -> bool {
+    let Position {
+        latitude,
+        longitude,
+        height,
+    } = state.position;
+    latitude.abs() <= MAX_LATITUDE
+        && longitude.abs() <= 2.0 * core::f64::consts::TAU
+        && height.abs() <= MAX_HEIGHT
+        && state.velocity.iter().all(|v| v.abs() <= MAX_VELOCITY)
+        && finite(&state.q_bn)
+}

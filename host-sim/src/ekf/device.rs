@@ -1,0 +1,134 @@
+//! The device's navigator (`firmware::nav`) against the desktop's f64 one, over the same counts.
+
+use super::dynamics::Interval;
+use super::{ErrorModel, NAV, Noise, Parameter, Regressor, Triad};
+use crate::earth::Geodetic;
+use crate::replay::words::quantise;
+use crate::sins::{Increment, NavState, Sins};
+use crate::truth::{DriveConfig, Truth, random_drive};
+use crate::units::{ARCSEC, DEG_PER_H, UG};
+use firmware::nav::{self, Navigator, Position, State, Transition};
+use firmware::sample::{Counts, Lsb};
+use nalgebra::{SMatrix, UnitQuaternion, Vector3};
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+
+const LSB: Lsb = Lsb {
+    rad: 0.1 * ARCSEC,
+    mps: 125.0 * UG,
+};
+const NOISE: Noise = Noise {
+    gyro: 1.4e-6,
+    accel: 2e-4,
+};
+
+fn drive(seconds: f64, dt: f64, seed: u64) -> Truth {
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    let segments = random_drive(seconds, &mut rng);
+    let start = Geodetic {
+        lat: 0.55,
+        lon: 1.9,
+        h: 100.0,
+    };
+    let config = DriveConfig {
+        segments: &segments,
+        start,
+        heading: 0.4,
+        dt,
+        vibration: 1.0,
+    };
+    Truth::new(&config, &mut rng)
+}
+
+fn device_state(nav: &NavState) -> State {
+    let q = nav.q_bn.quaternion();
+    State {
+        position: Position {
+            latitude: nav.position.lat,
+            longitude: nav.position.lon,
+            height: nav.position.h,
+        },
+        velocity: nav.velocity.into(),
+        q_bn: [q.w, q.i, q.j, q.k],
+    }
+}
+
+fn desktop_state(state: &State) -> NavState {
+    let Position {
+        latitude,
+        longitude,
+        height,
+    } = state.position;
+    let [w, x, y, z] = state.q_bn;
+    NavState {
+        position: Geodetic {
+            lat: latitude,
+            lon: longitude,
+            h: height,
+        },
+        velocity: Vector3::from(state.velocity),
+        q_bn: UnitQuaternion::new_unchecked(nalgebra::Quaternion::new(w, x, y, z)),
+    }
+}
+
+fn navigator(nav: &NavState, dt: f64) -> Navigator {
+    let noise = nav::Noise {
+        gyro: NOISE.gyro as f32,
+        accel: NOISE.accel as f32,
+    };
+    Navigator::new(nav::Config::new(LSB, dt, noise), device_state(nav)).unwrap()
+}
+
+/// What a word of counts is worth after the errors have been taken out.
+fn corrected(counts: &Counts, errors: &[[f32; 3]; 2], dt: f64) -> Increment {
+    let [gyro, accel] = errors.map(|e| Vector3::from(e.map(f64::from)) * dt);
+    Increment {
+        dtheta: Vector3::from(counts.dtheta.map(f64::from)) * LSB.rad - gyro,
+        dv: Vector3::from(counts.dv.map(f64::from)) * LSB.mps - accel,
+    }
+}
+
+/// Largest differences of position (m), velocity (m/s) and attitude (rad) over a drive, looked at each second.
+fn differences(seconds: f64, dt: f64, errors: [[f32; 3]; 2], seed: u64) -> [f64; 3] {
+    let truth = drive(seconds, dt, seed);
+    let counts = quantise(&truth.words, &LSB).unwrap();
+    let mut sins = Sins::new(truth.epochs[0]);
+    let mut device = navigator(&truth.epochs[0], dt);
+    assert!(device.set_estimate(errors[0], errors[1]));
+    let mut greatest = [0.0_f64; 3];
+    for second in counts.chunks_exact(truth.words_per_epoch) {
+        for word in second {
+            sins.step(&corrected(word, &errors, dt), dt);
+            device.word(word);
+        }
+        let nav = desktop_state(device.state());
+        let now = [
+            nav.position.ned_from(&sins.nav.position).norm(),
+            (nav.velocity - sins.nav.velocity).norm(),
+            nav.q_bn.angle_to(&sins.nav.q_bn),
+        ];
+        for (g, n) in greatest.iter_mut().zip(now) {
+            *g = g.max(n);
+        }
+    }
+    assert_eq!(device.faults(), nav::Faults::default());
+    greatest
+}
+
+#[test]
+fn twenty_two_minutes_free_inertial_end_at_the_same_place() {
+    let errors = [
+        [0.3, -0.4, 0.2].map(|e| (e * DEG_PER_H) as f32),
+        [300.0, -500.0, 200.0].map(|e| (e * UG) as f32),
+    ];
+    for (dt, errors) in [
+        (0.005, [[0.0; 3]; 2]),
+        (0.005, errors),
+        (0.01, [[0.0; 3]; 2]),
+        (0.0005, [[0.0; 3]; 2]),
+    ] {
+        let got = differences(1320.0, dt, errors, 7);
+        println!("{dt} {got:?}");
+        assert!(got[0] < 0.05 && got[1] < 1e-3 && got[2] < 1e-7, "{got:?}");
+    }
+}
