@@ -4,6 +4,7 @@
 //! magnitude). The estimate of a block is held over the next one, so a word's correction is known before the word arrives and the
 //! latency is the same on all axes. With a correction of zero the output is the input, bit for bit.
 
+use crate::learn::Meaning;
 use crate::sample::{Counts, Lsb};
 use crate::wire::{Words, kvh};
 use lrnn_nostd::{Fault, Net, State as NetState};
@@ -52,7 +53,7 @@ pub struct Compensator {
     pub accel: Net,
     /// Fastest change of the correction, rad/s per s and m/s2 per s; `None`: at once, for the time before the alignment.
     pub slew: Option<Limit>,
-    block_words: u16,
+    meaning: Meaning,
     block_s: f32,
     limit: Limit,
     // mean input of a block per summed count, SI
@@ -91,8 +92,13 @@ impl State {
 
     /// The networks' states as before their first step, for other networks. The estimate stays in force until they step.
     pub fn reset_nets(&mut self) {
-        self.gyro.reset();
-        self.accel.reset();
+        self.set_nets([NetState::new(); 2]);
+    }
+
+    /// The networks' states as those of others that have seen the same blocks.
+    pub fn set_nets(&mut self, [gyro, accel]: [NetState; 2]) {
+        self.gyro = gyro;
+        self.accel = accel;
     }
 }
 
@@ -107,6 +113,12 @@ pub struct Block {
     pub rate_error: [f32; 3],
     /// Estimated specific-force error likewise, m/s2.
     pub force_error: [f32; 3],
+    /// What the networks said, within the limit, whether it comes into force or not: rad/s and m/s2.
+    pub said: [[f32; 3]; 2],
+    /// The block's words, summed in steps.
+    pub sum: [[i64; 3]; 2],
+    /// Counts (or units of a float word) in a step: 1, or a power of two below.
+    pub step: f32,
     /// First fault of the two networks, if any.
     pub fault: Option<Fault>,
 }
@@ -141,7 +153,11 @@ impl Compensator {
         Ok(Self {
             gyro,
             accel,
-            block_words,
+            meaning: Meaning {
+                lsb,
+                period_s: word_period_s,
+                block_words,
+            },
             limit,
             slew: None,
             block_s: block_s as f32,
@@ -151,6 +167,11 @@ impl Compensator {
                 (word_period_s / lsb.mps) as f32,
             ],
         })
+    }
+
+    /// What the words mean.
+    pub fn meaning(&self) -> Meaning {
+        self.meaning
     }
 
     /// One word in, one word out; at the end of a block also what the networks said of it, which takes effect with the next word.
@@ -204,7 +225,7 @@ impl Compensator {
             }
         };
         state.words += 1;
-        (state.words >= self.block_words).then(|| self.end_block(state, per_sum))
+        (state.words >= self.meaning.block_words).then(|| self.end_block(state, per_sum))
     }
 
     /// There is a hole in the stream: the networks do not step over it. The words since the last block are given up, the
@@ -220,19 +241,19 @@ impl Compensator {
         let mean = |sum: [i64; 3], k: f32| sum.map(|s| s as f32 * k * per_sum);
         let rate = mean(state.sum[0], per_gyro);
         let force = mean(state.sum[1], per_accel);
-        state.sum = [[0; 3]; 2];
+        let sum = core::mem::take(&mut state.sum);
         state.words = 0;
         let g = self.gyro.step(&mut state.gyro, rate);
         let a = self.accel.step(&mut state.accel, force);
-        let target = [
+        let said = [
             g.error.map(|e| clip(e, self.limit.gyro)),
             a.error.map(|e| clip(e, self.limit.accel)),
         ];
         let fault = g.fault.or(a.fault);
         state.faults = state.faults.saturating_add(u32::from(fault.is_some()));
-        let clipped = target != [g.error, a.error];
+        let clipped = said != [g.error, a.error];
         state.clipped = state.clipped.saturating_add(u32::from(clipped));
-        let target = if state.off { [[0.0; 3]; 2] } else { target };
+        let target = if state.off { [[0.0; 3]; 2] } else { said };
         self.put_in_force(state, &target);
         let [rate_error, force_error] = state.estimate;
         Block {
@@ -240,6 +261,9 @@ impl Compensator {
             force,
             rate_error,
             force_error,
+            said,
+            sum,
+            step: per_sum,
             fault,
         }
     }

@@ -156,6 +156,8 @@ fn requests() {
         last: 0,
         angle: [0.0; 3],
         velocity: [0.0; 3],
+        angle_sigma: 1.0,
+        velocity_sigma: 1.0,
     };
     let all = [
         Request::GetVersion,
@@ -174,6 +176,12 @@ fn requests() {
         Request::Alignment(Alignment::Started),
         Request::GetCounters,
         Request::StoreImage,
+        Request::GetEstimate,
+        Request::ReadLearnt {
+            offset: 0,
+            length: 0,
+        },
+        Request::CommitLearnt,
     ];
     for (n, request) in all.iter().enumerate() {
         let name = format!("{request:?}");

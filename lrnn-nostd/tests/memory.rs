@@ -2,7 +2,7 @@
 
 use core::mem::size_of;
 
-use lrnn_nostd::learn::{GaussNewton, Guarded, Learner, Paper, Window};
+use lrnn_nostd::learn::{Factored, GaussNewton, Guarded, Learner, Paper, Window};
 use lrnn_nostd::{Net, Normalisation, Sensitivities, State, Weights};
 
 #[test]
@@ -24,6 +24,16 @@ fn sizes_are_those_of_the_readme() {
             "learn::Learner<GaussNewton>",
             size_of::<Learner<GaussNewton>>(),
             20028,
+        ),
+        (
+            "learn::Factored<63, 1953>",
+            size_of::<Factored<63, 1953>>(),
+            8064,
+        ),
+        (
+            "learn::Factored<45, 990>",
+            size_of::<Factored<45, 990>>(),
+            4140,
         ),
     ];
     let readme = include_str!("../README.md");

@@ -2,10 +2,11 @@
 
 use super::phase::FAILURES;
 use super::setup::{Last, Setup};
-use super::{Config, Nets};
+use super::{Config, Fix, Nets};
 use crate::compensator::{Block, Compensator, State};
+use crate::learn::{Learner, Meaning, Memory, Report};
 use crate::link::Line;
-use crate::wire::command::{Alignment, Counters, Mode, fault};
+use crate::wire::command::{Alignment, Counters, Estimate, Mode, Reason, Window, fault};
 use crate::wire::sequence::Gap;
 use crate::wire::{Axes, Change, Checked, Reading, Source, Words, stim300};
 
@@ -18,7 +19,7 @@ struct Correction {
 
 /// Everything between the sensor's framer and the output.
 #[derive(Debug)]
-pub(super) struct Flow {
+pub(super) struct Flow<'m> {
     pub config: Config,
     /// The STIM300's configuration: its own as soon as it has sent it.
     pub stim: stim300::config::Config,
@@ -40,10 +41,15 @@ pub(super) struct Flow {
     pub block: Option<Block>,
     /// Blocks in which a correction was clipped, before the present state.
     clipped: u32,
+    /// Number of the last sample, modulo 2^32; the first is 0.
+    sample: u32,
+    learner: Memory<'m>,
+    /// What the learner was begun with; `None`: it has to begin anew.
+    begun: Option<Meaning>,
 }
 
-impl Flow {
-    pub fn new(config: Config) -> Flow {
+impl<'m> Flow<'m> {
+    pub fn new(config: Config, learner: Option<&'m mut dyn Learner>) -> Flow<'m> {
         Flow {
             stim: config.stim300,
             mode: config.mode,
@@ -59,6 +65,9 @@ impl Flow {
             to_store: false,
             block: None,
             clipped: 0,
+            sample: u32::MAX,
+            learner: Memory(learner),
+            begun: None,
         }
     }
 
@@ -95,7 +104,7 @@ impl Flow {
     fn change(&self, frame: &mut Checked, words: &Words) -> Axes {
         let change = Change {
             words,
-            mark: self.config.mark && self.faults & fault::NETWORK != 0,
+            mark: self.config.mark && self.faults & fault::NETWORK != 0 && !self.looks_on(),
             family: self.config.family,
         };
         frame.change(&change).unwrap_or(Axes::NONE)
@@ -112,16 +121,24 @@ impl Flow {
                 count(&mut counters.duplicates, 1);
                 return; // passed on, but it happened once
             }
-            Some(Gap::Missed(frames)) => count(&mut counters.missed, frames),
+            Some(Gap::Missed(frames)) => {
+                count(&mut counters.missed, frames);
+                self.sample = self.sample.wrapping_add(frames);
+            }
             Some(Gap::Jump) => count(&mut counters.jumps, 1),
             Some(Gap::None) | None => {}
         }
-        let hole = matches!(gap, Some(Gap::Missed(_) | Gap::Jump));
+        self.sample = self.sample.wrapping_add(1);
+        if matches!(gap, Some(Gap::Missed(_) | Gap::Jump)) || bad != 0 {
+            self.hole();
+        }
         let Some(Correction { compensator, state }) = &mut self.correction else {
             return;
         };
-        if hole || bad != 0 {
-            compensator.give_up_block(state);
+        if let Some(learner) = &mut self.learner.0
+            && self.begun.is_some()
+        {
+            learner.word(self.sample, &reading.words);
         }
         if bad == 0
             && let Some(block) = compensator.take_in(state, &reading.words)
@@ -141,6 +158,9 @@ impl Flow {
         };
         let zero = block.rate_error == [0.0; 3] && block.force_error == [0.0; 3];
         self.block = Some(block);
+        if let (Some(learner), Some(_)) = (&mut self.learner.0, self.begun) {
+            learner.block(self.sample, &block);
+        }
         if self.mode == Mode::Bypass && zero {
             self.correction = None; // faded out
         }
@@ -161,6 +181,9 @@ impl Flow {
         if let Some(Correction { compensator, state }) = &mut self.correction {
             compensator.give_up_block(state);
         }
+        if let Some(learner) = &mut self.learner.0 {
+            learner.hole();
+        }
     }
 
     /// A correction for frames of this kind, when one is wanted.
@@ -174,11 +197,17 @@ impl Flow {
         self.setup = setup;
         let slew = (self.alignment == Some(Alignment::Finished)).then_some(self.config.slew);
         let wanted = self.mode != Mode::Bypass;
+        let off = self.looks_on();
         self.correction = setup.filter(|_| wanted).and_then(|setup| {
             let compensator = setup.compensator(&self.config, slew)?;
-            let state = State::default();
+            let mut state = State::default();
+            state.off = off;
             Some(Correction { compensator, state })
         });
+        if let Some(learner) = &mut self.learner.0 {
+            learner.restart();
+        }
+        self.teach();
         self.failures = 0;
         self.flag(fault::NETWORK, false);
         self.flag(fault::UNITS, wanted && self.correction.is_none());
@@ -206,7 +235,7 @@ impl Flow {
         let fade = self.alignment == Some(Alignment::Finished);
         self.mode = mode;
         match &mut self.correction {
-            Some(correction) if fade => correction.state.off = mode == Mode::Bypass,
+            Some(correction) if fade => correction.state.off = mode != Mode::Frozen,
             _ => {
                 self.keep_count();
                 self.correction = None;
@@ -214,6 +243,96 @@ impl Flow {
             }
         }
         self.failures = 0;
+        self.teach();
+    }
+
+    /// Words go through as they came, but the networks step.
+    fn looks_on(&self) -> bool {
+        matches!(self.mode, Mode::Shadow | Mode::Learn)
+    }
+
+    /// Whether there is a learner.
+    pub fn can_learn(&self) -> bool {
+        self.learner.0.is_some()
+    }
+
+    /// In mode learn the learner is begun with what it does not know yet. From then on it follows in every mode.
+    fn teach(&mut self) {
+        let (Some(learner), Some(correction)) = (&mut self.learner.0, &self.correction) else {
+            return;
+        };
+        let meaning = Some(correction.compensator.meaning());
+        if self.begun != meaning {
+            self.begun = meaning.filter(|_| self.mode == Mode::Learn);
+            if let Some(meaning) = self.begun {
+                learner.begin(&self.config.nets, meaning);
+            }
+        }
+    }
+
+    /// A reference of the navigation computer.
+    pub fn reference(&mut self, window: &Window) -> Result<(), Reason> {
+        let learner = self.learner.0.as_mut().ok_or(Reason::NotAvailable)?;
+        if self.mode != Mode::Learn {
+            return Err(Reason::Mode);
+        }
+        learner.reference(window)
+    }
+
+    /// A good fix of the receiver.
+    pub fn fix(&mut self, fix: &Fix) {
+        if let (Some(learner), Some(_)) = (&mut self.learner.0, self.begun) {
+            learner.fix(self.sample, fix);
+        }
+    }
+
+    /// A piece of learning that was put off; whether there is more.
+    pub fn work(&mut self) -> bool {
+        self.learner
+            .0
+            .as_mut()
+            .is_some_and(|learner| learner.work())
+    }
+
+    /// What was learnt.
+    pub fn learnt(&mut self) -> Option<(Nets, [lrnn_nostd::State; 2])> {
+        self.begun?;
+        self.learner.0.as_mut().map(|learner| learner.learnt())
+    }
+
+    /// Use what was learnt: it has seen the same blocks, so that nothing begins anew.
+    pub fn commit_learnt(&mut self) -> Result<(), Reason> {
+        let (nets, states) = self.learnt().ok_or(Reason::NotAvailable)?;
+        self.config.nets = nets;
+        self.failures = 0;
+        if let Some(correction) = &mut self.correction {
+            correction.compensator.gyro = nets.gyro;
+            correction.compensator.accel = nets.accel;
+            correction.state.set_nets(states);
+        }
+        Ok(())
+    }
+
+    /// What the networks say.
+    pub fn estimate(&self) -> Estimate {
+        let report = self.learner.0.as_ref().map(|learner| learner.report());
+        let Report {
+            window,
+            estimate,
+            used,
+            doubted,
+        } = report.unwrap_or_default();
+        let correction = self.correction.as_ref();
+        Estimate {
+            sample: self.sample,
+            counter: self.last.counter(),
+            window,
+            in_force: correction.map_or([[0.0; 3]; 2], |c| c.state.estimate()),
+            said: self.block.map_or([[0.0; 3]; 2], |block| block.said),
+            learnt: estimate,
+            used,
+            doubted,
+        }
     }
 
     /// The navigation computer's alignment: from its end on corrections only change slowly.
@@ -230,12 +349,14 @@ impl Flow {
     pub fn set_nets(&mut self, nets: Nets) {
         self.config.nets = nets;
         self.failures = 0;
+        self.begun = None;
         if let Some(correction) = &mut self.correction {
             correction.compensator.gyro = nets.gyro;
             correction.compensator.accel = nets.accel;
             correction.compensator.give_up_block(&mut correction.state);
             correction.state.reset_nets();
         }
+        self.teach();
     }
 
     /// Blocks given up, corrections clipped.

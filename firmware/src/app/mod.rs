@@ -12,16 +12,19 @@
 
 mod config;
 mod flow;
+mod lines;
 pub mod phase;
 mod reverse;
 mod server;
 mod setup;
 
 pub use config::{Adis, Config, Kvh, Nets};
+pub use lines::{Fix, Lines};
 pub use phase::Phase;
 pub use server::IMAGES_LEN;
 
 use crate::compensator::Block;
+use crate::learn::Learner;
 use crate::link::{Clock, Line};
 use crate::wire::command::{Counters, Mode, Packets, fault};
 use crate::wire::framer::{Framer, Kind};
@@ -38,35 +41,13 @@ const PIECE: usize = 64;
 /// The command link and the receiver wait no longer than this for a pause between frames, microseconds.
 pub const PATIENCE_US: u64 = 20_000;
 
-/// The four lines of a device; [`crate::link::NoLine`] for one that is not there.
-#[derive(Debug, Default)]
-pub struct Lines<S, N, C, G> {
-    /// The sensor: frames in, requests out.
-    pub sensor: S,
-    /// The navigation computer: frames out, requests in.
-    pub navigation: N,
-    /// The command link.
-    pub command: C,
-    /// The receiver: fixes in.
-    pub gnss: G,
-}
-
-/// A fix and when it arrived.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Fix {
-    /// The receiver's solution.
-    pub pvt: Pvt,
-    /// By the board's clock, microseconds.
-    pub arrived_us: u64,
-}
-
 /// The application.
 #[derive(Debug)]
-pub struct App {
+pub struct App<'m> {
     machine: Machine,
     framer: Framer,
     detector: Detector,
-    flow: Flow,
+    flow: Flow<'m>,
     reverse: Reverse,
     packets: Packets,
     server: Server,
@@ -78,14 +59,19 @@ pub struct App {
     served_us: u64,
 }
 
-impl App {
+impl<'m> App<'m> {
     /// From its configuration; nothing happens before the first [`App::poll`].
-    pub fn new(config: Config) -> App {
+    pub fn new(config: Config) -> App<'m> {
+        App::with_learner(config, None)
+    }
+
+    /// The same with something that learns, in the mode of that name.
+    pub fn with_learner(config: Config, learner: Option<&'m mut dyn Learner>) -> App<'m> {
         App {
             machine: Machine::new(),
             framer: Framer::new(config.format.unwrap_or(Format::Stim300)),
             detector: Detector::new(),
-            flow: Flow::new(config),
+            flow: Flow::new(config, learner),
             reverse: Reverse::default(),
             packets: Packets::new(),
             server: Server::new(),
@@ -208,6 +194,7 @@ impl App {
             busy |= self.back(&mut lines.navigation, &mut lines.sensor, now);
             busy |= self.command(&mut lines.command);
             busy |= self.gnss(&mut lines.gnss, now);
+            busy |= self.flow.work();
         }
         busy
     }
@@ -392,7 +379,9 @@ impl App {
             if pvt.is_good() {
                 count(&mut self.flow.counters.good_fixes, 1);
                 let arrived_us = now;
-                self.fix = Some(Fix { pvt, arrived_us });
+                let fix = Fix { pvt, arrived_us };
+                self.flow.fix(&fix);
+                self.fix = Some(fix);
             }
         }
         len > 0

@@ -50,7 +50,7 @@ impl Server {
     pub fn serve(
         &mut self,
         packet: &mut [u8],
-        flow: &mut Flow,
+        flow: &mut Flow<'_>,
         machine: &mut Machine,
     ) -> Option<&[u8]> {
         let (number, request) = decode::<Request>(packet).ok()?;
@@ -84,7 +84,15 @@ impl Server {
             Request::SetMode(mode) => set_mode(mode, flow, machine),
             Request::WriteImage { offset, bytes } => self.write_image(offset, bytes),
             Request::CommitImage { length } => self.commit_image(length, flow),
-            Request::Reference(_) => Err(Reason::NotAvailable),
+            Request::Reference(window) => flow.reference(&window),
+            Request::GetEstimate => return Response::Estimate(flow.estimate()),
+            Request::ReadLearnt { offset, length } => {
+                return match flow.learnt() {
+                    Some((nets, _)) => read_image(&nets, offset, length, buffer),
+                    None => Response::Refused(Reason::NotAvailable),
+                };
+            }
+            Request::CommitLearnt => may_exchange(flow).and_then(|()| flow.commit_learnt()),
             Request::StoreImage => store_image(flow),
             Request::Alignment(alignment) => {
                 flow.align(alignment);
@@ -114,11 +122,7 @@ impl Server {
         if usize::try_from(length) != Ok(IMAGES_LEN) || self.received.len() != IMAGES_LEN {
             return Err(Reason::Range);
         }
-        // during the alignment no correction may change; after it a fade covers networks that come into use later
-        let aligned = flow.alignment == Some(Alignment::Finished) && flow.mode == Mode::Bypass;
-        if flow.alignment.is_some() && !aligned {
-            return Err(Reason::Alignment);
-        }
+        may_exchange(flow)?;
         let (gyro, accel) = self
             .received
             .split_at_checked(IMAGE_LEN)
@@ -132,8 +136,17 @@ impl Server {
     }
 }
 
+/// During the alignment no correction may change; after it a fade covers networks that come into use later.
+fn may_exchange(flow: &Flow) -> Result<(), Reason> {
+    let aligned = flow.alignment == Some(Alignment::Finished) && flow.mode != Mode::Frozen;
+    if flow.alignment.is_some() && !aligned {
+        return Err(Reason::Alignment);
+    }
+    Ok(())
+}
+
 fn set_mode(mode: Mode, flow: &mut Flow, machine: &mut Machine) -> Result<(), Reason> {
-    if matches!(mode, Mode::Shadow | Mode::Learn) {
+    if mode == Mode::Learn && !flow.can_learn() {
         return Err(Reason::NotAvailable);
     }
     // while it lasts the correction may be taken off no more than put on: either would be a jump

@@ -121,3 +121,10 @@ pub(super) struct Last {
     counter: Option<u16>,
     time: Option<f64>,
 }
+
+impl Last {
+    /// The sensor's counter.
+    pub fn counter(&self) -> Option<u16> {
+        self.counter
+    }
+}

@@ -5,6 +5,9 @@
 #[path = "../board/mps2/mod.rs"]
 mod board;
 #[cfg(target_os = "none")]
+#[path = "../board/memory.rs"]
+mod memory;
+#[cfg(target_os = "none")]
 #[path = "../board/time.rs"]
 mod time;
 #[cfg(target_os = "none")]
@@ -14,15 +17,18 @@ mod uart;
 #[cfg(target_os = "none")]
 mod target {
     use firmware::app::{App, Config};
+    use firmware::learn::Learner;
 
     use crate::board::Board;
+    use crate::memory;
 
     #[cortex_m_rt::entry]
     fn main() -> ! {
         let Some(mut board) = Board::start() else {
             cortex_m::peripheral::SCB::sys_reset()
         };
-        let mut app = App::new(Config::default());
+        let learner = memory::learner().map(|learner| learner as &mut dyn Learner);
+        let mut app = App::with_learner(Config::default(), learner);
         loop {
             let busy = app.poll(&mut board.lines, &board.time);
             board.turned(!busy);

@@ -5,6 +5,9 @@
 #[path = "../board/stm32f405/mod.rs"]
 mod board;
 #[cfg(target_os = "none")]
+#[path = "../board/memory.rs"]
+mod memory;
+#[cfg(target_os = "none")]
 #[path = "../board/time.rs"]
 mod time;
 #[cfg(target_os = "none")]
@@ -14,9 +17,11 @@ mod uart;
 #[cfg(target_os = "none")]
 mod target {
     use firmware::app::{App, Config, Nets};
+    use firmware::learn::Learner;
     use firmware::store::Store;
 
     use crate::board::Board;
+    use crate::memory;
 
     #[cortex_m_rt::entry]
     fn main() -> ! {
@@ -28,11 +33,13 @@ mod target {
         if let Some(stored) = &stored {
             defmt::println!("stored weights, number {=u32}", stored.generation);
         }
-        let mut app = App::new(Config {
+        let config = Config {
             nets: stored.map_or(Nets::NONE, |stored| stored.nets),
             store: board.store.is_some(),
             ..Config::default()
-        });
+        };
+        let learner = memory::learner().map(|learner| learner as &mut dyn Learner);
+        let mut app = App::with_learner(config, learner);
         loop {
             let busy = app.poll(&mut board.lines, &board.time);
             if let (Some(nets), Some(store)) = (app.to_store(), &mut board.store) {

@@ -1,4 +1,101 @@
-//! Learning on the device.
+//! Learning, beside the flow of the words: on a copy of the networks, which takes the place of those in use only by command.
+//!
+//! A [`Learner`] is handed what there is to learn from: blocks (what the networks step on), words, the navigation computer's
+//! references, the receiver's fixes. What takes long it puts off to [`Learner::work`], which the application calls between
+//! frames, a piece at a time. Its memory is the board's: a board without one has no mode `learn`.
 
 pub mod bank;
+mod chosen;
 pub mod prior;
+mod window;
+
+pub use window::{BLOCKS, GATE, WindowLearner};
+
+use crate::app::{Fix, Nets};
+use crate::compensator::Block;
+use crate::sample::Lsb;
+use crate::wire::Words;
+use crate::wire::command::{Reason, Window};
+use lrnn_nostd::State;
+
+/// What the words of a stream mean to a learner.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Meaning {
+    /// Value of a count (of 1.0, for float words) as an increment.
+    pub lsb: Lsb,
+    /// Time between words, s.
+    pub period_s: f64,
+    /// Words in a block.
+    pub block_words: u16,
+}
+
+impl Meaning {
+    /// Time of a block, s.
+    pub fn block_s(&self) -> f32 {
+        (self.period_s * f64::from(self.block_words)) as f32
+    }
+}
+
+/// What a learner can tell.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Report {
+    /// First and last sample of the window that a reference may be given for.
+    pub window: Option<(u32, u32)>,
+    /// What the copy said of the last block: rate error in rad/s, error of specific force in m/s2.
+    pub estimate: [[f32; 3]; 2],
+    /// References used.
+    pub used: u32,
+    /// References of which at least one axis was too far off to be believed.
+    pub doubted: u32,
+}
+
+/// A way to learn. Nothing here may depend on when it is called between two words, so that the same input gives the same bits
+/// on every machine.
+pub trait Learner {
+    /// Begins anew, from a copy of `nets`.
+    fn begin(&mut self, nets: &Nets, meaning: Meaning);
+
+    /// The stream begins anew: the networks' states as at power-on; what was learnt stays.
+    fn restart(&mut self);
+
+    /// An uncorrected word with its sample number, after its frame has left.
+    fn word(&mut self, _number: u32, _words: &Words) {}
+
+    /// The block that ends with sample `last` and has no hole.
+    fn block(&mut self, last: u32, block: &Block);
+
+    /// Samples are missing: nothing goes on across.
+    fn hole(&mut self);
+
+    /// The navigation computer's reference.
+    ///
+    /// # Errors
+    /// Why it cannot be used; given twice it is used once.
+    fn reference(&mut self, _window: &Window) -> Result<(), Reason> {
+        Err(Reason::NotAvailable)
+    }
+
+    /// The receiver's fix, which arrived after sample `number`.
+    fn fix(&mut self, _number: u32, _fix: &Fix) {}
+
+    /// A piece of what was put off, some ten thousand instructions at most. True: there is more.
+    fn work(&mut self) -> bool {
+        false
+    }
+
+    /// What was learnt, and the networks' states now; what was put off is done first.
+    fn learnt(&mut self) -> (Nets, [State; 2]);
+
+    /// For those who look on.
+    fn report(&self) -> Report;
+}
+
+/// A board's learner, if it has one. The application prints without it: a learner's numbers would bring the formatting of floats
+/// into every image.
+pub(crate) struct Memory<'m>(pub Option<&'m mut dyn Learner>);
+
+impl core::fmt::Debug for Memory<'_> {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.write_str(if self.0.is_some() { "Learner" } else { "None" })
+    }
+}

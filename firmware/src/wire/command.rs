@@ -14,7 +14,7 @@ use super::{Error, cobs};
 use serde::{Deserialize, Serialize};
 
 /// Version of this wire format, in [`Version`].
-pub const WIRE_VERSION: u16 = 2;
+pub const WIRE_VERSION: u16 = 3;
 /// The largest piece of a weight image in one packet, bytes.
 pub const MAX_CHUNK: usize = 128;
 /// The longest packet, its zero byte included: chunk, 32 bytes for the other fields and the CRC, COBS overhead.
@@ -42,7 +42,7 @@ pub enum Alignment {
     Finished,
 }
 
-/// A reference for the words of a past window, as sums.
+/// A reference for the words of the window last closed ([`Estimate::window`]), as sums.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Window {
     /// Number of the first sample in the window.
@@ -53,6 +53,32 @@ pub struct Window {
     pub angle: [f64; 3],
     /// Sum of the true velocity increments x, y, z, m/s.
     pub velocity: [f64; 3],
+    /// Standard deviation of the angle sums, noise of the sensor's own words included, rad, > 0. References that share their
+    /// errors over T seconds count as one in T: give each sqrt(T / window) times its own.
+    pub angle_sigma: f32,
+    /// Standard deviation of the velocity sums likewise, m/s, > 0.
+    pub velocity_sigma: f32,
+}
+
+/// What the networks say, whether it is in force or not.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Estimate {
+    /// Number of the last sample: frames since power-on, the missing ones counted, modulo 2^32; the first is 0.
+    pub sample: u32,
+    /// The sensor's own counter in that frame, to know it by.
+    pub counter: Option<u16>,
+    /// First and last sample of the window for which a [`Request::Reference`] is awaited.
+    pub window: Option<(u32, u32)>,
+    /// Correction in force: rate error in rad/s, error of the specific force in m/s2.
+    pub in_force: [[f32; 3]; 2],
+    /// What the networks in use said of the last block.
+    pub said: [[f32; 3]; 2],
+    /// What the copy that learns said of it.
+    pub learnt: [[f32; 3]; 2],
+    /// References used, of windows since power-on.
+    pub used: u32,
+    /// Of these, with an axis that was not believed.
+    pub doubted: u32,
 }
 
 /// What can be asked.
@@ -91,6 +117,17 @@ pub enum Request<'a> {
     GetCounters,
     /// Keep the weights in use over a power cycle. Halts the processor while flash is erased: in bypass only.
     StoreImage,
+    /// Answer: [`Response::Estimate`].
+    GetEstimate,
+    /// As [`Request::ReadImage`], the weights learnt. They change while learning goes on: read them in another mode.
+    ReadLearnt {
+        /// Where in the image.
+        offset: u32,
+        /// At most [`MAX_CHUNK`].
+        length: u16,
+    },
+    /// Use the weights learnt from the next block on.
+    CommitLearnt,
 }
 
 /// Why a request was not carried out.
@@ -108,7 +145,7 @@ pub enum Reason {
     Alignment,
     /// Nothing of the kind on this board.
     Unsupported,
-    /// Known, but not available yet in this version.
+    /// Not on this board, or nothing there yet.
     NotAvailable,
 }
 
@@ -229,6 +266,8 @@ pub enum Response<'a> {
     },
     /// To [`Request::GetCounters`].
     Counters(Counters),
+    /// To [`Request::GetEstimate`].
+    Estimate(Estimate),
 }
 
 /// Write a packet, its zero byte included, and return it.

@@ -186,11 +186,6 @@ fn modes() {
     assert_eq!(device.counters().blocks, 0);
     refused(
         &mut device,
-        &Request::SetMode(Mode::Shadow),
-        Reason::NotAvailable,
-    );
-    refused(
-        &mut device,
         &Request::SetMode(Mode::Learn),
         Reason::NotAvailable,
     );
@@ -199,6 +194,8 @@ fn modes() {
         last: 1,
         angle: [0.0; 3],
         velocity: [0.0; 3],
+        angle_sigma: 1.0,
+        velocity_sigma: 1.0,
     };
     refused(
         &mut device,

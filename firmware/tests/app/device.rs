@@ -1,6 +1,7 @@
 //! The application between mock lines, under a clock that the test moves.
 
 use firmware::app::{App, Config, Lines, Nets};
+use firmware::learn::WindowLearner;
 use firmware::link::{Clock, Full, Line, Lost};
 use firmware::wire::command::{Counters, MAX_PACKET, Packets, Request, Response, decode, encode};
 use lrnn_nostd::{Net, Normalisation, Weights};
@@ -69,7 +70,7 @@ impl Clock for Time {
 /// A device on the bench.
 #[derive(Debug)]
 pub struct Device<S = Mock> {
-    pub app: App,
+    pub app: App<'static>,
     pub lines: Lines<S, Mock, Mock, Mock>,
     pub time: Time,
     number: u8,
@@ -78,6 +79,14 @@ pub struct Device<S = Mock> {
 impl Device<Mock> {
     pub fn new(config: Config) -> Device<Mock> {
         Device::on(config, Mock::default())
+    }
+
+    /// With a learner.
+    pub fn learning(config: Config) -> Device<Mock> {
+        let learner: &'static mut WindowLearner = Box::leak(Box::default());
+        let mut device = Device::new(Config::default());
+        device.app = App::with_learner(config, Some(learner));
+        device
     }
 
     /// Frames of the sensor, all at once.

@@ -7,5 +7,6 @@ mod device;
 mod frames;
 mod holes;
 mod identity;
+mod learn;
 mod reverse;
 mod sums;

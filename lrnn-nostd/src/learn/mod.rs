@@ -10,6 +10,7 @@
 //! A [`Learner`] works on its own copy of a network and never touches the one it was made from.
 
 mod batch;
+mod factored;
 mod gauss_newton;
 mod guarded;
 pub mod kalman;
@@ -17,6 +18,7 @@ mod paper;
 mod window;
 
 pub use batch::Batch;
+pub use factored::Factored;
 pub use gauss_newton::GaussNewton;
 pub use guarded::Guarded;
 pub use paper::{Paper, StepSizes};

@@ -3,8 +3,9 @@
 #![no_main]
 
 use firmware::app::{App, Config, Lines, Nets, Phase};
+use firmware::learn::WindowLearner;
 use firmware::link::{Clock, Full, Line, Lost};
-use firmware::wire::command::{MAX_PACKET, Mode, Packets, Request, Response, decode, encode};
+use firmware::wire::command::{MAX_PACKET, Mode, Packets, Request, Response, Window, decode, encode};
 use firmware::wire::{Format, Framer, Scan, framer, kvh, novatel, stim300, ubx};
 use libfuzzer_sys::fuzz_target;
 use lrnn_nostd::{Net, Normalisation, Weights};
@@ -120,7 +121,7 @@ fn net(byte: u8) -> Net {
 
 fn request<'a>(kind: u8, bytes: &'a [u8]) -> Request<'a> {
     let offset = u32::from(bytes.first().copied().unwrap_or(0)) * 4;
-    match kind % 8 {
+    match kind % 16 {
         0 => Request::GetHealth,
         1 => Request::SetMode(Mode::Frozen),
         2 => Request::SetMode(Mode::Bypass),
@@ -131,6 +132,22 @@ fn request<'a>(kind: u8, bytes: &'a [u8]) -> Request<'a> {
         },
         5 => Request::Alignment(firmware::wire::command::Alignment::Started),
         6 => Request::Alignment(firmware::wire::command::Alignment::Finished),
+        7 => Request::SetMode(Mode::Learn),
+        8 => Request::SetMode(Mode::Shadow),
+        9 => Request::GetEstimate,
+        10 => Request::CommitLearnt,
+        11 => Request::ReadLearnt {
+            offset,
+            length: 128,
+        },
+        12 => Request::Reference(Window {
+            first: offset,
+            last: offset + 9 + u32::from(bytes.get(1).copied().unwrap_or(0)),
+            angle: [1e-3; 3],
+            velocity: [f64::from(offset), 0.0, 1e30],
+            angle_sigma: 1e-6,
+            velocity_sigma: 1e3,
+        }),
         _ => Request::WriteImage {
             offset,
             bytes: &bytes[..bytes.len().min(128)],
@@ -158,7 +175,8 @@ fuzz_target!(|input: &[u8]| {
         block: f64::from(setting >> 4) / 1000.0,
         ..Config::default()
     };
-    let mut app = App::new(config);
+    let mut learner = WindowLearner::new();
+    let mut app = App::with_learner(config, Some(&mut learner));
     let mut lines: Lines<Mock, Mock, Mock, Mock> = Lines::default();
     lines.sensor.room = usize::MAX;
     lines.command.room = usize::MAX;
@@ -177,7 +195,7 @@ fuzz_target!(|input: &[u8]| {
             3 => lines.navigation.input.extend(bytes),
             4 => {
                 let mut buffer = [0; MAX_PACKET];
-                if let Ok(packet) = encode(*amount, &request(step >> 3, bytes), &mut buffer) {
+                if let Ok(packet) = encode(*amount, &request(amount ^ (step >> 3), bytes), &mut buffer) {
                     lines.command.input.extend(&*packet);
                 }
             }

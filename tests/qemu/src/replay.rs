@@ -181,7 +181,7 @@ pub struct Cost {
 /// The application with a recording at its lines.
 #[derive(Debug)]
 pub struct Replay {
-    app: App,
+    app: App<'static>,
     lines: Lines<Feed, Tap, Feed, Feed>,
     now: Now,
     pace: Pace,

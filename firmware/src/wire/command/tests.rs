@@ -15,7 +15,7 @@ fn mode() -> impl Strategy<Value = Mode> {
 
 /// Any request; the bytes of a chunk are given apart because it borrows them.
 fn request(kind: u8, a: u32, b: u32, mode: Mode, real: f64, bytes: &[u8]) -> Request<'_> {
-    match kind % 10 {
+    match kind % 13 {
         0 => Request::GetVersion,
         1 => Request::GetHealth,
         2 => Request::SetMode(mode),
@@ -30,10 +30,18 @@ fn request(kind: u8, a: u32, b: u32, mode: Mode, real: f64, bytes: &[u8]) -> Req
             last: b,
             angle: [real, -real, 0.0],
             velocity: [1.0, real, 9.8],
+            angle_sigma: real as f32,
+            velocity_sigma: 1e-3,
         }),
         7 => Request::Alignment(Alignment::Finished),
         8 => Request::GetCounters,
-        _ => Request::StoreImage,
+        9 => Request::StoreImage,
+        10 => Request::GetEstimate,
+        11 => Request::ReadLearnt {
+            offset: a,
+            length: b as u16,
+        },
+        _ => Request::CommitLearnt,
     }
 }
 
@@ -63,7 +71,18 @@ proptest! {
         };
         let counters = Counters { frames, entered: [u32::MAX; 3], good_fixes: garbage, ..Counters::default() };
         let version = Version { wire: WIRE_VERSION, firmware: [0, 1, 65_535], image: 1 };
+        let estimate = Estimate {
+            sample: u32::MAX,
+            counter: Some(u16::MAX),
+            window: Some((u32::MAX, frames)),
+            in_force: [[f32::MAX; 3]; 2],
+            said: [[f32::MIN; 3]; 2],
+            learnt: [[0.5; 3]; 2],
+            used: u32::MAX,
+            doubted: u32::MAX,
+        };
         for response in [
+            Response::Estimate(estimate),
             Response::Done,
             Response::Refused(Reason::Unsupported),
             Response::Version(version),

@@ -1,0 +1,25 @@
+//! What the application is connected to.
+
+use crate::wire::ubx::Pvt;
+
+/// The four lines of a device; [`crate::link::NoLine`] for one that is not there.
+#[derive(Debug, Default)]
+pub struct Lines<S, N, C, G> {
+    /// The sensor: frames in, requests out.
+    pub sensor: S,
+    /// The navigation computer: frames out, requests in.
+    pub navigation: N,
+    /// The command link.
+    pub command: C,
+    /// The receiver: fixes in.
+    pub gnss: G,
+}
+
+/// A fix and when it arrived.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Fix {
+    /// The receiver's solution.
+    pub pvt: Pvt,
+    /// By the board's clock, microseconds.
+    pub arrived_us: u64,
+}

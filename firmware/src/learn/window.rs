@@ -1,0 +1,356 @@
+//! Learning from references over windows (way B), in constant memory and without a second look at anything.
+//!
+//! A window is ten blocks without a hole. While it lasts each network's copy steps with its exact gradient, and A = sum y dt and
+//! Psi = sum dy/dtheta dt are summed. The reference comes within the next window and gives three scalar residuals a network,
+//!
+//! ```text
+//! measured - true = scale (A + Psi delta) + v
+//! ```
+//!
+//! each of which updates delta and its covariance ([`Factored`]). The copy's weights move by delta where a window begins and
+//! nowhere else, so nothing depends on when within a window the reference came.
+
+use super::chosen::{self, LEARNT};
+use super::{Learner, Meaning, Report};
+use crate::app::Nets;
+use crate::compensator::Block;
+use crate::sample::Lsb;
+use crate::wire::command::{self, Reason};
+use lrnn_nostd::learn::{Factored, Window};
+use lrnn_nostd::{Fault, Net, Normalisation, Sensitivities, State, Weights};
+
+/// Blocks in a window.
+pub const BLOCKS: u16 = 10;
+
+/// A residual of more than so many standard deviations is not believed.
+pub const GATE: f32 = 6.0;
+
+const PACKED: usize = LEARNT * (LEARNT - 1) / 2;
+
+/// One network's copy and what is known of its weights.
+#[derive(Debug)]
+struct Side {
+    net: Net,
+    state: State,
+    sensitivities: Sensitivities,
+    /// Sums of the window in progress and of the one before it.
+    open: Window,
+    closed: Window,
+    known: Factored<LEARNT, PACKED>,
+    /// The best weights are those of `net` and this.
+    delta: [f32; LEARNT],
+    /// By how much the weights have moved since those that `closed` was made with.
+    moved: [f32; LEARNT],
+    estimate: [f32; 3],
+}
+
+/// What a window covers.
+#[derive(Debug, Clone, Copy)]
+struct Span {
+    first: u32,
+    last: u32,
+    blocks: u16,
+    /// Words summed, in steps.
+    sum: [[i64; 3]; 2],
+    /// Counts in a step.
+    step: f32,
+}
+
+/// A reference that is being used, axis by axis: 0 to 2 of the gyros, 3 to 5 of the accelerometers.
+#[derive(Debug, Clone, Copy)]
+struct Job {
+    axis: usize,
+    /// What A should be, output units times s, and its variance.
+    sum: [[f32; 3]; 2],
+    variance: [[f32; 3]; 2],
+    /// Axes that were not believed; a number, so that no job is all zeros.
+    doubted: u32,
+}
+
+/// Learns both networks from the navigation computer's references.
+#[derive(Debug)]
+pub struct WindowLearner {
+    sides: [Side; 2],
+    meaning: Meaning,
+    open: Span,
+    closed: Option<Span>,
+    taken: Option<(u32, u32)>,
+    job: Option<Job>,
+    used: u32,
+    doubted: u32,
+}
+
+impl Side {
+    const EMPTY: Side = Side {
+        net: Net::new(
+            Weights::zero(),
+            Normalisation {
+                input_offset: [0.0; 3],
+                input_scale: [0.0; 3],
+                output_scale: [0.0; 3],
+            },
+        ),
+        state: State::new(),
+        sensitivities: Sensitivities::new(),
+        open: Window::new(),
+        closed: Window::new(),
+        known: Factored::certain(),
+        delta: [0.0; LEARNT],
+        moved: [0.0; LEARNT],
+        estimate: [0.0; 3],
+    };
+
+    fn begin(&mut self, net: &Net) {
+        self.net = *net;
+        let sigma = chosen::sigma(&net.weights).to_array();
+        self.known.set(&chosen::pick(&sigma));
+        self.delta = [0.0; LEARNT];
+        self.moved = [0.0; LEARNT];
+    }
+
+    fn restart(&mut self) {
+        self.state.reset();
+        self.sensitivities.reset();
+        self.estimate = [0.0; 3];
+    }
+
+    /// One step; false when it failed and the window is not to be used.
+    fn step(&mut self, input: [f32; 3], dt: f32) -> bool {
+        let step = self
+            .net
+            .step_gradient(&mut self.state, &mut self.sensitivities, input);
+        self.open.add(&step.output, &self.sensitivities, dt);
+        self.estimate = step.error;
+        if step.fault == Some(Fault::Overflow) {
+            self.sensitivities.reset();
+        }
+        step.fault.is_none()
+    }
+
+    fn close(&mut self) {
+        self.closed = self.open;
+        self.open.reset();
+        chosen::add(&mut self.net.weights, &self.delta);
+        self.moved = core::mem::replace(&mut self.delta, [0.0; LEARNT]);
+    }
+
+    /// One axis of a reference. An axis whose output is switched off has nothing to learn.
+    fn learn(&mut self, axis: usize, sum: f32, variance: f32) -> bool {
+        let (Some(psi), Some(is)) = (self.closed.psi().get(axis), self.closed.sum().get(axis))
+        else {
+            return true;
+        };
+        if self.net.normalisation.output_scale.get(axis) == Some(&0.0) {
+            return true;
+        }
+        let h = chosen::pick(psi);
+        let moved = self.delta.iter().zip(&self.moved);
+        let expected = h
+            .iter()
+            .zip(moved)
+            .fold(*is, |sum, (h, (a, b))| sum + h * (a + b));
+        self.known
+            .update(&mut self.delta, &h, sum - expected, variance, GATE)
+    }
+
+    fn best(&self) -> Net {
+        let mut net = self.net;
+        chosen::add(&mut net.weights, &self.delta);
+        net
+    }
+}
+
+impl Span {
+    const EMPTY: Span = Span {
+        first: 0,
+        last: 0,
+        blocks: 0,
+        sum: [[0; 3]; 2],
+        step: 0.0,
+    };
+
+    fn ends(&self) -> (u32, u32) {
+        (self.first, self.last)
+    }
+}
+
+impl WindowLearner {
+    /// To be begun. All zeros, so that it takes no room in flash.
+    pub const fn new() -> WindowLearner {
+        WindowLearner {
+            sides: [Side::EMPTY; 2],
+            meaning: Meaning {
+                lsb: Lsb { rad: 0.0, mps: 0.0 },
+                period_s: 0.0,
+                block_words: 0,
+            },
+            open: Span::EMPTY,
+            closed: None,
+            taken: None,
+            job: None,
+            used: 0,
+            doubted: 0,
+        }
+    }
+
+    /// The window in progress is given up.
+    fn drop_open(&mut self) {
+        self.open = Span::EMPTY;
+        self.sides.iter_mut().for_each(|side| side.open.reset());
+    }
+
+    fn finish(&mut self) {
+        while self.work() {}
+    }
+}
+
+impl Default for WindowLearner {
+    fn default() -> WindowLearner {
+        WindowLearner::new()
+    }
+}
+
+impl Learner for WindowLearner {
+    fn begin(&mut self, nets: &Nets, meaning: Meaning) {
+        self.meaning = meaning;
+        let [gyro, accel] = &mut self.sides;
+        gyro.begin(&nets.gyro);
+        accel.begin(&nets.accel);
+        self.restart();
+    }
+
+    fn restart(&mut self) {
+        self.job = None;
+        self.closed = None;
+        self.drop_open();
+        self.sides.iter_mut().for_each(Side::restart);
+    }
+
+    fn block(&mut self, last: u32, block: &Block) {
+        let dt = self.meaning.block_s();
+        let [gyro, accel] = &mut self.sides;
+        let good = gyro.step(block.rate, dt) & accel.step(block.force, dt);
+        let open = &mut self.open;
+        if open.blocks == 0 {
+            open.first = last.wrapping_sub(u32::from(self.meaning.block_words) - 1);
+        }
+        open.last = last;
+        open.blocks += 1;
+        open.step = block.step;
+        for (sums, words) in open.sum.iter_mut().zip(&block.sum) {
+            for (sum, word) in sums.iter_mut().zip(words) {
+                *sum = sum.saturating_add(*word);
+            }
+        }
+        if !good {
+            return self.drop_open();
+        }
+        if open.blocks >= BLOCKS {
+            self.finish();
+            self.closed = Some(self.open);
+            self.open = Span::EMPTY;
+            self.sides.iter_mut().for_each(Side::close);
+        }
+    }
+
+    fn hole(&mut self) {
+        if self.open.blocks > 0 {
+            self.drop_open();
+        }
+    }
+
+    fn reference(&mut self, window: &command::Window) -> Result<(), Reason> {
+        let ends = (window.first, window.last);
+        if self.taken == Some(ends) {
+            return Ok(()); // again, because the answer was lost
+        }
+        let span = self
+            .closed
+            .filter(|span| span.ends() == ends)
+            .ok_or(Reason::Window)?;
+        let positive = |x: f32| x.is_finite() && x > 0.0;
+        let finite = window.angle.iter().chain(&window.velocity);
+        if !finite.copied().all(f64::is_finite)
+            || !positive(window.angle_sigma)
+            || !positive(window.velocity_sigma)
+        {
+            return Err(Reason::Range);
+        }
+        let lsb = [self.meaning.lsb.rad, self.meaning.lsb.mps];
+        let truth = [window.angle, window.velocity];
+        let sigma = [window.angle_sigma, window.velocity_sigma];
+        let mut job = Job {
+            axis: 0,
+            sum: [[0.0; 3]; 2],
+            variance: [[0.0; 3]; 2],
+            doubted: 0,
+        };
+        for (side, network) in self.sides.iter().enumerate() {
+            let scale = network.net.normalisation.output_scale;
+            for (axis, scale) in scale.into_iter().enumerate() {
+                let (is, should) = (at(&span.sum, side, axis), at(&truth, side, axis));
+                let unit = lsb.get(side).copied().unwrap_or(0.0) * f64::from(span.step);
+                let error = (is.unwrap_or(0) as f64 * unit - should.unwrap_or(0.0)) as f32;
+                let noise = sigma.get(side).copied().unwrap_or(0.0) / scale;
+                set(&mut job.sum, side, axis, error / scale);
+                set(&mut job.variance, side, axis, noise * noise);
+            }
+        }
+        self.closed = None;
+        self.taken = Some(ends);
+        self.job = Some(job);
+        Ok(())
+    }
+
+    fn work(&mut self) -> bool {
+        let Some(job) = &mut self.job else {
+            return false;
+        };
+        let (side, axis) = (job.axis / 3, job.axis % 3);
+        if let (Some(network), Some(sum), Some(variance)) = (
+            self.sides.get_mut(side),
+            at(&job.sum, side, axis),
+            at(&job.variance, side, axis),
+        ) {
+            job.doubted += u32::from(!network.learn(axis, sum, variance));
+        }
+        job.axis += 1;
+        if job.axis < 6 {
+            return true;
+        }
+        self.used = self.used.saturating_add(1);
+        self.doubted = self.doubted.saturating_add(job.doubted.min(1));
+        self.job = None;
+        false
+    }
+
+    fn learnt(&mut self) -> (Nets, [State; 2]) {
+        self.finish();
+        let [gyro, accel] = &self.sides;
+        let nets = Nets {
+            gyro: gyro.best(),
+            accel: accel.best(),
+        };
+        (nets, [gyro.state, accel.state])
+    }
+
+    fn report(&self) -> Report {
+        let [gyro, accel] = &self.sides;
+        Report {
+            window: self.closed.as_ref().map(Span::ends),
+            estimate: [gyro.estimate, accel.estimate],
+            used: self.used,
+            doubted: self.doubted,
+        }
+    }
+}
+
+fn at<T: Copy>(of: &[[T; 3]; 2], side: usize, axis: usize) -> Option<T> {
+    of.get(side).and_then(|triad| triad.get(axis)).copied()
+}
+
+fn set(of: &mut [[f32; 3]; 2], side: usize, axis: usize, value: f32) {
+    if let Some(place) = of.get_mut(side).and_then(|triad| triad.get_mut(axis)) {
+        *place = value;
+    }
+}

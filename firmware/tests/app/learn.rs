@@ -1,0 +1,371 @@
+//! Modes shadow and learn: words go through untouched, the copy learns from references, and only a command brings it into use.
+
+use crate::device::{Device, nets};
+use crate::frames::{Fields, Kind};
+use firmware::app::{Config, IMAGES_LEN, Nets, Phase};
+use firmware::compensator::Limit;
+use firmware::learn::{BLOCKS, WindowLearner};
+use firmware::wire::DEGREE;
+use firmware::wire::command::{
+    Alignment, Estimate, MAX_CHUNK, Mode, Reason, Request, Response, Window,
+};
+use lrnn_nostd::{Net, Normalisation, Weights};
+
+const STIM: Kind = Kind::Stim300(0x91, 1, 1);
+/// Counts a word, at 1 kHz: 1e-3 rad/s and 0.01 m/s2.
+const ERROR: [[i32; 3]; 2] = [[120, -60, 30], [42, 0, -21]];
+const GRAVITY: i32 = 41_000;
+const RAD: f64 = DEGREE / 2_097_152.0;
+const MPS: f64 = 1.0 / 4_194_304.0;
+/// Blocks of 10 words, so windows of 100.
+const WORDS: u32 = 10 * BLOCKS as u32;
+
+/// Networks to begin with: slow units in the middle, nothing at the output.
+fn start() -> Nets {
+    let net = |input_offset: [f32; 3], input_scale: f32, output_scale: f32| -> Net {
+        let mut weights = Weights::from_fn(|i| {
+            if i < 21 {
+                ((i * 37 + 11) % 65) as f32 / 64.0 - 0.5
+            } else {
+                0.0
+            }
+        });
+        weights.layers[0].r = [[0.0; 3]; 3];
+        for (i, blocks) in [30.0, 100.0, 300.0].into_iter().enumerate() {
+            let leak: f32 = 1.0 / blocks;
+            weights.layers[1].r[i][i] = 1.0 - leak;
+            weights.layers[1].b[i] = 0.5 * leak * leak.sqrt();
+        }
+        Net::new(
+            weights,
+            Normalisation {
+                input_offset,
+                input_scale: [input_scale; 3],
+                output_scale: [output_scale; 3],
+            },
+        )
+    };
+    Nets {
+        gyro: net([0.0; 3], 5.0, 1e-3),
+        accel: net([0.0, 0.0, 9.8], 0.5, 1e-2),
+    }
+}
+
+fn config() -> Config {
+    Config {
+        block: 0.01,
+        limit: Limit {
+            gyro: 1.0,
+            accel: 1.0,
+        },
+        nets: start(),
+        ..STIM.config()
+    }
+}
+
+/// Frames `from..to` at rest with the sensor's error.
+fn frames(from: u32, to: u32) -> Vec<Vec<u8>> {
+    let [gyro, [x, y, z]] = ERROR;
+    let accel = [x, y, z + GRAVITY];
+    let rest = 0;
+    let frame = |n| STIM.frame(n, Fields { gyro, accel, rest });
+    (from..to).map(frame).collect()
+}
+
+fn estimate(device: &mut Device) -> Estimate {
+    device.ask(&Request::GetEstimate, |answer| match answer {
+        Response::Estimate(estimate) => estimate,
+        other => panic!("{other:?}"),
+    })
+}
+
+/// The truth over a window.
+fn reference((first, last): (u32, u32)) -> Window {
+    let count = f64::from(last - first + 1);
+    Window {
+        first,
+        last,
+        angle: [0.0; 3],
+        velocity: [0.0, 0.0, f64::from(GRAVITY) * MPS * count],
+        angle_sigma: 1e-6,
+        velocity_sigma: 1e-5,
+    }
+}
+
+fn refused(device: &mut Device, request: &Request, reason: Reason) {
+    device.ask(request, |answer| {
+        assert_eq!(answer, Response::Refused(reason))
+    });
+}
+
+fn learnt(device: &mut Device) -> Vec<u8> {
+    let mut all = Vec::new();
+    while all.len() < IMAGES_LEN {
+        let request = Request::ReadLearnt {
+            offset: all.len() as u32,
+            length: MAX_CHUNK as u16,
+        };
+        device.ask(&request, |answer| match answer {
+            Response::Image { bytes, .. } => all.extend_from_slice(bytes),
+            other => panic!("{other:?}"),
+        });
+    }
+    all
+}
+
+/// Sends windows and their references, each `late` words into the next window.
+fn teach(device: &mut Device, windows: std::ops::Range<u32>, late: u32) {
+    for window in windows {
+        let end = (window + 1) * WORDS;
+        device.feed(&frames(window * WORDS + if window > 0 { late } else { 0 }, end).concat());
+        let told = estimate(device);
+        assert_eq!(
+            (told.sample, told.counter),
+            (end - 1, Some(((end - 1) * 2 % 256) as u16))
+        );
+        let ends = told.window.expect("a window is over");
+        assert_eq!(ends, (window * WORDS, end - 1));
+        device.feed(&frames(end, end + late).concat());
+        device.order(&Request::Reference(reference(ends)));
+    }
+}
+
+/// How far an estimate is from the sensor's error, as a share of it.
+fn off(estimate: [[f32; 3]; 2]) -> f64 {
+    let mut worst: f64 = 0.0;
+    for (side, count) in [RAD, MPS].into_iter().enumerate() {
+        for axis in 0..3 {
+            let error = f64::from(ERROR[side][axis]) * count * 1e3;
+            let largest = f64::from(ERROR[side][0]) * count * 1e3;
+            worst = worst.max((f64::from(estimate[side][axis]) - error).abs() / largest);
+        }
+    }
+    worst
+}
+
+#[test]
+fn learns_from_references_and_is_used_by_command_only() {
+    let mut device = Device::learning(config());
+    device.order(&Request::SetMode(Mode::Learn));
+    teach(&mut device, 0..30, 0);
+    let told = estimate(&mut device);
+    assert!(
+        off(told.learnt) < 0.01,
+        "{} {:?}",
+        off(told.learnt),
+        told.learnt
+    );
+    assert_eq!((told.used, told.doubted), (30, 0));
+    assert_eq!((told.said, told.in_force), ([[0.0; 3]; 2], [[0.0; 3]; 2]));
+    assert_eq!(*device.app.nets(), start());
+    assert_eq!(device.lines.navigation.sent, frames(0, 30 * WORDS));
+
+    let weights = learnt(&mut device);
+    device.order(&Request::CommitLearnt);
+    device.order(&Request::SetMode(Mode::Frozen));
+    assert_eq!(
+        weights[..304],
+        lrnn_nostd::image::encode(&device.app.nets().gyro)
+    );
+    device.lines.navigation.sent.clear();
+    device.feed(&frames(30 * WORDS, 32 * WORDS).concat());
+    let told = estimate(&mut device);
+    assert!(
+        told.in_force == told.said && off(told.in_force) < 0.2,
+        "{told:?}"
+    );
+    assert_ne!(device.lines.navigation.sent, frames(30 * WORDS, 32 * WORDS));
+}
+
+/// Whether a reference comes at once or at the end of the next window makes no difference to a single bit.
+#[test]
+fn when_a_reference_comes_does_not_matter() {
+    let weights = [0, 37, WORDS - 1].map(|late| {
+        let mut device = Device::learning(config());
+        device.order(&Request::SetMode(Mode::Learn));
+        teach(&mut device, 0..5, late);
+        learnt(&mut device)
+    });
+    assert_eq!(weights[0], weights[1]);
+    assert_eq!(weights[0], weights[2]);
+    let untaught = {
+        let mut device = Device::learning(config());
+        device.order(&Request::SetMode(Mode::Learn));
+        device.feed(&frames(0, WORDS).concat());
+        learnt(&mut device)
+    };
+    assert_ne!(weights[0], untaught);
+}
+
+#[test]
+fn references_that_cannot_be_used() {
+    let mut device = Device::learning(config());
+    let good = reference((0, WORDS - 1));
+    refused(&mut device, &Request::Reference(good), Reason::Mode);
+    refused(&mut device, &Request::CommitLearnt, Reason::NotAvailable);
+    device.order(&Request::SetMode(Mode::Learn));
+    device.feed(&frames(0, WORDS - 1).concat());
+    refused(&mut device, &Request::Reference(good), Reason::Window); // not over yet
+    device.feed(&frames(WORDS - 1, WORDS).concat());
+    for wrong in [
+        Window { first: 1, ..good },
+        Window {
+            last: WORDS,
+            ..good
+        },
+    ] {
+        refused(&mut device, &Request::Reference(wrong), Reason::Window);
+    }
+    let [nan, inf] = [f64::NAN, f64::INFINITY];
+    for wrong in [
+        Window {
+            angle: [0.0, nan, 0.0],
+            ..good
+        },
+        Window {
+            velocity: [inf, 0.0, 0.0],
+            ..good
+        },
+        Window {
+            angle_sigma: 0.0,
+            ..good
+        },
+        Window {
+            velocity_sigma: -1.0,
+            ..good
+        },
+        Window {
+            velocity_sigma: f32::NAN,
+            ..good
+        },
+    ] {
+        refused(&mut device, &Request::Reference(wrong), Reason::Range);
+    }
+    device.order(&Request::Reference(good));
+    let once = learnt(&mut device);
+    device.order(&Request::Reference(good)); // its answer was lost
+    assert_eq!(learnt(&mut device), once);
+    assert_eq!(estimate(&mut device).used, 1);
+    // one that is far off is counted and not believed
+    device.feed(&frames(WORDS, 2 * WORDS).concat());
+    let far = Window {
+        angle: [1.0; 3],
+        velocity: [9.0; 3],
+        ..reference((WORDS, 2 * WORDS - 1))
+    };
+    device.order(&Request::Reference(far));
+    assert_eq!(learnt(&mut device), once);
+    let told = estimate(&mut device);
+    assert_eq!((told.used, told.doubted), (2, 1));
+    // too late
+    device.feed(&frames(2 * WORDS, 4 * WORDS).concat());
+    let late = reference((2 * WORDS, 3 * WORDS - 1));
+    refused(&mut device, &Request::Reference(late), Reason::Window);
+}
+
+#[test]
+fn a_window_has_no_hole() {
+    let mut device = Device::learning(config());
+    device.order(&Request::SetMode(Mode::Learn));
+    device.feed(&frames(0, 55).concat());
+    device.feed(&frames(58, 158).concat()); // three frames are missing
+    let told = estimate(&mut device);
+    assert_eq!((told.sample, told.window), (157, Some((58, 157))));
+    // a damaged frame is missing too
+    let mut bad = frames(158, 170);
+    bad[5][10] ^= 1;
+    device.feed(&bad.concat());
+    device.feed(&frames(170, 264).concat());
+    assert_eq!(estimate(&mut device).window, Some((164, 263)));
+    // silence ends a window, and so does a word the sensor calls invalid
+    device.wait_ms(200);
+    device.feed(&frames(264, 300).concat());
+    let mut invalid = frames(300, 301).remove(0);
+    invalid[10] = 0x11; // overload of x
+    let crc = firmware::wire::checksum::crc32_mpeg2_padded(&invalid[..24]);
+    invalid[24..].copy_from_slice(&crc.to_be_bytes());
+    device.feed(&invalid);
+    device.feed(&frames(301, 401).concat());
+    assert_eq!(estimate(&mut device).window, Some((301, 400)));
+}
+
+#[test]
+fn shadow_tells_and_does_not_touch() {
+    let error = [1e-5, 0.0, 0.0];
+    let mut device = Device::new(Config {
+        nets: nets(error, [0.0; 3]),
+        ..config()
+    });
+    refused(
+        &mut device,
+        &Request::SetMode(Mode::Learn),
+        Reason::NotAvailable,
+    );
+    device.order(&Request::SetMode(Mode::Shadow));
+    let sent = STIM.stream(0, 200);
+    device.feed(&sent.concat());
+    assert_eq!(device.app.phase(), Phase::Run(Mode::Shadow));
+    assert_eq!(device.lines.navigation.sent, sent);
+    let told = estimate(&mut device);
+    assert_eq!((told.said[0], told.in_force), (error, [[0.0; 3]; 2]));
+    refused(
+        &mut device,
+        &Request::ReadLearnt {
+            offset: 0,
+            length: 1,
+        },
+        Reason::NotAvailable,
+    );
+    device.order(&Request::SetMode(Mode::Frozen));
+    device.feed(&STIM.stream(200, 230).concat());
+    assert_eq!(estimate(&mut device).in_force[0], error);
+}
+
+/// After the alignment the correction fades out for learning and in with what was learnt; learning goes on meanwhile.
+#[test]
+fn modes_and_alignment() {
+    let limit = Limit {
+        gyro: 1e-2,
+        accel: 1e-1,
+    };
+    let mut device = Device::learning(Config {
+        slew: limit,
+        ..config()
+    });
+    device.order(&Request::Alignment(Alignment::Finished));
+    device.order(&Request::SetMode(Mode::Learn));
+    teach(&mut device, 0..6, 0);
+    assert_eq!(device.lines.navigation.sent, frames(0, 6 * WORDS));
+    device.order(&Request::SetMode(Mode::Frozen));
+    refused(&mut device, &Request::CommitLearnt, Reason::Alignment);
+    device.order(&Request::SetMode(Mode::Shadow));
+    device.order(&Request::CommitLearnt);
+    device.order(&Request::SetMode(Mode::Frozen));
+    device.feed(&frames(6 * WORDS, 6 * WORDS + 10).concat());
+    // 1e-2 rad/s per s over a block of 10 ms, in force from the next word on
+    let told = estimate(&mut device);
+    assert!((told.in_force[0][0] - 1e-4).abs() < 1e-8, "{told:?}");
+    device.feed(&frames(6 * WORDS + 10, 9 * WORDS).concat());
+    let full = estimate(&mut device);
+    assert!(off(full.in_force) < 0.2, "{full:?}");
+    // back to learning: the correction fades, what was learnt stays and goes on
+    device.order(&Request::SetMode(Mode::Learn));
+    device.feed(&frames(9 * WORDS, 9 * WORDS + 10).concat());
+    let fading = estimate(&mut device);
+    assert!(
+        (full.in_force[0][0] - fading.in_force[0][0] - 1e-4).abs() < 1e-5,
+        "{fading:?}"
+    );
+    device.feed(&frames(9 * WORDS + 10, 11 * WORDS).concat());
+    assert_eq!(estimate(&mut device).in_force, [[0.0; 3]; 2]);
+    let ends = estimate(&mut device).window.expect("a window");
+    device.order(&Request::Reference(reference(ends)));
+    assert_eq!(estimate(&mut device).doubted, 0);
+}
+
+/// The figure of `lrnn-nostd` for 45 weights, twice, and the sums.
+#[test]
+fn memory() {
+    let size = size_of::<WindowLearner>();
+    assert!(size <= 16_128, "{size} bytes");
+}
