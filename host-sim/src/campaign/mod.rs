@@ -92,8 +92,7 @@ impl Campaign {
     /// # Errors
     /// Unwritable directory; a directory of another campaign; a scenario without a valid IMU.
     pub fn execute(&self, progress: &(dyn Fn(Progress) + Sync)) -> Result<Merged, Error> {
-        let mut imu = self.scenario.imu_spec()?;
-        imu.rate_hz = RATE_HZ;
+        let imu = self.imu()?;
         let store = store::Store::open(&self.out, self)?;
         let tuning = match store.tuning()? {
             Some(found) => found,
@@ -124,6 +123,20 @@ impl Campaign {
             tuning,
             fingerprint: self.fingerprint(),
         })
+    }
+
+    /// Run `k` alone, all error groups and schemes, without a directory.
+    ///
+    /// # Errors
+    /// A scenario without a valid IMU, or whose standstill gives no attitude.
+    pub fn run(&self, tuning: &Tuning, k: u32) -> Result<Vec<Row>, Error> {
+        self.one(&self.imu()?, tuning, k)
+    }
+
+    fn imu(&self) -> Result<ImuSpec, Error> {
+        let mut imu = self.scenario.imu_spec()?;
+        imu.rate_hz = RATE_HZ;
+        Ok(imu)
     }
 
     /// Numbers of this shard's runs.
@@ -233,4 +246,53 @@ pub enum Progress {
     TuningUnit,
     /// A run.
     Run,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Steps of 50 ms against steps of 10 ms on the same words, and all random numbers from the run's number alone.
+    #[test]
+    fn long_steps_do_not_change_the_errors() {
+        let campaign = Campaign {
+            scenario: Scenario::load("medium").unwrap(),
+            runs: 1,
+            shard: (0, 1),
+            models: vec![ErrorModelName::All],
+            out: PathBuf::new(),
+            resume: false,
+            tuning_units: 1,
+        };
+        let imu = campaign.imu().unwrap();
+        let mut judged = 0;
+        campaign
+            .sessions(&imu, 5, |_, case| {
+                let fine = Session {
+                    gather: 1,
+                    ..case.session.clone()
+                };
+                let words = fine.increments();
+                let fine = Case {
+                    session: &fine,
+                    words: &words,
+                    ..*case
+                };
+                for (name, scheme) in &SCHEMES[..2] {
+                    let [a, b] = [case, &fine].map(|c| scheme(c).unwrap().row("", 22).unwrap());
+                    let apart = (a.d_lat_m - b.d_lat_m).hypot(a.d_lon_m - b.d_lon_m);
+                    assert!(
+                        apart < 0.01 * b.horizontal_m,
+                        "{name}: {apart} of {} m",
+                        b.horizontal_m
+                    );
+                    judged += 1;
+                }
+                Ok(())
+            })
+            .unwrap();
+        assert_eq!(judged, 4);
+        assert_eq!(Seeds::of(5), Seeds::of(5));
+        assert_ne!(Seeds::of(5), Seeds::of(6));
+    }
 }

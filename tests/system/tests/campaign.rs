@@ -26,23 +26,89 @@ fn threads_shards_and_interruptions_do_not_change_a_byte() {
         let args: Vec<&str> = base.iter().chain(extra).copied().collect();
         campaign(d, &args)
     };
-    run(&["--jobs", "1", "--out", "one", "--json", "one.json"]).success();
-    run(&["--jobs", "2", "--out", "two", "--json", "two.json"]).success();
-    assert!(read(d, "one.json") == read(d, "two.json"), "two");
+    run(&[
+        "--jobs",
+        "1",
+        "--out",
+        "one",
+        "--json",
+        "one.json",
+        "--ratios",
+        "one-ratios.json",
+    ])
+    .success();
+    run(&[
+        "--jobs",
+        "2",
+        "--out",
+        "two",
+        "--json",
+        "two.json",
+        "--ratios",
+        "two-ratios.json",
+    ])
+    .success();
+    for (a, b) in [
+        ("one.json", "two.json"),
+        ("one-ratios.json", "two-ratios.json"),
+        ("one/campaign.parquet", "two/campaign.parquet"),
+    ] {
+        assert!(read(d, a) == read(d, b), "{b}");
+    }
 
     // an interrupted campaign goes on where it was: the finished runs are not computed again
     let lost = d.join("one/runs/000001.json");
     let kept = d.join("one/runs/000000.json");
     std::fs::remove_file(&lost).unwrap();
-    let before = kept.metadata().unwrap().modified().unwrap();
+    let tuning = d.join("one/tuning.json");
+    let dated = |path: &Path| path.metadata().unwrap().modified().unwrap();
+    let before = (dated(&kept), dated(&tuning));
     run(&["--out", "one", "--resume", "--json", "resumed.json"]).success();
-    assert_eq!(kept.metadata().unwrap().modified().unwrap(), before);
+    assert_eq!((dated(&kept), dated(&tuning)), before);
     assert!(read(d, "one.json") == read(d, "resumed.json"), "resumed");
 
+    // shards in directories of their own, or in one, which they then also share the tuning in
     run(&["--shard", "0/2", "--out", "s0"]).success();
     run(&["--shard", "1/2", "--out", "s1"]).success();
-    campaign(d, &["merge", "s0", "s1", "--json", "merged.json"]).success();
-    assert!(read(d, "one.json") == read(d, "merged.json"), "merged");
+    run(&["--shard", "0/2", "--out", "shared"]).success();
+    let tuned = dated(&d.join("shared/tuning.json"));
+    run(&["--shard", "1/2", "--out", "shared"]).success();
+    assert_eq!(dated(&d.join("shared/tuning.json")), tuned);
+    for dirs in [&["s0", "s1"][..], &["shared"]] {
+        let files = ["--json", "merged.json", "--parquet", "merged.parquet"];
+        let args: Vec<&str> = ["merge"]
+            .iter()
+            .chain(dirs)
+            .chain(&files)
+            .copied()
+            .collect();
+        campaign(d, &args).success();
+        assert!(read(d, "one.json") == read(d, "merged.json"), "{dirs:?}");
+        assert!(
+            read(d, "one/campaign.parquet") == read(d, "merged.parquet"),
+            "{dirs:?}"
+        );
+    }
+    let lonely = campaign(d, &["merge", "s1"]).success();
+    let said = String::from_utf8_lossy(&lonely.get_output().stderr).into_owned();
+    assert!(
+        said.contains("missing between run 0 and run 1: 0;"),
+        "{said}"
+    );
+
+    // columns of the Parquet file by the magic at both ends and the names in its footer
+    let parquet = read(d, "one/campaign.parquet");
+    assert!(parquet.starts_with(b"PAR1") && parquet.ends_with(b"PAR1"));
+    for name in [
+        "horizontal_22min_m",
+        "north_5min_m",
+        "seed_turn_on",
+        "tuned_walk_per_h",
+        "fingerprint",
+    ] {
+        let found = parquet.windows(name.len()).any(|w| w == name.as_bytes());
+        assert!(found, "{name}");
+    }
 
     // results of another campaign are never mixed in or removed
     campaign(d, &["--runs", "1", "--models", "linear", "--out", "one"]).code(2);

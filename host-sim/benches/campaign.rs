@@ -1,0 +1,41 @@
+//! One run of a campaign: every scheme, one group of errors and all six. `cargo bench -p host-sim --bench campaign`.
+
+use criterion::{Criterion, criterion_group, criterion_main};
+use host_sim::campaign::{Campaign, Tuning};
+use host_sim::imu::ErrorModelName;
+use host_sim::scenario::Scenario;
+use std::hint::black_box;
+use std::path::PathBuf;
+
+fn one_run(c: &mut Criterion) {
+    let mut group = c.benchmark_group("campaign");
+    group.sample_size(10);
+    for (name, models) in [
+        ("run-all", vec![ErrorModelName::All]),
+        ("run-six-groups", ErrorModelName::ALL.to_vec()),
+    ] {
+        let Ok(scenario) = Scenario::load("medium") else {
+            continue;
+        };
+        let campaign = Campaign {
+            scenario,
+            runs: 1,
+            shard: (0, 1),
+            models,
+            out: PathBuf::new(),
+            resume: false,
+            tuning_units: 1,
+        };
+        group.bench_function(name, |b| {
+            b.iter(|| {
+                black_box(&campaign)
+                    .run(&Tuning::default(), 0)
+                    .map(|rows| rows.len())
+            });
+        });
+    }
+    group.finish();
+}
+
+criterion_group!(benches, one_run);
+criterion_main!(benches);
