@@ -14,6 +14,34 @@ const PIECE_S: f64 = 1.0;
 /// Shortest time that gives a heading at all, s.
 pub const MIN_S: f64 = 30.0;
 
+/// A short stretch of the standstill.
+#[derive(Debug, Clone, Copy)]
+pub struct Piece {
+    /// Velocity that it truly adds (minus gravity integrated), in the frozen navigation frame, m/s.
+    pub u: Vector3<f64>,
+    /// Body to that frame.
+    pub c: Matrix3<f64>,
+    /// Mean rate in body axes, rad/s.
+    pub rate: Vector3<f64>,
+    /// Mean specific force in body axes, m/s2.
+    pub force: Vector3<f64>,
+    /// Its length, s.
+    pub time: f64,
+    /// Its middle after the first word, s.
+    pub middle: f64,
+}
+
+/// An alignment, and what tells how good it is.
+#[derive(Debug, Clone)]
+pub struct Alignment {
+    /// Attitude, body to NED, at the end of the words.
+    pub q_bn: UnitQuaternion<f64>,
+    /// The standstill in pieces.
+    pub pieces: Vec<Piece>,
+    /// Frozen navigation frame to the one at the end.
+    pub q_nn0: UnitQuaternion<f64>,
+}
+
 /// Attitude (body to NED) at the end of `words` of `dt` seconds, which were measured at rest at `position`. `None` when the data are too short or do not
 /// determine a rotation (for example all zero).
 #[must_use]
@@ -23,32 +51,62 @@ pub fn inertial_frame(
     samples: Samples,
     position: Geodetic,
 ) -> Option<UnitQuaternion<f64>> {
+    Some(alignment(words, dt, samples, position)?.q_bn)
+}
+
+/// [`inertial_frame`] with what its uncertainty follows from.
+#[must_use]
+pub fn alignment(
+    words: &[Increment],
+    dt: f64,
+    samples: Samples,
+    position: Geodetic,
+) -> Option<Alignment> {
     if (words.len() as f64) * dt < MIN_S {
         return None;
     }
     let here = Local::at(position.lat, position.h);
     let mut q_b0b = UnitQuaternion::identity();
-    let mut v_b0 = Vector3::zeros();
     let mut past = [Increment::default(); 2];
     let mut b = Matrix3::zeros();
-    let piece = (PIECE_S / dt).round().max(1.0) as usize;
-    let (mut start_n0, mut start_b0) = (Vector3::zeros(), Vector3::zeros());
-    for (k, word) in words.iter().enumerate() {
-        let (phi, eta) = samples.combine(&past, word);
-        v_b0 += q_b0b * (eta + phi.cross(&eta) * 0.5);
-        q_b0b *= from_rotvec(&phi);
-        q_b0b.renormalize_fast();
-        past = [*word, past[0]];
-        if (k + 1).is_multiple_of(piece) {
-            let v_n0 = reaction_velocity(&here, (k + 1) as f64 * dt);
-            b += (v_n0 - start_n0) * (v_b0 - start_b0).transpose();
-            (start_n0, start_b0) = (v_n0, v_b0);
+    let length = (PIECE_S / dt).round().max(1.0) as usize;
+    let time = length as f64 * dt;
+    let mut pieces = Vec::with_capacity(words.len() / length);
+    for (k, part) in words.chunks(length).enumerate() {
+        let mut v_b0 = Vector3::zeros();
+        let mut sum = Increment::default();
+        for word in part {
+            let (phi, eta) = samples.combine(&past, word);
+            v_b0 += q_b0b * (eta + phi.cross(&eta) * 0.5);
+            q_b0b *= from_rotvec(&phi);
+            q_b0b.renormalize_fast();
+            past = [*word, past[0]];
+            sum.dtheta += word.dtheta;
+            sum.dv += word.dv;
+        }
+        if part.len() == length {
+            let start = k as f64 * time;
+            let u = reaction_velocity(&here, start + time) - reaction_velocity(&here, start);
+            b += u * v_b0.transpose();
+            pieces.push(Piece {
+                u,
+                c: q_b0b.to_rotation_matrix().into_inner(),
+                rate: sum.dtheta / time,
+                force: sum.dv / time,
+                time,
+                middle: start + 0.5 * time,
+            });
         }
     }
     let q_n0b0 = wahba(&b)?;
-    let t = words.len() as f64 * dt;
-    let q_nn0 = earth_turn(&here, t).inverse();
-    Some(q_nn0 * q_n0b0 * q_b0b)
+    let c_n0b0 = q_n0b0.to_rotation_matrix().into_inner();
+    pieces.iter_mut().for_each(|p| p.c = c_n0b0 * p.c);
+    let q_nn0 = earth_turn(&here, words.len() as f64 * dt).inverse();
+    Some(Alignment {
+        q_bn: q_nn0 * q_n0b0 * q_b0b,
+        pieces,
+        q_nn0,
+    })
 }
 
 /// `n` at time `t` to `n0`: the Earth carries the navigation frame around its axis.

@@ -136,7 +136,8 @@ pub fn taught<T: Real>(
     assumptions: &Assumptions,
     until: usize,
 ) -> Option<Student<T>> {
-    let (start, first) = aligned(session, words, assumptions)?;
+    let aligned = aligned(session, words)?;
+    let (start, first) = (aligned.start(assumptions), aligned.first);
     let mut student = Student::new(start.nav, &start.sigma, assumptions, Gates::default());
     let n = session.words_per_epoch();
     let epoch = |k: usize| &words[k * n..(k + 1) * n];

@@ -239,7 +239,7 @@ mod tests {
         let errors = Matrix3xX::from_columns(&errors.iter().map(|e| e.dtheta).collect::<Vec<_>>());
         let square = (&field * field.transpose()).try_inverse().unwrap();
         let matrix = &errors * field.transpose() * square;
-        assert!((&matrix * &field - &errors).amax() < 1e-9 * errors.amax());
+        assert!((matrix * &field - &errors).amax() < 1e-9 * errors.amax());
         let largest = matrix.amax() / DEG_PER_H;
         assert!(largest > 0.01 && largest < 0.08, "{largest}");
         for k in [0, 100, 250] {

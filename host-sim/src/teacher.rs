@@ -4,12 +4,12 @@
 //! standstill, loosely coupled filter, smoother over the learning part. The reference for a window is the integral over it of the
 //! sensor error in body axes: measured increments minus the increments that belong to the smoothed nominal trajectory.
 
-use crate::align;
+use crate::align::{self, Alignment};
 use crate::ekf::{Aided, ErrorModel, InitialSigma, Noise, Prior, Record, smooth};
 use crate::gnss::Fix;
 use crate::imu::ImuSpec;
-use crate::session::Session;
-use crate::sins::{Increment, NavState};
+use crate::session::{EPOCH_S, Session};
+use crate::sins::{Increment, NavState, Samples};
 use crate::units::{DEG_PER_SQRT_H, UG_PER_SQRT_HZ};
 use nalgebra::Vector3;
 
@@ -56,7 +56,7 @@ impl Assumptions {
         }
     }
 
-    /// Initial uncertainty after self-alignment: tilt from the accelerometers' bias, heading from the gyros'.
+    /// Initial uncertainty after an alignment of which no more is known: tilt from the accelerometers' bias, heading from the gyros'.
     #[must_use]
     pub fn initial_sigma(&self, site: &NavState, sigmas: &[f64; 6]) -> InitialSigma {
         let here = crate::earth::Local::at(site.position.lat, site.position.h);
@@ -84,29 +84,77 @@ pub struct Start {
     pub sigma: InitialSigma,
 }
 
-/// Aligns on the first part of the standstill; also gives the epoch at which that part ends. `None` when it does not give an attitude.
+/// A session aligned on the first part of its standstill.
+#[derive(Debug, Clone)]
+pub struct Aligned {
+    /// State at the end of that part.
+    pub nav: NavState,
+    /// The epoch at which it ends.
+    pub first: usize,
+    alignment: Alignment,
+    sigmas: [f64; 6],
+    samples: Samples,
+}
+
+impl Aligned {
+    /// State and plain standard deviations, for a learner that keeps no parameters beside them.
+    #[must_use]
+    pub fn start(&self, assumptions: &Assumptions) -> Start {
+        Start {
+            nav: self.nav,
+            sigma: assumptions.initial_sigma(&self.nav, &self.sigmas),
+        }
+    }
+
+    /// A filter with `model` and `noise` that starts from here. Without a model the biases of `assumptions` count as part of the
+    /// alignment's error.
+    #[must_use]
+    pub fn filter(&self, model: ErrorModel, assumptions: &Assumptions) -> Aided {
+        let unmodelled = if model.is_empty() {
+            ErrorModel::biases(&assumptions.prior)
+        } else {
+            ErrorModel::default()
+        };
+        let sigma = InitialSigma {
+            tilt: 0.0,
+            heading: 0.0,
+            velocity: ZERO_VELOCITY_MPS,
+            position: self.sigmas[0],
+        };
+        let mut filter = Aided::new(self.nav, &sigma, model, assumptions.noise)
+            .with_samples(self.samples)
+            .powered_for(self.first as f64 * EPOCH_S)
+            .aligned_by(&self.alignment, &unmodelled);
+        for i in 0..3 {
+            filter.p[(6 + i, 6 + i)] = self.sigmas[i].powi(2);
+        }
+        filter
+    }
+}
+
+/// Aligns on the first part of the standstill. `None` when it does not give an attitude.
 #[must_use]
-pub fn aligned(
-    session: &Session,
-    words: &[Increment],
-    assumptions: &Assumptions,
-) -> Option<(Start, usize)> {
+pub fn aligned(session: &Session, words: &[Increment]) -> Option<Aligned> {
     let first = (session.standstill as f64 * ALIGN_SHARE) as usize;
     let standing = &words[..first * session.steps_per_epoch()];
-    let q_bn = align::inertial_frame(
+    let alignment = align::alignment(
         standing,
         session.step_s(),
         session.samples(),
         session.fixes[0].position,
     )?;
-    let position = session.fixes[first].position;
     let nav = NavState {
-        position,
+        position: session.fixes[first].position,
         velocity: Vector3::zeros(),
-        q_bn,
+        q_bn: alignment.q_bn,
     };
-    let sigma = assumptions.initial_sigma(&nav, &session.sigmas);
-    Some((Start { nav, sigma }, first))
+    Some(Aligned {
+        nav,
+        first,
+        alignment,
+        sigmas: session.sigmas,
+        samples: session.samples(),
+    })
 }
 
 /// Takes the filter through epoch `k` and the fix at its end; while the vehicle is known to stand, its velocity is zero.
@@ -148,15 +196,9 @@ pub fn navigate(
     assumptions: &Assumptions,
     until: usize,
 ) -> Option<Nominal> {
-    let (start, first) = aligned(session, words, assumptions)?;
-    Some(navigate_from(
-        session,
-        words,
-        assumptions,
-        &start,
-        first,
-        until,
-    ))
+    let aligned = aligned(session, words)?;
+    let filter = aligned.filter(ErrorModel::biases(&assumptions.prior), assumptions);
+    Some(recorded(filter, session, words, aligned.first, until))
 }
 
 /// Navigates with fixes from `start` at epoch `first` to the end of epoch `until`.
@@ -170,8 +212,18 @@ pub fn navigate_from(
     until: usize,
 ) -> Nominal {
     let model = ErrorModel::biases(&assumptions.prior);
-    let filter = Aided::new(start.nav, &start.sigma, model, assumptions.noise);
-    let mut filter = filter.with_samples(session.samples());
+    let filter = Aided::new(start.nav, &start.sigma, model, assumptions.noise)
+        .with_samples(session.samples());
+    recorded(filter, session, words, first, until)
+}
+
+fn recorded(
+    mut filter: Aided,
+    session: &Session,
+    words: &[Increment],
+    first: usize,
+    until: usize,
+) -> Nominal {
     let records = (first..until)
         .map(|k| {
             let (fix, sigmas) = approach(&mut filter, session, words, k);

@@ -14,7 +14,7 @@ mod tuning;
 pub use self::parquet::to_parquet;
 pub use ratios::{Ratio, ratios};
 pub use results::results;
-pub use schemes::{Case, Knowledge, SCHEMES, Scheme};
+pub use schemes::{Case, Knowledge, SCHEMES, Scheme, oracle};
 pub use statistics::{Summary, summarise};
 pub use store::{Merged, Row, merge};
 pub use tuning::{Tuned, Tuning};
@@ -247,6 +247,9 @@ pub enum Progress {
     /// A run.
     Run,
 }
+
+#[cfg(test)]
+mod oracle_tests;
 
 #[cfg(test)]
 mod tests {

@@ -2,15 +2,18 @@
 
 use super::tuning::{DATASHEET_WALK, Tuned};
 use crate::coast::{Coast, coast};
-use crate::ekf::{Aided, ErrorModel, Noise, Parameter, Regressor, Triad};
-use crate::imu::ImuSpec;
+use crate::ekf::{Aided, ErrorModel, Known, Noise, Parameter, Regressor, Triad};
+use crate::imu::{AccelSpec, GyroSpec, ImuSpec, Surroundings, WARM_UP_REPEATABILITY};
 use crate::learning::{NetworkSpec, compensator, corrected_words};
-use crate::session::{EPOCH_S, Session};
+use crate::session::{Session, to_si};
 use crate::sins::Increment;
 use crate::study::{Use, study};
 use crate::teacher::{Assumptions, aid, aligned};
-use crate::units::{DEG_PER_H, PPM, UG};
+use crate::units::{ARCSEC, DEG, DEG_PER_H, G0, PPM, UG};
+use firmware::sample::Counts;
+use nalgebra::Vector3;
 use std::borrow::Cow;
+use std::sync::Arc;
 
 /// One task: a session measured with one group of errors.
 #[derive(Debug, Clone, Copy)]
@@ -49,7 +52,12 @@ pub const SCHEMES: [(&str, Scheme); 8] = [
     ("ekf-ramp", |c| classical(c, ErrorModel::with_ramps)),
     ("oracle", |c| {
         let assumptions = Assumptions::of(c.knows.datasheet);
-        aided_coast(c, c.words, &assumptions, oracle(&c.knows))
+        aided_coast(
+            c,
+            c.words,
+            &assumptions,
+            oracle(c.knows.simulated, c.session),
+        )
     }),
     ("rnn-window", |c| {
         none(c, &rnn_words(c)?, c.tuned.rnn_factor)
@@ -86,11 +94,9 @@ fn aided_coast(
     model: ErrorModel,
 ) -> Option<Coast> {
     let session = case.session;
-    let (start, first) = aligned(session, words, assumptions)?;
-    let mut filter = Aided::new(start.nav, &start.sigma, model, assumptions.noise)
-        .with_samples(session.samples())
-        .powered_for(first as f64 * EPOCH_S);
-    for k in first..case.until {
+    let aligned = aligned(session, words)?;
+    let mut filter = aligned.filter(model, assumptions);
+    for k in aligned.first..case.until {
         aid(&mut filter, session, words, k);
     }
     Some(free(&filter, session, words, case.until))
@@ -105,7 +111,7 @@ fn free(filter: &Aided, session: &Session, words: &[Increment], until: usize) ->
         words[from..]
             .iter()
             .enumerate()
-            .map(|(k, w)| filter.corrected_at(w, dt, time(from + k))),
+            .map(|(k, w)| filter.corrected_at(w, &words[from + k - 1], dt, time(from + k))),
     );
     coast(
         session,
@@ -140,54 +146,152 @@ pub fn rnn_words<'a>(case: &Case<'a>) -> Option<Cow<'a, [Increment]>> {
     Some(Cow::Owned(words))
 }
 
-/// The filter that knows what the simulator does: parameters of exactly the errors that are there, with their exact statistics.
-fn oracle(knows: &Knowledge<'_>) -> ErrorModel {
-    let (g, a) = (&knows.simulated.gyro, &knows.simulated.accel);
-    let si = [DEG_PER_H, UG];
-    let constant = [
-        g.bias_unit_dph.hypot(g.bias_turn_on_dph),
-        a.bias_unit_ug.hypot(a.bias_turn_on_ug),
-    ];
-    let drift = [
-        (g.bias_drift_dph, g.bias_drift_time_s),
-        (a.bias_drift_ug, a.bias_drift_time_s),
-    ];
-    let scale = [g.scale_ppm, a.scale_ppm];
-    let skew = [g.misalignment_arcsec, a.misalignment_arcsec];
-    let warm_up = [
-        (g.warm_up_dph, g.warm_up_time_s),
-        (a.warm_up_ug, a.warm_up_time_s),
-    ];
-    let asymmetry = [g.scale_asymmetry_ppm, a.scale_asymmetry_ppm];
-    let mut out = ErrorModel::default();
+/// The filter that knows what the simulator does: parameters of exactly the errors that are there, with their exact statistics, and
+/// the exact temperature of the block and the field at the gyros in each second.
+#[must_use]
+pub fn oracle(imu: &ImuSpec, session: &Session) -> ErrorModel {
+    let (g, a) = (&imu.gyro, &imu.accel);
+    let (gyro, accel) = (SensorStatistics::from(g), SensorStatistics::from(a));
+    let mut out = ErrorModel {
+        known: known(session),
+        delay_s: a.delay_s,
+        ..ErrorModel::default()
+    };
+    let cubic = g.nonlinearity_ppm * PPM / (g.nonlinearity_rate_dps * DEG).powi(2);
+    let per_g2 = UG / (G0 * G0);
     out.extend(|axis, triad| {
-        let k = triad.index();
         let c = |regressor, sigma: f64| Parameter::constant(triad, axis, regressor, sigma);
-        let (sigma, time) = (drift[k].0 * si[k], drift[k].1);
-        let wandering = Parameter {
-            walk: sigma * (2.0 / time).sqrt(),
-            time_s: time,
-            ..c(Regressor::One, sigma)
-        };
-        let mut list = vec![c(Regressor::One, constant[k] * si[k]), wandering];
-        for j in 0..3 {
-            let sigma = if j == axis {
-                scale[k] * PPM
-            } else {
-                skew[k] * crate::units::ARCSEC
-            };
-            list.push(c(Regressor::Input(j), sigma));
+        let mut list = [&gyro, &accel][triad.index()].parameters(triad, axis);
+        match triad {
+            Triad::Gyro => {
+                list.push(c(Regressor::Cube(axis), cubic));
+                let magnetic = g.magnetic_dphpgauss * DEG_PER_H;
+                list.extend((0..3).map(|j| c(Regressor::Field(j), magnetic)));
+            }
+            Triad::Accel => {
+                let pendulous = (axis + 1) % 3;
+                let rectified = a.vibration_rectification_ugpg2 * a.vibration_above_ratio;
+                list.extend([
+                    c(Regressor::Product(axis, axis), a.k2_ugpg2 * per_g2),
+                    c(
+                        Regressor::Product(axis, pendulous),
+                        a.cross_coupling_ugpg2 * per_g2,
+                    ),
+                    c(Regressor::Vibration(axis), rectified * per_g2),
+                ]);
+                list.extend((0..3).map(|j| c(Regressor::Arm(j), 1e-3 * a.size_effect_mm)));
+            }
         }
-        list.push(c(Regressor::Decay(warm_up[k].1), warm_up[k].0 * si[k]));
-        list.push(c(Regressor::Magnitude(axis), asymmetry[k] * PPM));
-        if triad == Triad::Accel {
-            list.push(c(
-                Regressor::Square(axis),
-                a.k2_ugpg2 * UG / (crate::units::G0 * crate::units::G0),
-            ));
-        }
-        list.retain(|p| p.sigma > 0.0);
+        list.retain(|p| p.sigma > 0.0 || p.walk > 0.0);
         list
     });
     out
+}
+
+/// What gyros and accelerometers have in common; biases in `unit`s.
+struct SensorStatistics {
+    bias: f64,
+    walk: f64,
+    drift: (f64, f64),
+    warm_up: (f64, f64),
+    thermal: [f64; 5],
+    unit: f64,
+    scale: [f64; 2],
+    asymmetry: f64,
+}
+
+impl From<&GyroSpec> for SensorStatistics {
+    fn from(g: &GyroSpec) -> Self {
+        Self {
+            bias: g.bias_unit_dph.hypot(g.bias_turn_on_dph),
+            walk: g.rate_random_walk_dphpsqrth / 60.0,
+            drift: (g.bias_drift_dph, g.bias_drift_time_s),
+            warm_up: (g.warm_up_dph, g.warm_up_time_s),
+            thermal: [
+                g.temperature_dphpk,
+                g.temperature_dphpk2,
+                g.heating_dphpkpmin * 60.0,
+                g.heating_temperature_dphpk2pmin * 60.0,
+                g.gradient_dphpk,
+            ],
+            unit: DEG_PER_H,
+            scale: [g.scale_ppm * PPM, g.misalignment_arcsec * ARCSEC],
+            asymmetry: g.scale_asymmetry_ppm * PPM,
+        }
+    }
+}
+
+impl From<&AccelSpec> for SensorStatistics {
+    fn from(a: &AccelSpec) -> Self {
+        Self {
+            bias: a.bias_unit_ug.hypot(a.bias_turn_on_ug),
+            walk: a.acceleration_random_walk_ugpsqrth / 60.0,
+            drift: (a.bias_drift_ug, a.bias_drift_time_s),
+            warm_up: (a.warm_up_ug, a.warm_up_time_s),
+            thermal: [
+                a.temperature_ugpk,
+                a.temperature_ugpk2,
+                a.heating_ugpkpmin * 60.0,
+                a.heating_temperature_ugpk2pmin * 60.0,
+                a.gradient_ugpk,
+            ],
+            unit: UG,
+            scale: [a.scale_ppm * PPM, a.misalignment_arcsec * ARCSEC],
+            asymmetry: a.scale_asymmetry_ppm * PPM,
+        }
+    }
+}
+
+impl SensorStatistics {
+    fn parameters(&self, triad: Triad, axis: usize) -> Vec<Parameter> {
+        let c = |regressor, sigma: f64| Parameter::constant(triad, axis, regressor, sigma);
+        let (drift, time) = (self.drift.0 * self.unit, self.drift.1);
+        let mut list = vec![
+            Parameter {
+                walk: self.walk * self.unit,
+                ..c(Regressor::One, self.bias * self.unit)
+            },
+            Parameter {
+                walk: drift * (2.0 / time).sqrt(),
+                time_s: time,
+                ..c(Regressor::One, drift)
+            },
+            c(
+                Regressor::Decay(self.warm_up.1),
+                self.warm_up.0 * self.unit * 1f64.hypot(WARM_UP_REPEATABILITY),
+            ),
+            c(Regressor::Magnitude(axis), self.asymmetry),
+        ];
+        list.extend((0..3).map(|j| c(Regressor::Input(j), self.scale[usize::from(j != axis)])));
+        let shapes = [
+            Regressor::Temperature,
+            Regressor::TemperatureSquare,
+            Regressor::Heating,
+            Regressor::HeatingTemperature,
+            Regressor::Gradient,
+        ];
+        let thermal = shapes.into_iter().zip(self.thermal);
+        list.extend(thermal.map(|(shape, sigma)| c(shape, sigma * self.unit)));
+        list
+    }
+}
+
+/// Temperature and field as the simulator had them, and the vibration that the words show, second by second.
+fn known(session: &Session) -> Arc<[Known]> {
+    let surroundings = session.surroundings.as_deref().unwrap_or_default();
+    let seconds = session.counts.chunks(session.words_per_epoch());
+    let mut vibration = Vector3::zeros();
+    let of = |(around, second): (&Surroundings, &[Counts])| {
+        let now = Known {
+            around: *around,
+            vibration,
+        };
+        let force = |c: &Counts| to_si(c, &session.lsb).dv / session.dt;
+        let count = second.len() as f64;
+        let mean = second.iter().map(force).sum::<Vector3<f64>>() / count;
+        let squares = second.iter().map(|c| (force(c) - mean).map(|x| x * x));
+        vibration = squares.sum::<Vector3<f64>>() / count;
+        now
+    };
+    surroundings.iter().zip(seconds).map(of).collect()
 }

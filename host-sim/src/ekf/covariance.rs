@@ -69,12 +69,24 @@ fn combine(m: &[f64], x: &[f64], mut sum: [f64; NAV]) -> [f64; NAV] {
     sum
 }
 
-/// Scalar measurements one after the other, each (error state, what was measured of it, sigma): the error that they find, and the
-/// logarithm of their joint probability density.
-pub(super) fn update(p: &mut DMatrix<f64>, scalars: &[(usize, f64, f64)]) -> (DVector<f64>, f64) {
+/// How well measurements agree with what was expected of them.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Evidence {
+    /// Logarithm of their joint probability density.
+    pub log_likelihood: f64,
+    /// Normalised innovation squared: chi-square with as many degrees of freedom as there are scalars.
+    pub nis: f64,
+}
+
+/// Scalar measurements one after the other, each (error state, what was measured of it, sigma): the error that they find, and
+/// how likely they were.
+pub(super) fn update(
+    p: &mut DMatrix<f64>,
+    scalars: &[(usize, f64, f64)],
+) -> (DVector<f64>, Evidence) {
     let size = p.nrows();
     let mut e = DVector::zeros(size);
-    let mut log_likelihood = 0.0;
+    let mut found = Evidence::default();
     // columns of the covariance at their turn, and 1 / variance of the innovation; P itself is brought up to date once, at the end
     let mut columns: Vec<(Vec<f64>, f64)> = Vec::with_capacity(scalars.len());
     for &(i, z, sigma) in scalars {
@@ -90,7 +102,9 @@ pub(super) fn update(p: &mut DMatrix<f64>, scalars: &[(usize, f64, f64)]) -> (DV
         for (e, c) in e.iter_mut().zip(&column) {
             *e += c * (innovation / s);
         }
-        log_likelihood -= 0.5 * (innovation * innovation / s + (std::f64::consts::TAU * s).ln());
+        let square = innovation * innovation / s;
+        found.nis += square;
+        found.log_likelihood -= 0.5 * (square + (std::f64::consts::TAU * s).ln());
         columns.push((column, 1.0 / s));
     }
     let cells = p.as_mut_slice();
@@ -108,7 +122,7 @@ pub(super) fn update(p: &mut DMatrix<f64>, scalars: &[(usize, f64, f64)]) -> (DV
             cells[j * size + i] = cells[i * size + j];
         }
     }
-    (e, log_likelihood)
+    (e, found)
 }
 
 #[cfg(test)]
@@ -184,9 +198,10 @@ mod tests {
         let density = -0.5
             * ((z.transpose() * &inverse * &z)[0]
                 + (s.determinant() * std::f64::consts::TAU.powi(m as i32)).ln());
-        let (e, log_likelihood) = update(&mut p, &scalars);
+        let (e, found) = update(&mut p, &scalars);
         near(&p, &want);
-        assert!((e - gain * z).amax() < 1e-12);
-        assert!((log_likelihood - density).abs() < 1e-10);
+        assert!((e - gain * &z).amax() < 1e-12);
+        assert!((found.log_likelihood - density).abs() < 1e-10);
+        assert!((found.nis - (z.transpose() * &inverse * &z)[0]).abs() < 1e-10);
     }
 }

@@ -25,6 +25,7 @@ pub(super) struct Interval {
     piece: Increment,
     piece_time: f64,
     stretch: Stretch,
+    last_rate: Option<Vector3<f64>>,
 }
 
 /// Integrals over the present stretch, `t` from its start to its end `T`.
@@ -70,6 +71,7 @@ impl Interval {
             piece: Increment::default(),
             piece_time: 0.0,
             stretch: Stretch::new(n),
+            last_rate: None,
         }
     }
 
@@ -117,17 +119,21 @@ impl Interval {
 
     fn end_piece(&mut self, nav: &NavState, model: &ErrorModel) {
         let tau = self.piece_time;
+        let rate = self.piece.dtheta / tau;
         let now = Inputs {
-            rate: self.piece.dtheta / tau,
+            rate,
             force: self.piece.dv / tau,
+            rate_change: (rate - self.last_rate.replace(rate).unwrap_or(rate)) / tau,
             time: self.clock - 0.5 * tau,
+            ..Inputs::default()
         };
+        let known = model.known_at(now.time);
         // the attitude in the middle of the piece
         let q_mid = nav.q_bn * from_rotvec(&(self.piece.dtheta * -0.5));
         let c = q_mid.to_rotation_matrix().into_inner();
         integrate(&mut self.stretch.force, &(c * now.force), tau);
         for (sums, p) in self.stretch.effects.iter_mut().zip(&model.parameters) {
-            let effect = c.column(p.axis) * p.value(&now);
+            let effect = c.column(p.axis) * p.value(&now, &known);
             integrate(sums, &effect, tau);
         }
         self.stretch.time += tau;

@@ -5,6 +5,7 @@
 //! parameters. Between fixes only `Phi` (9 x 9), `Psi` (9 x n, effect of the parameters) and `Q` (9 x 9) are carried; the covariance
 //! moves once a fix.
 
+mod alignment;
 mod covariance;
 #[cfg(test)]
 mod device;
@@ -14,12 +15,13 @@ mod model;
 mod smoother;
 
 pub use linearised::{Block, Linearised};
-pub use model::{ErrorModel, Inputs, Parameter, Prior, Regressor, Triad};
+pub use model::{ErrorModel, Inputs, Known, Parameter, Prior, Regressor, Triad};
 pub use smoother::{Record, Smoothed, smooth};
 
 use crate::gnss::Fix;
 use crate::rotation::from_rotvec;
 use crate::sins::{Increment, NavState, Samples, Sins};
+use covariance::Evidence;
 use dynamics::Interval;
 use nalgebra::{DMatrix, DVector, Vector3};
 
@@ -61,6 +63,7 @@ pub struct Aided {
     interval: Interval,
     start: NavState,
     noise: Noise,
+    before: Option<Increment>,
 }
 
 impl Aided {
@@ -89,6 +92,7 @@ impl Aided {
             start: nav,
             model,
             noise,
+            before: None,
         }
     }
 
@@ -106,21 +110,29 @@ impl Aided {
         self
     }
 
-    /// The word as it is after the present estimate of the sensor errors has been taken out.
+    /// The word as it is after the present estimate of the sensor errors has been taken out, as it is for steady motion.
     #[must_use]
     pub fn corrected(&self, word: &Increment, dt: f64) -> Increment {
-        self.corrected_at(word, dt, self.interval.clock)
+        self.corrected_at(word, word, dt, self.interval.clock + 0.5 * dt)
     }
 
-    /// The same for a word `time` seconds after power-on.
+    /// The same for a moment `time` seconds after power-on, in any motion; `before` is the measured word before it.
     #[must_use]
-    pub fn corrected_at(&self, word: &Increment, dt: f64, time: f64) -> Increment {
+    pub fn corrected_at(
+        &self,
+        word: &Increment,
+        before: &Increment,
+        dt: f64,
+        time: f64,
+    ) -> Increment {
         if self.model.is_empty() {
             return *word;
         }
         let now = Inputs {
             rate: word.dtheta / dt,
             force: word.dv / dt,
+            rate_change: (word.dtheta - before.dtheta) / (dt * dt),
+            force_change: (word.dv - before.dv) / (dt * dt),
             time,
         };
         let [e_g, e_a] = self.model.error(&self.theta, &now);
@@ -132,7 +144,8 @@ impl Aided {
 
     /// Advances by one measured word.
     pub fn word(&mut self, word: &Increment, dt: f64) {
-        let corrected = self.corrected(word, dt);
+        let before = self.before.replace(*word).unwrap_or(*word);
+        let corrected = self.corrected_at(word, &before, dt, self.interval.clock + 0.5 * dt);
         self.sins.step(&corrected, dt);
         self.interval
             .word(&self.sins.nav, &corrected, dt, &self.model, self.noise);
@@ -143,7 +156,7 @@ impl Aided {
         let before = (self.p.clone(), self.start, self.theta.clone());
         self.propagate();
         let (phi, predicted) = (self.transition(), self.p.clone());
-        let (correction, log_likelihood) = self.absorb(fix, sigmas);
+        let (correction, found) = self.absorb(fix, sigmas);
         let (p, nav, theta) = before;
         Record {
             p,
@@ -152,14 +165,15 @@ impl Aided {
             phi,
             predicted,
             correction,
-            log_likelihood,
+            log_likelihood: found.log_likelihood,
+            nis: found.nis,
         }
     }
 
     /// [`Self::fix`] without a record; gives the logarithm of the probability density of the fix, given all before it.
     pub fn take(&mut self, fix: &Fix, sigmas: &[f64; 6]) -> f64 {
         self.propagate();
-        self.absorb(fix, sigmas).1
+        self.absorb(fix, sigmas).1.log_likelihood
     }
 
     /// Covariance and parameters over the interval since the last fix; returns the full transition matrix.
@@ -194,17 +208,17 @@ impl Aided {
         }
     }
 
-    /// Six scalar updates and feedback: the error that was found, and the logarithm of the probability density of the fix.
-    fn absorb(&mut self, fix: &Fix, sigmas: &[f64; 6]) -> (DVector<f64>, f64) {
+    /// Six scalar updates and feedback: the error that was found, and how likely the fix was.
+    fn absorb(&mut self, fix: &Fix, sigmas: &[f64; 6]) -> (DVector<f64>, Evidence) {
         let nav = &self.sins.nav;
         let dp = nav.position.ned_from(&fix.position);
         let dv = nav.velocity - fix.velocity;
         let scalars = [0, 1, 2].map(|i| [(6 + i, dp[i], sigmas[i]), (3 + i, dv[i], sigmas[3 + i])]);
-        let (e, log_likelihood) = covariance::update(&mut self.p, scalars.as_flattened());
+        let (e, found) = covariance::update(&mut self.p, scalars.as_flattened());
         self.feed_back(&e);
         self.start = self.sins.nav;
         self.interval.reset();
-        (e, log_likelihood)
+        (e, found)
     }
 
     fn feed_back(&mut self, e: &DVector<f64>) {
@@ -227,5 +241,7 @@ pub fn displaced(nav: &NavState, e: &DVector<f64>) -> NavState {
     }
 }
 
+#[cfg(test)]
+mod consistency_tests;
 #[cfg(test)]
 mod tests;

@@ -1,7 +1,11 @@
 //! Sensor-error models that are linear in their parameters: what a classical calibration filter estimates.
 
+use crate::imu::Surroundings;
+use crate::rotation::skew;
+use crate::session::EPOCH_S;
 use crate::units::{ARCSEC, PPM};
 use nalgebra::{DVector, Vector3};
+use std::sync::Arc;
 
 /// What a parameter is multiplied by.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -12,8 +16,26 @@ pub enum Regressor {
     Input(usize),
     /// Magnitude of that input: scale-factor asymmetry.
     Magnitude(usize),
-    /// Square of that input: K2 of an accelerometer.
-    Square(usize),
+    /// Product of that input along two axes: K2 of an accelerometer when they are the same, cross coupling when not.
+    Product(usize, usize),
+    /// Cube of that input: non-linearity of a gyro's scale factor.
+    Cube(usize),
+    /// Temperature of the block off its calibration temperature, K.
+    Temperature,
+    /// Its square, K^2.
+    TemperatureSquare,
+    /// Its rate, K/s.
+    Heating,
+    /// Temperature times rate, K^2/s.
+    HeatingTemperature,
+    /// Temperature difference across the block, K.
+    Gradient,
+    /// Magnetic field along an axis, gauss.
+    Field(usize),
+    /// Place of the accelerometer off the common point along an axis, m: size effect, `w x (w x r) + dw/dt x r`.
+    Arm(usize),
+    /// Mean square of the vibration that the words of the last second showed along an axis, (m/s2)^2.
+    Vibration(usize),
     /// Hours since power-on: a ramp.
     Hours,
     /// `exp(-t / time)` with t since power-on and the time in s: a warm-up of known time constant.
@@ -27,8 +49,21 @@ pub struct Inputs {
     pub rate: Vector3<f64>,
     /// Specific force, m/s2, body axes.
     pub force: Vector3<f64>,
+    /// Derivative of the rate, rad/s2.
+    pub rate_change: Vector3<f64>,
+    /// Derivative of the specific force, m/s3.
+    pub force_change: Vector3<f64>,
     /// Time since power-on, s.
     pub time: f64,
+}
+
+/// What is known of one second from elsewhere: thermometers, a magnetometer, the words of the second before.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Known {
+    /// Temperature of the block and magnetic field in body axes.
+    pub around: Surroundings,
+    /// Mean square of the specific force about its mean over the second before, each axis, (m/s2)^2.
+    pub vibration: Vector3<f64>,
 }
 
 /// Which triad.
@@ -62,6 +97,10 @@ pub struct Parameter {
 pub struct ErrorModel {
     /// All parameters.
     pub parameters: Vec<Parameter>,
+    /// What is known of each second since power-on; where the list has ended, or is empty, all of it counts as zero.
+    pub known: Arc<[Known]>,
+    /// Known delay of the accelerometer words behind the gyro words, s.
+    pub delay_s: f64,
 }
 
 /// Prior standard deviations of the groups of parameters, and the drift of the biases.
@@ -194,6 +233,7 @@ impl ErrorModel {
         let accels = (0..3).map(|axis| bias(Triad::Accel, axis, prior.accel_bias));
         Self {
             parameters: gyros.chain(accels).collect(),
+            ..Self::default()
         }
     }
 
@@ -203,20 +243,28 @@ impl ErrorModel {
         self.parameters.len()
     }
 
-    /// Whether the model has no parameter: the filter then knows no sensor errors.
+    /// Whether the model has no parameter and no delay: the filter then knows no sensor errors.
     #[must_use]
     pub fn is_empty(&self) -> bool {
-        self.parameters.is_empty()
+        self.parameters.is_empty() && self.delay_s == 0.0
     }
 
     /// Errors of gyros (rad/s) and accelerometers (m/s2) for parameters `theta` and the inputs.
     #[must_use]
     pub fn error(&self, theta: &DVector<f64>, now: &Inputs) -> [Vector3<f64>; 2] {
         let mut out = [Vector3::zeros(); 2];
+        let known = self.known_at(now.time);
         for (p, t) in self.parameters.iter().zip(theta.iter()) {
-            out[p.triad.index()][p.axis] += t * p.value(now);
+            out[p.triad.index()][p.axis] += t * p.value(now, &known);
         }
+        out[1] -= now.force_change * self.delay_s;
         out
+    }
+
+    /// What is known of the second that `time` (s since power-on) lies in.
+    pub(super) fn known_at(&self, time: f64) -> Known {
+        let second = (time / EPOCH_S) as usize;
+        self.known.get(second).copied().unwrap_or_default()
     }
 }
 
@@ -252,24 +300,32 @@ impl Parameter {
     }
 
     /// Derivative of the error of its axis by this parameter.
-    pub(super) fn value(&self, now: &Inputs) -> f64 {
+    pub(super) fn value(&self, now: &Inputs, known: &Known) -> f64 {
         let input = match self.triad {
             Triad::Gyro => &now.rate,
             Triad::Accel => &now.force,
         };
-        self.regressor.value(input, now.time)
-    }
-}
-
-impl Regressor {
-    fn value(self, input: &Vector3<f64>, time: f64) -> f64 {
-        match self {
-            Self::One => 1.0,
-            Self::Input(axis) => input[axis],
-            Self::Magnitude(axis) => input[axis].abs(),
-            Self::Square(axis) => input[axis] * input[axis],
-            Self::Hours => time / 3600.0,
-            Self::Decay(tau) => (-time / tau).exp(),
+        let block = &known.around.temperature;
+        match self.regressor {
+            Regressor::One => 1.0,
+            Regressor::Input(axis) => input[axis],
+            Regressor::Magnitude(axis) => input[axis].abs(),
+            Regressor::Product(i, j) => input[i] * input[j],
+            Regressor::Cube(axis) => input[axis].powi(3),
+            Regressor::Hours => now.time / 3600.0,
+            Regressor::Decay(tau) => (-now.time / tau).exp(),
+            Regressor::Temperature => block.offset,
+            Regressor::TemperatureSquare => block.offset * block.offset,
+            Regressor::Heating => block.rate,
+            Regressor::HeatingTemperature => block.rate * block.offset,
+            Regressor::Gradient => block.gradient,
+            Regressor::Field(axis) => known.around.field[axis],
+            Regressor::Arm(j) => {
+                let (w, i) = (&now.rate, self.axis);
+                let own = if i == j { w.norm_squared() } else { 0.0 };
+                w[i] * w[j] - own + skew(&now.rate_change)[(i, j)]
+            }
+            Regressor::Vibration(axis) => known.vibration[axis],
         }
     }
 }

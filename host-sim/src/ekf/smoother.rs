@@ -20,6 +20,8 @@ pub struct Record {
     pub correction: DVector<f64>,
     /// Logarithm of the probability density of that fix, given all before it.
     pub log_likelihood: f64,
+    /// Normalised innovation squared of that fix: chi-square with 6 degrees of freedom when the filter is consistent.
+    pub nis: f64,
 }
 
 /// Smoothed parameters over one interval.

@@ -16,7 +16,7 @@ mod triad;
 pub use error_model::ErrorModelName;
 pub use model::Imu;
 pub use spec::{AccelSpec, BlockSpec, DitherSpec, GyroSpec, ImuSpec, PRESETS};
-pub use triad::Surroundings;
+pub use triad::{Surroundings, WARM_UP_REPEATABILITY};
 
 #[cfg(test)]
 mod causes_tests;

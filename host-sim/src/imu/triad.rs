@@ -9,7 +9,7 @@ use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
 /// Repeatability of the warm-up's amplitude from turn-on to turn-on (assumed).
-const WARM_UP_REPEATABILITY: f64 = 0.1;
+pub const WARM_UP_REPEATABILITY: f64 = 0.1;
 /// Period over which the slow errors are held, s.
 pub(super) const SLOW_S: f64 = 1.0;
 /// The three gyros dither apart from each other, or they would drive one another (assumed: 7 %).

@@ -1,0 +1,142 @@
+//! How much the oracle leaves: on every group of errors against an IMU with noise alone.
+
+use super::*;
+
+fn campaign(preset: &str) -> (Campaign, ImuSpec) {
+    let mut imu = ImuSpec::preset(preset).unwrap();
+    imu.rate_hz = RATE_HZ;
+    let campaign = Campaign {
+        scenario: Scenario::default(),
+        runs: 1,
+        shard: (0, 1),
+        models: ErrorModelName::ALL.to_vec(),
+        out: PathBuf::new(),
+        resume: false,
+        tuning_units: 1,
+    };
+    (campaign, imu)
+}
+
+fn median(mut x: Vec<f64>) -> f64 {
+    x.sort_by(f64::total_cmp);
+    0.5 * (x[(x.len() - 1) / 2] + x[x.len() / 2])
+}
+
+/// `cargo nextest run --run-ignored only -p host-sim oracle_against_the_floor --no-capture`, some minutes.
+#[test]
+#[ignore = "a measurement of minutes; what it must not lose is tested below on one unit"]
+fn oracle_against_the_floor() {
+    for preset in ["medium", "nav"] {
+        let (campaign, imu) = campaign(preset);
+        let runs: Vec<Vec<f64>> = (0..24)
+            .into_par_iter()
+            .map(|k| {
+                let mut row = vec![];
+                let end = |coast: Option<Coast>| coast.unwrap().position[1320].xy().norm();
+                let judge = |model, case: &Case<'_>| {
+                    if model == ErrorModelName::Noise {
+                        row.push(end(schemes::none(case, case.words, 1.0)));
+                    }
+                    row.push(end(oracle_of(case)));
+                    Ok(())
+                };
+                campaign.sessions(&imu, k, judge).unwrap();
+                row
+            })
+            .collect();
+        let column = |i: usize| median(runs.iter().map(|r| r[i]).collect());
+        println!("{preset}: floor {:.0} m", column(0));
+        for (i, model) in campaign.models.iter().enumerate() {
+            println!("{preset}: oracle on {model} {:.0} m", column(i + 1));
+        }
+    }
+}
+
+fn oracle_of(case: &Case<'_>) -> Option<Coast> {
+    let (_, oracle) = SCHEMES.iter().find(|(name, _)| *name == "oracle").unwrap();
+    oracle(case)
+}
+
+type Cause = (&'static str, fn(&mut ImuSpec));
+
+/// Each cause that is there to be found, far larger than any preset has it, so that a filter that is not told of it fails. What only
+/// wanders (drift, rate random walk) is judged by the consistency tests of the filter.
+const CAUSES: [Cause; 15] = [
+    ("gyro bias", |s| s.gyro.bias_unit_dph = 1.0),
+    ("gyro scale", |s| s.gyro.scale_ppm = 5000.0),
+    ("gyro misalignment", |s| s.gyro.misalignment_arcsec = 300.0),
+    ("gyro asymmetry", |s| s.gyro.scale_asymmetry_ppm = 1000.0),
+    ("gyro non-linearity", |s| s.gyro.nonlinearity_ppm = 2e5),
+    ("gyro warm-up", |s| s.gyro.warm_up_dph = 3.0),
+    ("gyro temperature", |s| {
+        (s.gyro.temperature_dphpk, s.gyro.temperature_dphpk2) = (0.2, 0.01);
+    }),
+    ("gyro heating", |s| {
+        s.gyro.heating_dphpkpmin = 3.0;
+        s.gyro.heating_temperature_dphpk2pmin = 0.2;
+    }),
+    ("gyro gradient", |s| s.gyro.gradient_dphpk = 1.0),
+    ("magnetic field", |s| s.gyro.magnetic_dphpgauss = 3.0),
+    ("K2 and cross coupling", |s| {
+        s.accel.k2_ugpg2 = 3e4;
+        s.accel.cross_coupling_ugpg2 = 3e4;
+    }),
+    ("rectified vibration", |s| {
+        s.accel.vibration_rectification_ugpg2 = 3e7;
+    }),
+    ("accelerometer temperature", |s| {
+        s.accel.temperature_ugpk = 300.0;
+        s.accel.gradient_ugpk = 300.0;
+    }),
+    ("size effect", |s| s.accel.size_effect_mm = 300.0),
+    ("delay", |s| s.accel.delay_s = 0.05),
+];
+
+/// Told of it, the oracle takes most of each cause away: within 5 min of coasting after 10 min of aiding.
+#[test]
+fn the_oracle_knows_every_cause() {
+    let (campaign, imu) = campaign("medium");
+    let noise = imu.error_model(ErrorModelName::Noise);
+    let config = SessionConfig {
+        imu: &imu,
+        gnss: &campaign.scenario.gnss,
+        start: campaign.scenario.start(),
+        heading: 0.3,
+        standstill_s: 300.0,
+        drive_s: 900.0,
+        segments: None,
+        vibration: 1.0,
+        unit: 11,
+        turn_on: 12,
+        drive: 13,
+    };
+    let (truth, fixes) = drive(&config);
+    let failed: Vec<String> = CAUSES
+        .par_iter()
+        .filter_map(|(name, set)| {
+            let mut spec = noise.clone();
+            set(&mut spec);
+            let session = Session {
+                gather: GATHER,
+                ..measure(&config, &spec, &truth, &fixes)
+            };
+            let words = session.increments();
+            let case = Case {
+                session: &session,
+                words: &words,
+                knows: Knowledge {
+                    datasheet: &spec,
+                    simulated: &spec,
+                },
+                tuned: Tuned::default(),
+                until: 900,
+            };
+            let end = |coast: Option<Coast>| coast.unwrap().position[300].xy().norm();
+            let none = end(schemes::none(&case, &words, 1.0));
+            let oracle = end(oracle_of(&case));
+            println!("{name}: not told {none:.1} m, told {oracle:.1} m");
+            (oracle > 0.3 * none).then(|| format!("{name}: {oracle} m of {none} m"))
+        })
+        .collect();
+    assert!(failed.is_empty(), "{failed:#?}");
+}

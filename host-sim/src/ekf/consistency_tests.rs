@@ -1,0 +1,172 @@
+//! Is the filter as good as it says? Normalised squares over Monte-Carlo runs inside their two-sided 99.9 % chi-square bounds
+//! (Bar-Shalom, Li and Kirubarajan 2001, sec. 5.4): of the navigation error (NEES) at three epochs, of the innovations (NIS) over three
+//! stretches. Unit, turn-on, heading, road, fixes and first velocity are drawn from what the filter assumes.
+
+use super::*;
+use crate::campaign::oracle;
+use crate::earth::Geodetic;
+use crate::gnss::GnssSpec;
+use crate::imu::{ErrorModelName, ImuSpec};
+use crate::session::{Session, SessionConfig, simulate};
+use crate::teacher::{Assumptions, aligned};
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use rand_distr::{Distribution, StandardNormal};
+use rayon::prelude::*;
+use statrs::distribution::{ChiSquared, ContinuousCDF};
+
+const RUNS: u64 = 30;
+const STANDSTILL_S: usize = 300;
+const DRIVE_S: usize = 900;
+/// Epochs of the NEES, and ends of the stretches of the NIS: alignment end, while driving, end of aiding.
+const EPOCHS: [usize; 3] = [100, 700, STANDSTILL_S + DRIVE_S];
+
+/// Of one run: NEES at [`EPOCHS`], and the NIS summed over the stretches up to each but the first.
+#[derive(Debug, Clone, Copy, Default)]
+struct Squares {
+    nees: [f64; 3],
+    nis: [f64; 2],
+}
+
+fn session(imu: &ImuSpec, run: u64) -> Session {
+    let mut rng = ChaCha8Rng::seed_from_u64(900 + run);
+    let config = SessionConfig {
+        imu,
+        gnss: &GnssSpec::default(),
+        start: Geodetic {
+            lat: 0.6,
+            lon: 2.0,
+            h: 60.0,
+        },
+        heading: rng.random_range(0.0..std::f64::consts::TAU),
+        standstill_s: STANDSTILL_S as f64,
+        drive_s: DRIVE_S as f64,
+        segments: None,
+        vibration: 1.0,
+        unit: rng.random(),
+        turn_on: rng.random(),
+        drive: rng.random(),
+    };
+    simulate(&config).0
+}
+
+/// Squared error of the nine navigation states over their covariance.
+fn nees(filter: &Aided, truth: &NavState) -> f64 {
+    let nav = &filter.sins.nav;
+    let phi = (truth.q_bn * nav.q_bn.inverse()).scaled_axis();
+    let dv = nav.velocity - truth.velocity;
+    let dr = nav.position.ned_from(&truth.position);
+    let e = DVector::from_iterator(NAV, phi.iter().chain(&dv).chain(&dr).copied());
+    let p = filter.p.view((0, 0), (NAV, NAV));
+    let unit = e.zip_map(&p.diagonal(), |e, v| e / v.sqrt());
+    let correlation = DMatrix::from_fn(NAV, NAV, |i, j| p[(i, j)] / (p[(i, i)] * p[(j, j)]).sqrt());
+    unit.dot(&correlation.cholesky().unwrap().solve(&unit))
+}
+
+/// One run with all errors of a group, and the filter that knows them; its noise is `factor` times the right one.
+fn run(group: ErrorModelName, factor: f64, number: u64) -> Squares {
+    let mut imu = ImuSpec::preset("medium").unwrap().error_model(group);
+    imu.rate_hz = 100;
+    let session = session(&imu, number);
+    let words = session.increments();
+    let mut assumptions = Assumptions::of(&imu);
+    assumptions.noise.gyro *= factor;
+    assumptions.noise.accel *= factor;
+    let aligned = aligned(&session, &words).unwrap();
+    let mut filter = aligned.filter(oracle(&imu, &session), &assumptions);
+    // the simulated vehicle stands stiller than the filter assumes
+    let mut rng = ChaCha8Rng::seed_from_u64(number);
+    for i in 3..6 {
+        let z: f64 = StandardNormal.sample(&mut rng);
+        filter.sins.nav.velocity[i - 3] =
+            session.reference[aligned.first].velocity[i - 3] + z * filter.p[(i, i)].sqrt();
+    }
+    filter.start = filter.sins.nav;
+    let mut out = Squares::default();
+    let n = session.words_per_epoch();
+    assert_eq!(aligned.first, EPOCHS[0]);
+    for k in EPOCHS[0]..=EPOCHS[2] {
+        if let Some(i) = EPOCHS.iter().position(|e| *e == k) {
+            out.nees[i] = nees(&filter, &session.reference[k]);
+        }
+        if k < EPOCHS[2] {
+            for word in &words[k * n..(k + 1) * n] {
+                filter.word(word, session.dt);
+            }
+            let record = filter.fix(&session.fixes[k + 1], &session.sigmas);
+            out.nis[usize::from(k >= EPOCHS[1])] += record.nis;
+        }
+    }
+    out
+}
+
+/// Each sum over the runs, per degree of freedom, and whether it lies within its bounds.
+fn judged(group: ErrorModelName, factor: f64) -> Vec<(&'static str, f64, bool)> {
+    let runs: Vec<Squares> = (0..RUNS)
+        .into_par_iter()
+        .map(|k| run(group, factor, k))
+        .collect();
+    let names = [
+        "NEES after alignment",
+        "NEES while driving",
+        "NEES at the end",
+        "NIS of the first half",
+        "NIS of the second half",
+    ];
+    let stretch = |i: usize| 6 * (EPOCHS[i + 1] - EPOCHS[i]);
+    let freedom = [NAV, NAV, NAV, stretch(0), stretch(1)];
+    (0..names.len())
+        .map(|i| {
+            let sum: f64 = runs
+                .iter()
+                .map(|r| if i < 3 { r.nees[i] } else { r.nis[i - 3] })
+                .sum();
+            let freedom = freedom[i] as f64 * RUNS as f64;
+            let chi = ChiSquared::new(freedom).unwrap();
+            let (low, high) = (chi.inverse_cdf(0.0005), chi.inverse_cdf(0.9995));
+            let within = (low..=high).contains(&sum);
+            println!(
+                "{group} noise x {factor}: {} {:.4} ({:.4} .. {:.4})",
+                names[i],
+                sum / freedom,
+                low / freedom,
+                high / freedom
+            );
+            (names[i], sum / freedom, within)
+        })
+        .collect()
+}
+
+fn consistent(group: ErrorModelName) {
+    for (name, value, within) in judged(group, 1.0) {
+        assert!(within, "{group}: {name} is {value} per degree of freedom");
+    }
+}
+
+#[test]
+fn consistent_on_noise_without_a_model() {
+    consistent(ErrorModelName::Noise);
+}
+
+#[test]
+fn consistent_on_linear_errors() {
+    consistent(ErrorModelName::Linear);
+}
+
+#[test]
+fn consistent_on_thermal_errors() {
+    consistent(ErrorModelName::Thermal);
+}
+
+#[test]
+fn consistent_on_all_errors() {
+    consistent(ErrorModelName::All);
+}
+
+#[test]
+fn a_filter_that_halves_its_noise_is_found_out() {
+    let squares = judged(ErrorModelName::Noise, 0.5);
+    for (name, value, within) in &squares[..3] {
+        assert!(!within && *value > 1.5, "{name} is {value}");
+    }
+}
