@@ -17,7 +17,7 @@ use crate::needs;
 use crate::stage::{cargo_with, succeed};
 
 /// What is measured: in words, and its name on both machines. Within an activation each piece contains the one before.
-const WORK: [(&str, &str); 8] = [
+const WORK: [(&str, &str); 11] = [
     ("step, rational", "step_rational"),
     ("step + gradient, rational", "gradient_rational"),
     ("step + gradient + descent, rational", "descent_rational"),
@@ -26,6 +26,9 @@ const WORK: [(&str, &str); 8] = [
     ("step + gradient, tanh", "gradient_tanh"),
     ("step + gradient + descent, tanh", "descent_tanh"),
     ("a pass of one step, tanh", "learn_tanh"),
+    ("word of the navigator", "nav_word"),
+    ("word and piece of the navigator", "nav_piece"),
+    ("second of the navigator, 200 words", "nav_second"),
 ];
 /// The default network's step and learning step.
 const STEP: &str = "step_rational";

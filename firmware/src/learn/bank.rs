@@ -194,7 +194,8 @@ impl<T: Real> Bank<T> {
             self.each(|h| {
                 let innovation = h.innovation(i, z, variance);
                 h.weigh(innovation, cap);
-                outlier &= !(innovation.squared_ratio() <= cap) || !h.is_healthy();
+                let inside = innovation.squared_ratio() <= cap && h.is_healthy();
+                outlier &= !inside;
             });
             let believed = !outlier || self.refused[k] >= self.gates.escape;
             // never a number that is none

@@ -20,15 +20,17 @@
 //! leaves its range stops; [`Faults`] says so.
 #![forbid(unsafe_code)]
 
+mod config;
 mod earth;
 mod gather;
 mod transition;
 mod vector;
 
+pub use config::{Config, ConfigError};
 pub use earth::Position;
 pub use transition::{ERRORS, Noise, Transition};
 
-use crate::sample::{Counts, Lsb};
+use crate::sample::Counts;
 use earth::{Local, wrapped};
 use gather::{Gather, Piece};
 use transition::{Interval, motion};
@@ -46,8 +48,6 @@ const MAX_VELOCITY: f64 = 1e4;
 const MAX_ESTIMATE: [f32; 2] = [0.1, 10.0];
 /// Greatest correction of attitude (rad), velocity (m/s) and position (m).
 const MAX_FEEDBACK: [f32; 3] = [1.0, 1e3, 1e5];
-/// Length of a piece that [`Config::new`] aims at, s.
-const PIECE_S: f64 = 0.05;
 
 /// Position, velocity, attitude.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -77,63 +77,6 @@ pub struct Innovation {
     /// Velocity, north, east, down, m/s.
     pub velocity: [f32; 3],
 }
-
-/// What a navigator must know.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Config {
-    /// Value of a count.
-    pub lsb: Lsb,
-    /// Time between words, s, 1e-5 to 1.
-    pub word_s: f64,
-    /// Words in a piece, >= 1; a piece should be short against any change of attitude and should divide the time between fixes.
-    pub piece_words: u16,
-    /// White noise of the sensors.
-    pub noise: Noise,
-}
-
-impl Config {
-    /// With pieces of 50 ms, or as near to that as whole words come.
-    #[must_use]
-    pub fn new(lsb: Lsb, word_s: f64, noise: Noise) -> Self {
-        // `as` saturates and makes 0 of NaN
-        let piece_words = (libm::round(PIECE_S / word_s) as u16).max(1);
-        Self {
-            lsb,
-            word_s,
-            piece_words,
-            noise,
-        }
-    }
-}
-
-/// Why a [`Navigator`] cannot be built; names the parameter.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum ConfigError {
-    /// A count's value is not a positive finite number.
-    Lsb,
-    /// The word period is not within 1e-5 to 1 s.
-    WordPeriod,
-    /// A piece has no word.
-    PieceWords,
-    /// A noise is negative or not finite.
-    Noise,
-    /// The state is not finite, its attitude no unit quaternion, or it is outside the range of the equations.
-    State,
-}
-
-impl core::fmt::Display for ConfigError {
-    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        f.write_str(match self {
-            Self::Lsb => "lsb: must be positive and finite",
-            Self::WordPeriod => "word_s: must be within 1e-5 to 1 s",
-            Self::PieceWords => "piece_words: must be at least 1",
-            Self::Noise => "noise: must be finite and >= 0",
-            Self::State => "state: must be finite, with a unit quaternion, within 89.99 deg, 100 km and 10 km/s",
-        })
-    }
-}
-
-impl core::error::Error for ConfigError {}
 
 /// What went wrong since the start.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -183,10 +126,12 @@ impl Navigator {
         if !in_range(&state) || !(0.998..1.002).contains(&norm) {
             return Err(ConfigError::State);
         }
-        let q_bn = renormalised(renormalised(state.q_bn));
+        let mut state = state;
+        state.q_bn = renormalised(renormalised(state.q_bn));
+        state.position.longitude = wrapped(state.position.longitude);
         Ok(Self {
             config,
-            state: State { q_bn, ..state },
+            state,
             gather: Gather::new(config.lsb, config.word_s, config.piece_words),
             interval: Interval::new(),
             acceleration: [0.0; 3],
@@ -243,13 +188,13 @@ impl Navigator {
         self.interval.take()
     }
 
-    /// Estimate minus a fix that was valid `age_s` seconds before the end of the last piece (0 to 1, or it is taken as such).
+    /// Estimate minus a fix that was valid `age_s` seconds before the end of the last piece; taken to be within 0 to 1, a NaN as 0.
     #[must_use]
     pub fn innovation(&self, fix: &Fix, age_s: f32) -> Innovation {
         let State {
             position, velocity, ..
         } = &self.state;
-        let age = f64::from(age_s.clamp(0.0, 1.0));
+        let age = f64::from(age_s.max(0.0).clamp(0.0, 1.0)); // clamp alone leaves a NaN
         let then = add(*velocity, scale(self.acceleration, -age));
         let moved = scale(add(*velocity, then), -0.5 * age);
         let dp = add(position.ned_from(&fix.position), moved);
@@ -356,8 +301,7 @@ fn step(state: &State, piece: &Piece) -> Step {
     change[2] += here.g * tau;
     let v_mean = add(velocity, scale(change, 0.5));
 
-    let q = product(q_bn, vector::from_rotvec(piece.phi));
-    let q_bn_new = renormalised(add_rotation(q, scale(zeta, -0.5)));
+    let q_bn_new = turned(q_bn, piece.phi, zeta);
     let middle: [f32; 4] = core::array::from_fn(|i| 0.5 * (q_bn[i] as f32 + q_bn_new[i] as f32));
     let inv_tau = 1.0 / tau;
     Step {
@@ -378,13 +322,14 @@ fn step(state: &State, piece: &Piece) -> Step {
     }
 }
 
-/// `[1, half] * q` for a rotation vector `2 half` of some urad: its cosine is 1 to 1e-11, which renormalising sets right.
-fn add_rotation(q: Q, half: V) -> Q {
-    let [w, x, y, z] = q;
-    let axis = [x, y, z];
-    let turned = add(scale(half, w), cross(half, axis));
+/// Attitude after the body has turned by `phi` (in its own axes at the start) and the navigation frame by `zeta`, rad. `zeta` is some
+/// urad: its cosine is 1 to 1e-11, which renormalising sets right.
+fn turned(q_bn: Q, phi: V, zeta: V) -> Q {
+    let [w, x, y, z] = product(q_bn, vector::from_rotvec(phi));
+    let half = scale(zeta, -0.5);
+    let [a, b, c] = add(scale(half, w), cross(half, [x, y, z]));
     let along = half[0] * x + half[1] * y + half[2] * z;
-    [w - along, x + turned[0], y + turned[1], z + turned[2]]
+    renormalised([w - along, x + a, y + b, z + c])
 }
 
 /// Mean of two quaternions a piece apart to unit length; theirs is 1 within 2 %.
@@ -406,3 +351,6 @@ fn in_range(state: &State) -> bool {
         && state.velocity.iter().all(|v| v.abs() <= MAX_VELOCITY)
         && finite(&state.q_bn)
 }
+
+#[cfg(test)]
+mod tests;

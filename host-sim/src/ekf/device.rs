@@ -1,7 +1,6 @@
 //! The device's navigator (`firmware::nav`) against the desktop's f64 one, over the same counts.
 
-use super::dynamics::Interval;
-use super::{ErrorModel, NAV, Noise, Parameter, Regressor, Triad};
+use super::{Block, Linearised, Noise, Prior};
 use crate::earth::Geodetic;
 use crate::replay::words::quantise;
 use crate::sins::{Increment, NavState, Sins};
@@ -9,7 +8,7 @@ use crate::truth::{DriveConfig, Truth, random_drive};
 use crate::units::{ARCSEC, DEG_PER_H, UG};
 use firmware::nav::{self, Navigator, Position, State, Transition};
 use firmware::sample::{Counts, Lsb};
-use nalgebra::{SMatrix, UnitQuaternion, Vector3};
+use nalgebra::{UnitQuaternion, Vector3};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
@@ -130,5 +129,106 @@ fn twenty_two_minutes_free_inertial_end_at_the_same_place() {
         let got = differences(1320.0, dt, errors, 7);
         println!("{dt} {got:?}");
         assert!(got[0] < 0.05 && got[1] < 1e-3 && got[2] < 1e-7, "{got:?}");
+    }
+}
+
+/// What happened over one block and then over another.
+fn composed(first: &Block, then: &Block) -> Block {
+    Block {
+        phi: then.phi * first.phi,
+        gamma: then.phi * first.gamma + then.gamma,
+        q: then.phi * first.q * then.phi.transpose() + then.q,
+        time: first.time + then.time,
+    }
+}
+
+/// Largest element of a 3 x 3 block.
+fn greatest(of: impl Fn(usize, usize) -> f64) -> f64 {
+    (0..9).map(|k| of(k / 3, k % 3).abs()).fold(0.0, f64::max)
+}
+
+/// Largest differences of Phi and Gamma, by the largest element of the 3 x 3 block, and of Q by the product of the standard deviations.
+fn relative(got: &Transition, want: &Block) -> [f64; 3] {
+    let mut worst = [0.0_f64; 3];
+    for row in [0, 3, 6] {
+        for column in [0, 3, 6] {
+            let off = |i: usize, j: usize| {
+                f64::from(got.phi[row + i][column + j]) - want.phi[(row + i, column + j)]
+            };
+            let whole = greatest(|i, j| want.phi[(row + i, column + j)]);
+            worst[0] = worst[0].max(greatest(off) / whole);
+            let off = |i: usize, j: usize| {
+                let scale = want.q[(row + i, row + i)] * want.q[(column + j, column + j)];
+                (f64::from(got.q[row + i][column + j]) - want.q[(row + i, column + j)])
+                    / scale.sqrt()
+            };
+            worst[2] = worst[2].max(greatest(off));
+        }
+        for column in [0, 3] {
+            let off = |i: usize, j: usize| {
+                f64::from(got.gamma[row + i][column + j]) - want.gamma[(row + i, column + j)]
+            };
+            let whole = greatest(|i, j| want.gamma[(row + i, column + j)]);
+            // what an acceleration does to the attitude within a word is not in the reference: half a word of a second or more
+            let share = if (row, column) == (0, 3) { 0.1 } else { 1.0 };
+            worst[1] = worst[1].max(share * greatest(off) / whole);
+        }
+    }
+    worst
+}
+
+/// The reference takes each word as a piece of its own; its own usual way, a second at once, is looked at beside it.
+#[test]
+fn transitions_are_those_of_the_desktop() {
+    let dt = 0.005;
+    let truth = drive(200.0, dt, 5);
+    let counts = quantise(&truth.words, &LSB).unwrap();
+    let prior = Prior {
+        gyro_bias: 1.0,
+        accel_bias: 1.0,
+        walk_per_hour: 0.0,
+        scale: [0.0; 2],
+        misalignment: [0.0; 2],
+    };
+    for seconds in [1, 10] {
+        let mut sins = Sins::new(truth.epochs[0]);
+        let mut device = navigator(&truth.epochs[0], dt);
+        let mut fine = Linearised::new(&prior, NOISE);
+        let mut usual = Linearised::new(&prior, NOISE);
+        let mut worst = [[0.0_f64; 3]; 2];
+        for words in counts.chunks_exact(seconds * truth.words_per_epoch) {
+            let mut want: Option<Block> = None;
+            for word in words {
+                let corrected = corrected(word, &[[0.0; 3]; 2], dt);
+                sins.step(&corrected, dt);
+                usual.word(&sins.nav, &corrected, dt);
+                fine.word(&sins.nav, &corrected, dt);
+                let next = fine.take(&sins.nav);
+                want = Some(want.map_or(next.clone(), |before| composed(&before, &next)));
+                device.word(word);
+            }
+            let (want, got, usual) = (
+                want.unwrap(),
+                device.take_transition(),
+                usual.take(&sins.nav),
+            );
+            assert!((f64::from(got.time) - want.time).abs() < 1e-5);
+            let usual = Transition {
+                phi: std::array::from_fn(|i| std::array::from_fn(|j| usual.phi[(i, j)] as f32)),
+                gamma: std::array::from_fn(|i| std::array::from_fn(|j| usual.gamma[(i, j)] as f32)),
+                q: std::array::from_fn(|i| std::array::from_fn(|j| usual.q[(i, j)] as f32)),
+                time: usual.time as f32,
+            };
+            for (worst, of) in worst.iter_mut().zip([&got, &usual]) {
+                for (w, r) in worst.iter_mut().zip(relative(of, &want)) {
+                    *w = w.max(r);
+                }
+            }
+        }
+        println!(
+            "{seconds} s: device {:?}, desktop's usual way {:?}",
+            worst[0], worst[1]
+        );
+        assert!(worst[0].iter().all(|w| *w < 1e-3), "{seconds} s: {worst:?}");
     }
 }

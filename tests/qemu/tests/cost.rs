@@ -27,7 +27,12 @@ fn both_counters_agree() {
     let (_, coarse) = count::run(MPS2_AN386, &image).expect("the image runs");
     for (name, count) in fine {
         let off = (count - coarse[&name]).abs(); // of 1000 repetitions: a tick of 40 instructions twice is 0.08
-        assert!(off < 0.2, "{name}: {count} and {}", coarse[&name]);
+        // ... and one of 40 times as much in a fortieth of the repetitions 3.2
+        assert!(
+            off < 0.2 || off < 1e-5 * count,
+            "{name}: {count} and {}",
+            coarse[&name]
+        );
     }
 }
 

@@ -4,6 +4,7 @@ use std::hint::black_box;
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use lrnn_nostd::{Activation, Rational, Tanh};
+use vectors::navigation::{NavPieceWork, NavSecondWork, NavWordWork};
 use vectors::work::{DescentWork, GradientWork, LearnWork, StepWork, plausible};
 
 fn measure(
@@ -43,9 +44,20 @@ fn all<H: Activation>(criterion: &mut Criterion, name: &str) {
     });
 }
 
+fn navigator(criterion: &mut Criterion) {
+    let good = "the configuration is good";
+    let mut word = NavWordWork::new().expect(good);
+    let mut piece = NavPieceWork::new().expect(good);
+    let mut second = NavSecondWork::new().expect(good);
+    measure(criterion, "nav_word", |input| word.run(input));
+    measure(criterion, "nav_piece", |input| piece.run(input));
+    measure(criterion, "nav_second", |input| second.run(input));
+}
+
 fn both(criterion: &mut Criterion) {
     all::<Rational>(criterion, "rational");
     all::<Tanh>(criterion, "tanh");
+    navigator(criterion);
 }
 
 criterion_group!(benches, both);

@@ -231,14 +231,10 @@ impl<const X: usize, const N: usize, const PACKED: usize, T: Real> Covariance<X,
     /// No variance below these: P stays positive, and what is learnt stays open to change, for days.
     pub fn floor(&mut self, outer: &[T; X], parameters: &[T; N]) {
         for i in 0..X {
-            if !(self.xx[i][i] >= outer[i]) {
-                self.xx[i][i] = outer[i];
-            }
+            self.xx[i][i] = at_least(self.xx[i][i], outer[i]);
         }
         for (variance, &least) in diagonal(&mut self.tt).zip(parameters) {
-            if !(*variance >= least) {
-                *variance = least;
-            }
+            *variance = at_least(*variance, least);
         }
     }
 
@@ -289,6 +285,12 @@ fn times<T: Real, const N: usize>(packed: &[T], v: Row<'_, T>) -> [T; N] {
         }
     }
     out
+}
+
+/// `least` for what is less or no number.
+#[inline]
+fn at_least<T: Real>(value: T, least: T) -> T {
+    if value >= least { value } else { least }
 }
 
 /// a . b over the shorter of the two.

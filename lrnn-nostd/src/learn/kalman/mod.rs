@@ -61,6 +61,10 @@ pub struct Prior<const X: usize, const N: usize, T = f32> {
     pub floor: T,
 }
 
+fn square<T: Real>(value: T) -> T {
+    value * value
+}
+
 /// One hypothesis: what it estimates, how sure it is, and how well it has predicted so far.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Kalman<
@@ -113,7 +117,7 @@ impl<L: Learns, const X: usize, const N: usize, const PACKED: usize, H: Activati
         }
         let mut walk = self.prior.walk;
         for walk in &mut walk {
-            *walk *= *walk * block.time;
+            *walk = square(*walk) * block.time;
         }
         let model = &self.model;
         self.covariance
@@ -151,7 +155,6 @@ impl<L: Learns, const X: usize, const N: usize, const PACKED: usize, H: Activati
 
     /// After the updates of a fix: floors, and whether all is still finite.
     pub fn settle(&mut self) {
-        let square = |value: T| value * value;
         let outer = self.prior.outer_floor.map(square);
         let floor = self.prior.floor;
         let least = self.prior.parameters.map(|sigma| square(floor * sigma));

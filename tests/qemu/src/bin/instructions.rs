@@ -8,9 +8,12 @@ mod target {
 
     use lrnn_nostd::{Activation, Rational, Tanh};
     use qemu::target::{start_counter, ticks as counter};
+    use vectors::navigation::{NavPieceWork, NavSecondWork, NavWordWork};
     use vectors::work::{DescentWork, GradientWork, LearnWork, StepWork, plausible};
 
     const REPETITIONS: usize = 1000;
+    /// Work that takes too long for the counter is done in one of so many repetitions.
+    const RARE: usize = 40;
 
     #[cortex_m_rt::entry]
     fn main() -> ! {
@@ -60,7 +63,37 @@ mod target {
         writeln!(out, "descent_rational {}", descent::<Rational>()?)?;
         writeln!(out, "descent_tanh {}", descent::<Tanh>()?)?;
         writeln!(out, "learn_rational {}", learn::<Rational>()?)?;
-        writeln!(out, "learn_tanh {}", learn::<Tanh>()?)
+        writeln!(out, "learn_tanh {}", learn::<Tanh>()?)?;
+        writeln!(out, "nav_word {}", nav_word()?)?;
+        writeln!(out, "nav_piece {}", nav_piece()?)?;
+        writeln!(out, "nav_second {}", nav_second()?)
+    }
+
+    #[inline(never)]
+    fn nav_word() -> Result<u32, core::fmt::Error> {
+        let mut work = NavWordWork::new().ok_or(core::fmt::Error)?;
+        repeat(|input| work.run(input))
+    }
+
+    #[inline(never)]
+    fn nav_piece() -> Result<u32, core::fmt::Error> {
+        let mut work = NavPieceWork::new().ok_or(core::fmt::Error)?;
+        repeat(|input| work.run(input))
+    }
+
+    #[inline(never)]
+    fn nav_second() -> Result<u32, core::fmt::Error> {
+        let mut work = NavSecondWork::new().ok_or(core::fmt::Error)?;
+        let mut repetition = 0;
+        let ticks = repeat(|input| {
+            repetition += 1;
+            if repetition % RARE == 0 {
+                work.run(input)
+            } else {
+                (input, true)
+            }
+        })?;
+        Ok(ticks * RARE as u32)
     }
 
     #[inline(never)]
