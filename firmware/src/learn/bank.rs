@@ -32,7 +32,12 @@ pub struct Gates<T = f32> {
     pub evidence: f64,
     /// By how much it must be better than the running hypothesis'.
     pub better: f64,
+    /// Hypotheses that take part, one bit each. Without [`NOTHING`] the best of the others runs, proved or not.
+    pub enabled: u8,
 }
+
+/// All hypotheses.
+pub const ALL: u8 = (1 << HYPOTHESES) - 1;
 
 impl<T: Real> Default for Gates<T> {
     /// 5 sigma; 10 fixes; less than one wrong promotion in a hundred.
@@ -42,6 +47,7 @@ impl<T: Real> Default for Gates<T> {
             escape: 10,
             evidence: 4.6,
             better: 1.0,
+            enabled: ALL,
         }
     }
 }
@@ -166,12 +172,21 @@ impl<T: Real> Bank<T> {
     }
 
     fn each(&mut self, mut act: impl FnMut(&mut dyn Hypothesis<T>)) {
-        act(&mut self.nothing);
-        act(&mut self.biases);
-        for mixed in &mut self.mixed {
-            act(mixed);
+        let enabled = self.gates.enabled;
+        let [narrow, middle, wide] = &mut self.mixed;
+        let all: [&mut dyn Hypothesis<T>; HYPOTHESES] = [
+            &mut self.nothing,
+            &mut self.biases,
+            narrow,
+            middle,
+            wide,
+            &mut self.all,
+        ];
+        for (index, hypothesis) in all.into_iter().enumerate() {
+            if enabled >> index & 1 == 1 {
+                act(hypothesis);
+            }
         }
-        act(&mut self.all);
     }
 
     /// Mean rate (rad/s) and specific force (m/s^2) of the block that has ended, as measured; the estimates are for the next one.
@@ -212,20 +227,23 @@ impl<T: Real> Bank<T> {
         bits
     }
 
+    /// Log-likelihood of one that may run.
+    fn standing(&self, index: usize) -> f64 {
+        let hypothesis = self.get(index);
+        let enabled = self.gates.enabled >> index & 1 == 1;
+        if enabled && (index == NOTHING || hypothesis.is_healthy()) {
+            hypothesis.log_likelihood()
+        } else {
+            f64::NEG_INFINITY
+        }
+    }
+
     /// Promotion and rollback.
     fn choose(&mut self) {
-        let evidence = |index: usize| {
-            let hypothesis = self.get(index);
-            if index == NOTHING || hypothesis.is_healthy() {
-                hypothesis.log_likelihood()
-            } else {
-                f64::NEG_INFINITY
-            }
-        };
-        let (nothing, running) = (evidence(NOTHING), evidence(self.running));
+        let (nothing, running) = (self.standing(NOTHING), self.standing(self.running));
         let mut best = (NOTHING, nothing + self.gates.evidence);
         for index in 0..HYPOTHESES {
-            let own = evidence(index);
+            let own = self.standing(index);
             if own > best.1 {
                 best = (index, own);
             }
@@ -240,6 +258,12 @@ impl<T: Real> Bank<T> {
     #[must_use]
     pub fn estimate(&self) -> &[T; OUTPUTS] {
         self.get(self.running).estimate()
+    }
+
+    /// The same of any hypothesis.
+    #[must_use]
+    pub fn estimate_of(&self, index: usize) -> &[T; OUTPUTS] {
+        self.get(index).estimate()
     }
 
     /// The navigator's error as the running hypothesis sees it; the caller takes it out of the navigator.

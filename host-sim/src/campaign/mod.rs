@@ -14,7 +14,7 @@ mod tuning;
 pub use self::parquet::to_parquet;
 pub use ratios::{Ratio, ratios};
 pub use results::results;
-pub use schemes::{Case, Knowledge, SCHEMES, Scheme, oracle};
+pub use schemes::{Case, Knowledge, SCHEMES, Scheme, oracle, rnn_kalman};
 pub use statistics::{Summary, summarise};
 pub use store::{Merged, Row, merge};
 pub use tuning::{Tuned, Tuning};

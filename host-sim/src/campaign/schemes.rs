@@ -4,12 +4,14 @@ use super::tuning::{DATASHEET_WALK, Tuned};
 use crate::coast::{Coast, coast};
 use crate::ekf::{Aided, ErrorModel, Known, Noise, Parameter, Regressor, Triad};
 use crate::imu::{AccelSpec, GyroSpec, ImuSpec, Surroundings, WARM_UP_REPEATABILITY};
+use crate::kalman::{Student, coasted, taught};
 use crate::learning::{NetworkSpec, compensator, corrected_words};
 use crate::session::{Session, to_si};
 use crate::sins::Increment;
 use crate::study::{Use, study};
 use crate::teacher::{Assumptions, aid, aligned};
 use crate::units::{ARCSEC, DEG, DEG_PER_H, G0, PPM, UG};
+use firmware::learn::bank::{ALL, Gates};
 use firmware::sample::Counts;
 use nalgebra::Vector3;
 use std::borrow::Cow;
@@ -43,7 +45,7 @@ pub struct Knowledge<'a> {
 pub type Scheme = fn(&Case<'_>) -> Option<Coast>;
 
 /// All competitors in the order of the tables, which add `floor`: [`none`] on an IMU with noise only.
-pub const SCHEMES: [(&str, Scheme); 8] = [
+pub const SCHEMES: [(&str, Scheme); 9] = [
     ("none", |c| none(c, c.words, c.tuned.none_factor)),
     ("ekf6", |c| ekf6(c, DATASHEET_WALK)),
     ("ekf6-tuned", |c| ekf6(c, c.tuned.walk)),
@@ -62,7 +64,20 @@ pub const SCHEMES: [(&str, Scheme); 8] = [
     ("rnn-window", |c| {
         none(c, &rnn_words(c)?, c.tuned.rnn_factor)
     }),
+    ("rnn-kalman", |c| rnn_kalman(c, ALL)),
 ];
+
+/// The bank of hypotheses of [`crate::kalman`], of which those with a bit in `enabled` take part.
+pub fn rnn_kalman(case: &Case<'_>, enabled: u8) -> Option<Coast> {
+    let assumptions = Assumptions::of(case.knows.datasheet);
+    let gates = Gates {
+        enabled,
+        ..Gates::default()
+    };
+    let (session, words) = (case.session, case.words);
+    let student: Student<f32> = taught(session, words, &assumptions, gates, case.until)?;
+    Some(coasted(student, session, words, case.until))
+}
 
 /// The aided filter without a model of the IMU; white noise times the factor covers what it does not know.
 pub fn none(case: &Case<'_>, words: &[Increment], factor: f64) -> Option<Coast> {

@@ -3,7 +3,7 @@
 use crate::coast::{Coast, coast};
 use crate::ekf::{Block, InitialSigma, Linearised, NAV, displaced};
 use crate::session::{EPOCH_S, Session};
-use crate::sins::{Increment, NavState, Sins};
+use crate::sins::{Increment, NavState, Samples, Sins};
 use crate::teacher::{Assumptions, aligned, fix_at};
 use firmware::learn::bank::{Bank, Gates};
 use firmware::learn::prior::Datasheet;
@@ -41,19 +41,20 @@ pub fn datasheet(assumptions: &Assumptions) -> Datasheet {
 }
 
 impl<T: Real> Student<T> {
-    /// Starts at `nav`.
+    /// Starts at `nav`; `samples` is what its words need ([`Session::samples`]).
     #[must_use]
     pub fn new(
         nav: NavState,
         sigma: &InitialSigma,
         assumptions: &Assumptions,
         gates: Gates<T>,
+        samples: Samples,
     ) -> Self {
         let (a, v, p) = (sigma.tilt, sigma.velocity, sigma.position);
         let outer = [a, a, sigma.heading, v, v, v, p, p, p].map(T::from_f64);
         Self {
             bank: Bank::new(&datasheet(assumptions).cast(), EPOCH_S, outer, gates),
-            sins: Sins::new(nav),
+            sins: Sins::new(nav).with_samples(samples),
             linearised: Linearised::new(&assumptions.prior, assumptions.noise),
             applied: [T::ZERO; 6],
         }
@@ -134,19 +135,26 @@ pub fn taught<T: Real>(
     session: &Session,
     words: &[Increment],
     assumptions: &Assumptions,
+    gates: Gates<T>,
     until: usize,
 ) -> Option<Student<T>> {
     let aligned = aligned(session, words)?;
     let (start, first) = (aligned.start(assumptions), aligned.first);
-    let mut student = Student::new(start.nav, &start.sigma, assumptions, Gates::default());
-    let n = session.words_per_epoch();
+    let mut student = Student::new(
+        start.nav,
+        &start.sigma,
+        assumptions,
+        gates,
+        session.samples(),
+    );
+    let n = session.steps_per_epoch();
     let epoch = |k: usize| &words[k * n..(k + 1) * n];
     for k in 0..first {
         student.look(epoch(k));
     }
     for k in first..until {
         let (fix, sigmas) = fix_at(session, k + 1);
-        student.learn(epoch(k), session.dt, &fix, &sigmas);
+        student.learn(epoch(k), session.step_s(), &fix, &sigmas);
     }
     Some(student)
 }
@@ -159,12 +167,17 @@ pub fn coasted<T: Real>(
     words: &[Increment],
     until: usize,
 ) -> Coast {
-    let n = session.words_per_epoch();
+    let (n, dt) = (session.steps_per_epoch(), session.step_s());
     let nav = student.nav();
     let mut corrected = vec![Increment::default(); until * n];
     for epoch in words[until * n..].chunks(n) {
-        corrected.extend(epoch.iter().map(|w| student.corrected(w, session.dt)));
+        corrected.extend(epoch.iter().map(|w| student.corrected(w, dt)));
         student.look(epoch);
     }
     coast(session, &corrected, nav, until, session.epochs())
 }
+
+#[cfg(test)]
+mod tests;
+#[cfg(test)]
+mod twin;
