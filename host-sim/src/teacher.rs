@@ -5,13 +5,15 @@
 //! sensor error in body axes: measured increments minus the increments that belong to the smoothed nominal trajectory.
 
 use crate::align::{self, Alignment};
-use crate::ekf::{Aided, ErrorModel, InitialSigma, Noise, Prior, Record, smooth};
+use crate::ekf::{
+    Aided, ErrorModel, InitialSigma, NAV, Noise, Prior, Record, attitude_error, smooth,
+};
 use crate::gnss::Fix;
 use crate::imu::ImuSpec;
 use crate::session::{EPOCH_S, Session};
 use crate::sins::{Increment, NavState, Samples};
 use crate::units::{DEG_PER_SQRT_H, UG_PER_SQRT_HZ};
-use nalgebra::Vector3;
+use nalgebra::{SMatrix, Vector3};
 
 /// What the teacher assumes of the sensors.
 #[derive(Debug, Clone, Copy)]
@@ -104,6 +106,24 @@ impl Aligned {
             nav: self.nav,
             sigma: assumptions.initial_sigma(&self.nav, &self.sigmas),
         }
+    }
+
+    /// How the initial errors (attitude, velocity, position) follow from constant errors of the sensors, and the covariance of the rest.
+    #[must_use]
+    pub fn errors(
+        &self,
+        assumptions: &Assumptions,
+    ) -> (SMatrix<f64, NAV, 6>, SMatrix<f64, NAV, NAV>) {
+        let (by, rest) = attitude_error(&self.alignment, &assumptions.prior, assumptions.noise);
+        let mut all = SMatrix::<f64, NAV, 6>::zeros();
+        let mut covariance = SMatrix::<f64, NAV, NAV>::zeros();
+        all.fixed_view_mut::<3, 6>(0, 0).copy_from(&by);
+        covariance.fixed_view_mut::<3, 3>(0, 0).copy_from(&rest);
+        for i in 0..3 {
+            covariance[(3 + i, 3 + i)] = ZERO_VELOCITY_MPS.powi(2);
+            covariance[(6 + i, 6 + i)] = self.sigmas[i].powi(2);
+        }
+        (all, covariance)
     }
 
     /// A filter with `model` and `noise` that starts from here. Without a model the biases of `assumptions` count as part of the

@@ -62,6 +62,7 @@ trait Hypothesis<T: Real> {
     fn settle(&mut self);
     fn fed_back(&mut self, e: &[T; NAV]);
     fn restart(&mut self, outer: &[T; NAV]);
+    fn derive(&mut self, by: &[[T; OUTPUTS]; NAV], rest: &[[T; NAV]; NAV], applied: &[T; OUTPUTS]);
     fn outer(&self) -> &[T; NAV];
     fn estimate(&self) -> &[T; OUTPUTS];
     fn nets(&self) -> [LearnerNet<T>; TRIADS];
@@ -99,6 +100,9 @@ where
     fn restart(&mut self, outer: &[T; NAV]) {
         Kalman::restart(self, outer);
     }
+    fn derive(&mut self, by: &[[T; OUTPUTS]; NAV], rest: &[[T; NAV]; NAV], applied: &[T; OUTPUTS]) {
+        Kalman::derive(self, by, rest, applied);
+    }
     fn outer(&self) -> &[T; NAV] {
         Kalman::outer(self)
     }
@@ -126,6 +130,8 @@ pub struct Bank<T: Real = f32> {
     mixed: [Mixed<T>; 3],
     all: All<T>,
     gates: Gates<T>,
+    /// Standard deviation of an error that [`NOTHING`] has no parameter for.
+    unmodelled: [T; OUTPUTS],
     refused: [u8; OBSERVATIONS],
     running: usize,
 }
@@ -154,6 +160,14 @@ impl<T: Real> Bank<T> {
             mixed: [mixed(narrow), mixed(middle), mixed(wide)],
             all: Kalman::new(ErrorModel::new(nets), all_prior(sheet, block_s, all, outer)),
             gates,
+            unmodelled: [
+                sheet.gyro_bias,
+                sheet.gyro_bias,
+                sheet.gyro_bias,
+                sheet.accel_bias,
+                sheet.accel_bias,
+                sheet.accel_bias,
+            ],
             refused: [0; OBSERVATIONS],
             running: NOTHING,
         }
@@ -276,6 +290,27 @@ impl<T: Real> Bank<T> {
     /// A new navigator; what has been learnt stays.
     pub fn restart(&mut self, outer: &[T; NAV]) {
         self.each(|h| h.restart(outer));
+    }
+
+    /// A new navigator that was aligned at standstill: its initial errors are `by` (rad, m/s, m for 1 rad/s or 1 m/s^2) times what the
+    /// sensors' errors then were, of which `applied` had been taken out, plus others of covariance `rest`. What has been learnt stays.
+    pub fn align(
+        &mut self,
+        by: &[[T; OUTPUTS]; NAV],
+        rest: &[[T; NAV]; NAV],
+        applied: &[T; OUTPUTS],
+    ) {
+        self.each(|h| h.derive(by, rest, applied));
+        let mut all = *rest;
+        for i in 0..NAV {
+            for j in 0..NAV {
+                for k in 0..OUTPUTS {
+                    let sigma = self.unmodelled[k];
+                    all[i][j] += by[i][k] * by[j][k] * (sigma * sigma);
+                }
+            }
+        }
+        self.nothing.derive(by, &all, applied);
     }
 
     /// Index of the running hypothesis: 0 nothing, 1 biases, 2 to 4 output weights with narrow to wide priors, 5 all weights.

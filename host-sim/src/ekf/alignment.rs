@@ -9,9 +9,9 @@
 //! phi = sum_k M^-1 (u_k x a_k) - sum_j A_j g_j,      A_j = I - M^-1 (M_j / 2 + sum_{k>j} M_k).
 //! ```
 
-use super::{Aided, ErrorModel, Inputs, NAV, Noise};
+use super::{Aided, ErrorModel, Inputs, NAV, Noise, Prior};
 use crate::align::{Alignment, Piece};
-use nalgebra::{Matrix3, Matrix3xX, Vector3};
+use nalgebra::{Matrix3, Matrix3x6, Matrix3xX, Vector3};
 
 /// Attitude error (as the filter has it, rad, NED) of an alignment: `sensitivity * theta + rest`.
 struct Uncertainty {
@@ -19,6 +19,18 @@ struct Uncertainty {
     sensitivity: Matrix3xX<f64>,
     /// Covariance of what noise, and the parameters' own movement since, have added.
     rest: Matrix3<f64>,
+}
+
+/// What an alignment's attitude error (rad, NED) is made of: that of 1 rad/s and 1 m/s2 of constant error of each sensor (gyros, then
+/// accelerometers, body axes), and the covariance that white noise and the biases' walk add.
+#[must_use]
+pub fn attitude_error(
+    alignment: &Alignment,
+    prior: &Prior,
+    noise: Noise,
+) -> (Matrix3x6<f64>, Matrix3<f64>) {
+    let all = uncertainty(alignment, &ErrorModel::biases(prior), noise);
+    (all.sensitivity.fixed_columns::<6>(0).into(), all.rest)
 }
 
 /// `|u|^2 I - u u'`.

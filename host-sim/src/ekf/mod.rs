@@ -14,6 +14,7 @@ mod linearised;
 mod model;
 mod smoother;
 
+pub use alignment::attitude_error;
 pub use linearised::{Block, Linearised};
 pub use model::{ErrorModel, Inputs, Known, Parameter, Prior, Regressor, Triad};
 pub use smoother::{Record, Smoothed, smooth};

@@ -1,15 +1,16 @@
 //! Learning from plain fixes with the product's own bank of hypotheses (LEARNING section 5), over a navigator in f64.
 
 use crate::coast::{Coast, coast};
-use crate::ekf::{Block, InitialSigma, Linearised, NAV, displaced};
+use crate::ekf::{Block, Linearised, NAV, displaced};
 use crate::session::{EPOCH_S, Session};
 use crate::sins::{Increment, NavState, Samples, Sins};
-use crate::teacher::{Assumptions, aligned, fix_at};
+use crate::teacher::{Aligned, Assumptions, Start, aligned, fix_at};
 use firmware::learn::bank::{Bank, Gates};
 use firmware::learn::prior::Datasheet;
 use lrnn_nostd::Real;
-use lrnn_nostd::learn::kalman::Transition;
-use nalgebra::{DVector, Vector3};
+use lrnn_nostd::learn::kalman::{OUTPUTS, Transition};
+use nalgebra::{DVector, SMatrix, Vector3};
+use std::ops::Range;
 
 /// A learner on its way through a session.
 #[derive(Debug, Clone)]
@@ -41,11 +42,10 @@ pub fn datasheet(assumptions: &Assumptions) -> Datasheet {
 }
 
 impl<T: Real> Student<T> {
-    /// Starts at `nav`; `samples` is what its words need ([`Session::samples`]).
+    /// Starts from a known state; `samples` is what its words need ([`Session::samples`]).
     #[must_use]
     pub fn new(
-        nav: NavState,
-        sigma: &InitialSigma,
+        Start { nav, sigma }: &Start,
         assumptions: &Assumptions,
         gates: Gates<T>,
         samples: Samples,
@@ -54,9 +54,26 @@ impl<T: Real> Student<T> {
         let outer = [a, a, sigma.heading, v, v, v, p, p, p].map(T::from_f64);
         Self {
             bank: Bank::new(&datasheet(assumptions).cast(), EPOCH_S, outer, gates),
-            sins: Sins::new(nav).with_samples(samples),
+            sins: Sins::new(*nav).with_samples(samples),
             linearised: Linearised::new(&assumptions.prior, assumptions.noise),
             applied: [T::ZERO; 6],
+        }
+    }
+
+    /// The initial state is that of a self-alignment on words as they came, and its errors hang together with the sensors'.
+    pub fn align(&mut self, aligned: &Aligned, assumptions: &Assumptions) {
+        let (by, rest) = aligned.errors(assumptions);
+        self.bank
+            .align(&array(&by), &array(&rest), &[T::ZERO; OUTPUTS]);
+    }
+
+    /// Learns from the fixes at the ends of these epochs.
+    pub fn attend(&mut self, session: &Session, words: &[Increment], epochs: Range<usize>) {
+        let n = session.steps_per_epoch();
+        for k in epochs {
+            let (fix, sigmas) = fix_at(session, k + 1);
+            let words = &words[k * n..(k + 1) * n];
+            self.learn(words, session.step_s(), &fix, &sigmas);
         }
     }
 
@@ -116,17 +133,17 @@ impl<T: Real> Student<T> {
 
 /// A block in the bank's number type.
 fn transition<T: Real>(block: &Block) -> Transition<NAV, T> {
-    let rows = |i: usize, j: usize, m: &dyn Fn(usize, usize) -> f64| T::from_f64(m(i, j));
     Transition {
-        phi: std::array::from_fn(|i| {
-            std::array::from_fn(|j| rows(i, j, &|i, j| block.phi[(i, j)]))
-        }),
-        gamma: std::array::from_fn(|i| {
-            std::array::from_fn(|j| rows(i, j, &|i, j| block.gamma[(i, j)]))
-        }),
-        q: std::array::from_fn(|i| std::array::from_fn(|j| rows(i, j, &|i, j| block.q[(i, j)]))),
+        phi: array(&block.phi),
+        gamma: array(&block.gamma),
+        q: array(&block.q),
         time: T::from_f64(block.time),
     }
+}
+
+/// Rows of a matrix in the bank's number type.
+fn array<T: Real, const R: usize, const C: usize>(m: &SMatrix<f64, R, C>) -> [[T; C]; R] {
+    std::array::from_fn(|i| std::array::from_fn(|j| T::from_f64(m[(i, j)])))
 }
 
 /// Aligns, learns from the fixes up to epoch `until`. `None` when the standstill gives no attitude.
@@ -139,23 +156,14 @@ pub fn taught<T: Real>(
     until: usize,
 ) -> Option<Student<T>> {
     let aligned = aligned(session, words)?;
-    let (start, first) = (aligned.start(assumptions), aligned.first);
-    let mut student = Student::new(
-        start.nav,
-        &start.sigma,
-        assumptions,
-        gates,
-        session.samples(),
-    );
+    let start = aligned.start(assumptions);
+    let mut student = Student::new(&start, assumptions, gates, session.samples());
     let n = session.steps_per_epoch();
-    let epoch = |k: usize| &words[k * n..(k + 1) * n];
-    for k in 0..first {
-        student.look(epoch(k));
+    for epoch in words.chunks(n).take(aligned.first) {
+        student.look(epoch);
     }
-    for k in first..until {
-        let (fix, sigmas) = fix_at(session, k + 1);
-        student.learn(epoch(k), session.step_s(), &fix, &sigmas);
-    }
+    student.align(&aligned, assumptions);
+    student.attend(session, words, aligned.first..until);
     Some(student)
 }
 

@@ -1,13 +1,15 @@
 use super::twin::Twin;
 use super::*;
-use crate::ekf::{Aided, ErrorModel};
+use crate::ekf::ErrorModel;
 use crate::imu::ErrorModelName;
 use crate::scenario::Scenario;
 use crate::session::{SessionConfig, simulate};
 use crate::teacher::aid;
 use firmware::learn::bank::{HYPOTHESES, NOTHING};
 use firmware::learn::prior::{All, weights};
-use lrnn_nostd::learn::kalman::{AllWeights, ErrorModel as Networks, Kalman, Nothing, Prior};
+use lrnn_nostd::learn::kalman::{
+    AllWeights, ErrorModel as Networks, Kalman, Nothing, OutputWeights, Prior,
+};
 use lrnn_nostd::{Rational, Weights};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -139,10 +141,10 @@ fn the_biases_hypothesis_is_the_classical_filter() {
     assumptions.prior.walk_per_hour = f64::from(WALK_PER_HOUR);
     let words = session.increments();
     let until = 350;
-    let (start, first) = aligned(&session, &words, &assumptions).unwrap();
+    let aligned = aligned(&session, &words).unwrap();
     let model = ErrorModel::biases(&assumptions.prior);
-    let mut classical = Aided::new(start.nav, &start.sigma, model, assumptions.noise);
-    for k in first..until {
+    let mut classical = aligned.filter(model, &assumptions);
+    for k in aligned.first..until {
         aid(&mut classical, &session, &words, k);
     }
     let student: Student<f64> =

@@ -65,6 +65,43 @@ impl<const X: usize, const N: usize, const PACKED: usize, T: Real> Covariance<X,
         }
     }
 
+    /// New outer errors x = `by` (e - J theta') + rest, where theta' are the parameters' errors: an initial state that was found with the
+    /// sensors' help is in error by what the sensors are.
+    ///
+    /// ```text
+    /// P_xt = -by J P_tt,   P_xx = by (J P_tt J') by' + rest
+    /// ```
+    pub fn derive_outer<'a, const E: usize>(
+        &mut self,
+        by: &[[T; E]; X],
+        rest: &[[T; X]; X],
+        jacobian: impl Fn(usize) -> Row<'a, T>,
+    ) {
+        self.xt = [[T::ZERO; N]; X];
+        let mut s = [[T::ZERO; E]; E];
+        for k in 0..E {
+            let b: [T; N] = times(&self.tt, jacobian(k));
+            for l in 0..E {
+                s[k][l] = jacobian(l).dot(&b);
+            }
+            for i in 0..X {
+                axpy(&mut self.xt[i], -by[i][k], &b);
+            }
+        }
+        for i in 0..X {
+            let mut left = [T::ZERO; E];
+            for k in 0..E {
+                axpy(&mut left, by[i][k], &s[k]);
+            }
+            // the upper half twice, so that rounding cannot make it unsymmetric
+            for j in i..X {
+                let value = dot(&left, &by[j]) + rest[i][j];
+                self.xx[i][j] = value;
+                self.xx[j][i] = value;
+            }
+        }
+    }
+
     /// Adds to the variances of the outer errors: what was believed of them is worth less than it was.
     pub fn inflate(&mut self, variance: &[T; X]) {
         for i in 0..X {

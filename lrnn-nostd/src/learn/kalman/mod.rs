@@ -179,6 +179,21 @@ impl<L: Learns, const X: usize, const N: usize, const PACKED: usize, H: Activati
         self.covariance.restart_outer(outer);
     }
 
+    /// A new navigator whose initial errors are `by` times what the sensors' errors left in its increments were, of which `applied` had
+    /// been taken out, plus others of covariance `rest`: an alignment at standstill. What has been learnt stays.
+    pub fn derive(&mut self, by: &[[T; OUTPUTS]; X], rest: &[[T; X]; X], applied: &[T; OUTPUTS]) {
+        let mut left = *self.model.estimate();
+        for (left, &applied) in left.iter_mut().zip(applied) {
+            *left -= applied;
+        }
+        for i in 0..X {
+            self.x[i] = covariance::dot(&by[i], &left);
+        }
+        let model = &self.model;
+        self.covariance
+            .derive_outer(by, rest, |output| model.jacobian(output));
+    }
+
     /// Less is known of the navigator than was believed: adds variance to its errors.
     pub fn inflate(&mut self, variance: &[T; X]) {
         self.covariance.inflate(variance);
