@@ -150,15 +150,14 @@ fn the_biases_hypothesis_is_the_classical_filter() {
     let student: Student<f64> =
         taught(&session, &words, &assumptions, Gates::default(), until).unwrap();
     let biases = student.bank.estimate_of(1);
+    let mut learnt = 0.0;
     for i in 0..6 {
         let scale = [assumptions.prior.gyro_bias, assumptions.prior.accel_bias][i / 3];
         let gap = (biases[i] - classical.theta[i]).abs() / scale;
         assert!(gap < 0.01, "{i}: {} {}", biases[i], classical.theta[i]);
-        assert!(
-            classical.theta[i].abs() > 0.02 * scale,
-            "something was learnt"
-        );
+        learnt += classical.theta[i].abs() / scale;
     }
+    assert!(learnt > 0.3, "{learnt}");
 }
 
 #[test]
