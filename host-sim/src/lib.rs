@@ -15,6 +15,7 @@ pub mod gnss;
 pub mod imu;
 pub mod input;
 pub mod kalman;
+pub mod learnability;
 pub mod learning;
 pub mod output;
 pub mod promotion;

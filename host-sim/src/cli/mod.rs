@@ -2,9 +2,13 @@
 
 mod allan;
 mod campaign;
+mod convert;
+mod learnability;
+mod own;
 mod replay;
 mod run;
 mod simulate;
+mod source;
 
 use crate::error::Error;
 use clap::{Parser, Subcommand};
@@ -32,6 +36,10 @@ enum Command {
     Campaign(campaign::Args),
     /// Overlapping Allan deviation of a recording or of a preset, and the noise coefficients that fit it
     Allan(allan::Args),
+    /// What can be known of biases, scale factors and misalignments at all, beside what was learnt
+    Learnability(learnability::Args),
+    /// Recordings from one form to another: CSV, KF-GINS text, NovAtel logs
+    Convert(convert::Args),
     /// Write a simulated session as CSV files, for other tools
     Simulate(simulate::Args),
 }
@@ -48,6 +56,8 @@ impl Cli {
             Some(Command::Replay(args)) => args.run(),
             Some(Command::Campaign(args)) => args.run(),
             Some(Command::Allan(args)) => args.run(),
+            Some(Command::Learnability(args)) => args.run(),
+            Some(Command::Convert(args)) => args.run(),
             Some(Command::Simulate(args)) => args.run(),
         }
     }

@@ -1,10 +1,12 @@
 //! `host-sim replay`.
 
+use super::own::{CsvArgs, KfGinsArgs, NovatelArgs};
 use super::run::{Progress, finish};
 use crate::error::Error;
 use crate::output::write_atomic;
 use crate::replay::outcome::{Outcome, table};
-use crate::replay::{fog_mems, hybrid, kitti, lasergyro, load, novatel};
+use crate::replay::{fog_mems, hybrid, kitti, lasergyro, load};
+use crate::report::outcomes::{self, Head};
 use clap::{Args as ClapArgs, Subcommand};
 use std::path::{Path, PathBuf};
 
@@ -25,8 +27,12 @@ enum What {
     Kitti(Kitti),
     /// The measured error of the laser-gyro recording added to simulated drives
     Hybrid(Hybrid),
-    /// What a NovAtel binary log holds
-    Novatel(Novatel),
+    /// Your own recording as CSV, with a TOML header that says what its columns mean
+    Csv(CsvArgs),
+    /// Your own recording in the text form of KF-GINS
+    KfGins(KfGinsArgs),
+    /// Your own recording as a NovAtel binary log
+    Novatel(NovatelArgs),
 }
 
 #[derive(Debug, ClapArgs)]
@@ -35,9 +41,8 @@ struct FogMems {
     mems: PathBuf,
     /// FOG solution at 10 Hz
     fog: PathBuf,
-    /// Write the outcomes as JSON
-    #[arg(long, value_name = "FILE")]
-    json: Option<PathBuf>,
+    #[command(flatten)]
+    output: Output,
 }
 
 #[derive(Debug, ClapArgs)]
@@ -48,9 +53,8 @@ struct Kitti {
     /// Samples to leave out at the start of each
     #[arg(long, default_value_t = 0)]
     skip: usize,
-    /// Write the outcomes as JSON
-    #[arg(long, value_name = "FILE")]
-    json: Option<PathBuf>,
+    #[command(flatten)]
+    output: Output,
 }
 
 #[derive(Debug, ClapArgs)]
@@ -60,15 +64,19 @@ struct Hybrid {
     /// Seeds of the simulated roads
     #[arg(long, value_delimiter = ',', default_value = "1,2,3")]
     roads: Vec<u64>,
+    #[command(flatten)]
+    output: Output,
+}
+
+/// Where outcomes go.
+#[derive(Debug, ClapArgs)]
+pub(super) struct Output {
     /// Write the outcomes as JSON
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
-}
-
-#[derive(Debug, ClapArgs)]
-struct Novatel {
-    /// Binary log
-    file: PathBuf,
+    /// Directory of the page [default: out/replay-NAME]
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
 }
 
 #[derive(Debug, ClapArgs)]
@@ -93,20 +101,22 @@ impl Args {
             What::Lasergyro(args) => args.run(),
             What::FogMems(args) => {
                 let session = fog_mems::session(&args.mems, &args.fog)?;
-                print(&fog_mems::replay(&session), args.json.as_deref())
+                args.output.print("fog-mems", &fog_mems::replay(&session))
             }
             What::Kitti(args) => args.run(),
             What::Hybrid(args) => {
                 let outcomes = hybrid::replay(&load(&args.file)?, &args.roads);
                 let outcomes = outcomes.ok_or_else(|| no_attitude(&args.file))?;
-                print(&outcomes, args.json.as_deref())
+                args.output.print("hybrid", &outcomes)
             }
+            What::Csv(args) => args.run(),
+            What::KfGins(args) => args.run(),
             What::Novatel(args) => args.run(),
         }
     }
 }
 
-fn no_attitude(file: &Path) -> Error {
+pub(super) fn no_attitude(file: &Path) -> Error {
     Error::Option {
         option: file.display().to_string(),
         problem: "the first part gives no attitude".into(),
@@ -114,23 +124,34 @@ fn no_attitude(file: &Path) -> Error {
     }
 }
 
-/// Prints outcomes as a table with their notes, and writes them.
-fn print(outcomes: &[Outcome], json: Option<&Path>) -> Result<(), Error> {
-    if let Some(file) = json {
-        let text =
-            serde_json::to_vec_pretty(outcomes).map_err(|e| Error::writing(file, e.into()))?;
-        write_atomic(file, &text)?;
-    }
-    println!(
-        "horizontal error in m, by seconds of free-inertial navigation\n\n{}",
-        table(outcomes)
-    );
-    for outcome in outcomes {
-        for note in &outcome.notes {
-            println!("- {}, {}: {note}", outcome.recording, outcome.case);
+impl Output {
+    /// Prints outcomes as a table with their notes, and writes JSON and page.
+    pub(super) fn print(&self, name: &str, outcomes: &[Outcome]) -> Result<(), Error> {
+        let default = || PathBuf::from(format!("out/replay-{name}"));
+        let dir = self.out.clone().unwrap_or_else(default);
+        let arguments: Vec<String> = std::env::args().skip(1).collect();
+        let head = Head {
+            title: format!("Replay {name}: learnt from one part, free inertial on another"),
+            command: format!("host-sim {}", arguments.join(" ")),
+        };
+        let index = outcomes::write(&dir, &head, outcomes)?;
+        if let Some(file) = &self.json {
+            let text =
+                serde_json::to_vec_pretty(outcomes).map_err(|e| Error::writing(file, e.into()))?;
+            write_atomic(file, &text)?;
         }
+        println!(
+            "horizontal error in m, by seconds of free-inertial navigation\n\n{}",
+            table(outcomes)
+        );
+        for outcome in outcomes {
+            for note in &outcome.notes {
+                println!("- {}, {}: {note}", outcome.recording, outcome.case);
+            }
+        }
+        println!("\nreport: {}", index.display());
+        Ok(())
     }
-    Ok(())
 }
 
 impl Kitti {
@@ -149,27 +170,7 @@ impl Kitti {
                 &session,
             ));
         }
-        print(&outcomes, self.json.as_deref())
-    }
-}
-
-impl Novatel {
-    fn run(&self) -> Result<(), Error> {
-        let log = novatel::read(&self.file)?;
-        for (number, count) in &log.messages {
-            println!("message {number}: {count}");
-        }
-        println!(
-            "damaged: {}, bytes of no message: {}",
-            log.damaged, log.garbage
-        );
-        println!(
-            "raw increments: {}, corrected increments: {}, INS solutions: {}",
-            log.raw.len(),
-            log.corrected.len(),
-            log.ins.len()
-        );
-        Ok(())
+        self.output.print("kitti", &outcomes)
     }
 }
 

@@ -6,6 +6,7 @@ use crate::error::Error;
 use crate::gnss::Fix;
 use crate::session::{EPOCH_S, Session};
 use crate::sins::NavState;
+use firmware::sample::{Counts, Lsb};
 use nalgebra::UnitQuaternion;
 use std::path::{Path, PathBuf};
 
@@ -51,13 +52,29 @@ pub(super) fn complain(file: &Path, key: &str, problem: String, remedy: &str) ->
     }
 }
 
-/// A reference as its own fixes.
-pub(super) fn fixes_of(states: &[NavState]) -> Vec<Fix> {
+/// A session whose reference is its own fixes, without a standstill.
+pub(super) fn referenced(
+    dt: f64,
+    (counts, lsb): (Vec<Counts>, Lsb),
+    reference: Vec<NavState>,
+    sigmas: [f64; 6],
+) -> Session {
     let fix = |s: &NavState| Fix {
         position: s.position,
         velocity: s.velocity,
     };
-    states.iter().map(fix).collect()
+    Session {
+        dt,
+        lsb,
+        counts,
+        standstill: 0,
+        fixes: reference.iter().map(fix).collect(),
+        reference,
+        sigmas,
+        systematic: None,
+        surroundings: None,
+        gather: 1,
+    }
 }
 
 /// The session from the first fix on that lies within the motion, in whole seconds. The reference is the fixes themselves; its attitude
@@ -102,15 +119,7 @@ pub(super) fn build(parts: &Parts) -> Result<Session, Error> {
     };
     let reference: Vec<NavState> = (0..=epochs).map(state).collect();
     Ok(Session {
-        dt,
-        lsb: FINE,
-        counts,
         standstill,
-        fixes: fixes_of(&reference),
-        reference,
-        sigmas: parts.sigmas,
-        systematic: None,
-        surroundings: None,
-        gather: 1,
+        ..referenced(dt, (counts, FINE), reference, parts.sigmas)
     })
 }

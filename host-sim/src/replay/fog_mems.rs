@@ -6,7 +6,7 @@
 //! counter-clockwise from north; its velocity is east-north-up. The session begins at the first FOG sample, so that each epoch is one.
 
 use super::axes::Axes;
-use super::build::fixes_of;
+use super::build::referenced;
 use super::input::Table;
 use super::outcome::Outcome;
 use super::protocol::{Settings, Split, judge};
@@ -121,18 +121,7 @@ pub fn session(mems: &Path, fog: &Path) -> Result<Session, Error> {
         )
     })?;
     let reference = states[..=epochs].to_vec();
-    Ok(Session {
-        dt: DT,
-        lsb: FINE,
-        counts,
-        standstill: 0,
-        fixes: fixes_of(&reference),
-        reference,
-        sigmas: SIGMAS,
-        systematic: None,
-        surroundings: None,
-        gather: 1,
-    })
+    Ok(referenced(DT, (counts, FINE), reference, SIGMAS))
 }
 
 /// All cases: 30, 50 and 70 s of learning, forward and with the roles exchanged.

@@ -10,6 +10,8 @@ pub(super) enum Separator {
     Char(char),
     /// Any run of blanks and tabs.
     Blank,
+    /// Any run of blanks, tabs and commas.
+    BlankOrComma,
 }
 
 impl Separator {
@@ -19,6 +21,10 @@ impl Separator {
             _ if line.trim().is_empty() => Vec::new(),
             Self::Char(c) => line.split(c).map(str::trim).collect(),
             Self::Blank => line.split_whitespace().collect(),
+            Self::BlankOrComma => line
+                .split(|c: char| c.is_whitespace() || c == ',')
+                .filter(|value| !value.is_empty())
+                .collect(),
         }
     }
 }

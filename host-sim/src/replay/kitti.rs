@@ -7,7 +7,7 @@
 //! for mechanisation and loader and say little about learning.
 
 use super::axes::Axes;
-use super::build::fixes_of;
+use super::build::referenced;
 use super::input::Table;
 use super::outcome::Outcome;
 use super::protocol::{Settings, Split, judge};
@@ -113,18 +113,7 @@ pub fn session(file: &Path, skip: usize) -> Result<Session, Error> {
     let reference: Vec<NavState> = (0..=epochs)
         .map(|k| track.at(first + k as f64 * EPOCH_S))
         .collect();
-    Ok(Session {
-        dt: DT,
-        lsb: FINE,
-        counts,
-        standstill: 0,
-        fixes: fixes_of(&reference),
-        reference,
-        sigmas: SIGMAS,
-        systematic: None,
-        surroundings: None,
-        gather: 1,
-    })
+    Ok(referenced(DT, (counts, FINE), reference, SIGMAS))
 }
 
 /// First half teaches and second is judged, and the other way round.

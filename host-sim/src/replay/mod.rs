@@ -2,6 +2,7 @@
 
 pub mod axes;
 mod build;
+pub mod files;
 pub mod fog_mems;
 pub mod generic;
 pub mod hybrid;
@@ -12,7 +13,9 @@ pub mod lasergyro;
 mod lasergyro_file;
 pub mod novatel;
 pub mod outcome;
+pub mod own;
 pub mod protocol;
+pub mod record;
 pub mod track;
 pub mod words;
 

@@ -17,11 +17,12 @@
 //! | `ekf6` | less the six biases at the filter's last estimate of the learning part, frozen |
 //! | `rnn` | through the compensator with the two networks taught from the same references |
 
-use super::outcome::{Outcome, rows};
+use super::outcome::{Curves, Outcome, rows};
 use crate::align;
 use crate::baseline::LinearModel;
 use crate::coast::{Coast, coast};
 use crate::ekf::{Aided, ErrorModel, InitialSigma, Smoothed, smooth};
+use crate::experiment::{learning_curves, traces};
 use crate::learning::{NetworkSpec, compensate, compensator};
 use crate::rotation::from_rotvec;
 use crate::session::Session;
@@ -168,11 +169,22 @@ pub fn judge(
         true => study.verdict(),
         false => gate(&lesson, &nominal, settings),
     };
+    let origin = session.reference[split.judge.start].position;
+    let reference: Vec<[f64; 2]> = session.reference[split.judge.start..=split.judge.end]
+        .iter()
+        .map(|s| s.position.ned_from(&origin))
+        .map(|p| [p.x, p.y])
+        .collect();
     Some(Outcome {
         recording: recording.to_owned(),
         case: split.case(),
         rows: rows(&coasts, &settings.times_s),
         notes: vec![note],
+        curves: Curves {
+            learning: learning_curves(&study),
+            traces: traces(&lesson, &study),
+            ..Curves::of(&coasts, &reference)
+        },
     })
 }
 

@@ -107,7 +107,7 @@ fn findings(results: &Results) -> Vec<String> {
 }
 
 /// Hyphens that no line breaks at, so that `ls-3x3` stays in one piece.
-fn unbroken(text: &str) -> String {
+pub(super) fn unbroken(text: &str) -> String {
     text.replace('-', "\u{2011}")
 }
 
@@ -157,7 +157,7 @@ fn results_row(results: &Results, row: &Row, line: usize) -> Markup {
 }
 
 /// What is seen, from the data.
-fn caption(figure: Figure, report: &Report) -> String {
+pub(super) fn caption(figure: Figure, report: &Report) -> String {
     match figure {
         Figure::Error => {
             let worst = |curve: &Curve| curve.y.iter().copied().filter(|e| e.is_finite()).fold(0.0, f64::max);
@@ -241,7 +241,7 @@ fn reproduce(report: &Report) -> Markup {
 }
 
 /// The style sheet: our colours as variables, and the pictures' colours mapped onto them, so that they follow a dark screen.
-fn style() -> String {
+pub(super) fn style() -> String {
     let variables = |pick: fn(Colour) -> &'static str| -> String {
         palette::all()
             .map(|colour| format!("--{}:{};", colour.name, pick(colour)))

@@ -1,12 +1,14 @@
 //! What a run leaves behind: the printed table, the JSON, and the self-contained HTML page with its pictures.
 //!
-//! Entry points: [`table::table`], [`json::json`], [`page::write`].
+//! Entry points: [`table::table`], [`json::json`], [`page::write`]; [`outcomes::write`] for replays.
 
 mod axes;
+pub mod bounds;
 mod canvas;
 pub mod figures;
 mod html;
 pub mod json;
+pub mod outcomes;
 pub mod page;
 mod palette;
 mod panels;
@@ -46,7 +48,7 @@ pub struct Results {
 }
 
 /// One curve: same length of `x` and `y`.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct Curve {
     /// Legend text: a scheme's name or `reference`; for learning `network: part`, as in `gyros: held back`.
     pub name: String,
@@ -57,7 +59,7 @@ pub struct Curve {
 }
 
 /// True sensor error and what the network says of it, for one axis (the paper's figure 2).
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct ErrorTrace {
     /// For example `gyro x`.
     pub axis: String,

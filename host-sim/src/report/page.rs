@@ -22,6 +22,15 @@ pub const PAGE: &str = "index.html";
 /// [`Error::Drawing`]; `dir` is then as it was.
 pub fn write(dir: &Path, report: &Report) -> Result<PathBuf, Error> {
     check(report)?;
+    // drawn only when there is a place for it
+    place(dir, || files(report))
+}
+
+/// Puts files into `dir` as [`write()`] says and returns the path of the page.
+pub(super) fn place<N: AsRef<Path>>(
+    dir: &Path,
+    files: impl FnOnce() -> Result<Vec<(N, Vec<u8>)>, Error>,
+) -> Result<PathBuf, Error> {
     let unwritable = |source| Error::writing(dir, source);
     // Full path, so that `.` and links have a parent to put the new directory into.
     let place = std::path::absolute(dir).map_err(unwritable)?;
@@ -30,7 +39,7 @@ pub fn write(dir: &Path, report: &Report) -> Result<PathBuf, Error> {
     let parent = directory_of(&place);
     fs::create_dir_all(parent).map_err(unwritable)?;
     let fresh = temporary_directory(parent).map_err(unwritable)?;
-    for (name, bytes) in files(report)? {
+    for (name, bytes) in files()? {
         fs::write(fresh.path().join(name), bytes).map_err(unwritable)?;
     }
     if replaces {

@@ -151,5 +151,5 @@ fn other_recordings_run_and_wrong_files_are_named() {
         6,
         "three lengths, both roles"
     );
-    run(&["novatel", &file("novatel-ins2.gps")]).success();
+    run(&["novatel", &file("novatel-ins2.gps"), "--inventory"]).success();
 }

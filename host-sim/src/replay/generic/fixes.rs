@@ -1,17 +1,16 @@
 //! The table of fixes.
 
 use super::super::axes::Axes;
-use super::super::build::{MOST_GAP_S, NOT_MEASURED};
+use super::super::build::MOST_GAP_S;
 use super::super::input::Table;
-use super::super::track::Track;
+use super::super::record::TimedFix;
+use super::File;
 use super::header::{ANGLE, Gnss, LENGTH, Read, SPEED, TIME};
-use super::{File, still};
-use crate::earth::Geodetic;
 use crate::error::Error;
-use crate::sins::NavState;
+use crate::units::DEG;
 
-/// Fixes and their noise.
-pub(super) fn fixes(read: &Read, gnss: &Gnss) -> Result<(Track, [f64; 6]), Error> {
+/// Fixes in the order of time.
+pub(super) fn fixes(read: &Read, gnss: &Gnss) -> Result<Vec<TimedFix>, Error> {
     let (p, v) = (gnss.position_sigma_m, gnss.velocity_sigma_mps);
     if let Some(bad) = p.iter().chain(&v).find(|s| !(**s > 0.0 && s.is_finite())) {
         return Err(read.bad(
@@ -26,50 +25,61 @@ pub(super) fn fixes(read: &Read, gnss: &Gnss) -> Result<(Track, [f64; 6]), Error
     read.unit("gnss.height", &gnss.height.unit, &LENGTH)?;
     let velocity = velocity_unit(read, gnss)?;
     let imu = &read.header.imu;
-    let (name, separator, names) = match &gnss.file {
+    let own = read.gnss_file(gnss);
+    let gaps = own.is_none();
+    let (name, separator, names) = match own {
         Some(file) => (file, &gnss.separator, gnss.names),
-        None => (&imu.file, &imu.separator, imu.names),
+        None => (read.imu_file()?, &imu.separator, imu.names),
     };
-    let file = File::open(read, "gnss", name, separator, names)?;
-    let scalars = [
-        ("time", &gnss.time),
-        ("latitude", &gnss.latitude),
-        ("longitude", &gnss.longitude),
-        ("height", &gnss.height),
-    ];
-    let mut wanted: Vec<(&str, &str)> = scalars
-        .iter()
-        .map(|(k, s)| (*k, s.column.as_str()))
-        .collect();
-    if let Some(v) = &gnss.velocity {
-        wanted.extend(v.columns.iter().map(|c| ("velocity", c.as_str())));
-    }
-    let table = file.table(&wanted, gnss.file.is_none())?;
+    let file = File::open(read, "gnss", &name, separator, names)?;
+    let (wanted, places) = columns(gnss);
+    let table = file.table(&wanted, gaps)?;
     let si = Si {
         second,
-        lat,
-        lon,
+        degrees: [lat / DEG, lon / DEG],
         velocity,
+        sigmas: [p[0], p[1], p[2], v[0], v[1], v[2]],
+        places,
     };
-    let mut track = track(read, &table, &si)?;
-    if velocity.is_none() {
-        track.differentiate();
-    }
-    let v = velocity.map_or([NOT_MEASURED; 3], |_| v);
-    Ok((track, [p[0], p[1], p[2], v[0], v[1], v[2]]))
+    collect(read, &table, &si)
+}
+
+/// Key and name of the columns wanted, and where optional triads of them begin: velocity, its sigma, the position's sigma.
+fn columns(gnss: &Gnss) -> (Vec<(&str, &str)>, [Option<usize>; 3]) {
+    let mut wanted = vec![
+        ("time", gnss.time.column.as_str()),
+        ("latitude", gnss.latitude.column.as_str()),
+        ("longitude", gnss.longitude.column.as_str()),
+        ("height", gnss.height.column.as_str()),
+    ];
+    let triads = [
+        ("velocity", gnss.velocity.as_ref().map(|v| &v.columns)),
+        ("position_sigma", gnss.position_sigma.as_ref()),
+        ("velocity_sigma", gnss.velocity_sigma.as_ref()),
+    ];
+    let places = triads.map(|(key, names)| {
+        let at = wanted.len();
+        wanted.extend(names?.iter().map(|c| (key, c.as_str())));
+        Some(at)
+    });
+    (wanted, places)
 }
 
 /// Units of the columns; velocity, if there is one, with its axes.
 struct Si {
     second: f64,
-    lat: f64,
-    lon: f64,
+    /// Degrees in a unit of latitude and longitude.
+    degrees: [f64; 2],
     velocity: Option<(Axes, f64)>,
+    /// Standard deviations where no column gives them.
+    sigmas: [f64; 6],
+    /// First columns of velocity, position sigmas, velocity sigmas.
+    places: [Option<usize>; 3],
 }
 
-/// The fixes of a table: time, latitude, longitude, height, perhaps velocity; lines without any of them are left out.
-fn track(read: &Read, table: &Table, si: &Si) -> Result<Track, Error> {
-    let (mut time, mut states): (Vec<f64>, Vec<NavState>) = (Vec::new(), Vec::new());
+/// The fixes of a table; lines without any of their columns are left out.
+fn collect(read: &Read, table: &Table, si: &Si) -> Result<Vec<TimedFix>, Error> {
+    let mut fixes: Vec<TimedFix> = Vec::new();
     for (k, r) in table.rows().enumerate() {
         if r[1..].iter().all(|x| x.is_nan()) {
             continue;
@@ -77,12 +87,17 @@ fn track(read: &Read, table: &Table, si: &Si) -> Result<Track, Error> {
         if let Some(missing) = r.iter().position(|x| x.is_nan()) {
             return Err(table.complain(k, missing, "missing", "give all columns of a fix or none"));
         }
-        let state = fix(r, si).ok_or_else(|| {
+        for at in si.places[1..].iter().flatten() {
+            if let Some(bad) = (*at..at + 3).find(|&c| r[c] <= 0.0) {
+                let remedy = "give a number above 0";
+                return Err(table.complain(k, bad, "no standard deviation", remedy));
+            }
+        }
+        let now = fix(r, si).ok_or_else(|| {
             let fault = "with its longitude and height no place on Earth";
             table.complain(k, 1, fault, "check order and units")
         })?;
-        let now = r[0] * si.second;
-        let since = time.last().map_or(1.0, |before| now - before);
+        let since = fixes.last().map_or(1.0, |before| now.time - before.time);
         if since <= 0.0 {
             return Err(table.complain(k, 0, "not after the fix before", "sort the fixes by time"));
         }
@@ -94,29 +109,38 @@ fn track(read: &Read, table: &Table, si: &Si) -> Result<Track, Error> {
                 "cut the recording there",
             ));
         }
-        time.push(now);
-        states.push(state);
+        fixes.push(now);
     }
-    if states.len() < 2 {
+    if fixes.len() < 2 {
         let remedy = "leave [gnss] out for a vehicle at rest";
         return Err(read.bad("gnss", "has fewer than two fixes".into(), remedy));
     }
-    Ok(Track::new(time, states))
+    Ok(fixes)
 }
 
 /// One fix; `None` off the Earth or at a pole.
-fn fix(r: &[f64], si: &Si) -> Option<NavState> {
-    let position = Geodetic {
-        lat: r[1] * si.lat,
-        lon: r[2] * si.lon,
-        h: r[3],
-    };
-    let mut state = still(position);
-    if let Some((order, unit)) = si.velocity {
-        state.velocity = order.turn([r[4], r[5], r[6]]) * unit;
+fn fix(r: &[f64], si: &Si) -> Option<TimedFix> {
+    let [velocity, sigma, sigma_v] = si
+        .places
+        .map(|at| at.map(|at| [r[at], r[at + 1], r[at + 2]]));
+    let mut sigmas = si.sigmas;
+    for (place, columns) in [(0, sigma), (3, sigma_v)] {
+        if let Some(columns) = columns {
+            sigmas[place..place + 3].copy_from_slice(&columns);
+        }
     }
-    let here = position.lat.abs() < 1.57 && position.lon.abs() < 7.0 && position.h.abs() < 20_000.0;
-    here.then_some(state)
+    let turned = |(order, unit): (Axes, f64)| Some((order.turn(velocity?) * unit).into());
+    let fix = TimedFix {
+        time: r[0] * si.second,
+        lat_deg: r[1] * si.degrees[0],
+        lon_deg: r[2] * si.degrees[1],
+        height_m: r[3],
+        velocity: si.velocity.and_then(turned),
+        sigmas,
+    };
+    let here =
+        fix.lat_deg.abs() < 89.9 && fix.lon_deg.abs() <= 360.0 && fix.height_m.abs() < 20_000.0;
+    here.then_some(fix)
 }
 
 /// Axes and unit of the velocity, if there is one.

@@ -3,6 +3,7 @@
 use super::super::axes::Axes;
 use super::super::build::complain;
 use super::super::input::Separator;
+use super::super::record::Kind;
 use crate::error::Error;
 use crate::units::{ARCSEC, DEG, DEG_PER_H, G0};
 use serde::Deserialize;
@@ -44,8 +45,8 @@ pub struct Triad {
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Imu {
-    /// File, relative to the header file.
-    pub file: PathBuf,
+    /// File, relative to the header file; needed unless one is given beside the header.
+    pub file: Option<PathBuf>,
     /// One character, `tab` or `blank`.
     #[serde(default = "comma")]
     pub separator: String,
@@ -86,6 +87,10 @@ pub struct Gnss {
     pub height: Scalar,
     /// m/s or km/h, if there is a velocity.
     pub velocity: Option<Velocity>,
+    /// Columns of the standard deviations of each fix, north, east, down, m, instead of `position_sigma_m`.
+    pub position_sigma: Option<[String; 3]>,
+    /// The same of the velocity, m/s.
+    pub velocity_sigma: Option<[String; 3]>,
     /// Standard deviations of north, east, down, m, > 0.
     #[serde(default = "position_sigma")]
     pub position_sigma_m: [f64; 3],
@@ -139,13 +144,6 @@ fn velocity_sigma() -> [f64; 3] {
     [0.05; 3]
 }
 
-/// Whether values are rates or increments.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Kind {
-    Rate,
-    Increment,
-}
-
 /// A unit: its name, kind, and value in SI.
 pub(super) type Unit = (&'static str, Kind, f64);
 
@@ -185,16 +183,45 @@ pub(super) const SPEED: [Unit; 2] = [("m/s", Kind::Rate, 1.0), ("km/h", Kind::Ra
 pub(super) struct Read {
     pub(super) header: Header,
     pub(super) file: PathBuf,
+    /// Files that stand instead of those named: the IMU's, then that of the fixes.
+    instead: Vec<PathBuf>,
 }
 
 impl Read {
-    pub(super) fn open(file: &Path) -> Result<Self, Error> {
+    pub(super) fn open(file: &Path, instead: &[PathBuf]) -> Result<Self, Error> {
         let text = std::fs::read_to_string(file).map_err(|e| Error::reading(file, e))?;
-        let header = toml::from_str(&text).map_err(|e| syntax_error(file, &text, &e))?;
-        Ok(Self {
-            header,
+        let header: Header = toml::from_str(&text).map_err(|e| syntax_error(file, &text, &e))?;
+        let read = Self {
             file: file.to_path_buf(),
+            instead: instead.to_vec(),
+            header,
+        };
+        let most = 1 + usize::from(read.header.gnss.is_some());
+        if instead.len() > most {
+            let problem = format!(
+                "describes {most} of the {} files given with it",
+                instead.len()
+            );
+            let remedy =
+                "give the file of the IMU, then that of the fixes if the header has [gnss]";
+            return Err(read.bad("header", problem, remedy));
+        }
+        Ok(read)
+    }
+
+    /// The IMU's file.
+    pub(super) fn imu_file(&self) -> Result<PathBuf, Error> {
+        let named = || Some(self.beside(self.header.imu.file.as_ref()?));
+        self.instead.first().cloned().or_else(named).ok_or_else(|| {
+            let problem = "is not in the header, and no file was given with it".to_owned();
+            self.bad("imu.file", problem, "give the file of the IMU")
         })
+    }
+
+    /// The file of the fixes when it is another than the IMU's.
+    pub(super) fn gnss_file(&self, gnss: &Gnss) -> Option<PathBuf> {
+        let named = || Some(self.beside(gnss.file.as_ref()?));
+        self.instead.get(1).cloned().or_else(named)
     }
 
     /// A complaint about a key.
@@ -203,7 +230,7 @@ impl Read {
     }
 
     /// A path that the header names.
-    pub(super) fn beside(&self, name: &Path) -> PathBuf {
+    fn beside(&self, name: &Path) -> PathBuf {
         self.file.parent().unwrap_or(Path::new("")).join(name)
     }
 

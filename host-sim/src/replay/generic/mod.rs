@@ -2,7 +2,7 @@
 //!
 //! ```toml
 //! [imu]
-//! file = "imu.csv"                                    # relative to this file; .gz is fine
+//! file = "imu.csv"                                    # relative to this file; .gz is fine; a file on the command line stands instead
 //! time = { column = "t", unit = "ms" }                # s, ms, us, ns
 //! gyro = { columns = ["gx", "gy", "gz"], unit = "deg/s" } # rad/s, deg/s, deg/h; increments: rad, deg, arcsec
 //! accel = { columns = ["ax", "ay", "az"], unit = "g" }    # m/s^2, g (9.80665), mg; increments: m/s
@@ -18,8 +18,10 @@
 //! longitude = { column = "lon", unit = "deg" }
 //! height = { column = "h", unit = "m" }               # above the ellipsoid
 //! velocity = { columns = ["vn", "ve", "vd"], unit = "m/s", order = "ned" } # or km/h, "enu"; may be left out
-//! position_sigma_m = [1.0, 1.0, 1.5]                  # north, east, down
+//! position_sigma_m = [1.0, 1.0, 1.5]                  # north, east, down; or columns of m and m/s:
 //! velocity_sigma_mps = [0.05, 0.05, 0.05]
+//! # position_sigma = ["sn", "se", "sd"]
+//! # velocity_sigma = ["svn", "sve", "svd"]
 //!
 //! [start]
 //! standstill_s = 300                                  # align on it, at least 90 s; or instead of it:
@@ -41,47 +43,53 @@ mod header;
 
 pub use header::{Gnss, Header, Imu, Scalar, Start, Triad, Velocity};
 
-use super::build::{Begin, Parts, build};
+use super::build::Begin;
 use super::input::{Layout, Separator, Source, Table};
-use super::track::Track;
-use super::words::Running;
-use crate::earth::Geodetic;
+use super::record::{Kind, Record, TimedFix, median_step};
 use crate::error::Error;
 use crate::rotation::from_euler;
 use crate::session::Session;
-use crate::sins::{Increment, NavState};
+use crate::sins::Increment;
 use crate::units::DEG;
 use fixes::fixes;
-use header::{ACCEL, GYRO, Kind, Read, TIME};
-use nalgebra::{UnitQuaternion, Vector3};
-use std::path::Path;
+use header::{ACCEL, GYRO, Read, TIME};
+use std::path::{Path, PathBuf};
 
 /// Most that a sensor can sensibly say: 2000 deg/s and 100 g.
 const MOST: [f64; 2] = [35.0, 1000.0];
 /// Shortest standstill that is aligned on, s.
 const LEAST_STANDSTILL_S: u32 = 90;
 
-/// Reads the recording that a header file describes. [`Session::standstill`] is zero when the header gives an attitude, which is then the
-/// first reference state's.
+/// Standard deviations of place and velocity of a vehicle at rest (sway, assumed): m, then m/s.
+const AT_REST: [f64; 6] = [0.05, 0.05, 0.05, 0.01, 0.01, 0.01];
+
+/// Reads the recording that a header file describes. `files` stand instead of those that the header names: the IMU's, then that of the
+/// fixes; more are an error.
 ///
 /// # Errors
 /// Any fault of header or files, with line and column or key.
-pub fn load(header: &Path) -> Result<Session, Error> {
-    let read = Read::open(header)?;
+pub fn read(header: &Path, files: &[PathBuf]) -> Result<Record, Error> {
+    let read = Read::open(header, files)?;
     let begin = begin(&read)?;
-    let (running, rate_hz) = motion(&read)?;
-    let (fixes, sigmas) = match &read.header.gnss {
+    let motion = motion(&read)?;
+    let fixes = match &read.header.gnss {
         Some(gnss) => fixes(&read, gnss)?,
-        None => (site(&read)?, [0.05, 0.05, 0.05, 0.01, 0.01, 0.01]),
+        None => vec![site(&read)?],
     };
-    build(&Parts {
+    Ok(Record {
         file: header.to_path_buf(),
-        running,
-        rate_hz,
         fixes,
-        sigmas,
-        begin,
+        begin: Some(begin),
+        ..motion
     })
+}
+
+/// The same as a session. [`Session::standstill`] is zero when the header gives an attitude, which is then the first reference state's.
+///
+/// # Errors
+/// As [`read`], or times that do not go together.
+pub fn load(header: &Path) -> Result<Session, Error> {
+    read(header, &[])?.session()
 }
 
 fn begin(read: &Read) -> Result<Begin, Error> {
@@ -129,7 +137,7 @@ fn begin(read: &Read) -> Result<Begin, Error> {
 }
 
 /// The site of a vehicle at rest.
-fn site(read: &Read) -> Result<Track, Error> {
+fn site(read: &Read) -> Result<TimedFix, Error> {
     let s = &read.header.start;
     let (Some(lat), Some(lon), Some(h)) = (s.latitude_deg, s.longitude_deg, s.height_m) else {
         let problem = "does not give the site of a recording without fixes".to_owned();
@@ -139,11 +147,6 @@ fn site(read: &Read) -> Result<Track, Error> {
             "give latitude_deg, longitude_deg and height_m, or a table [gnss]",
         ));
     };
-    let position = Geodetic {
-        lat: lat * DEG,
-        lon: lon * DEG,
-        h,
-    };
     if !(lat.abs() < 89.9 && lon.abs() <= 360.0 && h.abs() < 20_000.0) {
         return Err(read.bad(
             "start",
@@ -151,15 +154,14 @@ fn site(read: &Read) -> Result<Track, Error> {
             "give degrees and metres, not at a pole",
         ));
     }
-    Ok(Track::new(vec![0.0], vec![still(position)]))
-}
-
-fn still(position: Geodetic) -> NavState {
-    NavState {
-        position,
-        velocity: Vector3::zeros(),
-        q_bn: UnitQuaternion::identity(),
-    }
+    Ok(TimedFix {
+        time: 0.0,
+        lat_deg: lat,
+        lon_deg: lon,
+        height_m: h,
+        velocity: Some([0.0; 3]),
+        sigmas: AT_REST,
+    })
 }
 
 /// A file with the names of its columns, and the table of the header that describes it.
@@ -182,7 +184,7 @@ impl<'a> File<'a> {
         names: bool,
     ) -> Result<Self, Error> {
         let separator = read.separator(&format!("{table}.separator"), separator)?;
-        let source = Source::open(&read.beside(file))?;
+        let source = Source::open(file)?;
         let first = source.header(separator, "names of the columns")?;
         let (skip, names) = match names {
             true => (1, first),
@@ -226,8 +228,8 @@ impl<'a> File<'a> {
     }
 }
 
-/// Running integrals and word rate.
-fn motion(read: &Read) -> Result<(Running, usize), Error> {
+/// The samples: a record without fixes.
+fn motion(read: &Read) -> Result<Record, Error> {
     let imu = &read.header.imu;
     let axes = read.axes()?;
     if let Some(gap) = imu.max_gap_s.filter(|g| !(g.is_finite() && *g > 0.0)) {
@@ -247,7 +249,7 @@ fn motion(read: &Read) -> Result<(Running, usize), Error> {
             "give rates for both or increments for both",
         ));
     }
-    let file = File::open(read, "imu", &imu.file, &imu.separator, imu.names)?;
+    let file = File::open(read, "imu", &read.imu_file()?, &imu.separator, imu.names)?;
     let mut wanted = vec![("time", imu.time.column.as_str())];
     wanted.extend(imu.gyro.columns.iter().map(|c| ("gyro", c.as_str())));
     wanted.extend(imu.accel.columns.iter().map(|c| ("accel", c.as_str())));
@@ -270,11 +272,15 @@ fn motion(read: &Read) -> Result<(Running, usize), Error> {
         dv: axes.turn([r[4], r[5], r[6]]) * accel,
     };
     let samples: Vec<Increment> = table.rows().map(sample).collect();
-    let running = match kind {
-        Kind::Rate => Running::of_rates(&time, &samples),
-        Kind::Increment => Running::of_increments(&time, &samples, step),
-    };
-    Ok((running, rate_hz as usize))
+    Ok(Record {
+        file: read.file.clone(),
+        time,
+        samples,
+        kind,
+        rate_hz: rate_hz as usize,
+        fixes: Vec::new(),
+        begin: None,
+    })
 }
 
 /// Values within what a sensor can say, and no gaps.
@@ -300,13 +306,6 @@ fn check(
         }
         None => Ok(()),
     }
-}
-
-/// Median time between samples; NaN for fewer than two.
-fn median_step(time: &[f64]) -> f64 {
-    let mut steps: Vec<f64> = time.windows(2).map(|w| w[1] - w[0]).collect();
-    steps.sort_by(f64::total_cmp);
-    steps.get(steps.len() / 2).copied().unwrap_or(f64::NAN)
 }
 
 #[cfg(test)]

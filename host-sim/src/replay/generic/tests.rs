@@ -1,5 +1,6 @@
 use super::*;
 use crate::coast::coast;
+use nalgebra::Vector3;
 use std::fmt::Write;
 use std::path::PathBuf;
 

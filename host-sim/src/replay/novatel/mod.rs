@@ -5,12 +5,13 @@
 //! never becomes a session: gravity, Earth rate and the receiver's estimates of the biases are already taken out of it.
 
 use super::axes::Axes;
-use super::build::{complain, fixes_of};
+use super::build::{Begin, complain, referenced};
+use super::record::{Record, TimedFix};
 use super::track::Track;
 use crate::earth::Geodetic;
 use crate::error::Error;
 use crate::rotation::from_euler;
-use crate::session::{EPOCH_S, Session};
+use crate::session::{EPOCH_S, Session, to_si};
 use crate::sins::NavState;
 use crate::units::DEG;
 use firmware::sample::{Counts, Lsb};
@@ -33,8 +34,12 @@ const SIGMAS: [f64; 6] = [0.1, 0.1, 0.1, 0.02, 0.02, 0.02];
 /// One raw sample.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Raw {
-    /// Time of the end of the interval, s since the start of GPS time.
+    /// Time of the end of the interval, s since the start of GPS time, to 0.2 us.
     pub time: f64,
+    /// The same as in the log: GPS week.
+    pub week: u16,
+    /// Second of that week.
+    pub second_of_week: f64,
     /// IMU, of logs that say so.
     pub kind: Option<ImuType>,
     /// Angle counts, sensor's x, y, z.
@@ -133,6 +138,8 @@ impl Recording {
             let week = week.map_or(0, |b| u16::from_le_bytes([b[0], b[1]]));
             self.raw.push(Raw {
                 time: f64::from(week) * WEEK_S + frame.second_of_week(),
+                week,
+                second_of_week: frame.second_of_week(),
                 kind: frame.info().map(|(_, kind)| kind),
                 gyro: frame.gyro(),
                 accel: frame.accel(),
@@ -240,20 +247,62 @@ pub fn session(
     let reference: Vec<NavState> = (0..=epochs)
         .map(|k| track.at(at + k as f64 * EPOCH_S))
         .collect();
-    Ok(Session {
-        dt,
-        lsb,
-        counts: words[..epochs * usize::from(rate)]
+    let counts = words[..epochs * usize::from(rate)]
+        .iter()
+        .map(turn)
+        .collect();
+    Ok(referenced(dt, (counts, lsb), reference, SIGMAS))
+}
+
+/// The raw samples as increments beside INSPVAS as fixes; times are seconds of the first sample's week. Arguments and errors as for
+/// [`session`], but that there may be no INSPVAS.
+///
+/// # Errors
+/// See [`session`].
+pub fn record(
+    recording: &Recording,
+    mounting: Axes,
+    kind: Option<ImuType>,
+) -> Result<Record, Error> {
+    let (lsb, rate) = imu(recording, kind)?;
+    check_raw(recording, EPOCH_S / f64::from(rate))?;
+    let first = i32::from(recording.raw[0].week);
+    let second = |week: i32, second: f64| f64::from(week - first) * WEEK_S + second;
+    let word = |r: &Raw| {
+        let counts = Counts {
+            dtheta: mounting.turn_counts(r.gyro),
+            dv: mounting.turn_counts(r.accel),
+        };
+        to_si(&counts, &lsb)
+    };
+    let mut fixes: Vec<TimedFix> = Vec::new();
+    for ins in &recording.ins {
+        let time = second(ins.week as i32, ins.second_of_week);
+        let [north, east, up] = ins.velocity;
+        if fixes.last().is_none_or(|last| time > last.time) {
+            fixes.push(TimedFix {
+                time,
+                lat_deg: ins.position[0],
+                lon_deg: ins.position[1],
+                height_m: ins.position[2],
+                velocity: Some([north, east, -up]),
+                sigmas: SIGMAS,
+            });
+        }
+    }
+    let attitude = recording.ins.first().map(|ins| state(ins).q_bn);
+    Ok(Record {
+        file: recording.file.clone(),
+        time: recording
+            .raw
             .iter()
-            .map(turn)
+            .map(|r| second(i32::from(r.week), r.second_of_week))
             .collect(),
-        standstill: 0,
-        fixes: fixes_of(&reference),
-        reference,
-        sigmas: SIGMAS,
-        systematic: None,
-        surroundings: None,
-        gather: 1,
+        samples: recording.raw.iter().map(word).collect(),
+        kind: super::record::Kind::Increment,
+        rate_hz: usize::from(rate),
+        fixes,
+        begin: attitude.map(Begin::Attitude),
     })
 }
 

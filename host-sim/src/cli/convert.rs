@@ -1,0 +1,106 @@
+//! `host-sim convert`.
+
+use super::source::{Csv, KfGins, Novatel};
+use crate::error::Error;
+use crate::replay::record::Record;
+use crate::replay::{files, kfgins};
+use clap::{Args as ClapArgs, Subcommand, ValueEnum};
+use std::path::PathBuf;
+
+/// Arguments of `convert`.
+#[derive(Debug, ClapArgs)]
+pub struct Args {
+    #[command(subcommand)]
+    from: From,
+}
+
+#[derive(Debug, Subcommand)]
+enum From {
+    /// CSV with a TOML header; what `simulate` writes is of this form
+    Csv {
+        #[command(flatten)]
+        source: Csv,
+        #[command(flatten)]
+        target: Target,
+    },
+    /// KF-GINS text files
+    KfGins {
+        #[command(flatten)]
+        source: KfGins,
+        #[command(flatten)]
+        target: Target,
+    },
+    /// A NovAtel binary log
+    Novatel {
+        #[command(flatten)]
+        source: Novatel,
+        #[command(flatten)]
+        target: Target,
+    },
+}
+
+#[derive(Debug, Clone, Copy, ValueEnum)]
+enum Format {
+    /// imu.csv, gnss.csv, header.toml
+    Csv,
+    /// imu.txt, gnss.txt
+    KfGins,
+}
+
+#[derive(Debug, ClapArgs)]
+struct Target {
+    /// Form of the files written
+    #[arg(long, value_name = "FORM")]
+    to: Format,
+    /// Directory of the files written
+    #[arg(long, value_name = "DIR")]
+    out: PathBuf,
+    /// KF-GINS: added to all times, to make seconds of week of them, s
+    #[arg(
+        long,
+        value_name = "SECONDS",
+        default_value_t = 0.0,
+        allow_hyphen_values = true
+    )]
+    shift: f64,
+    /// KF-GINS: keep velocities, in the form of 13 columns
+    #[arg(long)]
+    velocity: bool,
+}
+
+impl Args {
+    /// Reads and writes.
+    pub(super) fn run(&self) -> Result<(), Error> {
+        match &self.from {
+            From::Csv { source, target } => target.write(&source.record()?),
+            From::KfGins { source, target } => target.write(&source.record()?),
+            From::Novatel { source, target } => target.write(&source.record()?),
+        }
+    }
+}
+
+impl Target {
+    fn write(&self, record: &Record) -> Result<(), Error> {
+        match self.to {
+            Format::Csv => files::write(record, &self.out)?,
+            Format::KfGins => {
+                let form = kfgins::Form {
+                    shift_s: self.shift,
+                    velocity: self.velocity,
+                };
+                let [imu, gnss] = ["imu.txt", "gnss.txt"].map(|name| self.out.join(name));
+                kfgins::write(record, form, &imu, &gnss)?;
+                if record.has_velocity() && !self.velocity {
+                    println!("- velocities are left out; --velocity keeps them in 13 columns");
+                }
+            }
+        }
+        println!(
+            "{} samples, {} fixes in {}",
+            record.samples.len(),
+            record.fixes.len(),
+            self.out.display()
+        );
+        Ok(())
+    }
+}

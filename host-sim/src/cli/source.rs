@@ -1,0 +1,148 @@
+//! A user's own recording on the command line, for `replay` and `convert` alike.
+
+use crate::error::Error;
+use crate::replay::axes::Axes;
+use crate::replay::record::Record;
+use crate::replay::track::Track;
+use crate::replay::{Begin, generic, kfgins, novatel};
+use crate::rotation::from_euler;
+use crate::session::{EPOCH_S, Session};
+use crate::units::DEG;
+use clap::Args as ClapArgs;
+use firmware::wire::novatel::ImuType;
+use std::path::PathBuf;
+
+/// CSV files with a header of their own.
+#[derive(Debug, ClapArgs)]
+pub(super) struct Csv {
+    /// What the columns mean; its format is in the documentation of `host_sim::replay::generic` and in what `simulate` writes
+    #[arg(long, value_name = "FILE.toml")]
+    header: PathBuf,
+    /// Instead of the files that the header names: the IMU's, then that of the fixes
+    #[arg(value_name = "FILE.csv")]
+    files: Vec<PathBuf>,
+}
+
+/// KF-GINS text files.
+#[derive(Debug, ClapArgs)]
+pub(super) struct KfGins {
+    /// Increments: second of week, rad, m/s, axes forward-right-down
+    imu: PathBuf,
+    /// Positions, 7 columns, or 13 with velocities
+    gnss: PathBuf,
+    /// True states (week, second, position, velocity, attitude): reference, and attitude at the start
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["standstill_s", "attitude"])]
+    truth: Option<PathBuf>,
+    /// Seconds that the vehicle stands at the first fix, to align on
+    #[arg(long, value_name = "SECONDS", value_parser = clap::value_parser!(u32).range(90..=86_400), conflicts_with = "attitude")]
+    standstill_s: Option<u32>,
+    /// Attitude at the first fix, deg: roll, pitch (nose up), heading (clockwise from north)
+    #[arg(
+        long,
+        value_name = "ROLL,PITCH,HEADING",
+        value_delimiter = ',',
+        allow_hyphen_values = true
+    )]
+    attitude: Vec<f64>,
+}
+
+/// A NovAtel binary log.
+#[derive(Debug, ClapArgs)]
+pub(super) struct Novatel {
+    /// Binary log with RAWIMUSX (or another raw log) and INSPVAS
+    pub(super) file: PathBuf,
+    /// Forward, right and down of the vehicle in axes of the sensor
+    #[arg(
+        long,
+        default_value = "y x -z",
+        value_name = "AXES",
+        allow_hyphen_values = true
+    )]
+    mounting: String,
+    /// NovAtel's number of the IMU, for RAWIMU and RAWIMUS, which do not say it
+    #[arg(long, value_name = "NUMBER")]
+    imu: Option<u8>,
+}
+
+impl Csv {
+    pub(super) fn record(&self) -> Result<Record, Error> {
+        generic::read(&self.header, &self.files)
+    }
+}
+
+impl KfGins {
+    pub(super) fn record(&self) -> Result<Record, Error> {
+        Ok(self.read()?.0)
+    }
+
+    pub(super) fn session(&self) -> Result<Session, Error> {
+        let (record, truth) = self.read()?;
+        let mut session = record.session()?;
+        if let Some(truth) = truth {
+            let first = record.first_epoch();
+            for (k, state) in session.reference.iter_mut().enumerate() {
+                *state = truth.at(first + k as f64 * EPOCH_S);
+            }
+        }
+        Ok(session)
+    }
+
+    fn read(&self) -> Result<(Record, Option<Track>), Error> {
+        let mut record = kfgins::read(&self.imu, &self.gnss, None)?;
+        let truth = self.truth.as_deref().map(kfgins::read_truth).transpose()?;
+        record.begin = match (&truth, self.standstill_s, &self.attitude[..]) {
+            (Some(truth), ..) => {
+                let first = record.first_epoch();
+                let within = truth.span().filter(|(t0, t1)| (*t0..=*t1).contains(&first));
+                if within.is_none() {
+                    return Err(Error::Option {
+                        option: "--truth".into(),
+                        problem: format!("does not cover the first epoch, {first} s"),
+                        remedy: "give the truth of the same drive, in seconds of the same week"
+                            .into(),
+                    });
+                }
+                Some(Begin::Attitude(truth.at(first).q_bn))
+            }
+            (None, Some(s), _) => Some(Begin::Standstill(s as usize)),
+            (None, None, []) => None,
+            (None, None, angles) => Some(Begin::Attitude(attitude(angles)?)),
+        };
+        Ok((record, truth))
+    }
+}
+
+fn attitude(angles: &[f64]) -> Result<nalgebra::UnitQuaternion<f64>, Error> {
+    match angles {
+        [roll, pitch, heading] if angles.iter().all(|a| a.abs() <= 360.0) => {
+            Ok(from_euler(roll * DEG, pitch * DEG, heading * DEG))
+        }
+        _ => Err(Error::Option {
+            option: "--attitude".into(),
+            problem: format!("{angles:?} is no attitude"),
+            remedy: "give roll,pitch,heading in degrees, -360 to 360".into(),
+        }),
+    }
+}
+
+impl Novatel {
+    pub(super) fn record(&self) -> Result<Record, Error> {
+        novatel::record(&novatel::read(&self.file)?, self.axes()?, self.kind())
+    }
+
+    pub(super) fn session(&self, log: &novatel::Recording) -> Result<Session, Error> {
+        novatel::session(log, self.axes()?, self.kind())
+    }
+
+    fn kind(&self) -> Option<ImuType> {
+        self.imu.map(ImuType)
+    }
+
+    fn axes(&self) -> Result<Axes, Error> {
+        Axes::parse(&self.mounting).map_err(|why| Error::Option {
+            option: "--mounting".into(),
+            problem: format!("'{}' {why}", self.mounting),
+            remedy: "give forward, right and down in axes of the sensor, as in 'y x -z' for right-forward-up".into(),
+        })
+    }
+}

@@ -1,0 +1,309 @@
+//! `host-sim replay` and `convert` of a user's own recording: csv, kf-gins, novatel.
+
+#![allow(
+    clippy::unwrap_used,
+    reason = "test helpers; a failure here fails the test"
+)]
+
+use assert_cmd::Command;
+use firmware::sample::Lsb;
+use firmware::wire::novatel::inspvas::Inspvas;
+use firmware::wire::novatel::{Header, Log, Repr};
+use host_sim::gnss::GnssSpec;
+use host_sim::imu::ImuSpec;
+use host_sim::replay::words::quantise;
+use host_sim::rotation::to_euler;
+use host_sim::session::{Session, SessionConfig, simulate};
+use host_sim::units::DEG;
+use serde_json::Value;
+use std::path::Path;
+
+fn host_sim(dir: &Path, args: &[&str]) -> assert_cmd::assert::Assert {
+    let mut command = Command::new(system::host_sim_binary());
+    command.current_dir(dir).args(args).assert()
+}
+
+fn complaint(dir: &Path, args: &[&str]) -> String {
+    let out = host_sim(dir, args).code(2);
+    let text = String::from_utf8_lossy(&out.get_output().stderr).into_owned();
+    assert!(!text.contains("panicked"), "{args:?}: {text}");
+    text
+}
+
+/// Horizontal error of a scheme at the last time of the one outcome.
+fn last(file: &Path, scheme: &str) -> f64 {
+    let outcomes: Value = serde_json::from_slice(&std::fs::read(file).unwrap()).unwrap();
+    let rows = outcomes[0]["rows"].as_array().unwrap();
+    let of = rows.iter().rfind(|r| r["scheme"] == scheme).unwrap();
+    of["horizontal_m"].as_f64().unwrap()
+}
+
+/// A drive as simulated goes through every form and comes back to the bit; each form replays to the same result.
+#[test]
+fn a_simulated_recording_goes_through_all_text_forms() {
+    let dir = tempfile::tempdir().unwrap();
+    let at = |name: &str| dir.path().join(name);
+    std::fs::write(
+        at("s.toml"),
+        "preset = \"tactical\"\n[learn]\nstandstill_s = 120\ndrive_s = 300\n",
+    )
+    .unwrap();
+    let run = |args: &[&str]| drop(host_sim(dir.path(), args).success());
+    run(&[
+        "simulate",
+        "--scenario",
+        "s.toml",
+        "--learning",
+        "--out",
+        "d",
+    ]);
+    let header = ["--header", "d/header.toml"];
+    run(&[
+        &["convert", "csv"],
+        &header[..],
+        &["--to", "kf-gins", "--velocity", "--out", "k"],
+    ]
+    .concat());
+    let kf = ["k/imu.txt", "k/gnss.txt", "--standstill-s", "120"];
+    run(&[
+        &["convert", "kf-gins"],
+        &kf[..],
+        &["--to", "csv", "--out", "back"],
+    ]
+    .concat());
+    for name in ["imu.csv", "gnss.csv", "header.toml"] {
+        let [a, b] = ["d", "back"].map(|d| std::fs::read(at(d).join(name)).unwrap());
+        assert!(a == b, "{name} has changed");
+    }
+    let options = ["--preset", "tactical", "--json", "r.json", "--out", "page"];
+    let mut ends = Vec::new();
+    for source in [
+        &["replay", "csv", "--header", "d/header.toml"][..],
+        &[&["replay", "kf-gins"], &kf[..]].concat(),
+    ] {
+        run(&[source, &options].concat());
+        let page = std::fs::read_to_string(at("page").join("index.html")).unwrap();
+        assert!(page.contains("learn 0-270 s, judge 270-420 s") && page.contains("<svg"));
+        ends.push(["raw", "ls-bias", "ls-3x3", "ekf6", "rnn"].map(|s| last(&at("r.json"), s)));
+    }
+    assert_eq!(ends[0], ends[1]);
+    let [raw, bias, ..] = ends[0];
+    assert!(bias < 0.5 * raw, "{ends:?}");
+}
+
+/// A log of raw increments and INSPVAS, type 11 (HG1700: 2^-33 rad, 2^-27 ft/s, 100 Hz), axes forward-right-down.
+fn log(session: &Session) -> Vec<u8> {
+    let lsb = Lsb {
+        rad: 0.5_f64.powi(33),
+        mps: 0.5_f64.powi(27) * 0.3048,
+    };
+    let words = quantise(&session.increments(), &lsb).unwrap();
+    let mut out = Vec::new();
+    for (k, word) in words.iter().enumerate() {
+        if k % 100 == 0 {
+            let state = &session.reference[k / 100];
+            let (roll, pitch, heading) = to_euler(&state.q_bn);
+            let v = state.velocity;
+            let second = 1000.0 + (k / 100) as f64;
+            let ins = Inspvas {
+                header_time: (2100, (second * 1e3) as u32),
+                week: 2100,
+                second_of_week: second,
+                position: [
+                    state.position.lat / DEG,
+                    state.position.lon / DEG,
+                    state.position.h,
+                ],
+                velocity: [v.x, v.y, -v.z],
+                attitude: [roll, pitch, heading].map(|a| a / DEG),
+                status: 3,
+            };
+            out.extend(ins.emit());
+        }
+        let second = 1000.0 + 0.01 * (k + 1) as f64;
+        let repr = Repr {
+            log: Log::Rawimusx,
+            header: Header {
+                week: 2100,
+                millisecond: (second * 1e3) as u32,
+                ..Header::default()
+            },
+            lead: [0, 11, 0x34, 0x08],
+            second_of_week: second,
+            status: 0,
+            gyro: word.dtheta,
+            accel: word.dv,
+        };
+        let mut buffer = [0; 128];
+        let n = repr.emit(&mut buffer).unwrap();
+        out.extend(&buffer[..n]);
+    }
+    out
+}
+
+#[test]
+fn a_log_of_raw_increments_and_solutions_is_replayed_and_converted() {
+    let imu = ImuSpec::preset("tactical").unwrap();
+    let config = SessionConfig {
+        imu: &imu,
+        gnss: &GnssSpec::default(),
+        start: host_sim::earth::Geodetic {
+            lat: 0.8,
+            lon: 0.1,
+            h: 300.0,
+        },
+        heading: 0.4,
+        standstill_s: 10.0,
+        drive_s: 200.0,
+        segments: None,
+        vibration: 1.0,
+        unit: 1,
+        turn_on: 2,
+        drive: 3,
+    };
+    let dir = tempfile::tempdir().unwrap();
+    std::fs::write(dir.path().join("in.gps"), log(&simulate(&config).0)).unwrap();
+    let source = ["in.gps", "--mounting", "x y z"];
+    let replay = [
+        "--preset",
+        "tactical",
+        "--attitude-sigma",
+        "0.01,0.01",
+        "--json",
+        "r.json",
+    ];
+    host_sim(
+        dir.path(),
+        &[&["replay", "novatel"], &source[..], &replay].concat(),
+    )
+    .success();
+    let [raw, ekf] = ["raw", "ekf6"].map(|s| last(&dir.path().join("r.json"), s));
+    assert!(raw < 500.0 && ekf < raw, "{raw} {ekf}");
+    for to in ["csv", "kf-gins"] {
+        host_sim(
+            dir.path(),
+            &[
+                &["convert", "novatel"],
+                &source[..],
+                &["--to", to, "--out", to],
+            ]
+            .concat(),
+        )
+        .success();
+    }
+    let imu = std::fs::read_to_string(dir.path().join("kf-gins/imu.txt")).unwrap();
+    assert_eq!(imu.lines().count(), 21_000);
+    assert!(imu.starts_with("1000.01 "), "{}", &imu[..80]);
+    host_sim(
+        dir.path(),
+        &[
+            "replay",
+            "csv",
+            "--header",
+            "csv/header.toml",
+            "--out",
+            "page",
+        ],
+    )
+    .success();
+}
+
+#[test]
+fn wrong_files_and_options_are_named() {
+    let dir = tempfile::tempdir().unwrap();
+    let write = |name: &str, text: &str| std::fs::write(dir.path().join(name), text).unwrap();
+    write("junk", "not a recording\n1,2\n");
+    let imu: String = (1..=6000)
+        .map(|k| format!("{:.2} 0 0 0 0 0 -0.0981\n", 0.01 * f64::from(k)))
+        .collect();
+    let gnss: String = (0..=60).map(|k| format!("{k} 45 7 80 1 1 2\n")).collect();
+    write("imu.txt", &imu);
+    write("gnss.txt", &gnss);
+    write("bad.txt", &imu.replace("30.00 0", "30.00 x"));
+    let attitude = ["--attitude", "0,0,0"];
+    for (args, part) in [
+        (&["replay", "csv", "--header", "junk"][..], "junk:1:"),
+        (&["replay", "csv", "--header", "missing"], "missing"),
+        (
+            &[
+                "replay",
+                "kf-gins",
+                "bad.txt",
+                "gnss.txt",
+                "--attitude",
+                "0,0,0",
+            ],
+            "bad.txt:3000: column 'dtheta_x_rad'",
+        ),
+        (
+            &["replay", "kf-gins", "imu.txt", "gnss.txt"],
+            "'start' is not given",
+        ),
+        (
+            &[
+                "replay",
+                "kf-gins",
+                "imu.txt",
+                "gnss.txt",
+                "--attitude",
+                "0,0",
+            ],
+            "--attitude",
+        ),
+        (
+            &[
+                "replay", "kf-gins", "imu.txt", "gnss.txt", "--truth", "junk",
+            ],
+            "junk:1:",
+        ),
+        (&["replay", "novatel", "junk"], "junk"),
+        (
+            &[
+                "convert",
+                "kf-gins",
+                "imu.txt",
+                "gnss.txt",
+                "--to",
+                "kf-gins",
+                "--velocity",
+                "--out",
+                "o",
+            ],
+            "--velocity",
+        ),
+        (
+            &[
+                "convert", "kf-gins", "imu.txt", "gnss.txt", "--to", "kf-gins", "--shift", "-9",
+                "--out", "o",
+            ],
+            "--shift",
+        ),
+    ] {
+        let text = complaint(dir.path(), args);
+        assert!(text.contains(part), "{args:?}: no '{part}' in: {text}");
+    }
+    for (option, value) in [
+        ("--learn-s", "59"),
+        ("--preset", "best"),
+        ("--arw", "0"),
+        ("--attitude-sigma", "1"),
+    ] {
+        let source = ["replay", "kf-gins", "imu.txt", "gnss.txt"];
+        let text = complaint(
+            dir.path(),
+            &[&source[..], &attitude, &[option, value]].concat(),
+        );
+        let named = text.contains(option) || text.contains("'best'");
+        assert!(named, "{option}: {text}");
+    }
+    assert!(!dir.path().join("out").exists() && !dir.path().join("o").exists());
+    let Some(data) = host_sim::replay::data_dir() else {
+        println!("skipped: no recorded data; remedy: set LRNN_DATA to its folder");
+        return;
+    };
+    let log = data.join("novatel-ins2.gps").canonicalize().unwrap();
+    let log = log.to_str().unwrap();
+    let text = complaint(dir.path(), &["replay", "novatel", log]);
+    assert!(text.contains("'RAWIMUSX' is not among"), "{text}");
+    host_sim(dir.path(), &["replay", "novatel", log, "--inventory"]).success();
+}
