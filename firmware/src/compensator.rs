@@ -174,6 +174,27 @@ impl Compensator {
         self.meaning
     }
 
+    /// The state at power-on. What the networks say before their first input, the bias of their output layer, is in force until the
+    /// first block is over; with `off`, nothing is.
+    pub fn power_on(&self, off: bool) -> State {
+        let mut state = State {
+            off,
+            ..State::default()
+        };
+        if !off {
+            let said = self.within_limit([self.gyro.rest(), self.accel.rest()]);
+            self.put_in_force(&mut state, &said);
+        }
+        state
+    }
+
+    fn within_limit(&self, [gyro, accel]: [[f32; 3]; 2]) -> [[f32; 3]; 2] {
+        [
+            gyro.map(|e| clip(e, self.limit.gyro)),
+            accel.map(|e| clip(e, self.limit.accel)),
+        ]
+    }
+
     /// One word in, one word out; at the end of a block also what the networks said of it, which takes effect with the next word.
     pub fn process(&self, state: &mut State, word: Counts) -> (Counts, Option<Block>) {
         let before = Words::Counts {
@@ -245,10 +266,7 @@ impl Compensator {
         state.words = 0;
         let g = self.gyro.step(&mut state.gyro, rate);
         let a = self.accel.step(&mut state.accel, force);
-        let said = [
-            g.error.map(|e| clip(e, self.limit.gyro)),
-            a.error.map(|e| clip(e, self.limit.accel)),
-        ];
+        let said = self.within_limit([g.error, a.error]);
         let fault = g.fault.or(a.fault);
         state.faults = state.faults.saturating_add(u32::from(fault.is_some()));
         let clipped = said != [g.error, a.error];

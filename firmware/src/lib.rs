@@ -9,6 +9,7 @@
 
 pub mod app;
 pub mod compensator;
+pub mod harm;
 pub mod learn;
 pub mod link;
 pub mod nav;

@@ -181,7 +181,7 @@ pub struct Compensated {
 /// Runs a whole session through the compensator, from power-on.
 #[must_use]
 pub fn compensate(session: &Session, compensator: &Compensator) -> Compensated {
-    let mut state = State::default();
+    let mut state = compensator.power_on(false);
     let mut out = Compensated {
         session: session.clone(),
         inputs: Inputs::default(),
@@ -206,7 +206,7 @@ pub fn corrected_words(
     compensator: &Compensator,
     epochs: std::ops::Range<usize>,
 ) -> Vec<Increment> {
-    let mut state = State::default();
+    let mut state = compensator.power_on(false);
     let n = session.words_per_epoch();
     let (before, counts) = session.counts[..epochs.end * n].split_at(epochs.start * n);
     for word in before {
@@ -223,7 +223,7 @@ pub fn corrected_words(
 /// Network inputs of the first `epochs`.
 #[must_use]
 pub fn inputs(session: &Session, compensator: &Compensator, epochs: usize) -> Inputs {
-    let (mut state, mut out) = (State::default(), Inputs::default());
+    let (mut state, mut out) = (compensator.power_on(false), Inputs::default());
     for word in &session.counts[..epochs * session.words_per_epoch()] {
         if let Some(b) = compensator.process(&mut state, *word).1 {
             out.rate.push(b.rate);

@@ -116,6 +116,16 @@ impl<H: Activation, O: Activation, F: Feedback, T: Real> Net<H, O, F, T> {
         })
     }
 
+    /// What the network says at power-on, before its first input: the output layer alone. 0 where that is no number.
+    pub fn rest(&self) -> [T; NEURONS] {
+        let [_, _, output] = &self.weights.layers;
+        let zero = [T::ZERO; NEURONS];
+        let error = self
+            .normalisation
+            .error(activity::<O, F, T>(output, &zero, &zero).y);
+        error.map(|error| if error.is_finite() { error } else { T::ZERO })
+    }
+
     #[inline(always)]
     pub(crate) fn accept(&self, state: &mut State<T>, forward: &Forward<T>) -> Step<T> {
         state.y = forward.y;

@@ -1,6 +1,7 @@
 //! What a device is told before it starts.
 
 use crate::compensator::Limit;
+use crate::harm::Harm;
 use crate::wire::adis::Form;
 use crate::wire::command::Mode;
 use crate::wire::novatel::ImuType;
@@ -61,6 +62,8 @@ pub struct Config {
     pub limit: Limit,
     /// Fastest change of a correction after the alignment: rad/s per s, m/s2 per s.
     pub slew: Limit,
+    /// Largest speed of the vehicle over ground, m/s: for the bound on harm alone ([`crate::harm`]).
+    pub speed: f32,
     /// The sensor is silent when nothing has come for so long, microseconds.
     pub silence_us: u32,
     /// Words a second where the stream does not tell: KVH, ADIS, STIM300 with external trigger, `NovAtel` with an IMU type unknown
@@ -87,8 +90,18 @@ pub struct Config {
     pub mark: bool,
 }
 
+impl Config {
+    /// What the corrections can do at worst.
+    pub fn harm(&self) -> Harm {
+        Harm {
+            limit: self.limit,
+            speed: self.speed,
+        }
+    }
+}
+
 impl Default for Config {
-    /// Everything passes unchanged: mode bypass, no networks. Limits 10 deg/h and 1 mg, slew one thousandth of it a second.
+    /// Everything passes unchanged: mode bypass, no networks. Limits 10 deg/h and 1 mg, slew one thousandth of it a second, speed 50 m/s.
     fn default() -> Config {
         let limit = Limit {
             gyro: (10.0 * DEGREE / 3600.0) as f32,
@@ -104,6 +117,7 @@ impl Default for Config {
                 gyro: limit.gyro * 1e-3,
                 accel: limit.accel * 1e-3,
             },
+            speed: 50.0,
             silence_us: 100_000,
             rate: 1000.0,
             stim300: stim300::config::Config::DEFAULT,

@@ -20,6 +20,8 @@ struct Correction {
 /// Everything between the sensor's framer and the output.
 #[derive(Debug)]
 pub(super) struct Flow<'m> {
+    /// Bound on harm, m: [`Config::harm`].
+    pub harm_m: [u32; 5],
     pub config: Config,
     /// The STIM300's configuration: its own as soon as it has sent it.
     pub stim: stim300::config::Config,
@@ -53,6 +55,7 @@ impl<'m> Flow<'m> {
         Flow {
             stim: config.stim300,
             mode: config.mode,
+            harm_m: config.harm().table(),
             config,
             alignment: None,
             counters: Counters::default(),
@@ -200,8 +203,7 @@ impl<'m> Flow<'m> {
         let off = self.looks_on();
         self.correction = setup.filter(|_| wanted).and_then(|setup| {
             let compensator = setup.compensator(&self.config, slew)?;
-            let mut state = State::default();
-            state.off = off;
+            let state = compensator.power_on(off);
             Some(Correction { compensator, state })
         });
         if let Some(learner) = &mut self.learner.0 {

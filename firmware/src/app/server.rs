@@ -187,6 +187,7 @@ fn health(flow: &Flow, machine: &Machine) -> Health {
         missed: all.missed,
         saturated: all.saturated,
         bounded: flow.blocks().1,
+        harm_m: flow.harm_m,
     }
 }
 

@@ -74,6 +74,66 @@ fn corrections_are_clipped_and_counted() {
     assert_eq!((state.clipped, state.faults), (2, 0));
 }
 
+proptest! {
+    /// Whatever the weights are, one of their bits flipping on the way included, and whatever comes in: what is taken out of the words
+    /// of any stretch of time is the limit times that time, to one count.
+    #[test]
+    fn nothing_exceeds_the_limit(
+        bits in prop::collection::vec(any::<u32>(), 126),
+        small in any::<bool>(),
+        inputs in prop::collection::vec(any::<[i32; 6]>(), 1..40),
+        upset in (0usize..126, 0u32..32, 0usize..1000),
+        slow in any::<bool>(),
+    ) {
+        let limit = Limit { gyro: 3e-5, accel: 2e-2 };
+        let weight = |k: usize| match small {
+            // plausible weights, so that the networks live
+            true => (bits[k] as f32 / u32::MAX as f32 - 0.5) * 4.0,
+            false => f32::from_bits(bits[k]),
+        };
+        let nets = [0, 63].map(|first| {
+            let mut w = Weights::zero();
+            w.set_all(&core::array::from_fn::<f32, 63, _>(|i| weight(first + i)));
+            Net::new(w, Normalisation::identity())
+        });
+        let mut c = Compensator::new(nets[0], nets[1], LSB, 0.005, 10, limit).unwrap();
+        c.slew = slow.then_some(Limit { gyro: 1e-6, accel: 1e-3 });
+        let mut state = c.power_on(false);
+        let most = [limit.gyro, limit.accel].map(f64::from);
+        let most = [most[0] * 0.005 / LSB.rad, most[1] * 0.005 / LSB.mps];
+        let (mut taken, mut n) = ([0i64; 6], 0u32);
+        for k in 0..1000 {
+            if k == upset.2 {
+                let net = if upset.0 < 63 { &mut c.gyro } else { &mut c.accel };
+                let mut all = net.weights.to_array();
+                all[upset.0 % 63] = f32::from_bits(all[upset.0 % 63].to_bits() ^ (1 << upset.1));
+                net.weights.set_all(&all);
+            }
+            // far from the ends of the range, where the word itself is held
+            let w = inputs[k % inputs.len()].map(|x| x / 2);
+            let word = Counts { dtheta: [w[0], w[1], w[2]], dv: [w[3], w[4], w[5]] };
+            let (out, _) = c.process(&mut state, word);
+            n += 1;
+            for (i, (o, w)) in out.dtheta.iter().chain(&out.dv).zip(w).enumerate() {
+                taken[i] += i64::from(w) - i64::from(*o);
+                let bound = most[i / 3] * f64::from(n) * (1.0 + 1e-6) + 1.0;
+                prop_assert!(taken[i].abs() as f64 <= bound, "{} of {}", taken[i], bound);
+            }
+        }
+    }
+}
+
+#[test]
+fn at_power_on_the_output_bias_is_in_force() {
+    let c = compensator([1e-5, 0.0, -2.0], [f32::NAN, 0.5, 0.0], 0.25);
+    assert_eq!(
+        c.power_on(false).estimate(),
+        [[1e-5, 0.0, -0.25], [0.0, 0.25, 0.0]]
+    );
+    assert_eq!(c.power_on(true).estimate(), [[0.0; 3]; 2]);
+    assert!(c.power_on(true).off);
+}
+
 #[test]
 fn block_mean_is_the_mean_input() {
     let c = compensator([0.0; 3], [0.0; 3], 1.0);

@@ -93,7 +93,8 @@ impl Burst {
     }
 
     /// Read a 1649x burst reply. How many BURST_ID words precede the data depends on the clock (two above 3.6 MHz, one
-    /// below 3 MHz): the data begin where, within the first four words, BURST_ID is followed by something else.
+    /// below 3 MHz): the data begin where, within the first four words, BURST_ID is followed by something else. (Diagnosis flags
+    /// that read 0xA5A5 themselves are refused; they would set reserved bits.)
     ///
     /// # Errors
     /// [`Error::Header`] without BURST_ID, [`Error::Checksum`].

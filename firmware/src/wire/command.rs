@@ -14,7 +14,7 @@ use super::{Error, cobs};
 use serde::{Deserialize, Serialize};
 
 /// Version of this wire format, in [`Version`].
-pub const WIRE_VERSION: u16 = 3;
+pub const WIRE_VERSION: u16 = 4;
 /// The largest piece of a weight image in one packet, bytes.
 pub const MAX_CHUNK: usize = 128;
 /// The longest packet, its zero byte included: chunk, 32 bytes for the other fields and the CRC, COBS overhead.
@@ -179,6 +179,9 @@ pub struct Health {
     pub saturated: u32,
     /// Corrections held at their bound.
     pub bounded: u32,
+    /// Most metres that corrections within their limits can add to a free-inertial position 5, 10, 15, 20 and 22 min after the
+    /// alignment ([`crate::harm`]).
+    pub harm_m: [u32; 5],
 }
 
 /// Bits of [`Health::faults`]: what is wrong now, not what once was.

@@ -264,7 +264,7 @@ fn alignment_ends_jumps() {
     run(&mut device, 10);
     assert_eq!(device.counters().blocks, blocks); // faded out, the networks rest
     device.order(&Request::SetMode(Mode::Frozen));
-    assert!(near(run(&mut device, 11), 1e-5));
+    assert!(near(run(&mut device, 10), 1e-5));
     assert!(near(run(&mut device, 40), 4e-5));
     device.order(&Request::SetMode(Mode::Bypass));
     // an alignment that begins meanwhile does not make a jump of the fade

@@ -73,16 +73,17 @@ proptest! {
             device.pass_us(900);
         }
         device.wait_ms(200);
-        let out = &device.lines.navigation.sent;
+        // noise may be CR LF, which a STIM300 sends between frames
+        let out: Vec<_> = device.lines.navigation.sent.iter().filter(|message| message.as_slice() != b"\r\n").collect();
         let mut rest = sent.iter();
-        for frame in out {
+        for &frame in &out {
             // the same frame but for its words' last counts and its checksum
             let near = |s: &Vec<u8>| {
                 s.len() == frame.len() && words(kind.format(), s).iter().zip(words(kind.format(), frame))
                     .all(|(a, b)| (a - b).abs() <= if kind == KVH { 1e-7 } else { 300.0 })
                     && stamp(kind, s) == stamp(kind, frame)
             };
-            prop_assert!(rest.any(near), "a frame that was never sent");
+            prop_assert!(rest.any(near), "a frame that was never sent: {frame:02x?}");
         }
         let done = device.lines.sensor.done();
         // each damaged byte spoils at most its frame; lost bytes are not really lost here

@@ -7,8 +7,7 @@
 //! accelerometer bias of 1000 ug are one and the same to it); so for all schemes that learnt, that first attitude is turned by the mean
 //! difference over the learning part.
 //!
-//! When the judged part lies before, the compensator starts with the coast: its first second passes uncorrected, which 200 deg/h turn
-//! into 1 mrad, 8 m at 40 s. The other schemes correct from the first word on.
+//! When the judged part lies before, the compensator starts with the coast, from its networks' state at power-on.
 //!
 //! | scheme | words of the coast |
 //! |---|---|

@@ -68,6 +68,7 @@ proptest! {
         let [faults, frames, bad_checksums, garbage, missed, saturated, bounded] = counts;
         let health = Health {
             mode, faults, frames, bad_checksums, garbage, missed, saturated, bounded,
+            harm_m: [0, 1, offset, u32::MAX, 7],
         };
         let counters = Counters { frames, entered: [u32::MAX; 3], good_fixes: garbage, ..Counters::default() };
         let version = Version { wire: WIRE_VERSION, firmware: [0, 1, 65_535], image: 1 };

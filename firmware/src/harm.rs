@@ -1,0 +1,126 @@
+//! How far a correction within its limits can push a free-inertial position, at worst: the bound on harm.
+//!
+//! Let a correction of every axis stay within L_g (rad/s) and L_a (m/s^2) and do there what is worst; the error of the increments is
+//! then at most sqrt(3) L in any direction. Added to the position, over the time t since the navigation became free, is at most the
+//! integral of the absolute impulse responses of the Schuler loop (omega^2 = g/R), and the heading's part at speed v:
+//!
+//! ```text
+//! A(t) = integral |sin(omega s)| / omega ds                accelerometers
+//! G(t) = R (t - sin(omega t) / omega)                      level gyros
+//! H(t) = v t^2 + Omega R (t^2 / 2 - (1 - cos(omega t)) / omega^2)      vertical gyro: turns and changes of speed; Earth rate
+//! worst(t) = sqrt(3) (L_a A + L_g sqrt(G^2 + H^2) (1 + (Omega + v/R) t))
+//! ```
+//!
+//! Tilt times speed gives the heading's first term: a force f that is resolved with a heading error psi adds psi x f, and the integral
+//! of f is the change of velocity, at most 2 v; by parts with |psi| <= L t that is at most 2 L v t a time. The last factor covers how tilt and
+//! heading feed each other. Vertical errors are left to the height sensor. This is for coasting after an alignment without
+//! the correction; see [`Harm::with_alignment`] for one that was made with it.
+
+use crate::compensator::Limit;
+use core::f64::consts::PI;
+
+/// Radius of the Earth, m, rounded up; gravity, m/s^2, rounded down: a slow Schuler loop forgives least.
+const RADIUS: f64 = 6.4e6;
+const GRAVITY: f64 = 9.78;
+/// Earth rate, rad/s.
+const EARTH_RATE: f64 = 7.292_115e-5;
+const SQRT_3: f64 = 1.732_050_807_568_877_2;
+
+/// Times at which the bound is told, s: 5, 10, 15, 20 and 22 min.
+pub const TIMES_S: [u32; 5] = [300, 600, 900, 1200, 1320];
+
+/// What a correction is held to and how fast the vehicle may go.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Harm {
+    /// Largest correction of an axis.
+    pub limit: Limit,
+    /// Largest speed over ground, m/s, >= 0.
+    pub speed: f32,
+}
+
+impl Harm {
+    /// Most metres of horizontal position that corrections add `t` seconds after the navigation became free.
+    #[must_use]
+    pub fn metres(&self, t: f64) -> f64 {
+        let omega = libm::sqrt(GRAVITY / RADIUS);
+        let (speed, turn) = (f64::from(self.speed), omega * t);
+        let swing = (1.0 - libm::cos(turn)) / (omega * omega);
+        let level = RADIUS * (t - libm::sin(turn) / omega);
+        let heading = speed * t * t + EARTH_RATE * RADIUS * (0.5 * t * t - swing);
+        let mutual = 1.0 + (EARTH_RATE + speed / RADIUS) * t;
+        let gyro = f64::from(self.limit.gyro) * libm::hypot(level, heading) * mutual;
+        let accel = f64::from(self.limit.accel) * rectified(turn) / (omega * omega);
+        SQRT_3 * (gyro + accel)
+    }
+
+    /// The same when the alignment at latitude `lat` (rad) was made with a correction in force: it tilts by up to L_a / g, turns the
+    /// heading by up to L_g / (Omega cos lat), and coasting with another correction adds all that.
+    #[must_use]
+    pub fn with_alignment(&self, t: f64, lat: f64) -> f64 {
+        let omega = libm::sqrt(GRAVITY / RADIUS);
+        let swing = 1.0 - libm::cos((omega * t).min(PI));
+        let tilt = SQRT_3 * f64::from(self.limit.accel) / GRAVITY;
+        let heading = SQRT_3 * f64::from(self.limit.gyro) / (EARTH_RATE * libm::cos(lat));
+        let earth = EARTH_RATE * RADIUS * (t - libm::sin(omega * t) / omega);
+        let carried = libm::hypot(2.0 * f64::from(self.speed) * t, earth);
+        let mutual = 1.0 + (EARTH_RATE + f64::from(self.speed) / RADIUS) * t;
+        self.metres(t) + (tilt * RADIUS * swing + heading * carried) * mutual
+    }
+
+    /// [`Self::metres`] at [`TIMES_S`], rounded up.
+    #[must_use]
+    pub fn table(&self) -> [u32; 5] {
+        // `as` holds what is too large at the end
+        TIMES_S.map(|t| libm::ceil(self.metres(f64::from(t))) as u32)
+    }
+}
+
+/// The integral of |sin| from 0 to x.
+fn rectified(x: f64) -> f64 {
+    let halves = libm::floor(x / PI);
+    2.0 * halves + 1.0 - libm::cos(x - halves * PI)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn harm(gyro: f32, accel: f32, speed: f32) -> Harm {
+        Harm {
+            limit: Limit { gyro, accel },
+            speed,
+        }
+    }
+
+    #[test]
+    fn closed_forms_are_the_integrals() {
+        let (t, n) = (6000.0, 600_000); // longer than half a Schuler period
+        let omega = libm::sqrt(GRAVITY / RADIUS);
+        let ds = t / f64::from(n);
+        let (mut a, mut g, mut h) = (0.0, 0.0, 0.0);
+        for k in 0..n {
+            let s = (f64::from(k) + 0.5) * ds;
+            a += (omega * s).sin().abs() / omega * ds;
+            g += RADIUS * (1.0 - (omega * s).cos()) * ds;
+            h += EARTH_RATE * RADIUS * (1.0 - (omega * (t - s)).cos()) * s * ds;
+        }
+        let close = |x: f64, y: f64| (x / y - 1.0).abs() < 1e-5;
+        assert!(close(
+            harm(0.0, 1e-3, 10.0).metres(t),
+            SQRT_3 * 1e-3_f32 as f64 * a
+        ));
+        let still = harm(1e-8, 0.0, 0.0).metres(t);
+        let want = SQRT_3 * f64::from(1e-8_f32) * g.hypot(h) * (1.0 + EARTH_RATE * t);
+        assert!(close(still, want), "{still} {want}");
+    }
+
+    #[test]
+    fn a_table_grows_and_never_overflows() {
+        let table = harm(4.8e-8, 1e-3, 30.0).table();
+        assert!(table.is_sorted() && table[0] > 0);
+        assert_eq!(harm(0.0, 0.0, 100.0).table(), [0; 5]);
+        assert_eq!(harm(1e30, 0.0, 0.0).table(), [u32::MAX; 5]);
+        let h = harm(4.8e-8, 1e-3, 30.0);
+        assert!(h.with_alignment(1320.0, 0.8) > h.metres(1320.0));
+    }
+}
