@@ -3,6 +3,7 @@
 use crate::baseline::LinearModel;
 use crate::coast::{Coast, align_and_coast};
 use crate::error::Error;
+use crate::harm::harm;
 use crate::imu::ImuSpec;
 use crate::learning::{Compensated, compensate, compensator};
 use crate::report::{Curve, ErrorTrace, Report, Results};
@@ -113,6 +114,8 @@ pub fn run(
     let test = test.as_ref().unwrap_or(&learn);
     let judged = judge(test, &learnt).ok_or_else(|| scenario.no_attitude())?;
 
+    let mut set_up = set_up(scenario, imu, options);
+    set_up.push(("bound on harm".into(), harm(test, &learnt.assumptions).1));
     let mut report = Report {
         title: title(scenario, options),
         results: Results {
@@ -120,7 +123,7 @@ pub fn run(
             seed: options.seed,
             rows: judged.rows(),
         },
-        set_up: set_up(scenario, imu, options),
+        set_up,
         notes: notes(&learnt, options),
         track: judged.tracks(test),
         error_over_time: judged.errors(),
@@ -166,6 +169,11 @@ pub fn judge(session: &Session, learnt: &Study) -> Option<Judged> {
 }
 
 impl Judged {
+    /// One more scheme, navigated elsewhere over the same time.
+    pub fn add(&mut self, scheme: &'static str, coast: Coast) {
+        self.coasts.push((scheme, coast));
+    }
+
     /// The table's rows, as far as the coast lasts.
     #[must_use]
     pub fn rows(&self) -> Vec<crate::report::Row> {

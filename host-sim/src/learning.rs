@@ -3,7 +3,7 @@
 use crate::session::{EPOCH_S, Session};
 use crate::sins::Increment;
 use crate::teacher::{Assumptions, Reference};
-use firmware::compensator::{Compensator, Limit, State};
+use firmware::compensator::{Compensator, Limit};
 use lrnn_nostd::learn::{GaussNewton, Guarded, Learner, Paper, StepSizes};
 use lrnn_nostd::{Net, Normalisation, Weights};
 use nalgebra::Vector3;
@@ -149,6 +149,15 @@ pub fn silent(assumptions: &Assumptions) -> [Net; 2] {
     normalisation(assumptions).map(|n| Net::new(start(0, 1.0).weights, n))
 }
 
+/// Limits of the corrections: ten times the prior.
+#[must_use]
+pub fn limit(assumptions: &Assumptions) -> Limit {
+    Limit {
+        gyro: 10.0 * assumptions.prior.gyro_bias as f32,
+        accel: 10.0 * assumptions.prior.accel_bias as f32,
+    }
+}
+
 /// The co-processor's compensator for a session, with the product's own code. Limits: ten times the prior.
 ///
 /// # Panics
@@ -159,10 +168,7 @@ pub fn silent(assumptions: &Assumptions) -> [Net; 2] {
     reason = "count values and rates are checked when a scenario or recording is read"
 )]
 pub fn compensator(session: &Session, nets: &[Net; 2], assumptions: &Assumptions) -> Compensator {
-    let limit = Limit {
-        gyro: 10.0 * assumptions.prior.gyro_bias as f32,
-        accel: 10.0 * assumptions.prior.accel_bias as f32,
-    };
+    let limit = limit(assumptions);
     let block = session.words_per_epoch() as u16;
     Compensator::new(nets[0], nets[1], session.lsb, session.dt, block, limit).expect("checked")
 }

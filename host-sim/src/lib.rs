@@ -12,6 +12,7 @@ pub mod ekf;
 pub mod error;
 pub mod experiment;
 pub mod gnss;
+pub mod harm;
 pub mod imu;
 pub mod input;
 pub mod kalman;

@@ -36,6 +36,16 @@ pub struct Gates<T = f32> {
     pub enabled: u8,
 }
 
+/// What they are called.
+pub const NAMES: [&str; HYPOTHESES] = [
+    "nothing",
+    "biases",
+    "output weights, narrow prior",
+    "output weights",
+    "output weights, wide prior",
+    "all weights",
+];
+
 /// All hypotheses.
 pub const ALL: u8 = (1 << HYPOTHESES) - 1;
 

@@ -1,17 +1,21 @@
 //! The real laser-gyro recording: align and learn at the known site, then free inertial to the end, raw and compensated.
 
 use super::lasergyro_file::Recording;
+use crate::coast::coast;
 use crate::earth::Geodetic;
-use crate::ekf::{Noise, Prior};
-use crate::experiment::{judge, learning_curves, traces};
+use crate::ekf::{ErrorModel, Noise, Prior};
+use crate::experiment::{Judged, judge, learning_curves, traces};
 use crate::gnss::Fix;
+use crate::harm::harm;
+use crate::kalman::{coasted, taught};
 use crate::learning::NetworkSpec;
 use crate::report::{Report, Results};
 use crate::session::{EPOCH_S, Session};
-use crate::sins::NavState;
+use crate::sins::{Increment, NavState};
 use crate::study::{Study, study};
-use crate::teacher::Assumptions;
+use crate::teacher::{Assumptions, aid, aligned};
 use crate::units::{ARCSEC, DEG, DEG_PER_H, DEG_PER_SQRT_H, PPM, UG, UG_PER_SQRT_HZ};
+use firmware::learn::bank::{ALL, Gates, NAMES, NOTHING};
 use firmware::sample::{Counts, Lsb};
 use nalgebra::{UnitQuaternion, Vector3};
 
@@ -98,6 +102,35 @@ fn network() -> NetworkSpec {
     }
 }
 
+/// The navigators that are aided over the learning part: without a model of the sensors, with six biases, and with the product's bank
+/// of hypotheses, of which it names the running one.
+fn aid_all(session: &Session, judged: &mut Judged) -> Option<&'static str> {
+    let (a, words) = (assumptions(), session.increments());
+    let until = session.standstill;
+    let taught = |enabled| {
+        let gates = Gates {
+            enabled,
+            ..Gates::default()
+        };
+        taught::<f32>(session, &words, &a, gates, until)
+    };
+    let none = taught(1 << NOTHING)?;
+    let product = taught(ALL)?;
+    let aligned = aligned(session, &words)?;
+    let mut filter = aligned.filter(ErrorModel::biases(&a.prior), &a);
+    for k in aligned.first..until {
+        aid(&mut filter, session, &words, k);
+    }
+    let step = session.step_s();
+    let frozen: Vec<Increment> = words.iter().map(|w| filter.corrected(w, step)).collect();
+    let classical = coast(session, &frozen, filter.sins.nav, until, session.epochs());
+    let running = product.bank.running();
+    judged.add("none", coasted(none, session, &words, until));
+    judged.add("ekf6", classical);
+    judged.add("rnn-kalman", coasted(product, session, &words, until));
+    Some(NAMES[running])
+}
+
 /// Learns on the first `learn_s` seconds and judges on the rest. `None` when the recording gives no attitude.
 #[must_use]
 pub fn replay(recording: &Recording, learn_s: u32) -> Option<Report> {
@@ -110,9 +143,14 @@ pub fn replay(recording: &Recording, learn_s: u32) -> Option<Report> {
         learn_s as usize,
         true,
     )?;
-    let judged = judge(&session, &learnt)?;
+    let mut judged = judge(&session, &learnt)?;
+    let running = aid_all(&session, &mut judged)?;
     let notes = vec![
         learnt.verdict(),
+        format!(
+            "`none`, `ekf6` and `rnn-kalman` align on the first third of that time and are aided over the rest by the known place and \
+             zero velocity; `rnn-kalman` runs the hypothesis that has proved itself: {running}."
+        ),
         format!(
             "Alignment: in the inertial frame over the first {learn_s} s, by each scheme with its own words. It finds attitude alone; an \
              aided filter over the same time also estimates velocity and biases and leaves tilts that cancel them, so it coasts \
@@ -144,6 +182,10 @@ pub fn replay(recording: &Recording, learn_s: u32) -> Option<Report> {
             (
                 "learning part".into(),
                 format!("{learn_s} s: alignment, learning and, at its end, a held-back part"),
+            ),
+            (
+                "bound on harm".into(),
+                harm(&session, &learnt.assumptions).1,
             ),
             (
                 "networks".into(),

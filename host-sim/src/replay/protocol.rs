@@ -2,7 +2,7 @@
 //!
 //! Where there is no standstill, the first attitude is the reference's. Over the learning part fixes of the reference teach; then
 //! navigation is free inertial. When the judged part follows the one learnt from, each scheme's own aided navigator (no sensor errors in
-//! its state, except `ekf6`) carries its state over; when it lies before, the coast begins at the reference's state. What was learnt
+//! its state, except in the filters) carries its state over; when it lies before, the coast begins at the reference's state. What was learnt
 //! belongs to the attitude that the teacher found, which differs from the reference's by the mounting (a tilt of 1 mrad and an
 //! accelerometer bias of 1000 ug are one and the same to it); so for all schemes that learnt, that first attitude is turned by the mean
 //! difference over the learning part.
@@ -13,21 +13,24 @@
 //! |---|---|
 //! | `raw` | as recorded |
 //! | `ls-bias`, `ls-3x3` | less a bias, or bias and 3x3, fitted to the teacher's references |
-//! | `ekf6` | less the six biases at the filter's last estimate of the learning part, frozen |
+//! | `ekf6`, `ekf12`, `ekf24` | less six biases (with scale factors; with 3x3) at the filter's last estimate of the learning part, frozen |
 //! | `rnn` | through the compensator with the two networks taught from the same references |
+//! | `rnn-kalman` | less what the bank of hypotheses, taught by the fixes, has promoted ([`crate::kalman`]) |
 
 use super::outcome::{Curves, Outcome, rows};
 use crate::align;
 use crate::baseline::LinearModel;
 use crate::coast::{Coast, coast};
-use crate::ekf::{Aided, ErrorModel, InitialSigma, Smoothed, smooth};
+use crate::ekf::{Aided, ErrorModel, InitialSigma, Prior, Smoothed, smooth};
 use crate::experiment::{learning_curves, traces};
-use crate::learning::{NetworkSpec, compensate, compensator};
+use crate::kalman::{Student, coasted, taught};
+use crate::learning::{NetworkSpec, compensator, corrected_words};
 use crate::rotation::from_rotvec;
 use crate::session::Session;
 use crate::sins::Increment;
 use crate::study::{Study, study_from};
-use crate::teacher::{Assumptions, Nominal, Start, navigate_from};
+use crate::teacher::{Assumptions, Nominal, Start, aid, aligned, navigate_from};
+use firmware::learn::bank::Gates;
 use nalgebra::{UnitQuaternion, Vector3};
 use std::ops::Range;
 
@@ -148,22 +151,23 @@ pub fn judge(
         &settings.network,
         settings.promoted_only,
     );
-    let filter = aided(
-        &lesson,
-        &words,
-        a,
-        ErrorModel::biases(&a.prior),
-        (first, &start),
-        until,
-    );
-    let coasts = coasts(
-        session,
-        split,
-        settings,
-        (&lesson, &nominal),
-        &study,
-        &filter,
-    )?;
+    let learnt = Learnt {
+        filters: classical(&a.prior)
+            .into_iter()
+            .map(|(name, model)| Some((name, aided(&lesson, &words, model, settings, until)?)))
+            .collect::<Option<_>>()?,
+        student: student(&lesson, &words, settings, until)?,
+        lesson,
+        nominal,
+        study,
+    };
+    let coasts = coasts(session, split, settings, &learnt)?;
+    let Learnt {
+        lesson,
+        nominal,
+        study,
+        ..
+    } = learnt;
     let note = match settings.promoted_only {
         true => study.verdict(),
         false => gate(&lesson, &nominal, settings),
@@ -187,40 +191,47 @@ pub fn judge(
     })
 }
 
+/// The classical filters beside the networks.
+fn classical(prior: &Prior) -> [(&'static str, ErrorModel); 3] {
+    [
+        ("ekf6", ErrorModel::biases(prior)),
+        ("ekf12", ErrorModel::with_scale(prior)),
+        ("ekf24", ErrorModel::with_matrices(prior)),
+    ]
+}
+
+/// What was made of the part to learn from.
+struct Learnt {
+    lesson: Session,
+    nominal: Nominal,
+    study: Study,
+    filters: Vec<(&'static str, Aided)>,
+    student: Student<f32>,
+}
+
 /// Free inertial navigation of every scheme over the part that is judged.
 fn coasts(
     session: &Session,
     split: &Split,
     settings: &Settings,
-    (lesson, nominal): (&Session, &Nominal),
-    study: &Study,
-    filter: &Aided,
+    learnt: &Learnt,
 ) -> Option<Vec<(&'static str, Coast)>> {
     let a = &settings.assumptions;
     let follows = split.learn.end == split.judge.start;
     let (range, from) = match follows {
-        true => (split.learn.start..split.judge.end, lesson.epochs()),
+        true => (split.learn.start..split.judge.end, learnt.lesson.epochs()),
         false => (split.judge.clone(), 0),
     };
     let run = cut(session, &range);
     let to = run.epochs();
     let mut turned = run.reference[0];
-    turned.q_bn *= mounting(lesson, nominal);
+    turned.q_bn *= mounting(&learnt.lesson, &learnt.nominal);
     let mut out: Vec<(&str, Coast)> = Vec::new();
-    for (scheme, words) in corrected(&run, study, a) {
+    for (scheme, words) in corrected(&run, &learnt.study, a) {
         let nav = match (follows, scheme) {
             (true, _) => {
-                let (first, start) = begin(&run, &words, settings)?;
-                aided(
-                    &run,
-                    &words,
-                    a,
-                    ErrorModel::default(),
-                    (first, &start),
-                    from,
-                )
-                .sins
-                .nav
+                let filter = aided(&run, &words, ErrorModel::default(), settings, from)?;
+                filter.sins.nav
             }
             (false, "raw") => run.reference[0],
             (false, _) => turned,
@@ -228,10 +239,39 @@ fn coasts(
         out.push((scheme, coast(&run, &words, nav, from, to)));
     }
     let raw = run.increments();
-    let frozen: Vec<Increment> = raw.iter().map(|w| filter.corrected(w, run.dt)).collect();
-    let nav = if follows { filter.sins.nav } else { turned };
-    out.insert(3, ("ekf6", coast(&run, &frozen, nav, from, to)));
+    for (k, (name, filter)) in learnt.filters.iter().enumerate() {
+        let step = run.step_s();
+        let frozen: Vec<Increment> = raw.iter().map(|w| filter.corrected(w, step)).collect();
+        let nav = if follows { filter.sins.nav } else { turned };
+        out.insert(3 + k, (name, coast(&run, &frozen, nav, from, to)));
+    }
+    let student = match follows {
+        true => coasted(learnt.student.clone(), &run, &raw, from),
+        false => {
+            let nets = learnt.student.bank.nets();
+            let words = corrected_words(&run, &compensator(&run, &nets, a), 0..to);
+            coast(&run, &words, turned, from, to)
+        }
+    };
+    out.push(("rnn-kalman", student));
     Some(out)
+}
+
+/// The product's learner from fixes at the end of the learning part.
+fn student(
+    session: &Session,
+    words: &[Increment],
+    settings: &Settings,
+    until: usize,
+) -> Option<Student<f32>> {
+    let (a, gates) = (&settings.assumptions, Gates::default());
+    if session.standstill > 0 {
+        return taught(session, words, a, gates, until);
+    }
+    let (first, start) = begin(session, words, settings)?;
+    let mut student = Student::new(&start, a, gates, session.samples());
+    student.attend(session, words, first..until);
+    Some(student)
 }
 
 /// First epoch after alignment and the state there: the reference's when there is no standstill.
@@ -268,9 +308,7 @@ fn mounting(lesson: &Session, nominal: &Nominal) -> UnitQuaternion<f64> {
 fn corrected(run: &Session, study: &Study, a: &Assumptions) -> [(&'static str, Vec<Increment>); 4] {
     let raw = run.increments();
     let linear = |m: &LinearModel| raw.iter().map(|w| m.correct(w, run.dt)).collect();
-    let nets = compensate(run, &compensator(run, &study.nets, a))
-        .session
-        .increments();
+    let nets = corrected_words(run, &compensator(run, &study.nets, a), 0..run.epochs());
     [
         ("raw", raw.clone()),
         ("ls-bias", linear(&study.bias)),
@@ -279,24 +317,27 @@ fn corrected(run: &Session, study: &Study, a: &Assumptions) -> [(&'static str, V
     ]
 }
 
-/// A filter with fixes from an epoch with its state on, up to epoch `until`.
+/// A filter with fixes up to epoch `until`: from an alignment at standstill, else from the reference's first state.
 fn aided(
     session: &Session,
     words: &[Increment],
-    a: &Assumptions,
     model: ErrorModel,
-    (first, start): (usize, &Start),
+    settings: &Settings,
     until: usize,
-) -> Aided {
-    let n = session.words_per_epoch();
-    let mut filter = Aided::new(start.nav, &start.sigma, model, a.noise);
+) -> Option<Aided> {
+    let a = &settings.assumptions;
+    let (first, mut filter) = if session.standstill > 0 {
+        let aligned = aligned(session, words)?;
+        (aligned.first, aligned.filter(model, a))
+    } else {
+        let (first, start) = begin(session, words, settings)?;
+        let filter = Aided::new(start.nav, &start.sigma, model, a.noise);
+        (first, filter.with_samples(session.samples()))
+    };
     for k in first..until {
-        for word in &words[k * n..(k + 1) * n] {
-            filter.word(word, session.dt);
-        }
-        filter.take(&session.fixes[k + 1], &session.sigmas);
+        aid(&mut filter, session, words, k);
     }
-    filter
+    Some(filter)
 }
 
 /// What the product's own test would say of networks taught on the same part, its end held back.

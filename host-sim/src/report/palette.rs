@@ -43,6 +43,8 @@ const LS_BIAS: Colour = Colour::new("ls-bias", "#CC79A7", "#E79CC6");
 const LS_3X3: Colour = Colour::new("ls-3x3", "#009E73", "#2CC99B");
 /// The network, also in the learning curves and sensor-error panels.
 pub(super) const RNN: Colour = Colour::new("rnn", "#0072B2", "#56B4F2");
+/// The networks taught by fixes.
+const RNN_KALMAN: Colour = Colour::new("rnn-kalman", "#8B1E3F", "#FF8FAB");
 const OTHER: [Colour; 3] = [
     Colour::new("other-1", "#56B4E9", "#8FD0F7"),
     Colour::new("other-2", "#B58900", "#E6C34D"),
@@ -52,7 +54,7 @@ const OTHER: [Colour; 3] = [
 /// All colours, for the style sheet.
 pub(super) fn all() -> impl Iterator<Item = Colour> {
     let named = [
-        PAPER, INK, SOFT, GRID, REFERENCE, TEACHER, RAW, LS_BIAS, LS_3X3, RNN,
+        PAPER, INK, SOFT, GRID, REFERENCE, TEACHER, RAW, LS_BIAS, LS_3X3, RNN, RNN_KALMAN,
     ];
     named.into_iter().chain(OTHER)
 }
@@ -93,6 +95,7 @@ pub(super) fn scheme(name: &str, index: usize) -> Look {
             dash: &[9.0, 3.5, 2.0, 3.5],
         },
         "rnn" => Look::solid(RNN, 2.4),
+        "rnn-kalman" => Look::solid(RNN_KALMAN, 2.4),
         _ => Look {
             colour: OTHER[index % OTHER.len()],
             width: 1.8,
