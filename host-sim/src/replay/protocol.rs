@@ -5,7 +5,7 @@
 //! its state, except in the filters) carries its state over; when it lies before, the coast begins at the reference's state. What was learnt
 //! belongs to the attitude that the teacher found, which differs from the reference's by the mounting (a tilt of 1 mrad and an
 //! accelerometer bias of 1000 ug are one and the same to it); so for all schemes that learnt, that first attitude is turned by the mean
-//! difference over the learning part.
+//! difference over the learning part; for the filters, by the difference that they end with.
 //!
 //! When the judged part lies before, the compensator starts with the coast, from its networks' state at power-on.
 //!
@@ -27,7 +27,7 @@ use crate::kalman::{Student, coasted, taught};
 use crate::learning::{NetworkSpec, compensator, corrected_words};
 use crate::rotation::from_rotvec;
 use crate::session::Session;
-use crate::sins::Increment;
+use crate::sins::{Increment, NavState};
 use crate::study::{Study, study_from};
 use crate::teacher::{Assumptions, Nominal, Start, aid, aligned, navigate_from};
 use firmware::learn::bank::Gates;
@@ -238,11 +238,20 @@ fn coasts(
         };
         out.push((scheme, coast(&run, &words, nav, from, to)));
     }
+    let end = &learnt.lesson.reference[learnt.lesson.epochs()];
+    let as_left = |nav: &NavState| NavState {
+        q_bn: run.reference[0].q_bn * (end.q_bn.inverse() * nav.q_bn),
+        ..run.reference[0]
+    };
     let raw = run.increments();
     for (k, (name, filter)) in learnt.filters.iter().enumerate() {
         let step = run.step_s();
         let frozen: Vec<Increment> = raw.iter().map(|w| filter.corrected(w, step)).collect();
-        let nav = if follows { filter.sins.nav } else { turned };
+        let nav = if follows {
+            filter.sins.nav
+        } else {
+            as_left(&filter.sins.nav)
+        };
         out.insert(3 + k, (name, coast(&run, &frozen, nav, from, to)));
     }
     let student = match follows {
@@ -250,7 +259,8 @@ fn coasts(
         false => {
             let nets = learnt.student.bank.nets();
             let words = corrected_words(&run, &compensator(&run, &nets, a), 0..to);
-            coast(&run, &words, turned, from, to)
+            let nav = as_left(&learnt.student.nav());
+            coast(&run, &words, nav, from, to)
         }
     };
     out.push(("rnn-kalman", student));
