@@ -24,7 +24,7 @@ pub struct Findings {
 }
 
 /// What a spec says of the five noises, in the units of the coefficients. Its Gauss-Markov drift of sigma and T is, well below T, a
-/// random walk of `K = sigma sqrt(2 / T)`; what stripping leaves of the dither counts as Q by its mean square; B and R it does not have.
+/// random walk of `K = sigma sqrt(2 / T)`; what stripping leaves of the dither is a line ([`dither_note`]); B and R it does not have.
 #[must_use]
 pub fn configured(spec: &ImuSpec) -> [[Option<f64>; 5]; 2] {
     let (g, a) = (&spec.gyro, &spec.accel);
@@ -37,7 +37,7 @@ pub fn configured(spec: &ImuSpec) -> [[Option<f64>; 5]; 2] {
     );
     [
         [
-            Some((g.pulse_arcsec / root_12).hypot(g.dither.strip_residual_arcsec / 2.0_f64.sqrt())),
+            Some(g.pulse_arcsec / root_12),
             Some(g.total_angle_random_walk_dpsqrth()),
             None,
             Some(g.rate_random_walk_dphpsqrth.hypot(drift_g)),
@@ -51,6 +51,19 @@ pub fn configured(spec: &ImuSpec) -> [[Option<f64>; 5]; 2] {
             None,
         ],
     ]
+}
+
+/// What the five noises of a simulated gyro do not say.
+#[must_use]
+pub fn dither_note(spec: &ImuSpec) -> Option<String> {
+    let dither = &spec.gyro.dither;
+    (dither.strip_residual_arcsec > 0.0).then(|| {
+        format!(
+            "the gyros' angle also holds what stripping leaves of their dither, {} arcsec at about {} Hz: a line, which is found as a part \
+             of Q, N or the misfit",
+            dither.strip_residual_arcsec, dither.frequency_hz
+        )
+    })
 }
 
 impl Findings {

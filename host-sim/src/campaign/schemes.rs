@@ -2,7 +2,7 @@
 
 use super::tuning::{DATASHEET_WALK, Tuned};
 use crate::coast::{Coast, coast};
-use crate::ekf::{Aided, ErrorModel, Known, Noise, Parameter, Regressor, Triad};
+use crate::ekf::{Aided, ErrorModel, Held, Known, Noise, Parameter, Regressor, Triad};
 use crate::imu::{AccelSpec, GyroSpec, ImuSpec, Surroundings, WARM_UP_REPEATABILITY};
 use crate::kalman::{Student, coasted, taught};
 use crate::learning::{NetworkSpec, compensator, corrected_words};
@@ -122,12 +122,11 @@ fn free(filter: &Aided, session: &Session, words: &[Increment], until: usize) ->
     let (from, dt) = (until * session.steps_per_epoch(), session.step_s());
     let mut corrected = vec![Increment::default(); from];
     let time = |k: usize| (k as f64 + 0.5) * dt;
-    corrected.extend(
-        words[from..]
-            .iter()
-            .enumerate()
-            .map(|(k, w)| filter.corrected_at(w, &words[from + k - 1], dt, time(from + k))),
-    );
+    let mut held = Held::default();
+    corrected.extend(words[from..].iter().enumerate().map(|(k, w)| {
+        let before = &words[from + k - 1];
+        filter.corrected_at(w, before, dt, time(from + k), &mut held)
+    }));
     coast(
         session,
         &corrected,

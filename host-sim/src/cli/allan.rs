@@ -1,6 +1,6 @@
 //! `host-sim allan`.
 
-use crate::allan::output::{Findings, configured};
+use crate::allan::output::{Findings, configured, dither_note};
 use crate::allan::read::{Choice, load};
 use crate::allan::{Series, analyse, at_rest};
 use crate::error::Error;
@@ -62,7 +62,7 @@ const LONGEST_S: u32 = 86_400;
 impl Args {
     /// Reads or simulates, analyses, prints and writes.
     pub(super) fn run(&self) -> Result<(), Error> {
-        let (source, series, configured) = match (&self.file, &self.preset) {
+        let (source, series, spec) = match (&self.file, &self.preset) {
             (Some(file), _) => (file.display().to_string(), self.read(file)?, None),
             (None, preset) => self.simulate(preset.as_deref().unwrap_or_default())?,
         };
@@ -75,9 +75,9 @@ impl Args {
             .map(|(series, _)| format!("{} hardly ever changes and is left out", series.column));
         let mut findings = Findings {
             source,
-            notes: notes.collect(),
+            notes: notes.chain(spec.as_ref().and_then(dither_note)).collect(),
             analyses: analyses.into_iter().flatten().collect(),
-            configured,
+            configured: spec.as_ref().map(configured),
         };
         if findings.analyses.is_empty() {
             return Err(Error::Option {
@@ -126,14 +126,7 @@ impl Args {
         )
     }
 
-    #[expect(
-        clippy::type_complexity,
-        reason = "what `run` needs of a source, used once"
-    )]
-    fn simulate(
-        &self,
-        preset: &str,
-    ) -> Result<(String, Vec<Series>, Option<[[Option<f64>; 5]; 2]>), Error> {
+    fn simulate(&self, preset: &str) -> Result<(String, Vec<Series>, Option<ImuSpec>), Error> {
         let names = PRESETS.map(|(name, _)| name);
         let spec =
             ImuSpec::preset(preset).ok_or_else(|| Error::unknown("preset", preset, &names))?;
@@ -160,6 +153,6 @@ impl Args {
             "preset {preset}, errors {model}, {} s at rest, seed {}",
             self.duration, self.seed
         );
-        Ok((source, series, Some(configured(&spec))))
+        Ok((source, series, Some(spec)))
     }
 }

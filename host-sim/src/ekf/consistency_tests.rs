@@ -1,6 +1,7 @@
 //! Is the filter as good as it says? Normalised squares over Monte-Carlo runs inside their two-sided 99.9 % chi-square bounds
 //! (Bar-Shalom, Li and Kirubarajan 2001, sec. 5.4): of the navigation error (NEES) at three epochs, of the innovations (NIS) over three
-//! stretches. Unit, turn-on, heading, road, fixes and first velocity are drawn from what the filter assumes.
+//! stretches. Unit, turn-on, heading, road, fixes and first velocity are drawn from what the filter assumes: each classical filter has an
+//! IMU that errs as its model says, the oracle the simulator's groups of errors.
 
 use super::*;
 use crate::campaign::oracle;
@@ -63,19 +64,47 @@ fn nees(filter: &Aided, truth: &NavState) -> f64 {
     unit.dot(&correlation.cholesky().unwrap().solve(&unit))
 }
 
-/// One run with all errors of a group, and the filter that knows them; its noise is `factor` times the right one.
-fn run(group: ErrorModelName, factor: f64, number: u64) -> Squares {
-    let mut imu = ImuSpec::preset("medium").unwrap().error_model(group);
-    imu.rate_hz = 100;
-    let session = session(&imu, number);
-    let words = session.increments();
-    let mut assumptions = Assumptions::of(&imu);
-    assumptions.noise.gyro *= factor;
-    assumptions.noise.accel *= factor;
-    let aligned = aligned(&session, &words).unwrap();
-    let mut filter = aligned.filter(oracle(&imu, &session), &assumptions);
-    // the simulated vehicle stands stiller than the filter assumes
+/// An IMU, and the filter that knows how it errs.
+struct Subject {
+    name: &'static str,
+    imu: ImuSpec,
+    model: fn(&ImuSpec, &Session) -> ErrorModel,
+    /// Standard deviation of a ramp of each gyro (rad/s an hour) and accelerometer (m/s2 an hour), which no simulated cause has.
+    ramps: [f64; 2],
+    /// The filter's noise by the right one.
+    noise: f64,
+}
+
+/// Adds a ramp drawn from `sigmas` to every axis.
+fn add_ramps(words: &mut [Increment], dt: f64, sigmas: [f64; 2], rng: &mut ChaCha8Rng) {
+    let mut draw = |sigma: f64| {
+        Vector3::from_fn(|_, _| {
+            let z: f64 = StandardNormal.sample(rng);
+            z * sigma
+        })
+    };
+    let (gyro, accel) = (draw(sigmas[0]), draw(sigmas[1]));
+    for (k, word) in words.iter_mut().enumerate() {
+        let hours = (k as f64 + 0.5) * dt / 3600.0;
+        word.dtheta += gyro * (hours * dt);
+        word.dv += accel * (hours * dt);
+    }
+}
+
+fn run(subject: &Subject, number: u64) -> Squares {
+    let session = Session {
+        gather: 10,
+        ..session(&subject.imu, number)
+    };
     let mut rng = ChaCha8Rng::seed_from_u64(number);
+    let mut words = session.increments();
+    add_ramps(&mut words, session.step_s(), subject.ramps, &mut rng);
+    let mut assumptions = Assumptions::of(&subject.imu);
+    assumptions.noise.gyro *= subject.noise;
+    assumptions.noise.accel *= subject.noise;
+    let aligned = aligned(&session, &words).unwrap();
+    let mut filter = aligned.filter((subject.model)(&subject.imu, &session), &assumptions);
+    // the simulated vehicle stands stiller than the filter assumes
     for i in 3..6 {
         let z: f64 = StandardNormal.sample(&mut rng);
         filter.sins.nav.velocity[i - 3] =
@@ -83,7 +112,7 @@ fn run(group: ErrorModelName, factor: f64, number: u64) -> Squares {
     }
     filter.start = filter.sins.nav;
     let mut out = Squares::default();
-    let n = session.words_per_epoch();
+    let n = session.steps_per_epoch();
     assert_eq!(aligned.first, EPOCHS[0]);
     for k in EPOCHS[0]..=EPOCHS[2] {
         if let Some(i) = EPOCHS.iter().position(|e| *e == k) {
@@ -91,7 +120,7 @@ fn run(group: ErrorModelName, factor: f64, number: u64) -> Squares {
         }
         if k < EPOCHS[2] {
             for word in &words[k * n..(k + 1) * n] {
-                filter.word(word, session.dt);
+                filter.word(word, session.step_s());
             }
             let record = filter.fix(&session.fixes[k + 1], &session.sigmas);
             out.nis[usize::from(k >= EPOCHS[1])] += record.nis;
@@ -101,11 +130,8 @@ fn run(group: ErrorModelName, factor: f64, number: u64) -> Squares {
 }
 
 /// Each sum over the runs, per degree of freedom, and whether it lies within its bounds.
-fn judged(group: ErrorModelName, factor: f64) -> Vec<(&'static str, f64, bool)> {
-    let runs: Vec<Squares> = (0..RUNS)
-        .into_par_iter()
-        .map(|k| run(group, factor, k))
-        .collect();
+fn judged(subject: &Subject) -> Vec<(&'static str, f64, bool)> {
+    let runs: Vec<Squares> = (0..RUNS).into_par_iter().map(|k| run(subject, k)).collect();
     let names = [
         "NEES after alignment",
         "NEES while driving",
@@ -126,7 +152,8 @@ fn judged(group: ErrorModelName, factor: f64) -> Vec<(&'static str, f64, bool)> 
             let (low, high) = (chi.inverse_cdf(0.0005), chi.inverse_cdf(0.9995));
             let within = (low..=high).contains(&sum);
             println!(
-                "{group} noise x {factor}: {} {:.4} ({:.4} .. {:.4})",
+                "{}: {} {:.4} ({:.4} .. {:.4})",
+                subject.name,
                 names[i],
                 sum / freedom,
                 low / freedom,
@@ -137,35 +164,103 @@ fn judged(group: ErrorModelName, factor: f64) -> Vec<(&'static str, f64, bool)> 
         .collect()
 }
 
-fn consistent(group: ErrorModelName) {
-    for (name, value, within) in judged(group, 1.0) {
-        assert!(within, "{group}: {name} is {value} per degree of freedom");
+fn consistent(subject: &Subject) {
+    for (name, value, within) in judged(subject) {
+        assert!(
+            within,
+            "{}: {name} is {value} per degree of freedom",
+            subject.name
+        );
+    }
+}
+
+/// All errors of a group, and the filter that is told of each.
+fn told(group: ErrorModelName) -> Subject {
+    let mut imu = ImuSpec::preset("medium").unwrap().error_model(group);
+    imu.rate_hz = 100;
+    Subject {
+        name: "oracle",
+        imu,
+        model: oracle,
+        ramps: [0.0; 2],
+        noise: 1.0,
+    }
+}
+
+/// White noise, and biases that are drawn and walk as the classical filters assume.
+fn walking(name: &'static str, model: fn(&ImuSpec, &Session) -> ErrorModel) -> Subject {
+    let mut subject = told(ErrorModelName::Noise);
+    let preset = ImuSpec::preset("medium").unwrap();
+    let (gyro, accel) = (preset.gyro.bias_unit_dph, preset.accel.bias_unit_ug);
+    let imu = &mut subject.imu;
+    (imu.gyro.bias_unit_dph, imu.accel.bias_unit_ug) = (gyro, accel);
+    let walk = Prior::of(imu).walk_per_hour;
+    imu.gyro.rate_random_walk_dphpsqrth = walk * gyro;
+    imu.accel.acceleration_random_walk_ugpsqrth = walk * accel;
+    Subject {
+        name,
+        model,
+        ..subject
     }
 }
 
 #[test]
+fn ekf6_is_consistent_on_walking_biases() {
+    consistent(&walking("ekf6", |imu, _| {
+        ErrorModel::biases(&Prior::of(imu))
+    }));
+}
+
+#[test]
+fn ekf12_is_consistent_with_scale_factors_too() {
+    let mut subject = walking("ekf12", |imu, _| ErrorModel::with_scale(&Prior::of(imu)));
+    (subject.imu.gyro.scale_ppm, subject.imu.accel.scale_ppm) = (300.0, 300.0);
+    consistent(&subject);
+}
+
+#[test]
+fn ekf24_is_consistent_with_matrices_too() {
+    let mut subject = walking("ekf24", |imu, _| ErrorModel::with_matrices(&Prior::of(imu)));
+    let (gyro, accel) = (&mut subject.imu.gyro, &mut subject.imu.accel);
+    (gyro.scale_ppm, accel.scale_ppm) = (300.0, 300.0);
+    (gyro.misalignment_arcsec, accel.misalignment_arcsec) = (60.0, 60.0);
+    consistent(&subject);
+}
+
+#[test]
+fn ekf_ramp_is_consistent_with_ramps_too() {
+    let mut subject = walking("ekf-ramp", |imu, _| ErrorModel::with_ramps(&Prior::of(imu)));
+    let prior = Prior::of(&subject.imu);
+    subject.ramps = [prior.gyro_bias, prior.accel_bias];
+    consistent(&subject);
+}
+
+#[test]
 fn consistent_on_noise_without_a_model() {
-    consistent(ErrorModelName::Noise);
+    consistent(&told(ErrorModelName::Noise));
 }
 
 #[test]
 fn consistent_on_linear_errors() {
-    consistent(ErrorModelName::Linear);
+    consistent(&told(ErrorModelName::Linear));
 }
 
 #[test]
 fn consistent_on_thermal_errors() {
-    consistent(ErrorModelName::Thermal);
+    consistent(&told(ErrorModelName::Thermal));
 }
 
 #[test]
 fn consistent_on_all_errors() {
-    consistent(ErrorModelName::All);
+    consistent(&told(ErrorModelName::All));
 }
 
 #[test]
 fn a_filter_that_halves_its_noise_is_found_out() {
-    let squares = judged(ErrorModelName::Noise, 0.5);
+    let squares = judged(&Subject {
+        noise: 0.5,
+        ..told(ErrorModelName::Noise)
+    });
     for (name, value, within) in &squares[..3] {
         assert!(!within && *value > 1.5, "{name} is {value}");
     }

@@ -1,6 +1,6 @@
 //! Linear error dynamics of the strapdown equations in NED (phi-angle form; Titterton & Weston 2004, ch. 12; Groves 2013, ch. 14).
 
-use super::{ErrorModel, Inputs, NAV, Noise, Triad};
+use super::{ErrorModel, Inputs, Known, NAV, Noise, Triad};
 use crate::earth::{Local, OMEGA_IE};
 use crate::rotation::{from_rotvec, skew};
 use crate::sins::{Increment, NavState};
@@ -34,7 +34,9 @@ struct Stretch {
     time: f64,
     /// Specific force in NED: integral, m/s, and integral of the integral, m.
     force: [Vector3<f64>; 2],
-    /// For each parameter, with `c` what it adds to rate or force in NED: integrals of `c` and of `(T - t) c`.
+    /// The same of each body axis in NED, s and s2: times what a slow parameter adds along it, that parameter's effect.
+    axes: [[Vector3<f64>; 2]; 3],
+    /// For each other parameter, with `c` what it adds to rate or force in NED: integrals of `c` and of `(T - t) c`.
     effects: Vec<[Vector3<f64>; 2]>,
 }
 
@@ -43,6 +45,7 @@ impl Stretch {
         Self {
             time: 0.0,
             force: [Vector3::zeros(); 2],
+            axes: [[Vector3::zeros(); 2]; 3],
             effects: vec![[Vector3::zeros(); 2]; n],
         }
     }
@@ -50,6 +53,7 @@ impl Stretch {
     fn reset(&mut self) {
         self.time = 0.0;
         self.force = [Vector3::zeros(); 2];
+        self.axes = [[Vector3::zeros(); 2]; 3];
         self.effects.fill([Vector3::zeros(); 2]);
     }
 }
@@ -127,14 +131,19 @@ impl Interval {
             time: self.clock - 0.5 * tau,
             ..Inputs::default()
         };
-        let known = model.known_at(now.time);
         // the attitude in the middle of the piece
         let q_mid = nav.q_bn * from_rotvec(&(self.piece.dtheta * -0.5));
         let c = q_mid.to_rotation_matrix().into_inner();
         integrate(&mut self.stretch.force, &(c * now.force), tau);
+        for (sums, axis) in self.stretch.axes.iter_mut().zip(c.column_iter()) {
+            integrate(sums, &axis.into_owned(), tau);
+        }
+        let known = Known::default();
         for (sums, p) in self.stretch.effects.iter_mut().zip(&model.parameters) {
-            let effect = c.column(p.axis) * p.value(&now, &known);
-            integrate(sums, &effect, tau);
+            if !p.regressor.is_slow() {
+                let effect = c.column(p.axis) * p.value(&now, &known);
+                integrate(sums, &effect, tau);
+            }
         }
         self.stretch.time += tau;
         self.piece = Increment::default();
@@ -161,17 +170,28 @@ impl Interval {
         if !fresh && !model.is_empty() {
             self.psi = step * &self.psi;
         }
-        for ((mut column, [c1, c2]), p) in self
+        let middle = Inputs {
+            time: self.clock - 0.5 * t,
+            ..Inputs::default()
+        };
+        let known = model.known_at(middle.time);
+        for ((mut column, effect), p) in self
             .psi
             .column_iter_mut()
             .zip(&self.stretch.effects)
             .zip(&model.parameters)
         {
+            let [c1, c2] = if p.regressor.is_slow() {
+                let value = p.value(&middle, &known);
+                self.stretch.axes[p.axis].map(|c| c * value)
+            } else {
+                *effect
+            };
             // the errors left are -J e, so phi' = +C J_g e and dv' = -C J_a e
             let [phi, v, r] = match p.triad {
                 Triad::Gyro => {
-                    let v = f_n.cross(c2);
-                    [*c1, v, v * (t / 3.0)]
+                    let v = f_n.cross(&c2);
+                    [c1, v, v * (t / 3.0)]
                 }
                 Triad::Accel => [Vector3::zeros(), -c1, -c2],
             };

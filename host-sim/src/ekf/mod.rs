@@ -16,7 +16,7 @@ mod smoother;
 
 pub use alignment::attitude_error;
 pub use linearised::{Block, Linearised};
-pub use model::{ErrorModel, Inputs, Known, Parameter, Prior, Regressor, Triad};
+pub use model::{ErrorModel, Held, Inputs, Known, Parameter, Prior, Regressor, Triad};
 pub use smoother::{Record, Smoothed, smooth};
 
 use crate::gnss::Fix;
@@ -65,6 +65,7 @@ pub struct Aided {
     start: NavState,
     noise: Noise,
     before: Option<Increment>,
+    held: Held,
 }
 
 impl Aided {
@@ -94,6 +95,7 @@ impl Aided {
             model,
             noise,
             before: None,
+            held: Held::default(),
         }
     }
 
@@ -114,10 +116,12 @@ impl Aided {
     /// The word as it is after the present estimate of the sensor errors has been taken out, as it is for steady motion.
     #[must_use]
     pub fn corrected(&self, word: &Increment, dt: f64) -> Increment {
-        self.corrected_at(word, word, dt, self.interval.clock + 0.5 * dt)
+        let time = self.interval.clock + 0.5 * dt;
+        self.corrected_at(word, word, dt, time, &mut Held::default())
     }
 
-    /// The same for a moment `time` seconds after power-on, in any motion; `before` is the measured word before it.
+    /// The same for a moment `time` seconds after power-on, in any motion; `before` is the measured word before it, `held` a new one or
+    /// that of the last call, if the filter has not changed since.
     #[must_use]
     pub fn corrected_at(
         &self,
@@ -125,6 +129,7 @@ impl Aided {
         before: &Increment,
         dt: f64,
         time: f64,
+        held: &mut Held,
     ) -> Increment {
         if self.model.is_empty() {
             return *word;
@@ -136,7 +141,7 @@ impl Aided {
             force_change: (word.dv - before.dv) / (dt * dt),
             time,
         };
-        let [e_g, e_a] = self.model.error(&self.theta, &now);
+        let [e_g, e_a] = self.model.error(&self.theta, &now, held);
         Increment {
             dtheta: word.dtheta - e_g * dt,
             dv: word.dv - e_a * dt,
@@ -146,7 +151,10 @@ impl Aided {
     /// Advances by one measured word.
     pub fn word(&mut self, word: &Increment, dt: f64) {
         let before = self.before.replace(*word).unwrap_or(*word);
-        let corrected = self.corrected_at(word, &before, dt, self.interval.clock + 0.5 * dt);
+        let mut held = self.held;
+        let time = self.interval.clock + 0.5 * dt;
+        let corrected = self.corrected_at(word, &before, dt, time, &mut held);
+        self.held = held;
         self.sins.step(&corrected, dt);
         self.interval
             .word(&self.sins.nav, &corrected, dt, &self.model, self.noise);
@@ -207,6 +215,7 @@ impl Aided {
         for (t, q) in self.theta.iter_mut().zip(&self.model.parameters) {
             *t *= q.keeps(self.interval.time);
         }
+        self.held = Held::default();
     }
 
     /// Six scalar updates and feedback: the error that was found, and how likely the fix was.
@@ -226,6 +235,7 @@ impl Aided {
         let nav = &mut self.sins.nav;
         *nav = displaced(nav, e);
         self.theta -= e.rows(NAV, self.theta.len());
+        self.held = Held::default();
     }
 }
 

@@ -66,6 +66,15 @@ pub struct Known {
     pub vibration: Vector3<f64>,
 }
 
+/// The part of the sensor errors that moves by less than matters within a second (and that the simulator holds as long); see
+/// [`Regressor::is_slow`].
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Held {
+    /// Second since power-on that it belongs to.
+    second: Option<usize>,
+    error: [Vector3<f64>; 2],
+}
+
 /// Which triad.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Triad {
@@ -249,22 +258,59 @@ impl ErrorModel {
         self.parameters.is_empty() && self.delay_s == 0.0
     }
 
-    /// Errors of gyros (rad/s) and accelerometers (m/s2) for parameters `theta` and the inputs.
+    /// Errors of gyros (rad/s) and accelerometers (m/s2) for parameters `theta` and the inputs. `held` keeps, over a second of calls with
+    /// the same `theta`, what moves slowly.
     #[must_use]
-    pub fn error(&self, theta: &DVector<f64>, now: &Inputs) -> [Vector3<f64>; 2] {
-        let mut out = [Vector3::zeros(); 2];
-        let known = self.known_at(now.time);
+    pub fn error(&self, theta: &DVector<f64>, now: &Inputs, held: &mut Held) -> [Vector3<f64>; 2] {
+        let second = (now.time / EPOCH_S) as usize;
+        if held.second != Some(second) {
+            *held = self.held(theta, second);
+        }
+        let mut out = held.error;
+        let known = Known::default();
         for (p, t) in self.parameters.iter().zip(theta.iter()) {
-            out[p.triad.index()][p.axis] += t * p.value(now, &known);
+            if !p.regressor.is_slow() {
+                out[p.triad.index()][p.axis] += t * p.value(now, &known);
+            }
         }
         out[1] -= now.force_change * self.delay_s;
         out
+    }
+
+    /// The slow part of the error in the middle of a second.
+    fn held(&self, theta: &DVector<f64>, second: usize) -> Held {
+        let now = Inputs {
+            time: (second as f64 + 0.5) * EPOCH_S,
+            ..Inputs::default()
+        };
+        let known = self.known_at(now.time);
+        let mut error = [Vector3::zeros(); 2];
+        for (p, t) in self.parameters.iter().zip(theta.iter()) {
+            if p.regressor.is_slow() {
+                error[p.triad.index()][p.axis] += t * p.value(&now, &known);
+            }
+        }
+        Held {
+            second: Some(second),
+            error,
+        }
     }
 
     /// What is known of the second that `time` (s since power-on) lies in.
     pub(super) fn known_at(&self, time: f64) -> Known {
         let second = (time / EPOCH_S) as usize;
         self.known.get(second).copied().unwrap_or_default()
+    }
+}
+
+impl Regressor {
+    /// Whether it depends on the time alone, and hardly moves within a second.
+    #[must_use]
+    pub fn is_slow(self) -> bool {
+        !matches!(
+            self,
+            Self::Input(_) | Self::Magnitude(_) | Self::Product(..) | Self::Cube(_) | Self::Arm(_)
+        )
     }
 }
 
