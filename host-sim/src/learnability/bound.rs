@@ -2,7 +2,7 @@
 
 use super::{QUANTITIES, sensor};
 use crate::earth::Local;
-use crate::ekf::{Aided, ErrorModel, InitialSigma, Inputs, NAV, Noise};
+use crate::ekf::{Aided, ErrorModel, Held, InitialSigma, Inputs, NAV, Noise};
 use crate::gnss::Fix;
 use crate::imu::Imu;
 use crate::session::{EPOCH_S, Session, SessionConfig};
@@ -125,7 +125,7 @@ impl Means {
         for (i, p) in model.parameters.iter().enumerate() {
             // linear in the parameters: the errors of one alone are its derivatives
             one[i] = 1.0;
-            let error = model.error(&one, &now)[p.triad.index()][p.axis];
+            let error = model.error(&one, &now, &mut Held::default())[p.triad.index()][p.axis];
             self.sum[(sensor(p.triad, p.axis), i)] += error;
             one[i] = 0.0;
         }
