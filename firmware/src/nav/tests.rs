@@ -342,7 +342,7 @@ fn wrong_configurations_name_the_parameter() {
         );
     }
     let error = Some(ConfigError::State);
-    assert_eq!(of(good, state(1.5708, [0.0; 3])), error);
+    assert_eq!(of(good, state(0.5 * PI, [0.0; 3])), error);
     assert_eq!(of(good, state(f64::NAN, [0.0; 3])), error);
     assert_eq!(of(good, state(0.8, [0.0, 2e4, 0.0])), error);
     assert_eq!(

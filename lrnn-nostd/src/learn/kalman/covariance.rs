@@ -11,6 +11,21 @@ pub struct Covariance<const X: usize, const N: usize, const PACKED: usize, T = f
     tt: [T; PACKED],
 }
 
+/// What [`Covariance::predict`] keeps from one part to the next: P_xt J' as it was, and J P_tt J'.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Passage<const X: usize, const E: usize, T = f32> {
+    c: [[T; E]; X],
+    s: [[T; E]; E],
+}
+
+impl<const X: usize, const E: usize, T: Real> Passage<X, E, T> {
+    /// Nothing yet.
+    pub const BLANK: Self = Self {
+        c: [[T::ZERO; E]; X],
+        s: [[T::ZERO; E]; E],
+    };
+}
+
 /// One scalar observation: what it was expected to be off by, and what it is off by.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Innovation<T = f32> {
@@ -29,21 +44,23 @@ impl<T: Real> Innovation<T> {
 }
 
 impl<const X: usize, const N: usize, const PACKED: usize, T: Real> Covariance<X, N, PACKED, T> {
-    /// Independent errors with these standard deviations.
-    pub fn new(outer: &[T; X], parameters: &[T; N]) -> Self {
-        const { assert!(PACKED == N * (N + 1) / 2) };
-        let mut p = Self {
+    /// To be begun.
+    pub const BLANK: Self = {
+        assert!(PACKED == N * (N + 1) / 2);
+        Self {
             xx: [[T::ZERO; X]; X],
             xt: [[T::ZERO; N]; X],
             tt: [T::ZERO; PACKED],
-        };
-        for i in 0..X {
-            p.xx[i][i] = outer[i] * outer[i];
         }
-        for (diagonal, &sigma) in diagonal(&mut p.tt).zip(parameters) {
+    };
+
+    /// Independent errors with these standard deviations.
+    pub fn begin(&mut self, outer: &[T; X], parameters: &[T; N]) {
+        self.restart_outer(outer);
+        self.tt = [T::ZERO; PACKED];
+        for (diagonal, &sigma) in diagonal(&mut self.tt).zip(parameters) {
             *diagonal = sigma * sigma;
         }
-        p
     }
 
     /// P_xx.
@@ -128,25 +145,60 @@ impl<const X: usize, const N: usize, const PACKED: usize, T: Real> Covariance<X,
         walk: &[T; N],
         jacobian: impl Fn(usize) -> Row<'a, T>,
     ) {
-        // C = P_xt J'
-        let mut c = [[T::ZERO; E]; X];
+        let mut passage = self.leave(phi, &jacobian);
+        for k in 0..E {
+            self.pass(k, gamma, &jacobian, &mut passage);
+        }
+        self.arrive(phi, gamma, q, walk, &passage);
+    }
+
+    /// The first part of [`Self::predict`]: C = P_xt J', P_xt <- Phi P_xt.
+    pub fn leave<'a, const E: usize>(
+        &mut self,
+        phi: &[[T; X]; X],
+        jacobian: impl Fn(usize) -> Row<'a, T>,
+    ) -> Passage<X, E, T> {
+        let mut passage = Passage::BLANK;
         for i in 0..X {
             for k in 0..E {
-                c[i][k] = jacobian(k).dot(&self.xt[i]);
+                passage.c[i][k] = jacobian(k).dot(&self.xt[i]);
             }
         }
         self.carry_outer(phi);
-        let mut s = [[T::ZERO; E]; E];
-        for k in 0..E {
-            let b: [T; N] = times(&self.tt, jacobian(k));
-            for l in 0..E {
-                s[k][l] = jacobian(l).dot(&b);
-            }
-            for i in 0..X {
-                axpy(&mut self.xt[i], gamma[i][k], &b);
+        passage
+    }
+
+    /// One of the E parts in between: what output `k` does.
+    pub fn pass<'a, const E: usize>(
+        &mut self,
+        k: usize,
+        gamma: &[[T; E]; X],
+        jacobian: impl Fn(usize) -> Row<'a, T>,
+        passage: &mut Passage<X, E, T>,
+    ) {
+        let b: [T; N] = times(&self.tt, jacobian(k));
+        if let Some(row) = passage.s.get_mut(k) {
+            for (l, entry) in row.iter_mut().enumerate() {
+                *entry = jacobian(l).dot(&b);
             }
         }
-        self.spread(phi, gamma, &c, &s, q);
+        for i in 0..X {
+            if let Some(&factor) = gamma[i].get(k) {
+                axpy(&mut self.xt[i], factor, &b);
+            }
+        }
+    }
+
+    /// The last part: P_xx and P_tt.
+    pub fn arrive<const E: usize>(
+        &mut self,
+        phi: &[[T; X]; X],
+        gamma: &[[T; E]; X],
+        q: &[[T; X]; X],
+        walk: &[T; N],
+        passage: &Passage<X, E, T>,
+    ) {
+        self.spread(phi, gamma, &passage.c, &passage.s, q);
         for (diagonal, &walk) in diagonal(&mut self.tt).zip(walk) {
             *diagonal += walk;
         }

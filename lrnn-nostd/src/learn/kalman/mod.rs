@@ -21,17 +21,22 @@
 mod covariance;
 mod model;
 
-pub use covariance::{Covariance, Innovation, Row};
-pub use model::{AllWeights, Biases, DiagonalWeights, ErrorModel, Learns, Nothing, OutputWeights};
+pub use covariance::{Covariance, Innovation, Passage, Row};
+pub use model::{
+    AllWeights, Biases, Blank, DiagonalWeights, ErrorModel, Learns, Nothing, OutputWeights,
+};
 
-use crate::activation::{Activation, Rational};
+use crate::activation::{Activation, Identity, Rational};
+use crate::infer::Net;
 use crate::real::Real;
-use crate::shape::NEURONS;
+use crate::shape::{Full, NEURONS};
 
 /// Gyros and accelerometers.
 pub const TRIADS: usize = 2;
 /// Outputs of the two networks together.
 pub const OUTPUTS: usize = TRIADS * NEURONS;
+/// Parts of a [`Kalman::spread`].
+pub const PARTS: usize = OUTPUTS + 2;
 
 /// Navigation over one block of time, linearised.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -87,16 +92,41 @@ pub struct Kalman<
 impl<L: Learns, const X: usize, const N: usize, const PACKED: usize, H: Activation, T: Real>
     Kalman<L, X, N, PACKED, H, T>
 {
+    /// To be begun: all zeros, so that a static one takes no room in flash.
+    pub const BLANK: Self = Self {
+        model: ErrorModel::BLANK,
+        covariance: Covariance::BLANK,
+        x: [T::ZERO; X],
+        prior: Prior {
+            outer: [T::ZERO; X],
+            parameters: [T::ZERO; N],
+            walk: [T::ZERO; N],
+            outer_floor: [T::ZERO; X],
+            floor: T::ZERO,
+        },
+        log_likelihood: 0.0,
+        healthy: false,
+    };
+
     /// Starts with the navigator believed right.
     pub fn new(model: ErrorModel<L, N, H, T>, prior: Prior<X, N, T>) -> Self {
-        Self {
-            covariance: Covariance::new(&prior.outer, &prior.parameters),
-            model,
-            x: [T::ZERO; X],
-            prior,
-            log_likelihood: 0.0,
-            healthy: true,
-        }
+        let mut new = Self::BLANK;
+        new.believe(prior);
+        Self { model, ..new }
+    }
+
+    /// [`Kalman::new`] where it stands: a large one should not be moved over the stack.
+    pub fn begin(&mut self, nets: [Net<H, Identity, Full, T>; TRIADS], prior: Prior<X, N, T>) {
+        self.model.begin(nets);
+        self.believe(prior);
+    }
+
+    fn believe(&mut self, prior: Prior<X, N, T>) {
+        self.covariance.begin(&prior.outer, &prior.parameters);
+        self.x = [T::ZERO; X];
+        self.prior = prior;
+        self.log_likelihood = 0.0;
+        self.healthy = true;
     }
 
     /// The networks take one block of inputs; their estimate holds for the next one.
@@ -106,6 +136,15 @@ impl<L: Learns, const X: usize, const N: usize, const PACKED: usize, H: Activati
 
     /// Takes the errors over a block through which the navigator took out `applied` (rad/s, m/s^2).
     pub fn predict(&mut self, block: &Transition<X, T>, applied: &[T; OUTPUTS]) {
+        self.carry(block, applied);
+        let mut passage = Passage::BLANK;
+        for part in 0..PARTS {
+            self.spread(part, block, &mut passage);
+        }
+    }
+
+    /// [`Self::predict`] of the means alone; the covariance has to follow.
+    pub fn carry(&mut self, block: &Transition<X, T>, applied: &[T; OUTPUTS]) {
         let mut excess = *applied;
         for (excess, &own) in excess.iter_mut().zip(self.model.estimate()) {
             *excess -= own;
@@ -115,15 +154,28 @@ impl<L: Learns, const X: usize, const N: usize, const PACKED: usize, H: Activati
             self.x[i] =
                 covariance::dot(&block.phi[i], &last) + covariance::dot(&block.gamma[i], &excess);
         }
-        let mut walk = self.prior.walk;
-        for walk in &mut walk {
-            *walk = square(*walk) * block.time;
-        }
+    }
+
+    /// Part 0 .. [`PARTS`] of [`Self::predict`] of the covariance, in order, each a fraction of the work.
+    pub fn spread(
+        &mut self,
+        part: usize,
+        block: &Transition<X, T>,
+        passage: &mut Passage<X, OUTPUTS, T>,
+    ) {
         let model = &self.model;
-        self.covariance
-            .predict(&block.phi, &block.gamma, &block.q, &walk, |output| {
-                model.jacobian(output)
-            });
+        let jacobian = |output| model.jacobian(output);
+        match part {
+            0 => *passage = self.covariance.leave(&block.phi, jacobian),
+            1..=OUTPUTS => self
+                .covariance
+                .pass(part - 1, &block.gamma, jacobian, passage),
+            _ => {
+                let walk = self.prior.walk.map(|walk| square(walk) * block.time);
+                self.covariance
+                    .arrive(&block.phi, &block.gamma, &block.q, &walk, passage);
+            }
+        }
     }
 
     /// What an observation of the navigator's error `i` would be off by.
@@ -170,6 +222,11 @@ impl<L: Learns, const X: usize, const N: usize, const PACKED: usize, H: Activati
         for (x, &e) in self.x.iter_mut().zip(e) {
             *x -= e;
         }
+    }
+
+    /// The stream begins anew: the networks' states as at power-on; what has been learnt stays.
+    pub fn restart_nets(&mut self) {
+        self.model.restart();
     }
 
     /// A new navigator with these standard deviations, believed right; what has been learnt stays. After a new alignment, and at the

@@ -4,11 +4,30 @@ use crate::activation::{Activation, Identity, Rational};
 use crate::gradient::Sensitivities;
 use crate::infer::{Fault, Net, Step};
 use crate::learn::kalman::{OUTPUTS, Row, TRIADS};
+use crate::normalisation::Normalisation;
 use crate::real::Real;
-use crate::shape::{Diagonal, Feedback, Full, NEURONS, PARAMS, PARAMS_PER_LAYER};
+use crate::shape::{Diagonal, Feedback, Full, NEURONS, PARAMS_PER_LAYER};
 use crate::state::State;
 use crate::weights::Weights;
 use core::fmt::Debug;
+
+/// Memory before anything is in it: all zeros, so that a static one takes no room in flash.
+pub trait Blank: Clone + Debug + PartialEq {
+    /// That memory.
+    const BLANK: Self;
+}
+
+impl Blank for () {
+    const BLANK: Self = ();
+}
+
+impl<T: Real> Blank for Sensitivities<T> {
+    const BLANK: Self = Sensitivities::new();
+}
+
+impl<T: Real, const M: usize> Blank for [T; M] {
+    const BLANK: Self = [T::ZERO; M];
+}
 
 /// Which parameters are learnt: a type, so that memory is what they need.
 pub trait Learns: Copy + Debug + Default + PartialEq + 'static {
@@ -17,7 +36,9 @@ pub trait Learns: Copy + Debug + Default + PartialEq + 'static {
     /// Learnt weights of each network.
     const WEIGHTS: usize;
     /// What the derivatives need to remember.
-    type Memory<T: Real>: Clone + Debug + Default + PartialEq;
+    type Memory<T: Real>: Blank;
+    /// One value for each parameter of a triad.
+    type Own<T: Real>: Blank + AsRef<[T]> + AsMut<[T]>;
 
     /// Whether the weight with this index is learnt.
     fn is_learnt(index: usize) -> bool;
@@ -66,11 +87,12 @@ const TOP: usize = 2 * PARAMS_PER_LAYER;
 
 /// Networks that do not run: their output is 0.
 macro_rules! without_network {
-    ($name:ty, $biases:expr) => {
+    ($name:ty, $biases:expr, $own:expr) => {
         impl Learns for $name {
             const BIASES: bool = $biases;
             const WEIGHTS: usize = 0;
             type Memory<T: Real> = ();
+            type Own<T: Real> = [T; $own];
 
             fn is_learnt(_: usize) -> bool {
                 false
@@ -93,13 +115,14 @@ macro_rules! without_network {
         }
     };
 }
-without_network!(Nothing, false);
-without_network!(Biases, true);
+without_network!(Nothing, false, 0);
+without_network!(Biases, true, NEURONS);
 
 impl Learns for OutputWeights {
     const BIASES: bool = true;
     const WEIGHTS: usize = NEURONS * NEURONS;
     type Memory<T: Real> = ();
+    type Own<T: Real> = [T; NEURONS + NEURONS * NEURONS];
 
     fn is_learnt(index: usize) -> bool {
         (TOP..TOP + NEURONS * NEURONS).contains(&index)
@@ -132,6 +155,7 @@ macro_rules! with_sensitivities {
             const BIASES: bool = true;
             const WEIGHTS: usize = <$feedback>::ACTIVE;
             type Memory<T: Real> = Sensitivities<T>;
+            type Own<T: Real> = [T; NEURONS + <$feedback>::ACTIVE];
 
             fn is_learnt(index: usize) -> bool {
                 <$feedback>::is_active(index)
@@ -180,21 +204,45 @@ pub struct ErrorModel<L: Learns, const N: usize, H = Rational, T: Real = f32> {
     bias: [[T; NEURONS]; TRIADS],
     estimate: [T; OUTPUTS],
     /// Rows of J, without the zeros: of the triad's own parameters.
-    jacobian: [[T; OWN]; OUTPUTS],
+    jacobian: [L::Own<T>; OUTPUTS],
     healthy: bool,
 }
-
-/// Most parameters of a triad.
-const OWN: usize = NEURONS + PARAMS;
 
 impl<L: Learns, const N: usize, H: Activation, T: Real> ErrorModel<L, N, H, T> {
     /// Parameters of one triad.
     const PER_TRIAD: usize = if L::BIASES { NEURONS + L::WEIGHTS } else { 0 };
 
+    /// To be begun.
+    pub const BLANK: Self = {
+        assert!(N == TRIADS * Self::PER_TRIAD);
+        Self {
+            nets: [Net::new(
+                Weights::zero(),
+                Normalisation {
+                    input_offset: [T::ZERO; NEURONS],
+                    input_scale: [T::ZERO; NEURONS],
+                    output_scale: [T::ZERO; NEURONS],
+                },
+            ); TRIADS],
+            states: [State::new(); TRIADS],
+            memories: [const { L::Memory::<T>::BLANK }; TRIADS],
+            bias: [[T::ZERO; NEURONS]; TRIADS],
+            estimate: [T::ZERO; OUTPUTS],
+            jacobian: [const { L::Own::<T>::BLANK }; OUTPUTS],
+            healthy: false,
+        }
+    };
+
     /// Starts from two networks (units of the first are rad/s, of the second m/s^2) and biases of 0. An output layer's feedback is
     /// taken out unless it is learnt.
     pub fn new(nets: [Net<H, Identity, Full, T>; TRIADS]) -> Self {
-        const { assert!(N == TRIADS * Self::PER_TRIAD) };
+        let mut model = Self::BLANK;
+        model.begin(nets);
+        model
+    }
+
+    /// [`ErrorModel::new`] where it stands.
+    pub fn begin(&mut self, nets: [Net<H, Identity, Full, T>; TRIADS]) {
         let plain = |mut net: Net<H, Identity, Full, T>| {
             if L::WEIGHTS == NEURONS * NEURONS {
                 let [_, _, top] = &mut net.weights.layers;
@@ -202,22 +250,25 @@ impl<L: Learns, const N: usize, H: Activation, T: Real> ErrorModel<L, N, H, T> {
             }
             net
         };
-        let mut jacobian = [[T::ZERO; OWN]; OUTPUTS];
-        if L::BIASES {
-            for (j, row) in jacobian.iter_mut().enumerate() {
-                if let Some(own) = row.get_mut(j % NEURONS) {
-                    *own = T::ONE;
-                }
+        self.nets = nets.map(plain);
+        self.bias = [[T::ZERO; NEURONS]; TRIADS];
+        self.healthy = true;
+        self.restart();
+    }
+
+    /// The networks as at power-on; what was learnt stays.
+    pub fn restart(&mut self) {
+        self.states = [State::new(); TRIADS];
+        self.memories = [const { L::Memory::<T>::BLANK }; TRIADS];
+        self.jacobian = [const { L::Own::<T>::BLANK }; OUTPUTS];
+        for (j, row) in self.jacobian.iter_mut().enumerate() {
+            let [k, j] = [j / NEURONS, j % NEURONS];
+            if L::BIASES
+                && let Some(own) = row.as_mut().get_mut(j)
+            {
+                *own = T::ONE;
             }
-        }
-        Self {
-            nets: nets.map(plain),
-            states: [State::new(); TRIADS],
-            memories: Default::default(),
-            bias: [[T::ZERO; NEURONS]; TRIADS],
-            estimate: [T::ZERO; OUTPUTS],
-            jacobian,
-            healthy: true,
+            self.estimate[NEURONS * k + j] = self.bias[k][j];
         }
     }
 
@@ -246,7 +297,7 @@ impl<L: Learns, const N: usize, H: Activation, T: Real> ErrorModel<L, N, H, T> {
             self.healthy &= matches!(step.fault, None | Some(Fault::NonFiniteInput));
             for j in 0..NEURONS {
                 let row = &mut self.jacobian[NEURONS * k + j];
-                if let Some(own) = row.get_mut(NEURONS..) {
+                if let Some(own) = row.as_mut().get_mut(NEURONS..) {
                     let scale = net.normalisation.output_scale[j];
                     L::derivatives(state, memory, j, scale, own);
                 }
@@ -268,9 +319,7 @@ impl<L: Learns, const N: usize, H: Activation, T: Real> ErrorModel<L, N, H, T> {
         let own = self.jacobian.get(output);
         Row {
             start: if output < NEURONS { 0 } else { Self::PER_TRIAD },
-            values: own
-                .and_then(|row| row.get(..Self::PER_TRIAD))
-                .unwrap_or(&[]),
+            values: own.map_or(&[], AsRef::as_ref),
         }
     }
 
