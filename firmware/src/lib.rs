@@ -7,6 +7,7 @@
 //! ```
 #![cfg_attr(not(test), no_std)]
 
+pub mod align;
 pub mod app;
 pub mod compensator;
 pub mod harm;

@@ -21,10 +21,10 @@
 #![forbid(unsafe_code)]
 
 mod config;
-mod earth;
-mod gather;
+pub(crate) mod earth;
+pub(crate) mod gather;
 mod transition;
-mod vector;
+pub(crate) mod vector;
 
 pub use config::{Config, ConfigError};
 pub use earth::Position;

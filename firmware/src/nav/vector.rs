@@ -35,6 +35,10 @@ pub fn dot32([a, b, c]: V32, [x, y, z]: V32) -> f32 {
     a * x + b * y + c * z
 }
 
+pub fn dot([a, b, c]: V, [x, y, z]: V) -> f64 {
+    a * x + b * y + c * z
+}
+
 pub fn narrow([a, b, c]: V) -> V32 {
     [a as f32, b as f32, c as f32]
 }

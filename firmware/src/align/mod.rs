@@ -1,0 +1,259 @@
+//! Self-alignment at standstill in the inertial frame, word by word in constant memory: levelling and gyrocompassing in one.
+//!
+//! Body axes are carried into the inertial frame `b0` of the start by the gyros, and there each second's velocity increment is minus
+//! gravity's. As the Earth turns it traces a cone, which is known in `n0`, the navigation frame frozen at the start, up to latitude and
+//! gravity:
+//!
+//! ```text
+//! u(t1) - u(t0) = along (t1 - t0) + across (sin W t1 - sin W t0) / W + side (cos W t0 - cos W t1) / W
+//! ```
+//! So three sums of vectors are kept, one for each function of time, and only the end needs a position: `B = sum u v'`, and the
+//! rotation between both sets by [`wahba`]. What `host_sim::align` does over stored words.
+
+mod standstill;
+mod wahba;
+
+pub use standstill::{Sensors, Standstill};
+
+use crate::nav::earth::{Local, OMEGA_IE};
+use crate::nav::gather::Gather;
+use crate::nav::vector::{
+    Q, V, V32, add, cross, dot, from_rotvec, narrow, product, renormalised, rotated, scale,
+};
+use crate::sample::{Counts, Lsb};
+use wahba::wahba;
+
+/// Time over which gravity's direction is one vector, s: long against sway, short against the Earth's turn.
+const SECOND: f64 = 1.0;
+/// Shortest standstill that gives a heading at all, s.
+pub const LEAST_S: f64 = 30.0;
+/// Words in a piece of the gyros' integration are as many as make about this, s.
+const PIECE_S: f64 = 0.05;
+
+/// An attitude, and how sure it is.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Aligned {
+    /// Body axes to north-east-down, unit quaternion, scalar first.
+    pub q_bn: Q,
+    /// Covariance of the attitude error about north, east, down (`C_est = (I - phi x) C_true`), rad^2.
+    pub covariance: [[f32; 3]; 3],
+    /// Time that it was gathered over, s.
+    pub time_s: f64,
+}
+
+/// Gathers.
+#[derive(Debug, Clone)]
+pub struct Align {
+    sensors: Sensors,
+    gather: Gather,
+    standstill: Standstill,
+    /// Seconds count although the detector does not say so: by command.
+    commanded: bool,
+    /// No more seconds are added: the vehicle has moved since.
+    closed: bool,
+    q_b0b: Q,
+    /// Since the start, s.
+    time: f64,
+    /// The second in progress: its beginning, its velocity in `b0`, sums of its pieces in body axes.
+    began: f64,
+    velocity: V,
+    angle: V,
+    force: V,
+    /// Sums of velocities times what each function of time did.
+    sums: [V; 3],
+    gathered: f64,
+}
+
+impl Align {
+    /// Words of `lsb`, every `word_s` seconds (> 0).
+    #[must_use]
+    pub fn new(sensors: Sensors, lsb: Lsb, word_s: f64) -> Self {
+        let piece_words = (libm::round(PIECE_S / word_s) as u16).max(1);
+        Self {
+            standstill: Standstill::new(&sensors),
+            sensors,
+            gather: Gather::new(lsb, word_s, piece_words),
+            commanded: false,
+            closed: false,
+            q_b0b: [1.0, 0.0, 0.0, 0.0],
+            time: 0.0,
+            began: 0.0,
+            velocity: [0.0; 3],
+            angle: [0.0; 3],
+            force: [0.0; 3],
+            sums: [[0.0; 3]; 3],
+            gathered: 0.0,
+        }
+    }
+
+    /// Begins anew. `commanded`: the vehicle stands whatever the detector says.
+    pub fn restart(&mut self, commanded: bool) {
+        if !self.gather.is_empty() {
+            self.gather.end();
+        }
+        self.commanded = commanded;
+        self.closed = false;
+        self.q_b0b = [1.0, 0.0, 0.0, 0.0];
+        self.time = 0.0;
+        self.sums = [[0.0; 3]; 3];
+        self.gathered = 0.0;
+        self.begin_second();
+    }
+
+    /// There is a hole in the words.
+    pub fn hole(&mut self) {
+        self.standstill.moves();
+        self.restart(self.commanded);
+    }
+
+    /// The commanded standstill is over: no more is gathered.
+    pub fn finish_command(&mut self) {
+        self.closed = self.commanded;
+        self.commanded = false;
+    }
+
+    /// Errors of gyros (rad/s) and accelerometers (m/s2) to be taken out of the words from now on.
+    pub fn set_estimate(&mut self, estimate: [V32; 2]) {
+        self.end_piece();
+        self.gather.set_estimate(estimate);
+    }
+
+    /// Takes a word.
+    pub fn word(&mut self, counts: &Counts) {
+        self.gather.word(counts);
+        if self.gather.is_full() {
+            self.end_piece();
+        }
+    }
+
+    /// Something else shows that the vehicle moves; without effect on a commanded alignment.
+    pub fn moves(&mut self) {
+        self.standstill.moves();
+        if !self.commanded {
+            self.moved();
+        }
+    }
+
+    /// Seconds in a row that the vehicle has stood.
+    #[must_use]
+    pub fn still(&self) -> u32 {
+        self.standstill.seconds()
+    }
+
+    /// Time gathered so far, s.
+    #[must_use]
+    pub fn gathered(&self) -> f64 {
+        self.gathered
+    }
+
+    /// The attitude now, at a place of this latitude (rad) and height (m). `None` before [`LEAST_S`] seconds of standstill, or
+    /// when the words determine no rotation (all zero, for example).
+    pub fn finish(&mut self, latitude: f64, height: f64) -> Option<Aligned> {
+        self.end_piece();
+        if self.gathered < LEAST_S - 0.5 * SECOND {
+            return None;
+        }
+        let here = Local::at(latitude, height);
+        let b = expected(&here, &self.sums);
+        let q_n0b0 = wahba(&b)?;
+        let q_nn0 = from_rotvec(scale(here.omega_ie(), -self.time));
+        Some(Aligned {
+            q_bn: renormalised(product(product(q_nn0, q_n0b0), self.q_b0b)),
+            covariance: self.covariance(&here),
+            time_s: self.gathered,
+        })
+    }
+
+    fn end_piece(&mut self) {
+        if self.gather.is_empty() {
+            return;
+        }
+        let piece = self.gather.end();
+        self.velocity = add(self.velocity, rotated(self.q_b0b, piece.velocity));
+        self.angle = add(self.angle, piece.phi);
+        self.force = add(self.force, piece.velocity);
+        self.q_b0b = renormalised(product(self.q_b0b, from_rotvec(piece.phi)));
+        self.time += piece.time;
+        if self.time - self.began >= SECOND - 0.5 * PIECE_S {
+            self.end_second();
+        }
+    }
+
+    fn end_second(&mut self) {
+        let (from, to) = (self.began, self.time);
+        let per = 1.0 / (to - from);
+        let (rate, force) = (scale(self.angle, per), scale(self.force, per));
+        let still = self.standstill.second(narrow(rate), narrow(force));
+        if !(still || self.commanded) {
+            self.moved();
+        } else if !self.closed {
+            let [before, after] = [from, to].map(functions);
+            for (sum, (a, b)) in self.sums.iter_mut().zip(after.iter().zip(before)) {
+                *sum = add(*sum, scale(self.velocity, a - b));
+            }
+            self.gathered += to - from;
+        }
+        self.begin_second();
+    }
+
+    /// What has been gathered stays when it is enough: the gyros carry it on.
+    fn moved(&mut self) {
+        if self.gathered < LEAST_S {
+            self.restart(false);
+        } else {
+            self.closed = true;
+        }
+    }
+
+    fn begin_second(&mut self) {
+        self.began = self.time;
+        self.velocity = [0.0; 3];
+        self.angle = [0.0; 3];
+        self.force = [0.0; 3];
+    }
+
+    /// Tilt as large as the accelerometers' bias over gravity; heading by the east gyro's bias and by the tilt about north, which
+    /// leans the Earth's axis over: `phi_D = e_E / (W cos latitude) - phi_N tan latitude`. White noise adds to both as it does to the
+    /// slope of a line through the seconds.
+    fn covariance(&self, here: &Local) -> [[f32; 3]; 3] {
+        let Sensors { noise, bias } = self.sensors;
+        let (t, g) = (self.gathered as f32, here.g as f32);
+        let square = |x: f32| x * x;
+        let tilt = square(bias[1] / g) + square(noise[1] / g) / t + square(noise[0]) * t;
+        let slope = square(bias[0])
+            + 1.2 * square(noise[0]) / t
+            + 12.0 * square(noise[1] / g) / (t * t * t);
+        let (sin, cos) = (here.sin as f32, here.cos as f32);
+        let lean = sin / cos;
+        let across = -tilt * lean;
+        let heading = slope / square(OMEGA_IE as f32 * cos) + square(lean) * tilt;
+        [
+            [tilt, 0.0, across],
+            [0.0, tilt, 0.0],
+            [across, 0.0, heading],
+        ]
+    }
+}
+
+/// The three functions of time: t, sin W t / W, (1 - cos W t) / W.
+fn functions(t: f64) -> V {
+    let (half_sin, half_cos) = libm::sincos(0.5 * OMEGA_IE * t);
+    let k = 2.0 * half_sin / OMEGA_IE;
+    [t, k * half_cos, k * half_sin]
+}
+
+/// `B = sum u v'` from the sums of `v`: `u` has the vectors along the Earth's axis, across it, and to the side.
+fn expected(here: &Local, sums: &[V; 3]) -> [V; 3] {
+    let axis = scale(here.omega_ie(), 1.0 / OMEGA_IE);
+    let up = [0.0, 0.0, -here.g];
+    let along = scale(axis, dot(axis, up));
+    let across = add(up, scale(along, -1.0));
+    let side = cross(axis, up);
+    core::array::from_fn(|i| {
+        let part = |k: usize, by: V| scale(sums[k], by[i]);
+        add(add(part(0, along), part(1, across)), part(2, side))
+    })
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,99 @@
+//! Does the vehicle stand? Second by second, from the means of the words.
+//!
+//! A second passes when its mean rate and specific force differ from those of the standstill so far by no more than noise and sway
+//! do (5 sigma an axis), and when the rate is no more than the Earth's and the force no other than gravity's, biases allowed for.
+//! A vehicle that moves straight and evenly can pass: whoever has a velocity says so by [`Standstill::moves`].
+
+use crate::nav::vector::{V32, dot32};
+
+/// What the detector is told: the sensors' datasheet.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Sensors {
+    /// White noise of the gyros, rad/sqrt(s), and of the accelerometers, m/s/sqrt(s).
+    pub noise: [f32; 2],
+    /// Standard deviation of the biases, rad/s and m/s2.
+    pub bias: [f32; 2],
+}
+
+/// Sway of a standing vehicle by people and wind, standard deviation of angle (rad) and velocity (m/s); assumed, the velocity as in
+/// `host_sim::teacher`.
+const SWAY: [f32; 2] = [1e-4, 0.01];
+/// Standard deviations.
+const GATE: f32 = 5.0;
+/// Earth rate, rad/s.
+const EARTH: f32 = 7.292e-5;
+/// Gravity on Earth from 9 km high at the equator to the pole, m/s2.
+const GRAVITY: [f32; 2] = [9.752, 9.833];
+
+/// The detector.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Standstill {
+    /// Largest difference of a component from the mean so far, rad/s and m/s2.
+    step: [f32; 2],
+    /// Largest rate, and how far the force may be from gravity's range.
+    rate: f32,
+    force: f32,
+    mean: [V32; 2],
+    seconds: u32,
+}
+
+impl Standstill {
+    /// With thresholds from the sensors' noise and biases.
+    #[must_use]
+    pub fn new(sensors: &Sensors) -> Self {
+        let [gyro, accel] = [0, 1].map(|i| {
+            let (noise, sway) = (sensors.noise[i], SWAY[i]);
+            // a second's mean has the noise once; sway is the difference of two ends
+            libm::sqrtf(noise * noise + 2.0 * sway * sway)
+        });
+        let root2 = core::f32::consts::SQRT_2;
+        Self {
+            step: [GATE * root2 * gyro, GATE * root2 * accel],
+            rate: EARTH + GATE * (gyro + sensors.bias[0]),
+            force: GATE * (accel + sensors.bias[1]),
+            mean: [[0.0; 3]; 2],
+            seconds: 0,
+        }
+    }
+
+    /// A second's mean rate (rad/s) and specific force (m/s2). Gives whether it passed.
+    pub fn second(&mut self, rate: V32, force: V32) -> bool {
+        let now = [rate, force];
+        let within = |i: usize| {
+            let pairs = now[i].iter().zip(&self.mean[i]);
+            pairs.fold(true, |all, (a, b)| all & ((a - b).abs() <= self.step[i]))
+        };
+        let steady = self.seconds == 0 || (within(0) & within(1));
+        let size = libm::sqrtf(dot32(force, force));
+        let slow = dot32(rate, rate) <= self.rate * self.rate;
+        let level = size >= GRAVITY[0] - self.force && size <= GRAVITY[1] + self.force;
+        if slow && level {
+            // a second that breaks off a standstill may begin another one
+            self.seconds = if steady {
+                self.seconds.saturating_add(1)
+            } else {
+                1
+            };
+            let share = 1.0 / self.seconds as f32;
+            for (mean, now) in self.mean.iter_mut().zip(&now) {
+                for (mean, now) in mean.iter_mut().zip(now) {
+                    *mean += (now - *mean) * share;
+                }
+            }
+        } else {
+            self.seconds = 0;
+        }
+        steady && self.seconds > 0
+    }
+
+    /// Something else shows that the vehicle moves.
+    pub fn moves(&mut self) {
+        self.seconds = 0;
+    }
+
+    /// Seconds in a row that it has stood.
+    #[must_use]
+    pub fn seconds(&self) -> u32 {
+        self.seconds
+    }
+}

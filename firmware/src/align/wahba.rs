@@ -1,0 +1,92 @@
+//! Wahba's problem: the rotation between two sets of vectors, by the singular value decomposition of a 3 x 3 matrix.
+
+use crate::nav::vector::{Q, V, cross, dot, scale};
+
+/// Sweeps after which the columns are orthogonal to the last bit; 5 to 7 are usual.
+const SWEEPS: usize = 30;
+/// A second singular value below this share of the first one determines nothing.
+const LEAST: f64 = 1e-12;
+
+/// The rotation that best turns the right vectors of `b = sum left right'` (rows first) into the left ones; `None` when they do not
+/// determine one.
+///
+/// One-sided Jacobi rotations, which are exact to the last digits even of the small singular values: the heading lives there.
+pub fn wahba(b: &[V; 3]) -> Option<Q> {
+    let mut a = transposed(b); // columns of b, which become those of U S
+    let mut v: [V; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+    for _ in 0..SWEEPS {
+        let mut turned = false;
+        for (p, q) in [(0, 1), (0, 2), (1, 2)] {
+            let (alpha, beta, gamma) = (dot(a[p], a[p]), dot(a[q], a[q]), dot(a[p], a[q]));
+            if gamma.abs() <= f64::EPSILON * libm::sqrt(alpha * beta) {
+                continue;
+            }
+            turned = true;
+            let zeta = (beta - alpha) / (2.0 * gamma);
+            let t = libm::copysign(1.0, zeta) / (zeta.abs() + libm::sqrt(1.0 + zeta * zeta));
+            let c = 1.0 / libm::sqrt(1.0 + t * t);
+            rotate(&mut a, p, q, c, c * t);
+            rotate(&mut v, p, q, c, c * t);
+        }
+        if !turned {
+            break;
+        }
+    }
+    let size = a.map(|column| libm::sqrt(dot(column, column)));
+    if !size.iter().all(|s| s.is_finite()) {
+        return None;
+    }
+    let (first, second) = largest(&size);
+    if size[second] <= LEAST * size[first] {
+        return None;
+    }
+    let u = [first, second].map(|i| scale(a[i], 1.0 / size[i]));
+    let (u3, v3) = (cross(u[0], u[1]), cross(v[first], v[second]));
+    let pairs = [(u[0], v[first]), (u[1], v[second]), (u3, v3)];
+    let matrix = core::array::from_fn(|i| {
+        core::array::from_fn(|j| pairs.iter().fold(0.0, |sum, (u, v)| sum + u[i] * v[j]))
+    });
+    Some(quaternion(&matrix))
+}
+
+fn rotate(columns: &mut [V; 3], p: usize, q: usize, c: f64, s: f64) {
+    let (x, y) = (columns[p], columns[q]);
+    columns[p] = core::array::from_fn(|i| c * x[i] - s * y[i]);
+    columns[q] = core::array::from_fn(|i| s * x[i] + c * y[i]);
+}
+
+/// Places of the two largest.
+fn largest(size: &V) -> (usize, usize) {
+    let [x, y, z] = *size;
+    if x >= y && x >= z {
+        (0, if y >= z { 1 } else { 2 })
+    } else if y >= z {
+        (1, if x >= z { 0 } else { 2 })
+    } else {
+        (2, if x >= y { 0 } else { 1 })
+    }
+}
+
+fn transposed([a, b, c]: &[V; 3]) -> [V; 3] {
+    [[a[0], b[0], c[0]], [a[1], b[1], c[1]], [a[2], b[2], c[2]]]
+}
+
+/// Unit quaternion of a rotation matrix, rows first, by its largest component (Shepperd 1978).
+fn quaternion(m: &[V; 3]) -> Q {
+    let [[a, b, c], [d, e, f], [g, h, i]] = *m;
+    let parts = [
+        (a + e + i, [1.0 + a + e + i, h - f, c - g, d - b]),
+        (a, [h - f, 1.0 + a - e - i, b + d, c + g]),
+        (e, [c - g, b + d, 1.0 - a + e - i, f + h]),
+        (i, [d - b, c + g, f + h, 1.0 - a - e + i]),
+    ];
+    let mut best = parts[0];
+    for part in parts {
+        if part.0 > best.0 {
+            best = part;
+        }
+    }
+    let [w, x, y, z] = best.1;
+    let k = 1.0 / libm::sqrt(w * w + x * x + y * y + z * z);
+    best.1.map(|value| value * k)
+}
