@@ -35,10 +35,31 @@ const PIECE_S: f64 = 0.05;
 pub struct Aligned {
     /// Body axes to north-east-down, unit quaternion, scalar first.
     pub q_bn: Q,
-    /// Covariance of the attitude error about north, east, down (`C_est = (I - phi x) C_true`), rad^2.
-    pub covariance: [[f32; 3]; 3],
+    /// What the sensors' errors did: attitude error about north, east, down (rad; `C_est = (I - phi x) C_true`) for errors of 1 rad/s
+    /// and 1 m/s2 in body axes, of which those that were taken out are no part.
+    pub by: [[f32; 6]; 3],
+    /// Covariance of the rest, which is noise's, rad^2.
+    pub rest: [[f32; 3]; 3],
     /// Time that it was gathered over, s.
     pub time_s: f64,
+}
+
+impl Aligned {
+    /// Covariance of the attitude error, rad^2, for sensors whose errors have these standard deviations, rad/s and m/s2.
+    #[must_use]
+    pub fn covariance(&self, bias: [f32; 2]) -> [[f32; 3]; 3] {
+        let [gyro, accel] = bias.map(|sigma| sigma * sigma);
+        let variance = [gyro, gyro, gyro, accel, accel, accel];
+        let mut p = self.rest;
+        for (row, by) in p.iter_mut().zip(&self.by) {
+            for (entry, other) in row.iter_mut().zip(&self.by) {
+                for ((a, b), v) in by.iter().zip(other).zip(variance) {
+                    *entry += a * b * v;
+                }
+            }
+        }
+        p
+    }
 }
 
 /// Gathers.
@@ -157,9 +178,11 @@ impl Align {
         let b = expected(&here, &self.sums);
         let q_n0b0 = wahba(&b)?;
         let q_nn0 = from_rotvec(scale(here.omega_ie(), -self.time));
+        let q_bn = renormalised(product(product(q_nn0, q_n0b0), self.q_b0b));
         Some(Aligned {
-            q_bn: renormalised(product(product(q_nn0, q_n0b0), self.q_b0b)),
-            covariance: self.covariance(&here),
+            q_bn,
+            by: self.by(&here, q_bn),
+            rest: self.rest(&here),
             time_s: self.gathered,
         })
     }
@@ -212,25 +235,45 @@ impl Align {
         self.force = [0.0; 3];
     }
 
-    /// Tilt as large as the accelerometers' bias over gravity; heading by the east gyro's bias and by the tilt about north, which
-    /// leans the Earth's axis over: `phi_D = e_E / (W cos latitude) - phi_N tan latitude`. White noise adds to both as it does to the
-    /// slope of a line through the seconds.
-    fn covariance(&self, here: &Local) -> [[f32; 3]; 3] {
-        let Sensors { noise, bias } = self.sensors;
-        let (t, g) = (self.gathered as f32, here.g as f32);
+    /// The vehicle stood, its axes turned with the Earth's. Tilt is as large as makes the accelerometers' error vanish over gravity; a
+    /// gyro's error about east looks like the Earth's rate on a wrong heading, and so does the tilt about north, which leans the
+    /// Earth's axis over; about north and down the attitude has drifted since the middle of the time:
+    ///
+    /// ```text
+    /// phi_N = a_E / g - w_N t / 2,   phi_E = -a_N / g,   phi_D = w_E / (W cos latitude) - tan latitude a_E / g - w_D t / 2
+    /// ```
+    fn by(&self, here: &Local, q_bn: Q) -> [[f32; 6]; 3] {
+        let (half, tilt) = (-0.5 * self.time, 1.0 / here.g);
+        let turn = 1.0 / (OMEGA_IE * here.cos);
+        let lean = tilt * here.sin / here.cos;
+        let rows = [
+            ([half, 0.0, 0.0], [0.0, tilt, 0.0]),
+            ([0.0, 0.0, 0.0], [-tilt, 0.0, 0.0]),
+            ([0.0, turn, half], [0.0, -lean, 0.0]),
+        ];
+        let [w, x, y, z] = q_bn;
+        rows.map(|(gyro, accel)| {
+            // a row times C is C' times it
+            let [a, b, c] = narrow(rotated([w, -x, -y, -z], gyro));
+            let [d, e, f] = narrow(rotated([w, -x, -y, -z], accel));
+            [a, b, c, d, e, f]
+        })
+    }
+
+    /// White noise adds to the tilt what it does to a mean, to the heading what it does to the slope of a line, and to both the
+    /// gyros' walk since the middle.
+    fn rest(&self, here: &Local) -> [[f32; 3]; 3] {
         let square = |x: f32| x * x;
-        let tilt = square(bias[1] / g) + square(noise[1] / g) / t + square(noise[0]) * t;
-        let slope = square(bias[0])
-            + 1.2 * square(noise[0]) / t
-            + 12.0 * square(noise[1] / g) / (t * t * t);
-        let (sin, cos) = (here.sin as f32, here.cos as f32);
-        let lean = sin / cos;
-        let across = -tilt * lean;
-        let heading = slope / square(OMEGA_IE as f32 * cos) + square(lean) * tilt;
+        let [gyro, accel] = self.sensors.noise;
+        let (gyro, accel) = (square(gyro), square(accel / here.g as f32));
+        let t = self.gathered as f32;
+        let tilt = accel / t + gyro * (self.time as f32) / 3.0;
+        let slope = 1.2 * gyro / t + 12.0 * accel / (t * t * t);
+        let heading = slope / square(OMEGA_IE as f32 * here.cos as f32);
         [
-            [tilt, 0.0, across],
+            [tilt, 0.0, 0.0],
             [0.0, tilt, 0.0],
-            [across, 0.0, heading],
+            [0.0, 0.0, heading + tilt],
         ]
     }
 }

@@ -89,32 +89,41 @@ fn perfect_data_give_the_attitude() {
     }
 }
 
-/// Tilt = accelerometer bias / g; heading = east gyro bias / (Earth rate cos latitude), and as the covariance has it of the tilt.
+/// Tilt = accelerometer bias / g; heading = east gyro bias / (Earth rate cos latitude); all of it as `by` says.
 #[test]
-fn errors_are_those_of_the_textbook_and_of_the_covariance() {
-    let q = euler(0.0, 0.0, 0.0);
+fn errors_are_those_of_the_textbook() {
     let here = Local::at(LATITUDE, HEIGHT);
-    let (gyro, accel) = (f64::from(SENSORS.bias[0]), f64::from(SENSORS.bias[1]));
-    let of = |g: V, a: V| {
-        let got = aligned(q, g, a, 300).unwrap();
-        (error(got.q_bn, q), got.covariance)
-    };
-    let (north, p) = of([0.0; 3], [accel, 0.0, 0.0]);
-    assert!((north[1].abs() / (accel / here.g) - 1.0).abs() < 0.01);
-    let (east, _) = of([0.0; 3], [0.0, accel, 0.0]);
-    assert!((east[0].abs() / (accel / here.g) - 1.0).abs() < 0.01);
-    assert!(
-        (east[2] / east[0] + here.sin / here.cos).abs() < 0.02,
-        "{east:?}"
-    );
-    assert!((f64::from(p[0][2] / p[0][0]) + here.sin / here.cos).abs() < 1e-3);
-    let (turn, _) = of([0.0, gyro, 0.0], [0.0; 3]);
-    let want = gyro / (OMEGA_IE * here.cos);
-    assert!((turn[2].abs() / want - 1.0).abs() < 0.02, "{turn:?} {want}");
-    let sigma = f64::from(libm::sqrtf(p[2][2]));
-    let both = libm::hypot(want, east[2]);
-    assert!((sigma / both - 1.0).abs() < 0.2, "{sigma} {both}");
-    assert!(f64::from(libm::sqrtf(p[1][1])) / (accel / here.g) - 1.0 < 0.05);
+    let size = SENSORS.bias.map(f64::from);
+    for q in [euler(0.0, 0.0, 0.0), euler(0.2, -0.1, 2.0)] {
+        for k in 0..6 {
+            let (mut gyro, mut accel) = ([0.0; 3], [0.0; 3]);
+            if k < 3 {
+                gyro[k] = 10.0 * size[0];
+            } else {
+                accel[k - 3] = size[1];
+            }
+            let got = aligned(q, gyro, accel, 300).unwrap();
+            let off = error(got.q_bn, q);
+            let level = (size[1] / here.g).max(1_500.0 * size[0]);
+            for (i, scale) in [level, level, 10.0 * level].into_iter().enumerate() {
+                let e = if k < 3 { 10.0 * size[0] } else { size[1] };
+                let said = f64::from(got.by[i][k]) * e;
+                assert!(
+                    (off[i] - said).abs() < 0.03 * scale,
+                    "{k} {i}: {off:?} {said}"
+                );
+            }
+        }
+    }
+    let east = aligned(euler(0.0, 0.0, 0.0), [0.0, size[0], 0.0], [0.0; 3], 300).unwrap();
+    let want = size[0] / (OMEGA_IE * here.cos);
+    let off = error(east.q_bn, euler(0.0, 0.0, 0.0));
+    assert!((off[2] / want - 1.0).abs() < 0.02, "{off:?} {want}");
+    let p = east.covariance(SENSORS.bias);
+    let sigma = f64::from(libm::sqrtf(p[2][2] - east.rest[2][2]));
+    assert!((0.98..1.02).contains(&(sigma / want)), "{sigma} {want}");
+    let sigma = f64::from(libm::sqrtf(p[1][1]));
+    assert!((sigma * here.g / size[1] - 1.0).abs() < 0.05);
 }
 
 #[test]

@@ -5,12 +5,18 @@
 //! estimate is taken out of the increments. It is replaced by another only when that one beats it, and beats "no correction", by
 //! more than [`Gates::evidence`]; and given up for "no correction" when it no longer does.
 
+mod hypothesis;
+mod parts;
+
+pub use parts::Work;
+
+use hypothesis::Hypothesis;
+
 use super::prior::{All, Datasheet, LearnerNet, NAV};
 use lrnn_nostd::learn::kalman::{
-    Biases, ErrorModel, Innovation, Kalman, Nothing, OUTPUTS, OutputWeights, Prior, TRIADS,
-    Transition,
+    AllWeights, Biases, Kalman, Nothing, OUTPUTS, OutputWeights, TRIADS, Transition,
 };
-use lrnn_nostd::{Rational, Real};
+use lrnn_nostd::{Rational, Real, State};
 
 /// Observations of a fix: position (north, east, down, m), then velocity (m/s).
 pub const OBSERVATIONS: usize = 6;
@@ -62,74 +68,6 @@ impl<T: Real> Default for Gates<T> {
     }
 }
 
-/// What a bank needs of any hypothesis.
-trait Hypothesis<T: Real> {
-    fn step(&mut self, inputs: [[T; 3]; TRIADS]);
-    fn predict(&mut self, block: &Transition<NAV, T>, applied: &[T; OUTPUTS]);
-    fn innovation(&self, i: usize, z: T, variance: T) -> Innovation<T>;
-    fn weigh(&mut self, innovation: Innovation<T>, cap: T);
-    fn observe(&mut self, i: usize, innovation: Innovation<T>);
-    fn settle(&mut self);
-    fn fed_back(&mut self, e: &[T; NAV]);
-    fn restart(&mut self, outer: &[T; NAV]);
-    fn derive(&mut self, by: &[[T; OUTPUTS]; NAV], rest: &[[T; NAV]; NAV], applied: &[T; OUTPUTS]);
-    fn outer(&self) -> &[T; NAV];
-    fn estimate(&self) -> &[T; OUTPUTS];
-    fn nets(&self) -> [LearnerNet<T>; TRIADS];
-    fn log_likelihood(&self) -> f64;
-    fn is_healthy(&self) -> bool;
-}
-
-impl<L, const N: usize, const PACKED: usize, T> Hypothesis<T>
-    for Kalman<L, NAV, N, PACKED, Rational, T>
-where
-    L: lrnn_nostd::learn::kalman::Learns,
-    T: Real,
-{
-    fn step(&mut self, inputs: [[T; 3]; TRIADS]) {
-        Kalman::step(self, inputs);
-    }
-    fn predict(&mut self, block: &Transition<NAV, T>, applied: &[T; OUTPUTS]) {
-        Kalman::predict(self, block, applied);
-    }
-    fn innovation(&self, i: usize, z: T, variance: T) -> Innovation<T> {
-        Kalman::innovation(self, i, z, variance)
-    }
-    fn weigh(&mut self, innovation: Innovation<T>, cap: T) {
-        Kalman::weigh(self, innovation, cap);
-    }
-    fn observe(&mut self, i: usize, innovation: Innovation<T>) {
-        Kalman::observe(self, i, innovation);
-    }
-    fn settle(&mut self) {
-        Kalman::settle(self);
-    }
-    fn fed_back(&mut self, e: &[T; NAV]) {
-        Kalman::fed_back(self, e);
-    }
-    fn restart(&mut self, outer: &[T; NAV]) {
-        Kalman::restart(self, outer);
-    }
-    fn derive(&mut self, by: &[[T; OUTPUTS]; NAV], rest: &[[T; NAV]; NAV], applied: &[T; OUTPUTS]) {
-        Kalman::derive(self, by, rest, applied);
-    }
-    fn outer(&self) -> &[T; NAV] {
-        Kalman::outer(self)
-    }
-    fn estimate(&self) -> &[T; OUTPUTS] {
-        self.model().estimate()
-    }
-    fn nets(&self) -> [LearnerNet<T>; TRIADS] {
-        self.model().nets()
-    }
-    fn log_likelihood(&self) -> f64 {
-        Kalman::log_likelihood(self)
-    }
-    fn is_healthy(&self) -> bool {
-        Kalman::is_healthy(self)
-    }
-}
-
 type Mixed<T> = Kalman<OutputWeights, NAV, 24, 300, Rational, T>;
 
 /// The hypotheses over one navigator.
@@ -151,36 +89,49 @@ impl<T: Real> Bank<T> {
     /// the navigator's errors, in the order of [`NAV`].
     #[must_use]
     pub fn new(sheet: &Datasheet<T>, block_s: f64, outer: [T; NAV], gates: Gates<T>) -> Self {
+        let mut bank = Self::BLANK;
+        bank.begin(sheet, block_s, outer, gates);
+        bank
+    }
+
+    /// To be begun: all zeros, so that a static one takes no room in flash.
+    pub const BLANK: Self = Self {
+        nothing: Kalman::BLANK,
+        biases: Kalman::BLANK,
+        mixed: [const { Kalman::BLANK }; 3],
+        all: Kalman::BLANK,
+        gates: Gates {
+            squared_ratio: T::ZERO,
+            escape: 0,
+            evidence: 0.0,
+            better: 0.0,
+            enabled: 0,
+        },
+        unmodelled: [T::ZERO; OUTPUTS],
+        refused: [0; OBSERVATIONS],
+        running: NOTHING,
+    };
+
+    /// [`Bank::new`] where it stands: it should not be moved over the stack.
+    pub fn begin(&mut self, sheet: &Datasheet<T>, block_s: f64, outer: [T; NAV], gates: Gates<T>) {
         let nets = sheet.nets(block_s);
         let floor = outer_floor();
-        let mixed = |output| {
-            let prior = sheet.prior::<OutputWeights, 24>(block_s, output, outer, floor);
-            Kalman::new(ErrorModel::new(nets), prior)
-        };
         let [narrow, middle, wide, all] = OUTPUT;
-        Self {
-            nothing: Kalman::new(
-                ErrorModel::new(nets),
-                sheet.prior::<Nothing, 0>(block_s, 0.0, outer, floor),
-            ),
-            biases: Kalman::new(
-                ErrorModel::new(nets),
-                sheet.prior::<Biases, 6>(block_s, 0.0, outer, floor),
-            ),
-            mixed: [mixed(narrow), mixed(middle), mixed(wide)],
-            all: Kalman::new(ErrorModel::new(nets), all_prior(sheet, block_s, all, outer)),
-            gates,
-            unmodelled: [
-                sheet.gyro_bias,
-                sheet.gyro_bias,
-                sheet.gyro_bias,
-                sheet.accel_bias,
-                sheet.accel_bias,
-                sheet.accel_bias,
-            ],
-            refused: [0; OBSERVATIONS],
-            running: NOTHING,
+        let nothing = sheet.prior::<Nothing, 0>(block_s, 0.0, outer, floor);
+        self.nothing.begin(nets, nothing);
+        let biases = sheet.prior::<Biases, 6>(block_s, 0.0, outer, floor);
+        self.biases.begin(nets, biases);
+        for (mixed, output) in self.mixed.iter_mut().zip([narrow, middle, wide]) {
+            let prior = sheet.prior::<OutputWeights, 24>(block_s, output, outer, floor);
+            mixed.begin(nets, prior);
         }
+        let prior = sheet.prior::<AllWeights, 132>(block_s, all, outer, floor);
+        self.all.begin(nets, prior);
+        let [g, a] = [sheet.gyro_bias, sheet.accel_bias];
+        self.unmodelled = [g, g, g, a, a, a];
+        self.gates = gates;
+        self.refused = [0; OBSERVATIONS];
+        self.running = NOTHING;
     }
 
     fn get(&self, index: usize) -> &dyn Hypothesis<T> {
@@ -195,8 +146,13 @@ impl<T: Real> Bank<T> {
         }
     }
 
-    fn each(&mut self, mut act: impl FnMut(&mut dyn Hypothesis<T>)) {
-        let enabled = self.gates.enabled;
+    fn each(&mut self, act: impl FnMut(&mut dyn Hypothesis<T>)) {
+        self.some(ALL, act);
+    }
+
+    /// Those of the bits `which` that take part.
+    fn some(&mut self, which: u8, mut act: impl FnMut(&mut dyn Hypothesis<T>)) {
+        let enabled = self.gates.enabled & which;
         let [narrow, middle, wide] = &mut self.mixed;
         let all: [&mut dyn Hypothesis<T>; HYPOTHESES] = [
             &mut self.nothing,
@@ -225,30 +181,42 @@ impl<T: Real> Bank<T> {
 
     /// Takes a fix: `z`, navigator minus fix, and its variances. Gives what was refused, one bit an observation.
     pub fn fix(&mut self, z: &[T; OBSERVATIONS], variance: &[T; OBSERVATIONS]) -> u8 {
-        let cap = self.gates.squared_ratio;
         let mut bits = 0;
         for k in 0..OBSERVATIONS {
-            let (i, z, variance) = (index(k), z[k], variance[k]);
-            let mut outlier = true;
-            self.each(|h| {
-                let innovation = h.innovation(i, z, variance);
-                h.weigh(innovation, cap);
-                let inside = innovation.squared_ratio() <= cap && h.is_healthy();
-                outlier &= !inside;
-            });
-            let believed = !outlier || self.refused[k] >= self.gates.escape;
-            // never a number that is none
-            if believed && z.is_finite() {
-                self.refused[k] = 0;
+            let (z, variance) = (z[k], variance[k]);
+            if self.believes(k, z, variance) {
+                let i = index(k);
                 self.each(|h| h.observe(i, h.innovation(i, z, variance)));
             } else {
-                self.refused[k] = self.refused[k].saturating_add(1);
                 bits |= 1 << k;
             }
         }
         self.each(|h| h.settle());
         self.choose();
         bits
+    }
+
+    /// Weighs the hypotheses by observation `k`, before anything is learnt from it; whether it is to be learnt from.
+    fn believes(&mut self, k: usize, z: T, variance: T) -> bool {
+        let (i, cap) = (index(k), self.gates.squared_ratio);
+        let mut outlier = true;
+        self.each(|h| {
+            let innovation = h.innovation(i, z, variance);
+            h.weigh(innovation, cap);
+            let inside = innovation.squared_ratio() <= cap && h.is_healthy();
+            outlier &= !inside;
+        });
+        let Some(refused) = self.refused.get_mut(k) else {
+            return false;
+        };
+        // never a number that is none
+        let believed = z.is_finite() && (!outlier || *refused >= self.gates.escape);
+        *refused = if believed {
+            0
+        } else {
+            refused.saturating_add(1)
+        };
+        believed
     }
 
     /// Log-likelihood of one that may run.
@@ -297,6 +265,16 @@ impl<T: Real> Bank<T> {
         e
     }
 
+    /// Less is known of the navigator than was believed: adds variance to its errors.
+    pub fn inflate(&mut self, variance: &[T; NAV]) {
+        self.each(|h| h.inflate(variance));
+    }
+
+    /// The stream begins anew: the networks' states as at power-on; what has been learnt stays.
+    pub fn restart_nets(&mut self) {
+        self.each(|h| h.restart_nets());
+    }
+
     /// A new navigator; what has been learnt stays.
     pub fn restart(&mut self, outer: &[T; NAV]) {
         self.each(|h| h.restart(outer));
@@ -312,11 +290,10 @@ impl<T: Real> Bank<T> {
     ) {
         self.each(|h| h.derive(by, rest, applied));
         let mut all = *rest;
-        for i in 0..NAV {
-            for j in 0..NAV {
-                for k in 0..OUTPUTS {
-                    let sigma = self.unmodelled[k];
-                    all[i][j] += by[i][k] * by[j][k] * (sigma * sigma);
+        for (row, own) in all.iter_mut().zip(by) {
+            for (entry, other) in row.iter_mut().zip(by) {
+                for ((&a, &b), sigma) in own.iter().zip(other).zip(self.unmodelled) {
+                    *entry += a * b * (sigma * sigma);
                 }
             }
         }
@@ -341,6 +318,12 @@ impl<T: Real> Bank<T> {
         self.get(index).is_healthy()
     }
 
+    /// States of the running hypothesis' networks.
+    #[must_use]
+    pub fn states(&self) -> [State<T>; TRIADS] {
+        *self.get(self.running).states()
+    }
+
     /// The running hypothesis' networks, its biases folded in.
     #[must_use]
     pub fn nets(&self) -> [LearnerNet<T>; TRIADS] {
@@ -357,13 +340,4 @@ fn index(k: usize) -> usize {
 fn outer_floor<T: Real>() -> [T; NAV] {
     let [a, v, p] = [1e-7, 1e-5, 1e-4].map(T::from_f64);
     [a, a, a, v, v, v, p, p, p]
-}
-
-fn all_prior<T: Real>(
-    sheet: &Datasheet<T>,
-    block_s: f64,
-    output: f64,
-    outer: [T; NAV],
-) -> Prior<NAV, 132, T> {
-    sheet.prior::<lrnn_nostd::learn::kalman::AllWeights, 132>(block_s, output, outer, outer_floor())
 }
