@@ -4,6 +4,7 @@
 //! magnitude). The estimate of a block is held over the next one, so a word's correction is known before the word arrives and the
 //! latency is the same on all axes. With a correction of zero the output is the input, bit for bit.
 
+use crate::app::Nets;
 use crate::learn::Meaning;
 use crate::sample::{Counts, Lsb};
 use crate::wire::{Words, kvh};
@@ -249,6 +250,25 @@ impl Compensator {
         (state.words >= self.meaning.block_words).then(|| self.end_block(state, per_sum))
     }
 
+    /// Other networks with their states. What is in force stays so until they step.
+    pub fn exchange(&mut self, state: &mut State, nets: Nets, states: [NetState; 2]) {
+        (self.gyro, self.accel) = (nets.gyro, nets.accel);
+        state.set_nets(states);
+    }
+
+    /// The networks step on a block that others have stepped on before; what they say of it.
+    pub fn step_again(&self, state: &mut State, block: &Block) -> [[f32; 3]; 2] {
+        let g = self.gyro.step(&mut state.gyro, block.rate);
+        let a = self.accel.step(&mut state.accel, block.force);
+        [g.error, a.error]
+    }
+
+    /// Brings an estimate into force at once, within the limit.
+    pub fn force(&self, state: &mut State, said: &[[f32; 3]; 2]) {
+        state.estimate = self.within_limit(*said);
+        self.make_due(state);
+    }
+
     /// There is a hole in the stream: the networks do not step over it. The words since the last block are given up, the
     /// next word begins a new block, and until that is full the estimate and the networks' state stay as they are.
     pub fn give_up_block(&self, state: &mut State) {
@@ -301,6 +321,11 @@ impl Compensator {
                 }
             }
         }
+        self.make_due(state);
+    }
+
+    /// The estimate in counts per word.
+    fn make_due(&self, state: &mut State) {
         let due = state.due.iter_mut().zip(&mut state.due_float);
         let per_word = state.estimate.iter().zip(self.counts_per_error);
         for ((due, due_float), (estimate, per_error)) in due.zip(per_word) {

@@ -167,6 +167,12 @@ impl Align {
         self.gathered
     }
 
+    /// Enough was gathered and the standstill is over.
+    #[must_use]
+    pub fn is_over(&self) -> bool {
+        self.closed && self.gathered >= LEAST_S
+    }
+
     /// The attitude now, at a place of this latitude (rad) and height (m). `None` before [`LEAST_S`] seconds of standstill, or
     /// when the words determine no rotation (all zero, for example).
     pub fn finish(&mut self, latitude: f64, height: f64) -> Option<Aligned> {

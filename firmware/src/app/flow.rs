@@ -1,12 +1,14 @@
 //! One frame through: read, correct, send; then, when it has left, everything else.
 
+mod learning;
+
 use super::phase::FAILURES;
 use super::setup::{Last, Setup};
-use super::{Config, Fix, Nets};
+use super::{Config, Nets};
 use crate::compensator::{Block, Compensator, State};
-use crate::learn::{Learner, Meaning, Memory, Report};
+use crate::learn::{Learner, Meaning, Memory};
 use crate::link::Line;
-use crate::wire::command::{Alignment, Counters, Estimate, Mode, Reason, Window, fault};
+use crate::wire::command::{Alignment, Counters, Mode, fault};
 use crate::wire::sequence::Gap;
 use crate::wire::{Axes, Change, Checked, Reading, Source, Words, stim300};
 
@@ -48,6 +50,12 @@ pub(super) struct Flow<'m> {
     learner: Memory<'m>,
     /// What the learner was begun with; `None`: it has to begin anew.
     begun: Option<Meaning>,
+    /// In mode learn: what the learner stands by corrects the words.
+    active: bool,
+    /// The compensator has other networks than the configuration: the learner's.
+    foreign: bool,
+    /// The standstill in progress has been taken for an alignment.
+    stood: bool,
 }
 
 impl<'m> Flow<'m> {
@@ -71,6 +79,9 @@ impl<'m> Flow<'m> {
             sample: u32::MAX,
             learner: Memory(learner),
             begun: None,
+            active: false,
+            foreign: false,
+            stood: false,
         }
     }
 
@@ -161,6 +172,7 @@ impl<'m> Flow<'m> {
         };
         let zero = block.rate_error == [0.0; 3] && block.force_error == [0.0; 3];
         self.block = Some(block);
+        self.promote(&block);
         if let (Some(learner), Some(_)) = (&mut self.learner.0, self.begun) {
             learner.block(self.sample, &block);
         }
@@ -177,6 +189,14 @@ impl<'m> Flow<'m> {
     /// Words came whose meaning is not known, although they should be corrected.
     pub fn is_lost(&self) -> bool {
         self.mode != Mode::Bypass && self.faults & fault::UNITS != 0
+    }
+
+    /// Nothing has come for too long.
+    pub fn silence(&mut self) {
+        self.hole();
+        if let Some(learner) = &mut self.learner.0 {
+            learner.silence();
+        }
     }
 
     /// The stream has a hole: damage, silence, lost bytes.
@@ -198,8 +218,10 @@ impl<'m> Flow<'m> {
         }
         self.keep_count();
         self.setup = setup;
-        let slew = (self.alignment == Some(Alignment::Finished)).then_some(self.config.slew);
+        let slow = self.alignment == Some(Alignment::Finished) || self.mode == Mode::Learn;
+        let slew = slow.then_some(self.config.slew);
         let wanted = self.mode != Mode::Bypass;
+        (self.active, self.foreign) = (false, false);
         let off = self.looks_on();
         self.correction = setup.filter(|_| wanted).and_then(|setup| {
             let compensator = setup.compensator(&self.config, slew)?;
@@ -236,8 +258,14 @@ impl<'m> Flow<'m> {
     pub fn set_mode(&mut self, mode: Mode) {
         let fade = self.alignment == Some(Alignment::Finished);
         self.mode = mode;
+        self.active = false;
         match &mut self.correction {
-            Some(correction) if fade => correction.state.off = mode != Mode::Frozen,
+            Some(Correction { compensator, state }) if fade => {
+                state.off = mode != Mode::Frozen;
+                if core::mem::take(&mut self.foreign) {
+                    compensator.exchange(state, self.config.nets, Default::default());
+                }
+            }
             _ => {
                 self.keep_count();
                 self.correction = None;
@@ -248,101 +276,19 @@ impl<'m> Flow<'m> {
         self.teach();
     }
 
-    /// Words go through as they came, but the networks step.
-    fn looks_on(&self) -> bool {
-        matches!(self.mode, Mode::Shadow | Mode::Learn)
-    }
-
-    /// Whether there is a learner.
-    pub fn can_learn(&self) -> bool {
-        self.learner.0.is_some()
-    }
-
-    /// In mode learn the learner is begun with what it does not know yet. From then on it follows in every mode.
-    fn teach(&mut self) {
-        let (Some(learner), Some(correction)) = (&mut self.learner.0, &self.correction) else {
-            return;
-        };
-        let meaning = Some(correction.compensator.meaning());
-        if self.begun != meaning {
-            self.begun = meaning.filter(|_| self.mode == Mode::Learn);
-            if let Some(meaning) = self.begun {
-                learner.begin(&self.config.nets, meaning);
-            }
-        }
-    }
-
-    /// A reference of the navigation computer.
-    pub fn reference(&mut self, window: &Window) -> Result<(), Reason> {
-        let learner = self.learner.0.as_mut().ok_or(Reason::NotAvailable)?;
-        if self.mode != Mode::Learn {
-            return Err(Reason::Mode);
-        }
-        learner.reference(window)
-    }
-
-    /// A good fix of the receiver.
-    pub fn fix(&mut self, fix: &Fix) {
-        if let (Some(learner), Some(_)) = (&mut self.learner.0, self.begun) {
-            learner.fix(self.sample, fix);
-        }
-    }
-
-    /// A piece of learning that was put off; whether there is more.
-    pub fn work(&mut self) -> bool {
-        self.learner
-            .0
-            .as_mut()
-            .is_some_and(|learner| learner.work())
-    }
-
-    /// What was learnt.
-    pub fn learnt(&mut self) -> Option<(Nets, [lrnn_nostd::State; 2])> {
-        self.begun?;
-        self.learner.0.as_mut().map(|learner| learner.learnt())
-    }
-
-    /// Use what was learnt: it has seen the same blocks, so that nothing begins anew.
-    pub fn commit_learnt(&mut self) -> Result<(), Reason> {
-        let (nets, states) = self.learnt().ok_or(Reason::NotAvailable)?;
-        self.config.nets = nets;
-        self.failures = 0;
-        if let Some(correction) = &mut self.correction {
-            correction.compensator.gyro = nets.gyro;
-            correction.compensator.accel = nets.accel;
-            correction.state.set_nets(states);
-        }
-        Ok(())
-    }
-
-    /// What the networks say.
-    pub fn estimate(&self) -> Estimate {
-        let report = self.learner.0.as_ref().map(|learner| learner.report());
-        let Report {
-            window,
-            estimate,
-            used,
-            doubted,
-        } = report.unwrap_or_default();
-        let correction = self.correction.as_ref();
-        Estimate {
-            sample: self.sample,
-            counter: self.last.counter(),
-            window,
-            in_force: correction.map_or([[0.0; 3]; 2], |c| c.state.estimate()),
-            said: self.block.map_or([[0.0; 3]; 2], |block| block.said),
-            learnt: estimate,
-            used,
-            doubted,
-        }
-    }
-
     /// The navigation computer's alignment: from its end on corrections only change slowly.
     pub fn align(&mut self, alignment: Alignment) {
         self.alignment = Some(alignment);
+        if let Some(learner) = &mut self.learner.0 {
+            learner.align(alignment);
+        }
+        if alignment == Alignment::Started && self.mode == Mode::Learn {
+            self.activate(true, None);
+        }
+        let learns = self.mode == Mode::Learn;
         if let Some(correction) = &mut self.correction {
             // a fade that is on its way stays one
-            let slow = alignment == Alignment::Finished || correction.state.off;
+            let slow = alignment == Alignment::Finished || correction.state.off || learns;
             correction.compensator.slew = slow.then_some(self.config.slew);
         }
     }
@@ -352,11 +298,10 @@ impl<'m> Flow<'m> {
         self.config.nets = nets;
         self.failures = 0;
         self.begun = None;
-        if let Some(correction) = &mut self.correction {
-            correction.compensator.gyro = nets.gyro;
-            correction.compensator.accel = nets.accel;
-            correction.compensator.give_up_block(&mut correction.state);
-            correction.state.reset_nets();
+        (self.active, self.foreign) = (false, false);
+        if let Some(Correction { compensator, state }) = &mut self.correction {
+            compensator.give_up_block(state);
+            compensator.exchange(state, nets, Default::default());
         }
         self.teach();
     }

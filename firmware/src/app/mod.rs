@@ -18,7 +18,7 @@ mod reverse;
 mod server;
 mod setup;
 
-pub use config::{Adis, Config, Kvh, Nets};
+pub use config::{Activation, Adis, Config, Kvh, Nets};
 pub use lines::{Fix, Lines};
 pub use phase::Phase;
 pub use server::IMAGES_LEN;
@@ -318,7 +318,7 @@ impl<'m> App<'m> {
         if silent && self.flow.faults & fault::SILENT == 0 {
             self.flow.flag(fault::SILENT, true);
             count(&mut self.flow.counters.silences, 1);
-            self.flow.hole();
+            self.flow.silence();
             if let Some(rest) = self.framer.flush() {
                 count(&mut self.flow.counters.garbage, rest.bytes().len() as u32);
             }

@@ -178,6 +178,7 @@ fn store_image(flow: &mut Flow) -> Result<(), Reason> {
 
 fn health(flow: &Flow, machine: &Machine) -> Health {
     let all = counters(flow, machine);
+    let report = flow.report();
     Health {
         mode: flow.mode,
         faults: faults(flow, machine),
@@ -188,6 +189,12 @@ fn health(flow: &Flow, machine: &Machine) -> Health {
         saturated: all.saturated,
         bounded: flow.blocks().1,
         harm_m: flow.harm_m,
+        winner: report.winner,
+        navigates: report.navigates,
+        used_fixes: report.fixes,
+        refused_fixes: report.refused,
+        promotions: report.promotions,
+        rollbacks: report.rollbacks,
     }
 }
 

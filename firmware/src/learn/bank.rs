@@ -55,6 +55,17 @@ pub const NAMES: [&str; HYPOTHESES] = [
 /// All hypotheses.
 pub const ALL: u8 = (1 << HYPOTHESES) - 1;
 
+impl Gates {
+    /// 5 sigma; 10 fixes; less than one wrong promotion in a hundred.
+    pub const USUAL: Gates = Gates {
+        squared_ratio: 25.0,
+        escape: 10,
+        evidence: 4.6,
+        better: 1.0,
+        enabled: ALL,
+    };
+}
+
 impl<T: Real> Default for Gates<T> {
     /// 5 sigma; 10 fixes; less than one wrong promotion in a hundred.
     fn default() -> Self {

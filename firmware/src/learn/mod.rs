@@ -5,17 +5,24 @@
 //! frames, a piece at a time. Its memory is the board's: a board without one has no mode `learn`.
 
 pub mod bank;
+mod both;
 mod chosen;
+mod fixes;
 pub mod prior;
+mod settings;
 mod window;
+mod words;
 
+pub use both::Both;
+pub use fixes::{FixLearner, Memory as FixMemory, ROOM};
+pub use settings::Settings;
 pub use window::{BLOCKS, GATE, WindowLearner};
 
 use crate::app::{Fix, Nets};
 use crate::compensator::Block;
 use crate::sample::Lsb;
 use crate::wire::Words;
-use crate::wire::command::{Reason, Window};
+use crate::wire::command::{Alignment, Reason, Window};
 use lrnn_nostd::State;
 
 /// What the words of a stream mean to a learner.
@@ -47,6 +54,31 @@ pub struct Report {
     pub used: u32,
     /// References of which at least one axis was too far off to be believed.
     pub doubted: u32,
+    /// Fixes used.
+    pub fixes: u32,
+    /// Of these, with a component that was not believed.
+    pub refused: u32,
+    /// The hypothesis that stands, 0 for "the sensors are right": see [`bank::Bank::running`].
+    pub winner: u8,
+    /// Times another hypothesis than that one came to stand.
+    pub promotions: u32,
+    /// Times it was given up for that one.
+    pub rollbacks: u32,
+    /// Aligned, and compared with fixes.
+    pub navigates: bool,
+    /// Time that the vehicle has stood, s.
+    pub still_s: u32,
+}
+
+/// What a learner stands by.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Winner {
+    /// Networks, biases folded in.
+    pub nets: Nets,
+    /// Their states after the last block.
+    pub states: [State; 2],
+    /// What they say for the present block: rad/s, m/s2.
+    pub estimate: [[f32; 3]; 2],
 }
 
 /// A way to learn. Nothing here may depend on when it is called between two words, so that the same input gives the same bits
@@ -67,6 +99,14 @@ pub trait Learner {
     /// Samples are missing: nothing goes on across.
     fn hole(&mut self);
 
+    /// The sensor is silent: how many are missing will not be known.
+    fn silence(&mut self) {
+        self.hole();
+    }
+
+    /// The navigation computer aligns itself: the vehicle stands.
+    fn align(&mut self, _: Alignment) {}
+
     /// The navigation computer's reference.
     ///
     /// # Errors
@@ -81,6 +121,11 @@ pub trait Learner {
     /// A piece of what was put off, some ten thousand instructions at most. True: there is more.
     fn work(&mut self) -> bool {
         false
+    }
+
+    /// What has proved itself and may correct the words by itself; `None`: nothing may. What was put off is done first.
+    fn winner(&mut self) -> Option<Winner> {
+        None
     }
 
     /// What was learnt, and the networks' states now; what was put off is done first.

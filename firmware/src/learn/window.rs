@@ -341,6 +341,7 @@ impl Learner for WindowLearner {
             estimate: [gyro.estimate, accel.estimate],
             used: self.used,
             doubted: self.doubted,
+            ..Report::default()
         }
     }
 }

@@ -258,6 +258,13 @@ impl Navigator {
     }
 }
 
+/// Length of a velocity, m/s.
+#[must_use]
+pub fn speed(velocity: &[f64; 3]) -> f32 {
+    let v = narrow(*velocity);
+    libm::sqrtf(vector::dot32(v, v))
+}
+
 /// One step, and what the error dynamics need of it.
 struct Step {
     state: State,

@@ -14,7 +14,7 @@ use super::{Error, cobs};
 use serde::{Deserialize, Serialize};
 
 /// Version of this wire format, in [`Version`].
-pub const WIRE_VERSION: u16 = 4;
+pub const WIRE_VERSION: u16 = 5;
 /// The largest piece of a weight image in one packet, bytes.
 pub const MAX_CHUNK: usize = 128;
 /// The longest packet, its zero byte included: chunk, 32 bytes for the other fields and the CRC, COBS overhead.
@@ -29,7 +29,7 @@ pub enum Mode {
     Frozen,
     /// Words go through; the correction is computed and reported only.
     Shadow,
-    /// As shadow, and the weights learn.
+    /// The weights learn, and what has proved itself corrects the words.
     Learn,
 }
 
@@ -182,6 +182,18 @@ pub struct Health {
     /// Most metres that corrections within their limits can add to a free-inertial position 5, 10, 15, 20 and 22 min after the
     /// alignment ([`crate::harm`]).
     pub harm_m: [u32; 5],
+    /// The hypothesis that stands: 0 the sensors are right, 1 biases, 2 to 4 output weights with narrow to wide priors, 5 all weights.
+    pub winner: u8,
+    /// The learner is aligned and compares itself with fixes.
+    pub navigates: bool,
+    /// Fixes learnt from.
+    pub used_fixes: u32,
+    /// Of these, with a component that was not believed.
+    pub refused_fixes: u32,
+    /// Times a hypothesis other than 0 came to stand.
+    pub promotions: u32,
+    /// Times it was given up for 0.
+    pub rollbacks: u32,
 }
 
 /// Bits of [`Health::faults`]: what is wrong now, not what once was.

@@ -1,0 +1,94 @@
+//! Two ways to learn side by side: from references and from fixes.
+
+use super::{Learner, Meaning, Report, Winner};
+use crate::app::{Fix, Nets};
+use crate::compensator::Block;
+use crate::wire::Words;
+use crate::wire::command::{Alignment, Reason, Window};
+use lrnn_nostd::State;
+
+/// References go to the one, fixes to the other. What was learnt ([`Learner::learnt`]) is the fixes' where that has proved itself, and the
+/// references' else.
+#[derive(Debug)]
+pub struct Both<R, F> {
+    /// From references.
+    pub references: R,
+    /// From fixes.
+    pub fixes: F,
+}
+
+impl<R: Learner, F: Learner> Learner for Both<R, F> {
+    fn begin(&mut self, nets: &Nets, meaning: Meaning) {
+        self.references.begin(nets, meaning);
+        self.fixes.begin(nets, meaning);
+    }
+
+    fn restart(&mut self) {
+        self.references.restart();
+        self.fixes.restart();
+    }
+
+    fn word(&mut self, number: u32, words: &Words) {
+        self.references.word(number, words);
+        self.fixes.word(number, words);
+    }
+
+    fn block(&mut self, last: u32, block: &Block) {
+        self.references.block(last, block);
+        self.fixes.block(last, block);
+    }
+
+    fn hole(&mut self) {
+        self.references.hole();
+        self.fixes.hole();
+    }
+
+    fn silence(&mut self) {
+        self.references.silence();
+        self.fixes.silence();
+    }
+
+    fn align(&mut self, alignment: Alignment) {
+        self.references.align(alignment);
+        self.fixes.align(alignment);
+    }
+
+    fn reference(&mut self, window: &Window) -> Result<(), Reason> {
+        self.references.reference(window)
+    }
+
+    fn fix(&mut self, number: u32, fix: &Fix) {
+        self.fixes.fix(number, fix);
+    }
+
+    fn work(&mut self) -> bool {
+        self.references.work() || self.fixes.work()
+    }
+
+    fn winner(&mut self) -> Option<Winner> {
+        self.fixes.winner()
+    }
+
+    fn learnt(&mut self) -> (Nets, [State; 2]) {
+        match self.fixes.winner() {
+            Some(winner) => (winner.nets, winner.states),
+            None => self.references.learnt(),
+        }
+    }
+
+    fn report(&self) -> Report {
+        let (references, fixes) = (self.references.report(), self.fixes.report());
+        let estimate = if fixes.winner == 0 {
+            references.estimate
+        } else {
+            fixes.estimate
+        };
+        Report {
+            window: references.window,
+            estimate,
+            used: references.used,
+            doubted: references.doubted,
+            ..fixes
+        }
+    }
+}

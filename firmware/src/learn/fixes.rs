@@ -1,0 +1,401 @@
+//! Learning from plain fixes (way C): the sensors' words through a navigator of its own, compared with the receiver.
+//!
+//! ```text
+//! words -> align -> nav -> at each fix: innovation -> bank of hypotheses -> the winner's networks and biases
+//! ```
+//! The vehicle has to stand once, for [`Settings::align_s`] seconds or by command; the fix after that starts the navigator.
+//!
+//! **When what is done.** What is cheap is done where it happens: sums of words, a piece of navigation, the means of the hypotheses,
+//! feedback. What is dear (covariances, networks with their gradients) is put off to [`Learner::work`] in parts and is finished, as a
+//! rule long since, where the next block or fix begins. So nothing depends on when the parts were done.
+//! At the end of a block the navigator is corrected by what the last fix found, and what it takes out of the words from then on is the
+//! running hypothesis' estimate of the block before: a difference to the present one is known to all hypotheses and costs nothing.
+
+use super::bank::{Bank, NOTHING, OBSERVATIONS, Work};
+use super::prior::NAV;
+use super::settings::{Settings, observed, sigmas};
+use super::words::Scale;
+use super::{Learner, Meaning, Report, Winner};
+use crate::align::Align;
+use crate::app::{Fix, Nets};
+use crate::compensator::Block;
+use crate::nav::{self, Navigator};
+use crate::sample::Counts;
+use crate::wire::Words;
+use crate::wire::command::Alignment;
+use crate::wire::ubx::Pvt;
+use lrnn_nostd::State;
+use lrnn_nostd::learn::kalman::{OUTPUTS, Transition};
+
+/// The large part of a learner, to be static.
+#[derive(Debug)]
+pub struct Memory {
+    bank: Bank,
+    work: Work,
+}
+
+/// Bytes that everything a [`FixLearner`] has may take: the core-coupled memory of an STM32F405.
+pub const ROOM: usize = 64 * 1024;
+const _: () = assert!(size_of::<Memory>() + size_of::<FixLearner<'_>>() <= ROOM);
+
+impl Memory {
+    /// All zeros, so that it takes no room in flash.
+    pub const BLANK: Memory = Memory {
+        bank: Bank::BLANK,
+        work: Work::BLANK,
+    };
+}
+
+/// Fixes closer to each other than this are not all used, ms.
+const FIX_MS: u32 = 900;
+/// A vehicle that the receiver calls faster does not stand, m/s.
+const STANDS_MPS: f32 = 0.3;
+/// Seconds after which a standstill is believed, and the standard deviation of its velocity, m/s (as `host_sim::teacher`).
+const STILL_S: u32 = 3;
+const STILL_MPS: f32 = 0.01;
+/// Errors are linear up to a heading error of this standard deviation, rad.
+const MAX_HEADING: f32 = 0.1;
+/// The longest hole that is bridged by the word before it, s; what turns and pushes are then missed, rad/s and m/s2 (assumed).
+const BRIDGE_S: f64 = 0.1;
+const MISSED: [f32; 2] = [0.1, 1.0];
+
+/// Counts of what happened, each held at its end.
+#[derive(Debug, Clone, Copy, Default)]
+struct Tally {
+    used: u32,
+    refused: u32,
+    promotions: u32,
+    rollbacks: u32,
+}
+
+/// Learns both networks from the receiver's fixes.
+#[derive(Debug)]
+pub struct FixLearner<'m> {
+    memory: &'m mut Memory,
+    settings: Settings,
+    meaning: Option<Meaning>,
+    scale: Option<Scale>,
+    align: Option<Align>,
+    navigator: Option<Navigator>,
+    /// The last word and its number.
+    last: Option<(u32, Counts)>,
+    last_fix_ms: Option<u32>,
+    /// A fix is being worked on.
+    fixing: bool,
+    running: usize,
+    tally: Tally,
+}
+
+impl<'m> FixLearner<'m> {
+    /// To be begun.
+    pub fn new(memory: &'m mut Memory, settings: Settings) -> FixLearner<'m> {
+        FixLearner {
+            memory,
+            settings,
+            meaning: None,
+            scale: None,
+            align: None,
+            navigator: None,
+            last: None,
+            last_fix_ms: None,
+            fixing: false,
+            running: NOTHING,
+            tally: Tally::default(),
+        }
+    }
+
+    /// Everything put off is done; afterwards it is known what the last fix led to.
+    fn finish(&mut self) {
+        let Memory { bank, work } = &mut *self.memory;
+        while !work.is_done() {
+            bank.work(work);
+        }
+        if core::mem::take(&mut self.fixing) {
+            let refused = u32::from(work.refused != 0);
+            self.tally.refused = self.tally.refused.saturating_add(refused);
+            let before = core::mem::replace(&mut self.running, bank.running());
+            if self.running != before {
+                let of = if self.running == NOTHING {
+                    &mut self.tally.rollbacks
+                } else {
+                    &mut self.tally.promotions
+                };
+                *of = of.saturating_add(1);
+            }
+        }
+    }
+
+    /// The navigator is of no use any more.
+    fn lose(&mut self) {
+        self.navigator = None;
+        if let Some(align) = &mut self.align {
+            align.hole();
+        }
+    }
+
+    /// The interval up to now: what the navigator did, and the means of what the hypotheses make of it.
+    fn cut(&mut self) -> Option<&mut Navigator> {
+        self.finish();
+        self.memory.work.clear();
+        if self.navigator.as_ref()?.faults().lost {
+            self.lose();
+            return None;
+        }
+        let navigator = self.navigator.as_mut()?;
+        let passed = navigator.take_transition();
+        let block = Transition {
+            phi: passed.phi,
+            gamma: passed.gamma,
+            q: passed.q,
+            time: passed.time,
+        };
+        let Memory { bank, work } = &mut *self.memory;
+        bank.carry(&block, &flat(navigator.estimate()));
+        work.interval(&block);
+        Some(navigator)
+    }
+
+    /// What the last fix found goes into the navigator.
+    fn feed_back(&mut self) {
+        let Some(navigator) = &mut self.navigator else {
+            return;
+        };
+        let bank = &mut self.memory.bank;
+        let [gyro, accel] = split(bank.estimate());
+        if !navigator.feed_back(&bank.feed_back()) || !navigator.set_estimate(gyro, accel) {
+            self.lose();
+        }
+    }
+
+    /// Starts the navigator at a fix if the alignment is good for it.
+    fn start(&mut self, pvt: &Pvt, sigmas: &[f32; OBSERVATIONS]) -> Option<()> {
+        let align = self.align.as_mut()?;
+        if align.gathered() < self.settings.align_s && !(align.is_over()) {
+            return None;
+        }
+        let (meaning, scale) = (self.meaning?, self.scale?);
+        let (fix, age) = (observed(pvt), f64::from(self.settings.fix_age_s));
+        let aligned = align.finish(fix.position.latitude, fix.position.height)?;
+        let bias = [
+            self.settings.sheet.gyro_bias,
+            self.settings.sheet.accel_bias,
+        ];
+        let [.., [.., heading]] = aligned.covariance(bias);
+        if !(0.0..=MAX_HEADING * MAX_HEADING).contains(&heading) {
+            align.restart(false); // longer will not do it
+            return None;
+        }
+        let state = nav::State {
+            position: fix.position.displaced(fix.velocity.map(|v| v * age)),
+            velocity: fix.velocity,
+            q_bn: aligned.q_bn,
+        };
+        let config = nav::Config::new(scale.lsb, meaning.period_s, self.settings.noise);
+        let navigator = Navigator::new(config, state).ok()?;
+        self.finish();
+        let mut by = [[0.0; OUTPUTS]; NAV];
+        let mut rest = [[0.0; NAV]; NAV];
+        for i in 0..3 {
+            by[i] = aligned.by[i];
+            for (entry, &value) in rest[i].iter_mut().zip(&aligned.rest[i]) {
+                *entry = value;
+            }
+        }
+        for (k, sigma) in sigmas.iter().enumerate() {
+            let i = if k < 3 { 6 + k } else { k };
+            if let Some(entry) = rest.get_mut(i).and_then(|row| row.get_mut(i)) {
+                *entry = sigma * sigma;
+            }
+        }
+        let bank = &mut self.memory.bank;
+        bank.align(&by, &rest, &[0.0; OUTPUTS]);
+        self.memory.work.clear();
+        self.navigator = Some(navigator);
+        Some(())
+    }
+
+    /// Words that are missing before `number`: a short hole is bridged, a long one ends the navigation.
+    fn bridge(&mut self, number: u32) {
+        let Some((last, counts)) = self.last else {
+            return;
+        };
+        let missing = number.wrapping_sub(last).wrapping_sub(1);
+        let time = f64::from(missing) * self.meaning.map_or(0.0, |m| m.period_s);
+        if missing == 0 {
+            return;
+        }
+        if let Some(align) = &mut self.align {
+            align.hole();
+        }
+        if time > BRIDGE_S {
+            return self.lose();
+        }
+        let Some(navigator) = &mut self.navigator else {
+            return;
+        };
+        (0..missing).for_each(|_| navigator.word(&counts));
+        let [turn, push] = MISSED.map(|rate| rate * time as f32);
+        let (turn, push) = (turn * turn, push * push);
+        self.finish();
+        let variance = [turn, turn, turn, push, push, push, 0.0, 0.0, 0.0];
+        self.memory.bank.inflate(&variance);
+    }
+}
+
+impl Learner for FixLearner<'_> {
+    /// From the datasheet: the hypotheses have networks of their own.
+    fn begin(&mut self, _: &Nets, meaning: Meaning) {
+        let Settings { sheet, gates, .. } = &self.settings;
+        let outer = [1.0; NAV]; // until the alignment tells
+        let Memory { bank, work } = &mut *self.memory;
+        bank.begin(sheet, f64::from(meaning.block_s()), outer, *gates);
+        work.clear();
+        self.meaning = Some(meaning);
+        self.running = NOTHING;
+        self.tally = Tally::default();
+        self.restart();
+    }
+
+    fn restart(&mut self) {
+        let Memory { bank, work } = &mut *self.memory;
+        work.clear();
+        bank.restart_nets();
+        self.fixing = false;
+        self.scale = None;
+        self.align = None;
+        self.navigator = None;
+        self.last = None;
+        self.last_fix_ms = None;
+    }
+
+    fn word(&mut self, number: u32, words: &Words) {
+        let Some(meaning) = self.meaning else { return };
+        let scale = *self
+            .scale
+            .get_or_insert_with(|| Scale::of(words, &meaning.lsb));
+        let counts = scale.counts(words);
+        self.bridge(number);
+        self.last = Some((number, counts));
+        let sensors = self.settings.sensors();
+        let align = self
+            .align
+            .get_or_insert_with(|| Align::new(sensors, scale.lsb, meaning.period_s));
+        align.word(&counts);
+        if let Some(navigator) = &mut self.navigator {
+            navigator.word(&counts);
+        }
+    }
+
+    fn block(&mut self, _: u32, block: &Block) {
+        if self.meaning.is_none() {
+            return;
+        }
+        if self.cut().is_some() {
+            self.feed_back();
+        }
+        self.memory.work.step([block.rate, block.force]);
+    }
+
+    /// The numbers of the words tell what is missing.
+    fn hole(&mut self) {}
+
+    fn silence(&mut self) {
+        self.lose();
+        self.last = None;
+    }
+
+    fn fix(&mut self, _: u32, fix: &Fix) {
+        let pvt = &fix.pvt;
+        let since = self
+            .last_fix_ms
+            .map(|last| pvt.time_of_week.wrapping_sub(last));
+        if since.is_some_and(|ms| ms < FIX_MS) {
+            return;
+        }
+        let (Some(sigmas), Some(align)) = (sigmas(pvt), &mut self.align) else {
+            return;
+        };
+        self.last_fix_ms = Some(pvt.time_of_week);
+        let [.., sigma] = sigmas;
+        let speed = nav::speed(&observed(pvt).velocity);
+        if speed > STANDS_MPS.max(5.0 * sigma) {
+            align.moves();
+        }
+        let still = align.still() >= STILL_S;
+        if self.navigator.is_none() {
+            self.start(pvt, &sigmas);
+            return;
+        }
+        let (mut fix, mut sigmas) = (observed(pvt), sigmas);
+        if still {
+            fix.velocity = [0.0; 3];
+            let [.., x, y, z] = &mut sigmas;
+            [*x, *y, *z] = [STILL_MPS; 3];
+        }
+        let age = self.settings.fix_age_s;
+        let Some(navigator) = self.cut() else { return };
+        let nav::Innovation { position, velocity } = navigator.innovation(&fix, age);
+        let ([a, b, c], [d, e, f]) = (position, velocity);
+        self.memory
+            .work
+            .fix([a, b, c, d, e, f], sigmas.map(|sigma| sigma * sigma));
+        self.fixing = true;
+        self.tally.used = self.tally.used.saturating_add(1);
+    }
+
+    fn align(&mut self, alignment: Alignment) {
+        let navigates = self.navigator.is_some();
+        match (&mut self.align, alignment) {
+            (Some(align), Alignment::Started) if !navigates => align.restart(true),
+            (Some(align), Alignment::Finished) => align.finish_command(),
+            _ => {}
+        }
+    }
+
+    fn work(&mut self) -> bool {
+        let Memory { bank, work } = &mut *self.memory;
+        self.meaning.is_some() && !work.is_done() && bank.work(work)
+    }
+
+    fn winner(&mut self) -> Option<Winner> {
+        self.finish();
+        if self.running == NOTHING {
+            return None;
+        }
+        let bank = &self.memory.bank;
+        let [gyro, accel] = bank.nets();
+        Some(Winner {
+            nets: Nets { gyro, accel },
+            states: bank.states(),
+            estimate: split(bank.estimate()),
+        })
+    }
+
+    fn learnt(&mut self) -> (Nets, [State; 2]) {
+        self.finish();
+        let [gyro, accel] = self.memory.bank.nets();
+        (Nets { gyro, accel }, self.memory.bank.states())
+    }
+
+    fn report(&self) -> Report {
+        Report {
+            estimate: split(self.memory.bank.estimate()),
+            fixes: self.tally.used,
+            refused: self.tally.refused,
+            winner: self.running as u8,
+            promotions: self.tally.promotions,
+            rollbacks: self.tally.rollbacks,
+            navigates: self.navigator.is_some(),
+            still_s: self.align.as_ref().map_or(0, Align::still),
+            ..Report::default()
+        }
+    }
+}
+
+fn flat([[a, b, c], [d, e, f]]: [[f32; 3]; 2]) -> [f32; OUTPUTS] {
+    [a, b, c, d, e, f]
+}
+
+fn split([a, b, c, d, e, f]: &[f32; OUTPUTS]) -> [[f32; 3]; 2] {
+    [[*a, *b, *c], [*d, *e, *f]]
+}

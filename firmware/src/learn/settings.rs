@@ -1,0 +1,81 @@
+//! What a learner from fixes is told, and what it makes of the receiver's messages.
+
+use super::bank::{Gates, OBSERVATIONS};
+use super::prior::Datasheet;
+use crate::align::Sensors;
+use crate::nav::{self, Noise, Position};
+use crate::wire::DEGREE;
+use crate::wire::ubx::Pvt;
+
+/// What the learner is told of the sensors and the receiver.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Settings {
+    /// Biases and ranges of the sensors.
+    pub sheet: Datasheet,
+    /// White noise of the sensors.
+    pub noise: Noise,
+    /// When an observation is refused and a hypothesis trusted.
+    pub gates: Gates,
+    /// Length of an alignment that nobody commands, s, >= [`crate::align::LEAST_S`].
+    pub align_s: f64,
+    /// Age of a fix when it arrives, s, 0 to 1.
+    pub fix_age_s: f32,
+}
+
+impl Settings {
+    /// The medium laser-gyro IMU of `host-sim` (preset `medium`): 0.34 deg/h, 410 ug, 0.005 deg/sqrt(h), 20 ug/sqrt(Hz). A receiver
+    /// whose messages come after 100 ms, as at 115 200 baud.
+    pub const MEDIUM: Settings = Settings {
+        sheet: Datasheet {
+            gyro_bias: 1.63e-6,
+            accel_bias: 4e-3,
+            walk_per_hour: 0.05,
+            gravity: [0.0, 0.0, -9.8],
+            range: [0.2, 2.0],
+        },
+        noise: Noise {
+            gyro: 1.46e-6,
+            accel: 1.96e-4,
+        },
+        gates: Gates::USUAL,
+        align_s: 100.0,
+        fix_age_s: 0.1,
+    };
+
+    /// What alignment and standstill detector are told.
+    #[must_use]
+    pub fn sensors(&self) -> Sensors {
+        Sensors {
+            noise: [self.noise.gyro, self.noise.accel],
+            bias: [self.sheet.gyro_bias, self.sheet.accel_bias],
+        }
+    }
+}
+
+/// A message as a fix.
+pub fn observed(pvt: &Pvt) -> nav::Fix {
+    nav::Fix {
+        position: Position {
+            latitude: f64::from(pvt.latitude) * (1e-7 * DEGREE),
+            longitude: f64::from(pvt.longitude) * (1e-7 * DEGREE),
+            height: f64::from(pvt.height) * 1e-3,
+        },
+        velocity: pvt.velocity.map(|v| f64::from(v) * 1e-3),
+    }
+}
+
+/// Standard deviations along an axis: the receiver's horizontal estimate is of two, that of the speed of three. `None` when it makes
+/// none.
+pub fn sigmas(pvt: &Pvt) -> Option<[f32; OBSERVATIONS]> {
+    const LEAST: [f32; 2] = [0.005, 0.002]; // m, m/s: its own rounding
+    let metres = |mm: u32| mm as f32 * 1e-3;
+    let horizontal = metres(pvt.horizontal_accuracy) * core::f32::consts::FRAC_1_SQRT_2;
+    let vertical = metres(pvt.vertical_accuracy);
+    let speed = metres(pvt.speed_accuracy) * 0.577_350_3;
+    let [h, v] = [horizontal, vertical].map(|sigma| sigma.max(LEAST[0]));
+    let s = speed.max(LEAST[1]);
+    let told = [horizontal, vertical, speed]
+        .iter()
+        .all(|sigma| *sigma > 0.0);
+    told.then_some([h, h, v, s, s, s])
+}

@@ -1,0 +1,99 @@
+//! Words as integer counts, whatever the sensor sends.
+
+use crate::sample::{Counts, Lsb};
+use crate::wire::Words;
+
+/// Largest angle (rad) and change of velocity (m/s) that a float word must find room for: more than a navigator believes.
+const LARGEST: [f64; 2] = [1.0, 20.0];
+
+/// Value of a count, and how words become counts.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Scale {
+    /// Value of a count.
+    pub lsb: Lsb,
+    /// Counts of 1.0 in a float word: powers of two, so that hardly anything is rounded.
+    per_float: [f32; 2],
+}
+
+impl Scale {
+    /// For words of this kind, of which `lsb` is the value of a count or of 1.0.
+    pub fn of(words: &Words, lsb: &Lsb) -> Scale {
+        let Words::Floats { .. } = words else {
+            return Scale {
+                lsb: *lsb,
+                per_float: [0.0; 2],
+            };
+        };
+        let of = |value: f64, largest: f64| {
+            // the largest power of two with which `largest` fits into 31 bits
+            let room = f64::from(1 << 30) * value / largest;
+            libm::exp2(libm::floor(libm::log2(room)).clamp(-60.0, 60.0))
+        };
+        let per = [of(lsb.rad, LARGEST[0]), of(lsb.mps, LARGEST[1])];
+        Scale {
+            lsb: Lsb {
+                rad: lsb.rad / per[0],
+                mps: lsb.mps / per[1],
+            },
+            per_float: per.map(|x| x as f32),
+        }
+    }
+
+    /// A word in counts.
+    pub fn counts(&self, words: &Words) -> Counts {
+        match words {
+            Words::Counts { gyro, accel } => Counts {
+                dtheta: *gyro,
+                dv: *accel,
+            },
+            Words::Floats { gyro, accel } => {
+                // to the nearest; `as` saturates and makes 0 of NaN
+                let [g, a] = self.per_float;
+                Counts {
+                    dtheta: gyro.map(|x| libm::roundf(x * g) as i32),
+                    dv: accel.map(|x| libm::roundf(x * a) as i32),
+                }
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn counts_stay_and_floats_keep_their_digits() {
+        let lsb = Lsb {
+            rad: 1.0,
+            mps: 9.806_65e-3,
+        };
+        let counts = Words::Counts {
+            gyro: [1, -2, i32::MAX],
+            accel: [0; 3],
+        };
+        let scale = Scale::of(&counts, &lsb);
+        assert_eq!(
+            (scale.lsb, scale.counts(&counts).dtheta),
+            (lsb, [1, -2, i32::MAX])
+        );
+        let floats = Words::Floats {
+            gyro: [1.25e-4, -0.49, f32::NAN],
+            accel: [1.0, -1e3, 0.02],
+        };
+        let scale = Scale::of(&floats, &lsb);
+        let got = scale.counts(&floats);
+        assert!(scale.lsb.rad < 2e-9 && scale.lsb.mps < 4e-8, "{scale:?}");
+        let Words::Floats { gyro, accel } = floats else {
+            return;
+        };
+        for i in 0..3 {
+            let (rad, mps) = (f64::from(gyro[i]), f64::from(accel[i]) * lsb.mps);
+            if rad.is_finite() {
+                assert!((f64::from(got.dtheta[i]) * scale.lsb.rad - rad).abs() <= scale.lsb.rad);
+            }
+            assert!((f64::from(got.dv[i]) * scale.lsb.mps - mps).abs() <= scale.lsb.mps);
+        }
+        assert_eq!(got.dtheta[2], 0);
+    }
+}
