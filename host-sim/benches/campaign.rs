@@ -24,6 +24,7 @@ fn one_run(c: &mut Criterion) {
             models,
             out: PathBuf::new(),
             resume: false,
+            ablation: false,
             tuning_units: 1,
         };
         group.bench_function(name, |b| {

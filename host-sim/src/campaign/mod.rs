@@ -14,7 +14,7 @@ mod tuning;
 pub use self::parquet::to_parquet;
 pub use ratios::{Ratio, ratios};
 pub use results::results;
-pub use schemes::{Case, Knowledge, SCHEMES, Scheme, oracle, rnn_kalman};
+pub use schemes::{ABLATION, Case, Knowledge, SCHEMES, Scheme, oracle, rnn_kalman};
 pub use statistics::{Summary, summarise};
 pub use store::{Merged, Row, merge};
 pub use tuning::{Tuned, Tuning};
@@ -54,6 +54,8 @@ pub struct Campaign {
     pub out: PathBuf,
     /// Keep the runs that are there already.
     pub resume: bool,
+    /// Also the schemes of [`ABLATION`].
+    pub ablation: bool,
     /// Units that the classical filters are tuned on, >= 1.
     pub tuning_units: u32,
 }
@@ -147,6 +149,11 @@ impl Campaign {
             .collect()
     }
 
+    fn schemes(&self) -> impl Iterator<Item = &'static (&'static str, Scheme)> {
+        let ablation: &[(&str, Scheme)] = if self.ablation { &ABLATION } else { &[] };
+        SCHEMES.iter().chain(ablation)
+    }
+
     /// All error groups and schemes of run `k`; the noise-only IMU on the same drive is the floor of every group.
     fn one(&self, imu: &ImuSpec, tuning: &Tuning, k: u32) -> Result<Vec<Row>, Error> {
         let mut rows = Vec::new();
@@ -161,7 +168,7 @@ impl Campaign {
                 floor = judge(SCHEMES[0].1)?;
             }
             if self.models.contains(&model) {
-                for (name, scheme) in SCHEMES {
+                for &(name, scheme) in self.schemes() {
                     rows.extend(store::row(model, k, name, &judge(scheme)?));
                 }
             }
@@ -234,7 +241,7 @@ impl Campaign {
             self.scenario,
             self.models,
             self.tuning_units,
-            SCHEMES.map(|s| s.0),
+            self.schemes().map(|s| s.0).collect::<Vec<_>>(),
         )
     }
 }
@@ -265,6 +272,7 @@ mod tests {
             models: vec![ErrorModelName::All],
             out: PathBuf::new(),
             resume: false,
+            ablation: false,
             tuning_units: 1,
         };
         let imu = campaign.imu().unwrap();

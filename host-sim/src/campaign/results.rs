@@ -25,6 +25,7 @@ pub fn results(command: &str, campaign: &Merged, summary: &[Summary], ratios: &[
             &super::parquet::fingerprint(&campaign.fingerprint),
         )
         .replace("{medians}", &by_scheme(&last, |s| metres(s.median_m)))
+        .replace("{goals}", &goals(&last))
         .replace("{spread}", &spread(&last))
         .replace("{overall}", &overall(&ratios))
         .replace("{tuning}", &tuning(campaign, &last));
@@ -88,6 +89,57 @@ fn by_scheme(last: &[&Summary], cell: impl Fn(&Summary) -> String) -> String {
         .collect();
     table(&header("errors", names()), &rows)
 }
+
+/// The filters that a sceptic would use instead.
+const CLASSICAL: [&str; 5] = ["ekf6", "ekf6-tuned", "ekf12", "ekf24", "ekf-ramp"];
+const LEARNER: &str = "rnn-kalman";
+
+/// The learner from fixes divided by the best classical filter, the oracle, no model and the floor.
+fn goals(last: &[&Summary]) -> String {
+    let groups = models(last);
+    let of = |by: Measure, name: &str, model: ErrorModelName| {
+        let found = last
+            .iter()
+            .find(|s| s.error_model == model && s.scheme == name);
+        found.map_or(f64::NAN, |s| by(s))
+    };
+    let measures: [Measure; 2] = [|s| s.median_m, |s| s.mean_m];
+    let least = |by: &dyn Fn(&str) -> f64| {
+        let all = CLASSICAL.into_iter().map(|name| (name, by(name)));
+        all.min_by(|a, b| a.1.total_cmp(&b.1))
+            .unwrap_or(("", f64::NAN))
+    };
+    let line = |label: String, value: &dyn Fn(Measure, &str) -> f64| {
+        let mut row = vec![label];
+        for by in measures {
+            let (name, best) = least(&|name| value(by, name));
+            row.push(format!("{:.2} ({name})", value(by, LEARNER) / best));
+        }
+        for other in ["oracle", "none", FLOOR] {
+            let [a, b] = measures.map(|by| value(by, LEARNER) / value(by, other));
+            row.push(format!("{a:.2} / {b:.2}"));
+        }
+        row
+    };
+    let mut rows: Vec<Vec<String>> = groups
+        .iter()
+        .map(|&model| line(model.to_string(), &|by, name| of(by, name, model)))
+        .collect();
+    rows.push(line("geometric mean".into(), &|by, name| {
+        let sum: f64 = groups.iter().map(|&m| of(by, name, m).ln()).sum();
+        (sum / groups.len() as f64).exp()
+    }));
+    let head = [
+        "best classical, median",
+        "mean",
+        "oracle, median / mean",
+        "none",
+        "floor",
+    ];
+    table(&header("errors", head), &rows)
+}
+
+type Measure = fn(&Summary) -> f64;
 
 /// Everything about the last time.
 fn spread(last: &[&Summary]) -> String {
@@ -212,7 +264,12 @@ mod tests {
         let text = results("the command", &merged, &summarise(&rows), &ratios(&rows));
         assert!(!text.contains(['{', '}']), "{text}");
         assert!(text.contains("the command") && text.contains("| all | 200 | 400 |"));
-        // rnn-window is the eighth of the schemes, ekf6 the second
+        // rnn-kalman is the ninth of the schemes, ekf6 the second and best of the classical ones, oracle the seventh
+        assert!(
+            text.contains("| all | 4.50 (ekf6) | 4.50 (ekf6) | 1.29 / 1.29 |"),
+            "{text}"
+        );
+        // rnn-window is the eighth
         assert!(text.contains("4.00 (4.00 .. 4.00), 0 of 3"), "{text}");
     }
 }

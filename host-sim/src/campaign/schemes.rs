@@ -67,6 +67,17 @@ pub const SCHEMES: [(&str, Scheme); 9] = [
     ("rnn-kalman", |c| rnn_kalman(c, ALL)),
 ];
 
+/// What each part of the bank is worth: hypotheses alone (used without proof), and the bank without some of them.
+pub const ABLATION: [(&str, Scheme); 7] = [
+    ("only-biases", |c| rnn_kalman(c, 1 << 1)),
+    ("only-output-narrow", |c| rnn_kalman(c, 1 << 2)),
+    ("only-output", |c| rnn_kalman(c, 1 << 3)),
+    ("only-output-wide", |c| rnn_kalman(c, 1 << 4)),
+    ("only-all-weights", |c| rnn_kalman(c, 1 << 5)),
+    ("no-networks", |c| rnn_kalman(c, 0b00_0011)),
+    ("no-all-weights", |c| rnn_kalman(c, 0b01_1111)),
+];
+
 /// The bank of hypotheses of [`crate::kalman`], of which those with a bit in `enabled` take part.
 pub fn rnn_kalman(case: &Case<'_>, enabled: u8) -> Option<Coast> {
     let assumptions = Assumptions::of(case.knows.datasheet);

@@ -45,6 +45,9 @@ pub struct Args {
     /// Units, other than those judged, on which the classical filters are tuned for each error group
     #[arg(long, default_value_t = 12, value_parser = clap::value_parser!(u32).range(1..=1000))]
     tuning_units: u32,
+    /// Also judge the hypotheses of `rnn-kalman` alone, and the bank without some of them
+    #[arg(long)]
+    ablation: bool,
     #[command(flatten)]
     files: Files,
 }
@@ -95,6 +98,7 @@ impl Args {
             models: models?,
             out: self.out.clone(),
             resume: self.resume,
+            ablation: self.ablation,
             tuning_units: self.tuning_units,
         };
         if self.runs == 0 {

@@ -212,10 +212,28 @@ mod tests {
             println!("{}: {}", o.case, o.notes.join(" "));
             let last = o.rows.iter().map(|r| r.t_s).max().unwrap();
             let raw = o.horizontal("raw", last).unwrap();
-            for scheme in ["ls-bias", "ls-3x3", "ekf6", "rnn"] {
+            for scheme in [
+                "ls-bias",
+                "ls-3x3",
+                "ekf6",
+                "ekf12",
+                "ekf24",
+                "rnn",
+                "rnn-kalman",
+            ] {
                 let left = o.horizontal(scheme, last).unwrap() / raw;
                 assert!(left < 0.25, "{}, {scheme}: {left} of raw", o.case);
             }
+        }
+        // 50 s of fixes, then 40 s free: 0.59 times the best classical filter, 0.75 times with the halves exchanged
+        for o in all
+            .iter()
+            .filter(|o| o.case.contains("49 s") || o.case.contains("0-50 s"))
+        {
+            let at = |scheme: &str| o.horizontal(scheme, 40).unwrap();
+            let best = at("ekf6").min(at("ekf12")).min(at("ekf24"));
+            let got = at("rnn-kalman");
+            assert!(got < 0.8 * best && got < 0.06 * at("raw"), "{got} {best}");
         }
     }
 
