@@ -13,6 +13,7 @@ pub mod error;
 pub mod experiment;
 pub mod gnss;
 pub mod harm;
+pub mod hil;
 pub mod imu;
 pub mod input;
 pub mod kalman;

@@ -3,6 +3,7 @@
 mod allan;
 mod campaign;
 mod convert;
+mod hil;
 mod learnability;
 mod own;
 mod replay;
@@ -40,6 +41,8 @@ enum Command {
     Learnability(learnability::Args),
     /// Recordings from one form to another: CSV, KF-GINS text, NovAtel logs
     Convert(convert::Args),
+    /// A board at its lines: a drive in, the corrected stream out, compared with software in the loop
+    Hil(hil::Args),
     /// Write a simulated session as CSV files, for other tools
     Simulate(simulate::Args),
 }
@@ -58,6 +61,7 @@ impl Cli {
             Some(Command::Allan(args)) => args.run(),
             Some(Command::Learnability(args)) => args.run(),
             Some(Command::Convert(args)) => args.run(),
+            Some(Command::Hil(args)) => args.run(),
             Some(Command::Simulate(args)) => args.run(),
         }
     }

@@ -1,18 +1,10 @@
-//! A simulated drive as the bytes of its sensors: standstill, then road, with a fix of the receiver every second.
+//! Simulated drives (`host_sim::hil::drive`) as recordings for the images.
 
 use anyhow::{Context, Result, ensure};
-use firmware::sample::Counts;
 use firmware::wire::Format;
-use firmware::wire::novatel::{self, Header, Log};
-use firmware::wire::stim300::{self, Cluster, Temperatures};
-use firmware::wire::ubx::Pvt;
-use firmware::wire::{DEGREE, G, kvh};
-use host_sim::earth::Geodetic;
-use host_sim::gnss::{Fix, GnssSpec};
-use host_sim::imu::ImuSpec;
-use host_sim::session::{Session, SessionConfig, simulate, to_si};
+use host_sim::hil as simulated;
 
-use crate::replay::{FORMATS, Input, LONGEST, Pace, stim300_config};
+use crate::replay::{FORMATS, Input, LONGEST, Pace};
 
 /// A piece of a recording.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -25,174 +17,21 @@ pub struct Record {
     pub bytes: Vec<u8>,
 }
 
-/// The sensor of a format: rate in Hz; value of a count in rad and m/s.
-fn sensor(format: Format) -> (u32, f64, f64) {
-    let exponent = |power: i32| 2f64.powi(power);
-    match format {
-        Format::Stim300 => (250, DEGREE * exponent(-21), exponent(-22)), // increments, 10 g
-        Format::Novatel => (200, 1e-9, 2e-8),                            // ISA-100C
-        _ => (1000, 1e-9, 1e-7), // KVH has numbers, which the quantisation of a simulated pulse must not show
-    }
-}
-
-/// Simulates `seconds` (at most 4000), the first ten of them at rest, with the medium laser-gyro IMU behind the words of `format`.
+/// Simulates `seconds` of `format`.
 ///
 /// # Errors
 /// A word does not fit into its field.
 pub fn drive(format: Format, seconds: u32) -> Result<Vec<Record>> {
-    let (rate_hz, rad, mps) = sensor(format);
-    let mut imu = ImuSpec::preset("medium").context("the preset `medium`")?;
-    imu.rate_hz = rate_hz;
-    imu.gyro.pulse_arcsec = rad / DEGREE * 3600.0;
-    imu.accel.pulse_ugs = mps / G * 1e6;
-    let standstill_s = 10.0_f64.min(f64::from(seconds));
-    let (session, _) = simulate(&SessionConfig {
-        imu: &imu,
-        gnss: &GnssSpec::default(),
-        start: Geodetic {
-            lat: 0.92,
-            lon: 0.18,
-            h: 300.0,
+    let drive = simulated::drive(format, seconds)?;
+    let record = |record: simulated::Record| Record {
+        input: match record.input {
+            simulated::Input::Sensor => Input::Sensor,
+            simulated::Input::Gnss => Input::Gnss,
         },
-        heading: 0.7,
-        standstill_s,
-        drive_s: f64::from(seconds) - standstill_s, // the last manoeuvre may take longer; it is cut off
-        segments: None,
-        vibration: 1.0,
-        unit: 1,
-        turn_on: 2,
-        drive: 3,
-    });
-    let mut records = records(format, &session)?;
-    records.retain(|record| record.at_us <= seconds * 1_000_000);
-    Ok(records)
-}
-
-/// The word in whose place a STIM300 sends its configuration, as it does when asked with `C`.
-const ANSWER: usize = 50;
-
-/// Words and fixes in the order of time; a STIM300 sends its configuration first. A fix is there 100 ms after its second.
-fn records(format: Format, session: &Session) -> Result<Vec<Record>> {
-    let period_us = (session.dt * 1e6).round() as u32;
-    let mut records = Vec::with_capacity(1 + session.counts.len() + session.fixes.len());
-    if format == Format::Stim300 {
-        records.push(Record {
-            input: Input::Sensor,
-            at_us: 0,
-            bytes: stim300_config().emit().to_vec(),
-        });
-    }
-    for (index, counts) in session.counts.iter().enumerate() {
-        records.push(Record {
-            input: Input::Sensor,
-            at_us: (index as u32 + 1) * period_us,
-            bytes: if format == Format::Stim300 && index == ANSWER {
-                stim300_config().emit().to_vec()
-            } else {
-                word(format, session, index, counts)?
-            },
-        });
-    }
-    for (second, fix) in session.fixes.iter().enumerate() {
-        records.push(Record {
-            input: Input::Gnss,
-            at_us: second as u32 * 1_000_000 + 100_000,
-            bytes: pvt(second as u32, fix).emit().to_vec(),
-        });
-    }
-    records.sort_by_key(|record| record.at_us);
-    Ok(records)
-}
-
-/// One word in its frame.
-fn word(format: Format, session: &Session, index: usize, counts: &Counts) -> Result<Vec<u8>> {
-    let mut buffer = [0; LONGEST];
-    let time = (index + 1) as f64 * session.dt;
-    let emitted = match format {
-        Format::Stim300 => {
-            let fits = |word: &i32| (-(1 << 23)..1 << 23).contains(word);
-            ensure!(
-                counts.dtheta.iter().chain(&counts.dv).all(fits),
-                "word {index} does not fit into 24 bits: {counts:?}"
-            );
-            let cluster = |words| Cluster { words, status: 0 };
-            stim300::Repr {
-                contents: stim300_config().contents(),
-                gyro: cluster(counts.dtheta),
-                accel: cluster(counts.dv),
-                incl: Cluster::default(),
-                temperatures: [Temperatures::default(); 3],
-                extra: (0, 0),
-                counter: (index * 8) as u8, // of 2000 Hz
-                latency_us: 120,
-            }
-            .emit(&mut buffer)
-        }
-        Format::Novatel => novatel::Repr {
-            log: Log::Rawimusx,
-            header: Header {
-                week: 2400,
-                millisecond: (time * 1e3) as u32,
-                ..Header::default()
-            },
-            lead: [0, 26, (2400u16 & 0xff) as u8, (2400u16 >> 8) as u8],
-            second_of_week: time,
-            status: 0,
-            gyro: counts.dtheta,
-            accel: counts.dv,
-        }
-        .emit(&mut buffer),
-        _ => {
-            let si = to_si(counts, &session.lsb);
-            kvh::Repr {
-                layout: kvh::Layout::A,
-                gyro: [0, 1, 2].map(|axis| si.dtheta[axis] as f32),
-                accel: [0, 1, 2].map(|axis| (si.dv[axis] / session.dt / G) as f32),
-                extra: [0; 4],
-                status: 0x77,
-                sequence: (index % 128) as u8,
-                temperature: 29,
-            }
-            .emit(&mut buffer)
-        }
+        at_us: record.at_us,
+        bytes: record.bytes,
     };
-    let length = emitted.map_err(|error| anyhow::anyhow!("word {index}: {error:?}"))?;
-    Ok(buffer[..length].to_vec())
-}
-
-/// A fix as the receiver sends it, its units rounded to the message's.
-#[must_use]
-pub fn pvt(second: u32, fix: &Fix) -> Pvt {
-    let degrees = |radians: f64| (radians / DEGREE * 1e7).round() as i32;
-    let velocity = [0, 1, 2].map(|axis| (fix.velocity[axis] * 1e3).round() as i32);
-    let height = (fix.position.h * 1e3).round() as i32;
-    Pvt {
-        time_of_week: second * 1000,
-        year: 2026,
-        month_to_second: [
-            11,
-            21,
-            (second / 3600 % 24) as u8,
-            (second / 60 % 60) as u8,
-            (second % 60) as u8,
-        ],
-        valid: 7,
-        time_accuracy: 25,
-        fix: 3,
-        flags: 1,
-        satellites: 14,
-        longitude: degrees(fix.position.lon),
-        latitude: degrees(fix.position.lat),
-        height,
-        height_sea: height - 47_000,
-        horizontal_accuracy: 1400,
-        vertical_accuracy: 1500,
-        velocity,
-        ground_speed: fix.velocity.xy().norm().mul_add(1e3, 0.5) as i32,
-        speed_accuracy: 90,
-        pdop: 130,
-        ..Pvt::default()
-    }
+    Ok(drive.records.into_iter().map(record).collect())
 }
 
 /// A recording for the `replay` image.

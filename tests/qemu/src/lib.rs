@@ -2,7 +2,8 @@
 //! ([`size`], [`count`]) and knows what they may cost ([`budget`]); on the target it is the start-up and exit of the programs
 //! in `src/bin`.
 //!
-//! [`replay`] is on both sides. The board images themselves run in [`live`] machines, with sockets at their serial lines.
+//! [`replay`] is on both sides. The board images themselves run in [`live`] machines, with sockets at their serial lines,
+//! or are [`listening`] at ports.
 #![cfg_attr(target_os = "none", no_std)]
 
 pub mod replay;
@@ -19,6 +20,8 @@ pub mod drive;
 pub mod images;
 #[cfg(not(target_os = "none"))]
 pub mod judges;
+#[cfg(not(target_os = "none"))]
+pub mod listening;
 #[cfg(not(target_os = "none"))]
 pub mod live;
 #[cfg(not(target_os = "none"))]

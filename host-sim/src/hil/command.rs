@@ -1,0 +1,196 @@
+//! The requester's end of the command link.
+
+use super::port::Port;
+use crate::error::Error;
+use firmware::app::{IMAGES_LEN, Nets};
+use firmware::wire::command::{
+    Counters, Health, MAX_CHUNK, MAX_PACKET, Mode, Packets, Request, Response, Version,
+    WIRE_VERSION, decode, encode,
+};
+use lrnn_nostd::image;
+use std::time::{Duration, Instant};
+
+/// How long an answer may take before the request is sent again, and how often it is.
+const PATIENCE: Duration = Duration::from_millis(500);
+const TRIES: u32 = 8;
+
+/// A board that answers.
+#[derive(Debug)]
+pub struct Link {
+    port: Port,
+    name: String,
+    packets: Packets,
+    number: u8,
+}
+
+impl Link {
+    /// Over an open port.
+    #[must_use]
+    pub fn new(port: Port, name: &str) -> Self {
+        Self {
+            port,
+            name: name.to_owned(),
+            packets: Packets::new(),
+            number: 0,
+        }
+    }
+
+    fn error(&self, problem: String, remedy: &str) -> Error {
+        Error::Option {
+            option: format!("--command {}", self.name),
+            problem,
+            remedy: remedy.into(),
+        }
+    }
+
+    /// Asks until there is an answer, and hands it to `read`, which says `None` to one it does not want.
+    ///
+    /// # Errors
+    /// The port is broken, nobody answers, or not so.
+    pub fn ask<T>(
+        &mut self,
+        request: &Request,
+        read: impl Fn(&Response) -> Option<T>,
+    ) -> Result<T, Error> {
+        self.number = self.number.wrapping_add(1);
+        let mut buffer = [0; MAX_PACKET];
+        let packet = encode(self.number, request, &mut buffer)
+            .map_err(|error| self.error(format!("{request:?}: {error:?}"), "report it"))?
+            .to_vec();
+        for _ in 0..TRIES {
+            let sent = self.port.send(&packet, &|| false);
+            sent.map_err(|error| self.error(error.to_string(), "check the cable"))?;
+            let start = Instant::now();
+            while start.elapsed() < PATIENCE {
+                if let Some(answer) = self.answer(&read)? {
+                    return answer.map_err(|said| {
+                        let remedy =
+                            "a board between alignment and power-off refuses much: restart it";
+                        self.error(format!("{request:?} is answered {said}"), remedy)
+                    });
+                }
+            }
+        }
+        let remedy = "check that it is the board's command line and its bit rate";
+        Err(self.error(format!("no answer to {request:?}"), remedy))
+    }
+
+    /// The answer to the last request, if it has come: what was read of it, or what it says instead.
+    fn answer<T>(
+        &mut self,
+        read: &impl Fn(&Response) -> Option<T>,
+    ) -> Result<Option<Result<T, String>>, Error> {
+        let mut buffer = [0; 256];
+        let len = self.port.receive(&mut buffer);
+        let len = len.map_err(|error| self.error(error.to_string(), "check the cable"))?;
+        let mut answer = None;
+        for &byte in buffer.get(..len).unwrap_or_default() {
+            if let Some(packet) = self.packets.push(byte)
+                && let Ok((number, response)) = decode::<Response>(packet)
+                && number == self.number
+            {
+                answer = Some(read(&response).ok_or_else(|| format!("{response:?}")));
+            }
+        }
+        Ok(answer)
+    }
+
+    /// Wants it done.
+    ///
+    /// # Errors
+    /// As [`Link::ask`], or it is refused.
+    pub fn order(&mut self, request: &Request) -> Result<(), Error> {
+        self.ask(request, |answer| (*answer == Response::Done).then_some(()))
+    }
+
+    /// Version, of which the wire format must be ours.
+    ///
+    /// # Errors
+    /// As [`Link::ask`], or it is another.
+    pub fn version(&mut self) -> Result<Version, Error> {
+        let version = self.ask(&Request::GetVersion, |answer| match answer {
+            Response::Version(version) => Some(*version),
+            _ => None,
+        })?;
+        if version.wire == WIRE_VERSION {
+            return Ok(version);
+        }
+        let problem = format!(
+            "speaks version {} of the link, not {WIRE_VERSION}",
+            version.wire
+        );
+        Err(self.error(
+            problem,
+            "flash the firmware of this program's version: cargo xtask flash",
+        ))
+    }
+
+    /// Health.
+    ///
+    /// # Errors
+    /// As [`Link::ask`].
+    pub fn health(&mut self) -> Result<Health, Error> {
+        self.ask(&Request::GetHealth, |answer| match answer {
+            Response::Health(health) => Some(*health),
+            _ => None,
+        })
+    }
+
+    /// Counters.
+    ///
+    /// # Errors
+    /// As [`Link::ask`].
+    pub fn counters(&mut self) -> Result<Counters, Error> {
+        self.ask(&Request::GetCounters, |answer| match answer {
+            Response::Counters(counters) => Some(*counters),
+            _ => None,
+        })
+    }
+
+    /// The weight images in use.
+    ///
+    /// # Errors
+    /// As [`Link::ask`].
+    pub fn images(&mut self) -> Result<Vec<u8>, Error> {
+        let mut images = Vec::new();
+        while images.len() < IMAGES_LEN {
+            let request = Request::ReadImage {
+                offset: images.len() as u32,
+                length: MAX_CHUNK as u16,
+            };
+            let piece = self.ask(&request, |answer| match answer {
+                Response::Image { bytes, .. } if !bytes.is_empty() => Some(bytes.to_vec()),
+                _ => None,
+            })?;
+            images.extend(piece);
+        }
+        Ok(images)
+    }
+
+    /// Carries out each request.
+    ///
+    /// # Errors
+    /// As [`Link::order`].
+    pub fn orders(&mut self, requests: &[Request]) -> Result<(), Error> {
+        requests.iter().try_for_each(|request| self.order(request))
+    }
+}
+
+/// Both networks' image as the link carries it.
+#[must_use]
+pub fn images(nets: &Nets) -> Vec<u8> {
+    [image::encode(&nets.gyro), image::encode(&nets.accel)].concat()
+}
+
+/// What loads weights and sets a mode.
+#[must_use]
+pub fn set_up(images: &[u8], mode: Mode) -> Vec<Request<'_>> {
+    let piece = |(index, bytes)| Request::WriteImage {
+        offset: (index * MAX_CHUNK) as u32,
+        bytes,
+    };
+    let mut requests: Vec<Request> = images.chunks(MAX_CHUNK).enumerate().map(piece).collect();
+    let length = images.len() as u32;
+    requests.extend([Request::CommitImage { length }, Request::SetMode(mode)]);
+    requests
+}

@@ -1,0 +1,110 @@
+//! A serial device or a TCP socket: `tcp:HOST:PORT`, or a path such as `/dev/ttyUSB0` or `COM3`.
+
+use crate::error::Error;
+use serialport::SerialPort;
+use std::io::{self, ErrorKind, Read, Write};
+use std::net::TcpStream;
+use std::time::Duration;
+
+/// How long one read or write may wait; long waits are many of these, so that an interruption is noticed.
+const TURN: Duration = Duration::from_millis(50);
+
+/// One end of a line.
+#[derive(Debug)]
+pub enum Port {
+    /// A socket: QEMU's serial lines, a terminal server.
+    Tcp(TcpStream),
+    /// A serial device, 8 data bits, no parity, one stop bit.
+    Serial(Box<dyn SerialPort>),
+}
+
+impl Port {
+    /// Opens it; `option` is named in errors, `baud` means nothing to a socket.
+    ///
+    /// # Errors
+    /// There is no such port, or it is not ours to use.
+    pub fn open(option: &str, name: &str, baud: u32) -> Result<Self, Error> {
+        let refused = |problem: String, remedy: &str| Error::Option {
+            option: format!("{option} {name}"),
+            problem,
+            remedy: remedy.into(),
+        };
+        if let Some(address) = name.strip_prefix("tcp:") {
+            let socket = TcpStream::connect(address).and_then(|socket| {
+                socket.set_nodelay(true)?;
+                socket.set_read_timeout(Some(TURN))?;
+                socket.set_write_timeout(Some(TURN))?;
+                Ok(socket)
+            });
+            return socket.map(Self::Tcp).map_err(|error| {
+                let remedy = "give tcp:HOST:PORT of something that listens, QEMU with -serial tcp:HOST:PORT,server=on say";
+                refused(format!("does not connect ({error})"), remedy)
+            });
+        }
+        let port = serialport::new(name, baud).timeout(TURN).open();
+        port.map(Self::Serial).map_err(|error| {
+            let remedy =
+                "check cable and name, and that you may use the device and nobody else does";
+            refused(format!("does not open ({error})"), remedy)
+        })
+    }
+
+    /// Another handle of the same port, for another thread.
+    ///
+    /// # Errors
+    /// The system has none left.
+    pub fn again(&self) -> io::Result<Self> {
+        match self {
+            Self::Tcp(socket) => socket.try_clone().map(Self::Tcp),
+            Self::Serial(port) => Ok(Self::Serial(port.try_clone()?)),
+        }
+    }
+
+    /// What has come within a turn, perhaps nothing.
+    ///
+    /// # Errors
+    /// The port is broken or closed.
+    pub fn receive(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        let read = match self {
+            Self::Tcp(socket) => match socket.read(buffer) {
+                Ok(0) => Err(ErrorKind::UnexpectedEof.into()),
+                other => other,
+            },
+            Self::Serial(port) => port.read(buffer),
+        };
+        match read {
+            Err(error) if waits(&error) => Ok(0),
+            other => other,
+        }
+    }
+
+    /// Sends all, unless `stop` says so in between; whether all was sent.
+    ///
+    /// # Errors
+    /// The port is broken or closed.
+    pub fn send(&mut self, mut bytes: &[u8], stop: &dyn Fn() -> bool) -> io::Result<bool> {
+        while !bytes.is_empty() {
+            let written = match self {
+                Self::Tcp(socket) => socket.write(bytes),
+                Self::Serial(port) => port.write(bytes),
+            };
+            match written {
+                Ok(0) => return Err(ErrorKind::WriteZero.into()),
+                Ok(n) => bytes = bytes.get(n..).unwrap_or_default(),
+                Err(error) if waits(&error) => {}
+                Err(error) => return Err(error),
+            }
+            if stop() && !bytes.is_empty() {
+                return Ok(false);
+            }
+        }
+        Ok(true)
+    }
+}
+
+fn waits(error: &io::Error) -> bool {
+    matches!(
+        error.kind(),
+        ErrorKind::WouldBlock | ErrorKind::TimedOut | ErrorKind::Interrupted
+    )
+}

@@ -1,0 +1,107 @@
+//! Software in the loop: the firmware's application here, given what the board is given.
+
+use firmware::app::{App, Config, Lines, Nets};
+use firmware::link::{Clock, Full, Line, Lost, NoLine};
+use firmware::wire::command::{MAX_PACKET, Request, encode};
+use lrnn_nostd::{Net, Normalisation, Weights};
+use std::collections::VecDeque;
+
+/// A line in memory.
+#[derive(Debug, Default)]
+struct Memory {
+    came: VecDeque<u8>,
+    sent: Vec<u8>,
+}
+
+impl Line for Memory {
+    fn receive(&mut self, buffer: &mut [u8]) -> Result<usize, Lost> {
+        let len = buffer.len().min(self.came.len());
+        for (place, byte) in buffer.iter_mut().zip(self.came.drain(..len)) {
+            *place = byte;
+        }
+        Ok(len)
+    }
+
+    fn send(&mut self, message: &[u8]) -> Result<(), Full> {
+        self.sent.extend_from_slice(message);
+        Ok(())
+    }
+}
+
+#[derive(Debug)]
+struct Now(u64);
+
+impl Clock for Now {
+    fn now_us(&self) -> u64 {
+        self.0
+    }
+}
+
+/// The application with its lines and time.
+#[derive(Debug)]
+pub struct Software {
+    app: App<'static>,
+    lines: Lines<Memory, Memory, Memory, NoLine>,
+    now: Now,
+}
+
+impl Software {
+    /// As a board is when it has just started.
+    #[must_use]
+    pub fn new() -> Self {
+        Self {
+            app: App::new(Config::default()),
+            lines: Lines::default(),
+            now: Now(0),
+        }
+    }
+
+    /// Bytes of the sensor at `at_us`; what leaves for the navigation computer.
+    pub fn sensor(&mut self, at_us: u32, bytes: &[u8]) -> Vec<u8> {
+        self.now.0 = at_us.into();
+        self.lines.sensor.came.extend(bytes);
+        self.settle();
+        core::mem::take(&mut self.lines.navigation.sent)
+    }
+
+    /// A request over the command link.
+    pub fn command(&mut self, request: &Request) {
+        let mut packet = [0; MAX_PACKET];
+        if let Ok(packet) = encode(0, request, &mut packet) {
+            self.lines.command.came.extend(&*packet);
+        }
+        self.settle();
+        self.lines.command.sent.clear();
+    }
+
+    fn settle(&mut self) {
+        while self.app.poll(&mut self.lines, &self.now) {}
+        self.lines.sensor.sent.clear(); // a request for the configuration, which comes anyway
+    }
+}
+
+impl Default for Software {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+/// Networks that remember and correct by up to about 1 deg/h and 100 ug: nothing to navigate with, but every word shows them.
+#[must_use]
+pub fn nets() -> Nets {
+    let weights = Weights::from_fn(|index| ((index * 37 + 11) % 129) as f32 / 128.0 - 0.5);
+    let net = |input_scale: f32, output_scale: f32| -> Net {
+        Net::new(
+            weights,
+            Normalisation {
+                input_offset: [0.0; 3],
+                input_scale: [input_scale; 3],
+                output_scale: [output_scale; 3],
+            },
+        )
+    };
+    Nets {
+        gyro: net(2.0, 5e-6),
+        accel: net(0.1, 1e-3),
+    }
+}

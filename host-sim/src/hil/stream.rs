@@ -1,0 +1,163 @@
+//! Feeds the lines and gathers the stream, in real time or as fast as the lines take it.
+
+use super::drive::{Input, Record};
+use super::port::Port;
+use std::io;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread;
+use std::time::{Duration, Instant};
+
+/// A board that has sent nothing for so long has nothing more to send, or has gone silent.
+const QUIET: Duration = Duration::from_secs(3);
+
+/// The board's lines.
+#[derive(Debug)]
+pub struct Lines {
+    /// Where the sensor would be.
+    pub imu: Port,
+    /// Where the navigation computer would be.
+    pub nav: Port,
+    /// Where the receiver would be, if the board has one.
+    pub gnss: Option<Port>,
+}
+
+impl Lines {
+    /// Throws away what has come from earlier.
+    ///
+    /// # Errors
+    /// A port is broken.
+    pub fn drain(&mut self) -> io::Result<()> {
+        let mut buffer = [0; 4096];
+        let start = Instant::now();
+        for port in [&mut self.imu, &mut self.nav] {
+            while port.receive(&mut buffer)? > 0 && start.elapsed() < QUIET {}
+        }
+        Ok(())
+    }
+}
+
+/// What a run gave.
+#[derive(Debug, Default)]
+pub struct Gathered {
+    /// What the board sent to the navigation computer.
+    pub bytes: Vec<u8>,
+    /// How many bytes had come, and when.
+    pub came: Vec<(usize, Instant)>,
+    /// When each record of the sensor had been handed over; shorter when the run was interrupted.
+    pub sent: Vec<Instant>,
+}
+
+/// How to run.
+pub struct Run<'a> {
+    /// As fast as the lines take it, not in real time.
+    pub fast: bool,
+    /// Set: end after the record in progress.
+    pub stop: &'a AtomicBool,
+    /// Told how many bytes have come.
+    pub progress: &'a (dyn Fn(usize) + Sync),
+}
+
+impl Run<'_> {
+    /// Whether it was asked to end.
+    pub fn stopped(&self) -> bool {
+        self.stop.load(Ordering::Relaxed)
+    }
+
+    /// Sends `records` and gathers what comes, until `expected` bytes have come or the board falls silent.
+    ///
+    /// # Errors
+    /// A port is broken.
+    pub fn through(
+        &self,
+        lines: &mut Lines,
+        records: &[Record],
+        expected: usize,
+    ) -> io::Result<Gathered> {
+        let mut gnss = lines.gnss.as_ref().map(Port::again).transpose()?;
+        let mut imu = lines.imu.again()?;
+        let mut answers = lines.imu.again()?;
+        let (fed, over) = (AtomicBool::new(false), AtomicBool::new(false));
+        let start = Instant::now();
+        thread::scope(|scope| {
+            let receiver = scope.spawn(|| match &mut gnss {
+                Some(port) => self
+                    .feed(port, records, (Input::Gnss, start), &over)
+                    .map(drop),
+                None => Ok(()),
+            });
+            let sensor = scope.spawn(|| {
+                let sent = self.feed(&mut imu, records, (Input::Sensor, start), &over);
+                fed.store(true, Ordering::Release);
+                sent
+            });
+            // the board may ask the sensor for its configuration, which comes anyway: only make room
+            scope.spawn(|| {
+                let mut buffer = [0; 256];
+                while !fed.load(Ordering::Acquire) {
+                    if answers.receive(&mut buffer).is_err() {
+                        break; // told by the sender
+                    }
+                }
+            });
+            let gathered = self.gather(&mut lines.nav, expected, &fed);
+            over.store(true, Ordering::Relaxed);
+            let mut gathered = gathered?;
+            gathered.sent = joined(sensor)?;
+            joined(receiver)?;
+            Ok(gathered)
+        })
+    }
+
+    fn feed(
+        &self,
+        port: &mut Port,
+        records: &[Record],
+        (input, start): (Input, Instant),
+        over: &AtomicBool,
+    ) -> io::Result<Vec<Instant>> {
+        let from = records.first().map_or(0, |record| record.at_us);
+        let mut sent = Vec::new();
+        let stopped = || self.stopped() || over.load(Ordering::Relaxed);
+        for record in records.iter().filter(|record| record.input == input) {
+            if !self.fast {
+                let due = start + Duration::from_micros(u64::from(record.at_us - from));
+                while !stopped()
+                    && let Some(left) = due.checked_duration_since(Instant::now())
+                {
+                    thread::sleep(left.min(Duration::from_millis(50)));
+                }
+            }
+            if stopped() || !port.send(&record.bytes, &stopped)? {
+                break;
+            }
+            sent.push(Instant::now());
+        }
+        Ok(sent)
+    }
+
+    fn gather(&self, nav: &mut Port, expected: usize, fed: &AtomicBool) -> io::Result<Gathered> {
+        let mut gathered = Gathered::default();
+        let mut buffer = [0; 4096];
+        let mut heard = Instant::now();
+        while gathered.bytes.len() < expected {
+            let len = nav.receive(&mut buffer)?;
+            if len > 0 {
+                heard = Instant::now();
+                gathered
+                    .bytes
+                    .extend_from_slice(buffer.get(..len).unwrap_or_default());
+                gathered.came.push((gathered.bytes.len(), heard));
+                (self.progress)(gathered.bytes.len());
+            } else if heard.elapsed() > QUIET || (self.stopped() && fed.load(Ordering::Acquire)) {
+                break;
+            }
+        }
+        Ok(gathered)
+    }
+}
+
+fn joined<T>(thread: thread::ScopedJoinHandle<'_, io::Result<T>>) -> io::Result<T> {
+    thread
+        .join()
+        .unwrap_or_else(|_| Err(io::Error::other("a sender panicked")))
+}

@@ -1,0 +1,88 @@
+//! `host-sim hil` with the boards' own images in QEMU at the other end of its ports.
+
+use std::sync::atomic::AtomicBool;
+
+use firmware::wire::Format;
+use host_sim::hil::{Control, Setup, run};
+use qemu::images::{BOARDS, Board};
+use qemu::listening::Listening;
+
+fn setup(board: &Listening, format: Format, seconds: u32) -> Setup {
+    let [imu, nav, gnss, command] = board.ports.clone();
+    Setup {
+        imu,
+        nav,
+        gnss: Some(gnss),
+        command: Some(command),
+        baud: 921_600,
+        gnss_baud: 115_200,
+        format,
+        seconds,
+        fast: true,
+    }
+}
+
+fn runs(board: Board, formats: &[(Format, u32)]) {
+    let Some(image) = board.image.build_or_skip() else {
+        return;
+    };
+    let listening = Listening::start(board, &image).expect("QEMU listens");
+    let control = Control {
+        stop: &AtomicBool::new(false),
+        progress: &|_, _| {},
+    };
+    // one after the other on the same board, which has to find each format by itself
+    for (format, seconds) in formats {
+        let report = run(&setup(&listening, *format, *seconds), control).expect("it runs");
+        let what = format!("{}, {format:?}: {report:?}", board.name);
+        assert!(report.corrected && report.verdict.equal, "{what}");
+        assert!(report.verdict.navigation_equal, "{what}");
+        assert!(
+            report.verdict.words > 400 && report.verdict.counter_errors == 0,
+            "{what}"
+        );
+        assert_eq!(report.fixes, Some(*seconds), "{what}");
+        assert!(
+            report.latency.is_some_and(|latency| latency.min_ms > 0.0),
+            "{what}"
+        );
+    }
+}
+
+#[test]
+fn the_stm32f405_runs_every_format_on_one_board() {
+    runs(
+        BOARDS[0],
+        &[
+            (Format::Stim300, 4),
+            (Format::Kvh, 3),
+            (Format::Novatel, 4),
+            (Format::Stim300, 3),
+        ],
+    );
+}
+
+#[test]
+fn another_board_does_the_same() {
+    runs(BOARDS[1], &[(Format::Stim300, 3)]);
+}
+
+#[test]
+fn without_a_command_link_everything_passes_unchanged() {
+    let Some(image) = BOARDS[0].image.build_or_skip() else {
+        return;
+    };
+    let listening = Listening::start(BOARDS[0], &image).expect("QEMU listens");
+    let mut setup = setup(&listening, Format::Stim300, 3);
+    (setup.command, setup.gnss) = (None, None);
+    let control = Control {
+        stop: &AtomicBool::new(false),
+        progress: &|_, _| {},
+    };
+    let report = run(&setup, control).expect("it runs");
+    assert!(report.verdict.equal && !report.corrected, "{report:?}");
+    assert_eq!(
+        (report.silences, report.fixes, report.firmware),
+        (None, None, None)
+    );
+}

@@ -1,0 +1,57 @@
+//! `host-sim hil` with ports that are no board's.
+
+#![allow(
+    clippy::unwrap_used,
+    reason = "test helpers; a failure here fails the test"
+)]
+
+use assert_cmd::Command;
+use std::net::TcpListener;
+
+fn error(args: &[&str]) -> String {
+    let mut command = Command::new(system::host_sim_binary());
+    let assert = command.arg("hil").args(args).assert().code(2);
+    String::from_utf8(assert.get_output().stderr.clone()).unwrap()
+}
+
+#[test]
+fn ports_that_do_not_open_are_named_with_their_remedy() {
+    let text = error(&["--imu", "/dev/tty-of-nobody", "--nav", "/dev/tty-of-nobody"]);
+    assert!(
+        text.contains("--imu /dev/tty-of-nobody: does not open"),
+        "{text}"
+    );
+    assert!(text.contains("remedy: check cable and name"), "{text}");
+
+    let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+    let there = format!("tcp:{}", listener.local_addr().unwrap());
+    let closed = TcpListener::bind("127.0.0.1:0").unwrap();
+    let gone = format!("tcp:{}", closed.local_addr().unwrap());
+    drop(closed);
+    let text = error(&["--imu", &there, "--nav", &gone]);
+    assert!(
+        text.contains(&format!("--nav {gone}: does not connect")),
+        "{text}"
+    );
+    let text = error(&["--imu", "tcp:nonsense", "--nav", &there]);
+    assert!(
+        text.contains("--imu tcp:nonsense: does not connect"),
+        "{text}"
+    );
+    let text = error(&["--imu", &there]);
+    assert!(text.contains("--nav"), "{text}");
+}
+
+#[test]
+fn a_socket_that_never_answers_is_silent() {
+    let listeners = [0; 2].map(|_| TcpListener::bind("127.0.0.1:0").unwrap());
+    let [imu, nav] = [0, 1].map(|at: usize| format!("tcp:{}", listeners[at].local_addr().unwrap()));
+    let text = error(&["--imu", &imu, "--nav", &nav, "--seconds", "2", "--fast"]);
+    assert!(
+        text.contains(&format!(
+            "--nav {nav}: nothing comes although frames go into {imu}"
+        )),
+        "{text}"
+    );
+    assert!(text.contains("--baud"), "{text}");
+}
