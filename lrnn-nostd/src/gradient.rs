@@ -58,8 +58,24 @@ impl<T: Real> Sensitivities<T> {
     pub fn descend(&self, weights: &mut Weights<T>, residual: &[T; NEURONS], rate: T) {
         let [r0, r1, r2] = residual.map(|r| r * rate);
         let [s0, s1, s2] = &self.s3;
-        for (((theta, &a), &b), &c) in weights.iter_mut().zip(s0).zip(s1).zip(s2) {
-            *theta -= r0 * a + r1 * b + r2 * c;
+        // in parts of known length: no bounds checks, no iterator over layers
+        let mut first = 0;
+        for layer in &mut weights.layers {
+            let parts = [
+                layer.w.as_flattened_mut(),
+                layer.r.as_flattened_mut(),
+                &mut layer.b,
+            ];
+            for part in parts {
+                let below = |row: &[T; PARAMS], k: usize| row.get(first + k).copied();
+                for (k, theta) in part.iter_mut().enumerate() {
+                    if let (Some(a), Some(b), Some(c)) = (below(s0, k), below(s1, k), below(s2, k))
+                    {
+                        *theta -= r0 * a + r1 * b + r2 * c;
+                    }
+                }
+                first += part.len();
+            }
         }
     }
 
@@ -77,34 +93,18 @@ impl<T: Real> Sensitivities<T> {
         let [slope1, slope2, slope3] = &forward.slope;
 
         let fr1 = scaled(slope1, &layer1.r);
-        recur::<F, T, _>(&mut self.s1, &fr1, 0);
-        direct::<F, T, _>(&mut self.s1, slope1, &forward.input, last1);
+        own::<F, T, _>(&mut self.s1, &fr1, slope1, &forward.input, last1);
 
         let fr2 = scaled(slope2, &layer2.r);
         inherit::<F, T, _, _>(&mut self.s2, &self.s1, &scaled(slope2, &layer2.w), &fr2);
-        recur::<F, T, _>(&mut self.s2, &fr2, PARAMS_PER_LAYER);
-        direct::<F, T, _>(&mut self.s2, slope2, y1, last2);
+        own::<F, T, _>(&mut self.s2, &fr2, slope2, y1, last2);
 
+        // Every value below a layer enters its sums, and 0 times a non-finite value is NaN: the top layer tells for all.
         let fr3 = scaled(slope3, &layer3.r);
-        inherit::<F, T, _, _>(&mut self.s3, &self.s2, &scaled(slope3, &layer3.w), &fr3);
-        recur::<F, T, _>(&mut self.s3, &fr3, PARAMS_2);
-        direct::<F, T, _>(&mut self.s3, slope3, y2, last3);
-        self.is_finite()
-    }
-
-    /// Every value below a layer enters its sums, and 0 times a non-finite value is NaN: the top layer tells for all.
-    #[inline]
-    fn is_finite(&self) -> bool {
-        let [a, b, c] = &self.s3;
-        let mut sum = [T::ZERO; 9];
-        for row in [a, b, c] {
-            for nine in row.as_chunks::<9>().0 {
-                for (sum, &value) in sum.iter_mut().zip(nine) {
-                    *sum += value;
-                }
-            }
-        }
-        crate::real::all_finite(&sum)
+        let fw3 = scaled(slope3, &layer3.w);
+        let inherited = inherit::<F, T, _, _>(&mut self.s3, &self.s2, &fw3, &fr3);
+        let own = own::<F, T, _>(&mut self.s3, &fr3, slope3, y2, last3);
+        crate::real::all_finite(&inherited) && crate::real::all_finite(&own)
     }
 }
 
@@ -164,49 +164,70 @@ fn feedback<F: Feedback, T: Real>(fr: &[[T; NEURONS]; NEURONS], s: &[T; NEURONS]
     }
 }
 
-/// l = m, the recursion: s_j = sum_i f' R_ji s_i(k-1) for the layer's own parameters, the last 21 of N, from `first` on.
+/// l = m: s_j = sum_i f' R_ji s_i(k-1) for the layer's own parameters, the last 21 of N, and f'(x_p) d more for the parameters W_pq,
+/// R_pq, b_p of unit p = j. Gives the sum of the values of each j.
 #[inline(always)]
-fn recur<F: Feedback, T: Real, const N: usize>(
+fn own<F: Feedback, T: Real, const N: usize>(
     s: &mut [[T; N]; NEURONS],
     fr: &[[T; NEURONS]; NEURONS],
-    first: usize,
-) {
-    for theta in first..N {
-        let last = [s[0][theta], s[1][theta], s[2][theta]];
-        for j in 0..NEURONS {
-            s[j][theta] = feedback::<F, T>(fr, &last, j);
-        }
-    }
-}
-
-/// l = m, the direct term: s_p += f'(x_p) d for the parameters W_pq, R_pq, b_p of unit p.
-#[inline(always)]
-fn direct<F: Feedback, T: Real, const N: usize>(
-    s: &mut [[T; N]; NEURONS],
     slope: &[T; NEURONS],
     below: &[T; NEURONS],
     last: &[T; NEURONS],
-) {
-    let first = N - PARAMS_PER_LAYER;
-    for p in 0..NEURONS {
-        for q in 0..NEURONS {
-            s[p][first + NEURONS * p + q] += slope[p] * below[q];
-            if F::FULL || p == q {
-                s[p][first + R + NEURONS * p + q] += slope[p] * last[q];
-            }
-        }
-        s[p][first + B + p] += slope[p];
-    }
+) -> [T; NEURONS] {
+    let mut sum = [T::ZERO; NEURONS];
+    unit::<F, T, N, 0>(s, fr, slope, below, last, &mut sum);
+    unit::<F, T, N, 1>(s, fr, slope, below, last, &mut sum);
+    unit::<F, T, N, 2>(s, fr, slope, below, last, &mut sum);
+    sum
 }
 
-/// l > m: s_j = sum_i f' W_ji below_i(k) + sum_i f' R_ji s_i(k-1) for the M parameters of the layers below.
+/// The seven parameters of unit P: straight code, since P is known when it is compiled.
+#[inline(always)]
+fn unit<F: Feedback, T: Real, const N: usize, const P: usize>(
+    s: &mut [[T; N]; NEURONS],
+    fr: &[[T; NEURONS]; NEURONS],
+    slope: &[T; NEURONS],
+    below: &[T; NEURONS],
+    last: &[T; NEURONS],
+    sum: &mut [T; NEURONS],
+) {
+    let first = N - PARAMS_PER_LAYER;
+    let mut one = |theta: usize, direct: Option<T>| {
+        let before = [s[0][theta], s[1][theta], s[2][theta]];
+        for j in 0..NEURONS {
+            let mut value = feedback::<F, T>(fr, &before, j);
+            if j == P
+                && let Some(direct) = direct
+            {
+                value += direct;
+            }
+            s[j][theta] = value;
+            sum[j] += value;
+        }
+    };
+    for q in 0..NEURONS {
+        one(first + NEURONS * P + q, Some(slope[P] * below[q]));
+    }
+    for q in 0..NEURONS {
+        let fed_back = F::FULL || P == q;
+        one(
+            first + R + NEURONS * P + q,
+            fed_back.then(|| slope[P] * last[q]),
+        );
+    }
+    one(first + B + P, Some(slope[P]));
+}
+
+/// l > m: s_j = sum_i f' W_ji below_i(k) + sum_i f' R_ji s_i(k-1) for the M parameters of the layers below. Gives the sum of the values of
+/// each j.
 #[inline(always)]
 fn inherit<F: Feedback, T: Real, const N: usize, const M: usize>(
     s: &mut [[T; N]; NEURONS],
     below: &[[T; M]; NEURONS],
     fw: &[[T; NEURONS]; NEURONS],
     fr: &[[T; NEURONS]; NEURONS],
-) {
+) -> [T; NEURONS] {
+    let mut sums = [T::ZERO; NEURONS];
     for theta in 0..M {
         let under = [below[0][theta], below[1][theta], below[2][theta]];
         let last = [s[0][theta], s[1][theta], s[2][theta]];
@@ -216,6 +237,8 @@ fn inherit<F: Feedback, T: Real, const N: usize, const M: usize>(
                 sum += fw[j][i] * under[i];
             }
             s[j][theta] = sum;
+            sums[j] += sum;
         }
     }
+    sums
 }
