@@ -24,6 +24,7 @@ fn one_run(c: &mut Criterion) {
             models,
             out: PathBuf::new(),
             resume: false,
+            schemes: Vec::new(),
             ablation: false,
             tuning_units: 1,
         };

@@ -54,6 +54,8 @@ pub struct Campaign {
     pub out: PathBuf,
     /// Keep the runs that are there already.
     pub resume: bool,
+    /// Only these schemes; empty: all.
+    pub schemes: Vec<String>,
     /// Also the schemes of [`ABLATION`].
     pub ablation: bool,
     /// Units that the classical filters are tuned on, >= 1.
@@ -151,7 +153,11 @@ impl Campaign {
 
     fn schemes(&self) -> impl Iterator<Item = &'static (&'static str, Scheme)> {
         let ablation: &[(&str, Scheme)] = if self.ablation { &ABLATION } else { &[] };
-        SCHEMES.iter().chain(ablation)
+        let wanted = |name: &str| self.schemes.is_empty() || self.schemes.iter().any(|s| s == name);
+        SCHEMES
+            .iter()
+            .filter(move |(name, _)| wanted(name))
+            .chain(ablation)
     }
 
     /// All error groups and schemes of run `k`; the noise-only IMU on the same drive is the floor of every group.
@@ -272,6 +278,7 @@ mod tests {
             models: vec![ErrorModelName::All],
             out: PathBuf::new(),
             resume: false,
+            schemes: Vec::new(),
             ablation: false,
             tuning_units: 1,
         };

@@ -12,6 +12,7 @@ fn campaign(preset: &str) -> (Campaign, ImuSpec) {
         models: ErrorModelName::ALL.to_vec(),
         out: PathBuf::new(),
         resume: false,
+        schemes: Vec::new(),
         ablation: false,
         tuning_units: 1,
     };

@@ -1,7 +1,8 @@
 //! `host-sim campaign`.
 
 use crate::campaign::{
-    Campaign, Merged, Progress, Ratio, Summary, merge, ratios, results, summarise, to_parquet,
+    Campaign, Merged, Progress, Ratio, SCHEMES, Summary, merge, ratios, results, summarise,
+    to_parquet,
 };
 use crate::error::Error;
 use crate::imu::ErrorModelName;
@@ -45,6 +46,9 @@ pub struct Args {
     /// Units, other than those judged, on which the classical filters are tuned for each error group
     #[arg(long, default_value_t = 12, value_parser = clap::value_parser!(u32).range(1..=1000))]
     tuning_units: u32,
+    /// Schemes, separated by commas [default: all]
+    #[arg(long, value_delimiter = ',', value_name = "NAMES")]
+    schemes: Vec<String>,
     /// Also judge the hypotheses of `rnn-kalman` alone, and the bank without some of them
     #[arg(long)]
     ablation: bool,
@@ -98,6 +102,7 @@ impl Args {
             models: models?,
             out: self.out.clone(),
             resume: self.resume,
+            schemes: self.schemes()?,
             ablation: self.ablation,
             tuning_units: self.tuning_units,
         };
@@ -143,6 +148,19 @@ impl Args {
             files.parquet = Some(self.out.join("campaign.parquet"));
         }
         finish(&done?, &files)
+    }
+
+    /// The schemes asked for; each must exist.
+    fn schemes(&self) -> Result<Vec<String>, Error> {
+        let known = || SCHEMES.iter().map(|(name, _)| *name);
+        for name in &self.schemes {
+            if !known().any(|k| k == name) {
+                let all: Vec<&str> = known().collect();
+                let remedy = format!("give some of {}", all.join(", "));
+                return Err(option("--schemes", &format!("'{name}'"), &remedy));
+            }
+        }
+        Ok(self.schemes.clone())
     }
 
     /// Which part of the runs.
