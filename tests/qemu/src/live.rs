@@ -38,6 +38,14 @@ impl Live {
     /// # Errors
     /// QEMU cannot be started or does not connect.
     pub fn start(board: Board, image: &Path) -> Result<Self> {
+        Self::start_with(board, image, &[])
+    }
+
+    /// The same with pieces of memory that are there before the board starts: address and file.
+    ///
+    /// # Errors
+    /// As [`Live::start`].
+    pub fn start_with(board: Board, image: &Path, memory: &[(u32, &Path)]) -> Result<Self> {
         let listen = || TcpListener::bind("127.0.0.1:0");
         let listeners = [listen()?, listen()?, listen()?, listen()?, listen()?];
         let mut command = board.machine.command(image);
@@ -45,6 +53,13 @@ impl Live {
             let option = if index < 4 { "-serial" } else { "-monitor" };
             let port = listener.local_addr()?.port();
             command.args([option, &format!("tcp:127.0.0.1:{port},nodelay=on")]);
+        }
+        for (address, file) in memory {
+            let loader = format!(
+                "loader,file={},addr={address:#x},force-raw=on",
+                file.display()
+            );
+            command.args(["-device", &loader]);
         }
         let mut qemu = command
             .stdin(Stdio::null())
