@@ -26,13 +26,13 @@ pub use server::IMAGES_LEN;
 use crate::compensator::Block;
 use crate::learn::Learner;
 use crate::link::{Clock, Line};
-use crate::wire::command::{Counters, Mode, Packets, fault};
+use crate::wire::command::{Counters, Packets, fault};
 use crate::wire::framer::{Framer, Kind};
 use crate::wire::ubx::Pvt;
 use crate::wire::{Checked, Detector, Error, Format};
 use flow::{Flow, count};
 use phase::{Cause, Machine};
-use reverse::{Notice, Reverse};
+use reverse::Reverse;
 use server::Server;
 
 /// Bytes taken from a line in one pass.
@@ -157,7 +157,16 @@ impl<'m> App<'m> {
         Ok(())
     }
 
-    /// One pass. True: there was work, call again at once; false: sleep until the next interrupt.
+    /// Bytes of the sensor without which the next pass finds no work on its line, at least 1: so many need not wake a board. Time and
+    /// the other lines do.
+    pub fn needs(&self) -> usize {
+        match self.machine.phase() {
+            Phase::Run(_) => self.framer.needs(),
+            _ => 1,
+        }
+    }
+
+    /// One pass. True: there may be more work, call again at once; false: sleep until the next interrupt.
     pub fn poll<S: Line, N: Line, C: Line, G: Line>(
         &mut self,
         lines: &mut Lines<S, N, C, G>,
@@ -167,23 +176,11 @@ impl<'m> App<'m> {
         if self.machine.phase() == Phase::Start {
             self.start(now);
         }
-        let mut piece = [0; PIECE];
-        let mut busy = true;
-        match lines.sensor.receive(&mut piece) {
-            Ok(0) => {
-                busy = false;
-                self.watch_silence(now);
-            }
-            Ok(len) => {
-                self.heard_us = now;
-                self.flow.flag(fault::SILENT, false);
-                let bytes = piece.get(..len).unwrap_or_default();
-                self.sensor(bytes, &mut lines.navigation);
-            }
-            Err(_) => {
-                count(&mut self.flow.counters.lost, 1);
-                self.flow.hole();
-            }
+        let mut busy = false;
+        if lines.sensor.is_idle() {
+            self.watch_silence(now);
+        } else {
+            busy = self.take_in(&mut lines.sensor, &mut lines.navigation, now);
         }
         lines.navigation.poll();
         lines.sensor.poll();
@@ -192,11 +189,34 @@ impl<'m> App<'m> {
         if self.framer.pending() == 0 || waited {
             self.served_us = now;
             busy |= self.back(&mut lines.navigation, &mut lines.sensor, now);
-            busy |= self.command(&mut lines.command);
-            busy |= self.gnss(&mut lines.gnss, now);
+            busy |= !lines.command.is_idle() && self.command(&mut lines.command);
+            busy |= !lines.gnss.is_idle() && self.gnss(&mut lines.gnss, now);
             busy |= self.flow.work();
         }
         busy
+    }
+
+    /// What the sensor has sent; whether there may be more.
+    fn take_in(&mut self, sensor: &mut impl Line, out: &mut impl Line, now: u64) -> bool {
+        let mut piece = [0; PIECE];
+        match sensor.receive(&mut piece) {
+            Ok(0) => {
+                self.watch_silence(now);
+                false
+            }
+            Ok(len) => {
+                self.heard_us = now;
+                self.flow.flag(fault::SILENT, false);
+                let bytes = piece.get(..len).unwrap_or_default();
+                self.sensor(bytes, out);
+                !sensor.is_idle()
+            }
+            Err(_) => {
+                count(&mut self.flow.counters.lost, 1);
+                self.flow.hole();
+                true
+            }
+        }
     }
 
     fn start(&mut self, now: u64) {
@@ -327,27 +347,16 @@ impl<'m> App<'m> {
 
     /// From the navigation computer to the sensor.
     fn back(&mut self, navigation: &mut impl Line, sensor: &mut impl Line, now: u64) -> bool {
+        if navigation.is_idle() {
+            return self.reverse(&[], navigation, sensor, now);
+        }
         let mut piece = [0; PIECE];
         let len = navigation.receive(&mut piece).unwrap_or(0);
         let bytes = piece.get(..len).unwrap_or_default();
         if len > 0 && sensor.send(bytes).is_err() {
             count(&mut self.flow.counters.dropped, 1);
         }
-        if let Phase::Run(mode) = self.machine.phase()
-            && self.framer.format() == Format::Stim300
-        {
-            if self.reverse.watch(bytes, &mut self.flow, now) == Some(Notice::Service) {
-                self.pass_rest(navigation);
-                self.detect();
-                return true;
-            }
-            self.reverse.answer(&mut self.flow, navigation, now);
-            // not before its first frame: a sensor that has just started tells by itself
-            if mode != Mode::Bypass && self.flow.counters.frames > 0 {
-                self.reverse.ask(&self.flow.config, sensor);
-            }
-        }
-        len > 0
+        self.reverse(bytes, navigation, sensor, now) || len > 0
     }
 
     fn command(&mut self, line: &mut impl Line) -> bool {

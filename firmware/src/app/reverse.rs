@@ -5,9 +5,11 @@
 //! receiving side is not wired never gives it. Then it is answered from what is stored here; what is not stored is not
 //! answered.
 
-use super::Config;
 use super::flow::{Flow, count};
+use super::{Config, Phase};
 use crate::link::Line;
+use crate::wire::Format;
+use crate::wire::command::Mode;
 use crate::wire::stim300::config::{
     self, CONFIGURATION_ID, PART_NUMBER_ID, SERIAL_NUMBER_ID, special_len,
 };
@@ -115,6 +117,33 @@ impl Reverse {
         if config.ask && !self.configured && !self.asked {
             self.asked = sensor.send(b"C\r").is_ok();
         }
+    }
+}
+
+impl super::App<'_> {
+    /// Requests understood and answered; true: they have changed the state.
+    pub(super) fn reverse(
+        &mut self,
+        bytes: &[u8],
+        navigation: &mut impl Line,
+        sensor: &mut impl Line,
+        now: u64,
+    ) -> bool {
+        if let Phase::Run(mode) = self.machine.phase()
+            && self.framer.format() == Format::Stim300
+        {
+            if self.reverse.watch(bytes, &mut self.flow, now) == Some(Notice::Service) {
+                self.pass_rest(navigation);
+                self.detect();
+                return true;
+            }
+            self.reverse.answer(&mut self.flow, navigation, now);
+            // not before its first frame: a sensor that has just started tells by itself
+            if mode != Mode::Bypass && self.flow.counters.frames > 0 {
+                self.reverse.ask(&self.flow.config, sensor);
+            }
+        }
+        false
     }
 }
 

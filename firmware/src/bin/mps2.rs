@@ -31,7 +31,7 @@ mod target {
         let mut app = App::with_learner(Config::default(), learner);
         loop {
             let busy = app.poll(&mut board.lines, &board.time);
-            board.turned(!busy);
+            board.turned(busy, app.needs());
         }
     }
 

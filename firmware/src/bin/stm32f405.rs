@@ -45,7 +45,7 @@ mod target {
             if let (Some(nets), Some(store)) = (app.to_store(), &mut board.store) {
                 app.stored(store.save(&nets).is_ok());
             }
-            board.turned(!busy);
+            board.turned(busy, app.needs());
         }
     }
 

@@ -15,6 +15,7 @@ fn SysTick() {
         let milliseconds = MILLISECONDS.borrow(cs);
         milliseconds.set(milliseconds.get() + 1);
     });
+    crate::uart::wake();
 }
 
 /// The board's clock; also what wakes the main loop at least once a millisecond.

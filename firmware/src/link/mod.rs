@@ -1,14 +1,15 @@
 //! Lines and time: everything the application sees of a board.
 //!
-//! A [`Line`] is a serial line in both directions; neither ever waits. A board implements it over its DMA buffers, or puts
-//! the two ends of a [`ring`] into a [`Serial`], with its interrupts at the other ends. Anything that speaks `embedded-io`
-//! fits into a [`Serial`] too.
+//! A [`Line`] is a serial line in both directions; neither ever waits. A board has a [`uart::Uart`] with its
+//! interrupt at the other end, or implements it over its DMA buffers. Anything that speaks `embedded-io`, the ends of a
+//! [`ring`] too, fits into a [`Serial`].
 //!
 //! Messages leave whole or not at all, so that a receiver never sees half a frame of ours because a buffer was full.
 
 pub mod faulty;
 pub mod ring;
 mod serial;
+pub mod uart;
 
 pub use serial::Serial;
 
@@ -34,6 +35,11 @@ pub trait Line {
     /// [`Lost`], once for each time bytes were lost; what came after them is read by the next call.
     fn receive(&mut self, buffer: &mut [u8]) -> Result<usize, Lost>;
 
+    /// Whether [`Line::receive`] certainly has nothing to give or to tell; spares the buffer for it.
+    fn is_idle(&self) -> bool {
+        false
+    }
+
     /// Put the whole message on its way, or nothing of it. The first byte leaves at once, without another call.
     ///
     /// # Errors
@@ -47,6 +53,10 @@ pub trait Line {
 impl<L: Line> Line for &mut L {
     fn receive(&mut self, buffer: &mut [u8]) -> Result<usize, Lost> {
         (**self).receive(buffer)
+    }
+
+    fn is_idle(&self) -> bool {
+        (**self).is_idle()
     }
 
     fn send(&mut self, message: &[u8]) -> Result<(), Full> {
@@ -65,6 +75,10 @@ pub struct NoLine;
 impl Line for NoLine {
     fn receive(&mut self, _: &mut [u8]) -> Result<usize, Lost> {
         Ok(0)
+    }
+
+    fn is_idle(&self) -> bool {
+        true
     }
 
     fn send(&mut self, _: &[u8]) -> Result<(), Full> {

@@ -49,18 +49,61 @@ impl<const N: usize> Ring<N> {
         }
     }
 
-    /// Its two ends, of which each may be in another context.
-    pub fn split(&mut self) -> (Inlet<'_>, Outlet<'_>) {
-        let counts = &self.counts;
-        let bytes = &self.bytes;
-        let seen = counts.lost.load(Ordering::Relaxed);
-        let inlet = Inlet { bytes, counts };
-        let outlet = Outlet {
-            bytes,
-            counts,
-            seen,
-        };
-        (inlet, outlet)
+    /// Where bytes go in. One at a time: bytes of two would replace each other.
+    #[inline(always)]
+    pub const fn inlet(&self) -> Inlet<'_> {
+        Inlet {
+            bytes: &self.bytes,
+            counts: &self.counts,
+        }
+    }
+
+    /// Where bytes come out, one at a time too; losses from now on are told.
+    #[inline(always)]
+    pub fn outlet(&self) -> Outlet<'_> {
+        Outlet {
+            bytes: &self.bytes,
+            counts: &self.counts,
+            seen: self.counts.lost.load(Ordering::Relaxed),
+        }
+    }
+
+    /// Bytes that have gone in since start, wrapping.
+    #[inline(always)]
+    pub fn pushed(&self) -> usize {
+        self.counts.pushed.load(Ordering::Acquire)
+    }
+
+    /// [`Inlet::push`] for the shortest of interrupts: the count of bytes after it.
+    #[inline(always)]
+    pub fn push(&self, byte: u8) -> usize {
+        let pushed = self.counts.pushed.load(Ordering::Relaxed);
+        let popped = self.counts.popped.load(Ordering::Acquire);
+        match self.bytes.get(pushed % N) {
+            Some(place) if pushed.wrapping_sub(popped) < N => {
+                place.store(byte, Ordering::Relaxed);
+                let pushed = pushed.wrapping_add(1);
+                self.counts.pushed.store(pushed, Ordering::Release);
+                pushed
+            }
+            _ => {
+                self.inlet().mark_lost();
+                pushed
+            }
+        }
+    }
+
+    /// [`Outlet::pop`] for the shortest of interrupts.
+    #[inline(always)]
+    pub fn pop(&self) -> Option<u8> {
+        let popped = self.counts.popped.load(Ordering::Relaxed);
+        if self.pushed() == popped {
+            return None;
+        }
+        let byte = self.bytes.get(popped % N)?.load(Ordering::Relaxed);
+        let popped = popped.wrapping_add(1);
+        self.counts.popped.store(popped, Ordering::Release);
+        Some(byte)
     }
 }
 
@@ -73,12 +116,14 @@ pub struct Inlet<'a> {
 
 impl Inlet<'_> {
     /// Put a byte in; one that finds no room is lost, and the outlet's reader is told.
+    #[inline(always)]
     pub fn push(&mut self, byte: u8) {
         if !self.put(byte) {
             self.mark_lost();
         }
     }
 
+    #[inline(always)]
     fn put(&mut self, byte: u8) -> bool {
         let pushed = self.counts.pushed.load(Ordering::Relaxed);
         match place(self.bytes, pushed) {
@@ -118,7 +163,13 @@ pub struct Outlet<'a> {
 }
 
 impl Outlet<'_> {
+    /// Bytes that have come out since start, wrapping.
+    pub fn popped(&self) -> usize {
+        self.counts.popped.load(Ordering::Relaxed)
+    }
+
     /// Take the oldest byte.
+    #[inline(always)]
     pub fn pop(&mut self) -> Option<u8> {
         if self.is_empty() {
             return None;
@@ -136,6 +187,11 @@ impl Outlet<'_> {
         pushed == self.counts.popped.load(Ordering::Relaxed)
     }
 
+    /// Whether there are losses to be told.
+    pub fn has_lost(&self) -> bool {
+        self.seen != self.lost()
+    }
+
     fn lost(&self) -> u32 {
         self.counts.lost.load(Ordering::Relaxed)
     }
@@ -144,6 +200,18 @@ impl Outlet<'_> {
 /// The place of a count; the length is a power of two.
 fn place(bytes: &[AtomicU8], count: usize) -> Option<&AtomicU8> {
     bytes.get(count & bytes.len().wrapping_sub(1))
+}
+
+/// The places from a count to the end, and all that follow when the ring goes round.
+fn from(bytes: &[AtomicU8], count: usize) -> (&[AtomicU8], &[AtomicU8]) {
+    let first = count & bytes.len().wrapping_sub(1);
+    (bytes.get(first..).unwrap_or_default(), bytes)
+}
+
+/// The first `len` bytes, and where the ring's `room` to its end divides them.
+fn halves(bytes: &[u8], len: usize, room: usize) -> (&[u8], &[u8]) {
+    let bytes = bytes.get(..len).unwrap_or_default();
+    bytes.split_at_checked(room).unwrap_or((bytes, &[]))
 }
 
 /// Bytes were lost for want of room or on the line.
@@ -171,13 +239,18 @@ impl ErrorType for Inlet<'_> {
 impl Write for Inlet<'_> {
     /// As many as fit; it does not wait and may return 0.
     fn write(&mut self, bytes: &[u8]) -> Result<usize, Self::Error> {
-        let mut taken = 0;
-        for &byte in bytes {
-            if !self.put(byte) {
-                break;
-            }
-            taken += 1;
+        let pushed = self.counts.pushed.load(Ordering::Relaxed);
+        let taken = bytes.len().min(self.room());
+        let (to, wrapped) = from(self.bytes, pushed);
+        let (first, rest) = halves(bytes, taken, to.len());
+        for (place, byte) in to.iter().zip(first) {
+            place.store(*byte, Ordering::Relaxed);
         }
+        for (place, byte) in wrapped.iter().zip(rest) {
+            place.store(*byte, Ordering::Relaxed);
+        }
+        let pushed = pushed.wrapping_add(taken);
+        self.counts.pushed.store(pushed, Ordering::Release);
         Ok(taken)
     }
 
@@ -204,14 +277,21 @@ impl Read for Outlet<'_> {
         if core::mem::replace(&mut self.seen, lost) != lost {
             return Err(Overrun);
         }
-        let mut read = 0;
-        for place in buffer {
-            let Some(byte) = self.pop() else {
-                break;
-            };
-            *place = byte;
-            read += 1;
+        let popped = self.popped();
+        let there = self.counts.pushed.load(Ordering::Acquire);
+        let read = there.wrapping_sub(popped).min(buffer.len());
+        let (bytes, wrapped) = from(self.bytes, popped);
+        let places = buffer.get_mut(..read).unwrap_or_default();
+        let first = bytes.len().min(read);
+        let (first, rest) = places.split_at_mut_checked(first).unwrap_or_default();
+        for (byte, place) in bytes.iter().zip(first) {
+            *place = byte.load(Ordering::Relaxed);
         }
+        for (byte, place) in wrapped.iter().zip(rest) {
+            *place = byte.load(Ordering::Relaxed);
+        }
+        let popped = popped.wrapping_add(read);
+        self.counts.popped.store(popped, Ordering::Release);
         Ok(read)
     }
 }
@@ -229,9 +309,9 @@ mod tests {
 
     #[test]
     fn losses_are_told_once() {
-        let (mut receive, mut transmit) = (Ring::<4>::new(), Ring::<4>::new());
-        let (mut interrupt, reader) = receive.split();
-        let (writer, mut wire) = transmit.split();
+        let (receive, transmit) = (Ring::<4>::new(), Ring::<4>::new());
+        let (mut interrupt, reader) = (receive.inlet(), receive.outlet());
+        let (writer, mut wire) = (transmit.inlet(), transmit.outlet());
         let mut line = Serial::new(reader, writer);
         for byte in 1..=6 {
             interrupt.push(byte);
@@ -256,8 +336,8 @@ mod tests {
 
     #[test]
     fn two_threads() {
-        let mut ring = Ring::<16>::new();
-        let (mut inlet, mut outlet) = ring.split();
+        let ring = Ring::<16>::new();
+        let (mut inlet, mut outlet) = (ring.inlet(), ring.outlet());
         let mut wrong = 0;
         std::thread::scope(|scope| {
             scope.spawn(move || {

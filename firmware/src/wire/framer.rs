@@ -78,6 +78,8 @@ pub struct Framer {
     needed: usize,
     /// The last thing found was a good message, so the next byte should start one.
     aligned: bool,
+    /// Length of the last frame.
+    usual: usize,
     /// Bytes of garbage since the last message, good or damaged.
     garbage: u32,
 }
@@ -92,6 +94,7 @@ impl Framer {
             end: 0,
             needed: 0,
             aligned: false,
+            usual: 0,
             garbage: 0,
         }
     }
@@ -104,6 +107,15 @@ impl Framer {
     /// Bytes taken in and not given out yet.
     pub fn pending(&self) -> usize {
         self.end - self.start
+    }
+
+    /// Bytes that have to come before there can be another event, at least 1. Between two messages, where any may follow, the length
+    /// of the last frame: a shorter one then waits for the next look, a frame like the last waits for nothing.
+    pub fn needs(&self) -> usize {
+        match self.pending() {
+            0 if self.aligned => self.usual.max(1),
+            pending => self.needed.saturating_sub(pending).max(1),
+        }
     }
 
     /// Take bytes in and return how many found room. All of them do if at most [`LONGEST`] are pushed at a time and all
@@ -166,6 +178,9 @@ impl Framer {
     fn give_out(&mut self, kind: Kind, len: usize) -> Event<'_> {
         self.needed = 0;
         self.aligned = matches!(kind, Kind::Frame | Kind::Other);
+        if kind == Kind::Frame {
+            self.usual = len;
+        }
         self.garbage = match kind {
             Kind::Garbage => self.garbage.saturating_add(len as u32),
             _ => 0,

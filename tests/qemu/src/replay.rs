@@ -4,6 +4,7 @@
 //! little-endian), bytes.
 
 use firmware::app::{App, Config, Lines, Nets};
+use firmware::link::uart::{Port, Uart};
 use firmware::link::{Clock, Full, Line, Lost};
 use firmware::wire::Format;
 use firmware::wire::command::Mode;
@@ -45,7 +46,8 @@ impl Input {
 pub enum Pace {
     /// All at once.
     Record,
-    /// One by one with a pass of the application after each, as from an interrupt: the dearest way.
+    /// One by one, each in an interrupt of its own, and so they leave: as at a board's lines, and at the board's cost. A pass for the
+    /// clock is in it too.
     Byte,
 }
 
@@ -129,29 +131,73 @@ impl Line for Feed {
         Ok(taken)
     }
 
+    fn is_idle(&self) -> bool {
+        self.taken == self.bytes.len()
+    }
+
     fn send(&mut self, _: &[u8]) -> Result<(), Full> {
         Ok(())
     }
 }
 
-/// The navigation line: keeps what was sent and notes when the first byte of it left.
+/// The navigation line: notes when the first byte of a message left.
 #[derive(Debug)]
-pub struct Tap {
-    sent: Vec<u8, { 2 * LONGEST }>,
+struct Tap<'u> {
+    port: Port<'u>,
     first: Option<u32>,
     ticks: fn() -> u32,
 }
 
-impl Line for Tap {
-    fn receive(&mut self, _: &mut [u8]) -> Result<usize, Lost> {
-        Ok(0)
+impl Line for Tap<'_> {
+    fn receive(&mut self, buffer: &mut [u8]) -> Result<usize, Lost> {
+        self.port.receive(buffer)
+    }
+
+    fn is_idle(&self) -> bool {
+        self.port.is_idle()
     }
 
     fn send(&mut self, message: &[u8]) -> Result<(), Full> {
         if self.first.is_none() {
             self.first = Some((self.ticks)());
         }
-        self.sent.extend_from_slice(message).map_err(|_| Full)
+        self.port.send(message)
+    }
+}
+
+/// The two lines' memory, and the interrupts at their other ends.
+#[derive(Clone, Copy, Debug)]
+pub struct Wires<'u> {
+    /// Sensor.
+    pub sensor: &'u Uart,
+    /// Navigation computer.
+    pub navigation: &'u Uart,
+    /// Interrupt of the sensor's line: a byte came; whether the main loop is woken.
+    pub came: fn(&Uart, u8) -> bool,
+    /// Interrupt of the navigation line: the next byte leaves.
+    pub left: fn(&Uart) -> Option<u8>,
+    /// A counter of 24 bits that counts up.
+    pub ticks: fn() -> u32,
+    /// Ticks of [`CALLS`] calls of `came` and of `left` whose interrupts are not let through: what making them costs.
+    pub overhead: [u32; 2],
+}
+
+/// Calls in [`Wires::overhead`].
+pub const CALLS: u32 = 512;
+
+impl<'u> Wires<'u> {
+    /// Without interrupts and counter.
+    #[must_use]
+    pub fn plain(lines: &'u [Uart; 2]) -> Self {
+        let [sensor, navigation] = lines;
+        Self {
+            sensor,
+            navigation,
+            came: Uart::came,
+            left: Uart::next,
+            ticks: || 0,
+            overhead: [0; 2],
+        }
     }
 }
 
@@ -180,33 +226,35 @@ pub struct Cost {
 
 /// The application with a recording at its lines.
 #[derive(Debug)]
-pub struct Replay {
+pub struct Replay<'u> {
     app: App<'static>,
-    lines: Lines<Feed, Tap, Feed, Feed>,
+    lines: Lines<Port<'u>, Tap<'u>, Feed, Feed>,
     now: Now,
     pace: Pace,
-    ticks: fn() -> u32,
+    wires: Wires<'u>,
+    sent: Vec<u8, { 2 * LONGEST }>,
     cost: Cost,
 }
 
-impl Replay {
-    /// `ticks` is a counter of 24 bits that counts up.
-    pub fn new(config: Config, pace: Pace, ticks: fn() -> u32) -> Self {
+impl<'u> Replay<'u> {
+    /// At fresh lines.
+    pub fn new(config: Config, pace: Pace, wires: Wires<'u>) -> Self {
         Self {
             app: App::new(config),
             lines: Lines {
-                sensor: Feed::default(),
+                sensor: wires.sensor.port(|| ()),
                 navigation: Tap {
-                    sent: Vec::new(),
+                    port: wires.navigation.port(|| ()),
                     first: None,
-                    ticks,
+                    ticks: wires.ticks,
                 },
                 command: Feed::default(),
                 gnss: Feed::default(),
             },
             now: Now(0),
             pace,
-            ticks,
+            wires,
+            sent: Vec::new(),
             cost: Cost::default(),
         }
     }
@@ -214,34 +262,76 @@ impl Replay {
     /// One record: what the application sends to the navigation computer.
     pub fn record(&mut self, input: Input, at_us: u32, bytes: &[u8]) -> &[u8] {
         self.now.0 = at_us.into();
-        self.lines.navigation.sent.clear();
-        let mut spent = 0;
-        let piece = match self.pace {
-            Pace::Record => bytes.len(),
-            Pace::Byte => 1,
-        };
-        for piece in bytes.chunks(piece.max(1)) {
-            self.lines.navigation.first = None;
-            let feed = match input {
-                Input::Sensor => &mut self.lines.sensor,
-                Input::Gnss => &mut self.lines.gnss,
-                Input::Command => &mut self.lines.command,
-            };
-            feed.lay_down(piece);
-            let start = (self.ticks)();
-            while self.app.poll(&mut self.lines, &self.now) {}
-            let since = |end: u32| end.wrapping_sub(start) & 0x00ff_ffff;
-            spent += since((self.ticks)());
-            if let (Input::Sensor, Some(first)) = (input, self.lines.navigation.first) {
-                self.cost.latency = self.cost.latency.max(since(first));
+        self.sent.clear();
+        match (input, self.pace) {
+            (Input::Sensor, Pace::Byte) => self.interrupts(bytes),
+            (Input::Sensor, Pace::Record) => {
+                for byte in bytes {
+                    self.wires.sensor.came(*byte);
+                }
+                self.passes();
+                self.cost.records += 1;
+            }
+            (Input::Gnss, _) => {
+                self.lines.gnss.lay_down(bytes);
+                self.passes();
+            }
+            (Input::Command, _) => {
+                self.lines.command.lay_down(bytes);
+                self.passes();
             }
         }
-        if input == Input::Sensor {
-            self.cost.records += 1;
-            self.cost.total += u64::from(spent);
-            self.cost.worst = self.cost.worst.max(spent);
+        while let Some(byte) = self.wires.navigation.next() {
+            let _ = self.sent.push(byte); // fits: a frame leaves as long as it came
         }
-        &self.lines.navigation.sent
+        &self.sent
+    }
+
+    fn passes(&mut self) {
+        while self.app.poll(&mut self.lines, &self.now) {}
+    }
+
+    /// The sensor's bytes one by one, as a board's interrupts and main loop handle them.
+    fn interrupts(&mut self, bytes: &[u8]) {
+        let Wires {
+            came, left, ticks, ..
+        } = self.wires;
+        let since = |start: u32| ticks().wrapping_sub(start) & 0x00ff_ffff;
+        let (last, before) = bytes.split_last().unwrap_or((&0, &[]));
+        let begin = ticks();
+        for byte in before {
+            if came(self.wires.sensor, *byte) {
+                self.awake();
+            }
+        }
+        self.lines.navigation.first = None;
+        let start = ticks();
+        if came(self.wires.sensor, *last) {
+            self.awake();
+        }
+        let first = self.lines.navigation.first;
+        self.awake(); // by SysTick
+        let mut calls = 1;
+        while let Some(byte) = left(self.wires.navigation) {
+            let _ = self.sent.push(byte);
+            calls += 1;
+        }
+        let [per_came, per_left] = self.wires.overhead;
+        let overhead = (per_came * bytes.len() as u32 + per_left * calls) / CALLS;
+        let spent = since(begin).saturating_sub(overhead);
+        self.cost.records += 1;
+        self.cost.total += u64::from(spent);
+        self.cost.worst = self.cost.worst.max(spent);
+        if let Some(first) = first {
+            let latency = first.wrapping_sub(start) & 0x00ff_ffff;
+            self.cost.latency = self.cost.latency.max(latency);
+        }
+    }
+
+    /// The main loop between two sleeps.
+    fn awake(&mut self) {
+        self.passes();
+        self.lines.sensor.want(self.app.needs());
     }
 
     /// So far.

@@ -35,11 +35,11 @@ pub struct Report {
     pub digest_target: String,
     /// Whether all that was compared is equal: the long drive, each format counted, each format through the serial lines.
     pub equal: bool,
-    /// Of a STIM300 word, each byte in a pass of its own.
+    /// Of a STIM300 word, interrupts of all its bytes included.
     pub instructions_per_word: f64,
     /// Of the dearest one.
     pub instructions_worst_word: f64,
-    /// From the last byte of a frame to the first byte sent; the longest of all formats.
+    /// From the interrupt of a frame's last byte to the first byte sent; the longest of all formats.
     pub latency_instructions: f64,
     /// Of the board's image.
     pub flash_bytes: u64,

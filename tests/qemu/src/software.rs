@@ -6,12 +6,13 @@ use std::time::Duration;
 
 use anyhow::{Context, Result, ensure};
 use firmware::app::Config;
+use firmware::link::uart::Uart;
 use firmware::wire::Format;
 use vectors::Digest;
 
 use crate::drive::{Record, recording};
 use crate::machine::{Clock, Machine, run_in};
-use crate::replay::{Cost, Input, Pace, Replay};
+use crate::replay::{Cost, Input, Pace, Replay, Wires};
 
 /// What was sent to the navigation computer, and what it took.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -26,21 +27,22 @@ pub struct Outcome {
     pub cost: Option<Instructions>,
 }
 
-/// Instructions of the application, without interrupts.
+/// Instructions, those of the interrupts and a pass for the clock included.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Instructions {
-    /// All passes of a word, mean.
+    /// All of a word, mean.
     pub per_word: f64,
-    /// All passes of the dearest word: it ends a block, and two networks step.
+    /// All of the dearest word: it ends a block, and two networks step.
     pub worst_word: f64,
-    /// From the last byte of a word's frame to the first byte sent, the longest.
+    /// From the interrupt of the last byte of a word's frame to the first byte sent, the longest.
     pub latency: f64,
 }
 
 /// The library here.
 #[must_use]
 pub fn on_desktop(config: Config, records: &[Record]) -> Outcome {
-    let mut replay = Replay::new(config, Pace::Record, || 0);
+    let lines = [Uart::new(), Uart::new()];
+    let mut replay = Replay::new(config, Pace::Record, Wires::plain(&lines));
     let mut sent = Vec::new();
     for record in records {
         sent.extend_from_slice(replay.record(record.input, record.at_us, &record.bytes));

@@ -15,7 +15,7 @@ use firmware::app::Lines;
 
 use self::uart::{COMMAND, GNSS, Interrupt, NAVIGATION, SENSOR};
 use crate::time::Time;
-use crate::uart::Port;
+use firmware::link::uart::Port;
 
 /// Core and bus clock, Hz.
 const CLOCK: u32 = 25_000_000;
@@ -23,7 +23,7 @@ const CLOCK: u32 = 25_000_000;
 /// The board, running.
 pub struct Board {
     /// The four serial lines.
-    pub lines: Lines<Port, Port, Port, Port>,
+    pub lines: Lines<Port<'static>, Port<'static>, Port<'static>, Port<'static>>,
     /// Time since start.
     pub time: Time,
 }
@@ -33,13 +33,10 @@ impl Board {
     pub fn start() -> Option<Self> {
         let core = cortex_m::Peripherals::take()?;
         let lines = Lines {
-            sensor: SENSOR.open(uart::rings()?, CLOCK / 921_600, || NVIC::pend(Interrupt(1))),
-            navigation: NAVIGATION
-                .open(uart::rings()?, CLOCK / 921_600, || NVIC::pend(Interrupt(3))),
-            gnss: GNSS.open(uart::rings()?, CLOCK / 115_200, || NVIC::pend(Interrupt(5))),
-            command: COMMAND.open(uart::rings()?, CLOCK / 921_600, || {
-                NVIC::pend(Interrupt(19))
-            }),
+            sensor: SENSOR.open(CLOCK / 921_600, || NVIC::pend(Interrupt(1))),
+            navigation: NAVIGATION.open(CLOCK / 921_600, || NVIC::pend(Interrupt(3))),
+            gnss: GNSS.open(CLOCK / 115_200, || NVIC::pend(Interrupt(5))),
+            command: COMMAND.open(CLOCK / 921_600, || NVIC::pend(Interrupt(19))),
         };
         uart::unmask();
         Some(Self {
@@ -48,10 +45,11 @@ impl Board {
         })
     }
 
-    /// The loop has turned; with nothing left to do it sleeps until the next interrupt, at most a millisecond.
-    pub fn turned(&mut self, idle: bool) {
-        if idle {
-            cortex_m::asm::wfi();
+    /// The loop has turned. With nothing left to do it sleeps until the sensor has sent `needs` bytes more, something has come on
+    /// another line, or a millisecond is over.
+    pub fn turned(&mut self, busy: bool, needs: usize) {
+        if !busy && self.lines.sensor.want(needs) {
+            crate::uart::sleep();
         }
     }
 }

@@ -4,8 +4,8 @@ use cortex_m::interrupt::InterruptNumber;
 use cortex_m::peripheral::NVIC;
 use volatile_register::RW;
 
-use crate::uart::{Port, Rings, Slot, closed, serve};
-use firmware::link::ring::Ring;
+use crate::uart::wake;
+use firmware::link::uart::{self, Port};
 
 /// Registers (Arm DDI 0479, table 4-5).
 #[repr(C)]
@@ -30,7 +30,7 @@ const BOTH: u32 = 0b11;
 /// One UART.
 pub struct Uart {
     address: usize,
-    slot: Slot,
+    line: uart::Uart,
 }
 
 /// Sensor.
@@ -54,22 +54,6 @@ unsafe impl InterruptNumber for Interrupt {
     }
 }
 
-/// Memory for one line; `None` when all four have theirs.
-pub fn rings() -> Option<&'static mut Rings> {
-    type Four = [Rings; 4];
-    static NEXT: cortex_m::interrupt::Mutex<
-        core::cell::RefCell<Option<core::slice::IterMut<'static, Rings>>>,
-    > = cortex_m::interrupt::Mutex::new(core::cell::RefCell::new(None));
-    cortex_m::interrupt::free(|cs| {
-        let mut next = NEXT.borrow(cs).try_borrow_mut().ok()?;
-        if next.is_none() {
-            let four = cortex_m::singleton!(: Four = [const { (Ring::new(), Ring::new()) }; 4])?;
-            *next = Some(four.iter_mut());
-        }
-        next.as_mut()?.next()
-    })
-}
-
 /// Lets the interrupts through.
 pub fn unmask() {
     for line in LINES {
@@ -82,7 +66,7 @@ impl Uart {
     const fn at(address: usize) -> Self {
         Self {
             address,
-            slot: closed(),
+            line: uart::Uart::new(),
         }
     }
 
@@ -96,35 +80,34 @@ impl Uart {
         unsafe { register.write(value) };
     }
 
-    /// Starts it.
-    pub fn open(&self, rings: &'static mut Rings, divider: u32, wake: fn()) -> Port {
-        let port = Port::open(rings, &self.slot, wake);
+    /// Starts it; called once.
+    pub fn open(&'static self, divider: u32, pend: fn()) -> Port<'static> {
         Self::write(&self.registers().divider, divider.max(16));
         Self::write(&self.registers().control, ENABLE);
-        port
+        self.line.port(pend)
     }
 
     /// Interrupt of either direction: takes the byte that came, then gives the transmitter what it has room for. The
     /// transmitter asks again when its one byte has left.
+    #[inline(always)]
     fn serve(&self) {
         let uart = self.registers();
-        serve(&self.slot, |ends| {
-            Self::write(&uart.interrupt, BOTH);
-            let state = uart.state.read();
-            if state & CAME != 0 {
-                ends.received.push(uart.data.read() as u8);
+        Self::write(&uart.interrupt, BOTH);
+        let state = uart.state.read();
+        if state & CAME != 0 && self.line.came(uart.data.read() as u8) {
+            wake();
+        }
+        if state & OVERRUN != 0 {
+            Self::write(&uart.state, OVERRUN);
+            self.line.lost();
+            wake();
+        }
+        while uart.state.read() & FULL == 0 {
+            match self.line.next() {
+                Some(byte) => Self::write(&uart.data, byte.into()),
+                None => break,
             }
-            if state & OVERRUN != 0 {
-                Self::write(&uart.state, OVERRUN);
-                ends.received.mark_lost();
-            }
-            while uart.state.read() & FULL == 0 {
-                match ends.to_send.pop() {
-                    Some(byte) => Self::write(&uart.data, byte.into()),
-                    None => break,
-                }
-            }
-        });
+        }
     }
 }
 

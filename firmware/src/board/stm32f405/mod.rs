@@ -24,7 +24,8 @@ use self::flash::Sectors;
 use self::serial::{Ports, Rates};
 use self::watchdog::Watchdog;
 use crate::time::Time;
-use crate::uart::Port;
+use crate::uart;
+use firmware::link::uart::Port;
 
 /// Sensor and navigation computer at 921 600 bit/s (STIM300, KVH); receiver at 115 200; command link at 921 600.
 const RATES: Rates = Rates {
@@ -36,7 +37,7 @@ const RATES: Rates = Rates {
 /// The board, running.
 pub struct Board {
     /// The four serial lines.
-    pub lines: Lines<Port, Port, Port, Port>,
+    pub lines: Lines<Port<'static>, Port<'static>, Port<'static>, Port<'static>>,
     /// Time since start.
     pub time: Time,
     /// What the clocks became.
@@ -58,7 +59,7 @@ impl Board {
             navigation,
             gnss,
             command,
-        } = serial::open(&peripherals, clocks, &RATES)?;
+        } = serial::open(&peripherals, clocks, &RATES);
         Some(Self {
             lines: Lines {
                 sensor,
@@ -73,13 +74,12 @@ impl Board {
         })
     }
 
-    /// The loop has turned; with nothing left to do it sleeps until the next interrupt, at most a millisecond.
-    ///
-    /// An interrupt between the last look at the lines and the sleep is not missed for longer than that: SysTick ends it.
-    pub fn turned(&mut self, idle: bool) {
+    /// The loop has turned. With nothing left to do it sleeps until the sensor has sent `needs` bytes more, something has come on
+    /// another line, or a millisecond is over.
+    pub fn turned(&mut self, busy: bool, needs: usize) {
         self.watchdog.feed();
-        if idle {
-            cortex_m::asm::wfi();
+        if !busy && self.lines.sensor.want(needs) {
+            uart::sleep();
         }
     }
 }

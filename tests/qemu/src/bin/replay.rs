@@ -8,7 +8,7 @@ mod target {
 
     use qemu::replay::{FORMATS, HEADER, Input, LONGEST, Pace, Replay, config};
     use qemu::target::files::File;
-    use qemu::target::{exit, output, start_counter, ticks};
+    use qemu::target::{exit, interrupts, output, start_counter};
     use vectors::Digest;
 
     /// Reads and writes go in pieces: a semihosting call costs as much as thousands of instructions.
@@ -83,7 +83,7 @@ mod target {
         };
         let format = *FORMATS.get(usize::from(reader.byte()?))?;
         let pace = Pace::from_number(reader.byte()?)?;
-        let mut replay = Replay::new(config(format), pace, ticks);
+        let mut replay = Replay::new(config(format), pace, interrupts::wires());
         while let Some(input) = reader.byte() {
             let input = Input::from_number(input)?;
             let mut header = [0; HEADER - 1];

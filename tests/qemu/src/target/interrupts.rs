@@ -1,12 +1,112 @@
-//! The interrupt table of programs without interrupts: one entry, as `cortex-m-rt` wants a table with its feature `device`.
+//! Interrupts of serial lines whose other end is the program itself: made pending by it, and served as a board serves its UART's, with
+//! memory for registers.
 
-unsafe extern "C" {
-    /// Of `cortex-m-rt`: stays in a loop.
-    fn DefaultHandler();
+use core::sync::atomic::{AtomicBool, AtomicU32, Ordering};
+
+use cortex_m::interrupt::InterruptNumber;
+use cortex_m::peripheral::NVIC;
+use firmware::link::uart::Uart;
+
+use super::ticks;
+use crate::replay::{CALLS, Wires};
+
+static SENSOR: Uart = Uart::new();
+static NAVIGATION: Uart = Uart::new();
+
+/// Status (bit 0: a byte came; bit 1: room for one to send) and data.
+static REGISTERS: [AtomicU32; 2] = [AtomicU32::new(2), AtomicU32::new(0)];
+const CAME: u32 = 1;
+const ROOM: u32 = 2;
+/// The main loop is to look.
+static AWAKE: AtomicBool = AtomicBool::new(false);
+
+/// Lines of the interrupt controller, which every machine has.
+#[derive(Clone, Copy)]
+enum Line {
+    Sensor,
+    Navigation,
 }
 
-// SAFETY: `cortex-m-rt` puts this section behind the exceptions and expects this name; the entry is the address of a function
-// of the C calling convention.
+// SAFETY: the numbers are lines of every machine's controller and entries of the table below.
+unsafe impl InterruptNumber for Line {
+    fn number(self) -> u16 {
+        self as u16
+    }
+}
+
+/// The lines with their interrupts let through.
+pub fn wires() -> Wires<'static> {
+    let overhead = [
+        measured(|| _ = came(&SENSOR, 0)),
+        measured(|| _ = left(&NAVIGATION)),
+    ];
+    for line in [Line::Sensor, Line::Navigation] {
+        NVIC::unpend(line);
+        // SAFETY: no critical section relies on a masked interrupt.
+        unsafe { NVIC::unmask(line) };
+    }
+    Wires {
+        sensor: &SENSOR,
+        navigation: &NAVIGATION,
+        came,
+        left,
+        ticks,
+        overhead,
+    }
+}
+
+fn measured(call: fn()) -> u32 {
+    let start = ticks();
+    for _ in 0..CALLS {
+        call();
+    }
+    ticks().wrapping_sub(start) & 0x00ff_ffff
+}
+
+fn came(_: &Uart, byte: u8) -> bool {
+    REGISTERS[1].store(byte.into(), Ordering::Relaxed);
+    REGISTERS[0].store(CAME | ROOM, Ordering::Relaxed);
+    NVIC::pend(Line::Sensor);
+    cortex_m::asm::isb(); // it is served here
+    let awake = AWAKE.load(Ordering::Relaxed);
+    if awake {
+        AWAKE.store(false, Ordering::Relaxed);
+    }
+    awake
+}
+
+fn left(_: &Uart) -> Option<u8> {
+    REGISTERS[0].store(ROOM, Ordering::Relaxed);
+    NVIC::pend(Line::Navigation);
+    cortex_m::asm::isb();
+    let sent = REGISTERS[0].load(Ordering::Relaxed) & ROOM == 0;
+    sent.then(|| REGISTERS[1].load(Ordering::Relaxed) as u8)
+}
+
+/// As the boards' handlers: the byte that came, then one for the transmitter.
+#[inline(always)]
+fn serve(line: &Uart) {
+    let status = REGISTERS[0].load(Ordering::Relaxed);
+    if status & CAME != 0 && line.came(REGISTERS[1].load(Ordering::Relaxed) as u8) {
+        AWAKE.store(true, Ordering::Relaxed);
+    }
+    if status & ROOM != 0
+        && let Some(byte) = line.next()
+    {
+        REGISTERS[1].store(byte.into(), Ordering::Relaxed);
+        REGISTERS[0].store(0, Ordering::Relaxed);
+    }
+}
+
+extern "C" fn sensor() {
+    serve(&SENSOR);
+}
+extern "C" fn navigation() {
+    serve(&NAVIGATION);
+}
+
+// SAFETY: `cortex-m-rt` puts this section behind the exceptions and expects this name with its feature `device`; each entry is the
+// address of a function of the C calling convention.
 #[unsafe(link_section = ".vector_table.interrupts")]
 #[unsafe(no_mangle)]
-static __INTERRUPTS: [unsafe extern "C" fn(); 1] = [DefaultHandler];
+static __INTERRUPTS: [extern "C" fn(); 2] = [sensor, navigation];

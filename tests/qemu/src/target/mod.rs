@@ -5,7 +5,7 @@
 )]
 
 pub mod files;
-mod interrupts;
+pub mod interrupts;
 
 use cortex_m_semihosting::debug::{self, EXIT_FAILURE, EXIT_SUCCESS};
 use cortex_m_semihosting::hio::{self, HostStream};
