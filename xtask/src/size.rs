@@ -26,7 +26,7 @@ pub fn size() -> Result<ExitCode> {
         .column_iter_mut()
         .skip(1)
         .for_each(|column| column.set_cell_alignment(CellAlignment::Right));
-    let mut exceeded = Vec::new();
+    let (mut exceeded, mut by_module) = (Vec::new(), Vec::new());
     for (name, budget) in &budgets.image {
         let image = ALL
             .iter()
@@ -43,12 +43,33 @@ pub fn size() -> Result<ExitCode> {
             size.panics.len().to_string(),
         ]);
         exceeded.extend(excess(budget, &size).map(|what| format!("{name}: {what}")));
+        by_module.push(modules(name, &size));
     }
     println!("{table}");
+    for table in by_module {
+        println!("\n{table}");
+    }
     if !exceeded.is_empty() {
         bail!("over budget (budgets.toml):\n  {}", exceeded.join("\n  "));
     }
     Ok(ExitCode::SUCCESS)
+}
+
+/// Flash and RAM of an image by crate and module, the largest first.
+fn modules(image: &str, size: &Size) -> Table {
+    let mut table = Table::new();
+    table.load_preset(presets::ASCII_MARKDOWN);
+    table.set_header([&format!("{image}: crate and module"), "flash, B", "RAM, B"]);
+    table
+        .column_iter_mut()
+        .skip(1)
+        .for_each(|column| column.set_cell_alignment(CellAlignment::Right));
+    let mut rows: Vec<_> = size.modules.iter().collect();
+    rows.sort_by_key(|(_, [flash, ram])| core::cmp::Reverse(flash + ram));
+    for (name, [flash, ram]) in rows {
+        table.add_row([name.clone(), flash.to_string(), ram.to_string()]);
+    }
+    table
 }
 
 fn measure(image: Image) -> Result<Size> {

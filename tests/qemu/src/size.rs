@@ -1,5 +1,6 @@
 //! Flash and RAM of an image, and whether it contains code that can panic.
 
+use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
 
@@ -22,6 +23,9 @@ pub struct Size {
     pub ram: u64,
     /// Names of the functions that begin a panic; empty if nothing can panic.
     pub panics: Vec<String>,
+    /// Bytes of flash and RAM of its functions and variables, by crate and module. Code that was inlined counts where it went; what has no
+    /// symbol (constants merged by the compiler, alignment) is missing.
+    pub modules: BTreeMap<String, [u64; 2]>,
     /// Semihosting calls: halfwords of code that read as `bkpt 0xab`.
     pub semihosting: usize,
 }
@@ -56,6 +60,13 @@ impl Size {
             "{} has no symbols",
             image.display()
         );
+        for symbol in elf.symbols().filter(|symbol| symbol.size() > 0) {
+            let sizes = size
+                .modules
+                .entry(module(symbol.name().unwrap_or_default()))
+                .or_default();
+            sizes[usize::from(symbol.address() >= FIRST_RAM_ADDRESS)] += symbol.size();
+        }
         let defined = elf.symbols().filter(|symbol| symbol.is_definition());
         size.panics = defined
             .filter_map(|symbol| {
@@ -70,8 +81,57 @@ impl Size {
     }
 }
 
+/// Crate and module of a symbol; `core` as a whole, and what is not Rust together.
+fn module(symbol: &str) -> String {
+    let Ok(name) = rustc_demangle::try_demangle(symbol) else {
+        return "not Rust (compiler's helpers, start-up, interrupt table)".to_owned();
+    };
+    let name = format!("{name:#}");
+    // `<a::b::C<T> as d::E>::f`, `<&mut a::B>::f`, `a::b::f`
+    let path = name.trim_start_matches(|c: char| !c.is_alphanumeric() && c != '_');
+    let path = path.trim_start_matches("mut ").trim_start_matches("dyn ");
+    let end = path
+        .find(|c: char| !c.is_alphanumeric() && c != '_' && c != ':')
+        .unwrap_or(path.len());
+    let mut parts = path[..end].split("::").filter(|part| !part.is_empty());
+    let first = parts.next().unwrap_or("?");
+    let is_module = |part: &&str| part.starts_with(|c: char| c.is_lowercase());
+    match parts.next().filter(is_module) {
+        // the last part is the function itself
+        Some(second) if first != "core" && parts.next().is_some() => format!("{first}::{second}"),
+        _ => first.to_owned(),
+    }
+}
+
 /// Every panic passes through a function of `core::panicking` and the panic handler, which the compiler calls
 /// `rust_begin_unwind`; the linker drops both when nothing calls them.
 fn begins_panic(symbol: &str) -> bool {
     symbol.contains("9panicking") || symbol.contains("rust_begin_unwind")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn symbols_belong_to_modules() {
+        for (symbol, want) in [
+            (
+                "_ZN10lrnn_nostd5infer3Net4step17h0123456789abcdefE",
+                "lrnn_nostd::infer",
+            ),
+            ("_ZN8firmware4main17h0123456789abcdefE", "firmware"),
+            ("_ZN4core9panicking5panic17h0123456789abcdefE", "core"),
+            (
+                "_ZN57_$LT$firmware..app..App$u20$as$u20$core..fmt..Debug$GT$3fmt17h0123456789abcdefE",
+                "firmware::app",
+            ),
+            (
+                "memcpy",
+                "not Rust (compiler's helpers, start-up, interrupt table)",
+            ),
+        ] {
+            assert_eq!(module(symbol), want);
+        }
+    }
 }
