@@ -220,10 +220,10 @@ impl<'m> FixLearner<'m> {
             return;
         };
         let missing = number.wrapping_sub(last).wrapping_sub(1);
-        let time = f64::from(missing) * self.meaning.map_or(0.0, |m| m.period_s);
         if missing == 0 {
             return;
         }
+        let time = f64::from(missing) * self.meaning.map_or(0.0, |m| m.period_s);
         if let Some(align) = &mut self.align {
             align.hole();
         }
