@@ -34,7 +34,7 @@ impl Config {
     }
 }
 
-/// Why a [`Navigator`] cannot be built; names the parameter.
+/// Why a [`super::Navigator`] cannot be built; names the parameter.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ConfigError {
     /// A count's value is not a positive finite number.

@@ -9,7 +9,7 @@
 //! These are the conventions of `host_sim::ekf`, whose f64 is the reference here.
 //!
 //! # Numbers
-//! - A **word** is gathered in exact integer sums; f32 computes what the sums leave out (coning, sculling, rotation: [`gather`]).
+//! - A **word** is gathered in exact integer sums; f32 computes what the sums leave out (coning, sculling, rotation: `gather`).
 //! - A **piece** (about 50 ms) is one step of the equations in f64. The Cortex-M4F has no f64 unit, but 20 steps a second cost less than
 //!   the words. f64 rounds a longitude to 3 nm: 24 h of pieces are 1.7 million, so that position loses less than 3 mm
 //!   even if every rounding went the same way, and about 2 um as roundings go. f32, or f64 increments rounded to f32 factors, would

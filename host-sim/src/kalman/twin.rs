@@ -49,8 +49,8 @@ impl Twin {
     }
 
     pub(super) fn step(&mut self, inputs: [[f64; 3]; 2]) {
-        for k in 0..2 {
-            let step = self.nets[k].step_gradient(&mut self.state[k], &mut self.sens[k], inputs[k]);
+        for (k, input) in inputs.into_iter().enumerate() {
+            let step = self.nets[k].step_gradient(&mut self.state[k], &mut self.sens[k], input);
             for j in 0..3 {
                 let scale = self.nets[k].normalisation.output_scale[j];
                 self.estimate[3 * k + j] = self.bias[k][j] + step.error[j];
