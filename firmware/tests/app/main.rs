@@ -1,5 +1,6 @@
 //! The application as a black box between four lines: bytes in, bytes out, time.
 
+mod activation;
 mod adis;
 mod command;
 mod damage;
