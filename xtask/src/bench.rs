@@ -17,7 +17,7 @@ use crate::needs;
 use crate::stage::{cargo_with, succeed};
 
 /// What is measured: in words, and its name on both machines. Within an activation each piece contains the one before.
-const WORK: [(&str, &str); 11] = [
+const WORK: [(&str, &str); 14] = [
     ("step, rational", "step_rational"),
     ("step + gradient, rational", "gradient_rational"),
     ("step + gradient + descent, rational", "descent_rational"),
@@ -29,6 +29,9 @@ const WORK: [(&str, &str); 11] = [
     ("word of the navigator", "nav_word"),
     ("word and piece of the navigator", "nav_piece"),
     ("second of the navigator, 200 words", "nav_second"),
+    ("step of 126 weights with gradient", "learner_step"),
+    ("fix, 126 weights and 6 biases", "learner_fix"),
+    ("second of all six hypotheses", "learner_second"),
 ];
 /// The default network's step and learning step.
 const STEP: &str = "step_rational";

@@ -8,7 +8,7 @@
 //! u(t1) - u(t0) = along (t1 - t0) + across (sin W t1 - sin W t0) / W + side (cos W t0 - cos W t1) / W
 //! ```
 //! So three sums of vectors are kept, one for each function of time, and only the end needs a position: `B = sum u v'`, and the
-//! rotation between both sets by `wahba`. What `host_sim::align` does over stored words.
+//! rotation between both sets by Wahba's problem. What `host_sim::align` does over stored words.
 
 mod standstill;
 mod wahba;
@@ -21,7 +21,7 @@ use crate::nav::vector::{
     Q, V, V32, add, cross, dot, from_rotvec, narrow, product, renormalised, rotated, scale,
 };
 use crate::sample::{Counts, Lsb};
-use wahba::wahba;
+use wahba::Wahba;
 
 /// Time over which gravity's direction is one vector, s: long against sway, short against the Earth's turn.
 const SECOND: f64 = 1.0;
@@ -75,6 +75,9 @@ pub struct Align {
     q_b0b: Q,
     /// Since the start, s.
     time: f64,
+    /// Words in a second, and those left of the one in progress.
+    second_words: u32,
+    left: u32,
     /// The second in progress: its beginning, its velocity in `b0`, sums of its pieces in body axes.
     began: f64,
     velocity: V,
@@ -83,6 +86,16 @@ pub struct Align {
     /// Sums of velocities times what each function of time did.
     sums: [V; 3],
     gathered: f64,
+    /// A solution on its way, of what was gathered when it was asked for.
+    solving: Option<Solving>,
+}
+
+/// Place, time gathered, and the decomposition.
+#[derive(Debug, Clone)]
+struct Solving {
+    here: Local,
+    gathered: f64,
+    wahba: Wahba,
 }
 
 impl Align {
@@ -90,6 +103,7 @@ impl Align {
     #[must_use]
     pub fn new(sensors: Sensors, lsb: Lsb, word_s: f64) -> Self {
         let piece_words = (libm::round(PIECE_S / word_s) as u16).max(1);
+        let second_words = (libm::round(SECOND / word_s) as u32).max(1);
         Self {
             standstill: Standstill::new(&sensors),
             sensors,
@@ -98,12 +112,15 @@ impl Align {
             closed: false,
             q_b0b: [1.0, 0.0, 0.0, 0.0],
             time: 0.0,
+            second_words,
+            left: second_words,
             began: 0.0,
             velocity: [0.0; 3],
             angle: [0.0; 3],
             force: [0.0; 3],
             sums: [[0.0; 3]; 3],
             gathered: 0.0,
+            solving: None,
         }
     }
 
@@ -118,6 +135,7 @@ impl Align {
         self.time = 0.0;
         self.sums = [[0.0; 3]; 3];
         self.gathered = 0.0;
+        self.solving = None;
         self.begin_second();
     }
 
@@ -142,8 +160,12 @@ impl Align {
     /// Takes a word.
     pub fn word(&mut self, counts: &Counts) {
         self.gather.word(counts);
-        if self.gather.is_full() {
+        self.left = self.left.saturating_sub(1);
+        if self.gather.is_full() || self.left == 0 {
             self.end_piece();
+        }
+        if self.left == 0 {
+            self.end_second();
         }
     }
 
@@ -176,20 +198,51 @@ impl Align {
     /// The attitude now, at a place of this latitude (rad) and height (m). `None` before [`LEAST_S`] seconds of standstill, or
     /// when the words determine no rotation (all zero, for example).
     pub fn finish(&mut self, latitude: f64, height: f64) -> Option<Aligned> {
-        self.end_piece();
+        self.solve(latitude, height);
+        while self.sweep() {}
+        self.aligned()
+    }
+
+    /// Begins to solve for the attitude; to be followed by [`Self::sweep`] until that is false, and by [`Self::aligned`].
+    pub fn solve(&mut self, latitude: f64, height: f64) {
         if self.gathered < LEAST_S - 0.5 * SECOND {
-            return None;
+            return;
         }
         let here = Local::at(latitude, height);
-        let b = expected(&here, &self.sums);
-        let q_n0b0 = wahba(&b)?;
+        self.solving = Some(Solving {
+            here,
+            gathered: self.gathered,
+            wahba: Wahba::new(&expected(&here, &self.sums)),
+        });
+    }
+
+    /// A part of the solution; whether there is more.
+    pub fn sweep(&mut self) -> bool {
+        self.solving.as_mut().is_some_and(|s| s.wahba.sweep())
+    }
+
+    /// A solution has been begun.
+    #[must_use]
+    pub fn is_solving(&self) -> bool {
+        self.solving.is_some()
+    }
+
+    /// The attitude now, by what was gathered when [`Self::solve`] was called.
+    pub fn aligned(&mut self) -> Option<Aligned> {
+        self.end_piece();
+        let Solving {
+            here,
+            gathered,
+            wahba,
+        } = self.solving.take()?;
+        let q_n0b0 = wahba.rotation()?;
         let q_nn0 = from_rotvec(scale(here.omega_ie(), -self.time));
         let q_bn = renormalised(product(product(q_nn0, q_n0b0), self.q_b0b));
         Some(Aligned {
             q_bn,
             by: self.by(&here, q_bn),
-            rest: self.rest(&here),
-            time_s: self.gathered,
+            rest: self.rest(&here, gathered),
+            time_s: gathered,
         })
     }
 
@@ -203,9 +256,6 @@ impl Align {
         self.force = add(self.force, piece.velocity);
         self.q_b0b = renormalised(product(self.q_b0b, from_rotvec(piece.phi)));
         self.time += piece.time;
-        if self.time - self.began >= SECOND - 0.5 * PIECE_S {
-            self.end_second();
-        }
     }
 
     fn end_second(&mut self) {
@@ -236,6 +286,7 @@ impl Align {
 
     fn begin_second(&mut self) {
         self.began = self.time;
+        self.left = self.second_words;
         self.velocity = [0.0; 3];
         self.angle = [0.0; 3];
         self.force = [0.0; 3];
@@ -268,11 +319,11 @@ impl Align {
 
     /// White noise adds to the tilt what it does to a mean, to the heading what it does to the slope of a line, and to both the
     /// gyros' walk since the middle.
-    fn rest(&self, here: &Local) -> [[f32; 3]; 3] {
+    fn rest(&self, here: &Local, gathered: f64) -> [[f32; 3]; 3] {
         let square = |x: f32| x * x;
         let [gyro, accel] = self.sensors.noise;
         let (gyro, accel) = (square(gyro), square(accel / here.g as f32));
-        let t = self.gathered as f32;
+        let t = gathered as f32;
         let tilt = accel / t + gyro * (self.time as f32) / 3.0;
         let slope = 1.2 * gyro / t + 12.0 * accel / (t * t * t);
         let heading = slope / square(OMEGA_IE as f32 * here.cos as f32);

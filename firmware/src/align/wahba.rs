@@ -7,52 +7,82 @@ const SWEEPS: usize = 30;
 /// A second singular value below this share of the first one determines nothing.
 const LEAST: f64 = 1e-12;
 
-/// The rotation that best turns the right vectors of `b = sum left right'` (rows first) into the left ones; `None` when they do not
-/// determine one.
+/// A decomposition on its way: `b V = U S`.
 ///
-/// One-sided Jacobi rotations, which are exact to the last digits even of the small singular values: the heading lives there.
-pub fn wahba(b: &[V; 3]) -> Option<Q> {
-    let mut a = transposed(b); // columns of b, which become those of U S
-    let mut v: [V; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
-    for _ in 0..SWEEPS {
-        let mut turned = false;
-        for (p, q) in [(0, 1), (0, 2), (1, 2)] {
-            let (alpha, beta, gamma) = (dot(a[p], a[p]), dot(a[q], a[q]), dot(a[p], a[q]));
-            if gamma.abs() <= f64::EPSILON * libm::sqrt(alpha * beta) {
-                continue;
-            }
-            turned = true;
-            let zeta = (beta - alpha) / (2.0 * gamma);
-            let t = libm::copysign(1.0, zeta) / (zeta.abs() + libm::sqrt(1.0 + zeta * zeta));
-            let c = 1.0 / libm::sqrt(1.0 + t * t);
-            rotate(&mut a, p, q, c, c * t);
-            rotate(&mut v, p, q, c, c * t);
-        }
-        if !turned {
-            break;
-        }
-    }
-    let size = a.map(|column| libm::sqrt(dot(column, column)));
-    if !size.iter().all(|s| s.is_finite()) {
-        return None;
-    }
-    let (first, second) = largest(&size);
-    if size[second] <= LEAST * size[first] {
-        return None;
-    }
-    let u = [first, second].map(|i| scale(a[i], 1.0 / size[i]));
-    let (u3, v3) = (cross(u[0], u[1]), cross(v[first], v[second]));
-    let pairs = [(u[0], v[first]), (u[1], v[second]), (u3, v3)];
-    let matrix = core::array::from_fn(|i| {
-        core::array::from_fn(|j| pairs.iter().fold(0.0, |sum, (u, v)| sum + u[i] * v[j]))
-    });
-    Some(quaternion(&matrix))
+/// One-sided Jacobi rotations, which are exact to the last digits even of the small singular values: the heading lives there. In f64,
+/// which the Cortex-M4F does in software: a sweep takes some ten thousand instructions.
+#[derive(Debug, Clone, Copy)]
+pub struct Wahba {
+    /// Columns of b, which become those of U S.
+    a: [V; 3],
+    /// Columns of V.
+    v: [V; 3],
+    sweeps: usize,
 }
 
-fn rotate(columns: &mut [V; 3], p: usize, q: usize, c: f64, s: f64) {
-    let (x, y) = (columns[p], columns[q]);
-    columns[p] = core::array::from_fn(|i| c * x[i] - s * y[i]);
-    columns[q] = core::array::from_fn(|i| s * x[i] + c * y[i]);
+impl Wahba {
+    /// Of `b = sum left right'`, rows first.
+    pub fn new(b: &[V; 3]) -> Self {
+        Self {
+            a: transposed(b),
+            v: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
+            sweeps: 0,
+        }
+    }
+
+    /// A sweep; whether there is more to do.
+    pub fn sweep(&mut self) -> bool {
+        if self.sweeps >= SWEEPS {
+            return false;
+        }
+        self.sweeps += 1;
+        let turned = self.turn::<0, 1>() | self.turn::<0, 2>() | self.turn::<1, 2>();
+        if !turned {
+            self.sweeps = SWEEPS;
+        }
+        turned
+    }
+
+    /// Makes two columns orthogonal; whether they were not.
+    fn turn<const I: usize, const J: usize>(&mut self) -> bool {
+        let Self { a, v, .. } = self;
+        let (alpha, beta, gamma) = (dot(a[I], a[I]), dot(a[J], a[J]), dot(a[I], a[J]));
+        if gamma.abs() <= f64::EPSILON * libm::sqrt(alpha * beta) {
+            return false;
+        }
+        let zeta = (beta - alpha) / (2.0 * gamma);
+        let t = libm::copysign(1.0, zeta) / (zeta.abs() + libm::sqrt(1.0 + zeta * zeta));
+        let c = 1.0 / libm::sqrt(1.0 + t * t);
+        rotate::<I, J>(a, c, c * t);
+        rotate::<I, J>(v, c, c * t);
+        true
+    }
+
+    /// The rotation that best turns the right vectors into the left ones, once no sweep is left; `None` when they do not determine one.
+    pub fn rotation(&self) -> Option<Q> {
+        let Self { a, v, .. } = self;
+        let size = a.map(|column| libm::sqrt(dot(column, column)));
+        if !size.iter().all(|s| s.is_finite()) {
+            return None;
+        }
+        let (first, second) = largest(&size);
+        if size[second] <= LEAST * size[first] {
+            return None;
+        }
+        let u = [first, second].map(|i| scale(a[i], 1.0 / size[i]));
+        let (u3, v3) = (cross(u[0], u[1]), cross(v[first], v[second]));
+        let pairs = [(u[0], v[first]), (u[1], v[second]), (u3, v3)];
+        let matrix = core::array::from_fn(|i| {
+            core::array::from_fn(|j| pairs.iter().fold(0.0, |sum, (u, v)| sum + u[i] * v[j]))
+        });
+        Some(quaternion(&matrix))
+    }
+}
+
+fn rotate<const I: usize, const J: usize>(columns: &mut [V; 3], c: f64, s: f64) {
+    let (x, y) = (columns[I], columns[J]);
+    columns[I] = core::array::from_fn(|i| c * x[i] - s * y[i]);
+    columns[J] = core::array::from_fn(|i| s * x[i] + c * y[i]);
 }
 
 /// Places of the two largest.

@@ -24,7 +24,7 @@ pub use phase::Phase;
 pub use server::IMAGES_LEN;
 
 use crate::compensator::Block;
-use crate::learn::Learner;
+use crate::learn::{Learner, Report};
 use crate::link::{Clock, Line};
 use crate::wire::command::{Counters, Packets, fault};
 use crate::wire::framer::{Framer, Kind};
@@ -105,6 +105,16 @@ impl<'m> App<'m> {
     /// What the networks said of the latest block.
     pub fn block(&self) -> Option<&Block> {
         self.flow.block.as_ref()
+    }
+
+    /// What the learner tells.
+    pub fn learning(&self) -> Report {
+        self.flow.report()
+    }
+
+    /// The weights learnt; what was put off is done first.
+    pub fn learnt(&mut self) -> Option<Nets> {
+        self.flow.learnt().map(|(nets, _)| nets)
     }
 
     /// The networks in use.

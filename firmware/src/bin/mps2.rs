@@ -27,7 +27,8 @@ mod target {
         let Some(mut board) = Board::start() else {
             cortex_m::peripheral::SCB::sys_reset()
         };
-        let learner = memory::learner().map(|learner| learner as &mut dyn Learner);
+        let mut learner = memory::learner();
+        let learner = learner.as_mut().map(|learner| learner as &mut dyn Learner);
         let mut app = App::with_learner(Config::default(), learner);
         loop {
             let busy = app.poll(&mut board.lines, &board.time);

@@ -38,7 +38,8 @@ mod target {
             store: board.store.is_some(),
             ..Config::default()
         };
-        let learner = memory::learner().map(|learner| learner as &mut dyn Learner);
+        let mut learner = memory::learner();
+        let learner = learner.as_mut().map(|learner| learner as &mut dyn Learner);
         let mut app = App::with_learner(config, learner);
         loop {
             let busy = app.poll(&mut board.lines, &board.time);

@@ -300,6 +300,12 @@ impl<T: Real> Bank<T> {
         applied: &[T; OUTPUTS],
     ) {
         self.each(|h| h.derive(by, rest, applied));
+        let all = self.unmodelled(by, rest);
+        self.nothing.derive(by, &all, applied);
+    }
+
+    /// The rest for [`NOTHING`], which has no parameter for what `by` tells.
+    fn unmodelled(&self, by: &[[T; OUTPUTS]; NAV], rest: &[[T; NAV]; NAV]) -> [[T; NAV]; NAV] {
         let mut all = *rest;
         for (row, own) in all.iter_mut().zip(by) {
             for (entry, other) in row.iter_mut().zip(by) {
@@ -308,7 +314,7 @@ impl<T: Real> Bank<T> {
                 }
             }
         }
-        self.nothing.derive(by, &all, applied);
+        all
     }
 
     /// Index of the running hypothesis: 0 nothing, 1 biases, 2 to 4 output weights with narrow to wide priors, 5 all weights.

@@ -10,14 +10,14 @@ use lrnn_nostd::State;
 /// References go to the one, fixes to the other. What was learnt ([`Learner::learnt`]) is the fixes' where that has proved itself, and the
 /// references' else.
 #[derive(Debug)]
-pub struct Both<R, F> {
+pub struct Both<'m, R, F> {
     /// From references.
-    pub references: R,
+    pub references: &'m mut R,
     /// From fixes.
     pub fixes: F,
 }
 
-impl<R: Learner, F: Learner> Learner for Both<R, F> {
+impl<R: Learner, F: Learner> Learner for Both<'_, R, F> {
     fn begin(&mut self, nets: &Nets, meaning: Meaning) {
         self.references.begin(nets, meaning);
         self.fixes.begin(nets, meaning);

@@ -14,7 +14,7 @@
 use super::bank::{Bank, NOTHING, OBSERVATIONS, Work};
 use super::prior::NAV;
 use super::settings::{Settings, observed, sigmas};
-use super::words::Scale;
+use super::words::{Scale, divisor, flat, split};
 use super::{Learner, Meaning, Report, Winner};
 use crate::align::Align;
 use crate::app::{Fix, Nets};
@@ -175,7 +175,13 @@ impl<'m> FixLearner<'m> {
         }
         let (meaning, scale) = (self.meaning?, self.scale?);
         let (fix, age) = (observed(pvt), f64::from(self.settings.fix_age_s));
-        let aligned = align.finish(fix.position.latitude, fix.position.height)?;
+        if !align.is_solving() {
+            // in parts, until the next fix
+            align.solve(fix.position.latitude, fix.position.height);
+            return None;
+        }
+        while align.sweep() {}
+        let aligned = align.aligned()?;
         let bias = [
             self.settings.sheet.gyro_bias,
             self.settings.sheet.accel_bias,
@@ -190,7 +196,8 @@ impl<'m> FixLearner<'m> {
             velocity: fix.velocity,
             q_bn: aligned.q_bn,
         };
-        let config = nav::Config::new(scale.lsb, meaning.period_s, self.settings.noise);
+        let mut config = nav::Config::new(scale.lsb, meaning.period_s, self.settings.noise);
+        config.piece_words = divisor(meaning.block_words, config.piece_words);
         let navigator = Navigator::new(config, state).ok()?;
         self.finish();
         let mut by = [[0.0; OUTPUTS]; NAV];
@@ -207,9 +214,10 @@ impl<'m> FixLearner<'m> {
                 *entry = sigma * sigma;
             }
         }
-        let bank = &mut self.memory.bank;
-        bank.align(&by, &rest, &[0.0; OUTPUTS]);
-        self.memory.work.clear();
+        let Memory { bank, work } = &mut *self.memory;
+        bank.align_means(&by, &[0.0; OUTPUTS]);
+        work.clear();
+        work.alignment(&by, &rest);
         self.navigator = Some(navigator);
         Some(())
     }
@@ -354,6 +362,9 @@ impl Learner for FixLearner<'_> {
 
     fn work(&mut self) -> bool {
         let Memory { bank, work } = &mut *self.memory;
+        if self.align.as_mut().is_some_and(Align::sweep) {
+            return true;
+        }
         self.meaning.is_some() && !work.is_done() && bank.work(work)
     }
 
@@ -390,12 +401,4 @@ impl Learner for FixLearner<'_> {
             ..Report::default()
         }
     }
-}
-
-fn flat([[a, b, c], [d, e, f]]: [[f32; 3]; 2]) -> [f32; OUTPUTS] {
-    [a, b, c, d, e, f]
-}
-
-fn split([a, b, c, d, e, f]: &[f32; OUTPUTS]) -> [[f32; 3]; 2] {
-    [[*a, *b, *c], [*d, *e, *f]]
 }

@@ -2,6 +2,7 @@
 
 use crate::sample::{Counts, Lsb};
 use crate::wire::Words;
+use lrnn_nostd::learn::kalman::OUTPUTS;
 
 /// Largest angle (rad) and change of velocity (m/s) that a float word must find room for: more than a navigator believes.
 const LARGEST: [f64; 2] = [1.0, 20.0];
@@ -58,9 +59,38 @@ impl Scale {
     }
 }
 
+/// The largest divisor of `whole` that is no greater than `most`: no piece is broken off where a block ends.
+pub fn divisor(whole: u16, most: u16) -> u16 {
+    let fits = |part: &u16| whole.is_multiple_of(*part);
+    (1..=most).rev().find(fits).unwrap_or(1)
+}
+
+/// Two triads in a row.
+pub fn flat([[a, b, c], [d, e, f]]: [[f32; 3]; 2]) -> [f32; OUTPUTS] {
+    [a, b, c, d, e, f]
+}
+
+/// And apart again.
+pub fn split([a, b, c, d, e, f]: &[f32; OUTPUTS]) -> [[f32; 3]; 2] {
+    [[*a, *b, *c], [*d, *e, *f]]
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn blocks_are_divided() {
+        for (whole, most, part) in [
+            (250, 13, 10),
+            (200, 10, 10),
+            (7, 5, 1),
+            (1, 1, 1),
+            (10, 50, 10),
+        ] {
+            assert_eq!(divisor(whole, most), part);
+        }
+    }
 
     #[test]
     fn counts_stay_and_floats_keep_their_digits() {

@@ -13,8 +13,8 @@ use firmware::wire::command::{Alignment, Mode, Request, Response};
 use firmware::wire::{FOOT, novatel};
 use lrnn_nostd::State as NetState;
 
-const KIND: Kind = Kind::Novatel(novatel::Log::Rawimusx);
-const RATE: u32 = 100;
+pub const KIND: Kind = Kind::Novatel(novatel::Log::Rawimusx);
+pub const RATE: u32 = 100;
 const LATITUDE: f64 = 0.8;
 const HEIGHT: f64 = 200.0;
 /// The sensor's error, m/s2: 100 ug north.
@@ -23,7 +23,7 @@ const BIAS: f32 = 9.806_65e-4;
 const ALIGN: u32 = 60;
 const COAST: u32 = 360;
 const END: u32 = COAST + 1320;
-const PLACE: Position = Position {
+pub const PLACE: Position = Position {
     latitude: LATITUDE,
     longitude: 0.1,
     height: HEIGHT,
@@ -75,13 +75,14 @@ enum Act {
 }
 
 /// Words of a body at rest, level and to the north, with the sensor's error; what rounding leaves is carried.
-struct AtRest {
+pub struct AtRest {
     due: [f64; 6],
-    rate: [f64; 6],
+    /// Counts a word.
+    pub rate: [f64; 6],
 }
 
 impl AtRest {
-    fn new(lsb: &Lsb) -> AtRest {
+    pub fn new(lsb: &Lsb) -> AtRest {
         let earth = 7.292_115e-5;
         // normal gravity there, by Somigliana and the free-air gradient: what the navigator has too
         let s2 = LATITUDE.sin().powi(2);
@@ -108,7 +109,7 @@ impl AtRest {
         }
     }
 
-    fn word(&mut self) -> [i32; 6] {
+    pub fn word(&mut self) -> [i32; 6] {
         let mut word = [0; 6];
         for ((word, due), rate) in word.iter_mut().zip(&mut self.due).zip(&self.rate) {
             *due += rate;
@@ -116,6 +117,14 @@ impl AtRest {
             *due -= f64::from(*word);
         }
         word
+    }
+}
+
+/// Value of the frames' counts.
+pub fn lsb() -> Lsb {
+    Lsb {
+        rad: 2f64.powi(-33),
+        mps: 2f64.powi(-27) * FOOT,
     }
 }
 
@@ -128,10 +137,7 @@ struct Seen {
 }
 
 fn drive(config: Config, knows: Knows, script: &[(u32, Act)]) -> Seen {
-    let lsb = Lsb {
-        rad: 2f64.powi(-33),
-        mps: 2f64.powi(-27) * FOOT,
-    };
+    let lsb = lsb();
     let mut device = Device::new(Config::default());
     device.app = App::with_learner(config, Some(Box::leak(Box::new(knows))));
     let sensors = Sensors {

@@ -5,6 +5,7 @@ mod adis;
 mod command;
 mod damage;
 mod device;
+mod fixes;
 mod frames;
 mod holes;
 mod identity;

@@ -67,13 +67,21 @@ pub struct Drive {
 /// # Errors
 /// A word does not fit into its field.
 pub fn drive(format: Format, seconds: u32) -> Result<Drive, Error> {
+    drive_from(format, seconds, 10)
+}
+
+/// The same, the first `standstill_s` seconds at rest.
+///
+/// # Errors
+/// A word does not fit into its field.
+pub fn drive_from(format: Format, seconds: u32, standstill_s: u32) -> Result<Drive, Error> {
     let (rate_hz, rad, mps) = sensor(format);
     let mut imu =
         ImuSpec::preset("medium").ok_or_else(|| Error::unknown("preset", "medium", &["medium"]))?;
     imu.rate_hz = rate_hz;
     imu.gyro.pulse_arcsec = rad / DEGREE * 3600.0;
     imu.accel.pulse_ugs = mps / G * 1e6;
-    let standstill_s = 10.0_f64.min(f64::from(seconds));
+    let standstill_s = f64::from(standstill_s.min(seconds));
     let (session, _) = simulate(&SessionConfig {
         imu: &imu,
         gnss: &GnssSpec::default(),

@@ -13,7 +13,7 @@ mod stream;
 #[cfg(test)]
 mod tests;
 
-pub use drive::{Drive, Input, Record, drive, pvt, stim300_config};
+pub use drive::{Drive, Input, Record, drive, drive_from, pvt, stim300_config};
 pub use judge::{Frames, Latency, Verdict};
 pub use port::Port;
 

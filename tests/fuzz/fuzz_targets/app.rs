@@ -3,7 +3,7 @@
 #![no_main]
 
 use firmware::app::{App, Config, Lines, Nets, Phase};
-use firmware::learn::WindowLearner;
+use firmware::learn::{Both, FixLearner, FixMemory, Settings, WindowLearner};
 use firmware::link::{Clock, Full, Line, Lost};
 use firmware::wire::command::{MAX_PACKET, Mode, Packets, Request, Response, Window, decode, encode};
 use firmware::wire::{Format, Framer, Scan, framer, kvh, novatel, stim300, ubx};
@@ -175,7 +175,12 @@ fuzz_target!(|input: &[u8]| {
         block: f64::from(setting >> 4) / 1000.0,
         ..Config::default()
     };
-    let mut learner = WindowLearner::new();
+    let mut windows = WindowLearner::new();
+    let mut memory = Box::new(FixMemory::BLANK);
+    let mut learner = Both {
+        references: &mut windows,
+        fixes: FixLearner::new(&mut memory, Settings::MEDIUM),
+    };
     let mut app = App::with_learner(config, Some(&mut learner));
     let mut lines: Lines<Mock, Mock, Mock, Mock> = Lines::default();
     lines.sensor.room = usize::MAX;

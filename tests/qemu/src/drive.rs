@@ -3,6 +3,7 @@
 use anyhow::{Context, Result, ensure};
 use firmware::wire::Format;
 use host_sim::hil as simulated;
+use host_sim::session::Session;
 
 use crate::replay::{FORMATS, Input, LONGEST, Pace};
 
@@ -22,7 +23,23 @@ pub struct Record {
 /// # Errors
 /// A word does not fit into its field.
 pub fn drive(format: Format, seconds: u32) -> Result<Vec<Record>> {
-    let drive = simulated::drive(format, seconds)?;
+    Ok(records(simulated::drive(format, seconds)?.records))
+}
+
+/// The same after `standstill_s` seconds at rest, and what it was made from.
+///
+/// # Errors
+/// A word does not fit into its field.
+pub fn drive_from(
+    format: Format,
+    seconds: u32,
+    standstill_s: u32,
+) -> Result<(Session, Vec<Record>)> {
+    let drive = simulated::drive_from(format, seconds, standstill_s)?;
+    Ok((drive.session, records(drive.records)))
+}
+
+fn records(simulated: Vec<simulated::Record>) -> Vec<Record> {
     let record = |record: simulated::Record| Record {
         input: match record.input {
             simulated::Input::Sensor => Input::Sensor,
@@ -31,17 +48,17 @@ pub fn drive(format: Format, seconds: u32) -> Result<Vec<Record>> {
         at_us: record.at_us,
         bytes: record.bytes,
     };
-    Ok(drive.records.into_iter().map(record).collect())
+    simulated.into_iter().map(record).collect()
 }
 
 /// A recording for the `replay` image.
 ///
 /// # Errors
 /// A format without a number, or a record too long for one.
-pub fn recording(format: Format, pace: Pace, records: &[Record]) -> Result<Vec<u8>> {
+pub fn recording(format: Format, pace: Pace, learns: bool, records: &[Record]) -> Result<Vec<u8>> {
     let number = FORMATS.iter().position(|known| *known == format);
     let number = number.with_context(|| format!("no recordings of {format:?}"))?;
-    let mut file = vec![number as u8, pace as u8];
+    let mut file = vec![number as u8, pace as u8, u8::from(learns)];
     for record in records {
         ensure!(record.bytes.len() <= LONGEST, "a record is too long");
         file.push(record.input as u8);

@@ -1,9 +1,10 @@
 //! The application over a recording: the same code on the desktop and on the target, so that both can be compared byte for byte.
 //!
-//! A recording is two bytes (format, pace) and then records: line, two bytes of length, four bytes of time in microseconds (both
+//! A recording is three bytes (format, pace, whether it learns) and then records: line, two bytes of length, four bytes of time in microseconds (both
 //! little-endian), bytes.
 
-use firmware::app::{App, Config, Lines, Nets};
+use firmware::app::{Activation, App, Config, Lines, Nets};
+use firmware::learn::Learner;
 use firmware::link::uart::{Port, Uart};
 use firmware::link::{Clock, Full, Line, Lost};
 use firmware::wire::Format;
@@ -12,6 +13,7 @@ use firmware::wire::novatel::ImuType;
 use firmware::wire::stim300;
 use heapless::Vec;
 use lrnn_nostd::{Net, Normalisation, Rational};
+use vectors::Digest;
 
 /// Longest record.
 pub const LONGEST: usize = 256;
@@ -80,6 +82,16 @@ pub fn config(format: Format) -> Config {
         stim300: stim300_config(),
         imu_type: ImuType(26), // ISA-100C, 200 Hz
         ..Config::default()
+    }
+}
+
+/// The same device learning from fixes, its corrections following what is learnt.
+#[must_use]
+pub fn learning_config(format: Format) -> Config {
+    Config {
+        mode: Mode::Learn,
+        activation: Activation::Faded,
+        ..config(format)
     }
 }
 
@@ -222,6 +234,21 @@ pub struct Cost {
     pub worst: u32,
     /// From the last byte of a record to the first byte sent, the longest.
     pub latency: u32,
+    /// The longest single pass: what a frame that is complete meanwhile waits for.
+    pub pass: u32,
+    /// Sensor records before it.
+    pub pass_at: u32,
+}
+
+/// What a learner has come to.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Learnt {
+    /// FNV-1a of all weights' bits.
+    pub weights: u64,
+    /// Fixes used.
+    pub fixes: u32,
+    /// The hypothesis that stands.
+    pub winner: u32,
 }
 
 /// The application with a recording at its lines.
@@ -239,8 +266,18 @@ pub struct Replay<'u> {
 impl<'u> Replay<'u> {
     /// At fresh lines.
     pub fn new(config: Config, pace: Pace, wires: Wires<'u>) -> Self {
+        Self::with_learner(config, pace, wires, None)
+    }
+
+    /// The same with something that learns.
+    pub fn with_learner(
+        config: Config,
+        pace: Pace,
+        wires: Wires<'u>,
+        learner: Option<&'static mut dyn Learner>,
+    ) -> Self {
         Self {
-            app: App::new(config),
+            app: App::with_learner(config, learner),
             lines: Lines {
                 sensor: wires.sensor.port(|| ()),
                 navigation: Tap {
@@ -288,7 +325,21 @@ impl<'u> Replay<'u> {
     }
 
     fn passes(&mut self) {
-        while self.app.poll(&mut self.lines, &self.now) {}
+        if self.pace == Pace::Byte {
+            // so many that to count each would count for something
+            while self.app.poll(&mut self.lines, &self.now) {}
+            return;
+        }
+        let ticks = self.wires.ticks;
+        let mut more = true;
+        while more {
+            let begun = ticks();
+            more = self.app.poll(&mut self.lines, &self.now);
+            let pass = ticks().wrapping_sub(begun) & 0x00ff_ffff;
+            if pass > self.cost.pass {
+                (self.cost.pass, self.cost.pass_at) = (pass, self.cost.records);
+            }
+        }
     }
 
     /// The sensor's bytes one by one, as a board's interrupts and main loop handle them.
@@ -332,6 +383,22 @@ impl<'u> Replay<'u> {
     fn awake(&mut self) {
         self.passes();
         self.lines.sensor.want(self.app.needs());
+    }
+
+    /// What was learnt so far.
+    pub fn learnt(&mut self) -> Learnt {
+        let mut digest = Digest::new();
+        if let Some(nets) = self.app.learnt() {
+            for net in [&nets.gyro, &nets.accel] {
+                digest.numbers(net.weights.to_array());
+            }
+        }
+        let report = self.app.learning();
+        Learnt {
+            weights: digest.value(),
+            fixes: report.fixes,
+            winner: report.winner.into(),
+        }
     }
 
     /// So far.

@@ -69,7 +69,7 @@ pub fn report(board: Board, long: &[Record]) -> Result<Report> {
     let replay = REPLAY.build()?;
     let image = board.image.build()?;
     let size = Size::of(&image)?;
-    let free = (Pace::Record, Clock::Free);
+    let free = (Pace::Record, Clock::Free, false);
     let here = on_desktop(config(Format::Stim300), long);
     let there = on_target(&replay, board.machine, Format::Stim300, free, long, LIMIT)?;
     let mut equal = here.sent == there.sent && !here.sent.is_empty();
@@ -105,7 +105,7 @@ pub fn report(board: Board, long: &[Record]) -> Result<Report> {
 /// Something fails to run.
 pub fn counted(board: Board, format: Format) -> Result<(bool, Instructions)> {
     let records = drive(format, COUNTED)?;
-    let counted = (Pace::Byte, Clock::Instructions);
+    let counted = (Pace::Byte, Clock::Instructions, false);
     let here = on_desktop(config(format), &records);
     let there = on_target(
         &REPLAY.build()?,

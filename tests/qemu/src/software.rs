@@ -12,7 +12,8 @@ use vectors::Digest;
 
 use crate::drive::{Record, recording};
 use crate::machine::{Clock, Machine, run_in};
-use crate::replay::{Cost, Input, Pace, Replay, Wires};
+use crate::replay::{Cost, Input, Learnt, Pace, Replay, Wires, learning_config};
+use firmware::learn::{FixLearner, FixMemory, Settings};
 
 /// What was sent to the navigation computer, and what it took.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -25,6 +26,8 @@ pub struct Outcome {
     pub digest: u64,
     /// Instructions; none on the desktop, where there is no counter.
     pub cost: Option<Instructions>,
+    /// What was learnt, if anything was.
+    pub learnt: Learnt,
 }
 
 /// Instructions, those of the interrupts and a pass for the clock included.
@@ -36,13 +39,36 @@ pub struct Instructions {
     pub worst_word: f64,
     /// From the interrupt of the last byte of a word's frame to the first byte sent, the longest.
     pub latency: f64,
+    /// The longest single pass.
+    pub pass: f64,
+    /// Words before it.
+    pub pass_at: u32,
 }
 
 /// The library here.
 #[must_use]
 pub fn on_desktop(config: Config, records: &[Record]) -> Outcome {
     let lines = [Uart::new(), Uart::new()];
-    let mut replay = Replay::new(config, Pace::Record, Wires::plain(&lines));
+    over(
+        Replay::new(config, Pace::Record, Wires::plain(&lines)),
+        records,
+    )
+}
+
+/// The library here, learning from fixes.
+#[must_use]
+pub fn learning_on_desktop(format: Format, records: &[Record]) -> Outcome {
+    let memory = Box::leak(Box::new(FixMemory::BLANK));
+    let learner = Box::leak(Box::new(FixLearner::new(memory, Settings::MEDIUM)));
+    let lines = [Uart::new(), Uart::new()];
+    let (config, wires) = (learning_config(format), Wires::plain(&lines));
+    over(
+        Replay::with_learner(config, Pace::Record, wires, Some(learner)),
+        records,
+    )
+}
+
+fn over(mut replay: Replay, records: &[Record]) -> Outcome {
     let mut sent = Vec::new();
     for record in records {
         sent.extend_from_slice(replay.record(record.input, record.at_us, &record.bytes));
@@ -52,6 +78,7 @@ pub fn on_desktop(config: Config, records: &[Record]) -> Outcome {
         digest: digest(&sent),
         sent,
         cost: None,
+        learnt: replay.learnt(),
     }
 }
 
@@ -63,14 +90,14 @@ pub fn on_target(
     image: &Path,
     machine: Machine,
     format: Format,
-    (pace, clock): (Pace, Clock),
+    (pace, clock, learns): (Pace, Clock, bool),
     records: &[Record],
     limit: Duration,
 ) -> Result<Outcome> {
     let directory = tempfile::tempdir()?;
     fs::write(
         directory.path().join("input"),
-        recording(format, pace, records)?,
+        recording(format, pace, learns, records)?,
     )?;
     let run = run_in(directory.path(), machine, image, clock, limit)?;
     ensure!(
@@ -95,18 +122,28 @@ pub fn on_target(
         total: value("total ")?,
         worst: u32::try_from(value("worst ")?)?,
         latency: u32::try_from(value("latency ")?)?,
+        pass: u32::try_from(value("pass ")?)?,
+        pass_at: u32::try_from(value("pass_at ")?)?,
+    };
+    let learnt = Learnt {
+        weights: value("weights ")?,
+        fixes: u32::try_from(value("fixes ")?)?,
+        winner: u32::try_from(value("winner ")?)?,
     };
     let tick = machine.instructions_per_tick();
     let instructions = Instructions {
         per_word: cost.total as f64 * tick / f64::from(cost.records.max(1)),
         worst_word: f64::from(cost.worst) * tick,
         latency: f64::from(cost.latency) * tick,
+        pass: f64::from(cost.pass) * tick,
+        pass_at: cost.pass_at,
     };
     Ok(Outcome {
         words: cost.records,
         sent,
         digest,
         cost: (clock == Clock::Instructions).then_some(instructions),
+        learnt,
     })
 }
 

@@ -23,7 +23,7 @@ fn a_drive_of_22_minutes_is_the_same_on_the_target() {
     assert!(here.words > 264_000, "{} words", here.words);
     let changed = changed(&records, &here.sent).expect("one length");
     assert!(changed > here.words as usize, "{changed} bytes corrected");
-    let free = (Pace::Record, Clock::Free);
+    let free = (Pace::Record, Clock::Free, false);
     let limit = Duration::from_secs(60);
     let there = on_target(&image, NETDUINOPLUS2, format, free, &records, limit).expect("it runs");
     assert_eq!((here.words, here.digest), (there.words, there.digest));
@@ -40,7 +40,7 @@ fn one_wrong_bit_of_the_input_is_seen_in_the_digest() {
     let here = on_desktop(config(format), &records);
     let last = records.last_mut().expect("some");
     last.bytes[20] ^= 1;
-    let free = (Pace::Record, Clock::Free);
+    let free = (Pace::Record, Clock::Free, false);
     let limit = Duration::from_secs(60);
     let there = on_target(&image, NETDUINOPLUS2, format, free, &records, limit).expect("it runs");
     assert_ne!(here.digest, there.digest);

@@ -4,6 +4,7 @@ use std::hint::black_box;
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use lrnn_nostd::{Activation, Rational, Tanh};
+use vectors::learning::{LearnerFixWork, LearnerSecondWork, LearnerStepWork};
 use vectors::navigation::{NavPieceWork, NavSecondWork, NavWordWork};
 use vectors::work::{DescentWork, GradientWork, LearnWork, StepWork, plausible};
 
@@ -54,10 +55,23 @@ fn navigator(criterion: &mut Criterion) {
     measure(criterion, "nav_second", |input| second.run(input));
 }
 
+fn learner(criterion: &mut Criterion) {
+    let mut step = Box::new(LearnerStepWork::BLANK);
+    let mut fix = Box::new(LearnerFixWork::BLANK);
+    let mut second = Box::new(LearnerSecondWork::BLANK);
+    step.begin();
+    fix.begin();
+    second.begin();
+    measure(criterion, "learner_step", |input| step.run(input));
+    measure(criterion, "learner_fix", |input| fix.run(input));
+    measure(criterion, "learner_second", |input| second.run(input));
+}
+
 fn both(criterion: &mut Criterion) {
     all::<Rational>(criterion, "rational");
     all::<Tanh>(criterion, "tanh");
     navigator(criterion);
+    learner(criterion);
 }
 
 criterion_group!(benches, both);

@@ -10,6 +10,7 @@ mod expected;
 pub mod generate;
 mod inputs;
 pub mod learners;
+pub mod learning;
 pub mod navigation;
 mod network;
 pub mod work;

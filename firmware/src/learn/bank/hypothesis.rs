@@ -25,6 +25,14 @@ pub trait Hypothesis<T: Real> {
     fn fed_back(&mut self, e: &[T; NAV]);
     fn restart(&mut self, outer: &[T; NAV]);
     fn derive(&mut self, by: &[[T; OUTPUTS]; NAV], rest: &[[T; NAV]; NAV], applied: &[T; OUTPUTS]);
+    fn derive_means(&mut self, by: &[[T; OUTPUTS]; NAV], applied: &[T; OUTPUTS]);
+    fn derive_spread(
+        &mut self,
+        part: usize,
+        by: &[[T; OUTPUTS]; NAV],
+        rest: &[[T; NAV]; NAV],
+        passage: &mut Passage<NAV, OUTPUTS, T>,
+    );
     fn outer(&self) -> &[T; NAV];
     fn estimate(&self) -> &[T; OUTPUTS];
     fn nets(&self) -> [LearnerNet<T>; TRIADS];
@@ -84,6 +92,18 @@ where
     }
     fn derive(&mut self, by: &[[T; OUTPUTS]; NAV], rest: &[[T; NAV]; NAV], applied: &[T; OUTPUTS]) {
         Kalman::derive(self, by, rest, applied);
+    }
+    fn derive_means(&mut self, by: &[[T; OUTPUTS]; NAV], applied: &[T; OUTPUTS]) {
+        Kalman::derive_means(self, by, applied);
+    }
+    fn derive_spread(
+        &mut self,
+        part: usize,
+        by: &[[T; OUTPUTS]; NAV],
+        rest: &[[T; NAV]; NAV],
+        passage: &mut Passage<NAV, OUTPUTS, T>,
+    ) {
+        Kalman::derive_spread(self, part, by, rest, passage);
     }
     fn outer(&self) -> &[T; NAV] {
         Kalman::outer(self)

@@ -1,7 +1,7 @@
 //! A block or a fix in parts, each short enough to be done between two words. Part for part it is the arithmetic of
 //! [`Bank::predict`], [`Bank::fix`] and [`Bank::step`].
 
-use super::{ALL, Bank, HYPOTHESES, NAV, OBSERVATIONS, OUTPUTS, TRIADS, index};
+use super::{ALL, Bank, HYPOTHESES, NAV, NOTHING, OBSERVATIONS, OUTPUTS, TRIADS, index};
 use lrnn_nostd::Real;
 use lrnn_nostd::learn::kalman::{PARTS, Passage, Transition};
 
@@ -25,6 +25,8 @@ pub struct Work<T: Real = f32> {
     fix: Option<([T; OBSERVATIONS], [T; OBSERVATIONS])>,
     inputs: Option<[[T; 3]; TRIADS]>,
     believed: bool,
+    /// The interval is an alignment instead: `block.gamma` and `block.q` are what made its errors and the rest.
+    aligns: bool,
     /// What the last fix had refused, one bit an observation.
     pub refused: u8,
 }
@@ -43,6 +45,7 @@ impl<T: Real> Work<T> {
         fix: None,
         inputs: None,
         believed: false,
+        aligns: false,
         refused: 0,
     };
 
@@ -55,6 +58,14 @@ impl<T: Real> Work<T> {
     /// An interval that the navigator has been through, its means carried ([`Bank::carry`]).
     pub fn interval(&mut self, block: &Transition<NAV, T>) {
         self.block = *block;
+        self.aligns = false;
+        self.next = 0;
+    }
+
+    /// A new navigator, aligned at standstill, its means set ([`Bank::align_means`]); `by` and `rest` as in [`Bank::align`].
+    pub fn alignment(&mut self, by: &[[T; OUTPUTS]; NAV], rest: &[[T; NAV]; NAV]) {
+        (self.block.gamma, self.block.q) = (*by, *rest);
+        self.aligns = true;
         self.next = 0;
     }
 
@@ -85,21 +96,16 @@ impl<T: Real> Bank<T> {
         self.each(|h| h.carry(block, applied));
     }
 
+    /// The means of [`Bank::align`]; the rest follows by [`Bank::work`].
+    pub fn align_means(&mut self, by: &[[T; OUTPUTS]; NAV], applied: &[T; OUTPUTS]) {
+        self.each(|h| h.derive_means(by, applied));
+    }
+
     /// A part of `work`, some ten thousand instructions; whether there is more.
     pub fn work(&mut self, work: &mut Work<T>) -> bool {
         match work.next {
-            part @ 0..SPREAD_LARGE => {
-                let (block, passage) = (&work.block, &mut work.passage);
-                self.some(1 << part, |h| {
-                    (0..PARTS).for_each(|part| h.spread(part, block, passage));
-                });
-            }
-            part @ SPREAD_LARGE..OBSERVE => {
-                let (block, passage) = (&work.block, &mut work.passage);
-                self.some(LARGE_ONLY, |h| {
-                    h.spread(part - SPREAD_LARGE, block, passage)
-                });
-            }
+            part @ 0..SPREAD_LARGE => (0..PARTS).for_each(|of| self.spread(part, of, work)),
+            part @ SPREAD_LARGE..OBSERVE => self.spread(LARGE, part - SPREAD_LARGE, work),
             part @ OBSERVE..SETTLE => self.observe(part - OBSERVE, work),
             SETTLE if work.fix.is_some() => self.some(SMALL, |h| h.settle()),
             part if part == SETTLE + 1 && work.fix.take().is_some() => {
@@ -126,6 +132,21 @@ impl<T: Real> Bank<T> {
             work.next = END;
         }
         !work.is_done()
+    }
+
+    /// A part of a hypothesis' covariance over the interval, or after the alignment.
+    fn spread(&mut self, which: usize, part: usize, work: &mut Work<T>) {
+        let (block, passage) = (&work.block, &mut work.passage);
+        if !work.aligns {
+            return self.some(1 << which, |h| h.spread(part, block, passage));
+        }
+        let (by, rest) = (&block.gamma, &block.q);
+        let rest = if which == NOTHING {
+            self.unmodelled(by, rest)
+        } else {
+            *rest
+        };
+        self.some(1 << which, |h| h.derive_spread(part, by, &rest, passage));
     }
 
     /// Two parts an observation.
@@ -191,7 +212,8 @@ mod tests {
             assert_eq!(a.estimate_of(h), b.estimate_of(h), "{h}");
             assert_eq!(a.evidence(h).to_bits(), b.evidence(h).to_bits(), "{h}");
         }
-        assert!(a.all == b.all && a.mixed == b.mixed && a.biases == b.biases);
+        assert!(a.all == b.all && a.mixed == b.mixed);
+        assert!(a.biases == b.biases && a.nothing == b.nothing);
     }
 
     impl Bank {
@@ -234,7 +256,14 @@ mod tests {
             assert_eq!(refused != 0, k == 20 || k == 30, "{k} {refused}");
             same(&whole, &parted);
         }
-        // an interval without a fix, and a step without an interval
+        // an alignment, an interval without a fix, and a step without an interval
+        let (by, rest) = (numbers.block().gamma, numbers.block().q);
+        whole.align(&by, &rest, &[1e-7; OUTPUTS]);
+        parted.align_means(&by, &[1e-7; OUTPUTS]);
+        work.clear();
+        work.alignment(&by, &rest);
+        while parted.work(&mut work) {}
+        same(&whole, &parted);
         let (block, applied) = (numbers.block(), [0.0; OUTPUTS]);
         whole.predict(&block, &applied);
         parted.carry(&block, &applied);

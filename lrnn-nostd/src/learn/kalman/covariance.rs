@@ -88,27 +88,23 @@ impl<const X: usize, const N: usize, const PACKED: usize, T: Real> Covariance<X,
     /// ```text
     /// P_xt = -by J P_tt,   P_xx = by (J P_tt J') by' + rest
     /// ```
-    pub fn derive_outer<'a, const E: usize>(
+    ///
+    /// This is the first of its parts; then come the E parts [`Self::pass`] with -`by`, then [`Self::derived`].
+    pub fn derive_outer(&mut self) {
+        self.xt = [[T::ZERO; N]; X];
+    }
+
+    /// The last part of [`Self::derive_outer`].
+    pub fn derived<const E: usize>(
         &mut self,
         by: &[[T; E]; X],
         rest: &[[T; X]; X],
-        jacobian: impl Fn(usize) -> Row<'a, T>,
+        passage: &Passage<X, E, T>,
     ) {
-        self.xt = [[T::ZERO; N]; X];
-        let mut s = [[T::ZERO; E]; E];
-        for k in 0..E {
-            let b: [T; N] = times(&self.tt, jacobian(k));
-            for l in 0..E {
-                s[k][l] = jacobian(l).dot(&b);
-            }
-            for i in 0..X {
-                axpy(&mut self.xt[i], -by[i][k], &b);
-            }
-        }
         for i in 0..X {
             let mut left = [T::ZERO; E];
             for k in 0..E {
-                axpy(&mut left, by[i][k], &s[k]);
+                axpy(&mut left, by[i][k], &passage.s[k]);
             }
             // the upper half twice, so that rounding cannot make it unsymmetric
             for j in i..X {

@@ -239,6 +239,15 @@ impl<L: Learns, const X: usize, const N: usize, const PACKED: usize, H: Activati
     /// A new navigator whose initial errors are `by` times what the sensors' errors left in its increments were, of which `applied` had
     /// been taken out, plus others of covariance `rest`: an alignment at standstill. What has been learnt stays.
     pub fn derive(&mut self, by: &[[T; OUTPUTS]; X], rest: &[[T; X]; X], applied: &[T; OUTPUTS]) {
+        self.derive_means(by, applied);
+        let mut passage = Passage::BLANK;
+        for part in 0..PARTS {
+            self.derive_spread(part, by, rest, &mut passage);
+        }
+    }
+
+    /// [`Self::derive`] of the means alone; the covariance has to follow.
+    pub fn derive_means(&mut self, by: &[[T; OUTPUTS]; X], applied: &[T; OUTPUTS]) {
         let mut left = *self.model.estimate();
         for (left, &applied) in left.iter_mut().zip(applied) {
             *left -= applied;
@@ -246,9 +255,26 @@ impl<L: Learns, const X: usize, const N: usize, const PACKED: usize, H: Activati
         for i in 0..X {
             self.x[i] = covariance::dot(&by[i], &left);
         }
+    }
+
+    /// Part 0 .. [`PARTS`] of [`Self::derive`] of the covariance, in order, each a fraction of the work.
+    pub fn derive_spread(
+        &mut self,
+        part: usize,
+        by: &[[T; OUTPUTS]; X],
+        rest: &[[T; X]; X],
+        passage: &mut Passage<X, OUTPUTS, T>,
+    ) {
         let model = &self.model;
-        self.covariance
-            .derive_outer(by, rest, |output| model.jacobian(output));
+        match part {
+            0 => self.covariance.derive_outer(),
+            1..=OUTPUTS => {
+                let against = by.map(|row| row.map(|value| -value));
+                self.covariance
+                    .pass(part - 1, &against, |output| model.jacobian(output), passage);
+            }
+            _ => self.covariance.derived(by, rest, passage),
+        }
     }
 
     /// Less is known of the navigator than was believed: adds variance to its errors.

@@ -8,6 +8,7 @@ mod target {
 
     use lrnn_nostd::{Activation, Rational, Tanh};
     use qemu::target::{start_counter, ticks as counter};
+    use vectors::learning::{LearnerFixWork, LearnerSecondWork, LearnerStepWork};
     use vectors::navigation::{NavPieceWork, NavSecondWork, NavWordWork};
     use vectors::work::{DescentWork, GradientWork, LearnWork, StepWork, plausible};
 
@@ -66,7 +67,10 @@ mod target {
         writeln!(out, "learn_tanh {}", learn::<Tanh>()?)?;
         writeln!(out, "nav_word {}", nav_word()?)?;
         writeln!(out, "nav_piece {}", nav_piece()?)?;
-        writeln!(out, "nav_second {}", nav_second()?)
+        writeln!(out, "nav_second {}", nav_second()?)?;
+        writeln!(out, "learner_step {}", learner_step()?)?;
+        writeln!(out, "learner_fix {}", learner_fix()?)?;
+        writeln!(out, "learner_second {}", learner_second()?)
     }
 
     #[inline(never)]
@@ -84,11 +88,38 @@ mod target {
     #[inline(never)]
     fn nav_second() -> Result<u32, core::fmt::Error> {
         let mut work = NavSecondWork::new().ok_or(core::fmt::Error)?;
+        rarely(|input| work.run(input))
+    }
+
+    #[inline(never)]
+    fn learner_step() -> Result<u32, core::fmt::Error> {
+        let mut work = LearnerStepWork::BLANK;
+        work.begin();
+        repeat(|input| work.run(input))
+    }
+
+    #[inline(never)]
+    fn learner_fix() -> Result<u32, core::fmt::Error> {
+        let mut work = LearnerFixWork::BLANK;
+        work.begin();
+        rarely(|input| work.run(input))
+    }
+
+    #[inline(never)]
+    fn learner_second() -> Result<u32, core::fmt::Error> {
+        let mut work = LearnerSecondWork::BLANK;
+        work.begin();
+        rarely(|input| work.run(input))
+    }
+
+    /// As if `work` were done in all repetitions.
+    #[inline(always)]
+    fn rarely(mut work: impl FnMut([f32; 3]) -> ([f32; 3], bool)) -> Result<u32, core::fmt::Error> {
         let mut repetition = 0;
         let ticks = repeat(|input| {
             repetition += 1;
             if repetition % RARE == 0 {
-                work.run(input)
+                work(input)
             } else {
                 (input, true)
             }

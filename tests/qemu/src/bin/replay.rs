@@ -1,12 +1,12 @@
 //! The application over the recording in the file `input`: writes what it sends to the navigation computer to the file `output`,
-//! then prints `<name> <value>` lines: records, bytes, FNV-1a digest of the bytes, and what the records cost in ticks.
+//! then prints `<name> <value>` lines: records, bytes, FNV-1a digest of the bytes, what the records cost in ticks, and what was learnt.
 #![cfg_attr(target_os = "none", no_std, no_main)]
 
 #[cfg(target_os = "none")]
 mod target {
     use core::fmt::Write;
 
-    use qemu::replay::{FORMATS, HEADER, Input, LONGEST, Pace, Replay, config};
+    use qemu::replay::{FORMATS, HEADER, Input, LONGEST, Pace, Replay, config, learning_config};
     use qemu::target::files::File;
     use qemu::target::{exit, interrupts, output, start_counter};
     use vectors::Digest;
@@ -83,7 +83,13 @@ mod target {
         };
         let format = *FORMATS.get(usize::from(reader.byte()?))?;
         let pace = Pace::from_number(reader.byte()?)?;
-        let mut replay = Replay::new(config(format), pace, interrupts::wires());
+        let wires = interrupts::wires();
+        let mut replay = if reader.byte()? == 0 {
+            Replay::new(config(format), pace, wires)
+        } else {
+            let learner = qemu::target::learner();
+            Replay::with_learner(learning_config(format), pace, wires, learner)
+        };
         while let Some(input) = reader.byte() {
             let input = Input::from_number(input)?;
             let mut header = [0; HEADER - 1];
@@ -100,14 +106,19 @@ mod target {
         if !writer.flush() {
             return None;
         }
-        let cost = replay.cost();
+        let (cost, learnt) = (replay.cost(), replay.learnt());
         let mut out = output();
         writeln!(out, "records {}", cost.records).ok()?;
         writeln!(out, "bytes {}", writer.bytes).ok()?;
         writeln!(out, "digest {}", writer.digest.value()).ok()?;
         writeln!(out, "total {}", cost.total).ok()?;
         writeln!(out, "worst {}", cost.worst).ok()?;
-        writeln!(out, "latency {}", cost.latency).ok()
+        writeln!(out, "latency {}", cost.latency).ok()?;
+        writeln!(out, "pass {}", cost.pass).ok()?;
+        writeln!(out, "pass_at {}", cost.pass_at).ok()?;
+        writeln!(out, "weights {}", learnt.weights).ok()?;
+        writeln!(out, "fixes {}", learnt.fixes).ok()?;
+        writeln!(out, "winner {}", learnt.winner).ok()
     }
 }
 

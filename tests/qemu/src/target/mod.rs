@@ -10,8 +10,18 @@ pub mod interrupts;
 use cortex_m_semihosting::debug::{self, EXIT_FAILURE, EXIT_SUCCESS};
 use cortex_m_semihosting::hio::{self, HostStream};
 
+use firmware::learn::{FixLearner, FixMemory, Learner, Settings};
+
 use cortex_m::peripheral::SYST;
 use cortex_m::peripheral::syst::SystClkSource;
+
+/// What learns; `None` when it has been handed out.
+pub fn learner() -> Option<&'static mut dyn Learner> {
+    let memory = cortex_m::singleton!(: FixMemory = FixMemory::BLANK)?;
+    let learner = FixLearner::new(memory, Settings::MEDIUM);
+    let learner = cortex_m::singleton!(: FixLearner<'static> = learner)?;
+    Some(learner)
+}
 
 /// Largest value of SysTick.
 const LARGEST: u32 = 0x00ff_ffff;

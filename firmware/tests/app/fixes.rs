@@ -1,0 +1,246 @@
+//! The learner from fixes inside the application: alignment by itself or by command, holes, silences, and that nothing depends on when
+//! the parts of its work are done. The vehicle stands all the time; whole drives are in `tests/qemu`.
+
+use crate::activation::{AtRest, KIND, PLACE, RATE, lsb};
+use crate::device::Device;
+use crate::frames::Fields;
+use firmware::app::{App, Config, Nets};
+use firmware::learn::{Both, FixLearner, FixMemory, Settings, WindowLearner};
+use firmware::wire::DEGREE;
+use firmware::wire::command::{Alignment, Health, Mode, Request, Response};
+use firmware::wire::ubx::Pvt;
+
+fn device(config: Config) -> Device {
+    let memory = Box::leak(Box::new(FixMemory::BLANK));
+    let learner = Both {
+        references: Box::leak(Box::new(WindowLearner::new())),
+        fixes: FixLearner::new(memory, Settings::MEDIUM),
+    };
+    let mut device = Device::new(Config::default());
+    device.app = App::with_learner(config, Some(Box::leak(Box::new(learner))));
+    device
+}
+
+fn config() -> Config {
+    Config {
+        mode: Mode::Learn,
+        ..KIND.config()
+    }
+}
+
+fn fix(second: u32) -> Pvt {
+    let degrees = |radians: f64| (radians / DEGREE * 1e7).round() as i32;
+    // some noise of a receiver, the same in each run
+    let noise = |k: u32, size: i32| {
+        (second.wrapping_mul(2_654_435_761).rotate_left(k) % 1000) as i32 * size / 500 - size
+    };
+    Pvt {
+        time_of_week: second * 1000,
+        fix: 3,
+        flags: 1,
+        latitude: degrees(PLACE.latitude) + noise(3, 10),
+        longitude: degrees(PLACE.longitude) + noise(9, 10),
+        height: 200_000 + noise(15, 1000),
+        horizontal_accuracy: 1400,
+        vertical_accuracy: 1500,
+        velocity: [noise(5, 50), noise(11, 50), noise(17, 50)],
+        speed_accuracy: 90,
+        ..Pvt::default()
+    }
+}
+
+/// A device whose vehicle stands.
+struct Bench {
+    device: Device,
+    words: AtRest,
+    number: u32,
+}
+
+impl Bench {
+    fn new(config: Config) -> Bench {
+        Bench {
+            device: device(config),
+            words: AtRest::new(&lsb()),
+            number: 0,
+        }
+    }
+
+    /// The next frame.
+    fn frame(&mut self) -> Vec<u8> {
+        let [a, b, c, d, e, f] = self.words.word();
+        let fields = Fields {
+            gyro: [a, b, c],
+            accel: [d, e, f],
+            rest: 0,
+        };
+        self.number += 1;
+        KIND.frame(self.number - 1, fields)
+    }
+
+    /// Seconds with a fix 100 ms after each begins. `passes`: of the application after each frame; else as many as it wants.
+    fn run(&mut self, seconds: u32, passes: Option<u32>) {
+        for _ in 0..seconds {
+            for n in 0..RATE {
+                let frame = self.frame();
+                match passes {
+                    None => self.device.feed(&frame),
+                    Some(passes) => {
+                        self.device.lines.sensor.input.extend(&frame);
+                        for _ in 0..passes {
+                            self.device
+                                .app
+                                .poll(&mut self.device.lines, &self.device.time);
+                        }
+                    }
+                }
+                if n == RATE / 10 {
+                    let bytes = fix(self.number / RATE).emit();
+                    self.device.lines.gnss.input.extend(bytes);
+                    // it is longer than a pass takes; it shall arrive after the same word in any case
+                    for _ in 0..2 {
+                        self.device
+                            .app
+                            .poll(&mut self.device.lines, &self.device.time);
+                    }
+                }
+                self.device.pass_us(10_000);
+            }
+            self.device.lines.navigation.sent.clear();
+        }
+    }
+
+    fn health(&mut self) -> Health {
+        self.device.ask(&Request::GetHealth, |answer| match answer {
+            Response::Health(health) => health,
+            other => panic!("{other:?}"),
+        })
+    }
+
+    fn weights(&mut self) -> Nets {
+        self.device.app.learnt().expect("it was begun")
+    }
+}
+
+#[test]
+fn it_aligns_itself_and_uses_the_fixes_after_that() {
+    let mut bench = Bench::new(config());
+    bench.run(95, None);
+    assert!(!bench.health().navigates);
+    bench.run(65, None);
+    let health = bench.health();
+    assert!(health.navigates, "{health:?}");
+    assert!((50..=60).contains(&health.used_fixes), "{health:?}");
+    assert!(health.refused_fixes < 3, "{health:?}");
+    // at rest the 100 ug are in the tilt: nothing contradicts "no errors"
+    assert_eq!(
+        (health.winner, health.promotions, health.rollbacks),
+        (0, 0, 0)
+    );
+}
+
+#[test]
+fn a_command_aligns_sooner() {
+    let mut bench = Bench::new(config());
+    bench.run(5, None);
+    bench.device.order(&Request::Alignment(Alignment::Started));
+    bench.run(40, None);
+    assert!(!bench.health().navigates);
+    bench.device.order(&Request::Alignment(Alignment::Finished));
+    bench.run(5, None);
+    assert!(bench.health().navigates);
+}
+
+/// One pass after each frame instead of as many as there is work for: fixes and blocks then find work left over and end it.
+#[test]
+fn when_its_parts_are_done_does_not_matter() {
+    let run = |passes: Option<u32>| {
+        let mut bench = Bench::new(config());
+        bench.run(115, passes);
+        // the north gyro errs by 2 deg/h from now on: six standard deviations
+        bench.words.rate[0] += 1e-5 / (f64::from(RATE) * lsb().rad);
+        bench.run(150, passes);
+        (bench.weights(), bench.health())
+    };
+    let at_once = run(None);
+    println!("{:?}", at_once.1);
+    assert!(at_once.1.winner > 0 && at_once.1.promotions > 0);
+    assert_ne!(at_once.0, Nets::NONE);
+    // a second has 100 frames; a fix about 40 parts
+    for passes in [1, 2] {
+        let (weights, health) = run(Some(passes));
+        assert!(weights == at_once.0, "{passes}");
+        assert_eq!(health, at_once.1, "{passes}");
+    }
+}
+
+#[test]
+fn short_holes_are_bridged_and_long_ones_and_silences_are_not() {
+    let after = |disturb: &dyn Fn(&mut Bench)| {
+        let mut bench = Bench::new(config());
+        bench.run(120, None);
+        assert!(bench.health().navigates);
+        disturb(&mut bench);
+        bench.run(10, None);
+        bench.health()
+    };
+    let short = after(&|bench| (0..4).for_each(|_| drop(bench.frame())));
+    assert!(short.navigates && short.missed == 4, "{short:?}");
+    assert!(short.refused_fixes < 3, "{short:?}");
+    let long = after(&|bench| (0..30).for_each(|_| drop(bench.frame())));
+    assert!(!long.navigates && long.missed == 30, "{long:?}");
+    let silent = after(&|bench| bench.device.wait_ms(200));
+    assert!(!silent.navigates, "{silent:?}");
+}
+
+/// Fixes that are wild, empty or without accuracies: the counters tell, and nothing is poisoned.
+#[test]
+fn bad_fixes_do_no_harm() {
+    let mut bench = Bench::new(config());
+    bench.run(120, None);
+    let before = bench.health();
+    for k in 0..40_u32 {
+        let mut bad = fix(120 + k);
+        match k % 4 {
+            0 => bad.latitude = 900_000_000,
+            1 => bad.velocity = [i32::MAX, i32::MIN, 0],
+            2 => bad.horizontal_accuracy = 0,
+            _ => (bad.horizontal_accuracy, bad.height) = (u32::MAX, i32::MIN),
+        }
+        for n in 0..RATE {
+            let frame = bench.frame();
+            if n == 10 {
+                bench.device.lines.gnss.input.extend(bad.emit());
+            }
+            bench.device.feed(&frame);
+            bench.device.pass_us(10_000);
+        }
+        bench.device.lines.navigation.sent.clear();
+    }
+    let health = bench.health();
+    assert!(
+        health.refused_fixes > before.refused_fixes + 10,
+        "{health:?}"
+    );
+    let nets = bench.weights();
+    for net in [nets.gyro, nets.accel] {
+        assert!(net.weights.to_array().iter().all(|w| w.is_finite()));
+    }
+    bench.run(150, None);
+    assert!(bench.health().navigates, "it comes back");
+}
+
+/// In bypass and frozen nothing is begun; in shadow it learns as in learn.
+#[test]
+fn it_is_begun_in_shadow_and_learn_only() {
+    for (mode, learns) in [
+        (Mode::Bypass, false),
+        (Mode::Frozen, false),
+        (Mode::Shadow, true),
+        (Mode::Learn, true),
+    ] {
+        let mut bench = Bench::new(Config { mode, ..config() });
+        bench.run(115, None);
+        assert_eq!(bench.health().navigates, learns, "{mode:?}");
+        assert_eq!(bench.device.app.learnt().is_some(), learns, "{mode:?}");
+    }
+}

@@ -1,0 +1,162 @@
+//! The device teaches itself over a whole drive from the receiver's bytes: on the target as on the desktop, bit for bit.
+
+use std::sync::OnceLock;
+use std::time::Duration;
+
+use firmware::align::{Align, Sensors};
+use firmware::wire::Format;
+use host_sim::session::Session;
+use qemu::drive::{Record, drive_from};
+use qemu::images::REPLAY;
+use qemu::machine::{Clock, NETDUINOPLUS2};
+use qemu::replay::Pace;
+use qemu::software::{changed, learning_on_desktop, on_target};
+
+const FORMAT: Format = Format::Stim300;
+/// 150 s at rest, then a quarter of an hour of driving.
+const STANDSTILL_S: u32 = 150;
+const SECONDS: u32 = STANDSTILL_S + 900;
+
+fn drive() -> &'static (Session, Vec<Record>) {
+    static DRIVE: OnceLock<(Session, Vec<Record>)> = OnceLock::new();
+    DRIVE.get_or_init(|| drive_from(FORMAT, SECONDS, STANDSTILL_S).expect("a drive"))
+}
+
+#[test]
+fn a_whole_drive_teaches_the_target_the_same_weights() {
+    let Some(image) = REPLAY.build_or_skip() else {
+        return;
+    };
+    let (_, records) = drive();
+    let here = learning_on_desktop(FORMAT, records);
+    println!("{:?}, {} words", here.learnt, here.words);
+    assert!(
+        here.learnt.fixes > 900 && here.learnt.winner > 0,
+        "{:?}",
+        here.learnt
+    );
+    assert!(changed(records, &here.sent).expect("one length") > 10_000);
+    let counted = (Pace::Record, Clock::Instructions, true);
+    let limit = Duration::from_secs(500);
+    let there = on_target(&image, NETDUINOPLUS2, FORMAT, counted, records, limit).expect("it runs");
+    println!("{:?}", there.cost);
+    assert_eq!(here.learnt, there.learnt);
+    assert_eq!((here.words, here.digest), (there.words, there.digest));
+    assert!(here.sent == there.sent);
+    // at 168 MHz and 1000 words a second there are 168 000 cycles a word; the longest pass is that of a block's end
+    let cost = there.cost.expect("counted");
+    assert!(cost.pass < 120_000.0, "{cost:?}");
+    assert!(cost.pass > 20_000.0, "{cost:?}: it has not learnt");
+}
+
+/// The estimate in force at the end is the sensor's error of that time, within what can be known: the simulation tells it.
+#[test]
+fn what_is_taken_out_is_the_sensors_error() {
+    let (session, records) = drive();
+    let here = learning_on_desktop(FORMAT, records);
+    let came: Vec<u8> = records.iter().flat_map(|r| r.bytes.clone()).collect();
+    assert!(here.sent.len() < came.len());
+    let truth = session.systematic.as_ref().expect("a simulation knows");
+    let last = &truth[SECONDS as usize - 30..SECONDS as usize - 1];
+    let n = last.len() as f64;
+    let sums = |words: &[[i64; 6]]| -> [i64; 6] {
+        words.iter().fold([0; 6], |sum, word| {
+            std::array::from_fn(|i| sum[i] + word[i])
+        })
+    };
+    // what was taken out in these seconds: the difference of the words that came and of those that were sent
+    let rate = (1.0 / session.dt).round() as usize;
+    let tail = last.len() * rate;
+    let (before, after) = (words_of(records), words_sent(&here.sent));
+    assert_eq!(before.len(), after.len());
+    let cut = |all: &[[i64; 6]]| sums(&all[all.len() - rate - tail..all.len() - rate]);
+    let (before, after) = (cut(&before), cut(&after));
+    let lsb = [session.lsb.rad, session.lsb.mps];
+    let prior = [1.63e-6, 4e-3];
+    for axis in 0..6 {
+        let triad = axis / 3;
+        let taken = (before[axis] - after[axis]) as f64 * lsb[triad] / n;
+        let error: f64 = last
+            .iter()
+            .map(|e| [e.dtheta, e.dv][triad][axis % 3])
+            .sum::<f64>()
+            / n;
+        println!("{axis}: error {error:+.3e}, taken out {taken:+.3e}");
+        assert!(
+            (taken - error).abs() < 0.35 * prior[triad],
+            "{axis}: {error:e} {taken:e}"
+        );
+    }
+}
+
+fn words_of(records: &[Record]) -> Vec<[i64; 6]> {
+    let sensor = records
+        .iter()
+        .filter(|r| r.input == qemu::replay::Input::Sensor);
+    sensor.filter_map(|r| word(&r.bytes)).collect()
+}
+
+fn words_sent(bytes: &[u8]) -> Vec<[i64; 6]> {
+    let mut framer = firmware::wire::Framer::new(FORMAT);
+    let mut words = Vec::new();
+    for piece in bytes.chunks(32) {
+        framer.push(piece);
+        while let Some(event) = framer.next_event() {
+            words.extend(word(event.bytes()));
+        }
+    }
+    words
+}
+
+fn word(frame: &[u8]) -> Option<[i64; 6]> {
+    let reading = firmware::wire::read(FORMAT, frame).ok()?;
+    let firmware::wire::Words::Counts { gyro, accel } = reading.words else {
+        return None;
+    };
+    let [a, b, c] = gyro.map(i64::from);
+    let [d, e, f] = accel.map(i64::from);
+    Some([a, b, c, d, e, f])
+}
+
+/// The device's alignment, word by word, against the desktop's over the stored words of the same standstill.
+#[test]
+fn the_alignment_is_the_desktops() {
+    let (session, _) = drive();
+    let words = &session.counts[..120 * (1.0 / session.dt).round() as usize];
+    let place = session.reference[0].position;
+    let si: Vec<_> = words
+        .iter()
+        .map(|c| host_sim::session::to_si(c, &session.lsb))
+        .collect();
+    let want = host_sim::align::inertial_frame(&si, session.dt, session.samples(), place)
+        .expect("aligned");
+    let sensors = Sensors {
+        noise: [1.46e-6, 1.96e-4],
+        bias: [1.63e-6, 4e-3],
+    };
+    let mut align = Align::new(sensors, session.lsb, session.dt);
+    words.iter().for_each(|word| align.word(word));
+    assert_eq!(
+        align.gathered().round() as u32,
+        120,
+        "it has noticed the standstill by itself"
+    );
+    let got = align.finish(place.lat, place.h).expect("aligned");
+    let [w, i, j, k] = got.q_bn;
+    let got_q = nalgebra::UnitQuaternion::new_normalize(nalgebra::Quaternion::new(w, i, j, k));
+    let apart = got_q.angle_to(&want);
+    println!("apart {apart:e} rad");
+    assert!(apart < 1e-6, "{apart:e}");
+    // and it is as far from the truth as its covariance says
+    let truth = session.reference[120].q_bn;
+    let off = (got_q * truth.inverse()).scaled_axis();
+    let p = got.covariance(sensors.bias);
+    for axis in 0..3 {
+        let sigma = f64::from(p[axis][axis]).sqrt();
+        assert!(
+            off[axis].abs() < 4.0 * sigma,
+            "{axis}: {:e}, sigma {sigma:e}",
+            off[axis]
+        );
+    }
+}

@@ -1,0 +1,137 @@
+//! The pieces of learning from fixes, measured as those of the networks are.
+
+use firmware::learn::Settings;
+use firmware::learn::bank::{Bank, Gates, OBSERVATIONS, Work};
+use firmware::learn::prior::{All, NAV};
+use lrnn_nostd::learn::kalman::{AllWeights, OUTPUTS, Prior, Transition};
+
+/// Both networks of the largest hypothesis step, with their exact gradients and the rows of the Jacobian: 126 weights and 6 biases.
+#[derive(Clone, Debug)]
+pub struct LearnerStepWork(All<f32>);
+
+/// A fix of the largest hypothesis: covariance over a second (it carries the rows of the Jacobian, so that no Psi is formed) and six
+/// scalar updates.
+#[derive(Clone, Debug)]
+pub struct LearnerFixWork(All<f32>);
+
+/// A second of all six hypotheses in parts: covariances, fix, networks' step.
+#[derive(Clone, Debug)]
+pub struct LearnerSecondWork {
+    bank: Bank,
+    work: Work,
+}
+
+const OUTER: [f32; NAV] = [1e-4, 1e-4, 1e-3, 0.05, 0.05, 0.05, 1.0, 1.0, 1.0];
+const VARIANCE: [f32; OBSERVATIONS] = [1.0, 1.0, 2.25, 2.5e-3, 2.5e-3, 2.5e-3];
+
+/// A second at rest, level.
+fn second() -> Transition<NAV> {
+    let unit = |i: usize, j: usize| f32::from(u8::from(i == j));
+    let mut block = Transition {
+        phi: core::array::from_fn(|i| core::array::from_fn(|j| unit(i, j))),
+        gamma: [[0.0; OUTPUTS]; NAV],
+        q: [[0.0; NAV]; NAV],
+        time: 1.0,
+    };
+    let [_, _, _, north, east, _, p_north, p_east, p_down] = &mut block.phi;
+    (north[1], east[0]) = (9.8, -9.8);
+    (p_north[3], p_east[4], p_down[5]) = (1.0, 1.0, 1.0);
+    for (i, row) in block.gamma.iter_mut().enumerate() {
+        match i {
+            0..3 => row[i] = 1.0,
+            3..6 => row[i] = -1.0,
+            _ => row[i - 3] = -0.5,
+        }
+    }
+    for (i, row) in block.q.iter_mut().enumerate() {
+        row[i] = match i {
+            0..3 => 2e-12,
+            3..6 => 4e-8,
+            _ => 1e-8,
+        };
+    }
+    block
+}
+
+fn inputs([x, y, z]: [f32; 3]) -> [[f32; 3]; 2] {
+    [[x * 1e-3, y * 1e-3, z * 1e-3], [x * 0.01, y * 0.01, -9.8]]
+}
+
+fn prior() -> Prior<NAV, 132> {
+    let sheet = Settings::MEDIUM.sheet;
+    sheet.prior::<AllWeights, 132>(1.0, 0.1, OUTER, [1e-7; NAV])
+}
+
+impl LearnerStepWork {
+    /// To be begun: too large to be moved about.
+    pub const BLANK: Self = Self(All::BLANK);
+
+    /// At rest.
+    pub fn begin(&mut self) {
+        self.0.begin(Settings::MEDIUM.sheet.nets(1.0), prior());
+    }
+
+    /// One repetition, and whether it was good.
+    #[inline(always)]
+    pub fn run(&mut self, input: [f32; 3]) -> ([f32; 3], bool) {
+        self.0.step(inputs(input));
+        let [x, y, z, ..] = *self.0.model().estimate();
+        ([x, y, z], self.0.model().is_healthy())
+    }
+}
+
+impl LearnerFixWork {
+    /// To be begun: too large to be moved about.
+    pub const BLANK: Self = Self(All::BLANK);
+
+    /// At rest, the networks stepped once.
+    pub fn begin(&mut self) {
+        self.0.begin(Settings::MEDIUM.sheet.nets(1.0), prior());
+        self.0.step(inputs([1.0, -1.0, 0.5]));
+    }
+
+    /// One repetition, and whether it was good.
+    #[inline(always)]
+    pub fn run(&mut self, input: [f32; 3]) -> ([f32; 3], bool) {
+        self.0.predict(&second(), &[0.0; OUTPUTS]);
+        for (k, variance) in VARIANCE.into_iter().enumerate() {
+            let i = if k < 3 { 6 + k } else { k };
+            let innovation = self.0.innovation(i, input[k % 3] * 1e-3, variance);
+            self.0.weigh(innovation, 25.0);
+            self.0.observe(i, innovation);
+        }
+        self.0.settle();
+        let [x, y, z, ..] = *self.0.outer();
+        ([x, y, z], self.0.is_healthy())
+    }
+}
+
+impl LearnerSecondWork {
+    /// To be begun: too large to be moved about.
+    pub const BLANK: Self = Self {
+        bank: Bank::BLANK,
+        work: Work::BLANK,
+    };
+
+    /// At rest.
+    pub fn begin(&mut self) {
+        let sheet = Settings::MEDIUM.sheet;
+        self.bank.begin(&sheet, 1.0, OUTER, Gates::USUAL);
+        self.work.clear();
+    }
+
+    /// One repetition, and whether it was good.
+    #[inline(always)]
+    pub fn run(&mut self, input: [f32; 3]) -> ([f32; 3], bool) {
+        let block = second();
+        self.bank.carry(&block, &[0.0; OUTPUTS]);
+        self.work.interval(&block);
+        let [x, y, z] = input.map(|x| x * 1e-3);
+        self.work.fix([x, y, z, x, y, z], VARIANCE);
+        self.work.step(inputs(input));
+        while self.bank.work(&mut self.work) {}
+        let [x, y, z, ..] = *self.bank.estimate_of(5);
+        let good = (0..6).all(|h| self.bank.is_healthy(h)) && self.work.refused == 0;
+        ([x, y, z], good)
+    }
+}
