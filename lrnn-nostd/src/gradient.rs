@@ -79,8 +79,8 @@ impl<T: Real> Sensitivities<T> {
         }
     }
 
-    /// s(k-1) to s(k); `last` is y(k-1). Whether all is still finite.
-    #[inline]
+    /// s(k-1) to s(k); `last` is y(k-1). Whether all is still finite. One copy of it, 6 kB, is enough.
+    #[inline(never)]
     fn advance<F: Feedback>(
         &mut self,
         weights: &Weights<T>,

@@ -44,7 +44,7 @@ pub struct Knowledge<'a> {
 /// A competitor: aided to [`Case::until`], coasting from there to the end. `None` if the standstill gives no attitude.
 pub type Scheme = fn(&Case<'_>) -> Option<Coast>;
 
-/// All competitors in the order of the tables, which add `floor`: [`none`] on an IMU with noise only.
+/// All competitors in the order of the tables, which add `floor`: `none` on an IMU with noise only.
 pub const SCHEMES: [(&str, Scheme); 9] = [
     ("none", |c| none(c, c.words, c.tuned.none_factor)),
     ("ekf6", |c| ekf6(c, DATASHEET_WALK)),

@@ -3,7 +3,7 @@
 //! The bound is the covariance recursion of the filter that knows everything but the 24 constants and the state ([`bound`]), run
 //! along the true drive, where it does not depend on the data: for linear dynamics and normal errors no estimator has a smaller mean
 //! square error (van Trees; Tichavsky et al. 1998). Units are simulated with exactly these constants and the noise, nothing that
-//! wanders, warms up or bends ([`constants_only`]); [`reached`] says what the learning schemes make of them.
+//! wanders, warms up or bends ([`constants_only`]); `reached` says what the learning schemes make of them.
 
 mod bound;
 pub mod output;
