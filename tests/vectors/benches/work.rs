@@ -45,14 +45,32 @@ fn all<H: Activation>(criterion: &mut Criterion, name: &str) {
     });
 }
 
+/// Repetitions after which a work begins anew, as many as the target does: nobody navigates for hours without a fix.
+const FRESH: u32 = 1000;
+
+fn anew<W: Clone>(
+    fresh: &W,
+    run: fn(&mut W, [f32; 3]) -> ([f32; 3], bool),
+) -> impl FnMut([f32; 3]) -> ([f32; 3], bool) {
+    let (mut work, mut repetition) = (fresh.clone(), 0);
+    move |input| {
+        repetition += 1;
+        if repetition == FRESH {
+            work = fresh.clone();
+            repetition = 0;
+        }
+        run(&mut work, input)
+    }
+}
+
 fn navigator(criterion: &mut Criterion) {
     let good = "the configuration is good";
-    let mut word = NavWordWork::new().expect(good);
-    let mut piece = NavPieceWork::new().expect(good);
-    let mut second = NavSecondWork::new().expect(good);
-    measure(criterion, "nav_word", |input| word.run(input));
-    measure(criterion, "nav_piece", |input| piece.run(input));
-    measure(criterion, "nav_second", |input| second.run(input));
+    let word = NavWordWork::new().expect(good);
+    let piece = NavPieceWork::new().expect(good);
+    let second = NavSecondWork::new().expect(good);
+    measure(criterion, "nav_word", anew(&word, NavWordWork::run));
+    measure(criterion, "nav_piece", anew(&piece, NavPieceWork::run));
+    measure(criterion, "nav_second", anew(&second, NavSecondWork::run));
 }
 
 fn learner(criterion: &mut Criterion) {
