@@ -20,6 +20,10 @@ impl<T> Once<T> {
         Self(UnsafeCell::new(value), AtomicBool::new(false))
     }
 
+    #[expect(
+        clippy::mut_from_ref,
+        reason = "the flag lets one caller have the contents"
+    )]
     fn take(&'static self) -> Option<&'static mut T> {
         if self.1.swap(true, Ordering::AcqRel) {
             return None;
