@@ -211,7 +211,7 @@ mod tests {
         println!("{}", table(&all));
         assert!(
             all.iter()
-                .all(|o| o.rows.len() == 25 && o.rows.iter().all(|r| r.horizontal_m.is_finite()))
+                .all(|o| o.rows.len() == 40 && o.rows.iter().all(|r| r.horizontal_m.is_finite()))
         );
     }
 

@@ -123,7 +123,7 @@ mod tests {
             ("_ZN8firmware4main17h0123456789abcdefE", "firmware"),
             ("_ZN4core9panicking5panic17h0123456789abcdefE", "core"),
             (
-                "_ZN57_$LT$firmware..app..App$u20$as$u20$core..fmt..Debug$GT$3fmt17h0123456789abcdefE",
+                "_ZN55_$LT$firmware..app..App$u20$as$u20$core..fmt..Debug$GT$3fmt17h0123456789abcdefE",
                 "firmware::app",
             ),
             (
