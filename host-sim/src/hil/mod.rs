@@ -25,6 +25,7 @@ use serde::Serialize;
 use software::Software;
 use std::io;
 use std::sync::atomic::AtomicBool;
+use std::time::Duration;
 use stream::{Lines, Run};
 
 /// The first part of the drive, which tells the board its format, microseconds.
@@ -176,10 +177,24 @@ fn remember(link: &mut Link) -> Result<Before, Error> {
 
 /// Back to what it had; its counters at the end of the run.
 fn restore(link: &mut Link, before: &Before) -> Result<Counters, Error> {
-    let counters = link.counters()?;
+    let counters = settled(link)?;
     link.order(&Request::SetMode(Mode::Bypass))?;
     link.orders(&command::set_up(&before.images, before.mode))?;
     Ok(counters)
+}
+
+/// The counters once no more fixes arrive: the receiver's line is slower than the sensor's, and the last ones may be on it.
+fn settled(link: &mut Link) -> Result<Counters, Error> {
+    let mut last = link.counters()?;
+    for _ in 0..10 {
+        std::thread::sleep(Duration::from_millis(200));
+        let now = link.counters()?;
+        if now.good_fixes == last.good_fixes {
+            return Ok(now);
+        }
+        last = now;
+    }
+    Ok(last)
 }
 
 fn through(
