@@ -152,6 +152,23 @@ impl Aligned {
     }
 }
 
+impl Aligned {
+    /// [`Aligned::filter`], taken through the fixes up to the end of epoch `until`.
+    #[must_use]
+    pub fn aided(
+        &self,
+        model: ErrorModel,
+        assumptions: &Assumptions,
+        session: &Session,
+        words: &[Increment],
+        until: usize,
+    ) -> Aided {
+        let mut filter = self.filter(model, assumptions);
+        (self.first..until).for_each(|k| aid(&mut filter, session, words, k));
+        filter
+    }
+}
+
 /// Aligns on the first part of the standstill. `None` when it does not give an attitude.
 #[must_use]
 pub fn aligned(session: &Session, words: &[Increment]) -> Option<Aligned> {

@@ -4,7 +4,7 @@
 //! do (5 sigma an axis), and when the rate is no more than the Earth's and the force no other than gravity's, biases allowed for.
 //! A vehicle that moves straight and evenly can pass: whoever has a velocity says so by [`Standstill::moves`].
 
-use crate::nav::vector::{V32, dot32};
+use crate::nav::vector::{V32, dot};
 
 /// What the detector is told: the sensors' datasheet.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -64,8 +64,8 @@ impl Standstill {
             pairs.fold(true, |all, (a, b)| all & ((a - b).abs() <= self.step[i]))
         };
         let steady = self.seconds == 0 || (within(0) & within(1));
-        let size = libm::sqrtf(dot32(force, force));
-        let slow = dot32(rate, rate) <= self.rate * self.rate;
+        let size = libm::sqrtf(dot(force, force));
+        let slow = dot(rate, rate) <= self.rate * self.rate;
         let level = size >= GRAVITY[0] - self.force && size <= GRAVITY[1] + self.force;
         if slow && level {
             // a second that breaks off a standstill may begin another one

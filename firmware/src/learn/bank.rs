@@ -67,14 +67,21 @@ impl Gates {
 }
 
 impl<T: Real> Default for Gates<T> {
-    /// 5 sigma; 10 fixes; less than one wrong promotion in a hundred.
+    /// [`Gates::USUAL`].
     fn default() -> Self {
+        let Gates {
+            squared_ratio,
+            escape,
+            evidence,
+            better,
+            enabled,
+        } = Gates::USUAL;
         Self {
-            squared_ratio: T::from_f64(25.0),
-            escape: 10,
-            evidence: 4.6,
-            better: 1.0,
-            enabled: ALL,
+            squared_ratio: T::from_f64(f64::from(squared_ratio)),
+            escape,
+            evidence,
+            better,
+            enabled,
         }
     }
 }
@@ -284,11 +291,6 @@ impl<T: Real> Bank<T> {
     /// The stream begins anew: the networks' states as at power-on; what has been learnt stays.
     pub fn restart_nets(&mut self) {
         self.each(|h| h.restart_nets());
-    }
-
-    /// A new navigator; what has been learnt stays.
-    pub fn restart(&mut self, outer: &[T; NAV]) {
-        self.each(|h| h.restart(outer));
     }
 
     /// A new navigator that was aligned at standstill: its initial errors are `by` (rad, m/s, m for 1 rad/s or 1 m/s^2) times what the

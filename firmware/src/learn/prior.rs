@@ -25,6 +25,18 @@ pub struct Datasheet<T = f32> {
 }
 
 impl Datasheet<f32> {
+    /// Sensors of these biases (rad/s, m/s^2) in a land vehicle.
+    #[must_use]
+    pub const fn land_vehicle(gyro_bias: f32, accel_bias: f32) -> Self {
+        Self {
+            gyro_bias,
+            accel_bias,
+            walk_per_hour: 0.05,
+            gravity: [0.0, 0.0, -9.8],
+            range: [0.2, 2.0],
+        }
+    }
+
     /// The same in another number type.
     #[must_use]
     pub fn cast<T: Real>(&self) -> Datasheet<T> {

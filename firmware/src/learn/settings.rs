@@ -26,13 +26,7 @@ impl Settings {
     /// The medium laser-gyro IMU of `host-sim` (preset `medium`): 0.34 deg/h, 410 ug, 0.005 deg/sqrt(h), 20 ug/sqrt(Hz). A receiver
     /// whose messages come after 100 ms, as at 115 200 baud.
     pub const MEDIUM: Settings = Settings {
-        sheet: Datasheet {
-            gyro_bias: 1.63e-6,
-            accel_bias: 4e-3,
-            walk_per_hour: 0.05,
-            gravity: [0.0, 0.0, -9.8],
-            range: [0.2, 2.0],
-        },
+        sheet: Datasheet::land_vehicle(1.63e-6, 4e-3),
         noise: Noise {
             gyro: 1.46e-6,
             accel: 1.96e-4,

@@ -10,7 +10,7 @@
 //! Both results are kept as differences to the plain sums, so that f32 rounds only what is itself of second order: at 100 deg/s and
 //! 200 Hz 3e-10 rad/sqrt(s), a thousandth of the angle random walk of a laser gyro.
 
-use super::vector::{V, V32, add32, cross32, dot32, scale32, widen};
+use super::vector::{V, V32, add, cross, dot, scale, widen};
 use crate::sample::{Counts, Lsb};
 
 /// A piece ends early when it has turned so far, rad: the series above stay short.
@@ -78,7 +78,7 @@ impl Gather {
     /// Errors of the sensors from the next piece on, rad/s and m/s2. The caller ends the piece in progress first.
     pub fn set_estimate(&mut self, estimate: [V32; 2]) {
         self.estimate = estimate;
-        self.in_word = estimate.map(|e| scale32(e, self.word_s as f32));
+        self.in_word = estimate.map(|e| scale(e, self.word_s as f32));
     }
 
     pub fn estimate(&self) -> [V32; 2] {
@@ -130,34 +130,34 @@ impl Gather {
 
         let (coning, sculling) = three_words(&self.past, &word);
         self.past = [word, self.past[0]];
-        let d = add32(word.angle, coning);
-        let e = add32(word.velocity, sculling);
+        let d = add(word.angle, coning);
+        let e = add(word.velocity, sculling);
 
-        let in_word = cross32(d, e);
-        let in_word_2 = cross32(d, in_word);
-        let own = add32(scale32(in_word, 0.5), scale32(in_word_2, 1.0 / 6.0));
-        let e = add32(e, own);
+        let in_word = cross(d, e);
+        let in_word_2 = cross(d, in_word);
+        let own = add(scale(in_word, 0.5), scale(in_word_2, 1.0 / 6.0));
+        let e = add(e, own);
         let phi = self.phi;
-        let n2 = dot32(phi, phi);
-        let turned = cross32(phi, e);
-        let turned_2 = cross32(phi, turned);
+        let n2 = dot(phi, phi);
+        let turned = cross(phi, e);
+        let turned_2 = cross(phi, turned);
         let sine = 1.0 - n2 * (1.0 / 6.0) * (1.0 - n2 * (1.0 / 20.0));
         let cosine = 0.5 - n2 * (1.0 / 24.0) * (1.0 - n2 * (1.0 / 30.0));
-        let small = add32(sculling, own);
-        let turn = add32(scale32(turned, sine), scale32(turned_2, cosine));
-        self.beyond_velocity = add32(self.beyond_velocity, add32(small, turn));
+        let small = add(sculling, own);
+        let turn = add(scale(turned, sine), scale(turned_2, cosine));
+        self.beyond_velocity = add(self.beyond_velocity, add(small, turn));
 
-        let once = cross32(phi, d);
-        let twice = add32(cross32(phi, once), cross32(once, d));
-        let beyond = add32(scale32(once, 0.5), scale32(twice, 1.0 / 12.0));
-        let beyond = add32(coning, beyond);
-        self.beyond_angle = add32(self.beyond_angle, beyond);
-        self.phi = add32(phi, add32(word.angle, beyond));
+        let once = cross(phi, d);
+        let twice = add(cross(phi, once), cross(once, d));
+        let beyond = add(scale(once, 0.5), scale(twice, 1.0 / 12.0));
+        let beyond = add(coning, beyond);
+        self.beyond_angle = add(self.beyond_angle, beyond);
+        self.phi = add(phi, add(word.angle, beyond));
     }
 
     /// Whether the piece is to be ended now.
     pub fn is_full(&self) -> bool {
-        self.words >= self.piece_words || dot32(self.phi, self.phi) > TURN * TURN
+        self.words >= self.piece_words || dot(self.phi, self.phi) > TURN * TURN
     }
 
     /// The piece so far; the next word begins another one.
@@ -189,14 +189,14 @@ impl Gather {
 
 /// Coning (rad) and sculling (m/s) of the newest word with the two before it.
 fn three_words([b, a]: &[Word; 2], word: &Word) -> (V32, V32) {
-    let earlier = |b: V32, a: V32| add32(scale32(b, 17.0 / 120.0), scale32(a, -1.0 / 60.0));
+    let earlier = |b: V32, a: V32| add(scale(b, 17.0 / 120.0), scale(a, -1.0 / 60.0));
     let (angle, velocity) = (earlier(b.angle, a.angle), earlier(b.velocity, a.velocity));
-    let coning = cross32(angle, word.angle);
-    let sculling = add32(cross32(angle, word.velocity), cross32(velocity, word.angle));
-    let coning_ab = cross32(a.angle, b.angle);
-    let sculling_ab = add32(cross32(a.angle, b.velocity), cross32(a.velocity, b.angle));
+    let coning = cross(angle, word.angle);
+    let sculling = add(cross(angle, word.velocity), cross(velocity, word.angle));
+    let coning_ab = cross(a.angle, b.angle);
+    let sculling_ab = add(cross(a.angle, b.velocity), cross(a.velocity, b.angle));
     (
-        add32(coning, scale32(coning_ab, -1.0 / 40.0)),
-        add32(sculling, scale32(sculling_ab, -1.0 / 40.0)),
+        add(coning, scale(coning_ab, -1.0 / 40.0)),
+        add(sculling, scale(sculling_ab, -1.0 / 40.0)),
     )
 }

@@ -262,7 +262,7 @@ impl Navigator {
 #[must_use]
 pub fn speed(velocity: &[f64; 3]) -> f32 {
     let v = narrow(*velocity);
-    libm::sqrtf(vector::dot32(v, v))
+    libm::sqrtf(vector::dot(v, v))
 }
 
 /// One step, and what the error dynamics need of it.

@@ -11,7 +11,7 @@
 //! A piece is a step of second order in its length (mean of `phi` in `v'`, mean of `v` in `phi'` and `p'`). The 9 x 9 matrix is never formed: a column costs 70 operations where a dense product takes 162.
 
 use super::earth::{Local, OMEGA_IE};
-use super::vector::{V, V32, add32, cross32, narrow, scale32};
+use super::vector::{V, V32, add, cross, narrow, scale};
 
 /// Number of navigation errors: attitude (rad), velocity (m/s), position (m), each north, east, down.
 pub const ERRORS: usize = 9;
@@ -94,13 +94,13 @@ impl Dynamics {
         let omega = OMEGA_IE as f32;
         let ie = [omega * cos, 0.0, -omega * sin];
         let en = [ve * inv_n, -vn * inv_m, -ve * inv_n * tan];
-        let omega_in = add32(ie, en);
+        let omega_in = add(ie, en);
         Self {
             time: motion.time,
             velocity: motion.velocity,
             force: motion.force,
             omega_in,
-            coriolis: add32(ie, omega_in),
+            coriolis: add(ie, omega_in),
             inv_n,
             inv_m,
             tan_n: tan * inv_n,
@@ -126,7 +126,7 @@ impl Dynamics {
     fn step(&self, x: &Column) -> Column {
         let Column { phi, v, p } = *x;
         let half = 0.5 * self.time;
-        let t = add32(
+        let t = add(
             self.by_velocity(v),
             [
                 self.ie_north * p[0] + self.by_height[0] * p[2],
@@ -134,24 +134,24 @@ impl Dynamics {
                 (self.ie_down + self.en_down) * p[0] + self.by_height[2] * p[2],
             ],
         );
-        let phi_half = scale32(add32(t, cross32(phi, self.omega_in)), half);
-        let phi_mid = add32(phi, phi_half);
-        let twice = add32(t, [self.ie_north * p[0], 0.0, self.ie_down * p[0]]);
-        let v_rate = add32(cross32(self.force, phi_mid), cross32(self.velocity, twice));
-        let v_rate = add32(v_rate, cross32(v, self.coriolis));
+        let phi_half = scale(add(t, cross(phi, self.omega_in)), half);
+        let phi_mid = add(phi, phi_half);
+        let twice = add(t, [self.ie_north * p[0], 0.0, self.ie_down * p[0]]);
+        let v_rate = add(cross(self.force, phi_mid), cross(self.velocity, twice));
+        let v_rate = add(v_rate, cross(v, self.coriolis));
         let v_rate = [v_rate[0], v_rate[1], v_rate[2] + self.gravity * p[2]];
-        let v_half = scale32(v_rate, half);
-        let v_mid = add32(v, v_half);
+        let v_half = scale(v_rate, half);
+        let v_mid = add(v, v_half);
         let k_p = [
             self.k_north[0] * p[0] + self.k_north[1] * p[2],
             self.k_east[0] * p[0] + self.k_east[1] * p[1] + self.k_east[2] * p[2],
             0.0,
         ];
-        let bent = scale32(self.by_velocity(v_half), self.time);
+        let bent = scale(self.by_velocity(v_half), self.time);
         Column {
-            phi: add32(add32(phi_mid, phi_half), bent),
-            v: add32(v_mid, v_half),
-            p: add32(p, scale32(add32(v_mid, k_p), self.time)),
+            phi: add(add(phi_mid, phi_half), bent),
+            v: add(v_mid, v_half),
+            p: add(p, scale(add(v_mid, k_p), self.time)),
         }
     }
 }
@@ -160,20 +160,20 @@ impl Dynamics {
     /// What a constant rate about `axis` (NED) adds within the piece, to third order.
     #[inline(always)]
     fn turn(&self, x: &mut Column, axis: V32) {
-        let v = scale32(cross32(self.force, axis), 0.5 * self.time * self.time);
-        x.phi = add32(x.phi, scale32(axis, self.time));
-        x.v = add32(x.v, v);
-        x.p = add32(x.p, scale32(v, self.time * (1.0 / 3.0)));
+        let v = scale(cross(self.force, axis), 0.5 * self.time * self.time);
+        x.phi = add(x.phi, scale(axis, self.time));
+        x.v = add(x.v, v);
+        x.p = add(x.p, scale(v, self.time * (1.0 / 3.0)));
     }
 
     /// What a constant acceleration against `axis` (NED) adds within the piece, to second order.
     #[inline(always)]
     fn push(&self, x: &mut Column, axis: V32) {
-        let v = scale32(axis, -self.time);
-        let p = scale32(v, 0.5 * self.time);
-        x.phi = add32(x.phi, self.by_velocity(p));
-        x.v = add32(x.v, v);
-        x.p = add32(x.p, p);
+        let v = scale(axis, -self.time);
+        let p = scale(v, 0.5 * self.time);
+        x.phi = add(x.phi, self.by_velocity(p));
+        x.v = add(x.v, v);
+        x.p = add(x.p, p);
     }
 }
 

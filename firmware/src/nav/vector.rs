@@ -1,5 +1,7 @@
 //! Small vectors and quaternions, f64 and f32. A quaternion is `[w, x, y, z]`; `q_bn` turns body vectors into north-east-down.
 
+use lrnn_nostd::Real;
+
 /// Three numbers, f64.
 pub type V = [f64; 3];
 /// Three numbers, f32.
@@ -7,35 +9,19 @@ pub type V32 = [f32; 3];
 /// Quaternion, scalar first.
 pub type Q = [f64; 4];
 
-pub fn add([a, b, c]: V, [x, y, z]: V) -> V {
+pub fn add<T: Real>([a, b, c]: [T; 3], [x, y, z]: [T; 3]) -> [T; 3] {
     [a + x, b + y, c + z]
 }
 
-pub fn scale([a, b, c]: V, k: f64) -> V {
+pub fn scale<T: Real>([a, b, c]: [T; 3], k: T) -> [T; 3] {
     [a * k, b * k, c * k]
 }
 
-pub fn cross([a, b, c]: V, [x, y, z]: V) -> V {
+pub fn cross<T: Real>([a, b, c]: [T; 3], [x, y, z]: [T; 3]) -> [T; 3] {
     [b * z - c * y, c * x - a * z, a * y - b * x]
 }
 
-pub fn add32([a, b, c]: V32, [x, y, z]: V32) -> V32 {
-    [a + x, b + y, c + z]
-}
-
-pub fn scale32([a, b, c]: V32, k: f32) -> V32 {
-    [a * k, b * k, c * k]
-}
-
-pub fn cross32([a, b, c]: V32, [x, y, z]: V32) -> V32 {
-    [b * z - c * y, c * x - a * z, a * y - b * x]
-}
-
-pub fn dot32([a, b, c]: V32, [x, y, z]: V32) -> f32 {
-    a * x + b * y + c * z
-}
-
-pub fn dot([a, b, c]: V, [x, y, z]: V) -> f64 {
+pub fn dot<T: Real>([a, b, c]: [T; 3], [x, y, z]: [T; 3]) -> T {
     a * x + b * y + c * z
 }
 

@@ -9,7 +9,7 @@ use crate::learning::{NetworkSpec, compensator, corrected_words};
 use crate::session::{Session, to_si};
 use crate::sins::Increment;
 use crate::study::{Use, study};
-use crate::teacher::{Assumptions, aid, aligned};
+use crate::teacher::{Assumptions, aligned};
 use crate::units::{ARCSEC, DEG, DEG_PER_H, G0, PPM, UG};
 use firmware::learn::bank::{ALL, Gates};
 use firmware::sample::Counts;
@@ -121,10 +121,7 @@ fn aided_coast(
 ) -> Option<Coast> {
     let session = case.session;
     let aligned = aligned(session, words)?;
-    let mut filter = aligned.filter(model, assumptions);
-    for k in aligned.first..case.until {
-        aid(&mut filter, session, words, k);
-    }
+    let filter = aligned.aided(model, assumptions, session, words, case.until);
     Some(free(&filter, session, words, case.until))
 }
 

@@ -1,7 +1,7 @@
 //! Learning from plain fixes with the product's own bank of hypotheses (LEARNING section 5), over a navigator in f64.
 
 use crate::coast::{Coast, coast};
-use crate::ekf::{Block, Linearised, NAV, displaced};
+use crate::ekf::{Block, Linearised, NAV, Prior, displaced};
 use crate::session::{EPOCH_S, Session};
 use crate::sins::{Increment, NavState, Samples, Sins};
 use crate::teacher::{Aligned, Assumptions, Start, aligned, fix_at};
@@ -23,22 +23,15 @@ pub struct Student<T: Real> {
     applied: [T; 6],
 }
 
-/// Largest usual rate (rad/s) and change of specific force (m/s2) of a land vehicle.
-const RANGE: [f32; 2] = [0.2, 2.0];
-/// Walk of a bias in an hour as a share of its prior.
-const WALK_PER_HOUR: f32 = 0.05;
-const GRAVITY: f32 = 9.8;
-
 /// What the learner is told of the sensors.
 #[must_use]
 pub fn datasheet(assumptions: &Assumptions) -> Datasheet {
-    Datasheet {
-        gyro_bias: assumptions.prior.gyro_bias as f32,
-        accel_bias: assumptions.prior.accel_bias as f32,
-        walk_per_hour: WALK_PER_HOUR,
-        gravity: [0.0, 0.0, -GRAVITY],
-        range: RANGE,
-    }
+    let Prior {
+        gyro_bias,
+        accel_bias,
+        ..
+    } = assumptions.prior;
+    Datasheet::land_vehicle(gyro_bias as f32, accel_bias as f32)
 }
 
 impl<T: Real> Student<T> {

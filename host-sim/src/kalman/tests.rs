@@ -4,7 +4,6 @@ use crate::ekf::ErrorModel;
 use crate::imu::ErrorModelName;
 use crate::scenario::Scenario;
 use crate::session::{SessionConfig, simulate};
-use crate::teacher::aid;
 use firmware::learn::bank::{HYPOTHESES, NOTHING};
 use firmware::learn::prior::{All, weights};
 use lrnn_nostd::learn::kalman::{
@@ -138,15 +137,12 @@ fn f32_stays_near_the_dense_f64_twin() {
 #[test]
 fn the_biases_hypothesis_is_the_classical_filter() {
     let (session, mut assumptions) = session(ErrorModelName::Linear, 2);
-    assumptions.prior.walk_per_hour = f64::from(WALK_PER_HOUR);
+    assumptions.prior.walk_per_hour = f64::from(datasheet(&assumptions).walk_per_hour);
     let words = session.increments();
     let until = 350;
     let aligned = aligned(&session, &words).unwrap();
     let model = ErrorModel::biases(&assumptions.prior);
-    let mut classical = aligned.filter(model, &assumptions);
-    for k in aligned.first..until {
-        aid(&mut classical, &session, &words, k);
-    }
+    let classical = aligned.aided(model, &assumptions, &session, &words, until);
     let student: Student<f64> =
         taught(&session, &words, &assumptions, Gates::default(), until).unwrap();
     let biases = student.bank.estimate_of(1);

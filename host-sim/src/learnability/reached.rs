@@ -186,8 +186,8 @@ fn taught(config: &SessionConfig<'_>, session: &Session, until: usize) -> Option
             dv: Vector3::from(a.map(f64::from)),
         })
         .collect();
-    let mut filter = aligned.filter(ErrorModel::biases(&assumptions.prior), &assumptions);
-    (aligned.first..until).for_each(|k| aid(&mut filter, &part, &words, k));
+    let model = ErrorModel::biases(&assumptions.prior);
+    let filter = aligned.aided(model, &assumptions, &part, &words, until);
     Some(Learnt {
         bias: study.bias,
         linear: study.linear,

@@ -13,7 +13,7 @@ use crate::report::{Report, Results};
 use crate::session::{EPOCH_S, Session};
 use crate::sins::{Increment, NavState};
 use crate::study::{Study, study};
-use crate::teacher::{Assumptions, aid, aligned};
+use crate::teacher::{Assumptions, aligned};
 use crate::units::{ARCSEC, DEG, DEG_PER_H, DEG_PER_SQRT_H, PPM, UG, UG_PER_SQRT_HZ};
 use firmware::learn::bank::{ALL, Gates, NAMES, NOTHING};
 use firmware::sample::{Counts, Lsb};
@@ -116,11 +116,8 @@ fn aid_all(session: &Session, judged: &mut Judged) -> Option<&'static str> {
     };
     let none = taught(1 << NOTHING)?;
     let product = taught(ALL)?;
-    let aligned = aligned(session, &words)?;
-    let mut filter = aligned.filter(ErrorModel::biases(&a.prior), &a);
-    for k in aligned.first..until {
-        aid(&mut filter, session, &words, k);
-    }
+    let model = ErrorModel::biases(&a.prior);
+    let filter = aligned(session, &words)?.aided(model, &a, session, &words, until);
     let step = session.step_s();
     let frozen: Vec<Increment> = words.iter().map(|w| filter.corrected(w, step)).collect();
     let classical = coast(session, &frozen, filter.sins.nav, until, session.epochs());

@@ -336,17 +336,13 @@ fn aided(
     until: usize,
 ) -> Option<Aided> {
     let a = &settings.assumptions;
-    let (first, mut filter) = if session.standstill > 0 {
-        let aligned = aligned(session, words)?;
-        (aligned.first, aligned.filter(model, a))
-    } else {
-        let (first, start) = begin(session, words, settings)?;
-        let filter = Aided::new(start.nav, &start.sigma, model, a.noise);
-        (first, filter.with_samples(session.samples()))
-    };
-    for k in first..until {
-        aid(&mut filter, session, words, k);
+    if session.standstill > 0 {
+        return Some(aligned(session, words)?.aided(model, a, session, words, until));
     }
+    let (first, start) = begin(session, words, settings)?;
+    let mut filter =
+        Aided::new(start.nav, &start.sigma, model, a.noise).with_samples(session.samples());
+    (first..until).for_each(|k| aid(&mut filter, session, words, k));
     Some(filter)
 }
 

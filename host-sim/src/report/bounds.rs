@@ -9,7 +9,7 @@ use crate::error::Error;
 use crate::learnability::{Answer, SCHEMES, quantity};
 use crate::report::outcomes::Head;
 use crate::units::MIN;
-use maud::{DOCTYPE, PreEscaped, html};
+use maud::{PreEscaped, html};
 use plotters::prelude::{DrawingBackend, SVGBackend};
 use std::path::{Path, PathBuf};
 
@@ -55,36 +55,20 @@ pub fn write(dir: &Path, head: &Head, answer: &Answer, table: &str) -> Result<Pa
 }
 
 fn markup(head: &Head, svg: &str, table: &str) -> String {
-    let page = html! {
-        (DOCTYPE)
-        html lang="en" {
-            head {
-                meta charset="utf-8";
-                (PreEscaped(html::MARKER))
-                meta name="viewport" content="width=device-width, initial-scale=1";
-                meta name="color-scheme" content="light dark";
-                title { (head.title) }
-                style { (PreEscaped(html::style())) }
-            }
-            body {
-                main {
-                    h1 { (head.title) }
-                    figure {
-                        (PreEscaped(svg))
-                        figcaption {
-                            "Thin: Cramer-Rao bound of each axis; thick: its root mean square over the axes; coloured: the same of the errors "
-                            "that the schemes left over the simulated units. "
-                            a href=(PICTURE) { (PICTURE) }
-                        }
-                    }
-                    pre { (table) }
-                    h2 { "How to reproduce" }
-                    pre { (head.command) }
-                }
+    let body = html! {
+        figure {
+            (PreEscaped(svg))
+            figcaption {
+                "Thin: Cramer-Rao bound of each axis; thick: its root mean square over the axes; coloured: the same of the errors "
+                "that the schemes left over the simulated units. "
+                a href=(PICTURE) { (PICTURE) }
             }
         }
+        pre { (table) }
+        h2 { "How to reproduce" }
+        pre { (head.command) }
     };
-    page.into_string()
+    html::frame(&head.title, &body).into_string()
 }
 
 fn draw<DB: DrawingBackend>(backend: &mut DB, answer: &Answer) -> Drawn<DB> {

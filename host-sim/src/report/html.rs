@@ -22,7 +22,35 @@ pub(super) fn heading(figure: Figure) -> &'static str {
 /// The whole page.
 pub(super) fn page(report: &Report, svgs: &[(Figure, String)]) -> String {
     let results = &report.results;
-    let markup = html! {
+    let body = html! {
+        p.sub { "scenario " b { (results.scenario) } ", seed " b { (results.seed) } }
+        @for sentence in &findings(results) { p.finding { (unbroken(sentence)) } }
+        @if !report.notes.is_empty() {
+            aside { h2 { "Read this first" } ul { @for note in &report.notes { li { (note) } } } }
+        }
+        h2 { "Errors against the reference" }
+        (results_table(results))
+        @for (number, (figure, svg)) in svgs.iter().enumerate() {
+            section {
+                h2 { (heading(*figure)) }
+                figure {
+                    (PreEscaped(svg))
+                    figcaption {
+                        b { "Figure " (number + 1) ". " } (unbroken(&caption(*figure, report))) " "
+                        a href=(figure.file()) { (figure.file()) }
+                    }
+                }
+            }
+        }
+        (set_up(report))
+        (reproduce(report))
+    };
+    frame(&report.title, &body).into_string()
+}
+
+/// A page of ours: its head, its title, and what is under it.
+pub(super) fn frame(title: &str, body: &Markup) -> Markup {
+    html! {
         (DOCTYPE)
         html lang="en" {
             head {
@@ -30,38 +58,17 @@ pub(super) fn page(report: &Report, svgs: &[(Figure, String)]) -> String {
                 (PreEscaped(MARKER))
                 meta name="viewport" content="width=device-width, initial-scale=1";
                 meta name="color-scheme" content="light dark";
-                title { (report.title) }
+                title { (title) }
                 style { (PreEscaped(style())) }
             }
             body {
                 main {
-                    h1 { (report.title) }
-                    p.sub { "scenario " b { (results.scenario) } ", seed " b { (results.seed) } }
-                    @for sentence in &findings(results) { p.finding { (unbroken(sentence)) } }
-                    @if !report.notes.is_empty() {
-                        aside { h2 { "Read this first" } ul { @for note in &report.notes { li { (note) } } } }
-                    }
-                    h2 { "Errors against the reference" }
-                    (results_table(results))
-                    @for (number, (figure, svg)) in svgs.iter().enumerate() {
-                        section {
-                            h2 { (heading(*figure)) }
-                            figure {
-                                (PreEscaped(svg))
-                                figcaption {
-                                    b { "Figure " (number + 1) ". " } (unbroken(&caption(*figure, report))) " "
-                                    a href=(figure.file()) { (figure.file()) }
-                                }
-                            }
-                        }
-                    }
-                    (set_up(report))
-                    (reproduce(report))
+                    h1 { (title) }
+                    (body)
                 }
             }
         }
-    };
-    markup.into_string()
+    }
 }
 
 /// What came out at the last time, scheme by scheme, whichever way it went.

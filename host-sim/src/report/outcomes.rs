@@ -4,7 +4,7 @@ use super::figures::Figure;
 use super::{Report, Results, html, page};
 use crate::error::Error;
 use crate::replay::outcome::Outcome;
-use maud::{DOCTYPE, Markup, PreEscaped, html};
+use maud::{Markup, PreEscaped, html};
 use rayon::prelude::*;
 use std::path::{Path, PathBuf};
 
@@ -78,29 +78,14 @@ fn as_report(outcome: &Outcome) -> Report {
 }
 
 fn markup(head: &Head, outcomes: &[Outcome], drawn: &[(String, Vec<u8>)]) -> Markup {
-    html! {
-        (DOCTYPE)
-        html lang="en" {
-            head {
-                meta charset="utf-8";
-                (PreEscaped(html::MARKER))
-                meta name="viewport" content="width=device-width, initial-scale=1";
-                meta name="color-scheme" content="light dark";
-                title { (head.title) }
-                style { (PreEscaped(html::style())) }
-            }
-            body {
-                main {
-                    h1 { (head.title) }
-                    @for (k, (outcome, svgs)) in outcomes.iter().zip(drawn.chunks(Figure::ALL.len())).enumerate() {
-                        (case(k, outcome, svgs))
-                    }
-                    h2 { "How to reproduce" }
-                    pre { (head.command) }
-                }
-            }
+    let body = html! {
+        @for (k, (outcome, svgs)) in outcomes.iter().zip(drawn.chunks(Figure::ALL.len())).enumerate() {
+            (case(k, outcome, svgs))
         }
-    }
+        h2 { "How to reproduce" }
+        pre { (head.command) }
+    };
+    html::frame(&head.title, &body)
 }
 
 fn case(k: usize, outcome: &Outcome, svgs: &[(String, Vec<u8>)]) -> Markup {

@@ -23,7 +23,6 @@ pub trait Hypothesis<T: Real> {
     fn observe(&mut self, i: usize, innovation: Innovation<T>);
     fn settle(&mut self);
     fn fed_back(&mut self, e: &[T; NAV]);
-    fn restart(&mut self, outer: &[T; NAV]);
     fn derive(&mut self, by: &[[T; OUTPUTS]; NAV], rest: &[[T; NAV]; NAV], applied: &[T; OUTPUTS]);
     fn derive_means(&mut self, by: &[[T; OUTPUTS]; NAV], applied: &[T; OUTPUTS]);
     fn derive_spread(
@@ -86,9 +85,6 @@ where
     }
     fn fed_back(&mut self, e: &[T; NAV]) {
         Kalman::fed_back(self, e);
-    }
-    fn restart(&mut self, outer: &[T; NAV]) {
-        Kalman::restart(self, outer);
     }
     fn derive(&mut self, by: &[[T; OUTPUTS]; NAV], rest: &[[T; NAV]; NAV], applied: &[T; OUTPUTS]) {
         Kalman::derive(self, by, rest, applied);

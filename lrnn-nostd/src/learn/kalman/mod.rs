@@ -282,11 +282,6 @@ impl<L: Learns, const X: usize, const N: usize, const PACKED: usize, H: Activati
         self.covariance.inflate(variance);
     }
 
-    /// Forgets a share (0..1) of the evidence.
-    pub fn forget(&mut self, share: f64) {
-        self.log_likelihood *= 1.0 - share;
-    }
-
     /// x: the navigator's error.
     pub fn outer(&self) -> &[T; X] {
         &self.x
