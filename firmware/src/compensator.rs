@@ -73,7 +73,7 @@ pub struct State {
     estimate: [[f32; 3]; 2], // rad/s and m/s2, in force
     due: [[i64; 3]; 2],      // the same in counts per word, 2^-32
     due_float: [[f32; 3]; 2],
-    remainder: [[i64; 3]; 2], // counts, 2^-32
+    remainder: [[i32; 3]; 2], // counts, 2^-32; at most half a count
     remainder_float: [[f32; 3]; 2],
     /// The correction goes to zero (as fast as `slew` lets it) whatever the networks say.
     pub off: bool,
@@ -231,7 +231,7 @@ impl Compensator {
             Words::Counts { gyro, accel } => {
                 for (sum, counts) in state.sum.iter_mut().zip([gyro, accel]) {
                     for (s, c) in sum.iter_mut().zip(counts) {
-                        *s = s.saturating_add(i64::from(*c));
+                        *s = s.wrapping_add(i64::from(*c)); // no more than 2^16 of 32 bits
                     }
                 }
                 1.0
@@ -330,7 +330,7 @@ impl Compensator {
         let per_word = state.estimate.iter().zip(self.counts_per_error);
         for ((due, due_float), (estimate, per_error)) in due.zip(per_word) {
             let counts = estimate.map(|e| e * per_error);
-            *due = counts.map(|c| (c * COUNT) as i64);
+            *due = counts.map(|c| ((c * COUNT) as i64).clamp(-MOST_DUE, MOST_DUE));
             *due_float = counts.map(|c| -c);
         }
     }
@@ -338,6 +338,9 @@ impl Compensator {
 
 /// Steps of a whole count in sums and remainders of corrections, 2^32.
 const COUNT: f32 = 4_294_967_296.0;
+
+/// Most that a word may be changed by, 2^30 counts: with the remainder it stays within 64 bits.
+const MOST_DUE: i64 = 1 << 62;
 
 /// Steps of 1.0 in the sums of float words: 2^40, so that 10^-12 rad still counts.
 const FLOAT_STEPS: f32 = 1_099_511_627_776.0;
@@ -357,12 +360,12 @@ fn clip(x: f32, limit: f32) -> f32 {
 
 /// Subtracts a fractional correction in whole counts and carries what is left to the next word: in integers, so that the sum of
 /// all corrections is exact however many words there are.
-fn subtract(word: [i32; 3], due: &[i64; 3], remainder: &mut [i64; 3]) -> [i32; 3] {
+fn subtract(word: [i32; 3], due: &[i64; 3], remainder: &mut [i32; 3]) -> [i32; 3] {
     let mut out = word;
     for ((o, d), r) in out.iter_mut().zip(due).zip(remainder) {
-        let sum = d.saturating_add(*r);
-        let whole = (sum.saturating_add(1 << 31) >> 32) as i32; // to nearest
-        *r = sum - (i64::from(whole) << 32);
+        let sum = d.wrapping_add(i64::from(*r));
+        *r = sum as i32; // the lower half as a signed number: what the nearest whole count leaves
+        let whole = (sum.wrapping_add(1 << 31) >> 32) as i32;
         *o = o.saturating_sub(whole);
     }
     out

@@ -25,7 +25,7 @@ pub use server::IMAGES_LEN;
 
 use crate::compensator::Block;
 use crate::learn::{Learner, Report};
-use crate::link::{Clock, Line};
+use crate::link::{Clock, Line, Lost};
 use crate::wire::command::{Counters, Packets, fault};
 use crate::wire::framer::{Framer, Kind};
 use crate::wire::ubx::Pvt;
@@ -208,25 +208,46 @@ impl<'m> App<'m> {
 
     /// What the sensor has sent; whether there may be more.
     fn take_in(&mut self, sensor: &mut impl Line, out: &mut impl Line, now: u64) -> bool {
-        let mut piece = [0; PIECE];
-        match sensor.receive(&mut piece) {
-            Ok(0) => {
-                self.watch_silence(now);
-                false
+        let taken = if let Phase::Run(_) = self.machine.phase() {
+            let taken = self.framer.fill(PIECE, |room| sensor.receive(room));
+            if matches!(taken, Ok(1..)) {
+                self.heard(now);
+                self.frames(out);
             }
-            Ok(len) => {
-                self.heard_us = now;
-                self.flow.flag(fault::SILENT, false);
-                let bytes = piece.get(..len).unwrap_or_default();
-                self.sensor(bytes, out);
-                !sensor.is_idle()
-            }
+            taken
+        } else {
+            self.take_in_raw(sensor, out, now)
+        };
+        match taken {
+            Ok(0) => self.watch_silence(now),
+            Ok(_) => {}
             Err(_) => {
                 count(&mut self.flow.counters.lost, 1);
                 self.flow.hole();
-                true
             }
         }
+        taken != Ok(0) && !sensor.is_idle()
+    }
+
+    #[cold]
+    fn take_in_raw(
+        &mut self,
+        sensor: &mut impl Line,
+        out: &mut impl Line,
+        now: u64,
+    ) -> Result<usize, Lost> {
+        let mut piece = [0; PIECE];
+        let len = sensor.receive(&mut piece)?;
+        if len > 0 {
+            self.heard(now);
+            self.sensor(piece.get(..len).unwrap_or_default(), out);
+        }
+        Ok(len)
+    }
+
+    fn heard(&mut self, now: u64) {
+        self.heard_us = now;
+        self.flow.flag(fault::SILENT, false);
     }
 
     fn start(&mut self, now: u64) {
@@ -262,10 +283,9 @@ impl<'m> App<'m> {
         self.machine.transition_to_run(self.flow.mode);
     }
 
-    /// Bytes of the sensor.
+    /// Bytes of the sensor while its frames are not being corrected.
     fn sensor(&mut self, bytes: &[u8], out: &mut impl Line) {
         match self.machine.phase() {
-            Phase::Run(_) => self.frames(bytes, out),
             Phase::Detect => {
                 // byte by byte: the frame that decides still goes through raw, the next one does not
                 let found = bytes.iter().enumerate().find_map(|(at, &byte)| {
@@ -277,10 +297,11 @@ impl<'m> App<'m> {
                 self.raw(raw, out);
                 if let Some((_, format)) = found {
                     self.run(format);
-                    self.frames(rest, out);
+                    self.framer.push(rest); // all of it finds room: PIECE is less than LONGEST
+                    self.frames(out);
                 }
             }
-            Phase::Fault(_) | Phase::Start => self.raw(bytes, out),
+            Phase::Run(_) | Phase::Fault(_) | Phase::Start => self.raw(bytes, out),
         }
     }
 
@@ -293,9 +314,9 @@ impl<'m> App<'m> {
         }
     }
 
-    fn frames(&mut self, bytes: &[u8], out: &mut impl Line) {
+    /// What the framer now has.
+    fn frames(&mut self, out: &mut impl Line) {
         let format = self.framer.format();
-        self.framer.push(bytes); // all of it finds room: PIECE is less than LONGEST
         while let Some(event) = self.framer.next_event() {
             match event.kind() {
                 Kind::Frame => {

@@ -214,6 +214,36 @@ fn halves(bytes: &[u8], len: usize, room: usize) -> (&[u8], &[u8]) {
     bytes.split_at_checked(room).unwrap_or((bytes, &[]))
 }
 
+/// `to` takes `bytes`, as far as both go; four at a time, since the loop costs more than a byte.
+#[inline(always)]
+fn put(to: &[AtomicU8], bytes: &[u8]) {
+    let ((to, to_rest), (bytes, rest)) = (to.as_chunks::<4>(), bytes.as_chunks::<4>());
+    for (to, bytes) in to.iter().zip(bytes) {
+        for (place, byte) in to.iter().zip(bytes) {
+            place.store(*byte, Ordering::Relaxed);
+        }
+    }
+    let to_rest = to.get(bytes.len()).map_or(to_rest, |more| more);
+    for (place, byte) in to_rest.iter().zip(rest) {
+        place.store(*byte, Ordering::Relaxed);
+    }
+}
+
+/// The reverse.
+#[inline(always)]
+fn get(bytes: &[AtomicU8], to: &mut [u8]) {
+    let ((bytes, bytes_rest), (to, rest)) = (bytes.as_chunks::<4>(), to.as_chunks_mut::<4>());
+    for (bytes, to) in bytes.iter().zip(to.iter_mut()) {
+        for (byte, place) in bytes.iter().zip(to) {
+            *place = byte.load(Ordering::Relaxed);
+        }
+    }
+    let bytes_rest = bytes.get(to.len()).map_or(bytes_rest, |more| more);
+    for (byte, place) in bytes_rest.iter().zip(rest) {
+        *place = byte.load(Ordering::Relaxed);
+    }
+}
+
 /// Bytes were lost for want of room or on the line.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Overrun;
@@ -243,12 +273,8 @@ impl Write for Inlet<'_> {
         let taken = bytes.len().min(self.room());
         let (to, wrapped) = from(self.bytes, pushed);
         let (first, rest) = halves(bytes, taken, to.len());
-        for (place, byte) in to.iter().zip(first) {
-            place.store(*byte, Ordering::Relaxed);
-        }
-        for (place, byte) in wrapped.iter().zip(rest) {
-            place.store(*byte, Ordering::Relaxed);
-        }
+        put(to, first);
+        put(wrapped, rest);
         let pushed = pushed.wrapping_add(taken);
         self.counts.pushed.store(pushed, Ordering::Release);
         Ok(taken)
@@ -284,12 +310,8 @@ impl Read for Outlet<'_> {
         let places = buffer.get_mut(..read).unwrap_or_default();
         let first = bytes.len().min(read);
         let (first, rest) = places.split_at_mut_checked(first).unwrap_or_default();
-        for (byte, place) in bytes.iter().zip(first) {
-            *place = byte.load(Ordering::Relaxed);
-        }
-        for (byte, place) in wrapped.iter().zip(rest) {
-            *place = byte.load(Ordering::Relaxed);
-        }
+        get(bytes, first);
+        get(wrapped, rest);
         let popped = popped.wrapping_add(read);
         self.counts.popped.store(popped, Ordering::Release);
         Ok(read)

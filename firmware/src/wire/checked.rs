@@ -7,9 +7,6 @@
 use super::stim300::Extra;
 use super::{Axes, Error, Format, Reading, Words, adis, hg4930, kvh, novatel, stim300};
 
-/// The longest frame with inertial words.
-pub const MAX_LEN: usize = novatel::LONG_LEN;
-
 /// Where a frame comes from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Source {
@@ -108,84 +105,29 @@ impl<'a> Checked<'a> {
     /// # Errors
     /// [`Error::Content`] when the frame has no words of this kind; nothing is changed.
     pub fn change(&mut self, change: &Change) -> Result<Axes, Error> {
-        let mut before = [0; MAX_LEN];
-        let before = before.get_mut(..self.bytes.len()).ok_or(Error::Content)?;
-        before.copy_from_slice(self.bytes); // of equal length, which the compiler sees: no panic remains
-        let held = self.put(change).ok_or(Error::Content)?;
         let bytes = &mut *self.bytes;
-        match self.source {
-            Source::Stream(Format::Hg4930) => {
-                hg4930::reseal(bytes, before);
-                return Ok(held);
-            }
-            Source::Burst(form) => {
-                if let Some(mut frame) = adis::Frame::over(form, bytes) {
-                    frame.reseal(before);
-                }
-                return Ok(held);
-            }
-            _ => {}
-        }
-        exclusive_or(before, bytes);
-        match self.source {
-            Source::Stream(Format::Stim300) => stim300::reseal(bytes, before),
-            Source::Stream(Format::Kvh) => kvh::reseal(bytes, before),
-            Source::Stream(Format::Novatel) => novatel::reseal(bytes, before),
-            Source::Stream(Format::Hg4930 | Format::Ubx) | Source::Burst(_) => {}
-        }
-        Ok(held)
-    }
-
-    /// The fields, without the checksum.
-    fn put(&mut self, change: &Change) -> Option<Axes> {
-        let bytes = &mut *self.bytes;
-        match (self.source, *change.words) {
+        let mark = change.mark;
+        let held = match (self.source, *change.words) {
             (Source::Stream(Format::Stim300), Words::Counts { gyro, accel }) => {
-                let mut frame = stim300::Frame::over(bytes)?;
-                if let Some(family) = change.family {
-                    frame.put_family(family);
-                }
-                Some(frame.put_words(gyro, accel))
+                stim300::Frame::over(bytes)
+                    .and_then(|mut frame| frame.change(gyro, accel, change.family))
             }
-            (Source::Stream(Format::Kvh), Words::Floats { gyro, accel }) => {
-                let mut frame = kvh::Frame::over(bytes)?;
-                frame.put_words(gyro, accel);
-                if change.mark {
-                    frame.put_mark();
-                }
-                Some(Axes::NONE)
-            }
+            (Source::Stream(Format::Kvh), Words::Floats { gyro, accel }) => kvh::Frame::over(bytes)
+                .and_then(|mut frame| frame.change(gyro, accel, mark))
+                .map(|()| Axes::NONE),
             (Source::Stream(Format::Novatel), Words::Counts { gyro, accel }) => {
-                let mut frame = novatel::Frame::over(bytes)?;
-                frame.put_words(gyro, accel);
-                if change.mark {
-                    frame.put_mark();
-                }
-                Some(Axes::NONE)
+                novatel::Frame::over(bytes)
+                    .and_then(|mut frame| frame.change(gyro, accel, mark))
+                    .map(|()| Axes::NONE)
             }
             (Source::Stream(Format::Hg4930), Words::Counts { gyro, accel }) => {
-                let mut frame = hg4930::Frame::over(bytes)?;
-                if change.mark {
-                    frame.put_mark();
-                }
-                frame.put_words(gyro, accel).ok()
+                hg4930::Frame::over(bytes).and_then(|mut frame| frame.change(gyro, accel, mark))
             }
             (Source::Burst(form), Words::Counts { gyro, accel }) => {
-                Some(adis::Frame::over(form, bytes)?.put_words(gyro, accel))
+                adis::Frame::over(form, bytes).map(|mut frame| frame.change(gyro, accel))
             }
             _ => None,
-        }
-    }
-}
-
-/// `to ^= by`, four bytes at a time: a quarter of the instructions.
-fn exclusive_or(to: &mut [u8], by: &[u8]) {
-    let (to_words, to_rest) = to.as_chunks_mut::<4>();
-    let (by_words, by_rest) = by.as_chunks::<4>();
-    for (to, by) in to_words.iter_mut().zip(by_words) {
-        *to = (u32::from_ne_bytes(*to) ^ u32::from_ne_bytes(*by)).to_ne_bytes();
-    }
-    for (to, by) in to_rest.iter_mut().zip(by_rest) {
-        *to ^= by;
+        };
+        held.ok_or(Error::Content)
     }
 }

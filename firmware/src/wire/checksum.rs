@@ -3,6 +3,7 @@
 //! The CRC-32s use one 1 KiB table each (the linker drops those of unused protocols): at 2 kHz x 63 bytes, checked and
 //! made again, the bitwise form would cost about 5 % of a 168 MHz Cortex-M4.
 
+use super::field::head;
 use crc::{Algorithm, CRC_32_ISO_HDLC, CRC_32_MPEG_2, Crc, Table};
 
 static MPEG_2: Crc<u32> = Crc::<u32>::new(&CRC_32_MPEG_2);
@@ -57,21 +58,23 @@ fn dummies(len: usize) -> &'static [u8] {
     }
 }
 
-/// How [`crc32_mpeg2`] changes when bytes are exclusive-ored with `difference`: CRCs are linear, so this is the CRC from
-/// zero of the difference.
-pub fn crc32_mpeg2_change(difference: &[u8]) -> u32 {
+/// How [`crc32_mpeg2`] changes when the bytes `difference` are exclusive-ored to bytes that `after` others follow: CRCs are linear, so this
+/// is the CRC from zero of the difference. What is before them does not matter.
+pub fn crc32_mpeg2_change(difference: &[u8], after: usize) -> u32 {
     let mut digest = MPEG_2.digest_with_initial(0);
     digest.update(difference);
+    digest.update(head(&[0; LONGEST], after));
     digest.finalize()
 }
 
-/// The same for [`crc32_mpeg2_padded`].
-pub fn crc32_mpeg2_padded_change(difference: &[u8]) -> u32 {
-    let mut digest = MPEG_2.digest_with_initial(0);
-    digest.update(difference);
-    digest.update(dummies(difference.len()));
-    digest.finalize()
+/// The same for [`crc32_mpeg2_padded`], of bytes that begin with the difference.
+pub fn crc32_mpeg2_padded_change(difference: &[u8], after: usize) -> u32 {
+    let after = after + dummies(difference.len() + after).len();
+    crc32_mpeg2_change(difference, after)
 }
+
+/// More bytes than follow the words in any frame.
+const LONGEST: usize = 64;
 
 /// The ordinary reflected CRC-32 of zlib (ADIS1649x bursts, our command link).
 pub fn crc32_zlib(bytes: &[u8]) -> u32 {
@@ -87,9 +90,17 @@ pub fn crc32_zlib_swapped(words: &[u8]) -> u32 {
     digest.finalize()
 }
 
-/// `NovAtel` OEM logs. From zero and without inversion, so it is linear: the CRC of a difference is the difference of CRCs.
+/// `NovAtel` OEM logs.
 pub fn crc32_novatel(bytes: &[u8]) -> u32 {
     NOVATEL.checksum(bytes)
+}
+
+/// How [`crc32_novatel`] changes: as [`crc32_mpeg2_change`].
+pub fn crc32_novatel_change(difference: &[u8], after: usize) -> u32 {
+    let mut digest = NOVATEL.digest(); // from zero and without inversion
+    digest.update(difference);
+    digest.update(head(&[0; LONGEST], after));
+    digest.finalize()
 }
 
 /// STIM300 utility mode, over the text from `$` or `#` up to and including the last comma.

@@ -23,6 +23,31 @@ pub fn put<const N: usize>(bytes: &mut [u8], at: usize, field: [u8; N]) {
     }
 }
 
+/// Lets `work` write to the `N` bytes from `at` and tells which bits it changed; `None`, and nothing is done, where the buffer is too
+/// short. Four bytes are compared at a time: `N` is a multiple of four.
+#[inline(always)]
+pub fn changed<const N: usize, R>(
+    bytes: &mut [u8],
+    at: usize,
+    work: impl FnOnce(&mut [u8; N]) -> R,
+) -> Option<(R, [u8; N])> {
+    const {
+        assert!(N.is_multiple_of(4), "words of four bytes");
+    }
+    let place = bytes.get_mut(at..)?.first_chunk_mut::<N>()?;
+    let mut bits = *place;
+    let result = work(place);
+    for (bits, place) in bits
+        .as_chunks_mut::<4>()
+        .0
+        .iter_mut()
+        .zip(place.as_chunks::<4>().0)
+    {
+        *bits = (u32::from_ne_bytes(*bits) ^ u32::from_ne_bytes(*place)).to_ne_bytes();
+    }
+    Some((result, bits))
+}
+
 /// The first `len` bytes; all of them where there are fewer.
 #[inline]
 pub fn head(bytes: &[u8], len: usize) -> &[u8] {

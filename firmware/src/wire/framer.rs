@@ -121,19 +121,37 @@ impl Framer {
     /// Take bytes in and return how many found room. All of them do if at most [`LONGEST`] are pushed at a time and all
     /// events taken in between.
     pub fn push(&mut self, bytes: &[u8]) -> usize {
+        let taken = self.fill(bytes.len(), |room| {
+            for (place, byte) in room.iter_mut().zip(bytes) {
+                *place = *byte;
+            }
+            Ok::<_, core::convert::Infallible>(room.len().min(bytes.len()))
+        });
+        taken.unwrap_or_default()
+    }
+
+    /// The same with bytes that `read` puts into the room it is given, at least `wanted` bytes if so many may be pushed; it tells how many it
+    /// has put there.
+    ///
+    /// # Errors
+    /// Those of `read`; nothing is taken in then.
+    #[inline(always)]
+    pub fn fill<E>(
+        &mut self,
+        wanted: usize,
+        read: impl FnOnce(&mut [u8]) -> Result<usize, E>,
+    ) -> Result<usize, E> {
         // the two comparisons always hold; they tell the compiler that `copy_within` cannot fail
-        if bytes.len() > CAPACITY - self.end && self.start <= self.end && self.end <= CAPACITY {
+        if wanted > CAPACITY - self.end && self.start <= self.end && self.end <= CAPACITY {
             self.buffer.copy_within(self.start..self.end, 0);
             self.end -= self.start;
             self.start = 0;
         }
         let room = self.buffer.get_mut(self.end..).unwrap_or_default();
-        let taken = room.len().min(bytes.len());
-        for (place, byte) in room.iter_mut().zip(bytes) {
-            *place = *byte;
-        }
+        let len = room.len();
+        let taken = read(room)?.min(len);
         self.end += taken;
-        taken
+        Ok(taken)
     }
 
     /// The next event; `None` when more bytes are needed.

@@ -267,8 +267,24 @@ impl<T: AsRef<[u8]> + AsMut<[u8]>> Frame<T> {
         Ok(held)
     }
 
+    /// [`Frame::set_words`] and, if asked, [`OWN_FAULT`]; the sum changed by what they change.
+    pub(super) fn change(&mut self, gyro: [i32; 3], accel: [i32; 3], mark: bool) -> Option<Axes> {
+        let at = self.buffer.as_ref().len().checked_sub(2)?;
+        let sum_of_rest = |frame: &Self| sum16_le(head(frame.buffer.as_ref(), at));
+        let before = sum_of_rest(self);
+        if mark {
+            let status = self.status_1() | OWN_FAULT;
+            put(self.buffer.as_mut(), at::STATUS_1, status.to_le_bytes());
+        }
+        let held = self.put_words(gyro, accel).ok()?;
+        let change = sum_of_rest(self).wrapping_sub(before);
+        let sum = u16::from_le_bytes(take(self.buffer.as_ref(), at)).wrapping_add(change);
+        put(self.buffer.as_mut(), at, sum.to_le_bytes());
+        Some(held)
+    }
+
     /// [`Frame::set_words`] without the sum.
-    pub(super) fn put_words(&mut self, gyro: [i32; 3], accel: [i32; 3]) -> Result<Axes, Error> {
+    fn put_words(&mut self, gyro: [i32; 3], accel: [i32; 3]) -> Result<Axes, Error> {
         let bytes = self.buffer.as_mut();
         let mut held = 0u8;
         for (axis, word) in gyro.into_iter().chain(accel).enumerate() {
@@ -284,24 +300,10 @@ impl<T: AsRef<[u8]> + AsMut<[u8]>> Frame<T> {
         }
         Ok(Axes(held))
     }
-
-    /// Status word 1 bit 14, reserved by the manual.
-    pub(super) fn put_mark(&mut self) {
-        let status = self.status_1() | OWN_FAULT;
-        put(self.buffer.as_mut(), at::STATUS_1, status.to_le_bytes());
-    }
 }
 
-/// Our own fault bit in status word 1.
+/// Our own fault bit in status word 1, bit 14, reserved by the manual.
 pub const OWN_FAULT: u16 = 0x4000;
-
-/// Change the sum as the bytes before it were changed; `before` holds them as they were.
-pub(super) fn reseal(frame: &mut [u8], before: &[u8]) {
-    let at = frame.len().saturating_sub(2);
-    let change = sum16_le(head(frame, at)).wrapping_sub(sum16_le(head(before, at)));
-    let sum = u16::from_le_bytes(take(frame, at)).wrapping_add(change);
-    put(frame, at, sum.to_le_bytes());
-}
 
 /// Every field of a message.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -12,7 +12,7 @@
 //! The words are floats, so a correction is made in f64 and its rounding error kept for the next word: [`correct`].
 
 use super::checksum::{crc32_mpeg2, crc32_mpeg2_change, sum_bytes};
-use super::field::{Mark, head, mark, put, take};
+use super::field::{Mark, changed, head, mark, put, take};
 use super::{Axes, DEGREE, Error, G, Quantity, Reading, Scan, Unit, Units, Words};
 
 /// The longest message.
@@ -225,35 +225,51 @@ impl<T: AsRef<[u8]>> Frame<T> {
 impl<T: AsRef<[u8]> + AsMut<[u8]>> Frame<T> {
     /// Write the six words and make the CRC again.
     pub fn set_words(&mut self, gyro: [f32; 3], accel: [f32; 3]) {
-        self.put_words(gyro, accel);
+        put_words(self.buffer.as_mut(), at::GYRO, gyro, accel);
         seal(self.buffer.as_mut());
     }
 
-    /// [`Frame::set_words`] without the CRC.
-    pub(super) fn put_words(&mut self, gyro: [f32; 3], accel: [f32; 3]) {
+    /// [`Frame::set_words`] and, if asked, [`OWN_FAULT`]; the CRC changed by what they change.
+    #[inline(always)]
+    pub(super) fn change(&mut self, gyro: [f32; 3], accel: [f32; 3], mark: bool) -> Option<()> {
         let bytes = self.buffer.as_mut();
-        for (axis, word) in gyro.into_iter().chain(accel).enumerate() {
-            put(bytes, at::GYRO + 4 * axis, word.to_be_bytes());
+        resealed(bytes, at::GYRO, |place: &mut [u8; 24]| {
+            put_words(place, 0, gyro, accel);
+        })?;
+        if mark {
+            // with two bytes of what is before and after it
+            resealed(bytes, self.layout.status() - 2, |place: &mut [u8; 4]| {
+                place[2] |= OWN_FAULT;
+            })?;
         }
-    }
-
-    /// Status bit 3, which the sensor always sends as 0. Bit 7 and the sequence number's top bit stay 0, so that status,
-    /// sequence and temperature still cannot imitate a header.
-    pub(super) fn put_mark(&mut self) {
-        let status = self.status() | OWN_FAULT;
-        put(self.buffer.as_mut(), self.layout.status(), [status]);
+        Some(())
     }
 }
 
-/// Our own fault bit in the status byte.
+#[inline(always)]
+fn put_words(bytes: &mut [u8], at: usize, gyro: [f32; 3], accel: [f32; 3]) {
+    for (axis, word) in gyro.into_iter().chain(accel).enumerate() {
+        put(bytes, at + 4 * axis, word.to_be_bytes());
+    }
+}
+
+/// Our own fault bit in the status byte, bit 3, which the sensor always sends as 0. Bit 7 and the sequence number's top bit stay 0, so
+/// that status, sequence and temperature still cannot imitate a header.
 pub const OWN_FAULT: u8 = 0x08;
 
-/// Change the CRC as the bytes before it were changed: by exclusive or with `difference`.
-pub(super) fn reseal(frame: &mut [u8], difference: &[u8]) {
-    let crc = frame.len().saturating_sub(4);
-    let change = crc32_mpeg2_change(head(difference, crc));
-    let sum = u32::from_be_bytes(take(frame, crc)) ^ change;
+/// Let `change` write to the `N` bytes from `at`, and change the CRC by what it changed.
+#[inline(always)]
+fn resealed<const N: usize>(
+    frame: &mut [u8],
+    at: usize,
+    change: impl FnOnce(&mut [u8; N]),
+) -> Option<()> {
+    let crc = frame.len().checked_sub(4)?;
+    let after = crc.checked_sub(at + N)?;
+    let ((), bits) = changed(frame, at, change)?;
+    let sum = u32::from_be_bytes(take(frame, crc)) ^ crc32_mpeg2_change(&bits, after);
     put(frame, crc, sum.to_be_bytes());
+    Some(())
 }
 
 fn seal(frame: &mut [u8]) {

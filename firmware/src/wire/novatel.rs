@@ -17,8 +17,8 @@
 //! Trap: `novatel_oem7_driver` takes the foot as 1/3.2808 m, 12 ppm more than 0.3048 m, so a velocity compared with its
 //! output differs by that much. Compare counts.
 
-use super::checksum::crc32_novatel;
-use super::field::{Mark, head, mark, put, take};
+use super::checksum::{crc32_novatel, crc32_novatel_change};
+use super::field::{Mark, changed, head, mark, put, take};
 use super::{
     Axes, DEGREE, Error, FOOT, Quantity, Reading, Scan, Unit, Units, Words, power_of_two as two,
 };
@@ -251,38 +251,58 @@ impl<T: AsRef<[u8]>> Frame<T> {
 impl<T: AsRef<[u8]> + AsMut<[u8]>> Frame<T> {
     /// Write the six words and make the CRC again.
     pub fn set_words(&mut self, gyro: [i32; 3], accel: [i32; 3]) {
-        self.put_words(gyro, accel);
+        let words = self.log.header_len() + at::ACCEL;
+        put_words(self.buffer.as_mut(), words, gyro, accel);
         seal(self.buffer.as_mut());
     }
 
-    /// [`Frame::set_words`] without the CRC.
-    pub(super) fn put_words(&mut self, gyro: [i32; 3], accel: [i32; 3]) {
+    /// [`Frame::set_words`] and, if asked and there is room for it, [`OWN_FAULT`]; the CRC changed by what they change.
+    #[inline(always)]
+    pub(super) fn change(&mut self, gyro: [i32; 3], accel: [i32; 3], mark: bool) -> Option<()> {
         let payload = self.log.header_len();
+        let mark = mark && self.log.is_extended();
         let bytes = self.buffer.as_mut();
-        for (at, [x, y, z]) in [(at::ACCEL, accel), (at::GYRO, gyro)] {
-            for (n, word) in [z, y.wrapping_neg(), x].into_iter().enumerate() {
-                put(bytes, payload + at + 4 * n, word.to_le_bytes());
-            }
+        resealed(bytes, payload + at::ACCEL, |place: &mut [u8; WORDS]| {
+            put_words(place, 0, gyro, accel);
+        })?;
+        if mark {
+            resealed(bytes, payload + at::INFO, |[info, ..]: &mut [u8; 4]| {
+                *info |= OWN_FAULT;
+            })?;
         }
+        Some(())
     }
+}
 
-    /// Bit 7 of the info byte, reserved by `NovAtel`; RAWIMU and RAWIMUS have no room.
-    pub(super) fn put_mark(&mut self) {
-        if let Some((info, _)) = self.info() {
-            let at = self.log.header_len() + at::INFO;
-            put(self.buffer.as_mut(), at, [info | OWN_FAULT]);
+/// Bytes of the six words.
+const WORDS: usize = 24;
+
+/// Accelerometers first, each triad as z, -y, x.
+#[inline(always)]
+fn put_words(bytes: &mut [u8], at: usize, gyro: [i32; 3], accel: [i32; 3]) {
+    for (at, [x, y, z]) in [(at, accel), (at + WORDS / 2, gyro)] {
+        for (n, word) in [z, y.wrapping_neg(), x].into_iter().enumerate() {
+            put(bytes, at + 4 * n, word.to_le_bytes());
         }
     }
 }
 
-/// Our own fault bit in the info byte of the extended logs.
+/// Our own fault bit in the info byte of the extended logs, reserved by `NovAtel`; RAWIMU and RAWIMUS have no room.
 pub const OWN_FAULT: u8 = 0x80;
 
-/// Change the CRC as the bytes before it were changed: by exclusive or with `difference`.
-pub(super) fn reseal(frame: &mut [u8], difference: &[u8]) {
-    let crc = frame.len().saturating_sub(4);
-    let sum = u32::from_le_bytes(take(frame, crc)) ^ crc32_novatel(head(difference, crc));
+/// Let `change` write to the `N` bytes from `at`, and change the CRC by what it changed.
+#[inline(always)]
+fn resealed<const N: usize>(
+    frame: &mut [u8],
+    at: usize,
+    change: impl FnOnce(&mut [u8; N]),
+) -> Option<()> {
+    let crc = frame.len().checked_sub(4)?;
+    let after = crc.checked_sub(at + N)?;
+    let ((), bits) = changed(frame, at, change)?;
+    let sum = u32::from_le_bytes(take(frame, crc)) ^ crc32_novatel_change(&bits, after);
     put(frame, crc, sum.to_le_bytes());
+    Some(())
 }
 
 /// `NovAtel`'s number of an IMU model (table "IMU type" of the RAWIMUX page).

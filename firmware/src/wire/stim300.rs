@@ -20,7 +20,7 @@ pub mod config;
 pub mod request;
 
 use super::checksum::{crc32_mpeg2_padded, crc32_mpeg2_padded_change};
-use super::field::{be_i24, head, put, put_be_i24, saturate_i24, take};
+use super::field::{be_i24, changed, head, put, put_be_i24, saturate_i24, take};
 use super::{Axes, Error, Reading, Scan, Words};
 
 /// The longest measurement datagram, without CR LF.
@@ -175,12 +175,18 @@ fn crc_is_right(frame: &[u8]) -> bool {
     crc32_mpeg2_padded(head(frame, crc)) == u32::from_be_bytes(take(frame, crc))
 }
 
-/// Change the CRC as the bytes before it were changed: by exclusive or with `difference`.
-pub(super) fn reseal(frame: &mut [u8], difference: &[u8]) {
-    let crc = frame.len().saturating_sub(at::CRC);
-    let change = crc32_mpeg2_padded_change(head(difference, crc));
-    let sum = u32::from_be_bytes(take(frame, crc)) ^ change;
+/// Let `change` write to the first `N` bytes, and change the CRC by what it changed.
+#[inline(always)]
+fn resealed<const N: usize, R>(
+    frame: &mut [u8],
+    change: impl FnOnce(&mut [u8; N]) -> R,
+) -> Option<R> {
+    let crc = frame.len().checked_sub(at::CRC)?;
+    let (result, bits) = changed::<N, R>(frame, 0, change)?;
+    let sum = u32::from_be_bytes(take(frame, crc));
+    let sum = sum ^ crc32_mpeg2_padded_change(&bits, crc.checked_sub(N)?);
     put(frame, crc, sum.to_be_bytes());
+    Some(result)
 }
 
 /// Put the CRC of the bytes before it into the last four bytes.
@@ -230,14 +236,10 @@ impl<T: AsRef<[u8]>> Frame<T> {
     }
 
     fn cluster(&self, at: usize) -> Cluster {
-        let bytes = self.buffer.as_ref();
-        let [status] = take(bytes, at + 9);
+        let bytes: [u8; at::CLUSTER] = take(self.buffer.as_ref(), at);
+        let [.., status] = bytes;
         Cluster {
-            words: [
-                be_i24(bytes, at),
-                be_i24(bytes, at + 3),
-                be_i24(bytes, at + 6),
-            ],
+            words: [0, 3, 6].map(|at| be_i24(&bytes, at)),
             status,
         }
     }
@@ -326,23 +328,36 @@ impl<T: AsRef<[u8]> + AsMut<[u8]>> Frame<T> {
     /// Write gyro and accelerometer counts, each held within 24 bits, and make the CRC again. Returns the axes that had
     /// to be held. Accelerations are left out when the datagram has none.
     pub fn set_words(&mut self, gyro: [i32; 3], accel: [i32; 3]) -> Axes {
-        let held = self.put_words(gyro, accel);
-        seal(self.buffer.as_mut());
+        let bytes = self.buffer.as_mut();
+        let mut held = Axes::new(put_triad(bytes, at::GYRO, gyro), 0);
+        if self.contents.accel {
+            held.0 |= Axes::new(0, put_triad(bytes, at::GYRO + at::CLUSTER, accel)).0;
+        }
+        seal(bytes);
         held
     }
 
-    /// [`Frame::set_words`] without the CRC.
-    pub(super) fn put_words(&mut self, gyro: [i32; 3], accel: [i32; 3]) -> Axes {
-        let mut held = 0u8;
-        for (axis, count) in gyro.into_iter().chain(accel).enumerate() {
-            if axis >= 3 && !self.contents.accel {
-                break;
-            }
-            let (count, over) = saturate_i24(count);
-            self.put_word(axis, count);
-            held |= u8::from(over) << axis;
+    /// [`Frame::set_words`], and the CRC changed by what they change; with [`Frame::set_family`].
+    #[inline(always)]
+    pub(super) fn change(
+        &mut self,
+        gyro: [i32; 3],
+        accel: [i32; 3],
+        family: Option<Extra>,
+    ) -> Option<Axes> {
+        let bytes = self.buffer.as_mut();
+        let contents = &mut self.contents;
+        if contents.accel {
+            return resealed(bytes, |place: &mut [u8; 24]| {
+                put_family(contents, place, family.unwrap_or(Extra::None));
+                let held = put_triad(place, at::GYRO, gyro);
+                Axes::new(held, put_triad(place, at::GYRO + at::CLUSTER, accel))
+            });
         }
-        Axes(held)
+        resealed(bytes, |place: &mut [u8; 12]| {
+            put_family(contents, place, family.unwrap_or(Extra::None));
+            Axes::new(put_triad(place, at::GYRO, gyro), 0)
+        })
     }
 
     /// As [`Frame::set_words`] but modulo 2^24, as integrated angle and velocity do on the device.
@@ -364,16 +379,29 @@ impl<T: AsRef<[u8]> + AsMut<[u8]>> Frame<T> {
     /// Change between PPS and auxiliary identifiers, which share one layout, for a receiver that knows only the other
     /// family. Nothing happens to a datagram without either word.
     pub fn set_family(&mut self, extra: Extra) {
-        self.put_family(extra);
+        put_family(&mut self.contents, self.buffer.as_mut(), extra);
         seal(self.buffer.as_mut());
     }
+}
 
-    /// [`Frame::set_family`] without the CRC.
-    pub(super) fn put_family(&mut self, extra: Extra) {
-        if self.contents.extra != Extra::None && extra != Extra::None {
-            self.contents.extra = extra;
-            put(self.buffer.as_mut(), 0, [self.contents.id()]);
-        }
+/// Three words, each held within 24 bits; which had to be, x in bit 0.
+#[inline(always)]
+fn put_triad(bytes: &mut [u8], at: usize, words: [i32; 3]) -> u8 {
+    let mut held = 0;
+    for (axis, word) in words.into_iter().enumerate() {
+        let (word, over) = saturate_i24(word);
+        put_be_i24(bytes, at + 3 * axis, word);
+        held |= u8::from(over) << axis;
+    }
+    held
+}
+
+/// See [`Frame::set_family`]; without the CRC.
+#[inline(always)]
+fn put_family(contents: &mut Contents, bytes: &mut [u8], extra: Extra) {
+    if contents.extra != Extra::None && extra != Extra::None {
+        contents.extra = extra;
+        put(bytes, 0, [contents.id()]);
     }
 }
 

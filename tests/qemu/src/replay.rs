@@ -190,12 +190,12 @@ pub struct Wires<'u> {
     pub left: fn(&Uart) -> Option<u8>,
     /// A counter of 24 bits that counts up.
     pub ticks: fn() -> u32,
-    /// Ticks of [`CALLS`] calls of `came` and of `left` whose interrupts are not let through: what making them costs.
-    pub overhead: [u32; 2],
+    /// Lets the interrupts through, which wait until then; `None`: there are none.
+    pub let_through: Option<fn()>,
 }
 
-/// Calls in [`Wires::overhead`].
-pub const CALLS: u32 = 512;
+/// Bytes of the rehearsal that tells what making interrupts costs.
+const REHEARSED: usize = 256;
 
 impl<'u> Wires<'u> {
     /// Without interrupts and counter.
@@ -208,7 +208,7 @@ impl<'u> Wires<'u> {
             came: Uart::came,
             left: Uart::next,
             ticks: || 0,
-            overhead: [0; 2],
+            let_through: None,
         }
     }
 }
@@ -260,6 +260,8 @@ pub struct Replay<'u> {
     pace: Pace,
     wires: Wires<'u>,
     sent: Vec<u8, { 2 * LONGEST }>,
+    /// Ticks of the rehearsal.
+    overhead: u32,
     cost: Cost,
 }
 
@@ -276,7 +278,7 @@ impl<'u> Replay<'u> {
         wires: Wires<'u>,
         learner: Option<&'static mut dyn Learner>,
     ) -> Self {
-        Self {
+        let mut replay = Self {
             app: App::with_learner(config, learner),
             lines: Lines {
                 sensor: wires.sensor.port(|| ()),
@@ -292,8 +294,14 @@ impl<'u> Replay<'u> {
             pace,
             wires,
             sent: Vec::new(),
+            overhead: 0,
             cost: Cost::default(),
+        };
+        if let Some(let_through) = wires.let_through {
+            replay.overhead = replay.rehearse();
+            let_through();
         }
+        replay
     }
 
     /// One record: what the application sends to the navigation computer.
@@ -344,31 +352,19 @@ impl<'u> Replay<'u> {
 
     /// The sensor's bytes one by one, as a board's interrupts and main loop handle them.
     fn interrupts(&mut self, bytes: &[u8]) {
-        let Wires {
-            came, left, ticks, ..
-        } = self.wires;
+        let ticks = self.wires.ticks;
         let since = |start: u32| ticks().wrapping_sub(start) & 0x00ff_ffff;
         let (last, before) = bytes.split_last().unwrap_or((&0, &[]));
         let begin = ticks();
-        for byte in before {
-            if came(self.wires.sensor, *byte) {
-                self.awake();
-            }
-        }
+        self.bytes_come(before);
         self.lines.navigation.first = None;
         let start = ticks();
-        if came(self.wires.sensor, *last) {
-            self.awake();
-        }
+        self.bytes_come(core::slice::from_ref(last));
         let first = self.lines.navigation.first;
         self.awake(); // by SysTick
-        let mut calls = 1;
-        while let Some(byte) = left(self.wires.navigation) {
-            let _ = self.sent.push(byte);
-            calls += 1;
-        }
-        let [per_came, per_left] = self.wires.overhead;
-        let overhead = (per_came * bytes.len() as u32 + per_left * calls) / CALLS;
+        self.bytes_leave(bytes.len());
+        let _ = (self.wires.left)(self.wires.navigation); // the transmitter asks once more
+        let overhead = self.overhead * bytes.len() as u32 / REHEARSED as u32;
         let spent = since(begin).saturating_sub(overhead);
         self.cost.records += 1;
         self.cost.total += u64::from(spent);
@@ -377,6 +373,34 @@ impl<'u> Replay<'u> {
             let latency = first.wrapping_sub(start) & 0x00ff_ffff;
             self.cost.latency = self.cost.latency.max(latency);
         }
+    }
+
+    #[inline(never)]
+    fn bytes_come(&mut self, bytes: &[u8]) {
+        for byte in bytes {
+            if (self.wires.came)(self.wires.sensor, *byte) {
+                self.awake();
+            }
+        }
+    }
+
+    #[inline(never)]
+    fn bytes_leave(&mut self, bytes: usize) {
+        for _ in 0..bytes {
+            let byte = (self.wires.left)(self.wires.navigation);
+            let _ = self.sent.push(byte.unwrap_or_default()); // fits: a frame leaves as long as it came
+        }
+    }
+
+    /// What bytes cost that come and leave without an interrupt: making the interrupts, and this file's loops.
+    fn rehearse(&mut self) -> u32 {
+        let ticks = self.wires.ticks;
+        let start = ticks();
+        self.bytes_come(&[0; REHEARSED]);
+        self.bytes_leave(REHEARSED);
+        let overhead = ticks().wrapping_sub(start) & 0x00ff_ffff;
+        self.sent.clear();
+        overhead
     }
 
     /// The main loop between two sleeps.

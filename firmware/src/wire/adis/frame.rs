@@ -121,7 +121,7 @@ impl<T: AsRef<[u8]>> Frame<T> {
 
 impl<T: AsRef<[u8]> + AsMut<[u8]>> Frame<T> {
     /// The six words, without the checksum; those of 16 bits are held within them and their axes returned.
-    pub(in crate::wire) fn put_words(&mut self, gyro: [i32; 3], accel: [i32; 3]) -> Axes {
+    fn put_words(&mut self, gyro: [i32; 3], accel: [i32; 3]) -> Axes {
         let bytes = self.buffer.as_mut();
         let at = match self.form {
             Form::Narrow => {
@@ -141,26 +141,34 @@ impl<T: AsRef<[u8]> + AsMut<[u8]>> Frame<T> {
         Axes::NONE
     }
 
-    /// Change the checksum as the bytes before it were changed; `before` holds them as they were.
-    pub(in crate::wire) fn reseal(&mut self, before: &mut [u8]) {
+    /// [`Frame::put_words`], and the checksum changed by what they change.
+    pub(in crate::wire) fn change(&mut self, gyro: [i32; 3], accel: [i32; 3]) -> Axes {
+        let (start, form) = (self.start, self.form);
         let bytes = self.buffer.as_mut();
-        if self.form != Form::Adis1649x {
+        if form != Form::Adis1649x {
             let at = bytes.len().saturating_sub(2);
-            let change = sum_bytes(head(bytes, at)).wrapping_sub(sum_bytes(head(before, at)));
+            let before = sum_bytes(head(bytes, at));
+            let held = self.put_words(gyro, accel);
+            let bytes = self.buffer.as_mut();
+            let change = sum_bytes(head(bytes, at)).wrapping_sub(before);
             let sum = u16::from_be_bytes(take(bytes, at)).wrapping_add(change);
-            return put(bytes, at, sum.to_be_bytes());
+            put(bytes, at, sum.to_be_bytes());
+            return held;
         }
-        let mut difference: [u8; DATA_1649X] = take(before, self.start);
-        let after: [u8; DATA_1649X] = take(bytes, self.start);
+        let mut difference: [u8; DATA_1649X] = take(bytes, start);
+        let held = self.put_words(gyro, accel);
+        let bytes = self.buffer.as_mut();
+        let after: [u8; DATA_1649X] = take(bytes, start);
         for (d, a) in difference.iter_mut().zip(after) {
             *d ^= a;
         }
         // inverted at both ends, the CRC of a difference is off by that of zeros
         let change = crc32_zlib_swapped(&difference) ^ crc32_zlib_swapped(&[0; DATA_1649X]);
-        let at = self.start + DATA_1649X;
+        let at = start + DATA_1649X;
         for (at, change) in [(at, change as u16), (at + 2, (change >> 16) as u16)] {
             let half = u16::from_be_bytes(take(bytes, at)) ^ change;
             put(bytes, at, half.to_be_bytes());
         }
+        held
     }
 }
