@@ -28,7 +28,13 @@ mod target {
         let Some(mut board) = Board::start() else {
             cortex_m::peripheral::SCB::sys_reset()
         };
-        defmt::println!("lrnn {=str}, {}", env!("CARGO_PKG_VERSION"), board.clocks);
+        let version = env!("CARGO_PKG_VERSION");
+        defmt::println!(
+            "lrnn {=str}, {}, DMA {=bool}",
+            version,
+            board.clocks,
+            board.dma
+        );
         let stored = board.store.as_mut().and_then(Store::load);
         if let Some(stored) = &stored {
             defmt::println!("stored weights, number {=u32}", stored.generation);

@@ -1,11 +1,12 @@
 //! Lines and time: everything the application sees of a board.
 //!
-//! A [`Line`] is a serial line in both directions; neither ever waits. A board has a [`uart::Uart`] with its
-//! interrupt at the other end, or implements it over its DMA buffers. Anything that speaks `embedded-io`, the ends of a
-//! [`ring`] too, fits into a [`Serial`].
+//! A [`Line`] is a serial line in both directions; neither ever waits. A board has a [`uart::Uart`] with
+//! an interrupt a byte at its other end, or streams of a DMA controller ([`dma`]). Anything that speaks `embedded-io`, the ends of
+//! a [`ring`] too, fits into a [`Serial`].
 //!
 //! Messages leave whole or not at all, so that a receiver never sees half a frame of ours because a buffer was full.
 
+pub mod dma;
 pub mod faulty;
 pub mod ring;
 mod serial;

@@ -107,6 +107,52 @@ impl<const N: usize> Ring<N> {
     }
 }
 
+/// For a controller that moves bytes by itself ([`super::dma`]), in place of inlet or outlet.
+impl<const N: usize> Ring<N> {
+    /// The places where the next bytes go in, as far as they are free and in one piece.
+    #[inline(always)]
+    pub fn free(&self) -> &[AtomicU8] {
+        let pushed = self.counts.pushed.load(Ordering::Relaxed);
+        let popped = self.counts.popped.load(Ordering::Acquire);
+        piece(
+            &self.bytes,
+            pushed,
+            N.saturating_sub(pushed.wrapping_sub(popped)),
+        )
+    }
+
+    /// So many bytes have gone in where [`Ring::free`] said; the count of bytes after them.
+    #[inline(always)]
+    pub fn filled(&self, bytes: usize) -> usize {
+        let pushed = self.counts.pushed.load(Ordering::Relaxed);
+        let pushed = pushed.wrapping_add(bytes);
+        self.counts.pushed.store(pushed, Ordering::Release);
+        pushed
+    }
+
+    /// The oldest bytes, as far as they are in one piece.
+    #[inline(always)]
+    pub fn oldest(&self) -> &[AtomicU8] {
+        let popped = self.counts.popped.load(Ordering::Relaxed);
+        piece(&self.bytes, popped, self.pushed().wrapping_sub(popped))
+    }
+
+    /// So many of the oldest bytes have come out.
+    #[inline(always)]
+    pub fn emptied(&self, bytes: usize) {
+        let popped = self.counts.popped.load(Ordering::Relaxed);
+        let popped = popped.wrapping_add(bytes);
+        self.counts.popped.store(popped, Ordering::Release);
+    }
+}
+
+/// At most `len` places from a count on, not beyond the ring's end.
+#[inline(always)]
+fn piece(bytes: &[AtomicU8], count: usize, len: usize) -> &[AtomicU8] {
+    let (to_end, _) = from(bytes, count);
+    to_end.get(..len).unwrap_or(to_end)
+}
+
 /// Where bytes go in.
 #[derive(Debug)]
 pub struct Inlet<'a> {

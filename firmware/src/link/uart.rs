@@ -1,9 +1,11 @@
-//! A serial line between the main loop and an interrupt that moves single bytes: what boards share, without their registers.
+//! A serial line between the main loop and its interrupts: what boards share, without their registers.
 //!
-//! The interrupt calls [`Uart::came`] and [`Uart::next`], the main loop has the [`Port`]. No lock: the two only meet in the
+//! Either an interrupt moves single bytes: it calls [`Uart::came`] and [`Uart::next`]. Or a DMA controller moves them, and its
+//! interrupts call what [`super::dma`] adds. The main loop has the [`Port`] in both cases. No lock: the two only meet in the
 //! [`super::ring`]s. A main loop that knows how many bytes it needs before there is work ([`Port::want`]) is not woken by the
 //! bytes before.
 
+use super::dma::{NoStream, Progress};
 use super::ring::{Inlet, Outlet, Ring};
 use super::{Full, Line, Lost};
 use core::sync::atomic::{AtomicUsize, Ordering};
@@ -14,13 +16,19 @@ pub const RECEIVED: usize = 512;
 /// Room for bytes to be sent: some messages of the longest kind.
 pub const TO_SEND: usize = 1024;
 
-/// One line; a `static` of the board. Not more than one interrupt and one [`Port`] use it.
+/// One line; a `static` of the board. Its interrupts do not interrupt each other, and one [`Port`] uses it.
 #[derive(Debug, Default)]
 pub struct Uart {
-    received: Ring<RECEIVED>,
-    to_send: Ring<TO_SEND>,
+    pub(super) received: Ring<RECEIVED>,
+    pub(super) to_send: Ring<TO_SEND>,
     /// The main loop is to be woken when so many bytes have come since start, wrapping. By the main loop.
-    wanted: AtomicUsize,
+    pub(super) wanted: AtomicUsize,
+    /// Bytes it asked for last: how far a DMA transfer reaches before it has asked again. By the main loop.
+    pub(super) ahead: AtomicUsize,
+    /// Bytes of the DMA transfer that is receiving; 0: none is. By the interrupt.
+    pub(super) arriving: AtomicUsize,
+    /// ... that is sending.
+    pub(super) leaving: AtomicUsize,
 }
 
 impl Uart {
@@ -29,7 +37,10 @@ impl Uart {
         Uart {
             received: Ring::new(),
             to_send: Ring::new(),
-            wanted: AtomicUsize::new(1),
+            wanted: AtomicUsize::new(0),
+            ahead: AtomicUsize::new(RECEIVED),
+            arriving: AtomicUsize::new(0),
+            leaving: AtomicUsize::new(0),
         }
     }
 
@@ -54,10 +65,18 @@ impl Uart {
 
     /// The main loop's end; `wake` makes the line's interrupt pending, which then finds what there is to send.
     pub fn port(&self, wake: fn()) -> Port<'_> {
+        self.port_over(NoStream, || (), wake)
+    }
+
+    /// The main loop's end of a line that DMA may serve: `stream` tells how far the receiving transfer is; `sync` makes the
+    /// interrupt pending that calls [`Uart::received_by`], `wake` the one that sends.
+    pub fn port_over<S: Progress>(&self, stream: S, sync: fn(), wake: fn()) -> Port<'_, S> {
         Port {
             uart: self,
             received: self.received.outlet(),
             to_send: self.to_send.inlet(),
+            stream,
+            sync,
             wake,
         }
     }
@@ -65,35 +84,61 @@ impl Uart {
 
 /// The main loop's end of a line.
 #[derive(Debug)]
-pub struct Port<'u> {
+pub struct Port<'u, S = NoStream> {
     uart: &'u Uart,
     received: Outlet<'u>,
     to_send: Inlet<'u>,
+    stream: S,
+    sync: fn(),
     wake: fn(),
 }
 
-impl Port<'_> {
-    /// There is no work before `bytes` more are here than have been taken: false when they are here already, else the interrupt
-    /// will say so. Holds until the next [`Line::receive`]; from then on every byte is wanted.
+impl<S: Progress> Port<'_, S> {
+    /// There is no work before `bytes` more are here than have been taken: false when they are here already, else an interrupt
+    /// will say so. Holds until the next [`Line::receive`]; from then on every byte is wanted that an interrupt tells of.
     pub fn want(&self, bytes: usize) -> bool {
         let taken = self.received.popped();
         let wanted = taken.wrapping_add(bytes);
         // first wanted, then looked, so that a byte that comes in between is seen by one of both
         self.uart.wanted.store(wanted, Ordering::SeqCst);
+        if S::DMA {
+            self.uart.ahead.store(bytes, Ordering::Relaxed);
+            let arriving = self.uart.arriving.load(Ordering::SeqCst);
+            let end = self.uart.received.pushed().wrapping_add(arriving);
+            // A transfer that ends at the byte wanted or before needs nothing: its end is an interrupt, which sees `wanted`. An
+            // interrupt between the two loads has seen it as well.
+            if arriving == 0 || end.wrapping_sub(wanted).cast_signed() > 0 {
+                (self.sync)();
+            }
+        }
         self.uart.received.pushed().wrapping_sub(taken) < bytes
+    }
+
+    /// DMA: whether bytes have come that no interrupt has told of.
+    #[inline(always)]
+    fn has_untold(&self) -> bool {
+        let arriving = self.uart.arriving.load(Ordering::Relaxed);
+        // An interrupt in between makes this look wrong either way; it then has told of all there is, and woken the loop.
+        arriving != 0 && self.stream.left() != arriving
     }
 }
 
-impl Line for Port<'_> {
+impl<S: Progress> Line for Port<'_, S> {
     fn receive(&mut self, buffer: &mut [u8]) -> Result<usize, Lost> {
+        if S::DMA && self.has_untold() {
+            (self.sync)();
+        }
         let read = self.received.read(buffer).map_err(|_| Lost);
-        let wanted = self.received.popped().wrapping_add(1);
-        self.uart.wanted.store(wanted, Ordering::Relaxed);
+        let taken = self.received.popped();
+        self.uart.wanted.store(taken, Ordering::Relaxed);
+        if S::DMA && self.uart.arriving.load(Ordering::Relaxed) == 0 {
+            (self.sync)(); // there was no room for a transfer; now there is
+        }
         read
     }
 
     fn is_idle(&self) -> bool {
-        self.received.is_empty() && !self.received.has_lost()
+        self.received.is_empty() && !self.received.has_lost() && !(S::DMA && self.has_untold())
     }
 
     fn send(&mut self, message: &[u8]) -> Result<(), Full> {

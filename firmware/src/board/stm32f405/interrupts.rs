@@ -1,8 +1,8 @@
-//! The interrupt table (RM0090 table 62). Everything but the four serial lines goes to the default handler.
+//! The interrupt table (RM0090 table 62). Everything but the four serial lines and their DMA streams goes to the default handler.
 
 use stm32f4::stm32f405::Interrupt;
 
-use super::serial::{uart4, usart1, usart2, usart3};
+use super::serial;
 
 unsafe extern "C" {
     /// Of `cortex-m-rt`: stays in a loop, until the watchdog ends it.
@@ -17,9 +17,17 @@ const INTERRUPTS: usize = 82;
 #[unsafe(no_mangle)]
 static __INTERRUPTS: [unsafe extern "C" fn(); INTERRUPTS] = {
     let mut table = [DefaultHandler as unsafe extern "C" fn(); INTERRUPTS];
-    table[Interrupt::USART1 as usize] = usart1;
-    table[Interrupt::USART2 as usize] = usart2;
-    table[Interrupt::USART3 as usize] = usart3;
-    table[Interrupt::UART4 as usize] = uart4;
+    table[Interrupt::USART1 as usize] = serial::usart1;
+    table[Interrupt::USART2 as usize] = serial::usart2;
+    table[Interrupt::USART3 as usize] = serial::usart3;
+    table[Interrupt::UART4 as usize] = serial::uart4;
+    table[Interrupt::DMA2_STREAM2 as usize] = serial::usart1_in_end;
+    table[Interrupt::DMA2_STREAM7 as usize] = serial::usart1_out_end;
+    table[Interrupt::DMA1_STREAM5 as usize] = serial::usart2_in_end;
+    table[Interrupt::DMA1_STREAM6 as usize] = serial::usart2_out_end;
+    table[Interrupt::DMA1_STREAM1 as usize] = serial::usart3_in_end;
+    table[Interrupt::DMA1_STREAM3 as usize] = serial::usart3_out_end;
+    table[Interrupt::DMA1_STREAM2 as usize] = serial::uart4_in_end;
+    table[Interrupt::DMA1_STREAM4 as usize] = serial::uart4_out_end;
     table
 };

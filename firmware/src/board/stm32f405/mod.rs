@@ -1,6 +1,6 @@
 //! STM32F405 at 168 MHz: Adafruit Feather STM32F405, pyboard, Olimex STM32-H405; QEMU's `netduinoplus2`.
 //!
-//! The same image runs on all of them. What QEMU does not have (clock and pin registers, watchdog, wait states) reads zero
+//! The same image runs on all of them. What QEMU does not have (clock and pin registers, DMA, watchdog, wait states) reads zero
 //! there, and nothing waits for it for long.
 #![allow(
     unsafe_code,
@@ -12,6 +12,7 @@ mod flash;
 mod interrupts;
 mod log;
 mod serial;
+mod stream;
 mod watchdog;
 
 use cortex_m::peripheral::SCB;
@@ -21,11 +22,10 @@ use stm32f4::stm32f405::Peripherals;
 
 use self::clock::Clocks;
 use self::flash::Sectors;
-use self::serial::{Ports, Rates};
+use self::serial::{Port, Ports, Rates};
 use self::watchdog::Watchdog;
 use crate::time::Time;
 use crate::uart;
-use firmware::link::uart::Port;
 
 /// Sensor and navigation computer at 921 600 bit/s (STIM300, KVH); receiver at 115 200; command link at 921 600.
 const RATES: Rates = Rates {
@@ -37,11 +37,13 @@ const RATES: Rates = Rates {
 /// The board, running.
 pub struct Board {
     /// The four serial lines.
-    pub lines: Lines<Port<'static>, Port<'static>, Port<'static>, Port<'static>>,
+    pub lines: Lines<Port, Port, Port, Port>,
     /// Time since start.
     pub time: Time,
     /// What the clocks became.
     pub clocks: Clocks,
+    /// Whether DMA moves the lines' bytes.
+    pub dma: bool,
     /// The weights that were stored; `None` if flash does not have the shape it has.
     pub store: Option<Store<Sectors>>,
     watchdog: Watchdog,
@@ -54,12 +56,13 @@ impl Board {
         let peripherals = Peripherals::take()?;
         let clocks = clock::start(&peripherals.RCC, &peripherals.FLASH);
         let time = Time::start(core.SYST, clocks.core);
+        let (ports, dma) = serial::open(&peripherals, clocks, &RATES);
         let Ports {
             sensor,
             navigation,
             gnss,
             command,
-        } = serial::open(&peripherals, clocks, &RATES);
+        } = ports;
         Some(Self {
             lines: Lines {
                 sensor,
@@ -69,6 +72,7 @@ impl Board {
             },
             time,
             clocks,
+            dma,
             store: Store::new(Sectors::new(peripherals.FLASH)).ok(),
             watchdog: Watchdog::start(peripherals.IWDG, &peripherals.DBGMCU),
         })

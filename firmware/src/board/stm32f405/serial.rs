@@ -1,16 +1,24 @@
 //! The four serial lines: pins, bit rates, interrupts.
 //!
-//! Bytes go one by one through an interrupt of some forty instructions. The main loop is not woken before the frame may be whole.
-//! DMA would save the interrupts (about 2000 instructions a STIM300 word), but QEMU has no DMA controller to test it with, and its
-//! buffers hold bytes back until the line falls silent, while the correction must leave as soon as the last byte is in.
+//! DMA moves the bytes, and an interrupt comes with the last byte of a frame (`firmware::link::dma`). Where there is no controller
+//! (QEMU), bytes go one by one through an interrupt of some forty instructions. In both cases the main loop is not woken before the frame
+//! may be whole. **The DMA path has not run on a chip yet.**
+//!
+//! All interrupts have the priority they have after reset, so none of these interrupts another, as `link` wants it.
 
-use firmware::link::uart::{Port, Uart};
+use cortex_m::peripheral::NVIC;
+use firmware::link::dma::Stream as _;
+use firmware::link::uart::{self, Uart};
 use stm32f4::stm32f405::{
-    GPIOA, GPIOB, Interrupt, Peripherals, RCC, UART4, USART1, USART2, USART3,
+    DMA1, DMA2, GPIOA, GPIOB, Interrupt, Peripherals, RCC, UART4, USART1, USART2, USART3,
 };
 
 use super::clock::Clocks;
+use super::stream::{Left, Stream, reaches};
 use crate::uart::wake;
+
+/// The main loop's end of a line.
+pub type Port = uart::Port<'static, Left>;
 
 /// Bit rates of the lines (8 data bits, no parity, one stop bit). The sensor's own rate is the navigation computer's: bytes
 /// leave as fast as they come.
@@ -26,13 +34,13 @@ pub struct Rates {
 /// The main loop's ends.
 pub struct Ports {
     /// USART1: PB6 out, PB7 in.
-    pub sensor: Port<'static>,
+    pub sensor: Port,
     /// USART2: PA2 out, PA3 in.
-    pub navigation: Port<'static>,
+    pub navigation: Port,
     /// USART3: PB10 out, PB11 in.
-    pub gnss: Port<'static>,
+    pub gnss: Port,
     /// UART4: PA0 out, PA1 in.
-    pub command: Port<'static>,
+    pub command: Port,
 }
 
 static SENSOR: Uart = Uart::new();
@@ -40,12 +48,12 @@ static NAVIGATION: Uart = Uart::new();
 static GNSS: Uart = Uart::new();
 static COMMAND: Uart = Uart::new();
 
-/// Opens all four; called once.
-pub fn open(peripherals: &Peripherals, clocks: Clocks, rates: &Rates) -> Ports {
+/// Opens all four; called once. Whether DMA moves their bytes.
+pub fn open(peripherals: &Peripherals, clocks: Clocks, rates: &Rates) -> (Ports, bool) {
     pins(&peripherals.RCC, &peripherals.GPIOA, &peripherals.GPIOB);
+    let mut all = true;
     macro_rules! line {
-        ($uart:ident, $bus:expr, $rate:expr, $line:ident) => {{
-            let port = $line.port(|| cortex_m::peripheral::NVIC::pend(Interrupt::$uart));
+        ($line:ident, $uart:ident, $bus:expr, $rate:expr, $in:ident, $in_interrupt:ident, $out:ident, $out_interrupt:ident, $idle:expr) => {{
             let uart = &peripherals.$uart;
             // Mantissa and fraction together are clock / rate, rounded (RM0090 30.3.4); 42 MHz / 115 200 is the largest, 365.
             let divider = ($bus + $rate / 2) / $rate;
@@ -53,34 +61,103 @@ pub fn open(peripherals: &Peripherals, clocks: Clocks, rates: &Rates) -> Ports {
                 w.div_mantissa().set((divider >> 4) as u16);
                 w.div_fraction().set((divider & 0xf) as u8)
             });
+            let data = uart.dr().as_ptr() as u32;
+            let ring = reaches((&raw const $line) as usize);
+            let dma = ring && $in().set_up(data) && $out().set_up(data);
+            if dma {
+                // The requests first, then the UART; errors interrupt by EIE, which needs DMAR (RM0090 30.4).
+                uart.cr3()
+                    .write(|w| w.dmar().set_bit().dmat().set_bit().eie().set_bit());
+            }
             uart.cr1().write(|w| {
-                w.ue().set_bit().te().set_bit().re().set_bit().rxneie().set_bit()
+                w.ue().set_bit().te().set_bit().re().set_bit();
+                w.rxneie().bit(!dma).idleie().bit(dma && $idle)
             });
+            for interrupt in [Interrupt::$uart, Interrupt::$in_interrupt, Interrupt::$out_interrupt] {
+                if dma || interrupt == Interrupt::$uart {
+                    // SAFETY: what the handlers use is set up, and no critical section relies on a masked interrupt.
+                    unsafe { NVIC::unmask(interrupt) };
+                }
+            }
+            all &= dma;
+            let sync = || pend(Interrupt::$in_interrupt); // masked without DMA
+            let port = if dma {
+                $line.port_over($in().progress(), sync, || pend(Interrupt::$out_interrupt))
+            } else {
+                $line.port_over($in().progress(), sync, || pend(Interrupt::$uart))
+            };
+            sync(); // the first transfer
             port
         }};
     }
+    let Rates {
+        sensor,
+        gnss,
+        command,
+    } = *rates;
+    let Clocks { apb1, apb2, .. } = clocks;
     let ports = Ports {
-        sensor: line!(USART1, clocks.apb2, rates.sensor, SENSOR),
-        navigation: line!(USART2, clocks.apb1, rates.sensor, NAVIGATION),
-        gnss: line!(USART3, clocks.apb1, rates.gnss, GNSS),
-        command: line!(UART4, clocks.apb1, rates.command, COMMAND),
+        sensor: line!(
+            SENSOR,
+            USART1,
+            apb2,
+            sensor,
+            usart1_in,
+            DMA2_STREAM2,
+            usart1_out,
+            DMA2_STREAM7,
+            false
+        ),
+        navigation: line!(
+            NAVIGATION,
+            USART2,
+            apb1,
+            sensor,
+            usart2_in,
+            DMA1_STREAM5,
+            usart2_out,
+            DMA1_STREAM6,
+            true
+        ),
+        gnss: line!(
+            GNSS,
+            USART3,
+            apb1,
+            gnss,
+            usart3_in,
+            DMA1_STREAM1,
+            usart3_out,
+            DMA1_STREAM3,
+            true
+        ),
+        command: line!(
+            COMMAND,
+            UART4,
+            apb1,
+            command,
+            uart4_in,
+            DMA1_STREAM2,
+            uart4_out,
+            DMA1_STREAM4,
+            true
+        ),
     };
-    for interrupt in [
-        Interrupt::USART1,
-        Interrupt::USART2,
-        Interrupt::USART3,
-        Interrupt::UART4,
-    ] {
-        // SAFETY: the lines are open, and no critical section relies on a masked interrupt.
-        unsafe { cortex_m::peripheral::NVIC::unmask(interrupt) };
-    }
-    ports
+    (ports, all)
+}
+
+/// The interrupt is served before this returns (PM0214 section 4.3.9: the barriers).
+fn pend(interrupt: Interrupt) {
+    NVIC::pend(interrupt);
+    cortex_m::asm::dsb();
+    cortex_m::asm::isb();
 }
 
 /// Clocks of ports and lines on; pins to their alternate function, inputs pulled up so that an open line is silent.
 fn pins(rcc: &RCC, a: &GPIOA, b: &GPIOB) {
     rcc.ahb1enr()
         .modify(|_, w| w.gpioaen().set_bit().gpioben().set_bit());
+    rcc.ahb1enr()
+        .modify(|_, w| w.dma1en().set_bit().dma2en().set_bit());
     rcc.apb1enr().modify(|_, w| {
         w.usart2en()
             .set_bit()
@@ -121,19 +198,65 @@ fn pins(rcc: &RCC, a: &GPIOA, b: &GPIOB) {
     });
 }
 
-/// The interrupts: takes the byte that came, then gives the transmitter what it has room for.
+/// The streams of a line (RM0090 tables 42 and 43).
+macro_rules! streams {
+    ($in:ident, $out:ident, $controller:ident, $n_in:literal, $n_out:literal) => {
+        fn $in() -> Stream<$n_in, false> {
+            // SAFETY: registers that are there for ever; this stream is this line's alone, and after `open` its handlers'.
+            Stream::of(unsafe { &*$controller::ptr() })
+        }
+        fn $out() -> Stream<$n_out, true> {
+            // SAFETY: as above.
+            Stream::of(unsafe { &*$controller::ptr() })
+        }
+    };
+}
+
+streams!(usart1_in, usart1_out, DMA2, 2, 7);
+streams!(usart2_in, usart2_out, DMA1, 5, 6);
+streams!(usart3_in, usart3_out, DMA1, 1, 3);
+streams!(uart4_in, uart4_out, DMA1, 2, 4);
+
+/// The interrupts of a line: of its two streams, and of its UART.
 ///
-/// The order of reads (status, then data) clears the error flags as well (RM0090 30.6.1). The main loop makes the interrupt
+/// The order of reads (status, then data) clears the UART's flags (RM0090 30.6.1).
+///
+/// With DMA the UART tells errors, and on some lines that it has fallen idle: nobody knows how many bytes a request has. The data
+/// register is read to clear the flags. The DMA has mostly taken its byte before (else both read the same one), except when the ring is
+/// full; then it is lost, and that is told.
+///
+/// Without, it takes the byte that came, then gives the transmitter what it has room for. The main loop makes the interrupt
 /// pending when it has written something; from then on the empty transmitter asks by itself.
-macro_rules! handler {
-    ($name:ident, $uart:ident, $line:ident) => {
+macro_rules! handlers {
+    ($name:ident, $uart:ident, $line:ident, $in:ident, $in_handler:ident, $out:ident, $out_handler:ident) => {
+        pub extern "C" fn $in_handler() {
+            if $line.received_by(&$in()) {
+                wake();
+            }
+        }
+
+        pub extern "C" fn $out_handler() {
+            $line.sent_by(&$out());
+        }
+
         pub extern "C" fn $name() {
             // SAFETY: after `open` only this handler uses this UART's registers, and it does not interrupt itself.
             let uart = unsafe { $uart::steal() };
             let status = uart.sr().read();
+            let torn = status.fe().bit_is_set() || status.nf().bit_is_set();
+            if uart.cr3().read().dmar().bit_is_set() {
+                let _ = uart.dr().read();
+                let untaken = status.rxne().bit_is_set() && !$in().is_running();
+                if torn || status.ore().bit_is_set() || untaken {
+                    $line.lost();
+                }
+                if status.idle().bit_is_set() {
+                    $line.received_by(&$in());
+                }
+                return wake();
+            }
             if status.rxne().bit_is_set() || status.ore().bit_is_set() {
                 let byte = uart.dr().read().dr().bits() as u8; // 8 data bits: the ninth reads 0
-                let torn = status.fe().bit_is_set() || status.nf().bit_is_set();
                 if torn || status.ore().bit_is_set() {
                     $line.lost();
                     wake();
@@ -159,7 +282,39 @@ macro_rules! handler {
     };
 }
 
-handler!(usart1, USART1, SENSOR);
-handler!(usart2, USART2, NAVIGATION);
-handler!(usart3, USART3, GNSS);
-handler!(uart4, UART4, COMMAND);
+handlers!(
+    usart1,
+    USART1,
+    SENSOR,
+    usart1_in,
+    usart1_in_end,
+    usart1_out,
+    usart1_out_end
+);
+handlers!(
+    usart2,
+    USART2,
+    NAVIGATION,
+    usart2_in,
+    usart2_in_end,
+    usart2_out,
+    usart2_out_end
+);
+handlers!(
+    usart3,
+    USART3,
+    GNSS,
+    usart3_in,
+    usart3_in_end,
+    usart3_out,
+    usart3_out_end
+);
+handlers!(
+    uart4,
+    UART4,
+    COMMAND,
+    uart4_in,
+    uart4_in_end,
+    uart4_out,
+    uart4_out_end
+);

@@ -1,0 +1,141 @@
+//! One stream of a DMA controller, for bytes between a serial line and SRAM (RM0090 section 10).
+//!
+//! What decides about transfers is `firmware::link::dma`; here is only the order in which registers are touched:
+//! - configuration, address and count are written only while EN reads 0 (10.3.17). Clearing EN takes effect when the byte under way
+//!   has been moved, so EN is read until it is 0, a bounded number of times (10.3.14).
+//! - NDTR counts at the peripheral's side. What has left there is in memory when EN reads 0 or the transfer is complete (10.3.13), not
+//!   before: so bytes are taken only after either.
+//! - stopping sets TCIF too (10.3.12, flush), and flags that are still set must be cleared before EN is set again (10.3.17): so all
+//!   flags are cleared after EN reads 0. FEIF and DMEIF, which direct mode may set (10.3.18), go with them and interrupt nobody.
+//! - the peripheral keeps its request while the stream is stopped: the UART's byte waits, and is taken when EN is set.
+//! - the DMA cannot reach the core-coupled memory at 0x1000_0000 (section 2.3.1): [`reaches`].
+//!
+//! ES0182, "DMA2 data corruption when managing AHB and APB peripherals in a concurrent way": DMA2 serves only APB2 here.
+//! The clock of controllers and SRAM goes on while the core sleeps (reset value of RCC_AHB1LPENR).
+
+use core::sync::atomic::AtomicU8;
+
+use cortex_m::asm::dmb;
+use firmware::link::dma::{self, Progress};
+use stm32f4::stm32f405::dma2::st::cr;
+use stm32f4::stm32f405::dma2::{RegisterBlock, ST};
+
+/// Channel of all serial lines on the streams used here (RM0090 tables 42 and 43).
+const CHANNEL: u8 = 4;
+
+/// Readings of EN until a byte under way has been moved: some ten cycles even when all streams want the bus.
+const PATIENCE: u32 = 1000;
+
+/// All five flags of a stream, at the lowest one's place (RM0090 10.5.3).
+const FLAGS: u32 = 0b11_1101;
+
+/// Where the main loop sees how far a stream is.
+#[derive(Clone, Copy, Debug)]
+pub struct Left(&'static ST);
+
+impl Progress for Left {
+    #[inline(always)]
+    fn left(&self) -> usize {
+        self.0.ndtr().read().ndt().bits().into()
+    }
+}
+
+/// Stream `N`; `OUT`: from memory to the line.
+#[derive(Clone, Copy, Debug)]
+pub struct Stream<const N: usize, const OUT: bool>(&'static RegisterBlock);
+
+/// Whether the DMA reaches what is at `address`: not the core-coupled memory.
+pub fn reaches(address: usize) -> bool {
+    address >= 0x2000_0000
+}
+
+impl<const N: usize, const OUT: bool> Stream<N, OUT> {
+    /// Of this controller.
+    pub const fn of(controller: &'static RegisterBlock) -> Self {
+        Self(controller)
+    }
+
+    #[inline(always)]
+    fn stream(&self) -> &'static ST {
+        self.0.st(N)
+    }
+
+    /// For the main loop.
+    pub fn progress(&self) -> Left {
+        Left(self.stream())
+    }
+
+    /// Everything but count, memory address and EN; `data` is the address of the line's data register. Whether there is a
+    /// controller: one that is not there does not keep what was written.
+    pub fn set_up(&self, data: u32) -> bool {
+        dma::Stream::stop(self);
+        // SAFETY: the address is that of a data register: nothing but bytes is read or written there.
+        self.stream().par().write(|w| unsafe { w.pa().bits(data) });
+        self.stream().cr().write(Self::configuration);
+        let kept = self.stream().cr().read();
+        kept.chsel().bits() == CHANNEL && kept.minc().is_incremented()
+    }
+
+    /// Bytes on both sides, direct mode (reset value of FCR), interrupts when complete or failed. Bytes that come cannot wait, bytes
+    /// that leave can.
+    #[inline(always)]
+    fn configuration(w: &mut cr::W) -> &mut cr::W {
+        w.chsel().set(CHANNEL);
+        w.minc().incremented().tcie().enabled().teie().enabled();
+        if OUT {
+            w.dir().memory_to_peripheral().pl().low()
+        } else {
+            w.dir().peripheral_to_memory().pl().very_high()
+        }
+    }
+
+    #[inline(always)]
+    fn clear_flags(&self) {
+        let flags = FLAGS << [0, 6, 16, 22][N % 4];
+        if N < 4 {
+            // SAFETY: every bit written is a flag of this stream; ones clear, zeros do nothing.
+            self.0.lifcr().write(|w| unsafe { w.bits(flags) });
+        } else {
+            // SAFETY: as above.
+            self.0.hifcr().write(|w| unsafe { w.bits(flags) });
+        }
+    }
+}
+
+impl<const N: usize, const OUT: bool> Progress for Stream<N, OUT> {
+    #[inline(always)]
+    fn left(&self) -> usize {
+        self.progress().left()
+    }
+}
+
+impl<const N: usize, const OUT: bool> dma::Stream<'static> for Stream<N, OUT> {
+    #[inline(always)]
+    fn arm(&self, places: &'static [AtomicU8]) {
+        let stream = self.stream();
+        // SAFETY: these places exist for ever, may be written behind the compiler's back (they are atomics), and the ring hands them to
+        // nobody else before the transfer has ended.
+        stream
+            .m0ar()
+            .write(|w| unsafe { w.m0a().bits(places.as_ptr() as u32) });
+        stream.ndtr().write(|w| w.ndt().set(places.len() as u16)); // a ring is shorter than 65 536
+        dmb(); // what is to be sent is in memory before the controller looks
+        stream.cr().write(|w| Self::configuration(w).en().enabled());
+    }
+
+    #[inline(always)]
+    fn stop(&self) -> usize {
+        let stream = self.stream();
+        stream.cr().write(Self::configuration);
+        let _ = (0..PATIENCE).any(|_| stream.cr().read().en().is_disabled());
+        self.clear_flags();
+        let left = self.left();
+        dmb(); // what has come is read after this
+        left
+    }
+
+    #[inline(always)]
+    fn is_running(&self) -> bool {
+        self.stream().cr().read().en().is_enabled()
+    }
+}
