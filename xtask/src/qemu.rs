@@ -12,6 +12,7 @@ use qemu::drive::drive;
 use qemu::images::BOARDS;
 use qemu::live::Live;
 use qemu::protocol::DRIVES;
+use qemu::replay::Pace;
 use qemu::report::{MINUTES, Report, counted, name, report, within};
 
 use crate::needs;
@@ -39,7 +40,10 @@ pub fn qemu(json: Option<&Path>) -> Result<ExitCode> {
     for (format, _) in DRIVES {
         let budget = budgets.application.get(name(format));
         let budget = budget.with_context(|| format!("no budget for {format:?}"))?;
-        within(counted(BOARDS[0], format)?.1, *budget).with_context(|| format!("{format:?}"))?;
+        for pace in [Pace::Byte, Pace::Dma] {
+            let (_, cost) = counted(BOARDS[0], format, pace)?;
+            within(cost, pace == Pace::Dma, *budget).with_context(|| format!("{format:?}"))?;
+        }
     }
     Ok(ExitCode::SUCCESS)
 }
@@ -51,13 +55,16 @@ fn table(reports: &[Report]) -> Table {
     header.extend(reports.iter().map(|report| report.board.clone()));
     table.set_header(header);
     type Column = fn(&Report) -> String;
-    let rows: [(&str, Column); 10] = [
+    let rows: [(&str, Column); 11] = [
         ("words", |r| r.words.to_string()),
         ("digest, desktop", |r| r.digest_host.clone()),
         ("digest, target", |r| r.digest_target.clone()),
         ("all equal", |r| r.equal.to_string()),
         ("instructions, a word", |r| {
             format!("{:.0}", r.instructions_per_word)
+        }),
+        ("... with lines by DMA", |r| {
+            format!("{:.0}", r.instructions_per_word_dma)
         }),
         ("... the dearest", |r| {
             format!("{:.0}", r.instructions_worst_word)

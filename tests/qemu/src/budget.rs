@@ -26,6 +26,8 @@ pub struct Budgets {
 pub struct ApplicationBudget {
     /// All passes of a word, mean.
     pub word: f64,
+    /// The same with lines by DMA.
+    pub word_dma: f64,
     /// All passes of the dearest word.
     pub worst_word: f64,
     /// From the last byte of a frame to the first byte sent.

@@ -5,6 +5,7 @@
 
 use firmware::app::{Activation, App, Config, Lines, Nets};
 use firmware::learn::Learner;
+use firmware::link::dma::{NoStream, Progress};
 use firmware::link::uart::{Port, Uart};
 use firmware::link::{Clock, Full, Line, Lost};
 use firmware::wire::Format;
@@ -51,13 +52,15 @@ pub enum Pace {
     /// One by one, each in an interrupt of its own, and so they leave: as at a board's lines, and at the board's cost. A pass for the
     /// clock is in it too.
     Byte,
+    /// One by one too, but moved by the streams of a DMA controller, whose interrupts alone cost something.
+    Dma,
 }
 
 impl Pace {
     /// From its number in a recording.
     #[must_use]
     pub fn from_number(number: u8) -> Option<Self> {
-        [Self::Record, Self::Byte]
+        [Self::Record, Self::Byte, Self::Dma]
             .into_iter()
             .find(|pace| *pace as u8 == number)
     }
@@ -154,13 +157,13 @@ impl Line for Feed {
 
 /// The navigation line: notes when the first byte of a message left.
 #[derive(Debug)]
-struct Tap<'u> {
-    port: Port<'u>,
+struct Tap<'u, S> {
+    port: Port<'u, S>,
     first: Option<u32>,
     ticks: fn() -> u32,
 }
 
-impl Line for Tap<'_> {
+impl<S: Progress> Line for Tap<'_, S> {
     fn receive(&mut self, buffer: &mut [u8]) -> Result<usize, Lost> {
         self.port.receive(buffer)
     }
@@ -179,11 +182,15 @@ impl Line for Tap<'_> {
 
 /// The two lines' memory, and the interrupts at their other ends.
 #[derive(Clone, Copy, Debug)]
-pub struct Wires<'u> {
+pub struct Wires<'u, S = NoStream> {
     /// Sensor.
     pub sensor: &'u Uart,
     /// Navigation computer.
     pub navigation: &'u Uart,
+    /// Receiving streams of both.
+    pub streams: [S; 2],
+    /// Make their interrupts pending, and that of the stream that sends to the navigation computer.
+    pub pend: [fn(); 3],
     /// Interrupt of the sensor's line: a byte came; whether the main loop is woken.
     pub came: fn(&Uart, u8) -> bool,
     /// Interrupt of the navigation line: the next byte leaves.
@@ -205,6 +212,8 @@ impl<'u> Wires<'u> {
         Self {
             sensor,
             navigation,
+            streams: [NoStream; 2],
+            pend: [|| (); 3],
             came: Uart::came,
             left: Uart::next,
             ticks: || 0,
@@ -253,21 +262,21 @@ pub struct Learnt {
 
 /// The application with a recording at its lines.
 #[derive(Debug)]
-pub struct Replay<'u> {
+pub struct Replay<'u, S = NoStream> {
     app: App<'static>,
-    lines: Lines<Port<'u>, Tap<'u>, Feed, Feed>,
+    lines: Lines<Port<'u, S>, Tap<'u, S>, Feed, Feed>,
     now: Now,
     pace: Pace,
-    wires: Wires<'u>,
+    wires: Wires<'u, S>,
     sent: Vec<u8, { 2 * LONGEST }>,
     /// Ticks of the rehearsal.
     overhead: u32,
     cost: Cost,
 }
 
-impl<'u> Replay<'u> {
+impl<'u, S: Progress + Copy> Replay<'u, S> {
     /// At fresh lines.
-    pub fn new(config: Config, pace: Pace, wires: Wires<'u>) -> Self {
+    pub fn new(config: Config, pace: Pace, wires: Wires<'u, S>) -> Self {
         Self::with_learner(config, pace, wires, None)
     }
 
@@ -275,15 +284,16 @@ impl<'u> Replay<'u> {
     pub fn with_learner(
         config: Config,
         pace: Pace,
-        wires: Wires<'u>,
+        wires: Wires<'u, S>,
         learner: Option<&'static mut dyn Learner>,
     ) -> Self {
+        let ([stream, other], [sync, other_sync, wake]) = (wires.streams, wires.pend);
         let mut replay = Self {
             app: App::with_learner(config, learner),
             lines: Lines {
-                sensor: wires.sensor.port(|| ()),
+                sensor: wires.sensor.port_over(stream, sync, || ()),
                 navigation: Tap {
-                    port: wires.navigation.port(|| ()),
+                    port: wires.navigation.port_over(other, other_sync, wake),
                     first: None,
                     ticks: wires.ticks,
                 },
@@ -309,7 +319,7 @@ impl<'u> Replay<'u> {
         self.now.0 = at_us.into();
         self.sent.clear();
         match (input, self.pace) {
-            (Input::Sensor, Pace::Byte) => self.interrupts(bytes),
+            (Input::Sensor, Pace::Byte | Pace::Dma) => self.interrupts(bytes),
             (Input::Sensor, Pace::Record) => {
                 for byte in bytes {
                     self.wires.sensor.came(*byte);
@@ -326,14 +336,18 @@ impl<'u> Replay<'u> {
                 self.passes();
             }
         }
-        while let Some(byte) = self.wires.navigation.next() {
+        let next = match self.pace {
+            Pace::Dma => self.wires.left,
+            _ => Uart::next,
+        };
+        while let Some(byte) = next(self.wires.navigation) {
             let _ = self.sent.push(byte); // fits: a frame leaves as long as it came
         }
         &self.sent
     }
 
     fn passes(&mut self) {
-        if self.pace == Pace::Byte {
+        if self.pace != Pace::Record {
             // so many that to count each would count for something
             while self.app.poll(&mut self.lines, &self.now) {}
             return;

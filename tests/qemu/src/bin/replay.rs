@@ -6,9 +6,13 @@
 mod target {
     use core::fmt::Write;
 
-    use qemu::replay::{FORMATS, HEADER, Input, LONGEST, Pace, Replay, config, learning_config};
+    use firmware::link::dma::Progress;
+    use firmware::wire::Format;
+    use qemu::replay::{
+        FORMATS, HEADER, Input, LONGEST, Pace, Replay, Wires, config, learning_config,
+    };
     use qemu::target::files::File;
-    use qemu::target::{exit, interrupts, output, start_counter};
+    use qemu::target::{dma, exit, interrupts, output, start_counter};
     use vectors::Digest;
 
     /// Reads and writes go in pieces: a semihosting call costs as much as thousands of instructions.
@@ -83,8 +87,32 @@ mod target {
         };
         let format = *FORMATS.get(usize::from(reader.byte()?))?;
         let pace = Pace::from_number(reader.byte()?)?;
-        let wires = interrupts::wires();
-        let mut replay = if reader.byte()? == 0 {
+        let learns = reader.byte()? != 0;
+        if pace == Pace::Dma {
+            over(
+                &mut reader,
+                &mut writer,
+                (format, pace, learns),
+                dma::wires(),
+            )
+        } else {
+            over(
+                &mut reader,
+                &mut writer,
+                (format, pace, learns),
+                interrupts::wires(),
+            )
+        }
+    }
+
+    /// The records of `reader` through the application at these lines.
+    fn over<S: Progress + Copy>(
+        reader: &mut Reader,
+        writer: &mut Writer,
+        (format, pace, learns): (Format, Pace, bool),
+        wires: Wires<'static, S>,
+    ) -> Option<()> {
+        let mut replay = if !learns {
             Replay::new(config(format), pace, wires)
         } else {
             let learner = qemu::target::learner();

@@ -7,8 +7,9 @@ use cortex_m::interrupt::InterruptNumber;
 use cortex_m::peripheral::NVIC;
 use firmware::link::uart::Uart;
 
-use super::ticks;
+use super::{dma, ticks};
 use crate::replay::Wires;
+use firmware::link::dma::NoStream;
 
 static SENSOR: Uart = Uart::new();
 static NAVIGATION: Uart = Uart::new();
@@ -18,13 +19,21 @@ static REGISTERS: [AtomicU32; 2] = [AtomicU32::new(2), AtomicU32::new(0)];
 const CAME: u32 = 1;
 const ROOM: u32 = 2;
 /// The main loop is to look.
-static AWAKE: AtomicBool = AtomicBool::new(false);
+pub(super) static AWAKE: AtomicBool = AtomicBool::new(false);
 
 /// Lines of the interrupt controller, which every machine has.
 #[derive(Clone, Copy)]
-enum Line {
+pub(super) enum Line {
+    /// The sensor's UART.
     Sensor,
+    /// The navigation computer's.
     Navigation,
+    /// The stream that receives from the sensor.
+    SensorIn,
+    /// The stream that sends to the navigation computer.
+    NavigationOut,
+    /// The stream that receives from it.
+    NavigationIn,
 }
 
 // SAFETY: the numbers are lines of every machine's controller and entries of the table below.
@@ -39,6 +48,8 @@ pub fn wires() -> Wires<'static> {
     Wires {
         sensor: &SENSOR,
         navigation: &NAVIGATION,
+        streams: [NoStream; 2],
+        pend: [|| (); 3],
         came,
         left,
         ticks,
@@ -47,7 +58,12 @@ pub fn wires() -> Wires<'static> {
 }
 
 fn let_through() {
-    for line in [Line::Sensor, Line::Navigation] {
+    unmask(&[Line::Sensor, Line::Navigation]);
+}
+
+/// Lets interrupts through, but none that came before.
+pub(super) fn unmask(lines: &[Line]) {
+    for &line in lines {
         NVIC::unpend(line);
         // SAFETY: no critical section relies on a masked interrupt.
         unsafe { NVIC::unmask(line) };
@@ -100,4 +116,10 @@ extern "C" fn navigation() {
 // address of a function of the C calling convention.
 #[unsafe(link_section = ".vector_table.interrupts")]
 #[unsafe(no_mangle)]
-static __INTERRUPTS: [extern "C" fn(); 2] = [sensor, navigation];
+static __INTERRUPTS: [extern "C" fn(); 5] = [
+    sensor,
+    navigation,
+    dma::sensor_in,
+    dma::navigation_out,
+    dma::navigation_in,
+];

@@ -4,8 +4,11 @@
     reason = "semihosting calls and the interrupt table; each block says why it is sound"
 )]
 
+pub mod dma;
 pub mod files;
 pub mod interrupts;
+#[path = "../../../../firmware/src/board/stm32f405/stream.rs"]
+pub mod stream;
 
 use cortex_m_semihosting::debug::{self, EXIT_FAILURE, EXIT_SUCCESS};
 use cortex_m_semihosting::hio::{self, HostStream};

@@ -1,0 +1,150 @@
+//! A DMA controller whose other end is the program itself: registers in memory, used by the STM32F405 board's own driver of streams, and
+//! bytes moved by [`came`] and [`left`], whose cost is rehearsed and subtracted ([`Wires::let_through`]).
+
+use core::sync::atomic::{AtomicU8, AtomicU32, Ordering};
+
+use cortex_m::asm::{dsb, isb};
+use cortex_m::peripheral::NVIC;
+use firmware::link::uart::Uart;
+use stm32f4::stm32f405::dma2::RegisterBlock;
+
+use super::interrupts::{AWAKE, Line, unmask};
+use super::stream::{Left, Stream};
+use super::ticks;
+use crate::replay::Wires;
+
+static SENSOR: Uart = Uart::new();
+static NAVIGATION: Uart = Uart::new();
+
+/// Four words for all streams, then six each (RM0090 10.5.11).
+const WORDS: usize = 4 + 8 * 6;
+const _: () = assert!(size_of::<RegisterBlock>() == 4 * WORDS);
+static REGISTERS: [AtomicU32; WORDS] = [const { AtomicU32::new(0) }; WORDS];
+
+/// Streams, as the board has them for the same lines (there of two controllers).
+const SENSOR_IN: usize = 2;
+const NAVIGATION_OUT: usize = 7;
+const NAVIGATION_IN: usize = 5;
+
+/// Words of a stream.
+const CONFIGURATION: usize = 0;
+const COUNT: usize = 1;
+const ADDRESS: usize = 3;
+/// In the configuration.
+const ENABLED: u32 = 1;
+
+/// What the rehearsal moves: more than it has bytes.
+static REHEARSED: [AtomicU8; 512] = [const { AtomicU8::new(0) }; 512];
+
+fn controller() -> &'static RegisterBlock {
+    // SAFETY: as large and as aligned, there for ever; both sides' access is atomic or volatile, from one core.
+    unsafe { &*REGISTERS.as_ptr().cast() }
+}
+
+fn register<const N: usize>(word: usize) -> &'static AtomicU32 {
+    &REGISTERS[4 + 6 * N + word]
+}
+
+fn sensor_stream() -> Stream<SENSOR_IN, false> {
+    Stream::of(controller())
+}
+
+fn out_stream() -> Stream<NAVIGATION_OUT, true> {
+    Stream::of(controller())
+}
+
+fn in_stream() -> Stream<NAVIGATION_IN, false> {
+    Stream::of(controller())
+}
+
+/// The lines; their interrupts are not let through yet, and both streams have a transfer to rehearse with.
+pub fn wires() -> Wires<'static, Left> {
+    use firmware::link::dma::Stream as _;
+    sensor_stream().arm(&REHEARSED);
+    out_stream().arm(&REHEARSED);
+    Wires {
+        sensor: &SENSOR,
+        navigation: &NAVIGATION,
+        streams: [sensor_stream().progress(), in_stream().progress()],
+        pend: [
+            || pend(Line::SensorIn),
+            || pend(Line::NavigationIn),
+            || pend(Line::NavigationOut),
+        ],
+        came,
+        left,
+        ticks,
+        let_through: Some(let_through),
+    }
+}
+
+fn let_through() {
+    use firmware::link::dma::Stream as _;
+    sensor_stream().stop();
+    out_stream().stop();
+    unmask(&[Line::SensorIn, Line::NavigationOut, Line::NavigationIn]);
+    pend(Line::SensorIn); // the first transfers
+    pend(Line::NavigationIn);
+}
+
+fn pend(line: Line) {
+    NVIC::pend(line);
+    dsb();
+    isb();
+}
+
+/// The controller moves one byte: its place, unless there is no transfer; the end of one interrupts.
+#[inline(always)]
+fn moved<const N: usize>(line: Line, byte: impl FnOnce(&AtomicU8) -> u8) -> Option<u8> {
+    if register::<N>(CONFIGURATION).load(Ordering::Relaxed) & ENABLED == 0 {
+        return None;
+    }
+    let address = register::<N>(ADDRESS).load(Ordering::Relaxed);
+    register::<N>(ADDRESS).store(address + 1, Ordering::Relaxed);
+    let place = core::ptr::with_exposed_provenance::<AtomicU8>(address as usize);
+    // SAFETY: the driver armed the stream with places that exist for ever, and no more than `COUNT` of them are touched.
+    let byte = byte(unsafe { &*place });
+    let left = register::<N>(COUNT).load(Ordering::Relaxed) - 1;
+    register::<N>(COUNT).store(left, Ordering::Relaxed);
+    if left == 0 {
+        let configuration = register::<N>(CONFIGURATION).load(Ordering::Relaxed);
+        register::<N>(CONFIGURATION).store(configuration & !ENABLED, Ordering::Relaxed);
+        NVIC::pend(line);
+        isb(); // it is served here
+    }
+    Some(byte)
+}
+
+fn came(_: &Uart, byte: u8) -> bool {
+    let _ = moved::<SENSOR_IN>(Line::SensorIn, |place| {
+        place.store(byte, Ordering::Relaxed);
+        byte
+    });
+    let awake = AWAKE.load(Ordering::Relaxed);
+    if awake {
+        AWAKE.store(false, Ordering::Relaxed);
+    }
+    awake
+}
+
+fn left(_: &Uart) -> Option<u8> {
+    moved::<NAVIGATION_OUT>(Line::NavigationOut, |place| place.load(Ordering::Relaxed))
+}
+
+// As the board's handlers.
+
+pub(super) extern "C" fn sensor_in() {
+    if SENSOR.received_by(&sensor_stream()) {
+        AWAKE.store(true, Ordering::Relaxed);
+    }
+}
+
+pub(super) extern "C" fn navigation_out() {
+    NAVIGATION.sent_by(&out_stream());
+}
+
+pub(super) extern "C" fn navigation_in() {
+    if NAVIGATION.received_by(&in_stream()) {
+        AWAKE.store(true, Ordering::Relaxed);
+    }
+}
