@@ -11,6 +11,7 @@ pub mod generate;
 mod inputs;
 pub mod learners;
 pub mod learning;
+pub mod list;
 pub mod navigation;
 mod network;
 pub mod work;

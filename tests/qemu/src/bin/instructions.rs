@@ -6,11 +6,10 @@ mod target {
     use core::fmt::Write;
     use core::hint::black_box;
 
-    use lrnn_nostd::{Activation, Rational, Tanh};
+    use cortex_m_semihosting::hio::HostStream;
     use qemu::target::{start_counter, ticks as counter};
-    use vectors::learning::{LearnerFixWork, LearnerSecondWork, LearnerStepWork};
-    use vectors::navigation::{NavPieceWork, NavSecondWork, NavWordWork};
-    use vectors::work::{DescentWork, GradientWork, LearnWork, StepWork, plausible};
+    use vectors::list::{self, Measure};
+    use vectors::work::plausible;
 
     const REPETITIONS: usize = 1000;
     /// Work that takes too long for the counter is done in one of so many repetitions.
@@ -56,60 +55,23 @@ mod target {
             writeln!(out, "loop {} {ticks}", 2 * (cycles + 1))?;
         }
         writeln!(out, "repetitions {REPETITIONS}")?;
-        writeln!(out, "empty {}", repeat(|input| (input, true))?)?;
-        writeln!(out, "step_rational {}", step::<Rational>()?)?;
-        writeln!(out, "step_tanh {}", step::<Tanh>()?)?;
-        writeln!(out, "gradient_rational {}", gradient::<Rational>()?)?;
-        writeln!(out, "gradient_tanh {}", gradient::<Tanh>()?)?;
-        writeln!(out, "descent_rational {}", descent::<Rational>()?)?;
-        writeln!(out, "descent_tanh {}", descent::<Tanh>()?)?;
-        writeln!(out, "learn_rational {}", learn::<Rational>()?)?;
-        writeln!(out, "learn_tanh {}", learn::<Tanh>()?)?;
-        writeln!(out, "nav_word {}", nav_word()?)?;
-        writeln!(out, "nav_piece {}", nav_piece()?)?;
-        writeln!(out, "nav_second {}", nav_second()?)?;
-        writeln!(out, "learner_step {}", learner_step()?)?;
-        writeln!(out, "learner_fix {}", learner_fix()?)?;
-        writeln!(out, "learner_second {}", learner_second()?)
+        list::all(&mut Lines(out))
     }
 
-    #[inline(never)]
-    fn nav_word() -> Result<u32, core::fmt::Error> {
-        let mut work = NavWordWork::new().ok_or(core::fmt::Error)?;
-        repeat(|input| work.run(input))
-    }
+    /// A line each: name and ticks.
+    struct Lines(HostStream);
 
-    #[inline(never)]
-    fn nav_piece() -> Result<u32, core::fmt::Error> {
-        let mut work = NavPieceWork::new().ok_or(core::fmt::Error)?;
-        repeat(|input| work.run(input))
-    }
-
-    #[inline(never)]
-    fn nav_second() -> Result<u32, core::fmt::Error> {
-        let mut work = NavSecondWork::new().ok_or(core::fmt::Error)?;
-        rarely(|input| work.run(input))
-    }
-
-    #[inline(never)]
-    fn learner_step() -> Result<u32, core::fmt::Error> {
-        let mut work = LearnerStepWork::BLANK;
-        work.begin();
-        repeat(|input| work.run(input))
-    }
-
-    #[inline(never)]
-    fn learner_fix() -> Result<u32, core::fmt::Error> {
-        let mut work = LearnerFixWork::BLANK;
-        work.begin();
-        rarely(|input| work.run(input))
-    }
-
-    #[inline(never)]
-    fn learner_second() -> Result<u32, core::fmt::Error> {
-        let mut work = LearnerSecondWork::BLANK;
-        work.begin();
-        rarely(|input| work.run(input))
+    impl Measure for Lines {
+        #[inline(always)]
+        fn measure(
+            &mut self,
+            name: &'static str,
+            long: bool,
+            work: impl FnMut([f32; 3]) -> ([f32; 3], bool),
+        ) -> core::fmt::Result {
+            let ticks = if long { rarely(work)? } else { repeat(work)? };
+            writeln!(self.0, "{name} {ticks}")
+        }
     }
 
     /// As if `work` were done in all repetitions.
@@ -125,30 +87,6 @@ mod target {
             }
         })?;
         Ok(ticks * RARE as u32)
-    }
-
-    #[inline(never)]
-    fn step<H: Activation>() -> Result<u32, core::fmt::Error> {
-        let mut work = StepWork::<H>::new();
-        repeat(|input| work.run(input))
-    }
-
-    #[inline(never)]
-    fn gradient<H: Activation>() -> Result<u32, core::fmt::Error> {
-        let mut work = GradientWork::<H>::new();
-        repeat(|input| work.run(input))
-    }
-
-    #[inline(never)]
-    fn descent<H: Activation>() -> Result<u32, core::fmt::Error> {
-        let mut work = DescentWork::<H>::new();
-        repeat(|input| work.run(input))
-    }
-
-    #[inline(never)]
-    fn learn<H: Activation>() -> Result<u32, core::fmt::Error> {
-        let mut work = LearnWork::<H>::new();
-        repeat(|input| work.run(input))
     }
 }
 
