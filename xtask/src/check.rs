@@ -9,7 +9,7 @@ use crate::stage::{Stages, cargo_with, succeed};
 use crate::{needs, size};
 
 /// What is compiled for the target: each alone, so that no other package's features help it.
-const TARGET_PACKAGES: [&str; 4] = ["lrnn-nostd", "vectors", "firmware", "qemu"];
+const TARGET_PACKAGES: [&str; 5] = ["lrnn-nostd", "vectors", "firmware", "qemu", "silicon"];
 
 /// Runs every stage; the exit code is the last one's.
 pub fn test(fast: bool) -> Result<ExitCode> {

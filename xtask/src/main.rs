@@ -43,7 +43,11 @@ enum Task {
         json: Option<PathBuf>,
     },
     /// Write the image to an STM32F405 with probe-rs and show its log.
-    Flash,
+    Flash {
+        /// The bench image instead: cycles of the works that `bench` counts the instructions of.
+        #[arg(long)]
+        bench: bool,
+    },
     /// Flash and RAM of each image against budgets.toml.
     Size,
     /// Write the shared test vectors and their expected digests anew, after an intended change of the arithmetic.
@@ -55,7 +59,7 @@ fn main() -> ExitCode {
         Task::Test { fast } => check::test(fast),
         Task::Bench { json } => bench::bench(json.as_deref()),
         Task::Qemu { json } => qemu::qemu(json.as_deref()),
-        Task::Flash => flash::flash(),
+        Task::Flash { bench } => flash::flash(bench),
         Task::Size => needs::target().and_then(|()| size::size()),
         Task::Vectors => vectors::regenerate(),
     };

@@ -55,13 +55,18 @@ pub const INSTRUCTIONS: Image = Image {
     package: "qemu",
     name: "instructions",
 };
+/// Counts cycles on a board.
+pub const BENCH: Image = Image {
+    package: "silicon",
+    name: "stm32f405-bench",
+};
 /// Nothing but inference.
 pub const INFERENCE: Image = Image {
     package: "qemu",
     name: "inference",
 };
 /// Every image.
-pub const ALL: [Image; 7] = [
+pub const ALL: [Image; 8] = [
     STM32F405,
     MPS2,
     AGREEMENT,
@@ -69,6 +74,7 @@ pub const ALL: [Image; 7] = [
     DIFFERENT,
     INSTRUCTIONS,
     INFERENCE,
+    BENCH,
 ];
 
 /// A board: its image and the machine that stands for it.

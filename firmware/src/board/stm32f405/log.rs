@@ -9,7 +9,7 @@ use core::sync::atomic::{AtomicU8, AtomicU32, Ordering};
 use critical_section::RestoreState;
 use defmt::Encoder;
 
-const SIZE: usize = 1024;
+use super::LOG_SIZE as SIZE;
 
 /// SEGGER's control block with one channel up; a probe finds it by its first bytes.
 #[repr(C)]

@@ -34,6 +34,9 @@ const RATES: Rates = Rates {
     command: 921_600,
 };
 
+/// Bytes of log that are kept.
+const LOG_SIZE: usize = 1024;
+
 /// The board, running.
 pub struct Board {
     /// The four serial lines.
