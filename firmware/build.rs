@@ -12,6 +12,8 @@ fn main() {
     println!("cargo:rustc-link-search={out}");
     println!("cargo:rustc-link-arg-bins=-Tlink.x");
     println!("cargo:rustc-link-arg-bins=--nmagic"); // sections are not page-aligned: flash has no pages to map
-    println!("cargo:rustc-link-arg-bin=stm32f405=-Tdefmt.x");
+    for bin in ["stm32f405", "stm32f405_window"] {
+        println!("cargo:rustc-link-arg-bin={bin}=-Tdefmt.x");
+    }
     println!("cargo:rustc-link-arg-bin=mps2=--defsym=__flash_start=0");
 }

@@ -210,6 +210,7 @@ impl<'m> Flow<'m> {
     }
 
     /// A correction for frames of this kind, when one is wanted.
+    #[inline(never)]
     fn make(&mut self, source: Source, content: u8) {
         self.made_for = Some((source, content));
         let setup = Setup::new(&self.config, &self.stim, source, content);
@@ -294,6 +295,7 @@ impl<'m> Flow<'m> {
     }
 
     /// Other networks from the next word on; the block in progress is given up, the estimate held until they have stepped.
+    #[inline(never)]
     pub fn set_nets(&mut self, nets: Nets) {
         self.config.nets = nets;
         self.failures = 0;

@@ -128,6 +128,11 @@ impl<'m> App<'m> {
         wanted.then_some(self.flow.config.nets)
     }
 
+    /// Whether there is something [`App::to_store`].
+    pub fn wants_to_store(&self) -> bool {
+        self.flow.to_store
+    }
+
     /// Whether the weights of [`App::to_store`] were stored.
     pub fn stored(&mut self, done: bool) {
         self.flow.flag(fault::STORE, !done);
@@ -390,6 +395,7 @@ impl<'m> App<'m> {
         self.reverse(bytes, navigation, sensor, now) || len > 0
     }
 
+    #[inline(never)]
     fn command(&mut self, line: &mut impl Line) -> bool {
         let mut piece = [0; PIECE];
         let len = line.receive(&mut piece).unwrap_or(0);
@@ -404,6 +410,7 @@ impl<'m> App<'m> {
         len > 0
     }
 
+    #[inline(never)]
     fn gnss(&mut self, line: &mut impl Line, now: u64) -> bool {
         let mut piece = [0; PIECE];
         let len = line.receive(&mut piece).unwrap_or(0);

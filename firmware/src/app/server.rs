@@ -87,10 +87,7 @@ impl Server {
             Request::Reference(window) => flow.reference(&window),
             Request::GetEstimate => return Response::Estimate(flow.estimate()),
             Request::ReadLearnt { offset, length } => {
-                return match flow.learnt() {
-                    Some((nets, _)) => read_image(&nets, offset, length, buffer),
-                    None => Response::Refused(Reason::NotAvailable),
-                };
+                return read_learnt(flow, offset, length, buffer);
             }
             Request::CommitLearnt => may_exchange(flow).and_then(|()| flow.commit_learnt()),
             Request::StoreImage => store_image(flow),
@@ -117,7 +114,9 @@ impl Server {
             .map_err(|_| Reason::Range)
     }
 
-    /// Both networks or none; between two words.
+    /// Both networks or none; between two words. Not inlined, as everything here that holds networks: the stack is the deepest of them, and
+    /// not all of them.
+    #[inline(never)]
     fn commit_image(&mut self, length: u32, flow: &mut Flow) -> Result<(), Reason> {
         if usize::try_from(length) != Ok(IMAGES_LEN) || self.received.len() != IMAGES_LEN {
             return Err(Reason::Range);
@@ -214,21 +213,40 @@ pub(super) fn counters(flow: &Flow, machine: &Machine) -> Counters {
     }
 }
 
+#[inline(never)]
+fn read_learnt<'b>(
+    flow: &mut Flow,
+    offset: u32,
+    length: u16,
+    buffer: &'b mut [u8; MAX_CHUNK],
+) -> Response<'b> {
+    match flow.learnt() {
+        Some((nets, _)) => read_image(&nets, offset, length, buffer),
+        None => Response::Refused(Reason::NotAvailable),
+    }
+}
+
+#[inline(never)]
 fn read_image<'b>(
     nets: &Nets,
     offset: u32,
     length: u16,
     buffer: &'b mut [u8; MAX_CHUNK],
 ) -> Response<'b> {
-    let images = [image::encode(&nets.gyro), image::encode(&nets.accel)];
     let start = usize::try_from(offset).unwrap_or(usize::MAX);
     if start > IMAGES_LEN || usize::from(length) > MAX_CHUNK {
         return Response::Refused(Reason::Range);
     }
-    let rest = images.as_flattened().get(start..).unwrap_or_default();
-    let len = rest.len().min(usize::from(length));
-    for (place, byte) in buffer.iter_mut().zip(rest) {
-        *place = *byte;
+    let len = (IMAGES_LEN - start).min(usize::from(length));
+    // one image after the other: two would need twice the stack
+    for (number, net) in [&nets.gyro, &nets.accel].into_iter().enumerate() {
+        let image = image::encode(net);
+        for (place, byte) in buffer.iter_mut().enumerate() {
+            let at = (start + place).wrapping_sub(number * IMAGE_LEN);
+            if let Some(of_image) = image.get(at) {
+                *byte = *of_image;
+            }
+        }
     }
     Response::Image {
         offset,

@@ -5,6 +5,9 @@
 #[path = "../board/mps2/mod.rs"]
 mod board;
 #[cfg(target_os = "none")]
+#[path = "../board/both.rs"]
+mod both;
+#[cfg(target_os = "none")]
 #[path = "../board/memory.rs"]
 mod memory;
 #[cfg(target_os = "none")]
@@ -20,14 +23,14 @@ mod target {
     use firmware::learn::Learner;
 
     use crate::board::Board;
-    use crate::memory;
+    use crate::both;
 
     #[cortex_m_rt::entry]
     fn main() -> ! {
         let Some(mut board) = Board::start() else {
             cortex_m::peripheral::SCB::sys_reset()
         };
-        let mut learner = memory::learner();
+        let mut learner = both::learner();
         let learner = learner.as_mut().map(|learner| learner as &mut dyn Learner);
         let mut app = App::with_learner(Config::default(), learner);
         loop {

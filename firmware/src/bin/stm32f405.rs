@@ -5,6 +5,9 @@
 #[path = "../board/stm32f405/mod.rs"]
 mod board;
 #[cfg(target_os = "none")]
+#[path = "../board/both.rs"]
+mod both;
+#[cfg(target_os = "none")]
 #[path = "../board/memory.rs"]
 mod memory;
 #[cfg(target_os = "none")]
@@ -15,51 +18,10 @@ mod time;
 mod uart;
 
 #[cfg(target_os = "none")]
-mod target {
-    use firmware::app::{App, Config, Nets};
-    use firmware::learn::Learner;
-    use firmware::store::Store;
-
-    use crate::board::Board;
-    use crate::memory;
-
-    #[cortex_m_rt::entry]
-    fn main() -> ! {
-        let Some(mut board) = Board::start() else {
-            cortex_m::peripheral::SCB::sys_reset()
-        };
-        let version = env!("CARGO_PKG_VERSION");
-        defmt::println!(
-            "lrnn {=str}, {}, DMA {=bool}",
-            version,
-            board.clocks,
-            board.dma
-        );
-        let stored = board.store.as_mut().and_then(Store::load);
-        if let Some(stored) = &stored {
-            defmt::println!("stored weights, number {=u32}", stored.generation);
-        }
-        let config = Config {
-            nets: stored.map_or(Nets::NONE, |stored| stored.nets),
-            store: board.store.is_some(),
-            ..Config::default()
-        };
-        let mut learner = memory::learner();
-        let learner = learner.as_mut().map(|learner| learner as &mut dyn Learner);
-        let mut app = App::with_learner(config, learner);
-        loop {
-            let busy = app.poll(&mut board.lines, &board.time);
-            if let (Some(nets), Some(store)) = (app.to_store(), &mut board.store) {
-                app.stored(store.save(&nets).is_ok());
-            }
-            board.turned(busy, app.needs());
-        }
-    }
-
-    #[panic_handler]
-    fn panic(_: &core::panic::PanicInfo) -> ! {
-        cortex_m::peripheral::SCB::sys_reset() // for the linker: nothing in this image panics (`cargo xtask size`)
-    }
+#[cortex_m_rt::entry]
+fn main() -> ! {
+    let mut learner = both::learner();
+    board::run::run(learner.as_mut().map(|learner| learner as _))
 }
 
 #[cfg(not(target_os = "none"))]

@@ -1,22 +1,20 @@
 //! Memory of what learns: static, since it is too large to be moved over the stack.
-//!
-//! The learner from fixes would fit into the core-coupled memory of an STM32F405 ([`firmware::learn::ROOM`]); it is in RAM, where there
-//! is room for it, since QEMU 7.2's machine has no such memory.
-#![allow(unsafe_code, reason = "two statics that are handed out once")]
+#![allow(unsafe_code, reason = "statics that are handed out once")]
 
 use core::cell::UnsafeCell;
 use core::sync::atomic::{AtomicBool, Ordering};
 
-use firmware::learn::{Both, FixLearner, FixMemory, Settings, WindowLearner};
+use firmware::learn::WindowLearner;
 
 /// Handed out once.
-struct Once<T>(UnsafeCell<T>, AtomicBool);
+pub struct Once<T>(UnsafeCell<T>, AtomicBool);
 
 // SAFETY: the flag lets one caller have the contents, and never another.
 unsafe impl<T> Sync for Once<T> {}
 
 impl<T> Once<T> {
-    const fn new(value: T) -> Self {
+    /// With these contents.
+    pub const fn new(value: T) -> Self {
         Self(UnsafeCell::new(value), AtomicBool::new(false))
     }
 
@@ -24,7 +22,8 @@ impl<T> Once<T> {
         clippy::mut_from_ref,
         reason = "the flag lets one caller have the contents"
     )]
-    fn take(&'static self) -> Option<&'static mut T> {
+    /// The contents, the first time.
+    pub fn take(&'static self) -> Option<&'static mut T> {
         if self.1.swap(true, Ordering::AcqRel) {
             return None;
         }
@@ -34,12 +33,8 @@ impl<T> Once<T> {
 }
 
 static WINDOWS: Once<WindowLearner> = Once::new(WindowLearner::new());
-static FIXES: Once<FixMemory> = Once::new(FixMemory::BLANK);
 
-/// The learner, from references and from fixes; `None` when it has been handed out.
-pub fn learner() -> Option<Both<'static, WindowLearner, FixLearner<'static>>> {
-    Some(Both {
-        references: WINDOWS.take()?,
-        fixes: FixLearner::new(FIXES.take()?, Settings::MEDIUM),
-    })
+/// The learner from references; `None` when it has been handed out.
+pub fn windows() -> Option<&'static mut WindowLearner> {
+    WINDOWS.take()
 }

@@ -60,7 +60,10 @@ impl Uart {
         let length = if missing > 0 {
             missing.cast_unsigned()
         } else {
-            self.ahead.load(Ordering::Relaxed)
+            match self.ahead.load(Ordering::Relaxed) {
+                0 => usize::MAX,
+                ahead => ahead,
+            }
         };
         let free = self.received.free();
         let places = free.get(..length).unwrap_or(free);

@@ -13,8 +13,8 @@ use embedded_io::{Read, Write};
 
 /// Room for received bytes: 4 ms of the fastest sensor (STIM300, 118 kB/s).
 pub const RECEIVED: usize = 512;
-/// Room for bytes to be sent: some messages of the longest kind.
-pub const TO_SEND: usize = 1024;
+/// Room for bytes to be sent: more than one message of the longest kind, and as much as may be received.
+pub const TO_SEND: usize = 512;
 
 /// One line; a `static` of the board. Its interrupts do not interrupt each other, and one [`Port`] uses it.
 #[derive(Debug, Default)]
@@ -23,7 +23,7 @@ pub struct Uart {
     pub(super) to_send: Ring<TO_SEND>,
     /// The main loop is to be woken when so many bytes have come since start, wrapping. By the main loop.
     pub(super) wanted: AtomicUsize,
-    /// Bytes it asked for last: how far a DMA transfer reaches before it has asked again. By the main loop.
+    /// Bytes it asked for last: how far a DMA transfer reaches before it has asked again; 0: as far as there is room. By the main loop.
     pub(super) ahead: AtomicUsize,
     /// Bytes of the DMA transfer that is receiving; 0: none is. By the interrupt.
     pub(super) arriving: AtomicUsize,
@@ -32,13 +32,13 @@ pub struct Uart {
 }
 
 impl Uart {
-    /// Nothing came, nothing is to be sent.
+    /// Nothing came, nothing is to be sent. All zeros, so that it costs no flash.
     pub const fn new() -> Uart {
         Uart {
             received: Ring::new(),
             to_send: Ring::new(),
             wanted: AtomicUsize::new(0),
-            ahead: AtomicUsize::new(RECEIVED),
+            ahead: AtomicUsize::new(0),
             arriving: AtomicUsize::new(0),
             leaving: AtomicUsize::new(0),
         }

@@ -83,13 +83,12 @@ impl<F: NorFlash> Store<F> {
 
     /// The newest good image; `None` when there is none.
     pub fn load(&mut self) -> Option<Stored> {
-        let [first, second] = [self.read(0), self.read(1)];
-        match (first, second) {
+        let newer = match [0, 1].map(|slot| self.record(slot).map(|record| generation(&record))) {
             // newer by less than half a turn of the counter
-            (Some(a), Some(b)) if (b.generation.wrapping_sub(a.generation) as i32) > 0 => Some(b),
-            (Some(a), _) => Some(a),
-            (None, b) => b,
-        }
+            [Some(a), Some(b)] => usize::from((b.wrapping_sub(a) as i32) > 0),
+            [a, _] => usize::from(a.is_none()),
+        };
+        self.read(newer).or_else(|| self.read(1 - newer))
     }
 
     /// Store networks beside the newest good image, which stays until this is complete.
@@ -97,9 +96,10 @@ impl<F: NorFlash> Store<F> {
     /// # Errors
     /// [`Error::Flash`] or [`Error::Verify`]; the newest good image is then still the one before.
     pub fn save(&mut self, nets: &Nets) -> Result<Stored, Error<F::Error>> {
-        let newest = self.load();
-        let slot = newest.map_or(0, |newest| 1 - newest.slot);
-        let generation = newest.map_or(0, |newest| newest.generation).wrapping_add(1);
+        let newest = self.load().map(|newest| (newest.slot, newest.generation));
+        let (slot, generation) = newest.map_or((0, 1), |(slot, generation)| {
+            (1 - slot, generation.wrapping_add(1))
+        });
         let record = record(nets, generation);
         let from = self.start(slot);
         let flash = &mut self.flash;
@@ -121,7 +121,9 @@ impl<F: NorFlash> Store<F> {
         if slot == 0 { 0 } else { self.slot_len }
     }
 
-    fn read(&mut self, slot: usize) -> Option<Stored> {
+    /// A record whose frame is good. Not inlined, here and below, so that no two are on the stack at a time.
+    #[inline(never)]
+    fn record(&mut self, slot: usize) -> Option<[u8; PADDED_LEN]> {
         let mut record = [0; PADDED_LEN];
         self.flash.read(self.start(slot), &mut record).ok()?;
         let sum = u32::from_le_bytes(take(&record, RECORD_LEN - 4));
@@ -130,9 +132,12 @@ impl<F: NorFlash> Store<F> {
             && word(4) == VERSION
             && usize::try_from(word(12)) == Ok(IMAGES_LEN)
             && crc32_zlib(head(&record, RECORD_LEN - 4)) == sum;
-        if !good {
-            return None;
-        }
+        good.then_some(record)
+    }
+
+    #[inline(never)]
+    fn read(&mut self, slot: usize) -> Option<Stored> {
+        let record = self.record(slot)?;
         let (gyro, rest) = record.get(HEADER_LEN..)?.split_at_checked(IMAGE_LEN)?;
         let nets = Nets {
             gyro: image::decode(gyro).ok()?,
@@ -140,12 +145,17 @@ impl<F: NorFlash> Store<F> {
         };
         Some(Stored {
             nets,
-            generation: word(8),
+            generation: generation(&record),
             slot,
         })
     }
 }
 
+fn generation(record: &[u8; PADDED_LEN]) -> u32 {
+    u32::from_le_bytes(take(record, 8))
+}
+
+#[inline(never)]
 fn record(nets: &Nets, generation: u32) -> [u8; PADDED_LEN] {
     let mut record = [0xFF; PADDED_LEN];
     put(&mut record, 0, MAGIC);
@@ -164,6 +174,7 @@ fn record(nets: &Nets, generation: u32) -> [u8; PADDED_LEN] {
 }
 
 /// Bit for bit.
+#[inline(never)]
 fn same(a: &Nets, b: &Nets) -> bool {
     image::encode(&a.gyro) == image::encode(&b.gyro)
         && image::encode(&a.accel) == image::encode(&b.accel)

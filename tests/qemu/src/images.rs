@@ -30,6 +30,11 @@ pub const STM32F405: Image = Image {
     package: "firmware",
     name: "stm32f405",
 };
+/// The same without the learner from fixes.
+pub const STM32F405_WINDOW: Image = Image {
+    package: "firmware",
+    name: "stm32f405_window",
+};
 /// The second board's.
 pub const MPS2: Image = Image {
     package: "firmware",
@@ -68,6 +73,7 @@ pub const INFERENCE: Image = Image {
 /// Every image.
 pub const ALL: [Image; 8] = [
     STM32F405,
+    STM32F405_WINDOW,
     MPS2,
     AGREEMENT,
     REPLAY,
@@ -89,7 +95,7 @@ pub struct Board {
 }
 
 /// Every board.
-pub const BOARDS: [Board; 3] = [
+pub const BOARDS: [Board; 4] = [
     Board {
         name: "stm32f405",
         image: STM32F405,
@@ -104,6 +110,11 @@ pub const BOARDS: [Board; 3] = [
         name: "mps2-an500",
         image: MPS2,
         machine: machine::MPS2_AN500,
+    },
+    Board {
+        name: "stm32f405_window",
+        image: STM32F405_WINDOW,
+        machine: machine::NETDUINOPLUS2,
     },
 ];
 

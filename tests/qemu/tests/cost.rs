@@ -2,7 +2,7 @@
 
 use qemu::budget::Budgets;
 use qemu::count;
-use qemu::images::{BOARDS, DIFFERENT, INFERENCE, INSTRUCTIONS, MPS2, STM32F405};
+use qemu::images::{BOARDS, DIFFERENT, INFERENCE, INSTRUCTIONS, MPS2, STM32F405, STM32F405_WINDOW};
 use qemu::machine::{MPS2_AN386, NETDUINOPLUS2};
 use qemu::size::Size;
 
@@ -73,7 +73,7 @@ fn inference_cannot_panic() {
 
 #[test]
 fn boards_cannot_panic() {
-    for image in [STM32F405, MPS2] {
+    for image in [STM32F405, STM32F405_WINDOW, MPS2] {
         let Some(image) = image.build_or_skip() else {
             return;
         };
@@ -86,7 +86,7 @@ fn boards_cannot_panic() {
 #[test]
 fn boards_have_no_semihosting() {
     let calls = |image: &std::path::Path| Size::of(image).expect("an ELF file").semihosting;
-    for image in [STM32F405, MPS2] {
+    for image in [STM32F405, STM32F405_WINDOW, MPS2] {
         let Some(image) = image.build_or_skip() else {
             return;
         };

@@ -45,7 +45,7 @@ fn stm32f405_corrects_every_format_as_the_desktop_does() {
 
 #[test]
 fn other_boards_do_the_same() {
-    for board in [BOARDS[1], BOARDS[2]] {
+    for board in [BOARDS[1], BOARDS[2], BOARDS[3]] {
         corrects(board, DRIVES[0].0, DRIVES[0].1);
     }
 }

@@ -112,6 +112,7 @@ impl Flow<'_> {
     }
 
     /// Use what was learnt: it has seen the same blocks, so that nothing begins anew.
+    #[inline(never)]
     pub fn commit_learnt(&mut self) -> Result<(), Reason> {
         let (nets, states) = self.learnt().ok_or(Reason::NotAvailable)?;
         self.config.nets = nets;

@@ -11,6 +11,7 @@ pub mod clock;
 mod flash;
 mod interrupts;
 mod log;
+pub mod run;
 mod serial;
 mod stream;
 mod watchdog;

@@ -1,0 +1,18 @@
+//! What learns from references and from fixes.
+//!
+//! The learner from fixes would fit into the core-coupled memory of an STM32F405 ([`firmware::learn::ROOM`]); it is in RAM, where there
+//! is room for it, since QEMU 7.2's machine has no such memory.
+
+use firmware::learn::{Both, FixLearner, FixMemory, Settings, WindowLearner};
+
+use crate::memory::{self, Once};
+
+static FIXES: Once<FixMemory> = Once::new(FixMemory::BLANK);
+
+/// Both; `None` when they have been handed out.
+pub fn learner() -> Option<Both<'static, WindowLearner, FixLearner<'static>>> {
+    Some(Both {
+        references: memory::windows()?,
+        fixes: FixLearner::new(FIXES.take()?, Settings::MEDIUM),
+    })
+}
