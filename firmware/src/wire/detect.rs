@@ -1,7 +1,7 @@
 //! Finds out which format a line speaks.
 
 use super::Format;
-use super::framer::{Framer, Kind};
+use super::framer::{Finder, Kind, Unread};
 
 /// Consecutive good frames of one format that decide. One accidental 16-bit sum (HG4930) in a foreign stream is thinkable
 /// (its two header bytes must agree as well), three in an unbroken row are not.
@@ -13,7 +13,28 @@ pub const ENOUGH: u8 = 3;
 /// The bytes meanwhile are the caller's, to be passed on unchanged.
 #[derive(Debug)]
 pub struct Detector {
-    candidates: [(Framer, u8); 4],
+    /// For all of them; read is what all have read.
+    bytes: Unread,
+    candidates: [Candidate; 4],
+}
+
+#[derive(Debug)]
+struct Candidate {
+    finder: Finder,
+    /// Bytes it has read of the unread ones.
+    read: usize,
+    /// Good frames in a row.
+    row: u8,
+}
+
+impl Candidate {
+    const fn new(format: Format) -> Candidate {
+        Candidate {
+            finder: Finder::new(format),
+            read: 0,
+            row: 0,
+        }
+    }
 }
 
 impl Default for Detector {
@@ -23,14 +44,15 @@ impl Default for Detector {
 }
 
 impl Detector {
-    /// A fresh one, about 2 KiB.
+    /// A fresh one.
     pub const fn new() -> Detector {
         Detector {
+            bytes: Unread::new(),
             candidates: [
-                (Framer::new(Format::Stim300), 0),
-                (Framer::new(Format::Kvh), 0),
-                (Framer::new(Format::Novatel), 0),
-                (Framer::new(Format::Hg4930), 0),
+                Candidate::new(Format::Stim300),
+                Candidate::new(Format::Kvh),
+                Candidate::new(Format::Novatel),
+                Candidate::new(Format::Hg4930),
             ],
         }
     }
@@ -38,18 +60,25 @@ impl Detector {
     /// Look at some bytes; the format as soon as it is clear.
     pub fn push(&mut self, bytes: &[u8]) -> Option<Format> {
         for piece in bytes.chunks(super::framer::LONGEST) {
-            for (framer, row) in &mut self.candidates {
-                framer.push(piece);
-                while let Some(event) = framer.next_event() {
-                    *row = match event.kind() {
-                        Kind::Frame => *row + 1,
-                        Kind::Other => *row,
+            self.bytes.push(piece);
+            for candidate in &mut self.candidates {
+                while let Some((kind, len)) = candidate.finder.find(self.bytes.from(candidate.read))
+                {
+                    candidate.read += len;
+                    candidate.row = match kind {
+                        Kind::Frame => candidate.row + 1,
+                        Kind::Other => candidate.row,
                         Kind::BadChecksum | Kind::Garbage | Kind::Unknown => 0,
                     };
-                    if *row >= ENOUGH {
-                        return Some(framer.format());
+                    if candidate.row >= ENOUGH {
+                        return Some(candidate.finder.format());
                     }
                 }
+            }
+            let by_all = self.candidates.iter().map(|candidate| candidate.read).min();
+            let by_all = self.bytes.take(by_all.unwrap_or_default()).len();
+            for candidate in &mut self.candidates {
+                candidate.read -= by_all;
             }
         }
         None

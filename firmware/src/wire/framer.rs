@@ -69,11 +69,23 @@ impl<'a> Event<'a> {
 /// Frames of one format out of a stream.
 #[derive(Debug)]
 pub struct Framer {
-    format: Format,
+    bytes: Unread,
+    finder: Finder,
+}
+
+/// Bytes that were taken in and not given out yet.
+#[derive(Debug)]
+pub(super) struct Unread {
     buffer: [u8; CAPACITY],
-    /// Unread bytes: `start..end`, `start <= end <= CAPACITY`.
+    /// `start..end`, `start <= end <= CAPACITY`.
     start: usize,
     end: usize,
+}
+
+/// Where the finder of one format is in a stream.
+#[derive(Debug)]
+pub(super) struct Finder {
+    format: Format,
     /// Unread bytes without which the head cannot be told: saves asking at every byte of a slow line.
     needed: usize,
     /// The last thing found was a good message, so the next byte should start one.
@@ -84,43 +96,28 @@ pub struct Framer {
     garbage: u32,
 }
 
-impl Framer {
-    /// An empty one.
-    pub const fn new(format: Format) -> Framer {
-        Framer {
-            format,
+impl Unread {
+    pub(super) const fn new() -> Unread {
+        Unread {
             buffer: [0; CAPACITY],
             start: 0,
             end: 0,
-            needed: 0,
-            aligned: false,
-            usual: 0,
-            garbage: 0,
         }
     }
 
-    /// What it looks for.
-    pub fn format(&self) -> Format {
-        self.format
-    }
-
-    /// Bytes taken in and not given out yet.
-    pub fn pending(&self) -> usize {
+    pub(super) fn len(&self) -> usize {
         self.end - self.start
     }
 
-    /// Bytes that have to come before there can be another event, at least 1. Between two messages, where any may follow, the length
-    /// of the last frame: a shorter one then waits for the next look, a frame like the last waits for nothing.
-    pub fn needs(&self) -> usize {
-        match self.pending() {
-            0 if self.aligned => self.usual.max(1),
-            pending => self.needed.saturating_sub(pending).max(1),
-        }
+    /// Those from the `skipped`th on.
+    #[inline(always)]
+    pub(super) fn from(&self, skipped: usize) -> &[u8] {
+        let from = self.start + skipped;
+        self.buffer.get(from..self.end).unwrap_or_default()
     }
 
-    /// Take bytes in and return how many found room. All of them do if at most [`LONGEST`] are pushed at a time and all
-    /// events taken in between.
-    pub fn push(&mut self, bytes: &[u8]) -> usize {
+    /// See [`Framer::push`].
+    pub(super) fn push(&mut self, bytes: &[u8]) -> usize {
         let taken = self.fill(bytes.len(), |room| {
             for (place, byte) in room.iter_mut().zip(bytes) {
                 *place = *byte;
@@ -130,13 +127,9 @@ impl Framer {
         taken.unwrap_or_default()
     }
 
-    /// The same with bytes that `read` puts into the room it is given, at least `wanted` bytes if so many may be pushed; it tells how many it
-    /// has put there.
-    ///
-    /// # Errors
-    /// Those of `read`; nothing is taken in then.
+    /// See [`Framer::fill`].
     #[inline(always)]
-    pub fn fill<E>(
+    pub(super) fn fill<E>(
         &mut self,
         wanted: usize,
         read: impl FnOnce(&mut [u8]) -> Result<usize, E>,
@@ -154,17 +147,42 @@ impl Framer {
         Ok(taken)
     }
 
-    /// The next event; `None` when more bytes are needed.
-    pub fn next_event(&mut self) -> Option<Event<'_>> {
-        if self.pending() < self.needed {
+    /// The first `len`, which are then read.
+    #[inline(always)]
+    pub(super) fn take(&mut self, len: usize) -> &mut [u8] {
+        let start = self.start;
+        self.start = (start + len).min(self.end);
+        self.buffer.get_mut(start..self.start).unwrap_or_default()
+    }
+}
+
+impl Finder {
+    pub(super) const fn new(format: Format) -> Finder {
+        Finder {
+            format,
+            needed: 0,
+            aligned: false,
+            usual: 0,
+            garbage: 0,
+        }
+    }
+
+    pub(super) fn format(&self) -> Format {
+        self.format
+    }
+
+    /// What `unread` begins with, and how many bytes it is; `None` when more are needed.
+    #[inline(never)] // three callers
+    pub(super) fn find(&mut self, unread: &[u8]) -> Option<(Kind, usize)> {
+        if unread.len() < self.needed {
             return None;
         }
         let mut skipped = 0;
         let (kind, len) = loop {
-            let unread = self.buffer.get(self.start + skipped..self.end)?;
-            let unread = head(unread, LONGEST); // the answer must not depend on how much has come
+            let rest = unread.get(skipped..)?;
+            let rest = head(rest, LONGEST); // the answer must not depend on how much has come
             let expected = self.format.has_start_mark() || (self.aligned && skipped == 0);
-            match self.format.scan(unread) {
+            match self.format.scan(rest) {
                 Scan::Partial(needed) if needed <= LONGEST => {
                     if skipped == 0 {
                         self.needed = needed;
@@ -182,18 +200,11 @@ impl Framer {
                 Scan::Other(len) => break (Kind::Other, len),
             }
         };
-        Some(self.give_out(kind, len))
+        Some((self.found(kind, len), len))
     }
 
-    /// Give out what is left as garbage: for a line that has fallen silent.
-    pub fn flush(&mut self) -> Option<Event<'_>> {
-        match self.pending() {
-            0 => None,
-            len => Some(self.give_out(Kind::Garbage, len)),
-        }
-    }
-
-    fn give_out(&mut self, kind: Kind, len: usize) -> Event<'_> {
+    /// What it is after so many bytes of this kind.
+    fn found(&mut self, kind: Kind, len: usize) -> Kind {
         self.needed = 0;
         self.aligned = matches!(kind, Kind::Frame | Kind::Other);
         if kind == Kind::Frame {
@@ -203,18 +214,84 @@ impl Framer {
             Kind::Garbage => self.garbage.saturating_add(len as u32),
             _ => 0,
         };
-        let kind = if self.garbage > UNKNOWN_AFTER {
+        if self.garbage > UNKNOWN_AFTER {
             Kind::Unknown
         } else {
             kind
-        };
-        let start = self.start;
-        self.start += len;
-        let bytes = self.buffer.get_mut(start..self.start).unwrap_or_default();
+        }
+    }
+}
+
+impl Framer {
+    /// An empty one.
+    pub const fn new(format: Format) -> Framer {
+        Framer {
+            bytes: Unread::new(),
+            finder: Finder::new(format),
+        }
+    }
+
+    /// What it looks for.
+    pub fn format(&self) -> Format {
+        self.finder.format
+    }
+
+    /// Bytes taken in and not given out yet.
+    pub fn pending(&self) -> usize {
+        self.bytes.len()
+    }
+
+    /// Bytes that have to come before there can be another event, at least 1. Between two messages, where any may follow, the length
+    /// of the last frame: a shorter one then waits for the next look, a frame like the last waits for nothing.
+    pub fn needs(&self) -> usize {
+        match self.pending() {
+            0 if self.finder.aligned => self.finder.usual.max(1),
+            pending => self.finder.needed.saturating_sub(pending).max(1),
+        }
+    }
+
+    /// Take bytes in and return how many found room. All of them do if at most [`LONGEST`] are pushed at a time and all
+    /// events taken in between.
+    pub fn push(&mut self, bytes: &[u8]) -> usize {
+        self.bytes.push(bytes)
+    }
+
+    /// The same with bytes that `read` puts into the room it is given, at least `wanted` bytes if so many may be pushed; it tells how many it
+    /// has put there.
+    ///
+    /// # Errors
+    /// Those of `read`; nothing is taken in then.
+    #[inline(always)]
+    pub fn fill<E>(
+        &mut self,
+        wanted: usize,
+        read: impl FnOnce(&mut [u8]) -> Result<usize, E>,
+    ) -> Result<usize, E> {
+        self.bytes.fill(wanted, read)
+    }
+
+    /// The next event; `None` when more bytes are needed.
+    pub fn next_event(&mut self) -> Option<Event<'_>> {
+        let (kind, len) = self.finder.find(self.bytes.from(0))?;
+        Some(self.give_out(kind, len))
+    }
+
+    /// Give out what is left as garbage: for a line that has fallen silent.
+    pub fn flush(&mut self) -> Option<Event<'_>> {
+        match self.pending() {
+            0 => None,
+            len => {
+                let kind = self.finder.found(Kind::Garbage, len);
+                Some(self.give_out(kind, len))
+            }
+        }
+    }
+
+    fn give_out(&mut self, kind: Kind, len: usize) -> Event<'_> {
         Event {
             kind,
-            format: self.format,
-            bytes,
+            format: self.finder.format,
+            bytes: self.bytes.take(len),
         }
     }
 }
