@@ -71,7 +71,7 @@ pub const INFERENCE: Image = Image {
     name: "inference",
 };
 /// Every image.
-pub const ALL: [Image; 8] = [
+pub const ALL: [Image; 9] = [
     STM32F405,
     STM32F405_WINDOW,
     MPS2,
