@@ -14,12 +14,20 @@
 //! bias, which runs over all units of the layer and not n_l - 1; and the recursion through the own feedback of *every* higher
 //! layer, of which (5) has the last one only.
 
+mod by_column;
+mod by_row;
+mod columns;
+mod motion;
+
 use crate::activation::Activation;
 use crate::infer::{Fault, Forward, Net, Step};
 use crate::real::Real;
 use crate::shape::{B, Feedback, LAYERS, NEURONS, PARAMS, PARAMS_PER_LAYER, R};
 use crate::state::State;
 use crate::weights::Weights;
+use by_column::{Alarm, Nothing, Part, Whole, descend, in_order};
+use columns::{BY_COLUMN, Columns};
+use motion::Motion;
 
 /// Parameters of the first two layers.
 const PARAMS_2: usize = 2 * PARAMS_PER_LAYER;
@@ -27,18 +35,18 @@ const PARAMS_2: usize = 2 * PARAMS_PER_LAYER;
 /// dy_l/dtheta: 3x21 + 3x42 + 3x63 = 378 values, 1512 bytes in `f32`; the entries that are always 0 are not stored.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sensitivities<T = f32> {
-    s1: [[T; PARAMS_PER_LAYER]; NEURONS],
-    s2: [[T; PARAMS_2]; NEURONS],
-    s3: [[T; PARAMS]; NEURONS],
+    s1: Columns<T, PARAMS_PER_LAYER>,
+    s2: Columns<T, PARAMS_2>,
+    s3: Columns<T, PARAMS>,
 }
 
 impl<T: Real> Sensitivities<T> {
     /// All 0: the state does not depend on the weights, as before the first step.
     pub const fn new() -> Self {
         Self {
-            s1: [[T::ZERO; PARAMS_PER_LAYER]; NEURONS],
-            s2: [[T::ZERO; PARAMS_2]; NEURONS],
-            s3: [[T::ZERO; PARAMS]; NEURONS],
+            s1: Columns::ZERO,
+            s2: Columns::ZERO,
+            s3: Columns::ZERO,
         }
     }
 
@@ -47,17 +55,30 @@ impl<T: Real> Sensitivities<T> {
         *self = Self::new();
     }
 
-    /// dy_3,j/dtheta of the last step: one row for each output j, in parameter order.
-    pub fn output(&self) -> &[[T; PARAMS]; NEURONS] {
-        &self.s3
+    /// dy_3,j/dtheta of the last step: one row for each output j, in parameter order. A copy: the order in memory is the machine's.
+    pub fn output(&self) -> [[T; PARAMS]; NEURONS] {
+        let mut rows = [[T::ZERO; PARAMS]; NEURONS];
+        for theta in 0..PARAMS {
+            let column = self.s3.at(theta);
+            for j in 0..NEURONS {
+                rows[j][theta] = column[j];
+            }
+        }
+        rows
+    }
+
+    /// dy_3/dtheta of the parameter with this index, below 63.
+    #[inline(always)]
+    pub(crate) fn of(&self, theta: usize) -> [T; NEURONS] {
+        self.s3.at(theta)
     }
 
     /// One step of gradient descent on 1/2 |r|^2 for the last step alone: theta -= rate * sum_j r_j dy_3,j/dtheta (eq. 4 and 7). For
-    /// learning word by word; what learns from late sums or whole passes is in [`crate::learn`].
+    /// learning word by word, as [`Net::step_descend`] does it in one go; what learns from late sums or whole passes is in
+    /// [`crate::learn`].
     #[inline]
     pub fn descend(&self, weights: &mut Weights<T>, residual: &[T; NEURONS], rate: T) {
-        let [r0, r1, r2] = residual.map(|r| r * rate);
-        let [s0, s1, s2] = &self.s3;
+        let g = residual.map(|r| r * rate);
         // in parts of known length: no bounds checks, no iterator over layers
         let mut first = 0;
         for layer in &mut weights.layers {
@@ -67,11 +88,9 @@ impl<T: Real> Sensitivities<T> {
                 &mut layer.b,
             ];
             for part in parts {
-                let below = |row: &[T; PARAMS], k: usize| row.get(first + k).copied();
                 for (k, theta) in part.iter_mut().enumerate() {
-                    if let (Some(a), Some(b), Some(c)) = (below(s0, k), below(s1, k), below(s2, k))
-                    {
-                        *theta -= r0 * a + r1 * b + r2 * c;
+                    if first + k < PARAMS {
+                        descend(theta, &g, &self.s3.at(first + k));
                     }
                 }
                 first += part.len();
@@ -79,32 +98,127 @@ impl<T: Real> Sensitivities<T> {
         }
     }
 
-    /// s(k-1) to s(k); `last` is y(k-1). Whether all is still finite. One copy of it, 6 kB, is enough.
-    #[inline(never)]
-    fn advance<F: Feedback>(
+    /// s(k-1) to s(k); `last` is y(k-1). False when a value overflowed.
+    #[inline(always)]
+    fn advance<H: Activation, O: Activation, F: Feedback>(
         &mut self,
         weights: &Weights<T>,
         forward: &Forward<T>,
         last: &[[T; NEURONS]; LAYERS],
     ) -> bool {
-        let [layer1, layer2, layer3] = &weights.layers;
-        let [y1, y2, _] = &forward.y;
-        let [last1, last2, last3] = last;
-        let [slope1, slope2, slope3] = &forward.slope;
-
-        let fr1 = scaled(slope1, &layer1.r);
-        own::<F, T, _>(&mut self.s1, &fr1, slope1, &forward.input, last1);
-
-        let fr2 = scaled(slope2, &layer2.r);
-        inherit::<F, T, _, _>(&mut self.s2, &self.s1, &scaled(slope2, &layer2.w), &fr2);
-        own::<F, T, _>(&mut self.s2, &fr2, slope2, y1, last2);
-
         // Every value below a layer enters its sums, and 0 times a non-finite value is NaN: the top layer tells for all.
-        let fr3 = scaled(slope3, &layer3.r);
-        let fw3 = scaled(slope3, &layer3.w);
-        let inherited = inherit::<F, T, _, _>(&mut self.s3, &self.s2, &fw3, &fr3);
-        let own = own::<F, T, _>(&mut self.s3, &fr3, slope3, y2, last3);
-        crate::real::all_finite(&inherited) && crate::real::all_finite(&own)
+        if BY_COLUMN {
+            self.by_column::<H, O, F>(weights, forward, last)
+                .is_silent()
+                || self.s3.is_finite()
+        } else {
+            self.by_row::<H, O, F>(weights, forward, last);
+            self.s3.is_finite()
+        }
+    }
+
+    #[inline(never)]
+    fn by_row<H: Activation, O: Activation, F: Feedback>(
+        &mut self,
+        weights: &Weights<T>,
+        forward: &Forward<T>,
+        last: &[[T; NEURONS]; LAYERS],
+    ) {
+        let [layer1, layer2, layer3] = &weights.layers;
+        let [y1, y2, y3] = &forward.y;
+        let [last1, last2, last3] = last;
+        let m = Motion::new::<H>(layer1, y1, &forward.input, last1);
+        by_row::own::<F, T, _>(&mut self.s1, &m);
+
+        let m = Motion::new::<H>(layer2, y2, y1, last2);
+        by_row::own::<F, T, _>(&mut self.s2, &m);
+        by_row::inherit(&mut self.s2, &self.s1, &m);
+
+        let m = Motion::new::<O>(layer3, y3, y2, last3);
+        by_row::own::<F, T, _>(&mut self.s3, &m);
+        by_row::inherit(&mut self.s3, &self.s2, &m);
+    }
+
+    /// One copy of it, 5 kB, is enough.
+    #[inline(never)]
+    fn by_column<H: Activation, O: Activation, F: Feedback>(
+        &mut self,
+        weights: &Weights<T>,
+        forward: &Forward<T>,
+        last: &[[T; NEURONS]; LAYERS],
+    ) -> Alarm<T> {
+        let m = self.hidden_by_column::<H, O, F>(weights, forward, last);
+        let mut alarm = Alarm::SILENT;
+        let (s, below) = (&mut self.s3, &self.s2);
+        by_column::inherit::<F, T, _, _, PARAMS_2>(0, s, below, &m, &mut alarm);
+        by_column::own::<F, T, _>(s, &m, &mut alarm);
+        alarm
+    }
+
+    /// s_1 and s_2; gives what moves s_3.
+    #[inline(always)]
+    fn hidden_by_column<H: Activation, O: Activation, F: Feedback>(
+        &mut self,
+        weights: &Weights<T>,
+        forward: &Forward<T>,
+        last: &[[T; NEURONS]; LAYERS],
+    ) -> Motion<T> {
+        let [layer1, layer2, layer3] = &weights.layers;
+        let [y1, y2, y3] = &forward.y;
+        let [last1, last2, last3] = last;
+        let m = Motion::new::<H>(layer1, y1, &forward.input, last1);
+        by_column::own::<F, T, _>(&mut self.s1, &m, &mut Nothing);
+        in_order();
+
+        let m = Motion::new::<H>(layer2, y2, y1, last2);
+        let (s, below) = (&mut self.s2, &self.s1);
+        by_column::inherit::<F, T, _, _, PARAMS_PER_LAYER>(0, s, below, &m, &mut Nothing);
+        by_column::own::<F, T, _>(s, &m, &mut Nothing);
+        in_order();
+        Motion::new::<O>(layer3, y3, y2, last3)
+    }
+
+    /// [`Sensitivities::by_column`], and theta -= sum_j g_j s_3,j with the new s_3 unless a value overflowed, which it tells.
+    #[inline(never)]
+    fn descend_by_column<H: Activation, O: Activation, F: Feedback>(
+        &mut self,
+        weights: &mut Weights<T>,
+        forward: &Forward<T>,
+        last: &[[T; NEURONS]; LAYERS],
+        g: [T; NEURONS],
+    ) -> bool {
+        let [layer1, layer2, layer3] = &weights.layers;
+        // in pieces that are copied without a call
+        let old_w = (layer1.w, layer2.w, layer3.w);
+        let old_r = (layer1.r, layer2.r, layer3.r);
+        let old_b = (layer1.b, layer2.b, layer3.b);
+        let m = self.hidden_by_column::<H, O, F>(weights, forward, last);
+
+        let [layer1, layer2, layer] = &mut weights.layers;
+        let (s, below) = (&mut self.s3, &self.s2);
+        let mut sum = Alarm::SILENT;
+        let alarm = &mut sum;
+        for (below_top, layer) in [layer1, layer2].into_iter().enumerate() {
+            let first = PARAMS_PER_LAYER * below_top;
+            let theta = layer.w.as_flattened_mut();
+            let part = &mut Part { theta, g, alarm };
+            by_column::inherit::<F, T, _, _, R>(first, s, below, &m, part);
+            let theta = layer.r.as_flattened_mut();
+            let part = &mut Part { theta, g, alarm };
+            by_column::inherit::<F, T, _, _, R>(first + R, s, below, &m, part);
+            let theta = &mut layer.b;
+            let part = &mut Part { theta, g, alarm };
+            by_column::inherit::<F, T, _, _, NEURONS>(first + B, s, below, &m, part);
+        }
+        by_column::own::<F, T, _>(s, &m, &mut Whole { layer, g, alarm });
+        if sum.is_silent() || self.s3.is_finite() {
+            return true;
+        }
+        let [layer1, layer2, layer3] = &mut weights.layers;
+        (layer1.w, layer2.w, layer3.w) = old_w;
+        (layer1.r, layer2.r, layer3.r) = old_r;
+        (layer1.b, layer2.b, layer3.b) = old_b;
+        false
     }
 }
 
@@ -129,9 +243,43 @@ impl<H: Activation, O: Activation, F: Feedback, T: Real> Net<H, O, F, T> {
             Ok(forward) => forward,
             Err(fault) => return self.hold(state, fault),
         };
-        let last = state.y;
+        let finite = sens.advance::<H, O, F>(&self.weights, &forward, &state.y);
         let mut step = self.accept(state, &forward);
-        if !sens.advance::<F>(&self.weights, &forward, &last) {
+        if !finite {
+            sens.reset();
+            step.fault = Some(Fault::SensitivityOverflow);
+        }
+        step
+    }
+
+    /// [`Net::step_gradient`] and [`Sensitivities::descend`] with the residual y_3 - `target`, the same bits, in one go. After a fault of
+    /// any kind the weights are untouched.
+    #[inline]
+    pub fn step_descend(
+        &mut self,
+        state: &mut State<T>,
+        sens: &mut Sensitivities<T>,
+        input: [T; NEURONS],
+        target: &[T; NEURONS],
+        rate: T,
+    ) -> Step<T> {
+        let residual = |[a, b, c]: [T; NEURONS]| [a - target[0], b - target[1], c - target[2]];
+        if !BY_COLUMN {
+            let step = self.step_gradient(state, sens, input);
+            if step.fault.is_none() {
+                sens.descend(&mut self.weights, &residual(step.output), rate);
+            }
+            return step;
+        }
+        let forward = match self.forward(state, input) {
+            Ok(forward) => forward,
+            Err(fault) => return self.hold(state, fault),
+        };
+        let [_, _, y3] = forward.y;
+        let g = residual(y3).map(|r| r * rate);
+        let finite = sens.descend_by_column::<H, O, F>(&mut self.weights, &forward, &state.y, g);
+        let mut step = self.accept(state, &forward);
+        if !finite {
             sens.reset();
             step.fault = Some(Fault::SensitivityOverflow);
         }
@@ -139,106 +287,83 @@ impl<H: Activation, O: Activation, F: Feedback, T: Real> Net<H, O, F, T> {
     }
 }
 
-/// f'(x_j) M_ji.
-#[inline(always)]
-fn scaled<T: Real>(
-    slope: &[T; NEURONS],
-    matrix: &[[T; NEURONS]; NEURONS],
-) -> [[T; NEURONS]; NEURONS] {
-    let mut scaled = *matrix;
-    for j in 0..NEURONS {
-        for i in 0..NEURONS {
-            scaled[j][i] *= slope[j];
-        }
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Diagonal, Full, Identity, Normalisation, Rational};
+    use proptest::prelude::*;
+    use std::vec::Vec;
+
+    fn net<F: Feedback>(values: &[f32]) -> Net<Rational, Identity, F> {
+        Net::new(Weights::from_fn(|i| values[i]), Normalisation::identity())
     }
-    scaled
-}
 
-/// sum_i f' R_ji s_i of one parameter.
-#[inline(always)]
-fn feedback<F: Feedback, T: Real>(fr: &[[T; NEURONS]; NEURONS], s: &[T; NEURONS], j: usize) -> T {
-    if F::FULL {
-        fr[j][0] * s[0] + fr[j][1] * s[1] + fr[j][2] * s[2]
-    } else {
-        fr[j][j] * s[j]
+    fn bits<F>(net: &Net<Rational, Identity, F>, sens: &Sensitivities) -> ([u32; PARAMS], Vec<u32>)
+    where
+        F: Feedback,
+    {
+        let rows = sens.output();
+        let rows = rows.as_flattened().iter().map(|s| s.to_bits()).collect();
+        (net.weights.to_array().map(f32::to_bits), rows)
     }
-}
 
-/// l = m: s_j = sum_i f' R_ji s_i(k-1) for the layer's own parameters, the last 21 of N, and f'(x_p) d more for the parameters W_pq,
-/// R_pq, b_p of unit p = j. Gives the sum of the values of each j.
-#[inline(always)]
-fn own<F: Feedback, T: Real, const N: usize>(
-    s: &mut [[T; N]; NEURONS],
-    fr: &[[T; NEURONS]; NEURONS],
-    slope: &[T; NEURONS],
-    below: &[T; NEURONS],
-    last: &[T; NEURONS],
-) -> [T; NEURONS] {
-    let mut sum = [T::ZERO; NEURONS];
-    unit::<F, T, N, 0>(s, fr, slope, below, last, &mut sum);
-    unit::<F, T, N, 1>(s, fr, slope, below, last, &mut sum);
-    unit::<F, T, N, 2>(s, fr, slope, below, last, &mut sum);
-    sum
-}
+    /// The desktop's order of work, the target's, and the target's with the descent in it give the same bits.
+    fn check<F: Feedback>(values: &[f32], inputs: &[[f32; 3]], rate: f32) {
+        let mut plain = net::<F>(values);
+        let (mut state, mut rows) = (State::new(), Sensitivities::new());
+        let (mut columns, mut fused) = (Sensitivities::new(), Sensitivities::new());
+        for &input in inputs {
+            let Ok(forward) = plain.forward(&state, input) else {
+                return;
+            };
+            let last = state.y;
+            state.y = forward.y;
+            rows.by_row::<Rational, Identity, F>(&plain.weights, &forward, &last);
+            let alarm = columns.by_column::<Rational, Identity, F>(&plain.weights, &forward, &last);
+            let finite = rows.s3.is_finite();
+            assert!(finite || !alarm.is_silent(), "an overflow gave no alarm");
 
-/// The seven parameters of unit P: straight code, since P is known when it is compiled.
-#[inline(always)]
-fn unit<F: Feedback, T: Real, const N: usize, const P: usize>(
-    s: &mut [[T; N]; NEURONS],
-    fr: &[[T; NEURONS]; NEURONS],
-    slope: &[T; NEURONS],
-    below: &[T; NEURONS],
-    last: &[T; NEURONS],
-    sum: &mut [T; NEURONS],
-) {
-    let first = N - PARAMS_PER_LAYER;
-    let mut one = |theta: usize, direct: Option<T>| {
-        let before = [s[0][theta], s[1][theta], s[2][theta]];
-        for j in 0..NEURONS {
-            let mut value = feedback::<F, T>(fr, &before, j);
-            if j == P
-                && let Some(direct) = direct
-            {
-                value += direct;
+            let g = forward.y[2].map(|y| y * rate);
+            let mut moved = plain;
+            let went = fused.descend_by_column::<Rational, Identity, F>(
+                &mut moved.weights,
+                &forward,
+                &last,
+                g,
+            );
+            assert_eq!(went, finite);
+            if finite {
+                assert_eq!(bits(&plain, &rows), bits(&plain, &columns));
+                rows.descend(&mut plain.weights, &forward.y[2], rate);
+                assert_eq!(bits(&plain, &rows), bits(&moved, &fused));
+            } else {
+                assert_eq!(
+                    bits(&plain, &rows).0,
+                    bits(&moved, &rows).0,
+                    "moved after an overflow"
+                );
+                (rows, columns, fused) = Default::default();
             }
-            s[j][theta] = value;
-            sum[j] += value;
         }
-    };
-    for q in 0..NEURONS {
-        one(first + NEURONS * P + q, Some(slope[P] * below[q]));
     }
-    for q in 0..NEURONS {
-        let fed_back = F::FULL || P == q;
-        one(
-            first + R + NEURONS * P + q,
-            fed_back.then(|| slope[P] * last[q]),
-        );
-    }
-    one(first + B + P, Some(slope[P]));
-}
 
-/// l > m: s_j = sum_i f' W_ji below_i(k) + sum_i f' R_ji s_i(k-1) for the M parameters of the layers below. Gives the sum of the values of
-/// each j.
-#[inline(always)]
-fn inherit<F: Feedback, T: Real, const N: usize, const M: usize>(
-    s: &mut [[T; N]; NEURONS],
-    below: &[[T; M]; NEURONS],
-    fw: &[[T; NEURONS]; NEURONS],
-    fr: &[[T; NEURONS]; NEURONS],
-) -> [T; NEURONS] {
-    let mut sums = [T::ZERO; NEURONS];
-    for theta in 0..M {
-        let under = [below[0][theta], below[1][theta], below[2][theta]];
-        let last = [s[0][theta], s[1][theta], s[2][theta]];
-        for j in 0..NEURONS {
-            let mut sum = feedback::<F, T>(fr, &last, j);
-            for i in 0..NEURONS {
-                sum += fw[j][i] * under[i];
-            }
-            s[j][theta] = sum;
-            sums[j] += sum;
+    fn weight() -> impl Strategy<Value = f32> {
+        prop_oneof![8 => -1.0_f32..1.0, 1 => -1e19_f32..1e19, 1 => -1e30_f32..1e30]
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
+
+        #[test]
+        fn orders_of_work_agree(
+            ordinary in prop::collection::vec(-1.0_f32..1.0, PARAMS),
+            wild in prop::collection::vec(weight(), PARAMS),
+            inputs in prop::collection::vec([-3.0_f32..3.0, -3.0_f32..3.0, -3.0_f32..3.0], 1..30),
+            rate in -0.01_f32..0.1,
+        ) {
+            check::<Full>(&ordinary, &inputs, rate);
+            check::<Diagonal>(&ordinary, &inputs, rate);
+            check::<Full>(&wild, &inputs, rate);
         }
     }
-    sums
 }

@@ -46,23 +46,14 @@ pub enum Fault {
     SensitivityOverflow,
 }
 
-/// All that one step computes; the gradient needs the parts.
+/// What one step computes.
 pub(crate) struct Forward<T> {
     /// y_0 = u.
     pub(crate) input: [T; NEURONS],
     /// y_l(k).
     pub(crate) y: [[T; NEURONS]; LAYERS],
-    /// f'(x_l(k)).
-    pub(crate) slope: [[T; NEURONS]; LAYERS],
     /// y_3 * output_scale.
     error: [T; NEURONS],
-}
-
-/// x, y and f'(x) of one layer.
-struct Activity<T> {
-    x: [T; NEURONS],
-    y: [T; NEURONS],
-    slope: [T; NEURONS],
 }
 
 impl<H: Activation, O: Activation, F: Feedback, T: Real> Net<H, O, F, T> {
@@ -84,34 +75,37 @@ impl<H: Activation, O: Activation, F: Feedback, T: Real> Net<H, O, F, T> {
         }
     }
 
-    /// The computation of a step, without its effect. Unused parts (the slopes, in [`Net::step`]) vanish by inlining, so that
-    /// `step` and `step_gradient` give the same bits.
+    /// The computation of a step, without its effect.
     #[inline(always)]
     pub(crate) fn forward(
         &self,
         state: &State<T>,
         input: [T; NEURONS],
     ) -> Result<Forward<T>, Fault> {
-        if !all_finite(&input) {
-            return Err(Fault::NonFiniteInput);
-        }
-        let input = self.normalisation.input(input);
+        let u = self.normalisation.input(input);
+        let found = self.layers(state, &u);
+        // A non-finite input makes every x_1 non-finite, so that a good step need not look at it.
+        found.ok_or_else(|| {
+            if all_finite(&input) {
+                Fault::Overflow
+            } else {
+                Fault::NonFiniteInput
+            }
+        })
+    }
+
+    /// `None` when some x_l or the error is infinite or NaN.
+    #[inline(always)]
+    fn layers(&self, state: &State<T>, u: &[T; NEURONS]) -> Option<Forward<T>> {
         let [layer1, layer2, layer3] = &self.weights.layers;
         let [last1, last2, last3] = &state.y;
-        let one = activity::<H, F, T>(layer1, &input, last1);
-        let two = activity::<H, F, T>(layer2, &one.y, last2);
-        let three = activity::<O, F, T>(layer3, &two.y, last3);
-        let error = self.normalisation.error(three.y);
-        let [[a, b, c], [d, e, f], [g, h, i]] = [one.x, two.x, three.x];
-        let [j, k, l] = error;
-        if !all_finite(&[a, b, c, d, e, f, g, h, i, j, k, l]) {
-            return Err(Fault::Overflow);
-        }
-        let y = [one.y, two.y, three.y];
-        Ok(Forward {
-            input,
-            y,
-            slope: [one.slope, two.slope, three.slope],
+        let one = H::layer(activity::<F, T>(layer1, u, last1))?;
+        let two = H::layer(activity::<F, T>(layer2, &one, last2))?;
+        let three = O::layer(activity::<F, T>(layer3, &two, last3))?;
+        let error = self.normalisation.error(three);
+        all_finite(&error).then_some(Forward {
+            input: *u,
+            y: [one, two, three],
             error,
         })
     }
@@ -120,9 +114,10 @@ impl<H: Activation, O: Activation, F: Feedback, T: Real> Net<H, O, F, T> {
     pub fn rest(&self) -> [T; NEURONS] {
         let [_, _, output] = &self.weights.layers;
         let zero = [T::ZERO; NEURONS];
+        let [a, b, c] = activity::<F, T>(output, &zero, &zero);
         let error = self
             .normalisation
-            .error(activity::<O, F, T>(output, &zero, &zero).y);
+            .error([O::apply(a), O::apply(b), O::apply(c)]);
         error.map(|error| if error.is_finite() { error } else { T::ZERO })
     }
 
@@ -150,13 +145,13 @@ impl<H: Activation, O: Activation, F: Feedback, T: Real> Net<H, O, F, T> {
     }
 }
 
-/// x_l(k) = W_l y_{l-1}(k) + R_l y_l(k-1) + b_l (eq. 1),   y_l(k) = f(x_l(k)) (eq. 2),   and f'(x_l(k)).
+/// x_l(k) = W_l y_{l-1}(k) + R_l y_l(k-1) + b_l (eq. 1).
 #[inline(always)]
-fn activity<A: Activation, F: Feedback, T: Real>(
+fn activity<F: Feedback, T: Real>(
     layer: &Layer<T>,
     below: &[T; NEURONS],
     last: &[T; NEURONS],
-) -> Activity<T> {
+) -> [T; NEURONS] {
     let mut x = layer.b;
     for p in 0..NEURONS {
         for q in 0..NEURONS {
@@ -168,15 +163,5 @@ fn activity<A: Activation, F: Feedback, T: Real>(
             }
         }
     }
-    // Written out: `map` is not always inlined, and then the slopes are computed for nothing.
-    let [(y0, slope0), (y1, slope1), (y2, slope2)] = [
-        A::apply_with_slope(x[0]),
-        A::apply_with_slope(x[1]),
-        A::apply_with_slope(x[2]),
-    ];
-    Activity {
-        x,
-        y: [y0, y1, y2],
-        slope: [slope0, slope1, slope2],
-    }
+    x
 }

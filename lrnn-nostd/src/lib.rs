@@ -4,6 +4,9 @@
 // Matrix and vector elements are written with their indices, as in the equations.
 #![allow(clippy::needless_range_loop)]
 
+#[cfg(test)]
+extern crate std;
+
 pub mod activation;
 pub mod gradient;
 pub mod image;

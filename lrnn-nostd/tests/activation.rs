@@ -4,6 +4,8 @@ use lrnn_nostd::{Activation, Identity, Rational, Tanh};
 
 const RATIONAL_ERROR: f64 = 2.0e-7;
 const RATIONAL_FALL: f32 = 2.4e-7;
+/// Between tanh' and the derivative of the approximation, in f64.
+const RATIONAL_SLOPE: f64 = 5e-8;
 
 /// Every `stride`-th positive f32, from the smallest normal one beyond the clamp; then to infinity in larger strides.
 fn sweep(stride: usize) -> impl Iterator<Item = f32> {
@@ -54,7 +56,8 @@ fn rational_in_f64() {
     let (mut last, mut error) = (0.0_f64, 0.0_f64);
     for k in 1..2_000_000 {
         let x = 5e-6 * f64::from(k);
-        let (y, slope) = Rational::apply_with_slope(x);
+        let y = Rational::apply(x);
+        let slope = Rational::slope(y);
         error = error.max((y - x.tanh()).abs());
         assert!((last..=1.0).contains(&y), "f({x}) = {y} after {last}");
         assert!((0.0..=1.0).contains(&slope), "f'({x}) = {slope}");
@@ -64,29 +67,51 @@ fn rational_in_f64() {
     assert!(error < 1.2e-7, "{error:e}");
 }
 
-/// The slope is that of the function itself, to the rounding of a difference, and 0 beyond the clamp.
+/// f' from y against a difference of f: rounding, and for [`Rational`] what tanh' differs from the derivative of the approximation.
 #[test]
 fn slopes() {
-    fn check<A: Activation>(x: f64) {
+    fn worst<A: Activation>() -> f64 {
         let h = 1e-3;
-        let at = |offset: f64| A::apply(x + offset);
-        let difference = (8.0 * (at(h) - at(-h)) - (at(2.0 * h) - at(-2.0 * h))) / (12.0 * h);
-        let (y, slope) = A::apply_with_slope(x);
-        assert_eq!(y, A::apply(x));
-        assert!(
-            (slope - difference).abs() < 2e-11,
-            "{:?} at {x}: {slope} for {difference}",
-            A::default()
-        );
+        let error = |x: f64| {
+            let at = |offset: f64| A::apply(x + offset);
+            let difference = (8.0 * (at(h) - at(-h)) - (at(2.0 * h) - at(-2.0 * h))) / (12.0 * h);
+            (A::slope(at(0.0)) - difference).abs()
+        };
+        (-829..=829)
+            .map(|k| error(0.01 * f64::from(k)))
+            .fold(0.0, f64::max)
     }
-    for k in -829..=829 {
-        let x = 0.01 * f64::from(k);
-        check::<Tanh>(x);
-        check::<Rational>(x);
-        check::<Identity>(x);
+    let [tanh, rational, identity] = [worst::<Tanh>(), worst::<Rational>(), worst::<Identity>()];
+    println!("{tanh:.1e} {rational:.1e} {identity:.1e}");
+    assert!(tanh < 2e-11 && identity < 2e-11, "{tanh:e} {identity:e}");
+    assert!(rational < RATIONAL_SLOPE, "{rational:e}");
+}
+
+/// The three of a layer are what each is by itself, below, at and beyond the clamp, and a non-finite one is told.
+#[test]
+fn layers() {
+    fn check<A: Activation>(x: [f32; 3]) {
+        let bits = |y: [f32; 3]| y.map(f32::to_bits);
+        match A::layer(x) {
+            Some(y) => assert_eq!(bits(y), bits(x.map(A::apply)), "{x:?}"),
+            None => assert!(x.iter().any(|x| !x.is_finite()), "{x:?}"),
+        }
+        assert_eq!(A::layer(x).is_some(), x.iter().all(|x| x.is_finite()));
     }
-    assert_eq!(Rational::apply_with_slope(8.41_f64).1, 0.0);
-    assert_eq!(Rational::apply_with_slope(-1e30_f32).1, 0.0);
+    let values = [
+        0.0, -1e-30, 0.7, -4.85, 4.86, 8.3999, -8.4, 8.4001, 1e19, -3e38,
+    ];
+    let bad = [f32::NAN, f32::INFINITY, f32::NEG_INFINITY];
+    let values: Vec<_> = values.into_iter().chain(bad).collect();
+    for &a in &values {
+        for &b in &values {
+            for &c in &values {
+                check::<Rational>([a, b, c]);
+                check::<Tanh>([a, b, c]);
+                check::<Identity>([a, b, c]);
+            }
+        }
+    }
 }
 
 /// `libm`'s tanhf: within 1.2e-7 absolute.

@@ -101,6 +101,12 @@ fn worst_error<H: Activation, O: Activation, F: Feedback>(seed: u64) -> f64 {
     worst
 }
 
+/// 1e-8; with [`Rational`], whose slope is that of tanh itself, 1e-7: less than the rounding of `f32`.
+fn tolerance<H: Activation, O: Activation>() -> f64 {
+    let rational = [H::CODE, O::CODE].contains(&Rational::CODE);
+    if rational { 1e-7 } else { 1e-8 }
+}
+
 fn check<H: Activation, O: Activation, F: Feedback>() {
     for seed in [1, 2, 3] {
         let worst = worst_error::<H, O, F>(seed);
@@ -111,7 +117,7 @@ fn check<H: Activation, O: Activation, F: Feedback>() {
             F::default()
         );
         assert!(
-            worst < 1e-8,
+            worst < tolerance::<H, O>(),
             "{:?} {:?} {:?} seed {seed}: {worst:e}",
             H::default(),
             O::default(),
@@ -162,13 +168,8 @@ fn f32_follows_f64() {
             let _ = exact_net.step_gradient(&mut exact_state, &mut exact, input(k));
             let _ = net.step_gradient(&mut state, &mut sens, input(k).map(|u| u as f32));
         }
-        let pairs = || {
-            exact
-                .output()
-                .iter()
-                .flatten()
-                .zip(sens.output().iter().flatten())
-        };
+        let (exact, sens) = (exact.output(), sens.output());
+        let pairs = || exact.iter().flatten().zip(sens.iter().flatten());
         let largest = pairs().fold(0.0_f64, |most, (exact, _)| most.max(exact.abs()));
         let worst = pairs().fold(0.0_f64, |most, (exact, &s)| {
             most.max((exact - f64::from(s)).abs())

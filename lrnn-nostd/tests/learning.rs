@@ -286,7 +286,7 @@ fn window_is_the_exact_sum() {
         for k in 10 * window..10 * window + 10 {
             let step = net.step_gradient(&mut state, &mut sens, rate(k));
             assert_eq!(learner.step(rate(k), dt), step);
-            outputs.push((step.output, *sens.output()));
+            outputs.push((step.output, sens.output()));
             reference = [0, 1, 2].map(|j| reference[j] + dt * sensor_error(k)[j]);
         }
         learner.reference(reference, weight);

@@ -31,16 +31,8 @@ impl<T: Real> Window<T> {
     pub fn add(&mut self, output: &[T; NEURONS], sens: &Sensitivities<T>, dt: T) {
         for j in 0..NEURONS {
             self.sum[j] += output[j] * dt;
-            // In blocks of nine (63 = 7 * 9), which the compiler unrolls.
-            let blocks = self.psi[j]
-                .as_chunks_mut::<9>()
-                .0
-                .iter_mut()
-                .zip(sens.output()[j].as_chunks::<9>().0);
-            for (psi, s) in blocks {
-                for (psi, &s) in psi.iter_mut().zip(s) {
-                    *psi += s * dt;
-                }
+            for theta in 0..PARAMS {
+                self.psi[j][theta] += sens.of(theta)[j] * dt;
             }
         }
     }

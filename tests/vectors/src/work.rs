@@ -97,12 +97,11 @@ impl<H: Activation> DescentWork<H> {
     /// One repetition: the estimated error, and whether the step was good.
     #[inline(always)]
     pub fn run(&mut self, input: [f32; 3]) -> ([f32; 3], bool) {
+        const TARGET: [f32; 3] = [1.0 / 64.0; 3];
+        let (state, sensitivities) = (&mut self.state, &mut self.sensitivities);
         let step = self
             .net
-            .step_gradient(&mut self.state, &mut self.sensitivities, input);
-        let residual = step.output.map(|y| y - 1.0 / 64.0);
-        self.sensitivities
-            .descend(&mut self.net.weights, &residual, 1.0 / 65536.0);
+            .step_descend(state, sensitivities, input, &TARGET, 1.0 / 65536.0);
         (step.error, step.fault.is_none())
     }
 }

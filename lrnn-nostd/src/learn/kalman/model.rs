@@ -6,7 +6,7 @@ use crate::infer::{Fault, Net, Step};
 use crate::learn::kalman::{OUTPUTS, Row, TRIADS};
 use crate::normalisation::Normalisation;
 use crate::real::Real;
-use crate::shape::{Diagonal, Feedback, Full, NEURONS, PARAMS_PER_LAYER};
+use crate::shape::{Diagonal, Feedback, Full, NEURONS, PARAMS, PARAMS_PER_LAYER};
 use crate::state::State;
 use crate::weights::Weights;
 use core::fmt::Debug;
@@ -177,12 +177,15 @@ macro_rules! with_sensitivities {
                 scale: T,
                 row: &mut [T],
             ) {
-                let Some(own) = memory.output().get(j) else {
-                    return;
-                };
-                let learnt = own.iter().enumerate().filter(|(i, _)| Self::is_learnt(*i));
-                for (entry, (_, &value)) in row.iter_mut().zip(learnt) {
-                    *entry = scale * value;
+                let learnt = (0..PARAMS).filter(|&index| Self::is_learnt(index));
+                for (entry, index) in row.iter_mut().zip(learnt) {
+                    let [a, b, c] = memory.of(index);
+                    *entry = scale
+                        * match j {
+                            0 => a,
+                            1 => b,
+                            _ => c,
+                        };
                 }
             }
         }
