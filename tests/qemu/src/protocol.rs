@@ -5,10 +5,12 @@ use std::net::TcpStream;
 use std::path::Path;
 use std::time::Duration;
 
-use anyhow::{Result, bail, ensure};
+use anyhow::{Context, Result, bail, ensure};
 use firmware::app::{Config, IMAGES_LEN};
 use firmware::wire::Format;
-use firmware::wire::command::{self, MAX_CHUNK, MAX_PACKET, Mode, Request, Response};
+use firmware::wire::command::{
+    self, Estimate, MAX_CHUNK, MAX_PACKET, Mode, Request, Response, Window,
+};
 use lrnn_nostd::image::{self, IMAGE_LEN};
 
 use crate::drive::Record;
@@ -51,14 +53,73 @@ pub fn set_up() -> Result<Vec<Vec<u8>>> {
     let length = IMAGES_LEN as u32;
     requests.push(Request::CommitImage { length });
     requests.push(Request::SetMode(Mode::Frozen));
-    let packet = |(number, request): (usize, &Request)| {
-        let mut buffer = [0; MAX_PACKET];
-        let packet = command::encode(number as u8, request, &mut buffer);
-        Ok(packet
-            .map_err(|error| anyhow::anyhow!("{error:?}"))?
-            .to_vec())
+    let numbered = requests.iter().enumerate();
+    numbered
+        .map(|(number, request)| packet_of(number as u8, request))
+        .collect()
+}
+
+fn packet_of(number: u8, request: &Request) -> Result<Vec<u8>> {
+    let mut buffer = [0; MAX_PACKET];
+    let packet = command::encode(number, request, &mut buffer);
+    Ok(packet
+        .map_err(|error| anyhow::anyhow!("{error:?}"))?
+        .to_vec())
+}
+
+/// Lets `board` learn from one reference while it gets the STIM300's `records`, use what it has learnt, read it back and store it: all
+/// that needs much stack. Its memory at the end, and how many references it says it has used.
+///
+/// # Errors
+/// QEMU or the board do not answer, or a request is refused.
+pub fn learn_from_reference(
+    board: Board,
+    image: &Path,
+    records: &[Record],
+) -> Result<(Memory, u32)> {
+    let mut live = Live::start(board, image)?;
+    let set_up = set_up()?;
+    let mut number = set_up.len() as u8;
+    for (number, bytes) in set_up.into_iter().enumerate() {
+        ask(&mut live.command, number as u8, &bytes)?;
+    }
+    let mut request = |live: &mut Live, request: &Request| -> Result<Option<Estimate>> {
+        number += 1;
+        answer(&mut live.command, number, &packet_of(number, request)?)
     };
-    requests.iter().enumerate().map(packet).collect()
+    let stream = |live: &mut Live, records: &[Record]| -> Result<()> {
+        let words = records
+            .iter()
+            .filter(|record| record.input == Input::Sensor);
+        let bytes: Vec<u8> = words.flat_map(|record| record.bytes.clone()).collect();
+        let sent = through(&live.sensor, &bytes, &live.navigation, bytes.len())?;
+        ensure!(sent.len() == bytes.len(), "{} bytes came", sent.len());
+        Ok(())
+    };
+    request(&mut live, &Request::SetMode(Mode::Learn))?;
+    let (first, rest) = records.split_at(records.len() / 2);
+    stream(&mut live, first)?;
+    let estimate = request(&mut live, &Request::GetEstimate)?;
+    let window = estimate.and_then(|estimate| estimate.window);
+    let (first, last) = window.context("no window is closed")?;
+    let reference = Window {
+        first,
+        last,
+        angle: [1e-3; 3],
+        velocity: [0.0, 0.0, -98.0],
+        angle_sigma: 1.0,
+        velocity_sigma: 1e3,
+    };
+    request(&mut live, &Request::Reference(reference))?;
+    stream(&mut live, rest)?;
+    let used = request(&mut live, &Request::GetEstimate)?.map_or(0, |estimate| estimate.used);
+    let (offset, length) = (0, MAX_CHUNK as u16);
+    request(&mut live, &Request::ReadLearnt { offset, length })?;
+    request(&mut live, &Request::CommitLearnt)?;
+    request(&mut live, &Request::ReadImage { offset, length })?;
+    request(&mut live, &Request::SetMode(Mode::Bypass))?;
+    request(&mut live, &Request::StoreImage)?;
+    Ok((live.memory()?, used))
 }
 
 /// Starts `board`, sets it up, sends it the sensor's and the receiver's `records`, and reads what it sends.
@@ -103,12 +164,24 @@ pub fn serve(board: Board, image: &Path, records: &[Record]) -> Result<Served> {
 /// Asks until the answer is there, and wants it to be "done": what comes before a board has opened its lines is lost, and a
 /// request may come twice.
 fn ask(line: &mut TcpStream, number: u8, request: &[u8]) -> Result<()> {
+    let estimate = answer(line, number, request)?;
+    ensure!(estimate.is_none(), "the board answers {estimate:?}");
+    Ok(())
+}
+
+/// The same for requests that are answered by "done", by an image, or by an estimate, which is returned.
+fn answer(line: &mut TcpStream, number: u8, request: &[u8]) -> Result<Option<Estimate>> {
     line.set_read_timeout(Some(Duration::from_millis(500)))?;
     for _ in 0..TRIES {
         line.write_all(request)?;
         while let Some(mut packet) = packet(line)? {
             match command::decode::<Response>(&mut packet) {
-                Ok((answered, Response::Done)) if answered == number => return Ok(()),
+                Ok((answered, Response::Done | Response::Image { .. })) if answered == number => {
+                    return Ok(None);
+                }
+                Ok((answered, Response::Estimate(estimate))) if answered == number => {
+                    return Ok(Some(estimate));
+                }
                 Ok((answered, _)) if answered < number => {} // to the second of two equal requests
                 other => bail!("the board answers {other:?}"),
             }

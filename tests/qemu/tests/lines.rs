@@ -1,5 +1,6 @@
 //! The boards' own images in QEMU, at their serial lines: what is flashed to a board is what is tested here.
 
+use std::path::Path;
 use std::thread;
 use std::time::Duration;
 
@@ -8,7 +9,8 @@ use qemu::budget::Budgets;
 use qemu::drive::drive;
 use qemu::images::{BOARDS, Board};
 use qemu::live::Live;
-use qemu::protocol::{DRIVES, serve};
+use qemu::memory::Memory;
+use qemu::protocol::{DRIVES, learn_from_reference, serve};
 use qemu::size::Size;
 use qemu::software::changed;
 
@@ -24,8 +26,13 @@ fn corrects(board: Board, format: Format, seconds: u32) {
     let changed = changed(&records, &served.sent).expect("one length");
     assert!(changed > served.words, "{what}: {changed} bytes corrected");
 
-    let stack = served.memory.stack_high_water().expect("painted");
-    let ram = Size::of(&image).expect("an ELF file").ram;
+    fits(board, &image, &served.memory, &what);
+}
+
+/// Its variables and its stack are within the budget.
+fn fits(board: Board, image: &Path, memory: &Memory, what: &str) {
+    let stack = memory.stack_high_water().expect("painted");
+    let ram = Size::of(image).expect("an ELF file").ram;
     let budgets = Budgets::read().expect("budgets.toml");
     let limit = budgets.image[board.image.name].ram_and_stack;
     let limit = limit.expect("a board has a budget for its stack");
@@ -34,6 +41,17 @@ fn corrects(board: Board, format: Format, seconds: u32) {
         stack > 1000,
         "{what}: {stack} bytes cannot hold the application"
     );
+}
+
+#[test]
+fn learning_from_references_fits_into_the_small_image() {
+    let Some(image) = BOARDS[3].image.build_or_skip() else {
+        return;
+    };
+    let records = drive(Format::Stim300, 44).expect("a drive");
+    let (memory, used) = learn_from_reference(BOARDS[3], &image, &records).expect("it learns");
+    assert_eq!(used, 1);
+    fits(BOARDS[3], &image, &memory, "learning");
 }
 
 #[test]
