@@ -1,6 +1,7 @@
 //! Time since start: SysTick, once a millisecond.
 
 use core::cell::Cell;
+use core::num::NonZeroU32;
 
 use cortex_m::interrupt::{self, Mutex};
 use cortex_m::peripheral::syst::SystClkSource;
@@ -21,15 +22,15 @@ fn SysTick() {
 /// The board's clock; also what wakes the main loop at least once a millisecond.
 #[derive(Clone, Copy, Debug)]
 pub struct Time {
-    ticks_per_ms: u32,
+    ticks_per_ms: NonZeroU32,
 }
 
 impl Time {
     /// Starts SysTick on a core of `core_hz`.
     pub fn start(mut syst: SYST, core_hz: u32) -> Self {
-        let ticks_per_ms = core_hz / 1000;
+        let ticks_per_ms = NonZeroU32::new(core_hz / 1000).unwrap_or(NonZeroU32::MIN);
         syst.set_clock_source(SystClkSource::Core);
-        syst.set_reload(ticks_per_ms - 1);
+        syst.set_reload(ticks_per_ms.get() - 1);
         syst.clear_current();
         syst.enable_counter();
         syst.enable_interrupt();
@@ -47,7 +48,8 @@ impl Clock for Time {
                 left = SYST::get_current();
                 milliseconds += 1;
             }
-            let run = self.ticks_per_ms - 1 - left.min(self.ticks_per_ms - 1);
+            let last = self.ticks_per_ms.get() - 1;
+            let run = last - left.min(last);
             milliseconds * 1000 + u64::from(run * 1000 / self.ticks_per_ms)
         })
     }
