@@ -115,6 +115,12 @@ fn header(bytes: &[u8]) -> Option<(Option<Log>, usize, usize)> {
     Some((Log::from_header(header, id), header, payload))
 }
 
+/// A long header tells its own length.
+fn says_its_header(bytes: &[u8], header: usize) -> bool {
+    let [said] = take(bytes, at::LONG_HEADER_LEN);
+    header != 28 || said == 28
+}
+
 /// Look for a log at the beginning of `bytes`. Other logs pass as they are when their CRC is right; one longer than a
 /// framer's buffer goes through as garbage, unread.
 pub fn scan(bytes: &[u8]) -> Scan {
@@ -129,8 +135,7 @@ pub fn scan(bytes: &[u8]) -> Scan {
     let Some((log, header, payload)) = header(bytes) else {
         return Scan::Partial(if bytes.get(2) == Some(&0x13) { 12 } else { 28 });
     };
-    let [header_len] = take(bytes, at::LONG_HEADER_LEN);
-    if (header == 28 && header_len != 28) || (log.is_some() && payload != PAYLOAD) {
+    if !says_its_header(bytes, header) || (log.is_some() && payload != PAYLOAD) {
         return Scan::BadChecksum; // known at once: do not wait for a length that cannot be
     }
     let len = header + payload + 4;
@@ -171,6 +176,7 @@ impl<T: AsRef<[u8]>> Frame<T> {
             return Err(Error::Header);
         }
         let (log, header, payload) = header(bytes).ok_or(Error::Length)?;
+        let log = log.filter(|_| says_its_header(bytes, header));
         let log = log.ok_or(Error::Header)?;
         if payload != PAYLOAD || bytes.len() != header + PAYLOAD + 4 {
             return Err(Error::Length);

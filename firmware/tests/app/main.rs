@@ -11,4 +11,5 @@ mod holes;
 mod identity;
 mod learn;
 mod reverse;
+mod status;
 mod sums;
