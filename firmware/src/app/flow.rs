@@ -87,7 +87,8 @@ impl<'m> Flow<'m> {
 
     /// A frame in, the same frame out.
     pub fn frame(&mut self, mut frame: Checked, out: &mut impl Line) {
-        let Ok(reading) = frame.read() else {
+        let reading = frame.read();
+        let Ok(reading) = &reading else {
             return; // a Checked frame of a sensor has words
         };
         let made_for = Some((frame.source(), frame.content()));
@@ -112,7 +113,7 @@ impl<'m> Flow<'m> {
         if self.made_for != made_for {
             self.make(frame.source(), frame.content());
         }
-        self.follow(&reading);
+        self.follow(reading);
     }
 
     fn change(&self, frame: &mut Checked, words: &Words) -> Axes {

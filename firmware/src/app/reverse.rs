@@ -112,9 +112,20 @@ impl Reverse {
         count(&mut flow.counters.dropped, u32::from(!sent));
     }
 
+    /// Nothing is to be answered or asked.
+    #[inline(always)]
+    fn rests(&self, config: &Config) -> bool {
+        self.due.is_none() && !self.wants_to_ask(config)
+    }
+
+    #[inline(always)]
+    fn wants_to_ask(&self, config: &Config) -> bool {
+        config.ask && !self.configured && !self.asked
+    }
+
     /// Ask for the configuration, once, before the words are corrected by it.
     pub fn ask(&mut self, config: &Config, sensor: &mut impl Line) {
-        if config.ask && !self.configured && !self.asked {
+        if self.wants_to_ask(config) {
             self.asked = sensor.send(b"C\r").is_ok();
         }
     }
@@ -129,6 +140,9 @@ impl super::App<'_> {
         sensor: &mut impl Line,
         now: u64,
     ) -> bool {
+        if bytes.is_empty() && self.reverse.rests(&self.flow.config) {
+            return false;
+        }
         if let Phase::Run(mode) = self.machine.phase()
             && self.framer.format() == Format::Stim300
         {

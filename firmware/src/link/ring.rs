@@ -320,7 +320,9 @@ impl Write for Inlet<'_> {
         let (to, wrapped) = from(self.bytes, pushed);
         let (first, rest) = halves(bytes, taken, to.len());
         put(to, first);
-        put(wrapped, rest);
+        if !rest.is_empty() {
+            put(wrapped, rest);
+        }
         let pushed = pushed.wrapping_add(taken);
         self.counts.pushed.store(pushed, Ordering::Release);
         Ok(taken)
@@ -357,7 +359,9 @@ impl Read for Outlet<'_> {
         let first = bytes.len().min(read);
         let (first, rest) = places.split_at_mut_checked(first).unwrap_or_default();
         get(bytes, first);
-        get(wrapped, rest);
+        if !rest.is_empty() {
+            get(wrapped, rest);
+        }
         let popped = popped.wrapping_add(read);
         self.counts.popped.store(popped, Ordering::Release);
         Ok(read)
