@@ -21,7 +21,7 @@ mod uart;
 #[cortex_m_rt::entry]
 fn main() -> ! {
     let mut learner = both::learner();
-    board::run::run(learner.as_mut().map(|learner| learner as _))
+    board::run::run::<true>(learner.as_mut().map(|learner| learner as _))
 }
 
 #[cfg(not(target_os = "none"))]

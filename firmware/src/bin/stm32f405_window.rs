@@ -1,4 +1,4 @@
-//! The same board without the learner from fixes: less than half its flash, a quarter of its RAM.
+//! The same board without the learner from fixes and without an ADIS over SPI: less than half its flash, a quarter of its RAM.
 #![cfg_attr(target_os = "none", no_std, no_main)]
 
 #[cfg(target_os = "none")]
@@ -17,7 +17,7 @@ mod uart;
 #[cfg(target_os = "none")]
 #[cortex_m_rt::entry]
 fn main() -> ! {
-    board::run::run(memory::windows().map(|learner| learner as _))
+    board::run::run::<false>(memory::windows().map(|learner| learner as _))
 }
 
 #[cfg(not(target_os = "none"))]

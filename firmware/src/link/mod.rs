@@ -10,6 +10,7 @@ pub mod dma;
 pub mod faulty;
 pub mod ring;
 mod serial;
+pub mod spi;
 pub mod uart;
 
 pub use serial::Serial;

@@ -114,6 +114,11 @@ impl<S: Progress> Port<'_, S> {
         self.uart.received.pushed().wrapping_sub(taken) < bytes
     }
 
+    /// Whether nothing has come since start.
+    pub fn is_silent(&self) -> bool {
+        self.uart.received.pushed() == 0 && !(S::DMA && self.has_untold())
+    }
+
     /// DMA: whether bytes have come that no interrupt has told of.
     #[inline(always)]
     fn has_untold(&self) -> bool {

@@ -12,15 +12,19 @@
 //!
 //! The byte sum of the first family is weak: exchanged bytes pass it.
 
+mod find;
 mod frame;
+mod model;
 pub mod spi;
 
+pub use find::{Found, begin, find};
 pub use frame::Frame;
+pub use model::Model;
 pub use spi::Form;
 
 use super::checksum::{crc32_zlib_swapped, sum_bytes};
 use super::field::{head, put, take};
-use super::{Axes, DEGREE, Error, G, Quantity, Unit, Units, power_of_two};
+use super::{Axes, Error, Units};
 
 /// Bytes of a 16-bit burst reply (1646x, 1647x, 1650x).
 pub const BURST16_LEN: usize = 20;
@@ -187,47 +191,6 @@ fn put_low_high(bytes: &mut [u8], at: usize, words: [i32; 3]) {
     }
 }
 
-/// The models whose scales the drivers name. The last digit of the 16475 and 16477 is the gyro range's.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Model {
-    /// ADIS16470
-    Adis16470,
-    /// ADIS16475-1, -2, -3
-    Adis16475(u8),
-    /// ADIS16477-1, -2, -3
-    Adis16477(u8),
-}
-
-impl Model {
-    /// What one count of a 16-bit burst means; a 32-bit count is 2^-16 of it. `None` for a range that does not exist.
-    pub fn units(self, wide: bool) -> Option<Units> {
-        let (gyro, accel) = match self {
-            Model::Adis16470 => (0.1, 1.25e-3),
-            Model::Adis16475(range) => (gyro_scale(range)?, 0.25e-3),
-            Model::Adis16477(range) => (gyro_scale(range)?, 1.25e-3),
-        };
-        let narrow = if wide { power_of_two(-16) } else { 1.0 };
-        let unit = |lsb| Unit {
-            quantity: Quantity::Rate,
-            lsb: lsb * narrow,
-        };
-        Some(Units {
-            gyro: unit(gyro * DEGREE),
-            accel: unit(accel * G),
-        })
-    }
-}
-
-/// deg/s
-fn gyro_scale(range: u8) -> Option<f64> {
-    match range {
-        1 => Some(1.0 / 160.0),
-        2 => Some(1.0 / 40.0),
-        3 => Some(1.0 / 10.0),
-        _ => None,
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::super::field::hex;
@@ -309,18 +272,5 @@ mod tests {
         let mut reply = BURST16;
         reply.swap(3, 7); // gyro x and z
         assert_eq!(Burst::parse16(&reply).unwrap().gyro, [3, -2, 1]);
-    }
-
-    #[test]
-    fn scales() {
-        let units = Model::Adis16475(2).units(true).unwrap();
-        assert_eq!(units.gyro.lsb, DEGREE / 40.0 / 65_536.0);
-        assert_eq!(units.accel.lsb, 0.25e-3 * G / 65_536.0);
-        assert_eq!(Model::Adis16477(4).units(false), None);
-        let units = Model::Adis16470.units(false).unwrap();
-        assert_eq!(
-            (units.gyro.lsb, units.accel.lsb),
-            (0.1 * DEGREE, 1.25e-3 * G)
-        );
     }
 }

@@ -9,7 +9,7 @@ use anyhow::{Context, Result, bail, ensure};
 use firmware::app::{Config, IMAGES_LEN};
 use firmware::wire::Format;
 use firmware::wire::command::{
-    self, Estimate, MAX_CHUNK, MAX_PACKET, Mode, Request, Response, Window,
+    self, Estimate, Health, MAX_CHUNK, MAX_PACKET, Mode, Request, Response, Window,
 };
 use lrnn_nostd::image::{self, IMAGE_LEN};
 
@@ -188,6 +188,27 @@ fn answer(line: &mut TcpStream, number: u8, request: &[u8]) -> Result<Option<Est
         }
     }
     bail!("no answer to request {number} after {TRIES} times")
+}
+
+/// The board's health, asked until it answers.
+///
+/// # Errors
+/// As [`serve`].
+pub fn health(line: &mut TcpStream) -> Result<Health> {
+    let mut buffer = [0; MAX_PACKET];
+    let request = command::encode(0, &Request::GetHealth, &mut buffer);
+    let request = request.map_err(|error| anyhow::anyhow!("{error:?}"))?;
+    line.set_read_timeout(Some(Duration::from_millis(500)))?;
+    for _ in 0..TRIES {
+        line.write_all(request)?;
+        if let Some(mut packet) = packet(line)? {
+            match command::decode::<Response>(&mut packet) {
+                Ok((0, Response::Health(health))) => return Ok(health),
+                other => bail!("the board answers {other:?}"),
+            }
+        }
+    }
+    bail!("no health after {TRIES} times")
 }
 
 /// One packet of the command link; `None` when nothing comes.

@@ -5,12 +5,13 @@ use std::thread;
 use std::time::Duration;
 
 use firmware::wire::Format;
+use firmware::wire::command::fault;
 use qemu::budget::Budgets;
 use qemu::drive::drive;
 use qemu::images::{BOARDS, Board};
 use qemu::live::Live;
 use qemu::memory::Memory;
-use qemu::protocol::{DRIVES, learn_from_reference, serve};
+use qemu::protocol::{DRIVES, health, learn_from_reference, serve};
 use qemu::size::Size;
 use qemu::software::changed;
 
@@ -66,6 +67,27 @@ fn other_boards_do_the_same() {
     for board in [BOARDS[1], BOARDS[2], BOARDS[3]] {
         corrects(board, DRIVES[0].0, DRIVES[0].1);
     }
+}
+
+/// QEMU's SPI controller has nobody at its bus: the looks for an ADIS find nothing and hold nothing up, and the silence is told.
+#[test]
+fn nobody_at_the_spi_and_nothing_on_the_sensor_line_is_told_as_silence() {
+    let Some(image) = BOARDS[0].image.build_or_skip() else {
+        return;
+    };
+    let mut live = Live::start(BOARDS[0], &image).expect("it starts");
+    let silent = (0..50).any(|_| {
+        thread::sleep(Duration::from_millis(100));
+        health(&mut live.command).expect("it answers").faults & fault::SILENT != 0
+    });
+    assert!(silent);
+    thread::sleep(Duration::from_millis(500)); // some looks more
+    assert!(health(&mut live.command).is_ok());
+    let log = live
+        .memory()
+        .and_then(|memory| memory.log())
+        .expect("a log");
+    assert_eq!(log.len(), 1, "no ADIS: {log:?}");
 }
 
 #[test]

@@ -1,8 +1,8 @@
-//! The interrupt table (RM0090 table 62). Everything but the four serial lines and their DMA streams goes to the default handler.
+//! The interrupt table (RM0090 table 62). Everything but the four serial lines, their DMA streams and the ADIS's data-ready goes to the default handler.
 
 use stm32f4::stm32f405::Interrupt;
 
-use super::serial;
+use super::{serial, spi};
 
 unsafe extern "C" {
     /// Of `cortex-m-rt`: stays in a loop, until the watchdog ends it.
@@ -29,5 +29,6 @@ static __INTERRUPTS: [unsafe extern "C" fn(); INTERRUPTS] = {
     table[Interrupt::DMA1_STREAM3 as usize] = serial::usart3_out_end;
     table[Interrupt::DMA1_STREAM2 as usize] = serial::uart4_in_end;
     table[Interrupt::DMA1_STREAM4 as usize] = serial::uart4_out_end;
+    table[Interrupt::EXTI4 as usize] = spi::exti4;
     table
 };

@@ -13,17 +13,22 @@ mod interrupts;
 mod log;
 pub mod run;
 mod serial;
+mod spi;
 mod stream;
 mod watchdog;
 
 use cortex_m::peripheral::SCB;
 use firmware::app::Lines;
+use firmware::link::Clock;
 use firmware::store::Store;
+use firmware::wire::adis::Found;
+use firmware::wire::adis::spi::LONGEST;
 use stm32f4::stm32f405::Peripherals;
 
 use self::clock::Clocks;
 use self::flash::Sectors;
 use self::serial::{Port, Ports, Rates};
+use self::spi::Spi;
 use self::watchdog::Watchdog;
 use crate::time::Time;
 use crate::uart;
@@ -34,6 +39,9 @@ const RATES: Rates = Rates {
     gnss: 115_200,
     command: 921_600,
 };
+
+/// Between two looks for an ADIS, which takes up to 0.3 s to start.
+const LOOK_US: u64 = 100_000;
 
 /// Bytes of log that are kept.
 const LOG_SIZE: usize = 1024;
@@ -46,6 +54,10 @@ pub struct Board {
     pub time: Time,
     /// What the clocks became.
     pub clocks: Clocks,
+    /// An ADIS, if there is one.
+    spi: Spi,
+    /// When it was last looked for, microseconds; `None`: it is not looked for any more.
+    looked_us: Option<u64>,
     /// Whether DMA moves the lines' bytes.
     pub dma: bool,
     /// The weights that were stored; `None` if flash does not have the shape it has.
@@ -67,7 +79,10 @@ impl Board {
             gnss,
             command,
         } = ports;
+        let spi = Spi::open(&peripherals, clocks);
         Some(Self {
+            spi,
+            looked_us: Some(0),
             lines: Lines {
                 sensor,
                 navigation,
@@ -80,6 +95,27 @@ impl Board {
             store: Store::new(Sectors::new(peripherals.FLASH)).ok(),
             watchdog: Watchdog::start(peripherals.IWDG, &peripherals.DBGMCU),
         })
+    }
+
+    /// An ADIS that answers at the SPI, once. It is looked for until then, or until something has come on the sensor's line.
+    pub fn look_for_adis(&mut self) -> Option<Found> {
+        let looked = self.looked_us?;
+        let now = self.time.now_us();
+        if now.saturating_sub(looked) < LOOK_US {
+            return None;
+        }
+        self.looked_us = self.lines.sensor.is_silent().then_some(now);
+        self.looked_us?;
+        let found = self.spi.find();
+        if found.is_some() {
+            self.looked_us = None;
+        }
+        found
+    }
+
+    /// A new burst of the ADIS.
+    pub fn burst<'b>(&mut self, frame: &'b mut [u8; LONGEST]) -> Option<&'b mut [u8]> {
+        self.spi.burst(frame)
     }
 
     /// The loop has turned. With nothing left to do it sleeps until the sensor has sent `needs` bytes more, something has come on

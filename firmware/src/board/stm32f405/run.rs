@@ -1,21 +1,42 @@
 //! The main loop, whatever learns.
 
-use firmware::app::{App, Config, Nets};
+use firmware::app::{Adis, App, Config, Nets};
 use firmware::learn::Learner;
 use firmware::store::Store;
+use firmware::wire::adis::Found;
+use firmware::wire::adis::spi::LONGEST;
 
 use super::Board;
 
-/// Starts the board and the application with what learns.
-pub fn run(learner: Option<&mut dyn Learner>) -> ! {
+/// Starts the board and the application with what learns; `ADIS`: one at the SPI is looked for.
+pub fn run<const ADIS: bool>(mut learner: Option<&mut dyn Learner>) -> ! {
     let Some(mut board) = Board::start() else {
         cortex_m::peripheral::SCB::sys_reset()
     };
-    let mut app = app(&mut board, learner);
+    let mut adis = None;
     loop {
+        let learner = learner
+            .as_mut()
+            .map(|learner| &mut **learner as &mut dyn Learner);
+        let app = app(&mut board, learner, adis);
+        adis = Some(until_found::<ADIS>(&mut board, app));
+    }
+}
+
+/// The main loop, until an ADIS is found in place of a silent sensor line.
+fn until_found<const ADIS: bool>(board: &mut Board, mut app: App) -> Found {
+    let mut frame = [0; LONGEST];
+    loop {
+        if ADIS && let Some(reply) = board.burst(&mut frame) {
+            // what is wrong with it has been counted
+            let _ = app.burst(reply, &mut board.lines.navigation, &board.time);
+        }
         let busy = app.poll(&mut board.lines, &board.time);
         if app.wants_to_store() {
-            store(&mut app, &mut board);
+            store(&mut app, board);
+        }
+        if ADIS && let Some(found) = board.look_for_adis() {
+            return found;
         }
         board.turned(busy, app.needs());
     }
@@ -23,14 +44,21 @@ pub fn run(learner: Option<&mut dyn Learner>) -> ! {
 
 /// The application with the stored weights. Not inlined, nor is [`store`]: what they need of the stack is not needed for ever.
 #[inline(never)]
-fn app<'m>(board: &mut Board, learner: Option<&'m mut dyn Learner>) -> App<'m> {
+fn app<'m>(
+    board: &mut Board,
+    learner: Option<&'m mut dyn Learner>,
+    adis: Option<Found>,
+) -> App<'m> {
     let version = env!("CARGO_PKG_VERSION");
-    defmt::println!(
-        "lrnn {=str}, {}, DMA {=bool}",
-        version,
-        board.clocks,
-        board.dma
-    );
+    match adis {
+        None => defmt::println!(
+            "lrnn {=str}, {}, DMA {=bool}",
+            version,
+            board.clocks,
+            board.dma
+        ),
+        Some(found) => defmt::println!("ADIS, {=f64} bursts a second", found.rate),
+    }
     let stored = board.store.as_mut().and_then(Store::load);
     if let Some(stored) = &stored {
         defmt::println!("stored weights, number {=u32}", stored.generation);
@@ -38,6 +66,11 @@ fn app<'m>(board: &mut Board, learner: Option<&'m mut dyn Learner>) -> App<'m> {
     let config = Config {
         nets: stored.map_or(Nets::NONE, |stored| stored.nets),
         store: board.store.is_some(),
+        adis: adis.map(|found| Adis {
+            form: found.model.form(),
+            units: found.units,
+        }),
+        rate: adis.map_or(Config::default().rate, |found| found.rate),
         ..Config::default()
     };
     App::with_learner(config, learner)

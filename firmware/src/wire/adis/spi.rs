@@ -12,8 +12,18 @@ use embedded_hal::spi::SpiDevice;
 /// Between two register words, microseconds (Linux adis16475: 5 + 16; `ArduPilot`: 20).
 const STALL_US: u32 = 21;
 
-/// Registers of the 1646x, 1647x and 1650x.
+/// Registers of the 1646x, 1647x and 1650x, and of the 1649x where it says so.
 pub mod register {
+    /// Gyro range.
+    pub const RANGE: u8 = 0x5E;
+    /// 1649x: the page of all other addresses.
+    pub const PAGE: u8 = 0x00;
+    /// 1649x, page 0.
+    pub const PRODUCT_ID_1649X: u8 = 0x7E;
+    /// 1649x, page 3: output rate 4250 Hz / (this + 1).
+    pub const DEC_RATE_1649X: u8 = 0x0C;
+    /// 1649x, page 3: gyro range.
+    pub const RANGE_1649X: u8 = 0x12;
     /// Sync and data-ready options; bit 8 BURST_SEL, bit 9 BURST32.
     pub const MSC_CTRL: u8 = 0x60;
     /// Output rate 2000 Hz / (this + 1).
@@ -32,6 +42,19 @@ pub enum Form {
     /// 1649x; clock at most 6 MHz.
     Adis1649x,
 }
+
+impl Form {
+    /// Fastest clock for a burst, Hz.
+    pub fn clock_hz(self) -> u32 {
+        match self {
+            Form::Narrow | Form::Wide => 1_000_000,
+            Form::Adis1649x => 6_000_000,
+        }
+    }
+}
+
+/// The longest exchange: a command and the longest reply.
+pub const LONGEST: usize = 2 + BURST_1649X_LEN;
 
 /// Why no burst came.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -77,6 +100,24 @@ impl<S: SpiDevice> Adis<S> {
         .map_err(Failure::Reply)
     }
 
+    /// Fetch one burst as bytes, for [`crate::app::App::burst`], which looks at them; when and how often as [`Adis::read_burst`].
+    ///
+    /// # Errors
+    /// The bus's.
+    pub fn fetch<'b>(&mut self, frame: &'b mut [u8; LONGEST]) -> Result<&'b mut [u8], S::Error> {
+        let command = match self.form {
+            Form::Narrow | Form::Wide => 0x68,
+            Form::Adis1649x => 0x7C,
+        };
+        let frame = frame.get_mut(..2 + self.form.bytes()).unwrap_or_default();
+        frame.fill(0);
+        if let Some(first) = frame.first_mut() {
+            *first = command;
+        }
+        self.spi.transfer_in_place(frame)?;
+        Ok(frame.get_mut(2..).unwrap_or_default())
+    }
+
     /// One transaction that begins with the command `command` 00; the reply starts at byte 2.
     fn transfer<const N: usize>(&mut self, command: u8) -> Result<[u8; N], Failure<S::Error>> {
         let mut frame = [0; N];
@@ -93,6 +134,7 @@ impl<S: SpiDevice> Adis<S> {
     ///
     /// # Errors
     /// The bus's.
+    #[inline(never)] // many callers, and slow anyway
     pub fn read_register(
         &mut self,
         delay: &mut impl DelayNs,
@@ -117,10 +159,23 @@ impl<S: SpiDevice> Adis<S> {
         value: u16,
     ) -> Result<(), S::Error> {
         let [low, high] = value.to_le_bytes();
-        for (offset, byte) in [(0, low), (1, high)] {
-            self.spi.write(&[0x80 | (address + offset), byte])?;
-            delay.delay_us(STALL_US);
-        }
+        self.write_byte(delay, address, low)?;
+        self.write_byte(delay, address.wrapping_add(1), high)
+    }
+
+    /// Write one byte of a register: the page of a 1649x has only one.
+    ///
+    /// # Errors
+    /// The bus's.
+    #[inline(never)]
+    pub fn write_byte(
+        &mut self,
+        delay: &mut impl DelayNs,
+        address: u8,
+        byte: u8,
+    ) -> Result<(), S::Error> {
+        self.spi.write(&[0x80 | address, byte])?;
+        delay.delay_us(STALL_US);
         Ok(())
     }
 }
@@ -233,6 +288,9 @@ mod tests {
 
         let mut adis = Adis::new(&mut sensor, Form::Wide);
         assert_eq!(adis.read_burst(), Ok(BURST));
+        time.set(time.get() + 500);
+        let mut frame = [0; LONGEST];
+        assert_eq!(adis.fetch(&mut frame), Ok(&mut BURST.emit32()[..]));
         time.set(time.get() + 500);
         let mut adis = Adis::new(&mut sensor, Form::Adis1649x);
         assert_eq!(adis.read_burst(), Ok(BURST));
