@@ -8,7 +8,7 @@ use crate::app::Nets;
 use crate::learn::Meaning;
 use crate::sample::{Counts, Lsb};
 use crate::wire::{Words, kvh};
-use lrnn_nostd::{Fault, Net, State as NetState};
+use lrnn_nostd::{Fault, Net, State as NetState, Step};
 
 /// Largest correction, per axis.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -258,8 +258,8 @@ impl Compensator {
 
     /// The networks step on a block that others have stepped on before; what they say of it.
     pub fn step_again(&self, state: &mut State, block: &Block) -> [[f32; 3]; 2] {
-        let g = self.gyro.step(&mut state.gyro, block.rate);
-        let a = self.accel.step(&mut state.accel, block.force);
+        let g = step(&self.gyro, &mut state.gyro, block.rate);
+        let a = step(&self.accel, &mut state.accel, block.force);
         [g.error, a.error]
     }
 
@@ -284,8 +284,8 @@ impl Compensator {
         let force = mean(state.sum[1], per_accel);
         let sum = core::mem::take(&mut state.sum);
         state.words = 0;
-        let g = self.gyro.step(&mut state.gyro, rate);
-        let a = self.accel.step(&mut state.accel, force);
+        let g = step(&self.gyro, &mut state.gyro, rate);
+        let a = step(&self.accel, &mut state.accel, force);
         let said = self.within_limit([g.error, a.error]);
         let fault = g.fault.or(a.fault);
         state.faults = state.faults.saturating_add(u32::from(fault.is_some()));
@@ -334,6 +334,12 @@ impl Compensator {
             *due_float = counts.map(|c| -c);
         }
     }
+}
+
+/// One copy for all that steps.
+#[inline(never)]
+fn step(net: &Net, state: &mut NetState, input: [f32; 3]) -> Step {
+    net.step(state, input)
 }
 
 /// Steps of a whole count in sums and remainders of corrections, 2^32.

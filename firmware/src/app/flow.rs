@@ -2,6 +2,7 @@
 
 mod learning;
 
+use super::load::Load;
 use super::phase::FAILURES;
 use super::setup::{Last, Setup};
 use super::{Config, Nets};
@@ -24,6 +25,7 @@ struct Correction {
 pub(super) struct Flow<'m> {
     /// Bound on harm, m: [`Config::harm`].
     pub harm_m: [u32; 5],
+    pub load: Load,
     pub config: Config,
     /// The STIM300's configuration: its own as soon as it has sent it.
     pub stim: stim300::config::Config,
@@ -64,6 +66,7 @@ impl<'m> Flow<'m> {
             stim: config.stim300,
             mode: config.mode,
             harm_m: config.harm().table(),
+            load: Load::default(),
             config,
             alignment: None,
             counters: Counters::default(),

@@ -13,6 +13,7 @@
 mod config;
 mod flow;
 mod lines;
+mod load;
 pub mod phase;
 mod reverse;
 mod server;
@@ -188,6 +189,7 @@ impl<'m> App<'m> {
         clock: &impl Clock,
     ) -> bool {
         let now = clock.now_us();
+        self.flow.load.look(now, clock);
         if self.machine.phase() == Phase::Start {
             self.start(now);
         }

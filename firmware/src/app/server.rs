@@ -194,6 +194,8 @@ fn health(flow: &Flow, machine: &Machine) -> Health {
         refused_fixes: report.refused,
         promotions: report.promotions,
         rollbacks: report.rollbacks,
+        busy: flow.load.last,
+        busiest: flow.load.most,
     }
 }
 

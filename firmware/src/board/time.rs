@@ -1,7 +1,7 @@
 //! Time since start: SysTick, once a millisecond.
 
 use core::cell::Cell;
-use core::num::NonZeroU32;
+use core::num::{NonZeroU32, NonZeroU64};
 
 use cortex_m::interrupt::{self, Mutex};
 use cortex_m::peripheral::syst::SystClkSource;
@@ -23,6 +23,7 @@ fn SysTick() {
 #[derive(Clone, Copy, Debug)]
 pub struct Time {
     ticks_per_ms: NonZeroU32,
+    asleep_ticks: u64,
 }
 
 impl Time {
@@ -34,7 +35,26 @@ impl Time {
         syst.clear_current();
         syst.enable_counter();
         syst.enable_interrupt();
-        Self { ticks_per_ms }
+        Self {
+            ticks_per_ms,
+            asleep_ticks: 0,
+        }
+    }
+
+    /// The main loop has slept for so many ticks.
+    pub fn slept(&mut self, ticks: u32) {
+        self.asleep_ticks += u64::from(ticks);
+    }
+}
+
+/// Ticks of what `asleep` takes, less than the millisecond after which SysTick ends every sleep. Interrupts wait meanwhile.
+pub fn ticks_of(asleep: impl FnOnce()) -> u32 {
+    let before = SYST::get_current();
+    asleep();
+    let after = SYST::get_current();
+    match before.checked_sub(after) {
+        Some(ticks) => ticks,
+        None => before + SYST::get_reload() + 1 - after, // it ran out, which woke us
     }
 }
 
@@ -52,5 +72,9 @@ impl Clock for Time {
             let run = last - left.min(last);
             milliseconds * 1000 + u64::from(run * 1000 / self.ticks_per_ms)
         })
+    }
+
+    fn asleep_us(&self) -> Option<u64> {
+        Some(self.asleep_ticks * 1000 / NonZeroU64::from(self.ticks_per_ms))
     }
 }

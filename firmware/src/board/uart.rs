@@ -4,6 +4,8 @@ use core::sync::atomic::{AtomicBool, Ordering};
 
 use cortex_m::interrupt;
 
+use crate::time::ticks_of;
+
 /// Since the last sleep something happened that the main loop wants to see.
 static AWAKE: AtomicBool = AtomicBool::new(true);
 
@@ -15,13 +17,15 @@ pub fn wake() {
 
 /// Main loop: sleeps until [`wake`]. Interrupts that do not call it only cost their own time.
 ///
-/// The look and the sleep are one: an interrupt in between stays pending, ends the sleep and is served after it.
-pub fn sleep() {
+/// The look and the sleep are one: an interrupt in between stays pending, ends the sleep and is served after it. Returns the ticks of
+/// SysTick asleep, interrupts not counted.
+pub fn sleep() -> u32 {
+    let mut ticks = 0u32;
     loop {
         let awake = interrupt::free(|_| {
             let awake = AWAKE.load(Ordering::Relaxed);
             if !awake {
-                cortex_m::asm::wfi();
+                ticks = ticks.saturating_add(ticks_of(cortex_m::asm::wfi));
             }
             awake
         });
@@ -30,4 +34,5 @@ pub fn sleep() {
         }
     }
     AWAKE.store(false, Ordering::Relaxed);
+    ticks
 }

@@ -19,6 +19,11 @@ pub use serial::Serial;
 pub trait Clock {
     /// Microseconds since any fixed moment before power-on was complete. Never goes back.
     fn now_us(&self) -> u64;
+
+    /// Microseconds of these that the processor has slept; `None` where that is not known.
+    fn asleep_us(&self) -> Option<u64> {
+        None
+    }
 }
 
 /// Bytes that arrived were lost before they could be read (overrun, framing, parity): how many is not known.

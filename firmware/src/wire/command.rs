@@ -14,7 +14,7 @@ use super::{Error, cobs};
 use serde::{Deserialize, Serialize};
 
 /// Version of this wire format, in [`Version`].
-pub const WIRE_VERSION: u16 = 5;
+pub const WIRE_VERSION: u16 = 6;
 /// The largest piece of a weight image in one packet, bytes.
 pub const MAX_CHUNK: usize = 128;
 /// The longest packet, its zero byte included: chunk, 32 bytes for the other fields and the CRC, COBS overhead.
@@ -194,6 +194,10 @@ pub struct Health {
     pub promotions: u32,
     /// Times it was given up for 0.
     pub rollbacks: u32,
+    /// Share of the last whole second in which the processor did not sleep, per mille; `None` where the board does not know.
+    pub busy: Option<u16>,
+    /// The same of the busiest second since power-on.
+    pub busiest: Option<u16>,
 }
 
 /// Bits of [`Health::faults`]: what is wrong now, not what once was.

@@ -153,6 +153,11 @@ fn print(report: &Report) {
             "silences          {silences}: this computer was late, and the networks gave up the block"
         );
     }
+    if let Some(busiest) = report.busiest_percent {
+        println!(
+            "processor         {busiest:.1} % of its busiest second since power-on, the rest asleep"
+        );
+    }
     if let Some(fixes) = report.fixes {
         println!("fixes             {fixes} taken");
     }

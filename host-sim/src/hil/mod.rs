@@ -71,6 +71,8 @@ pub struct Report {
     pub silences: Option<u32>,
     /// Good fixes that the board took in this run.
     pub fixes: Option<u32>,
+    /// Share of the board's busiest second since power-on in which its processor did not sleep, %.
+    pub busiest_percent: Option<f64>,
     /// Whether the run ended before its time.
     pub interrupted: bool,
 }
@@ -140,7 +142,11 @@ pub fn run(setup: &Setup, control: Control<'_>) -> Result<Report, Error> {
         (Some(link), Some(before)) => Some(restore(link, before)),
         _ => None,
     };
+    let busiest = link.as_mut().map(Link::health).transpose()?;
     let mut report = found?;
+    report.busiest_percent = busiest
+        .and_then(|health| health.busiest)
+        .map(|permille| f64::from(permille) / 10.0);
     if let (Some(after), Some(before)) = (after.transpose()?, before) {
         let before = before.counters;
         report.silences = Some(after.silences.wrapping_sub(before.silences));
@@ -254,6 +260,7 @@ fn through(
         latency: judge::latency(&gathered, &ends),
         silences: None,
         fixes: None,
+        busiest_percent: None,
         interrupted,
     })
 }

@@ -42,6 +42,8 @@ fn runs(board: Board, formats: &[(Format, u32)]) {
             "{what}"
         );
         assert_eq!(report.fixes, Some(*seconds), "{what}");
+        let busiest = report.busiest_percent.expect("the board knows");
+        assert!(busiest > 0.0 && busiest <= 100.0, "{what}");
         assert!(
             report.latency.is_some_and(|latency| latency.min_ms > 0.0),
             "{what}"

@@ -49,7 +49,7 @@ impl Board {
     /// another line, or a millisecond is over.
     pub fn turned(&mut self, busy: bool, needs: usize) {
         if !busy && self.lines.sensor.want(needs) {
-            crate::uart::sleep();
+            self.time.slept(crate::uart::sleep());
         }
     }
 }

@@ -123,7 +123,7 @@ impl Board {
     pub fn turned(&mut self, busy: bool, needs: usize) {
         self.watchdog.feed();
         if !busy && self.lines.sensor.want(needs) {
-            uart::sleep();
+            self.time.slept(uart::sleep());
         }
     }
 }

@@ -70,6 +70,7 @@ proptest! {
             mode, faults, frames, bad_checksums, garbage, missed, saturated, bounded,
             harm_m: [0, 1, offset, u32::MAX, 7],
             winner: number, navigates: true, used_fixes: frames, refused_fixes: garbage, promotions: missed, rollbacks: u32::MAX,
+            busy: Some(number.into()), busiest: None,
         };
         let counters = Counters { frames, entered: [u32::MAX; 3], good_fixes: garbage, ..Counters::default() };
         let version = Version { wire: WIRE_VERSION, firmware: [0, 1, 65_535], image: 1 };

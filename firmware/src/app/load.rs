@@ -1,0 +1,72 @@
+//! How busy the processor is: the share of each second in which it did not sleep.
+
+use crate::link::Clock;
+
+/// A second, microseconds.
+const SECOND: u64 = 1_000_000;
+
+/// The gauge. Per mille, `None` before the first second is over and where the clock does not know.
+#[derive(Debug, Default)]
+pub(super) struct Load {
+    /// Time and time asleep when the second began, microseconds.
+    since: (u64, u64),
+    /// Of the last whole second.
+    pub last: Option<u16>,
+    /// Of the busiest.
+    pub most: Option<u16>,
+}
+
+impl Load {
+    /// Called in every pass.
+    #[inline(always)]
+    pub fn look(&mut self, now: u64, clock: &impl Clock) {
+        if now.wrapping_sub(self.since.0) >= SECOND
+            && let Some(asleep) = clock.asleep_us()
+        {
+            self.second_is_over(now, asleep);
+        }
+    }
+
+    #[cold]
+    fn second_is_over(&mut self, now: u64, asleep: u64) {
+        let time = now.wrapping_sub(self.since.0);
+        let slept = asleep.wrapping_sub(self.since.1).min(time);
+        let awake = ((time - slept) * 1000).checked_div(time);
+        let permille = awake.and_then(|permille| u16::try_from(permille).ok());
+        self.since = (now, asleep);
+        self.last = permille;
+        self.most = self.most.max(permille);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    struct Time(u64, Option<u64>);
+
+    impl Clock for Time {
+        fn now_us(&self) -> u64 {
+            self.0
+        }
+        fn asleep_us(&self) -> Option<u64> {
+            self.1
+        }
+    }
+
+    #[test]
+    fn the_share_awake_of_each_second() {
+        let mut load = Load::default();
+        let mut look = |now, asleep| {
+            let clock = Time(now, asleep);
+            load.look(clock.now_us(), &clock);
+            (load.last, load.most)
+        };
+        assert_eq!(look(999_999, Some(10)), (None, None));
+        assert_eq!(look(1_000_000, Some(750_000)), (Some(250), Some(250)));
+        assert_eq!(look(1_999_999, Some(750_000)), (Some(250), Some(250)));
+        assert_eq!(look(2_000_000, Some(1_740_000)), (Some(10), Some(250)));
+        assert_eq!(look(4_000_000, Some(1_740_000)), (Some(1000), Some(1000)));
+        assert_eq!(look(9_000_000, None), (Some(1000), Some(1000)));
+    }
+}
