@@ -2,7 +2,8 @@
 //!
 //! DMA moves the bytes, and an interrupt comes with the last byte of a frame (`firmware::link::dma`). Where there is no controller
 //! (QEMU), bytes go one by one through an interrupt of some forty instructions. In both cases the main loop is not woken before the frame
-//! may be whole. **The DMA path has not run on a chip yet.**
+//! may be whole. **The DMA path has
+//! not run on a chip yet**, only in a model written from the same manual (`tests/qemu/judges/stm32f405.py`).
 //!
 //! All interrupts have the priority they have after reset, so none of these interrupts another, as `link` wants it.
 

@@ -5,8 +5,9 @@
 //!   has been moved, so EN is read until it is 0, a bounded number of times (10.3.14).
 //! - NDTR counts at the peripheral's side. What has left there is in memory when EN reads 0 or the transfer is complete (10.3.13), not
 //!   before: so bytes are taken only after either.
-//! - stopping sets TCIF too (10.3.12, flush), and flags that are still set must be cleared before EN is set again (10.3.17): so all
-//!   flags are cleared after EN reads 0. FEIF and DMEIF, which direct mode may set (10.3.18), go with them and interrupt nobody.
+//! - stopping sets TCIF too (10.3.12, flush). With its interrupt let through, a stop by the handler would make the handler pending again,
+//!   and so for ever: the interrupts are taken off together with EN (10.5.5 protects other bits than these) and given back with it.
+//! - flags that are still set must be cleared before EN is set again (10.3.17): so all are cleared after EN reads 0. FEIF and DMEIF, which direct mode may set (10.3.18), go with them and interrupt nobody.
 //! - the peripheral keeps its request while the stream is stopped: the UART's byte waits, and is taken when EN is set.
 //! - the DMA cannot reach the core-coupled memory at 0x1000_0000 (section 2.3.1): [`reaches`].
 //!
@@ -76,12 +77,11 @@ impl<const N: usize, const OUT: bool> Stream<N, OUT> {
         kept.chsel().bits() == CHANNEL && kept.minc().is_incremented()
     }
 
-    /// Bytes on both sides, direct mode (reset value of FCR), interrupts when complete or failed. Bytes that come cannot wait, bytes
-    /// that leave can.
+    /// Bytes on both sides, direct mode (reset value of FCR), no interrupt. Bytes that come cannot wait, bytes that leave can.
     #[inline(always)]
     fn configuration(w: &mut cr::W) -> &mut cr::W {
         w.chsel().set(CHANNEL);
-        w.minc().incremented().tcie().enabled().teie().enabled();
+        w.minc().incremented();
         if OUT {
             w.dir().memory_to_peripheral().pl().low()
         } else {
@@ -120,7 +120,10 @@ impl<const N: usize, const OUT: bool> dma::Stream<'static> for Stream<N, OUT> {
             .write(|w| unsafe { w.m0a().bits(places.as_ptr() as u32) });
         stream.ndtr().write(|w| w.ndt().set(places.len() as u16)); // a ring is shorter than 65 536
         dmb(); // what is to be sent is in memory before the controller looks
-        stream.cr().write(|w| Self::configuration(w).en().enabled());
+        stream.cr().write(|w| {
+            let w = Self::configuration(w).tcie().enabled().teie().enabled();
+            w.en().enabled()
+        });
     }
 
     #[inline(always)]

@@ -1,0 +1,387 @@
+"""An STM32F405 with DMA: Unicorn's Cortex-M4, and around it the peripherals the board's lines need, written from RM0090 and stricter than it.
+
+QEMU has no DMA controller. Here the board's own image runs with one: clocks, four UARTs at their bit rates, both DMA controllers with their
+request tables, the interrupt controller (one priority), SysTick. An instruction takes a cycle. What the reference manual forbids ends the run:
+configuring a stream that is enabled, enabling one with flags set or with memory out of its reach.
+
+Standard input, JSON: {"image": path, "command": [hex, ...], "sensor": [hex, ...], "period": cycles between frames}. Each command is sent
+when the answer to the one before has come. Standard output: "navigation HEX", "command HEX", "interrupts NUMBER COUNT", "cycles N".
+"""
+import collections
+import json
+import struct
+import sys
+
+from unicorn import UC_ARCH_ARM, UC_HOOK_CODE, UC_HOOK_INTR, UC_MODE_MCLASS, UC_MODE_THUMB, Uc, UcError
+from unicorn import arm_const as arm
+
+CORE = 168_000_000
+SLICE = 100  # instructions between two looks at the world: a byte takes 1823
+FLASH, SRAM = (0x0800_0000, 0x10_0000), (0x2000_0000, 0x2_0000)
+
+# base, cycles of the core a clock of its bus, interrupt, (controller, stream) in and out: RM0090 tables 42 and 43, channel 4
+UARTS = {
+    "sensor": (0x4001_1000, 2, 37, (2, 2), (2, 7)),
+    "navigation": (0x4000_4400, 4, 38, (1, 5), (1, 6)),
+    "gnss": (0x4000_4800, 4, 39, (1, 1), (1, 3)),
+    "command": (0x4000_4C00, 4, 52, (1, 2), (1, 4)),
+}
+DMA = {1: 0x4002_6000, 2: 0x4002_6400}
+DMA_INTERRUPT = {1: [11, 12, 13, 14, 15, 16, 17, 47], 2: [56, 57, 58, 59, 60, 68, 69, 70]}
+SHIFT = [0, 6, 16, 22]
+TCIF, FLAGS = 1 << 5, 0x3D
+RXNE, IDLE, ORE, TXE, TC = 1 << 5, 1 << 4, 1 << 3, 1 << 7, 1 << 6
+
+
+class Forbidden(Exception):
+    pass
+
+
+class Stream:
+    def __init__(self, controller, number):
+        self.controller, self.number = controller, number
+        self.cr = self.ndtr = self.par = self.m0ar = self.at = self.flags = 0
+        self.interrupt = DMA_INTERRUPT[controller][number]
+
+    def name(self):
+        return f"DMA{self.controller} stream {self.number}"
+
+    def write(self, offset, value):
+        if offset == 0x00:
+            was = self.cr
+            if was & 1 and (value ^ was) & ~0x1F:  # EN and interrupts may change
+                raise Forbidden(f"{self.name()} configured while it is enabled (10.5.5)")
+            self.cr = value
+            if value & 1 and not was & 1:
+                if self.flags:
+                    raise Forbidden(f"{self.name()} enabled with flags {self.flags:#x} (10.3.17)")
+                if not (self.ndtr and SRAM[0] <= self.m0ar and self.m0ar + self.ndtr <= SRAM[0] + SRAM[1]):
+                    raise Forbidden(f"{self.name()}: {self.ndtr} bytes at {self.m0ar:#x}")
+                self.at = self.m0ar
+            if was & 1 and not value & 1:
+                self.flags |= TCIF  # 10.3.12: flushed
+            return
+        if self.cr & 1:
+            raise Forbidden(f"{self.name()} written at {offset:#x} while it is enabled")
+        if offset == 0x04:
+            self.ndtr = value & 0xFFFF
+        elif offset == 0x08:
+            self.par = value
+        elif offset == 0x0C:
+            self.m0ar = value
+
+    def read(self, offset):
+        return {0x00: self.cr, 0x04: self.ndtr, 0x08: self.par, 0x0C: self.m0ar, 0x14: 0x21}.get(offset, 0)
+
+    def serves(self, data, outwards):
+        """Whether a request of this UART reaches the stream, enabled, channel and direction as they must be."""
+        if not self.cr & 1:
+            return False
+        good = self.cr >> 25 & 7 == 4 and self.cr >> 6 & 3 == int(outwards) and self.par == data
+        if not good or self.cr >> 11 & 0xF or not self.cr >> 10 & 1:
+            raise Forbidden(f"{self.name()} is not set up for this line: {self.cr:#x}, {self.par:#x}")
+        return True
+
+    def moved(self):
+        place, self.at, self.ndtr = self.at, self.at + 1, self.ndtr - 1
+        if self.ndtr == 0:
+            self.cr &= ~1
+            self.flags |= TCIF
+        return place
+
+    def level(self):
+        return bool(self.flags & TCIF and self.cr >> 4 & 1)
+
+
+class Uart:
+    def __init__(self, chip, name):
+        self.chip, self.name = chip, name
+        self.base, self.clock, self.interrupt, into, out = UARTS[name]
+        self.stream_in, self.stream_out = chip.streams[into], chip.streams[out]
+        self.sr, self.cr1, self.cr3, self.brr = TXE | TC, 0, 0, 0
+        self.data = 0
+        self.waiting, self.shifting, self.sends_until = None, None, 0
+        self.sent = bytearray()
+        self.arrivals = collections.deque()  # (cycle, byte)
+        self.idle_at = None
+        self.seen = 0  # SR as last read: then DR clears
+
+    def byte_cycles(self):
+        return 10 * self.brr * self.clock
+
+    def read(self, offset):
+        if offset == 0x00:
+            self.seen = self.sr
+            return self.sr
+        if offset == 0x04:
+            self.sr &= ~(RXNE | (self.seen & (ORE | IDLE)))
+            return self.data
+        return {0x08: self.brr, 0x0C: self.cr1, 0x14: self.cr3}.get(offset, 0)
+
+    def write(self, offset, value):
+        if offset == 0x04:
+            self.waiting = value & 0xFF
+            self.sr &= ~(TXE | TC)
+        elif offset == 0x08:
+            self.brr = value
+        elif offset == 0x0C:
+            self.cr1 = value
+        elif offset == 0x14:
+            self.cr3 = value
+
+    def level(self):
+        error = self.sr & ORE and (self.cr3 & 1 and self.cr3 >> 6 & 1 or self.cr1 >> 5 & 1)
+        return bool(error or self.sr & self.cr1 & (RXNE | IDLE) or self.sr & TXE and self.cr1 >> 7 & 1)
+
+    def next_event(self):
+        events = [self.arrivals[0][0]] if self.arrivals else []
+        if self.idle_at is not None:
+            events.append(self.idle_at)
+        if self.shifting is not None:
+            events.append(self.sends_until)
+        return min(events, default=None)
+
+    def step(self, now):
+        while self.arrivals and self.arrivals[0][0] <= now:
+            at, byte = self.arrivals.popleft()
+            if self.cr1 >> 2 & 1:
+                if self.sr & RXNE:
+                    self.sr |= ORE
+                else:
+                    self.data, self.sr = byte, self.sr | RXNE
+                self.idle_at = at + self.byte_cycles()
+            self.request()
+        if self.idle_at is not None and self.idle_at <= now:
+            self.sr, self.idle_at = self.sr | IDLE, None
+        self.request()
+        if self.shifting is not None and self.sends_until <= now:
+            self.sent.append(self.shifting)
+            self.shifting = None
+        if self.shifting is None and self.waiting is not None:
+            self.shifting, self.waiting = self.waiting, None
+            self.sends_until = max(now, self.sends_until) + self.byte_cycles()
+            self.sr |= TXE
+            self.request()
+
+    def request(self):
+        if self.sr & RXNE and self.cr3 >> 6 & 1 and self.stream_in.serves(self.base + 4, False):
+            self.sr &= ~RXNE
+            self.chip.cpu.mem_write(self.stream_in.moved(), bytes([self.data]))
+        if self.sr & TXE and self.cr3 >> 7 & 1 and self.stream_out.serves(self.base + 4, True):
+            place = self.stream_out.moved()
+            self.write(0x04, self.chip.cpu.mem_read(place, 1)[0])
+
+
+class Chip:
+    def __init__(self, image):
+        self.cpu = Uc(UC_ARCH_ARM, UC_MODE_THUMB | UC_MODE_MCLASS)
+        self.cpu.ctl_set_cpu_model(arm.UC_CPU_ARM_CORTEX_M4)
+        self.cpu.mem_map(*FLASH)
+        self.cpu.mem_write(FLASH[0], b"\xff" * FLASH[1])
+        self.cpu.mem_map(*SRAM)
+        self.cpu.mmio_map(0x4000_0000, 0x8_0000, self.bus_read, None, self.bus_write, None)
+        self.cpu.mmio_map(0xE000_0000, 0x10_0000, self.core_read, None, self.core_write, None)
+        self.cpu.hook_add(UC_HOOK_INTR, self.exception)
+        self.streams = {(c, n): Stream(c, n) for c in DMA for n in range(8)}
+        self.uarts = {name: Uart(self, name) for name in UARTS}
+        self.registers = {0x4002_3C10: 1 << 31}  # flash is locked
+        self.cycles, self.reload, self.systick_at = 0, 0, None
+        self.enabled, self.pending, self.systick_pending = set(), set(), False
+        self.served = collections.Counter()
+        self.returned = self.asleep = False
+        self.broken = None
+        self.load(image)
+
+    def load(self, path):
+        elf = open(path, "rb").read()
+        start, count = struct.unpack_from("<I", elf, 28)[0], struct.unpack_from("<H", elf, 44)[0]
+        for n in range(count):
+            kind, offset, _, physical, size, _, flags = struct.unpack_from("<7I", elf, start + 32 * n)
+            if kind == 1 and size:
+                code = elf[offset : offset + size]
+                self.cpu.mem_write(physical, code)
+                for instruction, hook in ((b"\x30\xbf", self.wfi), (b"\xbf\xf3\x6f\x8f", self.isb)):
+                    at = code.find(instruction)
+                    while flags & 1 and at >= 0:  # or a constant, which nobody executes
+                        self.cpu.hook_add(UC_HOOK_CODE, hook, None, physical + at, physical + at)
+                        at = code.find(instruction, at + 1)
+        stack, self.pc = struct.unpack("<II", self.cpu.mem_read(FLASH[0], 8))
+        self.cpu.reg_write(arm.UC_ARM_REG_SP, stack)
+
+    def wfi(self, *_):
+        self.asleep = True
+        self.cpu.emu_stop()
+
+    def isb(self, *_):
+        """What has been made pending before is served here."""
+        if self.pending & self.enabled:
+            self.cpu.emu_stop()
+
+    def exception(self, cpu, number, _):
+        self.returned = number == 8  # EXCP_EXCEPTION_EXIT
+        if not self.returned:
+            self.broken = f"exception {number} at {cpu.reg_read(arm.UC_ARM_REG_PC):#x}"
+        cpu.emu_stop()
+
+    # Peripherals
+
+    def at(self, address):
+        for uart in self.uarts.values():
+            if uart.base <= address < uart.base + 0x400:
+                return uart, address - uart.base
+        for controller, base in DMA.items():
+            if base + 0x10 <= address < base + 0xD0:
+                number, offset = divmod(address - base - 0x10, 0x18)
+                return self.streams[controller, number], offset
+        return None, 0
+
+    def bus_read(self, _, offset, size, __):
+        address = 0x4000_0000 + offset
+        device, register = self.at(address)
+        if device:
+            return device.read(register)
+        value = self.registers.get(address, 0)
+        if address == 0x4002_3800:  # RCC_CR: oscillators and PLL are ready when they are on
+            value |= 2 | (value >> 16 & 1) << 17 | (value >> 24 & 1) << 25
+        if address == 0x4002_3808:  # RCC_CFGR
+            value |= (value & 3) << 2
+        if address == 0x4001_3008:  # SPI1_SR: room always, and zeros come back
+            value |= 2
+        return value
+
+    def bus_write(self, _, offset, size, value, __):
+        try:
+            address = 0x4000_0000 + offset
+            device, register = self.at(address)
+            if device:
+                device.write(register, value)
+                return self.settle()
+            for controller, base in DMA.items():
+                if address in (base + 8, base + 12):
+                    for n in range(4):
+                        stream = self.streams[controller, n + (address - base - 8)]
+                        stream.flags &= ~(value >> SHIFT[n] & FLAGS)
+                    return
+            self.registers[address] = value
+            if address == 0x4001_300C:
+                self.registers[0x4001_3008] = 1
+        except Forbidden as what:
+            self.broken = str(what)
+            self.cpu.emu_stop()
+
+    def core_read(self, _, offset, size, __):
+        if offset == 0xE018:  # SYST_CVR
+            return max(self.systick_at - self.cycles, 0) if self.systick_at else 0
+        if offset == 0xED04:
+            return self.systick_pending << 26
+        return 0
+
+    def core_write(self, _, offset, size, value, __):
+        if offset == 0xE014:
+            self.reload = value
+        elif offset == 0xE010 and value & 1:
+            self.systick_at = self.cycles + self.reload + 1
+        elif 0xE100 <= offset < 0xE120:
+            self.enabled |= {8 * (offset - 0xE100) + n for n in range(32) if value >> n & 1}
+        elif 0xE200 <= offset < 0xE220:
+            self.pending |= {8 * (offset - 0xE200) + n for n in range(32) if value >> n & 1}
+        elif offset == 0xED0C:
+            self.broken = "it starts anew"
+            self.cpu.emu_stop()
+
+    def settle(self):
+        """Requests and interrupt lines after something has changed."""
+        for uart in self.uarts.values():
+            uart.step(self.cycles)
+        for device in (*self.uarts.values(), *self.streams.values()):
+            if device.level():
+                self.pending.add(device.interrupt)
+
+    # Time
+
+    def execute(self, instructions):
+        self.returned = self.asleep = False
+        try:
+            self.cpu.emu_start(self.pc | 1, 0, count=instructions)
+        except UcError as error:
+            self.broken = self.broken or f"{error} at {self.cpu.reg_read(arm.UC_ARM_REG_PC):#x}"
+        self.pc = self.cpu.reg_read(arm.UC_ARM_REG_PC)
+        if self.broken:
+            raise Forbidden(self.broken)
+        self.advance(instructions)
+
+    def advance(self, cycles):
+        self.cycles += cycles
+        if self.systick_at and self.systick_at <= self.cycles:
+            self.systick_pending = True
+            self.systick_at += self.reload + 1
+        self.settle()
+
+    def interrupt(self):
+        """Serves one interrupt to its end, if there is one."""
+        ready = sorted(self.pending & self.enabled)
+        if ready:
+            number = ready[0]
+            self.pending.discard(number)
+        elif self.systick_pending:
+            number, self.systick_pending = -1, False
+        else:
+            return False
+        self.served[number] += 1
+        context, pc = self.cpu.context_save(), self.pc
+        self.pc = struct.unpack("<I", self.cpu.mem_read(FLASH[0] + 4 * (16 + number), 4))[0] & ~1
+        self.cpu.reg_write(arm.UC_ARM_REG_LR, 0xFFFF_FFF9)
+        self.cpu.reg_write(arm.UC_ARM_REG_IPSR, 16 + number)
+        self.returned = False
+        while not self.returned:
+            self.execute(SLICE)
+        self.cpu.context_restore(context)
+        self.pc = pc
+        self.settle()
+        return True
+
+    def run(self, until):
+        """Runs to a cycle."""
+        while self.cycles < until:
+            if not self.cpu.reg_read(arm.UC_ARM_REG_PRIMASK) & 1:
+                storm = self.cycles + CORE // 1000
+                while self.interrupt():
+                    if self.cycles > storm:
+                        raise Forbidden(f"interrupts without end: {self.served}")
+            self.execute(SLICE)
+            if self.asleep:
+                self.pc += 2
+                events = [uart.next_event() for uart in self.uarts.values()] + [self.systick_at, until]
+                while not (self.pending & self.enabled or self.systick_pending) and self.cycles < until:
+                    at = min(event for event in events if event is not None)
+                    self.advance(max(at - self.cycles, 1))
+                    events = [uart.next_event() for uart in self.uarts.values()] + [self.systick_at, until]
+
+
+def main():
+    asked = json.load(sys.stdin)
+    chip = Chip(asked["image"])
+    lines = chip.uarts
+    byte = round(CORE * 10 / 921_600)
+    chip.run(CORE // 1000 * 5)
+    for text in asked["command"]:
+        answered = len(lines["command"].sent)
+        lines["command"].arrivals.extend((chip.cycles + byte * (n + 1), b) for n, b in enumerate(bytes.fromhex(text)))
+        give_up = chip.cycles + CORE // 20
+        while 0 not in lines["command"].sent[answered:] and chip.cycles < give_up:
+            chip.run(chip.cycles + CORE // 10_000)
+    chip.served.clear()
+    start = chip.cycles
+    for n, text in enumerate(asked["sensor"]):
+        at = start + asked["period"] * n
+        lines["sensor"].arrivals.extend((at + byte * (k + 1), b) for k, b in enumerate(bytes.fromhex(text)))
+    chip.run(start + asked["period"] * len(asked["sensor"]) + CORE // 200)
+    print("navigation", lines["navigation"].sent.hex())
+    print("command", lines["command"].sent.hex())
+    for number, count in sorted(chip.served.items()):
+        print("interrupts", number, count)
+    print("cycles", chip.cycles - start)
+
+
+if __name__ == "__main__":
+    main()
