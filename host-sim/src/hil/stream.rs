@@ -100,7 +100,9 @@ impl Run<'_> {
                 }
             });
             let gathered = self.gather(&mut lines.nav, expected, &fed);
-            over.store(true, Ordering::Relaxed);
+            // a board that fell silent takes no more; to one that has sent all, the last fix may still be on its way
+            let whole = matches!(&gathered, Ok(gathered) if gathered.bytes.len() >= expected);
+            over.store(!whole, Ordering::Relaxed);
             let mut gathered = gathered?;
             gathered.sent = joined(sensor)?;
             joined(receiver)?;
