@@ -1,9 +1,15 @@
 //! f and its derivative.
 
+mod cubic;
+
 use core::fmt::Debug;
 
 use crate::real::{Real, all_finite};
 use crate::shape::NEURONS;
+pub use cubic::Cubic;
+#[cfg(target_arch = "arm")]
+#[allow(unused_imports, reason = "for the kernel in assembly")]
+pub(crate) use cubic::{MIDDLE, TABLE};
 
 /// f of a layer.
 pub trait Activation: Copy + Debug + Default + PartialEq + 'static {

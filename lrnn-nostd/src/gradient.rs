@@ -34,6 +34,7 @@ const PARAMS_2: usize = 2 * PARAMS_PER_LAYER;
 
 /// dy_l/dtheta: 3x21 + 3x42 + 3x63 = 378 values, 1512 bytes in `f32`; the entries that are always 0 are not stored.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(C)] // the kernel writes it
 pub struct Sensitivities<T = f32> {
     s1: Columns<T, PARAMS_PER_LAYER>,
     s2: Columns<T, PARAMS_2>,
@@ -65,6 +66,16 @@ impl<T: Real> Sensitivities<T> {
             }
         }
         rows
+    }
+
+    /// Byte at which s_3 begins.
+    #[cfg(target_arch = "arm")]
+    #[allow(dead_code, reason = "for the kernel in assembly")]
+    pub(crate) const OUTPUT: usize = core::mem::offset_of!(Self, s3);
+
+    /// Whether every value is finite; those below a layer enter its sums, so that the top one tells for all.
+    pub(crate) fn is_finite(&self) -> bool {
+        self.s3.is_finite()
     }
 
     /// dy_3/dtheta of the parameter with this index, below 63.
@@ -110,10 +121,10 @@ impl<T: Real> Sensitivities<T> {
         if BY_COLUMN {
             self.by_column::<H, O, F>(weights, forward, last)
                 .is_silent()
-                || self.s3.is_finite()
+                || self.is_finite()
         } else {
             self.by_row::<H, O, F>(weights, forward, last);
-            self.s3.is_finite()
+            self.is_finite()
         }
     }
 
@@ -211,7 +222,7 @@ impl<T: Real> Sensitivities<T> {
             by_column::inherit::<F, T, _, _, NEURONS>(first + B, s, below, &m, part);
         }
         by_column::own::<F, T, _>(s, &m, &mut Whole { layer, g, alarm });
-        if sum.is_silent() || self.s3.is_finite() {
+        if sum.is_silent() || self.is_finite() {
             return true;
         }
         let [layer1, layer2, layer3] = &mut weights.layers;

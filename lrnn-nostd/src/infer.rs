@@ -14,6 +14,7 @@ use crate::weights::{Layer, Weights};
 /// It holds what is configured and nothing that changes: a [`State`] belongs to a run, and weights may be exchanged
 /// between two steps.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(C)] // the kernel reads it
 pub struct Net<H = Rational, O = Identity, F = Full, T = f32> {
     /// theta.
     pub weights: Weights<T>,
@@ -47,13 +48,14 @@ pub enum Fault {
 }
 
 /// What one step computes.
+#[repr(C)] // the kernel writes it
 pub(crate) struct Forward<T> {
     /// y_0 = u.
     pub(crate) input: [T; NEURONS],
     /// y_l(k).
     pub(crate) y: [[T; NEURONS]; LAYERS],
     /// y_3 * output_scale.
-    error: [T; NEURONS],
+    pub(crate) error: [T; NEURONS],
 }
 
 impl<H: Activation, O: Activation, F: Feedback, T: Real> Net<H, O, F, T> {

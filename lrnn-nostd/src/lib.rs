@@ -1,6 +1,6 @@
 #![doc = include_str!("../README.md")]
 #![no_std]
-#![forbid(unsafe_code)]
+#![deny(unsafe_code)]
 // Matrix and vector elements are written with their indices, as in the equations.
 #![allow(clippy::needless_range_loop)]
 
@@ -11,6 +11,7 @@ pub mod activation;
 pub mod gradient;
 pub mod image;
 pub mod infer;
+pub mod kernel;
 pub mod learn;
 pub mod normalisation;
 pub mod real;
@@ -18,7 +19,7 @@ pub mod shape;
 pub mod state;
 pub mod weights;
 
-pub use activation::{Activation, Identity, Rational, Tanh};
+pub use activation::{Activation, Cubic, Identity, Rational, Tanh};
 pub use gradient::Sensitivities;
 pub use infer::{Fault, Net, Step};
 pub use normalisation::Normalisation;

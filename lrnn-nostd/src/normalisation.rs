@@ -8,6 +8,7 @@ use crate::shape::NEURONS;
 /// Choose them so that |u| and |y_3| stay below about 1: `input_offset` near the mean input (gravity, say), `input_scale` about
 /// 1 / (its greatest deviation), `output_scale` about the largest error to be expected.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(C)] // the kernel reads it
 pub struct Normalisation<T = f32> {
     /// Subtracted from the input, in its units (rad/s or m/s^2).
     pub input_offset: [T; NEURONS],

@@ -38,6 +38,10 @@ pub trait Real:
 
     /// The nearest value of a constant.
     fn from_f64(value: f64) -> Self;
+    /// The nearest value of a whole number.
+    fn from_i32(value: i32) -> Self;
+    /// The whole part; the nearest `i32` where there is none, 0 for NaN.
+    fn truncated(self) -> i32;
     /// The same value as `f64`, exact.
     fn to_f64(self) -> f64;
     /// tanh(self) of `libm`.
@@ -73,6 +77,14 @@ impl Real for f32 {
         value as f32
     }
     #[inline(always)]
+    fn from_i32(value: i32) -> Self {
+        value as f32
+    }
+    #[inline(always)]
+    fn truncated(self) -> i32 {
+        self as i32
+    }
+    #[inline(always)]
     fn to_f64(self) -> f64 {
         f64::from(self)
     }
@@ -94,6 +106,14 @@ impl Real for f64 {
     #[inline(always)]
     fn from_f64(value: f64) -> Self {
         value
+    }
+    #[inline(always)]
+    fn from_i32(value: i32) -> Self {
+        f64::from(value)
+    }
+    #[inline(always)]
+    fn truncated(self) -> i32 {
+        self as i32
     }
     #[inline(always)]
     fn to_f64(self) -> f64 {

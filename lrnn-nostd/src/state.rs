@@ -7,6 +7,7 @@ use crate::shape::{LAYERS, NEURONS};
 ///
 /// A copy of it replays or forks a run. It only ever holds finite values.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[repr(C)] // the kernel reads it
 pub struct State<T = f32> {
     pub(crate) y: [[T; NEURONS]; LAYERS],
 }

@@ -5,6 +5,7 @@ use crate::shape::{B, LAYERS, NEURONS, PARAMS, PARAMS_PER_LAYER, R};
 
 /// One layer: x = W y_below + R y_last + b.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[repr(C)] // parameter order
 pub struct Layer<T = f32> {
     /// W_pq from unit q of the layer below to unit p.
     pub w: [[T; NEURONS]; NEURONS],
@@ -49,6 +50,7 @@ impl<T: Real> Layer<T> {
 
 /// The 63 parameters of a network, dimensionless: inputs and outputs are normalised. 252 bytes in `f32`.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[repr(C)]
 pub struct Weights<T = f32> {
     /// From the one next to the input to the output layer.
     pub layers: [Layer<T>; LAYERS],

@@ -1,9 +1,11 @@
 //! The stated accuracy of the activations.
 
-use lrnn_nostd::{Activation, Identity, Rational, Tanh};
+use lrnn_nostd::{Activation, Cubic, Identity, Rational, Tanh};
 
 const RATIONAL_ERROR: f64 = 2.0e-7;
 const RATIONAL_FALL: f32 = 2.4e-7;
+const CUBIC_ERROR: f64 = 1.5e-7;
+const CUBIC_FALL: f32 = 6.0e-8;
 /// Between tanh' and the derivative of the approximation, in f64.
 const RATIONAL_SLOPE: f64 = 5e-8;
 
@@ -16,39 +18,57 @@ fn sweep(stride: usize) -> impl Iterator<Item = f32> {
         .map(f32::from_bits)
 }
 
-fn check_rational(stride: usize) {
+/// (error, fall) measured over a sweep.
+fn measured<A: Activation>(stride: usize) -> (f64, f32) {
     let mut highest = 0.0_f32;
     let (mut error, mut fall, mut count) = (0.0_f64, 0.0_f32, 0);
     for x in sweep(stride) {
-        let y = Rational::apply(x);
+        if x.is_infinite() {
+            continue;
+        }
+        let y = A::apply(x);
         error = error.max((f64::from(y) - f64::from(x).tanh()).abs());
         assert!(y <= 1.0, "f({x}) = {y}");
-        assert_eq!(Rational::apply(-x), -y, "not odd at {x}");
+        assert_eq!(A::apply(-x), -y, "not odd at {x}");
         fall = fall.max(highest - y);
         highest = highest.max(y);
         count += 1;
     }
-    println!("{count} values: error {error:.3e}, fall {fall:.2e}");
-    assert!(error < RATIONAL_ERROR, "{error:e}");
-    assert!(
-        error > 0.5 * RATIONAL_ERROR,
-        "the documented figure is too timid: {error:e}"
+    println!(
+        "{:?}, {count} values: error {error:.3e}, fall {fall:.2e}",
+        A::default()
     );
+    assert_eq!(A::apply(0.0_f32), 0.0);
+    assert!(A::apply(f32::NAN).is_nan());
+    (error, fall)
+}
+
+fn check(stride: usize) {
+    let (error, fall) = measured::<Rational>(stride);
     assert!(fall < RATIONAL_FALL, "{fall:e}");
-    assert_eq!(Rational::apply(0.0_f32), 0.0);
-    assert!(Rational::apply(f32::NAN).is_nan());
+    assert!(
+        error < RATIONAL_ERROR && error > 0.5 * RATIONAL_ERROR,
+        "{error:e}"
+    );
+    let (error, fall) = measured::<Cubic>(stride);
+    assert!(fall < CUBIC_FALL, "{fall:e}");
+    assert!(
+        error < CUBIC_ERROR && error > 0.5 * CUBIC_ERROR,
+        "{error:e}"
+    );
+    assert!(Cubic::apply(f32::INFINITY).is_nan());
 }
 
 #[test]
-fn rational_in_f32() {
-    check_rational(331);
+fn accuracy_in_f32() {
+    check(331);
 }
 
 /// Every f32; a minute or so.
 #[test]
 #[ignore = "long: cargo test -p lrnn-nostd --release -- --ignored"]
-fn rational_in_f32_exhaustive() {
-    check_rational(1);
+fn accuracy_in_f32_exhaustive() {
+    check(1);
 }
 
 #[test]
@@ -109,6 +129,7 @@ fn layers() {
                 check::<Rational>([a, b, c]);
                 check::<Tanh>([a, b, c]);
                 check::<Identity>([a, b, c]);
+                check::<Cubic>([a, b, c]);
             }
         }
     }

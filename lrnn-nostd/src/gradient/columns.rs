@@ -11,6 +11,7 @@ pub(super) const BY_COLUMN: bool = cfg!(target_arch = "arm");
 
 /// dy_j/dtheta of N parameters and three units j.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(transparent)]
 pub(super) struct Columns<T, const N: usize>(Values<T, N>);
 
 #[cfg(target_arch = "arm")]
