@@ -1,5 +1,7 @@
 //! `cargo xtask bench`: time on this machine (criterion) and instructions on the Cortex-M4F (QEMU), against the budgets.
 
+mod activations;
+
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
@@ -19,9 +21,8 @@ use serde::Serialize;
 use crate::needs;
 use crate::stage::{cargo_with, succeed};
 
-/// What is measured: in words, and its name on both machines. Of the four with one activation, the three of the navigator and the three
-/// of the learner each contains, or is small beside, the next.
-const WORK: [(&str, &str); 14] = [
+/// What is measured: in words, and its name on both machines. Of the four with one activation and of each three of the rest each contains, or is small beside, the next.
+const WORK: [(&str, &str); 24] = [
     ("step, rational", "step_rational"),
     ("step + gradient, rational", "gradient_rational"),
     ("step + gradient + descent, rational", "descent_rational"),
@@ -30,13 +31,25 @@ const WORK: [(&str, &str); 14] = [
     ("step + gradient, tanh", "gradient_tanh"),
     ("step + gradient + descent, tanh", "descent_tanh"),
     ("a pass of one step, tanh", "learn_tanh"),
+    ("step, cubic", "step_cubic"),
+    ("step + gradient, cubic", "gradient_cubic"),
+    ("step + gradient + descent, cubic", "descent_cubic"),
+    ("a pass of one step, cubic", "learn_cubic"),
     ("word of the navigator", "nav_word"),
     ("word and piece of the navigator", "nav_piece"),
     ("second of the navigator, 200 words", "nav_second"),
     ("step of 126 weights with gradient", "learner_step"),
     ("fix, 126 weights and 6 biases", "learner_fix"),
     ("second of all six hypotheses", "learner_second"),
+    ("kernel m4: step", "step_m4"),
+    ("kernel m4: step + gradient", "gradient_m4"),
+    ("kernel m4: step + gradient + descent", "descent_m4"),
+    ("kernel m7: step", "step_m7"),
+    ("kernel m7: step + gradient", "gradient_m7"),
+    ("kernel m7: step + gradient + descent", "descent_m7"),
 ];
+/// Works in groups of four with one activation, then in groups of three.
+const FOURS: usize = 12;
 /// The default network's step and learning step.
 const STEP: &str = "step_rational";
 const LEARN: &str = "descent_rational";
@@ -51,6 +64,7 @@ struct Figures {
     m4f: OnTarget,
     m7: OnTarget,
     host: OnHost,
+    activations: Vec<activations::Row>,
 }
 
 /// Instructions on a core.
@@ -60,6 +74,9 @@ struct OnTarget {
     step_instructions: f64,
     /// One step, its exact gradient, and one weight update.
     gradient_step_instructions: f64,
+    /// The same by the kernel in assembly, in the form with fewer instructions.
+    kernel_step_instructions: f64,
+    kernel_gradient_step_instructions: f64,
     /// A fix learnt from: the covariance over a second and six updates, 126 weights and 6 biases.
     kalman_fix_instructions: f64,
     /// A STIM300 word from the interrupt of its first byte to that of its last one out, two frozen networks.
@@ -86,6 +103,7 @@ pub fn bench(json: Option<&Path>) -> Result<ExitCode> {
     known_m7.check()?;
     let times = host_times()?;
     println!("{}", table(known, &counts, &budgets, &times)?);
+    println!("{}", activations::table(&counts, &times)?);
     known.check()?;
     more_work_takes_longer(&counts)?;
     if let Some(path) = json {
@@ -121,6 +139,8 @@ impl Figures {
             Ok(OnTarget {
                 step_instructions: named(counts, STEP)?,
                 gradient_step_instructions: named(counts, LEARN)?,
+                kernel_step_instructions: named(counts, "step_m7")?,
+                kernel_gradient_step_instructions: named(counts, "descent_m7")?,
                 kalman_fix_instructions: named(counts, FIX)?,
                 word_instructions: word(Pace::Byte)?,
                 word_instructions_dma: word(Pace::Dma)?,
@@ -133,13 +153,14 @@ impl Figures {
                 step_ns: named(times, STEP)?,
                 gradient_step_ns: named(times, LEARN)?,
             },
+            activations: activations::rows(m4f, times)?,
         })
     }
 }
 
 /// A piece of work that costs less than a part of itself was not done.
 fn more_work_takes_longer(costs: &BTreeMap<String, f64>) -> Result<()> {
-    let (networks, others) = WORK.split_at(8);
+    let (networks, others) = WORK.split_at(FOURS);
     for related in networks.chunks(4).chain(others.chunks(3)) {
         for pair in related.windows(2) {
             let (part, whole) = (named(costs, pair[0].1)?, named(costs, pair[1].1)?);

@@ -12,8 +12,8 @@
     mla3 s18, s19, s20, s11, s14, s17, s26, s27, s28, s29
 .endm
 
-@ Three activations side by side: d = x - i/16, i = trunc(16 x); then the cubic of row i. y in s21-s23, the other coefficients in
-@ s0-s8.
+@ Three activations side by side: d = x - i/16, i = trunc(16 x); then the cubic of row i. y in s21-s23; rows in
+@ s0-s3, s4-s7, s23-s26.
 .macro activations
     vmov.f32 s9, s18
     vmov.f32 s10, s19
@@ -21,27 +21,27 @@
     vcvt.s32.f32 s9, s9, #4
     vcvt.s32.f32 s10, s10, #4
     vcvt.s32.f32 s11, s11, #4
-    row s9, s21, s0, s1, s2
-    row s10, s22, s3, s4, s5
-    row s11, s23, s6, s7, s8
+    row s9, s0, s3
+    row s10, s4, s7
+    row s11, s23, s26
     vcvt.f32.s32 s9, s9, #4
     vcvt.f32.s32 s10, s10, #4
     vcvt.f32.s32 s11, s11, #4
     vsub.f32 s9, s18, s9
     vsub.f32 s10, s19, s10
     vsub.f32 s11, s20, s11
-    horner s1, s4, s7, s2, s5, s8
-    horner s0, s3, s6, s1, s4, s7
-    horner s21, s22, s23, s0, s3, s6
+    horner s2, s6, s25, s3, s7, s26
+    horner s1, s5, s24, s2, s6, s25
+    vmov.f32 s21, s0
+    vmov.f32 s22, s4
+    horner s21, s22, s23, s1, s5, s24
 .endm
-@ c0 and c1..c3 of a row
-.macro row i, c0, c1, c2, c3
+@ c0 to c3 of a row
+.macro row i, c0, c3
     vmov r2, \i
     ssat r2, #8, r2
     add r2, ip, r2, lsl #4
-    vldr \c0, [r2]
-    add r2, r2, #4
-    vldm r2, {\c1-\c3}
+    vldm r2, {\c0-\c3}
 .endm
 .macro horner a0, a1, a2, b0, b1, b2
     mla \a0, \b0, s9, s27

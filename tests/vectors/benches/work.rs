@@ -3,10 +3,12 @@
 use std::hint::black_box;
 
 use criterion::{Criterion, criterion_group, criterion_main};
-use lrnn_nostd::{Activation, Rational, Tanh};
+use lrnn_nostd::{Activation, Cubic, Rational, Tanh, kernel};
 use vectors::learning::{LearnerFixWork, LearnerSecondWork, LearnerStepWork};
 use vectors::navigation::{NavPieceWork, NavSecondWork, NavWordWork};
-use vectors::work::{DescentWork, GradientWork, LearnWork, StepWork, plausible};
+use vectors::work::{
+    ActivationWork, DescentWork, GradientWork, KernelWork, LearnWork, StepWork, plausible,
+};
 
 fn measure(
     criterion: &mut Criterion,
@@ -33,6 +35,10 @@ fn all<H: Activation>(criterion: &mut Criterion, name: &str) {
     let mut gradient = GradientWork::<H>::new();
     let mut descent = DescentWork::<H>::new();
     let mut learn = LearnWork::<H>::new();
+    let mut activation = ActivationWork::<H>::default();
+    measure(criterion, &format!("activation_{name}"), |input| {
+        activation.run(input)
+    });
     measure(criterion, &format!("step_{name}"), |input| step.run(input));
     measure(criterion, &format!("gradient_{name}"), |input| {
         gradient.run(input)
@@ -85,9 +91,31 @@ fn learner(criterion: &mut Criterion) {
     measure(criterion, "learner_second", |input| second.run(input));
 }
 
+/// The portable network, here; twice, since both forms are in the table.
+fn kernels(criterion: &mut Criterion) {
+    use kernel::{m4, m7};
+    let mut work = KernelWork::new();
+    measure(criterion, "step_m4", |input| work.step(m4::step, input));
+    measure(criterion, "step_m7", |input| work.step(m7::step, input));
+    measure(criterion, "gradient_m4", |input| {
+        work.gradient(m4::step_gradient, input)
+    });
+    measure(criterion, "gradient_m7", |input| {
+        work.gradient(m7::step_gradient, input)
+    });
+    measure(criterion, "descent_m4", |input| {
+        work.descent(m4::step_descend, input)
+    });
+    measure(criterion, "descent_m7", |input| {
+        work.descent(m7::step_descend, input)
+    });
+}
+
 fn both(criterion: &mut Criterion) {
     all::<Rational>(criterion, "rational");
     all::<Tanh>(criterion, "tanh");
+    all::<Cubic>(criterion, "cubic");
+    kernels(criterion);
     navigator(criterion);
     learner(criterion);
 }

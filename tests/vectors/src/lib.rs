@@ -9,6 +9,7 @@ mod digest;
 mod expected;
 pub mod generate;
 mod inputs;
+pub mod kernel;
 pub mod learners;
 pub mod learning;
 pub mod list;
@@ -36,8 +37,8 @@ pub struct Check {
     pub expected: u64,
 }
 
-/// Every digest: steps, exact gradients and learners, each with both hidden activations.
-pub const CHECKS: [Check; 6] = [
+/// Every digest: steps, exact gradients and learners, each with both hidden activations; the kernel in both forms.
+pub const CHECKS: [Check; 8] = [
     Check {
         name: "step, rational",
         digest: step_digest::<Rational>,
@@ -67,6 +68,16 @@ pub const CHECKS: [Check; 6] = [
         name: "learners, tanh",
         digest: learner_digest::<Tanh>,
         expected: expected::LEARNERS_TANH,
+    },
+    Check {
+        name: "kernel, m4",
+        digest: kernel::digest_m4,
+        expected: expected::KERNEL_M4,
+    },
+    Check {
+        name: "kernel, m7",
+        digest: kernel::digest_m7,
+        expected: expected::KERNEL_M7,
     },
 ];
 

@@ -2,11 +2,11 @@
 
 use core::fmt;
 
-use lrnn_nostd::{Activation, Rational, Tanh};
+use lrnn_nostd::{Activation, Cubic, Rational, Tanh, kernel};
 
 use crate::learning::{LearnerFixWork, LearnerSecondWork, LearnerStepWork};
 use crate::navigation::{NavPieceWork, NavSecondWork, NavWordWork};
-use crate::work::{DescentWork, GradientWork, LearnWork, StepWork};
+use crate::work::{ActivationWork, DescentWork, GradientWork, KernelWork, LearnWork, StepWork};
 
 /// What counts.
 pub trait Measure {
@@ -31,18 +31,26 @@ pub fn all(on: &mut impl Measure) -> fmt::Result {
     on.measure("empty", false, |input| (input, true))?;
     step::<Rational>(on, "step_rational")?;
     step::<Tanh>(on, "step_tanh")?;
+    step::<Cubic>(on, "step_cubic")?;
     gradient::<Rational>(on, "gradient_rational")?;
     gradient::<Tanh>(on, "gradient_tanh")?;
+    gradient::<Cubic>(on, "gradient_cubic")?;
     descent::<Rational>(on, "descent_rational")?;
     descent::<Tanh>(on, "descent_tanh")?;
+    descent::<Cubic>(on, "descent_cubic")?;
     learn::<Rational>(on, "learn_rational")?;
     learn::<Tanh>(on, "learn_tanh")?;
+    learn::<Cubic>(on, "learn_cubic")?;
     nav_word(on)?;
     nav_piece(on)?;
     nav_second(on)?;
     learner_step(on)?;
     learner_fix(on)?;
-    learner_second(on)
+    learner_second(on)?;
+    activation::<Rational>(on, "activation_rational")?;
+    activation::<Tanh>(on, "activation_tanh")?;
+    activation::<Cubic>(on, "activation_cubic")?;
+    kernels(on)
 }
 
 // Each in a function of its own, so that the works' memory is not on the stack together.
@@ -108,4 +116,30 @@ fn learner_second(on: &mut impl Measure) -> fmt::Result {
     let mut work = LearnerSecondWork::BLANK;
     work.begin();
     on.measure("learner_second", true, |input| work.run(input))
+}
+
+fn activation<H: Activation + Default>(on: &mut impl Measure, name: &'static str) -> fmt::Result {
+    let mut work = ActivationWork::<H>::default();
+    on.measure(name, false, |input| work.run(input))
+}
+
+/// The kernel in its two forms.
+#[inline(never)]
+fn kernels(on: &mut impl Measure) -> fmt::Result {
+    use kernel::{m4, m7};
+    let mut work = KernelWork::new();
+    on.measure("step_m4", false, |input| work.step(m4::step, input))?;
+    on.measure("step_m7", false, |input| work.step(m7::step, input))?;
+    on.measure("gradient_m4", false, |input| {
+        work.gradient(m4::step_gradient, input)
+    })?;
+    on.measure("gradient_m7", false, |input| {
+        work.gradient(m7::step_gradient, input)
+    })?;
+    on.measure("descent_m4", false, |input| {
+        work.descent(m4::step_descend, input)
+    })?;
+    on.measure("descent_m7", false, |input| {
+        work.descent(m7::step_descend, input)
+    })
 }

@@ -48,7 +48,7 @@ pub fn gradient_digest<H: Activation>() -> u64 {
     digest.value()
 }
 
-fn feed(digest: &mut Digest, step: &Step) {
+pub(crate) fn feed(digest: &mut Digest, step: &Step) {
     digest.numbers(step.output);
     digest.numbers(step.error);
     digest.byte(match step.fault {

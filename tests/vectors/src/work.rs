@@ -4,13 +4,16 @@
 //! step: a measurement that does not look at the faults would praise it.
 
 use lrnn_nostd::learn::{Learner, Paper, StepSizes};
-use lrnn_nostd::{Activation, Net, Sensitivities, State};
+use lrnn_nostd::{Activation, Net, Sensitivities, State, Step, kernel};
 
 use crate::{input, net};
 
 /// The first of [`COUNT`] vectors without a non-finite or huge one.
 const FIRST: usize = 10;
 const COUNT: usize = 40;
+/// What the descents go for, and how fast: so slow that they stay where they are good.
+const TARGET: [f32; 3] = [1.0 / 64.0; 3];
+const RATE: f32 = 1.0 / 65536.0;
 
 /// The input of a repetition, rad/s.
 #[inline]
@@ -46,6 +49,84 @@ pub struct DescentWork<H> {
 /// gradients of all passes add up and the weights diverge.
 #[derive(Clone, Debug)]
 pub struct LearnWork<H>(Learner<Paper, H>);
+
+/// The kernel's functions, each measured as the portable ones are.
+#[derive(Clone, Debug)]
+pub struct KernelWork {
+    net: kernel::Net,
+    state: State,
+    sensitivities: Sensitivities,
+}
+
+/// One activation and its slope.
+#[derive(Clone, Debug, Default)]
+pub struct ActivationWork<H>(core::marker::PhantomData<H>);
+
+impl<H: Activation> ActivationWork<H> {
+    /// One repetition.
+    #[inline(always)]
+    pub fn run(&mut self, [x, y, z]: [f32; 3]) -> ([f32; 3], bool) {
+        ([H::apply(x), y, z], true)
+    }
+}
+
+impl KernelWork {
+    /// At rest.
+    pub fn new() -> Self {
+        Self {
+            net: net(),
+            state: State::new(),
+            sensitivities: Sensitivities::new(),
+        }
+    }
+
+    /// One repetition of a step.
+    #[inline(always)]
+    pub fn step(
+        &mut self,
+        step: impl Fn(&kernel::Net, &mut State, [f32; 3]) -> Step,
+        input: [f32; 3],
+    ) -> ([f32; 3], bool) {
+        let step = step(&self.net, &mut self.state, input);
+        (step.error, step.fault.is_none())
+    }
+
+    /// One repetition of a step with its gradient.
+    #[inline(always)]
+    pub fn gradient(
+        &mut self,
+        step: impl Fn(&kernel::Net, &mut State, &mut Sensitivities, [f32; 3]) -> Step,
+        input: [f32; 3],
+    ) -> ([f32; 3], bool) {
+        let step = step(&self.net, &mut self.state, &mut self.sensitivities, input);
+        (step.error, step.fault.is_none())
+    }
+
+    /// One repetition with a descent.
+    #[inline(always)]
+    pub fn descent(
+        &mut self,
+        step: impl Fn(
+            &mut kernel::Net,
+            &mut State,
+            &mut Sensitivities,
+            [f32; 3],
+            &[f32; 3],
+            f32,
+        ) -> Step,
+        input: [f32; 3],
+    ) -> ([f32; 3], bool) {
+        let (state, sensitivities) = (&mut self.state, &mut self.sensitivities);
+        let step = step(&mut self.net, state, sensitivities, input, &TARGET, RATE);
+        (step.error, step.fault.is_none())
+    }
+}
+
+impl Default for KernelWork {
+    fn default() -> Self {
+        Self::new()
+    }
+}
 
 impl<H: Activation> StepWork<H> {
     /// At rest.
@@ -97,11 +178,10 @@ impl<H: Activation> DescentWork<H> {
     /// One repetition: the estimated error, and whether the step was good.
     #[inline(always)]
     pub fn run(&mut self, input: [f32; 3]) -> ([f32; 3], bool) {
-        const TARGET: [f32; 3] = [1.0 / 64.0; 3];
         let (state, sensitivities) = (&mut self.state, &mut self.sensitivities);
         let step = self
             .net
-            .step_descend(state, sensitivities, input, &TARGET, 1.0 / 65536.0);
+            .step_descend(state, sensitivities, input, &TARGET, RATE);
         (step.error, step.fault.is_none())
     }
 }

@@ -14,6 +14,14 @@ fn desktop_digests_equal_the_committed_constants() {
     );
 }
 
+/// On the desktop the kernel is the portable network; on the target the same digest comes out of the assembly.
+#[test]
+fn the_kernel_is_the_portable_network() {
+    use vectors::kernel::{digest_m4, digest_m7, digest_portable};
+    assert_eq!(digest_portable(4), digest_m4());
+    assert_eq!(digest_portable(7), digest_m7());
+}
+
 #[test]
 fn a_wrong_constant_is_seen() {
     for wrong in 0..CHECKS.len() {
