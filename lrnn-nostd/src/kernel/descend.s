@@ -1,9 +1,21 @@
 @ void descend(weights r0, s_3 r1, g s0-s2): theta -= sum_j g_j s_3,j, seven at a time
 
-.macro moved theta, a, b, c
-    mls \theta, s0, \a, s31
-    mls \theta, s1, \b, s31
-    mls \theta, s2, \c, s31
+@ One g_j with its value of each of the seven.
+.macro part g, a, b, c, d, e, f, h
+    product \g, \a
+    product \g, \b
+    product \g, \c
+    product \g, \d
+    product \g, \e
+    product \g, \f
+    product \g, \h
+    less s24, \g, \a
+    less s25, \g, \b
+    less s26, \g, \c
+    less s27, \g, \d
+    less s28, \g, \e
+    less s29, \g, \f
+    less s30, \g, \h
 .endm
 
 .macro descend
@@ -11,13 +23,9 @@
     movs r2, #9
 4:  vldm r1!, {s3-s23}
     vldm r0, {s24-s30}
-    moved s24, s3, s4, s5
-    moved s25, s6, s7, s8
-    moved s26, s9, s10, s11
-    moved s27, s12, s13, s14
-    moved s28, s15, s16, s17
-    moved s29, s18, s19, s20
-    moved s30, s21, s22, s23
+    part s0, s3, s6, s9, s12, s15, s18, s21
+    part s1, s4, s7, s10, s13, s16, s19, s22
+    part s2, s5, s8, s11, s14, s17, s20, s23
     vstm r0!, {s24-s30}
     subs r2, r2, #1
     bne 4b

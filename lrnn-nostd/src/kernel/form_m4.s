@@ -16,3 +16,10 @@
     vmul.f32 \t, \a, \b
     vsub.f32 \d, \d, \t
 .endm
+@ d -= a b in two steps with others between them; b is lost
+.macro product a, b
+    vmul.f32 \b, \a, \b
+.endm
+.macro less d, a, b
+    vsub.f32 \d, \d, \b
+.endm

@@ -10,3 +10,8 @@
 .macro mls d, a, b, t
     vmls.f32 \d, \a, \b
 .endm
+.macro product a, b
+.endm
+.macro less d, a, b
+    vmls.f32 \d, \a, \b
+.endm

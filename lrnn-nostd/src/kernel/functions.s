@@ -1,4 +1,4 @@
-@ The functions of one form: `forward`, `advance` and `descend` with the mla3, mla and mls that are defined here and now.
+@ The functions of one form: `forward`, `advance` and `descend` with the mla3, mla, mls, product and less that are defined here and now.
 .macro function name, what, form
     .section .text.\name\()_\form,"ax",%progbits
     .globl \name\()_\form
@@ -15,5 +15,7 @@
     .purgem mla3
     .purgem mla
     .purgem mls
+    .purgem product
+    .purgem less
     .text
 .endm

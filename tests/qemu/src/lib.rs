@@ -15,6 +15,8 @@ pub mod budget;
 #[cfg(not(target_os = "none"))]
 pub mod count;
 #[cfg(not(target_os = "none"))]
+pub mod cycles;
+#[cfg(not(target_os = "none"))]
 pub mod drive;
 #[cfg(not(target_os = "none"))]
 pub mod images;
