@@ -5,14 +5,16 @@
 
 use firmware::learn::{Both, FixLearner, FixMemory, Settings, WindowLearner};
 
-use crate::memory::{self, Once};
+use static_cell::ConstStaticCell;
 
-static FIXES: Once<FixMemory> = Once::new(FixMemory::BLANK);
+use crate::memory;
+
+static FIXES: ConstStaticCell<FixMemory> = ConstStaticCell::new(FixMemory::BLANK);
 
 /// Both; `None` when they have been handed out.
 pub fn learner() -> Option<Both<'static, WindowLearner, FixLearner<'static>>> {
     Some(Both {
         references: memory::windows()?,
-        fixes: FixLearner::new(FIXES.take()?, Settings::MEDIUM),
+        fixes: FixLearner::new(FIXES.try_take()?, Settings::MEDIUM),
     })
 }
