@@ -4,8 +4,9 @@ QEMU has no DMA controller. Here the board's own image runs with one: clocks, fo
 request tables, the interrupt controller (one priority), SysTick. An instruction takes a cycle. What the reference manual forbids ends the run:
 configuring a stream that is enabled, enabling one with flags set or with memory out of its reach.
 
-Standard input, JSON: {"image": path, "command": [hex, ...], "sensor": [hex, ...], "period": cycles between frames}. Each command is sent
-when the answer to the one before has come. Standard output: "navigation HEX", "command HEX", "interrupts NUMBER COUNT", "cycles N".
+Standard input, JSON: {"image": path, "command": [hex, ...], "sensor": [hex, ...], "period": cycles between frames, "adis": null}. Each command is
+sent when the answer to the one before has come. "adis": {"product": number, "range": number, "hz": fastest clock}: an ADIS at the SPI, whose bursts
+are what is in "sensor". Standard output: "navigation HEX", "command HEX", "interrupts NUMBER COUNT", "cycles N".
 """
 import collections
 import json
@@ -172,8 +173,75 @@ class Uart:
             self.write(0x04, self.chip.cpu.mem_read(place, 1)[0])
 
 
+class Spi:
+    """SPI1 and an ADIS16 at its bus: registers of two bytes at their addresses, pages if it has them, stricter about the stall time."""
+
+    STALL = CORE // 1_000_000 * 16
+
+    def __init__(self, chip, adis):
+        self.chip, self.adis = chip, adis
+        self.cr1, self.done, self.came, self.busy = 0, 0, None, False
+        self.selected, self.frame, self.answer, self.free_at = False, [], b"\0\0", 0
+        self.burst, self.page, self.memory = b"", 0, collections.defaultdict(int)
+        if adis:
+            paged = 16480 <= adis["product"] < 16500
+            self.memory.update(self.word(0, 0x7E if paged else 0x72, adis["product"]))
+            self.memory.update(self.word(3 if paged else 0, 0x12 if paged else 0x5E, adis["range"]))
+        self.bursts = 0
+
+    @staticmethod
+    def word(page, address, value):
+        return {(page, address): value & 0xFF, (page, address + 1): value >> 8}
+
+    def status(self):
+        if self.busy and self.chip.cycles >= self.done:
+            self.busy, self.came = False, self.exchanged
+        return 0 if self.busy else 2 | (self.came is not None), self.busy << 7
+
+    def write(self, byte):
+        if self.cr1 & 0x347 != 0x347:
+            raise Forbidden(f"SPI1 is not enabled as a master in mode 3: {self.cr1:#x}")
+        clock = CORE // 2 >> (self.cr1 >> 3 & 7) + 1
+        if self.adis and self.selected and self.frame[:1] in ([0x68], [0x7C]) and clock > self.adis["hz"]:
+            raise Forbidden(f"a burst at {clock} Hz")
+        if self.busy or self.came is not None:
+            raise Forbidden("SPI1: the byte before was not waited for or not taken")
+        self.busy, self.done = True, self.chip.cycles + 8 * CORE // clock
+        self.exchanged = self.reply(byte) if self.adis and self.selected else 0
+
+    def reply(self, byte):
+        self.frame.append(byte)
+        n = len(self.frame) - 1
+        if self.frame[:2] in ([0x68, 0], [0x7C, 0]):
+            return self.burst[n - 2] if 2 <= n < 2 + len(self.burst) else 0
+        return self.answer[n] if n < 2 else 0
+
+    def select(self, low):
+        if low == self.selected:
+            return
+        self.selected = low
+        if self.busy:
+            raise Forbidden("chip select moves within a byte")
+        if low:
+            if self.chip.cycles + 2 * SLICE < self.free_at:
+                raise Forbidden(f"stall time: {self.free_at - self.chip.cycles} cycles too early")
+            self.frame = []
+            return
+        self.free_at = self.chip.cycles + self.STALL
+        if len(self.frame) != 2:
+            self.bursts += self.frame[:1] in ([0x68], [0x7C])
+        elif self.frame[0] & 0x80:
+            address = self.frame[0] & 0x7F
+            if address == 0:
+                self.page = self.frame[1]
+            self.memory[self.page, address] = self.frame[1]
+        else:
+            self.answer = bytes(self.memory[self.page, self.frame[0] + n] for n in (1, 0))
+
+
 class Chip:
-    def __init__(self, image):
+    def __init__(self, image, adis=None):
+        self.spi = Spi(self, adis)
         self.cpu = Uc(UC_ARCH_ARM, UC_MODE_THUMB | UC_MODE_MCLASS)
         self.cpu.ctl_set_cpu_model(arm.UC_CPU_ARM_CORTEX_M4)
         self.cpu.mem_map(*FLASH)
@@ -189,7 +257,7 @@ class Chip:
         self.enabled, self.pending, self.systick_pending = set(), set(), False
         self.served = collections.Counter()
         self.returned = self.asleep = False
-        self.broken = None
+        self.broken, self.data_ready = None, 0
         self.load(image)
 
     def load(self, path):
@@ -200,7 +268,8 @@ class Chip:
             if kind == 1 and size:
                 code = elf[offset : offset + size]
                 self.cpu.mem_write(physical, code)
-                for instruction, hook in ((b"\x30\xbf", self.wfi), (b"\xbf\xf3\x6f\x8f", self.isb)):
+                hooks = {b"\x30\xbf": self.wfi, b"\xbf\xf3\x6f\x8f": self.isb}
+                for instruction, hook in hooks.items():
                     at = code.find(instruction)
                     while flags & 1 and at >= 0:  # or a constant, which nobody executes
                         self.cpu.hook_add(UC_HOOK_CODE, hook, None, physical + at, physical + at)
@@ -213,8 +282,9 @@ class Chip:
         self.cpu.emu_stop()
 
     def isb(self, *_):
-        """What has been made pending before is served here."""
-        if self.pending & self.enabled:
+        """What has been made pending or let through before is served here."""
+        masked = self.cpu.reg_read(arm.UC_ARM_REG_PRIMASK) & 1
+        if not masked and (self.systick_pending or self.pending & self.enabled):
             self.cpu.emu_stop()
 
     def exception(self, cpu, number, _):
@@ -245,8 +315,12 @@ class Chip:
             value |= 2 | (value >> 16 & 1) << 17 | (value >> 24 & 1) << 25
         if address == 0x4002_3808:  # RCC_CFGR
             value |= (value & 3) << 2
-        if address == 0x4001_3008:  # SPI1_SR: room always, and zeros come back
-            value |= 2
+        if address == 0x4001_3000:
+            value = self.spi.cr1
+        if address == 0x4001_3008:
+            value = sum(self.spi.status())
+        if address == 0x4001_300C:
+            value, self.spi.came = self.spi.came or 0, None
         return value
 
     def bus_write(self, _, offset, size, value, __):
@@ -263,8 +337,14 @@ class Chip:
                         stream.flags &= ~(value >> SHIFT[n] & FLAGS)
                     return
             self.registers[address] = value
+            if address == 0x4001_3000:
+                self.spi.cr1 = value
             if address == 0x4001_300C:
-                self.registers[0x4001_3008] = 1
+                self.spi.write(value & 0xFF)
+            if address == 0x4002_0018 and value & (1 << 4 | 1 << 20):  # GPIOA_BSRR
+                self.spi.select(not value >> 4 & 1)
+            if address == 0x4001_3C14:  # EXTI_PR
+                self.registers[address] = self.data_ready = 0
         except Forbidden as what:
             self.broken = str(what)
             self.cpu.emu_stop()
@@ -296,6 +376,14 @@ class Chip:
         for device in (*self.uarts.values(), *self.streams.values()):
             if device.level():
                 self.pending.add(device.interrupt)
+        if self.data_ready:
+            self.pending.add(10)
+
+    def rise(self):
+        """Data-ready at PC4: EXTI's mask and edge, and the port in SYSCFG_EXTICR2."""
+        lines = self.registers.get(0x4001_3C00, 0) & self.registers.get(0x4001_3C08, 0)
+        self.data_ready = lines >> 4 & (self.registers.get(0x4001_380C, 0) & 0xF == 2)
+        self.settle()
 
     # Time
 
@@ -360,10 +448,11 @@ class Chip:
 
 def main():
     asked = json.load(sys.stdin)
-    chip = Chip(asked["image"])
+    adis = asked.get("adis")
+    chip = Chip(asked["image"], adis)
     lines = chip.uarts
     byte = round(CORE * 10 / 921_600)
-    chip.run(CORE // 1000 * 5)
+    chip.run(CORE // 1000 * (250 if adis else 5))
     for text in asked["command"]:
         answered = len(lines["command"].sent)
         lines["command"].arrivals.extend((chip.cycles + byte * (n + 1), b) for n, b in enumerate(bytes.fromhex(text)))
@@ -374,6 +463,11 @@ def main():
     start = chip.cycles
     for n, text in enumerate(asked["sensor"]):
         at = start + asked["period"] * n
+        if adis:
+            chip.spi.burst = bytes.fromhex(text)
+            chip.rise()
+            chip.run(at + asked["period"])
+            continue
         lines["sensor"].arrivals.extend((at + byte * (k + 1), b) for k, b in enumerate(bytes.fromhex(text)))
     chip.run(start + asked["period"] * len(asked["sensor"]) + CORE // 200)
     print("navigation", lines["navigation"].sent.hex())
@@ -381,6 +475,7 @@ def main():
     for number, count in sorted(chip.served.items()):
         print("interrupts", number, count)
     print("cycles", chip.cycles - start)
+    print("bursts", chip.spi.bursts)
 
 
 if __name__ == "__main__":

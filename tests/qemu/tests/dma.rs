@@ -1,10 +1,11 @@
-//! The board's own image on a chip with a DMA controller, which QEMU has not: Unicorn's Cortex-M4, with peripherals written from the reference
+//! The board's own image on a chip with a DMA controller, and with an ADIS at its SPI bus, which QEMU has not: Unicorn's Cortex-M4, with peripherals written from the reference
 //! manual (`judges/stm32f405.py`).
 
 use std::path::Path;
 
 use firmware::app::Config;
 use firmware::wire::Format;
+use firmware::wire::adis::Burst;
 use qemu::drive::{Record, drive};
 use qemu::images::{Image, STM32F405, STM32F405_WINDOW};
 use qemu::judges::{ask, python};
@@ -16,6 +17,8 @@ use qemu::software::on_desktop;
 const SENSOR: u32 = 37;
 const SENSOR_IN: u32 = 58;
 const NAVIGATION_OUT: u32 = 17;
+/// ... and data-ready of the ADIS.
+const DATA_READY: u32 = 10;
 
 fn hex(bytes: &[u8]) -> String {
     bytes.iter().map(|byte| format!("{byte:02x}")).collect()
@@ -25,13 +28,15 @@ fn hex(bytes: &[u8]) -> String {
 fn run(
     python: &Path,
     image: &Path,
+    commands: &[Vec<u8>],
     frames: &[Record],
     period: u32,
+    adis: &serde_json::Value,
 ) -> (String, impl Fn(u32) -> usize + use<>) {
-    let commands: Vec<_> = set_up().expect("requests").iter().map(|p| hex(p)).collect();
+    let commands: Vec<_> = commands.iter().map(|packet| hex(packet)).collect();
     let sensor: Vec<_> = frames.iter().map(|frame| hex(&frame.bytes)).collect();
     let asked = serde_json::json!({
-        "image": image, "command": commands, "sensor": sensor, "period": period,
+        "image": image, "command": commands, "sensor": sensor, "period": period, "adis": adis,
     });
     let said = ask(python, "stm32f405.py", asked.to_string().as_bytes()).expect("it runs");
     let value = |name: &str| {
@@ -64,7 +69,14 @@ fn corrects(image: Image, format: Format, seconds: u32, period: u32) {
         .into_iter()
         .filter(|record| record.input == Input::Sensor)
         .collect();
-    let (sent, served) = run(&python, &built, &frames, period);
+    let (sent, served) = run(
+        &python,
+        &built,
+        &set_up().expect("requests"),
+        &frames,
+        period,
+        &serde_json::Value::Null,
+    );
     let mut input: Vec<_> = set_up()
         .expect("requests")
         .into_iter()
@@ -88,6 +100,39 @@ fn corrects(image: Image, format: Format, seconds: u32, period: u32) {
     let counts = [served(SENSOR_IN), served(NAVIGATION_OUT)];
     assert!(counts[0] >= frames.len() && counts[0] <= most, "{counts:?}");
     assert!(counts[1] <= 2 * most, "{counts:?}");
+}
+
+/// An ADIS16507-1 and an ADIS16495-2 are found, set up and read by their data-ready; the bursts leave as they came.
+#[test]
+fn an_adis_is_found_and_its_bursts_leave() {
+    let (Some(python), Some(built)) = (python(), STM32F405.build_or_skip()) else {
+        return;
+    };
+    let burst = |counter: u16| Burst {
+        gyro: [i32::from(counter), -70_000, 3],
+        accel: [5, 6_000_000, -i32::from(counter)],
+        temperature: 250,
+        counter,
+        ..Burst::default()
+    };
+    for (product, range, hz) in [(16507, 0x3, 1_000_000), (16495, 0x7, 6_500_000)] {
+        let frame = |counter| match product {
+            16507 => burst(counter).emit32().to_vec(),
+            _ => burst(counter).emit_1649x(true).to_vec(),
+        };
+        let frames: Vec<_> = (0..100)
+            .map(|n| Record {
+                input: Input::Sensor,
+                at_us: 0,
+                bytes: frame(n),
+            })
+            .collect();
+        let adis = serde_json::json!({"product": product, "range": range, "hz": hz});
+        let (sent, served) = run(&python, &built, &[], &frames, MILLISECOND, &adis);
+        let expected: Vec<u8> = frames.into_iter().flat_map(|frame| frame.bytes).collect();
+        assert!(sent == hex(&expected), "{product}: {sent}");
+        assert_eq!(served(DATA_READY), 100, "{product}");
+    }
 }
 
 /// Cycles from frame to frame.

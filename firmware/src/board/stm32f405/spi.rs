@@ -1,6 +1,7 @@
 //! An ADIS at SPI1: clock PA5, in PA6, out PA7, select PA4, data-ready PC4 (RM0090 sections 28 and 12).
 //!
-//! Which model is there is found out while nothing has come on the sensor's serial line. **Not tested on hardware**, and QEMU has nobody at its bus.
+//! Which model is there is found out while nothing has come on the sensor's serial line. **Not tested on hardware**, only in a model
+//! (`tests/qemu/judges/stm32f405.py`); QEMU has nobody at its bus.
 
 use core::convert::Infallible;
 use core::sync::atomic::{AtomicBool, Ordering};
@@ -28,7 +29,8 @@ static READY: AtomicBool = AtomicBool::new(false);
 pub struct Spi {
     device: ExclusiveDevice<Bus<Controller>, Select, Delay>,
     delay: Delay,
-    form: Form,
+    /// Of the sensor that was found.
+    form: Option<Form>,
 }
 
 impl Spi {
@@ -51,7 +53,7 @@ impl Spi {
         Self {
             device,
             delay,
-            form: Form::Narrow,
+            form: None,
         }
     }
 
@@ -59,18 +61,22 @@ impl Spi {
     pub fn find(&mut self) -> Option<Found> {
         let found = find(&mut self.device, &mut self.delay).ok()??;
         let kept = begin(&mut self.device, &mut self.delay, found.model).ok()?;
-        self.form = found.model.form();
-        let clock = self.form.clock_hz();
-        self.device.bus_mut().registers().set_up(clock);
-        kept.then_some(found)
+        if !kept {
+            return None;
+        }
+        let form = found.model.form();
+        self.device.bus_mut().registers().set_up(form.clock_hz());
+        self.form = Some(form);
+        Some(found)
     }
 
     /// A burst, if the sensor has said that there is a new one since the last.
     pub fn burst<'b>(&mut self, frame: &'b mut [u8; LONGEST]) -> Option<&'b mut [u8]> {
+        let form = self.form?;
         if !READY.swap(false, Ordering::Relaxed) {
             return None;
         }
-        Adis::new(&mut self.device, self.form).fetch(frame).ok()
+        Adis::new(&mut self.device, form).fetch(frame).ok()
     }
 }
 
