@@ -6,5 +6,5 @@ pub const GRADIENT_RATIONAL: u64 = 0x8466_e7b0_e4a6_f642;
 pub const GRADIENT_TANH: u64 = 0x59e7_ac80_aea0_4b74;
 pub const LEARNERS_RATIONAL: u64 = 0xbe80_949f_40e5_b65f;
 pub const LEARNERS_TANH: u64 = 0x5677_d9f5_087c_b2a6;
-pub const KERNEL_M4: u64 = 0xc292_8990_db48_f24c;
-pub const KERNEL_M7: u64 = 0xcbb4_8968_b126_d2d2;
+pub const KERNEL_M4: u64 = 0xc14f_4788_edd1_1f0a;
+pub const KERNEL_M7: u64 = 0x0bfa_682a_cef5_ca11;

@@ -92,6 +92,7 @@ fn input(random: &mut Random, wild: bool) -> f32 {
     match random.next() % 32 {
         0 if wild => random.any(),
         1 => random.within(100.0),
+        2 => [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, f32::MAX][random.next() as usize % 4],
         _ => random.within(2.0),
     }
 }

@@ -22,6 +22,27 @@ fn the_kernel_is_the_portable_network() {
     assert_eq!(digest_portable(7), digest_m7());
 }
 
+/// Its networks and inputs bring about every fault, and good steps.
+#[test]
+fn the_kernel_meets_every_fault() {
+    use std::sync::atomic::{AtomicU32, Ordering::Relaxed};
+    static MET: [AtomicU32; 4] = [const { AtomicU32::new(0) }; 4];
+    vectors::kernel::digest(
+        4,
+        |net, state, input| net.step(state, input),
+        |net, state, sens, input| net.step_gradient(state, sens, input),
+        |net, state, sens, input, target, rate| {
+            let step = net.step_descend(state, sens, input, target, rate);
+            let index = step.fault.map_or(0, |fault| 1 + fault as usize);
+            MET[index].fetch_add(1, Relaxed);
+            step
+        },
+    );
+    let met = MET.each_ref().map(|count| count.load(Relaxed));
+    println!("good, input, overflow, sensitivities: {met:?}");
+    assert!(met.iter().all(|&count| count > 5), "{met:?}");
+}
+
 #[test]
 fn a_wrong_constant_is_seen() {
     for wrong in 0..CHECKS.len() {
