@@ -4,6 +4,7 @@ use crate::session::{EPOCH_S, Session};
 use crate::sins::Increment;
 use crate::teacher::{Assumptions, Reference};
 use firmware::compensator::{Compensator, Limit};
+use firmware::sample::Counts;
 use lrnn_nostd::learn::{GaussNewton, Guarded, Learner, Paper, StepSizes};
 use lrnn_nostd::{Net, Normalisation, Weights};
 use nalgebra::Vector3;
@@ -205,24 +206,47 @@ pub fn compensate(session: &Session, compensator: &Compensator) -> Compensated {
     out
 }
 
-/// Words of some epochs as they are after the compensator, which runs from power-on; see [`Session::increments`]. Earlier words are zero.
+/// Counts of some epochs as they are after the compensator, which runs from power-on.
 #[must_use]
-pub fn corrected_words(
+pub fn corrected_counts(
     session: &Session,
     compensator: &Compensator,
     epochs: std::ops::Range<usize>,
-) -> Vec<Increment> {
+) -> Vec<Counts> {
     let mut state = compensator.power_on(false);
     let n = session.words_per_epoch();
     let (before, counts) = session.counts[..epochs.end * n].split_at(epochs.start * n);
     for word in before {
         let _ = compensator.process(&mut state, *word);
     }
-    let mut out = vec![Increment::default(); epochs.start * session.steps_per_epoch()];
-    let corrected = counts
-        .iter()
-        .map(|word| compensator.process(&mut state, *word).0);
-    out.extend(session.navigable(corrected));
+    let corrected = |word: &Counts| compensator.process(&mut state, *word).0;
+    counts.iter().map(corrected).collect()
+}
+
+/// [`corrected_counts`] as [`Session::increments`] has them. Earlier words are zero.
+#[must_use]
+pub fn corrected_words(
+    session: &Session,
+    compensator: &Compensator,
+    epochs: std::ops::Range<usize>,
+) -> Vec<Increment> {
+    let first = epochs.start;
+    words_from(
+        session,
+        first,
+        corrected_counts(session, compensator, epochs).into_iter(),
+    )
+}
+
+/// These counts in the place of the session's own from epoch `first` on, as [`Session::increments`] has them. Earlier words are zero.
+#[must_use]
+pub fn words_from(
+    session: &Session,
+    first: usize,
+    counts: impl Iterator<Item = Counts>,
+) -> Vec<Increment> {
+    let mut out = vec![Increment::default(); first * session.steps_per_epoch()];
+    out.extend(session.navigable(counts));
     out
 }
 

@@ -31,6 +31,27 @@ pub fn from_euler(roll: f64, pitch: f64, heading: f64) -> UnitQuaternion<f64> {
     UnitQuaternion::from_euler_angles(roll, pitch, heading)
 }
 
+/// [`from_euler`] with sine and cosine of half of each angle.
+#[must_use]
+pub fn from_half_angles(
+    (sr, cr): (f64, f64),
+    (sp, cp): (f64, f64),
+    (sh, ch): (f64, f64),
+) -> UnitQuaternion<f64> {
+    UnitQuaternion::new_unchecked(nalgebra::Quaternion::new(
+        cr * cp * ch + sr * sp * sh,
+        sr * cp * ch - cr * sp * sh,
+        cr * sp * ch + sr * cp * sh,
+        cr * cp * sh - sr * sp * ch,
+    ))
+}
+
+/// Sine and cosine of an angle from those of its half.
+#[must_use]
+pub fn doubled((s, c): (f64, f64)) -> (f64, f64) {
+    (2.0 * s * c, 1.0 - 2.0 * s * s)
+}
+
 /// Roll, pitch and heading in rad; heading in (-pi, pi].
 #[must_use]
 pub fn to_euler(q_bn: &UnitQuaternion<f64>) -> (f64, f64, f64) {
@@ -56,6 +77,20 @@ mod tests {
                 (from_rotvec(&phi).coords - want.coords).norm() < 2e-15,
                 "{n}"
             );
+        }
+    }
+
+    #[test]
+    fn half_angles_give_the_same_attitude_and_the_whole_ones() {
+        for (roll, pitch, heading) in [(0.0, 0.0, 0.0), (0.1, -0.3, 2.9), (-3.0, 1.5, -40.0)] {
+            let halves = [roll, pitch, heading].map(|a: f64| (0.5 * a).sin_cos());
+            let q = from_half_angles(halves[0], halves[1], halves[2]);
+            let want = from_euler(roll, pitch, heading);
+            assert!((q.coords - want.coords).norm() < 1e-15);
+            for (half, whole) in halves.into_iter().zip([roll, pitch, heading]) {
+                let ((s, c), want) = (doubled(half), whole.sin_cos());
+                assert!((s - want.0).abs() < 1e-15 && (c - want.1).abs() < 1e-15);
+            }
         }
     }
 }

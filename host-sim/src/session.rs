@@ -3,7 +3,7 @@
 use crate::earth::Geodetic;
 use crate::gnss::{Fix, GnssSpec};
 use crate::imu::magnetic::dipole_field;
-use crate::imu::{Imu, ImuSpec, Surroundings};
+use crate::imu::{Draws, Imu, ImuSpec, Surroundings};
 use crate::sins::{Increment, NavState, Samples, gather};
 use crate::truth::{DriveConfig, Segment, Truth, random_drive};
 use firmware::sample::{Counts, Lsb};
@@ -168,7 +168,20 @@ pub fn measure(
     truth: &Truth,
     fixes: &[Fix],
 ) -> Session {
-    let mut imu = Imu::new(spec, config.unit, config.turn_on);
+    let draws = Draws::of(config.turn_on, false);
+    measured(config, spec, truth, fixes, draws).0
+}
+
+/// [`measure`] with the turn-on's random numbers from their start; gives what it was measured with.
+#[must_use]
+pub fn measured(
+    config: &SessionConfig<'_>,
+    spec: &ImuSpec,
+    truth: &Truth,
+    fixes: &[Fix],
+    draws: Draws,
+) -> (Session, Imu) {
+    let mut imu = Imu::with_draws(spec, config.unit, config.turn_on, draws);
     let mut counts = Vec::with_capacity(truth.words.len());
     let mut systematic = Vec::with_capacity(truth.epochs.len());
     let mut surroundings = Vec::with_capacity(truth.epochs.len());
@@ -188,7 +201,7 @@ pub fn measure(
             dv: sum.dv / time,
         });
     }
-    Session {
+    let session = Session {
         dt: truth.dt,
         lsb: Imu::lsb(spec),
         counts,
@@ -199,7 +212,8 @@ pub fn measure(
         systematic: Some(systematic),
         surroundings: Some(surroundings),
         gather: 1,
-    }
+    };
+    (session, imu)
 }
 
 #[cfg(test)]

@@ -2,12 +2,14 @@
 
 use crate::baseline::{LinearModel, Sample, fit_3x3, fit_bias};
 use crate::learning::{
-    Inputs, NetworkSpec, Taught, compensator, corrected_words, inputs, normalisation, silent, teach,
+    Inputs, NetworkSpec, Taught, compensator, corrected_counts, inputs, normalisation, silent,
+    teach, words_from,
 };
 use crate::promotion::{THRESHOLD, log_likelihood};
 use crate::session::Session;
 use crate::sins::Increment;
 use crate::teacher::{Assumptions, Nominal, Reference, navigate, references};
+use firmware::sample::Counts;
 use lrnn_nostd::Net;
 use nalgebra::Vector3;
 
@@ -199,17 +201,20 @@ impl Study {
             };
             [net(0, u.gyro), net(1, u.accel)]
         };
-        self.evidence = choices
-            .iter()
-            .map(|u| {
-                let compensator = compensator(session, &pick(*u), &self.assumptions);
-                let corrected = corrected_words(session, &compensator, from..to);
-                (
-                    *u,
-                    log_likelihood(session, &corrected, nominal, &assumptions, from, to) - base,
-                )
-            })
-            .collect();
+        // the triads are corrected apart from each other, and a silent network leaves its counts as they are: both at once do for all
+        let nets = [self.taught[0].net, self.taught[1].net];
+        let both = compensator(session, &nets, &self.assumptions);
+        let both = corrected_counts(session, &both, from..to);
+        let raw = &session.counts[from * session.words_per_epoch()..];
+        let evidence = |u: Use| {
+            let counts = both.iter().zip(raw).map(|(corrected, raw)| Counts {
+                dtheta: if u.gyro { corrected } else { raw }.dtheta,
+                dv: if u.accel { corrected } else { raw }.dv,
+            });
+            let words = words_from(session, from, counts);
+            log_likelihood(session, &words, nominal, &assumptions, from, to) - base
+        };
+        self.evidence = choices.map(|u| (u, evidence(u))).to_vec();
         let best = self.evidence.iter().copied().fold(
             (
                 Use {

@@ -21,9 +21,9 @@ pub use tuning::{Tuned, Tuning};
 
 use crate::coast::Coast;
 use crate::error::Error;
-use crate::imu::{ErrorModelName, ImuSpec};
+use crate::imu::{Draws, ErrorModelName, ImuSpec};
 use crate::scenario::Scenario;
-use crate::session::{Session, SessionConfig, drive, measure};
+use crate::session::{Session, SessionConfig, drive, measured};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
@@ -218,11 +218,14 @@ impl Campaign {
             drive: seeds.drive,
         };
         let (truth, fixes) = drive(&config);
+        let mut draws = Draws::of(seeds.turn_on, true);
         for model in self.measured() {
             let spec = imu.error_model(model);
+            let (session, measured_by) = measured(&config, &spec, &truth, &fixes, draws);
+            draws = measured_by.into_draws();
             let session = Session {
                 gather: GATHER,
-                ..measure(&config, &spec, &truth, &fixes)
+                ..session
             };
             let case = Case {
                 session: &session,

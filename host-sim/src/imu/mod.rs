@@ -5,6 +5,7 @@
 //! [`lock_in`] for the angle random walk, [`thermal`] for the warm-up.
 
 mod delay;
+mod draws;
 mod error_model;
 pub mod lock_in;
 pub mod magnetic;
@@ -13,6 +14,7 @@ mod spec;
 pub mod thermal;
 mod triad;
 
+pub use draws::Draws;
 pub use error_model::ErrorModelName;
 pub use model::Imu;
 pub use spec::{AccelSpec, BlockSpec, DitherSpec, GyroSpec, ImuSpec, PRESETS};

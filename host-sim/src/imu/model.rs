@@ -1,9 +1,10 @@
 //! One IMU at one turn-on: turns perfect increments into pulse counts.
 
 use super::delay::Delay;
+use super::draws::{Draws, normal3};
 use super::spec::ImuSpec;
 use super::thermal::Block;
-use super::triad::{SLOW_S, Sigmas, Surroundings, Triad, normal3};
+use super::triad::{SLOW_S, Sigmas, Surroundings, Triad};
 use crate::sins::Increment;
 use crate::units::{ARCSEC, UG};
 use firmware::sample::{Counts, Lsb};
@@ -11,10 +12,10 @@ use nalgebra::Vector3;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
-/// Streams of random numbers beside the first ones, one a purpose.
-const NOISE: u64 = 1;
+/// Streams of the unit's random numbers beside the first one, one a purpose: those of its two triads ...
 const GYRO: u64 = 2;
 const ACCEL: u64 = 3;
+/// ... and of the accelerometers' places; and the turn-on's beside those of [`Draws`].
 const PLACE: u64 = 4;
 const AMBIENT: u64 = 5;
 
@@ -32,7 +33,7 @@ pub struct Imu {
     dt: f64,
     words_per_second: u32,
     word: u64,
-    rng: ChaCha8Rng,
+    draws: Draws,
 }
 
 fn stream(seed: u64, stream: u64) -> ChaCha8Rng {
@@ -45,11 +46,16 @@ impl Imu {
     /// `unit` seeds what belongs to the device, `turn_on` what is new at every power-on (noise included).
     #[must_use]
     pub fn new(spec: &ImuSpec, unit: u64, turn_on: u64) -> Self {
+        Self::with_draws(spec, unit, turn_on, Draws::of(turn_on, false))
+    }
+
+    /// The same over [`Draws`] of this turn-on from their start.
+    #[must_use]
+    pub fn with_draws(spec: &ImuSpec, unit: u64, turn_on: u64, mut draws: Draws) -> Self {
         let mut unit_rng = ChaCha8Rng::seed_from_u64(unit);
-        let mut rng = stream(turn_on, NOISE);
         let dt = 1.0 / f64::from(spec.rate_hz);
         let mut triad = |sigmas: Sigmas, own: u64| {
-            Triad::new(sigmas, &mut unit_rng, &mut rng, (unit, turn_on), own)
+            Triad::new(sigmas, &mut unit_rng, &mut draws.noise, stream(unit, own))
         };
         let gyro = triad(Sigmas::from(&spec.gyro), GYRO).with_dither(&spec.gyro.dither, dt);
         let accel = triad(Sigmas::from(&spec.accel), ACCEL);
@@ -66,8 +72,18 @@ impl Imu {
             dt,
             words_per_second: spec.rate_hz,
             word: 0,
-            rng,
+            draws,
         }
+    }
+
+    /// What was drawn, for the next IMU of this turn-on.
+    ///
+    /// # Panics
+    /// They were drawn without being kept.
+    #[must_use]
+    pub fn into_draws(mut self) -> Draws {
+        self.draws.rewind();
+        self.draws
     }
 
     /// Value of one count of each triad.
@@ -97,7 +113,11 @@ impl Imu {
             self.move_slow();
         }
         self.word += 1;
-        let (dtheta, e_g) = self.gyro.word(&perfect.dtheta, self.dt, &mut self.rng);
+        let Draws {
+            noise,
+            own: [gyro, accel],
+        } = &mut self.draws;
+        let (dtheta, e_g) = self.gyro.word(&perfect.dtheta, self.dt, [noise, gyro]);
         let mut felt = perfect.dv;
         if let Some(places) = &self.places {
             let rate = perfect.dtheta / self.dt;
@@ -107,7 +127,7 @@ impl Imu {
         if let Some(delay) = &mut self.delay {
             felt = delay.next(felt);
         }
-        let (dv, e_a) = self.accel.word(&felt, self.dt, &mut self.rng);
+        let (dv, e_a) = self.accel.word(&felt, self.dt, [noise, accel]);
         (
             Counts { dtheta, dv },
             Increment {
@@ -123,8 +143,12 @@ impl Imu {
             self.block.step(t, SLOW_S);
         }
         self.around.temperature = self.block.now();
-        self.gyro.move_slow(t, &self.around, &mut self.rng);
-        self.accel.move_slow(t, &self.around, &mut self.rng);
+        let Draws {
+            noise,
+            own: [gyro, accel],
+        } = &mut self.draws;
+        self.gyro.move_slow(t, &self.around, [noise, gyro]);
+        self.accel.move_slow(t, &self.around, [noise, accel]);
     }
 }
 

@@ -1,10 +1,10 @@
 //! Errors of one triad at one turn-on; the same equations serve gyros and accelerometers.
 
+use super::draws::{Normals, normal3};
 use super::spec::{AccelSpec, DitherSpec, GyroSpec};
 use super::thermal::Temperature;
 use crate::units::{ARCSEC, DEG, DEG_PER_H, DEG_PER_SQRT_H, G0, PPM, UG, UG_PER_SQRT_HZ};
 use nalgebra::{Matrix3, Vector3};
-use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
@@ -14,10 +14,6 @@ pub const WARM_UP_REPEATABILITY: f64 = 0.1;
 pub(super) const SLOW_S: f64 = 1.0;
 /// The three gyros dither apart from each other, or they would drive one another (assumed: 7 %).
 const DITHER_APART: [f64; 3] = [0.93, 1.0, 1.07];
-
-pub(super) fn normal3(rng: &mut ChaCha8Rng) -> Vector3<f64> {
-    Vector3::from_fn(|_, _| StandardNormal.sample(rng))
-}
 
 /// Numbers of a triad in SI, in one form for both kinds; what a kind does not have is zero.
 #[derive(Debug, Clone, Default)]
@@ -136,11 +132,11 @@ impl Residual {
         self.phase = self.omega.map(|w| (w * t).sin_cos());
     }
 
-    fn word(&mut self, rng: &mut ChaCha8Rng) -> Vector3<f64> {
+    fn word(&mut self, normals: &mut Normals) -> Vector3<f64> {
         for ((s, c), (ts, tc)) in self.phase.iter_mut().zip(self.turn) {
             (*s, *c) = (*s * tc + *c * ts, *c * tc - *s * ts);
         }
-        let z = normal3(rng);
+        let z = normals.three();
         let angle = Vector3::from_fn(|i, _| (self.amplitude + self.noise * z[i]) * self.phase[i].0);
         let change = angle - self.last;
         self.last = angle;
@@ -184,18 +180,15 @@ pub(super) struct Triad {
     vibration: (f64, Vector3<f64>, Vector3<f64>),
     /// All that is held over the present second.
     slow: Vector3<f64>,
-    /// For what is not drawn from the common noise: a cause of its own must not shift the draws of the others.
-    own: ChaCha8Rng,
 }
 
 impl Triad {
-    /// `stream` tells the two triads of an IMU apart in the random numbers that `seeds` (unit, turn-on) give.
+    /// Draws from the unit's common random numbers and from its `own`, which tell the two triads of an IMU apart.
     pub fn new(
         sigmas: Sigmas,
         unit: &mut ChaCha8Rng,
-        turn_on: &mut ChaCha8Rng,
-        seeds: (u64, u64),
-        stream: u64,
+        turn_on: &mut Normals,
+        mut own: ChaCha8Rng,
     ) -> Self {
         let bias_unit = normal3(unit) * sigmas.bias_unit;
         let mut matrix = Matrix3::from_fn(|_, _| {
@@ -206,25 +199,21 @@ impl Triad {
         let asymmetry = normal3(unit) * sigmas.asymmetry;
         let quadratic = normal3(unit) * sigmas.quadratic;
         let warm_up = normal3(unit) * sigmas.warm_up;
-        let bias_turn_on = normal3(turn_on) * sigmas.bias_turn_on;
-        let warm_up_gain = Vector3::repeat(1.0) + normal3(turn_on) * WARM_UP_REPEATABILITY;
-        let drift = normal3(turn_on) * sigmas.drift;
-        let mut unit = ChaCha8Rng::seed_from_u64(seeds.0);
-        unit.set_stream(stream);
-        let mut own = ChaCha8Rng::seed_from_u64(seeds.1);
-        own.set_stream(stream);
+        let bias_turn_on = turn_on.three() * sigmas.bias_turn_on;
+        let warm_up_gain = Vector3::repeat(1.0) + turn_on.three() * WARM_UP_REPEATABILITY;
+        let drift = turn_on.three() * sigmas.drift;
         Self {
             bias_unit,
             matrix,
             asymmetry,
             quadratic,
-            cubic: normal3(&mut unit) * sigmas.cubic,
-            cross: normal3(&mut unit) * sigmas.cross,
-            rectification: normal3(&mut unit) * sigmas.rectification,
+            cubic: normal3(&mut own) * sigmas.cubic,
+            cross: normal3(&mut own) * sigmas.cross,
+            rectification: normal3(&mut own) * sigmas.rectification,
             warm_up,
-            thermal: sigmas.thermal.map(|sigma| normal3(&mut unit) * sigma),
+            thermal: sigmas.thermal.map(|sigma| normal3(&mut own) * sigma),
             magnetic: Matrix3::from_fn(|_, _| {
-                let z: f64 = StandardNormal.sample(&mut unit);
+                let z: f64 = StandardNormal.sample(&mut own);
                 z * sigmas.magnetic
             }),
             bias_turn_on,
@@ -236,7 +225,6 @@ impl Triad {
             residual: None,
             vibration: Default::default(),
             slow: Vector3::zeros(),
-            own,
         }
     }
 
@@ -247,12 +235,12 @@ impl Triad {
     }
 
     /// Moves the slow errors to `t` seconds after power-on, `SLOW_S` after the last call.
-    pub fn move_slow(&mut self, t: f64, around: &Surroundings, rng: &mut ChaCha8Rng) {
+    pub fn move_slow(&mut self, t: f64, around: &Surroundings, [noise, own]: [&mut Normals; 2]) {
         let s = &self.sigmas;
         let keep = (-SLOW_S / s.drift_time).exp();
-        self.drift = self.drift * keep + normal3(rng) * (s.drift * (1.0 - keep * keep).sqrt());
+        self.drift = self.drift * keep + noise.three() * (s.drift * (1.0 - keep * keep).sqrt());
         if s.walk > 0.0 {
-            self.walk += normal3(&mut self.own) * (s.walk * SLOW_S.sqrt());
+            self.walk += own.three() * (s.walk * SLOW_S.sqrt());
         }
         if let Some(residual) = &mut self.residual {
             residual.rebase(t);
@@ -303,7 +291,7 @@ impl Triad {
         &mut self,
         d: &Vector3<f64>,
         dt: f64,
-        rng: &mut ChaCha8Rng,
+        [noise, own]: [&mut Normals; 2],
     ) -> ([i32; 3], Vector3<f64>) {
         let x = d / dt;
         if self.sigmas.rectification > 0.0 {
@@ -312,9 +300,9 @@ impl Triad {
             self.vibration.2 += x.component_mul(&x);
         }
         let systematic = self.error(&x) * dt;
-        let mut noise = normal3(rng) * (self.sigmas.noise * dt.sqrt());
+        let mut noise = noise.three() * (self.sigmas.noise * dt.sqrt());
         if let Some(residual) = &mut self.residual {
-            noise += residual.word(&mut self.own);
+            noise += residual.word(own);
         }
         let pulses = (d + systematic + noise) / self.sigmas.pulse + self.remainder;
         let whole = pulses.map(f64::round);

@@ -11,7 +11,7 @@ pub use profile::{Profile, Segment};
 pub use vibration::Vibration;
 
 use crate::earth::{Geodetic, Local};
-use crate::rotation::from_euler;
+use crate::rotation::{doubled, from_half_angles};
 use crate::sins::{Increment, NavState};
 use nalgebra::Vector3;
 use rand_chacha::ChaCha8Rng;
@@ -73,6 +73,7 @@ impl Truth {
         let words_per_epoch = (1.0 / dt).round() as usize;
         let rotors = NODES.map(|x| vibration.rotor(x * dt));
         let rotor_0 = vibration.rotor(0.0);
+        let rotor_word = vibration.rotor(dt);
         let mut words = Vec::with_capacity(n);
         let mut epochs = Vec::with_capacity(n / words_per_epoch + 2);
         let mut position = config.start;
@@ -80,7 +81,11 @@ impl Truth {
         for k in 0..n {
             let t0 = k as f64 * dt;
             profile.advance(&mut leg, t0);
-            vibration.rebase(t0);
+            if k % words_per_epoch == 0 {
+                vibration.rebase(t0);
+            } else {
+                vibration.turn(&rotor_word);
+            }
             let at = |t: f64, rotor: &[(f64, f64)]| instant(&profile, leg, t, &vibration.at(rotor));
             if k % words_per_epoch == 0 {
                 epochs.push(state(&at(t0, &rotor_0), position));
@@ -151,15 +156,15 @@ fn instant(profile: &Profile, leg: usize, t: f64, shake: &vibration::Shake) -> I
     let pitch_d1 = gamma.d1 + SQUAT * s.d2 + rate[1];
     let heading = psi.value + angle[2];
     let heading_d1 = psi.d1 + rate[2];
-    let (sr, cr) = roll.sin_cos();
-    let (st, ct) = pitch.sin_cos();
+    let [half_roll, half_pitch, half_heading] = [roll, pitch, heading].map(|a| (0.5 * a).sin_cos());
+    let [(sr, cr), (st, ct)] = [half_roll, half_pitch].map(doubled);
     let omega_nb = Vector3::new(
         roll_d1 - heading_d1 * st,
         pitch_d1 * cr + heading_d1 * sr * ct,
         -pitch_d1 * sr + heading_d1 * cr * ct,
     );
     Instant {
-        q_bn: from_euler(roll, pitch, heading),
+        q_bn: from_half_angles(half_roll, half_pitch, half_heading),
         v,
         a,
         omega_nb,

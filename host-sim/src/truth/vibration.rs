@@ -93,7 +93,14 @@ impl Vibration {
         }
     }
 
-    /// The turn of every mode over `tau` s: precomputed for the quadrature nodes.
+    /// Moves the base time on by the rotor's. Rounding adds up, by 1e-16 a call: to be rebased every second or so.
+    pub fn turn(&mut self, rotor: &[(f64, f64)]) {
+        for (m, (rs, rc)) in self.modes.iter_mut().zip(rotor) {
+            (m.sin, m.cos) = (m.sin * rc + m.cos * rs, m.cos * rc - m.sin * rs);
+        }
+    }
+
+    /// The turn of every mode over `tau` s: precomputed for the quadrature nodes and for a whole word.
     #[must_use]
     pub fn rotor(&self, tau: f64) -> Vec<(f64, f64)> {
         self.modes
