@@ -7,19 +7,21 @@ use std::fs;
 use std::path::Path;
 use std::process::ExitCode;
 
-use anyhow::{Context, Result, bail, ensure};
+use anyhow::{Context, Result, ensure};
 use comfy_table::{CellAlignment, Table, presets};
 use firmware::wire::Format;
 use qemu::budget::Budgets;
 use qemu::count::{self, Counts, Known};
-use qemu::images::{BOARDS, INSTRUCTIONS, target_directory};
+use qemu::images::{BOARDS, INSTRUCTIONS};
 use qemu::machine::{MPS2_AN500, NETDUINOPLUS2};
 use qemu::replay::Pace;
 use qemu::report::counted;
 use serde::Serialize;
+use vectors::work::DRIVE;
 
 use crate::needs;
-use crate::stage::{cargo_with, succeed};
+use crate::pytorch::{self, PyTorch};
+use crate::times::{Times, host_times};
 
 /// What is measured: in words, and its name on both machines. Of the four with one activation and of each three of the rest each contains, or is small beside, the next.
 const WORK: [(&str, &str); 24] = [
@@ -54,9 +56,8 @@ const FOURS: usize = 12;
 const STEP: &str = "step_rational";
 const LEARN: &str = "descent_rational";
 const FIX: &str = "learner_fix";
-
-/// Nanoseconds of each host benchmark, by name.
-type Times = BTreeMap<String, f64>;
+/// The same over a drive of [`DRIVE`] samples; on this machine alone.
+const DRIVE_NS: &str = "drive/descent_rational";
 
 /// The `--json` format; it stays stable.
 #[derive(Serialize)]
@@ -90,6 +91,10 @@ struct OnTarget {
 struct OnHost {
     step_ns: f64,
     gradient_step_ns: f64,
+    /// Network, gradient and update over 264 000 samples, s.
+    drive_s: f64,
+    /// PyTorch over the same samples, where it is there.
+    pytorch: Option<PyTorch>,
 }
 
 /// Measures, prints, and writes `json` if asked; exceeding a budget is an error.
@@ -101,13 +106,19 @@ pub fn bench(json: Option<&Path>) -> Result<ExitCode> {
     let (known, counts) = count::run(NETDUINOPLUS2, &image)?;
     let (known_m7, counts_m7) = count::run(MPS2_AN500, &image)?;
     known_m7.check()?;
-    let times = host_times()?;
+    let times = host_times("vectors", "work")?;
     println!("{}", table(known, &counts, &budgets, &times)?);
     println!("{}", activations::table(&counts, &times)?);
+    let drive_s = named(&times, DRIVE_NS)? * 1e-9;
+    println!("step + gradient + descent over {DRIVE} samples on one core: {drive_s:.3} s");
+    let pytorch = pytorch::measure()?;
+    if let Some(other) = &pytorch {
+        println!("{}", other.line(drive_s));
+    }
     known.check()?;
     more_work_takes_longer(&counts)?;
     if let Some(path) = json {
-        let figures = Figures::of(&counts, &counts_m7, &times)?;
+        let figures = Figures::of(&counts, &counts_m7, &times, pytorch)?;
         let text = serde_json::to_string_pretty(&figures)? + "\n";
         fs::write(path, text).with_context(|| path.display().to_string())?;
     }
@@ -122,7 +133,7 @@ pub fn bench(json: Option<&Path>) -> Result<ExitCode> {
 }
 
 impl Figures {
-    fn of(m4f: &Counts, m7: &Counts, times: &Times) -> Result<Self> {
+    fn of(m4f: &Counts, m7: &Counts, times: &Times, pytorch: Option<PyTorch>) -> Result<Self> {
         let on_target = |counts: &Counts, machine: &str| -> Result<OnTarget> {
             let board = BOARDS
                 .into_iter()
@@ -152,6 +163,8 @@ impl Figures {
             host: OnHost {
                 step_ns: named(times, STEP)?,
                 gradient_step_ns: named(times, LEARN)?,
+                drive_s: named(times, DRIVE_NS)? * 1e-9,
+                pytorch,
             },
             activations: activations::rows(m4f, times)?,
         })
@@ -218,49 +231,6 @@ fn table(
     Ok(table)
 }
 
-/// Runs the benchmarks of `vectors` for a second each and reads criterion's estimates.
-fn host_times() -> Result<Times> {
-    let home = target_directory()?.join("xtask-criterion");
-    if home.exists() {
-        fs::remove_dir_all(&home).with_context(|| home.display().to_string())?; // no figure of an older run survives
-    }
-    let arguments = "bench --quiet --package vectors --bench work -- --warm-up-time 0.5 --measurement-time 1 --noplot";
-    succeed(cargo_with(arguments).env("CRITERION_HOME", &home))?;
-    let mut times = Times::new();
-    collect(&home, "", &mut times)?;
-    if times.is_empty() {
-        bail!("criterion left no estimates in {}", home.display());
-    }
-    Ok(times)
-}
-
-/// `<name>/new/estimates.json`, at any depth (criterion's groups are directories).
-fn collect(directory: &Path, name: &str, times: &mut Times) -> Result<()> {
-    for entry in fs::read_dir(directory).with_context(|| directory.display().to_string())? {
-        let path = entry?.path();
-        let estimates = path.join("new/estimates.json");
-        let inner = path.file_name().unwrap_or_default().to_string_lossy();
-        let inner = if name.is_empty() {
-            inner.into_owned()
-        } else {
-            format!("{name}/{inner}")
-        };
-        if estimates.is_file() {
-            times.insert(inner, median(&fs::read_to_string(&estimates)?)?);
-        } else if path.is_dir() {
-            collect(&path, &inner, times)?;
-        }
-    }
-    Ok(())
-}
-
-fn median(estimates: &str) -> Result<f64> {
-    let estimates: serde_json::Value = serde_json::from_str(estimates)?;
-    estimates["median"]["point_estimate"]
-        .as_f64()
-        .context("criterion's estimates have no median")
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -276,12 +246,5 @@ mod tests {
         assert!(more_work_takes_longer(&costs).is_ok());
         costs.insert(LEARN.to_owned(), 194.0);
         assert!(more_work_takes_longer(&costs).is_err());
-    }
-
-    #[test]
-    fn criterions_median_is_read() {
-        let text = r#"{"mean":{"point_estimate":9.0},"median":{"confidence_interval":{},"point_estimate":7.5}}"#;
-        assert!((median(text).expect("well formed") - 7.5).abs() < 1e-12);
-        assert!(median("{}").is_err());
     }
 }

@@ -3,10 +3,13 @@
 mod bench;
 mod check;
 mod flash;
+mod growth;
 mod needs;
+mod pytorch;
 mod qemu;
 mod size;
 mod stage;
+mod times;
 mod vectors;
 
 use std::path::PathBuf;
@@ -36,6 +39,8 @@ enum Task {
         #[arg(long, value_name = "FILE")]
         json: Option<PathBuf>,
     },
+    /// How cost grows with rate, networks, weights, runs and cores: writes docs/growth-*.svg and tables in docs/PERFORMANCE.md. Minutes.
+    Growth,
     /// Every board in QEMU: serial lines, a drive of 22 minutes, instructions, stack; target against desktop, bit for bit.
     Qemu {
         /// Write the figures to this file too.
@@ -58,6 +63,7 @@ fn main() -> ExitCode {
     let done = match Arguments::parse().task {
         Task::Test { fast } => check::test(fast),
         Task::Bench { json } => bench::bench(json.as_deref()),
+        Task::Growth => growth::growth(),
         Task::Qemu { json } => qemu::qemu(json.as_deref()),
         Task::Flash { bench } => flash::flash(bench),
         Task::Size => needs::target().and_then(|()| size::size()),

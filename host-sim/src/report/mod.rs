@@ -5,6 +5,7 @@
 mod axes;
 pub mod bounds;
 mod canvas;
+pub mod chart;
 pub mod figures;
 mod html;
 pub mod json;

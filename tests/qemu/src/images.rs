@@ -65,13 +65,18 @@ pub const BENCH: Image = Image {
     package: "silicon",
     name: "stm32f405-bench",
 };
+/// Counts instructions of work of growing size.
+pub const GROWTH: Image = Image {
+    package: "qemu",
+    name: "growth",
+};
 /// Nothing but inference.
 pub const INFERENCE: Image = Image {
     package: "qemu",
     name: "inference",
 };
 /// Every image.
-pub const ALL: [Image; 9] = [
+pub const ALL: [Image; 10] = [
     STM32F405,
     STM32F405_WINDOW,
     MPS2,
@@ -79,6 +84,7 @@ pub const ALL: [Image; 9] = [
     REPLAY,
     DIFFERENT,
     INSTRUCTIONS,
+    GROWTH,
     INFERENCE,
     BENCH,
 ];

@@ -2,7 +2,9 @@
 
 use qemu::budget::Budgets;
 use qemu::count;
-use qemu::images::{BOARDS, DIFFERENT, INFERENCE, INSTRUCTIONS, MPS2, STM32F405, STM32F405_WINDOW};
+use qemu::images::{
+    BOARDS, DIFFERENT, GROWTH, INFERENCE, INSTRUCTIONS, MPS2, STM32F405, STM32F405_WINDOW,
+};
 use qemu::machine::{MPS2_AN386, NETDUINOPLUS2};
 use qemu::size::Size;
 
@@ -32,6 +34,28 @@ fn both_counters_agree() {
             off < 0.2 || off < 1e-5 * count,
             "{name}: {count} and {}",
             coarse[&name]
+        );
+    }
+}
+
+/// More of the same costs more, in every size that `cargo xtask growth` draws.
+#[test]
+fn what_grows_costs_more() {
+    let Some(image) = GROWTH.build_or_skip() else {
+        return;
+    };
+    let (_, counts) = count::run(NETDUINOPLUS2, &image).expect("the image runs");
+    for kind in ["rate", "nets", "weights"] {
+        let sizes = counts.iter().filter_map(|(name, cost)| {
+            let (of, size) = name.split_once('/')?;
+            (of == kind).then(|| (size.parse::<u32>().expect("a size"), *cost))
+        });
+        let mut sizes: Vec<(u32, f64)> = sizes.collect();
+        sizes.sort_by_key(|(size, _)| *size);
+        assert!(sizes.len() > 4, "{kind}: {sizes:?}");
+        assert!(
+            sizes.windows(2).all(|two| two[0].1 < two[1].1),
+            "{kind}: {sizes:?}"
         );
     }
 }

@@ -1,17 +1,20 @@
 //! Nanoseconds of the pieces of work that the target counts instructions of; `cargo xtask bench` shows both side by side.
 
+mod processor;
+
 use std::hint::black_box;
 
-use criterion::{Criterion, criterion_group, criterion_main};
+use criterion::{BatchSize, Criterion, Throughput, criterion_group, criterion_main};
 use lrnn_nostd::{Activation, Cubic, Rational, Tanh, kernel};
+use processor::Processor;
 use vectors::learning::{LearnerFixWork, LearnerSecondWork, LearnerStepWork};
 use vectors::navigation::{NavPieceWork, NavSecondWork, NavWordWork};
 use vectors::work::{
-    ActivationWork, DescentWork, GradientWork, KernelWork, LearnWork, StepWork, plausible,
+    ActivationWork, DRIVE, DescentWork, GradientWork, KernelWork, LearnWork, StepWork, plausible,
 };
 
 fn measure(
-    criterion: &mut Criterion,
+    criterion: &mut Criterion<Processor>,
     name: &str,
     mut work: impl FnMut([f32; 3]) -> ([f32; 3], bool),
 ) {
@@ -30,7 +33,7 @@ fn measure(
     );
 }
 
-fn all<H: Activation>(criterion: &mut Criterion, name: &str) {
+fn all<H: Activation>(criterion: &mut Criterion<Processor>, name: &str) {
     let mut step = StepWork::<H>::new();
     let mut gradient = GradientWork::<H>::new();
     let mut descent = DescentWork::<H>::new();
@@ -69,7 +72,7 @@ fn anew<W: Clone>(
     }
 }
 
-fn navigator(criterion: &mut Criterion) {
+fn navigator(criterion: &mut Criterion<Processor>) {
     let good = "the configuration is good";
     let word = NavWordWork::new().expect(good);
     let piece = NavPieceWork::new().expect(good);
@@ -79,7 +82,7 @@ fn navigator(criterion: &mut Criterion) {
     measure(criterion, "nav_second", anew(&second, NavSecondWork::run));
 }
 
-fn learner(criterion: &mut Criterion) {
+fn learner(criterion: &mut Criterion<Processor>) {
     let mut step = Box::new(LearnerStepWork::BLANK);
     let mut fix = Box::new(LearnerFixWork::BLANK);
     let mut second = Box::new(LearnerSecondWork::BLANK);
@@ -92,7 +95,7 @@ fn learner(criterion: &mut Criterion) {
 }
 
 /// The portable network, here; twice, since both forms are in the table.
-fn kernels(criterion: &mut Criterion) {
+fn kernels(criterion: &mut Criterion<Processor>) {
     use kernel::{m4, m7};
     let mut work = KernelWork::new();
     measure(criterion, "step_m4", |input| work.step(m4::step, input));
@@ -111,14 +114,43 @@ fn kernels(criterion: &mut Criterion) {
     });
 }
 
-fn both(criterion: &mut Criterion) {
+/// Network, exact gradient and update over a whole drive, from power-on.
+fn drive(criterion: &mut Criterion<Processor>) {
+    let mut good = true;
+    let mut group = criterion.benchmark_group("drive");
+    group
+        .sample_size(10)
+        .throughput(Throughput::Elements(DRIVE as u64));
+    group.bench_function("descent_rational", |bencher| {
+        bencher.iter_batched_ref(
+            DescentWork::<Rational>::new,
+            |work| {
+                for sample in 0..DRIVE {
+                    let (error, fine) = work.run(black_box(plausible(sample)));
+                    good &= fine;
+                    black_box(error);
+                }
+            },
+            BatchSize::LargeInput,
+        );
+    });
+    group.finish();
+    assert!(good, "a step was faulty, so its time says nothing");
+}
+
+fn both(criterion: &mut Criterion<Processor>) {
     all::<Rational>(criterion, "rational");
     all::<Tanh>(criterion, "tanh");
     all::<Cubic>(criterion, "cubic");
     kernels(criterion);
     navigator(criterion);
     learner(criterion);
+    drive(criterion);
 }
 
-criterion_group!(benches, both);
+criterion_group! {
+    name = benches;
+    config = Criterion::default().with_measurement(Processor);
+    targets = both
+}
 criterion_main!(benches);

@@ -3,16 +3,22 @@
 use firmware::learn::Settings;
 use firmware::learn::bank::{Bank, Gates, OBSERVATIONS, Work};
 use firmware::learn::prior::{All, NAV};
-use lrnn_nostd::learn::kalman::{AllWeights, OUTPUTS, Prior, Transition};
+use lrnn_nostd::Rational;
+use lrnn_nostd::learn::kalman::{AllWeights, Kalman, Learns, OUTPUTS, Prior, Transition};
 
 /// Both networks of the largest hypothesis step, with their exact gradients and the rows of the Jacobian: 126 weights and 6 biases.
 #[derive(Clone, Debug)]
 pub struct LearnerStepWork(All<f32>);
 
-/// A fix of the largest hypothesis: covariance over a second (it carries the rows of the Jacobian, so that no Psi is formed) and six
-/// scalar updates.
+/// A fix of a hypothesis of N parameters: covariance over a second (it carries the rows of the Jacobian, so that no Psi is formed) and
+/// six scalar updates.
 #[derive(Clone, Debug)]
-pub struct LearnerFixWork(All<f32>);
+pub struct FixWork<L: Learns, const N: usize, const PACKED: usize>(
+    Kalman<L, NAV, N, PACKED, Rational>,
+);
+
+/// [`FixWork`] of the largest hypothesis.
+pub type LearnerFixWork = FixWork<AllWeights, 132, 8778>;
 
 /// A second of all six hypotheses in parts: covariances, fix, networks' step.
 #[derive(Clone, Debug)]
@@ -57,9 +63,9 @@ fn inputs([x, y, z]: [f32; 3]) -> [[f32; 3]; 2] {
     [[x * 1e-3, y * 1e-3, z * 1e-3], [x * 0.01, y * 0.01, -9.8]]
 }
 
-fn prior() -> Prior<NAV, 132> {
+fn prior<L: Learns, const N: usize>() -> Prior<NAV, N> {
     let sheet = Settings::MEDIUM.sheet;
-    sheet.prior::<AllWeights, 132>(1.0, 0.1, OUTER, [1e-7; NAV])
+    sheet.prior::<L, N>(1.0, 0.1, OUTER, [1e-7; NAV])
 }
 
 impl LearnerStepWork {
@@ -68,7 +74,8 @@ impl LearnerStepWork {
 
     /// At rest.
     pub fn begin(&mut self) {
-        self.0.begin(Settings::MEDIUM.sheet.nets(1.0), prior());
+        let prior = prior::<AllWeights, 132>();
+        self.0.begin(Settings::MEDIUM.sheet.nets(1.0), prior);
     }
 
     /// One repetition, and whether it was good.
@@ -80,13 +87,14 @@ impl LearnerStepWork {
     }
 }
 
-impl LearnerFixWork {
+impl<L: Learns, const N: usize, const PACKED: usize> FixWork<L, N, PACKED> {
     /// To be begun: too large to be moved about.
-    pub const BLANK: Self = Self(All::BLANK);
+    pub const BLANK: Self = Self(Kalman::BLANK);
 
     /// At rest, the networks stepped once.
     pub fn begin(&mut self) {
-        self.0.begin(Settings::MEDIUM.sheet.nets(1.0), prior());
+        let prior = prior::<L, N>();
+        self.0.begin(Settings::MEDIUM.sheet.nets(1.0), prior);
         self.0.step(inputs([1.0, -1.0, 0.5]));
     }
 

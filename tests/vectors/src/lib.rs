@@ -8,6 +8,7 @@
 mod digest;
 mod expected;
 pub mod generate;
+pub mod growth;
 mod inputs;
 pub mod kernel;
 pub mod learners;

@@ -5,8 +5,13 @@ use firmware::sample::{Counts, Lsb};
 
 /// Words a second.
 pub const RATE: usize = 200;
-/// Counts of 1 g in a word.
-const GRAVITY: i32 = -49_033;
+/// Value of a count: 1e-7 rad and 1e-6 m/s.
+pub(crate) const LSB: Lsb = Lsb {
+    rad: 1e-7,
+    mps: 1e-6,
+};
+/// Counts of 1 g in a second.
+const GRAVITY: i32 = -9_806_650;
 
 /// One word gathered, and no step.
 #[derive(Clone, Debug)]
@@ -20,17 +25,13 @@ pub struct NavPieceWork(Navigator);
 #[derive(Clone, Debug)]
 pub struct NavSecondWork(Navigator);
 
-/// At rest in middle latitudes; counts of 1e-7 rad and 1e-6 m/s.
-fn navigator(piece_words: Option<u16>) -> Option<Navigator> {
-    let lsb = Lsb {
-        rad: 1e-7,
-        mps: 1e-6,
-    };
+/// At rest in middle latitudes, `rate` words a second.
+pub(crate) fn navigator(rate: usize, piece_words: Option<u16>) -> Option<Navigator> {
     let noise = Noise {
         gyro: 1e-6,
         accel: 1e-4,
     };
-    let mut config = Config::new(lsb, 1.0 / RATE as f64, noise);
+    let mut config = Config::new(LSB, 1.0 / rate as f64, noise);
     if let Some(words) = piece_words {
         config.piece_words = words;
     }
@@ -46,15 +47,15 @@ fn navigator(piece_words: Option<u16>) -> Option<Navigator> {
     Navigator::new(config, state).ok()
 }
 
-/// Rates of up to 2e-4 rad/s.
-fn word([x, y, z]: [f32; 3]) -> Counts {
+/// Rates of some 0.01 rad/s, whatever the words a second.
+pub(crate) fn word([x, y, z]: [f32; 3], rate: usize) -> Counts {
     Counts {
-        dtheta: [x as i32, y as i32, z as i32].map(|c| c * 5),
-        dv: [1, -1, GRAVITY],
+        dtheta: [x as i32, y as i32, z as i32].map(|c| c * 5 * RATE as i32 / rate as i32),
+        dv: [1, -1, GRAVITY / rate as i32],
     }
 }
 
-fn verdict(navigator: &Navigator, found: f32) -> ([f32; 3], bool) {
+pub(crate) fn verdict(navigator: &Navigator, found: f32) -> ([f32; 3], bool) {
     let faults = navigator.faults();
     ([found; 3], !faults.lost && faults.words == 0)
 }
@@ -62,13 +63,13 @@ fn verdict(navigator: &Navigator, found: f32) -> ([f32; 3], bool) {
 impl NavWordWork {
     /// `None` never: the configuration is good.
     pub fn new() -> Option<Self> {
-        navigator(Some(u16::MAX)).map(Self)
+        navigator(RATE, Some(u16::MAX)).map(Self)
     }
 
     /// One repetition, and whether it was good.
     #[inline(always)]
     pub fn run(&mut self, input: [f32; 3]) -> ([f32; 3], bool) {
-        self.0.word(&word(input));
+        self.0.word(&word(input, RATE));
         verdict(&self.0, 0.0)
     }
 }
@@ -76,13 +77,13 @@ impl NavWordWork {
 impl NavPieceWork {
     /// `None` never: the configuration is good.
     pub fn new() -> Option<Self> {
-        navigator(Some(1)).map(Self)
+        navigator(RATE, Some(1)).map(Self)
     }
 
     /// One repetition, and whether it was good.
     #[inline(always)]
     pub fn run(&mut self, input: [f32; 3]) -> ([f32; 3], bool) {
-        self.0.word(&word(input));
+        self.0.word(&word(input, RATE));
         verdict(&self.0, self.0.state().velocity[2] as f32)
     }
 }
@@ -90,14 +91,14 @@ impl NavPieceWork {
 impl NavSecondWork {
     /// `None` never: the configuration is good.
     pub fn new() -> Option<Self> {
-        navigator(None).map(Self)
+        navigator(RATE, None).map(Self)
     }
 
     /// One repetition, and whether it was good.
     #[inline(always)]
     pub fn run(&mut self, input: [f32; 3]) -> ([f32; 3], bool) {
         for _ in 0..RATE {
-            self.0.word(&word(input));
+            self.0.word(&word(input, RATE));
         }
         let transition = self.0.take_transition();
         let (found, good) = verdict(&self.0, transition.phi[8][5]);

@@ -15,6 +15,9 @@ const COUNT: usize = 40;
 const TARGET: [f32; 3] = [1.0 / 64.0; 3];
 const RATE: f32 = 1.0 / 65536.0;
 
+/// Samples of the drive that desktops are compared on: 22 min at 200 Hz.
+pub const DRIVE: usize = 22 * 60 * 200;
+
 /// The input of a repetition, rad/s.
 #[inline]
 pub fn plausible(repetition: usize) -> [f32; 3] {

@@ -1,0 +1,146 @@
+//! Pieces of work whose size is a parameter, to see how their cost grows with it; measured as those of one size are.
+
+use core::fmt;
+
+use firmware::compensator::{self, Compensator, Limit};
+use firmware::nav::Navigator;
+use lrnn_nostd::Rational;
+use lrnn_nostd::learn::kalman::{
+    AllWeights, Biases, DiagonalWeights, Learns, Nothing, OutputWeights,
+};
+
+use crate::learning::FixWork;
+use crate::list::Measure;
+use crate::navigation::{LSB, navigator, verdict, word};
+use crate::net;
+use crate::work::DescentWork;
+
+/// Every size, named by kind and size; before them `empty`, the loop without work.
+///
+/// # Errors
+/// As [`Measure::measure`].
+pub fn all(on: &mut impl Measure) -> fmt::Result {
+    on.measure("empty", false, |input| (input, true))?;
+    rate(on, "rate/100", 100)?;
+    rate(on, "rate/200", 200)?;
+    rate(on, "rate/500", 500)?;
+    rate(on, "rate/1000", 1000)?;
+    rate(on, "rate/2000", 2000)?;
+    rate(on, "rate/4000", 4000)?;
+    nets::<1>(on, "nets/1")?;
+    nets::<2>(on, "nets/2")?;
+    nets::<4>(on, "nets/4")?;
+    nets::<8>(on, "nets/8")?;
+    nets::<16>(on, "nets/16")?;
+    fix::<Nothing, 0, 0>(on, "weights/0", false)?;
+    fix::<Biases, 6, 21>(on, "weights/6", false)?;
+    fix::<OutputWeights, 24, 300>(on, "weights/24", true)?;
+    fix::<DiagonalWeights, 96, 4656>(on, "weights/96", true)?;
+    fix::<AllWeights, 132, 8778>(on, "weights/132", true)
+}
+
+// Each in a function of its own, so that the works' memory is not on the stack together.
+
+#[inline(never)]
+fn rate(on: &mut impl Measure, name: &'static str, words: u16) -> fmt::Result {
+    let mut work = RateWork::new(words).ok_or(fmt::Error)?;
+    on.measure(name, true, |input| work.run(input))
+}
+
+#[inline(never)]
+fn nets<const K: usize>(on: &mut impl Measure, name: &'static str) -> fmt::Result {
+    let mut work = NetsWork::<K>::new();
+    on.measure(name, false, |input| work.run(input))
+}
+
+#[inline(never)]
+fn fix<L: Learns, const N: usize, const PACKED: usize>(
+    on: &mut impl Measure,
+    name: &'static str,
+    long: bool,
+) -> fmt::Result {
+    let mut work = FixWork::<L, N, PACKED>::BLANK;
+    work.begin();
+    on.measure(name, long, |input| work.run(input))
+}
+
+/// Seconds after which a navigator begins anew: nobody navigates for hours without a fix.
+const FRESH: u32 = 300;
+
+/// A second of data: each word through the compensator with two networks, which step once, and into the navigator; at the end the
+/// navigator's transition.
+#[derive(Clone, Debug)]
+pub struct RateWork {
+    compensator: Compensator,
+    state: compensator::State,
+    navigator: Navigator,
+    start: Navigator,
+    seconds: u32,
+    words: u16,
+}
+
+impl RateWork {
+    /// `None` never: the configuration is good for every rate that is measured.
+    pub fn new(words: u16) -> Option<Self> {
+        let limit = Limit {
+            gyro: 1e-4,
+            accel: 0.1,
+        };
+        let dt = 1.0 / f64::from(words);
+        let start = navigator(words.into(), None)?;
+        Some(Self {
+            compensator: Compensator::new(net(), net(), LSB, dt, words, limit).ok()?,
+            state: compensator::State::default(),
+            navigator: start.clone(),
+            start,
+            seconds: 0,
+            words,
+        })
+    }
+
+    /// One repetition, and whether it was good.
+    #[inline(always)]
+    pub fn run(&mut self, input: [f32; 3]) -> ([f32; 3], bool) {
+        self.seconds += 1;
+        if self.seconds.is_multiple_of(FRESH) {
+            self.navigator = self.start.clone();
+        }
+        for _ in 0..self.words {
+            let word = word(input, self.words.into());
+            let (corrected, _) = self.compensator.process(&mut self.state, word);
+            self.navigator.word(&corrected);
+        }
+        let transition = self.navigator.take_transition();
+        let (found, good) = verdict(&self.navigator, transition.phi[8][5]);
+        let whole = (transition.time - 1.0).abs() < 1e-3;
+        (found, good && whole && self.state.faults == 0)
+    }
+}
+
+/// K networks, each with a state, an exact gradient and weights of its own: a step of all, all their weights moved.
+#[derive(Clone, Debug)]
+pub struct NetsWork<const K: usize>([DescentWork<Rational>; K]);
+
+impl<const K: usize> NetsWork<K> {
+    /// At rest.
+    pub fn new() -> Self {
+        Self(core::array::from_fn(|_| DescentWork::new()))
+    }
+
+    /// One repetition, and whether it was good.
+    #[inline(always)]
+    pub fn run(&mut self, input: [f32; 3]) -> ([f32; 3], bool) {
+        let mut last = ([0.0; 3], true);
+        for net in &mut self.0 {
+            let (error, good) = net.run(input);
+            last = (error, last.1 && good);
+        }
+        last
+    }
+}
+
+impl<const K: usize> Default for NetsWork<K> {
+    fn default() -> Self {
+        Self::new()
+    }
+}

@@ -1,0 +1,198 @@
+//! The tables, and their place in the document.
+
+use std::fmt::Write;
+
+use anyhow::{Context, Result, ensure};
+
+use super::laws::Polynomial;
+use super::pictures::CLOCK;
+use super::{Measured, Point};
+
+const BEGIN: &str = "<!-- growth: written by `cargo xtask growth` -->\n";
+const END: &str = "<!-- growth: end -->";
+
+/// `old` with `part` in the place of what stands between the markers.
+pub fn between_markers(old: &str, part: &str) -> Result<String> {
+    let missing = || format!("no line `{}`; remedy: git restore the file", BEGIN.trim());
+    let (before, rest) = old.split_once(BEGIN).with_context(missing)?;
+    let (_, after) = rest
+        .split_once(END)
+        .with_context(|| format!("no line `{END}` after the first marker"))?;
+    ensure!(
+        !after.contains(BEGIN.trim()),
+        "the marker is there twice; remedy: keep one"
+    );
+    Ok(format!("{before}{BEGIN}{part}{END}{after}"))
+}
+
+/// All tables with their pictures.
+pub fn part(measured: &Measured) -> Result<String> {
+    let mut out = String::new();
+    rates(&mut out, &measured.points("rate")?)?;
+    nets(&mut out, &measured.points("nets")?)?;
+    weights(&mut out, &measured.points("weights")?)?;
+    runs(&mut out, measured)?;
+    Ok(out)
+}
+
+fn picture(out: &mut String, name: &str, what: &str) -> Result<()> {
+    writeln!(out, "\n![{what}](growth-{name}.svg)\n")?;
+    Ok(())
+}
+
+fn rates(out: &mut String, points: &[Point]) -> Result<()> {
+    writeln!(
+        out,
+        "**Words a second**: compensator with two networks (a step a second) and navigator, a second of data.\n\n\
+         | words a second | Cortex-M4F, instructions | of 168 M | desktop, us | desktop, words/s |\n|---|---|---|---|---|"
+    )?;
+    for p in points {
+        let (share, rate) = (100.0 * p.instructions / CLOCK, p.size * 1e9 / p.nanoseconds);
+        writeln!(
+            out,
+            "| {} | {} | {share:.2} % | {:.1} | {} |",
+            p.size,
+            thousands(p.instructions),
+            p.nanoseconds / 1e3,
+            thousands(rate)
+        )?;
+    }
+    let (x, y): (Vec<f64>, Vec<f64>) = points.iter().map(|p| (p.size, p.instructions)).unzip();
+    if let Some(fit) = Polynomial::fit(1, &x, &y) {
+        writeln!(
+            out,
+            "\nOn the target: {} a second and {:.0} a word, to {:.1} %.",
+            thousands(fit.0[0]),
+            fit.0[1],
+            100.0 * fit.worst(&x, &y)
+        )?;
+    }
+    picture(
+        out,
+        "rate",
+        "cost of a second of data against words a second",
+    )
+}
+
+fn nets(out: &mut String, points: &[Point]) -> Result<()> {
+    writeln!(
+        out,
+        "**Networks**: step, exact gradient and descent of all.\n\n\
+         | networks | Cortex-M4F, instructions | a network | desktop, ns | a network | desktop, steps/s |\n|---|---|---|---|---|---|"
+    )?;
+    for p in points {
+        writeln!(
+            out,
+            "| {} | {} | {:.0} | {} | {:.0} | {} |",
+            p.size,
+            thousands(p.instructions),
+            p.instructions / p.size,
+            thousands(p.nanoseconds),
+            p.nanoseconds / p.size,
+            thousands(p.size * 1e9 / p.nanoseconds)
+        )?;
+    }
+    picture(out, "nets", "cost against networks")
+}
+
+fn weights(out: &mut String, points: &[Point]) -> Result<()> {
+    writeln!(
+        out,
+        "**Weights**: a fix learnt from, by parameters n: none, six biases, and with output weights, weights with diagonal feedback, all weights.\n\n\
+         | n | Cortex-M4F, instructions | desktop, us | desktop, fixes/s |\n|---|---|---|---|"
+    )?;
+    for p in points {
+        writeln!(
+            out,
+            "| {} | {} | {:.2} | {} |",
+            p.size,
+            thousands(p.instructions),
+            p.nanoseconds / 1e3,
+            thousands(1e9 / p.nanoseconds)
+        )?;
+    }
+    let (x, y): (Vec<f64>, Vec<f64>) = points.iter().map(|p| (p.size, p.instructions)).unzip();
+    if let Some(fit) = Polynomial::fit(2, &x, &y) {
+        let most = x.iter().copied().fold(0.0, f64::max);
+        writeln!(
+            out,
+            "\nOn the target {} + {:.0} n + {:.1} n^2, to {:.0} %; at n = {most} the square is {:.0} % of it.",
+            thousands(fit.0[0]),
+            fit.0[1],
+            fit.0[2],
+            100.0 * fit.worst(&x, &y),
+            100.0 * fit.top_share(most)
+        )?;
+    }
+    picture(out, "weights", "cost of a fix against parameters")
+}
+
+fn runs(out: &mut String, measured: &Measured) -> Result<()> {
+    let scaling = &measured.scaling;
+    let jobs = scaling.jobs();
+    write!(
+        out,
+        "**Runs and cores**: a campaign of one group of errors and noise, nine schemes, filters tuned before; s from start to exit \
+         without what threads waited for cores that others had (processor time of all threads), medians of campaigns in turn.\n\n| runs |"
+    )?;
+    for jobs in &jobs {
+        write!(out, " {jobs} job{} |", if *jobs == 1 { "" } else { "s" })?;
+    }
+    writeln!(out, "\n|---|{}", "---|".repeat(jobs.len()))?;
+    for one in scaling.with(1) {
+        write!(out, "| {} |", one.runs)?;
+        for cell in scaling.cells.iter().filter(|cell| cell.runs == one.runs) {
+            let cpu = cell
+                .cpu
+                .map_or_else(String::new, |cpu| format!(" ({cpu:.2})"));
+            write!(out, " {:.2}{cpu} |", cell.wall)?;
+        }
+        writeln!(out)?;
+    }
+    let [free, [least, median, most]] = scaling.ratio;
+    if scaling.cores > 1 {
+        writeln!(
+            out,
+            "\nOne job over {} jobs, pair by pair, longest campaign: {:.2} ({:.2} .. {:.2}); with the waiting in, on the machine as it was, {median:.2} \
+             ({least:.2} .. {most:.2}).",
+            scaling.cores, free[1], free[0], free[2]
+        )?;
+    }
+    picture(out, "runs", "time of a campaign against runs and cores")
+}
+
+/// Three digits that say something, and groups of three.
+fn thousands(value: f64) -> String {
+    let text = format!("{value:.0}");
+    let mut out = String::new();
+    for (i, digit) in text.chars().enumerate() {
+        if i > 0 && (text.len() - i).is_multiple_of(3) && text.len() > 4 {
+            out.push(' ');
+        }
+        out.push(digit);
+    }
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_what_is_between_the_markers_changes() {
+        let old = format!("# a\n{BEGIN}old | 1 |\n{END}\nb\n");
+        let new = between_markers(&old, "new\n").expect("markers are there");
+        assert_eq!(new, format!("# a\n{BEGIN}new\n{END}\nb\n"));
+        assert_eq!(between_markers(&new, "new\n").expect("still there"), new);
+        assert!(between_markers("# a\n", "new\n").is_err());
+        assert!(between_markers(&format!("{BEGIN}x"), "new\n").is_err());
+        assert!(between_markers(&format!("{new}{BEGIN}"), "new\n").is_err());
+    }
+
+    #[test]
+    fn long_numbers_are_grouped() {
+        assert_eq!(thousands(999.6), "1000");
+        assert_eq!(thousands(12_345.0), "12 345");
+        assert_eq!(thousands(1_234_567.4), "1 234 567");
+    }
+}
