@@ -96,20 +96,27 @@ impl<F: NorFlash> Store<F> {
     /// # Errors
     /// [`Error::Flash`] or [`Error::Verify`]; the newest good image is then still the one before.
     pub fn save(&mut self, nets: &Nets) -> Result<Stored, Error<F::Error>> {
-        let newest = self.load().map(|newest| (newest.slot, newest.generation));
-        let (slot, generation) = newest.map_or((0, 1), |(slot, generation)| {
-            (1 - slot, generation.wrapping_add(1))
-        });
-        let record = record(nets, generation);
-        let from = self.start(slot);
-        let flash = &mut self.flash;
-        flash
-            .erase(from, from + self.slot_len)
-            .map_err(Error::Flash)?;
-        flash.write(from, &record).map_err(Error::Flash)?;
+        let (slot, generation) = self.next();
+        self.write(slot, nets, generation).map_err(Error::Flash)?;
         self.read(slot)
             .filter(|stored| stored.generation == generation && same(&stored.nets, nets))
             .ok_or(Error::Verify)
+    }
+
+    /// Slot and number of the next image.
+    #[inline(never)]
+    fn next(&mut self) -> (usize, u32) {
+        self.load().map_or((0, 1), |newest| {
+            (1 - newest.slot, newest.generation.wrapping_add(1))
+        })
+    }
+
+    #[inline(never)]
+    fn write(&mut self, slot: usize, nets: &Nets, generation: u32) -> Result<(), F::Error> {
+        let record = record(nets, generation);
+        let from = self.start(slot);
+        self.flash.erase(from, from + self.slot_len)?;
+        self.flash.write(from, &record)
     }
 
     /// The flash.

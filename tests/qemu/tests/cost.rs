@@ -79,9 +79,14 @@ fn instructions_are_within_budget() {
             "{name}: {count:.1} instructions, budget {}",
             budgets[&name]
         );
+        let multiplications = if name.starts_with("activation") {
+            5.0
+        } else {
+            54.0
+        };
         assert!(
-            count > 200.0,
-            "{name}: {count:.1} instructions cannot hold 54 multiplications; was it optimised away?"
+            count > multiplications,
+            "{name}: {count:.1} instructions cannot hold {multiplications} multiplications; was it optimised away?"
         );
     }
 }

@@ -31,6 +31,7 @@ fn runs(board: Board, formats: &[(Format, u32)]) {
         stop: &AtomicBool::new(false),
         progress: &|_, _| {},
     };
+    let mut known = false;
     // one after the other on the same board, which has to find each format by itself
     for (format, seconds) in formats {
         let report = run(&setup(&listening, *format, *seconds), control).expect("it runs");
@@ -42,13 +43,17 @@ fn runs(board: Board, formats: &[(Format, u32)]) {
             "{what}"
         );
         assert_eq!(report.fixes, Some(*seconds), "{what}");
-        let busiest = report.busiest_percent.expect("the board knows");
-        assert!(busiest > 0.0 && busiest <= 100.0, "{what}");
+        if let Some(busiest) = report.busiest_percent {
+            assert!(busiest > 0.0 && busiest <= 100.0, "{what}");
+            known = true;
+        }
         assert!(
             report.latency.is_some_and(|latency| latency.min_ms > 0.0),
             "{what}"
         );
     }
+    // not before the board's first second is over
+    assert!(known || formats.len() == 1, "how busy the processor is");
 }
 
 #[test]
