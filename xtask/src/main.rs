@@ -15,6 +15,7 @@ mod vectors;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
+use ::qemu::images::{BENCH, STM32F405, STM32F405_WINDOW};
 use clap::{Parser, Subcommand};
 
 /// The checks and measurements of this workspace.
@@ -52,6 +53,9 @@ enum Task {
         /// The bench image instead: cycles of the works that `bench` counts the instructions of.
         #[arg(long)]
         bench: bool,
+        /// The image without the learner from fixes and without ADIS: 90 KiB of flash.
+        #[arg(long, conflicts_with = "bench")]
+        window: bool,
     },
     /// Flash and RAM of each image against budgets.toml.
     Size,
@@ -65,7 +69,11 @@ fn main() -> ExitCode {
         Task::Bench { json } => bench::bench(json.as_deref()),
         Task::Growth => growth::growth(),
         Task::Qemu { json } => qemu::qemu(json.as_deref()),
-        Task::Flash { bench } => flash::flash(bench),
+        Task::Flash { bench, window } => flash::flash(match (bench, window) {
+            (true, _) => BENCH,
+            (_, true) => STM32F405_WINDOW,
+            _ => STM32F405,
+        }),
         Task::Size => needs::target().and_then(|()| size::size()),
         Task::Vectors => vectors::regenerate(),
     };
