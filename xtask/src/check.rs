@@ -39,7 +39,7 @@ pub fn test(fast: bool) -> Result<ExitCode> {
 
 fn target_lints() -> Result<()> {
     TARGET_PACKAGES.iter().try_for_each(|package| {
-        let mut clippy = cargo_with("clippy --quiet --lib --bins --target");
+        let mut clippy = cargo_with("clippy --quiet --target");
         succeed(clippy.args([TARGET, "--package", package, "--", "-D", "warnings"]))
     })
 }
