@@ -26,7 +26,7 @@ pub fn put<const N: usize>(bytes: &mut [u8], at: usize, field: [u8; N]) {
 /// Lets `work` write to the `N` bytes from `at` and tells which bits it changed; `None`, and nothing is done, where the buffer is too
 /// short. Four bytes are compared at a time: `N` is a multiple of four.
 #[inline(always)]
-pub fn changed<const N: usize, R>(
+fn changed<const N: usize, R>(
     bytes: &mut [u8],
     at: usize,
     work: impl FnOnce(&mut [u8; N]) -> R,
@@ -46,6 +46,23 @@ pub fn changed<const N: usize, R>(
         *bits = (u32::from_ne_bytes(*bits) ^ u32::from_ne_bytes(*place)).to_ne_bytes();
     }
     Some((result, bits))
+}
+
+/// [`changed`], and the four bytes of the CRC at the frame's end changed with it: `crc` tells how, from the bits changed and the number of
+/// bytes between them and the CRC. `None`, and nothing is done, where the `N` bytes are not before the CRC.
+#[inline(always)]
+pub fn resealed<const N: usize, R>(
+    frame: &mut [u8],
+    at: usize,
+    crc: impl FnOnce(&[u8], usize) -> [u8; 4],
+    work: impl FnOnce(&mut [u8; N]) -> R,
+) -> Option<R> {
+    let end = frame.len().checked_sub(4)?;
+    let after = end.checked_sub(at + N)?;
+    let (result, bits) = changed(frame, at, work)?;
+    let sum = u32::from_ne_bytes(take(frame, end)) ^ u32::from_ne_bytes(crc(&bits, after));
+    put(frame, end, sum.to_ne_bytes());
+    Some(result)
 }
 
 /// The first `len` bytes; all of them where there are fewer.

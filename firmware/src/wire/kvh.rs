@@ -12,7 +12,7 @@
 //! The words are floats, so a correction is made in f64 and its rounding error kept for the next word: [`correct`].
 
 use super::checksum::{crc32_mpeg2, crc32_mpeg2_change, sum_bytes};
-use super::field::{Mark, changed, head, mark, put, take};
+use super::field::{Mark, head, mark, put, resealed, take};
 use super::{Axes, DEGREE, Error, G, Quantity, Reading, Scan, Unit, Units, Words};
 
 /// The longest message.
@@ -233,14 +233,19 @@ impl<T: AsRef<[u8]> + AsMut<[u8]>> Frame<T> {
     #[inline(always)]
     pub(super) fn change(&mut self, gyro: [f32; 3], accel: [f32; 3], mark: bool) -> Option<()> {
         let bytes = self.buffer.as_mut();
-        resealed(bytes, at::GYRO, |place: &mut [u8; 24]| {
+        resealed(bytes, at::GYRO, crc_change, |place: &mut [u8; 24]| {
             put_words(place, 0, gyro, accel);
         })?;
         if mark {
             // with two bytes of what is before and after it
-            resealed(bytes, self.layout.status() - 2, |place: &mut [u8; 4]| {
-                place[2] |= OWN_FAULT;
-            })?;
+            resealed(
+                bytes,
+                self.layout.status() - 2,
+                crc_change,
+                |place: &mut [u8; 4]| {
+                    place[2] |= OWN_FAULT;
+                },
+            )?;
         }
         Some(())
     }
@@ -257,19 +262,9 @@ fn put_words(bytes: &mut [u8], at: usize, gyro: [f32; 3], accel: [f32; 3]) {
 /// that status, sequence and temperature still cannot imitate a header.
 pub const OWN_FAULT: u8 = 0x08;
 
-/// Let `change` write to the `N` bytes from `at`, and change the CRC by what it changed.
-#[inline(always)]
-fn resealed<const N: usize>(
-    frame: &mut [u8],
-    at: usize,
-    change: impl FnOnce(&mut [u8; N]),
-) -> Option<()> {
-    let crc = frame.len().checked_sub(4)?;
-    let after = crc.checked_sub(at + N)?;
-    let ((), bits) = changed(frame, at, change)?;
-    let sum = u32::from_be_bytes(take(frame, crc)) ^ crc32_mpeg2_change(&bits, after);
-    put(frame, crc, sum.to_be_bytes());
-    Some(())
+/// How the CRC changes.
+fn crc_change(bits: &[u8], after: usize) -> [u8; 4] {
+    crc32_mpeg2_change(bits, after).to_be_bytes()
 }
 
 fn seal(frame: &mut [u8]) {

@@ -18,7 +18,7 @@
 //! output differs by that much. Compare counts.
 
 use super::checksum::{crc32_novatel, crc32_novatel_change};
-use super::field::{Mark, changed, head, mark, put, take};
+use super::field::{Mark, head, mark, put, resealed, take};
 use super::{
     Axes, DEGREE, Error, FOOT, Quantity, Reading, Scan, Unit, Units, Words, power_of_two as two,
 };
@@ -268,13 +268,23 @@ impl<T: AsRef<[u8]> + AsMut<[u8]>> Frame<T> {
         let payload = self.log.header_len();
         let mark = mark && self.log.is_extended();
         let bytes = self.buffer.as_mut();
-        resealed(bytes, payload + at::ACCEL, |place: &mut [u8; WORDS]| {
-            put_words(place, 0, gyro, accel);
-        })?;
+        resealed(
+            bytes,
+            payload + at::ACCEL,
+            crc_change,
+            |place: &mut [u8; WORDS]| {
+                put_words(place, 0, gyro, accel);
+            },
+        )?;
         if mark {
-            resealed(bytes, payload + at::INFO, |[info, ..]: &mut [u8; 4]| {
-                *info |= OWN_FAULT;
-            })?;
+            resealed(
+                bytes,
+                payload + at::INFO,
+                crc_change,
+                |[info, ..]: &mut [u8; 4]| {
+                    *info |= OWN_FAULT;
+                },
+            )?;
         }
         Some(())
     }
@@ -296,19 +306,9 @@ fn put_words(bytes: &mut [u8], at: usize, gyro: [i32; 3], accel: [i32; 3]) {
 /// Our own fault bit in the info byte of the extended logs, reserved by `NovAtel`; RAWIMU and RAWIMUS have no room.
 pub const OWN_FAULT: u8 = 0x80;
 
-/// Let `change` write to the `N` bytes from `at`, and change the CRC by what it changed.
-#[inline(always)]
-fn resealed<const N: usize>(
-    frame: &mut [u8],
-    at: usize,
-    change: impl FnOnce(&mut [u8; N]),
-) -> Option<()> {
-    let crc = frame.len().checked_sub(4)?;
-    let after = crc.checked_sub(at + N)?;
-    let ((), bits) = changed(frame, at, change)?;
-    let sum = u32::from_le_bytes(take(frame, crc)) ^ crc32_novatel_change(&bits, after);
-    put(frame, crc, sum.to_le_bytes());
-    Some(())
+/// How the CRC changes.
+fn crc_change(bits: &[u8], after: usize) -> [u8; 4] {
+    crc32_novatel_change(bits, after).to_le_bytes()
 }
 
 /// `NovAtel`'s number of an IMU model (table "IMU type" of the RAWIMUX page).

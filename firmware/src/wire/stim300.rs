@@ -20,7 +20,7 @@ pub mod config;
 pub mod request;
 
 use super::checksum::{crc32_mpeg2_padded, crc32_mpeg2_padded_change};
-use super::field::{be_i24, changed, head, put, put_be_i24, saturate_i24, take};
+use super::field::{be_i24, head, put, put_be_i24, resealed, saturate_i24, take};
 use super::{Axes, Error, Reading, Scan, Words};
 
 /// The longest measurement datagram, without CR LF.
@@ -175,18 +175,9 @@ fn crc_is_right(frame: &[u8]) -> bool {
     crc32_mpeg2_padded(head(frame, crc)) == u32::from_be_bytes(take(frame, crc))
 }
 
-/// Let `change` write to the first `N` bytes, and change the CRC by what it changed.
-#[inline(always)]
-fn resealed<const N: usize, R>(
-    frame: &mut [u8],
-    change: impl FnOnce(&mut [u8; N]) -> R,
-) -> Option<R> {
-    let crc = frame.len().checked_sub(at::CRC)?;
-    let (result, bits) = changed::<N, R>(frame, 0, change)?;
-    let sum = u32::from_be_bytes(take(frame, crc));
-    let sum = sum ^ crc32_mpeg2_padded_change(&bits, crc.checked_sub(N)?);
-    put(frame, crc, sum.to_be_bytes());
-    Some(result)
+/// How the CRC changes with the first bytes.
+fn crc_change(bits: &[u8], after: usize) -> [u8; 4] {
+    crc32_mpeg2_padded_change(bits, after).to_be_bytes()
 }
 
 /// Put the CRC of the bytes before it into the last four bytes.
@@ -348,13 +339,13 @@ impl<T: AsRef<[u8]> + AsMut<[u8]>> Frame<T> {
         let bytes = self.buffer.as_mut();
         let contents = &mut self.contents;
         if contents.accel {
-            return resealed(bytes, |place: &mut [u8; 24]| {
+            return resealed(bytes, 0, crc_change, |place: &mut [u8; 24]| {
                 put_family(contents, place, family.unwrap_or(Extra::None));
                 let held = put_triad(place, at::GYRO, gyro);
                 Axes::new(held, put_triad(place, at::GYRO + at::CLUSTER, accel))
             });
         }
-        resealed(bytes, |place: &mut [u8; 12]| {
+        resealed(bytes, 0, crc_change, |place: &mut [u8; 12]| {
             put_family(contents, place, family.unwrap_or(Extra::None));
             Axes::new(put_triad(place, at::GYRO, gyro), 0)
         })
