@@ -8,7 +8,7 @@ use std::path::Path;
 use std::process::ExitCode;
 
 use anyhow::{Context, Result, ensure};
-use comfy_table::{CellAlignment, Table, presets};
+use comfy_table::Table;
 use firmware::wire::Format;
 use qemu::budget::Budgets;
 use qemu::count::{self, Counts, Known};
@@ -21,6 +21,7 @@ use vectors::work::DRIVE;
 
 use crate::needs;
 use crate::pytorch::{self, PyTorch};
+use crate::table::numbers;
 use crate::times::{Times, host_times};
 
 /// What is measured: in words, and its name on both machines. Of the four with one activation and of each three of the rest each contains, or is small beside, the next.
@@ -201,18 +202,12 @@ fn table(
     budgets: &BTreeMap<String, f64>,
     times: &Times,
 ) -> Result<Table> {
-    let mut table = Table::new();
-    table.load_preset(presets::ASCII_MARKDOWN);
-    table.set_header([
+    let mut table = numbers([
         "one ...",
         "Cortex-M4F, instructions",
         "budget",
         "this machine, ns",
     ]);
-    table
-        .column_iter_mut()
-        .skip(1)
-        .for_each(|column| column.set_cell_alignment(CellAlignment::Right));
     for (words, name) in WORK {
         let (count, time) = (named(counts, name)?, named(times, name)?);
         let budget = format!("{:.0}", named(budgets, name)?);

@@ -9,6 +9,7 @@ mod pytorch;
 mod qemu;
 mod size;
 mod stage;
+mod table;
 mod times;
 mod vectors;
 

@@ -5,7 +5,7 @@ use std::path::Path;
 use std::process::ExitCode;
 
 use anyhow::{Context, Result};
-use comfy_table::{CellAlignment, Table, presets};
+use comfy_table::Table;
 use firmware::wire::Format;
 use qemu::budget::Budgets;
 use qemu::drive::drive;
@@ -16,6 +16,7 @@ use qemu::replay::Pace;
 use qemu::report::{MINUTES, Report, counted, name, report, within};
 
 use crate::needs;
+use crate::table::numbers;
 
 /// Runs, prints, and writes `json` if asked; a difference or an excess is an error.
 pub fn qemu(json: Option<&Path>) -> Result<ExitCode> {
@@ -49,11 +50,9 @@ pub fn qemu(json: Option<&Path>) -> Result<ExitCode> {
 }
 
 fn table(reports: &[Report]) -> Table {
-    let mut table = Table::new();
-    table.load_preset(presets::ASCII_MARKDOWN);
     let mut header = vec![format!("{MINUTES} min as STIM300")];
     header.extend(reports.iter().map(|report| report.board.clone()));
-    table.set_header(header);
+    let mut table = numbers(header);
     type Column = fn(&Report) -> String;
     let rows: [(&str, Column); 11] = [
         ("words", |r| r.words.to_string()),
@@ -81,8 +80,6 @@ fn table(reports: &[Report]) -> Table {
         row.extend(reports.iter().map(value));
         table.add_row(row);
     }
-    let columns = table.column_iter_mut().skip(1);
-    columns.for_each(|column| column.set_cell_alignment(CellAlignment::Right));
     table
 }
 

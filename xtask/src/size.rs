@@ -2,8 +2,9 @@
 
 use std::process::ExitCode;
 
+use crate::table::numbers;
 use anyhow::{Context, Result, bail};
-use comfy_table::{CellAlignment, Table, presets};
+use comfy_table::Table;
 use qemu::budget::{Budgets, ImageBudget};
 use qemu::images::{ALL, Image};
 use qemu::size::{RAM, Size};
@@ -11,9 +12,7 @@ use qemu::size::{RAM, Size};
 /// Builds and measures; exceeding a budget is an error.
 pub fn size() -> Result<ExitCode> {
     let budgets = Budgets::read()?;
-    let mut table = Table::new();
-    table.load_preset(presets::ASCII_MARKDOWN);
-    table.set_header([
+    let mut table = numbers([
         "image",
         "flash, B",
         "budget",
@@ -22,10 +21,6 @@ pub fn size() -> Result<ExitCode> {
         "left for the stack, B",
         "functions that panic",
     ]);
-    table
-        .column_iter_mut()
-        .skip(1)
-        .for_each(|column| column.set_cell_alignment(CellAlignment::Right));
     let (mut exceeded, mut by_module) = (Vec::new(), Vec::new());
     for (name, budget) in &budgets.image {
         let image = ALL
@@ -57,13 +52,7 @@ pub fn size() -> Result<ExitCode> {
 
 /// Flash and RAM of an image by crate and module, the largest first.
 fn modules(image: &str, size: &Size) -> Table {
-    let mut table = Table::new();
-    table.load_preset(presets::ASCII_MARKDOWN);
-    table.set_header([&format!("{image}: crate and module"), "flash, B", "RAM, B"]);
-    table
-        .column_iter_mut()
-        .skip(1)
-        .for_each(|column| column.set_cell_alignment(CellAlignment::Right));
+    let mut table = numbers([&format!("{image}: crate and module"), "flash, B", "RAM, B"]);
     let mut rows: Vec<_> = size.modules.iter().collect();
     rows.sort_by_key(|(_, [flash, ram])| core::cmp::Reverse(flash + ram));
     for (name, [flash, ram]) in rows {

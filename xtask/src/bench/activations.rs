@@ -1,12 +1,13 @@
 //! The table of activations: error, instructions, time.
 
 use anyhow::Result;
-use comfy_table::{CellAlignment, Table, presets};
+use comfy_table::Table;
 use lrnn_nostd::{Activation, Cubic, Rational, Tanh};
 use qemu::count::Counts;
 use serde::Serialize;
 
 use super::{Times, named};
+use crate::table::numbers;
 
 /// One activation, in the `--json` format.
 #[derive(Serialize)]
@@ -40,18 +41,13 @@ pub(super) fn rows(counts: &Counts, times: &Times) -> Result<Vec<Row>> {
 }
 
 pub(super) fn table(counts: &Counts, times: &Times) -> Result<Table> {
-    let mut table = Table::new();
-    table.load_preset(presets::ASCII_MARKDOWN);
-    table.set_header([
+    let mut table = numbers([
         "activation",
         "largest error",
         "instructions",
         "step with six",
         "step, ns",
     ]);
-    for column in table.column_iter_mut().skip(1) {
-        column.set_cell_alignment(CellAlignment::Right);
-    }
     for row in rows(counts, times)? {
         table.add_row([
             row.name.to_owned(),
