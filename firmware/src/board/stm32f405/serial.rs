@@ -155,10 +155,10 @@ fn pend(interrupt: Interrupt) {
 
 /// Clocks of ports and lines on; pins to their alternate function, inputs pulled up so that an open line is silent.
 fn pins(rcc: &RCC, a: &GPIOA, b: &GPIOB) {
-    rcc.ahb1enr()
-        .modify(|_, w| w.gpioaen().set_bit().gpioben().set_bit());
-    rcc.ahb1enr()
-        .modify(|_, w| w.dma1en().set_bit().dma2en().set_bit());
+    rcc.ahb1enr().modify(|_, w| {
+        w.gpioaen().set_bit().gpioben().set_bit();
+        w.dma1en().set_bit().dma2en().set_bit()
+    });
     rcc.apb1enr().modify(|_, w| {
         w.usart2en()
             .set_bit()

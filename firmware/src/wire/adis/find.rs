@@ -76,30 +76,34 @@ pub fn begin<S: SpiDevice>(
     model: Model,
 ) -> Result<bool, S::Error> {
     let mut adis = Adis::new(spi, model.form());
-    let mut keeps = |adis: &mut Adis<&mut S>, address, value| {
-        adis.write_register(delay, address, value)?;
-        delay.delay_us(SETTLE_US);
-        Ok(adis.read_register(delay, address)? == value)
-    };
     match model.form() {
-        Form::Narrow => keeps(&mut adis, register::DEC_RATE, DECIMATION),
+        Form::Narrow => keeps(&mut adis, delay, register::DEC_RATE, DECIMATION),
         Form::Wide => {
-            let rate = keeps(&mut adis, register::DEC_RATE, DECIMATION)?;
+            let rate = keeps(&mut adis, delay, register::DEC_RATE, DECIMATION)?;
             let options = adis.read_register(delay, register::MSC_CTRL)?;
             let options = (options | BURST32) & !BURST_SEL;
-            adis.write_register(delay, register::MSC_CTRL, options)?;
-            delay.delay_us(SETTLE_US);
-            Ok(rate && adis.read_register(delay, register::MSC_CTRL)? == options)
+            Ok(keeps(&mut adis, delay, register::MSC_CTRL, options)? && rate)
         }
         Form::Adis1649x => {
             adis.write_byte(delay, register::PAGE, 3)?;
-            adis.write_register(delay, register::DEC_RATE_1649X, DECIMATION_1649X)?;
-            delay.delay_us(SETTLE_US);
-            let kept = adis.read_register(delay, register::DEC_RATE_1649X)? == DECIMATION_1649X;
+            let rate = register::DEC_RATE_1649X;
+            let kept = keeps(&mut adis, delay, rate, DECIMATION_1649X)?;
             adis.write_byte(delay, register::PAGE, 0)?;
             Ok(kept)
         }
     }
+}
+
+/// Writes a register and reads it back.
+fn keeps<S: SpiDevice>(
+    adis: &mut Adis<&mut S>,
+    delay: &mut impl DelayNs,
+    address: u8,
+    value: u16,
+) -> Result<bool, S::Error> {
+    adis.write_register(delay, address, value)?;
+    delay.delay_us(SETTLE_US);
+    Ok(adis.read_register(delay, address)? == value)
 }
 
 #[cfg(test)]

@@ -8,7 +8,7 @@ use cortex_m::peripheral::NVIC;
 use firmware::link::uart::Uart;
 use stm32f4::stm32f405::dma2::RegisterBlock;
 
-use super::interrupts::{AWAKE, Line, unmask};
+use super::interrupts::{AWAKE, Line, unmask, woken};
 use super::stream::{Left, Stream};
 use super::ticks;
 use crate::replay::Wires;
@@ -120,11 +120,7 @@ fn came(_: &Uart, byte: u8) -> bool {
         place.store(byte, Ordering::Relaxed);
         byte
     });
-    let awake = AWAKE.load(Ordering::Relaxed);
-    if awake {
-        AWAKE.store(false, Ordering::Relaxed);
-    }
-    awake
+    woken()
 }
 
 fn left(_: &Uart) -> Option<u8> {

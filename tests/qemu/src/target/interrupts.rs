@@ -75,6 +75,12 @@ fn came(_: &Uart, byte: u8) -> bool {
     REGISTERS[0].store(CAME | ROOM, Ordering::Relaxed);
     NVIC::pend(Line::Sensor);
     cortex_m::asm::isb(); // it is served here
+    woken()
+}
+
+/// Whether the main loop is to look, once.
+#[inline(always)]
+pub(super) fn woken() -> bool {
     let awake = AWAKE.load(Ordering::Relaxed);
     if awake {
         AWAKE.store(false, Ordering::Relaxed);
