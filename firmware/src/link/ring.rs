@@ -260,31 +260,31 @@ fn halves(bytes: &[u8], len: usize, room: usize) -> (&[u8], &[u8]) {
     bytes.split_at_checked(room).unwrap_or((bytes, &[]))
 }
 
-/// `to` takes `bytes`, as far as both go; four at a time, since the loop costs more than a byte.
+/// `to`, at least as many, takes `bytes`; four at a time, since the loop costs more than a byte.
 #[inline(always)]
 fn put(to: &[AtomicU8], bytes: &[u8]) {
+    let to = to.get(..bytes.len()).unwrap_or_default();
     let ((to, to_rest), (bytes, rest)) = (to.as_chunks::<4>(), bytes.as_chunks::<4>());
     for (to, bytes) in to.iter().zip(bytes) {
         for (place, byte) in to.iter().zip(bytes) {
             place.store(*byte, Ordering::Relaxed);
         }
     }
-    let to_rest = to.get(bytes.len()).map_or(to_rest, |more| more);
     for (place, byte) in to_rest.iter().zip(rest) {
         place.store(*byte, Ordering::Relaxed);
     }
 }
 
-/// The reverse.
+/// `to` takes `bytes`, at least as many.
 #[inline(always)]
 fn get(bytes: &[AtomicU8], to: &mut [u8]) {
+    let bytes = bytes.get(..to.len()).unwrap_or_default();
     let ((bytes, bytes_rest), (to, rest)) = (bytes.as_chunks::<4>(), to.as_chunks_mut::<4>());
-    for (bytes, to) in bytes.iter().zip(to.iter_mut()) {
+    for (bytes, to) in bytes.iter().zip(to) {
         for (byte, place) in bytes.iter().zip(to) {
             *place = byte.load(Ordering::Relaxed);
         }
     }
-    let bytes_rest = bytes.get(to.len()).map_or(bytes_rest, |more| more);
     for (byte, place) in bytes_rest.iter().zip(rest) {
         *place = byte.load(Ordering::Relaxed);
     }
