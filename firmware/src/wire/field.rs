@@ -48,8 +48,8 @@ fn changed<const N: usize, R>(
     Some((result, bits))
 }
 
-/// [`changed`], and the four bytes of the CRC at the frame's end changed with it: `crc` tells how, from the bits changed and the number of
-/// bytes between them and the CRC. `None`, and nothing is done, where the `N` bytes are not before the CRC.
+/// Do `work` on the `N` bytes at `at`, and change the four bytes of the CRC at the frame's end with them: `crc` tells how, from the bits
+/// changed and the number of bytes between them and the CRC. `None`, and nothing is done, where the `N` bytes are not before the CRC.
 #[inline(always)]
 pub fn resealed<const N: usize, R>(
     frame: &mut [u8],
