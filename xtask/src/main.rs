@@ -51,12 +51,15 @@ enum Task {
     },
     /// Write the image to an STM32F405 with probe-rs and show its log.
     Flash {
-        /// The bench image instead: cycles of the works that `bench` counts the instructions of.
+        /// The bench image instead, for an STM32F4, F7 or H7: cycles of the works that `bench` counts the instructions of.
         #[arg(long)]
         bench: bool,
         /// The image without the learner from fixes and without ADIS: 90 KiB of flash.
         #[arg(long, conflicts_with = "bench")]
         window: bool,
+        /// The chip, as `probe-rs chip list` calls it: with `--bench` an STM32F4, F7 or H7, else one of STM32F405, F407, F415, F417.
+        #[arg(long, value_name = "NAME", default_value = flash::CHIP)]
+        chip: String,
     },
     /// Flash and RAM of each image against budgets.toml.
     Size,
@@ -70,11 +73,18 @@ fn main() -> ExitCode {
         Task::Bench { json } => bench::bench(json.as_deref()),
         Task::Growth => growth::growth(),
         Task::Qemu { json } => qemu::qemu(json.as_deref()),
-        Task::Flash { bench, window } => flash::flash(match (bench, window) {
-            (true, _) => BENCH,
-            (_, true) => STM32F405_WINDOW,
-            _ => STM32F405,
-        }),
+        Task::Flash {
+            bench,
+            window,
+            chip,
+        } => {
+            let image = match (bench, window) {
+                (true, _) => BENCH,
+                (_, true) => STM32F405_WINDOW,
+                _ => STM32F405,
+            };
+            flash::flash(image, &chip)
+        }
         Task::Size => needs::target().and_then(|()| size::size()),
         Task::Vectors => vectors::regenerate(),
     };

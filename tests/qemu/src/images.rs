@@ -60,10 +60,10 @@ pub const INSTRUCTIONS: Image = Image {
     package: "qemu",
     name: "instructions",
 };
-/// Counts cycles on a board.
+/// Counts cycles on a board with an STM32F4, F7 or H7.
 pub const BENCH: Image = Image {
     package: "silicon",
-    name: "stm32f405-bench",
+    name: "stm32-bench",
 };
 /// Counts instructions of work of growing size.
 pub const GROWTH: Image = Image {

@@ -1,7 +1,23 @@
-//! Cycles of the measured pieces of work on a board with an STM32F405, at the clock of the board image: `cargo xtask flash --bench`.
+//! Cycles of the measured pieces of work on a board with an STM32F4, F7 or H7: `cargo xtask flash --bench [--chip NAME]`.
 //!
 //! The works are those whose instructions `cargo xtask bench` counts in QEMU. Here the core's cycle counter (DWT, ARM DDI 0403, C1.8) counts, so flash wait states,
-//! branches and divisions are in it. QEMU has no such counter: there the works are done, and said not to have been counted.
+//! caches, branches and divisions are in it. QEMU has no such counter: there the works are done, and said not to have been counted.
+//!
+//! One image for all: it finds out core and chip ([`silicon::chip`]), and its first lines tell what belongs to the figures.
+//!
+//! | chip | clock | flash | memory |
+//! |---|---|---|---|
+//! | F405, F407, F415, F417 | 168 MHz, as the board image | 5 wait states, prefetch and accelerator on | SRAM |
+//! | F411, F412, F42x, F43x, F446, F469, F479 | as after reset, 16 MHz | as after reset: no wait states | SRAM |
+//! | F72x to F77x | as after reset, 16 MHz | as after reset: no wait states; I-cache and D-cache on | DTCM 64 KiB (F72x to F75x) or 128 |
+//! | H72x to H75x, H7A3, H7B3 | as after reset, 64 MHz | as after reset: 7 wait states (H743); I-cache and D-cache on | DTCM |
+//! | another | as it is | as it is; on a Cortex-M7 I-cache and D-cache on | as it is |
+//!
+//! The log is in the first 5 KiB of RAM: on an F7 or H7 in DTCM, which the D-cache does not hold, so that a probe reads what was written. The stack, and on it the
+//! works' own memory, begins at the end of 128 KiB: where DTCM has 64, in the SRAM behind it, which is cached. The image needs more than 256 KiB of flash, so an F730,
+//! F750, H730, H750 or H7B0 cannot hold it; an F401 or F410 has too little memory. It executes 190 million instructions: at 16 MHz 12 s or more.
+//!
+//! It has run in QEMU and in a model of these chips (`tests/qemu/judges/stm32bench.py`), on silicon not yet.
 #![cfg_attr(target_os = "none", no_std, no_main)]
 
 #[cfg(target_os = "none")]
@@ -9,135 +25,28 @@
 #[allow(unsafe_code, reason = "the board's; each block says why it is sound")]
 mod clock;
 #[cfg(target_os = "none")]
+mod cycles;
+#[cfg(target_os = "none")]
+#[allow(unsafe_code, reason = "the interrupt table and the fault handler")]
+mod faults;
+#[cfg(target_os = "none")]
 #[path = "../../../firmware/src/board/stm32f405/log.rs"]
 #[allow(unsafe_code, reason = "the board's; each block says why it is sound")]
 mod log;
+#[cfg(target_os = "none")]
+#[allow(unsafe_code, reason = "a load that may fault")]
+mod read;
+#[cfg(target_os = "none")]
+mod start;
+
+#[cfg(target_os = "none")]
+use start::end;
 
 /// Bytes of log that are kept: all lines, since nobody may be reading yet.
 #[cfg(target_os = "none")]
 const LOG_SIZE: usize = 4096;
 
-#[cfg(target_os = "none")]
-mod target {
-    use core::hint::black_box;
-
-    use cortex_m::peripheral::{DCB, DWT};
-    use cortex_m_semihosting::debug;
-    use stm32f4::stm32f405::Peripherals;
-    use vectors::list::{self, Measure};
-    use vectors::work::plausible;
-
-    use crate::clock;
-
-    /// Repetitions of a work of some thousand cycles, and of a million.
-    const MANY: u32 = 1000;
-    const FEW: u32 = 25;
-    /// Turns of a loop of two instructions, to see what the counter counts.
-    const TURNS: u32 = 1_000_000;
-
-    #[cortex_m_rt::entry]
-    fn main() -> ! {
-        if let (Some(mut core), Some(peripherals)) =
-            (cortex_m::Peripherals::take(), Peripherals::take())
-        {
-            let clocks = clock::start(&peripherals.RCC, &peripherals.FLASH);
-            core.DCB.enable_trace();
-            core.DWT.enable_cycle_counter();
-            let version = env!("CARGO_PKG_VERSION");
-            defmt::println!("lrnn bench {=str}, {}", version, clocks);
-            let good = measure();
-            defmt::println!("{=str}", if good { "done" } else { "a work went wrong" });
-            if DCB::is_debugger_attached() {
-                debug::exit(if good {
-                    debug::EXIT_SUCCESS
-                } else {
-                    debug::EXIT_FAILURE
-                });
-            }
-        }
-        loop {
-            cortex_m::asm::wfi();
-        }
-    }
-
-    fn measure() -> bool {
-        let start = DWT::cycle_count();
-        cortex_m::asm::delay(TURNS);
-        let turns = DWT::cycle_count().wrapping_sub(start);
-        // no core makes a turn in less than a cycle
-        let there = turns >= TURNS;
-        if there {
-            defmt::println!("loop of {=u32} turns: {=u32} cycles", TURNS, turns);
-        } else {
-            defmt::println!("no cycle counter (QEMU): nothing is counted");
-        }
-        list::all(&mut Cycles { there, empty: 0 }).is_ok()
-    }
-
-    struct Cycles {
-        /// There is a counter.
-        there: bool,
-        /// Cycles of [`MANY`] repetitions of nothing.
-        empty: u32,
-    }
-
-    impl Measure for Cycles {
-        fn measure(
-            &mut self,
-            name: &'static str,
-            long: bool,
-            mut work: impl FnMut([f32; 3]) -> ([f32; 3], bool),
-        ) -> core::fmt::Result {
-            let repetitions = if long { FEW } else { MANY };
-            let mut good = true;
-            let start = DWT::cycle_count();
-            for repetition in 0..repetitions {
-                let (_, fine) = black_box(work(black_box(plausible(repetition as usize))));
-                good &= fine;
-            }
-            let cycles = DWT::cycle_count().wrapping_sub(start); // 25 s at 168 MHz until it wraps
-            if !good {
-                defmt::println!("{=str} went wrong", name);
-                return Err(core::fmt::Error);
-            }
-            if name == "empty" {
-                self.empty = cycles;
-            } else if self.there {
-                let empty = self.empty / (MANY / repetitions);
-                let each = (cycles.saturating_sub(empty) + repetitions / 2) / repetitions;
-                defmt::println!("{=str} {=u32} cycles", name, each);
-            } else {
-                defmt::println!("{=str} done, not counted", name);
-            }
-            Ok(())
-        }
-    }
-
-    #[panic_handler]
-    fn panic(_: &core::panic::PanicInfo) -> ! {
-        defmt::println!("panic");
-        loop {
-            cortex_m::asm::wfi();
-        }
-    }
-}
-
-#[cfg(target_os = "none")]
-#[allow(unsafe_code, reason = "the interrupt table")]
-mod interrupts {
-    unsafe extern "C" {
-        /// Of `cortex-m-rt`: stays in a loop.
-        fn DefaultHandler();
-    }
-
-    // SAFETY: `cortex-m-rt` puts this section behind the exceptions and expects this name with its feature `device`; no interrupt is let
-    // through.
-    #[unsafe(link_section = ".vector_table.interrupts")]
-    #[unsafe(no_mangle)]
-    static __INTERRUPTS: [unsafe extern "C" fn(); 1] = [DefaultHandler];
-}
-
 #[cfg(not(target_os = "none"))]
 fn main() {
-    println!("stm32f405-bench is a board binary: `cargo xtask flash --bench`");
+    println!("stm32-bench is a board binary: `cargo xtask flash --bench`");
 }
