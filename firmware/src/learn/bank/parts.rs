@@ -3,7 +3,7 @@
 
 use super::{ALL, Bank, HYPOTHESES, NAV, NOTHING, OBSERVATIONS, OUTPUTS, TRIADS, index};
 use lrnn_nostd::Real;
-use lrnn_nostd::learn::kalman::{PARTS, Passage, Transition};
+use lrnn_nostd::learn::kalman::{ABSORB_PARTS, HELD, PARTS, Passage, Transition};
 
 /// The last hypothesis is by far the largest: its parts are done one by one.
 const LARGE: usize = HYPOTHESES - 1;
@@ -12,7 +12,9 @@ const SMALL: u8 = ALL & !LARGE_ONLY;
 
 const SPREAD_LARGE: usize = LARGE;
 const OBSERVE: usize = SPREAD_LARGE + PARTS;
-const SETTLE: usize = OBSERVE + 2 * OBSERVATIONS;
+/// Observations that are held back together, two parts each, and what they change in the largest covariance.
+const GROUP: usize = 2 * HELD + ABSORB_PARTS;
+const SETTLE: usize = OBSERVE + OBSERVATIONS / HELD * GROUP;
 const STEP: usize = SETTLE + 2;
 const END: usize = STEP + 2;
 
@@ -149,9 +151,12 @@ impl<T: Real> Bank<T> {
         self.some(1 << which, |h| h.derive_spread(part, by, &rest, passage));
     }
 
-    /// Two parts an observation.
     fn observe(&mut self, part: usize, work: &mut Work<T>) {
-        let k = part / 2;
+        let (group, part) = (part / GROUP, part % GROUP);
+        if part >= 2 * HELD {
+            return self.some(LARGE_ONLY, |h| h.absorb(part - 2 * HELD));
+        }
+        let k = group * HELD + part / 2;
         let Some((z, variance)) = work.fix else {
             return;
         };

@@ -1,14 +1,21 @@
 //! The covariance of X outer errors and N parameters, symmetric by construction.
 
+use super::packed::{
+    ABSORB_PARTS, Held, Row, Rows, axpy, axpy_rows, diagonal, dot, dot_four, finite, tail, times,
+};
 use crate::real::Real;
 
 /// P in three parts: outer errors X x X, outer by parameters X x N, parameters packed (row i holds the columns 0..=i, so that
 /// `PACKED` = N (N + 1) / 2 values).
+///
+/// What an observation of an outer error changes in the last of them, P_tt, is needed by no other observation of an outer error: it is
+/// held back and taken in for several at once ([`Self::absorb`]), so that the largest part is read and written once.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Covariance<const X: usize, const N: usize, const PACKED: usize, T = f32> {
     xx: [[T; X]; X],
     xt: [[T; N]; X],
     tt: [T; PACKED],
+    held: Held<N, T>,
 }
 
 /// What [`Covariance::predict`] keeps from one part to the next: P_xt J' as it was, and J P_tt J'.
@@ -51,12 +58,14 @@ impl<const X: usize, const N: usize, const PACKED: usize, T: Real> Covariance<X,
             xx: [[T::ZERO; X]; X],
             xt: [[T::ZERO; N]; X],
             tt: [T::ZERO; PACKED],
+            held: Held::BLANK,
         }
     };
 
     /// Independent errors with these standard deviations.
     pub fn begin(&mut self, outer: &[T; X], parameters: &[T; N]) {
         self.restart_outer(outer);
+        self.held.clear();
         self.tt = [T::ZERO; PACKED];
         for (diagonal, &sigma) in diagonal(&mut self.tt).zip(parameters) {
             *diagonal = sigma * sigma;
@@ -70,7 +79,9 @@ impl<const X: usize, const N: usize, const PACKED: usize, T: Real> Covariance<X,
 
     /// Variance of each parameter.
     pub fn variances(&self) -> impl Iterator<Item = T> + '_ {
-        rows(&self.tt).filter_map(|row| row.last().copied())
+        let last = Rows::from(&self.tt, 0).filter_map(|row| row.last());
+        let now = last.enumerate();
+        now.map(|(i, &variance)| self.held.of_diagonal(i, variance))
     }
 
     /// New outer errors with these standard deviations that have nothing to do with what the parameters are.
@@ -91,6 +102,7 @@ impl<const X: usize, const N: usize, const PACKED: usize, T: Real> Covariance<X,
     ///
     /// This is the first of its parts; then come the E parts [`Self::pass`] with -`by`, then [`Self::derived`].
     pub fn derive_outer(&mut self) {
+        self.absorb_all();
         self.xt = [[T::ZERO; N]; X];
     }
 
@@ -154,10 +166,22 @@ impl<const X: usize, const N: usize, const PACKED: usize, T: Real> Covariance<X,
         phi: &[[T; X]; X],
         jacobian: impl Fn(usize) -> Row<'a, T>,
     ) -> Passage<X, E, T> {
+        self.absorb_all();
         let mut passage = Passage::BLANK;
-        for i in 0..X {
-            for k in 0..E {
-                passage.c[i][k] = jacobian(k).dot(&self.xt[i]);
+        for k in 0..E {
+            let row = jacobian(k);
+            let (fours, ones) = passage.c.as_chunks_mut::<4>();
+            let (xt_fours, xt_ones) = self.xt.as_chunks::<4>();
+            for (c, xt) in fours.iter_mut().zip(xt_fours) {
+                let rows = xt.each_ref().map(|xt| tail(xt, row.start));
+                let (row_fours, row_ones) = row.values.as_chunks::<4>();
+                let products = dot_four(rows, row_fours, row_ones);
+                for (c, product) in c.iter_mut().zip(products) {
+                    c[k] = product;
+                }
+            }
+            for (c, xt) in ones.iter_mut().zip(xt_ones) {
+                c[k] = row.dot(xt);
             }
         }
         self.carry_outer(phi);
@@ -178,11 +202,12 @@ impl<const X: usize, const N: usize, const PACKED: usize, T: Real> Covariance<X,
                 *entry = jacobian(l).dot(&b);
             }
         }
-        for i in 0..X {
-            if let Some(&factor) = gamma[i].get(k) {
-                axpy(&mut self.xt[i], factor, &b);
-            }
-        }
+        let factors = gamma.each_ref().map(|row| row.get(k).copied());
+        axpy_rows(
+            &mut self.xt,
+            factors.map(|factor| factor.unwrap_or(T::ZERO)),
+            &b,
+        );
     }
 
     /// The last part: P_xx and P_tt.
@@ -203,13 +228,21 @@ impl<const X: usize, const N: usize, const PACKED: usize, T: Real> Covariance<X,
     /// P_xt <- Phi P_xt.
     #[inline]
     fn carry_outer(&mut self, phi: &[[T; X]; X]) {
-        for j in 0..N {
-            let mut column = [T::ZERO; X];
-            for i in 0..X {
-                column[i] = self.xt[i][j];
+        for j in (0..N).step_by(2) {
+            let mut columns = [[T::ZERO; 2]; X];
+            for (columns, row) in columns.iter_mut().zip(&self.xt) {
+                for (value, &entry) in columns.iter_mut().zip(tail(row, j)) {
+                    *value = entry;
+                }
             }
-            for i in 0..X {
-                self.xt[i][j] = dot(&phi[i], &column);
+            for (row, phi) in self.xt.iter_mut().zip(phi) {
+                let mut sums = [T::ZERO; 2];
+                for (&phi, columns) in phi.iter().zip(&columns) {
+                    axpy(&mut sums, phi, columns);
+                }
+                for (entry, sum) in row.iter_mut().skip(j).zip(sums) {
+                    *entry = sum;
+                }
             }
         }
     }
@@ -256,7 +289,12 @@ impl<const X: usize, const N: usize, const PACKED: usize, T: Real> Covariance<X,
             .unwrap_or(T::ZERO)
     }
 
-    /// Takes in an observation of outer error `i` itself and adds K * innovation to the means; nothing happens beyond X.
+    /// Takes in an observation of outer error `i` itself and adds K * innovation to the means; nothing happens beyond X. P_tt follows
+    /// in [`Self::absorb`].
+    ///
+    /// ```text
+    /// means += c v / s,  P -= c c' / s
+    /// ```
     #[inline]
     pub fn observe_outer(
         &mut self,
@@ -265,11 +303,21 @@ impl<const X: usize, const N: usize, const PACKED: usize, T: Real> Covariance<X,
         x: &mut [T; X],
         theta: &mut [T; N],
     ) {
-        let (Some(&cx), Some(&ct)) = (self.xx.get(i), self.xt.get(i)) else {
+        if self.held.is_full() {
+            self.absorb_all();
+        }
+        let weight = T::ONE / innovation.variance;
+        let (Some(&cx), Some(ct)) = (self.xx.get(i), self.xt.get(i)) else {
             return;
         };
-        let Some(&own) = cx.get(i) else { return };
-        self.absorb(&cx, &ct, innovation, x, theta);
+        let (Some(&own), Some(ct)) = (cx.get(i), self.held.hold(ct, weight)) else {
+            return;
+        };
+        axpy(x, weight * innovation.value, &cx);
+        axpy(theta, weight * innovation.value, ct);
+        let factors = cx.map(|c| -(weight * c));
+        axpy_rows(&mut self.xx, factors, &cx);
+        axpy_rows(&mut self.xt, factors, ct);
         // What was observed: (1 - P_ii / s) P_ij, without the cancellation.
         let left = (innovation.variance - own) / innovation.variance;
         for j in 0..X {
@@ -282,39 +330,25 @@ impl<const X: usize, const N: usize, const PACKED: usize, T: Real> Covariance<X,
             }
         }
         if let Some(row) = self.xt.get_mut(i) {
-            for (entry, &c) in row.iter_mut().zip(&ct) {
+            for (entry, &c) in row.iter_mut().zip(ct) {
                 *entry = left * c;
             }
         }
     }
 
-    /// means += c v / s,  P -= c c' / s.
-    #[inline]
-    fn absorb(
-        &mut self,
-        cx: &[T; X],
-        ct: &[T; N],
-        innovation: Innovation<T>,
-        x: &mut [T; X],
-        theta: &mut [T; N],
-    ) {
-        let weight = T::ONE / innovation.variance;
-        axpy(x, weight * innovation.value, cx);
-        axpy(theta, weight * innovation.value, ct);
-        for i in 0..X {
-            let factor = -(weight * cx[i]);
-            axpy(&mut self.xx[i], factor, cx);
-            axpy(&mut self.xt[i], factor, ct);
-        }
-        let mut scale = ct.iter();
-        for_each_row(&mut self.tt, |row| {
-            let factor = scale.next().map_or(T::ZERO, |&c| -(weight * c));
-            axpy(row, factor, ct);
-        });
+    /// Part 0 .. [`ABSORB_PARTS`], in order, of what the observations since the last time change in P_tt. Whatever else needs P_tt does
+    /// all of them first.
+    pub fn absorb(&mut self, part: usize) {
+        self.held.absorb(&mut self.tt, part);
+    }
+
+    fn absorb_all(&mut self) {
+        (0..ABSORB_PARTS).for_each(|part| self.absorb(part));
     }
 
     /// No variance below these: P stays positive, and what is learnt stays open to change, for days.
     pub fn floor(&mut self, outer: &[T; X], parameters: &[T; N]) {
+        self.absorb_all();
         for i in 0..X {
             self.xx[i][i] = at_least(self.xx[i][i], outer[i]);
         }
@@ -323,104 +357,15 @@ impl<const X: usize, const N: usize, const PACKED: usize, T: Real> Covariance<X,
         }
     }
 
-    /// Whether every value is finite.
+    /// Whether every value is finite, without what is held back.
     pub fn is_finite(&self) -> bool {
-        let xx = self.xx.as_flattened().iter();
-        let all = xx.chain(self.xt.as_flattened()).chain(&self.tt);
-        all.fold(T::ZERO, |sum, &value| sum + value * T::ZERO) == T::ZERO
+        let [xx, xt] = [self.xx.as_flattened(), self.xt.as_flattened()];
+        [xx, xt, &self.tt].into_iter().all(finite)
     }
-}
-
-/// A row of N values of which only those from `start` on, as many as `values`, are not 0.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Row<'a, T = f32> {
-    /// Index of the first value.
-    pub start: usize,
-    /// The values.
-    pub values: &'a [T],
-}
-
-impl<T: Real> Row<'_, T> {
-    /// The product with a whole vector.
-    #[inline]
-    pub fn dot(&self, vector: &[T]) -> T {
-        vector
-            .get(self.start..)
-            .map_or(T::ZERO, |part| dot(self.values, part))
-    }
-}
-
-/// Packed symmetric matrix times a row.
-#[inline]
-fn times<T: Real, const N: usize>(packed: &[T], v: Row<'_, T>) -> [T; N] {
-    let mut out = [T::ZERO; N];
-    let end = v.start + v.values.len();
-    for (i, row) in rows(packed).enumerate().skip(v.start) {
-        // lower triangle: out_i += P_i. v
-        let sum = v.dot(row);
-        let Some((above, [own, ..])) = out.split_at_mut_checked(i) else {
-            break;
-        };
-        *own += sum;
-        // its mirror: out_j += P_ij v_i for j < i
-        if i < end
-            && let Some(&factor) = v.values.get(i - v.start)
-        {
-            axpy(above, factor, row);
-        }
-    }
-    out
 }
 
 /// `least` for what is less or no number.
 #[inline]
 fn at_least<T: Real>(value: T, least: T) -> T {
     if value >= least { value } else { least }
-}
-
-/// a . b over the shorter of the two.
-#[inline(always)]
-pub(super) fn dot<T: Real>(a: &[T], b: &[T]) -> T {
-    a.iter().zip(b).fold(T::ZERO, |sum, (&a, &b)| sum + a * b)
-}
-
-/// y += factor x over the shorter of the two.
-#[inline(always)]
-pub(super) fn axpy<T: Real>(y: &mut [T], factor: T, x: &[T]) {
-    for (y, &x) in y.iter_mut().zip(x) {
-        *y += factor * x;
-    }
-}
-
-/// The rows of a packed matrix, of 1, 2, 3 ... values.
-fn rows<T>(packed: &[T]) -> impl Iterator<Item = &[T]> {
-    let mut rest = packed;
-    (1..).map_while(move |length| {
-        let (row, below) = rest.split_at_checked(length)?;
-        rest = below;
-        Some(row)
-    })
-}
-
-/// Calls `act` with each row of a packed matrix.
-#[inline(always)]
-fn for_each_row<T>(packed: &mut [T], mut act: impl FnMut(&mut [T])) {
-    let mut rest = packed;
-    for length in 1.. {
-        let Some((row, below)) = rest.split_at_mut_checked(length) else {
-            return;
-        };
-        act(row);
-        rest = below;
-    }
-}
-
-/// The diagonal of a packed matrix.
-fn diagonal<T>(packed: &mut [T]) -> impl Iterator<Item = &mut T> {
-    let mut rest = packed;
-    (0..).map_while(move |i: usize| {
-        let (row, below) = core::mem::take(&mut rest).split_at_mut_checked(i + 1)?;
-        rest = below;
-        row.last_mut()
-    })
 }

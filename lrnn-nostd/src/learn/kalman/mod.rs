@@ -20,11 +20,13 @@
 
 mod covariance;
 mod model;
+mod packed;
 
-pub use covariance::{Covariance, Innovation, Passage, Row};
+pub use covariance::{Covariance, Innovation, Passage};
 pub use model::{
     AllWeights, Biases, Blank, DiagonalWeights, ErrorModel, Learns, Nothing, OutputWeights,
 };
+pub use packed::{ABSORB_PARTS, HELD, Row};
 
 use crate::activation::{Activation, Identity, Rational};
 use crate::infer::Net;
@@ -151,8 +153,7 @@ impl<L: Learns, const X: usize, const N: usize, const PACKED: usize, H: Activati
         }
         let last = self.x;
         for i in 0..X {
-            self.x[i] =
-                covariance::dot(&block.phi[i], &last) + covariance::dot(&block.gamma[i], &excess);
+            self.x[i] = packed::dot(&block.phi[i], &last) + packed::dot(&block.gamma[i], &excess);
         }
     }
 
@@ -187,12 +188,18 @@ impl<L: Learns, const X: usize, const N: usize, const PACKED: usize, H: Activati
         }
     }
 
-    /// Learns from an observation of the navigator's error `i`.
+    /// Learns from an observation of the navigator's error `i`. What it changes in the parameters' own covariance is held back until
+    /// [`HELD`] observations are together and the next comes, [`Self::absorb`] is called, or it is needed.
     pub fn observe(&mut self, i: usize, innovation: Innovation<T>) {
         let mut theta = [T::ZERO; N];
         self.covariance
             .observe_outer(i, innovation, &mut self.x, &mut theta);
         self.model.subtract(&theta);
+    }
+
+    /// Part 0 .. [`ABSORB_PARTS`], in order, of what has been held back.
+    pub fn absorb(&mut self, part: usize) {
+        self.covariance.absorb(part);
     }
 
     /// Counts how probable this hypothesis made an observation; what lies further out than the ratio `cap` counts as if it lay there,
@@ -253,7 +260,7 @@ impl<L: Learns, const X: usize, const N: usize, const PACKED: usize, H: Activati
             *left -= applied;
         }
         for i in 0..X {
-            self.x[i] = covariance::dot(&by[i], &left);
+            self.x[i] = packed::dot(&by[i], &left);
         }
     }
 

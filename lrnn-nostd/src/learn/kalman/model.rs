@@ -339,11 +339,13 @@ impl<L: Learns, const N: usize, H: Activation, T: Real> ErrorModel<L, N, H, T> {
             for (bias, &value) in self.bias[k].iter_mut().zip(values.by_ref()) {
                 *bias -= value;
             }
-            let weights = self.nets[k].weights.iter_mut().enumerate();
-            let learnt = weights.filter(|(i, _)| L::is_learnt(*i));
+            let mut weights = self.nets[k].weights.to_array();
+            let all = weights.iter_mut().enumerate();
+            let learnt = all.filter(|(i, _)| L::is_learnt(*i));
             for ((_, weight), &value) in learnt.zip(values) {
                 *weight -= value;
             }
+            self.nets[k].weights.set_all(&weights);
         }
     }
 
