@@ -19,6 +19,7 @@ pub fn size() -> Result<ExitCode> {
         "RAM, B",
         "budget",
         "left for the stack, B",
+        "core-coupled memory, B",
         "functions that panic",
     ]);
     let (mut exceeded, mut by_module) = (Vec::new(), Vec::new());
@@ -35,6 +36,7 @@ pub fn size() -> Result<ExitCode> {
             size.ram.to_string(),
             budget.ram.to_string(),
             RAM.saturating_sub(size.ram).to_string(),
+            size.coupled.to_string(),
             size.panics.len().to_string(),
         ]);
         exceeded.extend(excess(budget, &size).map(|what| format!("{name}: {what}")));
@@ -50,13 +52,19 @@ pub fn size() -> Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// Flash and RAM of an image by crate and module, the largest first.
+/// Memory of an image by crate and module, the largest first.
 fn modules(image: &str, size: &Size) -> Table {
-    let mut table = numbers([&format!("{image}: crate and module"), "flash, B", "RAM, B"]);
+    let mut table = numbers([
+        &format!("{image}: crate and module"),
+        "flash, B",
+        "core-coupled memory, B",
+        "RAM, B",
+    ]);
     let mut rows: Vec<_> = size.modules.iter().collect();
-    rows.sort_by_key(|(_, [flash, ram])| core::cmp::Reverse(flash + ram));
-    for (name, [flash, ram]) in rows {
-        table.add_row([name.clone(), flash.to_string(), ram.to_string()]);
+    rows.sort_by_key(|(_, sizes)| core::cmp::Reverse(sizes.iter().sum::<u64>()));
+    for (name, sizes) in rows {
+        let [flash, coupled, ram] = sizes.map(|size| size.to_string());
+        table.add_row([name.clone(), flash, coupled, ram]);
     }
     table
 }

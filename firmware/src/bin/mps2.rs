@@ -30,7 +30,7 @@ mod target {
         let Some(mut board) = Board::start() else {
             cortex_m::peripheral::SCB::sys_reset()
         };
-        let mut learner = both::learner();
+        let mut learner = both::learner(None);
         let learner = learner.as_mut().map(|learner| learner as &mut dyn Learner);
         let mut app = App::with_learner(Config::default(), learner);
         loop {

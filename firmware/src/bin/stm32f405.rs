@@ -8,6 +8,9 @@ mod board;
 #[path = "../board/both.rs"]
 mod both;
 #[cfg(target_os = "none")]
+#[path = "../board/stm32f405/ccm.rs"]
+mod ccm;
+#[cfg(target_os = "none")]
 #[path = "../board/memory.rs"]
 mod memory;
 #[cfg(target_os = "none")]
@@ -20,7 +23,9 @@ mod uart;
 #[cfg(target_os = "none")]
 #[cortex_m_rt::entry]
 fn main() -> ! {
-    let mut learner = both::learner();
+    let fixes = ccm::learner();
+    defmt::println!("core-coupled memory {=bool}", fixes.is_some());
+    let mut learner = both::learner(fixes);
     board::run::run::<true>(learner.as_mut().map(|learner| learner as _))
 }
 

@@ -1,7 +1,4 @@
 //! What learns from references and from fixes.
-//!
-//! The learner from fixes would fit into the core-coupled memory of an STM32F405 ([`firmware::learn::ROOM`]); it is in RAM, where there
-//! is room for it, since QEMU 7.2's machine has no such memory.
 
 use firmware::learn::{Both, FixLearner, FixMemory, Settings, WindowLearner};
 
@@ -11,10 +8,13 @@ use crate::memory;
 
 static FIXES: ConstStaticCell<FixMemory> = ConstStaticCell::new(FixMemory::BLANK);
 
-/// Both; `None` when they have been handed out.
-pub fn learner() -> Option<Both<'static, WindowLearner, FixLearner<'static>>> {
+/// Both, that from fixes in the memory given, else in RAM; `None` when they have been handed out.
+pub fn learner(
+    fixes: Option<&'static mut FixMemory>,
+) -> Option<Both<'static, WindowLearner, FixLearner<'static>>> {
+    let fixes = fixes.or_else(|| FIXES.try_take())?;
     Some(Both {
         references: memory::windows()?,
-        fixes: FixLearner::new(FIXES.try_take()?, Settings::MEDIUM),
+        fixes: FixLearner::new(fixes, Settings::MEDIUM),
     })
 }

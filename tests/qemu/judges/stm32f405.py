@@ -6,7 +6,8 @@ configuring a stream that is enabled, enabling one with flags set or with memory
 
 Standard input, JSON: {"image": path, "command": [hex, ...], "sensor": [hex, ...], "period": cycles between frames, "adis": null}. Each command is
 sent when the answer to the one before has come. "adis": {"product": number, "range": number, "hz": fastest clock}: an ADIS at the SPI, whose bursts
-are what is in "sensor". Standard output: "navigation HEX", "command HEX", "interrupts NUMBER COUNT", "cycles N".
+are what is in "sensor". Standard output: "navigation HEX", "command HEX", "interrupts NUMBER COUNT", "cycles N",
+"coupled TOUCHED NOT_ZERO": bytes of core-coupled memory.
 """
 import collections
 import json
@@ -18,7 +19,8 @@ from unicorn import arm_const as arm
 
 CORE = 168_000_000
 SLICE = 100  # instructions between two looks at the world: a byte takes 1823
-FLASH, SRAM = (0x0800_0000, 0x10_0000), (0x2000_0000, 0x2_0000)
+FLASH, SRAM, CCM = (0x0800_0000, 0x10_0000), (0x2000_0000, 0x2_0000), (0x1000_0000, 0x1_0000)
+GARBAGE = 0xA5  # what core-coupled memory holds at start
 
 # base, cycles of the core a clock of its bus, interrupt, (controller, stream) in and out: RM0090 tables 42 and 43, channel 4
 UARTS = {
@@ -247,12 +249,14 @@ class Chip:
         self.cpu.mem_map(*FLASH)
         self.cpu.mem_write(FLASH[0], b"\xff" * FLASH[1])
         self.cpu.mem_map(*SRAM)
+        self.cpu.mem_map(*CCM)
+        self.cpu.mem_write(CCM[0], bytes([GARBAGE]) * CCM[1])
         self.cpu.mmio_map(0x4000_0000, 0x8_0000, self.bus_read, None, self.bus_write, None)
         self.cpu.mmio_map(0xE000_0000, 0x10_0000, self.core_read, None, self.core_write, None)
         self.cpu.hook_add(UC_HOOK_INTR, self.exception)
         self.streams = {(c, n): Stream(c, n) for c in DMA for n in range(8)}
         self.uarts = {name: Uart(self, name) for name in UARTS}
-        self.registers = {0x4002_3C10: 1 << 31}  # flash is locked
+        self.registers = {0x4002_3C10: 1 << 31, 0x4002_3830: 1 << 20}  # flash is locked, core-coupled memory has its clock
         self.cycles, self.reload, self.systick_at = 0, 0, None
         self.enabled, self.pending, self.systick_pending = set(), set(), False
         self.served = collections.Counter()
@@ -476,6 +480,8 @@ def main():
         print("interrupts", number, count)
     print("cycles", chip.cycles - start)
     print("bursts", chip.spi.bursts)
+    coupled = chip.cpu.mem_read(*CCM)
+    print("coupled", len(coupled.rstrip(bytes([GARBAGE]))), sum(byte != 0 for byte in coupled.rstrip(bytes([GARBAGE]))))
 
 
 if __name__ == "__main__":

@@ -59,7 +59,11 @@ pub fn set_up() -> Result<Vec<Vec<u8>>> {
         .collect()
 }
 
-fn packet_of(number: u8, request: &Request) -> Result<Vec<u8>> {
+/// A request as it goes over the command link.
+///
+/// # Errors
+/// It is too long for a packet.
+pub fn packet_of(number: u8, request: &Request) -> Result<Vec<u8>> {
     let mut buffer = [0; MAX_PACKET];
     let packet = command::encode(number, request, &mut buffer);
     Ok(packet

@@ -11,8 +11,8 @@ use object::{Object, ObjectSection, ObjectSymbol, SectionFlags, SectionKind};
 /// RAM of the STM32F405 at 0x2000_0000, bytes.
 pub const RAM: u64 = 128 * 1024;
 
-/// Lowest address of RAM (the core-coupled one); flash is below.
-const FIRST_RAM_ADDRESS: u64 = 0x1000_0000;
+/// Lowest addresses of core-coupled memory and of RAM; flash is below.
+const FIRST_ADDRESSES: [u64; 2] = [0x1000_0000, 0x2000_0000];
 
 /// What an image takes and contains.
 #[derive(Debug, Default)]
@@ -21,11 +21,13 @@ pub struct Size {
     pub flash: u64,
     /// Bytes of static variables.
     pub ram: u64,
+    /// Bytes of core-coupled memory.
+    pub coupled: u64,
     /// Names of the functions that begin a panic; empty if nothing can panic.
     pub panics: Vec<String>,
-    /// Bytes of flash and RAM of its functions and variables, by crate and module. Code that was inlined counts where it went; what has no
+    /// Bytes of flash, core-coupled memory and RAM of its functions and variables, by crate and module. Code that was inlined counts where it went; what has no
     /// symbol (constants merged by the compiler, alignment) is missing.
-    pub modules: BTreeMap<String, [u64; 2]>,
+    pub modules: BTreeMap<String, [u64; 3]>,
     /// Semihosting calls: halfwords of code that read as `bkpt 0xab`.
     pub semihosting: usize,
 }
@@ -46,14 +48,17 @@ impl Size {
             if sh_flags & SHF_ALLOC != SHF_ALLOC {
                 continue;
             }
-            let in_ram = section.address() >= FIRST_RAM_ADDRESS;
             let loaded = !matches!(section.kind(), SectionKind::UninitializedData);
             if matches!(section.kind(), SectionKind::Text) {
                 let code = section.data()?.chunks_exact(2);
                 size.semihosting += code.filter(|half| *half == [0xab, 0xbe]).count();
             }
             size.flash += if loaded { section.size() } else { 0 };
-            size.ram += if in_ram { section.size() } else { 0 };
+            match region(section.address()) {
+                0 => {}
+                1 => size.coupled += section.size(),
+                _ => size.ram += section.size(),
+            }
         }
         anyhow::ensure!(
             elf.symbols().next().is_some(),
@@ -65,7 +70,7 @@ impl Size {
                 .modules
                 .entry(module(symbol.name().unwrap_or_default()))
                 .or_default();
-            sizes[usize::from(symbol.address() >= FIRST_RAM_ADDRESS)] += symbol.size();
+            sizes[region(symbol.address())] += symbol.size();
         }
         let defined = elf.symbols().filter(|symbol| symbol.is_definition());
         size.panics = defined
@@ -79,6 +84,12 @@ impl Size {
             .collect();
         Ok(size)
     }
+}
+
+/// 0: flash, 1: core-coupled memory, 2: RAM.
+fn region(address: u64) -> usize {
+    let regions = FIRST_ADDRESSES.iter();
+    regions.filter(|first| address >= **first).count()
 }
 
 /// Crate and module of a symbol; `core` as a whole, and what is not Rust together.

@@ -6,25 +6,42 @@ use std::path::Path;
 use firmware::app::Config;
 use firmware::wire::Format;
 use firmware::wire::adis::Burst;
+use firmware::wire::command::{Mode, Request};
 use qemu::drive::{Record, drive};
 use qemu::images::{Image, STM32F405, STM32F405_WINDOW};
 use qemu::judges::{ask, python};
-use qemu::protocol::set_up;
+use qemu::protocol::{packet_of, set_up};
 use qemu::replay::Input;
 use qemu::software::on_desktop;
 
 /// Numbers of interrupts: the sensor's UART, its stream in, and the navigation computer's stream out.
-const SENSOR: u32 = 37;
-const SENSOR_IN: u32 = 58;
-const NAVIGATION_OUT: u32 = 17;
+const SENSOR: i32 = 37;
+const SENSOR_IN: i32 = 58;
+const NAVIGATION_OUT: i32 = 17;
 /// ... and data-ready of the ADIS.
-const DATA_READY: u32 = 10;
+const DATA_READY: i32 = 10;
 
 fn hex(bytes: &[u8]) -> String {
     bytes.iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
-/// What the image sends to the navigation computer, and how often each interrupt was served.
+/// What the image has done.
+struct Done {
+    /// What it sent to the navigation computer, hexadecimal.
+    sent: String,
+    /// How often each interrupt was served.
+    served: Vec<(i32, usize)>,
+    /// Bytes of core-coupled memory that it has written to, from the first on, and how many of them are not 0.
+    coupled: [usize; 2],
+}
+
+impl Done {
+    fn served(&self, number: i32) -> usize {
+        let found = self.served.iter().find(|(of, _)| *of == number);
+        found.map_or(0, |(_, count)| *count)
+    }
+}
+
 fn run(
     python: &Path,
     image: &Path,
@@ -32,30 +49,29 @@ fn run(
     frames: &[Record],
     period: u32,
     adis: &serde_json::Value,
-) -> (String, impl Fn(u32) -> usize + use<>) {
+) -> Done {
     let commands: Vec<_> = commands.iter().map(|packet| hex(packet)).collect();
     let sensor: Vec<_> = frames.iter().map(|frame| hex(&frame.bytes)).collect();
     let asked = serde_json::json!({
         "image": image, "command": commands, "sensor": sensor, "period": period, "adis": adis,
     });
     let said = ask(python, "stm32f405.py", asked.to_string().as_bytes()).expect("it runs");
-    let value = |name: &str| {
-        let line = said.iter().find_map(|line| line.strip_prefix(name));
-        line.map(|text| text.trim().to_owned())
+    let values = |name: &'static str| said.iter().filter_map(move |line| line.strip_prefix(name));
+    let pair = |text: &'_ str| {
+        let (first, second) = text.split_once(' ').expect("two numbers");
+        let first: i32 = first.parse().expect("a number");
+        (first, second.parse::<usize>().expect("a number"))
     };
-    let sent = value("navigation").expect("a line");
-    let counts: Vec<_> = said
-        .iter()
-        .filter_map(|line| line.strip_prefix("interrupts "))
-        .filter_map(|line| line.split_once(' '))
-        .map(|(number, count)| (number.to_owned(), count.parse().expect("a count")))
-        .collect();
-    let served = move |number: u32| {
-        let wanted = number.to_string();
-        let found = counts.iter().find(|(number, _)| *number == wanted);
-        found.map_or(0, |(_, count)| *count)
-    };
-    (sent, served)
+    let (written, not_zero) = pair(values("coupled ").next().expect("a line"));
+    Done {
+        sent: values("navigation")
+            .next()
+            .expect("a line")
+            .trim()
+            .to_owned(),
+        served: values("interrupts ").map(pair).collect(),
+        coupled: [written as usize, not_zero],
+    }
 }
 
 /// The output is the desktop's, and each frame costs one interrupt in (one more where the
@@ -69,7 +85,7 @@ fn corrects(image: Image, format: Format, seconds: u32, period: u32) {
         .into_iter()
         .filter(|record| record.input == Input::Sensor)
         .collect();
-    let (sent, served) = run(
+    let done = run(
         &python,
         &built,
         &set_up().expect("requests"),
@@ -89,15 +105,15 @@ fn corrects(image: Image, format: Format, seconds: u32, period: u32) {
     input.extend_from_slice(&frames);
     let expected = on_desktop(Config::default(), &input).sent;
     assert!(
-        sent == hex(&expected),
+        done.sent == hex(&expected),
         "{} of {}",
-        sent.len() / 2,
+        done.sent.len() / 2,
         expected.len()
     );
-    assert_eq!(served(SENSOR), 0, "an interrupt a byte, or errors");
+    assert_eq!(done.served(SENSOR), 0, "an interrupt a byte, or errors");
     // one more where the millisecond of the clock falls into a frame; and the format is found out byte by byte
     let most = frames.len() * 9 / 4 + 200;
-    let counts = [served(SENSOR_IN), served(NAVIGATION_OUT)];
+    let counts = [SENSOR_IN, NAVIGATION_OUT].map(|number| done.served(number));
     assert!(counts[0] >= frames.len() && counts[0] <= most, "{counts:?}");
     assert!(counts[1] <= 2 * most, "{counts:?}");
 }
@@ -128,10 +144,10 @@ fn an_adis_is_found_and_its_bursts_leave() {
             })
             .collect();
         let adis = serde_json::json!({"product": product, "range": range, "hz": hz});
-        let (sent, served) = run(&python, &built, &[], &frames, MILLISECOND, &adis);
+        let done = run(&python, &built, &[], &frames, MILLISECOND, &adis);
         let expected: Vec<u8> = frames.into_iter().flat_map(|frame| frame.bytes).collect();
-        assert!(sent == hex(&expected), "{product}: {sent}");
-        assert_eq!(served(DATA_READY), 100, "{product}");
+        assert!(done.sent == hex(&expected), "{product}: {}", done.sent);
+        assert_eq!(done.served(DATA_READY), 100, "{product}");
     }
 }
 
@@ -152,4 +168,32 @@ fn kvh_by_dma_at_two_thousand_a_second() {
 #[test]
 fn novatel_by_dma_in_the_small_image() {
     corrects(STM32F405_WINDOW, Format::Novatel, 3, MILLISECOND);
+}
+
+/// The learner from fixes is where the DMA is not: blank before it learns, begun when it does. The small image has none.
+#[test]
+fn the_learner_is_in_core_coupled_memory() {
+    let Some(python) = python() else { return };
+    let words = drive(Format::Stim300, 1).expect("a drive").into_iter();
+    let frames: Vec<_> = words
+        .filter(|record| record.input == Input::Sensor)
+        .collect();
+    let learns = packet_of(0, &Request::SetMode(Mode::Learn)).expect("a packet");
+    for (image, commands, is_there, is_used) in [
+        (STM32F405, vec![], true, false),
+        (STM32F405, vec![learns.clone()], true, true),
+        (STM32F405_WINDOW, vec![learns], false, false),
+    ] {
+        let Some(built) = image.build_or_skip() else {
+            return;
+        };
+        let none = serde_json::Value::Null;
+        let done = run(&python, &built, &commands, &frames, MILLISECOND, &none);
+        let [written, not_zero] = done.coupled;
+        let name = image.name;
+        assert!(done.sent.len() > 100, "{name}: {} digits", done.sent.len());
+        assert_eq!(written > 60_000, is_there, "{name}: {written} bytes");
+        assert!(is_there || written == 0, "{name}: {written} bytes");
+        assert_eq!(not_zero > 500, is_used, "{name}: {not_zero} bytes");
+    }
 }

@@ -18,7 +18,7 @@ pub struct Covariance<const X: usize, const N: usize, const PACKED: usize, T = f
     held: Held<N, T>,
 }
 
-/// What [`Covariance::predict`] keeps from one part to the next: P_xt J' as it was, and J P_tt J'.
+/// What a step of time keeps from one part to the next: P_xt J' as it was, and J P_tt J'.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Passage<const X: usize, const E: usize, T = f32> {
     c: [[T; E]; X],
@@ -135,7 +135,7 @@ impl<const X: usize, const N: usize, const PACKED: usize, T: Real> Covariance<X,
     }
 
     /// One step of time (section 5 of the mathematics), written for an effect of the parameters that passes through E outputs of a
-    /// model, e = J theta, whose rows `jacobian(k)` are 0 outside a range:
+    /// model, e = J theta, whose rows `jacobian[k]` are 0 outside a range:
     ///
     /// ```text
     /// x+ = Phi x + Gamma e + noise(Q),   theta+ = theta + noise(walk)
@@ -144,32 +144,16 @@ impl<const X: usize, const N: usize, const PACKED: usize, T: Real> Covariance<X,
     /// P_tt+ = P_tt + walk
     /// ```
     ///
-    /// About E N^2 / 2 + X (X + E) N multiply-adds. `walk` are variances.
-    pub fn predict<'a, const E: usize>(
+    /// About E N^2 / 2 + X (X + E) N multiply-adds. `walk` are variances. This is the first of its parts, C = P_xt J' and
+    /// P_xt <- Phi P_xt; then come the E parts [`Self::pass`], then [`Self::arrive`].
+    pub fn leave<const E: usize>(
         &mut self,
         phi: &[[T; X]; X],
-        gamma: &[[T; E]; X],
-        q: &[[T; X]; X],
-        walk: &[T; N],
-        jacobian: impl Fn(usize) -> Row<'a, T>,
-    ) {
-        let mut passage = self.leave(phi, &jacobian);
-        for k in 0..E {
-            self.pass(k, gamma, &jacobian, &mut passage);
-        }
-        self.arrive(phi, gamma, q, walk, &passage);
-    }
-
-    /// The first part of [`Self::predict`]: C = P_xt J', P_xt <- Phi P_xt.
-    pub fn leave<'a, const E: usize>(
-        &mut self,
-        phi: &[[T; X]; X],
-        jacobian: impl Fn(usize) -> Row<'a, T>,
+        jacobian: &[Row<'_, T>; E],
     ) -> Passage<X, E, T> {
         self.absorb_all();
         let mut passage = Passage::BLANK;
-        for k in 0..E {
-            let row = jacobian(k);
+        for (k, row) in jacobian.iter().enumerate() {
             let (fours, ones) = passage.c.as_chunks_mut::<4>();
             let (xt_fours, xt_ones) = self.xt.as_chunks::<4>();
             for (c, xt) in fours.iter_mut().zip(xt_fours) {
@@ -188,29 +172,28 @@ impl<const X: usize, const N: usize, const PACKED: usize, T: Real> Covariance<X,
         passage
     }
 
-    /// One of the E parts in between: what output `k` does.
-    pub fn pass<'a, const E: usize>(
+    /// One of the E parts in between: what output `k` does; nothing beyond E.
+    #[inline(never)]
+    pub fn pass<const E: usize>(
         &mut self,
         k: usize,
         gamma: &[[T; E]; X],
-        jacobian: impl Fn(usize) -> Row<'a, T>,
+        jacobian: &[Row<'_, T>; E],
         passage: &mut Passage<X, E, T>,
     ) {
-        let b: [T; N] = times(&self.tt, jacobian(k));
-        if let Some(row) = passage.s.get_mut(k) {
-            for (l, entry) in row.iter_mut().enumerate() {
-                *entry = jacobian(l).dot(&b);
-            }
+        let (Some(&row), Some(products)) = (jacobian.get(k), passage.s.get_mut(k)) else {
+            return;
+        };
+        let mut b = [T::ZERO; N];
+        times(&self.tt, row, &mut b);
+        for (product, row) in products.iter_mut().zip(jacobian) {
+            *product = row.dot(&b);
         }
-        let factors = gamma.each_ref().map(|row| row.get(k).copied());
-        axpy_rows(
-            &mut self.xt,
-            factors.map(|factor| factor.unwrap_or(T::ZERO)),
-            &b,
-        );
+        let factors = gamma.map(|row| row.get(k).copied().unwrap_or(T::ZERO));
+        axpy_rows(&mut self.xt, factors, &b);
     }
 
-    /// The last part: P_xx and P_tt.
+    /// The last part of what [`Self::leave`] began: P_xx and P_tt.
     pub fn arrive<const E: usize>(
         &mut self,
         phi: &[[T; X]; X],

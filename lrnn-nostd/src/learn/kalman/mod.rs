@@ -165,7 +165,7 @@ impl<L: Learns, const X: usize, const N: usize, const PACKED: usize, H: Activati
         passage: &mut Passage<X, OUTPUTS, T>,
     ) {
         let model = &self.model;
-        let jacobian = |output| model.jacobian(output);
+        let jacobian = &model.rows();
         match part {
             0 => *passage = self.covariance.leave(&block.phi, jacobian),
             1..=OUTPUTS => self
@@ -278,7 +278,7 @@ impl<L: Learns, const X: usize, const N: usize, const PACKED: usize, H: Activati
             1..=OUTPUTS => {
                 let against = by.map(|row| row.map(|value| -value));
                 self.covariance
-                    .pass(part - 1, &against, |output| model.jacobian(output), passage);
+                    .pass(part - 1, &against, &model.rows(), passage);
             }
             _ => self.covariance.derived(by, rest, passage),
         }

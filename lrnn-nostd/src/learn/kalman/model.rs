@@ -326,6 +326,12 @@ impl<L: Learns, const N: usize, H: Activation, T: Real> ErrorModel<L, N, H, T> {
         }
     }
 
+    /// All rows of J.
+    #[inline]
+    pub fn rows(&self) -> [Row<'_, T>; OUTPUTS] {
+        core::array::from_fn(|output| self.jacobian(output))
+    }
+
     /// theta <- theta - error. The estimate follows to first order at once and exactly at the next step.
     pub fn subtract(&mut self, error: &[T; N]) {
         for output in 0..OUTPUTS {

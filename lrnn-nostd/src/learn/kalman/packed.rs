@@ -77,62 +77,83 @@ impl<const N: usize, T: Real> Held<N, T> {
 
     /// What the value `i` of the diagonal becomes.
     pub fn of_diagonal(&self, i: usize, value: T) -> T {
-        let changes = self.columns.iter().enumerate().take(self.count);
-        changes.fold(value, |sum, (k, column)| {
-            column.get(i).map_or(sum, |&c| sum + self.factor(k, i) * c)
+        let changes = self.columns.iter().zip(&self.weights).take(self.count);
+        changes.fold(value, |sum, (column, &weight)| {
+            column.get(i).map_or(sum, |&c| sum + weight * c * c)
         })
     }
 
     /// Makes the changes in part 0 .. [`ABSORB_PARTS`] of a packed matrix; the last forgets them.
-    #[inline]
     pub fn absorb(&mut self, matrix: &mut [T], part: usize) {
         let size = matrix.len();
         if self.count > 0 {
             let begin = first_row(size * part / ABSORB_PARTS);
             let end = first_row(size * (part + 1) / ABSORB_PARTS);
             let rows = matrix.get_mut(packed(begin)..packed(end));
-            self.change(rows.unwrap_or_default(), begin);
+            let columns = self.columns.each_ref().map(|column| &column[..]);
+            let changes = Changes {
+                columns,
+                weights: &self.weights,
+                count: self.count,
+            };
+            changes.make(rows.unwrap_or_default(), begin);
         }
         if part + 1 >= ABSORB_PARTS {
             self.clear();
         }
     }
+}
 
+/// [`Held`] of any length, so that there is the code for one.
+struct Changes<'a, T> {
+    columns: [&'a [T]; HELD],
+    weights: &'a [T; HELD],
+    count: usize,
+}
+
+impl<T: Real> Changes<'_, T> {
     /// Two rows and all columns at a time, each value's changes in their order; the first of the rows is row `i`.
-    #[inline]
-    fn change(&self, mut rows: &mut [T], mut i: usize) {
-        if self.is_full() {
+    #[inline(never)]
+    fn make(&self, mut rows: &mut [T], mut i: usize) {
+        if self.count == HELD {
             while rows.len() > 2 * (i + 1)
                 && let Some(short) = rows.split_off_mut(..i + 1)
                 && let Some(long) = rows.split_off_mut(..i + 2)
             {
-                let factors = [i, i + 1].map(|i| core::array::from_fn(|k| self.factor(k, i)));
-                axpy_two(short, long, &self.columns, factors);
+                axpy_two(
+                    short,
+                    long,
+                    self.columns,
+                    [i, i + 1].map(|i| self.factors(i)),
+                );
                 i += 2;
             }
         }
         while let Some(row) = rows.split_off_mut(..i + 1) {
-            for (k, column) in self.columns.iter().enumerate().take(self.count) {
-                axpy(row, self.factor(k, i), column);
+            let changes = self.columns.iter().zip(self.factors(i));
+            for (column, factor) in changes.take(self.count) {
+                axpy(row, factor, column);
             }
             i += 1;
         }
     }
 
-    /// -c_i / s of column `k`.
+    /// -c_i / s of each column.
     #[inline(always)]
-    fn factor(&self, k: usize, i: usize) -> T {
-        let c = self.columns[k].get(i);
-        c.map_or(T::ZERO, |&c| self.weights[k] * c)
+    fn factors(&self, i: usize) -> [T; HELD] {
+        core::array::from_fn(|k| {
+            let c = self.columns[k].get(i);
+            c.map_or(T::ZERO, |&c| self.weights[k] * c)
+        })
     }
 }
 
-/// Packed symmetric matrix times a row: what stands in row i at j < i counts for j, too.
+/// `out` = packed symmetric matrix times a row: what stands in row i at j < i counts for j, too.
 ///
 /// Four rows at a time, whose sums do not wait for each other. Each value adds up in the order of the columns, as row by row.
-#[inline]
-pub(super) fn times<T: Real, const N: usize>(packed: &[T], v: Row<'_, T>) -> [T; N] {
-    let mut out = [T::ZERO; N];
+#[inline(never)]
+pub(super) fn times<T: Real>(packed: &[T], v: Row<'_, T>, out: &mut [T]) {
+    out.fill(T::ZERO);
     let mut rows = Rows::from(packed, v.start);
     // rows that `v` has values for, but for the ends of four from the diagonal on
     let (fours, ones) = v.values.as_chunks::<4>();
@@ -175,7 +196,7 @@ pub(super) fn times<T: Real, const N: usize>(packed: &[T], v: Row<'_, T>) -> [T;
     }
     // rows below
     let Some(below) = out.get_mut(rows.next..) else {
-        return out;
+        return;
     };
     let (below_fours, below_ones) = below.as_chunks_mut::<4>();
     for own in below_fours {
@@ -185,7 +206,6 @@ pub(super) fn times<T: Real, const N: usize>(packed: &[T], v: Row<'_, T>) -> [T;
     for (own, row) in below_ones.iter_mut().zip(rows) {
         *own = v.dot(row);
     }
-    out
 }
 
 /// a . b over the shorter of the two.
@@ -318,25 +338,27 @@ impl<'a, T> Iterator for Rows<'a, T> {
 
 /// y += factor x for each of three x in turn, of two rows y, one a value longer than the other.
 #[inline(always)]
-fn axpy_two<T: Real, const N: usize>(
+fn axpy_two<T: Real>(
     short: &mut [T],
     long: &mut [T],
-    columns: &[[T; N]; HELD],
+    columns: [&[T]; HELD],
     factors: [[T; HELD]; 2],
 ) {
     let changed = |y: T, c: [T; HELD], f: &[T; HELD]| y + f[0] * c[0] + f[1] * c[1] + f[2] * c[2];
     let [f, g] = &factors;
     let (short, short_rest) = short.as_chunks_mut::<4>();
-    let (long, long_rest) = long.split_at_mut(4 * short.len());
+    let Some((long, long_rest)) = long.split_at_mut_checked(4 * short.len()) else {
+        return;
+    };
     let (done, long) = (long.len(), long.as_chunks_mut::<4>().0);
-    let [a, b, c] = columns.each_ref().map(|column| column.as_chunks::<4>().0);
+    let [a, b, c] = columns.map(|column| column.as_chunks::<4>().0);
     for ((((y, z), a), b), c) in short.iter_mut().zip(long).zip(a).zip(b).zip(c) {
         // a whole row first, for LLVM does not know that y and z are two
         let row = |y: [T; 4], f| core::array::from_fn(|k| changed(y[k], [a[k], b[k], c[k]], f));
         (*y, *z) = (row(*y, f), row(*z, g));
     }
     // four values at most
-    let rests = columns.each_ref().map(|column| tail(column, done));
+    let rests = columns.map(|column| tail(column, done));
     for (k, z) in long_rest.iter_mut().enumerate().take(4) {
         let column = rests.map(|rest| rest.get(k).copied().unwrap_or(T::ZERO));
         *z = changed(*z, column, g);
@@ -412,7 +434,8 @@ mod tests {
         for start in 0..N {
             for end in start..=N {
                 let values = &vector[start..end];
-                let product: [f32; N] = times(&matrix, Row { start, values });
+                let mut product = [f32::NAN; N];
+                times(&matrix, Row { start, values }, &mut product);
                 for (i, &value) in product.iter().enumerate() {
                     let columns = (start..end).map(|j| at(&matrix, i, j) * vector[j]);
                     let dense = columns.fold(0.0, |sum, product| sum + product);
