@@ -42,7 +42,7 @@ pub trait Line {
     /// [`Lost`], once for each time bytes were lost; what came after them is read by the next call.
     fn receive(&mut self, buffer: &mut [u8]) -> Result<usize, Lost>;
 
-    /// Whether [`Line::receive`] certainly has nothing to give or to tell; spares the buffer for it.
+    /// Whether [`Line::receive`] has nothing to tell, and nothing to give or only the beginning of what is wanted; spares the call.
     fn is_idle(&self) -> bool {
         false
     }

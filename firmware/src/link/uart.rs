@@ -8,6 +8,7 @@
 use super::dma::{NoStream, Progress};
 use super::ring::{Inlet, Outlet, Ring};
 use super::{Full, Line, Lost};
+use core::cell::Cell;
 use core::sync::atomic::{AtomicUsize, Ordering};
 use embedded_io::{Read, Write};
 
@@ -76,6 +77,7 @@ impl Uart {
             received: self.received.outlet(),
             to_send: self.to_send.inlet(),
             stream,
+            seen: Cell::new([0; 2]),
             sync,
             wake,
         }
@@ -89,6 +91,8 @@ pub struct Port<'u, S = NoStream> {
     received: Outlet<'u>,
     to_send: Inlet<'u>,
     stream: S,
+    /// How far the line was when it was looked at last: bytes told of, and those left of the transfer.
+    seen: Cell<[usize; 2]>,
     sync: fn(),
     wake: fn(),
 }
@@ -126,6 +130,25 @@ impl<S: Progress> Port<'_, S> {
         // An interrupt in between makes this look wrong either way; it then has told of all there is, and woken the loop.
         arriving != 0 && self.stream.left() != arriving
     }
+
+    /// Whether bytes are here that are worth looking at: not while those that are wanted still come. To look would cost interrupts and a
+    /// pass, and the interrupt that comes with the last of them tells of all. When none has come since the last look, the message may
+    /// be a shorter one.
+    #[inline(always)]
+    fn has_work(&self) -> bool {
+        let pushed = self.uart.received.pushed();
+        let untold = S::DMA && self.has_untold();
+        if pushed == self.received.popped() && !untold {
+            return false;
+        }
+        let missing = self
+            .uart
+            .wanted
+            .load(Ordering::Relaxed)
+            .wrapping_sub(pushed);
+        let now = [pushed, self.stream.left()];
+        missing.cast_signed() <= 0 || self.seen.replace(now) == now
+    }
 }
 
 impl<S: Progress> Line for Port<'_, S> {
@@ -143,7 +166,7 @@ impl<S: Progress> Line for Port<'_, S> {
     }
 
     fn is_idle(&self) -> bool {
-        self.received.is_empty() && !self.received.has_lost() && !(S::DMA && self.has_untold())
+        !self.has_work() && !self.received.has_lost()
     }
 
     fn send(&mut self, message: &[u8]) -> Result<(), Full> {

@@ -365,11 +365,15 @@ fn one_interrupt_a_frame() {
     let mut got = Vec::new();
     assert!(port.want(FRAME));
     let before = board.interrupts.get();
-    for _ in 0..FRAMES {
+    for frame in 0..FRAMES {
         board.awake.set(false);
         for n in 1..=FRAME {
             board.arrive();
             assert_eq!(board.awake.get(), n == FRAME);
+            if n == 1 + frame % (FRAME - 1) {
+                assert!(port.is_idle(), "the clock wakes the loop in a frame");
+                assert!(port.want(FRAME));
+            }
         }
         read_all(&mut port, &mut got);
         assert!(port.want(FRAME));
@@ -380,13 +384,16 @@ fn one_interrupt_a_frame() {
     assert_eq!(got.len(), FRAME * FRAMES);
 }
 
-/// A short message between frames is found by a main loop that the clock has woken.
+/// A short message between frames is found by a main loop that the clock has woken twice.
 #[test]
 fn bytes_without_an_interrupt_are_found() {
     let (board, mut port) = start(Vec::new());
     assert!(port.want(28) && port.is_idle());
     board.awake.set(false);
-    (0..5).for_each(|_| board.arrive());
+    for _ in 0..5 {
+        board.arrive();
+        assert!(port.is_idle(), "they still come");
+    }
     assert!(!board.awake.get() && !port.is_idle());
     let mut buffer = [0; 64];
     assert_eq!(port.receive(&mut buffer), Ok(5));
