@@ -376,6 +376,9 @@ impl<'u, S: Progress + Copy> Replay<'u, S> {
         self.bytes_come(core::slice::from_ref(last));
         let first = self.lines.navigation.first;
         self.awake(); // by SysTick
+        if self.lines.navigation.first.is_none() {
+            self.awake(); // by the next: a message shorter than the one awaited
+        }
         self.bytes_leave(bytes.len());
         let _ = (self.wires.left)(self.wires.navigation); // the transmitter asks once more
         let overhead = self.overhead * bytes.len() as u32 / REHEARSED as u32;
