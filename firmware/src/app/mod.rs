@@ -194,6 +194,7 @@ impl<'m> App<'m> {
             self.start(now);
         }
         let mut busy = false;
+        let blocks = self.flow.counters.blocks;
         if lines.sensor.is_idle() {
             self.watch_silence(now);
         } else {
@@ -208,7 +209,8 @@ impl<'m> App<'m> {
             busy |= self.back(&mut lines.navigation, &mut lines.sensor, now);
             busy |= !lines.command.is_idle() && self.command(&mut lines.command);
             busy |= !lines.gnss.is_idle() && self.gnss(&mut lines.gnss, now);
-            busy |= self.flow.work();
+            // the end of a block is work enough for a pass
+            busy |= blocks != self.flow.counters.blocks || self.flow.work();
         }
         busy
     }

@@ -43,9 +43,9 @@ fn a_whole_drive_teaches_the_target_the_same_weights() {
     assert_eq!(here.learnt, there.learnt);
     assert_eq!((here.words, here.digest), (there.words, there.digest));
     assert!(here.sent == there.sent);
-    // at 168 MHz and 1000 words a second there are 168 000 cycles a word; the longest pass is that of a block's end
+    // at 168 MHz and 1000 words a second there are 168 000 cycles a word; the longest pass is that in which navigation begins, then that of a block's end
     let cost = there.cost.expect("counted");
-    assert!(cost.pass < 120_000.0, "{cost:?}");
+    assert!(cost.pass < 105_000.0, "{cost:?}");
     assert!(cost.pass > 20_000.0, "{cost:?}: it has not learnt");
 }
 
