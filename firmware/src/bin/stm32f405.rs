@@ -24,7 +24,9 @@ mod uart;
 #[cortex_m_rt::entry]
 fn main() -> ! {
     let fixes = ccm::learner();
-    defmt::println!("core-coupled memory {=bool}", fixes.is_some());
+    if fixes.is_some() {
+        defmt::println!("learner in core-coupled memory");
+    }
     let mut learner = both::learner(fixes);
     board::run::run::<true>(learner.as_mut().map(|learner| learner as _))
 }
