@@ -21,7 +21,7 @@ pub trait Hypothesis<T: Real> {
     fn innovation(&self, i: usize, z: T, variance: T) -> Innovation<T>;
     fn weigh(&mut self, innovation: Innovation<T>, cap: T);
     fn observe(&mut self, i: usize, innovation: Innovation<T>);
-    fn absorb(&mut self, part: usize);
+    fn absorb(&mut self) -> bool;
     fn settle(&mut self);
     fn fed_back(&mut self, e: &[T; NAV]);
     fn derive(&mut self, by: &[[T; OUTPUTS]; NAV], rest: &[[T; NAV]; NAV], applied: &[T; OUTPUTS]);
@@ -81,8 +81,8 @@ where
     fn observe(&mut self, i: usize, innovation: Innovation<T>) {
         Kalman::observe(self, i, innovation);
     }
-    fn absorb(&mut self, part: usize) {
-        Kalman::absorb(self, part);
+    fn absorb(&mut self) -> bool {
+        Kalman::absorb(self)
     }
     fn settle(&mut self) {
         Kalman::settle(self);

@@ -154,7 +154,7 @@ impl<T: Real> Bank<T> {
     fn observe(&mut self, part: usize, work: &mut Work<T>) {
         let (group, part) = (part / GROUP, part % GROUP);
         if part >= 2 * HELD {
-            return self.some(LARGE_ONLY, |h| h.absorb(part - 2 * HELD));
+            return self.some(LARGE_ONLY, |h| _ = h.absorb());
         }
         let k = group * HELD + part / 2;
         let Some((z, variance)) = work.fix else {

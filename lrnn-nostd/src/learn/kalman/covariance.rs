@@ -1,7 +1,7 @@
 //! The covariance of X outer errors and N parameters, symmetric by construction.
 
 use super::packed::{
-    ABSORB_PARTS, Held, Row, Rows, axpy, axpy_rows, diagonal, dot, dot_four, finite, tail, times,
+    Held, Row, Rows, axpy, axpy_rows, diagonal, dot, dot_four, finite, tail, times,
 };
 use crate::real::Real;
 
@@ -286,7 +286,7 @@ impl<const X: usize, const N: usize, const PACKED: usize, T: Real> Covariance<X,
         x: &mut [T; X],
         theta: &mut [T; N],
     ) {
-        if self.held.is_full() {
+        if self.held.is_closed() {
             self.absorb_all();
         }
         let weight = T::ONE / innovation.variance;
@@ -319,14 +319,14 @@ impl<const X: usize, const N: usize, const PACKED: usize, T: Real> Covariance<X,
         }
     }
 
-    /// Part 0 .. [`ABSORB_PARTS`], in order, of what the observations since the last time change in P_tt. Whatever else needs P_tt does
-    /// all of them first.
-    pub fn absorb(&mut self, part: usize) {
-        self.held.absorb(&mut self.tt, part);
+    /// The next part, of [`ABSORB_PARTS`](super::ABSORB_PARTS), of what the observations that are held back change in P_tt; whether there is more. Whatever
+    /// else needs P_tt does all of them first.
+    pub fn absorb(&mut self) -> bool {
+        self.held.absorb(&mut self.tt)
     }
 
     fn absorb_all(&mut self) {
-        (0..ABSORB_PARTS).for_each(|part| self.absorb(part));
+        while self.absorb() {}
     }
 
     /// No variance below these: P stays positive, and what is learnt stays open to change, for days.

@@ -197,9 +197,9 @@ impl<L: Learns, const X: usize, const N: usize, const PACKED: usize, H: Activati
         self.model.subtract(&theta);
     }
 
-    /// Part 0 .. [`ABSORB_PARTS`], in order, of what has been held back.
-    pub fn absorb(&mut self, part: usize) {
-        self.covariance.absorb(part);
+    /// The next of [`ABSORB_PARTS`] parts of what has been held back; whether there is more.
+    pub fn absorb(&mut self) -> bool {
+        self.covariance.absorb()
     }
 
     /// Counts how probable this hypothesis made an observation; what lies further out than the ratio `cap` counts as if it lay there,

@@ -23,7 +23,7 @@ impl<T: Real> Row<'_, T> {
 
 /// Changes that are held back together: those of a position, or of a velocity.
 pub const HELD: usize = 3;
-/// Parts of an `absorb`.
+/// Parts in which they are made.
 pub const ABSORB_PARTS: usize = 2;
 
 /// Changes P -= c c' / s of a packed matrix, for columns c of N values, that are still to be made, in this order.
@@ -33,6 +33,8 @@ pub(super) struct Held<const N: usize, T> {
     /// -1 / s.
     weights: [T; HELD],
     count: usize,
+    /// Parts of them that are made: 0 .. [`ABSORB_PARTS`].
+    made: usize,
 }
 
 /// The same changes are to be made; what lies behind them does not matter.
@@ -42,7 +44,7 @@ impl<const N: usize, T: PartialEq> PartialEq for Held<N, T> {
             let columns = held.columns.iter().zip(&held.weights);
             columns.take(held.count)
         });
-        own.eq(others)
+        self.made == other.made && own.eq(others)
     }
 }
 
@@ -52,22 +54,26 @@ impl<const N: usize, T: Real> Held<N, T> {
         columns: [[T::ZERO; N]; HELD],
         weights: [T::ZERO; HELD],
         count: 0,
+        made: 0,
     };
 
-    /// There is no room for another.
+    /// No other can be held before these are made.
     #[inline]
-    pub fn is_full(&self) -> bool {
-        self.count >= HELD
+    pub fn is_closed(&self) -> bool {
+        self.count >= HELD || self.made > 0
     }
 
     /// Forgets all.
     pub fn clear(&mut self) {
-        self.count = 0;
+        (self.count, self.made) = (0, 0);
     }
 
-    /// Holds one more and shows it; `weight` is 1 / s. `None` where there is no room.
+    /// Holds one more and shows it; `weight` is 1 / s. `None` when no other can be held.
     #[inline]
     pub fn hold(&mut self, column: &[T; N], weight: T) -> Option<&[T; N]> {
+        if self.is_closed() {
+            return None;
+        }
         let held = self.columns.get_mut(self.count)?;
         *held = *column;
         *self.weights.get_mut(self.count)? = -weight;
@@ -77,18 +83,20 @@ impl<const N: usize, T: Real> Held<N, T> {
 
     /// What the value `i` of the diagonal becomes.
     pub fn of_diagonal(&self, i: usize, value: T) -> T {
+        if i < first_row(packed(N) * self.made / ABSORB_PARTS) {
+            return value;
+        }
         let changes = self.columns.iter().zip(&self.weights).take(self.count);
         changes.fold(value, |sum, (column, &weight)| {
             column.get(i).map_or(sum, |&c| sum + weight * c * c)
         })
     }
 
-    /// Makes the changes in part 0 .. [`ABSORB_PARTS`] of a packed matrix; the last forgets them.
-    pub fn absorb(&mut self, matrix: &mut [T], part: usize) {
-        let size = matrix.len();
+    /// Makes the next of [`ABSORB_PARTS`] parts of the changes in a packed matrix; the last forgets them. Whether there is more.
+    pub fn absorb(&mut self, matrix: &mut [T]) -> bool {
         if self.count > 0 {
-            let begin = first_row(size * part / ABSORB_PARTS);
-            let end = first_row(size * (part + 1) / ABSORB_PARTS);
+            let [begin, end] =
+                [self.made, self.made + 1].map(|part| first_row(packed(N) * part / ABSORB_PARTS));
             let rows = matrix.get_mut(packed(begin)..packed(end));
             let columns = self.columns.each_ref().map(|column| &column[..]);
             let changes = Changes {
@@ -97,10 +105,12 @@ impl<const N: usize, T: Real> Held<N, T> {
                 count: self.count,
             };
             changes.make(rows.unwrap_or_default(), begin);
+            self.made += 1;
         }
-        if part + 1 >= ABSORB_PARTS {
+        if self.made >= ABSORB_PARTS {
             self.clear();
         }
+        self.count > 0
     }
 }
 
@@ -455,7 +465,7 @@ mod tests {
             let mut one_by_one = matrix;
             let mut held = Held::BLANK;
             for (column, &weight) in columns.iter().zip(&weights).take(count) {
-                assert!(!held.is_full());
+                assert!(!held.is_closed());
                 assert_eq!(held.hold(column, weight), Some(column));
                 for i in 0..N {
                     let factor = -(weight * column[i]);
@@ -464,15 +474,18 @@ mod tests {
                     }
                 }
             }
-            assert_eq!(held.is_full(), count == HELD);
-            for i in 0..N {
-                let soon = held.of_diagonal(i, at(&matrix, i, i));
-                assert_eq!(soon, at(&one_by_one, i, i), "{count} held, {i}");
-            }
-            for part in 0..ABSORB_PARTS {
+            assert_eq!(held.is_closed(), count == HELD);
+            for part in 1..=ABSORB_PARTS {
+                for i in 0..N {
+                    let soon = held.of_diagonal(i, at(&matrix, i, i));
+                    assert_eq!(soon, at(&one_by_one, i, i), "{count} held, {i}");
+                }
                 let before = matrix;
-                held.absorb(&mut matrix, part);
+                let more = held.absorb(&mut matrix);
                 assert_eq!(before != matrix, count > 0, "{count} held, part {part}");
+                assert_eq!(more, count > 0 && part < ABSORB_PARTS);
+                // a column that came now would not be in the part that is made
+                assert!(!more || held.hold(&columns[0], 1.0).is_none());
             }
             assert_eq!(matrix, one_by_one, "{count} held");
             assert_eq!(held, Held::BLANK);
@@ -489,7 +502,7 @@ mod tests {
             let mut matrix = [1.0; SIZE];
             let mut held: Held<N, f32> = Held::BLANK;
             held.hold(&[1.0; N], 0.25);
-            (0..ABSORB_PARTS).for_each(|part| held.absorb(&mut matrix, part));
+            while held.absorb(&mut matrix) {}
             assert_eq!(matrix, [0.75; SIZE]);
         }
         check::<0, 0>();
