@@ -1,0 +1,111 @@
+//! The kernels against what they stand for, bit for bit.
+
+use super::*;
+
+const N: usize = 23; // five fours and three more
+const SIZE: usize = N * (N + 1) / 2;
+
+/// Plain repeatable numbers between -1 and 1.
+fn numbers<const M: usize>(seed: u32) -> [f32; M] {
+    let mut state = seed;
+    core::array::from_fn(|_| {
+        state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        (state >> 8) as f32 / 8_388_608.0 - 1.0
+    })
+}
+
+/// The value of row `i`, column `j` of the symmetric matrix.
+fn at(matrix: &[f32], i: usize, j: usize) -> f32 {
+    matrix[packed(i.max(j)) + i.min(j)]
+}
+
+/// Bit for bit the sum over the columns in their order, for every range of values that are not 0.
+#[test]
+fn times_is_the_dense_product() {
+    let matrix: [f32; SIZE] = numbers(1);
+    let vector: [f32; N] = numbers(2);
+    for start in 0..N {
+        for end in start..=N {
+            let values = &vector[start..end];
+            let mut product = [f32::NAN; N];
+            times(&matrix, Row { start, values }, &mut product);
+            for (i, &value) in product.iter().enumerate() {
+                let columns = (start..end).map(|j| at(&matrix, i, j) * vector[j]);
+                let dense = columns.fold(0.0, |sum, product| sum + product);
+                assert_eq!(value, dense, "{start}..{end}, row {i}");
+            }
+        }
+    }
+}
+
+/// Bit for bit one change after the other, for any number that is held, and the diagonal known before.
+#[test]
+fn held_changes_are_made_in_order() {
+    let columns = [3, 4, 5].map(numbers::<N>);
+    let weights = [0.7, 1.3, 0.2];
+    for count in 0..=HELD {
+        let mut matrix: [f32; SIZE] = numbers(1);
+        let mut one_by_one = matrix;
+        let mut held = Held::BLANK;
+        for (column, &weight) in columns.iter().zip(&weights).take(count) {
+            assert!(!held.is_closed());
+            assert_eq!(held.hold(column, weight), Some(column));
+            for i in 0..N {
+                let factor = -(weight * column[i]);
+                for j in 0..=i {
+                    one_by_one[packed(i) + j] += factor * column[j];
+                }
+            }
+        }
+        assert_eq!(held.is_closed(), count == HELD);
+        for part in 1..=ABSORB_PARTS {
+            for i in 0..N {
+                let soon = held.of_diagonal(i, at(&matrix, i, i));
+                assert_eq!(soon, at(&one_by_one, i, i), "{count} held, {i}");
+            }
+            let before = matrix;
+            let more = held.absorb(&mut matrix);
+            assert_eq!(before != matrix, count > 0, "{count} held, part {part}");
+            assert_eq!(more, count > 0 && part < ABSORB_PARTS);
+            // a column that came now would not be in the part that is made
+            assert!(!more || held.hold(&columns[0], 1.0).is_none());
+        }
+        assert_eq!(matrix, one_by_one, "{count} held");
+        assert_eq!(held, Held::BLANK);
+    }
+    let mut held = Held::BLANK;
+    columns.iter().for_each(|c| _ = held.hold(c, 1.0));
+    assert_eq!(held.hold(&columns[0], 1.0), None);
+}
+
+/// Every row is in exactly one part, whatever the size.
+#[test]
+fn parts_cover_small_matrices() {
+    fn check<const N: usize, const SIZE: usize>() {
+        let mut matrix = [1.0; SIZE];
+        let mut held: Held<N, f32> = Held::BLANK;
+        held.hold(&[1.0; N], 0.25);
+        while held.absorb(&mut matrix) {}
+        assert_eq!(matrix, [0.75; SIZE]);
+    }
+    check::<0, 0>();
+    check::<1, 1>();
+    check::<2, 3>();
+    check::<5, 15>();
+    check::<6, 21>();
+}
+
+#[test]
+fn whatever_is_not_finite_is_found() {
+    for length in 0..20 {
+        let mut values = [1.0f32; 20];
+        assert!(finite(&values[..length]));
+        for i in 0..length {
+            for wrong in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
+                values[i] = wrong;
+                assert!(!finite(&values[..length]), "{wrong} at {i} of {length}");
+            }
+            values[i] = 1.0;
+        }
+    }
+}
