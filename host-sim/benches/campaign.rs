@@ -2,8 +2,8 @@
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use host_sim::campaign::{Campaign, Tuning};
-use host_sim::imu::ErrorModelName;
-use host_sim::scenario::Scenario;
+use host_sim::experiment::scenario::Scenario;
+use host_sim::simulator::imu::ErrorModelName;
 use std::hint::black_box;
 use std::path::PathBuf;
 

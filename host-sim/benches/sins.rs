@@ -1,9 +1,9 @@
 //! One navigator step: the inner loop of campaigns. `cargo bench -p host-sim --bench sins`.
 
 use criterion::{BatchSize, Criterion, Throughput, criterion_group, criterion_main};
-use host_sim::earth::Geodetic;
-use host_sim::sins::{Samples, Sins};
-use host_sim::truth::{DriveConfig, Truth, random_drive};
+use host_sim::inertial::earth::Geodetic;
+use host_sim::inertial::sins::{Samples, Sins};
+use host_sim::simulator::truth::{DriveConfig, Truth, random_drive};
 use host_sim::twin::Twin;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;

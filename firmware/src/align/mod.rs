@@ -8,7 +8,7 @@
 //! u(t1) - u(t0) = along (t1 - t0) + across (sin W t1 - sin W t0) / W + side (cos W t0 - cos W t1) / W
 //! ```
 //! So three sums of vectors are kept, one for each function of time, and only the end needs a position: `B = sum u v'`, and the
-//! rotation between both sets by Wahba's problem. What `host_sim::align` does over stored words.
+//! rotation between both sets by Wahba's problem. What `host_sim::inertial::align` does over stored words.
 
 mod standstill;
 mod wahba;

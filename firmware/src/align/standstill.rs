@@ -16,7 +16,7 @@ pub struct Sensors {
 }
 
 /// Sway of a standing vehicle by people and wind, standard deviation of angle (rad) and velocity (m/s); assumed, the velocity as in
-/// `host_sim::teacher`.
+/// `host_sim::learning::teacher`.
 const SWAY: [f32; 2] = [1e-4, 0.01];
 /// Standard deviations.
 const GATE: f32 = 5.0;

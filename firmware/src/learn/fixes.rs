@@ -50,7 +50,7 @@ impl Memory {
 const FIX_MS: u32 = 900;
 /// A vehicle that the receiver calls faster does not stand, m/s.
 const STANDS_MPS: f32 = 0.3;
-/// Seconds after which a standstill is believed, and the standard deviation of its velocity, m/s (as `host_sim::teacher`).
+/// Seconds after which a standstill is believed, and the standard deviation of its velocity, m/s (as `host_sim::learning::teacher`).
 const STILL_S: u32 = 3;
 const STILL_MPS: f32 = 0.01;
 /// Errors are linear up to a heading error of this standard deviation, rad.

@@ -1,4 +1,4 @@
-//! WGS-84: radii of curvature, normal gravity, Earth rate (the f64 twin is `host_sim::earth`).
+//! WGS-84: radii of curvature, normal gravity, Earth rate (the f64 twin is `host_sim::inertial::earth`).
 
 use super::vector::V;
 use core::f64::consts::{PI, TAU};

@@ -1,7 +1,7 @@
 //! From words to pieces: exact sums of counts, and beside them in f32 what the sums leave out (coning, sculling, rotation).
 //!
 //! With `phi` the rotation vector from the piece's start to a word's start and `d`, `e` the word's own rotation vector and velocity
-//! (coning and sculling from three words: Savage 1998; Ignagni 1998; coefficients as in `host_sim::sins::Samples::Three`):
+//! (coning and sculling from three words: Savage 1998; Ignagni 1998; coefficients as in `host_sim::inertial::sins::Samples::Three`):
 //!
 //! ```text
 //! phi   <- phi + d + phi x d / 2 + (phi x (phi x d) - d x (phi x d)) / 12        (Baker-Campbell-Hausdorff, third order)

@@ -6,7 +6,7 @@
 //!
 //! Errors are estimate minus truth: `phi` in rad with `C_est = (I - phi x) C_true`, velocity in m/s, position in m; north, east, down.
 //! Sensor errors `e` that are left in the increments count as `residual = -e`, so that `phi' = C e_gyro` and `v' = -C e_accel`.
-//! These are the conventions of `host_sim::ekf`, whose f64 is the reference here.
+//! These are the conventions of `host_sim::inertial::ekf`, whose f64 is the reference here.
 //!
 //! # Numbers
 //! - A **word** is gathered in exact integer sums; f32 computes what the sums leave out (coning, sculling, rotation: `gather`).
@@ -275,7 +275,7 @@ struct Step {
     here: Local,
 }
 
-/// Savage (1998), Groves (2013) ch. 5; as `host_sim::sins::Sins::step`, but with the Earth at the middle of this very piece.
+/// Savage (1998), Groves (2013) ch. 5; as `host_sim::inertial::sins::Sins::step`, but with the Earth at the middle of this very piece.
 fn step(state: &State, piece: &Piece) -> Step {
     let State {
         position,

@@ -14,16 +14,17 @@ mod tuning;
 pub use self::parquet::to_parquet;
 pub use ratios::{Ratio, ratios};
 pub use results::results;
-pub use schemes::{ABLATION, Case, Knowledge, SCHEMES, Scheme, oracle, rnn_kalman};
+pub use schemes::{ABLATION, Case, Knowledge, SCHEMES, Scheme, Tuned, oracle, rnn_kalman};
 pub use statistics::{Summary, summarise};
 pub use store::{Merged, Row, merge};
-pub use tuning::{Tuned, Tuning};
+pub use tuning::Tuning;
 
-use crate::coast::Coast;
 use crate::error::Error;
-use crate::imu::{Draws, ErrorModelName, ImuSpec};
-use crate::scenario::Scenario;
-use crate::session::{Session, SessionConfig, drive, measured};
+use crate::experiment::scenario::Scenario;
+use crate::inertial::free_inertial::Coast;
+use crate::inertial::session::Session;
+use crate::simulator::imu::{Draws, ErrorModelName, ImuSpec};
+use crate::simulator::session::{SessionConfig, drive, measured};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
@@ -300,7 +301,9 @@ mod tests {
                     ..*case
                 };
                 for (name, scheme) in &SCHEMES[..2] {
-                    let [a, b] = [case, &fine].map(|c| scheme(c).unwrap().row("", 22).unwrap());
+                    let [a, b] = [case, &fine].map(|c| {
+                        crate::experiment::results::Row::of(&scheme(c).unwrap(), "", 22).unwrap()
+                    });
                     let apart = (a.d_lat_m - b.d_lat_m).hypot(a.d_lon_m - b.d_lon_m);
                     assert!(
                         apart < 0.01 * b.horizontal_m,

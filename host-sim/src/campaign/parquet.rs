@@ -1,7 +1,7 @@
 //! Results as Apache Parquet: one row a run, error model and scheme.
 
 use super::{Merged, Row, Seeds};
-use crate::experiment::TIMES_MIN;
+use crate::experiment::run::TIMES_MIN;
 use parquet::basic::{Compression, LogicalType, Repetition, Type as Physical};
 use parquet::data_type::{ByteArray, ByteArrayType, DoubleType, Int32Type, Int64Type};
 use parquet::errors::ParquetError;

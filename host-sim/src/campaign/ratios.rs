@@ -2,8 +2,8 @@
 
 use super::Row;
 use super::statistics::RESAMPLINGS;
-use crate::experiment::TIMES_MIN;
-use crate::imu::ErrorModelName;
+use crate::experiment::run::TIMES_MIN;
+use crate::simulator::imu::ErrorModelName;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;

@@ -2,7 +2,7 @@
 
 use super::statistics::Summary;
 use super::{Merged, Ratio, SCHEMES};
-use crate::imu::ErrorModelName;
+use crate::simulator::imu::ErrorModelName;
 use std::fmt::Write;
 
 const TEMPLATE: &str = include_str!("../../assets/results.md");

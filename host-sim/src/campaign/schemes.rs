@@ -1,21 +1,45 @@
 //! The competitors of a campaign: each is aided by fixes up to an epoch and coasts from there, on the same words.
 
-use super::tuning::{DATASHEET_WALK, Tuned};
-use crate::coast::{Coast, coast};
-use crate::ekf::{Aided, ErrorModel, Held, Known, Noise, Parameter, Regressor, Triad};
-use crate::imu::{AccelSpec, GyroSpec, ImuSpec, Surroundings, WARM_UP_REPEATABILITY};
-use crate::kalman::{Student, coasted, taught};
-use crate::learning::{NetworkSpec, compensator, corrected_words};
-use crate::session::{Session, to_si};
-use crate::sins::Increment;
-use crate::study::{Use, study};
-use crate::teacher::{Assumptions, aligned};
-use crate::units::{ARCSEC, DEG, DEG_PER_H, G0, PPM, UG};
+use crate::inertial::ekf::{Aided, ErrorModel, Held, Known, Noise, Parameter, Regressor, Triad};
+use crate::inertial::free_inertial::{Coast, coast};
+use crate::inertial::session::{Session, Surroundings, to_si};
+use crate::inertial::sins::Increment;
+use crate::inertial::units::{ARCSEC, DEG, DEG_PER_H, G0, PPM, UG};
+use crate::learning::kalman::{Student, coasted, taught};
+use crate::learning::study::{Use, study};
+use crate::learning::teacher::{Assumptions, aligned};
+use crate::learning::window::{NetworkSpec, compensator, corrected_words};
+use crate::simulator::imu::{AccelSpec, GyroSpec, ImuSpec, WARM_UP_REPEATABILITY};
 use firmware::learn::bank::{ALL, Gates};
 use firmware::sample::Counts;
 use nalgebra::Vector3;
+use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
 use std::sync::Arc;
+
+/// Walk of a bias an hour, relative to its prior, that the datasheet's in-run drift means for the presets.
+pub const DATASHEET_WALK: f64 = 0.05;
+
+/// What was chosen for one group.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Tuned {
+    /// Walk for `ekf6-tuned`.
+    pub walk: f64,
+    /// Noise factor for `none`.
+    pub none_factor: f64,
+    /// Noise factor for the filter behind the networks.
+    pub rnn_factor: f64,
+}
+
+impl Default for Tuned {
+    fn default() -> Self {
+        Self {
+            walk: DATASHEET_WALK,
+            none_factor: 1.0,
+            rnn_factor: 1.0,
+        }
+    }
+}
 
 /// One task: a session measured with one group of errors.
 #[derive(Debug, Clone, Copy)]
@@ -78,7 +102,7 @@ pub const ABLATION: [(&str, Scheme); 7] = [
     ("no-all-weights", |c| rnn_kalman(c, 0b01_1111)),
 ];
 
-/// The bank of hypotheses of [`crate::kalman`], of which those with a bit in `enabled` take part.
+/// The bank of hypotheses of [`crate::learning::kalman`], of which those with a bit in `enabled` take part.
 pub fn rnn_kalman(case: &Case<'_>, enabled: u8) -> Option<Coast> {
     let assumptions = Assumptions::of(case.knows.datasheet);
     let gates = Gates {
@@ -108,7 +132,10 @@ pub fn ekf6(case: &Case<'_>, walk: f64) -> Option<Coast> {
     aided_coast(case, case.words, &assumptions, model)
 }
 
-fn classical(case: &Case<'_>, model: fn(&crate::ekf::Prior) -> ErrorModel) -> Option<Coast> {
+fn classical(
+    case: &Case<'_>,
+    model: fn(&crate::inertial::ekf::Prior) -> ErrorModel,
+) -> Option<Coast> {
     let assumptions = Assumptions::of(case.knows.datasheet);
     aided_coast(case, case.words, &assumptions, model(&assumptions.prior))
 }

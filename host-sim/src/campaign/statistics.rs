@@ -1,8 +1,8 @@
 //! Median, mean, worst, and bootstrap intervals.
 
 use super::Row;
-use crate::experiment::TIMES_MIN;
-use crate::imu::ErrorModelName;
+use crate::experiment::run::TIMES_MIN;
+use crate::simulator::imu::ErrorModelName;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use serde::Serialize;

@@ -1,11 +1,12 @@
 //! Rows on disk: one small file a finished run, so that an interrupted campaign loses at most the runs that were under way.
 
 use super::{Campaign, Tuning};
-use crate::coast::Coast;
 use crate::error::Error;
-use crate::experiment::TIMES_MIN;
-use crate::imu::ErrorModelName;
+use crate::experiment;
+use crate::experiment::run::TIMES_MIN;
+use crate::inertial::free_inertial::Coast;
 use crate::output::write_atomic;
+use crate::simulator::imu::ErrorModelName;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
@@ -43,7 +44,7 @@ pub(super) fn row(
         east_m: [0.0; TIMES_MIN.len()],
     };
     for (i, t) in TIMES_MIN.into_iter().enumerate() {
-        let at = coast.row(scheme, t)?;
+        let at = experiment::results::Row::of(coast, scheme, t)?;
         out.horizontal_m[i] = at.horizontal_m;
         out.north_m[i] = at.d_lat_m;
         out.east_m[i] = at.d_lon_m;

@@ -1,43 +1,21 @@
 //! Process noise of the classical filters, chosen for each group of errors by search over training units that no campaign judges.
 
 use super::Campaign;
-use super::schemes::{ekf6, none, rnn_words};
+use super::schemes::{Tuned, ekf6, none, rnn_words};
 use super::statistics::median;
-use crate::coast::Coast;
 use crate::error::Error;
-use crate::imu::{ErrorModelName, ImuSpec};
+use crate::experiment::results::Row;
+use crate::inertial::free_inertial::Coast;
+use crate::simulator::imu::{ErrorModelName, ImuSpec};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-/// Walk of a bias an hour, relative to its prior, that the datasheet's in-run drift means for the presets.
-pub const DATASHEET_WALK: f64 = 0.05;
 /// Candidates for the walk.
 const WALKS: [f64; 8] = [0.01, 0.03, 0.1, 0.2, 0.4, 0.8, 1.6, 3.2];
 /// Candidates for the noise of the filter without a model.
 const FACTORS: [f64; 4] = [1.0, 3.0, 10.0, 30.0];
 /// Number of the first unit to train on: far above any run's.
 const FIRST_UNIT: u32 = 4_000_000_000;
-
-/// What was chosen for one group.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct Tuned {
-    /// Walk for `ekf6-tuned`.
-    pub walk: f64,
-    /// Noise factor for `none`.
-    pub none_factor: f64,
-    /// Noise factor for the filter behind the networks.
-    pub rnn_factor: f64,
-}
-
-impl Default for Tuned {
-    fn default() -> Self {
-        Self {
-            walk: DATASHEET_WALK,
-            none_factor: 1.0,
-            rnn_factor: 1.0,
-        }
-    }
-}
 
 /// What was chosen for each group.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
@@ -96,7 +74,7 @@ impl Tuning {
         campaign.sessions(imu, k, |_, case| {
             let lost = || campaign.scenario.no_attitude();
             let error = |coast: Option<Coast>| -> Result<f64, Error> {
-                let row = coast.and_then(|c| c.row("", 22));
+                let row = coast.and_then(|c| Row::of(&c, "", 22));
                 row.map(|r| r.horizontal_m).ok_or_else(lost)
             };
             let mut tried = Tried {

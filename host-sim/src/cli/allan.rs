@@ -1,11 +1,11 @@
 //! `host-sim allan`.
 
-use crate::allan::output::{Findings, configured, dither_note};
-use crate::allan::read::{Choice, load};
-use crate::allan::{Series, analyse, at_rest};
+use crate::analysis::allan::output::{Findings, configured, dither_note};
+use crate::analysis::allan::read::{Choice, load};
+use crate::analysis::allan::{Series, analyse, at_rest};
 use crate::error::Error;
-use crate::imu::{ErrorModelName, ImuSpec, PRESETS};
 use crate::output::write_atomic;
+use crate::simulator::imu::{ErrorModelName, ImuSpec, PRESETS};
 use clap::Args as ClapArgs;
 use rayon::prelude::*;
 use std::path::PathBuf;

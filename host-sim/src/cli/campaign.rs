@@ -5,9 +5,9 @@ use crate::campaign::{
     to_parquet,
 };
 use crate::error::Error;
-use crate::imu::ErrorModelName;
+use crate::experiment::scenario::Scenario;
 use crate::output::write_atomic;
-use crate::scenario::Scenario;
+use crate::simulator::imu::ErrorModelName;
 use clap::{Args as ClapArgs, Subcommand};
 use comfy_table::{Table, presets::UTF8_FULL_CONDENSED};
 use indicatif::{ProgressBar, ProgressStyle};

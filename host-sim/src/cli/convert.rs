@@ -2,8 +2,8 @@
 
 use super::source::{Csv, KfGins, Novatel};
 use crate::error::Error;
-use crate::replay::record::Record;
-use crate::replay::{files, kfgins};
+use crate::recordings::record::Record;
+use crate::recordings::{files, kfgins};
 use clap::{Args as ClapArgs, Subcommand, ValueEnum};
 use std::path::PathBuf;
 

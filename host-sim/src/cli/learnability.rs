@@ -1,12 +1,12 @@
 //! `host-sim learnability`.
 
+use crate::analysis::learnability::{Question, answer};
 use crate::error::Error;
-use crate::gnss::GnssSpec;
-use crate::imu::{ImuSpec, PRESETS};
-use crate::learnability::{Question, answer};
 use crate::output::write_atomic;
 use crate::report::bounds;
 use crate::report::outcomes::Head;
+use crate::simulator::gnss::GnssSpec;
+use crate::simulator::imu::{ImuSpec, PRESETS};
 use clap::Args as ClapArgs;
 use indicatif::{ProgressBar, ProgressStyle};
 use std::path::PathBuf;

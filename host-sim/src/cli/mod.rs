@@ -5,6 +5,7 @@ mod campaign;
 mod convert;
 mod hil;
 mod learnability;
+mod outcomes;
 mod own;
 mod replay;
 mod run;

@@ -1,15 +1,15 @@
 //! `host-sim replay` of a user's own recording: csv, kf-gins, novatel.
 
-use super::replay::{Output, no_attitude};
+use super::outcomes::{Output, no_attitude};
 use super::run::Progress;
 use super::source::{Csv, KfGins, Novatel};
 use crate::error::Error;
-use crate::imu::{ImuSpec, PRESETS};
-use crate::replay::novatel;
-use crate::replay::own::{LEAST_S, Plan};
-use crate::session::Session;
-use crate::teacher::Assumptions;
-use crate::units::{DEG, DEG_PER_H, DEG_PER_SQRT_H, UG, UG_PER_SQRT_HZ};
+use crate::experiment::own::{LEAST_S, Plan};
+use crate::inertial::session::Session;
+use crate::inertial::units::{DEG, DEG_PER_H, DEG_PER_SQRT_H, UG, UG_PER_SQRT_HZ};
+use crate::learning::teacher::Assumptions;
+use crate::recordings::novatel;
+use crate::simulator::imu::{ImuSpec, PRESETS};
 use clap::Args as ClapArgs;
 use std::path::Path;
 

@@ -1,14 +1,13 @@
 //! `host-sim replay`.
 
+use super::outcomes::{Output, no_attitude};
 use super::own::{CsvArgs, KfGinsArgs, NovatelArgs};
 use super::run::{Progress, finish};
 use crate::error::Error;
-use crate::output::write_atomic;
-use crate::replay::outcome::{Outcome, table};
-use crate::replay::{fog_mems, hybrid, kitti, lasergyro, load};
-use crate::report::outcomes::{self, Head};
+use crate::experiment::{fog_mems, hybrid, kitti, lasergyro};
+use crate::recordings::{self, load};
 use clap::{Args as ClapArgs, Subcommand};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 /// Arguments of `replay`.
 #[derive(Debug, ClapArgs)]
@@ -68,17 +67,6 @@ struct Hybrid {
     output: Output,
 }
 
-/// Where outcomes go.
-#[derive(Debug, ClapArgs)]
-pub(super) struct Output {
-    /// Write the outcomes as JSON
-    #[arg(long, value_name = "FILE")]
-    json: Option<PathBuf>,
-    /// Directory of the page [default: out/replay-NAME]
-    #[arg(long, value_name = "DIR")]
-    out: Option<PathBuf>,
-}
-
 #[derive(Debug, ClapArgs)]
 struct Lasergyro {
     /// Recording: gyro_x_pulses ... accel_z_pulses at 100 Hz, axes right-forward-up
@@ -100,7 +88,7 @@ impl Args {
         match &self.what {
             What::Lasergyro(args) => args.run(),
             What::FogMems(args) => {
-                let session = fog_mems::session(&args.mems, &args.fog)?;
+                let session = recordings::fog_mems::session(&args.mems, &args.fog)?;
                 args.output.print("fog-mems", &fog_mems::replay(&session))
             }
             What::Kitti(args) => args.run(),
@@ -116,49 +104,11 @@ impl Args {
     }
 }
 
-pub(super) fn no_attitude(file: &Path) -> Error {
-    Error::Option {
-        option: file.display().to_string(),
-        problem: "the first part gives no attitude".into(),
-        remedy: "the recording must start at rest with live accelerometers and gyros".into(),
-    }
-}
-
-impl Output {
-    /// Prints outcomes as a table with their notes, and writes JSON and page.
-    pub(super) fn print(&self, name: &str, outcomes: &[Outcome]) -> Result<(), Error> {
-        let default = || PathBuf::from(format!("out/replay-{name}"));
-        let dir = self.out.clone().unwrap_or_else(default);
-        let arguments: Vec<String> = std::env::args().skip(1).collect();
-        let head = Head {
-            title: format!("Replay {name}: learnt from one part, free inertial on another"),
-            command: format!("host-sim {}", arguments.join(" ")),
-        };
-        let index = outcomes::write(&dir, &head, outcomes)?;
-        if let Some(file) = &self.json {
-            let text =
-                serde_json::to_vec_pretty(outcomes).map_err(|e| Error::writing(file, e.into()))?;
-            write_atomic(file, &text)?;
-        }
-        println!(
-            "horizontal error in m, by seconds of free-inertial navigation\n\n{}",
-            table(outcomes)
-        );
-        for outcome in outcomes {
-            for note in &outcome.notes {
-                println!("- {}, {}: {note}", outcome.recording, outcome.case);
-            }
-        }
-        println!("\nreport: {}", index.display());
-        Ok(())
-    }
-}
-
 impl Kitti {
     fn run(&self) -> Result<(), Error> {
         let mut outcomes = Vec::new();
         for file in &self.files {
-            let session = kitti::session(file, self.skip)?;
+            let session = recordings::kitti::session(file, self.skip)?;
             let name = file
                 .file_name()
                 .map_or_else(String::new, |n| n.to_string_lossy().into_owned());

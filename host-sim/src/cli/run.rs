@@ -1,10 +1,10 @@
 //! `host-sim run`.
 
 use crate::error::Error;
-use crate::experiment::{self, Options};
+use crate::experiment::run::{Options, run};
+use crate::experiment::scenario::Scenario;
 use crate::output::write_atomic;
 use crate::report::{json, page, table};
-use crate::scenario::Scenario;
 use clap::Args as ClapArgs;
 use indicatif::{ProgressBar, ProgressStyle};
 use std::path::{Path, PathBuf};
@@ -39,7 +39,7 @@ impl Args {
             in_sample: self.in_sample,
         };
         let progress = Progress::new();
-        let mut report = experiment::run(&scenario, &options, &|stage| progress.stage(stage))?;
+        let mut report = run(&scenario, &options, &|stage| progress.stage(stage))?;
         report.set_up.push(("command".into(), self.command()));
         let suffix = if self.in_sample { "-in-sample" } else { "" };
         let default = format!("out/run-{}-{}{suffix}", scenario.name, self.seed);
@@ -61,7 +61,7 @@ impl Args {
 
 /// Prints the table and writes report and JSON.
 pub(super) fn finish(
-    report: &crate::report::Report,
+    report: &crate::experiment::results::Report,
     dir: &Path,
     json_file: Option<&Path>,
 ) -> Result<(), Error> {

@@ -1,10 +1,10 @@
 //! `host-sim simulate`.
 
 use crate::error::Error;
-use crate::experiment::sessions;
-use crate::replay::files;
-use crate::replay::record::Record;
-use crate::scenario::Scenario;
+use crate::experiment::run::sessions;
+use crate::experiment::scenario::Scenario;
+use crate::recordings::files;
+use crate::recordings::record::Record;
 use clap::Args as ClapArgs;
 use std::path::PathBuf;
 

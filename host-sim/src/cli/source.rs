@@ -1,13 +1,13 @@
 //! A user's own recording on the command line, for `replay` and `convert` alike.
 
 use crate::error::Error;
-use crate::replay::axes::Axes;
-use crate::replay::record::Record;
-use crate::replay::track::Track;
-use crate::replay::{Begin, generic, kfgins, novatel};
-use crate::rotation::from_euler;
-use crate::session::{EPOCH_S, Session};
-use crate::units::DEG;
+use crate::inertial::rotation::from_euler;
+use crate::inertial::session::{EPOCH_S, Session};
+use crate::inertial::units::DEG;
+use crate::recordings::axes::Axes;
+use crate::recordings::record::Record;
+use crate::recordings::track::Track;
+use crate::recordings::{Begin, generic, kfgins, novatel};
 use clap::Args as ClapArgs;
 use firmware::wire::novatel::ImuType;
 use std::path::PathBuf;
@@ -15,7 +15,7 @@ use std::path::PathBuf;
 /// CSV files with a header of their own.
 #[derive(Debug, ClapArgs)]
 pub(super) struct Csv {
-    /// What the columns mean; its format is in the documentation of `host_sim::replay::generic` and in what `simulate` writes
+    /// What the columns mean; its format is in the documentation of `host_sim::recordings::generic` and in what `simulate` writes
     #[arg(long, value_name = "FILE.toml")]
     header: PathBuf,
     /// Instead of the files that the header names: the IMU's, then that of the fixes

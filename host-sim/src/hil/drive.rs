@@ -1,10 +1,12 @@
 //! A simulated drive as the bytes of its sensors: standstill, then road, with a fix of the receiver every second.
 
-use crate::earth::Geodetic;
 use crate::error::Error;
-use crate::gnss::{Fix, GnssSpec};
-use crate::imu::ImuSpec;
-use crate::session::{Session, SessionConfig, simulate, to_si};
+use crate::inertial::earth::Geodetic;
+use crate::inertial::gnss::Fix;
+use crate::inertial::session::{Session, to_si};
+use crate::simulator::gnss::GnssSpec;
+use crate::simulator::imu::ImuSpec;
+use crate::simulator::session::{SessionConfig, simulate};
 use firmware::sample::Counts;
 use firmware::wire::Format;
 use firmware::wire::novatel::{self, Header, Log};

@@ -2,7 +2,7 @@
 
 use super::drive::{Drive, Input};
 use super::stream::Gathered;
-use crate::sins::{Increment, NavState, Sins};
+use crate::inertial::sins::{Increment, NavState, Sins};
 use firmware::wire::framer::Kind;
 use firmware::wire::{Format, Framer, G, Reading, Words, read};
 use nalgebra::Vector3;

@@ -1,11 +1,11 @@
 //! Small pictures for documents: measured points over logarithmic axes beside the law they should follow, as an SVG file by itself that
 //! follows a dark screen.
 
-use super::Curve;
 use super::axes::{Axis, extent};
 use super::palette::{self, INK, Look, PAPER, REFERENCE};
 use super::sheet::{Align, Drawn, Plot, Sheet, UNITS};
 use crate::error::Error;
+use crate::experiment::results::Curve;
 use plotters::prelude::{DrawingBackend, SVGBackend};
 use std::fmt::Write;
 

@@ -3,9 +3,10 @@
 use super::axes::{Axis, extent, grouped, snapped, widened};
 use super::canvas::{Canvas, UNITS_PER_PIXEL};
 use super::palette::{self, Colour, INK, Look};
+use super::panels;
 use super::sheet::{Align, Drawn, MOST_POINTS, Plot, Sheet, UNITS};
-use super::{Curve, Report, panels};
 use crate::error::Error;
+use crate::experiment::results::{Curve, Report};
 use plotters::prelude::{DrawingBackend, SVGBackend};
 
 /// A picture of the report.

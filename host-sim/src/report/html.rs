@@ -3,7 +3,7 @@
 use super::figures::{Figure, length};
 use super::palette::{self, Colour};
 use super::table::{BASELINE, blocks, change_percent, is_best, percent};
-use super::{Curve, Report, Results, Row};
+use crate::experiment::results::{Curve, Report, Results, Row};
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
 /// What tells a page of ours from anybody else's.

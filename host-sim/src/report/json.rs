@@ -1,7 +1,7 @@
 //! The results as JSON: a stable format for scripts, and never with a NaN in it.
 
-use super::Results;
 use crate::error::Error;
+use crate::experiment::results::Results;
 
 /// The results as JSON text with a final line break:
 /// `{"scenario","seed","rows":[{"t_min","scheme","d_lat_m","d_lon_m","d_vn_mps","d_ve_mps","horizontal_m"}]}`.
@@ -45,8 +45,8 @@ pub fn check(results: &Results) -> Result<(), Error> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::Row;
     use super::*;
+    use crate::experiment::results::Row;
 
     fn results() -> Results {
         let row = Row {

@@ -1,9 +1,10 @@
 //! The page of a replay: the table of all its cases, and the pictures of each.
 
 use super::figures::Figure;
-use super::{Report, Results, html, page};
+use super::{html, page};
 use crate::error::Error;
-use crate::replay::outcome::Outcome;
+use crate::experiment::outcome::Outcome;
+use crate::experiment::results::{Report, Results};
 use maud::{Markup, PreEscaped, html};
 use rayon::prelude::*;
 use std::path::{Path, PathBuf};

@@ -1,8 +1,9 @@
 //! The report directory: one self-contained HTML page and the pictures as PNG, there whole or not at all.
 
 use super::figures::Figure;
-use super::{Curve, Report, html, json};
+use super::{html, json};
 use crate::error::Error;
+use crate::experiment::results::{Curve, Report};
 use crate::output::directory_of;
 use rayon::prelude::*;
 use std::fs;

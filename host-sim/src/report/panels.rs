@@ -1,9 +1,9 @@
 //! The paper's figure 2: for each sensor, the network's output over the true error, with the teacher as faint dots.
 
-use super::ErrorTrace;
 use super::axes::{Axis, extent, snapped, widened};
 use super::palette::{INK, Look, RNN, SOFT, TEACHER};
 use super::sheet::{Align, Drawn, Plot, Sheet};
+use crate::experiment::results::ErrorTrace;
 use plotters::prelude::DrawingBackend;
 
 /// Teacher's dots a panel: enough to see the spread, few enough to stay faint.

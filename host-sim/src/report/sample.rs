@@ -1,6 +1,6 @@
 //! A report with made-up curves of the right shape and length, for tests of the drawing only.
 
-use super::{Curve, ErrorTrace, Report, Results, Row};
+use crate::experiment::results::{Curve, ErrorTrace, Report, Results, Row};
 
 /// Uniform in -0.5..0.5, the same every time.
 struct Noise(u64);

@@ -1,6 +1,6 @@
 //! The results as a printed table, in the layout of table 1 of the paper: a block a time, a line a scheme.
 
-use super::{Results, Row};
+use crate::experiment::results::{Results, Row};
 use comfy_table::{Cell, CellAlignment, ContentArrangement, Table, presets};
 
 /// The scheme all others are compared with: the inertial data as they came.

@@ -3,7 +3,7 @@
 use anyhow::{Context, Result, ensure};
 use firmware::wire::Format;
 use host_sim::hil as simulated;
-use host_sim::session::Session;
+use host_sim::inertial::session::Session;
 
 use crate::replay::{FORMATS, Input, LONGEST, Pace};
 

@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use firmware::align::{Align, Sensors};
 use firmware::wire::Format;
-use host_sim::session::Session;
+use host_sim::inertial::session::Session;
 use qemu::drive::{Record, drive_from};
 use qemu::images::REPLAY;
 use qemu::machine::{Clock, NETDUINOPLUS2};
@@ -126,9 +126,9 @@ fn the_alignment_is_the_desktops() {
     let place = session.reference[0].position;
     let si: Vec<_> = words
         .iter()
-        .map(|c| host_sim::session::to_si(c, &session.lsb))
+        .map(|c| host_sim::inertial::session::to_si(c, &session.lsb))
         .collect();
-    let want = host_sim::align::inertial_frame(&si, session.dt, session.samples(), place)
+    let want = host_sim::inertial::align::inertial_frame(&si, session.dt, session.samples(), place)
         .expect("aligned");
     let sensors = Sensors {
         noise: [1.46e-6, 1.96e-4],

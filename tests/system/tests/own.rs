@@ -9,12 +9,13 @@ use assert_cmd::Command;
 use firmware::sample::Lsb;
 use firmware::wire::novatel::inspvas::Inspvas;
 use firmware::wire::novatel::{Header, Log, Repr};
-use host_sim::gnss::GnssSpec;
-use host_sim::imu::ImuSpec;
-use host_sim::replay::words::quantise;
-use host_sim::rotation::to_euler;
-use host_sim::session::{Session, SessionConfig, simulate};
-use host_sim::units::DEG;
+use host_sim::inertial::rotation::to_euler;
+use host_sim::inertial::session::Session;
+use host_sim::inertial::units::DEG;
+use host_sim::recordings::words::quantise;
+use host_sim::simulator::gnss::GnssSpec;
+use host_sim::simulator::imu::ImuSpec;
+use host_sim::simulator::session::{SessionConfig, simulate};
 use serde_json::Value;
 use std::path::Path;
 
@@ -147,7 +148,7 @@ fn a_log_of_raw_increments_and_solutions_is_replayed_and_converted() {
     let config = SessionConfig {
         imu: &imu,
         gnss: &GnssSpec::default(),
-        start: host_sim::earth::Geodetic {
+        start: host_sim::inertial::earth::Geodetic {
             lat: 0.8,
             lon: 0.1,
             h: 300.0,
@@ -297,7 +298,7 @@ fn wrong_files_and_options_are_named() {
         assert!(named, "{option}: {text}");
     }
     assert!(!dir.path().join("out").exists() && !dir.path().join("o").exists());
-    let Some(data) = host_sim::replay::data_dir() else {
+    let Some(data) = host_sim::recordings::data_dir() else {
         println!("skipped: no recorded data; remedy: set LRNN_DATA to its folder");
         return;
     };

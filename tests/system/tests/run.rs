@@ -6,7 +6,7 @@
 )]
 
 use assert_cmd::Command;
-use host_sim::imu::{ErrorModelName, ImuSpec};
+use host_sim::simulator::imu::{ErrorModelName, ImuSpec};
 use serde_json::Value;
 use std::collections::BTreeMap;
 use std::path::Path;

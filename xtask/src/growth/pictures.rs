@@ -1,7 +1,7 @@
 //! The curves.
 
 use anyhow::Result;
-use host_sim::report::Curve;
+use host_sim::experiment::results::Curve;
 use host_sim::report::chart::{self, Panel};
 
 use super::laws::Polynomial;

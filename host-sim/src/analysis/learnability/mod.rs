@@ -1,0 +1,177 @@
+//! What can be known of the sensors at all: the Cramer-Rao bound of bias, scale factor and misalignment, and what learning reached.
+//!
+//! The bound is the covariance recursion of the filter that knows everything but the 24 constants and the state ([`bound`]), run
+//! along the true drive, where it does not depend on the data: for linear dynamics and normal errors no estimator has a smaller mean
+//! square error (van Trees; Tichavsky et al. 1998). Units are simulated with exactly these constants and the noise, nothing that
+//! wanders, warms up or bends ([`constants_only`]); `reached` says what the learning schemes make of them.
+
+mod bound;
+pub mod output;
+mod reached;
+
+pub use bound::{Noises, acceleration_sigma, bound, noises};
+pub use reached::{SCHEMES, Scheme, Unit, unit};
+
+use crate::experiment::scenario::Scenario;
+use crate::inertial::ekf::{ErrorModel, InitialSigma, Prior, Triad};
+use crate::inertial::units::{ARCSEC, DEG, DEG_PER_H, PPM, UG};
+use crate::simulator::gnss::GnssSpec;
+use crate::simulator::imu::{ErrorModelName, ImuSpec};
+use crate::simulator::session::SessionConfig;
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use rayon::prelude::*;
+
+/// Constants of the six sensors: a bias and a row of three each.
+pub const CONSTANTS: usize = 24;
+/// Constants, and the mean error of the six sensors over the time learnt from.
+pub const QUANTITIES: usize = CONSTANTS + 6;
+/// Standstill before the drive, s.
+pub const STANDSTILL_S: u32 = 300;
+/// Words per second.
+const RATE_HZ: u32 = 100;
+
+/// What is known of the attitude at power-on: a coarse alignment; the rest comes from the words themselves.
+pub const AT_POWER_ON: InitialSigma = InitialSigma {
+    tilt: DEG,
+    heading: 5.0 * DEG,
+    velocity: 0.01,
+    position: 1.0,
+};
+
+/// What is asked.
+#[derive(Debug, Clone)]
+pub struct Question {
+    /// IMU.
+    pub imu: ImuSpec,
+    /// Receiver.
+    pub gnss: GnssSpec,
+    /// Longest time of driving, min.
+    pub minutes: u32,
+    /// Simulated units.
+    pub units: u32,
+    /// Seed of road and units.
+    pub seed: u64,
+}
+
+/// All that was found; values in SI.
+#[derive(Debug, Clone)]
+pub struct Answer {
+    /// Seconds of driving.
+    pub times_s: Vec<u32>,
+    /// Standard deviation of each quantity before anything is learnt.
+    pub prior: Vec<f64>,
+    /// Bound of each quantity at each time: `bound[time][quantity]`.
+    pub bound: Vec<Vec<f64>>,
+    /// Root mean square error over the units: `reached[scheme][time][quantity]`, NaN where a scheme does not estimate it.
+    pub reached: Vec<Vec<Vec<f64>>>,
+    /// Units.
+    pub units: u32,
+}
+
+/// The IMU with constant bias, scale factor and misalignment and white noise alone.
+#[must_use]
+pub fn constants_only(imu: &ImuSpec) -> ImuSpec {
+    let mut imu = imu.error_model(ErrorModelName::Linear);
+    imu.rate_hz = RATE_HZ;
+    imu.gyro.bias_drift_dph = 0.0;
+    imu.gyro.rate_random_walk_dphpsqrth = 0.0;
+    imu.accel.bias_drift_ug = 0.0;
+    imu.accel.acceleration_random_walk_ugpsqrth = 0.0;
+    imu
+}
+
+/// The 24 constants with the datasheet's standard deviations, in the order bias of the six sensors, then rows of three.
+#[must_use]
+pub fn model(imu: &ImuSpec) -> ErrorModel {
+    let mut model = ErrorModel::with_matrices(&Prior::of(imu));
+    model.parameters.iter_mut().for_each(|p| p.walk = 0.0);
+    model
+}
+
+/// Name, unit and the unit's value in SI of a quantity.
+#[must_use]
+pub fn quantity(i: usize) -> (String, &'static str, f64) {
+    let axis = ["x", "y", "z"];
+    let names = ["gyro", "accelerometer"];
+    let unit = |k: usize| [("deg/h", DEG_PER_H), ("ug", UG)][k];
+    let (what, k, a) = match i {
+        0..6 => ("bias".to_owned(), i / 3, i % 3),
+        6..CONSTANTS => {
+            let (k, a, j) = ((i - 6) / 9, (i - 6) % 9 / 3, (i - 6) % 3);
+            if a == j {
+                return (format!("{} scale {}", names[k], axis[a]), "ppm", PPM);
+            }
+            let name = format!("{} misalignment {}{}", names[k], axis[a], axis[j]);
+            return (name, "arcsec", ARCSEC);
+        }
+        _ => ("mean error".to_owned(), (i - CONSTANTS) / 3, i % 3),
+    };
+    let (unit, si) = unit(k);
+    (format!("{} {what} {}", names[k], axis[a]), unit, si)
+}
+
+/// Learning times, s of driving: 1, 2, 5, 10, 20, 50, ... min, and the last.
+fn times(minutes: u32) -> Vec<u32> {
+    let decades = [1, 2, 5, 10, 20, 50, 100, 200, 500];
+    let mut out: Vec<u32> = decades.into_iter().filter(|t| *t < minutes).collect();
+    out.push(minutes);
+    out.into_iter().map(|t| 60 * t).collect()
+}
+
+/// Computes the bound along a drive and what schemes reach with simulated units on it; `progress` is told after each unit.
+#[must_use]
+pub fn answer(question: &Question, progress: &(dyn Fn() + Sync)) -> Answer {
+    let imu = constants_only(&question.imu);
+    let times_s = times(question.minutes);
+    let mut rng = ChaCha8Rng::seed_from_u64(question.seed);
+    let home = Scenario::default();
+    let config = SessionConfig {
+        imu: &imu,
+        gnss: &question.gnss,
+        start: home.start(),
+        heading: home.heading_deg.to_radians(),
+        standstill_s: f64::from(STANDSTILL_S),
+        drive_s: f64::from(60 * question.minutes),
+        segments: None,
+        vibration: home.vibration,
+        unit: 0,
+        turn_on: 0,
+        drive: rng.random(),
+    };
+    let epochs: Vec<usize> = times_s
+        .iter()
+        .map(|t| (STANDSTILL_S + t) as usize)
+        .collect();
+    let model = model(&imu);
+    let (truth, fixes) = crate::simulator::session::drive(&config);
+    let bound = bound(&config, &truth, &model, &AT_POWER_ON, &epochs);
+    let seeds: Vec<[u64; 3]> = (0..question.units)
+        .map(|_| [rng.random(), rng.random(), rng.random()])
+        .collect();
+    let units: Vec<Unit> = seeds
+        .par_iter()
+        .filter_map(|seeds| {
+            let done = unit(&config, *seeds, (&truth, &fixes), &model, &epochs);
+            progress();
+            done
+        })
+        .collect();
+    let mut prior: Vec<f64> = model.parameters.iter().map(|p| p.sigma).collect();
+    prior.extend([f64::NAN; 6]);
+    Answer {
+        reached: reached::root_mean_square(&units, epochs.len()),
+        units: units.len() as u32,
+        times_s,
+        prior,
+        bound,
+    }
+}
+
+/// Index of a sensor: gyros 0 to 2, accelerometers 3 to 5.
+fn sensor(triad: Triad, axis: usize) -> usize {
+    3 * triad.index() + axis
+}
+
+#[cfg(test)]
+mod tests;

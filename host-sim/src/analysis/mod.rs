@@ -1,0 +1,4 @@
+//! Analyses of sensors: Allan variance, and how well each quantity can be learnt.
+
+pub mod allan;
+pub mod learnability;

@@ -1,0 +1,228 @@
+//! The measured error of the real laser-gyro recording, added to a simulated drive: what no recording here shows, a laser-gyro vehicle
+//! that moves for 20 minutes, with sensor errors that nobody invented.
+//!
+//! **What counts as error.** Error is measured minus what an ideal IMU would have given. The vehicle stood at a known place but people
+//! and engine swayed it by up to 5 mrad, thousands of times the angle that a drift of 0.01 deg/h makes in a minute; so the attitude of an
+//! ideal IMU is not the alignment's alone, and differences from a constant attitude would be sway, which on a vehicle that turns does
+//! not even cancel (1 mrad of it is 1000 ug). Instead, an aided navigator knows that place and velocity stay (to 5 cm and 1 cm/s) and
+//! carries the attitude by the gyros, and a smoother over the whole recording gives the attitude at every second. Measured increments
+//! of a second, minus those that belong to the smoothed states at its ends, in body axes, are the error of that second. Faster than
+//! the smoother follows (some tens of seconds) gyro noise and sway are one and the same, so neither is in it; the slow part of the
+//! random walk is. Pulses come anew, by rounding the sum to the recording's own counts.
+//!
+//! **Heading** is hardly tied by anything at rest. But the vehicle did not turn: the straight line through the smoothed heading over the
+//! half hour is taken as drift of the vertical gyro (sway of 0.1 mrad at an end makes 0.01 deg/h of it).
+//!
+//! **What one attitude cannot show**: a constant level accelerometer bias is a tilt of the alignment, a constant bias of the east gyro is
+//! a heading, and scale factors and misalignments see no motion. Of the first two only the changes are in the error, of the last
+//! nothing. So the drive is kinder than a real one with the same unit.
+
+use crate::experiment::lasergyro::{assumptions, session as at_rest};
+use crate::experiment::outcome::Outcome;
+use crate::experiment::protocol::{Settings, Split, judge};
+use crate::inertial::align;
+use crate::inertial::earth::Local;
+use crate::inertial::ekf::smooth;
+use crate::inertial::rotation::{from_rotvec, to_euler};
+use crate::inertial::session::{EPOCH_S, Session};
+use crate::inertial::sins::{Increment, NavState, Sins};
+use crate::inertial::units::DEG_PER_H;
+use crate::learning::teacher::{Assumptions, Start, navigate_from};
+use crate::learning::window::NetworkSpec;
+use crate::recordings::lasergyro_file::Recording;
+use crate::recordings::words::quantise;
+use crate::simulator::gnss::GnssSpec;
+use crate::simulator::truth::{DriveConfig, Segment, Truth, random_drive};
+use nalgebra::{UnitQuaternion, Vector3};
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+use std::f64::consts::TAU;
+
+/// Part of the recording that the first attitude is found on, s.
+const ALIGN_S: usize = 480;
+/// Bias that a gyro of the recording may have, rad/s; its vertical one has 0.1 deg/h.
+const GYRO_BIAS: f64 = 0.15 * DEG_PER_H;
+
+/// The recording's error, second by second (rad/s and m/s2, forward-right-down); one second shorter than the recording. `None` when the
+/// recording gives no attitude.
+#[must_use]
+pub fn errors(recording: &Recording) -> Option<Vec<Increment>> {
+    let session = at_rest(
+        recording,
+        u32::try_from(recording.words.len() / recording.rate_hz as usize).ok()?,
+    );
+    let words = session.increments();
+    let a = laser();
+    let site = session.fixes[0].position;
+    let nav = NavState {
+        position: site,
+        velocity: Vector3::zeros(),
+        q_bn: first_attitude(&session, &words)?,
+    };
+    let start = Start {
+        nav,
+        sigma: a.initial_sigma(&nav, &session.sigmas),
+    };
+    let nominal = navigate_from(&session, &words, &a, &start, 0, session.epochs());
+    let states: Vec<NavState> = smooth(&nominal.records).iter().map(|s| s.nav).collect();
+    let turning = Vector3::new(0.0, 0.0, slope(&states));
+    let n = session.words_per_epoch();
+    let error = |k: usize| {
+        let mut sins = Sins::new(states[k]);
+        words[k * n..(k + 1) * n]
+            .iter()
+            .for_each(|w| sins.step(w, session.dt));
+        let want = &states[k + 1];
+        let to_body = want.q_bn.inverse();
+        Increment {
+            dtheta: (to_body * sins.nav.q_bn).scaled_axis() / EPOCH_S + to_body * turning,
+            dv: to_body * (sins.nav.velocity - want.velocity) / EPOCH_S,
+        }
+    };
+    Some((0..states.len().checked_sub(1)?).map(error).collect())
+}
+
+/// The recording's unit, with room for the bias that its vertical gyro has.
+fn laser() -> Assumptions {
+    let mut a = assumptions();
+    a.prior.gyro_bias = GYRO_BIAS;
+    a
+}
+
+/// Attitude at the first word: that of the alignment, carried back over it by the gyros.
+fn first_attitude(session: &Session, words: &[Increment]) -> Option<UnitQuaternion<f64>> {
+    let site = session.fixes[0].position;
+    let part = words.get(..ALIGN_S * session.words_per_epoch())?;
+    let end = align::inertial_frame(part, session.dt, session.samples(), site)?;
+    let turn = part.iter().fold(UnitQuaternion::identity(), |q, w| {
+        q * from_rotvec(&w.dtheta)
+    });
+    let earth = Local::at(site.lat, site.h).omega_ie() * ALIGN_S as f64;
+    Some(from_rotvec(&earth) * end * turn.inverse())
+}
+
+/// Slope of the straight line through the headings, rad/s.
+fn slope(states: &[NavState]) -> f64 {
+    let heading = |s: &NavState| to_euler(&s.q_bn).2;
+    let middle = 0.5 * (states.len() as f64 - 1.0);
+    let (mut above, mut below) = (0.0, 0.0);
+    for (k, s) in states.iter().enumerate() {
+        let t = (k as f64 - middle) * EPOCH_S;
+        let turned = heading(s) - heading(&states[0]);
+        above += t * (turned - TAU * (turned / TAU).round()); // no jump at south
+        below += t * t;
+    }
+    if below > 0.0 { above / below } else { 0.0 }
+}
+
+/// The simulated drive.
+#[derive(Debug, Clone)]
+pub struct Config {
+    /// Standstill before it, s.
+    pub standstill_s: f64,
+    /// Whole length, standstill included, s; at most the length of the errors.
+    pub length_s: f64,
+    /// Heading at the start, rad.
+    pub heading: f64,
+    /// Scale of the road's vibration.
+    pub vibration: f64,
+    /// Receiver.
+    pub gnss: GnssSpec,
+    /// Seed of road and fixes; `None` stands still throughout.
+    pub drive: Option<u64>,
+}
+
+/// Adds `errors` to the perfect words of a simulated drive from the recording's site. `None` when the drive is longer than the errors.
+#[must_use]
+pub fn session(recording: &Recording, errors: &[Increment], config: &Config) -> Option<Session> {
+    let rest = at_rest(recording, 0);
+    let mut rng = ChaCha8Rng::seed_from_u64(config.drive.unwrap_or_default());
+    let drive_s = config.length_s - config.standstill_s;
+    let mut segments = vec![Segment::hold(config.standstill_s)];
+    match config.drive {
+        Some(_) => segments.extend(random_drive(drive_s, &mut rng)),
+        None => segments.push(Segment::hold(drive_s)),
+    }
+    let drive = DriveConfig {
+        segments: &segments,
+        start: rest.fixes[0].position,
+        heading: config.heading,
+        dt: rest.dt,
+        vibration: config.vibration,
+    };
+    let truth = Truth::new(&drive, &mut rng);
+    let add = |(k, word): (usize, &Increment)| {
+        let e = errors.get(k / truth.words_per_epoch)?;
+        Some(Increment {
+            dtheta: word.dtheta + e.dtheta * rest.dt,
+            dv: word.dv + e.dv * rest.dt,
+        })
+    };
+    let words: Vec<Increment> = truth
+        .words
+        .iter()
+        .enumerate()
+        .map(add)
+        .collect::<Option<_>>()?;
+    let fixes = truth
+        .epochs
+        .iter()
+        .map(|e| config.gnss.fix(e, &mut rng))
+        .collect();
+    Some(Session {
+        dt: rest.dt,
+        lsb: rest.lsb,
+        counts: quantise(&words, &rest.lsb).ok()?,
+        standstill: (config.standstill_s / EPOCH_S) as usize,
+        reference: truth.epochs,
+        fixes,
+        sigmas: config.gnss.sigmas(),
+        systematic: Some(errors.to_vec()),
+        surroundings: None,
+        gather: 1,
+    })
+}
+
+/// Standstill, driving with fixes, and free inertial, s; together just within the recording.
+const PARTS_S: [usize; 3] = [300, 220, 1320];
+
+/// One drive for each of `roads`: aligned and taught over the first 520 s, then free inertial for 22 min. The networks are used as the
+/// product would: only if they prove themselves on what is held back.
+#[must_use]
+pub fn replay(recording: &Recording, roads: &[u64]) -> Option<Vec<Outcome>> {
+    let errors = errors(recording)?;
+    let [stand, fixes, coast] = PARTS_S;
+    let settings = Settings {
+        assumptions: assumptions(),
+        start_sigma: None,
+        network: NetworkSpec {
+            held_back: 0.33,
+            ..NetworkSpec::default()
+        },
+        promoted_only: true,
+        times_s: vec![300, 600, 900, 1200, 1320],
+    };
+    let one = |road: &u64| {
+        let config = Config {
+            standstill_s: stand as f64,
+            length_s: (stand + fixes + coast) as f64,
+            heading: (*road as f64).rem_euclid(TAU),
+            vibration: 1.0,
+            gnss: GnssSpec::default(),
+            drive: Some(*road),
+        };
+        let session = session(recording, &errors, &config)?;
+        let split = Split::forward(stand + fixes + coast, stand + fixes);
+        let mut outcome = judge(&format!("hybrid, road {road}"), &session, &split, &settings)?;
+        outcome.notes.push(
+            "Simulated drive with the measured error of the real laser-gyro recording; constant level biases, scale factors and \
+             misalignments are not in that error."
+                .to_owned(),
+        );
+        Some(outcome)
+    };
+    roads.iter().map(one).collect()
+}
+
+#[cfg(test)]
+mod tests;

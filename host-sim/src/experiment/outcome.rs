@@ -1,0 +1,192 @@
+//! Result of a replay: errors of each scheme some seconds into free-inertial navigation.
+
+use crate::experiment::results::{Curve, ErrorTrace};
+use crate::inertial::free_inertial::Coast;
+use crate::inertial::session::EPOCH_S;
+use crate::inertial::units::MIN;
+use serde::Serialize;
+
+/// Errors of one scheme at one time, compared with the recording's reference.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Row {
+    /// Seconds since the start of free-inertial navigation.
+    pub t_s: u32,
+    /// `raw`, `ls-bias`, `ls-3x3`, `ekf6`, `ekf12`, `ekf24`, `rnn`, `rnn-kalman`.
+    pub scheme: String,
+    /// Position error north, m.
+    pub d_north_m: f64,
+    /// Position error east, m.
+    pub d_east_m: f64,
+    /// North velocity error, m/s.
+    pub d_vn_mps: f64,
+    /// East velocity error, m/s.
+    pub d_ve_mps: f64,
+    /// Horizontal position error, m.
+    pub horizontal_m: f64,
+}
+
+/// One case of a replay.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Outcome {
+    /// Recording, for example `fog-mems` or `kitti-0027`.
+    pub recording: String,
+    /// What was learnt from and what was judged.
+    pub case: String,
+    /// Rows, times ascending, schemes in display order within a time.
+    pub rows: Vec<Row>,
+    /// What the reader must know, in sentences.
+    pub notes: Vec<String>,
+    /// What the page draws.
+    #[serde(skip)]
+    pub curves: Curves,
+}
+
+/// Curves of one case.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Curves {
+    /// East and north of the reference and of each scheme, m.
+    pub track: Vec<Curve>,
+    /// Horizontal error in m over minutes.
+    pub error_over_time: Vec<Curve>,
+    /// Cost over passes.
+    pub learning: Vec<Curve>,
+    /// Six axes of the part learnt from.
+    pub traces: Vec<ErrorTrace>,
+}
+
+impl Curves {
+    /// Track and errors of several coasts beside the reference's track (north, east, m).
+    #[must_use]
+    pub fn of(coasts: &[(&str, Coast)], reference: &[[f64; 2]]) -> Self {
+        let curve = |name: &str, points: Vec<(f64, f64)>| {
+            let (x, y) = points.into_iter().unzip();
+            Curve {
+                name: name.to_owned(),
+                x,
+                y,
+            }
+        };
+        let track = |p: &[[f64; 2]]| p.iter().map(|p| (p[1], p[0])).collect();
+        let error = |c: &Coast| {
+            let all = c.position.iter().enumerate();
+            all.map(|(k, p)| (k as f64 * EPOCH_S / MIN, p.xy().norm()))
+                .collect()
+        };
+        let mut out = Self::default();
+        out.track.push(curve("reference", track(reference)));
+        for (scheme, c) in coasts {
+            out.track.push(curve(scheme, track(&c.track)));
+            out.error_over_time.push(curve(scheme, error(c)));
+        }
+        out
+    }
+}
+
+/// Rows of several coasts of one case; times at which a coast has already ended are left out.
+#[must_use]
+pub fn rows(coasts: &[(&str, Coast)], times_s: &[u32]) -> Vec<Row> {
+    let row = |scheme: &str, coast: &Coast, t_s: u32| {
+        let k = t_s as usize;
+        let (p, v) = (coast.position.get(k)?, coast.velocity.get(k)?);
+        Some(Row {
+            t_s,
+            scheme: scheme.to_owned(),
+            d_north_m: p.x,
+            d_east_m: p.y,
+            d_vn_mps: v.x,
+            d_ve_mps: v.y,
+            horizontal_m: p.xy().norm(),
+        })
+    };
+    times_s
+        .iter()
+        .flat_map(|t| coasts.iter().filter_map(|(s, c)| row(s, c, *t)))
+        .collect()
+}
+
+impl Outcome {
+    /// Horizontal error of a scheme at a time, m.
+    #[must_use]
+    pub fn horizontal(&self, scheme: &str, t_s: u32) -> Option<f64> {
+        let hit = |r: &&Row| r.scheme == scheme && r.t_s == t_s;
+        self.rows.iter().find(hit).map(|r| r.horizontal_m)
+    }
+}
+
+/// Horizontal errors as a text table, one line a case and scheme, one column a time.
+#[must_use]
+pub fn table(outcomes: &[Outcome]) -> String {
+    let mut times: Vec<u32> = outcomes
+        .iter()
+        .flat_map(|o| o.rows.iter().map(|r| r.t_s))
+        .collect();
+    times.sort_unstable();
+    times.dedup();
+    let mut table = comfy_table::Table::new();
+    table.load_preset(comfy_table::presets::ASCII_MARKDOWN);
+    let head = ["recording", "case", "scheme"].map(String::from);
+    table.set_header(
+        head.into_iter()
+            .chain(times.iter().map(|t| format!("{t} s, m"))),
+    );
+    for outcome in outcomes {
+        let mut schemes: Vec<&str> = Vec::new();
+        for row in &outcome.rows {
+            if !schemes.contains(&row.scheme.as_str()) {
+                schemes.push(&row.scheme);
+            }
+        }
+        for scheme in schemes {
+            let cell = |t: &u32| {
+                outcome
+                    .horizontal(scheme, *t)
+                    .map_or("-".into(), |m| format!("{m:.1}"))
+            };
+            let start = [
+                outcome.recording.clone(),
+                outcome.case.clone(),
+                scheme.to_owned(),
+            ];
+            table.add_row(start.into_iter().chain(times.iter().map(cell)));
+        }
+    }
+    table.to_string()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::Vector3;
+
+    #[test]
+    fn rows_end_with_the_coast_and_the_table_says_so() {
+        let coast = |n: usize, e: f64| Coast {
+            position: (0..n)
+                .map(|k| Vector3::new(3.0 * e, 4.0 * e, 9.0) * k as f64)
+                .collect(),
+            velocity: vec![Vector3::new(1.0, 2.0, 3.0); n],
+            track: Vec::new(),
+        };
+        let rows = rows(
+            &[("raw", coast(21, 1.0)), ("rnn", coast(11, 0.1))],
+            &[10, 20],
+        );
+        let got: Vec<(u32, &str)> = rows.iter().map(|r| (r.t_s, r.scheme.as_str())).collect();
+        assert_eq!(got, [(10, "raw"), (10, "rnn"), (20, "raw")]);
+        let outcome = Outcome {
+            recording: "r".into(),
+            case: "c".into(),
+            rows,
+            notes: Vec::new(),
+            curves: Curves::default(),
+        };
+        assert_eq!(outcome.horizontal("raw", 20), Some(100.0));
+        let text = table(&[outcome]);
+        assert!(
+            text.contains("20 s, m") && text.contains("100.0") && text.contains("5.0"),
+            "{text}"
+        );
+        let rnn = text.lines().find(|l| l.contains("rnn")).unwrap();
+        assert!(rnn.trim_end_matches(['|', ' ']).ends_with('-'), "{rnn}");
+    }
+}

@@ -1,0 +1,367 @@
+//! Learn on one part of a recording of a moving vehicle, judge on another: every scheme sees the same fixes and the same words.
+//!
+//! Where there is no standstill, the first attitude is the reference's. Over the learning part fixes of the reference teach; then
+//! navigation is free inertial. When the judged part follows the one learnt from, each scheme's own aided navigator (no sensor errors in
+//! its state, except in the filters) carries its state over; when it lies before, the coast begins at the reference's state. What was learnt
+//! belongs to the attitude that the teacher found, which differs from the reference's by the mounting (a tilt of 1 mrad and an
+//! accelerometer bias of 1000 ug are one and the same to it); so for all schemes that learnt, that first attitude is turned by the mean
+//! difference over the learning part; for the filters, by the difference that they end with.
+//!
+//! When the judged part lies before, the compensator starts with the coast, from its networks' state at power-on.
+//!
+//! | scheme | words of the coast |
+//! |---|---|
+//! | `raw` | as recorded |
+//! | `ls-bias`, `ls-3x3` | less a bias, or bias and 3x3, fitted to the teacher's references |
+//! | `ekf6`, `ekf12`, `ekf24` | less six biases (with scale factors; with 3x3) at the filter's last estimate of the learning part, frozen |
+//! | `rnn` | through the compensator with the two networks taught from the same references |
+//! | `rnn-kalman` | less what the bank of hypotheses, taught by the fixes, has promoted ([`crate::learning::kalman`]) |
+
+use crate::experiment::outcome::{Curves, Outcome, rows};
+use crate::experiment::run::{learning_curves, traces};
+use crate::inertial::align;
+use crate::inertial::ekf::{Aided, ErrorModel, InitialSigma, Prior, Smoothed, smooth};
+use crate::inertial::free_inertial::{Coast, coast};
+use crate::inertial::rotation::from_rotvec;
+use crate::inertial::session::Session;
+use crate::inertial::sins::{Increment, NavState};
+use crate::learning::baseline::LinearModel;
+use crate::learning::kalman::{Student, coasted, taught};
+use crate::learning::study::{Study, study_from};
+use crate::learning::teacher::{Assumptions, Nominal, Start, aid, aligned, navigate_from};
+use crate::learning::window::{NetworkSpec, compensator, corrected_words};
+use firmware::learn::bank::Gates;
+use nalgebra::{UnitQuaternion, Vector3};
+use std::ops::Range;
+
+/// What is learnt from and what is judged, in epochs of the session.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Split {
+    /// Fixes teach.
+    pub learn: Range<usize>,
+    /// Free inertial.
+    pub judge: Range<usize>,
+}
+
+impl Split {
+    /// Learn from the first `learn` of `epochs`, judge on the rest.
+    #[must_use]
+    pub fn forward(epochs: usize, learn: usize) -> Self {
+        let cut = learn.min(epochs);
+        Self {
+            learn: 0..cut,
+            judge: cut..epochs,
+        }
+    }
+
+    /// The roles exchanged: learn from the last `learn` of `epochs`, judge on the first.
+    #[must_use]
+    pub fn exchanged(epochs: usize, learn: usize) -> Self {
+        let cut = epochs.saturating_sub(learn);
+        Self {
+            learn: cut..epochs,
+            judge: 0..cut,
+        }
+    }
+
+    /// In words.
+    #[must_use]
+    pub fn case(&self) -> String {
+        let (l, j) = (&self.learn, &self.judge);
+        format!(
+            "learn {}-{} s, judge {}-{} s",
+            l.start, l.end, j.start, j.end
+        )
+    }
+}
+
+/// What is assumed of the sensors and how the networks are taught.
+#[derive(Debug, Clone)]
+pub struct Settings {
+    /// Sensors.
+    pub assumptions: Assumptions,
+    /// Errors of the reference as the state of this IMU (mounting included); `None` for what a self-alignment leaves.
+    pub start_sigma: Option<InitialSigma>,
+    /// Teaching.
+    pub network: NetworkSpec,
+    /// Whether `rnn` uses only networks that prove themselves on a held-back part, as the product does.
+    pub promoted_only: bool,
+    /// Times of the table, s after the start of the coast.
+    pub times_s: Vec<u32>,
+}
+
+/// Epochs `range` of a session as a session of its own.
+///
+/// # Panics
+/// If the session is shorter than `range.end` epochs.
+#[must_use]
+pub fn cut(session: &Session, range: &Range<usize>) -> Session {
+    let n = session.words_per_epoch();
+    let fenceposts = range.start..=range.end;
+    Session {
+        dt: session.dt,
+        lsb: session.lsb,
+        counts: session.counts[range.start * n..range.end * n].to_vec(),
+        standstill: session.standstill.clamp(range.start, range.end) - range.start,
+        reference: session.reference[fenceposts.clone()].to_vec(),
+        fixes: session.fixes[fenceposts].to_vec(),
+        sigmas: session.sigmas,
+        systematic: session
+            .systematic
+            .as_ref()
+            .map(|s| s[range.clone()].to_vec()),
+        gather: session.gather,
+        surroundings: session
+            .surroundings
+            .as_ref()
+            .map(|s| s[range.clone()].to_vec()),
+    }
+}
+
+/// Learns, then judges every scheme. `None` when a standstill does not give an attitude.
+#[must_use]
+pub fn judge(
+    recording: &str,
+    session: &Session,
+    split: &Split,
+    settings: &Settings,
+) -> Option<Outcome> {
+    let a = &settings.assumptions;
+    let lesson = cut(session, &split.learn);
+    let (words, until) = (lesson.increments(), lesson.epochs());
+    let (first, start) = begin(&lesson, &words, settings)?;
+    let nominal = navigate_from(&lesson, &words, a, &start, first, until);
+    let study = study_from(
+        &lesson,
+        &words,
+        &nominal,
+        *a,
+        &settings.network,
+        settings.promoted_only,
+    );
+    let learnt = Learnt {
+        filters: classical(&a.prior)
+            .into_iter()
+            .map(|(name, model)| Some((name, aided(&lesson, &words, model, settings, until)?)))
+            .collect::<Option<_>>()?,
+        student: student(&lesson, &words, settings, until)?,
+        lesson,
+        nominal,
+        study,
+    };
+    let coasts = coasts(session, split, settings, &learnt)?;
+    let Learnt {
+        lesson,
+        nominal,
+        study,
+        ..
+    } = learnt;
+    let note = match settings.promoted_only {
+        true => study.verdict(),
+        false => gate(&lesson, &nominal, settings),
+    };
+    let origin = session.reference[split.judge.start].position;
+    let reference: Vec<[f64; 2]> = session.reference[split.judge.start..=split.judge.end]
+        .iter()
+        .map(|s| s.position.ned_from(&origin))
+        .map(|p| [p.x, p.y])
+        .collect();
+    Some(Outcome {
+        recording: recording.to_owned(),
+        case: split.case(),
+        rows: rows(&coasts, &settings.times_s),
+        notes: vec![note],
+        curves: Curves {
+            learning: learning_curves(&study),
+            traces: traces(&lesson, &study),
+            ..Curves::of(&coasts, &reference)
+        },
+    })
+}
+
+/// The classical filters beside the networks.
+fn classical(prior: &Prior) -> [(&'static str, ErrorModel); 3] {
+    [
+        ("ekf6", ErrorModel::biases(prior)),
+        ("ekf12", ErrorModel::with_scale(prior)),
+        ("ekf24", ErrorModel::with_matrices(prior)),
+    ]
+}
+
+/// What was made of the part to learn from.
+struct Learnt {
+    lesson: Session,
+    nominal: Nominal,
+    study: Study,
+    filters: Vec<(&'static str, Aided)>,
+    student: Student<f32>,
+}
+
+/// Free inertial navigation of every scheme over the part that is judged.
+fn coasts(
+    session: &Session,
+    split: &Split,
+    settings: &Settings,
+    learnt: &Learnt,
+) -> Option<Vec<(&'static str, Coast)>> {
+    let a = &settings.assumptions;
+    let follows = split.learn.end == split.judge.start;
+    let (range, from) = match follows {
+        true => (split.learn.start..split.judge.end, learnt.lesson.epochs()),
+        false => (split.judge.clone(), 0),
+    };
+    let run = cut(session, &range);
+    let to = run.epochs();
+    let mut turned = run.reference[0];
+    turned.q_bn *= mounting(&learnt.lesson, &learnt.nominal);
+    let mut out: Vec<(&str, Coast)> = Vec::new();
+    for (scheme, words) in corrected(&run, &learnt.study, a) {
+        let nav = match (follows, scheme) {
+            (true, _) => {
+                let filter = aided(&run, &words, ErrorModel::default(), settings, from)?;
+                filter.sins.nav
+            }
+            (false, "raw") => run.reference[0],
+            (false, _) => turned,
+        };
+        out.push((scheme, coast(&run, &words, nav, from, to)));
+    }
+    let end = &learnt.lesson.reference[learnt.lesson.epochs()];
+    let as_left = |nav: &NavState| NavState {
+        q_bn: run.reference[0].q_bn * (end.q_bn.inverse() * nav.q_bn),
+        ..run.reference[0]
+    };
+    let raw = run.increments();
+    for (k, (name, filter)) in learnt.filters.iter().enumerate() {
+        let step = run.step_s();
+        let frozen: Vec<Increment> = raw.iter().map(|w| filter.corrected(w, step)).collect();
+        let nav = if follows {
+            filter.sins.nav
+        } else {
+            as_left(&filter.sins.nav)
+        };
+        out.insert(3 + k, (name, coast(&run, &frozen, nav, from, to)));
+    }
+    let student = match follows {
+        true => coasted(learnt.student.clone(), &run, &raw, from),
+        false => {
+            let nets = learnt.student.bank.nets();
+            let words = corrected_words(&run, &compensator(&run, &nets, a), 0..to);
+            let nav = as_left(&learnt.student.nav());
+            coast(&run, &words, nav, from, to)
+        }
+    };
+    out.push(("rnn-kalman", student));
+    Some(out)
+}
+
+/// The product's learner from fixes at the end of the learning part.
+fn student(
+    session: &Session,
+    words: &[Increment],
+    settings: &Settings,
+    until: usize,
+) -> Option<Student<f32>> {
+    let (a, gates) = (&settings.assumptions, Gates::default());
+    if session.standstill > 0 {
+        return taught(session, words, a, gates, until);
+    }
+    let (first, start) = begin(session, words, settings)?;
+    let mut student = Student::new(&start, a, gates, session.samples());
+    student.attend(session, words, first..until);
+    Some(student)
+}
+
+/// First epoch after alignment and the state there: the reference's when there is no standstill.
+fn begin(session: &Session, words: &[Increment], settings: &Settings) -> Option<(usize, Start)> {
+    let first = session.standstill;
+    let mut nav = session.reference[first];
+    if first > 0 {
+        let still = &words[..first * session.words_per_epoch()];
+        nav.q_bn = align::inertial_frame(
+            still,
+            session.dt,
+            session.samples(),
+            session.fixes[0].position,
+        )?;
+        nav.position = session.fixes[first].position;
+        nav.velocity = Vector3::zeros();
+    }
+    let aligned = || settings.assumptions.initial_sigma(&nav, &session.sigmas);
+    let sigma = settings.start_sigma.unwrap_or_else(aligned);
+    Some((first, Start { nav, sigma }))
+}
+
+/// Mean rotation from the reference's body axes to those the teacher found.
+fn mounting(lesson: &Session, nominal: &Nominal) -> UnitQuaternion<f64> {
+    let smoothed = smooth(&nominal.records);
+    let turn = |k: usize, s: &Smoothed| {
+        (lesson.reference[nominal.first + k].q_bn.inverse() * s.nav.q_bn).scaled_axis()
+    };
+    let sum: Vector3<f64> = smoothed.iter().enumerate().map(|(k, s)| turn(k, s)).sum();
+    from_rotvec(&(sum / smoothed.len().max(1) as f64))
+}
+
+/// Words of the schemes that need no filter of their own.
+fn corrected(run: &Session, study: &Study, a: &Assumptions) -> [(&'static str, Vec<Increment>); 4] {
+    let raw = run.increments();
+    let linear = |m: &LinearModel| raw.iter().map(|w| m.correct(w, run.dt)).collect();
+    let nets = corrected_words(run, &compensator(run, &study.nets, a), 0..run.epochs());
+    [
+        ("raw", raw.clone()),
+        ("ls-bias", linear(&study.bias)),
+        ("ls-3x3", linear(&study.linear)),
+        ("rnn", nets),
+    ]
+}
+
+/// A filter with fixes up to epoch `until`: from an alignment at standstill, else from the reference's first state.
+fn aided(
+    session: &Session,
+    words: &[Increment],
+    model: ErrorModel,
+    settings: &Settings,
+    until: usize,
+) -> Option<Aided> {
+    let a = &settings.assumptions;
+    if session.standstill > 0 {
+        return Some(aligned(session, words)?.aided(model, a, session, words, until));
+    }
+    let (first, start) = begin(session, words, settings)?;
+    let mut filter =
+        Aided::new(start.nav, &start.sigma, model, a.noise).with_samples(session.samples());
+    (first..until).for_each(|k| aid(&mut filter, session, words, k));
+    Some(filter)
+}
+
+/// What the product's own test would say of networks taught on the same part, its end held back.
+fn gate(lesson: &Session, nominal: &Nominal, settings: &Settings) -> String {
+    let held = study_from(
+        lesson,
+        &lesson.increments(),
+        nominal,
+        settings.assumptions,
+        &settings.network,
+        true,
+    );
+    let percent = 100.0 * settings.network.held_back;
+    format!(
+        "The row `rnn` is learnt from the whole learning part and unjudged. With its last {percent:.0} % held back: {}",
+        held.verdict()
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn splits_share_the_recording_out_without_overlap() {
+        let f = Split::forward(99, 30);
+        assert_eq!((f.learn.clone(), f.judge.clone()), (0..30, 30..99));
+        let e = Split::exchanged(99, 30);
+        assert_eq!((e.learn.clone(), e.judge.clone()), (69..99, 0..69));
+        assert_eq!(e.case(), "learn 69-99 s, judge 0-69 s");
+        assert_eq!(Split::forward(20, 30).judge, 20..20);
+    }
+}

@@ -1,0 +1,101 @@
+//! What an experiment gives: rows of the table, curves, and all that a report shows.
+
+use crate::inertial::free_inertial::Coast;
+
+/// Errors of one scheme at one time, compared with the reference.
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+pub struct Row {
+    /// Minutes since the start of free-inertial navigation.
+    pub t_min: u32,
+    /// `raw`, `ls-bias`, `ls-3x3`, `rnn`.
+    pub scheme: String,
+    /// Latitude error in metres, positive north.
+    pub d_lat_m: f64,
+    /// Longitude error in metres, positive east.
+    pub d_lon_m: f64,
+    /// North velocity error, m/s.
+    pub d_vn_mps: f64,
+    /// East velocity error, m/s.
+    pub d_ve_mps: f64,
+    /// Horizontal position error, m.
+    pub horizontal_m: f64,
+}
+
+impl Row {
+    /// Row of the table at `t_min` minutes of coasting, if the coast lasts as long.
+    #[must_use]
+    pub fn of(coast: &Coast, scheme: &str, t_min: u32) -> Option<Self> {
+        let k = t_min as usize * 60;
+        let (p, v) = (coast.position.get(k)?, coast.velocity.get(k)?);
+        Some(Self {
+            t_min,
+            scheme: scheme.to_string(),
+            d_lat_m: p.x,
+            d_lon_m: p.y,
+            d_vn_mps: v.x,
+            d_ve_mps: v.y,
+            horizontal_m: p.xy().norm(),
+        })
+    }
+}
+
+/// The result table; its serialised form is the `--json` format and stays stable.
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+pub struct Results {
+    /// Scenario name, or `lasergyro` and so on for a replay.
+    pub scenario: String,
+    /// Seed of the run.
+    pub seed: u64,
+    /// One row a time and scheme, times ascending, schemes in display order within a time.
+    pub rows: Vec<Row>,
+}
+
+/// One curve: same length of `x` and `y`.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Curve {
+    /// Legend text: a scheme's name or `reference`; for learning `network: part`, as in `gyros: held back`.
+    pub name: String,
+    /// Abscissae.
+    pub x: Vec<f64>,
+    /// Ordinates.
+    pub y: Vec<f64>,
+}
+
+/// True sensor error and what the network says of it, for one axis (the paper's figure 2).
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct ErrorTrace {
+    /// For example `gyro x`.
+    pub axis: String,
+    /// For example `deg/h`.
+    pub unit: String,
+    /// Minutes since power-on.
+    pub t_min: Vec<f64>,
+    /// Slow error of the sensor (running median over a minute); empty if unknown (recorded data).
+    pub truth: Vec<f64>,
+    /// What the teacher said while learning; NaN where there was none; may be empty.
+    pub teacher: Vec<f64>,
+    /// Output of the network.
+    pub network: Vec<f64>,
+}
+
+/// All that the page shows.
+#[derive(Debug, Clone)]
+pub struct Report {
+    /// One line.
+    pub title: String,
+    /// The table.
+    pub results: Results,
+    /// Label and value of what was run: preset, rates, durations, seeds, learning set-up. A value labelled `command` is the
+    /// command that makes this report again.
+    pub set_up: Vec<(String, String)>,
+    /// What the reader must know, in sentences: which alignment, whether the correction was left at zero and why, ...
+    pub notes: Vec<String>,
+    /// East (x) and north (y) in metres of the reference track and of each scheme.
+    pub track: Vec<Curve>,
+    /// Horizontal error in metres over minutes, one curve a scheme.
+    pub error_over_time: Vec<Curve>,
+    /// Cost over passes, one curve a network and data part (learned from, held back).
+    pub learning: Vec<Curve>,
+    /// Six axes, gyros first.
+    pub traces: Vec<ErrorTrace>,
+}

@@ -1,0 +1,379 @@
+//! What to simulate: a named scenario or a TOML file.
+
+use crate::error::Error;
+use crate::inertial::earth::Geodetic;
+use crate::learning::window::NetworkSpec;
+use crate::simulator::gnss::GnssSpec;
+use crate::simulator::imu::ImuSpec;
+use crate::simulator::truth::Segment;
+use serde::Deserialize;
+use std::path::{Path, PathBuf};
+
+/// One of the two sessions.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct DriveSpec {
+    /// Standstill for alignment, s, 90 to 7200.
+    pub standstill_s: u32,
+    /// Length of a random drive, s, 120 to 28800; ignored when segments are given.
+    pub drive_s: u32,
+    /// The drive, segment by segment.
+    pub segment: Vec<Segment>,
+}
+
+impl Default for DriveSpec {
+    fn default() -> Self {
+        Self {
+            standstill_s: 300,
+            drive_s: 1320,
+            segment: Vec::new(),
+        }
+    }
+}
+
+impl DriveSpec {
+    /// Length of the drive, s.
+    #[must_use]
+    pub fn duration_s(&self) -> f64 {
+        if self.segment.is_empty() {
+            f64::from(self.drive_s)
+        } else {
+            self.segment.iter().map(|s| s.duration_s).sum()
+        }
+    }
+}
+
+/// A scenario file: every key has a default, so a file says only what differs from the scenario `medium`.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Scenario {
+    /// Name, for report and JSON.
+    pub name: String,
+    /// Preset of the IMU; ignored when `imu` is given.
+    pub preset: String,
+    /// IMU with all its numbers.
+    pub imu: Option<ImuSpec>,
+    /// Start: latitude, deg, -80 to 80.
+    pub latitude_deg: f64,
+    /// Start: longitude, deg, -180 to 180.
+    pub longitude_deg: f64,
+    /// Start: height, m, -500 to 9000.
+    pub height_m: f64,
+    /// Heading at the start, deg, -360 to 360.
+    pub heading_deg: f64,
+    /// Road vibration: 1 is a passenger car on an ordinary road; 0 to 10.
+    pub vibration: f64,
+    /// Receiver.
+    pub gnss: GnssSpec,
+    /// Session to learn from.
+    pub learn: DriveSpec,
+    /// Session to be judged on.
+    pub test: DriveSpec,
+    /// Networks and their teaching.
+    pub network: NetworkSpec,
+    /// Where this came from, for errors.
+    #[serde(skip)]
+    source: PathBuf,
+}
+
+impl Default for Scenario {
+    fn default() -> Self {
+        Self {
+            name: "medium".into(),
+            preset: "medium".into(),
+            imu: None,
+            latitude_deg: 28.2, // Changsha
+            longitude_deg: 112.9,
+            height_m: 60.0,
+            heading_deg: 35.0,
+            vibration: 1.0,
+            gnss: GnssSpec::default(),
+            learn: DriveSpec {
+                drive_s: 1800,
+                ..DriveSpec::default()
+            },
+            test: DriveSpec::default(),
+            network: NetworkSpec::default(),
+            source: PathBuf::from("built-in scenario"),
+        }
+    }
+}
+
+/// Names of the built-in scenarios: the default one with each preset.
+#[must_use]
+pub fn names() -> Vec<&'static str> {
+    crate::simulator::imu::PRESETS
+        .iter()
+        .map(|(name, _)| *name)
+        .collect()
+}
+
+impl Scenario {
+    /// A built-in scenario by name, or a file (anything that ends in `.toml` or holds a path separator).
+    ///
+    /// # Errors
+    /// Unknown name; missing or unreadable file; unknown key, wrong type or value out of range, with file, line and key.
+    pub fn load(name: &str) -> Result<Self, Error> {
+        let path = Path::new(name);
+        if path
+            .extension()
+            .is_some_and(|e| e.eq_ignore_ascii_case("toml"))
+            || path.components().count() > 1
+        {
+            return Self::read(path);
+        }
+        if !names().contains(&name) {
+            return Err(Error::unknown("scenario", name, &names()));
+        }
+        Ok(Self {
+            name: name.to_string(),
+            preset: name.to_string(),
+            ..Self::default()
+        })
+    }
+
+    fn read(path: &Path) -> Result<Self, Error> {
+        let text = std::fs::read_to_string(path).map_err(|e| Error::reading(path, e))?;
+        let mut scenario: Self =
+            toml::from_str(&text).map_err(|e| syntax_error(path, &text, &e))?;
+        scenario.source = path.to_path_buf();
+        if scenario.name == "medium" {
+            // a file that does not name itself goes by its file name
+            scenario.name = path
+                .file_stem()
+                .map_or_else(|| "scenario".into(), |s| s.to_string_lossy().into_owned());
+        }
+        scenario.check()?;
+        Ok(scenario)
+    }
+
+    /// Ranges of all values.
+    fn check(&self) -> Result<(), Error> {
+        if self.name.is_empty()
+            || !self
+                .name
+                .chars()
+                .all(|c| c.is_ascii_alphanumeric() || "-_.".contains(c))
+        {
+            return Err(self.bad(
+                "name",
+                format!("is '{}'", self.name),
+                "use letters, digits, '-', '_' and '.'",
+            ));
+        }
+        let n = &self.network;
+        let ranges = [
+            ("latitude_deg", self.latitude_deg, -80.0, 80.0),
+            ("longitude_deg", self.longitude_deg, -180.0, 180.0),
+            ("height_m", self.height_m, -500.0, 9000.0),
+            ("heading_deg", self.heading_deg, -360.0, 360.0),
+            ("vibration", self.vibration, 0.0, 10.0),
+            ("gnss.horizontal_m", self.gnss.horizontal_m, 1e-3, 1e3),
+            ("gnss.vertical_m", self.gnss.vertical_m, 1e-3, 1e3),
+            ("gnss.velocity_mps", self.gnss.velocity_mps, 1e-4, 1e2),
+            (
+                "learn.standstill_s",
+                f64::from(self.learn.standstill_s),
+                90.0,
+                7200.0,
+            ),
+            (
+                "test.standstill_s",
+                f64::from(self.test.standstill_s),
+                90.0,
+                7200.0,
+            ),
+            (
+                "learn: length of the drive, s",
+                self.learn.duration_s(),
+                120.0,
+                28_800.0,
+            ),
+            (
+                "test: length of the drive, s",
+                self.test.duration_s(),
+                120.0,
+                28_800.0,
+            ),
+            ("network.window_s", f64::from(n.window_s), 1.0, 120.0),
+            ("network.passes", f64::from(n.passes), 1.0, 10_000.0),
+            ("network.first_step", n.first_step, 1e-9, 1e3),
+            ("network.weight_sigma", n.weight_sigma, 1e-6, 100.0),
+            ("network.correlation_s", n.correlation_s, 1.0, 1e5),
+            ("network.held_back", n.held_back, 0.05, 0.5),
+        ];
+        for (key, value, low, high) in ranges {
+            if !(low..=high).contains(&value) {
+                return Err(self.bad(
+                    key,
+                    format!("is {value}"),
+                    &format!("give a number from {low} to {high}"),
+                ));
+            }
+        }
+        for (key, drive) in [("learn", &self.learn), ("test", &self.test)] {
+            self.check_segments(key, drive)?;
+        }
+        self.imu_spec().map(|_| ())
+    }
+
+    fn check_segments(&self, key: &str, drive: &DriveSpec) -> Result<(), Error> {
+        for (k, s) in drive.segment.iter().enumerate() {
+            let fields = [
+                ("duration_s", s.duration_s, 0.1, 28_800.0),
+                ("speed_mps", s.speed_mps.unwrap_or(0.0), 0.0, 100.0),
+                ("turn_deg", s.turn_deg, -3600.0, 3600.0),
+                ("grade_percent", s.grade_percent.unwrap_or(0.0), -30.0, 30.0),
+            ];
+            for (field, value, low, high) in fields {
+                if !(low..=high).contains(&value) {
+                    let key = format!("{key}.segment[{k}].{field}");
+                    return Err(self.bad(
+                        &key,
+                        format!("is {value}"),
+                        &format!("give a number from {low} to {high}"),
+                    ));
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Start position.
+    #[must_use]
+    pub fn start(&self) -> Geodetic {
+        Geodetic {
+            lat: self.latitude_deg.to_radians(),
+            lon: self.longitude_deg.to_radians(),
+            h: self.height_m,
+        }
+    }
+
+    /// The IMU.
+    ///
+    /// # Errors
+    /// Unknown preset, or a number out of range.
+    pub fn imu_spec(&self) -> Result<ImuSpec, Error> {
+        match &self.imu {
+            Some(spec) => {
+                spec.check()
+                    .map_err(|problem| self.bad("imu", problem, "correct the number"))?;
+                Ok(spec.clone())
+            }
+            None => ImuSpec::preset(&self.preset)
+                .ok_or_else(|| Error::unknown("IMU preset", &self.preset, &names())),
+        }
+    }
+
+    /// Name of the IMU for people.
+    #[must_use]
+    pub fn imu_name(&self) -> &str {
+        if self.imu.is_some() {
+            "from the scenario file"
+        } else {
+            &self.preset
+        }
+    }
+
+    /// The error of a standstill that gives no attitude.
+    #[must_use]
+    pub fn no_attitude(&self) -> Error {
+        self.bad(
+            "standstill_s",
+            "gives no attitude".into(),
+            "let the vehicle stand longer before it drives",
+        )
+    }
+
+    fn bad(&self, key: &str, problem: String, remedy: &str) -> Error {
+        Error::Scenario {
+            file: self.source.clone(),
+            line: None,
+            key: key.to_string(),
+            problem,
+            remedy: remedy.to_string(),
+        }
+    }
+}
+
+/// A TOML error with the line it is on.
+fn syntax_error(path: &Path, text: &str, e: &toml::de::Error) -> Error {
+    let line = e
+        .span()
+        .map(|span| text[..span.start.min(text.len())].matches('\n').count() + 1);
+    let on_line = line
+        .and_then(|l| text.lines().nth(l - 1))
+        .unwrap_or("")
+        .trim();
+    let key = on_line
+        .split('=')
+        .next()
+        .unwrap_or("")
+        .trim()
+        .trim_matches(['[', ']'])
+        .to_string();
+    Error::Scenario {
+        file: path.to_path_buf(),
+        line,
+        key: if key.is_empty() { "file".into() } else { key },
+        problem: e.message().replace('\n', " "),
+        remedy: "see the scenario section of the README for all keys and their units".into(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::io::Write;
+
+    fn load_text(text: &str) -> Result<Scenario, Error> {
+        let mut file = tempfile::Builder::new().suffix(".toml").tempfile().unwrap();
+        file.write_all(text.as_bytes()).unwrap();
+        Scenario::load(&file.path().to_string_lossy())
+    }
+
+    #[test]
+    fn every_built_in_scenario_is_in_range() {
+        for name in names() {
+            Scenario::load(name).unwrap().check().unwrap();
+        }
+    }
+
+    #[test]
+    fn a_file_says_only_what_differs() {
+        let s = load_text("name = 'mine'\npreset = 'nav'\n[[test.segment]]\nduration_s = 1400.0\nspeed_mps = 12.0\n").unwrap();
+        assert_eq!(
+            (s.name.as_str(), s.preset.as_str(), s.test.segment.len()),
+            ("mine", "nav", 1)
+        );
+        assert_eq!(s.learn, Scenario::default().learn);
+    }
+
+    #[test]
+    fn mistakes_are_named_with_line_and_key() {
+        let message = |text: &str| load_text(text).unwrap_err().to_string();
+        assert!(
+            message("name = 'x'\nheding_deg = 3\n").contains(":2: 'heding_deg'"),
+            "{}",
+            message("name = 'x'\nheding_deg = 3\n")
+        );
+        assert!(message("latitude_deg = 91.0").contains("'latitude_deg' is 91"));
+        assert!(message("latitude_deg = nan").contains("'latitude_deg' is NaN"));
+        assert!(message("preset = 'medum'").contains("medium"));
+        assert!(message("[gnss]\nhorizontal_m = 'one'").contains(":2:"));
+        assert!(message("name = '../x'").contains("'name'"));
+        assert!(message("[[learn.segment]]\nduration_s = -5.0").contains("learn"));
+        assert!(
+            Scenario::load("no-such")
+                .unwrap_err()
+                .to_string()
+                .contains("no-such")
+        );
+        assert!(
+            Scenario::load("no/such.toml")
+                .unwrap_err()
+                .to_string()
+                .contains("no such file")
+        );
+    }
+}

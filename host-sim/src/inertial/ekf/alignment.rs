@@ -1,0 +1,119 @@
+//! How uncertain a self-alignment is, and how its error hangs together with the sensor errors that made it.
+//!
+//! Let `u_k` be the true velocity that piece `k` of the standstill adds in the frozen navigation frame, `M_k = |u_k|^2 I - u_k u_k'`,
+//! `M = sum M_k`. Gyro errors turn the measured pieces by `psi_k` (their integral up to the middle of the piece), accelerometer errors
+//! add `a_k`. Wahba's problem then gives, to first order, `M phi_0 = sum (M_k psi_k + u_k x a_k)`, and the attitude at the end is in error
+//! by `phi = phi_0 - psi_end`. With `g_j` the gyro error integrated over piece `j`
+//!
+//! ```text
+//! phi = sum_k M^-1 (u_k x a_k) - sum_j A_j g_j,      A_j = I - M^-1 (M_j / 2 + sum_{k>j} M_k).
+//! ```
+
+use super::{Aided, ErrorModel, Inputs, NAV, Noise, Prior};
+use crate::inertial::align::{Alignment, Piece};
+use nalgebra::{Matrix3, Matrix3x6, Matrix3xX, Vector3};
+
+/// Attitude error (as the filter has it, rad, NED) of an alignment: `sensitivity * theta + rest`.
+struct Uncertainty {
+    /// By the parameters as they are at the end, 3 x n.
+    sensitivity: Matrix3xX<f64>,
+    /// Covariance of what noise, and the parameters' own movement since, have added.
+    rest: Matrix3<f64>,
+}
+
+/// What an alignment's attitude error (rad, NED) is made of: that of 1 rad/s and 1 m/s2 of constant error of each sensor (gyros, then
+/// accelerometers, body axes), and the covariance that white noise and the biases' walk add.
+#[must_use]
+pub fn attitude_error(
+    alignment: &Alignment,
+    prior: &Prior,
+    noise: Noise,
+) -> (Matrix3x6<f64>, Matrix3<f64>) {
+    let all = uncertainty(alignment, &ErrorModel::biases(prior), noise);
+    (all.sensitivity.fixed_columns::<6>(0).into(), all.rest)
+}
+
+/// `|u|^2 I - u u'`.
+fn moment(u: &Vector3<f64>) -> Matrix3<f64> {
+    Matrix3::identity() * u.norm_squared() - u * u.transpose()
+}
+
+fn uncertainty(alignment: &Alignment, model: &ErrorModel, noise: Noise) -> Uncertainty {
+    let mut out = Uncertainty {
+        sensitivity: Matrix3xX::zeros(model.len()),
+        rest: Matrix3::zeros(),
+    };
+    let mut left: Matrix3<f64> = alignment.pieces.iter().map(|p| moment(&p.u)).sum();
+    // singular at the poles alone, where there is no heading to be uncertain of
+    let inverse = left.try_inverse().unwrap_or_else(Matrix3::zeros);
+    for piece in &alignment.pieces {
+        let m = moment(&piece.u);
+        let by_gyro = inverse * (left - m * 0.5) - Matrix3::identity();
+        left -= m;
+        let by_accel = inverse * crate::inertial::rotation::skew(&piece.u);
+        out.rest += (by_gyro * by_gyro.transpose() * noise.gyro.powi(2)
+            + by_accel * by_accel.transpose() * noise.accel.powi(2))
+            * piece.time;
+        out.add(piece, model, &[by_gyro * piece.c, by_accel * piece.c]);
+    }
+    let turn = alignment.q_nn0.to_rotation_matrix().into_inner();
+    Uncertainty {
+        sensitivity: turn * out.sensitivity,
+        rest: turn * out.rest * turn.transpose(),
+    }
+}
+
+impl Uncertainty {
+    /// One more piece, in which parameters move and sensor errors act through `by` (gyros, accelerometers; body axes).
+    fn add(&mut self, piece: &Piece, model: &ErrorModel, by: &[Matrix3<f64>; 2]) {
+        let now = Inputs {
+            rate: piece.rate,
+            force: piece.force,
+            time: piece.middle,
+            ..Inputs::default()
+        };
+        let known = model.known_at(now.time);
+        for (i, p) in model.parameters.iter().enumerate() {
+            let mut column = self.sensitivity.column_mut(i);
+            // what the earlier pieces did, told by the parameter as it is now: it has moved on since
+            let before = column.clone_owned();
+            self.rest += before * before.transpose() * (p.walk * p.walk * piece.time);
+            let effect = by[p.triad.index()].column(p.axis) * p.value(&now, &known);
+            column.copy_from(&(before * p.keeps(piece.time) + effect * piece.time));
+        }
+    }
+}
+
+impl Aided {
+    /// Takes the initial attitude's uncertainty, and what it has to do with the parameters, from the alignment that gave it. What
+    /// `unmodelled` errors did to it comes on top.
+    #[must_use]
+    pub fn aligned_by(mut self, alignment: &Alignment, unmodelled: &ErrorModel) -> Self {
+        let blank = Noise {
+            gyro: 0.0,
+            accel: 0.0,
+        };
+        let alien = uncertainty(alignment, unmodelled, blank);
+        let own = uncertainty(alignment, &self.model, self.noise);
+        let spread = |u: &Uncertainty, model: &ErrorModel| {
+            let mut by = u.sensitivity.clone();
+            for (mut column, q) in by.column_iter_mut().zip(&model.parameters) {
+                column *= q.sigma * q.sigma;
+            }
+            by
+        };
+        let by = spread(&own, &self.model);
+        let tilt = own.rest
+            + &by * own.sensitivity.transpose()
+            + alien.rest
+            + spread(&alien, unmodelled) * alien.sensitivity.transpose();
+        self.p.fixed_view_mut::<3, 3>(0, 0).copy_from(&tilt);
+        let n = self.theta.len();
+        // an error of the estimate is minus the parameter, as the estimate is still zero
+        self.p.view_mut((0, NAV), (3, n)).copy_from(&-&by);
+        self.p
+            .view_mut((NAV, 0), (n, 3))
+            .copy_from(&-by.transpose());
+        self
+    }
+}

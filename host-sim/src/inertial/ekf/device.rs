@@ -1,0 +1,234 @@
+//! The device's navigator (`firmware::nav`) against the desktop's f64 one, over the same counts.
+
+use super::{Block, Linearised, Noise, Prior};
+use crate::inertial::earth::Geodetic;
+use crate::inertial::sins::{Increment, NavState, Sins};
+use crate::inertial::units::{ARCSEC, DEG_PER_H, UG};
+use crate::recordings::words::quantise;
+use crate::simulator::truth::{DriveConfig, Truth, random_drive};
+use firmware::nav::{self, Navigator, Position, State, Transition};
+use firmware::sample::{Counts, Lsb};
+use nalgebra::{UnitQuaternion, Vector3};
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+
+const LSB: Lsb = Lsb {
+    rad: 0.1 * ARCSEC,
+    mps: 125.0 * UG,
+};
+const NOISE: Noise = Noise {
+    gyro: 1.4e-6,
+    accel: 2e-4,
+};
+
+fn drive(seconds: f64, dt: f64, seed: u64) -> Truth {
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    let segments = random_drive(seconds, &mut rng);
+    let start = Geodetic {
+        lat: 0.55,
+        lon: 1.9,
+        h: 100.0,
+    };
+    let config = DriveConfig {
+        segments: &segments,
+        start,
+        heading: 0.4,
+        dt,
+        vibration: 1.0,
+    };
+    Truth::new(&config, &mut rng)
+}
+
+fn device_state(nav: &NavState) -> State {
+    let q = nav.q_bn.quaternion();
+    State {
+        position: Position {
+            latitude: nav.position.lat,
+            longitude: nav.position.lon,
+            height: nav.position.h,
+        },
+        velocity: nav.velocity.into(),
+        q_bn: [q.w, q.i, q.j, q.k],
+    }
+}
+
+fn desktop_state(state: &State) -> NavState {
+    let Position {
+        latitude,
+        longitude,
+        height,
+    } = state.position;
+    let [w, x, y, z] = state.q_bn;
+    NavState {
+        position: Geodetic {
+            lat: latitude,
+            lon: longitude,
+            h: height,
+        },
+        velocity: Vector3::from(state.velocity),
+        q_bn: UnitQuaternion::new_unchecked(nalgebra::Quaternion::new(w, x, y, z)),
+    }
+}
+
+fn navigator(nav: &NavState, dt: f64) -> Navigator {
+    let noise = nav::Noise {
+        gyro: NOISE.gyro as f32,
+        accel: NOISE.accel as f32,
+    };
+    Navigator::new(nav::Config::new(LSB, dt, noise), device_state(nav)).unwrap()
+}
+
+/// What a word of counts is worth after the errors have been taken out.
+fn corrected(counts: &Counts, errors: &[[f32; 3]; 2], dt: f64) -> Increment {
+    let [gyro, accel] = errors.map(|e| Vector3::from(e.map(f64::from)) * dt);
+    Increment {
+        dtheta: Vector3::from(counts.dtheta.map(f64::from)) * LSB.rad - gyro,
+        dv: Vector3::from(counts.dv.map(f64::from)) * LSB.mps - accel,
+    }
+}
+
+/// Largest differences of position (m), velocity (m/s) and attitude (rad) over a drive, looked at each second.
+fn differences(seconds: f64, dt: f64, errors: [[f32; 3]; 2], seed: u64) -> [f64; 3] {
+    let truth = drive(seconds, dt, seed);
+    let counts = quantise(&truth.words, &LSB).unwrap();
+    let mut sins = Sins::new(truth.epochs[0]);
+    let mut device = navigator(&truth.epochs[0], dt);
+    assert!(device.set_estimate(errors[0], errors[1]));
+    let mut greatest = [0.0_f64; 3];
+    for second in counts.chunks_exact(truth.words_per_epoch) {
+        for word in second {
+            sins.step(&corrected(word, &errors, dt), dt);
+            device.word(word);
+        }
+        let nav = desktop_state(device.state());
+        let now = [
+            nav.position.ned_from(&sins.nav.position).norm(),
+            (nav.velocity - sins.nav.velocity).norm(),
+            nav.q_bn.angle_to(&sins.nav.q_bn),
+        ];
+        for (g, n) in greatest.iter_mut().zip(now) {
+            *g = g.max(n);
+        }
+    }
+    assert_eq!(device.faults(), nav::Faults::default());
+    greatest
+}
+
+#[test]
+fn twenty_two_minutes_free_inertial_end_at_the_same_place() {
+    let errors = [
+        [0.3, -0.4, 0.2].map(|e| (e * DEG_PER_H) as f32),
+        [300.0, -500.0, 200.0].map(|e| (e * UG) as f32),
+    ];
+    for (dt, errors) in [
+        (0.005, [[0.0; 3]; 2]),
+        (0.005, errors),
+        (0.01, [[0.0; 3]; 2]),
+        (0.0005, [[0.0; 3]; 2]),
+    ] {
+        let got = differences(1320.0, dt, errors, 7);
+        println!("{dt} {got:?}");
+        assert!(got[0] < 0.05 && got[1] < 1e-3 && got[2] < 1e-7, "{got:?}");
+    }
+}
+
+/// What happened over one block and then over another.
+fn composed(first: &Block, then: &Block) -> Block {
+    Block {
+        phi: then.phi * first.phi,
+        gamma: then.phi * first.gamma + then.gamma,
+        q: then.phi * first.q * then.phi.transpose() + then.q,
+        time: first.time + then.time,
+    }
+}
+
+/// Largest element of a 3 x 3 block.
+fn greatest(of: impl Fn(usize, usize) -> f64) -> f64 {
+    (0..9).map(|k| of(k / 3, k % 3).abs()).fold(0.0, f64::max)
+}
+
+/// Largest differences of Phi and Gamma, by the largest element of the 3 x 3 block, and of Q by the product of the standard deviations.
+fn relative(got: &Transition, want: &Block) -> [f64; 3] {
+    let mut worst = [0.0_f64; 3];
+    for row in [0, 3, 6] {
+        for column in [0, 3, 6] {
+            let off = |i: usize, j: usize| {
+                f64::from(got.phi[row + i][column + j]) - want.phi[(row + i, column + j)]
+            };
+            let whole = greatest(|i, j| want.phi[(row + i, column + j)]);
+            worst[0] = worst[0].max(greatest(off) / whole);
+            let off = |i: usize, j: usize| {
+                let scale = want.q[(row + i, row + i)] * want.q[(column + j, column + j)];
+                (f64::from(got.q[row + i][column + j]) - want.q[(row + i, column + j)])
+                    / scale.sqrt()
+            };
+            worst[2] = worst[2].max(greatest(off));
+        }
+        for column in [0, 3] {
+            let off = |i: usize, j: usize| {
+                f64::from(got.gamma[row + i][column + j]) - want.gamma[(row + i, column + j)]
+            };
+            let whole = greatest(|i, j| want.gamma[(row + i, column + j)]);
+            // what an acceleration does to the attitude within a word is not in the reference: half a word of a second or more
+            let share = if (row, column) == (0, 3) { 0.1 } else { 1.0 };
+            worst[1] = worst[1].max(share * greatest(off) / whole);
+        }
+    }
+    worst
+}
+
+/// The reference takes each word as a piece of its own; its own usual way, a second at once, is looked at beside it.
+#[test]
+fn transitions_are_those_of_the_desktop() {
+    let dt = 0.005;
+    let truth = drive(200.0, dt, 5);
+    let counts = quantise(&truth.words, &LSB).unwrap();
+    let prior = Prior {
+        gyro_bias: 1.0,
+        accel_bias: 1.0,
+        walk_per_hour: 0.0,
+        scale: [0.0; 2],
+        misalignment: [0.0; 2],
+    };
+    for seconds in [1, 10] {
+        let mut sins = Sins::new(truth.epochs[0]);
+        let mut device = navigator(&truth.epochs[0], dt);
+        let mut fine = Linearised::new(&prior, NOISE);
+        let mut usual = Linearised::new(&prior, NOISE);
+        let mut worst = [[0.0_f64; 3]; 2];
+        for words in counts.chunks_exact(seconds * truth.words_per_epoch) {
+            let mut want: Option<Block> = None;
+            for word in words {
+                let corrected = corrected(word, &[[0.0; 3]; 2], dt);
+                sins.step(&corrected, dt);
+                usual.word(&sins.nav, &corrected, dt);
+                fine.word(&sins.nav, &corrected, dt);
+                let next = fine.take(&sins.nav);
+                want = Some(want.map_or(next.clone(), |before| composed(&before, &next)));
+                device.word(word);
+            }
+            let (want, got, usual) = (
+                want.unwrap(),
+                device.take_transition(),
+                usual.take(&sins.nav),
+            );
+            assert!((f64::from(got.time) - want.time).abs() < 1e-5);
+            let usual = Transition {
+                phi: std::array::from_fn(|i| std::array::from_fn(|j| usual.phi[(i, j)] as f32)),
+                gamma: std::array::from_fn(|i| std::array::from_fn(|j| usual.gamma[(i, j)] as f32)),
+                q: std::array::from_fn(|i| std::array::from_fn(|j| usual.q[(i, j)] as f32)),
+                time: usual.time as f32,
+            };
+            for (worst, of) in worst.iter_mut().zip([&got, &usual]) {
+                for (w, r) in worst.iter_mut().zip(relative(of, &want)) {
+                    *w = w.max(r);
+                }
+            }
+        }
+        println!(
+            "{seconds} s: device {:?}, desktop's usual way {:?}",
+            worst[0], worst[1]
+        );
+        assert!(worst[0].iter().all(|w| *w < 1e-3), "{seconds} s: {worst:?}");
+    }
+}

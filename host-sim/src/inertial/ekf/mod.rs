@@ -1,0 +1,258 @@
+//! Loosely coupled error-state Kalman filter: nine navigation errors and the parameters of a sensor-error model, fixes of position and
+//! velocity, feedback after every fix. Also what a Rauch-Tung-Striebel smoother needs.
+//!
+//! Errors are estimate minus truth: `phi` (rad, `C_est = (I - phi x) C_true`), velocity (m/s), position (m), all north-east-down, then the
+//! parameters. Between fixes only `Phi` (9 x 9), `Psi` (9 x n, effect of the parameters) and `Q` (9 x 9) are carried; the covariance
+//! moves once a fix.
+
+mod alignment;
+mod covariance;
+#[cfg(test)]
+mod device;
+mod dynamics;
+mod linearised;
+mod model;
+mod smoother;
+
+pub use alignment::attitude_error;
+pub use linearised::{Block, Linearised};
+pub use model::{ErrorModel, Held, Inputs, Known, Parameter, Prior, Regressor, Triad};
+pub use smoother::{Record, Smoothed, smooth};
+
+use crate::inertial::gnss::Fix;
+use crate::inertial::rotation::from_rotvec;
+use crate::inertial::sins::{Increment, NavState, Samples, Sins};
+use covariance::Evidence;
+use dynamics::Interval;
+use nalgebra::{DMatrix, DVector, Vector3};
+
+/// Number of navigation errors.
+pub const NAV: usize = 9;
+
+/// White noise of the sensors, per axis.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Noise {
+    /// Angle random walk, rad/sqrt(s).
+    pub gyro: f64,
+    /// Velocity random walk, m/s/sqrt(s).
+    pub accel: f64,
+}
+
+/// Standard deviations of the initial navigation errors.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct InitialSigma {
+    /// Roll and pitch, rad.
+    pub tilt: f64,
+    /// Heading, rad.
+    pub heading: f64,
+    /// Velocity, m/s.
+    pub velocity: f64,
+    /// Position, m.
+    pub position: f64,
+}
+
+/// A navigator that fixes correct and that estimates sensor errors on the way.
+#[derive(Debug, Clone)]
+pub struct Aided {
+    /// The navigator.
+    pub sins: Sins,
+    /// Estimated parameters.
+    pub theta: DVector<f64>,
+    /// Covariance of the errors, (9 + n) square.
+    pub p: DMatrix<f64>,
+    model: ErrorModel,
+    interval: Interval,
+    start: NavState,
+    noise: Noise,
+    before: Option<Increment>,
+    held: Held,
+}
+
+impl Aided {
+    /// Starts at `nav` with parameters zero.
+    #[must_use]
+    pub fn new(nav: NavState, sigma: &InitialSigma, model: ErrorModel, noise: Noise) -> Self {
+        let n = model.len();
+        let mut p = DMatrix::zeros(NAV + n, NAV + n);
+        let nav_sigma = [
+            [sigma.tilt, sigma.tilt, sigma.heading],
+            [sigma.velocity; 3],
+            [sigma.position; 3],
+        ];
+        let all = nav_sigma
+            .into_iter()
+            .flatten()
+            .chain(model.parameters.iter().map(|q| q.sigma));
+        for (i, s) in all.enumerate() {
+            p[(i, i)] = s * s;
+        }
+        Self {
+            sins: Sins::new(nav),
+            theta: DVector::zeros(n),
+            p,
+            interval: Interval::new(n),
+            start: nav,
+            model,
+            noise,
+            before: None,
+            held: Held::default(),
+        }
+    }
+
+    /// The same with another coning and sculling algorithm than the default.
+    #[must_use]
+    pub fn with_samples(mut self, samples: Samples) -> Self {
+        self.sins = self.sins.with_samples(samples);
+        self
+    }
+
+    /// The same with the time since power-on at the start, s; needed by models with ramps or decays.
+    #[must_use]
+    pub fn powered_for(mut self, seconds: f64) -> Self {
+        self.interval.clock = seconds;
+        self
+    }
+
+    /// The word as it is after the present estimate of the sensor errors has been taken out, as it is for steady motion.
+    #[must_use]
+    pub fn corrected(&self, word: &Increment, dt: f64) -> Increment {
+        let time = self.interval.clock + 0.5 * dt;
+        self.corrected_at(word, word, dt, time, &mut Held::default())
+    }
+
+    /// The same for a moment `time` seconds after power-on, in any motion; `before` is the measured word before it, `held` a new one or
+    /// that of the last call, if the filter has not changed since.
+    #[must_use]
+    pub fn corrected_at(
+        &self,
+        word: &Increment,
+        before: &Increment,
+        dt: f64,
+        time: f64,
+        held: &mut Held,
+    ) -> Increment {
+        if self.model.is_empty() {
+            return *word;
+        }
+        let now = Inputs {
+            rate: word.dtheta / dt,
+            force: word.dv / dt,
+            rate_change: (word.dtheta - before.dtheta) / (dt * dt),
+            force_change: (word.dv - before.dv) / (dt * dt),
+            time,
+        };
+        let [e_g, e_a] = self.model.error(&self.theta, &now, held);
+        Increment {
+            dtheta: word.dtheta - e_g * dt,
+            dv: word.dv - e_a * dt,
+        }
+    }
+
+    /// Advances by one measured word.
+    pub fn word(&mut self, word: &Increment, dt: f64) {
+        let before = self.before.replace(*word).unwrap_or(*word);
+        let mut held = self.held;
+        let time = self.interval.clock + 0.5 * dt;
+        let corrected = self.corrected_at(word, &before, dt, time, &mut held);
+        self.held = held;
+        self.sins.step(&corrected, dt);
+        self.interval
+            .word(&self.sins.nav, &corrected, dt, &self.model, self.noise);
+    }
+
+    /// Ends the interval with a fix (sigmas: north, east, down m, then m/s): covariance step, six scalar updates, feedback.
+    pub fn fix(&mut self, fix: &Fix, sigmas: &[f64; 6]) -> Record {
+        let before = (self.p.clone(), self.start, self.theta.clone());
+        self.propagate();
+        let (phi, predicted) = (self.transition(), self.p.clone());
+        let (correction, found) = self.absorb(fix, sigmas);
+        let (p, nav, theta) = before;
+        Record {
+            p,
+            nav,
+            theta,
+            phi,
+            predicted,
+            correction,
+            log_likelihood: found.log_likelihood,
+            nis: found.nis,
+        }
+    }
+
+    /// [`Self::fix`] without a record; gives the logarithm of the probability density of the fix, given all before it.
+    pub fn take(&mut self, fix: &Fix, sigmas: &[f64; 6]) -> f64 {
+        self.propagate();
+        self.absorb(fix, sigmas).1.log_likelihood
+    }
+
+    /// Covariance and parameters over the interval since the last fix; returns the full transition matrix.
+    pub fn predict(&mut self) -> DMatrix<f64> {
+        self.propagate();
+        let phi = self.transition();
+        self.interval.reset();
+        phi
+    }
+
+    /// Transition over the interval since the last fix: `[Phi Psi; 0 D]`.
+    fn transition(&self) -> DMatrix<f64> {
+        let n = self.theta.len();
+        let mut phi = DMatrix::identity(NAV + n, NAV + n);
+        phi.fixed_view_mut::<NAV, NAV>(0, 0)
+            .copy_from(&self.interval.phi);
+        phi.view_mut((0, NAV), (NAV, n))
+            .copy_from(&self.interval.psi);
+        for (i, q) in self.model.parameters.iter().enumerate() {
+            phi[(NAV + i, NAV + i)] = q.keeps(self.interval.time);
+        }
+        phi
+    }
+
+    /// Moves covariance and parameters over the interval.
+    fn propagate(&mut self) {
+        self.interval
+            .finish(&self.sins.nav, &self.model, self.noise);
+        covariance::propagate(&mut self.p, &self.interval, &self.model);
+        for (t, q) in self.theta.iter_mut().zip(&self.model.parameters) {
+            *t *= q.keeps(self.interval.time);
+        }
+        self.held = Held::default();
+    }
+
+    /// Six scalar updates and feedback: the error that was found, and how likely the fix was.
+    fn absorb(&mut self, fix: &Fix, sigmas: &[f64; 6]) -> (DVector<f64>, Evidence) {
+        let nav = &self.sins.nav;
+        let dp = nav.position.ned_from(&fix.position);
+        let dv = nav.velocity - fix.velocity;
+        let scalars = [0, 1, 2].map(|i| [(6 + i, dp[i], sigmas[i]), (3 + i, dv[i], sigmas[3 + i])]);
+        let (e, found) = covariance::update(&mut self.p, scalars.as_flattened());
+        self.feed_back(&e);
+        self.start = self.sins.nav;
+        self.interval.reset();
+        (e, found)
+    }
+
+    fn feed_back(&mut self, e: &DVector<f64>) {
+        let nav = &mut self.sins.nav;
+        *nav = displaced(nav, e);
+        self.theta -= e.rows(NAV, self.theta.len());
+        self.held = Held::default();
+    }
+}
+
+/// The state `nav` with the error `e` (first nine elements) taken out.
+#[must_use]
+pub fn displaced(nav: &NavState, e: &DVector<f64>) -> NavState {
+    let v = |i: usize| Vector3::new(e[i], e[i + 1], e[i + 2]);
+    let mut q_bn = from_rotvec(&v(0)) * nav.q_bn;
+    q_bn.renormalize();
+    NavState {
+        position: nav.position.displaced(&-v(6)),
+        velocity: nav.velocity - v(3),
+        q_bn,
+    }
+}
+
+#[cfg(test)]
+mod consistency_tests;
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,376 @@
+//! Sensor-error models that are linear in their parameters: what a classical calibration filter estimates.
+
+use crate::inertial::rotation::skew;
+use crate::inertial::session::{EPOCH_S, Surroundings};
+use crate::inertial::units::{ARCSEC, PPM};
+use nalgebra::{DVector, Vector3};
+use std::sync::Arc;
+
+/// What a parameter is multiplied by.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Regressor {
+    /// One: a bias.
+    One,
+    /// Input of the same triad along an axis (0, 1, 2): scale factor or misalignment.
+    Input(usize),
+    /// Magnitude of that input: scale-factor asymmetry.
+    Magnitude(usize),
+    /// Product of that input along two axes: K2 of an accelerometer when they are the same, cross coupling when not.
+    Product(usize, usize),
+    /// Cube of that input: non-linearity of a gyro's scale factor.
+    Cube(usize),
+    /// Temperature of the block off its calibration temperature, K.
+    Temperature,
+    /// Its square, K^2.
+    TemperatureSquare,
+    /// Its rate, K/s.
+    Heating,
+    /// Temperature times rate, K^2/s.
+    HeatingTemperature,
+    /// Temperature difference across the block, K.
+    Gradient,
+    /// Magnetic field along an axis, gauss.
+    Field(usize),
+    /// Place of the accelerometer off the common point along an axis, m: size effect, `w x (w x r) + dw/dt x r`.
+    Arm(usize),
+    /// Mean square of the vibration that the words of the last second showed along an axis, (m/s2)^2.
+    Vibration(usize),
+    /// Hours since power-on: a ramp.
+    Hours,
+    /// `exp(-t / time)` with t since power-on and the time in s: a warm-up of known time constant.
+    Decay(f64),
+}
+
+/// What the errors depend on at one moment.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Inputs {
+    /// Rate, rad/s, body axes.
+    pub rate: Vector3<f64>,
+    /// Specific force, m/s2, body axes.
+    pub force: Vector3<f64>,
+    /// Derivative of the rate, rad/s2.
+    pub rate_change: Vector3<f64>,
+    /// Derivative of the specific force, m/s3.
+    pub force_change: Vector3<f64>,
+    /// Time since power-on, s.
+    pub time: f64,
+}
+
+/// What is known of one second from elsewhere: thermometers, a magnetometer, the words of the second before.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Known {
+    /// Temperature of the block and magnetic field in body axes.
+    pub around: Surroundings,
+    /// Mean square of the specific force about its mean over the second before, each axis, (m/s2)^2.
+    pub vibration: Vector3<f64>,
+}
+
+/// The part of the sensor errors that moves by less than matters within a second (and that the simulator holds as long); see
+/// [`Regressor::is_slow`].
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Held {
+    /// Second since power-on that it belongs to.
+    second: Option<usize>,
+    error: [Vector3<f64>; 2],
+}
+
+/// Which triad.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Triad {
+    /// Gyros, input in rad/s.
+    Gyro,
+    /// Accelerometers, input in m/s2.
+    Accel,
+}
+
+/// One parameter: its place, its prior, and how it moves (first-order Gauss-Markov, or random walk when `time_s` is infinite).
+#[derive(Debug, Clone, Copy)]
+pub struct Parameter {
+    /// Triad that errs.
+    pub triad: Triad,
+    /// Axis that errs.
+    pub axis: usize,
+    /// What it multiplies.
+    pub regressor: Regressor,
+    /// Prior standard deviation, SI.
+    pub sigma: f64,
+    /// Process noise density, SI per sqrt(s).
+    pub walk: f64,
+    /// Correlation time, s; infinite for a random walk.
+    pub time_s: f64,
+}
+
+/// A model: its parameters in state order.
+#[derive(Debug, Clone, Default)]
+pub struct ErrorModel {
+    /// All parameters.
+    pub parameters: Vec<Parameter>,
+    /// What is known of each second since power-on; where the list has ended, or is empty, all of it counts as zero.
+    pub known: Arc<[Known]>,
+    /// Known delay of the accelerometer words behind the gyro words, s.
+    pub delay_s: f64,
+}
+
+/// Prior standard deviations of the groups of parameters, and the drift of the biases.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Prior {
+    /// Gyro bias, rad/s.
+    pub gyro_bias: f64,
+    /// Accelerometer bias, m/s2.
+    pub accel_bias: f64,
+    /// Standard deviation that a bias gathers as a random walk in one hour, relative to its prior.
+    pub walk_per_hour: f64,
+    /// Scale factor, as a fraction, gyros then accelerometers.
+    pub scale: [f64; 2],
+    /// Misalignment, rad, gyros then accelerometers.
+    pub misalignment: [f64; 2],
+}
+
+/// No sensor is believed to be better than this: a filter needs something to estimate.
+const LEAST_DPH: f64 = 1e-5;
+const LEAST_UG: f64 = 1e-2;
+
+impl Prior {
+    /// What a datasheet lets one expect.
+    #[must_use]
+    pub fn of(spec: &crate::simulator::imu::ImuSpec) -> Self {
+        let (g, a) = (&spec.gyro, &spec.accel);
+        let root = |x: &[f64]| x.iter().map(|v| v * v).sum::<f64>().sqrt();
+        Self {
+            gyro_bias: root(&[
+                g.bias_unit_dph,
+                g.bias_turn_on_dph,
+                g.bias_drift_dph,
+                g.warm_up_dph,
+            ])
+            .max(LEAST_DPH)
+                * crate::inertial::units::DEG_PER_H,
+            accel_bias: root(&[
+                a.bias_unit_ug,
+                a.bias_turn_on_ug,
+                a.bias_drift_ug,
+                a.warm_up_ug,
+            ])
+            .max(LEAST_UG)
+                * crate::inertial::units::UG,
+            walk_per_hour: 0.5,
+            scale: [
+                g.scale_ppm.hypot(g.scale_asymmetry_ppm) * PPM,
+                a.scale_ppm.hypot(a.scale_asymmetry_ppm) * PPM,
+            ],
+            misalignment: [
+                g.misalignment_arcsec * ARCSEC,
+                a.misalignment_arcsec * ARCSEC,
+            ],
+        }
+    }
+}
+
+impl ErrorModel {
+    /// Six biases, scale factors on the diagonal: what `ekf12` estimates.
+    #[must_use]
+    pub fn with_scale(prior: &Prior) -> Self {
+        let mut model = Self::biases(prior);
+        model.extend(|axis, triad| {
+            vec![Parameter::constant(
+                triad,
+                axis,
+                Regressor::Input(axis),
+                prior.scale[triad.index()],
+            )]
+        });
+        model
+    }
+
+    /// Six biases and full 3x3 matrices: what `ekf24` estimates.
+    #[must_use]
+    pub fn with_matrices(prior: &Prior) -> Self {
+        let mut model = Self::biases(prior);
+        model.extend(|axis, triad| {
+            let sigma = |j: usize| {
+                if j == axis {
+                    prior.scale[triad.index()]
+                } else {
+                    prior.misalignment[triad.index()]
+                }
+            };
+            (0..3)
+                .map(|j| Parameter::constant(triad, axis, Regressor::Input(j), sigma(j)))
+                .collect()
+        });
+        model
+    }
+
+    /// Six biases with a ramp each, which over an hour may come to the bias' own prior.
+    #[must_use]
+    pub fn with_ramps(prior: &Prior) -> Self {
+        let mut model = Self::biases(prior);
+        let sigma = [prior.gyro_bias, prior.accel_bias];
+        model.extend(|axis, triad| {
+            vec![Parameter::constant(
+                triad,
+                axis,
+                Regressor::Hours,
+                sigma[triad.index()],
+            )]
+        });
+        model
+    }
+
+    /// Adds parameters for each axis of each triad.
+    pub fn extend(&mut self, mut parameters: impl FnMut(usize, Triad) -> Vec<Parameter>) {
+        for triad in [Triad::Gyro, Triad::Accel] {
+            for axis in 0..3 {
+                self.parameters.extend(parameters(axis, triad));
+            }
+        }
+    }
+
+    /// Six biases that walk.
+    #[must_use]
+    pub fn biases(prior: &Prior) -> Self {
+        let bias = |triad, axis, sigma: f64| Parameter {
+            triad,
+            axis,
+            regressor: Regressor::One,
+            sigma,
+            walk: sigma * prior.walk_per_hour / 60.0,
+            time_s: f64::INFINITY,
+        };
+        let gyros = (0..3).map(|axis| bias(Triad::Gyro, axis, prior.gyro_bias));
+        let accels = (0..3).map(|axis| bias(Triad::Accel, axis, prior.accel_bias));
+        Self {
+            parameters: gyros.chain(accels).collect(),
+            ..Self::default()
+        }
+    }
+
+    /// Number of parameters.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.parameters.len()
+    }
+
+    /// Whether the model has no parameter and no delay: the filter then knows no sensor errors.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.parameters.is_empty() && self.delay_s == 0.0
+    }
+
+    /// Errors of gyros (rad/s) and accelerometers (m/s2) for parameters `theta` and the inputs. `held` keeps, over a second of calls with
+    /// the same `theta`, what moves slowly.
+    #[must_use]
+    pub fn error(&self, theta: &DVector<f64>, now: &Inputs, held: &mut Held) -> [Vector3<f64>; 2] {
+        let second = (now.time / EPOCH_S) as usize;
+        if held.second != Some(second) {
+            *held = self.held(theta, second);
+        }
+        let mut out = held.error;
+        let known = Known::default();
+        for (p, t) in self.parameters.iter().zip(theta.iter()) {
+            if !p.regressor.is_slow() {
+                out[p.triad.index()][p.axis] += t * p.value(now, &known);
+            }
+        }
+        out[1] -= now.force_change * self.delay_s;
+        out
+    }
+
+    /// The slow part of the error in the middle of a second.
+    fn held(&self, theta: &DVector<f64>, second: usize) -> Held {
+        let now = Inputs {
+            time: (second as f64 + 0.5) * EPOCH_S,
+            ..Inputs::default()
+        };
+        let known = self.known_at(now.time);
+        let mut error = [Vector3::zeros(); 2];
+        for (p, t) in self.parameters.iter().zip(theta.iter()) {
+            if p.regressor.is_slow() {
+                error[p.triad.index()][p.axis] += t * p.value(&now, &known);
+            }
+        }
+        Held {
+            second: Some(second),
+            error,
+        }
+    }
+
+    /// What is known of the second that `time` (s since power-on) lies in.
+    pub(super) fn known_at(&self, time: f64) -> Known {
+        let second = (time / EPOCH_S) as usize;
+        self.known.get(second).copied().unwrap_or_default()
+    }
+}
+
+impl Regressor {
+    /// Whether it depends on the time alone, and hardly moves within a second.
+    #[must_use]
+    pub fn is_slow(self) -> bool {
+        !matches!(
+            self,
+            Self::Input(_) | Self::Magnitude(_) | Self::Product(..) | Self::Cube(_) | Self::Arm(_)
+        )
+    }
+}
+
+impl Triad {
+    /// 0 for gyros, 1 for accelerometers.
+    #[must_use]
+    pub fn index(self) -> usize {
+        self as usize
+    }
+}
+
+impl Parameter {
+    /// A parameter that does not move.
+    #[must_use]
+    pub fn constant(triad: Triad, axis: usize, regressor: Regressor, sigma: f64) -> Self {
+        Self {
+            triad,
+            axis,
+            regressor,
+            sigma,
+            walk: 0.0,
+            time_s: f64::INFINITY,
+        }
+    }
+
+    /// Share of it that is left after `t` seconds.
+    pub(super) fn keeps(&self, t: f64) -> f64 {
+        if self.time_s.is_finite() {
+            (-t / self.time_s).exp()
+        } else {
+            1.0
+        }
+    }
+
+    /// Derivative of the error of its axis by this parameter.
+    pub(super) fn value(&self, now: &Inputs, known: &Known) -> f64 {
+        let input = match self.triad {
+            Triad::Gyro => &now.rate,
+            Triad::Accel => &now.force,
+        };
+        let block = &known.around.temperature;
+        match self.regressor {
+            Regressor::One => 1.0,
+            Regressor::Input(axis) => input[axis],
+            Regressor::Magnitude(axis) => input[axis].abs(),
+            Regressor::Product(i, j) => input[i] * input[j],
+            Regressor::Cube(axis) => input[axis].powi(3),
+            Regressor::Hours => now.time / 3600.0,
+            Regressor::Decay(tau) => (-now.time / tau).exp(),
+            Regressor::Temperature => block.offset,
+            Regressor::TemperatureSquare => block.offset * block.offset,
+            Regressor::Heating => block.rate,
+            Regressor::HeatingTemperature => block.rate * block.offset,
+            Regressor::Gradient => block.gradient,
+            Regressor::Field(axis) => known.around.field[axis],
+            Regressor::Arm(j) => {
+                let (w, i) = (&now.rate, self.axis);
+                let own = if i == j { w.norm_squared() } else { 0.0 };
+                w[i] * w[j] - own + skew(&now.rate_change)[(i, j)]
+            }
+            Regressor::Vibration(axis) => known.vibration[axis],
+        }
+    }
+}

@@ -1,0 +1,95 @@
+//! Rauch-Tung-Striebel smoothing of the recorded intervals, fixed interval, with feedback taken into account.
+
+use crate::inertial::sins::NavState;
+use nalgebra::{DMatrix, DVector};
+
+/// What one interval leaves for the smoother. The state is the one after the last fix, before the interval.
+#[derive(Debug, Clone)]
+pub struct Record {
+    /// Covariance at the start of the interval.
+    pub p: DMatrix<f64>,
+    /// Navigation state at the start.
+    pub nav: NavState,
+    /// Parameters at the start.
+    pub theta: DVector<f64>,
+    /// Transition over the interval.
+    pub phi: DMatrix<f64>,
+    /// Covariance at the end, before the fix.
+    pub predicted: DMatrix<f64>,
+    /// Error that the fix at the end found and that was fed back.
+    pub correction: DVector<f64>,
+    /// Logarithm of the probability density of that fix, given all before it.
+    pub log_likelihood: f64,
+    /// Normalised innovation squared of that fix: chi-square with 6 degrees of freedom when the filter is consistent.
+    pub nis: f64,
+}
+
+/// Smoothed parameters over one interval.
+#[derive(Debug, Clone)]
+pub struct Smoothed {
+    /// Navigation state at the start of the interval.
+    pub nav: NavState,
+    /// Parameters at the start of the interval.
+    pub theta: DVector<f64>,
+    /// Standard deviations of the parameters.
+    pub sigma: DVector<f64>,
+}
+
+/// Smooths intervals in the order they were recorded. One entry a record; the last one is the filter's own estimate corrected by the
+/// last fix alone.
+#[must_use]
+pub fn smooth(records: &[Record]) -> Vec<Smoothed> {
+    let mut out: Vec<Smoothed> = Vec::with_capacity(records.len());
+    let Some(last) = records.last() else {
+        return out;
+    };
+    let size = last.p.nrows();
+    let mut s = DVector::zeros(size);
+    // covariance of the smoothed state at the end of the last interval: predicted minus what the fix took away is not recorded,
+    // so start from the predicted one, which is on the safe side for that one interval
+    let mut p_s = last.predicted.clone();
+    for r in records.iter().rev() {
+        // gain C = P Phi' P-^-1, solved from P- C' = Phi P
+        let rhs = &r.phi * &r.p;
+        let Some(chol) = scaled_cholesky(&r.predicted) else {
+            break;
+        };
+        let gain = chol.solve(&rhs).transpose();
+        s = &gain * (&r.correction + &s);
+        p_s = &r.p + &gain * (&p_s - &r.predicted) * gain.transpose();
+        let n = r.theta.len();
+        let sigma = p_s.diagonal().rows(size - n, n).map(|v| v.max(0.0).sqrt());
+        out.push(Smoothed {
+            nav: super::displaced(&r.nav, &s),
+            theta: &r.theta - s.rows(size - n, n),
+            sigma,
+        });
+    }
+    out.reverse();
+    out
+}
+
+/// Cholesky factor of a covariance whose diagonal spans many decades: scaled to unit diagonal first.
+struct Scaled {
+    chol: nalgebra::Cholesky<f64, nalgebra::Dyn>,
+    d: DVector<f64>,
+}
+
+fn scaled_cholesky(p: &DMatrix<f64>) -> Option<Scaled> {
+    let d = p
+        .diagonal()
+        .map(|v| if v > 0.0 { 1.0 / v.sqrt() } else { 1.0 });
+    let unit = DMatrix::from_fn(p.nrows(), p.ncols(), |i, j| p[(i, j)] * d[i] * d[j]);
+    Some(Scaled {
+        chol: unit.cholesky()?,
+        d,
+    })
+}
+
+impl Scaled {
+    fn solve(&self, rhs: &DMatrix<f64>) -> DMatrix<f64> {
+        let mut x = DMatrix::from_fn(rhs.nrows(), rhs.ncols(), |i, j| rhs[(i, j)] * self.d[i]);
+        self.chol.solve_mut(&mut x);
+        DMatrix::from_fn(rhs.nrows(), rhs.ncols(), |i, j| x[(i, j)] * self.d[i])
+    }
+}

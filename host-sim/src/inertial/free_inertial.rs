@@ -1,0 +1,88 @@
+//! Free-inertial navigation from an alignment or from a given state, and its error against a reference.
+
+use crate::inertial::align;
+use crate::inertial::session::Session;
+use crate::inertial::sins::{HeightLoop, Increment, NavState, Sins};
+use nalgebra::Vector3;
+
+/// Damping of the vertical channel by the (barometric) reference height.
+const HEIGHT_LOOP: HeightLoop = HeightLoop { time_s: 30.0 };
+
+/// Horizontal navigation errors at every epoch of a coast; index 0 is its start.
+#[derive(Debug, Clone, Default)]
+pub struct Coast {
+    /// Position error north, east, down, m.
+    pub position: Vec<Vector3<f64>>,
+    /// Velocity error north, east, down, m/s.
+    pub velocity: Vec<Vector3<f64>>,
+    /// Navigated position relative to the start, north, east, m.
+    pub track: Vec<[f64; 2]>,
+}
+
+/// Self-alignment over the session's standstill, then free inertial to the end. Epoch 0 of the result is the end of the standstill.
+/// `None` when the standstill does not give an attitude.
+#[must_use]
+pub fn align_and_coast(session: &Session, words: &[Increment]) -> Option<Coast> {
+    let first = session.standstill;
+    let start = &session.reference[first];
+    let q_bn = align::inertial_frame(
+        &words[..first * session.steps_per_epoch()],
+        session.step_s(),
+        session.samples(),
+        session.reference[0].position,
+    )?;
+    let nav = NavState {
+        position: start.position,
+        velocity: start.velocity,
+        q_bn,
+    };
+    Some(coast(session, words, nav, first, session.epochs()))
+}
+
+/// Free inertial from `nav` at epoch `from` to epoch `to`. The height is damped with the reference height, horizontal is free.
+#[must_use]
+pub fn coast(
+    session: &Session,
+    words: &[Increment],
+    nav: NavState,
+    from: usize,
+    to: usize,
+) -> Coast {
+    let n = session.steps_per_epoch();
+    let origin = session.reference[from].position;
+    let mut sins = Sins::new(nav).with_samples(session.samples());
+    let mut out = Coast::default();
+    let mut note = |sins: &Sins, epoch: usize| {
+        let truth = &session.reference[epoch];
+        out.position
+            .push(sins.nav.position.ned_from(&truth.position));
+        out.velocity.push(sins.nav.velocity - truth.velocity);
+        let p = sins.nav.position.ned_from(&origin);
+        out.track.push([p.x, p.y]);
+    };
+    note(&sins, from);
+    for k in from..to {
+        for word in &words[k * n..(k + 1) * n] {
+            sins.step(word, session.step_s());
+        }
+        sins.damp_height(
+            &HEIGHT_LOOP,
+            session.reference[k + 1].position.h,
+            crate::inertial::session::EPOCH_S,
+        );
+        note(&sins, k + 1);
+    }
+    out
+}
+
+/// Free inertial from the reference's first state to the end: the mechanisation and the sensors, nothing learnt.
+#[must_use]
+pub fn free_inertial(session: &Session) -> Coast {
+    coast(
+        session,
+        &session.increments(),
+        session.reference[0],
+        0,
+        session.epochs(),
+    )
+}

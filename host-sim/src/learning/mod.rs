@@ -1,0 +1,8 @@
+//! Learning: the teacher, the fit over a window, promotion, the learner from fixes, and the baselines.
+
+pub mod baseline;
+pub mod kalman;
+pub mod promotion;
+pub mod study;
+pub mod teacher;
+pub mod window;

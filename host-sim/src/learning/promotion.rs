@@ -1,0 +1,58 @@
+//! Whether a learnt network may be used: it must explain held-back fixes better than no correction does, by far more than chance.
+//!
+//! A filter that allows for small sensor errors only (a tenth of the datasheet's) runs over the held-back part, once with the words
+//! as they are and once corrected. The difference of the two log-likelihoods of the fixes is the log-likelihood ratio of "what is left
+//! after the correction is small" against "what is there without it is small". When the second is true, a ratio above `k` comes with a
+//! probability below `1/k` (Ville's inequality), whatever was learnt. The slack keeps errors that no correction removes from deciding.
+
+use crate::inertial::ekf::{Aided, ErrorModel, NAV};
+use crate::inertial::session::Session;
+use crate::inertial::sins::Increment;
+use crate::learning::teacher::{Assumptions, Nominal};
+
+/// Least log-likelihood ratio: less than one wrong promotion in a hundred.
+pub const THRESHOLD: f64 = 4.6;
+
+/// Sensor errors that both hypotheses allow for, as a share of the prior (assumed).
+const SLACK: f64 = 0.1;
+
+/// Log-likelihood of the fixes of epochs `from..to`, starting from the teacher's state at `from`.
+#[must_use]
+pub fn log_likelihood(
+    session: &Session,
+    words: &[Increment],
+    nominal: &Nominal,
+    assumptions: &Assumptions,
+    from: usize,
+    to: usize,
+) -> f64 {
+    let Some(start) = nominal.records.get(from - nominal.first) else {
+        return f64::NEG_INFINITY;
+    };
+    let mut model = ErrorModel::biases(&assumptions.prior);
+    for p in &mut model.parameters {
+        p.sigma *= SLACK;
+        p.walk *= SLACK;
+    }
+    let sigma = crate::inertial::ekf::InitialSigma {
+        tilt: 0.0,
+        heading: 0.0,
+        velocity: 0.0,
+        position: 0.0,
+    };
+    let filter = Aided::new(start.nav, &sigma, model, assumptions.noise);
+    let mut filter = filter.with_samples(session.samples());
+    filter
+        .p
+        .view_mut((0, 0), (NAV, NAV))
+        .copy_from(&start.p.view((0, 0), (NAV, NAV)));
+    let n = session.steps_per_epoch();
+    let mut sum = 0.0;
+    for k in from..to {
+        for word in &words[k * n..(k + 1) * n] {
+            filter.word(word, session.step_s());
+        }
+        sum += filter.take(&session.fixes[k + 1], &session.sigmas);
+    }
+    sum
+}

@@ -1,0 +1,231 @@
+//! Learning from one session: references, the linear fits, the two networks, and the decision whether the networks may be used.
+
+use crate::inertial::session::Session;
+use crate::inertial::sins::Increment;
+use crate::learning::baseline::{LinearModel, Sample, fit_3x3, fit_bias};
+use crate::learning::promotion::{THRESHOLD, log_likelihood};
+use crate::learning::teacher::{Assumptions, Nominal, Reference, navigate, references};
+use crate::learning::window::{
+    Inputs, NetworkSpec, Taught, compensator, corrected_counts, inputs, normalisation, silent,
+    teach, words_from,
+};
+use firmware::sample::Counts;
+use lrnn_nostd::Net;
+use nalgebra::Vector3;
+
+/// Which of the two networks are in use.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Use {
+    /// Gyro network.
+    pub gyro: bool,
+    /// Accelerometer network.
+    pub accel: bool,
+}
+
+/// All that was learnt from a session.
+#[derive(Debug, Clone)]
+pub struct Study {
+    /// References over the part learnt from.
+    pub references: Vec<Reference>,
+    /// Least-squares bias.
+    pub bias: LinearModel,
+    /// Least-squares bias + 3x3.
+    pub linear: LinearModel,
+    /// The taught networks, before promotion.
+    pub taught: [Taught; 2],
+    /// The networks to use: a network that was not promoted is silent.
+    pub nets: [Net; 2],
+    /// Which were promoted.
+    pub promoted: Use,
+    /// Log-likelihood ratios of (both, gyro only, accelerometer only) on the held-back part; empty if nothing was held back.
+    pub evidence: Vec<(Use, f64)>,
+    /// Assumptions that the study was made with.
+    pub assumptions: Assumptions,
+}
+
+/// Learns from the session's epochs up to `until`; `words` are its [`Session::increments`]; the last `spec.held_back` of them only judge. With `hold_back` false everything is
+/// learnt from and nothing judged, as in the paper. `None` when the standstill gives no attitude.
+#[must_use]
+pub fn study(
+    session: &Session,
+    words: &[Increment],
+    assumptions: Assumptions,
+    spec: &NetworkSpec,
+    until: usize,
+    hold_back: bool,
+) -> Option<Study> {
+    let nominal = navigate(session, words, &assumptions, until)?;
+    Some(study_from(
+        session,
+        words,
+        &nominal,
+        assumptions,
+        spec,
+        hold_back,
+    ))
+}
+
+/// [`study`] with a nominal trajectory that is already there; learns from all its records.
+#[must_use]
+pub fn study_from(
+    session: &Session,
+    words: &[Increment],
+    nominal: &Nominal,
+    assumptions: Assumptions,
+    spec: &NetworkSpec,
+    hold_back: bool,
+) -> Study {
+    let total = nominal.records.len();
+    let learnt = if hold_back {
+        total - (total as f64 * spec.held_back) as usize
+    } else {
+        total
+    };
+    let references = references(nominal, learnt);
+
+    let norm = normalisation(&assumptions);
+    let quiet = silent(&assumptions);
+    let until = nominal.first + total;
+    let inputs = inputs(session, &compensator(session, &quiet, &assumptions), until);
+    let (gyro, accel) = rayon::join(
+        || {
+            teach(spec, norm[0], &inputs.rate, &references, |r| {
+                (r.error.dtheta, r.sigma.dtheta)
+            })
+        },
+        || {
+            teach(spec, norm[1], &inputs.force, &references, |r| {
+                (r.error.dv, r.sigma.dv)
+            })
+        },
+    );
+    let taught = [gyro, accel];
+    let (bias, linear) = linear_fits(&inputs, &references);
+    let mut out = Study {
+        references,
+        bias,
+        linear,
+        nets: [taught[0].net, taught[1].net],
+        taught,
+        promoted: Use {
+            gyro: true,
+            accel: true,
+        },
+        evidence: Vec::new(),
+        assumptions,
+    };
+    if hold_back {
+        let (from, to) = (nominal.first + learnt, nominal.first + total);
+        out.promote(session, words, nominal, from, to);
+    }
+    out
+}
+
+fn linear_fits(inputs: &Inputs, references: &[Reference]) -> (LinearModel, LinearModel) {
+    let v = |x: [f32; 3]| Vector3::from(x.map(f64::from));
+    let gyro: Vec<Sample> = references
+        .iter()
+        .map(|r| (v(inputs.rate[r.epoch]), r.error.dtheta))
+        .collect();
+    let accel: Vec<Sample> = references
+        .iter()
+        .map(|r| (v(inputs.force[r.epoch]), r.error.dv))
+        .collect();
+    (
+        LinearModel {
+            gyro: fit_bias(&gyro),
+            accel: fit_bias(&accel),
+        },
+        LinearModel {
+            gyro: fit_3x3(&gyro),
+            accel: fit_3x3(&accel),
+        },
+    )
+}
+
+impl Study {
+    /// What became of the networks, in a sentence.
+    #[must_use]
+    pub fn verdict(&self) -> String {
+        let best = self
+            .evidence
+            .iter()
+            .map(|e| e.1)
+            .fold(f64::NEG_INFINITY, f64::max);
+        let ratio =
+            format!("log-likelihood ratio on the held-back part {best:.1}, needed {THRESHOLD}");
+        match self.promoted {
+            Use {
+                gyro: true,
+                accel: true,
+            } => format!("Both networks are in use: {ratio}."),
+            Use {
+                gyro: true,
+                accel: false,
+            } => format!(
+                "Only the gyro network is in use, the accelerometers are left alone: {ratio}."
+            ),
+            Use {
+                gyro: false,
+                accel: true,
+            } => format!(
+                "Only the accelerometer network is in use, the gyros are left alone: {ratio}."
+            ),
+            Use {
+                gyro: false,
+                accel: false,
+            } => {
+                format!(
+                    "The correction is left at zero, since nothing learnt has proved itself: {ratio}."
+                )
+            }
+        }
+    }
+
+    fn promote(
+        &mut self,
+        session: &Session,
+        words: &[Increment],
+        nominal: &Nominal,
+        from: usize,
+        to: usize,
+    ) {
+        let assumptions = self.assumptions;
+        let base = log_likelihood(session, words, nominal, &assumptions, from, to);
+        let choices =
+            [(true, true), (true, false), (false, true)].map(|(gyro, accel)| Use { gyro, accel });
+        let quiet = silent(&self.assumptions);
+        let pick = |u: Use| {
+            let net = |k: usize, used: bool| {
+                if used { self.taught[k].net } else { quiet[k] }
+            };
+            [net(0, u.gyro), net(1, u.accel)]
+        };
+        // the triads are corrected apart from each other, and a silent network leaves its counts as they are: both at once do for all
+        let nets = [self.taught[0].net, self.taught[1].net];
+        let both = compensator(session, &nets, &self.assumptions);
+        let both = corrected_counts(session, &both, from..to);
+        let raw = &session.counts[from * session.words_per_epoch()..];
+        let evidence = |u: Use| {
+            let counts = both.iter().zip(raw).map(|(corrected, raw)| Counts {
+                dtheta: if u.gyro { corrected } else { raw }.dtheta,
+                dv: if u.accel { corrected } else { raw }.dv,
+            });
+            let words = words_from(session, from, counts);
+            log_likelihood(session, &words, nominal, &assumptions, from, to) - base
+        };
+        self.evidence = choices.map(|u| (u, evidence(u))).to_vec();
+        let best = self.evidence.iter().copied().fold(
+            (
+                Use {
+                    gyro: false,
+                    accel: false,
+                },
+                THRESHOLD,
+            ),
+            |best, e| if e.1 > best.1 { e } else { best },
+        );
+        self.promoted = best.0;
+        self.nets = pick(best.0);
+    }
+}

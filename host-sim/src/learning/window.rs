@@ -1,0 +1,390 @@
+//! Teaching the two networks from the teacher's references (window learning, LEARNING section 4).
+
+use crate::inertial::session::{EPOCH_S, Session};
+use crate::inertial::sins::Increment;
+use crate::learning::teacher::{Assumptions, Reference};
+use firmware::compensator::{Compensator, Limit};
+use firmware::sample::Counts;
+use lrnn_nostd::learn::{GaussNewton, Guarded, Learner, Paper, StepSizes};
+use lrnn_nostd::{Net, Normalisation, Weights};
+use nalgebra::Vector3;
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use serde::{Deserialize, Serialize};
+
+/// Rules of `lrnn-nostd` for the weights of the next pass.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Rule {
+    /// Gauss-Newton with a prior on each weight: some ten passes.
+    GaussNewton,
+    /// The paper's step sizes, guarded: a pass that raises the cost is undone. Hundreds of passes, no prior.
+    Guarded,
+    /// The paper's rule as printed (eq. 7-13).
+    Paper,
+}
+
+/// The paper's constants eps_1 = eps_2 = eps_3, of which it only says that they lie in [0, 1] (assumed).
+const PAPER_EPS: f64 = 0.1;
+
+/// How the networks are taught.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct NetworkSpec {
+    /// Epochs (s) in a reference window, >= 1.
+    pub window_s: u32,
+    /// How the weights follow from a pass.
+    pub rule: Rule,
+    /// Passes over the learning part, >= 1.
+    pub passes: u32,
+    /// First step of the gradient rules, relative to the mean over windows, > 0.
+    pub first_step: f64,
+    /// Standard deviation of each weight around its start: the prior that keeps 63 parameters from fitting noise. > 0
+    pub weight_sigma: f64,
+    /// The references of neighbouring windows share their errors over about this time, s, > 0.
+    pub correlation_s: f64,
+    /// Share of the learning session, at its end, that no network learns from and that decides whether one is used; 0.05 to 0.5.
+    pub held_back: f64,
+    /// Seed of the first weights.
+    pub seed: u64,
+}
+
+impl Default for NetworkSpec {
+    fn default() -> Self {
+        Self {
+            window_s: 10,
+            rule: Rule::GaussNewton,
+            passes: 12,
+            first_step: 0.1,
+            weight_sigma: 0.3,
+            correlation_s: 300.0,
+            held_back: 0.2,
+            seed: 1,
+        }
+    }
+}
+
+/// Mean inputs of the two networks, one a block of one epoch.
+#[derive(Debug, Clone, Default)]
+pub struct Inputs {
+    /// Rates, rad/s.
+    pub rate: Vec<[f32; 3]>,
+    /// Specific forces, m/s2.
+    pub force: Vec<[f32; 3]>,
+}
+
+/// Input range of a land vehicle: the networks' units are about 0.2 rad/s and 2 m/s2, gravity taken out.
+const RATE_SCALE: f32 = 5.0;
+const FORCE_SCALE: f32 = 0.5;
+const GRAVITY: f32 = 9.8;
+
+/// Normalisation of the two networks: output in units of the biases' prior.
+#[must_use]
+pub fn normalisation(assumptions: &Assumptions) -> [Normalisation; 2] {
+    let scale = |x: f64| [x as f32; 3];
+    [
+        Normalisation {
+            input_offset: [0.0; 3],
+            input_scale: [RATE_SCALE; 3],
+            output_scale: scale(assumptions.prior.gyro_bias),
+        },
+        Normalisation {
+            input_offset: [0.0, 0.0, -GRAVITY],
+            input_scale: [FORCE_SCALE; 3],
+            output_scale: scale(assumptions.prior.accel_bias),
+        },
+    ]
+}
+
+/// Time constants of the second layer's leaky units, s: their transient from power-on spans warm-up curves.
+const TIME_CONSTANTS_S: [f64; 3] = [150.0, 500.0, 1500.0];
+
+/// Where learning starts and how far each weight may be expected to go from there.
+#[derive(Debug, Clone)]
+pub struct Start {
+    /// First weights; the output is zero.
+    pub weights: Weights,
+    /// Standard deviation of each weight around them.
+    pub sigma: Weights,
+}
+
+/// First weights, and the prior around them. `sigma` is what each path may add to the output, in units of the output scale.
+///
+/// The second layer's units are slow: `y(k) = tanh((1 - leak) y(k-1) + leak a + ...)` goes to `a` within its time constant only while
+/// `a^2 << 3 leak`, since the cubic term of tanh otherwise pulls harder than the leak. So a slow unit lives at a small amplitude, and
+/// the weights that read it are allowed to be as much larger.
+#[must_use]
+pub fn start(seed: u64, sigma: f32) -> Start {
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    let mut small = |size: f32| -> f32 { rng.random_range(-size..size) };
+    let (mut w, mut s) = (Weights::zero(), Weights::zero());
+    w.layers[0].w = [[0.0; 3]; 3].map(|row: [f32; 3]| row.map(|_| small(0.5)));
+    w.layers[0].b = [0.0; 3].map(|_: f32| small(0.3));
+    s.layers[0].w = [[0.3; 3]; 3];
+    s.layers[0].r = [[0.2; 3]; 3];
+    s.layers[0].b = [0.3; 3];
+    for (i, tau) in TIME_CONSTANTS_S.iter().enumerate() {
+        let leak = (EPOCH_S / tau) as f32;
+        let amplitude = 0.5 * leak.sqrt();
+        w.layers[1].r[i][i] = 1.0 - leak;
+        w.layers[1].b[i] = leak * amplitude;
+        w.layers[1].w[i] = [0.0; 3].map(|_: f32| small(leak * amplitude));
+        s.layers[1].w[i] = [leak * amplitude; 3];
+        s.layers[1].r[i] = [0.1 * leak; 3];
+        s.layers[1].b[i] = 0.3 * leak * amplitude;
+        for row in &mut s.layers[2].w {
+            row[i] = sigma / amplitude;
+        }
+    }
+    s.layers[2].r = [[0.05; 3]; 3];
+    s.layers[2].b = [1.0; 3];
+    Start {
+        weights: w,
+        sigma: s,
+    }
+}
+
+/// Networks that say nothing.
+#[must_use]
+pub fn silent(assumptions: &Assumptions) -> [Net; 2] {
+    normalisation(assumptions).map(|n| Net::new(start(0, 1.0).weights, n))
+}
+
+/// Limits of the corrections: ten times the prior.
+#[must_use]
+pub fn limit(assumptions: &Assumptions) -> Limit {
+    Limit {
+        gyro: 10.0 * assumptions.prior.gyro_bias as f32,
+        accel: 10.0 * assumptions.prior.accel_bias as f32,
+    }
+}
+
+/// The co-processor's compensator for a session, with the product's own code. Limits: ten times the prior.
+///
+/// # Panics
+/// Never for sessions made here: their count values and rates are checked when a scenario or recording is read.
+#[must_use]
+#[expect(
+    clippy::expect_used,
+    reason = "count values and rates are checked when a scenario or recording is read"
+)]
+pub fn compensator(session: &Session, nets: &[Net; 2], assumptions: &Assumptions) -> Compensator {
+    let limit = limit(assumptions);
+    let block = session.words_per_epoch() as u16;
+    Compensator::new(nets[0], nets[1], session.lsb, session.dt, block, limit).expect("checked")
+}
+
+/// What came out of a compensator: corrected counts are in the session; the estimates are a block's, in force over the next one.
+#[derive(Debug, Clone)]
+pub struct Compensated {
+    /// The session with corrected words.
+    pub session: Session,
+    /// Network inputs.
+    pub inputs: Inputs,
+    /// Estimated errors of each block: rad/s and m/s2.
+    pub estimates: Vec<[[f32; 3]; 2]>,
+}
+
+/// Runs a whole session through the compensator, from power-on.
+#[must_use]
+pub fn compensate(session: &Session, compensator: &Compensator) -> Compensated {
+    let mut state = compensator.power_on(false);
+    let mut out = Compensated {
+        session: session.clone(),
+        inputs: Inputs::default(),
+        estimates: Vec::new(),
+    };
+    for word in &mut out.session.counts {
+        let (corrected, block) = compensator.process(&mut state, *word);
+        *word = corrected;
+        if let Some(b) = block {
+            out.inputs.rate.push(b.rate);
+            out.inputs.force.push(b.force);
+            out.estimates.push([b.rate_error, b.force_error]);
+        }
+    }
+    out
+}
+
+/// Counts of some epochs as they are after the compensator, which runs from power-on.
+#[must_use]
+pub fn corrected_counts(
+    session: &Session,
+    compensator: &Compensator,
+    epochs: std::ops::Range<usize>,
+) -> Vec<Counts> {
+    let mut state = compensator.power_on(false);
+    let n = session.words_per_epoch();
+    let (before, counts) = session.counts[..epochs.end * n].split_at(epochs.start * n);
+    for word in before {
+        let _ = compensator.process(&mut state, *word);
+    }
+    let corrected = |word: &Counts| compensator.process(&mut state, *word).0;
+    counts.iter().map(corrected).collect()
+}
+
+/// [`corrected_counts`] as [`Session::increments`] has them. Earlier words are zero.
+#[must_use]
+pub fn corrected_words(
+    session: &Session,
+    compensator: &Compensator,
+    epochs: std::ops::Range<usize>,
+) -> Vec<Increment> {
+    let first = epochs.start;
+    words_from(
+        session,
+        first,
+        corrected_counts(session, compensator, epochs).into_iter(),
+    )
+}
+
+/// These counts in the place of the session's own from epoch `first` on, as [`Session::increments`] has them. Earlier words are zero.
+#[must_use]
+pub fn words_from(
+    session: &Session,
+    first: usize,
+    counts: impl Iterator<Item = Counts>,
+) -> Vec<Increment> {
+    let mut out = vec![Increment::default(); first * session.steps_per_epoch()];
+    out.extend(session.navigable(counts));
+    out
+}
+
+/// Network inputs of the first `epochs`.
+#[must_use]
+pub fn inputs(session: &Session, compensator: &Compensator, epochs: usize) -> Inputs {
+    let (mut state, mut out) = (compensator.power_on(false), Inputs::default());
+    for word in &session.counts[..epochs * session.words_per_epoch()] {
+        if let Some(b) = compensator.process(&mut state, *word).1 {
+            out.rate.push(b.rate);
+            out.force.push(b.force);
+        }
+    }
+    out
+}
+
+/// A taught network and its costs by pass.
+#[derive(Debug, Clone)]
+pub struct Taught {
+    /// The network with the best weights.
+    pub net: Net,
+    /// Cost of the accepted passes' weights on the part learnt from, per window and axis, in units of the output scale.
+    pub cost: Vec<f64>,
+}
+
+/// A reference over a window: the epochs it covers, what the output must sum to, and how much it counts.
+struct Target {
+    epochs: std::ops::Range<usize>,
+    sum: [f32; 3],
+    weight: f32,
+}
+
+/// Windows of consecutive references; `pick` takes the triad's error and its standard deviation out of a reference.
+fn targets(
+    spec: &NetworkSpec,
+    scale: f64,
+    references: &[Reference],
+    pick: impl Fn(&Reference) -> (Vector3<f64>, Vector3<f64>),
+) -> Vec<Target> {
+    let length = spec.window_s as usize;
+    let time = length as f64 * EPOCH_S;
+    let target = |piece: &[Reference]| {
+        let sum: Vector3<f64> = piece.iter().map(|r| pick(r).0 * EPOCH_S).sum();
+        let variance: f64 = piece.iter().map(|r| pick(r).1.norm_squared() / 3.0).sum();
+        let sigma = (variance / length as f64).sqrt() * time / scale;
+        Target {
+            epochs: piece[0].epoch..piece[0].epoch + length,
+            sum: [sum.x as f32, sum.y as f32, sum.z as f32],
+            weight: ((time / spec.correlation_s).min(1.0) / (sigma * sigma)) as f32,
+        }
+    };
+    references.chunks_exact(length).map(target).collect()
+}
+
+/// Teaches one network. `references` are consecutive epochs; `pick` takes the triad's error and its standard deviation out of a
+/// reference.
+#[must_use]
+pub fn teach(
+    spec: &NetworkSpec,
+    normalisation: Normalisation,
+    inputs: &[[f32; 3]],
+    references: &[Reference],
+    pick: impl Fn(&Reference) -> (Vector3<f64>, Vector3<f64>),
+) -> Taught {
+    let begin = start(spec.seed, spec.weight_sigma as f32);
+    let net = Net::new(begin.weights, normalisation);
+    let targets = targets(
+        spec,
+        f64::from(normalisation.output_scale[0]),
+        references,
+        pick,
+    );
+    let total: f64 = targets.iter().map(|t| f64::from(t.weight)).sum();
+    // the gradient rules' step belongs to a mean over windows
+    let steps = |eta: f64| StepSizes {
+        feedback: eta as f32,
+        feed_forward: eta as f32,
+        bias: eta as f32,
+    };
+    let eta = spec.first_step / total.max(f64::MIN_POSITIVE) / f64::from(spec.window_s).powi(2);
+    match spec.rule {
+        Rule::GaussNewton => {
+            let ridges = begin.sigma.to_array().map(|s| 1.0 / (s * s));
+            passes(
+                spec,
+                &net,
+                GaussNewton::with_ridges(&begin.weights, ridges),
+                inputs,
+                &targets,
+            )
+        }
+        Rule::Guarded => passes(spec, &net, Guarded::new(steps(eta)), inputs, &targets),
+        Rule::Paper => passes(
+            spec,
+            &net,
+            Paper::new(steps(eta), steps(PAPER_EPS)),
+            inputs,
+            &targets,
+        ),
+    }
+}
+
+/// All passes by one rule.
+fn passes<U: lrnn_nostd::learn::Rule<f32>>(
+    spec: &NetworkSpec,
+    net: &Net,
+    rule: U,
+    inputs: &[[f32; 3]],
+    targets: &[Target],
+) -> Taught {
+    let mut learner: Learner<U> = Learner::new(net, rule);
+    let windows = targets
+        .iter()
+        .map(|t| f64::from(t.weight) * 3.0 * (t.epochs.len() as f64 * EPOCH_S).powi(2));
+    let norm: f64 = windows.sum::<f64>().max(f64::MIN_POSITIVE);
+    let mut cost = Vec::new();
+    for _ in 0..spec.passes {
+        learner.begin_pass();
+        let mut epoch = 0;
+        for target in targets {
+            // what lies before a window only moves the state
+            for input in &inputs[epoch..target.epochs.start] {
+                let _ = learner.step(*input, EPOCH_S as f32);
+            }
+            learner.skip();
+            for input in &inputs[target.epochs.clone()] {
+                let _ = learner.step(*input, EPOCH_S as f32);
+            }
+            epoch = target.epochs.end;
+            learner.reference(target.sum, target.weight);
+        }
+        let pass = learner.end_pass();
+        if pass.accepted {
+            cost.push(2.0 * f64::from(pass.cost) / norm);
+        }
+    }
+    Taught {
+        net: Net::new(learner.proposal(), net.normalisation),
+        cost,
+    }
+}

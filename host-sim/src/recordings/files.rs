@@ -1,0 +1,210 @@
+//! Recordings as CSV files: `imu.csv`, `gnss.csv`, and `header.toml`, which says what is in them. Numbers read back to the same bits.
+
+use crate::error::Error;
+use crate::inertial::rotation::to_euler;
+use crate::inertial::session::{EPOCH_S, Session};
+use crate::inertial::units::DEG;
+use crate::output::{CsvWriter, write_atomic};
+use crate::recordings::build::Begin;
+use crate::recordings::record::Record;
+use std::path::Path;
+
+const IMU: [&str; 7] = [
+    "t_s",
+    "dtheta_x_rad",
+    "dtheta_y_rad",
+    "dtheta_z_rad",
+    "dv_x_mps",
+    "dv_y_mps",
+    "dv_z_mps",
+];
+const PLACE: [&str; 4] = ["t_s", "lat_deg", "lon_deg", "height_m"];
+const VELOCITY: [&str; 3] = ["v_north_mps", "v_east_mps", "v_down_mps"];
+const SIGMA: [&str; 3] = ["sigma_north_m", "sigma_east_m", "sigma_down_m"];
+const SIGMA_V: [&str; 3] = ["sigma_v_north_mps", "sigma_v_east_mps", "sigma_v_down_mps"];
+const ATTITUDE: [&str; 3] = ["roll_deg", "pitch_deg", "heading_deg"];
+
+/// Writes a record's files into `dir`: increments in body axes forward-right-down with the time of their end, and fixes if there are two.
+///
+/// # Errors
+/// [`Error::Unwritable`]; each file appears whole or not at all.
+pub fn write(record: &Record, dir: &Path) -> Result<(), Error> {
+    let (time, words) = record.increments();
+    let word = |(t, w): (&f64, &crate::inertial::sins::Increment)| {
+        let (g, a) = (&w.dtheta, &w.dv);
+        vec![*t, g.x, g.y, g.z, a.x, a.y, a.z]
+    };
+    rows(
+        &dir.join("imu.csv"),
+        &IMU,
+        time.iter().zip(&words).map(word),
+    )?;
+    if record.fixes.len() > 1 {
+        write_fixes(record, &dir.join("gnss.csv"))?;
+    }
+    write_atomic(&dir.join("header.toml"), header(record).as_bytes())
+}
+
+fn write_fixes(record: &Record, file: &Path) -> Result<(), Error> {
+    let velocity = record.has_velocity();
+    let columns: Vec<&str> = match velocity {
+        true => [&PLACE[..], &VELOCITY, &SIGMA, &SIGMA_V].concat(),
+        false => [&PLACE[..], &SIGMA].concat(),
+    };
+    let row = |f: &crate::recordings::record::TimedFix| {
+        let mut row = vec![f.time, f.lat_deg, f.lon_deg, f.height_m];
+        row.extend(f.velocity.filter(|_| velocity).into_iter().flatten());
+        row.extend(&f.sigmas[..if velocity { 6 } else { 3 }]);
+        row
+    };
+    rows(file, &columns, record.fixes.iter().map(row))
+}
+
+/// Writes the reference states of a session, one a second.
+///
+/// # Errors
+/// [`Error::Unwritable`].
+pub fn write_truth(session: &Session, file: &Path) -> Result<(), Error> {
+    let row = |(k, s): (usize, &crate::inertial::sins::NavState)| {
+        let (p, v) = (&s.position, &s.velocity);
+        let (roll, pitch, heading) = to_euler(&s.q_bn);
+        let mut row = vec![k as f64 * EPOCH_S, p.lat / DEG, p.lon / DEG, p.h];
+        row.extend([v.x, v.y, v.z, roll / DEG, pitch / DEG, heading / DEG]);
+        row
+    };
+    let columns = [&PLACE[..], &VELOCITY, &ATTITUDE].concat();
+    rows(
+        file,
+        &columns,
+        session.reference.iter().enumerate().map(row),
+    )
+}
+
+fn rows(file: &Path, columns: &[&str], rows: impl Iterator<Item = Vec<f64>>) -> Result<(), Error> {
+    let mut csv = CsvWriter::create(file, columns)?;
+    for row in rows {
+        csv.row(&row)?;
+    }
+    csv.finish()
+}
+
+/// The header of the files that [`write`] writes.
+fn header(record: &Record) -> String {
+    let names = |n: &[&str]| format!("[\"{}\"]", n.join("\", \""));
+    let mut text = format!(
+        "[imu]\nfile = \"imu.csv\"\ntime = {{ column = \"t_s\", unit = \"s\" }}\ngyro = {{ columns = {}, unit = \"rad\" }}\n\
+         accel = {{ columns = {}, unit = \"m/s\" }}\naxes = \"x y z\"\n",
+        names(&IMU[1..4]),
+        names(&IMU[4..])
+    );
+    if record.fixes.len() > 1 {
+        text += "\n[gnss]\nfile = \"gnss.csv\"\ntime = { column = \"t_s\", unit = \"s\" }\nlatitude = { column = \"lat_deg\", unit = \"deg\" }\n\
+                 longitude = { column = \"lon_deg\", unit = \"deg\" }\nheight = { column = \"height_m\", unit = \"m\" }\n";
+        text += &format!("position_sigma = {}\n", names(&SIGMA));
+        if record.has_velocity() {
+            text += &format!(
+                "velocity = {{ columns = {}, unit = \"m/s\", order = \"ned\" }}\nvelocity_sigma = {}\n",
+                names(&VELOCITY),
+                names(&SIGMA_V)
+            );
+        }
+    }
+    text += "\n[start]\n";
+    text += &match record.begin {
+        Some(Begin::Standstill(s)) => format!("standstill_s = {s}\n"),
+        Some(Begin::Attitude(q)) => {
+            let (roll, pitch, heading) = to_euler(&q);
+            let [roll, pitch, heading] = [roll, pitch, heading].map(|a| a / DEG);
+            format!("roll_deg = {roll}\npitch_deg = {pitch}\nheading_deg = {heading}\n")
+        }
+        None => {
+            "# standstill_s = 300   # or roll_deg, pitch_deg and heading_deg at the first fix\n"
+                .to_owned()
+        }
+    };
+    if let [site] = record.fixes[..] {
+        text += &format!(
+            "latitude_deg = {}\nlongitude_deg = {}\nheight_m = {}\n",
+            site.lat_deg, site.lon_deg, site.height_m
+        );
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{generic, kfgins};
+    use super::*;
+    use crate::inertial::sins::Increment;
+    use crate::recordings::record::{Kind, TimedFix};
+    use nalgebra::Vector3;
+
+    fn record(velocity: bool) -> Record {
+        let fix = |k: usize| TimedFix {
+            time: 1000.3 + k as f64,
+            lat_deg: 45.123_456_789_012_3 + 1e-5 * k as f64,
+            lon_deg: -7.0 / 3.0,
+            height_m: 100.1,
+            velocity: velocity.then_some([1.0 / 3.0, k as f64, -0.1]),
+            sigmas: if velocity {
+                [1.1, 2.0, 3.0, 0.1, 0.2, 0.3]
+            } else {
+                [1.1, 2.0, 3.0, 1.0, 1.0, 1.0]
+            },
+        };
+        let word = |k: usize| Increment {
+            dtheta: Vector3::new(1e-7 / 3.0, -1e-3 * (k as f64).sin(), 0.0),
+            dv: Vector3::new(0.1 / 7.0, k as f64 * 1e-5, -0.0981),
+        };
+        Record {
+            file: "made".into(),
+            time: (1..=500).map(|k| 1000.0 + 0.01 * f64::from(k)).collect(),
+            samples: (1..=500).map(word).collect(),
+            kind: Kind::Increment,
+            rate_hz: 100,
+            fixes: (0..4).map(fix).collect(),
+            begin: Some(Begin::Standstill(100)),
+        }
+    }
+
+    /// CSV to KF-GINS and back, and both read: nothing changes, not a bit.
+    #[test]
+    fn conversions_there_and_back_are_exact() {
+        for velocity in [true, false] {
+            let dir = tempfile::tempdir().unwrap();
+            let path = |name: &str| dir.path().join(name);
+            let first = record(velocity);
+            write(&first, dir.path()).unwrap();
+            let csv = generic::read(&path("header.toml"), &[]).unwrap();
+            let form = kfgins::Form {
+                shift_s: 0.0,
+                velocity,
+            };
+            kfgins::write(&csv, form, &path("i.txt"), &path("g.txt")).unwrap();
+            let text = kfgins::read(&path("i.txt"), &path("g.txt"), csv.begin).unwrap();
+            std::fs::create_dir(path("again")).unwrap();
+            write(&text, &path("again")).unwrap();
+            for name in ["imu.csv", "gnss.csv", "header.toml"] {
+                let [a, b] =
+                    [path(name), path("again").join(name)].map(|p| std::fs::read(p).unwrap());
+                assert!(a == b, "{name}");
+            }
+            assert_eq!(text.fixes.len(), first.fixes.len());
+            assert!(text.fixes[3].lat_deg == first.fixes[3].lat_deg);
+        }
+    }
+
+    #[test]
+    fn a_vehicle_at_rest_has_a_site_and_no_file_of_fixes() {
+        let dir = tempfile::tempdir().unwrap();
+        let mut r = record(true);
+        r.fixes.truncate(1);
+        write(&r, dir.path()).unwrap();
+        let back = generic::read(&dir.path().join("header.toml"), &[]).unwrap();
+        assert_eq!(
+            (back.fixes.len(), back.fixes[0].lat_deg),
+            (1, r.fixes[0].lat_deg)
+        );
+        assert!(!dir.path().join("gnss.csv").exists());
+    }
+}

@@ -1,0 +1,297 @@
+//! The header file: its keys and units.
+
+use crate::error::Error;
+use crate::inertial::units::{ARCSEC, DEG, DEG_PER_H, G0};
+use crate::recordings::axes::Axes;
+use crate::recordings::build::complain;
+use crate::recordings::input::Separator;
+use crate::recordings::record::Kind;
+use serde::Deserialize;
+use std::path::{Path, PathBuf};
+
+/// Everything a header file may say; see the module's page for an example.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Header {
+    /// The IMU's file.
+    pub imu: Imu,
+    /// Fixes; without them the vehicle is at rest.
+    pub gnss: Option<Gnss>,
+    /// The beginning.
+    pub start: Start,
+}
+
+/// Where a time or scalar is.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Scalar {
+    /// Name of the column.
+    pub column: String,
+    /// Its unit.
+    pub unit: String,
+}
+
+/// Where three components are.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Triad {
+    /// Names of the columns, x, y, z.
+    pub columns: [String; 3],
+    /// Their unit.
+    pub unit: String,
+}
+
+/// How a file is laid out; part of both tables.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Imu {
+    /// File, relative to the header file; needed unless one is given beside the header.
+    pub file: Option<PathBuf>,
+    /// One character, `tab` or `blank`.
+    #[serde(default = "comma")]
+    pub separator: String,
+    /// Whether the first line names the columns; if not, they are called 1, 2, 3.
+    #[serde(default = "yes")]
+    pub names: bool,
+    /// Time of a sample, or of the end of an increment.
+    pub time: Scalar,
+    /// Gyros: rad/s, deg/s, deg/h, or increments in rad, deg, arcsec.
+    pub gyro: Triad,
+    /// Accelerometers: m/s^2, g, mg, or increments in m/s.
+    pub accel: Triad,
+    /// Forward, right and down in axes of the file, for example `y x -z` for right-forward-up.
+    pub axes: String,
+    /// Longest time between two samples of rates that is bridged by a straight line, s; three samples by default.
+    pub max_gap_s: Option<f64>,
+}
+
+/// Position and velocity fixes.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Gnss {
+    /// File, relative to the header file; the IMU's file by default, where lines without a fix leave the columns empty.
+    pub file: Option<PathBuf>,
+    /// As in `imu`.
+    #[serde(default = "comma")]
+    pub separator: String,
+    /// As in `imu`.
+    #[serde(default = "yes")]
+    pub names: bool,
+    /// Time, of the same clock as the IMU's.
+    pub time: Scalar,
+    /// rad or deg.
+    pub latitude: Scalar,
+    /// rad or deg.
+    pub longitude: Scalar,
+    /// m.
+    pub height: Scalar,
+    /// m/s or km/h, if there is a velocity.
+    pub velocity: Option<Velocity>,
+    /// Columns of the standard deviations of each fix, north, east, down, m, instead of `position_sigma_m`.
+    pub position_sigma: Option<[String; 3]>,
+    /// The same of the velocity, m/s.
+    pub velocity_sigma: Option<[String; 3]>,
+    /// Standard deviations of north, east, down, m, > 0.
+    #[serde(default = "position_sigma")]
+    pub position_sigma_m: [f64; 3],
+    /// Standard deviations of north, east, down, m/s, > 0; without meaning when there is no velocity.
+    #[serde(default = "velocity_sigma")]
+    pub velocity_sigma_mps: [f64; 3],
+}
+
+/// Velocity columns.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Velocity {
+    /// Names of the columns.
+    pub columns: [String; 3],
+    /// m/s or km/h.
+    pub unit: String,
+    /// `ned` or `enu`.
+    pub order: String,
+}
+
+/// Beginning: a standstill, or an attitude. Without `gnss`, also the site.
+#[derive(Debug, Clone, Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Start {
+    /// Seconds of standstill to align on, at least 90.
+    pub standstill_s: Option<u32>,
+    /// Roll at the first epoch, deg.
+    pub roll_deg: Option<f64>,
+    /// Pitch, deg, nose up.
+    pub pitch_deg: Option<f64>,
+    /// Heading, deg, clockwise from north.
+    pub heading_deg: Option<f64>,
+    /// Site: latitude, deg.
+    pub latitude_deg: Option<f64>,
+    /// Site: longitude, deg.
+    pub longitude_deg: Option<f64>,
+    /// Site: height, m.
+    pub height_m: Option<f64>,
+}
+
+fn comma() -> String {
+    ",".into()
+}
+fn yes() -> bool {
+    true
+}
+fn position_sigma() -> [f64; 3] {
+    [1.0, 1.0, 1.5]
+}
+fn velocity_sigma() -> [f64; 3] {
+    [0.05; 3]
+}
+
+/// A unit: its name, kind, and value in SI.
+pub(super) type Unit = (&'static str, Kind, f64);
+
+/// Units of gyros.
+pub(super) const GYRO: [Unit; 6] = [
+    ("rad/s", Kind::Rate, 1.0),
+    ("deg/s", Kind::Rate, DEG),
+    ("deg/h", Kind::Rate, DEG_PER_H),
+    ("rad", Kind::Increment, 1.0),
+    ("deg", Kind::Increment, DEG),
+    ("arcsec", Kind::Increment, ARCSEC),
+];
+/// Units of accelerometers.
+pub(super) const ACCEL: [Unit; 5] = [
+    ("m/s^2", Kind::Rate, 1.0),
+    ("m/s2", Kind::Rate, 1.0),
+    ("g", Kind::Rate, G0),
+    ("mg", Kind::Rate, 1e-3 * G0),
+    ("m/s", Kind::Increment, 1.0),
+];
+/// Units of time.
+pub(super) const TIME: [Unit; 4] = [
+    ("s", Kind::Rate, 1.0),
+    ("ms", Kind::Rate, 1e-3),
+    ("us", Kind::Rate, 1e-6),
+    ("ns", Kind::Rate, 1e-9),
+];
+/// Units of latitude and longitude.
+pub(super) const ANGLE: [Unit; 2] = [("rad", Kind::Rate, 1.0), ("deg", Kind::Rate, DEG)];
+/// Units of height.
+pub(super) const LENGTH: [Unit; 1] = [("m", Kind::Rate, 1.0)];
+/// Units of velocity.
+pub(super) const SPEED: [Unit; 2] = [("m/s", Kind::Rate, 1.0), ("km/h", Kind::Rate, 1.0 / 3.6)];
+
+/// A header with the place it came from.
+#[derive(Debug)]
+pub(super) struct Read {
+    pub(super) header: Header,
+    pub(super) file: PathBuf,
+    /// Files that stand instead of those named: the IMU's, then that of the fixes.
+    instead: Vec<PathBuf>,
+}
+
+impl Read {
+    pub(super) fn open(file: &Path, instead: &[PathBuf]) -> Result<Self, Error> {
+        let text = std::fs::read_to_string(file).map_err(|e| Error::reading(file, e))?;
+        let header: Header = toml::from_str(&text).map_err(|e| syntax_error(file, &text, &e))?;
+        let read = Self {
+            file: file.to_path_buf(),
+            instead: instead.to_vec(),
+            header,
+        };
+        let most = 1 + usize::from(read.header.gnss.is_some());
+        if instead.len() > most {
+            let problem = format!(
+                "describes {most} of the {} files given with it",
+                instead.len()
+            );
+            let remedy =
+                "give the file of the IMU, then that of the fixes if the header has [gnss]";
+            return Err(read.bad("header", problem, remedy));
+        }
+        Ok(read)
+    }
+
+    /// The IMU's file.
+    pub(super) fn imu_file(&self) -> Result<PathBuf, Error> {
+        let named = || Some(self.beside(self.header.imu.file.as_ref()?));
+        self.instead.first().cloned().or_else(named).ok_or_else(|| {
+            let problem = "is not in the header, and no file was given with it".to_owned();
+            self.bad("imu.file", problem, "give the file of the IMU")
+        })
+    }
+
+    /// The file of the fixes when it is another than the IMU's.
+    pub(super) fn gnss_file(&self, gnss: &Gnss) -> Option<PathBuf> {
+        let named = || Some(self.beside(gnss.file.as_ref()?));
+        self.instead.get(1).cloned().or_else(named)
+    }
+
+    /// A complaint about a key.
+    pub(super) fn bad(&self, key: &str, problem: String, remedy: &str) -> Error {
+        complain(&self.file, key, problem, remedy)
+    }
+
+    /// A path that the header names.
+    fn beside(&self, name: &Path) -> PathBuf {
+        self.file.parent().unwrap_or(Path::new("")).join(name)
+    }
+
+    pub(super) fn unit(&self, key: &str, name: &str, known: &[Unit]) -> Result<(Kind, f64), Error> {
+        let hit = known.iter().find(|u| u.0 == name);
+        hit.map(|u| (u.1, u.2)).ok_or_else(|| {
+            let names: Vec<&str> = known.iter().map(|u| u.0).collect();
+            self.bad(
+                key,
+                format!("has the unit '{name}'"),
+                &format!("use one of {}", names.join(", ")),
+            )
+        })
+    }
+
+    pub(super) fn axes(&self) -> Result<Axes, Error> {
+        let text = &self.header.imu.axes;
+        Axes::parse(text).map_err(|why| {
+            let remedy = "give forward, right and down in axes of the file, as in 'y x -z' for right-forward-up";
+            self.bad("imu.axes", format!("is '{text}' and {why}"), remedy)
+        })
+    }
+
+    pub(super) fn separator(&self, key: &str, text: &str) -> Result<Separator, Error> {
+        let mut chars = text.chars();
+        match (text, chars.next(), chars.next()) {
+            ("tab", ..) => Ok(Separator::Char('\t')),
+            ("blank", ..) => Ok(Separator::Blank),
+            (_, Some(c), None) if !c.is_alphanumeric() && !"+-.".contains(c) => {
+                Ok(Separator::Char(c))
+            }
+            _ => {
+                let remedy = "give one character such as ',' or ';', or 'tab', or 'blank' for any run of blanks";
+                Err(self.bad(key, format!("is '{text}'"), remedy))
+            }
+        }
+    }
+}
+
+/// A TOML error with the line it is on.
+fn syntax_error(file: &Path, text: &str, e: &toml::de::Error) -> Error {
+    let at = e.span().map(|span| span.start.min(text.len()));
+    let line = at.map(|at| text[..at].matches('\n').count() + 1);
+    let on_line = line
+        .and_then(|l| text.lines().nth(l - 1))
+        .unwrap_or_default();
+    let key = on_line
+        .split('=')
+        .next()
+        .unwrap_or_default()
+        .trim()
+        .trim_matches(['[', ']']);
+    Error::Scenario {
+        file: file.to_path_buf(),
+        line,
+        key: if key.is_empty() {
+            "header".into()
+        } else {
+            key.to_owned()
+        },
+        problem: e.message().replace('\n', " "),
+        remedy: "see the example in the documentation of the generic replay".into(),
+    }
+}

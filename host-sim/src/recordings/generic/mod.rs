@@ -1,0 +1,312 @@
+//! Any recording as text: a TOML header file says what its columns mean.
+//!
+//! ```toml
+//! [imu]
+//! file = "imu.csv"                                    # relative to this file; .gz is fine; a file on the command line stands instead
+//! time = { column = "t", unit = "ms" }                # s, ms, us, ns
+//! gyro = { columns = ["gx", "gy", "gz"], unit = "deg/s" } # rad/s, deg/s, deg/h; increments: rad, deg, arcsec
+//! accel = { columns = ["ax", "ay", "az"], unit = "g" }    # m/s^2, g (9.80665), mg; increments: m/s
+//! axes = "y x -z"                                     # forward, right, down in axes of the file: this one is right-forward-up
+//! # separator = ";"                                   # or "tab", or "blank" for any run of blanks; "," by default
+//! # names = false                                     # no line of names: columns are called "1", "2", ...
+//! # max_gap_s = 0.05                                  # of rates: longest step bridged by a straight line; default three samples
+//!
+//! [gnss]                                              # left out when the vehicle is at rest
+//! file = "gnss.csv"                                   # default: the file of the IMU, with the columns empty where there is no fix
+//! time = { column = "t", unit = "ms" }                # of the same clock
+//! latitude = { column = "lat", unit = "deg" }         # rad, deg
+//! longitude = { column = "lon", unit = "deg" }
+//! height = { column = "h", unit = "m" }               # above the ellipsoid
+//! velocity = { columns = ["vn", "ve", "vd"], unit = "m/s", order = "ned" } # or km/h, "enu"; may be left out
+//! position_sigma_m = [1.0, 1.0, 1.5]                  # north, east, down; or columns of m and m/s:
+//! velocity_sigma_mps = [0.05, 0.05, 0.05]
+//! # position_sigma = ["sn", "se", "sd"]
+//! # velocity_sigma = ["svn", "sve", "svd"]
+//!
+//! [start]
+//! standstill_s = 300                                  # align on it, at least 90 s; or instead of it:
+//! # roll_deg = 0.0
+//! # pitch_deg = 0.0                                   # nose up
+//! # heading_deg = 90.0                                # clockwise from north, at the first fix
+//! # latitude_deg = 34.2                               # the site, only without [gnss]
+//! # longitude_deg = 108.9
+//! # height_m = 380.0
+//! ```
+//!
+//! The session begins at the first fix within the IMU's time (so that fixes at whole seconds stay what they are; others are put between
+//! their neighbours, at most 2.5 s apart) and has whole seconds. Rates are integrated with their time stamps by the trapezoidal rule.
+//! An increment belongs to the interval that ends at its time; steps of more than 1.5 samples are refused, since what happened in them is
+//! lost. The word rate is the nearest whole number to one over the median step. Counts are of [`crate::recordings::words::FINE`] value.
+
+mod fixes;
+mod header;
+
+pub use header::{Gnss, Header, Imu, Scalar, Start, Triad, Velocity};
+
+use crate::error::Error;
+use crate::inertial::rotation::from_euler;
+use crate::inertial::session::Session;
+use crate::inertial::sins::Increment;
+use crate::inertial::units::DEG;
+use crate::recordings::build::Begin;
+use crate::recordings::input::{Layout, Separator, Source, Table};
+use crate::recordings::record::{Kind, Record, TimedFix, median_step};
+use fixes::fixes;
+use header::{ACCEL, GYRO, Read, TIME};
+use std::path::{Path, PathBuf};
+
+/// Most that a sensor can sensibly say: 2000 deg/s and 100 g.
+const MOST: [f64; 2] = [35.0, 1000.0];
+/// Shortest standstill that is aligned on, s.
+const LEAST_STANDSTILL_S: u32 = 90;
+
+/// Standard deviations of place and velocity of a vehicle at rest (sway, assumed): m, then m/s.
+const AT_REST: [f64; 6] = [0.05, 0.05, 0.05, 0.01, 0.01, 0.01];
+
+/// Reads the recording that a header file describes. `files` stand instead of those that the header names: the IMU's, then that of the
+/// fixes; more are an error.
+///
+/// # Errors
+/// Any fault of header or files, with line and column or key.
+pub fn read(header: &Path, files: &[PathBuf]) -> Result<Record, Error> {
+    let read = Read::open(header, files)?;
+    let begin = begin(&read)?;
+    let motion = motion(&read)?;
+    let fixes = match &read.header.gnss {
+        Some(gnss) => fixes(&read, gnss)?,
+        None => vec![site(&read)?],
+    };
+    Ok(Record {
+        file: header.to_path_buf(),
+        fixes,
+        begin: Some(begin),
+        ..motion
+    })
+}
+
+/// The same as a session. [`Session::standstill`] is zero when the header gives an attitude, which is then the first reference state's.
+///
+/// # Errors
+/// As [`read`], or times that do not go together.
+pub fn load(header: &Path) -> Result<Session, Error> {
+    read(header, &[])?.session()
+}
+
+fn begin(read: &Read) -> Result<Begin, Error> {
+    let s = &read.header.start;
+    match (s.standstill_s, s.roll_deg, s.pitch_deg, s.heading_deg) {
+        (Some(t), None, None, None) if t >= LEAST_STANDSTILL_S => Ok(Begin::Standstill(t as usize)),
+        (Some(t), None, None, None) => {
+            let problem = format!("is {t}, too short to align on");
+            Err(read.bad(
+                "start.standstill_s",
+                problem,
+                "give at least 90, or the attitude instead",
+            ))
+        }
+        (None, Some(roll), Some(pitch), Some(heading)) => {
+            for (key, angle) in [
+                ("roll_deg", roll),
+                ("pitch_deg", pitch),
+                ("heading_deg", heading),
+            ] {
+                if !(-360.0..=360.0).contains(&angle) {
+                    return Err(read.bad(
+                        &format!("start.{key}"),
+                        format!("is {angle}"),
+                        "give -360 to 360",
+                    ));
+                }
+            }
+            Ok(Begin::Attitude(from_euler(
+                roll * DEG,
+                pitch * DEG,
+                heading * DEG,
+            )))
+        }
+        _ => {
+            let problem =
+                "says neither how long the vehicle stands nor its whole attitude".to_owned();
+            Err(read.bad(
+                "start",
+                problem,
+                "give either standstill_s, or roll_deg, pitch_deg and heading_deg",
+            ))
+        }
+    }
+}
+
+/// The site of a vehicle at rest.
+fn site(read: &Read) -> Result<TimedFix, Error> {
+    let s = &read.header.start;
+    let (Some(lat), Some(lon), Some(h)) = (s.latitude_deg, s.longitude_deg, s.height_m) else {
+        let problem = "does not give the site of a recording without fixes".to_owned();
+        return Err(read.bad(
+            "start",
+            problem,
+            "give latitude_deg, longitude_deg and height_m, or a table [gnss]",
+        ));
+    };
+    if !(lat.abs() < 89.9 && lon.abs() <= 360.0 && h.abs() < 20_000.0) {
+        return Err(read.bad(
+            "start",
+            format!("has the site {lat}, {lon}, {h}"),
+            "give degrees and metres, not at a pole",
+        ));
+    }
+    Ok(TimedFix {
+        time: 0.0,
+        lat_deg: lat,
+        lon_deg: lon,
+        height_m: h,
+        velocity: Some([0.0; 3]),
+        sigmas: AT_REST,
+    })
+}
+
+/// A file with the names of its columns, and the table of the header that describes it.
+struct File<'a> {
+    read: &'a Read,
+    table: &'a str,
+    source: Source,
+    separator: Separator,
+    /// Lines before the data.
+    skip: usize,
+    names: Vec<String>,
+}
+
+impl<'a> File<'a> {
+    fn open(
+        read: &'a Read,
+        table: &'a str,
+        file: &Path,
+        separator: &str,
+        names: bool,
+    ) -> Result<Self, Error> {
+        let separator = read.separator(&format!("{table}.separator"), separator)?;
+        let source = Source::open(file)?;
+        let first = source.header(separator, "names of the columns")?;
+        let (skip, names) = match names {
+            true => (1, first),
+            false => (0, (1..=first.len()).map(|k| k.to_string()).collect()),
+        };
+        Ok(Self {
+            read,
+            table,
+            source,
+            separator,
+            skip,
+            names,
+        })
+    }
+
+    /// The columns `wanted` (key and name).
+    fn table(&self, wanted: &[(&str, &str)], gaps: bool) -> Result<Table, Error> {
+        let names = &self.names;
+        let place = |(key, name): &(&str, &str)| {
+            names.iter().position(|n| n == name).ok_or_else(|| {
+                let problem = format!(
+                    "names column '{name}', which {} does not have",
+                    self.source.file.display()
+                );
+                self.read.bad(
+                    &format!("{}.{key}", self.table),
+                    problem,
+                    &format!("use one of {}", names.join(", ")),
+                )
+            })
+        };
+        let wanted: Vec<usize> = wanted.iter().map(place).collect::<Result<_, _>>()?;
+        let layout = Layout {
+            separator: self.separator,
+            skip: self.skip,
+            names,
+            wanted: &wanted,
+            gaps,
+        };
+        Table::read(&self.source, &layout)
+    }
+}
+
+/// The samples: a record without fixes.
+fn motion(read: &Read) -> Result<Record, Error> {
+    let imu = &read.header.imu;
+    let axes = read.axes()?;
+    if let Some(gap) = imu.max_gap_s.filter(|g| !(g.is_finite() && *g > 0.0)) {
+        return Err(read.bad("imu.max_gap_s", format!("is {gap}"), "give seconds above 0"));
+    }
+    let (_, second) = read.unit("imu.time", &imu.time.unit, &TIME)?;
+    let (kind, gyro) = read.unit("imu.gyro", &imu.gyro.unit, &GYRO)?;
+    let (kind_a, accel) = read.unit("imu.accel", &imu.accel.unit, &ACCEL)?;
+    if kind != kind_a {
+        let problem = format!(
+            "is in {} while the gyros are in {}",
+            imu.accel.unit, imu.gyro.unit
+        );
+        return Err(read.bad(
+            "imu.accel",
+            problem,
+            "give rates for both or increments for both",
+        ));
+    }
+    let file = File::open(read, "imu", &read.imu_file()?, &imu.separator, imu.names)?;
+    let mut wanted = vec![("time", imu.time.column.as_str())];
+    wanted.extend(imu.gyro.columns.iter().map(|c| ("gyro", c.as_str())));
+    wanted.extend(imu.accel.columns.iter().map(|c| ("accel", c.as_str())));
+    let table = file.table(&wanted, false)?;
+    table.check_rising(0)?;
+    let time: Vec<f64> = table.rows().map(|r| r[0] * second).collect();
+    let step = median_step(&time);
+    let rate_hz = (1.0 / step).round();
+    if !(4.0..=8000.0).contains(&rate_hz) {
+        let problem = format!("has a median step of {step} s");
+        return Err(read.bad(
+            "imu.time",
+            problem,
+            "check the unit; 4 to 8000 samples a second can be used",
+        ));
+    }
+    check(&table, &time, (kind, step), (gyro, accel), imu.max_gap_s)?;
+    let sample = |r: &[f64]| Increment {
+        dtheta: axes.turn([r[1], r[2], r[3]]) * gyro,
+        dv: axes.turn([r[4], r[5], r[6]]) * accel,
+    };
+    let samples: Vec<Increment> = table.rows().map(sample).collect();
+    Ok(Record {
+        file: read.file.clone(),
+        time,
+        samples,
+        kind,
+        rate_hz: rate_hz as usize,
+        fixes: Vec::new(),
+        begin: None,
+    })
+}
+
+/// Values within what a sensor can say, and no gaps.
+fn check(
+    table: &Table,
+    time: &[f64],
+    (kind, step): (Kind, f64),
+    (gyro, accel): (f64, f64),
+    max_gap_s: Option<f64>,
+) -> Result<(), Error> {
+    let (per_sample, longest) = match kind {
+        Kind::Rate => (1.0, max_gap_s.unwrap_or(3.0 * step)),
+        Kind::Increment => (step, 1.5 * step),
+    };
+    let remedy = "check the unit of the gyros; 35 rad/s is the most";
+    table.check_within(1..4, MOST[0] * per_sample / gyro, remedy)?;
+    let remedy = "check the unit of the accelerometers; 1000 m/s2 is the most";
+    table.check_within(4..7, MOST[1] * per_sample / accel, remedy)?;
+    match (1..time.len()).find(|&k| time[k] - time[k - 1] > longest) {
+        Some(k) => {
+            let remedy = "cut the recording there, or for rates raise imu.max_gap_s";
+            Err(table.complain(k, 0, "after a gap", remedy))
+        }
+        None => Ok(()),
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,388 @@
+use super::*;
+use crate::inertial::free_inertial::coast;
+use nalgebra::Vector3;
+use std::fmt::Write;
+use std::path::PathBuf;
+
+const MOVING: &str = r#"
+[imu]
+file = "imu.csv"
+time = { column = "t", unit = "ms" }
+gyro = { columns = ["gx", "gy", "gz"], unit = "deg/s" }
+accel = { columns = ["ax", "ay", "az"], unit = "g" }
+axes = "y x -z"
+
+[gnss]
+file = "gnss.txt"
+separator = "blank"
+names = false
+time = { column = "1", unit = "s" }
+latitude = { column = "2", unit = "deg" }
+longitude = { column = "3", unit = "deg" }
+height = { column = "4", unit = "m" }
+velocity = { columns = ["5", "6", "7"], unit = "m/s", order = "enu" }
+
+[start]
+roll_deg = 0.0
+pitch_deg = 0.0
+heading_deg = 90.0
+"#;
+
+/// Samples in right-forward-up: level, east at 20 m/s; `t` in ms from 1000 s.
+fn imu(n: usize) -> String {
+    let mut text = "status,t,gx,gy,gz,ax,ay,az\n".to_owned();
+    for k in 0..n {
+        writeln!(
+            text,
+            "ok,{},0,0,0.0023,0,0,{}",
+            1_000_000 + 10 * k,
+            9.81 / 9.80665
+        )
+        .unwrap();
+    }
+    text
+}
+
+fn gnss(n: usize) -> String {
+    (0..n)
+        .map(|k| {
+            format!(
+                "{:.1}  45.0 {:.9} 80 20 0 0\n",
+                1000.5 + k as f64,
+                7.0 + 2.537e-4 * k as f64
+            )
+        })
+        .collect()
+}
+
+struct Folder(tempfile::TempDir);
+
+impl Folder {
+    fn new(header: &str, imu: &str, gnss: &str) -> Self {
+        let dir = tempfile::tempdir().unwrap();
+        for (name, text) in [("in.toml", header), ("imu.csv", imu), ("gnss.txt", gnss)] {
+            std::fs::write(dir.path().join(name), text).unwrap();
+        }
+        Self(dir)
+    }
+
+    fn header(&self) -> PathBuf {
+        self.0.path().join("in.toml")
+    }
+
+    fn complaint(&self) -> String {
+        let text = load(&self.header()).unwrap_err().to_string();
+        assert!(
+            text.contains("; remedy: ") && !text.contains('\n'),
+            "{text}"
+        );
+        text.replace(&format!("{}/", self.0.path().display()), "")
+    }
+}
+
+#[test]
+fn rates_with_fixes_become_a_session_that_navigates() {
+    let folder = Folder::new(MOVING, &imu(601), &gnss(6));
+    let s = load(&folder.header()).unwrap();
+    assert_eq!(
+        (s.epochs(), s.counts.len(), s.standstill, s.dt),
+        (5, 500, 0, 0.01)
+    );
+    assert_eq!(s.sigmas, [1.0, 1.0, 1.5, 0.05, 0.05, 0.05]);
+    assert!((s.fixes[3].velocity - Vector3::new(0.0, 20.0, 0.0)).norm() < 1e-12);
+    // begins at the first fix, and the fixes are those of the file
+    assert!((s.fixes[2].position.lon / DEG - (7.0 + 2.0 * 2.537e-4)).abs() < 1e-12);
+    // counts are right, forward, up turned to forward, right, down
+    let word = s.increments()[7];
+    assert!((word.dtheta.z + 0.0023 * DEG * 0.01).abs() < 2e-9);
+    assert!((word.dv.z + 0.0981).abs() < 2e-8);
+    let end = coast(&s, &s.increments(), s.reference[0], 0, 5).position[5];
+    assert!(end.xy().norm() < 0.3, "{end}"); // Coriolis acceleration of 2 mm/s2 and Earth's turn are in no made-up sample
+}
+
+#[test]
+fn the_documented_example_is_a_header() {
+    let doc: String = include_str!("mod.rs")
+        .lines()
+        .skip_while(|l| *l != "//! ```toml")
+        .skip(1)
+        .take_while(|l| *l != "//! ```")
+        .map(|l| l.trim_start_matches("//!").to_owned() + "\n")
+        .collect();
+    let header: Header = toml::from_str(&doc).unwrap();
+    assert_eq!(header.start.standstill_s, Some(300));
+    // and all that is commented out is a key, too
+    let all = doc
+        .replace("# separator", "separator")
+        .replace("# names", "names")
+        .replace("# max_gap", "max_gap");
+    toml::from_str::<Header>(&all).unwrap();
+}
+
+#[test]
+fn increments_at_rest_need_only_a_site() {
+    let header = r#"
+[imu]
+file = "imu.csv"
+separator = ";"
+names = false
+time = { column = "1", unit = "s" }
+gyro = { columns = ["2", "3", "4"], unit = "arcsec" }
+accel = { columns = ["5", "6", "7"], unit = "m/s" }
+axes = "x y z"
+[start]
+standstill_s = 90
+latitude_deg = 34.0
+longitude_deg = 108.0
+height_m = 380.0
+"#;
+    let rows: String = (0..10_000)
+        .map(|k| {
+            format!(
+                "{:.3};0.25;0;-0.5;0;0.001;-0.049\n",
+                50.0 + 0.005 * f64::from(k)
+            )
+        })
+        .collect();
+    let folder = Folder::new(header, &rows, "");
+    assert!(
+        folder
+            .complaint()
+            .starts_with("in.toml: 'time' covers 50 s, all of it within the standstill of 90 s")
+    );
+    let rows: String = (0..20_000)
+        .map(|k| {
+            format!(
+                "{:.3};0.25;0;-0.5;0;0.001;-0.049\n",
+                50.0 + 0.005 * f64::from(k)
+            )
+        })
+        .collect();
+    let s = load(&Folder::new(header, &rows, "").header()).unwrap();
+    assert_eq!(
+        (s.epochs(), s.counts.len(), s.standstill),
+        (100, 20_000, 90)
+    );
+    let sum: i64 = s.counts.iter().map(|c| i64::from(c.dtheta[2])).sum();
+    let want = -0.5 * crate::inertial::units::ARCSEC / 1e-9 * 20_000.0;
+    assert!((sum as f64 - want).abs() <= 1.0, "{sum} {want}");
+    assert_eq!(s.fixes[99].velocity, Vector3::zeros());
+    // a lost increment is lost motion
+    let lost = rows.replace("50.050;0.25;0;-0.5;0;0.001;-0.049\n", "");
+    let why = Folder::new(header, &lost, "").complaint();
+    assert!(
+        why.starts_with("imu.csv:11: column '1': '50.055' is after a gap"),
+        "{why}"
+    );
+}
+
+#[test]
+fn fixes_may_stand_beside_the_samples_and_lack_a_velocity() {
+    let header = MOVING
+        .replace(
+            "file = \"gnss.txt\"\nseparator = \"blank\"\nnames = false\n",
+            "",
+        )
+        .replace(
+            "velocity = { columns = [\"5\", \"6\", \"7\"], unit = \"m/s\", order = \"enu\" }\n",
+            "",
+        );
+    let gnss_at = header.find("[gnss]").unwrap();
+    let (first, second) = header.split_at(gnss_at);
+    let second = second
+        .replace("\"1\", unit = \"s\"", "\"t\", unit = \"ms\"")
+        .replace("\"2\"", "\"lat\"")
+        .replace("\"3\"", "\"lon\"")
+        .replace("\"4\"", "\"h\"");
+    let header = format!("{first}{second}");
+    let mut rows = String::new();
+    for (k, line) in imu(501).lines().enumerate() {
+        let fix = match k {
+            0 => ",lat,lon,h".to_owned(),
+            _ if k % 100 == 51 => format!(",45,{:.9},80", 7.0 + 2.537e-6 * (k - 1) as f64),
+            _ => ",,,".to_owned(),
+        };
+        rows += &format!("{line}{fix}\n");
+    }
+    let s = load(&Folder::new(&header, &rows, "").header()).unwrap();
+    assert_eq!(s.epochs(), 4);
+    assert_eq!(s.sigmas[3..], [1e3; 3]);
+    assert!(
+        (s.fixes[2].velocity.y - 20.0).abs() < 0.02,
+        "{}",
+        s.fixes[2].velocity
+    );
+    let half = rows.replacen(",45,", ",,", 1);
+    let why = Folder::new(&header, &half, "").complaint();
+    assert!(
+        why.starts_with("imu.csv:52: column 'lat': 'NaN' is missing"),
+        "{why}"
+    );
+}
+
+#[test]
+fn every_fault_of_the_header_is_named() {
+    for (from, to, start) in [
+        (
+            "file = \"imu.csv\"",
+            "flie = \"imu.csv\"",
+            "in.toml:3: 'flie' unknown field",
+        ),
+        (
+            "unit = \"deg/s\"",
+            "unit = 3",
+            "in.toml:5: 'gyro' invalid type",
+        ),
+        (
+            "unit = \"deg/s\"",
+            "unit = \"rpm\"",
+            "in.toml: 'imu.gyro' has the unit 'rpm'; remedy: use one of rad/s, ",
+        ),
+        (
+            "unit = \"deg/s\"",
+            "unit = \"deg\"",
+            "in.toml: 'imu.accel' is in g while the gyros are in deg;",
+        ),
+        (
+            "\"gy\"",
+            "\"gyro y\"",
+            "in.toml: 'imu.gyro' names column 'gyro y', which imu.csv does not have; remedy: use one of status, t,",
+        ),
+        (
+            "y x -z",
+            "x y up",
+            "in.toml: 'imu.axes' is 'x y up' and may name",
+        ),
+        (
+            "\"blank\"",
+            "\"none\"",
+            "in.toml: 'gnss.separator' is 'none'",
+        ),
+        (
+            "\"enu\"",
+            "\"nwu\"",
+            "in.toml: 'gnss.velocity' has the order 'nwu'",
+        ),
+        ("heading_deg = 90.0", "", "in.toml: 'start' says neither"),
+        (
+            "heading_deg = 90.0",
+            "heading_deg = nan",
+            "in.toml: 'start.heading_deg' is NaN",
+        ),
+        (
+            "roll_deg = 0.0\npitch_deg = 0.0\nheading_deg = 90.0",
+            "standstill_s = 30",
+            "in.toml: 'start.standstill_s' is 30",
+        ),
+        (
+            "unit = \"ms\"",
+            "unit = \"s\"",
+            "in.toml: 'imu.time' has a median step of 10 s",
+        ),
+        (
+            "axes =",
+            "max_gap_s = -1.0\naxes =",
+            "in.toml: 'imu.max_gap_s' is -1",
+        ),
+        ("imu.csv", "imo.csv", "imo.csv: no such file"),
+        (
+            "[gnss]",
+            "[gnss]\nposition_sigma_m = [0.0, 1.0, 1.0]",
+            "in.toml: 'gnss' has the standard deviation 0",
+        ),
+        ("\"s\" }", "\"ms\" }", "in.toml: 'time' has no whole second"),
+    ] {
+        let header = MOVING.replacen(from, to, 1);
+        let why = Folder::new(&header, &imu(601), &gnss(6)).complaint();
+        assert!(why.starts_with(start), "{why}");
+    }
+    let header = MOVING.split("[gnss]").next().unwrap().to_owned() + "[start]\nstandstill_s = 90\n";
+    let why = Folder::new(&header, &imu(601), "").complaint();
+    assert!(
+        why.starts_with("in.toml: 'start' does not give the site"),
+        "{why}"
+    );
+    assert!(matches!(
+        load(Path::new("no/such.toml")),
+        Err(Error::Missing { .. })
+    ));
+}
+
+#[test]
+fn every_fault_of_the_data_is_named() {
+    let imu_text = imu(601);
+    for (from, to, start) in [
+        (
+            "ok,1000070,0,",
+            "ok,1000070,x,",
+            "imu.csv:9: column 'gx': 'x' is not a number",
+        ),
+        (
+            "ok,1000070,0,",
+            "ok,1000070,3000,",
+            "imu.csv:9: column 'gx': '3000' is out of range; remedy: check the unit of the gyros",
+        ),
+        (
+            "ok,1000070,0,",
+            "ok,1000060,0,",
+            "imu.csv:9: column 't': time 1000060 follows 1000060",
+        ),
+        (
+            "ok,1000070,0,",
+            "ok,",
+            "imu.csv:9: 6 columns where the header names 8",
+        ),
+        ("ok,1000070,", "ok,1000079.999,", "imu.csv:9: column 't'"),
+    ] {
+        let changed = imu_text.replace(from, to);
+        let folder = Folder::new(MOVING, &changed, &gnss(6));
+        if to.contains("79.999") {
+            load(&folder.header()).unwrap(); // jitter within bounds is used as it is
+        } else {
+            let why = folder.complaint();
+            assert!(why.starts_with(start), "{why}");
+        }
+    }
+    let hole: String = imu_text
+        .lines()
+        .enumerate()
+        .filter(|(k, _)| !(100..104).contains(k))
+        .map(|(_, l)| format!("{l}\n"))
+        .collect();
+    let why = Folder::new(MOVING, &hole, &gnss(6)).complaint();
+    assert!(
+        why.starts_with("imu.csv:101: column 't': '1001030' is after a gap"),
+        "{why}"
+    );
+    let fixes = gnss(6);
+    for (from, to, start) in [
+        (
+            "1002.5  45.0",
+            "1002.5  95.0",
+            "gnss.txt:3: column '2': '95' is with its longitude and height no place",
+        ),
+        (
+            "1002.5",
+            "1000.5",
+            "gnss.txt:3: column '1': '1000.5' is not after the fix before",
+        ),
+        (
+            "1005.5",
+            "1008.1",
+            "gnss.txt:6: column '1': '1008.1' is after a gap",
+        ),
+        (
+            "1002.5  45.0",
+            "1002.5",
+            "gnss.txt:3: 6 columns where the header names 7",
+        ),
+    ] {
+        let why = Folder::new(MOVING, &imu_text, &fixes.replace(from, to)).complaint();
+        assert!(why.starts_with(start), "{why}");
+    }
+    let why = Folder::new(MOVING, &imu_text, &gnss(1)).complaint();
+    assert!(
+        why.starts_with("in.toml: 'gnss' has fewer than two fixes"),
+        "{why}"
+    );
+}

@@ -1,0 +1,269 @@
+//! The text files of KF-GINS (i2Nav, Wuhan University): columns between blanks or commas, no line of names.
+//!
+//! ```text
+//! IMU    second of week | dtheta x, y, z, rad | dv x, y, z, m/s | further columns are not read
+//! GNSS   second of week | latitude, longitude, deg | height, m | standard deviations north, east, down, m              (7 columns)
+//!        second of week | latitude, longitude, deg | height, m | velocity north, east, down, m/s | standard deviations of both (13)
+//! truth  week | second of week | latitude, longitude, deg | height, m | velocity north, east, down, m/s | roll, pitch, yaw, deg
+//! ```
+//!
+//! Body axes are forward-right-down, the time of a sample is the end of its interval, heights are above the ellipsoid. KF-GINS documents
+//! the 7 columns; its reader also takes 13, of which it uses what the 7 hold. Positions are those of the antenna: its lever arm, which KF-GINS
+//! keeps in its own configuration, is not known here, so a long one must be taken out before. Written numbers are the shortest that
+//! read back to the same bits. Seconds of week do not pass 604 800 in KF-GINS, so a recording over a week's end is refused both ways.
+
+use crate::error::Error;
+use crate::inertial::earth::Geodetic;
+use crate::inertial::rotation::from_euler;
+use crate::inertial::sins::{Increment, NavState};
+use crate::inertial::units::DEG;
+use crate::output::write_atomic;
+use crate::recordings::build::{Begin, MOST_GAP_S};
+use crate::recordings::input::{Layout, Separator, Source, Table};
+use crate::recordings::record::{Kind, Record, TimedFix, median_step};
+use crate::recordings::track::Track;
+use nalgebra::Vector3;
+use std::fmt::Write;
+use std::path::Path;
+
+/// Seconds in a week.
+pub const WEEK_S: f64 = 604_800.0;
+
+const IMU: [&str; 7] = [
+    "time_s",
+    "dtheta_x_rad",
+    "dtheta_y_rad",
+    "dtheta_z_rad",
+    "dv_x_mps",
+    "dv_y_mps",
+    "dv_z_mps",
+];
+const GNSS: [&str; 7] = [
+    "time_s",
+    "lat_deg",
+    "lon_deg",
+    "height_m",
+    "sigma_north_m",
+    "sigma_east_m",
+    "sigma_down_m",
+];
+const GNSS_VELOCITY: [&str; 13] = [
+    "time_s",
+    "lat_deg",
+    "lon_deg",
+    "height_m",
+    "v_north_mps",
+    "v_east_mps",
+    "v_down_mps",
+    "sigma_north_m",
+    "sigma_east_m",
+    "sigma_down_m",
+    "sigma_v_north_mps",
+    "sigma_v_east_mps",
+    "sigma_v_down_mps",
+];
+const TRUTH: [&str; 11] = [
+    "week",
+    "time_s",
+    "lat_deg",
+    "lon_deg",
+    "height_m",
+    "v_north_mps",
+    "v_east_mps",
+    "v_down_mps",
+    "roll_deg",
+    "pitch_deg",
+    "yaw_deg",
+];
+
+/// Reads the pair of files.
+///
+/// # Errors
+/// Any fault of the files, with line and column.
+pub fn read(imu: &Path, gnss: &Path, begin: Option<Begin>) -> Result<Record, Error> {
+    let table = table(imu, &[&IMU], true)?;
+    table.check_rising(0)?;
+    table.check_within(1..4, 2.0, "give angle increments in rad")?;
+    table.check_within(4..7, 20.0, "give velocity increments in m/s")?;
+    let time: Vec<f64> = table.rows().map(|r| r[0]).collect();
+    let step = median_step(&time);
+    let rate_hz = (1.0 / step).round();
+    if !(4.0..=8000.0).contains(&rate_hz) {
+        return Err(table.complain(
+            table.len() - 1,
+            0,
+            "not one of 4 to 8000 samples a second",
+            "give times in s",
+        ));
+    }
+    if let Some(k) = (1..time.len()).find(|&k| time[k] - time[k - 1] > 1.5 * step) {
+        return Err(table.complain(k, 0, "after a gap", "cut the recording there"));
+    }
+    Ok(Record {
+        file: imu.to_path_buf(),
+        samples: table.rows().map(increment).collect(),
+        time,
+        kind: Kind::Increment,
+        rate_hz: rate_hz as usize,
+        fixes: fixes(gnss)?,
+        begin,
+    })
+}
+
+/// Reads a file of true states.
+///
+/// # Errors
+/// Any fault of the file, with line and column.
+pub fn read_truth(file: &Path) -> Result<Track, Error> {
+    let table = table(file, &[&TRUTH], false)?;
+    table.check_rising(1)?;
+    table.check_within(2..3, 89.9, "give a latitude in degrees, not at a pole")?;
+    table.check_within(3..4, 360.0, "give a longitude in degrees")?;
+    table.check_within(4..5, 20_000.0, "give a height in m")?;
+    table.check_within(8..11, 360.0, "give angles in degrees")?;
+    let state = |r: &[f64]| NavState {
+        position: Geodetic {
+            lat: r[2] * DEG,
+            lon: r[3] * DEG,
+            h: r[4],
+        },
+        velocity: Vector3::new(r[5], r[6], r[7]),
+        q_bn: from_euler(r[8] * DEG, r[9] * DEG, r[10] * DEG),
+    };
+    let time = table.rows().map(|r| r[1]).collect();
+    Ok(Track::new(time, table.rows().map(state).collect()))
+}
+
+/// How a record is written.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Form {
+    /// Added to all times, s, to make seconds of week of them.
+    pub shift_s: f64,
+    /// 13 columns with velocities instead of 7.
+    pub velocity: bool,
+}
+
+/// Writes a record as the pair of files, each whole or not at all.
+///
+/// # Errors
+/// Times that are no seconds of a week; velocities asked for that are not there; [`Error::Unwritable`].
+pub fn write(record: &Record, form: Form, imu: &Path, gnss: &Path) -> Result<(), Error> {
+    let refused = |option: &str, problem: String, remedy: &str| Error::Option {
+        option: option.into(),
+        problem,
+        remedy: remedy.into(),
+    };
+    if form.velocity && !record.has_velocity() {
+        let problem = "the recording has no velocities".into();
+        return Err(refused("--velocity", problem, "leave it out"));
+    }
+    let (time, words) = record.increments();
+    let second = |t: f64| t + form.shift_s;
+    let all = time.iter().chain(record.fixes.iter().map(|f| &f.time));
+    if let Some(t) = all
+        .map(|t| second(*t))
+        .find(|t| !(0.0..=WEEK_S).contains(t))
+    {
+        let problem = format!("{t} s is no second of a week");
+        let remedy = "give with --shift what makes seconds of week of the recording's times";
+        return Err(refused("--shift", problem, remedy));
+    }
+    let mut text = String::new();
+    for (t, w) in time.iter().zip(&words) {
+        let row = [w.dtheta.x, w.dtheta.y, w.dtheta.z, w.dv.x, w.dv.y, w.dv.z];
+        line(&mut text, second(*t), &row);
+    }
+    let mut fixes = String::new();
+    for f in &record.fixes {
+        let mut row = vec![f.lat_deg, f.lon_deg, f.height_m];
+        let sigmas = if form.velocity { 6 } else { 3 };
+        row.extend(f.velocity.filter(|_| form.velocity).into_iter().flatten());
+        row.extend(&f.sigmas[..sigmas]);
+        line(&mut fixes, second(f.time), &row);
+    }
+    write_atomic(imu, text.as_bytes())?;
+    write_atomic(gnss, fixes.as_bytes())
+}
+
+/// A time and numbers in the fewest digits that read back to the same bits; small numbers with an exponent.
+fn line(text: &mut String, time: f64, row: &[f64]) {
+    // writing to a string cannot fail
+    let _ = write!(text, "{time}");
+    for x in row {
+        let _ = match x.abs() {
+            size if size < 1e-3 => write!(text, " {x:e}"),
+            _ => write!(text, " {x}"),
+        };
+    }
+    text.push('\n');
+}
+
+/// The columns of a file that has one of the numbers of columns known, or also more with `more`.
+fn table(file: &Path, known: &[&[&str]], more: bool) -> Result<Table, Error> {
+    let source = Source::open(file)?;
+    let separator = Separator::BlankOrComma;
+    let there = source
+        .lines()
+        .next()
+        .map_or(0, |(_, l)| separator.split(l).len());
+    let names = known.iter().find(|names| names.len() == there);
+    let names = names.unwrap_or(&known[0]);
+    let mut all: Vec<String> = names.iter().map(ToString::to_string).collect();
+    if more {
+        all.extend((all.len()..there).map(|k| (k + 1).to_string()));
+    }
+    let wanted: Vec<usize> = (0..names.len()).collect();
+    let layout = Layout {
+        separator,
+        skip: 0,
+        names: &all,
+        wanted: &wanted,
+        gaps: false,
+    };
+    Table::read(&source, &layout)
+}
+
+fn increment(row: &[f64]) -> Increment {
+    Increment {
+        dtheta: Vector3::new(row[1], row[2], row[3]),
+        dv: Vector3::new(row[4], row[5], row[6]),
+    }
+}
+
+fn fixes(file: &Path) -> Result<Vec<TimedFix>, Error> {
+    let table = table(file, &[&GNSS, &GNSS_VELOCITY], false)?;
+    table.check_rising(0)?;
+    table.check_within(1..2, 89.9, "give a latitude in degrees, not at a pole")?;
+    table.check_within(2..3, 360.0, "give a longitude in degrees")?;
+    table.check_within(3..4, 20_000.0, "give a height in m")?;
+    let mut out: Vec<TimedFix> = Vec::with_capacity(table.len());
+    for (k, r) in table.rows().enumerate() {
+        let with_velocity = r.len() == GNSS_VELOCITY.len();
+        let first = if with_velocity { 7 } else { 4 };
+        if let Some(c) = (first..r.len()).find(|&c| r[c] <= 0.0) {
+            let remedy = "give a number above 0";
+            return Err(table.complain(k, c, "no standard deviation", remedy));
+        }
+        if out
+            .last()
+            .is_some_and(|before| r[0] - before.time > MOST_GAP_S)
+        {
+            let fault = "after a gap of more than 2.5 s";
+            return Err(table.complain(k, 0, fault, "cut the recording there"));
+        }
+        let mut sigmas = [1.0; 6];
+        sigmas[..r.len() - first].copy_from_slice(&r[first..]);
+        out.push(TimedFix {
+            time: r[0],
+            lat_deg: r[1],
+            lon_deg: r[2],
+            height_m: r[3],
+            velocity: with_velocity.then(|| [r[4], r[5], r[6]]),
+            sigmas,
+        });
+    }
+    Ok(out)
+}
+
+#[cfg(test)]
+mod tests;

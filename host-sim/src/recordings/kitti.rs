@@ -1,0 +1,201 @@
+//! Road drives of KITTI raw (OXTS RT3003): rates and specific force, forward-left-up, with the unit's own solution as reference.
+//!
+//! The CSV files come from mkutay/nn-dead-reckoning and are CC BY-NC-SA 3.0, so they stay out of this repository. Positions are east,
+//! north, up in metres from the first sample; attitude is roll, pitch (nose down positive) and yaw counter-clockwise from east. The
+//! time stamps are nearly 10 ms apart; a few, on which the recorder stalled, are 60 ms late and go back afterwards: those are put between
+//! their neighbours, all others are used as they are. Residual accelerations look like noise of the reference, so these drives are good
+//! for mechanisation and loader and say little about learning.
+
+use crate::error::Error;
+use crate::inertial::earth::Geodetic;
+use crate::inertial::rotation::from_euler;
+use crate::inertial::session::{EPOCH_S, Session};
+use crate::inertial::sins::{Increment, NavState};
+use crate::inertial::units::DEG;
+use crate::recordings::axes::Axes;
+use crate::recordings::build::referenced;
+use crate::recordings::input::Table;
+use crate::recordings::track::Track;
+use crate::recordings::words::{FINE, Running, quantise};
+use nalgebra::Vector3;
+use std::f64::consts::FRAC_PI_2;
+use std::path::Path;
+
+/// First line of the files.
+pub const HEADER: &str = "time_s,wx_radps,wy_radps,wz_radps,fx_mps2,fy_mps2,fz_mps2,east_m,north_m,up_m,ve_mps,vn_mps,vu_mps,\
+roll_rad,pitch_rad,yaw_ccw_from_east_rad";
+
+/// The drives: number, and samples at the start to leave out (0020 begins with a hole of 1.7 s).
+pub const DRIVES: [(&str, usize); 4] = [("0020", 2), ("0027", 0), ("0033", 0), ("0034", 0)];
+
+/// Nominal word period, s.
+const DT: f64 = 0.01;
+/// A stamp so far off its neighbours' course is the recorder's, not the sensor's, s.
+const STALLED: f64 = 0.02;
+/// Neighbours either side that set the course.
+const COURSE: usize = 25;
+/// Karlsruhe; the files do not say where they were taken more exactly. 0.1 deg of latitude changes gravity by 9 ug.
+const HOME: [f64; 3] = [49.0, 8.4, 110.0];
+/// The reference as fixes (assumed).
+pub const SIGMAS: [f64; 6] = [0.1, 0.1, 0.2, 0.05, 0.05, 0.05];
+
+/// Reads a drive without its first `skip` samples. Counts are of [`FINE`] value.
+///
+/// # Errors
+/// Any fault of the file, with line and column.
+pub fn session(file: &Path, skip: usize) -> Result<Session, Error> {
+    let table = Table::with_header(file, HEADER)?;
+    let (rate, force) = ("give rates in rad/s", "give specific force in m/s2");
+    table.check_within(1..4, 35.0, rate)?;
+    table.check_within(4..7, 1000.0, force)?;
+    let stamps: Vec<f64> = table.rows().skip(skip).map(|r| r[0]).collect();
+    let time = straightened(&stamps);
+    if let Some(k) = (1..time.len()).find(|&k| !(1e-4..5.0 * DT).contains(&(time[k] - time[k - 1])))
+    {
+        let remedy = "give samples 10 ms apart, or leave out those before a hole";
+        return Err(table.complain(skip + k, 0, "not 10 ms after the sample before", remedy));
+    }
+    let first = time.first().copied().unwrap_or_default();
+    let epochs = ((time.last().copied().unwrap_or_default() - first) / EPOCH_S) as usize;
+    if epochs == 0 {
+        return Err(table.complain(
+            table.len() - 1,
+            0,
+            "too early an end",
+            "give at least one second",
+        ));
+    }
+    let rates: Vec<Increment> = table.rows().skip(skip).map(sample).collect();
+    let states: Vec<NavState> = table.rows().skip(skip).map(state).collect();
+    let per_epoch = (EPOCH_S / DT).round() as usize;
+    let words = Running::of_rates(&time, &rates).words(first, DT, epochs * per_epoch);
+    let counts =
+        quantise(&words, &FINE).map_err(|k| table.complain(skip + k, 1, "out of range", rate))?;
+    let track = Track::new(time, states);
+    let reference: Vec<NavState> = (0..=epochs)
+        .map(|k| track.at(first + k as f64 * EPOCH_S))
+        .collect();
+    Ok(referenced(DT, (counts, FINE), reference, SIGMAS))
+}
+
+/// Stamps with those that the recorder displaced put where the course of their neighbours has them: the median, over the neighbours, of
+/// how far a stamp is from its place on an even grid.
+fn straightened(stamps: &[f64]) -> Vec<f64> {
+    let lag: Vec<f64> = (0..stamps.len())
+        .map(|k| stamps[k] - k as f64 * DT)
+        .collect();
+    let course = |k: usize| {
+        let mut near = lag[k.saturating_sub(COURSE)..(k + COURSE + 1).min(lag.len())].to_vec();
+        near.sort_by(f64::total_cmp);
+        near[near.len() / 2]
+    };
+    let place = |k: usize| {
+        let even = k as f64 * DT + course(k);
+        if (stamps[k] - even).abs() > STALLED {
+            even
+        } else {
+            stamps[k]
+        }
+    };
+    (0..stamps.len()).map(place).collect()
+}
+
+fn sample(row: &[f64]) -> Increment {
+    let axes = Axes::FORWARD_LEFT_UP;
+    Increment {
+        dtheta: axes.turn([row[1], row[2], row[3]]),
+        dv: axes.turn([row[4], row[5], row[6]]),
+    }
+}
+
+fn state(row: &[f64]) -> NavState {
+    let home = Geodetic {
+        lat: HOME[0] * DEG,
+        lon: HOME[1] * DEG,
+        h: HOME[2],
+    };
+    NavState {
+        position: home.displaced(&Vector3::new(row[8], row[7], -row[9])),
+        velocity: Vector3::new(row[11], row[10], -row[12]),
+        q_bn: from_euler(row[13], -row[14], FRAC_PI_2 - row[15]),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::inertial::free_inertial::free_inertial;
+    use crate::recordings::input::tests::{file, message};
+
+    /// A drive of `n` samples on the road east at 10 m/s, with one line changed.
+    fn drive(n: usize, change: Option<(usize, &str)>) -> String {
+        let mut text = format!("{HEADER}\n");
+        for k in 0..n {
+            let t = k as f64 * DT;
+            let row = format!("{t:.4},0,0,0,0,0,9.81,{:.3},0,0,10,0,0,0,0,0", 10.0 * t);
+            text += change.filter(|c| c.0 == k).map_or(row.as_str(), |c| c.1);
+            text.push('\n');
+        }
+        text
+    }
+
+    #[test]
+    fn axes_and_attitude_are_turned_to_ours() {
+        let row = [
+            0.0, 0.1, 0.2, 0.3, 1.0, 2.0, 3.0, 5.0, 7.0, 9.0, 0.5, 0.7, 0.9, 0.01, 0.02, 0.3,
+        ];
+        let s = sample(&row);
+        assert_eq!(s.dtheta, Vector3::new(0.1, -0.2, -0.3));
+        assert_eq!(s.dv, Vector3::new(1.0, -2.0, -3.0));
+        let nav = state(&row);
+        assert_eq!(nav.velocity, Vector3::new(0.7, 0.5, -0.9));
+        // body forward axis of the file: yaw from east, pitch nose down
+        let forward = nav.q_bn * Vector3::x();
+        let (sy, cy) = 0.3f64.sin_cos();
+        let (sp, cp) = 0.02f64.sin_cos();
+        assert!(
+            (forward - Vector3::new(sy * cp, cy * cp, sp)).norm() < 1e-12,
+            "{forward}"
+        );
+    }
+
+    #[test]
+    fn stalled_stamps_are_put_back_and_holes_refused() {
+        let late = "1.0600,0,0,0,0,0,9.81,10,0,0,10,0,0,0,0,0";
+        let (_dir, path) = file("in.csv", drive(301, Some((100, late))).as_bytes());
+        let got = session(&path, 0).unwrap();
+        assert_eq!(
+            (got.epochs(), got.counts.len(), got.reference.len()),
+            (3, 300, 4)
+        );
+        // a coast over 3 s of level road: only Coriolis and the file's rounded gravity are left
+        assert!(free_inertial(&got).position[3].xy().norm() < 0.05);
+        let text = drive(301, None);
+        let hole: String = text
+            .lines()
+            .enumerate()
+            .filter(|(k, _)| !(150..160).contains(k))
+            .map(|(_, l)| format!("{l}\n"))
+            .collect();
+        let (_dir, path) = file("in.csv", hole.as_bytes());
+        let why = message(&session(&path, 0).unwrap_err());
+        assert!(
+            why.starts_with(
+                "in.csv:151: column 'time_s': '1.59' is not 10 ms after the sample before"
+            ),
+            "{why}"
+        );
+        let (_dir, path) = file("in.csv", drive(50, None).as_bytes());
+        assert!(message(&session(&path, 0).unwrap_err()).contains("too early an end"));
+        assert!(message(&session(&path, 60).unwrap_err()).contains("too early an end"));
+        let (_dir, path) = file(
+            "in.csv",
+            drive(301, Some((7, "0.07,99,0,0,0,0,9.81,0,0,0,0,0,0,0,0,0"))).as_bytes(),
+        );
+        let why = message(&session(&path, 0).unwrap_err());
+        assert_eq!(
+            why,
+            "in.csv:9: column 'wx_radps': '99' is out of range; remedy: give rates in rad/s"
+        );
+    }
+}

@@ -1,0 +1,363 @@
+//! Recorded `NovAtel` binary logs: raw increments and the receiver's own solution.
+//!
+//! The product's own framer and views read the stream ([`firmware::wire::novatel`]), so a replay tests them, too. Raw increments stay the
+//! sensor's counts. INSPVAS is reference and fix at once; without it there is no position to begin with. IMURATECORRIMUS is read but
+//! never becomes a session: gravity, Earth rate and the receiver's estimates of the biases are already taken out of it.
+
+use crate::error::Error;
+use crate::inertial::earth::Geodetic;
+use crate::inertial::rotation::from_euler;
+use crate::inertial::session::{EPOCH_S, Session, to_si};
+use crate::inertial::sins::NavState;
+use crate::inertial::units::DEG;
+use crate::recordings::axes::Axes;
+use crate::recordings::build::{Begin, complain, referenced};
+use crate::recordings::record::{Record, TimedFix};
+use crate::recordings::track::Track;
+use firmware::sample::{Counts, Lsb};
+use firmware::wire::framer::{Kind, LONGEST};
+use firmware::wire::novatel::inspvas::Inspvas;
+use firmware::wire::novatel::{Frame, ImuType};
+use firmware::wire::{Axes as Valid, Format, Framer};
+use nalgebra::Vector3;
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+/// Message number of IMURATECORRIMUS (short header).
+const CORRECTED: u16 = 1362;
+/// Its payload: week u32, second f64, then six f64.
+const CORRECTED_PAYLOAD: usize = 60;
+const WEEK_S: f64 = 604_800.0;
+/// The receiver's solution as fixes (assumed: it is smooth, so that its differences matter).
+const SIGMAS: [f64; 6] = [0.1, 0.1, 0.1, 0.02, 0.02, 0.02];
+
+/// One raw sample.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Raw {
+    /// Time of the end of the interval, s since the start of GPS time, to 0.2 us.
+    pub time: f64,
+    /// The same as in the log: GPS week.
+    pub week: u16,
+    /// Second of that week.
+    pub second_of_week: f64,
+    /// IMU, of logs that say so.
+    pub kind: Option<ImuType>,
+    /// Angle counts, sensor's x, y, z.
+    pub gyro: [i32; 3],
+    /// Velocity counts.
+    pub accel: [i32; 3],
+    /// Whether the log calls all six good.
+    pub good: bool,
+}
+
+/// One IMURATECORRIMUS sample: increments less gravity, Earth rate and estimated biases, x right, y forward, z up.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Corrected {
+    /// Time, s since the start of GPS time.
+    pub time: f64,
+    /// Angle increments x (pitch), y (roll), z (yaw), rad.
+    pub dtheta: [f64; 3],
+    /// Velocity increments x (lateral), y (longitudinal), z (vertical), m/s.
+    pub dv: [f64; 3],
+}
+
+/// What a file holds.
+#[derive(Debug, Clone, Default)]
+pub struct Recording {
+    /// Path as given.
+    pub file: PathBuf,
+    /// Good messages by number.
+    pub messages: BTreeMap<u16, usize>,
+    /// Start marks with a wrong CRC.
+    pub damaged: usize,
+    /// Bytes of no message. Messages of more than 256 bytes are among them: the framer lets them through unread.
+    pub garbage: usize,
+    /// Raw samples in the order of the file.
+    pub raw: Vec<Raw>,
+    /// IMURATECORRIMUS.
+    pub corrected: Vec<Corrected>,
+    /// INSPVAS.
+    pub ins: Vec<Inspvas>,
+}
+
+/// Reads a file.
+///
+/// # Errors
+/// [`Error::Missing`], [`Error::Unreadable`], or no message in it.
+pub fn read(file: &Path) -> Result<Recording, Error> {
+    let bytes = std::fs::read(file).map_err(|e| Error::reading(file, e))?;
+    let mut out = Recording {
+        file: file.to_path_buf(),
+        ..Recording::default()
+    };
+    let mut framer = Framer::new(Format::Novatel);
+    for piece in bytes.chunks(LONGEST) {
+        framer.push(piece);
+        while let Some(event) = framer.next_event() {
+            out.take(event.kind(), event.bytes());
+        }
+    }
+    while let Some(event) = framer.flush() {
+        out.take(event.kind(), event.bytes());
+    }
+    if out.messages.is_empty() {
+        let problem = format!("has {} bytes and no good message", bytes.len());
+        return Err(complain(
+            file,
+            "NovAtel log",
+            problem,
+            "give a binary log of an OEM receiver",
+        ));
+    }
+    Ok(out)
+}
+
+impl Recording {
+    fn take(&mut self, kind: Kind, bytes: &[u8]) {
+        match kind {
+            Kind::Frame | Kind::Other => self.message(bytes),
+            Kind::BadChecksum => {
+                self.damaged += 1;
+                self.garbage += bytes.len();
+            }
+            Kind::Garbage | Kind::Unknown => self.garbage += bytes.len(),
+        }
+    }
+
+    fn message(&mut self, bytes: &[u8]) {
+        // good messages have a whole header, so the number is there
+        let id = bytes
+            .get(4..6)
+            .map_or(0, |b| u16::from_le_bytes([b[0], b[1]]));
+        *self.messages.entry(id).or_default() += 1;
+        if let Ok(frame) = Frame::new_checked(bytes) {
+            let week = match frame.log().header_len() {
+                12 => bytes.get(6..8),
+                _ => bytes.get(14..16),
+            };
+            let week = week.map_or(0, |b| u16::from_le_bytes([b[0], b[1]]));
+            self.raw.push(Raw {
+                time: f64::from(week) * WEEK_S + frame.second_of_week(),
+                week,
+                second_of_week: frame.second_of_week(),
+                kind: frame.info().map(|(_, kind)| kind),
+                gyro: frame.gyro(),
+                accel: frame.accel(),
+                good: frame.reading().valid == Valid::ALL,
+            });
+        } else if let Ok(ins) = Inspvas::parse(bytes) {
+            self.ins.push(ins);
+        } else if id == CORRECTED && bytes.len() == 12 + CORRECTED_PAYLOAD + 4 {
+            self.corrected.extend(corrected(&bytes[12..]));
+        }
+    }
+
+    /// The track of INSPVAS, duplicates left out; `None` without any.
+    fn track(&self) -> Option<Track> {
+        let mut time: Vec<f64> = Vec::new();
+        let mut states = Vec::new();
+        for ins in &self.ins {
+            let t = f64::from(ins.week) * WEEK_S + ins.second_of_week;
+            if time.last().is_none_or(|last| t > *last) {
+                time.push(t);
+                states.push(state(ins));
+            }
+        }
+        (!time.is_empty()).then(|| Track::new(time, states))
+    }
+
+    fn complain(&self, key: &str, problem: &str, remedy: &str) -> Error {
+        complain(&self.file, key, problem.to_owned(), remedy)
+    }
+}
+
+fn corrected(payload: &[u8]) -> Option<Corrected> {
+    let number = |at: usize| {
+        Some(f64::from_le_bytes(
+            payload.get(at..at + 8)?.try_into().ok()?,
+        ))
+    };
+    let three = |at: usize| Some([number(at)?, number(at + 8)?, number(at + 16)?]);
+    let week = u32::from_le_bytes(payload.get(..4)?.try_into().ok()?);
+    Some(Corrected {
+        time: f64::from(week) * WEEK_S + number(4)?,
+        dtheta: three(12)?,
+        dv: three(36)?,
+    })
+}
+
+fn state(ins: &Inspvas) -> NavState {
+    let [lat, lon, h] = ins.position;
+    let [north, east, up] = ins.velocity;
+    let [roll, pitch, azimuth] = ins.attitude.map(|a| a * DEG);
+    NavState {
+        position: Geodetic {
+            lat: lat * DEG,
+            lon: lon * DEG,
+            h,
+        },
+        velocity: Vector3::new(north, east, -up),
+        q_bn: from_euler(roll, pitch, azimuth),
+    }
+}
+
+/// A session from the first raw sample beside an INSPVAS on. `mounting` turns the sensor's axes to forward-right-down of the body whose
+/// attitude INSPVAS gives ([`Axes::RIGHT_FORWARD_UP`] for an enclosure in `NovAtel`'s vehicle axes); `kind` is needed for RAWIMU and
+/// RAWIMUS, which do not name their IMU.
+///
+/// # Errors
+/// No raw samples, an IMU whose scale is not published, samples missing or called bad, no INSPVAS beside them.
+pub fn session(
+    recording: &Recording,
+    mounting: Axes,
+    kind: Option<ImuType>,
+) -> Result<Session, Error> {
+    let (lsb, rate) = imu(recording, kind)?;
+    let complain =
+        |problem: &str, remedy: &str| Err(recording.complain("INSPVAS", problem, remedy));
+    let dt = EPOCH_S / f64::from(rate);
+    check_raw(recording, dt)?;
+    let Some(track) = recording.track() else {
+        return complain(
+            "is not among the messages",
+            "log INSPVASB beside the raw increments",
+        );
+    };
+    let (t0, t1) = track.span().unwrap_or_default();
+    let begin = recording.raw.partition_point(|r| r.time < t0);
+    let Some(at) = recording.raw.get(begin).map(|r| r.time) else {
+        return complain(
+            "begins after the last raw sample",
+            "give logs of the same time",
+        );
+    };
+    let words = &recording.raw[begin + 1..]; // the sample at the first epoch ends there
+    let epochs = (words.len() / usize::from(rate)).min((t1 - at + 1e-6).max(0.0) as usize);
+    if epochs == 0 {
+        let problem = format!(
+            "covers less than one second together with {} raw samples",
+            words.len()
+        );
+        return complain(&problem, "give a longer recording");
+    }
+    let turn = |r: &Raw| Counts {
+        dtheta: mounting.turn_counts(r.gyro),
+        dv: mounting.turn_counts(r.accel),
+    };
+    let reference: Vec<NavState> = (0..=epochs)
+        .map(|k| track.at(at + k as f64 * EPOCH_S))
+        .collect();
+    let counts = words[..epochs * usize::from(rate)]
+        .iter()
+        .map(turn)
+        .collect();
+    Ok(referenced(dt, (counts, lsb), reference, SIGMAS))
+}
+
+/// The raw samples as increments beside INSPVAS as fixes; times are seconds of the first sample's week. Arguments and errors as for
+/// [`session`], but that there may be no INSPVAS.
+///
+/// # Errors
+/// See [`session`].
+pub fn record(
+    recording: &Recording,
+    mounting: Axes,
+    kind: Option<ImuType>,
+) -> Result<Record, Error> {
+    let (lsb, rate) = imu(recording, kind)?;
+    check_raw(recording, EPOCH_S / f64::from(rate))?;
+    let first = i32::from(recording.raw[0].week);
+    let second = |week: i32, second: f64| f64::from(week - first) * WEEK_S + second;
+    let word = |r: &Raw| {
+        let counts = Counts {
+            dtheta: mounting.turn_counts(r.gyro),
+            dv: mounting.turn_counts(r.accel),
+        };
+        to_si(&counts, &lsb)
+    };
+    let mut fixes: Vec<TimedFix> = Vec::new();
+    for ins in &recording.ins {
+        let time = second(ins.week as i32, ins.second_of_week);
+        let [north, east, up] = ins.velocity;
+        if fixes.last().is_none_or(|last| time > last.time) {
+            fixes.push(TimedFix {
+                time,
+                lat_deg: ins.position[0],
+                lon_deg: ins.position[1],
+                height_m: ins.position[2],
+                velocity: Some([north, east, -up]),
+                sigmas: SIGMAS,
+            });
+        }
+    }
+    let attitude = recording.ins.first().map(|ins| state(ins).q_bn);
+    Ok(Record {
+        file: recording.file.clone(),
+        time: recording
+            .raw
+            .iter()
+            .map(|r| second(i32::from(r.week), r.second_of_week))
+            .collect(),
+        samples: recording.raw.iter().map(word).collect(),
+        kind: crate::recordings::record::Kind::Increment,
+        rate_hz: usize::from(rate),
+        fixes,
+        begin: attitude.map(Begin::Attitude),
+    })
+}
+
+/// Count values and rate of the raw samples' IMU.
+fn imu(recording: &Recording, kind: Option<ImuType>) -> Result<(Lsb, u16), Error> {
+    let complain = |key, problem: &str, remedy| Err(recording.complain(key, problem, remedy));
+    let Some(first) = recording.raw.first() else {
+        let remedy = "log RAWIMUSXB; IMURATECORRIMUS is no substitute, gravity and biases are taken out of it";
+        return complain(
+            "RAWIMUSX",
+            "is not among the messages, nor another raw log",
+            remedy,
+        );
+    };
+    let Some(kind) = first.kind.or(kind) else {
+        return complain(
+            "IMU type",
+            "is not in RAWIMU and RAWIMUS",
+            "name it, or log RAWIMUSXB",
+        );
+    };
+    let (Some(units), Some(rate)) = (kind.units(), kind.rate()) else {
+        let problem = format!("is {}, whose scale or rate is not known here", kind.0);
+        let remedy = "convert the recording to CSV and use the generic replay";
+        return complain("IMU type", &problem, remedy);
+    };
+    let lsb = Lsb {
+        rad: units.gyro.lsb,
+        mps: units.accel.lsb,
+    };
+    Ok((lsb, rate))
+}
+
+/// All samples good, and one every `dt`.
+fn check_raw(recording: &Recording, dt: f64) -> Result<(), Error> {
+    for (k, r) in recording.raw.iter().enumerate() {
+        if !r.good {
+            let problem = format!("{k} at {:.3} s is marked bad by the IMU", r.time % WEEK_S);
+            return Err(recording.complain("raw sample", &problem, "cut the recording there"));
+        }
+        let step = if k > 0 {
+            r.time - recording.raw[k - 1].time
+        } else {
+            dt
+        };
+        if !(0.5..1.5).contains(&(step / dt)) {
+            let problem = format!(
+                "{k} at {:.3} s comes {step:.4} s after the one before, not {dt}",
+                r.time % WEEK_S
+            );
+            return Err(recording.complain("raw sample", &problem, "cut the recording there"));
+        }
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests;

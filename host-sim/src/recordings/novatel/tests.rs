@@ -1,0 +1,208 @@
+use super::*;
+use crate::inertial::session::to_si;
+use crate::recordings::input::tests::{file, message, recorded};
+use firmware::wire::novatel::{Header, Log, Repr};
+
+#[test]
+fn the_recorded_stream_is_whole() {
+    let Some(path) = recorded("novatel-ins2.gps") else {
+        return;
+    };
+    let got = read(&path).unwrap();
+    let messages: Vec<(u16, usize)> = got.messages.clone().into_iter().collect();
+    println!("{messages:?}");
+    assert_eq!(got.messages.values().sum::<usize>(), 835);
+    assert_eq!([1362, 508, 1465].map(|id| got.messages[&id]), [766, 62, 6]);
+    assert_eq!((got.damaged, got.garbage, got.raw.len()), (0, 0, 0));
+    assert_eq!((got.corrected.len(), got.ins.len()), (766, 62));
+    for w in got.corrected.windows(2) {
+        assert!((w[1].time - w[0].time - 0.008).abs() < 1e-5); // 125 Hz
+    }
+    // at rest: what is left of gravity and Earth's turn is small, and INSPVAS stands still
+    for axis in 0..3 {
+        let time = 766.0 * 0.008;
+        let rate: f64 = got.corrected.iter().map(|c| c.dtheta[axis]).sum::<f64>() / time;
+        let force: f64 = got.corrected.iter().map(|c| c.dv[axis]).sum::<f64>() / time;
+        assert!(
+            rate.abs() < 1e-3 && force.abs() < 0.02,
+            "{axis}: {rate} rad/s, {force} m/s2"
+        );
+    }
+    assert!(
+        got.ins
+            .iter()
+            .all(|i| (i.position[0] - 51.150_442_6).abs() < 1e-6 && i.velocity[0].abs() < 0.01)
+    );
+    let why = session(&got, Axes::RIGHT_FORWARD_UP, None)
+        .unwrap_err()
+        .to_string();
+    assert!(
+        why.contains("'RAWIMUSX' is not among the messages") && why.contains("IMURATECORRIMUS"),
+        "{why}"
+    );
+}
+
+fn raw(log: Log, kind: u8, k: usize) -> Vec<u8> {
+    let mut buffer = [0; 128];
+    let second = 1000.0 + 0.01 * k as f64;
+    let repr = Repr {
+        log,
+        header: Header {
+            week: 2100,
+            millisecond: (second * 1e3) as u32,
+            ..Header::default()
+        },
+        lead: [0, kind, 0x34, 0x08],
+        second_of_week: second,
+        status: 0,
+        gyro: [10, 20 + k as i32, -30],
+        accel: [1, -2, 43_110_635],
+    };
+    let n = repr.emit(&mut buffer).unwrap();
+    buffer[..n].to_vec()
+}
+
+fn ins(second: f64) -> Vec<u8> {
+    let log = Inspvas {
+        header_time: (2100, (second * 1e3) as u32),
+        week: 2100,
+        second_of_week: second,
+        position: [51.0, -114.0, 1000.0],
+        velocity: [second - 1000.0, 2.0, 3.0],
+        attitude: [1.0, 2.0, 90.0],
+        status: 3,
+    };
+    log.emit().to_vec()
+}
+
+/// Raw samples with INSPVAS ten times a second, type 11 (HG1700).
+fn stream(log: Log, kind: u8, n: usize) -> Vec<Vec<u8>> {
+    (0..n)
+        .flat_map(|k| {
+            let extra = (k % 10 == 5).then(|| ins(1000.0 + 0.01 * k as f64));
+            extra.into_iter().chain([raw(log, kind, k)])
+        })
+        .collect()
+}
+
+fn of(messages: &[Vec<u8>], kind: Option<ImuType>) -> Result<Session, Error> {
+    let (_dir, path) = file("in.gps", &messages.concat());
+    session(&read(&path)?, Axes::RIGHT_FORWARD_UP, kind)
+}
+
+#[test]
+fn raw_logs_become_a_session_in_the_sensors_own_counts() {
+    for (log, kind) in [
+        (Log::Rawimusx, None),
+        (Log::Rawimux, None),
+        (Log::Rawimu, Some(ImuType(11))),
+    ] {
+        let s = of(&stream(log, 11, 260), kind).unwrap();
+        assert_eq!((s.epochs(), s.dt, s.reference.len()), (2, 0.01, 3));
+        // INSPVAS begins at sample 5, so the first word is sample 6; right-forward-up turned
+        assert_eq!(
+            s.counts[0],
+            Counts {
+                dtheta: [26, 10, 30],
+                dv: [-2, 1, -43_110_635]
+            }
+        );
+        // a foot a second squared at 2^-27 a count, 100 Hz
+        let down = to_si(&s.counts[0], &s.lsb).dv.z / s.dt;
+        assert!(
+            (down + 43_110_635.0 / 134_217_728.0 * 0.3048 * 100.0).abs() < 1e-9,
+            "{down}"
+        );
+        assert!((s.reference[1].velocity - Vector3::new(1.05, 2.0, -3.0)).norm() < 1e-6);
+        let forward = s.reference[0].q_bn * Vector3::x();
+        assert!((forward - Vector3::new(0.0, (2.0 * DEG).cos(), -(2.0 * DEG).sin())).norm() < 1e-9);
+    }
+}
+
+#[test]
+fn damage_costs_the_damaged_messages_only() {
+    let mut all = stream(Log::Rawimusx, 11, 260);
+    let last = all.len() - 1;
+    all[last][30] ^= 1;
+    all.insert(0, b"garbage".to_vec());
+    let (_dir, path) = file("in.gps", &all.concat());
+    let got = read(&path).unwrap();
+    assert_eq!(
+        (got.raw.len(), got.ins.len(), got.damaged, got.garbage),
+        (259, 26, 1, 7 + 56)
+    );
+}
+
+#[test]
+fn every_fault_is_named() {
+    let good = stream(Log::Rawimusx, 11, 260);
+    let without =
+        |f: &dyn Fn(&[u8]) -> bool| good.iter().filter(|m| !f(m)).cloned().collect::<Vec<_>>();
+    let mut bad = raw(Log::Rawimusx, 11, 260);
+    bad[12] = 1; // IMU error
+    let repr = Repr {
+        lead: [1, 11, 0, 0],
+        ..Repr::parse(&Frame::new_checked(raw(Log::Rawimusx, 11, 260)).unwrap())
+    };
+    let n = repr.emit(&mut bad).unwrap();
+    let with_bad = [good.clone(), vec![bad[..n].to_vec()]].concat();
+    let lost = without(&|m| m == raw(Log::Rawimusx, 11, 33));
+    for (messages, start) in [
+        (
+            vec![b"nothing".to_vec()],
+            "in.gps: 'NovAtel log' has 7 bytes and no good message",
+        ),
+        (
+            stream(Log::Rawimusx, 200, 260),
+            "in.gps: 'IMU type' is 200, whose scale",
+        ),
+        (
+            stream(Log::Rawimus, 11, 260),
+            "in.gps: 'IMU type' is not in RAWIMU",
+        ),
+        (
+            without(&|m| m.len() == 104),
+            "in.gps: 'INSPVAS' is not among the messages",
+        ),
+        (
+            good[..100].to_vec(),
+            "in.gps: 'INSPVAS' covers less than one second",
+        ),
+        (
+            lost,
+            "in.gps: 'raw sample' 33 at 1000.340 s comes 0.0200 s after",
+        ),
+        (
+            with_bad,
+            "in.gps: 'raw sample' 260 at 1002.600 s is marked bad",
+        ),
+        (
+            [vec![ins(2000.0)], without(&|m| m.len() == 104)].concat(),
+            "in.gps: 'INSPVAS' begins after",
+        ),
+    ] {
+        let why = message(&of(&messages, None).unwrap_err());
+        assert!(why.starts_with(start), "{why}");
+    }
+    assert!(matches!(
+        read(Path::new("no/such.gps")),
+        Err(Error::Missing { .. })
+    ));
+}
+
+#[test]
+fn a_record_for_conversion_has_the_same_words_and_fixes_in_seconds_of_the_week() {
+    let (_dir, path) = file("in.gps", &stream(Log::Rawimusx, 11, 260).concat());
+    let log = read(&path).unwrap();
+    let r = record(&log, Axes::RIGHT_FORWARD_UP, None).unwrap();
+    let s = session(&log, Axes::RIGHT_FORWARD_UP, None).unwrap();
+    assert_eq!((r.samples.len(), r.rate_hz, r.fixes.len()), (260, 100, 26));
+    assert!((r.time[0] - 1000.0).abs() < 1e-6 && (r.fixes[0].time - 1000.05).abs() < 1e-6);
+    assert_eq!(r.samples[6].dtheta, s.increments()[0].dtheta);
+    assert_eq!(r.fixes[0].velocity.unwrap()[1..], [2.0, -3.0]);
+    assert_eq!((r.fixes[0].lat_deg, r.fixes[0].lon_deg), (51.0, -114.0));
+    let begin = r
+        .begin
+        .map(|b| matches!(b, Begin::Attitude(q) if q.angle_to(&s.reference[0].q_bn) < 1e-9));
+    assert_eq!(begin, Some(true));
+}

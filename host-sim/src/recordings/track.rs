@@ -1,0 +1,141 @@
+//! Navigation states at uneven times, read at any time in between.
+
+use crate::inertial::earth::Geodetic;
+use crate::inertial::sins::NavState;
+
+/// States with rising times, at least one.
+#[derive(Debug, Clone, Default)]
+pub struct Track {
+    time: Vec<f64>,
+    states: Vec<NavState>,
+}
+
+impl Track {
+    /// Times must rise; both lists have the same length.
+    #[must_use]
+    pub fn new(time: Vec<f64>, states: Vec<NavState>) -> Self {
+        debug_assert!(time.len() == states.len() && time.is_sorted());
+        Self { time, states }
+    }
+
+    /// First and last time; `None` when there is no state.
+    #[must_use]
+    pub fn span(&self) -> Option<(f64, f64)> {
+        Some((*self.time.first()?, *self.time.last()?))
+    }
+
+    /// Time of the first state at `t` or later; the last one's if there is none.
+    #[must_use]
+    pub fn first_from(&self, t: f64) -> f64 {
+        let k = self.time.partition_point(|x| *x < t - 1e-6);
+        self.time[k.min(self.time.len() - 1)]
+    }
+
+    /// State at `t` between its neighbours: position and velocity straight, attitude the short way round. Beyond the ends the end holds.
+    #[must_use]
+    pub fn at(&self, t: f64) -> NavState {
+        let next = self.time.partition_point(|x| *x < t);
+        if next == 0 || next == self.time.len() {
+            return self.states[next.min(self.states.len() - 1)];
+        }
+        let (t0, t1) = (self.time[next - 1], self.time[next]);
+        let (a, b) = (&self.states[next - 1], &self.states[next]);
+        let share = (t - t0) / (t1 - t0);
+        let mix = |x: f64, y: f64| x + (y - x) * share;
+        NavState {
+            position: Geodetic {
+                lat: mix(a.position.lat, b.position.lat),
+                lon: mix(a.position.lon, b.position.lon),
+                h: mix(a.position.h, b.position.h),
+            },
+            velocity: a.velocity.lerp(&b.velocity, share),
+            q_bn: a.q_bn.slerp(&b.q_bn, share),
+        }
+    }
+
+    /// The first gap longer than `most` that begins before `until`: its index (of the state after it) and length.
+    #[must_use]
+    pub fn gap(&self, most: f64, until: f64) -> Option<(usize, f64)> {
+        let steps = self.time.windows(2).enumerate();
+        let long = |(k, w): (usize, &[f64])| {
+            (w[1] - w[0] > most && w[0] < until).then_some((k + 1, w[1] - w[0]))
+        };
+        steps.into_iter().find_map(long)
+    }
+
+    /// Velocities from the neighbours' positions, for receivers that give none. The ends take that of their only neighbour.
+    pub fn differentiate(&mut self) {
+        let last = self.states.len() - 1;
+        let velocity = |k: usize| {
+            let (a, b) = (k.saturating_sub(1), (k + 1).min(last));
+            let time = self.time[b] - self.time[a];
+            let moved = self.states[b].position.ned_from(&self.states[a].position);
+            if time > 0.0 {
+                moved / time
+            } else {
+                moved * 0.0
+            }
+        };
+        let all: Vec<_> = (0..=last).map(velocity).collect();
+        for (state, v) in self.states.iter_mut().zip(all) {
+            state.velocity = v;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::inertial::rotation::{from_euler, to_euler};
+    use nalgebra::Vector3;
+
+    fn state(north_m: f64, heading: f64) -> NavState {
+        let home = Geodetic {
+            lat: 0.8,
+            lon: 0.1,
+            h: 100.0,
+        };
+        NavState {
+            position: home.displaced(&Vector3::new(north_m, 0.0, 0.0)),
+            velocity: Vector3::new(north_m, 0.0, 0.0),
+            q_bn: from_euler(0.0, 0.0, heading),
+        }
+    }
+
+    #[test]
+    fn between_states_all_parts_move_and_beyond_them_nothing() {
+        // heading crosses south, where a plain mean of angles would point north
+        let track = Track::new(
+            vec![1.0, 2.0, 5.0],
+            vec![state(0.0, 3.1), state(10.0, -3.1), state(40.0, -3.0)],
+        );
+        let mid = track.at(1.25);
+        assert!((mid.velocity.x - 2.5).abs() < 1e-12);
+        assert!((mid.position.ned_from(&state(0.0, 0.0).position).x - 2.5).abs() < 1e-6);
+        let turned = std::f64::consts::TAU - 6.2;
+        assert!((to_euler(&mid.q_bn).2 - (3.1 + 0.25 * turned)).abs() < 1e-9);
+        assert_eq!(
+            (track.at(0.0), track.at(9.0)),
+            (state(0.0, 3.1), state(40.0, -3.0))
+        );
+        assert_eq!(track.gap(1.5, 9.0), Some((2, 3.0)));
+        assert_eq!((track.gap(1.5, 2.0), track.gap(3.0, 9.0)), (None, None));
+        assert_eq!(track.span(), Some((1.0, 5.0)));
+        assert_eq!(
+            [0.0, 2.0, 2.1, 9.0].map(|t| track.first_from(t)),
+            [1.0, 2.0, 5.0, 5.0]
+        );
+    }
+
+    #[test]
+    fn velocity_comes_from_positions() {
+        let mut track = Track::new(
+            vec![0.0, 1.0, 3.0],
+            vec![state(0.0, 0.0), state(5.0, 0.0), state(21.0, 0.0)],
+        );
+        track.differentiate();
+        for (t, want) in [(0.0, 5.0), (1.0, 7.0), (3.0, 8.0)] {
+            assert!((track.at(t).velocity.x - want).abs() < 1e-4, "{t}");
+        }
+    }
+}

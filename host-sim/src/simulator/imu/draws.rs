@@ -1,0 +1,127 @@
+//! Standard normal numbers that an IMU draws while it runs. IMUs of one turn-on with different errors draw the same ones: a campaign,
+//! which measures every drive with several groups of errors, draws them once and keeps them.
+
+use nalgebra::Vector3;
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+use rand_distr::{Distribution, StandardNormal};
+
+/// Streams of a turn-on's random numbers, one a purpose.
+const NOISE: u64 = 1;
+const GYRO: u64 = 2;
+const ACCEL: u64 = 3;
+
+/// The random numbers of one turn-on.
+#[derive(Debug, Clone)]
+pub struct Draws {
+    /// Drawn by both triads in turn.
+    pub(super) noise: Normals,
+    /// For what is not drawn from the common noise, of each triad: a cause of its own must not shift the draws of the others.
+    pub(super) own: [Normals; 2],
+}
+
+impl Draws {
+    /// Of the turn-on with this seed. With `keep` they can be read again after [`Self::rewind`], at 8 bytes each.
+    #[must_use]
+    pub fn of(turn_on: u64, keep: bool) -> Self {
+        let stream = |stream| Normals::new(turn_on, stream, keep);
+        Self {
+            noise: stream(NOISE),
+            own: [stream(GYRO), stream(ACCEL)],
+        }
+    }
+
+    /// Back to the start, for the next IMU of this turn-on.
+    ///
+    /// # Panics
+    /// They were drawn without `keep`.
+    pub fn rewind(&mut self) {
+        self.noise.rewind();
+        self.own.iter_mut().for_each(Normals::rewind);
+    }
+}
+
+/// One stream: nothing but standard normal numbers is ever drawn from it, so their order is all that matters.
+#[derive(Debug, Clone)]
+pub(super) struct Normals {
+    rng: ChaCha8Rng,
+    kept: Option<Vec<f64>>,
+    /// How many of those kept have been read.
+    read: usize,
+}
+
+impl Normals {
+    fn new(seed: u64, stream: u64, keep: bool) -> Self {
+        let mut rng = ChaCha8Rng::seed_from_u64(seed);
+        rng.set_stream(stream);
+        Self {
+            rng,
+            kept: keep.then(Vec::new),
+            read: 0,
+        }
+    }
+
+    fn rewind(&mut self) {
+        assert!(self.kept.is_some(), "nothing was kept");
+        self.read = 0;
+    }
+
+    /// Three numbers.
+    #[inline]
+    pub fn three(&mut self) -> Vector3<f64> {
+        let Some(kept) = &mut self.kept else {
+            return normal3(&mut self.rng);
+        };
+        let next = self.read + 3;
+        if kept.len() < next {
+            kept.extend(normal3(&mut self.rng).iter());
+        }
+        let three = Vector3::from_column_slice(&kept[self.read..next]);
+        self.read = next;
+        three
+    }
+}
+
+pub(super) fn normal3(rng: &mut ChaCha8Rng) -> Vector3<f64> {
+    Vector3::from_fn(|_, _| StandardNormal.sample(rng))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::inertial::sins::Increment;
+    use crate::simulator::imu::{ErrorModelName, Imu, ImuSpec};
+
+    #[test]
+    fn what_was_kept_is_what_would_be_drawn() {
+        let (mut kept, mut drawn) = (Draws::of(3, true), Draws::of(3, false));
+        let first: Vec<_> = (0..5).map(|_| kept.noise.three()).collect();
+        kept.rewind();
+        for k in 0..9 {
+            let three = kept.noise.three();
+            assert_eq!(three, drawn.noise.three());
+            assert!(k >= first.len() || three == first[k]);
+        }
+        assert_ne!(kept.own[0].three(), kept.own[1].three());
+    }
+
+    /// Groups with and without causes that draw for themselves, one after the other over the same draws.
+    #[test]
+    fn an_imu_over_kept_draws_is_the_imu_alone() {
+        let preset = ImuSpec::preset("medium").unwrap();
+        let word = |k: i32| Increment {
+            dtheta: Vector3::new(1e-4, -2e-4, 3e-6 * f64::from(k)),
+            dv: Vector3::new(0.01, 1e-4 * f64::from(k), -0.05),
+        };
+        let mut draws = Draws::of(8, true);
+        for model in ErrorModelName::ALL {
+            let spec = preset.error_model(model);
+            let mut alone = Imu::new(&spec, 7, 8);
+            let mut imu = Imu::with_draws(&spec, 7, 8, draws);
+            for k in 0..1500 {
+                assert_eq!(imu.measure(&word(k)), alone.measure(&word(k)), "{model}");
+            }
+            draws = imu.into_draws();
+        }
+    }
+}

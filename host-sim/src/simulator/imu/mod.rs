@@ -1,0 +1,28 @@
+//! The laser-gyro IMU: datasheet in, pulse counts out.
+//!
+//! [`ImuSpec`] holds the numbers, [`Imu`] is one unit at one turn-on. Each error has a cause of its own that a zero switches
+//! off, and a cause that is switched on or off changes no random draw of another. The slow physics behind the fast models:
+//! [`lock_in`] for the angle random walk, [`thermal`] for the warm-up.
+
+mod delay;
+mod draws;
+mod error_model;
+pub mod lock_in;
+pub mod magnetic;
+mod model;
+mod spec;
+pub mod thermal;
+mod triad;
+
+pub use draws::Draws;
+pub use error_model::ErrorModelName;
+pub use model::Imu;
+pub use spec::{AccelSpec, BlockSpec, DitherSpec, GyroSpec, ImuSpec, PRESETS};
+pub use triad::WARM_UP_REPEATABILITY;
+
+#[cfg(test)]
+mod causes_tests;
+#[cfg(test)]
+mod spec_tests;
+#[cfg(test)]
+mod tests;

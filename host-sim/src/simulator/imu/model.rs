@@ -1,0 +1,168 @@
+//! One IMU at one turn-on: turns perfect increments into pulse counts.
+
+use super::delay::Delay;
+use super::draws::{Draws, normal3};
+use super::spec::ImuSpec;
+use super::thermal::Block;
+use super::triad::{SLOW_S, Sigmas, Triad};
+use crate::inertial::session::Surroundings;
+use crate::inertial::sins::Increment;
+use crate::inertial::units::{ARCSEC, UG};
+use firmware::sample::{Counts, Lsb};
+use nalgebra::Vector3;
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+
+/// Streams of the unit's random numbers beside the first one, one a purpose: those of its two triads ...
+const GYRO: u64 = 2;
+const ACCEL: u64 = 3;
+/// ... and of the accelerometers' places; and the turn-on's beside those of [`Draws`].
+const PLACE: u64 = 4;
+const AMBIENT: u64 = 5;
+
+/// One IMU at one turn-on.
+#[derive(Debug, Clone)]
+pub struct Imu {
+    gyro: Triad,
+    accel: Triad,
+    block: Block,
+    around: Surroundings,
+    /// Place of each accelerometer off the common point, m; `None` for none.
+    places: Option<[Vector3<f64>; 3]>,
+    last_rate: Option<Vector3<f64>>,
+    delay: Option<Delay>,
+    dt: f64,
+    words_per_second: u32,
+    word: u64,
+    draws: Draws,
+}
+
+fn stream(seed: u64, stream: u64) -> ChaCha8Rng {
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    rng.set_stream(stream);
+    rng
+}
+
+impl Imu {
+    /// `unit` seeds what belongs to the device, `turn_on` what is new at every power-on (noise included).
+    #[must_use]
+    pub fn new(spec: &ImuSpec, unit: u64, turn_on: u64) -> Self {
+        Self::with_draws(spec, unit, turn_on, Draws::of(turn_on, false))
+    }
+
+    /// The same over [`Draws`] of this turn-on from their start.
+    #[must_use]
+    pub fn with_draws(spec: &ImuSpec, unit: u64, turn_on: u64, mut draws: Draws) -> Self {
+        let mut unit_rng = ChaCha8Rng::seed_from_u64(unit);
+        let dt = 1.0 / f64::from(spec.rate_hz);
+        let mut triad = |sigmas: Sigmas, own: u64| {
+            Triad::new(sigmas, &mut unit_rng, &mut draws.noise, stream(unit, own))
+        };
+        let gyro = triad(Sigmas::from(&spec.gyro), GYRO).with_dither(&spec.gyro.dither, dt);
+        let accel = triad(Sigmas::from(&spec.accel), ACCEL);
+        let mut place_rng = stream(unit, PLACE);
+        let arm = 1e-3 * spec.accel.size_effect_mm;
+        Self {
+            gyro,
+            accel,
+            block: Block::new(&spec.block, &mut stream(turn_on, AMBIENT)),
+            around: Surroundings::default(),
+            places: (arm > 0.0).then(|| [(); 3].map(|()| normal3(&mut place_rng) * arm)),
+            last_rate: None,
+            delay: Delay::new(spec.accel.delay_s / dt),
+            dt,
+            words_per_second: spec.rate_hz,
+            word: 0,
+            draws,
+        }
+    }
+
+    /// What was drawn, for the next IMU of this turn-on.
+    ///
+    /// # Panics
+    /// They were drawn without being kept.
+    #[must_use]
+    pub fn into_draws(mut self) -> Draws {
+        self.draws.rewind();
+        self.draws
+    }
+
+    /// Value of one count of each triad.
+    #[must_use]
+    pub fn lsb(spec: &ImuSpec) -> Lsb {
+        Lsb {
+            rad: spec.gyro.pulse_arcsec * ARCSEC,
+            mps: spec.accel.pulse_ugs * UG,
+        }
+    }
+
+    /// Sets the magnetic field at the gyros, in body axes, gauss; it holds from the next whole second on. Without a call there is none.
+    /// The Earth's part is `q_bn.inverse() * magnetic::dipole_field(position)`.
+    pub fn set_field(&mut self, body: Vector3<f64>) {
+        self.around.field = body;
+    }
+
+    /// Temperature and field in the present second.
+    #[must_use]
+    pub fn surroundings(&self) -> Surroundings {
+        self.around
+    }
+
+    /// Next word: counts, and the systematic error in it (white noise, stripped dither and quantisation left out).
+    pub fn measure(&mut self, perfect: &Increment) -> (Counts, Increment) {
+        if self.word.is_multiple_of(u64::from(self.words_per_second)) {
+            self.move_slow();
+        }
+        self.word += 1;
+        let Draws {
+            noise,
+            own: [gyro, accel],
+        } = &mut self.draws;
+        let (dtheta, e_g) = self.gyro.word(&perfect.dtheta, self.dt, [noise, gyro]);
+        let mut felt = perfect.dv;
+        if let Some(places) = &self.places {
+            let rate = perfect.dtheta / self.dt;
+            let last = self.last_rate.replace(rate).unwrap_or(rate);
+            felt += size_effect(places, &rate, &(rate - last), self.dt);
+        }
+        if let Some(delay) = &mut self.delay {
+            felt = delay.next(felt);
+        }
+        let (dv, e_a) = self.accel.word(&felt, self.dt, [noise, accel]);
+        (
+            Counts { dtheta, dv },
+            Increment {
+                dtheta: e_g,
+                dv: e_a + (felt - perfect.dv),
+            },
+        )
+    }
+
+    fn move_slow(&mut self) {
+        let t = self.word as f64 * self.dt;
+        if self.word > 0 {
+            self.block.step(t, SLOW_S);
+        }
+        self.around.temperature = self.block.now();
+        let Draws {
+            noise,
+            own: [gyro, accel],
+        } = &mut self.draws;
+        self.gyro.move_slow(t, &self.around, [noise, gyro]);
+        self.accel.move_slow(t, &self.around, [noise, accel]);
+    }
+}
+
+/// Velocity that accelerometers at `places` gain over one common point: `(w x (w x r) dt + dw x r)` along each one's axis. `dw`, the
+/// change of the rate, is from the middle of the last word to the middle of this one: half a word late.
+fn size_effect(
+    places: &[Vector3<f64>; 3],
+    w: &Vector3<f64>,
+    dw: &Vector3<f64>,
+    dt: f64,
+) -> Vector3<f64> {
+    Vector3::from_fn(|i, _| {
+        let r = &places[i];
+        (w.cross(&w.cross(r)) * dt + dw.cross(r))[i]
+    })
+}

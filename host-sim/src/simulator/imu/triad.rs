@@ -1,0 +1,303 @@
+//! Errors of one triad at one turn-on; the same equations serve gyros and accelerometers.
+
+use super::draws::{Normals, normal3};
+use super::spec::{AccelSpec, DitherSpec, GyroSpec};
+use crate::inertial::session::{Surroundings, Temperature};
+use crate::inertial::units::{ARCSEC, DEG, DEG_PER_H, DEG_PER_SQRT_H, G0, PPM, UG, UG_PER_SQRT_HZ};
+use nalgebra::{Matrix3, Vector3};
+use rand_chacha::ChaCha8Rng;
+use rand_distr::{Distribution, StandardNormal};
+
+/// Repeatability of the warm-up's amplitude from turn-on to turn-on (assumed).
+pub const WARM_UP_REPEATABILITY: f64 = 0.1;
+/// Period over which the slow errors are held, s.
+pub(super) const SLOW_S: f64 = 1.0;
+/// The three gyros dither apart from each other, or they would drive one another (assumed: 7 %).
+const DITHER_APART: [f64; 3] = [0.93, 1.0, 1.07];
+
+/// Numbers of a triad in SI, in one form for both kinds; what a kind does not have is zero.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Sigmas {
+    bias_unit: f64,
+    bias_turn_on: f64,
+    drift: f64,
+    drift_time: f64,
+    walk: f64,  // per sqrt(s)
+    noise: f64, // per sqrt(s)
+    scale: f64,
+    asymmetry: f64,
+    quadratic: f64,
+    cubic: f64,
+    cross: f64,
+    rectification: f64,
+    above_ratio: f64,
+    misalignment: f64,
+    warm_up: f64,
+    warm_up_time: f64,
+    thermal: [f64; 5], // times T, T^2, dT/dt, T dT/dt, gradient
+    magnetic: f64,     // per gauss
+    pulse: f64,
+}
+
+impl From<&GyroSpec> for Sigmas {
+    fn from(s: &GyroSpec) -> Self {
+        let reference_rate = s.nonlinearity_rate_dps * DEG;
+        Self {
+            bias_unit: s.bias_unit_dph * DEG_PER_H,
+            bias_turn_on: s.bias_turn_on_dph * DEG_PER_H,
+            drift: s.bias_drift_dph * DEG_PER_H,
+            drift_time: s.bias_drift_time_s,
+            walk: s.rate_random_walk_dphpsqrth * DEG_PER_H / 60.0,
+            noise: s.total_angle_random_walk_dpsqrth() * DEG_PER_SQRT_H,
+            scale: s.scale_ppm * PPM,
+            asymmetry: s.scale_asymmetry_ppm * PPM,
+            cubic: s.nonlinearity_ppm * PPM / (reference_rate * reference_rate),
+            misalignment: s.misalignment_arcsec * ARCSEC,
+            warm_up: s.warm_up_dph * DEG_PER_H,
+            warm_up_time: s.warm_up_time_s,
+            thermal: [
+                s.temperature_dphpk,
+                s.temperature_dphpk2,
+                s.heating_dphpkpmin * 60.0,
+                s.heating_temperature_dphpk2pmin * 60.0,
+                s.gradient_dphpk,
+            ]
+            .map(|x| x * DEG_PER_H),
+            magnetic: s.magnetic_dphpgauss * DEG_PER_H,
+            pulse: s.pulse_arcsec * ARCSEC,
+            ..Self::default()
+        }
+    }
+}
+
+impl From<&AccelSpec> for Sigmas {
+    fn from(s: &AccelSpec) -> Self {
+        Self {
+            bias_unit: s.bias_unit_ug * UG,
+            bias_turn_on: s.bias_turn_on_ug * UG,
+            drift: s.bias_drift_ug * UG,
+            drift_time: s.bias_drift_time_s,
+            walk: s.acceleration_random_walk_ugpsqrth * UG / 60.0,
+            noise: s.velocity_random_walk_ugpsqrthz * UG_PER_SQRT_HZ,
+            scale: s.scale_ppm * PPM,
+            asymmetry: s.scale_asymmetry_ppm * PPM,
+            quadratic: s.k2_ugpg2 * UG / (G0 * G0),
+            cross: s.cross_coupling_ugpg2 * UG / (G0 * G0),
+            rectification: s.vibration_rectification_ugpg2 * UG / (G0 * G0),
+            above_ratio: s.vibration_above_ratio,
+            misalignment: s.misalignment_arcsec * ARCSEC,
+            warm_up: s.warm_up_ug * UG,
+            warm_up_time: s.warm_up_time_s,
+            thermal: [
+                s.temperature_ugpk,
+                s.temperature_ugpk2,
+                s.heating_ugpkpmin * 60.0,
+                s.heating_temperature_ugpk2pmin * 60.0,
+                s.gradient_ugpk,
+            ]
+            .map(|x| x * UG),
+            pulse: s.pulse_ugs * UG,
+            ..Self::default()
+        }
+    }
+}
+
+/// What stripping leaves of the dither: a sinusoid in the angle, sampled at the ends of the words.
+#[derive(Debug, Clone)]
+struct Residual {
+    amplitude: f64,
+    noise: f64,
+    omega: [f64; 3],
+    turn: [(f64, f64); 3], // sine and cosine of the phase of one word
+    phase: [(f64, f64); 3],
+    last: Vector3<f64>,
+}
+
+impl Residual {
+    fn new(dither: &DitherSpec, dt: f64) -> Option<Self> {
+        let amplitude = dither.strip_residual_arcsec * ARCSEC;
+        let omega = DITHER_APART.map(|x| std::f64::consts::TAU * dither.frequency_hz * x);
+        (amplitude > 0.0).then(|| Self {
+            amplitude,
+            noise: amplitude * dither.amplitude_noise_arcsec / dither.amplitude_arcsec,
+            omega,
+            turn: omega.map(|w| (w * dt).sin_cos()),
+            phase: [(0.0, 1.0); 3],
+            last: Vector3::zeros(),
+        })
+    }
+
+    /// Brings the phases to the time `t`, so that rounding does not add up.
+    fn rebase(&mut self, t: f64) {
+        self.phase = self.omega.map(|w| (w * t).sin_cos());
+    }
+
+    fn word(&mut self, normals: &mut Normals) -> Vector3<f64> {
+        for ((s, c), (ts, tc)) in self.phase.iter_mut().zip(self.turn) {
+            (*s, *c) = (*s * tc + *c * ts, *c * tc - *s * ts);
+        }
+        let z = normals.three();
+        let angle = Vector3::from_fn(|i, _| (self.amplitude + self.noise * z[i]) * self.phase[i].0);
+        let change = angle - self.last;
+        self.last = angle;
+        change
+    }
+}
+
+/// Errors of one triad; its input `x` is rate or specific force in body axes, SI.
+#[derive(Debug, Clone)]
+pub(super) struct Triad {
+    // drawn with the unit
+    bias_unit: Vector3<f64>,
+    matrix: Matrix3<f64>, // scale on the diagonal, misalignment beside it
+    asymmetry: Vector3<f64>,
+    quadratic: Vector3<f64>, // per x
+    cubic: Vector3<f64>,     // per x^2
+    cross: Vector3<f64>,     // per x
+    rectification: Vector3<f64>,
+    warm_up: Vector3<f64>,
+    thermal: [Vector3<f64>; 5],
+    magnetic: Matrix3<f64>,
+    // drawn at turn-on
+    bias_turn_on: Vector3<f64>,
+    warm_up_gain: Vector3<f64>,
+    // moves
+    sigmas: Sigmas,
+    drift: Vector3<f64>,
+    walk: Vector3<f64>,
+    remainder: Vector3<f64>,
+    residual: Option<Residual>,
+    /// Sums of x and x^2 over the present second; only where vibration is rectified.
+    vibration: (f64, Vector3<f64>, Vector3<f64>),
+    /// All that is held over the present second.
+    slow: Vector3<f64>,
+}
+
+impl Triad {
+    /// Draws from the unit's common random numbers and from its `own`, which tell the two triads of an IMU apart.
+    pub fn new(
+        sigmas: Sigmas,
+        unit: &mut ChaCha8Rng,
+        turn_on: &mut Normals,
+        mut own: ChaCha8Rng,
+    ) -> Self {
+        let bias_unit = normal3(unit) * sigmas.bias_unit;
+        let mut matrix = Matrix3::from_fn(|_, _| {
+            let z: f64 = StandardNormal.sample(unit);
+            z * sigmas.misalignment
+        });
+        matrix.set_diagonal(&(normal3(unit) * sigmas.scale));
+        let asymmetry = normal3(unit) * sigmas.asymmetry;
+        let quadratic = normal3(unit) * sigmas.quadratic;
+        let warm_up = normal3(unit) * sigmas.warm_up;
+        let bias_turn_on = turn_on.three() * sigmas.bias_turn_on;
+        let warm_up_gain = Vector3::repeat(1.0) + turn_on.three() * WARM_UP_REPEATABILITY;
+        let drift = turn_on.three() * sigmas.drift;
+        Self {
+            bias_unit,
+            matrix,
+            asymmetry,
+            quadratic,
+            cubic: normal3(&mut own) * sigmas.cubic,
+            cross: normal3(&mut own) * sigmas.cross,
+            rectification: normal3(&mut own) * sigmas.rectification,
+            warm_up,
+            thermal: sigmas.thermal.map(|sigma| normal3(&mut own) * sigma),
+            magnetic: Matrix3::from_fn(|_, _| {
+                let z: f64 = StandardNormal.sample(&mut own);
+                z * sigmas.magnetic
+            }),
+            bias_turn_on,
+            warm_up_gain,
+            sigmas,
+            drift,
+            walk: Vector3::zeros(),
+            remainder: Vector3::zeros(),
+            residual: None,
+            vibration: Default::default(),
+            slow: Vector3::zeros(),
+        }
+    }
+
+    /// With what stripping leaves of `dither` in words of `dt` seconds.
+    pub fn with_dither(mut self, dither: &DitherSpec, dt: f64) -> Self {
+        self.residual = Residual::new(dither, dt);
+        self
+    }
+
+    /// Moves the slow errors to `t` seconds after power-on, `SLOW_S` after the last call.
+    pub fn move_slow(&mut self, t: f64, around: &Surroundings, [noise, own]: [&mut Normals; 2]) {
+        let s = &self.sigmas;
+        let keep = (-SLOW_S / s.drift_time).exp();
+        self.drift = self.drift * keep + noise.three() * (s.drift * (1.0 - keep * keep).sqrt());
+        if s.walk > 0.0 {
+            self.walk += own.three() * (s.walk * SLOW_S.sqrt());
+        }
+        if let Some(residual) = &mut self.residual {
+            residual.rebase(t);
+        }
+        let decay = (-t / s.warm_up_time).exp();
+        self.slow = self.bias_unit
+            + self.bias_turn_on
+            + self.drift
+            + self.walk
+            + self.warm_up.component_mul(&self.warm_up_gain) * decay
+            + self.thermal_bias(&around.temperature)
+            + self.magnetic * around.field
+            + self.rectified();
+    }
+
+    /// c1 T + c2 T^2 + c3 dT/dt + c4 T dT/dt + c5 G.
+    fn thermal_bias(&self, at: &Temperature) -> Vector3<f64> {
+        let [c1, c2, c3, c4, c5] = &self.thermal;
+        let (t, rate) = (at.offset, at.rate);
+        (c1 + c2 * t + c4 * rate) * t + c3 * rate + c5 * at.gradient
+    }
+
+    /// Bias from the vibration above the word rate, by the mean square that the words of the last second show about their mean.
+    fn rectified(&mut self) -> Vector3<f64> {
+        let (n, sum, squares) = std::mem::take(&mut self.vibration);
+        if n == 0.0 {
+            return Vector3::zeros();
+        }
+        let mean = sum / n;
+        let mean_square = squares / n - mean.component_mul(&mean);
+        self.rectification.component_mul(&mean_square) * self.sigmas.above_ratio
+    }
+
+    /// Error without white noise and quantisation, for the input `x`.
+    fn error(&self, x: &Vector3<f64>) -> Vector3<f64> {
+        let pendulous = Vector3::new(x.y, x.z, x.x);
+        let per_x = self.quadratic.component_mul(x)
+            + self.cross.component_mul(&pendulous)
+            + self.cubic.component_mul(&x.component_mul(x));
+        self.slow
+            + self.matrix * x
+            + self.asymmetry.component_mul(&x.abs())
+            + per_x.component_mul(x)
+    }
+
+    /// Counts of one word whose perfect increment is `d`; also the integral of the systematic error.
+    pub fn word(
+        &mut self,
+        d: &Vector3<f64>,
+        dt: f64,
+        [noise, own]: [&mut Normals; 2],
+    ) -> ([i32; 3], Vector3<f64>) {
+        let x = d / dt;
+        if self.sigmas.rectification > 0.0 {
+            self.vibration.0 += 1.0;
+            self.vibration.1 += x;
+            self.vibration.2 += x.component_mul(&x);
+        }
+        let systematic = self.error(&x) * dt;
+        let mut noise = noise.three() * (self.sigmas.noise * dt.sqrt());
+        if let Some(residual) = &mut self.residual {
+            noise += residual.word(own);
+        }
+        let pulses = (d + systematic + noise) / self.sigmas.pulse + self.remainder;
+        let whole = pulses.map(f64::round);
+        self.remainder = pulses - whole;
+        ([whole.x as i32, whole.y as i32, whole.z as i32], systematic)
+    }
+}

@@ -1,0 +1,6 @@
+//! The simulator: the true drive, the IMU with its errors, the receiver's noise, and simulated sessions.
+
+pub mod gnss;
+pub mod imu;
+pub mod session;
+pub mod truth;

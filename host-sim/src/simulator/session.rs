@@ -1,0 +1,181 @@
+//! A simulated session: the true drive, the fixes beside it, and what an IMU gives on it.
+
+use crate::inertial::earth::Geodetic;
+use crate::inertial::gnss::Fix;
+use crate::inertial::session::{EPOCH_S, Session};
+use crate::inertial::sins::Increment;
+use crate::simulator::gnss::GnssSpec;
+use crate::simulator::imu::magnetic::dipole_field;
+use crate::simulator::imu::{Draws, Imu, ImuSpec};
+use crate::simulator::truth::{DriveConfig, Segment, Truth, random_drive};
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+
+/// What makes a simulated session.
+#[derive(Debug, Clone)]
+pub struct SessionConfig<'a> {
+    /// IMU.
+    pub imu: &'a ImuSpec,
+    /// Receiver.
+    pub gnss: &'a GnssSpec,
+    /// Start position.
+    pub start: Geodetic,
+    /// Heading at the start, rad.
+    pub heading: f64,
+    /// Standstill before the drive, s.
+    pub standstill_s: f64,
+    /// Drive after it, s (ignored when `segments` are given).
+    pub drive_s: f64,
+    /// The drive; drawn at random when `None`.
+    pub segments: Option<&'a [Segment]>,
+    /// Scale of the vibration.
+    pub vibration: f64,
+    /// Seed of the device.
+    pub unit: u64,
+    /// Seed of turn-on and noise.
+    pub turn_on: u64,
+    /// Seed of road and fixes.
+    pub drive: u64,
+}
+
+/// Simulates a session; the perfect increments are returned beside it.
+#[must_use]
+pub fn simulate(config: &SessionConfig<'_>) -> (Session, Truth) {
+    let (truth, fixes) = drive(config);
+    (measure(config, config.imu, &truth, &fixes), truth)
+}
+
+/// The true drive and its fixes.
+#[must_use]
+pub fn drive(config: &SessionConfig<'_>) -> (Truth, Vec<Fix>) {
+    let mut rng = ChaCha8Rng::seed_from_u64(config.drive);
+    let mut segments = vec![Segment::hold(config.standstill_s)];
+    match config.segments {
+        Some(s) => segments.extend_from_slice(s),
+        None => segments.extend(random_drive(config.drive_s, &mut rng)),
+    }
+    let drive = DriveConfig {
+        segments: &segments,
+        start: config.start,
+        heading: config.heading,
+        dt: 1.0 / f64::from(config.imu.rate_hz),
+        vibration: config.vibration,
+    };
+    let truth = Truth::new(&drive, &mut rng);
+    let fixes = truth
+        .epochs
+        .iter()
+        .map(|e| config.gnss.fix(e, &mut rng))
+        .collect();
+    (truth, fixes)
+}
+
+/// What an IMU gives on a true drive.
+#[must_use]
+pub fn measure(
+    config: &SessionConfig<'_>,
+    spec: &ImuSpec,
+    truth: &Truth,
+    fixes: &[Fix],
+) -> Session {
+    let draws = Draws::of(config.turn_on, false);
+    measured(config, spec, truth, fixes, draws).0
+}
+
+/// [`measure`] with the turn-on's random numbers from their start; gives what it was measured with.
+#[must_use]
+pub fn measured(
+    config: &SessionConfig<'_>,
+    spec: &ImuSpec,
+    truth: &Truth,
+    fixes: &[Fix],
+    draws: Draws,
+) -> (Session, Imu) {
+    let mut imu = Imu::with_draws(spec, config.unit, config.turn_on, draws);
+    let mut counts = Vec::with_capacity(truth.words.len());
+    let mut systematic = Vec::with_capacity(truth.epochs.len());
+    let mut surroundings = Vec::with_capacity(truth.epochs.len());
+    for (second, at) in truth.words.chunks(truth.words_per_epoch).zip(&truth.epochs) {
+        imu.set_field(at.q_bn.inverse() * dipole_field(&at.position));
+        let mut sum = Increment::default();
+        for word in second {
+            let (c, e) = imu.measure(word);
+            counts.push(c);
+            sum.dtheta += e.dtheta;
+            sum.dv += e.dv;
+        }
+        surroundings.push(imu.surroundings());
+        let time = second.len() as f64 * truth.dt;
+        systematic.push(Increment {
+            dtheta: sum.dtheta / time,
+            dv: sum.dv / time,
+        });
+    }
+    let session = Session {
+        dt: truth.dt,
+        lsb: Imu::lsb(spec),
+        counts,
+        standstill: (config.standstill_s / EPOCH_S) as usize,
+        reference: truth.epochs.clone(),
+        fixes: fixes.to_vec(),
+        sigmas: config.gnss.sigmas(),
+        systematic: Some(systematic),
+        surroundings: Some(surroundings),
+        gather: 1,
+    };
+    (session, imu)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::inertial::units::DEG_PER_H;
+    use crate::simulator::imu::ErrorModelName;
+    use nalgebra::Matrix3xX;
+
+    /// With magnetism the only error left, what the gyros show is one matrix times the Earth's field in body axes, on any heading.
+    #[test]
+    fn gyros_feel_the_field_of_the_earth_as_the_vehicle_turns() {
+        let preset = ImuSpec::preset("medium").unwrap();
+        let mut imu = preset.error_model(ErrorModelName::Noise);
+        (imu.gyro.magnetic_dphpgauss, imu.rate_hz) = (0.02, 50);
+        let config = SessionConfig {
+            imu: &imu,
+            gnss: &GnssSpec::default(),
+            start: Geodetic {
+                lat: 0.5,
+                lon: 2.0,
+                h: 60.0,
+            },
+            heading: 0.3,
+            standstill_s: 10.0,
+            drive_s: 300.0,
+            segments: None,
+            vibration: 1.0,
+            unit: 1,
+            turn_on: 2,
+            drive: 3,
+        };
+        let (session, truth) = simulate(&config);
+        let field: Vec<_> = session.surroundings.unwrap();
+        let field = Matrix3xX::from_columns(&field.iter().map(|s| s.field).collect::<Vec<_>>());
+        let errors: Vec<_> = session.systematic.unwrap();
+        let errors = Matrix3xX::from_columns(&errors.iter().map(|e| e.dtheta).collect::<Vec<_>>());
+        let square = (&field * field.transpose()).try_inverse().unwrap();
+        let matrix = &errors * field.transpose() * square;
+        assert!((matrix * &field - &errors).amax() < 1e-9 * errors.amax());
+        let largest = matrix.amax() / DEG_PER_H;
+        assert!(largest > 0.01 && largest < 0.08, "{largest}");
+        for k in [0, 100, 250] {
+            let ned = truth.epochs[k].q_bn * field.column(k);
+            assert!((ned - dipole_field(&truth.epochs[k].position)).norm() < 1e-12);
+        }
+        // the drive turns: north is not always ahead
+        let ahead = field.row(0);
+        assert!(
+            ahead.max() - ahead.min() > 0.2,
+            "{}",
+            ahead.max() - ahead.min()
+        );
+    }
+}
