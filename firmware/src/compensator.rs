@@ -5,9 +5,8 @@
 //! latency is the same on all axes. With a correction of zero the output is the input, bit for bit.
 
 use crate::app::Nets;
-use crate::learn::Meaning;
-use crate::sample::{Counts, Lsb};
-use crate::wire::{Words, kvh};
+use crate::sample::{Counts, Lsb, RawSample, StreamScale};
+use crate::wire::kvh;
 use lrnn_nostd::{Fault, Net, State as NetState, Step};
 
 /// Largest correction, per axis.
@@ -54,7 +53,7 @@ pub struct Compensator {
     pub accel: Net,
     /// Fastest change of the correction, rad/s per s and m/s2 per s; `None`: at once, for the time before the alignment.
     pub slew: Option<Limit>,
-    meaning: Meaning,
+    meaning: StreamScale,
     block_s: f32,
     limit: Limit,
     // mean input of a block per summed count, SI
@@ -154,7 +153,7 @@ impl Compensator {
         Ok(Self {
             gyro,
             accel,
-            meaning: Meaning {
+            meaning: StreamScale {
                 lsb,
                 period_s: word_period_s,
                 block_words,
@@ -171,7 +170,7 @@ impl Compensator {
     }
 
     /// What the words mean.
-    pub fn meaning(&self) -> Meaning {
+    pub fn meaning(&self) -> StreamScale {
         self.meaning
     }
 
@@ -198,7 +197,7 @@ impl Compensator {
 
     /// One word in, one word out; at the end of a block also what the networks said of it, which takes effect with the next word.
     pub fn process(&self, state: &mut State, word: Counts) -> (Counts, Option<Block>) {
-        let before = Words::Counts {
+        let before = RawSample::Counts {
             gyro: word.dtheta,
             accel: word.dv,
         };
@@ -210,13 +209,13 @@ impl Compensator {
     }
 
     /// Correct one word by the estimate in force: all that must be done before a frame can leave.
-    pub fn correct(&self, state: &mut State, words: &mut Words) {
+    pub fn correct(&self, state: &mut State, words: &mut RawSample) {
         match words {
-            Words::Counts { gyro, accel } => {
+            RawSample::Counts { gyro, accel } => {
                 *gyro = subtract(*gyro, &state.due[0], &mut state.remainder[0]);
                 *accel = subtract(*accel, &state.due[1], &mut state.remainder[1]);
             }
-            Words::Floats { gyro, accel } => {
+            RawSample::Floats { gyro, accel } => {
                 let [due_gyro, due_accel] = &state.due_float;
                 let [left_gyro, left_accel] = &mut state.remainder_float;
                 subtract_float(gyro, due_gyro, left_gyro);
@@ -226,9 +225,9 @@ impl Compensator {
     }
 
     /// Add one *uncorrected* word to the block; its last one steps the networks.
-    pub fn take_in(&self, state: &mut State, words: &Words) -> Option<Block> {
+    pub fn take_in(&self, state: &mut State, words: &RawSample) -> Option<Block> {
         let per_sum = match words {
-            Words::Counts { gyro, accel } => {
+            RawSample::Counts { gyro, accel } => {
                 for (sum, counts) in state.sum.iter_mut().zip([gyro, accel]) {
                     for (s, c) in sum.iter_mut().zip(counts) {
                         *s = s.wrapping_add(i64::from(*c)); // no more than 2^16 of 32 bits
@@ -236,7 +235,7 @@ impl Compensator {
                 }
                 1.0
             }
-            Words::Floats { gyro, accel } => {
+            RawSample::Floats { gyro, accel } => {
                 for (sum, floats) in state.sum.iter_mut().zip([gyro, accel]) {
                     for (s, f) in sum.iter_mut().zip(floats) {
                         // scaling by a power of two is exact; `as` saturates and makes 0 of NaN

@@ -16,4 +16,5 @@ pub mod link;
 pub mod nav;
 pub mod sample;
 pub mod store;
+pub mod units;
 pub mod wire;

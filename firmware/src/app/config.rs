@@ -2,11 +2,13 @@
 
 use crate::compensator::Limit;
 use crate::harm::Harm;
+use crate::sample::Units;
+use crate::units::{DEGREE, G};
+use crate::wire::Format;
 use crate::wire::adis::Form;
 use crate::wire::command::Mode;
 use crate::wire::novatel::ImuType;
 use crate::wire::stim300::{self, Extra};
-use crate::wire::{DEGREE, Format, G, Units};
 use lrnn_nostd::{Net, Normalisation, Weights};
 
 /// The two networks.

@@ -7,11 +7,12 @@ use super::phase::FAILURES;
 use super::setup::{Last, Setup};
 use super::{Config, Nets};
 use crate::compensator::{Block, Compensator, State};
-use crate::learn::{Learner, Meaning, Memory};
+use crate::learn::{Learner, Memory};
 use crate::link::Line;
+use crate::sample::{Axes, RawSample, StreamScale};
 use crate::wire::command::{Alignment, Counters, Mode, fault};
 use crate::wire::sequence::Gap;
-use crate::wire::{Axes, Change, Checked, Reading, Source, Words, stim300};
+use crate::wire::{Change, Checked, Reading, Source, stim300};
 
 /// What a stream's frames are corrected with.
 #[derive(Debug)]
@@ -51,7 +52,7 @@ pub(super) struct Flow<'m> {
     sample: u32,
     learner: Memory<'m>,
     /// What the learner was begun with; `None`: it has to begin anew.
-    begun: Option<Meaning>,
+    begun: Option<StreamScale>,
     /// In mode learn: what the learner stands by corrects the words.
     active: bool,
     /// The compensator has other networks than the configuration: the learner's.
@@ -119,7 +120,7 @@ impl<'m> Flow<'m> {
         self.follow(reading);
     }
 
-    fn change(&self, frame: &mut Checked, words: &Words) -> Axes {
+    fn change(&self, frame: &mut Checked, words: &RawSample) -> Axes {
         let change = Change {
             words,
             mark: self.config.mark && self.faults & fault::NETWORK != 0 && !self.looks_on(),

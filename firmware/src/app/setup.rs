@@ -2,10 +2,10 @@
 
 use super::Config;
 use crate::compensator::{Compensator, Limit};
-use crate::sample::Lsb;
+use crate::sample::{Lsb, Units};
 use crate::wire::novatel::ImuType;
 use crate::wire::sequence::{Gap, Rule, time_gap};
-use crate::wire::{Format, Reading, Source, Units, hg4930, kvh, stim300};
+use crate::wire::{Format, Reading, Source, hg4930, kvh, stim300};
 
 /// How frames that are missing are noticed.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -1,9 +1,9 @@
 //! Two ways to learn side by side: from references and from fixes.
 
-use super::{Learner, Meaning, Report, Winner};
+use super::{Learner, Report, Winner};
 use crate::app::{Fix, Nets};
 use crate::compensator::Block;
-use crate::wire::Words;
+use crate::sample::{RawSample, StreamScale};
 use crate::wire::command::{Alignment, Reason, Window};
 use lrnn_nostd::State;
 
@@ -18,7 +18,7 @@ pub struct Both<'m, R, F> {
 }
 
 impl<R: Learner, F: Learner> Learner for Both<'_, R, F> {
-    fn begin(&mut self, nets: &Nets, meaning: Meaning) {
+    fn begin(&mut self, nets: &Nets, meaning: StreamScale) {
         self.references.begin(nets, meaning);
         self.fixes.begin(nets, meaning);
     }
@@ -28,7 +28,7 @@ impl<R: Learner, F: Learner> Learner for Both<'_, R, F> {
         self.fixes.restart();
     }
 
-    fn word(&mut self, number: u32, words: &Words) {
+    fn word(&mut self, number: u32, words: &RawSample) {
         self.references.word(number, words);
         self.fixes.word(number, words);
     }

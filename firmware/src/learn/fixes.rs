@@ -15,13 +15,12 @@ use super::bank::{Bank, NOTHING, OBSERVATIONS, Work};
 use super::prior::NAV;
 use super::settings::{Settings, observed, sigmas};
 use super::words::{Scale, divisor, flat, split};
-use super::{Learner, Meaning, Report, Winner};
+use super::{Learner, Report, Winner};
 use crate::align::Align;
 use crate::app::{Fix, Nets};
 use crate::compensator::Block;
 use crate::nav::{self, Navigator};
-use crate::sample::Counts;
-use crate::wire::Words;
+use crate::sample::{Counts, RawSample, StreamScale};
 use crate::wire::command::Alignment;
 use crate::wire::ubx::Pvt;
 use lrnn_nostd::State;
@@ -73,7 +72,7 @@ struct Tally {
 pub struct FixLearner<'m> {
     memory: &'m mut Memory,
     settings: Settings,
-    meaning: Option<Meaning>,
+    meaning: Option<StreamScale>,
     scale: Option<Scale>,
     align: Option<Align>,
     navigator: Option<Navigator>,
@@ -252,7 +251,7 @@ impl<'m> FixLearner<'m> {
 
 impl Learner for FixLearner<'_> {
     /// From the datasheet: the hypotheses have networks of their own.
-    fn begin(&mut self, _: &Nets, meaning: Meaning) {
+    fn begin(&mut self, _: &Nets, meaning: StreamScale) {
         let Settings { sheet, gates, .. } = &self.settings;
         let outer = [1.0; NAV]; // until the alignment tells
         let Memory { bank, work } = &mut *self.memory;
@@ -276,7 +275,7 @@ impl Learner for FixLearner<'_> {
         self.last_fix_ms = None;
     }
 
-    fn word(&mut self, number: u32, words: &Words) {
+    fn word(&mut self, number: u32, words: &RawSample) {
         let Some(meaning) = self.meaning else { return };
         let scale = *self
             .scale

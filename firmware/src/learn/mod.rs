@@ -20,28 +20,9 @@ pub use window::{BLOCKS, GATE, WindowLearner};
 
 use crate::app::{Fix, Nets};
 use crate::compensator::Block;
-use crate::sample::Lsb;
-use crate::wire::Words;
+use crate::sample::{RawSample, StreamScale};
 use crate::wire::command::{Alignment, Reason, Window};
 use lrnn_nostd::State;
-
-/// What the words of a stream mean to a learner.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Meaning {
-    /// Value of a count (of 1.0, for float words) as an increment.
-    pub lsb: Lsb,
-    /// Time between words, s.
-    pub period_s: f64,
-    /// Words in a block.
-    pub block_words: u16,
-}
-
-impl Meaning {
-    /// Time of a block, s.
-    pub fn block_s(&self) -> f32 {
-        (self.period_s * f64::from(self.block_words)) as f32
-    }
-}
 
 /// What a learner can tell.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -85,13 +66,13 @@ pub struct Winner {
 /// on every machine.
 pub trait Learner {
     /// Begins anew, from a copy of `nets`.
-    fn begin(&mut self, nets: &Nets, meaning: Meaning);
+    fn begin(&mut self, nets: &Nets, meaning: StreamScale);
 
     /// The stream begins anew: the networks' states as at power-on; what was learnt stays.
     fn restart(&mut self);
 
     /// An uncorrected word with its sample number, after its frame has left.
-    fn word(&mut self, _number: u32, _words: &Words) {}
+    fn word(&mut self, _number: u32, _words: &RawSample) {}
 
     /// The block that ends with sample `last` and has no hole.
     fn block(&mut self, last: u32, block: &Block);

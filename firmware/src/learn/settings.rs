@@ -4,7 +4,7 @@ use super::bank::{Gates, OBSERVATIONS};
 use super::prior::Datasheet;
 use crate::align::Sensors;
 use crate::nav::{self, Noise, Position};
-use crate::wire::DEGREE;
+use crate::units::DEGREE;
 use crate::wire::ubx::Pvt;
 
 /// What the learner is told of the sensors and the receiver.

@@ -11,10 +11,10 @@
 //! nowhere else, so nothing depends on when within a window the reference came.
 
 use super::chosen::{self, LEARNT};
-use super::{Learner, Meaning, Report};
+use super::{Learner, Report};
 use crate::app::Nets;
 use crate::compensator::Block;
-use crate::sample::Lsb;
+use crate::sample::{Lsb, StreamScale};
 use crate::wire::command::{self, Reason};
 use lrnn_nostd::learn::{Factored, Window};
 use lrnn_nostd::{Fault, Net, Normalisation, Sensitivities, State, Weights};
@@ -71,7 +71,7 @@ struct Job {
 #[derive(Debug)]
 pub struct WindowLearner {
     sides: [Side; 2],
-    meaning: Meaning,
+    meaning: StreamScale,
     open: Span,
     closed: Option<Span>,
     taken: Option<(u32, u32)>,
@@ -179,7 +179,7 @@ impl WindowLearner {
     pub const fn new() -> WindowLearner {
         WindowLearner {
             sides: [Side::EMPTY; 2],
-            meaning: Meaning {
+            meaning: StreamScale {
                 lsb: Lsb { rad: 0.0, mps: 0.0 },
                 period_s: 0.0,
                 block_words: 0,
@@ -211,7 +211,7 @@ impl Default for WindowLearner {
 }
 
 impl Learner for WindowLearner {
-    fn begin(&mut self, nets: &Nets, meaning: Meaning) {
+    fn begin(&mut self, nets: &Nets, meaning: StreamScale) {
         self.meaning = meaning;
         let [gyro, accel] = &mut self.sides;
         gyro.begin(&nets.gyro);

@@ -1,7 +1,6 @@
 //! Words as integer counts, whatever the sensor sends.
 
-use crate::sample::{Counts, Lsb};
-use crate::wire::Words;
+use crate::sample::{Counts, Lsb, RawSample};
 use lrnn_nostd::learn::kalman::OUTPUTS;
 
 /// Largest angle (rad) and change of velocity (m/s) that a float word must find room for: more than a navigator believes.
@@ -18,8 +17,8 @@ pub struct Scale {
 
 impl Scale {
     /// For words of this kind, of which `lsb` is the value of a count or of 1.0.
-    pub fn of(words: &Words, lsb: &Lsb) -> Scale {
-        let Words::Floats { .. } = words else {
+    pub fn of(words: &RawSample, lsb: &Lsb) -> Scale {
+        let RawSample::Floats { .. } = words else {
             return Scale {
                 lsb: *lsb,
                 per_float: [0.0; 2],
@@ -41,13 +40,13 @@ impl Scale {
     }
 
     /// A word in counts.
-    pub fn counts(&self, words: &Words) -> Counts {
+    pub fn counts(&self, words: &RawSample) -> Counts {
         match words {
-            Words::Counts { gyro, accel } => Counts {
+            RawSample::Counts { gyro, accel } => Counts {
                 dtheta: *gyro,
                 dv: *accel,
             },
-            Words::Floats { gyro, accel } => {
+            RawSample::Floats { gyro, accel } => {
                 // to the nearest; `as` saturates and makes 0 of NaN
                 let [g, a] = self.per_float;
                 Counts {
@@ -98,7 +97,7 @@ mod tests {
             rad: 1.0,
             mps: 9.806_65e-3,
         };
-        let counts = Words::Counts {
+        let counts = RawSample::Counts {
             gyro: [1, -2, i32::MAX],
             accel: [0; 3],
         };
@@ -107,14 +106,14 @@ mod tests {
             (scale.lsb, scale.counts(&counts).dtheta),
             (lsb, [1, -2, i32::MAX])
         );
-        let floats = Words::Floats {
+        let floats = RawSample::Floats {
             gyro: [1.25e-4, -0.49, f32::NAN],
             accel: [1.0, -1e3, 0.02],
         };
         let scale = Scale::of(&floats, &lsb);
         let got = scale.counts(&floats);
         assert!(scale.lsb.rad < 2e-9 && scale.lsb.mps < 4e-8, "{scale:?}");
-        let Words::Floats { gyro, accel } = floats else {
+        let RawSample::Floats { gyro, accel } = floats else {
             return;
         };
         for i in 0..3 {

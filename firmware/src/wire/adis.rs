@@ -22,9 +22,10 @@ pub use frame::Frame;
 pub use model::Model;
 pub use spi::Form;
 
+use super::Error;
 use super::checksum::{crc32_zlib_swapped, sum_bytes};
 use super::field::{head, put, take};
-use super::{Axes, Error, Units};
+use crate::sample::{Axes, Units};
 
 /// Bytes of a 16-bit burst reply (1646x, 1647x, 1650x).
 pub const BURST16_LEN: usize = 20;

@@ -5,7 +5,8 @@
 //! linear). A byte that a disturbance turned over in between still fails the receiver's check.
 
 use super::stim300::Extra;
-use super::{Axes, Error, Format, Reading, Words, adis, hg4930, kvh, novatel, stim300};
+use super::{Error, Format, Reading, adis, hg4930, kvh, novatel, stim300};
+use crate::sample::{Axes, RawSample};
 
 /// Where a frame comes from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -20,7 +21,7 @@ pub enum Source {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Change<'w> {
     /// The six words; those the frame does not have are left out.
-    pub words: &'w Words,
+    pub words: &'w RawSample,
     /// Set our own fault bit, where the format has room. It is never cleared.
     pub mark: bool,
     /// STIM300: the family of the identifier.
@@ -108,22 +109,24 @@ impl<'a> Checked<'a> {
         let bytes = &mut *self.bytes;
         let mark = change.mark;
         let held = match (self.source, *change.words) {
-            (Source::Stream(Format::Stim300), Words::Counts { gyro, accel }) => {
+            (Source::Stream(Format::Stim300), RawSample::Counts { gyro, accel }) => {
                 stim300::Frame::over(bytes)
                     .and_then(|mut frame| frame.change(gyro, accel, change.family))
             }
-            (Source::Stream(Format::Kvh), Words::Floats { gyro, accel }) => kvh::Frame::over(bytes)
-                .and_then(|mut frame| frame.change(gyro, accel, mark))
-                .map(|()| Axes::NONE),
-            (Source::Stream(Format::Novatel), Words::Counts { gyro, accel }) => {
+            (Source::Stream(Format::Kvh), RawSample::Floats { gyro, accel }) => {
+                kvh::Frame::over(bytes)
+                    .and_then(|mut frame| frame.change(gyro, accel, mark))
+                    .map(|()| Axes::NONE)
+            }
+            (Source::Stream(Format::Novatel), RawSample::Counts { gyro, accel }) => {
                 novatel::Frame::over(bytes)
                     .and_then(|mut frame| frame.change(gyro, accel, mark))
                     .map(|()| Axes::NONE)
             }
-            (Source::Stream(Format::Hg4930), Words::Counts { gyro, accel }) => {
+            (Source::Stream(Format::Hg4930), RawSample::Counts { gyro, accel }) => {
                 hg4930::Frame::over(bytes).and_then(|mut frame| frame.change(gyro, accel, mark))
             }
-            (Source::Burst(form), Words::Counts { gyro, accel }) => {
+            (Source::Burst(form), RawSample::Counts { gyro, accel }) => {
                 adis::Frame::over(form, bytes).map(|mut frame| frame.change(gyro, accel))
             }
             _ => None,

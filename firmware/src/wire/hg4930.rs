@@ -20,7 +20,9 @@
 
 use super::checksum::sum16_le;
 use super::field::{head, put, take};
-use super::{Axes, DEGREE, Error, FOOT, Quantity, Reading, Scan, Unit, Units, Words};
+use super::{Error, Reading, Scan};
+use crate::sample::{Axes, Quantity, RawSample, Unit, Units};
+use crate::units::{DEGREE, FOOT};
 
 /// The longest message.
 pub const MAX_LEN: usize = 44;
@@ -241,11 +243,11 @@ impl<T: AsRef<[u8]>> Frame<T> {
     /// [`Error::Content`] for a control message.
     pub fn reading(&self) -> Result<Reading, Error> {
         let words = match (self.message, self.angle(), self.velocity()) {
-            (Message::SClass, ..) => Words::Counts {
+            (Message::SClass, ..) => RawSample::Counts {
                 gyro: self.rate().map(i32::from),
                 accel: self.accel().map(i32::from),
             },
-            (_, Some(gyro), Some(accel)) => Words::Counts { gyro, accel },
+            (_, Some(gyro), Some(accel)) => RawSample::Counts { gyro, accel },
             _ => return Err(Error::Content),
         };
         Ok(Reading {

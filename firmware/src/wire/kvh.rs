@@ -13,7 +13,9 @@
 
 use super::checksum::{crc32_mpeg2, crc32_mpeg2_change, sum_bytes};
 use super::field::{Mark, head, mark, put, resealed, take};
-use super::{Axes, DEGREE, Error, G, Quantity, Reading, Scan, Unit, Units, Words};
+use super::{Error, Reading, Scan};
+use crate::sample::{Axes, Quantity, RawSample, Unit, Units};
+use crate::units::{DEGREE, G};
 
 /// The longest message.
 pub const MAX_LEN: usize = 40;
@@ -214,7 +216,7 @@ impl<T: AsRef<[u8]>> Frame<T> {
         Reading {
             counter: Some(u16::from(self.sequence())),
             ..Reading::new(
-                Words::Floats { gyro, accel },
+                RawSample::Floats { gyro, accel },
                 Axes::ALL,
                 Axes::new(status & finite(gyro), status >> 4 & finite(accel)),
             )

@@ -45,12 +45,7 @@ pub use checked::{Change, Checked, Source};
 pub use detect::Detector;
 pub use framer::Framer;
 
-/// Standard gravity, m/s^2 (CGPM 1901): what a sensor means by 1 g.
-pub const G: f64 = 9.806_65;
-/// One degree, rad.
-pub const DEGREE: f64 = core::f64::consts::PI / 180.0;
-/// The international foot, m.
-pub const FOOT: f64 = 0.3048;
+use crate::sample::{Axes, RawSample};
 
 /// 2 to the power given (-1022 to 1023), exactly.
 const fn power_of_two(power: i32) -> f64 {
@@ -121,99 +116,11 @@ impl Format {
     }
 }
 
-/// A set of the six axes: gyro x, y, z in bits 0 to 2, accelerometer x, y, z in bits 3 to 5.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct Axes(pub u8);
-
-impl Axes {
-    /// None of them.
-    pub const NONE: Axes = Axes(0);
-    /// All of them.
-    pub const ALL: Axes = Axes(0x3F);
-
-    /// From the three bits (x lowest) of either triad.
-    pub fn new(gyro: u8, accel: u8) -> Axes {
-        Axes((gyro & 7) | (accel & 7) << 3)
-    }
-
-    /// The gyros' three bits, x lowest.
-    pub fn gyro(self) -> u8 {
-        self.0 & 7
-    }
-
-    /// The accelerometers' three bits, x lowest.
-    pub fn accel(self) -> u8 {
-        self.0 >> 3 & 7
-    }
-}
-
-/// The six inertial words of a frame as they stand on the wire.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Words {
-    /// Integer counts.
-    Counts {
-        /// Gyro x, y, z.
-        gyro: [i32; 3],
-        /// Accelerometer x, y, z.
-        accel: [i32; 3],
-    },
-    /// Single-precision numbers (KVH).
-    Floats {
-        /// Gyro x, y, z.
-        gyro: [f32; 3],
-        /// Accelerometer x, y, z.
-        accel: [f32; 3],
-    },
-}
-
-/// What a word measures.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Quantity {
-    /// Angle or velocity gained since the last word.
-    Increment,
-    /// Rate or acceleration at one instant.
-    Rate,
-    /// Rate or acceleration averaged since the last word.
-    Average,
-    /// Angle or velocity since power-on; wraps without notice.
-    Integrated,
-}
-
-/// The meaning of one triad's words.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Unit {
-    /// What is measured.
-    pub quantity: Quantity,
-    /// One count (or 1.0 of a float) in rad or rad/s, m/s or m/s^2.
-    pub lsb: f64,
-}
-
-impl Unit {
-    /// What one count is worth as an increment, rad or m/s, when a word comes every `period_s` seconds. `None` for
-    /// integrated words, whose increments are differences of two.
-    pub fn increment(self, period_s: f64) -> Option<f64> {
-        match self.quantity {
-            Quantity::Increment => Some(self.lsb),
-            Quantity::Rate | Quantity::Average => Some(self.lsb * period_s),
-            Quantity::Integrated => None,
-        }
-    }
-}
-
-/// The meaning of all six words.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Units {
-    /// Gyro triad.
-    pub gyro: Unit,
-    /// Accelerometer triad.
-    pub accel: Unit,
-}
-
 /// What [`read`] finds in a frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Reading {
     /// The six words; zero where the frame has none.
-    pub words: Words,
+    pub words: RawSample,
     /// The axes the frame has words for.
     pub present: Axes,
     /// The axes the sensor itself calls good. Absent axes are not.
@@ -230,7 +137,7 @@ pub struct Reading {
 
 impl Reading {
     /// Words and validity, nothing else known.
-    fn new(words: Words, present: Axes, valid: Axes) -> Reading {
+    fn new(words: RawSample, present: Axes, valid: Axes) -> Reading {
         Reading {
             words,
             present,
@@ -264,20 +171,20 @@ pub fn read(format: Format, frame: &[u8]) -> Result<Reading, Error> {
 ///
 /// # Errors
 /// [`Error::Content`] when the frame has no words of this kind, else what is wrong with the bytes; nothing is written.
-pub fn write(format: Format, frame: &mut [u8], words: &Words) -> Result<Axes, Error> {
+pub fn write(format: Format, frame: &mut [u8], words: &RawSample) -> Result<Axes, Error> {
     match (format, words) {
-        (Format::Stim300, Words::Counts { gyro, accel }) => {
+        (Format::Stim300, RawSample::Counts { gyro, accel }) => {
             Ok(stim300::Frame::new_checked(frame)?.set_words(*gyro, *accel))
         }
-        (Format::Kvh, Words::Floats { gyro, accel }) => {
+        (Format::Kvh, RawSample::Floats { gyro, accel }) => {
             kvh::Frame::new_checked(frame)?.set_words(*gyro, *accel);
             Ok(Axes::NONE)
         }
-        (Format::Novatel, Words::Counts { gyro, accel }) => {
+        (Format::Novatel, RawSample::Counts { gyro, accel }) => {
             novatel::Frame::new_checked(frame)?.set_words(*gyro, *accel);
             Ok(Axes::NONE)
         }
-        (Format::Hg4930, Words::Counts { gyro, accel }) => {
+        (Format::Hg4930, RawSample::Counts { gyro, accel }) => {
             hg4930::Frame::new_checked(frame)?.set_words(*gyro, *accel)
         }
         _ => Err(Error::Content),

@@ -19,9 +19,9 @@
 
 use super::checksum::{crc32_novatel, crc32_novatel_change};
 use super::field::{Mark, head, mark, put, resealed, take};
-use super::{
-    Axes, DEGREE, Error, FOOT, Quantity, Reading, Scan, Unit, Units, Words, power_of_two as two,
-};
+use super::{Error, Reading, Scan, power_of_two as two};
+use crate::sample::{Axes, Quantity, RawSample, Unit, Units};
+use crate::units::{DEGREE, FOOT};
 
 /// Bytes of a short-header frame.
 pub const SHORT_LEN: usize = 12 + PAYLOAD + 4;
@@ -243,7 +243,7 @@ impl<T: AsRef<[u8]>> Frame<T> {
         Reading {
             time_of_week: Some(self.second_of_week()),
             ..Reading::new(
-                Words::Counts {
+                RawSample::Counts {
                     gyro: self.gyro(),
                     accel: self.accel(),
                 },

@@ -3,10 +3,8 @@
 use super::checksum::{crc32_mpeg2, crc32_mpeg2_padded, crc32_novatel, fletcher8, sum16_le};
 use super::framer::Kind;
 use super::framer::tests::{ALL, events, frame, frames};
-use super::{
-    Axes, Change, Error, Format, Framer, Scan, Words, hg4930, kvh, novatel, read, stim300, ubx,
-    write,
-};
+use super::{Change, Error, Format, Framer, Scan, hg4930, kvh, novatel, read, stim300, ubx, write};
+use crate::sample::{Axes, RawSample};
 use proptest::prelude::*;
 use std::format;
 use std::vec::Vec;
@@ -132,11 +130,11 @@ proptest! {
         let has_accel = format != Format::Stim300
             || stim300::Contents::from_id(bytes[0]).unwrap().accel;
         let words = match format {
-            Format::Kvh => Words::Floats {
+            Format::Kvh => RawSample::Floats {
                 gyro: [a, b, c].map(|w| w as f32),
                 accel: [d, e, f].map(|w| w as f32),
             },
-            _ => Words::Counts {
+            _ => RawSample::Counts {
                 gyro: [a, b, c],
                 accel: if has_accel { [d, e, f] } else { [0; 3] },
             },
@@ -159,11 +157,11 @@ proptest! {
         }
         let [a, b, c, d, e, f] = words;
         let words = match format {
-            Format::Kvh => Words::Floats {
+            Format::Kvh => RawSample::Floats {
                 gyro: [a, b, c].map(|w| w as f32),
                 accel: [d, e, f].map(|w| w as f32),
             },
-            _ => Words::Counts { gyro: [a, b, c], accel: [d, e, f] },
+            _ => RawSample::Counts { gyro: [a, b, c], accel: [d, e, f] },
         };
         let mut framer = Framer::new(format);
         framer.push(&bytes);

@@ -21,7 +21,8 @@ pub mod request;
 
 use super::checksum::{crc32_mpeg2_padded, crc32_mpeg2_padded_change};
 use super::field::{be_i24, head, put, put_be_i24, resealed, saturate_i24, take};
-use super::{Axes, Error, Reading, Scan, Words};
+use super::{Error, Reading, Scan};
+use crate::sample::{Axes, RawSample};
 
 /// The longest measurement datagram, without CR LF.
 pub const MAX_LEN: usize = 63;
@@ -301,7 +302,7 @@ impl<T: AsRef<[u8]>> Frame<T> {
                 .temperatures(0)
                 .map(|t| t.words.map(|count| f32::from(count) / 256.0)),
             ..Reading::new(
-                Words::Counts {
+                RawSample::Counts {
                     gyro: gyro.words,
                     accel: accel.map_or([0; 3], |a| a.words),
                 },

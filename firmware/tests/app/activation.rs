@@ -6,11 +6,12 @@ use crate::frames::{Fields, Kind, words};
 use firmware::align::{Align, Sensors};
 use firmware::app::{Activation, App, Config, Fix, Nets};
 use firmware::compensator::Block;
-use firmware::learn::{Learner, Meaning, Report, Winner};
+use firmware::learn::{Learner, Report, Winner};
 use firmware::nav::{self, Navigator, Noise, Position, State};
-use firmware::sample::{Counts, Lsb};
+use firmware::sample::{Counts, Lsb, StreamScale};
+use firmware::units::FOOT;
 use firmware::wire::command::{Alignment, Mode, Request, Response};
-use firmware::wire::{FOOT, novatel};
+use firmware::wire::novatel;
 use lrnn_nostd::State as NetState;
 
 pub const KIND: Kind = Kind::Novatel(novatel::Log::Rawimusx);
@@ -39,7 +40,7 @@ struct Knows {
 }
 
 impl Learner for Knows {
-    fn begin(&mut self, _: &Nets, _: Meaning) {}
+    fn begin(&mut self, _: &Nets, _: StreamScale) {}
     fn restart(&mut self) {}
     fn block(&mut self, _: u32, _: &Block) {
         self.blocks += 1;

@@ -6,7 +6,7 @@ use crate::device::Device;
 use crate::frames::Fields;
 use firmware::app::{App, Config, Nets};
 use firmware::learn::{Both, FixLearner, FixMemory, Settings, WindowLearner};
-use firmware::wire::DEGREE;
+use firmware::units::DEGREE;
 use firmware::wire::command::{Alignment, Health, Mode, Request, Response};
 use firmware::wire::ubx::Pvt;
 

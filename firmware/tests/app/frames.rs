@@ -1,9 +1,10 @@
 //! Frames of every kind that carries inertial words, by number.
 
 use firmware::app::{Config, Kvh};
+use firmware::sample::RawSample;
 use firmware::wire::novatel::ImuType;
 use firmware::wire::stim300::config::Config as Stim300;
-use firmware::wire::{Format, Framer, Words, framer, hg4930, kvh, novatel, read, stim300};
+use firmware::wire::{Format, Framer, framer, hg4930, kvh, novatel, read, stim300};
 
 /// Words, any status and any other fields of a frame.
 #[derive(Debug, Clone, Copy, Default)]
@@ -180,8 +181,8 @@ pub fn frames_in(format: Format, bytes: &[u8]) -> Vec<Vec<u8>> {
 pub fn words(format: Format, frame: &[u8]) -> [f64; 6] {
     let reading = read(format, frame).expect("a good frame");
     let [[a, b, c], [d, e, f]] = match reading.words {
-        Words::Counts { gyro, accel } => [gyro, accel].map(|w| w.map(f64::from)),
-        Words::Floats { gyro, accel } => [gyro, accel].map(|w| w.map(f64::from)),
+        RawSample::Counts { gyro, accel } => [gyro, accel].map(|w| w.map(f64::from)),
+        RawSample::Floats { gyro, accel } => [gyro, accel].map(|w| w.map(f64::from)),
     };
     [a, b, c, d, e, f]
 }

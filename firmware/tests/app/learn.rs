@@ -5,7 +5,7 @@ use crate::frames::{Fields, Kind};
 use firmware::app::{Config, IMAGES_LEN, Nets, Phase};
 use firmware::compensator::Limit;
 use firmware::learn::{BLOCKS, WindowLearner};
-use firmware::wire::DEGREE;
+use firmware::units::DEGREE;
 use firmware::wire::command::{
     Alignment, Estimate, MAX_CHUNK, Mode, Reason, Request, Response, Window,
 };

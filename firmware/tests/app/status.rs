@@ -5,10 +5,11 @@ use crate::device::{Device, nets};
 use crate::frames::{Fields, KINDS, Kind, words};
 use firmware::app::Config;
 use firmware::compensator::Limit;
+use firmware::sample::{Axes, RawSample};
 use firmware::wire::checksum::{crc32_mpeg2, crc32_mpeg2_padded, crc32_novatel, sum16_le};
 use firmware::wire::command::{Mode, fault};
 use firmware::wire::novatel::Log;
-use firmware::wire::{Axes, Format, Words, read, write};
+use firmware::wire::{Format, read, write};
 
 /// Frames before the one that is looked at: some blocks, so that there is a correction.
 const BEFORE: u32 = 200;
@@ -48,11 +49,11 @@ fn beside_words(kind: Kind, frame: &[u8]) -> Vec<u8> {
         // words of 16 bits are held within them: half of the patterns are small
         let word = |axis: u32| pattern.rotate_left(5 * axis).cast_signed() >> (n % 2 * 17);
         let words = match read(kind.format(), frame).expect("a frame").words {
-            Words::Counts { .. } => Words::Counts {
+            RawSample::Counts { .. } => RawSample::Counts {
                 gyro: [0, 1, 2].map(word),
                 accel: [3, 4, 5].map(word),
             },
-            Words::Floats { .. } => Words::Floats {
+            RawSample::Floats { .. } => RawSample::Floats {
                 gyro: [0, 1, 2].map(|axis| f32::from_bits(word(axis).cast_unsigned())),
                 accel: [3, 4, 5].map(|axis| f32::from_bits(word(axis).cast_unsigned())),
             },

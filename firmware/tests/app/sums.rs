@@ -4,8 +4,9 @@ use crate::device::{Device, nets};
 use crate::frames::{Fields, KINDS, Kind, words};
 use firmware::app::Config;
 use firmware::compensator::Limit;
+use firmware::units::{DEGREE, FOOT, G};
 use firmware::wire::command::Mode;
-use firmware::wire::{DEGREE, FOOT, G, novatel};
+use firmware::wire::novatel;
 
 const WORDS: u32 = 100_000;
 const ERROR: [f32; 6] = [4.848e-8, -1.6e-6, 0.0, 3.0e-4, 0.0, -2.2e-3]; // 0.01 and -0.33 deg/h; 30 and -220 ug

@@ -8,11 +8,11 @@ use crate::simulator::gnss::GnssSpec;
 use crate::simulator::imu::ImuSpec;
 use crate::simulator::session::{SessionConfig, simulate};
 use firmware::sample::Counts;
-use firmware::wire::Format;
+use firmware::units::{DEGREE, G};
 use firmware::wire::novatel::{self, Header, Log};
 use firmware::wire::stim300::{self, Cluster, Temperatures};
 use firmware::wire::ubx::Pvt;
-use firmware::wire::{DEGREE, G, kvh};
+use firmware::wire::{Format, kvh};
 
 /// Longest record.
 const LONGEST: usize = 256;

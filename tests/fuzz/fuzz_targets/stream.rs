@@ -3,7 +3,8 @@
 #![no_main]
 
 use firmware::wire::framer::{Event, Framer, LONGEST};
-use firmware::wire::{Axes, Change, Detector, Format, Scan, Words, read, write};
+use firmware::wire::{Change, Detector, Format, Scan, read, write};
+use firmware::sample::{Axes, RawSample};
 use libfuzzer_sys::fuzz_target;
 
 const FORMATS: [Format; 5] = [
@@ -44,11 +45,11 @@ fn check(format: Format, event: Event<'_>, seen: &mut Vec<u8>) {
         (Ok(Axes::NONE), before.clone())
     );
     let other = match reading.words {
-        Words::Counts { gyro, accel } => Words::Counts {
+        RawSample::Counts { gyro, accel } => RawSample::Counts {
             gyro: gyro.map(|word| word.wrapping_mul(3)),
             accel: accel.map(|word| word.wrapping_add(i32::MAX)),
         },
-        Words::Floats { gyro, accel } => Words::Floats {
+        RawSample::Floats { gyro, accel } => RawSample::Floats {
             gyro: gyro.map(|word| word * 2.0),
             accel: accel.map(|word| word / 0.0),
         },

@@ -110,7 +110,7 @@ fn words_sent(bytes: &[u8]) -> Vec<[i64; 6]> {
 
 fn word(frame: &[u8]) -> Option<[i64; 6]> {
     let reading = firmware::wire::read(FORMAT, frame).ok()?;
-    let firmware::wire::Words::Counts { gyro, accel } = reading.words else {
+    let firmware::sample::RawSample::Counts { gyro, accel } = reading.words else {
         return None;
     };
     let [a, b, c] = gyro.map(i64::from);

@@ -6,9 +6,10 @@ use super::spi::Form;
 use super::{
     BURST_1649X_LEN, BURST_ID, BURST16_LEN, BURST32_LEN, Burst, check_sum, low_high, put_low_high,
 };
+use crate::sample::{Axes, RawSample};
 use crate::wire::checksum::{crc32_zlib_swapped, sum_bytes};
 use crate::wire::field::{head, put, take};
-use crate::wire::{Axes, Error, Reading, Words};
+use crate::wire::{Error, Reading};
 
 /// Bytes of the data of a 1649x burst under its CRC.
 const DATA_1649X: usize = 30;
@@ -108,7 +109,7 @@ impl<T: AsRef<[u8]>> Frame<T> {
             counter: Some(burst.counter),
             temperature,
             ..Reading::new(
-                Words::Counts {
+                RawSample::Counts {
                     gyro: burst.gyro,
                     accel: burst.accel,
                 },

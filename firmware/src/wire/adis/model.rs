@@ -1,7 +1,9 @@
 //! The models whose scales the Linux drivers name, and how each is known at its registers.
 
 use super::Form;
-use crate::wire::{DEGREE, G, Quantity, Unit, Units, power_of_two};
+use crate::sample::{Quantity, Unit, Units};
+use crate::units::{DEGREE, G};
+use crate::wire::power_of_two;
 
 /// A model; the last digit (-1, -2, -3) is the gyro range's.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -4,8 +4,10 @@
 //! extended error are known by length and CRC and passed on unread.
 
 use super::super::field::{put, take};
-use super::super::{DEGREE, Error, G, Quantity, Unit, Units, power_of_two};
+use super::super::{Error, power_of_two};
 use super::{Contents, Extra, crc_is_right, seal};
+use crate::sample::{Quantity, Unit, Units};
+use crate::units::{DEGREE, G};
 
 /// Part number, 20 bytes; the identifier with CR LF is this + 2.
 pub const PART_NUMBER_ID: u8 = 0xB1;
