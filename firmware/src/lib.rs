@@ -10,6 +10,7 @@
 pub mod align;
 pub mod app;
 pub mod compensator;
+pub mod control;
 pub mod harm;
 pub mod learn;
 pub mod link;

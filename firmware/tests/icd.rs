@@ -150,7 +150,7 @@ fn fault_flags() {
 /// The numbers of the requests are postcard's.
 #[test]
 fn requests() {
-    use firmware::wire::command::{Alignment, Mode, Window};
+    use firmware::control::{Alignment, Mode, Window};
     let window = Window {
         first: 0,
         last: 0,

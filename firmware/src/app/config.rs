@@ -1,12 +1,12 @@
 //! What a device is told before it starts.
 
 use crate::compensator::Limit;
+use crate::control::Mode;
 use crate::harm::Harm;
 use crate::sample::Units;
 use crate::units::{DEGREE, G};
 use crate::wire::Format;
 use crate::wire::adis::Form;
-use crate::wire::command::Mode;
 use crate::wire::novatel::ImuType;
 use crate::wire::stim300::{self, Extra};
 use lrnn_nostd::{Net, Normalisation, Weights};

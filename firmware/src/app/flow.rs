@@ -7,10 +7,11 @@ use super::phase::FAILURES;
 use super::setup::{Last, Setup};
 use super::{Config, Nets};
 use crate::compensator::{Block, Compensator, State};
+use crate::control::{Alignment, Mode};
 use crate::learn::{Learner, Memory};
 use crate::link::Line;
 use crate::sample::{Axes, RawSample, StreamScale};
-use crate::wire::command::{Alignment, Counters, Mode, fault};
+use crate::wire::command::{Counters, fault};
 use crate::wire::sequence::Gap;
 use crate::wire::{Change, Checked, Reading, Source, stim300};
 

@@ -9,7 +9,7 @@
 //!
 //! In `Detect` and `Fault` bytes go through raw, as if nothing were here.
 
-use crate::wire::command::Mode;
+use crate::control::Mode;
 
 /// Why nothing is corrected any more.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -7,9 +7,9 @@
 
 use super::flow::{Flow, count};
 use super::{Config, Phase};
+use crate::control::Mode;
 use crate::link::Line;
 use crate::wire::Format;
-use crate::wire::command::Mode;
 use crate::wire::stim300::config::{
     self, CONFIGURATION_ID, PART_NUMBER_ID, SERIAL_NUMBER_ID, special_len,
 };

@@ -3,9 +3,10 @@
 use super::Nets;
 use super::flow::Flow;
 use super::phase::{Machine, Phase};
+use crate::control::{Alignment, Mode, Reason};
 use crate::wire::command::{
-    Alignment, Counters, Health, MAX_CHUNK, MAX_PACKET, Mode, Reason, Request, Response, Version,
-    WIRE_VERSION, decode, encode, fault,
+    Counters, Health, MAX_CHUNK, MAX_PACKET, Request, Response, Version, WIRE_VERSION, decode,
+    encode, fault,
 };
 use heapless::Vec;
 use lrnn_nostd::image::{self, IMAGE_LEN};

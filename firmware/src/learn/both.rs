@@ -3,8 +3,8 @@
 use super::{Learner, Report, Winner};
 use crate::app::{Fix, Nets};
 use crate::compensator::Block;
+use crate::control::{Alignment, Reason, Window};
 use crate::sample::{RawSample, StreamScale};
-use crate::wire::command::{Alignment, Reason, Window};
 use lrnn_nostd::State;
 
 /// References go to the one, fixes to the other. What was learnt ([`Learner::learnt`]) is the fixes' where that has proved itself, and the

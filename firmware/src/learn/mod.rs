@@ -20,8 +20,8 @@ pub use window::{BLOCKS, GATE, WindowLearner};
 
 use crate::app::{Fix, Nets};
 use crate::compensator::Block;
+use crate::control::{Alignment, Reason, Window};
 use crate::sample::{RawSample, StreamScale};
-use crate::wire::command::{Alignment, Reason, Window};
 use lrnn_nostd::State;
 
 /// What a learner can tell.

@@ -14,8 +14,8 @@ use super::chosen::{self, LEARNT};
 use super::{Learner, Report};
 use crate::app::Nets;
 use crate::compensator::Block;
+use crate::control::{self, Reason};
 use crate::sample::{Lsb, StreamScale};
-use crate::wire::command::{self, Reason};
 use lrnn_nostd::learn::{Factored, Window};
 use lrnn_nostd::{Fault, Net, Normalisation, Sensitivities, State, Weights};
 
@@ -259,7 +259,7 @@ impl Learner for WindowLearner {
         }
     }
 
-    fn reference(&mut self, window: &command::Window) -> Result<(), Reason> {
+    fn reference(&mut self, window: &control::Window) -> Result<(), Reason> {
         let ends = (window.first, window.last);
         if self.taken == Some(ends) {
             return Ok(()); // again, because the answer was lost

@@ -11,6 +11,7 @@
 use super::checksum::crc32_zlib;
 use super::field::{head, put, take};
 use super::{Error, cobs};
+use crate::control::{Alignment, Mode, Reason, Window};
 use serde::{Deserialize, Serialize};
 
 /// Version of this wire format, in [`Version`].
@@ -19,46 +20,6 @@ pub const WIRE_VERSION: u16 = 6;
 pub const MAX_CHUNK: usize = 128;
 /// The longest packet, its zero byte included: chunk, 32 bytes for the other fields and the CRC, COBS overhead.
 pub const MAX_PACKET: usize = MAX_CHUNK + 32 + 2;
-
-/// What the compensator does with the words.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-pub enum Mode {
-    /// Words go through as they came.
-    Bypass,
-    /// Words are corrected by fixed weights.
-    Frozen,
-    /// Words go through; the correction is computed and reported only.
-    Shadow,
-    /// The weights learn, and what has proved itself corrects the words.
-    Learn,
-}
-
-/// What the navigation computer tells about its alignment.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-pub enum Alignment {
-    /// It begins: a correction may be switched on until then.
-    Started,
-    /// It is done: a correction may only be faded from here on.
-    Finished,
-}
-
-/// A reference for the words of the window last closed ([`Estimate::window`]), as sums.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct Window {
-    /// Number of the first sample in the window.
-    pub first: u32,
-    /// Number of the last sample in the window.
-    pub last: u32,
-    /// Sum of the true angle increments x, y, z, rad.
-    pub angle: [f64; 3],
-    /// Sum of the true velocity increments x, y, z, m/s.
-    pub velocity: [f64; 3],
-    /// Standard deviation of the angle sums, noise of the sensor's own words included, rad, > 0. References that share their
-    /// errors over T seconds count as one in T: give each sqrt(T / window) times its own.
-    pub angle_sigma: f32,
-    /// Standard deviation of the velocity sums likewise, m/s, > 0.
-    pub velocity_sigma: f32,
-}
 
 /// What the networks say, whether it is in force or not.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -128,25 +89,6 @@ pub enum Request<'a> {
     },
     /// Use the weights learnt from the next block on.
     CommitLearnt,
-}
-
-/// Why a request was not carried out.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-pub enum Reason {
-    /// The request's numbers are outside their range.
-    Range,
-    /// Not in this mode.
-    Mode,
-    /// The weight image is damaged, of another shape or of another version.
-    Image,
-    /// The window is no longer, or not yet, known.
-    Window,
-    /// An alignment is in progress or done.
-    Alignment,
-    /// Nothing of the kind on this board.
-    Unsupported,
-    /// Not on this board, or nothing there yet.
-    NotAvailable,
 }
 
 /// What runs here.

@@ -6,11 +6,12 @@ use crate::frames::{Fields, Kind, words};
 use firmware::align::{Align, Sensors};
 use firmware::app::{Activation, App, Config, Fix, Nets};
 use firmware::compensator::Block;
+use firmware::control::{Alignment, Mode};
 use firmware::learn::{Learner, Report, Winner};
 use firmware::nav::{self, Navigator, Noise, Position, State};
 use firmware::sample::{Counts, Lsb, StreamScale};
 use firmware::units::FOOT;
-use firmware::wire::command::{Alignment, Mode, Request, Response};
+use firmware::wire::command::{Request, Response};
 use firmware::wire::novatel;
 use lrnn_nostd::State as NetState;
 

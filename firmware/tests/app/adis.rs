@@ -3,10 +3,11 @@
 use crate::device::{Device, nets};
 use firmware::app::{Adis, Config, Phase};
 use firmware::compensator::Limit;
+use firmware::control::Mode;
 use firmware::units::{DEGREE, G};
 use firmware::wire::Error;
 use firmware::wire::adis::{Burst, Form, Model};
-use firmware::wire::command::{Mode, fault};
+use firmware::wire::command::fault;
 use proptest::prelude::*;
 
 const FORMS: [Form; 3] = [Form::Narrow, Form::Wide, Form::Adis1649x];

@@ -4,9 +4,8 @@ use crate::device::{Device, constant, nets};
 use crate::frames::{Fields, Kind, words};
 use firmware::app::{Config, IMAGES_LEN, Nets, Phase};
 use firmware::compensator::Limit;
-use firmware::wire::command::{
-    Alignment, MAX_CHUNK, Mode, Reason, Request, Response, WIRE_VERSION, Window,
-};
+use firmware::control::{Alignment, Mode, Reason, Window};
+use firmware::wire::command::{MAX_CHUNK, Request, Response, WIRE_VERSION};
 use firmware::wire::ubx::Pvt;
 use firmware::wire::{Format, kvh};
 use lrnn_nostd::image;

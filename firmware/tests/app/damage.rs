@@ -3,8 +3,8 @@
 use crate::device::{Device, Mock, nets};
 use crate::frames::{KINDS, Kind, frames_in, words};
 use firmware::app::Config;
+use firmware::control::Mode;
 use firmware::link::faulty::{Chances, Faulty};
-use firmware::wire::command::Mode;
 use firmware::wire::{kvh, novatel};
 use proptest::prelude::*;
 

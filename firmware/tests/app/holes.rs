@@ -4,8 +4,9 @@ use crate::damage::stamp;
 use crate::device::{Device, broken, nets};
 use crate::frames::{Fields, Kind, frames_in, words};
 use firmware::app::{Config, Nets, Phase, phase::Cause};
+use firmware::control::Mode;
 use firmware::link::faulty::{Chances, Faulty};
-use firmware::wire::command::{Mode, Request, fault};
+use firmware::wire::command::{Request, fault};
 use firmware::wire::{Format, kvh, novatel, stim300};
 
 const STIM: Kind = Kind::Stim300(0x91, 1, 1);

@@ -3,7 +3,7 @@
 use crate::device::Device;
 use crate::frames::{Fields, KINDS, Kind};
 use firmware::app::{Config, Phase};
-use firmware::wire::command::Mode;
+use firmware::control::Mode;
 use proptest::prelude::*;
 
 /// Any words, extreme ones as well; fields narrower than 32 bits keep the low bits.

@@ -4,11 +4,10 @@ use crate::device::{Device, nets};
 use crate::frames::{Fields, Kind};
 use firmware::app::{Config, IMAGES_LEN, Nets, Phase};
 use firmware::compensator::Limit;
+use firmware::control::{Alignment, Mode, Reason, Window};
 use firmware::learn::{BLOCKS, WindowLearner};
 use firmware::units::DEGREE;
-use firmware::wire::command::{
-    Alignment, Estimate, MAX_CHUNK, Mode, Reason, Request, Response, Window,
-};
+use firmware::wire::command::{Estimate, MAX_CHUNK, Request, Response};
 use lrnn_nostd::{Net, Normalisation, Weights};
 
 const STIM: Kind = Kind::Stim300(0x91, 1, 1);

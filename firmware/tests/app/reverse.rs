@@ -3,8 +3,8 @@
 use crate::device::{Device, nets};
 use crate::frames::{Kind, words};
 use firmware::app::{Config, Phase};
+use firmware::control::Mode;
 use firmware::wire::checksum::crc32_mpeg2_padded;
-use firmware::wire::command::Mode;
 use firmware::wire::stim300::config::Config as Stim300;
 use firmware::wire::{Format, kvh};
 

@@ -5,9 +5,10 @@ use crate::device::{Device, nets};
 use crate::frames::{Fields, KINDS, Kind, words};
 use firmware::app::Config;
 use firmware::compensator::Limit;
+use firmware::control::Mode;
 use firmware::sample::{Axes, RawSample};
 use firmware::wire::checksum::{crc32_mpeg2, crc32_mpeg2_padded, crc32_novatel, sum16_le};
-use firmware::wire::command::{Mode, fault};
+use firmware::wire::command::fault;
 use firmware::wire::novatel::Log;
 use firmware::wire::{Format, read, write};
 

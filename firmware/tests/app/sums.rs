@@ -4,8 +4,8 @@ use crate::device::{Device, nets};
 use crate::frames::{Fields, KINDS, Kind, words};
 use firmware::app::Config;
 use firmware::compensator::Limit;
+use firmware::control::Mode;
 use firmware::units::{DEGREE, FOOT, G};
-use firmware::wire::command::Mode;
 use firmware::wire::novatel;
 
 const WORDS: u32 = 100_000;

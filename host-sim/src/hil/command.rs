@@ -3,9 +3,10 @@
 use super::port::Port;
 use crate::error::Error;
 use firmware::app::{IMAGES_LEN, Nets};
+use firmware::control::Mode;
 use firmware::wire::command::{
-    Counters, Health, MAX_CHUNK, MAX_PACKET, Mode, Packets, Request, Response, Version,
-    WIRE_VERSION, decode, encode,
+    Counters, Health, MAX_CHUNK, MAX_PACKET, Packets, Request, Response, Version, WIRE_VERSION,
+    decode, encode,
 };
 use lrnn_nostd::image;
 use std::time::{Duration, Instant};

@@ -19,8 +19,9 @@ pub use port::Port;
 
 use crate::error::Error;
 use command::Link;
+use firmware::control::Mode;
 use firmware::wire::Format;
-use firmware::wire::command::{Counters, Mode, Request};
+use firmware::wire::command::{Counters, Request};
 use serde::Serialize;
 use software::Software;
 use std::io;

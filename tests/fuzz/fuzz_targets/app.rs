@@ -3,9 +3,10 @@
 #![no_main]
 
 use firmware::app::{App, Config, Lines, Nets, Phase};
+use firmware::control::{Mode, Window};
 use firmware::learn::{Both, FixLearner, FixMemory, Settings, WindowLearner};
 use firmware::link::{Clock, Full, Line, Lost};
-use firmware::wire::command::{MAX_PACKET, Mode, Packets, Request, Response, Window, decode, encode};
+use firmware::wire::command::{MAX_PACKET, Packets, Request, Response, decode, encode};
 use firmware::wire::{Format, Framer, Scan, framer, kvh, novatel, stim300, ubx};
 use libfuzzer_sys::fuzz_target;
 use lrnn_nostd::{Net, Normalisation, Weights};
@@ -130,8 +131,8 @@ fn request<'a>(kind: u8, bytes: &'a [u8]) -> Request<'a> {
             offset,
             length: 128,
         },
-        5 => Request::Alignment(firmware::wire::command::Alignment::Started),
-        6 => Request::Alignment(firmware::wire::command::Alignment::Finished),
+        5 => Request::Alignment(firmware::control::Alignment::Started),
+        6 => Request::Alignment(firmware::control::Alignment::Finished),
         7 => Request::SetMode(Mode::Learn),
         8 => Request::SetMode(Mode::Shadow),
         9 => Request::GetEstimate,
@@ -200,7 +201,9 @@ fuzz_target!(|input: &[u8]| {
             3 => lines.navigation.input.extend(bytes),
             4 => {
                 let mut buffer = [0; MAX_PACKET];
-                if let Ok(packet) = encode(*amount, &request(amount ^ (step >> 3), bytes), &mut buffer) {
+                if let Ok(packet) =
+                    encode(*amount, &request(amount ^ (step >> 3), bytes), &mut buffer)
+                {
                     lines.command.input.extend(&*packet);
                 }
             }

@@ -2,9 +2,9 @@
 //! frame written with its own words is the same frame, and one written with other words is still a frame.
 #![no_main]
 
+use firmware::sample::{Axes, RawSample};
 use firmware::wire::framer::{Event, Framer, LONGEST};
 use firmware::wire::{Change, Detector, Format, Scan, read, write};
-use firmware::sample::{Axes, RawSample};
 use libfuzzer_sys::fuzz_target;
 
 const FORMATS: [Format; 5] = [

@@ -7,10 +7,9 @@ use std::time::Duration;
 
 use anyhow::{Context, Result, bail, ensure};
 use firmware::app::{Config, IMAGES_LEN};
+use firmware::control::{Mode, Window};
 use firmware::wire::Format;
-use firmware::wire::command::{
-    self, Estimate, Health, MAX_CHUNK, MAX_PACKET, Mode, Request, Response, Window,
-};
+use firmware::wire::command::{self, Estimate, Health, MAX_CHUNK, MAX_PACKET, Request, Response};
 use lrnn_nostd::image::{self, IMAGE_LEN};
 
 use crate::drive::Record;

@@ -4,14 +4,13 @@
 //! little-endian), bytes.
 
 use firmware::app::{Activation, App, Config, Lines, Nets};
+use firmware::control::Mode;
 use firmware::learn::Learner;
 use firmware::link::dma::{NoStream, Progress};
 use firmware::link::uart::{Port, Uart};
 use firmware::link::{Clock, Full, Line, Lost};
-use firmware::wire::Format;
-use firmware::wire::command::Mode;
 use firmware::wire::novatel::ImuType;
-use firmware::wire::stim300;
+use firmware::wire::{Format, stim300};
 use heapless::Vec;
 use lrnn_nostd::{Net, Normalisation, Rational};
 use vectors::Digest;

@@ -4,9 +4,10 @@
 use std::path::Path;
 
 use firmware::app::Config;
+use firmware::control::Mode;
 use firmware::wire::Format;
 use firmware::wire::adis::Burst;
-use firmware::wire::command::{Mode, Request};
+use firmware::wire::command::Request;
 use qemu::drive::{Record, drive};
 use qemu::images::{Image, STM32F405, STM32F405_WINDOW};
 use qemu::judges::{ask, python};

@@ -3,8 +3,9 @@
 use super::{Correction, Flow};
 use crate::app::{Activation, Fix, Nets};
 use crate::compensator::Block;
+use crate::control::{Alignment, Mode, Reason, Window};
 use crate::learn::Report;
-use crate::wire::command::{Alignment, Estimate, Mode, Reason, Window};
+use crate::wire::command::Estimate;
 
 /// Standstill that counts as an alignment where nobody tells, s.
 const STANDS_S: u32 = 3;

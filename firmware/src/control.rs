@@ -1,0 +1,67 @@
+//! What may be asked of the device, without the frames of the command link that carry it.
+//!
+//! The command link (`wire::command`) encodes these types; the learner and the application act on
+//! them. The order of the variants is part of the wire format: new ones go to the end.
+
+use serde::{Deserialize, Serialize};
+
+/// What the compensator does with the samples.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Mode {
+    /// Samples pass through unchanged.
+    Bypass,
+    /// Fixed weights correct the samples.
+    Frozen,
+    /// Samples pass through unchanged; the correction is computed and reported only.
+    Shadow,
+    /// The weights learn, and weights that have proved themselves correct the samples.
+    Learn,
+}
+
+/// What the navigation computer tells about its alignment.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Alignment {
+    /// It begins. Until now a correction may be switched on at once.
+    Started,
+    /// It is done. From now on a correction may only be faded in or out.
+    Finished,
+}
+
+/// A reference for one window of samples, as sums. The device announces which window it awaits a
+/// reference for.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Window {
+    /// Number of the first sample in the window.
+    pub first: u32,
+    /// Number of the last sample in the window.
+    pub last: u32,
+    /// Sum of the true angle increments x, y, z, rad.
+    pub angle: [f64; 3],
+    /// Sum of the true velocity increments x, y, z, m/s.
+    pub velocity: [f64; 3],
+    /// Standard deviation of the angle sums, rad, > 0, including the noise of the sensor's own
+    /// samples. References that share their errors over T seconds count as one in T: give each
+    /// sqrt(T / window) times its own standard deviation.
+    pub angle_sigma: f32,
+    /// Standard deviation of the velocity sums likewise, m/s, > 0.
+    pub velocity_sigma: f32,
+}
+
+/// Why a request was not carried out.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Reason {
+    /// A number in the request is outside its range.
+    Range,
+    /// Not possible in this mode.
+    Mode,
+    /// The weight image is damaged, or has another shape or version.
+    Image,
+    /// The window is no longer known, or not yet.
+    Window,
+    /// An alignment is in progress or done.
+    Alignment,
+    /// This board does not have the function.
+    Unsupported,
+    /// Not on this board, or nothing there yet.
+    NotAvailable,
+}
