@@ -4,7 +4,7 @@
 //! magnitude). The estimate of a block is held over the next one, so a word's correction is known before the word arrives and the
 //! latency is the same on all axes. With a correction of zero the output is the input, bit for bit.
 
-use crate::app::Nets;
+use crate::model::Nets;
 use crate::sample::{Counts, Lsb, RawSample, StreamScale};
 use crate::wire::kvh;
 use lrnn_nostd::{Fault, Net, State as NetState, Step};

@@ -14,6 +14,7 @@ pub mod control;
 pub mod harm;
 pub mod learn;
 pub mod link;
+pub mod model;
 pub mod nav;
 pub mod sample;
 pub mod store;

@@ -1,6 +1,6 @@
 //! The interface control document says what the code does: its tables, row by row.
 
-use firmware::app::IMAGES_LEN;
+use firmware::model::IMAGES_LEN;
 use firmware::wire::command::{MAX_CHUNK, MAX_PACKET, Request, WIRE_VERSION, encode, fault};
 use firmware::wire::{cobs, hg4930, kvh, novatel, stim300};
 

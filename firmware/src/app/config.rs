@@ -3,33 +3,13 @@
 use crate::compensator::Limit;
 use crate::control::Mode;
 use crate::harm::Harm;
+use crate::model::Nets;
 use crate::sample::Units;
 use crate::units::{DEGREE, G};
 use crate::wire::Format;
 use crate::wire::adis::Form;
 use crate::wire::novatel::ImuType;
 use crate::wire::stim300::{self, Extra};
-use lrnn_nostd::{Net, Normalisation, Weights};
-
-/// The two networks.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Nets {
-    /// Rate in rad/s to rate error in rad/s.
-    pub gyro: Net,
-    /// Specific force in m/s2 to its error in m/s2.
-    pub accel: Net,
-}
-
-impl Nets {
-    /// Networks that find no error, whatever comes in: the built-in fallback.
-    pub const NONE: Nets = {
-        let net = Net::new(Weights::zero(), Normalisation::identity());
-        Nets {
-            gyro: net,
-            accel: net,
-        }
-    };
-}
 
 /// KVH settings that its messages do not tell.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -2,14 +2,15 @@
 
 mod learning;
 
+use super::Config;
 use super::load::Load;
 use super::phase::FAILURES;
 use super::setup::{Last, Setup};
-use super::{Config, Nets};
 use crate::compensator::{Block, Compensator, State};
 use crate::control::{Alignment, Mode};
 use crate::learn::{Learner, Memory};
 use crate::link::Line;
+use crate::model::Nets;
 use crate::sample::{Axes, RawSample, StreamScale};
 use crate::wire::command::{Counters, fault};
 use crate::wire::sequence::Gap;

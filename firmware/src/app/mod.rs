@@ -19,14 +19,14 @@ mod reverse;
 mod server;
 mod setup;
 
-pub use config::{Activation, Adis, Config, Kvh, Nets};
+pub use config::{Activation, Adis, Config, Kvh};
 pub use lines::{Fix, Lines};
 pub use phase::Phase;
-pub use server::IMAGES_LEN;
 
 use crate::compensator::Block;
 use crate::learn::{Learner, Report};
 use crate::link::{Clock, Line, Lost};
+use crate::model::Nets;
 use crate::wire::command::{Counters, Packets, fault};
 use crate::wire::framer::{Framer, Kind};
 use crate::wire::ubx::Pvt;

@@ -1,18 +1,14 @@
 //! The command link: requests in, answers out.
 
-use super::Nets;
 use super::flow::Flow;
 use super::phase::{Machine, Phase};
 use crate::control::{Alignment, Mode, Reason};
+use crate::model::{IMAGES_LEN, Nets};
 use crate::wire::command::{
     Counters, Health, MAX_CHUNK, MAX_PACKET, Request, Response, Version, WIRE_VERSION, decode,
     encode, fault,
 };
 use heapless::Vec;
-use lrnn_nostd::image::{self, IMAGE_LEN};
-
-/// Bytes of the weight image of the link: the gyro network's image, then the accelerometer network's.
-pub const IMAGES_LEN: usize = 2 * IMAGE_LEN;
 
 /// Version of the weight image's format.
 const IMAGE_VERSION: u16 = 1;
@@ -123,14 +119,7 @@ impl Server {
             return Err(Reason::Range);
         }
         may_exchange(flow)?;
-        let (gyro, accel) = self
-            .received
-            .split_at_checked(IMAGE_LEN)
-            .ok_or(Reason::Range)?;
-        let nets = Nets {
-            gyro: image::decode(gyro).map_err(|_| Reason::Image)?,
-            accel: image::decode(accel).map_err(|_| Reason::Image)?,
-        };
+        let nets = Nets::from_images(&self.received).map_err(|_| Reason::Image)?;
         flow.set_nets(nets);
         Ok(())
     }
@@ -241,16 +230,7 @@ fn read_image<'b>(
         return Response::Refused(Reason::Range);
     }
     let len = (IMAGES_LEN - start).min(usize::from(length));
-    // one image after the other: two would need twice the stack
-    for (number, net) in [&nets.gyro, &nets.accel].into_iter().enumerate() {
-        let image = image::encode(net);
-        for (place, byte) in buffer.iter_mut().enumerate() {
-            let at = (start + place).wrapping_sub(number * IMAGE_LEN);
-            if let Some(of_image) = image.get(at) {
-                *byte = *of_image;
-            }
-        }
-    }
+    nets.write_images(start, buffer);
     Response::Image {
         offset,
         bytes: buffer.get(..len).unwrap_or_default(),

@@ -12,9 +12,9 @@
 
 use super::chosen::{self, LEARNT};
 use super::{Learner, Report};
-use crate::app::Nets;
 use crate::compensator::Block;
 use crate::control::{self, Reason};
+use crate::model::Nets;
 use crate::sample::{Lsb, StreamScale};
 use lrnn_nostd::learn::{Factored, Window};
 use lrnn_nostd::{Fault, Net, Normalisation, Sensitivities, State, Weights};

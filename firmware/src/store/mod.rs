@@ -17,11 +17,10 @@
 //! Erasing halts most processors for as long as it takes (STM32F405: 1 to 2 s for a sector of 128 KiB), so a board saves in
 //! bypass and on command only; the frames that are lost meanwhile show as a gap in the sensor's counter.
 
-use crate::app::{IMAGES_LEN, Nets};
+use crate::model::{IMAGES_LEN, Nets};
 use crate::wire::checksum::crc32_zlib;
 use crate::wire::field::{head, put, take};
 use embedded_storage::nor_flash::NorFlash;
-use lrnn_nostd::image::{self, IMAGE_LEN};
 
 /// Bytes of a record before padding.
 pub const RECORD_LEN: usize = HEADER_LEN + IMAGES_LEN + 4;
@@ -99,7 +98,7 @@ impl<F: NorFlash> Store<F> {
         let (slot, generation) = self.next();
         self.write(slot, nets, generation).map_err(Error::Flash)?;
         self.read(slot)
-            .filter(|stored| stored.generation == generation && same(&stored.nets, nets))
+            .filter(|stored| stored.generation == generation && stored.nets.same_images(nets))
             .ok_or(Error::Verify)
     }
 
@@ -145,11 +144,8 @@ impl<F: NorFlash> Store<F> {
     #[inline(never)]
     fn read(&mut self, slot: usize) -> Option<Stored> {
         let record = self.record(slot)?;
-        let (gyro, rest) = record.get(HEADER_LEN..)?.split_at_checked(IMAGE_LEN)?;
-        let nets = Nets {
-            gyro: image::decode(gyro).ok()?,
-            accel: image::decode(head(rest, IMAGE_LEN)).ok()?,
-        };
+        let images = record.get(HEADER_LEN..HEADER_LEN + IMAGES_LEN)?;
+        let nets = Nets::from_images(images).ok()?;
         Some(Stored {
             nets,
             generation: generation(&record),
@@ -169,22 +165,12 @@ fn record(nets: &Nets, generation: u32) -> [u8; PADDED_LEN] {
     put(&mut record, 4, VERSION.to_le_bytes());
     put(&mut record, 8, generation.to_le_bytes());
     put(&mut record, 12, (IMAGES_LEN as u32).to_le_bytes());
-    put(&mut record, HEADER_LEN, image::encode(&nets.gyro));
-    put(
-        &mut record,
-        HEADER_LEN + IMAGE_LEN,
-        image::encode(&nets.accel),
-    );
+    if let Some(images) = record.get_mut(HEADER_LEN..HEADER_LEN + IMAGES_LEN) {
+        nets.write_images(0, images);
+    }
     let sum = crc32_zlib(head(&record, RECORD_LEN - 4));
     put(&mut record, RECORD_LEN - 4, sum.to_le_bytes());
     record
-}
-
-/// Bit for bit.
-#[inline(never)]
-fn same(a: &Nets, b: &Nets) -> bool {
-    image::encode(&a.gyro) == image::encode(&b.gyro)
-        && image::encode(&a.accel) == image::encode(&b.accel)
 }
 
 #[cfg(test)]

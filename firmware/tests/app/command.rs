@@ -2,9 +2,10 @@
 
 use crate::device::{Device, constant, nets};
 use crate::frames::{Fields, Kind, words};
-use firmware::app::{Config, IMAGES_LEN, Nets, Phase};
+use firmware::app::{Config, Phase};
 use firmware::compensator::Limit;
 use firmware::control::{Alignment, Mode, Reason, Window};
+use firmware::model::{IMAGES_LEN, Nets};
 use firmware::wire::command::{MAX_CHUNK, Request, Response, WIRE_VERSION};
 use firmware::wire::ubx::Pvt;
 use firmware::wire::{Format, kvh};

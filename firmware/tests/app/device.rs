@@ -1,8 +1,9 @@
 //! The application between mock lines, under a clock that the test moves.
 
-use firmware::app::{App, Config, Lines, Nets};
+use firmware::app::{App, Config, Lines};
 use firmware::learn::WindowLearner;
 use firmware::link::{Clock, Full, Line, Lost};
+use firmware::model::Nets;
 use firmware::wire::command::{Counters, MAX_PACKET, Packets, Request, Response, decode, encode};
 use lrnn_nostd::{Net, Normalisation, Weights};
 use std::cell::Cell;

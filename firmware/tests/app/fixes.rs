@@ -4,9 +4,10 @@
 use crate::activation::{AtRest, KIND, PLACE, RATE, lsb};
 use crate::device::Device;
 use crate::frames::Fields;
-use firmware::app::{App, Config, Nets};
+use firmware::app::{App, Config};
 use firmware::control::{Alignment, Mode};
 use firmware::learn::{Both, FixLearner, FixMemory, Settings, WindowLearner};
+use firmware::model::Nets;
 use firmware::units::DEGREE;
 use firmware::wire::command::{Health, Request, Response};
 use firmware::wire::ubx::Pvt;

@@ -3,9 +3,11 @@
 use crate::damage::stamp;
 use crate::device::{Device, broken, nets};
 use crate::frames::{Fields, Kind, frames_in, words};
-use firmware::app::{Config, Nets, Phase, phase::Cause};
+use firmware::app::phase::Cause;
+use firmware::app::{Config, Phase};
 use firmware::control::Mode;
 use firmware::link::faulty::{Chances, Faulty};
+use firmware::model::Nets;
 use firmware::wire::command::{Request, fault};
 use firmware::wire::{Format, kvh, novatel, stim300};
 

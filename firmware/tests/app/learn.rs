@@ -2,10 +2,11 @@
 
 use crate::device::{Device, nets};
 use crate::frames::{Fields, Kind};
-use firmware::app::{Config, IMAGES_LEN, Nets, Phase};
+use firmware::app::{Config, Phase};
 use firmware::compensator::Limit;
 use firmware::control::{Alignment, Mode, Reason, Window};
 use firmware::learn::{BLOCKS, WindowLearner};
+use firmware::model::{IMAGES_LEN, Nets};
 use firmware::units::DEGREE;
 use firmware::wire::command::{Estimate, MAX_CHUNK, Request, Response};
 use lrnn_nostd::{Net, Normalisation, Weights};

@@ -2,8 +2,8 @@
 
 use super::port::Port;
 use crate::error::Error;
-use firmware::app::{IMAGES_LEN, Nets};
 use firmware::control::Mode;
+use firmware::model::{IMAGES_LEN, Nets};
 use firmware::wire::command::{
     Counters, Health, MAX_CHUNK, MAX_PACKET, Packets, Request, Response, Version, WIRE_VERSION,
     decode, encode,

@@ -1,7 +1,8 @@
 //! Software in the loop: the firmware's application here, given what the board is given.
 
-use firmware::app::{App, Config, Lines, Nets};
+use firmware::app::{App, Config, Lines};
 use firmware::link::{Clock, Full, Line, Lost, NoLine};
+use firmware::model::Nets;
 use firmware::wire::command::{MAX_PACKET, Request, encode};
 use lrnn_nostd::{Net, Normalisation, Weights};
 use std::collections::VecDeque;

@@ -2,10 +2,11 @@
 //! leaves that did not come in, and every counter and state agrees with what left.
 #![no_main]
 
-use firmware::app::{App, Config, Lines, Nets, Phase};
+use firmware::app::{App, Config, Lines, Phase};
 use firmware::control::{Mode, Window};
 use firmware::learn::{Both, FixLearner, FixMemory, Settings, WindowLearner};
 use firmware::link::{Clock, Full, Line, Lost};
+use firmware::model::Nets;
 use firmware::wire::command::{MAX_PACKET, Packets, Request, Response, decode, encode};
 use firmware::wire::{Format, Framer, Scan, framer, kvh, novatel, stim300, ubx};
 use libfuzzer_sys::fuzz_target;

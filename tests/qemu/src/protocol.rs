@@ -6,8 +6,9 @@ use std::path::Path;
 use std::time::Duration;
 
 use anyhow::{Context, Result, bail, ensure};
-use firmware::app::{Config, IMAGES_LEN};
+use firmware::app::Config;
 use firmware::control::{Mode, Window};
+use firmware::model::IMAGES_LEN;
 use firmware::wire::Format;
 use firmware::wire::command::{self, Estimate, Health, MAX_CHUNK, MAX_PACKET, Request, Response};
 use lrnn_nostd::image::{self, IMAGE_LEN};

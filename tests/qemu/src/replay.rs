@@ -3,12 +3,13 @@
 //! A recording is three bytes (format, pace, whether it learns) and then records: line, two bytes of length, four bytes of time in microseconds (both
 //! little-endian), bytes.
 
-use firmware::app::{Activation, App, Config, Lines, Nets};
+use firmware::app::{Activation, App, Config, Lines};
 use firmware::control::Mode;
 use firmware::learn::Learner;
 use firmware::link::dma::{NoStream, Progress};
 use firmware::link::uart::{Port, Uart};
 use firmware::link::{Clock, Full, Line, Lost};
+use firmware::model::Nets;
 use firmware::wire::novatel::ImuType;
 use firmware::wire::{Format, stim300};
 use heapless::Vec;

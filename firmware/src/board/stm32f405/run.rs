@@ -1,7 +1,8 @@
 //! The main loop, whatever learns.
 
-use firmware::app::{Adis, App, Config, Nets};
+use firmware::app::{Adis, App, Config};
 use firmware::learn::Learner;
+use firmware::model::Nets;
 use firmware::store::Store;
 use firmware::wire::adis::Found;
 use firmware::wire::adis::spi::LONGEST;
