@@ -11,6 +11,7 @@ pub mod align;
 pub mod app;
 pub mod compensator;
 pub mod control;
+pub mod fix;
 pub mod harm;
 pub mod learn;
 pub mod link;

@@ -1,7 +1,5 @@
 //! What the application is connected to.
 
-use crate::wire::ubx::Pvt;
-
 /// The four lines of a device; [`crate::link::NoLine`] for one that is not there.
 #[derive(Debug, Default)]
 pub struct Lines<S, N, C, G> {
@@ -13,13 +11,4 @@ pub struct Lines<S, N, C, G> {
     pub command: C,
     /// The receiver: fixes in.
     pub gnss: G,
-}
-
-/// A fix and when it arrived.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Fix {
-    /// The receiver's solution.
-    pub pvt: Pvt,
-    /// By the board's clock, microseconds.
-    pub arrived_us: u64,
 }

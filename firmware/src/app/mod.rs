@@ -20,10 +20,11 @@ mod server;
 mod setup;
 
 pub use config::{Activation, Adis, Config, Kvh};
-pub use lines::{Fix, Lines};
+pub use lines::Lines;
 pub use phase::Phase;
 
 use crate::compensator::Block;
+use crate::fix::Fix;
 use crate::learn::{Learner, Report};
 use crate::link::{Clock, Line, Lost};
 use crate::model::Nets;
@@ -429,8 +430,7 @@ impl<'m> App<'m> {
             count(&mut self.flow.counters.fixes, 1);
             if pvt.is_good() {
                 count(&mut self.flow.counters.good_fixes, 1);
-                let arrived_us = now;
-                let fix = Fix { pvt, arrived_us };
+                let fix = pvt.to_fix(now);
                 self.flow.fix(&fix);
                 self.fix = Some(fix);
             }

@@ -13,13 +13,12 @@ pub use parts::Work;
 use hypothesis::Hypothesis;
 
 use super::prior::{All, Datasheet, LearnerNet, NAV};
+use crate::fix::OBSERVATIONS;
 use lrnn_nostd::learn::kalman::{
     AllWeights, Biases, Kalman, Nothing, OUTPUTS, OutputWeights, TRIADS, Transition,
 };
 use lrnn_nostd::{Rational, Real, State};
 
-/// Observations of a fix: position (north, east, down, m), then velocity (m/s).
-pub const OBSERVATIONS: usize = 6;
 /// Hypotheses.
 pub const HYPOTHESES: usize = 6;
 /// The one that believes the sensors.

@@ -1,9 +1,9 @@
 //! Two ways to learn side by side: from references and from fixes.
 
 use super::{Learner, Report, Winner};
-use crate::app::Fix;
 use crate::compensator::Block;
 use crate::control::{Alignment, Reason, Window};
+use crate::fix::Fix;
 use crate::model::Nets;
 use crate::sample::{RawSample, StreamScale};
 use lrnn_nostd::State;

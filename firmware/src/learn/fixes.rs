@@ -11,19 +11,18 @@
 //! At the end of a block the navigator is corrected by what the last fix found, and what it takes out of the words from then on is the
 //! running hypothesis' estimate of the block before: a difference to the present one is known to all hypotheses and costs nothing.
 
-use super::bank::{Bank, NOTHING, OBSERVATIONS, Work};
+use super::bank::{Bank, NOTHING, Work};
 use super::prior::NAV;
-use super::settings::{Settings, observed, sigmas};
+use super::settings::Settings;
 use super::words::{Scale, divisor, flat, split};
 use super::{Learner, Report, Winner};
 use crate::align::Align;
-use crate::app::Fix;
 use crate::compensator::Block;
 use crate::control::Alignment;
+use crate::fix::{Fix, OBSERVATIONS};
 use crate::model::Nets;
 use crate::nav::{self, Navigator};
 use crate::sample::{Counts, RawSample, StreamScale};
-use crate::wire::ubx::Pvt;
 use lrnn_nostd::State;
 use lrnn_nostd::learn::kalman::{OUTPUTS, Transition};
 
@@ -168,13 +167,13 @@ impl<'m> FixLearner<'m> {
     }
 
     /// Starts the navigator at a fix if the alignment is good for it.
-    fn start(&mut self, pvt: &Pvt, sigmas: &[f32; OBSERVATIONS]) -> Option<()> {
+    fn start(&mut self, fix: &Fix, sigmas: &[f32; OBSERVATIONS]) -> Option<()> {
         let align = self.align.as_mut()?;
         if align.gathered() < self.settings.align_s && !(align.is_over()) {
             return None;
         }
         let (meaning, scale) = (self.meaning?, self.scale?);
-        let (fix, age) = (observed(pvt), f64::from(self.settings.fix_age_s));
+        let age = f64::from(self.settings.fix_age_s);
         if !align.is_solving() {
             // in parts, until the next fix
             align.solve(fix.position.latitude, fix.position.height);
@@ -313,28 +312,25 @@ impl Learner for FixLearner<'_> {
     }
 
     fn fix(&mut self, _: u32, fix: &Fix) {
-        let pvt = &fix.pvt;
-        let since = self
-            .last_fix_ms
-            .map(|last| pvt.time_of_week.wrapping_sub(last));
+        let since = self.last_fix_ms.map(|last| fix.time_ms.wrapping_sub(last));
         if since.is_some_and(|ms| ms < FIX_MS) {
             return;
         }
-        let (Some(sigmas), Some(align)) = (sigmas(pvt), &mut self.align) else {
+        let (Some(sigmas), Some(align)) = (fix.sigmas, &mut self.align) else {
             return;
         };
-        self.last_fix_ms = Some(pvt.time_of_week);
+        self.last_fix_ms = Some(fix.time_ms);
         let [.., sigma] = sigmas;
-        let speed = nav::speed(&observed(pvt).velocity);
+        let speed = nav::speed(&fix.velocity);
         if speed > STANDS_MPS.max(5.0 * sigma) {
             align.moves();
         }
         let still = align.still() >= STILL_S;
         if self.navigator.is_none() {
-            self.start(pvt, &sigmas);
+            self.start(fix, &sigmas);
             return;
         }
-        let (mut fix, mut sigmas) = (observed(pvt), sigmas);
+        let (mut fix, mut sigmas) = (*fix, sigmas);
         if still {
             fix.velocity = [0.0; 3];
             let [.., x, y, z] = &mut sigmas;

@@ -18,9 +18,9 @@ pub use fixes::{FixLearner, Memory as FixMemory, ROOM};
 pub use settings::Settings;
 pub use window::{BLOCKS, GATE, WindowLearner};
 
-use crate::app::Fix;
 use crate::compensator::Block;
 use crate::control::{Alignment, Reason, Window};
+use crate::fix::Fix;
 use crate::model::Nets;
 use crate::sample::{RawSample, StreamScale};
 use lrnn_nostd::State;

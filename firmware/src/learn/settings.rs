@@ -1,11 +1,9 @@
 //! What a learner from fixes is told, and what it makes of the receiver's messages.
 
-use super::bank::{Gates, OBSERVATIONS};
+use super::bank::Gates;
 use super::prior::Datasheet;
 use crate::align::Sensors;
-use crate::nav::{self, Noise, Position};
-use crate::units::DEGREE;
-use crate::wire::ubx::Pvt;
+use crate::nav::Noise;
 
 /// What the learner is told of the sensors and the receiver.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -44,32 +42,4 @@ impl Settings {
             bias: [self.sheet.gyro_bias, self.sheet.accel_bias],
         }
     }
-}
-
-/// A message as a fix.
-pub fn observed(pvt: &Pvt) -> nav::Fix {
-    nav::Fix {
-        position: Position {
-            latitude: f64::from(pvt.latitude) * (1e-7 * DEGREE),
-            longitude: f64::from(pvt.longitude) * (1e-7 * DEGREE),
-            height: f64::from(pvt.height) * 1e-3,
-        },
-        velocity: pvt.velocity.map(|v| f64::from(v) * 1e-3),
-    }
-}
-
-/// Standard deviations along an axis: the receiver's horizontal estimate is of two, that of the speed of three. `None` when it makes
-/// none.
-pub fn sigmas(pvt: &Pvt) -> Option<[f32; OBSERVATIONS]> {
-    const LEAST: [f32; 2] = [0.005, 0.002]; // m, m/s: its own rounding
-    let metres = |mm: u32| mm as f32 * 1e-3;
-    let horizontal = metres(pvt.horizontal_accuracy) * core::f32::consts::FRAC_1_SQRT_2;
-    let vertical = metres(pvt.vertical_accuracy);
-    let speed = metres(pvt.speed_accuracy) * 0.577_350_3;
-    let [h, v] = [horizontal, vertical].map(|sigma| sigma.max(LEAST[0]));
-    let s = speed.max(LEAST[1]);
-    let told = [horizontal, vertical, speed]
-        .iter()
-        .all(|sigma| *sigma > 0.0);
-    told.then_some([h, h, v, s, s, s])
 }

@@ -1,6 +1,7 @@
 //! WGS-84: radii of curvature, normal gravity, Earth rate (the f64 twin is `host_sim::inertial::earth`).
 
 use super::vector::V;
+use crate::fix::Position;
 use core::f64::consts::{PI, TAU};
 
 /// Earth rotation rate, rad/s (WGS-84).
@@ -17,18 +18,6 @@ const GAMMA_E: f64 = 9.780_325_335_9;
 const K: f64 = 0.001_931_852_652_41;
 /// omega^2 a^2 b / GM.
 const M_RATIO: f64 = 0.003_449_786_506_84;
-
-/// Geodetic position. f64: one ulp of the longitude is 3 nm, so that even if each of the 1.7 million pieces of 24 h rounded the same
-/// way it would come to 2.5 mm; see the crate's `nav` page.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Position {
-    /// Latitude, rad, positive north.
-    pub latitude: f64,
-    /// Longitude, rad, positive east, -pi to pi.
-    pub longitude: f64,
-    /// Ellipsoidal height, m.
-    pub height: f64,
-}
 
 impl Position {
     /// North, east, down from `origin` to `self` in m, the short way round; first order, for errors and tracks of some tens of km.

@@ -27,9 +27,9 @@ mod transition;
 pub(crate) mod vector;
 
 pub use config::{Config, ConfigError};
-pub use earth::Position;
 pub use transition::{ERRORS, Noise, Transition};
 
+use crate::fix::{Fix, Position};
 use crate::sample::Counts;
 use earth::{Local, wrapped};
 use gather::{Gather, Piece};
@@ -58,15 +58,6 @@ pub struct State {
     pub velocity: [f64; 3],
     /// Body axes to north-east-down: unit quaternion, scalar first.
     pub q_bn: [f64; 4],
-}
-
-/// Position and velocity from a receiver.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Fix {
-    /// Position.
-    pub position: Position,
-    /// Velocity, north, east, down, m/s.
-    pub velocity: [f64; 3],
 }
 
 /// Estimate minus fix.

@@ -13,12 +13,17 @@
 use super::checksum::fletcher8;
 use super::field::{Mark, mark, put, take};
 use super::{Error, Scan};
+use crate::fix::{Fix, OBSERVATIONS, Position};
+use crate::units::DEGREE;
 
 /// Bytes of a NAV-PVT message.
 pub const PVT_LEN: usize = 6 + PAYLOAD + 2;
 const PAYLOAD: usize = 92;
 /// Sync characters, class, id, payload length.
 const PVT_HEADER: [u8; 6] = [0xB5, 0x62, 0x01, 0x07, PAYLOAD as u8, 0];
+
+/// Least standard deviations of position (m) and velocity (m/s): the message's own rounding.
+const LEAST_SIGMA: [f32; 2] = [0.005, 0.002];
 
 /// Look for a message at the beginning of `bytes`. NAV-PVT is a frame.
 pub fn scan(bytes: &[u8]) -> Scan {
@@ -192,6 +197,37 @@ impl Pvt {
         frame
     }
 
+    /// The solution as a fix that arrived at this time.
+    ///
+    /// The receiver's horizontal accuracy is that of two axes and its speed accuracy that of three.
+    pub fn to_fix(&self, arrived_us: u64) -> Fix {
+        Fix {
+            position: Position {
+                latitude: f64::from(self.latitude) * (1e-7 * DEGREE),
+                longitude: f64::from(self.longitude) * (1e-7 * DEGREE),
+                height: f64::from(self.height) * 1e-3,
+            },
+            velocity: self.velocity.map(|v| f64::from(v) * 1e-3),
+            sigmas: self.sigmas(),
+            time_ms: self.time_of_week,
+            arrived_us,
+        }
+    }
+
+    /// Standard deviations along an axis; `None` when the receiver gives no accuracy.
+    fn sigmas(&self) -> Option<[f32; OBSERVATIONS]> {
+        let metres = |mm: u32| mm as f32 * 1e-3;
+        let horizontal = metres(self.horizontal_accuracy) * core::f32::consts::FRAC_1_SQRT_2;
+        let vertical = metres(self.vertical_accuracy);
+        let speed = metres(self.speed_accuracy) * 0.577_350_3;
+        let [h, v] = [horizontal, vertical].map(|sigma| sigma.max(LEAST_SIGMA[0]));
+        let s = speed.max(LEAST_SIGMA[1]);
+        let given = [horizontal, vertical, speed]
+            .iter()
+            .all(|sigma| *sigma > 0.0);
+        given.then_some([h, h, v, s, s, s])
+    }
+
     /// Whether the receiver vouches for a three-dimensional fix (flag gnssFixOK, fix type 3 or 4).
     pub fn is_good(&self) -> bool {
         self.flags & 1 != 0 && matches!(self.fix, 3 | 4)
@@ -231,6 +267,36 @@ mod tests {
         assert_eq!((pvt.declination, pvt.declination_accuracy), (-125, 50));
         assert!(pvt.is_good());
         assert_eq!(pvt.emit(), GOLDEN);
+    }
+
+    #[test]
+    fn a_fix_is_in_si_units_and_its_sigmas_are_those_of_an_axis() {
+        let pvt = Pvt::parse(&GOLDEN).unwrap();
+        let fix = pvt.to_fix(42);
+        let close = |a: f64, b: f64| (a - b).abs() < 1e-6 * b.abs();
+        assert!(close(fix.position.latitude, 52.765_432_1_f64.to_radians()));
+        assert!(close(fix.position.longitude, -8.123_456_7_f64.to_radians()));
+        assert!(close(fix.position.height, 123.456));
+        assert_eq!(fix.velocity, [-1.234, 5.678, -0.091]);
+        let want = [0.601_04, 0.601_04, 1.2, 0.034_641, 0.034_641, 0.034_641];
+        for (sigma, want) in fix.sigmas.unwrap().into_iter().zip(want) {
+            assert!((f64::from(sigma) - want).abs() < 1e-5, "{sigma} {want}");
+        }
+        assert_eq!((fix.time_ms, fix.arrived_us), (123_456_789, 42));
+        let least = Pvt {
+            vertical_accuracy: 1,
+            speed_accuracy: 1,
+            ..pvt
+        };
+        assert_eq!(
+            least.to_fix(0).sigmas.map(|s| [s[2], s[5]]),
+            Some([0.005, 0.002])
+        );
+        let unknown = Pvt {
+            speed_accuracy: 0,
+            ..pvt
+        };
+        assert_eq!(unknown.to_fix(0).sigmas, None);
     }
 
     #[test]

@@ -4,12 +4,13 @@
 use crate::device::{Device, nets};
 use crate::frames::{Fields, Kind, words};
 use firmware::align::{Align, Sensors};
-use firmware::app::{Activation, App, Config, Fix};
+use firmware::app::{Activation, App, Config};
 use firmware::compensator::Block;
 use firmware::control::{Alignment, Mode};
+use firmware::fix::{Fix, Position};
 use firmware::learn::{Learner, Report, Winner};
 use firmware::model::Nets;
-use firmware::nav::{self, Navigator, Noise, Position, State};
+use firmware::nav::{self, Navigator, Noise, State};
 use firmware::sample::{Counts, Lsb, StreamScale};
 use firmware::units::FOOT;
 use firmware::wire::command::{Request, Response};

@@ -2,8 +2,9 @@
 
 use core::hint::black_box;
 
+use firmware::fix::OBSERVATIONS;
 use firmware::learn::Settings;
-use firmware::learn::bank::{Bank, Gates, OBSERVATIONS, Work};
+use firmware::learn::bank::{Bank, Gates, Work};
 use firmware::learn::prior::{All, NAV};
 use lrnn_nostd::Rational;
 use lrnn_nostd::learn::kalman::{AllWeights, Kalman, Learns, OUTPUTS, Prior, Transition};

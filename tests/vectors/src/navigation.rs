@@ -1,6 +1,7 @@
 //! The navigator's pieces of work, measured as those of the networks are.
 
-use firmware::nav::{Config, Navigator, Noise, Position, State};
+use firmware::fix::Position;
+use firmware::nav::{Config, Navigator, Noise, State};
 use firmware::sample::{Counts, Lsb};
 
 /// Words a second.

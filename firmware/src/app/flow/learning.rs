@@ -1,9 +1,10 @@
 //! The learner's side of the flow: what it is told, and when what it stands by corrects the words.
 
 use super::{Correction, Flow};
-use crate::app::{Activation, Fix};
+use crate::app::Activation;
 use crate::compensator::Block;
 use crate::control::{Alignment, Mode, Reason, Window};
+use crate::fix::Fix;
 use crate::learn::Report;
 use crate::model::Nets;
 use crate::wire::command::Estimate;

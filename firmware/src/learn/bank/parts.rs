@@ -1,7 +1,8 @@
 //! A block or a fix in parts, each short enough to be done between two words. Part for part it is the arithmetic of
 //! [`Bank::predict`], [`Bank::fix`] and [`Bank::step`].
 
-use super::{ALL, Bank, HYPOTHESES, NAV, NOTHING, OBSERVATIONS, OUTPUTS, TRIADS, index};
+use super::{ALL, Bank, HYPOTHESES, NAV, NOTHING, OUTPUTS, TRIADS, index};
+use crate::fix::OBSERVATIONS;
 use lrnn_nostd::Real;
 use lrnn_nostd::learn::kalman::{ABSORB_PARTS, HELD, PARTS, Passage, Transition};
 
