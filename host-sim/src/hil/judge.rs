@@ -3,8 +3,10 @@
 use super::drive::{Drive, Input};
 use super::stream::Gathered;
 use crate::inertial::sins::{Increment, NavState, Sins};
+use firmware::sample::RawSample;
+use firmware::units::G;
 use firmware::wire::framer::Kind;
-use firmware::wire::{Format, Framer, G, Reading, Words, read};
+use firmware::wire::{Format, Framer, Reading, read};
 use nalgebra::Vector3;
 use serde::Serialize;
 
@@ -132,14 +134,14 @@ fn navigate(drive: &Drive, pieces: &[&[Reading]]) -> NavState {
 }
 
 /// A word in SI.
-fn increment(drive: &Drive, words: &Words) -> Increment {
+fn increment(drive: &Drive, words: &RawSample) -> Increment {
     let lsb = &drive.session.lsb;
     match words {
-        Words::Counts { gyro, accel } => Increment {
+        RawSample::Counts { gyro, accel } => Increment {
             dtheta: Vector3::from(gyro.map(f64::from)) * lsb.rad,
             dv: Vector3::from(accel.map(f64::from)) * lsb.mps,
         },
-        Words::Floats { gyro, accel } => Increment {
+        RawSample::Floats { gyro, accel } => Increment {
             dtheta: Vector3::from(gyro.map(f64::from)),
             dv: Vector3::from(accel.map(f64::from)) * (G * drive.session.dt),
         },
