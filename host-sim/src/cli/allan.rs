@@ -1,7 +1,7 @@
 //! `host-sim allan`.
 
+use crate::analysis::allan::columns::{Choice, load};
 use crate::analysis::allan::output::{Findings, configured, dither_note};
-use crate::analysis::allan::read::{Choice, load};
 use crate::analysis::allan::{Series, analyse, at_rest};
 use crate::error::Error;
 use crate::output::write_atomic;

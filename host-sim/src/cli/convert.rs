@@ -3,7 +3,7 @@
 use super::source::{Csv, KfGins, Novatel};
 use crate::error::Error;
 use crate::recordings::record::Record;
-use crate::recordings::{files, kfgins};
+use crate::recordings::{generic, kfgins};
 use clap::{Args as ClapArgs, Subcommand, ValueEnum};
 use std::path::PathBuf;
 
@@ -82,7 +82,7 @@ impl Args {
 impl Target {
     fn write(&self, record: &Record) -> Result<(), Error> {
         match self.to {
-            Format::Csv => files::write(record, &self.out)?,
+            Format::Csv => generic::write(record, &self.out)?,
             Format::KfGins => {
                 let form = kfgins::Form {
                     shift_s: self.shift,

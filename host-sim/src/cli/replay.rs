@@ -129,7 +129,7 @@ impl Lasergyro {
         let progress = Progress::new();
         progress.stage("reading the recording");
         let recording = load(&self.file)?;
-        let seconds = recording.words.len() as f64 / recording.rate_hz;
+        let seconds = recording.pulses.len() as f64 / recording.rate_hz;
         let longest = (seconds - 300.0).max(0.0) as u32;
         if !(lasergyro::LEAST_LEARN_S..=longest).contains(&self.learn_s) {
             return Err(Error::Option {

@@ -3,7 +3,7 @@
 use crate::error::Error;
 use crate::experiment::run::sessions;
 use crate::experiment::scenario::Scenario;
-use crate::recordings::files;
+use crate::recordings::generic;
 use crate::recordings::record::Record;
 use clap::Args as ClapArgs;
 use std::path::PathBuf;
@@ -34,8 +34,8 @@ impl Args {
         let session = sessions(&scenario, self.seed)?.simulate(self.learning);
         progress.stage("writing");
         // nothing half-written: each file appears whole, and the words, which are the longest, first
-        files::write(&Record::of(&session), &self.out)?;
-        files::write_truth(&session, &self.out.join("truth.csv"))?;
+        generic::write(&Record::of(&session), &self.out)?;
+        generic::write_truth(&session, &self.out.join("truth.csv"))?;
         progress.end();
         println!(
             "{} words, {} fixes in {}",

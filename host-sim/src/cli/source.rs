@@ -7,7 +7,7 @@ use crate::inertial::units::DEG;
 use crate::recordings::axes::Axes;
 use crate::recordings::record::Record;
 use crate::recordings::track::Track;
-use crate::recordings::{Begin, generic, kfgins, novatel};
+use crate::recordings::{InitialAttitude, generic, kfgins, novatel};
 use clap::Args as ClapArgs;
 use firmware::wire::novatel::ImuType;
 use std::path::PathBuf;
@@ -90,7 +90,7 @@ impl KfGins {
     fn read(&self) -> Result<(Record, Option<Track>), Error> {
         let mut record = kfgins::read(&self.imu, &self.gnss, None)?;
         let truth = self.truth.as_deref().map(kfgins::read_truth).transpose()?;
-        record.begin = match (&truth, self.standstill_s, &self.attitude[..]) {
+        record.initial_attitude = match (&truth, self.standstill_s, &self.attitude[..]) {
             (Some(truth), ..) => {
                 let first = record.first_epoch();
                 let within = truth.span().filter(|(t0, t1)| (*t0..=*t1).contains(&first));
@@ -102,11 +102,11 @@ impl KfGins {
                             .into(),
                     });
                 }
-                Some(Begin::Attitude(truth.at(first).q_bn))
+                Some(InitialAttitude::Known(truth.at(first).q_bn))
             }
-            (None, Some(s), _) => Some(Begin::Standstill(s as usize)),
+            (None, Some(s), _) => Some(InitialAttitude::Standstill(s as usize)),
             (None, None, []) => None,
-            (None, None, angles) => Some(Begin::Attitude(attitude(angles)?)),
+            (None, None, angles) => Some(InitialAttitude::Known(attitude(angles)?)),
         };
         Ok((record, truth))
     }

@@ -59,7 +59,7 @@ mod tests {
     use super::*;
     use crate::experiment::outcome::table;
     use crate::recordings::fog_mems::session;
-    use crate::recordings::input::tests::recorded as found;
+    use crate::recordings::table::tests::recorded as found;
 
     fn recorded() -> Option<Session> {
         let (mems, fog) = ("fog-mems-mems.csv.gz", "fog-mems-fog.csv.gz");

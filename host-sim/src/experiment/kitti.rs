@@ -58,8 +58,8 @@ mod tests {
     use super::*;
     use crate::experiment::outcome::table;
     use crate::inertial::free_inertial::free_inertial;
-    use crate::recordings::input::tests::recorded;
     use crate::recordings::kitti::{DRIVES, session};
+    use crate::recordings::table::tests::recorded;
 
     fn drive_of(drive: &str, skip: usize) -> Option<Session> {
         let path = recorded(&format!("kitti-2011_09_30_drive_{drive}.csv.gz"))?;

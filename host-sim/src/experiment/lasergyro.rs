@@ -14,7 +14,7 @@ use crate::learning::kalman::{coasted, taught};
 use crate::learning::study::{Study, study};
 use crate::learning::teacher::{Assumptions, aligned};
 use crate::learning::window::NetworkSpec;
-use crate::recordings::lasergyro_file::Recording;
+use crate::recordings::lasergyro::Recording;
 use firmware::learn::bank::{ALL, Gates, NAMES, NOTHING};
 use firmware::sample::{Counts, Lsb};
 use nalgebra::{UnitQuaternion, Vector3};
@@ -51,7 +51,7 @@ pub fn session(recording: &Recording, learn_s: u32) -> Session {
     // file axes right-forward-up, ours forward-right-down
     let turn = |x: &[i32]| [x[1], x[0], x[2].saturating_neg()];
     let counts: Vec<Counts> = recording
-        .words
+        .pulses
         .iter()
         .map(|w| Counts {
             dtheta: turn(&w[..3]),
@@ -172,7 +172,7 @@ pub fn replay(recording: &Recording, learn_s: u32) -> Option<Report> {
                 "recording".into(),
                 format!(
                     "{} words at {} Hz",
-                    recording.words.len(),
+                    recording.pulses.len(),
                     recording.rate_hz
                 ),
             ),

@@ -3,6 +3,7 @@
 //! of increments and fixes that all of them work on.
 
 pub mod align;
+pub mod counts;
 pub mod earth;
 pub mod ekf;
 pub mod free_inertial;

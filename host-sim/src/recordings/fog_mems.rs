@@ -6,14 +6,14 @@
 //! counter-clockwise from north; its velocity is east-north-up. The session begins at the first FOG sample, so that each epoch is one.
 
 use crate::error::Error;
+use crate::inertial::counts::{FINE_LSB, quantise};
 use crate::inertial::earth::Geodetic;
 use crate::inertial::rotation::from_euler;
 use crate::inertial::session::{EPOCH_S, Session};
 use crate::inertial::sins::{Increment, NavState};
 use crate::recordings::axes::Axes;
-use crate::recordings::build::referenced;
-use crate::recordings::input::Table;
-use crate::recordings::words::{FINE, quantise};
+use crate::recordings::session::referenced;
+use crate::recordings::table::Table;
 use nalgebra::Vector3;
 use std::path::Path;
 
@@ -32,7 +32,7 @@ const JITTER: f64 = 1e-3;
 /// The FOG's position and velocity as fixes: smooth, so that their differences matter and not their absolute errors (assumed).
 pub const SIGMAS: [f64; 6] = [0.1, 0.1, 0.1, 0.02, 0.02, 0.02];
 
-/// Reads the two files into a session. Counts are of [`FINE`] value.
+/// Reads the two files into a session. Counts are of [`FINE_LSB`] value.
 ///
 /// # Errors
 /// Any fault of the files, with line and column.
@@ -73,7 +73,7 @@ pub fn session(mems: &Path, fog: &Path) -> Result<Session, Error> {
         .take(epochs * per_epoch)
         .map(increment)
         .collect();
-    let counts = quantise(&words, &FINE).map_err(|k| {
+    let counts = quantise(&words, &FINE_LSB).map_err(|k| {
         mems.complain(
             first + k,
             1,
@@ -82,7 +82,7 @@ pub fn session(mems: &Path, fog: &Path) -> Result<Session, Error> {
         )
     })?;
     let reference = states[..=epochs].to_vec();
-    Ok(referenced(DT, (counts, FINE), reference, SIGMAS))
+    Ok(referenced(DT, (counts, FINE_LSB), reference, SIGMAS))
 }
 
 fn check_fog(fog: &Table) -> Result<(), Error> {
@@ -132,7 +132,7 @@ mod tests {
     use super::*;
     use crate::inertial::free_inertial::free_inertial;
     use crate::inertial::units::DEG;
-    use crate::recordings::input::tests::{file, message, recorded as found};
+    use crate::recordings::table::tests::{file, message, recorded as found};
 
     fn recorded() -> Option<Session> {
         let (mems, fog) = ("fog-mems-mems.csv.gz", "fog-mems-fog.csv.gz");

@@ -7,16 +7,17 @@
 //! for mechanisation and loader and say little about learning.
 
 use crate::error::Error;
+use crate::inertial::counts::{FINE_LSB, quantise};
 use crate::inertial::earth::Geodetic;
 use crate::inertial::rotation::from_euler;
 use crate::inertial::session::{EPOCH_S, Session};
 use crate::inertial::sins::{Increment, NavState};
 use crate::inertial::units::DEG;
 use crate::recordings::axes::Axes;
-use crate::recordings::build::referenced;
-use crate::recordings::input::Table;
+use crate::recordings::increments::MotionIntegral;
+use crate::recordings::session::referenced;
+use crate::recordings::table::Table;
 use crate::recordings::track::Track;
-use crate::recordings::words::{FINE, Running, quantise};
 use nalgebra::Vector3;
 use std::f64::consts::FRAC_PI_2;
 use std::path::Path;
@@ -39,7 +40,7 @@ const HOME: [f64; 3] = [49.0, 8.4, 110.0];
 /// The reference as fixes (assumed).
 pub const SIGMAS: [f64; 6] = [0.1, 0.1, 0.2, 0.05, 0.05, 0.05];
 
-/// Reads a drive without its first `skip` samples. Counts are of [`FINE`] value.
+/// Reads a drive without its first `skip` samples. Counts are of [`FINE_LSB`] value.
 ///
 /// # Errors
 /// Any fault of the file, with line and column.
@@ -68,14 +69,14 @@ pub fn session(file: &Path, skip: usize) -> Result<Session, Error> {
     let rates: Vec<Increment> = table.rows().skip(skip).map(sample).collect();
     let states: Vec<NavState> = table.rows().skip(skip).map(state).collect();
     let per_epoch = (EPOCH_S / DT).round() as usize;
-    let words = Running::of_rates(&time, &rates).words(first, DT, epochs * per_epoch);
-    let counts =
-        quantise(&words, &FINE).map_err(|k| table.complain(skip + k, 1, "out of range", rate))?;
+    let words = MotionIntegral::of_rates(&time, &rates).increments(first, DT, epochs * per_epoch);
+    let counts = quantise(&words, &FINE_LSB)
+        .map_err(|k| table.complain(skip + k, 1, "out of range", rate))?;
     let track = Track::new(time, states);
     let reference: Vec<NavState> = (0..=epochs)
         .map(|k| track.at(first + k as f64 * EPOCH_S))
         .collect();
-    Ok(referenced(DT, (counts, FINE), reference, SIGMAS))
+    Ok(referenced(DT, (counts, FINE_LSB), reference, SIGMAS))
 }
 
 /// Stamps with those that the recorder displaced put where the course of their neighbours has them: the median, over the neighbours, of
@@ -125,7 +126,7 @@ fn state(row: &[f64]) -> NavState {
 mod tests {
     use super::*;
     use crate::inertial::free_inertial::free_inertial;
-    use crate::recordings::input::tests::{file, message};
+    use crate::recordings::table::tests::{file, message};
 
     /// A drive of `n` samples on the road east at 10 m/s, with one line changed.
     fn drive(n: usize, change: Option<(usize, &str)>) -> String {

@@ -6,9 +6,9 @@ use crate::inertial::earth::Geodetic;
 use crate::inertial::session::{EPOCH_S, Session, to_si};
 use crate::inertial::sins::{Increment, NavState};
 use crate::inertial::units::DEG;
-use crate::recordings::build::{Begin, NOT_MEASURED, Parts, build};
+use crate::recordings::increments::MotionIntegral;
+use crate::recordings::session::{InitialAttitude, NOT_MEASURED, Parts, build};
 use crate::recordings::track::Track;
-use crate::recordings::words::Running;
 use nalgebra::{UnitQuaternion, Vector3};
 use std::path::PathBuf;
 
@@ -54,7 +54,7 @@ pub struct Record {
     /// Fixes, times rising; one alone is the site of a vehicle at rest.
     pub fixes: Vec<TimedFix>,
     /// How navigation can begin, if that is known.
-    pub begin: Option<Begin>,
+    pub initial_attitude: Option<InitialAttitude>,
 }
 
 impl Record {
@@ -69,9 +69,9 @@ impl Record {
             velocity: Some(f.velocity.into()),
             sigmas: session.sigmas,
         };
-        let begin = match session.standstill {
-            0 => Begin::Attitude(session.reference[0].q_bn),
-            s => Begin::Standstill(s),
+        let initial_attitude = match session.standstill {
+            0 => InitialAttitude::Known(session.reference[0].q_bn),
+            s => InitialAttitude::Standstill(s),
         };
         Self {
             file: PathBuf::new(),
@@ -86,7 +86,7 @@ impl Record {
             kind: Kind::Increment,
             rate_hz: session.words_per_epoch(),
             fixes: session.fixes.iter().enumerate().map(fix).collect(),
-            begin: Some(begin),
+            initial_attitude: Some(initial_attitude),
         }
     }
 
@@ -116,20 +116,20 @@ impl Record {
     /// No beginning, no fix, or times that do not go together.
     pub fn session(&self) -> Result<Session, Error> {
         let missing = |key: &str, problem: &str, remedy: &str| {
-            crate::recordings::build::complain(&self.file, key, problem.to_owned(), remedy)
+            crate::recordings::session::complain(&self.file, key, problem.to_owned(), remedy)
         };
         let remedy = "give a standstill to align on, or roll, pitch and heading at the first fix";
-        let begin = self
-            .begin
+        let initial_attitude = self
+            .initial_attitude
             .ok_or_else(|| missing("start", "is not given", remedy))?;
         if self.fixes.is_empty() {
             let problem = "are not in the recording, nor a site";
             return Err(missing("fixes", problem, "give fixes or the site"));
         }
         let running = match self.kind {
-            Kind::Rate => Running::of_rates(&self.time, &self.samples),
+            Kind::Rate => MotionIntegral::of_rates(&self.time, &self.samples),
             Kind::Increment => {
-                Running::of_increments(&self.time, &self.samples, median_step(&self.time))
+                MotionIntegral::of_increments(&self.time, &self.samples, median_step(&self.time))
             }
         };
         build(&Parts {
@@ -138,7 +138,7 @@ impl Record {
             rate_hz: self.rate_hz,
             fixes: self.track(),
             sigmas: self.sigmas(),
-            begin,
+            initial_attitude,
         })
     }
 
@@ -225,7 +225,7 @@ mod tests {
             kind,
             rate_hz: 100,
             fixes: (0..5).map(fix).collect(),
-            begin: Some(Begin::Attitude(UnitQuaternion::identity())),
+            initial_attitude: Some(InitialAttitude::Known(UnitQuaternion::identity())),
         }
     }
 
@@ -252,7 +252,7 @@ mod tests {
     #[test]
     fn what_is_missing_is_named() {
         let mut r = record(Kind::Rate, None);
-        r.begin = None;
+        r.initial_attitude = None;
         let why = r.session().unwrap_err().to_string();
         assert!(why.starts_with("in: 'start' is not given"), "{why}");
         let mut r = record(Kind::Rate, None);

@@ -1,14 +1,14 @@
 //! Allan deviation of recorded or simulated sensors, and the noise coefficients it shows (IEEE 647 and 952, annex C).
 //!
-//! The way: [`read`] a file into [`Series`] of increments, [`analyse`] each, show them as text, JSON or page ([`output`]).
+//! The way: [`columns`] a file into [`Series`] of increments, [`analyse`] each, show them as text, JSON or page ([`output`]).
 //! [`deviation`] is the estimate, [`covariance`] how sure it is, [`fit`] the coefficients with their intervals.
 
+pub mod columns;
 pub mod covariance;
 pub mod deviation;
 pub mod fit;
 pub mod output;
 mod plot;
-pub mod read;
 
 pub use fit::{Analysis, Coefficient, analyse};
 
@@ -123,8 +123,8 @@ pub fn at_rest(spec: &ImuSpec, duration_s: u32, seed: u64) -> Vec<Series> {
 }
 
 #[cfg(test)]
-mod python_test;
+mod columns_tests;
 #[cfg(test)]
-mod read_tests;
+mod python_test;
 #[cfg(test)]
 mod tests;

@@ -183,7 +183,7 @@ fn the_recorded_laser_gyro_shows_the_sway_of_its_vehicle() {
         println!("skipped: no recorded data in ../shared/data or LRNN_DATA");
         return;
     };
-    let series = read::load(&file, &read::Choice::default()).unwrap();
+    let series = columns::load(&file, &columns::Choice::default()).unwrap();
     assert_eq!(series.len(), 6);
     assert!(
         series

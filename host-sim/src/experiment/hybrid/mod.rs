@@ -21,6 +21,7 @@ use crate::experiment::lasergyro::{assumptions, session as at_rest};
 use crate::experiment::outcome::Outcome;
 use crate::experiment::protocol::{Settings, Split, judge};
 use crate::inertial::align;
+use crate::inertial::counts::quantise;
 use crate::inertial::earth::Local;
 use crate::inertial::ekf::smooth;
 use crate::inertial::rotation::{from_rotvec, to_euler};
@@ -29,8 +30,7 @@ use crate::inertial::sins::{Increment, NavState, Sins};
 use crate::inertial::units::DEG_PER_H;
 use crate::learning::teacher::{Assumptions, Start, navigate_from};
 use crate::learning::window::NetworkSpec;
-use crate::recordings::lasergyro_file::Recording;
-use crate::recordings::words::quantise;
+use crate::recordings::lasergyro::Recording;
 use crate::simulator::gnss::GnssSpec;
 use crate::simulator::truth::{DriveConfig, Segment, Truth, random_drive};
 use nalgebra::{UnitQuaternion, Vector3};
@@ -49,7 +49,7 @@ const GYRO_BIAS: f64 = 0.15 * DEG_PER_H;
 pub fn errors(recording: &Recording) -> Option<Vec<Increment>> {
     let session = at_rest(
         recording,
-        u32::try_from(recording.words.len() / recording.rate_hz as usize).ok()?,
+        u32::try_from(recording.pulses.len() / recording.rate_hz as usize).ok()?,
     );
     let words = session.increments();
     let a = laser();

@@ -1,11 +1,11 @@
 use super::*;
 use crate::experiment::outcome::table;
+use crate::inertial::counts::FINE_LSB;
 use crate::inertial::free_inertial::align_and_coast;
 use crate::inertial::rotation::from_euler;
 use crate::inertial::units::UG;
-use crate::recordings::input::tests::recorded as file;
 use crate::recordings::load;
-use crate::recordings::words::FINE;
+use crate::recordings::table::tests::recorded as file;
 
 fn recorded() -> Option<Recording> {
     file("lasergyro-static.csv.gz").map(|path| load(&path).unwrap())
@@ -18,7 +18,7 @@ fn swaying(seconds: usize, error: &Increment) -> Recording {
             rate_hz: 100.0,
             gyro_lsb_rad: 1.0,
             accel_lsb_mps: 1.0,
-            words: Vec::new(),
+            pulses: Vec::new(),
         },
         0,
     )
@@ -53,12 +53,12 @@ fn swaying(seconds: usize, error: &Increment) -> Recording {
             -c.dv[2],
         ]
     };
-    let counts = quantise(&words, &FINE).unwrap();
+    let counts = quantise(&words, &FINE_LSB).unwrap();
     Recording {
         rate_hz: 100.0,
-        gyro_lsb_rad: FINE.rad,
-        accel_lsb_mps: FINE.mps,
-        words: counts.into_iter().map(turn).collect(),
+        gyro_lsb_rad: FINE_LSB.rad,
+        accel_lsb_mps: FINE_LSB.mps,
+        pulses: counts.into_iter().map(turn).collect(),
     }
 }
 

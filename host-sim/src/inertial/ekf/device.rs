@@ -1,10 +1,10 @@
 //! The device's navigator (`firmware::nav`) against the desktop's f64 one, over the same counts.
 
 use super::{Block, Linearised, Noise, Prior};
+use crate::inertial::counts::quantise;
 use crate::inertial::earth::Geodetic;
 use crate::inertial::sins::{Increment, NavState, Sins};
 use crate::inertial::units::{ARCSEC, DEG_PER_H, UG};
-use crate::recordings::words::quantise;
 use crate::simulator::truth::{DriveConfig, Truth, random_drive};
 use firmware::fix::Position;
 use firmware::nav::{self, Navigator, State, Transition};

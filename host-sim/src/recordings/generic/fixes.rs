@@ -5,9 +5,9 @@ use super::header::{ANGLE, Gnss, LENGTH, Read, SPEED, TIME};
 use crate::error::Error;
 use crate::inertial::units::DEG;
 use crate::recordings::axes::Axes;
-use crate::recordings::build::MOST_GAP_S;
-use crate::recordings::input::Table;
 use crate::recordings::record::TimedFix;
+use crate::recordings::session::MOST_GAP_S;
+use crate::recordings::table::Table;
 
 /// Fixes in the order of time.
 pub(super) fn fixes(read: &Read, gnss: &Gnss) -> Result<Vec<TimedFix>, Error> {

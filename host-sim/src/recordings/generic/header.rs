@@ -3,9 +3,9 @@
 use crate::error::Error;
 use crate::inertial::units::{ARCSEC, DEG, DEG_PER_H, G0};
 use crate::recordings::axes::Axes;
-use crate::recordings::build::complain;
-use crate::recordings::input::Separator;
 use crate::recordings::record::Kind;
+use crate::recordings::session::complain;
+use crate::recordings::table::Separator;
 use serde::Deserialize;
 use std::path::{Path, PathBuf};
 

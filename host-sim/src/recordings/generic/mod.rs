@@ -36,21 +36,23 @@
 //! The session begins at the first fix within the IMU's time (so that fixes at whole seconds stay what they are; others are put between
 //! their neighbours, at most 2.5 s apart) and has whole seconds. Rates are integrated with their time stamps by the trapezoidal rule.
 //! An increment belongs to the interval that ends at its time; steps of more than 1.5 samples are refused, since what happened in them is
-//! lost. The word rate is the nearest whole number to one over the median step. Counts are of [`crate::recordings::words::FINE`] value.
+//! lost. The word rate is the nearest whole number to one over the median step. Counts are of [`crate::inertial::counts::FINE_LSB`] value.
 
 mod fixes;
 mod header;
+mod write;
 
 pub use header::{Gnss, Header, Imu, Scalar, Start, Triad, Velocity};
+pub use write::{write, write_truth};
 
 use crate::error::Error;
 use crate::inertial::rotation::from_euler;
 use crate::inertial::session::Session;
 use crate::inertial::sins::Increment;
 use crate::inertial::units::DEG;
-use crate::recordings::build::Begin;
-use crate::recordings::input::{Layout, Separator, Source, Table};
 use crate::recordings::record::{Kind, Record, TimedFix, median_step};
+use crate::recordings::session::InitialAttitude;
+use crate::recordings::table::{Layout, Separator, Source, Table};
 use fixes::fixes;
 use header::{ACCEL, GYRO, Read, TIME};
 use std::path::{Path, PathBuf};
@@ -70,7 +72,7 @@ const AT_REST: [f64; 6] = [0.05, 0.05, 0.05, 0.01, 0.01, 0.01];
 /// Any fault of header or files, with line and column or key.
 pub fn read(header: &Path, files: &[PathBuf]) -> Result<Record, Error> {
     let read = Read::open(header, files)?;
-    let begin = begin(&read)?;
+    let initial_attitude = initial_attitude(&read)?;
     let motion = motion(&read)?;
     let fixes = match &read.header.gnss {
         Some(gnss) => fixes(&read, gnss)?,
@@ -79,7 +81,7 @@ pub fn read(header: &Path, files: &[PathBuf]) -> Result<Record, Error> {
     Ok(Record {
         file: header.to_path_buf(),
         fixes,
-        begin: Some(begin),
+        initial_attitude: Some(initial_attitude),
         ..motion
     })
 }
@@ -92,10 +94,12 @@ pub fn load(header: &Path) -> Result<Session, Error> {
     read(header, &[])?.session()
 }
 
-fn begin(read: &Read) -> Result<Begin, Error> {
+fn initial_attitude(read: &Read) -> Result<InitialAttitude, Error> {
     let s = &read.header.start;
     match (s.standstill_s, s.roll_deg, s.pitch_deg, s.heading_deg) {
-        (Some(t), None, None, None) if t >= LEAST_STANDSTILL_S => Ok(Begin::Standstill(t as usize)),
+        (Some(t), None, None, None) if t >= LEAST_STANDSTILL_S => {
+            Ok(InitialAttitude::Standstill(t as usize))
+        }
         (Some(t), None, None, None) => {
             let problem = format!("is {t}, too short to align on");
             Err(read.bad(
@@ -118,7 +122,7 @@ fn begin(read: &Read) -> Result<Begin, Error> {
                     ));
                 }
             }
-            Ok(Begin::Attitude(from_euler(
+            Ok(InitialAttitude::Known(from_euler(
                 roll * DEG,
                 pitch * DEG,
                 heading * DEG,
@@ -279,7 +283,7 @@ fn motion(read: &Read) -> Result<Record, Error> {
         kind,
         rate_hz: rate_hz as usize,
         fixes: Vec::new(),
-        begin: None,
+        initial_attitude: None,
     })
 }
 

@@ -18,9 +18,9 @@ use crate::inertial::rotation::from_euler;
 use crate::inertial::sins::{Increment, NavState};
 use crate::inertial::units::DEG;
 use crate::output::write_atomic;
-use crate::recordings::build::{Begin, MOST_GAP_S};
-use crate::recordings::input::{Layout, Separator, Source, Table};
 use crate::recordings::record::{Kind, Record, TimedFix, median_step};
+use crate::recordings::session::{InitialAttitude, MOST_GAP_S};
+use crate::recordings::table::{Layout, Separator, Source, Table};
 use crate::recordings::track::Track;
 use nalgebra::Vector3;
 use std::fmt::Write;
@@ -80,7 +80,11 @@ const TRUTH: [&str; 11] = [
 ///
 /// # Errors
 /// Any fault of the files, with line and column.
-pub fn read(imu: &Path, gnss: &Path, begin: Option<Begin>) -> Result<Record, Error> {
+pub fn read(
+    imu: &Path,
+    gnss: &Path,
+    initial_attitude: Option<InitialAttitude>,
+) -> Result<Record, Error> {
     let table = table(imu, &[&IMU], true)?;
     table.check_rising(0)?;
     table.check_within(1..4, 2.0, "give angle increments in rad")?;
@@ -106,7 +110,7 @@ pub fn read(imu: &Path, gnss: &Path, begin: Option<Begin>) -> Result<Record, Err
         kind: Kind::Increment,
         rate_hz: rate_hz as usize,
         fixes: fixes(gnss)?,
-        begin,
+        initial_attitude,
     })
 }
 

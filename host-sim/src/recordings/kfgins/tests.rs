@@ -1,6 +1,6 @@
 use super::*;
 use crate::inertial::session::Session;
-use crate::recordings::input::tests::message;
+use crate::recordings::table::tests::message;
 use crate::simulator::gnss::GnssSpec;
 use crate::simulator::imu::ImuSpec;
 use crate::simulator::session::{SessionConfig, simulate};
@@ -40,7 +40,7 @@ fn a_recording_written_and_read_is_the_same_to_the_bit() {
             velocity,
         };
         write(&record, form, &imu, &gnss).unwrap();
-        let back = read(&imu, &gnss, record.begin).unwrap();
+        let back = read(&imu, &gnss, record.initial_attitude).unwrap();
         assert_eq!(back.time, record.time);
         for (a, b) in back.samples.iter().zip(&record.samples) {
             assert_eq!((a.dtheta, a.dv), (b.dtheta, b.dv));
@@ -95,7 +95,7 @@ fn files_of_others_are_read() {
     for (got, want) in [roll, pitch, yaw].iter().zip(want) {
         assert!((got - want).abs() < 1e-5, "{got} {want}");
     }
-    let begin = Some(Begin::Attitude(state.q_bn));
+    let begin = Some(InitialAttitude::Known(state.q_bn));
     let record = read(&path("imu"), &path("gnss"), begin).unwrap();
     assert_eq!((record.rate_hz, record.samples.len()), (100, 200));
     assert_eq!(record.samples[3].dv.z, -0.0981);
@@ -108,7 +108,7 @@ fn complaint(imu: &str, gnss: &str) -> String {
     let (i, g) = (dir.path().join("in.imu"), dir.path().join("in.gnss"));
     std::fs::write(&i, imu).unwrap();
     std::fs::write(&g, gnss).unwrap();
-    let begin = Some(Begin::Attitude(UnitQuaternion::identity()));
+    let begin = Some(InitialAttitude::Known(UnitQuaternion::identity()));
     let session = read(&i, &g, begin).and_then(|r| r.session());
     message(&session.unwrap_err())
 }

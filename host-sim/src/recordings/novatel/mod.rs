@@ -11,8 +11,8 @@ use crate::inertial::session::{EPOCH_S, Session, to_si};
 use crate::inertial::sins::NavState;
 use crate::inertial::units::DEG;
 use crate::recordings::axes::Axes;
-use crate::recordings::build::{Begin, complain, referenced};
 use crate::recordings::record::{Record, TimedFix};
+use crate::recordings::session::{InitialAttitude, complain, referenced};
 use crate::recordings::track::Track;
 use firmware::sample::{Axes as Valid, Counts, Lsb};
 use firmware::wire::framer::{Kind, LONGEST};
@@ -302,7 +302,7 @@ pub fn record(
         kind: crate::recordings::record::Kind::Increment,
         rate_hz: usize::from(rate),
         fixes,
-        begin: attitude.map(Begin::Attitude),
+        initial_attitude: attitude.map(InitialAttitude::Known),
     })
 }
 

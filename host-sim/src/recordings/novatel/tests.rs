@@ -1,6 +1,6 @@
 use super::*;
 use crate::inertial::session::to_si;
-use crate::recordings::input::tests::{file, message, recorded};
+use crate::recordings::table::tests::{file, message, recorded};
 use firmware::wire::novatel::{Header, Log, Repr};
 
 #[test]
@@ -202,7 +202,7 @@ fn a_record_for_conversion_has_the_same_words_and_fixes_in_seconds_of_the_week()
     assert_eq!(r.fixes[0].velocity.unwrap()[1..], [2.0, -3.0]);
     assert_eq!((r.fixes[0].lat_deg, r.fixes[0].lon_deg), (51.0, -114.0));
     let begin = r
-        .begin
-        .map(|b| matches!(b, Begin::Attitude(q) if q.angle_to(&s.reference[0].q_bn) < 1e-9));
+        .initial_attitude
+        .map(|b| matches!(b, InitialAttitude::Known(q) if q.angle_to(&s.reference[0].q_bn) < 1e-9));
     assert_eq!(begin, Some(true));
 }

@@ -5,8 +5,8 @@ use crate::inertial::rotation::to_euler;
 use crate::inertial::session::{EPOCH_S, Session};
 use crate::inertial::units::DEG;
 use crate::output::{CsvWriter, write_atomic};
-use crate::recordings::build::Begin;
-use crate::recordings::record::Record;
+use crate::recordings::record::{Record, TimedFix};
+use crate::recordings::session::InitialAttitude;
 use std::path::Path;
 
 const IMU: [&str; 7] = [
@@ -51,7 +51,7 @@ fn write_fixes(record: &Record, file: &Path) -> Result<(), Error> {
         true => [&PLACE[..], &VELOCITY, &SIGMA, &SIGMA_V].concat(),
         false => [&PLACE[..], &SIGMA].concat(),
     };
-    let row = |f: &crate::recordings::record::TimedFix| {
+    let row = |f: &TimedFix| {
         let mut row = vec![f.time, f.lat_deg, f.lon_deg, f.height_m];
         row.extend(f.velocity.filter(|_| velocity).into_iter().flatten());
         row.extend(&f.sigmas[..if velocity { 6 } else { 3 }]);
@@ -110,9 +110,9 @@ fn header(record: &Record) -> String {
         }
     }
     text += "\n[start]\n";
-    text += &match record.begin {
-        Some(Begin::Standstill(s)) => format!("standstill_s = {s}\n"),
-        Some(Begin::Attitude(q)) => {
+    text += &match record.initial_attitude {
+        Some(InitialAttitude::Standstill(s)) => format!("standstill_s = {s}\n"),
+        Some(InitialAttitude::Known(q)) => {
             let (roll, pitch, heading) = to_euler(&q);
             let [roll, pitch, heading] = [roll, pitch, heading].map(|a| a / DEG);
             format!("roll_deg = {roll}\npitch_deg = {pitch}\nheading_deg = {heading}\n")
@@ -133,10 +133,11 @@ fn header(record: &Record) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::super::{generic, kfgins};
+    use super::super::read;
     use super::*;
     use crate::inertial::sins::Increment;
-    use crate::recordings::record::{Kind, TimedFix};
+    use crate::recordings::kfgins;
+    use crate::recordings::record::Kind;
     use nalgebra::Vector3;
 
     fn record(velocity: bool) -> Record {
@@ -163,7 +164,7 @@ mod tests {
             kind: Kind::Increment,
             rate_hz: 100,
             fixes: (0..4).map(fix).collect(),
-            begin: Some(Begin::Standstill(100)),
+            initial_attitude: Some(InitialAttitude::Standstill(100)),
         }
     }
 
@@ -175,13 +176,13 @@ mod tests {
             let path = |name: &str| dir.path().join(name);
             let first = record(velocity);
             write(&first, dir.path()).unwrap();
-            let csv = generic::read(&path("header.toml"), &[]).unwrap();
+            let csv = read(&path("header.toml"), &[]).unwrap();
             let form = kfgins::Form {
                 shift_s: 0.0,
                 velocity,
             };
             kfgins::write(&csv, form, &path("i.txt"), &path("g.txt")).unwrap();
-            let text = kfgins::read(&path("i.txt"), &path("g.txt"), csv.begin).unwrap();
+            let text = kfgins::read(&path("i.txt"), &path("g.txt"), csv.initial_attitude).unwrap();
             std::fs::create_dir(path("again")).unwrap();
             write(&text, &path("again")).unwrap();
             for name in ["imu.csv", "gnss.csv", "header.toml"] {
@@ -200,7 +201,7 @@ mod tests {
         let mut r = record(true);
         r.fixes.truncate(1);
         write(&r, dir.path()).unwrap();
-        let back = generic::read(&dir.path().join("header.toml"), &[]).unwrap();
+        let back = read(&dir.path().join("header.toml"), &[]).unwrap();
         assert_eq!(
             (back.fixes.len(), back.fixes[0].lat_deg),
             (1, r.fixes[0].lat_deg)

@@ -1,6 +1,6 @@
 //! Good and bad files.
 
-use super::read::*;
+use super::columns::*;
 use super::*;
 use crate::error::Error;
 use crate::inertial::units::G0;

@@ -25,7 +25,7 @@ pub struct Recording {
     /// Velocity increment of one accelerometer pulse, m/s.
     pub accel_lsb_mps: f64,
     /// Pulses of each sample interval: gyro x, y, z, accelerometer x, y, z.
-    pub words: Vec<[i32; 6]>,
+    pub pulses: Vec<[i32; 6]>,
 }
 
 /// Folder with recorded data: `LRNN_DATA` if set, else `../shared/data` beside the project; `None` where there is none.
@@ -42,12 +42,12 @@ pub fn data_dir() -> Option<PathBuf> {
 /// Any fault of the file, with line and column; see the variants of [`Error`].
 pub fn load(file: &Path) -> Result<Recording, Error> {
     let text = crate::recordings::read::read(file)?;
-    let words = parse(file, &text)?;
+    let pulses = parse(file, &text)?;
     Ok(Recording {
         rate_hz: RATE_HZ,
         gyro_lsb_rad: GYRO_LSB_RAD,
         accel_lsb_mps: ACCEL_LSB_MPS,
-        words,
+        pulses,
     })
 }
 
@@ -74,14 +74,14 @@ fn parse(file: &Path, text: &[u8]) -> Result<Vec<[i32; 6]>, Error> {
             expected: HEADER.to_owned(),
         });
     }
-    let words: Vec<[i32; 6]> = (2..)
+    let pulses: Vec<[i32; 6]> = (2..)
         .zip(lines)
         .map(|(number, line)| parse_line(file, number, line))
         .collect::<Result<_, _>>()?;
-    if words.is_empty() {
+    if pulses.is_empty() {
         Err(empty("has a header and no data"))
     } else {
-        Ok(words)
+        Ok(pulses)
     }
 }
 
@@ -174,7 +174,7 @@ mod tests {
 
     #[test]
     fn plain_gzip_and_windows_files_read_alike() {
-        let words = vec![[1, -2, 3, 4, 5, 80], [0, 0, i32::MAX, i32::MIN, 0, 80]];
+        let pulses = vec![[1, -2, 3, 4, 5, 80], [0, 0, i32::MAX, i32::MIN, 0, 80]];
         let plain = with_header(GOOD);
         let windows = String::from_utf8(plain.clone())
             .unwrap()
@@ -182,14 +182,14 @@ mod tests {
         let marked = [b"\xef\xbb\xbf", plain.as_slice()].concat();
         let unended = &plain[..plain.len() - 1];
         for bytes in [&plain, &gzip(&plain), windows.as_bytes(), &marked, unended] {
-            assert_eq!(load_bytes(bytes).unwrap().words, words);
+            assert_eq!(load_bytes(bytes).unwrap().pulses, pulses);
         }
         let two_members = [
             gzip(&with_header("1,-2,3,4,5,80\n")),
             gzip(b"0,0,2147483647,-2147483648,0,80\n"),
         ]
         .concat();
-        assert_eq!(load_bytes(&two_members).unwrap().words, words);
+        assert_eq!(load_bytes(&two_members).unwrap().pulses, pulses);
     }
 
     #[test]
@@ -314,13 +314,13 @@ mod tests {
             return;
         };
         let recording = load(&file).unwrap();
-        assert_eq!(recording.words.len(), 184_718);
-        assert_eq!(recording.words[0], [0, 0, 2, 0, 0, 80]);
+        assert_eq!(recording.pulses.len(), 184_718);
+        assert_eq!(recording.pulses[0], [0, 0, 2, 0, 0, 80]);
         let mut mean = [0.0; 3];
-        for word in &recording.words {
+        for sample in &recording.pulses {
             for axis in 0..3 {
-                mean[axis] += f64::from(word[3 + axis]) * ACCEL_LSB_MPS * RATE_HZ
-                    / recording.words.len() as f64;
+                mean[axis] += f64::from(sample[3 + axis]) * ACCEL_LSB_MPS * RATE_HZ
+                    / recording.pulses.len() as f64;
             }
         }
         let magnitude = mean.iter().map(|f| f * f).sum::<f64>().sqrt();

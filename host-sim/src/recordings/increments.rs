@@ -1,47 +1,15 @@
 //! From what a file holds to words: rates with time stamps to increments of equal length, increments to counts.
 
 use crate::inertial::sins::Increment;
-use firmware::sample::{Counts, Lsb};
-use nalgebra::Vector3;
 
-/// Count value for files that hold decimal numbers: so fine that rounding, which is carried to the next word, never shows (1e-9 rad in
-/// all is 0.0002 arcsec), and coarse enough that a word holds 2.1 rad and 21 m/s.
-pub const FINE: Lsb = Lsb {
-    rad: 1e-9,
-    mps: 1e-8,
-};
-
-/// Counts whose sums follow the sums of `words` to half a count: what rounding leaves is carried.
-///
-/// # Errors
-/// Index of the first word that does not fit.
-pub fn quantise(words: &[Increment], lsb: &Lsb) -> Result<Vec<Counts>, usize> {
-    let mut left = Increment::default();
-    let whole = |exact: Vector3<f64>, rest: &mut Vector3<f64>| {
-        let due = exact + *rest;
-        let counts = due.map(f64::round);
-        *rest = due - counts;
-        // also false for NaN
-        let fits = counts.iter().all(|c| c.abs() <= f64::from(i32::MAX));
-        fits.then_some([counts.x as i32, counts.y as i32, counts.z as i32])
-    };
-    let mut out = Vec::with_capacity(words.len());
-    for (k, word) in words.iter().enumerate() {
-        let dtheta = whole(word.dtheta / lsb.rad, &mut left.dtheta).ok_or(k)?;
-        let dv = whole(word.dv / lsb.mps, &mut left.dv).ok_or(k)?;
-        out.push(Counts { dtheta, dv });
-    }
-    Ok(out)
-}
-
-/// Running integrals of rate and specific force.
+/// MotionIntegral integrals of rate and specific force.
 #[derive(Debug, Clone, Default)]
-pub struct Running {
+pub struct MotionIntegral {
     time: Vec<f64>,
     sum: Vec<Increment>,
 }
 
-impl Running {
+impl MotionIntegral {
     /// Integrals of samples (rates in rad/s and m/s2 at their times, rising) by the trapezoidal rule.
     #[must_use]
     pub fn of_rates(time: &[f64], rates: &[Increment]) -> Self {
@@ -88,7 +56,7 @@ impl Running {
     /// `count` increments of length `dt` from time `from` on. Between two samples the rate is taken as constant, so that nothing is lost
     /// or counted twice whatever the jitter; beyond the ends nothing moves.
     #[must_use]
-    pub fn words(&self, from: f64, dt: f64, count: usize) -> Vec<Increment> {
+    pub fn increments(&self, from: f64, dt: f64, count: usize) -> Vec<Increment> {
         let mut k = 0;
         let mut before = self.at(from, &mut k);
         (1..=count)
@@ -122,29 +90,7 @@ impl Running {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn counts_follow_the_sum() {
-        let word = Increment {
-            dtheta: Vector3::new(0.3e-9, -7.77e-9, 0.0),
-            dv: Vector3::new(0.0, 0.49e-8, -0.098),
-        };
-        let counts = quantise(&vec![word; 1000], &FINE).unwrap();
-        let sum = |f: &dyn Fn(&Counts) -> i32| counts.iter().map(|c| i64::from(f(c))).sum::<i64>();
-        assert_eq!(sum(&|c| c.dtheta[0]), 300);
-        assert_eq!(sum(&|c| c.dtheta[1]), -7770);
-        assert_eq!(sum(&|c| c.dv[1]), 490);
-        assert_eq!(sum(&|c| c.dv[2]), -9_800_000_000);
-    }
-
-    #[test]
-    fn words_that_do_not_fit_are_named() {
-        let mut words = vec![Increment::default(); 5];
-        words[3].dv.y = 22.0;
-        assert_eq!(quantise(&words, &FINE).unwrap_err(), 3);
-        words[3].dv.y = f64::NAN;
-        assert_eq!(quantise(&words, &FINE).unwrap_err(), 3);
-    }
+    use nalgebra::Vector3;
 
     #[test]
     fn increments_at_even_times_come_out_as_they_went_in() {
@@ -155,9 +101,9 @@ mod tests {
                 dv: Vector3::repeat(-0.05),
             })
             .collect();
-        let running = Running::of_increments(&time, &words, 0.005);
+        let running = MotionIntegral::of_increments(&time, &words, 0.005);
         assert_eq!(running.span(), (1000.0, 1001.5));
-        let got = running.words(1000.5, 0.005, 200);
+        let got = running.increments(1000.5, 0.005, 200);
         for (g, w) in got.iter().zip(&words[100..]) {
             // a time stamp of 1000 s has 1e-13 s of rounding, 2e-11 of a word
             assert!((g.dtheta - w.dtheta).norm() < 1e-13 && (g.dv - w.dv).norm() < 1e-10);
@@ -177,7 +123,7 @@ mod tests {
                 dv: Vector3::repeat(1.0),
             })
             .collect();
-        let words = Running::of_rates(&time, &rates).words(0.5, 0.01, 100);
+        let words = MotionIntegral::of_rates(&time, &rates).increments(0.5, 0.01, 100);
         let (mut angle, mut v) = (0.0, 0.0);
         for (k, w) in words.iter().enumerate() {
             angle += w.dtheta.x;

@@ -1,11 +1,12 @@
 //! From increments, fixes and a beginning to a session: the part that all formats with time stamps share.
 
 use crate::error::Error;
+use crate::inertial::counts::{FINE_LSB, quantise};
 use crate::inertial::gnss::Fix;
 use crate::inertial::session::{EPOCH_S, Session};
 use crate::inertial::sins::NavState;
+use crate::recordings::increments::MotionIntegral;
 use crate::recordings::track::Track;
-use crate::recordings::words::{FINE, Running, quantise};
 use firmware::sample::{Counts, Lsb};
 use nalgebra::UnitQuaternion;
 use std::path::{Path, PathBuf};
@@ -17,11 +18,11 @@ pub(super) const NOT_MEASURED: f64 = 1e3;
 
 /// How navigation can begin.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Begin {
+pub enum InitialAttitude {
     /// The vehicle stands for so many seconds and is aligned.
     Standstill(usize),
     /// The attitude at the first epoch is known.
-    Attitude(UnitQuaternion<f64>),
+    Known(UnitQuaternion<f64>),
 }
 
 /// What a format's reader hands over.
@@ -30,7 +31,7 @@ pub(super) struct Parts {
     /// File to name in complaints.
     pub(super) file: PathBuf,
     /// Motion, body axes forward-right-down.
-    pub(super) running: Running,
+    pub(super) running: MotionIntegral,
     /// Words a second.
     pub(super) rate_hz: usize,
     /// Fixes; attitudes do not count. One alone means a vehicle at rest.
@@ -38,7 +39,7 @@ pub(super) struct Parts {
     /// Their noise.
     pub(super) sigmas: [f64; 6],
     /// Beginning.
-    pub(super) begin: Begin,
+    pub(super) initial_attitude: InitialAttitude,
 }
 
 /// A complaint about a whole file.
@@ -95,18 +96,18 @@ pub(super) fn build(parts: &Parts) -> Result<Session, Error> {
             "give motion and fixes of the same time, in the same time system",
         ));
     }
-    let (standstill, q_bn) = match parts.begin {
-        Begin::Standstill(s) if s >= epochs => {
+    let (standstill, q_bn) = match parts.initial_attitude {
+        InitialAttitude::Standstill(s) if s >= epochs => {
             let problem = format!("covers {epochs} s, all of it within the standstill of {s} s");
             let remedy = "give a shorter standstill or a longer recording";
             return Err(complain(problem, remedy));
         }
-        Begin::Standstill(s) => (s, UnitQuaternion::identity()),
-        Begin::Attitude(q) => (0, q),
+        InitialAttitude::Standstill(s) => (s, UnitQuaternion::identity()),
+        InitialAttitude::Known(q) => (0, q),
     };
     let dt = EPOCH_S / parts.rate_hz as f64;
-    let words = parts.running.words(begin, dt, epochs * parts.rate_hz);
-    let counts = quantise(&words, &FINE).map_err(|k| {
+    let words = parts.running.increments(begin, dt, epochs * parts.rate_hz);
+    let counts = quantise(&words, &FINE_LSB).map_err(|k| {
         let t = begin + (k + 1) as f64 * dt;
         complain(
             format!("{t:.3} s has a word of more than 2 rad or 20 m/s"),
@@ -120,6 +121,6 @@ pub(super) fn build(parts: &Parts) -> Result<Session, Error> {
     let reference: Vec<NavState> = (0..=epochs).map(state).collect();
     Ok(Session {
         standstill,
-        ..referenced(dt, (counts, FINE), reference, parts.sigmas)
+        ..referenced(dt, (counts, FINE_LSB), reference, parts.sigmas)
     })
 }
