@@ -181,7 +181,7 @@ fn health(flow: &Flow, machine: &Machine) -> Health {
         winner: report.winner,
         navigates: report.navigates,
         used_fixes: report.fixes,
-        refused_fixes: report.refused,
+        refused_fixes: report.refused.saturating_add(report.late),
         promotions: report.promotions,
         rollbacks: report.rollbacks,
         busy: flow.load.last,

@@ -11,6 +11,7 @@
 //! At the end of a block the navigator is corrected by what the last fix found, and what it takes out of the words from then on is the
 //! running hypothesis' estimate of the block before: a difference to the present one is known to all hypotheses and costs nothing.
 
+use super::age::FixAge;
 use super::bank::{Bank, NOTHING, Work};
 use super::prior::NAV;
 use super::settings::Settings;
@@ -18,7 +19,7 @@ use super::words::{Scale, divisor, flat, split};
 use super::{Learner, Report, Winner};
 use crate::align::Align;
 use crate::compensator::Block;
-use crate::control::Alignment;
+use crate::control::{Alignment, Reason};
 use crate::fix::{Fix, OBSERVATIONS};
 use crate::model::Nets;
 use crate::nav::{self, Navigator};
@@ -65,6 +66,7 @@ struct Tally {
     refused: u32,
     promotions: u32,
     rollbacks: u32,
+    late: u32,
 }
 
 /// Learns both networks from the receiver's fixes.
@@ -79,6 +81,7 @@ pub struct FixLearner<'m> {
     /// The last word and its number.
     last: Option<(u32, Counts)>,
     last_fix_ms: Option<u32>,
+    age: FixAge,
     /// A fix is being worked on.
     fixing: bool,
     running: usize,
@@ -97,14 +100,15 @@ impl<'m> FixLearner<'m> {
             navigator: None,
             last: None,
             last_fix_ms: None,
+            age: FixAge::default(),
             fixing: false,
             running: NOTHING,
             tally: Tally::default(),
         }
     }
 
-    /// Everything put off is done; afterwards it is known what the last fix led to.
-    fn finish(&mut self) {
+    /// Does all deferred work. Afterwards it is known what the last fix led to.
+    pub fn finish(&mut self) {
         let Memory { bank, work } = &mut *self.memory;
         while !work.is_done() {
             bank.work(work);
@@ -167,13 +171,11 @@ impl<'m> FixLearner<'m> {
     }
 
     /// Starts the navigator at a fix if the alignment is good for it.
-    fn start(&mut self, fix: &Fix, sigmas: &[f32; OBSERVATIONS]) -> Option<()> {
+    fn start(&mut self, fix: &Fix, sigmas: &[f32; OBSERVATIONS], age: f32) -> Option<()> {
         let align = self.align.as_mut()?;
         if align.gathered() < self.settings.align_s && !(align.is_over()) {
             return None;
         }
-        let (meaning, scale) = (self.meaning?, self.scale?);
-        let age = f64::from(self.settings.fix_age_s);
         if !align.is_solving() {
             // in parts, until the next fix
             align.solve(fix.position.latitude, fix.position.height);
@@ -191,14 +193,12 @@ impl<'m> FixLearner<'m> {
             return None;
         }
         let state = nav::State {
-            position: fix.position.displaced(fix.velocity.map(|v| v * age)),
+            position: fix
+                .position
+                .displaced(fix.velocity.map(|v| v * f64::from(age))),
             velocity: fix.velocity,
             q_bn: aligned.q_bn,
         };
-        let mut config = nav::Config::new(scale.lsb, meaning.period_s, self.settings.noise);
-        config.piece_words = divisor(meaning.block_words, config.piece_words);
-        let navigator = Navigator::new(config, state).ok()?;
-        self.finish();
         let mut by = [[0.0; OUTPUTS]; NAV];
         let mut rest = [[0.0; NAV]; NAV];
         for i in 0..3 {
@@ -213,12 +213,67 @@ impl<'m> FixLearner<'m> {
                 *entry = sigma * sigma;
             }
         }
+        self.navigate(state, &by, &rest)
+    }
+
+    /// A navigator in this state at the end of the last sample. Its errors are `by` times the
+    /// sensors' errors, plus others of covariance `rest`. `None`: no stream yet, or the state is
+    /// outside the range of the equations.
+    fn navigate(
+        &mut self,
+        state: nav::State,
+        by: &[[f32; OUTPUTS]; NAV],
+        rest: &[[f32; NAV]; NAV],
+    ) -> Option<()> {
+        let (stream, scale) = (self.meaning?, self.scale?);
+        let mut config = nav::Config::new(scale.lsb, stream.period_s, self.settings.noise);
+        config.piece_words = divisor(stream.block_words, config.piece_words);
+        let navigator = Navigator::new(config, state).ok()?;
+        self.finish();
         let Memory { bank, work } = &mut *self.memory;
-        bank.align_means(&by, &[0.0; OUTPUTS]);
+        bank.align_means(by, &[0.0; OUTPUTS]);
         work.clear();
-        work.alignment(&by, &rest);
+        work.alignment(by, rest);
         self.navigator = Some(navigator);
         Some(())
+    }
+
+    /// Starts the navigator in a known state, instead of an alignment at standstill: for recordings
+    /// that have none. `state` holds at the end of the last sample (before the first: at the
+    /// stream's start); `sigmas` are the standard deviations of its errors, in the order of
+    /// [`NAV`]. A navigator that was running is replaced; what has been learnt stays.
+    ///
+    /// To be called after [`Learner::begin`]. A stream of float samples must have begun, because
+    /// their resolution follows from the first one.
+    ///
+    /// # Errors
+    /// [`Reason::NotAvailable`] before that, [`Reason::Range`] for a state that the navigator does
+    /// not accept.
+    pub fn navigate_from(&mut self, state: nav::State, sigmas: &[f32; NAV]) -> Result<(), Reason> {
+        let stream = self.meaning.ok_or(Reason::NotAvailable)?;
+        self.scale
+            .get_or_insert_with(|| Scale::counts_of(stream.lsb));
+        let mut rest = [[0.0; NAV]; NAV];
+        for (i, (row, sigma)) in rest.iter_mut().zip(sigmas).enumerate() {
+            if let Some(entry) = row.get_mut(i) {
+                *entry = sigma * sigma;
+            }
+        }
+        let by = [[0.0; OUTPUTS]; NAV];
+        self.navigate(state, &by, &rest).ok_or(Reason::Range)
+    }
+
+    /// The navigator's solution with all that is known; `None` while it does not navigate. It is
+    /// that of the last sample where a block ends, and up to 50 ms older within a block.
+    pub fn nav(&mut self) -> Option<nav::State> {
+        self.finish();
+        self.navigator.as_ref().map(|navigator| *navigator.state())
+    }
+
+    /// The hypotheses, for those who observe only. [`FixLearner::finish`] first, else what they
+    /// tell is half made.
+    pub fn bank(&self) -> &Bank {
+        &self.memory.bank
     }
 
     /// Words that are missing before `number`: a short hole is bridged, a long one ends the navigation.
@@ -273,6 +328,7 @@ impl Learner for FixLearner<'_> {
         self.navigator = None;
         self.last = None;
         self.last_fix_ms = None;
+        self.age = FixAge::default();
     }
 
     fn word(&mut self, number: u32, words: &RawSample) {
@@ -311,12 +367,21 @@ impl Learner for FixLearner<'_> {
         self.last = None;
     }
 
-    fn fix(&mut self, _: u32, fix: &Fix) {
+    fn fix(&mut self, number: u32, fix: &Fix) {
+        let Some(stream) = self.meaning else { return };
+        let least = self.settings.fix_age_s;
+        let age = self
+            .age
+            .arrived(number, fix.time_ms, stream.period_s, least);
         let since = self.last_fix_ms.map(|last| fix.time_ms.wrapping_sub(last));
         if since.is_some_and(|ms| ms < FIX_MS) {
             return;
         }
         let (Some(sigmas), Some(align)) = (fix.sigmas, &mut self.align) else {
+            return;
+        };
+        let Some(age) = age else {
+            self.tally.late = self.tally.late.saturating_add(1);
             return;
         };
         self.last_fix_ms = Some(fix.time_ms);
@@ -327,7 +392,7 @@ impl Learner for FixLearner<'_> {
         }
         let still = align.still() >= STILL_S;
         if self.navigator.is_none() {
-            self.start(fix, &sigmas);
+            self.start(fix, &sigmas, age);
             return;
         }
         let (mut fix, mut sigmas) = (*fix, sigmas);
@@ -336,7 +401,6 @@ impl Learner for FixLearner<'_> {
             let [.., x, y, z] = &mut sigmas;
             [*x, *y, *z] = [STILL_MPS; 3];
         }
-        let age = self.settings.fix_age_s;
         let Some(navigator) = self.cut() else { return };
         let nav::Innovation { position, velocity } = navigator.innovation(&fix, age);
         let ([a, b, c], [d, e, f]) = (position, velocity);
@@ -389,6 +453,7 @@ impl Learner for FixLearner<'_> {
             estimate: split(self.memory.bank.estimate()),
             fixes: self.tally.used,
             refused: self.tally.refused,
+            late: self.tally.late,
             winner: self.running as u8,
             promotions: self.tally.promotions,
             rollbacks: self.tally.rollbacks,
@@ -398,3 +463,6 @@ impl Learner for FixLearner<'_> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests;

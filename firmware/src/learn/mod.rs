@@ -4,6 +4,7 @@
 //! references, the receiver's fixes. What takes long it puts off to [`Learner::work`], which the application calls between
 //! frames, a piece at a time. Its memory is the board's: a board without one has no mode `learn`.
 
+pub mod age;
 pub mod bank;
 mod both;
 mod chosen;
@@ -40,6 +41,8 @@ pub struct Report {
     pub fixes: u32,
     /// Of these, with a component that was not believed.
     pub refused: u32,
+    /// Fixes not used because they arrived too late: see [`age::MAX_AGE_S`].
+    pub late: u32,
     /// The hypothesis that stands, 0 for "the sensors are right": see [`bank::Bank::running`].
     pub winner: u8,
     /// Times another hypothesis than that one came to stand.

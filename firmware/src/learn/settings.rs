@@ -16,7 +16,8 @@ pub struct Settings {
     pub gates: Gates,
     /// Length of an alignment that nobody commands, s, >= [`crate::align::LEAST_S`].
     pub align_s: f64,
-    /// Age of a fix when it arrives, s, 0 to 1.
+    /// Least age of a fix when it arrives, s, 0 to 1. What a fix is later than the earliest is
+    /// measured: see [`super::age`].
     pub fix_age_s: f32,
 }
 

@@ -19,10 +19,7 @@ impl Scale {
     /// For words of this kind, of which `lsb` is the value of a count or of 1.0.
     pub fn of(words: &RawSample, lsb: &Lsb) -> Scale {
         let RawSample::Floats { .. } = words else {
-            return Scale {
-                lsb: *lsb,
-                per_float: [0.0; 2],
-            };
+            return Scale::counts_of(*lsb);
         };
         let of = |value: f64, largest: f64| {
             // the largest power of two with which `largest` fits into 31 bits
@@ -36,6 +33,14 @@ impl Scale {
                 mps: lsb.mps / per[1],
             },
             per_float: per.map(|x| x as f32),
+        }
+    }
+
+    /// For samples in counts.
+    pub fn counts_of(lsb: Lsb) -> Scale {
+        Scale {
+            lsb,
+            per_float: [0.0; 2],
         }
     }
 

@@ -351,4 +351,4 @@ fn in_range(state: &State) -> bool {
 }
 
 #[cfg(test)]
-mod tests;
+pub(crate) mod tests;

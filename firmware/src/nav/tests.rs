@@ -2,7 +2,7 @@ use super::*;
 use crate::sample::Lsb;
 use core::f64::consts::PI;
 
-const LSB: Lsb = Lsb {
+pub(crate) const LSB: Lsb = Lsb {
     rad: 1e-7,
     mps: 1e-5,
 };
@@ -10,9 +10,9 @@ const NOISE: Noise = Noise {
     gyro: 1e-6,
     accel: 1e-4,
 };
-const WORD_S: f64 = 0.005;
+pub(crate) const WORD_S: f64 = 0.005;
 
-fn state(latitude: f64, velocity: V) -> State {
+pub(crate) fn state(latitude: f64, velocity: V) -> State {
     State {
         position: Position {
             latitude,
@@ -30,12 +30,13 @@ fn navigator(state: State) -> Navigator {
 
 /// Words of a body that keeps its attitude to north, east and down and its velocity: what the equations take away. What rounding to
 /// counts leaves is carried.
-struct Steady {
+#[derive(Default)]
+pub(crate) struct Steady {
     due: [V; 2],
 }
 
 impl Steady {
-    fn word(&mut self, at: &State) -> Counts {
+    pub(crate) fn word(&mut self, at: &State) -> Counts {
         let here = Local::at(at.position.latitude, at.position.height);
         let v = at.velocity;
         let east = v[1] / here.n_h;

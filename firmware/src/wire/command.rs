@@ -130,7 +130,7 @@ pub struct Health {
     pub navigates: bool,
     /// Fixes learnt from.
     pub used_fixes: u32,
-    /// Of these, with a component that was not believed.
+    /// Fixes refused: with a component that was not believed, or as too old.
     pub refused_fixes: u32,
     /// Times a hypothesis other than 0 came to stand.
     pub promotions: u32,

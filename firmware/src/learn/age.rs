@@ -1,0 +1,177 @@
+//! The age of a fix when it arrives.
+//!
+//! A fix is computed by the receiver and then travels to the board. Without a time pulse the two
+//! clocks have no common zero, so the sum of these delays is not observable. The settings therefore
+//! state the least age, and only what exceeds it is measured: by how much longer after its time of
+//! validity t a fix arrives, at time a, than the earliest fix so far,
+//!
+//! ```text
+//! excess(k) = max(0, excess(k-1) + (a(k) - a(k-1)) (1 - FORGET) - (t(k) - t(k-1)))
+//! age(k) = least age + excess(k)
+//! ```
+//!
+//! The time of arrival is that of the last sample before it, because the navigator stands there and
+//! because the same input then gives the same bits on every machine. The minimum forgets by the
+//! share `FORGET` of the time: a sample clock that is faster than the receiver's by less than that
+//! does not age the fixes. A constant delay gives an excess of exactly zero.
+
+/// Share of the time by which the earliest arrival is forgotten: 100 ppm, twice what two crystals
+/// differ by. A fix that is late after an hour of late fixes seems 0.36 s less late.
+const FORGET_PER_MILLION: i64 = 100;
+
+/// Greatest age at which a fix is used, s: the navigator goes back no further.
+pub const MAX_AGE_S: f32 = 1.0;
+
+/// After so many fixes in a row that are too late, the receiver's time has jumped rather than the
+/// fixes been delayed: the earliest arrival is then looked for anew.
+const JUMP: u8 = 10;
+
+/// A GPS week, ms.
+const WEEK_MS: i64 = 604_800_000;
+
+/// Measures by how much fixes are later than the earliest.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct FixAge {
+    /// Sample number of arrival and time of validity (ms of the week) of the last fix.
+    last: Option<(u32, u32)>,
+    /// Excess of the last fix, microseconds, >= 0.
+    excess_us: i64,
+    /// Fixes in a row that were too late, at most [`JUMP`].
+    too_late: u8,
+}
+
+impl FixAge {
+    /// The age, in seconds, of a fix valid at `time_ms` of the week that arrived after sample
+    /// `number` of a stream with this period; `least_s` is the least age. `None`: it is older than
+    /// [`MAX_AGE_S`].
+    pub fn arrived(
+        &mut self,
+        number: u32,
+        time_ms: u32,
+        period_s: f64,
+        least_s: f32,
+    ) -> Option<f32> {
+        if let Some((last_number, last_ms)) = self.last.replace((number, time_ms)) {
+            let samples = number.wrapping_sub(last_number);
+            // `as` saturates; a stream's period is at most 1 s
+            let arrived_us = libm::round(f64::from(samples) * period_s * 1e6) as i64;
+            let valid_us = (i64::from(time_ms) - i64::from(last_ms) + WEEK_MS / 2)
+                .rem_euclid(WEEK_MS)
+                .wrapping_sub(WEEK_MS / 2)
+                .wrapping_mul(1000);
+            let forgotten_us = arrived_us / (1_000_000 / FORGET_PER_MILLION);
+            let change = arrived_us.wrapping_sub(forgotten_us).wrapping_sub(valid_us);
+            self.excess_us = self.excess_us.saturating_add(change).max(0);
+        }
+        let mut age = least_s + self.excess_us as f32 * 1e-6;
+        if age > MAX_AGE_S {
+            self.too_late = self.too_late.saturating_add(1);
+            if self.too_late < JUMP {
+                return None;
+            }
+            self.excess_us = 0;
+            age = least_s;
+        }
+        self.too_late = 0;
+        Some(age)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const PERIOD_S: f64 = 0.01;
+    const LEAST_S: f32 = 0.1;
+
+    /// Fixes at whole seconds that arrive with these delays, in samples.
+    fn ages(age: &mut FixAge, from_s: u32, delays: &[u32]) -> Vec<Option<f32>> {
+        let of = |(k, delay): (usize, &u32)| {
+            let second = from_s + k as u32;
+            let time_ms = (u64::from(second) * 1000 % WEEK_MS as u64) as u32;
+            let number = second.wrapping_mul(100).wrapping_add(*delay);
+            age.arrived(number, time_ms, PERIOD_S, LEAST_S)
+        };
+        delays.iter().enumerate().map(of).collect()
+    }
+
+    #[test]
+    fn a_constant_delay_gives_the_least_age_bit_for_bit() {
+        for delay in [0, 10, 250] {
+            let mut age = FixAge::default();
+            let got = ages(&mut age, 100, &[delay; 5000]);
+            assert!(got.iter().all(|age| *age == Some(LEAST_S)));
+        }
+    }
+
+    #[test]
+    fn a_late_fix_is_older_by_what_it_is_late() {
+        let mut age = FixAge::default();
+        let got = ages(&mut age, 0, &[10, 10, 60, 10, 10, 45, 10]);
+        for (got, want) in got.iter().zip([0.1, 0.1, 0.6, 0.1, 0.1, 0.45, 0.1]) {
+            let got = got.unwrap();
+            assert!((got - want).abs() < 2e-4, "{got} {want}");
+        }
+        assert_eq!(got[3], Some(LEAST_S));
+    }
+
+    #[test]
+    fn a_fix_beyond_the_range_is_refused_and_the_next_is_not() {
+        let mut age = FixAge::default();
+        let got = ages(&mut age, 0, &[10, 10, 101, 10]);
+        assert_eq!(got, [Some(LEAST_S), Some(LEAST_S), None, Some(LEAST_S)]);
+        // the least age may be the range itself
+        assert_eq!(FixAge::default().arrived(0, 0, 0.01, 1.0), Some(1.0));
+    }
+
+    #[test]
+    fn a_week_that_ends_changes_nothing() {
+        let mut age = FixAge::default();
+        let got = ages(&mut age, 604_797, &[10, 10, 10, 10, 30, 10]);
+        assert!((got[4].unwrap() - 0.3).abs() < 2e-4);
+        assert_eq!((got[3], got[5]), (Some(LEAST_S), Some(LEAST_S)));
+    }
+
+    #[test]
+    fn drifting_clocks_do_not_age_the_fixes() {
+        for drift in [-50e-6, 50e-6] {
+            let mut age = FixAge::default();
+            let mut most = 0.0_f32;
+            for second in 0..6 * 3600_u32 {
+                // the sample clock runs fast or slow by `drift`, with a start that keeps it positive
+                let number = (f64::from(second) * (1.0 + drift) / PERIOD_S + 1e4).floor() as u32;
+                let of = age.arrived(number, second * 1000, PERIOD_S, LEAST_S);
+                most = most.max(of.unwrap());
+            }
+            // a sample's period, by which the arrival is known
+            assert!(most < LEAST_S + 0.0101, "{drift} {most}");
+        }
+    }
+
+    #[test]
+    fn after_a_jump_of_the_receivers_time_fixes_come_back() {
+        let mut age = FixAge::default();
+        ages(&mut age, 1000, &[10; 20]);
+        // a restart: for one fix the time is 18 s ahead, then right again
+        assert_eq!(
+            age.arrived(102_010, 1_038_000, PERIOD_S, LEAST_S),
+            Some(LEAST_S)
+        );
+        let got = ages(&mut age, 1021, &[10; 20]);
+        let refused = got.iter().filter(|age| age.is_none()).count();
+        assert_eq!(refused, usize::from(JUMP) - 1);
+        assert_eq!(got.last(), Some(&Some(LEAST_S)));
+        // and the time is another altogether
+        let got = ages(&mut age, 400_000, &[10; 20]);
+        assert!(got.iter().filter(|age| age.is_none()).count() < usize::from(JUMP));
+        assert_eq!(got.last(), Some(&Some(LEAST_S)));
+    }
+
+    #[test]
+    fn sample_numbers_wrap() {
+        let mut age = FixAge::default();
+        let first = age.arrived(u32::MAX - 49, 5000, PERIOD_S, LEAST_S);
+        let second = age.arrived(50, 6000, PERIOD_S, LEAST_S);
+        assert_eq!((first, second), (Some(LEAST_S), Some(LEAST_S)));
+    }
+}

@@ -1,0 +1,162 @@
+//! The learner from fixes with a vehicle that drives: late fixes, and a start from a known state.
+
+use super::*;
+use crate::compensator::{Compensator, Limit};
+use crate::nav::tests::{LSB, Steady, WORD_S, state};
+
+const RATE: u32 = 200;
+const SPEED_MPS: f64 = 20.0;
+const SIGMAS: [f32; OBSERVATIONS] = [5.0, 5.0, 5.0, 0.1, 0.1, 0.1];
+
+/// A vehicle that drives north at a constant speed, and its learner.
+struct Drive<'m> {
+    learner: FixLearner<'m>,
+    compensator: (Compensator, crate::compensator::State),
+    truth: Navigator,
+    steady: Steady,
+    number: u32,
+    /// Receiver's time at the start, ms of the week.
+    time_ms: u32,
+    /// Fixes under way: the sample number of their arrival.
+    under_way: Vec<(u32, Fix)>,
+}
+
+impl<'m> Drive<'m> {
+    fn new(memory: &'m mut Memory) -> Drive<'m> {
+        let start = state(0.8, [SPEED_MPS, 0.0, 0.0]);
+        let limit = Limit {
+            gyro: 1.0,
+            accel: 1.0,
+        };
+        let nets = Nets::NONE;
+        let compensator =
+            Compensator::new(nets.gyro, nets.accel, LSB, WORD_S, RATE as u16, limit).unwrap();
+        let mut learner = FixLearner::new(memory, Settings::MEDIUM);
+        learner.begin(&nets, compensator.meaning());
+        let sigmas = [1e-4, 1e-4, 1e-3, 0.1, 0.1, 0.1, 5.0, 5.0, 5.0];
+        learner.navigate_from(start, &sigmas).unwrap();
+        let config = nav::Config::new(LSB, WORD_S, Settings::MEDIUM.noise);
+        Drive {
+            learner,
+            compensator: (compensator, crate::compensator::State::default()),
+            truth: Navigator::new(config, start).unwrap(),
+            steady: Steady::default(),
+            number: 0,
+            time_ms: 0,
+            under_way: Vec::new(),
+        }
+    }
+
+    /// A second; the fix of its beginning arrives after this many samples.
+    fn second(&mut self, delay: u32) {
+        let fix = Fix {
+            position: self.truth.state().position,
+            velocity: self.truth.state().velocity,
+            sigmas: Some(SIGMAS),
+            time_ms: (self.time_ms + self.number / RATE * 1000) % 604_800_000,
+            arrived_us: 0,
+        };
+        self.under_way.push((self.number + delay, fix));
+        for _ in 0..RATE {
+            let counts = self.steady.word(self.truth.state());
+            self.truth.word(&counts);
+            let sample = RawSample::Counts {
+                gyro: counts.dtheta,
+                accel: counts.dv,
+            };
+            self.number += 1;
+            self.learner.word(self.number, &sample);
+            let (compensator, state) = &mut self.compensator;
+            if let Some(block) = compensator.take_in(state, &sample) {
+                self.learner.block(self.number, &block);
+            }
+            self.arrivals();
+        }
+    }
+
+    fn arrivals(&mut self) {
+        let now = self.number;
+        self.under_way.retain(|(number, fix)| {
+            if *number == now {
+                self.learner.fix(now, fix);
+            }
+            *number != now
+        });
+    }
+
+    /// Error of the learner's position, m.
+    fn error_m(&mut self) -> f64 {
+        let at = self.learner.nav().unwrap().position;
+        let [n, e, d] = at.ned_from(&self.truth.state().position);
+        (n * n + e * e + d * d).sqrt()
+    }
+}
+
+fn memory() -> Box<Memory> {
+    Box::new(Memory::BLANK)
+}
+
+#[test]
+fn late_fixes_do_not_pull_the_navigator() {
+    let mut memory = memory();
+    let mut drive = Drive::new(&mut memory);
+    for second in 0..60 {
+        // each fifth fix is half a second late
+        drive.second(if second % 5 == 4 { 120 } else { 20 });
+        assert!(drive.error_m() < 0.2, "{second}: {}", drive.error_m());
+    }
+    let report = drive.learner.report();
+    assert_eq!((report.refused, report.late), (0, 0));
+    assert!(report.fixes >= 59);
+}
+
+#[test]
+fn a_fix_beyond_the_range_is_counted_and_changes_nothing() {
+    let (mut one, mut other) = (memory(), memory());
+    let (mut late, mut lost) = (Drive::new(&mut one), Drive::new(&mut other));
+    for second in 0..20 {
+        late.second(if second == 10 { 250 } else { 20 });
+        // this one never arrives
+        lost.second(if second == 10 { 1_000_000 } else { 20 });
+    }
+    assert_eq!(late.learner.report().late, 1);
+    assert_eq!(lost.learner.report().late, 0);
+    assert_eq!(late.learner.nav(), lost.learner.nav());
+    assert_eq!(late.learner.report().fixes, lost.learner.report().fixes);
+}
+
+#[test]
+fn the_end_of_a_week_does_not_change_a_bit() {
+    let (mut one, mut other) = (memory(), memory());
+    let (mut one, mut other) = (Drive::new(&mut one), Drive::new(&mut other));
+    other.time_ms = 604_790_000;
+    for _ in 0..30 {
+        one.second(20);
+        other.second(20);
+    }
+    assert!(one.learner.nav().is_some());
+    assert_eq!(one.learner.nav(), other.learner.nav());
+}
+
+#[test]
+fn a_known_state_needs_a_stream_and_a_range() {
+    let mut memory = memory();
+    let mut learner = FixLearner::new(&mut memory, Settings::MEDIUM);
+    let start = state(0.8, [0.0; 3]);
+    let sigmas = [1e-3; NAV];
+    assert_eq!(
+        learner.navigate_from(start, &sigmas),
+        Err(Reason::NotAvailable)
+    );
+    let scale = StreamScale {
+        lsb: LSB,
+        period_s: WORD_S,
+        block_words: 200,
+    };
+    learner.begin(&Nets::NONE, scale);
+    assert!(learner.nav().is_none());
+    let beyond = state(2.0, [0.0; 3]);
+    assert_eq!(learner.navigate_from(beyond, &sigmas), Err(Reason::Range));
+    assert_eq!(learner.navigate_from(start, &sigmas), Ok(()));
+    assert_eq!(learner.nav().map(|nav| nav.position), Some(start.position));
+}
