@@ -182,7 +182,7 @@ impl Compensator {
             ..State::default()
         };
         if !off {
-            let said = self.within_limit([self.gyro.rest(), self.accel.rest()]);
+            let said = self.within_limit([self.gyro.initial_output(), self.accel.initial_output()]);
             self.put_in_force(&mut state, &said);
         }
         state

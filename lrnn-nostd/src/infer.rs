@@ -113,7 +113,7 @@ impl<H: Activation, O: Activation, F: Feedback, T: Real> Net<H, O, F, T> {
     }
 
     /// What the network says at power-on, before its first input: the output layer alone. 0 where that is no number.
-    pub fn rest(&self) -> [T; NEURONS] {
+    pub fn initial_output(&self) -> [T; NEURONS] {
         let [_, _, output] = &self.weights.layers;
         let zero = [T::ZERO; NEURONS];
         let [a, b, c] = activity::<F, T>(output, &zero, &zero);

@@ -2,7 +2,7 @@
 
 use core::mem::size_of;
 
-use lrnn_nostd::learn::{Factored, GaussNewton, Guarded, Learner, Paper, Window};
+use lrnn_nostd::learn::{GaussNewton, Guarded, Learner, Paper, UdCovariance, Window};
 use lrnn_nostd::{Net, Normalisation, Sensitivities, State, Weights};
 
 #[test]
@@ -26,13 +26,13 @@ fn sizes_are_those_of_the_readme() {
             20028,
         ),
         (
-            "learn::Factored<63, 1953>",
-            size_of::<Factored<63, 1953>>(),
+            "learn::UdCovariance<63, 1953>",
+            size_of::<UdCovariance<63, 1953>>(),
             8064,
         ),
         (
-            "learn::Factored<45, 990>",
-            size_of::<Factored<45, 990>>(),
+            "learn::UdCovariance<45, 990>",
+            size_of::<UdCovariance<45, 990>>(),
             4140,
         ),
     ];

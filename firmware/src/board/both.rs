@@ -6,7 +6,7 @@ use static_cell::ConstStaticCell;
 
 use crate::memory;
 
-static FIXES: ConstStaticCell<FixMemory> = ConstStaticCell::new(FixMemory::BLANK);
+static FIXES: ConstStaticCell<FixMemory> = ConstStaticCell::new(FixMemory::ZEROED);
 
 /// Both, that from fixes in the memory given, else in RAM; `None` when they have been handed out.
 pub fn learner(

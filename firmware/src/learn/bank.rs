@@ -15,7 +15,7 @@ use hypothesis::Hypothesis;
 use super::prior::{All, Datasheet, LearnerNet, NAV};
 use crate::fix::OBSERVATIONS;
 use lrnn_nostd::learn::kalman::{
-    AllWeights, Biases, Kalman, Nothing, OUTPUTS, OutputWeights, TRIADS, Transition,
+    AllWeights, Biases, Kalman, NoParameters, OUTPUTS, OutputWeights, TRIADS, Transition,
 };
 use lrnn_nostd::{Rational, Real, State};
 
@@ -90,7 +90,7 @@ type Mixed<T> = Kalman<OutputWeights, NAV, 24, 300, Rational, T>;
 /// The hypotheses over one navigator.
 #[derive(Clone, Debug)]
 pub struct Bank<T: Real = f32> {
-    nothing: Kalman<Nothing, NAV, 0, 0, Rational, T>,
+    nothing: Kalman<NoParameters, NAV, 0, 0, Rational, T>,
     biases: Kalman<Biases, NAV, 6, 21, Rational, T>,
     mixed: [Mixed<T>; 3],
     all: All<T>,
@@ -102,21 +102,21 @@ pub struct Bank<T: Real = f32> {
 }
 
 impl<T: Real> Bank<T> {
-    /// Hypotheses about sensors of this datasheet; networks step once a block of `block_s` (s). `outer` are the standard deviations of
+    /// Hypotheses about sensors of this datasheet; networks step once a block of `block_s` (s). `error_sigma` are the standard deviations of
     /// the navigator's errors, in the order of [`NAV`].
     #[must_use]
-    pub fn new(sheet: &Datasheet<T>, block_s: f64, outer: [T; NAV], gates: Gates<T>) -> Self {
-        let mut bank = Self::BLANK;
-        bank.begin(sheet, block_s, outer, gates);
+    pub fn new(sheet: &Datasheet<T>, block_s: f64, error_sigma: [T; NAV], gates: Gates<T>) -> Self {
+        let mut bank = Self::ZEROED;
+        bank.begin(sheet, block_s, error_sigma, gates);
         bank
     }
 
     /// To be begun: all zeros, so that a static one takes no room in flash.
-    pub const BLANK: Self = Self {
-        nothing: Kalman::BLANK,
-        biases: Kalman::BLANK,
-        mixed: [const { Kalman::BLANK }; 3],
-        all: Kalman::BLANK,
+    pub const ZEROED: Self = Self {
+        nothing: Kalman::ZEROED,
+        biases: Kalman::ZEROED,
+        mixed: [const { Kalman::ZEROED }; 3],
+        all: Kalman::ZEROED,
         gates: Gates {
             squared_ratio: T::ZERO,
             escape: 0,
@@ -130,20 +130,26 @@ impl<T: Real> Bank<T> {
     };
 
     /// [`Bank::new`] where it stands: it should not be moved over the stack.
-    pub fn begin(&mut self, sheet: &Datasheet<T>, block_s: f64, outer: [T; NAV], gates: Gates<T>) {
+    pub fn begin(
+        &mut self,
+        sheet: &Datasheet<T>,
+        block_s: f64,
+        error_sigma: [T; NAV],
+        gates: Gates<T>,
+    ) {
         let nets = sheet.nets(block_s);
-        let floor = outer_floor();
+        let floor = error_floor();
         let [narrow, middle, wide, all] = OUTPUT;
-        let nothing = sheet.prior::<Nothing, 0>(block_s, 0.0, outer, floor);
-        self.nothing.begin(nets, nothing);
-        let biases = sheet.prior::<Biases, 6>(block_s, 0.0, outer, floor);
-        self.biases.begin(nets, biases);
+        let nothing = sheet.prior::<NoParameters, 0>(block_s, 0.0, error_sigma, floor);
+        self.nothing.init(nets, nothing);
+        let biases = sheet.prior::<Biases, 6>(block_s, 0.0, error_sigma, floor);
+        self.biases.init(nets, biases);
         for (mixed, output) in self.mixed.iter_mut().zip([narrow, middle, wide]) {
-            let prior = sheet.prior::<OutputWeights, 24>(block_s, output, outer, floor);
-            mixed.begin(nets, prior);
+            let prior = sheet.prior::<OutputWeights, 24>(block_s, output, error_sigma, floor);
+            mixed.init(nets, prior);
         }
-        let prior = sheet.prior::<AllWeights, 132>(block_s, all, outer, floor);
-        self.all.begin(nets, prior);
+        let prior = sheet.prior::<AllWeights, 132>(block_s, all, error_sigma, floor);
+        self.all.init(nets, prior);
         let [g, a] = [sheet.gyro_bias, sheet.accel_bias];
         self.unmodelled = [g, g, g, a, a, a];
         self.gates = gates;
@@ -192,8 +198,8 @@ impl<T: Real> Bank<T> {
     }
 
     /// The navigator has been through a block with `applied` (rad/s, m/s^2) taken out.
-    pub fn predict(&mut self, block: &Transition<NAV, T>, applied: &[T; OUTPUTS]) {
-        self.each(|h| h.predict(block, applied));
+    pub fn propagate(&mut self, block: &Transition<NAV, T>, applied: &[T; OUTPUTS]) {
+        self.each(|h| h.propagate(block, applied));
     }
 
     /// Takes a fix: `z`, navigator minus fix, and its variances. Gives what was refused, one bit an observation.
@@ -203,12 +209,12 @@ impl<T: Real> Bank<T> {
             let (z, variance) = (z[k], variance[k]);
             if self.believes(k, z, variance) {
                 let i = index(k);
-                self.each(|h| h.observe(i, h.innovation(i, z, variance)));
+                self.each(|h| h.update(i, h.innovation(i, z, variance)));
             } else {
                 bits |= 1 << k;
             }
         }
-        self.each(|h| h.settle());
+        self.each(|h| h.finish_update());
         self.choose();
         bits
     }
@@ -219,7 +225,7 @@ impl<T: Real> Bank<T> {
         let mut outlier = true;
         self.each(|h| {
             let innovation = h.innovation(i, z, variance);
-            h.weigh(innovation, cap);
+            h.score(innovation, cap);
             let inside = innovation.squared_ratio() <= cap && h.is_healthy();
             outlier &= !inside;
         });
@@ -277,8 +283,8 @@ impl<T: Real> Bank<T> {
 
     /// The navigator's error as the running hypothesis sees it; the caller takes it out of the navigator.
     pub fn feed_back(&mut self) -> [T; NAV] {
-        let e = *self.get(self.running).outer();
-        self.each(|h| h.fed_back(&e));
+        let e = *self.get(self.running).error_state();
+        self.each(|h| h.feedback(&e));
         e
     }
 
@@ -288,8 +294,8 @@ impl<T: Real> Bank<T> {
     }
 
     /// The stream begins anew: the networks' states as at power-on; what has been learnt stays.
-    pub fn restart_nets(&mut self) {
-        self.each(|h| h.restart_nets());
+    pub fn reset_networks(&mut self) {
+        self.each(|h| h.reset_networks());
     }
 
     /// A new navigator that was aligned at standstill: its initial errors are `by` (rad, m/s, m for 1 rad/s or 1 m/s^2) times what the
@@ -300,9 +306,9 @@ impl<T: Real> Bank<T> {
         rest: &[[T; NAV]; NAV],
         applied: &[T; OUTPUTS],
     ) {
-        self.each(|h| h.derive(by, rest, applied));
+        self.each(|h| h.align(by, rest, applied));
         let all = self.unmodelled(by, rest);
-        self.nothing.derive(by, &all, applied);
+        self.nothing.align(by, &all, applied);
     }
 
     /// The rest for [`NOTHING`], which has no parameter for what `by` tells.
@@ -355,7 +361,7 @@ fn index(k: usize) -> usize {
 }
 
 /// What f32 arithmetic and an imperfect navigator leave: rad, m/s, m (assumed, far below any sensor's).
-fn outer_floor<T: Real>() -> [T; NAV] {
+fn error_floor<T: Real>() -> [T; NAV] {
     let [a, v, p] = [1e-7, 1e-5, 1e-4].map(T::from_f64);
     [a, a, a, v, v, v, p, p, p]
 }

@@ -40,9 +40,9 @@ const _: () = assert!(size_of::<Memory>() <= ROOM);
 
 impl Memory {
     /// All zeros, so that it takes no room in flash.
-    pub const BLANK: Memory = Memory {
-        bank: Bank::BLANK,
-        work: Work::BLANK,
+    pub const ZEROED: Memory = Memory {
+        bank: Bank::ZEROED,
+        work: Work::ZEROED,
     };
 }
 
@@ -153,7 +153,7 @@ impl<'m> FixLearner<'m> {
             time: passed.time,
         };
         let Memory { bank, work } = &mut *self.memory;
-        bank.carry(&block, &flat(navigator.estimate()));
+        bank.propagate_mean(&block, &flat(navigator.estimate()));
         work.interval(&block);
         Some(navigator)
     }
@@ -308,9 +308,9 @@ impl Learner for FixLearner<'_> {
     /// From the datasheet: the hypotheses have networks of their own.
     fn begin(&mut self, _: &Nets, meaning: StreamScale) {
         let Settings { sheet, gates, .. } = &self.settings;
-        let outer = [1.0; NAV]; // until the alignment tells
+        let error_sigma = [1.0; NAV]; // until the alignment tells
         let Memory { bank, work } = &mut *self.memory;
-        bank.begin(sheet, f64::from(meaning.block_s()), outer, *gates);
+        bank.begin(sheet, f64::from(meaning.block_s()), error_sigma, *gates);
         work.clear();
         self.meaning = Some(meaning);
         self.running = NOTHING;
@@ -321,7 +321,7 @@ impl Learner for FixLearner<'_> {
     fn restart(&mut self) {
         let Memory { bank, work } = &mut *self.memory;
         work.clear();
-        bank.restart_nets();
+        bank.reset_networks();
         self.fixing = false;
         self.scale = None;
         self.align = None;

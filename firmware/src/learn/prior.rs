@@ -1,6 +1,6 @@
 //! What is believed of the sensors before anything is learnt: from the datasheet, the same for every unit.
 
-use lrnn_nostd::learn::kalman::{AllWeights, ErrorModel, Learns, Prior};
+use lrnn_nostd::learn::kalman::{AllWeights, ErrorModel, ParameterSet, Prior};
 use lrnn_nostd::{Identity, Net, Normalisation, Rational, Real, Weights};
 
 /// Navigation errors: attitude (rad), velocity (m/s), position (m), each north, east, down.
@@ -119,25 +119,25 @@ impl<T: Real> Datasheet<T> {
         self.normalisation().map(|scales| Net::new(first, scales))
     }
 
-    /// The prior of a hypothesis whose networks may add `output` times the bias. `outer` as in [`Prior`].
+    /// The prior of a hypothesis whose networks may add `output` times the bias. `error_sigma` as in [`Prior`].
     #[must_use]
-    pub fn prior<L: Learns, const N: usize>(
+    pub fn prior<L: ParameterSet, const N: usize>(
         &self,
         block_s: f64,
         output: f64,
-        outer: [T; NAV],
-        outer_floor: [T; NAV],
+        error_sigma: [T; NAV],
+        error_floor: [T; NAV],
     ) -> Prior<NAV, N, T> {
         let [_, sigma] = weights(block_s, output);
         let bias = [self.gyro_bias, self.accel_bias];
         let share = self.walk_per_hour * T::from_f64(1.0 / 60.0);
         let walk = bias.map(|sigma| [sigma * share; 3]);
         Prior {
-            outer,
-            parameters: ErrorModel::<L, N, Rational, T>::sigmas(bias.map(|b| [b; 3]), &sigma),
+            error_sigma,
+            parameter_sigma: ErrorModel::<L, N, Rational, T>::sigmas(bias.map(|b| [b; 3]), &sigma),
             walk: ErrorModel::<L, N, Rational, T>::sigmas(walk, &Weights::zero()),
-            outer_floor,
-            floor: T::from_f64(FLOOR),
+            error_floor,
+            parameter_floor: T::from_f64(FLOOR),
         }
     }
 }

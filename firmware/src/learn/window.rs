@@ -7,7 +7,7 @@
 //! measured - true = scale (A + Psi delta) + v
 //! ```
 //!
-//! each of which updates delta and its covariance ([`Factored`]). The copy's weights move by delta where a window begins and
+//! each of which updates delta and its covariance ([`UdCovariance`]). The copy's weights move by delta where a window begins and
 //! nowhere else, so nothing depends on when within a window the reference came.
 
 use super::chosen::{self, LEARNT};
@@ -16,7 +16,7 @@ use crate::compensator::Block;
 use crate::control::{self, Reason};
 use crate::model::Nets;
 use crate::sample::{Lsb, StreamScale};
-use lrnn_nostd::learn::{Factored, Window};
+use lrnn_nostd::learn::{UdCovariance, Window};
 use lrnn_nostd::{Fault, Net, Normalisation, Sensitivities, State, Weights};
 
 /// Blocks in a window.
@@ -36,7 +36,7 @@ struct Side {
     /// Sums of the window in progress and of the one before it.
     open: Window,
     closed: Window,
-    known: Factored<LEARNT, PACKED>,
+    known: UdCovariance<LEARNT, PACKED>,
     /// The best weights are those of `net` and this.
     delta: [f32; LEARNT],
     /// By how much the weights have moved since those that `closed` was made with.
@@ -94,7 +94,7 @@ impl Side {
         sensitivities: Sensitivities::new(),
         open: Window::new(),
         closed: Window::new(),
-        known: Factored::certain(),
+        known: UdCovariance::certain(),
         delta: [0.0; LEARNT],
         moved: [0.0; LEARNT],
         estimate: [0.0; 3],

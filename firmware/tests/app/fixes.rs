@@ -13,7 +13,7 @@ use firmware::wire::command::{Health, Request, Response};
 use firmware::wire::ubx::Pvt;
 
 fn device(config: Config) -> Device {
-    let memory = Box::leak(Box::new(FixMemory::BLANK));
+    let memory = Box::leak(Box::new(FixMemory::ZEROED));
     let learner = Both {
         references: Box::leak(Box::new(WindowLearner::new())),
         fixes: FixLearner::new(memory, Settings::MEDIUM),

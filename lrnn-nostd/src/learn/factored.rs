@@ -13,13 +13,13 @@ use crate::real::{Real, all_finite};
 
 /// The factors of P for `N` unknowns; `PACKED` is N (N - 1) / 2. 4 (N + PACKED) bytes in `f32`: 8 064 for 63.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Factored<const N: usize, const PACKED: usize, T = f32> {
+pub struct UdCovariance<const N: usize, const PACKED: usize, T = f32> {
     /// U without its diagonal, column by column: column j holds rows 0..j.
     u: [T; PACKED],
     d: [T; N],
 }
 
-impl<const N: usize, const PACKED: usize, T: Real> Factored<N, PACKED, T> {
+impl<const N: usize, const PACKED: usize, T: Real> UdCovariance<N, PACKED, T> {
     /// Nothing is unknown: no update changes anything.
     pub const fn certain() -> Self {
         const {
@@ -135,7 +135,7 @@ mod tests {
     #[test]
     fn equals_least_squares_with_a_prior() {
         let sigma = [2.0, 0.5, 1.0];
-        let mut factored = Factored::<3, 3, f64>::certain();
+        let mut factored = UdCovariance::<3, 3, f64>::certain();
         factored.set(&sigma);
         let before = factored.trace();
         let mut delta = [0.0; 3];
@@ -178,7 +178,7 @@ mod tests {
 
     #[test]
     fn what_is_far_off_or_not_finite_changes_nothing() {
-        let mut factored = Factored::<2, 1>::certain();
+        let mut factored = UdCovariance::<2, 1>::certain();
         factored.set(&[1.0, 1.0]);
         let (before, mut delta) = (factored.clone(), [0.0; 2]);
         let h = [1.0, 1.0];
@@ -196,7 +196,7 @@ mod tests {
         assert_eq!((&factored, delta), (&before, [0.0; 2]));
         assert!(factored.update(&mut delta, &h, 1.0, 1.0, 5.0));
         assert!((delta[0] - 1.0 / 3.0).abs() < 1e-6);
-        let mut certain = Factored::<2, 1>::certain();
+        let mut certain = UdCovariance::<2, 1>::certain();
         assert!(certain.update(&mut delta, &h, 1.0, 1.0, 5.0));
         assert!((delta[0] - 1.0 / 3.0).abs() < 1e-6);
     }
@@ -204,7 +204,7 @@ mod tests {
     /// Ten thousand references in f32 of one direction: variances stay positive and small.
     #[test]
     fn stays_positive() {
-        let mut factored = Factored::<4, 6>::certain();
+        let mut factored = UdCovariance::<4, 6>::certain();
         factored.set(&[1.0, 1e3, 1e-3, 1.0]);
         let mut delta = [0.0; 4];
         for k in 0..10_000u16 {

@@ -27,7 +27,7 @@ impl<T: Real> Guarded<T> {
 
     /// With other constants: `eps_up` > 0 and `eps_down` of ]0, 1[.
     pub fn with_rates(steps: StepSizes<T>, eps_up: T, eps_down: T) -> Self {
-        let steps = steps.spread();
+        let steps = steps.per_parameter();
         Self {
             eps_up,
             eps_down,

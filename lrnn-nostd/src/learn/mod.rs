@@ -18,7 +18,7 @@ mod paper;
 mod window;
 
 pub use batch::Batch;
-pub use factored::Factored;
+pub use factored::UdCovariance;
 pub use gauss_newton::GaussNewton;
 pub use guarded::Guarded;
 pub use paper::{Paper, StepSizes};

@@ -46,7 +46,7 @@ impl<T: Real> StepSizes<T> {
     }
 
     /// One for every parameter.
-    pub(crate) fn spread(&self) -> [T; PARAMS] {
+    pub(crate) fn per_parameter(&self) -> [T; PARAMS] {
         core::array::from_fn(|index| self.of(Kind::of(index)))
     }
 }
@@ -63,7 +63,7 @@ pub struct Paper<T = f32> {
 impl<T: Real> Paper<T> {
     /// `steps` are eta(0), gamma(0), zeta(0) > 0 for a gradient summed over the pass; `eps` the constants eps_1..3 of [0, 1].
     pub fn new(steps: StepSizes<T>, eps: StepSizes<T>) -> Self {
-        let (eps, steps) = (eps.spread(), steps.spread());
+        let (eps, steps) = (eps.per_parameter(), steps.per_parameter());
         Self {
             eps,
             steps,

@@ -178,7 +178,7 @@ fuzz_target!(|input: &[u8]| {
         ..Config::default()
     };
     let mut windows = WindowLearner::new();
-    let mut memory = Box::new(FixMemory::BLANK);
+    let mut memory = Box::new(FixMemory::ZEROED);
     let mut learner = Both {
         references: &mut windows,
         fixes: FixLearner::new(&mut memory, Settings::MEDIUM),

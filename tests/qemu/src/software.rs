@@ -58,7 +58,7 @@ pub fn on_desktop(config: Config, records: &[Record]) -> Outcome {
 /// The library here, learning from fixes.
 #[must_use]
 pub fn learning_on_desktop(format: Format, records: &[Record]) -> Outcome {
-    let memory = Box::leak(Box::new(FixMemory::BLANK));
+    let memory = Box::leak(Box::new(FixMemory::ZEROED));
     let learner = Box::leak(Box::new(FixLearner::new(memory, Settings::MEDIUM)));
     let lines = [Uart::new(), Uart::new()];
     let (config, wires) = (learning_config(format), Wires::plain(&lines));

@@ -83,9 +83,9 @@ fn navigator(criterion: &mut Criterion<Processor>) {
 }
 
 fn learner(criterion: &mut Criterion<Processor>) {
-    let mut step = Box::new(LearnerStepWork::BLANK);
-    let mut fix = Box::new(LearnerFixWork::BLANK);
-    let mut second = Box::new(LearnerSecondWork::BLANK);
+    let mut step = Box::new(LearnerStepWork::ZEROED);
+    let mut fix = Box::new(LearnerFixWork::ZEROED);
+    let mut second = Box::new(LearnerSecondWork::ZEROED);
     step.begin();
     fix.begin();
     second.begin();

@@ -6,7 +6,7 @@ use firmware::compensator::{self, Compensator, Limit};
 use firmware::nav::Navigator;
 use lrnn_nostd::Rational;
 use lrnn_nostd::learn::kalman::{
-    AllWeights, Biases, DiagonalWeights, Learns, Nothing, OutputWeights,
+    AllWeights, Biases, DiagonalWeights, NoParameters, OutputWeights, ParameterSet,
 };
 
 use crate::learning::FixWork;
@@ -32,7 +32,7 @@ pub fn all(on: &mut impl Measure) -> fmt::Result {
     nets::<4>(on, "nets/4")?;
     nets::<8>(on, "nets/8")?;
     nets::<16>(on, "nets/16")?;
-    fix::<Nothing, 0, 0>(on, "weights/0", false)?;
+    fix::<NoParameters, 0, 0>(on, "weights/0", false)?;
     fix::<Biases, 6, 21>(on, "weights/6", false)?;
     fix::<OutputWeights, 24, 300>(on, "weights/24", true)?;
     fix::<DiagonalWeights, 96, 4656>(on, "weights/96", true)?;
@@ -54,12 +54,12 @@ fn nets<const K: usize>(on: &mut impl Measure, name: &'static str) -> fmt::Resul
 }
 
 #[inline(never)]
-fn fix<L: Learns, const N: usize, const PACKED: usize>(
+fn fix<L: ParameterSet, const N: usize, const PACKED: usize>(
     on: &mut impl Measure,
     name: &'static str,
     long: bool,
 ) -> fmt::Result {
-    let mut work = FixWork::<L, N, PACKED>::BLANK;
+    let mut work = FixWork::<L, N, PACKED>::ZEROED;
     work.begin();
     on.measure(name, long, |input| work.run(input))
 }

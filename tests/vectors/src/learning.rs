@@ -7,7 +7,7 @@ use firmware::learn::Settings;
 use firmware::learn::bank::{Bank, Gates, Work};
 use firmware::learn::prior::{All, NAV};
 use lrnn_nostd::Rational;
-use lrnn_nostd::learn::kalman::{AllWeights, Kalman, Learns, OUTPUTS, Prior, Transition};
+use lrnn_nostd::learn::kalman::{AllWeights, Kalman, OUTPUTS, ParameterSet, Prior, Transition};
 
 /// Both networks of the largest hypothesis step, with their exact gradients and the rows of the Jacobian: 126 weights and 6 biases.
 #[derive(Clone, Debug)]
@@ -16,7 +16,7 @@ pub struct LearnerStepWork(All<f32>);
 /// A fix of a hypothesis of N parameters: covariance over a second (it carries the rows of the Jacobian, so that no Psi is formed) and
 /// six scalar updates.
 #[derive(Clone, Debug)]
-pub struct FixWork<L: Learns, const N: usize, const PACKED: usize> {
+pub struct FixWork<L: ParameterSet, const N: usize, const PACKED: usize> {
     filter: Kalman<L, NAV, N, PACKED, Rational>,
     block: Transition<NAV>,
 }
@@ -32,20 +32,13 @@ pub struct LearnerSecondWork {
     block: Transition<NAV>,
 }
 
-/// To be begun.
-const BLANK: Transition<NAV> = Transition {
-    phi: [[0.0; NAV]; NAV],
-    gamma: [[0.0; OUTPUTS]; NAV],
-    q: [[0.0; NAV]; NAV],
-    time: 0.0,
-};
-const OUTER: [f32; NAV] = [1e-4, 1e-4, 1e-3, 0.05, 0.05, 0.05, 1.0, 1.0, 1.0];
+const ERROR_SIGMA: [f32; NAV] = [1e-4, 1e-4, 1e-3, 0.05, 0.05, 0.05, 1.0, 1.0, 1.0];
 const VARIANCE: [f32; OBSERVATIONS] = [1.0, 1.0, 2.25, 2.5e-3, 2.5e-3, 2.5e-3];
 
 /// A second at rest, level; the optimiser does not see that most of it is 0.
 fn second() -> Transition<NAV> {
     let unit = |i: usize, j: usize| f32::from(u8::from(i == j));
-    let mut block = BLANK;
+    let mut block = Transition::ZEROED;
     block.phi = core::array::from_fn(|i| core::array::from_fn(|j| unit(i, j)));
     block.time = 1.0;
     let [_, _, _, north, east, _, p_north, p_east, p_down] = &mut block.phi;
@@ -72,19 +65,19 @@ fn inputs([x, y, z]: [f32; 3]) -> [[f32; 3]; 2] {
     [[x * 1e-3, y * 1e-3, z * 1e-3], [x * 0.01, y * 0.01, -9.8]]
 }
 
-fn prior<L: Learns, const N: usize>() -> Prior<NAV, N> {
+fn prior<L: ParameterSet, const N: usize>() -> Prior<NAV, N> {
     let sheet = Settings::MEDIUM.sheet;
-    sheet.prior::<L, N>(1.0, 0.1, OUTER, [1e-7; NAV])
+    sheet.prior::<L, N>(1.0, 0.1, ERROR_SIGMA, [1e-7; NAV])
 }
 
 impl LearnerStepWork {
     /// To be begun: too large to be moved about.
-    pub const BLANK: Self = Self(All::BLANK);
+    pub const ZEROED: Self = Self(All::ZEROED);
 
     /// At rest.
     pub fn begin(&mut self) {
         let prior = prior::<AllWeights, 132>();
-        self.0.begin(Settings::MEDIUM.sheet.nets(1.0), prior);
+        self.0.init(Settings::MEDIUM.sheet.nets(1.0), prior);
     }
 
     /// One repetition, and whether it was good.
@@ -96,17 +89,17 @@ impl LearnerStepWork {
     }
 }
 
-impl<L: Learns, const N: usize, const PACKED: usize> FixWork<L, N, PACKED> {
+impl<L: ParameterSet, const N: usize, const PACKED: usize> FixWork<L, N, PACKED> {
     /// To be begun: too large to be moved about.
-    pub const BLANK: Self = Self {
-        filter: Kalman::BLANK,
-        block: BLANK,
+    pub const ZEROED: Self = Self {
+        filter: Kalman::ZEROED,
+        block: Transition::ZEROED,
     };
 
     /// At rest, the networks stepped once.
     pub fn begin(&mut self) {
         let prior = prior::<L, N>();
-        self.filter.begin(Settings::MEDIUM.sheet.nets(1.0), prior);
+        self.filter.init(Settings::MEDIUM.sheet.nets(1.0), prior);
         self.filter.step(inputs([1.0, -1.0, 0.5]));
         self.block = second();
     }
@@ -114,31 +107,31 @@ impl<L: Learns, const N: usize, const PACKED: usize> FixWork<L, N, PACKED> {
     /// One repetition, and whether it was good.
     #[inline(always)]
     pub fn run(&mut self, input: [f32; 3]) -> ([f32; 3], bool) {
-        self.filter.predict(&self.block, &[0.0; OUTPUTS]);
+        self.filter.propagate(&self.block, &[0.0; OUTPUTS]);
         for (k, variance) in VARIANCE.into_iter().enumerate() {
             let i = if k < 3 { 6 + k } else { k };
             let innovation = self.filter.innovation(i, input[k % 3] * 1e-3, variance);
-            self.filter.weigh(innovation, 25.0);
-            self.filter.observe(i, innovation);
+            self.filter.score(innovation, 25.0);
+            self.filter.update(i, innovation);
         }
-        self.filter.settle();
-        let [x, y, z, ..] = *self.filter.outer();
+        self.filter.finish_update();
+        let [x, y, z, ..] = *self.filter.error_state();
         ([x, y, z], self.filter.is_healthy())
     }
 }
 
 impl LearnerSecondWork {
     /// To be begun: too large to be moved about.
-    pub const BLANK: Self = Self {
-        bank: Bank::BLANK,
-        work: Work::BLANK,
-        block: BLANK,
+    pub const ZEROED: Self = Self {
+        bank: Bank::ZEROED,
+        work: Work::ZEROED,
+        block: Transition::ZEROED,
     };
 
     /// At rest.
     pub fn begin(&mut self) {
         let sheet = Settings::MEDIUM.sheet;
-        self.bank.begin(&sheet, 1.0, OUTER, Gates::USUAL);
+        self.bank.begin(&sheet, 1.0, ERROR_SIGMA, Gates::USUAL);
         self.work.clear();
         self.block = second();
     }
@@ -146,7 +139,7 @@ impl LearnerSecondWork {
     /// One repetition, and whether it was good.
     #[inline(always)]
     pub fn run(&mut self, input: [f32; 3]) -> ([f32; 3], bool) {
-        self.bank.carry(&self.block, &[0.0; OUTPUTS]);
+        self.bank.propagate_mean(&self.block, &[0.0; OUTPUTS]);
         self.work.interval(&self.block);
         let [x, y, z] = input.map(|x| x * 1e-3);
         self.work.fix([x, y, z, x, y, z], VARIANCE);

@@ -99,21 +99,21 @@ fn nav_second(on: &mut impl Measure) -> fmt::Result {
 
 #[inline(never)]
 fn learner_step(on: &mut impl Measure) -> fmt::Result {
-    let mut work = LearnerStepWork::BLANK;
+    let mut work = LearnerStepWork::ZEROED;
     work.begin();
     on.measure("learner_step", false, |input| work.run(input))
 }
 
 #[inline(never)]
 fn learner_fix(on: &mut impl Measure) -> fmt::Result {
-    let mut work = LearnerFixWork::BLANK;
+    let mut work = LearnerFixWork::ZEROED;
     work.begin();
     on.measure("learner_fix", true, |input| work.run(input))
 }
 
 #[inline(never)]
 fn learner_second(on: &mut impl Measure) -> fmt::Result {
-    let mut work = LearnerSecondWork::BLANK;
+    let mut work = LearnerSecondWork::ZEROED;
     work.begin();
     on.measure("learner_second", true, |input| work.run(input))
 }

@@ -29,5 +29,5 @@ pub fn learner() -> Option<&'static mut FixMemory> {
     }
     // SAFETY: only here, and only once, as `TAKEN` says.
     let place = unsafe { (&raw mut LEARNER).as_mut() }?;
-    Some(place.write(FixMemory::BLANK))
+    Some(place.write(FixMemory::ZEROED))
 }

@@ -1,39 +1,41 @@
 //! What a bank needs of any hypothesis, whatever it learns.
 
 use super::super::prior::{LearnerNet, NAV};
-use lrnn_nostd::learn::kalman::{Innovation, Kalman, Learns, OUTPUTS, Passage, TRIADS, Transition};
+use lrnn_nostd::learn::kalman::{
+    Innovation, Kalman, OUTPUTS, ParameterSet, TRIADS, Transition, Workspace,
+};
 use lrnn_nostd::{Rational, Real, State};
 
 /// What a bank needs of any hypothesis.
 pub trait Hypothesis<T: Real> {
     fn step(&mut self, inputs: [[T; 3]; TRIADS]);
-    fn predict(&mut self, block: &Transition<NAV, T>, applied: &[T; OUTPUTS]);
-    fn carry(&mut self, block: &Transition<NAV, T>, applied: &[T; OUTPUTS]);
-    fn spread(
+    fn propagate(&mut self, block: &Transition<NAV, T>, applied: &[T; OUTPUTS]);
+    fn propagate_mean(&mut self, block: &Transition<NAV, T>, applied: &[T; OUTPUTS]);
+    fn propagate_covariance(
         &mut self,
         part: usize,
         block: &Transition<NAV, T>,
-        passage: &mut Passage<NAV, OUTPUTS, T>,
+        workspace: &mut Workspace<NAV, OUTPUTS, T>,
     );
     fn inflate(&mut self, variance: &[T; NAV]);
-    fn restart_nets(&mut self);
+    fn reset_networks(&mut self);
     fn states(&self) -> &[State<T>; TRIADS];
     fn innovation(&self, i: usize, z: T, variance: T) -> Innovation<T>;
-    fn weigh(&mut self, innovation: Innovation<T>, cap: T);
-    fn observe(&mut self, i: usize, innovation: Innovation<T>);
-    fn absorb(&mut self) -> bool;
-    fn settle(&mut self);
-    fn fed_back(&mut self, e: &[T; NAV]);
-    fn derive(&mut self, by: &[[T; OUTPUTS]; NAV], rest: &[[T; NAV]; NAV], applied: &[T; OUTPUTS]);
-    fn derive_means(&mut self, by: &[[T; OUTPUTS]; NAV], applied: &[T; OUTPUTS]);
-    fn derive_spread(
+    fn score(&mut self, innovation: Innovation<T>, cap: T);
+    fn update(&mut self, i: usize, innovation: Innovation<T>);
+    fn apply_deferred(&mut self) -> bool;
+    fn finish_update(&mut self);
+    fn feedback(&mut self, e: &[T; NAV]);
+    fn align(&mut self, by: &[[T; OUTPUTS]; NAV], rest: &[[T; NAV]; NAV], applied: &[T; OUTPUTS]);
+    fn align_mean(&mut self, by: &[[T; OUTPUTS]; NAV], applied: &[T; OUTPUTS]);
+    fn align_covariance(
         &mut self,
         part: usize,
         by: &[[T; OUTPUTS]; NAV],
         rest: &[[T; NAV]; NAV],
-        passage: &mut Passage<NAV, OUTPUTS, T>,
+        workspace: &mut Workspace<NAV, OUTPUTS, T>,
     );
-    fn outer(&self) -> &[T; NAV];
+    fn error_state(&self) -> &[T; NAV];
     fn estimate(&self) -> &[T; OUTPUTS];
     fn nets(&self) -> [LearnerNet<T>; TRIADS];
     fn log_likelihood(&self) -> f64;
@@ -43,31 +45,31 @@ pub trait Hypothesis<T: Real> {
 impl<L, const N: usize, const PACKED: usize, T> Hypothesis<T>
     for Kalman<L, NAV, N, PACKED, Rational, T>
 where
-    L: Learns,
+    L: ParameterSet,
     T: Real,
 {
     fn step(&mut self, inputs: [[T; 3]; TRIADS]) {
         Kalman::step(self, inputs);
     }
-    fn predict(&mut self, block: &Transition<NAV, T>, applied: &[T; OUTPUTS]) {
-        Kalman::predict(self, block, applied);
+    fn propagate(&mut self, block: &Transition<NAV, T>, applied: &[T; OUTPUTS]) {
+        Kalman::propagate(self, block, applied);
     }
-    fn carry(&mut self, block: &Transition<NAV, T>, applied: &[T; OUTPUTS]) {
-        Kalman::carry(self, block, applied);
+    fn propagate_mean(&mut self, block: &Transition<NAV, T>, applied: &[T; OUTPUTS]) {
+        Kalman::propagate_mean(self, block, applied);
     }
-    fn spread(
+    fn propagate_covariance(
         &mut self,
         part: usize,
         block: &Transition<NAV, T>,
-        passage: &mut Passage<NAV, OUTPUTS, T>,
+        workspace: &mut Workspace<NAV, OUTPUTS, T>,
     ) {
-        Kalman::spread(self, part, block, passage);
+        Kalman::propagate_covariance(self, part, block, workspace);
     }
     fn inflate(&mut self, variance: &[T; NAV]) {
         Kalman::inflate(self, variance);
     }
-    fn restart_nets(&mut self) {
-        Kalman::restart_nets(self);
+    fn reset_networks(&mut self) {
+        Kalman::reset_networks(self);
     }
     fn states(&self) -> &[State<T>; TRIADS] {
         self.model().states()
@@ -75,38 +77,38 @@ where
     fn innovation(&self, i: usize, z: T, variance: T) -> Innovation<T> {
         Kalman::innovation(self, i, z, variance)
     }
-    fn weigh(&mut self, innovation: Innovation<T>, cap: T) {
-        Kalman::weigh(self, innovation, cap);
+    fn score(&mut self, innovation: Innovation<T>, cap: T) {
+        Kalman::score(self, innovation, cap);
     }
-    fn observe(&mut self, i: usize, innovation: Innovation<T>) {
-        Kalman::observe(self, i, innovation);
+    fn update(&mut self, i: usize, innovation: Innovation<T>) {
+        Kalman::update(self, i, innovation);
     }
-    fn absorb(&mut self) -> bool {
-        Kalman::absorb(self)
+    fn apply_deferred(&mut self) -> bool {
+        Kalman::apply_deferred(self)
     }
-    fn settle(&mut self) {
-        Kalman::settle(self);
+    fn finish_update(&mut self) {
+        Kalman::finish_update(self);
     }
-    fn fed_back(&mut self, e: &[T; NAV]) {
-        Kalman::fed_back(self, e);
+    fn feedback(&mut self, e: &[T; NAV]) {
+        Kalman::feedback(self, e);
     }
-    fn derive(&mut self, by: &[[T; OUTPUTS]; NAV], rest: &[[T; NAV]; NAV], applied: &[T; OUTPUTS]) {
-        Kalman::derive(self, by, rest, applied);
+    fn align(&mut self, by: &[[T; OUTPUTS]; NAV], rest: &[[T; NAV]; NAV], applied: &[T; OUTPUTS]) {
+        Kalman::align(self, by, rest, applied);
     }
-    fn derive_means(&mut self, by: &[[T; OUTPUTS]; NAV], applied: &[T; OUTPUTS]) {
-        Kalman::derive_means(self, by, applied);
+    fn align_mean(&mut self, by: &[[T; OUTPUTS]; NAV], applied: &[T; OUTPUTS]) {
+        Kalman::align_mean(self, by, applied);
     }
-    fn derive_spread(
+    fn align_covariance(
         &mut self,
         part: usize,
         by: &[[T; OUTPUTS]; NAV],
         rest: &[[T; NAV]; NAV],
-        passage: &mut Passage<NAV, OUTPUTS, T>,
+        workspace: &mut Workspace<NAV, OUTPUTS, T>,
     ) {
-        Kalman::derive_spread(self, part, by, rest, passage);
+        Kalman::align_covariance(self, part, by, rest, workspace);
     }
-    fn outer(&self) -> &[T; NAV] {
-        Kalman::outer(self)
+    fn error_state(&self) -> &[T; NAV] {
+        Kalman::error_state(self)
     }
     fn estimate(&self) -> &[T; OUTPUTS] {
         self.model().estimate()

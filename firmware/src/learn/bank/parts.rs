@@ -1,22 +1,24 @@
 //! A block or a fix in parts, each short enough to be done between two words. Part for part it is the arithmetic of
-//! [`Bank::predict`], [`Bank::fix`] and [`Bank::step`].
+//! [`Bank::propagate`], [`Bank::fix`] and [`Bank::step`].
 
 use super::{ALL, Bank, HYPOTHESES, NAV, NOTHING, OUTPUTS, TRIADS, index};
 use crate::fix::OBSERVATIONS;
 use lrnn_nostd::Real;
-use lrnn_nostd::learn::kalman::{ABSORB_PARTS, HELD, PARTS, Passage, Transition};
+use lrnn_nostd::learn::kalman::{
+    COVARIANCE_PARTS, DEFERRED_PARTS, MAX_DEFERRED, Transition, Workspace,
+};
 
 /// The last hypothesis is by far the largest: its parts are done one by one.
 const LARGE: usize = HYPOTHESES - 1;
 const LARGE_ONLY: u8 = 1 << LARGE;
 const SMALL: u8 = ALL & !LARGE_ONLY;
 
-const SPREAD_LARGE: usize = LARGE;
-const OBSERVE: usize = SPREAD_LARGE + PARTS;
+const PROPAGATE_LARGE: usize = LARGE;
+const UPDATE: usize = PROPAGATE_LARGE + COVARIANCE_PARTS;
 /// Observations that are held back together, two parts each, and what they change in the largest covariance.
-const GROUP: usize = 2 * HELD + ABSORB_PARTS;
-const SETTLE: usize = OBSERVE + OBSERVATIONS / HELD * GROUP;
-const STEP: usize = SETTLE + 2;
+const GROUP: usize = 2 * MAX_DEFERRED + DEFERRED_PARTS;
+const FINISH_UPDATE: usize = UPDATE + OBSERVATIONS / MAX_DEFERRED * GROUP;
+const STEP: usize = FINISH_UPDATE + 2;
 const END: usize = STEP + 2;
 
 /// What is put off, in this order: the covariances over an interval, a fix at its end, the networks' step.
@@ -24,7 +26,7 @@ const END: usize = STEP + 2;
 pub struct Work<T: Real = f32> {
     next: usize,
     block: Transition<NAV, T>,
-    passage: Passage<NAV, OUTPUTS, T>,
+    workspace: Workspace<NAV, OUTPUTS, T>,
     fix: Option<([T; OBSERVATIONS], [T; OBSERVATIONS])>,
     inputs: Option<[[T; 3]; TRIADS]>,
     believed: bool,
@@ -36,15 +38,10 @@ pub struct Work<T: Real = f32> {
 
 impl<T: Real> Work<T> {
     /// All zeros; nothing to do is [`Work::is_done`].
-    pub const BLANK: Self = Self {
+    pub const ZEROED: Self = Self {
         next: 0,
-        block: Transition {
-            phi: [[T::ZERO; NAV]; NAV],
-            gamma: [[T::ZERO; OUTPUTS]; NAV],
-            q: [[T::ZERO; NAV]; NAV],
-            time: T::ZERO,
-        },
-        passage: Passage::BLANK,
+        block: Transition::ZEROED,
+        workspace: Workspace::ZEROED,
         fix: None,
         inputs: None,
         believed: false,
@@ -58,7 +55,7 @@ impl<T: Real> Work<T> {
         self.next >= END
     }
 
-    /// An interval that the navigator has been through, its means carried ([`Bank::carry`]).
+    /// An interval that the navigator has been through, its means carried ([`Bank::propagate_mean`]).
     pub fn interval(&mut self, block: &Transition<NAV, T>) {
         self.block = *block;
         self.aligns = false;
@@ -76,7 +73,7 @@ impl<T: Real> Work<T> {
     pub fn fix(&mut self, z: [T; OBSERVATIONS], variance: [T; OBSERVATIONS]) {
         self.fix = Some((z, variance));
         self.refused = 0;
-        self.next = self.next.min(OBSERVE);
+        self.next = self.next.min(UPDATE);
     }
 
     /// The networks step at the end.
@@ -94,25 +91,29 @@ impl<T: Real> Work<T> {
 }
 
 impl<T: Real> Bank<T> {
-    /// The means of [`Bank::predict`]; the rest follows by [`Bank::work`].
-    pub fn carry(&mut self, block: &Transition<NAV, T>, applied: &[T; OUTPUTS]) {
-        self.each(|h| h.carry(block, applied));
+    /// The means of [`Bank::propagate`]; the rest follows by [`Bank::work`].
+    pub fn propagate_mean(&mut self, block: &Transition<NAV, T>, applied: &[T; OUTPUTS]) {
+        self.each(|h| h.propagate_mean(block, applied));
     }
 
     /// The means of [`Bank::align`]; the rest follows by [`Bank::work`].
     pub fn align_means(&mut self, by: &[[T; OUTPUTS]; NAV], applied: &[T; OUTPUTS]) {
-        self.each(|h| h.derive_means(by, applied));
+        self.each(|h| h.align_mean(by, applied));
     }
 
     /// A part of `work`, some ten thousand instructions; whether there is more.
     pub fn work(&mut self, work: &mut Work<T>) -> bool {
         match work.next {
-            part @ 0..SPREAD_LARGE => (0..PARTS).for_each(|of| self.spread(part, of, work)),
-            part @ SPREAD_LARGE..OBSERVE => self.spread(LARGE, part - SPREAD_LARGE, work),
-            part @ OBSERVE..SETTLE => self.observe(part - OBSERVE, work),
-            SETTLE if work.fix.is_some() => self.some(SMALL, |h| h.settle()),
-            part if part == SETTLE + 1 && work.fix.take().is_some() => {
-                self.some(LARGE_ONLY, |h| h.settle());
+            part @ 0..PROPAGATE_LARGE => {
+                (0..COVARIANCE_PARTS).for_each(|of| self.propagate_covariance(part, of, work))
+            }
+            part @ PROPAGATE_LARGE..UPDATE => {
+                self.propagate_covariance(LARGE, part - PROPAGATE_LARGE, work)
+            }
+            part @ UPDATE..FINISH_UPDATE => self.update(part - UPDATE, work),
+            FINISH_UPDATE if work.fix.is_some() => self.some(SMALL, |h| h.finish_update()),
+            part if part == FINISH_UPDATE + 1 && work.fix.take().is_some() => {
+                self.some(LARGE_ONLY, |h| h.finish_update());
                 self.choose();
             }
             STEP => {
@@ -128,7 +129,7 @@ impl<T: Real> Bank<T> {
             _ => {}
         }
         work.next = match work.next + 1 {
-            OBSERVE if work.fix.is_none() => STEP,
+            UPDATE if work.fix.is_none() => STEP,
             next => next,
         };
         if work.next == STEP && work.inputs.is_none() {
@@ -138,10 +139,12 @@ impl<T: Real> Bank<T> {
     }
 
     /// A part of a hypothesis' covariance over the interval, or after the alignment.
-    fn spread(&mut self, which: usize, part: usize, work: &mut Work<T>) {
-        let (block, passage) = (&work.block, &mut work.passage);
+    fn propagate_covariance(&mut self, which: usize, part: usize, work: &mut Work<T>) {
+        let (block, workspace) = (&work.block, &mut work.workspace);
         if !work.aligns {
-            return self.some(1 << which, |h| h.spread(part, block, passage));
+            return self.some(1 << which, |h| {
+                h.propagate_covariance(part, block, workspace)
+            });
         }
         let (by, rest) = (&block.gamma, &block.q);
         let rest = if which == NOTHING {
@@ -149,15 +152,17 @@ impl<T: Real> Bank<T> {
         } else {
             *rest
         };
-        self.some(1 << which, |h| h.derive_spread(part, by, &rest, passage));
+        self.some(1 << which, |h| {
+            h.align_covariance(part, by, &rest, workspace)
+        });
     }
 
-    fn observe(&mut self, part: usize, work: &mut Work<T>) {
+    fn update(&mut self, part: usize, work: &mut Work<T>) {
         let (group, part) = (part / GROUP, part % GROUP);
-        if part >= 2 * HELD {
-            return self.some(LARGE_ONLY, |h| _ = h.absorb());
+        if part >= 2 * MAX_DEFERRED {
+            return self.some(LARGE_ONLY, |h| _ = h.apply_deferred());
         }
-        let k = group * HELD + part / 2;
+        let k = group * MAX_DEFERRED + part / 2;
         let Some((z, variance)) = work.fix else {
             return;
         };
@@ -173,7 +178,7 @@ impl<T: Real> Bank<T> {
         };
         if work.believed {
             let i = index(k);
-            self.some(which, |h| h.observe(i, h.innovation(i, z, variance)));
+            self.some(which, |h| h.update(i, h.innovation(i, z, variance)));
         }
     }
 }
@@ -194,7 +199,7 @@ mod tests {
         }
 
         fn block(&mut self) -> Transition<NAV, f32> {
-            let mut block: Transition<NAV, f32> = Work::BLANK.block;
+            let mut block: Transition<NAV, f32> = Work::ZEROED.block;
             block.time = 1.0;
             for i in 0..3 {
                 for j in 0..3 {
@@ -224,7 +229,7 @@ mod tests {
 
     impl Bank {
         fn feed_back_of(&self) -> [f32; NAV] {
-            *self.get(self.running).outer()
+            *self.get(self.running).error_state()
         }
     }
 
@@ -234,7 +239,7 @@ mod tests {
         let sheet = Settings::MEDIUM.sheet;
         let new = || Bank::new(&sheet, 1.0, [1e-2; NAV], Gates::default());
         let (mut whole, mut parted) = (Box::new(new()), Box::new(new()));
-        let mut work: Work = Work::BLANK;
+        let mut work: Work = Work::ZEROED;
         let mut numbers = Numbers(7);
         for k in 0..60 {
             let block = numbers.block();
@@ -247,11 +252,11 @@ mod tests {
                 _ => {}
             }
             let applied = [1e-7; OUTPUTS];
-            whole.predict(&block, &applied);
+            whole.propagate(&block, &applied);
             let refused = whole.fix(&z, &variance);
             whole.step(inputs);
 
-            parted.carry(&block, &applied);
+            parted.propagate_mean(&block, &applied);
             work.clear();
             work.interval(&block);
             work.fix(z, variance);
@@ -271,8 +276,8 @@ mod tests {
         while parted.work(&mut work) {}
         same(&whole, &parted);
         let (block, applied) = (numbers.block(), [0.0; OUTPUTS]);
-        whole.predict(&block, &applied);
-        parted.carry(&block, &applied);
+        whole.propagate(&block, &applied);
+        parted.propagate_mean(&block, &applied);
         work.clear();
         work.interval(&block);
         while parted.work(&mut work) {}

@@ -93,7 +93,7 @@ impl<'m> Drive<'m> {
 }
 
 fn memory() -> Box<Memory> {
-    Box::new(Memory::BLANK)
+    Box::new(Memory::ZEROED)
 }
 
 #[test]

@@ -45,9 +45,9 @@ impl<T: Real> Student<T> {
         samples: Samples,
     ) -> Self {
         let (a, v, p) = (sigma.tilt, sigma.velocity, sigma.position);
-        let outer = [a, a, sigma.heading, v, v, v, p, p, p].map(T::from_f64);
+        let error_sigma = [a, a, sigma.heading, v, v, v, p, p, p].map(T::from_f64);
         Self {
-            bank: Bank::new(&datasheet(assumptions).cast(), EPOCH_S, outer, gates),
+            bank: Bank::new(&datasheet(assumptions).cast(), EPOCH_S, error_sigma, gates),
             sins: Sins::new(*nav).with_samples(samples),
             linearised: Linearised::new(&assumptions.prior, assumptions.noise),
             applied: [T::ZERO; 6],
@@ -107,7 +107,7 @@ impl<T: Real> Student<T> {
         }
         let nav = self.sins.nav;
         let block = transition(&self.linearised.take(&nav));
-        self.bank.predict(&block, &self.applied);
+        self.bank.propagate(&block, &self.applied);
         let dp = nav.position.ned_from(&fix.position);
         let dv = nav.velocity - fix.velocity;
         let z = [dp.x, dp.y, dp.z, dv.x, dv.y, dv.z].map(T::from_f64);

@@ -7,7 +7,7 @@ use crate::simulator::session::{SessionConfig, simulate};
 use firmware::learn::bank::{HYPOTHESES, NOTHING};
 use firmware::learn::prior::{All, weights};
 use lrnn_nostd::learn::kalman::{
-    AllWeights, ErrorModel as Networks, Kalman, Nothing, OutputWeights, Prior,
+    AllWeights, ErrorModel as Networks, Kalman, NoParameters, OutputWeights, Prior,
 };
 use lrnn_nostd::{Rational, Weights};
 use rand::{RngExt, SeedableRng};
@@ -66,20 +66,26 @@ fn block(rng: &mut ChaCha8Rng) -> Transition<NAV, f64> {
 fn difference<T: Real>(fixes: usize) -> (f64, f64) {
     let (_, assumptions) = session(ErrorModelName::Linear, 1);
     let sheet = datasheet(&assumptions);
-    let outer = [1e-3, 1e-3, 1e-2, 0.1, 0.1, 0.1, 1.0, 1.0, 1.0];
-    let wide: Prior<NAV, 132, f64> = sheet
-        .cast::<f64>()
-        .prior::<AllWeights, 132>(1.0, 0.3, outer, [0.0; 9]);
+    let error_sigma = [1e-3, 1e-3, 1e-2, 0.1, 0.1, 0.1, 1.0, 1.0, 1.0];
+    let wide: Prior<NAV, 132, f64> =
+        sheet
+            .cast::<f64>()
+            .prior::<AllWeights, 132>(1.0, 0.3, error_sigma, [0.0; 9]);
     let to = |x: f64| T::from_f64(x);
     let prior: Prior<NAV, 132, T> = Prior {
-        outer: outer.map(to),
-        parameters: wide.parameters.map(to),
+        error_sigma: error_sigma.map(to),
+        parameter_sigma: wide.parameter_sigma.map(to),
         walk: wide.walk.map(to),
-        outer_floor: [T::ZERO; 9],
-        floor: T::ZERO,
+        error_floor: [T::ZERO; 9],
+        parameter_floor: T::ZERO,
     };
     let mut own: All<T> = Kalman::new(Networks::new(sheet.cast::<T>().nets(1.0)), prior);
-    let mut twin = Twin::new(sheet.cast().nets(1.0), &outer, &wide.parameters, &wide.walk);
+    let mut twin = Twin::new(
+        sheet.cast().nets(1.0),
+        &error_sigma,
+        &wide.parameter_sigma,
+        &wide.walk,
+    );
     let mut rng = ChaCha8Rng::seed_from_u64(3);
     let scales = [assumptions.prior.gyro_bias, assumptions.prior.accel_bias];
     let (mut worst, mut spread): (f64, f64) = (0.0, 0.0);
@@ -99,15 +105,15 @@ fn difference<T: Real>(fixes: usize) -> (f64, f64) {
             q: b.q.map(|r| r.map(to)),
             time: to(b.time),
         };
-        own.predict(&narrow, &[T::ZERO; 6]);
-        twin.predict(&b, &[0.0; 6]);
+        own.propagate(&narrow, &[T::ZERO; 6]);
+        twin.propagate(&b, &[0.0; 6]);
         let z: [f64; 6] = [1.0, 1.0, 1.0, 0.05, 0.05, 0.05].map(|s| rng.random_range(-s..s));
         let variance = [1.0, 1.0, 1.0, 2.5e-3, 2.5e-3, 2.5e-3];
         for k in 0..6 {
             let i = if k < 3 { 6 + k } else { k };
-            own.observe(i, own.innovation(i, to(z[k]), to(variance[k])));
+            own.update(i, own.innovation(i, to(z[k]), to(variance[k])));
         }
-        own.settle();
+        own.finish_update();
         twin.fix(&z, &variance);
         for (i, variance) in own.covariance().variances().enumerate() {
             let dense = twin.p[(NAV + i, NAV + i)];
@@ -229,11 +235,11 @@ fn window_references_teach_without_navigation() {
     let [_, sigma] = weights::<f32>(1.0, 0.3);
     let bias = [sheet.gyro_bias, sheet.accel_bias].map(|b| [b; 3]);
     let prior: Prior<6, 24> = Prior {
-        outer: [0.0; 6],
-        parameters: Networks::<OutputWeights, 24>::sigmas(bias, &sigma),
+        error_sigma: [0.0; 6],
+        parameter_sigma: Networks::<OutputWeights, 24>::sigmas(bias, &sigma),
         walk: Networks::<OutputWeights, 24>::sigmas([[0.0; 3]; 2], &Weights::zero()),
-        outer_floor: [0.0; 6],
-        floor: 0.0,
+        error_floor: [0.0; 6],
+        parameter_floor: 0.0,
     };
     let mut filter: Kalman<OutputWeights, 6, 24, 300> =
         Kalman::new(Networks::new(sheet.nets(1.0)), prior);
@@ -252,7 +258,7 @@ fn window_references_teach_without_navigation() {
     let mut sums = [0.0; 6];
     for k in 0..1200 {
         filter.step([[0.0; 3], [0.0, 0.0, -9.8]]);
-        filter.predict(&second, &[0.0; 6]);
+        filter.propagate(&second, &[0.0; 6]);
         for (i, sum) in sums.iter_mut().enumerate() {
             *sum += truth(k, i);
         }
@@ -260,11 +266,11 @@ fn window_references_teach_without_navigation() {
             for (i, sum) in sums.iter().enumerate() {
                 let sigma = 0.1 * truth(0, i);
                 let innovation = filter.innovation(i, -sum, sigma * sigma);
-                filter.weigh(innovation, f32::MAX);
-                filter.observe(i, innovation);
+                filter.score(innovation, f32::MAX);
+                filter.update(i, innovation);
             }
-            filter.settle();
-            filter.restart(&[0.0; 6]);
+            filter.finish_update();
+            filter.reset_errors(&[0.0; 6]);
             sums = [0.0; 6];
         }
     }
@@ -279,11 +285,11 @@ fn window_references_teach_without_navigation() {
 fn nothing_learns_nothing() {
     let (_, assumptions) = session(ErrorModelName::Linear, 1);
     let sheet = datasheet(&assumptions);
-    let prior = sheet.prior::<Nothing, 0>(1.0, 0.0, [1.0; 9], [0.0; 9]);
-    let mut filter: Kalman<Nothing, 9, 0, 0, Rational> =
+    let prior = sheet.prior::<NoParameters, 0>(1.0, 0.0, [1.0; 9], [0.0; 9]);
+    let mut filter: Kalman<NoParameters, 9, 0, 0, Rational> =
         Kalman::new(Networks::new(sheet.nets(1.0)), prior);
     filter.step([[1.0; 3]; 2]);
-    filter.observe(4, filter.innovation(4, 0.5, 1.0));
+    filter.update(4, filter.innovation(4, 0.5, 1.0));
     assert_eq!(*filter.model().estimate(), [0.0; 6]);
-    assert_eq!(filter.outer()[4], 0.25);
+    assert_eq!(filter.error_state()[4], 0.25);
 }

@@ -62,7 +62,7 @@ impl Twin {
         }
     }
 
-    pub(super) fn predict(&mut self, block: &Transition<X, f64>, applied: &[f64; 6]) {
+    pub(super) fn propagate(&mut self, block: &Transition<X, f64>, applied: &[f64; 6]) {
         let phi = DMatrix::from_fn(X, X, |i, j| block.phi[i][j]);
         let gamma = DMatrix::from_fn(X, 6, |i, j| block.gamma[i][j]);
         self.x = &phi * &self.x + &gamma * (DVector::from_row_slice(applied) - &self.estimate);

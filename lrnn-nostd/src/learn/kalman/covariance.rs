@@ -1,49 +1,52 @@
-//! The covariance of X outer errors and N parameters, symmetric by construction.
+//! The covariance of X navigation errors and N parameters, symmetric by construction.
 
 use super::packed::{
-    Held, Row, Rows, axpy, axpy_rows, diagonal, dot, dot_four, finite, tail, times,
+    Deferred, Row, Rows, axpy, axpy_rows, diagonal, dot, dot_four, finite, tail, times,
 };
 use crate::real::Real;
 
-/// P in three parts: outer errors X x X, outer by parameters X x N, parameters packed (row i holds the columns 0..=i, so that
-/// `PACKED` = N (N + 1) / 2 values).
+/// P in three blocks: P_xx of the navigation errors (X x X), P_xt of navigation errors by
+/// parameters (X x N), and P_tt of the parameters. P_tt is packed: row i holds the columns 0..=i,
+/// so `PACKED` = N (N + 1) / 2 values.
 ///
-/// What an observation of an outer error changes in the last of them, P_tt, is needed by no other observation of an outer error: it is
-/// held back and taken in for several at once ([`Self::absorb`]), so that the largest part is read and written once.
+/// An observation of a navigation error changes P_tt, but no later observation of a navigation
+/// error needs that change. It is therefore deferred and applied for several observations at once
+/// ([`Self::apply_deferred`]), so that the largest block is read and written only once.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Covariance<const X: usize, const N: usize, const PACKED: usize, T = f32> {
     xx: [[T; X]; X],
     xt: [[T; N]; X],
     tt: [T; PACKED],
-    held: Held<N, T>,
+    deferred: Deferred<N, T>,
 }
 
-/// What a step of time keeps from one part to the next: P_xt J' as it was, and J P_tt J'.
+/// What a time update keeps from one of its parts to the next: P_xt J' before the update, and J
+/// P_tt J'.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Passage<const X: usize, const E: usize, T = f32> {
+pub struct Workspace<const X: usize, const E: usize, T = f32> {
     c: [[T; E]; X],
     s: [[T; E]; E],
 }
 
-impl<const X: usize, const E: usize, T: Real> Passage<X, E, T> {
-    /// Nothing yet.
-    pub const BLANK: Self = Self {
+impl<const X: usize, const E: usize, T: Real> Workspace<X, E, T> {
+    /// All zeros.
+    pub const ZEROED: Self = Self {
         c: [[T::ZERO; E]; X],
         s: [[T::ZERO; E]; E],
     };
 }
 
-/// One scalar observation: what it was expected to be off by, and what it is off by.
+/// The innovation of one scalar observation.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Innovation<T = f32> {
     /// Observed minus predicted.
     pub value: T,
-    /// Variance of that: of the prediction and of the observation together.
+    /// Its variance: that of the prediction plus that of the observation.
     pub variance: T,
 }
 
 impl<T: Real> Innovation<T> {
-    /// value^2 / variance: chi-square of one degree of freedom where all assumptions hold.
+    /// value^2 / variance: chi-square with one degree of freedom if all assumptions hold.
     #[inline]
     pub fn squared_ratio(&self) -> T {
         self.value * self.value / self.variance
@@ -51,21 +54,21 @@ impl<T: Real> Innovation<T> {
 }
 
 impl<const X: usize, const N: usize, const PACKED: usize, T: Real> Covariance<X, N, PACKED, T> {
-    /// To be begun.
-    pub const BLANK: Self = {
+    /// All zeros. Call [`Self::init`] before use.
+    pub const ZEROED: Self = {
         assert!(PACKED == N * (N + 1) / 2);
         Self {
             xx: [[T::ZERO; X]; X],
             xt: [[T::ZERO; N]; X],
             tt: [T::ZERO; PACKED],
-            held: Held::BLANK,
+            deferred: Deferred::ZEROED,
         }
     };
 
-    /// Independent errors with these standard deviations.
-    pub fn begin(&mut self, outer: &[T; X], parameters: &[T; N]) {
-        self.restart_outer(outer);
-        self.held.clear();
+    /// Starts with independent errors of these standard deviations.
+    pub fn init(&mut self, error: &[T; X], parameters: &[T; N]) {
+        self.reset_errors(error);
+        self.deferred.clear();
         self.tt = [T::ZERO; PACKED];
         for (diagonal, &sigma) in diagonal(&mut self.tt).zip(parameters) {
             *diagonal = sigma * sigma;
@@ -73,7 +76,7 @@ impl<const X: usize, const N: usize, const PACKED: usize, T: Real> Covariance<X,
     }
 
     /// P_xx.
-    pub fn outer(&self) -> &[[T; X]; X] {
+    pub fn errors(&self) -> &[[T; X]; X] {
         &self.xx
     }
 
@@ -81,44 +84,47 @@ impl<const X: usize, const N: usize, const PACKED: usize, T: Real> Covariance<X,
     pub fn variances(&self) -> impl Iterator<Item = T> + '_ {
         let last = Rows::from(&self.tt, 0).filter_map(|row| row.last());
         let now = last.enumerate();
-        now.map(|(i, &variance)| self.held.of_diagonal(i, variance))
+        now.map(|(i, &variance)| self.deferred.of_diagonal(i, variance))
     }
 
-    /// New outer errors with these standard deviations that have nothing to do with what the parameters are.
-    pub fn restart_outer(&mut self, outer: &[T; X]) {
+    /// Replaces the navigation errors by new ones with these standard deviations, uncorrelated with
+    /// the parameters.
+    pub fn reset_errors(&mut self, sigma: &[T; X]) {
         self.xx = [[T::ZERO; X]; X];
         self.xt = [[T::ZERO; N]; X];
         for i in 0..X {
-            self.xx[i][i] = outer[i] * outer[i];
+            self.xx[i][i] = sigma[i] * sigma[i];
         }
     }
 
-    /// New outer errors x = `by` (e - J theta') + rest, where theta' are the parameters' errors: an initial state that was found with the
-    /// sensors' help is in error by what the sensors are.
+    /// Replaces the navigation errors by x = `by` (e - J theta') + rest, where theta' are the
+    /// parameters' errors. An initial state that was found with the help of the sensors carries
+    /// their errors.
     ///
     /// ```text
     /// P_xt = -by J P_tt,   P_xx = by (J P_tt J') by' + rest
     /// ```
     ///
-    /// This is the first of its parts; then come the E parts [`Self::pass`] with -`by`, then [`Self::derived`].
-    pub fn derive_outer(&mut self) {
-        self.absorb_all();
+    /// This is the first part. The E parts [`Self::propagate_output`] with -`by` follow, then
+    /// [`Self::finish_alignment`].
+    pub fn begin_alignment(&mut self) {
+        self.apply_all_deferred();
         self.xt = [[T::ZERO; N]; X];
     }
 
-    /// The last part of [`Self::derive_outer`].
-    pub fn derived<const E: usize>(
+    /// The last part of [`Self::begin_alignment`].
+    pub fn finish_alignment<const E: usize>(
         &mut self,
         by: &[[T; E]; X],
         rest: &[[T; X]; X],
-        passage: &Passage<X, E, T>,
+        workspace: &Workspace<X, E, T>,
     ) {
         for i in 0..X {
             let mut left = [T::ZERO; E];
             for k in 0..E {
-                axpy(&mut left, by[i][k], &passage.s[k]);
+                axpy(&mut left, by[i][k], &workspace.s[k]);
             }
-            // the upper half twice, so that rounding cannot make it unsymmetric
+            // Both halves get the same value, so that rounding cannot make P_xx unsymmetric.
             for j in i..X {
                 let value = dot(&left, &by[j]) + rest[i][j];
                 self.xx[i][j] = value;
@@ -127,15 +133,15 @@ impl<const X: usize, const N: usize, const PACKED: usize, T: Real> Covariance<X,
         }
     }
 
-    /// Adds to the variances of the outer errors: what was believed of them is worth less than it was.
+    /// Adds to the variances of the navigation errors.
     pub fn inflate(&mut self, variance: &[T; X]) {
         for i in 0..X {
             self.xx[i][i] += variance[i];
         }
     }
 
-    /// One step of time (section 5 of the mathematics), written for an effect of the parameters that passes through E outputs of a
-    /// model, e = J theta, whose rows `jacobian[k]` are 0 outside a range:
+    /// First part of the time update, for parameters that act through the E outputs of a model, e =
+    /// J theta. The rows `jacobian[k]` are 0 outside a range.
     ///
     /// ```text
     /// x+ = Phi x + Gamma e + noise(Q),   theta+ = theta + noise(walk)
@@ -144,17 +150,18 @@ impl<const X: usize, const N: usize, const PACKED: usize, T: Real> Covariance<X,
     /// P_tt+ = P_tt + walk
     /// ```
     ///
-    /// About E N^2 / 2 + X (X + E) N multiply-adds. `walk` are variances. This is the first of its parts, C = P_xt J' and
-    /// P_xt <- Phi P_xt; then come the E parts [`Self::pass`], then [`Self::arrive`].
-    pub fn leave<const E: usize>(
+    /// The whole update takes about E N^2 / 2 + X (X + E) N multiply-adds. This part computes C =
+    /// P_xt J' and P_xt <- Phi P_xt. The E parts [`Self::propagate_output`] follow, then
+    /// [`Self::finish_propagation`], which takes the variances `walk`.
+    pub fn begin_propagation<const E: usize>(
         &mut self,
         phi: &[[T; X]; X],
         jacobian: &[Row<'_, T>; E],
-    ) -> Passage<X, E, T> {
-        self.absorb_all();
-        let mut passage = Passage::BLANK;
+    ) -> Workspace<X, E, T> {
+        self.apply_all_deferred();
+        let mut workspace = Workspace::ZEROED;
         for (k, row) in jacobian.iter().enumerate() {
-            let (fours, ones) = passage.c.as_chunks_mut::<4>();
+            let (fours, ones) = workspace.c.as_chunks_mut::<4>();
             let (xt_fours, xt_ones) = self.xt.as_chunks::<4>();
             for (c, xt) in fours.iter_mut().zip(xt_fours) {
                 let rows = xt.each_ref().map(|xt| tail(xt, row.start));
@@ -168,20 +175,21 @@ impl<const X: usize, const N: usize, const PACKED: usize, T: Real> Covariance<X,
                 c[k] = row.dot(xt);
             }
         }
-        self.carry_outer(phi);
-        passage
+        self.propagate_cross(phi);
+        workspace
     }
 
-    /// One of the E parts in between: what output `k` does; nothing beyond E.
+    /// One of the E middle parts of a time update: the effect of output `k`. An index beyond E has
+    /// no effect.
     #[inline(never)]
-    pub fn pass<const E: usize>(
+    pub fn propagate_output<const E: usize>(
         &mut self,
         k: usize,
         gamma: &[[T; E]; X],
         jacobian: &[Row<'_, T>; E],
-        passage: &mut Passage<X, E, T>,
+        workspace: &mut Workspace<X, E, T>,
     ) {
-        let (Some(&row), Some(products)) = (jacobian.get(k), passage.s.get_mut(k)) else {
+        let (Some(&row), Some(products)) = (jacobian.get(k), workspace.s.get_mut(k)) else {
             return;
         };
         let mut b = [T::ZERO; N];
@@ -193,16 +201,16 @@ impl<const X: usize, const N: usize, const PACKED: usize, T: Real> Covariance<X,
         axpy_rows(&mut self.xt, factors, &b);
     }
 
-    /// The last part of what [`Self::leave`] began: P_xx and P_tt.
-    pub fn arrive<const E: usize>(
+    /// Last part of the time update that [`Self::begin_propagation`] started: P_xx and P_tt.
+    pub fn finish_propagation<const E: usize>(
         &mut self,
         phi: &[[T; X]; X],
         gamma: &[[T; E]; X],
         q: &[[T; X]; X],
         walk: &[T; N],
-        passage: &Passage<X, E, T>,
+        workspace: &Workspace<X, E, T>,
     ) {
-        self.spread(phi, gamma, &passage.c, &passage.s, q);
+        self.propagate_errors(phi, gamma, &workspace.c, &workspace.s, q);
         for (diagonal, &walk) in diagonal(&mut self.tt).zip(walk) {
             *diagonal += walk;
         }
@@ -210,7 +218,7 @@ impl<const X: usize, const N: usize, const PACKED: usize, T: Real> Covariance<X,
 
     /// P_xt <- Phi P_xt.
     #[inline]
-    fn carry_outer(&mut self, phi: &[[T; X]; X]) {
+    fn propagate_cross(&mut self, phi: &[[T; X]; X]) {
         for j in (0..N).step_by(2) {
             let mut columns = [[T::ZERO; 2]; X];
             for (columns, row) in columns.iter_mut().zip(&self.xt) {
@@ -230,8 +238,8 @@ impl<const X: usize, const N: usize, const PACKED: usize, T: Real> Covariance<X,
         }
     }
 
-    /// P_xx <- Phi P_xx Phi' + Phi C Gamma' + (.)' + Gamma S Gamma' + Q, from the halves U of a sum U + U'.
-    fn spread<const E: usize>(
+    /// P_xx <- Phi P_xx Phi' + Phi C Gamma' + (.)' + Gamma S Gamma' + Q, computed as U + U'.
+    fn propagate_errors<const E: usize>(
         &mut self,
         phi: &[[T; X]; X],
         gamma: &[[T; E]; X],
@@ -262,7 +270,7 @@ impl<const X: usize, const N: usize, const PACKED: usize, T: Real> Covariance<X,
         }
     }
 
-    /// Variance of outer error `i`; 0 beyond X.
+    /// Variance of navigation error `i`; 0 beyond X.
     #[inline]
     pub fn variance(&self, i: usize) -> T {
         self.xx
@@ -272,28 +280,28 @@ impl<const X: usize, const N: usize, const PACKED: usize, T: Real> Covariance<X,
             .unwrap_or(T::ZERO)
     }
 
-    /// Takes in an observation of outer error `i` itself and adds K * innovation to the means; nothing happens beyond X. P_tt follows
-    /// in [`Self::absorb`].
+    /// Measurement update with an observation of navigation error `i`. Adds gain times innovation
+    /// to the means. An index beyond X has no effect. P_tt follows in [`Self::apply_deferred`].
     ///
     /// ```text
     /// means += c v / s,  P -= c c' / s
     /// ```
     #[inline]
-    pub fn observe_outer(
+    pub fn update_error(
         &mut self,
         i: usize,
         innovation: Innovation<T>,
         x: &mut [T; X],
         theta: &mut [T; N],
     ) {
-        if self.held.is_closed() {
-            self.absorb_all();
+        if self.deferred.is_closed() {
+            self.apply_all_deferred();
         }
         let weight = T::ONE / innovation.variance;
         let (Some(&cx), Some(ct)) = (self.xx.get(i), self.xt.get(i)) else {
             return;
         };
-        let (Some(&own), Some(ct)) = (cx.get(i), self.held.hold(ct, weight)) else {
+        let (Some(&own), Some(ct)) = (cx.get(i), self.deferred.hold(ct, weight)) else {
             return;
         };
         axpy(x, weight * innovation.value, &cx);
@@ -301,7 +309,7 @@ impl<const X: usize, const N: usize, const PACKED: usize, T: Real> Covariance<X,
         let factors = cx.map(|c| -(weight * c));
         axpy_rows(&mut self.xx, factors, &cx);
         axpy_rows(&mut self.xt, factors, ct);
-        // What was observed: (1 - P_ii / s) P_ij, without the cancellation.
+        // The observed row: (1 - P_ii / s) P_ij, without the cancellation.
         let left = (innovation.variance - own) / innovation.variance;
         for j in 0..X {
             let value = left * cx[j];
@@ -319,35 +327,37 @@ impl<const X: usize, const N: usize, const PACKED: usize, T: Real> Covariance<X,
         }
     }
 
-    /// The next part, of [`ABSORB_PARTS`](super::ABSORB_PARTS), of what the observations that are held back change in P_tt; whether there is more. Whatever
-    /// else needs P_tt does all of them first.
-    pub fn absorb(&mut self) -> bool {
-        self.held.absorb(&mut self.tt)
+    /// Applies the next of [`DEFERRED_PARTS`](super::DEFERRED_PARTS) parts of the deferred changes
+    /// to P_tt. Returns whether more parts remain. Every method that needs P_tt applies all of them
+    /// first.
+    pub fn apply_deferred(&mut self) -> bool {
+        self.deferred.apply(&mut self.tt)
     }
 
-    fn absorb_all(&mut self) {
-        while self.absorb() {}
+    fn apply_all_deferred(&mut self) {
+        while self.apply_deferred() {}
     }
 
-    /// No variance below these: P stays positive, and what is learnt stays open to change, for days.
-    pub fn floor(&mut self, outer: &[T; X], parameters: &[T; N]) {
-        self.absorb_all();
+    /// Raises each variance to at least these values. P stays positive, and what was learnt stays
+    /// open to change over days.
+    pub fn floor(&mut self, error: &[T; X], parameters: &[T; N]) {
+        self.apply_all_deferred();
         for i in 0..X {
-            self.xx[i][i] = at_least(self.xx[i][i], outer[i]);
+            self.xx[i][i] = at_least(self.xx[i][i], error[i]);
         }
         for (variance, &least) in diagonal(&mut self.tt).zip(parameters) {
             *variance = at_least(*variance, least);
         }
     }
 
-    /// Whether every value is finite, without what is held back.
+    /// Whether every value is finite; deferred changes are not included.
     pub fn is_finite(&self) -> bool {
         let [xx, xt] = [self.xx.as_flattened(), self.xt.as_flattened()];
         [xx, xt, &self.tt].into_iter().all(finite)
     }
 }
 
-/// `least` for what is less or no number.
+/// The larger of the two; `least` if `value` is NaN.
 #[inline]
 fn at_least<T: Real>(value: T, least: T) -> T {
     if value >= least { value } else { least }

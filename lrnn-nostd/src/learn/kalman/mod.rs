@@ -1,81 +1,101 @@
-//! Learning from position and velocity fixes, without reference increments ("way C"): the weights are states of the Kalman filter
-//! that aids a navigation.
+//! Learning from position and velocity fixes, without reference increments ("way C"). The weights
+//! are states of the Kalman filter that aids a navigator.
 //!
-//! A navigator somewhere else integrates increments from which the errors e_0 have been taken, and gives for each block of time the
-//! transition Phi of its X errors, the effect Gamma of a constant error of the six sensors, and the noise Q. A [`Kalman`] holds what
-//! one *hypothesis* about the sensors makes of that: its estimate e = b + y(theta), and the error x of that navigator as the hypothesis
-//! sees it. So any number of hypotheses share one navigator, and their predictions of the same fixes are compared.
+//! A navigator elsewhere integrates increments from which the error estimates e_0 have been
+//! subtracted. For each block of time it supplies the transition Phi of its X errors, the effect
+//! Gamma of a constant error of the six sensors, and the process noise Q. One [`Kalman`] filter
+//! belongs to one *hypothesis* about the sensors. It holds the estimate e = b + y(theta), and the
+//! navigator's error x as this hypothesis sees it. Any number of hypotheses can therefore share one
+//! navigator, and their predictions of the same fixes can be compared.
 //!
 //! ```text
 //! x+ = Phi x + Gamma (e_0 - e),    d(x)+ = Phi d(x) + Gamma J d(theta) + noise
 //! innovation = z - x_i,            log-likelihood += -1/2 (innovation^2 / s + ln s)
 //! ```
 //!
-//! The navigator need not navigate: with X = 6 sums of sensor errors, Phi = I and Gamma = I dt, an observation of x is the reference
-//! sum over a window, known late ("way B"), and [`Kalman::restart`] begins the next window.
+//! The filter also works without navigation. With X = 6 sums of sensor errors, Phi = I and Gamma =
+//! I dt, an observation of x is the reference sum over a window, known late ("way B").
+//! [`Kalman::reset_errors`] then begins the next window.
 //!
-//! Errors are estimate minus truth. With [`Biases`] this is the classical filter, with [`Nothing`] the aided navigator that believes
-//! its sensors. Each fix is predicted before anything is learnt from it, so the difference of two hypotheses' log-likelihoods is a
-//! test on held-back data: if the simpler one is true, it exceeds ln k with a probability below 1/k at any time (Ville's inequality).
+//! Errors are estimate minus truth. With [`Biases`] this is the classical filter. With
+//! [`NoParameters`] it is the aided navigator that trusts its sensors. Each fix is predicted before
+//! anything is learnt from it, so the difference between two hypotheses' log-likelihoods is a test
+//! on held-out data: if the simpler one is true, it exceeds ln k with a probability below 1/k at
+//! any time (Ville's inequality).
 
 mod covariance;
 mod model;
 mod packed;
 
-pub use covariance::{Covariance, Innovation, Passage};
+pub use covariance::{Covariance, Innovation, Workspace};
 pub use model::{
-    AllWeights, Biases, Blank, DiagonalWeights, ErrorModel, Learns, Nothing, OutputWeights,
+    AllWeights, Biases, DiagonalWeights, ErrorModel, NoParameters, OutputWeights, ParameterSet,
+    Zeroed,
 };
-pub use packed::{ABSORB_PARTS, HELD, Row};
+pub use packed::{DEFERRED_PARTS, MAX_DEFERRED, Row};
 
 use crate::activation::{Activation, Identity, Rational};
 use crate::infer::Net;
 use crate::real::Real;
 use crate::shape::{Full, NEURONS};
 
-/// Gyros and accelerometers.
+/// Sensor triads: gyros and accelerometers.
 pub const TRIADS: usize = 2;
 /// Outputs of the two networks together.
 pub const OUTPUTS: usize = TRIADS * NEURONS;
-/// Parts of a [`Kalman::spread`].
-pub const PARTS: usize = OUTPUTS + 2;
+/// Number of parts into which [`Kalman::propagate_covariance`] divides its work.
+pub const COVARIANCE_PARTS: usize = OUTPUTS + 2;
 
-/// Navigation over one block of time, linearised.
+/// The navigation equations over one block of time, linearised.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Transition<const X: usize, T = f32> {
     /// dx(end)/dx(start).
     pub phi: [[T; X]; X],
-    /// dx(end)/de for errors e (rad/s, m/s^2) that are left in the increments' *estimate*: + where too much was taken out.
+    /// dx(end)/de for sensor errors e (rad/s, m/s^2) that remain in the *estimate* of the
+    /// increments. The sign is + where too much was subtracted.
     pub gamma: [[T; OUTPUTS]; X],
-    /// Covariance that the sensors' white noise adds.
+    /// Covariance that the sensors' white noise adds over the block.
     pub q: [[T; X]; X],
     /// Length of the block, s.
     pub time: T,
 }
 
-/// Standard deviations that a hypothesis starts from, what they may not fall below, and how the parameters wander.
+impl<const X: usize, T: Real> Transition<X, T> {
+    /// All zeros: memory that is filled in later.
+    pub const ZEROED: Self = Self {
+        phi: [[T::ZERO; X]; X],
+        gamma: [[T::ZERO; OUTPUTS]; X],
+        q: [[T::ZERO; X]; X],
+        time: T::ZERO,
+    };
+}
+
+/// What a hypothesis assumes before it has learnt anything: initial standard deviations, lower
+/// limits for them, and the random walk of the parameters.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Prior<const X: usize, const N: usize, T = f32> {
-    /// Of the navigator's errors.
-    pub outer: [T; X],
-    /// Of the parameters around their start (see [`ErrorModel::sigmas`]).
-    pub parameters: [T; N],
-    /// Random walk of each parameter, unit per sqrt(s).
+    /// Initial standard deviations of the navigator's errors.
+    pub error_sigma: [T; X],
+    /// Initial standard deviations of the parameters around their first values (see
+    /// [`ErrorModel::sigmas`]).
+    pub parameter_sigma: [T; N],
+    /// Random walk of each parameter, in its unit per sqrt(s).
     pub walk: [T; N],
-    /// Least standard deviation of the navigator's errors: the rounding of the navigator.
-    pub outer_floor: [T; X],
-    /// Least standard deviation of a parameter, as a share of its prior.
-    pub floor: T,
+    /// Smallest standard deviation of the navigator's errors; covers the rounding of the navigator.
+    pub error_floor: [T; X],
+    /// Smallest standard deviation of a parameter, as a fraction of its prior.
+    pub parameter_floor: T,
 }
 
 fn square<T: Real>(value: T) -> T {
     value * value
 }
 
-/// One hypothesis: what it estimates, how sure it is, and how well it has predicted so far.
+/// The filter of one hypothesis: its estimate, its covariance, and how well it has predicted the
+/// fixes so far.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Kalman<
-    L: Learns,
+    L: ParameterSet,
     const X: usize,
     const N: usize,
     const PACKED: usize,
@@ -84,69 +104,72 @@ pub struct Kalman<
 > {
     model: ErrorModel<L, N, H, T>,
     covariance: Covariance<X, N, PACKED, T>,
-    /// x.
+    /// x: the navigator's error as this hypothesis sees it.
     x: [T; X],
     prior: Prior<X, N, T>,
     log_likelihood: f64,
     healthy: bool,
 }
 
-impl<L: Learns, const X: usize, const N: usize, const PACKED: usize, H: Activation, T: Real>
+impl<L: ParameterSet, const X: usize, const N: usize, const PACKED: usize, H: Activation, T: Real>
     Kalman<L, X, N, PACKED, H, T>
 {
-    /// To be begun: all zeros, so that a static one takes no room in flash.
-    pub const BLANK: Self = Self {
-        model: ErrorModel::BLANK,
-        covariance: Covariance::BLANK,
+    /// All zeros, so that a static variable takes no room in flash. Call [`Kalman::init`] before
+    /// use.
+    pub const ZEROED: Self = Self {
+        model: ErrorModel::ZEROED,
+        covariance: Covariance::ZEROED,
         x: [T::ZERO; X],
         prior: Prior {
-            outer: [T::ZERO; X],
-            parameters: [T::ZERO; N],
+            error_sigma: [T::ZERO; X],
+            parameter_sigma: [T::ZERO; N],
             walk: [T::ZERO; N],
-            outer_floor: [T::ZERO; X],
-            floor: T::ZERO,
+            error_floor: [T::ZERO; X],
+            parameter_floor: T::ZERO,
         },
         log_likelihood: 0.0,
         healthy: false,
     };
 
-    /// Starts with the navigator believed right.
+    /// A new filter. The navigator's error is assumed to be zero, with the prior's standard
+    /// deviations.
     pub fn new(model: ErrorModel<L, N, H, T>, prior: Prior<X, N, T>) -> Self {
-        let mut new = Self::BLANK;
-        new.believe(prior);
+        let mut new = Self::ZEROED;
+        new.set_prior(prior);
         Self { model, ..new }
     }
 
-    /// [`Kalman::new`] where it stands: a large one should not be moved over the stack.
-    pub fn begin(&mut self, nets: [Net<H, Identity, Full, T>; TRIADS], prior: Prior<X, N, T>) {
-        self.model.begin(nets);
-        self.believe(prior);
+    /// As [`Kalman::new`], but in place: a large filter should not be moved across the stack.
+    pub fn init(&mut self, nets: [Net<H, Identity, Full, T>; TRIADS], prior: Prior<X, N, T>) {
+        self.model.init(nets);
+        self.set_prior(prior);
     }
 
-    fn believe(&mut self, prior: Prior<X, N, T>) {
-        self.covariance.begin(&prior.outer, &prior.parameters);
+    fn set_prior(&mut self, prior: Prior<X, N, T>) {
+        self.covariance
+            .init(&prior.error_sigma, &prior.parameter_sigma);
         self.x = [T::ZERO; X];
         self.prior = prior;
         self.log_likelihood = 0.0;
         self.healthy = true;
     }
 
-    /// The networks take one block of inputs; their estimate holds for the next one.
+    /// Steps the networks with one block of inputs. Their estimate applies to the next block.
     pub fn step(&mut self, inputs: [[T; NEURONS]; TRIADS]) {
         self.model.step(inputs);
     }
 
-    /// Takes the errors over a block through which the navigator took out `applied` (rad/s, m/s^2).
-    pub fn predict(&mut self, block: &Transition<X, T>, applied: &[T; OUTPUTS]) {
-        self.carry(block, applied);
-        let mut passage = Passage::BLANK;
-        for part in 0..PARTS {
-            self.spread(part, block, &mut passage);
+    /// Time update over one block, during which the navigator subtracted `applied` (rad/s, m/s^2).
+    pub fn propagate(&mut self, block: &Transition<X, T>, applied: &[T; OUTPUTS]) {
+        self.propagate_mean(block, applied);
+        let mut workspace = Workspace::ZEROED;
+        for part in 0..COVARIANCE_PARTS {
+            self.propagate_covariance(part, block, &mut workspace);
         }
     }
 
-    /// [`Self::predict`] of the means alone; the covariance has to follow.
-    pub fn carry(&mut self, block: &Transition<X, T>, applied: &[T; OUTPUTS]) {
+    /// The mean only of [`Self::propagate`]; the covariance must follow.
+    pub fn propagate_mean(&mut self, block: &Transition<X, T>, applied: &[T; OUTPUTS]) {
         let mut excess = *applied;
         for (excess, &own) in excess.iter_mut().zip(self.model.estimate()) {
             *excess -= own;
@@ -157,29 +180,36 @@ impl<L: Learns, const X: usize, const N: usize, const PACKED: usize, H: Activati
         }
     }
 
-    /// Part 0 .. [`PARTS`] of [`Self::predict`] of the covariance, in order, each a fraction of the work.
-    pub fn spread(
+    /// The covariance of [`Self::propagate`] in parts 0 .. [`COVARIANCE_PARTS`], to be called in
+    /// order. Each part is a fraction of the work.
+    pub fn propagate_covariance(
         &mut self,
         part: usize,
         block: &Transition<X, T>,
-        passage: &mut Passage<X, OUTPUTS, T>,
+        workspace: &mut Workspace<X, OUTPUTS, T>,
     ) {
         let model = &self.model;
         let jacobian = &model.rows();
         match part {
-            0 => *passage = self.covariance.leave(&block.phi, jacobian),
-            1..=OUTPUTS => self
-                .covariance
-                .pass(part - 1, &block.gamma, jacobian, passage),
+            0 => *workspace = self.covariance.begin_propagation(&block.phi, jacobian),
+            1..=OUTPUTS => {
+                self.covariance
+                    .propagate_output(part - 1, &block.gamma, jacobian, workspace)
+            }
             _ => {
                 let walk = self.prior.walk.map(|walk| square(walk) * block.time);
-                self.covariance
-                    .arrive(&block.phi, &block.gamma, &block.q, &walk, passage);
+                self.covariance.finish_propagation(
+                    &block.phi,
+                    &block.gamma,
+                    &block.q,
+                    &walk,
+                    workspace,
+                );
             }
         }
     }
 
-    /// What an observation of the navigator's error `i` would be off by.
+    /// The innovation of an observation `z` of the navigator's error `i`.
     pub fn innovation(&self, i: usize, z: T, variance: T) -> Innovation<T> {
         let expected = self.x.get(i).copied().unwrap_or(T::ZERO);
         Innovation {
@@ -188,23 +218,26 @@ impl<L: Learns, const X: usize, const N: usize, const PACKED: usize, H: Activati
         }
     }
 
-    /// Learns from an observation of the navigator's error `i`. What it changes in the parameters' own covariance is held back until
-    /// [`HELD`] observations are together and the next comes, [`Self::absorb`] is called, or it is needed.
-    pub fn observe(&mut self, i: usize, innovation: Innovation<T>) {
+    /// Measurement update with an observation of the navigator's error `i`. The change of the
+    /// parameters' own covariance is deferred until [`MAX_DEFERRED`] observations have been
+    /// collected and the next one arrives, until [`Self::apply_deferred`] is called, or until the
+    /// covariance is needed.
+    pub fn update(&mut self, i: usize, innovation: Innovation<T>) {
         let mut theta = [T::ZERO; N];
         self.covariance
-            .observe_outer(i, innovation, &mut self.x, &mut theta);
+            .update_error(i, innovation, &mut self.x, &mut theta);
         self.model.subtract(&theta);
     }
 
-    /// The next of [`ABSORB_PARTS`] parts of what has been held back; whether there is more.
-    pub fn absorb(&mut self) -> bool {
-        self.covariance.absorb()
+    /// Applies the next of the [`DEFERRED_PARTS`] parts of the deferred updates. Returns whether
+    /// more parts remain.
+    pub fn apply_deferred(&mut self) -> bool {
+        self.covariance.apply_deferred()
     }
 
-    /// Counts how probable this hypothesis made an observation; what lies further out than the ratio `cap` counts as if it lay there,
-    /// so that one outlier decides nothing.
-    pub fn weigh(&mut self, innovation: Innovation<T>, cap: T) {
+    /// Adds the log-density that this hypothesis gave to an observation to its log-likelihood. A
+    /// squared ratio above `cap` counts as `cap`, so that a single outlier decides nothing.
+    pub fn score(&mut self, innovation: Innovation<T>, cap: T) {
         let ratio = innovation.squared_ratio();
         let ratio = if ratio < cap { ratio } else { cap };
         let variance = innovation.variance.to_f64();
@@ -212,49 +245,55 @@ impl<L: Learns, const X: usize, const N: usize, const PACKED: usize, H: Activati
             0.5 * (ratio.to_f64() + libm::log(core::f64::consts::TAU * variance));
     }
 
-    /// After the updates of a fix: floors, and whether all is still finite.
-    pub fn settle(&mut self) {
-        let outer = self.prior.outer_floor.map(square);
-        let floor = self.prior.floor;
-        let least = self.prior.parameters.map(|sigma| square(floor * sigma));
-        self.covariance.floor(&outer, &least);
+    /// Ends the measurement updates of a fix: applies the variance floors and checks that every
+    /// value is finite.
+    pub fn finish_update(&mut self) {
+        let error = self.prior.error_floor.map(square);
+        let floor = self.prior.parameter_floor;
+        let least = self
+            .prior
+            .parameter_sigma
+            .map(|sigma| square(floor * sigma));
+        self.covariance.floor(&error, &least);
         self.healthy &= self.model.is_healthy()
             && self.covariance.is_finite()
             && crate::real::all_finite(&self.x)
             && self.log_likelihood.is_finite();
     }
 
-    /// The navigator has been corrected by `e`.
-    pub fn fed_back(&mut self, e: &[T; X]) {
+    /// Feedback: the navigator has been corrected by `e`, which is no longer part of its error.
+    pub fn feedback(&mut self, e: &[T; X]) {
         for (x, &e) in self.x.iter_mut().zip(e) {
             *x -= e;
         }
     }
 
-    /// The stream begins anew: the networks' states as at power-on; what has been learnt stays.
-    pub fn restart_nets(&mut self) {
-        self.model.restart();
+    /// Resets the networks to their power-on state, for a stream that starts again. Learnt
+    /// parameters stay.
+    pub fn reset_networks(&mut self) {
+        self.model.reset();
     }
 
-    /// A new navigator with these standard deviations, believed right; what has been learnt stays. After a new alignment, and at the
-    /// start of each window of way B.
-    pub fn restart(&mut self, outer: &[T; X]) {
+    /// Resets the navigator's errors to zero with these standard deviations; learnt parameters
+    /// stay. For a new alignment, and at the start of each window of way B.
+    pub fn reset_errors(&mut self, sigma: &[T; X]) {
         self.x = [T::ZERO; X];
-        self.covariance.restart_outer(outer);
+        self.covariance.reset_errors(sigma);
     }
 
-    /// A new navigator whose initial errors are `by` times what the sensors' errors left in its increments were, of which `applied` had
-    /// been taken out, plus others of covariance `rest`: an alignment at standstill. What has been learnt stays.
-    pub fn derive(&mut self, by: &[[T; OUTPUTS]; X], rest: &[[T; X]; X], applied: &[T; OUTPUTS]) {
-        self.derive_means(by, applied);
-        let mut passage = Passage::BLANK;
-        for part in 0..PARTS {
-            self.derive_spread(part, by, rest, &mut passage);
+    /// Resets the navigator's errors to those of an alignment at standstill. They are `by` times
+    /// the sensor errors that remained in its increments after `applied` was subtracted, plus
+    /// independent errors of covariance `rest`. Learnt parameters stay.
+    pub fn align(&mut self, by: &[[T; OUTPUTS]; X], rest: &[[T; X]; X], applied: &[T; OUTPUTS]) {
+        self.align_mean(by, applied);
+        let mut workspace = Workspace::ZEROED;
+        for part in 0..COVARIANCE_PARTS {
+            self.align_covariance(part, by, rest, &mut workspace);
         }
     }
 
-    /// [`Self::derive`] of the means alone; the covariance has to follow.
-    pub fn derive_means(&mut self, by: &[[T; OUTPUTS]; X], applied: &[T; OUTPUTS]) {
+    /// The mean only of [`Self::align`]; the covariance must follow.
+    pub fn align_mean(&mut self, by: &[[T; OUTPUTS]; X], applied: &[T; OUTPUTS]) {
         let mut left = *self.model.estimate();
         for (left, &applied) in left.iter_mut().zip(applied) {
             *left -= applied;
@@ -264,52 +303,54 @@ impl<L: Learns, const X: usize, const N: usize, const PACKED: usize, H: Activati
         }
     }
 
-    /// Part 0 .. [`PARTS`] of [`Self::derive`] of the covariance, in order, each a fraction of the work.
-    pub fn derive_spread(
+    /// The covariance of [`Self::align`] in parts 0 .. [`COVARIANCE_PARTS`], to be called in order.
+    /// Each part is a fraction of the work.
+    pub fn align_covariance(
         &mut self,
         part: usize,
         by: &[[T; OUTPUTS]; X],
         rest: &[[T; X]; X],
-        passage: &mut Passage<X, OUTPUTS, T>,
+        workspace: &mut Workspace<X, OUTPUTS, T>,
     ) {
         let model = &self.model;
         match part {
-            0 => self.covariance.derive_outer(),
+            0 => self.covariance.begin_alignment(),
             1..=OUTPUTS => {
                 let against = by.map(|row| row.map(|value| -value));
                 self.covariance
-                    .pass(part - 1, &against, &model.rows(), passage);
+                    .propagate_output(part - 1, &against, &model.rows(), workspace);
             }
-            _ => self.covariance.derived(by, rest, passage),
+            _ => self.covariance.finish_alignment(by, rest, workspace),
         }
     }
 
-    /// Less is known of the navigator than was believed: adds variance to its errors.
+    /// Adds variance to the navigator's errors, when less is known about them than the filter
+    /// assumed.
     pub fn inflate(&mut self, variance: &[T; X]) {
         self.covariance.inflate(variance);
     }
 
-    /// x: the navigator's error.
-    pub fn outer(&self) -> &[T; X] {
+    /// x: the estimated error of the navigator.
+    pub fn error_state(&self) -> &[T; X] {
         &self.x
     }
 
-    /// What it estimates.
+    /// The error model: biases and networks.
     pub fn model(&self) -> &ErrorModel<L, N, H, T> {
         &self.model
     }
 
-    /// How sure it is.
+    /// The covariance of the navigator's errors and of the parameters.
     pub fn covariance(&self) -> &Covariance<X, N, PACKED, T> {
         &self.covariance
     }
 
-    /// Natural logarithm of the probability density of all observations weighed so far.
+    /// Natural logarithm of the probability density of all observations scored so far.
     pub fn log_likelihood(&self) -> f64 {
         self.log_likelihood
     }
 
-    /// False once an overflow or a non-finite number has been seen; such a hypothesis must not be used.
+    /// False after an overflow or a non-finite number; such a hypothesis must not be used.
     pub fn is_healthy(&self) -> bool {
         self.healthy
     }

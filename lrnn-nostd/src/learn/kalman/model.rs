@@ -1,4 +1,4 @@
-//! What a filter estimates: biases, and those weights of two networks that it may teach.
+//! What a filter estimates: biases, and the learnt weights of two networks.
 
 use crate::activation::{Activation, Identity, Rational};
 use crate::gradient::Sensitivities;
@@ -11,39 +11,39 @@ use crate::state::State;
 use crate::weights::Weights;
 use core::fmt::Debug;
 
-/// Memory before anything is in it: all zeros, so that a static one takes no room in flash.
-pub trait Blank: Clone + Debug + PartialEq {
-    /// That memory.
-    const BLANK: Self;
+/// Memory that starts with all zeros, so that a static variable takes no room in flash.
+pub trait Zeroed: Clone + Debug + PartialEq {
+    /// All zeros.
+    const ZEROED: Self;
 }
 
-impl Blank for () {
-    const BLANK: Self = ();
+impl Zeroed for () {
+    const ZEROED: Self = ();
 }
 
-impl<T: Real> Blank for Sensitivities<T> {
-    const BLANK: Self = Sensitivities::new();
+impl<T: Real> Zeroed for Sensitivities<T> {
+    const ZEROED: Self = Sensitivities::new();
 }
 
-impl<T: Real, const M: usize> Blank for [T; M] {
-    const BLANK: Self = [T::ZERO; M];
+impl<T: Real, const M: usize> Zeroed for [T; M] {
+    const ZEROED: Self = [T::ZERO; M];
 }
 
-/// Which parameters are learnt: a type, so that memory is what they need.
-pub trait Learns: Copy + Debug + Default + PartialEq + 'static {
-    /// Whether each axis has a bias of its own beside the network.
+/// Which parameters are learnt. It is a type, so that a filter occupies only the memory it needs.
+pub trait ParameterSet: Copy + Debug + Default + PartialEq + 'static {
+    /// Whether each axis has a bias beside the network.
     const BIASES: bool;
-    /// Learnt weights of each network.
+    /// Number of learnt weights of each network.
     const WEIGHTS: usize;
-    /// What the derivatives need to remember.
-    type Memory<T: Real>: Blank;
+    /// State that the derivatives need from step to step.
+    type Memory<T: Real>: Zeroed;
     /// One value for each parameter of a triad.
-    type Own<T: Real>: Blank + AsRef<[T]> + AsMut<[T]>;
+    type Own<T: Real>: Zeroed + AsRef<[T]> + AsMut<[T]>;
 
     /// Whether the weight with this index is learnt.
     fn is_learnt(index: usize) -> bool;
 
-    /// One step of the network and of what the derivatives need.
+    /// Steps the network and the state of its derivatives.
     fn step<H: Activation, T: Real>(
         net: &Net<H, Identity, Full, T>,
         state: &mut State<T>,
@@ -51,7 +51,8 @@ pub trait Learns: Copy + Debug + Default + PartialEq + 'static {
         input: [T; NEURONS],
     ) -> Step<T>;
 
-    /// The derivatives of output `j` (0, 1, 2) by the learnt weights, times `scale`, in index order.
+    /// Writes the derivatives of output `j` (0, 1, 2) with respect to the learnt weights, times
+    /// `scale`, in index order.
     fn derivatives<T: Real>(
         state: &State<T>,
         memory: &Self::Memory<T>,
@@ -61,20 +62,21 @@ pub trait Learns: Copy + Debug + Default + PartialEq + 'static {
     );
 }
 
-/// Nothing at all: the sensors are believed.
+/// No parameters: the sensors are trusted.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Nothing;
+pub struct NoParameters;
 
 /// Six biases: the classical filter.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Biases;
 
-/// Biases, and the weights W of the output layer (9 of each network): what the layers below make of power-on time and input is mixed
-/// anew, and the filter stays exactly linear. Needs an output layer without feedback (R = 0), as [`ErrorModel::new`] makes it.
+/// Biases, and the weights W of the output layer (9 of each network). The output layer mixes anew
+/// what the lower layers make of power-on time and input, and the filter stays exactly linear. This
+/// needs an output layer without feedback (R = 0), which [`ErrorModel::new`] ensures.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct OutputWeights;
 
-/// Biases and all weights that a network with diagonal feedback has, 45 of each.
+/// Biases and the 45 weights that exist in each network with diagonal feedback.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct DiagonalWeights;
 
@@ -82,13 +84,13 @@ pub struct DiagonalWeights;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct AllWeights;
 
-/// First weight W of the output layer.
+/// Index of the first weight W of the output layer.
 const TOP: usize = 2 * PARAMS_PER_LAYER;
 
-/// Networks that do not run: their output is 0.
+/// Parameter sets without a network: its output is 0.
 macro_rules! without_network {
     ($name:ty, $biases:expr, $own:expr) => {
-        impl Learns for $name {
+        impl ParameterSet for $name {
             const BIASES: bool = $biases;
             const WEIGHTS: usize = 0;
             type Memory<T: Real> = ();
@@ -115,10 +117,10 @@ macro_rules! without_network {
         }
     };
 }
-without_network!(Nothing, false, 0);
+without_network!(NoParameters, false, 0);
 without_network!(Biases, true, NEURONS);
 
-impl Learns for OutputWeights {
+impl ParameterSet for OutputWeights {
     const BIASES: bool = true;
     const WEIGHTS: usize = NEURONS * NEURONS;
     type Memory<T: Real> = ();
@@ -148,10 +150,10 @@ impl Learns for OutputWeights {
     }
 }
 
-/// All weights, or those that exist with the feedback `F`.
+/// Parameter sets with all weights that exist for the given feedback.
 macro_rules! with_sensitivities {
     ($name:ty, $feedback:ty) => {
-        impl Learns for $name {
+        impl ParameterSet for $name {
             const BIASES: bool = true;
             const WEIGHTS: usize = <$feedback>::ACTIVE;
             type Memory<T: Real> = Sensitivities<T>;
@@ -194,29 +196,30 @@ macro_rules! with_sensitivities {
 with_sensitivities!(AllWeights, Full);
 with_sensitivities!(DiagonalWeights, Diagonal);
 
-/// Biases b and networks y of two triads. The parameters of a triad stand together: three biases, then its learnt weights.
+/// Biases b and networks y of two triads. The parameters of a triad are stored together: three
+/// biases, then its learnt weights.
 ///
 /// ```text
 /// e = b + y(input; weights),   J = de / d(b, weights)
 /// ```
 #[derive(Clone, Debug, PartialEq)]
-pub struct ErrorModel<L: Learns, const N: usize, H = Rational, T: Real = f32> {
+pub struct ErrorModel<L: ParameterSet, const N: usize, H = Rational, T: Real = f32> {
     nets: [Net<H, Identity, Full, T>; TRIADS],
     states: [State<T>; TRIADS],
     memories: [L::Memory<T>; TRIADS],
     bias: [[T; NEURONS]; TRIADS],
     estimate: [T; OUTPUTS],
-    /// Rows of J, without the zeros: of the triad's own parameters.
+    /// Rows of J without their zeros: only the derivatives by the triad's own parameters.
     jacobian: [L::Own<T>; OUTPUTS],
     healthy: bool,
 }
 
-impl<L: Learns, const N: usize, H: Activation, T: Real> ErrorModel<L, N, H, T> {
-    /// Parameters of one triad.
+impl<L: ParameterSet, const N: usize, H: Activation, T: Real> ErrorModel<L, N, H, T> {
+    /// Number of parameters of one triad.
     const PER_TRIAD: usize = if L::BIASES { NEURONS + L::WEIGHTS } else { 0 };
 
-    /// To be begun.
-    pub const BLANK: Self = {
+    /// All zeros. Call [`ErrorModel::init`] before use.
+    pub const ZEROED: Self = {
         assert!(N == TRIADS * Self::PER_TRIAD);
         Self {
             nets: [Net::new(
@@ -228,24 +231,24 @@ impl<L: Learns, const N: usize, H: Activation, T: Real> ErrorModel<L, N, H, T> {
                 },
             ); TRIADS],
             states: [State::new(); TRIADS],
-            memories: [const { L::Memory::<T>::BLANK }; TRIADS],
+            memories: [const { L::Memory::<T>::ZEROED }; TRIADS],
             bias: [[T::ZERO; NEURONS]; TRIADS],
             estimate: [T::ZERO; OUTPUTS],
-            jacobian: [const { L::Own::<T>::BLANK }; OUTPUTS],
+            jacobian: [const { L::Own::<T>::ZEROED }; OUTPUTS],
             healthy: false,
         }
     };
 
-    /// Starts from two networks (units of the first are rad/s, of the second m/s^2) and biases of 0. An output layer's feedback is
-    /// taken out unless it is learnt.
+    /// Starts from two networks (in rad/s and in m/s^2) and biases of 0. If only the output weights
+    /// are learnt, the feedback of the output layer is set to 0.
     pub fn new(nets: [Net<H, Identity, Full, T>; TRIADS]) -> Self {
-        let mut model = Self::BLANK;
-        model.begin(nets);
+        let mut model = Self::ZEROED;
+        model.init(nets);
         model
     }
 
-    /// [`ErrorModel::new`] where it stands.
-    pub fn begin(&mut self, nets: [Net<H, Identity, Full, T>; TRIADS]) {
+    /// As [`ErrorModel::new`], but in place.
+    pub fn init(&mut self, nets: [Net<H, Identity, Full, T>; TRIADS]) {
         let plain = |mut net: Net<H, Identity, Full, T>| {
             if L::WEIGHTS == NEURONS * NEURONS {
                 let [_, _, top] = &mut net.weights.layers;
@@ -256,14 +259,14 @@ impl<L: Learns, const N: usize, H: Activation, T: Real> ErrorModel<L, N, H, T> {
         self.nets = nets.map(plain);
         self.bias = [[T::ZERO; NEURONS]; TRIADS];
         self.healthy = true;
-        self.restart();
+        self.reset();
     }
 
-    /// The networks as at power-on; what was learnt stays.
-    pub fn restart(&mut self) {
+    /// Resets the networks to their power-on state. Learnt parameters stay.
+    pub fn reset(&mut self) {
         self.states = [State::new(); TRIADS];
-        self.memories = [const { L::Memory::<T>::BLANK }; TRIADS];
-        self.jacobian = [const { L::Own::<T>::BLANK }; OUTPUTS];
+        self.memories = [const { L::Memory::<T>::ZEROED }; TRIADS];
+        self.jacobian = [const { L::Own::<T>::ZEROED }; OUTPUTS];
         for (j, row) in self.jacobian.iter_mut().enumerate() {
             let [k, j] = [j / NEURONS, j % NEURONS];
             if L::BIASES
@@ -275,7 +278,7 @@ impl<L: Learns, const N: usize, H: Activation, T: Real> ErrorModel<L, N, H, T> {
         }
     }
 
-    /// Standard deviations in parameter order from those of the biases and of the weights.
+    /// Standard deviations in parameter order, from those of the biases and those of the weights.
     pub fn sigmas(bias: [[T; NEURONS]; TRIADS], weights: &Weights<T>) -> [T; N] {
         let mut all = [T::ZERO; N];
         if Self::PER_TRIAD == 0 {
@@ -291,7 +294,8 @@ impl<L: Learns, const N: usize, H: Activation, T: Real> ErrorModel<L, N, H, T> {
         all
     }
 
-    /// One block: its mean rate (rad/s) and specific force (m/s^2) in, the estimate for the next one out.
+    /// Steps with one block: takes its mean rate (rad/s) and specific force (m/s^2) and returns the
+    /// estimate for the next block.
     pub fn step(&mut self, inputs: [[T; NEURONS]; TRIADS]) -> [T; OUTPUTS] {
         for k in 0..TRIADS {
             let net = &self.nets[k];
@@ -310,13 +314,14 @@ impl<L: Learns, const N: usize, H: Activation, T: Real> ErrorModel<L, N, H, T> {
         self.estimate
     }
 
-    /// e of the last block: errors of the gyros (rad/s) and of the accelerometers (m/s^2).
+    /// e: the errors of the gyros (rad/s) and of the accelerometers (m/s^2), estimated in the last
+    /// step.
     #[inline]
     pub fn estimate(&self) -> &[T; OUTPUTS] {
         &self.estimate
     }
 
-    /// Row of J: derivatives of error `output` (0..6).
+    /// The row of J with the derivatives of error `output` (0..6).
     #[inline]
     pub fn jacobian(&self, output: usize) -> Row<'_, T> {
         let own = self.jacobian.get(output);
@@ -332,7 +337,8 @@ impl<L: Learns, const N: usize, H: Activation, T: Real> ErrorModel<L, N, H, T> {
         core::array::from_fn(|output| self.jacobian(output))
     }
 
-    /// theta <- theta - error. The estimate follows to first order at once and exactly at the next step.
+    /// theta <- theta - error. The estimate follows at once to first order, and exactly in the next
+    /// step.
     pub fn subtract(&mut self, error: &[T; N]) {
         for output in 0..OUTPUTS {
             self.estimate[output] -= self.jacobian(output).dot(error);
@@ -355,9 +361,8 @@ impl<L: Learns, const N: usize, H: Activation, T: Real> ErrorModel<L, N, H, T> {
         }
     }
 
-    /// The networks as they stand, the biases folded into their output layers: what a compensator runs.
-    ///
-    /// b_3 takes bias / output scale; an axis whose scale is 0 has no output to carry it.
+    /// The networks with the biases folded into their output layers, as a compensator runs them.
+    /// b_3 takes bias / output scale; an axis with an output scale of 0 cannot carry its bias.
     pub fn nets(&self) -> [Net<H, Identity, Full, T>; TRIADS] {
         let mut nets = self.nets;
         for (net, bias) in nets.iter_mut().zip(&self.bias) {
@@ -375,12 +380,12 @@ impl<L: Learns, const N: usize, H: Activation, T: Real> ErrorModel<L, N, H, T> {
         nets
     }
 
-    /// The networks' states, which belong to [`ErrorModel::nets`].
+    /// The networks' states, to be used with [`ErrorModel::nets`].
     pub fn states(&self) -> &[State<T>; TRIADS] {
         &self.states
     }
 
-    /// No network has overflowed and all is finite.
+    /// Whether no network has overflowed and every estimate is finite.
     pub fn is_healthy(&self) -> bool {
         self.healthy && crate::real::all_finite(&self.estimate)
     }

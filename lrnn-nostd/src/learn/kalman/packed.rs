@@ -1,18 +1,19 @@
-//! A symmetric matrix of which the lower triangle is kept, row after row, and what is done with it: most of what a fix costs.
+//! A symmetric matrix, stored as its lower triangle row by row, and the operations on it. They are
+//! most of the cost of a fix.
 
 use crate::real::Real;
 
-/// A row of N values of which only those from `start` on, as many as `values`, are not 0.
+/// A row of N values that is 0 outside a range.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Row<'a, T = f32> {
-    /// Index of the first value.
+    /// Index of the first value of the range.
     pub start: usize,
-    /// The values.
+    /// The values of the range.
     pub values: &'a [T],
 }
 
 impl<T: Real> Row<'_, T> {
-    /// The product with a whole vector.
+    /// Product with a vector of N values.
     #[inline]
     pub fn dot(&self, vector: &[T]) -> T {
         vector
@@ -21,69 +22,70 @@ impl<T: Real> Row<'_, T> {
     }
 }
 
-/// Changes that are held back together: those of a position, or of a velocity.
-pub const HELD: usize = 3;
-/// Parts in which they are made.
-pub const ABSORB_PARTS: usize = 2;
+/// Number of deferred updates that are applied together: those of a position, or of a velocity.
+pub const MAX_DEFERRED: usize = 3;
+/// Number of parts in which the deferred updates are applied.
+pub const DEFERRED_PARTS: usize = 2;
 
-/// Changes P -= c c' / s of a packed matrix, for columns c of N values, that are still to be made, in this order.
+/// Deferred changes P -= c c' / s of a packed matrix, for columns c of N values, in the order in
+/// which they will be applied.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Held<const N: usize, T> {
-    columns: [[T; N]; HELD],
+pub(super) struct Deferred<const N: usize, T> {
+    columns: [[T; N]; MAX_DEFERRED],
     /// -1 / s.
-    weights: [T; HELD],
+    weights: [T; MAX_DEFERRED],
     count: usize,
-    /// Parts of them that are made: 0 .. [`ABSORB_PARTS`].
-    made: usize,
+    /// Parts already applied: 0 .. [`DEFERRED_PARTS`].
+    applied_parts: usize,
 }
 
-/// The same changes are to be made; what lies behind them does not matter.
-impl<const N: usize, T: PartialEq> PartialEq for Held<N, T> {
+/// Equal when the same changes remain to be applied. Unused columns are not compared.
+impl<const N: usize, T: PartialEq> PartialEq for Deferred<N, T> {
     fn eq(&self, other: &Self) -> bool {
-        let [own, others] = [self, other].map(|held| {
-            let columns = held.columns.iter().zip(&held.weights);
-            columns.take(held.count)
+        let [own, others] = [self, other].map(|side| {
+            let columns = side.columns.iter().zip(&side.weights);
+            columns.take(side.count)
         });
-        self.made == other.made && own.eq(others)
+        self.applied_parts == other.applied_parts && own.eq(others)
     }
 }
 
-impl<const N: usize, T: Real> Held<N, T> {
-    /// Nothing.
-    pub const BLANK: Self = Self {
-        columns: [[T::ZERO; N]; HELD],
-        weights: [T::ZERO; HELD],
+impl<const N: usize, T: Real> Deferred<N, T> {
+    /// No changes.
+    pub const ZEROED: Self = Self {
+        columns: [[T::ZERO; N]; MAX_DEFERRED],
+        weights: [T::ZERO; MAX_DEFERRED],
         count: 0,
-        made: 0,
+        applied_parts: 0,
     };
 
-    /// No other can be held before these are made.
+    /// Whether these changes must be applied before another one can be added.
     #[inline]
     pub fn is_closed(&self) -> bool {
-        self.count >= HELD || self.made > 0
+        self.count >= MAX_DEFERRED || self.applied_parts > 0
     }
 
-    /// Forgets all.
+    /// Drops all changes.
     pub fn clear(&mut self) {
-        (self.count, self.made) = (0, 0);
+        (self.count, self.applied_parts) = (0, 0);
     }
 
-    /// Holds one more and shows it; `weight` is 1 / s. `None` when no other can be held.
+    /// Adds a change and returns its column; `weight` is 1 / s. `None` when no other can be added.
     #[inline]
     pub fn hold(&mut self, column: &[T; N], weight: T) -> Option<&[T; N]> {
         if self.is_closed() {
             return None;
         }
-        let held = self.columns.get_mut(self.count)?;
-        *held = *column;
+        let slot = self.columns.get_mut(self.count)?;
+        *slot = *column;
         *self.weights.get_mut(self.count)? = -weight;
         self.count += 1;
-        Some(held)
+        Some(slot)
     }
 
-    /// What the value `i` of the diagonal becomes.
+    /// The value `i` of the diagonal after the deferred changes.
     pub fn of_diagonal(&self, i: usize, value: T) -> T {
-        if i < first_row(packed(N) * self.made / ABSORB_PARTS) {
+        if i < first_row(packed(N) * self.applied_parts / DEFERRED_PARTS) {
             return value;
         }
         let changes = self.columns.iter().zip(&self.weights).take(self.count);
@@ -92,11 +94,12 @@ impl<const N: usize, T: Real> Held<N, T> {
         })
     }
 
-    /// Makes the next of [`ABSORB_PARTS`] parts of the changes in a packed matrix; the last forgets them. Whether there is more.
-    pub fn absorb(&mut self, matrix: &mut [T]) -> bool {
+    /// Applies the next of [`DEFERRED_PARTS`] parts of the changes to a packed matrix; the last
+    /// part drops them. Returns whether more parts remain.
+    pub fn apply(&mut self, matrix: &mut [T]) -> bool {
         if self.count > 0 {
-            let [begin, end] =
-                [self.made, self.made + 1].map(|part| first_row(packed(N) * part / ABSORB_PARTS));
+            let [begin, end] = [self.applied_parts, self.applied_parts + 1]
+                .map(|part| first_row(packed(N) * part / DEFERRED_PARTS));
             let rows = matrix.get_mut(packed(begin)..packed(end));
             let columns = self.columns.each_ref().map(|column| &column[..]);
             let changes = Changes {
@@ -104,28 +107,29 @@ impl<const N: usize, T: Real> Held<N, T> {
                 weights: &self.weights,
                 count: self.count,
             };
-            changes.make(rows.unwrap_or_default(), begin);
-            self.made += 1;
+            changes.apply(rows.unwrap_or_default(), begin);
+            self.applied_parts += 1;
         }
-        if self.made >= ABSORB_PARTS {
+        if self.applied_parts >= DEFERRED_PARTS {
             self.clear();
         }
         self.count > 0
     }
 }
 
-/// [`Held`] of any length, so that there is the code for one.
+/// [`Deferred`] for any length, so that the code exists only once.
 struct Changes<'a, T> {
-    columns: [&'a [T]; HELD],
-    weights: &'a [T; HELD],
+    columns: [&'a [T]; MAX_DEFERRED],
+    weights: &'a [T; MAX_DEFERRED],
     count: usize,
 }
 
 impl<T: Real> Changes<'_, T> {
-    /// Two rows and all columns at a time, each value's changes in their order; the first of the rows is row `i`.
+    /// Two rows and all columns at a time; the changes of each value keep their order. The first of
+    /// `rows` is row `i`.
     #[inline(never)]
-    fn make(&self, mut rows: &mut [T], mut i: usize) {
-        if self.count == HELD {
+    fn apply(&self, mut rows: &mut [T], mut i: usize) {
+        if self.count == MAX_DEFERRED {
             while rows.len() > 2 * (i + 1)
                 && let Some(short) = rows.split_off_mut(..i + 1)
                 && let Some(long) = rows.split_off_mut(..i + 2)
@@ -148,9 +152,9 @@ impl<T: Real> Changes<'_, T> {
         }
     }
 
-    /// -c_i / s of each column.
+    /// -c_i / s for each column.
     #[inline(always)]
-    fn factors(&self, i: usize) -> [T; HELD] {
+    fn factors(&self, i: usize) -> [T; MAX_DEFERRED] {
         core::array::from_fn(|k| {
             let c = self.columns[k].get(i);
             c.map_or(T::ZERO, |&c| self.weights[k] * c)
@@ -158,14 +162,16 @@ impl<T: Real> Changes<'_, T> {
     }
 }
 
-/// `out` = packed symmetric matrix times a row: what stands in row i at j < i counts for j, too.
+/// `out` = packed symmetric matrix times a row. The value in row i at column j < i also counts for
+/// row j.
 ///
-/// Four rows at a time, whose sums do not wait for each other. Each value adds up in the order of the columns, as row by row.
+/// It works on four rows at a time, so that their sums do not wait for each other. Each value adds
+/// up in the order of the columns, as it would row by row.
 #[inline(never)]
 pub(super) fn times<T: Real>(packed: &[T], v: Row<'_, T>, out: &mut [T]) {
     out.fill(T::ZERO);
     let mut rows = Rows::from(packed, v.start);
-    // rows that `v` has values for, but for the ends of four from the diagonal on
+    // Rows inside the range of `v`; the ends of four rows, from the diagonal on, are done apart.
     let (fours, ones) = v.values.as_chunks::<4>();
     for (m, factors) in fours.iter().enumerate() {
         let i = rows.next;
@@ -204,7 +210,7 @@ pub(super) fn times<T: Real>(packed: &[T], v: Row<'_, T>, out: &mut [T]) {
         *own += v.dot(row);
         axpy(above, factor, row);
     }
-    // rows below
+    // Rows below the range of `v`.
     let Some(below) = out.get_mut(rows.next..) else {
         return;
     };
@@ -232,7 +238,7 @@ pub(super) fn axpy<T: Real>(y: &mut [T], factor: T, x: &[T]) {
     }
 }
 
-/// The product of each row with a vector in fours and at most three values more.
+/// The product of each row with a vector, given in fours and at most three more values.
 #[inline(always)]
 pub(super) fn dot_four<T: Real>(rows: [&[T]; 4], v_fours: &[[T; 4]], v_ones: &[T]) -> [T; 4] {
     let mut sums = [T::ZERO; 4];
@@ -256,7 +262,7 @@ pub(super) fn dot_four<T: Real>(rows: [&[T]; 4], v_fours: &[[T; 4]], v_ones: &[T
     sums
 }
 
-/// y += factor x for each of four rows in turn, none shorter than y.
+/// y += factor x for each of four rows in turn; none is shorter than y.
 #[inline(always)]
 fn axpy_four<T: Real>(y: &mut [T], factors: &[T; 4], rows: &[&[T]; 4]) {
     let [a, b, c, d] = rows.map(|row| row.as_chunks::<4>().0);
@@ -280,7 +286,7 @@ fn axpy_four<T: Real>(y: &mut [T], factors: &[T; 4], rows: &[&[T]; 4]) {
     }
 }
 
-/// Each row of `y` += its factor times x.
+/// Adds to each row of `y` its factor times x.
 #[inline(always)]
 pub(super) fn axpy_rows<T: Real, const N: usize, const X: usize>(
     y: &mut [[T; N]; X],
@@ -322,7 +328,7 @@ impl<'a, T> Rows<'a, T> {
         Self { rest, next }
     }
 
-    /// As many as four rows; none where there are fewer.
+    /// The next four rows; `None` when fewer remain.
     #[inline(always)]
     fn next_four(&mut self) -> Option<[&'a [T]; 4]> {
         let i = self.next;
@@ -346,15 +352,17 @@ impl<'a, T> Iterator for Rows<'a, T> {
     }
 }
 
-/// y += factor x for each of three x in turn, of two rows y, one a value longer than the other.
+/// y += factor x for each of three x in turn, for two rows y, one a value longer than the other.
 #[inline(always)]
 fn axpy_two<T: Real>(
     short: &mut [T],
     long: &mut [T],
-    columns: [&[T]; HELD],
-    factors: [[T; HELD]; 2],
+    columns: [&[T]; MAX_DEFERRED],
+    factors: [[T; MAX_DEFERRED]; 2],
 ) {
-    let changed = |y: T, c: [T; HELD], f: &[T; HELD]| y + f[0] * c[0] + f[1] * c[1] + f[2] * c[2];
+    let changed = |y: T, c: [T; MAX_DEFERRED], f: &[T; MAX_DEFERRED]| {
+        y + f[0] * c[0] + f[1] * c[1] + f[2] * c[2]
+    };
     let [f, g] = &factors;
     let (short, short_rest) = short.as_chunks_mut::<4>();
     let Some((long, long_rest)) = long.split_at_mut_checked(4 * short.len()) else {
@@ -363,11 +371,11 @@ fn axpy_two<T: Real>(
     let (done, long) = (long.len(), long.as_chunks_mut::<4>().0);
     let [a, b, c] = columns.map(|column| column.as_chunks::<4>().0);
     for ((((y, z), a), b), c) in short.iter_mut().zip(long).zip(a).zip(b).zip(c) {
-        // a whole row first, for LLVM does not know that y and z are two
+        // One whole row first, because LLVM does not know that y and z do not overlap.
         let row = |y: [T; 4], f| core::array::from_fn(|k| changed(y[k], [a[k], b[k], c[k]], f));
         (*y, *z) = (row(*y, f), row(*z, g));
     }
-    // four values at most
+    // At most four values remain.
     let rests = columns.map(|column| tail(column, done));
     for (k, z) in long_rest.iter_mut().enumerate().take(4) {
         let column = rests.map(|rest| rest.get(k).copied().unwrap_or(T::ZERO));
@@ -388,7 +396,7 @@ fn first_row(offset: usize) -> usize {
     (0..).find(|&i| packed(i) >= offset).unwrap_or(0)
 }
 
-/// Whether every value is finite: sums of several, each 0 where all are.
+/// Whether every value is finite. Eight independent sums, each 0 if all its values are finite.
 #[inline]
 pub(super) fn finite<T: Real>(values: &[T]) -> bool {
     let (eights, ones) = values.as_chunks::<8>();

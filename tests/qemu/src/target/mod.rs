@@ -21,7 +21,7 @@ use cortex_m::peripheral::syst::SystClkSource;
 
 /// What learns; `None` when it has been handed out.
 pub fn learner() -> Option<&'static mut dyn Learner> {
-    let memory = cortex_m::singleton!(: FixMemory = FixMemory::BLANK)?;
+    let memory = cortex_m::singleton!(: FixMemory = FixMemory::ZEROED)?;
     let learner = FixLearner::new(memory, Settings::MEDIUM);
     let learner = cortex_m::singleton!(: FixLearner<'static> = learner)?;
     Some(learner)

@@ -43,13 +43,13 @@ fn times_is_the_dense_product() {
 fn held_changes_are_made_in_order() {
     let columns = [3, 4, 5].map(numbers::<N>);
     let weights = [0.7, 1.3, 0.2];
-    for count in 0..=HELD {
+    for count in 0..=MAX_DEFERRED {
         let mut matrix: [f32; SIZE] = numbers(1);
         let mut one_by_one = matrix;
-        let mut held = Held::BLANK;
+        let mut deferred = Deferred::ZEROED;
         for (column, &weight) in columns.iter().zip(&weights).take(count) {
-            assert!(!held.is_closed());
-            assert_eq!(held.hold(column, weight), Some(column));
+            assert!(!deferred.is_closed());
+            assert_eq!(deferred.hold(column, weight), Some(column));
             for i in 0..N {
                 let factor = -(weight * column[i]);
                 for j in 0..=i {
@@ -57,25 +57,25 @@ fn held_changes_are_made_in_order() {
                 }
             }
         }
-        assert_eq!(held.is_closed(), count == HELD);
-        for part in 1..=ABSORB_PARTS {
+        assert_eq!(deferred.is_closed(), count == MAX_DEFERRED);
+        for part in 1..=DEFERRED_PARTS {
             for i in 0..N {
-                let soon = held.of_diagonal(i, at(&matrix, i, i));
-                assert_eq!(soon, at(&one_by_one, i, i), "{count} held, {i}");
+                let soon = deferred.of_diagonal(i, at(&matrix, i, i));
+                assert_eq!(soon, at(&one_by_one, i, i), "{count} deferred, {i}");
             }
             let before = matrix;
-            let more = held.absorb(&mut matrix);
-            assert_eq!(before != matrix, count > 0, "{count} held, part {part}");
-            assert_eq!(more, count > 0 && part < ABSORB_PARTS);
+            let more = deferred.apply(&mut matrix);
+            assert_eq!(before != matrix, count > 0, "{count} deferred, part {part}");
+            assert_eq!(more, count > 0 && part < DEFERRED_PARTS);
             // a column that came now would not be in the part that is made
-            assert!(!more || held.hold(&columns[0], 1.0).is_none());
+            assert!(!more || deferred.hold(&columns[0], 1.0).is_none());
         }
-        assert_eq!(matrix, one_by_one, "{count} held");
-        assert_eq!(held, Held::BLANK);
+        assert_eq!(matrix, one_by_one, "{count} deferred");
+        assert_eq!(deferred, Deferred::ZEROED);
     }
-    let mut held = Held::BLANK;
-    columns.iter().for_each(|c| _ = held.hold(c, 1.0));
-    assert_eq!(held.hold(&columns[0], 1.0), None);
+    let mut deferred = Deferred::ZEROED;
+    columns.iter().for_each(|c| _ = deferred.hold(c, 1.0));
+    assert_eq!(deferred.hold(&columns[0], 1.0), None);
 }
 
 /// Every row is in exactly one part, whatever the size.
@@ -83,9 +83,9 @@ fn held_changes_are_made_in_order() {
 fn parts_cover_small_matrices() {
     fn check<const N: usize, const SIZE: usize>() {
         let mut matrix = [1.0; SIZE];
-        let mut held: Held<N, f32> = Held::BLANK;
-        held.hold(&[1.0; N], 0.25);
-        while held.absorb(&mut matrix) {}
+        let mut deferred: Deferred<N, f32> = Deferred::ZEROED;
+        deferred.hold(&[1.0; N], 0.25);
+        while deferred.apply(&mut matrix) {}
         assert_eq!(matrix, [0.75; SIZE]);
     }
     check::<0, 0>();
