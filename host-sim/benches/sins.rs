@@ -4,7 +4,6 @@ use criterion::{BatchSize, Criterion, Throughput, criterion_group, criterion_mai
 use host_sim::inertial::earth::Geodetic;
 use host_sim::inertial::sins::{Samples, Sins};
 use host_sim::simulator::truth::{DriveConfig, Truth, random_drive};
-use host_sim::twin::Twin;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use std::hint::black_box;
@@ -42,16 +41,6 @@ fn steps(c: &mut Criterion) {
             );
         });
     }
-    group.bench_function("twin", |b| {
-        b.iter_batched_ref(
-            || Twin::new(&truth.epochs[0]),
-            |twin| {
-                twin.run(black_box(&truth.words), truth.dt);
-                twin.nav()
-            },
-            BatchSize::SmallInput,
-        );
-    });
     group.finish();
 }
 

@@ -11,7 +11,5 @@ pub mod inertial;
 pub mod learning;
 pub mod output;
 pub mod recordings;
-pub mod reference;
 pub mod report;
 pub mod simulator;
-pub mod twin;

@@ -11,7 +11,7 @@ use crate::inertial::ekf::{
 use crate::inertial::gnss::Fix;
 use crate::inertial::session::{EPOCH_S, Session};
 use crate::inertial::sins::{Increment, NavState, Samples};
-use crate::inertial::units::{DEG_PER_SQRT_H, UG_PER_SQRT_HZ};
+use crate::inertial::units::{ARCSEC, DEG_PER_H, DEG_PER_SQRT_H, PPM, UG, UG_PER_SQRT_HZ};
 use crate::simulator::imu::ImuSpec;
 use nalgebra::{SMatrix, Vector3};
 
@@ -53,7 +53,7 @@ impl Assumptions {
             accel: spec.accel.velocity_random_walk_ugpsqrthz * UG_PER_SQRT_HZ,
         };
         Self {
-            prior: Prior::of(spec),
+            prior: prior(spec),
             noise,
         }
     }
@@ -69,6 +69,43 @@ impl Assumptions {
             velocity: sigmas[3],
             position: sigmas[0],
         }
+    }
+}
+
+/// No sensor is believed to be better than this: a filter needs something to estimate.
+const LEAST_DPH: f64 = 1e-5;
+const LEAST_UG: f64 = 1e-2;
+
+/// What a datasheet lets one expect.
+fn prior(spec: &ImuSpec) -> Prior {
+    let (g, a) = (&spec.gyro, &spec.accel);
+    let root = |x: &[f64]| x.iter().map(|v| v * v).sum::<f64>().sqrt();
+    Prior {
+        gyro_bias: root(&[
+            g.bias_unit_dph,
+            g.bias_turn_on_dph,
+            g.bias_drift_dph,
+            g.warm_up_dph,
+        ])
+        .max(LEAST_DPH)
+            * DEG_PER_H,
+        accel_bias: root(&[
+            a.bias_unit_ug,
+            a.bias_turn_on_ug,
+            a.bias_drift_ug,
+            a.warm_up_ug,
+        ])
+        .max(LEAST_UG)
+            * UG,
+        walk_per_hour: 0.5,
+        scale: [
+            g.scale_ppm.hypot(g.scale_asymmetry_ppm) * PPM,
+            a.scale_ppm.hypot(a.scale_asymmetry_ppm) * PPM,
+        ],
+        misalignment: [
+            g.misalignment_arcsec * ARCSEC,
+            a.misalignment_arcsec * ARCSEC,
+        ],
     }
 }
 

@@ -13,8 +13,9 @@ pub use bound::{Noises, acceleration_sigma, bound, noises};
 pub use reached::{SCHEMES, Scheme, Unit, unit};
 
 use crate::experiment::scenario::Scenario;
-use crate::inertial::ekf::{ErrorModel, InitialSigma, Prior, Triad};
+use crate::inertial::ekf::{ErrorModel, InitialSigma, Triad};
 use crate::inertial::units::{ARCSEC, DEG, DEG_PER_H, PPM, UG};
+use crate::learning::teacher::Assumptions;
 use crate::simulator::gnss::GnssSpec;
 use crate::simulator::imu::{ErrorModelName, ImuSpec};
 use crate::simulator::session::SessionConfig;
@@ -84,7 +85,7 @@ pub fn constants_only(imu: &ImuSpec) -> ImuSpec {
 /// The 24 constants with the datasheet's standard deviations, in the order bias of the six sensors, then rows of three.
 #[must_use]
 pub fn model(imu: &ImuSpec) -> ErrorModel {
-    let mut model = ErrorModel::with_matrices(&Prior::of(imu));
+    let mut model = ErrorModel::with_matrices(&Assumptions::of(imu).prior);
     model.parameters.iter_mut().for_each(|p| p.walk = 0.0);
     model
 }

@@ -7,8 +7,6 @@
 
 mod alignment;
 mod covariance;
-#[cfg(test)]
-mod device;
 mod dynamics;
 mod linearised;
 mod model;
@@ -251,8 +249,3 @@ pub fn displaced(nav: &NavState, e: &DVector<f64>) -> NavState {
         q_bn,
     }
 }
-
-#[cfg(test)]
-mod consistency_tests;
-#[cfg(test)]
-mod tests;

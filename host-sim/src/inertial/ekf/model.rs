@@ -2,7 +2,6 @@
 
 use crate::inertial::rotation::skew;
 use crate::inertial::session::{EPOCH_S, Surroundings};
-use crate::inertial::units::{ARCSEC, PPM};
 use nalgebra::{DVector, Vector3};
 use std::sync::Arc;
 
@@ -124,46 +123,6 @@ pub struct Prior {
     pub scale: [f64; 2],
     /// Misalignment, rad, gyros then accelerometers.
     pub misalignment: [f64; 2],
-}
-
-/// No sensor is believed to be better than this: a filter needs something to estimate.
-const LEAST_DPH: f64 = 1e-5;
-const LEAST_UG: f64 = 1e-2;
-
-impl Prior {
-    /// What a datasheet lets one expect.
-    #[must_use]
-    pub fn of(spec: &crate::simulator::imu::ImuSpec) -> Self {
-        let (g, a) = (&spec.gyro, &spec.accel);
-        let root = |x: &[f64]| x.iter().map(|v| v * v).sum::<f64>().sqrt();
-        Self {
-            gyro_bias: root(&[
-                g.bias_unit_dph,
-                g.bias_turn_on_dph,
-                g.bias_drift_dph,
-                g.warm_up_dph,
-            ])
-            .max(LEAST_DPH)
-                * crate::inertial::units::DEG_PER_H,
-            accel_bias: root(&[
-                a.bias_unit_ug,
-                a.bias_turn_on_ug,
-                a.bias_drift_ug,
-                a.warm_up_ug,
-            ])
-            .max(LEAST_UG)
-                * crate::inertial::units::UG,
-            walk_per_hour: 0.5,
-            scale: [
-                g.scale_ppm.hypot(g.scale_asymmetry_ppm) * PPM,
-                a.scale_ppm.hypot(a.scale_asymmetry_ppm) * PPM,
-            ],
-            misalignment: [
-                g.misalignment_arcsec * ARCSEC,
-                a.misalignment_arcsec * ARCSEC,
-            ],
-        }
-    }
 }
 
 impl ErrorModel {

@@ -113,7 +113,7 @@ impl Sins {
     }
 
     /// True once the track has come closer to a pole than [`MAX_LATITUDE`]. North and east lose their meaning there and the solution
-    /// is not to be used from then on; it stays free of panics but may not stay finite. [`crate::twin::Twin`] has no such limit.
+    /// is not to be used from then on; it stays free of panics but may not stay finite.
     #[must_use]
     pub fn near_pole(&self) -> bool {
         self.polar
@@ -130,6 +130,3 @@ impl Sins {
 fn outside(lat: f64) -> bool {
     lat.is_nan() || lat.abs() > MAX_LATITUDE
 }
-
-#[cfg(test)]
-mod tests;

@@ -1,8 +1,10 @@
 use super::twin::Twin;
 use super::*;
-use crate::experiment::scenario::Scenario;
+use crate::inertial::earth::Geodetic;
 use crate::inertial::ekf::ErrorModel;
-use crate::simulator::imu::ErrorModelName;
+use crate::inertial::units::DEG;
+use crate::simulator::gnss::GnssSpec;
+use crate::simulator::imu::{ErrorModelName, ImuSpec};
 use crate::simulator::session::{SessionConfig, simulate};
 use firmware::learn::bank::{HYPOTHESES, NOTHING};
 use firmware::learn::prior::{All, weights};
@@ -15,19 +17,22 @@ use rand_chacha::ChaCha8Rng;
 
 /// A short session: 100 s standstill, 200 s of driving.
 fn session(model: ErrorModelName, seed: u64) -> (Session, Assumptions) {
-    let scenario = Scenario::default();
-    let mut imu = scenario.imu_spec().unwrap();
+    let mut imu = ImuSpec::preset("medium").unwrap();
     imu.rate_hz = 50;
     let spec = imu.error_model(model);
     let config = SessionConfig {
         imu: &spec,
-        gnss: &scenario.gnss,
-        start: scenario.start(),
+        gnss: &GnssSpec::default(),
+        start: Geodetic {
+            lat: 28.2 * DEG,
+            lon: 112.9 * DEG,
+            h: 60.0,
+        },
         heading: 1.0,
         standstill_s: 150.0,
         drive_s: 250.0,
         segments: None,
-        vibration: scenario.vibration,
+        vibration: 1.0,
         unit: seed,
         turn_on: seed,
         drive: seed,

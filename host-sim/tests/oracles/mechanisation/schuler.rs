@@ -1,7 +1,7 @@
 //! A body at rest with one error: the classical answers of a free-inertial navigator.
 
 use super::*;
-use crate::inertial::earth::OMEGA_IE;
+use host_sim::inertial::earth::OMEGA_IE;
 use std::f64::consts::TAU;
 
 /// Latitude in rad at which the meridian radius of curvature is 6371 km, the radius of the yardsticks.

@@ -1,7 +1,7 @@
 //! Classical coning and sculling: drift as theory has it, for each number of samples.
 
 use super::*;
-use crate::inertial::rotation::from_euler;
+use host_sim::inertial::rotation::from_euler;
 use std::f64::consts::TAU;
 
 const HOME: Geodetic = Geodetic {

@@ -3,14 +3,16 @@
 //! stretches. Unit, turn-on, heading, road, fixes and first velocity are drawn from what the filter assumes: each classical filter has an
 //! IMU that errs as its model says, the oracle the simulator's groups of errors.
 
-use super::*;
-use crate::campaign::oracle;
-use crate::inertial::earth::Geodetic;
-use crate::inertial::session::Session;
-use crate::learning::teacher::{Assumptions, aligned};
-use crate::simulator::gnss::GnssSpec;
-use crate::simulator::imu::{ErrorModelName, ImuSpec};
-use crate::simulator::session::{SessionConfig, simulate};
+use host_sim::campaign::oracle;
+use host_sim::inertial::earth::Geodetic;
+use host_sim::inertial::ekf::{Aided, ErrorModel, NAV};
+use host_sim::inertial::session::Session;
+use host_sim::inertial::sins::{Increment, NavState};
+use host_sim::learning::teacher::{Aligned, Assumptions, aligned};
+use host_sim::simulator::gnss::GnssSpec;
+use host_sim::simulator::imu::{ErrorModelName, ImuSpec};
+use host_sim::simulator::session::{SessionConfig, simulate};
+use nalgebra::{DMatrix, DVector, Vector3};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
@@ -103,15 +105,17 @@ fn run(subject: &Subject, number: u64) -> Squares {
     let mut assumptions = Assumptions::of(&subject.imu);
     assumptions.noise.gyro *= subject.noise;
     assumptions.noise.accel *= subject.noise;
-    let aligned = aligned(&session, &words).unwrap();
-    let mut filter = aligned.filter((subject.model)(&subject.imu, &session), &assumptions);
+    let mut aligned = aligned(&session, &words).unwrap();
+    let filter =
+        |aligned: &Aligned| aligned.filter((subject.model)(&subject.imu, &session), &assumptions);
     // the simulated vehicle stands stiller than the filter assumes
+    let p = filter(&aligned).p;
     for i in 3..6 {
         let z: f64 = StandardNormal.sample(&mut rng);
-        filter.sins.nav.velocity[i - 3] =
-            session.reference[aligned.first].velocity[i - 3] + z * filter.p[(i, i)].sqrt();
+        aligned.nav.velocity[i - 3] =
+            session.reference[aligned.first].velocity[i - 3] + z * p[(i, i)].sqrt();
     }
-    filter.start = filter.sins.nav;
+    let mut filter = filter(&aligned);
     let mut out = Squares::default();
     let n = session.steps_per_epoch();
     assert_eq!(aligned.first, EPOCHS[0]);
@@ -195,7 +199,7 @@ fn walking(name: &'static str, model: fn(&ImuSpec, &Session) -> ErrorModel) -> S
     let (gyro, accel) = (preset.gyro.bias_unit_dph, preset.accel.bias_unit_ug);
     let imu = &mut subject.imu;
     (imu.gyro.bias_unit_dph, imu.accel.bias_unit_ug) = (gyro, accel);
-    let walk = Prior::of(imu).walk_per_hour;
+    let walk = Assumptions::of(imu).prior.walk_per_hour;
     imu.gyro.rate_random_walk_dphpsqrth = walk * gyro;
     imu.accel.acceleration_random_walk_ugpsqrth = walk * accel;
     Subject {
@@ -208,20 +212,24 @@ fn walking(name: &'static str, model: fn(&ImuSpec, &Session) -> ErrorModel) -> S
 #[test]
 fn ekf6_is_consistent_on_walking_biases() {
     consistent(&walking("ekf6", |imu, _| {
-        ErrorModel::biases(&Prior::of(imu))
+        ErrorModel::biases(&Assumptions::of(imu).prior)
     }));
 }
 
 #[test]
 fn ekf12_is_consistent_with_scale_factors_too() {
-    let mut subject = walking("ekf12", |imu, _| ErrorModel::with_scale(&Prior::of(imu)));
+    let mut subject = walking("ekf12", |imu, _| {
+        ErrorModel::with_scale(&Assumptions::of(imu).prior)
+    });
     (subject.imu.gyro.scale_ppm, subject.imu.accel.scale_ppm) = (300.0, 300.0);
     consistent(&subject);
 }
 
 #[test]
 fn ekf24_is_consistent_with_matrices_too() {
-    let mut subject = walking("ekf24", |imu, _| ErrorModel::with_matrices(&Prior::of(imu)));
+    let mut subject = walking("ekf24", |imu, _| {
+        ErrorModel::with_matrices(&Assumptions::of(imu).prior)
+    });
     let (gyro, accel) = (&mut subject.imu.gyro, &mut subject.imu.accel);
     (gyro.scale_ppm, accel.scale_ppm) = (300.0, 300.0);
     (gyro.misalignment_arcsec, accel.misalignment_arcsec) = (60.0, 60.0);
@@ -230,8 +238,10 @@ fn ekf24_is_consistent_with_matrices_too() {
 
 #[test]
 fn ekf_ramp_is_consistent_with_ramps_too() {
-    let mut subject = walking("ekf-ramp", |imu, _| ErrorModel::with_ramps(&Prior::of(imu)));
-    let prior = Prior::of(&subject.imu);
+    let mut subject = walking("ekf-ramp", |imu, _| {
+        ErrorModel::with_ramps(&Assumptions::of(imu).prior)
+    });
+    let prior = Assumptions::of(&subject.imu).prior;
     subject.ramps = [prior.gyro_bias, prior.accel_bias];
     consistent(&subject);
 }

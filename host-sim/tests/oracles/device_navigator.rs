@@ -1,14 +1,14 @@
 //! The device's navigator (`firmware::nav`) against the desktop's f64 one, over the same counts.
 
-use super::{Block, Linearised, Noise, Prior};
-use crate::inertial::counts::quantise;
-use crate::inertial::earth::Geodetic;
-use crate::inertial::sins::{Increment, NavState, Sins};
-use crate::inertial::units::{ARCSEC, DEG_PER_H, UG};
-use crate::simulator::truth::{DriveConfig, Truth, random_drive};
 use firmware::fix::Position;
 use firmware::nav::{self, Navigator, State, Transition};
 use firmware::sample::{Counts, Lsb};
+use host_sim::inertial::counts::quantise;
+use host_sim::inertial::earth::Geodetic;
+use host_sim::inertial::ekf::{Block, Linearised, Noise, Prior};
+use host_sim::inertial::sins::{Increment, NavState, Sins};
+use host_sim::inertial::units::{ARCSEC, DEG_PER_H, UG};
+use host_sim::simulator::truth::{DriveConfig, Truth, random_drive};
 use nalgebra::{UnitQuaternion, Vector3};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;

@@ -2,9 +2,9 @@
 
 use super::coning::{coning_drift, still};
 use super::*;
-use crate::inertial::earth::OMEGA_IE;
-use crate::inertial::rotation::from_euler;
-use crate::twin::{GravityModel, Twin, ecef, geodetic, gravity, ned_to_ecef};
+use crate::ecef::{GravityModel, Twin, ecef, geodetic, gravity, ned_to_ecef};
+use host_sim::inertial::earth::OMEGA_IE;
+use host_sim::inertial::rotation::from_euler;
 use std::f64::consts::{FRAC_PI_2, TAU};
 
 const HOME: Geodetic = Geodetic {

@@ -1,8 +1,10 @@
-use super::*;
-use crate::inertial::earth::Geodetic;
-use crate::inertial::units::{DEG_PER_H, UG};
-use crate::simulator::gnss::GnssSpec;
-use crate::simulator::truth::{DriveConfig, Truth, random_drive};
+use host_sim::inertial::earth::Geodetic;
+use host_sim::inertial::ekf::{Aided, ErrorModel, InitialSigma, NAV, Noise, Prior, Record, smooth};
+use host_sim::inertial::sins::{Increment, NavState};
+use host_sim::inertial::units::{DEG_PER_H, UG};
+use host_sim::simulator::gnss::GnssSpec;
+use host_sim::simulator::truth::{DriveConfig, Truth, random_drive};
+use nalgebra::{DMatrix, DVector, Vector3};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 

@@ -1,4 +1,4 @@
-//! A second strapdown navigator, to check the first ([`crate::inertial::sins`]): it shares with it the WGS-84 constants and no formula.
+//! A second strapdown navigator, to check the first ([`host_sim::inertial::sins`]): it shares with it the WGS-84 constants and no formula.
 //!
 //! Earth-centred Earth-fixed axes instead of north-east-down (Groves 2013, sec. 5.3), so no transport rate, no radii of
 //! curvature and no singularity at the poles; normal gravity in closed form from GM instead of Somigliana's formula; and instead of
@@ -9,10 +9,10 @@
 //! dq/dt = 1/2 (q omega_b - omega_e q)     dv/dt = q f q* + g(r) - 2 omega_e x v     dr/dt = v
 //! ```
 //!
-//! It lags one word behind its input and costs several times more than [`crate::inertial::sins::Sins::step`].
+//! It lags one word behind its input and costs several times more than [`host_sim::inertial::sins::Sins::step`].
 
-use crate::inertial::earth::{A, E2, F, Geodetic, OMEGA_IE};
-use crate::inertial::sins::{Increment, NavState};
+use host_sim::inertial::earth::{A, E2, F, Geodetic, OMEGA_IE};
+use host_sim::inertial::sins::{Increment, NavState};
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 use std::f64::consts::FRAC_PI_2;
 
@@ -22,7 +22,7 @@ const GM: f64 = 3.986_004_418e14;
 /// Direction of gravity above the ellipsoid.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum GravityModel {
-    /// Along the ellipsoid's normal, as [`crate::inertial::earth::Local`] and the simulated truth have it.
+    /// Along the ellipsoid's normal, as [`host_sim::inertial::earth::Local`] and the simulated truth have it.
     #[default]
     AlongNormal,
     /// The gradient of the normal potential: plumb lines curve, 8e-9 m/s2 per metre of height at 45 deg, towards the equator.
@@ -223,12 +223,11 @@ pub fn gravity(r: &Vector3<f64>, model: GravityModel) -> Vector3<f64> {
     }
 }
 
-#[cfg(test)]
 mod tests {
     use super::*;
-    use crate::inertial::earth::Local;
-    use crate::inertial::sins::{Samples, Sins};
-    use crate::simulator::truth::{DriveConfig, Truth, random_drive};
+    use host_sim::inertial::earth::Local;
+    use host_sim::inertial::sins::{Samples, Sins};
+    use host_sim::simulator::truth::{DriveConfig, Truth, random_drive};
     use rand::SeedableRng;
     use rand_chacha::ChaCha8Rng;
 

@@ -4,8 +4,11 @@ mod coning;
 mod schuler;
 mod stress;
 
-use super::*;
+use host_sim::inertial::earth::{Geodetic, Local};
+use host_sim::inertial::rotation::from_rotvec;
+use host_sim::inertial::sins::{HeightLoop, Increment, NavState, Samples, Sins};
 use nalgebra::SVector;
+use nalgebra::{UnitQuaternion, Vector3};
 
 /// A quantity and its rate at a time in s.
 type OfTime<T> = dyn Fn(f64) -> (T, Vector3<f64>);

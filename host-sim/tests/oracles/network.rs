@@ -109,7 +109,6 @@ impl Network {
     }
 }
 
-#[cfg(test)]
 mod tests {
     // matrix elements are written with their indices, as in the equations
     #![allow(clippy::needless_range_loop)]

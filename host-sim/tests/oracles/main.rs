@@ -1,0 +1,9 @@
+//! Independent implementations and closed forms, and what is held against them: the navigator, the aided filters, the device's
+//! navigator, the network's gradient.
+
+mod consistency;
+mod device_navigator;
+mod ecef;
+mod filter;
+mod mechanisation;
+mod network;
