@@ -1,10 +1,11 @@
 //! `host-sim allan`.
 
 use crate::analysis::allan::columns::{Choice, load};
-use crate::analysis::allan::output::{Findings, configured, dither_note};
+use crate::analysis::allan::findings::{Findings, configured, dither_note};
 use crate::analysis::allan::{Series, analyse, at_rest};
 use crate::error::Error;
 use crate::output::write_atomic;
+use crate::report;
 use crate::simulator::imu::{ErrorModelName, ImuSpec, PRESETS};
 use clap::Args as ClapArgs;
 use rayon::prelude::*;
@@ -92,7 +93,7 @@ impl Args {
         let page = self
             .out
             .as_deref()
-            .map(|dir| findings.write(dir))
+            .map(|dir| report::allan::write(&findings, dir))
             .transpose()?;
         if let Some(file) = &self.json {
             write_atomic(file, json.as_bytes())?;
@@ -100,7 +101,7 @@ impl Args {
         println!(
             "Allan deviation of {}\n\n{}",
             findings.source,
-            findings.table()
+            report::allan::table(&findings)
         );
         findings.notes.iter().for_each(|note| println!("- {note}"));
         if let Some(page) = page {

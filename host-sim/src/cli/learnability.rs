@@ -75,7 +75,7 @@ impl Args {
         bar.tick();
         let answer = answer(&question, &|| bar.inc(1));
         bar.finish_and_clear();
-        let table = answer.table()?;
+        let table = bounds::table(&answer)?;
         let arguments: Vec<String> = std::env::args().skip(1).collect();
         let head = Head {
             title: format!(

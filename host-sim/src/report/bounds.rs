@@ -9,6 +9,7 @@ use crate::analysis::learnability::{Answer, SCHEMES, quantity};
 use crate::error::Error;
 use crate::inertial::units::MIN;
 use crate::report::outcomes::Head;
+use comfy_table::{Table, presets};
 use maud::{PreEscaped, html};
 use plotters::prelude::{DrawingBackend, SVGBackend};
 use std::path::{Path, PathBuf};
@@ -154,4 +155,65 @@ fn over_axes(rows: &[Vec<f64>], quantities: &[usize], si: f64) -> Vec<f64> {
         (squares / quantities.len() as f64).sqrt()
     };
     rows.iter().map(mean).collect()
+}
+
+/// The bounds against time, and what was reached at the end, as text.
+///
+/// # Errors
+/// [`Error::BadResult`] for a bound that is not finite.
+pub fn table(answer: &Answer) -> Result<String, Error> {
+    let lines = answer.lines();
+    if let Some(bad) = lines.iter().find(|l| !l.bound.is_finite()) {
+        return Err(Error::BadResult {
+            item: bad.quantity.clone(),
+            field: "bound",
+            problem: "is not finite".into(),
+        });
+    }
+    let times = answer.times_s.iter().map(|t| format!("{} min", t / 60));
+    let head = ["bound of", "unit", "before"].map(String::from);
+    let mut bounds = new_table(head.into_iter().chain(times));
+    let head = ["rms error at the end", "unit", "bound"].map(String::from);
+    let mut ends = new_table(
+        head.into_iter()
+            .chain(SCHEMES.map(|(name, _)| name.to_owned())),
+    );
+    for of in lines.chunks(answer.times_s.len()) {
+        let Some(end) = of.last() else { continue };
+        let start = [end.quantity.clone(), end.unit.to_owned()];
+        let prior = end.prior.map_or("-".to_owned(), figures);
+        let cells = of.iter().map(|l| figures(l.bound));
+        bounds.add_row(start.clone().into_iter().chain([prior]).chain(cells));
+        let cell = |(name, _): &(&str, _)| {
+            let hit = end.reached.iter().find(|r| r.scheme == *name);
+            hit.map_or("-".to_owned(), |r| figures(r.rms))
+        };
+        let bound = [figures(end.bound)];
+        ends.add_row(
+            start
+                .into_iter()
+                .chain(bound)
+                .chain(SCHEMES.iter().map(cell)),
+        );
+    }
+    Ok(match answer.units {
+        0 => bounds.to_string(),
+        n => format!("{bounds}\n\n{n} simulated units:\n\n{ends}"),
+    })
+}
+
+fn new_table(head: impl Iterator<Item = String>) -> Table {
+    let mut table = Table::new();
+    table.load_preset(presets::ASCII_MARKDOWN);
+    table.set_header(head);
+    table
+}
+
+/// Three figures.
+fn figures(x: f64) -> String {
+    let digits = match x.abs() {
+        a if a > 0.0 => (2 - a.log10().floor() as i32).clamp(0, 9) as usize,
+        _ => 0,
+    };
+    format!("{x:.digits$}")
 }

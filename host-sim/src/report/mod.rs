@@ -2,6 +2,8 @@
 //!
 //! Entry points: [`table::table`], [`json::json`], [`page::write`]; [`outcomes::write`] for replays.
 
+pub mod allan;
+mod allan_plot;
 mod axes;
 pub mod bounds;
 mod canvas;

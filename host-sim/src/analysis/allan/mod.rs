@@ -1,14 +1,13 @@
 //! Allan deviation of recorded or simulated sensors, and the noise coefficients it shows (IEEE 647 and 952, annex C).
 //!
-//! The way: [`columns`] a file into [`Series`] of increments, [`analyse`] each, show them as text, JSON or page ([`output`]).
+//! The way: [`columns`] a file into [`Series`] of increments, [`analyse`] each, gather the [`findings`]; `report::allan` shows them.
 //! [`deviation`] is the estimate, [`covariance`] how sure it is, [`fit`] the coefficients with their intervals.
 
 pub mod columns;
 pub mod covariance;
 pub mod deviation;
+pub mod findings;
 pub mod fit;
-pub mod output;
-mod plot;
 
 pub use fit::{Analysis, Coefficient, analyse};
 

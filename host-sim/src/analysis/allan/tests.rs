@@ -105,7 +105,7 @@ fn noisy_imu() -> ImuSpec {
 #[test]
 fn the_simulator_gets_its_coefficients_back() {
     let spec = noisy_imu();
-    let configured = output::configured(&spec);
+    let configured = findings::configured(&spec);
     let found: Vec<Analysis> = at_rest(&spec, 7200, 3).iter().filter_map(analyse).collect();
     assert_eq!(found.len(), 6);
     let mut misses = 0;
@@ -153,7 +153,7 @@ fn a_gauss_markov_drift_is_a_random_walk_at_short_times() {
     let mut spec = noisy_imu();
     spec.accel.acceleration_random_walk_ugpsqrth = 0.0;
     (spec.accel.bias_drift_ug, spec.accel.bias_drift_time_s) = (500.0, 20_000.0);
-    let want = output::configured(&spec)[1][3].unwrap();
+    let want = findings::configured(&spec)[1][3].unwrap();
     assert!((want - 300.0).abs() < 1e-9);
     for series in &at_rest(&spec, 7200, 5)[3..] {
         let k = &analyse(series).unwrap().coefficients[3];

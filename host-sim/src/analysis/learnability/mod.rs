@@ -6,10 +6,11 @@
 //! wanders, warms up or bends ([`constants_only`]); `reached` says what the learning schemes make of them.
 
 mod bound;
-pub mod output;
+mod lines;
 mod reached;
 
 pub use bound::{Noises, acceleration_sigma, bound, noises};
+pub use lines::{Line, Reached};
 pub use reached::{SCHEMES, Scheme, Unit, unit};
 
 use crate::experiment::scenario::Scenario;

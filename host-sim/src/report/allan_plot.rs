@@ -2,7 +2,7 @@
 //!
 //! Drawn by plotters' own charts: the axes of the report have no logarithmic abscissa.
 
-use super::Analysis;
+use crate::analysis::allan::fit::{Analysis, Deviation};
 use crate::error::Error;
 use plotters::coord::Shift;
 use plotters::prelude::*;
@@ -93,10 +93,8 @@ fn draw<DB: DrawingBackend>(
     area.fill(&WHITE)?;
     let pixels = |css: u32| css * scale;
     let points = || analyses.iter().flat_map(|analysis| &analysis.curve);
-    let least = |value: fn(&super::fit::Deviation) -> f64| {
-        points().map(value).fold(f64::INFINITY, f64::min)
-    };
-    let most = |value: fn(&super::fit::Deviation) -> f64| points().map(value).fold(0.0, f64::max);
+    let least = |value: fn(&Deviation) -> f64| points().map(value).fold(f64::INFINITY, f64::min);
+    let most = |value: fn(&Deviation) -> f64| points().map(value).fold(0.0, f64::max);
     let times = least(|p| p.tau_s) / 1.3..most(|p| p.tau_s) * 1.3;
     let deviations = least(|p| p.low) / 1.5..most(|p| p.high) * 1.5;
     let unit = analyses.first().map_or("", |analysis| analysis.unit);
@@ -175,7 +173,7 @@ fn number(value: f64) -> String {
 fn register() {
     static ONCE: std::sync::Once = std::sync::Once::new();
     ONCE.call_once(|| {
-        let font = include_bytes!("../../../assets/DejaVuSans-subset.ttf");
+        let font = include_bytes!("../../assets/DejaVuSans-subset.ttf");
         // it fails only for a file that is no font; the tests draw with it
         let _ = register_font("sans-serif", FontStyle::Normal, font);
     });

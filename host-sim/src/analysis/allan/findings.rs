@@ -1,0 +1,150 @@
+//! All that an Allan analysis found, with what the reader must know of it, and as JSON.
+
+use super::Analysis;
+use super::fit::POOR_FIT;
+use crate::error::Error;
+use crate::simulator::imu::ImuSpec;
+use serde::Serialize;
+
+/// All that a run found; its serialised form is the `--json` format.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Findings {
+    /// File or preset.
+    pub source: String,
+    /// One a column.
+    pub analyses: Vec<Analysis>,
+    /// Q, N, B, K, R that the simulator was given, gyros and accelerometers, in the units of the coefficients; `None` for recordings.
+    pub configured: Option<[[Option<f64>; 5]; 2]>,
+    /// What the reader must know.
+    pub notes: Vec<String>,
+}
+
+/// What a spec says of the five noises, in the units of the coefficients. Its Gauss-Markov drift of sigma and T is, well below T, a
+/// random walk of `K = sigma sqrt(2 / T)`; what stripping leaves of the dither is a line ([`dither_note`]); B and R it does not have.
+#[must_use]
+pub fn configured(spec: &ImuSpec) -> [[Option<f64>; 5]; 2] {
+    let (g, a) = (&spec.gyro, &spec.accel);
+    let lsb = crate::simulator::imu::Imu::lsb(spec);
+    let root_12 = 12.0_f64.sqrt(); // white rounding error of a pulse
+    let drift = |sigma: f64, time_s: f64| sigma * (2.0 * 3600.0 / time_s).sqrt();
+    let (drift_g, drift_a) = (
+        drift(g.bias_drift_dph, g.bias_drift_time_s),
+        drift(a.bias_drift_ug, a.bias_drift_time_s),
+    );
+    [
+        [
+            Some(g.pulse_arcsec / root_12),
+            Some(g.total_angle_random_walk_dpsqrth()),
+            None,
+            Some(g.rate_random_walk_dphpsqrth.hypot(drift_g)),
+            None,
+        ],
+        [
+            Some(lsb.mps / root_12),
+            Some(a.velocity_random_walk_ugpsqrthz),
+            None,
+            Some(a.acceleration_random_walk_ugpsqrth.hypot(drift_a)),
+            None,
+        ],
+    ]
+}
+
+/// What the five noises of a simulated gyro do not say.
+#[must_use]
+pub fn dither_note(spec: &ImuSpec) -> Option<String> {
+    let dither = &spec.gyro.dither;
+    (dither.strip_residual_arcsec > 0.0).then(|| {
+        format!(
+            "the gyros' angle also holds what stripping leaves of their dither, {} arcsec at about {} Hz: a line, which is found as a part \
+             of Q, N or the misfit",
+            dither.strip_residual_arcsec, dither.frequency_hz
+        )
+    })
+}
+
+impl Findings {
+    /// Adds a note for every column whose curve is not the five noises.
+    pub fn note_misfits(&mut self) {
+        let poor = self
+            .analyses
+            .iter()
+            .filter(|analysis| analysis.misfit > POOR_FIT);
+        self.notes.extend(poor.map(|analysis| {
+            format!(
+                "{}: the curve departs by {:.0} % from the sum of the five noises: sway, vibration, temperature, or pulses so coarse \
+                 that their rounding is no noise; the intervals of its coefficients allow for that",
+                analysis.column,
+                100.0 * analysis.misfit
+            )
+        }));
+    }
+
+    /// JSON text with a final line break.
+    ///
+    /// # Errors
+    /// [`Error::BadResult`] for a number that JSON cannot hold.
+    pub fn json(&self) -> Result<String, Error> {
+        let bad = |item: &str, problem: String| Error::BadResult {
+            item: item.to_owned(),
+            field: "coefficients",
+            problem,
+        };
+        for analysis in &self.analyses {
+            if analysis
+                .coefficients
+                .iter()
+                .any(|c| !(c.value.is_finite() && c.high.is_finite()))
+            {
+                return Err(bad(&analysis.column, "are not finite".to_owned()));
+            }
+        }
+        serde_json::to_string_pretty(self)
+            .map(|text| text + "\n")
+            .map_err(|error| bad(&self.source, error.to_string()))
+    }
+}
+
+#[cfg(test)]
+pub(crate) mod tests {
+    use super::super::{analyse, at_rest};
+    use super::*;
+
+    /// Findings of a minute of a simulated IMU.
+    pub(crate) fn findings() -> Findings {
+        let spec = ImuSpec::preset("tactical").unwrap();
+        let series = at_rest(&spec, 60, 1);
+        Findings {
+            source: "a < b".into(),
+            analyses: series.iter().filter_map(analyse).collect(),
+            configured: Some(configured(&spec)),
+            notes: vec!["note".into()],
+        }
+    }
+
+    #[test]
+    fn the_json_holds_curves_and_coefficients() {
+        let findings = findings();
+        let json: serde_json::Value = serde_json::from_str(&findings.json().unwrap()).unwrap();
+        let first = &json["analyses"][0];
+        assert_eq!(first["column"], "dtheta_x_rad");
+        assert_eq!(first["kind"], "gyro");
+        let n = &first["coefficients"][1];
+        assert_eq!(
+            (&n["symbol"], &n["unit"]),
+            (&"N".into(), &"deg/sqrt(h)".into())
+        );
+        assert_eq!(
+            n["value"].as_f64(),
+            Some(findings.analyses[0].coefficients[1].value)
+        );
+        assert!(first["curve"].as_array().unwrap().len() > 20);
+        let mut bad = findings;
+        bad.analyses[0].coefficients[2].high = f64::NAN;
+        assert!(
+            bad.json()
+                .unwrap_err()
+                .to_string()
+                .contains("'dtheta_x_rad'")
+        );
+    }
+}
