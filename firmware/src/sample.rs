@@ -120,12 +120,12 @@ pub struct StreamScale {
     /// Time between samples, s.
     pub period_s: f64,
     /// Samples in a block.
-    pub block_words: u16,
+    pub block_samples: u16,
 }
 
 impl StreamScale {
     /// Time of a block, s.
     pub fn block_s(&self) -> f32 {
-        (self.period_s * f64::from(self.block_words)) as f32
+        (self.period_s * f64::from(self.block_samples)) as f32
     }
 }

@@ -76,7 +76,7 @@ pub struct Align {
     /// Since the start, s.
     time: f64,
     /// Words in a second, and those left of the one in progress.
-    second_words: u32,
+    second_samples: u32,
     left: u32,
     /// The second in progress: its beginning, its velocity in `b0`, sums of its pieces in body axes.
     began: f64,
@@ -99,21 +99,21 @@ struct Solving {
 }
 
 impl Align {
-    /// Words of `lsb`, every `word_s` seconds (> 0).
+    /// Words of `lsb`, every `sample_s` seconds (> 0).
     #[must_use]
-    pub fn new(sensors: Sensors, lsb: Lsb, word_s: f64) -> Self {
-        let piece_words = (libm::round(PIECE_S / word_s) as u16).max(1);
-        let second_words = (libm::round(SECOND / word_s) as u32).max(1);
+    pub fn new(sensors: Sensors, lsb: Lsb, sample_s: f64) -> Self {
+        let piece_samples = (libm::round(PIECE_S / sample_s) as u16).max(1);
+        let second_samples = (libm::round(SECOND / sample_s) as u32).max(1);
         Self {
             standstill: Standstill::new(&sensors),
             sensors,
-            gather: Gather::new(lsb, word_s, piece_words),
+            gather: Gather::new(lsb, sample_s, piece_samples),
             commanded: false,
             closed: false,
             q_b0b: [1.0, 0.0, 0.0, 0.0],
             time: 0.0,
-            second_words,
-            left: second_words,
+            second_samples,
+            left: second_samples,
             began: 0.0,
             velocity: [0.0; 3],
             angle: [0.0; 3],
@@ -140,7 +140,7 @@ impl Align {
     }
 
     /// There is a hole in the words.
-    pub fn hole(&mut self) {
+    pub fn gap(&mut self) {
         self.standstill.moves();
         self.restart(self.commanded);
     }
@@ -158,8 +158,8 @@ impl Align {
     }
 
     /// Takes a word.
-    pub fn word(&mut self, counts: &Counts) {
-        self.gather.word(counts);
+    pub fn sample(&mut self, counts: &Counts) {
+        self.gather.sample(counts);
         self.left = self.left.saturating_sub(1);
         if self.gather.is_full() || self.left == 0 {
             self.end_piece();
@@ -286,7 +286,7 @@ impl Align {
 
     fn begin_second(&mut self) {
         self.began = self.time;
-        self.left = self.second_words;
+        self.left = self.second_samples;
         self.velocity = [0.0; 3];
         self.angle = [0.0; 3];
         self.force = [0.0; 3];

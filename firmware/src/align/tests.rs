@@ -5,7 +5,7 @@ const LSB: Lsb = Lsb {
     rad: 1e-9,
     mps: 1e-7,
 };
-const WORD_S: f64 = 0.01;
+const SAMPLE_S: f64 = 0.01;
 /// The class of the paper's sensor: 0.01 deg/h, 100 ug.
 const SENSORS: Sensors = Sensors {
     noise: [1e-6, 1e-4],
@@ -34,10 +34,10 @@ impl AtRest {
         }
     }
 
-    fn word(&mut self) -> Counts {
+    fn sample(&mut self) -> Counts {
         let mut whole = |k: usize, lsb: f64| -> [i32; 3] {
             core::array::from_fn(|i| {
-                self.due[k][i] += self.rate[k][i] * WORD_S / lsb;
+                self.due[k][i] += self.rate[k][i] * SAMPLE_S / lsb;
                 let count = self.due[k][i].round();
                 self.due[k][i] -= count;
                 count as i32
@@ -65,10 +65,10 @@ fn error(got: Q, truth: Q) -> V {
 }
 
 fn aligned(q: Q, gyro: V, accel: V, seconds: usize) -> Option<Aligned> {
-    let mut align = Align::new(SENSORS, LSB, WORD_S);
+    let mut align = Align::new(SENSORS, LSB, SAMPLE_S);
     let mut words = AtRest::new(q, gyro, accel);
     for _ in 0..seconds * 100 {
-        align.word(&words.word());
+        align.sample(&words.sample());
     }
     align.finish(LATITUDE, HEIGHT)
 }
@@ -130,34 +130,38 @@ fn errors_are_those_of_the_textbook() {
 fn too_short_or_dead_data_give_nothing() {
     let q = euler(0.0, 0.0, 1.0);
     assert!(aligned(q, [0.0; 3], [0.0; 3], 20).is_none());
-    let mut align = Align::new(SENSORS, LSB, WORD_S);
+    let mut align = Align::new(SENSORS, LSB, SAMPLE_S);
     align.restart(true); // the detector would not have it
     for _ in 0..60_000 {
-        align.word(&Counts::default());
+        align.sample(&Counts::default());
     }
     assert!(align.gathered() > 599.0 && align.finish(LATITUDE, HEIGHT).is_none());
-    assert!(Align::new(SENSORS, LSB, WORD_S).finish(0.0, 0.0).is_none());
+    assert!(
+        Align::new(SENSORS, LSB, SAMPLE_S)
+            .finish(0.0, 0.0)
+            .is_none()
+    );
 }
 
 /// Someone drives off: the second of the start is not gathered, the attitude goes on with the vehicle.
 #[test]
 fn the_start_of_a_drive_ends_it_and_the_gyros_carry_it_on() {
     let q = euler(0.01, -0.02, 0.7);
-    let mut align = Align::new(SENSORS, LSB, WORD_S);
+    let mut align = Align::new(SENSORS, LSB, SAMPLE_S);
     let mut words = AtRest::new(q, [0.0; 3], [0.0; 3]);
     for _ in 0..20_000 {
-        align.word(&words.word());
+        align.sample(&words.sample());
     }
     assert_eq!(align.still(), 200);
     words.rate[1][0] += 0.5; // m/s2
-    let back = scale(Local::at(LATITUDE, HEIGHT).omega_ie(), -WORD_S);
+    let back = scale(Local::at(LATITUDE, HEIGHT).omega_ie(), -SAMPLE_S);
     let mut want = q;
     for k in 0..3_000 {
-        let mut word = words.word();
+        let mut word = words.sample();
         if k > 500 {
             word.dtheta[2] += 1_000_000; // 0.1 rad/s
         }
-        align.word(&word);
+        align.sample(&word);
         let turn = word.dtheta.map(|count| f64::from(count) * LSB.rad);
         want = product(product(from_rotvec(back), want), from_rotvec(turn));
     }
@@ -171,21 +175,21 @@ fn the_start_of_a_drive_ends_it_and_the_gyros_carry_it_on() {
 #[test]
 fn a_vehicle_under_way_is_not_aligned() {
     let q = euler(0.0, 0.0, 0.7);
-    let mut align = Align::new(SENSORS, LSB, WORD_S);
+    let mut align = Align::new(SENSORS, LSB, SAMPLE_S);
     let mut words = AtRest::new(q, [0.0; 3], [0.0; 3]);
     let force = words.rate[1];
     for k in 0..60_000 {
-        let t = f64::from(k) * WORD_S;
+        let t = f64::from(k) * SAMPLE_S;
         words.rate[1] = add(force, [0.3 * (0.1 * t).sin(), 0.2 * (0.2 * t).cos(), 0.0]);
-        align.word(&words.word());
+        align.sample(&words.sample());
     }
     assert!(align.gathered() < 5.0, "{}", align.gathered());
     assert!(align.finish(LATITUDE, HEIGHT).is_none());
     // evenly and straight: only a receiver can tell
-    let mut align = Align::new(SENSORS, LSB, WORD_S);
+    let mut align = Align::new(SENSORS, LSB, SAMPLE_S);
     words.rate[1] = force;
     for k in 0..6_000 {
-        align.word(&words.word());
+        align.sample(&words.sample());
         if k % 100 == 50 {
             align.moves();
         }
@@ -200,18 +204,18 @@ fn a_command_is_believed_rather_than_the_detector() {
     let mut words = AtRest::new(q, [0.0; 3], [0.0; 3]);
     let force = words.rate[1];
     for commanded in [false, true] {
-        let mut align = Align::new(SENSORS, LSB, WORD_S);
+        let mut align = Align::new(SENSORS, LSB, SAMPLE_S);
         align.restart(commanded);
         for k in 0..12_000 {
-            let t = f64::from(k) * WORD_S;
+            let t = f64::from(k) * SAMPLE_S;
             words.rate[1] = add(force, [0.3 * (2.0 * t + 1.0).sin(), 0.0, 0.0]);
-            align.word(&words.word());
+            align.sample(&words.sample());
         }
         words.rate[1] = force;
         align.finish_command();
         let before = align.gathered();
         for _ in 0..1_000 {
-            align.word(&words.word());
+            align.sample(&words.sample());
         }
         let after = align.gathered() - before;
         let got = align.finish(LATITUDE, HEIGHT);
@@ -248,12 +252,12 @@ fn thresholds_follow_the_datasheet() {
 
 #[test]
 fn a_hole_begins_anew() {
-    let mut align = Align::new(SENSORS, LSB, WORD_S);
+    let mut align = Align::new(SENSORS, LSB, SAMPLE_S);
     let mut words = AtRest::new(euler(0.0, 0.0, PI / 3.0), [0.0; 3], [0.0; 3]);
     for _ in 0..5_000 {
-        align.word(&words.word());
+        align.sample(&words.sample());
     }
     assert!(align.gathered() > 48.0);
-    align.hole();
+    align.gap();
     assert!(align.gathered() == 0.0 && align.still() == 0);
 }

@@ -2,7 +2,7 @@
 
 use crate::compensator::Limit;
 use crate::control::Mode;
-use crate::harm::Harm;
+use crate::error_bound::ErrorBound;
 use crate::model::Nets;
 use crate::sample::Units;
 use crate::units::{DEGREE, G};
@@ -58,7 +58,7 @@ pub struct Config {
     pub limit: Limit,
     /// Fastest change of a correction after the alignment: rad/s per s, m/s2 per s.
     pub slew: Limit,
-    /// Largest speed of the vehicle over ground, m/s: for the bound on harm alone ([`crate::harm`]).
+    /// Largest speed of the vehicle over ground, m/s: for the bound on harm alone ([`crate::error_bound`]).
     pub speed: f32,
     /// In mode learn: when what was learnt comes into force.
     pub activation: Activation,
@@ -90,8 +90,8 @@ pub struct Config {
 
 impl Config {
     /// What the corrections can do at worst.
-    pub fn harm(&self) -> Harm {
-        Harm {
+    pub fn error_bound(&self) -> ErrorBound {
+        ErrorBound {
             limit: self.limit,
             speed: self.speed,
         }

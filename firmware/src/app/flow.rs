@@ -27,7 +27,7 @@ struct Correction {
 #[derive(Debug)]
 pub(super) struct Flow<'m> {
     /// Bound on harm, m: [`Config::harm`].
-    pub harm_m: [u32; 5],
+    pub error_bound_m: [u32; 5],
     pub load: Load,
     pub config: Config,
     /// The STIM300's configuration: its own as soon as it has sent it.
@@ -68,7 +68,7 @@ impl<'m> Flow<'m> {
         Flow {
             stim: config.stim300,
             mode: config.mode,
-            harm_m: config.harm().table(),
+            error_bound_m: config.error_bound().table(),
             load: Load::default(),
             config,
             alignment: None,
@@ -125,7 +125,7 @@ impl<'m> Flow<'m> {
     fn change(&self, frame: &mut Checked, words: &RawSample) -> Axes {
         let change = Change {
             words,
-            mark: self.config.mark && self.faults & fault::NETWORK != 0 && !self.looks_on(),
+            mark: self.config.mark && self.faults & fault::NETWORK != 0 && !self.observes_only(),
             family: self.config.family,
         };
         frame.change(&change).unwrap_or(Axes::NONE)
@@ -151,7 +151,7 @@ impl<'m> Flow<'m> {
         }
         self.sample = self.sample.wrapping_add(1);
         if matches!(gap, Some(Gap::Missed(_) | Gap::Jump)) || bad != 0 {
-            self.hole();
+            self.gap();
         }
         let Some(Correction { compensator, state }) = &mut self.correction else {
             return;
@@ -159,10 +159,10 @@ impl<'m> Flow<'m> {
         if let Some(learner) = &mut self.learner.0
             && self.begun.is_some()
         {
-            learner.word(self.sample, &reading.words);
+            learner.sample(self.sample, &reading.words);
         }
         if bad == 0
-            && let Some(block) = compensator.take_in(state, &reading.words)
+            && let Some(block) = compensator.accumulate(state, &reading.words)
         {
             self.end_of_block(block);
         }
@@ -200,19 +200,19 @@ impl<'m> Flow<'m> {
 
     /// Nothing has come for too long.
     pub fn silence(&mut self) {
-        self.hole();
+        self.gap();
         if let Some(learner) = &mut self.learner.0 {
             learner.silence();
         }
     }
 
     /// The stream has a hole: damage, silence, lost bytes.
-    pub fn hole(&mut self) {
+    pub fn gap(&mut self) {
         if let Some(Correction { compensator, state }) = &mut self.correction {
             compensator.give_up_block(state);
         }
         if let Some(learner) = &mut self.learner.0 {
-            learner.hole();
+            learner.gap();
         }
     }
 
@@ -230,7 +230,7 @@ impl<'m> Flow<'m> {
         let slew = slow.then_some(self.config.slew);
         let wanted = self.mode != Mode::Bypass;
         (self.active, self.foreign) = (false, false);
-        let off = self.looks_on();
+        let off = self.observes_only();
         self.correction = setup.filter(|_| wanted).and_then(|setup| {
             let compensator = setup.compensator(&self.config, slew)?;
             let state = compensator.power_on(off);

@@ -166,7 +166,7 @@ impl<'m> App<'m> {
             Ok(frame) => self.flow.frame(frame, out),
             Err(error) => {
                 count(&mut self.flow.counters.bad_checksums, 1);
-                self.flow.hole();
+                self.flow.gap();
                 return Err(error);
             }
         }
@@ -199,7 +199,7 @@ impl<'m> App<'m> {
         if lines.sensor.is_idle() {
             self.watch_silence(now);
         } else {
-            busy = self.take_in(&mut lines.sensor, &mut lines.navigation, now);
+            busy = self.receive(&mut lines.sensor, &mut lines.navigation, now);
         }
         lines.navigation.poll();
         lines.sensor.poll();
@@ -217,7 +217,7 @@ impl<'m> App<'m> {
     }
 
     /// What the sensor has sent; whether there may be more.
-    fn take_in(&mut self, sensor: &mut impl Line, out: &mut impl Line, now: u64) -> bool {
+    fn receive(&mut self, sensor: &mut impl Line, out: &mut impl Line, now: u64) -> bool {
         let taken = if let Phase::Run(_) = self.machine.phase() {
             let taken = self.framer.fill(PIECE, |room| sensor.receive(room));
             if matches!(taken, Ok(1..)) {
@@ -226,21 +226,21 @@ impl<'m> App<'m> {
             }
             taken
         } else {
-            self.take_in_raw(sensor, out, now)
+            self.receive_raw(sensor, out, now)
         };
         match taken {
             Ok(0) => self.watch_silence(now),
             Ok(_) => {}
             Err(_) => {
                 count(&mut self.flow.counters.lost, 1);
-                self.flow.hole();
+                self.flow.gap();
             }
         }
         taken != Ok(0) && !sensor.is_idle()
     }
 
     #[cold]
-    fn take_in_raw(
+    fn receive_raw(
         &mut self,
         sensor: &mut impl Line,
         out: &mut impl Line,
@@ -345,11 +345,11 @@ impl<'m> App<'m> {
                 }
                 Kind::BadChecksum => {
                     count(&mut self.flow.counters.bad_checksums, 1);
-                    self.flow.hole();
+                    self.flow.gap();
                 }
                 kind @ (Kind::Garbage | Kind::Unknown) => {
                     count(&mut self.flow.counters.garbage, event.bytes().len() as u32);
-                    self.flow.hole();
+                    self.flow.gap();
                     self.flow.flag(fault::UNKNOWN_FORMAT, kind == Kind::Unknown);
                 }
             }

@@ -1,6 +1,6 @@
 //! What learns from references and from fixes.
 
-use firmware::learn::{Both, FixLearner, FixMemory, Settings, WindowLearner};
+use firmware::learn::{CombinedLearner, FixLearner, FixMemory, Settings, WindowLearner};
 
 use static_cell::ConstStaticCell;
 
@@ -11,9 +11,9 @@ static FIXES: ConstStaticCell<FixMemory> = ConstStaticCell::new(FixMemory::ZEROE
 /// Both, that from fixes in the memory given, else in RAM; `None` when they have been handed out.
 pub fn learner(
     fixes: Option<&'static mut FixMemory>,
-) -> Option<Both<'static, WindowLearner, FixLearner<'static>>> {
+) -> Option<CombinedLearner<'static, WindowLearner, FixLearner<'static>>> {
     let fixes = fixes.or_else(|| FIXES.try_take())?;
-    Some(Both {
+    Some(CombinedLearner {
         references: memory::windows()?,
         fixes: FixLearner::new(fixes, Settings::MEDIUM),
     })

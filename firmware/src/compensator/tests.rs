@@ -165,9 +165,9 @@ fn wrong_configuration_is_named() {
     );
     assert_eq!(
         build(LSB, f64::NAN, 1, limit),
-        Some(ConfigError::WordPeriod)
+        Some(ConfigError::SamplePeriod)
     );
-    assert_eq!(build(LSB, 0.01, 0, limit), Some(ConfigError::BlockWords));
+    assert_eq!(build(LSB, 0.01, 0, limit), Some(ConfigError::BlockSamples));
     assert_eq!(
         build(
             LSB,

@@ -22,7 +22,7 @@ use lrnn_nostd::{Rational, Real, State};
 /// Hypotheses.
 pub const HYPOTHESES: usize = 6;
 /// The one that believes the sensors.
-pub const NOTHING: usize = 0;
+pub const ZERO_CORRECTION: usize = 0;
 /// Greatest contribution of the networks of hypotheses 2, 3, 4 and 5, in units of the bias.
 const OUTPUT: [f64; 4] = [0.1, 0.3, 1.0, 0.1];
 
@@ -37,7 +37,7 @@ pub struct Gates<T = f32> {
     pub evidence: f64,
     /// By how much it must be better than the running hypothesis'.
     pub better: f64,
-    /// Hypotheses that take part, one bit each. Without [`NOTHING`] the best of the others runs, proved or not.
+    /// Hypotheses that take part, one bit each. Without [`ZERO_CORRECTION`] the best of the others runs, proved or not.
     pub enabled: u8,
 }
 
@@ -95,7 +95,7 @@ pub struct Bank<T: Real = f32> {
     mixed: [Mixed<T>; 3],
     all: All<T>,
     gates: Gates<T>,
-    /// Standard deviation of an error that [`NOTHING`] has no parameter for.
+    /// Standard deviation of an error that [`ZERO_CORRECTION`] has no parameter for.
     unmodelled: [T; OUTPUTS],
     refused: [u8; OBSERVATIONS],
     running: usize,
@@ -126,7 +126,7 @@ impl<T: Real> Bank<T> {
         },
         unmodelled: [T::ZERO; OUTPUTS],
         refused: [0; OBSERVATIONS],
-        running: NOTHING,
+        running: ZERO_CORRECTION,
     };
 
     /// [`Bank::new`] where it stands: it should not be moved over the stack.
@@ -154,7 +154,7 @@ impl<T: Real> Bank<T> {
         self.unmodelled = [g, g, g, a, a, a];
         self.gates = gates;
         self.refused = [0; OBSERVATIONS];
-        self.running = NOTHING;
+        self.running = ZERO_CORRECTION;
     }
 
     fn get(&self, index: usize) -> &dyn Hypothesis<T> {
@@ -246,7 +246,7 @@ impl<T: Real> Bank<T> {
     fn standing(&self, index: usize) -> f64 {
         let hypothesis = self.get(index);
         let enabled = self.gates.enabled >> index & 1 == 1;
-        if enabled && (index == NOTHING || hypothesis.is_healthy()) {
+        if enabled && (index == ZERO_CORRECTION || hypothesis.is_healthy()) {
             hypothesis.log_likelihood()
         } else {
             f64::NEG_INFINITY
@@ -255,8 +255,8 @@ impl<T: Real> Bank<T> {
 
     /// Promotion and rollback.
     fn choose(&mut self) {
-        let (nothing, running) = (self.standing(NOTHING), self.standing(self.running));
-        let mut best = (NOTHING, nothing + self.gates.evidence);
+        let (nothing, running) = (self.standing(ZERO_CORRECTION), self.standing(self.running));
+        let mut best = (ZERO_CORRECTION, nothing + self.gates.evidence);
         for index in 0..HYPOTHESES {
             let own = self.standing(index);
             if own > best.1 {
@@ -311,7 +311,7 @@ impl<T: Real> Bank<T> {
         self.nothing.align(by, &all, applied);
     }
 
-    /// The rest for [`NOTHING`], which has no parameter for what `by` tells.
+    /// The rest for [`ZERO_CORRECTION`], which has no parameter for what `by` tells.
     fn unmodelled(&self, by: &[[T; OUTPUTS]; NAV], rest: &[[T; NAV]; NAV]) -> [[T; NAV]; NAV] {
         let mut all = *rest;
         for (row, own) in all.iter_mut().zip(by) {
@@ -330,7 +330,7 @@ impl<T: Real> Bank<T> {
         self.running
     }
 
-    /// Log-likelihood of a hypothesis, relative to [`NOTHING`]'s.
+    /// Log-likelihood of a hypothesis, relative to [`ZERO_CORRECTION`]'s.
     #[must_use]
     pub fn evidence(&self, index: usize) -> f64 {
         self.get(index).log_likelihood() - self.nothing.log_likelihood()

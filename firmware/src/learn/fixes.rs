@@ -12,10 +12,10 @@
 //! running hypothesis' estimate of the block before: a difference to the present one is known to all hypotheses and costs nothing.
 
 use super::age::FixAge;
-use super::bank::{Bank, NOTHING, Work};
+use super::bank::{Bank, Work, ZERO_CORRECTION};
 use super::prior::NAV;
+use super::quantise::{Scale, divisor, flat, split};
 use super::settings::Settings;
-use super::words::{Scale, divisor, flat, split};
 use super::{Learner, Report, Winner};
 use crate::align::Align;
 use crate::compensator::Block;
@@ -74,7 +74,7 @@ struct Tally {
 pub struct FixLearner<'m> {
     memory: &'m mut Memory,
     settings: Settings,
-    meaning: Option<StreamScale>,
+    stream: Option<StreamScale>,
     scale: Option<Scale>,
     align: Option<Align>,
     navigator: Option<Navigator>,
@@ -94,7 +94,7 @@ impl<'m> FixLearner<'m> {
         FixLearner {
             memory,
             settings,
-            meaning: None,
+            stream: None,
             scale: None,
             align: None,
             navigator: None,
@@ -102,7 +102,7 @@ impl<'m> FixLearner<'m> {
             last_fix_ms: None,
             age: FixAge::default(),
             fixing: false,
-            running: NOTHING,
+            running: ZERO_CORRECTION,
             tally: Tally::default(),
         }
     }
@@ -118,7 +118,7 @@ impl<'m> FixLearner<'m> {
             self.tally.refused = self.tally.refused.saturating_add(refused);
             let before = core::mem::replace(&mut self.running, bank.running());
             if self.running != before {
-                let of = if self.running == NOTHING {
+                let of = if self.running == ZERO_CORRECTION {
                     &mut self.tally.rollbacks
                 } else {
                     &mut self.tally.promotions
@@ -132,7 +132,7 @@ impl<'m> FixLearner<'m> {
     fn lose(&mut self) {
         self.navigator = None;
         if let Some(align) = &mut self.align {
-            align.hole();
+            align.gap();
         }
     }
 
@@ -225,9 +225,9 @@ impl<'m> FixLearner<'m> {
         by: &[[f32; OUTPUTS]; NAV],
         rest: &[[f32; NAV]; NAV],
     ) -> Option<()> {
-        let (stream, scale) = (self.meaning?, self.scale?);
+        let (stream, scale) = (self.stream?, self.scale?);
         let mut config = nav::Config::new(scale.lsb, stream.period_s, self.settings.noise);
-        config.piece_words = divisor(stream.block_words, config.piece_words);
+        config.piece_samples = divisor(stream.block_samples, config.piece_samples);
         let navigator = Navigator::new(config, state).ok()?;
         self.finish();
         let Memory { bank, work } = &mut *self.memory;
@@ -250,7 +250,7 @@ impl<'m> FixLearner<'m> {
     /// [`Reason::NotAvailable`] before that, [`Reason::Range`] for a state that the navigator does
     /// not accept.
     pub fn navigate_from(&mut self, state: nav::State, sigmas: &[f32; NAV]) -> Result<(), Reason> {
-        let stream = self.meaning.ok_or(Reason::NotAvailable)?;
+        let stream = self.stream.ok_or(Reason::NotAvailable)?;
         self.scale
             .get_or_insert_with(|| Scale::counts_of(stream.lsb));
         let mut rest = [[0.0; NAV]; NAV];
@@ -285,9 +285,9 @@ impl<'m> FixLearner<'m> {
         if missing == 0 {
             return;
         }
-        let time = f64::from(missing) * self.meaning.map_or(0.0, |m| m.period_s);
+        let time = f64::from(missing) * self.stream.map_or(0.0, |m| m.period_s);
         if let Some(align) = &mut self.align {
-            align.hole();
+            align.gap();
         }
         if time > BRIDGE_S {
             return self.lose();
@@ -295,7 +295,7 @@ impl<'m> FixLearner<'m> {
         let Some(navigator) = &mut self.navigator else {
             return;
         };
-        (0..missing).for_each(|_| navigator.word(&counts));
+        (0..missing).for_each(|_| navigator.sample(&counts));
         let [turn, push] = MISSED.map(|rate| rate * time as f32);
         let (turn, push) = (turn * turn, push * push);
         self.finish();
@@ -306,14 +306,14 @@ impl<'m> FixLearner<'m> {
 
 impl Learner for FixLearner<'_> {
     /// From the datasheet: the hypotheses have networks of their own.
-    fn begin(&mut self, _: &Nets, meaning: StreamScale) {
+    fn begin(&mut self, _: &Nets, stream: StreamScale) {
         let Settings { sheet, gates, .. } = &self.settings;
         let error_sigma = [1.0; NAV]; // until the alignment tells
         let Memory { bank, work } = &mut *self.memory;
-        bank.begin(sheet, f64::from(meaning.block_s()), error_sigma, *gates);
+        bank.begin(sheet, f64::from(stream.block_s()), error_sigma, *gates);
         work.clear();
-        self.meaning = Some(meaning);
-        self.running = NOTHING;
+        self.stream = Some(stream);
+        self.running = ZERO_CORRECTION;
         self.tally = Tally::default();
         self.restart();
     }
@@ -331,26 +331,26 @@ impl Learner for FixLearner<'_> {
         self.age = FixAge::default();
     }
 
-    fn word(&mut self, number: u32, words: &RawSample) {
-        let Some(meaning) = self.meaning else { return };
+    fn sample(&mut self, number: u32, words: &RawSample) {
+        let Some(stream) = self.stream else { return };
         let scale = *self
             .scale
-            .get_or_insert_with(|| Scale::of(words, &meaning.lsb));
+            .get_or_insert_with(|| Scale::of(words, &stream.lsb));
         let counts = scale.counts(words);
         self.bridge(number);
         self.last = Some((number, counts));
         let sensors = self.settings.sensors();
         let align = self
             .align
-            .get_or_insert_with(|| Align::new(sensors, scale.lsb, meaning.period_s));
-        align.word(&counts);
+            .get_or_insert_with(|| Align::new(sensors, scale.lsb, stream.period_s));
+        align.sample(&counts);
         if let Some(navigator) = &mut self.navigator {
-            navigator.word(&counts);
+            navigator.sample(&counts);
         }
     }
 
     fn block(&mut self, _: u32, block: &Block) {
-        if self.meaning.is_none() {
+        if self.stream.is_none() {
             return;
         }
         if self.cut().is_some() {
@@ -360,7 +360,7 @@ impl Learner for FixLearner<'_> {
     }
 
     /// The numbers of the words tell what is missing.
-    fn hole(&mut self) {}
+    fn gap(&mut self) {}
 
     fn silence(&mut self) {
         self.lose();
@@ -368,7 +368,7 @@ impl Learner for FixLearner<'_> {
     }
 
     fn fix(&mut self, number: u32, fix: &Fix) {
-        let Some(stream) = self.meaning else { return };
+        let Some(stream) = self.stream else { return };
         let least = self.settings.fix_age_s;
         let age = self
             .age
@@ -425,12 +425,12 @@ impl Learner for FixLearner<'_> {
         if self.align.as_mut().is_some_and(Align::sweep) {
             return true;
         }
-        self.meaning.is_some() && !work.is_done() && bank.work(work)
+        self.stream.is_some() && !work.is_done() && bank.work(work)
     }
 
     fn winner(&mut self) -> Option<Winner> {
         self.finish();
-        if self.running == NOTHING {
+        if self.running == ZERO_CORRECTION {
             return None;
         }
         let bank = &self.memory.bank;

@@ -6,15 +6,15 @@
 
 pub mod age;
 pub mod bank;
-mod both;
-mod chosen;
+mod combined;
 mod fixes;
+mod learnt_weights;
 pub mod prior;
+mod quantise;
 mod settings;
 mod window;
-mod words;
 
-pub use both::Both;
+pub use combined::CombinedLearner;
 pub use fixes::{FixLearner, Memory as FixMemory, ROOM};
 pub use settings::Settings;
 pub use window::{BLOCKS, GATE, WindowLearner};
@@ -70,23 +70,23 @@ pub struct Winner {
 /// on every machine.
 pub trait Learner {
     /// Begins anew, from a copy of `nets`.
-    fn begin(&mut self, nets: &Nets, meaning: StreamScale);
+    fn begin(&mut self, nets: &Nets, stream: StreamScale);
 
     /// The stream begins anew: the networks' states as at power-on; what was learnt stays.
     fn restart(&mut self);
 
     /// An uncorrected word with its sample number, after its frame has left.
-    fn word(&mut self, _number: u32, _words: &RawSample) {}
+    fn sample(&mut self, _number: u32, _words: &RawSample) {}
 
     /// The block that ends with sample `last` and has no hole.
     fn block(&mut self, last: u32, block: &Block);
 
     /// Samples are missing: nothing goes on across.
-    fn hole(&mut self);
+    fn gap(&mut self);
 
     /// The sensor is silent: how many are missing will not be known.
     fn silence(&mut self) {
-        self.hole();
+        self.gap();
     }
 
     /// The navigation computer aligns itself: the vehicle stands.

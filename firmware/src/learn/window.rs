@@ -10,7 +10,7 @@
 //! each of which updates delta and its covariance ([`UdCovariance`]). The copy's weights move by delta where a window begins and
 //! nowhere else, so nothing depends on when within a window the reference came.
 
-use super::chosen::{self, LEARNT};
+use super::learnt_weights::{self, LEARNT};
 use super::{Learner, Report};
 use crate::compensator::Block;
 use crate::control::{self, Reason};
@@ -71,7 +71,7 @@ struct Job {
 #[derive(Debug)]
 pub struct WindowLearner {
     sides: [Side; 2],
-    meaning: StreamScale,
+    stream: StreamScale,
     open: Span,
     closed: Option<Span>,
     taken: Option<(u32, u32)>,
@@ -102,8 +102,8 @@ impl Side {
 
     fn begin(&mut self, net: &Net) {
         self.net = *net;
-        let sigma = chosen::sigma(&net.weights).to_array();
-        self.known.set(&chosen::pick(&sigma));
+        let sigma = learnt_weights::sigma(&net.weights).to_array();
+        self.known.set(&learnt_weights::pick(&sigma));
         self.delta = [0.0; LEARNT];
         self.moved = [0.0; LEARNT];
     }
@@ -130,7 +130,7 @@ impl Side {
     fn close(&mut self) {
         self.closed = self.open;
         self.open.reset();
-        chosen::add(&mut self.net.weights, &self.delta);
+        learnt_weights::add(&mut self.net.weights, &self.delta);
         self.moved = core::mem::replace(&mut self.delta, [0.0; LEARNT]);
     }
 
@@ -143,7 +143,7 @@ impl Side {
         if self.net.normalisation.output_scale.get(axis) == Some(&0.0) {
             return true;
         }
-        let h = chosen::pick(psi);
+        let h = learnt_weights::pick(psi);
         let moved = self.delta.iter().zip(&self.moved);
         let expected = h
             .iter()
@@ -155,7 +155,7 @@ impl Side {
 
     fn best(&self) -> Net {
         let mut net = self.net;
-        chosen::add(&mut net.weights, &self.delta);
+        learnt_weights::add(&mut net.weights, &self.delta);
         net
     }
 }
@@ -179,10 +179,10 @@ impl WindowLearner {
     pub const fn new() -> WindowLearner {
         WindowLearner {
             sides: [Side::EMPTY; 2],
-            meaning: StreamScale {
+            stream: StreamScale {
                 lsb: Lsb { rad: 0.0, mps: 0.0 },
                 period_s: 0.0,
-                block_words: 0,
+                block_samples: 0,
             },
             open: Span::EMPTY,
             closed: None,
@@ -211,8 +211,8 @@ impl Default for WindowLearner {
 }
 
 impl Learner for WindowLearner {
-    fn begin(&mut self, nets: &Nets, meaning: StreamScale) {
-        self.meaning = meaning;
+    fn begin(&mut self, nets: &Nets, stream: StreamScale) {
+        self.stream = stream;
         let [gyro, accel] = &mut self.sides;
         gyro.begin(&nets.gyro);
         accel.begin(&nets.accel);
@@ -227,12 +227,12 @@ impl Learner for WindowLearner {
     }
 
     fn block(&mut self, last: u32, block: &Block) {
-        let dt = self.meaning.block_s();
+        let dt = self.stream.block_s();
         let [gyro, accel] = &mut self.sides;
         let good = gyro.step(block.rate, dt) & accel.step(block.force, dt);
         let open = &mut self.open;
         if open.blocks == 0 {
-            open.first = last.wrapping_sub(u32::from(self.meaning.block_words) - 1);
+            open.first = last.wrapping_sub(u32::from(self.stream.block_samples) - 1);
         }
         open.last = last;
         open.blocks += 1;
@@ -253,7 +253,7 @@ impl Learner for WindowLearner {
         }
     }
 
-    fn hole(&mut self) {
+    fn gap(&mut self) {
         if self.open.blocks > 0 {
             self.drop_open();
         }
@@ -276,7 +276,7 @@ impl Learner for WindowLearner {
         {
             return Err(Reason::Range);
         }
-        let lsb = [self.meaning.lsb.rad, self.meaning.lsb.mps];
+        let lsb = [self.stream.lsb.rad, self.stream.lsb.mps];
         let truth = [window.angle, window.velocity];
         let sigma = [window.angle_sigma, window.velocity_sigma];
         let mut job = Job {

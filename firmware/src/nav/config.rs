@@ -12,9 +12,9 @@ pub struct Config {
     /// Value of a count.
     pub lsb: Lsb,
     /// Time between words, s, 1e-5 to 1.
-    pub word_s: f64,
+    pub sample_s: f64,
     /// Words in a piece, >= 1; a piece should be short against any change of attitude and should divide the time between fixes.
-    pub piece_words: u16,
+    pub piece_samples: u16,
     /// White noise of the sensors.
     pub noise: Noise,
 }
@@ -22,13 +22,13 @@ pub struct Config {
 impl Config {
     /// With pieces of 50 ms, or as near to that as whole words come.
     #[must_use]
-    pub fn new(lsb: Lsb, word_s: f64, noise: Noise) -> Self {
+    pub fn new(lsb: Lsb, sample_s: f64, noise: Noise) -> Self {
         // `as` saturates and makes 0 of NaN
-        let piece_words = (libm::round(PIECE_S / word_s) as u16).max(1);
+        let piece_samples = (libm::round(PIECE_S / sample_s) as u16).max(1);
         Self {
             lsb,
-            word_s,
-            piece_words,
+            sample_s,
+            piece_samples,
             noise,
         }
     }
@@ -40,9 +40,9 @@ pub enum ConfigError {
     /// A count's value is not a positive finite number.
     Lsb,
     /// The word period is not within 1e-5 to 1 s.
-    WordPeriod,
+    SamplePeriod,
     /// A piece has no word.
-    PieceWords,
+    PieceSamples,
     /// A noise is negative or not finite.
     Noise,
     /// The state is not finite, its attitude no unit quaternion, or it is outside the range of the equations.
@@ -53,8 +53,8 @@ impl core::fmt::Display for ConfigError {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         f.write_str(match self {
             Self::Lsb => "lsb: must be positive and finite",
-            Self::WordPeriod => "word_s: must be within 1e-5 to 1 s",
-            Self::PieceWords => "piece_words: must be at least 1",
+            Self::SamplePeriod => "sample_s: must be within 1e-5 to 1 s",
+            Self::PieceSamples => "piece_samples: must be at least 1",
             Self::Noise => "noise: must be finite and >= 0",
             Self::State => "state: must be finite, with a unit quaternion, within 89.99 deg, 100 km and 10 km/s",
         })

@@ -41,12 +41,12 @@ pub struct Piece {
 #[derive(Debug, Clone)]
 pub struct Gather {
     lsb: Lsb,
-    word_s: f64,
-    piece_words: u16,
+    sample_s: f64,
+    piece_samples: u16,
     lsb32: [f32; 2],
     // errors of the sensors, rad/s and m/s2, and what they are in a word
     estimate: [V32; 2],
-    in_word: [V32; 2],
+    in_sample: [V32; 2],
     sum: [[i64; 3]; 2],
     words: u16,
     phi: V32,
@@ -57,14 +57,14 @@ pub struct Gather {
 }
 
 impl Gather {
-    pub fn new(lsb: Lsb, word_s: f64, piece_words: u16) -> Self {
+    pub fn new(lsb: Lsb, sample_s: f64, piece_samples: u16) -> Self {
         Self {
             lsb,
-            word_s,
-            piece_words,
+            sample_s,
+            piece_samples,
             lsb32: [lsb.rad as f32, lsb.mps as f32],
             estimate: [[0.0; 3]; 2],
-            in_word: [[0.0; 3]; 2],
+            in_sample: [[0.0; 3]; 2],
             sum: [[0; 3]; 2],
             words: 0,
             phi: [0.0; 3],
@@ -78,7 +78,7 @@ impl Gather {
     /// Errors of the sensors from the next piece on, rad/s and m/s2. The caller ends the piece in progress first.
     pub fn set_estimate(&mut self, estimate: [V32; 2]) {
         self.estimate = estimate;
-        self.in_word = estimate.map(|e| scale(e, self.word_s as f32));
+        self.in_sample = estimate.map(|e| scale(e, self.sample_s as f32));
     }
 
     pub fn estimate(&self) -> [V32; 2] {
@@ -91,7 +91,7 @@ impl Gather {
     }
 
     /// Takes a word. A word beyond belief is replaced by the last good one; false says so.
-    pub fn word(&mut self, counts: &Counts) -> bool {
+    pub fn sample(&mut self, counts: &Counts) -> bool {
         let [angle, velocity] = self.increments(counts);
         let within = |v: &V32, limit: f32| v.iter().all(|x| x.abs() <= limit);
         let good = within(&angle, WORD[0]) && within(&velocity, WORD[1]);
@@ -115,8 +115,8 @@ impl Gather {
             ]
         };
         [
-            of(&counts.dtheta, self.lsb32[0], &self.in_word[0]),
-            of(&counts.dv, self.lsb32[1], &self.in_word[1]),
+            of(&counts.dtheta, self.lsb32[0], &self.in_sample[0]),
+            of(&counts.dv, self.lsb32[1], &self.in_sample[1]),
         ]
     }
 
@@ -133,9 +133,9 @@ impl Gather {
         let d = add(word.angle, coning);
         let e = add(word.velocity, sculling);
 
-        let in_word = cross(d, e);
-        let in_word_2 = cross(d, in_word);
-        let own = add(scale(in_word, 0.5), scale(in_word_2, 1.0 / 6.0));
+        let in_sample = cross(d, e);
+        let in_word_2 = cross(d, in_sample);
+        let own = add(scale(in_sample, 0.5), scale(in_word_2, 1.0 / 6.0));
         let e = add(e, own);
         let phi = self.phi;
         let n2 = dot(phi, phi);
@@ -157,12 +157,12 @@ impl Gather {
 
     /// Whether the piece is to be ended now.
     pub fn is_full(&self) -> bool {
-        self.words >= self.piece_words || dot(self.phi, self.phi) > TURN * TURN
+        self.words >= self.piece_samples || dot(self.phi, self.phi) > TURN * TURN
     }
 
     /// The piece so far; the next word begins another one.
     pub fn end(&mut self) -> Piece {
-        let time = f64::from(self.words) * self.word_s;
+        let time = f64::from(self.words) * self.sample_s;
         let [angle, velocity] = self.sum;
         let [gyro, accel] = self.estimate.map(widen);
         let (beyond_angle, beyond_velocity) =

@@ -102,11 +102,11 @@ impl Navigator {
         if !positive(config.lsb.rad) || !positive(config.lsb.mps) {
             return Err(ConfigError::Lsb);
         }
-        if !(1e-5..=1.0).contains(&config.word_s) {
-            return Err(ConfigError::WordPeriod);
+        if !(1e-5..=1.0).contains(&config.sample_s) {
+            return Err(ConfigError::SamplePeriod);
         }
-        if config.piece_words == 0 {
-            return Err(ConfigError::PieceWords);
+        if config.piece_samples == 0 {
+            return Err(ConfigError::PieceSamples);
         }
         let Noise { gyro, accel } = config.noise;
         if ![gyro, accel].iter().all(|x| x.is_finite() && *x >= 0.0) {
@@ -123,7 +123,7 @@ impl Navigator {
         Ok(Self {
             config,
             state,
-            gather: Gather::new(config.lsb, config.word_s, config.piece_words),
+            gather: Gather::new(config.lsb, config.sample_s, config.piece_samples),
             interval: Interval::new(),
             acceleration: [0.0; 3],
             faults: Faults::default(),
@@ -132,8 +132,8 @@ impl Navigator {
 
     /// Takes one uncorrected word.
     #[inline]
-    pub fn word(&mut self, counts: &Counts) {
-        if !self.gather.word(counts) {
+    pub fn sample(&mut self, counts: &Counts) {
+        if !self.gather.sample(counts) {
             self.faults.words = self.faults.words.saturating_add(1);
         }
         if self.gather.is_full() {

@@ -10,7 +10,7 @@ const NOISE: Noise = Noise {
     gyro: 1e-6,
     accel: 1e-4,
 };
-pub(crate) const WORD_S: f64 = 0.005;
+pub(crate) const SAMPLE_S: f64 = 0.005;
 
 pub(crate) fn state(latitude: f64, velocity: V) -> State {
     State {
@@ -25,7 +25,7 @@ pub(crate) fn state(latitude: f64, velocity: V) -> State {
 }
 
 fn navigator(state: State) -> Navigator {
-    Navigator::new(Config::new(LSB, WORD_S, NOISE), state).unwrap()
+    Navigator::new(Config::new(LSB, SAMPLE_S, NOISE), state).unwrap()
 }
 
 /// Words of a body that keeps its attitude to north, east and down and its velocity: what the equations take away. What rounding to
@@ -36,7 +36,7 @@ pub(crate) struct Steady {
 }
 
 impl Steady {
-    pub(crate) fn word(&mut self, at: &State) -> Counts {
+    pub(crate) fn sample(&mut self, at: &State) -> Counts {
         let here = Local::at(at.position.latitude, at.position.height);
         let v = at.velocity;
         let east = v[1] / here.n_h;
@@ -46,7 +46,7 @@ impl Steady {
         let force = add(coriolis, [0.0, 0.0, -here.g]);
         let mut whole = |k: usize, rate: V, lsb: f64| -> [i32; 3] {
             core::array::from_fn(|i| {
-                self.due[k][i] += rate[i] * WORD_S / lsb;
+                self.due[k][i] += rate[i] * SAMPLE_S / lsb;
                 let count = self.due[k][i].round();
                 self.due[k][i] -= count;
                 count as i32
@@ -76,12 +76,12 @@ fn a_day_of_rounding_is_below_a_centimetre() {
         let mut exact = [p.latitude, p.longitude, p.height].map(fixed);
         let mut worst = 0.0_f64;
         for _ in 0..86_400 {
-            let words: [Counts; 10] = core::array::from_fn(|_| steady.word(device.state()));
+            let words: [Counts; 10] = core::array::from_fn(|_| steady.sample(device.state()));
             for _ in 0..20 {
                 let before = *device.state();
-                words.iter().for_each(|word| device.word(word));
+                words.iter().for_each(|word| device.sample(word));
                 let (v0, v1) = (before.velocity, device.state().velocity);
-                let tau = 10.0 * WORD_S;
+                let tau = 10.0 * SAMPLE_S;
                 let here = Local::at(
                     before.position.latitude + v0[0] * (0.5 * tau / 6.37e6),
                     before.position.height - v0[2] * (0.5 * tau),
@@ -174,10 +174,10 @@ fn an_old_fix_is_compared_with_where_one_was() {
     let start = state(0.8, [10.0, 0.0, 0.0]);
     let mut device = navigator(start);
     // 2 m/s2 to the north
-    let mut word = Steady { due: [[0.0; 3]; 2] }.word(&start);
-    word.dv[0] += (2.0 * WORD_S / LSB.mps) as i32;
+    let mut word = Steady { due: [[0.0; 3]; 2] }.sample(&start);
+    word.dv[0] += (2.0 * SAMPLE_S / LSB.mps) as i32;
     for _ in 0..20 {
-        device.word(&word);
+        device.sample(&word);
     }
     let fix = Fix {
         position: start.position,
@@ -198,17 +198,17 @@ fn estimates_are_taken_out_of_the_words() {
     let start = state(0.8, [0.0; 3]);
     let (mut clean, mut wrong) = (navigator(start), navigator(start));
     let error = [50, -30, 20]; // counts a word
-    let rate = error.map(|e| (f64::from(e) * LSB.rad / WORD_S) as f32);
-    let force = error.map(|e| (f64::from(e) * LSB.mps / WORD_S) as f32);
+    let rate = error.map(|e| (f64::from(e) * LSB.rad / SAMPLE_S) as f32);
+    let force = error.map(|e| (f64::from(e) * LSB.mps / SAMPLE_S) as f32);
     assert!(wrong.set_estimate(rate, force));
-    let word = Steady { due: [[0.0; 3]; 2] }.word(&start);
+    let word = Steady { due: [[0.0; 3]; 2] }.sample(&start);
     let off = Counts {
         dtheta: core::array::from_fn(|i| word.dtheta[i] + error[i]),
         dv: core::array::from_fn(|i| word.dv[i] + error[i]),
     };
     for _ in 0..12_000 {
-        clean.word(&word);
-        wrong.word(&off);
+        clean.sample(&word);
+        wrong.sample(&off);
     }
     let apart = wrong.state().position.ned_from(&clean.state().position);
     assert!(apart.iter().all(|x| x.abs() < 1e-3), "{apart:?}");
@@ -218,7 +218,7 @@ fn estimates_are_taken_out_of_the_words() {
 fn a_transition_starts_anew_and_counts_a_piece_in_progress() {
     let mut device = navigator(state(0.8, [0.0; 3]));
     for _ in 0..23 {
-        device.word(&Counts::default());
+        device.sample(&Counts::default());
     }
     let first = device.take_transition();
     assert!((first.time - 0.115).abs() < 1e-6);
@@ -273,7 +273,7 @@ fn nothing_poisons_the_solution() {
     assert_eq!(device.faults().inputs, 4 * 11);
     assert_eq!(*device.state(), start);
     for extreme in [i32::MAX, i32::MIN, i32::MIN + 1] {
-        device.word(&Counts {
+        device.sample(&Counts {
             dtheta: [extreme; 3],
             dv: [extreme; 3],
         });
@@ -282,7 +282,7 @@ fn nothing_poisons_the_solution() {
     finite_all(&mut device);
     // as much as is believed, for half an hour: away with it
     for k in 0..360_000 {
-        device.word(&Counts {
+        device.sample(&Counts {
             dtheta: [4_900_000, -3_000_000, 100 * (k % 7)],
             dv: [900_000, -900_000, 900_000],
         });
@@ -290,13 +290,13 @@ fn nothing_poisons_the_solution() {
     finite_all(&mut device);
     assert!(device.faults().lost);
     let stopped = *device.state();
-    device.word(&Counts::default());
+    device.sample(&Counts::default());
     assert!(*device.state() == stopped && device.take_transition().time == 0.0);
     // over the pole
     let mut device = navigator(state(1.5705, [50.0, 0.0, 0.0]));
-    let word = Steady { due: [[0.0; 3]; 2] }.word(device.state());
+    let word = Steady { due: [[0.0; 3]; 2] }.sample(device.state());
     for _ in 0..200_000 {
-        device.word(&word);
+        device.sample(&word);
     }
     finite_all(&mut device);
     assert!(device.faults().lost);
@@ -304,9 +304,9 @@ fn nothing_poisons_the_solution() {
 
 #[test]
 fn wrong_configurations_name_the_parameter() {
-    let good = Config::new(LSB, WORD_S, NOISE);
-    assert_eq!(good.piece_words, 10);
-    assert_eq!(Config::new(LSB, f64::NAN, NOISE).piece_words, 1);
+    let good = Config::new(LSB, SAMPLE_S, NOISE);
+    assert_eq!(good.piece_samples, 10);
+    assert_eq!(Config::new(LSB, f64::NAN, NOISE).piece_samples, 1);
     let start = state(0.8, [0.0; 3]);
     let of = |config: Config, state: State| Navigator::new(config, state).err();
     assert_eq!(of(good, start), None);
@@ -320,23 +320,23 @@ fn wrong_configurations_name_the_parameter() {
         assert_eq!(
             of(
                 Config {
-                    word_s: bad,
+                    sample_s: bad,
                     ..good
                 },
                 start
             ),
-            Some(ConfigError::WordPeriod)
+            Some(ConfigError::SamplePeriod)
         );
     }
     assert_eq!(
         of(
             Config {
-                piece_words: 0,
+                piece_samples: 0,
                 ..good
             },
             start
         ),
-        Some(ConfigError::PieceWords)
+        Some(ConfigError::PieceSamples)
     );
     for bad in [-1e-9, f32::NAN, f32::INFINITY] {
         let noise = Noise { gyro: bad, ..NOISE };

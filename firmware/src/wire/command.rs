@@ -33,7 +33,7 @@ pub struct Estimate {
     /// Correction in force: rate error in rad/s, error of the specific force in m/s2.
     pub in_force: [[f32; 3]; 2],
     /// What the networks in use said of the last block.
-    pub said: [[f32; 3]; 2],
+    pub network_output: [[f32; 3]; 2],
     /// What the copy that learns said of it.
     pub learnt: [[f32; 3]; 2],
     /// References used, of windows since power-on.
@@ -122,8 +122,8 @@ pub struct Health {
     /// Corrections held at their bound.
     pub bounded: u32,
     /// Most metres that corrections within their limits can add to a free-inertial position 5, 10, 15, 20 and 22 min after the
-    /// alignment ([`crate::harm`]).
-    pub harm_m: [u32; 5],
+    /// alignment ([`crate::error_bound`]).
+    pub error_bound_m: [u32; 5],
     /// The hypothesis that stands: 0 the sensors are right, 1 biases, 2 to 4 output weights with narrow to wide priors, 5 all weights.
     pub winner: u8,
     /// The learner is aligned and compares itself with fixes.

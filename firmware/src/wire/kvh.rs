@@ -275,34 +275,6 @@ fn seal(frame: &mut [u8]) {
     put(frame, crc, sum.to_be_bytes());
 }
 
-/// Add `correction` to `word` and keep what the single-precision word cannot hold in `remainder` (start with 0).
-///
-/// Two exact sums (Knuth's `TwoSum`) instead of f64, which costs a Cortex-M4F ten times as much: remainder and word hold
-/// the sum to 48 bits. Over any run of frames the sum of the words sent differs from the exact sum by the last remainder
-/// only, at most half an ulp of one word. A word that is not finite is sent as it came and clears the remainder.
-pub fn correct(word: f32, correction: f32, remainder: &mut f32) -> f32 {
-    let (due, lost) = two_sum(*remainder, correction);
-    if due == 0.0 {
-        return word; // -0.0 stays -0.0
-    }
-    let (sent, rest) = two_sum(word, due);
-    let rest = rest + lost;
-    if !sent.is_finite() {
-        *remainder = 0.0;
-        return word;
-    }
-    *remainder = if rest.is_finite() { rest } else { 0.0 };
-    sent
-}
-
-/// s = fl(a + b) and the error e with s + e = a + b exactly.
-fn two_sum(a: f32, b: f32) -> (f32, f32) {
-    let s = a + b;
-    let from_b = s - a;
-    let from_a = s - from_b;
-    (s, (a - from_a) + (b - from_b))
-}
-
 /// Every field of a message.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Repr {

@@ -48,7 +48,7 @@ impl Learner for Knows {
     fn block(&mut self, _: u32, _: &Block) {
         self.blocks += 1;
     }
-    fn hole(&mut self) {}
+    fn gap(&mut self) {}
     fn fix(&mut self, _: u32, _: &Fix) {}
     fn winner(&mut self) -> Option<Winner> {
         (self.from..self.to).contains(&self.blocks).then(|| Winner {
@@ -113,7 +113,7 @@ impl AtRest {
         }
     }
 
-    pub fn word(&mut self) -> [i32; 6] {
+    pub fn sample(&mut self) -> [i32; 6] {
         let mut word = [0; 6];
         for ((word, due), rate) in word.iter_mut().zip(&mut self.due).zip(&self.rate) {
             *due += rate;
@@ -181,7 +181,7 @@ fn drive(config: Config, knows: Knows, script: &[(u32, Act)]) -> Seen {
             navigator = Some(Navigator::new(config, state).expect("a good state"));
         }
         for n in 0..RATE {
-            let [a, b, c, d, e, f] = words_at_rest.word();
+            let [a, b, c, d, e, f] = words_at_rest.sample();
             let fields = Fields {
                 gyro: [a, b, c],
                 accel: [d, e, f],
@@ -195,8 +195,8 @@ fn drive(config: Config, knows: Knows, script: &[(u32, Act)]) -> Seen {
                 dv: [d, e, f],
             };
             match &mut navigator {
-                Some(navigator) => navigator.word(&counts),
-                None => computer.word(&counts),
+                Some(navigator) => navigator.sample(&counts),
+                None => computer.sample(&counts),
             }
         }
         let in_force = device.ask(&Request::GetEstimate, |answer| match answer {

@@ -6,7 +6,7 @@ use crate::device::Device;
 use crate::frames::Fields;
 use firmware::app::{App, Config};
 use firmware::control::{Alignment, Mode};
-use firmware::learn::{Both, FixLearner, FixMemory, Settings, WindowLearner};
+use firmware::learn::{CombinedLearner, FixLearner, FixMemory, Settings, WindowLearner};
 use firmware::model::Nets;
 use firmware::units::DEGREE;
 use firmware::wire::command::{Health, Request, Response};
@@ -14,7 +14,7 @@ use firmware::wire::ubx::Pvt;
 
 fn device(config: Config) -> Device {
     let memory = Box::leak(Box::new(FixMemory::ZEROED));
-    let learner = Both {
+    let learner = CombinedLearner {
         references: Box::leak(Box::new(WindowLearner::new())),
         fixes: FixLearner::new(memory, Settings::MEDIUM),
     };
@@ -69,7 +69,7 @@ impl Bench {
 
     /// The next frame.
     fn frame(&mut self) -> Vec<u8> {
-        let [a, b, c, d, e, f] = self.words.word();
+        let [a, b, c, d, e, f] = self.words.sample();
         let fields = Fields {
             gyro: [a, b, c],
             accel: [d, e, f],

@@ -156,7 +156,10 @@ fn learns_from_references_and_is_used_by_command_only() {
         told.learnt
     );
     assert_eq!((told.used, told.doubted), (30, 0));
-    assert_eq!((told.said, told.in_force), ([[0.0; 3]; 2], [[0.0; 3]; 2]));
+    assert_eq!(
+        (told.network_output, told.in_force),
+        ([[0.0; 3]; 2], [[0.0; 3]; 2])
+    );
     assert_eq!(*device.app.nets(), start());
     assert_eq!(device.lines.navigation.sent, frames(0, 30 * WORDS));
 
@@ -171,7 +174,7 @@ fn learns_from_references_and_is_used_by_command_only() {
     device.feed(&frames(30 * WORDS, 32 * WORDS).concat());
     let told = estimate(&mut device);
     assert!(
-        told.in_force == told.said && off(told.in_force) < 0.2,
+        told.in_force == told.network_output && off(told.in_force) < 0.2,
         "{told:?}"
     );
     assert_ne!(device.lines.navigation.sent, frames(30 * WORDS, 32 * WORDS));
@@ -307,7 +310,10 @@ fn shadow_tells_and_does_not_touch() {
     assert_eq!(device.app.phase(), Phase::Run(Mode::Shadow));
     assert_eq!(device.lines.navigation.sent, sent);
     let told = estimate(&mut device);
-    assert_eq!((told.said[0], told.in_force), (error, [[0.0; 3]; 2]));
+    assert_eq!(
+        (told.network_output[0], told.in_force),
+        (error, [[0.0; 3]; 2])
+    );
     refused(
         &mut device,
         &Request::ReadLearnt {

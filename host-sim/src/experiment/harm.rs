@@ -4,13 +4,13 @@ use crate::inertial::session::Session;
 use crate::inertial::units::{DEG_PER_H, UG};
 use crate::learning::teacher::Assumptions;
 use crate::learning::window::limit;
-use firmware::harm::Harm;
+use firmware::error_bound::ErrorBound;
 
 /// What corrections within the limits of [`crate::learning::window::compensator`] can do at worst in this session, and a sentence that says it.
 #[must_use]
-pub fn harm(session: &Session, assumptions: &Assumptions) -> (Harm, String) {
+pub fn harm(session: &Session, assumptions: &Assumptions) -> (ErrorBound, String) {
     let speed = session.reference.iter().map(|s| s.velocity.xy().norm());
-    let harm = Harm {
+    let harm = ErrorBound {
         limit: limit(assumptions),
         speed: speed.fold(0.0, f64::max) as f32,
     };
@@ -32,7 +32,7 @@ mod tests {
     use crate::inertial::sins::Increment;
     use crate::simulator::imu::ErrorModelName;
     use crate::simulator::session::{SessionConfig, simulate};
-    use firmware::harm::TIMES_S;
+    use firmware::error_bound::TIMES_S;
     use nalgebra::Vector3;
     use rand::{RngExt, SeedableRng};
     use rand_chacha::ChaCha8Rng;

@@ -15,7 +15,7 @@ use crate::learning::study::{Study, study};
 use crate::learning::teacher::{Assumptions, aligned};
 use crate::learning::window::NetworkSpec;
 use crate::recordings::lasergyro::Recording;
-use firmware::learn::bank::{ALL, Gates, NAMES, NOTHING};
+use firmware::learn::bank::{ALL, Gates, NAMES, ZERO_CORRECTION};
 use firmware::sample::{Counts, Lsb};
 use nalgebra::{UnitQuaternion, Vector3};
 
@@ -114,7 +114,7 @@ fn aid_all(session: &Session, judged: &mut Judged) -> Option<&'static str> {
         };
         taught::<f32>(session, &words, &a, gates, until)
     };
-    let none = taught(1 << NOTHING)?;
+    let none = taught(1 << ZERO_CORRECTION)?;
     let product = taught(ALL)?;
     let model = ErrorModel::biases(&a.prior);
     let filter = aligned(session, &words)?.aided(model, &a, session, &words, until);

@@ -99,7 +99,7 @@ fn differences(seconds: f64, dt: f64, errors: [[f32; 3]; 2], seed: u64) -> [f64;
     for second in counts.chunks_exact(truth.words_per_epoch) {
         for word in second {
             sins.step(&corrected(word, &errors, dt), dt);
-            device.word(word);
+            device.sample(word);
         }
         let nav = desktop_state(device.state());
         let now = [
@@ -206,7 +206,7 @@ fn transitions_are_those_of_the_desktop() {
                 fine.word(&sins.nav, &corrected, dt);
                 let next = fine.take(&sins.nav);
                 want = Some(want.map_or(next.clone(), |before| composed(&before, &next)));
-                device.word(word);
+                device.sample(word);
             }
             let (want, got, usual) = (
                 want.unwrap(),

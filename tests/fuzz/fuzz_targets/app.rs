@@ -4,7 +4,7 @@
 
 use firmware::app::{App, Config, Lines, Phase};
 use firmware::control::{Mode, Window};
-use firmware::learn::{Both, FixLearner, FixMemory, Settings, WindowLearner};
+use firmware::learn::{CombinedLearner, FixLearner, FixMemory, Settings, WindowLearner};
 use firmware::link::{Clock, Full, Line, Lost};
 use firmware::model::Nets;
 use firmware::wire::command::{MAX_PACKET, Packets, Request, Response, decode, encode};
@@ -179,7 +179,7 @@ fuzz_target!(|input: &[u8]| {
     };
     let mut windows = WindowLearner::new();
     let mut memory = Box::new(FixMemory::ZEROED);
-    let mut learner = Both {
+    let mut learner = CombinedLearner {
         references: &mut windows,
         fixes: FixLearner::new(&mut memory, Settings::MEDIUM),
     };

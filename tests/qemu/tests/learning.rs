@@ -135,7 +135,7 @@ fn the_alignment_is_the_desktops() {
         bias: [1.63e-6, 4e-3],
     };
     let mut align = Align::new(sensors, session.lsb, session.dt);
-    words.iter().for_each(|word| align.word(word));
+    words.iter().for_each(|word| align.sample(word));
     assert_eq!(
         align.gathered().round() as u32,
         120,

@@ -108,7 +108,7 @@ impl RateWork {
         for _ in 0..self.words {
             let word = word(input, self.words.into());
             let (corrected, _) = self.compensator.process(&mut self.state, word);
-            self.navigator.word(&corrected);
+            self.navigator.sample(&corrected);
         }
         let transition = self.navigator.take_transition();
         let (found, good) = verdict(&self.navigator, transition.phi[8][5]);

@@ -27,14 +27,14 @@ pub struct NavPieceWork(Navigator);
 pub struct NavSecondWork(Navigator);
 
 /// At rest in middle latitudes, `rate` words a second.
-pub(crate) fn navigator(rate: usize, piece_words: Option<u16>) -> Option<Navigator> {
+pub(crate) fn navigator(rate: usize, piece_samples: Option<u16>) -> Option<Navigator> {
     let noise = Noise {
         gyro: 1e-6,
         accel: 1e-4,
     };
     let mut config = Config::new(LSB, 1.0 / rate as f64, noise);
-    if let Some(words) = piece_words {
-        config.piece_words = words;
+    if let Some(words) = piece_samples {
+        config.piece_samples = words;
     }
     let state = State {
         position: Position {
@@ -70,7 +70,7 @@ impl NavWordWork {
     /// One repetition, and whether it was good.
     #[inline(always)]
     pub fn run(&mut self, input: [f32; 3]) -> ([f32; 3], bool) {
-        self.0.word(&word(input, RATE));
+        self.0.sample(&word(input, RATE));
         verdict(&self.0, 0.0)
     }
 }
@@ -84,7 +84,7 @@ impl NavPieceWork {
     /// One repetition, and whether it was good.
     #[inline(always)]
     pub fn run(&mut self, input: [f32; 3]) -> ([f32; 3], bool) {
-        self.0.word(&word(input, RATE));
+        self.0.sample(&word(input, RATE));
         verdict(&self.0, self.0.state().velocity[2] as f32)
     }
 }
@@ -99,7 +99,7 @@ impl NavSecondWork {
     #[inline(always)]
     pub fn run(&mut self, input: [f32; 3]) -> ([f32; 3], bool) {
         for _ in 0..RATE {
-            self.0.word(&word(input, RATE));
+            self.0.sample(&word(input, RATE));
         }
         let transition = self.0.take_transition();
         let (found, good) = verdict(&self.0, transition.phi[8][5]);

@@ -61,7 +61,7 @@ impl Flow<'_> {
     }
 
     /// Words go through as they came, but the networks step.
-    pub(super) fn looks_on(&self) -> bool {
+    pub(super) fn observes_only(&self) -> bool {
         matches!(self.mode, Mode::Shadow | Mode::Learn) && !self.active
     }
 
@@ -75,11 +75,11 @@ impl Flow<'_> {
         let (Some(learner), Some(correction)) = (&mut self.learner.0, &self.correction) else {
             return;
         };
-        let meaning = Some(correction.compensator.meaning());
-        if self.begun != meaning {
-            self.begun = meaning.filter(|_| matches!(self.mode, Mode::Shadow | Mode::Learn));
-            if let Some(meaning) = self.begun {
-                learner.begin(&self.config.nets, meaning);
+        let stream = Some(correction.compensator.scale());
+        if self.begun != stream {
+            self.begun = stream.filter(|_| matches!(self.mode, Mode::Shadow | Mode::Learn));
+            if let Some(stream) = self.begun {
+                learner.begin(&self.config.nets, stream);
             }
         }
     }
@@ -148,7 +148,9 @@ impl Flow<'_> {
             counter: self.last.counter(),
             window,
             in_force: correction.map_or([[0.0; 3]; 2], |c| c.state.estimate()),
-            said: self.block.map_or([[0.0; 3]; 2], |block| block.said),
+            network_output: self
+                .block
+                .map_or([[0.0; 3]; 2], |block| block.network_output),
             learnt: estimate,
             used,
             doubted,

@@ -1,7 +1,7 @@
 //! A block or a fix in parts, each short enough to be done between two words. Part for part it is the arithmetic of
 //! [`Bank::propagate`], [`Bank::fix`] and [`Bank::step`].
 
-use super::{ALL, Bank, HYPOTHESES, NAV, NOTHING, OUTPUTS, TRIADS, index};
+use super::{ALL, Bank, HYPOTHESES, NAV, OUTPUTS, TRIADS, ZERO_CORRECTION, index};
 use crate::fix::OBSERVATIONS;
 use lrnn_nostd::Real;
 use lrnn_nostd::learn::kalman::{
@@ -147,7 +147,7 @@ impl<T: Real> Bank<T> {
             });
         }
         let (by, rest) = (&block.gamma, &block.q);
-        let rest = if which == NOTHING {
+        let rest = if which == ZERO_CORRECTION {
             self.unmodelled(by, rest)
         } else {
             *rest

@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::compensator::{Compensator, Limit};
-use crate::nav::tests::{LSB, Steady, WORD_S, state};
+use crate::nav::tests::{LSB, SAMPLE_S, Steady, state};
 
 const RATE: u32 = 200;
 const SPEED_MPS: f64 = 20.0;
@@ -30,12 +30,12 @@ impl<'m> Drive<'m> {
         };
         let nets = Nets::NONE;
         let compensator =
-            Compensator::new(nets.gyro, nets.accel, LSB, WORD_S, RATE as u16, limit).unwrap();
+            Compensator::new(nets.gyro, nets.accel, LSB, SAMPLE_S, RATE as u16, limit).unwrap();
         let mut learner = FixLearner::new(memory, Settings::MEDIUM);
-        learner.begin(&nets, compensator.meaning());
+        learner.begin(&nets, compensator.scale());
         let sigmas = [1e-4, 1e-4, 1e-3, 0.1, 0.1, 0.1, 5.0, 5.0, 5.0];
         learner.navigate_from(start, &sigmas).unwrap();
-        let config = nav::Config::new(LSB, WORD_S, Settings::MEDIUM.noise);
+        let config = nav::Config::new(LSB, SAMPLE_S, Settings::MEDIUM.noise);
         Drive {
             learner,
             compensator: (compensator, crate::compensator::State::default()),
@@ -58,16 +58,16 @@ impl<'m> Drive<'m> {
         };
         self.under_way.push((self.number + delay, fix));
         for _ in 0..RATE {
-            let counts = self.steady.word(self.truth.state());
-            self.truth.word(&counts);
+            let counts = self.steady.sample(self.truth.state());
+            self.truth.sample(&counts);
             let sample = RawSample::Counts {
                 gyro: counts.dtheta,
                 accel: counts.dv,
             };
             self.number += 1;
-            self.learner.word(self.number, &sample);
+            self.learner.sample(self.number, &sample);
             let (compensator, state) = &mut self.compensator;
-            if let Some(block) = compensator.take_in(state, &sample) {
+            if let Some(block) = compensator.accumulate(state, &sample) {
                 self.learner.block(self.number, &block);
             }
             self.arrivals();
@@ -150,8 +150,8 @@ fn a_known_state_needs_a_stream_and_a_range() {
     );
     let scale = StreamScale {
         lsb: LSB,
-        period_s: WORD_S,
-        block_words: 200,
+        period_s: SAMPLE_S,
+        block_samples: 200,
     };
     learner.begin(&Nets::NONE, scale);
     assert!(learner.nav().is_none());

@@ -68,7 +68,7 @@ proptest! {
         let [faults, frames, bad_checksums, garbage, missed, saturated, bounded] = counts;
         let health = Health {
             mode, faults, frames, bad_checksums, garbage, missed, saturated, bounded,
-            harm_m: [0, 1, offset, u32::MAX, 7],
+            error_bound_m: [0, 1, offset, u32::MAX, 7],
             winner: number, navigates: true, used_fixes: frames, refused_fixes: garbage, promotions: missed, rollbacks: u32::MAX,
             busy: Some(number.into()), busiest: None,
         };
@@ -79,7 +79,7 @@ proptest! {
             counter: Some(u16::MAX),
             window: Some((u32::MAX, frames)),
             in_force: [[f32::MAX; 3]; 2],
-            said: [[f32::MIN; 3]; 2],
+            network_output: [[f32::MIN; 3]; 2],
             learnt: [[0.5; 3]; 2],
             used: u32::MAX,
             doubted: u32::MAX,

@@ -6,7 +6,7 @@ use crate::inertial::units::DEG;
 use crate::simulator::gnss::GnssSpec;
 use crate::simulator::imu::{ErrorModelName, ImuSpec};
 use crate::simulator::session::{SessionConfig, simulate};
-use firmware::learn::bank::{HYPOTHESES, NOTHING};
+use firmware::learn::bank::{HYPOTHESES, ZERO_CORRECTION};
 use firmware::learn::prior::{All, weights};
 use lrnn_nostd::learn::kalman::{
     AllWeights, ErrorModel as Networks, Kalman, NoParameters, OutputWeights, Prior,
@@ -174,7 +174,7 @@ fn noise_alone_promotes_nothing() {
         let words = session.increments();
         let student: Student<f32> =
             taught(&session, &words, &assumptions, Gates::default(), 400).unwrap();
-        assert_eq!(student.bank.running(), NOTHING);
+        assert_eq!(student.bank.running(), ZERO_CORRECTION);
         let same = student.corrected(&words[7], session.step_s());
         assert_eq!((same.dtheta, same.dv), (words[7].dtheta, words[7].dv));
         for other in 1..HYPOTHESES {
@@ -189,7 +189,7 @@ fn real_biases_are_promoted() {
     let words = session.increments();
     let student: Student<f32> =
         taught(&session, &words, &assumptions, Gates::default(), 400).unwrap();
-    assert_ne!(student.bank.running(), NOTHING);
+    assert_ne!(student.bank.running(), ZERO_CORRECTION);
     assert!(student.bank.evidence(student.bank.running()) > 100.0);
 }
 

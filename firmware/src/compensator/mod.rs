@@ -1,13 +1,16 @@
-//! Counts in, corrected counts out: block sums, two networks, clipping, and the remainder that is carried.
+//! Samples in, corrected samples out: block sums, two networks, limits, and a carried remainder.
 //!
-//! The networks step once per block of `block_words` words (LEARNING: one word's noise hides a laser gyro's bias by two orders of
-//! magnitude). The estimate of a block is held over the next one, so a word's correction is known before the word arrives and the
+//! The networks step once a block of `block_samples` samples, because the noise of one sample hides
+//! a laser gyro's bias by two orders of magnitude (see LEARNING). The estimate of a block is held
+//! over the next one. So the correction of a sample is known before the sample arrives, and the
 //! latency is the same on all axes. With a correction of zero the output is the input, bit for bit.
+
+mod remainder;
 
 use crate::model::Nets;
 use crate::sample::{Counts, Lsb, RawSample, StreamScale};
-use crate::wire::kvh;
 use lrnn_nostd::{Fault, Net, State as NetState, Step};
+use remainder::{COUNT, LARGEST, add_float, subtract};
 
 /// Largest correction, per axis.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -23,10 +26,10 @@ pub struct Limit {
 pub enum ConfigError {
     /// A count's value is not a positive finite number.
     Lsb,
-    /// The word period is not a positive finite number.
-    WordPeriod,
-    /// A block has no word.
-    BlockWords,
+    /// The sample period is not a positive finite number.
+    SamplePeriod,
+    /// A block has no sample.
+    BlockSamples,
     /// A limit is negative or not a number.
     Limit,
 }
@@ -35,8 +38,8 @@ impl core::fmt::Display for ConfigError {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         f.write_str(match self {
             Self::Lsb => "lsb: must be positive and finite",
-            Self::WordPeriod => "word period: must be positive and finite",
-            Self::BlockWords => "block_words: must be at least 1",
+            Self::SamplePeriod => "sample period: must be positive and finite",
+            Self::BlockSamples => "block_samples: must be at least 1",
             Self::Limit => "limit: must be a number >= 0",
         })
     }
@@ -44,43 +47,45 @@ impl core::fmt::Display for ConfigError {
 
 impl core::error::Error for ConfigError {}
 
-/// Configuration: networks, block length, count values, clipping. Whole networks are swapped between blocks, never edited.
+/// Configuration: networks, block length, count values, limits. Whole networks are exchanged
+/// between blocks, never edited.
 #[derive(Debug, Clone)]
 pub struct Compensator {
     /// Gyro network: rate in rad/s in, rate error in rad/s out.
     pub gyro: Net,
     /// Accelerometer network: specific force in m/s2 in, its error in m/s2 out.
     pub accel: Net,
-    /// Fastest change of the correction, rad/s per s and m/s2 per s; `None`: at once, for the time before the alignment.
+    /// Fastest change of the correction, rad/s per s and m/s2 per s. `None` before the alignment:
+    /// the correction then changes at once.
     pub slew: Option<Limit>,
-    meaning: StreamScale,
+    scale: StreamScale,
     block_s: f32,
     limit: Limit,
     // mean input of a block per summed count, SI
     input_per_count: [f32; 2],
-    // counts per word for an error of one SI unit
+    // counts per sample for an error of one SI unit
     counts_per_error: [f32; 2],
 }
 
-/// What changes from word to word.
+/// What changes from sample to sample.
 #[derive(Debug, Clone, Default)]
 pub struct State {
     gyro: NetState,
     accel: NetState,
     sum: [[i64; 3]; 2],
-    words: u16,
+    samples: u16,
     estimate: [[f32; 3]; 2], // rad/s and m/s2, in force
-    due: [[i64; 3]; 2],      // the same in counts per word, 2^-32
+    due: [[i64; 3]; 2],      // the same in steps of 2^-32 counts per sample
     due_float: [[f32; 3]; 2],
-    remainder: [[i32; 3]; 2], // counts, 2^-32; at most half a count
+    remainder: [[i32; 3]; 2], // steps of 2^-32 counts; at most half a count
     remainder_float: [[f32; 3]; 2],
-    /// The correction goes to zero (as fast as `slew` lets it) whatever the networks say.
+    /// The correction goes to zero, as fast as `slew` lets it, whatever the networks' output.
     pub off: bool,
     /// Blocks whose network step reported a fault since start.
     pub faults: u32,
     /// Blocks in which a correction was clipped since start.
     pub clipped: u32,
-    /// Blocks that were given up since start: see [`Compensator::give_up_block`].
+    /// Blocks given up since start: see [`Compensator::give_up_block`].
     pub given_up: u32,
 }
 
@@ -90,12 +95,13 @@ impl State {
         self.estimate
     }
 
-    /// The networks' states as before their first step, for other networks. The estimate stays in force until they step.
+    /// The networks' states as before their first step, for other networks. The estimate stays in
+    /// force until they step.
     pub fn reset_nets(&mut self) {
         self.set_nets([NetState::new(); 2]);
     }
 
-    /// The networks' states as those of others that have seen the same blocks.
+    /// Takes the networks' states from networks that have seen the same blocks.
     pub fn set_nets(&mut self, [gyro, accel]: [NetState; 2]) {
         self.gyro = gyro;
         self.accel = accel;
@@ -109,22 +115,23 @@ pub struct Block {
     pub rate: [f32; 3],
     /// Mean specific force, m/s2.
     pub force: [f32; 3],
-    /// Estimated rate error in force from the next word on, rad/s.
+    /// Estimated rate error in force from the next sample on, rad/s.
     pub rate_error: [f32; 3],
     /// Estimated specific-force error likewise, m/s2.
     pub force_error: [f32; 3],
-    /// What the networks said, within the limit, whether it comes into force or not: rad/s and m/s2.
-    pub said: [[f32; 3]; 2],
-    /// The block's words, summed in steps.
+    /// The networks' output within the limit, whether it comes into force or not: rad/s, m/s2.
+    pub network_output: [[f32; 3]; 2],
+    /// Sum of the block's samples, in steps.
     pub sum: [[i64; 3]; 2],
-    /// Counts (or units of a float word) in a step: 1, or a power of two below.
+    /// Counts (or units of a float sample) in a step: 1, or a power of two below.
     pub step: f32,
     /// First fault of the two networks, if any.
     pub fault: Option<Fault>,
 }
 
 impl Compensator {
-    /// `word_period_s` is the time between words, `block_words` the network's period in words.
+    /// `sample_period_s` is the time between samples, `block_samples` the networks' period in
+    /// samples.
     ///
     /// # Errors
     /// Names the parameter that is out of range.
@@ -132,58 +139,59 @@ impl Compensator {
         gyro: Net,
         accel: Net,
         lsb: Lsb,
-        word_period_s: f64,
-        block_words: u16,
+        sample_period_s: f64,
+        block_samples: u16,
         limit: Limit,
     ) -> Result<Self, ConfigError> {
         let positive = |x: f64| x.is_finite() && x > 0.0;
         if !positive(lsb.rad) || !positive(lsb.mps) {
             return Err(ConfigError::Lsb);
         }
-        if !positive(word_period_s) {
-            return Err(ConfigError::WordPeriod);
+        if !positive(sample_period_s) {
+            return Err(ConfigError::SamplePeriod);
         }
-        if block_words == 0 {
-            return Err(ConfigError::BlockWords);
+        if block_samples == 0 {
+            return Err(ConfigError::BlockSamples);
         }
         if limit.gyro.is_nan() || limit.accel.is_nan() || limit.gyro < 0.0 || limit.accel < 0.0 {
             return Err(ConfigError::Limit);
         }
-        let block_s = word_period_s * f64::from(block_words);
+        let block_s = sample_period_s * f64::from(block_samples);
         Ok(Self {
             gyro,
             accel,
-            meaning: StreamScale {
+            scale: StreamScale {
                 lsb,
-                period_s: word_period_s,
-                block_words,
+                period_s: sample_period_s,
+                block_samples,
             },
             limit,
             slew: None,
             block_s: block_s as f32,
             input_per_count: [(lsb.rad / block_s) as f32, (lsb.mps / block_s) as f32],
             counts_per_error: [
-                (word_period_s / lsb.rad) as f32,
-                (word_period_s / lsb.mps) as f32,
+                (sample_period_s / lsb.rad) as f32,
+                (sample_period_s / lsb.mps) as f32,
             ],
         })
     }
 
-    /// What the words mean.
-    pub fn meaning(&self) -> StreamScale {
-        self.meaning
+    /// Scale and timing of the samples.
+    pub fn scale(&self) -> StreamScale {
+        self.scale
     }
 
-    /// The state at power-on. What the networks say before their first input, the bias of their output layer, is in force until the
-    /// first block is over; with `off`, nothing is.
+    /// The state at power-on. The networks' initial output, which is the bias of their output layer,
+    /// is in force until the first block is over; with `off`, the correction is zero.
     pub fn power_on(&self, off: bool) -> State {
         let mut state = State {
             off,
             ..State::default()
         };
         if !off {
-            let said = self.within_limit([self.gyro.initial_output(), self.accel.initial_output()]);
-            self.put_in_force(&mut state, &said);
+            let output =
+                self.within_limit([self.gyro.initial_output(), self.accel.initial_output()]);
+            self.put_in_force(&mut state, &output);
         }
         state
     }
@@ -195,22 +203,23 @@ impl Compensator {
         ]
     }
 
-    /// One word in, one word out; at the end of a block also what the networks said of it, which takes effect with the next word.
-    pub fn process(&self, state: &mut State, word: Counts) -> (Counts, Option<Block>) {
+    /// One sample in, one sample out. At the end of a block also the networks' output, which takes
+    /// effect with the next sample.
+    pub fn process(&self, state: &mut State, sample: Counts) -> (Counts, Option<Block>) {
         let before = RawSample::Counts {
-            gyro: word.dtheta,
-            accel: word.dv,
+            gyro: sample.dtheta,
+            accel: sample.dv,
         };
         let out = Counts {
-            dtheta: subtract(word.dtheta, &state.due[0], &mut state.remainder[0]),
-            dv: subtract(word.dv, &state.due[1], &mut state.remainder[1]),
+            dtheta: subtract(sample.dtheta, &state.due[0], &mut state.remainder[0]),
+            dv: subtract(sample.dv, &state.due[1], &mut state.remainder[1]),
         };
-        (out, self.take_in(state, &before))
+        (out, self.accumulate(state, &before))
     }
 
-    /// Correct one word by the estimate in force: all that must be done before a frame can leave.
-    pub fn correct(&self, state: &mut State, words: &mut RawSample) {
-        match words {
+    /// Corrects one sample by the estimate in force: all that must be done before a frame can leave.
+    pub fn correct(&self, state: &mut State, sample: &mut RawSample) {
+        match sample {
             RawSample::Counts { gyro, accel } => {
                 *gyro = subtract(*gyro, &state.due[0], &mut state.remainder[0]);
                 *accel = subtract(*accel, &state.due[1], &mut state.remainder[1]);
@@ -218,15 +227,15 @@ impl Compensator {
             RawSample::Floats { gyro, accel } => {
                 let [due_gyro, due_accel] = &state.due_float;
                 let [left_gyro, left_accel] = &mut state.remainder_float;
-                subtract_float(gyro, due_gyro, left_gyro);
-                subtract_float(accel, due_accel, left_accel);
+                add_float(gyro, due_gyro, left_gyro);
+                add_float(accel, due_accel, left_accel);
             }
         }
     }
 
-    /// Add one *uncorrected* word to the block; its last one steps the networks.
-    pub fn take_in(&self, state: &mut State, words: &RawSample) -> Option<Block> {
-        let per_sum = match words {
+    /// Adds one *uncorrected* sample to the block; the last one steps the networks.
+    pub fn accumulate(&self, state: &mut State, sample: &RawSample) -> Option<Block> {
+        let per_sum = match sample {
             RawSample::Counts { gyro, accel } => {
                 for (sum, counts) in state.sum.iter_mut().zip([gyro, accel]) {
                     for (s, c) in sum.iter_mut().zip(counts) {
@@ -245,17 +254,18 @@ impl Compensator {
                 1.0 / FLOAT_STEPS
             }
         };
-        state.words += 1;
-        (state.words >= self.meaning.block_words).then(|| self.end_block(state, per_sum))
+        state.samples += 1;
+        (state.samples >= self.scale.block_samples).then(|| self.end_block(state, per_sum))
     }
 
-    /// Other networks with their states. What is in force stays so until they step.
+    /// Other networks with their states. The estimate in force stays until they step.
     pub fn exchange(&mut self, state: &mut State, nets: Nets, states: [NetState; 2]) {
         (self.gyro, self.accel) = (nets.gyro, nets.accel);
         state.set_nets(states);
     }
 
-    /// The networks step on a block that others have stepped on before; what they say of it.
+    /// Steps the networks on a block that other networks have stepped on before, and gives their
+    /// output.
     pub fn step_again(&self, state: &mut State, block: &Block) -> [[f32; 3]; 2] {
         let g = step(&self.gyro, &mut state.gyro, block.rate);
         let a = step(&self.accel, &mut state.accel, block.force);
@@ -263,17 +273,18 @@ impl Compensator {
     }
 
     /// Brings an estimate into force at once, within the limit.
-    pub fn force(&self, state: &mut State, said: &[[f32; 3]; 2]) {
-        state.estimate = self.within_limit(*said);
+    pub fn force(&self, state: &mut State, estimate: &[[f32; 3]; 2]) {
+        state.estimate = self.within_limit(*estimate);
         self.make_due(state);
     }
 
-    /// There is a hole in the stream: the networks do not step over it. The words since the last block are given up, the
-    /// next word begins a new block, and until that is full the estimate and the networks' state stay as they are.
+    /// The stream has a gap, and the networks do not step over it. The samples since the last block
+    /// are given up and the next sample begins a new block. Until that is full, the estimate and the
+    /// networks' states stay as they are.
     pub fn give_up_block(&self, state: &mut State) {
-        state.given_up = state.given_up.saturating_add(u32::from(state.words > 0));
+        state.given_up = state.given_up.saturating_add(u32::from(state.samples > 0));
         state.sum = [[0; 3]; 2];
-        state.words = 0;
+        state.samples = 0;
     }
 
     fn end_block(&self, state: &mut State, per_sum: f32) -> Block {
@@ -282,15 +293,15 @@ impl Compensator {
         let rate = mean(state.sum[0], per_gyro);
         let force = mean(state.sum[1], per_accel);
         let sum = core::mem::take(&mut state.sum);
-        state.words = 0;
+        state.samples = 0;
         let g = step(&self.gyro, &mut state.gyro, rate);
         let a = step(&self.accel, &mut state.accel, force);
-        let said = self.within_limit([g.error, a.error]);
+        let output = self.within_limit([g.error, a.error]);
         let fault = g.fault.or(a.fault);
         state.faults = state.faults.saturating_add(u32::from(fault.is_some()));
-        let clipped = said != [g.error, a.error];
+        let clipped = output != [g.error, a.error];
         state.clipped = state.clipped.saturating_add(u32::from(clipped));
-        let target = if state.off { [[0.0; 3]; 2] } else { said };
+        let target = if state.off { [[0.0; 3]; 2] } else { output };
         self.put_in_force(state, &target);
         let [rate_error, force_error] = state.estimate;
         Block {
@@ -298,14 +309,14 @@ impl Compensator {
             force,
             rate_error,
             force_error,
-            said,
+            network_output: output,
             sum,
             step: per_sum,
             fault,
         }
     }
 
-    /// Move the estimate to its target, within the slew limit, and work out what it is per word.
+    /// Moves the estimate to its target, within the slew limit, and computes it per sample.
     fn put_in_force(&self, state: &mut State, target: &[[f32; 3]; 2]) {
         let slew = self
             .slew
@@ -323,31 +334,25 @@ impl Compensator {
         self.make_due(state);
     }
 
-    /// The estimate in counts per word.
+    /// The estimate in counts per sample.
     fn make_due(&self, state: &mut State) {
         let due = state.due.iter_mut().zip(&mut state.due_float);
-        let per_word = state.estimate.iter().zip(self.counts_per_error);
-        for ((due, due_float), (estimate, per_error)) in due.zip(per_word) {
+        let per_sample = state.estimate.iter().zip(self.counts_per_error);
+        for ((due, due_float), (estimate, per_error)) in due.zip(per_sample) {
             let counts = estimate.map(|e| e * per_error);
-            *due = counts.map(|c| ((c * COUNT) as i64).clamp(-MOST_DUE, MOST_DUE));
+            *due = counts.map(|c| ((c * COUNT) as i64).clamp(-LARGEST, LARGEST));
             *due_float = counts.map(|c| -c);
         }
     }
 }
 
-/// One copy for all that steps.
+/// Not inlined, so that the network's code is in the image once.
 #[inline(never)]
 fn step(net: &Net, state: &mut NetState, input: [f32; 3]) -> Step {
     net.step(state, input)
 }
 
-/// Steps of a whole count in sums and remainders of corrections, 2^32.
-const COUNT: f32 = 4_294_967_296.0;
-
-/// Most that a word may be changed by, 2^30 counts: with the remainder it stays within 64 bits.
-const MOST_DUE: i64 = 1 << 62;
-
-/// Steps of 1.0 in the sums of float words: 2^40, so that 10^-12 rad still counts.
+/// Steps of 1.0 in the sums of float samples: 2^40, so that 10^-12 rad still counts.
 const FLOAT_STEPS: f32 = 1_099_511_627_776.0;
 
 /// Limits to `[-limit, limit]`; NaN becomes zero.
@@ -360,26 +365,6 @@ fn clip(x: f32, limit: f32) -> f32 {
         0.0
     } else {
         x
-    }
-}
-
-/// Subtracts a fractional correction in whole counts and carries what is left to the next word: in integers, so that the sum of
-/// all corrections is exact however many words there are.
-fn subtract(word: [i32; 3], due: &[i64; 3], remainder: &mut [i32; 3]) -> [i32; 3] {
-    let mut out = word;
-    for ((o, d), r) in out.iter_mut().zip(due).zip(remainder) {
-        let sum = d.wrapping_add(i64::from(*r));
-        *r = sum as i32; // the lower half as a signed number: what the nearest whole count leaves
-        let whole = (sum.wrapping_add(1 << 31) >> 32) as i32;
-        *o = o.saturating_sub(whole);
-    }
-    out
-}
-
-/// The same for floats; `due` has the sign of what is added.
-fn subtract_float(words: &mut [f32; 3], due: &[f32; 3], remainder: &mut [f32; 3]) {
-    for ((w, d), r) in words.iter_mut().zip(due).zip(remainder) {
-        *w = kvh::correct(*w, *d, r);
     }
 }
 

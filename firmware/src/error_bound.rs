@@ -14,7 +14,7 @@
 //! Tilt times speed gives the heading's first term: a force f that is resolved with a heading error psi adds psi x f, and the integral
 //! of f is the change of velocity, at most 2 v; by parts with |psi| <= L t that is at most 2 L v t a time. The last factor covers how tilt and
 //! heading feed each other. Vertical errors are left to the height sensor. This is for coasting after an alignment without
-//! the correction; see [`Harm::with_alignment`] for one that was made with it.
+//! the correction; see [`ErrorBound::with_alignment`] for one that was made with it.
 
 use crate::compensator::Limit;
 use core::f64::consts::PI;
@@ -31,14 +31,14 @@ pub const TIMES_S: [u32; 5] = [300, 600, 900, 1200, 1320];
 
 /// What a correction is held to and how fast the vehicle may go.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Harm {
+pub struct ErrorBound {
     /// Largest correction of an axis.
     pub limit: Limit,
     /// Largest speed over ground, m/s, >= 0.
     pub speed: f32,
 }
 
-impl Harm {
+impl ErrorBound {
     /// Most metres of horizontal position that corrections add `t` seconds after the navigation became free.
     #[must_use]
     pub fn metres(&self, t: f64) -> f64 {
@@ -87,7 +87,7 @@ impl Harm {
     }
 }
 
-/// What [`Harm::metres`] is made of at one time: t, A, G, and the second term of H, in s and m.
+/// What [`ErrorBound::metres`] is made of at one time: t, A, G, and the second term of H, in s and m.
 #[derive(Clone, Copy)]
 struct Integrals {
     time: f32,
@@ -139,8 +139,8 @@ fn rectified(x: f64) -> f64 {
 mod tests {
     use super::*;
 
-    fn harm(gyro: f32, accel: f32, speed: f32) -> Harm {
-        Harm {
+    fn harm(gyro: f32, accel: f32, speed: f32) -> ErrorBound {
+        ErrorBound {
             limit: Limit { gyro, accel },
             speed,
         }

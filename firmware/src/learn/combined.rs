@@ -11,17 +11,17 @@ use lrnn_nostd::State;
 /// References go to the one, fixes to the other. What was learnt ([`Learner::learnt`]) is the fixes' where that has proved itself, and the
 /// references' else.
 #[derive(Debug)]
-pub struct Both<'m, R, F> {
+pub struct CombinedLearner<'m, R, F> {
     /// From references.
     pub references: &'m mut R,
     /// From fixes.
     pub fixes: F,
 }
 
-impl<R: Learner, F: Learner> Learner for Both<'_, R, F> {
-    fn begin(&mut self, nets: &Nets, meaning: StreamScale) {
-        self.references.begin(nets, meaning);
-        self.fixes.begin(nets, meaning);
+impl<R: Learner, F: Learner> Learner for CombinedLearner<'_, R, F> {
+    fn begin(&mut self, nets: &Nets, stream: StreamScale) {
+        self.references.begin(nets, stream);
+        self.fixes.begin(nets, stream);
     }
 
     fn restart(&mut self) {
@@ -29,9 +29,9 @@ impl<R: Learner, F: Learner> Learner for Both<'_, R, F> {
         self.fixes.restart();
     }
 
-    fn word(&mut self, number: u32, words: &RawSample) {
-        self.references.word(number, words);
-        self.fixes.word(number, words);
+    fn sample(&mut self, number: u32, words: &RawSample) {
+        self.references.sample(number, words);
+        self.fixes.sample(number, words);
     }
 
     fn block(&mut self, last: u32, block: &Block) {
@@ -39,9 +39,9 @@ impl<R: Learner, F: Learner> Learner for Both<'_, R, F> {
         self.fixes.block(last, block);
     }
 
-    fn hole(&mut self) {
-        self.references.hole();
-        self.fixes.hole();
+    fn gap(&mut self) {
+        self.references.gap();
+        self.fixes.gap();
     }
 
     fn silence(&mut self) {
