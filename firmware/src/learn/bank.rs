@@ -5,95 +5,26 @@
 //! estimate is taken out of the increments. It is replaced by another only when that one beats it, and beats "no correction", by
 //! more than [`Gates::evidence`]; and given up for "no correction" when it no longer does.
 
+mod gates;
 mod hypothesis;
 mod parts;
+mod table;
 
+pub use gates::Gates;
 pub use parts::Work;
+pub use table::{ALL, HYPOTHESES, KEYS, NAMES, ZERO_CORRECTION};
 
-use hypothesis::Hypothesis;
-
-use super::prior::{All, Datasheet, LearnerNet, NAV};
+use super::prior::{Datasheet, LearnerNet, NAV};
 use crate::fix::OBSERVATIONS;
-use lrnn_nostd::learn::kalman::{
-    AllWeights, Biases, Kalman, NoParameters, OUTPUTS, OutputWeights, TRIADS, Transition,
-};
-use lrnn_nostd::{Rational, Real, State};
-
-/// Hypotheses.
-pub const HYPOTHESES: usize = 6;
-/// The one that believes the sensors.
-pub const ZERO_CORRECTION: usize = 0;
-/// Greatest contribution of the networks of hypotheses 2, 3, 4 and 5, in units of the bias.
-const OUTPUT: [f64; 4] = [0.1, 0.3, 1.0, 0.1];
-
-/// When an observation is refused and when a hypothesis is trusted.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Gates<T = f32> {
-    /// An observation further out than this in squared standard deviations, for every hypothesis, is refused.
-    pub squared_ratio: T,
-    /// After so many refusals of an observation in a row it is believed.
-    pub escape: u8,
-    /// By how much the log-likelihood must be better than that of "no correction": ln of the odds against chance.
-    pub evidence: f64,
-    /// By how much it must be better than the running hypothesis'.
-    pub better: f64,
-    /// Hypotheses that take part, one bit each. Without [`ZERO_CORRECTION`] the best of the others runs, proved or not.
-    pub enabled: u8,
-}
-
-/// What they are called.
-pub const NAMES: [&str; HYPOTHESES] = [
-    "nothing",
-    "biases",
-    "output weights, narrow prior",
-    "output weights",
-    "output weights, wide prior",
-    "all weights",
-];
-
-/// All hypotheses.
-pub const ALL: u8 = (1 << HYPOTHESES) - 1;
-
-impl Gates {
-    /// 5 sigma; 10 fixes; less than one wrong promotion in a hundred.
-    pub const USUAL: Gates = Gates {
-        squared_ratio: 25.0,
-        escape: 10,
-        evidence: 4.6,
-        better: 1.0,
-        enabled: ALL,
-    };
-}
-
-impl<T: Real> Default for Gates<T> {
-    /// [`Gates::USUAL`].
-    fn default() -> Self {
-        let Gates {
-            squared_ratio,
-            escape,
-            evidence,
-            better,
-            enabled,
-        } = Gates::USUAL;
-        Self {
-            squared_ratio: T::from_f64(f64::from(squared_ratio)),
-            escape,
-            evidence,
-            better,
-            enabled,
-        }
-    }
-}
-
-type Mixed<T> = Kalman<OutputWeights, NAV, 24, 300, Rational, T>;
+use hypothesis::Hypothesis;
+use lrnn_nostd::learn::kalman::{OUTPUTS, TRIADS, Transition};
+use lrnn_nostd::{Real, State};
+use table::Hypotheses;
 
 /// The hypotheses over one navigator.
 #[derive(Clone, Debug)]
 pub struct Bank<T: Real = f32> {
-    nothing: Kalman<NoParameters, NAV, 0, 0, Rational, T>,
-    biases: Kalman<Biases, NAV, 6, 21, Rational, T>,
-    mixed: [Mixed<T>; 3],
-    all: All<T>,
+    hypotheses: Hypotheses<T>,
     gates: Gates<T>,
     /// Standard deviation of an error that [`ZERO_CORRECTION`] has no parameter for.
     unmodelled: [T; OUTPUTS],
@@ -113,10 +44,7 @@ impl<T: Real> Bank<T> {
 
     /// To be begun: all zeros, so that a static one takes no room in flash.
     pub const ZEROED: Self = Self {
-        nothing: Kalman::ZEROED,
-        biases: Kalman::ZEROED,
-        mixed: [const { Kalman::ZEROED }; 3],
-        all: Kalman::ZEROED,
+        hypotheses: Hypotheses::ZEROED,
         gates: Gates {
             squared_ratio: T::ZERO,
             escape: 0,
@@ -137,19 +65,9 @@ impl<T: Real> Bank<T> {
         error_sigma: [T; NAV],
         gates: Gates<T>,
     ) {
-        let nets = sheet.nets(block_s);
-        let floor = error_floor();
-        let [narrow, middle, wide, all] = OUTPUT;
-        let nothing = sheet.prior::<NoParameters, 0>(block_s, 0.0, error_sigma, floor);
-        self.nothing.init(nets, nothing);
-        let biases = sheet.prior::<Biases, 6>(block_s, 0.0, error_sigma, floor);
-        self.biases.init(nets, biases);
-        for (mixed, output) in self.mixed.iter_mut().zip([narrow, middle, wide]) {
-            let prior = sheet.prior::<OutputWeights, 24>(block_s, output, error_sigma, floor);
-            mixed.init(nets, prior);
-        }
-        let prior = sheet.prior::<AllWeights, 132>(block_s, all, error_sigma, floor);
-        self.all.init(nets, prior);
+        let (nets, floor) = (sheet.nets(block_s), error_floor());
+        self.hypotheses
+            .begin(nets, sheet, block_s, error_sigma, floor);
         let [g, a] = [sheet.gyro_bias, sheet.accel_bias];
         self.unmodelled = [g, g, g, a, a, a];
         self.gates = gates;
@@ -158,15 +76,7 @@ impl<T: Real> Bank<T> {
     }
 
     fn get(&self, index: usize) -> &dyn Hypothesis<T> {
-        let [narrow, middle, wide] = &self.mixed;
-        match index {
-            1 => &self.biases,
-            2 => narrow,
-            3 => middle,
-            4 => wide,
-            5 => &self.all,
-            _ => &self.nothing,
-        }
+        self.hypotheses.get(index)
     }
 
     fn each(&mut self, act: impl FnMut(&mut dyn Hypothesis<T>)) {
@@ -174,22 +84,8 @@ impl<T: Real> Bank<T> {
     }
 
     /// Those of the bits `which` that take part.
-    fn some(&mut self, which: u8, mut act: impl FnMut(&mut dyn Hypothesis<T>)) {
-        let enabled = self.gates.enabled & which;
-        let [narrow, middle, wide] = &mut self.mixed;
-        let all: [&mut dyn Hypothesis<T>; HYPOTHESES] = [
-            &mut self.nothing,
-            &mut self.biases,
-            narrow,
-            middle,
-            wide,
-            &mut self.all,
-        ];
-        for (index, hypothesis) in all.into_iter().enumerate() {
-            if enabled >> index & 1 == 1 {
-                act(hypothesis);
-            }
-        }
+    fn some(&mut self, which: u8, act: impl FnMut(&mut dyn Hypothesis<T>)) {
+        self.hypotheses.each_of(self.gates.enabled & which, act);
     }
 
     /// Mean rate (rad/s) and specific force (m/s^2) of the block that has ended, as measured; the estimates are for the next one.
@@ -308,7 +204,8 @@ impl<T: Real> Bank<T> {
     ) {
         self.each(|h| h.align(by, rest, applied));
         let all = self.unmodelled(by, rest);
-        self.nothing.align(by, &all, applied);
+        self.hypotheses
+            .each_of(1 << ZERO_CORRECTION, |h| h.align(by, &all, applied));
     }
 
     /// The rest for [`ZERO_CORRECTION`], which has no parameter for what `by` tells.
@@ -333,7 +230,7 @@ impl<T: Real> Bank<T> {
     /// Log-likelihood of a hypothesis, relative to [`ZERO_CORRECTION`]'s.
     #[must_use]
     pub fn evidence(&self, index: usize) -> f64 {
-        self.get(index).log_likelihood() - self.nothing.log_likelihood()
+        self.get(index).log_likelihood() - self.get(ZERO_CORRECTION).log_likelihood()
     }
 
     /// Whether a hypothesis is finite.

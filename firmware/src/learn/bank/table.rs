@@ -1,0 +1,83 @@
+//! The hypotheses, one row each. Their memory, their names and all loops over them follow from this
+//! table, so that a new hypothesis is a new row.
+
+use super::hypothesis::Hypothesis;
+use crate::learn::prior::{Datasheet, LearnerNet, NAV};
+use lrnn_nostd::learn::kalman::{AllWeights, Biases, Kalman, NoParameters, OutputWeights, TRIADS};
+use lrnn_nostd::{Rational, Real};
+
+macro_rules! hypotheses {
+    ($($slot:ident: $learnt:ty, $parameters:literal, $output:literal, $key:literal, $name:literal;)+) => {
+        /// Number of hypotheses.
+        pub const HYPOTHESES: usize = NAMES.len();
+        /// Their names in reports.
+        pub const NAMES: [&str; [$($name),+].len()] = [$($name),+];
+        /// Their names as keys, for options and tables.
+        pub const KEYS: [&str; HYPOTHESES] = [$($key),+];
+
+        /// The filters of all hypotheses.
+        #[derive(Clone, Debug, PartialEq)]
+        pub struct Hypotheses<T: Real> {
+            $($slot: Kalman<$learnt, NAV, $parameters, { $parameters * ($parameters + 1) / 2 }, Rational, T>,)+
+        }
+
+        impl<T: Real> Hypotheses<T> {
+            /// To be begun.
+            pub const ZEROED: Self = Self { $($slot: Kalman::ZEROED,)+ };
+
+            /// Begins all of them anew, in place: they should not move over the stack.
+            pub fn begin(
+                &mut self,
+                nets: [LearnerNet<T>; TRIADS],
+                sheet: &Datasheet<T>,
+                block_s: f64,
+                error_sigma: [T; NAV],
+                error_floor: [T; NAV],
+            ) {
+                $(
+                    let prior = sheet.prior::<$learnt, $parameters>(
+                        block_s, $output, error_sigma, error_floor,
+                    );
+                    self.$slot.init(nets, prior);
+                )+
+            }
+
+            /// One of them; the zero correction for a number that is none.
+            pub fn get(&self, index: usize) -> &dyn Hypothesis<T> {
+                let all: [&dyn Hypothesis<T>; HYPOTHESES] = [$(&self.$slot),+];
+                all.get(index).copied().unwrap_or(&self.zero_correction)
+            }
+
+            /// Those whose bit is set.
+            pub fn each_of(&mut self, bits: u8, mut act: impl FnMut(&mut dyn Hypothesis<T>)) {
+                let all: [&mut dyn Hypothesis<T>; HYPOTHESES] = [$(&mut self.$slot),+];
+                for (index, hypothesis) in all.into_iter().enumerate() {
+                    if bits >> index & 1 == 1 {
+                        act(hypothesis);
+                    }
+                }
+            }
+        }
+    };
+}
+
+// Slot; what is learnt, and the number of its parameters (six biases and weights); greatest
+// contribution of the networks, in units of the bias; key; name.
+// The first believes the sensors; the last is the largest, and its work is done in smaller parts.
+hypotheses! {
+    zero_correction: NoParameters, 0, 0.0, "zero-correction", "zero correction";
+    biases: Biases, 6, 0.0, "biases", "biases";
+    output_narrow: OutputWeights, 24, 0.1, "output-narrow", "output weights, narrow prior";
+    output: OutputWeights, 24, 0.3, "output", "output weights";
+    output_wide: OutputWeights, 24, 1.0, "output-wide", "output weights, wide prior";
+    all_weights: AllWeights, 132, 0.1, "all-weights", "all weights";
+}
+
+/// The hypothesis that believes the sensors.
+pub const ZERO_CORRECTION: usize = 0;
+
+/// All hypotheses, one bit each.
+pub const ALL: u8 = (1 << HYPOTHESES) - 1;
+
+/// The hypothesis whose work is done in smaller parts.
+pub const LARGEST: usize = HYPOTHESES - 1;
