@@ -43,7 +43,7 @@ pub enum Activation {
     Faded,
 }
 
-/// The configuration of an [`super::App`].
+/// The configuration of an application.
 #[derive(Debug, Clone)]
 pub struct Config {
     /// What the sensor speaks; `None`: found out at start.

@@ -2,19 +2,20 @@
 
 mod learning;
 
-use super::Config;
+use super::config::Config;
 use super::load::Load;
 use super::phase::FAILURES;
 use super::setup::{Last, Setup};
 use crate::compensator::{Block, Compensator, State};
 use crate::control::{Alignment, Mode};
-use crate::learn::{Learner, Memory};
+use crate::learn::Learner;
 use crate::link::Line;
 use crate::model::Nets;
 use crate::sample::{Axes, RawSample, StreamScale};
 use crate::wire::command::{Counters, fault};
 use crate::wire::sequence::Gap;
 use crate::wire::{Change, Checked, Reading, Source, stim300};
+use learning::BoardLearner;
 
 /// What a stream's frames are corrected with.
 #[derive(Debug)]
@@ -52,7 +53,7 @@ pub(super) struct Flow<'m> {
     clipped: u32,
     /// Number of the last sample, modulo 2^32; the first is 0.
     sample: u32,
-    learner: Memory<'m>,
+    learner: BoardLearner<'m>,
     /// What the learner was begun with; `None`: it has to begin anew.
     begun: Option<StreamScale>,
     /// In mode learn: what the learner stands by corrects the words.
@@ -83,7 +84,7 @@ impl<'m> Flow<'m> {
             block: None,
             clipped: 0,
             sample: u32::MAX,
-            learner: Memory(learner),
+            learner: BoardLearner(learner),
             begun: None,
             active: false,
             foreign: false,

@@ -5,11 +5,9 @@
 //! receiving side is not wired never gives it. Then it is answered from what is stored here; what is not stored is not
 //! answered.
 
+use super::config::Config;
 use super::flow::{Flow, count};
-use super::{Config, Phase};
-use crate::control::Mode;
 use crate::link::Line;
-use crate::wire::Format;
 use crate::wire::stim300::config::{
     self, CONFIGURATION_ID, PART_NUMBER_ID, SERIAL_NUMBER_ID, special_len,
 };
@@ -114,7 +112,7 @@ impl Reverse {
 
     /// Nothing is to be answered or asked.
     #[inline(always)]
-    fn rests(&self, config: &Config) -> bool {
+    pub fn rests(&self, config: &Config) -> bool {
         self.due.is_none() && !self.wants_to_ask(config)
     }
 
@@ -128,36 +126,6 @@ impl Reverse {
         if self.wants_to_ask(config) {
             self.asked = sensor.send(b"C\r").is_ok();
         }
-    }
-}
-
-impl super::App<'_> {
-    /// Requests understood and answered; true: they have changed the state.
-    pub(super) fn reverse(
-        &mut self,
-        bytes: &[u8],
-        navigation: &mut impl Line,
-        sensor: &mut impl Line,
-        now: u64,
-    ) -> bool {
-        if bytes.is_empty() && self.reverse.rests(&self.flow.config) {
-            return false;
-        }
-        if let Phase::Run(mode) = self.machine.phase()
-            && self.framer.format() == Format::Stim300
-        {
-            if self.reverse.watch(bytes, &mut self.flow, now) == Some(Notice::Service) {
-                self.pass_rest(navigation);
-                self.detect();
-                return true;
-            }
-            self.reverse.answer(&mut self.flow, navigation, now);
-            // not before its first frame: a sensor that has just started tells by itself
-            if mode != Mode::Bypass && self.flow.counters.frames > 0 {
-                self.reverse.ask(&self.flow.config, sensor);
-            }
-        }
-        false
     }
 }
 

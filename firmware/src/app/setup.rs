@@ -1,6 +1,6 @@
 //! What the words of a stream mean: from the frame where it tells, from the sensor's configuration where not.
 
-use super::Config;
+use super::config::Config;
 use crate::compensator::{Compensator, Limit};
 use crate::sample::{Lsb, Units};
 use crate::wire::novatel::ImuType;

@@ -119,13 +119,3 @@ pub trait Learner {
     /// For those who look on.
     fn report(&self) -> Report;
 }
-
-/// A board's learner, if it has one. The application prints without it: a learner's numbers would bring the formatting of floats
-/// into every image.
-pub(crate) struct Memory<'m>(pub Option<&'m mut dyn Learner>);
-
-impl core::fmt::Debug for Memory<'_> {
-    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        f.write_str(if self.0.is_some() { "Learner" } else { "None" })
-    }
-}

@@ -1,16 +1,26 @@
 //! The learner's side of the flow: what it is told, and when what it stands by corrects the words.
 
 use super::{Correction, Flow};
-use crate::app::Activation;
+use crate::app::config::Activation;
 use crate::compensator::Block;
 use crate::control::{Alignment, Mode, Reason, Window};
 use crate::fix::Fix;
-use crate::learn::Report;
+use crate::learn::{Learner, Report};
 use crate::model::Nets;
 use crate::wire::command::Estimate;
 
 /// Standstill that counts as an alignment where nobody tells, s.
 const STANDS_S: u32 = 3;
+
+/// The board's learner, if it has one. `Debug` leaves out the learner's numbers, which would bring
+/// the formatting of floats into every image.
+pub(super) struct BoardLearner<'m>(pub Option<&'m mut dyn Learner>);
+
+impl core::fmt::Debug for BoardLearner<'_> {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.write_str(if self.0.is_some() { "Learner" } else { "None" })
+    }
+}
 
 impl Flow<'_> {
     /// In mode learn, what the learner stands by comes into force where an alignment lets it, and goes when it has lost.

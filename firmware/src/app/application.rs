@@ -1,0 +1,203 @@
+//! The application: what runs in one pass of the main loop.
+
+mod links;
+mod sensor;
+
+use super::config::Config;
+use super::flow::{Flow, count};
+use super::lines::Lines;
+use super::phase::{Machine, Phase};
+use super::reverse::Reverse;
+use super::server::{self, Server};
+use crate::compensator::Block;
+use crate::fix::Fix;
+use crate::learn::{Learner, Report};
+use crate::link::{Clock, Line};
+use crate::model::Nets;
+use crate::wire::command::{Counters, Packets, fault};
+use crate::wire::framer::Framer;
+use crate::wire::{Checked, Detector, Error, Format};
+
+/// Most bytes taken from a line in one pass.
+const PIECE: usize = 64;
+
+/// The command link and the receiver wait no longer than this for a pause between frames,
+/// microseconds.
+pub const PATIENCE_US: u64 = 20_000;
+
+/// The application.
+#[derive(Debug)]
+pub struct App<'m> {
+    machine: Machine,
+    framer: Framer,
+    detector: Detector,
+    flow: Flow<'m>,
+    reverse: Reverse,
+    packets: Packets,
+    server: Server,
+    receiver: Framer,
+    fix: Option<Fix>,
+    /// When the sensor's last byte came, microseconds.
+    heard_us: u64,
+    /// When the command link and the receiver last had their turn, microseconds.
+    served_us: u64,
+}
+
+impl<'m> App<'m> {
+    /// From its configuration; nothing happens before the first [`App::poll`].
+    pub fn new(config: Config) -> App<'m> {
+        App::with_learner(config, None)
+    }
+
+    /// The same with a learner, for mode learn.
+    pub fn with_learner(config: Config, learner: Option<&'m mut dyn Learner>) -> App<'m> {
+        App {
+            machine: Machine::new(),
+            framer: Framer::new(config.format.unwrap_or(Format::Stim300)),
+            detector: Detector::new(),
+            flow: Flow::new(config, learner),
+            reverse: Reverse::default(),
+            packets: Packets::new(),
+            server: Server::new(),
+            receiver: Framer::new(Format::Ubx),
+            fix: None,
+            heard_us: 0,
+            served_us: 0,
+        }
+    }
+
+    /// State of the state machine.
+    pub fn phase(&self) -> Phase {
+        self.machine.phase()
+    }
+
+    /// Counters since power-on.
+    pub fn counters(&self) -> Counters {
+        server::counters(&self.flow, &self.machine)
+    }
+
+    /// What is wrong now: bits of [`fault`].
+    pub fn faults(&self) -> u32 {
+        server::faults(&self.flow, &self.machine)
+    }
+
+    /// The latest fix that the receiver vouches for.
+    pub fn fix(&self) -> Option<&Fix> {
+        self.fix.as_ref()
+    }
+
+    /// The latest block and the networks' output for it.
+    pub fn block(&self) -> Option<&Block> {
+        self.flow.block.as_ref()
+    }
+
+    /// The learner's report.
+    pub fn learning(&self) -> Report {
+        self.flow.report()
+    }
+
+    /// The weights learnt; deferred work is done first.
+    pub fn learnt(&mut self) -> Option<Nets> {
+        self.flow.learnt().map(|(nets, _)| nets)
+    }
+
+    /// The networks in use.
+    pub fn nets(&self) -> &Nets {
+        &self.flow.config.nets
+    }
+
+    /// Weights that the board must store now ([`crate::store`]), given once. The board then calls
+    /// [`App::stored`].
+    pub fn to_store(&mut self) -> Option<Nets> {
+        let wanted = core::mem::take(&mut self.flow.to_store);
+        wanted.then_some(self.flow.config.nets)
+    }
+
+    /// Whether [`App::to_store`] has weights to give.
+    pub fn wants_to_store(&self) -> bool {
+        self.flow.to_store
+    }
+
+    /// Tells whether the weights of [`App::to_store`] were stored.
+    pub fn stored(&mut self, done: bool) {
+        self.flow.flag(fault::STORE, !done);
+    }
+
+    /// A burst of an ADIS that the board has just fetched over SPI (`wire::adis::spi`). It takes the
+    /// place of the sensor's line: its corrected reply goes to `out` at once. [`App::poll`], which
+    /// the board calls afterwards, still serves the clock and the other lines.
+    ///
+    /// # Errors
+    /// What is wrong with the reply, which is then counted and not sent; [`Error::Content`] when no
+    /// ADIS is configured.
+    pub fn burst(
+        &mut self,
+        reply: &mut [u8],
+        out: &mut impl Line,
+        clock: &impl Clock,
+    ) -> Result<(), Error> {
+        let form = self.flow.config.adis.ok_or(Error::Content)?.form;
+        self.heard_us = clock.now_us();
+        self.flow.flag(fault::SILENT, false);
+        if self.machine.phase() == Phase::Start {
+            self.machine.transition_to_run(self.flow.mode);
+        }
+        if let Phase::Fault(_) = self.machine.phase() {
+            self.raw(reply, out);
+            return Ok(());
+        }
+        match Checked::burst(form, reply) {
+            Ok(frame) => self.flow.frame(frame, out),
+            Err(error) => {
+                count(&mut self.flow.counters.bad_checksums, 1);
+                self.flow.gap();
+                return Err(error);
+            }
+        }
+        self.after_frames(out);
+        Ok(())
+    }
+
+    /// How many bytes of the sensor the next pass needs to find work on its line, at least 1. Fewer
+    /// bytes need not wake a board. The clock and the other lines must.
+    pub fn needs(&self) -> usize {
+        match self.machine.phase() {
+            Phase::Run(_) => self.framer.needs(),
+            _ => 1,
+        }
+    }
+
+    /// One pass. True: there may be more work, call again at once. False: sleep until the next
+    /// interrupt.
+    pub fn poll<S: Line, N: Line, C: Line, G: Line>(
+        &mut self,
+        lines: &mut Lines<S, N, C, G>,
+        clock: &impl Clock,
+    ) -> bool {
+        let now = clock.now_us();
+        self.flow.load.look(now, clock);
+        if self.machine.phase() == Phase::Start {
+            self.start(now);
+        }
+        let mut busy = false;
+        let blocks = self.flow.counters.blocks;
+        if lines.sensor.is_idle() {
+            self.watch_silence(now);
+        } else {
+            busy = self.receive(&mut lines.sensor, &mut lines.navigation, now);
+        }
+        lines.navigation.poll();
+        lines.sensor.poll();
+        lines.command.poll();
+        let waited = now.saturating_sub(self.served_us) >= PATIENCE_US;
+        if self.framer.pending() == 0 || waited {
+            self.served_us = now;
+            busy |= self.back(&mut lines.navigation, &mut lines.sensor, now);
+            busy |= !lines.command.is_idle() && self.command(&mut lines.command);
+            busy |= !lines.gnss.is_idle() && self.gnss(&mut lines.gnss, now);
+            // the end of a block is enough work for one pass
+            busy |= blocks != self.flow.counters.blocks || self.flow.work();
+        }
+        busy
+    }
+}

@@ -1,0 +1,100 @@
+//! The way back to the sensor, the command link, and the receiver.
+
+use super::{App, PIECE};
+use crate::app::flow::count;
+use crate::app::phase::Phase;
+use crate::app::reverse::Notice;
+use crate::control::Mode;
+use crate::link::Line;
+use crate::wire::Format;
+use crate::wire::framer::Kind;
+use crate::wire::ubx::Pvt;
+
+impl App<'_> {
+    /// Bytes from the navigation computer to the sensor. True: there may be more work.
+    pub(super) fn back(
+        &mut self,
+        navigation: &mut impl Line,
+        sensor: &mut impl Line,
+        now: u64,
+    ) -> bool {
+        if navigation.is_idle() {
+            return self.reverse(&[], navigation, sensor, now);
+        }
+        let mut piece = [0; PIECE];
+        let len = navigation.receive(&mut piece).unwrap_or(0);
+        let bytes = piece.get(..len).unwrap_or_default();
+        if len > 0 && sensor.send(bytes).is_err() {
+            count(&mut self.flow.counters.dropped, 1);
+        }
+        self.reverse(bytes, navigation, sensor, now) || len > 0
+    }
+
+    /// The command link. True: something came.
+    #[inline(never)]
+    pub(super) fn command(&mut self, line: &mut impl Line) -> bool {
+        let mut piece = [0; PIECE];
+        let len = line.receive(&mut piece).unwrap_or(0);
+        for &byte in piece.get(..len).unwrap_or_default() {
+            if let Some(packet) = self.packets.push(byte)
+                && let Some(answer) = self.server.serve(packet, &mut self.flow, &mut self.machine)
+                && line.send(answer).is_err()
+            {
+                count(&mut self.flow.counters.dropped, 1);
+            }
+        }
+        len > 0
+    }
+
+    /// The receiver. True: something came.
+    #[inline(never)]
+    pub(super) fn gnss(&mut self, line: &mut impl Line, now: u64) -> bool {
+        let mut piece = [0; PIECE];
+        let len = line.receive(&mut piece).unwrap_or(0);
+        self.receiver.push(piece.get(..len).unwrap_or_default());
+        while let Some(event) = self.receiver.next_event() {
+            if event.kind() != Kind::Frame {
+                continue;
+            }
+            let Ok(pvt) = Pvt::parse(event.bytes()) else {
+                continue;
+            };
+            count(&mut self.flow.counters.fixes, 1);
+            if pvt.is_good() {
+                count(&mut self.flow.counters.good_fixes, 1);
+                let fix = pvt.to_fix(now);
+                self.flow.fix(&fix);
+                self.fix = Some(fix);
+            }
+        }
+        len > 0
+    }
+
+    /// Understands and answers requests to the sensor. True: they have changed the state.
+    fn reverse(
+        &mut self,
+        bytes: &[u8],
+        navigation: &mut impl Line,
+        sensor: &mut impl Line,
+        now: u64,
+    ) -> bool {
+        if bytes.is_empty() && self.reverse.rests(&self.flow.config) {
+            return false;
+        }
+        if let Phase::Run(mode) = self.machine.phase()
+            && self.framer.format() == Format::Stim300
+        {
+            if self.reverse.watch(bytes, &mut self.flow, now) == Some(Notice::Service) {
+                self.pass_rest(navigation);
+                self.detect();
+                return true;
+            }
+            self.reverse.answer(&mut self.flow, navigation, now);
+            // not before its first frame: a sensor that has just started tells it by itself
+            if mode != Mode::Bypass && self.flow.counters.frames > 0 {
+                self.reverse.ask(&self.flow.config, sensor);
+            }
+        }
+        false
+    }
+}
