@@ -6,7 +6,7 @@ use anyhow::{Context, Result};
 use qemu::images::{PROFILE, REQUIRE, TARGET, target_directory};
 
 use crate::stage::{Stages, cargo_with, succeed};
-use crate::{needs, size};
+use crate::{comments, needs, size};
 
 /// What is compiled for the target: each alone, so that no other package's features help it.
 const TARGET_PACKAGES: [&str; 5] = ["lrnn-nostd", "vectors", "firmware", "qemu", "silicon"];
@@ -14,7 +14,10 @@ const TARGET_PACKAGES: [&str; 5] = ["lrnn-nostd", "vectors", "firmware", "qemu",
 /// Runs every stage; the exit code is the last one's.
 pub fn test(fast: bool) -> Result<ExitCode> {
     let mut stages = Stages::new(if fast { 5 } else { 9 });
-    stages.run("format", || succeed(&mut cargo_with("fmt --all --check")))?;
+    stages.run("format, length of comments", || {
+        succeed(&mut cargo_with("fmt --all --check"))?;
+        comments::check()
+    })?;
     if !fast {
         stages.run("prepare: target and QEMU", || {
             needs::target().and_then(|()| needs::emulator())

@@ -2,6 +2,7 @@
 
 mod bench;
 mod check;
+mod comments;
 mod flash;
 mod growth;
 mod needs;

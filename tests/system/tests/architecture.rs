@@ -1,0 +1,222 @@
+//! `docs/ARCHITECTURE.md` and its picture, held against the tree: every room is listed, in an order
+//! in which each room imports only rooms below it.
+//!
+//! A room is a module that stands directly in the `src` folder of a part. The tables of the page list
+//! the rooms of a part from high to low. Code that is compiled for tests only is left out.
+
+use proc_macro2::{Delimiter, TokenStream, TokenTree};
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
+
+/// The parts whose rooms the page lists.
+const PARTS: [&str; 2] = ["firmware", "host-sim"];
+
+fn workspace() -> PathBuf {
+    let here = Path::new(env!("CARGO_MANIFEST_DIR"));
+    here.ancestors().nth(2).expect("tests/system").to_path_buf()
+}
+
+fn text(path: &Path) -> String {
+    std::fs::read_to_string(path).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
+}
+
+/// The rooms of a part as the page lists them, from high to low.
+fn listed(part: &str) -> Vec<String> {
+    let page = text(&workspace().join("docs/ARCHITECTURE.md"));
+    let heading = format!("## `{part}`");
+    let section = page
+        .split_once(&heading)
+        .unwrap_or_else(|| panic!("docs/ARCHITECTURE.md has no heading {heading}"))
+        .1;
+    let section = section.split("\n## ").next().unwrap_or_default();
+    let name = |line: &str| Some(line.strip_prefix("| `")?.split_once('`')?.0.to_owned());
+    section.lines().filter_map(name).collect()
+}
+
+/// What stands in the `src` folder of a part.
+fn standing(part: &str) -> BTreeSet<String> {
+    let folder = workspace().join(part).join("src");
+    let entries = std::fs::read_dir(&folder).expect("a readable folder");
+    let name = |entry: std::io::Result<std::fs::DirEntry>| {
+        let path = entry.expect("a readable entry").path();
+        let stem = path.file_stem()?.to_str()?.to_owned();
+        (!["lib", "main", "bin"].contains(&stem.as_str())).then_some(stem)
+    };
+    entries.filter_map(name).collect()
+}
+
+/// The source files of a room: `room.rs` and all below `room/`.
+fn files(part: &str, room: &str) -> Vec<PathBuf> {
+    let src = workspace().join(part).join("src");
+    let mut found = vec![src.join(format!("{room}.rs"))];
+    let mut folders = vec![src.join(room)];
+    while let Some(folder) = folders.pop() {
+        for entry in std::fs::read_dir(&folder).into_iter().flatten() {
+            let path = entry.expect("a readable entry").path();
+            if path.is_dir() {
+                folders.push(path);
+            } else if path.extension().is_some_and(|e| e == "rs") {
+                found.push(path);
+            }
+        }
+    }
+    found.retain(|path| path.is_file());
+    found
+}
+
+/// What a file says of its part's rooms.
+#[derive(Default)]
+struct Mentions {
+    /// First names after `crate::`.
+    rooms: BTreeSet<String>,
+    /// Modules that are compiled for tests only.
+    test_modules: BTreeSet<String>,
+}
+
+impl Mentions {
+    fn of(path: &Path) -> Mentions {
+        let tokens: TokenStream = text(path)
+            .parse()
+            .unwrap_or_else(|error| panic!("{}: {error}", path.display()));
+        let mut mentions = Mentions::default();
+        mentions.read(tokens);
+        mentions
+    }
+
+    fn read(&mut self, tokens: TokenStream) {
+        let tokens: Vec<TokenTree> = tokens.into_iter().collect();
+        let mut at = 0;
+        while let Some(token) = tokens.get(at) {
+            if is_test_only(&tokens[at..]) {
+                at += self.skip_item(&tokens[at..]);
+                continue;
+            }
+            if is_ident(token, "crate") {
+                self.path(tokens.get(at + 3));
+            }
+            if let TokenTree::Group(group) = token {
+                self.read(group.stream());
+            }
+            at += 1;
+        }
+    }
+
+    /// What follows `crate::`: a name, or a group of paths.
+    fn path(&mut self, next: Option<&TokenTree>) {
+        match next {
+            Some(TokenTree::Ident(name)) => {
+                self.rooms.insert(name.to_string());
+            }
+            Some(TokenTree::Group(group)) if group.delimiter() == Delimiter::Brace => {
+                let mut first = true;
+                for token in group.stream() {
+                    match token {
+                        TokenTree::Ident(name) if first => {
+                            self.rooms.insert(name.to_string());
+                            first = false;
+                        }
+                        TokenTree::Punct(mark) if mark.as_char() == ',' => first = true,
+                        _ => {}
+                    }
+                }
+            }
+            _ => {}
+        }
+    }
+
+    /// Tokens of an item behind `#[cfg(test)]`; remembers a module that has a file of its own.
+    fn skip_item(&mut self, tokens: &[TokenTree]) -> usize {
+        let end = |token: &TokenTree| match token {
+            TokenTree::Punct(mark) => mark.as_char() == ';',
+            TokenTree::Group(group) => group.delimiter() == Delimiter::Brace,
+            _ => false,
+        };
+        let len = 2 + tokens[2..].iter().position(end).map_or(0, |at| at + 1);
+        let item = &tokens[..len];
+        if let Some(at) = item.iter().position(|token| is_ident(token, "mod"))
+            && let Some(TokenTree::Ident(name)) = item.get(at + 1)
+        {
+            self.test_modules.insert(name.to_string());
+        }
+        len
+    }
+}
+
+fn is_ident(token: &TokenTree, name: &str) -> bool {
+    matches!(token, TokenTree::Ident(ident) if ident == name)
+}
+
+fn is_test_only(tokens: &[TokenTree]) -> bool {
+    let [TokenTree::Punct(mark), TokenTree::Group(group), ..] = tokens else {
+        return false;
+    };
+    mark.as_char() == '#' && group.stream().to_string().replace(' ', "") == "cfg(test)"
+}
+
+/// The rooms that the product code of a room imports.
+fn imports(part: &str, room: &str) -> BTreeSet<String> {
+    let files = files(part, room);
+    assert!(!files.is_empty(), "{part}/src/{room} has no source file");
+    let mentions: Vec<(PathBuf, Mentions)> = files
+        .into_iter()
+        .map(|path| (path.clone(), Mentions::of(&path)))
+        .collect();
+    let tests: BTreeSet<&String> = mentions.iter().flat_map(|(_, m)| &m.test_modules).collect();
+    let for_tests = |path: &Path| {
+        let mut names = path.iter().filter_map(|name| Path::new(name).file_stem()?.to_str());
+        names.any(|name| tests.iter().any(|test| *test == name))
+    };
+    let product = mentions.iter().filter(|(path, _)| !for_tests(path));
+    product.flat_map(|(_, m)| m.rooms.clone()).collect()
+}
+
+#[test]
+fn every_room_is_listed_and_drawn() {
+    let picture = text(&workspace().join("docs/architecture.svg"));
+    for part in PARTS {
+        let listed = listed(part);
+        let set: BTreeSet<String> = listed.iter().cloned().collect();
+        assert_eq!(set, standing(part), "rooms of {part}: the page and the tree");
+        assert_eq!(set.len(), listed.len(), "{part}: a room is listed twice");
+        for room in &listed {
+            let id = format!("id=\"{part}/{room}\"");
+            assert!(picture.contains(&id), "docs/architecture.svg has no {id}");
+        }
+        let prefix = format!("id=\"{part}/");
+        let drawn = picture.matches(&prefix).count();
+        assert_eq!(drawn, listed.len(), "docs/architecture.svg: rooms of {part}");
+    }
+}
+
+#[test]
+fn each_room_imports_only_rooms_below_it() {
+    let mut arrows = 0;
+    for part in PARTS {
+        let order = listed(part);
+        for (height, room) in order.iter().enumerate() {
+            for imported in imports(part, room) {
+                // a name that is no room stands in lib.rs, as a re-export or a macro
+                let Some(below) = order.iter().position(|name| *name == imported) else {
+                    continue;
+                };
+                arrows += usize::from(below != height);
+                assert!(
+                    below >= height,
+                    "{part}: `{room}` imports `{imported}`, which docs/ARCHITECTURE.md lists above it"
+                );
+            }
+        }
+    }
+    assert!(arrows > 50, "only {arrows} imports were found");
+}
+
+#[test]
+fn the_reader_of_imports_sees_groups_and_leaves_out_tests() {
+    let mut mentions = Mentions::default();
+    let source = "use crate::{a::{x, y}, b}; // crate::c\n fn f() { crate::d::g(\"crate::e\") }\n\
+                  #[cfg(test)] mod tests; #[cfg(test)] mod inline { use crate::h; } use crate::i::j;";
+    mentions.read(source.parse().expect("Rust"));
+    let rooms: Vec<&str> = mentions.rooms.iter().map(String::as_str).collect();
+    assert_eq!(rooms, ["a", "b", "d", "i"]);
+    assert!(mentions.test_modules.contains("tests"));
+}
