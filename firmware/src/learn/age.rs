@@ -138,7 +138,8 @@ mod tests {
             let mut age = FixAge::default();
             let mut most = 0.0_f32;
             for second in 0..6 * 3600_u32 {
-                // the sample clock runs fast or slow by `drift`, with a start that keeps it positive
+                // the sample clock runs fast or slow by `drift`, with a start that keeps it
+                // positive
                 let number = (f64::from(second) * (1.0 + drift) / PERIOD_S + 1e4).floor() as u32;
                 let of = age.arrived(number, second * 1000, PERIOD_S, LEAST_S);
                 most = most.max(of.unwrap());

@@ -1,9 +1,12 @@
-//! Several hypotheses about the sensors, tried on the same fixes; the one that has proved itself runs.
+//! Several hypotheses about the sensors, tried on the same fixes. The one with enough evidence is
+//! in force.
 //!
-//! From "the sensors are right" over six biases to networks with narrow and wide priors: which of them fits a unit is not known
-//! beforehand, so each predicts every fix before it learns from it, and the sum of its log-likelihoods tells. One is *running*: its
-//! estimate is taken out of the increments. It is replaced by another only when that one beats it, and beats "no correction", by
-//! more than [`Gates::evidence`]; and given up for "no correction" when it no longer does.
+//! The hypotheses range from "the sensors are right" over six biases to networks with narrow and
+//! wide priors. It is not known beforehand which of them fits a unit. So each predicts every fix
+//! before it learns from it, and the sum of its log-likelihoods is its evidence. One hypothesis is
+//! *running*: its estimate is subtracted from the increments. Another one is promoted in its place
+//! when it beats the running one by [`Gates::better`] and the zero correction by
+//! [`Gates::evidence`]. A running hypothesis that falls below the zero correction is given up.
 
 mod gates;
 mod hypothesis;
@@ -26,15 +29,16 @@ use table::Hypotheses;
 pub struct Bank<T: Real = f32> {
     hypotheses: Hypotheses<T>,
     gates: Gates<T>,
-    /// Standard deviation of an error that [`ZERO_CORRECTION`] has no parameter for.
+    /// Standard deviation of a sensor error, for which [`ZERO_CORRECTION`] has no parameter.
     unmodelled: [T; OUTPUTS],
     refused: [u8; OBSERVATIONS],
     running: usize,
 }
 
 impl<T: Real> Bank<T> {
-    /// Hypotheses about sensors of this datasheet; networks step once a block of `block_s` (s). `error_sigma` are the standard deviations of
-    /// the navigator's errors, in the order of [`NAV`].
+    /// Hypotheses about sensors of this datasheet. The networks step once a block of `block_s`
+    /// seconds. `error_sigma` are the standard deviations of the navigator's errors, in the order
+    /// of [`NAV`].
     #[must_use]
     pub fn new(sheet: &Datasheet<T>, block_s: f64, error_sigma: [T; NAV], gates: Gates<T>) -> Self {
         let mut bank = Self::ZEROED;
@@ -42,7 +46,8 @@ impl<T: Real> Bank<T> {
         bank
     }
 
-    /// To be begun: all zeros, so that a static one takes no room in flash.
+    /// A bank that waits for [`Bank::begin`]. All zeros, so that a static one takes no room in
+    /// flash.
     pub const ZEROED: Self = Self {
         hypotheses: Hypotheses::ZEROED,
         gates: Gates {
@@ -57,7 +62,7 @@ impl<T: Real> Bank<T> {
         running: ZERO_CORRECTION,
     };
 
-    /// [`Bank::new`] where it stands: it should not be moved over the stack.
+    /// [`Bank::new`] in place: a bank should not be moved over the stack.
     pub fn begin(
         &mut self,
         sheet: &Datasheet<T>,
@@ -83,22 +88,23 @@ impl<T: Real> Bank<T> {
         self.some(ALL, act);
     }
 
-    /// Those of the bits `which` that take part.
+    /// The hypotheses in the bits `which` that take part.
     fn some(&mut self, which: u8, act: impl FnMut(&mut dyn Hypothesis<T>)) {
         self.hypotheses.each_of(self.gates.enabled & which, act);
     }
 
-    /// Mean rate (rad/s) and specific force (m/s^2) of the block that has ended, as measured; the estimates are for the next one.
+    /// Steps the networks on the mean rate (rad/s) and specific force (m/s^2) measured over the
+    /// block that has ended. The estimates are for the next block.
     pub fn step(&mut self, inputs: [[T; 3]; TRIADS]) {
         self.each(|h| h.step(inputs));
     }
 
-    /// The navigator has been through a block with `applied` (rad/s, m/s^2) taken out.
+    /// The navigator has passed a block with the estimate `applied` (rad/s, m/s^2) subtracted.
     pub fn propagate(&mut self, block: &Transition<NAV, T>, applied: &[T; OUTPUTS]) {
         self.each(|h| h.propagate(block, applied));
     }
 
-    /// Takes a fix: `z`, navigator minus fix, and its variances. Gives what was refused, one bit an observation.
+    /// Learns from a fix: `z` is navigator minus fix. Gives the refused observations, one bit each.
     pub fn fix(&mut self, z: &[T; OBSERVATIONS], variance: &[T; OBSERVATIONS]) -> u8 {
         let mut bits = 0;
         for k in 0..OBSERVATIONS {
@@ -115,7 +121,8 @@ impl<T: Real> Bank<T> {
         bits
     }
 
-    /// Weighs the hypotheses by observation `k`, before anything is learnt from it; whether it is to be learnt from.
+    /// Scores the hypotheses by observation `k` before they learn from it. True: it is no outlier,
+    /// and they may learn from it.
     fn believes(&mut self, k: usize, z: T, variance: T) -> bool {
         let (i, cap) = (index(k), self.gates.squared_ratio);
         let mut outlier = true;
@@ -128,7 +135,7 @@ impl<T: Real> Bank<T> {
         let Some(refused) = self.refused.get_mut(k) else {
             return false;
         };
-        // never a number that is none
+        // a NaN or infinity is never accepted
         let believed = z.is_finite() && (!outlier || *refused >= self.gates.escape);
         *refused = if believed {
             0
@@ -138,8 +145,8 @@ impl<T: Real> Bank<T> {
         believed
     }
 
-    /// Log-likelihood of one that may run.
-    fn standing(&self, index: usize) -> f64 {
+    /// Log-likelihood of a hypothesis; minus infinity for one that may not run.
+    fn score(&self, index: usize) -> f64 {
         let hypothesis = self.get(index);
         let enabled = self.gates.enabled >> index & 1 == 1;
         if enabled && (index == ZERO_CORRECTION || hypothesis.is_healthy()) {
@@ -151,51 +158,53 @@ impl<T: Real> Bank<T> {
 
     /// Promotion and rollback.
     fn choose(&mut self) {
-        let (nothing, running) = (self.standing(ZERO_CORRECTION), self.standing(self.running));
-        let mut best = (ZERO_CORRECTION, nothing + self.gates.evidence);
+        let (zero, running) = (self.score(ZERO_CORRECTION), self.score(self.running));
+        let mut best = (ZERO_CORRECTION, zero + self.gates.evidence);
         for index in 0..HYPOTHESES {
-            let own = self.standing(index);
-            if own > best.1 {
-                best = (index, own);
+            let score = self.score(index);
+            if score > best.1 {
+                best = (index, score);
             }
         }
-        // the running one stays until another is clearly better or it has lost against nothing at all
-        if best.1 > running + self.gates.better || running < nothing {
+        // the running one stays until another is clearly better, or it falls below the zero
+        // correction
+        if best.1 > running + self.gates.better || running < zero {
             self.running = best.0;
         }
     }
 
-    /// What to take out of the increments of the next block: the running hypothesis' estimate, rad/s and m/s^2.
+    /// The running hypothesis' estimate, rad/s and m/s^2: what to subtract from the next block.
     #[must_use]
     pub fn estimate(&self) -> &[T; OUTPUTS] {
         self.get(self.running).estimate()
     }
 
-    /// The same of any hypothesis.
+    /// The estimate of any hypothesis.
     #[must_use]
     pub fn estimate_of(&self, index: usize) -> &[T; OUTPUTS] {
         self.get(index).estimate()
     }
 
-    /// The navigator's error as the running hypothesis sees it; the caller takes it out of the navigator.
+    /// The navigator's error by the running hypothesis. The caller subtracts it from the navigator.
     pub fn feed_back(&mut self) -> [T; NAV] {
         let e = *self.get(self.running).error_state();
         self.each(|h| h.feedback(&e));
         e
     }
 
-    /// Less is known of the navigator than was believed: adds variance to its errors.
+    /// Adds variance to the navigator's errors.
     pub fn inflate(&mut self, variance: &[T; NAV]) {
         self.each(|h| h.inflate(variance));
     }
 
-    /// The stream begins anew: the networks' states as at power-on; what has been learnt stays.
+    /// The stream begins anew: the networks' states are those of power-on; what was learnt stays.
     pub fn reset_networks(&mut self) {
         self.each(|h| h.reset_networks());
     }
 
-    /// A new navigator that was aligned at standstill: its initial errors are `by` (rad, m/s, m for 1 rad/s or 1 m/s^2) times what the
-    /// sensors' errors then were, of which `applied` had been taken out, plus others of covariance `rest`. What has been learnt stays.
+    /// A new navigator that was aligned at standstill. Its initial errors are `by` (rad, m/s, m for
+    /// 1 rad/s or 1 m/s^2) times the sensors' errors during the alignment, from which `applied` had
+    /// been subtracted, plus others of covariance `rest`. What was learnt stays.
     pub fn align(
         &mut self,
         by: &[[T; OUTPUTS]; NAV],
@@ -208,12 +217,12 @@ impl<T: Real> Bank<T> {
             .each_of(1 << ZERO_CORRECTION, |h| h.align(by, &all, applied));
     }
 
-    /// The rest for [`ZERO_CORRECTION`], which has no parameter for what `by` tells.
+    /// The covariance `rest` for [`ZERO_CORRECTION`], which has no parameters for the part `by`.
     fn unmodelled(&self, by: &[[T; OUTPUTS]; NAV], rest: &[[T; NAV]; NAV]) -> [[T; NAV]; NAV] {
         let mut all = *rest;
-        for (row, own) in all.iter_mut().zip(by) {
-            for (entry, other) in row.iter_mut().zip(by) {
-                for ((&a, &b), sigma) in own.iter().zip(other).zip(self.unmodelled) {
+        for (row, of_row) in all.iter_mut().zip(by) {
+            for (entry, of_column) in row.iter_mut().zip(by) {
+                for ((&a, &b), sigma) in of_row.iter().zip(of_column).zip(self.unmodelled) {
                     *entry += a * b * (sigma * sigma);
                 }
             }
@@ -221,7 +230,7 @@ impl<T: Real> Bank<T> {
         all
     }
 
-    /// Index of the running hypothesis: 0 nothing, 1 biases, 2 to 4 output weights with narrow to wide priors, 5 all weights.
+    /// Index of the running hypothesis in [`NAMES`]; 0 is the zero correction.
     #[must_use]
     pub fn running(&self) -> usize {
         self.running
@@ -257,7 +266,8 @@ fn index(k: usize) -> usize {
     if k < 3 { 6 + k } else { k }
 }
 
-/// What f32 arithmetic and an imperfect navigator leave: rad, m/s, m (assumed, far below any sensor's).
+/// Floor of the navigator's errors, left by f32 arithmetic and an imperfect navigator: rad, m/s, m
+/// (assumed; far below the effect of any sensor).
 fn error_floor<T: Real>() -> [T; NAV] {
     let [a, v, p] = [1e-7, 1e-5, 1e-4].map(T::from_f64);
     [a, a, a, v, v, v, p, p, p]

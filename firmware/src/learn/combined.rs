@@ -1,4 +1,4 @@
-//! Two ways to learn side by side: from references and from fixes.
+//! Two learners side by side: from references and from fixes.
 
 use super::{Learner, Report, Winner};
 use crate::compensator::Block;
@@ -8,8 +8,8 @@ use crate::model::Nets;
 use crate::sample::{RawSample, StreamScale};
 use lrnn_nostd::State;
 
-/// References go to the one, fixes to the other. What was learnt ([`Learner::learnt`]) is the fixes' where that has proved itself, and the
-/// references' else.
+/// References go to the one, fixes to the other. [`Learner::learnt`] gives the networks learnt from
+/// fixes when they have proved themselves, else those learnt from references.
 #[derive(Debug)]
 pub struct CombinedLearner<'m, R, F> {
     /// From references.
@@ -29,9 +29,9 @@ impl<R: Learner, F: Learner> Learner for CombinedLearner<'_, R, F> {
         self.fixes.restart();
     }
 
-    fn sample(&mut self, number: u32, words: &RawSample) {
-        self.references.sample(number, words);
-        self.fixes.sample(number, words);
+    fn sample(&mut self, number: u32, sample: &RawSample) {
+        self.references.sample(number, sample);
+        self.fixes.sample(number, sample);
     }
 
     fn block(&mut self, last: u32, block: &Block) {

@@ -1,33 +1,43 @@
-//! Learning from plain fixes (way C): the sensors' words through a navigator of its own, compared with the receiver.
+//! Learning from plain fixes (way C): a navigator of its own integrates the sensors' samples and is
+//! compared with the receiver.
 //!
 //! ```text
-//! words -> align -> nav -> at each fix: innovation -> bank of hypotheses -> the winner's networks and biases
+//! samples -> align -> nav -> at each fix: innovation -> bank of hypotheses -> networks and biases
 //! ```
-//! The vehicle has to stand once, for [`Settings::align_s`] seconds or by command; the fix after that starts the navigator.
 //!
-//! **When what is done.** What is cheap is done where it happens: sums of words, a piece of navigation, the means of the hypotheses,
-//! feedback. What is dear (covariances, networks with their gradients) is put off to [`Learner::work`] in parts and is finished, as a
-//! rule long since, where the next block or fix begins. So nothing depends on when the parts were done.
-//! At the end of a block the navigator is corrected by what the last fix found, and what it takes out of the words from then on is the
-//! running hypothesis' estimate of the block before: a difference to the present one is known to all hypotheses and costs nothing.
+//! The vehicle has to stand once, for [`Settings::align_s`] seconds or by command; the fix after
+//! that starts the navigator. Recordings without a standstill start from a known state
+//! ([`FixLearner::navigate_from`]).
+//!
+//! **What is computed when.** Inexpensive work is done where it arises: sums of samples, a piece of
+//! navigation, the means of the hypotheses, feedback. Expensive work (covariances, networks with
+//! their gradients) is deferred to [`Learner::work`], in parts, and finished at the latest where
+//! the next block or fix begins. So no result depends on when the parts are computed. To run the
+//! learner at once, as on the desktop, call [`FixLearner::finish`]: it computes the same parts.
+//!
+//! At the end of a block the navigator is corrected by what the last fix showed. From then on it
+//! subtracts from the samples what the running hypothesis estimated one block earlier. All
+//! hypotheses know the difference to their present estimates, so that this costs no accuracy.
+
+mod start;
 
 use super::age::FixAge;
 use super::bank::{Bank, Work, ZERO_CORRECTION};
 use super::prior::NAV;
-use super::quantise::{Scale, divisor, flat, split};
+use super::quantise::{Scale, flat, split};
 use super::settings::Settings;
 use super::{Learner, Report, Winner};
 use crate::align::Align;
 use crate::compensator::Block;
-use crate::control::{Alignment, Reason};
-use crate::fix::{Fix, OBSERVATIONS};
+use crate::control::Alignment;
+use crate::fix::Fix;
 use crate::model::Nets;
 use crate::nav::{self, Navigator};
 use crate::sample::{Counts, RawSample, StreamScale};
 use lrnn_nostd::State;
-use lrnn_nostd::learn::kalman::{OUTPUTS, Transition};
+use lrnn_nostd::learn::kalman::Transition;
 
-/// The large part of a learner, to be static, of at most [`ROOM`] bytes.
+/// The large part of a learner, to be static; at most [`ROOM`] bytes.
 #[derive(Debug)]
 pub struct Memory {
     bank: Bank,
@@ -48,24 +58,22 @@ impl Memory {
 
 /// Fixes closer to each other than this are not all used, ms.
 const FIX_MS: u32 = 900;
-/// A vehicle that the receiver calls faster does not stand, m/s.
+/// A vehicle that is faster by the receiver does not stand, m/s.
 const STANDS_MPS: f32 = 0.3;
-/// Seconds after which a standstill is believed, and the standard deviation of its velocity, m/s (as `host_sim::learning::teacher`).
+/// Seconds after which a standstill is believed, and the standard deviation of its velocity, m/s
+/// (as in `host_sim::learning::teacher`).
 const STILL_S: u32 = 3;
 const STILL_MPS: f32 = 0.01;
-/// Errors are linear up to a heading error of this standard deviation, rad.
-const MAX_HEADING: f32 = 0.1;
-/// The longest hole that is bridged by the word before it, s; what turns and pushes are then missed, rad/s and m/s2 (assumed).
-const BRIDGE_S: f64 = 0.1;
-const MISSED: [f32; 2] = [0.1, 1.0];
 
-/// Counts of what happened, each held at its end.
+/// Counters; each saturates.
 #[derive(Debug, Clone, Copy, Default)]
 struct Tally {
     used: u32,
+    /// Of these, with a refused component.
     refused: u32,
     promotions: u32,
     rollbacks: u32,
+    /// Fixes that were too old.
     late: u32,
 }
 
@@ -74,22 +82,26 @@ struct Tally {
 pub struct FixLearner<'m> {
     memory: &'m mut Memory,
     settings: Settings,
+    /// `None` until the learner has begun.
     stream: Option<StreamScale>,
+    /// Scale of the counts; from the first sample on.
     scale: Option<Scale>,
     align: Option<Align>,
     navigator: Option<Navigator>,
-    /// The last word and its number.
+    /// The last sample and its number.
     last: Option<(u32, Counts)>,
+    /// Time of validity of the last fix used.
     last_fix_ms: Option<u32>,
     age: FixAge,
-    /// A fix is being worked on.
+    /// The deferred work contains a fix.
     fixing: bool,
+    /// The hypothesis in force after the last finished fix.
     running: usize,
     tally: Tally,
 }
 
 impl<'m> FixLearner<'m> {
-    /// To be begun.
+    /// A learner that waits for [`Learner::begin`].
     pub fn new(memory: &'m mut Memory, settings: Settings) -> FixLearner<'m> {
         FixLearner {
             memory,
@@ -128,7 +140,7 @@ impl<'m> FixLearner<'m> {
         }
     }
 
-    /// The navigator is of no use any more.
+    /// Drops the navigator.
     fn lose(&mut self) {
         self.navigator = None;
         if let Some(align) = &mut self.align {
@@ -136,8 +148,9 @@ impl<'m> FixLearner<'m> {
         }
     }
 
-    /// The interval up to now: what the navigator did, and the means of what the hypotheses make of it.
-    fn cut(&mut self) -> Option<&mut Navigator> {
+    /// Ends the interval in progress: the means of all hypotheses move with the navigator, and
+    /// their covariances become work.
+    fn end_interval(&mut self) -> Option<&mut Navigator> {
         self.finish();
         self.memory.work.clear();
         if self.navigator.as_ref()?.faults().lost {
@@ -158,7 +171,7 @@ impl<'m> FixLearner<'m> {
         Some(navigator)
     }
 
-    /// What the last fix found goes into the navigator.
+    /// Corrects the navigator by what the last fix showed.
     fn feed_back(&mut self) {
         let Some(navigator) = &mut self.navigator else {
             return;
@@ -170,145 +183,25 @@ impl<'m> FixLearner<'m> {
         }
     }
 
-    /// Starts the navigator at a fix if the alignment is good for it.
-    fn start(&mut self, fix: &Fix, sigmas: &[f32; OBSERVATIONS], age: f32) -> Option<()> {
-        let align = self.align.as_mut()?;
-        if align.gathered() < self.settings.align_s && !(align.is_over()) {
-            return None;
-        }
-        if !align.is_solving() {
-            // in parts, until the next fix
-            align.solve(fix.position.latitude, fix.position.height);
-            return None;
-        }
-        while align.sweep() {}
-        let aligned = align.aligned()?;
-        let bias = [
-            self.settings.sheet.gyro_bias,
-            self.settings.sheet.accel_bias,
-        ];
-        let [.., [.., heading]] = aligned.covariance(bias);
-        if !(0.0..=MAX_HEADING * MAX_HEADING).contains(&heading) {
-            align.restart(false); // longer will not do it
-            return None;
-        }
-        let state = nav::State {
-            position: fix
-                .position
-                .displaced(fix.velocity.map(|v| v * f64::from(age))),
-            velocity: fix.velocity,
-            q_bn: aligned.q_bn,
-        };
-        let mut by = [[0.0; OUTPUTS]; NAV];
-        let mut rest = [[0.0; NAV]; NAV];
-        for i in 0..3 {
-            by[i] = aligned.by[i];
-            for (entry, &value) in rest[i].iter_mut().zip(&aligned.rest[i]) {
-                *entry = value;
-            }
-        }
-        for (k, sigma) in sigmas.iter().enumerate() {
-            let i = if k < 3 { 6 + k } else { k };
-            if let Some(entry) = rest.get_mut(i).and_then(|row| row.get_mut(i)) {
-                *entry = sigma * sigma;
-            }
-        }
-        self.navigate(state, &by, &rest)
-    }
-
-    /// A navigator in this state at the end of the last sample. Its errors are `by` times the
-    /// sensors' errors, plus others of covariance `rest`. `None`: no stream yet, or the state is
-    /// outside the range of the equations.
-    fn navigate(
-        &mut self,
-        state: nav::State,
-        by: &[[f32; OUTPUTS]; NAV],
-        rest: &[[f32; NAV]; NAV],
-    ) -> Option<()> {
-        let (stream, scale) = (self.stream?, self.scale?);
-        let mut config = nav::Config::new(scale.lsb, stream.period_s, self.settings.noise);
-        config.piece_samples = divisor(stream.block_samples, config.piece_samples);
-        let navigator = Navigator::new(config, state).ok()?;
-        self.finish();
-        let Memory { bank, work } = &mut *self.memory;
-        bank.align_means(by, &[0.0; OUTPUTS]);
-        work.clear();
-        work.alignment(by, rest);
-        self.navigator = Some(navigator);
-        Some(())
-    }
-
-    /// Starts the navigator in a known state, instead of an alignment at standstill: for recordings
-    /// that have none. `state` holds at the end of the last sample (before the first: at the
-    /// stream's start); `sigmas` are the standard deviations of its errors, in the order of
-    /// [`NAV`]. A navigator that was running is replaced; what has been learnt stays.
-    ///
-    /// To be called after [`Learner::begin`]. A stream of float samples must have begun, because
-    /// their resolution follows from the first one.
-    ///
-    /// # Errors
-    /// [`Reason::NotAvailable`] before that, [`Reason::Range`] for a state that the navigator does
-    /// not accept.
-    pub fn navigate_from(&mut self, state: nav::State, sigmas: &[f32; NAV]) -> Result<(), Reason> {
-        let stream = self.stream.ok_or(Reason::NotAvailable)?;
-        self.scale
-            .get_or_insert_with(|| Scale::counts_of(stream.lsb));
-        let mut rest = [[0.0; NAV]; NAV];
-        for (i, (row, sigma)) in rest.iter_mut().zip(sigmas).enumerate() {
-            if let Some(entry) = row.get_mut(i) {
-                *entry = sigma * sigma;
-            }
-        }
-        let by = [[0.0; OUTPUTS]; NAV];
-        self.navigate(state, &by, &rest).ok_or(Reason::Range)
-    }
-
-    /// The navigator's solution with all that is known; `None` while it does not navigate. It is
-    /// that of the last sample where a block ends, and up to 50 ms older within a block.
+    /// The navigator's solution; `None` while it does not navigate. Where a block ends it is that
+    /// of the last sample; within a block it is up to 50 ms older.
     pub fn nav(&mut self) -> Option<nav::State> {
         self.finish();
         self.navigator.as_ref().map(|navigator| *navigator.state())
     }
 
-    /// The hypotheses, for those who observe only. [`FixLearner::finish`] first, else what they
-    /// tell is half made.
+    /// The hypotheses, for reading. Call [`FixLearner::finish`] first; until then some of their
+    /// deferred work may be missing.
     pub fn bank(&self) -> &Bank {
         &self.memory.bank
-    }
-
-    /// Words that are missing before `number`: a short hole is bridged, a long one ends the navigation.
-    fn bridge(&mut self, number: u32) {
-        let Some((last, counts)) = self.last else {
-            return;
-        };
-        let missing = number.wrapping_sub(last).wrapping_sub(1);
-        if missing == 0 {
-            return;
-        }
-        let time = f64::from(missing) * self.stream.map_or(0.0, |m| m.period_s);
-        if let Some(align) = &mut self.align {
-            align.gap();
-        }
-        if time > BRIDGE_S {
-            return self.lose();
-        }
-        let Some(navigator) = &mut self.navigator else {
-            return;
-        };
-        (0..missing).for_each(|_| navigator.sample(&counts));
-        let [turn, push] = MISSED.map(|rate| rate * time as f32);
-        let (turn, push) = (turn * turn, push * push);
-        self.finish();
-        let variance = [turn, turn, turn, push, push, push, 0.0, 0.0, 0.0];
-        self.memory.bank.inflate(&variance);
     }
 }
 
 impl Learner for FixLearner<'_> {
-    /// From the datasheet: the hypotheses have networks of their own.
+    /// Begins from the datasheet: the hypotheses have networks of their own.
     fn begin(&mut self, _: &Nets, stream: StreamScale) {
         let Settings { sheet, gates, .. } = &self.settings;
-        let error_sigma = [1.0; NAV]; // until the alignment tells
+        let error_sigma = [1.0; NAV]; // until the alignment
         let Memory { bank, work } = &mut *self.memory;
         bank.begin(sheet, f64::from(stream.block_s()), error_sigma, *gates);
         work.clear();
@@ -331,12 +224,12 @@ impl Learner for FixLearner<'_> {
         self.age = FixAge::default();
     }
 
-    fn sample(&mut self, number: u32, words: &RawSample) {
+    fn sample(&mut self, number: u32, sample: &RawSample) {
         let Some(stream) = self.stream else { return };
         let scale = *self
             .scale
-            .get_or_insert_with(|| Scale::of(words, &stream.lsb));
-        let counts = scale.counts(words);
+            .get_or_insert_with(|| Scale::of(sample, &stream.lsb));
+        let counts = scale.counts(sample);
         self.bridge(number);
         self.last = Some((number, counts));
         let sensors = self.settings.sensors();
@@ -353,13 +246,13 @@ impl Learner for FixLearner<'_> {
         if self.stream.is_none() {
             return;
         }
-        if self.cut().is_some() {
+        if self.end_interval().is_some() {
             self.feed_back();
         }
         self.memory.work.step([block.rate, block.force]);
     }
 
-    /// The numbers of the words tell what is missing.
+    /// The numbers of the samples show what is missing.
     fn gap(&mut self) {}
 
     fn silence(&mut self) {
@@ -401,7 +294,9 @@ impl Learner for FixLearner<'_> {
             let [.., x, y, z] = &mut sigmas;
             [*x, *y, *z] = [STILL_MPS; 3];
         }
-        let Some(navigator) = self.cut() else { return };
+        let Some(navigator) = self.end_interval() else {
+            return;
+        };
         let nav::Innovation { position, velocity } = navigator.innovation(&fix, age);
         let ([a, b, c], [d, e, f]) = (position, velocity);
         self.memory

@@ -1,11 +1,11 @@
-//! Which weights are learnt, and how far each may be expected to go from where it starts.
+//! Which weights learning from references changes, and how far each may be expected to move.
 //!
-//! Feedback between different units is not learnt: 45 of the 63 weights. Their covariance takes 4 140 bytes a network instead of
-//! 8 064, and only so do both networks fit into 32 KiB.
+//! 45 of the 63 weights are learnt; feedback between different units is not. Their covariance takes
+//! 4 140 bytes a network instead of 8 064. Only that way do both networks fit into 32 KiB.
 
 use lrnn_nostd::{Diagonal, Feedback, PARAMS, Weights};
 
-/// Weights that are learnt.
+/// Number of weights that are learnt.
 pub const LEARNT: usize = Diagonal::ACTIVE;
 
 /// The values of the weights that are learnt, out of all.
@@ -32,12 +32,13 @@ fn active(index: usize) -> bool {
     Diagonal::is_active(index)
 }
 
-/// Standard deviation of each weight around `weights`, as the desktop's teacher has it: what each path may add to the output, in
-/// units of the output scale.
+/// Standard deviation of each weight around `weights`, as the desktop's teacher has it: what each
+/// path may add to the output, in units of the output scale.
 ///
-/// A unit of the second layer with feedback 1 - leak goes to its input within 1/leak steps only while it is much smaller than
-/// sqrt(leak), since the cubic term of the activation otherwise pulls harder than the leak. So it lives at half of that, and the
-/// weights that read it may be as much larger.
+/// A unit of the second layer with feedback 1 - leak follows its input within 1/leak steps only
+/// while it is much smaller than sqrt(leak); otherwise the cubic term of the activation pulls
+/// harder than the leak. So the unit works at half of sqrt(leak), and the weights that read it may
+/// be correspondingly larger.
 pub fn sigma(weights: &Weights) -> Weights {
     const OUTPUT: f32 = 0.3;
     let mut sigma = Weights::zero();

@@ -1,8 +1,10 @@
-//! Learning, beside the flow of the words: on a copy of the networks, which takes the place of those in use only by command.
+//! Learning, beside the flow of the samples: on networks of its own, which come into use only as
+//! the mode allows it or by command.
 //!
-//! A [`Learner`] is handed what there is to learn from: blocks (what the networks step on), words, the navigation computer's
-//! references, the receiver's fixes. What takes long it puts off to [`Learner::work`], which the application calls between
-//! frames, a piece at a time. Its memory is the board's: a board without one has no mode `learn`.
+//! A [`Learner`] receives what there is to learn from: samples, blocks (the networks' input), the
+//! navigation computer's references, the receiver's fixes. It defers expensive work to
+//! [`Learner::work`], which the application calls between frames, a part at a time. The board
+//! provides its memory: a board without that has no mode `learn`.
 
 pub mod age;
 pub mod bank;
@@ -26,65 +28,66 @@ use crate::model::Nets;
 use crate::sample::{RawSample, StreamScale};
 use lrnn_nostd::State;
 
-/// What a learner can tell.
+/// What a learner reports.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Report {
-    /// First and last sample of the window that a reference may be given for.
+    /// First and last sample of the window that awaits a reference.
     pub window: Option<(u32, u32)>,
-    /// What the copy said of the last block: rate error in rad/s, error of specific force in m/s2.
+    /// The learner's estimate for the last block: rate error in rad/s, specific-force error in
+    /// m/s2.
     pub estimate: [[f32; 3]; 2],
     /// References used.
     pub used: u32,
-    /// References of which at least one axis was too far off to be believed.
+    /// References with an axis that was refused as an outlier.
     pub doubted: u32,
     /// Fixes used.
     pub fixes: u32,
-    /// Of these, with a component that was not believed.
+    /// Of these, with a component that was refused as an outlier.
     pub refused: u32,
     /// Fixes not used because they arrived too late: see [`age::MAX_AGE_S`].
     pub late: u32,
-    /// The hypothesis that stands, 0 for "the sensors are right": see [`bank::Bank::running`].
+    /// The hypothesis in force, 0 for "the sensors are right": see [`bank::Bank::running`].
     pub winner: u8,
-    /// Times another hypothesis than that one came to stand.
+    /// How often a hypothesis other than 0 was promoted.
     pub promotions: u32,
-    /// Times it was given up for that one.
+    /// How often it was given up for 0.
     pub rollbacks: u32,
-    /// Aligned, and compared with fixes.
+    /// The learner's navigator is aligned and is compared with fixes.
     pub navigates: bool,
-    /// Time that the vehicle has stood, s.
+    /// How long the vehicle has stood, s.
     pub still_s: u32,
 }
 
-/// What a learner stands by.
+/// The promoted hypothesis: networks that may correct the samples.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Winner {
     /// Networks, biases folded in.
     pub nets: Nets,
     /// Their states after the last block.
     pub states: [State; 2],
-    /// What they say for the present block: rad/s, m/s2.
+    /// Their output for the present block: rad/s, m/s2.
     pub estimate: [[f32; 3]; 2],
 }
 
-/// A way to learn. Nothing here may depend on when it is called between two words, so that the same input gives the same bits
-/// on every machine.
+/// A way to learn. No result may depend on when a function is called between two samples, so that
+/// the same input gives the same bits on every machine.
 pub trait Learner {
     /// Begins anew, from a copy of `nets`.
     fn begin(&mut self, nets: &Nets, stream: StreamScale);
 
-    /// The stream begins anew: the networks' states as at power-on; what was learnt stays.
+    /// The stream begins anew: the networks' states are those of power-on; what was learnt stays.
     fn restart(&mut self);
 
-    /// An uncorrected word with its sample number, after its frame has left.
-    fn sample(&mut self, _number: u32, _words: &RawSample) {}
+    /// An uncorrected sample and its number, after its frame has left.
+    fn sample(&mut self, _number: u32, _sample: &RawSample) {}
 
-    /// The block that ends with sample `last` and has no hole.
+    /// The block that ends with sample `last`; no sample of it is missing.
     fn block(&mut self, last: u32, block: &Block);
 
-    /// Samples are missing: nothing goes on across.
+    /// Samples are missing: a window or block in progress is given up.
     fn gap(&mut self);
 
-    /// The sensor is silent: how many are missing will not be known.
+    /// The sensor is silent: how many samples are missing will not be known.
     fn silence(&mut self) {
         self.gap();
     }
@@ -95,27 +98,28 @@ pub trait Learner {
     /// The navigation computer's reference.
     ///
     /// # Errors
-    /// Why it cannot be used; given twice it is used once.
+    /// Why it cannot be used. A reference given twice is used once.
     fn reference(&mut self, _window: &Window) -> Result<(), Reason> {
         Err(Reason::NotAvailable)
     }
 
-    /// The receiver's fix, which arrived after sample `number`.
+    /// A fix of the receiver, which arrived after sample `number`.
     fn fix(&mut self, _number: u32, _fix: &Fix) {}
 
-    /// A piece of what was put off, some ten thousand instructions at most. True: there is more.
+    /// One part of the deferred work, some ten thousand instructions at most. True: there is more.
     fn work(&mut self) -> bool {
         false
     }
 
-    /// What has proved itself and may correct the words by itself; `None`: nothing may. What was put off is done first.
+    /// The networks that have proved themselves and may correct the samples; `None`: no correction
+    /// may. Deferred work is done first.
     fn winner(&mut self) -> Option<Winner> {
         None
     }
 
-    /// What was learnt, and the networks' states now; what was put off is done first.
+    /// What was learnt, and the networks' states now. Deferred work is done first.
     fn learnt(&mut self) -> (Nets, [State; 2]);
 
-    /// For those who look on.
+    /// Counters and state, for reading only.
     fn report(&self) -> Report;
 }

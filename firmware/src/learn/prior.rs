@@ -1,4 +1,4 @@
-//! What is believed of the sensors before anything is learnt: from the datasheet, the same for every unit.
+//! What is known of the sensors before any learning: from the datasheet, the same for every unit.
 
 use lrnn_nostd::learn::kalman::{AllWeights, ErrorModel, ParameterSet, Prior};
 use lrnn_nostd::{Identity, Net, Normalisation, Rational, Real, Weights};
@@ -9,14 +9,14 @@ pub const NAV: usize = 9;
 /// A network of the learner.
 pub type LearnerNet<T> = Net<Rational, Identity, lrnn_nostd::Full, T>;
 
-/// What a datasheet lets one expect.
+/// The sensors' errors to be expected by the datasheet.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Datasheet<T = f32> {
     /// Standard deviation of a gyro's bias, all its causes together, rad/s, > 0.
     pub gyro_bias: T,
     /// Standard deviation of an accelerometer's bias, m/s^2, > 0.
     pub accel_bias: T,
-    /// What a bias gathers as a random walk in an hour, as a share of its standard deviation.
+    /// Random walk of a bias in an hour, as a share of its standard deviation.
     pub walk_per_hour: T,
     /// Mean input of the accelerometers, m/s^2, body axes: gravity's reaction.
     pub gravity: [T; 3],
@@ -51,7 +51,8 @@ impl Datasheet<f32> {
     }
 }
 
-/// Time constants of the second layer's leaky units, s: their transient from power-on spans warm-up curves.
+/// Time constants of the second layer's leaky units, s: their transient from power-on spans warm-up
+/// curves.
 const TIME_CONSTANTS_S: [f64; 3] = [150.0, 500.0, 1500.0];
 
 /// First weights of layer 1, drawn once between -0.5 and 0.5 (W) and between -0.3 and 0.3 (b).
@@ -62,11 +63,13 @@ const W1: [[f64; 3]; 3] = [
 ];
 const B1: [f64; 3] = [0.17, -0.08, -0.26];
 
-/// First weights, and how far from there each may be expected to go when its path may add `output` (in units of the output scale).
+/// First weights, and the standard deviation of each around them when its path may add `output`, in
+/// units of the output scale.
 ///
-/// The second layer's units are slow, `y(k) = tanh((1 - leak) y(k-1) + leak a)`: they go to `a` within their time constant only while
-/// `a^2 << 3 leak`, since the cubic term of tanh otherwise pulls harder than the leak. So a slow unit lives at a small amplitude, and
-/// the weights that read it are allowed to be as much larger. `block_s` is the time of a step.
+/// The second layer's units are slow, `y(k) = tanh((1 - leak) y(k-1) + leak a)`. They follow `a`
+/// within their time constant only while `a^2 << 3 leak`; otherwise the cubic term of tanh pulls
+/// harder than the leak. So a slow unit works at a small amplitude, and the weights that read it
+/// may be correspondingly larger. `block_s` is the time of a step.
 #[must_use]
 pub fn weights<T: Real>(block_s: f64, output: f64) -> [Weights<T>; 2] {
     let to = T::from_f64;
@@ -112,14 +115,15 @@ impl<T: Real> Datasheet<T> {
         ]
     }
 
-    /// Networks that say nothing yet.
+    /// Networks before any learning: their output is zero.
     #[must_use]
     pub fn nets(&self, block_s: f64) -> [LearnerNet<T>; 2] {
         let [first, _] = weights(block_s, 0.0);
         self.normalisation().map(|scales| Net::new(first, scales))
     }
 
-    /// The prior of a hypothesis whose networks may add `output` times the bias. `error_sigma` as in [`Prior`].
+    /// The prior of a hypothesis whose networks may add `output` times the bias. `error_sigma` as
+    /// in [`Prior`].
     #[must_use]
     pub fn prior<L: ParameterSet, const N: usize>(
         &self,
@@ -142,7 +146,8 @@ impl<T: Real> Datasheet<T> {
     }
 }
 
-/// No parameter is ever believed to be known better than this share of its prior (assumed; far below what any drive reaches).
+/// The standard deviation of a parameter never falls below this share of its prior (assumed; far
+/// below what any drive reaches).
 const FLOOR: f64 = 1e-4;
 
 /// All weights together.

@@ -1,24 +1,25 @@
-//! Words as integer counts, whatever the sensor sends.
+//! Samples as integer counts, also of a sensor that sends floats.
 
 use crate::sample::{Counts, Lsb, RawSample};
 use lrnn_nostd::learn::kalman::OUTPUTS;
 
-/// Largest angle (rad) and change of velocity (m/s) that a float word must find room for: more than a navigator believes.
+/// Largest angle (rad) and change of velocity (m/s) of a float sample that the counts can hold:
+/// more than a navigator believes.
 const LARGEST: [f64; 2] = [1.0, 20.0];
 
-/// Value of a count, and how words become counts.
+/// Value of a count, and how samples become counts.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Scale {
     /// Value of a count.
     pub lsb: Lsb,
-    /// Counts of 1.0 in a float word: powers of two, so that hardly anything is rounded.
+    /// Counts of 1.0 in a float sample: powers of two, so that hardly anything is rounded.
     per_float: [f32; 2],
 }
 
 impl Scale {
-    /// For words of this kind, of which `lsb` is the value of a count or of 1.0.
-    pub fn of(words: &RawSample, lsb: &Lsb) -> Scale {
-        let RawSample::Floats { .. } = words else {
+    /// For samples of this kind, where `lsb` is the value of a count or of 1.0.
+    pub fn of(sample: &RawSample, lsb: &Lsb) -> Scale {
+        let RawSample::Floats { .. } = sample else {
             return Scale::counts_of(*lsb);
         };
         let of = |value: f64, largest: f64| {
@@ -44,9 +45,9 @@ impl Scale {
         }
     }
 
-    /// A word in counts.
-    pub fn counts(&self, words: &RawSample) -> Counts {
-        match words {
+    /// A sample in counts.
+    pub fn counts(&self, sample: &RawSample) -> Counts {
+        match sample {
             RawSample::Counts { gyro, accel } => Counts {
                 dtheta: *gyro,
                 dv: *accel,
@@ -63,7 +64,8 @@ impl Scale {
     }
 }
 
-/// The largest divisor of `whole` that is no greater than `most`: no piece is broken off where a block ends.
+/// The largest divisor of `whole` that is no greater than `most`, so that a whole number of pieces
+/// makes a block.
 pub fn divisor(whole: u16, most: u16) -> u16 {
     let fits = |part: &u16| whole.is_multiple_of(*part);
     (1..=most).rev().find(fits).unwrap_or(1)
@@ -74,7 +76,7 @@ pub fn flat([[a, b, c], [d, e, f]]: [[f32; 3]; 2]) -> [f32; OUTPUTS] {
     [a, b, c, d, e, f]
 }
 
-/// And apart again.
+/// The inverse of [`flat`].
 pub fn split([a, b, c, d, e, f]: &[f32; OUTPUTS]) -> [[f32; 3]; 2] {
     [[*a, *b, *c], [*d, *e, *f]]
 }

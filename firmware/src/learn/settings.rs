@@ -1,20 +1,20 @@
-//! What a learner from fixes is told, and what it makes of the receiver's messages.
+//! Settings of the learner from fixes.
 
 use super::bank::Gates;
 use super::prior::Datasheet;
 use crate::align::Sensors;
 use crate::nav::Noise;
 
-/// What the learner is told of the sensors and the receiver.
+/// What the learner must know of the sensors and the receiver.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Settings {
     /// Biases and ranges of the sensors.
     pub sheet: Datasheet,
     /// White noise of the sensors.
     pub noise: Noise,
-    /// When an observation is refused and a hypothesis trusted.
+    /// When an observation is refused and when a hypothesis is promoted.
     pub gates: Gates,
-    /// Length of an alignment that nobody commands, s, >= [`crate::align::LEAST_S`].
+    /// Length of an alignment that is not commanded, s, >= [`crate::align::LEAST_S`].
     pub align_s: f64,
     /// Least age of a fix when it arrives, s, 0 to 1. What a fix is later than the earliest is
     /// measured: see [`super::age`].
@@ -22,8 +22,9 @@ pub struct Settings {
 }
 
 impl Settings {
-    /// The medium laser-gyro IMU of `host-sim` (preset `medium`): 0.34 deg/h, 410 ug, 0.005 deg/sqrt(h), 20 ug/sqrt(Hz). A receiver
-    /// whose messages come after 100 ms, as at 115 200 baud.
+    /// The medium laser-gyro IMU of `host-sim` (preset `medium`): 0.34 deg/h, 410 ug, 0.005
+    /// deg/sqrt(h), 20 ug/sqrt(Hz). A receiver whose messages come after 100 ms, as at 115 200
+    /// baud.
     pub const MEDIUM: Settings = Settings {
         sheet: Datasheet::land_vehicle(1.63e-6, 4e-3),
         noise: Noise {
@@ -35,7 +36,7 @@ impl Settings {
         fix_age_s: 0.1,
     };
 
-    /// What alignment and standstill detector are told.
+    /// What the alignment and the standstill detector must know.
     #[must_use]
     pub fn sensors(&self) -> Sensors {
         Sensors {

@@ -1,14 +1,16 @@
-//! Learning from references over windows (way B), in constant memory and without a second look at anything.
+//! Learning from references over windows (way B), in constant memory and in a single pass.
 //!
-//! A window is ten blocks without a hole. While it lasts each network's copy steps with its exact gradient, and A = sum y dt and
-//! Psi = sum dy/dtheta dt are summed. The reference comes within the next window and gives three scalar residuals a network,
+//! A window is ten blocks without a gap. While it lasts each network's copy steps with its exact
+//! gradient, and A = sum y dt and Psi = sum dy/dtheta dt are summed. The reference comes within the
+//! next window and gives three scalar residuals a network,
 //!
 //! ```text
 //! measured - true = scale (A + Psi delta) + v
 //! ```
 //!
-//! each of which updates delta and its covariance ([`UdCovariance`]). The copy's weights move by delta where a window begins and
-//! nowhere else, so nothing depends on when within a window the reference came.
+//! each of which updates delta and its covariance ([`UdCovariance`]). The copy's weights move by
+//! delta where a window begins and nowhere else, so no result depends on when within a window the
+//! reference came.
 
 use super::learnt_weights::{self, LEARNT};
 use super::{Learner, Report};
@@ -22,12 +24,12 @@ use lrnn_nostd::{Fault, Net, Normalisation, Sensitivities, State, Weights};
 /// Blocks in a window.
 pub const BLOCKS: u16 = 10;
 
-/// A residual of more than so many standard deviations is not believed.
+/// A residual beyond this many standard deviations is refused as an outlier.
 pub const GATE: f32 = 6.0;
 
 const PACKED: usize = LEARNT * (LEARNT - 1) / 2;
 
-/// One network's copy and what is known of its weights.
+/// One network's copy and the knowledge of its weights.
 #[derive(Debug)]
 struct Side {
     net: Net,
@@ -37,33 +39,33 @@ struct Side {
     open: Window,
     closed: Window,
     known: UdCovariance<LEARNT, PACKED>,
-    /// The best weights are those of `net` and this.
+    /// The best weights are those of `net` plus this.
     delta: [f32; LEARNT],
-    /// By how much the weights have moved since those that `closed` was made with.
+    /// Move of the weights since those that `closed` was made with.
     moved: [f32; LEARNT],
     estimate: [f32; 3],
 }
 
-/// What a window covers.
+/// The samples of a window.
 #[derive(Debug, Clone, Copy)]
 struct Span {
     first: u32,
     last: u32,
     blocks: u16,
-    /// Words summed, in steps.
+    /// Sum of the samples, in steps.
     sum: [[i64; 3]; 2],
     /// Counts in a step.
     step: f32,
 }
 
-/// A reference that is being used, axis by axis: 0 to 2 of the gyros, 3 to 5 of the accelerometers.
+/// A reference in use, axis by axis: 0 to 2 of the gyros, 3 to 5 of the accelerometers.
 #[derive(Debug, Clone, Copy)]
 struct Job {
     axis: usize,
-    /// What A should be, output units times s, and its variance.
+    /// What A should be, in output units times s, and its variance.
     sum: [[f32; 3]; 2],
     variance: [[f32; 3]; 2],
-    /// Axes that were not believed; a number, so that no job is all zeros.
+    /// Number of axes refused as outliers.
     doubted: u32,
 }
 
@@ -114,7 +116,7 @@ impl Side {
         self.estimate = [0.0; 3];
     }
 
-    /// One step; false when it failed and the window is not to be used.
+    /// One step. False: it failed, and the window must not be used.
     fn step(&mut self, input: [f32; 3], dt: f32) -> bool {
         let step = self
             .net
@@ -134,7 +136,8 @@ impl Side {
         self.moved = core::mem::replace(&mut self.delta, [0.0; LEARNT]);
     }
 
-    /// One axis of a reference. An axis whose output is switched off has nothing to learn.
+    /// Learns from one axis of a reference. False: refused as an outlier. An axis whose output is
+    /// switched off is skipped.
     fn learn(&mut self, axis: usize, sum: f32, variance: f32) -> bool {
         let (Some(psi), Some(is)) = (self.closed.psi().get(axis), self.closed.sum().get(axis))
         else {
@@ -175,7 +178,7 @@ impl Span {
 }
 
 impl WindowLearner {
-    /// To be begun. All zeros, so that it takes no room in flash.
+    /// A learner that waits for [`Learner::begin`]. All zeros, so that it takes no room in flash.
     pub const fn new() -> WindowLearner {
         WindowLearner {
             sides: [Side::EMPTY; 2],
@@ -193,7 +196,7 @@ impl WindowLearner {
         }
     }
 
-    /// The window in progress is given up.
+    /// Gives up the window in progress.
     fn drop_open(&mut self) {
         self.open = Span::EMPTY;
         self.sides.iter_mut().for_each(|side| side.open.reset());
@@ -237,9 +240,9 @@ impl Learner for WindowLearner {
         open.last = last;
         open.blocks += 1;
         open.step = block.step;
-        for (sums, words) in open.sum.iter_mut().zip(&block.sum) {
-            for (sum, word) in sums.iter_mut().zip(words) {
-                *sum = sum.saturating_add(*word);
+        for (sums, of_block) in open.sum.iter_mut().zip(&block.sum) {
+            for (sum, value) in sums.iter_mut().zip(of_block) {
+                *sum = sum.saturating_add(*value);
             }
         }
         if !good {
@@ -262,7 +265,7 @@ impl Learner for WindowLearner {
     fn reference(&mut self, window: &control::Window) -> Result<(), Reason> {
         let ends = (window.first, window.last);
         if self.taken == Some(ends) {
-            return Ok(()); // again, because the answer was lost
+            return Ok(()); // sent again, because the answer was lost
         }
         let span = self
             .closed

@@ -6,15 +6,18 @@ use lrnn_nostd::Real;
 /// When an observation is refused and when a hypothesis is trusted.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Gates<T = f32> {
-    /// An observation further out than this in squared standard deviations, for every hypothesis, is refused.
+    /// An observation is refused when its squared distance, in squared standard deviations, is
+    /// greater than this for every hypothesis.
     pub squared_ratio: T,
-    /// After so many refusals of an observation in a row it is believed.
+    /// After this many refusals of an observation in a row it is accepted.
     pub escape: u8,
-    /// By how much the log-likelihood must be better than that of "no correction": ln of the odds against chance.
+    /// By how much the log-likelihood must exceed that of the zero correction: ln of the odds
+    /// against chance.
     pub evidence: f64,
-    /// By how much it must be better than the running hypothesis'.
+    /// By how much it must exceed the running hypothesis'.
     pub better: f64,
-    /// Hypotheses that take part, one bit each. Without [`super::ZERO_CORRECTION`] the best of the others runs, proved or not.
+    /// Hypotheses that take part, one bit each. Without [`super::ZERO_CORRECTION`] the best of the
+    /// others runs, whatever its evidence.
     pub enabled: u8,
 }
 

@@ -1,5 +1,5 @@
-//! A block or a fix in parts, each short enough to be done between two words. Part for part it is the arithmetic of
-//! [`Bank::propagate`], [`Bank::fix`] and [`Bank::step`].
+//! A block or a fix in parts, each short enough to be computed between two samples. Part for part
+//! it is the arithmetic of [`Bank::propagate`], [`Bank::fix`] and [`Bank::step`].
 
 use super::table::LARGEST;
 use super::{ALL, Bank, NAV, OUTPUTS, TRIADS, ZERO_CORRECTION, index};
@@ -14,13 +14,15 @@ const SMALL: u8 = ALL & !LARGE_ONLY;
 
 const PROPAGATE_LARGE: usize = LARGEST;
 const UPDATE: usize = PROPAGATE_LARGE + COVARIANCE_PARTS;
-/// Observations that are held back together, two parts each, and what they change in the largest covariance.
+/// Observations that are deferred together, two parts each, and the change that they make in the
+/// largest covariance.
 const GROUP: usize = 2 * MAX_DEFERRED + DEFERRED_PARTS;
 const FINISH_UPDATE: usize = UPDATE + OBSERVATIONS / MAX_DEFERRED * GROUP;
 const STEP: usize = FINISH_UPDATE + 2;
 const END: usize = STEP + 2;
 
-/// What is put off, in this order: the covariances over an interval, a fix at its end, the networks' step.
+/// Deferred work, in this order: the covariances over an interval, a fix at its end, the networks'
+/// step.
 #[derive(Clone, Debug)]
 pub struct Work<T: Real = f32> {
     next: usize,
@@ -29,14 +31,15 @@ pub struct Work<T: Real = f32> {
     fix: Option<([T; OBSERVATIONS], [T; OBSERVATIONS])>,
     inputs: Option<[[T; 3]; TRIADS]>,
     believed: bool,
-    /// The interval is an alignment instead: `block.gamma` and `block.q` are what made its errors and the rest.
+    /// The interval is an alignment instead: `block.gamma` and `block.q` then hold its `by` and
+    /// `rest`.
     aligns: bool,
-    /// What the last fix had refused, one bit an observation.
+    /// The refused observations of the last fix, one bit each.
     pub refused: u8,
 }
 
 impl<T: Real> Work<T> {
-    /// All zeros; nothing to do is [`Work::is_done`].
+    /// All zeros, so that a static one takes no room in flash.
     pub const ZEROED: Self = Self {
         next: 0,
         block: Transition::ZEROED,
@@ -48,20 +51,22 @@ impl<T: Real> Work<T> {
         refused: 0,
     };
 
-    /// Nothing is left to do.
+    /// All parts are done.
     #[must_use]
     pub fn is_done(&self) -> bool {
         self.next >= END
     }
 
-    /// An interval that the navigator has been through, its means carried ([`Bank::propagate_mean`]).
+    /// An interval that the navigator has passed. Its means are propagated already
+    /// ([`Bank::propagate_mean`]).
     pub fn interval(&mut self, block: &Transition<NAV, T>) {
         self.block = *block;
         self.aligns = false;
         self.next = 0;
     }
 
-    /// A new navigator, aligned at standstill, its means set ([`Bank::align_means`]); `by` and `rest` as in [`Bank::align`].
+    /// A new navigator, aligned at standstill. Its means are set already ([`Bank::align_means`]);
+    /// `by` and `rest` as in [`Bank::align`].
     pub fn alignment(&mut self, by: &[[T; OUTPUTS]; NAV], rest: &[[T; NAV]; NAV]) {
         (self.block.gamma, self.block.q) = (*by, *rest);
         self.aligns = true;
@@ -81,7 +86,7 @@ impl<T: Real> Work<T> {
         self.next = self.next.min(STEP);
     }
 
-    /// Nothing is to be done.
+    /// Drops all work.
     pub fn clear(&mut self) {
         self.next = END;
         self.fix = None;
@@ -100,7 +105,7 @@ impl<T: Real> Bank<T> {
         self.each(|h| h.align_mean(by, applied));
     }
 
-    /// A part of `work`, some ten thousand instructions; whether there is more.
+    /// Computes one part of `work`, some ten thousand instructions. True: there is more.
     pub fn work(&mut self, work: &mut Work<T>) -> bool {
         match work.next {
             part @ 0..PROPAGATE_LARGE => {

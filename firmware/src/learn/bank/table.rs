@@ -6,8 +6,13 @@ use crate::learn::prior::{Datasheet, LearnerNet, NAV};
 use lrnn_nostd::learn::kalman::{AllWeights, Biases, Kalman, NoParameters, OutputWeights, TRIADS};
 use lrnn_nostd::{Rational, Real};
 
+/// The filter of a hypothesis with `N` parameters, whose packed covariance has `PACKED` elements.
+type Filter<L, const N: usize, const PACKED: usize, T> = Kalman<L, NAV, N, PACKED, Rational, T>;
+
 macro_rules! hypotheses {
-    ($($slot:ident: $learnt:ty, $parameters:literal, $output:literal, $key:literal, $name:literal;)+) => {
+    ($(
+        $slot:ident: $learnt:ty, $parameters:literal, $output:literal, $key:literal, $name:literal;
+    )+) => {
         /// Number of hypotheses.
         pub const HYPOTHESES: usize = NAMES.len();
         /// Their names in reports.
@@ -18,7 +23,7 @@ macro_rules! hypotheses {
         /// The filters of all hypotheses.
         #[derive(Clone, Debug, PartialEq)]
         pub struct Hypotheses<T: Real> {
-            $($slot: Kalman<$learnt, NAV, $parameters, { $parameters * ($parameters + 1) / 2 }, Rational, T>,)+
+            $($slot: Filter<$learnt, $parameters, { $parameters * ($parameters + 1) / 2 }, T>,)+
         }
 
         impl<T: Real> Hypotheses<T> {
