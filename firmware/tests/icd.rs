@@ -223,7 +223,7 @@ fn numbers_in_the_text() {
         "for {} ms (configurable)",
         config.silence_us / 1000
     )));
-    let answer = config.answer_us.expect("answers by default") / 1000;
+    let answer = config.sensor.stim300.answer_us.expect("answers by default") / 1000;
     assert!(ICD.contains(&format!("has not answered in {answer} ms (configurable)")));
     let failures = firmware::app::phase::FAILURES;
     assert!(ICD.contains(&format!("failed in {failures} blocks in a row")));

@@ -9,7 +9,7 @@ use std::process::ExitCode;
 
 use anyhow::{Context, Result, ensure};
 use comfy_table::Table;
-use firmware::wire::Format;
+use firmware::wire::ImuFormat;
 use qemu::budget::Budgets;
 use qemu::count::{self, Counts, Known};
 use qemu::images::{BOARDS, INSTRUCTIONS};
@@ -141,7 +141,7 @@ impl Figures {
                 .find(|board| board.machine.name == machine);
             let board = board.with_context(|| format!("no board on {machine}"))?;
             let word = |pace| -> Result<f64> {
-                let (equal, word) = counted(board, Format::Stim300, pace)?;
+                let (equal, word) = counted(board, ImuFormat::Stim300, pace)?;
                 ensure!(
                     equal,
                     "{machine}: the corrected stream is not the desktop's"

@@ -47,9 +47,12 @@ fn rust_files(root: &Path) -> Result<Vec<PathBuf>> {
     let mut found = Vec::new();
     let mut folders = vec![root.to_path_buf()];
     while let Some(folder) = folders.pop() {
-        let entries = std::fs::read_dir(&folder).with_context(|| format!("{}", folder.display()))?;
+        let entries =
+            std::fs::read_dir(&folder).with_context(|| format!("{}", folder.display()))?;
         for entry in entries {
-            let path = entry.with_context(|| format!("{}", folder.display()))?.path();
+            let path = entry
+                .with_context(|| format!("{}", folder.display()))?
+                .path();
             let name = path.file_name().unwrap_or_default().to_string_lossy();
             if path.is_dir() {
                 if name != "target" && !name.starts_with('.') {

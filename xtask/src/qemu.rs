@@ -6,14 +6,14 @@ use std::process::ExitCode;
 
 use anyhow::{Context, Result};
 use comfy_table::Table;
-use firmware::wire::Format;
+use firmware::wire::ImuFormat;
 use qemu::budget::Budgets;
 use qemu::drive::drive;
 use qemu::images::BOARDS;
 use qemu::live::Live;
 use qemu::protocol::DRIVES;
 use qemu::replay::Pace;
-use qemu::report::{MINUTES, Report, counted, name, report, within};
+use qemu::report::{MINUTES, Report, counted, report, within};
 
 use crate::needs;
 use crate::table::numbers;
@@ -23,7 +23,7 @@ pub fn qemu(json: Option<&Path>) -> Result<ExitCode> {
     needs::target()?;
     needs::emulator()?;
     let budgets = Budgets::read()?;
-    let long = drive(Format::Stim300, MINUTES * 60)?;
+    let long = drive(ImuFormat::Stim300, MINUTES * 60)?;
     let mut reports = Vec::new();
     for board in BOARDS {
         eprintln!("{} ({})", board.name, board.machine.name);
@@ -39,7 +39,7 @@ pub fn qemu(json: Option<&Path>) -> Result<ExitCode> {
         report.check(board, &budgets)?;
     }
     for (format, _) in DRIVES {
-        let budget = budgets.application.get(name(format));
+        let budget = budgets.application.get(format.name());
         let budget = budget.with_context(|| format!("no budget for {format:?}"))?;
         for pace in [Pace::Byte, Pace::Dma] {
             let (_, cost) = counted(BOARDS[0], format, pace)?;

@@ -16,7 +16,7 @@ use crate::link::{Clock, Line};
 use crate::model::Nets;
 use crate::wire::command::{Counters, Packets, fault};
 use crate::wire::framer::Framer;
-use crate::wire::{Checked, Detector, Error, Format};
+use crate::wire::{Checked, Detector, Error, ImuFormat, ReceiverFormat};
 
 /// Most bytes taken from a line in one pass.
 const PIECE: usize = 64;
@@ -35,7 +35,7 @@ pub struct App<'m> {
     reverse: Reverse,
     packets: Packets,
     server: Server,
-    receiver: Framer,
+    receiver: Framer<ReceiverFormat>,
     fix: Option<Fix>,
     /// When the sensor's last byte came, microseconds.
     heard_us: u64,
@@ -53,13 +53,13 @@ impl<'m> App<'m> {
     pub fn with_learner(config: Config, learner: Option<&'m mut dyn Learner>) -> App<'m> {
         App {
             machine: Machine::new(),
-            framer: Framer::new(config.format.unwrap_or(Format::Stim300)),
+            framer: Framer::new(config.format.unwrap_or(ImuFormat::Stim300)),
             detector: Detector::new(),
             flow: Flow::new(config, learner),
             reverse: Reverse::default(),
             packets: Packets::new(),
             server: Server::new(),
-            receiver: Framer::new(Format::Ubx),
+            receiver: Framer::new(ReceiverFormat::Ubx),
             fix: None,
             heard_us: 0,
             served_us: 0,
@@ -136,7 +136,7 @@ impl<'m> App<'m> {
         out: &mut impl Line,
         clock: &impl Clock,
     ) -> Result<(), Error> {
-        let form = self.flow.config.adis.ok_or(Error::Content)?.form;
+        let form = self.flow.config.sensor.adis.ok_or(Error::Content)?.form;
         self.heard_us = clock.now_us();
         self.flow.flag(fault::SILENT, false);
         if self.machine.phase() == Phase::Start {

@@ -4,30 +4,8 @@ use crate::compensator::Limit;
 use crate::control::Mode;
 use crate::error_bound::ErrorBound;
 use crate::model::Nets;
-use crate::sample::Units;
 use crate::units::{DEGREE, G};
-use crate::wire::Format;
-use crate::wire::adis::Form;
-use crate::wire::novatel::ImuType;
-use crate::wire::stim300::{self, Extra};
-
-/// KVH settings that its messages do not tell.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Kvh {
-    /// Gyro words are angle increments (`=ROTFMT,DELTA`), not rates.
-    pub delta: bool,
-    /// Gyro words are in degrees (`=ROTUNITS,DEG`), not radians.
-    pub degrees: bool,
-}
-
-/// An ADIS; its bursts tell neither.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Adis {
-    /// Form of its bursts.
-    pub form: Form,
-    /// What a count means: [`crate::wire::adis::Model::units`].
-    pub units: Units,
-}
+use crate::wire::{ImuFormat, Settings};
 
 /// When, in mode learn, what has proved itself comes into force. A navigation computer that has aligned itself with the words as they
 /// were has made up for the sensors' errors by its tilt and heading; to take them out afterwards is worse than to leave them (680 m
@@ -46,8 +24,11 @@ pub enum Activation {
 /// The configuration of an application.
 #[derive(Debug, Clone)]
 pub struct Config {
-    /// What the sensor speaks; `None`: found out at start.
-    pub format: Option<Format>,
+    /// What the sensor speaks; `None`: found out at start. Without meaning for an ADIS, whose bursts
+    /// come by [`super::App::burst`].
+    pub format: Option<ImuFormat>,
+    /// What the sensor's frames do not tell.
+    pub sensor: Settings,
     /// Mode from the first good frame on.
     pub mode: Mode,
     /// Networks at start.
@@ -64,24 +45,6 @@ pub struct Config {
     pub activation: Activation,
     /// The sensor is silent when nothing has come for so long, microseconds.
     pub silence_us: u32,
-    /// Words a second where the stream does not tell: KVH, ADIS, STIM300 with external trigger, `NovAtel` with an IMU type unknown
-    /// here. Hz, > 0.
-    pub rate: f64,
-    /// STIM300: its configuration, until the sensor sends it. With `answer_us`, also what `C` is answered from.
-    pub stim300: stim300::config::Config,
-    /// STIM300: before the first correction, ask the sensor once for its configuration unless it has sent it. Costs one
-    /// measurement; without it the corrections rest on `stim300`.
-    pub ask: bool,
-    /// STIM300: answer requests that the sensor leaves unanswered for so long, microseconds; `None`: never.
-    pub answer_us: Option<u32>,
-    /// STIM300: the family of identifiers sent on, whichever comes in; `None`: as it came.
-    pub family: Option<Extra>,
-    /// KVH: what its messages do not tell.
-    pub kvh: Kvh,
-    /// The sensor is an ADIS whose bursts come by [`super::App::burst`]; `format` then has no meaning.
-    pub adis: Option<Adis>,
-    /// `NovAtel`: the IMU behind RAWIMU and RAWIMUS, which do not tell.
-    pub imu_type: ImuType,
     /// The board stores weights: see [`super::App::to_store`].
     pub store: bool,
     /// Say in a frame's spare bit that its correction is not to be trusted (interface control document, "Our own faults").
@@ -107,6 +70,7 @@ impl Default for Config {
         };
         Config {
             format: None,
+            sensor: Settings::DEFAULT,
             mode: Mode::Bypass,
             nets: Nets::NONE,
             block: 1.0,
@@ -118,17 +82,6 @@ impl Default for Config {
             speed: 50.0,
             activation: Activation::Commanded,
             silence_us: 100_000,
-            rate: 1000.0,
-            stim300: stim300::config::Config::DEFAULT,
-            ask: true,
-            answer_us: Some(50_000),
-            family: None,
-            kvh: Kvh {
-                delta: true,
-                degrees: false,
-            },
-            adis: None,
-            imu_type: ImuType(0),
             store: false,
             mark: true,
         }

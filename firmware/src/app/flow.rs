@@ -5,7 +5,7 @@ mod learning;
 use super::config::Config;
 use super::load::Load;
 use super::phase::FAILURES;
-use super::setup::{Last, Setup};
+use super::setup::compensator;
 use crate::compensator::{Block, Compensator, State};
 use crate::control::{Alignment, Mode};
 use crate::learn::Learner;
@@ -13,8 +13,8 @@ use crate::link::Line;
 use crate::model::Nets;
 use crate::sample::{Axes, RawSample, StreamScale};
 use crate::wire::command::{Counters, fault};
-use crate::wire::sequence::Gap;
-use crate::wire::{Change, Checked, Reading, Source, stim300};
+use crate::wire::sequence::{Gap, Last};
+use crate::wire::{Change, Checked, Reading, Source, Stream, stim300};
 use learning::BoardLearner;
 
 /// What a stream's frames are corrected with.
@@ -31,16 +31,14 @@ pub(super) struct Flow<'m> {
     pub error_bound_m: [u32; 5],
     pub load: Load,
     pub config: Config,
-    /// The STIM300's configuration: its own as soon as it has sent it.
-    pub stim: stim300::config::Config,
     pub mode: Mode,
     pub alignment: Option<Alignment>,
     pub counters: Counters,
     /// [`fault`]
     pub faults: u32,
-    /// Source and content of the frames that `setup` and `correction` were made for.
+    /// Source and content of the frames that `stream` and `correction` were made for.
     made_for: Option<(Source, u8)>,
-    setup: Option<Setup>,
+    stream: Option<Stream>,
     correction: Option<Correction>,
     last: Last,
     /// The networks' failures in a row.
@@ -67,7 +65,6 @@ pub(super) struct Flow<'m> {
 impl<'m> Flow<'m> {
     pub fn new(config: Config, learner: Option<&'m mut dyn Learner>) -> Flow<'m> {
         Flow {
-            stim: config.stim300,
             mode: config.mode,
             error_bound_m: config.error_bound().table(),
             load: Load::default(),
@@ -76,7 +73,7 @@ impl<'m> Flow<'m> {
             counters: Counters::default(),
             faults: 0,
             made_for: None,
-            setup: None,
+            stream: None,
             correction: None,
             last: Last::default(),
             failures: 0,
@@ -107,7 +104,9 @@ impl<'m> Flow<'m> {
                 compensator.correct(state, &mut words);
                 held = self.change(&mut frame, &words);
             }
-            _ if self.config.family.is_some() => held = self.change(&mut frame, &words),
+            _ if frame.always_changes(&self.config.sensor) => {
+                held = self.change(&mut frame, &words)
+            }
             _ => {}
         }
         let sent = out.send(frame.bytes()).is_ok();
@@ -127,7 +126,7 @@ impl<'m> Flow<'m> {
         let change = Change {
             words,
             mark: self.config.mark && self.faults & fault::NETWORK != 0 && !self.observes_only(),
-            family: self.config.family,
+            settings: &self.config.sensor,
         };
         frame.change(&change).unwrap_or(Axes::NONE)
     }
@@ -136,7 +135,8 @@ impl<'m> Flow<'m> {
     fn follow(&mut self, reading: &Reading) {
         let bad = reading.present.0 & !reading.valid.0;
         self.flag(fault::SENSOR, bad != 0);
-        let gap = self.setup.map(|setup| setup.gap(&mut self.last, reading));
+        let stream = self.stream.as_ref();
+        let gap = stream.map(|stream| stream.gap(&mut self.last, reading));
         let counters = &mut self.counters;
         match gap {
             Some(Gap::Duplicate) => {
@@ -194,7 +194,7 @@ impl<'m> Flow<'m> {
         self.failures >= FAILURES
     }
 
-    /// Words came whose meaning is not known, although they should be corrected.
+    /// Values came whose meaning is not known, although they should be corrected.
     pub fn is_lost(&self) -> bool {
         self.mode != Mode::Bypass && self.faults & fault::UNITS != 0
     }
@@ -221,19 +221,19 @@ impl<'m> Flow<'m> {
     #[inline(never)]
     fn make(&mut self, source: Source, content: u8) {
         self.made_for = Some((source, content));
-        let setup = Setup::new(&self.config, &self.stim, source, content);
-        if setup.is_some() && setup == self.setup && self.correction.is_some() {
+        let stream = source.stream(&self.config.sensor, content);
+        if stream.is_some() && stream == self.stream && self.correction.is_some() {
             return; // another content of the same meaning: a STIM300 that now sends temperatures too
         }
         self.keep_count();
-        self.setup = setup;
+        self.stream = stream;
         let slow = self.alignment == Some(Alignment::Finished) || self.mode == Mode::Learn;
         let slew = slow.then_some(self.config.slew);
         let wanted = self.mode != Mode::Bypass;
         (self.active, self.foreign) = (false, false);
         let off = self.observes_only();
-        self.correction = setup.filter(|_| wanted).and_then(|setup| {
-            let compensator = setup.compensator(&self.config, slew)?;
+        self.correction = stream.filter(|_| wanted).and_then(|stream| {
+            let compensator = compensator(&stream, &self.config, slew)?;
             let state = compensator.power_on(off);
             Some(Correction { compensator, state })
         });
@@ -250,15 +250,15 @@ impl<'m> Flow<'m> {
     pub fn forget(&mut self) {
         self.keep_count();
         self.made_for = None;
-        self.setup = None;
+        self.stream = None;
         self.correction = None;
         self.last = Last::default();
     }
 
     /// The sensor has told its configuration.
     pub fn configured(&mut self, stim: stim300::config::Config) {
-        if self.stim != stim {
-            self.stim = stim;
+        if self.config.sensor.stim300.config != stim {
+            self.config.sensor.stim300.config = stim;
             self.made_for = None;
         }
     }

@@ -26,6 +26,6 @@ mod server;
 mod setup;
 
 pub use application::{App, PATIENCE_US};
-pub use config::{Activation, Adis, Config, Kvh};
+pub use config::{Activation, Config};
 pub use lines::Lines;
 pub use phase::Phase;

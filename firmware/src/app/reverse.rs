@@ -46,7 +46,9 @@ impl Reverse {
                 continue;
             };
             count(&mut flow.counters.requests, 1);
-            if let (Some(id), Some(wait)) = (request.answer_id(), flow.config.answer_us) {
+            if let (Some(id), Some(wait)) =
+                (request.answer_id(), flow.config.sensor.stim300.answer_us)
+            {
                 self.due = Some((id, now.saturating_add(u64::from(wait))));
             }
             match request {
@@ -88,7 +90,7 @@ impl Reverse {
         let Some((id, _)) = self.due.filter(|(_, until)| now >= *until) else {
             return;
         };
-        let configuration = flow.stim.emit();
+        let configuration = flow.config.sensor.stim300.config.emit();
         let [part, serial] = &self.stored;
         let datagram: &[u8] = match id {
             CONFIGURATION_ID => &configuration,
@@ -118,7 +120,7 @@ impl Reverse {
 
     #[inline(always)]
     fn wants_to_ask(&self, config: &Config) -> bool {
-        config.ask && !self.configured && !self.asked
+        config.sensor.stim300.ask && !self.configured && !self.asked
     }
 
     /// Ask for the configuration, once, before the words are corrected by it.

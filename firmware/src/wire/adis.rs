@@ -25,6 +25,7 @@ pub use spi::Form;
 use super::Error;
 use super::checksum::{crc32_zlib_swapped, sum_bytes};
 use super::field::{head, put, take};
+use super::sequence::{Rule, Sequence, Stream};
 use crate::sample::{Axes, Units};
 
 /// Bytes of a 16-bit burst reply (1646x, 1647x, 1650x).
@@ -37,6 +38,24 @@ pub const BURST_1649X_LEN: usize = 40;
 /// The word that precedes a 1649x burst's data.
 const BURST_ID: u16 = 0xA5A5;
 
+/// What the bursts of an ADIS do not tell.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Settings {
+    /// Form of its bursts.
+    pub form: Form,
+    /// What a count means: [`Model::units`].
+    pub units: Units,
+}
+
+/// Units, rate and gap rule of the bursts. DATA_CNTR has 16 bits and counts samples.
+pub(super) fn stream(settings: Settings, rate: f64) -> Stream {
+    Stream {
+        units: settings.units,
+        rate,
+        sequence: Sequence::Counter(Rule::new(0x1_0000, 1)),
+    }
+}
+
 /// One burst.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Burst {
@@ -48,7 +67,7 @@ pub struct Burst {
     pub accel: [i32; 3],
     /// 0.1 degrees Celsius (1646x, 1647x, 1650x).
     pub temperature: i16,
-    /// +1 a sample; see [`super::sequence::Rule::ADIS`].
+    /// +1 a sample; see [`super::sequence::Rule`].
     pub counter: u16,
 }
 

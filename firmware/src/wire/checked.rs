@@ -1,31 +1,33 @@
-//! A frame whose checksum was right when it arrived, to be read and changed without checking it again.
+//! A frame whose checksum was right when it arrived, to be read and changed without checking it
+//! again.
 //!
-//! Only a [`super::Framer`] makes one, or [`Checked::burst`], so whoever holds one need not check. And no damage after that check can be sealed
-//! under a good checksum: a checksum is not made anew from the bytes but *changed by what was changed* (CRCs and sums are
-//! linear). A byte that a disturbance turned over in between still fails the receiver's check.
+//! Only a [`super::Framer`], [`Checked::new`] and [`Checked::burst`] make one, so whoever holds one
+//! need not check. And no damage after that check can be sealed under a good checksum: a checksum is
+//! not made anew from the bytes but *changed by what was changed* (CRCs and sums are linear). A byte
+//! that is corrupted in between still fails the receiver's check.
 
-use super::stim300::Extra;
-use super::{Error, Format, Reading, adis, hg4930, kvh, novatel, stim300};
-use crate::sample::{Axes, RawSample};
+use super::sequence::Stream;
+use super::{Change, Error, Framing, ImuFormat, Reading, Settings, adis, exactly};
+use crate::sample::Axes;
 
 /// Where a frame comes from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Source {
     /// Out of a stream of bytes.
-    Stream(Format),
+    Stream(ImuFormat),
     /// A burst of an ADIS, framed by chip select.
     Burst(adis::Form),
 }
 
-/// What is changed in a frame.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Change<'w> {
-    /// The six words; those the frame does not have are left out.
-    pub words: &'w RawSample,
-    /// Set our own fault bit, where the format has room. It is never cleared.
-    pub mark: bool,
-    /// STIM300: the family of the identifier.
-    pub family: Option<Extra>,
+impl Source {
+    /// Units, rate and gap rule of frames of this [`Checked::content`]; `None` when they are not
+    /// known.
+    pub fn stream(self, settings: &Settings, content: u8) -> Option<Stream> {
+        match self {
+            Source::Stream(format) => format.stream(settings, content),
+            Source::Burst(_) => Some(adis::stream(settings.adis?, settings.rate)),
+        }
+    }
 }
 
 /// A frame whose checksum was right when it arrived.
@@ -36,9 +38,23 @@ pub struct Checked<'a> {
 }
 
 impl<'a> Checked<'a> {
-    pub(super) fn new(format: Format, bytes: &'a mut [u8]) -> Checked<'a> {
+    /// Found good by a framer.
+    pub(super) fn good(format: ImuFormat, bytes: &'a mut [u8]) -> Checked<'a> {
         let source = Source::Stream(format);
         Checked { source, bytes }
+    }
+
+    /// Exactly one frame.
+    ///
+    /// # Errors
+    /// [`Error::Content`] for a good message without inertial values, else what is wrong with the
+    /// bytes.
+    pub fn new(format: ImuFormat, bytes: &'a mut [u8]) -> Result<Checked<'a>, Error> {
+        if exactly(bytes, |bytes| format.scan(bytes))? {
+            Ok(Checked::good(format, bytes))
+        } else {
+            Err(Error::Content)
+        }
     }
 
     /// A burst as it was fetched.
@@ -64,73 +80,48 @@ impl<'a> Checked<'a> {
         self.bytes
     }
 
-    /// What the meaning of its words depends on, besides the sensor's configuration: the STIM300 identifier, the `NovAtel`
-    /// IMU type (0 when the log does not tell), the HG4930 message; 0 for others.
+    /// The kind of frame, where units or rate depend on it.
     pub fn content(&self) -> u8 {
         match self.source {
-            Source::Stream(Format::Stim300) => self.bytes.first().copied().unwrap_or_default(),
-            Source::Stream(Format::Hg4930) => self.bytes.get(1).copied().unwrap_or_default(),
-            Source::Stream(Format::Novatel) => novatel::Frame::over(&*self.bytes)
-                .and_then(|frame| frame.info())
-                .map_or(0, |(_, kind)| kind.0),
-            Source::Stream(Format::Kvh | Format::Ubx) | Source::Burst(_) => 0,
+            Source::Stream(format) => format.content(self.bytes),
+            Source::Burst(_) => 0,
         }
     }
 
-    /// The six words and what goes with them.
+    /// The six values and what goes with them.
     ///
     /// # Errors
-    /// [`Error::Content`] when it has no inertial words (UBX).
+    /// [`Error::Content`], which a good frame never gives.
+    #[inline(always)]
     pub fn read(&self) -> Result<Reading, Error> {
         let bytes = &*self.bytes;
         let reading = match self.source {
-            Source::Stream(Format::Stim300) => {
-                stim300::Frame::over(bytes).map(|frame| frame.reading())
-            }
-            Source::Stream(Format::Kvh) => kvh::Frame::over(bytes).map(|frame| frame.reading()),
-            Source::Stream(Format::Novatel) => {
-                novatel::Frame::over(bytes).map(|frame| frame.reading())
-            }
-            Source::Stream(Format::Hg4930) => {
-                hg4930::Frame::over(bytes).and_then(|frame| frame.reading().ok())
-            }
+            Source::Stream(format) => format.read(bytes),
             Source::Burst(form) => adis::Frame::over(form, bytes).map(|frame| frame.reading()),
-            Source::Stream(Format::Ubx) => None,
         };
         reading.ok_or(Error::Content)
     }
 
-    /// Change it, and its checksum by the same difference. Returns the axes whose word had to be held at the end of its
-    /// field.
+    /// Changes it, and its checksum by the same difference. Returns the axes whose value saturated.
     ///
     /// # Errors
-    /// [`Error::Content`] when the frame has no words of this kind; nothing is changed.
+    /// [`Error::Content`] when the frame has no values of this kind; nothing is changed.
     pub fn change(&mut self, change: &Change) -> Result<Axes, Error> {
         let bytes = &mut *self.bytes;
-        let mark = change.mark;
-        let held = match (self.source, *change.words) {
-            (Source::Stream(Format::Stim300), RawSample::Counts { gyro, accel }) => {
-                stim300::Frame::over(bytes)
-                    .and_then(|mut frame| frame.change(gyro, accel, change.family))
+        let saturated = match self.source {
+            Source::Stream(format) => format.change(bytes, change),
+            Source::Burst(form) => {
+                adis::Frame::over(form, bytes).and_then(|mut frame| frame.change(change.words))
             }
-            (Source::Stream(Format::Kvh), RawSample::Floats { gyro, accel }) => {
-                kvh::Frame::over(bytes)
-                    .and_then(|mut frame| frame.change(gyro, accel, mark))
-                    .map(|()| Axes::NONE)
-            }
-            (Source::Stream(Format::Novatel), RawSample::Counts { gyro, accel }) => {
-                novatel::Frame::over(bytes)
-                    .and_then(|mut frame| frame.change(gyro, accel, mark))
-                    .map(|()| Axes::NONE)
-            }
-            (Source::Stream(Format::Hg4930), RawSample::Counts { gyro, accel }) => {
-                hg4930::Frame::over(bytes).and_then(|mut frame| frame.change(gyro, accel, mark))
-            }
-            (Source::Burst(form), RawSample::Counts { gyro, accel }) => {
-                adis::Frame::over(form, bytes).map(|mut frame| frame.change(gyro, accel))
-            }
-            _ => None,
         };
-        held.ok_or(Error::Content)
+        saturated.ok_or(Error::Content)
+    }
+
+    /// Whether it is changed even where nothing is corrected.
+    pub fn always_changes(&self, settings: &Settings) -> bool {
+        match self.source {
+            Source::Stream(format) => format.always_changes(settings),
+            Source::Burst(_) => false,
+        }
     }
 }

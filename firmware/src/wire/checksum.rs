@@ -37,11 +37,15 @@ static UTILITY: Crc<u8, Table<0>> = Crc::<u8, Table<0>>::new(&CRC_8_STIM300_UTIL
 
 /// CRC-32/MPEG-2 (STIM300, KVH): polynomial 0x04C11DB7, from all ones, not reflected, not inverted.
 pub fn crc32_mpeg2(bytes: &[u8]) -> u32 {
+    #[cfg(test)]
+    count::one(bytes.len());
     MPEG_2.checksum(bytes)
 }
 
 /// CRC-32/MPEG-2 over `bytes` filled up with zeros to a multiple of four bytes (STIM300's dummy bytes, never sent).
 pub fn crc32_mpeg2_padded(bytes: &[u8]) -> u32 {
+    #[cfg(test)]
+    count::one(bytes.len());
     let mut digest = MPEG_2.digest();
     digest.update(bytes);
     digest.update(dummies(bytes.len()));
@@ -92,6 +96,8 @@ pub fn crc32_zlib_swapped(words: &[u8]) -> u32 {
 
 /// `NovAtel` OEM logs.
 pub fn crc32_novatel(bytes: &[u8]) -> u32 {
+    #[cfg(test)]
+    count::one(bytes.len());
     NOVATEL.checksum(bytes)
 }
 
@@ -110,6 +116,8 @@ pub fn crc8_stim300_utility(text: &[u8]) -> u8 {
 
 /// Sum of little-endian 16-bit words, modulo 2^16 (HG4930). Weak: exchanged words, or errors that cancel, pass.
 pub fn sum16_le(bytes: &[u8]) -> u16 {
+    #[cfg(test)]
+    count::one(bytes.len());
     bytes.chunks_exact(2).fold(0, |sum: u16, word| {
         sum.wrapping_add(u16::from_le_bytes(super::field::take(word, 0)))
     })
@@ -117,6 +125,8 @@ pub fn sum16_le(bytes: &[u8]) -> u16 {
 
 /// Sum of bytes, modulo 2^16 (ADIS1646x/1647x/1650x). Weak in the same way.
 pub fn sum_bytes(bytes: &[u8]) -> u16 {
+    #[cfg(test)]
+    count::one(bytes.len());
     bytes
         .iter()
         .fold(0, |sum, &byte| sum.wrapping_add(u16::from(byte)))
@@ -124,10 +134,36 @@ pub fn sum_bytes(bytes: &[u8]) -> u16 {
 
 /// Fletcher's sum modulo 256 (UBX): the two bytes as they are sent.
 pub fn fletcher8(bytes: &[u8]) -> [u8; 2] {
+    #[cfg(test)]
+    count::one(bytes.len());
     bytes.iter().fold([0u8; 2], |[a, b], &byte| {
         let a = a.wrapping_add(byte);
         [a, b.wrapping_add(a)]
     })
+}
+
+/// How many bytes each checksum was computed over, for the test that it happens once.
+#[cfg(test)]
+pub(super) mod count {
+    use std::cell::RefCell;
+    use std::vec::Vec;
+
+    std::thread_local! {
+        static PASSES: RefCell<Vec<usize>> = const { RefCell::new(Vec::new()) };
+    }
+
+    pub(super) fn one(len: usize) {
+        PASSES.with_borrow_mut(|passes| passes.push(len));
+    }
+
+    pub(in crate::wire) fn clear() {
+        PASSES.with_borrow_mut(Vec::clear);
+    }
+
+    /// Those over at least `len` bytes.
+    pub(in crate::wire) fn passes(len: usize) -> usize {
+        PASSES.with_borrow(|passes| passes.iter().filter(|&&pass| pass >= len).count())
+    }
 }
 
 #[cfg(test)]

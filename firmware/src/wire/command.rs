@@ -117,7 +117,7 @@ pub struct Health {
     pub garbage: u32,
     /// Frames missing by the sensor's counter.
     pub missed: u32,
-    /// Words held at the end of their range.
+    /// Values held at the end of their range.
     pub saturated: u32,
     /// Corrections held at their bound.
     pub bounded: u32,
@@ -189,7 +189,7 @@ pub struct Counters {
     pub dropped: u32,
     /// Bytes passed through raw.
     pub raw: u32,
-    /// Words held at the end of their field.
+    /// Values held at the end of their field.
     pub saturated: u32,
     /// Blocks stepped.
     pub blocks: u32,

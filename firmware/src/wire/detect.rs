@@ -1,6 +1,6 @@
 //! Finds out which format a line speaks.
 
-use super::Format;
+use super::ImuFormat;
 use super::framer::{Finder, Kind, Unread};
 
 /// Consecutive good frames of one format that decide. One accidental 16-bit sum (HG4930) in a foreign stream is thinkable
@@ -15,7 +15,7 @@ pub const ENOUGH: u8 = 3;
 pub struct Detector {
     /// For all of them; read is what all have read.
     bytes: Unread,
-    candidates: [Candidate; 4],
+    candidates: [Candidate; ImuFormat::ALL.len()],
 }
 
 #[derive(Debug)]
@@ -28,7 +28,7 @@ struct Candidate {
 }
 
 impl Candidate {
-    const fn new(format: Format) -> Candidate {
+    fn new(format: ImuFormat) -> Candidate {
         Candidate {
             finder: Finder::new(format),
             read: 0,
@@ -45,20 +45,15 @@ impl Default for Detector {
 
 impl Detector {
     /// A fresh one.
-    pub const fn new() -> Detector {
+    pub fn new() -> Detector {
         Detector {
             bytes: Unread::new(),
-            candidates: [
-                Candidate::new(Format::Stim300),
-                Candidate::new(Format::Kvh),
-                Candidate::new(Format::Novatel),
-                Candidate::new(Format::Hg4930),
-            ],
+            candidates: ImuFormat::ALL.map(Candidate::new),
         }
     }
 
     /// Look at some bytes; the format as soon as it is clear.
-    pub fn push(&mut self, bytes: &[u8]) -> Option<Format> {
+    pub fn push(&mut self, bytes: &[u8]) -> Option<ImuFormat> {
         for piece in bytes.chunks(super::framer::LONGEST) {
             self.bytes.push(piece);
             for candidate in &mut self.candidates {
@@ -87,17 +82,18 @@ impl Detector {
 
 #[cfg(test)]
 mod tests {
-    use super::super::framer::tests::{ALL, frame};
     use super::*;
+    use crate::wire::ReceiverFormat;
+    use crate::wire::examples::Examples;
 
     #[test]
     fn three_frames_in_a_row_decide() {
-        for format in ALL.into_iter().filter(|format| *format != Format::Ubx) {
+        for format in ImuFormat::ALL {
             let mut detector = Detector::new();
             // joined in the middle of a frame; its rest may hold a false start that has to be waited out
-            assert_eq!(detector.push(&frame(format, 0)[5..]), None);
+            assert_eq!(detector.push(&format.example(0)[5..]), None);
             let decided = (1..10).find(|&n| {
-                let found = detector.push(&frame(format, n));
+                let found = detector.push(&format.example(n));
                 assert!(found.is_none_or(|found| found == format));
                 found.is_some()
             });
@@ -109,12 +105,12 @@ mod tests {
     fn a_row_must_be_unbroken() {
         let mut detector = Detector::new();
         for n in 0..100 {
-            assert_eq!(detector.push(&frame(Format::Kvh, n)), None);
-            assert_eq!(detector.push(&frame(Format::Kvh, n)), None);
+            assert_eq!(detector.push(&ImuFormat::Kvh.example(n)), None);
+            assert_eq!(detector.push(&ImuFormat::Kvh.example(n)), None);
             assert_eq!(detector.push(&[n]), None);
         }
         for n in 0..100 {
-            assert_eq!(detector.push(&frame(Format::Ubx, n)), None);
+            assert_eq!(detector.push(&ReceiverFormat::Ubx.example(n)), None);
         }
     }
 
@@ -123,9 +119,9 @@ mod tests {
         let mut detector = Detector::default();
         let mut line = std::vec::Vec::new();
         for n in 0..3 {
-            line.extend(frame(Format::Stim300, n));
+            line.extend(ImuFormat::Stim300.example(n));
             line.extend(b"\r\n");
         }
-        assert_eq!(detector.push(&line), Some(Format::Stim300));
+        assert_eq!(detector.push(&line), Some(ImuFormat::Stim300));
     }
 }

@@ -14,7 +14,8 @@
 //! to the front when the end is reached.
 
 use super::field::head;
-use super::{Checked, Format, Scan};
+use super::ubx::Pvt;
+use super::{Checked, Framing, ImuFormat, ReceiverFormat, Scan};
 
 /// The longest message that is waited for. Longer ones (other logs of a receiver) go through as garbage, unread.
 pub const LONGEST: usize = 256;
@@ -43,13 +44,13 @@ pub enum Kind {
 
 /// The next bytes of the stream and what they are.
 #[derive(Debug, PartialEq, Eq)]
-pub struct Event<'a> {
+pub struct Event<'a, F> {
     kind: Kind,
-    format: Format,
+    format: F,
     bytes: &'a mut [u8],
 }
 
-impl<'a> Event<'a> {
+impl<F> Event<'_, F> {
     /// What the bytes are.
     pub fn kind(&self) -> Kind {
         self.kind
@@ -59,18 +60,30 @@ impl<'a> Event<'a> {
     pub fn bytes(&self) -> &[u8] {
         self.bytes
     }
+}
 
+impl<'a> Event<'a, ImuFormat> {
     /// The frame, to be read and changed without another check; `None` for anything else.
     pub fn frame(self) -> Option<Checked<'a>> {
-        (self.kind == Kind::Frame).then(|| Checked::new(self.format, self.bytes))
+        (self.kind == Kind::Frame).then(|| Checked::good(self.format, self.bytes))
+    }
+}
+
+impl Event<'_, ReceiverFormat> {
+    /// The fix, read without another check; `None` for anything else.
+    pub fn fix(&self) -> Option<Pvt> {
+        match self.format {
+            ReceiverFormat::Ubx if self.kind == Kind::Frame => Pvt::over(self.bytes),
+            ReceiverFormat::Ubx => None,
+        }
     }
 }
 
 /// Frames of one format out of a stream.
 #[derive(Debug)]
-pub struct Framer {
+pub struct Framer<F = ImuFormat> {
     bytes: Unread,
-    finder: Finder,
+    finder: Finder<F>,
 }
 
 /// Bytes that were taken in and not given out yet.
@@ -84,8 +97,8 @@ pub(super) struct Unread {
 
 /// Where the finder of one format is in a stream.
 #[derive(Debug)]
-pub(super) struct Finder {
-    format: Format,
+pub(super) struct Finder<F = ImuFormat> {
+    format: F,
     /// Unread bytes without which the head cannot be told: saves asking at every byte of a slow line.
     needed: usize,
     /// The last thing found was a good message, so the next byte should start one.
@@ -156,8 +169,8 @@ impl Unread {
     }
 }
 
-impl Finder {
-    pub(super) const fn new(format: Format) -> Finder {
+impl<F: Framing> Finder<F> {
+    pub(super) const fn new(format: F) -> Finder<F> {
         Finder {
             format,
             needed: 0,
@@ -167,7 +180,7 @@ impl Finder {
         }
     }
 
-    pub(super) fn format(&self) -> Format {
+    pub(super) fn format(&self) -> F {
         self.format
     }
 
@@ -222,9 +235,9 @@ impl Finder {
     }
 }
 
-impl Framer {
+impl<F: Framing> Framer<F> {
     /// An empty one.
-    pub const fn new(format: Format) -> Framer {
+    pub const fn new(format: F) -> Framer<F> {
         Framer {
             bytes: Unread::new(),
             finder: Finder::new(format),
@@ -232,7 +245,7 @@ impl Framer {
     }
 
     /// What it looks for.
-    pub fn format(&self) -> Format {
+    pub fn format(&self) -> F {
         self.finder.format
     }
 
@@ -271,13 +284,13 @@ impl Framer {
     }
 
     /// The next event; `None` when more bytes are needed.
-    pub fn next_event(&mut self) -> Option<Event<'_>> {
+    pub fn next_event(&mut self) -> Option<Event<'_, F>> {
         let (kind, len) = self.finder.find(self.bytes.from(0))?;
         Some(self.give_out(kind, len))
     }
 
     /// Give out what is left as garbage: for a line that has fallen silent.
-    pub fn flush(&mut self) -> Option<Event<'_>> {
+    pub fn flush(&mut self) -> Option<Event<'_, F>> {
         match self.pending() {
             0 => None,
             len => {
@@ -287,7 +300,7 @@ impl Framer {
         }
     }
 
-    fn give_out(&mut self, kind: Kind, len: usize) -> Event<'_> {
+    fn give_out(&mut self, kind: Kind, len: usize) -> Event<'_, F> {
         Event {
             kind,
             format: self.finder.format,

@@ -20,7 +20,7 @@
 
 use super::checksum::sum16_le;
 use super::field::{head, put, take};
-use super::{Error, Reading, Scan};
+use super::{Error, Reading, Scan, exactly};
 use crate::sample::{Axes, Quantity, RawSample, Unit, Units};
 use crate::units::{DEGREE, FOOT};
 
@@ -149,18 +149,8 @@ impl<T: AsRef<[u8]>> Frame<T> {
     /// # Errors
     /// [`Error::Header`], [`Error::Length`] or [`Error::Checksum`].
     pub fn new_checked(buffer: T) -> Result<Frame<T>, Error> {
-        let bytes = buffer.as_ref();
-        let [address, id] = take(bytes, 0);
-        let message = Message::from_id(id)
-            .filter(|_| address == 0x0E)
-            .ok_or(Error::Header)?;
-        if bytes.len() != message.bytes() {
-            return Err(Error::Length);
-        }
-        if !sum_is_right(bytes) {
-            return Err(Error::Checksum);
-        }
-        Ok(Frame { buffer, message })
+        exactly(buffer.as_ref(), scan)?;
+        Frame::over(buffer).ok_or(Error::Header)
     }
 
     /// A view over a message that a framer has checked.
@@ -258,40 +248,44 @@ impl<T: AsRef<[u8]>> Frame<T> {
 }
 
 impl<T: AsRef<[u8]> + AsMut<[u8]>> Frame<T> {
-    /// Write the six navigation words and make the sum again. S-class words are held within 16 bits; the axes that had
-    /// to be held are returned.
-    ///
-    /// # Errors
-    /// [`Error::Content`] for a control message, which is left alone.
-    pub fn set_words(&mut self, gyro: [i32; 3], accel: [i32; 3]) -> Result<Axes, Error> {
-        let held = self.put_words(gyro, accel)?;
-        seal(self.buffer.as_mut());
-        Ok(held)
-    }
-
-    /// [`Frame::set_words`] and, if asked, [`OWN_FAULT`]; the sum changed by what they change.
+    /// Writes the six navigation values and, if asked, [`OWN_FAULT`], and changes the sum by the
+    /// difference. S-class values saturate at 16 bits; the axes that did are returned. `None`, and
+    /// nothing is changed, for a control message.
     pub(super) fn change(&mut self, gyro: [i32; 3], accel: [i32; 3], mark: bool) -> Option<Axes> {
         let at = self.buffer.as_ref().len().checked_sub(2)?;
-        let sum_of_rest = |frame: &Self| sum16_le(head(frame.buffer.as_ref(), at));
-        let before = sum_of_rest(self);
+        let (from, len) = match self.message {
+            Message::Control => return None,
+            Message::Inertial => (at::ANGLE, 24),
+            Message::SClass => (at::RATE, 12),
+        };
+        let sum_of_values = |frame: &Self| {
+            let bytes = frame.buffer.as_ref();
+            sum16_le(bytes.get(from..from + len).unwrap_or_default())
+        };
+        let before = sum_of_values(self);
+        let saturated = self.put_words(gyro, accel);
+        let mut change = sum_of_values(self).wrapping_sub(before);
         if mark {
-            let status = self.status_1() | OWN_FAULT;
-            put(self.buffer.as_mut(), at::STATUS_1, status.to_le_bytes());
+            let status = self.status_1();
+            change = change.wrapping_add(OWN_FAULT & !status); // its bit, if it was not set
+            put(
+                self.buffer.as_mut(),
+                at::STATUS_1,
+                (status | OWN_FAULT).to_le_bytes(),
+            );
         }
-        let held = self.put_words(gyro, accel).ok()?;
-        let change = sum_of_rest(self).wrapping_sub(before);
         let sum = u16::from_le_bytes(take(self.buffer.as_ref(), at)).wrapping_add(change);
         put(self.buffer.as_mut(), at, sum.to_le_bytes());
-        Some(held)
+        Some(saturated)
     }
 
-    /// [`Frame::set_words`] without the sum.
-    fn put_words(&mut self, gyro: [i32; 3], accel: [i32; 3]) -> Result<Axes, Error> {
+    /// The six values without the sum.
+    fn put_words(&mut self, gyro: [i32; 3], accel: [i32; 3]) -> Axes {
         let bytes = self.buffer.as_mut();
         let mut held = 0u8;
         for (axis, word) in gyro.into_iter().chain(accel).enumerate() {
             match self.message {
-                Message::Control => return Err(Error::Content),
+                Message::Control => {}
                 Message::Inertial => put(bytes, at::ANGLE + 4 * axis, word.to_le_bytes()),
                 Message::SClass => {
                     let narrow = word.clamp(i32::from(i16::MIN), i32::from(i16::MAX));
@@ -300,7 +294,7 @@ impl<T: AsRef<[u8]> + AsMut<[u8]>> Frame<T> {
                 }
             }
         }
-        Ok(Axes(held))
+        Axes(held)
     }
 }
 
@@ -363,5 +357,8 @@ impl Repr {
     }
 }
 
+mod protocol;
+pub use protocol::Protocol;
+
 #[cfg(test)]
-mod tests;
+pub(super) mod tests;

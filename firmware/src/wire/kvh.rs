@@ -13,7 +13,7 @@
 
 use super::checksum::{crc32_mpeg2, crc32_mpeg2_change, sum_bytes};
 use super::field::{Mark, head, mark, put, resealed, take};
-use super::{Error, Reading, Scan};
+use super::{Error, Reading, Scan, exactly};
 use crate::sample::{Axes, Quantity, RawSample, Unit, Units};
 use crate::units::{DEGREE, G};
 
@@ -142,15 +142,8 @@ impl<T: AsRef<[u8]>> Frame<T> {
     /// # Errors
     /// [`Error::Header`], [`Error::Length`] or [`Error::Checksum`].
     pub fn new_checked(buffer: T) -> Result<Frame<T>, Error> {
-        let bytes = buffer.as_ref();
-        let layout = Layout::from_header(take(bytes, 0)).ok_or(Error::Header)?;
-        if bytes.len() != layout.bytes() {
-            return Err(Error::Length);
-        }
-        if !crc_is_right(bytes) {
-            return Err(Error::Checksum);
-        }
-        Ok(Frame { buffer, layout })
+        exactly(buffer.as_ref(), scan)?;
+        Frame::over(buffer).ok_or(Error::Header)
     }
 
     /// A view over a message that a framer has checked.
@@ -202,7 +195,7 @@ impl<T: AsRef<[u8]>> Frame<T> {
         (self.layout != Layout::A).then(|| take(self.buffer.as_ref(), at::AFTER))
     }
 
-    /// The six words and what goes with them. Words that are no finite numbers are not valid. The temperature's unit is
+    /// The six words and what goes with them. Values that are no finite numbers are not valid. The temperature's unit is
     /// not told, so it is not here.
     pub fn reading(&self) -> Reading {
         let (gyro, accel) = (self.gyro(), self.accel());
@@ -225,13 +218,7 @@ impl<T: AsRef<[u8]>> Frame<T> {
 }
 
 impl<T: AsRef<[u8]> + AsMut<[u8]>> Frame<T> {
-    /// Write the six words and make the CRC again.
-    pub fn set_words(&mut self, gyro: [f32; 3], accel: [f32; 3]) {
-        put_words(self.buffer.as_mut(), at::GYRO, gyro, accel);
-        seal(self.buffer.as_mut());
-    }
-
-    /// [`Frame::set_words`] and, if asked, [`OWN_FAULT`]; the CRC changed by what they change.
+    /// Writes the six values and, if asked, [`OWN_FAULT`], and changes the CRC by the difference.
     #[inline(always)]
     pub(super) fn change(&mut self, gyro: [f32; 3], accel: [f32; 3], mark: bool) -> Option<()> {
         let bytes = self.buffer.as_mut();
@@ -324,15 +311,14 @@ impl Repr {
         if self.layout != Layout::C {
             put(frame, status + 2, self.temperature.to_be_bytes());
         }
-        let layout = self.layout;
-        Frame {
-            buffer: frame,
-            layout,
-        }
-        .set_words(self.gyro, self.accel);
+        put_words(frame, at::GYRO, self.gyro, self.accel);
+        seal(frame);
         Ok(len)
     }
 }
 
+mod protocol;
+pub use protocol::{Protocol, Settings};
+
 #[cfg(test)]
-mod tests;
+pub(super) mod tests;

@@ -34,16 +34,35 @@ pub mod framer;
 pub mod hg4930;
 pub mod kvh;
 pub mod novatel;
+pub mod protocol;
+pub mod receiver;
+mod registry;
 pub mod sequence;
 pub mod stim300;
 pub mod ubx;
 
 #[cfg(test)]
+mod examples;
+#[cfg(test)]
 mod properties;
 
-pub use checked::{Change, Checked, Source};
+pub use checked::{Checked, Source};
 pub use detect::Detector;
 pub use framer::Framer;
+pub use protocol::{Change, Fields, Framing, ImuProtocol, Simulated};
+pub use receiver::ReceiverFormat;
+pub use sequence::Stream;
+
+registry::imu_formats! {
+    /// [`stim300`]
+    Stim300: stim300,
+    /// [`kvh`]
+    Kvh: kvh,
+    /// [`novatel`]
+    Novatel: novatel,
+    /// [`hg4930`]
+    Hg4930: hg4930,
+}
 
 use crate::sample::{Axes, RawSample};
 
@@ -82,37 +101,14 @@ pub enum Scan {
     Garbage,
 }
 
-/// The formats that come as a stream of bytes.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Format {
-    /// [`stim300`]
-    Stim300,
-    /// [`kvh`]
-    Kvh,
-    /// [`novatel`]
-    Novatel,
-    /// [`hg4930`]
-    Hg4930,
-    /// [`ubx`]; a receiver, so without inertial words.
-    Ubx,
-}
-
-impl Format {
-    /// Look for a message of this format at the beginning of `bytes`.
-    pub fn scan(self, bytes: &[u8]) -> Scan {
-        match self {
-            Format::Stim300 => stim300::scan(bytes),
-            Format::Kvh => kvh::scan(bytes),
-            Format::Novatel => novatel::scan(bytes),
-            Format::Hg4930 => hg4930::scan(bytes),
-            Format::Ubx => ubx::scan(bytes),
-        }
-    }
-
-    /// Whether a start mark is long enough to mean something by itself. The STIM300 has one byte only, which any data
-    /// byte may equal: away from a frame boundary a wrong CRC behind it is no news.
-    pub fn has_start_mark(self) -> bool {
-        self != Format::Stim300
+/// Whether `bytes` are exactly one good message: true for a frame, false for another message.
+fn exactly(bytes: &[u8], scan: impl FnOnce(&[u8]) -> Scan) -> Result<bool, Error> {
+    match scan(bytes) {
+        Scan::Frame(len) if len == bytes.len() => Ok(true),
+        Scan::Other(len) if len == bytes.len() => Ok(false),
+        Scan::Frame(_) | Scan::Other(_) | Scan::Partial(_) => Err(Error::Length),
+        Scan::BadChecksum => Err(Error::Checksum),
+        Scan::Garbage => Err(Error::Header),
     }
 }
 
@@ -129,14 +125,14 @@ pub struct Reading {
     pub counter: Option<u16>,
     /// From time of validity to start of transmission, microseconds.
     pub latency_us: Option<u16>,
-    /// Time in the GNSS week, s.
-    pub time_of_week: Option<f64>,
+    /// Time stamp, s, which starts from 0 again: see [`sequence::Sequence::Time`].
+    pub time: Option<f64>,
     /// Sensor temperature x, y, z, degrees Celsius.
     pub temperature: Option<[f32; 3]>,
 }
 
 impl Reading {
-    /// Words and validity, nothing else known.
+    /// Values and validity, nothing else known.
     fn new(words: RawSample, present: Axes, valid: Axes) -> Reading {
         Reading {
             words,
@@ -144,49 +140,8 @@ impl Reading {
             valid,
             counter: None,
             latency_us: None,
-            time_of_week: None,
+            time: None,
             temperature: None,
         }
-    }
-}
-
-/// The six words of a frame that a [`Framer`] of the same format has found good.
-///
-/// # Errors
-/// [`Error::Content`] for a good message without inertial words, else what is wrong with the bytes.
-pub fn read(format: Format, frame: &[u8]) -> Result<Reading, Error> {
-    match format {
-        Format::Stim300 => Ok(stim300::Frame::new_checked(frame)?.reading()),
-        Format::Kvh => Ok(kvh::Frame::new_checked(frame)?.reading()),
-        Format::Novatel => Ok(novatel::Frame::new_checked(frame)?.reading()),
-        Format::Hg4930 => hg4930::Frame::new_checked(frame)?.reading(),
-        Format::Ubx => Err(Error::Content),
-    }
-}
-
-/// Put six words into a frame and make its checksum again; nothing else changes. Words beyond the field's range are held
-/// at its end, never wrapped, and their axes returned; words the frame does not have are left out.
-///
-/// An integrated STIM300 word wraps by nature: use [`stim300::Frame::wrap_words`] for that unit.
-///
-/// # Errors
-/// [`Error::Content`] when the frame has no words of this kind, else what is wrong with the bytes; nothing is written.
-pub fn write(format: Format, frame: &mut [u8], words: &RawSample) -> Result<Axes, Error> {
-    match (format, words) {
-        (Format::Stim300, RawSample::Counts { gyro, accel }) => {
-            Ok(stim300::Frame::new_checked(frame)?.set_words(*gyro, *accel))
-        }
-        (Format::Kvh, RawSample::Floats { gyro, accel }) => {
-            kvh::Frame::new_checked(frame)?.set_words(*gyro, *accel);
-            Ok(Axes::NONE)
-        }
-        (Format::Novatel, RawSample::Counts { gyro, accel }) => {
-            novatel::Frame::new_checked(frame)?.set_words(*gyro, *accel);
-            Ok(Axes::NONE)
-        }
-        (Format::Hg4930, RawSample::Counts { gyro, accel }) => {
-            hg4930::Frame::new_checked(frame)?.set_words(*gyro, *accel)
-        }
-        _ => Err(Error::Content),
     }
 }

@@ -19,7 +19,7 @@
 
 use super::checksum::{crc32_novatel, crc32_novatel_change};
 use super::field::{Mark, head, mark, put, resealed, take};
-use super::{Error, Reading, Scan, power_of_two as two};
+use super::{Error, Reading, Scan, exactly, power_of_two as two};
 use crate::sample::{Axes, Quantity, RawSample, Unit, Units};
 use crate::units::{DEGREE, FOOT};
 
@@ -171,20 +171,8 @@ impl<T: AsRef<[u8]>> Frame<T> {
     /// # Errors
     /// [`Error::Header`], [`Error::Length`] or [`Error::Checksum`].
     pub fn new_checked(buffer: T) -> Result<Frame<T>, Error> {
-        let bytes = buffer.as_ref();
-        if !matches!(bytes, [0xAA, 0x44, 0x12 | 0x13, ..]) {
-            return Err(Error::Header);
-        }
-        let (log, header, payload) = header(bytes).ok_or(Error::Length)?;
-        let log = log.filter(|_| says_its_header(bytes, header));
-        let log = log.ok_or(Error::Header)?;
-        if payload != PAYLOAD || bytes.len() != header + PAYLOAD + 4 {
-            return Err(Error::Length);
-        }
-        if !crc_is_right(bytes) {
-            return Err(Error::Checksum);
-        }
-        Ok(Frame { buffer, log })
+        exactly(buffer.as_ref(), scan)?;
+        Frame::over(buffer).ok_or(Error::Header)
     }
 
     /// A view over a log that a framer has checked.
@@ -241,7 +229,7 @@ impl<T: AsRef<[u8]>> Frame<T> {
             None => true,
         };
         Reading {
-            time_of_week: Some(self.second_of_week()),
+            time: Some(self.second_of_week()),
             ..Reading::new(
                 RawSample::Counts {
                     gyro: self.gyro(),
@@ -255,14 +243,8 @@ impl<T: AsRef<[u8]>> Frame<T> {
 }
 
 impl<T: AsRef<[u8]> + AsMut<[u8]>> Frame<T> {
-    /// Write the six words and make the CRC again.
-    pub fn set_words(&mut self, gyro: [i32; 3], accel: [i32; 3]) {
-        let words = self.log.header_len() + at::ACCEL;
-        put_words(self.buffer.as_mut(), words, gyro, accel);
-        seal(self.buffer.as_mut());
-    }
-
-    /// [`Frame::set_words`] and, if asked and there is room for it, [`OWN_FAULT`]; the CRC changed by what they change.
+    /// Writes the six values and, if asked and there is room for it, [`OWN_FAULT`], and changes the
+    /// CRC by the difference.
     #[inline(always)]
     pub(super) fn change(&mut self, gyro: [i32; 3], accel: [i32; 3], mark: bool) -> Option<()> {
         let payload = self.log.header_len();
@@ -369,8 +351,10 @@ impl ImuType {
 }
 
 pub mod inspvas;
+mod protocol;
 mod repr;
+pub use protocol::{Protocol, Settings};
 pub use repr::{Header, Repr};
 
 #[cfg(test)]
-mod tests;
+pub(super) mod tests;

@@ -1,110 +1,100 @@
 //! Properties that hold for every protocol, over generated frames, streams and damage.
 
-use super::checksum::{crc32_mpeg2, crc32_mpeg2_padded, crc32_novatel, fletcher8, sum16_le};
+use super::examples::{Any, Examples, all};
 use super::framer::Kind;
-use super::framer::tests::{ALL, events, frame, frames};
-use super::{Change, Error, Format, Framer, Scan, hg4930, kvh, novatel, read, stim300, ubx, write};
+use super::framer::tests::{events, frames};
+use super::{
+    Change, Checked, Fields, Framer, Framing, ImuFormat, Scan, Settings, Simulated, checksum, ubx,
+};
 use crate::sample::{Axes, RawSample};
 use proptest::prelude::*;
-use std::format;
 use std::vec::Vec;
 
-/// A good frame of any format with any bytes in its fields: random bytes under the right header and checksum.
-fn any_frame() -> impl Strategy<Value = (Format, Vec<u8>)> {
-    let body = prop::collection::vec(any::<u8>(), 100);
-    (0..ALL.len(), any::<usize>(), body).prop_map(|(which, kind, mut bytes)| {
-        let format = ALL[which];
-        let len = begin(format, kind, &mut bytes);
-        bytes.truncate(len);
-        end(format, &mut bytes);
-        (format, bytes)
+/// A good frame of any IMU format with any bytes in its fields: a simulated frame, filled with random
+/// bytes wherever it then still is one.
+fn any_imu_frame() -> impl Strategy<Value = (ImuFormat, &'static Simulated, Vec<u8>)> {
+    let body = prop::collection::vec(any::<u8>(), 256);
+    (0..ImuFormat::ALL.len(), any::<usize>(), body).prop_map(|(which, kind, body)| {
+        let format = ImuFormat::ALL[which];
+        let sensors = format.simulated();
+        let sensor = &sensors[kind % sensors.len()];
+        let mut frame = std::vec![0; 256];
+        let len = (sensor.emit)(&Fields::default(), &mut frame).unwrap();
+        frame.truncate(len);
+        for (at, byte) in body.into_iter().take(len).enumerate() {
+            let mut other = frame.clone();
+            other[at] = !frame[at];
+            format.seal(&mut other);
+            if format.scan(&other) == Scan::Frame(len) {
+                frame[at] = byte;
+            }
+        }
+        format.seal(&mut frame);
+        (format, sensor, frame)
     })
 }
 
-/// Put the header of the `kind`th message of a format in front and return the message's length.
-fn begin(format: Format, kind: usize, bytes: &mut [u8]) -> usize {
-    match format {
-        Format::Stim300 => {
-            let ids = (0..=255).filter(|&id| stim300::Contents::from_id(id).is_some());
-            bytes[0] = ids.cycle().nth(kind % 24).unwrap();
-            stim300::Contents::from_id(bytes[0]).unwrap().len()
+/// The same with receivers, whose only frame is NAV-PVT.
+fn any_frame() -> impl Strategy<Value = (Any, Vec<u8>)> {
+    let imu = any_imu_frame().prop_map(|(format, _, bytes)| (Any::Imu(format), bytes));
+    let receiver = prop::collection::vec(any::<u8>(), ubx::PVT_LEN).prop_map(|mut bytes| {
+        bytes[..6].copy_from_slice(&[0xB5, 0x62, 0x01, 0x07, 92, 0]);
+        let sum = checksum::fletcher8(&bytes[2..ubx::PVT_LEN - 2]);
+        bytes[ubx::PVT_LEN - 2..].copy_from_slice(&sum);
+        (Any::Receiver(super::ReceiverFormat::Ubx), bytes)
+    });
+    prop_oneof![4 => imu, 1 => receiver]
+}
+
+/// Values in place of those of a frame, and what the frame then holds: counts saturate at its field.
+fn replaced(words: RawSample, new: [i32; 6], bits: u32) -> (RawSample, RawSample) {
+    let [a, b, c, d, e, f] = new;
+    let range = (-(1i64 << (bits - 1)), (1i64 << (bits - 1)) - 1);
+    let saturated = |triad: [i32; 3]| triad.map(|v| i64::from(v).clamp(range.0, range.1) as i32);
+    match words {
+        RawSample::Counts { .. } => {
+            let (gyro, accel) = ([a, b, c], [d, e, f]);
+            let held = RawSample::Counts {
+                gyro: saturated(gyro),
+                accel: saturated(accel),
+            };
+            (RawSample::Counts { gyro, accel }, held)
         }
-        Format::Kvh => {
-            let (fourth, len) = [(0x55, 36), (0x56, 40), (0x57, 38)][kind % 3];
-            bytes[..4].copy_from_slice(&[0xFE, 0x81, 0xFF, fourth]);
-            len
-        }
-        Format::Novatel if kind.is_multiple_of(2) => {
-            let id = [325u16, 1462][kind / 2 % 2];
-            bytes[..4].copy_from_slice(&[0xAA, 0x44, 0x13, 40]);
-            bytes[4..6].copy_from_slice(&id.to_le_bytes());
-            novatel::SHORT_LEN
-        }
-        Format::Novatel => {
-            let id = [268u16, 1461][kind / 2 % 2];
-            bytes[..4].copy_from_slice(&[0xAA, 0x44, 0x12, 28]);
-            bytes[4..6].copy_from_slice(&id.to_le_bytes());
-            bytes[8..10].copy_from_slice(&[40, 0]);
-            novatel::LONG_LEN
-        }
-        Format::Hg4930 => {
-            let (id, len) = [(0x02, 44), (0xCA, 20)][kind % 2];
-            bytes[..2].copy_from_slice(&[0x0E, id]);
-            len
-        }
-        Format::Ubx => {
-            bytes[..6].copy_from_slice(&[0xB5, 0x62, 0x01, 0x07, 92, 0]);
-            ubx::PVT_LEN
+        RawSample::Floats { .. } => {
+            let words = RawSample::Floats {
+                gyro: [a, b, c].map(|v| v as f32),
+                accel: [d, e, f].map(|v| v as f32),
+            };
+            (words, words)
         }
     }
 }
 
-/// Put the checksum behind.
-fn end(format: Format, bytes: &mut [u8]) {
-    let sum = match format {
-        Format::Hg4930 | Format::Ubx => 2,
-        _ => 4,
-    };
-    let (data, end) = bytes.split_at_mut(bytes.len() - sum);
-    match format {
-        Format::Stim300 => end.copy_from_slice(&crc32_mpeg2_padded(data).to_be_bytes()),
-        Format::Kvh => end.copy_from_slice(&crc32_mpeg2(data).to_be_bytes()),
-        Format::Novatel => end.copy_from_slice(&crc32_novatel(data).to_le_bytes()),
-        Format::Hg4930 => end.copy_from_slice(&sum16_le(data).to_le_bytes()),
-        Format::Ubx => end.copy_from_slice(&fletcher8(&data[2..])),
+/// The values of a frame that has accelerometers, or not.
+fn present(words: RawSample, axes: Axes) -> RawSample {
+    match words {
+        RawSample::Counts { gyro, .. } if axes.accel() == 0 => RawSample::Counts {
+            gyro,
+            accel: [0; 3],
+        },
+        words => words,
     }
-}
-
-/// Through `Repr` and back.
-fn remade(format: Format, bytes: &[u8]) -> Result<Vec<u8>, Error> {
-    let mut made = std::vec![0xEE; 100];
-    let len = match format {
-        Format::Stim300 => {
-            stim300::Repr::parse(&stim300::Frame::new_checked(bytes)?).emit(&mut made)
-        }
-        Format::Kvh => kvh::Repr::parse(&kvh::Frame::new_checked(bytes)?).emit(&mut made),
-        Format::Novatel => {
-            novatel::Repr::parse(&novatel::Frame::new_checked(bytes)?).emit(&mut made)
-        }
-        Format::Hg4930 => hg4930::Repr::parse(&hg4930::Frame::new_checked(bytes)?).emit(&mut made),
-        Format::Ubx => return ubx::Pvt::parse(bytes).map(|pvt| pvt.emit().to_vec()),
-    }?;
-    made.truncate(len);
-    Ok(made)
 }
 
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(2000))]
 
-    /// emit(parse(frame)) == frame, and write(read(frame)) leaves every byte as it was.
+    /// emit(parse(frame)) == frame, and a change to the same values leaves every byte as it was.
     #[test]
     fn frames_are_made_again_byte_for_byte((format, bytes) in any_frame()) {
         prop_assert_eq!(format.scan(&bytes), Scan::Frame(bytes.len()));
-        prop_assert_eq!(remade(format, &bytes).unwrap(), &bytes[..]);
-        if format != Format::Ubx {
+        prop_assert_eq!(format.remade(&bytes).unwrap(), &bytes[..]);
+        if let Any::Imu(format) = format {
             let mut same = bytes.clone();
-            let words = read(format, &bytes).unwrap().words;
-            prop_assert_eq!(write(format, &mut same, &words), Ok(Axes::NONE));
+            let mut checked = Checked::new(format, &mut same).unwrap();
+            let words = checked.read().unwrap().words;
+            let change = Change { words: &words, mark: false, settings: &Settings::DEFAULT };
+            prop_assert_eq!(checked.change(&change), Ok(Axes::NONE));
             prop_assert_eq!(same, bytes);
         }
     }
@@ -120,75 +110,70 @@ proptest! {
         }
     }
 
-    /// Changed words arrive, and nothing but words and checksum has changed.
+    /// Changed values arrive, saturated where they must, and the frame is then one of the same
+    /// format whose checksum made anew from all its bytes is the one that was changed. Nothing but
+    /// values, checksum and the own fault bit has changed: the old values bring the old frame back.
     #[test]
-    fn only_the_words_change((format, bytes) in any_frame(), new: [i16; 6]) {
-        if format == Format::Ubx {
-            return Ok(()); // has no words
-        }
-        let [a, b, c, d, e, f] = new.map(i32::from);
-        let has_accel = format != Format::Stim300
-            || stim300::Contents::from_id(bytes[0]).unwrap().accel;
-        let words = match format {
-            Format::Kvh => RawSample::Floats {
-                gyro: [a, b, c].map(|w| w as f32),
-                accel: [d, e, f].map(|w| w as f32),
-            },
-            _ => RawSample::Counts {
-                gyro: [a, b, c],
-                accel: if has_accel { [d, e, f] } else { [0; 3] },
-            },
-        };
-        let mut changed = bytes.clone();
-        prop_assert_eq!(write(format, &mut changed, &words), Ok(Axes::NONE));
-        let (before, after) = (read(format, &bytes).unwrap(), read(format, &changed).unwrap());
-        prop_assert_eq!(after.words, words);
-        // what is not a word: the same, also after the old words are put back
-        prop_assert_eq!(after.counter, before.counter);
-        write(format, &mut changed, &before.words).unwrap();
-        prop_assert_eq!(changed, bytes);
-    }
-
-    /// The checked frame of a framer changes exactly as [`write`] does, and so does its checksum.
-    #[test]
-    fn checked_frames_change_alike((format, bytes) in any_frame(), words: [i32; 6], mark: bool) {
-        if format == Format::Ubx {
-            return Ok(());
-        }
-        let [a, b, c, d, e, f] = words;
-        let words = match format {
-            Format::Kvh => RawSample::Floats {
-                gyro: [a, b, c].map(|w| w as f32),
-                accel: [d, e, f].map(|w| w as f32),
-            },
-            _ => RawSample::Counts { gyro: [a, b, c], accel: [d, e, f] },
-        };
+    fn only_the_values_change((format, sensor, bytes) in any_imu_frame(), new: [i32; 6], narrow: bool, mark: bool) {
+        let new = if narrow { new.map(|v| v >> 16) } else { new };
         let mut framer = Framer::new(format);
         framer.push(&bytes);
         let mut checked = framer.next_event().unwrap().frame().unwrap();
-        // KVH words may be NaN, which are equal to nothing
-        let (read_again, again) = (format!("{:?}", checked.read()), format!("{:?}", read(format, &bytes)));
-        prop_assert_eq!(read_again, again);
-        let change = Change { words: &words, mark, family: None };
-        let held = checked.change(&change).unwrap();
+        let before = checked.read().unwrap();
+        let (words, held) = replaced(before.words, new, sensor.bits);
+        let settings = &Settings::DEFAULT;
+        let saturated = checked.change(&Change { words: &words, mark: false, settings }).unwrap();
+        let (held, words_there) = (present(held, before.present), present(words, before.present));
+        prop_assert_eq!(saturated == Axes::NONE, held == words_there);
+        let after = checked.read().unwrap();
+        prop_assert_eq!(after.words, held);
+        prop_assert_eq!(after.counter, before.counter);
+        let mut anew = checked.bytes().to_vec();
+        prop_assert_eq!(format.scan(&anew), Scan::Frame(bytes.len()));
+        format.seal(&mut anew);
+        prop_assert_eq!(&anew[..], checked.bytes());
+        prop_assert_eq!(format.remade(&anew).unwrap(), &anew[..]);
+        checked.change(&Change { words: &before.words, mark: false, settings }).unwrap();
+        prop_assert_eq!(checked.bytes(), &bytes[..]);
+        checked.change(&Change { words: &words, mark, settings }).unwrap();
         prop_assert_eq!(format.scan(checked.bytes()), Scan::Frame(bytes.len()));
-        let mut written = bytes.clone();
-        prop_assert_eq!(write(format, &mut written, &words), Ok(held));
-        let differences = written.iter().zip(checked.bytes()).filter(|(a, b)| a != b).count();
+        let differences = anew.iter().zip(checked.bytes()).filter(|(a, b)| a != b).count();
         let allowed = if mark { 5 } else { 0 }; // the mark's byte and the checksum
         prop_assert!(differences <= allowed);
+    }
+
+    /// From the arrival of a frame to its departure one checksum is computed over it, and no more.
+    #[test]
+    fn a_checksum_is_checked_once((format, bytes) in any_frame(), new: [i32; 6]) {
+        checksum::count::clear();
+        match format {
+            Any::Imu(format) => {
+                let mut framer = Framer::new(format);
+                framer.push(&bytes);
+                let mut checked = framer.next_event().unwrap().frame().unwrap();
+                let (words, _) = replaced(checked.read().unwrap().words, new, 32);
+                let change = Change { words: &words, mark: true, settings: &Settings::DEFAULT };
+                checked.change(&change).unwrap();
+            }
+            Any::Receiver(format) => {
+                let mut framer = Framer::new(format);
+                framer.push(&bytes);
+                prop_assert!(framer.next_event().unwrap().fix().is_some());
+            }
+        }
+        prop_assert_eq!(checksum::count::passes(bytes.len() - 5), 1);
     }
 
     /// However a stream is cut, with garbage anywhere, the same frames come out and every byte comes out once, in order.
     #[test]
     fn cutting_changes_nothing(
-        which in 0..ALL.len(), piece in 1..200usize,
+        which in 0..all().len(), piece in 1..200usize,
         garbage in prop::collection::vec(prop::collection::vec(any::<u8>(), 0..90), 8),
     ) {
-        let format = ALL[which];
+        let format = all()[which];
         let mut stream = Vec::new();
         for (n, noise) in (0..).zip(&garbage) {
-            stream.extend(frame(format, n));
+            stream.extend(format.example(n));
             stream.extend(noise);
         }
         let (whole, cut) = (events(format, &stream, 256), events(format, &stream, piece));
@@ -201,11 +186,11 @@ proptest! {
     /// 2^-32 a place).
     #[test]
     fn garbage_costs_no_frame(
-        which in 0..ALL.len(), piece in 1..100usize,
+        which in 0..all().len(), piece in 1..100usize,
         garbage in prop::collection::vec(prop::collection::vec(any::<u8>(), 0..300), 6),
     ) {
-        let format = ALL[which];
-        let sent: Vec<_> = (0..6).map(|n| frame(format, n)).collect();
+        let format = all()[which];
+        let sent: Vec<_> = (0..6).map(|n| format.example(n)).collect();
         let mut stream = Vec::new();
         for (noise, bytes) in garbage.iter().zip(&sent) {
             stream.extend(noise);
@@ -222,7 +207,7 @@ proptest! {
     /// they are weak against two errors, not one.
     #[test]
     fn one_wrong_bit_costs_one_frame((format, bytes) in any_frame(), bit: prop::sample::Index) {
-        let neighbours = [frame(format, 1), frame(format, 2), frame(format, 3)];
+        let neighbours = [format.example(1), format.example(2), format.example(3)];
         let mut damaged = bytes.clone();
         let bit = bit.index(8 * bytes.len());
         damaged[bit / 8] ^= 1 << (bit % 8);
@@ -231,19 +216,21 @@ proptest! {
         stream.extend([0; 300]);
         let found = events(format, &stream, 64);
         prop_assert_eq!(frames(&found), [a, b, c]);
-        prop_assert!(remade(format, &damaged).is_err());
+        prop_assert!(format.remade(&damaged).is_err());
     }
 
     /// Any bytes at all: no panic, nothing lost, nothing that is not checked.
     #[test]
-    fn any_bytes_go_through(which in 0..ALL.len(), piece in 1..256usize, bytes in prop::collection::vec(any::<u8>(), 0..2000)) {
-        let format = ALL[which];
+    fn any_bytes_go_through(which in 0..all().len(), piece in 1..256usize, bytes in prop::collection::vec(any::<u8>(), 0..2000)) {
+        let format = all()[which];
         let found = events(format, &bytes, piece);
         for (kind, frame) in &found {
             if *kind == Kind::Frame {
                 prop_assert_eq!(format.scan(frame), Scan::Frame(frame.len()));
             }
-            let _ = read(format, frame);
+            if let Any::Imu(format) = format {
+                let _ = Checked::new(format, &mut frame.clone());
+            }
         }
         let all: Vec<u8> = found.into_iter().flat_map(|(_, bytes)| bytes).collect();
         prop_assert_eq!(all, bytes);

@@ -1,7 +1,66 @@
-//! Gaps in a sensor's own counter.
+//! Units, rate and gap rule of a stream, and the gaps themselves.
 //!
-//! An overrun looks like plausible frozen data, so the counter of the sensor is kept and compared, and never made anew.
-//! A gap of a whole turn of the counter cannot be seen: 256 internal samples of a STIM300 (128 ms), 128 frames of a KVH.
+//! An overrun looks like plausible frozen data, so the counter of the sensor is kept and compared,
+//! and never made anew. A gap of a whole turn of the counter cannot be seen: 256 internal samples of
+//! a STIM300 (128 ms), 128 frames of a KVH.
+
+use super::Reading;
+use crate::sample::Units;
+
+/// What the samples of a stream mean.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Stream {
+    /// What a count is worth.
+    pub units: Units,
+    /// Samples a second.
+    pub rate: f64,
+    /// How missing frames are noticed.
+    pub sequence: Sequence,
+}
+
+/// How missing frames are noticed.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Sequence {
+    /// By the sensor's counter.
+    Counter(Rule),
+    /// By the time in the frame.
+    Time {
+        /// Frames a second.
+        rate: f64,
+        /// The time starts from 0 again after so long, s.
+        turn: f64,
+    },
+    /// Not by the frame.
+    None,
+}
+
+/// Counter and time of the last frame.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Last {
+    counter: Option<u16>,
+    time: Option<f64>,
+}
+
+impl Last {
+    /// The sensor's counter.
+    pub fn counter(&self) -> Option<u16> {
+        self.counter
+    }
+}
+
+impl Stream {
+    /// What a frame says about those before it.
+    pub fn gap(&self, last: &mut Last, reading: &Reading) -> Gap {
+        match (self.sequence, reading.counter, reading.time) {
+            (Sequence::Counter(rule), Some(counter), _) => rule.check(&mut last.counter, counter),
+            (Sequence::Time { rate, turn }, _, Some(now)) => last
+                .time
+                .replace(now)
+                .map_or(Gap::None, |before| time_gap(before, now, rate, turn)),
+            _ => Gap::None,
+        }
+    }
+}
 
 /// How a counter advances.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -26,11 +85,6 @@ pub enum Gap {
 }
 
 impl Rule {
-    /// KVH sequence number, 0 to 127.
-    pub const KVH: Rule = Rule::new(128, 1);
-    /// ADIS DATA_CNTR.
-    pub const ADIS: Rule = Rule::new(0x1_0000, 1);
-
     /// A rule; `modulus` is rounded up to a power of two, `step` at least 1.
     pub const fn new(modulus: u32, step: u32) -> Rule {
         Rule {
@@ -40,11 +94,6 @@ impl Rule {
                 .next_power_of_two(),
             step: if step == 0 { 1 } else { step },
         }
-    }
-
-    /// STIM300: 2000 Hz samples, by [`super::stim300::config::Config::counter_step`].
-    pub const fn stim300(step: u16) -> Rule {
-        Rule::new(256, step as u32)
     }
 
     /// Compare a frame's counter with the one before it, which it then replaces. Start with `None`.
@@ -66,12 +115,11 @@ impl Rule {
     }
 }
 
-/// Gaps by the time in the frame, for `NovAtel`, which has no counter: `before` and `now` in seconds of the week (a
-/// change of week is allowed for), `rate` in Hz. Less than half a period counts as the same frame.
-pub fn time_gap(before: f64, now: f64, rate: f64) -> Gap {
-    const WEEK: f64 = 604_800.0;
-    let advance = if now < before - WEEK / 2.0 {
-        now - before + WEEK
+/// Gaps by the time in the frame, for sensors without a counter: `before` and `now` in seconds, which
+/// start from 0 again after `turn` seconds; `rate` in Hz. Less than half a period is the same frame.
+pub fn time_gap(before: f64, now: f64, rate: f64, turn: f64) -> Gap {
+    let advance = if now < before - turn / 2.0 {
+        now - before + turn
     } else {
         now - before
     };
@@ -93,7 +141,7 @@ mod tests {
     #[test]
     fn stim300_at_all_rates() {
         for step in [1u16, 2, 4, 8, 16] {
-            let rule = Rule::stim300(step);
+            let rule = Rule::new(256, step.into());
             let mut last = None;
             for n in 0..600u16 {
                 assert_eq!(
@@ -107,7 +155,7 @@ mod tests {
             assert_eq!(rule.check(&mut last, next), Gap::Duplicate);
         }
         let mut last = Some(0);
-        assert_eq!(Rule::stim300(2).check(&mut last, 3), Gap::Jump);
+        assert_eq!(Rule::new(256, 2).check(&mut last, 3), Gap::Jump);
         assert_eq!(last, Some(3));
     }
 
@@ -117,21 +165,22 @@ mod tests {
             let mut last = Some(100);
             let next = (101 + missed) % 128;
             assert_eq!(
-                Rule::KVH.check(&mut last, next),
+                Rule::new(128, 1).check(&mut last, next),
                 Gap::Missed(u32::from(missed))
             );
         }
         let mut last = Some(0xFFFF);
-        assert_eq!(Rule::ADIS.check(&mut last, 0), Gap::None);
+        assert_eq!(Rule::new(0x1_0000, 1).check(&mut last, 0), Gap::None);
     }
 
     #[test]
     fn time_gaps() {
-        assert_eq!(time_gap(10.0, 10.0101, 100.0), Gap::None);
-        assert_eq!(time_gap(10.0, 10.031, 100.0), Gap::Missed(2));
-        assert_eq!(time_gap(10.0, 10.0, 100.0), Gap::Duplicate);
-        assert_eq!(time_gap(10.0, 9.9, 100.0), Gap::Jump);
-        assert_eq!(time_gap(604_799.995, 0.005, 100.0), Gap::None);
-        assert_eq!(time_gap(f64::NAN, 0.0, 100.0), Gap::Jump);
+        const WEEK: f64 = 604_800.0;
+        assert_eq!(time_gap(10.0, 10.0101, 100.0, WEEK), Gap::None);
+        assert_eq!(time_gap(10.0, 10.031, 100.0, WEEK), Gap::Missed(2));
+        assert_eq!(time_gap(10.0, 10.0, 100.0, WEEK), Gap::Duplicate);
+        assert_eq!(time_gap(10.0, 9.9, 100.0, WEEK), Gap::Jump);
+        assert_eq!(time_gap(604_799.995, 0.005, 100.0, WEEK), Gap::None);
+        assert_eq!(time_gap(f64::NAN, 0.0, 100.0, WEEK), Gap::Jump);
     }
 }

@@ -21,7 +21,7 @@ pub mod request;
 
 use super::checksum::{crc32_mpeg2_padded, crc32_mpeg2_padded_change};
 use super::field::{be_i24, head, put, put_be_i24, resealed, saturate_i24, take};
-use super::{Error, Reading, Scan};
+use super::{Error, Reading, Scan, exactly};
 use crate::sample::{Axes, RawSample};
 
 /// The longest measurement datagram, without CR LF.
@@ -201,16 +201,8 @@ impl<T: AsRef<[u8]>> Frame<T> {
     /// # Errors
     /// [`Error::Header`], [`Error::Length`] or [`Error::Checksum`].
     pub fn new_checked(buffer: T) -> Result<Frame<T>, Error> {
-        let bytes = buffer.as_ref();
-        let id = bytes.first().ok_or(Error::Header)?;
-        let contents = Contents::from_id(*id).ok_or(Error::Header)?;
-        if bytes.len() != contents.len() {
-            return Err(Error::Length);
-        }
-        if !crc_is_right(bytes) {
-            return Err(Error::Checksum);
-        }
-        Ok(Frame { buffer, contents })
+        exactly(buffer.as_ref(), scan)?;
+        Frame::over(buffer).ok_or(Error::Header)
     }
 
     /// A view over a datagram that a framer has checked.
@@ -317,19 +309,10 @@ impl<T: AsRef<[u8]>> Frame<T> {
 }
 
 impl<T: AsRef<[u8]> + AsMut<[u8]>> Frame<T> {
-    /// Write gyro and accelerometer counts, each held within 24 bits, and make the CRC again. Returns the axes that had
-    /// to be held. Accelerations are left out when the datagram has none.
-    pub fn set_words(&mut self, gyro: [i32; 3], accel: [i32; 3]) -> Axes {
-        let bytes = self.buffer.as_mut();
-        let mut held = Axes::new(put_triad(bytes, at::GYRO, gyro), 0);
-        if self.contents.accel {
-            held.0 |= Axes::new(0, put_triad(bytes, at::GYRO + at::CLUSTER, accel)).0;
-        }
-        seal(bytes);
-        held
-    }
-
-    /// [`Frame::set_words`], and the CRC changed by what they change; with [`Frame::set_family`].
+    /// Writes gyro and accelerometer counts, each saturated at 24 bits, and changes the CRC by the
+    /// difference. Returns the axes that saturated. Accelerations are left out when the datagram has
+    /// none. `family` changes between PPS and auxiliary identifiers, which share one layout, for a
+    /// receiver that knows only the other family; nothing happens to a datagram without either.
     #[inline(always)]
     pub(super) fn change(
         &mut self,
@@ -351,29 +334,6 @@ impl<T: AsRef<[u8]> + AsMut<[u8]>> Frame<T> {
             Axes::new(put_triad(place, at::GYRO, gyro), 0)
         })
     }
-
-    /// As [`Frame::set_words`] but modulo 2^24, as integrated angle and velocity do on the device.
-    pub fn wrap_words(&mut self, gyro: [i32; 3], accel: [i32; 3]) {
-        for (axis, count) in gyro.into_iter().chain(accel).enumerate() {
-            if axis < 3 || self.contents.accel {
-                self.put_word(axis, count);
-            }
-        }
-        seal(self.buffer.as_mut());
-    }
-
-    /// Gyro words are axes 0 to 2, accelerometer words 3 to 5 with the gyros' status byte between.
-    fn put_word(&mut self, axis: usize, count: i32) {
-        let at = at::GYRO + 3 * axis + usize::from(axis >= 3);
-        put_be_i24(self.buffer.as_mut(), at, count);
-    }
-
-    /// Change between PPS and auxiliary identifiers, which share one layout, for a receiver that knows only the other
-    /// family. Nothing happens to a datagram without either word.
-    pub fn set_family(&mut self, extra: Extra) {
-        put_family(&mut self.contents, self.buffer.as_mut(), extra);
-        seal(self.buffer.as_mut());
-    }
 }
 
 /// Three words, each held within 24 bits; which had to be, x in bit 0.
@@ -388,7 +348,7 @@ fn put_triad(bytes: &mut [u8], at: usize, words: [i32; 3]) -> u8 {
     held
 }
 
-/// See [`Frame::set_family`]; without the CRC.
+/// The identifier of the other family, without the CRC.
 #[inline(always)]
 fn put_family(contents: &mut Contents, bytes: &mut [u8], extra: Extra) {
     if contents.extra != Extra::None && extra != Extra::None {
@@ -415,5 +375,10 @@ pub struct Temperatures {
     pub status: u8,
 }
 
+mod protocol;
 mod repr;
+pub use protocol::{Protocol, Settings};
 pub use repr::Repr;
+
+#[cfg(test)]
+pub(super) mod tests;

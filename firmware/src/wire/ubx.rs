@@ -12,7 +12,7 @@
 
 use super::checksum::fletcher8;
 use super::field::{Mark, mark, put, take};
-use super::{Error, Scan};
+use super::{Error, Scan, exactly};
 use crate::fix::{Fix, OBSERVATIONS, Position};
 use crate::units::DEGREE;
 
@@ -116,14 +116,14 @@ impl Pvt {
     /// # Errors
     /// [`Error::Length`], [`Error::Header`] or [`Error::Checksum`].
     pub fn parse(frame: &[u8]) -> Result<Pvt, Error> {
+        exactly(frame, scan)?;
+        Pvt::over(frame).ok_or(Error::Header)
+    }
+
+    /// Reads a message that a framer has checked; `None` if it is another one.
+    pub(super) fn over(frame: &[u8]) -> Option<Pvt> {
         if !frame.starts_with(&PVT_HEADER) {
-            return Err(Error::Header);
-        }
-        if frame.len() != PVT_LEN {
-            return Err(Error::Length);
-        }
-        if !sum_is_right(frame) {
-            return Err(Error::Checksum);
+            return None;
         }
         let payload: [u8; PAYLOAD] = take(frame, PVT_HEADER.len());
         let [fix, flags, flags2, satellites] = take(&payload, 20);
@@ -131,7 +131,7 @@ impl Pvt {
         let signed = |at| i32::from_le_bytes(take(&payload, at));
         let unsigned = |at| u32::from_le_bytes(take(&payload, at));
         let short = |at| u16::from_le_bytes(take(&payload, at));
-        Ok(Pvt {
+        Some(Pvt {
             time_of_week: unsigned(0),
             year: short(4),
             month_to_second: take(&payload, 6),
@@ -235,9 +235,19 @@ impl Pvt {
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::super::field::hex;
     use super::*;
+
+    /// With a start mark in its data.
+    pub(in crate::wire) fn example(n: u8) -> std::vec::Vec<u8> {
+        let pvt = Pvt {
+            time_of_week: u32::from(n),
+            longitude: 0x0162_B562,
+            ..Default::default()
+        };
+        pvt.emit().to_vec()
+    }
 
     const GOLDEN: [u8; PVT_LEN] = hex(
         "b56201075c0015cd5b07ea070b150a11240719000000c01dfeff03030011797528fbb15d731f40e201006800ffff52030000b00400002efbffff2e160000a5ffffffb31600006e0b9c003c000000f049020085000a0000000000712ffcff83ff32008c38",

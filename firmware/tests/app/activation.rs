@@ -14,10 +14,9 @@ use firmware::nav::{self, Navigator, Noise, State};
 use firmware::sample::{Counts, Lsb, StreamScale};
 use firmware::units::FOOT;
 use firmware::wire::command::{Request, Response};
-use firmware::wire::novatel;
 use lrnn_nostd::State as NetState;
 
-pub const KIND: Kind = Kind::Novatel(novatel::Log::Rawimusx);
+pub const KIND: Kind = Kind::RAWIMUSX;
 pub const RATE: u32 = 100;
 const LATITUDE: f64 = 0.8;
 const HEIGHT: f64 = 200.0;
@@ -78,7 +77,7 @@ enum Act {
     Nets,
 }
 
-/// Words of a body at rest, level and to the north, with the sensor's error; what rounding leaves is carried.
+/// Values of a body at rest, level and to the north, with the sensor's error; what rounding leaves is carried.
 pub struct AtRest {
     due: [f64; 6],
     /// Counts a word.
@@ -185,11 +184,11 @@ fn drive(config: Config, knows: Knows, script: &[(u32, Act)]) -> Seen {
             let fields = Fields {
                 gyro: [a, b, c],
                 accel: [d, e, f],
-                rest: 0,
+                ..Fields::default()
             };
             device.feed(&KIND.frame(second * RATE + n, fields));
             let sent = device.lines.navigation.sent.pop().expect("a frame");
-            let [a, b, c, d, e, f] = words(KIND.format(), &sent).map(|x| x as i32);
+            let [a, b, c, d, e, f] = words(KIND.format, &sent).map(|x| x as i32);
             let counts = Counts {
                 dtheta: [a, b, c],
                 dv: [d, e, f],

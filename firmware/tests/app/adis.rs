@@ -1,13 +1,13 @@
 //! Bursts of an ADIS, fetched by the board, through the application.
 
 use crate::device::{Device, nets};
-use firmware::app::{Adis, Config, Phase};
+use firmware::app::{Config, Phase};
 use firmware::compensator::Limit;
 use firmware::control::Mode;
 use firmware::units::{DEGREE, G};
-use firmware::wire::Error;
 use firmware::wire::adis::{Burst, Form, Model};
 use firmware::wire::command::fault;
+use firmware::wire::{Error, Settings, adis};
 use proptest::prelude::*;
 
 const FORMS: [Form; 3] = [Form::Narrow, Form::Wide, Form::Adis1649x];
@@ -32,12 +32,15 @@ fn config(form: Form) -> Config {
     Config {
         mode: Mode::Frozen,
         block: 0.01,
-        adis: Some(Adis {
-            form,
-            units: Model::Adis16475(1)
-                .units(form != Form::Narrow)
-                .expect("a model"),
-        }),
+        sensor: Settings {
+            adis: Some(adis::Settings {
+                form,
+                units: Model::Adis16475(1)
+                    .units(form != Form::Narrow)
+                    .expect("a model"),
+            }),
+            ..Settings::DEFAULT
+        },
         limit: Limit {
             gyro: 1.0,
             accel: 1.0,

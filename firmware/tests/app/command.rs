@@ -6,12 +6,12 @@ use firmware::app::{Config, Phase};
 use firmware::compensator::Limit;
 use firmware::control::{Alignment, Mode, Reason, Window};
 use firmware::model::{IMAGES_LEN, Nets};
+use firmware::wire::ImuFormat;
 use firmware::wire::command::{MAX_CHUNK, Request, Response, WIRE_VERSION};
 use firmware::wire::ubx::Pvt;
-use firmware::wire::{Format, kvh};
 use lrnn_nostd::image;
 
-const STIM: Kind = Kind::Stim300(0x91, 1, 1);
+const STIM: Kind = Kind::STIM;
 
 fn refused(device: &mut Device, request: &Request, reason: Reason) {
     device.ask(request, |answer| {
@@ -105,7 +105,7 @@ fn weights_go_up_and_down_and_take_effect_whole() {
     let frame = |n| STIM.frame(n, Fields::default());
     let first = |device: &Device| {
         words(
-            Format::Stim300,
+            ImuFormat::Stim300,
             device.lines.navigation.sent.last().expect("one"),
         )[0]
     };
@@ -221,7 +221,7 @@ fn modes() {
 /// Before the alignment a correction may jump, during it nothing may change, after it only as fast as the slew limit.
 #[test]
 fn alignment_ends_jumps() {
-    let kind = Kind::Kvh(kvh::Layout::A, true);
+    let kind = Kind::KVH;
     let error = 4e-5f32;
     let config = Config {
         nets: nets([error, 0.0, 0.0], [0.0; 3]),
@@ -241,7 +241,7 @@ fn alignment_ends_jumps() {
             n += 1;
         }
         let sent = device.lines.navigation.sent.last().expect("a frame");
-        -words(Format::Kvh, sent)[0] / 1e-3 // rad/s
+        -words(ImuFormat::Kvh, sent)[0] / 1e-3 // rad/s
     };
     let near = |a: f64, b: f64| (a - b).abs() < 1e-7;
     assert!(run(&mut device, 3) == 0.0);

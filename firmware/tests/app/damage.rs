@@ -1,23 +1,23 @@
 //! Damage on the line: at most the damaged frame is lost, and nothing is made up.
 
 use crate::device::{Device, Mock, nets};
-use crate::frames::{KINDS, Kind, frames_in, words};
+use crate::frames::{Kind, frames_in, kinds, words};
 use firmware::app::Config;
 use firmware::control::Mode;
 use firmware::link::faulty::{Chances, Faulty};
-use firmware::wire::{kvh, novatel};
+use firmware::wire::ImuFormat;
 use proptest::prelude::*;
 
-const STIM: Kind = Kind::Stim300(0x91, 1, 1);
-const KVH: Kind = Kind::Kvh(kvh::Layout::A, true);
+const STIM: Kind = Kind::STIM;
+const KVH: Kind = Kind::KVH;
 
 proptest! {
     /// One wrong bit anywhere costs the frame it is in and no other, in any format, however the bytes arrive.
     #[test]
     fn a_wrong_bit_costs_one_frame(
-        which in 0..KINDS.len(), bit: prop::sample::Index, hit in 2..8usize, piece in 1..80usize,
+        which in 0..kinds().len(), bit: prop::sample::Index, hit in 2..8usize, piece in 1..80usize,
     ) {
-        let kind = KINDS[which];
+        let kind = kinds()[which];
         let mut sent = kind.stream(0, 12);
         let bits = 8 * sent[hit].len();
         let bit = bit.index(bits);
@@ -36,10 +36,10 @@ proptest! {
     /// Garbage of any kind between frames costs none of them and is counted byte for byte; nothing of it leaves.
     #[test]
     fn garbage_is_counted_and_kept_back(
-        which in 0..KINDS.len(), piece in 1..80usize,
+        which in 0..kinds().len(), piece in 1..80usize,
         noise in prop::collection::vec(prop::collection::vec(any::<u8>(), 0..60), 10),
     ) {
-        let kind = KINDS[which];
+        let kind = kinds()[which];
         let frames = kind.stream(0, 30);
         let mut stream = Vec::new();
         for (n, frame) in frames.iter().enumerate() {
@@ -49,7 +49,7 @@ proptest! {
         let mut device = Device::new(kind.config());
         device.lines.sensor.piece = piece;
         device.feed(&stream);
-        prop_assert_eq!(frames_in(kind.format(), &device.lines.navigation.bytes()), &frames[..]);
+        prop_assert_eq!(frames_in(kind.format, &device.lines.navigation.bytes()), &frames[..]);
         let counters = device.counters();
         let other = stream.len() - frames.concat().len();
         let passed = device.lines.navigation.bytes().len() - frames.concat().len(); // CR LF among the noise
@@ -59,7 +59,7 @@ proptest! {
     /// A bad cable: every frame that leaves is one that was sent, in order; words corrected, all else untouched.
     #[test]
     fn nothing_is_made_up(seed: u64, which in 0..3usize, correct: bool, flip in 0..200u16, drop in 0..100u16, burst in 0..50u16) {
-        let kind = [STIM, KVH, Kind::Novatel(novatel::Log::Rawimusx)][which];
+        let kind = [STIM, KVH, Kind::RAWIMUSX][which];
         let error = if correct { [2e-6, -1e-6, 3e-6] } else { [0.0; 3] };
         let chances = Chances { flip, drop, burst, lost: 20, full: 0 };
         let mut device = Device::on(
@@ -79,7 +79,7 @@ proptest! {
         for &frame in &out {
             // the same frame but for its words' last counts and its checksum
             let near = |s: &Vec<u8>| {
-                s.len() == frame.len() && words(kind.format(), s).iter().zip(words(kind.format(), frame))
+                s.len() == frame.len() && words(kind.format, s).iter().zip(words(kind.format, frame))
                     .all(|(a, b)| (a - b).abs() <= if kind == KVH { 1e-7 } else { 300.0 })
                     && stamp(kind, s) == stamp(kind, frame)
             };
@@ -96,9 +96,9 @@ proptest! {
 
 /// The fields of a frame that no correction touches.
 pub fn stamp(kind: Kind, frame: &[u8]) -> Vec<u8> {
-    let (from, to) = match kind {
-        Kind::Stim300(..) => (20, 24), // accelerometer status to latency
-        Kind::Kvh(..) => (28, 32),
+    let (from, to) = match kind.format {
+        ImuFormat::Stim300 => (20, 24), // accelerometer status to latency
+        ImuFormat::Kvh => (28, 32),
         _ => (4, 28), // header, time, status
     };
     frame[from..to].to_vec()

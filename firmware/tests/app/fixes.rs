@@ -73,7 +73,7 @@ impl Bench {
         let fields = Fields {
             gyro: [a, b, c],
             accel: [d, e, f],
-            rest: 0,
+            ..Fields::default()
         };
         self.number += 1;
         KIND.frame(self.number - 1, fields)

@@ -2,22 +2,21 @@
 
 use crate::damage::stamp;
 use crate::device::{Device, broken, nets};
-use crate::frames::{Fields, Kind, frames_in, words};
-use firmware::app::phase::Cause;
-use firmware::app::{Config, Phase};
+use crate::frames::{Fields, Kind, frames_in, stim300_units, words};
+use firmware::app::{Config, Phase, phase::Cause};
 use firmware::control::Mode;
 use firmware::link::faulty::{Chances, Faulty};
 use firmware::model::Nets;
 use firmware::wire::command::{Request, fault};
-use firmware::wire::{Format, kvh, novatel, stim300};
+use firmware::wire::{ImuFormat, stim300};
 
-const STIM: Kind = Kind::Stim300(0x91, 1, 1);
-const KVH: Kind = Kind::Kvh(kvh::Layout::A, true);
+const STIM: Kind = Kind::STIM;
+const KVH: Kind = Kind::KVH;
 
 /// Holes in the sensor's counter are passed on as holes; the estimate is held and the block begins anew.
 #[test]
 fn gaps_are_passed_on_and_not_stepped_over() {
-    for kind in [STIM, KVH, Kind::Novatel(novatel::Log::Rawimusx)] {
+    for kind in [STIM, KVH, Kind::RAWIMUSX] {
         let mut device = Device::new(Config {
             mode: Mode::Frozen,
             nets: nets([2e-5, 0.0, 0.0], [0.0; 3]),
@@ -42,7 +41,7 @@ fn gaps_are_passed_on_and_not_stepped_over() {
         );
         assert_eq!(device.lines.navigation.sent.len(), 24);
         let last = device.lines.navigation.sent.last().expect("a frame");
-        assert!(words(kind.format(), last)[0] < 0.0); // still corrected by the estimate held
+        assert!(words(kind.format, last)[0] < 0.0); // still corrected by the estimate held
         all(&mut device, 27..28);
         assert_eq!(device.counters().blocks, 2);
         // the same frame again goes on, and is not counted into a block
@@ -62,7 +61,7 @@ fn gaps_are_passed_on_and_not_stepped_over() {
     }
 }
 
-/// Words the sensor itself calls invalid do not reach the networks; their frames and status bits leave as they came.
+/// Values the sensor itself calls invalid do not reach the networks; their frames and status bits leave as they came.
 #[test]
 fn invalid_words_are_not_learned_from() {
     let contents = stim300::Contents::from_id(0x91).expect("an identifier");
@@ -104,7 +103,7 @@ fn invalid_words_are_not_learned_from() {
     // one axis overloaded: the others still need their correction, the networks wait
     (40..60).for_each(|n| device.feed(&frame(n, stim300::status::OVERLOAD | 1)));
     let last = device.lines.navigation.sent.last().expect("one").clone();
-    assert!(words(Format::Stim300, &last)[0] < 100.0);
+    assert!(words(ImuFormat::Stim300, &last)[0] < 100.0);
     assert_eq!((last[10], last[20]), (0x11, 0x11));
     assert_eq!(device.counters().blocks, 2);
     (60..75).for_each(|n| device.feed(&frame(n, 0)));
@@ -125,7 +124,7 @@ fn holes_without_a_counter() {
         Config {
             mode: Mode::Frozen,
             block: 0.1,
-            ..Kind::Hg4930.config()
+            ..Kind::HG4930.config()
         },
         Faulty::new(crate::device::Mock::default(), Chances::default(), 1),
     );
@@ -133,7 +132,7 @@ fn holes_without_a_counter() {
         device.lines.sensor.inner().input.extend(bytes);
         device.settle();
     };
-    let frames = Kind::Hg4930.stream(0, 40);
+    let frames = Kind::HG4930.stream(0, 40);
     feed(&mut device, &frames[..15].concat());
     device.lines.sensor.chances.lost = u16::MAX;
     device.app.poll(&mut device.lines, &device.time);
@@ -256,8 +255,8 @@ fn failing_networks_end_in_pass_through() {
     let room = [
         (STIM, None),
         (KVH, Some((28, 0x08))),
-        (Kind::Novatel(novatel::Log::Rawimusx), Some((12, 0x80))),
-        (Kind::Hg4930, Some((15, 0x40))),
+        (Kind::RAWIMUSX, Some((12, 0x80))),
+        (Kind::HG4930, Some((15, 0x40))),
     ];
     for (kind, mark) in room {
         let mut device = Device::new(Config {
@@ -285,7 +284,7 @@ fn failing_networks_end_in_pass_through() {
                 None => assert_eq!(out, frame),
                 Some((at, bit)) => {
                     assert_eq!(out[at], frame[at] | bit);
-                    assert_eq!(frames_in(kind.format(), out).len(), 1);
+                    assert_eq!(frames_in(kind.format, out).len(), 1);
                 }
             }
         }
@@ -304,21 +303,21 @@ fn failing_networks_end_in_pass_through() {
     }
 }
 
-/// Words whose meaning is not known are not corrected: the device steps aside.
+/// Values whose meaning is not known are not corrected: the device steps aside.
 #[test]
 fn unknown_units_end_in_pass_through() {
-    let integrated = Kind::Stim300(0x91, 3, 3);
+    let integrated = stim300_units(STIM.config(), 3, 3);
     let mut device = Device::new(Config {
         mode: Mode::Frozen,
-        ..integrated.config()
+        ..integrated.clone()
     });
-    let stream = integrated.stream(0, 30).concat();
+    let stream = STIM.stream(0, 30).concat();
     device.feed(&stream);
     assert_eq!(device.app.phase(), Phase::Fault(Cause::Units));
     assert_eq!(device.lines.navigation.bytes(), stream);
     assert_eq!(device.app.faults(), fault::PASS_THROUGH | fault::UNITS);
     // in bypass nothing needs to be known
-    let mut device = Device::new(integrated.config());
+    let mut device = Device::new(integrated);
     device.feed(&stream);
     assert_eq!(
         (device.app.phase(), device.app.faults()),

@@ -1,7 +1,7 @@
 //! With a correction of zero the output is the input, byte for byte, in every mode and format, however it arrives.
 
 use crate::device::Device;
-use crate::frames::{Fields, KINDS, Kind};
+use crate::frames::{Fields, Kind, kinds};
 use firmware::app::{Config, Phase};
 use firmware::control::Mode;
 use proptest::prelude::*;
@@ -19,6 +19,7 @@ fn fields() -> impl Strategy<Value = Fields> {
         gyro,
         accel,
         rest,
+        ..Fields::default()
     })
 }
 
@@ -32,10 +33,10 @@ fn run(config: Config, stream: &[u8], piece: usize) -> Device {
 proptest! {
     #[test]
     fn frames_go_through(
-        which in 0..KINDS.len(), frozen: bool, piece in 1..100usize,
+        which in 0..kinds().len(), frozen: bool, piece in 1..100usize,
         all in prop::collection::vec(fields(), 1..80),
     ) {
-        let kind = KINDS[which];
+        let kind = kinds()[which];
         let sent: Vec<_> = (0..).zip(&all).map(|(n, f)| kind.frame(n, *f)).collect();
         let mode = if frozen { Mode::Frozen } else { Mode::Bypass };
         let config = Config { mode, block: 0.01, ..kind.config() };
@@ -50,8 +51,8 @@ proptest! {
 
     /// Detection passes everything on from the first byte, and takes over without a seam.
     #[test]
-    fn detection_has_no_seam(which in 0..KINDS.len(), piece in 1..100usize, cut in 0..30usize) {
-        let kind = KINDS[which];
+    fn detection_has_no_seam(which in 0..kinds().len(), piece in 1..100usize, cut in 0..30usize) {
+        let kind = kinds()[which];
         let stream = kind.stream(0, 40).concat();
         let config = Config { format: None, mode: Mode::Frozen, block: 0.01, ..kind.config() };
         let device = run(config, &stream[cut..], piece);
@@ -76,7 +77,7 @@ fn odd_floats_go_through() {
     let mut device = Device::new(Config {
         mode: Mode::Frozen,
         block: 0.002,
-        ..Kind::Kvh(Layout::A, true).config()
+        ..Kind::KVH.config()
     });
     let mut stream = Vec::new();
     for n in 0..60 {
@@ -101,17 +102,17 @@ fn odd_floats_go_through() {
 /// CR LF, control messages, special datagrams, other logs: passed on in their place.
 #[test]
 fn other_messages_go_through() {
-    let stim: Vec<u8> = Kind::Stim300(0x91, 1, 1)
+    let stim: Vec<u8> = Kind::STIM
         .stream(0, 50)
         .into_iter()
         .flat_map(|frame| [frame, b"\r\n".to_vec()].concat())
         .collect();
-    let mut device = Device::new(Kind::Stim300(0x91, 1, 1).config());
+    let mut device = Device::new(Kind::STIM.config());
     device.feed(&stim);
     assert_eq!(device.lines.navigation.bytes(), stim);
     assert_eq!(device.counters().others, 50);
     let mut hg = Vec::new();
-    for (n, frame) in (0..).zip(Kind::Hg4930.stream(0, 20)) {
+    for (n, frame) in (0..).zip(Kind::HG4930.stream(0, 20)) {
         for m in 0..5 {
             hg.extend(control(n + m));
         }
@@ -119,7 +120,7 @@ fn other_messages_go_through() {
     }
     let mut device = Device::new(Config {
         mode: Mode::Frozen,
-        ..Kind::Hg4930.config()
+        ..Kind::HG4930.config()
     });
     device.feed(&hg);
     assert_eq!(device.lines.navigation.bytes(), hg);

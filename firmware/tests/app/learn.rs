@@ -11,7 +11,7 @@ use firmware::units::DEGREE;
 use firmware::wire::command::{Estimate, MAX_CHUNK, Request, Response};
 use lrnn_nostd::{Net, Normalisation, Weights};
 
-const STIM: Kind = Kind::Stim300(0x91, 1, 1);
+const STIM: Kind = Kind::STIM;
 /// Counts a word, at 1 kHz: 1e-3 rad/s and 0.01 m/s2.
 const ERROR: [[i32; 3]; 2] = [[120, -60, 30], [42, 0, -21]];
 const GRAVITY: i32 = 41_000;
@@ -68,7 +68,13 @@ fn frames(from: u32, to: u32) -> Vec<Vec<u8>> {
     let [gyro, [x, y, z]] = ERROR;
     let accel = [x, y, z + GRAVITY];
     let rest = 0;
-    let frame = |n| STIM.frame(n, Fields { gyro, accel, rest });
+    let fields = Fields {
+        gyro,
+        accel,
+        rest,
+        ..Fields::default()
+    };
+    let frame = |n| STIM.frame(n, fields);
     (from..to).map(frame).collect()
 }
 

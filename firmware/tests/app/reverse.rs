@@ -6,9 +6,16 @@ use firmware::app::{Config, Phase};
 use firmware::control::Mode;
 use firmware::wire::checksum::crc32_mpeg2_padded;
 use firmware::wire::stim300::config::Config as Stim300;
-use firmware::wire::{Format, kvh};
+use firmware::wire::{ImuFormat, Settings};
 
-const STIM: Kind = Kind::Stim300(0x91, 1, 1);
+const STIM: Kind = Kind::STIM;
+
+/// A STIM300 that is asked for its configuration.
+fn asking() -> Settings {
+    let mut sensor = STIM.config().sensor;
+    sensor.stim300.ask = true;
+    sensor
+}
 
 fn device(config: Config) -> Device {
     let mut device = Device::new(config);
@@ -57,10 +64,9 @@ fn commands_go_to_the_sensor_and_its_answers_come_back() {
 fn a_silent_sensor_is_answered_for() {
     for crlf in [false, true] {
         let stim300 = Stim300::DEFAULT.with_crlf(crlf);
-        let mut device = device(Config {
-            stim300,
-            ..STIM.config()
-        });
+        let mut config = STIM.config();
+        config.sensor.stim300.config = stim300;
+        let mut device = device(config);
         say(&mut device, b"C\r");
         device.wait_ms(60);
         let end: &[u8] = if crlf { b"\r\n" } else { b"" };
@@ -76,10 +82,9 @@ fn a_silent_sensor_is_answered_for() {
         device.feed(&frame[0][11..]);
         device.wait_ms(60);
         assert_eq!(device.lines.navigation.sent[0], frame[0]);
-        let mut never = self::device(Config {
-            answer_us: None,
-            ..STIM.config()
-        });
+        let mut config = STIM.config();
+        config.sensor.stim300.answer_us = None;
+        let mut never = self::device(config);
         say(&mut never, b"C\r");
         never.wait_ms(500);
         assert!(never.lines.navigation.sent.is_empty());
@@ -103,7 +108,7 @@ fn stored_datagrams_answer() {
 #[test]
 fn the_configuration_is_asked_for() {
     let mut device = device(Config {
-        ask: true,
+        sensor: asking(),
         mode: Mode::Frozen,
         nets: nets([2e-5, 0.0, 0.0], [0.0; 3]),
         block: 0.01,
@@ -113,11 +118,11 @@ fn the_configuration_is_asked_for() {
     assert_eq!(device.lines.sensor.bytes(), b"C\r");
     let first = |device: &Device| {
         words(
-            Format::Stim300,
+            ImuFormat::Stim300,
             device.lines.navigation.sent.last().expect("a frame"),
         )[0]
     };
-    let plain = |n: u32| words(Format::Stim300, &STIM.stream(n, n + 1)[0])[0];
+    let plain = |n: u32| words(ImuFormat::Stim300, &STIM.stream(n, n + 1)[0])[0];
     (20..40).for_each(|n| device.feed(&STIM.stream(n, n + 1)[0]));
     // 2e-5 rad/s for 1 ms is 2.4 counts of 2^-21 deg
     assert!((first(&device) - plain(39) + 2.4).abs() < 1.0);
@@ -150,7 +155,7 @@ fn another_answer_is_no_answer() {
 #[test]
 fn the_configuration_is_not_asked_for_twice() {
     let mut device = Device::new(Config {
-        ask: true,
+        sensor: asking(),
         mode: Mode::Frozen,
         ..STIM.config()
     });
@@ -192,7 +197,7 @@ fn service_mode_passes_text() {
 /// Other formats' commands pass unread.
 #[test]
 fn other_formats_commands_pass() {
-    let kind = Kind::Kvh(kvh::Layout::A, true);
+    let kind = Kind::KVH;
     let mut device = Device::new(kind.config());
     device.feed(&kind.stream(0, 5).concat());
     say(&mut device, b"=CONFIG,1\r\nC\r");
@@ -212,15 +217,11 @@ fn other_formats_commands_pass() {
 #[test]
 fn family_is_translated() {
     use firmware::wire::stim300::{Contents, Extra};
-    let kind = Kind::Stim300(0xF7, 1, 1);
-    let mut device = Device::new(Config {
-        family: Some(Extra::Aux),
-        ..kind.config()
-    });
+    let kind = Kind::STIM_F7;
+    let mut config = kind.config();
+    config.sensor.stim300.family = Some(Extra::Aux);
+    let mut device = Device::new(config);
     device.feed(&kind.stream(0, 5).concat());
-    assert_eq!(
-        device.lines.navigation.sent,
-        Kind::Stim300(0xAF, 1, 1).stream(0, 5)
-    );
+    assert_eq!(device.lines.navigation.sent, Kind::STIM_AF.stream(0, 5));
     assert_eq!(Contents::from_id(0xAF).map(|c| c.extra), Some(Extra::Aux));
 }

@@ -4,7 +4,8 @@ use crate::error::Error;
 use crate::hil::{Control, Report, Setup, run};
 use crate::output::write_atomic;
 use clap::Args as ClapArgs;
-use firmware::wire::Format;
+use clap::builder::{PossibleValuesParser, TypedValueParser};
+use firmware::wire::ImuFormat;
 use indicatif::{ProgressBar, ProgressStyle};
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -26,8 +27,8 @@ pub struct Args {
     #[arg(long, value_name = "PORT")]
     command: Option<String>,
     /// What the sensor speaks
-    #[arg(long, value_enum, default_value = "stim300")]
-    format: Sensor,
+    #[arg(long, default_value = "stim300", value_parser = format_parser())]
+    format: ImuFormat,
     /// Length of the drive, s, of which the first ten are at rest
     #[arg(long, default_value_t = 60, value_parser = clap::value_parser!(u32).range(2..=4000))]
     seconds: u32,
@@ -45,12 +46,10 @@ pub struct Args {
     json: Option<PathBuf>,
 }
 
-/// Sensors that can be simulated.
-#[derive(Clone, Copy, Debug, clap::ValueEnum)]
-enum Sensor {
-    Stim300,
-    Kvh,
-    Novatel,
+/// The formats by their names.
+fn format_parser() -> impl TypedValueParser<Value = ImuFormat> {
+    let names = ImuFormat::ALL.map(ImuFormat::name);
+    PossibleValuesParser::new(names).try_map(|name| ImuFormat::from_name(&name).ok_or(name))
 }
 
 impl Args {
@@ -63,11 +62,7 @@ impl Args {
             command: self.command.clone(),
             baud: self.baud,
             gnss_baud: self.gnss_baud,
-            format: match self.format {
-                Sensor::Stim300 => Format::Stim300,
-                Sensor::Kvh => Format::Kvh,
-                Sensor::Novatel => Format::Novatel,
-            },
+            format: self.format,
             seconds: self.seconds,
             fast: self.fast,
         };

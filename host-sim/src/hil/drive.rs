@@ -3,19 +3,15 @@
 use crate::error::Error;
 use crate::inertial::earth::Geodetic;
 use crate::inertial::gnss::Fix;
-use crate::inertial::session::{Session, to_si};
+use crate::inertial::session::Session;
 use crate::simulator::gnss::GnssSpec;
 use crate::simulator::imu::ImuSpec;
 use crate::simulator::session::{SessionConfig, simulate};
 use firmware::sample::Counts;
 use firmware::units::{DEGREE, G};
-use firmware::wire::novatel::{self, Header, Log};
-use firmware::wire::stim300::{self, Cluster, Temperatures};
+use firmware::wire::framer::LONGEST;
 use firmware::wire::ubx::Pvt;
-use firmware::wire::{Format, kvh};
-
-/// Longest record.
-const LONGEST: usize = 256;
+use firmware::wire::{Fields, ImuFormat, Simulated};
 
 /// Where a record's bytes arrive.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -24,12 +20,6 @@ pub enum Input {
     Sensor,
     /// Receiver.
     Gnss,
-}
-
-/// STIM300 at 250 Hz, increments, 10 g range.
-#[must_use]
-pub fn stim300_config() -> stim300::config::Config {
-    stim300::config::Config::DEFAULT.with_sample_rate_code(1)
 }
 
 /// A piece of a drive.
@@ -43,21 +33,17 @@ pub struct Record {
     pub bytes: Vec<u8>,
 }
 
-/// The sensor of a format: rate in Hz; value of a count in rad and m/s.
-fn sensor(format: Format) -> (u32, f64, f64) {
-    let exponent = |power: i32| 2f64.powi(power);
-    match format {
-        Format::Stim300 => (250, DEGREE * exponent(-21), exponent(-22)), // increments, 10 g
-        Format::Novatel => (200, 1e-9, 2e-8),                            // ISA-100C
-        _ => (1000, 1e-9, 1e-7), // KVH has numbers, which the quantisation of a simulated pulse must not show
-    }
+/// The simulated sensor of a format: the first that the format names.
+#[must_use]
+pub fn sensor(format: ImuFormat) -> &'static Simulated {
+    &format.simulated()[0]
 }
 
 /// A drive: what was simulated, and as bytes.
 #[derive(Clone, Debug)]
 pub struct Drive {
     /// What the sensor speaks.
-    pub format: Format,
+    pub format: ImuFormat,
     /// Words and fixes in the order of time.
     pub records: Vec<Record>,
     /// What they were made from; words after the last record are in it too.
@@ -67,20 +53,21 @@ pub struct Drive {
 /// Simulates `seconds` (at most 4000), the first ten of them at rest, with the medium laser-gyro IMU behind the words of `format`.
 ///
 /// # Errors
-/// A word does not fit into its field.
-pub fn drive(format: Format, seconds: u32) -> Result<Drive, Error> {
+/// A sample does not fit into its field.
+pub fn drive(format: ImuFormat, seconds: u32) -> Result<Drive, Error> {
     drive_from(format, seconds, 10)
 }
 
 /// The same, the first `standstill_s` seconds at rest.
 ///
 /// # Errors
-/// A word does not fit into its field.
-pub fn drive_from(format: Format, seconds: u32, standstill_s: u32) -> Result<Drive, Error> {
-    let (rate_hz, rad, mps) = sensor(format);
+/// A sample does not fit into its field.
+pub fn drive_from(format: ImuFormat, seconds: u32, standstill_s: u32) -> Result<Drive, Error> {
+    let &Simulated { rate, count, .. } = sensor(format);
+    let [rad, mps] = count;
     let mut imu =
         ImuSpec::preset("medium").ok_or_else(|| Error::unknown("preset", "medium", &["medium"]))?;
-    imu.rate_hz = rate_hz;
+    imu.rate_hz = rate;
     imu.gyro.pulse_arcsec = rad / DEGREE * 3600.0;
     imu.accel.pulse_ugs = mps / G * 1e6;
     let standstill_s = f64::from(standstill_s.min(seconds));
@@ -110,28 +97,30 @@ pub fn drive_from(format: Format, seconds: u32, standstill_s: u32) -> Result<Dri
     })
 }
 
-/// The word in whose place a STIM300 sends its configuration, as it does when asked with `C`.
+/// The sample in whose place a sensor that is asked describes itself.
 const ANSWER: usize = 50;
 
-/// Words and fixes in the order of time; a STIM300 sends its configuration first. A fix is there 100 ms after its second.
-fn records(format: Format, session: &Session) -> Result<Vec<Record>, Error> {
+/// Samples and fixes in the order of time. A sensor that describes itself does so first. A fix is
+/// there 100 ms after its second.
+fn records(format: ImuFormat, session: &Session) -> Result<Vec<Record>, Error> {
     let period_us = (session.dt * 1e6).round() as u32;
     let mut records = Vec::with_capacity(1 + session.counts.len() + session.fixes.len());
-    if format == Format::Stim300 {
+    let sensor = sensor(format);
+    let introduction = sensor.introduction.map(|emit| bytes(0, emit)).transpose()?;
+    if let Some(bytes) = &introduction {
         records.push(Record {
             input: Input::Sensor,
             at_us: 0,
-            bytes: stim300_config().emit().to_vec(),
+            bytes: bytes.clone(),
         });
     }
     for (index, counts) in session.counts.iter().enumerate() {
         records.push(Record {
             input: Input::Sensor,
             at_us: (index as u32 + 1) * period_us,
-            bytes: if format == Format::Stim300 && index == ANSWER {
-                stim300_config().emit().to_vec()
-            } else {
-                word(format, session, index, counts)?
+            bytes: match &introduction {
+                Some(bytes) if index == ANSWER => bytes.clone(),
+                _ => sample(sensor, session, index, counts)?,
             },
         });
     }
@@ -146,63 +135,35 @@ fn records(format: Format, session: &Session) -> Result<Vec<Record>, Error> {
     Ok(records)
 }
 
-/// One word in its frame.
-fn word(
-    format: Format,
+/// One sample in its frame.
+fn sample(
+    sensor: &Simulated,
     session: &Session,
     index: usize,
     counts: &Counts,
 ) -> Result<Vec<u8>, Error> {
-    let mut buffer = [0; LONGEST];
-    let time = (index + 1) as f64 * session.dt;
-    let emitted = match format {
-        Format::Stim300 => {
-            let fits = |word: &i32| (-(1 << 23)..1 << 23).contains(word);
-            if !counts.dtheta.iter().chain(&counts.dv).all(fits) {
-                return Err(too_large(index));
-            }
-            let cluster = |words| Cluster { words, status: 0 };
-            stim300::Repr {
-                contents: stim300_config().contents(),
-                gyro: cluster(counts.dtheta),
-                accel: cluster(counts.dv),
-                incl: Cluster::default(),
-                temperatures: [Temperatures::default(); 3],
-                extra: (0, 0),
-                counter: (index * 8) as u8, // of 2000 Hz
-                latency_us: 120,
-            }
-            .emit(&mut buffer)
-        }
-        Format::Novatel => novatel::Repr {
-            log: Log::Rawimusx,
-            header: Header {
-                week: 2400,
-                millisecond: (time * 1e3) as u32,
-                ..Header::default()
-            },
-            lead: [0, 26, (2400u16 & 0xff) as u8, (2400u16 >> 8) as u8],
-            second_of_week: time,
-            status: 0,
-            gyro: counts.dtheta,
-            accel: counts.dv,
-        }
-        .emit(&mut buffer),
-        _ => {
-            let si = to_si(counts, &session.lsb);
-            kvh::Repr {
-                layout: kvh::Layout::A,
-                gyro: [0, 1, 2].map(|axis| si.dtheta[axis] as f32),
-                accel: [0, 1, 2].map(|axis| (si.dv[axis] / session.dt / G) as f32),
-                extra: [0; 4],
-                status: 0x77,
-                sequence: (index % 128) as u8,
-                temperature: 29,
-            }
-            .emit(&mut buffer)
-        }
+    let end = 1i64 << (sensor.bits - 1);
+    let fits = |count: &i32| (-end..end).contains(&i64::from(*count));
+    if !counts.dtheta.iter().chain(&counts.dv).all(fits) {
+        return Err(too_large(index));
+    }
+    let fields = Fields {
+        index: index as u32,
+        time: (index + 1) as f64 * session.dt,
+        gyro: counts.dtheta,
+        accel: counts.dv,
+        rest: sensor.rest,
     };
-    let length = emitted.map_err(|_| too_large(index))?;
+    bytes(index, |buffer| (sensor.emit)(&fields, buffer))
+}
+
+/// What `emit` writes for the sample of this number.
+fn bytes<E>(
+    index: usize,
+    emit: impl FnOnce(&mut [u8]) -> Result<usize, E>,
+) -> Result<Vec<u8>, Error> {
+    let mut buffer = [0; LONGEST];
+    let length = emit(&mut buffer).map_err(|_| too_large(index))?;
     Ok(buffer[..length].to_vec())
 }
 
@@ -244,7 +205,7 @@ pub fn pvt(second: u32, fix: &Fix) -> Pvt {
 fn too_large(index: usize) -> Error {
     Error::Option {
         option: "drive".into(),
-        problem: format!("word {index} does not fit into its field"),
+        problem: format!("sample {index} does not fit into its field"),
         remedy: "choose a calmer drive".into(),
     }
 }

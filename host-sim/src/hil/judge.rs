@@ -1,12 +1,11 @@
 //! What the board sent against software in the loop: frame by frame, word by word, and navigated.
 
-use super::drive::{Drive, Input};
+use super::drive::{Drive, Input, sensor};
 use super::stream::Gathered;
 use crate::inertial::sins::{Increment, NavState, Sins};
 use firmware::sample::RawSample;
-use firmware::units::G;
 use firmware::wire::framer::Kind;
-use firmware::wire::{Format, Framer, Reading, read};
+use firmware::wire::{Framer, ImuFormat, Reading};
 use nalgebra::Vector3;
 use serde::Serialize;
 
@@ -24,14 +23,18 @@ pub struct Frames {
 impl Frames {
     /// Takes a stream apart.
     #[must_use]
-    pub fn of(format: Format, bytes: &[u8]) -> Self {
+    pub fn of(format: ImuFormat, bytes: &[u8]) -> Self {
         let mut framer = Framer::new(format);
         let mut frames = Self::default();
         for piece in bytes.chunks(64) {
             framer.push(piece);
             while let Some(event) = framer.next_event() {
                 match event.kind() {
-                    Kind::Frame => frames.readings.extend(read(format, event.bytes()).ok()),
+                    Kind::Frame => {
+                        let frame = event.frame();
+                        let reading = frame.and_then(|frame| frame.read().ok());
+                        frames.readings.extend(reading);
+                    }
                     Kind::Other => {}
                     Kind::BadChecksum => {
                         frames.bad_checksums += 1;
@@ -95,8 +98,7 @@ pub fn verdict(drive: &Drive, lead: &[u8], sent: &[u8], came: &[u8], expected: &
     let pairs = || stream.readings.iter().zip(&software.readings);
     let missing = software.readings.len().abs_diff(stream.readings.len());
     let counters = stream.readings.iter().zip(&sent.readings);
-    let wrong =
-        counters.filter(|(a, b)| (a.counter, a.time_of_week) != (b.counter, b.time_of_week));
+    let wrong = counters.filter(|(a, b)| (a.counter, a.time) != (b.counter, b.time));
     let difference = came.iter().zip(expected).position(|(a, b)| a != b);
     let shorter = came.len().min(expected.len());
     let [by_stream, by_software] =
@@ -141,10 +143,13 @@ fn increment(drive: &Drive, words: &RawSample) -> Increment {
             dtheta: Vector3::from(gyro.map(f64::from)) * lsb.rad,
             dv: Vector3::from(accel.map(f64::from)) * lsb.mps,
         },
-        RawSample::Floats { gyro, accel } => Increment {
-            dtheta: Vector3::from(gyro.map(f64::from)),
-            dv: Vector3::from(accel.map(f64::from)) * (G * drive.session.dt),
-        },
+        RawSample::Floats { gyro, accel } => {
+            let [rad, mps] = sensor(drive.format).unit;
+            Increment {
+                dtheta: Vector3::from(gyro.map(f64::from)) * rad,
+                dv: Vector3::from(accel.map(f64::from)) * mps,
+            }
+        }
     }
 }
 

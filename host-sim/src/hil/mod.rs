@@ -13,14 +13,14 @@ mod stream;
 #[cfg(test)]
 mod tests;
 
-pub use drive::{Drive, Input, Record, drive, drive_from, pvt, stim300_config};
+pub use drive::{Drive, Input, Record, drive, drive_from, pvt, sensor};
 pub use judge::{Frames, Latency, Verdict};
 pub use port::Port;
 
 use crate::error::Error;
 use command::Link;
 use firmware::control::Mode;
-use firmware::wire::Format;
+use firmware::wire::ImuFormat;
 use firmware::wire::command::{Counters, Request};
 use serde::Serialize;
 use software::Software;
@@ -50,7 +50,7 @@ pub struct Setup {
     /// Bit rate of the receiver's line.
     pub gnss_baud: u32,
     /// What the sensor speaks.
-    pub format: Format,
+    pub format: ImuFormat,
     /// Length of the drive, s.
     pub seconds: u32,
     /// As fast as the lines take it, not in real time.

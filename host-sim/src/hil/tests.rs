@@ -132,7 +132,7 @@ impl Board {
             command: Some(command),
             baud: 921_600,
             gnss_baud: 115_200,
-            format: Format::Stim300,
+            format: ImuFormat::Stim300,
             seconds: 4,
             fast: true,
         };
@@ -155,7 +155,7 @@ impl Drop for Board {
 
 /// Bytes of the first second: the configuration twice, and words of 28 bytes.
 fn lead() -> usize {
-    2 * stim300_config().emit().len() + 249 * 28
+    2 * firmware::wire::stim300::config::LEN + 249 * 28
 }
 
 #[test]

@@ -7,8 +7,11 @@ use firmware::control::{Mode, Window};
 use firmware::learn::{CombinedLearner, FixLearner, FixMemory, Settings, WindowLearner};
 use firmware::link::{Clock, Full, Line, Lost};
 use firmware::model::Nets;
+use firmware::sample::RawSample;
 use firmware::wire::command::{MAX_PACKET, Packets, Request, Response, decode, encode};
-use firmware::wire::{Format, Framer, Scan, framer, kvh, novatel, stim300, ubx};
+use firmware::wire::{
+    Change, Checked, Fields, Framer, Framing, ImuFormat, Reading, Scan, framer, ubx,
+};
 use libfuzzer_sys::fuzz_target;
 use lrnn_nostd::{Net, Normalisation, Weights};
 use std::cell::Cell;
@@ -53,63 +56,54 @@ impl Clock for Time {
     }
 }
 
-/// A good frame of the format with some of the fuzzer's bytes in its words.
-fn frame(format: Format, n: u8, bytes: &[u8]) -> Vec<u8> {
+/// A good frame of one of the format's sensors with some of the fuzzer's bytes in its values.
+fn frame(format: ImuFormat, n: u8, bytes: &[u8]) -> Vec<u8> {
     let word = |k: usize| {
         let byte = |i| bytes.get(4 * k + i).copied().unwrap_or(n);
         i32::from_be_bytes([byte(0), byte(1), byte(2), byte(3)])
     };
-    let (gyro, accel) = ([word(0), word(1), word(2)], [word(3), word(4), word(5)]);
-    let mut buffer = [0; 80];
-    let len = match format {
-        Format::Stim300 => stim300::Repr {
-            contents: stim300::Contents::from_id([0x91, 0xA7, 0xF3, 0x98][usize::from(n) % 4])
-                .expect("known"),
-            gyro: stim300::Cluster {
-                words: gyro,
-                status: word(6) as u8,
-            },
-            accel: stim300::Cluster {
-                words: accel,
-                status: 0,
-            },
-            incl: stim300::Cluster::default(),
-            temperatures: Default::default(),
-            extra: (0, 0),
-            counter: n.wrapping_mul(2),
-            latency_us: 0,
-        }
-        .emit(&mut buffer),
-        Format::Kvh => kvh::Repr {
-            layout: kvh::Layout::A,
-            gyro: gyro.map(|w| f32::from_bits(w as u32)),
-            accel: accel.map(|w| f32::from_bits(w as u32)),
-            extra: [0; 4],
-            status: 0x77,
-            sequence: n & 0x7F,
-            temperature: 0,
-        }
-        .emit(&mut buffer),
-        Format::Ubx => {
-            let pvt = ubx::Pvt {
-                flags: n,
-                fix: 3,
-                ..ubx::Pvt::default()
-            };
-            return pvt.emit().to_vec();
-        }
-        _ => novatel::Repr {
-            log: novatel::Log::Rawimusx,
-            header: novatel::Header::default(),
-            lead: [0, 11 + (n & 0x20), 0, 0],
-            second_of_week: f64::from(n) / 100.0,
-            status: 0,
-            gyro,
-            accel,
-        }
-        .emit(&mut buffer),
+    let fields = Fields {
+        index: n.into(),
+        time: f64::from(n) / 100.0,
+        gyro: [word(0), word(1), word(2)],
+        accel: [word(3), word(4), word(5)],
+        rest: word(6).cast_unsigned(),
     };
-    buffer[..len.expect("room")].to_vec()
+    let sensors = format.simulated();
+    let mut buffer = [0; framer::LONGEST];
+    let len = (sensors[usize::from(n) % sensors.len()].emit)(&fields, &mut buffer);
+    let mut frame = buffer[..len.expect("room")].to_vec();
+    // any bits of a float, NaN too
+    if let Ok(mut checked) = Checked::new(format, &mut frame)
+        && let Ok(Reading {
+            words: RawSample::Floats { .. },
+            ..
+        }) = checked.read()
+    {
+        let float = |v: i32| f32::from_bits(v.cast_unsigned());
+        let words = RawSample::Floats {
+            gyro: fields.gyro.map(float),
+            accel: fields.accel.map(float),
+        };
+        let settings = &firmware::wire::Settings::DEFAULT;
+        let change = Change {
+            words: &words,
+            mark: false,
+            settings,
+        };
+        checked.change(&change).expect("room");
+    }
+    frame
+}
+
+/// A good fix.
+fn fix(n: u8) -> Vec<u8> {
+    let pvt = ubx::Pvt {
+        flags: n,
+        fix: 3,
+        ..ubx::Pvt::default()
+    };
+    pvt.emit().to_vec()
 }
 
 fn net(byte: u8) -> Net {
@@ -161,8 +155,7 @@ fuzz_target!(|input: &[u8]| {
     let [which, setting, weight, input @ ..] = input else {
         return;
     };
-    let formats = [Format::Stim300, Format::Kvh, Format::Novatel];
-    let format = formats[usize::from(*which) % 3];
+    let format = ImuFormat::ALL[usize::from(*which) % ImuFormat::ALL.len()];
     let config = Config {
         format: (setting & 1 != 0).then_some(format),
         mode: if setting & 2 != 0 {
@@ -208,7 +201,7 @@ fuzz_target!(|input: &[u8]| {
                     lines.command.input.extend(&*packet);
                 }
             }
-            5 => lines.gnss.input.extend(frame(Format::Ubx, *amount, bytes)),
+            5 => lines.gnss.input.extend(fix(*amount)),
             6 => time
                 .0
                 .set(time.0.get() + (u64::from(*amount) << (step >> 3))),

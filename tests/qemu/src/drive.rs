@@ -1,11 +1,11 @@
 //! Simulated drives (`host_sim::hil::drive`) as recordings for the images.
 
 use anyhow::{Context, Result, ensure};
-use firmware::wire::Format;
+use firmware::wire::ImuFormat;
 use host_sim::hil as simulated;
 use host_sim::inertial::session::Session;
 
-use crate::replay::{FORMATS, Input, LONGEST, Pace};
+use crate::replay::{Input, LONGEST, Pace};
 
 /// A piece of a recording.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -22,7 +22,7 @@ pub struct Record {
 ///
 /// # Errors
 /// A word does not fit into its field.
-pub fn drive(format: Format, seconds: u32) -> Result<Vec<Record>> {
+pub fn drive(format: ImuFormat, seconds: u32) -> Result<Vec<Record>> {
     Ok(records(simulated::drive(format, seconds)?.records))
 }
 
@@ -31,7 +31,7 @@ pub fn drive(format: Format, seconds: u32) -> Result<Vec<Record>> {
 /// # Errors
 /// A word does not fit into its field.
 pub fn drive_from(
-    format: Format,
+    format: ImuFormat,
     seconds: u32,
     standstill_s: u32,
 ) -> Result<(Session, Vec<Record>)> {
@@ -55,8 +55,13 @@ fn records(simulated: Vec<simulated::Record>) -> Vec<Record> {
 ///
 /// # Errors
 /// A format without a number, or a record too long for one.
-pub fn recording(format: Format, pace: Pace, learns: bool, records: &[Record]) -> Result<Vec<u8>> {
-    let number = FORMATS.iter().position(|known| *known == format);
+pub fn recording(
+    format: ImuFormat,
+    pace: Pace,
+    learns: bool,
+    records: &[Record],
+) -> Result<Vec<u8>> {
+    let number = ImuFormat::ALL.iter().position(|known| *known == format);
     let number = number.with_context(|| format!("no recordings of {format:?}"))?;
     let mut file = vec![number as u8, pace as u8, u8::from(learns)];
     for record in records {

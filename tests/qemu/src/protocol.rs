@@ -9,7 +9,7 @@ use anyhow::{Context, Result, bail, ensure};
 use firmware::app::Config;
 use firmware::control::{Mode, Window};
 use firmware::model::IMAGES_LEN;
-use firmware::wire::Format;
+use firmware::wire::ImuFormat;
 use firmware::wire::command::{self, Estimate, Health, MAX_CHUNK, MAX_PACKET, Request, Response};
 use lrnn_nostd::image::{self, IMAGE_LEN};
 
@@ -234,5 +234,8 @@ fn packet(line: &mut TcpStream) -> Result<Option<Vec<u8>>> {
 }
 
 /// Formats and seconds of drive that make some blocks of one second each, and not many bytes: the lines carry 10 to 30 kB/s.
-pub const DRIVES: [(Format, u32); 3] =
-    [(Format::Stim300, 6), (Format::Kvh, 2), (Format::Novatel, 5)];
+pub const DRIVES: [(ImuFormat, u32); 3] = [
+    (ImuFormat::Stim300, 6),
+    (ImuFormat::Kvh, 2),
+    (ImuFormat::Novatel, 5),
+];

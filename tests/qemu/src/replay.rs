@@ -1,6 +1,6 @@
 //! The application over a recording: the same code on the desktop and on the target, so that both can be compared byte for byte.
 //!
-//! A recording is three bytes (format, pace, whether it learns) and then records: line, two bytes of length, four bytes of time in microseconds (both
+//! A recording is three bytes (number in `ImuFormat::ALL`, pace, whether it learns) and then records: line, two bytes of length, four bytes of time in microseconds (both
 //! little-endian), bytes.
 
 use firmware::app::{Activation, App, Config, Lines};
@@ -10,8 +10,7 @@ use firmware::link::dma::{NoStream, Progress};
 use firmware::link::uart::{Port, Uart};
 use firmware::link::{Clock, Full, Line, Lost};
 use firmware::model::Nets;
-use firmware::wire::novatel::ImuType;
-use firmware::wire::{Format, stim300};
+use firmware::wire::{ImuFormat, Settings};
 use heapless::Vec;
 use lrnn_nostd::{Net, Normalisation, Rational};
 use vectors::Digest;
@@ -66,31 +65,23 @@ impl Pace {
     }
 }
 
-/// The formats of recordings, by number.
-pub const FORMATS: [Format; 3] = [Format::Stim300, Format::Kvh, Format::Novatel];
-
-/// STIM300 at 250 Hz, increments, 10 g range: the sensor of the recordings.
-#[must_use]
-pub fn stim300_config() -> stim300::config::Config {
-    stim300::config::Config::DEFAULT.with_sample_rate_code(1)
-}
-
 /// The configuration under test: corrections by two frozen networks once a second.
 #[must_use]
-pub fn config(format: Format) -> Config {
+pub fn config(format: ImuFormat) -> Config {
+    let mut sensor = Settings::DEFAULT;
+    (format.simulated()[0].settings)(&mut sensor);
     Config {
         format: Some(format),
+        sensor,
         mode: Mode::Frozen,
         nets: nets(),
-        stim300: stim300_config(),
-        imu_type: ImuType(26), // ISA-100C, 200 Hz
         ..Config::default()
     }
 }
 
 /// The same device learning from fixes, its corrections following what is learnt.
 #[must_use]
-pub fn learning_config(format: Format) -> Config {
+pub fn learning_config(format: ImuFormat) -> Config {
     Config {
         mode: Mode::Learn,
         activation: Activation::Faded,

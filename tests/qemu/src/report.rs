@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use anyhow::{Result, ensure};
-use firmware::wire::Format;
+use firmware::wire::ImuFormat;
 use serde::Serialize;
 
 use crate::budget::{ApplicationBudget, Budgets};
@@ -51,18 +51,6 @@ pub struct Report {
     pub stack_high_water_bytes: u64,
 }
 
-/// Name of a format in `budgets.toml`.
-#[must_use]
-pub fn name(format: Format) -> &'static str {
-    match format {
-        Format::Stim300 => "stim300",
-        Format::Kvh => "kvh",
-        Format::Novatel => "novatel",
-        Format::Hg4930 => "hg4930",
-        Format::Ubx => "ubx",
-    }
-}
-
 /// Everything of one board; `long` is the drive of [`MINUTES`], as STIM300.
 ///
 /// # Errors
@@ -72,8 +60,15 @@ pub fn report(board: Board, long: &[Record]) -> Result<Report> {
     let image = board.image.build()?;
     let size = Size::of(&image)?;
     let free = (Pace::Record, Clock::Free, false);
-    let here = on_desktop(config(Format::Stim300), long);
-    let there = on_target(&replay, board.machine, Format::Stim300, free, long, LIMIT)?;
+    let here = on_desktop(config(ImuFormat::Stim300), long);
+    let there = on_target(
+        &replay,
+        board.machine,
+        ImuFormat::Stim300,
+        free,
+        long,
+        LIMIT,
+    )?;
     let mut equal = here.sent == there.sent && !here.sent.is_empty();
     let (mut equal_dma, mut costs, mut dma) = (true, Vec::new(), Vec::new());
     let mut stack = 0;
@@ -109,7 +104,7 @@ pub fn report(board: Board, long: &[Record]) -> Result<Report> {
 ///
 /// # Errors
 /// Something fails to run.
-pub fn counted(board: Board, format: Format, pace: Pace) -> Result<(bool, Instructions)> {
+pub fn counted(board: Board, format: ImuFormat, pace: Pace) -> Result<(bool, Instructions)> {
     let records = drive(format, COUNTED)?;
     let counted = (pace, Clock::Instructions, false);
     let here = on_desktop(config(format), &records);

@@ -7,7 +7,7 @@ use std::time::Duration;
 use anyhow::{Context, Result, ensure};
 use firmware::app::Config;
 use firmware::link::uart::Uart;
-use firmware::wire::Format;
+use firmware::wire::ImuFormat;
 use vectors::Digest;
 
 use crate::drive::{Record, recording};
@@ -57,7 +57,7 @@ pub fn on_desktop(config: Config, records: &[Record]) -> Outcome {
 
 /// The library here, learning from fixes.
 #[must_use]
-pub fn learning_on_desktop(format: Format, records: &[Record]) -> Outcome {
+pub fn learning_on_desktop(format: ImuFormat, records: &[Record]) -> Outcome {
     let memory = Box::leak(Box::new(FixMemory::ZEROED));
     let learner = Box::leak(Box::new(FixLearner::new(memory, Settings::MEDIUM)));
     let lines = [Uart::new(), Uart::new()];
@@ -89,7 +89,7 @@ fn over(mut replay: Replay, records: &[Record]) -> Outcome {
 pub fn on_target(
     image: &Path,
     machine: Machine,
-    format: Format,
+    format: ImuFormat,
     (pace, clock, learns): (Pace, Clock, bool),
     records: &[Record],
     limit: Duration,

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use firmware::app::Config;
 use firmware::control::Mode;
-use firmware::wire::Format;
+use firmware::wire::ImuFormat;
 use firmware::wire::adis::Burst;
 use firmware::wire::command::Request;
 use qemu::drive::{Record, drive};
@@ -77,7 +77,7 @@ fn run(
 
 /// The output is the desktop's, and each frame costs one interrupt in (one more where the ring ends) and two out, wherever the
 /// clock's millisecond falls.
-fn corrects(image: Image, format: Format, seconds: u32, period: u32) {
+fn corrects(image: Image, format: ImuFormat, seconds: u32, period: u32) {
     let (Some(python), Some(built)) = (python(), image.build_or_skip()) else {
         return;
     };
@@ -157,25 +157,25 @@ const MILLISECOND: u32 = 168_000;
 
 #[test]
 fn stim300_by_dma() {
-    corrects(STM32F405, Format::Stim300, 4, MILLISECOND - 210); // its 800 frames lie anywhere in a millisecond
+    corrects(STM32F405, ImuFormat::Stim300, 4, MILLISECOND - 210); // its 800 frames lie anywhere in a millisecond
 }
 
 /// 36 bytes in 390 us of 500.
 #[test]
 fn kvh_by_dma_at_two_thousand_a_second() {
-    corrects(STM32F405, Format::Kvh, 1, MILLISECOND / 2);
+    corrects(STM32F405, ImuFormat::Kvh, 1, MILLISECOND / 2);
 }
 
 #[test]
 fn novatel_by_dma_in_the_small_image() {
-    corrects(STM32F405_WINDOW, Format::Novatel, 3, MILLISECOND);
+    corrects(STM32F405_WINDOW, ImuFormat::Novatel, 3, MILLISECOND);
 }
 
 /// The learner from fixes is where the DMA is not: blank before it learns, begun when it does. The small image has none.
 #[test]
 fn the_learner_is_in_core_coupled_memory() {
     let Some(python) = python() else { return };
-    let words = drive(Format::Stim300, 1).expect("a drive").into_iter();
+    let words = drive(ImuFormat::Stim300, 1).expect("a drive").into_iter();
     let frames: Vec<_> = words
         .filter(|record| record.input == Input::Sensor)
         .collect();

@@ -2,12 +2,12 @@
 
 use std::sync::atomic::AtomicBool;
 
-use firmware::wire::Format;
+use firmware::wire::ImuFormat;
 use host_sim::hil::{Control, Setup, run};
 use qemu::images::{BOARDS, Board};
 use qemu::listening::Listening;
 
-fn setup(board: &Listening, format: Format, seconds: u32) -> Setup {
+fn setup(board: &Listening, format: ImuFormat, seconds: u32) -> Setup {
     let [imu, nav, gnss, command] = board.ports.clone();
     Setup {
         imu,
@@ -22,7 +22,7 @@ fn setup(board: &Listening, format: Format, seconds: u32) -> Setup {
     }
 }
 
-fn runs(board: Board, formats: &[(Format, u32)]) {
+fn runs(board: Board, formats: &[(ImuFormat, u32)]) {
     let Some(image) = board.image.build_or_skip() else {
         return;
     };
@@ -61,17 +61,17 @@ fn the_stm32f405_runs_every_format_on_one_board() {
     runs(
         BOARDS[0],
         &[
-            (Format::Stim300, 4),
-            (Format::Kvh, 3),
-            (Format::Novatel, 4),
-            (Format::Stim300, 3),
+            (ImuFormat::Stim300, 4),
+            (ImuFormat::Kvh, 3),
+            (ImuFormat::Novatel, 4),
+            (ImuFormat::Stim300, 3),
         ],
     );
 }
 
 #[test]
 fn another_board_does_the_same() {
-    runs(BOARDS[1], &[(Format::Stim300, 3)]);
+    runs(BOARDS[1], &[(ImuFormat::Stim300, 3)]);
 }
 
 #[test]
@@ -80,7 +80,7 @@ fn without_a_command_link_everything_passes_unchanged() {
         return;
     };
     let listening = Listening::start(BOARDS[0], &image).expect("QEMU listens");
-    let mut setup = setup(&listening, Format::Stim300, 3);
+    let mut setup = setup(&listening, ImuFormat::Stim300, 3);
     (setup.command, setup.gnss) = (None, None);
     let control = Control {
         stop: &AtomicBool::new(false),

@@ -1,6 +1,6 @@
 //! Third parties read what we send as we meant it: `NovAtel`'s own decoder (EDIE) the corrected stream, pyubx2 the fixes.
 
-use firmware::wire::Format;
+use firmware::wire::ImuFormat;
 use firmware::wire::novatel::{Frame, Header, Log, Repr};
 use firmware::wire::ubx::{PVT_LEN, Pvt};
 use qemu::drive::drive;
@@ -22,8 +22,8 @@ fn line(name: &str, repr: &Repr, week: u16) -> String {
 #[test]
 fn novatels_decoder_reads_the_corrected_stream() {
     let Some(python) = python() else { return };
-    let records = drive(Format::Novatel, 5).expect("a drive");
-    let sent = on_desktop(config(Format::Novatel), &records).sent;
+    let records = drive(ImuFormat::Novatel, 5).expect("a drive");
+    let sent = on_desktop(config(ImuFormat::Novatel), &records).sent;
     let length = Log::Rawimusx.frame_len();
     let frames: Vec<Repr> = sent
         .chunks(length)
@@ -73,7 +73,7 @@ fn novatels_decoder_reads_the_corrected_stream() {
 #[test]
 fn pyubx2_reads_the_fixes() {
     let Some(python) = python() else { return };
-    let records = drive(Format::Novatel, 60).expect("a drive");
+    let records = drive(ImuFormat::Novatel, 60).expect("a drive");
     let fixes: Vec<u8> = records
         .iter()
         .filter(|record| record.input == Input::Gnss)

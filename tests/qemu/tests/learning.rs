@@ -4,7 +4,7 @@ use std::sync::OnceLock;
 use std::time::Duration;
 
 use firmware::align::{Align, Sensors};
-use firmware::wire::Format;
+use firmware::wire::ImuFormat;
 use host_sim::inertial::session::Session;
 use qemu::drive::{Record, drive_from};
 use qemu::images::REPLAY;
@@ -12,7 +12,7 @@ use qemu::machine::{Clock, NETDUINOPLUS2};
 use qemu::replay::Pace;
 use qemu::software::{changed, learning_on_desktop, on_target};
 
-const FORMAT: Format = Format::Stim300;
+const FORMAT: ImuFormat = ImuFormat::Stim300;
 /// 150 s at rest, then a quarter of an hour of driving.
 const STANDSTILL_S: u32 = 150;
 const SECONDS: u32 = STANDSTILL_S + 900;
@@ -109,7 +109,9 @@ fn words_sent(bytes: &[u8]) -> Vec<[i64; 6]> {
 }
 
 fn word(frame: &[u8]) -> Option<[i64; 6]> {
-    let reading = firmware::wire::read(FORMAT, frame).ok()?;
+    let mut frame = frame.to_vec();
+    let frame = firmware::wire::Checked::new(FORMAT, &mut frame).ok()?;
+    let reading = frame.read().ok()?;
     let firmware::sample::RawSample::Counts { gyro, accel } = reading.words else {
         return None;
     };

@@ -4,7 +4,7 @@ use std::path::Path;
 use std::thread;
 use std::time::Duration;
 
-use firmware::wire::Format;
+use firmware::wire::ImuFormat;
 use firmware::wire::command::fault;
 use qemu::budget::Budgets;
 use qemu::drive::drive;
@@ -15,7 +15,7 @@ use qemu::protocol::{DRIVES, health, learn_from_reference, serve};
 use qemu::size::Size;
 use qemu::software::changed;
 
-fn corrects(board: Board, format: Format, seconds: u32) {
+fn corrects(board: Board, format: ImuFormat, seconds: u32) {
     let Some(image) = board.image.build_or_skip() else {
         return;
     };
@@ -49,7 +49,7 @@ fn learning_from_references_fits_into_the_small_image() {
     let Some(image) = BOARDS[3].image.build_or_skip() else {
         return;
     };
-    let records = drive(Format::Stim300, 44).expect("a drive");
+    let records = drive(ImuFormat::Stim300, 44).expect("a drive");
     let (memory, used) = learn_from_reference(BOARDS[3], &image, &records).expect("it learns");
     assert_eq!(used, 1);
     fits(BOARDS[3], &image, &memory, "learning");

@@ -2,14 +2,14 @@
 
 use std::time::Duration;
 
-use firmware::wire::Format;
+use firmware::wire::ImuFormat;
 use qemu::budget::Budgets;
 use qemu::drive::drive;
 use qemu::images::{BOARDS, REPLAY};
 use qemu::machine::{Clock, NETDUINOPLUS2};
 use qemu::protocol::DRIVES;
 use qemu::replay::{Pace, config};
-use qemu::report::{MINUTES, counted, name, within};
+use qemu::report::{MINUTES, counted, within};
 use qemu::software::{changed, on_desktop, on_target};
 
 #[test]
@@ -17,7 +17,7 @@ fn a_drive_of_22_minutes_is_the_same_on_the_target() {
     let Some(image) = REPLAY.build_or_skip() else {
         return;
     };
-    let format = Format::Stim300;
+    let format = ImuFormat::Stim300;
     let records = drive(format, MINUTES * 60).expect("a drive");
     let here = on_desktop(config(format), &records);
     assert!(here.words > 264_000, "{} words", here.words);
@@ -35,7 +35,7 @@ fn one_wrong_bit_of_the_input_is_seen_in_the_digest() {
     let Some(image) = REPLAY.build_or_skip() else {
         return;
     };
-    let format = Format::Novatel;
+    let format = ImuFormat::Novatel;
     let mut records = drive(format, 5).expect("a drive");
     let here = on_desktop(config(format), &records);
     let last = records.last_mut().expect("some");
@@ -57,7 +57,7 @@ fn every_format_is_corrected_the_same_and_within_budget() {
         for pace in [Pace::Byte, Pace::Dma] {
             let (same, cost) = counted(BOARDS[0], format, pace).expect("it runs");
             assert!(same, "{format:?}");
-            within(cost, pace == Pace::Dma, budgets[name(format)]).expect("within budget");
+            within(cost, pace == Pace::Dma, budgets[format.name()]).expect("within budget");
             assert!(
                 cost.latency > 200.0 && cost.worst_word > cost.per_word,
                 "{format:?}: {cost:?} cannot hold a checksum; was nothing counted?"

@@ -163,7 +163,9 @@ fn imports(part: &str, room: &str) -> BTreeSet<String> {
         .collect();
     let tests: BTreeSet<&String> = mentions.iter().flat_map(|(_, m)| &m.test_modules).collect();
     let for_tests = |path: &Path| {
-        let mut names = path.iter().filter_map(|name| Path::new(name).file_stem()?.to_str());
+        let mut names = path
+            .iter()
+            .filter_map(|name| Path::new(name).file_stem()?.to_str());
         names.any(|name| tests.iter().any(|test| *test == name))
     };
     let product = mentions.iter().filter(|(path, _)| !for_tests(path));
@@ -176,7 +178,11 @@ fn every_room_is_listed_and_drawn() {
     for part in PARTS {
         let listed = listed(part);
         let set: BTreeSet<String> = listed.iter().cloned().collect();
-        assert_eq!(set, standing(part), "rooms of {part}: the page and the tree");
+        assert_eq!(
+            set,
+            standing(part),
+            "rooms of {part}: the page and the tree"
+        );
         assert_eq!(set.len(), listed.len(), "{part}: a room is listed twice");
         for room in &listed {
             let id = format!("id=\"{part}/{room}\"");
@@ -184,7 +190,11 @@ fn every_room_is_listed_and_drawn() {
         }
         let prefix = format!("id=\"{part}/");
         let drawn = picture.matches(&prefix).count();
-        assert_eq!(drawn, listed.len(), "docs/architecture.svg: rooms of {part}");
+        assert_eq!(
+            drawn,
+            listed.len(),
+            "docs/architecture.svg: rooms of {part}"
+        );
     }
 }
 

@@ -6,9 +6,7 @@ use crate::app::phase::Phase;
 use crate::app::reverse::Notice;
 use crate::control::Mode;
 use crate::link::Line;
-use crate::wire::Format;
-use crate::wire::framer::Kind;
-use crate::wire::ubx::Pvt;
+use crate::wire::ImuFormat;
 
 impl App<'_> {
     /// Bytes from the navigation computer to the sensor. True: there may be more work.
@@ -53,10 +51,7 @@ impl App<'_> {
         let len = line.receive(&mut piece).unwrap_or(0);
         self.receiver.push(piece.get(..len).unwrap_or_default());
         while let Some(event) = self.receiver.next_event() {
-            if event.kind() != Kind::Frame {
-                continue;
-            }
-            let Ok(pvt) = Pvt::parse(event.bytes()) else {
+            let Some(pvt) = event.fix() else {
                 continue;
             };
             count(&mut self.flow.counters.fixes, 1);
@@ -82,7 +77,7 @@ impl App<'_> {
             return false;
         }
         if let Phase::Run(mode) = self.machine.phase()
-            && self.framer.format() == Format::Stim300
+            && self.framer.format() == ImuFormat::Stim300
         {
             if self.reverse.watch(bytes, &mut self.flow, now) == Some(Notice::Service) {
                 self.pass_rest(navigation);

@@ -6,7 +6,7 @@ use crate::app::phase::{Cause, Phase};
 use crate::link::{Line, Lost};
 use crate::wire::command::fault;
 use crate::wire::framer::{Framer, Kind};
-use crate::wire::{Detector, Format};
+use crate::wire::{Detector, ImuFormat};
 
 impl App<'_> {
     /// Takes what the sensor has sent. True: there may be more.
@@ -62,7 +62,7 @@ impl App<'_> {
     /// The first pass.
     pub(super) fn start(&mut self, now: u64) {
         self.heard_us = now;
-        match (self.flow.config.format, self.flow.config.adis) {
+        match (self.flow.config.format, self.flow.config.sensor.adis) {
             (_, Some(_)) => self.machine.transition_to_run(self.flow.mode),
             (Some(format), None) => self.run(format),
             (None, None) => self.detect(),
@@ -77,7 +77,7 @@ impl App<'_> {
     }
 
     /// The format is known.
-    fn run(&mut self, format: Format) {
+    fn run(&mut self, format: ImuFormat) {
         self.framer = Framer::new(format);
         self.flow.flag(fault::UNKNOWN_FORMAT, false);
         self.machine.transition_to_run(self.flow.mode);
@@ -141,7 +141,7 @@ impl App<'_> {
                     let sent = out.send(event.bytes()).is_ok();
                     count(&mut self.flow.counters.others, 1);
                     count(&mut self.flow.counters.dropped, u32::from(!sent));
-                    if format == Format::Stim300 {
+                    if format == ImuFormat::Stim300 {
                         self.reverse.special(event.bytes(), &mut self.flow);
                     }
                 }

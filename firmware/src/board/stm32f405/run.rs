@@ -1,11 +1,12 @@
 //! The main loop, whatever learns.
 
-use firmware::app::{Adis, App, Config};
+use firmware::app::{App, Config};
 use firmware::learn::Learner;
 use firmware::model::Nets;
 use firmware::store::Store;
 use firmware::wire::adis::Found;
 use firmware::wire::adis::spi::LONGEST;
+use firmware::wire::{Settings, adis};
 
 use super::Board;
 
@@ -67,11 +68,14 @@ fn app<'m>(
     let config = Config {
         nets: stored.map_or(Nets::NONE, |stored| stored.nets),
         store: board.store.is_some(),
-        adis: adis.map(|found| Adis {
-            form: found.model.form(),
-            units: found.units,
-        }),
-        rate: adis.map_or(Config::default().rate, |found| found.rate),
+        sensor: Settings {
+            adis: adis.map(|found| adis::Settings {
+                form: found.model.form(),
+                units: found.units,
+            }),
+            rate: adis.map_or(Settings::DEFAULT.rate, |found| found.rate),
+            ..Settings::DEFAULT
+        },
         ..Config::default()
     };
     App::with_learner(config, learner)

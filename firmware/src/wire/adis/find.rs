@@ -1,7 +1,8 @@
 //! Which ADIS answers at an SPI device, if any, and its set-up.
 
+use super::Model;
 use super::spi::{Adis, Form, register};
-use super::{Model, Units};
+use crate::sample::Units;
 use embedded_hal::delay::DelayNs;
 use embedded_hal::spi::SpiDevice;
 

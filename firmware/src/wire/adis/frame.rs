@@ -143,7 +143,10 @@ impl<T: AsRef<[u8]> + AsMut<[u8]>> Frame<T> {
     }
 
     /// [`Frame::put_words`], and the checksum changed by what they change.
-    pub(in crate::wire) fn change(&mut self, gyro: [i32; 3], accel: [i32; 3]) -> Axes {
+    pub(in crate::wire) fn change(&mut self, words: &RawSample) -> Option<Axes> {
+        let RawSample::Counts { gyro, accel } = *words else {
+            return None;
+        };
         let (start, form) = (self.start, self.form);
         let bytes = self.buffer.as_mut();
         if form != Form::Adis1649x {
@@ -154,7 +157,7 @@ impl<T: AsRef<[u8]> + AsMut<[u8]>> Frame<T> {
             let change = sum_bytes(head(bytes, at)).wrapping_sub(before);
             let sum = u16::from_be_bytes(take(bytes, at)).wrapping_add(change);
             put(bytes, at, sum.to_be_bytes());
-            return held;
+            return Some(held);
         }
         let mut difference: [u8; DATA_1649X] = take(bytes, start);
         let held = self.put_words(gyro, accel);
@@ -170,6 +173,6 @@ impl<T: AsRef<[u8]> + AsMut<[u8]>> Frame<T> {
             let half = u16::from_be_bytes(take(bytes, at)) ^ change;
             put(bytes, at, half.to_be_bytes());
         }
-        held
+        Some(held)
     }
 }

@@ -1,91 +1,12 @@
 //! The framer on hand-made streams; `wire::properties` has the generated ones.
 
 use super::*;
-use crate::wire::{hg4930, kvh, novatel, stim300};
+use crate::wire::examples::{Examples, all};
+use crate::wire::stim300;
 use std::vec::Vec;
 
-/// One good frame of each format, with a number in it to tell frames apart and false starts among its data.
-pub(crate) fn frame(format: Format, n: u8) -> Vec<u8> {
-    let mut buffer = [0; LONGEST];
-    let len = match format {
-        Format::Stim300 => stim300_frame(n).emit(&mut buffer),
-        Format::Kvh => kvh_frame(n).emit(&mut buffer),
-        Format::Novatel => novatel_frame(n).emit(&mut buffer),
-        Format::Hg4930 => hg4930_frame(n).emit(&mut buffer),
-        Format::Ubx => {
-            let pvt = crate::wire::ubx::Pvt {
-                time_of_week: u32::from(n),
-                longitude: 0x0162_B562,
-                ..Default::default()
-            };
-            return pvt.emit().to_vec();
-        }
-    };
-    buffer[..len.unwrap()].to_vec()
-}
-
-fn stim300_frame(n: u8) -> stim300::Repr {
-    stim300::Repr {
-        contents: stim300::Contents::from_id(0xA5).unwrap(),
-        gyro: stim300::Cluster {
-            words: [i32::from(n), 0x0091_9191, -0x0056_F0F1],
-            status: 0,
-        },
-        accel: stim300::Cluster::default(),
-        incl: stim300::Cluster::default(),
-        temperatures: [stim300::Temperatures::default(); 3],
-        extra: (0, 0),
-        counter: n,
-        latency_us: 120,
-    }
-}
-
-fn kvh_frame(n: u8) -> kvh::Repr {
-    kvh::Repr {
-        layout: kvh::Layout::A,
-        gyro: [1e-6, f32::from_bits(0xFE81_FF55), f32::from(n)],
-        accel: [0.0, 0.0, 1.0],
-        extra: [0; 4],
-        status: 0x77,
-        sequence: n & 0x7F,
-        temperature: 29,
-    }
-}
-
-fn novatel_frame(n: u8) -> novatel::Repr {
-    novatel::Repr {
-        log: novatel::Log::Rawimusx,
-        header: novatel::Header::default(),
-        lead: [0, 11, 0xAA, 0x44],
-        second_of_week: f64::from(n) / 100.0,
-        status: 0,
-        gyro: [0x1344_AA13, 2, 3],
-        accel: [4, 5, 6],
-    }
-}
-
-fn hg4930_frame(n: u8) -> hg4930::Repr {
-    hg4930::Repr {
-        message: hg4930::Message::Inertial,
-        rate: [0x020E, 2, 3],
-        accel: [4, 5, 6],
-        status_1: u16::from(n & 3),
-        status_2: 0,
-        angle: [i32::from(n), 0, 0x020E_020E],
-        velocity: [0, 0, 1],
-    }
-}
-
-pub(crate) const ALL: [Format; 5] = [
-    Format::Stim300,
-    Format::Kvh,
-    Format::Novatel,
-    Format::Hg4930,
-    Format::Ubx,
-];
-
 /// All events of a stream that arrives in pieces of `piece` bytes, flushed at the end.
-pub(crate) fn events(format: Format, stream: &[u8], piece: usize) -> Vec<(Kind, Vec<u8>)> {
+pub(crate) fn events(format: impl Framing, stream: &[u8], piece: usize) -> Vec<(Kind, Vec<u8>)> {
     let mut framer = Framer::new(format);
     let mut found = Vec::new();
     for chunk in stream.chunks(piece) {
@@ -110,8 +31,8 @@ pub(crate) fn frames(events: &[(Kind, Vec<u8>)]) -> Vec<&[u8]> {
 
 #[test]
 fn a_clean_stream_comes_out_frame_by_frame() {
-    for format in ALL {
-        let sent: Vec<_> = (0..20).map(|n| frame(format, n)).collect();
+    for format in all() {
+        let sent: Vec<_> = (0..20).map(|n| format.example(n)).collect();
         let found = events(format, &sent.concat(), 7);
         assert_eq!(frames(&found), sent, "{format:?}");
         assert_eq!(found.len(), 20);
@@ -120,9 +41,9 @@ fn a_clean_stream_comes_out_frame_by_frame() {
 
 #[test]
 fn a_frame_comes_out_with_its_last_byte() {
-    for format in ALL {
+    for format in all() {
         let mut framer = Framer::new(format);
-        let bytes = frame(format, 1);
+        let bytes = format.example(1);
         let (last, rest) = bytes.split_last().unwrap();
         framer.push(rest);
         assert_eq!(framer.next_event(), None, "{format:?}");
@@ -133,8 +54,8 @@ fn a_frame_comes_out_with_its_last_byte() {
 
 #[test]
 fn one_damaged_frame_costs_one_frame_and_is_named() {
-    for format in ALL {
-        let mut sent: Vec<_> = (0..9).map(|n| frame(format, n)).collect();
+    for format in all() {
+        let mut sent: Vec<_> = (0..9).map(|n| format.example(n)).collect();
         let middle = sent[4].len() / 2;
         sent[4][middle] ^= 0x10;
         let found = events(format, &sent.concat(), 11);
@@ -148,9 +69,9 @@ fn one_damaged_frame_costs_one_frame_and_is_named() {
 /// Another format is not a line of bad checksums.
 #[test]
 fn an_unknown_format_is_told_apart_from_damage() {
-    for format in ALL {
-        for other in ALL.into_iter().filter(|other| *other != format) {
-            let stream: Vec<_> = (0..=255).flat_map(|n| frame(other, n)).collect();
+    for format in all() {
+        for other in all().into_iter().filter(|other| *other != format) {
+            let stream: Vec<_> = (0..=255).flat_map(|n| other.example(n)).collect();
             let found = events(format, &stream, 32);
             let count = |kind| found.iter().filter(|(k, _)| *k == kind).count();
             assert_eq!(count(Kind::Frame), 0);
@@ -159,25 +80,25 @@ fn an_unknown_format_is_told_apart_from_damage() {
         }
         // damage in every frame of the right format is damage
         let damaged = (0..=255).flat_map(|n| {
-            let mut bytes = frame(format, n);
-            bytes[12] ^= 1;
+            let mut bytes = format.example(n);
+            bytes[12] ^= 1; // in no header
             bytes
         });
         let stream: Vec<_> = damaged.collect();
         let found = events(format, &stream, 32);
         let unknown = found.iter().any(|(kind, _)| *kind == Kind::Unknown);
-        assert_eq!(unknown, format == Format::Stim300, "{format:?}");
+        assert_eq!(unknown, !format.has_start_mark(), "{format:?}");
     }
 }
 
 #[test]
 fn messages_too_long_to_hold_pass_through() {
-    let mut stream = frame(Format::Ubx, 1);
+    let mut stream = ReceiverFormat::Ubx.example(1);
     stream.extend([0xB5, 0x62, 0x01, 0x35, 0x00, 0x04]); // NAV-SAT, 1024 bytes
     stream.extend([0x11; 1026]);
-    stream.extend(frame(Format::Ubx, 2));
+    stream.extend(ReceiverFormat::Ubx.example(2));
     for piece in [1, 100, LONGEST] {
-        let found = events(Format::Ubx, &stream, piece);
+        let found = events(ReceiverFormat::Ubx, &stream, piece);
         assert_eq!(frames(&found).len(), 2);
         let all: Vec<u8> = found.into_iter().flat_map(|(_, bytes)| bytes).collect();
         assert_eq!(all, stream);
@@ -191,10 +112,10 @@ fn what_is_found_does_not_depend_on_how_much_has_come() {
     long[..6].copy_from_slice(&[0xB5, 0x62, 0x01, 0x35, 0x24, 0x01]); // 292 bytes of payload
     let sum = crate::wire::checksum::fletcher8(&long[2..298]);
     long[298..].copy_from_slice(&sum);
-    assert_eq!(Format::Ubx.scan(&long), Scan::Other(300));
-    long.extend(frame(Format::Ubx, 1));
+    assert_eq!(ReceiverFormat::Ubx.scan(&long), Scan::Other(300));
+    long.extend(ReceiverFormat::Ubx.example(1));
     for piece in 1..=LONGEST {
-        let found = events(Format::Ubx, &long, piece);
+        let found = events(ReceiverFormat::Ubx, &long, piece);
         assert!(found.iter().all(|(kind, _)| *kind != Kind::Other));
         assert_eq!(frames(&found).len(), 1);
     }
@@ -203,22 +124,22 @@ fn what_is_found_does_not_depend_on_how_much_has_come() {
 /// The worst place for a byte that looks like an identifier: where one is expected.
 #[test]
 fn a_stray_identifier_between_frames_costs_none() {
-    let (a, b) = (frame(Format::Stim300, 1), frame(Format::Stim300, 2));
+    let (a, b) = (ImuFormat::Stim300.example(1), ImuFormat::Stim300.example(2));
     for id in [0x91, 0xA5, 0xF7, 0xBC] {
         let stream = [&a[..], &[id], &b, &a].concat();
-        let found = events(Format::Stim300, &stream, 5);
+        let found = events(ImuFormat::Stim300, &stream, 5);
         assert_eq!(frames(&found), [&a, &b, &a], "{id:#x}");
     }
 }
 
 #[test]
 fn cr_lf_and_special_datagrams_pass_between_frames() {
-    let mut stream = frame(Format::Stim300, 1);
+    let mut stream = ImuFormat::Stim300.example(1);
     stream.extend(b"\r\n");
     stream.extend(stim300::config::Config::DEFAULT.emit());
     stream.extend(b"\r\n");
-    stream.extend(frame(Format::Stim300, 2));
-    let kinds: Vec<_> = events(Format::Stim300, &stream, 1)
+    stream.extend(ImuFormat::Stim300.example(2));
+    let kinds: Vec<_> = events(ImuFormat::Stim300, &stream, 1)
         .iter()
         .map(|e| e.0)
         .collect();
@@ -234,7 +155,7 @@ fn cr_lf_and_special_datagrams_pass_between_frames() {
 
 #[test]
 fn a_full_buffer_takes_no_more() {
-    let mut framer = Framer::new(Format::Kvh);
+    let mut framer = Framer::new(ImuFormat::Kvh);
     assert_eq!(framer.push(&[0; CAPACITY + 5]), CAPACITY);
     assert_eq!(framer.push(&[0]), 0);
     assert_eq!(framer.next_event().map(|e| e.bytes().len()), Some(CAPACITY));

@@ -1,6 +1,8 @@
 //! No recorded HG4930 message is public: the bytes here are laid out by hand from the manual's tables.
 
 use super::*;
+use crate::wire::examples::made;
+use std::vec::Vec;
 
 /// 0x02, rates 1, 2, 3, accelerations 4, 5, 6, counter 2, temperature 25, angle 0x01020304, -1, 0, velocity 7, 8, 9.
 /// The sum was added up by hand over the 21 words.
@@ -45,14 +47,16 @@ fn control_messages_pass_and_s_class_rates_are_words() {
     let before = bytes;
     let mut frame = Frame::new_checked(&mut bytes[..20]).unwrap();
     assert_eq!(frame.reading(), Err(Error::Content));
-    assert_eq!(frame.set_words([9; 3], [9; 3]), Err(Error::Content));
+    assert_eq!(frame.change([9; 3], [9; 3], true), None);
     assert_eq!(bytes, before);
 
     repr.message = Message::SClass;
     assert_eq!(repr.emit(&mut bytes), Ok(20));
     assert_eq!(scan(&bytes), Scan::Frame(20));
     let mut frame = Frame::new_checked(&mut bytes[..20]).unwrap();
-    let held = frame.set_words([40_000, -1, 5], [0, 0, -40_000]).unwrap();
+    let held = frame
+        .change([40_000, -1, 5], [0, 0, -40_000], false)
+        .unwrap();
     assert_eq!(held, Axes(0b10_0001));
     assert_eq!(
         (frame.rate(), frame.accel()),
@@ -101,4 +105,24 @@ fn exchanged_words_pass_the_sum() {
     bytes = INERTIAL_FRAME;
     bytes[30] ^= 1;
     assert_eq!(scan(&bytes), Scan::BadChecksum);
+}
+
+/// With headers in its data.
+pub(in crate::wire) fn example(n: u8) -> Vec<u8> {
+    let repr = Repr {
+        message: Message::Inertial,
+        rate: [0x020E, 2, 3],
+        accel: [4, 5, 6],
+        status_1: u16::from(n & 3),
+        status_2: 0,
+        angle: [i32::from(n), 0, 0x020E_020E],
+        velocity: [0, 0, 1],
+    };
+    made(|buffer| repr.emit(buffer)).unwrap()
+}
+
+/// See [`crate::wire::examples::Examples::remade`].
+pub(in crate::wire) fn remade(frame: &[u8]) -> Result<Vec<u8>, Error> {
+    let repr = Repr::parse(&Frame::new_checked(frame)?);
+    made(|buffer| repr.emit(buffer))
 }

@@ -1,7 +1,9 @@
 //! Recorded and published KVH messages.
 
 use super::*;
+use crate::wire::examples::made;
 use crate::wire::field::hex;
+use std::vec::Vec;
 
 /// Recorded: gyros flagged invalid, 29 degrees, sequence 31.
 const START_UP: [u8; 36] =
@@ -82,7 +84,8 @@ fn bit_messages_are_passed_on() {
 fn a_word_that_is_no_number_is_not_valid() {
     let mut bytes = GOOD;
     let mut frame = Frame::new_checked(&mut bytes).unwrap();
-    frame.set_words([0.0, f32::NAN, 0.0], [f32::INFINITY, 0.0, 1.0]);
+    let (gyro, accel) = ([0.0, f32::NAN, 0.0], [f32::INFINITY, 0.0, 1.0]);
+    frame.change(gyro, accel, false).unwrap();
     assert_eq!(frame.reading().valid, Axes::new(0b101, 0b110));
 }
 
@@ -94,4 +97,24 @@ fn headers() {
     assert_eq!(scan(&[0xFE, 0x82]), Scan::Garbage);
     assert_eq!(scan(&[0xFE, 0x81, 0x01]), Scan::Garbage);
     assert_eq!(scan(&[0xFE, 0x81, 0xFF, 0x58]), Scan::Garbage);
+}
+
+/// With a start mark in its data.
+pub(in crate::wire) fn example(n: u8) -> Vec<u8> {
+    let repr = Repr {
+        layout: Layout::A,
+        gyro: [1e-6, f32::from_bits(0xFE81_FF55), f32::from(n)],
+        accel: [0.0, 0.0, 1.0],
+        extra: [0; 4],
+        status: 0x77,
+        sequence: n & 0x7F,
+        temperature: 29,
+    };
+    made(|buffer| repr.emit(buffer)).unwrap()
+}
+
+/// See [`crate::wire::examples::Examples::remade`].
+pub(in crate::wire) fn remade(frame: &[u8]) -> Result<Vec<u8>, Error> {
+    let repr = Repr::parse(&Frame::new_checked(frame)?);
+    made(|buffer| repr.emit(buffer))
 }

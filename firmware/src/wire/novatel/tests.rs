@@ -1,7 +1,9 @@
 //! Golden logs of `novatel_edie` (its recorded one and its own encoder's output).
 
 use super::*;
+use crate::wire::examples::made;
 use crate::wire::field::hex;
+use std::vec::Vec;
 
 /// Recorded, HG1700-AG58: `%RAWIMUSXA,1692,484620.664;00,11,1692,484620.664389000,00801503,43110635,-817242,-202184,
 /// -215194,-41188,-9895`.
@@ -123,7 +125,7 @@ fn long_header_fields() {
 fn words_go_back_to_their_places() {
     let mut bytes = RING_LASER;
     let mut frame = Frame::new_checked(&mut bytes).unwrap();
-    frame.set_words([1, 2, 3], [4, -5, i32::MIN]);
+    frame.change([1, 2, 3], [4, -5, i32::MIN], false).unwrap();
     assert_eq!(
         (frame.gyro(), frame.accel()),
         ([1, 2, 3], [4, -5, i32::MIN])
@@ -172,4 +174,24 @@ fn other_logs_pass_and_impossible_lengths_do_not_wait() {
     assert_eq!(scan(&long), Scan::BadChecksum);
     assert_eq!(scan(&[0xAA, 0x44]), Scan::Partial(3));
     assert_eq!(scan(&[0xAA, 0x44, 0x14]), Scan::Garbage);
+}
+
+/// With a start mark in its data.
+pub(in crate::wire) fn example(n: u8) -> Vec<u8> {
+    let repr = Repr {
+        log: Log::Rawimusx,
+        header: Header::default(),
+        lead: [0, 11, 0xAA, 0x44],
+        second_of_week: f64::from(n) / 100.0,
+        status: 0,
+        gyro: [0x1344_AA13, 2, 3],
+        accel: [4, 5, 6],
+    };
+    made(|buffer| repr.emit(buffer)).unwrap()
+}
+
+/// See [`crate::wire::examples::Examples::remade`].
+pub(in crate::wire) fn remade(frame: &[u8]) -> Result<Vec<u8>, Error> {
+    let repr = Repr::parse(&Frame::new_checked(frame)?);
+    made(|buffer| repr.emit(buffer))
 }

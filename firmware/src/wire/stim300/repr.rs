@@ -40,7 +40,7 @@ impl Repr {
         }
     }
 
-    /// Write the datagram with its CRC, without CR LF, and return its length. Words keep their low 24 bits.
+    /// Write the datagram with its CRC, without CR LF, and return its length. Values keep their low 24 bits.
     ///
     /// # Errors
     /// [`Error::Length`] when the buffer is too short; it is then left alone.
@@ -140,22 +140,15 @@ mod tests {
     fn words_saturate_and_say_so() {
         let mut bytes = GOLDEN;
         let mut frame = Frame::new_checked(&mut bytes).unwrap();
-        let held = frame.set_words([0x0080_0000, -1, 2], [3, -0x0080_0001, 4]);
+        let held = frame
+            .change([0x0080_0000, -1, 2], [3, -0x0080_0001, 4], None)
+            .unwrap();
         assert_eq!(held, Axes(0b01_0001));
         assert_eq!(frame.gyro().words, [0x007F_FFFF, -1, 2]);
         assert_eq!(frame.accel().unwrap().words, [3, -0x0080_0000, 4]);
         assert!(Frame::new_checked(bytes).is_ok());
         // status, counter and latency as they came
         assert_eq!((bytes[10], &bytes[20..24]), (0, &GOLDEN[20..24]));
-    }
-
-    #[test]
-    fn integrated_words_wrap() {
-        let mut bytes = GOLDEN;
-        let mut frame = Frame::new_checked(&mut bytes).unwrap();
-        frame.wrap_words([0x0080_0000, 0, 0], [0, 0, -0x0080_0001]);
-        assert_eq!(frame.gyro().words, [-0x0080_0000, 0, 0]);
-        assert_eq!(frame.accel().unwrap().words, [0, 0, 0x007F_FFFF]);
     }
 
     #[test]
@@ -167,12 +160,14 @@ mod tests {
         let mut bytes = [0; MAX_LEN];
         assert_eq!(repr.emit(&mut bytes), Ok(MAX_LEN));
         let mut frame = Frame::new_checked(bytes).unwrap();
-        frame.set_family(Extra::Aux);
+        let (gyro, accel) = (frame.gyro().words, frame.accel().unwrap().words);
+        let saturated = frame.change(gyro, accel, Some(Extra::Aux));
+        assert_eq!(saturated, Some(Axes::NONE));
         assert_eq!(frame.buffer[0], 0xAF);
         assert_eq!(frame.buffer[1..59], bytes[1..59]);
         assert_eq!(scan(&frame.buffer), Scan::Frame(63));
         assert_eq!(frame.extra(), Some((0x00AB_CDEF, 0x11)));
-        frame.set_family(Extra::Pps);
+        frame.change(gyro, accel, Some(Extra::Pps)).unwrap();
         assert_eq!(frame.buffer, bytes);
     }
 

@@ -18,7 +18,7 @@ use firmware::sample::{Axes as Valid, Counts, Lsb};
 use firmware::wire::framer::{Kind, LONGEST};
 use firmware::wire::novatel::inspvas::Inspvas;
 use firmware::wire::novatel::{Frame, ImuType};
-use firmware::wire::{Format, Framer};
+use firmware::wire::{Framer, ImuFormat};
 use nalgebra::Vector3;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -90,7 +90,7 @@ pub fn read(file: &Path) -> Result<Recording, Error> {
         file: file.to_path_buf(),
         ..Recording::default()
     };
-    let mut framer = Framer::new(Format::Novatel);
+    let mut framer = Framer::new(ImuFormat::Novatel);
     for piece in bytes.chunks(LONGEST) {
         framer.push(piece);
         while let Some(event) = framer.next_event() {

@@ -7,10 +7,8 @@ mod target {
     use core::fmt::Write;
 
     use firmware::link::dma::Progress;
-    use firmware::wire::Format;
-    use qemu::replay::{
-        FORMATS, HEADER, Input, LONGEST, Pace, Replay, Wires, config, learning_config,
-    };
+    use firmware::wire::ImuFormat;
+    use qemu::replay::{HEADER, Input, LONGEST, Pace, Replay, Wires, config, learning_config};
     use qemu::target::files::File;
     use qemu::target::{dma, exit, interrupts, output, start_counter};
     use vectors::Digest;
@@ -85,7 +83,7 @@ mod target {
             digest: Digest::new(),
             bytes: 0,
         };
-        let format = *FORMATS.get(usize::from(reader.byte()?))?;
+        let format = *ImuFormat::ALL.get(usize::from(reader.byte()?))?;
         let pace = Pace::from_number(reader.byte()?)?;
         let learns = reader.byte()? != 0;
         if pace == Pace::Dma {
@@ -109,7 +107,7 @@ mod target {
     fn over<S: Progress + Copy>(
         reader: &mut Reader,
         writer: &mut Writer,
-        (format, pace, learns): (Format, Pace, bool),
+        (format, pace, learns): (ImuFormat, Pace, bool),
         wires: Wires<'static, S>,
     ) -> Option<()> {
         let mut replay = if !learns {

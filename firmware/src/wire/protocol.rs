@@ -1,0 +1,121 @@
+//! What every wire format states about itself.
+//!
+//! An IMU format implements [`ImuProtocol`] in its own file and is named once, in the list of
+//! [`super`]. Everything that loops over the formats follows from that list: framing, detection,
+//! correction, settings, simulated sensors and the tests.
+
+use super::sequence::Stream;
+use super::{Error, Reading, Scan, Settings};
+use crate::sample::{Axes, RawSample};
+use core::fmt::Debug;
+
+/// How frames of a format are found in a stream of bytes.
+pub trait Framing: Copy {
+    /// Looks for a message at the beginning of `bytes`.
+    fn scan(self, bytes: &[u8]) -> Scan;
+
+    /// Whether a start mark is long enough to mean something by itself. If not, a wrong checksum
+    /// behind it tells nothing, except where a frame is expected.
+    fn has_start_mark(self) -> bool {
+        true
+    }
+}
+
+/// A wire format of an IMU. `scan` checks length and checksum; all other functions get a frame that
+/// `scan` has found good, and check nothing again.
+pub trait ImuProtocol {
+    /// What the frames do not tell.
+    type Settings: Debug + Copy + PartialEq;
+    /// The settings of a sensor as delivered.
+    const DEFAULT: Self::Settings;
+    /// Name on command lines and in tables: lower case, without spaces.
+    const NAME: &'static str;
+    /// See [`Framing::has_start_mark`].
+    const HAS_START_MARK: bool = true;
+    /// Sensors that simulators and tests make frames of, at least one. The first one is the sensor
+    /// of simulated drives: a device with default settings must understand it.
+    const SIMULATED: &'static [Simulated];
+
+    /// See [`Framing::scan`].
+    fn scan(bytes: &[u8]) -> Scan;
+
+    /// The kind of frame, where units or rate depend on it.
+    fn content(_frame: &[u8]) -> u8 {
+        0
+    }
+
+    /// Units, rate and gap rule of frames of this [`ImuProtocol::content`], or `None` when they are
+    /// not known. `rate` is the configured one, Hz, for formats that do not tell theirs.
+    fn stream(settings: &Self::Settings, content: u8, rate: f64) -> Option<Stream>;
+
+    /// The six values and what goes with them.
+    fn read(frame: &[u8]) -> Option<Reading>;
+
+    /// Changes values, own fault bit and checksum. The checksum is changed by the difference and
+    /// never made anew. Returns the axes whose value saturated.
+    fn change(frame: &mut [u8], change: &Change, settings: &Self::Settings) -> Option<Axes>;
+
+    /// Whether frames are changed even where nothing is corrected.
+    fn always_changes(_settings: &Self::Settings) -> bool {
+        false
+    }
+
+    /// Makes the checksum of a frame anew, for simulators and tests.
+    fn seal(frame: &mut [u8]);
+}
+
+/// What is changed in a frame.
+#[derive(Debug, Clone, Copy)]
+pub struct Change<'c> {
+    /// The six values. Those the frame does not have are left out.
+    pub words: &'c RawSample,
+    /// Set our own fault bit, where the format has room. It is never cleared.
+    pub mark: bool,
+    /// What else the format is to change.
+    pub settings: &'c Settings,
+}
+
+/// A sensor as simulators and tests make it: one frame of one format, and the settings it needs.
+#[derive(Debug, Clone, Copy)]
+pub struct Simulated {
+    /// Name of the frame.
+    pub name: &'static str,
+    /// Frames a second.
+    pub rate: u32,
+    /// What a count of [`Fields`] is worth as an increment: rad, m/s.
+    pub count: [f64; 2],
+    /// What a count of the frame (or 1.0, of a float) is worth as an increment: rad, m/s. By the
+    /// format's documentation and not by the code that it checks.
+    pub unit: [f64; 2],
+    /// Bits of a count in the frame; 32 for floats.
+    pub bits: u32,
+    /// What a quiet sensor has in [`Fields::rest`].
+    pub rest: u32,
+    /// Whether the frame has accelerometers.
+    pub has_accel: bool,
+    /// Whether the frame tells that the sensor is faulty.
+    pub has_status: bool,
+    /// Sets what the frames do not tell.
+    pub settings: fn(&mut Settings),
+    /// Writes a frame and returns its length. Counts keep their low bits.
+    pub emit: fn(&Fields, &mut [u8]) -> Result<usize, Error>,
+    /// The message in which the sensor describes itself, at its start and when it is asked. A
+    /// measurement is left out for it.
+    pub introduction: Option<fn(&mut [u8]) -> Result<usize, Error>>,
+}
+
+/// What a simulated frame tells.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Fields {
+    /// Number of the frame, from 0.
+    pub index: u32,
+    /// Time of validity, s.
+    pub time: f64,
+    /// Gyro counts x, y, z.
+    pub gyro: [i32; 3],
+    /// Accelerometer counts x, y, z.
+    pub accel: [i32; 3],
+    /// Fills all fields that are neither a value nor a counter nor a time nor a status. A format
+    /// uses as many of its bits as it has room for.
+    pub rest: u32,
+}

@@ -1,0 +1,141 @@
+//! The list of IMU formats turns into an enum, and calls of its members into calls of the formats.
+
+/// One row a format: its name in [`super::ImuFormat`] and its module, which has a `Protocol`.
+macro_rules! imu_formats {
+    ($($(#[$doc:meta])* $format:ident: $module:ident,)+) => {
+        /// The formats of IMUs that come as a stream of bytes.
+        #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+        pub enum ImuFormat {
+            $($(#[$doc])* $format,)+
+        }
+
+        /// What the frames of a sensor do not tell, for every format.
+        #[derive(Debug, Clone, Copy, PartialEq)]
+        pub struct Settings {
+            /// Samples a second where the stream does not tell, Hz, > 0.
+            pub rate: f64,
+            /// The sensor is an ADIS at an SPI; then its format has no meaning.
+            pub adis: Option<adis::Settings>,
+            $(#[doc = concat!("What [`", stringify!($module), "`] frames do not tell.")]
+            pub $module: <$module::Protocol as ImuProtocol>::Settings,)+
+        }
+
+        impl Settings {
+            /// Sensors as delivered, at 1000 Hz.
+            pub const DEFAULT: Settings = Settings {
+                rate: 1000.0,
+                adis: None,
+                $($module: <$module::Protocol as ImuProtocol>::DEFAULT,)+
+            };
+        }
+
+        impl ImuFormat {
+            /// All of them.
+            pub const ALL: [ImuFormat; [$(stringify!($format)),+].len()] =
+                [$(ImuFormat::$format),+];
+
+            /// Its name: lower case, without spaces.
+            pub const fn name(self) -> &'static str {
+                match self {
+                    $(ImuFormat::$format => <$module::Protocol as ImuProtocol>::NAME,)+
+                }
+            }
+
+            /// The format of this name.
+            pub fn from_name(name: &str) -> Option<ImuFormat> {
+                ImuFormat::ALL.into_iter().find(|format| format.name() == name)
+            }
+
+            /// Sensors to simulate, at least one; the first is that of simulated drives.
+            pub const fn simulated(self) -> &'static [Simulated] {
+                match self {
+                    $(ImuFormat::$format => <$module::Protocol as ImuProtocol>::SIMULATED,)+
+                }
+            }
+
+            /// Makes the checksum of a frame anew, for simulators and tests.
+            pub fn seal(self, frame: &mut [u8]) {
+                match self {
+                    $(ImuFormat::$format => $module::Protocol::seal(frame),)+
+                }
+            }
+
+            #[inline(always)]
+            fn content(self, frame: &[u8]) -> u8 {
+                match self {
+                    $(ImuFormat::$format => $module::Protocol::content(frame),)+
+                }
+            }
+
+            fn stream(self, settings: &Settings, content: u8) -> Option<sequence::Stream> {
+                let rate = settings.rate;
+                match self {
+                    $(ImuFormat::$format => {
+                        $module::Protocol::stream(&settings.$module, content, rate)
+                    })+
+                }
+            }
+
+            #[inline(always)]
+            fn always_changes(self, settings: &Settings) -> bool {
+                match self {
+                    $(ImuFormat::$format => {
+                        $module::Protocol::always_changes(&settings.$module)
+                    })+
+                }
+            }
+
+            #[inline(always)]
+            fn read(self, frame: &[u8]) -> Option<Reading> {
+                match self {
+                    $(ImuFormat::$format => $module::Protocol::read(frame),)+
+                }
+            }
+
+            #[inline(always)]
+            fn change(self, frame: &mut [u8], change: &Change) -> Option<Axes> {
+                match self {
+                    $(ImuFormat::$format => {
+                        $module::Protocol::change(frame, change, &change.settings.$module)
+                    })+
+                }
+            }
+        }
+
+        impl Framing for ImuFormat {
+            #[inline(always)]
+            fn scan(self, bytes: &[u8]) -> Scan {
+                match self {
+                    $(ImuFormat::$format => $module::Protocol::scan(bytes),)+
+                }
+            }
+
+            #[inline(always)]
+            fn has_start_mark(self) -> bool {
+                match self {
+                    $(ImuFormat::$format => {
+                        <$module::Protocol as ImuProtocol>::HAS_START_MARK
+                    })+
+                }
+            }
+        }
+
+        /// What only a format itself can show its tests.
+        #[cfg(test)]
+        impl examples::Examples for ImuFormat {
+            fn example(self, n: u8) -> std::vec::Vec<u8> {
+                match self {
+                    $(ImuFormat::$format => $module::tests::example(n),)+
+                }
+            }
+
+            fn remade(self, frame: &[u8]) -> Result<std::vec::Vec<u8>, Error> {
+                match self {
+                    $(ImuFormat::$format => $module::tests::remade(frame),)+
+                }
+            }
+        }
+    };
+}
+
+pub(super) use imu_formats;
