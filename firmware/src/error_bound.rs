@@ -1,35 +1,41 @@
-//! How far a correction within its limits can push a free-inertial position, at worst: the bound on harm.
+//! The error bound: how far corrections within their limits can move a free-inertial position at
+//! worst.
 //!
-//! Let a correction of every axis stay within L_g (rad/s) and L_a (m/s^2) and do there what is worst; the error of the increments is
-//! then at most sqrt(3) L in any direction. Added to the position, over the time t since the navigation became free, is at most the
-//! integral of the absolute impulse responses of the Schuler loop (omega^2 = g/R), and the heading's part at speed v:
+//! Let the correction of every axis stay within L_g (rad/s) and L_a (m/s^2), and vary in the worst
+//! way. The error of the increments is then at most sqrt(3) L in any direction. Over the time t
+//! since the navigation became free inertial, the position moves by at most the integral of the
+//! absolute impulse responses of the Schuler loop (omega^2 = g/R), plus the heading's part at speed
+//! v:
 //!
 //! ```text
-//! A(t) = integral |sin(omega s)| / omega ds                accelerometers
-//! G(t) = R (t - sin(omega t) / omega)                      level gyros
-//! H(t) = v t^2 + Omega R (t^2 / 2 - (1 - cos(omega t)) / omega^2)      vertical gyro: turns and changes of speed; Earth rate
+//! A(t) = integral |sin(omega s)| / omega ds                              accelerometers
+//! G(t) = R (t - sin(omega t) / omega)                                    level gyros
+//! H(t) = v t^2 + Omega R (t^2 / 2 - (1 - cos(omega t)) / omega^2)        vertical gyro
 //! worst(t) = sqrt(3) (L_a A + L_g sqrt(G^2 + H^2) (1 + (Omega + v/R) t))
 //! ```
 //!
-//! Tilt times speed gives the heading's first term: a force f that is resolved with a heading error psi adds psi x f, and the integral
-//! of f is the change of velocity, at most 2 v; by parts with |psi| <= L t that is at most 2 L v t a time. The last factor covers how tilt and
-//! heading feed each other. Vertical errors are left to the height sensor. This is for coasting after an alignment without
-//! the correction; see [`ErrorBound::with_alignment`] for one that was made with it.
+//! The first term of H comes from turns and changes of speed: a force f that is resolved with a
+//! heading error psi adds psi x f. The integral of f is the change of velocity, at most 2 v;
+//! integrated by parts with |psi| <= L t that is at most 2 L v t a unit of time. The second term of
+//! H comes from the Earth's rate. The last factor covers how tilt and heading act on each other.
+//! Vertical errors are left to the height sensor. This holds for free-inertial navigation after an
+//! alignment without the correction; see [`ErrorBound::with_alignment`] for an alignment with it.
 
 use crate::compensator::Limit;
 use core::f64::consts::PI;
 
-/// Radius of the Earth, m, rounded up; gravity, m/s^2, rounded down: a slow Schuler loop forgives least.
+/// Radius of the Earth, m, rounded up; gravity, m/s^2, rounded down: errors are greatest in a slow
+/// Schuler loop.
 const RADIUS: f64 = 6.4e6;
 const GRAVITY: f64 = 9.78;
 /// Earth rate, rad/s.
 const EARTH_RATE: f64 = 7.292_115e-5;
 const SQRT_3: f64 = 1.732_050_807_568_877_2;
 
-/// Times at which the bound is told, s: 5, 10, 15, 20 and 22 min.
+/// Times for which the bound is reported, s: 5, 10, 15, 20 and 22 min.
 pub const TIMES_S: [u32; 5] = [300, 600, 900, 1200, 1320];
 
-/// What a correction is held to and how fast the vehicle may go.
+/// The limits of the correction and of the vehicle's speed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ErrorBound {
     /// Largest correction of an axis.
@@ -39,7 +45,8 @@ pub struct ErrorBound {
 }
 
 impl ErrorBound {
-    /// Most metres of horizontal position that corrections add `t` seconds after the navigation became free.
+    /// Greatest error, in metres of horizontal position, that corrections add within `t` seconds of
+    /// free-inertial navigation.
     #[must_use]
     pub fn metres(&self, t: f64) -> f64 {
         let omega = libm::sqrt(GRAVITY / RADIUS);
@@ -53,8 +60,9 @@ impl ErrorBound {
         SQRT_3 * (gyro + accel)
     }
 
-    /// The same when the alignment at latitude `lat` (rad) was made with a correction in force: it tilts by up to L_a / g, turns the
-    /// heading by up to L_g / (Omega cos lat), and coasting with another correction adds all that.
+    /// The same when the alignment at latitude `lat` (rad) was made with a correction in force.
+    /// That correction tilts by up to L_a / g and turns the heading by up to L_g / (Omega cos lat).
+    /// Free inertial navigation with another correction adds both.
     #[must_use]
     pub fn with_alignment(&self, t: f64, lat: f64) -> f64 {
         let omega = libm::sqrt(GRAVITY / RADIUS);
@@ -67,7 +75,8 @@ impl ErrorBound {
         self.metres(t) + (tilt * RADIUS * swing + heading * carried) * mutual
     }
 
-    /// [`Self::metres`] at [`TIMES_S`], rounded up: few instructions and little code, since the integrals are constants.
+    /// [`Self::metres`] at [`TIMES_S`], rounded up. The integrals are constants, so that this takes
+    /// few instructions and little code.
     #[must_use]
     pub fn table(&self) -> [u32; 5] {
         AT_TIMES.map(|at| {
@@ -81,13 +90,13 @@ impl ErrorBound {
             let mutual = 1.0 + (EARTH_RATE as f32 + self.speed / RADIUS as f32) * time;
             let gyro = libm::sqrtf(level * level + heading * heading) * mutual;
             let metres = SQRT_3 as f32 * (self.limit.gyro * gyro + self.limit.accel * accel);
-            // more than the rounding of six operations; `as` holds what is too large at the end
+            // more than the rounding of six operations; `as` saturates
             libm::ceilf(metres * (1.0 + 1e-6)) as u32
         })
     }
 }
 
-/// What [`ErrorBound::metres`] is made of at one time: t, A, G, and the second term of H, in s and m.
+/// The terms of [`ErrorBound::metres`] at one time: t, A, G, and the second term of H, in s and m.
 #[derive(Clone, Copy)]
 struct Integrals {
     time: f32,
@@ -106,7 +115,7 @@ const AT_TIMES: [Integrals; 5] = {
     all
 };
 
-/// By power series, which converge fast for the less than half a period that these times are.
+/// By power series, which converge fast because these times are less than half a period.
 const fn integrals(t: f64) -> Integrals {
     // x^2 of x = omega t; terms of (1 - cos x) / x^2 and of (x - sin x) / x^3
     let square = t * t * (GRAVITY / RADIUS);
@@ -139,7 +148,7 @@ fn rectified(x: f64) -> f64 {
 mod tests {
     use super::*;
 
-    fn harm(gyro: f32, accel: f32, speed: f32) -> ErrorBound {
+    fn bound(gyro: f32, accel: f32, speed: f32) -> ErrorBound {
         ErrorBound {
             limit: Limit { gyro, accel },
             speed,
@@ -160,10 +169,10 @@ mod tests {
         }
         let close = |x: f64, y: f64| (x / y - 1.0).abs() < 1e-5;
         assert!(close(
-            harm(0.0, 1e-3, 10.0).metres(t),
+            bound(0.0, 1e-3, 10.0).metres(t),
             SQRT_3 * 1e-3_f32 as f64 * a
         ));
-        let still = harm(1e-8, 0.0, 0.0).metres(t);
+        let still = bound(1e-8, 0.0, 0.0).metres(t);
         let want = SQRT_3 * f64::from(1e-8_f32) * g.hypot(h) * (1.0 + EARTH_RATE * t);
         assert!(close(still, want), "{still} {want}");
     }
@@ -171,10 +180,10 @@ mod tests {
     #[test]
     fn the_table_is_the_closed_form() {
         for h in [
-            harm(4.8e-8, 1e-3, 30.0),
-            harm(5e-5, 1e-2, 50.0),
-            harm(1e-6, 0.0, 0.0),
-            harm(0.0, 1e-4, 9.0),
+            bound(4.8e-8, 1e-3, 30.0),
+            bound(5e-5, 1e-2, 50.0),
+            bound(1e-6, 0.0, 0.0),
+            bound(0.0, 1e-4, 9.0),
         ] {
             for (got, t) in h.table().into_iter().zip(TIMES_S) {
                 let want = h.metres(f64::from(t));
@@ -189,11 +198,11 @@ mod tests {
 
     #[test]
     fn a_table_grows_and_never_overflows() {
-        let table = harm(4.8e-8, 1e-3, 30.0).table();
+        let table = bound(4.8e-8, 1e-3, 30.0).table();
         assert!(table.is_sorted() && table[0] > 0);
-        assert_eq!(harm(0.0, 0.0, 100.0).table(), [0; 5]);
-        assert_eq!(harm(1e30, 0.0, 0.0).table(), [u32::MAX; 5]);
-        let h = harm(4.8e-8, 1e-3, 30.0);
+        assert_eq!(bound(0.0, 0.0, 100.0).table(), [0; 5]);
+        assert_eq!(bound(1e30, 0.0, 0.0).table(), [u32::MAX; 5]);
+        let h = bound(4.8e-8, 1e-3, 30.0);
         assert!(h.with_alignment(1320.0, 0.8) > h.metres(1320.0));
     }
 }

@@ -1,14 +1,19 @@
-//! Self-alignment at standstill in the inertial frame, word by word in constant memory: levelling and gyrocompassing in one.
+//! Self-alignment at standstill in the inertial frame, sample by sample in constant memory:
+//! levelling and gyrocompassing in one.
 //!
-//! Body axes are carried into the inertial frame `b0` of the start by the gyros, and there each second's velocity increment is minus
-//! gravity's. As the Earth turns it traces a cone, which is known in `n0`, the navigation frame frozen at the start, up to latitude and
-//! gravity:
+//! The gyros relate the body axes to the inertial frame `b0` of the start. In `b0` each second's
+//! velocity increment is minus gravity's. As the Earth turns it traces a cone. In `n0`, the
+//! navigation frame frozen at the start, the same cone follows from latitude and gravity:
 //!
 //! ```text
-//! u(t1) - u(t0) = along (t1 - t0) + across (sin W t1 - sin W t0) / W + side (cos W t0 - cos W t1) / W
+//! u(t1) - u(t0) = along (t1 - t0)
+//!               + across (sin W t1 - sin W t0) / W
+//!               + side (cos W t0 - cos W t1) / W
 //! ```
-//! So three sums of vectors are kept, one for each function of time, and only the end needs a position: `B = sum u v'`, and the
-//! rotation between both sets by Wahba's problem. What `host_sim::inertial::align` does over stored words.
+//!
+//! So three sums of vectors are kept, one for each function of time, and a position is needed only
+//! at the end: `B = sum u v'`, and Wahba's problem gives the rotation between both sets.
+//! `host_sim::inertial::align` does the same over stored samples.
 
 mod standstill;
 mod wahba;
@@ -23,37 +28,40 @@ use crate::nav::vector::{
 use crate::sample::{Counts, Lsb};
 use wahba::Wahba;
 
-/// Time over which gravity's direction is one vector, s: long against sway, short against the Earth's turn.
+/// Time over which gravity's direction is one vector, s: long against sway, short against the
+/// Earth's rotation.
 const SECOND: f64 = 1.0;
-/// Shortest standstill that gives a heading at all, s.
+/// Shortest standstill that gives a heading, s.
 pub const LEAST_S: f64 = 30.0;
-/// Words in a piece of the gyros' integration are as many as make about this, s.
+/// Approximate length of a piece of the gyros' integration, s.
 const PIECE_S: f64 = 0.05;
 
-/// An attitude, and how sure it is.
+/// An attitude and its errors.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Aligned {
     /// Body axes to north-east-down, unit quaternion, scalar first.
     pub q_bn: Q,
-    /// What the sensors' errors did: attitude error about north, east, down (rad; `C_est = (I - phi x) C_true`) for errors of 1 rad/s
-    /// and 1 m/s2 in body axes, of which those that were taken out are no part.
+    /// Effect of the sensors' errors: attitude error about north, east, down (rad; `C_est = (I -
+    /// phi x) C_true`) for errors of 1 rad/s and 1 m/s2 in body axes. Errors that were subtracted
+    /// do not count.
     pub by: [[f32; 6]; 3],
-    /// Covariance of the rest, which is noise's, rad^2.
+    /// Covariance of the other errors, which noise causes, rad^2.
     pub rest: [[f32; 3]; 3],
-    /// Time that it was gathered over, s.
+    /// Time of standstill used, s.
     pub time_s: f64,
 }
 
 impl Aligned {
-    /// Covariance of the attitude error, rad^2, for sensors whose errors have these standard deviations, rad/s and m/s2.
+    /// Covariance of the attitude error, rad^2, for sensors whose errors have these standard
+    /// deviations, rad/s and m/s2.
     #[must_use]
     pub fn covariance(&self, bias: [f32; 2]) -> [[f32; 3]; 3] {
         let [gyro, accel] = bias.map(|sigma| sigma * sigma);
         let variance = [gyro, gyro, gyro, accel, accel, accel];
         let mut p = self.rest;
         for (row, by) in p.iter_mut().zip(&self.by) {
-            for (entry, other) in row.iter_mut().zip(&self.by) {
-                for ((a, b), v) in by.iter().zip(other).zip(variance) {
+            for (entry, of_column) in row.iter_mut().zip(&self.by) {
+                for ((a, b), v) in by.iter().zip(of_column).zip(variance) {
                     *entry += a * b * v;
                 }
             }
@@ -62,31 +70,32 @@ impl Aligned {
     }
 }
 
-/// Gathers.
+/// An alignment in progress.
 #[derive(Debug, Clone)]
 pub struct Align {
     sensors: Sensors,
     gather: Gather,
     standstill: Standstill,
-    /// Seconds count although the detector does not say so: by command.
+    /// The alignment is commanded: seconds count whatever the detector finds.
     commanded: bool,
-    /// No more seconds are added: the vehicle has moved since.
+    /// No more seconds are added, because the vehicle has moved since.
     closed: bool,
     q_b0b: Q,
     /// Since the start, s.
     time: f64,
-    /// Words in a second, and those left of the one in progress.
+    /// Samples in a second, and those left of the second in progress.
     second_samples: u32,
     left: u32,
-    /// The second in progress: its beginning, its velocity in `b0`, sums of its pieces in body axes.
+    /// The second in progress: its beginning, its velocity in `b0`, sums of its pieces in body
+    /// axes.
     began: f64,
     velocity: V,
     angle: V,
     force: V,
-    /// Sums of velocities times what each function of time did.
+    /// Sums of velocities times the change of each function of time.
     sums: [V; 3],
     gathered: f64,
-    /// A solution on its way, of what was gathered when it was asked for.
+    /// A solution in progress, of the sums when it was asked for.
     solving: Option<Solving>,
 }
 
@@ -99,7 +108,7 @@ struct Solving {
 }
 
 impl Align {
-    /// Words of `lsb`, every `sample_s` seconds (> 0).
+    /// For samples of this count value, one every `sample_s` seconds (> 0).
     #[must_use]
     pub fn new(sensors: Sensors, lsb: Lsb, sample_s: f64) -> Self {
         let piece_samples = (libm::round(PIECE_S / sample_s) as u16).max(1);
@@ -124,7 +133,7 @@ impl Align {
         }
     }
 
-    /// Begins anew. `commanded`: the vehicle stands whatever the detector says.
+    /// Begins anew. `commanded`: the vehicle stands whatever the detector finds.
     pub fn restart(&mut self, commanded: bool) {
         if !self.gather.is_empty() {
             self.gather.end();
@@ -139,25 +148,26 @@ impl Align {
         self.begin_second();
     }
 
-    /// There is a hole in the words.
+    /// Samples are missing: begins anew.
     pub fn gap(&mut self) {
         self.standstill.moves();
         self.restart(self.commanded);
     }
 
-    /// The commanded standstill is over: no more is gathered.
+    /// The commanded standstill is over: no more seconds are added.
     pub fn finish_command(&mut self) {
         self.closed = self.commanded;
         self.commanded = false;
     }
 
-    /// Errors of gyros (rad/s) and accelerometers (m/s2) to be taken out of the words from now on.
+    /// Errors of gyros (rad/s) and accelerometers (m/s2) to be subtracted from the samples from now
+    /// on.
     pub fn set_estimate(&mut self, estimate: [V32; 2]) {
         self.end_piece();
         self.gather.set_estimate(estimate);
     }
 
-    /// Takes a word.
+    /// Takes a sample.
     pub fn sample(&mut self, counts: &Counts) {
         self.gather.sample(counts);
         self.left = self.left.saturating_sub(1);
@@ -169,7 +179,7 @@ impl Align {
         }
     }
 
-    /// Something else shows that the vehicle moves; without effect on a commanded alignment.
+    /// Another source shows that the vehicle moves. No effect on a commanded alignment.
     pub fn moves(&mut self) {
         self.standstill.moves();
         if !self.commanded {
@@ -183,27 +193,29 @@ impl Align {
         self.standstill.seconds()
     }
 
-    /// Time gathered so far, s.
+    /// Time of standstill so far, s.
     #[must_use]
     pub fn gathered(&self) -> f64 {
         self.gathered
     }
 
-    /// Enough was gathered and the standstill is over.
+    /// The standstill is over and was long enough.
     #[must_use]
     pub fn is_over(&self) -> bool {
         self.closed && self.gathered >= LEAST_S
     }
 
-    /// The attitude now, at a place of this latitude (rad) and height (m). `None` before [`LEAST_S`] seconds of standstill, or
-    /// when the words determine no rotation (all zero, for example).
+    /// The attitude now, at a place of this latitude (rad) and height (m). `None` before
+    /// [`LEAST_S`] seconds of standstill, or when the samples determine no rotation (all zero, for
+    /// example).
     pub fn finish(&mut self, latitude: f64, height: f64) -> Option<Aligned> {
         self.solve(latitude, height);
         while self.sweep() {}
         self.aligned()
     }
 
-    /// Begins to solve for the attitude; to be followed by [`Self::sweep`] until that is false, and by [`Self::aligned`].
+    /// Begins to solve for the attitude. Call [`Self::sweep`] next until it is false, then
+    /// [`Self::aligned`].
     pub fn solve(&mut self, latitude: f64, height: f64) {
         if self.gathered < LEAST_S - 0.5 * SECOND {
             return;
@@ -216,18 +228,18 @@ impl Align {
         });
     }
 
-    /// A part of the solution; whether there is more.
+    /// Computes a part of the solution. True: there is more.
     pub fn sweep(&mut self) -> bool {
         self.solving.as_mut().is_some_and(|s| s.wahba.sweep())
     }
 
-    /// A solution has been begun.
+    /// A solution is in progress.
     #[must_use]
     pub fn is_solving(&self) -> bool {
         self.solving.is_some()
     }
 
-    /// The attitude now, by what was gathered when [`Self::solve`] was called.
+    /// The attitude now, from the standstill up to the call of [`Self::solve`].
     pub fn aligned(&mut self) -> Option<Aligned> {
         self.end_piece();
         let Solving {
@@ -275,7 +287,8 @@ impl Align {
         self.begin_second();
     }
 
-    /// What has been gathered stays when it is enough: the gyros carry it on.
+    /// The vehicle moves. A standstill that was long enough is kept: the gyros carry the attitude
+    /// on.
     fn moved(&mut self) {
         if self.gathered < LEAST_S {
             self.restart(false);
@@ -292,12 +305,16 @@ impl Align {
         self.force = [0.0; 3];
     }
 
-    /// The vehicle stood, its axes turned with the Earth's. Tilt is as large as makes the accelerometers' error vanish over gravity; a
-    /// gyro's error about east looks like the Earth's rate on a wrong heading, and so does the tilt about north, which leans the
-    /// Earth's axis over; about north and down the attitude has drifted since the middle of the time:
+    /// Effect of the sensors' errors on the attitude. The vehicle stood, its axes turned with the
+    /// Earth's. The tilt is such that gravity cancels the accelerometers' error. A gyro's error
+    /// about east looks like the Earth's rate on a wrong heading, and so does the tilt about north,
+    /// which inclines the Earth's axis. About north and down the attitude has drifted since the
+    /// middle of the time:
     ///
     /// ```text
-    /// phi_N = a_E / g - w_N t / 2,   phi_E = -a_N / g,   phi_D = w_E / (W cos latitude) - tan latitude a_E / g - w_D t / 2
+    /// phi_N = a_E / g - w_N t / 2
+    /// phi_E = -a_N / g
+    /// phi_D = w_E / (W cos latitude) - tan latitude a_E / g - w_D t / 2
     /// ```
     fn by(&self, here: &Local, q_bn: Q) -> [[f32; 6]; 3] {
         let (half, tilt) = (-0.5 * self.time, 1.0 / here.g);
@@ -317,8 +334,8 @@ impl Align {
         })
     }
 
-    /// White noise adds to the tilt what it does to a mean, to the heading what it does to the slope of a line, and to both the
-    /// gyros' walk since the middle.
+    /// Covariance of the errors caused by white noise. It acts on the tilt as on a mean and on the
+    /// heading as on the slope of a line; the gyros' random walk since the middle adds to both.
     fn rest(&self, here: &Local, gathered: f64) -> [[f32; 3]; 3] {
         let square = |x: f32| x * x;
         let [gyro, accel] = self.sensors.noise;
@@ -342,7 +359,8 @@ fn functions(t: f64) -> V {
     [t, k * half_cos, k * half_sin]
 }
 
-/// `B = sum u v'` from the sums of `v`: `u` has the vectors along the Earth's axis, across it, and to the side.
+/// `B = sum u v'` from the sums of `v`: `u` has the vectors along the Earth's axis, across it, and
+/// to the side.
 fn expected(here: &Local, sums: &[V; 3]) -> [V; 3] {
     let axis = scale(here.omega_ie(), 1.0 / OMEGA_IE);
     let up = [0.0, 0.0, -here.g];

@@ -1,12 +1,14 @@
-//! Does the vehicle stand? Second by second, from the means of the words.
+//! Detection of standstill, second by second, from the means of the samples.
 //!
-//! A second passes when its mean rate and specific force differ from those of the standstill so far by no more than noise and sway
-//! do (5 sigma an axis), and when the rate is no more than the Earth's and the force no other than gravity's, biases allowed for.
-//! A vehicle that moves straight and evenly can pass: whoever has a velocity says so by [`Standstill::moves`].
+//! A second passes when two conditions hold. Its mean rate and specific force differ from those of
+//! the standstill so far by no more than noise and sway explain (5 sigma an axis). And, biases
+//! allowed for, the rate is at most the Earth's and the force is gravity's. A vehicle that moves
+//! straight and evenly can pass too: a caller that knows a velocity reports motion by
+//! [`Standstill::moves`].
 
 use crate::nav::vector::{V32, dot};
 
-/// What the detector is told: the sensors' datasheet.
+/// What the detector must know: the sensors' datasheet.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Sensors {
     /// White noise of the gyros, rad/sqrt(s), and of the accelerometers, m/s/sqrt(s).
@@ -15,10 +17,10 @@ pub struct Sensors {
     pub bias: [f32; 2],
 }
 
-/// Sway of a standing vehicle by people and wind, standard deviation of angle (rad) and velocity (m/s); assumed, the velocity as in
-/// `host_sim::learning::teacher`.
+/// Sway of a standing vehicle by people and wind: standard deviations of angle (rad) and velocity
+/// (m/s). Assumed, the velocity as in `host_sim::learning::teacher`.
 const SWAY: [f32; 2] = [1e-4, 0.01];
-/// Standard deviations.
+/// Largest deviation, in standard deviations.
 const GATE: f32 = 5.0;
 /// Earth rate, rad/s.
 const EARTH: f32 = 7.292e-5;
@@ -30,7 +32,7 @@ const GRAVITY: [f32; 2] = [9.752, 9.833];
 pub struct Standstill {
     /// Largest difference of a component from the mean so far, rad/s and m/s2.
     step: [f32; 2],
-    /// Largest rate, and how far the force may be from gravity's range.
+    /// Largest rate, and largest distance of the force from gravity's range.
     rate: f32,
     force: f32,
     mean: [V32; 2],
@@ -43,7 +45,7 @@ impl Standstill {
     pub fn new(sensors: &Sensors) -> Self {
         let [gyro, accel] = [0, 1].map(|i| {
             let (noise, sway) = (sensors.noise[i], SWAY[i]);
-            // a second's mean has the noise once; sway is the difference of two ends
+            // the mean over a second has the noise once; sway is the difference of two ends
             libm::sqrtf(noise * noise + 2.0 * sway * sway)
         });
         let root2 = core::f32::consts::SQRT_2;
@@ -56,7 +58,7 @@ impl Standstill {
         }
     }
 
-    /// A second's mean rate (rad/s) and specific force (m/s2). Gives whether it passed.
+    /// Takes the mean rate (rad/s) and specific force (m/s2) of a second. True: it passed.
     pub fn second(&mut self, rate: V32, force: V32) -> bool {
         let now = [rate, force];
         let within = |i: usize| {
@@ -68,7 +70,7 @@ impl Standstill {
         let slow = dot(rate, rate) <= self.rate * self.rate;
         let level = size >= GRAVITY[0] - self.force && size <= GRAVITY[1] + self.force;
         if slow && level {
-            // a second that breaks off a standstill may begin another one
+            // a second that ends a standstill may begin another one
             self.seconds = if steady {
                 self.seconds.saturating_add(1)
             } else {
@@ -86,12 +88,12 @@ impl Standstill {
         steady && self.seconds > 0
     }
 
-    /// Something else shows that the vehicle moves.
+    /// Another source shows that the vehicle moves.
     pub fn moves(&mut self) {
         self.seconds = 0;
     }
 
-    /// Seconds in a row that it has stood.
+    /// Seconds in a row that the vehicle has stood.
     #[must_use]
     pub fn seconds(&self) -> u32 {
         self.seconds

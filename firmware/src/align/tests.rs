@@ -14,7 +14,7 @@ const SENSORS: Sensors = Sensors {
 const LATITUDE: f64 = 0.6;
 const HEIGHT: f64 = 300.0;
 
-/// Words of a body at rest with an attitude and constant errors; what rounding leaves is carried.
+/// Samples of a body at rest with an attitude and constant errors; what rounding leaves is carried.
 struct AtRest {
     rate: [V; 2],
     due: [V; 2],
@@ -66,9 +66,9 @@ fn error(got: Q, truth: Q) -> V {
 
 fn aligned(q: Q, gyro: V, accel: V, seconds: usize) -> Option<Aligned> {
     let mut align = Align::new(SENSORS, LSB, SAMPLE_S);
-    let mut words = AtRest::new(q, gyro, accel);
+    let mut samples = AtRest::new(q, gyro, accel);
     for _ in 0..seconds * 100 {
-        align.sample(&words.sample());
+        align.sample(&samples.sample());
     }
     align.finish(LATITUDE, HEIGHT)
 }
@@ -89,7 +89,8 @@ fn perfect_data_give_the_attitude() {
     }
 }
 
-/// Tilt = accelerometer bias / g; heading = east gyro bias / (Earth rate cos latitude); all of it as `by` says.
+/// Tilt = accelerometer bias / g; heading = east gyro bias / (Earth rate cos latitude); all of it
+/// as `by` predicts.
 #[test]
 fn errors_are_those_of_the_textbook() {
     let here = Local::at(LATITUDE, HEIGHT);
@@ -107,10 +108,10 @@ fn errors_are_those_of_the_textbook() {
             let level = (size[1] / here.g).max(1_500.0 * size[0]);
             for (i, scale) in [level, level, 10.0 * level].into_iter().enumerate() {
                 let e = if k < 3 { 10.0 * size[0] } else { size[1] };
-                let said = f64::from(got.by[i][k]) * e;
+                let predicted = f64::from(got.by[i][k]) * e;
                 assert!(
-                    (off[i] - said).abs() < 0.03 * scale,
-                    "{k} {i}: {off:?} {said}"
+                    (off[i] - predicted).abs() < 0.03 * scale,
+                    "{k} {i}: {off:?} {predicted}"
                 );
             }
         }
@@ -143,26 +144,27 @@ fn too_short_or_dead_data_give_nothing() {
     );
 }
 
-/// Someone drives off: the second of the start is not gathered, the attitude goes on with the vehicle.
+/// Someone drives off: the second of the start is not gathered, the attitude goes on with the
+/// vehicle.
 #[test]
 fn the_start_of_a_drive_ends_it_and_the_gyros_carry_it_on() {
     let q = euler(0.01, -0.02, 0.7);
     let mut align = Align::new(SENSORS, LSB, SAMPLE_S);
-    let mut words = AtRest::new(q, [0.0; 3], [0.0; 3]);
+    let mut samples = AtRest::new(q, [0.0; 3], [0.0; 3]);
     for _ in 0..20_000 {
-        align.sample(&words.sample());
+        align.sample(&samples.sample());
     }
     assert_eq!(align.still(), 200);
-    words.rate[1][0] += 0.5; // m/s2
+    samples.rate[1][0] += 0.5; // m/s2
     let back = scale(Local::at(LATITUDE, HEIGHT).omega_ie(), -SAMPLE_S);
     let mut want = q;
     for k in 0..3_000 {
-        let mut word = words.sample();
+        let mut sample = samples.sample();
         if k > 500 {
-            word.dtheta[2] += 1_000_000; // 0.1 rad/s
+            sample.dtheta[2] += 1_000_000; // 0.1 rad/s
         }
-        align.sample(&word);
-        let turn = word.dtheta.map(|count| f64::from(count) * LSB.rad);
+        align.sample(&sample);
+        let turn = sample.dtheta.map(|count| f64::from(count) * LSB.rad);
         want = product(product(from_rotvec(back), want), from_rotvec(turn));
     }
     assert_eq!(align.still(), 0);
@@ -176,20 +178,20 @@ fn the_start_of_a_drive_ends_it_and_the_gyros_carry_it_on() {
 fn a_vehicle_under_way_is_not_aligned() {
     let q = euler(0.0, 0.0, 0.7);
     let mut align = Align::new(SENSORS, LSB, SAMPLE_S);
-    let mut words = AtRest::new(q, [0.0; 3], [0.0; 3]);
-    let force = words.rate[1];
+    let mut samples = AtRest::new(q, [0.0; 3], [0.0; 3]);
+    let force = samples.rate[1];
     for k in 0..60_000 {
         let t = f64::from(k) * SAMPLE_S;
-        words.rate[1] = add(force, [0.3 * (0.1 * t).sin(), 0.2 * (0.2 * t).cos(), 0.0]);
-        align.sample(&words.sample());
+        samples.rate[1] = add(force, [0.3 * (0.1 * t).sin(), 0.2 * (0.2 * t).cos(), 0.0]);
+        align.sample(&samples.sample());
     }
     assert!(align.gathered() < 5.0, "{}", align.gathered());
     assert!(align.finish(LATITUDE, HEIGHT).is_none());
     // evenly and straight: only a receiver can tell
     let mut align = Align::new(SENSORS, LSB, SAMPLE_S);
-    words.rate[1] = force;
+    samples.rate[1] = force;
     for k in 0..6_000 {
-        align.sample(&words.sample());
+        align.sample(&samples.sample());
         if k % 100 == 50 {
             align.moves();
         }
@@ -201,21 +203,21 @@ fn a_vehicle_under_way_is_not_aligned() {
 #[test]
 fn a_command_is_believed_rather_than_the_detector() {
     let q = euler(0.0, 0.0, 0.7);
-    let mut words = AtRest::new(q, [0.0; 3], [0.0; 3]);
-    let force = words.rate[1];
+    let mut samples = AtRest::new(q, [0.0; 3], [0.0; 3]);
+    let force = samples.rate[1];
     for commanded in [false, true] {
         let mut align = Align::new(SENSORS, LSB, SAMPLE_S);
         align.restart(commanded);
         for k in 0..12_000 {
             let t = f64::from(k) * SAMPLE_S;
-            words.rate[1] = add(force, [0.3 * (2.0 * t + 1.0).sin(), 0.0, 0.0]);
-            align.sample(&words.sample());
+            samples.rate[1] = add(force, [0.3 * (2.0 * t + 1.0).sin(), 0.0, 0.0]);
+            align.sample(&samples.sample());
         }
-        words.rate[1] = force;
+        samples.rate[1] = force;
         align.finish_command();
         let before = align.gathered();
         for _ in 0..1_000 {
-            align.sample(&words.sample());
+            align.sample(&samples.sample());
         }
         let after = align.gathered() - before;
         let got = align.finish(LATITUDE, HEIGHT);
@@ -229,7 +231,8 @@ fn a_command_is_believed_rather_than_the_detector() {
     }
 }
 
-/// Thresholds are the noise's and the sway's: what is five times within passes, what is five times beyond does not.
+/// Thresholds are the noise's and the sway's: what is five times within passes, what is five times
+/// beyond does not.
 #[test]
 fn thresholds_follow_the_datasheet() {
     let level = [0.0, 0.0, -9.81];
@@ -253,9 +256,9 @@ fn thresholds_follow_the_datasheet() {
 #[test]
 fn a_hole_begins_anew() {
     let mut align = Align::new(SENSORS, LSB, SAMPLE_S);
-    let mut words = AtRest::new(euler(0.0, 0.0, PI / 3.0), [0.0; 3], [0.0; 3]);
+    let mut samples = AtRest::new(euler(0.0, 0.0, PI / 3.0), [0.0; 3], [0.0; 3]);
     for _ in 0..5_000 {
-        align.sample(&words.sample());
+        align.sample(&samples.sample());
     }
     assert!(align.gathered() > 48.0);
     align.gap();

@@ -1,16 +1,18 @@
-//! Wahba's problem: the rotation between two sets of vectors, by the singular value decomposition of a 3 x 3 matrix.
+//! Wahba's problem: the rotation between two sets of vectors, by the singular value decomposition
+//! of a 3 x 3 matrix.
 
 use crate::nav::vector::{Q, V, cross, dot, scale};
 
 /// Sweeps after which the columns are orthogonal to the last bit; 5 to 7 are usual.
 const SWEEPS: usize = 30;
-/// A second singular value below this share of the first one determines nothing.
+/// Least ratio of the second singular value to the first. Below it no rotation is determined.
 const LEAST: f64 = 1e-12;
 
-/// A decomposition on its way: `b V = U S`.
+/// A decomposition `b V = U S` in progress.
 ///
-/// One-sided Jacobi rotations, which are exact to the last digits even of the small singular values: the heading lives there. In f64,
-/// which the Cortex-M4F does in software: a sweep takes some ten thousand instructions.
+/// One-sided Jacobi rotations are exact to the last digits even for the small singular values,
+/// which hold the heading. The Cortex-M4F computes f64 in software: a sweep takes some ten thousand
+/// instructions.
 #[derive(Debug, Clone, Copy)]
 pub struct Wahba {
     /// Columns of b, which become those of U S.
@@ -30,7 +32,7 @@ impl Wahba {
         }
     }
 
-    /// A sweep; whether there is more to do.
+    /// One sweep. True: there is more to do.
     pub fn sweep(&mut self) -> bool {
         if self.sweeps >= SWEEPS {
             return false;
@@ -43,7 +45,7 @@ impl Wahba {
         turned
     }
 
-    /// Makes two columns orthogonal; whether they were not.
+    /// Makes two columns orthogonal. False: they were orthogonal already.
     fn turn<const I: usize, const J: usize>(&mut self) -> bool {
         let Self { a, v, .. } = self;
         let (alpha, beta, gamma) = (dot(a[I], a[I]), dot(a[J], a[J]), dot(a[I], a[J]));
@@ -58,7 +60,8 @@ impl Wahba {
         true
     }
 
-    /// The rotation that best turns the right vectors into the left ones, once no sweep is left; `None` when they do not determine one.
+    /// The rotation that best turns the right vectors into the left ones, after the last sweep.
+    /// `None` when the vectors do not determine one.
     pub fn rotation(&self) -> Option<Q> {
         let Self { a, v, .. } = self;
         let size = a.map(|column| libm::sqrt(dot(column, column)));
@@ -85,7 +88,7 @@ fn rotate<const I: usize, const J: usize>(columns: &mut [V; 3], c: f64, s: f64) 
     columns[J] = core::array::from_fn(|i| s * x[i] + c * y[i]);
 }
 
-/// Places of the two largest.
+/// Indices of the two largest values.
 fn largest(size: &V) -> (usize, usize) {
     let [x, y, z] = *size;
     if x >= y && x >= z {

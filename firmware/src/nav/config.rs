@@ -1,4 +1,4 @@
-//! What a navigator is told before it starts.
+//! Configuration of a navigator.
 
 use super::Noise;
 use crate::sample::Lsb;
@@ -11,16 +11,17 @@ const PIECE_S: f64 = 0.05;
 pub struct Config {
     /// Value of a count.
     pub lsb: Lsb,
-    /// Time between words, s, 1e-5 to 1.
+    /// Time between samples, s, 1e-5 to 1.
     pub sample_s: f64,
-    /// Words in a piece, >= 1; a piece should be short against any change of attitude and should divide the time between fixes.
+    /// Samples in a piece, >= 1. A piece should be short against any change of attitude, and should
+    /// divide the time between fixes.
     pub piece_samples: u16,
     /// White noise of the sensors.
     pub noise: Noise,
 }
 
 impl Config {
-    /// With pieces of 50 ms, or as near to that as whole words come.
+    /// With pieces of 50 ms, to the nearest whole sample.
     #[must_use]
     pub fn new(lsb: Lsb, sample_s: f64, noise: Noise) -> Self {
         // `as` saturates and makes 0 of NaN
@@ -39,13 +40,14 @@ impl Config {
 pub enum ConfigError {
     /// A count's value is not a positive finite number.
     Lsb,
-    /// The word period is not within 1e-5 to 1 s.
+    /// The sample period is not within 1e-5 to 1 s.
     SamplePeriod,
-    /// A piece has no word.
+    /// A piece has no sample.
     PieceSamples,
     /// A noise is negative or not finite.
     Noise,
-    /// The state is not finite, its attitude no unit quaternion, or it is outside the range of the equations.
+    /// The state is not finite, its attitude is no unit quaternion, or it is outside the range of
+    /// the equations.
     State,
 }
 
@@ -56,7 +58,9 @@ impl core::fmt::Display for ConfigError {
             Self::SamplePeriod => "sample_s: must be within 1e-5 to 1 s",
             Self::PieceSamples => "piece_samples: must be at least 1",
             Self::Noise => "noise: must be finite and >= 0",
-            Self::State => "state: must be finite, with a unit quaternion, within 89.99 deg, 100 km and 10 km/s",
+            Self::State => {
+                "state: must be finite, with a unit quaternion, within 89.99 deg, 100 km, 10 km/s"
+            }
         })
     }
 }

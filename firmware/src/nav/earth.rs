@@ -1,4 +1,5 @@
-//! WGS-84: radii of curvature, normal gravity, Earth rate (the f64 twin is `host_sim::inertial::earth`).
+//! WGS-84: radii of curvature, normal gravity, Earth rate (the reference is
+//! `host_sim::inertial::earth`).
 
 use super::vector::V;
 use crate::fix::Position;
@@ -20,7 +21,8 @@ const K: f64 = 0.001_931_852_652_41;
 const M_RATIO: f64 = 0.003_449_786_506_84;
 
 impl Position {
-    /// North, east, down from `origin` to `self` in m, the short way round; first order, for errors and tracks of some tens of km.
+    /// North, east, down from `origin` to `self` in m, the short way round the Earth. First order:
+    /// for errors and tracks of some tens of km.
     #[must_use]
     pub fn ned_from(&self, origin: &Self) -> V {
         let here = Local::at(origin.latitude, origin.height);
@@ -43,7 +45,7 @@ impl Position {
     }
 }
 
-/// An angle in rad brought to -pi .. pi; what is there already keeps its bits.
+/// An angle in rad brought to -pi .. pi. An angle in this range keeps its bits.
 pub fn wrapped(angle: f64) -> f64 {
     if angle.abs() <= PI {
         angle
@@ -52,7 +54,7 @@ pub fn wrapped(angle: f64) -> f64 {
     }
 }
 
-/// What the navigation equations need to know of the Earth at one place.
+/// The Earth's quantities at one place.
 #[derive(Debug, Clone, Copy)]
 pub struct Local {
     /// Sine of the latitude.

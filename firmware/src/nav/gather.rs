@@ -1,32 +1,40 @@
-//! From words to pieces: exact sums of counts, and beside them in f32 what the sums leave out (coning, sculling, rotation).
+//! From samples to pieces: exact sums of counts, and beside them in f32 what the sums leave out
+//! (coning, sculling, rotation).
 //!
-//! With `phi` the rotation vector from the piece's start to a word's start and `d`, `e` the word's own rotation vector and velocity
-//! (coning and sculling from three words: Savage 1998; Ignagni 1998; coefficients as in `host_sim::inertial::sins::Samples::Three`):
+//! `phi` is the rotation vector from the piece's start to a sample's start; `d` and `e` are the
+//! rotation vector and the velocity of the sample itself, with coning and sculling from three
+//! samples (Savage 1998; Ignagni 1998; coefficients as in
+//! `host_sim::inertial::sins::Samples::Three`):
 //!
 //! ```text
-//! phi   <- phi + d + phi x d / 2 + (phi x (phi x d) - d x (phi x d)) / 12        (Baker-Campbell-Hausdorff, third order)
+//! phi   <- phi + d + phi x d / 2 + (phi x (phi x d) - d x (phi x d)) / 12
 //! gamma <- gamma + R(phi) (I + d x / 2 + d x d x / 6) e
 //! ```
-//! Both results are kept as differences to the plain sums, so that f32 rounds only what is itself of second order: at 100 deg/s and
-//! 200 Hz 3e-10 rad/sqrt(s), a thousandth of the angle random walk of a laser gyro.
+//!
+//! The first line is the Baker-Campbell-Hausdorff series to third order.
+//!
+//! Both results are kept as differences from the plain sums, so that f32 rounds only second-order
+//! terms: 3e-10 rad/sqrt(s) at 100 deg/s and 200 Hz, a thousandth of the angle random walk of a
+//! laser gyro.
 
 use super::vector::{V, V32, add, cross, dot, scale, widen};
 use crate::sample::{Counts, Lsb};
 
-/// A piece ends early when it has turned so far, rad: the series above stay short.
+/// A piece ends early when it has turned by this, rad: the series above stay short.
 const TURN: f32 = 0.25;
-/// Largest angle a word can be believed to turn about an axis, rad, and its largest change of velocity, m/s: 5700 deg/s and
-/// 2000 m/s2 at 200 Hz.
-const WORD: [f32; 2] = [0.5, 10.0];
+/// Largest plausible angle (rad) and change of velocity (m/s) of a sample along an axis: 5700 deg/s
+/// and 2000 m/s2 at 200 Hz.
+const PLAUSIBLE: [f32; 2] = [0.5, 10.0];
 
-/// Increments of one word in f32, after the sensors' errors.
+/// Increments of one sample in f32, less the sensors' estimated errors.
 #[derive(Debug, Clone, Copy, Default)]
-struct Word {
+struct Increment {
     angle: V32,
     velocity: V32,
 }
 
-/// Corrected rotation vector and change of velocity of a whole piece, in the axes the body had at its start.
+/// Corrected rotation vector and change of velocity of a whole piece, in the axes the body had at
+/// its start.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Piece {
     /// Rotation vector, rad.
@@ -37,22 +45,22 @@ pub struct Piece {
     pub time: f64,
 }
 
-/// Gathers words.
+/// Accumulates the samples of a piece.
 #[derive(Debug, Clone)]
 pub struct Gather {
     lsb: Lsb,
     sample_s: f64,
     piece_samples: u16,
     lsb32: [f32; 2],
-    // errors of the sensors, rad/s and m/s2, and what they are in a word
+    // estimated errors of the sensors, rad/s and m/s2, and the same per sample
     estimate: [V32; 2],
     in_sample: [V32; 2],
     sum: [[i64; 3]; 2],
-    words: u16,
+    samples: u16,
     phi: V32,
     beyond_angle: V32,
     beyond_velocity: V32,
-    past: [Word; 2],
+    past: [Increment; 2],
     last: Counts,
 }
 
@@ -66,16 +74,17 @@ impl Gather {
             estimate: [[0.0; 3]; 2],
             in_sample: [[0.0; 3]; 2],
             sum: [[0; 3]; 2],
-            words: 0,
+            samples: 0,
             phi: [0.0; 3],
             beyond_angle: [0.0; 3],
             beyond_velocity: [0.0; 3],
-            past: [Word::default(); 2],
+            past: [Increment::default(); 2],
             last: Counts::default(),
         }
     }
 
-    /// Errors of the sensors from the next piece on, rad/s and m/s2. The caller ends the piece in progress first.
+    /// Errors of the sensors from the next piece on, rad/s and m/s2. The caller ends the piece in
+    /// progress first.
     pub fn set_estimate(&mut self, estimate: [V32; 2]) {
         self.estimate = estimate;
         self.in_sample = estimate.map(|e| scale(e, self.sample_s as f32));
@@ -85,23 +94,24 @@ impl Gather {
         self.estimate
     }
 
-    /// Whether a word has come since the last piece ended.
+    /// Whether no sample has come since the last piece ended.
     pub fn is_empty(&self) -> bool {
-        self.words == 0
+        self.samples == 0
     }
 
-    /// Takes a word. A word beyond belief is replaced by the last good one; false says so.
+    /// Takes a sample. An implausible one is replaced by the last good one; the result is then
+    /// false.
     pub fn sample(&mut self, counts: &Counts) -> bool {
         let [angle, velocity] = self.increments(counts);
         let within = |v: &V32, limit: f32| v.iter().all(|x| x.abs() <= limit);
-        let good = within(&angle, WORD[0]) && within(&velocity, WORD[1]);
+        let good = within(&angle, PLAUSIBLE[0]) && within(&velocity, PLAUSIBLE[1]);
         if good {
             self.last = *counts;
-            self.add(counts, Word { angle, velocity });
+            self.add(counts, Increment { angle, velocity });
         } else {
             let counts = self.last;
             let [angle, velocity] = self.increments(&counts);
-            self.add(&counts, Word { angle, velocity });
+            self.add(&counts, Increment { angle, velocity });
         }
         good
     }
@@ -120,30 +130,30 @@ impl Gather {
         ]
     }
 
-    fn add(&mut self, counts: &Counts, word: Word) {
+    fn add(&mut self, counts: &Counts, sample: Increment) {
         for (sum, counts) in self.sum.iter_mut().zip([&counts.dtheta, &counts.dv]) {
             for (sum, count) in sum.iter_mut().zip(counts) {
                 *sum += i64::from(*count);
             }
         }
-        self.words += 1;
+        self.samples += 1;
 
-        let (coning, sculling) = three_words(&self.past, &word);
-        self.past = [word, self.past[0]];
-        let d = add(word.angle, coning);
-        let e = add(word.velocity, sculling);
+        let (coning, sculling) = three_samples(&self.past, &sample);
+        self.past = [sample, self.past[0]];
+        let d = add(sample.angle, coning);
+        let e = add(sample.velocity, sculling);
 
         let in_sample = cross(d, e);
-        let in_word_2 = cross(d, in_sample);
-        let own = add(scale(in_sample, 0.5), scale(in_word_2, 1.0 / 6.0));
-        let e = add(e, own);
+        let in_sample_2 = cross(d, in_sample);
+        let within = add(scale(in_sample, 0.5), scale(in_sample_2, 1.0 / 6.0));
+        let e = add(e, within);
         let phi = self.phi;
         let n2 = dot(phi, phi);
         let turned = cross(phi, e);
         let turned_2 = cross(phi, turned);
         let sine = 1.0 - n2 * (1.0 / 6.0) * (1.0 - n2 * (1.0 / 20.0));
         let cosine = 0.5 - n2 * (1.0 / 24.0) * (1.0 - n2 * (1.0 / 30.0));
-        let small = add(sculling, own);
+        let small = add(sculling, within);
         let turn = add(scale(turned, sine), scale(turned_2, cosine));
         self.beyond_velocity = add(self.beyond_velocity, add(small, turn));
 
@@ -152,17 +162,17 @@ impl Gather {
         let beyond = add(scale(once, 0.5), scale(twice, 1.0 / 12.0));
         let beyond = add(coning, beyond);
         self.beyond_angle = add(self.beyond_angle, beyond);
-        self.phi = add(phi, add(word.angle, beyond));
+        self.phi = add(phi, add(sample.angle, beyond));
     }
 
-    /// Whether the piece is to be ended now.
+    /// Whether the piece must end now.
     pub fn is_full(&self) -> bool {
-        self.words >= self.piece_samples || dot(self.phi, self.phi) > TURN * TURN
+        self.samples >= self.piece_samples || dot(self.phi, self.phi) > TURN * TURN
     }
 
-    /// The piece so far; the next word begins another one.
+    /// The piece so far; the next sample begins another one.
     pub fn end(&mut self) -> Piece {
-        let time = f64::from(self.words) * self.sample_s;
+        let time = f64::from(self.samples) * self.sample_s;
         let [angle, velocity] = self.sum;
         let [gyro, accel] = self.estimate.map(widen);
         let (beyond_angle, beyond_velocity) =
@@ -179,7 +189,7 @@ impl Gather {
             time,
         };
         self.sum = [[0; 3]; 2];
-        self.words = 0;
+        self.samples = 0;
         self.phi = [0.0; 3];
         self.beyond_angle = [0.0; 3];
         self.beyond_velocity = [0.0; 3];
@@ -187,12 +197,12 @@ impl Gather {
     }
 }
 
-/// Coning (rad) and sculling (m/s) of the newest word with the two before it.
-fn three_words([b, a]: &[Word; 2], word: &Word) -> (V32, V32) {
+/// Coning (rad) and sculling (m/s) of the newest sample with the two before it.
+fn three_samples([b, a]: &[Increment; 2], sample: &Increment) -> (V32, V32) {
     let earlier = |b: V32, a: V32| add(scale(b, 17.0 / 120.0), scale(a, -1.0 / 60.0));
     let (angle, velocity) = (earlier(b.angle, a.angle), earlier(b.velocity, a.velocity));
-    let coning = cross(angle, word.angle);
-    let sculling = add(cross(angle, word.velocity), cross(velocity, word.angle));
+    let coning = cross(angle, sample.angle);
+    let sculling = add(cross(angle, sample.velocity), cross(velocity, sample.angle));
     let coning_ab = cross(a.angle, b.angle);
     let sculling_ab = add(cross(a.angle, b.velocity), cross(a.velocity, b.angle));
     (

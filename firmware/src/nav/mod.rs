@@ -1,23 +1,28 @@
-//! Strapdown navigation for learning from fixes: position, velocity, attitude, and how their errors move.
+//! Strapdown navigation for learning from fixes: position, velocity, attitude, and how their errors
+//! move.
 //!
-//! The learner corrects the sensors' words with its present estimate of their errors, navigates with them, and compares with
-//! fixes; [`Transition`] says what an error of the estimate does to the navigation. Order at a fix: [`Navigator::take_transition`],
+//! The learner subtracts its present estimate of the sensors' errors from their samples, navigates
+//! with the result, and compares it with fixes. [`Transition`] describes how an error of the
+//! estimate acts on the navigation. The order at a fix is [`Navigator::take_transition`],
 //! [`Navigator::innovation`], then [`Navigator::feed_back`] and [`Navigator::set_estimate`].
 //!
-//! Errors are estimate minus truth: `phi` in rad with `C_est = (I - phi x) C_true`, velocity in m/s, position in m; north, east, down.
-//! Sensor errors `e` that are left in the increments count as `residual = -e`, so that `phi' = C e_gyro` and `v' = -C e_accel`.
-//! These are the conventions of `host_sim::inertial::ekf`, whose f64 is the reference here.
+//! Errors are estimate minus truth: `phi` in rad with `C_est = (I - phi x) C_true`, velocity in
+//! m/s, position in m; north, east, down. Sensor errors `e` that are left in the increments count
+//! as `residual = -e`, so that `phi' = C e_gyro` and `v' = -C e_accel`. These are the conventions
+//! of `host_sim::inertial::ekf`, whose f64 arithmetic is the reference.
 //!
 //! # Numbers
-//! - A **word** is gathered in exact integer sums; f32 computes what the sums leave out (coning, sculling, rotation: `gather`).
-//! - A **piece** (about 50 ms) is one step of the equations in f64. The Cortex-M4F has no f64 unit, but 20 steps a second cost less than
-//!   the words. f64 rounds a longitude to 3 nm: 24 h of pieces are 1.7 million, so that position loses less than 3 mm
-//!   even if every rounding went the same way, and about 2 um as roundings go. f32, or f64 increments rounded to f32 factors, would
-//!   lose 6 cm over 2000 km driven one way.
-//! - The **matrices** are f32: they weigh errors and need three digits.
+//! - **Samples** accumulate in exact integer sums. f32 computes what the sums leave out: coning,
+//!   sculling, rotation (`gather`).
+//! - A **piece** of samples, about 50 ms long, is one step of the equations in f64. The Cortex-M4F
+//!   has no f64 unit, but 20 steps a second cost less than the samples. f64 rounds a longitude to 3
+//!   nm. 24 h have 1.7 million pieces, so that the position loses less than 3 mm even if every
+//!   rounding went the same way, and about 2 um with random roundings. f32, or f64 increments
+//!   rounded to f32 factors, would lose 6 cm over 2000 km driven one way.
+//! - The **matrices** are f32: they weight errors and need three digits.
 //!
-//! Nothing here panics. Words beyond belief, estimates and corrections that are not finite are refused, and a solution that
-//! leaves its range stops; [`Faults`] says so.
+//! Nothing here panics. Implausible samples, and estimates and corrections that are not finite, are
+//! refused. A solution that leaves its range stops. [`Faults`] reports all of this.
 #![forbid(unsafe_code)]
 
 mod config;
@@ -38,7 +43,7 @@ use vector::{
     Q, V, add, cross, finite, matrix32, narrow, product, renormalised, rotated, scale, widen,
 };
 
-/// Latitude beyond which north and east lose their meaning: 89.99 deg, in rad.
+/// Greatest latitude: beyond it north and east are not defined well enough. 89.99 deg, in rad.
 const MAX_LATITUDE: f64 = 1.570_621_793_869_697;
 /// Greatest height above or below the ellipsoid, m.
 const MAX_HEIGHT: f64 = 1e5;
@@ -72,11 +77,11 @@ pub struct Innovation {
 /// What went wrong since the start.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Faults {
-    /// Words beyond belief (0.5 rad, 10 m/s); the last good one was taken instead.
-    pub words: u32,
-    /// Estimates and corrections that were refused: not finite, or too large.
+    /// Implausible samples (beyond 0.5 rad, 10 m/s); each was replaced by the last good one.
+    pub samples: u32,
+    /// Estimates and corrections refused because they were not finite or too large.
     pub inputs: u32,
-    /// The solution has left the range of the equations and stands still; make a new navigator.
+    /// The solution has left the range of the equations and is frozen; make a new navigator.
     pub lost: bool,
 }
 
@@ -93,7 +98,7 @@ pub struct Navigator {
 }
 
 impl Navigator {
-    /// Starts from a known state; no sensor errors are taken out yet.
+    /// Starts from a known state, with a zero estimate of the sensors' errors.
     ///
     /// # Errors
     /// Names the parameter that is out of range.
@@ -130,11 +135,11 @@ impl Navigator {
         })
     }
 
-    /// Takes one uncorrected word.
+    /// Takes one uncorrected sample.
     #[inline]
     pub fn sample(&mut self, counts: &Counts) {
         if !self.gather.sample(counts) {
-            self.faults.words = self.faults.words.saturating_add(1);
+            self.faults.samples = self.faults.samples.saturating_add(1);
         }
         if self.gather.is_full() {
             self.end_piece();
@@ -147,13 +152,14 @@ impl Navigator {
         &self.state
     }
 
-    /// What went wrong so far.
+    /// The faults so far.
     #[must_use]
     pub fn faults(&self) -> Faults {
         self.faults
     }
 
-    /// Errors of gyros (rad/s) and accelerometers (m/s2) to be taken out from the next word on. False: refused, the old ones stay.
+    /// Estimated errors of gyros (rad/s) and accelerometers (m/s2), to be subtracted from the next
+    /// sample on. False: refused, the old estimate stays.
     pub fn set_estimate(&mut self, gyro: [f32; 3], accel: [f32; 3]) -> bool {
         // a comparison with NaN is false
         let within = |v: &[f32; 3], limit: f32| v.iter().all(|x| x.abs() <= limit);
@@ -167,19 +173,20 @@ impl Navigator {
         good
     }
 
-    /// Errors that are being taken out, rad/s and m/s2.
+    /// The estimate in use, rad/s and m/s2.
     #[must_use]
     pub fn estimate(&self) -> [[f32; 3]; 2] {
         self.gather.estimate()
     }
 
-    /// Ends the piece in progress; gives how errors moved since the last call, and starts anew.
+    /// Ends the piece in progress, gives how errors moved since the last call, and starts anew.
     pub fn take_transition(&mut self) -> Transition {
         self.end_piece();
         self.interval.take()
     }
 
-    /// Estimate minus a fix that was valid `age_s` seconds before the end of the last piece; taken to be within 0 to 1, a NaN as 0.
+    /// Estimate minus a fix that was valid `age_s` seconds before the end of the last piece. The
+    /// age is limited to 0 to 1 s; a NaN counts as 0.
     #[must_use]
     pub fn innovation(&self, fix: &Fix, age_s: f32) -> Innovation {
         let State {
@@ -196,7 +203,8 @@ impl Navigator {
         }
     }
 
-    /// Takes an estimated error (attitude rad, velocity m/s, position m) out of the solution. False: refused, nothing changed.
+    /// Subtracts an estimated error (attitude rad, velocity m/s, position m) from the solution.
+    /// False: refused, the solution is unchanged.
     pub fn feed_back(&mut self, error: &[f32; 9]) -> bool {
         let [a, b, c, d, e, f, g, h, i] = *error;
         let [phi, dv, dp] = [[a, b, c], [d, e, f], [g, h, i]];
@@ -256,7 +264,7 @@ pub fn speed(velocity: &[f64; 3]) -> f32 {
     libm::sqrtf(vector::dot(v, v))
 }
 
-/// One step, and what the error dynamics need of it.
+/// One step, with the quantities that the error dynamics need.
 struct Step {
     state: State,
     acceleration: V,
@@ -266,7 +274,8 @@ struct Step {
     here: Local,
 }
 
-/// Savage (1998), Groves (2013) ch. 5; as `host_sim::inertial::sins::Sins::step`, but with the Earth at the middle of this very piece.
+/// Savage (1998), Groves (2013) ch. 5; as `host_sim::inertial::sins::Sins::step`, but with the
+/// Earth's quantities at the middle of the piece itself.
 fn step(state: &State, piece: &Piece) -> Step {
     let State {
         position,
@@ -274,7 +283,7 @@ fn step(state: &State, piece: &Piece) -> Step {
         q_bn,
     } = *state;
     let tau = piece.time;
-    // a metre north is 1.57e-7 rad within 0.7 %: to know where the middle is that is enough
+    // a metre north is 1.57e-7 rad within 0.7 %, which is exact enough for the place of the middle
     let here = Local::at(
         position.latitude + velocity[0] * (0.5 * tau / 6.37e6),
         position.height - velocity[2] * (0.5 * tau),
@@ -320,8 +329,8 @@ fn step(state: &State, piece: &Piece) -> Step {
     }
 }
 
-/// Attitude after the body has turned by `phi` (in its own axes at the start) and the navigation frame by `zeta`, rad. `zeta` is some
-/// urad: its cosine is 1 to 1e-11, which renormalising sets right.
+/// Attitude after the body has turned by `phi` (in body axes at the start) and the navigation frame
+/// by `zeta`, rad. `zeta` is some urad: its cosine is 1 to 1e-11, which renormalising corrects.
 fn turned(q_bn: Q, phi: V, zeta: V) -> Q {
     let [w, x, y, z] = product(q_bn, vector::from_rotvec(phi));
     let half = scale(zeta, -0.5);
@@ -330,13 +339,13 @@ fn turned(q_bn: Q, phi: V, zeta: V) -> Q {
     renormalised([w - along, x + a, y + b, z + c])
 }
 
-/// Mean of two quaternions a piece apart to unit length; theirs is 1 within 2 %.
+/// The mean of two quaternions a piece apart, brought to unit length; its length is 1 within 2 %.
 fn unit32([w, x, y, z]: [f32; 4]) -> [f32; 4] {
     let k = 1.0 / libm::sqrtf(w * w + x * x + y * y + z * z);
     [w * k, x * k, y * k, z * k]
 }
 
-/// Whether the equations hold there; false for what is not a number.
+/// Whether the equations hold in this state; false when a value is not a number.
 fn in_range(state: &State) -> bool {
     let Position {
         latitude,

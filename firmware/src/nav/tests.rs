@@ -28,8 +28,8 @@ fn navigator(state: State) -> Navigator {
     Navigator::new(Config::new(LSB, SAMPLE_S, NOISE), state).unwrap()
 }
 
-/// Words of a body that keeps its attitude to north, east and down and its velocity: what the equations take away. What rounding to
-/// counts leaves is carried.
+/// Samples of a body that keeps its attitude to north, east and down and its velocity: what the
+/// equations take away. What rounding to counts leaves is carried.
 #[derive(Default)]
 pub(crate) struct Steady {
     due: [V; 2],
@@ -64,8 +64,9 @@ fn fixed(x: f64) -> i128 {
     (x * (1_u128 << 80) as f64) as i128
 }
 
-/// Over 24 h at 200 Hz position is the sum of its increments to far less than a centimetre; the reference adds them up in 128-bit
-/// integers. Velocity and height are held by corrections each second, as fixes do.
+/// Over 24 h at 200 Hz position is the sum of its increments to far less than a centimetre; the
+/// reference adds them up in 128-bit integers. Velocity and height are held by corrections each
+/// second, as fixes do.
 #[test]
 fn a_day_of_rounding_is_below_a_centimetre() {
     for (velocity, limit) in [([0.0; 3], 1e-5), ([-1.5, 25.0, 0.0], 1e-3)] {
@@ -76,10 +77,10 @@ fn a_day_of_rounding_is_below_a_centimetre() {
         let mut exact = [p.latitude, p.longitude, p.height].map(fixed);
         let mut worst = 0.0_f64;
         for _ in 0..86_400 {
-            let words: [Counts; 10] = core::array::from_fn(|_| steady.sample(device.state()));
+            let samples: [Counts; 10] = core::array::from_fn(|_| steady.sample(device.state()));
             for _ in 0..20 {
                 let before = *device.state();
-                words.iter().for_each(|word| device.sample(word));
+                samples.iter().for_each(|sample| device.sample(sample));
                 let (v0, v1) = (before.velocity, device.state().velocity);
                 let tau = 10.0 * SAMPLE_S;
                 let here = Local::at(
@@ -115,7 +116,8 @@ fn a_day_of_rounding_is_below_a_centimetre() {
     }
 }
 
-/// 24 h of pieces with a constant turn of body and navigation frame, against the one turn that they are together.
+/// 24 h of pieces with a constant turn of body and navigation frame, against the one turn that they
+/// are together.
 #[test]
 fn a_day_of_rounding_leaves_the_attitude() {
     let (phi, zeta) = ([3e-3, -2e-3, 4e-2], [2e-6, -1e-6, 3e-6]);
@@ -174,10 +176,10 @@ fn an_old_fix_is_compared_with_where_one_was() {
     let start = state(0.8, [10.0, 0.0, 0.0]);
     let mut device = navigator(start);
     // 2 m/s2 to the north
-    let mut word = Steady { due: [[0.0; 3]; 2] }.sample(&start);
-    word.dv[0] += (2.0 * SAMPLE_S / LSB.mps) as i32;
+    let mut sample = Steady { due: [[0.0; 3]; 2] }.sample(&start);
+    sample.dv[0] += (2.0 * SAMPLE_S / LSB.mps) as i32;
     for _ in 0..20 {
-        device.sample(&word);
+        device.sample(&sample);
     }
     let fix = Fix {
         position: start.position,
@@ -192,22 +194,23 @@ fn an_old_fix_is_compared_with_where_one_was() {
     assert!(device.innovation(&fix, -3.0).position[0] > 1.0);
 }
 
-/// An estimate given to the navigator and the same error added to the words leave the same solution.
+/// An estimate given to the navigator and the same error added to the samples leave the same
+/// solution.
 #[test]
 fn estimates_are_taken_out_of_the_words() {
     let start = state(0.8, [0.0; 3]);
     let (mut clean, mut wrong) = (navigator(start), navigator(start));
-    let error = [50, -30, 20]; // counts a word
+    let error = [50, -30, 20]; // counts a sample
     let rate = error.map(|e| (f64::from(e) * LSB.rad / SAMPLE_S) as f32);
     let force = error.map(|e| (f64::from(e) * LSB.mps / SAMPLE_S) as f32);
     assert!(wrong.set_estimate(rate, force));
-    let word = Steady { due: [[0.0; 3]; 2] }.sample(&start);
+    let sample = Steady { due: [[0.0; 3]; 2] }.sample(&start);
     let off = Counts {
-        dtheta: core::array::from_fn(|i| word.dtheta[i] + error[i]),
-        dv: core::array::from_fn(|i| word.dv[i] + error[i]),
+        dtheta: core::array::from_fn(|i| sample.dtheta[i] + error[i]),
+        dv: core::array::from_fn(|i| sample.dv[i] + error[i]),
     };
     for _ in 0..12_000 {
-        clean.sample(&word);
+        clean.sample(&sample);
         wrong.sample(&off);
     }
     let apart = wrong.state().position.ned_from(&clean.state().position);
@@ -278,7 +281,7 @@ fn nothing_poisons_the_solution() {
             dv: [extreme; 3],
         });
     }
-    assert_eq!(device.faults().words, 3);
+    assert_eq!(device.faults().samples, 3);
     finite_all(&mut device);
     // as much as is believed, for half an hour: away with it
     for k in 0..360_000 {
@@ -294,9 +297,9 @@ fn nothing_poisons_the_solution() {
     assert!(*device.state() == stopped && device.take_transition().time == 0.0);
     // over the pole
     let mut device = navigator(state(1.5705, [50.0, 0.0, 0.0]));
-    let word = Steady { due: [[0.0; 3]; 2] }.sample(device.state());
+    let sample = Steady { due: [[0.0; 3]; 2] }.sample(device.state());
     for _ in 0..200_000 {
-        device.sample(&word);
+        device.sample(&sample);
     }
     finite_all(&mut device);
     assert!(device.faults().lost);

@@ -1,19 +1,28 @@
-//! Linear error dynamics in north-east-down (phi-angle form; Titterton & Weston 2004, ch. 12; Groves 2013, ch. 14), f32.
+//! Linear error dynamics in north-east-down (phi-angle form; Titterton & Weston 2004, ch. 12;
+//! Groves 2013, ch. 14), f32.
 //!
-//! With `phi`, `v`, `p` the errors of attitude, velocity and position (m), `V` the velocity, `f` the specific force:
+//! With `phi`, `v`, `p` the errors of attitude, velocity and position (m), `V` the velocity, `f`
+//! the specific force:
 //!
 //! ```text
-//! t    = B v + D p                        change of the navigation frame's rate with velocity and position
-//! phi' = t - omega_in x phi               (+ C e_gyro)
-//! v'   = f x phi + V x (t + E p) - (2 omega_ie + omega_en) x v + [0, 0, 2 g / R] p_down          (- C e_accel)
+//! t    = B v + D p
+//! phi' = t - omega_in x phi + C e_gyro
+//! v'   = f x phi + V x (t + E p) - (2 omega_ie + omega_en) x v + [0, 0, 2 g / R] p_down
+//!        - C e_accel
 //! p'   = v + K p
 //! ```
-//! A piece is a step of second order in its length (mean of `phi` in `v'`, mean of `v` in `phi'` and `p'`). The 9 x 9 matrix is never formed: a column costs 70 operations where a dense product takes 162.
+//!
+//! `t` is the change of the navigation frame's rate with velocity and position.
+//!
+//! A piece is a step of second order in its length (mean of `phi` in `v'`, mean of `v` in `phi'`
+//! and `p'`). The 9 x 9 matrix is never formed: a column costs 70 operations where a dense product
+//! takes 162.
 
 use super::earth::{Local, OMEGA_IE};
 use super::vector::{V, V32, add, cross, narrow, scale};
 
-/// Number of navigation errors: attitude (rad), velocity (m/s), position (m), each north, east, down.
+/// Number of navigation errors: attitude (rad), velocity (m/s), position (m), each north, east,
+/// down.
 pub const ERRORS: usize = 9;
 
 /// White noise of the sensors, per axis.
@@ -25,21 +34,22 @@ pub struct Noise {
     pub accel: f32,
 }
 
-/// How errors went from one moment to another: `x+ = phi x + gamma e + noise of covariance q`, with `e` the sensor errors that were
-/// left in the increments with the sign `residual = -e`, constant over the interval. Rows first; errors in the order of [`ERRORS`].
+/// How errors moved over an interval: `x+ = phi x + gamma e + noise of covariance q`. `e` are the
+/// sensor errors left in the increments, with the sign `residual = -e`, constant over the interval.
+/// Rows first; errors in the order of [`ERRORS`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Transition {
     /// Effect of earlier errors.
     pub phi: [[f32; 9]; 9],
     /// Effect of gyro (rad/s, first three columns) and accelerometer errors (m/s2).
     pub gamma: [[f32; 6]; 9],
-    /// Covariance of what the sensors' white noise did; symmetric.
+    /// Covariance of the errors caused by the sensors' white noise; symmetric.
     pub q: [[f32; 9]; 9],
     /// Duration, s.
     pub time: f32,
 }
 
-/// What a piece was like; f32.
+/// Motion over a piece, f32.
 #[derive(Debug, Clone, Copy)]
 pub struct Motion {
     /// Body to navigation axes at the piece's middle.
@@ -121,7 +131,7 @@ impl Dynamics {
         [v[1] * self.inv_n, -v[0] * self.inv_m, -v[1] * self.tan_n]
     }
 
-    /// One piece of a column.
+    /// A column after one piece.
     #[inline(always)]
     fn step(&self, x: &Column) -> Column {
         let Column { phi, v, p } = *x;
@@ -157,7 +167,7 @@ impl Dynamics {
 }
 
 impl Dynamics {
-    /// What a constant rate about `axis` (NED) adds within the piece, to third order.
+    /// Effect of a constant rate about `axis` (NED) within the piece, to third order.
     #[inline(always)]
     fn turn(&self, x: &mut Column, axis: V32) {
         let v = scale(cross(self.force, axis), 0.5 * self.time * self.time);
@@ -166,7 +176,7 @@ impl Dynamics {
         x.p = add(x.p, scale(v, self.time * (1.0 / 3.0)));
     }
 
-    /// What a constant acceleration against `axis` (NED) adds within the piece, to second order.
+    /// Effect of a constant acceleration against `axis` (NED) within the piece, to second order.
     #[inline(always)]
     fn push(&self, x: &mut Column, axis: V32) {
         let v = scale(axis, -self.time);
@@ -177,7 +187,7 @@ impl Dynamics {
     }
 }
 
-/// Gathers a [`Transition`].
+/// Accumulates a [`Transition`].
 #[derive(Debug, Clone)]
 pub struct Interval {
     // columns
@@ -199,7 +209,7 @@ impl Interval {
         }
     }
 
-    /// Goes on by a piece.
+    /// Adds a piece.
     pub fn piece(&mut self, motion: &Motion, here: &Local, noise: Noise) {
         let dynamics = Dynamics::new(motion, here);
         self.time += f64::from(motion.time);
@@ -217,8 +227,9 @@ impl Interval {
         self.white(&dynamics, noise);
     }
 
-    /// Covariance over a piece: `S (q + n / 2) S' + n / 2` with the piece's white noise `n`. That has all of second order; of third
-    /// order it has the position's variance as 1/2 instead of 1/3, which is set right.
+    /// Covariance over a piece: `S (q + n / 2) S' + n / 2` with the piece's white noise `n`. That
+    /// has all terms of second order. Of third order it has the position's variance as 1/2 instead
+    /// of 1/3, which is corrected.
     fn white(&mut self, dynamics: &Dynamics, noise: Noise) {
         let time = dynamics.time;
         let (g, a) = (noise.gyro * noise.gyro, noise.accel * noise.accel);
@@ -236,12 +247,12 @@ impl Interval {
         add_diagonal(&mut self.q, half);
     }
 
-    /// What was gathered since the last call.
+    /// The transition since the last call.
     pub fn take(&mut self) -> Transition {
         let taken = core::mem::replace(self, Self::new());
         let phi = transposed(&taken.phi);
         let gamma = taken.gamma.map(row);
-        // rounding leaves q symmetric to a few ulp; the mean makes it exactly so
+        // rounding leaves q symmetric to a few units in the last place; the mean makes it exact
         let q = taken.q.map(row);
         let across = transposed(&taken.q).map(row);
         Transition {

@@ -1,4 +1,5 @@
-//! Small vectors and quaternions, f64 and f32. A quaternion is `[w, x, y, z]`; `q_bn` turns body vectors into north-east-down.
+//! Small vectors and quaternions, f64 and f32. A quaternion is `[w, x, y, z]`; `q_bn` turns body
+//! vectors into north-east-down.
 
 use lrnn_nostd::Real;
 
@@ -41,7 +42,8 @@ pub fn finite(v: &[f64]) -> bool {
 /// Quaternion of a rotation vector in rad; exact to f64 for any size.
 pub fn from_rotvec(phi: V) -> Q {
     let n2 = phi[0] * phi[0] + phi[1] * phi[1] + phi[2] * phi[2];
-    // cos(n/2) and sin(n/2)/n: the series is exact to f64 below 0.06 rad, where nearly all pieces lie
+    // cos(n/2) and sin(n/2)/n: the series is exact to f64 below 0.06 rad, where nearly all pieces
+    // lie
     let (w, s) = if n2 < 3.6e-3 {
         (
             1.0 - n2 * (1.0 / 8.0) * (1.0 - n2 * (1.0 / 48.0) * (1.0 - n2 * (1.0 / 120.0))),

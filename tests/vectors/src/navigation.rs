@@ -58,7 +58,7 @@ pub(crate) fn word([x, y, z]: [f32; 3], rate: usize) -> Counts {
 
 pub(crate) fn verdict(navigator: &Navigator, found: f32) -> ([f32; 3], bool) {
     let faults = navigator.faults();
-    ([found; 3], !faults.lost && faults.words == 0)
+    ([found; 3], !faults.lost && faults.samples == 0)
 }
 
 impl NavWordWork {
