@@ -1,4 +1,5 @@
-//! ns per step, per step with gradient, and per learning step (gradient, window and update by the paper's rule).
+//! ns per step, per step with gradient, and per learning step (gradient, window and update by the
+//! paper's rule).
 
 use std::hint::black_box;
 
@@ -25,7 +26,8 @@ fn network<H: Activation>(criterion: &mut Criterion, name: &str) {
         bencher.iter(|| net.step_gradient(&mut state, &mut sens, black_box(INPUT)));
     });
 
-    // Steps of 0: the same work, but the weights stay through millions of updates and nothing overflows.
+    // Steps of 0: the same work, but the weights stay through millions of updates and nothing
+    // overflows.
     let rule = Paper::new(StepSizes::uniform(0.0), StepSizes::uniform(0.1));
     let mut learner = Learner::new(&net, rule);
     learner.begin_pass();

@@ -1,4 +1,4 @@
-//! f and its derivative.
+//! The activation function f and its derivative.
 
 mod cubic;
 
@@ -11,18 +11,18 @@ pub use cubic::Cubic;
 #[allow(unused_imports, reason = "for the kernel in assembly")]
 pub(crate) use cubic::{MIDDLE, TABLE};
 
-/// f of a layer.
+/// The activation function f of a layer.
 pub trait Activation: Copy + Debug + Default + PartialEq + 'static {
-    /// Value in the weight image.
+    /// Code of this activation in the weight image.
     const CODE: u8;
 
     /// f(x).
     fn apply<T: Real>(x: T) -> T;
 
-    /// f'(x), from y = f(x); |f'| <= 1, which the bound on the sensitivities builds on.
+    /// f'(x), computed from y = f(x). |f'| <= 1, on which the bound of the sensitivities relies.
     fn slope<T: Real>(y: T) -> T;
 
-    /// f of the three units of a layer; `None` when an x is infinite or NaN.
+    /// f for the three units of a layer; `None` when an x is infinite or NaN.
     #[inline(always)]
     fn layer<T: Real>(x: [T; NEURONS]) -> Option<[T; NEURONS]> {
         let [a, b, c] = x;
@@ -31,7 +31,7 @@ pub trait Activation: Copy + Debug + Default + PartialEq + 'static {
     }
 }
 
-/// tanh of `libm`.
+/// The tanh of `libm`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Tanh;
 
@@ -39,16 +39,21 @@ pub struct Tanh;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Identity;
 
-/// tanh as a rational function, for cores with a fast multiplier and divider: only + - * /, no branch, no table.
+/// tanh as a rational function, for cores with a fast multiplier and divider. It uses only + - * /,
+/// no branch and no table.
 ///
-/// tanh x = 2 s / (1 + s^2) with s = tanh(x/2), and s is x P(x^2) / Q(x^2) with P of degree 2, Q of degree 3 in x^2. The doubling
-/// keeps |y| <= 1 by itself and forgives an error of s the more, the nearer s is to 1.
+/// tanh x = 2 s / (1 + s^2) with s = tanh(x/2), where s is x P(x^2) / Q(x^2), with P of degree 2
+/// and Q of degree 3 in x^2. The doubling keeps |y| <= 1 without a clamp, and an error of s matters
+/// less the nearer s is to 1.
 ///
-/// In `f32` |f(x) - tanh x| < 2.0e-7 for every x (3.3 units of the last place below 1), |f(x)| <= 1, f(-x) = -f(x), and f never
-/// falls by more than 2.4e-7 where x rises (rounding). Beyond |x| = 8.4 it is constant. In `f64`, without the rounding, the error is
-/// below 1.2e-7. Its slope is 1 - y^2, that of tanh: within 5e-8 of the approximation's own, less than `f32` rounds.
+/// In `f32` |f(x) - tanh x| < 2.0e-7 for every x (3.3 units of the last place below 1), |f(x)| <=
+/// 1, f(-x) = -f(x), and where x rises f never falls by more than 2.4e-7 (rounding). Beyond |x| =
+/// 8.4 f is constant. In `f64`, without the rounding, the error is below 1.2e-7. The slope is 1 -
+/// y^2, as for tanh; it differs from the slope of the approximation by less than 5e-8, which is
+/// below the rounding of `f32`.
 ///
-/// Coefficients: Remez exchange with 60 digits, minimax of the relative error of y (not of s) for |x| <= 7; 2.8e-9 there.
+/// Coefficients: Remez exchange with 60 digits, minimax of the relative error of y (not of s) for
+/// |x| <= 7; 2.8e-9 there.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Rational;
 
@@ -80,9 +85,9 @@ impl Activation for Identity {
     }
 }
 
-/// |x| from which on [`Rational`] is constant.
+/// [`Rational`] is constant for |x| beyond this value.
 const CLAMP: f64 = 8.4;
-/// Numerator of s over x: coefficients of 1, t, t^2 with t = x^2.
+/// Numerator of s / x: coefficients of 1, t, t^2 with t = x^2.
 const P: [f64; 3] = [
     0.4999999985828751,
     0.014948389358075317,
@@ -112,7 +117,8 @@ impl Activation for Rational {
         T::ONE - y * y
     }
 
-    /// One test for the three: while x_0^2 + x_1^2 + x_2^2 is below the clamp's, each x is finite and none is clamped.
+    /// One test for all three units: while x_0^2 + x_1^2 + x_2^2 is below the square of the clamp,
+    /// each x is finite and none is clamped.
     #[inline(always)]
     fn layer<T: Real>(x: [T; NEURONS]) -> Option<[T; NEURONS]> {
         let [a, b, c] = x;
@@ -130,8 +136,11 @@ impl Activation for Rational {
 }
 
 impl Rational {
-    /// f(x) for |x| within the clamp, t = x^2. With n = x P(t) and d = Q(t), so s = n/d:
-    ///     y = 2 n d / (d^2 + n^2)
+    /// f(x) for |x| within the clamp; t = x^2. With n = x P(t) and d = Q(t), so that s = n/d:
+    ///
+    /// ```text
+    /// y = 2 n d / (d^2 + n^2)
+    /// ```
     #[inline(always)]
     fn inside<T: Real>(x: T, t: T) -> T {
         let n = x * horner(&P, t);
@@ -139,7 +148,7 @@ impl Rational {
         (n + n) * d / (d * d + n * n)
     }
 
-    /// [`Activation::layer`] where an x may be clamped.
+    /// [`Activation::layer`] for the case that an x may be clamped.
     #[cold]
     #[inline(never)]
     fn saturated<T: Real>(x: [T; NEURONS]) -> Option<[T; NEURONS]> {
@@ -147,7 +156,7 @@ impl Rational {
     }
 }
 
-/// Value of a polynomial.
+/// Value of a polynomial at t (Horner's scheme).
 #[inline(always)]
 fn horner<T: Real, const N: usize>(coefficients: &[f64; N], t: T) -> T {
     let mut value = T::ZERO;

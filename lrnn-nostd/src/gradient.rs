@@ -1,4 +1,5 @@
-//! The exact forward gradient ("dynamic gradient", real-time recurrent learning; eq. 4-6 with their errata corrected).
+//! The exact forward gradient ("dynamic gradient", real-time recurrent learning; eq. 4-6 with their
+//! errata corrected).
 //!
 //! s_l,j = dy_l,j / dtheta for every parameter theta of the layers up to l. With theta in layer m:
 //!
@@ -9,15 +10,19 @@
 //! l > m:  s_l,j(k) = f'(x_l,j) [ sum_i W_l,ji s_l-1,i(k) + sum_i R_l,ji s_l,i(k-1) ]
 //! ```
 //!
-//! The print is wrong in four places, each of which `tests/errata.rs` shows to disagree with differences of the output:
-//! f for f' in (5) and (6); the direct term of (6), which belongs to unit p only and to the source unit q; the sum of (6) for a
-//! bias, which runs over all units of the layer and not n_l - 1; and the recursion through the own feedback of *every* higher
-//! layer, of which (5) has the last one only.
+//! The print is wrong in four places. For each of them `tests/errata.rs` shows that the printed
+//! formula disagrees with finite differences of the output:
+//!
+//! - f instead of f' in (5) and (6);
+//! - the direct term of (6), which belongs to unit p only and to the source unit q;
+//! - the sum of (6) for a bias, which runs over all units of the layer and not n_l - 1;
+//! - the recursion through the own feedback of *every* higher layer, of which (5) has only the
+//!   last.
 
 mod by_column;
 mod by_row;
 mod columns;
-mod motion;
+mod recursion;
 
 use crate::activation::Activation;
 use crate::infer::{Fault, Forward, Net, Step};
@@ -25,14 +30,15 @@ use crate::real::Real;
 use crate::shape::{B, Feedback, LAYERS, NEURONS, PARAMS, PARAMS_PER_LAYER, R};
 use crate::state::State;
 use crate::weights::Weights;
-use by_column::{Alarm, Nothing, Part, Whole, descend, in_order};
+use by_column::{DescendLayer, DescendPart, Ignore, OverflowCheck, descend, in_order};
 use columns::{BY_COLUMN, Columns};
-use motion::Motion;
+use recursion::Recursion;
 
-/// Parameters of the first two layers.
+/// Number of parameters of the first two layers.
 const PARAMS_2: usize = 2 * PARAMS_PER_LAYER;
 
-/// dy_l/dtheta: 3x21 + 3x42 + 3x63 = 378 values, 1512 bytes in `f32`; the entries that are always 0 are not stored.
+/// dy_l/dtheta: 3x21 + 3x42 + 3x63 = 378 values, 1512 bytes in `f32`. Entries that are always 0 are
+/// not stored.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[repr(C)] // the kernel writes it
 pub struct Sensitivities<T = f32> {
@@ -51,12 +57,13 @@ impl<T: Real> Sensitivities<T> {
         }
     }
 
-    /// Back to [`Sensitivities::new`].
+    /// Resets to [`Sensitivities::new`].
     pub fn reset(&mut self) {
         *self = Self::new();
     }
 
-    /// dy_3,j/dtheta of the last step: one row for each output j, in parameter order. A copy: the order in memory is the machine's.
+    /// dy_3,j/dtheta of the last step: one row for each output j, in parameter order. It is a copy,
+    /// because the order in memory depends on the machine.
     pub fn output(&self) -> [[T; PARAMS]; NEURONS] {
         let mut rows = [[T::ZERO; PARAMS]; NEURONS];
         for theta in 0..PARAMS {
@@ -68,12 +75,13 @@ impl<T: Real> Sensitivities<T> {
         rows
     }
 
-    /// Byte at which s_3 begins.
+    /// Offset of s_3 in bytes.
     #[cfg(target_arch = "arm")]
     #[allow(dead_code, reason = "for the kernel in assembly")]
     pub(crate) const OUTPUT: usize = core::mem::offset_of!(Self, s3);
 
-    /// Whether every value is finite; those below a layer enter its sums, so that the top one tells for all.
+    /// Whether every value is finite. The values of the lower layers enter the sums of the top
+    /// layer, so checking the top layer is enough.
     pub(crate) fn is_finite(&self) -> bool {
         self.s3.is_finite()
     }
@@ -84,13 +92,14 @@ impl<T: Real> Sensitivities<T> {
         self.s3.at(theta)
     }
 
-    /// One step of gradient descent on 1/2 |r|^2 for the last step alone: theta -= rate * sum_j r_j dy_3,j/dtheta (eq. 4 and 7). For
-    /// learning word by word, as [`Net::step_descend`] does it in one go; what learns from late sums or whole passes is in
+    /// One step of gradient descent on 1/2 |r|^2 for the last step alone: theta -= rate * sum_j r_j
+    /// dy_3,j/dtheta (eq. 4 and 7). This is for learning sample by sample, which
+    /// [`Net::step_descend`] does in one call. Learning from late sums or from whole passes is in
     /// [`crate::learn`].
     #[inline]
     pub fn descend(&self, weights: &mut Weights<T>, residual: &[T; NEURONS], rate: T) {
         let g = residual.map(|r| r * rate);
-        // in parts of known length: no bounds checks, no iterator over layers
+        // Slices of known length need no bounds checks and no iterator over layers.
         let mut first = 0;
         for layer in &mut weights.layers {
             let parts = [
@@ -109,7 +118,7 @@ impl<T: Real> Sensitivities<T> {
         }
     }
 
-    /// s(k-1) to s(k); `last` is y(k-1). False when a value overflowed.
+    /// Advances s(k-1) to s(k); `last` is y(k-1). Returns false when a value overflowed.
     #[inline(always)]
     fn advance<H: Activation, O: Activation, F: Feedback>(
         &mut self,
@@ -117,11 +126,10 @@ impl<T: Real> Sensitivities<T> {
         forward: &Forward<T>,
         last: &[[T; NEURONS]; LAYERS],
     ) -> bool {
-        // Every value below a layer enters its sums, and 0 times a non-finite value is NaN: the top layer tells for all.
+        // Every value of a lower layer enters the sums of the next one, and 0 times a non-finite
+        // value is NaN, so checking the top layer is enough.
         if BY_COLUMN {
-            self.by_column::<H, O, F>(weights, forward, last)
-                .is_silent()
-                || self.is_finite()
+            self.by_column::<H, O, F>(weights, forward, last).passed() || self.is_finite()
         } else {
             self.by_row::<H, O, F>(weights, forward, last);
             self.is_finite()
@@ -138,58 +146,59 @@ impl<T: Real> Sensitivities<T> {
         let [layer1, layer2, layer3] = &weights.layers;
         let [y1, y2, y3] = &forward.y;
         let [last1, last2, last3] = last;
-        let m = Motion::new::<H>(layer1, y1, &forward.input, last1);
-        by_row::own::<F, T, _>(&mut self.s1, &m);
+        let m = Recursion::new::<H>(layer1, y1, &forward.input, last1);
+        by_row::own_parameters::<F, T, _>(&mut self.s1, &m);
 
-        let m = Motion::new::<H>(layer2, y2, y1, last2);
-        by_row::own::<F, T, _>(&mut self.s2, &m);
-        by_row::inherit(&mut self.s2, &self.s1, &m);
+        let m = Recursion::new::<H>(layer2, y2, y1, last2);
+        by_row::own_parameters::<F, T, _>(&mut self.s2, &m);
+        by_row::lower_parameters(&mut self.s2, &self.s1, &m);
 
-        let m = Motion::new::<O>(layer3, y3, y2, last3);
-        by_row::own::<F, T, _>(&mut self.s3, &m);
-        by_row::inherit(&mut self.s3, &self.s2, &m);
+        let m = Recursion::new::<O>(layer3, y3, y2, last3);
+        by_row::own_parameters::<F, T, _>(&mut self.s3, &m);
+        by_row::lower_parameters(&mut self.s3, &self.s2, &m);
     }
 
-    /// One copy of it, 5 kB, is enough.
+    /// Not inlined: one copy of this code takes 5 kB.
     #[inline(never)]
     fn by_column<H: Activation, O: Activation, F: Feedback>(
         &mut self,
         weights: &Weights<T>,
         forward: &Forward<T>,
         last: &[[T; NEURONS]; LAYERS],
-    ) -> Alarm<T> {
+    ) -> OverflowCheck<T> {
         let m = self.hidden_by_column::<H, O, F>(weights, forward, last);
-        let mut alarm = Alarm::SILENT;
+        let mut check = OverflowCheck::NEW;
         let (s, below) = (&mut self.s3, &self.s2);
-        by_column::inherit::<F, T, _, _, PARAMS_2>(0, s, below, &m, &mut alarm);
-        by_column::own::<F, T, _>(s, &m, &mut alarm);
-        alarm
+        by_column::lower_parameters::<F, T, _, _, PARAMS_2>(0, s, below, &m, &mut check);
+        by_column::own_parameters::<F, T, _>(s, &m, &mut check);
+        check
     }
 
-    /// s_1 and s_2; gives what moves s_3.
+    /// Advances s_1 and s_2; returns the coefficients for s_3.
     #[inline(always)]
     fn hidden_by_column<H: Activation, O: Activation, F: Feedback>(
         &mut self,
         weights: &Weights<T>,
         forward: &Forward<T>,
         last: &[[T; NEURONS]; LAYERS],
-    ) -> Motion<T> {
+    ) -> Recursion<T> {
         let [layer1, layer2, layer3] = &weights.layers;
         let [y1, y2, y3] = &forward.y;
         let [last1, last2, last3] = last;
-        let m = Motion::new::<H>(layer1, y1, &forward.input, last1);
-        by_column::own::<F, T, _>(&mut self.s1, &m, &mut Nothing);
+        let m = Recursion::new::<H>(layer1, y1, &forward.input, last1);
+        by_column::own_parameters::<F, T, _>(&mut self.s1, &m, &mut Ignore);
         in_order();
 
-        let m = Motion::new::<H>(layer2, y2, y1, last2);
+        let m = Recursion::new::<H>(layer2, y2, y1, last2);
         let (s, below) = (&mut self.s2, &self.s1);
-        by_column::inherit::<F, T, _, _, PARAMS_PER_LAYER>(0, s, below, &m, &mut Nothing);
-        by_column::own::<F, T, _>(s, &m, &mut Nothing);
+        by_column::lower_parameters::<F, T, _, _, PARAMS_PER_LAYER>(0, s, below, &m, &mut Ignore);
+        by_column::own_parameters::<F, T, _>(s, &m, &mut Ignore);
         in_order();
-        Motion::new::<O>(layer3, y3, y2, last3)
+        Recursion::new::<O>(layer3, y3, y2, last3)
     }
 
-    /// [`Sensitivities::by_column`], and theta -= sum_j g_j s_3,j with the new s_3 unless a value overflowed, which it tells.
+    /// [`Sensitivities::by_column`] and theta -= sum_j g_j s_3,j with the new s_3. After an
+    /// overflow the weights are restored and the result is false.
     #[inline(never)]
     fn descend_by_column<H: Activation, O: Activation, F: Feedback>(
         &mut self,
@@ -199,7 +208,7 @@ impl<T: Real> Sensitivities<T> {
         g: [T; NEURONS],
     ) -> bool {
         let [layer1, layer2, layer3] = &weights.layers;
-        // in pieces that are copied without a call
+        // Copied in pieces small enough that the compiler needs no call.
         let old_w = (layer1.w, layer2.w, layer3.w);
         let old_r = (layer1.r, layer2.r, layer3.r);
         let old_b = (layer1.b, layer2.b, layer3.b);
@@ -207,22 +216,22 @@ impl<T: Real> Sensitivities<T> {
 
         let [layer1, layer2, layer] = &mut weights.layers;
         let (s, below) = (&mut self.s3, &self.s2);
-        let mut sum = Alarm::SILENT;
-        let alarm = &mut sum;
+        let mut sum = OverflowCheck::NEW;
+        let check = &mut sum;
         for (below_top, layer) in [layer1, layer2].into_iter().enumerate() {
             let first = PARAMS_PER_LAYER * below_top;
             let theta = layer.w.as_flattened_mut();
-            let part = &mut Part { theta, g, alarm };
-            by_column::inherit::<F, T, _, _, R>(first, s, below, &m, part);
+            let part = &mut DescendPart { theta, g, check };
+            by_column::lower_parameters::<F, T, _, _, R>(first, s, below, &m, part);
             let theta = layer.r.as_flattened_mut();
-            let part = &mut Part { theta, g, alarm };
-            by_column::inherit::<F, T, _, _, R>(first + R, s, below, &m, part);
+            let part = &mut DescendPart { theta, g, check };
+            by_column::lower_parameters::<F, T, _, _, R>(first + R, s, below, &m, part);
             let theta = &mut layer.b;
-            let part = &mut Part { theta, g, alarm };
-            by_column::inherit::<F, T, _, _, NEURONS>(first + B, s, below, &m, part);
+            let part = &mut DescendPart { theta, g, check };
+            by_column::lower_parameters::<F, T, _, _, NEURONS>(first + B, s, below, &m, part);
         }
-        by_column::own::<F, T, _>(s, &m, &mut Whole { layer, g, alarm });
-        if sum.is_silent() || self.is_finite() {
+        by_column::own_parameters::<F, T, _>(s, &m, &mut DescendLayer { layer, g, check });
+        if sum.passed() || self.is_finite() {
             return true;
         }
         let [layer1, layer2, layer3] = &mut weights.layers;
@@ -240,9 +249,10 @@ impl<T: Real> Default for Sensitivities<T> {
 }
 
 impl<H: Activation, O: Activation, F: Feedback, T: Real> Net<H, O, F, T> {
-    /// [`Net::step`], the same bits, and the sensitivities of the step beside it.
+    /// As [`Net::step`], with the same bits, and also computes the sensitivities of the step.
     ///
-    /// After a fault of the step itself the sensitivities are untouched and still belong to the repeated output.
+    /// After a fault of the step itself the sensitivities are unchanged and still belong to the
+    /// repeated output.
     #[inline]
     pub fn step_gradient(
         &self,
@@ -255,16 +265,11 @@ impl<H: Activation, O: Activation, F: Feedback, T: Real> Net<H, O, F, T> {
             Err(fault) => return self.hold(state, fault),
         };
         let finite = sens.advance::<H, O, F>(&self.weights, &forward, &state.y);
-        let mut step = self.accept(state, &forward);
-        if !finite {
-            sens.reset();
-            step.fault = Some(Fault::SensitivityOverflow);
-        }
-        step
+        self.accept_gradient(state, sens, &forward, finite)
     }
 
-    /// [`Net::step_gradient`] and [`Sensitivities::descend`] with the residual y_3 - `target`, the same bits, in one go. After a fault of
-    /// any kind the weights are untouched.
+    /// [`Net::step_gradient`] and [`Sensitivities::descend`] with the residual y_3 - `target` in
+    /// one call, with the same bits. After a fault of any kind the weights are unchanged.
     #[inline]
     pub fn step_descend(
         &mut self,
@@ -289,7 +294,19 @@ impl<H: Activation, O: Activation, F: Feedback, T: Real> Net<H, O, F, T> {
         let [_, _, y3] = forward.y;
         let g = residual(y3).map(|r| r * rate);
         let finite = sens.descend_by_column::<H, O, F>(&mut self.weights, &forward, &state.y, g);
-        let mut step = self.accept(state, &forward);
+        self.accept_gradient(state, sens, &forward, finite)
+    }
+
+    /// [`Net::accept`]; sensitivities that overflowed are reset and reported.
+    #[inline(always)]
+    fn accept_gradient(
+        &self,
+        state: &mut State<T>,
+        sens: &mut Sensitivities<T>,
+        forward: &Forward<T>,
+        finite: bool,
+    ) -> Step<T> {
+        let mut step = self.accept(state, forward);
         if !finite {
             sens.reset();
             step.fault = Some(Fault::SensitivityOverflow);
@@ -318,7 +335,8 @@ mod tests {
         (net.weights.to_array().map(f32::to_bits), rows)
     }
 
-    /// The desktop's order of work, the target's, and the target's with the descent in it give the same bits.
+    /// The order of work on the desktop, that on the target, and that on the target with the
+    /// descent included give the same bits.
     fn check<F: Feedback>(values: &[f32], inputs: &[[f32; 3]], rate: f32) {
         let mut plain = net::<F>(values);
         let (mut state, mut rows) = (State::new(), Sensitivities::new());
@@ -330,9 +348,9 @@ mod tests {
             let last = state.y;
             state.y = forward.y;
             rows.by_row::<Rational, Identity, F>(&plain.weights, &forward, &last);
-            let alarm = columns.by_column::<Rational, Identity, F>(&plain.weights, &forward, &last);
+            let check = columns.by_column::<Rational, Identity, F>(&plain.weights, &forward, &last);
             let finite = rows.s3.is_finite();
-            assert!(finite || !alarm.is_silent(), "an overflow gave no alarm");
+            assert!(finite || !check.passed(), "an overflow was not noticed");
 
             let g = forward.y[2].map(|y| y * rate);
             let mut moved = plain;

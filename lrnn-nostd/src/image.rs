@@ -6,7 +6,7 @@
 //! |---|---|---|
 //! | 0 | 4 | magic `LRNN` |
 //! | 4 | 1 | version of this format, 1 |
-//! | 5 | 1 | hidden activation ([`Activation::CODE`]): 0 identity, 1 tanh, 2 rational tanh, 3 table of cubics |
+//! | 5 | 1 | hidden activation ([`Activation::CODE`]): 0 identity, 1 tanh, 2 rational, 3 cubics |
 //! | 6 | 1 | output activation, likewise |
 //! | 7 | 1 | feedback ([`Feedback::CODE`]): 0 full, 1 diagonal |
 //! | 8 | 4 | total length, u32: 304 |
@@ -31,10 +31,10 @@ const HEADER_LEN: usize = 12;
 /// Normalisation and weights.
 const VALUES: usize = 9 + PARAMS;
 
-/// Why bytes are not an image of the wanted network. Checked in this order.
+/// Why bytes are not an image of the expected network. The conditions are checked in this order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ImageError {
-    /// Not this many bytes, but 304.
+    /// The image has this many bytes instead of 304.
     Length(usize),
     /// The first four bytes are not `LRNN`.
     Magic([u8; 4]),
@@ -44,18 +44,19 @@ pub enum ImageError {
     LengthField(u32),
     /// The bytes are damaged.
     Crc {
-        /// In the image.
+        /// The CRC in the image.
         stored: u32,
-        /// Of its bytes.
+        /// The CRC of its bytes.
         computed: u32,
     },
-    /// Another hidden activation than that of the wanted network.
+    /// The hidden activation is not that of the expected network.
     HiddenActivation(u8),
-    /// Another output activation.
+    /// The output activation is not that of the expected network.
     OutputActivation(u8),
-    /// Another kind of feedback.
+    /// The feedback is not that of the expected network.
     Feedback(u8),
-    /// A scale of the normalisation is infinite or NaN: 0..3 input_offset, 3..6 input_scale, 6..9 output_scale.
+    /// A scale of the normalisation is infinite or NaN. Indices: 0..3 input_offset, 3..6
+    /// input_scale, 6..9 output_scale.
     NonFiniteScale(u8),
     /// The weight with this index is infinite or NaN.
     NonFiniteWeight(u8),
@@ -99,7 +100,7 @@ impl fmt::Display for ImageError {
 
 impl core::error::Error for ImageError {}
 
-/// The image of a network. Non-finite values are written as they are; [`decode`] refuses them.
+/// The image of a network. Non-finite values are encoded unchanged; [`decode`] rejects them.
 pub fn encode<H: Activation, O: Activation, F: Feedback>(net: &Net<H, O, F>) -> [u8; IMAGE_LEN] {
     let mut image = [0; IMAGE_LEN];
     let scales = [
@@ -126,7 +127,7 @@ pub fn encode<H: Activation, O: Activation, F: Feedback>(net: &Net<H, O, F>) -> 
     image
 }
 
-/// The network of an image, if it is one of the wanted kind.
+/// Decodes an image of the expected kind of network.
 pub fn decode<H: Activation, O: Activation, F: Feedback>(
     bytes: &[u8],
 ) -> Result<Net<H, O, F>, ImageError> {
@@ -182,7 +183,8 @@ fn finite(value: f32) -> Option<f32> {
     value.is_finite().then_some(value)
 }
 
-/// CRC-32 (IEEE 802.3): polynomial 0x04C11DB7 reflected, initial value and final exclusive or 0xFFFFFFFF.
+/// CRC-32 (IEEE 802.3): polynomial 0x04C11DB7 reflected, initial value and final exclusive-or
+/// 0xFFFFFFFF.
 pub fn crc32(bytes: &[u8]) -> u32 {
     let mut crc = !0;
     for &byte in bytes {

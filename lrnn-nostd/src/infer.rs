@@ -11,43 +11,46 @@ use crate::weights::{Layer, Weights};
 
 /// The network: hidden activation `H`, output activation `O`, feedback `F`, number type `T`.
 ///
-/// It holds what is configured and nothing that changes: a [`State`] belongs to a run, and weights may be exchanged
-/// between two steps.
+/// It holds the configuration and nothing that changes: a [`State`] belongs to a run, and weights
+/// may be exchanged between two steps.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[repr(C)] // the kernel reads it
 pub struct Net<H = Rational, O = Identity, F = Full, T = f32> {
-    /// theta.
+    /// The parameters theta.
     pub weights: Weights<T>,
     /// Scales of input and output.
     pub normalisation: Normalisation<T>,
     kind: PhantomData<(H, O, F)>,
 }
 
-/// What one step gives.
+/// The result of one step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[must_use]
 pub struct Step<T = f32> {
     /// y_3, in network units.
     pub output: [T; NEURONS],
-    /// The estimated sensor error y_3 * output_scale, in the units of the scale: corrected = measured - error.
+    /// The estimated sensor error y_3 * output_scale, in the units of the scale: corrected =
+    /// measured - error.
     pub error: [T; NEURONS],
-    /// Why output and error are not new, if they are not (see [`Fault`]).
+    /// The fault, if output and error are not new (see [`Fault`]).
     pub fault: Option<Fault>,
 }
 
-/// What can go wrong in a step. State, sensitivities and results are finite in any case.
+/// What can go wrong in a step. State, sensitivities and results stay finite in any case.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Fault {
-    /// An input is infinite or NaN. The step was not made; the last output is repeated.
+    /// An input is infinite or NaN. The step is not made; the last output is repeated.
     NonFiniteInput,
-    /// Some x_l or the error is infinite or NaN (huge or non-finite weights or scales). As above.
+    /// Some x_l or the error is infinite or NaN, because weights or scales are huge or not finite.
+    /// The step is not made; the last output is repeated.
     Overflow,
-    /// Only from [`Net::step_gradient`]: the step is good but its sensitivities overflowed (feedback too strong). They were
-    /// reset, so that from here on they are derivatives with respect to a change of the weights after this step.
+    /// Only from [`Net::step_gradient`]: the step is good but its sensitivities overflowed, because
+    /// the feedback is too strong. They are reset; from here on they are derivatives with respect
+    /// to a change of the weights after this step.
     SensitivityOverflow,
 }
 
-/// What one step computes.
+/// Everything that one step computes.
 #[repr(C)] // the kernel writes it
 pub(crate) struct Forward<T> {
     /// y_0 = u.
@@ -59,7 +62,8 @@ pub(crate) struct Forward<T> {
 }
 
 impl<H: Activation, O: Activation, F: Feedback, T: Real> Net<H, O, F, T> {
-    /// A network from its weights and scales. Nothing is checked: a step that overflows says so.
+    /// A network from its weights and scales. Nothing is checked here; a step that overflows
+    /// reports it.
     pub const fn new(weights: Weights<T>, normalisation: Normalisation<T>) -> Self {
         Self {
             weights,
@@ -68,7 +72,8 @@ impl<H: Activation, O: Activation, F: Feedback, T: Real> Net<H, O, F, T> {
         }
     }
 
-    /// One step: `input` in physical units (rad/s or m/s^2) to the estimated error; see [`Fault`] for what a bad input does.
+    /// One step from `input` in physical units (rad/s or m/s^2) to the estimated error. See
+    /// [`Fault`] for the effect of a bad input.
     #[inline]
     pub fn step(&self, state: &mut State<T>, input: [T; NEURONS]) -> Step<T> {
         match self.forward(state, input) {
@@ -77,7 +82,7 @@ impl<H: Activation, O: Activation, F: Feedback, T: Real> Net<H, O, F, T> {
         }
     }
 
-    /// The computation of a step, without its effect.
+    /// The computation of a step, without changing the state.
     #[inline(always)]
     pub(crate) fn forward(
         &self,
@@ -86,7 +91,7 @@ impl<H: Activation, O: Activation, F: Feedback, T: Real> Net<H, O, F, T> {
     ) -> Result<Forward<T>, Fault> {
         let u = self.normalisation.input(input);
         let found = self.layers(state, &u);
-        // A non-finite input makes every x_1 non-finite, so that a good step need not look at it.
+        // A non-finite input makes every x_1 non-finite, so a good step need not check its input.
         found.ok_or_else(|| {
             if all_finite(&input) {
                 Fault::Overflow
@@ -112,7 +117,8 @@ impl<H: Activation, O: Activation, F: Feedback, T: Real> Net<H, O, F, T> {
         })
     }
 
-    /// What the network says at power-on, before its first input: the output layer alone. 0 where that is no number.
+    /// The output at power-on, before the first input: that of the output layer alone. 0 where it
+    /// is not finite.
     pub fn initial_output(&self) -> [T; NEURONS] {
         let [_, _, output] = &self.weights.layers;
         let zero = [T::ZERO; NEURONS];
@@ -133,7 +139,8 @@ impl<H: Activation, O: Activation, F: Feedback, T: Real> Net<H, O, F, T> {
         }
     }
 
-    /// The last output again. Only a non-finite scale can spoil the error of a finite output; it is 0 then.
+    /// Repeats the last output. Only a non-finite scale can make the error of a finite output
+    /// non-finite; it is 0 then.
     #[cold]
     pub(crate) fn hold(&self, state: &State<T>, fault: Fault) -> Step<T> {
         let output = state.output();

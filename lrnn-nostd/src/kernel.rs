@@ -1,14 +1,16 @@
-//! Step, gradient and descent of the network with [`Cubic`] hidden layers: in assembly on a Cortex-M4F or M7 with the feature `kernel-m4` or
-//! `kernel-m7`, otherwise the methods of [`crate::Net`]. The bits are the same, all of them.
+//! Step, gradient and descent of the network with [`Cubic`] hidden layers. On a Cortex-M4F or M7
+//! with the feature `kernel-m4` or `kernel-m7` they are in assembly, elsewhere they are the methods
+//! of [`crate::Net`]. All bits are the same.
 //!
-//! `kernel-m4` multiplies and adds in two instructions, which is fewer cycles on that core; `kernel-m7` in one that rounds twice, which is
-//! fewer instructions. With either feature both are there, as [`m4`] and [`m7`]; [`step`] and the others are those of the feature, of
-//! `kernel-m7` when both are set.
+//! `kernel-m4` multiplies and adds in two instructions, which takes fewer cycles on that core.
+//! `kernel-m7` uses one instruction that rounds twice, which takes fewer instructions. With either
+//! feature both forms exist, as [`m4`] and [`m7`]. [`step`] and the other functions of this module
+//! are those of the chosen feature, and of `kernel-m7` when both are set.
 
 use crate::activation::{Cubic, Identity};
 use crate::shape::Full;
 
-/// The one network the kernel is written for.
+/// The network that the kernel supports.
 pub type Net = crate::Net<Cubic, Identity, Full, f32>;
 
 #[cfg_attr(

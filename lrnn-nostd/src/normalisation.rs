@@ -1,12 +1,14 @@
-//! Physical units to network units and back; part of the model, stored with the weights.
+//! Conversion from physical units to network units and back. It is part of the model and is stored
+//! with the weights.
 
 use crate::real::Real;
 use crate::shape::NEURONS;
 
 /// u = (input - input_offset) * input_scale, error = y_3 * output_scale, per axis.
 ///
-/// Choose them so that |u| and |y_3| stay below about 1: `input_offset` near the mean input (gravity, say), `input_scale` about
-/// 1 / (its greatest deviation), `output_scale` about the largest error to be expected.
+/// Choose the scales so that |u| and |y_3| stay below about 1: `input_offset` near the mean input
+/// (gravity, for example), `input_scale` about 1 / (its largest deviation), `output_scale` about
+/// the largest error to be expected.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[repr(C)] // the kernel reads it
 pub struct Normalisation<T = f32> {
@@ -14,12 +16,13 @@ pub struct Normalisation<T = f32> {
     pub input_offset: [T; NEURONS],
     /// Network units per input unit (1/(rad/s) or 1/(m/s^2)).
     pub input_scale: [T; NEURONS],
-    /// Error units per network unit (rad/s or m/s^2). 0 switches the axis off; it cannot be learned then.
+    /// Error units per network unit (rad/s or m/s^2). 0 switches the axis off; such an axis cannot
+    /// learn.
     pub output_scale: [T; NEURONS],
 }
 
 impl<T: Real> Normalisation<T> {
-    /// u = input and error = y_3.
+    /// No conversion: u = input and error = y_3.
     pub const fn identity() -> Self {
         let one = [T::ONE; NEURONS];
         Self {
@@ -44,7 +47,8 @@ impl<T: Real> Normalisation<T> {
         [a * sa, b * sb, c * sc]
     }
 
-    /// The same in another number type; exact from `f32` to `f64`, rounded to nearest the other way.
+    /// The same scales in another number type: exact from `f32` to `f64`, rounded to nearest the
+    /// other way.
     pub fn cast<U: Real>(&self) -> Normalisation<U> {
         let cast = |values: [T; NEURONS]| values.map(|value| U::from_f64(value.to_f64()));
         Normalisation {

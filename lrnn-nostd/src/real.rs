@@ -1,4 +1,4 @@
-//! The number type: `f32` on the target, `f64` when the same kernel is checked.
+//! The number type: `f32` on the target, `f64` to check the same code in higher precision.
 
 use core::fmt::Debug;
 use core::ops::{Add, AddAssign, Div, Mul, MulAssign, Neg, Sub, SubAssign};
@@ -9,9 +9,10 @@ mod sealed {
     impl Sealed for f64 {}
 }
 
-/// The arithmetic the network and its learning need; implemented by `f32` and `f64` only.
+/// The arithmetic that the network and its learning need. Only `f32` and `f64` implement it.
 ///
-/// Nothing here fuses or reorders operations, so the results are the same bits on every machine with IEEE 754 arithmetic.
+/// No operation is fused or reordered, so the results have the same bits on every machine with IEEE
+/// 754 arithmetic.
 pub trait Real:
     sealed::Sealed
     + Copy
@@ -40,16 +41,16 @@ pub trait Real:
     fn from_f64(value: f64) -> Self;
     /// The nearest value of a whole number.
     fn from_i32(value: i32) -> Self;
-    /// The whole part; the nearest `i32` where there is none, 0 for NaN.
+    /// The integer part; the nearest `i32` if it does not fit, 0 for NaN.
     fn truncated(self) -> i32;
-    /// The same value as `f64`, exact.
+    /// The same value as `f64`; exact.
     fn to_f64(self) -> f64;
     /// tanh(self) of `libm`.
     fn tanh(self) -> Self;
-    /// Square root, correctly rounded; NaN below zero.
+    /// The square root, correctly rounded; NaN for a negative value.
     fn sqrt(self) -> Self;
 
-    /// Neither infinite nor NaN.
+    /// Whether the value is neither infinite nor NaN.
     #[inline(always)]
     fn is_finite(self) -> bool {
         self * Self::ZERO == Self::ZERO
@@ -129,11 +130,21 @@ impl Real for f64 {
     }
 }
 
-/// Whether every value is finite. One compare for the lot: 0 * v is 0 for a finite v and NaN otherwise.
+/// Whether every value is finite, with a single comparison: 0 * v is 0 for a finite v and NaN
+/// otherwise. Long slices use eight independent sums, which do not wait for each other.
 #[inline(always)]
-pub(crate) fn all_finite<T: Real, const N: usize>(values: &[T; N]) -> bool {
-    values
-        .iter()
-        .fold(T::ZERO, |sum, &value| sum + value * T::ZERO)
-        == T::ZERO
+pub(crate) fn all_finite<T: Real>(values: &[T]) -> bool {
+    let (eights, rest) = values.as_chunks::<8>();
+    let mut sums = [T::ZERO; 8];
+    for values in eights {
+        for (sum, &value) in sums.iter_mut().zip(values) {
+            *sum += value * T::ZERO;
+        }
+    }
+    let start = if eights.is_empty() {
+        T::ZERO
+    } else {
+        sums.iter().fold(T::ZERO, |total, &sum| total + sum)
+    };
+    rest.iter().fold(start, |sum, &value| sum + value * T::ZERO) == T::ZERO
 }

@@ -1,4 +1,5 @@
-//! The shape 3x3x3x3 (an input layer and three layers of three neurons) and the order of the parameters.
+//! The shape 3x3x3x3 (an input layer and three layers of three neurons) and the order of the
+//! parameters.
 //!
 //! Parameter theta of layer l (counted from 0) has the index
 //!
@@ -10,13 +11,13 @@
 
 use core::fmt::Debug;
 
-/// Neuron layers; the input layer is not counted.
+/// Number of neuron layers; the input layer is not counted.
 pub const LAYERS: usize = 3;
-/// Neurons in a layer, and inputs of the network.
+/// Number of neurons in a layer, and of inputs of the network.
 pub const NEURONS: usize = 3;
-/// Parameters of one layer: W 3x3, R 3x3, b 3.
+/// Number of parameters of one layer: W 3x3, R 3x3, b 3.
 pub const PARAMS_PER_LAYER: usize = 2 * NEURONS * NEURONS + NEURONS;
-/// Parameters of the network.
+/// Number of parameters of the network.
 pub const PARAMS: usize = LAYERS * PARAMS_PER_LAYER;
 
 /// Offset of R in the parameters of a layer.
@@ -24,12 +25,12 @@ pub(crate) const R: usize = NEURONS * NEURONS;
 /// Offset of b in the parameters of a layer.
 pub(crate) const B: usize = 2 * NEURONS * NEURONS;
 
-/// Which kind of parameter an index names; the paper gives each kind its own step size (eq. 7-9).
+/// The kind of a parameter. The paper gives each kind its own step size (eq. 7-9).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
-    /// R: unit to unit of the same layer, one step later (step size eta).
+    /// R: from unit to unit of the same layer, one step later (step size eta).
     Feedback,
-    /// W: layer to layer (step size gamma).
+    /// W: from layer to layer (step size gamma).
     FeedForward,
     /// b (step size zeta).
     Bias,
@@ -49,11 +50,12 @@ impl Kind {
 
 /// Which entries of R exist: [`Full`] or [`Diagonal`].
 pub trait Feedback: Copy + Debug + Default + PartialEq + 'static {
-    /// Every unit feeds back to every unit of its layer; otherwise to itself only.
+    /// Whether every unit feeds back to every unit of its layer; otherwise each feeds back to
+    /// itself only.
     const FULL: bool;
     /// Number of parameters in use.
     const ACTIVE: usize;
-    /// Value in the weight image.
+    /// Code of this kind in the weight image.
     const CODE: u8;
 
     /// Whether the parameter with this index is in use.

@@ -1,11 +1,11 @@
-//! What the network remembers from one step to the next, apart from its weights.
+//! The state of a network: what it remembers from one step to the next, apart from its weights.
 
 use crate::real::Real;
 use crate::shape::{LAYERS, NEURONS};
 
 /// The outputs y_1, y_2, y_3 of the last step: 9 values, 36 bytes in `f32`.
 ///
-/// A copy of it replays or forks a run. It only ever holds finite values.
+/// A copy of the state is enough to replay or fork a run. All values are always finite.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[repr(C)] // the kernel reads it
 pub struct State<T = f32> {
@@ -13,14 +13,14 @@ pub struct State<T = f32> {
 }
 
 impl<T: Real> State<T> {
-    /// All outputs 0, as before the first step.
+    /// All outputs 0, the state before the first step.
     pub const fn new() -> Self {
         Self {
             y: [[T::ZERO; NEURONS]; LAYERS],
         }
     }
 
-    /// Back to [`State::new`].
+    /// Resets to [`State::new`].
     pub fn reset(&mut self) {
         *self = Self::new();
     }

@@ -3,7 +3,7 @@
 use crate::real::Real;
 use crate::shape::{B, LAYERS, NEURONS, PARAMS, PARAMS_PER_LAYER, R};
 
-/// One layer: x = W y_below + R y_last + b.
+/// The parameters of one layer: x = W y_below + R y_last + b.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[repr(C)] // parameter order
 pub struct Layer<T = f32> {
@@ -16,7 +16,7 @@ pub struct Layer<T = f32> {
 }
 
 impl<T: Real> Layer<T> {
-    /// In parameter order.
+    /// The 21 values in parameter order.
     #[inline(always)]
     fn to_array(self) -> [T; PARAMS_PER_LAYER] {
         let mut values = [T::ZERO; PARAMS_PER_LAYER];
@@ -30,7 +30,7 @@ impl<T: Real> Layer<T> {
         values
     }
 
-    /// From values in parameter order.
+    /// A layer from 21 values in parameter order.
     #[inline(always)]
     fn from_array(values: &[T; PARAMS_PER_LAYER]) -> Self {
         let square = |at: usize| {
@@ -48,16 +48,17 @@ impl<T: Real> Layer<T> {
     }
 }
 
-/// The 63 parameters of a network, dimensionless: inputs and outputs are normalised. 252 bytes in `f32`.
+/// The 63 parameters of a network. They are dimensionless, because inputs and outputs are
+/// normalised. 252 bytes in `f32`.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[repr(C)]
 pub struct Weights<T = f32> {
-    /// From the one next to the input to the output layer.
+    /// From the layer next to the input to the output layer.
     pub layers: [Layer<T>; LAYERS],
 }
 
 impl<T: Real> Weights<T> {
-    /// All parameters 0: the network's output is 0 whatever its input.
+    /// All parameters 0: the output of the network is 0 for any input.
     pub const fn zero() -> Self {
         let square = [[T::ZERO; NEURONS]; NEURONS];
         let layer = Layer {
@@ -70,7 +71,7 @@ impl<T: Real> Weights<T> {
         }
     }
 
-    /// The value of each parameter from its index, called in order 0..63.
+    /// Computes each parameter from its index; `value` is called in order 0..63.
     pub fn from_fn(mut value: impl FnMut(usize) -> T) -> Self {
         let mut weights = Self::zero();
         for (index, parameter) in weights.iter_mut().enumerate() {
@@ -79,7 +80,7 @@ impl<T: Real> Weights<T> {
         weights
     }
 
-    /// From the 63 values in parameter order.
+    /// Weights from the 63 values in parameter order.
     #[inline]
     pub fn from_array(values: &[T; PARAMS]) -> Self {
         let mut weights = Self::zero();
@@ -117,13 +118,13 @@ impl<T: Real> Weights<T> {
         .copied()
     }
 
-    /// Sets the parameter with this index; false (and nothing set) from 63 on.
+    /// Sets the parameter with this index. Returns false, and sets nothing, from 63 on.
     pub fn set(&mut self, index: usize, value: T) -> bool {
         let parameter = self.iter_mut().nth(index);
         parameter.map(|parameter| *parameter = value).is_some()
     }
 
-    /// The values in parameter order.
+    /// Iterates over the values in parameter order.
     #[inline]
     pub fn iter(&self) -> impl Iterator<Item = T> + '_ {
         self.layers
@@ -139,7 +140,7 @@ impl<T: Real> Weights<T> {
             .copied()
     }
 
-    /// The parameters themselves, in parameter order.
+    /// Iterates over the parameters, mutable, in parameter order.
     #[inline]
     pub fn iter_mut(&mut self) -> impl Iterator<Item = &mut T> + '_ {
         self.layers.iter_mut().flat_map(|layer| {
@@ -151,14 +152,15 @@ impl<T: Real> Weights<T> {
         })
     }
 
-    /// Every parameter is finite.
+    /// Whether every parameter is finite.
     pub fn is_finite(&self) -> bool {
         self.iter()
             .fold(T::ZERO, |sum, value| sum + value * T::ZERO)
             == T::ZERO
     }
 
-    /// The same weights in another number type; exact from `f32` to `f64`, rounded to nearest the other way.
+    /// The same weights in another number type: exact from `f32` to `f64`, rounded to nearest the
+    /// other way.
     pub fn cast<U: Real>(&self) -> Weights<U> {
         let mut values = self.iter();
         Weights::from_fn(|_| {

@@ -9,7 +9,8 @@ const CUBIC_FALL: f32 = 6.0e-8;
 /// Between tanh' and the derivative of the approximation, in f64.
 const RATIONAL_SLOPE: f64 = 5e-8;
 
-/// Every `stride`-th positive f32, from the smallest normal one beyond the clamp; then to infinity in larger strides.
+/// Every `stride`-th positive f32, from the smallest normal one beyond the clamp; then to infinity
+/// in larger strides.
 fn sweep(stride: usize) -> impl Iterator<Item = f32> {
     let (first, clamp) = (f32::MIN_POSITIVE.to_bits(), 10.0_f32.to_bits());
     let inside = (first..clamp).step_by(stride);
@@ -87,7 +88,8 @@ fn rational_in_f64() {
     assert!(error < 1.2e-7, "{error:e}");
 }
 
-/// f' from y against a difference of f: rounding, and for [`Rational`] what tanh' differs from the derivative of the approximation.
+/// f' from y against a difference of f: rounding, and for [`Rational`] what tanh' differs from the
+/// derivative of the approximation.
 #[test]
 fn slopes() {
     fn worst<A: Activation>() -> f64 {
@@ -107,7 +109,8 @@ fn slopes() {
     assert!(rational < RATIONAL_SLOPE, "{rational:e}");
 }
 
-/// The three of a layer are what each is by itself, below, at and beyond the clamp, and a non-finite one is told.
+/// The three of a layer are what each is by itself, below, at and beyond the clamp, and a
+/// non-finite one is told.
 #[test]
 fn layers() {
     fn check<A: Activation>(x: [f32; 3]) {

@@ -1,6 +1,8 @@
-//! The paper's gradient (eq. 5, 6) as printed is not the gradient: each erratum against differences of the output.
+//! The paper's gradient (eq. 5, 6) as printed is not the gradient: each erratum against differences
+//! of the output.
 //!
-//! The recursion here is written a second time, plainly and with switches, so that it also checks the crate's own.
+//! The recursion here is written a second time, plainly and with switches, so that it also checks
+//! the crate's own.
 
 use lrnn_nostd::{Full, Identity, Net, Normalisation, PARAMS, Sensitivities, State, Tanh, Weights};
 
@@ -9,7 +11,8 @@ enum Variant {
     Correct,
     /// (5), (6): f[x] where the derivative f'[x] is meant.
     ValueForSlope,
-    /// (6): the feed-forward direct term of the unit the weight leads to, y_{l-1,p}, for that of its source, y_{l-1,q}.
+    /// (6): the feed-forward direct term of the unit the weight leads to, y_{l-1,p}, for that of
+    /// its source, y_{l-1,q}.
     WrongSource,
     /// (6): the direct term without delta, for every unit of the layer.
     DirectToAll,
@@ -17,7 +20,8 @@ enum Variant {
     OneUnitMissing,
     /// No recursion through the own feedback of the layers above the parameter's.
     NoHigherFeedback,
-    /// (5) has the last layer's own feedback, and nothing has the middle layer's for a parameter of the first.
+    /// (5) has the last layer's own feedback, and nothing has the middle layer's for a parameter of
+    /// the first.
     NoMiddleFeedback,
 }
 
@@ -182,7 +186,8 @@ fn the_crate_has_the_corrected_recursion() {
 #[test]
 fn each_erratum_is_wrong() {
     let truth = differences();
-    // The least deviation each must show, a good deal below what was measured, a million times above the correct one's.
+    // The least deviation each must show, a good deal below what was measured, a million times
+    // above the correct one's.
     let errata = [
         (Variant::ValueForSlope, 0.5),
         (Variant::WrongSource, 0.1),

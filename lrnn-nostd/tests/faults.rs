@@ -135,7 +135,8 @@ fn a_bad_input_holds_the_last_output() {
     assert_eq!(net.step(&mut state, [0.0; 3]).fault, None);
 }
 
-/// An output layer that doubles at every step: first the sensitivities overflow, then the output; both are said.
+/// An output layer that doubles at every step: first the sensitivities overflow, then the output;
+/// both are said.
 #[test]
 fn unstable_feedback_is_reported_and_stays_finite() {
     let mut weights = weights(0.5);

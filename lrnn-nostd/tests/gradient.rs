@@ -1,4 +1,5 @@
-//! The exact gradient against differences of the output, for every parameter and every kind of network.
+//! The exact gradient against differences of the output, for every parameter and every kind of
+//! network.
 
 use lrnn_nostd::{
     Activation, Diagonal, Feedback, Full, Identity, Net, Normalisation, PARAMS, Rational,
@@ -20,7 +21,8 @@ impl Uniform {
     }
 }
 
-/// W within 0.8; R within 0.3, so that every row sum is below 1 and also the linear network is stable.
+/// W within 0.8; R within 0.3, so that every row sum is below 1 and also the linear network is
+/// stable.
 fn random_weights(seed: u64) -> Weights<f64> {
     let mut random = Uniform(seed);
     Weights::from_fn(|index| match index % 21 {
@@ -66,7 +68,8 @@ fn difference<H: Activation, O: Activation, F: Feedback>(
     })
 }
 
-/// Greatest |s - difference| over max(|s|, 1e-2): relative, but for entries so small that the differences' own rounding shows.
+/// Greatest |s - difference| over max(|s|, 1e-2): relative, but for entries so small that the
+/// differences' own rounding shows.
 fn worst_error<H: Activation, O: Activation, F: Feedback>(seed: u64) -> f64 {
     let weights = random_weights(seed);
     let net = Net::<H, O, F, f64>::new(weights, Normalisation::identity());
@@ -101,7 +104,8 @@ fn worst_error<H: Activation, O: Activation, F: Feedback>(seed: u64) -> f64 {
     worst
 }
 
-/// 1e-8; with [`Rational`], whose slope is that of tanh itself, 1e-7: less than the rounding of `f32`.
+/// 1e-8; with [`Rational`], whose slope is that of tanh itself, 1e-7: less than the rounding of
+/// `f32`.
 fn tolerance<H: Activation, O: Activation>() -> f64 {
     let rational = [H::CODE, O::CODE].contains(&Rational::CODE);
     if rational { 1e-7 } else { 1e-8 }

@@ -57,7 +57,8 @@ fn pass<U: Rule<f64>>(learner: &mut Learner<U, Tanh, Identity, Full, f64>) -> Pa
     learner.end_pass()
 }
 
-/// Equations (7)-(13) by hand. With r = (g, 0, 0) and Psi's first row all 1, every parameter's gradient is g.
+/// Equations (7)-(13) by hand. With r = (g, 0, 0) and Psi's first row all 1, every parameter's
+/// gradient is g.
 #[test]
 fn paper_steps_as_printed() {
     let start = Weights::from_fn(|_| 1.0);
@@ -124,7 +125,8 @@ fn paper_steps_as_printed() {
     assert_eq!(run(0.0).0, before);
 }
 
-/// With one eps for growing and shrinking, the printed rule first learns and then blows up; the guarded one does not.
+/// With one eps for growing and shrinking, the printed rule first learns and then blows up; the
+/// guarded one does not.
 #[test]
 fn paper_diverges_where_guarded_converges() {
     for eps in [0.1, 0.2] {
@@ -208,7 +210,8 @@ fn gauss_newton_needs_few_passes() {
     assert!((cost - best).abs() < 1e-9 * first, "{cost} for {best}");
 }
 
-/// A linear problem has a known solution: with zero weights only the biases of the output layer have an effect.
+/// A linear problem has a known solution: with zero weights only the biases of the output layer
+/// have an effect.
 #[test]
 fn gauss_newton_step_is_the_posterior_mean() {
     let prior = Weights::<f64>::zero();
@@ -230,7 +233,8 @@ fn gauss_newton_step_is_the_posterior_mean() {
         plain.reference([target, 0.0, 0.0], weight);
         let _ = plain.end_pass();
     }
-    // One sample: b = w target / (w + ridge), less the first damping, 1e-2 of the mean diagonal w * 3 / 63.
+    // One sample: b = w target / (w + ridge), less the first damping, 1e-2 of the mean diagonal w *
+    // 3 / 63.
     let lambda = 1e-2 * weight * 3.0 / 63.0;
     let expected = weight * target / (weight + ridge + lambda);
     assert!((plain.proposal().layers[2].b[0] - expected).abs() < 1e-12);
@@ -241,7 +245,8 @@ fn gauss_newton_step_is_the_posterior_mean() {
     assert!(output[0] > 0.15 && output[0] < target, "{output:?}");
 }
 
-/// In `f32`, with few windows for 63 parameters, so that the normal matrix is singular: still every accepted pass is better.
+/// In `f32`, with few windows for 63 parameters, so that the normal matrix is singular: still every
+/// accepted pass is better.
 #[test]
 fn gauss_newton_in_f32_with_a_singular_matrix() {
     let net = Net::<Rational>::new(small_weights().cast(), Normalisation::identity());
@@ -267,7 +272,8 @@ fn gauss_newton_in_f32_with_a_singular_matrix() {
     assert!(best < 1e-6, "{best:e}");
 }
 
-/// Windows of ten steps with a late sum: the gradient is that of the summed outputs, sample by sample.
+/// Windows of ten steps with a late sum: the gradient is that of the summed outputs, sample by
+/// sample.
 #[test]
 fn window_is_the_exact_sum() {
     let net = exact_net();
@@ -319,7 +325,8 @@ fn the_live_net_is_not_edited() {
     assert_ne!(learner.proposal(), live.weights);
 }
 
-/// Weights that overflow make the pass void; a missing input does not. Nothing non-finite is proposed.
+/// Weights that overflow make the pass void; a missing input does not. Nothing non-finite is
+/// proposed.
 #[test]
 fn a_void_pass_is_rejected() {
     let mut weights = small_weights();

@@ -96,7 +96,7 @@ impl Side {
         sensitivities: Sensitivities::new(),
         open: Window::new(),
         closed: Window::new(),
-        known: UdCovariance::certain(),
+        known: UdCovariance::zero(),
         delta: [0.0; LEARNT],
         moved: [0.0; LEARNT],
         estimate: [0.0; 3],

@@ -1,20 +1,22 @@
-//! tanh from a table of cubic polynomials, made when the crate is compiled.
+//! tanh from a table of cubic polynomials. The table is computed at compile time.
 
 use super::Activation;
 use crate::real::Real;
 
-/// tanh by a table of 256 cubics (4 kB of flash): no division, a third of [`super::Rational`]'s instructions.
+/// tanh from a table of 256 cubics (4 kB of flash): no division, and a third of the instructions of
+/// [`super::Rational`].
 ///
-/// In `f32` |f(x) - tanh x| < 1.5e-7 for every x, |f(x)| <= 1, f(-x) = -f(x), and f never falls by more than 6e-8 where x rises. From |x| = 127/16
-/// on it is constant. Its slope is taken as 1 - y^2. The same bits on every machine; [`crate::kernel`] has it in assembly.
+/// In `f32` |f(x) - tanh x| < 1.5e-7 for every x, |f(x)| <= 1, f(-x) = -f(x), and where x rises f
+/// never falls by more than 6e-8. From |x| = 127/16 on f is constant. The slope is taken as 1 -
+/// y^2. The bits are the same on every machine. [`crate::kernel`] implements it in assembly.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Cubic;
 
-/// Intervals a unit of x.
+/// Intervals per unit of x.
 const PER_UNIT: i32 = 16;
 /// Intervals on either side of 0.
 const SIDE: i32 = 128;
-/// Row of the table at x = 0.
+/// Row of the table that belongs to x = 0.
 #[cfg(target_arch = "arm")]
 #[allow(dead_code, reason = "for the kernel in assembly")]
 pub(crate) const MIDDLE: usize = SIDE as usize;
@@ -24,13 +26,13 @@ pub(crate) static TABLE: [[f32; 4]; 2 * SIDE as usize] = table();
 impl Activation for Cubic {
     const CODE: u8 = 3;
 
-    /// A non-finite x gives NaN: 0 times it is none.
+    /// A non-finite x gives NaN, because 0 times x is then NaN.
     #[inline(always)]
     fn apply<T: Real>(x: T) -> T {
         let i = (x * T::from_i32(PER_UNIT)).truncated();
         let d = x - T::from_i32(i) * T::from_f64(1.0 / f64::from(PER_UNIT));
         let row = i.clamp(-SIDE, SIDE - 1) + SIDE;
-        // 0..256 by the clamp; the remainder says so to the compiler
+        // The clamp keeps it in 0..256; the remainder tells the compiler so.
         let [c0, c1, c2, c3] = TABLE[row as usize % TABLE.len()].map(|c| T::from_f64(f64::from(c)));
         c0 + (c1 + (c2 + c3 * d) * d) * d
     }
@@ -55,8 +57,8 @@ const fn table() -> [[f32; 4]; 2 * SIDE as usize] {
     table
 }
 
-/// The cubic of interval `i` >= 0 through tanh at its Chebyshev points; the first, from -1/16 to 1/16, odd; the last constant, half
-/// way to 1.
+/// The cubic of interval `i` >= 0, which passes through tanh at the Chebyshev points. The first
+/// interval, from -1/16 to 1/16, is odd. The last one is constant, half way between tanh and 1.
 const fn cubic(i: i32) -> [f64; 4] {
     let h = 1.0 / PER_UNIT as f64;
     let start = i as f64 * h;
@@ -79,7 +81,7 @@ const fn cubic(i: i32) -> [f64; 4] {
         half + half * inner,
         half + half * outer,
     ];
-    // Newton's divided differences
+    // Newton's divided differences.
     let mut f = [
         tanh(start + at[0]),
         tanh(start + at[1]),
@@ -112,7 +114,7 @@ const fn cubic(i: i32) -> [f64; 4] {
 
 /// tanh x for 0 <= x <= 8, to 1e-13.
 const fn tanh(x: f64) -> f64 {
-    // e^2x: series of a 256th, squared eight times
+    // e^2x: the series of its 256th root, squared eight times.
     let z = 2.0 * x / 256.0;
     let (mut term, mut e, mut k) = (1.0, 1.0, 1);
     while k < 14 {

@@ -1,15 +1,17 @@
-//! The recursion as a Cortex-M likes it: everything about one parameter while its three values are in registers.
+//! The recursion in the order that suits a Cortex-M: all work on one parameter while its three
+//! values are in registers.
 
 use super::columns::{BY_COLUMN, Columns};
-use super::motion::Motion;
+use super::recursion::Recursion;
 use crate::real::Real;
 use crate::shape::{B, Feedback, NEURONS, PARAMS_PER_LAYER, R};
 use crate::weights::Layer;
 
-/// Columns in straight code; all lengths are multiples of it.
+/// Columns per block of straight code; all lengths are multiples of it.
 const BLOCK: usize = 3;
 
-/// Keeps the compiler from mixing the columns: there are registers for one, and of several it spills. No instruction.
+/// Keeps the compiler from interleaving columns. There are enough registers for one column; with
+/// several the compiler spills. It emits no instruction.
 #[inline(always)]
 pub(super) fn in_order() {
     if BY_COLUMN {
@@ -17,55 +19,63 @@ pub(super) fn in_order() {
     }
 }
 
-/// l > m: s_j = sum_i r_ji s_i(k-1) + sum_i w_ji below_i(k) for LEN parameters of the layers below, from `first` on.
+/// l > m: s_j = sum_i r_ji s_i(k-1) + sum_i w_ji below_i(k) for LEN parameters of the lower layers,
+/// from `first` on.
 #[inline(always)]
-pub(super) fn inherit<F: Feedback, T: Real, const N: usize, const M: usize, const LEN: usize>(
+pub(super) fn lower_parameters<
+    F: Feedback,
+    T: Real,
+    const N: usize,
+    const M: usize,
+    const LEN: usize,
+>(
     first: usize,
     s: &mut Columns<T, N>,
     below: &Columns<T, M>,
-    m: &Motion<T>,
-    then: &mut impl Then<T>,
+    m: &Recursion<T>,
+    each: &mut impl ForEachParameter<T>,
 ) {
     for block in 0..LEN / BLOCK {
         for k in 0..BLOCK {
             let k = BLOCK * block + k;
             let (under, before) = (below.at(first + k), s.at(first + k));
-            let after = m.inherited(m.fed_back::<F>(before), under);
+            let after = m.lower_terms(m.feedback_terms::<F>(before), under);
             s.put(first + k, after);
-            then.then(k, &after);
+            each.parameter(k, &after);
             in_order();
         }
-        then.pause();
+        each.end_block();
     }
 }
 
-/// l = m: s_j = sum_i r_ji s_i(k-1) for the layer's own parameters, the last 21 of N, and f'(x_p) d more for those of unit p = j.
+/// l = m: s_j = sum_i r_ji s_i(k-1) for the layer's own parameters, the last 21 of N. Those of unit
+/// p = j also get f'(x_p) d.
 #[inline(always)]
-pub(super) fn own<F: Feedback, T: Real, const N: usize>(
+pub(super) fn own_parameters<F: Feedback, T: Real, const N: usize>(
     s: &mut Columns<T, N>,
-    m: &Motion<T>,
-    then: &mut impl Then<T>,
+    m: &Recursion<T>,
+    each: &mut impl ForEachParameter<T>,
 ) {
-    unit::<F, T, N, 0>(s, m, then);
-    unit::<F, T, N, 1>(s, m, then);
-    unit::<F, T, N, 2>(s, m, then);
+    unit::<F, T, N, 0>(s, m, each);
+    unit::<F, T, N, 1>(s, m, each);
+    unit::<F, T, N, 2>(s, m, each);
 }
 
-/// The seven parameters of unit P: straight code, since P is known when it is compiled.
+/// The seven parameters of unit P. P is known at compile time, so this is straight code.
 #[inline(always)]
 fn unit<F: Feedback, T: Real, const N: usize, const P: usize>(
     s: &mut Columns<T, N>,
-    m: &Motion<T>,
-    then: &mut impl Then<T>,
+    m: &Recursion<T>,
+    each: &mut impl ForEachParameter<T>,
 ) {
     let first = N - PARAMS_PER_LAYER;
     let mut one = |k: usize, direct: Option<T>| {
-        let mut after = m.fed_back::<F>(s.at(first + k));
+        let mut after = m.feedback_terms::<F>(s.at(first + k));
         if let Some(direct) = direct {
             after[P] += direct;
         }
         s.put(first + k, after);
-        then.then(k, &after);
+        each.parameter(k, &after);
         in_order();
     };
     for q in 0..NEURONS {
@@ -76,103 +86,105 @@ fn unit<F: Feedback, T: Real, const N: usize, const P: usize>(
         one(R + NEURONS * P + q, direct);
     }
     one(B + P, Some(m.slope[P]));
-    then.pause();
+    each.end_block();
 }
 
-/// What is done with s_j, j = 0..3, of parameter `k` of a part as soon as it is known.
-pub(super) trait Then<T> {
-    fn then(&mut self, k: usize, s: &[T; NEURONS]);
-    /// After a block of parameters.
-    fn pause(&mut self);
+/// What to do with the s_j, j = 0..3, of parameter `k` as soon as they are known.
+pub(super) trait ForEachParameter<T> {
+    fn parameter(&mut self, k: usize, s: &[T; NEURONS]);
+    /// Called after each block of parameters.
+    fn end_block(&mut self);
 }
 
-/// Nothing.
-pub(super) struct Nothing;
+/// Does nothing with the values.
+pub(super) struct Ignore;
 
-/// A sum of products of all values: finite only if every value is, since no product and no sum with a non-finite value is finite. It
-/// may overflow although all values are finite, so what it says is to look at each.
-pub(super) struct Alarm<T> {
+/// Detects overflows with a sum of products of all values. It is finite only if every value is,
+/// since no product and no sum with a non-finite value is finite. It may also overflow although all
+/// values are finite; then each value has to be checked.
+pub(super) struct OverflowCheck<T> {
     sum: T,
     held: Option<T>,
 }
 
-/// theta -= sum_j g_j s_j of a part of a layer's parameters. In each of the new theta all three s_j have a part: they are what
-/// the alarm looks at.
-pub(super) struct Part<'a, T> {
+/// theta -= sum_j g_j s_j for a part of a layer's parameters. Each new theta depends on all three
+/// s_j, so the overflow check watches theta.
+pub(super) struct DescendPart<'a, T> {
     pub(super) theta: &'a mut [T],
     pub(super) g: [T; NEURONS],
-    pub(super) alarm: &'a mut Alarm<T>,
+    pub(super) check: &'a mut OverflowCheck<T>,
 }
 
-/// The same of a layer's 21 parameters.
-pub(super) struct Whole<'a, T> {
+/// The same for a layer's 21 parameters.
+pub(super) struct DescendLayer<'a, T> {
     pub(super) layer: &'a mut Layer<T>,
     pub(super) g: [T; NEURONS],
-    pub(super) alarm: &'a mut Alarm<T>,
+    pub(super) check: &'a mut OverflowCheck<T>,
 }
 
-impl<T> Then<T> for Nothing {
+impl<T> ForEachParameter<T> for Ignore {
     #[inline(always)]
-    fn then(&mut self, _: usize, _: &[T; NEURONS]) {}
+    fn parameter(&mut self, _: usize, _: &[T; NEURONS]) {}
     #[inline(always)]
-    fn pause(&mut self) {}
+    fn end_block(&mut self) {}
 }
 
-impl<T: Real> Alarm<T> {
-    pub(super) const SILENT: Self = Self {
+impl<T: Real> OverflowCheck<T> {
+    pub(super) const NEW: Self = Self {
         sum: T::ZERO,
         held: None,
     };
 
     #[inline(always)]
-    pub(super) fn is_silent(&self) -> bool {
+    pub(super) fn passed(&self) -> bool {
         self.sum.is_finite()
     }
 
     #[inline(always)]
-    fn look(&mut self, value: T) {
+    fn watch(&mut self, value: T) {
         match self.held.take() {
             Some(held) => self.sum += held * value,
             None => self.held = Some(value),
         }
     }
 
-    /// Nothing is held from one block to the next: loops over blocks stay loops.
+    /// Adds a value that has no partner yet. No value is kept from one block to the next, so that
+    /// loops over blocks stay loops.
     #[inline(always)]
-    fn settle(&mut self) {
+    fn flush(&mut self) {
         if let Some(held) = self.held.take() {
             self.sum += held;
         }
     }
 }
 
-impl<T: Real> Then<T> for Alarm<T> {
+impl<T: Real> ForEachParameter<T> for OverflowCheck<T> {
     #[inline(always)]
-    fn then(&mut self, _: usize, [a, b, c]: &[T; NEURONS]) {
+    fn parameter(&mut self, _: usize, [a, b, c]: &[T; NEURONS]) {
         self.sum += *a * *b;
         self.sum += *c;
     }
     #[inline(always)]
-    fn pause(&mut self) {}
+    fn end_block(&mut self) {}
 }
 
-impl<T: Real> Then<T> for Part<'_, T> {
+impl<T: Real> ForEachParameter<T> for DescendPart<'_, T> {
     #[inline(always)]
-    fn then(&mut self, k: usize, s: &[T; NEURONS]) {
+    fn parameter(&mut self, k: usize, s: &[T; NEURONS]) {
         if let Some(theta) = self.theta.get_mut(k) {
             descend(theta, &self.g, s);
-            self.alarm.look(*theta);
+            self.check.watch(*theta);
         }
     }
     #[inline(always)]
-    fn pause(&mut self) {
-        self.alarm.settle();
+    fn end_block(&mut self) {
+        self.check.flush();
     }
 }
 
-impl<T: Real> Then<T> for Whole<'_, T> {
+impl<T: Real> ForEachParameter<T> for DescendLayer<'_, T> {
     #[inline(always)]
-    fn then(&mut self, k: usize, s: &[T; NEURONS]) {
+    fn parameter(&mut self, k: usize, s: &[T; NEURONS]) {
         let Layer { w, r, b } = self.layer;
         let theta = match k {
             0..R => w.as_flattened_mut().get_mut(k),
@@ -181,12 +193,12 @@ impl<T: Real> Then<T> for Whole<'_, T> {
         };
         if let Some(theta) = theta {
             descend(theta, &self.g, s);
-            self.alarm.look(*theta);
+            self.check.watch(*theta);
         }
     }
     #[inline(always)]
-    fn pause(&mut self) {
-        self.alarm.settle();
+    fn end_block(&mut self) {
+        self.check.flush();
     }
 }
 

@@ -1,15 +1,19 @@
-//! The recursion as a desktop likes it: each sum over many parameters at once.
+//! The recursion in the order that suits a desktop: each sum over many parameters at once.
 
 use super::columns::Columns;
-use super::motion::Motion;
+use super::recursion::Recursion;
 use crate::real::Real;
 use crate::shape::{B, Feedback, NEURONS, PARAMS_PER_LAYER, R};
 
-/// s_j = sum_i r_ji s_i(k-1) of every parameter, and for the layer's own, the last 21 of N, f'(x_p) d more for those of unit p = j.
+/// s_j = sum_i r_ji s_i(k-1) for every parameter. The layer's own parameters, the last 21 of N,
+/// also get f'(x_p) d for unit p = j.
 #[inline(always)]
-pub(super) fn own<F: Feedback, T: Real, const N: usize>(s: &mut Columns<T, N>, m: &Motion<T>) {
+pub(super) fn own_parameters<F: Feedback, T: Real, const N: usize>(
+    s: &mut Columns<T, N>,
+    m: &Recursion<T>,
+) {
     for theta in 0..N {
-        s.put(theta, m.fed_back::<F>(s.at(theta)));
+        s.put(theta, m.feedback_terms::<F>(s.at(theta)));
     }
     let first = N - PARAMS_PER_LAYER;
     for p in 0..NEURONS {
@@ -23,14 +27,14 @@ pub(super) fn own<F: Feedback, T: Real, const N: usize>(s: &mut Columns<T, N>, m
     }
 }
 
-/// s_j += sum_i w_ji below_i of the parameters of the layers below.
+/// s_j += sum_i w_ji below_i for the parameters of the lower layers.
 #[inline(always)]
-pub(super) fn inherit<T: Real, const N: usize, const M: usize>(
+pub(super) fn lower_parameters<T: Real, const N: usize, const M: usize>(
     s: &mut Columns<T, N>,
     below: &Columns<T, M>,
-    m: &Motion<T>,
+    m: &Recursion<T>,
 ) {
     for theta in 0..M {
-        s.put(theta, m.inherited(s.at(theta), below.at(theta)));
+        s.put(theta, m.lower_terms(s.at(theta), below.at(theta)));
     }
 }

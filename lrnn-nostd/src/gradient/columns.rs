@@ -1,12 +1,13 @@
-//! Where the sensitivities of a layer lie in memory.
+//! Memory layout of the sensitivities of a layer.
 //!
-//! A Cortex-M reads the three values of a parameter from one address (and several at a time); a desktop works on several
-//! parameters at once, which have to be neighbours. The values are the same bits.
+//! A Cortex-M reads the three values of a parameter from one address (and several at a time). A
+//! desktop works on several parameters at once, which must be neighbours. The values have the same
+//! bits in both layouts.
 
 use crate::real::Real;
 use crate::shape::NEURONS;
 
-/// Whether the three values of a parameter stand together.
+/// Whether the three values of a parameter are adjacent in memory.
 pub(super) const BY_COLUMN: bool = cfg!(target_arch = "arm");
 
 /// dy_j/dtheta of N parameters and three units j.
@@ -68,7 +69,7 @@ impl<T: Real, const N: usize> Columns<T, N> {
     /// Whether every value is finite.
     #[inline]
     pub(super) fn is_finite(&self) -> bool {
-        // without an early exit: several at once
+        // Without an early exit, so that several values are checked at once.
         let values = self.0.as_flattened();
         values
             .iter()

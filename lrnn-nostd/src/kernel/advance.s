@@ -1,6 +1,7 @@
 @ u32 advance(net r0, s_1 s_2 s_3 r1, forward r2, y(k-1) r3): 0 when nothing overflowed
 
-@ Three own parameters. r s0-s8, temporaries s9-s11; before s23-s31, after s20-s28: each of the three overwrites the one before it.
+@ Three own parameters. r s0-s8, temporaries s9-s11; before s23-s31, after s20-s28: each of the
+@ three overwrites the previous one.
 .macro three more
     vldm r1, {s23-s31}
     fed_back s20, s21, s22, s23, s24, s25
@@ -97,7 +98,8 @@
     three bias
 .endm
 
-@ One inherited parameter. r s0-s8, w s18-s26, last s9-s11, below s12-s14, temporaries s15-s17, after s27-s29.
+@ One inherited parameter. r s0-s8, w s18-s26, last s9-s11, below s12-s14, temporaries s15-s17,
+@ after s27-s29.
 .macro inherited
     vldm r1, {s9-s11}
     vldm r4!, {s12-s14}

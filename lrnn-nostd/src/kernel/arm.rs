@@ -1,4 +1,4 @@
-//! The kernel in assembly: layouts, calls, and what is done when a value is not finite.
+//! The kernel in assembly: memory layouts, calls, and the handling of values that are not finite.
 #![allow(
     unsafe_code,
     reason = "assembly works on addresses; each block says why they are good"
@@ -30,7 +30,7 @@ global_asm!(
     options(raw)
 );
 
-// What the assembly takes for granted, bytes.
+// Offsets and sizes in bytes that the assembly relies on.
 const _: () = {
     assert!(offset_of!(Net, weights) == 0 && offset_of!(Net, normalisation) == 252);
     assert!(size_of::<Layer>() == 84 && offset_of!(Weights, layers) == 0);
@@ -44,10 +44,11 @@ const _: () = {
     assert!(size_of::<Sensitivities>() == 1512 && Sensitivities::<f32>::OUTPUT == 756);
 };
 
-/// A flag of the unit is set: are the values finite for all that?
+/// Checks the values after a flag of the FPU was set; resets the sensitivities if one is not
+/// finite.
 #[cold]
 #[inline(never)]
-fn settled(sens: &mut Sensitivities) -> bool {
+fn is_finite_or_reset(sens: &mut Sensitivities) -> bool {
     let finite = sens.is_finite();
     if !finite {
         sens.reset();
@@ -57,13 +58,13 @@ fn settled(sens: &mut Sensitivities) -> bool {
 
 #[cold]
 #[inline(never)]
-fn careful(net: &Net, state: &mut State, input: [f32; NEURONS]) -> Step {
+fn portable_step(net: &Net, state: &mut State, input: [f32; NEURONS]) -> Step {
     net.step(state, input)
 }
 
 #[cold]
 #[inline(never)]
-fn careful_gradient(
+fn portable_step_gradient(
     net: &Net,
     state: &mut State,
     sens: &mut Sensitivities,
@@ -72,7 +73,7 @@ fn careful_gradient(
     net.step_gradient(state, sens, input)
 }
 
-/// A module with the functions of one form.
+/// Defines the module with the functions of one form.
 macro_rules! form {
     ($(#[$doc:meta])* $name:ident, $forward:ident, $advance:ident, $descend:ident) => {
         $(#[$doc])*
@@ -96,12 +97,13 @@ macro_rules! form {
                 fn $descend(weights: *mut Weights, s3: *const f32, g0: f32, g1: f32, g2: f32);
             }
 
-            /// `None` when an error is not finite, or their sum: the portable step tells which.
+            /// `None` when an error or their sum is not finite; the portable step then finds the
+            /// fault.
             #[inline(always)]
             fn forward(net: &Net, state: &State, input: &[f32; NEURONS]) -> Option<Forward<f32>> {
                 let mut forward = MaybeUninit::uninit();
-                // SAFETY: all are references to what the assembly expects, laid out as asserted above; it reads rows -128..128 of the table
-                // around its middle.
+                // SAFETY: all are references to what the assembly expects, laid out as asserted
+                // above; it reads rows -128..128 of the table around its middle.
                 let faulty = unsafe {
                     let middle = TABLE.as_ptr().add(MIDDLE);
                     $forward(net, state, input, forward.as_mut_ptr(), middle)
@@ -110,12 +112,12 @@ macro_rules! form {
                 (faulty == 0).then(|| unsafe { forward.assume_init() })
             }
 
-            /// s(k-1) to s(k), or all 0 and false after an overflow.
+            /// Advances s(k-1) to s(k). After an overflow all values are 0 and the result is false.
             #[inline(always)]
             fn advance(net: &Net, sens: &mut Sensitivities, forward: &Forward<f32>, last: &State) -> bool {
                 // SAFETY: references to what the assembly expects, laid out as asserted above.
                 let overflow = unsafe { $advance(net, sens, forward, last) };
-                overflow == 0 || settled(sens)
+                overflow == 0 || is_finite_or_reset(sens)
             }
 
             /// [`crate::Net::step`].
@@ -123,7 +125,7 @@ macro_rules! form {
             pub fn step(net: &Net, state: &mut State, input: [f32; NEURONS]) -> Step {
                 match forward(net, state, &input) {
                     Some(forward) => net.accept(state, &forward),
-                    None => careful(net, state, input),
+                    None => portable_step(net, state, input),
                 }
             }
 
@@ -136,7 +138,7 @@ macro_rules! form {
                 input: [f32; NEURONS],
             ) -> Step {
                 let Some(forward) = forward(net, state, &input) else {
-                    return careful_gradient(net, state, sens, input);
+                    return portable_step_gradient(net, state, sens, input);
                 };
                 let finite = advance(net, sens, &forward, state);
                 let mut step = net.accept(state, &forward);
@@ -173,11 +175,11 @@ macro_rules! form {
 }
 
 form!(
-    /// A product and a sum in two instructions: least cycles on a Cortex-M4F.
+    /// A product and a sum in two instructions: fewest cycles on a Cortex-M4F.
     m4, lrnn_nostd_forward_m4, lrnn_nostd_advance_m4, lrnn_nostd_descend_m4
 );
 form!(
-    /// Both in one instruction: least instructions, least cycles on a Cortex-M7.
+    /// Both in one instruction: fewest instructions, and fewest cycles on a Cortex-M7.
     m7, lrnn_nostd_forward_m7, lrnn_nostd_advance_m7, lrnn_nostd_descend_m7
 );
 

@@ -1,5 +1,5 @@
-@ d += a b as a product and a sum: two cycles on a Cortex-M4, where the one instruction takes three; the products come before the
-@ sums, so that none waits for its own.
+@ d += a b as a product and a sum: two cycles on a Cortex-M4, where the single instruction takes
+@ three. The products come before the sums, so that none waits for its own.
 .macro mla3 d0, d1, d2, a0, a1, a2, b, t0, t1, t2
     vmul.f32 \t0, \a0, \b
     vmul.f32 \t1, \a1, \b

@@ -1,4 +1,5 @@
-@ d += a b as one instruction that rounds twice, as Rust's does. Least instructions; best on a core that issues it every cycle.
+@ d += a b as one instruction that rounds twice, as Rust's code does. Fewest instructions; best on a
+@ core that issues it every cycle.
 .macro mla3 d0, d1, d2, a0, a1, a2, b, t0, t1, t2
     vmla.f32 \d0, \a0, \b
     vmla.f32 \d1, \a1, \b

@@ -1,6 +1,8 @@
-@ u32 forward(net r0, y(k-1) r1, input r2, forward r3, middle of the table [sp]): 0 when all errors are finite
+@ u32 forward(net r0, y(k-1) r1, input r2, forward r3, middle of the table [sp]): 0 when all errors
+@ are finite
 
-@ x in s18-s20: x = b + W below + R last. W s0-s8, R s9-s17, below s21-s23, last s24-s26, temporaries s27-s29.
+@ x in s18-s20: x = b + W below + R last. W s0-s8, R s9-s17, below s21-s23, last s24-s26,
+@ temporaries s27-s29.
 .macro layer
     vldm r0!, {s0-s20}
     vldm r1!, {s24-s26}
@@ -12,8 +14,8 @@
     mla3 s18, s19, s20, s11, s14, s17, s26, s27, s28, s29
 .endm
 
-@ Three activations side by side: d = x - i/16, i = trunc(16 x); then the cubic of row i. y in s21-s23; rows in
-@ s0-s3, s4-s7, s23-s26.
+@ Three activations side by side: d = x - i/16, i = trunc(16 x); then the cubic of row i. y in
+@ s21-s23; rows in s0-s3, s4-s7, s23-s26.
 .macro activations
     vmov.f32 s9, s18
     vmov.f32 s10, s19
@@ -70,7 +72,7 @@
     activations
     vstm r3!, {s21-s23}
     layer
-    @ error = y_3 scale; 0 times a non-finite x is NaN, so that every x has its say here
+    @ error = y_3 scale; 0 times a non-finite x is NaN, so every x is checked here
     add r0, r0, #24
     vldm r0, {s24-s26}
     vmul.f32 s21, s18, s24

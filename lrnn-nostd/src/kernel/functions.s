@@ -1,4 +1,5 @@
-@ The functions of one form: `forward`, `advance` and `descend` with the mla3, mla, mls, product and less that are defined here and now.
+@ The functions of one form: `forward`, `advance` and `descend` with the macros mla3, mla, mls,
+@ product and less as they are currently defined.
 .macro function name, what, form
     .section .text.\name\()_\form,"ax",%progbits
     .globl \name\()_\form

@@ -1,4 +1,4 @@
-//! The kernel where there is no assembly for it.
+//! The kernel for machines without an assembly form.
 
 use super::Net;
 use crate::gradient::Sensitivities;
@@ -36,7 +36,7 @@ pub fn step_descend(
     net.step_descend(state, sens, input, target, rate)
 }
 
-/// Under these names too, so that what names a core compiles everywhere.
+/// The same functions under the name of a core, so that code that names a core compiles everywhere.
 pub mod m4 {
     pub use super::{step, step_descend, step_gradient};
 }

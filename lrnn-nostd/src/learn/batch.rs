@@ -13,7 +13,7 @@ pub struct Batch<T = f32> {
 }
 
 impl<T: Real> Batch<T> {
-    /// Nothing summed.
+    /// Sums of 0.
     pub const fn new() -> Self {
         Self {
             cost: T::ZERO,
@@ -35,7 +35,7 @@ impl<T: Real> Batch<T> {
         }
     }
 
-    /// Cost and gradient are finite.
+    /// Whether cost and gradient are finite.
     pub fn is_finite(&self) -> bool {
         self.cost.is_finite() && all_finite(&self.gradient)
     }

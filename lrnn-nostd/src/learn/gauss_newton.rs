@@ -1,16 +1,20 @@
-//! Gauss-Newton with Levenberg damping and a prior: 3-10 passes where the gradient rules need hundreds.
+//! Gauss-Newton with Levenberg damping and a prior. It needs 3-10 passes where the gradient rules
+//! need hundreds.
 //!
 //! ```text
 //! minimise  E(theta) + 1/2 sum ridge_i (theta_i - prior_i)^2
-//! (N + R + lambda R) delta = -(dE/dtheta + R (theta - prior)),      N = sum weight Psi^T Psi,  R = diag ridge
+//! (N + R + lambda R) delta = -(dE/dtheta + R (theta - prior))
+//! N = sum weight Psi^T Psi,  R = diag ridge
 //! ```
 //!
-//! With `weight` = 1/sigma^2 of a window's noise and `ridge` = 1/sd^2 of the weights around the prior this is the maximum a
-//! posteriori estimate, and the prior keeps 63 parameters from fitting noise.
+//! With `weight` = 1/sigma^2 of a window's noise and `ridge` = 1/sd^2 of the weights around the
+//! prior this is the maximum a posteriori estimate. The prior keeps 63 parameters from fitting
+//! noise.
 //!
-//! lambda follows the gain, actual over predicted decrease (Nielsen 1999): a pass as good as predicted divides it by three, a
-//! rejected one multiplies it by 2, 4, 8 ... and solves again from the sums of the best pass. Two packed matrices are all the
-//! memory: N of the best pass, and one in which a pass sums its own N and which then takes the factor L.
+//! lambda follows the gain ratio, which is actual over predicted decrease (Nielsen 1999). A pass as
+//! good as predicted divides it by three. A rejected pass multiplies it by 2, 4, 8 ... and solves
+//! again from the sums of the best pass. The memory is two packed matrices: N of the best pass, and
+//! one that holds the sum N of the running pass and then its factor L.
 
 use crate::learn::{Batch, Rule};
 use crate::real::{Real, all_finite};
@@ -25,29 +29,29 @@ const PACKED: usize = PARAMS * (PARAMS + 1) / 2;
 pub struct GaussNewton<T = f32> {
     prior: [T; PARAMS],
     ridge: [T; PARAMS],
-    /// lambda, and its factor when the next pass is rejected.
+    /// lambda, and the factor by which it grows when the next pass is rejected.
     damping: T,
     growth: T,
     /// Sums of the running pass; afterwards `work` is L.
     batch: Batch<T>,
     work: [T; PACKED],
-    /// The best pass: its weights, N, gradient and cost with the prior's part.
+    /// The best pass: its weights, N, gradient, and cost including the prior.
     best: Weights<T>,
     normal: [T; PACKED],
     gradient: [T; PARAMS],
     best_objective: Option<T>,
-    /// By how much the candidate should lower the objective.
+    /// The predicted decrease of the objective by the candidate.
     predicted: T,
 }
 
 impl<T: Real> GaussNewton<T> {
-    /// Weights are expected around `prior` with inverse variance `ridge` >= 0, in the units of `weight`.
+    /// Expects weights around `prior` with inverse variance `ridge` >= 0, in the units of `weight`.
     pub fn new(prior: &Weights<T>, ridge: T) -> Self {
         Self::with_ridges(prior, [ridge; PARAMS])
     }
 
-    /// The same with an inverse variance for each weight, in parameter order: a slow unit's feedback, say, is known far better than
-    /// what its output is worth.
+    /// As [`Self::new`], with an inverse variance for each weight in parameter order. The feedback
+    /// of a slow unit, for example, is known much better than the weight of its output.
     pub fn with_ridges(prior: &Weights<T>, ridge: [T; PARAMS]) -> Self {
         Self {
             prior: prior.to_array(),
@@ -64,12 +68,7 @@ impl<T: Real> GaussNewton<T> {
         }
     }
 
-    /// E with the prior's part of the best pass; `None` before the first accepted one.
-    pub fn best_objective(&self) -> Option<T> {
-        self.best_objective
-    }
-
-    /// Adds the prior to cost and gradient; gives the objective.
+    /// Adds the prior to cost and gradient; returns the objective.
     fn add_prior<F: Feedback>(&mut self, weights: &Weights<T>) -> T {
         let half = T::from_f64(0.5);
         let mut objective = self.batch.cost;
@@ -91,7 +90,8 @@ impl<T: Real> GaussNewton<T> {
 
     /// The damped step from the sums of the best pass; 0 if it cannot be solved.
     fn solve(&mut self) -> [T; PARAMS] {
-        // In the units of the prior, z = theta / sigma, the matrix is well scaled however different the ridges are.
+        // In units of the prior, z = theta / sigma, the matrix is well scaled even for very
+        // different ridges.
         let sigma = self.ridge.map(unit);
         self.work = self.normal;
         let mut axis = 0;
@@ -119,13 +119,14 @@ impl<T: Real> GaussNewton<T> {
         if !all_finite(&step) {
             return [T::ZERO; PARAMS];
         }
-        // The model's decrease: (lambda |z|^2 - gradient . z) / 2.
+        // The decrease predicted by the model: (lambda |z|^2 - gradient . z) / 2.
         self.predicted = T::from_f64(0.5) * (lambda * dot(&step, &step) - dot(&step, &gradient));
         scale(&mut step, &sigma);
         step
     }
 
-    /// Less damping after a pass that lowered the objective by `decrease`, the less the better the prediction was.
+    /// Reduces the damping after a pass that lowered the objective by `decrease`; the better the
+    /// prediction was, the more.
     fn ease(&mut self, decrease: T) {
         let excess = (decrease + decrease) / self.predicted - T::ONE;
         let factor = T::ONE - excess * excess * excess;
@@ -146,7 +147,7 @@ impl<T: Real> GaussNewton<T> {
         self.growth = T::from_f64(2.0);
     }
 
-    /// More damping after a rejected pass; bounded so that it stays finite.
+    /// Increases the damping after a rejected pass. It is bounded so that it stays finite.
     fn stiffen(&mut self) {
         let most = T::ONE / T::EPSILON;
         let damping = self.damping * self.growth;
@@ -216,7 +217,7 @@ impl<T: Real> Rule<T> for GaussNewton<T> {
     }
 }
 
-/// Standard deviation of a weight with this ridge; 1 where there is no prior.
+/// Standard deviation of a weight with this ridge; 1 if there is no prior.
 fn unit<T: Real>(ridge: T) -> T {
     if ridge > T::ZERO {
         T::ONE / ridge.sqrt()
@@ -251,8 +252,8 @@ fn rows<T>(packed: &[T]) -> impl Iterator<Item = &[T]> {
     })
 }
 
-/// N = L L^T in place (Cholesky, row by row). A pivot lost in rounding is replaced by the largest diagonal element, which all but
-/// freezes its direction; the step stays one of descent.
+/// N = L L^T in place (Cholesky, row by row). A pivot lost to rounding is replaced by the largest
+/// diagonal element, which nearly freezes its direction; the step is still one of descent.
 fn factorise<T: Real>(packed: &mut [T; PACKED]) {
     let largest = rows(packed)
         .filter_map(|row| row.last())

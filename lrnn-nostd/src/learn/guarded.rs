@@ -1,12 +1,12 @@
-//! The paper's rule with a guard: a pass that raises E is undone and all steps are cut.
+//! The paper's rule with a guard: a pass that raises E is undone, and all step sizes are cut.
 
 use crate::learn::{Batch, Rule, StepSizes};
 use crate::real::Real;
 use crate::shape::{Feedback, NEURONS, PARAMS};
 use crate::weights::Weights;
 
-/// Equations (7)-(13) with eps_up for lambda = +1 and eps_down for lambda = -1, and with the guard. E of the accepted passes
-/// never rises.
+/// Equations (7)-(13) with eps_up for lambda = +1 and eps_down for lambda = -1, and with the guard.
+/// E of the accepted passes never rises.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Guarded<T = f32> {
     eps_up: T,
@@ -19,18 +19,13 @@ pub struct Guarded<T = f32> {
 }
 
 impl<T: Real> Guarded<T> {
-    /// `steps` are the first step sizes (> 0, for a gradient summed over the pass); too large ones are cut, at a pass for each
-    /// halving. eps_up = 0.05, eps_down = 0.5.
+    /// `steps` are the first step sizes (> 0, for a gradient summed over the pass). Steps that are
+    /// too large are halved once per pass. eps_up = 0.05, eps_down = 0.5.
     pub fn new(steps: StepSizes<T>) -> Self {
-        Self::with_rates(steps, T::from_f64(0.05), T::from_f64(0.5))
-    }
-
-    /// With other constants: `eps_up` > 0 and `eps_down` of ]0, 1[.
-    pub fn with_rates(steps: StepSizes<T>, eps_up: T, eps_down: T) -> Self {
         let steps = steps.per_parameter();
         Self {
-            eps_up,
-            eps_down,
+            eps_up: T::from_f64(0.05),
+            eps_down: T::from_f64(0.5),
             steps,
             batch: Batch::new(),
             best: Weights::zero(),
@@ -43,12 +38,8 @@ impl<T: Real> Guarded<T> {
         &self.steps
     }
 
-    /// E of the best pass; `None` before the first accepted one.
-    pub fn best_cost(&self) -> Option<T> {
-        self.best_batch.as_ref().map(|batch| batch.cost)
-    }
-
-    /// eta(s) = eta(s-1) (1 + eps_up) while the gradient keeps its sign, eta(s-1) (1 - eps_down) when it changes.
+    /// eta(s) = eta(s-1) (1 + eps_up) while the gradient keeps its sign, eta(s-1) (1 - eps_down)
+    /// when it changes.
     fn adapt(&mut self, last: &[T; PARAMS]) {
         for ((eta, g), last) in self.steps.iter_mut().zip(&self.batch.gradient).zip(last) {
             let lambda = g.sign() * last.sign();

@@ -1,27 +1,31 @@
-//! Learning in passes over a batch, with the exact gradient. One flow for every update rule:
+//! Learning in passes over a batch, with the exact gradient. Every update rule is used in the same
+//! way:
 //!
 //! ```text
 //! learner.begin_pass();
-//! for each step { learner.step(input, dt);  if a reference is due { learner.reference(sum, weight); } }
-//! let pass = learner.end_pass();          // cost of the candidate weights; the rule has set the next candidate
-//! ... repeat, then  learner.proposal()    // the weights learned
+//! for each step {
+//!     learner.step(input, dt);
+//!     if a reference is due { learner.reference(sum, weight); }
+//! }
+//! let pass = learner.end_pass();   // cost of the candidate; the rule has set the next candidate
+//! ... repeat, then  learner.proposal()    // the weights learnt
 //! ```
 //!
-//! A [`Learner`] works on its own copy of a network and never touches the one it was made from.
+//! A [`Learner`] works on its own copy of a network and never changes the original.
 
 mod batch;
-mod factored;
 mod gauss_newton;
 mod guarded;
 pub mod kalman;
 mod paper;
+mod ud_covariance;
 mod window;
 
 pub use batch::Batch;
-pub use factored::UdCovariance;
 pub use gauss_newton::GaussNewton;
 pub use guarded::Guarded;
 pub use paper::{Paper, StepSizes};
+pub use ud_covariance::UdCovariance;
 pub use window::Window;
 
 use crate::activation::{Activation, Identity, Rational};
@@ -32,40 +36,43 @@ use crate::shape::{Feedback, Full, NEURONS, PARAMS};
 use crate::state::State;
 use crate::weights::Weights;
 
-/// How the weights follow from the residuals of a pass: [`Paper`], [`Guarded`] or [`GaussNewton`].
+/// How a pass changes the weights: [`Paper`], [`Guarded`] or [`GaussNewton`].
 pub trait Rule<T: Real> {
-    /// Takes the weights of the first pass.
+    /// Sets the weights of the first pass.
     fn start(&mut self, weights: &Weights<T>);
 
-    /// Forgets the sums of the last pass.
+    /// Clears the sums of the last pass.
     fn begin(&mut self);
 
-    /// One closed window: E += weight/2 sum_j r_j^2, with `psi` = dr/dtheta.
+    /// Adds one closed window: E += weight/2 sum_j r_j^2, with `psi` = dr/dtheta.
     fn residual(&mut self, psi: &[[T; PARAMS]; NEURONS], r: &[T; NEURONS], weight: T);
 
-    /// Judges the pass made with `candidate` and replaces it by the weights of the next pass. `valid` is false when the
-    /// network or its sensitivities overflowed. Gives (E, whether the pass was accepted).
+    /// Judges the pass made with `candidate` and replaces it by the weights of the next pass.
+    /// `valid` is false when the network or its sensitivities overflowed. Returns E and whether the
+    /// pass was accepted.
     fn end<F: Feedback>(&mut self, candidate: &mut Weights<T>, valid: bool) -> (T, bool);
 
-    /// The weights to propose; `None` for a rule that has none but its candidate.
+    /// The weights to propose; `None` for a rule that keeps only its candidate.
     fn best(&self) -> Option<Weights<T>>;
 }
 
-/// What a pass gave.
+/// The result of a pass.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[must_use]
 pub struct Pass<T = f32> {
-    /// E of the weights this pass was made with (eq. 3, over windows): 1/2 sum weight r^2, in network units^2 s^2.
+    /// E of the weights this pass was made with (eq. 3, over windows): 1/2 sum weight r^2, in
+    /// network units^2 s^2.
     pub cost: T,
-    /// The rule took these weights as a new starting point; otherwise it went back.
+    /// Whether the rule took these weights as its new starting point; otherwise it went back.
     pub accepted: bool,
-    /// Windows closed by a reference.
+    /// Number of windows closed by a reference.
     pub windows: u32,
-    /// Steps with any [`Fault`]; an overflow makes the whole pass void, a non-finite input does not.
+    /// Number of steps with any [`Fault`]. An overflow makes the whole pass void, a non-finite
+    /// input does not.
     pub faults: u32,
 }
 
-/// Learns the weights of one network in passes over a batch by the rule `U`.
+/// Learns the weights of one network in passes over a batch, by the rule `U`.
 #[derive(Clone, Debug)]
 pub struct Learner<U, H = Rational, O = Identity, F = Full, T = f32> {
     net: Net<H, O, F, T>,
@@ -105,7 +112,8 @@ impl<U: Rule<T>, H: Activation, O: Activation, F: Feedback, T: Real> Learner<U, 
         self.rule.begin();
     }
 
-    /// One step of the candidate network. `input` in physical units, `dt` in s: the time for which its output stands.
+    /// One step of the candidate network. `input` is in physical units; `dt`, in s, is the time for
+    /// which its output applies.
     #[inline]
     pub fn step(&mut self, input: [T; NEURONS], dt: T) -> Step<T> {
         let step = self
@@ -119,9 +127,10 @@ impl<U: Rule<T>, H: Activation, O: Activation, F: Feedback, T: Real> Learner<U, 
         step
     }
 
-    /// Closes the window of the steps since the last reference. `sum` is the true error summed over it (physical units times s,
-    /// so rad or m/s), `weight` the inverse variance of its noise in network units times s, or 1. A window of one step with
-    /// dt = 1 s is the paper's per-sample target.
+    /// Closes the window of the steps since the last reference. `sum` is the true error summed over
+    /// it (physical units times s, so rad or m/s). `weight` is the inverse variance of its noise,
+    /// in network units times s, or 1. A window of one step with dt = 1 s is the paper's per-sample
+    /// target.
     #[inline]
     pub fn reference(&mut self, sum: [T; NEURONS], weight: T) {
         let r = self.window.residual(&sum, &self.net.normalisation);
@@ -130,12 +139,13 @@ impl<U: Rule<T>, H: Activation, O: Activation, F: Feedback, T: Real> Learner<U, 
         self.windows = self.windows.saturating_add(1);
     }
 
-    /// Drops the window since the last reference (a gap in the reference, say).
+    /// Drops the window since the last reference, for example after a gap in the reference.
     pub fn skip(&mut self) {
         self.window.reset();
     }
 
-    /// Ends the pass; a window that is still open is dropped. The next pass runs with new candidate weights.
+    /// Ends the pass; a window that is still open is dropped. The next pass runs with new candidate
+    /// weights.
     pub fn end_pass(&mut self) -> Pass<T> {
         let (cost, accepted) = self.rule.end::<F>(&mut self.net.weights, self.valid);
         Pass {
@@ -146,7 +156,8 @@ impl<U: Rule<T>, H: Activation, O: Activation, F: Feedback, T: Real> Learner<U, 
         }
     }
 
-    /// The weights learned so far: those of the best pass, for a guarded rule; the next candidate's for [`Paper`].
+    /// The weights learnt so far: those of the best pass for a guarded rule, those of the next
+    /// candidate for [`Paper`].
     pub fn proposal(&self) -> Weights<T> {
         self.rule.best().unwrap_or(self.net.weights)
     }
@@ -156,7 +167,7 @@ impl<U: Rule<T>, H: Activation, O: Activation, F: Feedback, T: Real> Learner<U, 
         &self.net.weights
     }
 
-    /// The update rule, to look at its sums and steps.
+    /// The update rule, to inspect its sums and steps.
     pub fn rule(&self) -> &U {
         &self.rule
     }

@@ -1,4 +1,5 @@
-//! The paper's rule (eq. 7-13) as printed: a step size for every parameter that grows while the gradient keeps its sign.
+//! The paper's rule (eq. 7-13) as printed: each parameter has its own step size, which grows while
+//! its gradient keeps its sign.
 //!
 //! ```text
 //! lambda(s) = sign( dE/dtheta(s) dE/dtheta(s-1) )          (10)
@@ -6,8 +7,9 @@
 //! theta    <- theta - eta(s) dE/dtheta(s)                  (7, 11-13)
 //! ```
 //!
-//! Equation (7) prints "Delta = -eta = dE/dtheta" where a product is meant. Nothing guards this rule: with one eps for growing
-//! and shrinking it diverges on many tasks after some tens of passes. Use [`super::Guarded`] where that matters.
+//! Equation (7) prints "Delta = -eta = dE/dtheta" where a product is meant. Nothing guards this
+//! rule. With one eps for growing and shrinking it diverges on many tasks after some tens of
+//! passes. Use [`super::Guarded`] where that matters.
 
 use crate::learn::{Batch, Rule};
 use crate::real::{Real, all_finite};
@@ -26,7 +28,7 @@ pub struct StepSizes<T = f32> {
 }
 
 impl<T: Real> StepSizes<T> {
-    /// The same for all three.
+    /// The same value for all three.
     pub const fn uniform(value: T) -> Self {
         Self {
             feedback: value,
@@ -35,7 +37,7 @@ impl<T: Real> StepSizes<T> {
         }
     }
 
-    /// The one for this kind.
+    /// The value for this kind.
     #[inline]
     pub fn of(&self, kind: Kind) -> T {
         match kind {
@@ -45,7 +47,7 @@ impl<T: Real> StepSizes<T> {
         }
     }
 
-    /// One for every parameter.
+    /// The values for all parameters.
     pub(crate) fn per_parameter(&self) -> [T; PARAMS] {
         core::array::from_fn(|index| self.of(Kind::of(index)))
     }
@@ -61,7 +63,8 @@ pub struct Paper<T = f32> {
 }
 
 impl<T: Real> Paper<T> {
-    /// `steps` are eta(0), gamma(0), zeta(0) > 0 for a gradient summed over the pass; `eps` the constants eps_1..3 of [0, 1].
+    /// `steps` are eta(0), gamma(0), zeta(0) > 0 for a gradient summed over the pass; `eps` are the
+    /// constants eps_1..3 in [0, 1].
     pub fn new(steps: StepSizes<T>, eps: StepSizes<T>) -> Self {
         let (eps, steps) = (eps.per_parameter(), steps.per_parameter());
         Self {
@@ -95,8 +98,9 @@ impl<T: Real> Rule<T> for Paper<T> {
         self.batch.add(psi, r, weight);
     }
 
-    /// Every finite pass is accepted. One that overflowed leaves the weights as they are: the rule has diverged.
-    /// In the first pass there is no earlier gradient: lambda = 0; as it is for a product that underflows.
+    /// Every finite pass is accepted. After a pass that overflowed the weights stay as they are:
+    /// the rule has diverged. In the first pass there is no earlier gradient and lambda = 0, as for
+    /// a product that underflows.
     fn end<F: Feedback>(&mut self, candidate: &mut Weights<T>, valid: bool) -> (T, bool) {
         let cost = self.batch.cost;
         if !(valid && cost.is_finite()) {
@@ -115,7 +119,7 @@ impl<T: Real> Rule<T> for Paper<T> {
             *theta -= *eta * g;
             *last = g;
         }
-        // A gradient that is not finite makes its parameter so.
+        // A non-finite gradient makes its parameter non-finite.
         let accepted = all_finite(&next);
         if accepted {
             candidate.set_all(&next);

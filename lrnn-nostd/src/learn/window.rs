@@ -1,11 +1,12 @@
-//! A reference over a window, constant in memory: what is kept are sums, not samples.
+//! A reference over a window, with constant memory: sums are kept instead of samples.
 
 use crate::gradient::Sensitivities;
 use crate::normalisation::Normalisation;
 use crate::real::Real;
 use crate::shape::{NEURONS, PARAMS};
 
-/// A = sum y_3(k) dt and Psi = dA/dtheta = sum s_3(k) dt over the steps of a window; 768 bytes in `f32`.
+/// A = sum y_3(k) dt and Psi = dA/dtheta = sum s_3(k) dt over the steps of a window; 768 bytes in
+/// `f32`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Window<T = f32> {
     sum: [T; NEURONS],
@@ -21,12 +22,12 @@ impl<T: Real> Window<T> {
         }
     }
 
-    /// Back to [`Window::new`].
+    /// Resets to [`Window::new`].
     pub fn reset(&mut self) {
         *self = Self::new();
     }
 
-    /// One step: `output` = y_3, `dt` in s.
+    /// Adds one step: `output` = y_3, `dt` in s.
     #[inline]
     pub fn add(&mut self, output: &[T; NEURONS], sens: &Sensitivities<T>, dt: T) {
         for j in 0..NEURONS {
@@ -37,7 +38,8 @@ impl<T: Real> Window<T> {
         }
     }
 
-    /// r = A - A_ref, where A_ref = `reference` / output_scale; `reference` in physical units times s, r in network units times s.
+    /// r = A - A_ref, where A_ref = `reference` / output_scale. `reference` is in physical units
+    /// times s, r in network units times s.
     #[inline]
     pub fn residual(
         &self,

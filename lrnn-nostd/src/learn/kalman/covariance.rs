@@ -1,9 +1,7 @@
 //! The covariance of X navigation errors and N parameters, symmetric by construction.
 
-use super::packed::{
-    Deferred, Row, Rows, axpy, axpy_rows, diagonal, dot, dot_four, finite, tail, times,
-};
-use crate::real::Real;
+use super::packed::{Deferred, Row, Rows, axpy, axpy_rows, diagonal, dot, dot_four, tail, times};
+use crate::real::{Real, all_finite};
 
 /// P in three blocks: P_xx of the navigation errors (X x X), P_xt of navigation errors by
 /// parameters (X x N), and P_tt of the parameters. P_tt is packed: row i holds the columns 0..=i,
@@ -73,11 +71,6 @@ impl<const X: usize, const N: usize, const PACKED: usize, T: Real> Covariance<X,
         for (diagonal, &sigma) in diagonal(&mut self.tt).zip(parameters) {
             *diagonal = sigma * sigma;
         }
-    }
-
-    /// P_xx.
-    pub fn errors(&self) -> &[[T; X]; X] {
-        &self.xx
     }
 
     /// Variance of each parameter.
@@ -353,7 +346,7 @@ impl<const X: usize, const N: usize, const PACKED: usize, T: Real> Covariance<X,
     /// Whether every value is finite; deferred changes are not included.
     pub fn is_finite(&self) -> bool {
         let [xx, xt] = [self.xx.as_flattened(), self.xt.as_flattened()];
-        [xx, xt, &self.tt].into_iter().all(finite)
+        [xx, xt, &self.tt].into_iter().all(all_finite)
     }
 }
 

@@ -300,11 +300,8 @@ pub(super) fn axpy_rows<T: Real, const N: usize, const X: usize>(
             }
         }
     }
-    let done = N / 4 * 4;
     for (y, factor) in y.iter_mut().zip(factors) {
-        for (y, &x) in y.iter_mut().zip(x).skip(done) {
-            *y += factor * x;
-        }
+        axpy(y.as_chunks_mut::<4>().1, factor, x.as_chunks::<4>().1);
     }
 }
 
@@ -394,23 +391,6 @@ fn packed(i: usize) -> usize {
 /// The first row of a packed matrix that begins at `offset` or later.
 fn first_row(offset: usize) -> usize {
     (0..).find(|&i| packed(i) >= offset).unwrap_or(0)
-}
-
-/// Whether every value is finite. Eight independent sums, each 0 if all its values are finite.
-#[inline]
-pub(super) fn finite<T: Real>(values: &[T]) -> bool {
-    let (eights, ones) = values.as_chunks::<8>();
-    let mut sums = [T::ZERO; 8];
-    for values in eights {
-        for (sum, &value) in sums.iter_mut().zip(values) {
-            *sum += value * T::ZERO;
-        }
-    }
-    let sum = sums
-        .iter()
-        .chain(ones)
-        .fold(T::ZERO, |sum, &value| sum + value * T::ZERO);
-    sum == T::ZERO
 }
 
 /// The diagonal of a packed matrix.

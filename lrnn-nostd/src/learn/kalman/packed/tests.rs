@@ -1,6 +1,7 @@
 //! The kernels against what they stand for, bit for bit.
 
 use super::*;
+use crate::real::all_finite;
 
 const N: usize = 23; // five fours and three more
 const SIZE: usize = N * (N + 1) / 2;
@@ -38,7 +39,8 @@ fn times_is_the_dense_product() {
     }
 }
 
-/// Bit for bit one change after the other, for any number that is held, and the diagonal known before.
+/// Bit for bit one change after the other, for any number that is held, and the diagonal known
+/// before.
 #[test]
 fn held_changes_are_made_in_order() {
     let columns = [3, 4, 5].map(numbers::<N>);
@@ -99,11 +101,11 @@ fn parts_cover_small_matrices() {
 fn whatever_is_not_finite_is_found() {
     for length in 0..20 {
         let mut values = [1.0f32; 20];
-        assert!(finite(&values[..length]));
+        assert!(all_finite(&values[..length]));
         for i in 0..length {
             for wrong in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
                 values[i] = wrong;
-                assert!(!finite(&values[..length]), "{wrong} at {i} of {length}");
+                assert!(!all_finite(&values[..length]), "{wrong} at {i} of {length}");
             }
             values[i] = 1.0;
         }

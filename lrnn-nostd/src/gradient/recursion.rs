@@ -1,4 +1,4 @@
-//! What moves the sensitivities of one layer from one step to the next.
+//! Coefficients of the recursion that advances the sensitivities of one layer by one step.
 
 use crate::activation::Activation;
 use crate::real::Real;
@@ -8,8 +8,9 @@ use crate::weights::Layer;
 /// A 3x3 matrix.
 pub(super) type Square<T> = [[T; NEURONS]; NEURONS];
 
-/// Coefficients of s_l(k) = r s_l(k-1) + w s_l-1(k), and what the layer's own parameters add.
-pub(super) struct Motion<T> {
+/// Coefficients of s_l(k) = r s_l(k-1) + w s_l-1(k), and the direct terms of the layer's own
+/// parameters.
+pub(super) struct Recursion<T> {
     /// f'(x_j) R_ji.
     pub(super) r: Square<T>,
     /// f'(x_j) W_ji.
@@ -22,7 +23,7 @@ pub(super) struct Motion<T> {
     pub(super) last: [T; NEURONS],
 }
 
-impl<T: Real> Motion<T> {
+impl<T: Real> Recursion<T> {
     /// `y` = y_l(k) is the layer's new output.
     #[inline(always)]
     pub(super) fn new<A: Activation>(
@@ -41,9 +42,9 @@ impl<T: Real> Motion<T> {
         }
     }
 
-    /// sum_i r_ji s_i of one parameter, j = 0..3.
+    /// sum_i r_ji s_i for one parameter, j = 0..3.
     #[inline(always)]
-    pub(super) fn fed_back<F: Feedback>(&self, s: [T; NEURONS]) -> [T; NEURONS] {
+    pub(super) fn feedback_terms<F: Feedback>(&self, s: [T; NEURONS]) -> [T; NEURONS] {
         let r = &self.r;
         let row = |j: usize| {
             if F::FULL {
@@ -55,9 +56,9 @@ impl<T: Real> Motion<T> {
         [row(0), row(1), row(2)]
     }
 
-    /// `sum`_j + sum_i w_ji below_i of one parameter, j = 0..3.
+    /// `sum`_j + sum_i w_ji below_i for one parameter, j = 0..3.
     #[inline(always)]
-    pub(super) fn inherited(&self, mut sum: [T; NEURONS], below: [T; NEURONS]) -> [T; NEURONS] {
+    pub(super) fn lower_terms(&self, mut sum: [T; NEURONS], below: [T; NEURONS]) -> [T; NEURONS] {
         for j in 0..NEURONS {
             for i in 0..NEURONS {
                 sum[j] += self.w[j][i] * below[i];

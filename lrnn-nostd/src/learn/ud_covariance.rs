@@ -1,17 +1,19 @@
-//! A recursive least-squares estimate with a prior: each reference is used once and forgotten, so nothing must be kept of it.
+//! Recursive least squares with a prior: each reference is used once, so none has to be stored.
 //!
 //! ```text
 //! reference = x + h . delta + v,   var v = variance       delta ~ N(0, P) at first
 //! P = U D U^T,  U unit upper triangular, D diagonal >= 0
 //! ```
 //!
-//! Bierman's update of the factors (*Factorization Methods for Discrete Sequential Estimation*, 1977, sec. V.3): P cannot lose
-//! its positivity in rounding, which a covariance in single precision does. For a linear network the result is that of one
-//! Gauss-Newton pass over all references.
+//! It uses Bierman's update of the factors (*Factorization Methods for Discrete Sequential
+//! Estimation*, 1977, sec. V.3). P cannot lose its positivity to rounding, as a covariance in
+//! single precision does. For a linear network the result is that of one Gauss-Newton pass over all
+//! references.
 
 use crate::real::{Real, all_finite};
 
-/// The factors of P for `N` unknowns; `PACKED` is N (N - 1) / 2. 4 (N + PACKED) bytes in `f32`: 8 064 for 63.
+/// The factors of the covariance P of `N` unknowns; `PACKED` is N (N - 1) / 2. 4 (N + PACKED) bytes
+/// in `f32`: 8 064 for 63.
 #[derive(Clone, Debug, PartialEq)]
 pub struct UdCovariance<const N: usize, const PACKED: usize, T = f32> {
     /// U without its diagonal, column by column: column j holds rows 0..j.
@@ -20,8 +22,8 @@ pub struct UdCovariance<const N: usize, const PACKED: usize, T = f32> {
 }
 
 impl<const N: usize, const PACKED: usize, T: Real> UdCovariance<N, PACKED, T> {
-    /// Nothing is unknown: no update changes anything.
-    pub const fn certain() -> Self {
+    /// P = 0: nothing is unknown, and no update changes anything.
+    pub const fn zero() -> Self {
         const {
             assert!(2 * PACKED == N * (N - 1), "PACKED is N (N - 1) / 2");
         }
@@ -31,28 +33,16 @@ impl<const N: usize, const PACKED: usize, T: Real> UdCovariance<N, PACKED, T> {
         }
     }
 
-    /// Independent unknowns with these standard deviations; in place, since it is large.
+    /// Sets independent unknowns with these standard deviations, in place because the matrix is
+    /// large.
     pub fn set(&mut self, sigma: &[T; N]) {
         self.u = [T::ZERO; PACKED];
         self.d = sigma.map(|s| s * s);
     }
 
-    /// Trace of P: how much is still unknown.
-    pub fn trace(&self) -> T {
-        let mut trace = self.d.iter().fold(T::ZERO, |sum, &d| sum + d);
-        let mut rest = self.u.as_slice();
-        for (j, &d) in self.d.iter().enumerate() {
-            let Some((column, below)) = rest.split_at_checked(j) else {
-                break;
-            };
-            trace = column.iter().fold(trace, |sum, &u| sum + u * u * d);
-            rest = below;
-        }
-        trace
-    }
-
-    /// One scalar reference: `residual` = reference - h . delta so far. Moves `delta` and gives true; a reference more than `gate`
-    /// standard deviations off what is expected, or one that is not finite, changes nothing and gives false.
+    /// Update with one scalar reference, where `residual` = reference - h . delta so far. Changes
+    /// `delta` and returns true. A reference more than `gate` standard deviations from its expected
+    /// value, or one that is not finite, changes nothing and returns false.
     pub fn update(
         &mut self,
         delta: &mut [T; N],
@@ -101,7 +91,8 @@ impl<const N: usize, const PACKED: usize, T: Real> UdCovariance<N, PACKED, T> {
         f
     }
 
-    /// P - P h h^T P / alpha in the factors, from f and D f; leaves P h in `gain` and gives alpha = h^T P h + variance.
+    /// P - P h h^T P / alpha in the factors, from f and D f. Leaves P h in `gain` and returns alpha
+    /// = h^T P h + variance.
     fn downdate(&mut self, f: &[T; N], gain: &mut [T; N], variance: T) -> T {
         let mut alpha = variance;
         let mut rest = self.u.as_mut_slice();
@@ -131,13 +122,29 @@ impl<const N: usize, const PACKED: usize, T: Real> UdCovariance<N, PACKED, T> {
 mod tests {
     use super::*;
 
+    impl<const N: usize, const PACKED: usize, T: Real> UdCovariance<N, PACKED, T> {
+        /// Trace of P: how much is still unknown.
+        fn trace(&self) -> T {
+            let mut trace = self.d.iter().fold(T::ZERO, |sum, &d| sum + d);
+            let mut rest = self.u.as_slice();
+            for (j, &d) in self.d.iter().enumerate() {
+                let Some((column, below)) = rest.split_at_checked(j) else {
+                    break;
+                };
+                trace = column.iter().fold(trace, |sum, &u| sum + u * u * d);
+                rest = below;
+            }
+            trace
+        }
+    }
+
     /// Against the normal equations solved by elimination, in f64: three unknowns, many references.
     #[test]
     fn equals_least_squares_with_a_prior() {
         let sigma = [2.0, 0.5, 1.0];
-        let mut factored = UdCovariance::<3, 3, f64>::certain();
-        factored.set(&sigma);
-        let before = factored.trace();
+        let mut covariance = UdCovariance::<3, 3, f64>::zero();
+        covariance.set(&sigma);
+        let before = covariance.trace();
         let mut delta = [0.0; 3];
         let mut normal = [[0.0; 4]; 3];
         for (i, s) in sigma.iter().enumerate() {
@@ -149,7 +156,7 @@ mod tests {
             let reference = 0.8 - 0.3 * h[1] + 0.4 * h[2] + 0.05 * (t * 12.9898).sin();
             let variance = 0.01 + 0.001 * t;
             let known: f64 = h.iter().zip(&delta).map(|(h, x)| h * x).sum();
-            assert!(factored.update(&mut delta, &h, reference - known, variance, 100.0));
+            assert!(covariance.update(&mut delta, &h, reference - known, variance, 100.0));
             for i in 0..3 {
                 for j in 0..3 {
                     normal[i][j] += h[i] * h[j] / variance;
@@ -173,14 +180,14 @@ mod tests {
         for (x, s) in delta.iter().zip(solved) {
             assert!((x - s).abs() < 1e-10, "{delta:?} {solved:?}");
         }
-        assert!(factored.trace() < 0.05 * before);
+        assert!(covariance.trace() < 0.05 * before);
     }
 
     #[test]
     fn what_is_far_off_or_not_finite_changes_nothing() {
-        let mut factored = UdCovariance::<2, 1>::certain();
-        factored.set(&[1.0, 1.0]);
-        let (before, mut delta) = (factored.clone(), [0.0; 2]);
+        let mut covariance = UdCovariance::<2, 1>::zero();
+        covariance.set(&[1.0, 1.0]);
+        let (before, mut delta) = (covariance.clone(), [0.0; 2]);
         let h = [1.0, 1.0];
         for (residual, variance) in [
             (20.0, 1.0),
@@ -190,27 +197,27 @@ mod tests {
             (1.0, -1.0),
             (f32::INFINITY, 1.0),
         ] {
-            assert!(!factored.update(&mut delta, &h, residual, variance, 5.0));
+            assert!(!covariance.update(&mut delta, &h, residual, variance, 5.0));
         }
-        assert!(!factored.update(&mut delta, &[f32::INFINITY, 0.0], 0.0, 1.0, 5.0));
-        assert_eq!((&factored, delta), (&before, [0.0; 2]));
-        assert!(factored.update(&mut delta, &h, 1.0, 1.0, 5.0));
+        assert!(!covariance.update(&mut delta, &[f32::INFINITY, 0.0], 0.0, 1.0, 5.0));
+        assert_eq!((&covariance, delta), (&before, [0.0; 2]));
+        assert!(covariance.update(&mut delta, &h, 1.0, 1.0, 5.0));
         assert!((delta[0] - 1.0 / 3.0).abs() < 1e-6);
-        let mut certain = UdCovariance::<2, 1>::certain();
-        assert!(certain.update(&mut delta, &h, 1.0, 1.0, 5.0));
+        let mut known = UdCovariance::<2, 1>::zero();
+        assert!(known.update(&mut delta, &h, 1.0, 1.0, 5.0));
         assert!((delta[0] - 1.0 / 3.0).abs() < 1e-6);
     }
 
     /// Ten thousand references in f32 of one direction: variances stay positive and small.
     #[test]
     fn stays_positive() {
-        let mut factored = UdCovariance::<4, 6>::certain();
-        factored.set(&[1.0, 1e3, 1e-3, 1.0]);
+        let mut covariance = UdCovariance::<4, 6>::zero();
+        covariance.set(&[1.0, 1e3, 1e-3, 1.0]);
         let mut delta = [0.0; 4];
         for k in 0..10_000u16 {
             let h = [1.0, 1e-3, 1e3 + f32::from(k % 7), 1.0];
-            assert!(factored.update(&mut delta, &h, 0.0, 1e-8, 5.0));
-            assert!(factored.d.iter().all(|&d| d >= 0.0 && d.is_finite()));
+            assert!(covariance.update(&mut delta, &h, 0.0, 1e-8, 5.0));
+            assert!(covariance.d.iter().all(|&d| d >= 0.0 && d.is_finite()));
         }
     }
 }
