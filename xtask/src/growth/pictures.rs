@@ -8,7 +8,7 @@ use super::laws::Polynomial;
 use super::scaling::WORDS;
 use super::{Measured, Point};
 
-/// Processor clock of the STM32F405, Hz; one instruction a cycle would be the best there is.
+/// Processor clock of the STM32F405, Hz; one instruction per cycle would be the best case.
 pub const CLOCK: f64 = 168e6;
 
 type Pick = fn(&Point) -> f64;
@@ -18,7 +18,7 @@ pub fn all(measured: &Measured) -> Result<Vec<(&'static str, String)>> {
     let rate = measured.points("rate")?;
     let nets = measured.points("nets")?;
     let weights = measured.points("weights")?;
-    let rate_axis = "words a second";
+    let rate_axis = "samples per second";
     let [first, last] = [&rate[0], &rate[rate.len() - 1]].map(|point| point.size);
     let words = vec![
         panel(
@@ -29,7 +29,7 @@ pub fn all(measured: &Measured) -> Result<Vec<(&'static str, String)>> {
         ),
         panel(
             "this desktop, one core",
-            [rate_axis, "words navigated a second"],
+            [rate_axis, "samples navigated per second"],
             vec![curve("measured", &rate, |p| p.size * 1e9 / p.nanoseconds)],
             vec![],
         ),
@@ -68,7 +68,7 @@ pub fn all(measured: &Measured) -> Result<Vec<(&'static str, String)>> {
         Ok((name, svg))
     };
     Ok(vec![
-        draw("growth-rate.svg", "words a second", &words)?,
+        draw("growth-rate.svg", "samples per second", &words)?,
         draw("growth-nets.svg", "networks", &many)?,
         draw("growth-weights.svg", "parameters of a fix", &fixes)?,
         draw("growth-runs.svg", "runs and cores", &runs(measured))?,
@@ -100,7 +100,7 @@ fn runs(measured: &Measured) -> Vec<Panel> {
         ),
         panel(
             "simulated and judged by nine schemes",
-            ["runs", "words a second"],
+            ["runs", "samples per second"],
             by(|runs, wall| WORDS * f64::from(runs) / wall),
             vec![],
         ),
@@ -127,7 +127,7 @@ fn curve(name: &str, points: &[Point], pick: Pick) -> Curve {
     named(name, &values)
 }
 
-/// A straight line through the first point and nothing.
+/// A straight line through the first point and the origin.
 fn proportional(points: &[Point], pick: Pick) -> Curve {
     let each = pick(&points[0]) / points[0].size;
     let line: Vec<_> = points.iter().map(|p| (p.size, each * p.size)).collect();

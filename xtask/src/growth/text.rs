@@ -11,7 +11,7 @@ use super::{Measured, Point};
 const BEGIN: &str = "<!-- growth: written by `cargo xtask growth` -->\n";
 const END: &str = "<!-- growth: end -->";
 
-/// `old` with `part` in the place of what stands between the markers.
+/// `old` with the text between the markers replaced by `part`.
 pub fn between_markers(old: &str, part: &str) -> Result<String> {
     let missing = || format!("no line `{}`; remedy: git restore the file", BEGIN.trim());
     let (before, rest) = old.split_once(BEGIN).with_context(missing)?;
@@ -43,8 +43,8 @@ fn picture(out: &mut String, name: &str, what: &str) -> Result<()> {
 fn rates(out: &mut String, points: &[Point]) -> Result<()> {
     writeln!(
         out,
-        "**Words a second**: compensator with two networks (a step a second) and navigator, a second of data.\n\n\
-         | words a second | Cortex-M4F, instructions | of 168 M | desktop, us | desktop, words/s |\n|---|---|---|---|---|"
+        "**Samples per second**: compensator with two networks (one step per second) and navigator, one second of data.\n\n\
+         | samples per second | Cortex-M4F, instructions | of 168 M | desktop, us | desktop, samples/s |\n|---|---|---|---|---|"
     )?;
     for p in points {
         let (share, rate) = (100.0 * p.instructions / CLOCK, p.size * 1e9 / p.nanoseconds);
@@ -61,7 +61,7 @@ fn rates(out: &mut String, points: &[Point]) -> Result<()> {
     if let Some(fit) = Polynomial::fit(1, &x, &y) {
         writeln!(
             out,
-            "\nOn the target: {} a second and {:.0} a word, to {:.1} %.",
+            "\nOn the target: {} per second and {:.0} per sample, to {:.1} %.",
             thousands(fit.0[0]),
             fit.0[1],
             100.0 * fit.worst(&x, &y)
@@ -70,15 +70,15 @@ fn rates(out: &mut String, points: &[Point]) -> Result<()> {
     picture(
         out,
         "rate",
-        "cost of a second of data against words a second",
+        "cost of a second of data against samples per second",
     )
 }
 
 fn nets(out: &mut String, points: &[Point]) -> Result<()> {
     writeln!(
         out,
-        "**Networks**: step, exact gradient and descent of all.\n\n\
-         | networks | Cortex-M4F, instructions | a network | desktop, ns | a network | desktop, steps/s |\n|---|---|---|---|---|---|"
+        "**Networks**: step, exact gradient and descent of all networks.\n\n\
+         | networks | Cortex-M4F, instructions | per network | desktop, ns | per network | desktop, steps/s |\n|---|---|---|---|---|---|"
     )?;
     for p in points {
         writeln!(
@@ -98,7 +98,7 @@ fn nets(out: &mut String, points: &[Point]) -> Result<()> {
 fn weights(out: &mut String, points: &[Point]) -> Result<()> {
     writeln!(
         out,
-        "**Weights**: a fix learnt from, by parameters n: none, six biases, and with output weights, weights with diagonal feedback, all weights.\n\n\
+        "**Weights**: one fix learnt by a hypothesis of n parameters: none, six biases, output weights, weights with diagonal feedback, all weights.\n\n\
          | n | Cortex-M4F, instructions | desktop, us | desktop, fixes/s |\n|---|---|---|---|"
     )?;
     for p in points {
@@ -116,7 +116,7 @@ fn weights(out: &mut String, points: &[Point]) -> Result<()> {
         let most = x.iter().copied().fold(0.0, f64::max);
         writeln!(
             out,
-            "\nOn the target {} + {:.0} n + {:.1} n^2, to {:.0} %; at n = {most} the square is {:.0} % of it.",
+            "\nOn the target {} + {:.0} n + {:.1} n^2, to {:.0} %; at n = {most} the square is {:.0} % of the total.",
             thousands(fit.0[0]),
             fit.0[1],
             fit.0[2],
@@ -132,8 +132,9 @@ fn runs(out: &mut String, measured: &Measured) -> Result<()> {
     let jobs = scaling.jobs();
     write!(
         out,
-        "**Runs and cores**: a campaign of one group of errors and noise, nine schemes, filters tuned before; s from start to exit \
-         without what threads waited for cores that others had (processor time of all threads), medians of campaigns in turn.\n\n| runs |"
+        "**Runs and cores**: a campaign of one group of errors and noise with nine schemes whose filters \
+         are already tuned. Seconds from start to exit, without the time that threads waited for a \
+         core (in brackets: processor time of all threads); medians of campaigns in turn.\n\n| runs |"
     )?;
     for jobs in &jobs {
         write!(out, " {jobs} job{} |", if *jobs == 1 { "" } else { "s" })?;
@@ -153,15 +154,15 @@ fn runs(out: &mut String, measured: &Measured) -> Result<()> {
     if scaling.cores > 1 {
         writeln!(
             out,
-            "\nOne job over {} jobs, pair by pair, longest campaign: {:.2} ({:.2} .. {:.2}); with the waiting in, on the machine as it was, {median:.2} \
-             ({least:.2} .. {most:.2}).",
+            "\nTime with one job over time with {} jobs, in pairs, longest campaign: {:.2} \
+             ({:.2} .. {:.2}); including the waiting {median:.2} ({least:.2} .. {most:.2}).",
             scaling.cores, free[1], free[0], free[2]
         )?;
     }
     picture(out, "runs", "time of a campaign against runs and cores")
 }
 
-/// Three digits that say something, and groups of three.
+/// A whole number with its digits in groups of three.
 fn thousands(value: f64) -> String {
     let text = format!("{value:.0}");
     let mut out = String::new();
