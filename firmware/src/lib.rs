@@ -1,4 +1,5 @@
-//! The IMU compensation co-processor, without any hardware in it: everything here runs and is tested on the desktop.
+//! The IMU compensation co-processor, without any hardware in it: everything here runs and is
+//! tested on the desktop.
 //!
 //! Data flows one way; each arrow is one public function:
 //!

@@ -123,9 +123,9 @@ impl<'m> App<'m> {
         self.flow.flag(fault::STORE, !done);
     }
 
-    /// A burst of an ADIS that the board has just fetched over SPI (`wire::adis::spi`). It takes the
-    /// place of the sensor's line: its corrected reply goes to `out` at once. [`App::poll`], which
-    /// the board calls afterwards, still serves the clock and the other lines.
+    /// A burst of an ADIS that the board has just fetched over SPI (`wire::adis::spi`). It takes
+    /// the place of the sensor's line: its corrected reply goes to `out` at once. [`App::poll`],
+    /// which the board calls afterwards, still serves the clock and the other lines.
     ///
     /// # Errors
     /// What is wrong with the reply, which is then counted and not sent; [`Error::Content`] when no

@@ -1,4 +1,4 @@
-//! What a device is told before it starts.
+//! Configuration of a device.
 
 use crate::compensator::Limit;
 use crate::control::Mode;
@@ -7,25 +7,28 @@ use crate::model::Nets;
 use crate::units::{DEGREE, G};
 use crate::wire::{ImuFormat, Settings};
 
-/// When, in mode learn, what has proved itself comes into force. A navigation computer that has aligned itself with the words as they
-/// were has made up for the sensors' errors by its tilt and heading; to take them out afterwards is worse than to leave them (680 m
-/// in 22 min for 100 ug).
+/// When, in mode learn, a promoted hypothesis comes into force.
+///
+/// A navigation computer that has aligned itself with uncorrected samples has compensated the
+/// sensors' errors by its tilt and heading. To correct the samples afterwards is worse than to
+/// leave them (680 m in 22 min for 100 ug).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Activation {
-    /// When the navigation computer tells that its alignment begins.
+    /// When the navigation computer reports that its alignment begins.
     Commanded,
-    /// Also when the vehicle has come to stand: for a navigation computer that then aligns itself, and does not tell.
+    /// Also when the vehicle has come to a standstill: for a navigation computer that then aligns
+    /// itself without a report.
     Standstill,
-    /// At once and from then on with all that is learnt, no faster than the slew limit: for a navigation computer that is aided, and
-    /// whose own filter follows.
+    /// At once, and from then on with all that is learnt, no faster than the slew limit: for an
+    /// aided navigation computer, whose own filter follows.
     Faded,
 }
 
 /// The configuration of an application.
 #[derive(Debug, Clone)]
 pub struct Config {
-    /// What the sensor speaks; `None`: found out at start. Without meaning for an ADIS, whose bursts
-    /// come by [`super::App::burst`].
+    /// Format of the sensor; `None`: detected at start. Not used for an ADIS, whose bursts come by
+    /// [`super::App::burst`].
     pub format: Option<ImuFormat>,
     /// What the sensor's frames do not tell.
     pub sensor: Settings,
@@ -33,26 +36,28 @@ pub struct Config {
     pub mode: Mode,
     /// Networks at start.
     pub nets: Nets,
-    /// Time between network steps, s, > 0; rounded to whole words.
+    /// Time between network steps, s, > 0; rounded to whole samples.
     pub block: f64,
     /// Largest correction.
     pub limit: Limit,
     /// Fastest change of a correction after the alignment: rad/s per s, m/s2 per s.
     pub slew: Limit,
-    /// Largest speed of the vehicle over ground, m/s: for the bound on harm alone ([`crate::error_bound`]).
+    /// Largest speed of the vehicle over ground, m/s; only for the error bound
+    /// ([`crate::error_bound`]).
     pub speed: f32,
     /// In mode learn: when what was learnt comes into force.
     pub activation: Activation,
-    /// The sensor is silent when nothing has come for so long, microseconds.
+    /// The sensor counts as silent when no byte has come for this time, microseconds.
     pub silence_us: u32,
     /// The board stores weights: see [`super::App::to_store`].
     pub store: bool,
-    /// Say in a frame's spare bit that its correction is not to be trusted (interface control document, "Our own faults").
+    /// Mark a frame whose correction must not be trusted, in a spare bit of the frame (interface
+    /// control document, "Our own faults").
     pub mark: bool,
 }
 
 impl Config {
-    /// What the corrections can do at worst.
+    /// The effect of the corrections at worst.
     pub fn error_bound(&self) -> ErrorBound {
         ErrorBound {
             limit: self.limit,
@@ -62,7 +67,8 @@ impl Config {
 }
 
 impl Default for Config {
-    /// Everything passes unchanged: mode bypass, no networks. Limits 10 deg/h and 1 mg, slew one thousandth of it a second, speed 50 m/s.
+    /// Everything passes unchanged: mode bypass, no networks. Limits 10 deg/h and 1 mg, slew one
+    /// thousandth of that a second, speed 50 m/s.
     fn default() -> Config {
         let limit = Limit {
             gyro: (10.0 * DEGREE / 3600.0) as f32,

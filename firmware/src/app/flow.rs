@@ -1,4 +1,5 @@
-//! One frame through: read, correct, send; then, when it has left, everything else.
+//! One frame through the device: read, correct, send. All other work follows when the frame has
+//! left.
 
 mod learning;
 
@@ -17,7 +18,7 @@ use crate::wire::sequence::{Gap, Last};
 use crate::wire::{Change, Checked, Reading, Source, Stream, stim300};
 use learning::BoardLearner;
 
-/// What a stream's frames are corrected with.
+/// The correction of a stream's frames.
 #[derive(Debug)]
 struct Correction {
     compensator: Compensator,
@@ -27,14 +28,14 @@ struct Correction {
 /// Everything between the sensor's framer and the output.
 #[derive(Debug)]
 pub(super) struct Flow<'m> {
-    /// Bound on harm, m: [`Config::harm`].
+    /// Error bound, m: [`Config::error_bound`].
     pub error_bound_m: [u32; 5],
     pub load: Load,
     pub config: Config,
     pub mode: Mode,
     pub alignment: Option<Alignment>,
     pub counters: Counters,
-    /// [`fault`]
+    /// What is wrong now: bits of [`fault`].
     pub faults: u32,
     /// Source and content of the frames that `stream` and `correction` were made for.
     made_for: Option<(Source, u8)>,
@@ -45,20 +46,20 @@ pub(super) struct Flow<'m> {
     failures: u8,
     /// The weights in use are to be stored.
     pub to_store: bool,
-    /// What the last block said.
+    /// The last block.
     pub block: Option<Block>,
     /// Blocks in which a correction was clipped, before the present state.
     clipped: u32,
     /// Number of the last sample, modulo 2^32; the first is 0.
     sample: u32,
     learner: BoardLearner<'m>,
-    /// What the learner was begun with; `None`: it has to begin anew.
+    /// The stream that the learner was begun for; `None`: it must begin anew.
     begun: Option<StreamScale>,
-    /// In mode learn: what the learner stands by corrects the words.
-    active: bool,
-    /// The compensator has other networks than the configuration: the learner's.
-    foreign: bool,
-    /// The standstill in progress has been taken for an alignment.
+    /// In mode learn: a promoted hypothesis corrects the samples.
+    promoted: bool,
+    /// The compensator has the learner's networks instead of the configuration's.
+    learner_nets: bool,
+    /// The standstill in progress has been used as an alignment.
     stood: bool,
 }
 
@@ -83,8 +84,8 @@ impl<'m> Flow<'m> {
             sample: u32::MAX,
             learner: BoardLearner(learner),
             begun: None,
-            active: false,
-            foreign: false,
+            promoted: false,
+            learner_nets: false,
             stood: false,
         }
     }
@@ -93,28 +94,28 @@ impl<'m> Flow<'m> {
     pub fn frame(&mut self, mut frame: Checked, out: &mut impl Line) {
         let reading = frame.read();
         let Ok(reading) = &reading else {
-            return; // a Checked frame of a sensor has words
+            return; // a Checked frame of a sensor has a sample
         };
         let made_for = Some((frame.source(), frame.content()));
-        let mut words = reading.words;
+        let mut sample = reading.words;
         let correct = self.made_for == made_for && reading.valid != Axes::NONE;
-        let mut held = Axes::NONE;
+        let mut saturated = Axes::NONE;
         match &mut self.correction {
             Some(Correction { compensator, state }) if correct => {
-                compensator.correct(state, &mut words);
-                held = self.change(&mut frame, &words);
+                compensator.correct(state, &mut sample);
+                saturated = self.change(&mut frame, &sample);
             }
             _ if frame.always_changes(&self.config.sensor) => {
-                held = self.change(&mut frame, &words)
+                saturated = self.change(&mut frame, &sample)
             }
             _ => {}
         }
         let sent = out.send(frame.bytes()).is_ok();
-        // The frame has left: from here on nothing is urgent until the next one is complete.
+        // the frame has left: no work is urgent until the next one is complete
         self.flag(fault::OUTPUT_FULL, !sent);
         count(&mut self.counters.dropped, u32::from(!sent));
-        self.flag(fault::SATURATED, held != Axes::NONE);
-        count(&mut self.counters.saturated, held.0.count_ones());
+        self.flag(fault::SATURATED, saturated != Axes::NONE);
+        count(&mut self.counters.saturated, saturated.0.count_ones());
         count(&mut self.counters.frames, 1);
         if self.made_for != made_for {
             self.make(frame.source(), frame.content());
@@ -122,16 +123,17 @@ impl<'m> Flow<'m> {
         self.follow(reading);
     }
 
-    fn change(&self, frame: &mut Checked, words: &RawSample) -> Axes {
+    /// Puts a sample into a frame. Gives the axes that saturate.
+    fn change(&self, frame: &mut Checked, sample: &RawSample) -> Axes {
         let change = Change {
-            words,
+            words: sample,
             mark: self.config.mark && self.faults & fault::NETWORK != 0 && !self.observes_only(),
             settings: &self.config.sensor,
         };
         frame.change(&change).unwrap_or(Axes::NONE)
     }
 
-    /// Gaps, and the networks' part of the frame that has just left.
+    /// Counts gaps and feeds the networks with the sample of the frame that has just left.
     fn follow(&mut self, reading: &Reading) {
         let bad = reading.present.0 & !reading.valid.0;
         self.flag(fault::SENSOR, bad != 0);
@@ -141,7 +143,7 @@ impl<'m> Flow<'m> {
         match gap {
             Some(Gap::Duplicate) => {
                 count(&mut counters.duplicates, 1);
-                return; // passed on, but it happened once
+                return; // sent on, but the sample counts once
             }
             Some(Gap::Missed(frames)) => {
                 count(&mut counters.missed, frames);
@@ -194,12 +196,12 @@ impl<'m> Flow<'m> {
         self.failures >= FAILURES
     }
 
-    /// Values came whose meaning is not known, although they should be corrected.
+    /// Samples should be corrected, but their units are not known.
     pub fn is_lost(&self) -> bool {
         self.mode != Mode::Bypass && self.faults & fault::UNITS != 0
     }
 
-    /// Nothing has come for too long.
+    /// The sensor has been silent for too long.
     pub fn silence(&mut self) {
         self.gap();
         if let Some(learner) = &mut self.learner.0 {
@@ -207,7 +209,7 @@ impl<'m> Flow<'m> {
         }
     }
 
-    /// The stream has a hole: damage, silence, lost bytes.
+    /// The stream has a gap: damage, silence, lost bytes.
     pub fn gap(&mut self) {
         if let Some(Correction { compensator, state }) = &mut self.correction {
             compensator.give_up_block(state);
@@ -223,14 +225,14 @@ impl<'m> Flow<'m> {
         self.made_for = Some((source, content));
         let stream = source.stream(&self.config.sensor, content);
         if stream.is_some() && stream == self.stream && self.correction.is_some() {
-            return; // another content of the same meaning: a STIM300 that now sends temperatures too
+            return; // other content, same units: a STIM300 that now sends temperatures too
         }
         self.keep_count();
         self.stream = stream;
         let slow = self.alignment == Some(Alignment::Finished) || self.mode == Mode::Learn;
         let slew = slow.then_some(self.config.slew);
         let wanted = self.mode != Mode::Bypass;
-        (self.active, self.foreign) = (false, false);
+        (self.promoted, self.learner_nets) = (false, false);
         let off = self.observes_only();
         self.correction = stream.filter(|_| wanted).and_then(|stream| {
             let compensator = compensator(&stream, &self.config, slew)?;
@@ -246,7 +248,7 @@ impl<'m> Flow<'m> {
         self.flag(fault::UNITS, wanted && self.correction.is_none());
     }
 
-    /// Forget what the stream means: the next frame tells anew.
+    /// Forgets the stream's units and rate: the next frame decides anew.
     pub fn forget(&mut self) {
         self.keep_count();
         self.made_for = None;
@@ -263,15 +265,15 @@ impl<'m> Flow<'m> {
         }
     }
 
-    /// Another mode; the caller has checked that it may be.
+    /// Another mode; the caller has checked that it is allowed.
     pub fn set_mode(&mut self, mode: Mode) {
         let fade = self.alignment == Some(Alignment::Finished);
         self.mode = mode;
-        self.active = false;
+        self.promoted = false;
         match &mut self.correction {
             Some(Correction { compensator, state }) if fade => {
                 state.off = mode != Mode::Frozen;
-                if core::mem::take(&mut self.foreign) {
+                if core::mem::take(&mut self.learner_nets) {
                     compensator.exchange(state, self.config.nets, Default::default());
                 }
             }
@@ -285,7 +287,7 @@ impl<'m> Flow<'m> {
         self.teach();
     }
 
-    /// The navigation computer's alignment: from its end on corrections only change slowly.
+    /// The navigation computer's alignment. From its end on corrections change only slowly.
     pub fn align(&mut self, alignment: Alignment) {
         self.alignment = Some(alignment);
         if let Some(learner) = &mut self.learner.0 {
@@ -296,19 +298,20 @@ impl<'m> Flow<'m> {
         }
         let learns = self.mode == Mode::Learn;
         if let Some(correction) = &mut self.correction {
-            // a fade that is on its way stays one
+            // a fade in progress stays one
             let slow = alignment == Alignment::Finished || correction.state.off || learns;
             correction.compensator.slew = slow.then_some(self.config.slew);
         }
     }
 
-    /// Other networks from the next word on; the block in progress is given up, the estimate held until they have stepped.
+    /// Other networks from the next sample on. The block in progress is given up, and the estimate
+    /// is held until they have stepped.
     #[inline(never)]
     pub fn set_nets(&mut self, nets: Nets) {
         self.config.nets = nets;
         self.failures = 0;
         self.begun = None;
-        (self.active, self.foreign) = (false, false);
+        (self.promoted, self.learner_nets) = (false, false);
         if let Some(Correction { compensator, state }) = &mut self.correction {
             compensator.give_up_block(state);
             compensator.exchange(state, nets, Default::default());
@@ -327,7 +330,7 @@ impl<'m> Flow<'m> {
         )
     }
 
-    /// Before a state is dropped.
+    /// Keeps a state's counters before it is dropped.
     fn keep_count(&mut self) {
         (self.counters.given_up, self.clipped) = self.blocks();
         if let Some(correction) = &mut self.correction {
@@ -345,7 +348,7 @@ impl<'m> Flow<'m> {
     }
 }
 
-/// Counters are held at their end.
+/// Adds to a counter, which saturates.
 pub(super) fn count(counter: &mut u32, by: u32) {
     *counter = counter.saturating_add(by);
 }

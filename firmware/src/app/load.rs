@@ -1,18 +1,19 @@
-//! How busy the processor is: the share of each second in which it did not sleep.
+//! Load of the processor: the share of each second in which it did not sleep.
 
 use crate::link::Clock;
 
 /// A second, microseconds.
 const SECOND: u64 = 1_000_000;
 
-/// The gauge. Per mille, `None` before the first second is over and where the clock does not know.
+/// The load, per mille. `None` before the first second is over and where the clock does not know
+/// it.
 #[derive(Debug, Default)]
 pub(super) struct Load {
     /// Time and time asleep when the second began, microseconds.
     since: (u64, u64),
-    /// Of the last whole second.
+    /// Load of the last whole second.
     pub last: Option<u16>,
-    /// Of the busiest.
+    /// Load of the busiest second.
     pub most: Option<u16>,
 }
 

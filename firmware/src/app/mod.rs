@@ -5,8 +5,8 @@
 //!
 //! **Latency.** The correction in force is known before a frame arrives. Between its last byte in
 //! and its first byte out there are one check, six subtractions and one change of the checksum, the
-//! same for all axes. Networks, counters, the command link and the receiver come after the frame has
-//! left, and the last two only while no frame is arriving.
+//! same for all axes. Networks, counters, the command link and the receiver come after the frame
+//! has left, and the last two only while no frame is arriving.
 //!
 //! **Gaps.** Frames that are missing, damaged or marked invalid are never made up. The networks do
 //! not step over a gap: the block in progress is given up, and the estimate in force is held until

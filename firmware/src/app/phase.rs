@@ -1,36 +1,39 @@
-//! The state machine, in the open.
+//! The state machine.
 //!
 //! ```text
 //! Start -> Detect -> Run(mode) -> Fault(cause)
 //!   |         ^         |  ^          |
-//!   +---------|---------+--|----------+   (format configured: straight to Run; a mode set by command: back to Run)
-//!             +---------+  the stream is of no known format any more; service mode of the sensor
+//!   +---------|---------+--|----------+
+//!             +---------+
 //! ```
 //!
-//! In `Detect` and `Fault` bytes go through raw, as if nothing were here.
+//! A configured format leads from `Start` straight to `Run`. From `Run` a stream of no known
+//! format, or the sensor's service mode, leads back to `Detect`. A mode set by command leads from
+//! `Fault` back to `Start`. In `Detect` and `Fault` bytes pass through unchanged.
 
 use crate::control::Mode;
 
-/// Why nothing is corrected any more.
+/// Why samples are no longer corrected.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Cause {
-    /// What the words mean is not known, or they are of a kind that cannot be corrected (integrated angle and velocity).
+    /// The samples' units are not known, or are of a kind that cannot be corrected (integrated
+    /// angle and velocity).
     Units,
     /// The networks failed in [`FAILURES`] blocks in a row.
     Network,
 }
 
-/// Blocks in a row whose network step failed, after which the device passes everything through.
+/// After this many blocks in a row whose network step failed the device passes everything through.
 pub const FAILURES: u8 = 10;
 
-/// Where the application is.
+/// State of the application.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Phase {
     /// Before the first pass.
     Start,
-    /// Raw pass-through while the format is found out.
+    /// Raw pass-through while the format is detected.
     Detect,
-    /// Frames are taken apart.
+    /// Frames are decoded and corrected.
     Run(Mode),
     /// Raw pass-through until a mode is set by command.
     Fault(Cause),
@@ -40,12 +43,12 @@ pub enum Phase {
 #[derive(Debug, Clone, Copy)]
 pub struct Machine {
     phase: Phase,
-    /// Detect, Run, Fault; a change of mode counts as entering Run. Held at its end.
+    /// Detect, Run, Fault; a change of mode counts as entering Run. Saturates.
     entered: [u32; 3],
 }
 
 impl Machine {
-    /// At its start.
+    /// In state `Start`.
     pub const fn new() -> Machine {
         Machine {
             phase: Phase::Start,
@@ -53,7 +56,7 @@ impl Machine {
         }
     }
 
-    /// Where it is.
+    /// The present state.
     pub fn phase(&self) -> Phase {
         self.phase
     }
@@ -63,7 +66,7 @@ impl Machine {
         self.entered
     }
 
-    /// Back at the start, with what was counted.
+    /// Back in state `Start`, with the counters kept.
     #[must_use]
     pub fn restarted(self) -> Machine {
         Machine {
@@ -72,7 +75,7 @@ impl Machine {
         }
     }
 
-    /// Find out the format.
+    /// The format must be detected.
     pub fn transition_to_detect(&mut self) {
         self.enter(0, Phase::Detect);
     }
@@ -82,7 +85,7 @@ impl Machine {
         self.enter(1, Phase::Run(mode));
     }
 
-    /// Nothing can be corrected.
+    /// Samples cannot be corrected.
     pub fn transition_to_fault(&mut self, cause: Cause) {
         self.enter(2, Phase::Fault(cause));
     }

@@ -1,9 +1,10 @@
-//! The way back: what the navigation computer says to the sensor, and who answers.
+//! The way back: requests of the navigation computer to the sensor, and their answers.
 //!
-//! Its bytes go to the sensor as they come, whatever the format, and the sensor's answers go back with the stream. Only for a
-//! STIM300 they are also understood: a client may start knowing nothing and wait for the answer to `C`, and a sensor whose
-//! receiving side is not wired never gives it. Then it is answered from what is stored here; what is not stored is not
-//! answered.
+//! The bytes go to the sensor unchanged, whatever the format, and the sensor's answers go back with
+//! the stream. Only requests to a STIM300 are also understood. A client may wait for the answer to
+//! `C` before it starts, and a sensor whose receiving side is not wired never gives that answer.
+//! The device then answers from the datagrams stored here; a request without a stored datagram is
+//! not answered.
 
 use super::config::Config;
 use super::flow::{Flow, count};
@@ -21,24 +22,24 @@ type Datagram = Vec<u8, { config::LEN }>;
 #[derive(Debug, Default)]
 pub(super) struct Reverse {
     requests: Requests,
-    /// The identifier of the answer that is due, and until when the sensor may give it, microseconds.
+    /// The identifier of the expected answer, and until when the sensor may give it, microseconds.
     due: Option<(u8, u64)>,
     /// Part number and serial number, as the sensor sent them after its power-on.
     stored: [Datagram; 2],
-    /// The sensor has told its configuration.
+    /// The sensor has sent its configuration.
     configured: bool,
     asked: bool,
 }
 
-/// Something the sensor must be watched for.
+/// A request that changes what the sensor sends.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Notice {
-    /// It answers text from here on, no frames.
+    /// From now on the sensor sends text instead of frames.
     Service,
 }
 
 impl Reverse {
-    /// Bytes on their way to the sensor.
+    /// Reads bytes on their way to the sensor.
     pub fn watch(&mut self, bytes: &[u8], flow: &mut Flow, now: u64) -> Option<Notice> {
         let mut notice = None;
         for &byte in bytes {
@@ -60,7 +61,7 @@ impl Reverse {
         notice
     }
 
-    /// A special datagram of the sensor, which has been sent on.
+    /// Reads a special datagram of the sensor, which has been sent on.
     pub fn special(&mut self, bytes: &[u8], flow: &mut Flow) {
         let Some(id) = bytes.first().and_then(|&id| plain(id)) else {
             return;
@@ -85,7 +86,7 @@ impl Reverse {
         }
     }
 
-    /// Answer in the sensor's place when its time is over.
+    /// Answers in the sensor's place when its time is over.
     pub fn answer(&mut self, flow: &mut Flow, out: &mut impl Line, now: u64) {
         let Some((id, _)) = self.due.filter(|(_, until)| now >= *until) else {
             return;
@@ -112,7 +113,7 @@ impl Reverse {
         count(&mut flow.counters.dropped, u32::from(!sent));
     }
 
-    /// Nothing is to be answered or asked.
+    /// Whether no answer is due and no question pending.
     #[inline(always)]
     pub fn rests(&self, config: &Config) -> bool {
         self.due.is_none() && !self.wants_to_ask(config)
@@ -123,7 +124,7 @@ impl Reverse {
         config.sensor.stim300.ask && !self.configured && !self.asked
     }
 
-    /// Ask for the configuration, once, before the words are corrected by it.
+    /// Asks for the configuration, once, before samples are corrected by it.
     pub fn ask(&mut self, config: &Config, sensor: &mut impl Line) {
         if self.wants_to_ask(config) {
             self.asked = sensor.send(b"C\r").is_ok();
@@ -131,7 +132,7 @@ impl Reverse {
     }
 }
 
-/// The identifier without CR LF of a special datagram's.
+/// The identifier of a special datagram in its form without CR LF.
 fn plain(id: u8) -> Option<u8> {
     special_len(id)?;
     Some(match id {

@@ -23,14 +23,15 @@ const FIRMWARE: [u16; 3] = [
 const fn number(text: &str) -> u16 {
     match u16::from_str_radix(text, 10) {
         Ok(number) => number,
-        Err(_) => panic!("a version that is no number"), // at compile time
+        Err(_) => panic!("the version is not a number"), // at compile time
     }
 }
 
-/// Serves the command link. Every request may come twice (its answer was lost): the second time changes nothing more.
+/// Serves the command link. Every request may come twice, because its answer was lost; the second
+/// one has no further effect.
 #[derive(Debug)]
 pub(super) struct Server {
-    /// The image being received, from its beginning without holes.
+    /// The image being received, from its beginning without gaps.
     received: Vec<u8, IMAGES_LEN>,
     answer: [u8; MAX_PACKET],
 }
@@ -43,7 +44,7 @@ impl Server {
         }
     }
 
-    /// Carry out a packet; the answer to send, if it was a request.
+    /// Carries out the request in a packet. Gives the answer; `None` if it was no request.
     pub fn serve(
         &mut self,
         packet: &mut [u8],
@@ -99,7 +100,8 @@ impl Server {
         }
     }
 
-    /// A piece at the end of what is there, or over its end: sending one again is allowed, leaving a hole is not.
+    /// Takes a piece that begins within what is there or directly after it: a piece may be sent
+    /// again, but must not leave a gap.
     fn write_image(&mut self, offset: u32, bytes: &[u8]) -> Result<(), Reason> {
         let offset = usize::try_from(offset).map_err(|_| Reason::Range)?;
         if offset > self.received.len() || offset + bytes.len() > IMAGES_LEN {
@@ -111,8 +113,9 @@ impl Server {
             .map_err(|_| Reason::Range)
     }
 
-    /// Both networks or none; between two words. Not inlined, as everything here that holds networks: the stack is the deepest of them, and
-    /// not all of them.
+    /// Uses the image received, both networks or none, between two samples. Like all functions here
+    /// that hold networks it is not inlined: the stack then holds the largest of them, not all of
+    /// them.
     #[inline(never)]
     fn commit_image(&mut self, length: u32, flow: &mut Flow) -> Result<(), Reason> {
         if usize::try_from(length) != Ok(IMAGES_LEN) || self.received.len() != IMAGES_LEN {
@@ -125,7 +128,8 @@ impl Server {
     }
 }
 
-/// During the alignment no correction may change; after it a fade covers networks that come into use later.
+/// During the alignment no correction may change. Afterwards a fade covers the exchange of
+/// networks.
 fn may_exchange(flow: &Flow) -> Result<(), Reason> {
     let aligned = flow.alignment == Some(Alignment::Finished) && flow.mode != Mode::Frozen;
     if flow.alignment.is_some() && !aligned {
@@ -138,7 +142,7 @@ fn set_mode(mode: Mode, flow: &mut Flow, machine: &mut Machine) -> Result<(), Re
     if mode == Mode::Learn && !flow.can_learn() {
         return Err(Reason::NotAvailable);
     }
-    // while it lasts the correction may be taken off no more than put on: either would be a jump
+    // during an alignment a correction may be switched neither on nor off: either would be a jump
     if flow.alignment == Some(Alignment::Started) && mode != flow.mode {
         return Err(Reason::Alignment);
     }

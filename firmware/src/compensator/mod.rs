@@ -181,8 +181,8 @@ impl Compensator {
         self.scale
     }
 
-    /// The state at power-on. The networks' initial output, which is the bias of their output layer,
-    /// is in force until the first block is over; with `off`, the correction is zero.
+    /// The state at power-on. The networks' initial output, which is the bias of their output
+    /// layer, is in force until the first block is over; with `off`, the correction is zero.
     pub fn power_on(&self, off: bool) -> State {
         let mut state = State {
             off,
@@ -217,7 +217,8 @@ impl Compensator {
         (out, self.accumulate(state, &before))
     }
 
-    /// Corrects one sample by the estimate in force: all that must be done before a frame can leave.
+    /// Corrects one sample by the estimate in force: all that must be done before a frame can
+    /// leave.
     pub fn correct(&self, state: &mut State, sample: &mut RawSample) {
         match sample {
             RawSample::Counts { gyro, accel } => {
@@ -279,8 +280,8 @@ impl Compensator {
     }
 
     /// The stream has a gap, and the networks do not step over it. The samples since the last block
-    /// are given up and the next sample begins a new block. Until that is full, the estimate and the
-    /// networks' states stay as they are.
+    /// are given up and the next sample begins a new block. Until that is full, the estimate and
+    /// the networks' states stay as they are.
     pub fn give_up_block(&self, state: &mut State) {
         state.given_up = state.given_up.saturating_add(u32::from(state.samples > 0));
         state.sum = [[0; 3]; 2];

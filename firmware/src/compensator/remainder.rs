@@ -31,8 +31,9 @@ pub fn add_float(sample: &mut [f32; 3], due: &[f32; 3], remainder: &mut [f32; 3]
 ///
 /// Two exact sums (Knuth's `TwoSum`) take the place of f64, which costs a Cortex-M4F ten times as
 /// much. Remainder and value together hold the sum to 48 bits: over any run of samples the sum of
-/// the values sent differs from the exact sum by the last remainder only, at most half a unit in the
-/// last place of one value. A value that is not finite passes unchanged and clears the remainder.
+/// the values sent differs from the exact sum by the last remainder only, at most half a unit in
+/// the last place of one value. A value that is not finite passes unchanged and clears the
+/// remainder.
 fn add_carried(value: f32, correction: f32, remainder: &mut f32) -> f32 {
     let (due, lost) = two_sum(*remainder, correction);
     if due == 0.0 {

@@ -7,7 +7,7 @@ const LSB: Lsb = Lsb {
     mps: 1.226e-3,
 };
 
-/// A network that says `error` whatever comes in.
+/// A network whose output is `error` for every input.
 fn constant(error: [f32; 3]) -> Net {
     let mut weights = Weights::zero();
     weights.layers[2].b = error;
@@ -31,12 +31,12 @@ fn compensator(gyro: [f32; 3], accel: [f32; 3], limit: f32) -> Compensator {
 
 proptest! {
     #[test]
-    fn zero_correction_is_the_identity(words in prop::collection::vec(any::<[i32; 6]>(), 1..500)) {
+    fn zero_correction_is_the_identity(samples in prop::collection::vec(any::<[i32; 6]>(), 1..500)) {
         let c = compensator([0.0; 3], [0.0; 3], 1.0);
         let mut state = State::default();
-        for w in words {
-            let word = Counts { dtheta: [w[0], w[1], w[2]], dv: [w[3], w[4], w[5]] };
-            prop_assert_eq!(c.process(&mut state, word).0, word);
+        for w in samples {
+            let sample = Counts { dtheta: [w[0], w[1], w[2]], dv: [w[3], w[4], w[5]] };
+            prop_assert_eq!(c.process(&mut state, sample).0, sample);
         }
     }
 
@@ -57,8 +57,10 @@ proptest! {
         let want_g = f64::from(e) * time / LSB.rad;
         let want_a = f64::from(a) * time / LSB.mps;
         let close = |got: i64, want: f64| (got as f64 - want).abs() <= 1.0 + want.abs() * 1e-6;
-        prop_assert!(close(sum[0], want_g) && close(sum[1], -want_g) && sum[2] == 0, "{:?} {}", sum, want_g);
-        prop_assert!(close(sum[3], want_a) && sum[4] == 0 && close(sum[5], -want_a), "{:?} {}", sum, want_a);
+        let gyro = close(sum[0], want_g) && close(sum[1], -want_g) && sum[2] == 0;
+        prop_assert!(gyro, "{:?} {}", sum, want_g);
+        let accel = close(sum[3], want_a) && sum[4] == 0 && close(sum[5], -want_a);
+        prop_assert!(accel, "{:?} {}", sum, want_a);
     }
 }
 
@@ -75,10 +77,10 @@ fn corrections_are_clipped_and_counted() {
 }
 
 proptest! {
-    /// Whatever the weights are, one of their bits flipping on the way included, and whatever comes in: what is taken out of the words
-    /// of any stretch of time is the limit times that time, to one count.
+    /// For all weights, even when one of their bits flips on the way, and for all inputs: the sum of the
+    /// corrections over any stretch of time is at most the limit times that time, to one count.
     #[test]
-    fn nothing_exceeds_the_limit(
+    fn no_correction_exceeds_the_limit(
         bits in prop::collection::vec(any::<u32>(), 126),
         small in any::<bool>(),
         inputs in prop::collection::vec(any::<[i32; 6]>(), 1..40),
@@ -109,10 +111,10 @@ proptest! {
                 all[upset.0 % 63] = f32::from_bits(all[upset.0 % 63].to_bits() ^ (1 << upset.1));
                 net.weights.set_all(&all);
             }
-            // far from the ends of the range, where the word itself is held
+            // far from the ends of the range, where the sample itself saturates
             let w = inputs[k % inputs.len()].map(|x| x / 2);
-            let word = Counts { dtheta: [w[0], w[1], w[2]], dv: [w[3], w[4], w[5]] };
-            let (out, _) = c.process(&mut state, word);
+            let sample = Counts { dtheta: [w[0], w[1], w[2]], dv: [w[3], w[4], w[5]] };
+            let (out, _) = c.process(&mut state, sample);
             n += 1;
             for (i, (o, w)) in out.dtheta.iter().chain(&out.dv).zip(w).enumerate() {
                 taken[i] += i64::from(w) - i64::from(*o);
@@ -140,11 +142,11 @@ fn block_mean_is_the_mean_input() {
     let mut state = State::default();
     let mut block = None;
     for k in 0..200 {
-        let word = Counts {
+        let sample = Counts {
             dtheta: [k, 100, 0],
             dv: [0, 0, -40],
         };
-        block = c.process(&mut state, word).1;
+        block = c.process(&mut state, sample).1;
     }
     let b = block.unwrap();
     assert!((f64::from(b.rate[0]) - 99.5 * LSB.rad / 0.005).abs() < 1e-8);
@@ -182,7 +184,8 @@ fn wrong_configuration_is_named() {
     );
 }
 
-/// Other networks start without the memory of the old ones, but the estimate in force stays until they have stepped.
+/// Other networks start without the memory of the old ones, but the estimate in force stays until
+/// they have stepped.
 #[test]
 fn networks_forget() {
     let mut weights = Weights::zero();
@@ -192,8 +195,8 @@ fn networks_forget() {
     c.gyro = Net::new(weights, c.gyro.normalisation);
     c.accel = c.gyro;
     let mut state = State::default();
-    let run = |state: &mut State, words: u32| {
-        (0..words)
+    let run = |state: &mut State, samples: u32| {
+        (0..samples)
             .filter_map(|_| c.process(state, Counts::default()).1)
             .last()
     };

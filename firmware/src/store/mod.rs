@@ -1,9 +1,11 @@
 //! The weight store: two slots in flash, of which one always holds the last good image.
 //!
-//! A new image goes into the slot that is not in use, so that power may fail at any moment: either the old image or the new
-//! one is found afterwards. Without a good slot there is nothing here, and the built-in networks remain.
+//! A new image goes into the slot that is not in use. So power may fail at any moment: afterwards
+//! either the old image or the new one is found. Without a good slot the built-in networks remain
+//! in use.
 //!
-//! A slot is one erase unit or several; its record, little-endian, padded with FF to the unit of writing:
+//! A slot is one erase unit or several. Its record is little-endian, padded with FF to the unit of
+//! writing:
 //!
 //! | offset | length | content |
 //! |---|---|---|
@@ -14,8 +16,9 @@
 //! | 16 | 608 | the gyro network's image, then the accelerometer network's |
 //! | 624 | 4 | CRC-32 (zlib's) of bytes 0..624 |
 //!
-//! Erasing halts most processors for as long as it takes (STM32F405: 1 to 2 s for a sector of 128 KiB), so a board saves in
-//! bypass and on command only; the frames that are lost meanwhile show as a gap in the sensor's counter.
+//! Erasing halts most processors while it lasts (STM32F405: 1 to 2 s for a sector of 128 KiB). So a
+//! board saves only in bypass and on command. The frames lost meanwhile show as a gap in the
+//! sensor's counter.
 
 use crate::model::{IMAGES_LEN, Nets};
 use crate::wire::checksum::crc32_zlib;
@@ -31,14 +34,14 @@ const HEADER_LEN: usize = 16;
 /// The record padded for all units of writing up to 64 bytes.
 const PADDED_LEN: usize = RECORD_LEN.next_multiple_of(64);
 
-/// Why nothing was stored.
+/// Why the networks were not stored.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Error<E> {
     /// The flash is too small for two slots, or its units do not fit the record.
     Geometry,
-    /// The flash says so.
+    /// The flash reports an error.
     Flash(E),
-    /// What was written does not read back.
+    /// The record does not read back as written.
     Verify,
 }
 
@@ -60,7 +63,7 @@ pub struct Store<F> {
 }
 
 impl<F: NorFlash> Store<F> {
-    /// Over a region of flash that is the store's alone.
+    /// Over a region of flash that only the store uses.
     ///
     /// # Errors
     /// [`Error::Geometry`]
@@ -83,17 +86,17 @@ impl<F: NorFlash> Store<F> {
     /// The newest good image; `None` when there is none.
     pub fn load(&mut self) -> Option<Stored> {
         let newer = match [0, 1].map(|slot| self.record(slot).map(|record| generation(&record))) {
-            // newer by less than half a turn of the counter
+            // newer by less than half the counter's range
             [Some(a), Some(b)] => usize::from((b.wrapping_sub(a) as i32) > 0),
             [a, _] => usize::from(a.is_none()),
         };
         self.read(newer).or_else(|| self.read(1 - newer))
     }
 
-    /// Store networks beside the newest good image, which stays until this is complete.
+    /// Stores networks beside the newest good image, which stays until this is complete.
     ///
     /// # Errors
-    /// [`Error::Flash`] or [`Error::Verify`]; the newest good image is then still the one before.
+    /// [`Error::Flash`] or [`Error::Verify`]; the newest good image is then still the previous one.
     pub fn save(&mut self, nets: &Nets) -> Result<Stored, Error<F::Error>> {
         let (slot, generation) = self.next();
         self.write(slot, nets, generation).map_err(Error::Flash)?;
@@ -127,7 +130,8 @@ impl<F: NorFlash> Store<F> {
         if slot == 0 { 0 } else { self.slot_len }
     }
 
-    /// A record whose frame is good. Not inlined, here and below, so that no two are on the stack at a time.
+    /// The record of a slot, if its frame is good. Not inlined, here and below, so that the stack
+    /// never holds two records.
     #[inline(never)]
     fn record(&mut self, slot: usize) -> Option<[u8; PADDED_LEN]> {
         let mut record = [0; PADDED_LEN];

@@ -1,4 +1,5 @@
-//! Against a flash stricter than any chip: a byte is written once per erase, and power fails at any byte.
+//! Against a flash stricter than any chip: a byte is written once per erase, and power fails at any
+//! byte.
 
 use super::*;
 use embedded_storage::nor_flash::{ErrorType, NorFlashError, NorFlashErrorKind, ReadNorFlash};
@@ -9,7 +10,8 @@ use std::vec::Vec;
 const ERASE: usize = 1024;
 const WRITE: usize = 4;
 
-/// Flash with power cuts. `left` bytes may still be erased or written; the byte at which power fails holds anything.
+/// Flash with power cuts. `left` bytes may still be erased or written; the byte at which power
+/// fails holds anything.
 #[derive(Debug, Clone)]
 struct Flash {
     bytes: Vec<u8>,
@@ -155,7 +157,8 @@ fn images_are_found_again_in_turn() {
     }
 }
 
-/// Power fails at every single byte of a save: the old image or the new one, and the store works on.
+/// Power fails at every single byte of a save: the old image or the new one, and the store works
+/// on.
 #[test]
 fn power_may_fail_at_any_byte() {
     for before in [1u8, 2] {
@@ -194,9 +197,12 @@ fn power_may_fail_at_any_byte() {
 }
 
 proptest! {
-    /// Any history of saves with and without power cuts: what is found is the last image saved, or one whose save was cut.
+    /// Any history of saves with and without power cuts: what is found is the last image saved, or
+    /// one whose save was cut.
     #[test]
-    fn any_history(history in prop::collection::vec((any::<bool>(), 0..2200usize, any::<u8>()), 1..30)) {
+    fn any_history(
+        history in prop::collection::vec((any::<bool>(), 0..2200usize, any::<u8>()), 1..30)
+    ) {
         let mut flash = Flash::new(2 * ERASE);
         let mut possible: Vec<Option<u8>> = std::vec![None];
         for (n, (cut, left, torn)) in (1..).zip(history) {
@@ -215,7 +221,7 @@ proptest! {
         }
     }
 
-    /// Any bytes in the flash: no panic, and nothing is found that was not stored.
+    /// Any bytes in the flash: no panic, and no image is found that was not stored.
     #[test]
     fn any_bytes(bytes in prop::collection::vec(any::<u8>(), 2 * ERASE)) {
         let mut flash = Flash::new(2 * ERASE);

@@ -1,4 +1,5 @@
-//! The learner's side of the flow: what it is told, and when what it stands by corrects the words.
+//! The learner's side of the flow: what it receives, and when a promoted hypothesis corrects the
+//! samples.
 
 use super::{Correction, Flow};
 use crate::app::config::Activation;
@@ -9,7 +10,7 @@ use crate::learn::{Learner, Report};
 use crate::model::Nets;
 use crate::wire::command::Estimate;
 
-/// Standstill that counts as an alignment where nobody tells, s.
+/// Standstill that counts as an alignment where none is reported, s.
 const STANDS_S: u32 = 3;
 
 /// The board's learner, if it has one. `Debug` leaves out the learner's numbers, which would bring
@@ -23,7 +24,8 @@ impl core::fmt::Debug for BoardLearner<'_> {
 }
 
 impl Flow<'_> {
-    /// In mode learn, what the learner stands by comes into force where an alignment lets it, and goes when it has lost.
+    /// In mode learn a promoted hypothesis comes into force where an alignment allows it, and goes
+    /// when it is given up.
     pub(super) fn promote(&mut self, block: &Block) {
         let still_s = self.report().still_s;
         if still_s < STANDS_S {
@@ -39,13 +41,14 @@ impl Flow<'_> {
                 self.activate(true, Some(block));
             }
             Activation::Faded => self.activate(false, Some(block)),
-            _ if self.active && self.report().winner == 0 => self.activate(false, None),
+            _ if self.promoted && self.report().winner == 0 => self.activate(false, None),
             _ => {}
         }
     }
 
-    /// The learner's networks instead of those in use, or nothing where it stands by nothing; at once, or no faster than the slew
-    /// limit. `block`: the one that the learner has not seen yet.
+    /// Takes the networks of the promoted hypothesis instead of those in use, or the zero
+    /// correction when there is none; at once, or no faster than the slew limit. `block` is the one
+    /// that the learner has not seen yet.
     pub(super) fn activate(&mut self, at_once: bool, block: Option<&Block>) {
         let (Some(learner), Some(Correction { compensator, state })) =
             (&mut self.learner.0, &mut self.correction)
@@ -53,26 +56,26 @@ impl Flow<'_> {
             return;
         };
         let winner = learner.winner();
-        self.active = winner.is_some();
-        state.off = !self.active;
+        self.promoted = winner.is_some();
+        state.off = !self.promoted;
         if let Some(winner) = winner {
-            self.foreign = true;
+            self.learner_nets = true;
             compensator.exchange(state, winner.nets, winner.states);
-            let said = match block {
+            let output = match block {
                 Some(block) => compensator.step_again(state, block),
                 None => winner.estimate,
             };
             if at_once {
-                compensator.force(state, &said);
+                compensator.force(state, &output);
             }
         } else if at_once {
             compensator.force(state, &[[0.0; 3]; 2]);
         }
     }
 
-    /// Words go through as they came, but the networks step.
+    /// Samples pass through unchanged, but the networks step.
     pub(super) fn observes_only(&self) -> bool {
-        matches!(self.mode, Mode::Shadow | Mode::Learn) && !self.active
+        matches!(self.mode, Mode::Shadow | Mode::Learn) && !self.promoted
     }
 
     /// Whether there is a learner.
@@ -80,7 +83,8 @@ impl Flow<'_> {
         self.learner.0.is_some()
     }
 
-    /// In modes learn and shadow the learner is begun with what it does not know yet. From then on it follows in every mode.
+    /// In modes learn and shadow the learner begins when the stream or the networks are new to it.
+    /// From then on it follows in every mode.
     pub(super) fn teach(&mut self) {
         let (Some(learner), Some(correction)) = (&mut self.learner.0, &self.correction) else {
             return;
@@ -110,7 +114,7 @@ impl Flow<'_> {
         }
     }
 
-    /// A piece of learning that was put off; whether there is more.
+    /// One part of the learner's deferred work. True: there is more.
     pub fn work(&mut self) -> bool {
         self.learner
             .0
@@ -118,32 +122,33 @@ impl Flow<'_> {
             .is_some_and(|learner| learner.work())
     }
 
-    /// What was learnt.
+    /// The weights learnt and the networks' states.
     pub fn learnt(&mut self) -> Option<(Nets, [lrnn_nostd::State; 2])> {
         self.begun?;
         self.learner.0.as_mut().map(|learner| learner.learnt())
     }
 
-    /// Use what was learnt: it has seen the same blocks, so that nothing begins anew.
+    /// Uses the weights learnt. Their networks have seen the same blocks, so that no state is
+    /// reset.
     #[inline(never)]
     pub fn commit_learnt(&mut self) -> Result<(), Reason> {
         let (nets, states) = self.learnt().ok_or(Reason::NotAvailable)?;
         self.config.nets = nets;
         self.failures = 0;
-        self.foreign = false;
+        self.learner_nets = false;
         if let Some(Correction { compensator, state }) = &mut self.correction {
             compensator.exchange(state, nets, states);
         }
         Ok(())
     }
 
-    /// What the learner tells.
+    /// The learner's report.
     pub fn report(&self) -> Report {
         let report = self.learner.0.as_ref().map(|learner| learner.report());
         report.unwrap_or_default()
     }
 
-    /// What the networks say.
+    /// The estimates of the networks in use and of the learner.
     pub fn estimate(&self) -> Estimate {
         let Report {
             window,
