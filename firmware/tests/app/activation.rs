@@ -1,8 +1,9 @@
-//! When what was learnt comes into force, seen by a navigation computer that aligns itself on the device's words and then coasts for 22
-//! min: the trap of a correction after the alignment, and that the device avoids it.
+//! When a promoted correction comes into force, seen by a navigation computer that aligns itself on
+//! the device's samples and then navigates free inertial for 22 min: the trap of a correction after
+//! the alignment, and that the device avoids it.
 
 use crate::device::{Device, nets};
-use crate::frames::{Fields, Kind, words};
+use crate::frames::{Fields, Kind, values};
 use firmware::align::{Align, Sensors};
 use firmware::app::{Activation, App, Config};
 use firmware::compensator::Block;
@@ -22,10 +23,11 @@ const LATITUDE: f64 = 0.8;
 const HEIGHT: f64 = 200.0;
 /// The sensor's error, m/s2: 100 ug north.
 const BIAS: f32 = 9.806_65e-4;
-/// Seconds: the computer aligns itself from here to here, and then coasts.
+/// Seconds: the computer aligns itself from [`ALIGN`] to [`FREE`], and is free inertial until
+/// [`END`].
 const ALIGN: u32 = 60;
-const COAST: u32 = 360;
-const END: u32 = COAST + 1320;
+const FREE: u32 = 360;
+const END: u32 = FREE + 1320;
 pub const PLACE: Position = Position {
     latitude: LATITUDE,
     longitude: 0.1,
@@ -77,10 +79,11 @@ enum Act {
     Nets,
 }
 
-/// Values of a body at rest, level and to the north, with the sensor's error; what rounding leaves is carried.
+/// Values of a body at rest, level and to the north, with the sensor's error; what rounding leaves
+/// is carried.
 pub struct AtRest {
     due: [f64; 6],
-    /// Counts a word.
+    /// Counts of a sample.
     pub rate: [f64; 6],
 }
 
@@ -113,13 +116,13 @@ impl AtRest {
     }
 
     pub fn sample(&mut self) -> [i32; 6] {
-        let mut word = [0; 6];
-        for ((word, due), rate) in word.iter_mut().zip(&mut self.due).zip(&self.rate) {
+        let mut sample = [0; 6];
+        for ((sample, due), rate) in sample.iter_mut().zip(&mut self.due).zip(&self.rate) {
             *due += rate;
-            *word = due.round() as i32;
-            *due -= f64::from(*word);
+            *sample = due.round() as i32;
+            *due -= f64::from(*sample);
         }
-        word
+        sample
     }
 }
 
@@ -165,7 +168,7 @@ fn drive(config: Config, knows: Knows, script: &[(u32, Act)]) -> Seen {
         if second == ALIGN {
             computer.restart(true);
         }
-        if second == COAST {
+        if second == FREE {
             let aligned = computer.finish(LATITUDE, HEIGHT).expect("aligned");
             let state = State {
                 position: PLACE,
@@ -188,7 +191,7 @@ fn drive(config: Config, knows: Knows, script: &[(u32, Act)]) -> Seen {
             };
             device.feed(&KIND.frame(second * RATE + n, fields));
             let sent = device.lines.navigation.sent.pop().expect("a frame");
-            let [a, b, c, d, e, f] = words(KIND.format, &sent).map(|x| x as i32);
+            let [a, b, c, d, e, f] = values(KIND.format, &sent).map(|x| x as i32);
             let counts = Counts {
                 dtheta: [a, b, c],
                 dv: [d, e, f],
@@ -232,7 +235,7 @@ fn knows(from: u32) -> Knows {
 }
 
 const BEGINS: (u32, Act) = (ALIGN, Act::Alignment(Alignment::Started));
-const ENDS: (u32, Act) = (COAST, Act::Alignment(Alignment::Finished));
+const ENDS: (u32, Act) = (FREE, Act::Alignment(Alignment::Finished));
 const LEARN: (u32, Act) = (0, Act::Mode(Mode::Learn));
 
 /// Fastest change of the correction from one second to the next, m/s2.
@@ -251,11 +254,11 @@ fn schuler(seconds: f64) -> f64 {
 
 #[test]
 fn the_trap() {
-    // nobody tells of the alignment, and after it somebody switches the correction on
+    // the alignment is not reported, and after it the correction is switched on by command
     let seen = drive(
         config(Activation::Commanded),
         knows(u32::MAX),
-        &[(COAST, Act::Nets)],
+        &[(FREE, Act::Nets)],
     );
     println!("switched on after the alignment: {:.1} m", seen.error_m);
     assert!(
@@ -289,7 +292,8 @@ fn on_before_the_alignment_it_does_good_and_after_it_waits() {
     assert!(before.error_m < 1.0 && after.error_m < 30.0);
 }
 
-/// For a computer that is aided: whatever happens, the correction moves no faster than its filter was promised.
+/// For a computer that is aided: whatever happens, the correction moves no faster than its filter
+/// was promised.
 #[test]
 fn faded_follows_no_faster_than_the_limit() {
     let config = config(Activation::Faded);
@@ -355,7 +359,7 @@ fn given_up_it_fades_out_but_never_during_an_alignment() {
 }
 
 #[test]
-fn a_standstill_counts_where_nobody_tells() {
+fn a_standstill_counts_where_no_alignment_is_reported() {
     for (activation, counts) in [
         (Activation::Standstill, true),
         (Activation::Commanded, false),
@@ -375,7 +379,7 @@ fn a_standstill_counts_where_nobody_tells() {
     }
 }
 
-/// Mode shadow learns and touches nothing, bypass and frozen do not listen to the learner.
+/// Mode shadow learns and changes no sample; bypass and frozen ignore the learner.
 #[test]
 fn other_modes_are_not_touched() {
     for mode in [Mode::Shadow, Mode::Bypass, Mode::Frozen] {

@@ -66,18 +66,28 @@ fn flags() -> impl Strategy<Value = u16> {
 
 proptest! {
     #[test]
-    fn bursts_go_through(which in 0..3usize, words in prop::collection::vec(any::<[i32; 6]>(), 1..60), diagnosis in flags()) {
+    fn bursts_go_through(
+        which in 0..3usize,
+        samples in prop::collection::vec(any::<[i32; 6]>(), 1..60),
+        diagnosis in flags(),
+    ) {
         let form = FORMS[which];
         let mut device = Device::new(config(form));
-        for (counter, [a, b, c, d, e, f]) in (0..).zip(words) {
-            let burst = Burst { diagnosis, gyro: [a, b, c], accel: [d, e, f], temperature: 250, counter };
+        for (counter, [a, b, c, d, e, f]) in (0..).zip(samples) {
+            let burst = Burst {
+                diagnosis,
+                gyro: [a, b, c],
+                accel: [d, e, f],
+                temperature: 250,
+                counter,
+            };
             let sent = reply(form, &burst);
             prop_assert_eq!(pass(&mut device, &sent), Ok(sent));
         }
         prop_assert_eq!(device.app.phase(), Phase::Run(Mode::Frozen));
     }
 
-    /// One wrong bit: told to the board, counted, not sent.
+    /// One wrong bit: reported to the board, counted, not sent.
     #[test]
     fn damage_is_kept_back(which in 0..3usize, bit: prop::sample::Index) {
         let form = FORMS[which];
@@ -93,7 +103,8 @@ proptest! {
     }
 }
 
-/// The sum of corrections is right, counters and all else are the sensor's, and the checksum is right again.
+/// The sum of corrections is right, counters and all else are the sensor's, and the checksum is
+/// right again.
 #[test]
 fn corrections_add_up() {
     for form in FORMS {

@@ -1,7 +1,7 @@
 //! The command link and the receiver.
 
 use crate::device::{Device, constant, nets};
-use crate::frames::{Fields, Kind, words};
+use crate::frames::{Fields, Kind, values};
 use firmware::app::{Config, Phase};
 use firmware::compensator::Limit;
 use firmware::control::{Alignment, Mode, Reason, Window};
@@ -104,19 +104,19 @@ fn weights_go_up_and_down_and_take_effect_whole() {
     let good = images(&new);
     let frame = |n| STIM.frame(n, Fields::default());
     let first = |device: &Device| {
-        words(
+        values(
             ImuFormat::Stim300,
             device.lines.navigation.sent.last().expect("one"),
         )[0]
     };
     (0..25).for_each(|n| device.feed(&frame(n)));
 
-    // damaged: refused, nothing changes
+    // damaged: refused, the networks stay
     let mut damaged = good.clone();
     damaged[400] ^= 1;
     upload(&mut device, &damaged);
     refused(&mut device, &COMMIT, Reason::Image);
-    // too short, a hole, too long
+    // too short, with a gap, too long
     upload(&mut device, &good[..600]);
     refused(&mut device, &COMMIT, Reason::Range);
     refused(
@@ -218,7 +218,8 @@ fn modes() {
     assert_eq!(device.lines.navigation.sent[60..], STIM.stream(60, 90));
 }
 
-/// Before the alignment a correction may jump, during it nothing may change, after it only as fast as the slew limit.
+/// Before the alignment a correction may jump, during it it must not change, after it it changes no
+/// faster than the slew limit.
 #[test]
 fn alignment_ends_jumps() {
     let kind = Kind::KVH;
@@ -241,7 +242,7 @@ fn alignment_ends_jumps() {
             n += 1;
         }
         let sent = device.lines.navigation.sent.last().expect("a frame");
-        -words(ImuFormat::Kvh, sent)[0] / 1e-3 // rad/s
+        -values(ImuFormat::Kvh, sent)[0] / 1e-3 // rad/s
     };
     let near = |a: f64, b: f64| (a - b).abs() < 1e-7;
     assert!(run(&mut device, 3) == 0.0);
@@ -276,7 +277,7 @@ fn alignment_ends_jumps() {
     assert!(near(run(&mut device, 15), 2e-5));
 }
 
-/// What is no packet is not answered; noise in front costs nothing.
+/// Bytes that are no packet are not answered; noise in front of a packet does no damage.
 #[test]
 fn damaged_packets_are_not_answered() {
     use firmware::wire::command::{MAX_PACKET, encode};
@@ -308,7 +309,8 @@ fn version_packet() -> Vec<u8> {
     packet.expect("a packet").to_vec()
 }
 
-/// The command link gets its turn even when the sensor's line never pauses, and its frames do not suffer.
+/// The command link gets its turn even when the sensor's line never pauses, and its frames do not
+/// suffer.
 #[test]
 fn a_busy_line_starves_nobody() {
     let mut device = Device::new(STIM.config());
@@ -363,7 +365,8 @@ fn the_latest_good_fix_is_kept() {
     assert!((1000..2000).contains(&kept.arrived_us));
 }
 
-/// Storing halts the processor: on command, in bypass, not during the alignment, and only where there is a store.
+/// Storing halts the processor: on command, in bypass, not during the alignment, and only where
+/// there is a store.
 #[test]
 fn storing_is_asked_of_the_board_once() {
     use firmware::wire::command::fault;

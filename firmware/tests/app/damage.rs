@@ -1,7 +1,7 @@
-//! Damage on the line: at most the damaged frame is lost, and nothing is made up.
+//! Damage on the line: at most the damaged frame is lost, and no frame is made up.
 
 use crate::device::{Device, Mock, nets};
-use crate::frames::{Kind, frames_in, kinds, words};
+use crate::frames::{Kind, frames_in, kinds, values};
 use firmware::app::Config;
 use firmware::control::Mode;
 use firmware::link::faulty::{Chances, Faulty};
@@ -12,7 +12,8 @@ const STIM: Kind = Kind::STIM;
 const KVH: Kind = Kind::KVH;
 
 proptest! {
-    /// One wrong bit anywhere costs the frame it is in and no other, in any format, however the bytes arrive.
+    /// One wrong bit anywhere costs the frame it is in and no other, in any format, however the
+    /// bytes arrive.
     #[test]
     fn a_wrong_bit_costs_one_frame(
         which in 0..kinds().len(), bit: prop::sample::Index, hit in 2..8usize, piece in 1..80usize,
@@ -27,13 +28,15 @@ proptest! {
         device.feed(&sent.concat());
         device.wait_ms(200); // a false start at the end waits for no more than the silence
         sent.remove(hit);
-        // a false start may hold the last frames back until the line is silent; they are then no frames any more
+        // a false start may hold the last frames back until the line is silent; they are then no
+        // frames any more
         let out = &device.lines.navigation.sent;
         prop_assert!(out.len() >= sent.len() - 3, "{} of {}", out.len(), sent.len());
         prop_assert_eq!(out, &sent[..out.len()]);
     }
 
-    /// Garbage of any kind between frames costs none of them and is counted byte for byte; nothing of it leaves.
+    /// Garbage of any kind between frames costs none of them. It is counted byte for byte and does
+    /// not leave.
     #[test]
     fn garbage_is_counted_and_kept_back(
         which in 0..kinds().len(), piece in 1..80usize,
@@ -52,18 +55,33 @@ proptest! {
         prop_assert_eq!(frames_in(kind.format, &device.lines.navigation.bytes()), &frames[..]);
         let counters = device.counters();
         let other = stream.len() - frames.concat().len();
-        let passed = device.lines.navigation.bytes().len() - frames.concat().len(); // CR LF among the noise
-        prop_assert_eq!(counters.garbage as usize + counters.bad_checksums as usize + passed, other);
+        // CR LF among the noise
+        let passed = device.lines.navigation.bytes().len() - frames.concat().len();
+        let counted = counters.garbage as usize + counters.bad_checksums as usize;
+        prop_assert_eq!(counted + passed, other);
     }
 
-    /// A bad cable: every frame that leaves is one that was sent, in order; words corrected, all else untouched.
+    /// A bad cable: every frame that leaves is one that was sent, in order, with its sample
+    /// corrected and all other bytes unchanged.
     #[test]
-    fn nothing_is_made_up(seed: u64, which in 0..3usize, correct: bool, flip in 0..200u16, drop in 0..100u16, burst in 0..50u16) {
+    fn no_frame_is_made_up(
+        seed: u64,
+        which in 0..3usize,
+        correct: bool,
+        flip in 0..200u16,
+        drop in 0..100u16,
+        burst in 0..50u16,
+    ) {
         let kind = [STIM, KVH, Kind::RAWIMUSX][which];
         let error = if correct { [2e-6, -1e-6, 3e-6] } else { [0.0; 3] };
         let chances = Chances { flip, drop, burst, lost: 20, full: 0 };
         let mut device = Device::on(
-            Config { mode: Mode::Frozen, nets: nets(error, [0.0; 3]), block: 0.01, ..kind.config() },
+            Config {
+                mode: Mode::Frozen,
+                nets: nets(error, [0.0; 3]),
+                block: 0.01,
+                ..kind.config()
+            },
             Faulty::new(Mock::default(), chances, seed),
         );
         let sent = kind.stream(0, 300);
@@ -74,20 +92,26 @@ proptest! {
         }
         device.wait_ms(200);
         // noise may be CR LF, which a STIM300 sends between frames
-        let out: Vec<_> = device.lines.navigation.sent.iter().filter(|message| message.as_slice() != b"\r\n").collect();
+        let sent_on = device.lines.navigation.sent.iter();
+        let out: Vec<_> = sent_on.filter(|message| message.as_slice() != b"\r\n").collect();
         let mut rest = sent.iter();
         for &frame in &out {
-            // the same frame but for its words' last counts and its checksum
+            // the same frame except for its sample's last counts and its checksum
             let near = |s: &Vec<u8>| {
-                s.len() == frame.len() && words(kind.format, s).iter().zip(words(kind.format, frame))
-                    .all(|(a, b)| (a - b).abs() <= if kind == KVH { 1e-7 } else { 300.0 })
+                let far = if kind == KVH { 1e-7 } else { 300.0 };
+                s.len() == frame.len()
+                    && values(kind.format, s)
+                        .iter()
+                        .zip(values(kind.format, frame))
+                        .all(|(a, b)| (a - b).abs() <= far)
                     && stamp(kind, s) == stamp(kind, frame)
             };
             prop_assert!(rest.any(near), "a frame that was never sent: {frame:02x?}");
         }
         let done = device.lines.sensor.done();
         // each damaged byte spoils at most its frame; lost bytes are not really lost here
-        prop_assert!(out.len() + done.bytes as usize + 3 >= sent.len(), "{} of {}, {done:?}", out.len(), sent.len());
+        let enough = out.len() + done.bytes as usize + 3 >= sent.len();
+        prop_assert!(enough, "{} of {}, {done:?}", out.len(), sent.len());
         if done.bytes == 0 {
             prop_assert_eq!(out.len(), sent.len());
         }

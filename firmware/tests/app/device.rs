@@ -9,7 +9,7 @@ use lrnn_nostd::{Net, Normalisation, Weights};
 use std::cell::Cell;
 use std::collections::VecDeque;
 
-/// A line that keeps what it is told.
+/// A line that keeps what is sent over it.
 #[derive(Debug)]
 pub struct Mock {
     pub input: VecDeque<u8>,
@@ -135,7 +135,8 @@ impl<S: Line> Device<S> {
         self.app.counters()
     }
 
-    /// Ask over the command link and hand the answer to `check`; a beginning of a frame may keep it waiting.
+    /// Ask over the command link and hand the answer to `check`; a beginning of a frame may keep it
+    /// waiting.
     pub fn ask<T>(&mut self, request: &Request, check: impl FnOnce(Response) -> T) -> T {
         self.number = self.number.wrapping_add(1);
         let mut buffer = [0; MAX_PACKET];
@@ -162,14 +163,14 @@ impl<S: Line> Device<S> {
     }
 }
 
-/// A network that says `error` whatever comes in.
+/// A network whose output is `error` for every input.
 pub fn constant(error: [f32; 3]) -> Net {
     let mut weights = Weights::zero();
     weights.layers[2].b = error;
     Net::new(weights, Normalisation::identity())
 }
 
-/// Networks that say these errors, rad/s and m/s2.
+/// Networks with these errors as output, rad/s and m/s2.
 pub fn nets(gyro: [f32; 3], accel: [f32; 3]) -> Nets {
     Nets {
         gyro: constant(gyro),

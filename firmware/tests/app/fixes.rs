@@ -1,5 +1,6 @@
-//! The learner from fixes inside the application: alignment by itself or by command, holes, silences, and that nothing depends on when
-//! the parts of its work are done. The vehicle stands all the time; whole drives are in `tests/qemu`.
+//! The learner from fixes inside the application: alignment by itself or by command, gaps,
+//! silences, and that no result depends on when the parts of its work are done. The vehicle stands
+//! all the time; whole drives are in `tests/qemu`.
 
 use crate::activation::{AtRest, KIND, PLACE, RATE, lsb};
 use crate::device::Device;
@@ -54,7 +55,7 @@ fn fix(second: u32) -> Pvt {
 /// A device whose vehicle stands.
 struct Bench {
     device: Device,
-    words: AtRest,
+    samples: AtRest,
     number: u32,
 }
 
@@ -62,14 +63,14 @@ impl Bench {
     fn new(config: Config) -> Bench {
         Bench {
             device: device(config),
-            words: AtRest::new(&lsb()),
+            samples: AtRest::new(&lsb()),
             number: 0,
         }
     }
 
     /// The next frame.
     fn frame(&mut self) -> Vec<u8> {
-        let [a, b, c, d, e, f] = self.words.sample();
+        let [a, b, c, d, e, f] = self.samples.sample();
         let fields = Fields {
             gyro: [a, b, c],
             accel: [d, e, f],
@@ -79,7 +80,8 @@ impl Bench {
         KIND.frame(self.number - 1, fields)
     }
 
-    /// Seconds with a fix 100 ms after each begins. `passes`: of the application after each frame; else as many as it wants.
+    /// Seconds with a fix 100 ms after each begins. `passes`: of the application after each frame;
+    /// else as many as it wants.
     fn run(&mut self, seconds: u32, passes: Option<u32>) {
         for _ in 0..seconds {
             for n in 0..RATE {
@@ -98,7 +100,7 @@ impl Bench {
                 if n == RATE / 10 {
                     let bytes = fix(self.number / RATE).emit();
                     self.device.lines.gnss.input.extend(bytes);
-                    // it is longer than a pass takes; it shall arrive after the same word in any case
+                    // it takes more than one pass; it must arrive after the same sample in any case
                     for _ in 0..2 {
                         self.device
                             .app
@@ -133,7 +135,7 @@ fn it_aligns_itself_and_uses_the_fixes_after_that() {
     assert!(health.navigates, "{health:?}");
     assert!((50..=60).contains(&health.used_fixes), "{health:?}");
     assert!(health.refused_fixes < 3, "{health:?}");
-    // at rest the 100 ug are in the tilt: nothing contradicts "no errors"
+    // at rest the 100 ug are in the tilt: no fix contradicts the zero correction
     assert_eq!(
         (health.winner, health.promotions, health.rollbacks),
         (0, 0, 0)
@@ -152,14 +154,15 @@ fn a_command_aligns_sooner() {
     assert!(bench.health().navigates);
 }
 
-/// One pass after each frame instead of as many as there is work for: fixes and blocks then find work left over and end it.
+/// One pass after each frame instead of as many as there is work for: fixes and blocks then find
+/// work left over and end it.
 #[test]
 fn when_its_parts_are_done_does_not_matter() {
     let run = |passes: Option<u32>| {
         let mut bench = Bench::new(config());
         bench.run(115, passes);
         // the north gyro errs by 2 deg/h from now on: six standard deviations
-        bench.words.rate[0] += 1e-5 / (f64::from(RATE) * lsb().rad);
+        bench.samples.rate[0] += 1e-5 / (f64::from(RATE) * lsb().rad);
         bench.run(150, passes);
         (bench.weights(), bench.health())
     };
@@ -194,7 +197,8 @@ fn short_holes_are_bridged_and_long_ones_and_silences_are_not() {
     assert!(!silent.navigates, "{silent:?}");
 }
 
-/// Fixes that are wild, empty or without accuracies: the counters tell, and nothing is poisoned.
+/// Fixes that are wild, empty or without accuracies are counted, and no weight becomes infinite or
+/// NaN.
 #[test]
 fn bad_fixes_do_no_harm() {
     let mut bench = Bench::new(config());
@@ -231,7 +235,7 @@ fn bad_fixes_do_no_harm() {
     assert!(bench.health().navigates, "it comes back");
 }
 
-/// In bypass and frozen nothing is begun; in shadow it learns as in learn.
+/// In bypass and frozen the learner does not begin; in shadow it learns as in learn.
 #[test]
 fn it_is_begun_in_shadow_and_learn_only() {
     for (mode, learns) in [

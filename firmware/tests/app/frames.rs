@@ -110,7 +110,7 @@ pub fn frames_in(format: ImuFormat, bytes: &[u8]) -> Vec<Vec<u8>> {
 }
 
 /// The six values as numbers.
-pub fn words(format: ImuFormat, frame: &[u8]) -> [f64; 6] {
+pub fn values(format: ImuFormat, frame: &[u8]) -> [f64; 6] {
     let mut frame = frame.to_vec();
     let checked = Checked::new(format, &mut frame).expect("a good frame");
     let [[a, b, c], [d, e, f]] = match checked.read().expect("values").words {

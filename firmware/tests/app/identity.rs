@@ -1,4 +1,5 @@
-//! With a correction of zero the output is the input, byte for byte, in every mode and format, however it arrives.
+//! With a correction of zero the output is the input, byte for byte, in every mode and format,
+//! however it arrives.
 
 use crate::device::Device;
 use crate::frames::{Fields, Kind, kinds};
@@ -6,15 +7,15 @@ use firmware::app::{Config, Phase};
 use firmware::control::Mode;
 use proptest::prelude::*;
 
-/// Any words, extreme ones as well; fields narrower than 32 bits keep the low bits.
+/// Any values, extreme ones too; fields narrower than 32 bits keep the low bits.
 fn fields() -> impl Strategy<Value = Fields> {
-    let word = prop_oneof![
+    let value = prop_oneof![
         any::<i32>(),
         -100..100i32,
         Just(0x007F_FFFF),
         Just(-0x0080_0000)
     ];
-    let triad = prop::array::uniform3(word);
+    let triad = prop::array::uniform3(value);
     (triad.clone(), triad, any::<u32>()).prop_map(|(gyro, accel, rest)| Fields {
         gyro,
         accel,
@@ -62,7 +63,7 @@ proptest! {
     }
 }
 
-/// Any bits in the words of a KVH message, NaN and infinities too.
+/// Any bits in the values of a KVH message, NaN and infinities too.
 #[test]
 fn odd_floats_go_through() {
     use firmware::wire::kvh::{Layout, Repr};
@@ -81,13 +82,13 @@ fn odd_floats_go_through() {
     });
     let mut stream = Vec::new();
     for n in 0..60 {
-        let word = |k: usize| f32::from_bits(odd[(n + k) % odd.len()]);
+        let value = |k: usize| f32::from_bits(odd[(n + k) % odd.len()]);
         let repr = Repr {
             layout: Layout::A,
-            gyro: [word(0), word(1), word(2)],
-            accel: [word(3), word(4), word(5)],
+            gyro: [value(0), value(1), value(2)],
+            accel: [value(3), value(4), value(5)],
             extra: [0; 4],
-            status: 0x7F, // another device's own-fault bit stays too
+            status: 0x7F, // the own-fault bit of another device stays too
             sequence: n as u8,
             temperature: 29,
         };

@@ -1,4 +1,5 @@
-//! Modes shadow and learn: words go through untouched, the copy learns from references, and only a command brings it into use.
+//! Modes shadow and learn: samples pass through unchanged, the copy learns from references, and
+//! only a command brings it into use.
 
 use crate::device::{Device, nets};
 use crate::frames::{Fields, Kind};
@@ -12,15 +13,15 @@ use firmware::wire::command::{Estimate, MAX_CHUNK, Request, Response};
 use lrnn_nostd::{Net, Normalisation, Weights};
 
 const STIM: Kind = Kind::STIM;
-/// Counts a word, at 1 kHz: 1e-3 rad/s and 0.01 m/s2.
+/// Counts of a sample, at 1 kHz: 1e-3 rad/s and 0.01 m/s2.
 const ERROR: [[i32; 3]; 2] = [[120, -60, 30], [42, 0, -21]];
 const GRAVITY: i32 = 41_000;
 const RAD: f64 = DEGREE / 2_097_152.0;
 const MPS: f64 = 1.0 / 4_194_304.0;
-/// Blocks of 10 words, so windows of 100.
+/// Blocks of 10 samples, so windows of 100.
 const WORDS: u32 = 10 * BLOCKS as u32;
 
-/// Networks to begin with: slow units in the middle, nothing at the output.
+/// Networks to begin with: slow units in the middle, and an output of zero.
 fn start() -> Nets {
     let net = |input_offset: [f32; 3], input_scale: f32, output_scale: f32| -> Net {
         let mut weights = Weights::from_fn(|i| {
@@ -119,17 +120,17 @@ fn learnt(device: &mut Device) -> Vec<u8> {
     all
 }
 
-/// Sends windows and their references, each `late` words into the next window.
+/// Sends windows and their references, each `late` samples into the next window.
 fn teach(device: &mut Device, windows: std::ops::Range<u32>, late: u32) {
     for window in windows {
         let end = (window + 1) * WORDS;
         device.feed(&frames(window * WORDS + if window > 0 { late } else { 0 }, end).concat());
-        let told = estimate(device);
+        let report = estimate(device);
         assert_eq!(
-            (told.sample, told.counter),
+            (report.sample, report.counter),
             (end - 1, Some(((end - 1) * 2 % 256) as u16))
         );
-        let ends = told.window.expect("a window is over");
+        let ends = report.window.expect("a window is over");
         assert_eq!(ends, (window * WORDS, end - 1));
         device.feed(&frames(end, end + late).concat());
         device.order(&Request::Reference(reference(ends)));
@@ -154,16 +155,16 @@ fn learns_from_references_and_is_used_by_command_only() {
     let mut device = Device::learning(config());
     device.order(&Request::SetMode(Mode::Learn));
     teach(&mut device, 0..30, 0);
-    let told = estimate(&mut device);
+    let report = estimate(&mut device);
     assert!(
-        off(told.learnt) < 0.01,
+        off(report.learnt) < 0.01,
         "{} {:?}",
-        off(told.learnt),
-        told.learnt
+        off(report.learnt),
+        report.learnt
     );
-    assert_eq!((told.used, told.doubted), (30, 0));
+    assert_eq!((report.used, report.doubted), (30, 0));
     assert_eq!(
-        (told.network_output, told.in_force),
+        (report.network_output, report.in_force),
         ([[0.0; 3]; 2], [[0.0; 3]; 2])
     );
     assert_eq!(*device.app.nets(), start());
@@ -178,15 +179,16 @@ fn learns_from_references_and_is_used_by_command_only() {
     );
     device.lines.navigation.sent.clear();
     device.feed(&frames(30 * WORDS, 32 * WORDS).concat());
-    let told = estimate(&mut device);
+    let report = estimate(&mut device);
     assert!(
-        told.in_force == told.network_output && off(told.in_force) < 0.2,
-        "{told:?}"
+        report.in_force == report.network_output && off(report.in_force) < 0.2,
+        "{report:?}"
     );
     assert_ne!(device.lines.navigation.sent, frames(30 * WORDS, 32 * WORDS));
 }
 
-/// Whether a reference comes at once or at the end of the next window makes no difference to a single bit.
+/// Whether a reference comes at once or at the end of the next window makes no difference to a
+/// single bit.
 #[test]
 fn when_a_reference_comes_does_not_matter() {
     let weights = [0, 37, WORDS - 1].map(|late| {
@@ -264,8 +266,8 @@ fn references_that_cannot_be_used() {
     };
     device.order(&Request::Reference(far));
     assert_eq!(learnt(&mut device), once);
-    let told = estimate(&mut device);
-    assert_eq!((told.used, told.doubted), (2, 1));
+    let report = estimate(&mut device);
+    assert_eq!((report.used, report.doubted), (2, 1));
     // too late
     device.feed(&frames(2 * WORDS, 4 * WORDS).concat());
     let late = reference((2 * WORDS, 3 * WORDS - 1));
@@ -278,15 +280,15 @@ fn a_window_has_no_hole() {
     device.order(&Request::SetMode(Mode::Learn));
     device.feed(&frames(0, 55).concat());
     device.feed(&frames(58, 158).concat()); // three frames are missing
-    let told = estimate(&mut device);
-    assert_eq!((told.sample, told.window), (157, Some((58, 157))));
+    let report = estimate(&mut device);
+    assert_eq!((report.sample, report.window), (157, Some((58, 157))));
     // a damaged frame is missing too
     let mut bad = frames(158, 170);
     bad[5][10] ^= 1;
     device.feed(&bad.concat());
     device.feed(&frames(170, 264).concat());
     assert_eq!(estimate(&mut device).window, Some((164, 263)));
-    // silence ends a window, and so does a word the sensor calls invalid
+    // silence ends a window, and so does a sample that the sensor marks invalid
     device.wait_ms(200);
     device.feed(&frames(264, 300).concat());
     let mut invalid = frames(300, 301).remove(0);
@@ -315,9 +317,9 @@ fn shadow_tells_and_does_not_touch() {
     device.feed(&sent.concat());
     assert_eq!(device.app.phase(), Phase::Run(Mode::Shadow));
     assert_eq!(device.lines.navigation.sent, sent);
-    let told = estimate(&mut device);
+    let report = estimate(&mut device);
     assert_eq!(
-        (told.network_output[0], told.in_force),
+        (report.network_output[0], report.in_force),
         (error, [[0.0; 3]; 2])
     );
     refused(
@@ -333,7 +335,8 @@ fn shadow_tells_and_does_not_touch() {
     assert_eq!(estimate(&mut device).in_force[0], error);
 }
 
-/// After the alignment the correction fades out for learning and in with what was learnt; learning goes on meanwhile.
+/// After the alignment the correction fades out for learning and in with what was learnt; learning
+/// goes on meanwhile.
 #[test]
 fn modes_and_alignment() {
     let limit = Limit {
@@ -354,9 +357,9 @@ fn modes_and_alignment() {
     device.order(&Request::CommitLearnt);
     device.order(&Request::SetMode(Mode::Frozen));
     device.feed(&frames(6 * WORDS, 6 * WORDS + 10).concat());
-    // 1e-2 rad/s per s over a block of 10 ms, in force from the next word on
-    let told = estimate(&mut device);
-    assert!((told.in_force[0][0] - 1e-4).abs() < 1e-8, "{told:?}");
+    // 1e-2 rad/s per s over a block of 10 ms, in force from the next sample on
+    let report = estimate(&mut device);
+    assert!((report.in_force[0][0] - 1e-4).abs() < 1e-8, "{report:?}");
     device.feed(&frames(6 * WORDS + 10, 9 * WORDS).concat());
     let full = estimate(&mut device);
     assert!(off(full.in_force) < 0.2, "{full:?}");

@@ -7,7 +7,7 @@ mod damage;
 mod device;
 mod fixes;
 mod frames;
-mod holes;
+mod gaps;
 mod identity;
 mod learn;
 mod reverse;

@@ -1,7 +1,7 @@
 //! The way back to the sensor, and answers in its place.
 
 use crate::device::{Device, nets};
-use crate::frames::{Kind, words};
+use crate::frames::{Kind, values};
 use firmware::app::{Config, Phase};
 use firmware::control::Mode;
 use firmware::wire::checksum::crc32_mpeg2_padded;
@@ -32,7 +32,7 @@ fn datagram(id: u8) -> Vec<u8> {
     bytes
 }
 
-fn say(device: &mut Device, bytes: &[u8]) {
+fn request(device: &mut Device, bytes: &[u8]) {
     device.lines.navigation.input.extend(bytes);
     device.settle();
 }
@@ -40,18 +40,18 @@ fn say(device: &mut Device, bytes: &[u8]) {
 #[test]
 fn commands_go_to_the_sensor_and_its_answers_come_back() {
     let mut device = device(STIM.config());
-    say(&mut device, b"C\rN\r\x00xyz\r");
+    request(&mut device, b"C\rN\r\x00xyz\r");
     assert_eq!(device.lines.sensor.bytes(), b"C\rN\r\x00xyz\r");
     assert_eq!(device.counters().requests, 3);
     let answer = Stim300::DEFAULT.with_sample_rate_code(4).emit();
     device.feed(&answer);
     assert_eq!(device.lines.navigation.bytes(), answer);
     device.wait_ms(80);
-    // N was the last request and nothing is stored for it: no answer is made up
+    // N was the last request and no answer to it is stored: none is made up
     assert_eq!(device.lines.navigation.bytes(), answer);
     assert_eq!(device.counters().answered, 0);
     // the sensor's own answer is what is stored from now on
-    say(&mut device, b"C\r");
+    request(&mut device, b"C\r");
     device.wait_ms(49);
     assert_eq!(device.counters().answered, 0);
     device.wait_ms(2);
@@ -59,7 +59,8 @@ fn commands_go_to_the_sensor_and_its_answers_come_back() {
     assert_eq!(device.counters().answered, 1);
 }
 
-/// A client that starts with the wrong format waits for the answer to `C` (vortexntnu/stim300-driver).
+/// A client that starts with the wrong format waits for the answer to `C`
+/// (vortexntnu/stim300-driver).
 #[test]
 fn a_silent_sensor_is_answered_for() {
     for crlf in [false, true] {
@@ -67,7 +68,7 @@ fn a_silent_sensor_is_answered_for() {
         let mut config = STIM.config();
         config.sensor.stim300.config = stim300;
         let mut device = device(config);
-        say(&mut device, b"C\r");
+        request(&mut device, b"C\r");
         device.wait_ms(60);
         let end: &[u8] = if crlf { b"\r\n" } else { b"" };
         assert_eq!(
@@ -78,14 +79,14 @@ fn a_silent_sensor_is_answered_for() {
         let frame = &STIM.stream(20, 22);
         device.lines.navigation.sent.clear();
         device.feed(&frame[0][..11]);
-        say(&mut device, b"C\r");
+        request(&mut device, b"C\r");
         device.feed(&frame[0][11..]);
         device.wait_ms(60);
         assert_eq!(device.lines.navigation.sent[0], frame[0]);
         let mut config = STIM.config();
         config.sensor.stim300.answer_us = None;
         let mut never = self::device(config);
-        say(&mut never, b"C\r");
+        request(&mut never, b"C\r");
         never.wait_ms(500);
         assert!(never.lines.navigation.sent.is_empty());
     }
@@ -98,13 +99,13 @@ fn stored_datagrams_answer() {
     device.feed(&[datagram(0xB1), datagram(0xB5), STIM.stream(0, 10).concat()].concat());
     device.lines.navigation.sent.clear();
     for (command, id) in [(b"N\r", 0xB1), (b"I\r", 0xB5)] {
-        say(&mut device, command);
+        request(&mut device, command);
         device.wait_ms(60);
         assert_eq!(device.lines.navigation.sent.pop(), Some(datagram(id)));
     }
 }
 
-/// The first correction rests on the sensor's own configuration: asked for once, followed when it comes.
+/// The first correction uses the sensor's configuration, which is asked for once.
 #[test]
 fn the_configuration_is_asked_for() {
     let mut device = device(Config {
@@ -117,12 +118,12 @@ fn the_configuration_is_asked_for() {
     device.wait_ms(5);
     assert_eq!(device.lines.sensor.bytes(), b"C\r");
     let first = |device: &Device| {
-        words(
+        values(
             ImuFormat::Stim300,
             device.lines.navigation.sent.last().expect("a frame"),
         )[0]
     };
-    let plain = |n: u32| words(ImuFormat::Stim300, &STIM.stream(n, n + 1)[0])[0];
+    let plain = |n: u32| values(ImuFormat::Stim300, &STIM.stream(n, n + 1)[0])[0];
     (20..40).for_each(|n| device.feed(&STIM.stream(n, n + 1)[0]));
     // 2e-5 rad/s for 1 ms is 2.4 counts of 2^-21 deg
     assert!((first(&device) - plain(39) + 2.4).abs() < 1.0);
@@ -141,7 +142,7 @@ fn the_configuration_is_asked_for() {
 #[test]
 fn another_answer_is_no_answer() {
     let mut device = device(STIM.config());
-    say(&mut device, b"C\r");
+    request(&mut device, b"C\r");
     device.feed(&datagram(0xB1));
     device.wait_ms(60);
     assert_eq!(device.counters().answered, 1);
@@ -151,7 +152,7 @@ fn another_answer_is_no_answer() {
     );
 }
 
-/// A sensor that has told its configuration by itself is not asked.
+/// A sensor that has sent its configuration by itself is not asked.
 #[test]
 fn the_configuration_is_not_asked_for_twice() {
     let mut device = Device::new(Config {
@@ -183,11 +184,11 @@ fn service_mode_cuts_no_frame() {
 #[test]
 fn service_mode_passes_text() {
     let mut device = device(STIM.config());
-    say(&mut device, b"SERVICEMODE\r");
+    request(&mut device, b"SERVICEMODE\r");
     assert_eq!(device.app.phase(), Phase::Detect);
     let text = b"STIM300 service mode\r\n>".repeat(50);
     device.feed(&text);
-    say(&mut device, b"x\r");
+    request(&mut device, b"x\r");
     assert_eq!(device.lines.navigation.bytes(), text);
     assert_eq!(device.lines.sensor.bytes(), b"SERVICEMODE\rx\r");
     device.feed(&STIM.stream(0, 20).concat());
@@ -200,7 +201,7 @@ fn other_formats_commands_pass() {
     let kind = Kind::KVH;
     let mut device = Device::new(kind.config());
     device.feed(&kind.stream(0, 5).concat());
-    say(&mut device, b"=CONFIG,1\r\nC\r");
+    request(&mut device, b"=CONFIG,1\r\nC\r");
     assert_eq!(device.lines.sensor.bytes(), b"=CONFIG,1\r\nC\r");
     device.wait_ms(100);
     assert_eq!(
@@ -209,7 +210,7 @@ fn other_formats_commands_pass() {
     );
     // no room towards the sensor: dropped whole and counted
     device.lines.sensor.room = 3;
-    say(&mut device, b"=DR,100\n");
+    request(&mut device, b"=DR,100\n");
     assert_eq!(device.counters().dropped, 1);
 }
 

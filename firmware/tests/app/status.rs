@@ -1,8 +1,9 @@
-//! Every bit of every frame that is no word and no checksum leaves as it came, whatever it says: status bits, counters, times, temperatures.
-//! What the sensor calls invalid is told by the fault flag, and a frame without a valid axis is not corrected.
+//! Every bit of a frame that belongs neither to the sample nor to the checksum leaves unchanged:
+//! status bits, counters, times, temperatures. Axes that the sensor marks invalid set the fault
+//! flag, and a frame without a valid axis is not corrected.
 
 use crate::device::{Device, nets};
-use crate::frames::{Fields, Kind, kinds, words};
+use crate::frames::{Fields, Kind, kinds, values};
 use firmware::app::Config;
 use firmware::compensator::Limit;
 use firmware::control::Mode;
@@ -42,7 +43,7 @@ fn read(kind: Kind, frame: &[u8]) -> Result<Reading, Error> {
     Checked::new(kind.format, &mut frame.to_vec())?.read()
 }
 
-/// A bit that is not in a word or in the checksum is one that no words change.
+/// A bit belongs neither to the sample nor to the checksum when no sample changes it.
 fn beside_words(kind: Kind, frame: &[u8]) -> Vec<u8> {
     let mut changed = vec![0; frame.len()];
     // the checksum is what sealing brings back
@@ -56,22 +57,22 @@ fn beside_words(kind: Kind, frame: &[u8]) -> Vec<u8> {
     }
     for n in 0..64u32 {
         let pattern = n.wrapping_mul(2_654_435_761);
-        // words of 16 bits are held within them: half of the patterns are small
-        let word = |axis: u32| pattern.rotate_left(5 * axis).cast_signed() >> (n % 2 * 17);
-        let words = match read(kind, frame).expect("a frame").words {
+        // values of 16 bits saturate: half of the patterns are small
+        let value = |axis: u32| pattern.rotate_left(5 * axis).cast_signed() >> (n % 2 * 17);
+        let sample = match read(kind, frame).expect("a frame").words {
             RawSample::Counts { .. } => RawSample::Counts {
-                gyro: [0, 1, 2].map(word),
-                accel: [3, 4, 5].map(word),
+                gyro: [0, 1, 2].map(value),
+                accel: [3, 4, 5].map(value),
             },
             RawSample::Floats { .. } => RawSample::Floats {
-                gyro: [0, 1, 2].map(|axis| f32::from_bits(word(axis).cast_unsigned())),
-                accel: [3, 4, 5].map(|axis| f32::from_bits(word(axis).cast_unsigned())),
+                gyro: [0, 1, 2].map(|axis| f32::from_bits(value(axis).cast_unsigned())),
+                accel: [3, 4, 5].map(|axis| f32::from_bits(value(axis).cast_unsigned())),
             },
         };
         let mut other = frame.to_vec();
         let mut checked = Checked::new(kind.format, &mut other).expect("a frame");
         let change = Change {
-            words: &words,
+            words: &sample,
             mark: false,
             settings: &Settings::DEFAULT,
         };
@@ -114,7 +115,7 @@ fn every_bit_beside_the_words_leaves_as_it_came() {
             assert_eq!(after.valid, reading.valid, "{what}");
             let bad = reading.present.0 & !reading.valid.0 != 0;
             assert_eq!(device.app.faults() & fault::SENSOR != 0, bad, "{what}");
-            let same = words(kind.format, left) == words(kind.format, &came);
+            let same = values(kind.format, left) == values(kind.format, &came);
             assert!(
                 same || reading.valid != Axes::NONE,
                 "{what}: changed though invalid"

@@ -1,13 +1,15 @@
-//! The corrections arrive: over 10^5 words their sum is right to one count, or to the last float's rounding.
+//! The corrections arrive: over 10^5 samples their sum is right to one count, or to the last
+//! float's rounding.
 
 use crate::device::{Device, nets};
-use crate::frames::{Fields, Kind, kinds, words};
+use crate::frames::{Fields, Kind, kinds, values};
 use firmware::app::Config;
 use firmware::compensator::Limit;
 use firmware::control::Mode;
 
 const WORDS: u32 = 100_000;
-const ERROR: [f32; 6] = [4.848e-8, -1.6e-6, 0.0, 3.0e-4, 0.0, -2.2e-3]; // 0.01 and -0.33 deg/h; 30 and -220 ug
+// 0.01 and -0.33 deg/h; 30 and -220 ug
+const ERROR: [f32; 6] = [4.848e-8, -1.6e-6, 0.0, 3.0e-4, 0.0, -2.2e-3];
 
 fn check(kind: Kind) {
     let [gx, gy, gz, ax, ay, az] = ERROR;
@@ -22,7 +24,7 @@ fn check(kind: Kind) {
         ..kind.config()
     });
     let (mut sum, mut largest, mut is_float) = ([0.0f64; 6], [0.0f64; 6], false);
-    // the first frame tells what the words mean; the correction begins with the second
+    // the first frame shows the units; the correction begins with the second
     for n in 0..WORDS + 1 {
         let fields = Fields {
             gyro: [5, -3, n as i32 % 7],
@@ -34,7 +36,7 @@ fn check(kind: Kind) {
         device.feed(&frame);
         let sent = device.lines.navigation.sent.pop().expect("a frame");
         assert_eq!(sent.len(), frame.len());
-        let (before, after) = (words(kind.format, &frame), words(kind.format, &sent));
+        let (before, after) = (values(kind.format, &frame), values(kind.format, &sent));
         for (s, (b, a)) in sum.iter_mut().zip(before.iter().zip(after)) {
             *s += b - a;
         }
@@ -43,7 +45,7 @@ fn check(kind: Kind) {
         }
         is_float |= before.iter().any(|value| value.fract() != 0.0);
     }
-    // by the formats' own documents and not by the code under test
+    // by the documents of the formats and not by the code under test
     let unit = kind.sensor.unit;
     for axis in 0..6 {
         if axis >= 3 && !kind.sensor.has_accel {
@@ -76,7 +78,8 @@ fn of_every_kind() {
     });
 }
 
-/// An error said for one axis changes that axis only, with its sign: x, y, z of the sensor, wherever they stand on the wire.
+/// A network's output for one axis changes that axis only, with its sign: x, y, z of the sensor,
+/// wherever they stand on the wire.
 #[test]
 fn axes_and_signs() {
     for kind in kinds() {
@@ -98,7 +101,10 @@ fn axes_and_signs() {
             let last = 200;
             (0..=last).for_each(|n| device.feed(&frame(n)));
             let sent = device.lines.navigation.sent.pop().expect("a frame");
-            let (before, after) = (words(kind.format, &frame(last)), words(kind.format, &sent));
+            let (before, after) = (
+                values(kind.format, &frame(last)),
+                values(kind.format, &sent),
+            );
             for other in 0..6 {
                 let change = after[other] - before[other];
                 assert_eq!(
@@ -108,7 +114,7 @@ fn axes_and_signs() {
                 );
                 assert!(change <= 0.0);
             }
-            // everything but the words of this axis and the checksum is as it came
+            // all other bytes than the value of this axis and the checksum are unchanged
             let same = sent
                 .iter()
                 .zip(frame(last))
@@ -142,7 +148,7 @@ fn novatel_wire_order() {
     );
 }
 
-/// Values at the end of their field are held there and counted, never wrapped.
+/// Values at the end of their field saturate and are counted, never wrapped.
 #[test]
 fn ends_of_fields_hold() {
     for (kind, end) in [(Kind::STIM, 0x007F_FFFF), (Kind::S_CLASS, 0x7FFF)] {
@@ -162,7 +168,7 @@ fn ends_of_fields_hold() {
         };
         (0..100).for_each(|n| device.feed(&kind.frame(n, fields)));
         let sent = device.lines.navigation.sent.pop().expect("a frame");
-        assert!(words(kind.format, &sent)[0] == f64::from(end));
+        assert!(values(kind.format, &sent)[0] == f64::from(end));
         assert!(device.counters().saturated > 50);
         assert_ne!(
             device.app.faults() & firmware::wire::command::fault::SATURATED,

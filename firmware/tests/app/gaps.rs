@@ -1,8 +1,9 @@
-//! Gaps, silence, a full output, failures: nothing is made up, and the networks do not step over a hole.
+//! Gaps, silence, a full output, failures: no frame is made up, and the networks do not step over a
+//! gap.
 
 use crate::damage::stamp;
 use crate::device::{Device, broken, nets};
-use crate::frames::{Fields, Kind, frames_in, stim300_units, words};
+use crate::frames::{Fields, Kind, frames_in, stim300_units, values};
 use firmware::app::{Config, Phase, phase::Cause};
 use firmware::control::Mode;
 use firmware::link::faulty::{Chances, Faulty};
@@ -13,7 +14,7 @@ use firmware::wire::{ImuFormat, stim300};
 const STIM: Kind = Kind::STIM;
 const KVH: Kind = Kind::KVH;
 
-/// Holes in the sensor's counter are passed on as holes; the estimate is held and the block begins anew.
+/// Gaps in the sensor's counter leave as gaps; the estimate is held and the block begins anew.
 #[test]
 fn gaps_are_passed_on_and_not_stepped_over() {
     for kind in [STIM, KVH, Kind::RAWIMUSX] {
@@ -41,7 +42,7 @@ fn gaps_are_passed_on_and_not_stepped_over() {
         );
         assert_eq!(device.lines.navigation.sent.len(), 24);
         let last = device.lines.navigation.sent.last().expect("a frame");
-        assert!(words(kind.format, last)[0] < 0.0); // still corrected by the estimate held
+        assert!(values(kind.format, last)[0] < 0.0); // still corrected by the estimate held
         all(&mut device, 27..28);
         assert_eq!(device.counters().blocks, 2);
         // the same frame again goes on, and is not counted into a block
@@ -61,7 +62,8 @@ fn gaps_are_passed_on_and_not_stepped_over() {
     }
 }
 
-/// Values the sensor itself calls invalid do not reach the networks; their frames and status bits leave as they came.
+/// Values the sensor itself calls invalid do not reach the networks; their frames and status bits
+/// leave as they came.
 #[test]
 fn invalid_words_are_not_learned_from() {
     let contents = stim300::Contents::from_id(0x91).expect("an identifier");
@@ -93,7 +95,7 @@ fn invalid_words_are_not_learned_from() {
     });
     (0..20).for_each(|n| device.feed(&frame(n, 0)));
     assert_eq!(device.counters().blocks, 2);
-    // start-up: nothing is valid, so nothing is corrected
+    // start-up: no axis is valid, so the sample is not corrected
     (20..40).for_each(|n| device.feed(&frame(n, stim300::status::START_UP)));
     assert_eq!(
         device.lines.navigation.sent[20..],
@@ -103,12 +105,12 @@ fn invalid_words_are_not_learned_from() {
     // one axis overloaded: the others still need their correction, the networks wait
     (40..60).for_each(|n| device.feed(&frame(n, stim300::status::OVERLOAD | 1)));
     let last = device.lines.navigation.sent.last().expect("one").clone();
-    assert!(words(ImuFormat::Stim300, &last)[0] < 100.0);
+    assert!(values(ImuFormat::Stim300, &last)[0] < 100.0);
     assert_eq!((last[10], last[20]), (0x11, 0x11));
     assert_eq!(device.counters().blocks, 2);
     (60..75).for_each(|n| device.feed(&frame(n, 0)));
     assert_eq!((device.counters().blocks, device.app.faults()), (3, 0));
-    // one invalid word spoils the block it is in: the next one begins after it
+    // one invalid sample spoils its block: the next one begins after it
     device.feed(&frame(75, stim300::status::CHANNEL | 4));
     assert_eq!(device.counters().given_up, 1);
     (76..85).for_each(|n| device.feed(&frame(n, 0)));
@@ -117,7 +119,7 @@ fn invalid_words_are_not_learned_from() {
     assert_eq!(device.counters().blocks, 4);
 }
 
-/// Lost and damaged bytes are a hole also where no counter tells.
+/// Lost and damaged bytes are a gap also where no counter shows it.
 #[test]
 fn holes_without_a_counter() {
     let mut device = Device::on(
@@ -177,8 +179,8 @@ fn silence_is_told_and_nothing_is_invented() {
     }
 }
 
-/// A wrong bit rate is bytes without a frame: counted, flagged, kept back when the format is configured; searched anew and
-/// passed through when it is not.
+/// A wrong bit rate is bytes without a frame: counted, flagged, kept back when the format is
+/// configured; searched anew and passed through when it is not.
 #[test]
 fn unknown_format_is_told_apart_from_damage() {
     let noise: Vec<u8> = (0..6000u32)
@@ -248,8 +250,8 @@ fn full_output_drops_whole_frames() {
     assert_eq!(device.lines.navigation.sent, kept);
 }
 
-/// Networks that fail: the last estimate is held and the frames are marked where they have room; then raw pass-through, from
-/// which only a command leads back.
+/// Networks that fail: the last estimate is held and the frames are marked where they have room;
+/// then raw pass-through, from which only a command leads back.
 #[test]
 fn failing_networks_end_in_pass_through() {
     let room = [
@@ -303,7 +305,7 @@ fn failing_networks_end_in_pass_through() {
     }
 }
 
-/// Values whose meaning is not known are not corrected: the device steps aside.
+/// Values of unknown units are not corrected: the device passes them through.
 #[test]
 fn unknown_units_end_in_pass_through() {
     let integrated = stim300_units(STIM.config(), 3, 3);
@@ -316,7 +318,7 @@ fn unknown_units_end_in_pass_through() {
     assert_eq!(device.app.phase(), Phase::Fault(Cause::Units));
     assert_eq!(device.lines.navigation.bytes(), stream);
     assert_eq!(device.app.faults(), fault::PASS_THROUGH | fault::UNITS);
-    // in bypass nothing needs to be known
+    // in bypass no units need to be known
     let mut device = Device::new(integrated);
     device.feed(&stream);
     assert_eq!(
