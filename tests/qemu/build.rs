@@ -1,16 +1,11 @@
-//! Linker flags of the QEMU programs. The linker finds `memory.x` at the top of the workspace, its working directory.
+//! Linker flags of the QEMU programs.
+
+#[path = "../../firmware/linker.rs"]
+mod linker;
 
 fn main() {
-    println!("cargo:rerun-if-changed=build.rs");
-    println!("cargo:rerun-if-changed=../../memory.x");
-    if std::env::var("CARGO_CFG_TARGET_OS").as_deref() != Ok("none") {
-        return;
+    if linker::image_flags("../../memory.x") {
+        // Every machine has memory there.
+        println!("cargo:rustc-link-arg-bins=--defsym=__flash_start=0");
     }
-    // There are no interrupts to be named; `link.x` still asks for the file that would.
-    let out = std::env::var("OUT_DIR").expect("cargo sets OUT_DIR");
-    std::fs::write(format!("{out}/device.x"), "").expect("OUT_DIR can be written");
-    println!("cargo:rustc-link-search={out}");
-    println!("cargo:rustc-link-arg-bins=-Tlink.x");
-    println!("cargo:rustc-link-arg-bins=--nmagic"); // sections are not page-aligned: flash has no pages to map
-    println!("cargo:rustc-link-arg-bins=--defsym=__flash_start=0"); // where every machine has memory
 }

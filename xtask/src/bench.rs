@@ -1,4 +1,5 @@
-//! `cargo xtask bench`: time on this machine (criterion) and instructions on the Cortex-M4F (QEMU), against the budgets.
+//! `cargo xtask bench`: time on this machine (criterion) and instructions on the Cortex-M4F (QEMU),
+//! against the budgets.
 
 mod activations;
 
@@ -17,6 +18,7 @@ use qemu::machine::{MPS2_AN500, NETDUINOPLUS2};
 use qemu::replay::Pace;
 use qemu::report::counted;
 use serde::Serialize;
+use vectors::list::GROUPS;
 use vectors::work::DRIVE;
 
 use crate::needs;
@@ -24,35 +26,6 @@ use crate::pytorch::{self, PyTorch};
 use crate::table::numbers;
 use crate::times::{Times, host_times};
 
-/// What is measured: in words, and its name on both machines. Of the four with one activation and of each three of the rest each contains, or is small beside, the next.
-const WORK: [(&str, &str); 24] = [
-    ("step, rational", "step_rational"),
-    ("step + gradient, rational", "gradient_rational"),
-    ("step + gradient + descent, rational", "descent_rational"),
-    ("a pass of one step, rational", "learn_rational"),
-    ("step, tanh", "step_tanh"),
-    ("step + gradient, tanh", "gradient_tanh"),
-    ("step + gradient + descent, tanh", "descent_tanh"),
-    ("a pass of one step, tanh", "learn_tanh"),
-    ("step, cubic", "step_cubic"),
-    ("step + gradient, cubic", "gradient_cubic"),
-    ("step + gradient + descent, cubic", "descent_cubic"),
-    ("a pass of one step, cubic", "learn_cubic"),
-    ("word of the navigator", "nav_word"),
-    ("word and piece of the navigator", "nav_piece"),
-    ("second of the navigator, 200 words", "nav_second"),
-    ("step of 126 weights with gradient", "learner_step"),
-    ("fix, 126 weights and 6 biases", "learner_fix"),
-    ("second of all six hypotheses", "learner_second"),
-    ("kernel m4: step", "step_m4"),
-    ("kernel m4: step + gradient", "gradient_m4"),
-    ("kernel m4: step + gradient + descent", "descent_m4"),
-    ("kernel m7: step", "step_m7"),
-    ("kernel m7: step + gradient", "gradient_m7"),
-    ("kernel m7: step + gradient + descent", "descent_m7"),
-];
-/// Works in groups of four with one activation, then in groups of three.
-const FOURS: usize = 12;
 /// The default network's step and learning step.
 const STEP: &str = "step_rational";
 const LEARN: &str = "descent_rational";
@@ -81,7 +54,8 @@ struct OnTarget {
     kernel_gradient_step_instructions: f64,
     /// A fix learnt from: the covariance over a second and six updates, 126 weights and 6 biases.
     kalman_fix_instructions: f64,
-    /// A STIM300 word from the interrupt of its first byte to that of its last one out, two frozen networks.
+    /// A STIM300 word from the interrupt of its first byte to that of its last one out, two frozen
+    /// networks.
     word_instructions: f64,
     /// The same with lines by DMA: the streams' interrupts are in it, moving the bytes is not.
     word_instructions_dma: f64,
@@ -174,17 +148,16 @@ impl Figures {
 
 /// A piece of work that costs less than a part of itself was not done.
 fn more_work_takes_longer(costs: &BTreeMap<String, f64>) -> Result<()> {
-    let (networks, others) = WORK.split_at(FOURS);
-    for related in networks.chunks(4).chain(others.chunks(3)) {
-        for pair in related.windows(2) {
-            let (part, whole) = (named(costs, pair[0].1)?, named(costs, pair[1].1)?);
-            ensure!(
-                whole > part,
-                "`{}` took {whole:.1}, its part `{}` {part:.1}: one of them measures something else",
-                pair[1].0,
-                pair[0].0
-            );
-        }
+    for pair in GROUPS.iter().flat_map(|group| group.windows(2)) {
+        let [(part_name, part_is), (whole_name, whole_is)] = pair else {
+            continue;
+        };
+        let (part, whole) = (named(costs, part_name)?, named(costs, whole_name)?);
+        ensure!(
+            whole > part,
+            "`{whole_is}` took {whole:.1}, its part `{part_is}` {part:.1}: \
+             one of them measures something else",
+        );
     }
     Ok(())
 }
@@ -208,11 +181,12 @@ fn table(
         "budget",
         "this machine, ns",
     ]);
-    for (words, name) in WORK {
+    let described = GROUPS.iter().copied().flatten();
+    for (name, what) in described.filter(|(_, what)| !what.is_empty()) {
         let (count, time) = (named(counts, name)?, named(times, name)?);
         let budget = format!("{:.0}", named(budgets, name)?);
         table.add_row([
-            words.to_owned(),
+            (*what).to_owned(),
             format!("{count:.0}"),
             budget,
             format!("{time:.1}"),
@@ -233,10 +207,10 @@ mod tests {
     #[test]
     fn cheaper_than_its_part_is_an_error() {
         let nanoseconds = (1..).map(|n| 100.0 * f64::from(n));
-        let mut costs: Times = WORK
-            .iter()
+        let works = GROUPS.iter().copied().flatten();
+        let mut costs: Times = works
             .zip(nanoseconds)
-            .map(|(work, ns)| (work.1.to_owned(), ns))
+            .map(|((name, _), ns)| ((*name).to_owned(), ns))
             .collect();
         assert!(more_work_takes_longer(&costs).is_ok());
         costs.insert(LEARN.to_owned(), 194.0);

@@ -1,4 +1,5 @@
-//! `cargo xtask flash`: builds an image of the board and writes it with probe-rs, then shows its log.
+//! `cargo xtask flash`: builds an image of the board and writes it with probe-rs, then shows its
+//! log.
 
 use std::process::{Command, ExitCode, Stdio};
 
@@ -13,7 +14,8 @@ pub const CHIP: &str = "STM32F405RGTx";
 
 /// Chips whose registers the board images set up.
 const BOARD: [&str; 4] = ["STM32F405", "STM32F407", "STM32F415", "STM32F417"];
-/// Chips the bench image runs on, and among them those that have not 128 KiB of memory or more than 256 KiB of flash (`tests/silicon`).
+/// Chips the bench image runs on, and among them those that have not 128 KiB of memory or more than
+/// 256 KiB of flash (`tests/silicon`).
 const BENCHED: [&str; 3] = ["STM32F4", "STM32F7", "STM32H7"];
 const SMALL: [&str; 9] = [
     "STM32F401",

@@ -17,8 +17,8 @@ pub struct PyTorch {
     written_out_s: f64,
 }
 
-/// Runs the script, a minute or two; `None`, with a line that says why, where there is no PyTorch. `PYTHON` names another interpreter
-/// than `python3`.
+/// Runs the script, a minute or two; `None`, with a line that says why, where there is no PyTorch.
+/// `PYTHON` names another interpreter than `python3`.
 ///
 /// # Errors
 /// PyTorch is there and the script fails.

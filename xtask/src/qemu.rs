@@ -1,4 +1,5 @@
-//! `cargo xtask qemu`: every board in QEMU, at its serial lines and over a long drive, against the library on the desktop.
+//! `cargo xtask qemu`: every board in QEMU, at its serial lines and over a long drive, against the
+//! library on the desktop.
 
 use std::fs;
 use std::path::Path;

@@ -1,8 +1,9 @@
 //! Instruction counts on the target: what the `instructions` image prints, in instructions.
 //!
-//! Under `-icount shift=0` QEMU gives each instruction one nanosecond, and the SysTick of `netduinoplus2` runs at 168 MHz: one
-//! tick is 5.95 instructions; of the `mps2` machines 40. The counts are exact to a tick and the same in every run. They are
-//! instructions, not cycles: a Cortex-M4F takes one to a few cycles for most, 14 for a division or square root.
+//! Under `-icount shift=0` QEMU gives each instruction one nanosecond, and the SysTick of
+//! `netduinoplus2` runs at 168 MHz: one tick is 5.95 instructions; of the `mps2` machines 40. The
+//! counts are exact to a tick and the same in every run. They are instructions, not cycles: a
+//! Cortex-M4F takes one to a few cycles for most, 14 for a division or square root.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -61,8 +62,8 @@ pub fn run(machine: Machine, image: &Path) -> Result<(Known, Counts)> {
     read(&run.output, machine.instructions_per_tick()).with_context(|| run.output)
 }
 
-/// Lines `loop <instructions> <ticks>` (twice; their difference is free of the cost of measuring), `repetitions <n>`,
-/// `empty <ticks>`, then `<name> <ticks>`.
+/// Lines `loop <instructions> <ticks>` (twice; their difference is free of the cost of measuring),
+/// `repetitions <n>`, `empty <ticks>`, then `<name> <ticks>`.
 fn read(output: &str, tick: f64) -> Result<(Known, Counts)> {
     let mut lines = output
         .lines()

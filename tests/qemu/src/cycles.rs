@@ -1,6 +1,8 @@
-//! A model of the cycles of straight code on a Cortex-M4F, for what QEMU cannot tell: two forms of a kernel of which one has fewer instructions.
+//! A model of the cycles of straight code on a Cortex-M4F, for what QEMU cannot tell: two forms of
+//! a kernel of which one has fewer instructions.
 //!
-//! From the Cortex-M4 technical reference manual (ARM 100166, tables 3-1 and 7-1), without wait states of the memory:
+//! From the Cortex-M4 technical reference manual (ARM 100166, tables 3-1 and 7-1), without wait
+//! states of the memory:
 //!
 //! | instruction | cycles |
 //! |---|---|
@@ -29,8 +31,8 @@ pub struct Cost {
     pub cycles: u64,
 }
 
-/// What function `name` of an image takes that makes the n-th of its loops (one backward branch each, none within another)
-/// `turns[n]` times and calls nothing.
+/// What function `name` of an image takes that makes the n-th of its loops (one backward branch
+/// each, none within another) `turns[n]` times and calls nothing.
 ///
 /// # Errors
 /// No such image or function; other loops than these.

@@ -1,5 +1,6 @@
-//! Builds the images with a nested cargo, into a build directory of their own so that it never waits for the lock of the cargo
-//! that runs the tests. `cargo xtask test` has built them before, and the nested build finds nothing to do.
+//! Builds the images with a nested cargo, into a build directory of their own so that it never
+//! waits for the lock of the cargo that runs the tests. `cargo xtask test` has built them before,
+//! and the nested build finds nothing to do.
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
@@ -155,7 +156,8 @@ impl Image {
         Ok(directory.join(TARGET).join(PROFILE).join(self.name))
     }
 
-    /// For tests: the built image, or `None`, with a line on standard error, on a machine that cannot run it.
+    /// For tests: the built image, or `None`, with a line on standard error, on a machine that
+    /// cannot run it.
     ///
     /// # Panics
     /// The build fails; or the machine cannot run it and [`REQUIRE`] is set.

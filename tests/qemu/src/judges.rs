@@ -1,4 +1,5 @@
-//! Third parties that read our bytes: Python packages in an environment of their own under `target`.
+//! Third parties that read our bytes: Python packages in an environment of their own under
+//! `target`.
 
 use std::fs::{self, File};
 use std::io::Write;
@@ -16,8 +17,8 @@ fn here(file: &str) -> PathBuf {
         .join(file)
 }
 
-/// The interpreter with the packages of `requirements.txt`, installed when they are not; `None`, with a line on standard error,
-/// on a machine without Python or without the packages.
+/// The interpreter with the packages of `requirements.txt`, installed when they are not; `None`,
+/// with a line on standard error, on a machine without Python or without the packages.
 #[must_use]
 pub fn python() -> Option<PathBuf> {
     match environment() {

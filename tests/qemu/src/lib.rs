@@ -1,9 +1,9 @@
-//! Board images in QEMU. On the desktop this library builds the images ([`images`]), runs them ([`machine`]), measures them
-//! ([`size`], [`count`]) and knows what they may cost ([`budget`]); on the target it is the start-up and exit of the programs
-//! in `src/bin`.
+//! Board images in QEMU. On the desktop this library builds the images ([`images`]), runs them
+//! ([`machine`]), measures them ([`size`], [`count`]) and knows what they may cost ([`budget`]); on
+//! the target it is the start-up and exit of the programs in `src/bin`.
 //!
-//! [`replay`] is on both sides. The board images themselves run in [`live`] machines, with sockets at their serial lines,
-//! or are [`listening`] at ports.
+//! [`replay`] is on both sides. The board images themselves run in [`live`] machines, with sockets
+//! at their serial lines, or are [`listening`] at ports.
 #![cfg_attr(target_os = "none", no_std)]
 
 pub mod replay;

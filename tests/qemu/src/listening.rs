@@ -1,4 +1,5 @@
-//! A board in QEMU whose serial lines are TCP ports that a program may connect to, as `host-sim hil` does.
+//! A board in QEMU whose serial lines are TCP ports that a program may connect to, as `host-sim
+//! hil` does.
 
 use std::io::{BufRead, BufReader, Write};
 use std::path::Path;
@@ -44,7 +45,8 @@ impl Listening {
     }
 }
 
-/// Asks the monitor, in the order of the boards' UARTs: `serial0: filename=disconnected:tcp:127.0.0.1:40001,server=on`.
+/// Asks the monitor, in the order of the boards' UARTs: `serial0:
+/// filename=disconnected:tcp:127.0.0.1:40001,server=on`.
 fn ports(qemu: &mut Child) -> Result<[String; 4]> {
     let mut monitor = qemu.stdin.take().context("no monitor")?;
     monitor.write_all(b"info chardev\n")?;

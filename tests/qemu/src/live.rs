@@ -151,8 +151,8 @@ fn accept(listener: &TcpListener, qemu: &mut Child) -> Result<TcpStream> {
     bail!("QEMU did not connect within {PATIENCE:?}")
 }
 
-/// Sends `bytes` on one line while reading as many as `expected` from another; what came, which is less only when the board fell
-/// silent.
+/// Sends `bytes` on one line while reading as many as `expected` from another; what came, which is
+/// less only when the board fell silent.
 ///
 /// # Errors
 /// A line is broken.

@@ -24,8 +24,8 @@ pub struct Machine {
     pub systick_hz: f64,
 }
 
-/// STM32F405 with Cortex-M4F: the product's memory map and peripherals. Its flash appears at 0 too, as on the chip, so that
-/// images linked there run here and on [`MPS2_AN386`].
+/// STM32F405 with Cortex-M4F: the product's memory map and peripherals. Its flash appears at 0 too,
+/// as on the chip, so that images linked there run here and on [`MPS2_AN386`].
 pub const NETDUINOPLUS2: Machine = Machine {
     name: "netduinoplus2",
     systick_hz: 168e6,

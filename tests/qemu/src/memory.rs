@@ -1,4 +1,5 @@
-//! What the memory of a running board tells: its log (defmt over RTT) and how deep its stack has been.
+//! What the memory of a running board tells: its log (defmt over RTT) and how deep its stack has
+//! been.
 
 use std::fs;
 use std::path::Path;
@@ -72,7 +73,8 @@ impl Memory {
     /// The image has no defmt log, or the log is damaged.
     pub fn log(&self) -> Result<Vec<String>> {
         let table = Table::parse(&self.image)?.context("no defmt log in this image")?;
-        // SEGGER's control block: name of 16 bytes, numbers of channels, then the first channel: name, buffer, size, write, read.
+        // SEGGER's control block: name of 16 bytes, numbers of channels, then the first channel:
+        // name, buffer, size, write, read.
         let block = self.symbol("_SEGGER_RTT")?;
         let buffer = u64::from(self.word(block + 28)?);
         let written = u64::from(self.word(block + 36)?);

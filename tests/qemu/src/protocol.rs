@@ -1,4 +1,5 @@
-//! The board's own image at its serial lines: weights over the command link, then a drive through the sensor line.
+//! The board's own image at its serial lines: weights over the command link, then a drive through
+//! the sensor line.
 
 use std::io::{ErrorKind, Read, Write};
 use std::net::TcpStream;
@@ -71,8 +72,9 @@ pub fn packet_of(number: u8, request: &Request) -> Result<Vec<u8>> {
         .to_vec())
 }
 
-/// Lets `board` learn from one reference while it gets the STIM300's `records`, use what it has learnt, read it back and store it: all
-/// that needs much stack. Its memory at the end, and how many references it says it has used.
+/// Lets `board` learn from one reference while it gets the STIM300's `records`, use what it has
+/// learnt, read it back and store it: all that needs much stack. Its memory at the end, and how
+/// many references it says it has used.
 ///
 /// # Errors
 /// QEMU or the board do not answer, or a request is refused.
@@ -126,7 +128,8 @@ pub fn learn_from_reference(
     Ok((live.memory()?, used))
 }
 
-/// Starts `board`, sets it up, sends it the sensor's and the receiver's `records`, and reads what it sends.
+/// Starts `board`, sets it up, sends it the sensor's and the receiver's `records`, and reads what
+/// it sends.
 ///
 /// # Errors
 /// QEMU or the board do not answer, or a request is refused.
@@ -165,15 +168,16 @@ pub fn serve(board: Board, image: &Path, records: &[Record]) -> Result<Served> {
     })
 }
 
-/// Asks until the answer is there, and wants it to be "done": what comes before a board has opened its lines is lost, and a
-/// request may come twice.
+/// Asks until the answer is there, and wants it to be "done": what comes before a board has opened
+/// its lines is lost, and a request may come twice.
 fn ask(line: &mut TcpStream, number: u8, request: &[u8]) -> Result<()> {
     let estimate = answer(line, number, request)?;
     ensure!(estimate.is_none(), "the board answers {estimate:?}");
     Ok(())
 }
 
-/// The same for requests that are answered by "done", by an image, or by an estimate, which is returned.
+/// The same for requests that are answered by "done", by an image, or by an estimate, which is
+/// returned.
 fn answer(line: &mut TcpStream, number: u8, request: &[u8]) -> Result<Option<Estimate>> {
     line.set_read_timeout(Some(Duration::from_millis(500)))?;
     for _ in 0..TRIES {
@@ -233,7 +237,8 @@ fn packet(line: &mut TcpStream) -> Result<Option<Vec<u8>>> {
     Ok(Some(packet))
 }
 
-/// Formats and seconds of drive that make some blocks of one second each, and not many bytes: the lines carry 10 to 30 kB/s.
+/// Formats and seconds of drive that make some blocks of one second each, and not many bytes: the
+/// lines carry 10 to 30 kB/s.
 pub const DRIVES: [(ImuFormat, u32); 3] = [
     (ImuFormat::Stim300, 6),
     (ImuFormat::Kvh, 2),

@@ -1,7 +1,9 @@
-//! The application over a recording: the same code on the desktop and on the target, so that both can be compared byte for byte.
+//! The application over a recording: the same code on the desktop and on the target, so that both
+//! can be compared byte for byte.
 //!
-//! A recording is three bytes (number in `ImuFormat::ALL`, pace, whether it learns) and then records: line, two bytes of length, four bytes of time in microseconds (both
-//! little-endian), bytes.
+//! A recording is three bytes (number in `ImuFormat::ALL`, pace, whether it learns) and then
+//! records: line, two bytes of length, four bytes of time in microseconds (both little-endian),
+//! bytes.
 
 use firmware::app::{Activation, App, Config, Lines};
 use firmware::control::Mode;
@@ -48,10 +50,11 @@ impl Input {
 pub enum Pace {
     /// All at once.
     Record,
-    /// One by one, each in an interrupt of its own, and so they leave: as at a board's lines, and at the board's cost. A pass for the
-    /// clock is in it too.
+    /// One by one, each in an interrupt of its own, and so they leave: as at a board's lines, and
+    /// at the board's cost. A pass for the clock is in it too.
     Byte,
-    /// One by one too, but moved by the streams of a DMA controller, whose interrupts alone cost something.
+    /// One by one too, but moved by the streams of a DMA controller, whose interrupts alone cost
+    /// something.
     Dma,
 }
 
@@ -109,8 +112,8 @@ pub fn nets() -> Nets {
     }
 }
 
-/// An input line: bytes laid down by the recording. What the application sends there goes nowhere. As cheap as a board's, since its
-/// cost is counted with the application's.
+/// An input line: bytes laid down by the recording. What the application sends there goes nowhere.
+/// As cheap as a board's, since its cost is counted with the application's.
 #[derive(Debug, Default)]
 pub struct Feed {
     bytes: Vec<u8, LONGEST>,
@@ -400,7 +403,8 @@ impl<'u, S: Progress + Copy> Replay<'u, S> {
         }
     }
 
-    /// What bytes cost that come and leave without an interrupt: making the interrupts, and this file's loops.
+    /// What bytes cost that come and leave without an interrupt: making the interrupts, and this
+    /// file's loops.
     fn rehearse(&mut self) -> u32 {
         let ticks = self.wires.ticks;
         let start = ticks();

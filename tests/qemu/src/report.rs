@@ -33,7 +33,8 @@ pub struct Report {
     pub digest_host: String,
     /// ... and the target.
     pub digest_target: String,
-    /// Whether all that was compared is equal: the long drive, each format counted, each format through the serial lines.
+    /// Whether all that was compared is equal: the long drive, each format counted, each format
+    /// through the serial lines.
     pub equal: bool,
     /// Of a STIM300 word, interrupts of all its bytes included.
     pub instructions_per_word: f64,
@@ -41,7 +42,8 @@ pub struct Report {
     pub instructions_per_word_dma: f64,
     /// Of the dearest one.
     pub instructions_worst_word: f64,
-    /// From the interrupt of a frame's last byte to the first byte sent; the longest of all formats.
+    /// From the interrupt of a frame's last byte to the first byte sent; the longest of all
+    /// formats.
     pub latency_instructions: f64,
     /// Of the board's image.
     pub flash_bytes: u64,
@@ -100,7 +102,8 @@ pub fn report(board: Board, long: &[Record]) -> Result<Report> {
     })
 }
 
-/// Whether a short drive is equal, and what its words cost on `board` whose lines move bytes at this pace.
+/// Whether a short drive is equal, and what its words cost on `board` whose lines move bytes at
+/// this pace.
 ///
 /// # Errors
 /// Something fails to run.

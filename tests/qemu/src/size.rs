@@ -25,8 +25,9 @@ pub struct Size {
     pub coupled: u64,
     /// Names of the functions that begin a panic; empty if nothing can panic.
     pub panics: Vec<String>,
-    /// Bytes of flash, core-coupled memory and RAM of its functions and variables, by crate and module. Code that was inlined counts where it went; what has no
-    /// symbol (constants merged by the compiler, alignment) is missing.
+    /// Bytes of flash, core-coupled memory and RAM of its functions and variables, by crate and
+    /// module. Code that was inlined counts where it went; what has no symbol (constants merged by
+    /// the compiler, alignment) is missing.
     pub modules: BTreeMap<String, [u64; 3]>,
     /// Semihosting calls: halfwords of code that read as `bkpt 0xab`.
     pub semihosting: usize,
@@ -114,8 +115,8 @@ fn module(symbol: &str) -> String {
     }
 }
 
-/// Every panic passes through a function of `core::panicking` and the panic handler, which the compiler calls
-/// `rust_begin_unwind`; the linker drops both when nothing calls them.
+/// Every panic passes through a function of `core::panicking` and the panic handler, which the
+/// compiler calls `rust_begin_unwind`; the linker drops both when nothing calls them.
 fn begins_panic(symbol: &str) -> bool {
     symbol.contains("9panicking") || symbol.contains("rust_begin_unwind")
 }

@@ -1,4 +1,5 @@
-//! Software in the loop: the firmware library on the desktop over a recording, and the `replay` image over the same.
+//! Software in the loop: the firmware library on the desktop over a recording, and the `replay`
+//! image over the same.
 
 use std::fs;
 use std::path::Path;
@@ -85,7 +86,8 @@ fn over(mut replay: Replay, records: &[Record]) -> Outcome {
 /// The `replay` image on `machine`; with [`Clock::Instructions`] the cost is known.
 ///
 /// # Errors
-/// QEMU fails or takes longer than `limit`; the image fails; its output is not understood or not what it says it is.
+/// QEMU fails or takes longer than `limit`; the image fails; its output is not understood or not
+/// what it says it is.
 pub fn on_target(
     image: &Path,
     machine: Machine,
@@ -155,7 +157,8 @@ pub fn digest(bytes: &[u8]) -> u64 {
     digest.value()
 }
 
-/// Of the sensor's bytes, those a corrected stream differs in: how many; the streams are of one length.
+/// Of the sensor's bytes, those a corrected stream differs in: how many; the streams are of one
+/// length.
 ///
 /// # Errors
 /// They are not.

@@ -111,7 +111,8 @@ fn boards_cannot_panic() {
     }
 }
 
-/// A `bkpt` stops a board that has no debugger. The desktop-only programs beside it have some, so the search finds something.
+/// A `bkpt` stops a board that has no debugger. The desktop-only programs beside it have some, so
+/// the search finds something.
 #[test]
 fn boards_have_no_semihosting() {
     let calls = |image: &std::path::Path| Size::of(image).expect("an ELF file").semihosting;

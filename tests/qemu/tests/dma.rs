@@ -1,5 +1,6 @@
-//! The board's own image on a chip with a DMA controller, and with an ADIS at its SPI bus, which QEMU has not: Unicorn's Cortex-M4, with peripherals written from the reference
-//! manual (`judges/stm32f405.py`).
+//! The board's own image on a chip with a DMA controller, and with an ADIS at its SPI bus, which
+//! QEMU has not: Unicorn's Cortex-M4, with peripherals written from the reference manual
+//! (`judges/stm32f405.py`).
 
 use std::path::Path;
 
@@ -15,7 +16,8 @@ use qemu::protocol::{packet_of, set_up};
 use qemu::replay::Input;
 use qemu::software::on_desktop;
 
-/// Numbers of interrupts: the sensor's UART, its stream in, and the navigation computer's stream out.
+/// Numbers of interrupts: the sensor's UART, its stream in, and the navigation computer's stream
+/// out.
 const SENSOR: i32 = 37;
 const SENSOR_IN: i32 = 58;
 const NAVIGATION_OUT: i32 = 17;
@@ -32,7 +34,8 @@ struct Done {
     sent: String,
     /// How often each interrupt was served.
     served: Vec<(i32, usize)>,
-    /// Bytes of core-coupled memory that it has written to, from the first on, and how many of them are not 0.
+    /// Bytes of core-coupled memory that it has written to, from the first on, and how many of them
+    /// are not 0.
     coupled: [usize; 2],
 }
 
@@ -75,8 +78,8 @@ fn run(
     }
 }
 
-/// The output is the desktop's, and each frame costs one interrupt in (one more where the ring ends) and two out, wherever the
-/// clock's millisecond falls.
+/// The output is the desktop's, and each frame costs one interrupt in (one more where the ring
+/// ends) and two out, wherever the clock's millisecond falls.
 fn corrects(image: Image, format: ImuFormat, seconds: u32, period: u32) {
     let (Some(python), Some(built)) = (python(), image.build_or_skip()) else {
         return;
@@ -119,7 +122,8 @@ fn corrects(image: Image, format: ImuFormat, seconds: u32, period: u32) {
     assert!(counts[1] <= 2 * most, "{counts:?}");
 }
 
-/// An ADIS16507-1 and an ADIS16495-2 are found, set up and read by their data-ready; the bursts leave as they came.
+/// An ADIS16507-1 and an ADIS16495-2 are found, set up and read by their data-ready; the bursts
+/// leave as they came.
 #[test]
 fn an_adis_is_found_and_its_bursts_leave() {
     let (Some(python), Some(built)) = (python(), STM32F405.build_or_skip()) else {
@@ -171,7 +175,8 @@ fn novatel_by_dma_in_the_small_image() {
     corrects(STM32F405_WINDOW, ImuFormat::Novatel, 3, MILLISECOND);
 }
 
-/// The learner from fixes is where the DMA is not: blank before it learns, begun when it does. The small image has none.
+/// The learner from fixes is where the DMA is not: blank before it learns, begun when it does. The
+/// small image has none.
 #[test]
 fn the_learner_is_in_core_coupled_memory() {
     let Some(python) = python() else { return };

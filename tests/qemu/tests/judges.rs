@@ -1,4 +1,5 @@
-//! Third parties read what we send as we meant it: `NovAtel`'s own decoder (EDIE) the corrected stream, pyubx2 the fixes.
+//! Third parties read what we send as we meant it: `NovAtel`'s own decoder (EDIE) the corrected
+//! stream, pyubx2 the fixes.
 
 use firmware::wire::ImuFormat;
 use firmware::wire::novatel::{Frame, Header, Log, Repr};

@@ -1,4 +1,5 @@
-//! The device teaches itself over a whole drive from the receiver's bytes: on the target as on the desktop, bit for bit.
+//! The device teaches itself over a whole drive from the receiver's bytes: on the target as on the
+//! desktop, bit for bit.
 
 use std::sync::OnceLock;
 use std::time::Duration;
@@ -43,13 +44,15 @@ fn a_whole_drive_teaches_the_target_the_same_weights() {
     assert_eq!(here.learnt, there.learnt);
     assert_eq!((here.words, here.digest), (there.words, there.digest));
     assert!(here.sent == there.sent);
-    // at 168 MHz and 1000 words a second there are 168 000 cycles a word; the longest pass is that in which navigation begins, then that of a block's end
+    // at 168 MHz and 1000 words a second there are 168 000 cycles a word; the longest pass is that
+    // in which navigation begins, then that of a block's end
     let cost = there.cost.expect("counted");
     assert!(cost.pass < 105_000.0, "{cost:?}");
     assert!(cost.pass > 20_000.0, "{cost:?}: it has not learnt");
 }
 
-/// The estimate in force at the end is the sensor's error of that time, within what can be known: the simulation tells it.
+/// The estimate in force at the end is the sensor's error of that time, within what can be known:
+/// the simulation tells it.
 #[test]
 fn what_is_taken_out_is_the_sensors_error() {
     let (session, records) = drive();
@@ -64,7 +67,8 @@ fn what_is_taken_out_is_the_sensors_error() {
             std::array::from_fn(|i| sum[i] + word[i])
         })
     };
-    // what was taken out in these seconds: the difference of the words that came and of those that were sent
+    // what was taken out in these seconds: the difference of the words that came and of those that
+    // were sent
     let rate = (1.0 / session.dt).round() as usize;
     let tail = last.len() * rate;
     let (before, after) = (words_of(records), words_sent(&here.sent));
@@ -120,7 +124,8 @@ fn word(frame: &[u8]) -> Option<[i64; 6]> {
     Some([a, b, c, d, e, f])
 }
 
-/// The device's alignment, word by word, against the desktop's over the stored words of the same standstill.
+/// The device's alignment, word by word, against the desktop's over the stored words of the same
+/// standstill.
 #[test]
 fn the_alignment_is_the_desktops() {
     let (session, _) = drive();

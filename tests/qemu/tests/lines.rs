@@ -1,4 +1,5 @@
-//! The boards' own images in QEMU, at their serial lines: what is flashed to a board is what is tested here.
+//! The boards' own images in QEMU, at their serial lines: what is flashed to a board is what is
+//! tested here.
 
 use std::path::Path;
 use std::thread;
@@ -69,7 +70,8 @@ fn other_boards_do_the_same() {
     }
 }
 
-/// QEMU's SPI controller has nobody at its bus: the looks for an ADIS find nothing and hold nothing up, and the silence is told.
+/// QEMU's SPI controller has nobody at its bus: the looks for an ADIS find nothing and hold nothing
+/// up, and the silence is told.
 #[test]
 fn nobody_at_the_spi_and_nothing_on_the_sensor_line_is_told_as_silence() {
     let Some(image) = BOARDS[0].image.build_or_skip() else {

@@ -1,4 +1,5 @@
-//! The application over simulated drives: the target sends what the desktop sends, byte for byte, and at what cost.
+//! The application over simulated drives: the target sends what the desktop sends, byte for byte,
+//! and at what cost.
 
 use std::time::Duration;
 

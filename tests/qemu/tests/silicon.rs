@@ -1,5 +1,6 @@
-//! The bench image for boards: in QEMU, which has no cycle counter, it does every work and says that nothing was counted; on a model of other chips (`judges/stm32bench.py`)
-//! the same image finds its way.
+//! The bench image for boards: in QEMU, which has no cycle counter, it does every work and says
+//! that nothing was counted; on a model of other chips (`judges/stm32bench.py`) the same image
+//! finds its way.
 
 use std::thread;
 use std::time::Duration;
@@ -125,8 +126,9 @@ const H743: [&str; 5] = [
     DTCM,
 ];
 
-/// One file on eight chips: each is told apart, nothing is touched that it has not, caches and counter are turned on in the right order, and the log can be
-/// read behind the D-cache. The figures are the model's and mean nothing.
+/// One file on eight chips: each is told apart, nothing is touched that it has not, caches and
+/// counter are turned on in the right order, and the log can be read behind the D-cache. The
+/// figures are the model's and mean nothing.
 #[test]
 fn one_image_finds_its_way_on_f4_f7_and_h7() {
     let (Some(python), Some(image)) = (python(), BENCH.build_or_skip()) else {

@@ -1,6 +1,7 @@
 //! Core and chip by their identity registers: one image runs on all, so it has to find out.
 
-/// Where an STM32F4 or F7 has its device id, DBGMCU_IDCODE (RM0090, RM0410: "MCU device ID code"), bits 11:0.
+/// Where an STM32F4 or F7 has its device id, DBGMCU_IDCODE (RM0090, RM0410: "MCU device ID code"),
+/// bits 11:0.
 pub const ID_F4_F7: u32 = 0xE004_2000;
 /// Where an STM32H7 has it for its own core, DBGMCU_IDC (RM0433). On an F7 nothing is there.
 pub const ID_H7: u32 = 0x5C00_1000;
@@ -68,7 +69,8 @@ pub struct Chip {
     pub clock: Clock,
     /// Address of FLASH_ACR.
     pub flash_acr: Option<u32>,
-    /// KiB from 0x2000_0000 on that are the core's own memory (DTCM), which is never cached; what follows is SRAM.
+    /// KiB from 0x2000_0000 on that are the core's own memory (DTCM), which is never cached; what
+    /// follows is SRAM.
     pub dtcm: u8,
 }
 
@@ -111,7 +113,8 @@ const fn h7(name: &'static str) -> Chip {
 const F405: Chip = f4("STM32F405/407/415/417", Clock::Board);
 const HSI: Clock = Clock::Reset(16);
 
-/// Core, place of the id, id, chip. All have 128 KiB of memory without a gap from 0x2000_0000 on, which `memory.x` supposes.
+/// Core, place of the id, id, chip. All have 128 KiB of memory without a gap from 0x2000_0000 on,
+/// which `memory.x` supposes.
 const KNOWN: [(Core, u32, u16, Chip); 13] = [
     (Core::M4, ID_F4_F7, 0x413, F405),
     (Core::M4, ID_F4_F7, 0x411, F405), // revision A says what an F2 says (errata ES0182), which has a Cortex-M3
@@ -135,8 +138,9 @@ const UNKNOWN: Chip = Chip {
     dtcm: 0,
 };
 
-/// Which chip this is. `read` gives the word at an address, or `None` when nothing answers there. Places where no chip with this core has its id are
-/// not read, and the H7's only after the F4's and F7's gave no id that is known.
+/// Which chip this is. `read` gives the word at an address, or `None` when nothing answers there.
+/// Places where no chip with this core has its id are not read, and the H7's only after the F4's
+/// and F7's gave no id that is known.
 pub fn identify(core: Core, mut read: impl FnMut(u32) -> Option<u32>) -> Found {
     let mut last = 0;
     for place in [ID_F4_F7, ID_H7] {

@@ -10,7 +10,8 @@ use vectors::work::plausible;
 /// Repetitions of a work of some thousand cycles, and of a million.
 const MANY: u32 = 1000;
 const FEW: u32 = 25;
-/// Turns of a loop of two instructions, to see what the counter counts: 3 cycles each on a Cortex-M4, 1 on an M7.
+/// Turns of a loop of two instructions, to see what the counter counts: 3 cycles each on a
+/// Cortex-M4, 1 on an M7.
 const TURNS: u32 = 1_000_000;
 
 /// Does and tells every work; whether all went well.

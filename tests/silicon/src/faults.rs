@@ -8,8 +8,8 @@ unsafe extern "C" {
     fn DefaultHandler();
 }
 
-// SAFETY: `cortex-m-rt` puts this section behind the exceptions and expects this name with its feature `device`; no interrupt is let
-// through.
+// SAFETY: `cortex-m-rt` puts this section behind the exceptions and expects this name with its
+// feature `device`; no interrupt is let through.
 #[unsafe(link_section = ".vector_table.interrupts")]
 #[unsafe(no_mangle)]
 static __INTERRUPTS: [unsafe extern "C" fn(); 1] = [DefaultHandler];

@@ -4,16 +4,20 @@ use core::arch::asm;
 
 use cortex_m::peripheral::SCB;
 
-/// CCR.BFHFNMIGN: code at priority -1 ignores bus faults of its loads (ARM DDI 0403, B3.2.8: "to probe system devices and bridges").
+/// CCR.BFHFNMIGN: code at priority -1 ignores bus faults of its loads (ARM DDI 0403, B3.2.8: "to
+/// probe system devices and bridges").
 const IGNORE: u32 = 1 << 8;
 /// CFSR: what bus faults leave.
 const BUS_FAULTS: u32 = 0xFF00;
 
-/// The word at `address`, a multiple of 4; `None` when the bus answers with a fault, which is taken by nobody.
+/// The word at `address`, a multiple of 4; `None` when the bus answers with a fault, which is taken
+/// by nobody.
 pub fn word(scb: &SCB, address: u32) -> Option<u32> {
     let value: u32;
-    // SAFETY: a load has no effect on memory, and the places that are asked for are registers without an effect of reading. FAULTMASK makes the priority
-    // -1, where with BFHFNMIGN a bus fault leaves its mark in CFSR and an unusable value, and nothing else. Both are as before afterwards.
+    // SAFETY: a load has no effect on memory, and the places that are asked for are registers
+    // without an effect of reading. FAULTMASK makes the priority -1, where with BFHFNMIGN a bus
+    // fault leaves its mark in CFSR and an unusable value, and nothing else. Both are as before
+    // afterwards.
     unsafe {
         scb.cfsr.write(BUS_FAULTS); // written ones clear
         scb.ccr.modify(|ccr| ccr | IGNORE);

@@ -96,7 +96,8 @@ fn tell_memory(core: Core, chip: Chip) {
     }
 }
 
-/// Tells a probe, if there is one, and stays; without WFI, so that a probe that comes later can read the log.
+/// Tells a probe, if there is one, and stays; without WFI, so that a probe that comes later can
+/// read the log.
 pub fn end(good: bool) -> ! {
     if DCB::is_debugger_attached() {
         debug::exit(if good {

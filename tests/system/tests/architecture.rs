@@ -1,8 +1,8 @@
 //! `docs/ARCHITECTURE.md` and its picture, held against the tree: every room is listed, in an order
 //! in which each room imports only rooms below it.
 //!
-//! A room is a module that stands directly in the `src` folder of a part. The tables of the page list
-//! the rooms of a part from high to low. Code that is compiled for tests only is left out.
+//! A room is a module that stands directly in the `src` folder of a part. The tables of the page
+//! list the rooms of a part from high to low. Code that is compiled for tests only is left out.
 
 use proc_macro2::{Delimiter, TokenStream, TokenTree};
 use std::collections::BTreeSet;

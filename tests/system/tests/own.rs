@@ -39,7 +39,8 @@ fn last(file: &Path, scheme: &str) -> f64 {
     of["horizontal_m"].as_f64().unwrap()
 }
 
-/// A drive as simulated goes through every form and comes back to the bit; each form replays to the same result.
+/// A drive as simulated goes through every form and comes back to the bit; each form replays to the
+/// same result.
 #[test]
 fn a_simulated_recording_goes_through_all_text_forms() {
     let dir = tempfile::tempdir().unwrap();
@@ -92,7 +93,8 @@ fn a_simulated_recording_goes_through_all_text_forms() {
     assert!(bias < 0.5 * raw, "{ends:?}");
 }
 
-/// A log of raw increments and INSPVAS, type 11 (HG1700: 2^-33 rad, 2^-27 ft/s, 100 Hz), axes forward-right-down.
+/// A log of raw increments and INSPVAS, type 11 (HG1700: 2^-33 rad, 2^-27 ft/s, 100 Hz), axes
+/// forward-right-down.
 fn log(session: &Session) -> Vec<u8> {
     let lsb = Lsb {
         rad: 0.5_f64.powi(33),

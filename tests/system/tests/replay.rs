@@ -32,7 +32,8 @@ fn horizontal(dir: &Path, scheme: &str, t_min: u64) -> f64 {
     row["horizontal_m"].as_f64().unwrap()
 }
 
-/// The recording's documentation gives 7 / 33 / 88 / 175 / 218 m for a plain strapdown after an inertial-frame alignment of 480 s.
+/// The recording's documentation gives 7 / 33 / 88 / 175 / 218 m for a plain strapdown after an
+/// inertial-frame alignment of 480 s.
 #[test]
 fn the_real_recording_has_the_documented_error_and_compensation_does_no_harm() {
     let Some(data) = host_sim::recordings::data_dir() else {

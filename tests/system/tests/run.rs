@@ -104,7 +104,8 @@ fn json_has_the_promised_shape_and_the_same_seed_gives_the_same_bytes() {
     }
 }
 
-/// Over several units: the raw errors are of the paper's size, and compensation takes most of them away.
+/// Over several units: the raw errors are of the paper's size, and compensation takes most of them
+/// away.
 #[test]
 fn compensation_reduces_the_error_over_units() {
     let dir = tempfile::tempdir().unwrap();
@@ -150,7 +151,8 @@ fn in_sample_is_another_experiment() {
     assert!(horizontal(&inside, "rnn", 22) < horizontal(&inside, "raw", 22));
 }
 
-/// An IMU with white noise and pulses only: nothing to learn, so the corrected stream is the raw one to the last bit.
+/// An IMU with white noise and pulses only: nothing to learn, so the corrected stream is the raw
+/// one to the last bit.
 #[test]
 fn on_white_noise_alone_the_compensator_stays_at_zero() {
     let dir = tempfile::tempdir().unwrap();

@@ -1,6 +1,7 @@
 //! Writes `src/inputs.rs` and `src/expected.rs` anew; `cargo xtask vectors` calls it.
 //!
-//! The digests are taken over the vectors this was compiled with: after a change of the generator run it twice (xtask does).
+//! The digests are taken over the vectors this was compiled with: after a change of the generator
+//! run it twice (xtask does).
 
 use std::fmt::Write;
 use std::{fs, io};

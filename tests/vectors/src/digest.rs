@@ -15,8 +15,8 @@ impl Digest {
         self.0 = (self.0 ^ byte as u64).wrapping_mul(0x0000_0100_0000_01b3);
     }
 
-    /// Feeds the bits of one number. NaNs are all the same: IEEE 754 leaves their sign and payload to the machine (x86 and ARM
-    /// differ), and -0.0 is not +0.0.
+    /// Feeds the bits of one number. NaNs are all the same: IEEE 754 leaves their sign and payload
+    /// to the machine (x86 and ARM differ), and -0.0 is not +0.0.
     pub fn number(&mut self, value: f32) {
         let bits = if value.is_nan() {
             0x7fc0_0000

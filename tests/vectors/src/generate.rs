@@ -1,8 +1,10 @@
-//! How the committed input vectors came to be: integer arithmetic only, so that no machine's rounding is in them.
+//! Generates the committed input vectors, with integer arithmetic only, so that they do not depend
+//! on the rounding of a machine.
 //!
-//! Body rates in counts of 2^-20 rad/s: a triangular swing on each axis (amplitudes 2, 1.5 and 0.05 rad/s, periods without a
-//! common divisor), a drift of one to three counts a sample, and noise of 511 counts. Some samples are what a broken sensor or a
-//! decoding error would hand over; the greatest and smallest numbers are among them.
+//! Body rates in counts of 2^-20 rad/s: a triangular swing on each axis (amplitudes 2, 1.5 and 0.05
+//! rad/s, periods without a common divisor), a drift of one to three counts per sample, and noise
+//! of 511 counts. Some samples are what a broken sensor or a decoding error would deliver; the
+//! largest and smallest numbers are among them.
 
 /// Number of vectors.
 pub const VECTORS: usize = 300;
@@ -10,7 +12,7 @@ pub const VECTORS: usize = 300;
 /// 2 rad/s in counts of 2^-20 rad/s.
 const FULL_SWING: i32 = 2 << 20;
 
-/// Samples which are not a plausible rate: index, axis, bits.
+/// Samples that are not a plausible rate: index, axis, bits.
 const ODD: [(usize, usize, u32); 9] = [
     (70, 0, 0x7fc0_0000),  // NaN
     (71, 2, 0xffc1_2345),  // another NaN
@@ -54,7 +56,8 @@ fn drift(index: usize, counts_per_sample: i32) -> i32 {
     index as i32 * counts_per_sample
 }
 
-/// -511 to 511 counts from a linear congruential generator (Numerical Recipes' constants) seeded by place.
+/// -511 to 511 counts from a linear congruential generator (Numerical Recipes' constants) seeded by
+/// place.
 fn noise(index: usize, axis: usize) -> i32 {
     let mut seed = (index * 3 + axis) as u32 ^ 0x5eed_0001;
     for _ in 0..4 {
@@ -63,7 +66,8 @@ fn noise(index: usize, axis: usize) -> i32 {
     (seed >> 16) as i32 % 1023 - 511
 }
 
-/// Counts of 2^-20 rad/s as bits of the `f32` in rad/s; exact, because |counts| < 2^24 and the LSB is a power of two.
+/// Counts of 2^-20 rad/s as bits of the `f32` in rad/s; exact, because |counts| < 2^24 and the LSB
+/// is a power of two.
 fn bits(counts: i32) -> u32 {
     const RADIANS_PER_SECOND: f32 = 1.0 / (1 << 20) as f32;
     (counts as f32 * RADIANS_PER_SECOND).to_bits()

@@ -1,4 +1,5 @@
-//! Pieces of work whose size is a parameter, to see how their cost grows with it; measured as those of one size are.
+//! Pieces of work whose size is a parameter. They show how the cost grows with the size, and are
+//! measured in the same way as those of fixed size.
 
 use core::fmt;
 
@@ -11,11 +12,11 @@ use lrnn_nostd::learn::kalman::{
 
 use crate::learning::FixWork;
 use crate::list::Measure;
-use crate::navigation::{LSB, navigator, verdict, word};
+use crate::navigation::{LSB, navigator, sample, verdict};
 use crate::net;
-use crate::work::DescentWork;
+use crate::work::{Found, NetworkWork, Portable};
 
-/// Every size, named by kind and size; before them `empty`, the loop without work.
+/// Measures every size, named by kind and size; before them `empty`, the loop without work.
 ///
 /// # Errors
 /// As [`Measure::measure`].
@@ -39,11 +40,11 @@ pub fn all(on: &mut impl Measure) -> fmt::Result {
     fix::<AllWeights, 132, 8778>(on, "weights/132", true)
 }
 
-// Each in a function of its own, so that the works' memory is not on the stack together.
+// Each in a function of its own, so that the memory of the works is not on the stack together.
 
 #[inline(never)]
-fn rate(on: &mut impl Measure, name: &'static str, words: u16) -> fmt::Result {
-    let mut work = RateWork::new(words).ok_or(fmt::Error)?;
+fn rate(on: &mut impl Measure, name: &'static str, samples: u16) -> fmt::Result {
+    let mut work = RateWork::new(samples).ok_or(fmt::Error)?;
     on.measure(name, true, |input| work.run(input))
 }
 
@@ -64,11 +65,11 @@ fn fix<L: ParameterSet, const N: usize, const PACKED: usize>(
     on.measure(name, long, |input| work.run(input))
 }
 
-/// Seconds after which a navigator begins anew: nobody navigates for hours without a fix.
+/// Seconds after which the navigator starts again: no navigator runs for hours without a fix.
 const FRESH: u32 = 300;
 
-/// A second of data: each word through the compensator with two networks, which step once, and into the navigator; at the end the
-/// navigator's transition.
+/// A second of data: each sample passes through the compensator with two networks, which step once,
+/// and into the navigator. At the end the transition of the navigator is taken.
 #[derive(Clone, Debug)]
 pub struct RateWork {
     compensator: Compensator,
@@ -76,38 +77,38 @@ pub struct RateWork {
     navigator: Navigator,
     start: Navigator,
     seconds: u32,
-    words: u16,
+    samples: u16,
 }
 
 impl RateWork {
-    /// `None` never: the configuration is good for every rate that is measured.
-    pub fn new(words: u16) -> Option<Self> {
+    /// Never `None`: the configuration is valid for every rate that is measured.
+    pub fn new(samples: u16) -> Option<Self> {
         let limit = Limit {
             gyro: 1e-4,
             accel: 0.1,
         };
-        let dt = 1.0 / f64::from(words);
-        let start = navigator(words.into(), None)?;
+        let dt = 1.0 / f64::from(samples);
+        let start = navigator(samples.into(), None)?;
         Some(Self {
-            compensator: Compensator::new(net(), net(), LSB, dt, words, limit).ok()?,
+            compensator: Compensator::new(net(), net(), LSB, dt, samples, limit).ok()?,
             state: compensator::State::default(),
             navigator: start.clone(),
             start,
             seconds: 0,
-            words,
+            samples,
         })
     }
 
-    /// One repetition, and whether it was good.
+    /// One repetition.
     #[inline(always)]
-    pub fn run(&mut self, input: [f32; 3]) -> ([f32; 3], bool) {
+    pub fn run(&mut self, input: [f32; 3]) -> Found {
         self.seconds += 1;
         if self.seconds.is_multiple_of(FRESH) {
             self.navigator = self.start.clone();
         }
-        for _ in 0..self.words {
-            let word = word(input, self.words.into());
-            let (corrected, _) = self.compensator.process(&mut self.state, word);
+        for _ in 0..self.samples {
+            let sample = sample(input, self.samples.into());
+            let (corrected, _) = self.compensator.process(&mut self.state, sample);
             self.navigator.sample(&corrected);
         }
         let transition = self.navigator.take_transition();
@@ -117,22 +118,23 @@ impl RateWork {
     }
 }
 
-/// K networks, each with a state, an exact gradient and weights of its own: a step of all, all their weights moved.
+/// K networks, each with its own state, exact gradient and weights. All make a step and move their
+/// weights.
 #[derive(Clone, Debug)]
-pub struct NetsWork<const K: usize>([DescentWork<Rational>; K]);
+pub struct NetsWork<const K: usize>([NetworkWork<Portable<Rational>>; K]);
 
 impl<const K: usize> NetsWork<K> {
-    /// At rest.
+    /// In the state before the first step.
     pub fn new() -> Self {
-        Self(core::array::from_fn(|_| DescentWork::new()))
+        Self(core::array::from_fn(|_| NetworkWork::new()))
     }
 
-    /// One repetition, and whether it was good.
+    /// One repetition.
     #[inline(always)]
-    pub fn run(&mut self, input: [f32; 3]) -> ([f32; 3], bool) {
+    pub fn run(&mut self, input: [f32; 3]) -> Found {
         let mut last = ([0.0; 3], true);
         for net in &mut self.0 {
-            let (error, good) = net.run(input);
+            let (error, good) = net.descent(input);
             last = (error, last.1 && good);
         }
         last

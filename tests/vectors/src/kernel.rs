@@ -1,5 +1,6 @@
-//! The kernel against the portable network: random networks, ordinary and wild, with inputs of every kind, digested bit by bit. The desktop
-//! makes the digest with the portable network, the target with the assembly.
+//! The kernel compared with the portable network: random networks, ordinary and extreme, with
+//! inputs of every kind, digested bit by bit. The desktop computes the digest with the portable
+//! network, the target with the assembly.
 
 use lrnn_nostd::kernel::{self, Net};
 use lrnn_nostd::{Normalisation, Sensitivities, State, Step, Weights};
@@ -7,9 +8,9 @@ use lrnn_nostd::{Normalisation, Sensitivities, State, Step, Weights};
 use crate::Digest;
 use crate::network::feed;
 
-/// Networks.
+/// Number of networks.
 const NETS: u32 = 60;
-/// Steps of each.
+/// Number of steps of each.
 const STEPS: u32 = 24;
 
 /// A function of the kernel that steps and descends.
@@ -79,7 +80,8 @@ fn net(random: &mut Random, wild: bool) -> Net {
         input_scale: [(); 3].map(|()| random.within(4.0)),
         output_scale: [(); 3].map(|()| random.within(1e-3)),
     };
-    // A wild one has a weight of any size in eight or so: overflows of steps and of sensitivities.
+    // An extreme network has a weight of any size in one of eight: steps and sensitivities
+    // overflow.
     let weight = |_| match random.next() % 8 {
         0 if wild => random.any(),
         1 if wild => random.within(1e6),
@@ -97,7 +99,7 @@ fn input(random: &mut Random, wild: bool) -> f32 {
     }
 }
 
-/// A linear congruence of 64 bits; its upper half.
+/// The upper half of a 64-bit linear congruential generator.
 struct Random(u64);
 
 impl Random {

@@ -5,12 +5,12 @@ use lrnn_nostd::{Activation, Weights};
 
 use crate::{Digest, input, net};
 
-/// Steps in a pass: up to the vectors with the largest finite numbers, which would overflow and void the pass. The
-/// non-finite ones are in it: they are skipped.
+/// Steps in a pass. It ends before the vectors with the largest finite numbers, which would
+/// overflow and make the pass void. The non-finite ones are included; they are skipped.
 const STEPS: usize = 220;
 /// Steps in the window of a reference.
 const WINDOW: usize = 4;
-/// Seconds a step stands for.
+/// Seconds per step.
 const DT: f32 = 1.0 / 128.0;
 /// Passes of each rule.
 const PASSES: usize = 4;
@@ -48,7 +48,7 @@ pub fn gauss_newton<H: Activation>() -> GaussNewton {
     GaussNewton::new(&net::<H>().weights, 1.0 / 1024.0)
 }
 
-/// Four passes of one rule; `each` gets what a pass gave and the weights of the next one.
+/// Four passes of one rule; `each` receives the result of a pass and the weights of the next one.
 pub fn teach<H: Activation, U: Rule<f32>>(rule: U, each: &mut impl FnMut(Pass, Weights)) {
     let mut learner = Learner::new(&net::<H>(), rule);
     for _ in 0..PASSES {
@@ -74,7 +74,8 @@ pub fn teach<H: Activation, U: Rule<f32>>(rule: U, each: &mut impl FnMut(Pass, W
     }
 }
 
-/// What the network is to learn, in rad/s: a bias of 2^-19 (0.4 deg/h) and a scale factor error of 2^-20 (1 ppm).
+/// The error that the network is to learn, in rad/s: a bias of 2^-19 (0.4 deg/h) and a scale factor
+/// error of 2^-20 (1 ppm).
 fn sensor_error(rate: f32) -> f32 {
     const BIAS: f32 = 1.0 / (1 << 19) as f32;
     const SCALE: f32 = 1.0 / (1 << 20) as f32;

@@ -1,4 +1,4 @@
-//! The pieces of learning from fixes, measured as those of the networks are.
+//! The pieces of work of learning from fixes, measured in the same way as those of the networks.
 
 use core::hint::black_box;
 
@@ -9,12 +9,13 @@ use firmware::learn::prior::{All, NAV};
 use lrnn_nostd::Rational;
 use lrnn_nostd::learn::kalman::{AllWeights, Kalman, OUTPUTS, ParameterSet, Prior, Transition};
 
-/// Both networks of the largest hypothesis step, with their exact gradients and the rows of the Jacobian: 126 weights and 6 biases.
+use crate::work::Found;
+/// A step of both networks of the largest hypothesis, with their exact gradients and the rows of
+/// the Jacobian: 126 weights and 6 biases.
 #[derive(Clone, Debug)]
 pub struct LearnerStepWork(All<f32>);
 
-/// A fix of a hypothesis of N parameters: covariance over a second (it carries the rows of the Jacobian, so that no Psi is formed) and
-/// six scalar updates.
+/// A fix of a hypothesis with N parameters: the covariance over a second, and six scalar updates.
 #[derive(Clone, Debug)]
 pub struct FixWork<L: ParameterSet, const N: usize, const PACKED: usize> {
     filter: Kalman<L, NAV, N, PACKED, Rational>,
@@ -24,7 +25,7 @@ pub struct FixWork<L: ParameterSet, const N: usize, const PACKED: usize> {
 /// [`FixWork`] of the largest hypothesis.
 pub type LearnerFixWork = FixWork<AllWeights, 132, 8778>;
 
-/// A second of all six hypotheses in parts: covariances, fix, networks' step.
+/// A second of all six hypotheses in parts: covariances, fix, step of the networks.
 #[derive(Clone, Debug)]
 pub struct LearnerSecondWork {
     bank: Bank,
@@ -35,7 +36,7 @@ pub struct LearnerSecondWork {
 const ERROR_SIGMA: [f32; NAV] = [1e-4, 1e-4, 1e-3, 0.05, 0.05, 0.05, 1.0, 1.0, 1.0];
 const VARIANCE: [f32; OBSERVATIONS] = [1.0, 1.0, 2.25, 2.5e-3, 2.5e-3, 2.5e-3];
 
-/// A second at rest, level; the optimiser does not see that most of it is 0.
+/// The transition of a second at rest, level. The optimiser does not see that most of it is 0.
 fn second() -> Transition<NAV> {
     let unit = |i: usize, j: usize| f32::from(u8::from(i == j));
     let mut block = Transition::ZEROED;
@@ -71,18 +72,18 @@ fn prior<L: ParameterSet, const N: usize>() -> Prior<NAV, N> {
 }
 
 impl LearnerStepWork {
-    /// To be begun: too large to be moved about.
+    /// All zeros, to be initialised in place, because it is too large to move.
     pub const ZEROED: Self = Self(All::ZEROED);
 
-    /// At rest.
+    /// Initialises at rest.
     pub fn begin(&mut self) {
         let prior = prior::<AllWeights, 132>();
         self.0.init(Settings::MEDIUM.sheet.nets(1.0), prior);
     }
 
-    /// One repetition, and whether it was good.
+    /// One repetition.
     #[inline(always)]
-    pub fn run(&mut self, input: [f32; 3]) -> ([f32; 3], bool) {
+    pub fn run(&mut self, input: [f32; 3]) -> Found {
         self.0.step(inputs(input));
         let [x, y, z, ..] = *self.0.model().estimate();
         ([x, y, z], self.0.model().is_healthy())
@@ -90,13 +91,13 @@ impl LearnerStepWork {
 }
 
 impl<L: ParameterSet, const N: usize, const PACKED: usize> FixWork<L, N, PACKED> {
-    /// To be begun: too large to be moved about.
+    /// All zeros, to be initialised in place, because it is too large to move.
     pub const ZEROED: Self = Self {
         filter: Kalman::ZEROED,
         block: Transition::ZEROED,
     };
 
-    /// At rest, the networks stepped once.
+    /// Initialises at rest, with one step of the networks.
     pub fn begin(&mut self) {
         let prior = prior::<L, N>();
         self.filter.init(Settings::MEDIUM.sheet.nets(1.0), prior);
@@ -104,9 +105,9 @@ impl<L: ParameterSet, const N: usize, const PACKED: usize> FixWork<L, N, PACKED>
         self.block = second();
     }
 
-    /// One repetition, and whether it was good.
+    /// One repetition.
     #[inline(always)]
-    pub fn run(&mut self, input: [f32; 3]) -> ([f32; 3], bool) {
+    pub fn run(&mut self, input: [f32; 3]) -> Found {
         self.filter.propagate(&self.block, &[0.0; OUTPUTS]);
         for (k, variance) in VARIANCE.into_iter().enumerate() {
             let i = if k < 3 { 6 + k } else { k };
@@ -121,14 +122,14 @@ impl<L: ParameterSet, const N: usize, const PACKED: usize> FixWork<L, N, PACKED>
 }
 
 impl LearnerSecondWork {
-    /// To be begun: too large to be moved about.
+    /// All zeros, to be initialised in place, because it is too large to move.
     pub const ZEROED: Self = Self {
         bank: Bank::ZEROED,
         work: Work::ZEROED,
         block: Transition::ZEROED,
     };
 
-    /// At rest.
+    /// Initialises at rest.
     pub fn begin(&mut self) {
         let sheet = Settings::MEDIUM.sheet;
         self.bank.begin(&sheet, 1.0, ERROR_SIGMA, Gates::USUAL);
@@ -136,9 +137,9 @@ impl LearnerSecondWork {
         self.block = second();
     }
 
-    /// One repetition, and whether it was good.
+    /// One repetition.
     #[inline(always)]
-    pub fn run(&mut self, input: [f32; 3]) -> ([f32; 3], bool) {
+    pub fn run(&mut self, input: [f32; 3]) -> Found {
         self.bank.propagate_mean(&self.block, &[0.0; OUTPUTS]);
         self.work.interval(&self.block);
         let [x, y, z] = input.map(|x| x * 1e-3);

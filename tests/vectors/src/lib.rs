@@ -1,8 +1,10 @@
-//! One computation for two machines: fixed input vectors and a fixed network, and a digest over every output bit.
+//! The same computation on two machines: fixed input vectors, a fixed network, and a digest of
+//! every output bit.
 //!
-//! The desktop test and the board image run the same [`CHECKS`] and compare with the same committed constants, so that
-//! both agree with the constants means that they agree with each other, bit for bit. After a change of the network's
-//! arithmetic `cargo xtask vectors` writes the constants anew; the difference then belongs into the same commit.
+//! The desktop test and the board image run the same [`CHECKS`] and compare them with the same
+//! committed constants. If both agree with the constants, they agree with each other bit for bit.
+//! After a change of the network's arithmetic `cargo xtask vectors` writes the constants anew;
+//! commit them together with the change.
 #![no_std]
 
 mod digest;
@@ -32,13 +34,14 @@ pub use network::{gradient_digest, input, net, step_digest};
 pub struct Check {
     /// Name in the printed list.
     pub name: &'static str,
-    /// Computes it, on whatever machine this runs on.
+    /// Computes the digest on the machine it runs on.
     pub digest: fn() -> u64,
-    /// What the desktop got when the constants were written.
+    /// The digest that the desktop computed when the constants were written.
     pub expected: u64,
 }
 
-/// Every digest: steps, exact gradients and learners, each with both hidden activations; the kernel in both forms.
+/// All digests: steps, exact gradients and learners with both hidden activations, and the kernel in
+/// both forms.
 pub const CHECKS: [Check; 8] = [
     Check {
         name: "step, rational",
@@ -82,8 +85,9 @@ pub const CHECKS: [Check; 8] = [
     },
 ];
 
-/// Computes every digest of `checks`, prints each beside its expected value, and tells whether all are equal. A text that
-/// cannot be written counts as a difference: nobody would see the result.
+/// Computes every digest of `checks`, prints each beside its expected value, and returns whether
+/// all are equal. A line that cannot be written counts as a difference, because nobody would see
+/// the result.
 pub fn compare(checks: &[Check], out: &mut impl Write) -> bool {
     let mut equal = true;
     for check in checks {

@@ -1,76 +1,126 @@
-//! Which pieces of work are measured, under which names: one list for all that count on a target.
+//! The measured pieces of work, one row each. The desktop, QEMU and the bench image for boards
+//! measure them in this order and under these names; `cargo xtask bench` prints the descriptions. A
+//! new row also needs a budget in `budgets.toml`.
 
 use core::fmt;
 
-use lrnn_nostd::{Activation, Cubic, Rational, Tanh, kernel};
+use lrnn_nostd::{Activation, Cubic, Rational, Tanh};
 
 use crate::learning::{LearnerFixWork, LearnerSecondWork, LearnerStepWork};
-use crate::navigation::{NavPieceWork, NavSecondWork, NavWordWork};
-use crate::work::{ActivationWork, DescentWork, GradientWork, KernelWork, LearnWork, StepWork};
+use crate::navigation::{NavPieceWork, NavSampleWork, NavSecondWork};
+use crate::work::{Engine, Found, LearnWork, M4, M7, NetworkWork, Portable, activate};
 
-/// What counts.
+/// A way to measure work.
 pub trait Measure {
-    /// Counts `work`, which takes an input and gives a result and whether it was good. `long`: a million instructions rather than a
-    /// thousand.
+    /// Measures `work`. `long`: a repetition takes a million instructions instead of a thousand.
     ///
     /// # Errors
-    /// The work went wrong, so that its count would be of something else; or nothing can be printed.
+    /// The work went wrong, so its figure would be of something else; or nothing can be printed.
     fn measure(
         &mut self,
         name: &'static str,
         long: bool,
-        work: impl FnMut([f32; 3]) -> ([f32; 3], bool),
+        work: impl FnMut([f32; 3]) -> Found,
     ) -> fmt::Result;
+
+    /// As [`Self::measure`], for work that cannot be repeated for ever. A measurement with very many
+    /// repetitions has to begin again from `start` now and then.
+    ///
+    /// # Errors
+    /// As [`Self::measure`].
+    #[inline(always)]
+    fn measure_from<W: Clone>(
+        &mut self,
+        name: &'static str,
+        long: bool,
+        start: W,
+        run: impl Fn(&mut W, [f32; 3]) -> Found,
+    ) -> fmt::Result {
+        let mut work = start;
+        self.measure(name, long, |input| run(&mut work, input))
+    }
 }
 
-/// Everything, in the order of `xtask/src/bench.rs`; before it `empty`, the loop without work.
-///
-/// # Errors
-/// As [`Measure::measure`].
-pub fn all(on: &mut impl Measure) -> fmt::Result {
-    on.measure("empty", false, |input| (input, true))?;
-    step::<Rational>(on, "step_rational")?;
-    step::<Tanh>(on, "step_tanh")?;
-    step::<Cubic>(on, "step_cubic")?;
-    gradient::<Rational>(on, "gradient_rational")?;
-    gradient::<Tanh>(on, "gradient_tanh")?;
-    gradient::<Cubic>(on, "gradient_cubic")?;
-    descent::<Rational>(on, "descent_rational")?;
-    descent::<Tanh>(on, "descent_tanh")?;
-    descent::<Cubic>(on, "descent_cubic")?;
-    learn::<Rational>(on, "learn_rational")?;
-    learn::<Tanh>(on, "learn_tanh")?;
-    learn::<Cubic>(on, "learn_cubic")?;
-    nav_word(on)?;
-    nav_piece(on)?;
-    nav_second(on)?;
-    learner_step(on)?;
-    learner_fix(on)?;
-    learner_second(on)?;
-    activation::<Rational>(on, "activation_rational")?;
-    activation::<Tanh>(on, "activation_tanh")?;
-    activation::<Cubic>(on, "activation_cubic")?;
-    kernels(on)
+macro_rules! works {
+    ($({ $($name:literal, $what:literal => $run:expr;)+ })+) => {
+        /// Name and description of each piece of work. In a group each piece contains the previous
+        /// one, or is much larger. A piece without a description has a table of its own.
+        pub const GROUPS: &[&[(&str, &str)]] = &[$(&[$(($name, $what)),+]),+];
+
+        /// Measures everything in the order of [`GROUPS`]; before it `empty`, the loop without work.
+        ///
+        /// # Errors
+        /// As [`Measure::measure`].
+        pub fn all(on: &mut impl Measure) -> fmt::Result {
+            on.measure("empty", false, |input| (input, true))?;
+            $($($run(on, $name)?;)+)+
+            Ok(())
+        }
+    };
 }
 
-// Each in a function of its own, so that the works' memory is not on the stack together.
+works! {
+    {
+        "step_rational", "step, rational" => step::<Portable<Rational>>;
+        "gradient_rational", "step + gradient, rational" => gradient::<Portable<Rational>>;
+        "descent_rational", "step + gradient + descent, rational" => descent::<Portable<Rational>>;
+        "learn_rational", "a pass of one step, rational" => learn::<Rational>;
+    }
+    {
+        "step_tanh", "step, tanh" => step::<Portable<Tanh>>;
+        "gradient_tanh", "step + gradient, tanh" => gradient::<Portable<Tanh>>;
+        "descent_tanh", "step + gradient + descent, tanh" => descent::<Portable<Tanh>>;
+        "learn_tanh", "a pass of one step, tanh" => learn::<Tanh>;
+    }
+    {
+        "step_cubic", "step, cubic" => step::<Portable<Cubic>>;
+        "gradient_cubic", "step + gradient, cubic" => gradient::<Portable<Cubic>>;
+        "descent_cubic", "step + gradient + descent, cubic" => descent::<Portable<Cubic>>;
+        "learn_cubic", "a pass of one step, cubic" => learn::<Cubic>;
+    }
+    {
+        "nav_sample", "sample of the navigator" => nav_sample;
+        "nav_piece", "sample and piece of the navigator" => nav_piece;
+        "nav_second", "second of the navigator, 200 samples" => nav_second;
+    }
+    {
+        "learner_step", "step of 126 weights with gradient" => learner_step;
+        "learner_fix", "fix, 126 weights and 6 biases" => learner_fix;
+        "learner_second", "second of all six hypotheses" => learner_second;
+    }
+    {
+        "step_m4", "kernel m4: step" => step::<M4>;
+        "gradient_m4", "kernel m4: step + gradient" => gradient::<M4>;
+        "descent_m4", "kernel m4: step + gradient + descent" => descent::<M4>;
+    }
+    {
+        "step_m7", "kernel m7: step" => step::<M7>;
+        "gradient_m7", "kernel m7: step + gradient" => gradient::<M7>;
+        "descent_m7", "kernel m7: step + gradient + descent" => descent::<M7>;
+    }
+    { "activation_rational", "" => activation::<Rational>; }
+    { "activation_tanh", "" => activation::<Tanh>; }
+    { "activation_cubic", "" => activation::<Cubic>; }
+}
+
+// Each in a function of its own, so that the memory of the works is not on the stack together.
 
 #[inline(never)]
-fn step<H: Activation>(on: &mut impl Measure, name: &'static str) -> fmt::Result {
-    let mut work = StepWork::<H>::new();
-    on.measure(name, false, |input| work.run(input))
+fn step<E: Engine>(on: &mut impl Measure, name: &'static str) -> fmt::Result {
+    let mut work = NetworkWork::<E>::new();
+    on.measure(name, false, |input| work.step(input))
 }
 
 #[inline(never)]
-fn gradient<H: Activation>(on: &mut impl Measure, name: &'static str) -> fmt::Result {
-    let mut work = GradientWork::<H>::new();
-    on.measure(name, false, |input| work.run(input))
+fn gradient<E: Engine>(on: &mut impl Measure, name: &'static str) -> fmt::Result {
+    let mut work = NetworkWork::<E>::new();
+    on.measure(name, false, |input| work.gradient(input))
 }
 
 #[inline(never)]
-fn descent<H: Activation>(on: &mut impl Measure, name: &'static str) -> fmt::Result {
-    let mut work = DescentWork::<H>::new();
-    on.measure(name, false, |input| work.run(input))
+fn descent<E: Engine>(on: &mut impl Measure, name: &'static str) -> fmt::Result {
+    let mut work = NetworkWork::<E>::new();
+    on.measure(name, false, |input| work.descent(input))
 }
 
 #[inline(never)]
@@ -79,67 +129,45 @@ fn learn<H: Activation>(on: &mut impl Measure, name: &'static str) -> fmt::Resul
     on.measure(name, false, |input| work.run(input))
 }
 
-#[inline(never)]
-fn nav_word(on: &mut impl Measure) -> fmt::Result {
-    let mut work = NavWordWork::new().ok_or(fmt::Error)?;
-    on.measure("nav_word", false, |input| work.run(input))
+fn activation<H: Activation>(on: &mut impl Measure, name: &'static str) -> fmt::Result {
+    on.measure(name, false, activate::<H>)
 }
 
 #[inline(never)]
-fn nav_piece(on: &mut impl Measure) -> fmt::Result {
-    let mut work = NavPieceWork::new().ok_or(fmt::Error)?;
-    on.measure("nav_piece", false, |input| work.run(input))
+fn nav_sample(on: &mut impl Measure, name: &'static str) -> fmt::Result {
+    let start = NavSampleWork::new().ok_or(fmt::Error)?;
+    on.measure_from(name, false, start, NavSampleWork::run)
 }
 
 #[inline(never)]
-fn nav_second(on: &mut impl Measure) -> fmt::Result {
-    let mut work = NavSecondWork::new().ok_or(fmt::Error)?;
-    on.measure("nav_second", true, |input| work.run(input))
+fn nav_piece(on: &mut impl Measure, name: &'static str) -> fmt::Result {
+    let start = NavPieceWork::new().ok_or(fmt::Error)?;
+    on.measure_from(name, false, start, NavPieceWork::run)
 }
 
 #[inline(never)]
-fn learner_step(on: &mut impl Measure) -> fmt::Result {
+fn nav_second(on: &mut impl Measure, name: &'static str) -> fmt::Result {
+    let start = NavSecondWork::new().ok_or(fmt::Error)?;
+    on.measure_from(name, true, start, NavSecondWork::run)
+}
+
+#[inline(never)]
+fn learner_step(on: &mut impl Measure, name: &'static str) -> fmt::Result {
     let mut work = LearnerStepWork::ZEROED;
     work.begin();
-    on.measure("learner_step", false, |input| work.run(input))
-}
-
-#[inline(never)]
-fn learner_fix(on: &mut impl Measure) -> fmt::Result {
-    let mut work = LearnerFixWork::ZEROED;
-    work.begin();
-    on.measure("learner_fix", true, |input| work.run(input))
-}
-
-#[inline(never)]
-fn learner_second(on: &mut impl Measure) -> fmt::Result {
-    let mut work = LearnerSecondWork::ZEROED;
-    work.begin();
-    on.measure("learner_second", true, |input| work.run(input))
-}
-
-fn activation<H: Activation + Default>(on: &mut impl Measure, name: &'static str) -> fmt::Result {
-    let mut work = ActivationWork::<H>::default();
     on.measure(name, false, |input| work.run(input))
 }
 
-/// The kernel in its two forms.
 #[inline(never)]
-fn kernels(on: &mut impl Measure) -> fmt::Result {
-    use kernel::{m4, m7};
-    let mut work = KernelWork::new();
-    on.measure("step_m4", false, |input| work.step(m4::step, input))?;
-    on.measure("step_m7", false, |input| work.step(m7::step, input))?;
-    on.measure("gradient_m4", false, |input| {
-        work.gradient(m4::step_gradient, input)
-    })?;
-    on.measure("gradient_m7", false, |input| {
-        work.gradient(m7::step_gradient, input)
-    })?;
-    on.measure("descent_m4", false, |input| {
-        work.descent(m4::step_descend, input)
-    })?;
-    on.measure("descent_m7", false, |input| {
-        work.descent(m7::step_descend, input)
-    })
+fn learner_fix(on: &mut impl Measure, name: &'static str) -> fmt::Result {
+    let mut work = LearnerFixWork::ZEROED;
+    work.begin();
+    on.measure(name, true, |input| work.run(input))
+}
+
+#[inline(never)]
+fn learner_second(on: &mut impl Measure, name: &'static str) -> fmt::Result {
+    let mut work = LearnerSecondWork::ZEROED;
+    work.begin();
+    on.measure(name, true, |input| work.run(input))
 }

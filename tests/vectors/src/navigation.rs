@@ -1,10 +1,11 @@
-//! The navigator's pieces of work, measured as those of the networks are.
+//! The navigator's pieces of work, measured in the same way as those of the networks.
 
 use firmware::fix::Position;
 use firmware::nav::{Config, Navigator, Noise, State};
 use firmware::sample::{Counts, Lsb};
 
-/// Words a second.
+use crate::work::Found;
+/// Samples per second.
 pub const RATE: usize = 200;
 /// Value of a count: 1e-7 rad and 1e-6 m/s.
 pub(crate) const LSB: Lsb = Lsb {
@@ -14,27 +15,27 @@ pub(crate) const LSB: Lsb = Lsb {
 /// Counts of 1 g in a second.
 const GRAVITY: i32 = -9_806_650;
 
-/// One word gathered, and no step.
+/// One sample accumulated, without a step.
 #[derive(Clone, Debug)]
-pub struct NavWordWork(Navigator);
+pub struct NavSampleWork(Navigator);
 
-/// One word, and with it a whole piece: a step of the equations and of the error dynamics.
+/// One sample, and with it a whole piece: a step of the equations and of the error dynamics.
 #[derive(Clone, Debug)]
 pub struct NavPieceWork(Navigator);
 
-/// One second: its words, its 20 pieces, and the transition taken.
+/// One second: its samples, its 20 pieces, and the transition.
 #[derive(Clone, Debug)]
 pub struct NavSecondWork(Navigator);
 
-/// At rest in middle latitudes, `rate` words a second.
+/// A navigator at rest in middle latitudes, with `rate` samples per second.
 pub(crate) fn navigator(rate: usize, piece_samples: Option<u16>) -> Option<Navigator> {
     let noise = Noise {
         gyro: 1e-6,
         accel: 1e-4,
     };
     let mut config = Config::new(LSB, 1.0 / rate as f64, noise);
-    if let Some(words) = piece_samples {
-        config.piece_samples = words;
+    if let Some(samples) = piece_samples {
+        config.piece_samples = samples;
     }
     let state = State {
         position: Position {
@@ -48,58 +49,58 @@ pub(crate) fn navigator(rate: usize, piece_samples: Option<u16>) -> Option<Navig
     Navigator::new(config, state).ok()
 }
 
-/// Rates of some 0.01 rad/s, whatever the words a second.
-pub(crate) fn word([x, y, z]: [f32; 3], rate: usize) -> Counts {
+/// A sample with rates of about 0.01 rad/s, whatever the sample rate.
+pub(crate) fn sample([x, y, z]: [f32; 3], rate: usize) -> Counts {
     Counts {
         dtheta: [x as i32, y as i32, z as i32].map(|c| c * 5 * RATE as i32 / rate as i32),
         dv: [1, -1, GRAVITY / rate as i32],
     }
 }
 
-pub(crate) fn verdict(navigator: &Navigator, found: f32) -> ([f32; 3], bool) {
+pub(crate) fn verdict(navigator: &Navigator, found: f32) -> Found {
     let faults = navigator.faults();
     ([found; 3], !faults.lost && faults.samples == 0)
 }
 
-impl NavWordWork {
-    /// `None` never: the configuration is good.
+impl NavSampleWork {
+    /// Never `None`: the configuration is valid.
     pub fn new() -> Option<Self> {
         navigator(RATE, Some(u16::MAX)).map(Self)
     }
 
-    /// One repetition, and whether it was good.
+    /// One repetition.
     #[inline(always)]
-    pub fn run(&mut self, input: [f32; 3]) -> ([f32; 3], bool) {
-        self.0.sample(&word(input, RATE));
+    pub fn run(&mut self, input: [f32; 3]) -> Found {
+        self.0.sample(&sample(input, RATE));
         verdict(&self.0, 0.0)
     }
 }
 
 impl NavPieceWork {
-    /// `None` never: the configuration is good.
+    /// Never `None`: the configuration is valid.
     pub fn new() -> Option<Self> {
         navigator(RATE, Some(1)).map(Self)
     }
 
-    /// One repetition, and whether it was good.
+    /// One repetition.
     #[inline(always)]
-    pub fn run(&mut self, input: [f32; 3]) -> ([f32; 3], bool) {
-        self.0.sample(&word(input, RATE));
+    pub fn run(&mut self, input: [f32; 3]) -> Found {
+        self.0.sample(&sample(input, RATE));
         verdict(&self.0, self.0.state().velocity[2] as f32)
     }
 }
 
 impl NavSecondWork {
-    /// `None` never: the configuration is good.
+    /// Never `None`: the configuration is valid.
     pub fn new() -> Option<Self> {
         navigator(RATE, None).map(Self)
     }
 
-    /// One repetition, and whether it was good.
+    /// One repetition.
     #[inline(always)]
-    pub fn run(&mut self, input: [f32; 3]) -> ([f32; 3], bool) {
+    pub fn run(&mut self, input: [f32; 3]) -> Found {
         for _ in 0..RATE {
-            self.0.sample(&word(input, RATE));
+            self.0.sample(&sample(input, RATE));
         }
         let transition = self.0.take_transition();
         let (found, good) = verdict(&self.0, transition.phi[8][5]);

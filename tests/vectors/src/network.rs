@@ -10,8 +10,9 @@ pub fn input(index: usize) -> [f32; 3] {
     INPUTS[index % INPUTS.len()].map(f32::from_bits)
 }
 
-/// The fixed network: every parameter a multiple of 2^-7 within +-0.5, so that it remembers for some steps and stays
-/// stable; inputs scaled by 1/2 s/rad, output of the order of a deg/h (2^-18 rad/s).
+/// The fixed network. Every parameter is a multiple of 2^-7 within +-0.5, so that the network
+/// remembers for some steps and stays stable. Inputs are scaled by 1/2 s/rad; the output is of the
+/// order of 1 deg/h (2^-18 rad/s).
 pub fn net<H: Activation>() -> Net<H> {
     let weights = Weights::from_fn(|index| ((index * 37 + 11) % 129) as f32 / 128.0 - 0.5);
     let output_scale = [1.0 / (1 << 18) as f32; 3];
@@ -34,7 +35,8 @@ pub fn step_digest<H: Activation>() -> u64 {
     digest.value()
 }
 
-/// Digest of one pass with exact gradients: the step's numbers and all 3x63 sensitivities dy_3/dtheta of each.
+/// Digest of one pass with exact gradients: the step's numbers and all 3x63 sensitivities
+/// dy_3/dtheta of each.
 pub fn gradient_digest<H: Activation>() -> u64 {
     let (net, mut state, mut digest) = (net::<H>(), State::new(), Digest::new());
     let mut sensitivities = Sensitivities::new();

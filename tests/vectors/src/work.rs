@@ -1,22 +1,28 @@
-//! The pieces of work whose cost is measured, the same on the desktop (criterion) and on the target (instructions).
+//! The networks' pieces of work whose cost is measured, the same on the desktop (criterion) and on
+//! the target (instructions).
 //!
-//! Each repetition says whether it was good. A network that has diverged holds its last output, which is *cheaper* than a
-//! step: a measurement that does not look at the faults would praise it.
+//! Each repetition reports whether it was good. A network that has diverged repeats its last output,
+//! which is *cheaper* than a step, so a measurement that ignored the faults would come out too low.
+
+use core::marker::PhantomData;
 
 use lrnn_nostd::learn::{Learner, Paper, StepSizes};
-use lrnn_nostd::{Activation, Net, Sensitivities, State, Step, kernel};
+use lrnn_nostd::{Activation, Cubic, Net, Sensitivities, State, Step, kernel};
 
 use crate::{input, net};
 
-/// The first of [`COUNT`] vectors without a non-finite or huge one.
+/// The first of [`COUNT`] consecutive vectors without a non-finite or huge number.
 const FIRST: usize = 10;
 const COUNT: usize = 40;
-/// What the descents go for, and how fast: so slow that they stay where they are good.
+/// Target and rate of the descents: so slow that the weights stay in a good range.
 const TARGET: [f32; 3] = [1.0 / 64.0; 3];
 const RATE: f32 = 1.0 / 65536.0;
 
 /// Samples of the drive that desktops are compared on: 22 min at 200 Hz.
 pub const DRIVE: usize = 22 * 60 * 200;
+
+/// The result of a repetition, and whether it was good.
+pub type Found = ([f32; 3], bool);
 
 /// The input of a repetition, rad/s.
 #[inline]
@@ -24,57 +30,121 @@ pub fn plausible(repetition: usize) -> [f32; 3] {
     input(FIRST + repetition % COUNT)
 }
 
-/// One step.
-#[derive(Clone, Debug)]
-pub struct StepWork<H> {
-    net: Net<H>,
-    state: State,
+/// An implementation of the network: [`Portable`], or the kernel's form [`M4`] or [`M7`].
+pub trait Engine {
+    /// Activation of its hidden layers.
+    type Hidden: Activation;
+
+    /// [`Net::step`].
+    fn step(net: &Net<Self::Hidden>, state: &mut State, input: [f32; 3]) -> Step;
+
+    /// [`Net::step_gradient`].
+    fn step_gradient(
+        net: &Net<Self::Hidden>,
+        state: &mut State,
+        sensitivities: &mut Sensitivities,
+        input: [f32; 3],
+    ) -> Step;
+
+    /// [`Net::step_descend`].
+    fn step_descend(
+        net: &mut Net<Self::Hidden>,
+        state: &mut State,
+        sensitivities: &mut Sensitivities,
+        input: [f32; 3],
+    ) -> Step;
 }
 
-/// One step and its exact gradient.
-#[derive(Clone, Debug)]
-pub struct GradientWork<H> {
-    net: Net<H>,
-    state: State,
-    sensitivities: Sensitivities,
-}
+/// The portable network with hidden layers of activation `H`.
+#[derive(Clone, Copy, Debug)]
+pub struct Portable<H>(PhantomData<H>);
 
-/// One step, its exact gradient, and a descent of all 63 weights: learning word by word, the figure other libraries give.
-#[derive(Clone, Debug)]
-pub struct DescentWork<H> {
-    net: Net<H>,
-    state: State,
-    sensitivities: Sensitivities,
-}
+impl<H: Activation> Engine for Portable<H> {
+    type Hidden = H;
 
-/// Learning at every step, the most it can cost: a pass of one step by the paper's rule. All is cleared, a step is made with
-/// its exact gradient and compared with a reference, and all 63 weights move. `begin_pass` belongs to it: without it the
-/// gradients of all passes add up and the weights diverge.
-#[derive(Clone, Debug)]
-pub struct LearnWork<H>(Learner<Paper, H>);
-
-/// The kernel's functions, each measured as the portable ones are.
-#[derive(Clone, Debug)]
-pub struct KernelWork {
-    net: kernel::Net,
-    state: State,
-    sensitivities: Sensitivities,
-}
-
-/// One activation and its slope.
-#[derive(Clone, Debug, Default)]
-pub struct ActivationWork<H>(core::marker::PhantomData<H>);
-
-impl<H: Activation> ActivationWork<H> {
-    /// One repetition.
     #[inline(always)]
-    pub fn run(&mut self, [x, y, z]: [f32; 3]) -> ([f32; 3], bool) {
-        ([H::apply(x), y, z], true)
+    fn step(net: &Net<H>, state: &mut State, input: [f32; 3]) -> Step {
+        net.step(state, input)
+    }
+
+    #[inline(always)]
+    fn step_gradient(
+        net: &Net<H>,
+        state: &mut State,
+        sensitivities: &mut Sensitivities,
+        input: [f32; 3],
+    ) -> Step {
+        net.step_gradient(state, sensitivities, input)
+    }
+
+    #[inline(always)]
+    fn step_descend(
+        net: &mut Net<H>,
+        state: &mut State,
+        sensitivities: &mut Sensitivities,
+        input: [f32; 3],
+    ) -> Step {
+        net.step_descend(state, sensitivities, input, &TARGET, RATE)
     }
 }
 
-impl KernelWork {
-    /// At rest.
+macro_rules! kernel_form {
+    ($(#[$doc:meta])* $name:ident, $form:ident) => {
+        $(#[$doc])*
+        #[derive(Clone, Copy, Debug)]
+        pub struct $name;
+
+        impl Engine for $name {
+            type Hidden = Cubic;
+
+            #[inline(always)]
+            fn step(net: &kernel::Net, state: &mut State, input: [f32; 3]) -> Step {
+                kernel::$form::step(net, state, input)
+            }
+
+            #[inline(always)]
+            fn step_gradient(
+                net: &kernel::Net,
+                state: &mut State,
+                sensitivities: &mut Sensitivities,
+                input: [f32; 3],
+            ) -> Step {
+                kernel::$form::step_gradient(net, state, sensitivities, input)
+            }
+
+            #[inline(always)]
+            fn step_descend(
+                net: &mut kernel::Net,
+                state: &mut State,
+                sensitivities: &mut Sensitivities,
+                input: [f32; 3],
+            ) -> Step {
+                kernel::$form::step_descend(net, state, sensitivities, input, &TARGET, RATE)
+            }
+        }
+    };
+}
+kernel_form!(
+    /// The kernel's form for the Cortex-M4F.
+    M4,
+    m4
+);
+kernel_form!(
+    /// The kernel's form for the Cortex-M7.
+    M7,
+    m7
+);
+
+/// A network with everything that its steps need.
+#[derive(Clone, Debug)]
+pub struct NetworkWork<E: Engine> {
+    net: Net<E::Hidden>,
+    state: State,
+    sensitivities: Sensitivities,
+}
+
+impl<E: Engine> NetworkWork<E> {
+    /// In the state before the first step.
     pub fn new() -> Self {
         Self {
             net: net(),
@@ -83,145 +153,61 @@ impl KernelWork {
         }
     }
 
-    /// One repetition of a step.
+    /// A repetition with one step: the estimated error.
     #[inline(always)]
-    pub fn step(
-        &mut self,
-        step: impl Fn(&kernel::Net, &mut State, [f32; 3]) -> Step,
-        input: [f32; 3],
-    ) -> ([f32; 3], bool) {
-        let step = step(&self.net, &mut self.state, input);
-        (step.error, step.fault.is_none())
+    pub fn step(&mut self, input: [f32; 3]) -> Found {
+        found(E::step(&self.net, &mut self.state, input))
     }
 
-    /// One repetition of a step with its gradient.
+    /// A repetition with one step and its exact gradient.
     #[inline(always)]
-    pub fn gradient(
-        &mut self,
-        step: impl Fn(&kernel::Net, &mut State, &mut Sensitivities, [f32; 3]) -> Step,
-        input: [f32; 3],
-    ) -> ([f32; 3], bool) {
-        let step = step(&self.net, &mut self.state, &mut self.sensitivities, input);
-        (step.error, step.fault.is_none())
-    }
-
-    /// One repetition with a descent.
-    #[inline(always)]
-    pub fn descent(
-        &mut self,
-        step: impl Fn(
-            &mut kernel::Net,
-            &mut State,
-            &mut Sensitivities,
-            [f32; 3],
-            &[f32; 3],
-            f32,
-        ) -> Step,
-        input: [f32; 3],
-    ) -> ([f32; 3], bool) {
+    pub fn gradient(&mut self, input: [f32; 3]) -> Found {
         let (state, sensitivities) = (&mut self.state, &mut self.sensitivities);
-        let step = step(&mut self.net, state, sensitivities, input, &TARGET, RATE);
-        (step.error, step.fault.is_none())
+        found(E::step_gradient(&self.net, state, sensitivities, input))
+    }
+
+    /// A repetition with one step, its exact gradient, and a descent of all 63 weights: learning
+    /// sample by sample, for which other libraries give figures.
+    #[inline(always)]
+    pub fn descent(&mut self, input: [f32; 3]) -> Found {
+        let (state, sensitivities) = (&mut self.state, &mut self.sensitivities);
+        found(E::step_descend(&mut self.net, state, sensitivities, input))
     }
 }
 
-impl Default for KernelWork {
+impl<E: Engine> Default for NetworkWork<E> {
     fn default() -> Self {
         Self::new()
     }
 }
 
-impl<H: Activation> StepWork<H> {
-    /// At rest.
-    pub fn new() -> Self {
-        Self {
-            net: net(),
-            state: State::new(),
-        }
-    }
-
-    /// One repetition: the estimated error, and whether the step was good.
-    #[inline(always)]
-    pub fn run(&mut self, input: [f32; 3]) -> ([f32; 3], bool) {
-        let step = self.net.step(&mut self.state, input);
-        (step.error, step.fault.is_none())
-    }
+#[inline(always)]
+fn found(step: Step) -> Found {
+    (step.error, step.fault.is_none())
 }
 
-impl<H: Activation> GradientWork<H> {
-    /// At rest.
-    pub fn new() -> Self {
-        Self {
-            net: net(),
-            state: State::new(),
-            sensitivities: Sensitivities::new(),
-        }
-    }
-
-    /// One repetition: the estimated error, and whether the step was good.
-    #[inline(always)]
-    pub fn run(&mut self, input: [f32; 3]) -> ([f32; 3], bool) {
-        let step = self
-            .net
-            .step_gradient(&mut self.state, &mut self.sensitivities, input);
-        (step.error, step.fault.is_none())
-    }
-}
-
-impl<H: Activation> DescentWork<H> {
-    /// At rest.
-    pub fn new() -> Self {
-        Self {
-            net: net(),
-            state: State::new(),
-            sensitivities: Sensitivities::new(),
-        }
-    }
-
-    /// One repetition: the estimated error, and whether the step was good.
-    #[inline(always)]
-    pub fn run(&mut self, input: [f32; 3]) -> ([f32; 3], bool) {
-        let (state, sensitivities) = (&mut self.state, &mut self.sensitivities);
-        let step = self
-            .net
-            .step_descend(state, sensitivities, input, &TARGET, RATE);
-        (step.error, step.fault.is_none())
-    }
-}
+/// Learning at every step, the most that it can cost: a pass of one step by the paper's rule. The
+/// pass clears all sums, makes a step with its exact gradient, compares it with a reference and moves
+/// all 63 weights. Without `begin_pass` the gradients of all passes would add up and the weights
+/// diverge.
+#[derive(Clone, Debug)]
+pub struct LearnWork<H>(Learner<Paper, H>);
 
 impl<H: Activation> LearnWork<H> {
-    /// With steps small enough to stay stable however often it is repeated.
+    /// With steps small enough to stay stable however often the work is repeated.
     pub fn new() -> Self {
         let rule = Paper::new(StepSizes::uniform(1.0 / 4096.0), StepSizes::uniform(0.0));
         Self(Learner::new(&net(), rule))
     }
 
-    /// One repetition: the estimated error, and whether the pass was accepted without a fault.
+    /// One repetition. It is good if the pass was accepted without a fault.
     #[inline(always)]
-    pub fn run(&mut self, input: [f32; 3]) -> ([f32; 3], bool) {
+    pub fn run(&mut self, input: [f32; 3]) -> Found {
         self.0.begin_pass();
         let step = self.0.step(input, 1.0);
-        self.0.reference([1.0 / (1 << 19) as f32; 3], 1.0); // rad: 0.4 deg/h for a second
+        self.0.reference([1.0 / (1 << 19) as f32; 3], 1.0); // rad: 0.4 deg/h for one second
         let pass = self.0.end_pass();
         (step.error, pass.accepted && pass.faults == 0)
-    }
-}
-
-impl<H: Activation> Default for StepWork<H> {
-    fn default() -> Self {
-        Self::new()
-    }
-}
-
-impl<H: Activation> Default for GradientWork<H> {
-    fn default() -> Self {
-        Self::new()
-    }
-}
-
-impl<H: Activation> Default for DescentWork<H> {
-    fn default() -> Self {
-        Self::new()
     }
 }
 
@@ -229,4 +215,10 @@ impl<H: Activation> Default for LearnWork<H> {
     fn default() -> Self {
         Self::new()
     }
+}
+
+/// One activation.
+#[inline(always)]
+pub fn activate<H: Activation>([x, y, z]: [f32; 3]) -> Found {
+    ([H::apply(x), y, z], true)
 }

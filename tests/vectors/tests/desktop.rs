@@ -1,8 +1,9 @@
-//! The desktop's half of "host equals target, bit for bit"; the other half is the board image in QEMU.
+//! The desktop's half of "host equals target, bit for bit"; the other half is the board image in
+//! QEMU.
 
 use lrnn_nostd::Rational;
 use lrnn_nostd::learn::{Pass, Rule};
-use vectors::work::{GradientWork, LearnWork, StepWork, plausible};
+use vectors::work::{LearnWork, NetworkWork, Portable, plausible};
 use vectors::{CHECKS, INPUTS, compare, generate, learners};
 
 #[test]
@@ -14,7 +15,8 @@ fn desktop_digests_equal_the_committed_constants() {
     );
 }
 
-/// On the desktop the kernel is the portable network; on the target the same digest comes out of the assembly.
+/// On the desktop the kernel is the portable network; on the target the same digest comes out of
+/// the assembly.
 #[test]
 fn the_kernel_is_the_portable_network() {
     use vectors::kernel::{digest_m4, digest_m7, digest_portable};
@@ -22,7 +24,7 @@ fn the_kernel_is_the_portable_network() {
     assert_eq!(digest_portable(7), digest_m7());
 }
 
-/// Its networks and inputs bring about every fault, and good steps.
+/// Its networks and inputs cause every fault, and good steps too.
 #[test]
 fn the_kernel_meets_every_fault() {
     use std::sync::atomic::{AtomicU32, Ordering::Relaxed};
@@ -107,7 +109,7 @@ fn learners_learn_on_the_vectors() {
     assert_learns(learners::gauss_newton::<Rational>());
 }
 
-/// The digest would be of little worth if all passes were void or rejected.
+/// The digest would prove little if all passes were void or rejected.
 fn assert_learns(rule: impl Rule<f32>) {
     let mut passes = Vec::new();
     learners::teach::<Rational, _>(rule, &mut |pass, _| passes.push(pass));
@@ -117,7 +119,7 @@ fn assert_learns(rule: impl Rule<f32>) {
             .all(|pass| pass.faults == 4 && pass.windows > 40),
         "{passes:?}"
     );
-    // A guarded rule may reject its last passes; what counts is that an accepted one is better than the start.
+    // A guarded rule may reject its last passes; one accepted pass must be better than the start.
     let better = |pass: &&Pass| pass.accepted && pass.cost < 0.99 * passes[0].cost;
     assert!(
         passes[0].accepted && passes[1..].iter().any(|pass| better(&pass)),
@@ -128,18 +130,20 @@ fn assert_learns(rule: impl Rule<f32>) {
 #[test]
 fn measured_work_stays_good_however_often_it_is_repeated() {
     let (mut step, mut gradient, mut learn) = (
-        StepWork::<Rational>::new(),
-        GradientWork::<Rational>::new(),
+        NetworkWork::<Portable<Rational>>::new(),
+        NetworkWork::<Portable<Rational>>::new(),
         LearnWork::<Rational>::new(),
     );
     for repetition in 0..200_000 {
         let input = plausible(repetition);
         assert!(
-            step.run(input).1 && gradient.run(input).1 && learn.run(input).1,
+            step.step(input).1 && gradient.gradient(input).1 && learn.run(input).1,
             "repetition {repetition}"
         );
     }
     assert!(
-        !step.run([f32::NAN; 3]).1 && !gradient.run([f32::NAN; 3]).1 && !learn.run([f32::NAN; 3]).1
+        !step.step([f32::NAN; 3]).1
+            && !gradient.gradient([f32::NAN; 3]).1
+            && !learn.run([f32::NAN; 3]).1
     );
 }

@@ -7,8 +7,8 @@ use nalgebra::{DMatrix, DVector};
 pub struct Polynomial(pub Vec<f64>);
 
 impl Polynomial {
-    /// The one of `degree` with the least squares of *relative* errors; all `y` > 0. `None` when there are fewer different `x` than
-    /// coefficients.
+    /// The one of `degree` with the least squares of *relative* errors; all `y` > 0. `None` when
+    /// there are fewer different `x` than coefficients.
     pub fn fit(degree: usize, x: &[f64], y: &[f64]) -> Option<Self> {
         // columns scaled to 1 at the largest x, or the rank is judged by the unit
         let most = x.iter().copied().fold(f64::MIN_POSITIVE, f64::max);

@@ -1,5 +1,6 @@
-//! `cargo xtask growth`: how cost grows with words a second, networks, weights, runs and cores. Writes `docs/growth-*.svg` and the part of
-//! `docs/PERFORMANCE.md` between the markers; not a figure of it is written by hand.
+//! `cargo xtask growth`: how cost grows with words a second, networks, weights, runs and cores.
+//! Writes `docs/growth-*.svg` and the part of `docs/PERFORMANCE.md` between the markers; not a
+//! figure of it is written by hand.
 
 mod laws;
 mod pictures;

@@ -1,5 +1,6 @@
-//! Campaigns of growing length on one core and on more: whole processes of the released program, in turn, so that what else the machine
-//! does meets all of them. What the threads waited for a core that others had is taken out, where the system tells (Linux).
+//! Campaigns of growing length on one core and on more: whole processes of the released program, in
+//! turn, so that what else the machine does meets all of them. What the threads waited for a core
+//! that others had is taken out, where the system tells (Linux).
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -16,7 +17,8 @@ use crate::stage::{cargo_with, succeed};
 const RUNS: [u32; 3] = [2, 4, 8];
 /// Times that each campaign is run.
 const ROUNDS: usize = 5;
-/// Words of a run: 300 s of standstill and 2 x 22 min at 100 Hz, measured with one group of errors and with noise alone.
+/// Words of a run: 300 s of standstill and 2 x 22 min at 100 Hz, measured with one group of errors
+/// and with noise alone.
 pub const WORDS: f64 = 2.0 * 100.0 * (300.0 + 2.0 * 1320.0);
 
 /// One campaign: medians.
@@ -50,8 +52,8 @@ impl Run {
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Scaling {
     pub cells: Vec<Cell>,
-    /// Time of one job over that of all cores, pair by pair, longest campaign: least, median, largest; on a machine that does nothing
-    /// else, and as it was.
+    /// Time of one job over that of all cores, pair by pair, longest campaign: least, median,
+    /// largest; on a machine that does nothing else, and as it was.
     pub ratio: [[f64; 3]; 2],
     /// Cores used at most.
     pub cores: usize,
@@ -185,7 +187,8 @@ impl Prepared {
 /// Between two looks at a running campaign: what its threads wait after the last one is not seen.
 const LOOK: Duration = Duration::from_millis(5);
 
-/// What the threads of a process have waited for a core so far, together, s; `None` once it has ended, or where the system does not tell.
+/// What the threads of a process have waited for a core so far, together, s; `None` once it has
+/// ended, or where the system does not tell.
 fn waiting(process: u32) -> Option<f64> {
     let tasks = fs::read_dir(format!("/proc/{process}/task")).ok()?;
     let of = |task: fs::DirEntry| {
@@ -201,7 +204,8 @@ fn waiting(process: u32) -> Option<f64> {
 /// Processor time of this process's finished children, s; Linux only.
 fn children() -> Option<f64> {
     let stat = fs::read_to_string(Path::new("/proc/self/stat")).ok()?;
-    // after the name in brackets, which may hold spaces: field 3; user and system time of children are fields 16 and 17, in 1/100 s
+    // after the name in brackets, which may hold spaces: field 3; user and system time of children
+    // are fields 16 and 17, in 1/100 s
     let (_, fields) = stat.rsplit_once(") ")?;
     let times = fields.split(' ').skip(13).take(2);
     let ticks: Vec<f64> = times.filter_map(|field| field.parse().ok()).collect();

@@ -1,5 +1,6 @@
-//! The comparison of the board image with one bit of one constant flipped: it has to leave with exit code 1. It is also the one
-//! image that can panic, so that the search for panics has something to find.
+//! The comparison of the board image with one bit of one constant flipped: it has to leave with
+//! exit code 1. It is also the one image that can panic, so that the search for panics has
+//! something to find.
 #![cfg_attr(target_os = "none", no_std, no_main)]
 
 #[cfg(target_os = "none")]

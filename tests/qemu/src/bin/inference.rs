@@ -1,4 +1,5 @@
-//! Nothing but inference: the image in which no function that panics may be found (`budgets.toml` says so).
+//! Nothing but inference: the image in which no function that panics may be found (`budgets.toml`
+//! says so).
 #![cfg_attr(target_os = "none", no_std, no_main)]
 
 #[cfg(target_os = "none")]
@@ -8,7 +9,8 @@ fn main() -> ! {
 
     use lrnn_nostd::{Net, Normalisation, Rational, Sensitivities, State, Tanh, Weights};
 
-    // The optimiser knows nothing of weights, scales and inputs: every path that exists is reachable.
+    // The optimiser knows nothing of weights, scales and inputs: every path that exists is
+    // reachable.
     let weights: Weights = black_box(Weights::zero());
     let normalisation: Normalisation = black_box(Normalisation::identity());
     let rational: Net<Rational> = Net::new(weights, normalisation);

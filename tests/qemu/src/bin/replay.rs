@@ -1,5 +1,6 @@
-//! The application over the recording in the file `input`: writes what it sends to the navigation computer to the file `output`,
-//! then prints `<name> <value>` lines: records, bytes, FNV-1a digest of the bytes, what the records cost in ticks, and what was learnt.
+//! The application over the recording in the file `input`: writes what it sends to the navigation
+//! computer to the file `output`, then prints `<name> <value>` lines: records, bytes, FNV-1a digest
+//! of the bytes, what the records cost in ticks, and what was learnt.
 #![cfg_attr(target_os = "none", no_std, no_main)]
 
 #[cfg(target_os = "none")]
@@ -13,7 +14,8 @@ mod target {
     use qemu::target::{dma, exit, interrupts, output, start_counter};
     use vectors::Digest;
 
-    /// Reads and writes go in pieces: a semihosting call costs as much as thousands of instructions.
+    /// Reads and writes go in pieces: a semihosting call costs as much as thousands of
+    /// instructions.
     struct Reader {
         file: File,
         buffer: [u8; 4096],

@@ -1,4 +1,5 @@
-//! Counts the instructions of repetitions of a list of works; what is printed, `count` on the desktop reads.
+//! Counts the instructions of repetitions of a list of works; what is printed, `count` on the
+//! desktop reads.
 
 use core::fmt::{Error, Result as Printed, Write};
 use core::hint::black_box;
@@ -53,8 +54,9 @@ fn ticks(work: impl FnOnce()) -> u32 {
     counter().wrapping_sub(start) & 0x00ff_ffff
 }
 
-/// Ticks of all repetitions of `work`. Input and result pass through memory as in the board's loop; the empty loop has
-/// that too. A repetition that went wrong ends the image with an error: its count would be of something else.
+/// Ticks of all repetitions of `work`. Input and result pass through memory as in the board's loop;
+/// the empty loop has that too. A repetition that went wrong ends the image with an error: its
+/// count would be of something else.
 #[inline(always)]
 fn repeat(mut work: impl FnMut([f32; 3]) -> ([f32; 3], bool)) -> Result<u32, Error> {
     let mut good = true;

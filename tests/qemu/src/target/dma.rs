@@ -1,5 +1,6 @@
-//! A DMA controller whose other end is the program itself: registers in memory, used by the STM32F405 board's own driver of streams, and
-//! bytes moved by [`came`] and [`left`], whose cost is rehearsed and subtracted ([`Wires::let_through`]).
+//! A DMA controller whose other end is the program itself: registers in memory, used by the
+//! STM32F405 board's own driver of streams, and bytes moved by [`came`] and [`left`], whose cost is
+//! rehearsed and subtracted ([`Wires::let_through`]).
 
 use core::sync::atomic::{AtomicU8, AtomicU32, Ordering};
 
@@ -37,7 +38,8 @@ const ENABLED: u32 = 1;
 static REHEARSED: [AtomicU8; 512] = [const { AtomicU8::new(0) }; 512];
 
 fn controller() -> &'static RegisterBlock {
-    // SAFETY: as large and as aligned, there for ever; both sides' access is atomic or volatile, from one core.
+    // SAFETY: as large and as aligned, there for ever; both sides' access is atomic or volatile,
+    // from one core.
     unsafe { &*REGISTERS.as_ptr().cast() }
 }
 
@@ -57,7 +59,8 @@ fn in_stream() -> Stream<NAVIGATION_IN, false> {
     Stream::of(controller())
 }
 
-/// The lines; their interrupts are not let through yet, and both streams have a transfer to rehearse with.
+/// The lines; their interrupts are not let through yet, and both streams have a transfer to
+/// rehearse with.
 pub fn wires() -> Wires<'static, Left> {
     use firmware::link::dma::Stream as _;
     sensor_stream().arm(&REHEARSED);
@@ -93,7 +96,8 @@ fn pend(line: Line) {
     isb();
 }
 
-/// The controller moves one byte: its place, unless there is no transfer; the end of one interrupts.
+/// The controller moves one byte: its place, unless there is no transfer; the end of one
+/// interrupts.
 #[inline(always)]
 fn moved<const N: usize>(line: Line, byte: impl FnOnce(&AtomicU8) -> u8) -> Option<u8> {
     if register::<N>(CONFIGURATION).load(Ordering::Relaxed) & ENABLED == 0 {
@@ -102,7 +106,8 @@ fn moved<const N: usize>(line: Line, byte: impl FnOnce(&AtomicU8) -> u8) -> Opti
     let address = register::<N>(ADDRESS).load(Ordering::Relaxed);
     register::<N>(ADDRESS).store(address + 1, Ordering::Relaxed);
     let place = core::ptr::with_exposed_provenance::<AtomicU8>(address as usize);
-    // SAFETY: the driver armed the stream with places that exist for ever, and no more than `COUNT` of them are touched.
+    // SAFETY: the driver armed the stream with places that exist for ever, and no more than `COUNT`
+    // of them are touched.
     let byte = byte(unsafe { &*place });
     let left = register::<N>(COUNT).load(Ordering::Relaxed) - 1;
     register::<N>(COUNT).store(left, Ordering::Relaxed);

@@ -20,14 +20,16 @@ impl File {
 
     fn with_mode(name: &CStr, mode: usize) -> Option<Self> {
         let text = name.to_bytes();
-        // SAFETY: the address of a text that ends with 0, and its length without it, as SYS_OPEN wants.
+        // SAFETY: the address of a text that ends with 0, and its length without it, as SYS_OPEN
+        // wants.
         let handle = unsafe { syscall!(OPEN, name.as_ptr(), mode, text.len()) };
         (handle != usize::MAX).then_some(Self(handle))
     }
 
     /// Fills `buffer` as far as the file goes; how far.
     pub fn read(&mut self, buffer: &mut [u8]) -> usize {
-        // SAFETY: address and length of memory that is ours alone during the call, as SYS_READ wants.
+        // SAFETY: address and length of memory that is ours alone during the call, as SYS_READ
+        // wants.
         let left = unsafe { syscall!(READ, self.0, buffer.as_mut_ptr(), buffer.len()) };
         buffer.len().saturating_sub(left)
     }
@@ -35,7 +37,8 @@ impl File {
     /// Writes all of it, and tells whether it could.
     #[must_use]
     pub fn write(&mut self, bytes: &[u8]) -> bool {
-        // SAFETY: address and length of memory that nobody writes during the call, as SYS_WRITE wants.
+        // SAFETY: address and length of memory that nobody writes during the call, as SYS_WRITE
+        // wants.
         let left = unsafe { syscall!(WRITE, self.0, bytes.as_ptr(), bytes.len()) };
         left == 0
     }

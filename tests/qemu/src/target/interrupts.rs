@@ -1,5 +1,5 @@
-//! Interrupts of serial lines whose other end is the program itself: made pending by it, and served as a board serves its UART's, with
-//! memory for registers.
+//! Interrupts of serial lines whose other end is the program itself: made pending by it, and served
+//! as a board serves its UART's, with memory for registers.
 
 use core::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 
@@ -118,8 +118,8 @@ extern "C" fn navigation() {
     serve(&NAVIGATION);
 }
 
-// SAFETY: `cortex-m-rt` puts this section behind the exceptions and expects this name with its feature `device`; each entry is the
-// address of a function of the C calling convention.
+// SAFETY: `cortex-m-rt` puts this section behind the exceptions and expects this name with its
+// feature `device`; each entry is the address of a function of the C calling convention.
 #[unsafe(link_section = ".vector_table.interrupts")]
 #[unsafe(no_mangle)]
 static __INTERRUPTS: [extern "C" fn(); 5] = [
