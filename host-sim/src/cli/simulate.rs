@@ -34,7 +34,7 @@ impl Args {
         let session = sessions(&scenario, self.seed)?.simulate(self.learning);
         progress.stage("writing");
         // nothing half-written: each file appears whole, and the words, which are the longest, first
-        generic::write(&Record::of(&session), &self.out)?;
+        generic::write(&Record::from_session(&session), &self.out)?;
         generic::write_truth(&session, &self.out.join("truth.csv"))?;
         progress.end();
         println!(

@@ -58,13 +58,7 @@ pub fn replay(session: &Session) -> Vec<Outcome> {
 mod tests {
     use super::*;
     use crate::experiment::outcome::table;
-    use crate::recordings::fog_mems::session;
-    use crate::recordings::table::tests::recorded as found;
-
-    fn recorded() -> Option<Session> {
-        let (mems, fog) = ("fog-mems-mems.csv.gz", "fog-mems-fog.csv.gz");
-        Some(session(&found(mems)?, &found(fog)?).unwrap())
-    }
+    use crate::recordings::fog_mems::tests::recorded;
 
     #[test]
     fn every_scheme_learns_in_every_case() {

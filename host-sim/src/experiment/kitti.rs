@@ -59,7 +59,7 @@ mod tests {
     use crate::experiment::outcome::table;
     use crate::inertial::free_inertial::free_inertial;
     use crate::recordings::kitti::{DRIVES, session};
-    use crate::recordings::table::tests::recorded;
+    use crate::recordings::testing::recorded;
 
     fn drive_of(drive: &str, skip: usize) -> Option<Session> {
         let path = recorded(&format!("kitti-2011_09_30_drive_{drive}.csv.gz"))?;

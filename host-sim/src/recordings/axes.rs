@@ -1,4 +1,4 @@
-//! Signed permutations of axes: how a sensor or file is turned into forward-right-down.
+//! Signed permutations of axes, which turn the axes of a sensor or file into forward-right-down.
 
 use nalgebra::Vector3;
 
@@ -7,27 +7,28 @@ use nalgebra::Vector3;
 pub struct Axes([(usize, bool); 3]);
 
 impl Axes {
-    /// The file already has forward-right-down.
+    /// The file is already in forward-right-down.
     pub const FORWARD_RIGHT_DOWN: Self = Self([(0, false), (1, false), (2, false)]);
-    /// The file has right, forward, up.
+    /// The file is in right-forward-up.
     pub const RIGHT_FORWARD_UP: Self = Self([(1, false), (0, false), (2, true)]);
-    /// The file has forward, left, up.
+    /// The file is in forward-left-up.
     pub const FORWARD_LEFT_UP: Self = Self([(0, false), (1, true), (2, true)]);
 
-    /// From the three of them in words, forward, right, down: `"x -y -z"` means that forward is x, right is minus y and down is minus z.
+    /// Parses forward, right and down in axes of the file. `"x -y -z"` means that forward is x,
+    /// right is minus y and down is minus z.
     ///
     /// # Errors
-    /// Says what is wrong, as the rest of a sentence.
+    /// What is wrong with `text`, as the rest of a sentence that begins with it.
     pub fn parse(text: &str) -> Result<Self, &'static str> {
         let mut axes = [(0, false); 3];
-        let words: Vec<&str> = text.split_whitespace().collect();
-        if words.len() != 3 {
+        let names: Vec<&str> = text.split_whitespace().collect();
+        if names.len() != 3 {
             return Err("must name three axes");
         }
-        for (axis, word) in axes.iter_mut().zip(&words) {
-            let (name, minus) = match word.strip_prefix('-') {
+        for (axis, name) in axes.iter_mut().zip(&names) {
+            let (name, minus) = match name.strip_prefix('-') {
                 Some(name) => (name, true),
-                None => (word.strip_prefix('+').unwrap_or(word), false),
+                None => (name.strip_prefix('+').unwrap_or(name), false),
             };
             let index = ["x", "y", "z"].iter().position(|n| *n == name);
             *axis = (index.ok_or("may name x, y and z only")?, minus);
@@ -37,7 +38,7 @@ impl Axes {
             return Err("names an axis twice");
         }
         let axes = Self(axes);
-        // a left-handed set is a mirror, never a mounting
+        // a left-handed set is a mirror image, which no mounting can be
         let [x, y, z] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]].map(|e| axes.turn(e));
         if x.cross(&y).dot(&z) < 0.0 {
             return Err("is left-handed");
@@ -45,7 +46,7 @@ impl Axes {
         Ok(axes)
     }
 
-    /// A triad of the file in forward-right-down.
+    /// Turns a triad of the file into forward-right-down.
     #[must_use]
     pub fn turn(&self, file: [f64; 3]) -> Vector3<f64> {
         Vector3::from(
@@ -54,7 +55,7 @@ impl Axes {
         )
     }
 
-    /// A triad of counts in forward-right-down; the opposite of `i32::MIN` is `i32::MAX`.
+    /// Turns a triad of counts into forward-right-down. The negative of `i32::MIN` saturates.
     #[must_use]
     pub fn turn_counts(&self, file: [i32; 3]) -> [i32; 3] {
         self.0.map(|(i, minus)| {
@@ -72,7 +73,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn words_and_constants_agree() {
+    fn text_and_constants_agree() {
         for (text, axes) in [
             ("x y z", Axes::FORWARD_RIGHT_DOWN),
             ("y x -z", Axes::RIGHT_FORWARD_UP),
@@ -89,7 +90,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_mounting_is_refused() {
+    fn axes_that_are_no_mounting_are_refused() {
         for (text, why) in [
             ("x y", "three"),
             ("x y z x", "three"),

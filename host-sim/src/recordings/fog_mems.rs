@@ -1,9 +1,11 @@
-//! Raw MEMS increments beside the solution of a FOG navigator on one moving vehicle: the paper's own situation, where a good navigator
-//! teaches a poor one.
+//! Raw increments of a MEMS IMU and the solution of a FOG navigator on the same moving vehicle. This
+//! is the situation of the paper: a good navigator teaches a poor one.
 //!
-//! The two files are `data/transfer_align_fog_mems.mat` of asenlinmu/psins in CSV form; their licence keeps them out of this repository.
-//! MEMS axes are right-forward-up, an increment's time is the end of its interval. The FOG's attitude is pitch, roll, and yaw
-//! counter-clockwise from north; its velocity is east-north-up. The session begins at the first FOG sample, so that each epoch is one.
+//! The two files are `data/transfer_align_fog_mems.mat` of asenlinmu/psins in CSV form. Their licence
+//! keeps them out of this repository. MEMS axes are right-forward-up, and the time of an increment is
+//! the end of its interval. The FOG navigator gives attitude as pitch, roll, and yaw counter-clockwise
+//! from north, and velocity as east-north-up. The session begins at the first FOG sample, so every
+//! epoch coincides with one.
 
 use crate::error::Error;
 use crate::inertial::counts::{FINE_LSB, quantise};
@@ -17,19 +19,20 @@ use crate::recordings::table::Table;
 use nalgebra::Vector3;
 use std::path::Path;
 
-/// First line of the file of increments.
+/// First line of the file of MEMS increments.
 pub const MEMS_HEADER: &str = "time_s,dtheta_right_rad,dtheta_forward_rad,dtheta_up_rad,dv_right_mps,dv_forward_mps,dv_up_mps";
-/// First line of the file of the FOG's solution.
+/// First line of the file of the FOG solution.
 pub const FOG_HEADER: &str =
     "time_s,pitch_rad,roll_rad,yaw_ccw_rad,ve_mps,vn_mps,vu_mps,lat_rad,lon_rad,height_m";
 
-/// Word period, s.
+/// Sample period, s.
 const DT: f64 = 0.01;
-/// FOG samples a second.
+/// FOG samples per second.
 const FOG_PER_S: usize = 10;
-/// Most that a time stamp may be off its place, s.
+/// Largest error of a time stamp, s.
 const JITTER: f64 = 1e-3;
-/// The FOG's position and velocity as fixes: smooth, so that their differences matter and not their absolute errors (assumed).
+/// Standard deviations of the FOG solution as fixes (assumed): m, then m/s. The solution is smooth, so
+/// what counts is the error of its differences, not the absolute error.
 pub const SIGMAS: [f64; 6] = [0.1, 0.1, 0.1, 0.02, 0.02, 0.02];
 
 /// Reads the two files into a session. Counts are of [`FINE_LSB`] value.
@@ -52,7 +55,7 @@ pub fn session(mems: &Path, fog: &Path) -> Result<Session, Error> {
         return Err(mems.complain(
             0,
             0,
-            "not beside the FOG's first sample",
+            "not at the FOG's first sample",
             "give the two files of one recording",
         ));
     }
@@ -67,13 +70,13 @@ pub fn session(mems: &Path, fog: &Path) -> Result<Session, Error> {
             "give at least 2 s that both files cover",
         ));
     }
-    let words: Vec<Increment> = mems
+    let increments: Vec<Increment> = mems
         .rows()
         .skip(first)
         .take(epochs * per_epoch)
         .map(increment)
         .collect();
-    let counts = quantise(&words, &FINE_LSB).map_err(|k| {
+    let counts = quantise(&increments, &FINE_LSB).map_err(|k| {
         mems.complain(
             first + k,
             1,
@@ -94,7 +97,7 @@ fn check_fog(fog: &Table) -> Result<(), Error> {
     fog.check_within(9..10, 20_000.0, "give a height in m")
 }
 
-/// Time must rise by `step` on every line.
+/// Checks that time rises by `step` on every line.
 fn check_steps(table: &Table, step: f64) -> Result<(), Error> {
     table.check_rising(0)?;
     for i in 1..table.len() {
@@ -127,31 +130,33 @@ fn state(row: &[f64]) -> NavState {
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use super::super::data_dir;
     use super::*;
     use crate::inertial::free_inertial::free_inertial;
     use crate::inertial::units::DEG;
-    use crate::recordings::table::tests::{file, message, recorded as found};
+    use crate::recordings::testing::{file, message, recorded as found};
 
-    fn recorded() -> Option<Session> {
+    /// The recorded session, if its files are there.
+    pub(crate) fn recorded() -> Option<Session> {
         let (mems, fog) = ("fog-mems-mems.csv.gz", "fog-mems-fog.csv.gz");
         Some(session(&found(mems)?, &found(fog)?).unwrap())
     }
 
     #[test]
-    fn free_inertial_error_is_the_documented_one() {
+    fn free_inertial_error_is_as_documented() {
         let Some(session) = recorded() else { return };
         assert_eq!(session.epochs(), 99);
-        let coast = free_inertial(&session);
-        let got = [10, 30, 60, 95].map(|t: usize| coast.position[t].xy().norm());
+        let errors = free_inertial(&session);
+        let got = [10, 30, 60, 95].map(|t: usize| errors.position[t].xy().norm());
         println!("{got:.1?} m at 10, 30, 60, 95 s");
         for (got, want) in got.iter().zip([2.8, 47.0, 400.0, 1640.0]) {
             assert!((got / want - 1.0).abs() < 0.05, "{got} {want}");
         }
     }
 
-    /// Two loaders that share little: the generic one, told what the columns are, must give the same session.
+    /// The generic loader shares little with this one. Told what the columns are, it must give the
+    /// same session.
     #[test]
     fn the_generic_loader_agrees() {
         let Some(session) = recorded() else { return };
@@ -192,7 +197,7 @@ mod tests {
         assert!((a - b).norm() < 0.01, "{a} {b}");
     }
 
-    /// Half a minute north at 10 m/s beside a FOG that agrees, with one line of either file changed.
+    /// Three seconds north at 10 m/s with a FOG that agrees, with one line of either file changed.
     fn made(mems: Option<(usize, &str)>, fog: Option<(usize, &str)>) -> Result<Session, Error> {
         let line = |k: usize, text: String, change: Option<(usize, &str)>| match change {
             Some((at, other)) if at == k => other.to_owned(),
@@ -222,7 +227,7 @@ mod tests {
     fn the_session_begins_with_the_fog() {
         let s = made(Some((11, "0.11,1e-4,2e-4,3e-4,1e-3,2e-3,0.1\n")), None).unwrap();
         assert_eq!((s.epochs(), s.counts.len(), s.reference.len()), (2, 200, 3));
-        // the first word ends 10 ms after the first FOG sample; right-forward-up turned
+        // the first increment ends 10 ms after the first FOG sample
         assert_eq!(s.counts[0].dtheta, [200_000, 100_000, -300_000]);
         assert_eq!(s.counts[0].dv, [200_000, 100_000, -10_000_000]);
         let (roll, pitch, heading) = crate::inertial::rotation::to_euler(&s.reference[0].q_bn);

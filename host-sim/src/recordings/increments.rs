@@ -1,8 +1,8 @@
-//! From what a file holds to words: rates with time stamps to increments of equal length, increments to counts.
+//! Resamples recorded rates or increments with time stamps to increments of equal length.
 
 use crate::inertial::sins::Increment;
 
-/// MotionIntegral integrals of rate and specific force.
+/// Integrals of angular rate and specific force up to each sample.
 #[derive(Debug, Clone, Default)]
 pub struct MotionIntegral {
     time: Vec<f64>,
@@ -10,7 +10,7 @@ pub struct MotionIntegral {
 }
 
 impl MotionIntegral {
-    /// Integrals of samples (rates in rad/s and m/s2 at their times, rising) by the trapezoidal rule.
+    /// Integrates `rates` (rad/s and m/s2) at the rising times `time` by the trapezoidal rule.
     #[must_use]
     pub fn of_rates(time: &[f64], rates: &[Increment]) -> Self {
         let mut sum = Increment::default();
@@ -29,32 +29,34 @@ impl MotionIntegral {
         }
     }
 
-    /// Sums of increments, each of which ends at its time (rising); the first is `lead` s long.
+    /// Sums `increments`, each of which ends at its time. Times rise; the first increment is `lead` s
+    /// long.
     #[must_use]
-    pub fn of_increments(time: &[f64], words: &[Increment], lead: f64) -> Self {
+    pub fn of_increments(time: &[f64], increments: &[Increment], lead: f64) -> Self {
         let mut sum = Increment::default();
         let first = time.first().map_or(0.0, |t| t - lead);
         let mut out = Self {
             time: vec![first],
             sum: vec![sum],
         };
-        for (t, word) in time.iter().zip(words) {
-            sum.dtheta += word.dtheta;
-            sum.dv += word.dv;
+        for (t, increment) in time.iter().zip(increments) {
+            sum.dtheta += increment.dtheta;
+            sum.dv += increment.dv;
             out.time.push(*t);
             out.sum.push(sum);
         }
         out
     }
 
-    /// First and last time; needs two samples.
+    /// First and last time. There must be at least two samples.
     #[must_use]
     pub fn span(&self) -> (f64, f64) {
         (self.time[0], self.time[self.time.len() - 1])
     }
 
-    /// `count` increments of length `dt` from time `from` on. Between two samples the rate is taken as constant, so that nothing is lost
-    /// or counted twice whatever the jitter; beyond the ends nothing moves.
+    /// `count` increments of length `dt` from time `from` on. The rate between two samples is taken
+    /// as constant, so no motion is lost or counted twice however uneven the times are. Before the
+    /// first and after the last sample there is no motion.
     #[must_use]
     pub fn increments(&self, from: f64, dt: f64, count: usize) -> Vec<Increment> {
         let mut k = 0;
@@ -62,17 +64,17 @@ impl MotionIntegral {
         (1..=count)
             .map(|n| {
                 let now = self.at(from + n as f64 * dt, &mut k);
-                let word = Increment {
+                let increment = Increment {
                     dtheta: now.dtheta - before.dtheta,
                     dv: now.dv - before.dv,
                 };
                 before = now;
-                word
+                increment
             })
             .collect()
     }
 
-    /// Integrals at `t`; `k` is the interval to begin searching at.
+    /// Integrals at `t`. The search begins at interval `k` and leaves there the interval found.
     fn at(&self, t: f64, k: &mut usize) -> Increment {
         while *k + 2 < self.time.len() && self.time[*k + 1] <= t {
             *k += 1;
@@ -95,24 +97,24 @@ mod tests {
     #[test]
     fn increments_at_even_times_come_out_as_they_went_in() {
         let time: Vec<f64> = (1..=300).map(|k| 1000.0 + 0.005 * f64::from(k)).collect();
-        let words: Vec<Increment> = (0..300)
+        let increments: Vec<Increment> = (0..300)
             .map(|k| Increment {
                 dtheta: Vector3::repeat(1e-6 * f64::from(k)),
                 dv: Vector3::repeat(-0.05),
             })
             .collect();
-        let running = MotionIntegral::of_increments(&time, &words, 0.005);
+        let running = MotionIntegral::of_increments(&time, &increments, 0.005);
         assert_eq!(running.span(), (1000.0, 1001.5));
         let got = running.increments(1000.5, 0.005, 200);
-        for (g, w) in got.iter().zip(&words[100..]) {
-            // a time stamp of 1000 s has 1e-13 s of rounding, 2e-11 of a word
+        for (g, w) in got.iter().zip(&increments[100..]) {
+            // a time stamp of 1000 s is rounded to 1e-13 s, 2e-11 of an increment
             assert!((g.dtheta - w.dtheta).norm() < 1e-13 && (g.dv - w.dv).norm() < 1e-10);
         }
     }
 
     #[test]
-    fn jitter_moves_motion_between_words_and_loses_none() {
-        // angle = t^2: rate 2t, sampled at uneven times; the trapezoid is exact for it
+    fn jitter_moves_motion_between_increments_and_loses_none() {
+        // angle t^2, so rate 2t, sampled at uneven times; the trapezoidal rule is exact for it
         let time: Vec<f64> = (0..200)
             .map(|k| 0.01 * f64::from(k) + 0.002 * f64::from(k % 3))
             .collect();
@@ -123,13 +125,13 @@ mod tests {
                 dv: Vector3::repeat(1.0),
             })
             .collect();
-        let words = MotionIntegral::of_rates(&time, &rates).increments(0.5, 0.01, 100);
+        let increments = MotionIntegral::of_rates(&time, &rates).increments(0.5, 0.01, 100);
         let (mut angle, mut v) = (0.0, 0.0);
-        for (k, w) in words.iter().enumerate() {
+        for (k, w) in increments.iter().enumerate() {
             angle += w.dtheta.x;
             v += w.dv.x;
             let t = 0.5 + 0.01 * (k + 1) as f64;
-            // constant rate between samples 12 ms apart at most: the sum is off by less than rate' * 0.012^2 / 8
+            // at most 12 ms apart: a constant rate errs by less than rate' * 0.012^2 / 8
             assert!((angle - (t * t - 0.25)).abs() < 1e-4, "{k}");
         }
         assert!((v - 1.0).abs() < 1e-12);

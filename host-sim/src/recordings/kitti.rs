@@ -1,10 +1,12 @@
-//! Road drives of KITTI raw (OXTS RT3003): rates and specific force, forward-left-up, with the unit's own solution as reference.
+//! Road drives of KITTI raw, recorded with an OXTS RT3003: angular rate and specific force in
+//! forward-left-up, with the solution of the RT3003 as reference.
 //!
-//! The CSV files come from mkutay/nn-dead-reckoning and are CC BY-NC-SA 3.0, so they stay out of this repository. Positions are east,
-//! north, up in metres from the first sample; attitude is roll, pitch (nose down positive) and yaw counter-clockwise from east. The
-//! time stamps are nearly 10 ms apart; a few, on which the recorder stalled, are 60 ms late and go back afterwards: those are put between
-//! their neighbours, all others are used as they are. Residual accelerations look like noise of the reference, so these drives are good
-//! for mechanisation and loader and say little about learning.
+//! The CSV files come from mkutay/nn-dead-reckoning and are CC BY-NC-SA 3.0, so they stay out of this
+//! repository. Positions are east, north, up in metres from the first sample. Attitude is roll, pitch
+//! (positive nose down) and yaw counter-clockwise from east. Time stamps are about 10 ms apart. When
+//! the recorder stalled, a few of them are 60 ms late; these are moved between their neighbours, and
+//! all others are used as they are. The remaining accelerations look like noise of the reference, so
+//! these drives test mechanisation and loader but say little about learning.
 
 use crate::error::Error;
 use crate::inertial::counts::{FINE_LSB, quantise};
@@ -26,18 +28,19 @@ use std::path::Path;
 pub const HEADER: &str = "time_s,wx_radps,wy_radps,wz_radps,fx_mps2,fy_mps2,fz_mps2,east_m,north_m,up_m,ve_mps,vn_mps,vu_mps,\
 roll_rad,pitch_rad,yaw_ccw_from_east_rad";
 
-/// The drives: number, and samples at the start to leave out (0020 begins with a hole of 1.7 s).
+/// The drives: number, and how many samples to skip. Drive 0020 begins with a gap of 1.7 s.
 pub const DRIVES: [(&str, usize); 4] = [("0020", 2), ("0027", 0), ("0033", 0), ("0034", 0)];
 
-/// Nominal word period, s.
+/// Nominal sample period, s.
 const DT: f64 = 0.01;
-/// A stamp so far off its neighbours' course is the recorder's, not the sensor's, s.
+/// A time stamp that departs by more than this from its neighbours is the recorder's fault, s.
 const STALLED: f64 = 0.02;
-/// Neighbours either side that set the course.
-const COURSE: usize = 25;
-/// Karlsruhe; the files do not say where they were taken more exactly. 0.1 deg of latitude changes gravity by 9 ug.
+/// Neighbours on either side that a time stamp is compared with.
+const NEIGHBOURS: usize = 25;
+/// Latitude and longitude, deg, and height, m, of Karlsruhe. The files do not give a more exact
+/// place. 0.1 deg of latitude changes gravity by 9 ug.
 const HOME: [f64; 3] = [49.0, 8.4, 110.0];
-/// The reference as fixes (assumed).
+/// Standard deviations of the reference as fixes (assumed): m, then m/s.
 pub const SIGMAS: [f64; 6] = [0.1, 0.1, 0.2, 0.05, 0.05, 0.05];
 
 /// Reads a drive without its first `skip` samples. Counts are of [`FINE_LSB`] value.
@@ -53,7 +56,7 @@ pub fn session(file: &Path, skip: usize) -> Result<Session, Error> {
     let time = straightened(&stamps);
     if let Some(k) = (1..time.len()).find(|&k| !(1e-4..5.0 * DT).contains(&(time[k] - time[k - 1])))
     {
-        let remedy = "give samples 10 ms apart, or leave out those before a hole";
+        let remedy = "give samples 10 ms apart, or skip those before a gap";
         return Err(table.complain(skip + k, 0, "not 10 ms after the sample before", remedy));
     }
     let first = time.first().copied().unwrap_or_default();
@@ -69,8 +72,9 @@ pub fn session(file: &Path, skip: usize) -> Result<Session, Error> {
     let rates: Vec<Increment> = table.rows().skip(skip).map(sample).collect();
     let states: Vec<NavState> = table.rows().skip(skip).map(state).collect();
     let per_epoch = (EPOCH_S / DT).round() as usize;
-    let words = MotionIntegral::of_rates(&time, &rates).increments(first, DT, epochs * per_epoch);
-    let counts = quantise(&words, &FINE_LSB)
+    let increments =
+        MotionIntegral::of_rates(&time, &rates).increments(first, DT, epochs * per_epoch);
+    let counts = quantise(&increments, &FINE_LSB)
         .map_err(|k| table.complain(skip + k, 1, "out of range", rate))?;
     let track = Track::new(time, states);
     let reference: Vec<NavState> = (0..=epochs)
@@ -79,19 +83,20 @@ pub fn session(file: &Path, skip: usize) -> Result<Session, Error> {
     Ok(referenced(DT, (counts, FINE_LSB), reference, SIGMAS))
 }
 
-/// Stamps with those that the recorder displaced put where the course of their neighbours has them: the median, over the neighbours, of
-/// how far a stamp is from its place on an even grid.
+/// Time stamps, of which those that the recorder displaced are moved to where their neighbours put
+/// them: each stamp lags an even grid, and the median lag of the neighbours is taken.
 fn straightened(stamps: &[f64]) -> Vec<f64> {
     let lag: Vec<f64> = (0..stamps.len())
         .map(|k| stamps[k] - k as f64 * DT)
         .collect();
-    let course = |k: usize| {
-        let mut near = lag[k.saturating_sub(COURSE)..(k + COURSE + 1).min(lag.len())].to_vec();
+    let median_lag = |k: usize| {
+        let mut near =
+            lag[k.saturating_sub(NEIGHBOURS)..(k + NEIGHBOURS + 1).min(lag.len())].to_vec();
         near.sort_by(f64::total_cmp);
         near[near.len() / 2]
     };
     let place = |k: usize| {
-        let even = k as f64 * DT + course(k);
+        let even = k as f64 * DT + median_lag(k);
         if (stamps[k] - even).abs() > STALLED {
             even
         } else {
@@ -126,9 +131,9 @@ fn state(row: &[f64]) -> NavState {
 mod tests {
     use super::*;
     use crate::inertial::free_inertial::free_inertial;
-    use crate::recordings::table::tests::{file, message};
+    use crate::recordings::testing::{file, message};
 
-    /// A drive of `n` samples on the road east at 10 m/s, with one line changed.
+    /// A drive of `n` samples to the east at 10 m/s, with one line changed.
     fn drive(n: usize, change: Option<(usize, &str)>) -> String {
         let mut text = format!("{HEADER}\n");
         for k in 0..n {
@@ -141,7 +146,7 @@ mod tests {
     }
 
     #[test]
-    fn axes_and_attitude_are_turned_to_ours() {
+    fn axes_and_attitude_are_turned_to_forward_right_down() {
         let row = [
             0.0, 0.1, 0.2, 0.3, 1.0, 2.0, 3.0, 5.0, 7.0, 9.0, 0.5, 0.7, 0.9, 0.01, 0.02, 0.3,
         ];
@@ -150,7 +155,7 @@ mod tests {
         assert_eq!(s.dv, Vector3::new(1.0, -2.0, -3.0));
         let nav = state(&row);
         assert_eq!(nav.velocity, Vector3::new(0.7, 0.5, -0.9));
-        // body forward axis of the file: yaw from east, pitch nose down
+        // forward axis of the body: yaw from east, pitch nose down
         let forward = nav.q_bn * Vector3::x();
         let (sy, cy) = 0.3f64.sin_cos();
         let (sp, cp) = 0.02f64.sin_cos();
@@ -161,7 +166,7 @@ mod tests {
     }
 
     #[test]
-    fn stalled_stamps_are_put_back_and_holes_refused() {
+    fn late_stamps_are_moved_back_and_gaps_refused() {
         let late = "1.0600,0,0,0,0,0,9.81,10,0,0,10,0,0,0,0,0";
         let (_dir, path) = file("in.csv", drive(301, Some((100, late))).as_bytes());
         let got = session(&path, 0).unwrap();
@@ -169,16 +174,16 @@ mod tests {
             (got.epochs(), got.counts.len(), got.reference.len()),
             (3, 300, 4)
         );
-        // a coast over 3 s of level road: only Coriolis and the file's rounded gravity are left
+        // 3 s of free inertial on a level road: only Coriolis and the rounded gravity remain
         assert!(free_inertial(&got).position[3].xy().norm() < 0.05);
         let text = drive(301, None);
-        let hole: String = text
+        let gap: String = text
             .lines()
             .enumerate()
             .filter(|(k, _)| !(150..160).contains(k))
             .map(|(_, l)| format!("{l}\n"))
             .collect();
-        let (_dir, path) = file("in.csv", hole.as_bytes());
+        let (_dir, path) = file("in.csv", gap.as_bytes());
         let why = message(&session(&path, 0).unwrap_err());
         assert!(
             why.starts_with(

@@ -1,34 +1,38 @@
-//! Loader of the recorded laser-gyro IMU: a header line, then six integer pulse counts every 10 ms, plain or gzipped.
+//! The recorded laser-gyro IMU: a header line, then six integer pulse counts every 10 ms.
 //!
-//! The recording is `data/lasergyro.imu` of asenlinmu/psins in CSV form; its licence keeps it out of this repository.
+//! The recording is `data/lasergyro.imu` of asenlinmu/psins in CSV form. Its licence keeps it out
+//! of this repository.
 
-use crate::error::{Error, excerpt};
+use super::table::{Cell, Table};
+use crate::error::Error;
 use std::path::{Path, PathBuf};
 
-/// The header line, which is also the order of the columns.
+/// The header line: the columns in their order.
 pub const HEADER: &str =
     "gyro_x_pulses,gyro_y_pulses,gyro_z_pulses,accel_x_pulses,accel_y_pulses,accel_z_pulses";
 /// Sample rate, Hz.
 pub const RATE_HZ: f64 = 100.0;
-/// One gyro pulse: 0.1 arc seconds, in rad.
+/// One gyro pulse, 0.1 arcsec, in rad.
 pub const GYRO_LSB_RAD: f64 = 0.1 / 3600.0 * std::f64::consts::PI / 180.0;
-/// One accelerometer pulse: 125 ug s with the recording's own g = 9.780327 m/s2 (normal gravity on the equator), in m/s.
+/// One accelerometer pulse, 125 ug s, in m/s. The recording counts in g = 9.780327 m/s2, normal
+/// gravity on the equator.
 pub const ACCEL_LSB_MPS: f64 = 125e-6 * 9.780_327;
 
-/// A recording in pulses, in the axes of the file: right, forward, up.
+/// A recording in pulses, in the axes of the file: right, forward, up. It has no gaps.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Recording {
-    /// Samples a second, without gaps.
+    /// Samples per second.
     pub rate_hz: f64,
     /// Rotation of one gyro pulse, rad.
     pub gyro_lsb_rad: f64,
     /// Velocity increment of one accelerometer pulse, m/s.
     pub accel_lsb_mps: f64,
-    /// Pulses of each sample interval: gyro x, y, z, accelerometer x, y, z.
+    /// Pulses of each sample: gyro x, y, z, then accelerometer x, y, z.
     pub pulses: Vec<[i32; 6]>,
 }
 
-/// Folder with recorded data: `LRNN_DATA` if set, else `../shared/data` beside the project; `None` where there is none.
+/// Folder with recorded data: `LRNN_DATA` if it is set, else `../shared/data` beside the project.
+/// `None` if that folder does not exist.
 #[must_use]
 pub fn data_dir() -> Option<PathBuf> {
     let beside = || Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/data");
@@ -36,92 +40,33 @@ pub fn data_dir() -> Option<PathBuf> {
     folder.is_dir().then_some(folder)
 }
 
-/// Reads a recording; gzip is told by its first two bytes, whatever the file is called.
+/// Reads a recording, plain or gzipped.
 ///
 /// # Errors
 /// Any fault of the file, with line and column; see the variants of [`Error`].
 pub fn load(file: &Path) -> Result<Recording, Error> {
-    let text = crate::recordings::read::read(file)?;
-    let pulses = parse(file, &text)?;
+    let table = Table::<i32>::with_header(file, HEADER)?;
+    let sample = |row: &[i32]| std::array::from_fn(|column| row[column]);
     Ok(Recording {
         rate_hz: RATE_HZ,
         gyro_lsb_rad: GYRO_LSB_RAD,
         accel_lsb_mps: ACCEL_LSB_MPS,
-        pulses,
+        pulses: table.rows().map(sample).collect(),
     })
 }
 
-fn parse(file: &Path, text: &[u8]) -> Result<Vec<[i32; 6]>, Error> {
-    let empty = |found| Error::Empty {
-        file: file.to_path_buf(),
-        found,
-        expected: HEADER.to_owned(),
-    };
-    let text = text.strip_prefix(b"\xef\xbb\xbf").unwrap_or(text); // byte order mark of some spreadsheets
-    let text = text.strip_suffix(b"\n").unwrap_or(text);
-    if text.trim_ascii().is_empty() {
-        return Err(empty("is empty"));
-    }
-    let mut lines = text
-        .split(|&byte| byte == b'\n')
-        .map(|line| line.strip_suffix(b"\r").unwrap_or(line));
-    let header = lines.next().unwrap_or_default();
-    if header != HEADER.as_bytes() {
-        let found = excerpt(&String::from_utf8_lossy(header));
-        return Err(Error::Header {
-            file: file.to_path_buf(),
-            found,
-            expected: HEADER.to_owned(),
-        });
-    }
-    let pulses: Vec<[i32; 6]> = (2..)
-        .zip(lines)
-        .map(|(number, line)| parse_line(file, number, line))
-        .collect::<Result<_, _>>()?;
-    if pulses.is_empty() {
-        Err(empty("has a header and no data"))
-    } else {
-        Ok(pulses)
+impl Cell for i32 {
+    const REMEDY: &str = "give whole pulses, at most 2147483647 either way";
+
+    fn parse(text: &str) -> Result<Self, &'static str> {
+        text.parse().map_err(|_| fault(text))
     }
 }
 
-fn parse_line(file: &Path, number: usize, line: &[u8]) -> Result<[i32; 6], Error> {
-    let commas = line.iter().filter(|&&byte| byte == b',').count();
-    let found = if line.trim_ascii().is_empty() {
-        0
-    } else {
-        commas + 1
-    };
-    let mut word = [0; 6];
-    if found != word.len() {
-        return Err(wrong_count(file, number, found));
-    }
-    for (column, (pulses, text)) in word
-        .iter_mut()
-        .zip(line.split(|&byte| byte == b','))
-        .enumerate()
-    {
-        let text = std::str::from_utf8(text.trim_ascii()).unwrap_or("\u{fffd}");
-        *pulses = text
-            .parse()
-            .map_err(|_| bad_pulses(file, number, column, text))?;
-    }
-    Ok(word)
-}
-
-fn wrong_count(file: &Path, line: usize, found: usize) -> Error {
-    Error::ColumnCount {
-        file: file.to_path_buf(),
-        line,
-        found,
-        expected: 6,
-        columns: HEADER.to_owned(),
-    }
-}
-
-fn bad_pulses(file: &Path, line: usize, column: usize, text: &str) -> Error {
+/// What `text` is, which is not a number of pulses.
+fn fault(text: &str) -> &'static str {
     let digits = text.trim_start_matches(['+', '-']);
-    let fault = match text.parse::<f64>() {
+    match text.parse::<f64>() {
         Ok(number) if !number.is_finite() && !digits.starts_with(|c: char| c.is_ascii_digit()) => {
             "not finite"
         }
@@ -129,14 +74,6 @@ fn bad_pulses(file: &Path, line: usize, column: usize, text: &str) -> Error {
         Ok(_) => "not an integer",
         Err(_) if text.is_empty() => "missing",
         Err(_) => "not a number",
-    };
-    Error::Value {
-        file: file.to_path_buf(),
-        line,
-        field: HEADER.split(',').nth(column).unwrap_or_default().to_owned(),
-        text: excerpt(text),
-        fault,
-        remedy: "give whole pulses, at most 2147483647 either way".to_owned(),
     }
 }
 

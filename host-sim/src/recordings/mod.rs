@@ -1,6 +1,7 @@
 //! Recorded data: the file formats, their axes and tracks, and the sessions made of them.
 
 pub mod axes;
+pub(crate) mod columns;
 pub mod fog_mems;
 pub mod generic;
 pub mod increments;
@@ -12,6 +13,8 @@ pub mod read;
 pub mod record;
 pub(crate) mod session;
 pub(crate) mod table;
+#[cfg(test)]
+pub(crate) mod testing;
 pub mod track;
 
 pub use lasergyro::{ACCEL_LSB_MPS, GYRO_LSB_RAD, HEADER, RATE_HZ, Recording, data_dir, load};

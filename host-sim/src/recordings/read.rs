@@ -1,11 +1,11 @@
-//! Reading recorded data: the whole file, unpacked where it is gzipped.
+//! Reads whole files and unpacks those that are gzipped.
 
 use crate::error::Error;
 use flate2::read::MultiGzDecoder;
 use std::io::Read;
 use std::path::Path;
 
-/// All bytes of a file; gzip is told by its first two bytes, whatever the file is called.
+/// All bytes of a file. The first two bytes tell gzip, so the name of the file does not matter.
 ///
 /// # Errors
 /// [`Error::Missing`], [`Error::Unreadable`], [`Error::DamagedGzip`].

@@ -1,5 +1,6 @@
-//! A recording as its files hold it: time stamps, samples and fixes to the bit, before anything is put on an even grid. This is what
-//! formats are converted through; [`Record::session`] makes of it what the experiments use.
+//! A recording as its files hold it: time stamps, samples and fixes to the last bit, before they are
+//! resampled. `convert` translates between formats through it, and [`Record::session`] makes it the
+//! session of an experiment.
 
 use crate::error::Error;
 use crate::inertial::earth::Geodetic;
@@ -12,19 +13,19 @@ use crate::recordings::track::Track;
 use nalgebra::{UnitQuaternion, Vector3};
 use std::path::PathBuf;
 
-/// Whether samples are rates at their times or increments that end there.
+/// What samples are.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kind {
-    /// rad/s and m/s2.
+    /// Rates at their times, rad/s and m/s2.
     Rate,
-    /// rad and m/s.
+    /// Increments that end at their times, rad and m/s.
     Increment,
 }
 
 /// A fix with its time.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TimedFix {
-    /// Time of the IMU's clock, s.
+    /// Time on the IMU's clock, s.
     pub time: f64,
     /// Latitude, deg.
     pub lat_deg: f64,
@@ -32,35 +33,36 @@ pub struct TimedFix {
     pub lon_deg: f64,
     /// Height above the ellipsoid, m.
     pub height_m: f64,
-    /// North, east, down, m/s, if it was measured.
+    /// Velocity north, east, down, m/s, if the receiver measures it.
     pub velocity: Option<[f64; 3]>,
-    /// Standard deviations: north, east, down, m, then m/s (without meaning when there is no velocity).
+    /// Standard deviations north, east, down: of position, m, then of velocity, m/s. The latter mean
+    /// nothing without a velocity.
     pub sigmas: [f64; 6],
 }
 
-/// See the module.
+/// A recording as its files hold it.
 #[derive(Debug, Clone)]
 pub struct Record {
-    /// File to name in complaints.
+    /// File named in errors.
     pub file: PathBuf,
     /// Times of the samples, s, rising.
     pub time: Vec<f64>,
     /// Samples, body axes forward-right-down.
     pub samples: Vec<Increment>,
-    /// What they are.
+    /// What the samples are.
     pub kind: Kind,
-    /// Words a second, the nearest whole number.
+    /// Samples per second, to the nearest whole number.
     pub rate_hz: usize,
-    /// Fixes, times rising; one alone is the site of a vehicle at rest.
+    /// Fixes at rising times. A single one is the site of a vehicle at rest.
     pub fixes: Vec<TimedFix>,
-    /// How navigation can begin, if that is known.
+    /// Attitude at the first fix, if it is known.
     pub initial_attitude: Option<InitialAttitude>,
 }
 
 impl Record {
-    /// A simulated or replayed session as it would have been recorded, from time 0 on.
+    /// A session as it would have been recorded, from time 0 on.
     #[must_use]
-    pub fn of(session: &Session) -> Self {
+    pub fn from_session(session: &Session) -> Self {
         let fix = |(k, f): (usize, &crate::inertial::gnss::Fix)| TimedFix {
             time: k as f64 * EPOCH_S,
             lat_deg: f.position.lat / DEG,
@@ -90,13 +92,14 @@ impl Record {
         }
     }
 
-    /// Increments with the times they end at. Rates are integrated by the trapezoidal rule, so their first sample begins the first one.
+    /// Increments and the times they end at. Rates are integrated by the trapezoidal rule, so the
+    /// first increment begins at the first sample.
     #[must_use]
     pub fn increments(&self) -> (&[f64], Vec<Increment>) {
         if self.kind == Kind::Increment {
             return (&self.time, self.samples.clone());
         }
-        let word = |k: usize| {
+        let increment = |k: usize| {
             let half = 0.5 * (self.time[k] - self.time[k - 1]);
             let (a, b) = (&self.samples[k - 1], &self.samples[k]);
             Increment {
@@ -106,14 +109,14 @@ impl Record {
         };
         (
             &self.time[1.min(self.time.len())..],
-            (1..self.time.len()).map(word).collect(),
+            (1..self.time.len()).map(increment).collect(),
         )
     }
 
     /// The session from the first fix within the motion on.
     ///
     /// # Errors
-    /// No beginning, no fix, or times that do not go together.
+    /// There is no initial attitude or no fix, or the times do not overlap.
     pub fn session(&self) -> Result<Session, Error> {
         let missing = |key: &str, problem: &str, remedy: &str| {
             crate::recordings::session::complain(&self.file, key, problem.to_owned(), remedy)
@@ -126,7 +129,7 @@ impl Record {
             let problem = "are not in the recording, nor a site";
             return Err(missing("fixes", problem, "give fixes or the site"));
         }
-        let running = match self.kind {
+        let motion = match self.kind {
             Kind::Rate => MotionIntegral::of_rates(&self.time, &self.samples),
             Kind::Increment => {
                 MotionIntegral::of_increments(&self.time, &self.samples, median_step(&self.time))
@@ -134,7 +137,7 @@ impl Record {
         };
         build(&Parts {
             file: self.file.clone(),
-            running,
+            motion,
             rate_hz: self.rate_hz,
             fixes: self.track(),
             sigmas: self.sigmas(),
@@ -180,7 +183,8 @@ impl Record {
         track
     }
 
-    /// Medians over the fixes; velocities that were not measured have a standard deviation that no filter listens to.
+    /// Standard deviations of the session: the medians over the fixes, and [`NOT_MEASURED`] for
+    /// velocities that are computed from positions.
     fn sigmas(&self) -> [f64; 6] {
         std::array::from_fn(|i| {
             if i >= 3 && !self.has_velocity() {
@@ -193,8 +197,8 @@ impl Record {
     }
 }
 
-/// Median time between samples; NaN for fewer than two.
-pub(super) fn median_step(time: &[f64]) -> f64 {
+/// Median time between samples, NaN for fewer than two.
+pub(crate) fn median_step(time: &[f64]) -> f64 {
     let mut steps: Vec<f64> = time.windows(2).map(|w| w[1] - w[0]).collect();
     steps.sort_by(f64::total_cmp);
     steps.get(steps.len() / 2).copied().unwrap_or(f64::NAN)
@@ -231,17 +235,20 @@ mod tests {
 
     #[test]
     fn rates_become_the_increments_of_a_trapezoid_and_increments_stay() {
-        let (rates, words) = (record(Kind::Rate, None), record(Kind::Increment, None));
+        let (rates, increments) = (record(Kind::Rate, None), record(Kind::Increment, None));
         let (time, made) = rates.increments();
         assert_eq!((time.len(), time[0]), (400, 0.01));
         assert!((made[9].dtheta.z - 0.01 * 0.0095).abs() < 1e-15);
-        let (time, same) = words.increments();
-        assert_eq!((time, same.len()), (&words.time[..], words.samples.len()));
-        assert_eq!(same[9].dtheta, words.samples[9].dtheta);
+        let (time, same) = increments.increments();
+        assert_eq!(
+            (time, same.len()),
+            (&increments.time[..], increments.samples.len())
+        );
+        assert_eq!(same[9].dtheta, increments.samples[9].dtheta);
     }
 
     #[test]
-    fn a_velocity_that_was_not_measured_weighs_nothing() {
+    fn a_velocity_that_was_not_measured_has_no_weight() {
         let without = record(Kind::Rate, None).session().unwrap();
         assert_eq!(without.sigmas, [3.0, 2.0, 3.0, 1e3, 1e3, 1e3]);
         assert!((without.fixes[2].velocity.x - 1.11).abs() < 0.01);
@@ -250,7 +257,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_missing_is_named() {
+    fn missing_parts_are_named() {
         let mut r = record(Kind::Rate, None);
         r.initial_attitude = None;
         let why = r.session().unwrap_err().to_string();

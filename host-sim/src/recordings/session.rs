@@ -1,4 +1,5 @@
-//! From increments, fixes and a beginning to a session: the part that all formats with time stamps share.
+//! Builds a session from increments, fixes and an initial attitude, for all formats with time
+//! stamps.
 
 use crate::error::Error;
 use crate::inertial::counts::{FINE_LSB, quantise};
@@ -11,38 +12,39 @@ use firmware::sample::{Counts, Lsb};
 use nalgebra::UnitQuaternion;
 use std::path::{Path, PathBuf};
 
-/// Longest time between two fixes that is bridged by a straight line, s.
+/// Longest time between two fixes that is interpolated, s.
 pub(super) const MOST_GAP_S: f64 = 2.5;
-/// Standard deviation of a velocity that was not measured but taken from positions: so large that no filter listens, m/s.
+/// Standard deviation of a velocity that is computed from positions instead of measured, m/s. It is
+/// so large that a filter gives the velocity no weight.
 pub(super) const NOT_MEASURED: f64 = 1e3;
 
-/// How navigation can begin.
+/// Where the attitude at the first epoch comes from.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum InitialAttitude {
-    /// The vehicle stands for so many seconds and is aligned.
+    /// Self-alignment while the vehicle stands for this many seconds.
     Standstill(usize),
-    /// The attitude at the first epoch is known.
+    /// The user gives it.
     Known(UnitQuaternion<f64>),
 }
 
-/// What a format's reader hands over.
+/// What the reader of a format gives.
 #[derive(Debug)]
 pub(super) struct Parts {
-    /// File to name in complaints.
+    /// File named in errors.
     pub(super) file: PathBuf,
     /// Motion, body axes forward-right-down.
-    pub(super) running: MotionIntegral,
-    /// Words a second.
+    pub(super) motion: MotionIntegral,
+    /// Samples per second of the session.
     pub(super) rate_hz: usize,
-    /// Fixes; attitudes do not count. One alone means a vehicle at rest.
+    /// Fixes, whose attitudes are not used. A single one means a vehicle at rest.
     pub(super) fixes: Track,
-    /// Their noise.
+    /// Standard deviations of the fixes: m, then m/s.
     pub(super) sigmas: [f64; 6],
-    /// Beginning.
+    /// Attitude at the first epoch.
     pub(super) initial_attitude: InitialAttitude,
 }
 
-/// A complaint about a whole file.
+/// An error about a whole file.
 pub(super) fn complain(file: &Path, key: &str, problem: String, remedy: &str) -> Error {
     Error::Scenario {
         file: file.to_path_buf(),
@@ -53,7 +55,7 @@ pub(super) fn complain(file: &Path, key: &str, problem: String, remedy: &str) ->
     }
 }
 
-/// A session whose reference is its own fixes, without a standstill.
+/// A session without a standstill, whose fixes are its reference states.
 pub(super) fn referenced(
     dt: f64,
     (counts, lsb): (Vec<Counts>, Lsb),
@@ -78,11 +80,11 @@ pub(super) fn referenced(
     }
 }
 
-/// The session from the first fix on that lies within the motion, in whole seconds. The reference is the fixes themselves; its attitude
-/// is the one of the beginning and means nothing later.
+/// The session from the first fix within the motion on, in whole seconds. Its reference states are
+/// the fixes. Their attitude is the initial attitude, which is only right at the first epoch.
 pub(super) fn build(parts: &Parts) -> Result<Session, Error> {
     let complain = |problem, remedy| complain(&parts.file, "time", problem, remedy);
-    let (t0, t1) = parts.running.span();
+    let (t0, t1) = parts.motion.span();
     let (begin, end) = match parts.fixes.span() {
         Some((f0, f1)) if f1 > f0 => (parts.fixes.first_from(t0), t1.min(f1)),
         _ => (t0, t1),
@@ -106,11 +108,11 @@ pub(super) fn build(parts: &Parts) -> Result<Session, Error> {
         InitialAttitude::Known(q) => (0, q),
     };
     let dt = EPOCH_S / parts.rate_hz as f64;
-    let words = parts.running.increments(begin, dt, epochs * parts.rate_hz);
-    let counts = quantise(&words, &FINE_LSB).map_err(|k| {
+    let increments = parts.motion.increments(begin, dt, epochs * parts.rate_hz);
+    let counts = quantise(&increments, &FINE_LSB).map_err(|k| {
         let t = begin + (k + 1) as f64 * dt;
         complain(
-            format!("{t:.3} s has a word of more than 2 rad or 20 m/s"),
+            format!("{t:.3} s has an increment of more than 2 rad or 20 m/s"),
             "check the units",
         )
     })?;

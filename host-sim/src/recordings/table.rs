@@ -1,13 +1,17 @@
-//! Tables of numbers from text files, plain or gzipped; every complaint names file, line and column.
+//! Tables of numbers from text files, plain or gzipped. Every error names file, line and column.
 
+use super::read::read;
 use crate::error::{Error, excerpt};
+use std::borrow::Cow;
+use std::fmt::Display;
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 
-/// What stands between the values of a line.
+/// What separates the values of a line. Blanks around a value do not count.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Separator {
-    /// One character; blanks around values do not count.
-    Char(char),
+pub(crate) enum Separator {
+    /// One ASCII character.
+    Char(u8),
     /// Any run of blanks and tabs.
     Blank,
     /// Any run of blanks, tabs and commas.
@@ -15,58 +19,82 @@ pub(super) enum Separator {
 }
 
 impl Separator {
-    /// The values of a line.
-    pub(super) fn split(self, line: &str) -> Vec<&str> {
+    /// The comma.
+    pub(crate) const COMMA: Self = Self::Char(b',');
+
+    /// Whether `byte` separates values as a blank does.
+    fn is_blank(self, byte: u8) -> bool {
         match self {
-            _ if line.trim().is_empty() => Vec::new(),
-            Self::Char(c) => line.split(c).map(str::trim).collect(),
-            Self::Blank => line.split_whitespace().collect(),
-            Self::BlankOrComma => line
-                .split(|c: char| c.is_whitespace() || c == ',')
-                .filter(|value| !value.is_empty())
-                .collect(),
+            Self::Char(_) => false,
+            Self::Blank => byte == b'\t',
+            Self::BlankOrComma => byte == b'\t' || byte == b',',
         }
     }
 }
 
-/// A file's whole text.
+/// A whole file.
 #[derive(Debug)]
-pub(super) struct Source {
+pub(crate) struct Source {
     /// Path as given.
-    pub(super) file: PathBuf,
-    text: String,
+    pub(crate) file: PathBuf,
+    separator: Separator,
+    /// Ends with a line feed unless it is empty.
+    bytes: Vec<u8>,
 }
 
 impl Source {
-    /// Reads a file; gzip is told by its first two bytes. Bytes that are no UTF-8 become replacement characters, which are no numbers.
-    pub(super) fn open(file: &Path) -> Result<Self, Error> {
-        let bytes = crate::recordings::read::read(file)?;
+    /// Reads a file. Bytes that are not UTF-8 become replacement characters, which are no numbers.
+    pub(crate) fn open(file: &Path, separator: Separator) -> Result<Self, Error> {
+        let mut bytes = read(file)?;
+        if bytes.last().is_some_and(|last| *last != b'\n') {
+            bytes.push(b'\n');
+        }
+        for byte in &mut bytes {
+            if separator.is_blank(*byte) {
+                *byte = b' ';
+            }
+        }
         Ok(Self {
             file: file.to_path_buf(),
-            text: String::from_utf8_lossy(&bytes).into_owned(),
+            separator,
+            bytes,
         })
     }
 
-    /// Lines with their numbers from 1; a line end at the end of the file starts no further line.
-    pub(super) fn lines(&self) -> impl Iterator<Item = (usize, &str)> {
-        let text = self.text.strip_prefix('\u{feff}').unwrap_or(&self.text); // byte order mark of some spreadsheets
-        text.lines().enumerate().map(|(k, line)| (k + 1, line))
+    fn lines(&self) -> Lines<'_> {
+        let delimiter = match self.separator {
+            Separator::Char(c) => c,
+            Separator::Blank | Separator::BlankOrComma => b' ',
+        };
+        let reader = csv::ReaderBuilder::new()
+            .delimiter(delimiter)
+            .terminator(csv::Terminator::Any(b'\n')) // a carriage return before it is trimmed
+            .has_headers(false)
+            .flexible(true)
+            .quoting(false) // numbers need no quotes, and a stray one must not join lines
+            .from_reader(&self.bytes[..]);
+        Lines {
+            reader,
+            record: csv::ByteRecord::new(),
+            next: 1,
+            runs: !matches!(self.separator, Separator::Char(_)),
+        }
     }
 
-    /// The names in the first line.
-    pub(super) fn header(
-        &self,
-        separator: Separator,
-        expected: &str,
-    ) -> Result<Vec<String>, Error> {
-        match self.lines().next() {
-            Some((_, line)) if !line.trim().is_empty() => Ok(separator
-                .split(line)
-                .iter()
-                .map(ToString::to_string)
-                .collect()),
-            _ => Err(self.empty("is empty", expected)),
+    /// The values on the first line.
+    pub(crate) fn first_line(&self) -> Vec<String> {
+        let mut lines = self.lines();
+        let (_, values) = lines.next().unwrap_or_default();
+        values.into_iter().map(Cow::into_owned).collect()
+    }
+
+    /// The names on the first line; `expected` tells the user what belongs there.
+    pub(crate) fn header(&self, expected: &str) -> Result<Vec<String>, Error> {
+        let names = self.first_line();
+        if names.is_empty() {
+            return Err(self.empty("is empty", expected));
         }
+        Ok(names)
     }
 
     fn empty(&self, found: &'static str, expected: &str) -> Error {
@@ -78,78 +106,149 @@ impl Source {
     }
 }
 
-/// Which columns of a file are read, in which order.
+/// Reads the lines of a file one by one.
+struct Lines<'a> {
+    reader: csv::Reader<&'a [u8]>,
+    record: csv::ByteRecord,
+    /// Number of the next line, from 1.
+    next: u64,
+    /// Whether a run of separators counts as one.
+    runs: bool,
+}
+
+impl Lines<'_> {
+    /// The next line's number and values. An empty line has no values.
+    fn next(&mut self) -> Option<(usize, Vec<Cow<'_, str>>)> {
+        // reading from memory does not fail
+        let more = self.reader.read_byte_record(&mut self.record).ok()?;
+        let line = self.next;
+        self.next = self.reader.position().line();
+        // the reader skips empty lines; they must be reported
+        let skipped = self.next > line + u64::from(more);
+        if !more && !skipped {
+            return None;
+        }
+        let runs = self.runs;
+        let mut values: Vec<_> = (self.record.iter())
+            .map(|value| String::from_utf8_lossy(value.trim_ascii()))
+            .filter(|value| !(runs && value.is_empty()))
+            .collect();
+        if skipped || (values.len() == 1 && values[0].is_empty()) {
+            values.clear();
+        }
+        Some((line as usize, values))
+    }
+}
+
+/// A number that a table can hold.
+pub(crate) trait Cell: Copy + Display {
+    /// What a user should write.
+    const REMEDY: &str;
+
+    /// The number in `text`, or what `text` is instead.
+    fn parse(text: &str) -> Result<Self, &'static str>;
+}
+
+impl Cell for f64 {
+    const REMEDY: &str = "give a decimal number, with a point and without unit";
+
+    fn parse(text: &str) -> Result<Self, &'static str> {
+        match text.parse::<Self>() {
+            Err(_) if text.is_empty() => Err("missing"),
+            Err(_) => Err("not a number"),
+            Ok(x) if !x.is_finite() => Err("not finite"),
+            Ok(x) => Ok(x),
+        }
+    }
+}
+
+/// Which columns of a file are read, and in which order.
 #[derive(Debug)]
-pub(super) struct Layout<'a> {
-    /// Separator of values.
-    pub(super) separator: Separator,
+pub(crate) struct Layout<'a, T = f64> {
     /// Lines before the data.
-    pub(super) skip: usize,
-    /// All columns of a line.
-    pub(super) names: &'a [String],
+    pub(crate) skip: usize,
+    /// Names of all columns of a line.
+    pub(crate) names: &'a [String],
     /// Positions in `names` of the columns wanted.
-    pub(super) wanted: &'a [usize],
-    /// Whether values may be missing; they read as NaN.
-    pub(super) gaps: bool,
+    pub(crate) wanted: &'a [usize],
+    /// What an empty value reads as; without it an empty value is an error.
+    pub(crate) gap: Option<T>,
 }
 
 /// Numbers by rows; columns in the order wanted.
 #[derive(Debug)]
-pub(super) struct Table {
+pub(crate) struct Table<T = f64> {
     /// Path as given.
-    pub(super) file: PathBuf,
+    pub(crate) file: PathBuf,
     names: Vec<String>,
-    values: Vec<f64>,
+    values: Vec<T>,
     first_line: usize,
 }
 
-impl Table {
+impl<T: Cell> Table<T> {
     /// Reads `source`.
-    pub(super) fn read(source: &Source, layout: &Layout<'_>) -> Result<Self, Error> {
-        let names: Vec<String> = layout
-            .wanted
-            .iter()
-            .map(|&c| layout.names[c].clone())
-            .collect();
+    pub(crate) fn read(source: &Source, layout: &Layout<'_, T>) -> Result<Self, Error> {
+        let wanted = layout.wanted.iter();
         let mut table = Self {
             file: source.file.clone(),
-            names,
+            names: wanted.map(|&c| layout.names[c].clone()).collect(),
             values: Vec::new(),
             first_line: layout.skip + 1,
         };
-        for (line, text) in source.lines().skip(layout.skip) {
-            let cells = layout.separator.split(text);
-            if cells.len() != layout.names.len() {
-                return Err(Error::ColumnCount {
-                    file: source.file.clone(),
-                    line,
-                    found: cells.len(),
-                    expected: layout.names.len(),
-                    columns: layout.names.join(","),
-                });
-            }
-            for (&column, name) in layout.wanted.iter().zip(&table.names) {
-                let value = number(cells[column], layout.gaps)
-                    .map_err(|fault| value_error(&source.file, line, name, cells[column], fault))?;
-                table.values.push(value);
+        let mut lines = source.lines();
+        while let Some((line, cells)) = lines.next() {
+            if line > layout.skip {
+                table.push(line, &cells, layout)?;
             }
         }
         if table.values.is_empty() {
-            let found = if layout.skip > 0 {
-                "has a header and no data"
-            } else {
-                "is empty"
+            let found = match layout.skip {
+                0 => "is empty",
+                _ => "has a header and no data",
             };
             return Err(source.empty(found, &layout.names.join(",")));
         }
         Ok(table)
     }
 
+    /// Adds the values wanted of a line.
+    fn push(
+        &mut self,
+        line: usize,
+        cells: &[Cow<'_, str>],
+        layout: &Layout<'_, T>,
+    ) -> Result<(), Error> {
+        if cells.len() != layout.names.len() {
+            return Err(Error::ColumnCount {
+                file: self.file.clone(),
+                line,
+                found: cells.len(),
+                expected: layout.names.len(),
+                columns: layout.names.join(","),
+            });
+        }
+        for (&column, name) in layout.wanted.iter().zip(&self.names) {
+            let text = &cells[column];
+            let value = match layout.gap {
+                Some(gap) if text.is_empty() => Ok(gap),
+                _ => T::parse(text),
+            };
+            self.values.push(value.map_err(|fault| Error::Value {
+                file: self.file.clone(),
+                line,
+                field: name.clone(),
+                text: excerpt(text),
+                fault,
+                remedy: T::REMEDY.to_owned(),
+            })?);
+        }
+        Ok(())
+    }
+
     /// Reads a comma-separated file whose first line is exactly `header`.
-    pub(super) fn with_header(file: &Path, header: &str) -> Result<Self, Error> {
-        let source = Source::open(file)?;
-        let comma = Separator::Char(',');
-        let names = source.header(comma, header)?;
+    pub(crate) fn with_header(file: &Path, header: &str) -> Result<Self, Error> {
+        let source = Source::open(file, Separator::COMMA)?;
+        let names = source.header(header)?;
         if names.join(",") != header {
             return Err(Error::Header {
                 file: file.to_path_buf(),
@@ -159,38 +258,32 @@ impl Table {
         }
         let wanted: Vec<usize> = (0..names.len()).collect();
         let layout = Layout {
-            separator: comma,
             skip: 1,
             names: &names,
             wanted: &wanted,
-            gaps: false,
+            gap: None,
         };
         Self::read(&source, &layout)
     }
 
     /// Number of rows.
-    pub(super) fn len(&self) -> usize {
+    pub(crate) fn len(&self) -> usize {
         self.values.len() / self.names.len()
     }
 
     /// Row `i`.
-    pub(super) fn row(&self, i: usize) -> &[f64] {
+    pub(crate) fn row(&self, i: usize) -> &[T] {
         let n = self.names.len();
         &self.values[i * n..(i + 1) * n]
     }
 
     /// All rows.
-    pub(super) fn rows(&self) -> impl DoubleEndedIterator<Item = &[f64]> + ExactSizeIterator {
+    pub(crate) fn rows(&self) -> std::slice::ChunksExact<'_, T> {
         self.values.chunks_exact(self.names.len())
     }
 
-    /// Line of row `i`.
-    pub(super) fn line(&self, i: usize) -> usize {
-        self.first_line + i
-    }
-
-    /// Complaint about a value.
-    pub(super) fn complain(
+    /// An error in the value at row `i` of `column`.
+    pub(crate) fn complain(
         &self,
         i: usize,
         column: usize,
@@ -199,22 +292,24 @@ impl Table {
     ) -> Error {
         Error::Value {
             file: self.file.clone(),
-            line: self.line(i),
+            line: self.first_line + i,
             field: self.names[column].clone(),
             text: self.row(i)[column].to_string(),
             fault,
             remedy: remedy.to_owned(),
         }
     }
+}
 
+impl Table {
     /// Checks that `column` rises on every line.
-    pub(super) fn check_rising(&self, column: usize) -> Result<(), Error> {
+    pub(crate) fn check_rising(&self, column: usize) -> Result<(), Error> {
         for i in 1..self.len() {
             let (before, now) = (self.row(i - 1)[column], self.row(i)[column]);
             if now <= before {
                 return Err(Error::TimeBack {
                     file: self.file.clone(),
-                    line: self.line(i),
+                    line: self.first_line + i,
                     field: self.names[column].clone(),
                     before,
                     now,
@@ -225,9 +320,9 @@ impl Table {
     }
 
     /// Checks that no value of the columns lies outside `-limit..=limit`.
-    pub(super) fn check_within(
+    pub(crate) fn check_within(
         &self,
-        columns: std::ops::Range<usize>,
+        columns: Range<usize>,
         limit: f64,
         remedy: &str,
     ) -> Result<(), Error> {
@@ -242,62 +337,15 @@ impl Table {
     }
 }
 
-fn number(text: &str, gaps: bool) -> Result<f64, &'static str> {
-    match text.parse::<f64>() {
-        Err(_) if text.is_empty() && gaps => Ok(f64::NAN),
-        Err(_) if text.is_empty() => Err("missing"),
-        Err(_) => Err("not a number"),
-        Ok(x) if !x.is_finite() => Err("not finite"),
-        Ok(x) => Ok(x),
-    }
-}
-
-fn value_error(file: &Path, line: usize, name: &str, text: &str, fault: &'static str) -> Error {
-    Error::Value {
-        file: file.to_path_buf(),
-        line,
-        field: name.to_owned(),
-        text: excerpt(text),
-        fault,
-        remedy: "give a decimal number, with a point and without unit".to_owned(),
-    }
-}
-
 #[cfg(test)]
-pub(crate) mod tests {
+mod tests {
     use super::*;
+    use crate::recordings::testing::{file, message};
     use std::io::Write;
-
-    /// A file called `name` with `bytes`, and the folder that keeps it alive.
-    pub(crate) fn file(name: &str, bytes: &[u8]) -> (tempfile::TempDir, PathBuf) {
-        let dir = tempfile::tempdir().unwrap();
-        let path = dir.path().join(name);
-        std::fs::write(&path, bytes).unwrap();
-        (dir, path)
-    }
-
-    /// A recorded file, if it is there; says that the test is skipped if not.
-    pub(crate) fn recorded(name: &str) -> Option<PathBuf> {
-        let path = crate::recordings::data_dir()
-            .map(|dir| dir.join(name))
-            .filter(|p| p.is_file());
-        if path.is_none() {
-            println!("skipped: no {name} in ../shared/data or LRNN_DATA");
-        }
-        path
-    }
-
-    /// The message from the file's name on; it must have a remedy.
-    pub(crate) fn message(error: &Error) -> String {
-        let text = error.to_string();
-        assert!(text.contains("; remedy: "), "{text}");
-        let start = text.find("/in.").map_or(0, |at| at + 1);
-        text[start..].to_owned()
-    }
 
     fn complaint(bytes: &[u8]) -> String {
         let (_dir, path) = file("in.csv", bytes);
-        message(&Table::with_header(&path, "t,x").unwrap_err())
+        message(&Table::<f64>::with_header(&path, "t,x").unwrap_err())
     }
 
     #[test]
@@ -315,7 +363,7 @@ pub(crate) mod tests {
             [b"\xef\xbb\xbf".as_slice(), &plain].concat(),
         ] {
             let (_dir, path) = file("in.csv", &bytes);
-            let table = Table::with_header(&path, "t,x").unwrap();
+            let table = Table::<f64>::with_header(&path, "t,x").unwrap();
             let rows: Vec<&[f64]> = table.rows().collect();
             assert_eq!(rows, [[0.5, -1e-3], [1.0, 2.0]]);
             table.check_rising(0).unwrap();
@@ -346,14 +394,14 @@ pub(crate) mod tests {
             let got = complaint(bytes);
             assert!(got.starts_with(start), "{got}");
         }
-        let missing = Table::with_header(Path::new("no/such.csv"), "t,x").unwrap_err();
+        let missing = Table::<f64>::with_header(Path::new("no/such.csv"), "t,x").unwrap_err();
         assert!(matches!(missing, Error::Missing { .. }));
     }
 
     #[test]
     fn time_must_rise_and_values_stay_in_range() {
         let (_dir, path) = file("in.csv", b"t,x\n1,2\n2,-9\n2,3\n");
-        let table = Table::with_header(&path, "t,x").unwrap();
+        let table = Table::<f64>::with_header(&path, "t,x").unwrap();
         let back = message(&table.check_rising(0).unwrap_err());
         assert!(
             back.starts_with("in.csv:4: column 't': time 2 follows 2"),

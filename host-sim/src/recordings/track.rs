@@ -1,9 +1,9 @@
-//! Navigation states at uneven times, read at any time in between.
+//! Navigation states at uneven times, and interpolation between them.
 
 use crate::inertial::earth::Geodetic;
 use crate::inertial::sins::NavState;
 
-/// States with rising times, at least one.
+/// States at rising times, at least one.
 #[derive(Debug, Clone, Default)]
 pub struct Track {
     time: Vec<f64>,
@@ -11,27 +11,28 @@ pub struct Track {
 }
 
 impl Track {
-    /// Times must rise; both lists have the same length.
+    /// A track of `states` at `time`. Times must rise, and both lists must have the same length.
     #[must_use]
     pub fn new(time: Vec<f64>, states: Vec<NavState>) -> Self {
         debug_assert!(time.len() == states.len() && time.is_sorted());
         Self { time, states }
     }
 
-    /// First and last time; `None` when there is no state.
+    /// First and last time, if there is a state.
     #[must_use]
     pub fn span(&self) -> Option<(f64, f64)> {
         Some((*self.time.first()?, *self.time.last()?))
     }
 
-    /// Time of the first state at `t` or later; the last one's if there is none.
+    /// Time of the first state at `t` or later, else of the last state.
     #[must_use]
     pub fn first_from(&self, t: f64) -> f64 {
         let k = self.time.partition_point(|x| *x < t - 1e-6);
         self.time[k.min(self.time.len() - 1)]
     }
 
-    /// State at `t` between its neighbours: position and velocity straight, attitude the short way round. Beyond the ends the end holds.
+    /// State at `t`, interpolated between its neighbours: position and velocity linearly, attitude
+    /// along the shortest rotation. Before the first and after the last state that state is held.
     #[must_use]
     pub fn at(&self, t: f64) -> NavState {
         let next = self.time.partition_point(|x| *x < t);
@@ -53,7 +54,8 @@ impl Track {
         }
     }
 
-    /// The first gap longer than `most` that begins before `until`: its index (of the state after it) and length.
+    /// The first gap longer than `most` that begins before `until`: index of the state after it,
+    /// and its length.
     #[must_use]
     pub fn gap(&self, most: f64, until: f64) -> Option<(usize, f64)> {
         let steps = self.time.windows(2).enumerate();
@@ -63,7 +65,8 @@ impl Track {
         steps.into_iter().find_map(long)
     }
 
-    /// Velocities from the neighbours' positions, for receivers that give none. The ends take that of their only neighbour.
+    /// Computes velocities from the positions of the neighbours, for receivers that measure none.
+    /// The first and the last state use their only neighbour.
     pub fn differentiate(&mut self) {
         let last = self.states.len() - 1;
         let velocity = |k: usize| {
@@ -103,7 +106,7 @@ mod tests {
     }
 
     #[test]
-    fn between_states_all_parts_move_and_beyond_them_nothing() {
+    fn states_are_interpolated_and_held_beyond_the_ends() {
         // heading crosses south, where a plain mean of angles would point north
         let track = Track::new(
             vec![1.0, 2.0, 5.0],

@@ -14,11 +14,15 @@ use super::deviation::LEAST_SAMPLES;
 use super::{Kind, Series};
 use crate::error::{Error, excerpt};
 use crate::inertial::units::{DEG, DEG_PER_H, G0, UG};
+use crate::recordings::record::median_step;
+use crate::recordings::table::{Layout, Separator, Source, Table};
 use crate::recordings::{ACCEL_LSB_MPS, GYRO_LSB_RAD, RATE_HZ};
 use std::path::Path;
 
 /// A header we know, for messages.
 const EXAMPLE: &str = "t_s,dtheta_x_rad,dtheta_y_rad,dtheta_z_rad,dv_x_mps,dv_y_mps,dv_z_mps";
+/// Columns of the time.
+const TIMES: [&str; 2] = ["t_s", "time_s"];
 /// A step of the time that differs by more than this part from the usual one is a gap.
 const GAP: f64 = 0.5;
 
@@ -49,37 +53,64 @@ struct Sensor {
 /// # Errors
 /// Any fault of the file, with line and column; a column that is not there; no way to know the sample rate; too few samples.
 pub fn load(file: &Path, choice: &Choice) -> Result<Vec<Series>, Error> {
-    let bytes = crate::recordings::read::read(file)?;
-    let table = Table::parse(file, &bytes, choice)?;
-    let rate_hz = table.rate(choice)?;
-    let samples = table.values.first().map_or(0, Vec::len);
-    if samples < LEAST_SAMPLES {
-        return Err(Error::Option {
-            option: file.display().to_string(),
-            problem: format!("holds {samples} samples, too few for an Allan deviation"),
-            remedy: format!(
-                "give a recording at rest of at least {LEAST_SAMPLES} samples, better of hours"
-            ),
-        });
+    let source = Source::open(file, Separator::COMMA)?;
+    let names = source.header(EXAMPLE)?;
+    let sensors = choose(file, &names, choice)?;
+    let times = names.iter().position(|name| TIMES.contains(&&**name));
+    let times = times.filter(|_| choice.rate_hz.is_none());
+    let wanted: Vec<usize> = sensors.iter().map(|s| s.place).chain(times).collect();
+    let layout = Layout {
+        skip: 1,
+        names: &names,
+        wanted: &wanted,
+        gap: None,
+    };
+    let table = Table::read(&source, &layout)?;
+    let pulses = sensors.iter().all(|sensor| sensor.pulses);
+    let rate_hz = match (choice.rate_hz, times) {
+        (Some(rate), _) => rate,
+        (None, Some(_)) => rate_of_times(&table, sensors.len())?,
+        (None, None) if pulses => RATE_HZ,
+        (None, None) => return Err(no_rate(file)),
+    };
+    if table.len() < LEAST_SAMPLES {
+        return Err(too_short(file, table.len()));
     }
-    let series = table
-        .sensors
-        .iter()
-        .zip(table.values)
-        .map(|(sensor, values)| {
-            let scale = if sensor.increment {
-                sensor.scale
-            } else {
-                sensor.scale / rate_hz
-            };
-            Series {
-                column: sensor.name.clone(),
-                kind: sensor.kind,
-                rate_hz,
-                increments: values.into_iter().map(|value| value * scale).collect(),
-            }
-        });
+    let series = sensors.iter().enumerate().map(|(column, sensor)| {
+        let scale = if sensor.increment {
+            sensor.scale
+        } else {
+            sensor.scale / rate_hz
+        };
+        Series {
+            column: sensor.name.clone(),
+            kind: sensor.kind,
+            rate_hz,
+            increments: table.rows().map(|row| row[column] * scale).collect(),
+        }
+    });
     Ok(series.collect())
+}
+
+fn no_rate(file: &Path) -> Error {
+    Error::Option {
+        option: "--rate".to_owned(),
+        problem: format!(
+            "{} has no column 't_s' or 'time_s' to tell the sample rate",
+            file.display()
+        ),
+        remedy: "give the samples per second, for example --rate 200".to_owned(),
+    }
+}
+
+fn too_short(file: &Path, samples: usize) -> Error {
+    Error::Option {
+        option: file.display().to_string(),
+        problem: format!("holds {samples} samples, too few for an Allan deviation"),
+        remedy: format!(
+            "give a recording at rest of at least {LEAST_SAMPLES} samples, better of hours"
+        ),
+    }
 }
 
 /// The sensor that a column of this name is; `named` says that the user asked for it, so that its unit is enough.
@@ -109,194 +140,49 @@ fn sensor(place: usize, name: &str, named: bool) -> Option<Sensor> {
     })
 }
 
-/// The columns we want, with the time.
-struct Table<'a> {
-    file: &'a Path,
-    sensors: Vec<Sensor>,
-    time_name: Option<String>,
-    values: Vec<Vec<f64>>,
-    times: Vec<f64>,
-}
-
-impl<'a> Table<'a> {
-    fn parse(file: &'a Path, bytes: &[u8], choice: &Choice) -> Result<Self, Error> {
-        let text = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes); // byte order mark of some spreadsheets
-        let text = text.strip_suffix(b"\n").unwrap_or(text);
-        let empty = |found| Error::Empty {
+/// The sensors that the user wants of a file with the columns `names`.
+fn choose(file: &Path, names: &[String], choice: &Choice) -> Result<Vec<Sensor>, Error> {
+    let named = !choice.columns.is_empty();
+    let columns = names.iter().enumerate();
+    let known: Vec<Sensor> = columns
+        .filter_map(|(place, name)| sensor(place, name, named))
+        .collect();
+    let is_known = |wanted: &&String| known.iter().any(|sensor| sensor.name == **wanted);
+    if let Some(missing) = choice.columns.iter().find(|wanted| !is_known(wanted)) {
+        let all: Vec<&str> = known.iter().map(|sensor| sensor.name.as_str()).collect();
+        return Err(Error::unknown("sensor column", missing, &all));
+    }
+    if known.is_empty() {
+        return Err(Error::Header {
             file: file.to_path_buf(),
-            found,
+            found: excerpt(&names.join(",")),
             expected: EXAMPLE.to_owned(),
-        };
-        if text.trim_ascii().is_empty() {
-            return Err(empty("is empty"));
-        }
-        let mut lines = text.split(|&byte| byte == b'\n').map(<[u8]>::trim_ascii);
-        let header = String::from_utf8_lossy(lines.next().unwrap_or_default()).into_owned();
-        let names: Vec<&str> = header.split(',').map(str::trim).collect();
-        let sensors = Self::choose(file, &header, &names, choice)?;
-        let time = names
-            .iter()
-            .position(|name| ["t_s", "time_s"].contains(name));
-        let mut table = Self {
-            file,
-            values: vec![vec![]; sensors.len()],
-            sensors,
-            time_name: time.map(|place| names[place].to_owned()),
-            times: vec![],
-        };
-        // column of the file -> where its value goes: a sensor, the time, nowhere
-        let mut wanted = vec![None; names.len()];
-        for (i, sensor) in table.sensors.iter().enumerate() {
-            wanted[sensor.place] = Some(i);
-        }
-        let time = time.filter(|_| choice.rate_hz.is_none());
-        for (number, line) in (2..).zip(lines) {
-            check_count(file, number, line, &names)?;
-            for (place, field) in line.split(|&byte| byte == b',').enumerate() {
-                if let Some(i) = wanted[place] {
-                    table.values[i].push(number_in(file, number, names[place], field)?);
-                } else if Some(place) == time {
-                    table
-                        .times
-                        .push(number_in(file, number, names[place], field)?);
-                }
-            }
-        }
-        if table.values[0].is_empty() {
-            Err(empty("has a header and no data"))
-        } else {
-            Ok(table)
-        }
+        });
     }
-
-    fn choose(
-        file: &Path,
-        header: &str,
-        names: &[&str],
-        choice: &Choice,
-    ) -> Result<Vec<Sensor>, Error> {
-        let known = |named| {
-            names
-                .iter()
-                .enumerate()
-                .filter_map(move |(place, name)| sensor(place, name, named))
-        };
-        if let Some(missing) = choice
-            .columns
-            .iter()
-            .find(|wanted| !known(true).any(|sensor| sensor.name == **wanted))
-        {
-            let all: Vec<String> = known(true).map(|sensor| sensor.name).collect();
-            let all: Vec<&str> = all.iter().map(String::as_str).collect();
-            return Err(Error::unknown("sensor column", missing, &all));
-        }
-        let sensors: Vec<Sensor> = match choice.columns.as_slice() {
-            [] => known(false).collect(),
-            columns => known(true)
-                .filter(|sensor| columns.contains(&sensor.name))
-                .collect(),
-        };
-        if sensors.is_empty() {
-            return Err(Error::Header {
-                file: file.to_path_buf(),
-                found: excerpt(header),
-                expected: EXAMPLE.to_owned(),
-            });
-        }
-        Ok(sensors)
-    }
-
-    /// Samples per second: as told, of the time column, or of the format.
-    fn rate(&self, choice: &Choice) -> Result<f64, Error> {
-        if let Some(rate) = choice.rate_hz {
-            return Ok(rate);
-        }
-        match &self.time_name {
-            Some(name) => self.rate_of_times(name),
-            None if self.sensors.iter().all(|sensor| sensor.pulses) => Ok(RATE_HZ),
-            None => Err(Error::Option {
-                option: "--rate".to_owned(),
-                problem: format!(
-                    "{} has no column 't_s' or 'time_s' to tell the sample rate",
-                    self.file.display()
-                ),
-                remedy: "give the samples per second, for example --rate 200".to_owned(),
-            }),
-        }
-    }
-
-    fn rate_of_times(&self, name: &str) -> Result<f64, Error> {
-        let steps = || self.times.windows(2).map(|pair| pair[1] - pair[0]);
-        let mut sorted: Vec<f64> = steps().collect();
-        sorted.sort_by(f64::total_cmp);
-        let usual = sorted.get(sorted.len() / 2).copied().unwrap_or(1.0);
-        for (i, step) in steps().enumerate() {
-            let (line, before, now) = (i + 3, self.times[i], self.times[i + 1]);
-            let (file, field) = (self.file.to_path_buf(), name.to_owned());
-            if step <= 0.0 {
-                return Err(Error::TimeBack {
-                    file,
-                    line,
-                    field,
-                    before,
-                    now,
-                });
-            }
-            if (step - usual).abs() > GAP * usual {
-                return Err(Error::Value {
-                    file,
-                    line,
-                    field,
-                    text: now.to_string(),
-                    fault: "not one step after the line before",
-                    remedy: format!(
-                        "cut the file there (a step is {} s), or give --rate HZ to pass over the times",
-                        (usual * 1e9).round() / 1e9
-                    ),
-                });
-            }
-        }
-        let span = self.times.last().unwrap_or(&1.0) - self.times.first().unwrap_or(&0.0);
-        let rate = (self.times.len() - 1).max(1) as f64 / span;
-        // times are rounded in files: 200.0000003 is 200
-        Ok(if (rate - rate.round()).abs() < 1e-5 * rate {
-            rate.round()
-        } else {
-            rate
-        })
-    }
+    let wanted = |sensor: &Sensor| !named || choice.columns.contains(&sensor.name);
+    Ok(known.into_iter().filter(wanted).collect())
 }
 
-/// As many values on a line as the header has `names`.
-fn check_count(file: &Path, number: usize, line: &[u8], names: &[&str]) -> Result<(), Error> {
-    let commas = line.iter().filter(|&&byte| byte == b',').count();
-    let found = if line.is_empty() { 0 } else { commas + 1 };
-    if found == names.len() {
-        return Ok(());
+/// Samples per second of the times in `column`, which must rise in equal steps.
+fn rate_of_times(table: &Table, column: usize) -> Result<f64, Error> {
+    table.check_rising(column)?;
+    let times: Vec<f64> = table.rows().map(|row| row[column]).collect();
+    let usual = median_step(&times);
+    let mut steps = times.windows(2).map(|pair| pair[1] - pair[0]);
+    if let Some(before) = steps.position(|step| (step - usual).abs() > GAP * usual) {
+        let remedy = format!(
+            "cut the file there (a step is {} s), or give --rate HZ to pass over the times",
+            (usual * 1e9).round() / 1e9
+        );
+        let fault = "not one step after the line before";
+        return Err(table.complain(before + 1, column, fault, &remedy));
     }
-    Err(Error::ColumnCount {
-        file: file.to_path_buf(),
-        line: number,
-        found,
-        expected: names.len(),
-        columns: excerpt(&names.join(",")),
-    })
-}
-
-fn number_in(file: &Path, line: usize, name: &str, field: &[u8]) -> Result<f64, Error> {
-    let text = std::str::from_utf8(field.trim_ascii()).unwrap_or("\u{fffd}");
-    let fault = match text.parse::<f64>() {
-        Ok(number) if number.is_finite() => return Ok(number),
-        Ok(_) => "not finite",
-        Err(_) if text.is_empty() => "missing",
-        Err(_) => "not a number",
-    };
-    Err(Error::Value {
-        file: file.to_path_buf(),
-        line,
-        field: name.to_owned(),
-        text: excerpt(text),
-        fault,
-        remedy: "give a finite decimal number".to_owned(),
+    let span = times.last().unwrap_or(&1.0) - times.first().unwrap_or(&0.0);
+    let rate = (times.len() - 1).max(1) as f64 / span;
+    // times are rounded in files: 200.0000003 is 200
+    Ok(if (rate - rate.round()).abs() < 1e-5 * rate {
+        rate.round()
+    } else {
+        rate
     })
 }

@@ -14,6 +14,7 @@ pub use fit::{Analysis, Coefficient, analyse};
 use crate::inertial::earth::Local;
 use crate::inertial::sins::Increment;
 use crate::inertial::units::{ARCSEC, DEG_PER_H, DEG_PER_SQRT_H, UG};
+use crate::recordings::columns::IMU;
 use crate::simulator::imu::{Imu, ImuSpec};
 use serde::Serialize;
 
@@ -81,16 +82,6 @@ impl Kind {
     }
 }
 
-/// What `host-sim simulate` calls its columns.
-const COLUMNS: [&str; 6] = [
-    "dtheta_x_rad",
-    "dtheta_y_rad",
-    "dtheta_z_rad",
-    "dv_x_mps",
-    "dv_y_mps",
-    "dv_z_mps",
-];
-
 /// Output of a simulated IMU that stands still and level, nose to the north, at 45 degrees of latitude, for `duration_s` seconds.
 #[must_use]
 pub fn at_rest(spec: &ImuSpec, duration_s: u32, seed: u64) -> Vec<Series> {
@@ -111,9 +102,9 @@ pub fn at_rest(spec: &ImuSpec, duration_s: u32, seed: u64) -> Vec<Series> {
             increments[i + 3].push(f64::from(counts.dv[i]) * lsb.mps);
         }
     }
-    let named = COLUMNS.into_iter().zip(increments).enumerate();
+    let named = IMU[1..].iter().zip(increments).enumerate();
     let series = named.map(|(i, (column, increments))| Series {
-        column: column.to_owned(),
+        column: (*column).to_owned(),
         kind: if i < 3 { Kind::Gyro } else { Kind::Accel },
         rate_hz: f64::from(spec.rate_hz),
         increments,

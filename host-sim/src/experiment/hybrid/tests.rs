@@ -5,7 +5,7 @@ use crate::inertial::free_inertial::align_and_coast;
 use crate::inertial::rotation::from_euler;
 use crate::inertial::units::UG;
 use crate::recordings::load;
-use crate::recordings::table::tests::recorded as file;
+use crate::recordings::testing::recorded as file;
 
 fn recorded() -> Option<Recording> {
     file("lasergyro-static.csv.gz").map(|path| load(&path).unwrap())

@@ -1,4 +1,4 @@
-//! The table of fixes.
+//! Reads the fixes.
 
 use super::File;
 use super::header::{ANGLE, Gnss, LENGTH, Read, SPEED, TIME};
@@ -9,7 +9,7 @@ use crate::recordings::record::TimedFix;
 use crate::recordings::session::MOST_GAP_S;
 use crate::recordings::table::Table;
 
-/// Fixes in the order of time.
+/// Fixes at rising times.
 pub(super) fn fixes(read: &Read, gnss: &Gnss) -> Result<Vec<TimedFix>, Error> {
     let (p, v) = (gnss.position_sigma_m, gnss.velocity_sigma_mps);
     if let Some(bad) = p.iter().chain(&v).find(|s| !(**s > 0.0 && s.is_finite())) {
@@ -25,15 +25,16 @@ pub(super) fn fixes(read: &Read, gnss: &Gnss) -> Result<Vec<TimedFix>, Error> {
     read.unit("gnss.height", &gnss.height.unit, &LENGTH)?;
     let velocity = velocity_unit(read, gnss)?;
     let imu = &read.header.imu;
-    let own = read.gnss_file(gnss);
-    let gaps = own.is_none();
-    let (name, separator, names) = match own {
+    let separate = read.gnss_file(gnss);
+    // lines of the IMU without a fix leave its columns empty
+    let gap = separate.is_none().then_some(f64::NAN);
+    let (name, separator, names) = match separate {
         Some(file) => (file, &gnss.separator, gnss.names),
         None => (read.imu_file()?, &imu.separator, imu.names),
     };
     let file = File::open(read, "gnss", &name, separator, names)?;
     let (wanted, places) = columns(gnss);
-    let table = file.table(&wanted, gaps)?;
+    let table = file.table(&wanted, gap)?;
     let si = Si {
         second,
         degrees: [lat / DEG, lon / DEG],
@@ -44,7 +45,8 @@ pub(super) fn fixes(read: &Read, gnss: &Gnss) -> Result<Vec<TimedFix>, Error> {
     collect(read, &table, &si)
 }
 
-/// Key and name of the columns wanted, and where optional triads of them begin: velocity, its sigma, the position's sigma.
+/// Key and name of the columns wanted, and the first columns of velocity, position sigmas and
+/// velocity sigmas where the file has them.
 fn columns(gnss: &Gnss) -> (Vec<(&str, &str)>, [Option<usize>; 3]) {
     let mut wanted = vec![
         ("time", gnss.time.column.as_str()),
@@ -65,19 +67,21 @@ fn columns(gnss: &Gnss) -> (Vec<(&str, &str)>, [Option<usize>; 3]) {
     (wanted, places)
 }
 
-/// Units of the columns; velocity, if there is one, with its axes.
+/// How columns become SI.
 struct Si {
+    /// Seconds in a unit of time.
     second: f64,
     /// Degrees in a unit of latitude and longitude.
     degrees: [f64; 2],
+    /// Axes and unit of the velocity.
     velocity: Option<(Axes, f64)>,
-    /// Standard deviations where no column gives them.
+    /// Standard deviations that no column gives.
     sigmas: [f64; 6],
     /// First columns of velocity, position sigmas, velocity sigmas.
     places: [Option<usize>; 3],
 }
 
-/// The fixes of a table; lines without any of their columns are left out.
+/// The fixes of a table. Lines without a fix are skipped.
 fn collect(read: &Read, table: &Table, si: &Si) -> Result<Vec<TimedFix>, Error> {
     let mut fixes: Vec<TimedFix> = Vec::new();
     for (k, r) in table.rows().enumerate() {
@@ -94,7 +98,7 @@ fn collect(read: &Read, table: &Table, si: &Si) -> Result<Vec<TimedFix>, Error> 
             }
         }
         let now = fix(r, si).ok_or_else(|| {
-            let fault = "with its longitude and height no place on Earth";
+            let fault = "with its longitude and height not a place on Earth";
             table.complain(k, 1, fault, "check order and units")
         })?;
         let since = fixes.last().map_or(1.0, |before| now.time - before.time);
@@ -118,7 +122,7 @@ fn collect(read: &Read, table: &Table, si: &Si) -> Result<Vec<TimedFix>, Error> 
     Ok(fixes)
 }
 
-/// One fix; `None` off the Earth or at a pole.
+/// One fix; `None` if it is not on Earth, or at a pole.
 fn fix(r: &[f64], si: &Si) -> Option<TimedFix> {
     let [velocity, sigma, sigma_v] = si
         .places

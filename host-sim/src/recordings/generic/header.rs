@@ -1,4 +1,4 @@
-//! The header file: its keys and units.
+//! The header file: its keys, and the units it may name.
 
 use crate::error::Error;
 use crate::inertial::units::{ARCSEC, DEG, DEG_PER_H, G0};
@@ -9,59 +9,59 @@ use crate::recordings::table::Separator;
 use serde::Deserialize;
 use std::path::{Path, PathBuf};
 
-/// Everything a header file may say; see the module's page for an example.
+/// All keys of a header file. The documentation of the parent module shows an example.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Header {
-    /// The IMU's file.
+    /// Increments or rates.
     pub imu: Imu,
-    /// Fixes; without them the vehicle is at rest.
+    /// Fixes. Without them the vehicle is at rest.
     pub gnss: Option<Gnss>,
-    /// The beginning.
+    /// Initial attitude, and the site of a vehicle at rest.
     pub start: Start,
 }
 
-/// Where a time or scalar is.
+/// The column of a scalar.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Scalar {
-    /// Name of the column.
+    /// Name.
     pub column: String,
-    /// Its unit.
+    /// Unit.
     pub unit: String,
 }
 
-/// Where three components are.
+/// The columns of a triad.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Triad {
-    /// Names of the columns, x, y, z.
+    /// Names: x, y, z.
     pub columns: [String; 3],
-    /// Their unit.
+    /// Unit.
     pub unit: String,
 }
 
-/// How a file is laid out; part of both tables.
+/// The samples of the IMU.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Imu {
-    /// File, relative to the header file; needed unless one is given beside the header.
+    /// File, relative to the header file. Required unless the user gives a file.
     pub file: Option<PathBuf>,
-    /// One character, `tab` or `blank`.
+    /// One ASCII character, `tab`, or `blank` for any run of blanks.
     #[serde(default = "comma")]
     pub separator: String,
-    /// Whether the first line names the columns; if not, they are called 1, 2, 3.
+    /// Whether the first line names the columns. If not, they are called 1, 2, 3.
     #[serde(default = "yes")]
     pub names: bool,
     /// Time of a sample, or of the end of an increment.
     pub time: Scalar,
-    /// Gyros: rad/s, deg/s, deg/h, or increments in rad, deg, arcsec.
+    /// Gyros: rates in rad/s, deg/s, deg/h, or increments in rad, deg, arcsec.
     pub gyro: Triad,
-    /// Accelerometers: m/s^2, g, mg, or increments in m/s.
+    /// Accelerometers: specific force in m/s^2, g, mg, or increments in m/s.
     pub accel: Triad,
     /// Forward, right and down in axes of the file, for example `y x -z` for right-forward-up.
     pub axes: String,
-    /// Longest time between two samples of rates that is bridged by a straight line, s; three samples by default.
+    /// Longest time between two rates that is interpolated, s. Three samples by default.
     pub max_gap_s: Option<f64>,
 }
 
@@ -69,15 +69,16 @@ pub struct Imu {
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Gnss {
-    /// File, relative to the header file; the IMU's file by default, where lines without a fix leave the columns empty.
+    /// File, relative to the header file. By default the file of the IMU, whose lines without a fix
+    /// leave these columns empty.
     pub file: Option<PathBuf>,
-    /// As in `imu`.
+    /// As in [`Imu`].
     #[serde(default = "comma")]
     pub separator: String,
-    /// As in `imu`.
+    /// As in [`Imu`].
     #[serde(default = "yes")]
     pub names: bool,
-    /// Time, of the same clock as the IMU's.
+    /// Time on the clock of the IMU.
     pub time: Scalar,
     /// rad or deg.
     pub latitude: Scalar,
@@ -85,16 +86,17 @@ pub struct Gnss {
     pub longitude: Scalar,
     /// m.
     pub height: Scalar,
-    /// m/s or km/h, if there is a velocity.
+    /// Velocity, if it is measured.
     pub velocity: Option<Velocity>,
-    /// Columns of the standard deviations of each fix, north, east, down, m, instead of `position_sigma_m`.
+    /// Columns of the standard deviations of position north, east, down, m. They replace
+    /// `position_sigma_m`.
     pub position_sigma: Option<[String; 3]>,
-    /// The same of the velocity, m/s.
+    /// The same for velocity, m/s.
     pub velocity_sigma: Option<[String; 3]>,
-    /// Standard deviations of north, east, down, m, > 0.
+    /// Standard deviations of position north, east, down, m, > 0.
     #[serde(default = "position_sigma")]
     pub position_sigma_m: [f64; 3],
-    /// Standard deviations of north, east, down, m/s, > 0; without meaning when there is no velocity.
+    /// Standard deviations of velocity north, east, down, m/s, > 0. Not used without a velocity.
     #[serde(default = "velocity_sigma")]
     pub velocity_sigma_mps: [f64; 3],
 }
@@ -111,11 +113,11 @@ pub struct Velocity {
     pub order: String,
 }
 
-/// Beginning: a standstill, or an attitude. Without `gnss`, also the site.
+/// A standstill or an attitude, and the site if there are no fixes.
 #[derive(Debug, Clone, Default, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Start {
-    /// Seconds of standstill to align on, at least 90.
+    /// Standstill for self-alignment, s, at least 90.
     pub standstill_s: Option<u32>,
     /// Roll at the first epoch, deg.
     pub roll_deg: Option<f64>,
@@ -144,7 +146,7 @@ fn velocity_sigma() -> [f64; 3] {
     [0.05; 3]
 }
 
-/// A unit: its name, kind, and value in SI.
+/// A unit: its name, what it measures, and its value in SI.
 pub(super) type Unit = (&'static str, Kind, f64);
 
 /// Units of gyros.
@@ -178,29 +180,29 @@ pub(super) const LENGTH: [Unit; 1] = [("m", Kind::Rate, 1.0)];
 /// Units of velocity.
 pub(super) const SPEED: [Unit; 2] = [("m/s", Kind::Rate, 1.0), ("km/h", Kind::Rate, 1.0 / 3.6)];
 
-/// A header with the place it came from.
+/// A header file that was read.
 #[derive(Debug)]
 pub(super) struct Read {
     pub(super) header: Header,
     pub(super) file: PathBuf,
-    /// Files that stand instead of those named: the IMU's, then that of the fixes.
-    instead: Vec<PathBuf>,
+    /// Files that replace those named in the header: that of the IMU, then that of the fixes.
+    replacements: Vec<PathBuf>,
 }
 
 impl Read {
-    pub(super) fn open(file: &Path, instead: &[PathBuf]) -> Result<Self, Error> {
+    pub(super) fn open(file: &Path, replacements: &[PathBuf]) -> Result<Self, Error> {
         let text = std::fs::read_to_string(file).map_err(|e| Error::reading(file, e))?;
         let header: Header = toml::from_str(&text).map_err(|e| syntax_error(file, &text, &e))?;
         let read = Self {
             file: file.to_path_buf(),
-            instead: instead.to_vec(),
+            replacements: replacements.to_vec(),
             header,
         };
         let most = 1 + usize::from(read.header.gnss.is_some());
-        if instead.len() > most {
+        if replacements.len() > most {
             let problem = format!(
                 "describes {most} of the {} files given with it",
-                instead.len()
+                replacements.len()
             );
             let remedy =
                 "give the file of the IMU, then that of the fixes if the header has [gnss]";
@@ -209,22 +211,26 @@ impl Read {
         Ok(read)
     }
 
-    /// The IMU's file.
+    /// The file of the IMU.
     pub(super) fn imu_file(&self) -> Result<PathBuf, Error> {
         let named = || Some(self.beside(self.header.imu.file.as_ref()?));
-        self.instead.first().cloned().or_else(named).ok_or_else(|| {
-            let problem = "is not in the header, and no file was given with it".to_owned();
-            self.bad("imu.file", problem, "give the file of the IMU")
-        })
+        self.replacements
+            .first()
+            .cloned()
+            .or_else(named)
+            .ok_or_else(|| {
+                let problem = "is not in the header, and no file was given with it".to_owned();
+                self.bad("imu.file", problem, "give the file of the IMU")
+            })
     }
 
-    /// The file of the fixes when it is another than the IMU's.
+    /// The file of the fixes, if it is not that of the IMU.
     pub(super) fn gnss_file(&self, gnss: &Gnss) -> Option<PathBuf> {
         let named = || Some(self.beside(gnss.file.as_ref()?));
-        self.instead.get(1).cloned().or_else(named)
+        self.replacements.get(1).cloned().or_else(named)
     }
 
-    /// A complaint about a key.
+    /// An error in `key`.
     pub(super) fn bad(&self, key: &str, problem: String, remedy: &str) -> Error {
         complain(&self.file, key, problem, remedy)
     }
@@ -249,7 +255,8 @@ impl Read {
     pub(super) fn axes(&self) -> Result<Axes, Error> {
         let text = &self.header.imu.axes;
         Axes::parse(text).map_err(|why| {
-            let remedy = "give forward, right and down in axes of the file, as in 'y x -z' for right-forward-up";
+            let remedy = "give forward, right and down in axes of the file, \
+                          as in 'y x -z' for right-forward-up";
             self.bad("imu.axes", format!("is '{text}' and {why}"), remedy)
         })
     }
@@ -257,20 +264,21 @@ impl Read {
     pub(super) fn separator(&self, key: &str, text: &str) -> Result<Separator, Error> {
         let mut chars = text.chars();
         match (text, chars.next(), chars.next()) {
-            ("tab", ..) => Ok(Separator::Char('\t')),
+            ("tab", ..) => Ok(Separator::Char(b'\t')),
             ("blank", ..) => Ok(Separator::Blank),
-            (_, Some(c), None) if !c.is_alphanumeric() && !"+-.".contains(c) => {
-                Ok(Separator::Char(c))
+            (_, Some(c), None) if c.is_ascii() && !c.is_alphanumeric() && !"+-.".contains(c) => {
+                Ok(Separator::Char(c as u8))
             }
             _ => {
-                let remedy = "give one character such as ',' or ';', or 'tab', or 'blank' for any run of blanks";
+                let remedy = "give one ASCII character such as ',' or ';', or 'tab', \
+                              or 'blank' for any run of blanks";
                 Err(self.bad(key, format!("is '{text}'"), remedy))
             }
         }
     }
 }
 
-/// A TOML error with the line it is on.
+/// An error in the TOML syntax, with its line.
 fn syntax_error(file: &Path, text: &str, e: &toml::de::Error) -> Error {
     let at = e.span().map(|span| span.start.min(text.len()));
     let line = at.map(|at| text[..at].matches('\n').count() + 1);
@@ -292,6 +300,6 @@ fn syntax_error(file: &Path, text: &str, e: &toml::de::Error) -> Error {
             key.to_owned()
         },
         problem: e.message().replace('\n', " "),
-        remedy: "see the example in the documentation of the generic replay".into(),
+        remedy: "see the example in the documentation of host_sim::recordings::generic".into(),
     }
 }

@@ -1,42 +1,63 @@
-//! Any recording as text: a TOML header file says what its columns mean.
+//! Any recording as text. A TOML header file says what the columns mean:
 //!
 //! ```toml
 //! [imu]
-//! file = "imu.csv"                                    # relative to this file; .gz is fine; a file on the command line stands instead
-//! time = { column = "t", unit = "ms" }                # s, ms, us, ns
-//! gyro = { columns = ["gx", "gy", "gz"], unit = "deg/s" } # rad/s, deg/s, deg/h; increments: rad, deg, arcsec
-//! accel = { columns = ["ax", "ay", "az"], unit = "g" }    # m/s^2, g (9.80665), mg; increments: m/s
-//! axes = "y x -z"                                     # forward, right, down in axes of the file: this one is right-forward-up
-//! # separator = ";"                                   # or "tab", or "blank" for any run of blanks; "," by default
-//! # names = false                                     # no line of names: columns are called "1", "2", ...
-//! # max_gap_s = 0.05                                  # of rates: longest step bridged by a straight line; default three samples
+//! # Relative to the header file, plain or gzipped. A file on the command line replaces it.
+//! file = "imu.csv"
+//! # s, ms, us, ns
+//! time = { column = "t", unit = "ms" }
+//! # Rates: rad/s, deg/s, deg/h. Increments: rad, deg, arcsec.
+//! gyro = { columns = ["gx", "gy", "gz"], unit = "deg/s" }
+//! # Specific force: m/s^2, g (9.80665 m/s^2), mg. Increments: m/s.
+//! accel = { columns = ["ax", "ay", "az"], unit = "g" }
+//! # Forward, right, down in axes of the file. These are right-forward-up.
+//! axes = "y x -z"
+//! # "," by default, or "tab", or "blank" for any run of blanks.
+//! # separator = ";"
+//! # Without a line of names the columns are called "1", "2", ...
+//! # names = false
+//! # Longest step between rates that is interpolated. Three samples by default.
+//! # max_gap_s = 0.05
 //!
-//! [gnss]                                              # left out when the vehicle is at rest
-//! file = "gnss.csv"                                   # default: the file of the IMU, with the columns empty where there is no fix
-//! time = { column = "t", unit = "ms" }                # of the same clock
-//! latitude = { column = "lat", unit = "deg" }         # rad, deg
+//! # Leave this table out if the vehicle is at rest.
+//! [gnss]
+//! # By default the file of the IMU, whose lines without a fix leave these columns empty.
+//! file = "gnss.csv"
+//! # On the clock of the IMU.
+//! time = { column = "t", unit = "ms" }
+//! # rad, deg
+//! latitude = { column = "lat", unit = "deg" }
 //! longitude = { column = "lon", unit = "deg" }
-//! height = { column = "h", unit = "m" }               # above the ellipsoid
-//! velocity = { columns = ["vn", "ve", "vd"], unit = "m/s", order = "ned" } # or km/h, "enu"; may be left out
-//! position_sigma_m = [1.0, 1.0, 1.5]                  # north, east, down; or columns of m and m/s:
+//! # Above the ellipsoid.
+//! height = { column = "h", unit = "m" }
+//! # m/s, km/h; order "ned" or "enu". May be left out.
+//! velocity = { columns = ["vn", "ve", "vd"], unit = "m/s", order = "ned" }
+//! # Standard deviations north, east, down, the same for all fixes ...
+//! position_sigma_m = [1.0, 1.0, 1.5]
 //! velocity_sigma_mps = [0.05, 0.05, 0.05]
+//! # ... or columns of m and m/s.
 //! # position_sigma = ["sn", "se", "sd"]
 //! # velocity_sigma = ["svn", "sve", "svd"]
 //!
 //! [start]
-//! standstill_s = 300                                  # align on it, at least 90 s; or instead of it:
+//! # Self-alignment on a standstill of at least 90 s ...
+//! standstill_s = 300
+//! # ... or the attitude at the first fix: pitch nose up, heading clockwise from north.
 //! # roll_deg = 0.0
-//! # pitch_deg = 0.0                                   # nose up
-//! # heading_deg = 90.0                                # clockwise from north, at the first fix
-//! # latitude_deg = 34.2                               # the site, only without [gnss]
+//! # pitch_deg = 0.0
+//! # heading_deg = 90.0
+//! # The site, only without [gnss].
+//! # latitude_deg = 34.2
 //! # longitude_deg = 108.9
 //! # height_m = 380.0
 //! ```
 //!
-//! The session begins at the first fix within the IMU's time (so that fixes at whole seconds stay what they are; others are put between
-//! their neighbours, at most 2.5 s apart) and has whole seconds. Rates are integrated with their time stamps by the trapezoidal rule.
-//! An increment belongs to the interval that ends at its time; steps of more than 1.5 samples are refused, since what happened in them is
-//! lost. The word rate is the nearest whole number to one over the median step. Counts are of [`crate::inertial::counts::FINE_LSB`] value.
+//! The session begins at the first fix within the time of the IMU and lasts whole seconds. Fixes at
+//! whole seconds after the first are used as they are; others, at most 2.5 s apart, are interpolated.
+//! Rates are integrated by the trapezoidal rule with their time stamps. An increment ends at its time.
+//! Steps between increments of more than 1.5 samples are refused, because the motion in them is lost.
+//! The sample rate of the session is the reciprocal of the median step, to the nearest whole number.
+//! Counts have the value [`crate::inertial::counts::FINE_LSB`].
 
 mod fixes;
 mod header;
@@ -52,24 +73,24 @@ use crate::inertial::sins::Increment;
 use crate::inertial::units::DEG;
 use crate::recordings::record::{Kind, Record, TimedFix, median_step};
 use crate::recordings::session::InitialAttitude;
-use crate::recordings::table::{Layout, Separator, Source, Table};
+use crate::recordings::table::{Layout, Source, Table};
 use fixes::fixes;
 use header::{ACCEL, GYRO, Read, TIME};
 use std::path::{Path, PathBuf};
 
-/// Most that a sensor can sensibly say: 2000 deg/s and 100 g.
-const MOST: [f64; 2] = [35.0, 1000.0];
-/// Shortest standstill that is aligned on, s.
+/// Limits of plausible samples: 2000 deg/s in rad/s, and 100 g in m/s2.
+const LIMITS: [f64; 2] = [35.0, 1000.0];
+/// Shortest standstill for self-alignment, s.
 const LEAST_STANDSTILL_S: u32 = 90;
 
-/// Standard deviations of place and velocity of a vehicle at rest (sway, assumed): m, then m/s.
+/// Standard deviations of a vehicle at rest, from sway (assumed): position, m, then velocity, m/s.
 const AT_REST: [f64; 6] = [0.05, 0.05, 0.05, 0.01, 0.01, 0.01];
 
-/// Reads the recording that a header file describes. `files` stand instead of those that the header names: the IMU's, then that of the
-/// fixes; more are an error.
+/// Reads the recording that a header file describes. `files` replace those that the header names:
+/// first that of the IMU, then that of the fixes.
 ///
 /// # Errors
-/// Any fault of header or files, with line and column or key.
+/// Any fault of header or files, with line and column or key; more `files` than the header describes.
 pub fn read(header: &Path, files: &[PathBuf]) -> Result<Record, Error> {
     let read = Read::open(header, files)?;
     let initial_attitude = initial_attitude(&read)?;
@@ -86,10 +107,11 @@ pub fn read(header: &Path, files: &[PathBuf]) -> Result<Record, Error> {
     })
 }
 
-/// The same as a session. [`Session::standstill`] is zero when the header gives an attitude, which is then the first reference state's.
+/// Reads the same as a session. If the header gives an attitude, [`Session::standstill`] is zero and
+/// the first reference state has that attitude.
 ///
 /// # Errors
-/// As [`read`], or times that do not go together.
+/// As [`read`], or the times do not overlap.
 pub fn load(header: &Path) -> Result<Session, Error> {
     read(header, &[])?.session()
 }
@@ -129,8 +151,7 @@ fn initial_attitude(read: &Read) -> Result<InitialAttitude, Error> {
             )))
         }
         _ => {
-            let problem =
-                "says neither how long the vehicle stands nor its whole attitude".to_owned();
+            let problem = "gives neither a standstill nor a whole attitude".to_owned();
             Err(read.bad(
                 "start",
                 problem,
@@ -168,12 +189,11 @@ fn site(read: &Read) -> Result<TimedFix, Error> {
     })
 }
 
-/// A file with the names of its columns, and the table of the header that describes it.
+/// A file with the names of its columns, and the table of the header file that describes it.
 struct File<'a> {
     read: &'a Read,
     table: &'a str,
     source: Source,
-    separator: Separator,
     /// Lines before the data.
     skip: usize,
     names: Vec<String>,
@@ -188,8 +208,8 @@ impl<'a> File<'a> {
         names: bool,
     ) -> Result<Self, Error> {
         let separator = read.separator(&format!("{table}.separator"), separator)?;
-        let source = Source::open(file)?;
-        let first = source.header(separator, "names of the columns")?;
+        let source = Source::open(file, separator)?;
+        let first = source.header("names of the columns")?;
         let (skip, names) = match names {
             true => (1, first),
             false => (0, (1..=first.len()).map(|k| k.to_string()).collect()),
@@ -198,14 +218,13 @@ impl<'a> File<'a> {
             read,
             table,
             source,
-            separator,
             skip,
             names,
         })
     }
 
-    /// The columns `wanted` (key and name).
-    fn table(&self, wanted: &[(&str, &str)], gaps: bool) -> Result<Table, Error> {
+    /// Reads the columns `wanted`, each given as key of the header file and name of the column.
+    fn table(&self, wanted: &[(&str, &str)], gap: Option<f64>) -> Result<Table, Error> {
         let names = &self.names;
         let place = |(key, name): &(&str, &str)| {
             names.iter().position(|n| n == name).ok_or_else(|| {
@@ -222,17 +241,16 @@ impl<'a> File<'a> {
         };
         let wanted: Vec<usize> = wanted.iter().map(place).collect::<Result<_, _>>()?;
         let layout = Layout {
-            separator: self.separator,
             skip: self.skip,
             names,
             wanted: &wanted,
-            gaps,
+            gap,
         };
         Table::read(&self.source, &layout)
     }
 }
 
-/// The samples: a record without fixes.
+/// Reads the samples. The record has no fixes yet.
 fn motion(read: &Read) -> Result<Record, Error> {
     let imu = &read.header.imu;
     let axes = read.axes()?;
@@ -257,7 +275,7 @@ fn motion(read: &Read) -> Result<Record, Error> {
     let mut wanted = vec![("time", imu.time.column.as_str())];
     wanted.extend(imu.gyro.columns.iter().map(|c| ("gyro", c.as_str())));
     wanted.extend(imu.accel.columns.iter().map(|c| ("accel", c.as_str())));
-    let table = file.table(&wanted, false)?;
+    let table = file.table(&wanted, None)?;
     table.check_rising(0)?;
     let time: Vec<f64> = table.rows().map(|r| r[0] * second).collect();
     let step = median_step(&time);
@@ -287,7 +305,7 @@ fn motion(read: &Read) -> Result<Record, Error> {
     })
 }
 
-/// Values within what a sensor can say, and no gaps.
+/// Checks that values are plausible and that there are no gaps.
 fn check(
     table: &Table,
     time: &[f64],
@@ -299,10 +317,10 @@ fn check(
         Kind::Rate => (1.0, max_gap_s.unwrap_or(3.0 * step)),
         Kind::Increment => (step, 1.5 * step),
     };
-    let remedy = "check the unit of the gyros; 35 rad/s is the most";
-    table.check_within(1..4, MOST[0] * per_sample / gyro, remedy)?;
-    let remedy = "check the unit of the accelerometers; 1000 m/s2 is the most";
-    table.check_within(4..7, MOST[1] * per_sample / accel, remedy)?;
+    let remedy = "check the unit of the gyros; the limit is 35 rad/s";
+    table.check_within(1..4, LIMITS[0] * per_sample / gyro, remedy)?;
+    let remedy = "check the unit of the accelerometers; the limit is 1000 m/s2";
+    table.check_within(4..7, LIMITS[1] * per_sample / accel, remedy)?;
     match (1..time.len()).find(|&k| time[k] - time[k - 1] > longest) {
         Some(k) => {
             let remedy = "cut the recording there, or for rates raise imu.max_gap_s";

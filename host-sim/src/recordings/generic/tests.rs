@@ -28,7 +28,7 @@ pitch_deg = 0.0
 heading_deg = 90.0
 "#;
 
-/// Samples in right-forward-up: level, east at 20 m/s; `t` in ms from 1000 s.
+/// Samples in right-forward-up of a level drive east at 20 m/s; `t` in ms from 1000 s on.
 fn imu(n: usize) -> String {
     let mut text = "status,t,gx,gy,gz,ax,ay,az\n".to_owned();
     for k in 0..n {
@@ -90,14 +90,15 @@ fn rates_with_fixes_become_a_session_that_navigates() {
     );
     assert_eq!(s.sigmas, [1.0, 1.0, 1.5, 0.05, 0.05, 0.05]);
     assert!((s.fixes[3].velocity - Vector3::new(0.0, 20.0, 0.0)).norm() < 1e-12);
-    // begins at the first fix, and the fixes are those of the file
+    // the session begins at the first fix and has the fixes of the file
     assert!((s.fixes[2].position.lon / DEG - (7.0 + 2.0 * 2.537e-4)).abs() < 1e-12);
-    // counts are right, forward, up turned to forward, right, down
-    let word = s.increments()[7];
-    assert!((word.dtheta.z + 0.0023 * DEG * 0.01).abs() < 2e-9);
-    assert!((word.dv.z + 0.0981).abs() < 2e-8);
+    // counts are turned from right-forward-up to forward-right-down
+    let increment = s.increments()[7];
+    assert!((increment.dtheta.z + 0.0023 * DEG * 0.01).abs() < 2e-9);
+    assert!((increment.dv.z + 0.0981).abs() < 2e-8);
     let end = coast(&s, &s.increments(), s.reference[0], 0, 5).position[5];
-    assert!(end.xy().norm() < 0.3, "{end}"); // Coriolis acceleration of 2 mm/s2 and Earth's turn are in no made-up sample
+    // the made samples lack the Coriolis acceleration of 2 mm/s2 and the rotation of the Earth
+    assert!(end.xy().norm() < 0.3, "{end}");
 }
 
 #[test]
@@ -111,7 +112,7 @@ fn the_documented_example_is_a_header() {
         .collect();
     let header: Header = toml::from_str(&doc).unwrap();
     assert_eq!(header.start.standstill_s, Some(300));
-    // and all that is commented out is a key, too
+    // the keys that are commented out exist, too
     let all = doc
         .replace("# separator", "separator")
         .replace("# names", "names")
@@ -167,7 +168,7 @@ height_m = 380.0
     let want = -0.5 * crate::inertial::units::ARCSEC / 1e-9 * 20_000.0;
     assert!((sum as f64 - want).abs() <= 1.0, "{sum} {want}");
     assert_eq!(s.fixes[99].velocity, Vector3::zeros());
-    // a lost increment is lost motion
+    // the motion of a lost increment is lost
     let lost = rows.replace("50.050;0.25;0;-0.5;0;0.001;-0.049\n", "");
     let why = Folder::new(header, &lost, "").complaint();
     assert!(
@@ -177,7 +178,7 @@ height_m = 380.0
 }
 
 #[test]
-fn fixes_may_stand_beside_the_samples_and_lack_a_velocity() {
+fn fixes_may_be_in_the_file_of_the_samples_and_lack_a_velocity() {
     let header = MOVING
         .replace(
             "file = \"gnss.txt\"\nseparator = \"blank\"\nnames = false\n",
@@ -337,7 +338,7 @@ fn every_fault_of_the_data_is_named() {
         let changed = imu_text.replace(from, to);
         let folder = Folder::new(MOVING, &changed, &gnss(6));
         if to.contains("79.999") {
-            load(&folder.header()).unwrap(); // jitter within bounds is used as it is
+            load(&folder.header()).unwrap(); // jitter within bounds is accepted
         } else {
             let why = folder.complaint();
             assert!(why.starts_with(start), "{why}");

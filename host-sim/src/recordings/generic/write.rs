@@ -1,43 +1,33 @@
-//! Recordings as CSV files: `imu.csv`, `gnss.csv`, and `header.toml`, which says what is in them. Numbers read back to the same bits.
+//! Writes recordings as CSV files: `imu.csv`, `gnss.csv`, and the `header.toml` that describes them.
+//! Numbers read back to the same bits.
 
 use crate::error::Error;
 use crate::inertial::rotation::to_euler;
 use crate::inertial::session::{EPOCH_S, Session};
 use crate::inertial::units::DEG;
 use crate::output::{CsvWriter, write_atomic};
+use crate::recordings::columns::{IMU, PLACE, SIGMA, SIGMA_V, VELOCITY};
 use crate::recordings::record::{Record, TimedFix};
 use crate::recordings::session::InitialAttitude;
 use std::path::Path;
 
-const IMU: [&str; 7] = [
-    "t_s",
-    "dtheta_x_rad",
-    "dtheta_y_rad",
-    "dtheta_z_rad",
-    "dv_x_mps",
-    "dv_y_mps",
-    "dv_z_mps",
-];
-const PLACE: [&str; 4] = ["t_s", "lat_deg", "lon_deg", "height_m"];
-const VELOCITY: [&str; 3] = ["v_north_mps", "v_east_mps", "v_down_mps"];
-const SIGMA: [&str; 3] = ["sigma_north_m", "sigma_east_m", "sigma_down_m"];
-const SIGMA_V: [&str; 3] = ["sigma_v_north_mps", "sigma_v_east_mps", "sigma_v_down_mps"];
 const ATTITUDE: [&str; 3] = ["roll_deg", "pitch_deg", "heading_deg"];
 
-/// Writes a record's files into `dir`: increments in body axes forward-right-down with the time of their end, and fixes if there are two.
+/// Writes the files of a record into `dir`: increments in forward-right-down with the time of their
+/// end, and fixes if there are at least two.
 ///
 /// # Errors
-/// [`Error::Unwritable`]; each file appears whole or not at all.
+/// [`Error::Unwritable`]. Each file appears whole or not at all.
 pub fn write(record: &Record, dir: &Path) -> Result<(), Error> {
-    let (time, words) = record.increments();
-    let word = |(t, w): (&f64, &crate::inertial::sins::Increment)| {
-        let (g, a) = (&w.dtheta, &w.dv);
+    let (time, increments) = record.increments();
+    let row = |(t, i): (&f64, &crate::inertial::sins::Increment)| {
+        let (g, a) = (&i.dtheta, &i.dv);
         vec![*t, g.x, g.y, g.z, a.x, a.y, a.z]
     };
     rows(
         &dir.join("imu.csv"),
         &IMU,
-        time.iter().zip(&words).map(word),
+        time.iter().zip(&increments).map(row),
     )?;
     if record.fixes.len() > 1 {
         write_fixes(record, &dir.join("gnss.csv"))?;
@@ -60,7 +50,7 @@ fn write_fixes(record: &Record, file: &Path) -> Result<(), Error> {
     rows(file, &columns, record.fixes.iter().map(row))
 }
 
-/// Writes the reference states of a session, one a second.
+/// Writes the reference states of a session, one per second.
 ///
 /// # Errors
 /// [`Error::Unwritable`].
@@ -88,7 +78,7 @@ fn rows(file: &Path, columns: &[&str], rows: impl Iterator<Item = Vec<f64>>) -> 
     csv.finish()
 }
 
-/// The header of the files that [`write`] writes.
+/// The header file for what [`write`] writes.
 fn header(record: &Record) -> String {
     let names = |n: &[&str]| format!("[\"{}\"]", n.join("\", \""));
     let mut text = format!(
@@ -153,14 +143,14 @@ mod tests {
                 [1.1, 2.0, 3.0, 1.0, 1.0, 1.0]
             },
         };
-        let word = |k: usize| Increment {
+        let increment = |k: usize| Increment {
             dtheta: Vector3::new(1e-7 / 3.0, -1e-3 * (k as f64).sin(), 0.0),
             dv: Vector3::new(0.1 / 7.0, k as f64 * 1e-5, -0.0981),
         };
         Record {
             file: "made".into(),
             time: (1..=500).map(|k| 1000.0 + 0.01 * f64::from(k)).collect(),
-            samples: (1..=500).map(word).collect(),
+            samples: (1..=500).map(increment).collect(),
             kind: Kind::Increment,
             rate_hz: 100,
             fixes: (0..4).map(fix).collect(),
@@ -168,9 +158,9 @@ mod tests {
         }
     }
 
-    /// CSV to KF-GINS and back, and both read: nothing changes, not a bit.
+    /// From CSV to KF-GINS and back: no bit changes.
     #[test]
-    fn conversions_there_and_back_are_exact() {
+    fn conversions_both_ways_are_exact() {
         for velocity in [true, false] {
             let dir = tempfile::tempdir().unwrap();
             let path = |name: &str| dir.path().join(name);

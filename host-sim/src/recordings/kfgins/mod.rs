@@ -1,16 +1,22 @@
-//! The text files of KF-GINS (i2Nav, Wuhan University): columns between blanks or commas, no line of names.
+//! The text files of KF-GINS (i2Nav, Wuhan University). Blanks or commas separate the columns, and
+//! there is no line of names.
 //!
 //! ```text
 //! IMU    second of week | dtheta x, y, z, rad | dv x, y, z, m/s | further columns are not read
-//! GNSS   second of week | latitude, longitude, deg | height, m | standard deviations north, east, down, m              (7 columns)
-//!        second of week | latitude, longitude, deg | height, m | velocity north, east, down, m/s | standard deviations of both (13)
-//! truth  week | second of week | latitude, longitude, deg | height, m | velocity north, east, down, m/s | roll, pitch, yaw, deg
+//! GNSS   second of week | latitude, longitude, deg | height, m
+//!        7 columns:  | standard deviations of position north, east, down, m
+//!        13 columns: | velocity north, east, down, m/s | standard deviations of both
+//! truth  week | second of week | latitude, longitude, deg | height, m
+//!        | velocity north, east, down, m/s | roll, pitch, yaw, deg
 //! ```
 //!
-//! Body axes are forward-right-down, the time of a sample is the end of its interval, heights are above the ellipsoid. KF-GINS documents
-//! the 7 columns; its reader also takes 13, of which it uses what the 7 hold. Positions are those of the antenna: its lever arm, which KF-GINS
-//! keeps in its own configuration, is not known here, so a long one must be taken out before. Written numbers are the shortest that
-//! read back to the same bits. Seconds of week do not pass 604 800 in KF-GINS, so a recording over a week's end is refused both ways.
+//! Body axes are forward-right-down, the time of a sample is the end of its interval, and heights are
+//! above the ellipsoid. KF-GINS documents the 7 columns. Its reader also accepts 13 and uses those of
+//! them that the 7 contain. Positions are those of the antenna. KF-GINS keeps the lever arm of the
+//! antenna in its own configuration, which is not read here, so the user must correct for a long one
+//! beforehand. Written numbers are the shortest that read back to the same bits. Seconds of week
+//! do not exceed 604 800 in KF-GINS, so a recording across the end of a week is neither read nor
+//! written.
 
 use crate::error::Error;
 use crate::inertial::earth::Geodetic;
@@ -18,6 +24,7 @@ use crate::inertial::rotation::from_euler;
 use crate::inertial::sins::{Increment, NavState};
 use crate::inertial::units::DEG;
 use crate::output::write_atomic;
+use crate::recordings::columns::{IMU, PLACE, SIGMA, SIGMA_V, VELOCITY};
 use crate::recordings::record::{Kind, Record, TimedFix, median_step};
 use crate::recordings::session::{InitialAttitude, MOST_GAP_S};
 use crate::recordings::table::{Layout, Separator, Source, Table};
@@ -28,53 +35,6 @@ use std::path::Path;
 
 /// Seconds in a week.
 pub const WEEK_S: f64 = 604_800.0;
-
-const IMU: [&str; 7] = [
-    "time_s",
-    "dtheta_x_rad",
-    "dtheta_y_rad",
-    "dtheta_z_rad",
-    "dv_x_mps",
-    "dv_y_mps",
-    "dv_z_mps",
-];
-const GNSS: [&str; 7] = [
-    "time_s",
-    "lat_deg",
-    "lon_deg",
-    "height_m",
-    "sigma_north_m",
-    "sigma_east_m",
-    "sigma_down_m",
-];
-const GNSS_VELOCITY: [&str; 13] = [
-    "time_s",
-    "lat_deg",
-    "lon_deg",
-    "height_m",
-    "v_north_mps",
-    "v_east_mps",
-    "v_down_mps",
-    "sigma_north_m",
-    "sigma_east_m",
-    "sigma_down_m",
-    "sigma_v_north_mps",
-    "sigma_v_east_mps",
-    "sigma_v_down_mps",
-];
-const TRUTH: [&str; 11] = [
-    "week",
-    "time_s",
-    "lat_deg",
-    "lon_deg",
-    "height_m",
-    "v_north_mps",
-    "v_east_mps",
-    "v_down_mps",
-    "roll_deg",
-    "pitch_deg",
-    "yaw_deg",
-];
 
 /// Reads the pair of files.
 ///
@@ -96,7 +56,7 @@ pub fn read(
         return Err(table.complain(
             table.len() - 1,
             0,
-            "not one of 4 to 8000 samples a second",
+            "not one of 4 to 8000 samples per second",
             "give times in s",
         ));
     }
@@ -119,7 +79,9 @@ pub fn read(
 /// # Errors
 /// Any fault of the file, with line and column.
 pub fn read_truth(file: &Path) -> Result<Track, Error> {
-    let table = table(file, &[&TRUTH], false)?;
+    let angles = ["roll_deg", "pitch_deg", "yaw_deg"];
+    let names = [&["week"], &PLACE[..], &VELOCITY, &angles].concat();
+    let table = table(file, &[&names], false)?;
     table.check_rising(1)?;
     table.check_within(2..3, 89.9, "give a latitude in degrees, not at a pole")?;
     table.check_within(3..4, 360.0, "give a longitude in degrees")?;
@@ -141,16 +103,17 @@ pub fn read_truth(file: &Path) -> Result<Track, Error> {
 /// How a record is written.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Form {
-    /// Added to all times, s, to make seconds of week of them.
+    /// Added to all times to make them seconds of the week, s.
     pub shift_s: f64,
-    /// 13 columns with velocities instead of 7.
+    /// Whether to write 13 columns with velocities instead of 7.
     pub velocity: bool,
 }
 
-/// Writes a record as the pair of files, each whole or not at all.
+/// Writes a record as the pair of files. Each appears whole or not at all.
 ///
 /// # Errors
-/// Times that are no seconds of a week; velocities asked for that are not there; [`Error::Unwritable`].
+/// Times are not seconds of the week; the record lacks velocities that were asked for;
+/// [`Error::Unwritable`].
 pub fn write(record: &Record, form: Form, imu: &Path, gnss: &Path) -> Result<(), Error> {
     let refused = |option: &str, problem: String, remedy: &str| Error::Option {
         option: option.into(),
@@ -161,20 +124,20 @@ pub fn write(record: &Record, form: Form, imu: &Path, gnss: &Path) -> Result<(),
         let problem = "the recording has no velocities".into();
         return Err(refused("--velocity", problem, "leave it out"));
     }
-    let (time, words) = record.increments();
+    let (time, increments) = record.increments();
     let second = |t: f64| t + form.shift_s;
     let all = time.iter().chain(record.fixes.iter().map(|f| &f.time));
     if let Some(t) = all
         .map(|t| second(*t))
         .find(|t| !(0.0..=WEEK_S).contains(t))
     {
-        let problem = format!("{t} s is no second of a week");
-        let remedy = "give with --shift what makes seconds of week of the recording's times";
+        let problem = format!("{t} s is not a second of the week");
+        let remedy = "give the --shift that makes the times of the recording seconds of the week";
         return Err(refused("--shift", problem, remedy));
     }
     let mut text = String::new();
-    for (t, w) in time.iter().zip(&words) {
-        let row = [w.dtheta.x, w.dtheta.y, w.dtheta.z, w.dv.x, w.dv.y, w.dv.z];
+    for (t, i) in time.iter().zip(&increments) {
+        let row = [i.dtheta.x, i.dtheta.y, i.dtheta.z, i.dv.x, i.dv.y, i.dv.z];
         line(&mut text, second(*t), &row);
     }
     let mut fixes = String::new();
@@ -189,9 +152,10 @@ pub fn write(record: &Record, form: Form, imu: &Path, gnss: &Path) -> Result<(),
     write_atomic(gnss, fixes.as_bytes())
 }
 
-/// A time and numbers in the fewest digits that read back to the same bits; small numbers with an exponent.
+/// Adds a line with a time and numbers, in the fewest digits that read back to the same bits. Small
+/// numbers have an exponent.
 fn line(text: &mut String, time: f64, row: &[f64]) {
-    // writing to a string cannot fail
+    // writing to a string does not fail
     let _ = write!(text, "{time}");
     for x in row {
         let _ = match x.abs() {
@@ -202,27 +166,22 @@ fn line(text: &mut String, time: f64, row: &[f64]) {
     text.push('\n');
 }
 
-/// The columns of a file that has one of the numbers of columns known, or also more with `more`.
+/// Reads a file whose columns are one of the lists `known`, with any further columns if `more`.
 fn table(file: &Path, known: &[&[&str]], more: bool) -> Result<Table, Error> {
-    let source = Source::open(file)?;
-    let separator = Separator::BlankOrComma;
-    let there = source
-        .lines()
-        .next()
-        .map_or(0, |(_, l)| separator.split(l).len());
-    let names = known.iter().find(|names| names.len() == there);
+    let source = Source::open(file, Separator::BlankOrComma)?;
+    let found = source.first_line().len();
+    let names = known.iter().find(|names| names.len() == found);
     let names = names.unwrap_or(&known[0]);
     let mut all: Vec<String> = names.iter().map(ToString::to_string).collect();
     if more {
-        all.extend((all.len()..there).map(|k| (k + 1).to_string()));
+        all.extend((all.len()..found).map(|k| (k + 1).to_string()));
     }
     let wanted: Vec<usize> = (0..names.len()).collect();
     let layout = Layout {
-        separator,
         skip: 0,
         names: &all,
         wanted: &wanted,
-        gaps: false,
+        gap: None,
     };
     Table::read(&source, &layout)
 }
@@ -235,14 +194,16 @@ fn increment(row: &[f64]) -> Increment {
 }
 
 fn fixes(file: &Path) -> Result<Vec<TimedFix>, Error> {
-    let table = table(file, &[&GNSS, &GNSS_VELOCITY], false)?;
+    let plain = [&PLACE[..], &SIGMA].concat();
+    let full = [&PLACE[..], &VELOCITY, &SIGMA, &SIGMA_V].concat();
+    let table = table(file, &[&plain, &full], false)?;
     table.check_rising(0)?;
     table.check_within(1..2, 89.9, "give a latitude in degrees, not at a pole")?;
     table.check_within(2..3, 360.0, "give a longitude in degrees")?;
     table.check_within(3..4, 20_000.0, "give a height in m")?;
     let mut out: Vec<TimedFix> = Vec::with_capacity(table.len());
     for (k, r) in table.rows().enumerate() {
-        let with_velocity = r.len() == GNSS_VELOCITY.len();
+        let with_velocity = r.len() == full.len();
         let first = if with_velocity { 7 } else { 4 };
         if let Some(c) = (first..r.len()).find(|&c| r[c] <= 0.0) {
             let remedy = "give a number above 0";

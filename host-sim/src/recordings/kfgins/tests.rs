@@ -1,6 +1,6 @@
 use super::*;
 use crate::inertial::session::Session;
-use crate::recordings::table::tests::message;
+use crate::recordings::testing::message;
 use crate::simulator::gnss::GnssSpec;
 use crate::simulator::imu::ImuSpec;
 use crate::simulator::session::{SessionConfig, simulate};
@@ -29,11 +29,11 @@ fn simulated() -> Session {
 }
 
 #[test]
-fn a_recording_written_and_read_is_the_same_to_the_bit() {
+fn a_recording_written_and_read_is_the_same_bit_for_bit() {
     let dir = tempfile::tempdir().unwrap();
     let (imu, gnss) = (dir.path().join("imu.txt"), dir.path().join("gnss.txt"));
     let session = simulated();
-    let record = Record::of(&session);
+    let record = Record::from_session(&session);
     for velocity in [true, false] {
         let form = Form {
             shift_s: 0.0,
@@ -69,7 +69,8 @@ fn a_recording_written_and_read_is_the_same_to_the_bit() {
     assert!(why.starts_with("--shift: 604800.0"), "{why}");
 }
 
-/// Lines as the demonstration data of KF-GINS have them: blanks at the end, Windows line ends, commas, an odometer.
+/// Lines as in the demonstration data of KF-GINS: blanks at the end, Windows line ends, commas, an
+/// odometer.
 #[test]
 fn files_of_others_are_read() {
     let dir = tempfile::tempdir().unwrap();
@@ -95,8 +96,8 @@ fn files_of_others_are_read() {
     for (got, want) in [roll, pitch, yaw].iter().zip(want) {
         assert!((got - want).abs() < 1e-5, "{got} {want}");
     }
-    let begin = Some(InitialAttitude::Known(state.q_bn));
-    let record = read(&path("imu"), &path("gnss"), begin).unwrap();
+    let attitude = Some(InitialAttitude::Known(state.q_bn));
+    let record = read(&path("imu"), &path("gnss"), attitude).unwrap();
     assert_eq!((record.rate_hz, record.samples.len()), (100, 200));
     assert_eq!(record.samples[3].dv.z, -0.0981);
     assert_eq!(record.fixes[1].sigmas[..3], [0.010, 0.009, 0.019]);
@@ -108,8 +109,8 @@ fn complaint(imu: &str, gnss: &str) -> String {
     let (i, g) = (dir.path().join("in.imu"), dir.path().join("in.gnss"));
     std::fs::write(&i, imu).unwrap();
     std::fs::write(&g, gnss).unwrap();
-    let begin = Some(InitialAttitude::Known(UnitQuaternion::identity()));
-    let session = read(&i, &g, begin).and_then(|r| r.session());
+    let attitude = Some(InitialAttitude::Known(UnitQuaternion::identity()));
+    let session = read(&i, &g, attitude).and_then(|r| r.session());
     message(&session.unwrap_err())
 }
 
@@ -137,17 +138,17 @@ fn every_fault_names_its_place() {
         (
             imus.replace("100.05 0 0", "100.04 0 0"),
             fixes.clone(),
-            "in.imu:6: column 'time_s': time 100.04 follows",
+            "in.imu:6: column 't_s': time 100.04 follows",
         ),
         (
             imus.replace(&imu(5), ""),
             fixes.clone(),
-            "in.imu:6: column 'time_s': '100.06' is after a gap",
+            "in.imu:6: column 't_s': '100.06' is after a gap",
         ),
         (
             imu(0),
             fixes.clone(),
-            "in.imu:1: column 'time_s': '100' is not one of 4 to 8000",
+            "in.imu:1: column 't_s': '100' is not one of 4 to 8000",
         ),
         (String::new(), fixes.clone(), "in.imu: is empty"),
         (
@@ -163,7 +164,7 @@ fn every_fault_names_its_place() {
         (
             imus.clone(),
             fixes.replace("103 ", "109 "),
-            "in.gnss:4: column 'time_s': '109' is after a gap",
+            "in.gnss:4: column 't_s': '109' is after a gap",
         ),
         (
             imus.clone(),

@@ -1,8 +1,9 @@
-//! Recorded `NovAtel` binary logs: raw increments and the receiver's own solution.
+//! Recorded `NovAtel` binary logs: raw increments and the navigation solution of the receiver.
 //!
-//! The product's own framer and views read the stream ([`firmware::wire::novatel`]), so a replay tests them, too. Raw increments stay the
-//! sensor's counts. INSPVAS is reference and fix at once; without it there is no position to begin with. IMURATECORRIMUS is read but
-//! never becomes a session: gravity, Earth rate and the receiver's estimates of the biases are already taken out of it.
+//! The decoder of the firmware ([`firmware::wire::novatel`]) reads the stream, so a replay tests it,
+//! too. Raw increments stay the counts of the sensor. INSPVAS is both reference and fix; without it
+//! there is no initial position. IMURATECORRIMUS is read but cannot become a session, because the
+//! receiver has already removed gravity, Earth rate and estimated biases from it.
 
 use crate::error::Error;
 use crate::inertial::earth::Geodetic;
@@ -23,12 +24,13 @@ use nalgebra::Vector3;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-/// Message number of IMURATECORRIMUS (short header).
+/// Message number of IMURATECORRIMUS, which has a short header.
 const CORRECTED: u16 = 1362;
-/// Its payload: week u32, second f64, then six f64.
+/// Length of its payload: week as u32, second as f64, then six f64.
 const CORRECTED_PAYLOAD: usize = 60;
 const WEEK_S: f64 = 604_800.0;
-/// The receiver's solution as fixes (assumed: it is smooth, so that its differences matter).
+/// Standard deviations of the receiver's solution as fixes (assumed): m, then m/s. The solution is
+/// smooth, so what counts is the error of its differences.
 const SIGMAS: [f64; 6] = [0.1, 0.1, 0.1, 0.02, 0.02, 0.02];
 
 /// One raw sample.
@@ -36,21 +38,22 @@ const SIGMAS: [f64; 6] = [0.1, 0.1, 0.1, 0.02, 0.02, 0.02];
 pub struct Raw {
     /// Time of the end of the interval, s since the start of GPS time, to 0.2 us.
     pub time: f64,
-    /// The same as in the log: GPS week.
+    /// GPS week of the same time.
     pub week: u16,
     /// Second of that week.
     pub second_of_week: f64,
-    /// IMU, of logs that say so.
+    /// Type of the IMU, in logs that name it.
     pub kind: Option<ImuType>,
-    /// Angle counts, sensor's x, y, z.
+    /// Angle counts, x, y, z of the sensor.
     pub gyro: [i32; 3],
     /// Velocity counts.
     pub accel: [i32; 3],
-    /// Whether the log calls all six good.
+    /// Whether the log marks all six as good.
     pub good: bool,
 }
 
-/// One IMURATECORRIMUS sample: increments less gravity, Earth rate and estimated biases, x right, y forward, z up.
+/// One IMURATECORRIMUS sample: increments without gravity, Earth rate and estimated biases; x right,
+/// y forward, z up.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Corrected {
     /// Time, s since the start of GPS time.
@@ -68,9 +71,10 @@ pub struct Recording {
     pub file: PathBuf,
     /// Good messages by number.
     pub messages: BTreeMap<u16, usize>,
-    /// Start marks with a wrong CRC.
+    /// Messages with a wrong CRC.
     pub damaged: usize,
-    /// Bytes of no message. Messages of more than 256 bytes are among them: the framer lets them through unread.
+    /// Bytes outside messages. These include messages of more than 256 bytes, which the framer passes
+    /// through unread.
     pub garbage: usize,
     /// Raw samples in the order of the file.
     pub raw: Vec<Raw>,
@@ -83,9 +87,9 @@ pub struct Recording {
 /// Reads a file.
 ///
 /// # Errors
-/// [`Error::Missing`], [`Error::Unreadable`], or no message in it.
+/// [`Error::Missing`], [`Error::Unreadable`], or the file holds no message.
 pub fn read(file: &Path) -> Result<Recording, Error> {
-    let bytes = std::fs::read(file).map_err(|e| Error::reading(file, e))?;
+    let bytes = crate::recordings::read::read(file)?;
     let mut out = Recording {
         file: file.to_path_buf(),
         ..Recording::default()
@@ -94,11 +98,11 @@ pub fn read(file: &Path) -> Result<Recording, Error> {
     for piece in bytes.chunks(LONGEST) {
         framer.push(piece);
         while let Some(event) = framer.next_event() {
-            out.take(event.kind(), event.bytes());
+            out.receive(event.kind(), event.bytes());
         }
     }
     while let Some(event) = framer.flush() {
-        out.take(event.kind(), event.bytes());
+        out.receive(event.kind(), event.bytes());
     }
     if out.messages.is_empty() {
         let problem = format!("has {} bytes and no good message", bytes.len());
@@ -113,7 +117,7 @@ pub fn read(file: &Path) -> Result<Recording, Error> {
 }
 
 impl Recording {
-    fn take(&mut self, kind: Kind, bytes: &[u8]) {
+    fn receive(&mut self, kind: Kind, bytes: &[u8]) {
         match kind {
             Kind::Frame | Kind::Other => self.message(bytes),
             Kind::BadChecksum => {
@@ -125,7 +129,7 @@ impl Recording {
     }
 
     fn message(&mut self, bytes: &[u8]) {
-        // good messages have a whole header, so the number is there
+        // a good message has a whole header
         let id = bytes
             .get(4..6)
             .map_or(0, |b| u16::from_le_bytes([b[0], b[1]]));
@@ -152,18 +156,16 @@ impl Recording {
         }
     }
 
-    /// The track of INSPVAS, duplicates left out; `None` without any.
-    fn track(&self) -> Option<Track> {
-        let mut time: Vec<f64> = Vec::new();
-        let mut states = Vec::new();
+    /// INSPVAS without duplicates, each with its time in s since the start of GPS week `week`.
+    fn solutions(&self, week: u32) -> Vec<(f64, &Inspvas)> {
+        let mut solutions: Vec<(f64, &Inspvas)> = Vec::new();
         for ins in &self.ins {
-            let t = f64::from(ins.week) * WEEK_S + ins.second_of_week;
-            if time.last().is_none_or(|last| t > *last) {
-                time.push(t);
-                states.push(state(ins));
+            let time = (f64::from(ins.week) - f64::from(week)) * WEEK_S + ins.second_of_week;
+            if solutions.last().is_none_or(|(last, _)| time > *last) {
+                solutions.push((time, ins));
             }
         }
-        (!time.is_empty()).then(|| Track::new(time, states))
+        solutions
     }
 
     fn complain(&self, key: &str, problem: &str, remedy: &str) -> Error {
@@ -201,12 +203,14 @@ fn state(ins: &Inspvas) -> NavState {
     }
 }
 
-/// A session from the first raw sample beside an INSPVAS on. `mounting` turns the sensor's axes to forward-right-down of the body whose
-/// attitude INSPVAS gives ([`Axes::RIGHT_FORWARD_UP`] for an enclosure in `NovAtel`'s vehicle axes); `kind` is needed for RAWIMU and
-/// RAWIMUS, which do not name their IMU.
+/// A session from the first raw sample after the first INSPVAS on. `mounting` turns the axes of the
+/// sensor into forward-right-down of the body whose attitude INSPVAS gives. It is
+/// [`Axes::RIGHT_FORWARD_UP`] for an enclosure in `NovAtel`'s vehicle axes. `kind` is needed for
+/// RAWIMU and RAWIMUS, which do not name their IMU.
 ///
 /// # Errors
-/// No raw samples, an IMU whose scale is not published, samples missing or called bad, no INSPVAS beside them.
+/// There are no raw samples, the scale of the IMU is not known, samples are missing or marked bad, or
+/// there is no INSPVAS at their time.
 pub fn session(
     recording: &Recording,
     mounting: Axes,
@@ -217,48 +221,38 @@ pub fn session(
         |problem: &str, remedy: &str| Err(recording.complain("INSPVAS", problem, remedy));
     let dt = EPOCH_S / f64::from(rate);
     check_raw(recording, dt)?;
-    let Some(track) = recording.track() else {
-        return complain(
-            "is not among the messages",
-            "log INSPVASB beside the raw increments",
-        );
+    let solutions = recording.solutions(0);
+    let (Some((t0, _)), Some((t1, _))) = (solutions.first(), solutions.last()) else {
+        let remedy = "log INSPVASB beside the raw increments";
+        return complain("is not among the messages", remedy);
     };
-    let (t0, t1) = track.span().unwrap_or_default();
-    let begin = recording.raw.partition_point(|r| r.time < t0);
-    let Some(at) = recording.raw.get(begin).map(|r| r.time) else {
-        return complain(
-            "begins after the last raw sample",
-            "give logs of the same time",
-        );
+    let first = recording.raw.partition_point(|r| r.time < *t0);
+    let Some(at) = recording.raw.get(first).map(|r| r.time) else {
+        let problem = "begins after the last raw sample";
+        return complain(problem, "give logs of the same time");
     };
-    let words = &recording.raw[begin + 1..]; // the sample at the first epoch ends there
-    let epochs = (words.len() / usize::from(rate)).min((t1 - at + 1e-6).max(0.0) as usize);
+    let samples = &recording.raw[first + 1..]; // the sample before them ends at the first epoch
+    let epochs = (samples.len() / usize::from(rate)).min((t1 - at + 1e-6).max(0.0) as usize);
     if epochs == 0 {
-        let problem = format!(
-            "covers less than one second together with {} raw samples",
-            words.len()
-        );
+        let count = samples.len();
+        let problem = format!("covers less than one second together with {count} raw samples");
         return complain(&problem, "give a longer recording");
     }
-    let turn = |r: &Raw| Counts {
-        dtheta: mounting.turn_counts(r.gyro),
-        dv: mounting.turn_counts(r.accel),
-    };
+    let time = solutions.iter().map(|(t, _)| *t).collect();
+    let track = Track::new(time, solutions.iter().map(|(_, ins)| state(ins)).collect());
     let reference: Vec<NavState> = (0..=epochs)
         .map(|k| track.at(at + k as f64 * EPOCH_S))
         .collect();
-    let counts = words[..epochs * usize::from(rate)]
-        .iter()
-        .map(turn)
-        .collect();
+    let samples = samples[..epochs * usize::from(rate)].iter();
+    let counts = samples.map(|raw| counts(raw, mounting)).collect();
     Ok(referenced(dt, (counts, lsb), reference, SIGMAS))
 }
 
-/// The raw samples as increments beside INSPVAS as fixes; times are seconds of the first sample's week. Arguments and errors as for
-/// [`session`], but that there may be no INSPVAS.
+/// A record of the raw samples and of INSPVAS as fixes. Times are seconds of the week of the first
+/// sample. The arguments are those of [`session`].
 ///
 /// # Errors
-/// See [`session`].
+/// As [`session`], except that there may be no INSPVAS.
 pub fn record(
     recording: &Recording,
     mounting: Axes,
@@ -266,51 +260,45 @@ pub fn record(
 ) -> Result<Record, Error> {
     let (lsb, rate) = imu(recording, kind)?;
     check_raw(recording, EPOCH_S / f64::from(rate))?;
-    let first = i32::from(recording.raw[0].week);
-    let second = |week: i32, second: f64| f64::from(week - first) * WEEK_S + second;
-    let word = |r: &Raw| {
-        let counts = Counts {
-            dtheta: mounting.turn_counts(r.gyro),
-            dv: mounting.turn_counts(r.accel),
-        };
-        to_si(&counts, &lsb)
-    };
-    let mut fixes: Vec<TimedFix> = Vec::new();
-    for ins in &recording.ins {
-        let time = second(ins.week as i32, ins.second_of_week);
+    let week = recording.raw[0].week;
+    let time = |r: &Raw| (f64::from(r.week) - f64::from(week)) * WEEK_S + r.second_of_week;
+    let fix = |(time, ins): &(f64, &Inspvas)| {
         let [north, east, up] = ins.velocity;
-        if fixes.last().is_none_or(|last| time > last.time) {
-            fixes.push(TimedFix {
-                time,
-                lat_deg: ins.position[0],
-                lon_deg: ins.position[1],
-                height_m: ins.position[2],
-                velocity: Some([north, east, -up]),
-                sigmas: SIGMAS,
-            });
+        TimedFix {
+            time: *time,
+            lat_deg: ins.position[0],
+            lon_deg: ins.position[1],
+            height_m: ins.position[2],
+            velocity: Some([north, east, -up]),
+            sigmas: SIGMAS,
         }
-    }
+    };
+    let samples = recording.raw.iter().map(|r| counts(r, mounting));
     let attitude = recording.ins.first().map(|ins| state(ins).q_bn);
     Ok(Record {
         file: recording.file.clone(),
-        time: recording
-            .raw
-            .iter()
-            .map(|r| second(i32::from(r.week), r.second_of_week))
-            .collect(),
-        samples: recording.raw.iter().map(word).collect(),
+        time: recording.raw.iter().map(time).collect(),
+        samples: samples.map(|counts| to_si(&counts, &lsb)).collect(),
         kind: crate::recordings::record::Kind::Increment,
         rate_hz: usize::from(rate),
-        fixes,
+        fixes: recording.solutions(week.into()).iter().map(fix).collect(),
         initial_attitude: attitude.map(InitialAttitude::Known),
     })
 }
 
-/// Count values and rate of the raw samples' IMU.
+/// Counts of a sample in forward-right-down.
+fn counts(raw: &Raw, mounting: Axes) -> Counts {
+    Counts {
+        dtheta: mounting.turn_counts(raw.gyro),
+        dv: mounting.turn_counts(raw.accel),
+    }
+}
+
+/// Count values and rate of the IMU of the raw samples.
 fn imu(recording: &Recording, kind: Option<ImuType>) -> Result<(Lsb, u16), Error> {
     let complain = |key, problem: &str, remedy| Err(recording.complain(key, problem, remedy));
     let Some(first) = recording.raw.first() else {
-        let remedy = "log RAWIMUSXB; IMURATECORRIMUS is no substitute, gravity and biases are taken out of it";
+        let remedy = "log RAWIMUSXB; IMURATECORRIMUS is no substitute, it lacks gravity and biases";
         return complain(
             "RAWIMUSX",
             "is not among the messages, nor another raw log",
@@ -336,7 +324,7 @@ fn imu(recording: &Recording, kind: Option<ImuType>) -> Result<(Lsb, u16), Error
     Ok((lsb, rate))
 }
 
-/// All samples good, and one every `dt`.
+/// Checks that all samples are good and `dt` apart.
 fn check_raw(recording: &Recording, dt: f64) -> Result<(), Error> {
     for (k, r) in recording.raw.iter().enumerate() {
         if !r.good {

@@ -1,6 +1,6 @@
 use super::*;
 use crate::inertial::session::to_si;
-use crate::recordings::table::tests::{file, message, recorded};
+use crate::recordings::testing::{file, message, recorded};
 use firmware::wire::novatel::{Header, Log, Repr};
 
 #[test]
@@ -18,7 +18,7 @@ fn the_recorded_stream_is_whole() {
     for w in got.corrected.windows(2) {
         assert!((w[1].time - w[0].time - 0.008).abs() < 1e-5); // 125 Hz
     }
-    // at rest: what is left of gravity and Earth's turn is small, and INSPVAS stands still
+    // at rest: the remainders of gravity and Earth rate are small, and INSPVAS does not move
     for axis in 0..3 {
         let time = 766.0 * 0.008;
         let rate: f64 = got.corrected.iter().map(|c| c.dtheta[axis]).sum::<f64>() / time;
@@ -99,7 +99,7 @@ fn raw_logs_become_a_session_in_the_sensors_own_counts() {
     ] {
         let s = of(&stream(log, 11, 260), kind).unwrap();
         assert_eq!((s.epochs(), s.dt, s.reference.len()), (2, 0.01, 3));
-        // INSPVAS begins at sample 5, so the first word is sample 6; right-forward-up turned
+        // INSPVAS begins at sample 5, so the first sample is number 6, turned to forward-right-down
         assert_eq!(
             s.counts[0],
             Counts {
@@ -107,7 +107,7 @@ fn raw_logs_become_a_session_in_the_sensors_own_counts() {
                 dv: [-2, 1, -43_110_635]
             }
         );
-        // a foot a second squared at 2^-27 a count, 100 Hz
+        // one count is 2^-27 ft/s, at 100 Hz
         let down = to_si(&s.counts[0], &s.lsb).dv.z / s.dt;
         assert!(
             (down + 43_110_635.0 / 134_217_728.0 * 0.3048 * 100.0).abs() < 1e-9,
@@ -120,7 +120,7 @@ fn raw_logs_become_a_session_in_the_sensors_own_counts() {
 }
 
 #[test]
-fn damage_costs_the_damaged_messages_only() {
+fn damage_loses_only_the_damaged_messages() {
     let mut all = stream(Log::Rawimusx, 11, 260);
     let last = all.len() - 1;
     all[last][30] ^= 1;
@@ -191,7 +191,7 @@ fn every_fault_is_named() {
 }
 
 #[test]
-fn a_record_for_conversion_has_the_same_words_and_fixes_in_seconds_of_the_week() {
+fn a_record_for_conversion_has_the_same_samples_and_fixes_in_seconds_of_the_week() {
     let (_dir, path) = file("in.gps", &stream(Log::Rawimusx, 11, 260).concat());
     let log = read(&path).unwrap();
     let r = record(&log, Axes::RIGHT_FORWARD_UP, None).unwrap();
