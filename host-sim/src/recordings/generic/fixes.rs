@@ -98,7 +98,7 @@ fn collect(read: &Read, table: &Table, si: &Si) -> Result<Vec<TimedFix>, Error> 
             }
         }
         let now = fix(r, si).ok_or_else(|| {
-            let fault = "with its longitude and height not a place on Earth";
+            let fault = "not on Earth with its longitude and height";
             table.complain(k, 1, fault, "check order and units")
         })?;
         let since = fixes.last().map_or(1.0, |before| now.time - before.time);

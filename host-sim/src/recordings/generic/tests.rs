@@ -264,7 +264,7 @@ fn every_fault_of_the_header_is_named() {
             "\"nwu\"",
             "in.toml: 'gnss.velocity' has the order 'nwu'",
         ),
-        ("heading_deg = 90.0", "", "in.toml: 'start' says neither"),
+        ("heading_deg = 90.0", "", "in.toml: 'start' gives neither"),
         (
             "heading_deg = 90.0",
             "heading_deg = nan",
@@ -360,7 +360,7 @@ fn every_fault_of_the_data_is_named() {
         (
             "1002.5  45.0",
             "1002.5  95.0",
-            "gnss.txt:3: column '2': '95' is with its longitude and height no place",
+            "gnss.txt:3: column '2': '95' is not on Earth with its longitude and height",
         ),
         (
             "1002.5",
