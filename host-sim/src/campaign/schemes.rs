@@ -1,15 +1,14 @@
 //! The competitors of a campaign: each is aided by fixes up to an epoch and coasts from there, on the same words.
 
-use crate::inertial::ekf::{Aided, ErrorModel, Held, Known, Noise, Parameter, Regressor, Triad};
+use crate::inertial::ekf::{Aided, ErrorModel, Held, Known, Noise};
 use crate::inertial::free_inertial::{Coast, coast};
 use crate::inertial::session::{Session, Surroundings, to_si};
 use crate::inertial::sins::Increment;
-use crate::inertial::units::{ARCSEC, DEG, DEG_PER_H, G0, PPM, UG};
 use crate::learning::kalman::{Student, coasted, taught};
 use crate::learning::study::{Use, study};
 use crate::learning::teacher::{Assumptions, aligned};
 use crate::learning::window::{NetworkSpec, compensator, corrected_words};
-use crate::simulator::imu::{AccelSpec, GyroSpec, ImuSpec, WARM_UP_REPEATABILITY};
+use crate::simulator::imu::ImuSpec;
 use firmware::learn::bank::{ALL, Gates};
 use firmware::sample::Counts;
 use nalgebra::Vector3;
@@ -199,130 +198,13 @@ pub fn rnn_words<'a>(case: &Case<'a>) -> Option<Cow<'a, [Increment]>> {
 /// the exact temperature of the block and the field at the gyros in each second.
 #[must_use]
 pub fn oracle(imu: &ImuSpec, session: &Session) -> ErrorModel {
-    let (g, a) = (&imu.gyro, &imu.accel);
-    let (gyro, accel) = (SensorStatistics::from(g), SensorStatistics::from(a));
     let mut out = ErrorModel {
         known: known(session),
-        delay_s: a.delay_s,
+        delay_s: imu.accel.delay_s,
         ..ErrorModel::default()
     };
-    let cubic = g.nonlinearity_ppm * PPM / (g.nonlinearity_rate_dps * DEG).powi(2);
-    let per_g2 = UG / (G0 * G0);
-    out.extend(|axis, triad| {
-        let c = |regressor, sigma: f64| Parameter::constant(triad, axis, regressor, sigma);
-        let mut list = [&gyro, &accel][triad.index()].parameters(triad, axis);
-        match triad {
-            Triad::Gyro => {
-                list.push(c(Regressor::Cube(axis), cubic));
-                let magnetic = g.magnetic_dphpgauss * DEG_PER_H;
-                list.extend((0..3).map(|j| c(Regressor::Field(j), magnetic)));
-            }
-            Triad::Accel => {
-                let pendulous = (axis + 1) % 3;
-                let rectified = a.vibration_rectification_ugpg2 * a.vibration_above_ratio;
-                list.extend([
-                    c(Regressor::Product(axis, axis), a.k2_ugpg2 * per_g2),
-                    c(
-                        Regressor::Product(axis, pendulous),
-                        a.cross_coupling_ugpg2 * per_g2,
-                    ),
-                    c(Regressor::Vibration(axis), rectified * per_g2),
-                ]);
-                list.extend((0..3).map(|j| c(Regressor::Arm(j), 1e-3 * a.size_effect_mm)));
-            }
-        }
-        list.retain(|p| p.sigma > 0.0 || p.walk > 0.0);
-        list
-    });
+    out.extend(|axis, triad| imu.told(triad, axis));
     out
-}
-
-/// What gyros and accelerometers have in common; biases in `unit`s.
-struct SensorStatistics {
-    bias: f64,
-    walk: f64,
-    drift: (f64, f64),
-    warm_up: (f64, f64),
-    thermal: [f64; 5],
-    unit: f64,
-    scale: [f64; 2],
-    asymmetry: f64,
-}
-
-impl From<&GyroSpec> for SensorStatistics {
-    fn from(g: &GyroSpec) -> Self {
-        Self {
-            bias: g.bias_unit_dph.hypot(g.bias_turn_on_dph),
-            walk: g.rate_random_walk_dphpsqrth / 60.0,
-            drift: (g.bias_drift_dph, g.bias_drift_time_s),
-            warm_up: (g.warm_up_dph, g.warm_up_time_s),
-            thermal: [
-                g.temperature_dphpk,
-                g.temperature_dphpk2,
-                g.heating_dphpkpmin * 60.0,
-                g.heating_temperature_dphpk2pmin * 60.0,
-                g.gradient_dphpk,
-            ],
-            unit: DEG_PER_H,
-            scale: [g.scale_ppm * PPM, g.misalignment_arcsec * ARCSEC],
-            asymmetry: g.scale_asymmetry_ppm * PPM,
-        }
-    }
-}
-
-impl From<&AccelSpec> for SensorStatistics {
-    fn from(a: &AccelSpec) -> Self {
-        Self {
-            bias: a.bias_unit_ug.hypot(a.bias_turn_on_ug),
-            walk: a.acceleration_random_walk_ugpsqrth / 60.0,
-            drift: (a.bias_drift_ug, a.bias_drift_time_s),
-            warm_up: (a.warm_up_ug, a.warm_up_time_s),
-            thermal: [
-                a.temperature_ugpk,
-                a.temperature_ugpk2,
-                a.heating_ugpkpmin * 60.0,
-                a.heating_temperature_ugpk2pmin * 60.0,
-                a.gradient_ugpk,
-            ],
-            unit: UG,
-            scale: [a.scale_ppm * PPM, a.misalignment_arcsec * ARCSEC],
-            asymmetry: a.scale_asymmetry_ppm * PPM,
-        }
-    }
-}
-
-impl SensorStatistics {
-    fn parameters(&self, triad: Triad, axis: usize) -> Vec<Parameter> {
-        let c = |regressor, sigma: f64| Parameter::constant(triad, axis, regressor, sigma);
-        let (drift, time) = (self.drift.0 * self.unit, self.drift.1);
-        let mut list = vec![
-            Parameter {
-                walk: self.walk * self.unit,
-                ..c(Regressor::One, self.bias * self.unit)
-            },
-            Parameter {
-                walk: drift * (2.0 / time).sqrt(),
-                time_s: time,
-                ..c(Regressor::One, drift)
-            },
-            c(
-                Regressor::Decay(self.warm_up.1),
-                self.warm_up.0 * self.unit * 1f64.hypot(WARM_UP_REPEATABILITY),
-            ),
-            c(Regressor::Magnitude(axis), self.asymmetry),
-        ];
-        list.extend((0..3).map(|j| c(Regressor::Input(j), self.scale[usize::from(j != axis)])));
-        let shapes = [
-            Regressor::Temperature,
-            Regressor::TemperatureSquare,
-            Regressor::Heating,
-            Regressor::HeatingTemperature,
-            Regressor::Gradient,
-        ];
-        let thermal = shapes.into_iter().zip(self.thermal);
-        list.extend(thermal.map(|(shape, sigma)| c(shape, sigma * self.unit)));
-        list
-    }
 }
 
 /// Temperature and field as the simulator had them, and the vibration that the words show, second by second.

@@ -79,24 +79,10 @@ const LEAST_UG: f64 = 1e-2;
 /// What a datasheet lets one expect.
 fn prior(spec: &ImuSpec) -> Prior {
     let (g, a) = (&spec.gyro, &spec.accel);
-    let root = |x: &[f64]| x.iter().map(|v| v * v).sum::<f64>().sqrt();
+    let [gyro_dph, accel_ug] = spec.expected_bias();
     Prior {
-        gyro_bias: root(&[
-            g.bias_unit_dph,
-            g.bias_turn_on_dph,
-            g.bias_drift_dph,
-            g.warm_up_dph,
-        ])
-        .max(LEAST_DPH)
-            * DEG_PER_H,
-        accel_bias: root(&[
-            a.bias_unit_ug,
-            a.bias_turn_on_ug,
-            a.bias_drift_ug,
-            a.warm_up_ug,
-        ])
-        .max(LEAST_UG)
-            * UG,
+        gyro_bias: gyro_dph.max(LEAST_DPH) * DEG_PER_H,
+        accel_bias: accel_ug.max(LEAST_UG) * UG,
         walk_per_hour: 0.5,
         scale: [
             g.scale_ppm.hypot(g.scale_asymmetry_ppm) * PPM,

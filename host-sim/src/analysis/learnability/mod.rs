@@ -18,7 +18,7 @@ use crate::inertial::ekf::{ErrorModel, InitialSigma, Triad};
 use crate::inertial::units::{ARCSEC, DEG, DEG_PER_H, PPM, UG};
 use crate::learning::teacher::Assumptions;
 use crate::simulator::gnss::GnssSpec;
-use crate::simulator::imu::{ErrorModelName, ImuSpec};
+use crate::simulator::imu::{Group, ImuSpec};
 use crate::simulator::session::SessionConfig;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -74,12 +74,11 @@ pub struct Answer {
 /// The IMU with constant bias, scale factor and misalignment and white noise alone.
 #[must_use]
 pub fn constants_only(imu: &ImuSpec) -> ImuSpec {
-    let mut imu = imu.error_model(ErrorModelName::Linear);
+    let mut imu = imu.scaled(|group| match group {
+        Group::Noise | Group::Condition | Group::Constant => 1.0,
+        _ => 0.0,
+    });
     imu.rate_hz = RATE_HZ;
-    imu.gyro.bias_drift_dph = 0.0;
-    imu.gyro.rate_random_walk_dphpsqrth = 0.0;
-    imu.accel.bias_drift_ug = 0.0;
-    imu.accel.acceleration_random_walk_ugpsqrth = 0.0;
     imu
 }
 

@@ -1,6 +1,7 @@
 //! Named groups of errors, for experiments that ask which kind of error a scheme can cope with.
 
-use super::spec::{AccelSpec, GyroSpec, ImuSpec};
+use super::spec::ImuSpec;
+use super::term::Group;
 use serde::{Deserialize, Serialize};
 use std::str::FromStr;
 
@@ -46,15 +47,22 @@ impl ErrorModelName {
         }
     }
 
-    /// Factors of the linear, the thermal, the non-linear and the remaining errors.
-    fn factors(self) -> [f64; 4] {
-        match self {
-            Self::Noise => [0.0, 0.0, 0.0, 0.0],
-            Self::Linear => [1.0, 0.0, 0.0, 0.0],
-            Self::Thermal => [1.0, 1.0, 0.0, 0.0],
-            Self::Nonlinear => [1.0, 0.0, 1.0, 0.0],
-            Self::All => [1.0, 1.0, 1.0, 1.0],
-            Self::AllX3 => [1.0, 3.0, 3.0, 1.0],
+    /// Factor of a group of errors.
+    fn factor(self, group: Group) -> f64 {
+        let (linear, thermal, nonlinear, other) = match self {
+            Self::Noise => (0.0, 0.0, 0.0, 0.0),
+            Self::Linear => (1.0, 0.0, 0.0, 0.0),
+            Self::Thermal => (1.0, 1.0, 0.0, 0.0),
+            Self::Nonlinear => (1.0, 0.0, 1.0, 0.0),
+            Self::All => (1.0, 1.0, 1.0, 1.0),
+            Self::AllX3 => (1.0, 3.0, 3.0, 1.0),
+        };
+        match group {
+            Group::Noise | Group::Condition => 1.0,
+            Group::Constant | Group::Wander => linear,
+            Group::Thermal => thermal,
+            Group::Nonlinear => nonlinear,
+            Group::Other => other,
         }
     }
 }
@@ -79,84 +87,14 @@ impl ImuSpec {
     /// The same IMU with only the errors of a group. With equal seeds, the errors that two groups share are the same in both.
     #[must_use]
     pub fn error_model(&self, name: ErrorModelName) -> Self {
-        let mut spec = self.clone();
-        for (group, factor) in groups(&mut spec).into_iter().zip(name.factors()) {
-            for value in group {
-                *value *= factor;
-            }
-        }
-        spec
+        self.scaled(|group| name.factor(group))
     }
-}
-
-/// The linear, thermal, non-linear and remaining errors. What is in none of them is noise, or says when or how and not how much.
-fn groups(spec: &mut ImuSpec) -> [Vec<&mut f64>; 4] {
-    let mut both = gyro_groups(&mut spec.gyro);
-    for (group, more) in both.iter_mut().zip(accel_groups(&mut spec.accel)) {
-        group.extend(more);
-    }
-    both
-}
-
-fn gyro_groups(gyro: &mut GyroSpec) -> [Vec<&mut f64>; 4] {
-    let linear = vec![
-        &mut gyro.bias_unit_dph,
-        &mut gyro.bias_turn_on_dph,
-        &mut gyro.bias_drift_dph,
-        &mut gyro.rate_random_walk_dphpsqrth,
-        &mut gyro.scale_ppm,
-        &mut gyro.misalignment_arcsec,
-    ];
-    let thermal = vec![
-        &mut gyro.warm_up_dph,
-        &mut gyro.temperature_dphpk,
-        &mut gyro.temperature_dphpk2,
-        &mut gyro.heating_dphpkpmin,
-        &mut gyro.heating_temperature_dphpk2pmin,
-        &mut gyro.gradient_dphpk,
-    ];
-    let nonlinear = vec![&mut gyro.scale_asymmetry_ppm, &mut gyro.nonlinearity_ppm];
-    [
-        linear,
-        thermal,
-        nonlinear,
-        vec![&mut gyro.magnetic_dphpgauss],
-    ]
-}
-
-fn accel_groups(accel: &mut AccelSpec) -> [Vec<&mut f64>; 4] {
-    let linear = vec![
-        &mut accel.bias_unit_ug,
-        &mut accel.bias_turn_on_ug,
-        &mut accel.bias_drift_ug,
-        &mut accel.acceleration_random_walk_ugpsqrth,
-        &mut accel.scale_ppm,
-        &mut accel.misalignment_arcsec,
-    ];
-    let thermal = vec![
-        &mut accel.warm_up_ug,
-        &mut accel.temperature_ugpk,
-        &mut accel.temperature_ugpk2,
-        &mut accel.heating_ugpkpmin,
-        &mut accel.heating_temperature_ugpk2pmin,
-        &mut accel.gradient_ugpk,
-    ];
-    let nonlinear = vec![
-        &mut accel.scale_asymmetry_ppm,
-        &mut accel.k2_ugpg2,
-        &mut accel.cross_coupling_ugpg2,
-        &mut accel.vibration_rectification_ugpg2,
-    ];
-    [
-        linear,
-        thermal,
-        nonlinear,
-        vec![&mut accel.size_effect_mm, &mut accel.delay_s],
-    ]
 }
 
 #[cfg(test)]
 mod tests {
+    use super::super::datasheet::{AccelSpec, GyroSpec};
+    use super::super::term::{Datasheet, Term};
     use super::*;
 
     /// Every number by its path.
@@ -187,7 +125,14 @@ mod tests {
         }
         let mut table = toml::Table::try_from(ImuSpec::preset("medium").unwrap()).unwrap();
         set(&mut table);
-        table.try_into().unwrap()
+        let mut spec: ImuSpec = table.try_into().unwrap();
+        for term in GyroSpec::TERMS {
+            *term.of(&mut spec.gyro) = 2.0;
+        }
+        for term in AccelSpec::TERMS {
+            *term.of(&mut spec.accel) = 2.0;
+        }
+        spec
     }
 
     /// Names whose value becomes `value` in a group.
@@ -219,14 +164,25 @@ mod tests {
                 "{name} is in no group"
             );
         }
-        assert_eq!(kept.len(), 21);
-        assert_eq!(at(ErrorModelName::Linear, 2.0).len(), kept.len() + 12);
-        assert_eq!(at(ErrorModelName::Thermal, 2.0).len(), kept.len() + 12 + 12);
+        let of = |groups: &[Group]| {
+            let gyro = GyroSpec::TERMS.iter().map(Term::group);
+            let all = gyro.chain(AccelSpec::TERMS.iter().map(Term::group));
+            all.filter(|group| groups.contains(group)).count()
+        };
+        let linear = of(&[Group::Constant, Group::Wander]);
+        let (thermal, nonlinear) = (of(&[Group::Thermal]), of(&[Group::Nonlinear]));
+        assert!(linear >= 12 && thermal == 12 && nonlinear == 6);
+        assert_eq!(at(ErrorModelName::Linear, 2.0).len(), kept.len() + linear);
+        assert_eq!(
+            at(ErrorModelName::Thermal, 2.0).len(),
+            kept.len() + linear + thermal
+        );
         assert_eq!(
             at(ErrorModelName::Nonlinear, 2.0).len(),
-            kept.len() + 12 + 6
+            kept.len() + linear + nonlinear
         );
         assert_eq!(twos().error_model(ErrorModelName::All), twos());
+        assert_eq!(kept.len(), 21);
         let tripled = at(ErrorModelName::AllX3, 6.0);
         assert_eq!(tripled.len(), 18);
         let systematic = [

@@ -4,6 +4,7 @@
 //! off, and a cause that is switched on or off changes no random draw of another. The slow physics behind the fast models:
 //! [`lock_in`] for the angle random walk, [`thermal`] for the warm-up.
 
+mod datasheet;
 mod delay;
 mod draws;
 mod error_model;
@@ -11,14 +12,16 @@ pub mod lock_in;
 pub mod magnetic;
 mod model;
 mod spec;
+mod term;
 pub mod thermal;
 mod triad;
 
+pub use datasheet::{AccelSpec, GyroSpec};
 pub use draws::Draws;
 pub use error_model::ErrorModelName;
 pub use model::Imu;
-pub use spec::{AccelSpec, BlockSpec, DitherSpec, GyroSpec, ImuSpec, PRESETS};
-pub use triad::WARM_UP_REPEATABILITY;
+pub use spec::{BlockSpec, DitherSpec, ImuSpec, PRESETS};
+pub use term::Group;
 
 #[cfg(test)]
 mod causes_tests;

@@ -3,6 +3,7 @@
 use super::delay::Delay;
 use super::draws::{Draws, normal3};
 use super::spec::ImuSpec;
+use super::term::Datasheet;
 use super::thermal::Block;
 use super::triad::{SLOW_S, Sigmas, Triad};
 use crate::inertial::session::Surroundings;
@@ -58,8 +59,8 @@ impl Imu {
         let mut triad = |sigmas: Sigmas, own: u64| {
             Triad::new(sigmas, &mut unit_rng, &mut draws.noise, stream(unit, own))
         };
-        let gyro = triad(Sigmas::from(&spec.gyro), GYRO).with_dither(&spec.gyro.dither, dt);
-        let accel = triad(Sigmas::from(&spec.accel), ACCEL);
+        let gyro = triad(spec.gyro.sigmas(), GYRO).with_dither(&spec.gyro.dither, dt);
+        let accel = triad(spec.accel.sigmas(), ACCEL);
         let mut place_rng = stream(unit, PLACE);
         let arm = 1e-3 * spec.accel.size_effect_mm;
         Self {

@@ -1,15 +1,15 @@
 //! Errors of one triad at one turn-on; the same equations serve gyros and accelerometers.
 
 use super::draws::{Normals, normal3};
-use super::spec::{AccelSpec, DitherSpec, GyroSpec};
+use super::spec::DitherSpec;
 use crate::inertial::session::{Surroundings, Temperature};
-use crate::inertial::units::{ARCSEC, DEG, DEG_PER_H, DEG_PER_SQRT_H, G0, PPM, UG, UG_PER_SQRT_HZ};
+use crate::inertial::units::ARCSEC;
 use nalgebra::{Matrix3, Vector3};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
 /// Repeatability of the warm-up's amplitude from turn-on to turn-on (assumed).
-pub const WARM_UP_REPEATABILITY: f64 = 0.1;
+pub(super) const WARM_UP_REPEATABILITY: f64 = 0.1;
 /// Period over which the slow errors are held, s.
 pub(super) const SLOW_S: f64 = 1.0;
 /// The three gyros dither apart from each other, or they would drive one another (assumed: 7 %).
@@ -18,88 +18,25 @@ const DITHER_APART: [f64; 3] = [0.93, 1.0, 1.07];
 /// Numbers of a triad in SI, in one form for both kinds; what a kind does not have is zero.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Sigmas {
-    bias_unit: f64,
-    bias_turn_on: f64,
-    drift: f64,
-    drift_time: f64,
-    walk: f64,  // per sqrt(s)
-    noise: f64, // per sqrt(s)
-    scale: f64,
-    asymmetry: f64,
-    quadratic: f64,
-    cubic: f64,
-    cross: f64,
-    rectification: f64,
-    above_ratio: f64,
-    misalignment: f64,
-    warm_up: f64,
-    warm_up_time: f64,
-    thermal: [f64; 5], // times T, T^2, dT/dt, T dT/dt, gradient
-    magnetic: f64,     // per gauss
-    pulse: f64,
-}
-
-impl From<&GyroSpec> for Sigmas {
-    fn from(s: &GyroSpec) -> Self {
-        let reference_rate = s.nonlinearity_rate_dps * DEG;
-        Self {
-            bias_unit: s.bias_unit_dph * DEG_PER_H,
-            bias_turn_on: s.bias_turn_on_dph * DEG_PER_H,
-            drift: s.bias_drift_dph * DEG_PER_H,
-            drift_time: s.bias_drift_time_s,
-            walk: s.rate_random_walk_dphpsqrth * DEG_PER_H / 60.0,
-            noise: s.total_angle_random_walk_dpsqrth() * DEG_PER_SQRT_H,
-            scale: s.scale_ppm * PPM,
-            asymmetry: s.scale_asymmetry_ppm * PPM,
-            cubic: s.nonlinearity_ppm * PPM / (reference_rate * reference_rate),
-            misalignment: s.misalignment_arcsec * ARCSEC,
-            warm_up: s.warm_up_dph * DEG_PER_H,
-            warm_up_time: s.warm_up_time_s,
-            thermal: [
-                s.temperature_dphpk,
-                s.temperature_dphpk2,
-                s.heating_dphpkpmin * 60.0,
-                s.heating_temperature_dphpk2pmin * 60.0,
-                s.gradient_dphpk,
-            ]
-            .map(|x| x * DEG_PER_H),
-            magnetic: s.magnetic_dphpgauss * DEG_PER_H,
-            pulse: s.pulse_arcsec * ARCSEC,
-            ..Self::default()
-        }
-    }
-}
-
-impl From<&AccelSpec> for Sigmas {
-    fn from(s: &AccelSpec) -> Self {
-        Self {
-            bias_unit: s.bias_unit_ug * UG,
-            bias_turn_on: s.bias_turn_on_ug * UG,
-            drift: s.bias_drift_ug * UG,
-            drift_time: s.bias_drift_time_s,
-            walk: s.acceleration_random_walk_ugpsqrth * UG / 60.0,
-            noise: s.velocity_random_walk_ugpsqrthz * UG_PER_SQRT_HZ,
-            scale: s.scale_ppm * PPM,
-            asymmetry: s.scale_asymmetry_ppm * PPM,
-            quadratic: s.k2_ugpg2 * UG / (G0 * G0),
-            cross: s.cross_coupling_ugpg2 * UG / (G0 * G0),
-            rectification: s.vibration_rectification_ugpg2 * UG / (G0 * G0),
-            above_ratio: s.vibration_above_ratio,
-            misalignment: s.misalignment_arcsec * ARCSEC,
-            warm_up: s.warm_up_ug * UG,
-            warm_up_time: s.warm_up_time_s,
-            thermal: [
-                s.temperature_ugpk,
-                s.temperature_ugpk2,
-                s.heating_ugpkpmin * 60.0,
-                s.heating_temperature_ugpk2pmin * 60.0,
-                s.gradient_ugpk,
-            ]
-            .map(|x| x * UG),
-            pulse: s.pulse_ugs * UG,
-            ..Self::default()
-        }
-    }
+    pub bias_unit: f64,
+    pub bias_turn_on: f64,
+    pub drift: f64,
+    pub drift_time: f64,
+    pub walk: f64,  // per sqrt(s)
+    pub noise: f64, // per sqrt(s)
+    pub scale: f64,
+    pub asymmetry: f64,
+    pub quadratic: f64,
+    pub cubic: f64,
+    pub cross: f64,
+    pub rectification: f64,
+    pub above_ratio: f64,
+    pub misalignment: f64,
+    pub warm_up: f64,
+    pub warm_up_time: f64,
+    pub thermal: [f64; 5], // times T, T^2, dT/dt, T dT/dt, gradient
+    pub magnetic: f64,     // per gauss
+    pub pulse: f64,
 }
 
 /// What stripping leaves of the dither: a sinusoid in the angle, sampled at the ends of the words.
