@@ -76,8 +76,8 @@ pub fn coast(
 }
 
 /// Free inertial from the reference's first state to the end: the mechanisation and the sensors, nothing learnt.
-#[must_use]
-pub fn free_inertial(session: &Session) -> Coast {
+#[cfg(test)]
+pub(crate) fn free_inertial(session: &Session) -> Coast {
     coast(
         session,
         &session.increments(),

@@ -172,7 +172,6 @@ impl Aided {
             phi,
             predicted,
             correction,
-            log_likelihood: found.log_likelihood,
             nis: found.nis,
         }
     }
@@ -181,14 +180,6 @@ impl Aided {
     pub fn take(&mut self, fix: &Fix, sigmas: &[f64; 6]) -> f64 {
         self.propagate();
         self.absorb(fix, sigmas).1.log_likelihood
-    }
-
-    /// Covariance and parameters over the interval since the last fix; returns the full transition matrix.
-    pub fn predict(&mut self) -> DMatrix<f64> {
-        self.propagate();
-        let phi = self.transition();
-        self.interval.reset();
-        phi
     }
 
     /// Transition over the interval since the last fix: `[Phi Psi; 0 D]`.

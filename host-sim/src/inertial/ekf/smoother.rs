@@ -18,8 +18,6 @@ pub struct Record {
     pub predicted: DMatrix<f64>,
     /// Error that the fix at the end found and that was fed back.
     pub correction: DVector<f64>,
-    /// Logarithm of the probability density of that fix, given all before it.
-    pub log_likelihood: f64,
     /// Normalised innovation squared of that fix: chi-square with 6 degrees of freedom when the filter is consistent.
     pub nis: f64,
 }

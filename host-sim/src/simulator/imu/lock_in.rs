@@ -24,7 +24,7 @@
 //! root of the dither frequency, as Tehrani and Soltanieh (arXiv 2005.09749) find from the Fokker-Planck equation. The word
 //! model adds this random walk; the tests here integrate the equation itself and find it.
 
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::TAU;
 
 /// Angle random walk of lock-in in rad/sqrt(s): lock-in threshold in rad/s, angle of a fringe in rad, dither amplitude in rad
 /// and frequency in Hz.
@@ -34,49 +34,6 @@ pub fn angle_random_walk(lock_in: f64, fringe: f64, amplitude: f64, frequency: f
     lock_in * (fringe / (TAU * peak_rate)).sqrt()
 }
 
-/// The equation itself, in SI.
-#[derive(Debug, Clone, Copy)]
-pub struct LockIn {
-    /// Lock-in threshold, rad/s.
-    pub lock_in: f64,
-    /// Angle of a fringe, rad.
-    pub fringe: f64,
-    /// Dither frequency, Hz.
-    pub frequency: f64,
-}
-
-impl LockIn {
-    /// Advances `psi` over one half period of the dither, of amplitude `amplitude` (rad; its sign is the direction) at the
-    /// input `rate` (rad/s), by fourth-order Runge-Kutta in steps of at most 0.2 rad of phase. Both ends of the half period
-    /// lie where the dither angle is zero, so `fringe / 2 pi` times the change of `psi` is the measured angle.
-    #[must_use]
-    pub fn half_period(&self, psi: f64, rate: f64, amplitude: f64) -> f64 {
-        const PHASE_STEP: f64 = 0.2;
-        let k = TAU / self.fringe;
-        let omega = TAU * self.frequency;
-        let span = 0.5 / self.frequency;
-        let fastest = k * (rate.abs() + self.lock_in + omega * amplitude.abs());
-        let steps = (fastest * span / PHASE_STEP).ceil().max(16.0);
-        let h = span / steps;
-        // dpsi/dt at a third of the step's places: start, middle, end share their cosines
-        let slope = |psi: f64, dither: f64| k * (rate + dither - self.lock_in * psi.sin());
-        let dither = |t: f64| amplitude * omega * (PI * t / span).cos();
-        let mut psi = psi;
-        let mut start = dither(0.0);
-        for i in 0..steps as usize {
-            let t = i as f64 * h;
-            let (middle, end) = (dither(t + 0.5 * h), dither(t + h));
-            let k1 = slope(psi, start);
-            let k2 = slope(psi + 0.5 * h * k1, middle);
-            let k3 = slope(psi + 0.5 * h * k2, middle);
-            let k4 = slope(psi + h * k3, end);
-            psi += h / 6.0 * (k1 + 2.0 * (k2 + k3) + k4);
-            start = end;
-        }
-        psi
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -84,6 +41,49 @@ mod tests {
     use rand::SeedableRng;
     use rand_chacha::ChaCha8Rng;
     use rand_distr::{Distribution, StandardNormal};
+    use std::f64::consts::PI;
+
+    /// The equation itself, in SI.
+    #[derive(Debug, Clone, Copy)]
+    struct LockIn {
+        /// Lock-in threshold, rad/s.
+        lock_in: f64,
+        /// Angle of a fringe, rad.
+        fringe: f64,
+        /// Dither frequency, Hz.
+        frequency: f64,
+    }
+
+    impl LockIn {
+        /// Advances `psi` over one half period of the dither, of amplitude `amplitude` (rad; its sign is the direction) at the
+        /// input `rate` (rad/s), by fourth-order Runge-Kutta in steps of at most 0.2 rad of phase. Both ends of the half period
+        /// lie where the dither angle is zero, so `fringe / 2 pi` times the change of `psi` is the measured angle.
+        fn half_period(&self, psi: f64, rate: f64, amplitude: f64) -> f64 {
+            const PHASE_STEP: f64 = 0.2;
+            let k = TAU / self.fringe;
+            let omega = TAU * self.frequency;
+            let span = 0.5 / self.frequency;
+            let fastest = k * (rate.abs() + self.lock_in + omega * amplitude.abs());
+            let steps = (fastest * span / PHASE_STEP).ceil().max(16.0);
+            let h = span / steps;
+            // dpsi/dt at a third of the step's places: start, middle, end share their cosines
+            let slope = |psi: f64, dither: f64| k * (rate + dither - self.lock_in * psi.sin());
+            let dither = |t: f64| amplitude * omega * (PI * t / span).cos();
+            let mut psi = psi;
+            let mut start = dither(0.0);
+            for i in 0..steps as usize {
+                let t = i as f64 * h;
+                let (middle, end) = (dither(t + 0.5 * h), dither(t + h));
+                let k1 = slope(psi, start);
+                let k2 = slope(psi + 0.5 * h * k1, middle);
+                let k3 = slope(psi + 0.5 * h * k2, middle);
+                let k4 = slope(psi + h * k3, end);
+                psi += h / 6.0 * (k1 + 2.0 * (k2 + k3) + k4);
+                start = end;
+            }
+            psi
+        }
+    }
 
     const RING: LockIn = LockIn {
         lock_in: 300.0 * DEG_PER_H,

@@ -109,12 +109,6 @@ impl Truth {
             epochs,
         }
     }
-
-    /// Duration, s.
-    #[must_use]
-    pub fn duration(&self) -> f64 {
-        self.words.len() as f64 * self.dt
-    }
 }
 
 fn state(now: &Instant, position: Geodetic) -> NavState {
