@@ -7,7 +7,7 @@
 
 use super::spec::DitherSpec;
 use super::term::{At, Group, Kind, Range, Term, datasheet};
-use super::triad::WARM_UP_REPEATABILITY;
+use super::triad::{WARM_UP_REPEATABILITY, flicker};
 use crate::inertial::ekf::{Parameter, Regressor};
 use crate::inertial::units::{ARCSEC, DEG, DEG_PER_H, DEG_PER_SQRT_H, G0, PPM, UG, UG_PER_SQRT_HZ};
 use serde::{Deserialize, Serialize};
@@ -51,6 +51,12 @@ datasheet! {
         bias_drift_time_s: Gyro::of(Group::Condition)
             .within(Range::Positive)
             .acts(|s, to| to.drift_time = s.bias_drift_time_s),
+        /// Bias instability B (flicker, 1/f noise), deg/h; a plain value. Its Allan deviation is flat at 0.664 B.
+        #[serde(default, skip_serializing_if = "is_zero")]
+        bias_instability_dph: Gyro::of(Group::Wander)
+            .bias(|s| flicker::SPREAD * s.bias_instability_dph)
+            .acts(|s, to| to.instability = s.bias_instability_dph * DEG_PER_H)
+            .told(|s, at| instability(at, s.bias_instability_dph * DEG_PER_H)),
         /// Angle random walk but for the part that lock-in makes (see [`DitherSpec`]), deg/sqrt(h); a plain value.
         angle_random_walk_dpsqrth: Gyro::of(Group::Noise)
             .acts(|s, to| to.noise = s.total_angle_random_walk_dpsqrth() * DEG_PER_SQRT_H),
@@ -190,6 +196,12 @@ datasheet! {
         bias_drift_time_s: Accel::of(Group::Condition)
             .within(Range::Positive)
             .acts(|s, to| to.drift_time = s.bias_drift_time_s),
+        /// Bias instability B (flicker, 1/f noise), ug; a plain value. Its Allan deviation is flat at 0.664 B.
+        #[serde(default, skip_serializing_if = "is_zero")]
+        bias_instability_ug: Accel::of(Group::Wander)
+            .bias(|s| flicker::SPREAD * s.bias_instability_ug)
+            .acts(|s, to| to.instability = s.bias_instability_ug * UG)
+            .told(|s, at| instability(at, s.bias_instability_ug * UG)),
         /// Velocity random walk, ug/sqrt(Hz); a plain value.
         velocity_random_walk_ugpsqrthz: Accel::of(Group::Noise)
             .acts(|s, to| to.noise = s.velocity_random_walk_ugpsqrthz * UG_PER_SQRT_HZ),
@@ -306,6 +318,14 @@ fn drift(at: At, sigma: f64, time_s: f64) -> Vec<Parameter> {
     }]
 }
 
+/// Bias instability: the Gauss-Markov processes that it is made of.
+fn instability(at: At, b: f64) -> Vec<Parameter> {
+    let processes = flicker::times_s().into_iter();
+    processes
+        .flat_map(|time_s| drift(at, flicker::FLOOR * b, time_s))
+        .collect()
+}
+
 /// A bias that decays after power-on, and by how much it differs from turn-on to turn-on.
 fn warm_up(at: At, sigma: f64, time_s: f64) -> Vec<Parameter> {
     let sigma = sigma * 1f64.hypot(WARM_UP_REPEATABILITY);
@@ -321,6 +341,14 @@ fn matrix(at: At, scale_ppm: f64, misalignment_arcsec: f64) -> Vec<Parameter> {
     (0..3)
         .map(|j| at.constant(Regressor::Input(j), sigma(j)))
         .collect()
+}
+
+#[expect(
+    clippy::trivially_copy_pass_by_ref,
+    reason = "the form that serde asks for"
+)]
+fn is_zero(x: &f64) -> bool {
+    *x == 0.0
 }
 
 fn one() -> f64 {

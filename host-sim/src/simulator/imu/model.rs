@@ -20,6 +20,7 @@ const ACCEL: u64 = 3;
 /// ... and of the accelerometers' places; and the turn-on's beside those of [`Draws`].
 const PLACE: u64 = 4;
 const AMBIENT: u64 = 5;
+const FLICKER: [u64; 2] = [6, 7];
 
 /// One IMU at one turn-on.
 #[derive(Debug, Clone)]
@@ -59,8 +60,11 @@ impl Imu {
         let mut triad = |sigmas: Sigmas, own: u64| {
             Triad::new(sigmas, &mut unit_rng, &mut draws.noise, stream(unit, own))
         };
-        let gyro = triad(spec.gyro.sigmas(), GYRO).with_dither(&spec.gyro.dither, dt);
-        let accel = triad(spec.accel.sigmas(), ACCEL);
+        let [flicker_g, flicker_a] = FLICKER.map(|number| stream(turn_on, number));
+        let gyro = triad(spec.gyro.sigmas(), GYRO)
+            .with_dither(&spec.gyro.dither, dt)
+            .with_flicker(flicker_g);
+        let accel = triad(spec.accel.sigmas(), ACCEL).with_flicker(flicker_a);
         let mut place_rng = stream(unit, PLACE);
         let arm = 1e-3 * spec.accel.size_effect_mm;
         Self {

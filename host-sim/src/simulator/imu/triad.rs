@@ -1,9 +1,12 @@
 //! Errors of one triad at one turn-on; the same equations serve gyros and accelerometers.
 
+pub(super) mod flicker;
+
 use super::draws::{Normals, normal3};
 use super::spec::DitherSpec;
 use crate::inertial::session::{Surroundings, Temperature};
 use crate::inertial::units::ARCSEC;
+use flicker::Flicker;
 use nalgebra::{Matrix3, Vector3};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
@@ -22,8 +25,9 @@ pub(super) struct Sigmas {
     pub bias_turn_on: f64,
     pub drift: f64,
     pub drift_time: f64,
-    pub walk: f64,  // per sqrt(s)
-    pub noise: f64, // per sqrt(s)
+    pub instability: f64, // the coefficient B
+    pub walk: f64,        // per sqrt(s)
+    pub noise: f64,       // per sqrt(s)
     pub scale: f64,
     pub asymmetry: f64,
     pub quadratic: f64,
@@ -104,6 +108,7 @@ pub(super) struct Triad {
     walk: Vector3<f64>,
     remainder: Vector3<f64>,
     residual: Option<Residual>,
+    flicker: Option<Flicker>,
     /// Sums of x and x^2 over the present second; only where vibration is rectified.
     vibration: (f64, Vector3<f64>, Vector3<f64>),
     /// All that is held over the present second.
@@ -151,6 +156,7 @@ impl Triad {
             walk: Vector3::zeros(),
             remainder: Vector3::zeros(),
             residual: None,
+            flicker: None,
             vibration: Default::default(),
             slow: Vector3::zeros(),
         }
@@ -159,6 +165,12 @@ impl Triad {
     /// With what stripping leaves of `dither` in words of `dt` seconds.
     pub fn with_dither(mut self, dither: &DitherSpec, dt: f64) -> Self {
         self.residual = Residual::new(dither, dt);
+        self
+    }
+
+    /// With its bias instability, which draws from `turn_on`, a stream of its own.
+    pub fn with_flicker(mut self, turn_on: ChaCha8Rng) -> Self {
+        self.flicker = Flicker::new(self.sigmas.instability, turn_on);
         self
     }
 
@@ -173,6 +185,7 @@ impl Triad {
         if let Some(residual) = &mut self.residual {
             residual.rebase(t);
         }
+        let flicker = self.flicker.as_mut().map(Flicker::step);
         let decay = (-t / s.warm_up_time).exp();
         self.slow = self.bias_unit
             + self.bias_turn_on
@@ -181,7 +194,8 @@ impl Triad {
             + self.warm_up.component_mul(&self.warm_up_gain) * decay
             + self.thermal_bias(&around.temperature)
             + self.magnetic * around.field
-            + self.rectified();
+            + self.rectified()
+            + flicker.unwrap_or_default();
     }
 
     /// c1 T + c2 T^2 + c3 dT/dt + c4 T dT/dt + c5 G.
