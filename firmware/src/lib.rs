@@ -1,11 +1,27 @@
-//! The IMU compensation co-processor, without any hardware in it: everything here runs and is
-//! tested on the desktop.
+//! The IMU compensation co-processor, without its hardware: all of this crate runs and is tested on
+//! the desktop.
 //!
 //! Data flows one way; each arrow is one public function:
 //!
 //! ```text
-//! bytes -> link -> wire -> sample -> compensator( normalise -> lrnn_nostd -> bound ) -> wire -> link -> bytes
+//! bytes -> link -> wire -> sample -> compensator -> wire -> link -> bytes
+//!                             |
+//!                             +-> learn (align, nav, bank of hypotheses) <- fixes, references
 //! ```
+//!
+//! Imports point one way, from the bottom of this list to its top:
+//!
+//! | module | content |
+//! |---|---|
+//! | [`units`], [`sample`] | units; one inertial sample, its scale and timing |
+//! | [`control`], [`fix`], [`model`] | what may be asked of the device; a fix; the pair of networks |
+//! | [`link`] | lines of bytes, and the clock |
+//! | [`wire`] | frames of sensors, receivers and the command link |
+//! | [`nav`], [`align`] | strapdown navigation and self-alignment |
+//! | [`compensator`], [`error_bound`] | correction of samples, and its effect at worst |
+//! | [`learn`] | learning from references and from fixes |
+//! | [`store`] | weights in flash |
+//! | [`app`] | the application, which composes all of them |
 #![cfg_attr(not(test), no_std)]
 
 pub mod align;

@@ -144,7 +144,7 @@ fn too_short_or_dead_data_give_nothing() {
     );
 }
 
-/// Someone drives off: the second of the start is not gathered, the attitude goes on with the
+/// The vehicle drives off: the second of the start is not used, and the attitude goes on with the
 /// vehicle.
 #[test]
 fn the_start_of_a_drive_ends_it_and_the_gyros_carry_it_on() {
@@ -231,8 +231,8 @@ fn a_command_is_believed_rather_than_the_detector() {
     }
 }
 
-/// Thresholds are the noise's and the sway's: what is five times within passes, what is five times
-/// beyond does not.
+/// The thresholds follow from noise and sway: a change well within them passes, one well beyond does
+/// not.
 #[test]
 fn thresholds_follow_the_datasheet() {
     let level = [0.0, 0.0, -9.81];

@@ -28,8 +28,8 @@ fn navigator(state: State) -> Navigator {
     Navigator::new(Config::new(LSB, SAMPLE_S, NOISE), state).unwrap()
 }
 
-/// Samples of a body that keeps its attitude to north, east and down and its velocity: what the
-/// equations take away. What rounding to counts leaves is carried.
+/// Samples of a body that keeps its attitude to north, east and down and its velocity. The remainder
+/// of rounding to counts is carried to the next sample.
 #[derive(Default)]
 pub(crate) struct Steady {
     due: [V; 2],
@@ -236,7 +236,7 @@ fn a_transition_starts_anew_and_counts_a_piece_in_progress() {
     }
 }
 
-/// Whatever comes in, the solution stays finite and the faults say what was wrong.
+/// For every input the solution stays finite and the faults report what was wrong.
 #[test]
 fn nothing_poisons_the_solution() {
     let start = state(0.8, [0.0; 3]);

@@ -71,7 +71,7 @@ impl Learner for Knows {
     }
 }
 
-/// What is done in a second of the drive.
+/// An action in one second of the drive.
 enum Act {
     Mode(Mode),
     Alignment(Alignment),
@@ -79,8 +79,8 @@ enum Act {
     Nets,
 }
 
-/// Values of a body at rest, level and to the north, with the sensor's error; what rounding leaves
-/// is carried.
+/// Samples of a body at rest, level and facing north, with the sensor's error. The remainder of the
+/// rounding is carried to the next sample.
 pub struct AtRest {
     due: [f64; 6],
     /// Counts of a sample.
@@ -90,7 +90,7 @@ pub struct AtRest {
 impl AtRest {
     pub fn new(lsb: &Lsb) -> AtRest {
         let earth = 7.292_115e-5;
-        // normal gravity there, by Somigliana and the free-air gradient: what the navigator has too
+        // normal gravity by Somigliana and the free-air gradient, as in the navigator
         let s2 = LATITUDE.sin().powi(2);
         let g = 9.780_325_335_9 * (1.0 + 0.001_931_852_652_41 * s2)
             / (1.0 - 0.006_694_379_990_14 * s2).sqrt();
@@ -134,7 +134,7 @@ pub fn lsb() -> Lsb {
     }
 }
 
-/// What came of it.
+/// Result of a drive.
 struct Seen {
     /// Horizontal error after 22 min, m.
     error_m: f64,
@@ -288,12 +288,12 @@ fn on_before_the_alignment_it_does_good_and_after_it_waits() {
         "on before {:.2} m, known after {:.2} m",
         before.error_m, after.error_m
     );
-    // a tilt of 20" that stays lets the Earth's rate turn the level a little: 22 m
+    // a constant tilt of 20" lets the Earth's rate turn the level a little: 22 m
     assert!(before.error_m < 1.0 && after.error_m < 30.0);
 }
 
-/// For a computer that is aided: whatever happens, the correction moves no faster than its filter
-/// was promised.
+/// For an aided computer: in every case the correction moves no faster than the limit that its
+/// filter relies on.
 #[test]
 fn faded_follows_no_faster_than_the_limit() {
     let config = config(Activation::Faded);
@@ -306,7 +306,7 @@ fn faded_follows_no_faster_than_the_limit() {
     );
     assert_eq!(*seen.force.last().expect("seconds"), BIAS);
     assert!(seen.force[..500].iter().all(|f| *f == 0.0));
-    // one that is not aided walks into the trap all the same, only slower: hence not the default
+    // a computer without aiding gets the same error, only more slowly: so this is not the default
     println!("faded in, unaided: {:.1} m", seen.error_m);
     assert!(seen.error_m > 300.0 && seen.error_m < 680.0);
 }

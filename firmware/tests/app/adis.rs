@@ -49,7 +49,7 @@ fn config(form: Form) -> Config {
     }
 }
 
-/// Hand a reply over and return what leaves.
+/// Hands a reply over and returns the bytes that leave.
 fn pass(device: &mut Device, reply: &[u8]) -> Result<Vec<u8>, Error> {
     let mut reply = reply.to_vec();
     device
@@ -59,7 +59,8 @@ fn pass(device: &mut Device, reply: &[u8]) -> Result<Vec<u8>, Error> {
     Ok(device.lines.navigation.sent.pop().expect("a reply"))
 }
 
-/// All but what reads as the identifier of a 1649x reply: no sensor sets those flags together.
+/// All values except the one that equals the identifier of a 1649x reply: no sensor sets those
+/// flags together.
 fn flags() -> impl Strategy<Value = u16> {
     any::<u16>().prop_filter("the identifier", |&flags| flags != 0xA5A5)
 }
@@ -93,7 +94,7 @@ proptest! {
         let form = FORMS[which];
         let mut device = Device::new(config(form));
         let mut bytes = reply(form, &Burst::default());
-        // of a 1649x reply BURST_ID and what is behind the CRC are not under it
+        // in a 1649x reply the CRC covers neither BURST_ID nor the bytes behind it
         let (from, to) = if form == Form::Adis1649x { (4, 38) } else { (0, bytes.len()) };
         let bit = 8 * from + bit.index(8 * (to - from));
         bytes[bit / 8] ^= 1 << (bit % 8);
@@ -103,8 +104,7 @@ proptest! {
     }
 }
 
-/// The sum of corrections is right, counters and all else are the sensor's, and the checksum is
-/// right again.
+/// The sum of corrections is right, all other fields are the sensor's, and the checksum is right.
 #[test]
 fn corrections_add_up() {
     for form in FORMS {
@@ -176,7 +176,7 @@ fn gaps_and_silence() {
     assert_eq!(device.app.faults(), fault::SILENT);
     pass(&mut device, &burst(8)).expect("good");
     assert_eq!(device.app.faults(), 0);
-    // bytes on the sensor's line are no bursts
+    // bytes on the sensor's line are not read as bursts
     device.feed(&[0; 100]);
     assert_eq!(device.counters().garbage, 100);
     let mut other = Device::new(Config::default());

@@ -159,7 +159,7 @@ fn weights_go_up_and_down_and_take_effect_whole() {
     assert_eq!(*device.app.nets(), Nets::NONE);
 
     upload(&mut device, &good);
-    // a piece whose answer was lost comes again, and those after it
+    // a piece whose answer was lost is sent again, and so are those after it
     device.order(&Request::WriteImage {
         offset: 512,
         bytes: &good[512..],
@@ -268,7 +268,7 @@ fn alignment_ends_jumps() {
     assert!(near(run(&mut device, 10), 1e-5));
     assert!(near(run(&mut device, 40), 4e-5));
     device.order(&Request::SetMode(Mode::Bypass));
-    // an alignment that begins meanwhile does not make a jump of the fade
+    // an alignment that begins meanwhile does not turn the fade into a jump
     device.order(&Request::Alignment(Alignment::Started));
     assert!(near(run(&mut device, 6), 3.5e-5));
     device.order(&Request::Alignment(Alignment::Finished));
@@ -309,8 +309,7 @@ fn version_packet() -> Vec<u8> {
     packet.expect("a packet").to_vec()
 }
 
-/// The command link gets its turn even when the sensor's line never pauses, and its frames do not
-/// suffer.
+/// The command link is served even when the sensor's line never pauses, and no frame is lost by it.
 #[test]
 fn a_busy_line_starves_nobody() {
     let mut device = Device::new(STIM.config());

@@ -12,8 +12,8 @@ const STIM: Kind = Kind::STIM;
 const KVH: Kind = Kind::KVH;
 
 proptest! {
-    /// One wrong bit anywhere costs the frame it is in and no other, in any format, however the
-    /// bytes arrive.
+    /// One wrong bit costs only the frame it is in, in any format, in whatever pieces the bytes
+    /// arrive.
     #[test]
     fn a_wrong_bit_costs_one_frame(
         which in 0..kinds().len(), bit: prop::sample::Index, hit in 2..8usize, piece in 1..80usize,
@@ -28,8 +28,8 @@ proptest! {
         device.feed(&sent.concat());
         device.wait_ms(200); // a false start at the end waits for no more than the silence
         sent.remove(hit);
-        // a false start may hold the last frames back until the line is silent; they are then no
-        // frames any more
+        // a false start may hold the last frames back until the line is silent; they then count as
+        // garbage
         let out = &device.lines.navigation.sent;
         prop_assert!(out.len() >= sent.len() - 3, "{} of {}", out.len(), sent.len());
         prop_assert_eq!(out, &sent[..out.len()]);
@@ -109,7 +109,7 @@ proptest! {
             prop_assert!(rest.any(near), "a frame that was never sent: {frame:02x?}");
         }
         let done = device.lines.sensor.done();
-        // each damaged byte spoils at most its frame; lost bytes are not really lost here
+        // each damaged byte spoils at most its frame; bytes reported as lost do arrive here
         let enough = out.len() + done.bytes as usize + 3 >= sent.len();
         prop_assert!(enough, "{} of {}, {done:?}", out.len(), sent.len());
         if done.bytes == 0 {

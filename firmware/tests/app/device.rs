@@ -15,9 +15,9 @@ pub struct Mock {
     pub input: VecDeque<u8>,
     /// Most bytes a call of `receive` gives.
     pub piece: usize,
-    /// Every message sent, apart.
+    /// Every message sent, one by one.
     pub sent: Vec<Vec<u8>>,
-    /// Bytes that still find room.
+    /// Room left, bytes.
     pub room: usize,
 }
 
@@ -68,7 +68,7 @@ impl Clock for Time {
     }
 }
 
-/// A device on the bench.
+/// A device between four mock lines.
 #[derive(Debug)]
 pub struct Device<S = Mock> {
     pub app: App<'static>,
@@ -112,7 +112,7 @@ impl<S: Line> Device<S> {
         }
     }
 
-    /// Passes until there is no more work; each takes 10 microseconds.
+    /// Runs passes of 10 microseconds until there is no more work.
     pub fn settle(&mut self) {
         while self.app.poll(&mut self.lines, &self.time) {
             self.pass_us(10);
@@ -123,7 +123,7 @@ impl<S: Line> Device<S> {
         self.time.0.set(self.time.0.get() + us);
     }
 
-    /// Time in steps of 1 ms.
+    /// Lets time pass in steps of 1 ms.
     pub fn wait_ms(&mut self, ms: u64) {
         for _ in 0..ms {
             self.pass_us(1000);
@@ -135,8 +135,8 @@ impl<S: Line> Device<S> {
         self.app.counters()
     }
 
-    /// Ask over the command link and hand the answer to `check`; a beginning of a frame may keep it
-    /// waiting.
+    /// Asks over the command link and hands the answer to `check`. The beginning of a frame may
+    /// delay the answer.
     pub fn ask<T>(&mut self, request: &Request, check: impl FnOnce(Response) -> T) -> T {
         self.number = self.number.wrapping_add(1);
         let mut buffer = [0; MAX_PACKET];
@@ -157,7 +157,7 @@ impl<S: Line> Device<S> {
         panic!("no answer");
     }
 
-    /// Ask for something that must be done.
+    /// Sends a request that must be carried out.
     pub fn order(&mut self, request: &Request) {
         self.ask(request, |answer| assert_eq!(answer, Response::Done));
     }

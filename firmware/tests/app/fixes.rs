@@ -80,8 +80,8 @@ impl Bench {
         KIND.frame(self.number - 1, fields)
     }
 
-    /// Seconds with a fix 100 ms after each begins. `passes`: of the application after each frame;
-    /// else as many as it wants.
+    /// Runs for some seconds, with a fix 100 ms after each begins. `passes`: passes of the
+    /// application after each frame; `None`: as many as there is work for.
     fn run(&mut self, seconds: u32, passes: Option<u32>) {
         for _ in 0..seconds {
             for n in 0..RATE {
@@ -154,8 +154,8 @@ fn a_command_aligns_sooner() {
     assert!(bench.health().navigates);
 }
 
-/// One pass after each frame instead of as many as there is work for: fixes and blocks then find
-/// work left over and end it.
+/// With one pass after each frame, instead of as many as there is work for, fixes and blocks find
+/// unfinished work and finish it. The result is the same.
 #[test]
 fn when_its_parts_are_done_does_not_matter() {
     let run = |passes: Option<u32>| {

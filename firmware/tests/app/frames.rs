@@ -7,7 +7,7 @@ use firmware::wire::{Checked, Framer, ImuFormat, Settings, Simulated, framer};
 
 pub use firmware::wire::Fields;
 
-/// A kind of stream: one of the sensors that a format says can be simulated.
+/// A kind of stream: one of the sensors that a format lists as examples.
 #[derive(Debug, Clone, Copy)]
 pub struct Kind {
     pub format: ImuFormat,
@@ -45,7 +45,7 @@ impl Kind {
         Kind { format, sensor }
     }
 
-    /// A configuration that knows what the stream does not tell.
+    /// A configuration with the settings that the stream does not contain.
     pub fn config(self) -> Config {
         let mut sensor = Settings::DEFAULT;
         (self.sensor.settings)(&mut sensor);

@@ -45,7 +45,7 @@ fn gaps_are_passed_on_and_not_stepped_over() {
         assert!(values(kind.format, last)[0] < 0.0); // still corrected by the estimate held
         all(&mut device, 27..28);
         assert_eq!(device.counters().blocks, 2);
-        // the same frame again goes on, and is not counted into a block
+        // a repeated frame is sent on and does not count in a block
         device.feed(&frame(27));
         assert_eq!(device.counters().duplicates, 1);
         all(&mut device, 28..37);
@@ -62,8 +62,8 @@ fn gaps_are_passed_on_and_not_stepped_over() {
     }
 }
 
-/// Values the sensor itself calls invalid do not reach the networks; their frames and status bits
-/// leave as they came.
+/// Values that the sensor marks invalid do not reach the networks; their frames and status bits
+/// leave unchanged.
 #[test]
 fn invalid_words_are_not_learned_from() {
     let contents = stim300::Contents::from_id(0x91).expect("an identifier");
@@ -179,8 +179,8 @@ fn silence_is_told_and_nothing_is_invented() {
     }
 }
 
-/// A wrong bit rate is bytes without a frame: counted, flagged, kept back when the format is
-/// configured; searched anew and passed through when it is not.
+/// A wrong bit rate gives bytes without a frame. They are counted and flagged. With a configured
+/// format they do not leave; without one they pass through while the format is detected anew.
 #[test]
 fn unknown_format_is_told_apart_from_damage() {
     let noise: Vec<u8> = (0..6000u32)
@@ -211,7 +211,7 @@ fn unknown_format_is_told_apart_from_damage() {
     assert_eq!(device.app.phase(), Phase::Run(Mode::Bypass));
     device.feed(&noise);
     assert_eq!(device.app.phase(), Phase::Detect);
-    // every byte is accounted for, the beginning that was waited for as well
+    // every byte is accounted for, also the beginning of an unfinished frame
     let mut stim = Device::new(Config {
         format: None,
         ..STIM.config()
@@ -250,8 +250,8 @@ fn full_output_drops_whole_frames() {
     assert_eq!(device.lines.navigation.sent, kept);
 }
 
-/// Networks that fail: the last estimate is held and the frames are marked where they have room;
-/// then raw pass-through, from which only a command leads back.
+/// Networks that fail: the last estimate is held, and frames with a spare bit are marked. Then raw
+/// pass-through follows, which only a command ends.
 #[test]
 fn failing_networks_end_in_pass_through() {
     let room = [

@@ -1,5 +1,5 @@
-//! With a correction of zero the output is the input, byte for byte, in every mode and format,
-//! however it arrives.
+//! With a correction of zero the output is the input, byte for byte, in every mode and format, in
+//! whatever pieces it arrives.
 
 use crate::device::Device;
 use crate::frames::{Fields, Kind, kinds};
@@ -50,7 +50,8 @@ proptest! {
         prop_assert_eq!((counters.garbage, counters.dropped, counters.bad_checksums), (0, 0, 0));
     }
 
-    /// Detection passes everything on from the first byte, and takes over without a seam.
+    /// Detection passes all bytes on from the first one, and correction follows without a lost
+    /// byte.
     #[test]
     fn detection_has_no_seam(which in 0..kinds().len(), piece in 1..100usize, cut in 0..30usize) {
         let kind = kinds()[which];

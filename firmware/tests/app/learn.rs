@@ -137,7 +137,7 @@ fn teach(device: &mut Device, windows: std::ops::Range<u32>, late: u32) {
     }
 }
 
-/// How far an estimate is from the sensor's error, as a share of it.
+/// Distance of an estimate from the sensor's error, as a share of that error.
 fn off(estimate: [[f32; 3]; 2]) -> f64 {
     let mut worst: f64 = 0.0;
     for (side, count) in [RAD, MPS].into_iter().enumerate() {
@@ -187,8 +187,8 @@ fn learns_from_references_and_is_used_by_command_only() {
     assert_ne!(device.lines.navigation.sent, frames(30 * WORDS, 32 * WORDS));
 }
 
-/// Whether a reference comes at once or at the end of the next window makes no difference to a
-/// single bit.
+/// A reference that comes at once and one that comes at the end of the next window give the same
+/// bits.
 #[test]
 fn when_a_reference_comes_does_not_matter() {
     let weights = [0, 37, WORDS - 1].map(|late| {
@@ -257,7 +257,7 @@ fn references_that_cannot_be_used() {
     device.order(&Request::Reference(good)); // its answer was lost
     assert_eq!(learnt(&mut device), once);
     assert_eq!(estimate(&mut device).used, 1);
-    // one that is far off is counted and not believed
+    // an outlier is counted and refused
     device.feed(&frames(WORDS, 2 * WORDS).concat());
     let far = Window {
         angle: [1.0; 3],
@@ -335,8 +335,8 @@ fn shadow_tells_and_does_not_touch() {
     assert_eq!(estimate(&mut device).in_force[0], error);
 }
 
-/// After the alignment the correction fades out for learning and in with what was learnt; learning
-/// goes on meanwhile.
+/// After the alignment the correction fades out for learning and in again with the weights learnt;
+/// learning continues meanwhile.
 #[test]
 fn modes_and_alignment() {
     let limit = Limit {
@@ -363,7 +363,7 @@ fn modes_and_alignment() {
     device.feed(&frames(6 * WORDS + 10, 9 * WORDS).concat());
     let full = estimate(&mut device);
     assert!(off(full.in_force) < 0.2, "{full:?}");
-    // back to learning: the correction fades, what was learnt stays and goes on
+    // back to learning: the correction fades; the weights learnt stay and learning continues
     device.order(&Request::SetMode(Mode::Learn));
     device.feed(&frames(9 * WORDS, 9 * WORDS + 10).concat());
     let fading = estimate(&mut device);
@@ -378,7 +378,7 @@ fn modes_and_alignment() {
     assert_eq!(estimate(&mut device).doubted, 0);
 }
 
-/// The figure of `lrnn-nostd` for 45 weights, twice, and the sums.
+/// Twice the memory of `lrnn-nostd` for 45 weights, and the sums.
 #[test]
 fn memory() {
     let size = size_of::<WindowLearner>();

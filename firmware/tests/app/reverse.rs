@@ -1,4 +1,4 @@
-//! The way back to the sensor, and answers in its place.
+//! Requests to the sensor, and answers in its place.
 
 use crate::device::{Device, nets};
 use crate::frames::{Kind, values};
@@ -92,7 +92,7 @@ fn a_silent_sensor_is_answered_for() {
     }
 }
 
-/// Part and serial number are answered from what the sensor sent after its power-on.
+/// Part and serial number are answered from the datagrams that the sensor sent after its power-on.
 #[test]
 fn stored_datagrams_answer() {
     let mut device = Device::new(STIM.config());
@@ -167,7 +167,7 @@ fn the_configuration_is_not_asked_for_twice() {
     assert!(device.lines.sensor.sent.is_empty());
 }
 
-/// Service mode asked for in the middle of a frame: its beginning is not lost.
+/// Service mode requested in the middle of a frame: the beginning of the frame is not lost.
 #[test]
 fn service_mode_cuts_no_frame() {
     let mut device = device(STIM.config());
@@ -180,7 +180,7 @@ fn service_mode_cuts_no_frame() {
     assert_eq!(device.lines.navigation.bytes(), *frame);
 }
 
-/// In service mode the sensor sends text: everything passes, and frames are found again afterwards.
+/// In service mode the sensor sends text: all bytes pass, and frames are found again afterwards.
 #[test]
 fn service_mode_passes_text() {
     let mut device = device(STIM.config());

@@ -46,7 +46,7 @@ fn read(kind: Kind, frame: &[u8]) -> Result<Reading, Error> {
 /// A bit belongs neither to the sample nor to the checksum when no sample changes it.
 fn beside_words(kind: Kind, frame: &[u8]) -> Vec<u8> {
     let mut changed = vec![0; frame.len()];
-    // the checksum is what sealing brings back
+    // the checksum is restored by sealing
     for at in 0..frame.len() {
         let mut other = frame.to_vec();
         other[at] ^= 0xFF;
