@@ -113,12 +113,15 @@ fn print(report: &Report) {
         "none: no --command"
     };
     println!("correction        {corrected}");
-    println!("words             {} of {}", verdict.came, verdict.words);
+    println!(
+        "samples           {} of {}",
+        verdict.received, verdict.expected
+    );
     let equal = match verdict.first_difference {
         None => "bit for bit software in the loop".into(),
         Some(at) => format!(
-            "differs from software in the loop, first in byte {at}; {} words differ",
-            verdict.different_words
+            "differs from software in the loop, first in byte {at}; {} samples differ",
+            verdict.different
         ),
     };
     println!("stream            {equal}");

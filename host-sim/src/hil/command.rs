@@ -1,4 +1,4 @@
-//! The requester's end of the command link.
+//! The host's end of the command link.
 
 use super::port::Port;
 use crate::error::Error;
@@ -11,21 +11,23 @@ use firmware::wire::command::{
 use lrnn_nostd::image;
 use std::time::{Duration, Instant};
 
-/// How long an answer may take before the request is sent again, and how often it is.
-const PATIENCE: Duration = Duration::from_millis(500);
+/// How long an answer may take before the request is sent again.
+const TIMEOUT: Duration = Duration::from_millis(500);
+/// How often a request is sent.
 const TRIES: u32 = 8;
 
-/// A board that answers.
+/// A board at the other end of the command link.
 #[derive(Debug)]
 pub struct Link {
     port: Port,
     name: String,
     packets: Packets,
+    /// Number of the last request.
     number: u8,
 }
 
 impl Link {
-    /// Over an open port.
+    /// Talks over an open port, which errors call `name`.
     #[must_use]
     pub fn new(port: Port, name: &str) -> Self {
         Self {
@@ -44,10 +46,11 @@ impl Link {
         }
     }
 
-    /// Asks until there is an answer, and hands it to `read`, which says `None` to one it does not want.
+    /// Sends a request until it is answered. `read` takes what is wanted from the answer, or
+    /// returns `None` for an answer of another kind.
     ///
     /// # Errors
-    /// The port is broken, nobody answers, or not so.
+    /// The port is broken, there is no answer, or it is of another kind.
     pub fn ask<T>(
         &mut self,
         request: &Request,
@@ -62,12 +65,11 @@ impl Link {
             let sent = self.port.send(&packet, &|| false);
             sent.map_err(|error| self.error(error.to_string(), "check the cable"))?;
             let start = Instant::now();
-            while start.elapsed() < PATIENCE {
+            while start.elapsed() < TIMEOUT {
                 if let Some(answer) = self.answer(&read)? {
-                    return answer.map_err(|said| {
-                        let remedy =
-                            "a board between alignment and power-off refuses much: restart it";
-                        self.error(format!("{request:?} is answered {said}"), remedy)
+                    return answer.map_err(|other| {
+                        let remedy = "restart the board: after alignment it refuses many requests";
+                        self.error(format!("{request:?} is answered {other}"), remedy)
                     });
                 }
             }
@@ -76,7 +78,8 @@ impl Link {
         Err(self.error(format!("no answer to {request:?}"), remedy))
     }
 
-    /// The answer to the last request, if it has come: what was read of it, or what it says instead.
+    /// The answer to the last request, if it has arrived: what `read` took from it, or the answer
+    /// in words.
     fn answer<T>(
         &mut self,
         read: &impl Fn(&Response) -> Option<T>,
@@ -96,18 +99,18 @@ impl Link {
         Ok(answer)
     }
 
-    /// Wants it done.
+    /// Sends a request that is answered by [`Response::Done`].
     ///
     /// # Errors
-    /// As [`Link::ask`], or it is refused.
+    /// As [`Link::ask`], or the board refuses.
     pub fn order(&mut self, request: &Request) -> Result<(), Error> {
         self.ask(request, |answer| (*answer == Response::Done).then_some(()))
     }
 
-    /// Version, of which the wire format must be ours.
+    /// Version of the firmware. Its version of the link must be this program's.
     ///
     /// # Errors
-    /// As [`Link::ask`], or it is another.
+    /// As [`Link::ask`], or the link has another version.
     pub fn version(&mut self) -> Result<Version, Error> {
         let version = self.ask(&Request::GetVersion, |answer| match answer {
             Response::Version(version) => Some(*version),
@@ -116,10 +119,8 @@ impl Link {
         if version.wire == WIRE_VERSION {
             return Ok(version);
         }
-        let problem = format!(
-            "speaks version {} of the link, not {WIRE_VERSION}",
-            version.wire
-        );
+        let spoken = version.wire;
+        let problem = format!("speaks version {spoken} of the link, not {WIRE_VERSION}");
         Err(self.error(
             problem,
             "flash the firmware of this program's version: cargo xtask flash",
@@ -168,7 +169,7 @@ impl Link {
         Ok(images)
     }
 
-    /// Carries out each request.
+    /// Sends requests that are answered by [`Response::Done`].
     ///
     /// # Errors
     /// As [`Link::order`].
@@ -177,13 +178,13 @@ impl Link {
     }
 }
 
-/// Both networks' image as the link carries it.
+/// The image of both networks as the link carries it.
 #[must_use]
 pub fn images(nets: &Nets) -> Vec<u8> {
     [image::encode(&nets.gyro), image::encode(&nets.accel)].concat()
 }
 
-/// What loads weights and sets a mode.
+/// Requests that load weights and set a mode.
 #[must_use]
 pub fn set_up(images: &[u8], mode: Mode) -> Vec<Request<'_>> {
     let piece = |(index, bytes)| Request::WriteImage {

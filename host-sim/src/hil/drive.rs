@@ -1,4 +1,5 @@
-//! A simulated drive as the bytes of its sensors: standstill, then road, with a fix of the receiver every second.
+//! A simulated drive as the bytes of its sensors: a standstill, then road, with a fix of the GNSS
+//! receiver every second.
 
 use crate::error::Error;
 use crate::inertial::earth::Geodetic;
@@ -16,9 +17,9 @@ use firmware::wire::{Fields, ImuFormat, Simulated};
 /// Where a record's bytes arrive.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Input {
-    /// Sensor line.
+    /// The sensor line.
     Sensor,
-    /// Receiver.
+    /// The receiver line.
     Gnss,
 }
 
@@ -39,18 +40,19 @@ pub fn sensor(format: ImuFormat) -> &'static Simulated {
     &format.simulated()[0]
 }
 
-/// A drive: what was simulated, and as bytes.
+/// A simulated drive.
 #[derive(Clone, Debug)]
 pub struct Drive {
-    /// What the sensor speaks.
+    /// Format of the sensor.
     pub format: ImuFormat,
-    /// Words and fixes in the order of time.
+    /// Samples and fixes in the order of time.
     pub records: Vec<Record>,
-    /// What they were made from; words after the last record are in it too.
+    /// The session they were made from. It may be longer than the records.
     pub session: Session,
 }
 
-/// Simulates `seconds` (at most 4000), the first ten of them at rest, with the medium laser-gyro IMU behind the words of `format`.
+/// Simulates `seconds` (at most 4000), the first ten of them at rest, with the medium laser-gyro
+/// IMU quantised as in `format`.
 ///
 /// # Errors
 /// A sample does not fit into its field.
@@ -58,7 +60,7 @@ pub fn drive(format: ImuFormat, seconds: u32) -> Result<Drive, Error> {
     drive_from(format, seconds, 10)
 }
 
-/// The same, the first `standstill_s` seconds at rest.
+/// As [`drive`], with the first `standstill_s` seconds at rest.
 ///
 /// # Errors
 /// A sample does not fit into its field.
@@ -81,7 +83,7 @@ pub fn drive_from(format: ImuFormat, seconds: u32, standstill_s: u32) -> Result<
         },
         heading: 0.7,
         standstill_s,
-        drive_s: f64::from(seconds) - standstill_s, // the last manoeuvre may take longer; it is cut off
+        drive_s: f64::from(seconds) - standstill_s, // a longer last manoeuvre is cut off below
         segments: None,
         vibration: 1.0,
         unit: 1,
@@ -97,7 +99,7 @@ pub fn drive_from(format: ImuFormat, seconds: u32, standstill_s: u32) -> Result<
     })
 }
 
-/// The sample in whose place a sensor that is asked describes itself.
+/// Number of the sample that a sensor replaces by its description, because it is asked for it.
 const ANSWER: usize = 50;
 
 /// Samples and fixes in the order of time. A sensor that describes itself does so first. A fix is
@@ -167,9 +169,8 @@ fn bytes<E>(
     Ok(buffer[..length].to_vec())
 }
 
-/// A fix as the receiver sends it, its units rounded to the message's.
-#[must_use]
-pub fn pvt(second: u32, fix: &Fix) -> Pvt {
+/// A fix as the receiver sends it, rounded to the units of the message.
+fn pvt(second: u32, fix: &Fix) -> Pvt {
     let degrees = |radians: f64| (radians / DEGREE * 1e7).round() as i32;
     let velocity = [0, 1, 2].map(|axis| (fix.velocity[axis] * 1e3).round() as i32);
     let height = (fix.position.h * 1e3).round() as i32;

@@ -1,4 +1,5 @@
-//! What the board sent against software in the loop: frame by frame, word by word, and navigated.
+//! Compares what the board sent with software in the loop: bytes, frames, samples, and the result
+//! of navigating with them.
 
 use super::drive::{Drive, Input, sensor};
 use super::stream::Gathered;
@@ -9,19 +10,19 @@ use firmware::wire::{Framer, ImuFormat, Reading};
 use nalgebra::Vector3;
 use serde::Serialize;
 
-/// The stream's frames, and what was between them.
+/// The frames of a stream, and what was between them.
 #[derive(Debug, Default)]
 pub struct Frames {
-    /// Good frames with words.
+    /// Good frames with samples.
     pub readings: Vec<Reading>,
-    /// Bytes of no message, or of a damaged one.
+    /// Bytes outside good messages.
     pub garbage: usize,
     /// Messages with a wrong checksum.
     pub bad_checksums: usize,
 }
 
 impl Frames {
-    /// Takes a stream apart.
+    /// Finds the frames of a stream.
     #[must_use]
     pub fn of(format: ImuFormat, bytes: &[u8]) -> Self {
         let mut framer = Framer::new(format);
@@ -49,7 +50,8 @@ impl Frames {
     }
 }
 
-/// Host clock, from a frame's handing over to the arrival of its last byte: ports, lines and operating system are in it.
+/// Time on the host's clock from when a frame is handed to the port until its last byte returns. It
+/// includes ports, lines and the operating system.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Latency {
     /// Least, ms.
@@ -65,67 +67,78 @@ pub struct Latency {
 /// How the stream compares.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Verdict {
-    /// Frames with words that should have come.
-    pub words: usize,
-    /// ... and that came.
-    pub came: usize,
-    /// All bytes are those of software in the loop.
+    /// Samples expected.
+    #[serde(rename = "words")]
+    pub expected: usize,
+    /// Samples received.
+    #[serde(rename = "came")]
+    pub received: usize,
+    /// Whether all bytes are those of software in the loop.
     pub equal: bool,
-    /// First byte that is not.
+    /// Number of the first byte that differs.
     pub first_difference: Option<usize>,
-    /// Frames whose words differ, missing ones included.
-    pub different_words: usize,
-    /// Frames whose counter or time is not the sensor's.
+    /// Samples that differ or are missing.
+    #[serde(rename = "different_words")]
+    pub different: usize,
+    /// Samples whose counter or time is not that of the sensor, and missing ones.
     pub counter_errors: usize,
     /// Messages with a wrong checksum.
     pub bad_checksums: usize,
-    /// Bytes of no message.
+    /// Bytes outside good messages.
     pub garbage_bytes: usize,
-    /// Horizontal error at the end of a navigation fed with the stream, m.
+    /// Horizontal error at the end of free inertial navigation with the stream, m.
     pub stream_error_m: f64,
-    /// ... and with software in the loop.
+    /// The same with software in the loop.
     pub software_error_m: f64,
-    /// Whether both end in the same state, bit for bit.
+    /// Whether both navigations end in the same state, bit for bit.
     pub navigation_equal: bool,
 }
 
-/// Compares; `lead` are the bytes that went before, from the start of the drive, `sent` the sensor's.
+/// Compares the bytes `received` with those `expected`. `sent` are the bytes of the sensor in this
+/// part of the drive, `lead` those before it.
 #[must_use]
-pub fn verdict(drive: &Drive, lead: &[u8], sent: &[u8], came: &[u8], expected: &[u8]) -> Verdict {
+pub fn verdict(
+    drive: &Drive,
+    lead: &[u8],
+    sent: &[u8],
+    received: &[u8],
+    expected: &[u8],
+) -> Verdict {
     let format = drive.format;
-    let [sent, stream, software] = [sent, came, expected].map(|bytes| Frames::of(format, bytes));
+    let [sent, stream, software] =
+        [sent, received, expected].map(|bytes| Frames::of(format, bytes));
     let lead = Frames::of(format, lead);
     let pairs = || stream.readings.iter().zip(&software.readings);
     let missing = software.readings.len().abs_diff(stream.readings.len());
     let counters = stream.readings.iter().zip(&sent.readings);
     let wrong = counters.filter(|(a, b)| (a.counter, a.time) != (b.counter, b.time));
-    let difference = came.iter().zip(expected).position(|(a, b)| a != b);
-    let shorter = came.len().min(expected.len());
+    let difference = received.iter().zip(expected).position(|(a, b)| a != b);
+    let shorter = received.len().min(expected.len());
     let [by_stream, by_software] =
         [&stream, &software].map(|frames| navigate(drive, &[&lead.readings, &frames.readings]));
-    let off = |nav: &NavState, words: usize| {
-        let epoch = (lead.readings.len() + words) / drive.session.words_per_epoch();
+    let error = |nav: &NavState, samples: usize| {
+        let epoch = (lead.readings.len() + samples) / drive.session.words_per_epoch();
         let truth = drive.session.reference.get(epoch);
         truth.map_or(f64::NAN, |truth| {
             nav.position.ned_from(&truth.position).xy().norm()
         })
     };
     Verdict {
-        words: software.readings.len(),
-        came: stream.readings.len(),
-        equal: came == expected,
-        first_difference: difference.or((came.len() != expected.len()).then_some(shorter)),
-        different_words: pairs().filter(|(a, b)| a.words != b.words).count() + missing,
+        expected: software.readings.len(),
+        received: stream.readings.len(),
+        equal: received == expected,
+        first_difference: difference.or((received.len() != expected.len()).then_some(shorter)),
+        different: pairs().filter(|(a, b)| a.words != b.words).count() + missing,
         counter_errors: wrong.count() + missing,
         bad_checksums: stream.bad_checksums,
         garbage_bytes: stream.garbage,
-        stream_error_m: off(&by_stream, stream.readings.len()),
-        software_error_m: off(&by_software, software.readings.len()),
+        stream_error_m: error(&by_stream, stream.readings.len()),
+        software_error_m: error(&by_software, software.readings.len()),
         navigation_equal: bits(&by_stream) == bits(&by_software),
     }
 }
 
-/// Free inertial from the drive's known start.
+/// Free inertial navigation from the true initial state of the drive.
 fn navigate(drive: &Drive, pieces: &[&[Reading]]) -> NavState {
     let mut sins = Sins::new(drive.session.reference[0]);
     let dt = drive.session.dt;
@@ -135,10 +148,10 @@ fn navigate(drive: &Drive, pieces: &[&[Reading]]) -> NavState {
     sins.nav
 }
 
-/// A word in SI.
-fn increment(drive: &Drive, words: &RawSample) -> Increment {
+/// A sample in SI.
+fn increment(drive: &Drive, sample: &RawSample) -> Increment {
     let lsb = &drive.session.lsb;
-    match words {
+    match sample {
         RawSample::Counts { gyro, accel } => Increment {
             dtheta: Vector3::from(gyro.map(f64::from)) * lsb.rad,
             dv: Vector3::from(accel.map(f64::from)) * lsb.mps,
@@ -161,14 +174,15 @@ fn bits(nav: &NavState) -> Vec<u64> {
         .collect()
 }
 
-/// From the times of a run; `ends` are the bytes expected up to each record of the sensor. `None` when nothing came.
+/// Latency of a run, if anything was received. `ends` is how many bytes are expected up to and
+/// including the answer to each record of the sensor.
 #[must_use]
 pub fn latency(gathered: &Gathered, ends: &[usize]) -> Option<Latency> {
-    let mut came = gathered.came.iter().peekable();
+    let mut received = gathered.received.iter().peekable();
     let mut all: Vec<f64> = Vec::new();
     for (sent, end) in gathered.sent.iter().zip(ends) {
-        while came.next_if(|(total, _)| total < end).is_some() {}
-        if let Some((_, at)) = came.peek() {
+        while received.next_if(|(total, _)| total < end).is_some() {}
+        if let Some((_, at)) = received.peek() {
             all.push(at.saturating_duration_since(*sent).as_secs_f64() * 1e3);
         }
     }
@@ -183,7 +197,7 @@ pub fn latency(gathered: &Gathered, ends: &[usize]) -> Option<Latency> {
     })
 }
 
-/// The bytes of the sensor's records.
+/// The bytes of the records of the sensor.
 #[must_use]
 pub fn sensor_bytes(records: &[super::drive::Record]) -> Vec<u8> {
     let sensor = records

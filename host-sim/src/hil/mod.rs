@@ -1,8 +1,10 @@
-//! Hardware in the loop: a simulated drive into a board's lines, and what it sends against software in the loop, bit by bit.
+//! Hardware in the loop: sends a simulated drive into the lines of a board, and compares what the
+//! board sends with software in the loop, bit for bit.
 //!
-//! A first second goes through in mode bypass, so that the board knows the format, whatever it did before. Then, over the command
-//! link if there is one, it gets networks that remember and mode frozen, and in the end what it had before. Without the command
-//! link the board is taken to be as it starts, in mode bypass.
+//! The first second passes in mode bypass, so that the board detects the format whatever it did
+//! before. Then, if there is a command link, the board gets recurrent networks and mode frozen, and
+//! in the end what it had before. Without a command link the board must be in mode bypass, as it is
+//! after power-on.
 
 mod command;
 mod drive;
@@ -13,15 +15,16 @@ mod stream;
 #[cfg(test)]
 mod tests;
 
-pub use drive::{Drive, Input, Record, drive, drive_from, pvt, sensor};
-pub use judge::{Frames, Latency, Verdict};
-pub use port::Port;
+pub use drive::{Drive, Input, Record, drive, drive_from};
+pub use judge::{Latency, Verdict};
 
 use crate::error::Error;
 use command::Link;
 use firmware::control::Mode;
 use firmware::wire::ImuFormat;
 use firmware::wire::command::{Counters, Request};
+use judge::Frames;
+use port::Port;
 use serde::Serialize;
 use software::Software;
 use std::io;
@@ -29,75 +32,77 @@ use std::sync::atomic::AtomicBool;
 use std::time::Duration;
 use stream::{Lines, Run};
 
-/// The first part of the drive, which tells the board its format, microseconds.
+/// Length of the first part of the drive, on which the board detects the format, microseconds.
 const LEAD_US: u32 = 1_000_000;
-/// How often it is sent: a board that looked for another format gives that up only after 4096 bytes.
+/// How often that part is sent. A board that expects another format gives it up after 4096 bytes.
 const LEADS: u32 = 3;
 
 /// What to run where.
 #[derive(Clone, Debug)]
 pub struct Setup {
-    /// Port at the board's sensor line.
+    /// Port at the sensor line of the board.
     pub imu: String,
-    /// Port at its navigation line.
+    /// Port at the navigation line of the board.
     pub nav: String,
-    /// Port at its receiver line.
+    /// Port at the receiver line of the board.
     pub gnss: Option<String>,
-    /// Port at its command link.
+    /// Port at the command link of the board.
     pub command: Option<String>,
-    /// Bit rate of all but the receiver's line; means nothing to a socket.
+    /// Bit rate of all lines but that of the receiver. Sockets ignore it.
     pub baud: u32,
-    /// Bit rate of the receiver's line.
+    /// Bit rate of the receiver line.
     pub gnss_baud: u32,
-    /// What the sensor speaks.
+    /// Format of the sensor.
     pub format: ImuFormat,
     /// Length of the drive, s.
     pub seconds: u32,
-    /// As fast as the lines take it, not in real time.
+    /// Whether to send as fast as the lines accept it instead of in real time.
     pub fast: bool,
 }
 
 /// What was found.
 #[derive(Clone, Debug, Serialize)]
 pub struct Report {
-    /// Version of the firmware, if the command link was used.
+    /// Version of the firmware, with a command link.
     pub firmware: Option<String>,
-    /// Whether words were corrected: with the command link.
+    /// Whether samples were corrected, which takes a command link.
     pub corrected: bool,
-    /// The stream.
+    /// How the stream compares.
     pub verdict: Verdict,
-    /// From handing a frame over to the arrival of its last byte.
+    /// Latency, if anything was received.
     pub latency: Option<Latency>,
-    /// Times that the board heard nothing for too long in this run: the host was late, and a block of the networks was given up.
+    /// How often in this run the board received nothing for too long, because the host was late.
+    /// Each time the networks abandon a block.
     pub silences: Option<u32>,
-    /// Good fixes that the board took in this run.
+    /// Good fixes that the board received in this run.
     pub fixes: Option<u32>,
-    /// Share of the board's busiest second since power-on in which its processor did not sleep, %.
+    /// Load of the processor of the board in its busiest second since power-on, %.
     pub busiest_percent: Option<f64>,
-    /// Whether the run ended before its time.
+    /// Whether the user ended the run early.
     pub interrupted: bool,
 }
 
 impl Report {
-    /// Whether the stream is what it should be.
+    /// Checks that the stream equals software in the loop.
     ///
     /// # Errors
-    /// It is not; `nav` is the port it came from.
+    /// It differs. The message names `nav`, the port of the stream.
     pub fn check(&self, nav: &str) -> Result<(), Error> {
         let Some(at) = self.verdict.first_difference else {
             return Ok(());
         };
-        let (came, words) = (self.verdict.came, self.verdict.words);
-        let (problem, remedy) = if came < words && self.verdict.different_words == words - came {
+        let (received, expected) = (self.verdict.received, self.verdict.expected);
+        let missing = expected.saturating_sub(received);
+        let (problem, remedy) = if missing > 0 && self.verdict.different == missing {
             (
-                format!("the board fell silent after {came} of {words} words"),
-                "check power and cables; a serial line of this computer loses bytes with --fast",
+                format!("the board fell silent after {received} of {expected} samples"),
+                "check power and cables; with --fast a serial line loses bytes",
             )
         } else {
             (
                 format!("the stream differs from software in the loop from byte {at} on"),
-                "if silences or damage are reported, check the line and run on a quieter computer; else flash this version of \
-                 the firmware",
+                "if silences or damage are reported, check the line and use a less busy computer; \
+                 otherwise flash this version of the firmware",
             )
         };
         Err(Error::Option {
@@ -108,26 +113,27 @@ impl Report {
     }
 }
 
-/// What the board is to go back to.
+/// State of the board that is restored after the run.
 struct Before {
     mode: Mode,
     images: Vec<u8>,
     counters: Counters,
 }
 
-/// What is asked for from outside while it runs.
+/// How the caller controls a run.
 #[derive(Clone, Copy)]
 pub struct Control<'a> {
-    /// Set: end early; what came until then is still judged.
+    /// Ends the run early when set. What was received until then is still compared.
     pub stop: &'a AtomicBool,
-    /// Told how many bytes have come of how many.
+    /// Called with the number of bytes received and of bytes expected.
     pub progress: &'a (dyn Fn(usize, usize) + Sync),
 }
 
 /// Runs a drive through a board.
 ///
 /// # Errors
-/// A port does not open or breaks, the board is silent, does not understand, or does not answer; each with its port.
+/// A port does not open or breaks; the board is silent, does not understand the format, or does not
+/// answer. Each message names the port.
 pub fn run(setup: &Setup, control: Control<'_>) -> Result<Report, Error> {
     let drive = drive(setup.format, setup.seconds)?;
     let mut lines = open(setup)?;
@@ -137,14 +143,14 @@ pub fn run(setup: &Setup, control: Control<'_>) -> Result<Report, Error> {
     };
     let version = link.as_mut().map(Link::version).transpose()?;
     let before = link.as_mut().map(remember).transpose()?;
-    let found = through(setup, &drive, &mut lines, link.as_mut(), control);
-    // restored whatever happened; the first problem is the one told
+    let result = send_drive(setup, &drive, &mut lines, link.as_mut(), control);
+    // restore the board even after a failure; the first failure is reported
     let after = match (&mut link, &before) {
         (Some(link), Some(before)) => Some(restore(link, before)),
         _ => None,
     };
     let busiest = link.as_mut().map(Link::health).transpose()?;
-    let mut report = found?;
+    let mut report = result?;
     report.busiest_percent = busiest
         .and_then(|health| health.busiest)
         .map(|permille| f64::from(permille) / 10.0);
@@ -171,7 +177,7 @@ fn open(setup: &Setup) -> Result<Lines, Error> {
     })
 }
 
-/// What the board has now; it is in mode bypass afterwards.
+/// Reads the state of the board and puts it into mode bypass.
 fn remember(link: &mut Link) -> Result<Before, Error> {
     let before = Before {
         mode: link.health()?.mode,
@@ -182,7 +188,7 @@ fn remember(link: &mut Link) -> Result<Before, Error> {
     Ok(before)
 }
 
-/// Back to what it had; its counters at the end of the run.
+/// Restores the state of the board. Returns its counters at the end of the run.
 fn restore(link: &mut Link, before: &Before) -> Result<Counters, Error> {
     let counters = settled(link)?;
     link.order(&Request::SetMode(Mode::Bypass))?;
@@ -190,7 +196,8 @@ fn restore(link: &mut Link, before: &Before) -> Result<Counters, Error> {
     Ok(counters)
 }
 
-/// The counters once no more fixes arrive: the receiver's line is slower than the sensor's, and the last ones may be on it.
+/// The counters once no more fixes arrive: the receiver line is slower than the sensor line and may
+/// still carry the last ones.
 fn settled(link: &mut Link) -> Result<Counters, Error> {
     let mut last = link.counters()?;
     for _ in 0..10 {
@@ -204,7 +211,8 @@ fn settled(link: &mut Link) -> Result<Counters, Error> {
     Ok(last)
 }
 
-fn through(
+/// Sends the drive through the board and compares.
+fn send_drive(
     setup: &Setup,
     drive: &Drive,
     lines: &mut Lines,
@@ -216,7 +224,7 @@ fn through(
     let broken = |error: io::Error| Error::Option {
         option: format!("--imu {} --nav {}", setup.imu, setup.nav),
         problem: format!("a line broke ({error})"),
-        remedy: "check cables and power, and that nobody else uses the ports".into(),
+        remedy: "check cables and power, and that no other program uses the ports".into(),
     };
     let mut software = Software::new();
     let mut run = Run {
@@ -241,11 +249,11 @@ fn through(
             .for_each(|request| software.command(request));
     }
     let (expected, ends) = replies(&mut software, rest);
-    let progress = |came| (control.progress)(came, expected.len());
+    let progress = |received| (control.progress)(received, expected.len());
     run.progress = &progress;
     let gathered = run.through(lines, rest, expected.len()).map_err(broken)?;
     let interrupted = run.stopped();
-    // an interrupted run is judged by what was sent
+    // an interrupted run is compared as far as it was sent
     let sent = gathered.sent.len();
     let end = if interrupted {
         sent.checked_sub(1).map_or(0, |last| ends[last])
@@ -266,14 +274,14 @@ fn through(
     })
 }
 
-/// Why the first second did not come through.
+/// Why the first second did not pass.
 enum Problem {
     Broken(io::Error),
     Silent,
     Noise(usize),
 }
 
-/// Sends the first second until it comes through.
+/// Sends the first second until it passes.
 fn introduce(
     setup: &Setup,
     lines: &mut Lines,
@@ -281,21 +289,21 @@ fn introduce(
     run: &Run<'_>,
 ) -> Result<(), Problem> {
     let bytes = judge::sensor_bytes(lead);
-    let mut came = 0;
+    let mut received = 0;
     for _ in 0..LEADS {
         let gathered = run
             .through(lines, lead, bytes.len())
             .map_err(Problem::Broken)?;
-        came += gathered.bytes.len();
+        received += gathered.bytes.len();
         let frames = Frames::of(setup.format, &gathered.bytes).readings.len();
         if run.stopped() || (frames > 0 && bytes.ends_with(&gathered.bytes)) {
             return Ok(());
         }
     }
-    Err(if came == 0 {
+    Err(if received == 0 {
         Problem::Silent
     } else {
-        Problem::Noise(came)
+        Problem::Noise(received)
     })
 }
 
@@ -303,21 +311,27 @@ fn silent(setup: &Setup) -> Error {
     Error::Option {
         option: format!("--nav {}", setup.nav),
         problem: format!("nothing comes although frames go into {}", setup.imu),
-        remedy: "check that the board runs, that --imu and --nav are not exchanged, and the bit rate of both (--baud)".into(),
+        remedy: "check that the board runs, that --imu and --nav are not exchanged, \
+                 and the bit rate of both (--baud)"
+            .into(),
     }
 }
 
 fn noise(setup: &Setup, bytes: usize) -> Error {
     Error::Option {
         option: format!("--nav {}", setup.nav),
-        problem: format!("{bytes} bytes came that are not the {:?} frames sent into {}", setup.format, setup.imu),
-        remedy: "check that both ends have the same bit rate (--baud), that the board expects this --format, and that it is in \
-                 mode bypass when no --command is given"
+        problem: format!(
+            "{bytes} bytes came that are not the {:?} frames sent into {}",
+            setup.format, setup.imu
+        ),
+        remedy: "check that both ends have the same bit rate (--baud), that the board expects \
+                 this --format, and that it is in mode bypass if no --command is given"
             .into(),
     }
 }
 
-/// What software in the loop sends for the sensor's records, and where the answer to each ends.
+/// What software in the loop sends for the records of the sensor, and how many bytes it has sent
+/// after each.
 fn replies(software: &mut Software, records: &[Record]) -> (Vec<u8>, Vec<usize>) {
     let mut bytes = Vec::new();
     let mut ends = Vec::new();

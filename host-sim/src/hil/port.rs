@@ -6,23 +6,23 @@ use std::io::{self, ErrorKind, Read, Write};
 use std::net::TcpStream;
 use std::time::Duration;
 
-/// How long one read or write may wait; long waits are many of these, so that an interruption is noticed.
-const TURN: Duration = Duration::from_millis(50);
+/// How long one read or write may wait. Longer waits repeat it, so that an interruption is noticed.
+const WAIT: Duration = Duration::from_millis(50);
 
 /// One end of a line.
 #[derive(Debug)]
 pub enum Port {
-    /// A socket: QEMU's serial lines, a terminal server.
+    /// A socket, for example a serial line of QEMU or a terminal server.
     Tcp(TcpStream),
     /// A serial device, 8 data bits, no parity, one stop bit.
     Serial(Box<dyn SerialPort>),
 }
 
 impl Port {
-    /// Opens it; `option` is named in errors, `baud` means nothing to a socket.
+    /// Opens the port `name`. Errors name `option`. Sockets ignore `baud`.
     ///
     /// # Errors
-    /// There is no such port, or it is not ours to use.
+    /// There is no such port, or it may not be used.
     pub fn open(option: &str, name: &str, baud: u32) -> Result<Self, Error> {
         let refused = |problem: String, remedy: &str| Error::Option {
             option: format!("{option} {name}"),
@@ -32,19 +32,20 @@ impl Port {
         if let Some(address) = name.strip_prefix("tcp:") {
             let socket = TcpStream::connect(address).and_then(|socket| {
                 socket.set_nodelay(true)?;
-                socket.set_read_timeout(Some(TURN))?;
-                socket.set_write_timeout(Some(TURN))?;
+                socket.set_read_timeout(Some(WAIT))?;
+                socket.set_write_timeout(Some(WAIT))?;
                 Ok(socket)
             });
             return socket.map(Self::Tcp).map_err(|error| {
-                let remedy = "give tcp:HOST:PORT of something that listens, QEMU with -serial tcp:HOST:PORT,server=on say";
+                let remedy = "give tcp:HOST:PORT of something that listens, \
+                              for example QEMU with -serial tcp:HOST:PORT,server=on";
                 refused(format!("does not connect ({error})"), remedy)
             });
         }
-        let port = serialport::new(name, baud).timeout(TURN).open();
+        let port = serialport::new(name, baud).timeout(WAIT).open();
         port.map(Self::Serial).map_err(|error| {
             let remedy =
-                "check cable and name, and that you may use the device and nobody else does";
+                "check cable and name, and that you may use the device and no other program does";
             refused(format!("does not open ({error})"), remedy)
         })
     }
@@ -53,14 +54,14 @@ impl Port {
     ///
     /// # Errors
     /// The system has none left.
-    pub fn again(&self) -> io::Result<Self> {
+    pub fn duplicate(&self) -> io::Result<Self> {
         match self {
             Self::Tcp(socket) => socket.try_clone().map(Self::Tcp),
             Self::Serial(port) => Ok(Self::Serial(port.try_clone()?)),
         }
     }
 
-    /// What has come within a turn, perhaps nothing.
+    /// Receives what arrives within [`WAIT`], perhaps nothing.
     ///
     /// # Errors
     /// The port is broken or closed.
@@ -78,7 +79,7 @@ impl Port {
         }
     }
 
-    /// Sends all, unless `stop` says so in between; whether all was sent.
+    /// Sends `bytes` until `stop` returns true. Returns whether all were sent.
     ///
     /// # Errors
     /// The port is broken or closed.

@@ -1,4 +1,5 @@
-//! Software in the loop: the firmware's application here, given what the board is given.
+//! Software in the loop: the application of the firmware on the desktop, with the input of the
+//! board.
 
 use firmware::app::{App, Config, Lines};
 use firmware::link::{Clock, Full, Line, Lost, NoLine};
@@ -10,14 +11,14 @@ use std::collections::VecDeque;
 /// A line in memory.
 #[derive(Debug, Default)]
 struct Memory {
-    came: VecDeque<u8>,
+    received: VecDeque<u8>,
     sent: Vec<u8>,
 }
 
 impl Line for Memory {
     fn receive(&mut self, buffer: &mut [u8]) -> Result<usize, Lost> {
-        let len = buffer.len().min(self.came.len());
-        for (place, byte) in buffer.iter_mut().zip(self.came.drain(..len)) {
+        let len = buffer.len().min(self.received.len());
+        for (place, byte) in buffer.iter_mut().zip(self.received.drain(..len)) {
             *place = byte;
         }
         Ok(len)
@@ -47,7 +48,7 @@ pub struct Software {
 }
 
 impl Software {
-    /// As a board is when it has just started.
+    /// As a board after power-on.
     #[must_use]
     pub fn new() -> Self {
         Self {
@@ -57,27 +58,29 @@ impl Software {
         }
     }
 
-    /// Bytes of the sensor at `at_us`; what leaves for the navigation computer.
+    /// Receives bytes of the sensor at `at_us`. Returns what goes to the navigation computer.
     pub fn sensor(&mut self, at_us: u32, bytes: &[u8]) -> Vec<u8> {
         self.now.0 = at_us.into();
-        self.lines.sensor.came.extend(bytes);
+        self.lines.sensor.received.extend(bytes);
         self.settle();
         core::mem::take(&mut self.lines.navigation.sent)
     }
 
-    /// A request over the command link.
+    /// Receives a request over the command link.
     pub fn command(&mut self, request: &Request) {
         let mut packet = [0; MAX_PACKET];
         if let Ok(packet) = encode(0, request, &mut packet) {
-            self.lines.command.came.extend(&*packet);
+            self.lines.command.received.extend(&*packet);
         }
         self.settle();
         self.lines.command.sent.clear();
     }
 
+    /// Runs the application until it has nothing to do.
     fn settle(&mut self) {
         while self.app.poll(&mut self.lines, &self.now) {}
-        self.lines.sensor.sent.clear(); // a request for the configuration, which comes anyway
+        // requests for the configuration of the sensor, which the drive holds anyway
+        self.lines.sensor.sent.clear();
     }
 }
 
@@ -87,7 +90,8 @@ impl Default for Software {
     }
 }
 
-/// Networks that remember and correct by up to about 1 deg/h and 100 ug: nothing to navigate with, but every word shows them.
+/// Networks that correct by up to about 1 deg/h and 100 ug. They are useless for navigation, but
+/// every sample depends on their state.
 #[must_use]
 pub fn nets() -> Nets {
     let weights = Weights::from_fn(|index| ((index * 37 + 11) % 129) as f32 / 128.0 - 0.5);

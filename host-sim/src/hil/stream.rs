@@ -1,4 +1,4 @@
-//! Feeds the lines and gathers the stream, in real time or as fast as the lines take it.
+//! Feeds the lines and gathers the stream, in real time or as fast as the lines accept it.
 
 use super::drive::{Input, Record};
 use super::port::Port;
@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 use std::time::{Duration, Instant};
 
-/// A board that has sent nothing for so long has nothing more to send, or has gone silent.
+/// A board that has sent nothing for this long is done or has fallen silent.
 const QUIET: Duration = Duration::from_secs(3);
 
 /// The board's lines.
@@ -22,7 +22,7 @@ pub struct Lines {
 }
 
 impl Lines {
-    /// Throws away what has come from earlier.
+    /// Discards what arrived earlier.
     ///
     /// # Errors
     /// A port is broken.
@@ -36,34 +36,35 @@ impl Lines {
     }
 }
 
-/// What a run gave.
+/// What a run received.
 #[derive(Debug, Default)]
 pub struct Gathered {
     /// What the board sent to the navigation computer.
     pub bytes: Vec<u8>,
-    /// How many bytes had come, and when.
-    pub came: Vec<(usize, Instant)>,
-    /// When each record of the sensor had been handed over; shorter when the run was interrupted.
+    /// How many bytes had been received, and when.
+    pub received: Vec<(usize, Instant)>,
+    /// When each record of the sensor had been handed to the port. Shorter after an interruption.
     pub sent: Vec<Instant>,
 }
 
 /// How to run.
 pub struct Run<'a> {
-    /// As fast as the lines take it, not in real time.
+    /// Whether to send as fast as the lines accept it instead of in real time.
     pub fast: bool,
-    /// Set: end after the record in progress.
+    /// Ends the run after the present record when set.
     pub stop: &'a AtomicBool,
-    /// Told how many bytes have come.
+    /// Called with the number of bytes received.
     pub progress: &'a (dyn Fn(usize) + Sync),
 }
 
 impl Run<'_> {
-    /// Whether it was asked to end.
+    /// Whether the run is to end.
     pub fn stopped(&self) -> bool {
         self.stop.load(Ordering::Relaxed)
     }
 
-    /// Sends `records` and gathers what comes, until `expected` bytes have come or the board falls silent.
+    /// Sends `records` and gathers what the board sends, until `expected` bytes have been received
+    /// or the board falls silent.
     ///
     /// # Errors
     /// A port is broken.
@@ -73,9 +74,9 @@ impl Run<'_> {
         records: &[Record],
         expected: usize,
     ) -> io::Result<Gathered> {
-        let mut gnss = lines.gnss.as_ref().map(Port::again).transpose()?;
-        let mut imu = lines.imu.again()?;
-        let mut answers = lines.imu.again()?;
+        let mut gnss = lines.gnss.as_ref().map(Port::duplicate).transpose()?;
+        let mut imu = lines.imu.duplicate()?;
+        let mut answers = lines.imu.duplicate()?;
         let (fed, over) = (AtomicBool::new(false), AtomicBool::new(false));
         let start = Instant::now();
         thread::scope(|scope| {
@@ -90,17 +91,19 @@ impl Run<'_> {
                 fed.store(true, Ordering::Release);
                 sent
             });
-            // the board may ask the sensor for its configuration, which comes anyway: only make room
+            // the board may ask the sensor for its configuration, which the drive holds anyway:
+            // discard the requests
             scope.spawn(|| {
                 let mut buffer = [0; 256];
                 while !fed.load(Ordering::Acquire) {
                     if answers.receive(&mut buffer).is_err() {
-                        break; // told by the sender
+                        break; // the sender reports it
                     }
                 }
             });
             let gathered = self.gather(&mut lines.nav, expected, &fed);
-            // a board that fell silent takes no more; to one that has sent all, the last fix may still be on its way
+            // a board that fell silent is sent nothing more; one that has sent everything may still
+            // be receiving the last fix
             let whole = matches!(&gathered, Ok(gathered) if gathered.bytes.len() >= expected);
             over.store(!whole, Ordering::Relaxed);
             let mut gathered = gathered?;
@@ -140,17 +143,17 @@ impl Run<'_> {
     fn gather(&self, nav: &mut Port, expected: usize, fed: &AtomicBool) -> io::Result<Gathered> {
         let mut gathered = Gathered::default();
         let mut buffer = [0; 4096];
-        let mut heard = Instant::now();
+        let mut last = Instant::now();
         while gathered.bytes.len() < expected {
             let len = nav.receive(&mut buffer)?;
             if len > 0 {
-                heard = Instant::now();
+                last = Instant::now();
                 gathered
                     .bytes
                     .extend_from_slice(buffer.get(..len).unwrap_or_default());
-                gathered.came.push((gathered.bytes.len(), heard));
+                gathered.received.push((gathered.bytes.len(), last));
                 (self.progress)(gathered.bytes.len());
-            } else if heard.elapsed() > QUIET || (self.stopped() && fed.load(Ordering::Acquire)) {
+            } else if last.elapsed() > QUIET || (self.stopped() && fed.load(Ordering::Acquire)) {
                 break;
             }
         }

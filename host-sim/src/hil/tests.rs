@@ -1,4 +1,4 @@
-//! Against boards that are threads here: the application at sockets, whole or broken in one way.
+//! Runs against boards that are threads: the application at sockets, sound or with one fault.
 
 use super::*;
 use firmware::app::{App, Config};
@@ -15,9 +15,9 @@ enum Fault {
     None,
     /// Nothing leaves after so many bytes.
     SilentAfter(usize),
-    /// Its navigation line has another bit rate: what leaves is torn.
+    /// Its navigation line has another bit rate, so its bytes are corrupted.
     Baud,
-    /// One bit of the byte with this number is another.
+    /// One bit of the byte with this number is wrong.
     Bit(usize),
     /// Nothing answers at the command link.
     Deaf,
@@ -58,7 +58,7 @@ impl Line for Socket {
     }
 }
 
-/// Host clock, slow enough that a busy computer is not taken for a silent sensor.
+/// A slowed host clock, so that a busy computer does not look like a silent sensor.
 struct Slow(Instant);
 
 impl Clock for Slow {
@@ -122,7 +122,7 @@ impl Board {
         }
     }
 
-    /// Four seconds of drive through it.
+    /// Sends four seconds of drive through the board.
     fn run(&self) -> Result<Report, Error> {
         let [imu, nav, gnss, command] = self.ports.clone();
         let setup = Setup {
@@ -153,7 +153,7 @@ impl Drop for Board {
     }
 }
 
-/// Bytes of the first second: the configuration twice, and words of 28 bytes.
+/// Bytes of the first second: the configuration twice, and frames of 28 bytes.
 fn lead() -> usize {
     2 * firmware::wire::stim300::config::LEN + 249 * 28
 }
@@ -168,7 +168,7 @@ fn a_good_board_is_equal_and_can_be_run_again() {
         verdict.equal && verdict.navigation_equal && report.corrected,
         "{report:?}"
     );
-    assert_eq!((verdict.words, verdict.came), (750, 750));
+    assert_eq!((verdict.expected, verdict.received), (750, 750));
     assert_eq!(
         (
             verdict.counter_errors,
@@ -189,27 +189,27 @@ fn one_bit_of_the_stream_is_found() {
     let verdict = report.verdict;
     assert_eq!(verdict.first_difference, Some(10 * 28 + 7));
     assert_eq!(
-        (verdict.bad_checksums, verdict.came),
-        (1, verdict.words - 1)
+        (verdict.bad_checksums, verdict.received),
+        (1, verdict.expected - 1)
     );
     assert!(!verdict.equal && !verdict.navigation_equal);
 }
 
 #[test]
-fn a_board_that_falls_silent_is_said_to() {
+fn a_board_that_falls_silent_is_reported() {
     let report = Board::new(Fault::SilentAfter(lead() + 28 * 100))
         .run()
         .expect("it runs");
-    assert_eq!(report.verdict.came, 100);
+    assert_eq!(report.verdict.received, 100);
     let error = report.check("tcp:x").expect_err("silent").to_string();
     assert!(
-        error.starts_with("--nav tcp:x: the board fell silent after 100 of 750 words"),
+        error.starts_with("--nav tcp:x: the board fell silent after 100 of 750 samples"),
         "{error}"
     );
 }
 
 #[test]
-fn nothing_or_noise_from_the_start_is_told_with_its_remedy() {
+fn silence_or_noise_from_the_start_is_reported_with_its_remedy() {
     for (fault, what) in [
         (
             Fault::SilentAfter(0),

@@ -39,7 +39,7 @@ fn runs(board: Board, formats: &[(ImuFormat, u32)]) {
         assert!(report.corrected && report.verdict.equal, "{what}");
         assert!(report.verdict.navigation_equal, "{what}");
         assert!(
-            report.verdict.words > 400 && report.verdict.counter_errors == 0,
+            report.verdict.expected > 400 && report.verdict.counter_errors == 0,
             "{what}"
         );
         assert_eq!(report.fixes, Some(*seconds), "{what}");
