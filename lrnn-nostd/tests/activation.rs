@@ -6,7 +6,7 @@ const RATIONAL_ERROR: f64 = 2.0e-7;
 const RATIONAL_FALL: f32 = 2.4e-7;
 const CUBIC_ERROR: f64 = 1.5e-7;
 const CUBIC_FALL: f32 = 6.0e-8;
-/// Between tanh' and the derivative of the approximation, in f64.
+/// Difference between tanh' and the derivative of the approximation, in f64.
 const RATIONAL_SLOPE: f64 = 5e-8;
 
 /// Every `stride`-th positive f32, from the smallest normal one beyond the clamp; then to infinity
@@ -88,8 +88,8 @@ fn rational_in_f64() {
     assert!(error < 1.2e-7, "{error:e}");
 }
 
-/// f' from y against a difference of f: rounding, and for [`Rational`] what tanh' differs from the
-/// derivative of the approximation.
+/// f' from y compared with a difference of f: rounding, and for [`Rational`] the difference between
+/// tanh' and the derivative of the approximation.
 #[test]
 fn slopes() {
     fn worst<A: Activation>() -> f64 {
@@ -109,8 +109,8 @@ fn slopes() {
     assert!(rational < RATIONAL_SLOPE, "{rational:e}");
 }
 
-/// The three of a layer are what each is by itself, below, at and beyond the clamp, and a
-/// non-finite one is told.
+/// The three values of a layer equal those computed one by one, below, at and beyond the clamp. A
+/// non-finite one is reported.
 #[test]
 fn layers() {
     fn check<A: Activation>(x: [f32; 3]) {

@@ -1,8 +1,8 @@
-//! The paper's gradient (eq. 5, 6) as printed is not the gradient: each erratum against differences
-//! of the output.
+//! The paper's gradient (eq. 5, 6) as printed is not the gradient: each erratum is compared with
+//! finite differences of the output.
 //!
-//! The recursion here is written a second time, plainly and with switches, so that it also checks
-//! the crate's own.
+//! The recursion is written here a second time, plainly and with switches, so it also checks the
+//! crate's own.
 
 use lrnn_nostd::{Full, Identity, Net, Normalisation, PARAMS, Sensitivities, State, Tanh, Weights};
 
@@ -186,8 +186,8 @@ fn the_crate_has_the_corrected_recursion() {
 #[test]
 fn each_erratum_is_wrong() {
     let truth = differences();
-    // The least deviation each must show, a good deal below what was measured, a million times
-    // above the correct one's.
+    // The smallest deviation that each must show: well below the measured one, and a million times
+    // above that of the correct recursion.
     let errata = [
         (Variant::ValueForSlope, 0.5),
         (Variant::WrongSource, 0.1),

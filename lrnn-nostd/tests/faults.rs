@@ -1,4 +1,4 @@
-//! Whatever comes in, state, sensitivities and results stay finite and the step says what happened.
+//! For any input, state, sensitivities and results stay finite, and the step reports what happened.
 
 use lrnn_nostd::{
     Activation, Diagonal, Fault, Feedback, Full, Identity, Net, Normalisation, Rational,
@@ -135,8 +135,8 @@ fn a_bad_input_holds_the_last_output() {
     assert_eq!(net.step(&mut state, [0.0; 3]).fault, None);
 }
 
-/// An output layer that doubles at every step: first the sensitivities overflow, then the output;
-/// both are said.
+/// An output layer that doubles at every step: first the sensitivities overflow, then the output.
+/// Both are reported.
 #[test]
 fn unstable_feedback_is_reported_and_stays_finite() {
     let mut weights = weights(0.5);

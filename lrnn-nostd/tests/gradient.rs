@@ -1,5 +1,5 @@
-//! The exact gradient against differences of the output, for every parameter and every kind of
-//! network.
+//! The exact gradient compared with finite differences of the output, for every parameter and every
+//! kind of network.
 
 use lrnn_nostd::{
     Activation, Diagonal, Feedback, Full, Identity, Net, Normalisation, PARAMS, Rational,
@@ -68,8 +68,8 @@ fn difference<H: Activation, O: Activation, F: Feedback>(
     })
 }
 
-/// Greatest |s - difference| over max(|s|, 1e-2): relative, but for entries so small that the
-/// differences' own rounding shows.
+/// Largest |s - difference| over max(|s|, 1e-2). It is relative, except for entries so small that
+/// the rounding of the differences shows.
 fn worst_error<H: Activation, O: Activation, F: Feedback>(seed: u64) -> f64 {
     let weights = random_weights(seed);
     let net = Net::<H, O, F, f64>::new(weights, Normalisation::identity());

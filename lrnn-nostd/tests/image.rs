@@ -1,4 +1,4 @@
-//! The weight image: exact round trip, and every kind of damage named.
+//! The weight image: the round trip is exact, and every kind of damage has its own error.
 
 use lrnn_nostd::image::{IMAGE_LEN, ImageError, crc32, decode, encode};
 use lrnn_nostd::{Diagonal, Full, Identity, Net, Normalisation, Rational, Tanh, Weights};
@@ -16,7 +16,7 @@ fn net() -> Net {
     )
 }
 
-/// The image with bytes replaced and the CRC made right again.
+/// The image with some bytes replaced and a correct CRC.
 fn altered(at: usize, bytes: &[u8]) -> [u8; IMAGE_LEN] {
     let mut image = encode(&net());
     image[at..at + bytes.len()].copy_from_slice(bytes);

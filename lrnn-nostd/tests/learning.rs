@@ -125,7 +125,7 @@ fn paper_steps_as_printed() {
     assert_eq!(run(0.0).0, before);
 }
 
-/// With one eps for growing and shrinking, the printed rule first learns and then blows up; the
+/// With one eps for growing and shrinking, the printed rule first learns and then diverges; the
 /// guarded one does not.
 #[test]
 fn paper_diverges_where_guarded_converges() {
@@ -196,7 +196,7 @@ fn gauss_newton_needs_few_passes() {
     assert!(costs.last().expect("accepted") < &(1e-4 * first));
     assert!(costs.is_sorted_by(|a, b| a >= b), "{costs:?}");
 
-    // The weights proposed do what the cost says, in the units of the output scale.
+    // The proposed weights achieve the stated cost, in units of the output scale.
     let net = Exact::new(learner.proposal(), exact_net().normalisation);
     let mut state = State::new();
     let squares = (0..200).map(|k| {

@@ -30,10 +30,10 @@ use crate::times::{Times, host_times};
 const STEP: &str = "step_rational";
 const LEARN: &str = "descent_rational";
 const FIX: &str = "learner_fix";
-/// The same over a drive of [`DRIVE`] samples; on this machine alone.
+/// The same over a drive of [`DRIVE`] samples; measured on this machine only.
 const DRIVE_NS: &str = "drive/descent_rational";
 
-/// The `--json` format; it stays stable.
+/// The `--json` format, which stays stable.
 #[derive(Serialize)]
 struct Figures {
     m4f: OnTarget,
@@ -49,30 +49,32 @@ struct OnTarget {
     step_instructions: f64,
     /// One step, its exact gradient, and one weight update.
     gradient_step_instructions: f64,
-    /// The same by the kernel in assembly, in the form with fewer instructions.
+    /// The same with the kernel in assembly, in the form with fewer instructions.
     kernel_step_instructions: f64,
     kernel_gradient_step_instructions: f64,
-    /// A fix learnt from: the covariance over a second and six updates, 126 weights and 6 biases.
+    /// Learning from one fix: the covariance over a second and six updates, 126 weights and 6
+    /// biases.
     kalman_fix_instructions: f64,
-    /// A STIM300 word from the interrupt of its first byte to that of its last one out, two frozen
-    /// networks.
+    /// A STIM300 sample, from the interrupt of its first byte in to that of its last byte out, with
+    /// two frozen networks.
     word_instructions: f64,
-    /// The same with lines by DMA: the streams' interrupts are in it, moving the bytes is not.
+    /// The same with lines by DMA: includes the interrupts of the streams, but not moving the
+    /// bytes.
     word_instructions_dma: f64,
 }
 
-/// Nanoseconds on this machine, the same work.
+/// Nanoseconds of the same work on this machine.
 #[derive(Serialize)]
 struct OnHost {
     step_ns: f64,
     gradient_step_ns: f64,
     /// Network, gradient and update over 264 000 samples, s.
     drive_s: f64,
-    /// PyTorch over the same samples, where it is there.
+    /// PyTorch over the same samples, where it is available.
     pytorch: Option<PyTorch>,
 }
 
-/// Measures, prints, and writes `json` if asked; exceeding a budget is an error.
+/// Measures, prints, and writes `json` if asked. Exceeding a budget is an error.
 pub fn bench(json: Option<&Path>) -> Result<ExitCode> {
     needs::target()?;
     needs::emulator()?;
@@ -114,13 +116,13 @@ impl Figures {
                 .into_iter()
                 .find(|board| board.machine.name == machine);
             let board = board.with_context(|| format!("no board on {machine}"))?;
-            let word = |pace| -> Result<f64> {
-                let (equal, word) = counted(board, ImuFormat::Stim300, pace)?;
+            let sample = |pace| -> Result<f64> {
+                let (equal, cost) = counted(board, ImuFormat::Stim300, pace)?;
                 ensure!(
                     equal,
                     "{machine}: the corrected stream is not the desktop's"
                 );
-                Ok(word.per_word)
+                Ok(cost.per_sample)
             };
             Ok(OnTarget {
                 step_instructions: named(counts, STEP)?,
@@ -128,8 +130,8 @@ impl Figures {
                 kernel_step_instructions: named(counts, "step_m7")?,
                 kernel_gradient_step_instructions: named(counts, "descent_m7")?,
                 kalman_fix_instructions: named(counts, FIX)?,
-                word_instructions: word(Pace::Byte)?,
-                word_instructions_dma: word(Pace::Dma)?,
+                word_instructions: sample(Pace::Byte)?,
+                word_instructions_dma: sample(Pace::Dma)?,
             })
         };
         Ok(Self {

@@ -9,13 +9,13 @@ use qemu::images::{BENCH, Image};
 use crate::needs;
 use crate::stage::succeed;
 
-/// The chip, as probe-rs calls it, unless another is named.
+/// The default chip, by the name that probe-rs uses.
 pub const CHIP: &str = "STM32F405RGTx";
 
 /// Chips whose registers the board images set up.
 const BOARD: [&str; 4] = ["STM32F405", "STM32F407", "STM32F415", "STM32F417"];
-/// Chips the bench image runs on, and among them those that have not 128 KiB of memory or more than
-/// 256 KiB of flash (`tests/silicon`).
+/// Chips that the bench image runs on, and those among them that have less than 128 KiB of memory
+/// or at most 256 KiB of flash (`tests/silicon`).
 const BENCHED: [&str; 3] = ["STM32F4", "STM32F7", "STM32H7"];
 const SMALL: [&str; 9] = [
     "STM32F401",
@@ -29,7 +29,7 @@ const SMALL: [&str; 9] = [
     "STM32H7S",
 ];
 
-/// With a debug probe at the board; ends with Ctrl-C, the bench by itself.
+/// Needs a debug probe at the board. It ends with Ctrl-C, the bench by itself.
 pub fn flash(image: Image, chip: &str) -> Result<ExitCode> {
     fits(image, chip)?;
     needs::target()?;
@@ -42,7 +42,8 @@ pub fn flash(image: Image, chip: &str) -> Result<ExitCode> {
     };
     ensure!(
         known.success(),
-        "--chip {chip}: probe-rs does not know it; remedy: a name of `probe-rs chip list`, as {CHIP} or STM32H743ZITx"
+        "--chip {chip}: probe-rs does not know this chip; remedy: a name of `probe-rs chip list`, \
+         such as {CHIP} or STM32H743ZITx"
     );
     let built = image.build()?;
     let mut probe = Command::new("probe-rs");

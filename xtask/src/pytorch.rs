@@ -1,4 +1,4 @@
-//! PyTorch beside us on the same work, where a Python with it is there.
+//! PyTorch on the same work, where a Python with it is available.
 
 use std::process::Command;
 
@@ -7,7 +7,7 @@ use qemu::images::workspace;
 use serde::Serialize;
 use vectors::work::DRIVE;
 
-/// What the script says of a drive on one core.
+/// The script's result for a drive on one core.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct PyTorch {
     version: String,
@@ -17,11 +17,11 @@ pub struct PyTorch {
     written_out_s: f64,
 }
 
-/// Runs the script, a minute or two; `None`, with a line that says why, where there is no PyTorch.
-/// `PYTHON` names another interpreter than `python3`.
+/// Runs the script, which takes a minute or two. Returns `None`, and prints why, where PyTorch is
+/// missing. `PYTHON` names another interpreter than `python3`.
 ///
 /// # Errors
-/// PyTorch is there and the script fails.
+/// PyTorch is available and the script fails.
 pub fn measure() -> Result<Option<PyTorch>> {
     let python = std::env::var_os("PYTHON").unwrap_or_else(|| "python3".into());
     let there = Command::new(&python).args(["-c", "import torch"]).output();
@@ -46,15 +46,15 @@ pub fn measure() -> Result<Option<PyTorch>> {
         script.display(),
         String::from_utf8_lossy(&output.stderr)
     );
-    let said = String::from_utf8_lossy(&output.stdout);
-    read(&said)
-        .with_context(|| format!("{}: it said {said:?}", script.display()))
+    let text = String::from_utf8_lossy(&output.stdout);
+    read(&text)
+        .with_context(|| format!("{}: it printed {text:?}", script.display()))
         .map(Some)
 }
 
 /// `<version> <s> <s>`.
-fn read(said: &str) -> Option<PyTorch> {
-    let mut words = said.split_whitespace();
+fn read(text: &str) -> Option<PyTorch> {
+    let mut words = text.split_whitespace();
     let version = words.next()?.to_owned();
     let mut seconds = || words.next()?.parse::<f64>().ok().filter(|s| *s > 0.0);
     Some(PyTorch {
@@ -65,7 +65,7 @@ fn read(said: &str) -> Option<PyTorch> {
 }
 
 impl PyTorch {
-    /// One line.
+    /// The result as one line.
     pub fn line(&self, ours: f64) -> String {
         let Self {
             version,
@@ -86,9 +86,9 @@ mod tests {
 
     #[test]
     fn what_the_script_says_is_read_and_nothing_else() {
-        let said = read("1.13.0a0 8.5 40.25\n").expect("well formed");
-        assert_eq!((said.built_in_s, said.written_out_s), (8.5, 40.25));
-        assert!(said.line(0.5).contains("(17 times ours)"));
+        let text = read("1.13.0a0 8.5 40.25\n").expect("well formed");
+        assert_eq!((text.built_in_s, text.written_out_s), (8.5, 40.25));
+        assert!(text.line(0.5).contains("(17 times ours)"));
         for torn in ["", "1.13", "1.13 8.5", "1.13 8.5 nan", "1.13 0 1"] {
             assert_eq!(read(torn), None, "{torn}");
         }

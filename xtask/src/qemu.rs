@@ -1,5 +1,5 @@
-//! `cargo xtask qemu`: every board in QEMU, at its serial lines and over a long drive, against the
-//! library on the desktop.
+//! `cargo xtask qemu`: every board in QEMU, at its serial lines and over a long drive, compared
+//! with the library on the desktop.
 
 use std::fs;
 use std::path::Path;
@@ -19,7 +19,7 @@ use qemu::report::{MINUTES, Report, counted, report, within};
 use crate::needs;
 use crate::table::numbers;
 
-/// Runs, prints, and writes `json` if asked; a difference or an excess is an error.
+/// Runs, prints, and writes `json` if asked. A difference or an excess is an error.
 pub fn qemu(json: Option<&Path>) -> Result<ExitCode> {
     needs::target()?;
     needs::emulator()?;
@@ -56,18 +56,18 @@ fn table(reports: &[Report]) -> Table {
     let mut table = numbers(header);
     type Column = fn(&Report) -> String;
     let rows: [(&str, Column); 11] = [
-        ("words", |r| r.words.to_string()),
+        ("samples", |r| r.samples.to_string()),
         ("digest, desktop", |r| r.digest_host.clone()),
         ("digest, target", |r| r.digest_target.clone()),
         ("all equal", |r| r.equal.to_string()),
-        ("instructions, a word", |r| {
-            format!("{:.0}", r.instructions_per_word)
+        ("instructions per sample", |r| {
+            format!("{:.0}", r.instructions_per_sample)
         }),
         ("... with lines by DMA", |r| {
-            format!("{:.0}", r.instructions_per_word_dma)
+            format!("{:.0}", r.instructions_per_sample_dma)
         }),
-        ("... the dearest", |r| {
-            format!("{:.0}", r.instructions_worst_word)
+        ("... the most expensive", |r| {
+            format!("{:.0}", r.instructions_worst_sample)
         }),
         ("... last byte in to first byte out", |r| {
             format!("{:.0}", r.latency_instructions)
@@ -84,7 +84,7 @@ fn table(reports: &[Report]) -> Table {
     table
 }
 
-/// The log of the first board, out of its memory.
+/// Prints the log of the first board, read from its memory.
 fn log() -> Result<()> {
     let mut live = Live::start(BOARDS[0], &BOARDS[0].image.build()?)?;
     std::thread::sleep(std::time::Duration::from_millis(500));

@@ -9,7 +9,7 @@ use qemu::budget::{Budgets, ImageBudget};
 use qemu::images::{ALL, Image};
 use qemu::size::{RAM, Size};
 
-/// Builds and measures; exceeding a budget is an error.
+/// Builds and measures the images. Exceeding a budget is an error.
 pub fn size() -> Result<ExitCode> {
     let budgets = Budgets::read()?;
     let mut table = numbers([

@@ -1,4 +1,4 @@
-//! Times on this machine, by criterion.
+//! Times on this machine, measured with criterion.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -16,7 +16,8 @@ pub type Times = BTreeMap<String, f64>;
 pub fn host_times(package: &str, bench: &str) -> Result<Times> {
     let home = target_directory()?.join("xtask-criterion").join(bench);
     if home.exists() {
-        fs::remove_dir_all(&home).with_context(|| home.display().to_string())?; // no figure of an older run survives
+        // No figure of an older run survives.
+        fs::remove_dir_all(&home).with_context(|| home.display().to_string())?;
     }
     let arguments = format!(
         "bench --quiet --package {package} --bench {bench} -- --warm-up-time 0.5 --measurement-time 1 --noplot"

@@ -1,4 +1,4 @@
-//! `cargo xtask vectors`: the shared vectors and digests anew.
+//! `cargo xtask vectors`: writes the shared vectors and digests again.
 
 use std::process::ExitCode;
 
@@ -6,7 +6,7 @@ use anyhow::Result;
 
 use crate::stage::{cargo_with, succeed};
 
-/// Twice: the second run takes its digests over the vectors that the first one wrote.
+/// Runs twice: the second run computes its digests from the vectors that the first one wrote.
 pub fn regenerate() -> Result<ExitCode> {
     for _ in 0..2 {
         succeed(&mut cargo_with(

@@ -24,12 +24,12 @@ pub struct Budgets {
 #[derive(Clone, Copy, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ApplicationBudget {
-    /// All passes of a word, mean.
-    pub word: f64,
+    /// All passes of a sample, mean.
+    pub sample: f64,
     /// The same with lines by DMA.
-    pub word_dma: f64,
-    /// All passes of the dearest word.
-    pub worst_word: f64,
+    pub sample_dma: f64,
+    /// All passes of the most expensive sample.
+    pub worst_sample: f64,
     /// From the last byte of a frame to the first byte sent.
     pub latency: f64,
 }

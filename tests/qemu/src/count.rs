@@ -1,9 +1,10 @@
-//! Instruction counts on the target: what the `instructions` image prints, in instructions.
+//! Instruction counts on the target: converts the ticks that the `instructions` image prints.
 //!
-//! Under `-icount shift=0` QEMU gives each instruction one nanosecond, and the SysTick of
-//! `netduinoplus2` runs at 168 MHz: one tick is 5.95 instructions; of the `mps2` machines 40. The
-//! counts are exact to a tick and the same in every run. They are instructions, not cycles: a
-//! Cortex-M4F takes one to a few cycles for most, 14 for a division or square root.
+//! Under `-icount shift=0` QEMU gives each instruction one nanosecond. The SysTick of
+//! `netduinoplus2` runs at 168 MHz, so one tick is 5.95 instructions; on the `mps2` machines one
+//! tick is 40. The counts are exact to a tick and the same in every run. They are instructions, not
+//! cycles: a Cortex-M4F takes one to a few cycles for most instructions, 14 for a division or
+//! square root.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -16,22 +17,22 @@ use crate::machine::{self, Clock, Machine};
 /// Instructions of each measured piece of work, by name.
 pub type Counts = BTreeMap<String, f64>;
 
-/// A loop of known length: what it took by count, and how many instructions were executed.
+/// A loop of known length: the measured count, and the number of instructions executed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Known {
     /// Measured.
     pub measured: f64,
-    /// By construction.
+    /// Known by construction.
     pub executed: f64,
-    /// What one tick may be wrong by, instructions.
+    /// Uncertainty of one tick, in instructions.
     pub tick: f64,
 }
 
 impl Known {
-    /// Two readings of the counter may each be wrong by a tick.
+    /// Checks the count. Two readings of the counter may each be wrong by a tick.
     ///
     /// # Errors
-    /// The count is further off: the machine does not count as this module thinks.
+    /// The count is further off: the machine does not count as this module assumes.
     pub fn check(self) -> Result<()> {
         let off = (self.measured - self.executed).abs();
         ensure!(

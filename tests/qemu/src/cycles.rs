@@ -22,7 +22,7 @@ use std::path::Path;
 use anyhow::{Context, Result, ensure};
 use object::{Object, ObjectSection, ObjectSymbol};
 
-/// What a function takes once.
+/// What one call of a function takes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Cost {
     /// Executed instructions.
@@ -31,11 +31,11 @@ pub struct Cost {
     pub cycles: u64,
 }
 
-/// What function `name` of an image takes that makes the n-th of its loops (one backward branch
-/// each, none within another) `turns[n]` times and calls nothing.
+/// What function `name` of an image takes. The function runs the n-th of its loops (one backward
+/// branch each, none nested) `turns[n]` times and calls no other function.
 ///
 /// # Errors
-/// No such image or function; other loops than these.
+/// No such image or function, or other loops than these.
 pub fn of(image: &Path, name: &str, turns: &[u64]) -> Result<Cost> {
     let bytes = fs::read(image).with_context(|| image.display().to_string())?;
     let elf = object::File::parse(&*bytes)?;
@@ -102,7 +102,7 @@ struct One {
     cycles: u64,
     reads: u32,
     writes: Option<u32>,
-    /// Halfwords from the next instruction to where a conditional branch goes.
+    /// Distance of a conditional branch in halfwords, from the next instruction.
     back: Option<isize>,
     ends: bool,
 }

@@ -12,7 +12,7 @@ use crate::replay::{Input, LONGEST, Pace};
 pub struct Record {
     /// Where its bytes arrive.
     pub input: Input,
-    /// When, microseconds from the start.
+    /// Time of arrival, microseconds from the start.
     pub at_us: u32,
     /// The bytes.
     pub bytes: Vec<u8>,
@@ -21,15 +21,15 @@ pub struct Record {
 /// Simulates `seconds` of `format`.
 ///
 /// # Errors
-/// A word does not fit into its field.
+/// A sample does not fit into its field.
 pub fn drive(format: ImuFormat, seconds: u32) -> Result<Vec<Record>> {
     Ok(records(simulated::drive(format, seconds)?.records))
 }
 
-/// The same after `standstill_s` seconds at rest, and what it was made from.
+/// The same after `standstill_s` seconds at rest, with the drive it was made from.
 ///
 /// # Errors
-/// A word does not fit into its field.
+/// A sample does not fit into its field.
 pub fn drive_from(
     format: ImuFormat,
     seconds: u32,

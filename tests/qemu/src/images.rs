@@ -1,6 +1,6 @@
-//! Builds the images with a nested cargo, into a build directory of their own so that it never
-//! waits for the lock of the cargo that runs the tests. `cargo xtask test` has built them before,
-//! and the nested build finds nothing to do.
+//! Builds the images with a nested cargo, in a build directory of their own, so that it never waits
+//! for the lock of the cargo that runs the tests. `cargo xtask test` builds them before, so the
+//! nested build then has nothing to do.
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
@@ -9,10 +9,10 @@ use anyhow::{Context, Result, ensure};
 
 use crate::machine::{self, Machine};
 
-/// The one target triple.
+/// The target triple.
 pub const TARGET: &str = "thumbv7em-none-eabihf";
 
-/// Profile of images: as on the board.
+/// Profile of the images, the same as on the board.
 pub const PROFILE: &str = "firmware";
 
 /// Environment variable that makes a missing emulator or target an error instead of a skipped test.
@@ -26,78 +26,47 @@ pub struct Image {
     pub name: &'static str,
 }
 
-/// The board image.
-pub const STM32F405: Image = Image {
-    package: "firmware",
-    name: "stm32f405",
-};
-/// The same without the learner from fixes.
-pub const STM32F405_WINDOW: Image = Image {
-    package: "firmware",
-    name: "stm32f405_window",
-};
-/// The second board's.
-pub const MPS2: Image = Image {
-    package: "firmware",
-    name: "mps2",
-};
-/// The shared vectors, compared with the desktop's digests.
-pub const AGREEMENT: Image = Image {
-    package: "qemu",
-    name: "agreement",
-};
-/// The application over a recording in a file.
-pub const REPLAY: Image = Image {
-    package: "qemu",
-    name: "replay",
-};
-/// Compares with a wrong constant and has to fail.
-pub const DIFFERENT: Image = Image {
-    package: "qemu",
-    name: "different",
-};
-/// Counts instructions.
-pub const INSTRUCTIONS: Image = Image {
-    package: "qemu",
-    name: "instructions",
-};
-/// Counts cycles on a board with an STM32F4, F7 or H7.
-pub const BENCH: Image = Image {
-    package: "silicon",
-    name: "stm32-bench",
-};
-/// Counts instructions of work of growing size.
-pub const GROWTH: Image = Image {
-    package: "qemu",
-    name: "growth",
-};
-/// Nothing but inference.
-pub const INFERENCE: Image = Image {
-    package: "qemu",
-    name: "inference",
-};
-/// Every image.
-pub const ALL: [Image; 10] = [
-    STM32F405,
-    STM32F405_WINDOW,
-    MPS2,
-    AGREEMENT,
-    REPLAY,
-    DIFFERENT,
-    INSTRUCTIONS,
-    GROWTH,
-    INFERENCE,
-    BENCH,
-];
+macro_rules! images {
+    ($($(#[$doc:meta])+ $constant:ident = $package:literal / $name:literal;)+) => {
+        $($(#[$doc])+
+        pub const $constant: Image = Image { package: $package, name: $name };)+
+
+        /// Every image.
+        pub const ALL: [Image; [$($name),+].len()] = [$($constant),+];
+    };
+}
+
+images! {
+    /// The board image.
+    STM32F405 = "firmware" / "stm32f405";
+    /// The board image without the learner from fixes.
+    STM32F405_WINDOW = "firmware" / "stm32f405_window";
+    /// The image of the second board.
+    MPS2 = "firmware" / "mps2";
+    /// The shared vectors, compared with the desktop's digests.
+    AGREEMENT = "qemu" / "agreement";
+    /// The application over a recording in a file.
+    REPLAY = "qemu" / "replay";
+    /// Compares with a wrong constant and must fail.
+    DIFFERENT = "qemu" / "different";
+    /// Counts instructions.
+    INSTRUCTIONS = "qemu" / "instructions";
+    /// Counts cycles on a board with an STM32F4, F7 or H7.
+    BENCH = "silicon" / "stm32-bench";
+    /// Counts instructions of work of growing size.
+    GROWTH = "qemu" / "growth";
+    /// Inference alone.
+    INFERENCE = "qemu" / "inference";
+}
 
 /// A board: its image and the machine that stands for it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Board {
     /// Name in reports.
     pub name: &'static str,
-    /// What is flashed.
+    /// The image that is flashed.
     pub image: Image,
-    /// What runs it here.
+    /// The machine that runs it here.
     pub machine: Machine,
 }
 
@@ -132,10 +101,10 @@ pub fn workspace() -> PathBuf {
 }
 
 impl Image {
-    /// Builds it and says where it is.
+    /// Builds the image and returns its path.
     ///
     /// # Errors
-    /// cargo cannot be started, or the build fails; cargo has told why on standard error.
+    /// cargo cannot be started, or the build fails; cargo has printed why.
     pub fn build(self) -> Result<PathBuf> {
         let directory = target_directory()?.join("images");
         let status = cargo()
@@ -148,7 +117,8 @@ impl Image {
                 "--target-dir",
             ])
             .arg(&directory)
-            .env_remove("RUSTFLAGS") // flags of a host run (coverage, sanitizers) are not for the target
+            // Flags of a host run (coverage, sanitizers) do not apply to the target.
+            .env_remove("RUSTFLAGS")
             .env_remove("CARGO_ENCODED_RUSTFLAGS")
             .status()
             .context("cannot start cargo")?;

@@ -1,5 +1,5 @@
-//! Third parties that read our bytes: Python packages in an environment of their own under
-//! `target`.
+//! Independent decoders that read the device's bytes: Python packages in an environment of their
+//! own under `target`.
 
 use std::fs::{self, File};
 use std::io::Write;
@@ -80,10 +80,10 @@ fn command_line(command: &Command) -> String {
     format!("{} {}", command.get_program().display(), words.join(" "))
 }
 
-/// What a judge says of `bytes`: the lines of its standard output.
+/// Runs a judge over `bytes` and returns the lines of its standard output.
 ///
 /// # Errors
-/// The judge fails; its complaint is in the error.
+/// The judge fails; the error contains its message.
 pub fn ask(python: &Path, judge: &str, bytes: &[u8]) -> Result<Vec<String>> {
     let mut child = Command::new(python)
         .arg(here(judge))
@@ -98,6 +98,6 @@ pub fn ask(python: &Path, judge: &str, bytes: &[u8]) -> Result<Vec<String>> {
     })?;
     let complaint = String::from_utf8_lossy(&output.stderr);
     ensure!(output.status.success(), "{judge}: {complaint}");
-    let said = String::from_utf8(output.stdout)?;
-    Ok(said.lines().map(str::to_owned).collect())
+    let text = String::from_utf8(output.stdout)?;
+    Ok(text.lines().map(str::to_owned).collect())
 }

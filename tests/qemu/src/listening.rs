@@ -35,7 +35,7 @@ impl Listening {
             .spawn()
             .context("cannot start QEMU")?;
         let ports = ports(&mut qemu);
-        // made first, so that QEMU ends when its ports are not found
+        // Created first, so that QEMU ends if its ports are not found.
         let mut listening = Self {
             qemu,
             ports: Default::default(),
@@ -52,8 +52,8 @@ fn ports(qemu: &mut Child) -> Result<[String; 4]> {
     monitor.write_all(b"info chardev\n")?;
     monitor.flush()?;
     let mut ports: [String; 4] = Default::default();
-    let said = qemu.stdout.take().context("no monitor")?;
-    for line in BufReader::new(said).lines() {
+    let monitor_output = qemu.stdout.take().context("no monitor")?;
+    for line in BufReader::new(monitor_output).lines() {
         let line = line?;
         for (number, place) in ports.iter_mut().enumerate() {
             if let Some((_, rest)) = line.split_once(&format!("serial{number}: "))

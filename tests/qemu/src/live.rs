@@ -41,7 +41,7 @@ impl Live {
         Self::start_with(board, image, &[])
     }
 
-    /// The same with pieces of memory that are there before the board starts: address and file.
+    /// The same with memory contents that exist before the board starts: address and file.
     ///
     /// # Errors
     /// As [`Live::start`].
@@ -94,15 +94,15 @@ impl Live {
         Ok(live)
     }
 
-    /// Reads what QEMU's monitor says up to its prompt.
+    /// Reads the output of QEMU's monitor up to its prompt.
     fn prompt(&mut self) -> Result<String> {
-        let mut said = Vec::new();
+        let mut output = Vec::new();
         let mut byte = [0];
-        while !said.ends_with(b"(qemu) ") {
+        while !output.ends_with(b"(qemu) ") {
             self.monitor.read_exact(&mut byte)?;
-            said.push(byte[0]);
+            output.push(byte[0]);
         }
-        Ok(String::from_utf8_lossy(&said).into_owned())
+        Ok(String::from_utf8_lossy(&output).into_owned())
     }
 
     /// A copy of the board's RAM as it is now.
@@ -114,8 +114,8 @@ impl Live {
         let file = directory.path().join("ram");
         let line = format!("pmemsave {RAM_START:#x} {RAM} \"{}\"\n", file.display());
         self.monitor.write_all(line.as_bytes())?;
-        let said = self.prompt()?;
-        let ram = std::fs::read(&file).with_context(|| said)?;
+        let output = self.prompt()?;
+        let ram = std::fs::read(&file).with_context(|| output)?;
         ensure!(ram.len() as u64 == RAM, "half a copy of RAM");
         Memory::new(&self.image, ram)
     }
@@ -151,8 +151,8 @@ fn accept(listener: &TcpListener, qemu: &mut Child) -> Result<TcpStream> {
     bail!("QEMU did not connect within {PATIENCE:?}")
 }
 
-/// Sends `bytes` on one line while reading as many as `expected` from another; what came, which is
-/// less only when the board fell silent.
+/// Sends `bytes` on one line while reading up to `expected` bytes from another. Returns what
+/// arrived; it is less only when the board stopped sending.
 ///
 /// # Errors
 /// A line is broken.

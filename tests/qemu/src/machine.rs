@@ -11,7 +11,7 @@ use anyhow::{Context, Result, bail};
 /// The emulator.
 pub const QEMU: &str = "qemu-system-arm";
 
-/// What to do when there is none.
+/// The remedy when it is missing.
 pub const REMEDY: &str = "install QEMU for ARM (Debian: apt-get install qemu-system-arm; Fedora: dnf install qemu-system-arm; \
                           macOS: brew install qemu)";
 
@@ -50,12 +50,12 @@ pub enum Clock {
     Instructions,
 }
 
-/// What a run left behind.
+/// The result of a run.
 #[derive(Debug)]
 pub struct Run {
     /// QEMU's exit code, which is the image's.
     pub code: Option<i32>,
-    /// What the image printed, and QEMU's own complaints.
+    /// The output of the image and QEMU's own messages.
     pub output: String,
 }
 

@@ -1,5 +1,4 @@
-//! What the memory of a running board tells: its log (defmt over RTT) and how deep its stack has
-//! been.
+//! Reads the memory of a running board: its log (defmt over RTT) and the deepest use of its stack.
 
 use std::fs;
 use std::path::Path;
@@ -11,7 +10,7 @@ use object::{Object, ObjectSymbol};
 /// Start of RAM.
 pub const RAM_START: u64 = 0x2000_0000;
 
-/// What `cortex-m-rt` paints the stack with.
+/// The value with which `cortex-m-rt` paints the stack.
 const PAINT: u32 = 0xcccc_cccc;
 
 /// A copy of RAM, and the image that ran in it.
@@ -50,10 +49,10 @@ impl Memory {
         Ok(u32::from_le_bytes(bytes.try_into()?))
     }
 
-    /// Bytes of stack used at the deepest, by the paint that is left.
+    /// Bytes of stack used at the deepest point, found by the paint that is left.
     ///
     /// # Errors
-    /// The image has no stack symbols, or nothing of the paint is left.
+    /// The image has no stack symbols, or no paint is left.
     pub fn stack_high_water(&self) -> Result<u64> {
         let (end, start) = (self.symbol("_stack_end")?, self.symbol("_stack_start")?);
         let mut deepest = end;
@@ -67,7 +66,8 @@ impl Memory {
         Ok(start - deepest)
     }
 
-    /// The lines the board has logged, as far as its buffer holds them: nobody empties it here.
+    /// The lines that the board has logged, as far as its buffer holds them; it is never emptied
+    /// here.
     ///
     /// # Errors
     /// The image has no defmt log, or the log is damaged.

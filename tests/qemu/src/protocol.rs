@@ -27,8 +27,8 @@ const TRIES: usize = 40;
 /// What a board did at its lines.
 #[derive(Debug)]
 pub struct Served {
-    /// Sensor records it got.
-    pub words: usize,
+    /// Number of sensor records sent to it.
+    pub samples: usize,
     /// What it sent to the navigation computer.
     pub sent: Vec<u8>,
     /// What the library on the desktop sends for the same input.
@@ -72,9 +72,9 @@ pub fn packet_of(number: u8, request: &Request) -> Result<Vec<u8>> {
         .to_vec())
 }
 
-/// Lets `board` learn from one reference while it gets the STIM300's `records`, use what it has
-/// learnt, read it back and store it: all that needs much stack. Its memory at the end, and how
-/// many references it says it has used.
+/// Lets `board` learn from one reference while it receives the STIM300's `records`, use what it has
+/// learnt, read it back and store it. These are all operations that need much stack. Returns its
+/// memory at the end and the number of references it reports as used.
 ///
 /// # Errors
 /// QEMU or the board do not answer, or a request is refused.
@@ -158,7 +158,7 @@ pub fn serve(board: Board, image: &Path, records: &[Record]) -> Result<Served> {
         expected.len(),
     )?;
     Ok(Served {
-        words: records
+        samples: records
             .iter()
             .filter(|record| record.input == Input::Sensor)
             .count(),
@@ -168,8 +168,8 @@ pub fn serve(board: Board, image: &Path, records: &[Record]) -> Result<Served> {
     })
 }
 
-/// Asks until the answer is there, and wants it to be "done": what comes before a board has opened
-/// its lines is lost, and a request may come twice.
+/// Repeats a request until it is answered, and expects "done". Bytes sent before a board has opened
+/// its lines are lost, so a request may arrive twice.
 fn ask(line: &mut TcpStream, number: u8, request: &[u8]) -> Result<()> {
     let estimate = answer(line, number, request)?;
     ensure!(estimate.is_none(), "the board answers {estimate:?}");

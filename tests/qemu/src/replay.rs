@@ -68,7 +68,7 @@ impl Pace {
     }
 }
 
-/// The configuration under test: corrections by two frozen networks once a second.
+/// The configuration under test: corrections by two frozen networks, once per second.
 #[must_use]
 pub fn config(format: ImuFormat) -> Config {
     let mut sensor = Settings::DEFAULT;
@@ -82,7 +82,7 @@ pub fn config(format: ImuFormat) -> Config {
     }
 }
 
-/// The same device learning from fixes, its corrections following what is learnt.
+/// The same device while it learns from fixes; its corrections follow what is learnt.
 #[must_use]
 pub fn learning_config(format: ImuFormat) -> Config {
     Config {
@@ -92,7 +92,8 @@ pub fn learning_config(format: ImuFormat) -> Config {
     }
 }
 
-/// The networks: the weights of the shared vectors, which remember; up to about 1 deg/h and 100 ug.
+/// The networks: the weights of the shared vectors, which have a memory; output up to about 1 deg/h
+/// and 100 ug.
 #[must_use]
 pub fn nets() -> Nets {
     let net = |input_scale: f32, output_scale: f32| -> Net<Rational> {
@@ -112,8 +113,8 @@ pub fn nets() -> Nets {
     }
 }
 
-/// An input line: bytes laid down by the recording. What the application sends there goes nowhere.
-/// As cheap as a board's, since its cost is counted with the application's.
+/// An input line: it delivers the bytes of the recording and discards what the application sends.
+/// It is as cheap as a board's line, because its cost is counted with the application's.
 #[derive(Debug, Default)]
 pub struct Feed {
     bytes: Vec<u8, LONGEST>,
@@ -121,7 +122,7 @@ pub struct Feed {
 }
 
 impl Feed {
-    /// Puts `bytes` there; those before have been taken.
+    /// Provides `bytes`; the previous ones have been taken.
     fn lay_down(&mut self, bytes: &[u8]) {
         self.bytes.clear();
         self.taken = 0;
@@ -183,7 +184,8 @@ pub struct Wires<'u, S = NoStream> {
     pub navigation: &'u Uart,
     /// Receiving streams of both.
     pub streams: [S; 2],
-    /// Make their interrupts pending, and that of the stream that sends to the navigation computer.
+    /// Make their interrupts pending, and the interrupt of the stream that sends to the navigation
+    /// computer.
     pub pend: [fn(); 3],
     /// Interrupt of the sensor's line: a byte came; whether the main loop is woken.
     pub came: fn(&Uart, u8) -> bool,
@@ -191,11 +193,11 @@ pub struct Wires<'u, S = NoStream> {
     pub left: fn(&Uart) -> Option<u8>,
     /// A counter of 24 bits that counts up.
     pub ticks: fn() -> u32,
-    /// Lets the interrupts through, which wait until then; `None`: there are none.
+    /// Enables the interrupts, which are held back until then; `None` if there are none.
     pub let_through: Option<fn()>,
 }
 
-/// Bytes of the rehearsal that tells what making interrupts costs.
+/// Number of bytes in the calibration that finds the cost of making interrupts.
 const REHEARSED: usize = 256;
 
 impl<'u> Wires<'u> {
@@ -233,24 +235,24 @@ pub struct Cost {
     pub records: u32,
     /// All passes of all of them.
     pub total: u64,
-    /// All passes of the dearest one.
+    /// All passes of the most expensive one.
     pub worst: u32,
     /// From the last byte of a record to the first byte sent, the longest.
     pub latency: u32,
-    /// The longest single pass: what a frame that is complete meanwhile waits for.
+    /// The longest single pass: the time for which a complete frame may have to wait.
     pub pass: u32,
     /// Sensor records before it.
     pub pass_at: u32,
 }
 
-/// What a learner has come to.
+/// The state of a learner.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Learnt {
     /// FNV-1a of all weights' bits.
     pub weights: u64,
     /// Fixes used.
     pub fixes: u32,
-    /// The hypothesis that stands.
+    /// The hypothesis in force.
     pub winner: u32,
 }
 
@@ -263,18 +265,18 @@ pub struct Replay<'u, S = NoStream> {
     pace: Pace,
     wires: Wires<'u, S>,
     sent: Vec<u8, { 2 * LONGEST }>,
-    /// Ticks of the rehearsal.
+    /// Ticks of the calibration.
     overhead: u32,
     cost: Cost,
 }
 
 impl<'u, S: Progress + Copy> Replay<'u, S> {
-    /// At fresh lines.
+    /// With new lines.
     pub fn new(config: Config, pace: Pace, wires: Wires<'u, S>) -> Self {
         Self::with_learner(config, pace, wires, None)
     }
 
-    /// The same with something that learns.
+    /// The same with a learner.
     pub fn with_learner(
         config: Config,
         pace: Pace,
@@ -342,7 +344,7 @@ impl<'u, S: Progress + Copy> Replay<'u, S> {
 
     fn passes(&mut self) {
         if self.pace != Pace::Record {
-            // so many that to count each would count for something
+            // There are so many that counting each would itself cost time.
             while self.app.poll(&mut self.lines, &self.now) {}
             return;
         }
@@ -399,12 +401,12 @@ impl<'u, S: Progress + Copy> Replay<'u, S> {
     fn bytes_leave(&mut self, bytes: usize) {
         for _ in 0..bytes {
             let byte = (self.wires.left)(self.wires.navigation);
-            let _ = self.sent.push(byte.unwrap_or_default()); // fits: a frame leaves as long as it came
+            // It fits: a frame leaves as long as it came.
+            let _ = self.sent.push(byte.unwrap_or_default());
         }
     }
 
-    /// What bytes cost that come and leave without an interrupt: making the interrupts, and this
-    /// file's loops.
+    /// Cost of bytes without their interrupts: making the interrupts, and the loops of this file.
     fn rehearse(&mut self) -> u32 {
         let ticks = self.wires.ticks;
         let start = ticks();

@@ -1,4 +1,4 @@
-//! What `cargo xtask qemu` tells of each board.
+//! The report of `cargo xtask qemu` about each board.
 
 use std::time::Duration;
 
@@ -28,7 +28,8 @@ pub struct Report {
     /// Name.
     pub board: String,
     /// Sensor records of the long drive.
-    pub words: u32,
+    #[serde(rename = "words")]
+    pub samples: u32,
     /// FNV-1a of what the library on the desktop sends, hexadecimal.
     pub digest_host: String,
     /// ... and the target.
@@ -36,12 +37,15 @@ pub struct Report {
     /// Whether all that was compared is equal: the long drive, each format counted, each format
     /// through the serial lines.
     pub equal: bool,
-    /// Of a STIM300 word, interrupts of all its bytes included.
-    pub instructions_per_word: f64,
+    /// Of a STIM300 sample, with the interrupts of all its bytes.
+    #[serde(rename = "instructions_per_word")]
+    pub instructions_per_sample: f64,
     /// The same with lines by DMA, whose interrupts are included.
-    pub instructions_per_word_dma: f64,
-    /// Of the dearest one.
-    pub instructions_worst_word: f64,
+    #[serde(rename = "instructions_per_word_dma")]
+    pub instructions_per_sample_dma: f64,
+    /// Of the most expensive sample.
+    #[serde(rename = "instructions_worst_word")]
+    pub instructions_worst_sample: f64,
     /// From the interrupt of a frame's last byte to the first byte sent; the longest of all
     /// formats.
     pub latency_instructions: f64,
@@ -49,14 +53,14 @@ pub struct Report {
     pub flash_bytes: u64,
     /// Its static variables.
     pub ram_bytes: u64,
-    /// Its stack at the deepest.
+    /// The deepest use of its stack.
     pub stack_high_water_bytes: u64,
 }
 
-/// Everything of one board; `long` is the drive of [`MINUTES`], as STIM300.
+/// The report of one board; `long` is the drive of [`MINUTES`], as STIM300.
 ///
 /// # Errors
-/// Something fails to run. A difference is no error but said in the report.
+/// Something fails to run. A difference is not an error; the report states it.
 pub fn report(board: Board, long: &[Record]) -> Result<Report> {
     let replay = REPLAY.build()?;
     let image = board.image.build()?;
@@ -88,13 +92,13 @@ pub fn report(board: Board, long: &[Record]) -> Result<Report> {
     let latency = costs.iter().map(|cost| cost.latency).fold(0.0, f64::max);
     Ok(Report {
         board: board.name.to_owned(),
-        words: here.words,
+        samples: here.samples,
         digest_host: format!("{:016x}", here.digest),
         digest_target: format!("{:016x}", there.digest),
         equal: equal && equal_dma,
-        instructions_per_word: costs[0].per_word,
-        instructions_per_word_dma: dma[0].per_word,
-        instructions_worst_word: costs[0].worst_word,
+        instructions_per_sample: costs[0].per_sample,
+        instructions_per_sample_dma: dma[0].per_sample,
+        instructions_worst_sample: costs[0].worst_sample,
         latency_instructions: latency,
         flash_bytes: size.flash,
         ram_bytes: size.ram,
@@ -102,8 +106,8 @@ pub fn report(board: Board, long: &[Record]) -> Result<Report> {
     })
 }
 
-/// Whether a short drive is equal, and what its words cost on `board` whose lines move bytes at
-/// this pace.
+/// Whether the output for a short drive is equal, and what its samples cost on `board` with lines
+/// that move bytes at this pace.
 ///
 /// # Errors
 /// Something fails to run.
@@ -129,10 +133,18 @@ pub fn counted(board: Board, format: ImuFormat, pace: Pace) -> Result<(bool, Ins
 /// # Errors
 /// Names what is over `budget`.
 pub fn within(cost: Instructions, dma: bool, budget: ApplicationBudget) -> Result<()> {
-    let word = if dma { budget.word_dma } else { budget.word };
+    let sample = if dma {
+        budget.sample_dma
+    } else {
+        budget.sample
+    };
     for (what, count, limit) in [
-        ("a word", cost.per_word, word),
-        ("the dearest word", cost.worst_word, budget.worst_word),
+        ("a sample", cost.per_sample, sample),
+        (
+            "the most expensive sample",
+            cost.worst_sample,
+            budget.worst_sample,
+        ),
         ("latency", cost.latency, budget.latency),
     ] {
         ensure!(

@@ -14,7 +14,7 @@ pub const RAM: u64 = 128 * 1024;
 /// Lowest addresses of core-coupled memory and of RAM; flash is below.
 const FIRST_ADDRESSES: [u64; 2] = [0x1000_0000, 0x2000_0000];
 
-/// What an image takes and contains.
+/// The size and contents of an image.
 #[derive(Debug, Default)]
 pub struct Size {
     /// Bytes of flash: code, constants, initial values of variables.
@@ -23,11 +23,11 @@ pub struct Size {
     pub ram: u64,
     /// Bytes of core-coupled memory.
     pub coupled: u64,
-    /// Names of the functions that begin a panic; empty if nothing can panic.
+    /// Names of the functions that can start a panic; empty if nothing can panic.
     pub panics: Vec<String>,
     /// Bytes of flash, core-coupled memory and RAM of its functions and variables, by crate and
-    /// module. Code that was inlined counts where it went; what has no symbol (constants merged by
-    /// the compiler, alignment) is missing.
+    /// module. Inlined code counts where it was inlined. Bytes without a symbol (constants merged
+    /// by the compiler, alignment) are missing.
     pub modules: BTreeMap<String, [u64; 3]>,
     /// Semihosting calls: halfwords of code that read as `bkpt 0xab`.
     pub semihosting: usize,

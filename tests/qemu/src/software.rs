@@ -16,11 +16,11 @@ use crate::machine::{Clock, Machine, run_in};
 use crate::replay::{Cost, Input, Learnt, Pace, Replay, Wires, learning_config};
 use firmware::learn::{FixLearner, FixMemory, Settings};
 
-/// What was sent to the navigation computer, and what it took.
+/// What was sent to the navigation computer, and its cost.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Outcome {
-    /// Words that came.
-    pub words: u32,
+    /// Number of samples received.
+    pub samples: u32,
     /// Everything sent.
     pub sent: Vec<u8>,
     /// FNV-1a of it.
@@ -34,19 +34,19 @@ pub struct Outcome {
 /// Instructions, those of the interrupts and a pass for the clock included.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Instructions {
-    /// All of a word, mean.
-    pub per_word: f64,
-    /// All of the dearest word: it ends a block, and two networks step.
-    pub worst_word: f64,
-    /// From the interrupt of the last byte of a word's frame to the first byte sent, the longest.
+    /// Everything for a sample, mean.
+    pub per_sample: f64,
+    /// Everything for the most expensive sample: it ends a block, and two networks step.
+    pub worst_sample: f64,
+    /// From the interrupt of the last byte of a sample's frame to the first byte sent, the longest.
     pub latency: f64,
     /// The longest single pass.
     pub pass: f64,
-    /// Words before it.
+    /// Samples before it.
     pub pass_at: u32,
 }
 
-/// The library here.
+/// Runs the library on the desktop.
 #[must_use]
 pub fn on_desktop(config: Config, records: &[Record]) -> Outcome {
     let lines = [Uart::new(), Uart::new()];
@@ -56,7 +56,7 @@ pub fn on_desktop(config: Config, records: &[Record]) -> Outcome {
     )
 }
 
-/// The library here, learning from fixes.
+/// Runs the library on the desktop with learning from fixes.
 #[must_use]
 pub fn learning_on_desktop(format: ImuFormat, records: &[Record]) -> Outcome {
     let memory = Box::leak(Box::new(FixMemory::ZEROED));
@@ -75,7 +75,7 @@ fn over(mut replay: Replay, records: &[Record]) -> Outcome {
         sent.extend_from_slice(replay.record(record.input, record.at_us, &record.bytes));
     }
     Outcome {
-        words: replay.cost().records,
+        samples: replay.cost().records,
         digest: digest(&sent),
         sent,
         cost: None,
@@ -134,14 +134,14 @@ pub fn on_target(
     };
     let tick = machine.instructions_per_tick();
     let instructions = Instructions {
-        per_word: cost.total as f64 * tick / f64::from(cost.records.max(1)),
-        worst_word: f64::from(cost.worst) * tick,
+        per_sample: cost.total as f64 * tick / f64::from(cost.records.max(1)),
+        worst_sample: f64::from(cost.worst) * tick,
         latency: f64::from(cost.latency) * tick,
         pass: f64::from(cost.pass) * tick,
         pass_at: cost.pass_at,
     };
     Ok(Outcome {
-        words: cost.records,
+        samples: cost.records,
         sent,
         digest,
         cost: (clock == Clock::Instructions).then_some(instructions),
@@ -157,11 +157,10 @@ pub fn digest(bytes: &[u8]) -> u64 {
     digest.value()
 }
 
-/// Of the sensor's bytes, those a corrected stream differs in: how many; the streams are of one
-/// length.
+/// Number of the sensor's bytes that a corrected stream changes; the streams have the same length.
 ///
 /// # Errors
-/// They are not.
+/// They have different lengths.
 pub fn changed(records: &[Record], sent: &[u8]) -> Result<usize> {
     let came: Vec<u8> = records
         .iter()

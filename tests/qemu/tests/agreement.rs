@@ -1,4 +1,4 @@
-//! The networks' arithmetic on three machines, and that the exit code of an image tells.
+//! The arithmetic of the networks on three machines; and an image's exit code shows a failure.
 
 use std::time::Duration;
 

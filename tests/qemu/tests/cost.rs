@@ -28,8 +28,9 @@ fn both_counters_agree() {
     let (_, fine) = count::run(NETDUINOPLUS2, &image).expect("the image runs");
     let (_, coarse) = count::run(MPS2_AN386, &image).expect("the image runs");
     for (name, count) in fine {
-        let off = (count - coarse[&name]).abs(); // of 1000 repetitions: a tick of 40 instructions twice is 0.08
-        // ... and one of 40 times as much in a fortieth of the repetitions 3.2
+        // In 1000 repetitions two ticks of 40 instructions are 0.08.
+        let off = (count - coarse[&name]).abs();
+        // For work that is done in a fortieth of the repetitions they are 3.2.
         assert!(
             off < 0.2 || off < 1e-5 * count,
             "{name}: {count} and {}",
@@ -38,7 +39,7 @@ fn both_counters_agree() {
     }
 }
 
-/// More of the same costs more, in every size that `cargo xtask growth` draws.
+/// A larger size costs more, in every size that `cargo xtask growth` draws.
 #[test]
 fn what_grows_costs_more() {
     let Some(image) = GROWTH.build_or_skip() else {
@@ -111,8 +112,8 @@ fn boards_cannot_panic() {
     }
 }
 
-/// A `bkpt` stops a board that has no debugger. The desktop-only programs beside it have some, so
-/// the search finds something.
+/// A `bkpt` stops a board that has no debugger. Programs made for QEMU contain some, so the search
+/// does find something.
 #[test]
 fn boards_have_no_semihosting() {
     let calls = |image: &std::path::Path| Size::of(image).expect("an ELF file").semihosting;

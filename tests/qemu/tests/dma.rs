@@ -1,5 +1,5 @@
-//! The board's own image on a chip with a DMA controller, and with an ADIS at its SPI bus, which
-//! QEMU has not: Unicorn's Cortex-M4, with peripherals written from the reference manual
+//! The board's own image on a chip with a DMA controller and with an ADIS at its SPI bus. QEMU has
+//! neither, so the chip is Unicorn's Cortex-M4 with peripherals written from the reference manual
 //! (`judges/stm32f405.py`).
 
 use std::path::Path;
@@ -59,8 +59,12 @@ fn run(
     let asked = serde_json::json!({
         "image": image, "command": commands, "sensor": sensor, "period": period, "adis": adis,
     });
-    let said = ask(python, "stm32f405.py", asked.to_string().as_bytes()).expect("it runs");
-    let values = |name: &'static str| said.iter().filter_map(move |line| line.strip_prefix(name));
+    let output = ask(python, "stm32f405.py", asked.to_string().as_bytes()).expect("it runs");
+    let values = |name: &'static str| {
+        output
+            .iter()
+            .filter_map(move |line| line.strip_prefix(name))
+    };
     let pair = |text: &'_ str| {
         let (first, second) = text.split_once(' ').expect("two numbers");
         let first: i32 = first.parse().expect("a number");
@@ -78,8 +82,8 @@ fn run(
     }
 }
 
-/// The output is the desktop's, and each frame costs one interrupt in (one more where the ring
-/// ends) and two out, wherever the clock's millisecond falls.
+/// The output equals the desktop's. Each frame costs one interrupt in (one more where it crosses
+/// the end of the ring) and two out, wherever the millisecond of the clock falls.
 fn corrects(image: Image, format: ImuFormat, seconds: u32, period: u32) {
     let (Some(python), Some(built)) = (python(), image.build_or_skip()) else {
         return;
@@ -115,7 +119,7 @@ fn corrects(image: Image, format: ImuFormat, seconds: u32, period: u32) {
         expected.len()
     );
     assert_eq!(done.served(SENSOR), 0, "an interrupt a byte, or errors");
-    // one more where the ring ends; and the format is found out byte by byte
+    // One more where the ring ends; the format is detected byte by byte.
     let most = frames.len() * 9 / 8 + 200;
     let counts = [SENSOR_IN, NAVIGATION_OUT].map(|number| done.served(number));
     assert!(counts[0] >= frames.len() && counts[0] <= most, "{counts:?}");
@@ -161,7 +165,8 @@ const MILLISECOND: u32 = 168_000;
 
 #[test]
 fn stim300_by_dma() {
-    corrects(STM32F405, ImuFormat::Stim300, 4, MILLISECOND - 210); // its 800 frames lie anywhere in a millisecond
+    // Its 800 frames lie anywhere in a millisecond.
+    corrects(STM32F405, ImuFormat::Stim300, 4, MILLISECOND - 210);
 }
 
 /// 36 bytes in 390 us of 500.
@@ -175,13 +180,13 @@ fn novatel_by_dma_in_the_small_image() {
     corrects(STM32F405_WINDOW, ImuFormat::Novatel, 3, MILLISECOND);
 }
 
-/// The learner from fixes is where the DMA is not: blank before it learns, begun when it does. The
-/// small image has none.
+/// The learner from fixes is in the memory that DMA does not reach: zero before it learns,
+/// initialised when it does. The small image has no such learner.
 #[test]
 fn the_learner_is_in_core_coupled_memory() {
     let Some(python) = python() else { return };
-    let words = drive(ImuFormat::Stim300, 1).expect("a drive").into_iter();
-    let frames: Vec<_> = words
+    let records = drive(ImuFormat::Stim300, 1).expect("a drive").into_iter();
+    let frames: Vec<_> = records
         .filter(|record| record.input == Input::Sensor)
         .collect();
     let learns = packet_of(0, &Request::SetMode(Mode::Learn)).expect("a packet");

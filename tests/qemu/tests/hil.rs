@@ -32,7 +32,7 @@ fn runs(board: Board, formats: &[(ImuFormat, u32)]) {
         progress: &|_, _| {},
     };
     let mut known = false;
-    // one after the other on the same board, which has to find each format by itself
+    // One after the other on the same board, which has to detect each format by itself.
     for (format, seconds) in formats {
         let report = run(&setup(&listening, *format, *seconds), control).expect("it runs");
         let what = format!("{}, {format:?}: {report:?}", board.name);

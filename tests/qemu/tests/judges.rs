@@ -1,5 +1,5 @@
-//! Third parties read what we send as we meant it: `NovAtel`'s own decoder (EDIE) the corrected
-//! stream, pyubx2 the fixes.
+//! Independent decoders read what the device sends, with the intended meaning: `NovAtel`'s own
+//! decoder (EDIE) reads the corrected stream, pyubx2 the fixes.
 
 use firmware::wire::ImuFormat;
 use firmware::wire::novatel::{Frame, Header, Log, Repr};
@@ -13,7 +13,7 @@ use qemu::software::on_desktop;
 fn line(name: &str, repr: &Repr, week: u16) -> String {
     let [gx, gy, gz] = repr.gyro;
     let [ax, ay, az] = repr.accel;
-    // The decoder knows nothing of the negated y of these logs: it tells the words as they stand.
+    // The decoder does not know that these logs negate y; it returns the values as they are.
     let (gy, ay) = (-gy, -ay);
     let second = repr.second_of_week;
     let status = repr.status;
@@ -32,11 +32,11 @@ fn novatels_decoder_reads_the_corrected_stream() {
         .collect();
     assert_eq!(frames.len(), 1000);
     let expected: Vec<String> = frames.iter().map(|f| line("RAWIMUSX", f, 2400)).collect();
-    let said = ask(&python, "novatel.py", &sent).expect("it decodes");
-    assert_eq!(said.len(), expected.len());
-    assert_eq!(said, expected);
+    let output = ask(&python, "novatel.py", &sent).expect("it decodes");
+    assert_eq!(output.len(), expected.len());
+    assert_eq!(output, expected);
 
-    // The same words with the long header.
+    // The same samples with the long header.
     let mut header = Header {
         week: 2400,
         ..Header::default()
@@ -60,7 +60,7 @@ fn novatels_decoder_reads_the_corrected_stream() {
         expected
     );
 
-    // A judge that says nothing of a damaged frame is one.
+    // The judge must report a damaged frame.
     let mut damaged = sent[..2 * length].to_vec();
     damaged[30] ^= 1;
     assert_eq!(

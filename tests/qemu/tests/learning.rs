@@ -1,5 +1,5 @@
-//! The device teaches itself over a whole drive from the receiver's bytes: on the target as on the
-//! desktop, bit for bit.
+//! The device learns over a whole drive from the receiver's bytes; target and desktop agree bit for
+//! bit.
 
 use std::sync::OnceLock;
 use std::time::Duration;
@@ -30,7 +30,7 @@ fn a_whole_drive_teaches_the_target_the_same_weights() {
     };
     let (_, records) = drive();
     let here = learning_on_desktop(FORMAT, records);
-    println!("{:?}, {} words", here.learnt, here.words);
+    println!("{:?}, {} samples", here.learnt, here.samples);
     assert!(
         here.learnt.fixes > 900 && here.learnt.winner > 0,
         "{:?}",
@@ -42,17 +42,17 @@ fn a_whole_drive_teaches_the_target_the_same_weights() {
     let there = on_target(&image, NETDUINOPLUS2, FORMAT, counted, records, limit).expect("it runs");
     println!("{:?}", there.cost);
     assert_eq!(here.learnt, there.learnt);
-    assert_eq!((here.words, here.digest), (there.words, there.digest));
+    assert_eq!((here.samples, here.digest), (there.samples, there.digest));
     assert!(here.sent == there.sent);
-    // at 168 MHz and 1000 words a second there are 168 000 cycles a word; the longest pass is that
-    // in which navigation begins, then that of a block's end
+    // At 168 MHz and 1000 samples per second there are 168 000 cycles per sample. The longest pass
+    // is that in which navigation begins, then that at the end of a block.
     let cost = there.cost.expect("counted");
     assert!(cost.pass < 105_000.0, "{cost:?}");
     assert!(cost.pass > 20_000.0, "{cost:?}: it has not learnt");
 }
 
-/// The estimate in force at the end is the sensor's error of that time, within what can be known:
-/// the simulation tells it.
+/// The estimate in force at the end is the sensor's error of that time, as far as it can be known.
+/// The simulation knows the true error.
 #[test]
 fn what_is_taken_out_is_the_sensors_error() {
     let (session, records) = drive();
@@ -62,13 +62,12 @@ fn what_is_taken_out_is_the_sensors_error() {
     let truth = session.systematic.as_ref().expect("a simulation knows");
     let last = &truth[SECONDS as usize - 30..SECONDS as usize - 1];
     let n = last.len() as f64;
-    let sums = |words: &[[i64; 6]]| -> [i64; 6] {
-        words.iter().fold([0; 6], |sum, word| {
-            std::array::from_fn(|i| sum[i] + word[i])
+    let sums = |samples: &[[i64; 6]]| -> [i64; 6] {
+        samples.iter().fold([0; 6], |sum, sample| {
+            std::array::from_fn(|i| sum[i] + sample[i])
         })
     };
-    // what was taken out in these seconds: the difference of the words that came and of those that
-    // were sent
+    // The correction of these seconds: the difference between the samples received and those sent.
     let rate = (1.0 / session.dt).round() as usize;
     let tail = last.len() * rate;
     let (before, after) = (words_of(records), words_sent(&here.sent));
@@ -97,22 +96,22 @@ fn words_of(records: &[Record]) -> Vec<[i64; 6]> {
     let sensor = records
         .iter()
         .filter(|r| r.input == qemu::replay::Input::Sensor);
-    sensor.filter_map(|r| word(&r.bytes)).collect()
+    sensor.filter_map(|r| values(&r.bytes)).collect()
 }
 
 fn words_sent(bytes: &[u8]) -> Vec<[i64; 6]> {
     let mut framer = firmware::wire::Framer::new(FORMAT);
-    let mut words = Vec::new();
+    let mut samples = Vec::new();
     for piece in bytes.chunks(32) {
         framer.push(piece);
         while let Some(event) = framer.next_event() {
-            words.extend(word(event.bytes()));
+            samples.extend(values(event.bytes()));
         }
     }
-    words
+    samples
 }
 
-fn word(frame: &[u8]) -> Option<[i64; 6]> {
+fn values(frame: &[u8]) -> Option<[i64; 6]> {
     let mut frame = frame.to_vec();
     let frame = firmware::wire::Checked::new(FORMAT, &mut frame).ok()?;
     let reading = frame.read().ok()?;
@@ -124,14 +123,14 @@ fn word(frame: &[u8]) -> Option<[i64; 6]> {
     Some([a, b, c, d, e, f])
 }
 
-/// The device's alignment, word by word, against the desktop's over the stored words of the same
-/// standstill.
+/// The device's alignment, sample by sample, compared with the desktop's over the stored samples of
+/// the same standstill.
 #[test]
 fn the_alignment_is_the_desktops() {
     let (session, _) = drive();
-    let words = &session.counts[..120 * (1.0 / session.dt).round() as usize];
+    let samples = &session.counts[..120 * (1.0 / session.dt).round() as usize];
     let place = session.reference[0].position;
-    let si: Vec<_> = words
+    let si: Vec<_> = samples
         .iter()
         .map(|c| host_sim::inertial::session::to_si(c, &session.lsb))
         .collect();
@@ -142,7 +141,7 @@ fn the_alignment_is_the_desktops() {
         bias: [1.63e-6, 4e-3],
     };
     let mut align = Align::new(sensors, session.lsb, session.dt);
-    words.iter().for_each(|word| align.sample(word));
+    samples.iter().for_each(|sample| align.sample(sample));
     assert_eq!(
         align.gathered().round() as u32,
         120,
@@ -154,7 +153,7 @@ fn the_alignment_is_the_desktops() {
     let apart = got_q.angle_to(&want);
     println!("apart {apart:e} rad");
     assert!(apart < 1e-6, "{apart:e}");
-    // and it is as far from the truth as its covariance says
+    // Its distance from the truth agrees with its covariance.
     let truth = session.reference[120].q_bn;
     let off = (got_q * truth.inverse()).scaled_axis();
     let p = got.covariance(sensors.bias);

@@ -1,5 +1,4 @@
-//! The boards' own images in QEMU, at their serial lines: what is flashed to a board is what is
-//! tested here.
+//! The boards' own images in QEMU at their serial lines: the tests run what is flashed to a board.
 
 use std::path::Path;
 use std::thread;
@@ -26,7 +25,10 @@ fn corrects(board: Board, format: ImuFormat, seconds: u32) {
     assert_eq!(served.sent.len(), served.expected.len(), "{what}");
     assert!(served.sent == served.expected, "{what}");
     let changed = changed(&records, &served.sent).expect("one length");
-    assert!(changed > served.words, "{what}: {changed} bytes corrected");
+    assert!(
+        changed > served.samples,
+        "{what}: {changed} bytes corrected"
+    );
 
     fits(board, &image, &served.memory, &what);
 }
@@ -70,8 +72,8 @@ fn other_boards_do_the_same() {
     }
 }
 
-/// QEMU's SPI controller has nobody at its bus: the looks for an ADIS find nothing and hold nothing
-/// up, and the silence is told.
+/// QEMU's SPI controller has no device at its bus. The search for an ADIS finds nothing and delays
+/// nothing, and the missing sensor is reported.
 #[test]
 fn nobody_at_the_spi_and_nothing_on_the_sensor_line_is_told_as_silence() {
     let Some(image) = BOARDS[0].image.build_or_skip() else {

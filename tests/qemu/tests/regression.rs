@@ -21,13 +21,13 @@ fn a_drive_of_22_minutes_is_the_same_on_the_target() {
     let format = ImuFormat::Stim300;
     let records = drive(format, MINUTES * 60).expect("a drive");
     let here = on_desktop(config(format), &records);
-    assert!(here.words > 264_000, "{} words", here.words);
+    assert!(here.samples > 264_000, "{} samples", here.samples);
     let changed = changed(&records, &here.sent).expect("one length");
-    assert!(changed > here.words as usize, "{changed} bytes corrected");
+    assert!(changed > here.samples as usize, "{changed} bytes corrected");
     let free = (Pace::Record, Clock::Free, false);
     let limit = Duration::from_secs(60);
     let there = on_target(&image, NETDUINOPLUS2, format, free, &records, limit).expect("it runs");
-    assert_eq!((here.words, here.digest), (there.words, there.digest));
+    assert_eq!((here.samples, here.digest), (there.samples, there.digest));
     assert!(here.sent == there.sent);
 }
 
@@ -60,7 +60,7 @@ fn every_format_is_corrected_the_same_and_within_budget() {
             assert!(same, "{format:?}");
             within(cost, pace == Pace::Dma, budgets[format.name()]).expect("within budget");
             assert!(
-                cost.latency > 200.0 && cost.worst_word > cost.per_word,
+                cost.latency > 200.0 && cost.worst_sample > cost.per_sample,
                 "{format:?}: {cost:?} cannot hold a checksum; was nothing counted?"
             );
         }

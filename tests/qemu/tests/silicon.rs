@@ -1,6 +1,6 @@
-//! The bench image for boards: in QEMU, which has no cycle counter, it does every work and says
-//! that nothing was counted; on a model of other chips (`judges/stm32bench.py`) the same image
-//! finds its way.
+//! The bench image for boards. QEMU has no cycle counter: the image does every piece of work there
+//! and reports that nothing was counted. On a model of other chips (`judges/stm32bench.py`) the
+//! same image detects the chip.
 
 use std::thread;
 use std::time::Duration;
@@ -22,7 +22,7 @@ fn begins(log: &[String], lines: [&str; 5]) {
     assert!(log[0].starts_with("lrnn bench "), "{log:?}");
 }
 
-/// Every work has a line: its name, `ending`, and which kernel is for this core.
+/// Every piece of work has a line: its name, `ending`, and which kernel is for this core.
 fn works(lines: &[String], own_form: &str, ending: fn(&str) -> bool) {
     let (mut done, mut own) = (Vec::new(), Vec::new());
     for line in lines {
@@ -126,9 +126,9 @@ const H743: [&str; 5] = [
     DTCM,
 ];
 
-/// One file on eight chips: each is told apart, nothing is touched that it has not, caches and
-/// counter are turned on in the right order, and the log can be read behind the D-cache. The
-/// figures are the model's and mean nothing.
+/// One image on eight chips. Each chip is identified, no register is touched that it does not have,
+/// caches and counter are turned on in the right order, and the log can be read behind the D-cache.
+/// The figures are the model's and have no meaning.
 #[test]
 fn one_image_finds_its_way_on_f4_f7_and_h7() {
     let (Some(python), Some(image)) = (python(), BENCH.build_or_skip()) else {
@@ -136,9 +136,9 @@ fn one_image_finds_its_way_on_f4_f7_and_h7() {
     };
     for (chip, lines) in CHIPS {
         let asked = serde_json::json!({"image": image, "chip": chip}).to_string();
-        let said = ask(&python, "stm32bench.py", asked.as_bytes()).expect(chip);
+        let output = ask(&python, "stm32bench.py", asked.as_bytes()).expect(chip);
         let value = |name| {
-            let line = said.iter().find_map(|line| line.strip_prefix(name));
+            let line = output.iter().find_map(|line| line.strip_prefix(name));
             line.expect(name).trim()
         };
         assert_eq!(value("exit"), "0", "{chip}");

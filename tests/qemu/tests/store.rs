@@ -1,4 +1,4 @@
-//! Weights in the board's flash at start: a good image is taken, a damaged one is refused.
+//! Weights in the board's flash at start: a good image is used, a damaged one is refused.
 
 use std::path::Path;
 use std::thread;
@@ -72,7 +72,8 @@ fn only_good_images_are_taken_at_start() {
     let Some(image) = BOARDS[0].image.build_or_skip() else {
         return;
     };
-    // the checksum is right and the weights are not: a network's image has a checksum of its own
+    // The checksum of the record is right and the weights are not: a network's image has its own
+    // checksum.
     let resealed = {
         let mut record = damaged(record(9), 100);
         record.truncate(record.len() - 4);

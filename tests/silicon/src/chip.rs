@@ -1,4 +1,4 @@
-//! Core and chip by their identity registers: one image runs on all, so it has to find out.
+//! Finds core and chip by their identity registers, because one image runs on all of them.
 
 /// Where an STM32F4 or F7 has its device id, DBGMCU_IDCODE (RM0090, RM0410: "MCU device ID code"),
 /// bits 11:0.
@@ -16,7 +16,7 @@ pub enum Core {
     M4,
     /// Cortex-M7: caches, and a lock on the cycle counter.
     M7,
-    /// Another; left as it is.
+    /// Another core; its settings are not changed.
     Other,
 }
 
@@ -30,7 +30,7 @@ impl Core {
         }
     }
 
-    /// What it is called.
+    /// Its name.
     pub const fn name(self) -> &'static str {
         match self {
             Self::M4 => "Cortex-M4",
@@ -60,7 +60,7 @@ pub enum Clock {
     Unknown,
 }
 
-/// What is to be known of a chip.
+/// What the bench has to know about a chip.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Chip {
     /// The family.
@@ -79,7 +79,7 @@ pub struct Chip {
 pub struct Found {
     /// The chip.
     pub chip: Chip,
-    /// DEV_ID; of a chip that is not known the last that was read, 0 if none.
+    /// DEV_ID. For an unknown chip, the last one that was read; 0 if none.
     pub id: u16,
 }
 
@@ -113,11 +113,12 @@ const fn h7(name: &'static str) -> Chip {
 const F405: Chip = f4("STM32F405/407/415/417", Clock::Board);
 const HSI: Clock = Clock::Reset(16);
 
-/// Core, place of the id, id, chip. All have 128 KiB of memory without a gap from 0x2000_0000 on,
-/// which `memory.x` supposes.
+/// Core, address of the id, id, chip. All have 128 KiB of contiguous memory from 0x2000_0000 on, as
+/// `memory.x` assumes.
 const KNOWN: [(Core, u32, u16, Chip); 13] = [
     (Core::M4, ID_F4_F7, 0x413, F405),
-    (Core::M4, ID_F4_F7, 0x411, F405), // revision A says what an F2 says (errata ES0182), which has a Cortex-M3
+    // Revision A has the id of an F2 (errata ES0182), which has a Cortex-M3.
+    (Core::M4, ID_F4_F7, 0x411, F405),
     (Core::M4, ID_F4_F7, 0x419, f4("STM32F427/429/437/439", HSI)),
     (Core::M4, ID_F4_F7, 0x421, f4("STM32F446", HSI)),
     (Core::M4, ID_F4_F7, 0x431, f4("STM32F411", HSI)),
@@ -138,9 +139,9 @@ const UNKNOWN: Chip = Chip {
     dtcm: 0,
 };
 
-/// Which chip this is. `read` gives the word at an address, or `None` when nothing answers there.
-/// Places where no chip with this core has its id are not read, and the H7's only after the F4's
-/// and F7's gave no id that is known.
+/// Identifies the chip. `read` returns the word at an address, or `None` when nothing answers
+/// there. It does not read addresses at which no chip with this core has its id, and reads the H7's
+/// only when the F4's and F7's address gave no known id.
 pub fn identify(core: Core, mut read: impl FnMut(u32) -> Option<u32>) -> Found {
     let mut last = 0;
     for place in [ID_F4_F7, ID_H7] {
@@ -189,7 +190,8 @@ mod tests {
     #[test]
     fn each_chip_where_it_has_its_id() {
         for (core, place, id, chip) in KNOWN {
-            let word = 0x1003_0000 | 0x6000 | u32::from(id); // revision, and reserved bits that an H743 sets
+            // Revision, and reserved bits that an H743 sets.
+            let word = 0x1003_0000 | 0x6000 | u32::from(id);
             assert_eq!(
                 identify(core, read_of(&[(place, word)])),
                 Found { chip, id }

@@ -1,4 +1,4 @@
-//! Counts: each work many times, the loop without work subtracted.
+//! Counts cycles: each piece of work many times, minus the loop without work.
 
 use core::hint::black_box;
 
@@ -7,19 +7,19 @@ use silicon::chip::Core;
 use vectors::list::{self, Measure};
 use vectors::work::plausible;
 
-/// Repetitions of a work of some thousand cycles, and of a million.
+/// Repetitions of work of some thousand cycles, and of work of a million cycles.
 const MANY: u32 = 1000;
 const FEW: u32 = 25;
-/// Turns of a loop of two instructions, to see what the counter counts: 3 cycles each on a
+/// Turns of a loop of two instructions, which shows what the counter counts: 3 cycles each on a
 /// Cortex-M4, 1 on an M7.
 const TURNS: u32 = 1_000_000;
 
-/// Does and tells every work; whether all went well.
+/// Does and reports every piece of work; returns whether all went well.
 pub fn measure(core: Core) -> bool {
     let start = DWT::cycle_count();
     cortex_m::asm::delay(TURNS);
     let turns = DWT::cycle_count().wrapping_sub(start);
-    // no core makes a turn in less than a cycle
+    // No core makes a turn in less than a cycle.
     let there = turns >= TURNS;
     if there {
         defmt::println!("loop of {=u32} turns: {=u32} cycles", TURNS, turns);
@@ -38,7 +38,7 @@ struct Cycles {
     core: Core,
     /// There is a counter.
     there: bool,
-    /// Cycles of [`MANY`] repetitions of nothing.
+    /// Cycles of [`MANY`] repetitions of the empty loop.
     empty: u32,
 }
 
@@ -56,7 +56,8 @@ impl Measure for Cycles {
             let (_, fine) = black_box(work(black_box(plausible(repetition as usize))));
             good &= fine;
         }
-        let cycles = DWT::cycle_count().wrapping_sub(start); // 2^32 until it wraps: a hundred times the longest
+        // The counter wraps after 2^32 cycles, a hundred times the longest work.
+        let cycles = DWT::cycle_count().wrapping_sub(start);
         if !good {
             defmt::println!("{=str} went wrong", name);
             return Err(core::fmt::Error);

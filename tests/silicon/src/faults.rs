@@ -1,10 +1,11 @@
-//! Interrupt table and what happens when the core cannot go on: a line in the log, and the end.
+//! Interrupt table, and the handling of a fault of the core: a line in the log, then the program
+//! ends.
 
 use cortex_m::peripheral::SCB;
 use cortex_m_rt::ExceptionFrame;
 
 unsafe extern "C" {
-    /// Of `cortex-m-rt`: stays in a loop.
+    /// From `cortex-m-rt`: stays in a loop.
     fn DefaultHandler();
 }
 
@@ -14,7 +15,7 @@ unsafe extern "C" {
 #[unsafe(no_mangle)]
 static __INTERRUPTS: [unsafe extern "C" fn(); 1] = [DefaultHandler];
 
-/// Every fault of the core comes here, since the others are not enabled.
+/// Every fault of the core arrives here, because the other handlers are not enabled.
 #[cortex_m_rt::exception]
 unsafe fn HardFault(frame: &ExceptionFrame) -> ! {
     // SAFETY: a read of a register without effect.

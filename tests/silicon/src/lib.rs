@@ -1,7 +1,7 @@
-//! What the bench knows of chips, apart from the hardware: which one it runs on, and what clock,
-//! flash and memory that one has.
+//! What the bench knows about chips, apart from the hardware: how to identify one, and its clock,
+//! flash and memory.
 //!
-//! The image is the binary `stm32-bench`: `cargo xtask flash --bench`. Nobody has run it on silicon
+//! The image is the binary `stm32-bench`: `cargo xtask flash --bench`. It has not run on silicon
 //! yet.
 #![no_std]
 

@@ -1,4 +1,4 @@
-//! A read of a place where there may be nothing.
+//! Reads an address at which there may be nothing.
 
 use core::arch::asm;
 
@@ -10,8 +10,8 @@ const IGNORE: u32 = 1 << 8;
 /// CFSR: what bus faults leave.
 const BUS_FAULTS: u32 = 0xFF00;
 
-/// The word at `address`, a multiple of 4; `None` when the bus answers with a fault, which is taken
-/// by nobody.
+/// The word at `address`, a multiple of 4; `None` when the bus answers with a fault. No fault
+/// handler runs.
 pub fn word(scb: &SCB, address: u32) -> Option<u32> {
     let value: u32;
     // SAFETY: a load has no effect on memory, and the places that are asked for are registers

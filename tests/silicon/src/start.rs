@@ -1,4 +1,4 @@
-//! Before and after the works: chip, clock, caches and counter, each told in the log; the end.
+//! Start and end of the bench: chip, clock, caches and counter, each reported in the log.
 
 use cortex_m::Peripherals;
 use cortex_m::peripheral::cpuid::CsselrCacheType;
@@ -66,7 +66,7 @@ fn tell_flash(scb: &SCB, chip: Chip) {
     }
 }
 
-/// Turns on what caches the core has.
+/// Turns on the caches of the core.
 fn caches(core: Core, scb: &mut SCB, cpuid: &mut CPUID) {
     if core != Core::M7 {
         return defmt::println!("caches: none in the core");
@@ -96,8 +96,8 @@ fn tell_memory(core: Core, chip: Chip) {
     }
 }
 
-/// Tells a probe, if there is one, and stays; without WFI, so that a probe that comes later can
-/// read the log.
+/// Notifies a probe, if there is one, and stays in a loop. It does not use WFI, so that a probe
+/// that connects later can read the log.
 pub fn end(good: bool) -> ! {
     if DCB::is_debugger_attached() {
         debug::exit(if good {

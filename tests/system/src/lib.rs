@@ -1,7 +1,8 @@
 //! Tests of the built `host-sim` as its user sees it: output, files, exit codes. The tests are in
 //! `tests/`.
 
-use std::path::PathBuf;
+use serde_json::Value;
+use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::OnceLock;
 
@@ -33,4 +34,28 @@ pub fn host_sim_binary() -> &'static PathBuf {
             .join("debug")
             .join(format!("host-sim{}", std::env::consts::EXE_SUFFIX))
     })
+}
+
+/// The contents of a JSON file.
+///
+/// # Panics
+/// There is no such file, or it is not JSON.
+#[must_use]
+pub fn json(file: &Path) -> Value {
+    let bytes = std::fs::read(file).expect("the file was written");
+    serde_json::from_slice(&bytes).expect("it is JSON")
+}
+
+/// The horizontal error of `scheme` at `t_min` in the results of `run` or `replay`.
+///
+/// # Panics
+/// There is no such row.
+#[must_use]
+pub fn horizontal(results: &Value, scheme: &str, t_min: u64) -> f64 {
+    let rows = results["rows"].as_array().expect("results have rows");
+    let row = rows
+        .iter()
+        .find(|r| r["scheme"] == scheme && r["t_min"] == t_min)
+        .expect("every scheme has a row at every time");
+    row["horizontal_m"].as_f64().expect("an error is a number")
 }

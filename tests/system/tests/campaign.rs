@@ -56,7 +56,7 @@ fn threads_shards_and_interruptions_do_not_change_a_byte() {
         assert!(read(d, a) == read(d, b), "{b}");
     }
 
-    // an interrupted campaign goes on where it was: the finished runs are not computed again
+    // An interrupted campaign continues where it stopped: finished runs are not computed again.
     let lost = d.join("one/runs/000001.json");
     let kept = d.join("one/runs/000000.json");
     std::fs::remove_file(&lost).unwrap();
@@ -67,7 +67,7 @@ fn threads_shards_and_interruptions_do_not_change_a_byte() {
     assert_eq!((dated(&kept), dated(&tuning)), before);
     assert!(read(d, "one.json") == read(d, "resumed.json"), "resumed");
 
-    // shards in directories of their own, or in one, which they then also share the tuning in
+    // Shards have directories of their own, or share one and with it the tuning.
     run(&["--shard", "0/2", "--out", "s0"]).success();
     run(&["--shard", "1/2", "--out", "s1"]).success();
     run(&["--shard", "0/2", "--out", "shared"]).success();
@@ -90,13 +90,13 @@ fn threads_shards_and_interruptions_do_not_change_a_byte() {
         );
     }
     let lonely = campaign(d, &["merge", "s1"]).success();
-    let said = String::from_utf8_lossy(&lonely.get_output().stderr).into_owned();
+    let output = String::from_utf8_lossy(&lonely.get_output().stderr).into_owned();
     assert!(
-        said.contains("missing between run 0 and run 1: 0;"),
-        "{said}"
+        output.contains("missing between run 0 and run 1: 0;"),
+        "{output}"
     );
 
-    // columns of the Parquet file by the magic at both ends and the names in its footer
+    // The columns of the Parquet file, found by the magic at both ends and the names in its footer.
     let parquet = read(d, "one/campaign.parquet");
     assert!(parquet.starts_with(b"PAR1") && parquet.ends_with(b"PAR1"));
     for name in [
@@ -110,7 +110,7 @@ fn threads_shards_and_interruptions_do_not_change_a_byte() {
         assert!(found, "{name}");
     }
 
-    // results of another campaign are never mixed in or removed
+    // Results of another campaign are never mixed in or removed.
     campaign(d, &["--runs", "1", "--models", "linear", "--out", "one"]).code(2);
     assert!(kept.exists());
     for wrong in [
@@ -122,7 +122,7 @@ fn threads_shards_and_interruptions_do_not_change_a_byte() {
         campaign(d, wrong).code(2);
     }
 
-    // on white noise the gate leaves the correction at zero, so the networks cost nothing at all
+    // With white noise only, the gate leaves the correction at zero, so the networks cost nothing.
     let summary: serde_json::Value = serde_json::from_slice(&read(d, "one.json")).unwrap();
     let median = |scheme: &str| {
         let cells = summary.as_array().unwrap();

@@ -1,4 +1,4 @@
-//! `host-sim hil` with ports that are no board's.
+//! `host-sim hil` with ports that do not belong to a board.
 
 #![allow(
     clippy::unwrap_used,

@@ -39,8 +39,8 @@ fn last(file: &Path, scheme: &str) -> f64 {
     of["horizontal_m"].as_f64().unwrap()
 }
 
-/// A drive as simulated goes through every form and comes back to the bit; each form replays to the
-/// same result.
+/// A simulated drive passes through every format and comes back bit for bit; each format replays to
+/// the same result.
 #[test]
 fn a_simulated_recording_goes_through_all_text_forms() {
     let dir = tempfile::tempdir().unwrap();
@@ -100,9 +100,9 @@ fn log(session: &Session) -> Vec<u8> {
         rad: 0.5_f64.powi(33),
         mps: 0.5_f64.powi(27) * 0.3048,
     };
-    let words = quantise(&session.increments(), &lsb).unwrap();
+    let samples = quantise(&session.increments(), &lsb).unwrap();
     let mut out = Vec::new();
-    for (k, word) in words.iter().enumerate() {
+    for (k, sample) in samples.iter().enumerate() {
         if k % 100 == 0 {
             let state = &session.reference[k / 100];
             let (roll, pitch, heading) = to_euler(&state.q_bn);
@@ -134,8 +134,8 @@ fn log(session: &Session) -> Vec<u8> {
             lead: [0, 11, 0x34, 0x08],
             second_of_week: second,
             status: 0,
-            gyro: word.dtheta,
-            accel: word.dv,
+            gyro: sample.dtheta,
+            accel: sample.dv,
         };
         let mut buffer = [0; 128];
         let n = repr.emit(&mut buffer).unwrap();

@@ -22,14 +22,7 @@ fn replay(dir: &Path, file: &Path, extra: &[&str]) -> assert_cmd::assert::Assert
 }
 
 fn horizontal(dir: &Path, scheme: &str, t_min: u64) -> f64 {
-    let results: Value =
-        serde_json::from_slice(&std::fs::read(dir.join("r.json")).unwrap()).unwrap();
-    let rows = results["rows"].as_array().unwrap();
-    let row = rows
-        .iter()
-        .find(|r| r["scheme"] == scheme && r["t_min"] == t_min)
-        .unwrap();
-    row["horizontal_m"].as_f64().unwrap()
+    system::horizontal(&system::json(&dir.join("r.json")), scheme, t_min)
 }
 
 /// The recording's documentation gives 7 / 33 / 88 / 175 / 218 m for a plain strapdown after an

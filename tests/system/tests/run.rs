@@ -7,27 +7,14 @@
 
 use assert_cmd::Command;
 use host_sim::simulator::imu::{ErrorModelName, ImuSpec};
-use serde_json::Value;
 use std::collections::BTreeMap;
 use std::path::Path;
+use system::{horizontal, json};
 
 fn host_sim(dir: &Path) -> Command {
     let mut command = Command::new(system::host_sim_binary());
     command.current_dir(dir);
     command
-}
-
-fn json(file: &Path) -> Value {
-    serde_json::from_slice(&std::fs::read(file).unwrap()).unwrap()
-}
-
-fn horizontal(results: &Value, scheme: &str, t_min: u64) -> f64 {
-    let rows = results["rows"].as_array().unwrap();
-    let row = rows
-        .iter()
-        .find(|r| r["scheme"] == scheme && r["t_min"] == t_min)
-        .unwrap();
-    row["horizontal_m"].as_f64().unwrap()
 }
 
 #[test]

@@ -1,6 +1,6 @@
 //! Nanoseconds of the pieces of work whose instructions are counted on the target; `cargo xtask
-//! bench` shows both side by side. On a desktop the kernel is the portable network, so its two forms
-//! take the same time.
+//! bench` shows both side by side. On a desktop the kernel is the portable network, so its two
+//! forms take the same time.
 
 mod processor;
 

@@ -1,7 +1,7 @@
-//! Writes `src/inputs.rs` and `src/expected.rs` anew; `cargo xtask vectors` calls it.
+//! Writes `src/inputs.rs` and `src/expected.rs` again; `cargo xtask vectors` calls it.
 //!
-//! The digests are taken over the vectors this was compiled with: after a change of the generator
-//! run it twice (xtask does).
+//! The digests belong to the vectors with which this program was compiled. After a change of the
+//! generator run it twice, as xtask does.
 
 use std::fmt::Write;
 use std::{fs, io};

@@ -43,47 +43,43 @@ pub struct Check {
 /// All digests: steps, exact gradients and learners with both hidden activations, and the kernel in
 /// both forms.
 pub const CHECKS: [Check; 8] = [
-    Check {
-        name: "step, rational",
-        digest: step_digest::<Rational>,
-        expected: expected::STEP_RATIONAL,
-    },
-    Check {
-        name: "step, tanh",
-        digest: step_digest::<Tanh>,
-        expected: expected::STEP_TANH,
-    },
-    Check {
-        name: "gradient, rational",
-        digest: gradient_digest::<Rational>,
-        expected: expected::GRADIENT_RATIONAL,
-    },
-    Check {
-        name: "gradient, tanh",
-        digest: gradient_digest::<Tanh>,
-        expected: expected::GRADIENT_TANH,
-    },
-    Check {
-        name: "learners, rational",
-        digest: learner_digest::<Rational>,
-        expected: expected::LEARNERS_RATIONAL,
-    },
-    Check {
-        name: "learners, tanh",
-        digest: learner_digest::<Tanh>,
-        expected: expected::LEARNERS_TANH,
-    },
-    Check {
-        name: "kernel, m4",
-        digest: kernel::digest_m4,
-        expected: expected::KERNEL_M4,
-    },
-    Check {
-        name: "kernel, m7",
-        digest: kernel::digest_m7,
-        expected: expected::KERNEL_M7,
-    },
+    check(
+        "step, rational",
+        step_digest::<Rational>,
+        expected::STEP_RATIONAL,
+    ),
+    check("step, tanh", step_digest::<Tanh>, expected::STEP_TANH),
+    check(
+        "gradient, rational",
+        gradient_digest::<Rational>,
+        expected::GRADIENT_RATIONAL,
+    ),
+    check(
+        "gradient, tanh",
+        gradient_digest::<Tanh>,
+        expected::GRADIENT_TANH,
+    ),
+    check(
+        "learners, rational",
+        learner_digest::<Rational>,
+        expected::LEARNERS_RATIONAL,
+    ),
+    check(
+        "learners, tanh",
+        learner_digest::<Tanh>,
+        expected::LEARNERS_TANH,
+    ),
+    check("kernel, m4", kernel::digest_m4, expected::KERNEL_M4),
+    check("kernel, m7", kernel::digest_m7, expected::KERNEL_M7),
 ];
+
+const fn check(name: &'static str, digest: fn() -> u64, expected: u64) -> Check {
+    Check {
+        name,
+        digest,
+        expected,
+    }
+}
 
 /// Computes every digest of `checks`, prints each beside its expected value, and returns whether
 /// all are equal. A line that cannot be written counts as a difference, because nobody would see

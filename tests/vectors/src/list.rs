@@ -23,8 +23,8 @@ pub trait Measure {
         work: impl FnMut([f32; 3]) -> Found,
     ) -> fmt::Result;
 
-    /// As [`Self::measure`], for work that cannot be repeated for ever. A measurement with very many
-    /// repetitions has to begin again from `start` now and then.
+    /// As [`Self::measure`], for work that cannot be repeated for ever. A measurement with very
+    /// many repetitions has to begin again from `start` now and then.
     ///
     /// # Errors
     /// As [`Self::measure`].
@@ -47,7 +47,8 @@ macro_rules! works {
         /// one, or is much larger. A piece without a description has a table of its own.
         pub const GROUPS: &[&[(&str, &str)]] = &[$(&[$(($name, $what)),+]),+];
 
-        /// Measures everything in the order of [`GROUPS`]; before it `empty`, the loop without work.
+        /// Measures everything in the order of [`GROUPS`]; before it `empty`, the loop without
+        /// work.
         ///
         /// # Errors
         /// As [`Measure::measure`].

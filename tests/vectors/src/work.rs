@@ -1,8 +1,9 @@
 //! The networks' pieces of work whose cost is measured, the same on the desktop (criterion) and on
 //! the target (instructions).
 //!
-//! Each repetition reports whether it was good. A network that has diverged repeats its last output,
-//! which is *cheaper* than a step, so a measurement that ignored the faults would come out too low.
+//! Each repetition reports whether it was good. A network that has diverged repeats its last
+//! output, which is *cheaper* than a step, so a measurement that ignored the faults would come out
+//! too low.
 
 use core::marker::PhantomData;
 
@@ -187,9 +188,9 @@ fn found(step: Step) -> Found {
 }
 
 /// Learning at every step, the most that it can cost: a pass of one step by the paper's rule. The
-/// pass clears all sums, makes a step with its exact gradient, compares it with a reference and moves
-/// all 63 weights. Without `begin_pass` the gradients of all passes would add up and the weights
-/// diverge.
+/// pass clears all sums, makes a step with its exact gradient, compares it with a reference and
+/// moves all 63 weights. Without `begin_pass` the gradients of all passes would add up and the
+/// weights diverge.
 #[derive(Clone, Debug)]
 pub struct LearnWork<H>(Learner<Paper, H>);
 

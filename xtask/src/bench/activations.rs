@@ -60,7 +60,7 @@ pub(super) fn table(counts: &Counts, times: &Times) -> Result<Table> {
     Ok(table)
 }
 
-/// Largest |f(x) - tanh x|; every f is odd, so positive x do.
+/// Largest |f(x) - tanh x|. Every f is odd, so positive x are enough.
 fn error<A: Activation>() -> f64 {
     let (first, last) = (f32::MIN_POSITIVE.to_bits(), 10.0_f32.to_bits());
     let x = (first..last).step_by(61).map(f32::from_bits);

@@ -1,4 +1,4 @@
-//! How cost should grow, fitted to what was measured.
+//! How cost should grow: polynomials fitted to the measured values.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -7,10 +7,10 @@ use nalgebra::{DMatrix, DVector};
 pub struct Polynomial(pub Vec<f64>);
 
 impl Polynomial {
-    /// The one of `degree` with the least squares of *relative* errors; all `y` > 0. `None` when
-    /// there are fewer different `x` than coefficients.
+    /// The polynomial of `degree` with the least squares of *relative* errors; all `y` > 0. `None`
+    /// when there are fewer different `x` than coefficients.
     pub fn fit(degree: usize, x: &[f64], y: &[f64]) -> Option<Self> {
-        // columns scaled to 1 at the largest x, or the rank is judged by the unit
+        // The columns are scaled to 1 at the largest x, or the unit would decide the rank.
         let most = x.iter().copied().fold(f64::MIN_POSITIVE, f64::max);
         let rows = DMatrix::from_fn(x.len(), degree + 1, |i, k| {
             (x[i] / most).powi(k as i32) / y[i]
@@ -31,7 +31,7 @@ impl Polynomial {
         self.0.iter().rev().fold(0.0, |sum, c| sum * n + c)
     }
 
-    /// What the highest power contributes at `n`, as a share.
+    /// The fraction that the highest power contributes at `n`.
     pub fn top_share(&self, n: f64) -> f64 {
         let degree = self.0.len().saturating_sub(1) as i32;
         self.0.last().map_or(0.0, |c| c * n.powi(degree)) / self.at(n)

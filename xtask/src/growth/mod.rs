@@ -1,6 +1,6 @@
-//! `cargo xtask growth`: how cost grows with words a second, networks, weights, runs and cores.
-//! Writes `docs/growth-*.svg` and the part of `docs/PERFORMANCE.md` between the markers; not a
-//! figure of it is written by hand.
+//! `cargo xtask growth`: how cost grows with samples per second, networks, weights, runs and cores.
+//! It writes `docs/growth-*.svg` and the part of `docs/PERFORMANCE.md` between the markers. No
+//! figure there is written by hand.
 
 mod laws;
 mod pictures;
@@ -37,7 +37,7 @@ struct Point {
 }
 
 impl Measured {
-    /// All sizes of a kind, rising.
+    /// All sizes of a kind, in rising order.
     fn points(&self, kind: &str) -> Result<Vec<Point>> {
         let sizes = self.target.iter().filter_map(|(name, &instructions)| {
             let (of, size) = name.split_once('/')?;

@@ -5,7 +5,7 @@ use host_sim::experiment::results::Curve;
 use host_sim::report::chart::{self, Panel};
 
 use super::laws::Polynomial;
-use super::scaling::WORDS;
+use super::scaling::SAMPLES;
 use super::{Measured, Point};
 
 /// Processor clock of the STM32F405, Hz; one instruction per cycle would be the best case.
@@ -20,7 +20,7 @@ pub fn all(measured: &Measured) -> Result<Vec<(&'static str, String)>> {
     let weights = measured.points("weights")?;
     let rate_axis = "samples per second";
     let [first, last] = [&rate[0], &rate[rate.len() - 1]].map(|point| point.size);
-    let words = vec![
+    let rates = vec![
         panel(
             "Cortex-M4F: a second of data",
             [rate_axis, "instructions"],
@@ -68,14 +68,14 @@ pub fn all(measured: &Measured) -> Result<Vec<(&'static str, String)>> {
         Ok((name, svg))
     };
     Ok(vec![
-        draw("growth-rate.svg", "samples per second", &words)?,
+        draw("growth-rate.svg", "samples per second", &rates)?,
         draw("growth-nets.svg", "networks", &many)?,
         draw("growth-weights.svg", "parameters of a fix", &fixes)?,
         draw("growth-runs.svg", "runs and cores", &runs(measured))?,
     ])
 }
 
-/// A campaign's time and rate by runs, one curve a number of jobs.
+/// A campaign's time and rate by runs, one curve for each number of jobs.
 fn runs(measured: &Measured) -> Vec<Panel> {
     let scaling = &measured.scaling;
     let by = |value: fn(u32, f64) -> f64| -> Vec<Curve> {
@@ -101,7 +101,7 @@ fn runs(measured: &Measured) -> Vec<Panel> {
         panel(
             "simulated and judged by nine schemes",
             ["runs", "samples per second"],
-            by(|runs, wall| WORDS * f64::from(runs) / wall),
+            by(|runs, wall| SAMPLES * f64::from(runs) / wall),
             vec![],
         ),
     ]
@@ -134,7 +134,7 @@ fn proportional(points: &[Point], pick: Pick) -> Curve {
     named("n times one", &line)
 }
 
-/// The fitted parabola, and its square alone.
+/// The fitted parabola, and its quadratic term alone.
 fn parabola(points: &[Point], pick: Pick) -> Vec<Curve> {
     let (x, y): (Vec<f64>, Vec<f64>) = points.iter().map(|p| (p.size, pick(p))).unzip();
     let Some(fit) = Polynomial::fit(2, &x, &y) else {

@@ -1,6 +1,6 @@
-//! Campaigns of growing length on one core and on more: whole processes of the released program, in
-//! turn, so that what else the machine does meets all of them. What the threads waited for a core
-//! that others had is taken out, where the system tells (Linux).
+//! Campaigns of growing length on one core and on several: whole processes of the released program,
+//! in turn, so that other load on the machine affects all of them. Where the system reports it
+//! (Linux), the time that threads waited for a core is subtracted.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -13,36 +13,36 @@ use qemu::images::target_directory;
 
 use crate::stage::{cargo_with, succeed};
 
-/// Runs of a campaign.
+/// Numbers of runs of the campaigns.
 const RUNS: [u32; 3] = [2, 4, 8];
-/// Times that each campaign is run.
+/// How often each campaign is run.
 const ROUNDS: usize = 5;
-/// Words of a run: 300 s of standstill and 2 x 22 min at 100 Hz, measured with one group of errors
-/// and with noise alone.
-pub const WORDS: f64 = 2.0 * 100.0 * (300.0 + 2.0 * 1320.0);
+/// Samples of a run: 300 s of standstill and 2 x 22 min at 100 Hz, measured with one group of
+/// errors and with noise alone.
+pub const SAMPLES: f64 = 2.0 * 100.0 * (300.0 + 2.0 * 1320.0);
 
 /// One campaign: medians.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Cell {
     pub runs: u32,
     pub jobs: usize,
-    /// From start to exit on a machine that does nothing else, s.
+    /// From start to exit on an otherwise idle machine, s.
     pub wall: f64,
-    /// Of all its threads, s; `None` where the system does not tell.
+    /// Processor time of all its threads, s; `None` where the system does not report it.
     pub cpu: Option<f64>,
 }
 
-/// One campaign once.
+/// One execution of a campaign.
 #[derive(Clone, Copy, Debug)]
 struct Run {
     wall: f64,
-    /// Time that all its threads together were ready to run and did not, s.
+    /// Time that all its threads together were ready to run but waited, s.
     waited: f64,
     cpu: Option<f64>,
 }
 
 impl Run {
-    /// Without the waiting, of which each of the threads that had a run to do had its share.
+    /// The time without the waiting, which the threads that had runs to do shared equally.
     fn undisturbed(self, runs: u32, jobs: usize) -> f64 {
         self.wall - self.waited / jobs.min(runs as usize) as f64
     }
@@ -52,10 +52,10 @@ impl Run {
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Scaling {
     pub cells: Vec<Cell>,
-    /// Time of one job over that of all cores, pair by pair, longest campaign: least, median,
-    /// largest; on a machine that does nothing else, and as it was.
+    /// Time with one job over time with all cores, in pairs, longest campaign: smallest, median,
+    /// largest; on an otherwise idle machine, and as measured.
     pub ratio: [[f64; 3]; 2],
-    /// Cores used at most.
+    /// Largest number of cores used.
     pub cores: usize,
 }
 
@@ -104,7 +104,7 @@ impl Scaling {
         })
     }
 
-    /// The campaigns with so many jobs, runs rising.
+    /// The campaigns with this number of jobs, in order of runs.
     pub fn with(&self, jobs: usize) -> impl Iterator<Item = &Cell> {
         self.cells.iter().filter(move |cell| cell.jobs == jobs)
     }
@@ -115,21 +115,21 @@ impl Scaling {
     }
 }
 
-/// 1, 2, 4 ... and all.
+/// 1, 2, 4 ... and all cores.
 fn jobs(cores: usize) -> Vec<usize> {
     let mut jobs: Vec<usize> = (0..).map(|k| 1 << k).take_while(|j| *j < cores).collect();
     jobs.push(cores.max(1));
     jobs
 }
 
-/// Least, median and largest of at least one value.
+/// Smallest, median and largest of at least one value.
 fn spread(mut values: Vec<f64>) -> [f64; 3] {
     values.sort_by(f64::total_cmp);
     let last = values.len() - 1;
     [values[0], values[values.len() / 2], values[last]]
 }
 
-/// A campaign whose filters are tuned, so that only runs are measured.
+/// A campaign whose filters are already tuned, so that only runs are measured.
 struct Prepared {
     program: PathBuf,
     place: PathBuf,
@@ -145,7 +145,7 @@ impl Prepared {
         Ok(prepared)
     }
 
-    /// Runs it; gives what its threads waited, s.
+    /// Runs it; returns the time that its threads waited, s.
     fn start(&self, runs: u32, jobs: usize, resume: bool) -> Result<f64> {
         let mut command = Command::new(&self.program);
         command
@@ -161,7 +161,7 @@ impl Prepared {
             .with_context(|| self.program.display().to_string())?;
         let mut waited = 0.0_f64;
         loop {
-            // the last threads to end take their share along
+            // The share of the last threads is lost when they end.
             waited = waited.max(waiting(child.id()).unwrap_or(0.0));
             if let Some(status) = child.try_wait()? {
                 ensure!(status.success(), "{status}: {}", self.program.display());
@@ -184,11 +184,12 @@ impl Prepared {
     }
 }
 
-/// Between two looks at a running campaign: what its threads wait after the last one is not seen.
+/// Time between two looks at a running campaign. What its threads wait after the last look is not
+/// seen.
 const LOOK: Duration = Duration::from_millis(5);
 
-/// What the threads of a process have waited for a core so far, together, s; `None` once it has
-/// ended, or where the system does not tell.
+/// The time that the threads of a process have waited for a core so far, together, s. `None` once
+/// it has ended, or where the system does not report it.
 fn waiting(process: u32) -> Option<f64> {
     let tasks = fs::read_dir(format!("/proc/{process}/task")).ok()?;
     let of = |task: fs::DirEntry| {
@@ -204,8 +205,8 @@ fn waiting(process: u32) -> Option<f64> {
 /// Processor time of this process's finished children, s; Linux only.
 fn children() -> Option<f64> {
     let stat = fs::read_to_string(Path::new("/proc/self/stat")).ok()?;
-    // after the name in brackets, which may hold spaces: field 3; user and system time of children
-    // are fields 16 and 17, in 1/100 s
+    // Fields follow the name in brackets, which may contain spaces: field 3 is the first. User and
+    // system time of children are fields 16 and 17, in 1/100 s.
     let (_, fields) = stat.rsplit_once(") ")?;
     let times = fields.split(' ').skip(13).take(2);
     let ticks: Vec<f64> = times.filter_map(|field| field.parse().ok()).collect();

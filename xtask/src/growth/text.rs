@@ -7,6 +7,7 @@ use anyhow::{Context, Result, ensure};
 use super::laws::Polynomial;
 use super::pictures::CLOCK;
 use super::{Measured, Point};
+use crate::table::markdown;
 
 const BEGIN: &str = "<!-- growth: written by `cargo xtask growth` -->\n";
 const END: &str = "<!-- growth: end -->";
@@ -43,20 +44,27 @@ fn picture(out: &mut String, name: &str, what: &str) -> Result<()> {
 fn rates(out: &mut String, points: &[Point]) -> Result<()> {
     writeln!(
         out,
-        "**Samples per second**: compensator with two networks (one step per second) and navigator, one second of data.\n\n\
-         | samples per second | Cortex-M4F, instructions | of 168 M | desktop, us | desktop, samples/s |\n|---|---|---|---|---|"
+        "**Samples per second**: compensator with two networks (one step per second) and \
+         navigator, one second of data.\n"
     )?;
-    for p in points {
+    let header = [
+        "samples per second",
+        "Cortex-M4F, instructions",
+        "of 168 M",
+        "desktop, us",
+        "desktop, samples/s",
+    ];
+    let rows = points.iter().map(|p| {
         let (share, rate) = (100.0 * p.instructions / CLOCK, p.size * 1e9 / p.nanoseconds);
-        writeln!(
-            out,
-            "| {} | {} | {share:.2} % | {:.1} | {} |",
-            p.size,
+        vec![
+            p.size.to_string(),
             thousands(p.instructions),
-            p.nanoseconds / 1e3,
-            thousands(rate)
-        )?;
-    }
+            format!("{share:.2} %"),
+            format!("{:.1}", p.nanoseconds / 1e3),
+            thousands(rate),
+        ]
+    });
+    out.push_str(&markdown(&header.map(str::to_owned), rows));
     let (x, y): (Vec<f64>, Vec<f64>) = points.iter().map(|p| (p.size, p.instructions)).unzip();
     if let Some(fit) = Polynomial::fit(1, &x, &y) {
         writeln!(
@@ -77,46 +85,58 @@ fn rates(out: &mut String, points: &[Point]) -> Result<()> {
 fn nets(out: &mut String, points: &[Point]) -> Result<()> {
     writeln!(
         out,
-        "**Networks**: step, exact gradient and descent of all networks.\n\n\
-         | networks | Cortex-M4F, instructions | per network | desktop, ns | per network | desktop, steps/s |\n|---|---|---|---|---|---|"
+        "**Networks**: step, exact gradient and descent of all networks.\n"
     )?;
-    for p in points {
-        writeln!(
-            out,
-            "| {} | {} | {:.0} | {} | {:.0} | {} |",
-            p.size,
+    let header = [
+        "networks",
+        "Cortex-M4F, instructions",
+        "per network",
+        "desktop, ns",
+        "per network",
+        "desktop, steps/s",
+    ];
+    let rows = points.iter().map(|p| {
+        vec![
+            p.size.to_string(),
             thousands(p.instructions),
-            p.instructions / p.size,
+            format!("{:.0}", p.instructions / p.size),
             thousands(p.nanoseconds),
-            p.nanoseconds / p.size,
-            thousands(p.size * 1e9 / p.nanoseconds)
-        )?;
-    }
+            format!("{:.0}", p.nanoseconds / p.size),
+            thousands(p.size * 1e9 / p.nanoseconds),
+        ]
+    });
+    out.push_str(&markdown(&header.map(str::to_owned), rows));
     picture(out, "nets", "cost against networks")
 }
 
 fn weights(out: &mut String, points: &[Point]) -> Result<()> {
     writeln!(
         out,
-        "**Weights**: one fix learnt by a hypothesis of n parameters: none, six biases, output weights, weights with diagonal feedback, all weights.\n\n\
-         | n | Cortex-M4F, instructions | desktop, us | desktop, fixes/s |\n|---|---|---|---|"
+        "**Weights**: one fix learnt by a hypothesis of n parameters: none, six biases, output \
+         weights, weights with diagonal feedback, all weights.\n"
     )?;
-    for p in points {
-        writeln!(
-            out,
-            "| {} | {} | {:.2} | {} |",
-            p.size,
+    let header = [
+        "n",
+        "Cortex-M4F, instructions",
+        "desktop, us",
+        "desktop, fixes/s",
+    ];
+    let rows = points.iter().map(|p| {
+        vec![
+            p.size.to_string(),
             thousands(p.instructions),
-            p.nanoseconds / 1e3,
-            thousands(1e9 / p.nanoseconds)
-        )?;
-    }
+            format!("{:.2}", p.nanoseconds / 1e3),
+            thousands(1e9 / p.nanoseconds),
+        ]
+    });
+    out.push_str(&markdown(&header.map(str::to_owned), rows));
     let (x, y): (Vec<f64>, Vec<f64>) = points.iter().map(|p| (p.size, p.instructions)).unzip();
     if let Some(fit) = Polynomial::fit(2, &x, &y) {
         let most = x.iter().copied().fold(0.0, f64::max);
         writeln!(
             out,
-            "\nOn the target {} + {:.0} n + {:.1} n^2, to {:.0} %; at n = {most} the square is {:.0} % of the total.",
+            "\nOn the target {} + {:.0} n + {:.1} n^2, to {:.0} %; at n = {most} the square is \
+             {:.0} % of the total.",
             thousands(fit.0[0]),
             fit.0[1],
             fit.0[2],
@@ -130,26 +150,27 @@ fn weights(out: &mut String, points: &[Point]) -> Result<()> {
 fn runs(out: &mut String, measured: &Measured) -> Result<()> {
     let scaling = &measured.scaling;
     let jobs = scaling.jobs();
-    write!(
+    writeln!(
         out,
-        "**Runs and cores**: a campaign of one group of errors and noise with nine schemes whose filters \
-         are already tuned. Seconds from start to exit, without the time that threads waited for a \
-         core (in brackets: processor time of all threads); medians of campaigns in turn.\n\n| runs |"
+        "**Runs and cores**: a campaign of one group of errors and noise with nine schemes whose \
+         filters are already tuned. Seconds from start to exit, without the time that threads \
+         waited for a core (in brackets: processor time of all threads); medians of campaigns in \
+         turn.\n"
     )?;
-    for jobs in &jobs {
-        write!(out, " {jobs} job{} |", if *jobs == 1 { "" } else { "s" })?;
-    }
-    writeln!(out, "\n|---|{}", "---|".repeat(jobs.len()))?;
-    for one in scaling.with(1) {
-        write!(out, "| {} |", one.runs)?;
-        for cell in scaling.cells.iter().filter(|cell| cell.runs == one.runs) {
-            let cpu = cell
-                .cpu
-                .map_or_else(String::new, |cpu| format!(" ({cpu:.2})"));
-            write!(out, " {:.2}{cpu} |", cell.wall)?;
-        }
-        writeln!(out)?;
-    }
+    let number = |jobs: &usize| format!("{jobs} job{}", if *jobs == 1 { "" } else { "s" });
+    let header: Vec<_> = ["runs".to_owned()]
+        .into_iter()
+        .chain(jobs.iter().map(number))
+        .collect();
+    let rows = scaling.with(1).map(|one| {
+        let cells = scaling.cells.iter().filter(|cell| cell.runs == one.runs);
+        let times = cells.map(|cell| {
+            let cpu = cell.cpu.map(|cpu| format!(" ({cpu:.2})"));
+            format!("{:.2}{}", cell.wall, cpu.unwrap_or_default())
+        });
+        [one.runs.to_string()].into_iter().chain(times).collect()
+    });
+    out.push_str(&markdown(&header, rows));
     let [free, [least, median, most]] = scaling.ratio;
     if scaling.cores > 1 {
         writeln!(

@@ -1,6 +1,6 @@
-//! Desktop and target agree: steps the network, its gradient and its learners over the vectors
-//! embedded in the image, compares every digest with the one the desktop computed, and leaves with
-//! exit code 0 when all are equal.
+//! Shows that desktop and target agree: steps the network, its gradient and its learners over the
+//! vectors embedded in the image, compares every digest with that of the desktop, and exits with
+//! code 0 when all are equal.
 #![cfg_attr(target_os = "none", no_std, no_main)]
 
 #[cfg(target_os = "none")]

@@ -1,5 +1,5 @@
-//! Counts instructions as `instructions` does, of work of growing size: words a second, networks,
-//! parameters of a fix.
+//! Counts instructions as `instructions` does, for work of growing size: samples per second,
+//! networks, parameters of a fix.
 #![cfg_attr(target_os = "none", no_std, no_main)]
 
 #[cfg(target_os = "none")]

@@ -1,5 +1,4 @@
-//! Nothing but inference: the image in which no function that panics may be found (`budgets.toml`
-//! says so).
+//! Inference alone. No function of this image may panic (`budgets.toml`).
 #![cfg_attr(target_os = "none", no_std, no_main)]
 
 #[cfg(target_os = "none")]
@@ -9,8 +8,7 @@ fn main() -> ! {
 
     use lrnn_nostd::{Net, Normalisation, Rational, Sensitivities, State, Tanh, Weights};
 
-    // The optimiser knows nothing of weights, scales and inputs: every path that exists is
-    // reachable.
+    // The optimiser does not know weights, scales and inputs, so every existing path is reachable.
     let weights: Weights = black_box(Weights::zero());
     let normalisation: Normalisation = black_box(Normalisation::identity());
     let rational: Net<Rational> = Net::new(weights, normalisation);

@@ -1,5 +1,5 @@
-//! Counts instructions with SysTick under `-icount shift=0`; prints ticks, which `qemu::count`
-//! makes instructions of.
+//! Counts instructions with SysTick under `-icount shift=0`. It prints ticks, which `qemu::count`
+//! converts to instructions.
 #![cfg_attr(target_os = "none", no_std, no_main)]
 
 #[cfg(target_os = "none")]

@@ -1,6 +1,6 @@
-//! The application over the recording in the file `input`: writes what it sends to the navigation
-//! computer to the file `output`, then prints `<name> <value>` lines: records, bytes, FNV-1a digest
-//! of the bytes, what the records cost in ticks, and what was learnt.
+//! Runs the application over the recording in the file `input`. It writes what it sends to the
+//! navigation computer to the file `output`, then prints `<name> <value>` lines: records, bytes,
+//! FNV-1a digest of the bytes, the ticks that the records cost, and what was learnt.
 #![cfg_attr(target_os = "none", no_std, no_main)]
 
 #[cfg(target_os = "none")]
@@ -14,7 +14,7 @@ mod target {
     use qemu::target::{dma, exit, interrupts, output, start_counter};
     use vectors::Digest;
 
-    /// Reads and writes go in pieces: a semihosting call costs as much as thousands of
+    /// Files are read and written in pieces, because a semihosting call costs thousands of
     /// instructions.
     struct Reader {
         file: File,
@@ -71,7 +71,7 @@ mod target {
         exit(start_counter() && run().is_some())
     }
 
-    /// `None`: a file could not be used, or the recording is torn.
+    /// `None` when a file could not be used or the recording is incomplete.
     fn run() -> Option<()> {
         let mut reader = Reader {
             file: File::open(c"input")?,
@@ -105,7 +105,7 @@ mod target {
         }
     }
 
-    /// The records of `reader` through the application at these lines.
+    /// Passes the records of `reader` through the application at these lines.
     fn over<S: Progress + Copy>(
         reader: &mut Reader,
         writer: &mut Writer,

@@ -1,5 +1,5 @@
-//! Counts the instructions of repetitions of a list of works; what is printed, `count` on the
-//! desktop reads.
+//! Counts the instructions of repetitions of a list of works; `count` on the desktop reads what is
+//! printed.
 
 use core::fmt::{Error, Result as Printed, Write};
 use core::hint::black_box;
@@ -11,7 +11,7 @@ use vectors::work::plausible;
 use super::{exit, output, start_counter, ticks as counter};
 
 const REPETITIONS: usize = 1000;
-/// Work that takes too long for the counter is done in one of so many repetitions.
+/// Work that is too long for the counter is done in only one of this many repetitions.
 const RARE: usize = 40;
 
 /// Prints the counts of all works of `list` and leaves QEMU.
@@ -54,8 +54,8 @@ fn ticks(work: impl FnOnce()) -> u32 {
     counter().wrapping_sub(start) & 0x00ff_ffff
 }
 
-/// Ticks of all repetitions of `work`. Input and result pass through memory as in the board's loop;
-/// the empty loop has that too. A repetition that went wrong ends the image with an error: its
+/// Ticks of all repetitions of `work`. Input and result pass through memory as in the board's loop,
+/// also in the empty loop. A repetition that went wrong ends the image with an error, because its
 /// count would be of something else.
 #[inline(always)]
 fn repeat(mut work: impl FnMut([f32; 3]) -> ([f32; 3], bool)) -> Result<u32, Error> {
@@ -69,7 +69,7 @@ fn repeat(mut work: impl FnMut([f32; 3]) -> ([f32; 3], bool)) -> Result<u32, Err
     if good { Ok(ticks) } else { Err(Error) }
 }
 
-/// As if `work` were done in all repetitions.
+/// Ticks as if `work` were done in all repetitions.
 #[inline(always)]
 fn rarely(mut work: impl FnMut([f32; 3]) -> ([f32; 3], bool)) -> Result<u32, Error> {
     let mut repetition = 0;

@@ -1,6 +1,6 @@
-//! A DMA controller whose other end is the program itself: registers in memory, used by the
-//! STM32F405 board's own driver of streams, and bytes moved by [`came`] and [`left`], whose cost is
-//! rehearsed and subtracted ([`Wires::let_through`]).
+//! A DMA controller whose other end is the program itself. The registers are in memory and are used
+//! by the STM32F405 board's own stream driver. [`came`] and [`left`] move the bytes; their cost is
+//! measured in a calibration and subtracted ([`Wires::let_through`]).
 
 use core::sync::atomic::{AtomicU8, AtomicU32, Ordering};
 
@@ -34,7 +34,7 @@ const ADDRESS: usize = 3;
 /// In the configuration.
 const ENABLED: u32 = 1;
 
-/// What the rehearsal moves: more than it has bytes.
+/// Size of a transfer in the calibration, which has fewer bytes.
 static REHEARSED: [AtomicU8; 512] = [const { AtomicU8::new(0) }; 512];
 
 fn controller() -> &'static RegisterBlock {
@@ -96,7 +96,7 @@ fn pend(line: Line) {
     isb();
 }
 
-/// The controller moves one byte: its place, unless there is no transfer; the end of one
+/// Moves one byte: returns its place, unless there is no transfer. The end of a transfer
 /// interrupts.
 #[inline(always)]
 fn moved<const N: usize>(line: Line, byte: impl FnOnce(&AtomicU8) -> u8) -> Option<u8> {

@@ -13,7 +13,7 @@ impl File {
         Self::with_mode(name, nr::open::R_BINARY)
     }
 
-    /// Makes anew for writing.
+    /// Creates a file for writing.
     pub fn create(name: &CStr) -> Option<Self> {
         Self::with_mode(name, nr::open::W_TRUNC_BINARY)
     }
@@ -26,7 +26,7 @@ impl File {
         (handle != usize::MAX).then_some(Self(handle))
     }
 
-    /// Fills `buffer` as far as the file goes; how far.
+    /// Fills `buffer` as far as the file goes; returns how many bytes were read.
     pub fn read(&mut self, buffer: &mut [u8]) -> usize {
         // SAFETY: address and length of memory that is ours alone during the call, as SYS_READ
         // wants.
@@ -34,7 +34,7 @@ impl File {
         buffer.len().saturating_sub(left)
     }
 
-    /// Writes all of it, and tells whether it could.
+    /// Writes everything; returns whether that was possible.
     #[must_use]
     pub fn write(&mut self, bytes: &[u8]) -> bool {
         // SAFETY: address and length of memory that nobody writes during the call, as SYS_WRITE

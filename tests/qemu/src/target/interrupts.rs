@@ -1,5 +1,5 @@
-//! Interrupts of serial lines whose other end is the program itself: made pending by it, and served
-//! as a board serves its UART's, with memory for registers.
+//! Interrupts of serial lines whose other end is the program itself. The program makes them pending
+//! and serves them as a board serves its UART, with memory in place of registers.
 
 use core::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 
@@ -18,7 +18,7 @@ static NAVIGATION: Uart = Uart::new();
 static REGISTERS: [AtomicU32; 2] = [AtomicU32::new(2), AtomicU32::new(0)];
 const CAME: u32 = 1;
 const ROOM: u32 = 2;
-/// The main loop is to look.
+/// The main loop has work to do.
 pub(super) static AWAKE: AtomicBool = AtomicBool::new(false);
 
 /// Lines of the interrupt controller, which every machine has.
@@ -61,7 +61,7 @@ fn let_through() {
     unmask(&[Line::Sensor, Line::Navigation]);
 }
 
-/// Lets interrupts through, but none that came before.
+/// Enables interrupts, except those that are already pending.
 pub(super) fn unmask(lines: &[Line]) {
     for &line in lines {
         NVIC::unpend(line);
@@ -78,7 +78,7 @@ fn came(_: &Uart, byte: u8) -> bool {
     woken()
 }
 
-/// Whether the main loop is to look, once.
+/// Whether the main loop has work to do; clears the flag.
 #[inline(always)]
 pub(super) fn woken() -> bool {
     let awake = AWAKE.load(Ordering::Relaxed);

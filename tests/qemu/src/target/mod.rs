@@ -19,7 +19,7 @@ use firmware::learn::{FixLearner, FixMemory, Learner, Settings};
 use cortex_m::peripheral::SYST;
 use cortex_m::peripheral::syst::SystClkSource;
 
-/// What learns; `None` when it has been handed out.
+/// The learner; `None` when it has been handed out already.
 pub fn learner() -> Option<&'static mut dyn Learner> {
     let memory = cortex_m::singleton!(: FixMemory = FixMemory::ZEROED)?;
     let learner = FixLearner::new(memory, Settings::MEDIUM);

@@ -43,8 +43,8 @@ impl Measurement for Processor {
     }
 }
 
-/// Repetitions after which a work that cannot be repeated for ever begins again; the target makes as
-/// many.
+/// Repetitions after which a work that cannot be repeated for ever begins again; the target makes
+/// as many.
 const RESTART: u32 = 1000;
 
 /// Measures each piece of work as a benchmark of its name; `group/size` is one of a group.

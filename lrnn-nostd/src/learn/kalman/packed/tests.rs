@@ -1,4 +1,4 @@
-//! The kernels against what they stand for, bit for bit.
+//! The routines compared with their plain definitions, bit for bit.
 
 use super::*;
 use crate::real::all_finite;
@@ -20,7 +20,8 @@ fn at(matrix: &[f32], i: usize, j: usize) -> f32 {
     matrix[packed(i.max(j)) + i.min(j)]
 }
 
-/// Bit for bit the sum over the columns in their order, for every range of values that are not 0.
+/// Equal, bit for bit, to the sum over the columns in their order, for every range of nonzero
+/// values.
 #[test]
 fn times_is_the_dense_product() {
     let matrix: [f32; SIZE] = numbers(1);
@@ -39,10 +40,10 @@ fn times_is_the_dense_product() {
     }
 }
 
-/// Bit for bit one change after the other, for any number that is held, and the diagonal known
-/// before.
+/// Equal, bit for bit, to one change after the other, for any number of deferred changes. The
+/// diagonal is known before they are applied.
 #[test]
-fn held_changes_are_made_in_order() {
+fn deferred_changes_are_applied_in_order() {
     let columns = [3, 4, 5].map(numbers::<N>);
     let weights = [0.7, 1.3, 0.2];
     for count in 0..=MAX_DEFERRED {
@@ -69,7 +70,7 @@ fn held_changes_are_made_in_order() {
             let more = deferred.apply(&mut matrix);
             assert_eq!(before != matrix, count > 0, "{count} deferred, part {part}");
             assert_eq!(more, count > 0 && part < DEFERRED_PARTS);
-            // a column that came now would not be in the part that is made
+            // A column added now would be missing in the part that is already applied.
             assert!(!more || deferred.hold(&columns[0], 1.0).is_none());
         }
         assert_eq!(matrix, one_by_one, "{count} deferred");
