@@ -15,7 +15,7 @@ mod table;
 
 pub use gates::Gates;
 pub use parts::Work;
-pub use table::{ALL, HYPOTHESES, KEYS, NAMES, ZERO_CORRECTION};
+pub use table::{ALL, HYPOTHESES, KEYS, LARGEST, NAMES, WITH_NETWORKS, ZERO_CORRECTION};
 
 use super::prior::{Datasheet, LearnerNet, NAV};
 use crate::fix::OBSERVATIONS;

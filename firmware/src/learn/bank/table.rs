@@ -20,6 +20,9 @@ macro_rules! hypotheses {
         /// Their names as keys, for options and tables.
         pub const KEYS: [&str; HYPOTHESES] = [$($key),+];
 
+        /// Hypotheses with networks, one bit each.
+        pub const WITH_NETWORKS: u8 = bits(&[$($output),+]);
+
         /// The filters of all hypotheses.
         #[derive(Clone, Debug, PartialEq)]
         pub struct Hypotheses<T: Real> {
@@ -76,6 +79,18 @@ hypotheses! {
     output: OutputWeights, 24, 0.3, "output", "output weights";
     output_wide: OutputWeights, 24, 1.0, "output-wide", "output weights, wide prior";
     all_weights: AllWeights, 132, 0.1, "all-weights", "all weights";
+}
+
+/// One bit for each value above zero.
+const fn bits(values: &[f64]) -> u8 {
+    let (mut bits, mut index) = (0, 0);
+    while index < values.len() {
+        if values[index] > 0.0 {
+            bits |= 1 << index;
+        }
+        index += 1;
+    }
+    bits
 }
 
 /// The hypothesis that believes the sensors.
