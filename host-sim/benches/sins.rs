@@ -26,14 +26,14 @@ fn steps(c: &mut Criterion) {
         &mut rng,
     );
     let mut group = c.benchmark_group("sins");
-    group.throughput(Throughput::Elements(truth.words.len() as u64));
+    group.throughput(Throughput::Elements(truth.increments.len() as u64));
     for samples in [Samples::One, Samples::Two, Samples::Three] {
         group.bench_function(format!("{samples:?}"), |b| {
             b.iter_batched_ref(
                 || Sins::new(truth.epochs[0]).with_samples(black_box(samples)),
                 |sins| {
-                    for word in &truth.words {
-                        sins.step(word, truth.dt);
+                    for increment in &truth.increments {
+                        sins.step(increment, truth.dt);
                     }
                     sins.nav
                 },

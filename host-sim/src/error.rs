@@ -1,11 +1,13 @@
-//! The one error of this package for bad input and unwritable output: what is wrong, where, and what to do about it.
+//! The one error type of this package, for bad input and unwritable output. It says what is wrong,
+//! where, and what to do about it.
 //!
-//! `Display` gives one line without the program's name, ready for `eprintln!("host-sim: {error}")`; whoever runs a command
-//! prints that and exits with code 2. Everything here is somebody's input to put right; our own mistakes are not errors.
+//! `Display` gives one line without the program's name, ready for `eprintln!("host-sim: {error}")`.
+//! The program prints that line and exits with code 2. Every variant is about input that the user
+//! can correct. Mistakes of the program itself are panics, not errors.
 
 use std::path::{Path, PathBuf};
 
-/// Bad input or unwritable output. Lines count from 1 and include the header.
+/// Bad input or unwritable output. Line numbers start at 1 and count the header.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
     /// The file is not there.
@@ -27,7 +29,7 @@ pub enum Error {
     DamagedGzip {
         /// Path as given.
         file: PathBuf,
-        /// Last line that came out whole.
+        /// Last complete line.
         line: usize,
         /// `cut short` or `damaged`.
         fault: &'static str,
@@ -37,12 +39,12 @@ pub enum Error {
     Empty {
         /// Path as given.
         file: PathBuf,
-        /// What there is instead: nothing at all, or the header alone.
+        /// What the file holds instead: nothing, or the header alone.
         found: &'static str,
         /// The header line.
         expected: String,
     },
-    /// The first line does not name the columns we know.
+    /// The first line does not name the expected columns.
     #[error("{}:1: header is '{found}'; remedy: the first line must be '{expected}'", .file.display())]
     Header {
         /// Path as given.
@@ -82,7 +84,7 @@ pub enum Error {
         /// What would be right.
         remedy: String,
     },
-    /// Time stands still or runs backwards.
+    /// The time does not increase from one line to the next.
     #[error("{}:{line}: column '{field}': time {now} follows {before}; remedy: sort the lines, time must rise on every one", .file.display())]
     TimeBack {
         /// Path as given.
@@ -96,14 +98,14 @@ pub enum Error {
         /// Time on this line.
         now: f64,
     },
-    /// A name that is none of those we know: scenario, preset, scheme, ...
+    /// An unknown name of a scenario, a preset, a scheme and so on.
     #[error("there is no {kind} '{name}'{}; remedy: one of {}", nearest(.name, .known), .known.join(", "))]
     UnknownName {
-        /// What sort of name.
+        /// What the name stands for, for example `scenario`.
         kind: &'static str,
         /// The name given.
         name: String,
-        /// All that exist.
+        /// All known names.
         known: Vec<String>,
     },
     /// A scenario file that cannot be used: unknown key, wrong type, value out of range.
@@ -120,7 +122,7 @@ pub enum Error {
         /// What would be right.
         remedy: String,
     },
-    /// An option of the command line, or options that do not go together.
+    /// A wrong command-line option, or options that cannot be combined.
     #[error("{option}: {problem}; remedy: {remedy}")]
     Option {
         /// The option with its dashes.
@@ -133,20 +135,21 @@ pub enum Error {
     /// A file or directory cannot be written.
     #[error("{}: cannot be written ({source}); remedy: choose a place you may write to that has room", .path.display())]
     Unwritable {
-        /// What was to be written.
+        /// The file or directory that was to be written.
         path: PathBuf,
         /// What the system says.
         source: std::io::Error,
     },
-    /// The report directory holds something else.
+    /// The report directory holds files that are no report.
     #[error("{}: {holds} and is left alone; remedy: give a new or an empty directory, or one with a report of ours", .dir.display())]
     NotOurs {
         /// Directory as given.
         dir: PathBuf,
-        /// What there is.
+        /// What the directory holds.
         holds: &'static str,
     },
-    /// A result that is NaN or infinite, or curves that do not fit together: the run has failed, so nothing is written.
+    /// A result that is NaN or infinite, or curves of different lengths. The run has failed and
+    /// nothing is written.
     #[error(
         "result '{item}': '{field}' {problem}, so nothing was written; remedy: look for the first bad value in the run's inputs"
     )]
@@ -190,7 +193,7 @@ impl Error {
         }
     }
 
-    /// `name` is none of `known`; the message offers the nearest one.
+    /// `name` is not among `known`. The message offers the nearest known name.
     #[must_use]
     pub fn unknown(kind: &'static str, name: &str, known: &[&str]) -> Self {
         let known = known.iter().map(ToString::to_string).collect();
@@ -202,7 +205,7 @@ impl Error {
     }
 }
 
-/// `text` shortened to what fits in a message, with control characters made visible.
+/// `text` shortened to fit into a message, with control characters escaped.
 #[must_use]
 pub fn excerpt(text: &str) -> String {
     const LONGEST: usize = 80;
@@ -218,7 +221,7 @@ pub fn excerpt(text: &str) -> String {
     }
 }
 
-/// `, did you mean 'x'?` when one of `known` is within two edits of `name`, else nothing.
+/// `, did you mean 'x'?` if one of `known` is within two edits of `name`, else an empty string.
 fn nearest(name: &str, known: &[String]) -> String {
     let best = known.iter().map(|k| (edits(name, k), k)).min();
     match best {
@@ -227,7 +230,7 @@ fn nearest(name: &str, known: &[String]) -> String {
     }
 }
 
-/// Levenshtein distance: single-character insertions, deletions and replacements.
+/// Levenshtein distance: the number of single-character insertions, deletions and replacements.
 fn edits(a: &str, b: &str) -> usize {
     let b: Vec<char> = b.chars().collect();
     let mut row: Vec<usize> = (0..=b.len()).collect();

@@ -1,5 +1,6 @@
-//! Desktop side of the IMU compensation co-processor: a ring-laser-gyro SINS simulation, the learning experiment, replay of
-//! recorded data, and the report.
+//! The desktop side of the IMU compensation co-processor: simulation of a strapdown system with
+//! ring laser gyros, the learning experiment, replay of recorded data, campaigns, hardware in the
+//! loop, and reports.
 
 pub mod analysis;
 pub mod campaign;

@@ -1,4 +1,5 @@
-//! Outputs appear whole or not at all: written beside their place under a temporary name, then renamed.
+//! Output files appear complete or not at all. Each is written under a temporary name in the same
+//! directory and then renamed.
 
 use crate::error::Error;
 use std::fs::{File, OpenOptions};
@@ -6,10 +7,11 @@ use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 use tempfile::NamedTempFile;
 
-/// Writes `bytes` to `path`, replacing what is there in one step; missing parent directories are made.
+/// Writes `bytes` to `path` and replaces an existing file in one step. Missing parent directories
+/// are created.
 ///
 /// # Errors
-/// [`Error::Unwritable`]; what was at `path` is then still as it was.
+/// [`Error::Unwritable`]. An existing file at `path` is then unchanged.
 pub fn write_atomic(path: &Path, bytes: &[u8]) -> Result<(), Error> {
     let mut sink = Sink::open(path)?;
     sink.write_all(bytes)
@@ -17,11 +19,12 @@ pub fn write_atomic(path: &Path, bytes: &[u8]) -> Result<(), Error> {
     sink.finish().map_err(|source| Error::writing(path, source))
 }
 
-/// A file being written that is not yet in its place.
+/// A file that is being written and is not yet in its place.
 enum Sink {
-    /// A temporary file beside the place it is renamed to.
+    /// A temporary file in the directory of its final name.
     Beside(NamedTempFile, PathBuf),
-    /// A pipe or a device such as `/dev/stdout`: must never be replaced by a file, so it is written straight.
+    /// A pipe or a device such as `/dev/stdout`. A file must not replace it, so it is written
+    /// directly.
     Straight(File),
 }
 
@@ -31,7 +34,7 @@ impl Sink {
     }
 
     fn try_open(path: &Path) -> std::io::Result<Self> {
-        // A link is followed, so that the file behind it is replaced and the link stays.
+        // A link is followed: the file behind it is replaced and the link stays.
         let place = path.canonicalize().unwrap_or_else(|_| path.to_path_buf());
         match std::fs::metadata(path) {
             Ok(there) if there.is_dir() => return Err(std::io::ErrorKind::IsADirectory.into()),
@@ -45,10 +48,11 @@ impl Sink {
         Ok(Self::Beside(temporary_file(directory)?, place))
     }
 
-    /// Puts the file in its place.
+    /// Renames the file to its final name.
     fn finish(self) -> std::io::Result<()> {
         match self {
-            // Synced first: a rename may reach the disk before the data and leave an empty file after a power cut.
+            // The data are synced first. Otherwise the rename may reach the disk before the data,
+            // and a power cut would leave an empty file.
             Self::Beside(file, place) => file
                 .as_file()
                 .sync_data()
@@ -82,7 +86,8 @@ pub(crate) fn directory_of(path: &Path) -> &Path {
     }
 }
 
-/// A temporary file that ends up with the permissions an ordinary new file has (by itself it would be for the owner only).
+/// A temporary file with the permissions of an ordinary new file. By default only the owner could
+/// read it.
 fn temporary_file(directory: &Path) -> std::io::Result<NamedTempFile> {
     let mut builder = tempfile::Builder::new();
     builder.prefix(".host-sim-");
@@ -91,9 +96,11 @@ fn temporary_file(directory: &Path) -> std::io::Result<NamedTempFile> {
     builder.tempfile_in(directory)
 }
 
-/// Writes numbers as CSV: a header that names each column with its unit, then lines that read back to the same bits.
+/// Writes numbers as CSV. The header names each column with its unit. Reading the numbers back
+/// gives the same bits.
 ///
-/// The file appears under its name with [`CsvWriter::finish`]; dropped before that, nothing is left behind.
+/// [`CsvWriter::finish`] makes the file appear under its name. If the writer is dropped before
+/// that, no file remains.
 pub struct CsvWriter {
     sink: BufWriter<Sink>,
     path: PathBuf,
@@ -126,7 +133,8 @@ impl CsvWriter {
     /// Adds one line, one number a column.
     ///
     /// # Errors
-    /// [`Error::Value`] for NaN or infinity, which no reader of ours accepts; [`Error::ColumnCount`]; [`Error::Unwritable`].
+    /// [`Error::Value`] for NaN or infinity, which no reader of this package accepts;
+    /// [`Error::ColumnCount`]; [`Error::Unwritable`].
     pub fn row(&mut self, values: &[f64]) -> Result<(), Error> {
         if values.len() != self.columns.len() {
             return Err(self.wrong_count(values.len()));
@@ -149,7 +157,7 @@ impl CsvWriter {
             .map_err(|source| Error::writing(&self.path, source))
     }
 
-    /// Puts the finished file in its place.
+    /// Makes the finished file appear under its name.
     ///
     /// # Errors
     /// [`Error::Unwritable`].

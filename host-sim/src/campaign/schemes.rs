@@ -210,7 +210,7 @@ pub fn oracle(imu: &ImuSpec, session: &Session) -> ErrorModel {
 /// Temperature and field as the simulator had them, and the vibration that the words show, second by second.
 fn known(session: &Session) -> Arc<[Known]> {
     let surroundings = session.surroundings.as_deref().unwrap_or_default();
-    let seconds = session.counts.chunks(session.words_per_epoch());
+    let seconds = session.counts.chunks(session.samples_per_epoch());
     let mut vibration = Vector3::zeros();
     let of = |(around, second): (&Surroundings, &[Counts])| {
         let now = Known {

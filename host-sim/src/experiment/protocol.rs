@@ -96,7 +96,7 @@ pub struct Settings {
 /// If the session is shorter than `range.end` epochs.
 #[must_use]
 pub fn cut(session: &Session, range: &Range<usize>) -> Session {
-    let n = session.words_per_epoch();
+    let n = session.samples_per_epoch();
     let fenceposts = range.start..=range.end;
     Session {
         dt: session.dt,
@@ -277,7 +277,7 @@ fn begin(session: &Session, words: &[Increment], settings: &Settings) -> Option<
     let first = session.standstill;
     let mut nav = session.reference[first];
     if first > 0 {
-        let still = &words[..first * session.words_per_epoch()];
+        let still = &words[..first * session.samples_per_epoch()];
         nav.q_bn = align::inertial_frame(
             still,
             session.dt,

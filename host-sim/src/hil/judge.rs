@@ -117,7 +117,7 @@ pub fn verdict(
     let [by_stream, by_software] =
         [&stream, &software].map(|frames| navigate(drive, &[&lead.readings, &frames.readings]));
     let error = |nav: &NavState, samples: usize| {
-        let epoch = (lead.readings.len() + samples) / drive.session.words_per_epoch();
+        let epoch = (lead.readings.len() + samples) / drive.session.samples_per_epoch();
         let truth = drive.session.reference.get(epoch);
         truth.map_or(f64::NAN, |truth| {
             nav.position.ned_from(&truth.position).xy().norm()

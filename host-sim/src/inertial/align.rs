@@ -1,25 +1,28 @@
 //! Self-alignment at standstill in the inertial frame: levelling and gyrocompassing in one.
 //!
-//! Body axes are carried into the inertial frame `b0` by the gyros, and there the accelerometers' velocity increments trace the cone of
-//! gravity as the Earth turns. The same cone is known in `n0`, the navigation frame frozen at the start. Each second gives one pair of
-//! vectors, and the rotation between the two sets is found by least squares (Wahba's problem, SVD).
+//! The gyros relate the body axes to the inertial frame `b0`. In that frame the velocity increments
+//! of the accelerometers trace the cone that gravity describes as the Earth turns. The same cone is
+//! known in `n0`, the navigation frame frozen at the start. Each second gives one pair of vectors.
+//! Least squares give the rotation between the two sets (Wahba's problem, solved by SVD).
 
 use crate::inertial::earth::{Geodetic, Local, OMEGA_IE};
 use crate::inertial::rotation::from_rotvec;
 use crate::inertial::sins::{Increment, Samples};
 use nalgebra::{DMatrix, Matrix3, UnitQuaternion, Vector3};
 
-/// Time over which gravity's direction is observed as one vector, s: long against sway, short against the Earth's turn.
+/// Time over which the direction of gravity is observed as one vector, s. It is long compared with
+/// sway and short compared with the rotation of the Earth.
 const PIECE_S: f64 = 1.0;
-/// Shortest time that gives a heading at all, s.
+/// Shortest standstill that gives a heading, s.
 pub const MIN_S: f64 = 30.0;
 
-/// A short stretch of the standstill.
+/// A short piece of the standstill.
 #[derive(Debug, Clone, Copy)]
 pub struct Piece {
-    /// Velocity that it truly adds (minus gravity integrated), in the frozen navigation frame, m/s.
+    /// True velocity increment of the piece (the integral of minus gravity) in the frozen
+    /// navigation frame, m/s.
     pub u: Vector3<f64>,
-    /// Body to that frame.
+    /// Rotation from the body axes to that frame.
     pub c: Matrix3<f64>,
     /// Mean rate in body axes, rad/s.
     pub rate: Vector3<f64>,
@@ -27,42 +30,43 @@ pub struct Piece {
     pub force: Vector3<f64>,
     /// Its length, s.
     pub time: f64,
-    /// Its middle after the first word, s.
+    /// Time of its middle, counted from the first increment, s.
     pub middle: f64,
 }
 
-/// An alignment, and what tells how good it is.
+/// An alignment, and what its uncertainty follows from.
 #[derive(Debug, Clone)]
 pub struct Alignment {
-    /// Attitude, body to NED, at the end of the words.
+    /// Attitude, body to NED, at the end of the increments.
     pub q_bn: UnitQuaternion<f64>,
-    /// The standstill in pieces.
+    /// The pieces of the standstill.
     pub pieces: Vec<Piece>,
-    /// Frozen navigation frame to the one at the end.
+    /// Rotation from the frozen navigation frame to the navigation frame at the end.
     pub q_nn0: UnitQuaternion<f64>,
 }
 
-/// Attitude (body to NED) at the end of `words` of `dt` seconds, which were measured at rest at `position`. `None` when the data are too short or do not
-/// determine a rotation (for example all zero).
+/// Attitude (body to NED) at the end of `increments` of `dt` seconds each, measured at rest at
+/// `position`. `None` if the data are too short or do not determine a rotation, for example if all
+/// are zero.
 #[must_use]
 pub fn inertial_frame(
-    words: &[Increment],
+    increments: &[Increment],
     dt: f64,
     samples: Samples,
     position: Geodetic,
 ) -> Option<UnitQuaternion<f64>> {
-    Some(alignment(words, dt, samples, position)?.q_bn)
+    Some(alignment(increments, dt, samples, position)?.q_bn)
 }
 
-/// [`inertial_frame`] with what its uncertainty follows from.
+/// Like [`inertial_frame`], together with what the uncertainty follows from.
 #[must_use]
 pub fn alignment(
-    words: &[Increment],
+    increments: &[Increment],
     dt: f64,
     samples: Samples,
     position: Geodetic,
 ) -> Option<Alignment> {
-    if (words.len() as f64) * dt < MIN_S {
+    if (increments.len() as f64) * dt < MIN_S {
         return None;
     }
     let here = Local::at(position.lat, position.h);
@@ -71,18 +75,18 @@ pub fn alignment(
     let mut b = Matrix3::zeros();
     let length = (PIECE_S / dt).round().max(1.0) as usize;
     let time = length as f64 * dt;
-    let mut pieces = Vec::with_capacity(words.len() / length);
-    for (k, part) in words.chunks(length).enumerate() {
+    let mut pieces = Vec::with_capacity(increments.len() / length);
+    for (k, part) in increments.chunks(length).enumerate() {
         let mut v_b0 = Vector3::zeros();
         let mut sum = Increment::default();
-        for word in part {
-            let (phi, eta) = samples.combine(&past, word);
+        for increment in part {
+            let (phi, eta) = samples.combine(&past, increment);
             v_b0 += q_b0b * (eta + phi.cross(&eta) * 0.5);
             q_b0b *= from_rotvec(&phi);
             q_b0b.renormalize_fast();
-            past = [*word, past[0]];
-            sum.dtheta += word.dtheta;
-            sum.dv += word.dv;
+            past = [*increment, past[0]];
+            sum.dtheta += increment.dtheta;
+            sum.dv += increment.dv;
         }
         if part.len() == length {
             let start = k as f64 * time;
@@ -101,7 +105,7 @@ pub fn alignment(
     let q_n0b0 = wahba(&b)?;
     let c_n0b0 = q_n0b0.to_rotation_matrix().into_inner();
     pieces.iter_mut().for_each(|p| p.c = c_n0b0 * p.c);
-    let q_nn0 = earth_turn(&here, words.len() as f64 * dt).inverse();
+    let q_nn0 = earth_turn(&here, increments.len() as f64 * dt).inverse();
     Some(Alignment {
         q_bn: q_nn0 * q_n0b0 * q_b0b,
         pieces,
@@ -109,12 +113,12 @@ pub fn alignment(
     })
 }
 
-/// `n` at time `t` to `n0`: the Earth carries the navigation frame around its axis.
+/// Rotation from `n` at time `t` to `n0`: the navigation frame turns with the Earth about its axis.
 fn earth_turn(here: &Local, t: f64) -> UnitQuaternion<f64> {
     from_rotvec(&(here.omega_ie() * t))
 }
 
-/// Integral of minus gravity in the frozen frame `n0` from 0 to `t`, closed form.
+/// Integral of minus gravity in the frozen frame `n0` from 0 to `t`, in closed form.
 fn reaction_velocity(here: &Local, t: f64) -> Vector3<f64> {
     let axis = here.omega_ie() / OMEGA_IE;
     let g = -here.gravity();
@@ -124,10 +128,10 @@ fn reaction_velocity(here: &Local, t: f64) -> Vector3<f64> {
     along * t + across * (s / OMEGA_IE) + axis.cross(&g) * ((1.0 - c) / OMEGA_IE)
 }
 
-/// The rotation that best turns the right vectors of `b = sum left right'` into the left ones.
+/// The rotation that best maps the right vectors of `b = sum left right'` to the left vectors.
 fn wahba(b: &Matrix3<f64>) -> Option<UnitQuaternion<f64>> {
-    // A dynamic matrix on purpose: nalgebra's 3x3 special case goes through b'b and loses half the digits, and heading lives in the
-    // small singular values.
+    // The matrix is dynamic on purpose. The special case of nalgebra for 3x3 matrices uses b'b and
+    // loses half the digits, and the heading depends on the small singular values.
     let svd =
         DMatrix::from_column_slice(3, 3, b.as_slice()).try_svd(true, true, f64::EPSILON, 1000)?;
     let (u, v_t) = (
@@ -156,7 +160,7 @@ mod tests {
         h: 300.0,
     };
 
-    /// Perfect words at rest with constant errors.
+    /// Perfect increments at rest with constant errors added.
     fn at_rest(
         q_bn: &UnitQuaternion<f64>,
         gyro: Vector3<f64>,
@@ -165,11 +169,11 @@ mod tests {
     ) -> Vec<Increment> {
         let here = Local::at(HOME.lat, HOME.h);
         let dt = 0.01;
-        let word = Increment {
+        let increment = Increment {
             dtheta: (q_bn.inverse_transform_vector(&here.omega_ie()) + gyro) * dt,
             dv: (q_bn.inverse_transform_vector(&-here.gravity()) + accel) * dt,
         };
-        vec![word; seconds * 100]
+        vec![increment; seconds * 100]
     }
 
     #[test]
@@ -187,7 +191,8 @@ mod tests {
 
     #[test]
     fn errors_are_those_of_the_textbook() {
-        // level: tilt = accelerometer bias / g; heading = east gyro bias / (earth rate * cos latitude)
+        // expected: tilt = accelerometer bias / g; heading = east gyro bias / (earth rate * cos
+        // latitude)
         let q = from_euler(0.0, 0.0, 0.0);
         let got = inertial_frame(
             &at_rest(

@@ -30,8 +30,9 @@ pub struct Geodetic {
 }
 
 impl Geodetic {
-    /// North, east, down from `origin` to `self` in metres, the short way round where the two are on both sides of the 180 deg meridian;
-    /// first order, meant for errors and for tracks of some tens of kilometres.
+    /// North, east, down from `origin` to `self` in metres, to first order: for errors and for
+    /// tracks of some tens of kilometres. If the two lie on both sides of the 180 deg meridian, the
+    /// shorter way counts.
     #[must_use]
     pub fn ned_from(&self, origin: &Self) -> Vector3<f64> {
         let local = Local::at(origin.lat, origin.h);
@@ -42,7 +43,7 @@ impl Geodetic {
         )
     }
 
-    /// The position `ned` metres away; inverse of [`Self::ned_from`].
+    /// The position `ned` metres away. This is the inverse of [`Self::ned_from`].
     #[must_use]
     pub fn displaced(&self, ned: &Vector3<f64>) -> Self {
         let local = Local::at(self.lat, self.h);
@@ -54,7 +55,7 @@ impl Geodetic {
     }
 }
 
-/// An angle in rad brought to -pi .. pi; what is there already keeps its bits.
+/// An angle in rad, wrapped to -pi .. pi. An angle within this range keeps its bits.
 fn wrapped(angle: f64) -> f64 {
     if angle.abs() <= PI {
         angle
@@ -63,7 +64,7 @@ fn wrapped(angle: f64) -> f64 {
     }
 }
 
-/// What the navigation equations need to know of the Earth at one latitude and height.
+/// The properties of the Earth at one latitude and height that the navigation equations need.
 #[derive(Debug, Clone, Copy)]
 pub struct Local {
     /// Sine of the latitude.
@@ -148,7 +149,8 @@ mod tests {
         let d = Vector3::new(1200.0, -340.0, 8.0);
         assert!((home.displaced(&d).ned_from(&home) - d).norm() < 1e-6);
     }
-    /// A fix may give -180 .. 180 deg or 0 .. 360 deg, and a navigator counts on across the date line.
+    /// A fix may give -180 .. 180 deg or 0 .. 360 deg, and the longitude of a navigator continues
+    /// across the date line.
     #[test]
     fn the_date_line_is_crossed_the_short_way() {
         let d = Vector3::new(50.0, 2000.0, -3.0);

@@ -1,4 +1,5 @@
-//! Free-inertial navigation from an alignment or from a given state, and its error against a reference.
+//! Free-inertial navigation from an alignment or from a given state, and its error against a
+//! reference.
 
 use crate::inertial::align;
 use crate::inertial::session::Session;
@@ -8,7 +9,7 @@ use nalgebra::Vector3;
 /// Damping of the vertical channel by the (barometric) reference height.
 const HEIGHT_LOOP: HeightLoop = HeightLoop { time_s: 30.0 };
 
-/// Horizontal navigation errors at every epoch of a coast; index 0 is its start.
+/// Navigation errors at every epoch of a free-inertial run. Index 0 is its start.
 #[derive(Debug, Clone, Default)]
 pub struct Coast {
     /// Position error north, east, down, m.
@@ -19,14 +20,15 @@ pub struct Coast {
     pub track: Vec<[f64; 2]>,
 }
 
-/// Self-alignment over the session's standstill, then free inertial to the end. Epoch 0 of the result is the end of the standstill.
-/// `None` when the standstill does not give an attitude.
+/// Self-alignment over the standstill of the session, then free-inertial navigation to the end.
+/// Epoch 0 of the result is the end of the standstill. `None` if the standstill does not give an
+/// attitude.
 #[must_use]
-pub fn align_and_coast(session: &Session, words: &[Increment]) -> Option<Coast> {
+pub fn align_and_coast(session: &Session, increments: &[Increment]) -> Option<Coast> {
     let first = session.standstill;
     let start = &session.reference[first];
     let q_bn = align::inertial_frame(
-        &words[..first * session.steps_per_epoch()],
+        &increments[..first * session.steps_per_epoch()],
         session.step_s(),
         session.samples(),
         session.reference[0].position,
@@ -36,14 +38,15 @@ pub fn align_and_coast(session: &Session, words: &[Increment]) -> Option<Coast> 
         velocity: start.velocity,
         q_bn,
     };
-    Some(coast(session, words, nav, first, session.epochs()))
+    Some(coast(session, increments, nav, first, session.epochs()))
 }
 
-/// Free inertial from `nav` at epoch `from` to epoch `to`. The height is damped with the reference height, horizontal is free.
+/// Free-inertial navigation from `nav` at epoch `from` to epoch `to`. The reference height damps
+/// the vertical channel. The horizontal channels are free.
 #[must_use]
 pub fn coast(
     session: &Session,
-    words: &[Increment],
+    increments: &[Increment],
     nav: NavState,
     from: usize,
     to: usize,
@@ -62,8 +65,8 @@ pub fn coast(
     };
     note(&sins, from);
     for k in from..to {
-        for word in &words[k * n..(k + 1) * n] {
-            sins.step(word, session.step_s());
+        for increment in &increments[k * n..(k + 1) * n] {
+            sins.step(increment, session.step_s());
         }
         sins.damp_height(
             &HEIGHT_LOOP,
@@ -75,7 +78,8 @@ pub fn coast(
     out
 }
 
-/// Free inertial from the reference's first state to the end: the mechanisation and the sensors, nothing learnt.
+/// Free-inertial navigation from the first state of the reference to the end, without any
+/// correction.
 #[cfg(test)]
 pub(crate) fn free_inertial(session: &Session) -> Coast {
     coast(

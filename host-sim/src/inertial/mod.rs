@@ -1,6 +1,6 @@
-//! Inertial navigation: Earth, rotations, units, the strapdown navigator, self-alignment, free-inertial
-//! navigation, the aided Kalman filter, and the session
-//! of increments and fixes that all of them work on.
+//! Inertial navigation: Earth, rotations, units, the strapdown navigator, self-alignment,
+//! free-inertial navigation, the aided Kalman filter, and the session of increments and fixes that
+//! all of them work on.
 
 pub mod align;
 pub mod counts;

@@ -1,5 +1,5 @@
-//! The few attitude conversions everybody shares. Body axes forward-right-down, navigation axes north-east-down;
-//! `q_bn` turns a body vector into a navigation vector.
+//! Attitude conversions. Body axes are forward-right-down and navigation axes north-east-down.
+//! `q_bn` turns a vector in body axes into navigation axes.
 
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 
@@ -7,7 +7,7 @@ use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 #[must_use]
 pub fn from_rotvec(phi: &Vector3<f64>) -> UnitQuaternion<f64> {
     let n2 = phi.norm_squared();
-    // sin(n/2)/n and cos(n/2): the series is exact to f64 below 0.06 rad, where most steps lie
+    // sin(n/2)/n and cos(n/2). The series is exact to f64 below 0.06 rad, where most steps lie.
     let (c, s) = if n2 < 3.6e-3 {
         (
             1.0 - n2 / 8.0 * (1.0 - n2 / 48.0 * (1.0 - n2 / 120.0)),
@@ -31,7 +31,7 @@ pub fn from_euler(roll: f64, pitch: f64, heading: f64) -> UnitQuaternion<f64> {
     UnitQuaternion::from_euler_angles(roll, pitch, heading)
 }
 
-/// [`from_euler`] with sine and cosine of half of each angle.
+/// Like [`from_euler`], from sine and cosine of half of each angle.
 #[must_use]
 pub fn from_half_angles(
     (sr, cr): (f64, f64),
@@ -58,7 +58,7 @@ pub fn to_euler(q_bn: &UnitQuaternion<f64>) -> (f64, f64, f64) {
     q_bn.euler_angles()
 }
 
-/// The matrix of `a x`.
+/// The matrix of the cross product `a x`.
 #[must_use]
 pub fn skew(a: &Vector3<f64>) -> Matrix3<f64> {
     Matrix3::new(0.0, -a.z, a.y, a.z, 0.0, -a.x, -a.y, a.x, 0.0)

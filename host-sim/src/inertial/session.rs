@@ -1,22 +1,23 @@
-//! One turn-on of one IMU: the words it gave, the fixes beside them, and what is known of the truth.
+//! A session is one turn-on of one IMU: its samples, the fixes of the same time, and what is known
+//! of the truth.
 
 use crate::inertial::gnss::Fix;
 use crate::inertial::sins::{Increment, NavState, Samples, gather};
 use firmware::sample::{Counts, Lsb};
 use nalgebra::Vector3;
 
-/// Temperature of the block at one instant.
+/// Temperature of the sensor block at one time.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Temperature {
-    /// Off the calibration temperature, K.
+    /// Difference from the calibration temperature, K.
     pub offset: f64,
-    /// Heating rate, K/s.
+    /// Rate of change, K/s.
     pub rate: f64,
-    /// Heated face over free face, K.
+    /// Temperature of the heated face above that of the free face, K.
     pub gradient: f64,
 }
 
-/// What surrounds the sensors in the present second.
+/// Temperature and magnetic field at the sensors during one second.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Surroundings {
     /// Temperature of the block.
@@ -25,75 +26,78 @@ pub struct Surroundings {
     pub field: Vector3<f64>,
 }
 
-/// Seconds between epochs: fixes, reference states and network blocks share them.
+/// Seconds between epochs. Fixes, reference states and the blocks of the networks share the epochs.
 pub const EPOCH_S: f64 = 1.0;
 
-/// A recorded or simulated session. Epoch `k` lies `k` seconds after power-on; there is one more epoch state than whole seconds.
+/// A recorded or simulated session. Epoch `k` is `k` seconds after power-on. There is one more
+/// reference state than there are whole seconds.
 #[derive(Debug, Clone)]
 pub struct Session {
-    /// Word period, s.
+    /// Sample period, s.
     pub dt: f64,
     /// Value of a count.
     pub lsb: Lsb,
-    /// Words, body axes forward-right-down.
+    /// Samples in counts, body axes forward-right-down.
     pub counts: Vec<Counts>,
     /// Epochs at the start during which the vehicle stands still and is aligned.
     pub standstill: usize,
-    /// Reference state at each epoch (truth of a simulation; position and velocity of a surveyed site).
+    /// Reference state at each epoch: the truth of a simulation, or position and velocity of a
+    /// surveyed site.
     pub reference: Vec<NavState>,
     /// Fix at each epoch.
     pub fixes: Vec<Fix>,
-    /// Noise of the fixes.
+    /// Standard deviations of the fixes: position north, east, down (m), then velocity (m/s).
     pub sigmas: [f64; 6],
-    /// Systematic sensor error averaged over each second (rad/s, m/s2), if it is known.
+    /// Systematic sensor error averaged over each second (rad/s, m/s2), if known.
     pub systematic: Option<Vec<Increment>>,
-    /// Temperature of the block and magnetic field over each second, if they are known (of a simulation).
+    /// Temperature of the block and magnetic field in each second, if known, as in a simulation.
     pub surroundings: Option<Vec<Surroundings>>,
-    /// Words that navigators take in one step, >= 1, a divisor of the words per epoch. Coning and sculling are computed word by word.
+    /// Samples that a navigator takes in one step: at least 1, and a divisor of the samples per
+    /// epoch. Coning and sculling are computed sample by sample.
     pub gather: usize,
 }
 
 impl Session {
-    /// Words per epoch.
+    /// Samples per epoch.
     #[must_use]
-    pub fn words_per_epoch(&self) -> usize {
+    pub fn samples_per_epoch(&self) -> usize {
         (EPOCH_S / self.dt).round() as usize
     }
 
     /// Whole seconds.
     #[must_use]
     pub fn epochs(&self) -> usize {
-        self.counts.len() / self.words_per_epoch()
+        self.counts.len() / self.samples_per_epoch()
     }
 
-    /// Words in SI, [`Self::gather`] of them in one.
+    /// The samples as increments in SI, [`Self::gather`] samples in one increment.
     #[must_use]
     pub fn increments(&self) -> Vec<Increment> {
         self.navigable(self.counts.iter().copied())
     }
 
-    /// The same for `counts` in the place of the session's own.
+    /// The same for other `counts` than the session's own.
     pub(crate) fn navigable(&self, counts: impl Iterator<Item = Counts>) -> Vec<Increment> {
-        let words = counts.map(|c| to_si(&c, &self.lsb));
+        let increments = counts.map(|c| to_si(&c, &self.lsb));
         if self.gather == 1 {
-            return words.collect();
+            return increments.collect();
         }
-        gather(words, self.gather, Samples::default())
+        gather(increments, self.gather, Samples::default())
     }
 
-    /// Duration of a word of [`Self::increments`], s.
+    /// Duration of one of the [`Self::increments`], s.
     #[must_use]
     pub fn step_s(&self) -> f64 {
         self.dt * self.gather as f64
     }
 
-    /// Words of [`Self::increments`] per epoch.
+    /// Number of [`Self::increments`] per epoch.
     #[must_use]
     pub fn steps_per_epoch(&self) -> usize {
-        self.words_per_epoch() / self.gather
+        self.samples_per_epoch() / self.gather
     }
 
-    /// What a navigator has yet to compensate in the words of [`Self::increments`].
+    /// The coning and sculling algorithm that a navigator needs for [`Self::increments`].
     #[must_use]
     pub fn samples(&self) -> Samples {
         if self.gather == 1 {
@@ -104,7 +108,7 @@ impl Session {
     }
 }
 
-/// A word in SI.
+/// A sample in SI.
 #[must_use]
 pub fn to_si(c: &Counts, lsb: &Lsb) -> Increment {
     let v =

@@ -1,4 +1,5 @@
-//! Datasheet units at the user's edge, SI inside. Multiply by a constant to get SI, divide to go back.
+//! Units of datasheets. Inside, everything is in SI: multiply by a constant to get SI, divide by it
+//! to go back.
 
 /// One degree in rad.
 pub const DEG: f64 = std::f64::consts::PI / 180.0;

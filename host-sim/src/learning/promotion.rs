@@ -50,7 +50,7 @@ pub fn log_likelihood(
     let mut sum = 0.0;
     for k in from..to {
         for word in &words[k * n..(k + 1) * n] {
-            filter.word(word, session.step_s());
+            filter.step(word, session.step_s());
         }
         sum += filter.take(&session.fixes[k + 1], &session.sigmas);
     }

@@ -205,7 +205,7 @@ impl Study {
         let nets = [self.taught[0].net, self.taught[1].net];
         let both = compensator(session, &nets, &self.assumptions);
         let both = corrected_counts(session, &both, from..to);
-        let raw = &session.counts[from * session.words_per_epoch()..];
+        let raw = &session.counts[from * session.samples_per_epoch()..];
         let evidence = |u: Use| {
             let counts = both.iter().zip(raw).map(|(corrected, raw)| Counts {
                 dtheta: if u.gyro { corrected } else { raw }.dtheta,

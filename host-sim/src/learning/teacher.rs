@@ -232,7 +232,7 @@ fn approach(
 ) -> (Fix, [f64; 6]) {
     let n = session.steps_per_epoch();
     for word in &words[k * n..(k + 1) * n] {
-        filter.word(word, session.step_s());
+        filter.step(word, session.step_s());
     }
     fix_at(session, k + 1)
 }

@@ -170,7 +170,7 @@ pub fn limit(assumptions: &Assumptions) -> Limit {
 )]
 pub fn compensator(session: &Session, nets: &[Net; 2], assumptions: &Assumptions) -> Compensator {
     let limit = limit(assumptions);
-    let block = session.words_per_epoch() as u16;
+    let block = session.samples_per_epoch() as u16;
     Compensator::new(nets[0], nets[1], session.lsb, session.dt, block, limit).expect("checked")
 }
 
@@ -214,7 +214,7 @@ pub fn corrected_counts(
     epochs: std::ops::Range<usize>,
 ) -> Vec<Counts> {
     let mut state = compensator.power_on(false);
-    let n = session.words_per_epoch();
+    let n = session.samples_per_epoch();
     let (before, counts) = session.counts[..epochs.end * n].split_at(epochs.start * n);
     for word in before {
         let _ = compensator.process(&mut state, *word);
@@ -254,7 +254,7 @@ pub fn words_from(
 #[must_use]
 pub fn inputs(session: &Session, compensator: &Compensator, epochs: usize) -> Inputs {
     let (mut state, mut out) = (compensator.power_on(false), Inputs::default());
-    for word in &session.counts[..epochs * session.words_per_epoch()] {
+    for word in &session.counts[..epochs * session.samples_per_epoch()] {
         if let Some(b) = compensator.process(&mut state, *word).1 {
             out.rate.push(b.rate);
             out.force.push(b.force);

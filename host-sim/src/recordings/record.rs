@@ -86,7 +86,7 @@ impl Record {
                 .map(|c| to_si(c, &session.lsb))
                 .collect(),
             kind: Kind::Increment,
-            rate_hz: session.words_per_epoch(),
+            rate_hz: session.samples_per_epoch(),
             fixes: session.fixes.iter().enumerate().map(fix).collect(),
             initial_attitude: Some(initial_attitude),
         }

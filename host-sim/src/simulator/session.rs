@@ -92,14 +92,18 @@ pub fn measured(
     draws: Draws,
 ) -> (Session, Imu) {
     let mut imu = Imu::with_draws(spec, config.unit, config.turn_on, draws);
-    let mut counts = Vec::with_capacity(truth.words.len());
+    let mut counts = Vec::with_capacity(truth.increments.len());
     let mut systematic = Vec::with_capacity(truth.epochs.len());
     let mut surroundings = Vec::with_capacity(truth.epochs.len());
-    for (second, at) in truth.words.chunks(truth.words_per_epoch).zip(&truth.epochs) {
+    for (second, at) in truth
+        .increments
+        .chunks(truth.samples_per_epoch)
+        .zip(&truth.epochs)
+    {
         imu.set_field(at.q_bn.inverse() * dipole_field(&at.position));
         let mut sum = Increment::default();
-        for word in second {
-            let (c, e) = imu.measure(word);
+        for increment in second {
+            let (c, e) = imu.measure(increment);
             counts.push(c);
             sum.dtheta += e.dtheta;
             sum.dv += e.dv;

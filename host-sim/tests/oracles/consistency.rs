@@ -79,7 +79,7 @@ struct Subject {
 }
 
 /// Adds a ramp drawn from `sigmas` to every axis.
-fn add_ramps(words: &mut [Increment], dt: f64, sigmas: [f64; 2], rng: &mut ChaCha8Rng) {
+fn add_ramps(increments: &mut [Increment], dt: f64, sigmas: [f64; 2], rng: &mut ChaCha8Rng) {
     let mut draw = |sigma: f64| {
         Vector3::from_fn(|_, _| {
             let z: f64 = StandardNormal.sample(rng);
@@ -87,10 +87,10 @@ fn add_ramps(words: &mut [Increment], dt: f64, sigmas: [f64; 2], rng: &mut ChaCh
         })
     };
     let (gyro, accel) = (draw(sigmas[0]), draw(sigmas[1]));
-    for (k, word) in words.iter_mut().enumerate() {
+    for (k, increment) in increments.iter_mut().enumerate() {
         let hours = (k as f64 + 0.5) * dt / 3600.0;
-        word.dtheta += gyro * (hours * dt);
-        word.dv += accel * (hours * dt);
+        increment.dtheta += gyro * (hours * dt);
+        increment.dv += accel * (hours * dt);
     }
 }
 
@@ -100,12 +100,12 @@ fn run(subject: &Subject, number: u64) -> Squares {
         ..session(&subject.imu, number)
     };
     let mut rng = ChaCha8Rng::seed_from_u64(number);
-    let mut words = session.increments();
-    add_ramps(&mut words, session.step_s(), subject.ramps, &mut rng);
+    let mut increments = session.increments();
+    add_ramps(&mut increments, session.step_s(), subject.ramps, &mut rng);
     let mut assumptions = Assumptions::of(&subject.imu);
     assumptions.noise.gyro *= subject.noise;
     assumptions.noise.accel *= subject.noise;
-    let mut aligned = aligned(&session, &words).unwrap();
+    let mut aligned = aligned(&session, &increments).unwrap();
     let filter =
         |aligned: &Aligned| aligned.filter((subject.model)(&subject.imu, &session), &assumptions);
     // the simulated vehicle stands stiller than the filter assumes
@@ -124,8 +124,8 @@ fn run(subject: &Subject, number: u64) -> Squares {
             out.nees[i] = nees(&filter, &session.reference[k]);
         }
         if k < EPOCHS[2] {
-            for word in &words[k * n..(k + 1) * n] {
-                filter.word(word, session.step_s());
+            for increment in &increments[k * n..(k + 1) * n] {
+                filter.step(increment, session.step_s());
             }
             let record = filter.fix(&session.fixes[k + 1], &session.sigmas);
             out.nis[usize::from(k >= EPOCHS[1])] += record.nis;

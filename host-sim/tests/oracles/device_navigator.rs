@@ -91,15 +91,15 @@ fn corrected(counts: &Counts, errors: &[[f32; 3]; 2], dt: f64) -> Increment {
 /// Largest differences of position (m), velocity (m/s) and attitude (rad) over a drive, looked at each second.
 fn differences(seconds: f64, dt: f64, errors: [[f32; 3]; 2], seed: u64) -> [f64; 3] {
     let truth = drive(seconds, dt, seed);
-    let counts = quantise(&truth.words, &LSB).unwrap();
+    let counts = quantise(&truth.increments, &LSB).unwrap();
     let mut sins = Sins::new(truth.epochs[0]);
     let mut device = navigator(&truth.epochs[0], dt);
     assert!(device.set_estimate(errors[0], errors[1]));
     let mut greatest = [0.0_f64; 3];
-    for second in counts.chunks_exact(truth.words_per_epoch) {
-        for word in second {
-            sins.step(&corrected(word, &errors, dt), dt);
-            device.sample(word);
+    for second in counts.chunks_exact(truth.samples_per_epoch) {
+        for increment in second {
+            sins.step(&corrected(increment, &errors, dt), dt);
+            device.sample(increment);
         }
         let nav = desktop_state(device.state());
         let now = [
@@ -183,7 +183,7 @@ fn relative(got: &Transition, want: &Block) -> [f64; 3] {
 fn transitions_are_those_of_the_desktop() {
     let dt = 0.005;
     let truth = drive(200.0, dt, 5);
-    let counts = quantise(&truth.words, &LSB).unwrap();
+    let counts = quantise(&truth.increments, &LSB).unwrap();
     let prior = Prior {
         gyro_bias: 1.0,
         accel_bias: 1.0,
@@ -197,16 +197,16 @@ fn transitions_are_those_of_the_desktop() {
         let mut fine = Linearised::new(&prior, NOISE);
         let mut usual = Linearised::new(&prior, NOISE);
         let mut worst = [[0.0_f64; 3]; 2];
-        for words in counts.chunks_exact(seconds * truth.words_per_epoch) {
+        for increments in counts.chunks_exact(seconds * truth.samples_per_epoch) {
             let mut want: Option<Block> = None;
-            for word in words {
-                let corrected = corrected(word, &[[0.0; 3]; 2], dt);
+            for increment in increments {
+                let corrected = corrected(increment, &[[0.0; 3]; 2], dt);
                 sins.step(&corrected, dt);
-                usual.word(&sins.nav, &corrected, dt);
-                fine.word(&sins.nav, &corrected, dt);
+                usual.accumulate(&sins.nav, &corrected, dt);
+                fine.accumulate(&sins.nav, &corrected, dt);
                 let next = fine.take(&sins.nav);
                 want = Some(want.map_or(next.clone(), |before| composed(&before, &next)));
-                device.sample(word);
+                device.sample(increment);
             }
             let (want, got, usual) = (
                 want.unwrap(),

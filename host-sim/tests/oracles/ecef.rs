@@ -84,9 +84,9 @@ impl Twin {
     }
 
     /// Advances by `word` of `dt` seconds; `before` and `after` are its neighbours.
-    pub fn step(&mut self, before: &Increment, word: &Increment, after: &Increment, dt: f64) {
-        let omega = Parabola::through(&before.dtheta, &word.dtheta, &after.dtheta, dt);
-        let force = Parabola::through(&before.dv, &word.dv, &after.dv, dt);
+    pub fn step(&mut self, before: &Increment, increment: &Increment, after: &Increment, dt: f64) {
+        let omega = Parabola::through(&before.dtheta, &increment.dtheta, &after.dtheta, dt);
+        let force = Parabola::through(&before.dv, &increment.dv, &after.dv, dt);
         let rates = |x: &Self, tau: f64| x.rates(&omega.at(tau), &force.at(tau));
         let k1 = rates(self, -0.5);
         let k2 = rates(&self.moved(&k1, 0.5 * dt), 0.0);
@@ -102,19 +102,19 @@ impl Twin {
     }
 
     /// Advances by all `words` of `dt` seconds each. Beyond both ends the increments are continued by a straight line.
-    pub fn run(&mut self, words: &[Increment], dt: f64) {
-        for (k, word) in words.iter().enumerate() {
-            let after = words.get(k + 1);
-            let before = k.checked_sub(1).map(|i| &words[i]);
+    pub fn run(&mut self, increments: &[Increment], dt: f64) {
+        for (k, increment) in increments.iter().enumerate() {
+            let after = increments.get(k + 1);
+            let before = k.checked_sub(1).map(|i| &increments[i]);
             let mirror = |other: Option<&Increment>| {
-                other.map_or(*word, |x| Increment {
-                    dtheta: word.dtheta * 2.0 - x.dtheta,
-                    dv: word.dv * 2.0 - x.dv,
+                other.map_or(*increment, |x| Increment {
+                    dtheta: increment.dtheta * 2.0 - x.dtheta,
+                    dv: increment.dv * 2.0 - x.dv,
                 })
             };
             let before_ = before.copied().unwrap_or_else(|| mirror(after));
             let after_ = after.copied().unwrap_or_else(|| mirror(before));
-            self.step(&before_, word, &after_, dt);
+            self.step(&before_, increment, &after_, dt);
         }
     }
 
@@ -286,13 +286,13 @@ mod tests {
             let truth = drive(seed, 22.0, dt);
             let end = truth.epochs[truth.epochs.len() - 1];
             let mut twin = Twin::new(&truth.epochs[0]);
-            twin.run(&truth.words, dt);
+            twin.run(&truth.increments, dt);
             let twin = twin.nav();
             let mut two = f64::INFINITY;
             for samples in [Samples::Two, Samples::Three] {
                 let mut sins = Sins::new(truth.epochs[0]).with_samples(samples);
-                for word in &truth.words {
-                    sins.step(word, dt);
+                for increment in &truth.increments {
+                    sins.step(increment, dt);
                 }
                 let apart = sins.nav.position.ned_from(&twin.position);
                 let errors = [&sins.nav, &twin].map(|x| x.position.ned_from(&end.position).norm());

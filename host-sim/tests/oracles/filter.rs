@@ -51,13 +51,17 @@ fn run(seed: u64) -> (Aided, Vec<Record>, Truth, [Vector3<f64>; 2]) {
     let mut filter = Aided::new(truth.epochs[0], &sigma, ErrorModel::biases(&prior), noise);
     let gnss = GnssSpec::default();
     let mut records = Vec::new();
-    for (k, words) in truth.words.chunks_exact(truth.words_per_epoch).enumerate() {
-        for w in words {
+    for (k, increments) in truth
+        .increments
+        .chunks_exact(truth.samples_per_epoch)
+        .enumerate()
+    {
+        for w in increments {
             let measured = Increment {
                 dtheta: w.dtheta + bias[0] * truth.dt,
                 dv: w.dv + bias[1] * truth.dt,
             };
-            filter.word(&measured, truth.dt);
+            filter.step(&measured, truth.dt);
         }
         let fix = gnss.fix(&truth.epochs[k + 1], &mut rng);
         records.push(filter.fix(&fix, &gnss.sigmas()));

@@ -75,7 +75,7 @@ pub fn bound(
     let mut out = Vec::new();
     let mut means = Means::new(model.len());
     for k in 0..epochs.last().copied().unwrap_or_default() {
-        aid(&mut filter, &exact, &truth.words, k);
+        aid(&mut filter, &exact, &truth.increments, k);
         means.add(model, truth, k);
         if epochs.contains(&(k + 1)) {
             out.push(deviations(&filter, &means.jacobian()));
@@ -140,8 +140,8 @@ impl Means {
 
 /// True mean rate and specific force of an epoch.
 pub(super) fn inputs(truth: &Truth, epoch: usize) -> [Vector3<f64>; 2] {
-    let n = truth.words_per_epoch;
-    let words = &truth.words[epoch * n..(epoch + 1) * n];
+    let n = truth.samples_per_epoch;
+    let words = &truth.increments[epoch * n..(epoch + 1) * n];
     let rate: Vector3<f64> = words.iter().map(|w| w.dtheta).sum();
     let force: Vector3<f64> = words.iter().map(|w| w.dv).sum();
     [rate / EPOCH_S, force / EPOCH_S]

@@ -164,7 +164,7 @@ struct Learnt {
 fn taught(config: &SessionConfig<'_>, session: &Session, until: usize) -> Option<Learnt> {
     let mut assumptions = Assumptions::of(config.imu);
     assumptions.noise = noises(config).words;
-    let n = session.words_per_epoch();
+    let n = session.samples_per_epoch();
     let mut part = session.clone();
     part.counts.truncate(until * n);
     let words = part.increments();

@@ -66,7 +66,7 @@ pub fn errors(recording: &Recording) -> Option<Vec<Increment>> {
     let nominal = navigate_from(&session, &words, &a, &start, 0, session.epochs());
     let states: Vec<NavState> = smooth(&nominal.records).iter().map(|s| s.nav).collect();
     let turning = Vector3::new(0.0, 0.0, slope(&states));
-    let n = session.words_per_epoch();
+    let n = session.samples_per_epoch();
     let error = |k: usize| {
         let mut sins = Sins::new(states[k]);
         words[k * n..(k + 1) * n]
@@ -92,7 +92,7 @@ fn laser() -> Assumptions {
 /// Attitude at the first word: that of the alignment, carried back over it by the gyros.
 fn first_attitude(session: &Session, words: &[Increment]) -> Option<UnitQuaternion<f64>> {
     let site = session.fixes[0].position;
-    let part = words.get(..ALIGN_S * session.words_per_epoch())?;
+    let part = words.get(..ALIGN_S * session.samples_per_epoch())?;
     let end = align::inertial_frame(part, session.dt, session.samples(), site)?;
     let turn = part.iter().fold(UnitQuaternion::identity(), |q, w| {
         q * from_rotvec(&w.dtheta)
@@ -152,14 +152,14 @@ pub fn session(recording: &Recording, errors: &[Increment], config: &Config) -> 
     };
     let truth = Truth::new(&drive, &mut rng);
     let add = |(k, word): (usize, &Increment)| {
-        let e = errors.get(k / truth.words_per_epoch)?;
+        let e = errors.get(k / truth.samples_per_epoch)?;
         Some(Increment {
             dtheta: word.dtheta + e.dtheta * rest.dt,
             dv: word.dv + e.dv * rest.dt,
         })
     };
     let words: Vec<Increment> = truth
-        .words
+        .increments
         .iter()
         .enumerate()
         .map(add)

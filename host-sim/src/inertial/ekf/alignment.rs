@@ -1,9 +1,11 @@
-//! How uncertain a self-alignment is, and how its error hangs together with the sensor errors that made it.
+//! Uncertainty of a self-alignment, and the correlation of its error with the sensor errors that
+//! caused it.
 //!
-//! Let `u_k` be the true velocity that piece `k` of the standstill adds in the frozen navigation frame, `M_k = |u_k|^2 I - u_k u_k'`,
-//! `M = sum M_k`. Gyro errors turn the measured pieces by `psi_k` (their integral up to the middle of the piece), accelerometer errors
-//! add `a_k`. Wahba's problem then gives, to first order, `M phi_0 = sum (M_k psi_k + u_k x a_k)`, and the attitude at the end is in error
-//! by `phi = phi_0 - psi_end`. With `g_j` the gyro error integrated over piece `j`
+//! Let `u_k` be the true velocity that piece `k` of the standstill adds in the frozen navigation
+//! frame, `M_k = |u_k|^2 I - u_k u_k'`, `M = sum M_k`. Gyro errors turn the measured pieces by
+//! `psi_k`, their integral up to the middle of the piece. Accelerometer errors add `a_k`. To first
+//! order, Wahba's problem gives `M phi_0 = sum (M_k psi_k + u_k x a_k)`. The attitude error at the
+//! end is `phi = phi_0 - psi_end`. With `g_j`, the gyro error integrated over piece `j`,
 //!
 //! ```text
 //! phi = sum_k M^-1 (u_k x a_k) - sum_j A_j g_j,      A_j = I - M^-1 (M_j / 2 + sum_{k>j} M_k).
@@ -13,16 +15,18 @@ use super::{Aided, ErrorModel, Inputs, NAV, Noise, Prior};
 use crate::inertial::align::{Alignment, Piece};
 use nalgebra::{Matrix3, Matrix3x6, Matrix3xX, Vector3};
 
-/// Attitude error (as the filter has it, rad, NED) of an alignment: `sensitivity * theta + rest`.
+/// Attitude error of an alignment in the filter's definition (rad, NED): `sensitivity * theta +
+/// rest`.
 struct Uncertainty {
-    /// By the parameters as they are at the end, 3 x n.
+    /// Derivative by the parameters at the end of the alignment, 3 x n.
     sensitivity: Matrix3xX<f64>,
-    /// Covariance of what noise, and the parameters' own movement since, have added.
+    /// Covariance of the rest: noise, and the change of the parameters during the alignment.
     rest: Matrix3<f64>,
 }
 
-/// What an alignment's attitude error (rad, NED) is made of: that of 1 rad/s and 1 m/s2 of constant error of each sensor (gyros, then
-/// accelerometers, body axes), and the covariance that white noise and the biases' walk add.
+/// The parts of the attitude error of an alignment (rad, NED): its derivative by a constant error
+/// of each sensor (gyros in rad/s, then accelerometers in m/s2, body axes), and the covariance that
+/// white noise and the random walk of the biases add.
 #[must_use]
 pub fn attitude_error(
     alignment: &Alignment,
@@ -44,7 +48,7 @@ fn uncertainty(alignment: &Alignment, model: &ErrorModel, noise: Noise) -> Uncer
         rest: Matrix3::zeros(),
     };
     let mut left: Matrix3<f64> = alignment.pieces.iter().map(|p| moment(&p.u)).sum();
-    // singular at the poles alone, where there is no heading to be uncertain of
+    // singular only at the poles, where there is no heading
     let inverse = left.try_inverse().unwrap_or_else(Matrix3::zeros);
     for piece in &alignment.pieces {
         let m = moment(&piece.u);
@@ -64,7 +68,8 @@ fn uncertainty(alignment: &Alignment, model: &ErrorModel, noise: Noise) -> Uncer
 }
 
 impl Uncertainty {
-    /// One more piece, in which parameters move and sensor errors act through `by` (gyros, accelerometers; body axes).
+    /// Adds one piece. In it the parameters change and sensor errors act through `by` (gyros,
+    /// accelerometers; body axes).
     fn add(&mut self, piece: &Piece, model: &ErrorModel, by: &[Matrix3<f64>; 2]) {
         let now = Inputs {
             rate: piece.rate,
@@ -75,7 +80,8 @@ impl Uncertainty {
         let known = model.known_at(now.time);
         for (i, p) in model.parameters.iter().enumerate() {
             let mut column = self.sensitivity.column_mut(i);
-            // what the earlier pieces did, told by the parameter as it is now: it has moved on since
+            // The effect of the earlier pieces is expressed by the present value of the parameter,
+            // which has changed since then.
             let before = column.clone_owned();
             self.rest += before * before.transpose() * (p.walk * p.walk * piece.time);
             let effect = by[p.triad.index()].column(p.axis) * p.value(&now, &known);
@@ -85,8 +91,8 @@ impl Uncertainty {
 }
 
 impl Aided {
-    /// Takes the initial attitude's uncertainty, and what it has to do with the parameters, from the alignment that gave it. What
-    /// `unmodelled` errors did to it comes on top.
+    /// Takes the uncertainty of the initial attitude and its correlation with the parameters from
+    /// the alignment. The effect of `unmodelled` errors is added.
     #[must_use]
     pub fn aligned_by(mut self, alignment: &Alignment, unmodelled: &ErrorModel) -> Self {
         let blank = Noise {
@@ -109,7 +115,7 @@ impl Aided {
             + spread(&alien, unmodelled) * alien.sensitivity.transpose();
         self.p.fixed_view_mut::<3, 3>(0, 0).copy_from(&tilt);
         let n = self.theta.len();
-        // an error of the estimate is minus the parameter, as the estimate is still zero
+        // the estimate is still zero, so its error is minus the parameter
         self.p.view_mut((0, NAV), (3, n)).copy_from(&-&by);
         self.p
             .view_mut((NAV, 0), (n, 3))

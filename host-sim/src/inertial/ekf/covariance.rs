@@ -1,5 +1,6 @@
-//! Covariance of navigation errors and parameters over an interval and at a fix. The transition is `[Phi Psi; 0 D]` with `D` diagonal,
-//! and the covariance stays symmetric, so a fraction of the dense products is enough.
+//! Covariance of navigation errors and parameters over an interval and at a fix. The transition is
+//! `[Phi Psi; 0 D]` with a diagonal `D`, and the covariance is symmetric. So a fraction of the
+//! dense products is enough.
 
 use super::dynamics::Interval;
 use super::{ErrorModel, NAV};
@@ -76,17 +77,18 @@ fn combine(m: &[f64], x: &[f64], mut sum: [f64; NAV]) -> [f64; NAV] {
     sum
 }
 
-/// How well measurements agree with what was expected of them.
+/// How well measurements agree with their prediction.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Evidence {
     /// Logarithm of their joint probability density.
     pub log_likelihood: f64,
-    /// Normalised innovation squared: chi-square with as many degrees of freedom as there are scalars.
+    /// Normalised innovation squared: chi-square with as many degrees of freedom as there are
+    /// scalars.
     pub nis: f64,
 }
 
-/// Scalar measurements one after the other, each (error state, what was measured of it, sigma): the error that they find, and
-/// how likely they were.
+/// Applies scalar measurements one after the other, each given as index of the error state,
+/// measured value and sigma. Gives the estimated error and how likely the measurements were.
 pub(super) fn update(
     p: &mut DMatrix<f64>,
     scalars: &[(usize, f64, f64)],
@@ -94,7 +96,8 @@ pub(super) fn update(
     let size = p.nrows();
     let mut e = DVector::zeros(size);
     let mut found = Evidence::default();
-    // columns of the covariance at their turn, and 1 / variance of the innovation; P itself is brought up to date once, at the end
+    // The column of the covariance at the time of each measurement, and 1 / variance of the
+    // innovation. P itself is updated once, at the end.
     let mut columns: Vec<(Vec<f64>, f64)> = Vec::with_capacity(scalars.len());
     for &(i, z, sigma) in scalars {
         let mut column = p.as_slice()[i * size..(i + 1) * size].to_vec();
@@ -118,7 +121,8 @@ pub(super) fn update(
     (e, found)
 }
 
-/// `P - sum w c c'`, three columns at a time: one way through the memory instead of three, to the same bits.
+/// `P - sum w c c'`, three columns at a time. This reads the memory once instead of three times and
+/// gives the same bits.
 fn subtract(p: &mut DMatrix<f64>, columns: &[(Vec<f64>, f64)]) {
     let size = p.nrows();
     let cells = p.as_mut_slice();
@@ -144,7 +148,8 @@ fn subtract(p: &mut DMatrix<f64>, columns: &[(Vec<f64>, f64)]) {
     mirror(cells, size);
 }
 
-/// Copies what is below the diagonal above it, tile by tile, since a column apart is a cache line apart.
+/// Copies the lower triangle to the upper one. It works in tiles, because neighbouring columns lie
+/// in different cache lines.
 fn mirror(cells: &mut [f64], size: usize) {
     const TILE: usize = 8;
     for first in (0..size).step_by(TILE) {
@@ -174,7 +179,7 @@ mod tests {
         assert_eq!(*a, a.transpose());
     }
 
-    /// Blocks against the dense products, with parameters that decay and that walk.
+    /// Compares the blocks with the dense products, with parameters that decay and that walk.
     #[test]
     fn blocks_are_the_dense_products() {
         let mut rng = ChaCha8Rng::seed_from_u64(3);
@@ -211,7 +216,8 @@ mod tests {
         near(&p, &want);
     }
 
-    /// One after the other against all at once: the textbook gain, and the joint density.
+    /// Compares measurements one after the other with all at once: the textbook gain, and the joint
+    /// density.
     #[test]
     fn scalar_updates_are_the_joint_update() {
         let mut rng = ChaCha8Rng::seed_from_u64(4);

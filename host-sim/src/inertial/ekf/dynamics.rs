@@ -1,4 +1,5 @@
-//! Linear error dynamics of the strapdown equations in NED (phi-angle form; Titterton & Weston 2004, ch. 12; Groves 2013, ch. 14).
+//! Linear error dynamics of the strapdown equations in NED (phi-angle form; Titterton & Weston
+//! 2004, ch. 12; Groves 2013, ch. 14).
 
 use super::{ErrorModel, Inputs, Known, NAV, Noise, Triad};
 use crate::inertial::earth::{Local, OMEGA_IE};
@@ -6,11 +7,12 @@ use crate::inertial::rotation::{from_rotvec, skew};
 use crate::inertial::sins::{Increment, NavState};
 use nalgebra::{Dyn, Matrix3, OMatrix, SMatrix, U9, Vector3};
 
-/// Words are gathered to pieces of about this length before attitude and regressors are looked at, s: short against any motion of a
-/// vehicle's attitude.
+/// Increments are combined to pieces of about this length before attitude and regressors are
+/// evaluated, s. It is short compared with the motion of a vehicle's attitude.
 const PIECE_S: f64 = 0.05;
-/// Pieces are gathered to stretches of this length before the matrices move, s. Within one the rates that couple the errors (Earth,
-/// transport, below 1e-3 rad/s) count to second order, the specific force by its two integrals.
+/// Pieces are combined to stretches of this length before the matrices are updated, s. Within a
+/// stretch the rates that couple the errors (Earth and transport rate, below 1e-3 rad/s) count to
+/// second order, and the specific force by its two integrals.
 const STRETCH_S: f64 = 1.0;
 
 /// Transition over the time since the last fix.
@@ -28,15 +30,17 @@ pub(super) struct Interval {
     last_rate: Option<Vector3<f64>>,
 }
 
-/// Integrals over the present stretch, `t` from its start to its end `T`.
+/// Integrals over the present stretch, with `t` from its start to its end `T`.
 #[derive(Debug, Clone)]
 struct Stretch {
     time: f64,
     /// Specific force in NED: integral, m/s, and integral of the integral, m.
     force: [Vector3<f64>; 2],
-    /// The same of each body axis in NED, s and s2: times what a slow parameter adds along it, that parameter's effect.
+    /// The same for each body axis in NED, s and s2. Multiplied by what a slow parameter adds along
+    /// the axis, it is the effect of that parameter.
     axes: [[Vector3<f64>; 2]; 3],
-    /// For each other parameter, with `c` what it adds to rate or force in NED: integrals of `c` and of `(T - t) c`.
+    /// For each other parameter, which adds `c` to rate or force in NED: the integrals of `c` and
+    /// of `(T - t) c`.
     effects: Vec<[Vector3<f64>; 2]>,
 }
 
@@ -58,7 +62,7 @@ impl Stretch {
     }
 }
 
-/// Goes on by `tau` with the constant rate of change `c`: `[int c, int int c]`.
+/// Continues both integrals over `tau` with the constant integrand `c`: `[int c, int int c]`.
 fn integrate(sums: &mut [Vector3<f64>; 2], c: &Vector3<f64>, tau: f64) {
     sums[1] += (sums[0] + c * (0.5 * tau)) * tau;
     sums[0] += c * tau;
@@ -89,19 +93,19 @@ impl Interval {
         self.stretch.reset();
     }
 
-    /// Takes one corrected word; `nav` is the state after it.
-    pub(super) fn word(
+    /// Accumulates one corrected increment. `nav` is the state after it.
+    pub(super) fn accumulate(
         &mut self,
         nav: &NavState,
-        word: &Increment,
+        increment: &Increment,
         dt: f64,
         model: &ErrorModel,
         noise: Noise,
     ) {
         self.time += dt;
         self.clock += dt;
-        self.piece.dtheta += word.dtheta;
-        self.piece.dv += word.dv;
+        self.piece.dtheta += increment.dtheta;
+        self.piece.dv += increment.dv;
         self.piece_time += dt;
         if self.piece_time >= PIECE_S - 1e-9 {
             self.end_piece(nav, model);
@@ -111,7 +115,7 @@ impl Interval {
         }
     }
 
-    /// Brings the matrices up to the last word.
+    /// Updates the matrices to the end of the last increment.
     pub(super) fn finish(&mut self, nav: &NavState, model: &ErrorModel, noise: Noise) {
         if self.piece_time > 0.0 {
             self.end_piece(nav, model);
@@ -156,7 +160,7 @@ impl Interval {
         let f_n = s1 / t;
         let f = matrix(nav, &f_n);
         let mut step = SMatrix::<f64, NAV, NAV>::identity() + f * t + f * f * (0.5 * t * t);
-        // the part of position by tilt that a mean force does not show
+        // the part of the position error by tilt that the mean force does not give
         let mut tilt = step.fixed_view_mut::<3, 3>(6, 0);
         tilt += skew(&(s2 - s1 * (0.5 * t)));
         let fresh = self.time - t < 1e-9;
@@ -187,7 +191,7 @@ impl Interval {
             } else {
                 *effect
             };
-            // the errors left are -J e, so phi' = +C J_g e and dv' = -C J_a e
+            // the remaining sensor errors are -J e, so phi' = +C J_g e and dv' = -C J_a e
             let [phi, v, r] = match p.triad {
                 Triad::Gyro => {
                     let v = f_n.cross(&c2);
@@ -204,8 +208,8 @@ impl Interval {
     }
 }
 
-/// Covariance that white noise leaves after `t` seconds of constant specific force `f_n`: the integral of `Phi G G' Phi'` along the
-/// chain tilt, velocity, position.
+/// Covariance from white noise after `t` seconds of constant specific force `f_n`: the integral of
+/// `Phi G G' Phi'` along the chain from tilt to velocity to position.
 fn white(f_n: &Vector3<f64>, noise: Noise, t: f64) -> SMatrix<f64, NAV, NAV> {
     let (g, a) = (noise.gyro * noise.gyro, noise.accel * noise.accel);
     let one = Matrix3::identity();
@@ -235,7 +239,7 @@ fn matrix(nav: &NavState, f_n: &Vector3<f64>) -> SMatrix<f64, NAV, NAV> {
     let tan = here.sin_lat / here.cos_lat;
     let (omega_ie, omega_en) = (here.omega_ie(), here.omega_en(v));
     let omega_in = omega_ie + omega_en;
-    // change of the rates with position (metres north, east, down) and velocity
+    // derivatives of the rates by position (metres north, east, down) and velocity
     let ie_r = Matrix3::new(
         -here.sin_lat,
         0.0,
@@ -306,7 +310,8 @@ mod tests {
         SVector::from_iterator(phi.iter().chain(dv.iter()).chain(dr.iter()).copied())
     }
 
-    /// Every column of `Phi` over 20 s of a turning, climbing drive against two navigators started a little apart.
+    /// Compares every column of `Phi` over 20 s of a turning, climbing drive with two navigators
+    /// that start a little apart.
     #[test]
     fn transition_matrix_is_the_derivative_of_the_mechanisation() {
         let start = NavState {
@@ -319,7 +324,7 @@ mod tests {
             q_bn: from_rotvec(&Vector3::new(0.05, -0.03, 1.1)),
         };
         let dt = 0.01;
-        let word = |k: usize| {
+        let increment = |k: usize| {
             let t = k as f64 * dt;
             Increment {
                 dtheta: Vector3::new(0.01, 0.02 * (0.5 * t).sin(), 0.2) * dt,
@@ -328,7 +333,7 @@ mod tests {
         };
         let run = |nav: NavState| {
             let mut sins = Sins::new(nav);
-            (0..2000).for_each(|k| sins.step(&word(k), dt));
+            (0..2000).for_each(|k| sins.step(&increment(k), dt));
             sins.nav
         };
         let mut sins = Sins::new(start);
@@ -338,8 +343,8 @@ mod tests {
             accel: 0.0,
         };
         for k in 0..2000 {
-            sins.step(&word(k), dt);
-            interval.word(&sins.nav, &word(k), dt, &ErrorModel::default(), noise);
+            sins.step(&increment(k), dt);
+            interval.accumulate(&sins.nav, &increment(k), dt, &ErrorModel::default(), noise);
         }
         interval.finish(&sins.nav, &ErrorModel::default(), noise);
         let steps = [1e-5, 1e-5, 1e-5, 1e-2, 1e-2, 1e-2, 10.0, 10.0, 10.0];
@@ -352,7 +357,7 @@ mod tests {
             let got = (difference(&plus, &sins.nav) - difference(&minus, &sins.nav)) / (2.0 * step);
             let want = interval.phi.column(i);
             for j in 0..9 {
-                // relative to what an error of that size does to this kind of state
+                // relative to the effect of an error of that size on this kind of state
                 let scale = interval
                     .phi
                     .row(j)

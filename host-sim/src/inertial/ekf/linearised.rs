@@ -1,16 +1,17 @@
-//! The navigation's linearisation by itself, for learners that keep their own covariance.
+//! The linearised navigation equations alone, for learners that keep their own covariance.
 
 use super::dynamics::Interval;
 use super::{ErrorModel, NAV, Noise, Prior};
 use crate::inertial::sins::{Increment, NavState};
 use nalgebra::SMatrix;
 
-/// Effect of what happened over a block on the navigation's errors.
+/// The linearised navigation equations over one block.
 #[derive(Debug, Clone)]
 pub struct Block {
-    /// dx(end)/dx(start).
+    /// Derivative of the navigation errors at the end by those at the start.
     pub phi: SMatrix<f64, NAV, NAV>,
-    /// dx(end) by errors of the estimates of gyro (rad/s) and accelerometer errors (m/s2) that hold through the block.
+    /// Derivative of the navigation errors at the end by errors of the estimated gyro (rad/s) and
+    /// accelerometer errors (m/s2) that are constant over the block.
     pub gamma: SMatrix<f64, NAV, 6>,
     /// Covariance from white noise.
     pub q: SMatrix<f64, NAV, NAV>,
@@ -18,7 +19,7 @@ pub struct Block {
     pub time: f64,
 }
 
-/// Gathers a [`Block`] word by word.
+/// Accumulates a [`Block`] increment by increment.
 #[derive(Debug, Clone)]
 pub struct Linearised {
     interval: Interval,
@@ -27,7 +28,7 @@ pub struct Linearised {
 }
 
 impl Linearised {
-    /// Sensors with this white noise.
+    /// Starts for sensors with this white noise.
     #[must_use]
     pub fn new(prior: &Prior, noise: Noise) -> Self {
         let biases = ErrorModel::biases(prior);
@@ -38,12 +39,13 @@ impl Linearised {
         }
     }
 
-    /// Takes one corrected word; `nav` is the state after it.
-    pub fn word(&mut self, nav: &NavState, word: &Increment, dt: f64) {
-        self.interval.word(nav, word, dt, &self.biases, self.noise);
+    /// Accumulates one corrected increment. `nav` is the state after it.
+    pub fn accumulate(&mut self, nav: &NavState, increment: &Increment, dt: f64) {
+        self.interval
+            .accumulate(nav, increment, dt, &self.biases, self.noise);
     }
 
-    /// The block that ends now, at `nav`; a new one begins.
+    /// Ends the block at `nav` and gives it. A new block begins.
     pub fn take(&mut self, nav: &NavState) -> Block {
         self.interval.finish(nav, &self.biases, self.noise);
         let block = Block {

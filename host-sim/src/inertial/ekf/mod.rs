@@ -1,9 +1,11 @@
-//! Loosely coupled error-state Kalman filter: nine navigation errors and the parameters of a sensor-error model, fixes of position and
-//! velocity, feedback after every fix. Also what a Rauch-Tung-Striebel smoother needs.
+//! Loosely coupled error-state Kalman filter. Its states are nine navigation errors and the
+//! parameters of a sensor-error model. Its measurements are fixes of position and velocity, with
+//! feedback after every fix. It also records what a Rauch-Tung-Striebel smoother needs.
 //!
-//! Errors are estimate minus truth: `phi` (rad, `C_est = (I - phi x) C_true`), velocity (m/s), position (m), all north-east-down, then the
-//! parameters. Between fixes only `Phi` (9 x 9), `Psi` (9 x n, effect of the parameters) and `Q` (9 x 9) are carried; the covariance
-//! moves once a fix.
+//! Errors are estimate minus truth: `phi` (rad, `C_est = (I - phi x) C_true`), velocity (m/s),
+//! position (m), all in north-east-down, then the parameters. Between fixes only `Phi` (9 x 9),
+//! `Psi` (9 x n, effect of the parameters) and `Q` (9 x 9) are accumulated. The covariance is
+//! updated once a fix.
 
 mod alignment;
 mod covariance;
@@ -49,7 +51,7 @@ pub struct InitialSigma {
     pub position: f64,
 }
 
-/// A navigator that fixes correct and that estimates sensor errors on the way.
+/// A navigator that is corrected by fixes and estimates sensor errors.
 #[derive(Debug, Clone)]
 pub struct Aided {
     /// The navigator.
@@ -67,7 +69,7 @@ pub struct Aided {
 }
 
 impl Aided {
-    /// Starts at `nav` with parameters zero.
+    /// Starts at `nav` with all parameters zero.
     #[must_use]
     pub fn new(nav: NavState, sigma: &InitialSigma, model: ErrorModel, noise: Noise) -> Self {
         let n = model.len();
@@ -97,68 +99,70 @@ impl Aided {
         }
     }
 
-    /// The same with another coning and sculling algorithm than the default.
+    /// Selects another coning and sculling algorithm than the default.
     #[must_use]
     pub fn with_samples(mut self, samples: Samples) -> Self {
         self.sins = self.sins.with_samples(samples);
         self
     }
 
-    /// The same with the time since power-on at the start, s; needed by models with ramps or decays.
+    /// Sets the time since power-on at the start, s. Models with ramps or decays need it.
     #[must_use]
     pub fn powered_for(mut self, seconds: f64) -> Self {
         self.interval.clock = seconds;
         self
     }
 
-    /// The word as it is after the present estimate of the sensor errors has been taken out, as it is for steady motion.
+    /// The increment without the estimated sensor errors, for steady motion.
     #[must_use]
-    pub fn corrected(&self, word: &Increment, dt: f64) -> Increment {
+    pub fn corrected(&self, increment: &Increment, dt: f64) -> Increment {
         let time = self.interval.clock + 0.5 * dt;
-        self.corrected_at(word, word, dt, time, &mut Held::default())
+        self.corrected_at(increment, increment, dt, time, &mut Held::default())
     }
 
-    /// The same for a moment `time` seconds after power-on, in any motion; `before` is the measured word before it, `held` a new one or
-    /// that of the last call, if the filter has not changed since.
+    /// The increment without the estimated sensor errors, for any motion, at `time` seconds after
+    /// power-on. `before` is the measured increment before it. `held` is a new value, or that of
+    /// the last call if the filter has not changed since.
     #[must_use]
     pub fn corrected_at(
         &self,
-        word: &Increment,
+        increment: &Increment,
         before: &Increment,
         dt: f64,
         time: f64,
         held: &mut Held,
     ) -> Increment {
         if self.model.is_empty() {
-            return *word;
+            return *increment;
         }
         let now = Inputs {
-            rate: word.dtheta / dt,
-            force: word.dv / dt,
-            rate_change: (word.dtheta - before.dtheta) / (dt * dt),
-            force_change: (word.dv - before.dv) / (dt * dt),
+            rate: increment.dtheta / dt,
+            force: increment.dv / dt,
+            rate_change: (increment.dtheta - before.dtheta) / (dt * dt),
+            force_change: (increment.dv - before.dv) / (dt * dt),
             time,
         };
         let [e_g, e_a] = self.model.error(&self.theta, &now, held);
         Increment {
-            dtheta: word.dtheta - e_g * dt,
-            dv: word.dv - e_a * dt,
+            dtheta: increment.dtheta - e_g * dt,
+            dv: increment.dv - e_a * dt,
         }
     }
 
-    /// Advances by one measured word.
-    pub fn word(&mut self, word: &Increment, dt: f64) {
-        let before = self.before.replace(*word).unwrap_or(*word);
+    /// Advances by one measured increment.
+    pub fn step(&mut self, increment: &Increment, dt: f64) {
+        let before = self.before.replace(*increment).unwrap_or(*increment);
         let mut held = self.held;
         let time = self.interval.clock + 0.5 * dt;
-        let corrected = self.corrected_at(word, &before, dt, time, &mut held);
+        let corrected = self.corrected_at(increment, &before, dt, time, &mut held);
         self.held = held;
         self.sins.step(&corrected, dt);
         self.interval
-            .word(&self.sins.nav, &corrected, dt, &self.model, self.noise);
+            .accumulate(&self.sins.nav, &corrected, dt, &self.model, self.noise);
     }
 
-    /// Ends the interval with a fix (sigmas: north, east, down m, then m/s): covariance step, six scalar updates, feedback.
+    /// Ends the interval with a fix (sigmas: north, east, down in m, then in m/s): covariance
+    /// propagation, six scalar updates, feedback.
     pub fn fix(&mut self, fix: &Fix, sigmas: &[f64; 6]) -> Record {
         let before = (self.p.clone(), self.start, self.theta.clone());
         self.propagate();
@@ -176,7 +180,8 @@ impl Aided {
         }
     }
 
-    /// [`Self::fix`] without a record; gives the logarithm of the probability density of the fix, given all before it.
+    /// Like [`Self::fix`], but without a record. Gives the logarithm of the probability density of
+    /// the fix, given all before it.
     pub fn take(&mut self, fix: &Fix, sigmas: &[f64; 6]) -> f64 {
         self.propagate();
         self.absorb(fix, sigmas).1.log_likelihood
@@ -196,7 +201,7 @@ impl Aided {
         phi
     }
 
-    /// Moves covariance and parameters over the interval.
+    /// Propagates covariance and parameters over the interval.
     fn propagate(&mut self) {
         self.interval
             .finish(&self.sins.nav, &self.model, self.noise);
@@ -207,7 +212,7 @@ impl Aided {
         self.held = Held::default();
     }
 
-    /// Six scalar updates and feedback: the error that was found, and how likely the fix was.
+    /// Six scalar updates and feedback. Gives the estimated error, and how likely the fix was.
     fn absorb(&mut self, fix: &Fix, sigmas: &[f64; 6]) -> (DVector<f64>, Evidence) {
         let nav = &self.sins.nav;
         let dp = nav.position.ned_from(&fix.position);
@@ -228,7 +233,7 @@ impl Aided {
     }
 }
 
-/// The state `nav` with the error `e` (first nine elements) taken out.
+/// The state `nav` without the error `e` (its first nine elements).
 #[must_use]
 pub fn displaced(nav: &NavState, e: &DVector<f64>) -> NavState {
     let v = |i: usize| Vector3::new(e[i], e[i + 1], e[i + 2]);

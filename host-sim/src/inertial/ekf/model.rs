@@ -1,11 +1,12 @@
-//! Sensor-error models that are linear in their parameters: what a classical calibration filter estimates.
+//! Sensor-error models that are linear in their parameters: what a classical calibration filter
+//! estimates.
 
 use crate::inertial::rotation::skew;
 use crate::inertial::session::{EPOCH_S, Surroundings};
 use nalgebra::{DVector, Vector3};
 use std::sync::Arc;
 
-/// What a parameter is multiplied by.
+/// What a parameter is multiplied by to give its part of the sensor error.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Regressor {
     /// One: a bias.
@@ -14,11 +15,12 @@ pub enum Regressor {
     Input(usize),
     /// Magnitude of that input: scale-factor asymmetry.
     Magnitude(usize),
-    /// Product of that input along two axes: K2 of an accelerometer when they are the same, cross coupling when not.
+    /// Product of that input along two axes: K2 of an accelerometer when they are the same, cross
+    /// coupling when not.
     Product(usize, usize),
     /// Cube of that input: non-linearity of a gyro's scale factor.
     Cube(usize),
-    /// Temperature of the block off its calibration temperature, K.
+    /// Difference of the block's temperature from its calibration temperature, K.
     Temperature,
     /// Its square, K^2.
     TemperatureSquare,
@@ -30,9 +32,11 @@ pub enum Regressor {
     Gradient,
     /// Magnetic field along an axis, gauss.
     Field(usize),
-    /// Place of the accelerometer off the common point along an axis, m: size effect, `w x (w x r) + dw/dt x r`.
+    /// Distance of the accelerometer from the common point along an axis, m. It gives the size
+    /// effect `w x (w x r) + dw/dt x r`.
     Arm(usize),
-    /// Mean square of the vibration that the words of the last second showed along an axis, (m/s2)^2.
+    /// Mean square of the vibration along an axis that the samples of the last second contain,
+    /// (m/s2)^2.
     Vibration(usize),
     /// Hours since power-on: a ramp.
     Hours,
@@ -40,7 +44,7 @@ pub enum Regressor {
     Decay(f64),
 }
 
-/// What the errors depend on at one moment.
+/// What the errors depend on at one time.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Inputs {
     /// Rate, rad/s, body axes.
@@ -55,20 +59,22 @@ pub struct Inputs {
     pub time: f64,
 }
 
-/// What is known of one second from elsewhere: thermometers, a magnetometer, the words of the second before.
+/// What other sources tell about one second: thermometers, a magnetometer, the samples of the
+/// second before.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Known {
     /// Temperature of the block and magnetic field in body axes.
     pub around: Surroundings,
-    /// Mean square of the specific force about its mean over the second before, each axis, (m/s2)^2.
+    /// Mean square of the specific force about its mean over the second before, each axis,
+    /// (m/s2)^2.
     pub vibration: Vector3<f64>,
 }
 
-/// The part of the sensor errors that moves by less than matters within a second (and that the simulator holds as long); see
-/// [`Regressor::is_slow`].
+/// The part of the sensor errors that is taken as constant within a second, as the simulator does;
+/// see [`Regressor::is_slow`].
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Held {
-    /// Second since power-on that it belongs to.
+    /// The second since power-on that it belongs to.
     second: Option<usize>,
     error: [Vector3<f64>; 2],
 }
@@ -82,14 +88,15 @@ pub enum Triad {
     Accel,
 }
 
-/// One parameter: its place, its prior, and how it moves (first-order Gauss-Markov, or random walk when `time_s` is infinite).
+/// One parameter: its axis, its prior, and how it changes (first-order Gauss-Markov process, or
+/// random walk if `time_s` is infinite).
 #[derive(Debug, Clone, Copy)]
 pub struct Parameter {
-    /// Triad that errs.
+    /// The triad with the error.
     pub triad: Triad,
-    /// Axis that errs.
+    /// The axis with the error.
     pub axis: usize,
-    /// What it multiplies.
+    /// What it is multiplied by.
     pub regressor: Regressor,
     /// Prior standard deviation, SI.
     pub sigma: f64,
@@ -104,9 +111,10 @@ pub struct Parameter {
 pub struct ErrorModel {
     /// All parameters.
     pub parameters: Vec<Parameter>,
-    /// What is known of each second since power-on; where the list has ended, or is empty, all of it counts as zero.
+    /// What is known of each second since power-on. Beyond the end of the list all values count as
+    /// zero.
     pub known: Arc<[Known]>,
-    /// Known delay of the accelerometer words behind the gyro words, s.
+    /// Known delay of the accelerometer samples behind the gyro samples, s.
     pub delay_s: f64,
 }
 
@@ -117,7 +125,8 @@ pub struct Prior {
     pub gyro_bias: f64,
     /// Accelerometer bias, m/s2.
     pub accel_bias: f64,
-    /// Standard deviation that a bias gathers as a random walk in one hour, relative to its prior.
+    /// Standard deviation that the random walk of a bias reaches in one hour, relative to its
+    /// prior.
     pub walk_per_hour: f64,
     /// Scale factor, as a fraction, gyros then accelerometers.
     pub scale: [f64; 2],
@@ -160,7 +169,7 @@ impl ErrorModel {
         model
     }
 
-    /// Six biases with a ramp each, which over an hour may come to the bias' own prior.
+    /// Six biases with a ramp each. In one hour a ramp reaches the size of the prior of the bias.
     #[must_use]
     pub fn with_ramps(prior: &Prior) -> Self {
         let mut model = Self::biases(prior);
@@ -210,14 +219,14 @@ impl ErrorModel {
         self.parameters.len()
     }
 
-    /// Whether the model has no parameter and no delay: the filter then knows no sensor errors.
+    /// True if the model has no parameter and no delay.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.parameters.is_empty() && self.delay_s == 0.0
     }
 
-    /// Errors of gyros (rad/s) and accelerometers (m/s2) for parameters `theta` and the inputs. `held` keeps, over a second of calls with
-    /// the same `theta`, what moves slowly.
+    /// Errors of gyros (rad/s) and accelerometers (m/s2) for parameters `theta` and the inputs.
+    /// `held` keeps the slow part for further calls in the same second with the same `theta`.
     #[must_use]
     pub fn error(&self, theta: &DVector<f64>, now: &Inputs, held: &mut Held) -> [Vector3<f64>; 2] {
         let second = (now.time / EPOCH_S) as usize;
@@ -254,7 +263,7 @@ impl ErrorModel {
         }
     }
 
-    /// What is known of the second that `time` (s since power-on) lies in.
+    /// What is known of the second that holds `time` (s since power-on).
     pub(super) fn known_at(&self, time: f64) -> Known {
         let second = (time / EPOCH_S) as usize;
         self.known.get(second).copied().unwrap_or_default()
@@ -262,7 +271,7 @@ impl ErrorModel {
 }
 
 impl Regressor {
-    /// Whether it depends on the time alone, and hardly moves within a second.
+    /// True if it depends on the time alone and hardly changes within a second.
     #[must_use]
     pub fn is_slow(self) -> bool {
         !matches!(
@@ -281,7 +290,7 @@ impl Triad {
 }
 
 impl Parameter {
-    /// A parameter that does not move.
+    /// A constant parameter.
     #[must_use]
     pub fn constant(triad: Triad, axis: usize, regressor: Regressor, sigma: f64) -> Self {
         Self {
@@ -294,7 +303,7 @@ impl Parameter {
         }
     }
 
-    /// Share of it that is left after `t` seconds.
+    /// The share that is left after `t` seconds.
     pub(super) fn keeps(&self, t: f64) -> f64 {
         if self.time_s.is_finite() {
             (-t / self.time_s).exp()
@@ -303,7 +312,7 @@ impl Parameter {
         }
     }
 
-    /// Derivative of the error of its axis by this parameter.
+    /// Derivative of the error of the axis by this parameter.
     pub(super) fn value(&self, now: &Inputs, known: &Known) -> f64 {
         let input = match self.triad {
             Triad::Gyro => &now.rate,

@@ -1,9 +1,11 @@
-//! Rauch-Tung-Striebel smoothing of the recorded intervals, fixed interval, with feedback taken into account.
+//! Rauch-Tung-Striebel smoothing of the recorded intervals (fixed interval), for a filter with
+//! feedback.
 
 use crate::inertial::sins::NavState;
 use nalgebra::{DMatrix, DVector};
 
-/// What one interval leaves for the smoother. The state is the one after the last fix, before the interval.
+/// What the smoother needs of one interval. The state is that after the last fix, at the start of
+/// the interval.
 #[derive(Debug, Clone)]
 pub struct Record {
     /// Covariance at the start of the interval.
@@ -16,9 +18,10 @@ pub struct Record {
     pub phi: DMatrix<f64>,
     /// Covariance at the end, before the fix.
     pub predicted: DMatrix<f64>,
-    /// Error that the fix at the end found and that was fed back.
+    /// Error that the fix at the end gave and that was fed back.
     pub correction: DVector<f64>,
-    /// Normalised innovation squared of that fix: chi-square with 6 degrees of freedom when the filter is consistent.
+    /// Normalised innovation squared of that fix: chi-square with 6 degrees of freedom when the
+    /// filter is consistent.
     pub nis: f64,
 }
 
@@ -33,8 +36,8 @@ pub struct Smoothed {
     pub sigma: DVector<f64>,
 }
 
-/// Smooths intervals in the order they were recorded. One entry a record; the last one is the filter's own estimate corrected by the
-/// last fix alone.
+/// Smooths intervals in the order of recording and gives one entry a record. The last entry is the
+/// filter's own estimate, corrected by the last fix alone.
 #[must_use]
 pub fn smooth(records: &[Record]) -> Vec<Smoothed> {
     let mut out: Vec<Smoothed> = Vec::with_capacity(records.len());
@@ -43,8 +46,9 @@ pub fn smooth(records: &[Record]) -> Vec<Smoothed> {
     };
     let size = last.p.nrows();
     let mut s = DVector::zeros(size);
-    // covariance of the smoothed state at the end of the last interval: predicted minus what the fix took away is not recorded,
-    // so start from the predicted one, which is on the safe side for that one interval
+    // Covariance of the smoothed state at the end of the last interval. The covariance after the
+    // fix is not recorded. The predicted one is used instead, which is on the safe side for that
+    // one interval.
     let mut p_s = last.predicted.clone();
     for r in records.iter().rev() {
         // gain C = P Phi' P-^-1, solved from P- C' = Phi P
@@ -67,7 +71,8 @@ pub fn smooth(records: &[Record]) -> Vec<Smoothed> {
     out
 }
 
-/// Cholesky factor of a covariance whose diagonal spans many decades: scaled to unit diagonal first.
+/// Cholesky factor of a covariance whose diagonal spans many decades. It is scaled to unit diagonal
+/// first.
 struct Scaled {
     chol: nalgebra::Cholesky<f64, nalgebra::Dyn>,
     d: DVector<f64>,

@@ -1,7 +1,9 @@
-//! Strapdown mechanisation in north-east-down on the WGS-84 ellipsoid (Savage 1998; Groves 2013, ch. 5), f64.
+//! Strapdown mechanisation in north-east-down on the WGS-84 ellipsoid (Savage 1998; Groves 2013,
+//! ch. 5), f64.
 //!
-//! Works up to [`MAX_LATITUDE`]; nearer to a pole it says so ([`Sins::near_pole`]).
-//! Each word is one step. Coning and sculling look back to the word before, or to two of them ([`Samples`]).
+//! It works up to [`MAX_LATITUDE`]. Nearer to a pole it raises a flag ([`Sins::near_pole`]). Each
+//! increment is one step. Coning and sculling use the increment before, or the two before
+//! ([`Samples`]).
 
 mod gather;
 mod samples;
@@ -25,23 +27,25 @@ pub struct NavState {
     pub q_bn: UnitQuaternion<f64>,
 }
 
-/// Barometric damping of the vertical channel, which is unstable by itself: second-order loop, both poles at `1/time_s`.
+/// Barometric damping of the vertical channel, which is unstable by itself. It is a second-order
+/// loop with both poles at `1/time_s`.
 #[derive(Debug, Clone, Copy)]
 pub struct HeightLoop {
     /// Time constant in s.
     pub time_s: f64,
 }
 
-/// The navigator: its state, and what it remembers of the word before.
+/// The navigator: its state, and what it keeps of the last increments.
 #[derive(Debug, Clone)]
 pub struct Sins {
-    /// Present solution. Small corrections may be made to it between words; for another place make a new navigator.
+    /// Present solution. Small corrections are allowed between increments. For another place make a
+    /// new navigator.
     pub nav: NavState,
     samples: Samples,
     past: [Increment; 2],
-    // half the last word's change of velocity
+    // half the change of velocity over the last increment
     half_change: Vector3<f64>,
-    // the Earth at the middle of the next word
+    // the Earth at the middle of the next increment
     earth: Local,
     polar: bool,
 }
@@ -63,21 +67,23 @@ impl Sins {
         }
     }
 
-    /// The same with another coning and sculling algorithm.
+    /// Selects another coning and sculling algorithm.
     #[must_use]
     pub fn with_samples(self, samples: Samples) -> Self {
         Self { samples, ..self }
     }
 
-    /// Advances by one word of `dt` seconds.
-    pub fn step(&mut self, word: &Increment, dt: f64) {
+    /// Advances by one increment of `dt` seconds.
+    pub fn step(&mut self, increment: &Increment, dt: f64) {
         let NavState {
             position,
             velocity,
             q_bn,
         } = self.nav;
-        // Earth and velocity at the middle of the word. The Earth is looked up one word ahead: off by acceleration dt^2, some
-        // micrometres to millimetres, it is ready when needed, and the look-up overlaps with the rest of the step
+        // Earth and velocity at the middle of the increment. The Earth is computed one increment
+        // ahead, for a place that is wrong by acceleration times dt^2, some micrometres to
+        // millimetres. So the value is ready when needed, and its computation overlaps with the
+        // rest of the step.
         let mid = self.earth;
         self.earth = Local::at(
             position.lat + 1.5 * dt * velocity.x / mid.m_h,
@@ -88,7 +94,7 @@ impl Sins {
         let omega_en = mid.omega_en(&v_mid);
         let zeta = (omega_ie + omega_en) * dt;
 
-        let (phi, eta) = self.samples.combine(&self.past, word);
+        let (phi, eta) = self.samples.combine(&self.past, increment);
         let dv_sf = in_start_axes(&phi, &eta);
 
         let dv_n = q_bn * dv_sf;
@@ -109,17 +115,19 @@ impl Sins {
         self.nav.q_bn = q;
         self.half_change = change * 0.5;
         self.polar |= outside(self.nav.position.lat);
-        self.past = [*word, self.past[0]];
+        self.past = [*increment, self.past[0]];
     }
 
-    /// True once the track has come closer to a pole than [`MAX_LATITUDE`]. North and east lose their meaning there and the solution
-    /// is not to be used from then on; it stays free of panics but may not stay finite.
+    /// True once the track has come closer to a pole than [`MAX_LATITUDE`]. North and east lose
+    /// their meaning there. From then on the solution must not be used. It never panics but may
+    /// become infinite or NaN.
     #[must_use]
     pub fn near_pole(&self) -> bool {
         self.polar
     }
 
-    /// One correction of the height loop by a barometric height `baro_h` in m, `dt` seconds after the last one.
+    /// Corrects the height loop by a barometric height `baro_h` in m, `dt` seconds after the last
+    /// correction.
     pub fn damp_height(&mut self, loop_: &HeightLoop, baro_h: f64, dt: f64) {
         let error = self.nav.position.h - baro_h;
         self.nav.position.h -= 2.0 / loop_.time_s * error * dt;

@@ -103,7 +103,7 @@ impl<T: Real> Student<T> {
         for word in words {
             let corrected = self.corrected(word, dt);
             self.sins.step(&corrected, dt);
-            self.linearised.word(&self.sins.nav, &corrected, dt);
+            self.linearised.accumulate(&self.sins.nav, &corrected, dt);
         }
         let nav = self.sins.nav;
         let block = transition(&self.linearised.take(&nav));

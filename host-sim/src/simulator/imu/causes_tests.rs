@@ -243,7 +243,7 @@ fn vibration_is_rectified_by_its_mean_square_and_a_steady_force_is_not() {
         e[e.len() - 1].1.x / UG
     };
     assert!(shaken(0.0).abs() < 1e-6);
-    let one = shaken(1.0); // mean square 1/2 g^2 in the words, 1 g^2 above
+    let one = shaken(1.0); // mean square 1/2 g^2 in the increments, 1 g^2 above
     assert!(one.abs() > 1.0 && one.abs() < 160.0, "{one}");
     assert!((shaken(2.0) / one - 4.0).abs() < 1e-9);
 }
@@ -271,7 +271,7 @@ fn the_size_effect_is_centripetal_and_tangential() {
 #[test]
 fn delay_holds_back_the_accelerometers_alone() {
     let mut spec = perfect();
-    spec.accel.delay_s = 0.0035; // not a whole number of words
+    spec.accel.delay_s = 0.0035; // not a whole number of increments
     let ramp = errors(&spec, 1, |t| (Vector3::x() * t, Vector3::x() * t));
     let (gyro, accel) = ramp[100];
     assert_eq!(gyro, Vector3::zeros());
@@ -279,7 +279,7 @@ fn delay_holds_back_the_accelerometers_alone() {
     let steady = errors(&spec, 1, |_| (Vector3::zeros(), Vector3::z() * -G0));
     assert!(
         steady.iter().all(|(_, f)| f.norm() < 1e-12),
-        "standing still it shows nothing, from the first word on"
+        "standing still it shows nothing, from the first increment on"
     );
 }
 

@@ -14,10 +14,10 @@ pub(super) struct Delay {
 
 impl Delay {
     /// A delay of `words` words, >= 0; `None` for no delay.
-    pub fn new(words: f64) -> Option<Self> {
-        (words > 0.0).then(|| Self {
-            part: words.fract(),
-            ring: vec![Vector3::zeros(); words as usize + 2],
+    pub fn new(samples: f64) -> Option<Self> {
+        (samples > 0.0).then(|| Self {
+            part: samples.fract(),
+            ring: vec![Vector3::zeros(); samples as usize + 2],
             at: 0,
             begun: false,
         })
@@ -44,14 +44,14 @@ mod tests {
 
     #[test]
     fn a_ramp_comes_late_by_the_delay() {
-        for words in [0.25, 1.0, 2.75, 17.0] {
-            let mut delay = Delay::new(words).unwrap();
+        for samples in [0.25, 1.0, 2.75, 17.0] {
+            let mut delay = Delay::new(samples).unwrap();
             for i in 0..60 {
                 let late = delay.next(Vector3::repeat(f64::from(i)));
-                if f64::from(i) > words + 1.0 {
+                if f64::from(i) > samples + 1.0 {
                     assert!(
-                        (f64::from(i) - late.x - words).abs() < 1e-12,
-                        "{words}: {i} {}",
+                        (f64::from(i) - late.x - samples).abs() < 1e-12,
+                        "{samples}: {i} {}",
                         late.x
                     );
                 } else {

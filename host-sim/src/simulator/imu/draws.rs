@@ -109,7 +109,7 @@ mod tests {
     #[test]
     fn an_imu_over_kept_draws_is_the_imu_alone() {
         let preset = ImuSpec::preset("medium").unwrap();
-        let word = |k: i32| Increment {
+        let increment = |k: i32| Increment {
             dtheta: Vector3::new(1e-4, -2e-4, 3e-6 * f64::from(k)),
             dv: Vector3::new(0.01, 1e-4 * f64::from(k), -0.05),
         };
@@ -119,7 +119,11 @@ mod tests {
             let mut alone = Imu::new(&spec, 7, 8);
             let mut imu = Imu::with_draws(&spec, 7, 8, draws);
             for k in 0..1500 {
-                assert_eq!(imu.measure(&word(k)), alone.measure(&word(k)), "{model}");
+                assert_eq!(
+                    imu.measure(&increment(k)),
+                    alone.measure(&increment(k)),
+                    "{model}"
+                );
             }
             draws = imu.into_draws();
         }

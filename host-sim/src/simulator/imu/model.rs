@@ -34,8 +34,8 @@ pub struct Imu {
     last_rate: Option<Vector3<f64>>,
     delay: Option<Delay>,
     dt: f64,
-    words_per_second: u32,
-    word: u64,
+    samples_per_second: u32,
+    sample: u64,
     draws: Draws,
 }
 
@@ -76,8 +76,8 @@ impl Imu {
             last_rate: None,
             delay: Delay::new(spec.accel.delay_s / dt),
             dt,
-            words_per_second: spec.rate_hz,
-            word: 0,
+            samples_per_second: spec.rate_hz,
+            sample: 0,
             draws,
         }
     }
@@ -115,15 +115,18 @@ impl Imu {
 
     /// Next word: counts, and the systematic error in it (white noise, stripped dither and quantisation left out).
     pub fn measure(&mut self, perfect: &Increment) -> (Counts, Increment) {
-        if self.word.is_multiple_of(u64::from(self.words_per_second)) {
+        if self
+            .sample
+            .is_multiple_of(u64::from(self.samples_per_second))
+        {
             self.move_slow();
         }
-        self.word += 1;
+        self.sample += 1;
         let Draws {
             noise,
             own: [gyro, accel],
         } = &mut self.draws;
-        let (dtheta, e_g) = self.gyro.word(&perfect.dtheta, self.dt, [noise, gyro]);
+        let (dtheta, e_g) = self.gyro.measure(&perfect.dtheta, self.dt, [noise, gyro]);
         let mut felt = perfect.dv;
         if let Some(places) = &self.places {
             let rate = perfect.dtheta / self.dt;
@@ -133,7 +136,7 @@ impl Imu {
         if let Some(delay) = &mut self.delay {
             felt = delay.next(felt);
         }
-        let (dv, e_a) = self.accel.word(&felt, self.dt, [noise, accel]);
+        let (dv, e_a) = self.accel.measure(&felt, self.dt, [noise, accel]);
         (
             Counts { dtheta, dv },
             Increment {
@@ -144,8 +147,8 @@ impl Imu {
     }
 
     fn move_slow(&mut self) {
-        let t = self.word as f64 * self.dt;
-        if self.word > 0 {
+        let t = self.sample as f64 * self.dt;
+        if self.sample > 0 {
             self.block.step(t, SLOW_S);
         }
         self.around.temperature = self.block.now();

@@ -49,7 +49,7 @@ struct Residual {
     amplitude: f64,
     noise: f64,
     omega: [f64; 3],
-    turn: [(f64, f64); 3], // sine and cosine of the phase of one word
+    turn: [(f64, f64); 3], // sine and cosine of the phase of one increment
     phase: [(f64, f64); 3],
     last: Vector3<f64>,
 }
@@ -73,7 +73,7 @@ impl Residual {
         self.phase = self.omega.map(|w| (w * t).sin_cos());
     }
 
-    fn word(&mut self, normals: &mut Normals) -> Vector3<f64> {
+    fn step(&mut self, normals: &mut Normals) -> Vector3<f64> {
         for ((s, c), (ts, tc)) in self.phase.iter_mut().zip(self.turn) {
             (*s, *c) = (*s * tc + *c * ts, *c * tc - *s * ts);
         }
@@ -229,7 +229,7 @@ impl Triad {
     }
 
     /// Counts of one word whose perfect increment is `d`; also the integral of the systematic error.
-    pub fn word(
+    pub fn measure(
         &mut self,
         d: &Vector3<f64>,
         dt: f64,
@@ -244,7 +244,7 @@ impl Triad {
         let systematic = self.error(&x) * dt;
         let mut noise = noise.three() * (self.sigmas.noise * dt.sqrt());
         if let Some(residual) = &mut self.residual {
-            noise += residual.word(own);
+            noise += residual.step(own);
         }
         let pulses = (d + systematic + noise) / self.sigmas.pulse + self.remainder;
         let whole = pulses.map(f64::round);

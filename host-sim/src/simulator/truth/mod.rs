@@ -34,10 +34,10 @@ pub struct Truth {
     /// Word period, s.
     pub dt: f64,
     /// Words per epoch.
-    pub words_per_epoch: usize,
+    pub samples_per_epoch: usize,
     /// Perfect increments, one a word.
-    pub words: Vec<Increment>,
-    /// True state at the start of epoch k, every `words_per_epoch` words, and at the end: one more than there are whole epochs.
+    pub increments: Vec<Increment>,
+    /// True state at the start of epoch k, every `samples_per_epoch` words, and at the end: one more than there are whole epochs.
     pub epochs: Vec<NavState>,
 }
 
@@ -70,32 +70,32 @@ impl Truth {
         let profile = Profile::new(config.segments, config.heading, dt);
         let mut vibration = Vibration::new(rng, config.vibration);
         let n = (profile.duration() / dt).round() as usize;
-        let words_per_epoch = (1.0 / dt).round() as usize;
+        let samples_per_epoch = (1.0 / dt).round() as usize;
         let rotors = NODES.map(|x| vibration.rotor(x * dt));
         let rotor_0 = vibration.rotor(0.0);
-        let rotor_word = vibration.rotor(dt);
-        let mut words = Vec::with_capacity(n);
-        let mut epochs = Vec::with_capacity(n / words_per_epoch + 2);
+        let rotor_sample = vibration.rotor(dt);
+        let mut increments = Vec::with_capacity(n);
+        let mut epochs = Vec::with_capacity(n / samples_per_epoch + 2);
         let mut position = config.start;
         let mut leg = 0;
         for k in 0..n {
             let t0 = k as f64 * dt;
             profile.advance(&mut leg, t0);
-            if k % words_per_epoch == 0 {
+            if k % samples_per_epoch == 0 {
                 vibration.rebase(t0);
             } else {
-                vibration.turn(&rotor_word);
+                vibration.turn(&rotor_sample);
             }
             let at = |t: f64, rotor: &[(f64, f64)]| instant(&profile, leg, t, &vibration.at(rotor));
-            if k % words_per_epoch == 0 {
+            if k % samples_per_epoch == 0 {
                 epochs.push(state(&at(t0, &rotor_0), position));
             }
             let nodes = [0, 1, 2].map(|i| at(t0 + NODES[i] * dt, &rotors[i]));
-            let (word, next) = integrate(&nodes, position, dt);
-            words.push(word);
+            let (increment, next) = integrate(&nodes, position, dt);
+            increments.push(increment);
             position = next;
         }
-        if n.is_multiple_of(words_per_epoch) && n > 0 {
+        if n.is_multiple_of(samples_per_epoch) && n > 0 {
             vibration.rebase(n as f64 * dt);
             epochs.push(state(
                 &instant(&profile, leg, n as f64 * dt, &vibration.at(&rotor_0)),
@@ -104,8 +104,8 @@ impl Truth {
         }
         Self {
             dt,
-            words_per_epoch,
-            words,
+            samples_per_epoch,
+            increments,
             epochs,
         }
     }
@@ -175,15 +175,15 @@ fn integrate(nodes: &[Instant; 3], position: Geodetic, dt: f64) -> (Increment, G
         position.h - 0.5 * dt * v_mid.z,
     );
     let omega_ie = mid.omega_ie();
-    let mut word = Increment::default();
+    let mut increment = Increment::default();
     let mut moved = Vector3::zeros();
     for (node, weight) in nodes.iter().zip(WEIGHTS) {
         let omega_en = mid.omega_en(&node.v);
         let f_n = node.a + (omega_ie * 2.0 + omega_en).cross(&node.v) - mid.gravity();
         let w = weight * dt;
-        word.dtheta +=
+        increment.dtheta +=
             (node.omega_nb + node.q_bn.inverse_transform_vector(&(omega_ie + omega_en))) * w;
-        word.dv += node.q_bn.inverse_transform_vector(&f_n) * w;
+        increment.dv += node.q_bn.inverse_transform_vector(&f_n) * w;
         moved += node.v * w;
     }
     let next = Geodetic {
@@ -191,7 +191,7 @@ fn integrate(nodes: &[Instant; 3], position: Geodetic, dt: f64) -> (Increment, G
         lon: position.lon + moved.y / (mid.n_h * mid.cos_lat),
         h: position.h - moved.z,
     };
-    (word, next)
+    (increment, next)
 }
 
 #[cfg(test)]

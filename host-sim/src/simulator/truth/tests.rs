@@ -25,8 +25,8 @@ fn drive(seed: u64, minutes: f64, dt: f64) -> Truth {
 /// Perfect increments through the navigator: the horizontal and vertical error at the end.
 fn closure(truth: &Truth) -> Vector3<f64> {
     let mut sins = Sins::new(truth.epochs[0]);
-    for word in &truth.words {
-        sins.step(word, truth.dt);
+    for increment in &truth.increments {
+        sins.step(increment, truth.dt);
     }
     sins.nav
         .position
@@ -46,7 +46,7 @@ fn perfect_increments_reproduce_the_drive() {
 #[test]
 fn velocity_is_the_derivative_of_position_and_increments_integrate_it() {
     let truth = drive(5, 3.0, 0.01);
-    assert_eq!(truth.words.len(), 18_000);
+    assert_eq!(truth.increments.len(), 18_000);
     assert_eq!(truth.epochs.len(), 181);
     // at rest at both ends, moving in between, and it goes somewhere
     assert!(truth.epochs[0].velocity.norm() < 0.05 && truth.epochs[180].velocity.norm() < 0.05);
@@ -69,10 +69,13 @@ fn velocity_is_the_derivative_of_position_and_increments_integrate_it() {
 
 #[test]
 fn same_seed_same_drive_other_seed_other_drive() {
-    assert_eq!(drive(7, 2.0, 0.01).words, drive(7, 2.0, 0.01).words);
+    assert_eq!(
+        drive(7, 2.0, 0.01).increments,
+        drive(7, 2.0, 0.01).increments
+    );
     assert_ne!(
-        drive(7, 2.0, 0.01).words[5000],
-        drive(8, 2.0, 0.01).words[5000]
+        drive(7, 2.0, 0.01).increments[5000],
+        drive(8, 2.0, 0.01).increments[5000]
     );
 }
 

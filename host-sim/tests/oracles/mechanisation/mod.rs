@@ -52,7 +52,7 @@ impl Motion {
     }
 
     /// The perfect word from `t` to `t + dt`, and the position at its end.
-    fn word(&self, t: f64, dt: f64, start: Geodetic) -> (Increment, Geodetic) {
+    fn increment(&self, t: f64, dt: f64, start: Geodetic) -> (Increment, Geodetic) {
         let mut x = SVector::<f64, 9>::zeros();
         x[0] = start.lat;
         x[1] = start.lon;
@@ -69,7 +69,7 @@ impl Motion {
             let k4 = self.rates(at + s, m[0], m[2]);
             x += (k1 + (k2 + k3) * 2.0 + k4) * (s / 6.0);
         }
-        let word = Increment {
+        let increment = Increment {
             dtheta: x.fixed_rows::<3>(3).into(),
             dv: x.fixed_rows::<3>(6).into(),
         };
@@ -78,7 +78,7 @@ impl Motion {
             lon: x[1],
             h: x[2],
         };
-        (word, position)
+        (increment, position)
     }
 
     /// Perfect words of `dt` seconds for `seconds` into a navigator: its solution, and the truth.
@@ -93,8 +93,8 @@ impl Motion {
         let mut sins = Sins::new(self.state(0.0, start)).with_samples(samples);
         let n = (seconds / dt).round() as usize;
         for k in 0..n {
-            let (word, next) = self.word(k as f64 * dt, dt, position);
-            sins.step(&word, dt);
+            let (increment, next) = self.increment(k as f64 * dt, dt, position);
+            sins.step(&increment, dt);
             position = next;
         }
         (sins.nav, self.state(n as f64 * dt, position))

@@ -24,7 +24,7 @@ fn at_rest(
         h: 0.0,
     };
     let here = Local::at(lat, 0.0);
-    let word = Increment {
+    let increment = Increment {
         dtheta: (Vector3::new(OMEGA_IE * lat.cos(), 0.0, -OMEGA_IE * lat.sin()) + gyro) * DT,
         dv: (accelerometer - here.gravity()) * DT,
     };
@@ -36,7 +36,7 @@ fn at_rest(
     (0..seconds)
         .map(|_| {
             for _ in 0..(1.0 / DT) as usize {
-                sins.step(&word, DT);
+                sins.step(&increment, DT);
             }
             sins.damp_height(&HEIGHT, home.h, 1.0);
             (sins.nav.position.ned_from(&home), sins.nav.velocity)

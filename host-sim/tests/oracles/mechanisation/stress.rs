@@ -139,13 +139,13 @@ fn fast_tracks_as_the_twin_sees_them() {
         };
         let mut twin = Twin::new(&motion.state(0.0, position));
         let dt = 0.01;
-        let mut words = Vec::new();
+        let mut increments = Vec::new();
         for k in 0..60_000 {
-            let (word, next) = motion.word(f64::from(k) * dt, dt, position);
-            words.push(word);
+            let (increment, next) = motion.increment(f64::from(k) * dt, dt, position);
+            increments.push(increment);
             position = next;
         }
-        twin.run(&words, dt);
+        twin.run(&increments, dt);
         let off = ecef(&twin.nav().position) - ecef(&position);
         println!("{speed} m/s: twin {off:.4?}");
         assert!(off.norm() < metres, "{speed} m/s: {off:?}");
@@ -210,7 +210,7 @@ fn across_the_pole() {
             dv: q.inverse() * f,
         }
     };
-    let words: Vec<Increment> = (0..n)
+    let increments: Vec<Increment> = (0..n)
         .map(|k| {
             let [a, b, c] = [0.0, 0.5, 1.0].map(|x| rates((f64::from(k) + x) * dt));
             Increment {
@@ -227,7 +227,7 @@ fn across_the_pole() {
         q_bn: q_ne * to_ecef(0.0),
     };
     let mut twin = Twin::new(&nav);
-    twin.run(&words, dt);
+    twin.run(&increments, dt);
     let off = ecef(&twin.nav().position) - at(f64::from(n) * dt);
     println!("over the pole: {:.2e} m", off.norm());
     assert!(
@@ -236,8 +236,8 @@ fn across_the_pole() {
     );
 
     let mut sins = Sins::new(nav);
-    let (before, after) = words.split_at(n as usize / 2 - 600);
-    before.iter().for_each(|word| sins.step(word, dt));
+    let (before, after) = increments.split_at(n as usize / 2 - 600);
+    before.iter().for_each(|increment| sins.step(increment, dt));
     assert!(!sins.near_pole(), "{:?}", sins.nav.position);
     let reached = Vector3::z() * radius + Vector3::x() * (6.0 * speed);
     assert!(
@@ -245,6 +245,6 @@ fn across_the_pole() {
         "{:?}",
         sins.nav.position
     );
-    after.iter().for_each(|word| sins.step(word, dt));
+    after.iter().for_each(|increment| sins.step(increment, dt));
     assert!(sins.near_pole());
 }
