@@ -1,12 +1,13 @@
 //! `host-sim allan`.
 
+use super::options::{positive, preset, refused};
+use super::output::JsonOption;
 use crate::analysis::allan::columns::{Choice, load};
 use crate::analysis::allan::findings::{Findings, configured, dither_note};
 use crate::analysis::allan::{Series, analyse, at_rest};
 use crate::error::Error;
-use crate::output::write_atomic;
 use crate::report;
-use crate::simulator::imu::{ErrorModelName, ImuSpec, PRESETS};
+use crate::simulator::imu::{ErrorModelName, ImuSpec};
 use clap::Args as ClapArgs;
 use rayon::prelude::*;
 use std::path::PathBuf;
@@ -14,14 +15,15 @@ use std::path::PathBuf;
 /// Arguments of `allan`.
 #[derive(Debug, ClapArgs)]
 pub struct Args {
-    /// Recording at rest: CSV, plain or gzipped, with a header such as t_s,dtheta_x_rad,...,dv_z_mps
+    /// Recording at rest: CSV, plain or gzipped, with a header such as
+    /// t_s,dtheta_x_rad,...,dv_z_mps
     #[arg(
         value_name = "FILE",
         required_unless_present = "preset",
         conflicts_with = "preset"
     )]
     file: Option<PathBuf>,
-    /// Simulate this IMU at rest instead (medium, nav, tactical)
+    /// Simulate this IMU at rest instead: medium, nav or tactical
     #[arg(long, value_name = "NAME")]
     preset: Option<String>,
     /// Length of the simulation, s
@@ -46,18 +48,17 @@ pub struct Args {
     /// Only this column; may be given several times
     #[arg(long, value_name = "NAME")]
     column: Vec<String>,
-    /// Samples per second, instead of what the file's times say
+    /// Samples per second, instead of the rate that the times in the file give
     #[arg(long, value_name = "HZ", conflicts_with = "preset")]
     rate: Option<f64>,
-    /// Write curves and coefficients as JSON
-    #[arg(long, value_name = "FILE")]
-    json: Option<PathBuf>,
-    /// Directory for a page and pictures (PNG, SVG)
+    #[command(flatten)]
+    json: JsonOption,
+    /// Directory of a page with pictures (PNG, SVG)
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
 }
 
-/// Most seconds of a simulation: the increments of six axes are held in memory.
+/// Longest simulation, s. The increments of six axes are held in memory.
 const LONGEST_S: u32 = 86_400;
 
 impl Args {
@@ -81,12 +82,11 @@ impl Args {
             configured: spec.as_ref().map(configured),
         };
         if findings.analyses.is_empty() {
-            return Err(Error::Option {
-                option: findings.source,
-                problem: "no column changes enough to have an Allan deviation".to_owned(),
-                remedy: "check that the recording holds the sensors' output and not a constant"
-                    .to_owned(),
-            });
+            return Err(refused(
+                findings.source,
+                "no column changes enough to have an Allan deviation",
+                "check that the recording holds the sensors' output and not a constant",
+            ));
         }
         findings.note_misfits();
         let json = findings.json()?;
@@ -95,9 +95,7 @@ impl Args {
             .as_deref()
             .map(|dir| report::allan::write(&findings, dir))
             .transpose()?;
-        if let Some(file) = &self.json {
-            write_atomic(file, json.as_bytes())?;
-        }
+        self.json.write_text(&json)?;
         println!(
             "Allan deviation of {}\n\n{}",
             findings.source,
@@ -111,33 +109,25 @@ impl Args {
     }
 
     fn read(&self, file: &std::path::Path) -> Result<Vec<Series>, Error> {
-        if let Some(rate) = self.rate.filter(|rate| !(rate.is_finite() && *rate > 0.0)) {
-            return Err(Error::Option {
-                option: "--rate".to_owned(),
-                problem: format!("{rate} is no sample rate"),
-                remedy: "give the samples per second, a number above 0".to_owned(),
-            });
-        }
+        let rate = self.rate.map(|rate| positive("--rate", rate));
         load(
             file,
             &Choice {
                 columns: self.column.clone(),
-                rate_hz: self.rate,
+                rate_hz: rate.transpose()?,
             },
         )
     }
 
-    fn simulate(&self, preset: &str) -> Result<(String, Vec<Series>, Option<ImuSpec>), Error> {
-        let names = PRESETS.map(|(name, _)| name);
-        let spec =
-            ImuSpec::preset(preset).ok_or_else(|| Error::unknown("preset", preset, &names))?;
+    fn simulate(&self, name: &str) -> Result<(String, Vec<Series>, Option<ImuSpec>), Error> {
+        let spec = preset(name)?;
         let model: ErrorModelName = self.error_model.parse()?;
         if !(10..=LONGEST_S).contains(&self.duration) {
-            return Err(Error::Option {
-                option: "--duration".to_owned(),
-                problem: format!("{} s is out of range", self.duration),
-                remedy: format!("give 10 to {LONGEST_S} s"),
-            });
+            return Err(refused(
+                "--duration",
+                format!("{} s is out of range", self.duration),
+                format!("give 10 to {LONGEST_S} s"),
+            ));
         }
         let spec = spec.error_model(model);
         let mut series = at_rest(&spec, self.duration, self.seed);
@@ -151,7 +141,7 @@ impl Args {
         }
         series.retain(|s| self.column.is_empty() || self.column.contains(&s.column));
         let source = format!(
-            "preset {preset}, errors {model}, {} s at rest, seed {}",
+            "preset {name}, errors {model}, {} s at rest, seed {}",
             self.duration, self.seed
         );
         Ok((source, series, Some(spec)))

@@ -1,33 +1,33 @@
 //! `host-sim campaign`.
 
+use super::options::{ScenarioOption, arguments, refused};
+use super::output::{JsonOption, write_json};
+use super::progress::bar;
 use crate::campaign::{
     Campaign, Merged, Progress, Ratio, SCHEMES, Summary, merge, ratios, results, summarise,
     to_parquet,
 };
 use crate::error::Error;
-use crate::experiment::scenario::Scenario;
 use crate::output::write_atomic;
 use crate::simulator::imu::ErrorModelName;
 use clap::{Args as ClapArgs, Subcommand};
 use comfy_table::{Table, presets::UTF8_FULL_CONDENSED};
-use indicatif::{ProgressBar, ProgressStyle};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 /// Arguments of `campaign`.
 #[derive(Debug, ClapArgs)]
 pub struct Args {
     #[command(subcommand)]
     action: Option<Action>,
-    /// Number of runs: units, turn-ons and drives
+    /// Number of runs, each with its own unit, turn-on and drive
     #[arg(long, default_value_t = 100)]
     runs: u32,
-    /// Threads; the results do not depend on it [default: all cores]
+    /// Threads, on which the results do not depend [default: all cores]
     #[arg(long)]
     jobs: Option<usize>,
-    /// Built-in scenario (medium, nav, tactical) or a TOML file
-    #[arg(long, default_value = "medium", value_name = "NAME|FILE.toml")]
-    scenario: String,
-    /// Error groups, separated by commas
+    #[command(flatten)]
+    scenario: ScenarioOption,
+    /// Groups of simulated sensor errors, separated by commas
     #[arg(
         long,
         value_delimiter = ',',
@@ -37,19 +37,20 @@ pub struct Args {
     /// Directory of results
     #[arg(long, value_name = "DIR", default_value = "out/campaign")]
     out: PathBuf,
-    /// Keep the runs that are finished already
+    /// Keep the runs that an interrupted campaign has finished
     #[arg(long)]
     resume: bool,
-    /// Only runs whose number modulo N is I; SLURM_ARRAY_TASK_ID and JOB_COMPLETION_INDEX give I when only /N is given
+    /// Only the runs whose number modulo N is I. With /N alone, I is SLURM_ARRAY_TASK_ID or
+    /// JOB_COMPLETION_INDEX
     #[arg(long, value_name = "I/N")]
     shard: Option<String>,
-    /// Units, other than those judged, on which the classical filters are tuned for each error group
+    /// Further units on which the classical filters are tuned for each error group
     #[arg(long, default_value_t = 12, value_parser = clap::value_parser!(u32).range(1..=1000))]
     tuning_units: u32,
     /// Schemes, separated by commas [default: all]
     #[arg(long, value_delimiter = ',', value_name = "NAMES")]
     schemes: Vec<String>,
-    /// Also judge the hypotheses of `rnn-kalman` alone, and the bank without some of them
+    /// Also judge each hypothesis of `rnn-kalman` alone, and the learner without some of them
     #[arg(long)]
     ablation: bool,
     #[command(flatten)]
@@ -59,13 +60,12 @@ pub struct Args {
 /// What is written beside the printed tables.
 #[derive(Debug, Clone, ClapArgs)]
 struct Files {
-    /// Write the summary as JSON
-    #[arg(long, value_name = "FILE")]
-    json: Option<PathBuf>,
+    #[command(flatten)]
+    json: JsonOption,
     /// Write the paired ratios of every scheme to every other as JSON
     #[arg(long, value_name = "FILE")]
     ratios: Option<PathBuf>,
-    /// Write all runs as Parquet [default: DIR/campaign.parquet; nowhere for a shard and for merge]
+    /// Write all runs as Parquet [default: DIR/campaign.parquet; none for a shard and for merge]
     #[arg(long, value_name = "FILE")]
     parquet: Option<PathBuf>,
     /// Write the tables with explanations as Markdown
@@ -75,7 +75,7 @@ struct Files {
 
 #[derive(Debug, Subcommand)]
 enum Action {
-    /// Sum up the directories of several shards
+    /// Combine the results of several shards
     Merge {
         /// Directories of the shards
         #[arg(required = true)]
@@ -90,13 +90,13 @@ impl Args {
     pub(super) fn run(&self) -> Result<(), Error> {
         if let Some(Action::Merge { dirs, files }) = &self.action {
             let merged = merge(dirs)?;
-            gaps(&merged);
+            warn_of_gaps(&merged);
             return finish(&merged, files);
         }
         let models: Result<Vec<ErrorModelName>, Error> =
             self.models.iter().map(|m| m.parse()).collect();
         let campaign = Campaign {
-            scenario: Scenario::load(&self.scenario)?,
+            scenario: self.scenario.load()?,
             runs: self.runs,
             shard: self.shard()?,
             models: models?,
@@ -107,7 +107,7 @@ impl Args {
             tuning_units: self.tuning_units,
         };
         if self.runs == 0 {
-            return Err(option("--runs", "0 runs", "give at least 1"));
+            return Err(refused("--runs", "0 runs", "give at least 1"));
         }
         let mut pool = rayon::ThreadPoolBuilder::new();
         if let Some(jobs) = self.jobs {
@@ -115,13 +115,11 @@ impl Args {
         }
         let pool = pool
             .build()
-            .map_err(|e| option("--jobs", &e.to_string(), "give fewer"))?;
-        let bar = ProgressBar::new(campaign.wanted().len() as u64);
-        if let Ok(style) = ProgressStyle::with_template(
-            "{bar:30} {pos}/{len} runs, {elapsed} gone, {eta} to go {msg}",
-        ) {
-            bar.set_style(style);
-        }
+            .map_err(|e| refused("--jobs", e.to_string(), "give fewer"))?;
+        let bar = bar(
+            campaign.wanted().len() as u64,
+            "{bar:30} {pos}/{len} runs, {elapsed} elapsed, {eta} left {msg}",
+        );
         let tuned = std::sync::atomic::AtomicU32::new(0);
         let tuning = |n: u32| {
             bar.set_message(format!(
@@ -156,8 +154,7 @@ impl Args {
         for name in &self.schemes {
             if !known().any(|k| k == name) {
                 let all: Vec<&str> = known().collect();
-                let remedy = format!("give some of {}", all.join(", "));
-                return Err(option("--schemes", &format!("'{name}'"), &remedy));
+                return Err(Error::unknown("scheme", name, &all));
             }
         }
         Ok(self.schemes.clone())
@@ -169,9 +166,9 @@ impl Args {
             return Ok((0, 1));
         };
         let wrong = || {
-            option(
+            refused(
                 "--shard",
-                &format!("'{text}'"),
+                format!("'{text}'"),
                 "give I/N with I from 0 to N-1, or /N under SLURM or Kubernetes",
             )
         };
@@ -193,16 +190,8 @@ impl Args {
     }
 }
 
-fn option(name: &str, problem: &str, remedy: &str) -> Error {
-    Error::Option {
-        option: name.into(),
-        problem: problem.into(),
-        remedy: remedy.into(),
-    }
-}
-
-/// Says which runs are missing between the first and the last.
-fn gaps(merged: &Merged) {
+/// Warns of runs that are missing between the first and the last.
+fn warn_of_gaps(merged: &Merged) {
     let runs: std::collections::BTreeSet<u32> = merged.rows.iter().map(|r| r.run).collect();
     let last = runs.last().copied().unwrap_or(0);
     let missing: Vec<String> = (0..last)
@@ -220,9 +209,7 @@ fn gaps(merged: &Merged) {
 fn finish(done: &Merged, files: &Files) -> Result<(), Error> {
     let summary = summarise(&done.rows);
     let ratios = ratios(&done.rows);
-    if let Some(file) = &files.json {
-        write_json(file, &summary)?;
-    }
+    files.json.write(&summary)?;
     if let Some(file) = &files.ratios {
         write_json(file, &ratios)?;
     }
@@ -238,22 +225,16 @@ fn finish(done: &Merged, files: &Files) -> Result<(), Error> {
     Ok(())
 }
 
-fn write_json<T: serde::Serialize>(file: &Path, value: &[T]) -> Result<(), Error> {
-    let text = serde_json::to_vec_pretty(value).map_err(|e| Error::writing(file, e.into()))?;
-    write_atomic(file, &text)
-}
-
 /// The command line as it would be typed in the repository.
 fn command() -> String {
-    let mut words = vec!["cargo run --release --".to_string()];
-    words.extend(std::env::args().skip(1));
-    words.join(" ")
+    format!("cargo run --release -- {}", arguments())
 }
 
 fn print(summary: &[Summary], ratios: &[Ratio]) {
     println!(
-        "horizontal error at 22 min of coasting, m; interval: 95 % bootstrap of the median; ratio: geometric mean of the paired ratios to\n\
-         ekf6 and in how many runs it is below 1\n"
+        "horizontal error after 22 min free inertial, m\n\
+         95 %: bootstrap interval of the median; ratio: geometric mean of the errors divided by\n\
+         those of ekf6 in the same runs; better: in how many runs the ratio is below 1\n"
     );
     let mut table = Table::new();
     table.load_preset(UTF8_FULL_CONDENSED);

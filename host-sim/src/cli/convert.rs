@@ -16,7 +16,7 @@ pub struct Args {
 
 #[derive(Debug, Subcommand)]
 enum From {
-    /// CSV with a TOML header; what `simulate` writes is of this form
+    /// CSV with a TOML header, as `simulate` writes it
     Csv {
         #[command(flatten)]
         source: Csv,
@@ -49,13 +49,13 @@ enum Format {
 
 #[derive(Debug, ClapArgs)]
 struct Target {
-    /// Form of the files written
+    /// Form of the output files
     #[arg(long, value_name = "FORM")]
     to: Format,
-    /// Directory of the files written
+    /// Directory of the output files
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
-    /// KF-GINS: added to all times, to make seconds of week of them, s
+    /// KF-GINS: added to all times to make them seconds of the week, s
     #[arg(
         long,
         value_name = "SECONDS",
@@ -63,7 +63,7 @@ struct Target {
         allow_hyphen_values = true
     )]
     shift: f64,
-    /// KF-GINS: keep velocities, in the form of 13 columns
+    /// KF-GINS: keep velocities, in files of 13 columns
     #[arg(long)]
     velocity: bool,
 }

@@ -1,49 +1,50 @@
 //! `host-sim hil`.
 
+use super::options::refused;
+use super::output::JsonOption;
+use super::progress::bar;
 use crate::error::Error;
 use crate::hil::{Control, Report, Setup, run};
-use crate::output::write_atomic;
 use clap::Args as ClapArgs;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use firmware::wire::ImuFormat;
-use indicatif::{ProgressBar, ProgressStyle};
-use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Arguments of `hil`. A port is a serial device (`/dev/ttyUSB0`, `COM3`) or `tcp:HOST:PORT`.
 #[derive(Debug, ClapArgs)]
 pub struct Args {
-    /// Port at the board's sensor line: the drive goes in here
+    /// Port at the board's sensor line, into which the drive is sent
     #[arg(long, value_name = "PORT")]
     imu: String,
-    /// Port at the board's navigation line: the stream comes out here
+    /// Port at the board's navigation line, which gives the corrected stream
     #[arg(long, value_name = "PORT")]
     nav: String,
-    /// Port at the board's receiver line: a fix a second, as UBX
+    /// Port at the board's receiver line, into which one fix a second is sent as UBX
     #[arg(long, value_name = "PORT")]
     gnss: Option<String>,
-    /// Port at the board's command link: gives it two networks for the run and sets mode frozen; without it every byte must pass unchanged
+    /// Port at the board's command link: the run loads two networks and sets the mode frozen.
+    /// Without this port every byte must pass unchanged
     #[arg(long, value_name = "PORT")]
     command: Option<String>,
-    /// What the sensor speaks
+    /// Wire format of the sensor
     #[arg(long, default_value = "stim300", value_parser = format_parser())]
     format: ImuFormat,
-    /// Length of the drive, s, of which the first ten are at rest
+    /// Length of the drive, s; the first ten seconds are at rest
     #[arg(long, default_value_t = 60, value_parser = clap::value_parser!(u32).range(2..=4000))]
     seconds: u32,
-    /// Bit rate of sensor, navigation and command line; nothing to a socket
+    /// Bit rate of the sensor, navigation and command lines; sockets ignore it
     #[arg(long, default_value_t = 921_600)]
     baud: u32,
     /// Bit rate of the receiver's line
     #[arg(long, default_value_t = 115_200)]
     gnss_baud: u32,
-    /// As fast as the lines take it instead of in real time: for sockets, which stop when they are full, serial lines do not
+    /// As fast as the lines take it instead of in real time. For sockets only: a full serial line
+    /// loses bytes
     #[arg(long)]
     fast: bool,
-    /// Write the report as JSON
-    #[arg(long, value_name = "FILE")]
-    json: Option<PathBuf>,
+    #[command(flatten)]
+    json: JsonOption,
 }
 
 /// The formats by their names.
@@ -68,16 +69,12 @@ impl Args {
         };
         let stop = Arc::new(AtomicBool::new(false));
         let asked = Arc::clone(&stop);
-        // without a handler an interruption ends the program at once, and the board keeps the networks of the run
+        // Without a handler an interruption ends the program at once, and the board keeps the
+        // networks of the run.
         if let Err(error) = ctrlc::set_handler(move || asked.store(true, Ordering::Relaxed)) {
             eprintln!("host-sim: an interruption will not restore the board ({error})");
         }
-        let bar = ProgressBar::new(0);
-        if let Ok(style) =
-            ProgressStyle::with_template("{elapsed} {wide_bar} {bytes} of {total_bytes}")
-        {
-            bar.set_style(style);
-        }
+        let bar = bar(0, "{elapsed} {wide_bar} {bytes} of {total_bytes}");
         let progress = |came: usize, of: usize| {
             bar.set_length(of as u64);
             bar.set_position(came as u64);
@@ -90,14 +87,9 @@ impl Args {
         bar.finish_and_clear();
         let report = found?;
         print(&report);
-        if let Some(file) = &self.json {
-            let text = serde_json::to_string_pretty(&report).map_err(|error| Error::Option {
-                option: "--json".into(),
-                problem: error.to_string(),
-                remedy: "report it".into(),
-            })?;
-            write_atomic(file, (text + "\n").as_bytes())?;
-        }
+        let text = serde_json::to_string_pretty(&report)
+            .map_err(|error| refused("--json", error.to_string(), "report it"))?;
+        self.json.write_text(&(text + "\n"))?;
         report.check(&self.nav)
     }
 }
@@ -118,7 +110,7 @@ fn print(report: &Report) {
         verdict.received, verdict.expected
     );
     let equal = match verdict.first_difference {
-        None => "bit for bit software in the loop".into(),
+        None => "equal to software in the loop, bit for bit".into(),
         Some(at) => format!(
             "differs from software in the loop, first in byte {at}; {} samples differ",
             verdict.different
@@ -148,18 +140,16 @@ fn print(report: &Report) {
     }
     if let Some(silences) = report.silences.filter(|silences| *silences > 0) {
         println!(
-            "silences          {silences}: this computer was late, and the networks gave up the block"
+            "silences          {silences}: this computer was late, so the networks dropped the block"
         );
     }
     if let Some(busiest) = report.busiest_percent {
-        println!(
-            "processor         {busiest:.1} % of its busiest second since power-on, the rest asleep"
-        );
+        println!("processor         busy for {busiest:.1} % of its busiest second since power-on");
     }
     if let Some(fixes) = report.fixes {
-        println!("fixes             {fixes} taken");
+        println!("fixes             {fixes} received");
     }
     if report.interrupted {
-        println!("interrupted; judged is what was sent");
+        println!("interrupted; only the part that was sent is judged");
     }
 }

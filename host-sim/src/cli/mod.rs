@@ -1,24 +1,29 @@
-//! The command line: one file a subcommand, each with its arguments and a `run`.
+//! The command line: one file for each command, with its arguments and a `run`.
+//!
+//! What the commands share is in `options`, `progress`, `output` and `source`. These import none of
+//! the commands.
 
 mod allan;
 mod campaign;
 mod convert;
 mod hil;
 mod learnability;
-mod outcomes;
-mod own;
+mod options;
+mod output;
+mod progress;
 mod replay;
 mod run;
 mod simulate;
 mod source;
+mod user_recording;
 
 use crate::error::Error;
 use clap::{Parser, Subcommand};
 
 /// Ring-laser-gyro SINS simulation and the desktop tools of the IMU compensation co-processor.
 ///
-/// Without a command it runs the default experiment: a vehicle drives 22 minutes, once with the raw IMU and once through the
-/// compensator.
+/// Without a command it runs the default experiment: a vehicle drives for 22 minutes and navigates
+/// once with the raw IMU and once through the compensator.
 #[derive(Debug, Parser)]
 #[command(version, about, args_conflicts_with_subcommands = true)]
 pub struct Cli {
@@ -30,26 +35,26 @@ pub struct Cli {
 
 #[derive(Debug, Subcommand)]
 enum Command {
-    /// The paper's experiment on simulated data (the default)
+    /// Run the paper's experiment on simulated data (the default)
     Run(run::Args),
-    /// Recorded data through the same chain
+    /// Run recorded data through the same chain
     Replay(replay::Args),
-    /// Many units, turn-ons and drives, every scheme on identical data, with intervals
+    /// Compare all schemes over many units, turn-ons and drives, with intervals
     Campaign(campaign::Args),
-    /// Overlapping Allan deviation of a recording or of a preset, and the noise coefficients that fit it
+    /// Compute the Allan deviation of a recording or a preset, and fit noise coefficients
     Allan(allan::Args),
-    /// What can be known of biases, scale factors and misalignments at all, beside what was learnt
+    /// Compute how well biases, scale factors and misalignments can be known, and what was reached
     Learnability(learnability::Args),
-    /// Recordings from one form to another: CSV, KF-GINS text, NovAtel logs
+    /// Convert recordings: CSV, KF-GINS text, NovAtel logs
     Convert(convert::Args),
-    /// A board at its lines: a drive in, the corrected stream out, compared with software in the loop
+    /// Send a drive to a board and compare its output with software in the loop
     Hil(hil::Args),
     /// Write a simulated session as CSV files, for other tools
     Simulate(simulate::Args),
 }
 
 impl Cli {
-    /// Runs what was asked for.
+    /// Runs the command.
     ///
     /// # Errors
     /// Bad input or unwritable output, with file, line, field and remedy.

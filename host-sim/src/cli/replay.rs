@@ -1,8 +1,9 @@
 //! `host-sim replay`.
 
-use super::outcomes::{Output, no_attitude};
-use super::own::{CsvArgs, KfGinsArgs, NovatelArgs};
-use super::run::{Progress, finish};
+use super::options::refused;
+use super::output::Output;
+use super::progress::Stages;
+use super::user_recording::{CsvArgs, KfGinsArgs, NovatelArgs, no_attitude};
 use crate::error::Error;
 use crate::experiment::{fog_mems, hybrid, kitti, lasergyro};
 use crate::recordings::{self, load};
@@ -18,19 +19,19 @@ pub struct Args {
 
 #[derive(Debug, Subcommand)]
 enum What {
-    /// The real laser-gyro recording at rest (CSV of pulses, may be gzipped)
+    /// The real laser-gyro recording at rest (CSV of pulses, plain or gzipped)
     Lasergyro(Lasergyro),
-    /// Raw MEMS beside a FOG navigator on one vehicle: learnt on one part, judged on the other, and the other way round
+    /// Raw MEMS beside a fibre-optic navigator on one vehicle, each part once in each role
     FogMems(FogMems),
-    /// Road drives beside an OXTS navigator: both halves in both roles
+    /// Road drives beside an OXTS navigator, each half once in each role
     Kitti(Kitti),
     /// The measured error of the laser-gyro recording added to simulated drives
     Hybrid(Hybrid),
-    /// Your own recording as CSV, with a TOML header that says what its columns mean
+    /// Your recording as CSV, with a TOML header that says what its columns mean
     Csv(CsvArgs),
-    /// Your own recording in the text form of KF-GINS
+    /// Your recording in the text form of KF-GINS
     KfGins(KfGinsArgs),
-    /// Your own recording as a NovAtel binary log
+    /// Your recording as a NovAtel binary log
     Novatel(NovatelArgs),
 }
 
@@ -38,7 +39,7 @@ enum What {
 struct FogMems {
     /// MEMS increments at 100 Hz, axes right-forward-up
     mems: PathBuf,
-    /// FOG solution at 10 Hz
+    /// Solution of the fibre-optic navigator at 10 Hz
     fog: PathBuf,
     #[command(flatten)]
     output: Output,
@@ -46,10 +47,10 @@ struct FogMems {
 
 #[derive(Debug, ClapArgs)]
 struct Kitti {
-    /// Drives
+    /// Files of the drives
     #[arg(required = true)]
     files: Vec<PathBuf>,
-    /// Samples to leave out at the start of each
+    /// Samples to leave out at the start of each drive
     #[arg(long, default_value_t = 0)]
     skip: usize,
     #[command(flatten)]
@@ -74,28 +75,25 @@ struct Lasergyro {
     /// Seconds at the start to align on and to learn from
     #[arg(long, default_value_t = 480, value_name = "SECONDS")]
     learn_s: u32,
-    /// Write the table as JSON
-    #[arg(long, value_name = "FILE")]
-    json: Option<PathBuf>,
-    /// Directory of the report
-    #[arg(long, value_name = "DIR", default_value = "out/replay-lasergyro")]
-    out: PathBuf,
+    #[command(flatten)]
+    output: Output,
 }
 
 impl Args {
-    /// Replays what was asked for.
+    /// Replays the recording.
     pub(super) fn run(&self) -> Result<(), Error> {
         match &self.what {
             What::Lasergyro(args) => args.run(),
             What::FogMems(args) => {
                 let session = recordings::fog_mems::session(&args.mems, &args.fog)?;
-                args.output.print("fog-mems", &fog_mems::replay(&session))
+                args.output
+                    .leave_outcomes("fog-mems", &fog_mems::replay(&session))
             }
             What::Kitti(args) => args.run(),
             What::Hybrid(args) => {
                 let outcomes = hybrid::replay(&load(&args.file)?, &args.roads);
                 let outcomes = outcomes.ok_or_else(|| no_attitude(&args.file))?;
-                args.output.print("hybrid", &outcomes)
+                args.output.leave_outcomes("hybrid", &outcomes)
             }
             What::Csv(args) => args.run(),
             What::KfGins(args) => args.run(),
@@ -120,28 +118,28 @@ impl Kitti {
                 &session,
             ));
         }
-        self.output.print("kitti", &outcomes)
+        self.output.leave_outcomes("kitti", &outcomes)
     }
 }
 
 impl Lasergyro {
     fn run(&self) -> Result<(), Error> {
-        let progress = Progress::new();
-        progress.stage("reading the recording");
+        let stages = Stages::new();
+        stages.begin("reading the recording");
         let recording = load(&self.file)?;
         let seconds = recording.pulses.len() as f64 / recording.rate_hz;
         let longest = (seconds - 300.0).max(0.0) as u32;
         if !(lasergyro::LEAST_LEARN_S..=longest).contains(&self.learn_s) {
-            return Err(Error::Option {
-                option: "--learn-s".into(),
-                problem: format!("{} s of a recording of {seconds:.0} s", self.learn_s),
-                remedy: format!(
+            return Err(refused(
+                "--learn-s",
+                format!("{} s of a recording of {seconds:.0} s", self.learn_s),
+                format!(
                     "give {} to {longest}; at least 300 s must be left to judge on",
                     lasergyro::LEAST_LEARN_S
                 ),
-            });
+            ));
         }
-        progress.stage("aligning, learning, navigating");
+        stages.begin("aligning, learning, navigating");
         let mut report =
             lasergyro::replay(&recording, self.learn_s).ok_or_else(|| no_attitude(&self.file))?;
         let command = format!(
@@ -150,9 +148,9 @@ impl Lasergyro {
             self.learn_s
         );
         report.set_up.push(("command".into(), command));
-        progress.stage("writing the report");
-        let done = finish(&report, &self.out, self.json.as_deref());
-        progress.end();
+        stages.begin("writing the report");
+        let done = self.output.leave_report("replay-lasergyro", &report);
+        stages.end();
         done
     }
 }

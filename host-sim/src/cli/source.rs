@@ -1,4 +1,4 @@
-//! A user's own recording on the command line, for `replay` and `convert` alike.
+//! The files of a user's recording on the command line, for `replay` and `convert`.
 
 use crate::error::Error;
 use crate::inertial::rotation::from_euler;
@@ -12,13 +12,14 @@ use clap::Args as ClapArgs;
 use firmware::wire::novatel::ImuType;
 use std::path::PathBuf;
 
-/// CSV files with a header of their own.
+/// CSV files with a TOML header.
 #[derive(Debug, ClapArgs)]
 pub(super) struct Csv {
-    /// What the columns mean; its format is in the documentation of `host_sim::recordings::generic` and in what `simulate` writes
+    /// Meaning of the columns; `simulate` writes an example, and the documentation of
+    /// `host_sim::recordings::generic` has the format
     #[arg(long, value_name = "FILE.toml")]
     header: PathBuf,
-    /// Instead of the files that the header names: the IMU's, then that of the fixes
+    /// Files instead of those that the header names: first the IMU's, then that of the fixes
     #[arg(value_name = "FILE.csv")]
     files: Vec<PathBuf>,
 }
@@ -30,10 +31,11 @@ pub(super) struct KfGins {
     imu: PathBuf,
     /// Positions, 7 columns, or 13 with velocities
     gnss: PathBuf,
-    /// True states (week, second, position, velocity, attitude): reference, and attitude at the start
+    /// True states (week, second, position, velocity, attitude), for the reference and the initial
+    /// attitude
     #[arg(long, value_name = "FILE", conflicts_with_all = ["standstill_s", "attitude"])]
     truth: Option<PathBuf>,
-    /// Seconds that the vehicle stands at the first fix, to align on
+    /// Seconds for which the vehicle stands at the first fix, for alignment
     #[arg(long, value_name = "SECONDS", value_parser = clap::value_parser!(u32).range(90..=86_400), conflicts_with = "attitude")]
     standstill_s: Option<u32>,
     /// Attitude at the first fix, deg: roll, pitch (nose up), heading (clockwise from north)
@@ -59,7 +61,7 @@ pub(super) struct Novatel {
         allow_hyphen_values = true
     )]
     mounting: String,
-    /// NovAtel's number of the IMU, for RAWIMU and RAWIMUS, which do not say it
+    /// NovAtel's number of the IMU type, which RAWIMU and RAWIMUS do not hold
     #[arg(long, value_name = "NUMBER")]
     imu: Option<u8>,
 }

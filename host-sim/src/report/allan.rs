@@ -1,12 +1,20 @@
 //! An Allan analysis for readers: the printed table, and a page with the pictures.
+//!
+//! A picture shows the measured deviations with their intervals as points, the
+//! fitted sum of noises as lines, both scales logarithmic.
 
-use super::allan_plot as plot;
+use super::axis::Axis;
+use super::chart::{Legend, Mark, Panel, Picture};
+use super::figures::WIDTH;
+use super::html;
+use super::page::PAGE;
+use super::palette::{self, Look};
 use crate::analysis::allan::findings::Findings;
 use crate::analysis::allan::{Analysis, Kind};
 use crate::error::Error;
 use crate::output::write_atomic;
 use comfy_table::{Cell, CellAlignment, ContentArrangement, Table, presets};
-use maud::{DOCTYPE, PreEscaped, html};
+use maud::{PreEscaped, html};
 use std::path::{Path, PathBuf};
 
 fn configured_of(findings: &Findings, kind: Kind, coefficient: usize) -> Option<f64> {
@@ -95,75 +103,133 @@ pub fn table(findings: &Findings) -> String {
     text
 }
 
-/// Writes `index.html` and a PNG and an SVG of each kind of sensor into `dir`; returns the path of the page.
+/// Writes `index.html`, and a PNG and an SVG for each kind of sensor, into `dir`.
+///
+/// Returns the path of the page.
 ///
 /// # Errors
 /// [`Error::Drawing`], [`Error::Unwritable`].
 pub fn write(findings: &Findings, dir: &Path) -> Result<PathBuf, Error> {
-    let mut pictures = vec![];
-    for (kind, file) in [
-        (Kind::Gyro, "allan-gyro.png"),
-        (Kind::Accel, "allan-accel.png"),
+    let mut svgs = vec![];
+    for (kind, name, file) in [
+        (Kind::Gyro, "gyros", "allan-gyro.png"),
+        (Kind::Accel, "accelerometers", "allan-accel.png"),
     ] {
-        let analyses: Vec<&Analysis> = findings
-            .analyses
-            .iter()
-            .filter(|analysis| analysis.kind == kind)
-            .collect();
-        if !analyses.is_empty() {
-            pictures.push((
-                file,
-                plot::svg(&analyses, file)?,
-                plot::png(&analyses, file)?,
-            ));
+        let of_kind = findings.analyses.iter().filter(|a| a.kind == kind);
+        let analyses: Vec<&Analysis> = of_kind.collect();
+        if analyses.is_empty() {
+            continue;
         }
+        let (picture, title) = (picture(&analyses), format!("Allan deviation of the {name}"));
+        let place = dir.join(file);
+        write_atomic(&place, &picture.png(file)?)?;
+        let standalone = picture.svg_file(file, &title)?;
+        write_atomic(&place.with_extension("svg"), standalone.as_bytes())?;
+        svgs.push((file, picture.svg(file, &title)?));
     }
-    for (file, svg, png) in &pictures {
-        write_atomic(&dir.join(file), png)?;
-        write_atomic(&dir.join(file).with_extension("svg"), svg.as_bytes())?;
-    }
-    let path = dir.join("index.html");
-    write_atomic(&path, page(findings, &pictures).as_bytes())?;
-    Ok(path)
+    let page = dir.join(PAGE);
+    write_atomic(&page, markup(findings, &svgs).as_bytes())?;
+    Ok(page)
 }
 
-fn page(findings: &Findings, pictures: &[(&str, String, Vec<u8>)]) -> String {
+fn markup(findings: &Findings, svgs: &[(&str, String)]) -> String {
     let header = header(findings);
-    let markup = html! {
-        (DOCTYPE)
-        html lang="en" {
-            head {
-                meta charset="utf-8";
-                meta name="viewport" content="width=device-width, initial-scale=1";
-                title { "Allan deviation of " (findings.source) }
-                style { (PreEscaped(STYLE)) }
-            }
-            body {
-                h1 { "Allan deviation of " (findings.source) }
-                @if !findings.notes.is_empty() { ul { @for note in &findings.notes { li { (note) } } } }
-                @for (file, svg, _) in pictures {
-                    figure {
-                        (PreEscaped(svg))
-                        figcaption {
-                            "Points: overlapping Allan deviation with 95 % intervals. Lines: the sum of the fitted noises. "
-                            a href=(file) { (file) }
-                        }
-                    }
+    let body = html! {
+        p {
+            "The Allan deviation is the typical change between two neighbouring means, each taken over "
+            "the averaging time \u{3c4}. Each kind of sensor noise gives it another slope, so the noises can "
+            "be told apart."
+        }
+        @if !findings.notes.is_empty() {
+            aside { h2 { "Read this first" } ul { @for note in &findings.notes { li { (note) } } } }
+        }
+        @for (file, svg) in svgs {
+            figure {
+                (PreEscaped(svg))
+                figcaption {
+                    "Points: overlapping Allan deviation with its 95 % interval. Line: the sum of the fitted noises. "
+                    a href=(file) { (file) }
                 }
-                table {
-                    thead { tr { @for name in &header { th { (name) } } } }
-                    tbody { @for row in rows(findings) { tr { @for text in row.iter().take(header.len()) { td { (text) } } } } }
-                }
-                p { "Coefficients as in IEEE 647 and 952: variance = 3 Q" sup { "2" } "/\u{3c4}" sup { "2" } " + N" sup { "2" } "/\u{3c4} + B"
-                    sup { "2" } " 2 ln 2/\u{3c0} + K" sup { "2" } " \u{3c4}/3 + R" sup { "2" } " \u{3c4}" sup { "2" } "/2." }
             }
         }
+        h2 { "Noise coefficients" }
+        div.wide {
+            table {
+                thead { tr { @for name in &header { th.text { (name) } } } }
+                tbody {
+                    @for row in rows(findings) {
+                        tr { @for cell in row.iter().take(header.len()) { td.text { (cell) } } }
+                    }
+                }
+            }
+        }
+        p {
+            "The coefficients are those of IEEE 647 and 952: variance = 3 Q" sup { "2" } "/\u{3c4}" sup { "2" }
+            " + N" sup { "2" } "/\u{3c4} + B" sup { "2" } " 2 ln 2/\u{3c0} + K" sup { "2" } " \u{3c4}/3 + R"
+            sup { "2" } " \u{3c4}" sup { "2" } "/2. "
+            i { "Not seen" } " means that the interval of a coefficient reaches down to zero."
+        }
     };
-    markup.into_string()
+    html::frame(&format!("Allan deviation of {}", findings.source), &body).into_string()
 }
-const STYLE: &str = "body{font:16px/1.5 system-ui,sans-serif;max-width:62rem;margin:2rem auto;padding:0 1rem;color:#1c2430;background:#fff}\
-figure{margin:1rem 0}svg{width:100%;height:auto}table{border-collapse:collapse;font-variant-numeric:tabular-nums}\
-td,th{padding:.15rem .8rem;text-align:left;border-bottom:1px solid #d8dce2}";
+
+/// The picture of one kind of sensor. `analyses` is not empty.
+fn picture(analyses: &[&Analysis]) -> Picture {
+    let points = || analyses.iter().flat_map(|analysis| &analysis.curve);
+    let times = || points().map(|p| p.tau_s);
+    let least = |values: &mut dyn Iterator<Item = f64>| values.fold(f64::INFINITY, f64::min);
+    let most = |values: &mut dyn Iterator<Item = f64>| values.fold(0.0, f64::max);
+    let size = (WIDTH, 560.0);
+    let legend = Legend {
+        at: (76.0, 20.0),
+        width: size.0 - 90.0,
+        entries: analyses
+            .iter()
+            .enumerate()
+            .map(|(i, analysis)| (analysis.column.clone(), palette::numbered(i)))
+            .collect(),
+    };
+    let unit = analyses.first().map_or("", |analysis| analysis.unit);
+    let panel = Panel {
+        at: (76.0, 44.0),
+        size: (size.0 - 100.0, size.1 - 96.0),
+        title: Default::default(),
+        x: Axis::log(
+            "averaging time \u{3c4}, s",
+            (least(&mut times()) / 1.3, most(&mut times()) * 1.3),
+        ),
+        y: Axis::log(
+            format!("Allan deviation, {unit}"),
+            (
+                least(&mut points().map(|p| p.low)) / 1.5,
+                most(&mut points().map(|p| p.high)) * 1.5,
+            ),
+        ),
+        marks: analyses
+            .iter()
+            .enumerate()
+            .flat_map(|(i, a)| marks(a, palette::numbered(i)))
+            .collect(),
+    };
+    Picture {
+        size,
+        legends: vec![legend],
+        panels: vec![panel],
+        notes: vec![],
+    }
+}
+
+fn marks(analysis: &Analysis, look: Look) -> Vec<Mark> {
+    let points = || analysis.curve.iter();
+    let fitted = points().filter(|p| p.fitted > 0.0);
+    let fitted = fitted.map(|p| (p.tau_s, p.fitted)).collect();
+    let interval = Look::solid(look.colour, 1.0);
+    let mut marks = vec![Mark::Line(fitted, look)];
+    marks.extend(points().map(|p| Mark::Line(vec![(p.tau_s, p.low), (p.tau_s, p.high)], interval)));
+    let dots = points().map(|p| (p.tau_s, p.deviation)).collect();
+    marks.push(Mark::Dots(dots, 3.0, look.colour));
+    marks
+}
 
 /// A number to four figures.
 fn figures(value: f64) -> String {

@@ -1,167 +1,471 @@
-//! Small pictures for documents: measured points over logarithmic axes beside the law they should follow, as an SVG file by itself that
-//! follows a dark screen.
+//! Charts: what a picture shows as plain data, drawn by plotters as SVG or as PNG.
+//!
+//! All lengths are CSS pixels. Plotters takes whole numbers only, so a drawing has [`UNITS`] units
+//! a pixel; lines then lie where they should. The PNG is drawn at that size and made smaller, which
+//! smooths the edges.
 
-use super::axes::{Axis, extent};
-use super::palette::{self, INK, Look, PAPER, REFERENCE};
-use super::sheet::{Align, Drawn, Plot, Sheet, UNITS};
+use super::axis::{Axis, thinned};
+use super::palette::{self, Colour, GRID, INK, Look, PAPER, REFERENCE, SOFT};
 use crate::error::Error;
-use crate::experiment::results::Curve;
-use plotters::prelude::{DrawingBackend, SVGBackend};
+use plotters::coord::Shift;
+use plotters::element::DashedPathElement;
+use plotters::prelude::*;
+use plotters::style::text_anchor::{HPos, Pos, VPos};
+use plotters::style::{FontStyle, register_font};
 use std::fmt::Write;
 
-/// One pair of axes.
-#[derive(Debug, Clone, Default, PartialEq)]
-pub struct Panel {
-    /// What is shown.
-    pub title: String,
-    /// Quantities and units of the abscissa and of the ordinate.
-    pub axes: [String; 2],
-    /// Points that were measured, x rising, joined by lines.
-    pub measured: Vec<Curve>,
-    /// What they are held against.
-    pub laws: Vec<Curve>,
+/// Drawing units a CSS pixel.
+const UNITS: f64 = 4.0;
+/// Drawing units a pixel of the PNG, which so has two pixels a CSS pixel.
+const SMOOTH: usize = 2;
+/// Most points of one curve.
+pub(super) const MOST_POINTS: usize = 1500;
+/// Size of the text.
+const TEXT: f64 = 12.0;
+/// Plotters writes the font size of an SVG as its own divided by this.
+const FONT_SCALE: f64 = 1.24;
+/// Room for the labels left of and below the axes.
+const LEFT: f64 = 62.0;
+const BELOW: f64 = 42.0;
+/// Distance between labels at the ends of curves.
+const APART: f64 = 16.0;
+
+/// A picture: legends, panels and notes on a sheet.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Picture {
+    /// Width and height.
+    pub size: (f64, f64),
+    pub legends: Vec<Legend>,
+    pub panels: Vec<Panel>,
+    /// Sentences in place of panels without data, each with the place of its middle.
+    pub notes: Vec<((f64, f64), String)>,
 }
 
-/// Width of a panel with its labels, height of the picture, CSS pixels.
-const PANEL: f64 = 430.0;
-const HEIGHT: f64 = 330.0;
-
-/// The panels side by side; `name` is the file's, for messages, `title` what a screen reader says. Values that are not positive are left
-/// out.
-///
-/// # Errors
-/// [`Error::Drawing`].
-pub fn svg(panels: &[Panel], name: &'static str, title: &str) -> Result<String, Error> {
-    let mut text = String::new();
-    let width = PANEL * panels.len() as f64;
-    let [wide, high] = [width, HEIGHT].map(|length| (length * UNITS) as u32);
-    draw(
-        &mut SVGBackend::with_string(&mut text, (wide, high)),
-        panels,
-    )
-    .map_err(|problem| Error::Drawing {
-        picture: name,
-        problem: problem.to_string(),
-    })?;
-    let content = text.split_once(">\n").map_or("", |(_, content)| content);
-    let (title, style) = (maud::html! { title { (title) } }.into_string(), style());
-    Ok(format!(
-        "<svg role=\"img\" width=\"{width}\" height=\"{HEIGHT}\" viewBox=\"0 0 {wide} {high}\" xmlns=\"http://www.w3.org/2000/svg\">{title}\
-         <style>{style}</style>\n<rect width=\"{wide}\" height=\"{high}\" fill=\"{}\"/>\n{content}",
-        PAPER.light
-    ))
+/// Names with a sample of their line, in rows.
+#[derive(Debug, Clone)]
+pub(super) struct Legend {
+    /// Left end and height of the first row.
+    pub at: (f64, f64),
+    /// Where a row must end.
+    pub width: f64,
+    pub entries: Vec<(String, Look)>,
 }
 
-/// The dark counterparts of the colours.
-fn style() -> String {
-    let mut dark = String::new();
-    for colour in palette::all() {
-        let (light, instead) = (colour.light, colour.dark);
-        let _ = write!(
-            dark,
-            "[stroke=\"{light}\"]{{stroke:{instead}}}[fill=\"{light}\"]{{fill:{instead}}}"
+/// A pair of axes with its curves.
+#[derive(Debug, Clone)]
+pub(super) struct Panel {
+    /// Left and upper end of the axes.
+    pub at: (f64, f64),
+    /// Width and height of the axes, without labels.
+    pub size: (f64, f64),
+    /// Text above the axes at the left, and at the right.
+    pub title: [String; 2],
+    pub x: Axis,
+    pub y: Axis,
+    /// In the order of drawing.
+    pub marks: Vec<Mark>,
+}
+
+/// Something drawn between axes. What lies beyond the axes or is NaN is left out.
+#[derive(Debug, Clone)]
+pub(super) enum Mark {
+    /// A curve.
+    Line(Vec<(f64, f64)>, Look),
+    /// Filled circles with their radius.
+    Dots(Vec<(f64, f64)>, f64, Colour),
+    /// A dot with a text so far below it.
+    Text((f64, f64), f64, String),
+    /// The last points of curves, each with a text at its right, moved apart where they are close.
+    Ends(Vec<((f64, f64), String, Colour)>),
+}
+
+impl Mark {
+    /// A curve over a rising abscissa, thinned.
+    pub fn curve(x: &[f64], y: &[f64], look: Look) -> Self {
+        let kept = thinned(y, MOST_POINTS).into_iter();
+        Self::Line(kept.map(|i| (x[i], y[i])).collect(), look)
+    }
+}
+
+type Drawn<DB> = Result<(), DrawingAreaErrorKind<<DB as DrawingBackend>::ErrorType>>;
+type Root<DB> = DrawingArea<DB, Shift>;
+type Chart<'a, DB> = ChartContext<'a, DB, Cartesian2d<Axis, Axis>>;
+
+impl Picture {
+    /// A picture with nothing but a sentence.
+    pub fn without_data(size: (f64, f64), sentence: &str) -> Self {
+        Self {
+            size,
+            notes: vec![((size.0 / 2.0, size.1 / 2.0), sentence.to_owned())],
+            ..Self::default()
+        }
+    }
+
+    /// An `<svg>` element that scales with its page. `name` is for messages, `title` is what a
+    /// screen reader says.
+    ///
+    /// # Errors
+    /// [`Error::Drawing`].
+    pub fn svg(&self, name: &'static str, title: &str) -> Result<String, Error> {
+        self.svg_element(name, title, "", "")
+    }
+
+    /// The same as a file that stands alone: with its size, and with colours for a dark screen.
+    ///
+    /// # Errors
+    /// [`Error::Drawing`].
+    pub fn svg_file(&self, name: &'static str, title: &str) -> Result<String, Error> {
+        let mut dark = String::new();
+        for colour in palette::all() {
+            let (light, instead) = (colour.light, colour.dark);
+            let _ = write!(
+                dark,
+                "[stroke=\"{light}\"]{{stroke:{instead}}}[fill=\"{light}\"]{{fill:{instead}}}"
+            );
+        }
+        let style = format!("<style>@media (prefers-color-scheme:dark){{{dark}}}</style>");
+        let (width, height) = self.size;
+        let size = format!(" width=\"{width}\" height=\"{height}\"");
+        self.svg_element(name, title, &size, &style)
+    }
+
+    fn svg_element(
+        &self,
+        name: &'static str,
+        title: &str,
+        attributes: &str,
+        style: &str,
+    ) -> Result<String, Error> {
+        let mut text = String::new();
+        let (width, height) = (units(self.size.0), units(self.size.1));
+        let size = (width as u32, height as u32);
+        self.draw(&SVGBackend::with_string(&mut text, size).into_drawing_area())
+            .map_err(|problem| failed(name, &problem))?;
+        let content = text.split_once(">\n").map_or("", |(_, content)| content);
+        let title = maud::html! { title { (title) } }.into_string();
+        Ok(format!(
+            "<svg role=\"img\"{attributes} viewBox=\"0 0 {width} {height}\" \
+             xmlns=\"http://www.w3.org/2000/svg\">{title}{style}\n{content}"
+        ))
+    }
+
+    /// A PNG file of two pixels a CSS pixel. `name` is for messages.
+    ///
+    /// # Errors
+    /// [`Error::Drawing`].
+    pub fn png(&self, name: &'static str) -> Result<Vec<u8>, Error> {
+        let [width, height] = [self.size.0, self.size.1].map(|length| units(length) as usize);
+        let mut fine = vec![0; 3 * width * height];
+        let back_end = BitMapBackend::with_buffer(&mut fine, (width as u32, height as u32));
+        self.draw(&back_end.into_drawing_area())
+            .map_err(|problem| failed(name, &problem))?;
+        let rgb = smaller(&fine, width);
+        let mut file = vec![];
+        let [width, height] = [width, height].map(|length| (length / SMOOTH) as u32);
+        let mut encoder = png::Encoder::new(&mut file, width, height);
+        encoder.set_color(png::ColorType::Rgb);
+        encoder.set_compression(png::Compression::Fast);
+        encoder
+            .write_header()
+            .and_then(|mut writer| writer.write_image_data(&rgb))
+            .map_err(|problem| failed(name, &problem))?;
+        Ok(file)
+    }
+
+    fn draw<DB: DrawingBackend>(&self, root: &Root<DB>) -> Drawn<DB> {
+        register();
+        root.fill(&rgb(PAPER))?;
+        for legend in &self.legends {
+            legend.draw(root)?;
+        }
+        for panel in &self.panels {
+            panel.draw(root)?;
+        }
+        for (at, sentence) in &self.notes {
+            root.draw_text(sentence, &text(SOFT, HPos::Center), pixel(*at))?;
+        }
+        root.present()
+    }
+}
+
+impl Legend {
+    fn draw<DB: DrawingBackend>(&self, root: &Root<DB>) -> Drawn<DB> {
+        let (mut x, mut y) = self.at;
+        for (name, look) in &self.entries {
+            let style = text(INK, HPos::Left);
+            let length = 34.0 + f64::from(root.estimate_text_size(name, &style)?.0) / UNITS;
+            if x > self.at.0 && x + length > self.at.0 + self.width {
+                (x, y) = (self.at.0, y + 18.0);
+            }
+            let sample = vec![pixel((x, y)), pixel((x + 28.0, y))];
+            match look.dash {
+                None => root.draw(&PathElement::new(sample, stroke(*look)))?,
+                Some((on, off)) => root.draw(&DashedPathElement::new(
+                    sample,
+                    units(on),
+                    units(off),
+                    stroke(*look),
+                ))?,
+            }
+            root.draw_text(name, &style, pixel((x + 34.0, y)))?;
+            x += length + 22.0;
+        }
+        Ok(())
+    }
+}
+
+impl Panel {
+    fn draw<DB: DrawingBackend>(&self, root: &Root<DB>) -> Drawn<DB> {
+        let ((left, top), (width, height)) = (self.at, self.size);
+        let area = root.clone().shrink(
+            pixel((left - LEFT, top)),
+            (units(width + LEFT), units(height + BELOW)),
         );
+        let mut chart = ChartBuilder::on(&area)
+            .y_label_area_size(units(LEFT))
+            .x_label_area_size(units(BELOW))
+            .build_cartesian_2d(self.x.clone(), self.y.clone())?;
+        chart
+            .configure_mesh()
+            .x_desc(&self.x.label)
+            .y_desc(&self.y.label)
+            .label_style(text(SOFT, HPos::Center))
+            .axis_desc_style(text(INK, HPos::Center))
+            .set_all_tick_mark_size(units(3.0))
+            .axis_style(stroke(Look::solid(REFERENCE, 1.0)))
+            .bold_line_style(stroke(Look::solid(GRID, 1.0)))
+            .draw()?;
+        let above = top - 12.0;
+        let [title, corner] = &self.title;
+        root.draw_text(title, &text(INK, HPos::Left), pixel((left, above)))?;
+        let right = pixel((left + width, above));
+        root.draw_text(corner, &text(SOFT, HPos::Right), right)?;
+        for mark in &self.marks {
+            self.mark(root, &mut chart, mark)?;
+        }
+        Ok(())
     }
-    format!("@media (prefers-color-scheme:dark){{{dark}}}")
+
+    /// Whether a point lies between the axes.
+    fn holds(&self, (x, y): (f64, f64)) -> bool {
+        self.x.holds(x) && self.y.holds(y)
+    }
+
+    fn mark<DB: DrawingBackend>(
+        &self,
+        root: &Root<DB>,
+        chart: &mut Chart<DB>,
+        mark: &Mark,
+    ) -> Drawn<DB> {
+        match mark {
+            Mark::Line(points, look) => self.line(chart, points, *look),
+            Mark::Dots(points, radius, colour) => {
+                let shown = points.iter().filter(|at| self.holds(**at));
+                let dot = |at: &_| Circle::new(*at, units(*radius), rgb(*colour).filled());
+                chart.draw_series(shown.map(dot)).map(drop)
+            }
+            Mark::Text(at, below, words) => {
+                if !self.holds(*at) {
+                    return Ok(());
+                }
+                let (x, y) = chart.backend_coord(at);
+                root.draw(&Circle::new((x, y), units(4.0), rgb(INK).filled()))?;
+                root.draw_text(words, &text(INK, HPos::Center), (x, y + units(*below)))
+            }
+            Mark::Ends(ends) => self.ends(root, chart, ends),
+        }
+    }
+
+    fn line<DB: DrawingBackend>(
+        &self,
+        chart: &mut Chart<DB>,
+        points: &[(f64, f64)],
+        look: Look,
+    ) -> Drawn<DB> {
+        for piece in points.split(|at| !self.holds(*at)) {
+            if piece.len() < 2 {
+                continue;
+            }
+            let piece = piece.to_vec();
+            let style = stroke(look);
+            match look.dash {
+                None => chart.draw_series([PathElement::new(piece, style)])?,
+                Some((on, off)) => chart.draw_series([DashedPathElement::new(
+                    piece,
+                    units(on),
+                    units(off),
+                    style,
+                )])?,
+            };
+        }
+        Ok(())
+    }
+
+    fn ends<DB: DrawingBackend>(
+        &self,
+        root: &Root<DB>,
+        chart: &Chart<DB>,
+        ends: &[((f64, f64), String, Colour)],
+    ) -> Drawn<DB> {
+        let shown = ends.iter().filter(|(at, ..)| self.holds(*at));
+        let mut placed: Vec<_> = shown
+            .map(|(at, words, colour)| (chart.backend_coord(at), words, *colour))
+            .collect();
+        placed.sort_by_key(|((_, y), ..)| -y); // from below upwards
+        let mut lowest = units(self.at.1 + self.size.1 - 6.0);
+        for ((x, y), words, colour) in placed {
+            let beside = y.min(lowest);
+            lowest = beside - units(APART);
+            root.draw(&Circle::new((x, y), units(3.5), rgb(colour).filled()))?;
+            let pointer = vec![(x, y), (x + units(10.0), beside)];
+            root.draw(&PathElement::new(pointer, stroke(Look::solid(colour, 1.0))))?;
+            let at = (x + units(14.0), beside);
+            root.draw_text(words, &text(INK, HPos::Left), at)?;
+        }
+        Ok(())
+    }
 }
 
-fn draw<DB: DrawingBackend>(backend: &mut DB, panels: &[Panel]) -> Drawn<DB> {
-    let mut sheet = Sheet::new(backend);
-    for (i, panel) in panels.iter().enumerate() {
-        one(&mut sheet, panel, i as f64 * PANEL)?;
+fn failed(picture: &'static str, problem: &dyn std::fmt::Display) -> Error {
+    Error::Drawing {
+        picture,
+        problem: problem.to_string(),
     }
-    sheet.finish()
 }
 
-fn one<DB: DrawingBackend>(sheet: &mut Sheet<DB>, panel: &Panel, from: f64) -> Drawn<DB> {
-    let curves = || panel.measured.iter().chain(&panel.laws);
-    let range = |pick: fn(&Curve) -> &Vec<f64>, by: f64| {
-        let values = curves().flat_map(|curve| pick(curve).iter().copied());
-        extent(values.filter(|value| *value > 0.0)).map(|(low, high)| (low / by, high * by))
-    };
-    let (Some(x), Some(y)) = (range(|c| &c.x, 1.15), range(|c| &c.y, 1.5)) else {
-        let middle = (2.0 * from + PANEL, HEIGHT);
-        return sheet.nothing(&format!("{}: nothing was measured", panel.title), middle);
-    };
-    let looks = looks(panel);
-    let left = from + 76.0;
-    let width = PANEL - 92.0;
-    sheet.text(&panel.title, (left, 18.0), Align::Left, INK)?;
-    let top = sheet.legend((left, 40.0), width, &looks)?.1 + 18.0;
-    let [across, up] = &panel.axes;
-    let plot = Plot {
-        left,
-        top,
-        width,
-        height: HEIGHT - top - 50.0,
-        x: Axis::log(across, x),
-        y: Axis::log(up, y),
-    };
-    sheet.axes(&plot)?;
-    for (curve, (_, look)) in panel.laws.iter().zip(&looks[panel.measured.len()..]) {
-        sheet.curve(&plot, &curve.x, &curve.y, *look)?;
-    }
-    for (curve, (_, look)) in panel.measured.iter().zip(&looks) {
-        sheet.curve(&plot, &curve.x, &curve.y, *look)?;
-        for (x, y) in curve.x.iter().zip(&curve.y) {
-            if let Some(at) = plot.at(*x, *y) {
-                sheet.dot(at, 3.0, look.colour)?;
+/// Mean of each `SMOOTH` by `SMOOTH` pixels of a picture `width` pixels wide.
+fn smaller(fine: &[u8], width: usize) -> Vec<u8> {
+    let mut rgb = Vec::with_capacity(fine.len() / (SMOOTH * SMOOTH));
+    for rows in fine.chunks_exact(3 * width * SMOOTH) {
+        for x in (0..width).step_by(SMOOTH) {
+            for part in 0..3 {
+                let pixel = |i: usize| rows[3 * (i / SMOOTH * width + x + i % SMOOTH) + part];
+                let sum: usize = (0..SMOOTH * SMOOTH).map(|i| usize::from(pixel(i))).sum();
+                rgb.push((sum / (SMOOTH * SMOOTH)) as u8);
             }
         }
     }
-    Ok(())
+    rgb
 }
 
-/// Names and looks: first what was measured, then the laws, dashed and faint.
-fn looks(panel: &Panel) -> Vec<(String, Look)> {
-    const DASHES: [&[f64]; 3] = [&[6.0, 4.0], &[2.0, 3.0], &[9.0, 3.0, 2.0, 3.0]];
-    let measured = panel.measured.iter().enumerate();
-    let measured = measured.map(|(i, c)| (c.name.clone(), palette::learning("", i)));
-    let laws = panel.laws.iter().zip(DASHES.into_iter().cycle());
-    let faint = |dash| Look {
-        colour: REFERENCE,
-        width: 1.5,
-        dash,
-    };
-    measured
-        .chain(laws.map(|(c, dash)| (c.name.clone(), faint(dash))))
-        .collect()
+/// Makes the embedded font known to plotters, which otherwise has none.
+fn register() {
+    static ONCE: std::sync::Once = std::sync::Once::new();
+    ONCE.call_once(|| {
+        let font = include_bytes!("../../assets/DejaVuSans-subset.ttf");
+        // It fails only for a file that is no font, and the tests draw with it.
+        let _ = register_font("sans-serif", FontStyle::Normal, font);
+    });
+}
+
+fn units(length: f64) -> i32 {
+    (length * UNITS).round() as i32
+}
+
+fn pixel((x, y): (f64, f64)) -> (i32, i32) {
+    (units(x), units(y))
+}
+
+fn rgb(colour: Colour) -> RGBColor {
+    let (r, g, b) = colour.rgb();
+    RGBColor(r, g, b)
+}
+
+fn stroke(look: Look) -> ShapeStyle {
+    rgb(look.colour).stroke_width(units(look.width) as u32)
+}
+
+fn text(colour: Colour, across: HPos) -> TextStyle<'static> {
+    let style = TextStyle::from(("sans-serif", TEXT * UNITS * FONT_SCALE));
+    TextStyle {
+        color: rgb(colour).to_backend_color(),
+        ..style
+    }
+    .pos(Pos::new(across, VPos::Center))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::report::palette::RNN;
 
-    fn panel() -> Panel {
-        Panel {
-            title: "cost < 1".into(),
-            axes: ["n".into(), "\u{b5}s".into()],
-            measured: vec![Curve {
-                name: "measured".into(),
-                x: vec![0.0, 6.0, 24.0, 96.0],
-                y: vec![1.0, 2.0, 30.0, 450.0],
-            }],
-            laws: vec![Curve {
-                name: "n\u{b2}".into(),
-                x: vec![6.0, 96.0],
-                y: vec![2.0, 512.0],
-            }],
+    fn picture(marks: Vec<Mark>) -> Picture {
+        let panel = Panel {
+            at: (70.0, 30.0),
+            size: (200.0, 100.0),
+            title: ["title".into(), "unit".into()],
+            x: Axis::linear("x", (0.0, 10.0), 5),
+            y: Axis::linear("y", (0.0, 1.0), 2),
+            marks,
+        };
+        Picture {
+            size: (300.0, 200.0),
+            panels: vec![panel],
+            ..Picture::default()
         }
     }
 
-    #[test]
-    fn a_picture_stands_alone_in_light_and_dark() {
-        let text = svg(&[panel(), panel()], "x.svg", "a < b").unwrap();
-        assert!(text.contains("<title>a &lt; b</title>") && text.contains("cost &lt; 1"));
-        assert!(text.contains("prefers-color-scheme:dark") && text.trim_end().ends_with("</svg>"));
-        // three dots a panel: no place for 0 on a logarithmic axis
-        assert_eq!(text.matches("<circle").count(), 6);
-        assert!(text.len() < 60_000, "{} bytes", text.len());
+    /// Pixels of a PNG, three bytes each, and its width and height.
+    fn pixels(png: Vec<u8>) -> (Vec<u8>, (u32, u32)) {
+        let mut reader = png::Decoder::new(std::io::Cursor::new(png))
+            .read_info()
+            .unwrap();
+        let mut pixels = vec![0; reader.output_buffer_size().unwrap()];
+        let info = reader.next_frame(&mut pixels).unwrap();
+        (pixels, (info.width, info.height))
     }
 
     #[test]
-    fn a_panel_without_values_says_so() {
-        let text = svg(&[Panel::default()], "x.svg", "").unwrap();
-        assert!(text.contains("nothing was measured"));
+    fn what_is_nan_or_beyond_the_axes_interrupts_a_curve() {
+        let look = Look::solid(RNN, 2.0);
+        let at = |i: i32| (f64::from(i), if i == 5 { f64::NAN } else { 0.5 });
+        let whole = Mark::Line((0..=4).map(at).collect(), look);
+        let broken = Mark::Line((-3..=14).map(at).collect(), look);
+        let count = |mark| {
+            let svg = picture(vec![mark]).svg("", "").unwrap();
+            svg.matches(&format!("stroke=\"{}\"", RNN.light)).count()
+        };
+        assert_eq!((count(whole), count(broken)), (1, 2));
+    }
+
+    #[test]
+    fn a_curve_covers_its_length_times_its_width_in_the_png() {
+        let line = |dash| {
+            let look = Look {
+                colour: RNN,
+                width: 4.0,
+                dash,
+            };
+            let png = picture(vec![Mark::Line(vec![(1.0, 0.25), (9.0, 0.75)], look)]).png("");
+            let (pixels, size) = pixels(png.unwrap());
+            assert_eq!(size, (600, 400));
+            let (r, g, b) = RNN.rgb();
+            pixels.chunks_exact(3).filter(|p| **p == [r, g, b]).count() as f64
+        };
+        // 160 by 50 CSS pixels, two pixels each; the edges are lighter
+        let full = 2.0 * 160_f64.hypot(50.0) * 8.0;
+        assert!((0.85..1.0).contains(&(line(None) / full)));
+        assert!((0.5..0.65).contains(&(line(Some((9.0, 6.0))) / full)));
+    }
+
+    #[test]
+    fn labels_of_ends_that_are_close_are_moved_apart() {
+        let end = |y| ((10.0, y), format!("{y}"), RNN);
+        let ends = Mark::Ends(vec![end(0.5), end(0.51), end(0.49)]);
+        let svg = picture(vec![ends]).svg("", "").unwrap();
+        let height = |words: &str| -> i32 {
+            let before = svg.split(&format!("\n{words}\n")).next().unwrap();
+            let y = before.rsplit(" y=\"").next().unwrap();
+            y.split('"').next().unwrap().parse().unwrap()
+        };
+        let [low, middle, high] = ["0.49", "0.5", "0.51"].map(height);
+        assert!(low - middle >= units(APART) && middle - high >= units(APART));
+    }
+
+    #[test]
+    fn edges_are_smoothed_by_the_mean_of_four_pixels() {
+        let (black, white) = ([0; 3], [255; 3]);
+        let fine = [black, white, white, white, white, white, black, black].concat();
+        assert_eq!(smaller(&fine, 4), [[191; 3], [127; 3]].concat());
     }
 }

@@ -1,12 +1,15 @@
-//! The HTML page: one file with its style and pictures inside, no script, nothing fetched.
+//! The HTML page of a run: one file with its style and its pictures inside.
+//!
+//! It has no script and fetches nothing.
 
 use super::figures::{Figure, length};
 use super::palette::{self, Colour};
 use super::table::{BASELINE, blocks, change_percent, is_best, percent};
+use super::terms::terms;
 use crate::experiment::results::{Curve, Report, Results, Row};
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
-/// What tells a page of ours from anybody else's.
+/// Marks a page as written by this program, so that it may be replaced.
 pub(super) const MARKER: &str = "<meta name=\"generator\" content=\"host-sim report\">";
 
 /// Heading of a picture.
@@ -14,7 +17,7 @@ pub(super) fn heading(figure: Figure) -> &'static str {
     match figure {
         Figure::Error => "Horizontal error over time",
         Figure::Track => "Track",
-        Figure::Errors => "Sensor errors and what the network says of them",
+        Figure::Errors => "Sensor errors and the output of the networks",
         Figure::Learning => "Learning",
     }
 }
@@ -23,7 +26,11 @@ pub(super) fn heading(figure: Figure) -> &'static str {
 pub(super) fn page(report: &Report, svgs: &[(Figure, String)]) -> String {
     let results = &report.results;
     let body = html! {
-        p.sub { "scenario " b { (results.scenario) } ", seed " b { (results.seed) } }
+        p.sub {
+            "scenario " b { (results.scenario) } ", seed " b { (results.seed) }
+            " (the start of all random numbers)"
+        }
+        (terms(results.rows.iter().map(|row| row.scheme.as_str())))
         @for sentence in &findings(results) { p.finding { (unbroken(sentence)) } }
         @if !report.notes.is_empty() {
             aside { h2 { "Read this first" } ul { @for note in &report.notes { li { (note) } } } }
@@ -48,7 +55,7 @@ pub(super) fn page(report: &Report, svgs: &[(Figure, String)]) -> String {
     frame(&report.title, &body).into_string()
 }
 
-/// A page of ours: its head, its title, and what is under it.
+/// A whole page: its head, its title, and `body` below them.
 pub(super) fn frame(title: &str, body: &Markup) -> Markup {
     html! {
         (DOCTYPE)
@@ -71,7 +78,7 @@ pub(super) fn frame(title: &str, body: &Markup) -> Markup {
     }
 }
 
-/// What came out at the last time, scheme by scheme, whichever way it went.
+/// The results at the last time, scheme by scheme, better or worse.
 fn findings(results: &Results) -> Vec<String> {
     let Some(last) = blocks(results).last() else {
         return vec!["This run has no results.".to_owned()];
@@ -113,7 +120,7 @@ fn findings(results: &Results) -> Vec<String> {
     sentences
 }
 
-/// Hyphens that no line breaks at, so that `ls-3x3` stays in one piece.
+/// `text` with hyphens that no line breaks at, so that `ls-3x3` stays in one piece.
 pub(super) fn unbroken(text: &str) -> String {
     text.replace('-', "\u{2011}")
 }
@@ -143,27 +150,39 @@ fn results_table(results: &Results) -> Markup {
             }
         }
         p.legend {
-            "Latitude error is positive north, longitude error positive east. Change is that of the horizontal error against "
-            i { "raw" } " at the same time: \u{2212} is a smaller error, "
-            span.worse { "+ a larger one" } ". " span.star { "\u{2605}" } " marks the least horizontal error of its time."
+            "Time is that since the start of free-inertial navigation. Latitude error is positive north, longitude error "
+            "positive east. The last column is the change of the horizontal error against " i { "raw" } " at the same time: "
+            "\u{2212} is a smaller error, " span.worse { "+ a larger one" } ". " span.star { "\u{2605}" }
+            " marks the least horizontal error of its time."
         }
     }
 }
 
+/// Name of a scheme with the colour of its curves; `index` is its place among the schemes.
+pub(super) fn scheme_cell(scheme: &str, index: usize) -> Markup {
+    let colour = palette::scheme(scheme, index).colour.name;
+    html! {
+        td.text { span.chip style={ "background:var(--" (colour) ")" } {} (scheme) }
+    }
+}
+
+/// A number with its sign and `digits` decimals.
+pub(super) fn signed(value: f64, digits: usize) -> String {
+    format!("{value:+.digits$}").replace('-', "\u{2212}")
+}
+
 fn results_row(results: &Results, row: &Row, line: usize) -> Markup {
     let change = change_percent(results, row);
-    let colour = palette::scheme(&row.scheme, line).colour.name;
-    let number = |value: f64, digits: usize| format!("{value:+.digits$}").replace('-', "\u{2212}");
     html! {
-        td.text { span.chip style={ "background:var(--" (colour) ")" } {} (row.scheme) }
-        td { (number(row.d_lat_m, 2)) } td { (number(row.d_lon_m, 2)) }
-        td { (number(row.d_vn_mps, 3)) } td { (number(row.d_ve_mps, 3)) }
+        (scheme_cell(&row.scheme, line))
+        td { (signed(row.d_lat_m, 2)) } td { (signed(row.d_lon_m, 2)) }
+        td { (signed(row.d_vn_mps, 3)) } td { (signed(row.d_ve_mps, 3)) }
         td.main { @if is_best(results, row) { span.star title="least of its time" { "\u{2605} " } } (format!("{:.2}", row.horizontal_m)) }
         td.worse[change.is_some_and(|change| change >= 0.5)] { (change.map_or("\u{2013}".to_owned(), |_| percent(change).replace('-', "\u{2212}"))) }
     }
 }
 
-/// What is seen, from the data.
+/// What a figure shows, with figures from the data.
 pub(super) fn caption(figure: Figure, report: &Report) -> String {
     match figure {
         Figure::Error => {
@@ -173,7 +192,7 @@ pub(super) fn caption(figure: Figure, report: &Report) -> String {
                 report.error_over_time.iter().map(|curve| format!("{} {}", curve.name, length(worst(curve), span))).collect();
             format!("Distance between each scheme's position and the reference. Largest: {}.", parts.join(", "))
         }
-        Figure::Track => "Plan view, the same scale both ways. The broad line is the reference; dots mark where each ends.".to_owned(),
+        Figure::Track => "Seen from above, with the same scale in both directions. The broad line is the reference; dots mark where the tracks end.".to_owned(),
         Figure::Errors => sensor_caption(report),
         Figure::Learning => learning_caption(&report.learning),
     }
@@ -186,14 +205,14 @@ fn sensor_caption(report: &Report) -> String {
         .iter()
         .any(|trace| trace.teacher.iter().any(|value| value.is_finite()));
     let mut text = String::from(if known {
-        "Output of the network over the true error of each sensor (median over a minute, so that the spikes of scale factor and misalignment in turns do not hide it), in the session learnt from."
+        "Output of the networks and true error of each sensor, on the drive that was learnt from. The true error is a median over one minute: in turns, scale factor and misalignment give short peaks that would hide the rest."
     } else {
-        "Output of the network for each sensor; the true error of recorded data is unknown."
+        "Output of the networks for each sensor; the true error of recorded data is unknown."
     });
     if taught {
-        text += " Dots are what the teacher said while learning, thinned; those beyond a panel's range are not drawn.";
+        text += " Dots are some of the errors that the teacher gave while learning; dots beyond a panel's range are not drawn.";
     }
-    text + " Each panel has its own scale."
+    text + " A flat line is a constant bias. Each panel has its own scale."
 }
 
 fn learning_caption(curves: &[Curve]) -> String {
@@ -212,7 +231,7 @@ fn learning_caption(curves: &[Curve]) -> String {
         return "No network was trained in this run.".to_owned();
     }
     format!(
-        "Cost over passes; dashed on data held back from learning. First to last: {}.",
+        "The cost that learning makes smaller, mostly the squared difference from the teacher, after each pass over the data; dashed on data held back from learning. First to last: {}.",
         ends.join("; ")
     )
 }
@@ -247,7 +266,9 @@ fn reproduce(report: &Report) -> Markup {
     }
 }
 
-/// The style sheet: our colours as variables, and the pictures' colours mapped onto them, so that they follow a dark screen.
+/// The style sheet: the colours as variables, and the colours of the pictures mapped onto them.
+///
+/// So the pictures follow a dark screen.
 pub(super) fn style() -> String {
     let variables = |pick: fn(Colour) -> &'static str| -> String {
         palette::all()

@@ -1,10 +1,12 @@
-//! The results as JSON: a stable format for scripts, and never with a NaN in it.
+//! The results as JSON: a stable format for scripts, without NaN.
 
 use crate::error::Error;
 use crate::experiment::results::Results;
 
-/// The results as JSON text with a final line break:
-/// `{"scenario","seed","rows":[{"t_min","scheme","d_lat_m","d_lon_m","d_vn_mps","d_ve_mps","horizontal_m"}]}`.
+/// The results as JSON text with a final line break.
+///
+/// Its form is `{"scenario","seed","rows":[..]}`, each row `{"t_min","scheme","d_lat_m","d_lon_m",
+/// "d_vn_mps","d_ve_mps","horizontal_m"}`.
 ///
 /// # Errors
 /// [`Error::BadResult`] naming row and field of a number that JSON cannot hold (NaN, infinity).

@@ -1,21 +1,20 @@
-//! What a run leaves behind: the printed table, the JSON, and the self-contained HTML page with its pictures.
+//! What a run leaves behind: the printed table, the JSON, and the HTML page with its pictures.
 //!
-//! Entry points: [`table::table`], [`json::json`], [`page::write`]; [`outcomes::write`] for replays.
+//! Only the command line uses this room, and `cargo xtask growth` its charts.
 
 pub mod allan;
-mod allan_plot;
-mod axes;
-pub mod bounds;
-mod canvas;
-pub mod chart;
-pub mod figures;
+mod axis;
+mod chart;
+mod figures;
+pub mod growth;
 mod html;
 pub mod json;
-pub mod outcomes;
+pub mod learnability;
 pub mod page;
 mod palette;
-mod panels;
+pub mod replay;
 #[cfg(test)]
 mod sample;
-mod sheet;
+mod sensor_errors;
 pub mod table;
+mod terms;

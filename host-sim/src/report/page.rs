@@ -1,4 +1,6 @@
-//! The report directory: one self-contained HTML page and the pictures as PNG, there whole or not at all.
+//! The report directory: one self-contained HTML page and its pictures as PNG.
+//!
+//! It appears whole or not at all.
 
 use super::figures::Figure;
 use super::{html, json};
@@ -15,15 +17,16 @@ pub const PAGE: &str = "index.html";
 
 /// Writes `index.html` and the four PNGs of `report` into `dir` and returns the path of the page.
 ///
-/// The files are made in a directory beside `dir` that is renamed when complete. An existing `dir` is replaced only if it is
-/// empty or holds a report of ours; files in it that are not the report's are kept.
+/// The files are made in a directory beside `dir`, which is renamed when it is complete. An
+/// existing `dir` is replaced only if it is empty or holds such a report. Other files in it are
+/// kept.
 ///
 /// # Errors
-/// [`Error::BadResult`] for NaN in the results or curves of unequal length, [`Error::NotOurs`], [`Error::Unwritable`],
-/// [`Error::Drawing`]; `dir` is then as it was.
+/// [`Error::BadResult`] for NaN in the results or curves of unequal length, [`Error::NotOurs`],
+/// [`Error::Unwritable`], [`Error::Drawing`]. `dir` is then unchanged.
 pub fn write(dir: &Path, report: &Report) -> Result<PathBuf, Error> {
     check(report)?;
-    // drawn only when there is a place for it
+    // The pictures are drawn only when the directory may be written.
     place(dir, || files(report))
 }
 
@@ -49,7 +52,7 @@ pub(super) fn place<N: AsRef<Path>>(
         fs::rename(fresh.path(), &place)
     }
     .map_err(unwritable)?;
-    let _ = fresh.keep(); // moved: there is nothing left to remove
+    let _ = fresh.keep(); // it was renamed: there is nothing to remove
     Ok(dir.join(PAGE))
 }
 
@@ -116,7 +119,10 @@ fn check(report: &Report) -> Result<(), Error> {
     Ok(())
 }
 
-/// Whether `place` is there to be replaced; an error if it must be left alone.
+/// Whether `place` exists and may be replaced.
+///
+/// # Errors
+/// If it must be left alone.
 fn existing(dir: &Path, place: &Path) -> Result<bool, Error> {
     let not_ours = |holds| {
         Err(Error::NotOurs {
@@ -144,13 +150,13 @@ fn is_ours(page: &[u8]) -> bool {
         .any(|part| part == html::MARKER.as_bytes())
 }
 
-/// Puts `fresh` in the place of the directory `place`, and what `place` held beside the report into it.
+/// Puts `fresh` in the place of the directory `place`, and moves the other files there into it.
 fn replace(fresh: &tempfile::TempDir, place: &Path) -> io::Result<()> {
     let aside = temporary_directory(directory_of(place))?;
     let old = aside.path().join("old");
     fs::rename(place, &old)?;
     if let Err(error) = fs::rename(fresh.path(), place) {
-        fs::rename(&old, place)?; // as it was
+        fs::rename(&old, place)?; // undo
         return Err(error);
     }
     for entry in fs::read_dir(&old)? {
@@ -158,7 +164,7 @@ fn replace(fresh: &tempfile::TempDir, place: &Path) -> io::Result<()> {
         if !place.join(&name).exists() {
             let moved = fs::rename(old.join(&name), place.join(&name));
             if moved.is_err() {
-                let _ = aside.keep(); // rather leave it aside than delete what is not ours
+                let _ = aside.keep(); // do not delete files of somebody else
                 return moved;
             }
         }
@@ -166,7 +172,7 @@ fn replace(fresh: &tempfile::TempDir, place: &Path) -> io::Result<()> {
     Ok(())
 }
 
-/// A directory that ends up with the permissions an ordinary new one has.
+/// A temporary directory with the permissions of an ordinary new one.
 fn temporary_directory(parent: &Path) -> io::Result<tempfile::TempDir> {
     let mut builder = tempfile::Builder::new();
     builder.prefix(".host-sim-");

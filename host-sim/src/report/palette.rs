@@ -1,9 +1,11 @@
-//! Colours and line styles of the report: one look a scheme, the same in every picture and in the table.
+//! Colours and line styles of the report: each scheme has one look, in every picture and table.
 //!
-//! The hues are those of Okabe and Ito ("Color Universal Design", 2008), which stay apart with every kind of colour
-//! blindness; dashes tell the schemes apart in grey print as well.
+//! The hues are those of Okabe and Ito ("Color Universal Design", 2008), which people with any kind
+//! of colour blindness can tell apart. Dashes tell the schemes apart in grey print as well.
 
-/// A colour on white paper and its counterpart on a dark screen, both `#RRGGBB` in upper case (as the SVG writes them).
+/// A colour on white paper and its counterpart on a dark screen.
+///
+/// Both are `#RRGGBB` in upper case, as the SVG writes them.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Colour {
     /// Name of the CSS variable.
@@ -36,14 +38,14 @@ pub(super) const SOFT: Colour = Colour::new("soft", "#59616B", "#A4ADB8");
 pub(super) const GRID: Colour = Colour::new("grid", "#E4E7EB", "#2C3138");
 /// The reference track.
 pub(super) const REFERENCE: Colour = Colour::new("reference", "#9BA3AD", "#6C7580");
-/// What the teacher said: faint.
+/// The errors that the teacher gave: faint.
 pub(super) const TEACHER: Colour = Colour::new("teacher", "#C3C9D1", "#4C545E");
 const RAW: Colour = Colour::new("raw", "#D55E00", "#FF8B3D");
 const LS_BIAS: Colour = Colour::new("ls-bias", "#CC79A7", "#E79CC6");
 const LS_3X3: Colour = Colour::new("ls-3x3", "#009E73", "#2CC99B");
 /// The network, also in the learning curves and sensor-error panels.
 pub(super) const RNN: Colour = Colour::new("rnn", "#0072B2", "#56B4F2");
-/// The networks taught by fixes.
+/// The learner from satellite fixes.
 const RNN_KALMAN: Colour = Colour::new("rnn-kalman", "#8B1E3F", "#FF8FAB");
 const OTHER: [Colour; 3] = [
     Colour::new("other-1", "#56B4E9", "#8FD0F7"),
@@ -64,8 +66,8 @@ pub(super) fn all() -> impl Iterator<Item = Colour> {
 pub(super) struct Look {
     pub colour: Colour,
     pub width: f64,
-    /// Stroke, gap, stroke, gap, ...; empty for a solid line.
-    pub dash: &'static [f64],
+    /// Lengths of dash and gap; `None` for a solid line.
+    pub dash: Option<(f64, f64)>,
 }
 
 impl Look {
@@ -74,12 +76,12 @@ impl Look {
         Self {
             colour,
             width,
-            dash: &[],
+            dash: None,
         }
     }
 }
 
-/// Look of a scheme or of the reference, by name; a name we do not know gets a colour by its place `index`.
+/// Look of a scheme or of the reference; an unknown name gets a colour by its place `index`.
 pub(super) fn scheme(name: &str, index: usize) -> Look {
     match name {
         "reference" => Look::solid(REFERENCE, 4.0),
@@ -87,35 +89,36 @@ pub(super) fn scheme(name: &str, index: usize) -> Look {
         "ls-bias" => Look {
             colour: LS_BIAS,
             width: 1.8,
-            dash: &[10.0, 5.0],
+            dash: Some((10.0, 5.0)),
         },
         "ls-3x3" => Look {
             colour: LS_3X3,
             width: 1.8,
-            dash: &[9.0, 3.5, 2.0, 3.5],
+            dash: Some((5.0, 3.0)),
         },
         "rnn" => Look::solid(RNN, 2.4),
         "rnn-kalman" => Look::solid(RNN_KALMAN, 2.4),
         _ => Look {
             colour: OTHER[index % OTHER.len()],
             width: 1.8,
-            dash: &[3.0, 3.0],
+            dash: Some((2.5, 2.5)),
         },
     }
 }
 
-/// Look of a learning curve `network: part`: a colour a network by its place `index`, dashes for data held back.
+/// Look of a curve that no scheme names, by its place `index`.
+pub(super) fn numbered(index: usize) -> Look {
+    const COLOURS: [Colour; 4] = [RNN, RAW, LS_3X3, LS_BIAS];
+    Look::solid(COLOURS[index % COLOURS.len()], 2.0)
+}
+
+/// Look of a learning curve `network: part`: a colour for each network, dashes for data held back.
+///
+/// `index` is the place of the network.
 pub(super) fn learning(name: &str, index: usize) -> Look {
-    const NETWORKS: [Colour; 4] = [RNN, RAW, LS_3X3, LS_BIAS];
-    let dash: &[f64] = if name.contains("held back") {
-        &[7.0, 4.0]
-    } else {
-        &[]
-    };
     Look {
-        colour: NETWORKS[index % NETWORKS.len()],
-        width: 2.0,
-        dash,
+        dash: name.contains("held back").then_some((7.0, 4.0)),
+        ..numbered(index)
     }
 }
 

@@ -1,13 +1,16 @@
-//! The results as a printed table, in the layout of table 1 of the paper: a block a time, a line a scheme.
+//! The results as a printed table, in the layout of table 1 of the paper.
+//!
+//! Each time has a block, and each scheme a line in it.
 
 use crate::experiment::results::{Results, Row};
 use comfy_table::{Cell, CellAlignment, ContentArrangement, Table, presets};
 
-/// The scheme all others are compared with: the inertial data as they came.
+/// The scheme that all others are compared with: the samples without correction.
 pub const BASELINE: &str = "raw";
 
-/// Change of the horizontal error against `raw` at the same time, per cent: negative is a smaller error. `None` for `raw`
-/// itself, and where there is no `raw` or its error is zero.
+/// Change of the horizontal error against `raw` at the same time, per cent; negative is smaller.
+///
+/// `None` for `raw` itself, and where there is no `raw` or its error is zero.
 #[must_use]
 pub fn change_percent(results: &Results, row: &Row) -> Option<f64> {
     let same_time = |other: &&Row| other.t_min == row.t_min && other.scheme == BASELINE;
@@ -39,7 +42,9 @@ pub(super) fn percent(change: Option<f64>) -> String {
     }
 }
 
-/// The table as text of at most 100 columns as long as errors stay below 10 000 km, without a final line break.
+/// The table as text, without a final line break.
+///
+/// It has at most 100 columns as long as errors stay below 10 000 km.
 #[must_use]
 pub fn table(results: &Results) -> String {
     let mut table = Table::new();

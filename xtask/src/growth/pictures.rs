@@ -2,7 +2,7 @@
 
 use anyhow::Result;
 use host_sim::experiment::results::Curve;
-use host_sim::report::chart::{self, Panel};
+use host_sim::report::growth::{self, Panel};
 
 use super::laws::Polynomial;
 use super::scaling::SAMPLES;
@@ -64,7 +64,7 @@ pub fn all(measured: &Measured) -> Result<Vec<(&'static str, String)>> {
     ];
     let title = "Cost against";
     let draw = |name: &'static str, what: &str, panels: &[Panel]| -> Result<_> {
-        let svg = chart::svg(panels, name, &format!("{title} {what}"))?;
+        let svg = growth::svg(panels, name, &format!("{title} {what}"))?;
         Ok((name, svg))
     };
     Ok(vec![

@@ -1,7 +1,8 @@
-//! `host-sim replay` of a user's own recording: csv, kf-gins, novatel.
+//! `host-sim replay` of a user's recording: csv, kf-gins, novatel.
 
-use super::outcomes::{Output, no_attitude};
-use super::run::Progress;
+use super::options::{positive, preset, refused};
+use super::output::Output;
+use super::progress::Stages;
 use super::source::{Csv, KfGins, Novatel};
 use crate::error::Error;
 use crate::experiment::own::{LEAST_S, Plan};
@@ -9,23 +10,23 @@ use crate::inertial::session::Session;
 use crate::inertial::units::{DEG, DEG_PER_H, DEG_PER_SQRT_H, UG, UG_PER_SQRT_HZ};
 use crate::learning::teacher::Assumptions;
 use crate::recordings::novatel;
-use crate::simulator::imu::{ImuSpec, PRESETS};
 use clap::Args as ClapArgs;
 use std::path::Path;
 
-/// What is assumed of the sensors, and what is learnt from.
+/// Assumptions on the sensors, and the part to learn from.
 #[derive(Debug, ClapArgs)]
 struct Options {
-    /// Seconds from the start to learn from, standstill included [default: standstill and half of what follows]
+    /// Seconds from the start to learn from, standstill included [default: the standstill and half
+    /// of the rest]
     #[arg(long, value_name = "SECONDS")]
     learn_s: Option<usize>,
-    /// The sensors are taken to be of this class (medium, nav, tactical)
+    /// Assumed class of the sensors: medium, nav or tactical
     #[arg(long, value_name = "NAME", default_value = "medium")]
     preset: String,
-    /// Gyro bias to be expected, deg/h [default: the preset's]
+    /// Expected gyro bias, deg/h [default: the preset's]
     #[arg(long, value_name = "DEG_PER_H")]
     gyro_bias: Option<f64>,
-    /// Accelerometer bias to be expected, ug [default: the preset's]
+    /// Expected accelerometer bias, ug [default: the preset's]
     #[arg(long, value_name = "UG")]
     accel_bias: Option<f64>,
     /// Angle random walk, deg/sqrt(h) [default: the preset's]
@@ -34,7 +35,7 @@ struct Options {
     /// Velocity random walk, ug/sqrt(Hz) [default: the preset's]
     #[arg(long, value_name = "UG_PER_SQRT_HZ")]
     vrw: Option<f64>,
-    /// Standard deviations of an attitude that is given, deg
+    /// Standard deviations of a given attitude, deg
     #[arg(
         long,
         value_name = "TILT,HEADING",
@@ -69,7 +70,7 @@ pub(super) struct KfGinsArgs {
 pub(super) struct NovatelArgs {
     #[command(flatten)]
     source: Novatel,
-    /// Only say what the log holds
+    /// Only list what the log contains
     #[arg(long)]
     inventory: bool,
     #[command(flatten)]
@@ -134,22 +135,19 @@ impl Options {
                     "give a recording with {LEAST_S} s to learn from after the standstill and {LEAST_S} s to judge on"
                 ),
             };
-            option("--learn-s", problem, &remedy)
+            refused("--learn-s", problem, remedy)
         })?;
-        let progress = Progress::new();
-        progress.stage("aligning, learning, navigating");
+        let stages = Stages::new();
+        stages.begin("aligning, learning, navigating");
         let outcome = plan.replay(name, session, learn);
-        progress.end();
+        stages.end();
         let outcome = outcome.ok_or_else(|| no_attitude(Path::new(name)))?;
-        self.output.print(name, &[outcome])
+        self.output.leave_outcomes(name, &[outcome])
     }
 
-    /// The preset's datasheet, with what was given instead.
+    /// The preset's datasheet, with the given values in place of its own.
     fn assumptions(&self) -> Result<Assumptions, Error> {
-        let names = PRESETS.map(|(name, _)| name);
-        let spec = ImuSpec::preset(&self.preset)
-            .ok_or_else(|| Error::unknown("preset", &self.preset, &names))?;
-        let mut a = Assumptions::of(&spec);
+        let mut a = Assumptions::of(&preset(&self.preset)?);
         let fields = [
             (
                 "--gyro-bias",
@@ -163,10 +161,7 @@ impl Options {
         ];
         for (name, given, field, unit) in fields {
             if let Some(value) = given {
-                if !(value.is_finite() && value > 0.0) {
-                    return Err(option(name, format!("is {value}"), "give a number above 0"));
-                }
-                *field = value * unit;
+                *field = positive(name, value)? * unit;
             }
         }
         Ok(a)
@@ -177,7 +172,7 @@ impl Options {
             [tilt, heading] if [tilt, heading].iter().all(|s| *s > 0.0 && *s <= 90.0) => {
                 Ok([tilt * DEG, heading * DEG])
             }
-            _ => Err(option(
+            _ => Err(refused(
                 "--attitude-sigma",
                 format!("is {:?}", self.attitude_sigma),
                 "give tilt,heading in degrees, above 0 and at most 90",
@@ -186,10 +181,11 @@ impl Options {
     }
 }
 
-fn option(name: &str, problem: String, remedy: &str) -> Error {
-    Error::Option {
-        option: name.into(),
-        problem,
-        remedy: remedy.into(),
-    }
+/// The error of a recording without a usable standstill.
+pub(super) fn no_attitude(file: &Path) -> Error {
+    refused(
+        file.display().to_string(),
+        "the first part gives no attitude",
+        "the recording must start at rest with live accelerometers and gyros",
+    )
 }

@@ -1,47 +1,47 @@
-//! Axes with sensible numbers, thinning of long curves, and dashes: the arithmetic of plotting, without any drawing.
+//! Axes: ranges, ticks with sensible numbers, and the thinning of long curves.
 
-/// One axis: its range, its kind, and its labelled ticks.
+use plotters::coord::ranged1d::{
+    KeyPointHint, KeyPointWeight, NoDefaultFormatting, Ranged, ValueFormatter,
+};
+use plotters::coord::types::RangedCoordf64;
+use std::ops::Range;
+
+/// One axis of a panel: its range, its scale and its labelled ticks.
 #[derive(Debug, Clone)]
 pub(super) struct Axis {
     /// Quantity and unit.
     pub label: String,
-    /// Value and text of each tick, ascending.
-    pub ticks: Vec<(f64, String)>,
     low: f64,
     high: f64,
     log: bool,
+    /// Value and text of each tick, ascending.
+    ticks: Vec<(f64, String)>,
 }
 
 impl Axis {
-    /// Linear from `low` to `high` with about `count` ticks.
+    /// Linear from `low` to `high` with at most about `count` intervals between ticks.
     pub fn linear(label: impl Into<String>, (low, high): (f64, f64), count: usize) -> Self {
-        let step = nice_step((high - low) / count.max(1) as f64);
-        let digits = (-step.log10().floor()).clamp(0.0, 12.0) as usize;
-        let (first, last) = (
-            (low / step).ceil() as i64,
-            (high / step + 1e-9).floor() as i64,
-        );
-        let tick = |i: i64| {
-            let value = i as f64 * step;
-            (
-                value,
-                if step < 1e-6 {
-                    format!("{value:.1e}")
-                } else {
-                    grouped(value, digits)
-                },
-            )
+        let values = RangedCoordf64::from(low..high).key_points(count + 1);
+        let digits = (-(step(&values).log10() + 1e-6).floor()).clamp(0.0, 12.0) as usize;
+        let text = |value: f64| {
+            if step(&values) < 1e-6 {
+                format!("{value:.1e}")
+            } else {
+                grouped(value, digits)
+            }
         };
         Self {
             label: label.into(),
-            ticks: (first..=last).map(tick).collect(),
             low,
             high,
             log: false,
+            ticks: values.iter().map(|value| (*value, text(*value))).collect(),
         }
     }
 
-    /// Logarithmic over positive values; every power of ten, and 2 and 5 between them where there are few powers.
+    /// Logarithmic over positive values, with a tick at every power of ten.
+    ///
+    /// Where there are few powers of ten, round values between them get ticks as well.
     pub fn log(label: impl Into<String>, (low, high): (f64, f64)) -> Self {
         let decades = (high / low).log10();
         let every = (decades / 6.0).ceil().max(1.0) as usize;
@@ -51,54 +51,75 @@ impl Axis {
             _ => &[1.0],
         };
         let powers = (low.log10().floor() as i32..=high.log10().ceil() as i32).step_by(every);
-        let ticks = powers
-            .flat_map(|power| {
-                factors
-                    .iter()
-                    .map(move |factor| factor * 10_f64.powi(power))
-            })
-            .filter(|value| (low * 0.999_999..=high * 1.000_001).contains(value))
-            .map(|value| (value, plain_or_scientific(value)))
-            .collect();
+        let values = powers.flat_map(|power| factors.iter().map(move |f| f * 10_f64.powi(power)));
+        let shown = values.filter(|value| (low * 0.999_999..=high * 1.000_001).contains(value));
+        let ticks = shown.map(|value| (value, plain_or_scientific(value)));
         Self {
             label: label.into(),
-            ticks,
+            ticks: ticks.collect(),
             low,
             high,
             log: true,
         }
     }
 
-    /// Where `value` lies, 0 at the low end and 1 at the high end; `None` off the axis or not a number.
-    pub fn place(&self, value: f64) -> Option<f64> {
-        let part = if self.log {
-            (value / self.low).ln() / (self.high / self.low).ln()
-        } else {
-            (value - self.low) / (self.high - self.low)
-        };
-        (-1e-9..=1.0 + 1e-9).contains(&part).then_some(part)
+    /// Whether `value` lies on the axis, which NaN does not.
+    pub fn holds(&self, value: f64) -> bool {
+        let margin = 1e-9 * (self.high - self.low);
+        (self.low - margin..=self.high + margin).contains(&value) && (value > 0.0 || !self.log)
     }
 }
 
-/// `range` with each end moved out to the next tick of [`Axis::linear`] where that is near: 29.99 ends at 30.
+impl Ranged for Axis {
+    type FormatOption = NoDefaultFormatting;
+    type ValueType = f64;
+
+    fn map(&self, value: &f64, limit: (i32, i32)) -> i32 {
+        let [low, high, value] = [self.low, self.high, *value].map(|v| match self.log {
+            true => v.ln(),
+            false => v,
+        });
+        RangedCoordf64::from(low..high).map(&value, limit)
+    }
+
+    fn key_points<Hint: KeyPointHint>(&self, hint: Hint) -> Vec<f64> {
+        match hint.weight() {
+            KeyPointWeight::Bold => self.ticks.iter().map(|(value, _)| *value).collect(),
+            KeyPointWeight::Any => vec![], // no lines between those of the ticks
+        }
+    }
+
+    fn range(&self) -> Range<f64> {
+        self.low..self.high
+    }
+}
+
+impl ValueFormatter<f64> for Axis {
+    fn format_ext(&self, value: &f64) -> String {
+        let tick = self.ticks.iter().find(|(at, _)| at == value);
+        tick.map_or_else(String::new, |(_, text)| text.clone())
+    }
+}
+
+/// Distance between ticks; 1 where there are not two.
+fn step(ticks: &[f64]) -> f64 {
+    match ticks {
+        [first, second, ..] => second - first,
+        _ => 1.0,
+    }
+}
+
+/// `range` with each end moved out to the next tick of [`Axis::linear`] where that is near.
+///
+/// A curve that ends at 29.99 min so gets an axis to 30.
 pub(super) fn snapped((low, high): (f64, f64), count: usize) -> (f64, f64) {
-    let step = nice_step((high - low) / count.max(1) as f64);
+    let step = step(&RangedCoordf64::from(low..high).key_points(count + 1));
     let near = 0.02 * (high - low);
     let (below, above) = ((low / step).floor() * step, (high / step).ceil() * step);
     (
         if low - below < near { below } else { low },
         if above - high < near { above } else { high },
     )
-}
-
-/// 1, 2 or 5 times a power of ten, the least that is not much below `rough`.
-fn nice_step(rough: f64) -> f64 {
-    let least = 0.7 * rough;
-    let power = 10_f64.powf(least.log10().floor());
-    let factor = [1.0, 2.0, 5.0]
-        .into_iter()
-        .find(|factor| factor * power >= least);
-    factor.unwrap_or(10.0) * power
 }
 
 fn plain_or_scientific(value: f64) -> String {
@@ -110,7 +131,7 @@ fn plain_or_scientific(value: f64) -> String {
     .replace('-', "\u{2212}")
 }
 
-/// `value` with `digits` decimals, a true minus sign, and narrow groups of thousands from 10 000 on.
+/// `value` with `digits` decimals, a true minus sign, and spaces between thousands from 10 000 on.
 pub(super) fn grouped(value: f64, digits: usize) -> String {
     let text = format!("{:.digits$}", value.abs());
     let (whole, rest) = text.split_at(text.find('.').unwrap_or(text.len()));
@@ -138,7 +159,9 @@ pub(super) fn extent(values: impl IntoIterator<Item = f64>) -> Option<(f64, f64)
     })
 }
 
-/// `range` wider by the part `margin` at both ends; a range of no width gets one.
+/// `range` widened by the fraction `margin` of its width at both ends.
+///
+/// A range without width gets one.
 pub(super) fn widened((low, high): (f64, f64), margin: f64) -> (f64, f64) {
     let width = high - low;
     if width > 1e-9 * low.abs().max(high.abs()) && width > 0.0 {
@@ -149,8 +172,10 @@ pub(super) fn widened((low, high): (f64, f64), margin: f64) -> (f64, f64) {
     }
 }
 
-/// At most about `limit` indices of a curve: all of a short one, else the least and the greatest of each stretch, in order, so
-/// that no peak is lost. A stretch with a NaN keeps it, so gaps stay gaps.
+/// Indices of at most about `limit` points that stand for a long curve, in order.
+///
+/// A short curve keeps all its points. Of a long one the least and the greatest value of each
+/// stretch are kept, so that no peak is lost; a NaN counts as greatest, so that gaps stay gaps.
 pub(super) fn thinned(y: &[f64], limit: usize) -> Vec<usize> {
     if y.len() <= limit {
         return (0..y.len()).collect();
@@ -165,50 +190,13 @@ pub(super) fn thinned(y: &[f64], limit: usize) -> Vec<usize> {
             .unwrap_or(start);
         let greatest = indices
             .max_by(|&a, &b| y[a].total_cmp(&y[b]))
-            .unwrap_or(start); // NaN counts as greatest
+            .unwrap_or(start);
         kept.extend([least.min(greatest), least.max(greatest)]);
     }
     kept.extend([0, y.len() - 1]);
     kept.sort_unstable();
     kept.dedup();
     kept
-}
-
-/// Cuts `path` into strokes by `pattern` (stroke, gap, stroke, gap, ...), lengths in the path's own unit.
-pub(super) fn dashed(path: &[(f64, f64)], pattern: &[f64]) -> Vec<Vec<(f64, f64)>> {
-    if pattern.is_empty() {
-        return vec![path.to_vec()];
-    }
-    let mut strokes = vec![];
-    let mut stroke: Vec<(f64, f64)> = path.first().copied().into_iter().collect();
-    let (mut phase, mut left) = (0, pattern[0]);
-    for (&a, &b) in path.iter().zip(path.iter().skip(1)) {
-        let length = (b.0 - a.0).hypot(b.1 - a.1);
-        let mut done = 0.0;
-        while length - done > left {
-            done += left;
-            let at = (
-                a.0 + (b.0 - a.0) * done / length,
-                a.1 + (b.1 - a.1) * done / length,
-            );
-            if phase % 2 == 0 {
-                stroke.push(at);
-                strokes.push(std::mem::take(&mut stroke));
-            } else {
-                stroke = vec![at];
-            }
-            phase = (phase + 1) % pattern.len();
-            left = pattern[phase];
-        }
-        left -= length - done;
-        if phase % 2 == 0 {
-            stroke.push(b);
-        }
-    }
-    if stroke.len() > 1 {
-        strokes.push(stroke);
-    }
-    strokes
 }
 
 #[cfg(test)]
@@ -265,20 +253,20 @@ mod tests {
     }
 
     #[test]
-    fn places_run_from_end_to_end_and_refuse_what_is_off() {
+    fn values_map_from_end_to_end_and_what_is_beyond_is_refused() {
         let (linear, log) = (
             Axis::linear("", (-5.0, 15.0), 4),
             Axis::log("", (0.01, 100.0)),
         );
+        let limit = (0, 1000);
         assert_eq!(
-            (linear.place(-5.0), linear.place(5.0), linear.place(15.0)),
-            (Some(0.0), Some(0.5), Some(1.0))
+            [-5.0, 5.0, 15.0].map(|value| linear.map(&value, limit)),
+            [0, 500, 1000]
         );
-        assert_eq!(
-            (log.place(1.0), log.place(0.0), log.place(-1.0)),
-            (Some(0.5), None, None)
-        );
-        assert_eq!((linear.place(16.0), linear.place(f64::NAN)), (None, None));
+        assert_eq!(log.map(&1.0, limit), 500);
+        assert!([-5.0, 5.0, 15.0].iter().all(|value| linear.holds(*value)));
+        assert!([16.0, f64::NAN].iter().all(|value| !linear.holds(*value)));
+        assert!(log.holds(1.0) && !log.holds(0.0) && !log.holds(-1.0));
     }
 
     #[test]
@@ -315,20 +303,5 @@ mod tests {
         }
         assert_eq!(thinned(&y[..5], 1500), [0, 1, 2, 3, 4]);
         assert!(thinned(&[], 1500).is_empty());
-    }
-
-    #[test]
-    fn dashes_go_round_corners_and_keep_their_share() {
-        let path = [(0.0, 0.0), (10.0, 0.0), (10.0, 20.0)];
-        let strokes = dashed(&path, &[6.0, 2.0]);
-        assert_eq!(strokes[1], [(8.0, 0.0), (10.0, 0.0), (10.0, 4.0)]);
-        let length = |s: &Vec<(f64, f64)>| {
-            s.windows(2)
-                .map(|w| (w[1].0 - w[0].0).hypot(w[1].1 - w[0].1))
-                .sum::<f64>()
-        };
-        assert!((strokes.iter().map(length).sum::<f64>() - 24.0).abs() < 1e-9); // 3 whole periods of 8 and 6 more
-        assert_eq!(dashed(&path, &[]), [path.to_vec()]);
-        assert!(dashed(&[], &[1.0, 1.0]).is_empty());
     }
 }

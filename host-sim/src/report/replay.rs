@@ -1,6 +1,8 @@
 //! The page of a replay: the table of all its cases, and the pictures of each.
 
 use super::figures::Figure;
+use super::html::{scheme_cell, signed};
+use super::terms::terms;
 use super::{html, page};
 use crate::error::Error;
 use crate::experiment::outcome::Outcome;
@@ -9,7 +11,7 @@ use maud::{Markup, PreEscaped, html};
 use rayon::prelude::*;
 use std::path::{Path, PathBuf};
 
-/// What stands above the cases.
+/// Title and origin of a page.
 #[derive(Debug, Clone)]
 pub struct Head {
     /// One line.
@@ -79,7 +81,9 @@ fn as_report(outcome: &Outcome) -> Report {
 }
 
 fn markup(head: &Head, outcomes: &[Outcome], drawn: &[(String, Vec<u8>)]) -> Markup {
+    let rows = outcomes.iter().flat_map(|outcome| &outcome.rows);
     let body = html! {
+        (terms(rows.map(|row| row.scheme.as_str())))
         @for (k, (outcome, svgs)) in outcomes.iter().zip(drawn.chunks(Figure::ALL.len())).enumerate() {
             (case(k, outcome, svgs))
         }
@@ -95,6 +99,7 @@ fn case(k: usize, outcome: &Outcome, svgs: &[(String, Vec<u8>)]) -> Markup {
         h2 { (outcome.recording) ": " (outcome.case) }
         aside { ul { @for note in &outcome.notes { li { (note) } } } }
         (table(outcome))
+        p.legend { "Errors are positive north and east; the seconds are those since the start of free-inertial navigation." }
         @for (figure, (svg, _)) in Figure::ALL.into_iter().zip(svgs) {
             section {
                 h3 { (html::heading(figure)) }
@@ -111,7 +116,6 @@ fn case(k: usize, outcome: &Outcome, svgs: &[(String, Vec<u8>)]) -> Markup {
 }
 
 fn table(outcome: &Outcome) -> Markup {
-    let signed = |x: f64, digits: usize| format!("{x:+.digits$}").replace('-', "\u{2212}");
     html! {
         div.wide {
             table.results {
@@ -128,7 +132,7 @@ fn table(outcome: &Outcome) -> Markup {
                         @for (line, row) in block.iter().enumerate() {
                             tr {
                                 @if line == 0 { th rowspan=(block.len()) { (row.t_s) } }
-                                td.text { (row.scheme) }
+                                (scheme_cell(&row.scheme, line))
                                 td { (signed(row.d_north_m, 2)) } td { (signed(row.d_east_m, 2)) }
                                 td { (signed(row.d_vn_mps, 3)) } td { (signed(row.d_ve_mps, 3)) }
                                 td.main { (format!("{:.2}", row.horizontal_m)) }

@@ -1,22 +1,21 @@
-//! Page and picture of what can be learnt: the bound over learning time beside what the schemes reached.
+//! Page, picture and table of `host-sim learnability`.
+//!
+//! They show the bound over learning time beside what the schemes reached.
 
-use super::axes::{Axis, extent};
-use super::canvas::Canvas;
+use super::axis::{Axis, extent};
+use super::chart::{Legend, Mark, Panel, Picture};
+use super::figures::WIDTH;
 use super::palette::{self, INK, Look, SOFT};
-use super::sheet::{Align, Drawn, Plot, Sheet, UNITS};
+use super::replay::Head;
 use super::{html, page};
 use crate::analysis::learnability::{Answer, SCHEMES, quantity};
 use crate::error::Error;
 use crate::inertial::units::MIN;
-use crate::report::outcomes::Head;
 use comfy_table::{Table, presets};
 use maud::{PreEscaped, html};
-use plotters::prelude::{DrawingBackend, SVGBackend};
 use std::path::{Path, PathBuf};
 
-/// Width and height, CSS pixels.
-const SIZE: (f64, f64) = (960.0, 1060.0);
-/// Title and quantities of each panel, gyros left, accelerometers right.
+/// Title and quantities of each panel, gyros at the left, accelerometers at the right.
 const PANELS: [(&str, &[usize]); 8] = [
     ("gyro bias", &[0, 1, 2]),
     ("accelerometer bias", &[3, 4, 5]),
@@ -28,40 +27,35 @@ const PANELS: [(&str, &[usize]); 8] = [
     ("accelerometer misalignment", &[16, 17, 18, 20, 21, 22]),
 ];
 const PICTURE: &str = "learnability.png";
+const BOUND: Look = Look::solid(INK, 2.6);
 
 /// Writes `index.html` and the picture into `dir` and returns the path of the page.
 ///
 /// # Errors
 /// As [`page::write`].
 pub fn write(dir: &Path, head: &Head, answer: &Answer, table: &str) -> Result<PathBuf, Error> {
-    let failed = |problem: &dyn std::fmt::Display| Error::Drawing {
-        picture: PICTURE,
-        problem: problem.to_string(),
-    };
     page::place(dir, || {
-        let size = ((SIZE.0 * UNITS) as u32, (SIZE.1 * UNITS) as u32);
-        let mut canvas = Canvas::new(size);
-        draw(&mut canvas, answer).map_err(|e| failed(&e))?;
-        let png = canvas.png().map_err(|e| failed(&e))?;
-        let mut svg = String::new();
-        draw(&mut SVGBackend::with_string(&mut svg, size), answer).map_err(|e| failed(&e))?;
-        let content = svg.split_once(">\n").map_or("", |(_, content)| content);
-        let svg = format!(
-            "<svg role=\"img\" viewBox=\"0 0 {} {}\" xmlns=\"http://www.w3.org/2000/svg\">{content}",
-            size.0, size.1
-        );
-        let page = markup(head, &svg, table);
+        let picture = picture(answer);
+        let png = picture.png(PICTURE)?;
+        let page = markup(head, &picture.svg(PICTURE, &head.title)?, table);
         Ok(vec![(page::PAGE, page.into_bytes()), (PICTURE, png)])
     })
 }
 
 fn markup(head: &Head, svg: &str, table: &str) -> String {
     let body = html! {
+        p {
+            "How well can each error of the sensors be known after some time of driving? The "
+            "Cram\u{e9}r-Rao bound is the least standard deviation that any unbiased estimator can "
+            "reach from the same measurements. The schemes are estimators that a run compares; "
+            "they can lie below the bound of a bias where they also use what is known beforehand."
+        }
         figure {
             (PreEscaped(svg))
             figcaption {
-                "Thin: Cramer-Rao bound of each axis; thick: its root mean square over the axes; coloured: the same of the errors "
-                "that the schemes left over the simulated units. "
+                "Thin lines: the bound of each axis. Thick line: its root mean square over the axes. "
+                "Coloured lines: the root mean square of the errors that each scheme left, over the "
+                "axes and the simulated units. "
                 a href=(PICTURE) { (PICTURE) }
             }
         }
@@ -72,23 +66,28 @@ fn markup(head: &Head, svg: &str, table: &str) -> String {
     html::frame(&head.title, &body).into_string()
 }
 
-fn draw<DB: DrawingBackend>(backend: &mut DB, answer: &Answer) -> Drawn<DB> {
-    let mut sheet = Sheet::new(backend);
-    let mut entries = vec![("bound".to_owned(), Look::solid(INK, 2.6))];
-    if answer.units > 0 {
-        entries.extend(
-            SCHEMES
-                .iter()
-                .map(|(name, _)| ((*name).to_owned(), look(name))),
-        );
+fn picture(answer: &Answer) -> Picture {
+    let size = (WIDTH, 1060.0);
+    let reached = SCHEMES.iter().filter(|_| answer.units > 0);
+    let reached = reached.map(|(name, _)| ((*name).to_owned(), look(name)));
+    let legend = Legend {
+        at: (76.0, 18.0),
+        width: size.0 - 90.0,
+        entries: [("bound".to_owned(), BOUND)]
+            .into_iter()
+            .chain(reached)
+            .collect(),
+    };
+    let at = |k: usize| (76.0 + 480.0 * (k % 2) as f64, 62.0 + 252.0 * (k / 2) as f64);
+    let panels = PANELS.iter().enumerate();
+    Picture {
+        size,
+        legends: vec![legend],
+        panels: panels
+            .map(|(k, (title, of))| panel(at(k), title, of, answer))
+            .collect(),
+        notes: vec![],
     }
-    sheet.legend((76.0, 18.0), SIZE.0 - 90.0, &entries)?;
-    for (k, (title, quantities)) in PANELS.iter().enumerate() {
-        let (column, row) = ((k % 2) as f64, (k / 2) as f64);
-        let at = (76.0 + 480.0 * column, 62.0 + 252.0 * row);
-        panel(&mut sheet, at, (title, quantities), answer)?;
-    }
-    sheet.finish()
 }
 
 fn look(scheme: &str) -> Look {
@@ -96,21 +95,15 @@ fn look(scheme: &str) -> Look {
     palette::scheme(scheme, other)
 }
 
-fn panel<DB: DrawingBackend>(
-    sheet: &mut Sheet<DB>,
-    at: (f64, f64),
-    (title, quantities): (&str, &[usize]),
-    answer: &Answer,
-) -> Drawn<DB> {
+fn panel(at: (f64, f64), title: &str, quantities: &[usize], answer: &Answer) -> Panel {
     let (_, unit, si) = quantity(quantities[0]);
     let times: Vec<f64> = answer.times_s.iter().map(|t| f64::from(*t) / MIN).collect();
     let bounds = quantities.iter().map(|q| column(&answer.bound, *q, si));
     let bounds: Vec<Vec<f64>> = bounds.collect();
-    let reached: Vec<(&str, Vec<f64>)> = SCHEMES
-        .iter()
-        .zip(&answer.reached)
-        .map(|((name, _), r)| (*name, over_axes(r, quantities, si)))
-        .filter(|(_, y)| y.iter().all(|v| *v > 0.0))
+    let reached = SCHEMES.iter().zip(&answer.reached);
+    let reached: Vec<(Look, Vec<f64>)> = reached
+        .map(|((name, _), rows)| (look(name), over_axes(rows, quantities, si)))
+        .filter(|(_, errors)| errors.iter().all(|error| *error > 0.0))
         .collect();
     let all = bounds
         .iter()
@@ -118,30 +111,28 @@ fn panel<DB: DrawingBackend>(
         .flatten();
     let (low, high) = extent(all.copied()).unwrap_or((1.0, 10.0));
     let (first, last) = (times[0], times[times.len() - 1].max(1.01 * times[0]));
-    let plot = Plot {
-        left: at.0,
-        top: at.1,
-        width: 384.0,
-        height: 180.0,
+    let mut marks = vec![];
+    for bound in &bounds {
+        marks.push(Mark::curve(&times, bound, Look::solid(SOFT, 0.8)));
+    }
+    for (look, errors) in &reached {
+        let points = times.iter().copied().zip(errors.iter().copied());
+        marks.push(Mark::curve(&times, errors, *look));
+        marks.push(Mark::Dots(points.collect(), 2.5, look.colour));
+    }
+    let mean = over_axes(&answer.bound, quantities, si);
+    marks.push(Mark::curve(&times, &mean, BOUND));
+    Panel {
+        at,
+        size: (384.0, 180.0),
+        title: [title.to_owned(), String::new()],
         x: Axis::log(
             "learning time on the drive, min",
             (first / 1.05, last * 1.05),
         ),
         y: Axis::log(unit, (low / 1.2, high * 1.2)),
-    };
-    sheet.axes(&plot)?;
-    sheet.text(title, (at.0 + 6.0, at.1 - 10.0), Align::Left, INK)?;
-    for y in &bounds {
-        sheet.curve(&plot, &times, y, Look::solid(SOFT, 0.8))?;
+        marks,
     }
-    for (name, y) in &reached {
-        sheet.curve(&plot, &times, y, look(name))?;
-        for place in times.iter().zip(y).filter_map(|(t, y)| plot.at(*t, *y)) {
-            sheet.dot(place, 2.5, look(name).colour)?;
-        }
-    }
-    let mean = over_axes(&answer.bound, quantities, si);
-    sheet.curve(&plot, &times, &mean, Look::solid(INK, 2.6))
 }
 
 fn column(rows: &[Vec<f64>], q: usize, si: f64) -> Vec<f64> {

@@ -1,0 +1,97 @@
+//! What a command leaves behind: the printed table, the report directory and the JSON file.
+
+use super::options::arguments;
+use crate::error::Error;
+use crate::experiment::outcome::{Outcome, table};
+use crate::experiment::results::Report;
+use crate::output::write_atomic;
+use crate::report;
+use crate::report::replay::Head;
+use clap::Args as ClapArgs;
+use serde::Serialize;
+use std::path::{Path, PathBuf};
+
+/// `--json`.
+#[derive(Debug, Clone, ClapArgs)]
+pub(super) struct JsonOption {
+    /// Write the results as JSON to this file
+    #[arg(long = "json", value_name = "FILE")]
+    file: Option<PathBuf>,
+}
+
+impl JsonOption {
+    /// Writes `value` if the option was given.
+    pub(super) fn write<T: Serialize + ?Sized>(&self, value: &T) -> Result<(), Error> {
+        match &self.file {
+            Some(file) => write_json(file, value),
+            None => Ok(()),
+        }
+    }
+
+    /// Writes a finished text if the option was given.
+    pub(super) fn write_text(&self, text: &str) -> Result<(), Error> {
+        match &self.file {
+            Some(file) => write_atomic(file, text.as_bytes()),
+            None => Ok(()),
+        }
+    }
+}
+
+/// Writes `value` to `file` as JSON.
+pub(super) fn write_json<T: Serialize + ?Sized>(file: &Path, value: &T) -> Result<(), Error> {
+    let text = serde_json::to_vec_pretty(value).map_err(|e| Error::writing(file, e.into()))?;
+    write_atomic(file, &text)
+}
+
+/// `--json` and `--out` of a command that always writes a report.
+#[derive(Debug, ClapArgs)]
+pub(super) struct Output {
+    #[command(flatten)]
+    pub(super) json: JsonOption,
+    /// Directory of the report [default: a directory in out/ named after the command]
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+}
+
+impl Output {
+    /// The directory of the report; `name` is the default within `out`.
+    pub(super) fn directory(&self, name: &str) -> PathBuf {
+        let given = self.out.clone();
+        given.unwrap_or_else(|| Path::new("out").join(name))
+    }
+
+    /// Prints the table and the notes of one experiment, and writes its report and JSON.
+    pub(super) fn leave_report(&self, name: &str, report: &Report) -> Result<(), Error> {
+        // Everything that can be wrong with the results is found before anything is written.
+        let json = report::json::json(&report.results)?;
+        let page = report::page::write(&self.directory(name), report)?;
+        self.json.write_text(&json)?;
+        let table = report::table::table(&report.results);
+        println!("{}\n\n{table}", report.title);
+        for note in &report.notes {
+            println!("- {note}");
+        }
+        println!("\nreport: {}", page.display());
+        Ok(())
+    }
+
+    /// The same of the cases of a replay.
+    pub(super) fn leave_outcomes(&self, name: &str, outcomes: &[Outcome]) -> Result<(), Error> {
+        let head = Head {
+            title: format!("Replay {name}: learnt from one part, free inertial on another"),
+            command: format!("host-sim {}", arguments()),
+        };
+        let directory = self.directory(&format!("replay-{name}"));
+        let page = report::replay::write(&directory, &head, outcomes)?;
+        self.json.write(outcomes)?;
+        let table = table(outcomes);
+        println!("horizontal error in m, by seconds of free-inertial navigation\n\n{table}");
+        for outcome in outcomes {
+            for note in &outcome.notes {
+                println!("- {}, {}: {note}", outcome.recording, outcome.case);
+            }
+        }
+        println!("\nreport: {}", page.display());
+        Ok(())
+    }
+}
