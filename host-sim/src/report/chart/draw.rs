@@ -1,0 +1,218 @@
+//! Drawing of charts by plotters, on any of its back ends.
+
+use super::{Legend, Mark, Panel, Picture};
+use crate::report::axis::Axis;
+use crate::report::palette::{Colour, GRID, INK, Look, PAPER, REFERENCE, SOFT};
+use plotters::coord::Shift;
+use plotters::element::DashedPathElement;
+use plotters::prelude::*;
+use plotters::style::text_anchor::{HPos, Pos, VPos};
+use plotters::style::{FontStyle, register_font};
+
+/// Drawing units a CSS pixel.
+pub(super) const UNITS: f64 = 4.0;
+/// Size of the text.
+const TEXT: f64 = 12.0;
+/// Plotters writes the font size of an SVG as its own divided by this.
+const FONT_SCALE: f64 = 1.24;
+/// Room for the labels left of and below the axes.
+const LEFT: f64 = 62.0;
+const BELOW: f64 = 42.0;
+/// Distance between labels at the ends of curves.
+pub(super) const APART: f64 = 16.0;
+
+type Drawn<DB> = Result<(), DrawingAreaErrorKind<<DB as DrawingBackend>::ErrorType>>;
+type Root<DB> = DrawingArea<DB, Shift>;
+type Chart<'a, DB> = ChartContext<'a, DB, Cartesian2d<Axis, Axis>>;
+
+impl Picture {
+    pub(super) fn draw<DB: DrawingBackend>(&self, root: &Root<DB>) -> Drawn<DB> {
+        register();
+        root.fill(&rgb(PAPER))?;
+        for legend in &self.legends {
+            legend.draw(root)?;
+        }
+        for panel in &self.panels {
+            panel.draw(root)?;
+        }
+        for (at, sentence) in &self.notes {
+            root.draw_text(sentence, &text(SOFT, HPos::Center), pixel(*at))?;
+        }
+        root.present()
+    }
+}
+
+impl Legend {
+    fn draw<DB: DrawingBackend>(&self, root: &Root<DB>) -> Drawn<DB> {
+        let (mut x, mut y) = self.at;
+        for (name, look) in &self.entries {
+            let style = text(INK, HPos::Left);
+            let length = 34.0 + f64::from(root.estimate_text_size(name, &style)?.0) / UNITS;
+            if x > self.at.0 && x + length > self.at.0 + self.width {
+                (x, y) = (self.at.0, y + 18.0);
+            }
+            let sample = vec![pixel((x, y)), pixel((x + 28.0, y))];
+            match look.dash {
+                None => root.draw(&PathElement::new(sample, stroke(*look)))?,
+                Some((on, off)) => root.draw(&DashedPathElement::new(
+                    sample,
+                    units(on),
+                    units(off),
+                    stroke(*look),
+                ))?,
+            }
+            root.draw_text(name, &style, pixel((x + 34.0, y)))?;
+            x += length + 22.0;
+        }
+        Ok(())
+    }
+}
+
+impl Panel {
+    fn draw<DB: DrawingBackend>(&self, root: &Root<DB>) -> Drawn<DB> {
+        let ((left, top), (width, height)) = (self.at, self.size);
+        let area = root.clone().shrink(
+            pixel((left - LEFT, top)),
+            (units(width + LEFT), units(height + BELOW)),
+        );
+        let mut chart = ChartBuilder::on(&area)
+            .y_label_area_size(units(LEFT))
+            .x_label_area_size(units(BELOW))
+            .build_cartesian_2d(self.x.clone(), self.y.clone())?;
+        chart
+            .configure_mesh()
+            .x_desc(&self.x.label)
+            .y_desc(&self.y.label)
+            .label_style(text(SOFT, HPos::Center))
+            .axis_desc_style(text(INK, HPos::Center))
+            .set_all_tick_mark_size(units(3.0))
+            .axis_style(stroke(Look::solid(REFERENCE, 1.0)))
+            .bold_line_style(stroke(Look::solid(GRID, 1.0)))
+            .draw()?;
+        let above = top - 12.0;
+        let [title, corner] = &self.title;
+        root.draw_text(title, &text(INK, HPos::Left), pixel((left, above)))?;
+        let right = pixel((left + width, above));
+        root.draw_text(corner, &text(SOFT, HPos::Right), right)?;
+        for mark in &self.marks {
+            self.mark(root, &mut chart, mark)?;
+        }
+        Ok(())
+    }
+
+    /// Whether a point lies between the axes.
+    fn holds(&self, (x, y): (f64, f64)) -> bool {
+        self.x.holds(x) && self.y.holds(y)
+    }
+
+    fn mark<DB: DrawingBackend>(
+        &self,
+        root: &Root<DB>,
+        chart: &mut Chart<DB>,
+        mark: &Mark,
+    ) -> Drawn<DB> {
+        match mark {
+            Mark::Line(points, look) => self.line(chart, points, *look),
+            Mark::Dots(points, radius, colour) => {
+                let shown = points.iter().filter(|at| self.holds(**at));
+                let dot = |at: &_| Circle::new(*at, units(*radius), rgb(*colour).filled());
+                chart.draw_series(shown.map(dot)).map(drop)
+            }
+            Mark::Text(at, below, words) => {
+                if !self.holds(*at) {
+                    return Ok(());
+                }
+                let (x, y) = chart.backend_coord(at);
+                root.draw(&Circle::new((x, y), units(4.0), rgb(INK).filled()))?;
+                root.draw_text(words, &text(INK, HPos::Center), (x, y + units(*below)))
+            }
+            Mark::Ends(ends) => self.ends(root, chart, ends),
+        }
+    }
+
+    fn line<DB: DrawingBackend>(
+        &self,
+        chart: &mut Chart<DB>,
+        points: &[(f64, f64)],
+        look: Look,
+    ) -> Drawn<DB> {
+        for piece in points.split(|at| !self.holds(*at)) {
+            if piece.len() < 2 {
+                continue;
+            }
+            let piece = piece.to_vec();
+            let style = stroke(look);
+            match look.dash {
+                None => chart.draw_series([PathElement::new(piece, style)])?,
+                Some((on, off)) => chart.draw_series([DashedPathElement::new(
+                    piece,
+                    units(on),
+                    units(off),
+                    style,
+                )])?,
+            };
+        }
+        Ok(())
+    }
+
+    fn ends<DB: DrawingBackend>(
+        &self,
+        root: &Root<DB>,
+        chart: &Chart<DB>,
+        ends: &[((f64, f64), String, Colour)],
+    ) -> Drawn<DB> {
+        let shown = ends.iter().filter(|(at, ..)| self.holds(*at));
+        let mut placed: Vec<_> = shown
+            .map(|(at, words, colour)| (chart.backend_coord(at), words, *colour))
+            .collect();
+        placed.sort_by_key(|((_, y), ..)| -y); // from below upwards
+        let mut lowest = units(self.at.1 + self.size.1 - 6.0);
+        for ((x, y), words, colour) in placed {
+            let beside = y.min(lowest);
+            lowest = beside - units(APART);
+            root.draw(&Circle::new((x, y), units(3.5), rgb(colour).filled()))?;
+            let pointer = vec![(x, y), (x + units(10.0), beside)];
+            root.draw(&PathElement::new(pointer, stroke(Look::solid(colour, 1.0))))?;
+            let at = (x + units(14.0), beside);
+            root.draw_text(words, &text(INK, HPos::Left), at)?;
+        }
+        Ok(())
+    }
+}
+
+/// Makes the embedded font known to plotters, which otherwise has none.
+fn register() {
+    static ONCE: std::sync::Once = std::sync::Once::new();
+    ONCE.call_once(|| {
+        let font = include_bytes!("../../../assets/DejaVuSans-subset.ttf");
+        // It fails only for a file that is no font, and the tests draw with it.
+        let _ = register_font("sans-serif", FontStyle::Normal, font);
+    });
+}
+
+/// Drawing units of a length.
+pub(super) fn units(length: f64) -> i32 {
+    (length * UNITS).round() as i32
+}
+
+fn pixel((x, y): (f64, f64)) -> (i32, i32) {
+    (units(x), units(y))
+}
+
+fn rgb(colour: Colour) -> RGBColor {
+    let (r, g, b) = colour.rgb();
+    RGBColor(r, g, b)
+}
+
+fn stroke(look: Look) -> ShapeStyle {
+    rgb(look.colour).stroke_width(units(look.width) as u32)
+}
+
+fn text(colour: Colour, across: HPos) -> TextStyle<'static> {
+    let style = TextStyle::from(("sans-serif", TEXT * UNITS * FONT_SCALE));
+    TextStyle {
+        color: rgb(colour).to_backend_color(),
+        ..style
+    }
+    .pos(Pos::new(across, VPos::Center))
+}
