@@ -4,14 +4,13 @@ use super::options::{ScenarioOption, arguments, refused};
 use super::output::{JsonOption, write_json};
 use super::progress::bar;
 use crate::campaign::{
-    Campaign, Merged, Progress, Ratio, SCHEMES, Summary, merge, ratios, results, summarise,
-    to_parquet,
+    Campaign, Merged, Progress, SCHEMES, merge, ratios, results, summarise, to_parquet,
 };
 use crate::error::Error;
 use crate::output::write_atomic;
+use crate::report;
 use crate::simulator::imu::ErrorModelName;
 use clap::{Args as ClapArgs, Subcommand};
-use comfy_table::{Table, presets::UTF8_FULL_CONDENSED};
 use std::path::PathBuf;
 
 /// Arguments of `campaign`.
@@ -221,71 +220,11 @@ fn finish(done: &Merged, files: &Files) -> Result<(), Error> {
         let text = results(&command(), done, &summary, &ratios);
         write_atomic(file, text.as_bytes())?;
     }
-    print(&summary, &ratios);
+    println!("{}", report::campaign::tables(&summary, &ratios));
     Ok(())
 }
 
 /// The command line as it would be typed in the repository.
 fn command() -> String {
     format!("cargo run --release -- {}", arguments())
-}
-
-fn print(summary: &[Summary], ratios: &[Ratio]) {
-    println!(
-        "horizontal error after 22 min free inertial, m\n\
-         95 %: bootstrap interval of the median; ratio: geometric mean of the errors divided by\n\
-         those of ekf6 in the same runs; better: in how many runs the ratio is below 1\n"
-    );
-    let mut table = Table::new();
-    table.load_preset(UTF8_FULL_CONDENSED);
-    table.set_header([
-        "errors", "scheme", "n", "median", "95 %", "mean", "worst", "ratio", "95 %", "better",
-    ]);
-    for s in summary.iter().filter(|s| s.t_min == 22) {
-        let ratio = ratios.iter().find(|r| {
-            (r.error_model, r.t_min) == (Some(s.error_model), 22)
-                && r.scheme == s.scheme
-                && r.baseline == "ekf6"
-        });
-        let m = |x: f64| format!("{x:.0}");
-        let of = |text: &dyn Fn(&Ratio) -> String| ratio.map_or_else(String::new, text);
-        table.add_row([
-            s.error_model.to_string(),
-            s.scheme.clone(),
-            s.n.to_string(),
-            m(s.median_m),
-            format!("{} .. {}", m(s.lo95_m), m(s.hi95_m)),
-            m(s.mean_m),
-            m(s.max_m),
-            of(&|r| format!("{:.2}", r.ratio)),
-            of(&|r| format!("{:.2} .. {:.2}", r.lo95, r.hi95)),
-            of(&|r| r.better.to_string()),
-        ]);
-    }
-    println!("{table}");
-    println!("\npaired ratios over all groups of errors (row to column, geometric mean)\n");
-    let all = ratios
-        .iter()
-        .filter(|r| r.error_model.is_none() && r.t_min == 22);
-    let mut schemes: Vec<&str> = Vec::new();
-    for r in all.clone() {
-        if !schemes.contains(&r.scheme.as_str()) {
-            schemes.push(&r.scheme);
-        }
-    }
-    let mut table = Table::new();
-    table.load_preset(UTF8_FULL_CONDENSED);
-    table.set_header([""].iter().chain(&schemes));
-    for scheme in &schemes {
-        let cell = |baseline: &&str| {
-            let found = all
-                .clone()
-                .find(|r| r.scheme == *scheme && r.baseline == *baseline);
-            found.map_or("1".to_string(), |r| format!("{:.2}", r.ratio))
-        };
-        let mut row = vec![(*scheme).to_string()];
-        row.extend(schemes.iter().map(cell));
-        table.add_row(row);
-    }
-    println!("{table}");
 }

@@ -4,6 +4,7 @@
 
 pub mod allan;
 mod axis;
+pub mod campaign;
 mod chart;
 mod figures;
 pub mod growth;

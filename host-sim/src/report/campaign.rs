@@ -1,0 +1,80 @@
+//! The tables that a campaign prints.
+
+use crate::campaign::{Ratio, Summary};
+use comfy_table::{Table, presets::UTF8_FULL_CONDENSED};
+
+/// Time of the tables, min after the start of free-inertial navigation.
+const T_MIN: u32 = 22;
+/// The scheme that all others are compared with in the first table.
+const BASELINE: &str = "ekf6";
+
+/// Errors of each scheme in each group of errors, and the ratios of each scheme to each other.
+#[must_use]
+pub fn tables(summary: &[Summary], ratios: &[Ratio]) -> String {
+    format!(
+        "horizontal error after {T_MIN} min free inertial, m\n\
+         95 %: bootstrap interval of the median; ratio: geometric mean of the errors divided by\n\
+         those of {BASELINE} in the same runs; better: in how many runs the ratio is below 1\n\n\
+         {}\n\n\
+         paired ratios over all groups of errors (row to column, geometric mean)\n\n\
+         {}",
+        errors(summary, ratios),
+        of_all_groups(ratios)
+    )
+}
+
+fn empty<'a>(header: impl IntoIterator<Item = &'a str>) -> Table {
+    let mut table = Table::new();
+    table.load_preset(UTF8_FULL_CONDENSED);
+    table.set_header(header);
+    table
+}
+
+fn errors(summary: &[Summary], ratios: &[Ratio]) -> Table {
+    let mut table = empty([
+        "errors", "scheme", "n", "median", "95 %", "mean", "worst", "ratio", "95 %", "better",
+    ]);
+    for s in summary.iter().filter(|s| s.t_min == T_MIN) {
+        let ratio = ratios.iter().find(|r| {
+            (r.error_model, r.t_min) == (Some(s.error_model), T_MIN)
+                && (r.scheme == s.scheme && r.baseline == BASELINE)
+        });
+        let m = |x: f64| format!("{x:.0}");
+        let of = |text: &dyn Fn(&Ratio) -> String| ratio.map_or_else(String::new, text);
+        table.add_row([
+            s.error_model.to_string(),
+            s.scheme.clone(),
+            s.n.to_string(),
+            m(s.median_m),
+            format!("{} .. {}", m(s.lo95_m), m(s.hi95_m)),
+            m(s.mean_m),
+            m(s.max_m),
+            of(&|r| format!("{:.2}", r.ratio)),
+            of(&|r| format!("{:.2} .. {:.2}", r.lo95, r.hi95)),
+            of(&|r| r.better.to_string()),
+        ]);
+    }
+    table
+}
+
+fn of_all_groups(ratios: &[Ratio]) -> Table {
+    let all = ratios.iter().filter(|r| r.error_model.is_none());
+    let all: Vec<&Ratio> = all.filter(|r| r.t_min == T_MIN).collect();
+    let mut schemes: Vec<&str> = Vec::new();
+    for r in &all {
+        if !schemes.contains(&r.scheme.as_str()) {
+            schemes.push(&r.scheme);
+        }
+    }
+    let mut table = empty([""].into_iter().chain(schemes.iter().copied()));
+    for scheme in &schemes {
+        let cell = |baseline: &&str| {
+            let pair = |r: &&&Ratio| r.scheme == *scheme && r.baseline == *baseline;
+            let found = all.iter().find(pair);
+            found.map_or("1".to_string(), |r| format!("{:.2}", r.ratio))
+        };
+        let row = schemes.iter().map(cell);
+        table.add_row([(*scheme).to_string()].into_iter().chain(row));
+    }
+    table
+}
