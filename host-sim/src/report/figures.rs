@@ -102,10 +102,8 @@ fn single(size: (f64, f64), entries: Vec<(String, Look)>, panel: Panel) -> Pictu
 }
 
 fn schemes(curves: &[Curve]) -> Vec<(String, Look)> {
-    let looks = curves.iter().enumerate();
-    looks
-        .map(|(i, curve)| (curve.name.clone(), palette::scheme(&curve.name, i)))
-        .collect()
+    let look = |curve: &Curve| (curve.name.clone(), palette::scheme(&curve.name));
+    curves.iter().map(look).collect()
 }
 
 /// Range of one part of all curves.
@@ -129,12 +127,12 @@ fn track(curves: &[Curve]) -> Picture {
     };
     let at = |x: f64, y: f64| (factor * x, factor * y);
     let mut marks = vec![];
-    for (i, curve) in curves.iter().enumerate() {
+    for curve in curves {
         let last = curve.x.len().saturating_sub(1);
         let stride = curve.x.len().div_ceil(MOST_POINTS).max(1);
         let kept = (0..curve.x.len()).filter(|i| i % stride == 0 || *i == last);
         let points: Vec<_> = kept.map(|i| at(curve.x[i], curve.y[i])).collect();
-        let look = palette::scheme(&curve.name, i);
+        let look = palette::scheme(&curve.name);
         let end = points.last().copied().into_iter().collect();
         marks.push(Mark::Line(points, look));
         marks.push(Mark::Dots(end, 4.0, look.colour));
@@ -168,8 +166,8 @@ fn error_over_time(curves: &[Curve]) -> Picture {
     let (factor, unit) = length_unit(worst);
     let mut marks = vec![];
     let mut ends = vec![];
-    for (i, curve) in curves.iter().enumerate() {
-        let look = palette::scheme(&curve.name, i);
+    for curve in curves {
+        let look = palette::scheme(&curve.name);
         let scaled: Vec<f64> = curve.y.iter().map(|error| factor * error).collect();
         marks.push(Mark::curve(&curve.x, &scaled, look));
         if let (Some(&t), Some(&error)) = (curve.x.last(), curve.y.last()) {

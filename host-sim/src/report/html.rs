@@ -2,25 +2,16 @@
 //!
 //! It has no script and fetches nothing.
 
+use super::captions::{caption, heading};
 use super::figures::{Figure, length};
 use super::palette::{self, Colour};
 use super::table::{BASELINE, blocks, change_percent, is_best, percent};
 use super::terms::terms;
-use crate::experiment::results::{Curve, Report, Results, Row};
+use crate::experiment::results::{Report, Results, Row};
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
 /// Marks a page as written by this program, so that it may be replaced.
 pub(super) const MARKER: &str = "<meta name=\"generator\" content=\"host-sim report\">";
-
-/// Heading of a picture.
-pub(super) fn heading(figure: Figure) -> &'static str {
-    match figure {
-        Figure::Error => "Horizontal error over time",
-        Figure::Track => "Track",
-        Figure::Errors => "Sensor errors and the output of the networks",
-        Figure::Learning => "Learning",
-    }
-}
 
 /// The whole page.
 pub(super) fn page(report: &Report, svgs: &[(Figure, String)]) -> String {
@@ -142,7 +133,7 @@ fn results_table(results: &Results) -> Markup {
                         @for (line, row) in block.iter().enumerate() {
                             tr.best[is_best(results, row)] {
                                 @if line == 0 { th rowspan=(block.len()) { (row.t_min) } }
-                                (results_row(results, row, line))
+                                (results_row(results, row))
                             }
                         }
                     }
@@ -158,9 +149,9 @@ fn results_table(results: &Results) -> Markup {
     }
 }
 
-/// Name of a scheme with the colour of its curves; `index` is its place among the schemes.
-pub(super) fn scheme_cell(scheme: &str, index: usize) -> Markup {
-    let colour = palette::scheme(scheme, index).colour.name;
+/// Name of a scheme with the colour of its curves.
+pub(super) fn scheme_cell(scheme: &str) -> Markup {
+    let colour = palette::scheme(scheme).colour.name;
     html! {
         td.text { span.chip style={ "background:var(--" (colour) ")" } {} (scheme) }
     }
@@ -171,77 +162,14 @@ pub(super) fn signed(value: f64, digits: usize) -> String {
     format!("{value:+.digits$}").replace('-', "\u{2212}")
 }
 
-fn results_row(results: &Results, row: &Row, line: usize) -> Markup {
+fn results_row(results: &Results, row: &Row) -> Markup {
     let change = change_percent(results, row);
     html! {
-        (scheme_cell(&row.scheme, line))
+        (scheme_cell(&row.scheme))
         td { (signed(row.d_lat_m, 2)) } td { (signed(row.d_lon_m, 2)) }
         td { (signed(row.d_vn_mps, 3)) } td { (signed(row.d_ve_mps, 3)) }
         td.main { @if is_best(results, row) { span.star title="least of its time" { "\u{2605} " } } (format!("{:.2}", row.horizontal_m)) }
         td.worse[change.is_some_and(|change| change >= 0.5)] { (change.map_or("\u{2013}".to_owned(), |_| percent(change).replace('-', "\u{2212}"))) }
-    }
-}
-
-/// What a figure shows, with figures from the data.
-pub(super) fn caption(figure: Figure, report: &Report) -> String {
-    match figure {
-        Figure::Error => {
-            let worst = |curve: &Curve| curve.y.iter().copied().filter(|e| e.is_finite()).fold(0.0, f64::max);
-            let span = report.error_over_time.iter().map(worst).fold(0.0, f64::max);
-            let parts: Vec<String> =
-                report.error_over_time.iter().map(|curve| format!("{} {}", curve.name, length(worst(curve), span))).collect();
-            format!("Distance between each scheme's position and the reference. Largest: {}.", parts.join(", "))
-        }
-        Figure::Track => "Seen from above, with the same scale in both directions. The broad line is the reference; dots mark where the tracks end.".to_owned(),
-        Figure::Errors => sensor_caption(report),
-        Figure::Learning => learning_caption(&report.learning),
-    }
-}
-
-fn sensor_caption(report: &Report) -> String {
-    let known = report.traces.iter().any(|trace| !trace.truth.is_empty());
-    let taught = report
-        .traces
-        .iter()
-        .any(|trace| trace.teacher.iter().any(|value| value.is_finite()));
-    let mut text = String::from(if known {
-        "Output of the networks and true error of each sensor, on the drive that was learnt from. The true error is a median over one minute: in turns, scale factor and misalignment give short peaks that would hide the rest."
-    } else {
-        "Output of the networks for each sensor; the true error of recorded data is unknown."
-    });
-    if taught {
-        text += " Dots are some of the errors that the teacher gave while learning; dots beyond a panel's range are not drawn.";
-    }
-    text + " A flat line is a constant bias. Each panel has its own scale."
-}
-
-fn learning_caption(curves: &[Curve]) -> String {
-    let ends: Vec<String> = curves
-        .iter()
-        .filter_map(|curve| {
-            Some(format!(
-                "{} {} to {}",
-                curve.name,
-                three_figures(*curve.y.first()?),
-                three_figures(*curve.y.last()?)
-            ))
-        })
-        .collect();
-    if ends.is_empty() {
-        return "No network was trained in this run.".to_owned();
-    }
-    format!(
-        "The cost that learning makes smaller, mostly the squared difference from the teacher, after each pass over the data; dashed on data held back from learning. First to last: {}.",
-        ends.join("; ")
-    )
-}
-
-fn three_figures(value: f64) -> String {
-    let decimals = 2.0 - value.abs().max(1e-300).log10().floor();
-    if (0.0..=5.0).contains(&decimals) {
-        format!("{value:.0$}", decimals as usize)
-    } else {
-        format!("{value:.2e}")
     }
 }
 
@@ -271,18 +199,16 @@ fn reproduce(report: &Report) -> Markup {
 /// So the pictures follow a dark screen.
 pub(super) fn style() -> String {
     let variables = |pick: fn(Colour) -> &'static str| -> String {
-        palette::all()
-            .map(|colour| format!("--{}:{};", colour.name, pick(colour)))
-            .collect()
+        let variable = |colour: Colour| format!("--{}:{};", colour.name, pick(colour));
+        palette::all().map(variable).concat()
     };
-    let mapped: String = palette::all()
-        .map(|c| {
-            format!(
-                "svg [stroke=\"{0}\"]{{stroke:var(--{1})}}svg [fill=\"{0}\"]{{fill:var(--{1})}}\n",
-                c.light, c.name
-            )
-        })
-        .collect();
+    let mapped = palette::all().map(|c| {
+        format!(
+            "svg [stroke=\"{0}\"]{{stroke:var(--{1})}}svg [fill=\"{0}\"]{{fill:var(--{1})}}\n",
+            c.light, c.name
+        )
+    });
+    let mapped = mapped.concat();
     let light = variables(|colour| colour.light);
     let dark = variables(|colour| colour.dark);
     format!(
@@ -367,14 +293,6 @@ mod tests {
                 .matches("<td class=\"worse\">+")
                 .count(),
             larger
-        );
-    }
-
-    #[test]
-    fn costs_have_three_figures() {
-        assert_eq!(
-            [1.0023, 0.05017, 123.4, 1234.5, 1.5e-9].map(three_figures),
-            ["1.00", "0.0502", "123", "1.23e3", "1.50e-9"]
         );
     }
 

@@ -69,7 +69,7 @@ fn markup(head: &Head, svg: &str, table: &str) -> String {
 fn picture(answer: &Answer) -> Picture {
     let size = (WIDTH, 1060.0);
     let reached = SCHEMES.iter().filter(|_| answer.units > 0);
-    let reached = reached.map(|(name, _)| ((*name).to_owned(), look(name)));
+    let reached = reached.map(|(name, _)| ((*name).to_owned(), palette::scheme(name)));
     let legend = Legend {
         at: (76.0, 18.0),
         width: size.0 - 90.0,
@@ -90,11 +90,6 @@ fn picture(answer: &Answer) -> Picture {
     }
 }
 
-fn look(scheme: &str) -> Look {
-    let other = usize::from(scheme == "ekf24") * 2;
-    palette::scheme(scheme, other)
-}
-
 fn panel(at: (f64, f64), title: &str, quantities: &[usize], answer: &Answer) -> Panel {
     let (_, unit, si) = quantity(quantities[0]);
     let times: Vec<f64> = answer.times_s.iter().map(|t| f64::from(*t) / MIN).collect();
@@ -102,7 +97,7 @@ fn panel(at: (f64, f64), title: &str, quantities: &[usize], answer: &Answer) -> 
     let bounds: Vec<Vec<f64>> = bounds.collect();
     let reached = SCHEMES.iter().zip(&answer.reached);
     let reached: Vec<(Look, Vec<f64>)> = reached
-        .map(|((name, _), rows)| (look(name), over_axes(rows, quantities, si)))
+        .map(|((name, _), rows)| (palette::scheme(name), over_axes(rows, quantities, si)))
         .filter(|(_, errors)| errors.iter().all(|error| *error > 0.0))
         .collect();
     let all = bounds

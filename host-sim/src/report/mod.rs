@@ -5,6 +5,7 @@
 pub mod allan;
 mod axis;
 pub mod campaign;
+mod captions;
 mod chart;
 mod figures;
 pub mod growth;

@@ -2,6 +2,7 @@
 //!
 //! It appears whole or not at all.
 
+use super::captions::heading;
 use super::figures::Figure;
 use super::{html, json};
 use crate::error::Error;
@@ -63,9 +64,7 @@ fn files(report: &Report) -> Result<Vec<(&'static str, Vec<u8>)>, Error> {
         if job.is_multiple_of(2) {
             figure.png(report)
         } else {
-            figure
-                .svg(report, html::heading(figure))
-                .map(String::into_bytes)
+            figure.svg(report, heading(figure)).map(String::into_bytes)
         }
     };
     let mut drawn: Vec<Vec<u8>> = (0..2 * Figure::ALL.len())

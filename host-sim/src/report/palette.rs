@@ -47,18 +47,16 @@ const LS_3X3: Colour = Colour::new("ls-3x3", "#009E73", "#2CC99B");
 pub(super) const RNN: Colour = Colour::new("rnn", "#0072B2", "#56B4F2");
 /// The learner from satellite fixes.
 const RNN_KALMAN: Colour = Colour::new("rnn-kalman", "#8B1E3F", "#FF8FAB");
-const OTHER: [Colour; 3] = [
-    Colour::new("other-1", "#56B4E9", "#8FD0F7"),
-    Colour::new("other-2", "#B58900", "#E6C34D"),
-    Colour::new("other-3", "#6F5BB5", "#AE9DF0"),
-];
+const EKF6: Colour = Colour::new("ekf6", "#56B4E9", "#8FD0F7");
+const EKF12: Colour = Colour::new("ekf12", "#B58900", "#E6C34D");
+const EKF24: Colour = Colour::new("ekf24", "#6F5BB5", "#AE9DF0");
 
 /// All colours, for the style sheet.
-pub(super) fn all() -> impl Iterator<Item = Colour> {
-    let named = [
-        PAPER, INK, SOFT, GRID, REFERENCE, TEACHER, RAW, LS_BIAS, LS_3X3, RNN, RNN_KALMAN,
-    ];
-    named.into_iter().chain(OTHER)
+pub(super) fn all() -> [Colour; 14] {
+    [
+        PAPER, INK, SOFT, GRID, REFERENCE, TEACHER, RAW, LS_BIAS, LS_3X3, EKF6, EKF12, EKF24, RNN,
+        RNN_KALMAN,
+    ]
 }
 
 /// How a curve is drawn; lengths in CSS pixels.
@@ -71,6 +69,15 @@ pub(super) struct Look {
 }
 
 impl Look {
+    /// Dashes and gaps of these lengths.
+    const fn dashed(colour: Colour, width: f64, dash: (f64, f64)) -> Self {
+        Self {
+            colour,
+            width,
+            dash: Some(dash),
+        }
+    }
+
     /// A solid line.
     pub const fn solid(colour: Colour, width: f64) -> Self {
         Self {
@@ -81,28 +88,19 @@ impl Look {
     }
 }
 
-/// Look of a scheme or of the reference; an unknown name gets a colour by its place `index`.
-pub(super) fn scheme(name: &str, index: usize) -> Look {
+/// Look of a scheme or of the reference.
+pub(super) fn scheme(name: &str) -> Look {
     match name {
         "reference" => Look::solid(REFERENCE, 4.0),
         "raw" => Look::solid(RAW, 1.8),
-        "ls-bias" => Look {
-            colour: LS_BIAS,
-            width: 1.8,
-            dash: Some((10.0, 5.0)),
-        },
-        "ls-3x3" => Look {
-            colour: LS_3X3,
-            width: 1.8,
-            dash: Some((5.0, 3.0)),
-        },
+        "ls-bias" => Look::dashed(LS_BIAS, 1.8, (10.0, 5.0)),
+        "ls-3x3" => Look::dashed(LS_3X3, 1.8, (5.0, 3.0)),
+        "ekf6" => Look::dashed(EKF6, 1.8, (2.5, 2.5)),
+        "ekf12" => Look::dashed(EKF12, 1.8, (7.0, 2.0)),
+        "ekf24" => Look::dashed(EKF24, 1.8, (2.0, 4.0)),
         "rnn" => Look::solid(RNN, 2.4),
-        "rnn-kalman" => Look::solid(RNN_KALMAN, 2.4),
-        _ => Look {
-            colour: OTHER[index % OTHER.len()],
-            width: 1.8,
-            dash: Some((2.5, 2.5)),
-        },
+        "rnn-kalman" => Look::dashed(RNN_KALMAN, 2.4, (14.0, 3.0)),
+        _ => Look::dashed(SOFT, 1.8, (3.0, 6.0)),
     }
 }
 
@@ -128,8 +126,19 @@ mod tests {
 
     #[test]
     fn every_scheme_differs_in_colour_and_in_grey_print() {
-        let looks =
-            ["raw", "ls-bias", "ls-3x3", "rnn", "reference", "ekf"].map(|name| scheme(name, 0));
+        let looks = [
+            "raw",
+            "ls-bias",
+            "ls-3x3",
+            "ekf6",
+            "ekf12",
+            "ekf24",
+            "rnn",
+            "rnn-kalman",
+            "reference",
+            "another",
+        ]
+        .map(scheme);
         for (i, a) in looks.iter().enumerate() {
             for b in &looks[..i] {
                 assert_ne!(a.colour, b.colour);
@@ -140,7 +149,7 @@ mod tests {
 
     #[test]
     fn colours_are_distinct_and_spelt_as_the_svg_spells_them() {
-        let all: Vec<Colour> = all().collect();
+        let all = all();
         for (i, colour) in all.iter().enumerate() {
             let (r, g, b) = colour.rgb();
             assert_eq!(colour.light, format!("#{r:02X}{g:02X}{b:02X}"));

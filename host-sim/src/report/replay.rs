@@ -1,5 +1,6 @@
 //! The page of a replay: the table of all its cases, and the pictures of each.
 
+use super::captions::{caption, heading};
 use super::figures::Figure;
 use super::html::{scheme_cell, signed};
 use super::terms::terms;
@@ -40,10 +41,7 @@ pub fn write(dir: &Path, head: &Head, outcomes: &[Outcome]) -> Result<PathBuf, E
             .collect();
         let draw = |(k, figure): &(usize, Figure)| {
             let report = as_report(&outcomes[*k]);
-            Ok((
-                figure.svg(&report, html::heading(*figure))?,
-                figure.png(&report)?,
-            ))
+            Ok((figure.svg(&report, heading(*figure))?, figure.png(&report)?))
         };
         let drawn: Vec<(String, Vec<u8>)> =
             jobs.par_iter().map(draw).collect::<Result<_, Error>>()?;
@@ -102,11 +100,11 @@ fn case(k: usize, outcome: &Outcome, svgs: &[(String, Vec<u8>)]) -> Markup {
         p.legend { "Errors are positive north and east; the seconds are those since the start of free-inertial navigation." }
         @for (figure, (svg, _)) in Figure::ALL.into_iter().zip(svgs) {
             section {
-                h3 { (html::heading(figure)) }
+                h3 { (heading(figure)) }
                 figure {
                     (PreEscaped(svg))
                     figcaption {
-                        (html::unbroken(&html::caption(figure, &report))) " "
+                        (html::unbroken(&caption(figure, &report))) " "
                         a href=(file(k, figure)) { (file(k, figure)) }
                     }
                 }
@@ -132,7 +130,7 @@ fn table(outcome: &Outcome) -> Markup {
                         @for (line, row) in block.iter().enumerate() {
                             tr {
                                 @if line == 0 { th rowspan=(block.len()) { (row.t_s) } }
-                                (scheme_cell(&row.scheme, line))
+                                (scheme_cell(&row.scheme))
                                 td { (signed(row.d_north_m, 2)) } td { (signed(row.d_east_m, 2)) }
                                 td { (signed(row.d_vn_mps, 3)) } td { (signed(row.d_ve_mps, 3)) }
                                 td.main { (format!("{:.2}", row.horizontal_m)) }
