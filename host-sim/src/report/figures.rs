@@ -206,8 +206,8 @@ fn learning(curves: &[Curve]) -> Picture {
     let lines = curves.iter().zip(&looks);
     let (low, high) = widened((cost.0.ln(), cost.1.ln()), 0.05);
     let panel = Panel {
-        at: (LEFT, 62.0),
-        size: (size.0 - 100.0, size.1 - 114.0),
+        at: (LEFT, 54.0),
+        size: (size.0 - 100.0, size.1 - 106.0),
         title: Default::default(),
         x: Axis::linear(
             "passes over the data",

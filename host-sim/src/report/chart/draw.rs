@@ -21,47 +21,80 @@ const BELOW: f64 = 42.0;
 /// Distance between labels at the ends of curves.
 pub(super) const APART: f64 = 16.0;
 
+/// What a back end of plotters is to be helped with.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum BackEnd {
+    /// The SVG: nothing.
+    Svg,
+    /// The bitmap: it places text too high, and it draws a wide curve as one polygon, which has
+    /// holes and spikes where a noisy curve crosses itself.
+    Bitmap,
+}
+
+/// A drawing area.
+struct Sheet<'a, DB: DrawingBackend> {
+    root: &'a Root<DB>,
+    back_end: BackEnd,
+}
+
 type Drawn<DB> = Result<(), DrawingAreaErrorKind<<DB as DrawingBackend>::ErrorType>>;
 type Root<DB> = DrawingArea<DB, Shift>;
 type Chart<'a, DB> = ChartContext<'a, DB, Cartesian2d<Axis, Axis>>;
 
 impl Picture {
-    pub(super) fn draw<DB: DrawingBackend>(&self, root: &Root<DB>) -> Drawn<DB> {
+    pub(super) fn draw<DB: DrawingBackend>(&self, root: &Root<DB>, back_end: BackEnd) -> Drawn<DB> {
         register();
+        let sheet = Sheet { root, back_end };
         root.fill(&rgb(PAPER))?;
         for legend in &self.legends {
-            legend.draw(root)?;
+            legend.draw(&sheet)?;
         }
         for panel in &self.panels {
-            panel.draw(root)?;
+            panel.draw(&sheet)?;
         }
         for (at, sentence) in &self.notes {
-            root.draw_text(sentence, &text(SOFT, HPos::Center), pixel(*at))?;
+            sheet.text(sentence, &text(SOFT, HPos::Center), pixel(*at))?;
         }
         root.present()
     }
 }
 
+impl<DB: DrawingBackend> Sheet<'_, DB> {
+    /// By how much text is to be moved down so that its middle is where it should be.
+    fn lower(&self) -> i32 {
+        match self.back_end {
+            BackEnd::Svg => 0,
+            BackEnd::Bitmap => units(1.75),
+        }
+    }
+
+    /// A line of text with its middle at the height of `at`.
+    fn text(&self, words: &str, style: &TextStyle, at: (i32, i32)) -> Drawn<DB> {
+        let at = (at.0, at.1 + self.lower());
+        self.root.draw_text(words, style, at)
+    }
+}
+
 impl Legend {
-    fn draw<DB: DrawingBackend>(&self, root: &Root<DB>) -> Drawn<DB> {
+    fn draw<DB: DrawingBackend>(&self, sheet: &Sheet<DB>) -> Drawn<DB> {
         let (mut x, mut y) = self.at;
         for (name, look) in &self.entries {
             let style = text(INK, HPos::Left);
-            let length = 34.0 + f64::from(root.estimate_text_size(name, &style)?.0) / UNITS;
+            let length = 34.0 + f64::from(sheet.root.estimate_text_size(name, &style)?.0) / UNITS;
             if x > self.at.0 && x + length > self.at.0 + self.width {
                 (x, y) = (self.at.0, y + 18.0);
             }
             let sample = vec![pixel((x, y)), pixel((x + 28.0, y))];
             match look.dash {
-                None => root.draw(&PathElement::new(sample, stroke(*look)))?,
-                Some((on, off)) => root.draw(&DashedPathElement::new(
+                None => sheet.root.draw(&PathElement::new(sample, stroke(*look)))?,
+                Some((on, off)) => sheet.root.draw(&DashedPathElement::new(
                     sample,
                     units(on),
                     units(off),
                     stroke(*look),
                 ))?,
             }
-            root.draw_text(name, &style, pixel((x + 34.0, y)))?;
+            sheet.text(name, &style, pixel((x + 34.0, y)))?;
             x += length + 22.0;
         }
         Ok(())
@@ -69,9 +102,9 @@ impl Legend {
 }
 
 impl Panel {
-    fn draw<DB: DrawingBackend>(&self, root: &Root<DB>) -> Drawn<DB> {
+    fn draw<DB: DrawingBackend>(&self, sheet: &Sheet<DB>) -> Drawn<DB> {
         let ((left, top), (width, height)) = (self.at, self.size);
-        let area = root.clone().shrink(
+        let area = sheet.root.clone().shrink(
             pixel((left - LEFT, top)),
             (units(width + LEFT), units(height + BELOW)),
         );
@@ -85,17 +118,18 @@ impl Panel {
             .y_desc(&self.y.label)
             .label_style(text(SOFT, HPos::Center))
             .axis_desc_style(text(INK, HPos::Center))
+            .y_label_offset(sheet.lower())
             .set_all_tick_mark_size(units(3.0))
             .axis_style(stroke(Look::solid(REFERENCE, 1.0)))
             .bold_line_style(stroke(Look::solid(GRID, 1.0)))
             .draw()?;
         let above = top - 12.0;
         let [title, corner] = &self.title;
-        root.draw_text(title, &text(INK, HPos::Left), pixel((left, above)))?;
+        sheet.text(title, &text(INK, HPos::Left), pixel((left, above)))?;
         let right = pixel((left + width, above));
-        root.draw_text(corner, &text(SOFT, HPos::Right), right)?;
+        sheet.text(corner, &text(SOFT, HPos::Right), right)?;
         for mark in &self.marks {
-            self.mark(root, &mut chart, mark)?;
+            self.mark(sheet, &mut chart, mark)?;
         }
         Ok(())
     }
@@ -107,12 +141,12 @@ impl Panel {
 
     fn mark<DB: DrawingBackend>(
         &self,
-        root: &Root<DB>,
+        sheet: &Sheet<DB>,
         chart: &mut Chart<DB>,
         mark: &Mark,
     ) -> Drawn<DB> {
         match mark {
-            Mark::Line(points, look) => self.line(chart, points, *look),
+            Mark::Line(points, look) => self.line(sheet, chart, points, *look),
             Mark::Dots(points, radius, colour) => {
                 let shown = points.iter().filter(|at| self.holds(**at));
                 let dot = |at: &_| Circle::new(*at, units(*radius), rgb(*colour).filled());
@@ -123,15 +157,18 @@ impl Panel {
                     return Ok(());
                 }
                 let (x, y) = chart.backend_coord(at);
-                root.draw(&Circle::new((x, y), units(4.0), rgb(INK).filled()))?;
-                root.draw_text(words, &text(INK, HPos::Center), (x, y + units(*below)))
+                sheet
+                    .root
+                    .draw(&Circle::new((x, y), units(4.0), rgb(INK).filled()))?;
+                sheet.text(words, &text(INK, HPos::Center), (x, y + units(*below)))
             }
-            Mark::Ends(ends) => self.ends(root, chart, ends),
+            Mark::Ends(ends) => self.ends(sheet, chart, ends),
         }
     }
 
     fn line<DB: DrawingBackend>(
         &self,
+        sheet: &Sheet<DB>,
         chart: &mut Chart<DB>,
         points: &[(f64, f64)],
         look: Look,
@@ -143,21 +180,21 @@ impl Panel {
             let piece = piece.to_vec();
             let style = stroke(look);
             match look.dash {
-                None => chart.draw_series([PathElement::new(piece, style)])?,
-                Some((on, off)) => chart.draw_series([DashedPathElement::new(
-                    piece,
-                    units(on),
-                    units(off),
-                    style,
-                )])?,
-            };
+                None if sheet.back_end == BackEnd::Bitmap => segments(chart, &piece, look)?,
+                None => chart
+                    .draw_series([PathElement::new(piece, style)])
+                    .map(drop)?,
+                Some((on, off)) => chart
+                    .draw_series([DashedPathElement::new(piece, units(on), units(off), style)])
+                    .map(drop)?,
+            }
         }
         Ok(())
     }
 
     fn ends<DB: DrawingBackend>(
         &self,
-        root: &Root<DB>,
+        sheet: &Sheet<DB>,
         chart: &Chart<DB>,
         ends: &[((f64, f64), String, Colour)],
     ) -> Drawn<DB> {
@@ -170,14 +207,32 @@ impl Panel {
         for ((x, y), words, colour) in placed {
             let beside = y.min(lowest);
             lowest = beside - units(APART);
-            root.draw(&Circle::new((x, y), units(3.5), rgb(colour).filled()))?;
+            sheet
+                .root
+                .draw(&Circle::new((x, y), units(3.5), rgb(colour).filled()))?;
             let pointer = vec![(x, y), (x + units(10.0), beside)];
-            root.draw(&PathElement::new(pointer, stroke(Look::solid(colour, 1.0))))?;
+            sheet
+                .root
+                .draw(&PathElement::new(pointer, stroke(Look::solid(colour, 1.0))))?;
             let at = (x + units(14.0), beside);
-            root.draw_text(words, &text(INK, HPos::Left), at)?;
+            sheet.text(words, &text(INK, HPos::Left), at)?;
         }
         Ok(())
     }
+}
+
+/// A curve as single strokes with round joints.
+fn segments<DB: DrawingBackend>(
+    chart: &mut Chart<DB>,
+    points: &[(f64, f64)],
+    look: Look,
+) -> Drawn<DB> {
+    let strokes = points.windows(2);
+    chart.draw_series(strokes.map(|ends| PathElement::new(ends.to_vec(), stroke(look))))?;
+    let radius = units(look.width) / 2;
+    let joints = points.iter();
+    let joint = |at: &(f64, f64)| Circle::new(*at, radius, rgb(look.colour).filled());
+    chart.draw_series(joints.map(joint)).map(drop)
 }
 
 /// Makes the embedded font known to plotters, which otherwise has none.

@@ -9,7 +9,7 @@ mod draw;
 use super::axis::{Axis, thinned};
 use super::palette::{self, Colour, Look};
 use crate::error::Error;
-use draw::units;
+use draw::{BackEnd, units};
 use plotters::prelude::{BitMapBackend, IntoDrawingArea, SVGBackend};
 use std::fmt::Write;
 
@@ -123,8 +123,11 @@ impl Picture {
         let mut text = String::new();
         let (width, height) = (units(self.size.0), units(self.size.1));
         let size = (width as u32, height as u32);
-        self.draw(&SVGBackend::with_string(&mut text, size).into_drawing_area())
-            .map_err(|problem| failed(name, &problem))?;
+        self.draw(
+            &SVGBackend::with_string(&mut text, size).into_drawing_area(),
+            BackEnd::Svg,
+        )
+        .map_err(|problem| failed(name, &problem))?;
         let content = text.split_once(">\n").map_or("", |(_, content)| content);
         let title = maud::html! { title { (title) } }.into_string();
         Ok(format!(
@@ -141,7 +144,7 @@ impl Picture {
         let [width, height] = [self.size.0, self.size.1].map(|length| units(length) as usize);
         let mut fine = vec![0; 3 * width * height];
         let back_end = BitMapBackend::with_buffer(&mut fine, (width as u32, height as u32));
-        self.draw(&back_end.into_drawing_area())
+        self.draw(&back_end.into_drawing_area(), BackEnd::Bitmap)
             .map_err(|problem| failed(name, &problem))?;
         let rgb = smaller(&fine, width);
         let mut file = vec![];
