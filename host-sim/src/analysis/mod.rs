@@ -1,4 +1,4 @@
-//! Analyses of sensors: Allan variance, and how well each quantity can be learnt.
+//! Analyses of sensors: Allan variance, and how well their errors can be learnt.
 
 pub mod allan;
 pub mod learnability;

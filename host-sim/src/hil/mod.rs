@@ -310,7 +310,7 @@ fn introduce(
 fn silent(setup: &Setup) -> Error {
     Error::Option {
         option: format!("--nav {}", setup.nav),
-        problem: format!("nothing comes although frames go into {}", setup.imu),
+        problem: format!("nothing arrives although frames go into {}", setup.imu),
         remedy: "check that the board runs, that --imu and --nav are not exchanged, \
                  and the bit rate of both (--baud)"
             .into(),
@@ -321,7 +321,7 @@ fn noise(setup: &Setup, bytes: usize) -> Error {
     Error::Option {
         option: format!("--nav {}", setup.nav),
         problem: format!(
-            "{bytes} bytes came that are not the {:?} frames sent into {}",
+            "{bytes} bytes arrived that are not the {:?} frames sent into {}",
             setup.format, setup.imu
         ),
         remedy: "check that both ends have the same bit rate (--baud), that the board expects \

@@ -13,7 +13,7 @@ use std::time::{Duration, Instant};
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Fault {
     None,
-    /// Nothing leaves after so many bytes.
+    /// It sends no more after so many bytes.
     SilentAfter(usize),
     /// Its navigation line has another bit rate, so its bytes are corrupted.
     Baud,
@@ -213,9 +213,9 @@ fn silence_or_noise_from_the_start_is_reported_with_its_remedy() {
     for (fault, what) in [
         (
             Fault::SilentAfter(0),
-            "nothing comes although frames go into",
+            "nothing arrives although frames go into",
         ),
-        (Fault::Baud, "bytes came that are not the Stim300 frames"),
+        (Fault::Baud, "bytes arrived that are not the Stim300 frames"),
         (Fault::Deaf, "no answer to GetVersion"),
     ] {
         let error = Board::new(fault)

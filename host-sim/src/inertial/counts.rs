@@ -12,8 +12,8 @@ pub const FINE_LSB: Lsb = Lsb {
     mps: 1e-8,
 };
 
-/// Rounds increments to counts and carries the remainders on, so that the sums of both agree to half
-/// a count.
+/// Rounds increments to counts and carries the remainders on, so that the sums of both agree to
+/// half a count.
 ///
 /// # Errors
 /// Index of the first increment that does not fit.

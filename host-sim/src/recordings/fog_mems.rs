@@ -1,11 +1,11 @@
-//! Raw increments of a MEMS IMU and the solution of a FOG navigator on the same moving vehicle. This
-//! is the situation of the paper: a good navigator teaches a poor one.
+//! Raw increments of a MEMS IMU and the solution of a FOG navigator on the same moving vehicle.
+//! This is the situation of the paper: a good navigator teaches a poor one.
 //!
-//! The two files are `data/transfer_align_fog_mems.mat` of asenlinmu/psins in CSV form. Their licence
-//! keeps them out of this repository. MEMS axes are right-forward-up, and the time of an increment is
-//! the end of its interval. The FOG navigator gives attitude as pitch, roll, and yaw counter-clockwise
-//! from north, and velocity as east-north-up. The session begins at the first FOG sample, so every
-//! epoch coincides with one.
+//! The two files are `data/transfer_align_fog_mems.mat` of asenlinmu/psins in CSV form. Their
+//! licence keeps them out of this repository. MEMS axes are right-forward-up, and the time of an
+//! increment is the end of its interval. The FOG navigator gives attitude as pitch, roll, and yaw
+//! counter-clockwise from north, and velocity as east-north-up. The session begins at the first FOG
+//! sample, so every epoch coincides with one.
 
 use crate::error::Error;
 use crate::inertial::counts::{FINE_LSB, quantise};
@@ -20,9 +20,10 @@ use nalgebra::Vector3;
 use std::path::Path;
 
 /// First line of the file of MEMS increments.
-pub const MEMS_HEADER: &str = "time_s,dtheta_right_rad,dtheta_forward_rad,dtheta_up_rad,dv_right_mps,dv_forward_mps,dv_up_mps";
+const MEMS_HEADER: &str = "time_s,dtheta_right_rad,dtheta_forward_rad,dtheta_up_rad,\
+    dv_right_mps,dv_forward_mps,dv_up_mps";
 /// First line of the file of the FOG solution.
-pub const FOG_HEADER: &str =
+const FOG_HEADER: &str =
     "time_s,pitch_rad,roll_rad,yaw_ccw_rad,ve_mps,vn_mps,vu_mps,lat_rad,lon_rad,height_m";
 
 /// Sample period, s.
@@ -31,8 +32,8 @@ const DT: f64 = 0.01;
 const FOG_PER_S: usize = 10;
 /// Largest error of a time stamp, s.
 const JITTER: f64 = 1e-3;
-/// Standard deviations of the FOG solution as fixes (assumed): m, then m/s. The solution is smooth, so
-/// what counts is the error of its differences, not the absolute error.
+/// Standard deviations of the FOG solution as fixes (assumed): m, then m/s. The solution is smooth,
+/// so what counts is the error of its differences, not the absolute error.
 pub const SIGMAS: [f64; 6] = [0.1, 0.1, 0.1, 0.02, 0.02, 0.02];
 
 /// Reads the two files into a session. Counts are of [`FINE_LSB`] value.
@@ -131,11 +132,10 @@ fn state(row: &[f64]) -> NavState {
 
 #[cfg(test)]
 pub(crate) mod tests {
-    use super::super::data_dir;
     use super::*;
     use crate::inertial::free_inertial::free_inertial;
     use crate::inertial::units::DEG;
-    use crate::recordings::testing::{file, message, recorded as found};
+    use crate::recordings::testing::{data_dir, file, message, recorded as found};
 
     /// The recorded session, if its files are there.
     pub(crate) fn recorded() -> Option<Session> {
@@ -188,7 +188,8 @@ pub(crate) mod tests {
             heading / DEG
         );
         let (_dir, path) = file("in.toml", header.as_bytes());
-        let generic = crate::recordings::generic::load(&path).unwrap();
+        let generic = crate::recordings::generic::read(&path, &[]).unwrap();
+        let generic = generic.session().unwrap();
         assert_eq!(
             (generic.epochs(), generic.dt),
             (session.epochs(), session.dt)

@@ -29,8 +29,8 @@ impl MotionIntegral {
         }
     }
 
-    /// Sums `increments`, each of which ends at its time. Times rise; the first increment is `lead` s
-    /// long.
+    /// Sums `increments`, each of which ends at its time. Times rise; the first increment is `lead`
+    /// s long.
     #[must_use]
     pub fn of_increments(time: &[f64], increments: &[Increment], lead: f64) -> Self {
         let mut sum = Increment::default();

@@ -1,12 +1,12 @@
 //! Road drives of KITTI raw, recorded with an OXTS RT3003: angular rate and specific force in
 //! forward-left-up, with the solution of the RT3003 as reference.
 //!
-//! The CSV files come from mkutay/nn-dead-reckoning and are CC BY-NC-SA 3.0, so they stay out of this
-//! repository. Positions are east, north, up in metres from the first sample. Attitude is roll, pitch
-//! (positive nose down) and yaw counter-clockwise from east. Time stamps are about 10 ms apart. When
-//! the recorder stalled, a few of them are 60 ms late; these are moved between their neighbours, and
-//! all others are used as they are. The remaining accelerations look like noise of the reference, so
-//! these drives test mechanisation and loader but say little about learning.
+//! The CSV files come from mkutay/nn-dead-reckoning and are CC BY-NC-SA 3.0, so they stay out of
+//! this repository. Positions are east, north, up in metres from the first sample. Attitude is
+//! roll, pitch (positive nose down) and yaw counter-clockwise from east. Time stamps are about 10
+//! ms apart. When the recorder stalled, a few of them are 60 ms late; these are moved between their
+//! neighbours, and all others are used as they are. The remaining accelerations look like noise of
+//! the reference, so these drives test mechanisation and loader but say little about learning.
 
 use crate::error::Error;
 use crate::inertial::counts::{FINE_LSB, quantise};
@@ -25,8 +25,8 @@ use std::f64::consts::FRAC_PI_2;
 use std::path::Path;
 
 /// First line of the files.
-pub const HEADER: &str = "time_s,wx_radps,wy_radps,wz_radps,fx_mps2,fy_mps2,fz_mps2,east_m,north_m,up_m,ve_mps,vn_mps,vu_mps,\
-roll_rad,pitch_rad,yaw_ccw_from_east_rad";
+pub const HEADER: &str = "time_s,wx_radps,wy_radps,wz_radps,fx_mps2,fy_mps2,fz_mps2,\
+    east_m,north_m,up_m,ve_mps,vn_mps,vu_mps,roll_rad,pitch_rad,yaw_ccw_from_east_rad";
 
 /// The drives: number, and how many samples to skip. Drive 0020 begins with a gap of 1.7 s.
 pub const DRIVES: [(&str, usize); 4] = [("0020", 2), ("0027", 0), ("0033", 0), ("0034", 0)];

@@ -5,7 +5,7 @@
 
 use super::table::{Cell, Table};
 use crate::error::Error;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 /// The header line: the columns in their order.
 pub const HEADER: &str =
@@ -29,15 +29,6 @@ pub struct Recording {
     pub accel_lsb_mps: f64,
     /// Pulses of each sample: gyro x, y, z, then accelerometer x, y, z.
     pub pulses: Vec<[i32; 6]>,
-}
-
-/// Folder with recorded data: `LRNN_DATA` if it is set, else `../shared/data` beside the project.
-/// `None` if that folder does not exist.
-#[must_use]
-pub fn data_dir() -> Option<PathBuf> {
-    let beside = || Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/data");
-    let folder = std::env::var_os("LRNN_DATA").map_or_else(beside, PathBuf::from);
-    folder.is_dir().then_some(folder)
 }
 
 /// Reads a recording, plain or gzipped.
@@ -80,6 +71,7 @@ fn fault(text: &str) -> &'static str {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::recordings::testing::recorded;
     use flate2::{Compression, write::GzEncoder};
     use std::io::Write;
 
@@ -243,11 +235,7 @@ mod tests {
 
     #[test]
     fn the_real_recording_has_the_documented_length_and_gravity() {
-        let Some(file) = data_dir()
-            .map(|dir| dir.join("lasergyro-static.csv.gz"))
-            .filter(|file| file.is_file())
-        else {
-            println!("skipped: no recorded data in ../shared/data or LRNN_DATA");
+        let Some(file) = recorded("lasergyro-static.csv.gz") else {
             return;
         };
         let recording = load(&file).unwrap();

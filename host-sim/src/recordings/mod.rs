@@ -17,5 +17,8 @@ pub(crate) mod table;
 pub(crate) mod testing;
 pub mod track;
 
-pub use lasergyro::{ACCEL_LSB_MPS, GYRO_LSB_RAD, HEADER, RATE_HZ, Recording, data_dir, load};
+/// Seconds in a week.
+pub(crate) const WEEK_S: f64 = 604_800.0;
+
+pub use lasergyro::{ACCEL_LSB_MPS, GYRO_LSB_RAD, HEADER, RATE_HZ, Recording, load};
 pub use session::InitialAttitude;

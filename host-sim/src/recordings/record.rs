@@ -1,6 +1,6 @@
-//! A recording as its files hold it: time stamps, samples and fixes to the last bit, before they are
-//! resampled. `convert` translates between formats through it, and [`Record::session`] makes it the
-//! session of an experiment.
+//! A recording as its files hold it: time stamps, samples and fixes to the last bit, before they
+//! are resampled. `convert` translates between formats through it, and [`Record::session`] makes it
+//! the session of an experiment.
 
 use crate::error::Error;
 use crate::inertial::earth::Geodetic;
@@ -35,8 +35,8 @@ pub struct TimedFix {
     pub height_m: f64,
     /// Velocity north, east, down, m/s, if the receiver measures it.
     pub velocity: Option<[f64; 3]>,
-    /// Standard deviations north, east, down: of position, m, then of velocity, m/s. The latter mean
-    /// nothing without a velocity.
+    /// Standard deviations north, east, down: of position, m, then of velocity, m/s. The latter
+    /// mean nothing without a velocity.
     pub sigmas: [f64; 6],
 }
 

@@ -256,14 +256,25 @@ impl<T: Cell> Table<T> {
                 expected: header.to_owned(),
             });
         }
-        let wanted: Vec<usize> = (0..names.len()).collect();
+        Self::first_columns(&source, 1, &names, names.len())
+    }
+
+    /// Reads the first `count` columns of a file with the columns `names`, which begins after
+    /// `skip` lines.
+    pub(crate) fn first_columns(
+        source: &Source,
+        skip: usize,
+        names: &[String],
+        count: usize,
+    ) -> Result<Self, Error> {
+        let wanted: Vec<usize> = (0..count).collect();
         let layout = Layout {
-            skip: 1,
-            names: &names,
+            skip,
+            names,
             wanted: &wanted,
             gap: None,
         };
-        Self::read(&source, &layout)
+        Self::read(source, &layout)
     }
 
     /// Number of rows.

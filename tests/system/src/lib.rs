@@ -59,3 +59,12 @@ pub fn horizontal(results: &Value, scheme: &str, t_min: u64) -> f64 {
         .expect("every scheme has a row at every time");
     row["horizontal_m"].as_f64().expect("an error is a number")
 }
+
+/// Folder with recorded data: `LRNN_DATA` if it is set, else `../shared/data` beside the project.
+/// `None` if that folder does not exist.
+#[must_use]
+pub fn data_dir() -> Option<PathBuf> {
+    let beside = || PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data");
+    let folder = std::env::var_os("LRNN_DATA").map_or_else(beside, PathBuf::from);
+    folder.is_dir().then_some(folder)
+}

@@ -49,7 +49,7 @@ fn a_socket_that_never_answers_is_silent() {
     let text = error(&["--imu", &imu, "--nav", &nav, "--seconds", "2", "--fast"]);
     assert!(
         text.contains(&format!(
-            "--nav {nav}: nothing comes although frames go into {imu}"
+            "--nav {nav}: nothing arrives although frames go into {imu}"
         )),
         "{text}"
     );

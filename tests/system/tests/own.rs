@@ -300,7 +300,7 @@ fn wrong_files_and_options_are_named() {
         assert!(named, "{option}: {text}");
     }
     assert!(!dir.path().join("out").exists() && !dir.path().join("o").exists());
-    let Some(data) = host_sim::recordings::data_dir() else {
+    let Some(data) = system::data_dir() else {
         println!("skipped: no recorded data; remedy: set LRNN_DATA to its folder");
         return;
     };

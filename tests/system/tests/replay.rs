@@ -29,7 +29,7 @@ fn horizontal(dir: &Path, scheme: &str, t_min: u64) -> f64 {
 /// inertial-frame alignment of 480 s.
 #[test]
 fn the_real_recording_has_the_documented_error_and_compensation_does_no_harm() {
-    let Some(data) = host_sim::recordings::data_dir() else {
+    let Some(data) = system::data_dir() else {
         println!("skipped: no recorded data; remedy: set LRNN_DATA to its folder");
         return;
     };
@@ -136,7 +136,7 @@ fn other_recordings_run_and_wrong_files_are_named() {
             "{args:?}: {stderr}"
         );
     }
-    let Some(data) = host_sim::recordings::data_dir() else {
+    let Some(data) = system::data_dir() else {
         println!("skipped: no recorded data; remedy: set LRNN_DATA to its folder");
         return;
     };

@@ -1,14 +1,15 @@
-//! CSV files of sensor output: plain or gzipped, a header line with the unit at the end of each name, numbers of equal number on each line.
+//! Reads CSV files of sensor output, plain or gzipped. The header line gives the unit at the end of
+//! each name.
 //!
-//! | name | is |
+//! | column | meaning |
 //! |---|---|
 //! | `t_s`, `time_s` | time, rising in equal steps |
-//! | `dtheta..._rad`, `dv..._mps` | increments a sample, as `host-sim simulate` writes them |
-//! | `gyro..._pulses`, `accel..._pulses` | increments in the pulses of the recorded laser-gyro unit, 100 a second unless told |
+//! | `dtheta..._rad`, `dv..._mps` | increments per sample, as `host-sim simulate` writes them |
+//! | `gyro..._pulses`, `accel..._pulses` | increments in pulses of the recorded laser-gyro IMU |
 //! | `..._radps`, `..._dps`, `..._dph` | rates |
 //! | `..._mps2`, `..._g`, `..._ug` | specific forces |
 //!
-//! Other columns are passed over.
+//! Pulses come at 100 Hz unless the user gives another rate. Other columns are ignored.
 
 use super::deviation::LEAST_SAMPLES;
 use super::{Kind, Series};
@@ -19,39 +20,42 @@ use crate::recordings::table::{Layout, Separator, Source, Table};
 use crate::recordings::{ACCEL_LSB_MPS, GYRO_LSB_RAD, RATE_HZ};
 use std::path::Path;
 
-/// A header we know, for messages.
+/// Example of a header, for messages.
 const EXAMPLE: &str = "t_s,dtheta_x_rad,dtheta_y_rad,dtheta_z_rad,dv_x_mps,dv_y_mps,dv_z_mps";
 /// Columns of the time.
 const TIMES: [&str; 2] = ["t_s", "time_s"];
-/// A step of the time that differs by more than this part from the usual one is a gap.
+/// A time step that departs from the median by more than this share is a gap.
 const GAP: f64 = 0.5;
 
-/// What to take from a file.
+/// What to read from a file.
 #[derive(Debug, Clone, Default)]
 pub struct Choice {
-    /// Columns by name; all we know when empty.
+    /// Names of the columns. If empty, all columns whose names are known.
     pub columns: Vec<String>,
-    /// Samples per second, instead of what time column or format say.
+    /// Samples per second, instead of those of the time column or of the format.
     pub rate_hz: Option<f64>,
 }
 
-/// One column that is a sensor's output.
+/// A column with the output of a sensor.
 #[derive(Debug, Clone)]
 struct Sensor {
+    /// Position among the columns of the file.
     place: usize,
     name: String,
     kind: Kind,
-    /// SI value of one.
+    /// Value in SI of one unit of the column.
     scale: f64,
-    /// Whether it is an increment already, or a rate.
+    /// Whether values are increments. Otherwise they are rates.
     increment: bool,
+    /// Whether the unit is a pulse.
     pulses: bool,
 }
 
 /// Reads the sensors of `file`.
 ///
 /// # Errors
-/// Any fault of the file, with line and column; a column that is not there; no way to know the sample rate; too few samples.
+/// Any fault of the file, with line and column; a column that does not exist; an unknown sample
+/// rate; too few samples.
 pub fn load(file: &Path, choice: &Choice) -> Result<Vec<Series>, Error> {
     let source = Source::open(file, Separator::COMMA)?;
     let names = source.header(EXAMPLE)?;
@@ -113,7 +117,8 @@ fn too_short(file: &Path, samples: usize) -> Error {
     }
 }
 
-/// The sensor that a column of this name is; `named` says that the user asked for it, so that its unit is enough.
+/// The sensor whose output a column of this name holds. If the user has asked for columns by name
+/// (`named`), the unit is enough.
 fn sensor(place: usize, name: &str, named: bool) -> Option<Sensor> {
     let begins = |parts: &[&str]| named || parts.iter().any(|part| name.starts_with(part));
     let (_, unit) = name.rsplit_once('_')?;
@@ -171,7 +176,7 @@ fn rate_of_times(table: &Table, column: usize) -> Result<f64, Error> {
     let mut steps = times.windows(2).map(|pair| pair[1] - pair[0]);
     if let Some(before) = steps.position(|step| (step - usual).abs() > GAP * usual) {
         let remedy = format!(
-            "cut the file there (a step is {} s), or give --rate HZ to pass over the times",
+            "cut the file there (a step is {} s), or give --rate HZ to ignore the times",
             (usual * 1e9).round() / 1e9
         );
         let fault = "not one step after the line before";
@@ -179,7 +184,7 @@ fn rate_of_times(table: &Table, column: usize) -> Result<f64, Error> {
     }
     let span = times.last().unwrap_or(&1.0) - times.first().unwrap_or(&0.0);
     let rate = (times.len() - 1).max(1) as f64 / span;
-    // times are rounded in files: 200.0000003 is 200
+    // times in files are rounded: 200.0000003 Hz is 200 Hz
     Ok(if (rate - rate.round()).abs() < 1e-5 * rate {
         rate.round()
     } else {

@@ -1,4 +1,4 @@
-//! Good and bad files.
+//! Valid and faulty files.
 
 use super::columns::*;
 use super::*;
@@ -20,7 +20,7 @@ fn complaint(text: &str) -> String {
     message[message.find("imu.csv").unwrap_or(0)..].to_owned()
 }
 
-/// A file at 50 Hz with 200 lines, of which `change` may spoil some.
+/// A file of 200 lines at 50 Hz.
 fn file(header: &str, line: impl Fn(usize) -> String) -> String {
     (0..200).fold(format!("{header}\n"), |text, i| text + &line(i) + "\n")
 }

@@ -1,21 +1,25 @@
-//! How sure an Allan variance is, and how much two of them at different averaging times share.
+//! The covariance of Allan variances: how uncertain one is, and how much two of them at different
+//! averaging times have in common.
 //!
-//! Second differences d of a noise with stationary second increments are Gaussian with the covariance
+//! The second differences d of the integral of a Gaussian noise have the covariance
 //!
 //! ```text
 //! R(l) = sum_ab c_a c_b s(l + a m1 - b m2),      c = 1, -2, 1,
 //! ```
 //!
-//! where s is the generalised autocovariance of the integral (Greenhall 1991; Greenhall and Riley 2003): for the noises Q, N, B, K
-//! Q^2 delta, -N^2 |t|/2, B^2 t^2 ln|t| / 2 pi, K^2 |t|^3 / 12. Mean squares of Gaussians then have the covariance
+//! where s is the generalised autocovariance of the integral (Greenhall 1991; Greenhall and Riley
+//! 2003). For the noises Q, N, B, K it is Q^2 delta, -N^2 |t|/2, B^2 t^2 ln|t| / 2 pi, K^2 |t|^3 /
+//! 12. The mean squares of these differences then have the covariance
 //!
 //! ```text
 //! cov(V1, V2) = (2 sum w R^2 + 4 mu1 mu2 sum w R) / (M1 M2)  /  (4 tau1^2 tau2^2)
 //! ```
 //!
-//! with w(l) the number of pairs at lag l and mu = R tau^2 the mean of d that a ramp makes. This holds for any mixture of noises, and
-//! gives the equivalent degrees of freedom 2 V^2 / cov(V, V) that NIST SP 1065 tabulates for pure ones. The sums over lags run over up to
-//! a million terms, but between the lags where an argument of s is zero R is smooth, so a Gauss-Legendre rule a stretch does.
+//! with w(l) the number of pairs at lag l, and mu = R tau^2 the mean of d that a rate ramp R
+//! causes. This holds for any mixture of noises. It gives the equivalent degrees of freedom 2 V^2 /
+//! cov(V, V) that NIST SP 1065 tabulates for pure noises. The sums over lags have up to a million
+//! terms. Between the lags at which an argument of s is zero the function R is smooth, so a
+//! Gauss-Legendre rule for each such stretch is enough.
 
 use std::f64::consts::{LN_2, PI};
 
@@ -24,7 +28,7 @@ use std::f64::consts::{LN_2, PI};
 pub struct Model(pub [f64; 5]);
 
 impl Model {
-    /// Part of the Allan variance at averaging time `tau` s that each squared coefficient makes, as a factor:
+    /// Factors of the squared coefficients in the Allan variance at averaging time `tau` s:
     /// 3/tau^2, 1/tau, 2 ln 2 / pi, tau/3, tau^2/2.
     #[must_use]
     pub fn basis(tau: f64) -> [f64; 5] {
@@ -57,7 +61,8 @@ impl Model {
         t * (-n2 / 2.0 + t * (b2 * t.ln() / (2.0 * PI) + t * k2 / 12.0))
     }
 
-    /// Covariance of the second differences over m1 and m2 samples of `t0` s at the lag `l` in samples.
+    /// Covariance of the second differences over m1 and m2 samples of `t0` s at a lag of `l`
+    /// samples.
     fn r(&self, l: f64, m1: f64, m2: f64, t0: f64) -> f64 {
         const C: [(f64, f64); 3] = [(0.0, 1.0), (1.0, -2.0), (2.0, 1.0)];
         let mut sum = 0.0;
@@ -69,7 +74,8 @@ impl Model {
         sum
     }
 
-    /// Covariance of the overlapping Allan variances at m1 and m2 samples of `t0` s, from `samples` samples.
+    /// Covariance of the overlapping Allan variances at averages of m1 and m2 samples of `t0` s,
+    /// from `samples` samples.
     #[must_use]
     pub fn covariance(&self, m1: usize, m2: usize, samples: usize, t0: f64) -> f64 {
         let count = |m: usize| (samples + 1 - 2 * m) as f64;
@@ -92,7 +98,8 @@ impl Model {
         (2.0 * squares + 4.0 * means * plain) / (n1 * n2) / (4.0 * (tau1 * tau2).powi(2))
     }
 
-    /// Equivalent degrees of freedom of the overlapping Allan variance at m samples: 2 (mean)^2 / variance.
+    /// Equivalent degrees of freedom of the overlapping Allan variance at averages of m samples:
+    /// 2 (mean)^2 / variance.
     #[must_use]
     pub fn edf(&self, m: usize, samples: usize, t0: f64) -> f64 {
         let mean = self.variance(m as f64 * t0);
@@ -100,9 +107,10 @@ impl Model {
     }
 }
 
-/// Lags where R or the weight bends, and the ends of the sum: rising, each once.
+/// Lags at which R or the weight has a kink, and the ends of the sum, in rising order.
 fn stops(m1: f64, m2: f64, n1: f64, n2: f64) -> Vec<f64> {
-    // flicker reaches beyond the others: its R falls as 1/l^2, and 6 (m1 + m2) out its square is below 1e-5 of the middle
+    // flicker has the longest tail: its R falls as 1/l^2, and at 6 (m1 + m2) its square is below
+    // 1e-5 of that in the middle
     let reach = m1 + m2;
     let mut stops: Vec<f64> = [
         -2.0 * m1 - 6.0 * reach,
@@ -125,9 +133,10 @@ fn stops(m1: f64, m2: f64, n1: f64, n2: f64) -> Vec<f64> {
     stops
 }
 
-/// Sum of a smooth term over the whole numbers strictly between `low` and `high`: `add` takes a lag and its weight.
+/// Sums a smooth term over the whole numbers strictly between `low` and `high`. `add` takes a lag
+/// and its weight.
 fn sum_between(low: f64, high: f64, add: &mut impl FnMut(f64, f64)) {
-    /// Gauss-Legendre rule of 8 points on [-1, 1]: the positive half.
+    /// Positive half of the Gauss-Legendre rule of 8 points on [-1, 1].
     const RULE: [(f64, f64); 4] = [
         (0.183_434_642_495_649_8, 0.362_683_783_378_362),
         (0.525_532_409_916_329, 0.313_706_645_877_887_3),
@@ -143,7 +152,7 @@ fn sum_between(low: f64, high: f64, add: &mut impl FnMut(f64, f64)) {
         }
         return;
     }
-    // near a stop flicker bends sharply (t^2 ln t): the first lags one by one, the rest by the rule
+    // near a stop flicker bends sharply (t^2 ln t), so the first lags are summed one by one
     let edge = FEW / 4.0;
     sum_between(low, low + edge + 1.0, add);
     sum_between(high - edge - 1.0, high, add);
@@ -180,7 +189,7 @@ mod tests {
     }
 
     #[test]
-    fn quick_sums_are_the_long_ones() {
+    fn sums_by_the_rule_equal_full_sums() {
         let mixture = Model([1e-4, 1e-2, 1e-3, 1e-5, 1e-9]);
         for (m1, m2) in [(1, 1), (1, 300), (40, 300), (128, 256), (300, 300)] {
             for model in [pure(0), pure(1), pure(2), pure(3), mixture] {
@@ -195,14 +204,14 @@ mod tests {
                     plain += w * r;
                 }
                 let tau = (m1 * m2) as f64 * 0.25;
-                let long = (2.0 * squares + 4.0 * model.0[4] * tau * tau * plain)
+                let full = (2.0 * squares + 4.0 * model.0[4] * tau * tau * plain)
                     / (n1 * n2 * 4.0 * tau * tau);
-                let quick = model.covariance(m1, m2, n, 0.5);
+                let by_rule = model.covariance(m1, m2, n, 0.5);
                 assert!(
-                    (quick / long - 1.0).abs() < 0.01,
+                    (by_rule / full - 1.0).abs() < 0.01,
                     "{m1} {m2} {:?}: {}",
                     model.0,
-                    quick / long
+                    by_rule / full
                 );
             }
         }
@@ -210,7 +219,7 @@ mod tests {
 
     #[test]
     fn degrees_of_freedom_are_those_of_sp_1065() {
-        // Stein's approximations of table 5 for white and random-walk rate noise (N phase points)
+        // Stein's approximations in table 5 for white and random-walk rate noise (N phase points)
         let (samples, t0) = (10_000, 1.0);
         let n = (samples + 1) as f64;
         for m in [1, 8, 100, 1000] {

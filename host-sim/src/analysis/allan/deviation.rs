@@ -4,19 +4,21 @@
 //! sigma^2(m t0) = 1 / (2 (m t0)^2 (N - 2m)) sum_i (x_{i+2m} - 2 x_{i+m} + x_i)^2
 //! ```
 //!
-//! with x the N integrals of the output (angle, velocity) at the ends of the sample intervals t0.
+//! where x are the N integrals of the output (angle or velocity) at the ends of the sample
+//! intervals t0.
 
 use rayon::prelude::*;
 
-/// Longest averaging time is this part of the recording: beyond it there are hardly three independent differences.
+/// The longest averaging time is this fraction of the recording, one quarter. Beyond it there are
+/// fewer than three independent differences.
 const LONGEST_PART: usize = 4;
-/// Least number of samples of which anything can be said.
+/// Smallest number of samples that is analysed.
 pub const LEAST_SAMPLES: usize = 100;
 
 /// The estimate at one averaging time.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Point {
-    /// Samples averaged.
+    /// Number of samples averaged.
     pub m: usize,
     /// Averaging time, s.
     pub tau: f64,
@@ -24,7 +26,8 @@ pub struct Point {
     pub variance: f64,
 }
 
-/// Integral of `increments` after taking out their mean (which no second difference sees, but rounding does); one longer than they.
+/// Integral of `increments` without their mean, from 0 on. Second differences do not depend on the
+/// mean, but rounding errors do.
 #[must_use]
 pub fn phase(increments: &[f64]) -> Vec<f64> {
     let mean = increments.iter().sum::<f64>() / increments.len().max(1) as f64;
@@ -38,12 +41,14 @@ pub fn phase(increments: &[f64]) -> Vec<f64> {
     x
 }
 
-/// Overlapping Allan variance of the integral `x`, at intervals of `t0` s, for averages over `m` samples, 1 <= m <= (N - 1) / 2.
+/// Overlapping Allan variance of the integral `x` at intervals of `t0` s for averages of `m`
+/// samples, 1 <= m <= (N - 1) / 2.
 #[must_use]
 pub fn variance(x: &[f64], t0: f64, m: usize) -> f64 {
     let (early, middle, late) = (x, &x[m..], &x[2 * m..]);
     let n = late.len();
-    // four sums at a time: the order is fixed, so the result is the same on every machine, and the loop runs in vectors
+    // four partial sums: their order is fixed, so every machine gets the same result, and the loop
+    // can be vectorised
     let mut sums = [0.0; 4];
     let (a, b, c) = (
         early[..n].chunks_exact(4),
@@ -64,7 +69,8 @@ pub fn variance(x: &[f64], t0: f64, m: usize) -> f64 {
     (sums.iter().sum::<f64>() + tail) / (2.0 * tau * tau * n as f64)
 }
 
-/// Averages over 1, 2, 4, ... samples, and two equally spaced between each, as far as `samples` go.
+/// Numbers of samples to average: 1, 2, 4, ... and two between each pair, up to a quarter of
+/// `samples`.
 #[must_use]
 pub fn averages(samples: usize) -> Vec<usize> {
     let all = (0..).map(|k| 2.0_f64.powf(f64::from(k) / 3.0).round() as usize);
@@ -73,7 +79,7 @@ pub fn averages(samples: usize) -> Vec<usize> {
     ms
 }
 
-/// The whole curve of `x` at intervals of `t0` s.
+/// The Allan variance of `x`, at intervals of `t0` s, at all averaging times.
 #[must_use]
 pub fn curve(x: &[f64], t0: f64) -> Vec<Point> {
     let ms = averages(x.len() - 1);
@@ -90,11 +96,11 @@ mod tests {
     use super::*;
 
     #[test]
-    fn it_is_the_sum_of_its_definition() {
+    fn the_variance_is_that_of_its_definition() {
         let d: Vec<f64> = (0..203).map(|i| f64::from(i * 7919 % 101) - 50.0).collect();
         let x = phase(&d);
         for m in [1, 2, 3, 17, 50] {
-            // from the increments: half the mean square of differences of neighbouring averages
+            // half the mean square of the differences of neighbouring averages
             let average = |i: usize| d[i..i + m].iter().sum::<f64>() / (m as f64 * 0.5);
             let n = d.len() - 2 * m + 1;
             let want = (0..n)

@@ -1,4 +1,4 @@
-//! All that an Allan analysis found, with what the reader must know of it, and as JSON.
+//! The results of an Allan analysis with notes for the reader, and their JSON.
 
 use super::Analysis;
 use super::fit::POOR_FIT;
@@ -6,26 +6,28 @@ use crate::error::Error;
 use crate::simulator::imu::ImuSpec;
 use serde::Serialize;
 
-/// All that a run found; its serialised form is the `--json` format.
+/// The results of a run. Serialised, they are the `--json` format.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Findings {
     /// File or preset.
     pub source: String,
-    /// One a column.
+    /// One for each column.
     pub analyses: Vec<Analysis>,
-    /// Q, N, B, K, R that the simulator was given, gyros and accelerometers, in the units of the coefficients; `None` for recordings.
+    /// Q, N, B, K, R of the simulated gyros and accelerometers, in the units of the coefficients.
+    /// `None` for recordings.
     pub configured: Option<[[Option<f64>; 5]; 2]>,
-    /// What the reader must know.
+    /// What the reader should know.
     pub notes: Vec<String>,
 }
 
-/// What a spec says of the five noises, in the units of the coefficients. Its Gauss-Markov drift of sigma and T is, well below T, a
-/// random walk of `K = sigma sqrt(2 / T)`; what stripping leaves of the dither is a line ([`dither_note`]); B and R it does not have.
+/// The five noises of a specification, in the units of the coefficients. Its Gauss-Markov drift of
+/// sigma and T is, well below T, a random walk of `K = sigma sqrt(2 / T)`. It has neither B nor R.
+/// The residual of the dither is a spectral line; see [`dither_note`].
 #[must_use]
 pub fn configured(spec: &ImuSpec) -> [[Option<f64>; 5]; 2] {
     let (g, a) = (&spec.gyro, &spec.accel);
     let lsb = crate::simulator::imu::Imu::lsb(spec);
-    let root_12 = 12.0_f64.sqrt(); // white rounding error of a pulse
+    let root_12 = 12.0_f64.sqrt(); // the rounding error of a pulse is uniform and white
     let drift = |sigma: f64, time_s: f64| sigma * (2.0 * 3600.0 / time_s).sqrt();
     let (drift_g, drift_a) = (
         drift(g.bias_drift_dph, g.bias_drift_time_s),
@@ -49,21 +51,22 @@ pub fn configured(spec: &ImuSpec) -> [[Option<f64>; 5]; 2] {
     ]
 }
 
-/// What the five noises of a simulated gyro do not say.
+/// A note about the dither of a simulated gyro, which is not one of the five noises.
 #[must_use]
 pub fn dither_note(spec: &ImuSpec) -> Option<String> {
     let dither = &spec.gyro.dither;
     (dither.strip_residual_arcsec > 0.0).then(|| {
         format!(
-            "the gyros' angle also holds what stripping leaves of their dither, {} arcsec at about {} Hz: a line, which is found as a part \
-             of Q, N or the misfit",
+            "the angle of the gyros also contains the dither that stripping leaves, \
+             {} arcsec at about {} Hz. It is a spectral line and appears as a part of Q, N \
+             or the misfit",
             dither.strip_residual_arcsec, dither.frequency_hz
         )
     })
 }
 
 impl Findings {
-    /// Adds a note for every column whose curve is not the five noises.
+    /// Adds a note for every column whose curve is not a sum of the five noises.
     pub fn note_misfits(&mut self) {
         let poor = self
             .analyses
@@ -71,15 +74,16 @@ impl Findings {
             .filter(|analysis| analysis.misfit > POOR_FIT);
         self.notes.extend(poor.map(|analysis| {
             format!(
-                "{}: the curve departs by {:.0} % from the sum of the five noises: sway, vibration, temperature, or pulses so coarse \
-                 that their rounding is no noise; the intervals of its coefficients allow for that",
+                "{}: the curve departs by {:.0} % from the sum of the five noises. Possible causes \
+                 are sway, vibration, temperature, or pulses so coarse that their rounding is not \
+                 noise. The intervals of the coefficients allow for it",
                 analysis.column,
                 100.0 * analysis.misfit
             )
         }));
     }
 
-    /// JSON text with a final line break.
+    /// JSON text that ends with a line break.
     ///
     /// # Errors
     /// [`Error::BadResult`] for a number that JSON cannot hold.

@@ -1,17 +1,19 @@
-//! From the curve to the coefficients: non-negative least squares on the variances, with intervals.
+//! Fits the coefficients to the curve by non-negative least squares, with intervals.
 //!
-//! The variance is linear in the squares of Q, N, B, K, R ([`Model::basis`]). Each point weighs by the inverse of its variance under the
-//! model found so far; a few rounds settle that. Neighbouring points share most of their data, so the covariance of the squares comes
-//! from the whole covariance C of the points, not from the weights W alone:
+//! The Allan variance is linear in the squares of Q, N, B, K, R ([`Model::basis`]). The weight of a
+//! point is the inverse of its variance under the model of the previous round; a few rounds
+//! converge. Neighbouring points share most of their data, so the covariance P of the squares
+//! follows from the design A, the weights W and the full covariance C of the points:
 //!
 //! ```text
 //! P = (A' W A)^-1 A' W C W A (A' W A)^-1
 //! ```
 //!
-//! Where the curve is not the sum of the five noises (sway, vibration, a temperature that settles, the regular rounding of coarse
-//! pulses), short times would pull everything: they are known best, by their statistics. There every point gets a further error, the
-//! same part f of each variance, just so large that the residuals are as large as expected. f is zero for what is noise, and is
-//! reported as the misfit.
+//! A curve that is not a sum of the five noises (because of sway, vibration, a settling
+//! temperature, or the regular rounding of coarse pulses) would be fitted at short times only,
+//! which are the most certain ones statistically. Therefore every point gets a further error, the
+//! same fraction f of each variance, just large enough that the residuals are as large as expected.
+//! f is zero for pure noise and is reported as the misfit.
 
 use super::covariance::Model;
 use super::deviation::{Point, curve, phase};
@@ -20,13 +22,13 @@ use nalgebra::{DMatrix, DVector};
 use serde::Serialize;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
-/// Both tails of the 95 % intervals.
+/// Probability of each tail of a 95 % interval.
 const TAIL: f64 = 0.025;
-/// The same in standard deviations of a normal distribution.
+/// Half width of a 95 % interval of a normal distribution, in standard deviations.
 const SIGMAS: f64 = 1.959_964;
-/// Rounds of weighting by the model found so far.
+/// Rounds of fitting.
 const ROUNDS: usize = 12;
-/// Above this misfit the curve is not the sum of the five noises.
+/// Above this misfit the curve is not a sum of the five noises.
 pub const POOR_FIT: f64 = 0.1;
 
 /// One coefficient with its 95 % interval.
@@ -34,27 +36,27 @@ pub const POOR_FIT: f64 = 0.1;
 pub struct Coefficient {
     /// Q, N, B, K or R.
     pub symbol: &'static str,
-    /// What it is called.
+    /// Name.
     pub name: &'static str,
     /// Unit of the three values.
     pub unit: &'static str,
     /// Estimate, >= 0.
     pub value: f64,
-    /// Lower end, 0 if the data do not show this noise at all.
+    /// Lower end of the interval; 0 if the data do not show this noise.
     pub low: f64,
-    /// Upper end.
+    /// Upper end of the interval.
     pub high: f64,
 }
 
 impl Coefficient {
-    /// Whether the data show this noise: otherwise only the upper end means anything.
+    /// Whether the data show this noise. If not, only the upper end is meaningful.
     #[must_use]
     pub fn is_seen(&self) -> bool {
         self.low > 0.0
     }
 }
 
-/// A point of the curve in the unit of the kind, with its 95 % interval.
+/// A point of the curve with its 95 % interval, in the unit of the deviation.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Deviation {
     /// Averaging time, s.
@@ -67,11 +69,11 @@ pub struct Deviation {
     pub high: f64,
     /// Equivalent degrees of freedom.
     pub edf: f64,
-    /// What the fitted coefficients make at this time.
+    /// Deviation of the fitted coefficients.
     pub fitted: f64,
 }
 
-/// All about one column.
+/// The results for one column.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Analysis {
     /// Column.
@@ -86,15 +88,16 @@ pub struct Analysis {
     pub unit: &'static str,
     /// Q, N, B, K, R.
     pub coefficients: Vec<Coefficient>,
-    /// Part of the deviation by which the curve departs from the fit beyond what chance explains; 0 for pure noise; above [`POOR_FIT`]
-    /// the curve is not the sum of the five noises.
+    /// Departure of the curve from the fit that chance does not explain, as a fraction of the
+    /// deviation. It is 0 for pure noise; above [`POOR_FIT`] the curve is not a sum of the five
+    /// noises.
     pub misfit: f64,
     /// The curve.
     pub curve: Vec<Deviation>,
 }
 
-/// Curve, coefficients and intervals of a series; `None` if there are fewer than [`super::deviation::LEAST_SAMPLES`] samples or if
-/// the series never changes.
+/// Curve, coefficients and intervals of a series. `None` if it has fewer than 100 samples or never
+/// changes.
 #[must_use]
 pub fn analyse(series: &Series) -> Option<Analysis> {
     let (samples, t0) = (series.increments.len(), 1.0 / series.rate_hz);
@@ -105,7 +108,7 @@ pub fn analyse(series: &Series) -> Option<Analysis> {
     if points.iter().any(|p| p.variance <= 0.0) {
         return None;
     }
-    // averages of 1, 2, 4, ...: closer ones say nothing new
+    // averages of 1, 2, 4, ... samples; those between hold no further information
     let octaves: Vec<Point> = points
         .iter()
         .copied()
@@ -138,7 +141,7 @@ pub fn analyse(series: &Series) -> Option<Analysis> {
     })
 }
 
-/// Ends of the 95 % interval of a deviation as factors of its estimate: `sqrt(edf / chi2)`.
+/// Ends of the 95 % interval of a deviation, as factors of its estimate: `sqrt(edf / chi2)`.
 fn interval(edf: f64) -> (f64, f64) {
     let quantile = |p: f64| {
         let exact = (edf < 1e4).then(|| ChiSquared::new(edf).ok()).flatten();
@@ -150,18 +153,20 @@ fn interval(edf: f64) -> (f64, f64) {
     )
 }
 
-/// Quantile `TAIL` or `1 - TAIL` of chi-square, right to 1e-6 at 10 000 degrees of freedom.
+/// Quantile `TAIL` or `1 - TAIL` of chi-square, accurate to 1e-6 from 10 000 degrees of freedom on.
 fn wilson_hilferty(edf: f64, p: f64) -> f64 {
     let z = if p < 0.5 { -SIGMAS } else { SIGMAS };
     let c = 2.0 / (9.0 * edf);
     edf * (1.0 - c + z * c.sqrt()).powi(3)
 }
 
-/// The five squares and how sure they are.
+/// The five squares with their uncertainties.
 struct Fit {
     model: Model,
-    /// Without the condition that none is negative: unbiased, and what the intervals stand around.
+    /// Squares fitted without the condition that none is negative. They are unbiased, and the
+    /// intervals are around them.
     free: [f64; 5],
+    /// Standard deviations of `free`.
     sigma: [f64; 5],
     misfit: f64,
 }
@@ -170,7 +175,7 @@ impl Fit {
     fn new(points: &[Point], samples: usize, t0: f64) -> Self {
         let design = DMatrix::from_fn(points.len(), 5, |i, j| Model::basis(points[i].tau)[j]);
         let seen = DVector::from_iterator(points.len(), points.iter().map(|p| p.variance));
-        // before there is a model: independent averages only
+        // the first weights, without a model: only independent averages count
         let mut sigmas = DVector::from_iterator(
             points.len(),
             points
@@ -189,15 +194,15 @@ impl Fit {
             }
         }
         let covariance = DMatrix::from_fn(points.len(), points.len(), |i, j| {
-            let own = if i == j {
+            let further = if i == j {
                 (further * points[i].variance).powi(2)
             } else {
                 0.0
             };
-            own + model.covariance(points[i].m, points[j].m, samples, t0)
+            further + model.covariance(points[i].m, points[j].m, samples, t0)
         });
         let (free, sigma) = intervals(&design, &seen, &sigmas, &covariance);
-        // half the relative error of a variance is that of the deviation
+        // the relative error of a deviation is half that of its variance
         Self {
             model,
             free,
@@ -214,7 +219,8 @@ impl Fit {
                 let (symbol, name) = NOISES[i];
                 let root = |square: f64| square.max(0.0).sqrt() / si;
                 let square = self.model.0[i];
-                // both estimates are right within sigma; where a bound holds another square up they differ
+                // both estimates are right within sigma; they differ where another square is held
+                // at 0
                 let (less, more) = (self.free[i].min(square), self.free[i].max(square));
                 let reach = SIGMAS * self.sigma[i];
                 Coefficient {
@@ -230,7 +236,8 @@ impl Fit {
     }
 }
 
-/// The least f >= 0 for which the mean square of the residuals, each over `chance + (f V)^2`, is at most 1.
+/// The smallest f >= 0 for which the mean of the squared residuals, each divided by
+/// `chance + (f V)^2`, is at most 1.
 fn further_error(points: &[Point], model: &Model, chances: &[f64]) -> f64 {
     let mean_square = |f: f64| {
         let terms = points.iter().zip(chances).map(|(p, chance)| {
@@ -257,7 +264,8 @@ fn further_error(points: &[Point], model: &Model, chances: &[f64]) -> f64 {
     high
 }
 
-/// Columns of the design that are used, scaled by the errors of the points and then to length one, with the lengths.
+/// The columns `used` of the design, divided by the errors of the points and scaled to length one,
+/// with their lengths.
 fn scaled(
     design: &DMatrix<f64>,
     sigmas: &DVector<f64>,
@@ -273,8 +281,8 @@ fn scaled(
     (a, lengths)
 }
 
-/// Least squares under the condition that no square is negative: of the 31 choices of columns that give none, the one with the least
-/// residual. Five columns are few enough to try all.
+/// Least squares under the condition that no square is negative. Of all 31 subsets of the columns
+/// whose solution is not negative it takes the one with the smallest residual.
 fn non_negative(design: &DMatrix<f64>, seen: &DVector<f64>, sigmas: &DVector<f64>) -> [f64; 5] {
     let target = seen.component_div(sigmas);
     let mut best = ([0.0; 5], f64::INFINITY);
@@ -296,7 +304,7 @@ fn non_negative(design: &DMatrix<f64>, seen: &DVector<f64>, sigmas: &DVector<f64
     best.0
 }
 
-/// Free estimate and standard deviation of each square.
+/// Unconstrained estimate and standard deviation of each square.
 fn intervals(
     design: &DMatrix<f64>,
     seen: &DVector<f64>,
@@ -324,7 +332,7 @@ mod tests {
 
     #[test]
     fn chi_square_ends_are_those_of_the_tables() {
-        // chi-square tables: 2.5 % and 97.5 % points
+        // 2.5 % and 97.5 % points of chi-square tables
         for (edf, low, high) in [
             (1.0, 0.000_982, 5.024),
             (10.0, 3.247, 20.483),

@@ -1,15 +1,18 @@
-//! Allan deviation of recorded or simulated sensors, and the noise coefficients it shows (IEEE 647 and 952, annex C).
+//! Allan deviation of recorded or simulated sensors, and the noise coefficients it shows (IEEE 647
+//! and 952, annex C).
 //!
-//! The way: [`columns`] a file into [`Series`] of increments, [`analyse`] each, gather the [`findings`]; `report::allan` shows them.
-//! [`deviation`] is the estimate, [`covariance`] how sure it is, [`fit`] the coefficients with their intervals.
+//! [`columns`] reads a file into [`Series`] of increments, [`analyse`] finds the coefficients of
+//! each, and [`findings`] gathers the results, which `report::allan` shows. Module `deviation`
+//! estimates the Allan variance, `covariance` its uncertainty, and `fit` the coefficients with
+//! their intervals.
 
 pub mod columns;
-pub mod covariance;
-pub mod deviation;
+mod covariance;
+mod deviation;
 pub mod findings;
-pub mod fit;
+mod fit;
 
-pub use fit::{Analysis, Coefficient, analyse};
+pub use fit::{Analysis, Coefficient, Deviation, analyse};
 
 use crate::inertial::earth::Local;
 use crate::inertial::sins::Increment;
@@ -18,7 +21,7 @@ use crate::recordings::columns::IMU;
 use crate::simulator::imu::{Imu, ImuSpec};
 use serde::Serialize;
 
-/// What a series is the output of; fixes its units.
+/// The kind of a sensor, which determines the units.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Kind {
@@ -31,7 +34,7 @@ pub enum Kind {
 /// Increments of one axis at a constant rate.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Series {
-    /// Column of the file.
+    /// Name of the column in the file.
     pub column: String,
     /// Gyro or accelerometer.
     pub kind: Kind,
@@ -41,8 +44,8 @@ pub struct Series {
     pub increments: Vec<f64>,
 }
 
-/// Symbol and name of each of the five noises.
-pub const NOISES: [(&str, &str); 5] = [
+/// Symbols and names of the five noises.
+const NOISES: [(&str, &str); 5] = [
     ("Q", "quantisation"),
     ("N", "random walk"),
     ("B", "bias instability"),
@@ -51,7 +54,7 @@ pub const NOISES: [(&str, &str); 5] = [
 ];
 
 impl Kind {
-    /// Unit of the deviation and its value in SI (rad/s or m/s2).
+    /// Unit of the deviation, and its value in rad/s or m/s2.
     #[must_use]
     pub fn unit(self) -> (&'static str, f64) {
         match self {
@@ -60,7 +63,7 @@ impl Kind {
         }
     }
 
-    /// Units of Q, N, B, K, R and their values in SI.
+    /// Units of Q, N, B, K, R, and their values in SI.
     #[must_use]
     pub fn coefficient_units(self) -> [(&'static str, f64); 5] {
         match self {
@@ -82,7 +85,8 @@ impl Kind {
     }
 }
 
-/// Output of a simulated IMU that stands still and level, nose to the north, at 45 degrees of latitude, for `duration_s` seconds.
+/// Output of a simulated IMU that stands level at 45 degrees of latitude, nose to the north, for
+/// `duration_s` seconds.
 #[must_use]
 pub fn at_rest(spec: &ImuSpec, duration_s: u32, seed: u64) -> Vec<Series> {
     let here = Local::at(std::f64::consts::FRAC_PI_4, 0.0);

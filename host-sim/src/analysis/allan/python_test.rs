@@ -1,4 +1,5 @@
-//! Agreement with the Python package AllanTools, an independent implementation, where Python and pip are there.
+//! Agreement with the Python package AllanTools, an independent implementation, if Python and pip
+//! are installed.
 
 use super::covariance::Model;
 use super::tests::gyro;
@@ -6,9 +7,10 @@ use super::{Kind, analyse};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// The version compared with.
+/// The package and its version.
 const PACKAGE: &str = "allantools==2024.6";
-/// Reads increments from a file and prints, for each `m`, the overlapping Allan deviation and the degrees of freedom for white rate noise.
+/// Reads increments from a file. Prints for each `m` the overlapping Allan deviation and the
+/// degrees of freedom for white, flicker and random-walk rate noise.
 const SCRIPT: &str = r#"
 import sys, numpy, allantools
 from allantools.ci import edf_greenhall
@@ -23,9 +25,11 @@ for m, deviation in zip(ms, deviations):
     print(m, repr(float(deviation)), *[repr(float(e)) for e in edf])
 "#;
 
-/// Python of a virtual environment with AllanTools under the build directory, made when it is not there; else why not.
+/// Python of a virtual environment with AllanTools under the build directory, which is made if
+/// necessary.
 fn python() -> Result<PathBuf, String> {
-    let test = std::env::current_exe().map_err(|e| e.to_string())?; // .../target/debug/deps/host_sim-...
+    // .../target/debug/deps/host_sim-...
+    let test = std::env::current_exe().map_err(|e| e.to_string())?;
     let target = test.ancestors().nth(2).ok_or("no build directory")?;
     let environment = target.join("allantools-venv");
     let python = environment.join("bin/python");
@@ -95,8 +99,8 @@ fn the_curve_agrees_with_allantools() {
             .collect();
         let (m, deviation) = (fields[0] as usize, fields[1]);
         worst = worst.max((point.deviation * Kind::Gyro.unit().1 / deviation - 1.0).abs());
-        // White, flicker and random-walk rate: N, B, K alone. AllanTools takes its sums in strides, and is off by up to a sixth for
-        // few samples an average: at one, white noise has 2/3 N degrees of freedom and not 0.78 N.
+        // Pure N, B and K. AllanTools sums in strides, which is wrong by up to a sixth for averages
+        // of few samples: at one sample white noise has 2/3 N degrees of freedom, not 0.78 N.
         if m < 50 {
             continue;
         }

@@ -1,4 +1,4 @@
-//! The whole way from increments to coefficients, against noise that is known.
+//! From increments to coefficients, with noise of known coefficients.
 
 use super::*;
 use crate::simulator::imu::ErrorModelName;
@@ -34,7 +34,8 @@ pub(super) fn gyro(coefficients: [f64; 5], rate_hz: f64, samples: usize, seed: u
     }
 }
 
-/// Flicker of B = 1, one-sided spectrum 1/(pi f): white noise integrated by half (Kasdin 1995).
+/// Flicker noise of B = 1 with the one-sided spectrum 1/(pi f): half-integrated white noise (Kasdin
+/// 1995).
 fn flicker(samples: usize, normal: &mut impl FnMut() -> f64) -> Vec<f64> {
     let mut response = vec![1.0];
     for k in 1..samples {
@@ -53,9 +54,10 @@ fn holds(coefficient: &Coefficient, truth: f64) -> bool {
 }
 
 #[test]
-fn intervals_hold_the_truth_nineteen_times_in_twenty_and_are_not_wide_for_that() {
+fn intervals_contain_the_truth_nineteen_times_in_twenty_and_are_narrow() {
     let units = Kind::Gyro.coefficient_units();
-    // Q arcsec, N deg/sqrt(h), B deg/h, K deg/h/sqrt(h), R deg/h^2; and which of them must be seen nearly always, and how well
+    // Q arcsec, N deg/sqrt(h), B deg/h, K deg/h/sqrt(h), R deg/h^2; then which of them must nearly
+    // always be seen, and within which relative width
     type Case = ([f64; 5], &'static [(usize, f64)]);
     let cases: [Case; 5] = [
         ([0.05, 0.005, 0.0, 0.1, 0.0], &[(0, 0.4), (1, 0.05)]),
@@ -79,13 +81,13 @@ fn intervals_hold_the_truth_nineteen_times_in_twenty_and_are_not_wide_for_that()
             }
         }
         println!("{truth:?}: held {held:?}, sharp {sharp:?} of {runs}");
-        // a rightful 95 % interval misses 6 or more of 40 once in 70 times
+        // a correct 95 % interval misses 6 or more of 40 in one of 70 cases
         assert!(held.iter().all(|&n| n >= 35), "{truth:?}: {held:?}");
         assert!(sharp.iter().all(|&n| n >= 30), "{truth:?}: {sharp:?}");
     }
 }
 
-/// The simulator's IMU with pulses fine enough that white noise carries the rounding over many of them, and without other errors.
+/// A simulated IMU with noise only. Its pulses are so fine that the white noise spans many of them.
 fn noisy_imu() -> ImuSpec {
     let mut spec = ImuSpec::preset("medium")
         .unwrap()
@@ -144,7 +146,7 @@ fn the_simulator_gets_its_coefficients_back() {
             );
         }
     }
-    // 18 intervals of 95 %: three or more misses once in 16 times, and this is one seed
+    // 18 intervals of 95 % miss three times or more in one of 16 cases; the seed is fixed
     assert!(misses <= 2, "{misses} of 18 intervals miss");
 }
 
@@ -162,11 +164,11 @@ fn a_gauss_markov_drift_is_a_random_walk_at_short_times() {
 }
 
 #[test]
-fn what_is_not_noise_is_told_and_what_is_constant_has_no_curve() {
+fn a_misfit_is_reported_and_a_constant_has_no_curve() {
     let mut shaken = gyro([0.0, 1e-6, 0.0, 0.0, 0.0], 100.0, 100_000, 1);
     assert_eq!(analyse(&shaken).unwrap().misfit, 0.0);
     for (i, increment) in shaken.increments.iter_mut().enumerate() {
-        *increment += 1e-6 * (i as f64 * 0.01 * 2.0).sin(); // sway of 3 s
+        *increment += 1e-6 * (i as f64 * 0.01 * 2.0).sin(); // sway with a period of 3 s
     }
     let found = analyse(&shaken).unwrap();
     assert!(found.misfit > fit::POOR_FIT, "{}", found.misfit);
@@ -178,9 +180,7 @@ fn what_is_not_noise_is_told_and_what_is_constant_has_no_curve() {
 
 #[test]
 fn the_recorded_laser_gyro_shows_the_sway_of_its_vehicle() {
-    let file = crate::recordings::data_dir().map(|dir| dir.join("lasergyro-static.csv.gz"));
-    let Some(file) = file.filter(|file| file.is_file()) else {
-        println!("skipped: no recorded data in ../shared/data or LRNN_DATA");
+    let Some(file) = crate::recordings::testing::recorded("lasergyro-static.csv.gz") else {
         return;
     };
     let series = columns::load(&file, &columns::Choice::default()).unwrap();
@@ -193,7 +193,8 @@ fn the_recorded_laser_gyro_shows_the_sway_of_its_vehicle() {
     for series in &series[..3] {
         let found = analyse(series).unwrap();
         assert!(found.misfit > 0.2, "{}: {}", series.column, found.misfit);
-        // people and engine: far above the gyro between 1 and 100 s, and falling fast behind, because sway leads nowhere
+        // people and engine: far above the noise of the gyro between 1 and 100 s, then falling
+        // fast, because sway returns
         let at = |tau: f64| {
             found
                 .curve

@@ -1,4 +1,4 @@
-//! The covariance recursion along the true drive.
+//! The bound: the covariance of the filter along the true drive.
 
 use super::{QUANTITIES, sensor};
 use crate::inertial::earth::Local;
@@ -12,20 +12,20 @@ use crate::simulator::session::SessionConfig;
 use crate::simulator::truth::Truth;
 use nalgebra::{DMatrix, DVector, Vector3};
 
-/// Noise of words and fixes with quantisation in it.
+/// Noise of samples and fixes, with quantisation.
 #[derive(Debug, Clone, Copy)]
-pub struct Noises {
+pub(super) struct Noises {
     /// White noise of the sensors.
-    pub words: Noise,
-    /// Fixes: m, then m/s.
-    pub fixes: [f64; 6],
+    pub(super) samples: Noise,
+    /// Standard deviations of fixes: m, then m/s.
+    pub(super) fixes: [f64; 6],
 }
 
-/// White noise, and quantisation as what it amounts to. Pulses of size q are the rounding of a running sum, whose error is white with
-/// sigma = q / sqrt(12) and is not summed up: that of the velocity stands beside the velocity of a fix; that of the angle tilts gravity by
-/// as much for a word of length dt, which adds a velocity random walk of g sigma sqrt(dt).
-#[must_use]
-pub fn noises(config: &SessionConfig<'_>) -> Noises {
+/// White noise, with the effect of quantisation. Pulses of size q round a running sum, so their
+/// error is white with sigma = q / sqrt(12) and does not accumulate. That of the velocity adds to
+/// the velocity error of a fix. That of the angle tilts gravity by as much for a sample of length
+/// dt, which adds a velocity random walk of g sigma sqrt(dt).
+pub(super) fn noises(config: &SessionConfig<'_>) -> Noises {
     let imu = config.imu;
     let lsb = Imu::lsb(imu);
     let [angle, velocity] = [lsb.rad, lsb.mps].map(|q| q / 12.0_f64.sqrt());
@@ -34,7 +34,7 @@ pub fn noises(config: &SessionConfig<'_>) -> Noises {
     let mut fixes = config.gnss.sigmas();
     fixes[3..].iter_mut().for_each(|s| *s = s.hypot(velocity));
     Noises {
-        words: Noise {
+        samples: Noise {
             gyro: imu.gyro.total_angle_random_walk_dpsqrth() * DEG_PER_SQRT_H,
             accel: (imu.accel.velocity_random_walk_ugpsqrthz * UG_PER_SQRT_HZ).hypot(tilting),
         },
@@ -42,9 +42,9 @@ pub fn noises(config: &SessionConfig<'_>) -> Noises {
     }
 }
 
-/// Standard deviations of all quantities at each of `epochs` (rising). The vehicle is known to stand during the standstill.
-#[must_use]
-pub fn bound(
+/// Standard deviations of all quantities at each of the rising `epochs`. The filter knows that the
+/// vehicle stands during the standstill.
+pub(super) fn bound(
     config: &SessionConfig<'_>,
     truth: &Truth,
     model: &ErrorModel,
@@ -71,7 +71,7 @@ pub fn bound(
         surroundings: None,
         gather: 1,
     };
-    let mut filter = Aided::new(truth.epochs[0], start, model.clone(), noises.words);
+    let mut filter = Aided::new(truth.epochs[0], start, model.clone(), noises.samples);
     let mut out = Vec::new();
     let mut means = Means::new(model.len());
     for k in 0..epochs.last().copied().unwrap_or_default() {
@@ -99,7 +99,7 @@ fn deviations(filter: &Aided, j: &DMatrix<f64>) -> Vec<f64> {
     all
 }
 
-/// Mean of the derivatives of the six errors by the parameters.
+/// Mean derivatives of the six sensor errors with respect to the parameters.
 pub(super) struct Means {
     sum: DMatrix<f64>,
     epochs: f64,
@@ -118,13 +118,13 @@ impl Means {
         let now = Inputs {
             rate,
             force,
-            rate_change: Vector3::zeros(), // no constant has to do with them
+            rate_change: Vector3::zeros(), // the constants do not depend on changes
             force_change: Vector3::zeros(),
             time: epoch as f64,
         };
         let mut one = DVector::zeros(model.len());
         for (i, p) in model.parameters.iter().enumerate() {
-            // linear in the parameters: the errors of one alone are its derivatives
+            // errors are linear in the parameters, so those of one parameter are its derivatives
             one[i] = 1.0;
             let error = model.error(&one, &now, &mut Held::default())[p.triad.index()][p.axis];
             self.sum[(sensor(p.triad, p.axis), i)] += error;
@@ -138,18 +138,11 @@ impl Means {
     }
 }
 
-/// True mean rate and specific force of an epoch.
+/// True mean angular rate and specific force of an epoch.
 pub(super) fn inputs(truth: &Truth, epoch: usize) -> [Vector3<f64>; 2] {
     let n = truth.samples_per_epoch;
-    let words = &truth.increments[epoch * n..(epoch + 1) * n];
-    let rate: Vector3<f64> = words.iter().map(|w| w.dtheta).sum();
-    let force: Vector3<f64> = words.iter().map(|w| w.dv).sum();
+    let increments = &truth.increments[epoch * n..(epoch + 1) * n];
+    let rate: Vector3<f64> = increments.iter().map(|w| w.dtheta).sum();
+    let force: Vector3<f64> = increments.iter().map(|w| w.dv).sum();
     [rate / EPOCH_S, force / EPOCH_S]
-}
-
-/// Closed form for one axis and nothing but positions: the standard deviation (m/s2) of a constant acceleration from positions of
-/// `sigma` m at `rate_hz` over `time_s`, start and speed unknown; sigma sqrt(720 / (rate time)) / time^2 for many fixes.
-#[must_use]
-pub fn acceleration_sigma(sigma: f64, rate_hz: f64, time_s: f64) -> f64 {
-    sigma * (720.0 / (rate_hz * time_s)).sqrt() / (time_s * time_s)
 }

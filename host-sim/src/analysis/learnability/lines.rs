@@ -1,4 +1,4 @@
-//! The answer in datasheet units, line by line: the JSON, and what tables and pictures show.
+//! The answer as lines in datasheet units, for the JSON, tables and pictures.
 
 use super::{Answer, QUANTITIES, SCHEMES, quantity};
 use serde::Serialize;
@@ -12,15 +12,15 @@ pub struct Line {
     pub unit: &'static str,
     /// Driving after the standstill, s.
     pub time_s: u32,
-    /// Standard deviation before learning; none for a mean error.
+    /// Standard deviation before learning. A mean error has none.
     pub prior: Option<f64>,
     /// Cramer-Rao bound.
     pub bound: f64,
-    /// Root mean square error of each scheme that estimates it.
+    /// Error of each scheme that estimates it.
     pub reached: Vec<Reached>,
 }
 
-/// What a scheme reached.
+/// The error that a scheme reached.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Reached {
     /// Scheme.
@@ -30,7 +30,7 @@ pub struct Reached {
 }
 
 impl Answer {
-    /// All numbers in datasheet units, by quantity, then time.
+    /// All lines, sorted by quantity, then time.
     #[must_use]
     pub fn lines(&self) -> Vec<Line> {
         let line = |q: usize, t: usize| {

@@ -1,17 +1,19 @@
-//! What can be known of the sensors at all: the Cramer-Rao bound of bias, scale factor and misalignment, and what learning reached.
+//! How well bias, scale factor and misalignment can be known at all: their Cramer-Rao bound, and
+//! the errors that the learning schemes reach.
 //!
-//! The bound is the covariance recursion of the filter that knows everything but the 24 constants and the state ([`bound`]), run
-//! along the true drive, where it does not depend on the data: for linear dynamics and normal errors no estimator has a smaller mean
-//! square error (van Trees; Tichavsky et al. 1998). Units are simulated with exactly these constants and the noise, nothing that
-//! wanders, warms up or bends ([`constants_only`]); `reached` says what the learning schemes make of them.
+//! The bound is the covariance of a filter that knows everything except the state and the 24
+//! constants. Run along the true drive it does not depend on the data, and with linear dynamics and
+//! normal errors no estimator has a smaller mean square error (van Trees; Tichavsky et al. 1998).
+//! The simulated units have these constants and white noise, but no drift, warm-up or nonlinearity.
 
 mod bound;
 mod lines;
 mod reached;
 
-pub use bound::{Noises, acceleration_sigma, bound, noises};
+use bound::bound;
 pub use lines::{Line, Reached};
-pub use reached::{SCHEMES, Scheme, Unit, unit};
+pub use reached::{SCHEMES, Scheme};
+use reached::{Unit, unit};
 
 use crate::experiment::scenario::Scenario;
 use crate::inertial::ekf::{ErrorModel, InitialSigma, Triad};
@@ -24,24 +26,24 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 
-/// Constants of the six sensors: a bias and a row of three each.
-pub const CONSTANTS: usize = 24;
-/// Constants, and the mean error of the six sensors over the time learnt from.
-pub const QUANTITIES: usize = CONSTANTS + 6;
+/// Number of constants of the six sensors: each has a bias and a row of three.
+const CONSTANTS: usize = 24;
+/// Number of constants and of mean errors of the six sensors over the learning time.
+const QUANTITIES: usize = CONSTANTS + 6;
 /// Standstill before the drive, s.
-pub const STANDSTILL_S: u32 = 300;
-/// Words per second.
+const STANDSTILL_S: u32 = 300;
+/// Samples per second.
 const RATE_HZ: u32 = 100;
 
-/// What is known of the attitude at power-on: a coarse alignment; the rest comes from the words themselves.
-pub const AT_POWER_ON: InitialSigma = InitialSigma {
+/// What is known of the state at power-on, before the samples improve it.
+const AT_POWER_ON: InitialSigma = InitialSigma {
     tilt: DEG,
     heading: 5.0 * DEG,
     velocity: 0.01,
     position: 1.0,
 };
 
-/// What is asked.
+/// The question: which IMU, which receiver, how long.
 #[derive(Debug, Clone)]
 pub struct Question {
     /// IMU.
@@ -50,30 +52,30 @@ pub struct Question {
     pub gnss: GnssSpec,
     /// Longest time of driving, min.
     pub minutes: u32,
-    /// Simulated units.
+    /// Number of simulated units.
     pub units: u32,
     /// Seed of road and units.
     pub seed: u64,
 }
 
-/// All that was found; values in SI.
+/// The answer, in SI.
 #[derive(Debug, Clone)]
 pub struct Answer {
     /// Seconds of driving.
     pub times_s: Vec<u32>,
-    /// Standard deviation of each quantity before anything is learnt.
+    /// Standard deviation of each quantity before learning.
     pub prior: Vec<f64>,
     /// Bound of each quantity at each time: `bound[time][quantity]`.
     pub bound: Vec<Vec<f64>>,
-    /// Root mean square error over the units: `reached[scheme][time][quantity]`, NaN where a scheme does not estimate it.
+    /// Root mean square error over the units: `reached[scheme][time][quantity]`. NaN where a scheme
+    /// does not estimate the quantity.
     pub reached: Vec<Vec<Vec<f64>>>,
-    /// Units.
+    /// Number of units that were aligned.
     pub units: u32,
 }
 
-/// The IMU with constant bias, scale factor and misalignment and white noise alone.
-#[must_use]
-pub fn constants_only(imu: &ImuSpec) -> ImuSpec {
+/// The IMU with constant bias, scale factor, misalignment and white noise only.
+fn constants_only(imu: &ImuSpec) -> ImuSpec {
     let mut imu = imu.scaled(|group| match group {
         Group::Noise | Group::Condition | Group::Constant => 1.0,
         _ => 0.0,
@@ -82,15 +84,15 @@ pub fn constants_only(imu: &ImuSpec) -> ImuSpec {
     imu
 }
 
-/// The 24 constants with the datasheet's standard deviations, in the order bias of the six sensors, then rows of three.
-#[must_use]
-pub fn model(imu: &ImuSpec) -> ErrorModel {
+/// The 24 constants with the standard deviations of the datasheet: the biases of the six sensors,
+/// then their rows of three.
+fn model(imu: &ImuSpec) -> ErrorModel {
     let mut model = ErrorModel::with_matrices(&Assumptions::of(imu).prior);
     model.parameters.iter_mut().for_each(|p| p.walk = 0.0);
     model
 }
 
-/// Name, unit and the unit's value in SI of a quantity.
+/// Name of a quantity, its unit, and the value of the unit in SI.
 #[must_use]
 pub fn quantity(i: usize) -> (String, &'static str, f64) {
     let axis = ["x", "y", "z"];
@@ -112,7 +114,7 @@ pub fn quantity(i: usize) -> (String, &'static str, f64) {
     (format!("{} {what} {}", names[k], axis[a]), unit, si)
 }
 
-/// Learning times, s of driving: 1, 2, 5, 10, 20, 50, ... min, and the last.
+/// Learning times, seconds of driving: 1, 2, 5, 10, 20, 50, ... min, and `minutes`.
 fn times(minutes: u32) -> Vec<u32> {
     let decades = [1, 2, 5, 10, 20, 50, 100, 200, 500];
     let mut out: Vec<u32> = decades.into_iter().filter(|t| *t < minutes).collect();
@@ -120,7 +122,8 @@ fn times(minutes: u32) -> Vec<u32> {
     out.into_iter().map(|t| 60 * t).collect()
 }
 
-/// Computes the bound along a drive and what schemes reach with simulated units on it; `progress` is told after each unit.
+/// Computes the bound along a drive and the errors that schemes reach with simulated units on it.
+/// Calls `progress` after each unit.
 #[must_use]
 pub fn answer(question: &Question, progress: &(dyn Fn() + Sync)) -> Answer {
     let imu = constants_only(&question.imu);
@@ -169,7 +172,7 @@ pub fn answer(question: &Question, progress: &(dyn Fn() + Sync)) -> Answer {
     }
 }
 
-/// Index of a sensor: gyros 0 to 2, accelerometers 3 to 5.
+/// Index of a sensor: gyros are 0 to 2, accelerometers 3 to 5.
 fn sensor(triad: Triad, axis: usize) -> usize {
     3 * triad.index() + axis
 }

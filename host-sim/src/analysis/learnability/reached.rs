@@ -1,4 +1,4 @@
-//! What the schemes learn of simulated units, beside the truth.
+//! The errors that learning schemes reach with simulated units.
 
 use super::bound::{Means, inputs, noises};
 use super::{AT_POWER_ON, CONSTANTS, QUANTITIES};
@@ -17,22 +17,22 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
-/// Who learns.
+/// A learning scheme.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Scheme {
-    /// Least-squares bias on the teacher's references.
+    /// Least-squares fit of a bias to the references of the teacher.
     LsBias,
-    /// Least-squares bias and 3x3.
+    /// Least-squares fit of a bias and a 3x3 matrix.
     Ls3x3,
-    /// Filter with six biases, the teacher's own.
+    /// The filter of the teacher, with six biases.
     Ekf6,
-    /// Filter with the 24 constants, started as the bound is: it should attain it.
+    /// A filter with the 24 constants, started like the bound. It should reach the bound.
     Ekf24,
     /// The two networks.
     Rnn,
 }
 
-/// All, with the names they have elsewhere.
+/// All schemes, with their names in results.
 pub const SCHEMES: [(&str, Scheme); 5] = [
     ("ls-bias", Scheme::LsBias),
     ("ls-3x3", Scheme::Ls3x3),
@@ -42,14 +42,13 @@ pub const SCHEMES: [(&str, Scheme); 5] = [
 ];
 
 /// Errors of one unit: `errors[scheme][time][quantity]`, NaN where there is no estimate.
-pub struct Unit {
+pub(super) struct Unit {
     errors: Vec<Vec<Vec<f64>>>,
 }
 
-/// Simulates a unit (seeds of device, turn-on, start) on a drive and lets every scheme learn up to each of `epochs`. `None` when the
-/// standstill gives no attitude.
-#[must_use]
-pub fn unit(
+/// Simulates a unit (seeds of device, turn-on and start) on a drive, and lets every scheme learn up
+/// to each of `epochs`. `None` if self-alignment fails.
+pub(super) fn unit(
     config: &SessionConfig<'_>,
     [device, turn_on, start]: [u64; 3],
     (truth, fixes): (&Truth, &[Fix]),
@@ -86,7 +85,7 @@ pub fn unit(
     Some(Unit { errors })
 }
 
-/// The truth of a unit.
+/// A unit and its true constants.
 struct Known<'a> {
     truth: &'a Truth,
     model: &'a ErrorModel,
@@ -95,7 +94,8 @@ struct Known<'a> {
 }
 
 impl Known<'_> {
-    /// Errors of estimated constants; `[biases, matrices]` says which are estimates at all.
+    /// Errors of the constants `theta` and of the mean errors that follow from them. `estimated`
+    /// tells whether biases and matrices are estimates.
     fn of_constants(&self, theta: &DVector<f64>, until: usize, estimated: [bool; 2]) -> Vec<f64> {
         let mut means = Means::new(CONSTANTS);
         (0..until).for_each(|k| means.add(self.model, self.truth, k));
@@ -109,7 +109,7 @@ impl Known<'_> {
         out
     }
 
-    /// Errors of predicted mean errors of the six sensors alone.
+    /// Errors of predicted mean errors of the six sensors.
     fn of_means(&self, predicted: &DVector<f64>, until: usize) -> Vec<f64> {
         let truth = self.session.systematic.as_deref().unwrap_or_default();
         let mean = mean_of(&truth[..until]);
@@ -127,7 +127,8 @@ fn mean_of(errors: &[Increment]) -> DVector<f64> {
     DVector::from_iterator(6, gyro.iter().chain(accel.iter()).copied())
 }
 
-/// The simulator's constants out of its noise-free systematic errors: a linear fit that leaves nothing.
+/// The constants of the simulator, from its noise-free systematic errors by a linear fit that is
+/// exact.
 fn true_constants(session: &Session, truth: &Truth, model: &ErrorModel) -> Option<DVector<f64>> {
     let errors = session.systematic.as_ref()?;
     let mut out = DVector::zeros(model.len());
@@ -152,7 +153,7 @@ fn true_constants(session: &Session, truth: &Truth, model: &ErrorModel) -> Optio
     Some(out)
 }
 
-/// What the teacher's schemes have learnt.
+/// What the schemes of the teacher have learnt.
 struct Learnt {
     bias: LinearModel,
     linear: LinearModel,
@@ -160,19 +161,20 @@ struct Learnt {
     network: DVector<f64>,
 }
 
-/// Everything taught from the session up to epoch `until`, as the product is taught, but without holding anything back.
+/// Lets the schemes learn from the session up to epoch `until`, as the product does, but without
+/// holding data back for validation.
 fn taught(config: &SessionConfig<'_>, session: &Session, until: usize) -> Option<Learnt> {
     let mut assumptions = Assumptions::of(config.imu);
-    assumptions.noise = noises(config).words;
+    assumptions.noise = noises(config).samples;
     let n = session.samples_per_epoch();
     let mut part = session.clone();
     part.counts.truncate(until * n);
-    let words = part.increments();
-    let aligned = aligned(&part, &words)?;
-    let nominal = navigate(&part, &words, &assumptions, until)?;
+    let increments = part.increments();
+    let aligned = aligned(&part, &increments)?;
+    let nominal = navigate(&part, &increments, &assumptions, until)?;
     let study = study_from(
         &part,
-        &words,
+        &increments,
         &nominal,
         assumptions,
         &NetworkSpec::default(),
@@ -188,7 +190,7 @@ fn taught(config: &SessionConfig<'_>, session: &Session, until: usize) -> Option
         })
         .collect();
     let model = ErrorModel::biases(&assumptions.prior);
-    let filter = aligned.aided(model, &assumptions, &part, &words, until);
+    let filter = aligned.aided(model, &assumptions, &part, &increments, until);
     Some(Learnt {
         bias: study.bias,
         linear: study.linear,
@@ -211,7 +213,8 @@ fn linear(model: &LinearModel) -> DVector<f64> {
     DVector::from_iterator(CONSTANTS, biases.chain(rows))
 }
 
-/// The filter with the bound's own model, from a state that is wrong as the bound assumes: parameters at each of `epochs`.
+/// Parameters at each of `epochs` of a filter with the model of the bound, from an initial state
+/// with the errors that the bound assumes.
 fn filter24(
     config: &SessionConfig<'_>,
     known: &Known<'_>,
@@ -221,12 +224,12 @@ fn filter24(
     let noises = noises(config);
     let mut session = known.session.clone();
     session.sigmas = noises.fixes;
-    let words = session.increments();
+    let increments = session.increments();
     let nav = disturbed(&known.truth.epochs[0], &AT_POWER_ON, seed);
-    let mut filter = Aided::new(nav, &AT_POWER_ON, known.model.clone(), noises.words);
+    let mut filter = Aided::new(nav, &AT_POWER_ON, known.model.clone(), noises.samples);
     let mut out = Vec::new();
     for k in 0..epochs.last().copied().unwrap_or_default() {
-        aid(&mut filter, &session, &words, k);
+        aid(&mut filter, &session, &increments, k);
         if epochs.contains(&(k + 1)) {
             out.push(filter.theta.clone());
         }
@@ -234,7 +237,7 @@ fn filter24(
     out
 }
 
-/// A state that is off by normal errors.
+/// A state with normal errors.
 fn disturbed(nav: &NavState, sigma: &InitialSigma, seed: u64) -> NavState {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let sigmas = [

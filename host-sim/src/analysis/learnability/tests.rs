@@ -35,8 +35,15 @@ fn bias(triad: Triad, axis: usize, sigma: f64) -> ErrorModel {
     }
 }
 
-/// The figures of LEARNING section 6: 491 ug over 60 s, 8.8 ug over 300 s from fixes of 5 m at 1 Hz; by formula, by least squares of
-/// the fixes, and by the recursion along a vehicle at rest with nothing unknown but place, speed and one accelerometer's bias.
+/// Standard deviation, m/s2, of a constant acceleration on one axis from positions of `sigma` m at
+/// `rate_hz` over `time_s`, with unknown start and speed. It holds for many fixes.
+fn acceleration_sigma(sigma: f64, rate_hz: f64, time_s: f64) -> f64 {
+    sigma * (720.0 / (rate_hz * time_s)).sqrt() / (time_s * time_s)
+}
+
+/// The figures of LEARNING section 6: 491 ug over 60 s and 8.8 ug over 300 s from fixes of 5 m at 1
+/// Hz. They are computed by formula, by least squares of the fixes, and by the bound of a vehicle
+/// at rest with unknown place, speed and bias of one accelerometer.
 #[test]
 fn fixes_alone_give_the_known_acceleration() {
     let mut imu = imu();
@@ -65,7 +72,7 @@ fn fixes_alone_give_the_known_acceleration() {
             velocity: 1e3,
             position: 1e6,
         };
-        // no fix at time 0 in the recursion: one fix less than in the sums above
+        // the bound has no fix at time 0, one fix less than the sums above
         let b = DMatrix::from_fn(time as usize, 3, |k, j| {
             let t = (k + 1) as f64;
             [1.0, t, 0.5 * t * t][j]
@@ -81,12 +88,13 @@ fn fixes_alone_give_the_known_acceleration() {
             / UG;
         println!("{time} s: {formula:.2} {least_squares:.2} {want:.2} {got:.2} ug");
         assert!((least_squares / formula - 1.0).abs() < 0.05);
-        // Schuler's 84 min bend a parabola of 300 s by 1 %
+        // the Schuler period of 84 min bends a parabola of 300 s by 1 %
         assert!((got / want - 1.0).abs() < 0.02, "{time}: {got} {want}");
     }
 }
 
-/// A gyro that stands still with its tilt known at the start and measured at the end: ARW / sqrt(T).
+/// A gyro at rest, whose tilt is known at the start and measured at the end, has the bound
+/// ARW / sqrt(T).
 #[test]
 fn a_static_gyro_bias_is_bound_by_the_random_walk() {
     let mut imu = imu();
@@ -122,7 +130,8 @@ fn a_static_gyro_bias_is_bound_by_the_random_walk() {
     }
 }
 
-/// Learning one and the same road longer, or with better fixes, never makes the bound larger; and it stays below the prior.
+/// Longer learning on the same road or better fixes never make the bound larger, and it stays below
+/// the prior.
 #[test]
 fn more_knowledge_never_widens_the_bound() {
     let imu = imu();
@@ -149,12 +158,12 @@ fn more_knowledge_never_widens_the_bound() {
         assert!(coarse[1][q] <= coarse[0][q] * least && coarse[2][q] <= coarse[1][q] * least);
         assert!(fine[2][q] <= coarse[2][q] * least);
     }
-    // the vertical is told by the fixes alone, and fixes ten times as good show
+    // only the fixes tell the vertical, so fixes ten times as good must show
     assert!(fine[2][29] < 0.7 * coarse[2][29]);
 }
 
-/// A filter with the right model, started as wrong as it believes, attains the bound: the sum of squared errors over their variances is
-/// chi-square.
+/// A filter with the right model and correct initial uncertainty reaches the bound: squared errors
+/// over their variances are chi-square.
 #[test]
 fn an_efficient_estimator_attains_the_bound() {
     let question = Question {
@@ -175,10 +184,11 @@ fn an_efficient_estimator_attains_the_bound() {
         ratios.max(),
         ratios.mean()
     );
-    // 12 units of 24 correlated constants: the mean's standard deviation is 0.08 to 0.4; each ratio's 0.41
+    // 12 units of 24 correlated constants: the standard deviation of the mean is 0.08 to 0.4, that
+    // of one ratio 0.41
     assert!((0.6..1.5).contains(&ratios.mean()), "{ratios}");
     assert!(ratios.max() < 3.0, "{ratios}");
-    // nobody beats the bound of what all of them estimate, but for chance
+    // no scheme beats the bound of the mean errors, except by chance
     for (name, reached) in SCHEMES.iter().zip(&a.reached) {
         let pairs = reached[end].iter().zip(&a.bound[end]).enumerate();
         for (q, (reached, bound)) in pairs.skip(CONSTANTS) {
@@ -188,7 +198,7 @@ fn an_efficient_estimator_attains_the_bound() {
 }
 
 #[test]
-fn quantities_have_names_and_the_models_order() {
+fn quantities_have_names_in_the_order_of_the_model() {
     let names: Vec<String> = (0..QUANTITIES).map(|i| quantity(i).0).collect();
     assert_eq!(names[0], "gyro bias x");
     assert_eq!(names[5], "accelerometer bias z");

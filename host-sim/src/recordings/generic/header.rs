@@ -12,125 +12,125 @@ use std::path::{Path, PathBuf};
 /// All keys of a header file. The documentation of the parent module shows an example.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Header {
+pub(super) struct Header {
     /// Increments or rates.
-    pub imu: Imu,
+    pub(super) imu: Imu,
     /// Fixes. Without them the vehicle is at rest.
-    pub gnss: Option<Gnss>,
+    pub(super) gnss: Option<Gnss>,
     /// Initial attitude, and the site of a vehicle at rest.
-    pub start: Start,
+    pub(super) start: Start,
 }
 
 /// The column of a scalar.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Scalar {
+pub(super) struct Scalar {
     /// Name.
-    pub column: String,
+    pub(super) column: String,
     /// Unit.
-    pub unit: String,
+    pub(super) unit: String,
 }
 
 /// The columns of a triad.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Triad {
+pub(super) struct Triad {
     /// Names: x, y, z.
-    pub columns: [String; 3],
+    pub(super) columns: [String; 3],
     /// Unit.
-    pub unit: String,
+    pub(super) unit: String,
 }
 
 /// The samples of the IMU.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Imu {
+pub(super) struct Imu {
     /// File, relative to the header file. Required unless the user gives a file.
-    pub file: Option<PathBuf>,
+    pub(super) file: Option<PathBuf>,
     /// One ASCII character, `tab`, or `blank` for any run of blanks.
     #[serde(default = "comma")]
-    pub separator: String,
+    pub(super) separator: String,
     /// Whether the first line names the columns. If not, they are called 1, 2, 3.
     #[serde(default = "yes")]
-    pub names: bool,
+    pub(super) names: bool,
     /// Time of a sample, or of the end of an increment.
-    pub time: Scalar,
+    pub(super) time: Scalar,
     /// Gyros: rates in rad/s, deg/s, deg/h, or increments in rad, deg, arcsec.
-    pub gyro: Triad,
+    pub(super) gyro: Triad,
     /// Accelerometers: specific force in m/s^2, g, mg, or increments in m/s.
-    pub accel: Triad,
+    pub(super) accel: Triad,
     /// Forward, right and down in axes of the file, for example `y x -z` for right-forward-up.
-    pub axes: String,
+    pub(super) axes: String,
     /// Longest time between two rates that is interpolated, s. Three samples by default.
-    pub max_gap_s: Option<f64>,
+    pub(super) max_gap_s: Option<f64>,
 }
 
 /// Position and velocity fixes.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Gnss {
+pub(super) struct Gnss {
     /// File, relative to the header file. By default the file of the IMU, whose lines without a fix
     /// leave these columns empty.
-    pub file: Option<PathBuf>,
+    pub(super) file: Option<PathBuf>,
     /// As in [`Imu`].
     #[serde(default = "comma")]
-    pub separator: String,
+    pub(super) separator: String,
     /// As in [`Imu`].
     #[serde(default = "yes")]
-    pub names: bool,
+    pub(super) names: bool,
     /// Time on the clock of the IMU.
-    pub time: Scalar,
+    pub(super) time: Scalar,
     /// rad or deg.
-    pub latitude: Scalar,
+    pub(super) latitude: Scalar,
     /// rad or deg.
-    pub longitude: Scalar,
+    pub(super) longitude: Scalar,
     /// m.
-    pub height: Scalar,
+    pub(super) height: Scalar,
     /// Velocity, if it is measured.
-    pub velocity: Option<Velocity>,
+    pub(super) velocity: Option<Velocity>,
     /// Columns of the standard deviations of position north, east, down, m. They replace
     /// `position_sigma_m`.
-    pub position_sigma: Option<[String; 3]>,
+    pub(super) position_sigma: Option<[String; 3]>,
     /// The same for velocity, m/s.
-    pub velocity_sigma: Option<[String; 3]>,
+    pub(super) velocity_sigma: Option<[String; 3]>,
     /// Standard deviations of position north, east, down, m, > 0.
     #[serde(default = "position_sigma")]
-    pub position_sigma_m: [f64; 3],
+    pub(super) position_sigma_m: [f64; 3],
     /// Standard deviations of velocity north, east, down, m/s, > 0. Not used without a velocity.
     #[serde(default = "velocity_sigma")]
-    pub velocity_sigma_mps: [f64; 3],
+    pub(super) velocity_sigma_mps: [f64; 3],
 }
 
 /// Velocity columns.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Velocity {
+pub(super) struct Velocity {
     /// Names of the columns.
-    pub columns: [String; 3],
+    pub(super) columns: [String; 3],
     /// m/s or km/h.
-    pub unit: String,
+    pub(super) unit: String,
     /// `ned` or `enu`.
-    pub order: String,
+    pub(super) order: String,
 }
 
 /// A standstill or an attitude, and the site if there are no fixes.
 #[derive(Debug, Clone, Default, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Start {
+pub(super) struct Start {
     /// Standstill for self-alignment, s, at least 90.
-    pub standstill_s: Option<u32>,
+    pub(super) standstill_s: Option<u32>,
     /// Roll at the first epoch, deg.
-    pub roll_deg: Option<f64>,
+    pub(super) roll_deg: Option<f64>,
     /// Pitch, deg, nose up.
-    pub pitch_deg: Option<f64>,
+    pub(super) pitch_deg: Option<f64>,
     /// Heading, deg, clockwise from north.
-    pub heading_deg: Option<f64>,
+    pub(super) heading_deg: Option<f64>,
     /// Site: latitude, deg.
-    pub latitude_deg: Option<f64>,
+    pub(super) latitude_deg: Option<f64>,
     /// Site: longitude, deg.
-    pub longitude_deg: Option<f64>,
+    pub(super) longitude_deg: Option<f64>,
     /// Site: height, m.
-    pub height_m: Option<f64>,
+    pub(super) height_m: Option<f64>,
 }
 
 fn comma() -> String {

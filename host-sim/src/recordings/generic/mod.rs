@@ -53,22 +53,20 @@
 //! ```
 //!
 //! The session begins at the first fix within the time of the IMU and lasts whole seconds. Fixes at
-//! whole seconds after the first are used as they are; others, at most 2.5 s apart, are interpolated.
-//! Rates are integrated by the trapezoidal rule with their time stamps. An increment ends at its time.
-//! Steps between increments of more than 1.5 samples are refused, because the motion in them is lost.
-//! The sample rate of the session is the reciprocal of the median step, to the nearest whole number.
-//! Counts have the value [`crate::inertial::counts::FINE_LSB`].
+//! whole seconds after the first are used as they are; others, at most 2.5 s apart, are
+//! interpolated. Rates are integrated by the trapezoidal rule with their time stamps. An increment
+//! ends at its time. Steps between increments of more than 1.5 samples are refused, because the
+//! motion in them is lost. The sample rate of the session is the reciprocal of the median step, to
+//! the nearest whole number. Counts have the value [`crate::inertial::counts::FINE_LSB`].
 
 mod fixes;
 mod header;
 mod write;
 
-pub use header::{Gnss, Header, Imu, Scalar, Start, Triad, Velocity};
 pub use write::{write, write_truth};
 
 use crate::error::Error;
 use crate::inertial::rotation::from_euler;
-use crate::inertial::session::Session;
 use crate::inertial::sins::Increment;
 use crate::inertial::units::DEG;
 use crate::recordings::record::{Kind, Record, TimedFix, median_step};
@@ -87,10 +85,12 @@ const LEAST_STANDSTILL_S: u32 = 90;
 const AT_REST: [f64; 6] = [0.05, 0.05, 0.05, 0.01, 0.01, 0.01];
 
 /// Reads the recording that a header file describes. `files` replace those that the header names:
-/// first that of the IMU, then that of the fixes.
+/// first that of the IMU, then that of the fixes. If the header gives an attitude, the first
+/// reference state of the record's session has it.
 ///
 /// # Errors
-/// Any fault of header or files, with line and column or key; more `files` than the header describes.
+/// Any fault of header or files, with line and column or key; more `files` than the header
+/// describes.
 pub fn read(header: &Path, files: &[PathBuf]) -> Result<Record, Error> {
     let read = Read::open(header, files)?;
     let initial_attitude = initial_attitude(&read)?;
@@ -105,15 +105,6 @@ pub fn read(header: &Path, files: &[PathBuf]) -> Result<Record, Error> {
         initial_attitude: Some(initial_attitude),
         ..motion
     })
-}
-
-/// Reads the same as a session. If the header gives an attitude, [`Session::standstill`] is zero and
-/// the first reference state has that attitude.
-///
-/// # Errors
-/// As [`read`], or the times do not overlap.
-pub fn load(header: &Path) -> Result<Session, Error> {
-    read(header, &[])?.session()
 }
 
 fn initial_attitude(read: &Read) -> Result<InitialAttitude, Error> {

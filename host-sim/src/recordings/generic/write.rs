@@ -1,5 +1,5 @@
-//! Writes recordings as CSV files: `imu.csv`, `gnss.csv`, and the `header.toml` that describes them.
-//! Numbers read back to the same bits.
+//! Writes recordings as CSV files: `imu.csv`, `gnss.csv`, and the `header.toml` that describes
+//! them. Numbers read back to the same bits.
 
 use crate::error::Error;
 use crate::inertial::rotation::to_euler;
@@ -82,20 +82,32 @@ fn rows(file: &Path, columns: &[&str], rows: impl Iterator<Item = Vec<f64>>) -> 
 fn header(record: &Record) -> String {
     let names = |n: &[&str]| format!("[\"{}\"]", n.join("\", \""));
     let mut text = format!(
-        "[imu]\nfile = \"imu.csv\"\ntime = {{ column = \"t_s\", unit = \"s\" }}\ngyro = {{ columns = {}, unit = \"rad\" }}\n\
-         accel = {{ columns = {}, unit = \"m/s\" }}\naxes = \"x y z\"\n",
+        r#"[imu]
+file = "imu.csv"
+time = {{ column = "t_s", unit = "s" }}
+gyro = {{ columns = {}, unit = "rad" }}
+accel = {{ columns = {}, unit = "m/s" }}
+axes = "x y z"
+"#,
         names(&IMU[1..4]),
         names(&IMU[4..])
     );
     if record.fixes.len() > 1 {
-        text += "\n[gnss]\nfile = \"gnss.csv\"\ntime = { column = \"t_s\", unit = \"s\" }\nlatitude = { column = \"lat_deg\", unit = \"deg\" }\n\
-                 longitude = { column = \"lon_deg\", unit = \"deg\" }\nheight = { column = \"height_m\", unit = \"m\" }\n";
+        text += r#"
+[gnss]
+file = "gnss.csv"
+time = { column = "t_s", unit = "s" }
+latitude = { column = "lat_deg", unit = "deg" }
+longitude = { column = "lon_deg", unit = "deg" }
+height = { column = "height_m", unit = "m" }
+"#;
         text += &format!("position_sigma = {}\n", names(&SIGMA));
         if record.has_velocity() {
+            let (velocity, sigma) = (names(&VELOCITY), names(&SIGMA_V));
             text += &format!(
-                "velocity = {{ columns = {}, unit = \"m/s\", order = \"ned\" }}\nvelocity_sigma = {}\n",
-                names(&VELOCITY),
-                names(&SIGMA_V)
+                r#"velocity = {{ columns = {velocity}, unit = "m/s", order = "ned" }}
+velocity_sigma = {sigma}
+"#
             );
         }
     }

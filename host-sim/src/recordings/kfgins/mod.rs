@@ -10,13 +10,13 @@
 //!        | velocity north, east, down, m/s | roll, pitch, yaw, deg
 //! ```
 //!
-//! Body axes are forward-right-down, the time of a sample is the end of its interval, and heights are
-//! above the ellipsoid. KF-GINS documents the 7 columns. Its reader also accepts 13 and uses those of
-//! them that the 7 contain. Positions are those of the antenna. KF-GINS keeps the lever arm of the
-//! antenna in its own configuration, which is not read here, so the user must correct for a long one
-//! beforehand. Written numbers are the shortest that read back to the same bits. Seconds of week
-//! do not exceed 604 800 in KF-GINS, so a recording across the end of a week is neither read nor
-//! written.
+//! Body axes are forward-right-down, the time of a sample is the end of its interval, and heights
+//! are above the ellipsoid. KF-GINS documents the 7 columns. Its reader also accepts 13 and uses
+//! those of them that the 7 contain. Positions are those of the antenna. KF-GINS keeps the lever
+//! arm of the antenna in its own configuration, which is not read here, so the user must correct
+//! for a long one beforehand. Written numbers are the shortest that read back to the same bits.
+//! Seconds of week do not exceed 604 800 in KF-GINS, so a recording across the end of a week is
+//! neither read nor written.
 
 use crate::error::Error;
 use crate::inertial::earth::Geodetic;
@@ -24,17 +24,15 @@ use crate::inertial::rotation::from_euler;
 use crate::inertial::sins::{Increment, NavState};
 use crate::inertial::units::DEG;
 use crate::output::write_atomic;
+use crate::recordings::WEEK_S;
 use crate::recordings::columns::{IMU, PLACE, SIGMA, SIGMA_V, VELOCITY};
 use crate::recordings::record::{Kind, Record, TimedFix, median_step};
 use crate::recordings::session::{InitialAttitude, MOST_GAP_S};
-use crate::recordings::table::{Layout, Separator, Source, Table};
+use crate::recordings::table::{Separator, Source, Table};
 use crate::recordings::track::Track;
 use nalgebra::Vector3;
 use std::fmt::Write;
 use std::path::Path;
-
-/// Seconds in a week.
-pub const WEEK_S: f64 = 604_800.0;
 
 /// Reads the pair of files.
 ///
@@ -176,14 +174,7 @@ fn table(file: &Path, known: &[&[&str]], more: bool) -> Result<Table, Error> {
     if more {
         all.extend((all.len()..found).map(|k| (k + 1).to_string()));
     }
-    let wanted: Vec<usize> = (0..names.len()).collect();
-    let layout = Layout {
-        skip: 0,
-        names: &all,
-        wanted: &wanted,
-        gap: None,
-    };
-    Table::read(&source, &layout)
+    Table::first_columns(&source, 0, &all, names.len())
 }
 
 fn increment(row: &[f64]) -> Increment {

@@ -1,9 +1,9 @@
 //! Recorded `NovAtel` binary logs: raw increments and the navigation solution of the receiver.
 //!
-//! The decoder of the firmware ([`firmware::wire::novatel`]) reads the stream, so a replay tests it,
-//! too. Raw increments stay the counts of the sensor. INSPVAS is both reference and fix; without it
-//! there is no initial position. IMURATECORRIMUS is read but cannot become a session, because the
-//! receiver has already removed gravity, Earth rate and estimated biases from it.
+//! The decoder of the firmware ([`firmware::wire::novatel`]) reads the stream, so a replay tests
+//! it, too. Raw increments stay the counts of the sensor. INSPVAS is both reference and fix;
+//! without it there is no initial position. IMURATECORRIMUS is read but cannot become a session,
+//! because the receiver has already removed gravity, Earth rate and estimated biases from it.
 
 use crate::error::Error;
 use crate::inertial::earth::Geodetic;
@@ -11,6 +11,7 @@ use crate::inertial::rotation::from_euler;
 use crate::inertial::session::{EPOCH_S, Session, to_si};
 use crate::inertial::sins::NavState;
 use crate::inertial::units::DEG;
+use crate::recordings::WEEK_S;
 use crate::recordings::axes::Axes;
 use crate::recordings::record::{Record, TimedFix};
 use crate::recordings::session::{InitialAttitude, complain, referenced};
@@ -28,7 +29,6 @@ use std::path::{Path, PathBuf};
 const CORRECTED: u16 = 1362;
 /// Length of its payload: week as u32, second as f64, then six f64.
 const CORRECTED_PAYLOAD: usize = 60;
-const WEEK_S: f64 = 604_800.0;
 /// Standard deviations of the receiver's solution as fixes (assumed): m, then m/s. The solution is
 /// smooth, so what counts is the error of its differences.
 const SIGMAS: [f64; 6] = [0.1, 0.1, 0.1, 0.02, 0.02, 0.02];
@@ -52,8 +52,8 @@ pub struct Raw {
     pub good: bool,
 }
 
-/// One IMURATECORRIMUS sample: increments without gravity, Earth rate and estimated biases; x right,
-/// y forward, z up.
+/// One IMURATECORRIMUS sample: increments without gravity, Earth rate and estimated biases; x
+/// right, y forward, z up.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Corrected {
     /// Time, s since the start of GPS time.
@@ -73,8 +73,8 @@ pub struct Recording {
     pub messages: BTreeMap<u16, usize>,
     /// Messages with a wrong CRC.
     pub damaged: usize,
-    /// Bytes outside messages. These include messages of more than 256 bytes, which the framer passes
-    /// through unread.
+    /// Bytes outside messages. These include messages of more than 256 bytes, which the framer
+    /// passes through unread.
     pub garbage: usize,
     /// Raw samples in the order of the file.
     pub raw: Vec<Raw>,
@@ -209,8 +209,8 @@ fn state(ins: &Inspvas) -> NavState {
 /// RAWIMU and RAWIMUS, which do not name their IMU.
 ///
 /// # Errors
-/// There are no raw samples, the scale of the IMU is not known, samples are missing or marked bad, or
-/// there is no INSPVAS at their time.
+/// There are no raw samples, the scale of the IMU is not known, samples are missing or marked bad,
+/// or there is no INSPVAS at their time.
 pub fn session(
     recording: &Recording,
     mounting: Axes,
