@@ -297,7 +297,7 @@ fn every_fault_of_the_header_is_named() {
             "[gnss]\nposition_sigma_m = [0.0, 1.0, 1.0]",
             "in.toml: 'gnss' has the standard deviation 0",
         ),
-        ("\"s\" }", "\"ms\" }", "in.toml: 'time' has no wgap second"),
+        ("\"s\" }", "\"ms\" }", "in.toml: 'time' has no whole second"),
     ] {
         let header = MOVING.replacen(from, to, 1);
         let why = Folder::new(&header, &imu(601), &gnss(6)).complaint();
@@ -350,13 +350,13 @@ fn every_fault_of_the_data_is_named() {
             assert!(why.starts_with(start), "{why}");
         }
     }
-    let gap: String = imu_text
+    let with_gap: String = imu_text
         .lines()
         .enumerate()
         .filter(|(k, _)| !(100..104).contains(k))
         .map(|(_, l)| format!("{l}\n"))
         .collect();
-    let why = Folder::new(MOVING, &gap, &gnss(6)).complaint();
+    let why = Folder::new(MOVING, &with_gap, &gnss(6)).complaint();
     assert!(
         why.starts_with("imu.csv:101: column 't': '1001030' is after a gap"),
         "{why}"
