@@ -109,7 +109,7 @@ impl<T: Real> Bank<T> {
         let mut bits = 0;
         for k in 0..OBSERVATIONS {
             let (z, variance) = (z[k], variance[k]);
-            if self.believes(k, z, variance) {
+            if self.accepts(k, z, variance) {
                 let i = index(k);
                 self.each(|h| h.update(i, h.innovation(i, z, variance)));
             } else {
@@ -123,7 +123,7 @@ impl<T: Real> Bank<T> {
 
     /// Scores the hypotheses by observation `k` before they learn from it. True: it is no outlier,
     /// and they may learn from it.
-    fn believes(&mut self, k: usize, z: T, variance: T) -> bool {
+    fn accepts(&mut self, k: usize, z: T, variance: T) -> bool {
         let (i, cap) = (index(k), self.gates.squared_ratio);
         let mut outlier = true;
         self.each(|h| {
@@ -136,13 +136,13 @@ impl<T: Real> Bank<T> {
             return false;
         };
         // a NaN or infinity is never accepted
-        let believed = z.is_finite() && (!outlier || *refused >= self.gates.escape);
-        *refused = if believed {
+        let accepted = z.is_finite() && (!outlier || *refused >= self.gates.escape);
+        *refused = if accepted {
             0
         } else {
             refused.saturating_add(1)
         };
-        believed
+        accepted
     }
 
     /// Log-likelihood of a hypothesis; minus infinity for one that may not run.

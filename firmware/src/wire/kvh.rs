@@ -9,7 +9,7 @@
 //! BIT  FE 81 00 AA | 6 bytes | sum      FE 81 00 AB | 8 bytes | sum
 //! ```
 //!
-//! The words are floats, so a correction is made in f64 and its rounding error kept for the next word: [`correct`].
+//! The values are floats; the compensator carries the rounding of a correction to the next sample.
 
 use super::checksum::{crc32_mpeg2, crc32_mpeg2_change, sum_bytes};
 use super::field::{Mark, head, mark, put, resealed, take};

@@ -12,6 +12,10 @@ use lrnn_nostd::learn::kalman::{
 const LARGE_ONLY: u8 = 1 << LARGEST;
 const SMALL: u8 = ALL & !LARGE_ONLY;
 
+// Parts are numbered in the order in which they are computed. Each constant is the first part of
+// its kind: covariances of the small hypotheses, then of the largest; the observations of a fix;
+// the end of the fix; the networks' step; no part left.
+
 const PROPAGATE_LARGE: usize = LARGEST;
 const UPDATE: usize = PROPAGATE_LARGE + COVARIANCE_PARTS;
 /// Observations that are deferred together, two parts each, and the change that they make in the
@@ -30,7 +34,7 @@ pub struct Work<T: Real = f32> {
     workspace: Workspace<NAV, OUTPUTS, T>,
     fix: Option<([T; OBSERVATIONS], [T; OBSERVATIONS])>,
     inputs: Option<[[T; 3]; TRIADS]>,
-    believed: bool,
+    accepted: bool,
     /// The interval is an alignment instead: `block.gamma` and `block.q` then hold its `by` and
     /// `rest`.
     aligns: bool,
@@ -46,7 +50,7 @@ impl<T: Real> Work<T> {
         workspace: Workspace::ZEROED,
         fix: None,
         inputs: None,
-        believed: false,
+        accepted: false,
         aligns: false,
         refused: 0,
     };
@@ -174,13 +178,13 @@ impl<T: Real> Bank<T> {
             return;
         };
         let which = if part.is_multiple_of(2) {
-            work.believed = self.believes(k, z, variance);
-            work.refused |= u8::from(!work.believed) << k;
+            work.accepted = self.accepts(k, z, variance);
+            work.refused |= u8::from(!work.accepted) << k;
             SMALL
         } else {
             LARGE_ONLY
         };
-        if work.believed {
+        if work.accepted {
             let i = index(k);
             self.some(which, |h| h.update(i, h.innovation(i, z, variance)));
         }
