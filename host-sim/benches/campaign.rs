@@ -1,4 +1,5 @@
-//! One run of a campaign: every scheme, one group of errors and all six. `cargo bench -p host-sim --bench campaign`.
+//! One run of a campaign: every scheme, with one group of errors and with all six. `cargo bench -p
+//! host-sim --bench campaign`.
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use host_sim::campaign::{Campaign, Tuning};

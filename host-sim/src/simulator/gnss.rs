@@ -1,4 +1,4 @@
-//! Noise of GNSS fixes: position and velocity with white noise.
+//! Noise of GNSS fixes: white noise on position and velocity.
 
 use crate::inertial::gnss::Fix;
 use crate::inertial::sins::NavState;
@@ -7,7 +7,7 @@ use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 use serde::{Deserialize, Serialize};
 
-/// Noise of the receiver, one sigma per axis.
+/// Noise of the receiver: standard deviations per axis.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct GnssSpec {
@@ -31,7 +31,7 @@ impl Default for GnssSpec {
 }
 
 impl GnssSpec {
-    /// Sigmas of north, east, down position (m), then velocity (m/s).
+    /// Standard deviations of north, east, down position (m), then velocity (m/s).
     #[must_use]
     pub fn sigmas(&self) -> [f64; 6] {
         let (h, v, s) = (self.horizontal_m, self.vertical_m, self.velocity_mps);

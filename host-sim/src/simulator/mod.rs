@@ -1,4 +1,5 @@
-//! The simulator: the true drive, the IMU with its errors, the receiver's noise, and simulated sessions.
+//! The simulator: the true drive, the IMU with its errors, the noise of the receiver, and simulated
+//! sessions.
 
 pub mod gnss;
 pub mod imu;

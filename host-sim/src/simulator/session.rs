@@ -1,4 +1,4 @@
-//! A simulated session: the true drive, the fixes beside it, and what an IMU gives on it.
+//! A simulated session: the true drive, the fixes on it, and the samples of an IMU on it.
 
 use crate::inertial::earth::Geodetic;
 use crate::inertial::gnss::Fix;
@@ -11,7 +11,7 @@ use crate::simulator::truth::{DriveConfig, Segment, Truth, random_drive};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
-/// What makes a simulated session.
+/// What a simulated session is made from.
 #[derive(Debug, Clone)]
 pub struct SessionConfig<'a> {
     /// IMU.
@@ -24,9 +24,9 @@ pub struct SessionConfig<'a> {
     pub heading: f64,
     /// Standstill before the drive, s.
     pub standstill_s: f64,
-    /// Drive after it, s (ignored when `segments` are given).
+    /// Drive after the standstill, s. Ignored if `segments` are given.
     pub drive_s: f64,
-    /// The drive; drawn at random when `None`.
+    /// The segments of the drive. A random drive if `None`.
     pub segments: Option<&'a [Segment]>,
     /// Scale of the vibration.
     pub vibration: f64,
@@ -38,7 +38,7 @@ pub struct SessionConfig<'a> {
     pub drive: u64,
 }
 
-/// Simulates a session; the perfect increments are returned beside it.
+/// Simulates a session. Gives the session and the true drive.
 #[must_use]
 pub fn simulate(config: &SessionConfig<'_>) -> (Session, Truth) {
     let (truth, fixes) = drive(config);
@@ -70,7 +70,7 @@ pub fn drive(config: &SessionConfig<'_>) -> (Truth, Vec<Fix>) {
     (truth, fixes)
 }
 
-/// What an IMU gives on a true drive.
+/// The session that an IMU measures on a true drive.
 #[must_use]
 pub fn measure(
     config: &SessionConfig<'_>,
@@ -82,7 +82,7 @@ pub fn measure(
     measured(config, spec, truth, fixes, draws).0
 }
 
-/// [`measure`] with the turn-on's random numbers from their start; gives what it was measured with.
+/// Like [`measure`], with the random numbers of the turn-on from their start. Gives also the IMU.
 #[must_use]
 pub fn measured(
     config: &SessionConfig<'_>,
@@ -137,7 +137,8 @@ mod tests {
     use crate::simulator::imu::ErrorModelName;
     use nalgebra::Matrix3xX;
 
-    /// With magnetism the only error left, what the gyros show is one matrix times the Earth's field in body axes, on any heading.
+    /// With the magnetic error alone, the gyro errors are one matrix times the Earth's field in
+    /// body axes, on any heading.
     #[test]
     fn gyros_feel_the_field_of_the_earth_as_the_vehicle_turns() {
         let preset = ImuSpec::preset("medium").unwrap();
@@ -174,7 +175,7 @@ mod tests {
             let ned = truth.epochs[k].q_bn * field.column(k);
             assert!((ned - dipole_field(&truth.epochs[k].position)).norm() < 1e-12);
         }
-        // the drive turns: north is not always ahead
+        // the drive turns, so the field ahead changes
         let ahead = field.row(0);
         assert!(
             ahead.max() - ahead.min() > 0.2,

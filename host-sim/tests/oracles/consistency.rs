@@ -1,7 +1,9 @@
-//! Is the filter as good as it says? Normalised squares over Monte-Carlo runs inside their two-sided 99.9 % chi-square bounds
-//! (Bar-Shalom, Li and Kirubarajan 2001, sec. 5.4): of the navigation error (NEES) at three epochs, of the innovations (NIS) over three
-//! stretches. Unit, turn-on, heading, road, fixes and first velocity are drawn from what the filter assumes: each classical filter has an
-//! IMU that errs as its model says, the oracle the simulator's groups of errors.
+//! Consistency of the filters. Normalised squares over Monte-Carlo runs must lie inside their
+//! two-sided 99.9 % chi-square bounds (Bar-Shalom, Li and Kirubarajan 2001, sec. 5.4): of the
+//! navigation error (NEES) at three epochs, and of the innovations (NIS) over two stretches. Unit,
+//! turn-on, heading, road, fixes and first velocity are drawn from what the filter assumes. Each
+//! classical filter has an IMU with the errors of its model. The oracle has the groups of errors of
+//! the simulator.
 
 use host_sim::campaign::oracle;
 use host_sim::inertial::earth::Geodetic;
@@ -22,10 +24,11 @@ use statrs::distribution::{ChiSquared, ContinuousCDF};
 const RUNS: u64 = 30;
 const STANDSTILL_S: usize = 300;
 const DRIVE_S: usize = 900;
-/// Epochs of the NEES, and ends of the stretches of the NIS: alignment end, while driving, end of aiding.
+/// Epochs of the NEES, and limits of the stretches of the NIS: end of the alignment, while driving,
+/// end of aiding.
 const EPOCHS: [usize; 3] = [100, 700, STANDSTILL_S + DRIVE_S];
 
-/// Of one run: NEES at [`EPOCHS`], and the NIS summed over the stretches up to each but the first.
+/// Results of one run: NEES at [`EPOCHS`], and the sums of the NIS over the stretches between them.
 #[derive(Debug, Clone, Copy, Default)]
 struct Squares {
     nees: [f64; 3],
@@ -54,7 +57,7 @@ fn session(imu: &ImuSpec, run: u64) -> Session {
     simulate(&config).0
 }
 
-/// Squared error of the nine navigation states over their covariance.
+/// Squared error of the nine navigation states, normalised by their covariance.
 fn nees(filter: &Aided, truth: &NavState) -> f64 {
     let nav = &filter.sins.nav;
     let phi = (truth.q_bn * nav.q_bn.inverse()).scaled_axis();
@@ -67,14 +70,15 @@ fn nees(filter: &Aided, truth: &NavState) -> f64 {
     unit.dot(&correlation.cholesky().unwrap().solve(&unit))
 }
 
-/// An IMU, and the filter that knows how it errs.
+/// An IMU, and the filter that knows its errors.
 struct Subject {
     name: &'static str,
     imu: ImuSpec,
     model: fn(&ImuSpec, &Session) -> ErrorModel,
-    /// Standard deviation of a ramp of each gyro (rad/s an hour) and accelerometer (m/s2 an hour), which no simulated cause has.
+    /// Standard deviation of a ramp of each gyro (rad/s per hour) and accelerometer (m/s2 per
+    /// hour). No error of the simulator is a ramp.
     ramps: [f64; 2],
-    /// The filter's noise by the right one.
+    /// Noise of the filter relative to the true noise.
     noise: f64,
 }
 
@@ -108,7 +112,8 @@ fn run(subject: &Subject, number: u64) -> Squares {
     let mut aligned = aligned(&session, &increments).unwrap();
     let filter =
         |aligned: &Aligned| aligned.filter((subject.model)(&subject.imu, &session), &assumptions);
-    // the simulated vehicle stands stiller than the filter assumes
+    // the velocity is drawn, because the simulated vehicle moves less at standstill than the filter
+    // assumes
     let p = filter(&aligned).p;
     for i in 3..6 {
         let z: f64 = StandardNormal.sample(&mut rng);

@@ -1,4 +1,5 @@
-//! The device's navigator (`firmware::nav`) against the desktop's f64 one, over the same counts.
+//! The device's navigator (`firmware::nav`) compared with the f64 navigator of the desktop, over
+//! the same counts.
 
 use firmware::fix::Position;
 use firmware::nav::{self, Navigator, State, Transition};
@@ -79,7 +80,7 @@ fn navigator(nav: &NavState, dt: f64) -> Navigator {
     Navigator::new(nav::Config::new(LSB, dt, noise), device_state(nav)).unwrap()
 }
 
-/// What a word of counts is worth after the errors have been taken out.
+/// The increment of a sample without the errors.
 fn corrected(counts: &Counts, errors: &[[f32; 3]; 2], dt: f64) -> Increment {
     let [gyro, accel] = errors.map(|e| Vector3::from(e.map(f64::from)) * dt);
     Increment {
@@ -88,7 +89,8 @@ fn corrected(counts: &Counts, errors: &[[f32; 3]; 2], dt: f64) -> Increment {
     }
 }
 
-/// Largest differences of position (m), velocity (m/s) and attitude (rad) over a drive, looked at each second.
+/// Largest differences of position (m), velocity (m/s) and attitude (rad) over a drive, compared
+/// every second.
 fn differences(seconds: f64, dt: f64, errors: [[f32; 3]; 2], seed: u64) -> [f64; 3] {
     let truth = drive(seconds, dt, seed);
     let counts = quantise(&truth.increments, &LSB).unwrap();
@@ -133,7 +135,7 @@ fn twenty_two_minutes_free_inertial_end_at_the_same_place() {
     }
 }
 
-/// What happened over one block and then over another.
+/// The linearisation over one block and then another.
 fn composed(first: &Block, then: &Block) -> Block {
     Block {
         phi: then.phi * first.phi,
@@ -148,7 +150,8 @@ fn greatest(of: impl Fn(usize, usize) -> f64) -> f64 {
     (0..9).map(|k| of(k / 3, k % 3).abs()).fold(0.0, f64::max)
 }
 
-/// Largest differences of Phi and Gamma, by the largest element of the 3 x 3 block, and of Q by the product of the standard deviations.
+/// Largest differences of Phi and Gamma, by the largest element of the 3 x 3 block, and of Q by the
+/// product of the standard deviations.
 fn relative(got: &Transition, want: &Block) -> [f64; 3] {
     let mut worst = [0.0_f64; 3];
     for row in [0, 3, 6] {
@@ -170,7 +173,8 @@ fn relative(got: &Transition, want: &Block) -> [f64; 3] {
                 f64::from(got.gamma[row + i][column + j]) - want.gamma[(row + i, column + j)]
             };
             let whole = greatest(|i, j| want.gamma[(row + i, column + j)]);
-            // what an acceleration does to the attitude within a word is not in the reference: half a word of a second or more
+            // the reference does not model the effect of an acceleration on the attitude within a
+            // sample: half a sample of a second or more
             let share = if (row, column) == (0, 3) { 0.1 } else { 1.0 };
             worst[1] = worst[1].max(share * greatest(off) / whole);
         }
@@ -178,7 +182,8 @@ fn relative(got: &Transition, want: &Block) -> [f64; 3] {
     worst
 }
 
-/// The reference takes each word as a piece of its own; its own usual way, a second at once, is looked at beside it.
+/// The reference takes each sample as a piece of its own. Its usual way, a second at once, is
+/// compared, too.
 #[test]
 fn transitions_are_those_of_the_desktop() {
     let dt = 0.005;

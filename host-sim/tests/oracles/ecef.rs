@@ -1,15 +1,18 @@
-//! A second strapdown navigator, to check the first ([`host_sim::inertial::sins`]): it shares with it the WGS-84 constants and no formula.
+//! The ECEF reference: a second strapdown navigator, to check the first
+//! ([`host_sim::inertial::sins`]). They share the WGS-84 constants and no formula.
 //!
-//! Earth-centred Earth-fixed axes instead of north-east-down (Groves 2013, sec. 5.3), so no transport rate, no radii of
-//! curvature and no singularity at the poles; normal gravity in closed form from GM instead of Somigliana's formula; and instead of
-//! coning and sculling terms rate and specific force are rebuilt as parabolas from three words, the middle one being integrated by
-//! a Runge-Kutta step of fourth order:
+//! It uses Earth-centred Earth-fixed axes instead of north-east-down (Groves 2013, sec. 5.3), so it
+//! has no transport rate, no radii of curvature and no singularity at the poles. Normal gravity is
+//! computed in closed form from GM instead of Somigliana's formula. Instead of coning and sculling
+//! terms, rate and specific force are reconstructed as parabolas from three increments, and a
+//! Runge-Kutta step of fourth order integrates the middle one:
 //!
 //! ```text
 //! dq/dt = 1/2 (q omega_b - omega_e q)     dv/dt = q f q* + g(r) - 2 omega_e x v     dr/dt = v
 //! ```
 //!
-//! It lags one word behind its input and costs several times more than [`host_sim::inertial::sins::Sins::step`].
+//! It lags one increment behind its input and costs several times more than
+//! [`host_sim::inertial::sins::Sins::step`].
 
 use host_sim::inertial::earth::{A, E2, F, Geodetic, OMEGA_IE};
 use host_sim::inertial::sins::{Increment, NavState};
@@ -22,17 +25,19 @@ const GM: f64 = 3.986_004_418e14;
 /// Direction of gravity above the ellipsoid.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum GravityModel {
-    /// Along the ellipsoid's normal, as [`host_sim::inertial::earth::Local`] and the simulated truth have it.
+    /// Along the ellipsoid's normal, as in [`host_sim::inertial::earth::Local`] and in the
+    /// simulated truth.
     #[default]
     AlongNormal,
-    /// The gradient of the normal potential: plumb lines curve, 8e-9 m/s2 per metre of height at 45 deg, towards the equator.
+    /// The gradient of the normal potential: plumb lines curve, 8e-9 m/s2 per metre of height at 45
+    /// deg, towards the equator.
     Potential,
 }
 
 /// Position, velocity and attitude in ECEF.
 #[derive(Debug, Clone)]
-pub struct Twin {
-    /// Which gravity.
+pub struct EcefReference {
+    /// The gravity model.
     pub gravity: GravityModel,
     r: Vector3<f64>,
     v: Vector3<f64>,
@@ -40,11 +45,12 @@ pub struct Twin {
     q: Quaternion<f64>,
 }
 
-/// Rate and specific force over one word as parabolas in `tau` = -1/2 .. 1/2.
+/// Rate and specific force over one increment as parabolas in `tau` = -1/2 .. 1/2.
 struct Parabola([Vector3<f64>; 3]);
 
 impl Parabola {
-    /// The parabola whose integrals over the three words are `a`, `b`, `c`; `tau` counts words from the middle of the second.
+    /// The parabola whose integrals over the three increments are `a`, `b`, `c`. `tau` is in sample
+    /// periods from the middle of the second increment.
     fn through(a: &Vector3<f64>, b: &Vector3<f64>, c: &Vector3<f64>, dt: f64) -> Self {
         let square = (a + c - b * 2.0) * 0.5;
         Self([(b - square / 12.0) / dt, (c - a) * (0.5 / dt), square / dt])
@@ -58,7 +64,7 @@ impl Parabola {
 /// Time derivatives of attitude, velocity and position.
 type Rates = (Quaternion<f64>, Vector3<f64>, Vector3<f64>);
 
-impl Twin {
+impl EcefReference {
     /// Starts from a known state.
     #[must_use]
     pub fn new(nav: &NavState) -> Self {
@@ -71,7 +77,8 @@ impl Twin {
         }
     }
 
-    /// Present solution. At a pole itself north is along the meridian of the longitude given, as everywhere.
+    /// Present solution. At a pole, north is along the meridian of the given longitude, as
+    /// everywhere.
     #[must_use]
     pub fn nav(&self) -> NavState {
         let position = geodetic(&self.r);
@@ -83,7 +90,7 @@ impl Twin {
         }
     }
 
-    /// Advances by `word` of `dt` seconds; `before` and `after` are its neighbours.
+    /// Advances by `increment` of `dt` seconds. `before` and `after` are its neighbours.
     pub fn step(&mut self, before: &Increment, increment: &Increment, after: &Increment, dt: f64) {
         let omega = Parabola::through(&before.dtheta, &increment.dtheta, &after.dtheta, dt);
         let force = Parabola::through(&before.dv, &increment.dv, &after.dv, dt);
@@ -101,7 +108,8 @@ impl Twin {
         self.q = self.q.normalize();
     }
 
-    /// Advances by all `words` of `dt` seconds each. Beyond both ends the increments are continued by a straight line.
+    /// Advances by all `increments` of `dt` seconds each. Beyond both ends they are continued by a
+    /// straight line.
     pub fn run(&mut self, increments: &[Increment], dt: f64) {
         for (k, increment) in increments.iter().enumerate() {
             let after = increments.get(k + 1);
@@ -157,7 +165,8 @@ pub fn ecef(p: &Geodetic) -> Vector3<f64> {
     )
 }
 
-/// ECEF in m to geodetic, by three rounds of Bowring's iteration: better than 1e-14 rad from -10 km to satellites.
+/// ECEF in m to geodetic, by three rounds of Bowring's iteration: better than 1e-14 rad from -10 km
+/// to satellites.
 #[must_use]
 pub fn geodetic(r: &Vector3<f64>) -> Geodetic {
     let b = A * (1.0 - F);
@@ -180,8 +189,9 @@ pub fn geodetic(r: &Vector3<f64>) -> Geodetic {
     }
 }
 
-/// Normal gravity (with the centrifugal part) in ECEF, m/s2, at `r` in m: closed form in ellipsoidal coordinates `u`, `beta`
-/// (Heiskanen and Moritz 1967, sec. 6-1; NIMA TR8350.2, eq. 4-5 to 4-20).
+/// Normal gravity (with the centrifugal part) in ECEF, m/s2, at `r` in m: closed form in
+/// ellipsoidal coordinates `u`, `beta` (Heiskanen and Moritz 1967, sec. 6-1; NIMA TR8350.2, eq. 4-5
+/// to 4-20).
 #[must_use]
 pub fn gravity(r: &Vector3<f64>, model: GravityModel) -> Vector3<f64> {
     let b = A * (1.0 - F);
@@ -245,7 +255,8 @@ mod tests {
         assert!((ecef(&Geodetic::default()) - Vector3::x() * A).norm() < 1e-9);
     }
 
-    /// GM, a, f and omega give Somigliana's formula, its constants and the free-air term that `Local` has from tables.
+    /// GM, a, f and omega give Somigliana's formula, its constants, and the free-air term that
+    /// `Local` takes from tables.
     #[test]
     fn gravity_from_gm_is_that_of_somigliana() {
         for lat in [-1.4, -0.8, 0.0, 0.3, 0.9, FRAC_PI_2] {
@@ -255,7 +266,8 @@ mod tests {
                     ned_to_ecef(lat, 0.7).inverse() * gravity(&ecef(&p), GravityModel::Potential);
                 let off = ned.z - Local::at(lat, h).g;
                 assert!(off.abs() < tolerance, "lat {lat} h {h}: {off:e}");
-                // curved plumb line: -8.08e-9 h sin(2 lat) m/s2 northward (Heiskanen and Moritz 1967, eq. 5-34)
+                // curved plumb line: -8.08e-9 h sin(2 lat) m/s2 northward (Heiskanen and Moritz
+                // 1967, eq. 5-34)
                 let north = -8.08e-9 * h * (2.0 * lat).sin();
                 assert!((ned.x - north).abs() < 1e-10 + 0.02 * north.abs() && ned.y.abs() < 1e-12);
             }
@@ -279,29 +291,31 @@ mod tests {
         Truth::new(&config, &mut rng)
     }
 
-    /// 22 min on perfect increments. Neither is the reference: both are held against the drive they were made from, and each other.
+    /// 22 min on perfect increments. Both navigators are compared with the drive and with each
+    /// other.
     #[test]
-    fn sins_and_twin_agree_on_random_drives() {
+    fn navigator_and_reference_agree_on_random_drives() {
         for (seed, dt) in [(1, 0.01), (2, 0.01), (3, 0.01), (4, 0.005), (5, 0.005)] {
             let truth = drive(seed, 22.0, dt);
             let end = truth.epochs[truth.epochs.len() - 1];
-            let mut twin = Twin::new(&truth.epochs[0]);
-            twin.run(&truth.increments, dt);
-            let twin = twin.nav();
+            let mut reference = EcefReference::new(&truth.epochs[0]);
+            reference.run(&truth.increments, dt);
+            let reference = reference.nav();
             let mut two = f64::INFINITY;
             for samples in [Samples::Two, Samples::Three] {
                 let mut sins = Sins::new(truth.epochs[0]).with_samples(samples);
                 for increment in &truth.increments {
                     sins.step(increment, dt);
                 }
-                let apart = sins.nav.position.ned_from(&twin.position);
-                let errors = [&sins.nav, &twin].map(|x| x.position.ned_from(&end.position).norm());
-                let turned = sins.nav.q_bn.angle_to(&twin.q_bn);
-                let faster = (sins.nav.velocity - twin.velocity).norm();
+                let apart = sins.nav.position.ned_from(&reference.position);
+                let errors =
+                    [&sins.nav, &reference].map(|x| x.position.ned_from(&end.position).norm());
+                let turned = sins.nav.q_bn.angle_to(&reference.q_bn);
+                let faster = (sins.nav.velocity - reference.velocity).norm();
                 println!(
                     "seed {seed} dt {dt} {samples:?}: apart {apart:.4?} m, {faster:.1e} m/s, {turned:.1e} rad; from truth {errors:.4?} m"
                 );
-                // three samples are what the navigator uses unless told otherwise
+                // three samples are the navigator's default
                 assert!(
                     errors[0] < 0.5 * two,
                     "seed {seed}: {} m, {two} m with two",

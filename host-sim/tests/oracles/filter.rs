@@ -8,7 +8,7 @@ use nalgebra::{DMatrix, DVector, Vector3};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
-/// A drive with constant biases in the increments; the filter with GNSS over it.
+/// Runs the filter with GNSS over a drive with constant biases in the increments.
 fn run(seed: u64) -> (Aided, Vec<Record>, Truth, [Vector3<f64>; 2]) {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let segments = random_drive(900.0, &mut rng);
@@ -80,7 +80,7 @@ fn biases_are_found_within_their_own_uncertainty() {
             "parameter {i}: {error:e} sigma {sigma:e}"
         );
     }
-    // and the uncertainty is worth something: vertical accelerometer and level gyros
+    // the uncertainty has become small for the vertical accelerometer and the level gyros
     assert!(filter.p[(NAV + 5, NAV + 5)].sqrt() < 30.0 * UG);
     assert!(filter.p[(NAV, NAV)].sqrt() < 1e-3 && filter.p[(NAV + 1, NAV + 1)] > 0.0);
     let end = filter
@@ -114,7 +114,7 @@ fn smoothing_improves_position_and_keeps_the_biases() {
         smooth_rms < 0.7 * filtered,
         "smoothed {smooth_rms} m, filtered {filtered} m"
     );
-    // early smoothed biases know what the filter learnt only later
+    // the smoothed biases of the start use what the filter learns only later
     for i in 0..6 {
         let error = |theta: &DVector<f64>| (theta[i] - bias[i / 3][i % 3]).abs();
         assert!(

@@ -1,5 +1,5 @@
-//! Independent implementations and closed forms, and what is held against them: the navigator, the aided filters, the device's
-//! navigator, the network's gradient.
+//! Tests against independent implementations and closed forms: of the navigator, the aided filters,
+//! the device's navigator, and the gradient of the network.
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 

@@ -1,7 +1,8 @@
-//! A second, plain implementation of the network and its gradient in f64, to hold the product's kernel against.
+//! A second, plain implementation of the network and its gradient in f64, to check `lrnn-nostd`.
 //!
-//! It shares no code and no idea with `lrnn-nostd`: the network is written once for any number type, and the gradient comes from running
-//! it on dual numbers (value and 63 partial derivatives), so there is no recursion for sensitivities that could share a mistake.
+//! It shares no code and no method with `lrnn-nostd`. The network is evaluated on dual numbers (a
+//! value and its 63 partial derivatives), which gives the gradient. So there is no recursion for
+//! sensitivities that could contain the same mistake.
 
 use std::ops::{Add, Mul};
 

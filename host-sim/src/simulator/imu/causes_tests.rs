@@ -1,4 +1,4 @@
-//! Each cause alone, against its own equation.
+//! Each error alone, compared with its own equation.
 
 use super::tests::perfect;
 use super::*;
@@ -7,7 +7,8 @@ use crate::inertial::sins::Increment;
 use crate::inertial::units::{ARCSEC, DEG, DEG_PER_H, DEG_PER_SQRT_H, G0, UG};
 use nalgebra::Vector3;
 
-/// Systematic errors (rate, specific force) of consecutive words under the inputs that `input` gives for the time in s.
+/// Systematic errors (rate, specific force) of consecutive samples for the inputs that `input`
+/// gives at a time in s.
 fn errors(
     spec: &ImuSpec,
     seconds: usize,
@@ -258,7 +259,8 @@ fn the_size_effect_is_centripetal_and_tangential() {
     let r_x = -f.x / (60.0 * DEG).powi(2);
     assert!(r_x.abs() > 1e-3 && r_x.abs() < 0.08 && f.z == 0.0, "{r_x}");
     assert!((steady(Vector3::new(0.0, 0.0, 120.0)).x / f.x - 4.0).abs() < 1e-9);
-    // a rate that grows as a t about z adds a x r = a (-r_y, r_x, 0); the x accelerometer shows its own r_y
+    // a rate that grows as a t about z adds a x r = a (-r_y, r_x, 0); the x accelerometer shows its
+    // own r_y
     let growing = |a: f64| errors(&spec, 1, |t| (Vector3::z() * a * t, Vector3::zeros()))[1].1;
     assert!((growing(2.0).x / growing(1.0).x - 2.0).abs() < 0.01);
     let r_y = -growing(1.0).x;

@@ -1,9 +1,11 @@
 //! The error terms of gyros and accelerometers: one entry a number.
 //!
-//! An entry is the key in presets and scenario files, whose ending is the unit (`p` stands for `per`); its documentation; its
-//! group of errors; its range; how it acts on a triad; what a filter that knows the error is told; and whether it adds to the
-//! bias that other filters expect. Simulator, oracle, error groups, checks and tests all follow from these tables. A new error is
-//! an entry here and, if no number of [`Sigmas`](super::triad::Sigmas) does what it does, code in `triad`.
+//! An entry is the key in presets and scenario files, whose ending is the unit (`p` stands for
+//! `per`). With it come the documentation, the group of errors, the range, how the number acts on a
+//! triad, what a filter is told that knows the error, and how much it adds to the bias that other
+//! filters expect. The simulator, the oracle, the error groups, the checks and the tests follow
+//! from these tables. A new error is an entry here. If no number of
+//! [`Sigmas`](super::triad::Sigmas) acts as it does, it needs code in `triad`, too.
 
 use super::spec::DitherSpec;
 use super::term::{At, Group, Kind, Range, Term, datasheet};
@@ -20,7 +22,8 @@ const SQUARE_G: f64 = G0 * G0;
 const LONGEST_DELAY_S: f64 = 0.1;
 
 datasheet! {
-    /// Statistics of a gyro triad. Values are standard deviations per axis unless a field says otherwise; all >= 0.
+    /// Statistics of a gyro triad. Values are standard deviations per axis unless a field says
+    /// otherwise; all >= 0.
     GyroSpec in "gyro" {
         /// Bias of the unit, the same at every turn-on, deg/h.
         bias_unit_dph: Gyro::of(Group::Constant)
@@ -51,13 +54,15 @@ datasheet! {
         bias_drift_time_s: Gyro::of(Group::Condition)
             .within(Range::Positive)
             .acts(|s, to| to.drift_time = s.bias_drift_time_s),
-        /// Bias instability B (flicker, 1/f noise), deg/h; a plain value. Its Allan deviation is flat at 0.664 B.
+        /// Bias instability B (flicker, 1/f noise), deg/h; a plain value. Its Allan deviation is
+        /// flat at 0.664 B.
         #[serde(default, skip_serializing_if = "is_zero")]
         bias_instability_dph: Gyro::of(Group::Wander)
             .bias(|s| flicker::SPREAD * s.bias_instability_dph)
             .acts(|s, to| to.instability = s.bias_instability_dph * DEG_PER_H)
             .told(|s, at| instability(at, s.bias_instability_dph * DEG_PER_H)),
-        /// Angle random walk but for the part that lock-in makes (see [`DitherSpec`]), deg/sqrt(h); a plain value.
+        /// Angle random walk without the part of lock-in (see [`DitherSpec`]), deg/sqrt(h); a plain
+        /// value.
         angle_random_walk_dpsqrth: Gyro::of(Group::Noise)
             .acts(|s, to| to.noise = s.total_angle_random_walk_dpsqrth() * DEG_PER_SQRT_H),
         /// Warm-up: bias at power-on that decays, deg/h; repeats at every turn-on to 10 %.
@@ -86,7 +91,7 @@ datasheet! {
         misalignment_arcsec: Gyro::of(Group::Constant)
             .acts(|s, to| to.misalignment = s.misalignment_arcsec * ARCSEC)
             .large(300.0),
-        /// Bias per kelvin of the block off its calibration temperature, deg/h/K.
+        /// Bias per kelvin of difference from the calibration temperature, deg/h/K.
         #[serde(default)]
         temperature_dphpk: Gyro::of(Group::Thermal)
             .acts(|s, to| to.thermal[0] = s.temperature_dphpk * DEG_PER_H)
@@ -134,7 +139,8 @@ datasheet! {
         /// Rate at which the non-linearity is given, deg/s, > 0; a plain value.
         #[serde(default = "hundred")]
         nonlinearity_rate_dps: Gyro::of(Group::Condition).within(Range::Positive),
-        /// Bias per magnetic field: each element of the matrix from the field in body axes to the bias, deg/h/gauss.
+        /// Bias per magnetic field: each element of the matrix from the field in body axes to the
+        /// bias, deg/h/gauss.
         #[serde(default)]
         magnetic_dphpgauss: Gyro::of(Group::Other)
             .acts(|s, to| to.magnetic = s.magnetic_dphpgauss * DEG_PER_H)
@@ -155,7 +161,8 @@ datasheet! {
 }
 
 impl GyroSpec {
-    /// Whole angle random walk, of lock-in and of everything else, deg/sqrt(h): what a filter should expect.
+    /// Whole angle random walk, of lock-in and of everything else, deg/sqrt(h): what a filter
+    /// should expect.
     #[must_use]
     pub fn total_angle_random_walk_dpsqrth(&self) -> f64 {
         let lock_in = self.dither.angle_random_walk() / DEG_PER_SQRT_H;
@@ -169,7 +176,8 @@ impl GyroSpec {
 }
 
 datasheet! {
-    /// Statistics of an accelerometer triad. Values are standard deviations per axis unless a field says otherwise; all >= 0.
+    /// Statistics of an accelerometer triad. Values are standard deviations per axis unless a field
+    /// says otherwise; all >= 0.
     AccelSpec in "accel" {
         /// Bias of the unit, the same at every turn-on, ug.
         bias_unit_ug: Accel::of(Group::Constant)
@@ -196,7 +204,8 @@ datasheet! {
         bias_drift_time_s: Accel::of(Group::Condition)
             .within(Range::Positive)
             .acts(|s, to| to.drift_time = s.bias_drift_time_s),
-        /// Bias instability B (flicker, 1/f noise), ug; a plain value. Its Allan deviation is flat at 0.664 B.
+        /// Bias instability B (flicker, 1/f noise), ug; a plain value. Its Allan deviation is flat
+        /// at 0.664 B.
         #[serde(default, skip_serializing_if = "is_zero")]
         bias_instability_ug: Accel::of(Group::Wander)
             .bias(|s| flicker::SPREAD * s.bias_instability_ug)
@@ -227,7 +236,7 @@ datasheet! {
         /// Each off-diagonal element of the misalignment matrix, arcsec.
         misalignment_arcsec: Accel::of(Group::Constant)
             .acts(|s, to| to.misalignment = s.misalignment_arcsec * ARCSEC),
-        /// Bias per kelvin of the block off its calibration temperature, ug/K.
+        /// Bias per kelvin of difference from the calibration temperature, ug/K.
         #[serde(default)]
         temperature_ugpk: Accel::of(Group::Thermal)
             .acts(|s, to| to.thermal[0] = s.temperature_ugpk * UG)
@@ -259,7 +268,8 @@ datasheet! {
             .acts(|s, to| to.thermal[4] = s.gradient_ugpk * UG)
             .told(|s, at| vec![at.constant(Regressor::Gradient, s.gradient_ugpk * UG)])
             .large(300.0),
-        /// Second-order non-linearity K2, ug/g^2. It rectifies by itself the vibration that the samples show.
+        /// Second-order non-linearity K2, ug/g^2. It also rectifies the vibration that the samples
+        /// contain.
         k2_ugpg2: Accel::of(Group::Nonlinear)
             .acts(|s, to| to.quadratic = s.k2_ugpg2 * UG / SQUARE_G)
             .told(|s, at| {
@@ -267,7 +277,8 @@ datasheet! {
                 vec![at.constant(Regressor::Product(at.axis, at.axis), sigma)]
             })
             .large(3e4),
-        /// Cross coupling K_ip: error `k f_i f_p` with the pendulous axis p of x, y, z along y, z, x (IEEE 1293), ug/g^2.
+        /// Cross coupling K_ip: error `k f_i f_p` with the pendulous axis p of x, y, z along y, z,
+        /// x (IEEE 1293), ug/g^2.
         #[serde(default)]
         cross_coupling_ugpg2: Accel::of(Group::Nonlinear)
             .acts(|s, to| to.cross = s.cross_coupling_ugpg2 * UG / SQUARE_G)
@@ -276,7 +287,8 @@ datasheet! {
                 vec![at.constant(Regressor::Product(at.axis, (at.axis + 1) % 3), sigma)]
             })
             .large(3e5),
-        /// Rectification of the vibration above the sample rate, which K2 cannot see, ug/g^2 rms.
+        /// Rectification of the vibration above the sample rate, on which K2 does not act, ug/g^2
+        /// rms.
         #[serde(default)]
         vibration_rectification_ugpg2: Accel::of(Group::Nonlinear)
             .acts(|s, to| to.rectification = s.vibration_rectification_ugpg2 * UG / SQUARE_G)
@@ -285,12 +297,13 @@ datasheet! {
                 vec![at.constant(Regressor::Vibration(at.axis), rectified * (UG / SQUARE_G))]
             })
             .large(3e7),
-        /// Mean square of the vibration above the sample rate over that of the last second's samples; a plain value.
+        /// Mean square of the vibration above the sample rate over that of the last second's
+        /// samples; a plain value.
         #[serde(default = "one")]
         vibration_above_ratio: Accel::of(Group::Condition)
             .acts(|s, to| to.above_ratio = s.vibration_above_ratio),
-        /// Size effect: each component of the place of each accelerometer off the common point, after the maker's own
-        /// compensation, mm.
+        /// Size effect: each component of the distance of each accelerometer from the common point,
+        /// mm, after the compensation by the maker.
         #[serde(default)]
         size_effect_mm: Accel::of(Group::Other)
             .told(|s, at| {
@@ -298,7 +311,8 @@ datasheet! {
                 (0..3).map(|j| at.constant(Regressor::Arm(j), sigma)).collect()
             })
             .large(300.0),
-        /// Delay of the accelerometer samples behind the gyro samples, s, at most 0.1; a plain value. Filters are told of it by
+        /// Delay of the accelerometer samples behind the gyro samples, s, at most 0.1; a plain
+        /// value. Filters are told of it by
         /// [`ErrorModel::delay_s`](crate::inertial::ekf::ErrorModel::delay_s).
         #[serde(default)]
         delay_s: Accel::of(Group::Other).within(Range::UpTo(LONGEST_DELAY_S)).large(0.05),

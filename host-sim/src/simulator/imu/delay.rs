@@ -1,19 +1,20 @@
-//! A delay of whole and broken words.
+//! A delay by any number of samples, whole or not.
 
 use nalgebra::Vector3;
 
-/// Increments as a later sampling gives them: velocity is taken as running straight within a word, so nothing is lost.
+/// Increments as later sampling gives them. The velocity is taken as linear within a sample, so no
+/// velocity is lost.
 #[derive(Debug, Clone)]
 pub(super) struct Delay {
     part: f64,
-    /// The last increments, the present one at `at`; before the first word all were like it.
+    /// The last increments, the present one at `at`. Before the first sample all are equal to it.
     ring: Vec<Vector3<f64>>,
     at: usize,
     begun: bool,
 }
 
 impl Delay {
-    /// A delay of `words` words, >= 0; `None` for no delay.
+    /// A delay by `samples` samples, >= 0. `None` for no delay.
     pub fn new(samples: f64) -> Option<Self> {
         (samples > 0.0).then(|| Self {
             part: samples.fract(),
@@ -23,7 +24,7 @@ impl Delay {
         })
     }
 
-    /// Takes the present increment and gives the delayed one.
+    /// Accepts the present increment and gives the delayed one.
     pub fn next(&mut self, increment: Vector3<f64>) -> Vector3<f64> {
         if !self.begun {
             self.ring.fill(increment);
@@ -32,7 +33,7 @@ impl Delay {
         let n = self.ring.len();
         self.at = (self.at + 1) % n;
         self.ring[self.at] = increment;
-        // the oldest is whole + 1 words old and stands after the present one
+        // the oldest is whole + 1 samples old and follows the present one in the ring
         let (older, newer) = (self.ring[(self.at + 1) % n], self.ring[(self.at + 2) % n]);
         newer * (1.0 - self.part) + older * self.part
     }

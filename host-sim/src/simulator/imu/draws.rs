@@ -1,12 +1,13 @@
-//! Standard normal numbers that an IMU draws while it runs. IMUs of one turn-on with different errors draw the same ones: a campaign,
-//! which measures every drive with several groups of errors, draws them once and keeps them.
+//! Standard normal numbers that an IMU draws while it runs. IMUs of one turn-on with different
+//! errors draw the same numbers. A campaign measures every drive with several groups of errors, so
+//! it draws the numbers once and keeps them.
 
 use nalgebra::Vector3;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
-/// Streams of a turn-on's random numbers, one a purpose.
+/// Numbers of the random streams of a turn-on, one for each purpose.
 const NOISE: u64 = 1;
 const GYRO: u64 = 2;
 const ACCEL: u64 = 3;
@@ -14,14 +15,16 @@ const ACCEL: u64 = 3;
 /// The random numbers of one turn-on.
 #[derive(Debug, Clone)]
 pub struct Draws {
-    /// Drawn by both triads in turn.
+    /// Both triads draw from it in turn.
     pub(super) noise: Normals,
-    /// For what is not drawn from the common noise, of each triad: a cause of its own must not shift the draws of the others.
+    /// One stream for each triad, for all that is not drawn from the common noise. An error that
+    /// draws from it does not shift the numbers of the others.
     pub(super) own: [Normals; 2],
 }
 
 impl Draws {
-    /// Of the turn-on with this seed. With `keep` they can be read again after [`Self::rewind`], at 8 bytes each.
+    /// The random numbers of the turn-on with this seed. With `keep` they can be read again after
+    /// [`Self::rewind`], at 8 bytes each.
     #[must_use]
     pub fn of(turn_on: u64, keep: bool) -> Self {
         let stream = |stream| Normals::new(turn_on, stream, keep);
@@ -34,19 +37,20 @@ impl Draws {
     /// Back to the start, for the next IMU of this turn-on.
     ///
     /// # Panics
-    /// They were drawn without `keep`.
+    /// The numbers were drawn without `keep`.
     pub fn rewind(&mut self) {
         self.noise.rewind();
         self.own.iter_mut().for_each(Normals::rewind);
     }
 }
 
-/// One stream: nothing but standard normal numbers is ever drawn from it, so their order is all that matters.
+/// One stream of standard normal numbers. Nothing else is drawn from it, so only their order
+/// matters.
 #[derive(Debug, Clone)]
 pub(super) struct Normals {
     rng: ChaCha8Rng,
     kept: Option<Vec<f64>>,
-    /// How many of those kept have been read.
+    /// How many of the kept numbers have been read.
     read: usize,
 }
 
@@ -105,7 +109,8 @@ mod tests {
         assert_ne!(kept.own[0].three(), kept.own[1].three());
     }
 
-    /// Groups with and without causes that draw for themselves, one after the other over the same draws.
+    /// Groups with and without errors that draw from streams of their own, one after the other over
+    /// the same numbers.
     #[test]
     fn an_imu_over_kept_draws_is_the_imu_alone() {
         let preset = ImuSpec::preset("medium").unwrap();

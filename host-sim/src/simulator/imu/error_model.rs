@@ -1,4 +1,4 @@
-//! Named groups of errors, for experiments that ask which kind of error a scheme can cope with.
+//! Named groups of errors, for experiments that ask which kind of error a scheme can handle.
 
 use super::spec::ImuSpec;
 use super::term::Group;
@@ -9,22 +9,24 @@ use std::str::FromStr;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum ErrorModelName {
-    /// White noise and quantisation, what dither leaves included: the floor.
+    /// White noise, quantisation and the rest of the dither. This is the floor.
     Noise,
-    /// Noise, biases and their wandering, scale factor, misalignment.
+    /// Noise, biases and their drift, scale factor, misalignment.
     Linear,
-    /// Linear and everything that follows temperature: warm-up, temperature, heating rate, gradient.
+    /// Linear, and all errors that depend on temperature: warm-up, temperature, heating rate,
+    /// gradient.
     Thermal,
-    /// Linear and everything that bends: asymmetry, non-linearity, K2, cross coupling, vibration rectification.
+    /// Linear, and all non-linear errors: asymmetry, non-linearity, K2, cross coupling, vibration
+    /// rectification.
     Nonlinear,
-    /// All there is: also magnetic field, size effect, delay.
+    /// All errors, also magnetic field, size effect and delay.
     All,
-    /// All, with the thermal and the non-linear parts three-fold.
+    /// All errors, the thermal and the non-linear ones times three.
     AllX3,
 }
 
 impl ErrorModelName {
-    /// All, from the least to the most.
+    /// All groups in ascending order.
     pub const ALL: [Self; 6] = [
         Self::Noise,
         Self::Linear,
@@ -84,7 +86,8 @@ impl std::fmt::Display for ErrorModelName {
 }
 
 impl ImuSpec {
-    /// The same IMU with only the errors of a group. With equal seeds, the errors that two groups share are the same in both.
+    /// The same IMU with only the errors of a group. With equal seeds, the errors that two groups
+    /// share are equal in both.
     #[must_use]
     pub fn error_model(&self, name: ErrorModelName) -> Self {
         self.scaled(|group| name.factor(group))
@@ -97,7 +100,7 @@ mod tests {
     use super::super::term::{Datasheet, Term};
     use super::*;
 
-    /// Every number by its path.
+    /// Every number with its path.
     fn numbers(spec: &ImuSpec) -> Vec<(String, f64)> {
         fn walk(path: &str, table: &toml::Table, into: &mut Vec<(String, f64)>) {
             for (name, value) in table {
@@ -112,7 +115,7 @@ mod tests {
         all
     }
 
-    /// A spec with every number at 2, so that a factor shows.
+    /// A spec with every number equal to 2, so that a factor can be seen.
     fn twos() -> ImuSpec {
         fn set(table: &mut toml::Table) {
             for (_, value) in table.iter_mut() {
@@ -135,7 +138,7 @@ mod tests {
         spec
     }
 
-    /// Names whose value becomes `value` in a group.
+    /// Names of the numbers that become `value` in a group.
     fn at(model: ErrorModelName, value: f64) -> Vec<String> {
         let all = numbers(&twos().error_model(model));
         all.into_iter()
@@ -147,7 +150,8 @@ mod tests {
     #[test]
     fn groups_switch_off_whole_kinds_and_never_noise_or_plain_numbers() {
         let kept = at(ErrorModelName::Noise, 2.0);
-        // what stays of a spec when all errors are gone: noise, pulses, dither, times, the block, and the conditions of other numbers
+        // what remains of a spec without errors: noise, pulses, dither, times, the block, and the
+        // conditions of other numbers
         let plain = [
             "random_walk_dpsqrth",
             "velocity_random_walk",

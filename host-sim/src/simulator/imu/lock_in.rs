@@ -1,4 +1,4 @@
-//! Lock-in of a dithered ring laser: where its angle random walk comes from.
+//! Lock-in of a dithered ring laser, the cause of its angle random walk.
 //!
 //! The phase psi of the beat obeys (Aronowitz 1971; Chow et al. 1985)
 //!
@@ -6,28 +6,32 @@
 //! dpsi/dt = k (Omega - Omega_L sin psi + dtheta_D/dt),     k = 2 pi / fringe,
 //! ```
 //!
-//! with input rate Omega, lock-in threshold Omega_L and dither angle theta_D = A sin(2 pi f t), its amplitude A new at every
-//! half period. Near each reversal of the dither rate the phase runs as psi_0 + k alpha t^2 / 2 with the peak angular
-//! acceleration alpha = A (2 pi f)^2. Stationary phase gives the angle that the lock-in term adds there,
+//! with input rate Omega, lock-in threshold Omega_L and dither angle theta_D = A sin(2 pi f t),
+//! whose amplitude A is drawn anew for every half period. Near each reversal of the dither rate the
+//! phase is psi_0 + k alpha t^2 / 2 with the peak angular acceleration alpha = A (2 pi f)^2. The
+//! method of stationary phase gives the angle that the lock-in term adds there,
 //!
 //! ```text
 //! delta = -Omega_L sqrt(2 pi / (k alpha)) sin(psi_0 + pi/4).
 //! ```
 //!
-//! The random amplitude makes psi_0 uniform and new at each of the 2 f reversals a second, so the angle walks at random with
+//! The random amplitude makes psi_0 uniform and independent at each of the 2 f reversals per
+//! second. So the angle makes a random walk with
 //!
 //! ```text
-//! N^2 = 2 f <delta^2> = 2 f Omega_L^2 pi / (k alpha)    hence    N = Omega_L sqrt(fringe / (2 pi Omega_D)),
+//! N^2 = 2 f <delta^2> = 2 f Omega_L^2 pi / (k alpha)
+//! N = Omega_L sqrt(fringe / (2 pi Omega_D)),
 //! ```
 //!
-//! where Omega_D = 2 pi f A is the peak dither rate: proportional to the lock-in rate and, at a given amplitude, to one over the
-//! root of the dither frequency, as Tehrani and Soltanieh (arXiv 2005.09749) find from the Fokker-Planck equation. The word
-//! model adds this random walk; the tests here integrate the equation itself and find it.
+//! where Omega_D = 2 pi f A is the peak dither rate. N is proportional to the lock-in rate and, at
+//! a given amplitude, to one over the root of the dither frequency, as Tehrani and Soltanieh (arXiv
+//! 2005.09749) find from the Fokker-Planck equation. The simulator adds this random walk to its
+//! samples. The tests here integrate the equation itself and find the same walk.
 
 use std::f64::consts::TAU;
 
-/// Angle random walk of lock-in in rad/sqrt(s): lock-in threshold in rad/s, angle of a fringe in rad, dither amplitude in rad
-/// and frequency in Hz.
+/// Angle random walk from lock-in, rad/sqrt(s). Lock-in threshold in rad/s, angle of a fringe and
+/// dither amplitude in rad, frequency in Hz.
 #[must_use]
 pub fn angle_random_walk(lock_in: f64, fringe: f64, amplitude: f64, frequency: f64) -> f64 {
     let peak_rate = TAU * frequency * amplitude;
@@ -55,9 +59,10 @@ mod tests {
     }
 
     impl LockIn {
-        /// Advances `psi` over one half period of the dither, of amplitude `amplitude` (rad; its sign is the direction) at the
-        /// input `rate` (rad/s), by fourth-order Runge-Kutta in steps of at most 0.2 rad of phase. Both ends of the half period
-        /// lie where the dither angle is zero, so `fringe / 2 pi` times the change of `psi` is the measured angle.
+        /// Advances `psi` over one half period of the dither of this amplitude (rad, its sign is
+        /// the direction) at the input `rate` (rad/s), by fourth-order Runge-Kutta in steps of at
+        /// most 0.2 rad of phase. The dither angle is zero at both ends of the half period, so
+        /// `fringe / 2 pi` times the change of `psi` is the measured angle.
         fn half_period(&self, psi: f64, rate: f64, amplitude: f64) -> f64 {
             const PHASE_STEP: f64 = 0.2;
             let k = TAU / self.fringe;
@@ -66,7 +71,7 @@ mod tests {
             let fastest = k * (rate.abs() + self.lock_in + omega * amplitude.abs());
             let steps = (fastest * span / PHASE_STEP).ceil().max(16.0);
             let h = span / steps;
-            // dpsi/dt at a third of the step's places: start, middle, end share their cosines
+            // dpsi/dt; the values at start, middle and end of a step share their cosines
             let slope = |psi: f64, dither: f64| k * (rate + dither - self.lock_in * psi.sin());
             let dither = |t: f64| amplitude * omega * (PI * t / span).cos();
             let mut psi = psi;
@@ -91,7 +96,7 @@ mod tests {
         frequency: 400.0,
     };
 
-    /// Errors of the angle over each whole dither period, rad.
+    /// Errors of the measured angle over each whole dither period, rad.
     fn errors(ring: &LockIn, rate: f64, amplitude: f64, noise: f64, periods: usize) -> Vec<f64> {
         let mut rng = ChaCha8Rng::seed_from_u64(5);
         let mut psi = 0.3;
@@ -109,7 +114,8 @@ mod tests {
             .collect()
     }
 
-    /// Variance gathered a second: of sums over `block` periods, so that what is correlated within a block counts as it should.
+    /// Random walk from the variance of sums over `block` periods, so that correlation within a
+    /// block counts.
     fn walk(errors: &[f64], block: usize, frequency: f64) -> f64 {
         let sums: Vec<f64> = errors.chunks_exact(block).map(|c| c.iter().sum()).collect();
         let mean = sums.iter().sum::<f64>() / sums.len() as f64;
@@ -138,8 +144,9 @@ mod tests {
 
     #[test]
     fn regular_dither_leaves_the_dead_band_of_the_bessel_function() {
-        // Below Omega_L |J0(k A)| the averaged phase stands still. k A = 3.8317 is the greatest |J0| beyond its first zero, 0.4028.
-        // A weak lock-in: the average is exact for k Omega_L much below the dither frequency.
+        // Below Omega_L |J0(k A)| the averaged phase does not move. k A = 3.8317 is the greatest
+        // |J0| beyond its first zero, 0.4028. The lock-in is weak, because the average is exact
+        // only for k Omega_L much below the dither frequency.
         let ring = LockIn {
             lock_in: 2.0 * DEG_PER_H,
             ..RING

@@ -1,4 +1,4 @@
-//! The Earth's magnetic field, for the magnetic term of the gyros.
+//! The magnetic field of the Earth, for the magnetic error of the gyros.
 
 use crate::inertial::earth::Geodetic;
 use nalgebra::Vector3;
@@ -6,8 +6,8 @@ use nalgebra::Vector3;
 /// Dipole coefficients g10, g11, h11 of IGRF-13 for 2020, in gauss.
 const DIPOLE: [f64; 3] = [-0.294_048, -0.014_509, 0.046_525];
 
-/// Field of the dipole part in north-east-down, gauss. The dipole is the field to about a third; a bias per gauss is not known
-/// better than that.
+/// Field of the dipole in north-east-down, gauss. It differs from the true field by up to about a
+/// third. The bias per gauss of a gyro is not known better than that.
 #[must_use]
 pub fn dipole_field(position: &Geodetic) -> Vector3<f64> {
     let [g10, g11, h11] = DIPOLE;
@@ -38,7 +38,8 @@ mod tests {
         assert!(
             field(0.0, 0.0).x > 0.28 && field(89.9, 0.0).z > 0.55 && field(-89.9, 0.0).z < -0.55
         );
-        // at the dipole's own pole (80.6 N, 72.7 W for these coefficients) there is no horizontal part
+        // at the dipole's own pole (80.6 N, 72.7 W for these coefficients) there is no horizontal
+        // part
         let pole = field(80.59, -72.68);
         assert!(pole.x.hypot(pole.y) < 1e-3, "{pole}");
         // Boulder, observed field of 2020: 0.208 N, 0.031 E, 0.472 D

@@ -1,8 +1,9 @@
-//! The laser-gyro IMU: datasheet in, pulse counts out.
+//! The IMU with laser gyros: it turns a datasheet and perfect increments into pulse counts.
 //!
-//! [`ImuSpec`] holds the numbers, [`Imu`] is one unit at one turn-on. Each error has a cause of its own that a zero switches
-//! off, and a cause that is switched on or off changes no random draw of another. The slow physics behind the fast models:
-//! [`lock_in`] for the angle random walk, [`thermal`] for the warm-up.
+//! [`ImuSpec`] holds the numbers. [`Imu`] is one unit at one turn-on. The table of error terms is
+//! in `datasheet`: one entry is one error. Zero switches an error off. Switching an error on or off
+//! changes no random number of another error. Two fast models rest on slower physics, which their
+//! tests simulate: [`lock_in`] for the angle random walk, [`thermal`] for the warm-up.
 
 mod datasheet;
 mod delay;

@@ -1,4 +1,4 @@
-//! One IMU at one turn-on: turns perfect increments into pulse counts.
+//! One IMU at one turn-on. It turns perfect increments into pulse counts.
 
 use super::delay::Delay;
 use super::draws::{Draws, normal3};
@@ -14,10 +14,11 @@ use nalgebra::Vector3;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
-/// Streams of the unit's random numbers beside the first one, one a purpose: those of its two triads ...
+/// Numbers of the random streams of the unit beside the first one: of its two triads,
 const GYRO: u64 = 2;
 const ACCEL: u64 = 3;
-/// ... and of the accelerometers' places; and the turn-on's beside those of [`Draws`].
+/// of the places of the accelerometers; then of the turn-on beside those of [`Draws`]: ambient
+/// temperature, and bias instability of the two triads.
 const PLACE: u64 = 4;
 const AMBIENT: u64 = 5;
 const FLICKER: [u64; 2] = [6, 7];
@@ -29,7 +30,7 @@ pub struct Imu {
     accel: Triad,
     block: Block,
     around: Surroundings,
-    /// Place of each accelerometer off the common point, m; `None` for none.
+    /// Distance of each accelerometer from the common point, m. `None` if there is no size effect.
     places: Option<[Vector3<f64>; 3]>,
     last_rate: Option<Vector3<f64>>,
     delay: Option<Delay>,
@@ -46,13 +47,14 @@ fn stream(seed: u64, stream: u64) -> ChaCha8Rng {
 }
 
 impl Imu {
-    /// `unit` seeds what belongs to the device, `turn_on` what is new at every power-on (noise included).
+    /// `unit` seeds what belongs to the device. `turn_on` seeds what is new at every power-on,
+    /// noise included.
     #[must_use]
     pub fn new(spec: &ImuSpec, unit: u64, turn_on: u64) -> Self {
         Self::with_draws(spec, unit, turn_on, Draws::of(turn_on, false))
     }
 
-    /// The same over [`Draws`] of this turn-on from their start.
+    /// The same with [`Draws`] of this turn-on, read from their start.
     #[must_use]
     pub fn with_draws(spec: &ImuSpec, unit: u64, turn_on: u64, mut draws: Draws) -> Self {
         let mut unit_rng = ChaCha8Rng::seed_from_u64(unit);
@@ -82,10 +84,10 @@ impl Imu {
         }
     }
 
-    /// What was drawn, for the next IMU of this turn-on.
+    /// The random numbers, for the next IMU of this turn-on.
     ///
     /// # Panics
-    /// They were drawn without being kept.
+    /// The random numbers were not kept.
     #[must_use]
     pub fn into_draws(mut self) -> Draws {
         self.draws.rewind();
@@ -101,8 +103,9 @@ impl Imu {
         }
     }
 
-    /// Sets the magnetic field at the gyros, in body axes, gauss; it holds from the next whole second on. Without a call there is none.
-    /// The Earth's part is `q_bn.inverse() * magnetic::dipole_field(position)`.
+    /// Sets the magnetic field at the gyros, in body axes, gauss. It applies from the next whole
+    /// second on. Without a call there is no field. The field of the Earth is `q_bn.inverse() *
+    /// magnetic::dipole_field(position)`.
     pub fn set_field(&mut self, body: Vector3<f64>) {
         self.around.field = body;
     }
@@ -113,7 +116,8 @@ impl Imu {
         self.around
     }
 
-    /// Next word: counts, and the systematic error in it (white noise, stripped dither and quantisation left out).
+    /// The next sample: its counts and its systematic error, which is all but white noise, the rest
+    /// of the dither, and quantisation.
     pub fn measure(&mut self, perfect: &Increment) -> (Counts, Increment) {
         if self
             .sample
@@ -161,8 +165,9 @@ impl Imu {
     }
 }
 
-/// Velocity that accelerometers at `places` gain over one common point: `(w x (w x r) dt + dw x r)` along each one's axis. `dw`, the
-/// change of the rate, is from the middle of the last word to the middle of this one: half a word late.
+/// Velocity increment of accelerometers at `places` beyond that of a common point: `(w x (w x r) dt
+/// + dw x r)` along the axis of each. `dw`, the change of the rate, is taken from the middle of the
+/// last sample to the middle of this one, so it is half a sample late.
 fn size_effect(
     places: &[Vector3<f64>; 3],
     w: &Vector3<f64>,

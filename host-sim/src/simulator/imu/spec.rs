@@ -1,6 +1,8 @@
-//! What a datasheet says of an IMU, in the datasheet's units. A preset is a commented TOML file; a scenario may give its own.
+//! The datasheet of an IMU, in the units of datasheets. A preset is a commented TOML file. A
+//! scenario may give its own numbers. The error terms of the two triads are in `datasheet`.
 //!
-//! A cause whose field is not in the file is off: a number that is left out is zero. In names `p` stands for `per`.
+//! An error whose key is not in the file is off: a missing number is zero. In names `p` stands for
+//! `per`.
 
 use super::datasheet::{AccelSpec, GyroSpec};
 use super::lock_in;
@@ -9,22 +11,26 @@ use crate::inertial::ekf::{Parameter, Triad};
 use crate::inertial::units::{ARCSEC, DEG_PER_H};
 use serde::{Deserialize, Serialize};
 
-/// Sinusoidal dither of random amplitude, and the lock-in that is left of it. Plain values, the same for the three gyros.
+/// Sinusoidal dither of random amplitude, and the lock-in that remains. The values are the same for
+/// the three gyros.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct DitherSpec {
-    /// Lock-in threshold: below this input rate an undithered gyro stands still, deg/h; 0 switches lock-in off.
+    /// Lock-in threshold, deg/h: below this input rate a gyro without dither gives no output. 0
+    /// switches lock-in off.
     pub lock_in_dph: f64,
     /// Frequency, Hz, > 0.
     pub frequency_hz: f64,
     /// Amplitude (zero to peak), arcsec, > 0.
     pub amplitude_arcsec: f64,
-    /// Standard deviation of the amplitude from half period to half period, arcsec; at least half a fringe with lock-in on,
-    /// because it is what makes the lock-in error of one reversal independent of the next one's.
+    /// Standard deviation of the amplitude from half period to half period, arcsec. With lock-in on
+    /// it must be at least half a fringe, because it makes the lock-in errors of successive
+    /// reversals independent.
     pub amplitude_noise_arcsec: f64,
     /// Angle of one whole fringe, arcsec, > 0: `lambda L / 4A` of the ring.
     pub fringe_arcsec: f64,
-    /// Amplitude of the dither that is left in the output after stripping, arcsec; 0 switches it off.
+    /// Amplitude of the dither that remains in the output after stripping, arcsec. 0 switches it
+    /// off.
     pub strip_residual_arcsec: f64,
 }
 
@@ -54,15 +60,17 @@ impl DitherSpec {
     }
 }
 
-/// Temperature of the sensor block; see [`super::thermal`]. Without a block in the file it stays at its calibration temperature.
+/// Temperature of the sensor block; see [`super::thermal`]. Without this table in the file, the
+/// block stays at its calibration temperature.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct BlockSpec {
-    /// Ambient temperature at power-on off the calibration temperature, standard deviation over turn-ons, K.
+    /// Difference of the ambient temperature at power-on from the calibration temperature: standard
+    /// deviation over turn-ons, K.
     pub ambient_offset_k: f64,
-    /// Change of the ambient temperature, standard deviation over turn-ons, K/h.
+    /// Rate of change of the ambient temperature: standard deviation over turn-ons, K/h.
     pub ambient_ramp_kph: f64,
-    /// Rise of the block over the ambient by its own power in the end; a plain value, K.
+    /// Final temperature of the block above the ambient by its own power, K; a plain value.
     pub self_heating_k: f64,
     /// Time constant of that rise, s, > 0; a plain value.
     pub heating_time_s: f64,
@@ -86,7 +94,7 @@ impl Default for BlockSpec {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ImuSpec {
-    /// Words per second; a whole number.
+    /// Samples per second; a whole number.
     pub rate_hz: u32,
     /// Gyro triad.
     pub gyro: GyroSpec,
@@ -111,14 +119,15 @@ pub const PRESETS: [(&str, &str); 3] = [
 ];
 
 impl ImuSpec {
-    /// A preset by name, if there is one.
+    /// A preset by its name, if there is one.
     #[must_use]
     pub fn preset(name: &str) -> Option<Self> {
         let (_, text) = PRESETS.iter().find(|(n, _)| *n == name)?;
         toml::from_str(text).ok()
     }
 
-    /// What a filter that knows the errors of an axis is told: parameters of exactly those that are there, with their statistics.
+    /// What a filter is told that knows the errors of an axis: the parameters of exactly those
+    /// errors that are present, with their statistics.
     #[must_use]
     pub fn told(&self, triad: Triad, axis: usize) -> Vec<Parameter> {
         let at = At { triad, axis };
@@ -128,8 +137,8 @@ impl ImuSpec {
         }
     }
 
-    /// Standard deviation of the bias that a filter without a model of its causes must expect, gyros in deg/h, accelerometers
-    /// in ug.
+    /// Standard deviation of the bias that a filter must expect if it does not model the causes:
+    /// gyros in deg/h, accelerometers in ug.
     #[must_use]
     pub fn expected_bias(&self) -> [f64; 2] {
         [self.gyro.expected_bias(), self.accel.expected_bias()]
@@ -144,7 +153,8 @@ impl ImuSpec {
         spec
     }
 
-    /// This IMU with each cause in turn so large that a filter that is not told of it fails; each with the key of the cause.
+    /// This IMU with each error in turn so large that a filter fails that is not told of it. Each
+    /// comes with the key of the error.
     #[cfg(test)]
     pub(crate) fn each_cause_large(&self) -> Vec<(String, Self)> {
         let gyro = GyroSpec::TERMS.iter().filter_map(|term| {
@@ -160,10 +170,10 @@ impl ImuSpec {
         gyro.chain(accel).collect()
     }
 
-    /// The first field that is out of its range, with what is wrong.
+    /// Checks the ranges of all numbers.
     ///
     /// # Errors
-    /// Names the field and its range.
+    /// The first number that is out of its range, with the range.
     pub fn check(&self) -> Result<(), String> {
         if !(10..=4000).contains(&self.rate_hz) {
             return Err(format!("rate_hz = {}: must be 10 to 4000", self.rate_hz));
@@ -184,7 +194,7 @@ impl ImuSpec {
     }
 }
 
-/// Checks the numbers of a table that has no terms: times and what is divided by are positive.
+/// Checks the numbers of a table without terms: times and divisors must be positive.
 fn check_table(path: &str, table: &impl Serialize) -> Result<(), String> {
     const DIVISORS: [&str; 3] = ["frequency_hz", "amplitude_arcsec", "fringe_arcsec"];
     let table = toml::Table::try_from(table).map_err(|e| e.to_string())?;

@@ -2,7 +2,7 @@
 
 use super::spec::*;
 
-/// Endings of a name that say its unit.
+/// Endings of a name that give its unit.
 const UNITS: &[&str] = &[
     "_hz",
     "_dph",

@@ -1,19 +1,20 @@
-//! What one number of a datasheet is: its key, range and group of errors, how it acts on a triad, and what a filter can be told
-//! of it. The tables are in [`super::datasheet`].
+//! A term is one number of a datasheet with its key, range and group of errors, how it acts on a
+//! triad, and what a filter can be told of it. The tables are in [`super::datasheet`].
 
 use super::triad::Sigmas;
 use crate::inertial::ekf::{Parameter, Regressor, Triad};
 
-/// The group of errors that a number belongs to. An [`super::ErrorModelName`] switches and scales whole groups.
+/// The group of errors that a number belongs to. An [`super::ErrorModelName`] switches and scales
+/// whole groups.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Group {
     /// White noise and pulses. They are always there.
     Noise,
-    /// A condition of other numbers: when, how fast or at which rate. No error by itself.
+    /// A condition of other numbers: when, how fast or at which rate. It is no error by itself.
     Condition,
     /// Constant over a turn-on and linear: bias, scale factor, misalignment.
     Constant,
-    /// A bias that wanders at random over a turn-on.
+    /// A bias that changes at random during a turn-on.
     Wander,
     /// Follows the temperature.
     Thermal,
@@ -63,7 +64,7 @@ pub struct Kind<S> {
 }
 
 impl<S> Kind<S> {
-    /// A number of this group that does nothing yet.
+    /// A number of this group without effect.
     pub(super) const fn of(group: Group) -> Self {
         Self {
             group,
@@ -75,23 +76,24 @@ impl<S> Kind<S> {
         }
     }
 
-    /// With another range.
+    /// Sets another range.
     pub(super) const fn within(self, range: Range) -> Self {
         Self { range, ..self }
     }
 
-    /// How it acts: which number of the triad it sets, in SI.
+    /// Sets how it acts: which number of the triad it sets, in SI.
     pub(super) const fn acts(self, acts: fn(&S, &mut Sigmas)) -> Self {
         Self { acts, ..self }
     }
 
-    /// What a filter that knows the error is told: its parameters on one axis, with their exact statistics.
+    /// Sets what a filter is told that knows the error: its parameters on one axis, with their
+    /// exact statistics.
     pub(super) const fn told(self, told: fn(&S, At) -> Vec<Parameter>) -> Self {
         Self { told, ..self }
     }
 
-    /// It adds this standard deviation, in the unit of the datasheet, to the bias that a filter without a model of the cause
-    /// must expect.
+    /// Sets the standard deviation, in the unit of the datasheet, that it adds to the bias that a
+    /// filter must expect if it does not model the error.
     pub(super) const fn bias(self, sigma: fn(&S) -> f64) -> Self {
         Self {
             bias: Some(sigma),
@@ -99,7 +101,8 @@ impl<S> Kind<S> {
         }
     }
 
-    /// A value so large that a filter that is not told of the cause fails. What only wanders has none.
+    /// Sets a value so large that a filter fails that is not told of the error. Errors that only
+    /// change at random have none.
     pub(super) const fn large(self, value: f64) -> Self {
         Self {
             large: Some(value),
@@ -132,7 +135,7 @@ impl<S: Clone> Term<S> {
         self.kind.group
     }
 
-    /// A value at which a filter must be told of the cause, if there is one.
+    /// A value so large that a filter must be told of the error, if there is one.
     #[cfg(test)]
     pub fn large(&self) -> Option<f64> {
         self.kind.large
@@ -160,7 +163,7 @@ pub(super) trait Datasheet: Clone + 'static {
         out
     }
 
-    /// Parameters of exactly the errors that are there.
+    /// Parameters of exactly the errors that are present.
     fn told(&self, at: At) -> Vec<Parameter> {
         let all = Self::TERMS.iter().flat_map(|t| (t.kind.told)(self, at));
         all.filter(|p| p.sigma > 0.0 || p.walk > 0.0).collect()
@@ -205,7 +208,8 @@ pub(super) fn check(key: &str, x: f64, range: Range) -> Result<(), String> {
     }
 }
 
-/// Declares a datasheet: one entry a number, which is at once the field with its documentation, the key in files, and the term.
+/// Declares a datasheet. An entry is at the same time the field with its documentation, the key in
+/// files, and the term.
 macro_rules! datasheet {
     (
         $(#[$outer:meta])*

@@ -3,7 +3,7 @@ use crate::inertial::sins::Increment;
 use crate::inertial::units::{DEG_PER_H, DEG_PER_SQRT_H, G0, UG};
 use nalgebra::Vector3;
 
-/// A spec without any error but pulses.
+/// A spec without errors except quantisation.
 pub(super) fn perfect() -> ImuSpec {
     let medium = ImuSpec::preset("medium").unwrap();
     let mut spec = medium.error_model(ErrorModelName::Noise);
@@ -39,7 +39,7 @@ fn quantisation_carries_its_remainder() {
     let spec = perfect();
     let lsb = Imu::lsb(&spec);
     let dt = 1.0 / f64::from(spec.rate_hz);
-    // a rate far below one pulse a word
+    // a rate far below one pulse per sample
     let input = Increment {
         dtheta: Vector3::new(0.013, -0.4, 7.7) * lsb.rad,
         dv: Vector3::new(0.0, 0.003, -G0 * dt / lsb.mps) * lsb.mps,

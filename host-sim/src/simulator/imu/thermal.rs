@@ -1,23 +1,26 @@
-//! Temperature of the sensor block: first-order heating by its own power, ambient drift, and the difference across it.
+//! Temperature of the sensor block: first-order heating by its own power, ambient drift, and the
+//! difference across it.
 //!
 //! ```text
 //! dT/dt = (ambient(t) + self_heating - T) / tau           T(0) = ambient(0)
 //! dG/dt = (d^2 / (2 D) dT/dt - G) / tau_G,                tau_G = d^2 / (pi^2 D)
 //! ```
 //!
-//! T is relative to the calibration temperature. Heat comes in at one face: while the whole block warms at dT/dt, the heated face is
-//! d^2/(2D) dT/dt ahead of the free one (steady solution of the heat equation for a slab of thickness d), and that difference builds up
-//! with the slab's slowest mode, tau_G. The test compares with the heat equation solved in slices.
+//! T is relative to the calibration temperature. Heat enters at one face. While the whole block
+//! warms at dT/dt, the heated face is warmer than the free one by d^2/(2D) dT/dt (steady solution
+//! of the heat equation for a slab of thickness d). That difference G builds up with the slowest
+//! mode of the slab, tau_G. The test compares with the heat equation, solved in slices.
 
 use super::spec::BlockSpec;
 use crate::inertial::session::Temperature;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
-/// Diffusivity of Zerodur, m2/s: conductivity 1.46 W/(m K) over density 2530 kg/m3 and heat capacity 820 J/(kg K) (Schott).
+/// Diffusivity of Zerodur, m2/s: conductivity 1.46 W/(m K) over density 2530 kg/m3 and heat
+/// capacity 820 J/(kg K) (Schott).
 pub const DIFFUSIVITY: f64 = 1.46 / (2530.0 * 820.0);
 
-/// The block at one turn-on.
+/// The sensor block at one turn-on.
 #[derive(Debug, Clone)]
 pub struct Block {
     ambient: f64,
@@ -30,7 +33,7 @@ pub struct Block {
 }
 
 impl Block {
-    /// Soaked at the ambient temperature; offset and ramp of the ambient are drawn from `turn_on`.
+    /// Starts at the ambient temperature. Offset and ramp of the ambient are drawn from `turn_on`.
     #[must_use]
     pub fn new(spec: &BlockSpec, turn_on: &mut ChaCha8Rng) -> Self {
         let mut draw = |sigma: f64| -> f64 {
@@ -62,7 +65,8 @@ impl Block {
         self.now
     }
 
-    /// Moves on by `dt` seconds to the time `t` after power-on, exact for a target that stands still meanwhile.
+    /// Advances by `dt` seconds to the time `t` after power-on. This is exact for a constant
+    /// target.
     pub fn step(&mut self, t: f64, dt: f64) {
         let target = self.ambient + self.ramp * t + self.self_heating;
         self.now.offset = target + (self.now.offset - target) * (-dt / self.time).exp();
@@ -105,7 +109,7 @@ mod tests {
         for t in 1..=20_000 {
             ramp.step(f64::from(t), 1.0);
         }
-        // in the end the block lags the ambient by rate times time constant
+        // finally the block lags the ambient by rate times time constant
         let lag = ramp.ramp * 20_000.0 - ramp.now().offset;
         assert!(
             (lag / (ramp.ramp * 900.0) - 1.0).abs() < 2e-3 && ramp.ramp != 0.0,
@@ -120,7 +124,8 @@ mod tests {
             ..BlockSpec::default()
         };
         let (mut fast, slices) = (block(&spec), 40);
-        // slab of 40 slices; the flow into the heated face is what raises the mean temperature as the block model says
+        // a slab of 40 slices; the flow into the heated face raises the mean temperature as in the
+        // block model
         let thickness = 1e-3 * spec.thickness_mm;
         let dx = thickness / slices as f64;
         let dt = 0.2 * dx * dx / DIFFUSIVITY;
@@ -146,7 +151,7 @@ mod tests {
                 worst = worst.max((across - fast.now().gradient).abs());
             }
         }
-        // the higher modes, which the fast model leaves out, are there only in the first minutes
+        // the higher modes, which the fast model leaves out, matter only in the first minutes
         assert!(
             peak > 10.0 && worst < 0.2 * peak,
             "peak {peak} K, off by at most {worst} K"

@@ -1,4 +1,4 @@
-//! Errors of one triad at one turn-on; the same equations serve gyros and accelerometers.
+//! Errors of one triad at one turn-on. The same equations serve gyros and accelerometers.
 
 pub(super) mod flicker;
 
@@ -13,12 +13,14 @@ use rand_distr::{Distribution, StandardNormal};
 
 /// Repeatability of the warm-up's amplitude from turn-on to turn-on (assumed).
 pub(super) const WARM_UP_REPEATABILITY: f64 = 0.1;
-/// Period over which the slow errors are held, s.
+/// Period over which the slow errors are constant, s.
 pub(super) const SLOW_S: f64 = 1.0;
-/// The three gyros dither apart from each other, or they would drive one another (assumed: 7 %).
+/// The three gyros dither at different frequencies, because otherwise they would excite one another
+/// (assumed: 7 % apart).
 const DITHER_APART: [f64; 3] = [0.93, 1.0, 1.07];
 
-/// Numbers of a triad in SI, in one form for both kinds; what a kind does not have is zero.
+/// Numbers of a triad in SI, in one form for gyros and accelerometers. What one of them does not
+/// have is zero.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Sigmas {
     pub bias_unit: f64,
@@ -43,7 +45,7 @@ pub(super) struct Sigmas {
     pub pulse: f64,
 }
 
-/// What stripping leaves of the dither: a sinusoid in the angle, sampled at the ends of the words.
+/// What stripping leaves of the dither: a sinusoid in the angle, taken at the ends of the samples.
 #[derive(Debug, Clone)]
 struct Residual {
     amplitude: f64,
@@ -68,7 +70,7 @@ impl Residual {
         })
     }
 
-    /// Brings the phases to the time `t`, so that rounding does not add up.
+    /// Sets the phases to those of the time `t`, so that rounding errors do not accumulate.
     fn rebase(&mut self, t: f64) {
         self.phase = self.omega.map(|w| (w * t).sin_cos());
     }
@@ -85,10 +87,10 @@ impl Residual {
     }
 }
 
-/// Errors of one triad; its input `x` is rate or specific force in body axes, SI.
+/// Errors of one triad. Its input `x` is rate or specific force in body axes, SI.
 #[derive(Debug, Clone)]
 pub(super) struct Triad {
-    // drawn with the unit
+    // drawn for the unit
     bias_unit: Vector3<f64>,
     matrix: Matrix3<f64>, // scale on the diagonal, misalignment beside it
     asymmetry: Vector3<f64>,
@@ -99,24 +101,25 @@ pub(super) struct Triad {
     warm_up: Vector3<f64>,
     thermal: [Vector3<f64>; 5],
     magnetic: Matrix3<f64>,
-    // drawn at turn-on
+    // drawn at each turn-on
     bias_turn_on: Vector3<f64>,
     warm_up_gain: Vector3<f64>,
-    // moves
+    // changes with time
     sigmas: Sigmas,
     drift: Vector3<f64>,
     walk: Vector3<f64>,
     remainder: Vector3<f64>,
     residual: Option<Residual>,
     flicker: Option<Flicker>,
-    /// Sums of x and x^2 over the present second; only where vibration is rectified.
+    /// Number of samples, and sums of x and x^2 over the present second. Used only if vibration is
+    /// rectified.
     vibration: (f64, Vector3<f64>, Vector3<f64>),
-    /// All that is held over the present second.
+    /// Sum of the slow errors of the present second.
     slow: Vector3<f64>,
 }
 
 impl Triad {
-    /// Draws from the unit's common random numbers and from its `own`, which tell the two triads of an IMU apart.
+    /// Draws from the common random numbers of the unit and from `own`, a stream of this triad.
     pub fn new(
         sigmas: Sigmas,
         unit: &mut ChaCha8Rng,
@@ -162,19 +165,19 @@ impl Triad {
         }
     }
 
-    /// With what stripping leaves of `dither` in words of `dt` seconds.
+    /// Adds what stripping leaves of `dither` in samples of `dt` seconds.
     pub fn with_dither(mut self, dither: &DitherSpec, dt: f64) -> Self {
         self.residual = Residual::new(dither, dt);
         self
     }
 
-    /// With its bias instability, which draws from `turn_on`, a stream of its own.
+    /// Adds the bias instability, which draws from `turn_on`, a stream of its own.
     pub fn with_flicker(mut self, turn_on: ChaCha8Rng) -> Self {
         self.flicker = Flicker::new(self.sigmas.instability, turn_on);
         self
     }
 
-    /// Moves the slow errors to `t` seconds after power-on, `SLOW_S` after the last call.
+    /// Updates the slow errors to `t` seconds after power-on, `SLOW_S` after the last call.
     pub fn move_slow(&mut self, t: f64, around: &Surroundings, [noise, own]: [&mut Normals; 2]) {
         let s = &self.sigmas;
         let keep = (-SLOW_S / s.drift_time).exp();
@@ -205,7 +208,8 @@ impl Triad {
         (c1 + c2 * t + c4 * rate) * t + c3 * rate + c5 * at.gradient
     }
 
-    /// Bias from the vibration above the word rate, by the mean square that the words of the last second show about their mean.
+    /// Bias from the vibration above the sample rate, by the mean square of the samples of the last
+    /// second about their mean.
     fn rectified(&mut self) -> Vector3<f64> {
         let (n, sum, squares) = std::mem::take(&mut self.vibration);
         if n == 0.0 {
@@ -228,7 +232,8 @@ impl Triad {
             + per_x.component_mul(x)
     }
 
-    /// Counts of one word whose perfect increment is `d`; also the integral of the systematic error.
+    /// Counts of one sample whose perfect increment is `d`, and the integral of its systematic
+    /// error.
     pub fn measure(
         &mut self,
         d: &Vector3<f64>,

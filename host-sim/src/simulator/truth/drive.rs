@@ -1,10 +1,12 @@
-//! A random but plausible land-vehicle drive: town streets with stops and right-angle turns, country road with bends and grades.
+//! A random but plausible drive of a land vehicle: town streets with stops and right-angle turns,
+//! country roads with bends and grades.
 
 use super::Segment;
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 
-/// Draws segments for `duration_s` seconds, starting and ending at rest. The sum is exactly `duration_s` (rounded to 0.1 s).
+/// Draws segments for `duration_s` seconds that start and end at rest. Their durations sum to
+/// exactly `duration_s` (rounded to 0.1 s).
 pub fn random_drive(duration_s: f64, rng: &mut ChaCha8Rng) -> Vec<Segment> {
     let mut segments = Vec::new();
     let mut t = 0.0;
@@ -22,7 +24,8 @@ pub fn random_drive(duration_s: f64, rng: &mut ChaCha8Rng) -> Vec<Segment> {
     segments
 }
 
-/// Seconds to change speed by `dv` at `accel`, m/s2; the quintic's peak is 1.875 times its mean.
+/// Seconds to change the speed by `dv` at `accel`, m/s2. The peak of the quintic is 1.875 times its
+/// mean.
 fn ramp(dv: f64, accel: f64) -> f64 {
     tenth((1.875 * dv.abs() / accel).max(1.0))
 }
@@ -96,7 +99,7 @@ fn country(segments: &mut Vec<Segment>, speed: &mut f64, rng: &mut ChaCha8Rng) {
     });
 }
 
-/// Cuts the list to `duration_s`, with a braking and a standstill at the end.
+/// Shortens the list to `duration_s`, with braking and a standstill at the end.
 fn trim(segments: &mut Vec<Segment>, duration_s: f64) {
     const BRAKE_S: f64 = 25.0;
     const REST_S: f64 = 5.0;
@@ -105,7 +108,8 @@ fn trim(segments: &mut Vec<Segment>, duration_s: f64) {
         if left < 3.0 {
             return false;
         }
-        // a piece that would be cut short keeps its speed and heading change only if it fits whole
+        // a segment that would be shortened keeps its speed and heading change only if it fits as a
+        // whole
         if s.duration_s > left {
             *s = Segment::hold(left);
         }

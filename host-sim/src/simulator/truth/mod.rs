@@ -1,6 +1,7 @@
-//! The true drive: position, velocity and attitude as smooth functions of time, and from them the increments that a perfect IMU would
-//! give: integrals of inertial rate and specific force by three-point Gauss-Legendre quadrature over every word. Nothing here knows how
-//! a navigator works, so that feeding a navigator with these increments tests it.
+//! The true drive: position, velocity and attitude as smooth functions of time. From them follow
+//! the increments of a perfect IMU, which are the integrals of inertial rate and specific force by
+//! three-point Gauss-Legendre quadrature over every sample period. Nothing here uses the equations
+//! of a navigator. So a navigator can be tested with these increments.
 
 mod drive;
 mod profile;
@@ -20,9 +21,9 @@ use rand_chacha::ChaCha8Rng;
 const SQUAT: f64 = 4.4e-3;
 /// Roll to the outside per lateral acceleration, rad per m/s2 (assumed: 0.35 deg per m/s2).
 const BODY_ROLL: f64 = 6.1e-3;
-/// Share of the road vibration that is left at standstill: engine and people (assumed).
+/// Share of the road vibration that remains at standstill, from engine and people (assumed).
 const IDLE: f64 = 0.04;
-/// Speed at which half of the road's vibration is there, m/s (assumed).
+/// Speed at which the vibration has half its full amplitude, m/s (assumed).
 const ROAD_SPEED: f64 = 8.0;
 /// Nodes of the three-point Gauss-Legendre rule on [0, 1], and weights.
 const NODES: [f64; 3] = [0.112_701_665_379_258_3, 0.5, 0.887_298_334_620_741_7];
@@ -31,17 +32,18 @@ const WEIGHTS: [f64; 3] = [5.0 / 18.0, 8.0 / 18.0, 5.0 / 18.0];
 /// A whole true drive.
 #[derive(Debug, Clone)]
 pub struct Truth {
-    /// Word period, s.
+    /// Sample period, s.
     pub dt: f64,
-    /// Words per epoch.
+    /// Samples per epoch.
     pub samples_per_epoch: usize,
-    /// Perfect increments, one a word.
+    /// Perfect increments, one per sample.
     pub increments: Vec<Increment>,
-    /// True state at the start of epoch k, every `samples_per_epoch` words, and at the end: one more than there are whole epochs.
+    /// True state at the start of each epoch, every `samples_per_epoch` samples, and at the end:
+    /// one more than there are whole epochs.
     pub epochs: Vec<NavState>,
 }
 
-/// Instant kinematics.
+/// Kinematics at one time.
 struct Instant {
     q_bn: nalgebra::UnitQuaternion<f64>,
     v: Vector3<f64>,
@@ -49,7 +51,7 @@ struct Instant {
     omega_nb: Vector3<f64>,
 }
 
-/// How a drive is laid out.
+/// The layout of a drive.
 pub struct DriveConfig<'a> {
     /// Segments, at least one.
     pub segments: &'a [Segment],
@@ -57,14 +59,14 @@ pub struct DriveConfig<'a> {
     pub start: Geodetic,
     /// Heading at the start, rad.
     pub heading: f64,
-    /// Word period, s; a whole number of words makes one second.
+    /// Sample period, s. One second is a whole number of samples.
     pub dt: f64,
     /// Scale of the vibration: 1 is a passenger car on an ordinary road, 0 none.
     pub vibration: f64,
 }
 
 impl Truth {
-    /// Computes the drive. Cost: about 1 us a word.
+    /// Computes the drive, in about 1 us per sample.
     pub fn new(config: &DriveConfig<'_>, rng: &mut ChaCha8Rng) -> Self {
         let dt = config.dt;
         let profile = Profile::new(config.segments, config.heading, dt);
@@ -165,9 +167,9 @@ fn instant(profile: &Profile, leg: usize, t: f64, shake: &vibration::Shake) -> I
     }
 }
 
-/// Integrates rate, specific force and position over one word from its three nodes.
+/// Integrates rate, specific force and position over one sample period from its three nodes.
 fn integrate(nodes: &[Instant; 3], position: Geodetic, dt: f64) -> (Increment, Geodetic) {
-    // the Earth changes by 1e-9 within a word: one evaluation at its middle is enough
+    // the Earth changes by 1e-9 within a sample period: one evaluation at its middle is enough
     let v_mid = nodes[1].v;
     let start = Local::at(position.lat, position.h);
     let mid = Local::at(

@@ -2,19 +2,20 @@
 
 use serde::{Deserialize, Serialize};
 
-/// One piece of a drive. Speed and grade move smoothly (quintic, continuous second derivative) from the values of the segment before
-/// to the ones given here; the heading turns by `turn_deg` over the segment.
+/// One piece of a drive. Speed and grade change smoothly (quintic, continuous second derivative)
+/// from the values of the segment before to those given here. The heading turns by `turn_deg` over
+/// the segment.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Segment {
     /// Duration, s, > 0.
     pub duration_s: f64,
-    /// Speed at the end, m/s, >= 0; left out: as before.
+    /// Speed at the end, m/s, >= 0. If left out, the speed does not change.
     pub speed_mps: Option<f64>,
     /// Heading change over the segment, deg, positive to the right.
     #[serde(default)]
     pub turn_deg: f64,
-    /// Grade at the end, per cent, positive uphill; left out: as before.
+    /// Grade at the end, per cent, positive uphill. If left out, the grade does not change.
     pub grade_percent: Option<f64>,
 }
 
@@ -31,7 +32,7 @@ impl Segment {
     }
 }
 
-/// A quantity that goes from one value to another over a segment, with derivatives.
+/// A quantity that changes from one value to another over a segment, with derivatives.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Smooth {
     /// Value.
@@ -81,8 +82,9 @@ pub struct Profile {
 }
 
 impl Profile {
-    /// `heading` in rad at the start; the drive starts at rest on the level. Durations are rounded to whole words of `dt` s,
-    /// so that no word straddles a segment's end. At least one segment.
+    /// `heading` is that at the start, rad. The drive starts at rest on level ground. Durations are
+    /// rounded to whole sample periods of `dt` s, so that every segment ends with a sample. There
+    /// must be at least one segment.
     #[must_use]
     pub fn new(segments: &[Segment], heading: f64, dt: f64) -> Self {
         let (mut start, mut speed, mut heading, mut grade) = (0.0, 0.0, heading, 0.0_f64);
@@ -114,7 +116,7 @@ impl Profile {
         self.legs.last().map_or(0.0, |l| l.start + l.duration)
     }
 
-    /// The leg at time `t` (s), searched from a hint that the caller keeps; times ascend.
+    /// The leg at time `t` (s), searched from a hint that the caller keeps. Times must ascend.
     pub(super) fn advance(&self, hint: &mut usize, t: f64) {
         while *hint + 1 < self.legs.len() && t >= self.legs[*hint + 1].start - 1e-9 {
             *hint += 1;

@@ -48,7 +48,7 @@ fn velocity_is_the_derivative_of_position_and_increments_integrate_it() {
     let truth = drive(5, 3.0, 0.01);
     assert_eq!(truth.increments.len(), 18_000);
     assert_eq!(truth.epochs.len(), 181);
-    // at rest at both ends, moving in between, and it goes somewhere
+    // at rest at both ends, moving in between, and away from the start
     assert!(truth.epochs[0].velocity.norm() < 0.05 && truth.epochs[180].velocity.norm() < 0.05);
     assert!(
         truth

@@ -1,10 +1,12 @@
-//! Suspension and road vibration: a handful of modes, each a sinusoid in heave, roll, pitch and yaw with amplitudes and phases of its
-//! own, so that the axes beat against each other (coning, sculling) as they do in a car.
+//! Vibration of suspension and road. It has a few modes. Each is a sinusoid in heave, roll, pitch
+//! and yaw with amplitudes and phases of its own, so that the axes cause coning and sculling as in
+//! a car.
 
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 
-/// One mode's share in one degree of freedom: `amplitude * sin(omega t + phase)` = `s sin + c cos`.
+/// The part of one mode in one degree of freedom: `amplitude * sin(omega t + phase)` = `s sin + c
+/// cos`.
 #[derive(Debug, Clone, Copy, Default)]
 struct Share {
     s: f64,
@@ -41,8 +43,9 @@ pub struct Shake {
     pub rate: [f64; 3],
 }
 
-/// Frequencies in Hz with vertical acceleration amplitude in m/s2 and angular amplitude in rad, 1 sigma of the draw.
-/// Assumed, of the size found on passenger cars: body bounce and pitch near 1.5 Hz, wheel hop near 11 Hz, engine near 24 Hz.
+/// Frequencies in Hz with vertical acceleration amplitude in m/s2 and angular amplitude in rad, 1
+/// sigma of the draw. The values are assumed, of the size found on passenger cars: body bounce and
+/// pitch near 1.5 Hz, wheel hop near 11 Hz, engine near 24 Hz.
 const BANDS: [(f64, f64, f64); 8] = [
     (0.35, 0.03, 2.0e-3),
     (1.1, 0.35, 2.5e-3),
@@ -86,21 +89,23 @@ impl Vibration {
         Self { modes }
     }
 
-    /// Sets the base time to `t` s; [`Self::at`] gives values a little after it.
+    /// Sets the base time to `t` s. [`Self::at`] gives values shortly after it.
     pub fn rebase(&mut self, t: f64) {
         for m in &mut self.modes {
             (m.sin, m.cos) = (m.omega * t).sin_cos();
         }
     }
 
-    /// Moves the base time on by the rotor's. Rounding adds up, by 1e-16 a call: to be rebased every second or so.
+    /// Advances the base time by that of the rotor. Rounding errors accumulate by 1e-16 a call, so
+    /// `rebase` must be called about every second.
     pub fn turn(&mut self, rotor: &[(f64, f64)]) {
         for (m, (rs, rc)) in self.modes.iter_mut().zip(rotor) {
             (m.sin, m.cos) = (m.sin * rc + m.cos * rs, m.cos * rc - m.sin * rs);
         }
     }
 
-    /// The turn of every mode over `tau` s: precomputed for the quadrature nodes and for a whole word.
+    /// The change of phase of every mode over `tau` s. It is computed in advance for the quadrature
+    /// nodes and for a whole sample period.
     #[must_use]
     pub fn rotor(&self, tau: f64) -> Vec<(f64, f64)> {
         self.modes
@@ -109,7 +114,7 @@ impl Vibration {
             .collect()
     }
 
-    /// Values at base time + the rotor's time.
+    /// Values at the base time plus the time of the rotor.
     #[must_use]
     pub fn at(&self, rotor: &[(f64, f64)]) -> Shake {
         let mut out = Shake::default();

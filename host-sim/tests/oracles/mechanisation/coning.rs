@@ -1,4 +1,4 @@
-//! Classical coning and sculling: drift as theory has it, for each number of samples.
+//! Classical coning and sculling: the drift is that of theory, for each number of samples.
 
 use super::*;
 use host_sim::inertial::rotation::from_euler;
@@ -10,8 +10,9 @@ const HOME: Geodetic = Geodetic {
     h: 50.0,
 };
 
-/// A cone of half-angle `a` rad at `omega` rad/s about the body's x axis (Savage 1998; Bortz 1971): attitude relative to the mean one is
-/// a turn by `a` about the axis `(0, cos omega t, sin omega t)`, body rate `sin a d/dt(axis) - 2 sin^2(a/2) omega x`.
+/// A cone of half-angle `a` rad at `omega` rad/s about the body's x axis (Savage 1998; Bortz 1971):
+/// the attitude relative to the mean one is a turn by `a` about the axis `(0, cos omega t, sin
+/// omega t)`, and the body rate is `sin a d/dt(axis) - 2 sin^2(a/2) omega x`.
 fn cone(a: f64, omega: f64) -> impl Fn(f64) -> (UnitQuaternion<f64>, Vector3<f64>) {
     let mean = from_euler(0.4, -0.3, 2.0);
     move |t| {
@@ -26,9 +27,10 @@ pub(super) fn still(_: f64) -> (Vector3<f64>, Vector3<f64>) {
     (Vector3::zeros(), Vector3::zeros())
 }
 
-/// Mean of `1/2 int alpha x omega` per word, for unit amplitude and phase `l` per word, less what the algorithm makes of it.
+/// Mean of `1/2 int alpha x omega` per sample, for unit amplitude and phase `l` per sample, minus
+/// the result of the algorithm.
 fn residual(samples: Samples, l: f64) -> f64 {
-    // product of two words n apart, mean
+    // mean product of two increments n apart
     let product = |n: f64| 2.0 * (1.0 - l.cos()) * (n * l).sin();
     let made = match samples {
         Samples::One => 0.0,
@@ -38,7 +40,7 @@ fn residual(samples: Samples, l: f64) -> f64 {
     0.5 * (l - l.sin()) - made
 }
 
-/// Drift about the cone's axis in rad/s over `seconds`, the start-up left out.
+/// Drift about the axis of the cone over `seconds`, rad/s, without the start-up.
 pub(super) fn coning_drift(samples: Samples, a: f64, hz: f64, dt: f64, seconds: f64) -> f64 {
     let motion = Motion {
         attitude: Box::new(cone(a, TAU * hz)),
@@ -51,14 +53,15 @@ pub(super) fn coning_drift(samples: Samples, a: f64, hz: f64, dt: f64, seconds: 
     (drift(seconds + 1.0) - drift(1.0)) / seconds
 }
 
-/// 1 deg at 10 Hz, words at 100 Hz: 127 deg/h without compensation, 9.8 with two samples, 0.80 with three. Over two minutes.
+/// 1 deg at 10 Hz, samples at 100 Hz: 127 deg/h without compensation, 9.8 with two samples, 0.80
+/// with three. Over two minutes.
 #[test]
 fn drift_in_classical_coning_is_that_of_theory() {
     let (a, hz, dt) = (1f64.to_radians(), 10.0, 0.01);
     let l = TAU * hz * dt;
     for samples in [Samples::One, Samples::Two, Samples::Three] {
         let got = coning_drift(samples, a, hz, dt, 120.0);
-        // the navigator lacks the residual
+        // the navigator does not compensate the residual
         let want = -residual(samples, l) * a.sin().powi(2) / dt;
         let deg_h = got.to_degrees() * 3600.0;
         println!(
@@ -67,14 +70,15 @@ fn drift_in_classical_coning_is_that_of_theory() {
         );
         assert!((got / want - 1.0).abs() < 0.02, "{samples:?}: {got} {want}");
     }
-    // what is claimed above, so that a dropped or a flipped term shows whatever the theory says
+    // the figures stated above, so that a missing term or a wrong sign is found independently of
+    // the formula
     let deg_h = |s| coning_drift(s, a, hz, dt, 30.0).to_degrees() * 3600.0;
     assert!((deg_h(Samples::One) + 127.3).abs() < 1.0);
     assert!((deg_h(Samples::Two) + 9.8).abs() < 0.2);
 }
 
-/// Sculling: yaw `amplitude sin(omega t)` with north acceleration `b sin(omega t)`, in phase. The true east velocity is zero.
-/// Gravity has no part in it, as the turn is about the vertical.
+/// Sculling: yaw `amplitude sin(omega t)` with north acceleration `b sin(omega t)`, in phase. The
+/// true east velocity is zero. Gravity has no effect, because the turn is about the vertical.
 fn sculling_drift(samples: Samples, amplitude: f64, b: f64, hz: f64, dt: f64, seconds: f64) -> f64 {
     let omega = TAU * hz;
     let motion = Motion {
@@ -97,7 +101,8 @@ fn sculling_drift(samples: Samples, amplitude: f64, b: f64, hz: f64, dt: f64, se
     (drift(seconds + 1.0) - drift(1.0)) / seconds
 }
 
-/// 0.2 deg and 2 m/s2 at 10 Hz, words at 100 Hz: 23 ug without compensation, 1.8 with two samples, 0.14 with three.
+/// 0.2 deg and 2 m/s2 at 10 Hz, samples at 100 Hz: 23 ug without compensation, 1.8 with two
+/// samples, 0.14 with three.
 #[test]
 fn drift_in_classical_sculling_is_that_of_theory() {
     let (amplitude, b, hz, dt) = (0.2f64.to_radians(), 2.0, 10.0, 0.01);

@@ -1,4 +1,5 @@
-//! The mechanisation against closed forms: Schuler's pendulum, classical coning and sculling, spinning bodies, fast and polar tracks.
+//! The mechanisation compared with closed forms: Schuler oscillation, classical coning and
+//! sculling, spinning bodies, fast and polar tracks.
 
 mod coning;
 mod schuler;
@@ -10,16 +11,17 @@ use host_sim::inertial::sins::{HeightLoop, Increment, NavState, Samples, Sins};
 use nalgebra::SVector;
 use nalgebra::{UnitQuaternion, Vector3};
 
-/// A quantity and its rate at a time in s.
+/// A quantity and its rate as functions of time in s.
 type OfTime<T> = dyn Fn(f64) -> (T, Vector3<f64>);
 
-/// Attitude and body rate over ground, velocity and its derivative in NED: analytic functions of time in s.
+/// Attitude and body rate relative to the ground, velocity and its derivative in NED, as analytic
+/// functions of time in s.
 struct Motion {
     attitude: Box<OfTime<UnitQuaternion<f64>>>,
     velocity: Box<OfTime<Vector3<f64>>>,
 }
 
-/// Runge-Kutta steps per word of the truth.
+/// Runge-Kutta steps of the truth per sample.
 const SUBSTEPS: usize = 4;
 
 impl Motion {
@@ -31,7 +33,7 @@ impl Motion {
         }
     }
 
-    /// Rates of latitude, longitude, height, and of what a perfect IMU integrates.
+    /// Rates of latitude, longitude and height, and the inputs of a perfect IMU.
     fn rates(&self, t: f64, lat: f64, h: f64) -> SVector<f64, 9> {
         let (q_bn, omega_nb) = (self.attitude)(t);
         let (v, a) = (self.velocity)(t);
@@ -51,7 +53,7 @@ impl Motion {
         rates
     }
 
-    /// The perfect word from `t` to `t + dt`, and the position at its end.
+    /// The perfect increment from `t` to `t + dt`, and the position at its end.
     fn increment(&self, t: f64, dt: f64, start: Geodetic) -> (Increment, Geodetic) {
         let mut x = SVector::<f64, 9>::zeros();
         x[0] = start.lat;
@@ -81,7 +83,8 @@ impl Motion {
         (increment, position)
     }
 
-    /// Perfect words of `dt` seconds for `seconds` into a navigator: its solution, and the truth.
+    /// Feeds a navigator with perfect increments of `dt` seconds for `seconds`. Gives its solution
+    /// and the truth.
     fn run(
         &self,
         samples: Samples,

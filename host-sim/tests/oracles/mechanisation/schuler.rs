@@ -1,16 +1,18 @@
-//! A body at rest with one error: the classical answers of a free-inertial navigator.
+//! A body at rest with one error: the classical responses of free-inertial navigation.
 
 use super::*;
 use host_sim::inertial::earth::OMEGA_IE;
 use std::f64::consts::TAU;
 
-/// Latitude in rad at which the meridian radius of curvature is 6371 km, the radius of the yardsticks.
+/// Latitude in rad at which the meridian radius of curvature is 6371 km, the radius of the table
+/// below.
 const LAT_6371: f64 = 0.842_03;
 const DT: f64 = 0.02;
 const HEIGHT: HeightLoop = HeightLoop { time_s: 10.0 };
 
-/// Error of position (north, east, m) and velocity (m/s) each second. `tilt` in rad about navigation axes turns the navigator's
-/// first attitude; gyro bias in rad/s and accelerometer bias in m/s2 are in body axes, here parallel to NED.
+/// Errors of position (north, east, m) and velocity (m/s) at each second. `tilt` (rad, navigation
+/// axes) turns the initial attitude of the navigator. Gyro bias (rad/s) and accelerometer bias
+/// (m/s2) are in body axes, here parallel to NED.
 fn at_rest(
     lat: f64,
     tilt: Vector3<f64>,
@@ -53,7 +55,8 @@ fn without_errors_it_stays_where_it_is() {
     }
 }
 
-/// At the equator north and east are not coupled by the vertical component of Earth rate, so each swings at one frequency.
+/// At the equator the vertical component of Earth rate does not couple north and east, so each
+/// oscillates at one frequency.
 #[test]
 fn a_disturbed_navigator_swings_with_the_schuler_period() {
     let here = Local::at(0.0, 0.0);
@@ -89,7 +92,8 @@ fn a_disturbed_navigator_swings_with_the_schuler_period() {
     }
 }
 
-/// Minutes; metres from 100 ug of accelerometer, 0.01 deg/h of level gyro, 10" of tilt: one level axis, R = 6371 km.
+/// Minutes, and metres from 100 ug of a level accelerometer, 0.01 deg/h of a level gyro, 10" of
+/// tilt: one level axis, R = 6371 km.
 const YARDSTICKS: [(usize, [f64; 3]); 5] = [
     (5, [43.6, 2.1, 21.1]),
     (10, [168.5, 16.6, 81.7]),
@@ -98,15 +102,15 @@ const YARDSTICKS: [(usize, [f64; 3]); 5] = [
     (22, [679.7, 159.3, 329.5]),
 ];
 
-/// North swings with the meridian radius, 6371 km at this latitude: as tabled. East swings with the prime-vertical radius, which
-/// is 6390 km here: to first order of the 0.3 % the table holds unscaled too, and 2 % leaves room for it. The coupling by Earth rate
-/// goes with (Omega t)^2, 0.9 % at 22 min.
+/// North oscillates with the meridian radius, 6371 km at this latitude, as in the table. East
+/// oscillates with the prime-vertical radius, 6390 km, which differs by 0.3 %. The tolerance of 2 %
+/// allows for it and for the coupling by Earth rate, which grows as (Omega t)^2 to 0.9 % at 22 min.
 #[test]
 fn growth_of_errors_is_that_of_the_yardsticks() {
     let arcsec = 1f64.to_radians() / 3600.0;
     let (a, w, tilt) = (100e-6 * 9.806_65, 0.01 * arcsec, 10.0 * arcsec);
     let (x, y, zero) = (Vector3::x(), Vector3::y(), Vector3::zeros());
-    // north answers to tilt and rate about east, east to those about north
+    // north responds to tilt and rate about east, east to those about north
     let north = [
         at_rest(LAT_6371, zero, zero, x * a, 1320),
         at_rest(LAT_6371, zero, y * w, zero, 1320),
@@ -119,7 +123,8 @@ fn growth_of_errors_is_that_of_the_yardsticks() {
     ];
     assert!((Local::at(LAT_6371, 0.0).m_h - 6.371e6).abs() < 500.0);
     for (axis, paths) in [north, east].iter().enumerate() {
-        // sign: a tilt about +east lowers the specific force seen north, a tilt about +north raises it seen east
+        // sign: a tilt about +east lowers the north component of specific force, a tilt about
+        // +north raises the east component
         let sign = if axis == 0 { -1.0 } else { 1.0 };
         for (minutes, want) in YARDSTICKS {
             for (cause, sign) in [(0, 1.0), (1, sign), (2, sign)] {

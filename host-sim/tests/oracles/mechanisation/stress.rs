@@ -1,8 +1,8 @@
-//! What is hard on a mechanisation: fast coning, spin, high speed, the pole.
+//! Hard cases for the mechanisation: fast coning, spin, high speed, the pole.
 
 use super::coning::{coning_drift, still};
 use super::*;
-use crate::ecef::{GravityModel, Twin, ecef, geodetic, gravity, ned_to_ecef};
+use crate::ecef::{EcefReference, GravityModel, ecef, geodetic, gravity, ned_to_ecef};
 use host_sim::inertial::earth::OMEGA_IE;
 use host_sim::inertial::rotation::from_euler;
 use std::f64::consts::{FRAC_PI_2, TAU};
@@ -13,7 +13,8 @@ const HOME: Geodetic = Geodetic {
     h: 50.0,
 };
 
-/// At constant word period and angle, drift grows with the frequency's power 3 (no compensation), 5 (two samples), 7 (three).
+/// At constant sample period and angle, the drift grows with the third power of the frequency (no
+/// compensation), the fifth (two samples) or the seventh (three).
 #[test]
 fn order_of_each_algorithm_in_classical_coning() {
     let a = 3f64.to_radians();
@@ -30,9 +31,10 @@ fn order_of_each_algorithm_in_classical_coning() {
     }
 }
 
-/// A slender body on a horizontal bench: spin 400 deg/s about x, precession 100 deg/s, nutation 2 deg, nothing moves on the whole.
-/// Its specific force turns in body axes with the spin, which no sample-to-sample product alone can follow: without the third-order
-/// turn of delta-v ([`in_start_axes`]) the error would be `theta^2/6` = 0.8 mg, 0.5 m/s in a minute.
+/// A slender body on a horizontal bench, without translation: spin 400 deg/s about x, precession
+/// 100 deg/s, nutation 2 deg. The specific force turns in body axes with the spin. Products of
+/// increments alone do not follow it: without the third-order rotation of delta-v (`in_start_axes`
+/// of the navigator) the error would be `theta^2/6` = 0.8 mg, 0.5 m/s in a minute.
 #[test]
 fn spinning_body_with_nutation() {
     let (spin, precession) = (400f64.to_radians(), 100f64.to_radians());
@@ -67,7 +69,8 @@ fn spinning_body_with_nutation() {
     }
 }
 
-/// A level track at `speed` m/s whose course weaves by 20 deg about `course` rad with a period of 100 s, banked as it turns.
+/// A level track at `speed` m/s with banked turns. Its course swings by 20 deg about `course` (rad)
+/// with a period of 100 s.
 fn weaving(speed: f64, course: f64) -> Motion {
     let (swing, omega) = (20f64.to_radians(), TAU / 100.0);
     let bank = 0.5;
@@ -96,7 +99,7 @@ fn weaving(speed: f64, course: f64) -> Motion {
     }
 }
 
-/// Ten minutes; the errors allowed are about twice the measured ones.
+/// Ten minutes. The limits are about twice the measured errors.
 #[test]
 fn fast_tracks() {
     for (speed, h, metres) in [(300.0, 10e3, 1e-3), (7000.0, 100e3, 0.04)] {
@@ -125,11 +128,12 @@ fn fast_tracks() {
     }
 }
 
-/// The twin has neither transport rate nor radii of curvature: it says whether truth and navigator have them right, and not only
-/// alike. At low height even at 7 km/s: the free-air series of [`Local`] is good to 0.7 um/s2 only at 10 km, which makes most of the
-/// 0.13 m there, and to 0.15 mm/s2 at 100 km.
+/// The ECEF reference has neither transport rate nor radii of curvature. So it shows whether they
+/// are right in both the truth and the navigator. The height is low even at 7 km/s, because the
+/// free-air series of [`Local`] is wrong by 0.7 um/s2 at 10 km, which makes most of the 0.13 m
+/// there, and by 0.15 mm/s2 at 100 km.
 #[test]
-fn fast_tracks_as_the_twin_sees_them() {
+fn fast_tracks_as_the_ecef_reference_sees_them() {
     for (speed, h, metres) in [(300.0, 10e3, 0.2), (7000.0, 500.0, 0.03)] {
         let motion = weaving(speed, 0.8);
         let mut position = Geodetic {
@@ -137,7 +141,7 @@ fn fast_tracks_as_the_twin_sees_them() {
             lon: 3.0,
             h,
         };
-        let mut twin = Twin::new(&motion.state(0.0, position));
+        let mut reference = EcefReference::new(&motion.state(0.0, position));
         let dt = 0.01;
         let mut increments = Vec::new();
         for k in 0..60_000 {
@@ -145,14 +149,15 @@ fn fast_tracks_as_the_twin_sees_them() {
             increments.push(increment);
             position = next;
         }
-        twin.run(&increments, dt);
-        let off = ecef(&twin.nav().position) - ecef(&position);
-        println!("{speed} m/s: twin {off:.4?}");
+        reference.run(&increments, dt);
+        let off = ecef(&reference.nav().position) - ecef(&position);
+        println!("{speed} m/s: reference {off:.4?}");
         assert!(off.norm() < metres, "{speed} m/s: {off:?}");
     }
 }
 
-/// Round a pole at 11 km (89.9 deg) and at 1.2 km (89.989 deg): north-east-down still works, its axes turning by up to 5 deg/s.
+/// Around a pole at 11 km (89.9 deg) and at 1.2 km (89.989 deg). North-east-down still works, with
+/// axes that turn by up to 5 deg/s.
 #[test]
 fn near_the_pole() {
     for (lat, course, speed, metres) in [
@@ -172,7 +177,7 @@ fn near_the_pole() {
         for samples in [Samples::Two, Samples::Three] {
             let (nav, truth) = motion.run(samples, start, 0.01, 600.0);
             let off = ecef(&nav.position) - ecef(&truth.position);
-            // three samples, the default, are no worse but for rounding
+            // three samples, the default, are no worse except for rounding
             assert!(
                 off.norm() < two + 1e-5,
                 "{lat} {speed} m/s: {off:?}, {two} m with two"
@@ -187,15 +192,17 @@ fn near_the_pole() {
     }
 }
 
-/// Straight over the north pole at 200 m/s in a circle about the Earth's centre, through it at half time. The truth is made in ECEF,
-/// by Simpson's rule. The twin follows; the navigator in north-east-down says that it cannot.
+/// Straight over the north pole at 200 m/s in a circle about the centre of the Earth, with the pole
+/// at half time. The truth is computed in ECEF by Simpson's rule. The ECEF reference follows. The
+/// navigator in north-east-down raises its flag.
 #[test]
 fn across_the_pole() {
     let (radius, speed, dt) = (6.4e6, 200.0, 0.01);
     let turn = speed / radius;
     let n = 12_000;
     let angle = |t: f64| turn * (t - 0.5 * f64::from(n) * dt);
-    // along the meridian of 0 deg to the pole and on along that of 180 deg; the body keeps its attitude to the track
+    // along the meridian of 0 deg to the pole, then along that of 180 deg; the body keeps its
+    // attitude relative to the track
     let to_ecef = |t: f64| from_rotvec(&(Vector3::y() * -angle(t)));
     let at = |t: f64| to_ecef(t) * Vector3::z() * radius;
     let rates = |t: f64| {
@@ -226,12 +233,12 @@ fn across_the_pole() {
         velocity: q_ne * (to_ecef(0.0) * Vector3::x() * -speed),
         q_bn: q_ne * to_ecef(0.0),
     };
-    let mut twin = Twin::new(&nav);
-    twin.run(&increments, dt);
-    let off = ecef(&twin.nav().position) - at(f64::from(n) * dt);
+    let mut reference = EcefReference::new(&nav);
+    reference.run(&increments, dt);
+    let off = ecef(&reference.nav().position) - at(f64::from(n) * dt);
     println!("over the pole: {:.2e} m", off.norm());
     assert!(
-        off.norm() < 1e-3 && twin.nav().position.lon.abs() > 3.1,
+        off.norm() < 1e-3 && reference.nav().position.lon.abs() > 3.1,
         "{off:?}"
     );
 

@@ -1,15 +1,18 @@
 //! Bias instability: noise whose power density falls with one over the frequency (flicker).
 //!
-//! The coefficient B stands for the density (two-sided) and the Allan deviation of IEEE 952-2020, annex C:
+//! The coefficient B stands for the density (two-sided) and the Allan deviation of IEEE 952-2020,
+//! annex C:
 //!
 //! ```text
 //! S(f) = B^2 / (2 pi f)        sigma(tau) = sqrt(2 ln 2 / pi) B = 0.664 B,    whatever tau is
 //! ```
 //!
-//! It is made of first-order Gauss-Markov processes with time constants T that grow by a factor r (Keshner 1982, "1/f noise"):
-//! the sum over T of their densities 2 s^2 T / (1 + (2 pi f T)^2) is s^2 / (2 f ln r) between the corners. It is S(f) for
-//! s^2 = B^2 ln(r) / pi. With r = 4 each process has the standard deviation of the floor, 0.664 B. The Allan deviation of the sum
-//! lies within 6 % of the floor from 1 s to 9 h and within 1 % from 1 min to 1 h.
+//! The noise is the sum of first-order Gauss-Markov processes whose time constants T grow by a
+//! factor r (Keshner 1982, "1/f noise"). Between the fastest and the slowest, the sum of their
+//! densities 2 s^2 T / (1 + (2 pi f T)^2) is s^2 / (2 f ln r). This is S(f) for s^2 = B^2 ln(r) /
+//! pi. With r = 4 each process has the standard deviation of the floor, 0.664 B. The Allan
+//! deviation of the sum lies within 6 % of the floor from 1 s to 9 h and within 1 % from 1 min to 1
+//! h.
 
 use super::super::draws::normal3;
 use super::SLOW_S;
@@ -42,7 +45,7 @@ pub(super) struct Flicker {
 }
 
 impl Flicker {
-    /// With the coefficient `b`, drawn as if it had run for ever; `None` if it is zero.
+    /// With the coefficient `b`, in its stationary state. `None` if the coefficient is zero.
     pub(super) fn new(b: f64, mut rng: ChaCha8Rng) -> Option<Self> {
         let sigma = FLOOR * b;
         (b > 0.0).then(|| Self {
@@ -111,7 +114,8 @@ mod tests {
         out
     }
 
-    /// Four turn-ons of 36 h: at 1024 s each triad has 1500 clusters, 1.8 % of the deviation at one sigma.
+    /// Four turn-ons of 36 h: at 1024 s each triad has 1500 clusters, 1.8 % of the deviation at one
+    /// sigma.
     #[test]
     fn allan_deviation_is_flat_at_its_floor() {
         let clusters = [1, 4, 16, 64, 256, 1024];
