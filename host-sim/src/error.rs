@@ -11,13 +11,19 @@ use std::path::{Path, PathBuf};
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
     /// The file is not there.
-    #[error("{}: no such file; remedy: check the path, it is taken relative to the current directory", .file.display())]
+    #[error(
+        "{}: no such file; remedy: check the path, which is relative to the current directory",
+        .file.display()
+    )]
     Missing {
         /// Path as given.
         file: PathBuf,
     },
     /// The file is there but cannot be read.
-    #[error("{}: cannot be read ({source}); remedy: check that it is a file and that you may read it", .file.display())]
+    #[error(
+        "{}: cannot be read ({source}); remedy: check that it is a file and that you may read it",
+        .file.display()
+    )]
     Unreadable {
         /// Path as given.
         file: PathBuf,
@@ -25,7 +31,11 @@ pub enum Error {
         source: std::io::Error,
     },
     /// The compressed stream ends early or its check sum is wrong.
-    #[error("{}:{line}: the gzip stream is {fault} after this line; remedy: fetch the file again, it did not arrive whole", .file.display())]
+    #[error(
+        "{}:{line}: the gzip stream is {fault} after this line; remedy: get the file again, it \
+         is incomplete or damaged",
+        .file.display()
+    )]
     DamagedGzip {
         /// Path as given.
         file: PathBuf,
@@ -35,7 +45,11 @@ pub enum Error {
         fault: &'static str,
     },
     /// No data in the file.
-    #[error("{}: {found}; remedy: it must hold the header line '{expected}' and at least one data line", .file.display())]
+    #[error(
+        "{}: {found}; remedy: give a file with the header line '{expected}' and at least one \
+         data line",
+        .file.display()
+    )]
     Empty {
         /// Path as given.
         file: PathBuf,
@@ -45,7 +59,10 @@ pub enum Error {
         expected: String,
     },
     /// The first line does not name the expected columns.
-    #[error("{}:1: header is '{found}'; remedy: the first line must be '{expected}'", .file.display())]
+    #[error(
+        "{}:1: header is '{found}'; remedy: the first line must be '{expected}'",
+        .file.display()
+    )]
     Header {
         /// Path as given.
         file: PathBuf,
@@ -55,7 +72,11 @@ pub enum Error {
         expected: String,
     },
     /// A line has too few or too many values.
-    #[error("{}:{line}: {found} columns where the header names {expected}; remedy: give one value for each of {columns}", .file.display())]
+    #[error(
+        "{}:{line}: {found} columns where the header names {expected}; remedy: give one value \
+         for each of {columns}",
+        .file.display()
+    )]
     ColumnCount {
         /// Path as given.
         file: PathBuf,
@@ -85,7 +106,11 @@ pub enum Error {
         remedy: String,
     },
     /// The time does not increase from one line to the next.
-    #[error("{}:{line}: column '{field}': time {now} follows {before}; remedy: sort the lines, time must rise on every one", .file.display())]
+    #[error(
+        "{}:{line}: column '{field}': time {now} follows {before}; remedy: sort the lines, the \
+         time must increase from line to line",
+        .file.display()
+    )]
     TimeBack {
         /// Path as given.
         file: PathBuf,
@@ -99,7 +124,10 @@ pub enum Error {
         now: f64,
     },
     /// An unknown name of a scenario, a preset, a scheme and so on.
-    #[error("there is no {kind} '{name}'{}; remedy: one of {}", nearest(.name, .known), .known.join(", "))]
+    #[error(
+        "there is no {kind} '{name}'{}; remedy: one of {}", nearest(.name, .known), .known.join(",
+        ")
+    )]
     UnknownName {
         /// What the name stands for, for example `scenario`.
         kind: &'static str,
@@ -109,7 +137,10 @@ pub enum Error {
         known: Vec<String>,
     },
     /// A scenario file that cannot be used: unknown key, wrong type, value out of range.
-    #[error("{}{}: '{key}' {problem}; remedy: {remedy}", .file.display(), .line.map_or(String::new(), |line| format!(":{line}")))]
+    #[error(
+        "{}{}: '{key}' {problem}; remedy: {remedy}",
+        .file.display(), .line.map_or(String::new(), |line| format!(":{line}"))
+    )]
     Scenario {
         /// Path as given.
         file: PathBuf,
@@ -133,7 +164,11 @@ pub enum Error {
         remedy: String,
     },
     /// A file or directory cannot be written.
-    #[error("{}: cannot be written ({source}); remedy: choose a place you may write to that has room", .path.display())]
+    #[error(
+        "{}: cannot be written ({source}); remedy: choose a place with free space that you may \
+         write to",
+        .path.display()
+    )]
     Unwritable {
         /// The file or directory that was to be written.
         path: PathBuf,
@@ -141,7 +176,11 @@ pub enum Error {
         source: std::io::Error,
     },
     /// The report directory holds files that are no report.
-    #[error("{}: {holds} and is left alone; remedy: give a new or an empty directory, or one with a report of ours", .dir.display())]
+    #[error(
+        "{}: {holds} and is not overwritten; remedy: give a new or an empty directory, or one \
+         with a report of this program",
+        .dir.display()
+    )]
     NotOurs {
         /// Directory as given.
         dir: PathBuf,
@@ -151,7 +190,8 @@ pub enum Error {
     /// A result that is NaN or infinite, or curves of different lengths. The run has failed and
     /// nothing is written.
     #[error(
-        "result '{item}': '{field}' {problem}, so nothing was written; remedy: look for the first bad value in the run's inputs"
+        "result '{item}': '{field}' {problem}, so nothing was written; remedy: look for the first \
+         bad value in the run's inputs"
     )]
     BadResult {
         /// For example `row 3 (10 min, rnn)` or a curve's name.
@@ -163,7 +203,8 @@ pub enum Error {
     },
     /// A picture could not be drawn.
     #[error(
-        "picture '{picture}': {problem}; remedy: none on your side, please report it with the command you gave"
+        "picture '{picture}': {problem}; remedy: please report this fault of the program with the \
+         command that you gave"
     )]
     Drawing {
         /// File name of the picture.
