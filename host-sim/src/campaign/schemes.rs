@@ -1,6 +1,6 @@
 //! The competitors of a campaign: each is aided by fixes up to an epoch and coasts from there, on the same words.
 
-use crate::inertial::ekf::{Aided, ErrorModel, Held, Known, Noise};
+use crate::inertial::ekf::{Aided, ErrorModel, Known, Noise, SlowErrors};
 use crate::inertial::free_inertial::{Coast, coast};
 use crate::inertial::session::{Session, Surroundings, to_si};
 use crate::inertial::sins::Increment;
@@ -156,10 +156,10 @@ fn free(filter: &Aided, session: &Session, words: &[Increment], until: usize) ->
     let (from, dt) = (until * session.steps_per_epoch(), session.step_s());
     let mut corrected = vec![Increment::default(); from];
     let time = |k: usize| (k as f64 + 0.5) * dt;
-    let mut held = Held::default();
+    let mut slow = SlowErrors::default();
     corrected.extend(words[from..].iter().enumerate().map(|(k, w)| {
         let before = &words[from + k - 1];
-        filter.corrected_at(w, before, dt, time(from + k), &mut held)
+        filter.corrected_at(w, before, dt, time(from + k), &mut slow)
     }));
     coast(
         session,

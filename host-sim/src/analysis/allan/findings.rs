@@ -21,7 +21,7 @@ pub struct Findings {
 }
 
 /// The five noises of a specification, in the units of the coefficients. Its Gauss-Markov drift of
-/// sigma and T is, well below T, a random walk of `K = sigma sqrt(2 / T)`. It has neither B nor R.
+/// sigma and T is, well below T, a random walk of `K = sigma sqrt(2 / T)`. It has no R.
 /// The residual of the dither is a spectral line; see [`dither_note`].
 #[must_use]
 pub fn configured(spec: &ImuSpec) -> [[Option<f64>; 5]; 2] {
@@ -33,18 +33,19 @@ pub fn configured(spec: &ImuSpec) -> [[Option<f64>; 5]; 2] {
         drift(g.bias_drift_dph, g.bias_drift_time_s),
         drift(a.bias_drift_ug, a.bias_drift_time_s),
     );
+    let seen = |b: f64| (b > 0.0).then_some(b);
     [
         [
             Some(g.pulse_arcsec / root_12),
             Some(g.total_angle_random_walk_dpsqrth()),
-            None,
+            seen(g.bias_instability_dph),
             Some(g.rate_random_walk_dphpsqrth.hypot(drift_g)),
             None,
         ],
         [
             Some(lsb.mps / root_12),
             Some(a.velocity_random_walk_ugpsqrthz),
-            None,
+            seen(a.bias_instability_ug),
             Some(a.acceleration_random_walk_ugpsqrth.hypot(drift_a)),
             None,
         ],

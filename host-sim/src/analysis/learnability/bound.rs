@@ -2,7 +2,7 @@
 
 use super::{QUANTITIES, sensor};
 use crate::inertial::earth::Local;
-use crate::inertial::ekf::{Aided, ErrorModel, Held, InitialSigma, Inputs, NAV, Noise};
+use crate::inertial::ekf::{Aided, ErrorModel, InitialSigma, Inputs, NAV, Noise, SlowErrors};
 use crate::inertial::gnss::Fix;
 use crate::inertial::session::{EPOCH_S, Session};
 use crate::inertial::units::{DEG_PER_SQRT_H, UG_PER_SQRT_HZ};
@@ -126,7 +126,8 @@ impl Means {
         for (i, p) in model.parameters.iter().enumerate() {
             // errors are linear in the parameters, so those of one parameter are its derivatives
             one[i] = 1.0;
-            let error = model.error(&one, &now, &mut Held::default())[p.triad.index()][p.axis];
+            let error =
+                model.error(&one, &now, &mut SlowErrors::default())[p.triad.index()][p.axis];
             self.sum[(sensor(p.triad, p.axis), i)] += error;
             one[i] = 0.0;
         }

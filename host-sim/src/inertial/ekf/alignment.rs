@@ -100,7 +100,7 @@ impl Aided {
             accel: 0.0,
         };
         let alien = uncertainty(alignment, unmodelled, blank);
-        let own = uncertainty(alignment, &self.model, self.noise);
+        let attitude = uncertainty(alignment, &self.model, self.noise);
         let spread = |u: &Uncertainty, model: &ErrorModel| {
             let mut by = u.sensitivity.clone();
             for (mut column, q) in by.column_iter_mut().zip(&model.parameters) {
@@ -108,9 +108,9 @@ impl Aided {
             }
             by
         };
-        let by = spread(&own, &self.model);
-        let tilt = own.rest
-            + &by * own.sensitivity.transpose()
+        let by = spread(&attitude, &self.model);
+        let tilt = attitude.rest
+            + &by * attitude.sensitivity.transpose()
             + alien.rest
             + spread(&alien, unmodelled) * alien.sensitivity.transpose();
         self.p.fixed_view_mut::<3, 3>(0, 0).copy_from(&tilt);

@@ -16,7 +16,7 @@ mod smoother;
 
 pub use alignment::attitude_error;
 pub use linearised::{Block, Linearised};
-pub use model::{ErrorModel, Held, Inputs, Known, Parameter, Prior, Regressor, Triad};
+pub use model::{ErrorModel, Inputs, Known, Parameter, Prior, Regressor, SlowErrors, Triad};
 pub use smoother::{Record, Smoothed, smooth};
 
 use crate::inertial::gnss::Fix;
@@ -65,7 +65,7 @@ pub struct Aided {
     start: NavState,
     noise: Noise,
     before: Option<Increment>,
-    held: Held,
+    slow: SlowErrors,
 }
 
 impl Aided {
@@ -95,7 +95,7 @@ impl Aided {
             model,
             noise,
             before: None,
-            held: Held::default(),
+            slow: SlowErrors::default(),
         }
     }
 
@@ -117,11 +117,11 @@ impl Aided {
     #[must_use]
     pub fn corrected(&self, increment: &Increment, dt: f64) -> Increment {
         let time = self.interval.clock + 0.5 * dt;
-        self.corrected_at(increment, increment, dt, time, &mut Held::default())
+        self.corrected_at(increment, increment, dt, time, &mut SlowErrors::default())
     }
 
     /// The increment without the estimated sensor errors, for any motion, at `time` seconds after
-    /// power-on. `before` is the measured increment before it. `held` is a new value, or that of
+    /// power-on. `before` is the measured increment before it. `slow` is a new value, or that of
     /// the last call if the filter has not changed since.
     #[must_use]
     pub fn corrected_at(
@@ -130,7 +130,7 @@ impl Aided {
         before: &Increment,
         dt: f64,
         time: f64,
-        held: &mut Held,
+        slow: &mut SlowErrors,
     ) -> Increment {
         if self.model.is_empty() {
             return *increment;
@@ -142,7 +142,7 @@ impl Aided {
             force_change: (increment.dv - before.dv) / (dt * dt),
             time,
         };
-        let [e_g, e_a] = self.model.error(&self.theta, &now, held);
+        let [e_g, e_a] = self.model.error(&self.theta, &now, slow);
         Increment {
             dtheta: increment.dtheta - e_g * dt,
             dv: increment.dv - e_a * dt,
@@ -152,10 +152,10 @@ impl Aided {
     /// Advances by one measured increment.
     pub fn step(&mut self, increment: &Increment, dt: f64) {
         let before = self.before.replace(*increment).unwrap_or(*increment);
-        let mut held = self.held;
+        let mut slow = self.slow;
         let time = self.interval.clock + 0.5 * dt;
-        let corrected = self.corrected_at(increment, &before, dt, time, &mut held);
-        self.held = held;
+        let corrected = self.corrected_at(increment, &before, dt, time, &mut slow);
+        self.slow = slow;
         self.sins.step(&corrected, dt);
         self.interval
             .accumulate(&self.sins.nav, &corrected, dt, &self.model, self.noise);
@@ -209,7 +209,7 @@ impl Aided {
         for (t, q) in self.theta.iter_mut().zip(&self.model.parameters) {
             *t *= q.keeps(self.interval.time);
         }
-        self.held = Held::default();
+        self.slow = SlowErrors::default();
     }
 
     /// Six scalar updates and feedback. Gives the estimated error, and how likely the fix was.
@@ -229,7 +229,7 @@ impl Aided {
         let nav = &mut self.sins.nav;
         *nav = displaced(nav, e);
         self.theta -= e.rows(NAV, self.theta.len());
-        self.held = Held::default();
+        self.slow = SlowErrors::default();
     }
 }
 

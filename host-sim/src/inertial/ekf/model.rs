@@ -73,7 +73,7 @@ pub struct Known {
 /// The part of the sensor errors that is taken as constant within a second, as the simulator does;
 /// see [`Regressor::is_slow`].
 #[derive(Debug, Clone, Copy, Default)]
-pub struct Held {
+pub struct SlowErrors {
     /// The second since power-on that it belongs to.
     second: Option<usize>,
     error: [Vector3<f64>; 2],
@@ -226,14 +226,19 @@ impl ErrorModel {
     }
 
     /// Errors of gyros (rad/s) and accelerometers (m/s2) for parameters `theta` and the inputs.
-    /// `held` keeps the slow part for further calls in the same second with the same `theta`.
+    /// `slow` keeps the slow part for further calls in the same second with the same `theta`.
     #[must_use]
-    pub fn error(&self, theta: &DVector<f64>, now: &Inputs, held: &mut Held) -> [Vector3<f64>; 2] {
+    pub fn error(
+        &self,
+        theta: &DVector<f64>,
+        now: &Inputs,
+        slow: &mut SlowErrors,
+    ) -> [Vector3<f64>; 2] {
         let second = (now.time / EPOCH_S) as usize;
-        if held.second != Some(second) {
-            *held = self.held(theta, second);
+        if slow.second != Some(second) {
+            *slow = self.slow(theta, second);
         }
-        let mut out = held.error;
+        let mut out = slow.error;
         let known = Known::default();
         for (p, t) in self.parameters.iter().zip(theta.iter()) {
             if !p.regressor.is_slow() {
@@ -245,7 +250,7 @@ impl ErrorModel {
     }
 
     /// The slow part of the error in the middle of a second.
-    fn held(&self, theta: &DVector<f64>, second: usize) -> Held {
+    fn slow(&self, theta: &DVector<f64>, second: usize) -> SlowErrors {
         let now = Inputs {
             time: (second as f64 + 0.5) * EPOCH_S,
             ..Inputs::default()
@@ -257,7 +262,7 @@ impl ErrorModel {
                 error[p.triad.index()][p.axis] += t * p.value(&now, &known);
             }
         }
-        Held {
+        SlowErrors {
             second: Some(second),
             error,
         }
@@ -335,8 +340,8 @@ impl Parameter {
             Regressor::Field(axis) => known.around.field[axis],
             Regressor::Arm(j) => {
                 let (w, i) = (&now.rate, self.axis);
-                let own = if i == j { w.norm_squared() } else { 0.0 };
-                w[i] * w[j] - own + skew(&now.rate_change)[(i, j)]
+                let centre = if i == j { w.norm_squared() } else { 0.0 };
+                w[i] * w[j] - centre + skew(&now.rate_change)[(i, j)]
             }
             Regressor::Vibration(axis) => known.vibration[axis],
         }

@@ -19,7 +19,7 @@ pub struct Draws {
     pub(super) noise: Normals,
     /// One stream for each triad, for all that is not drawn from the common noise. An error that
     /// draws from it does not shift the numbers of the others.
-    pub(super) own: [Normals; 2],
+    pub(super) separate: [Normals; 2],
 }
 
 impl Draws {
@@ -30,7 +30,7 @@ impl Draws {
         let stream = |stream| Normals::new(turn_on, stream, keep);
         Self {
             noise: stream(NOISE),
-            own: [stream(GYRO), stream(ACCEL)],
+            separate: [stream(GYRO), stream(ACCEL)],
         }
     }
 
@@ -40,7 +40,7 @@ impl Draws {
     /// The numbers were drawn without `keep`.
     pub fn rewind(&mut self) {
         self.noise.rewind();
-        self.own.iter_mut().for_each(Normals::rewind);
+        self.separate.iter_mut().for_each(Normals::rewind);
     }
 }
 
@@ -106,7 +106,7 @@ mod tests {
             assert_eq!(three, drawn.noise.three());
             assert!(k >= first.len() || three == first[k]);
         }
-        assert_ne!(kept.own[0].three(), kept.own[1].three());
+        assert_ne!(kept.separate[0].three(), kept.separate[1].three());
     }
 
     /// Groups with and without errors that draw from streams of their own, one after the other over

@@ -59,8 +59,13 @@ impl Imu {
     pub fn with_draws(spec: &ImuSpec, unit: u64, turn_on: u64, mut draws: Draws) -> Self {
         let mut unit_rng = ChaCha8Rng::seed_from_u64(unit);
         let dt = 1.0 / f64::from(spec.rate_hz);
-        let mut triad = |sigmas: Sigmas, own: u64| {
-            Triad::new(sigmas, &mut unit_rng, &mut draws.noise, stream(unit, own))
+        let mut triad = |sigmas: Sigmas, separate: u64| {
+            Triad::new(
+                sigmas,
+                &mut unit_rng,
+                &mut draws.noise,
+                stream(unit, separate),
+            )
         };
         let [flicker_g, flicker_a] = FLICKER.map(|number| stream(turn_on, number));
         let gyro = triad(spec.gyro.sigmas(), GYRO)
@@ -128,7 +133,7 @@ impl Imu {
         self.sample += 1;
         let Draws {
             noise,
-            own: [gyro, accel],
+            separate: [gyro, accel],
         } = &mut self.draws;
         let (dtheta, e_g) = self.gyro.measure(&perfect.dtheta, self.dt, [noise, gyro]);
         let mut felt = perfect.dv;
@@ -158,15 +163,15 @@ impl Imu {
         self.around.temperature = self.block.now();
         let Draws {
             noise,
-            own: [gyro, accel],
+            separate: [gyro, accel],
         } = &mut self.draws;
         self.gyro.move_slow(t, &self.around, [noise, gyro]);
         self.accel.move_slow(t, &self.around, [noise, accel]);
     }
 }
 
-/// Velocity increment of accelerometers at `places` beyond that of a common point: `(w x (w x r) dt
-/// + dw x r)` along the axis of each. `dw`, the change of the rate, is taken from the middle of the
+/// Velocity increment of accelerometers at `places` beyond that of a common point, along the axis of
+/// each: `(w x (w x r) dt + dw x r)`. `dw`, the change of the rate, is taken from the middle of the
 /// last sample to the middle of this one, so it is half a sample late.
 fn size_effect(
     places: &[Vector3<f64>; 3],

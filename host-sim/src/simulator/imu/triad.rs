@@ -119,12 +119,12 @@ pub(super) struct Triad {
 }
 
 impl Triad {
-    /// Draws from the common random numbers of the unit and from `own`, a stream of this triad.
+    /// Draws from the common random numbers of the unit and from `separate`, a stream of this triad.
     pub fn new(
         sigmas: Sigmas,
         unit: &mut ChaCha8Rng,
         turn_on: &mut Normals,
-        mut own: ChaCha8Rng,
+        mut separate: ChaCha8Rng,
     ) -> Self {
         let bias_unit = normal3(unit) * sigmas.bias_unit;
         let mut matrix = Matrix3::from_fn(|_, _| {
@@ -143,13 +143,13 @@ impl Triad {
             matrix,
             asymmetry,
             quadratic,
-            cubic: normal3(&mut own) * sigmas.cubic,
-            cross: normal3(&mut own) * sigmas.cross,
-            rectification: normal3(&mut own) * sigmas.rectification,
+            cubic: normal3(&mut separate) * sigmas.cubic,
+            cross: normal3(&mut separate) * sigmas.cross,
+            rectification: normal3(&mut separate) * sigmas.rectification,
             warm_up,
-            thermal: sigmas.thermal.map(|sigma| normal3(&mut own) * sigma),
+            thermal: sigmas.thermal.map(|sigma| normal3(&mut separate) * sigma),
             magnetic: Matrix3::from_fn(|_, _| {
-                let z: f64 = StandardNormal.sample(&mut own);
+                let z: f64 = StandardNormal.sample(&mut separate);
                 z * sigmas.magnetic
             }),
             bias_turn_on,
@@ -178,12 +178,17 @@ impl Triad {
     }
 
     /// Updates the slow errors to `t` seconds after power-on, `SLOW_S` after the last call.
-    pub fn move_slow(&mut self, t: f64, around: &Surroundings, [noise, own]: [&mut Normals; 2]) {
+    pub fn move_slow(
+        &mut self,
+        t: f64,
+        around: &Surroundings,
+        [noise, separate]: [&mut Normals; 2],
+    ) {
         let s = &self.sigmas;
         let keep = (-SLOW_S / s.drift_time).exp();
         self.drift = self.drift * keep + noise.three() * (s.drift * (1.0 - keep * keep).sqrt());
         if s.walk > 0.0 {
-            self.walk += own.three() * (s.walk * SLOW_S.sqrt());
+            self.walk += separate.three() * (s.walk * SLOW_S.sqrt());
         }
         if let Some(residual) = &mut self.residual {
             residual.rebase(t);
@@ -238,7 +243,7 @@ impl Triad {
         &mut self,
         d: &Vector3<f64>,
         dt: f64,
-        [noise, own]: [&mut Normals; 2],
+        [noise, separate]: [&mut Normals; 2],
     ) -> ([i32; 3], Vector3<f64>) {
         let x = d / dt;
         if self.sigmas.rectification > 0.0 {
@@ -249,7 +254,7 @@ impl Triad {
         let systematic = self.error(&x) * dt;
         let mut noise = noise.three() * (self.sigmas.noise * dt.sqrt());
         if let Some(residual) = &mut self.residual {
-            noise += residual.step(own);
+            noise += residual.step(separate);
         }
         let pulses = (d + systematic + noise) / self.sigmas.pulse + self.remainder;
         let whole = pulses.map(f64::round);
