@@ -94,7 +94,7 @@ fn collect(read: &Read, table: &Table, si: &Si) -> Result<Vec<TimedFix>, Error> 
         for at in si.places[1..].iter().flatten() {
             if let Some(bad) = (*at..at + 3).find(|&c| r[c] <= 0.0) {
                 let remedy = "give a number above 0";
-                return Err(table.complain(k, bad, "no standard deviation", remedy));
+                return Err(table.complain(k, bad, "not a standard deviation", remedy));
             }
         }
         let now = fix(r, si).ok_or_else(|| {

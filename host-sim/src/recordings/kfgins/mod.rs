@@ -198,7 +198,7 @@ fn fixes(file: &Path) -> Result<Vec<TimedFix>, Error> {
         let first = if with_velocity { 7 } else { 4 };
         if let Some(c) = (first..r.len()).find(|&c| r[c] <= 0.0) {
             let remedy = "give a number above 0";
-            return Err(table.complain(k, c, "no standard deviation", remedy));
+            return Err(table.complain(k, c, "not a standard deviation", remedy));
         }
         if out
             .last()

@@ -159,7 +159,7 @@ fn every_fault_names_its_place() {
         (
             imus.clone(),
             fixes.replace("1 1 2", "1 0 2"),
-            "in.gnss:1: column 'sigma_east_m': '0' is no standard deviation",
+            "in.gnss:1: column 'sigma_east_m': '0' is not a standard deviation",
         ),
         (
             imus.clone(),

@@ -1,4 +1,4 @@
-//! `host-sim replay` and `convert` of a user's own recording: csv, kf-gins, novatel.
+//! `host-sim replay` and `convert` of a user recording: csv, kf-gins, novatel.
 
 #![allow(
     clippy::unwrap_used,
