@@ -317,7 +317,8 @@ fn syntax_error(path: &Path, text: &str, e: &toml::de::Error) -> Error {
         line,
         key: if key.is_empty() { "file".into() } else { key },
         problem: e.message().replace('\n', " "),
-        remedy: "see the scenario section of the README for all keys and their units".into(),
+        remedy: "see the section on scenario files in docs/USING.md for all keys and their units"
+            .into(),
     }
 }
 

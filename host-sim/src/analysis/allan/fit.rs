@@ -89,7 +89,7 @@ pub struct Analysis {
     /// Q, N, B, K, R.
     pub coefficients: Vec<Coefficient>,
     /// Departure of the curve from the fit that chance does not explain, as a fraction of the
-    /// deviation. It is 0 for pure noise; above [`POOR_FIT`] the curve is not a sum of the five
+    /// deviation. It is 0 for pure noise; above `POOR_FIT` the curve is not a sum of the five
     /// noises.
     pub misfit: f64,
     /// The curve.

@@ -78,7 +78,7 @@ fn rows(file: &Path, columns: &[&str], rows: impl Iterator<Item = Vec<f64>>) -> 
     csv.finish()
 }
 
-/// The header file for what [`write`] writes.
+/// The header file for what [`write()`] writes.
 fn header(record: &Record) -> String {
     let names = |n: &[&str]| format!("[\"{}\"]", n.join("\", \""));
     let mut text = format!(
