@@ -1,7 +1,7 @@
 //! Bias instability: noise whose power density falls with one over the frequency (flicker).
 //!
-//! The coefficient B stands for the density (two-sided) and the Allan deviation of IEEE 952-2020,
-//! annex C:
+//! The coefficient B stands for this two-sided density and this Allan deviation (IEEE Std 952-1997,
+//! annex C):
 //!
 //! ```text
 //! S(f) = B^2 / (2 pi f)        sigma(tau) = sqrt(2 ln 2 / pi) B = 0.664 B,    whatever tau is
@@ -9,10 +9,10 @@
 //!
 //! The noise is the sum of first-order Gauss-Markov processes whose time constants T grow by a
 //! factor r (Keshner 1982, "1/f noise"). Between the fastest and the slowest, the sum of their
-//! densities 2 s^2 T / (1 + (2 pi f T)^2) is s^2 / (2 f ln r). This is S(f) for s^2 = B^2 ln(r) /
-//! pi. With r = 4 each process has the standard deviation of the floor, 0.664 B. The Allan
-//! deviation of the sum lies within 6 % of the floor from 1 s to 9 h and within 1 % from 1 min to 1
-//! h.
+//! densities 2 s^2 T / (1 + (2 pi f T)^2) is s^2 / (2 f ln r). With s^2 = B^2 ln(r) / pi this is
+//! S(f). With r = 4 each process has the standard deviation of the floor, 0.664 B. The Allan
+//! deviation of the sum lies within 6 % of the floor from 1 s to 9 h, and within 1 % from 1 min to
+//! 1 h.
 
 use super::super::draws::normal3;
 use super::SLOW_S;
