@@ -3,13 +3,12 @@
 use super::options::{positive, preset, refused};
 use super::output::JsonOption;
 use crate::analysis::allan::columns::{Choice, load};
-use crate::analysis::allan::findings::{Findings, configured, dither_note};
-use crate::analysis::allan::{Series, analyse, at_rest};
+use crate::analysis::allan::findings::Findings;
+use crate::analysis::allan::{Series, at_rest};
 use crate::error::Error;
 use crate::report;
 use crate::simulator::imu::{ErrorModelName, ImuSpec};
 use clap::Args as ClapArgs;
-use rayon::prelude::*;
 use std::path::PathBuf;
 
 /// Arguments of `allan`.
@@ -68,27 +67,7 @@ impl Args {
             (Some(file), _) => (file.display().to_string(), self.read(file)?, None),
             (None, preset) => self.simulate(preset.as_deref().unwrap_or_default())?,
         };
-        let analyses: Vec<_> = series.par_iter().map(analyse).collect();
-        let still = series
-            .iter()
-            .zip(&analyses)
-            .filter(|(_, analysis)| analysis.is_none());
-        let notes = still
-            .map(|(series, _)| format!("{} hardly ever changes and is left out", series.column));
-        let mut findings = Findings {
-            source,
-            notes: notes.chain(spec.as_ref().and_then(dither_note)).collect(),
-            analyses: analyses.into_iter().flatten().collect(),
-            configured: spec.as_ref().map(configured),
-        };
-        if findings.analyses.is_empty() {
-            return Err(refused(
-                findings.source,
-                "no column changes enough to have an Allan deviation",
-                "check that the recording holds the sensors' output and not a constant",
-            ));
-        }
-        findings.note_misfits();
+        let findings = Findings::of(source, &series, spec.as_ref())?;
         let json = findings.json()?;
         let page = self
             .out

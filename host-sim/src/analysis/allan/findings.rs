@@ -1,9 +1,10 @@
 //! The results of an Allan analysis with notes for the reader, and their JSON.
 
-use super::Analysis;
-use super::fit::POOR_FIT;
+use super::fit::{POOR_FIT, analyse};
+use super::{Analysis, Series};
 use crate::error::Error;
 use crate::simulator::imu::ImuSpec;
+use rayon::prelude::*;
 use serde::Serialize;
 
 /// The results of a run. Serialised, they are the `--json` format.
@@ -23,8 +24,7 @@ pub struct Findings {
 /// The five noises of a specification, in the units of the coefficients. Its Gauss-Markov drift of
 /// sigma and T is, well below T, a random walk of `K = sigma sqrt(2 / T)`. It has no R.
 /// The residual of the dither is a spectral line; see [`dither_note`].
-#[must_use]
-pub fn configured(spec: &ImuSpec) -> [[Option<f64>; 5]; 2] {
+pub(super) fn configured(spec: &ImuSpec) -> [[Option<f64>; 5]; 2] {
     let (g, a) = (&spec.gyro, &spec.accel);
     let lsb = crate::simulator::imu::Imu::lsb(spec);
     let root_12 = 12.0_f64.sqrt(); // the rounding error of a pulse is uniform and white
@@ -53,8 +53,7 @@ pub fn configured(spec: &ImuSpec) -> [[Option<f64>; 5]; 2] {
 }
 
 /// A note about the dither of a simulated gyro, which is not one of the five noises.
-#[must_use]
-pub fn dither_note(spec: &ImuSpec) -> Option<String> {
+fn dither_note(spec: &ImuSpec) -> Option<String> {
     let dither = &spec.gyro.dither;
     (dither.strip_residual_arcsec > 0.0).then(|| {
         format!(
@@ -66,22 +65,48 @@ pub fn dither_note(spec: &ImuSpec) -> Option<String> {
     })
 }
 
+/// A note about a curve that is not a sum of the five noises.
+fn misfit_note(analysis: &Analysis) -> Option<String> {
+    (analysis.misfit > POOR_FIT).then(|| {
+        format!(
+            "{}: the curve departs by {:.0} % from the sum of the five noises. Possible causes \
+             are sway, vibration, temperature, or pulses so coarse that their rounding is not \
+             noise. The intervals of the coefficients allow for it",
+            analysis.column,
+            100.0 * analysis.misfit
+        )
+    })
+}
+
 impl Findings {
-    /// Adds a note for every column whose curve is not a sum of the five noises.
-    pub fn note_misfits(&mut self) {
-        let poor = self
-            .analyses
-            .iter()
-            .filter(|analysis| analysis.misfit > POOR_FIT);
-        self.notes.extend(poor.map(|analysis| {
-            format!(
-                "{}: the curve departs by {:.0} % from the sum of the five noises. Possible causes \
-                 are sway, vibration, temperature, or pulses so coarse that their rounding is not \
-                 noise. The intervals of the coefficients allow for it",
-                analysis.column,
-                100.0 * analysis.misfit
-            )
-        }));
+    /// Analyses `series` from `source`, simulated with `spec` if there is one.
+    ///
+    /// # Errors
+    /// No series changes enough to have an Allan deviation.
+    pub fn of(source: String, series: &[Series], spec: Option<&ImuSpec>) -> Result<Self, Error> {
+        let analyses: Vec<Option<Analysis>> = series.par_iter().map(analyse).collect();
+        if analyses.iter().all(Option::is_none) {
+            return Err(Error::Option {
+                option: source,
+                problem: "no column changes enough to have an Allan deviation".into(),
+                remedy: "check that the recording holds sensor output and not a constant".into(),
+            });
+        }
+        let pairs = series.iter().zip(&analyses);
+        let constant = pairs.filter(|(_, analysis)| analysis.is_none());
+        let constant = constant.map(|(series, _)| {
+            let column = &series.column;
+            format!("{column} hardly ever changes and is left out")
+        });
+        let mut notes: Vec<String> = constant.chain(spec.and_then(dither_note)).collect();
+        let analyses: Vec<Analysis> = analyses.into_iter().flatten().collect();
+        notes.extend(analyses.iter().filter_map(misfit_note));
+        Ok(Self {
+            source,
+            analyses,
+            configured: spec.map(configured),
+            notes,
+        })
     }
 
     /// JSON text that ends with a line break.
@@ -111,7 +136,7 @@ impl Findings {
 
 #[cfg(test)]
 pub(crate) mod tests {
-    use super::super::{analyse, at_rest};
+    use super::super::at_rest;
     use super::*;
 
     /// Findings of a minute of a simulated IMU.
