@@ -193,6 +193,13 @@ impl Align {
         self.standstill.seconds()
     }
 
+    /// The velocity that the vehicle may have gained in the last of them, m/s: see
+    /// [`Standstill::gain_mps`].
+    #[must_use]
+    pub fn gain_mps(&self) -> f32 {
+        self.standstill.gain_mps()
+    }
+
     /// Time of standstill so far, s.
     #[must_use]
     pub fn gathered(&self) -> f64 {

@@ -6,7 +6,7 @@
 //! straight and evenly can pass too: a caller that knows a velocity reports motion by
 //! [`Standstill::moves`].
 
-use crate::nav::vector::{V32, dot};
+use crate::nav::vector::{V32, add, dot, scale};
 
 /// What the detector must know: the sensors' datasheet.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -37,6 +37,8 @@ pub struct Standstill {
     force: f32,
     mean: [V32; 2],
     seconds: u32,
+    /// By how much the last second's force differed from the mean before it, m/s2.
+    change: f32,
 }
 
 impl Standstill {
@@ -55,12 +57,15 @@ impl Standstill {
             force: GATE * (accel + sensors.bias[1]),
             mean: [[0.0; 3]; 2],
             seconds: 0,
+            change: 0.0,
         }
     }
 
     /// Takes the mean rate (rad/s) and specific force (m/s2) of a second. True: it passed.
     pub fn second(&mut self, rate: V32, force: V32) -> bool {
         let now = [rate, force];
+        let difference = add(force, scale(self.mean[1], -1.0));
+        self.change = libm::sqrtf(dot(difference, difference));
         let within = |i: usize| {
             let pairs = now[i].iter().zip(&self.mean[i]);
             pairs.fold(true, |all, (a, b)| all & ((a - b).abs() <= self.step[i]))
@@ -93,7 +98,14 @@ impl Standstill {
         self.seconds = 0;
     }
 
-    /// Seconds in a row that the vehicle has stood.
+    /// The velocity that a vehicle may have gained in the last second although it passed, m/s: a
+    /// smooth departure begins below the thresholds.
+    #[must_use]
+    pub fn gain_mps(&self) -> f32 {
+        self.change // over one second
+    }
+
+    /// Seconds in a row that it has stood.
     #[must_use]
     pub fn seconds(&self) -> u32 {
         self.seconds

@@ -185,9 +185,15 @@ impl<T: Real> Bank<T> {
         self.get(index).estimate()
     }
 
-    /// The navigator's error by the running hypothesis. The caller subtracts it from the navigator.
+    /// The navigator's error by the running hypothesis.
+    #[must_use]
+    pub fn error_state(&self) -> &[T; NAV] {
+        self.get(self.running).error_state()
+    }
+
+    /// Gives [`Bank::error_state`]. The caller subtracts it from the navigator.
     pub fn feed_back(&mut self) -> [T; NAV] {
-        let e = *self.get(self.running).error_state();
+        let e = *self.error_state();
         self.each(|h| h.feedback(&e));
         e
     }

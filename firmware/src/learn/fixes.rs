@@ -159,6 +159,9 @@ impl<'m> FixLearner<'m> {
         }
         let navigator = self.navigator.as_mut()?;
         let passed = navigator.take_transition();
+        if passed.time <= 0.0 {
+            return Some(navigator); // a fix that arrived with the block's last sample
+        }
         let block = Transition {
             phi: passed.phi,
             gamma: passed.gamma,
@@ -183,11 +186,14 @@ impl<'m> FixLearner<'m> {
         }
     }
 
-    /// The navigator's solution; `None` while it does not navigate. Where a block ends it is that
-    /// of the last sample; within a block it is up to 50 ms older.
+    /// The navigator's solution, less the error that the last fix has shown; `None` while it does
+    /// not navigate. Where a block ends it is that of the last sample; within a block it is up to
+    /// 50 ms older.
     pub fn nav(&mut self) -> Option<nav::State> {
         self.finish();
-        self.navigator.as_ref().map(|navigator| *navigator.state())
+        let mut navigator = self.navigator.clone()?;
+        navigator.feed_back(self.memory.bank.error_state());
+        Some(*navigator.state())
     }
 
     /// The hypotheses, for reading. Call [`FixLearner::finish`] first; until then some of their
@@ -292,7 +298,8 @@ impl Learner for FixLearner<'_> {
         if still {
             fix.velocity = [0.0; 3];
             let [.., x, y, z] = &mut sigmas;
-            [*x, *y, *z] = [STILL_MPS; 3];
+            let sigma = libm::hypotf(STILL_MPS, align.gain_mps());
+            [*x, *y, *z] = [sigma; 3];
         }
         let Some(navigator) = self.end_interval() else {
             return;
