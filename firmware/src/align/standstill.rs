@@ -105,7 +105,7 @@ impl Standstill {
         self.change // over one second
     }
 
-    /// Seconds in a row that it has stood.
+    /// Seconds in a row that the vehicle has stood.
     #[must_use]
     pub fn seconds(&self) -> u32 {
         self.seconds

@@ -4,7 +4,7 @@ use crate::inertial::ekf::{Aided, ErrorModel, Known, Noise, SlowErrors};
 use crate::inertial::free_inertial::{Coast, coast};
 use crate::inertial::session::{Session, Surroundings, to_si};
 use crate::inertial::sins::Increment;
-use crate::learning::kalman::{Student, coasted, taught};
+use crate::learning::fix_learner;
 use crate::learning::study::{Use, study};
 use crate::learning::teacher::{Assumptions, aligned};
 use crate::learning::window::{NetworkSpec, compensator, corrected_words};
@@ -101,16 +101,16 @@ pub const ABLATION: [(&str, Scheme); 7] = [
     ("no-all-weights", |c| rnn_kalman(c, 0b01_1111)),
 ];
 
-/// The bank of hypotheses of [`crate::learning::kalman`], of which those with a bit in `enabled` take part.
+/// The bank of hypotheses of [`crate::learning::fix_learner`], of which those with a bit in `enabled` take part.
 pub fn rnn_kalman(case: &Case<'_>, enabled: u8) -> Option<Coast> {
     let assumptions = Assumptions::of(case.knows.datasheet);
     let gates = Gates {
         enabled,
         ..Gates::default()
     };
-    let (session, words) = (case.session, case.words);
-    let student: Student<f32> = taught(session, words, &assumptions, gates, case.until)?;
-    Some(coasted(student, session, words, case.until))
+    let (session, until) = (case.session, case.until);
+    let learnt = fix_learner::learn(session, &assumptions, gates, None, until)?;
+    Some(learnt.free_inertial(session, &assumptions, until))
 }
 
 /// The aided filter without a model of the IMU; white noise times the factor covers what it does not know.

@@ -10,7 +10,7 @@ use crate::inertial::gnss::Fix;
 use crate::inertial::session::{EPOCH_S, Session};
 use crate::inertial::sins::{Increment, NavState};
 use crate::inertial::units::{ARCSEC, DEG, DEG_PER_H, DEG_PER_SQRT_H, PPM, UG, UG_PER_SQRT_HZ};
-use crate::learning::kalman::{coasted, taught};
+use crate::learning::fix_learner::learn;
 use crate::learning::study::{Study, study};
 use crate::learning::teacher::{Assumptions, aligned};
 use crate::learning::window::NetworkSpec;
@@ -107,25 +107,24 @@ fn network() -> NetworkSpec {
 fn aid_all(session: &Session, judged: &mut Judged) -> Option<&'static str> {
     let (a, words) = (assumptions(), session.increments());
     let until = session.standstill;
-    let taught = |enabled| {
+    let learnt = |enabled| {
         let gates = Gates {
             enabled,
             ..Gates::default()
         };
-        taught::<f32>(session, &words, &a, gates, until)
+        learn(session, &a, gates, None, until)
     };
-    let none = taught(1 << ZERO_CORRECTION)?;
-    let product = taught(ALL)?;
+    let none = learnt(1 << ZERO_CORRECTION)?;
+    let product = learnt(ALL)?;
     let model = ErrorModel::biases(&a.prior);
     let filter = aligned(session, &words)?.aided(model, &a, session, &words, until);
     let step = session.step_s();
     let frozen: Vec<Increment> = words.iter().map(|w| filter.corrected(w, step)).collect();
     let classical = coast(session, &frozen, filter.sins.nav, until, session.epochs());
-    let running = product.bank.running();
-    judged.add("none", coasted(none, session, &words, until));
+    judged.add("none", none.free_inertial(session, &a, until));
     judged.add("ekf6", classical);
-    judged.add("rnn-kalman", coasted(product, session, &words, until));
-    Some(NAMES[running])
+    judged.add("rnn-kalman", product.free_inertial(session, &a, until));
+    Some(NAMES[product.running])
 }
 
 /// Learns on the first `learn_s` seconds and judges on the rest. `None` when the recording gives no attitude.

@@ -15,7 +15,7 @@
 //! | `ls-bias`, `ls-3x3` | less a bias, or bias and 3x3, fitted to the teacher's references |
 //! | `ekf6`, `ekf12`, `ekf24` | less six biases (with scale factors; with 3x3) at the filter's last estimate of the learning part, frozen |
 //! | `rnn` | through the compensator with the two networks taught from the same references |
-//! | `rnn-kalman` | less what the bank of hypotheses, taught by the fixes, has promoted ([`crate::learning::kalman`]) |
+//! | `rnn-kalman` | less what the bank of hypotheses, taught by the fixes, has promoted ([`crate::learning::fix_learner`]) |
 
 use crate::experiment::outcome::{Curves, Outcome, rows};
 use crate::experiment::run::{learning_curves, traces};
@@ -26,7 +26,7 @@ use crate::inertial::rotation::from_rotvec;
 use crate::inertial::session::Session;
 use crate::inertial::sins::{Increment, NavState};
 use crate::learning::baseline::LinearModel;
-use crate::learning::kalman::{Student, coasted, taught};
+use crate::learning::fix_learner::{self, learn};
 use crate::learning::study::{Study, study_from};
 use crate::learning::teacher::{Assumptions, Nominal, Start, aid, aligned, navigate_from};
 use crate::learning::window::{NetworkSpec, compensator, corrected_words};
@@ -144,7 +144,7 @@ pub fn judge(
             .into_iter()
             .map(|(name, model)| Some((name, aided(&lesson, &words, model, settings, until)?)))
             .collect::<Option<_>>()?,
-        student: student(&lesson, &words, settings, until)?,
+        device: device(&lesson, &words, settings, until)?,
         lesson,
         nominal,
         study,
@@ -194,7 +194,7 @@ struct Learnt {
     nominal: Nominal,
     study: Study,
     filters: Vec<(&'static str, Aided)>,
-    student: Student<f32>,
+    device: fix_learner::Learnt,
 }
 
 /// Free inertial navigation of every scheme over the part that is judged.
@@ -242,34 +242,32 @@ fn coasts(
         };
         out.insert(3 + k, (name, coast(&run, &frozen, nav, from, to)));
     }
-    let student = match follows {
-        true => coasted(learnt.student.clone(), &run, &raw, from),
+    let device = match follows {
+        true => learnt.device.free_inertial(&run, a, from),
         false => {
-            let nets = learnt.student.bank.nets();
+            let nets = [learnt.device.nets.gyro, learnt.device.nets.accel];
             let words = corrected_words(&run, &compensator(&run, &nets, a), 0..to);
-            let nav = as_left(&learnt.student.nav());
+            let nav = as_left(&learnt.device.nav);
             coast(&run, &words, nav, from, to)
         }
     };
-    out.push(("rnn-kalman", student));
+    out.push(("rnn-kalman", device));
     Some(out)
 }
 
-/// The product's learner from fixes at the end of the learning part.
-fn student(
+/// The device's learner from fixes at the end of the learning part.
+fn device(
     session: &Session,
     words: &[Increment],
     settings: &Settings,
     until: usize,
-) -> Option<Student<f32>> {
-    let (a, gates) = (&settings.assumptions, Gates::default());
-    if session.standstill > 0 {
-        return taught(session, words, a, gates, until);
-    }
-    let (first, start) = begin(session, words, settings)?;
-    let mut student = Student::new(&start, a, gates, session.samples());
-    student.attend(session, words, first..until);
-    Some(student)
+) -> Option<fix_learner::Learnt> {
+    let start = match session.standstill {
+        0 => Some(begin(session, words, settings)?.1),
+        _ => None,
+    };
+    let a = &settings.assumptions;
+    learn(session, a, Gates::default(), start.as_ref(), until)
 }
 
 /// First epoch after alignment and the state there: the reference's when there is no standstill.

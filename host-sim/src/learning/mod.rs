@@ -1,7 +1,7 @@
 //! Learning: the teacher, the fit over a window, promotion, the learner from fixes, and the baselines.
 
 pub mod baseline;
-pub mod kalman;
+pub mod fix_learner;
 pub mod promotion;
 pub mod study;
 pub mod teacher;

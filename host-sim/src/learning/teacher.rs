@@ -96,7 +96,7 @@ fn prior(spec: &ImuSpec) -> Prior {
 }
 
 /// Share of the standstill that the teacher aligns on; the rest already teaches, since a warm-up is steepest there.
-const ALIGN_SHARE: f64 = 1.0 / 3.0;
+pub const ALIGN_SHARE: f64 = 1.0 / 3.0;
 /// Standard deviation of the velocity of a vehicle that is known to stand, m/s: sway of people and wind (assumed).
 const ZERO_VELOCITY_MPS: f64 = 0.01;
 

@@ -5,13 +5,21 @@ use std::sync::OnceLock;
 use std::time::Duration;
 
 use firmware::align::{Align, Sensors};
-use firmware::wire::ImuFormat;
+use firmware::compensator::{Compensator, Limit};
+use firmware::learn::{FixMemory, Settings};
+use firmware::model::Nets;
+use firmware::sample::{Lsb, Unit};
+use firmware::wire::novatel::ImuType;
+use firmware::wire::ubx::Pvt;
+use firmware::wire::{Checked, ImuFormat};
 use host_sim::inertial::session::Session;
+use host_sim::learning::fix_learner::Device;
 use qemu::drive::{Record, drive_from};
 use qemu::images::REPLAY;
 use qemu::machine::{Clock, NETDUINOPLUS2};
-use qemu::replay::Pace;
+use qemu::replay::{Input, Pace};
 use qemu::software::{changed, learning_on_desktop, on_target};
+use vectors::Digest;
 
 const FORMAT: ImuFormat = ImuFormat::Stim300;
 /// 150 s at rest, then a quarter of an hour of driving.
@@ -113,7 +121,7 @@ fn words_sent(bytes: &[u8]) -> Vec<[i64; 6]> {
 
 fn values(frame: &[u8]) -> Option<[i64; 6]> {
     let mut frame = frame.to_vec();
-    let frame = firmware::wire::Checked::new(FORMAT, &mut frame).ok()?;
+    let frame = Checked::new(FORMAT, &mut frame).ok()?;
     let reading = frame.read().ok()?;
     let firmware::sample::RawSample::Counts { gyro, accel } = reading.words else {
         return None;
@@ -121,6 +129,58 @@ fn values(frame: &[u8]) -> Option<[i64; 6]> {
     let [a, b, c] = gyro.map(i64::from);
     let [d, e, f] = accel.map(i64::from);
     Some([a, b, c, d, e, f])
+}
+
+/// The application, bytes in, and the desktop's driver of the same learner: the same samples and
+/// fixes teach the same weights, bit for bit.
+#[test]
+fn the_desktops_driver_learns_what_the_application_learns() {
+    let format = ImuFormat::Novatel;
+    let (_, records) = drive_from(format, 450, STANDSTILL_S).expect("a drive");
+    let here = learning_on_desktop(format, &records);
+    assert!(here.learnt.fixes > 300, "{:?}", here.learnt);
+    let mut memory = Box::new(FixMemory::ZEROED);
+    let mut device = Device::new(&mut memory, Settings::MEDIUM, compensator());
+    for record in &records {
+        match record.input {
+            Input::Sensor => {
+                let mut frame = record.bytes.clone();
+                let frame = Checked::new(format, &mut frame).expect("a frame");
+                device.sample(&frame.read().expect("a sample").words);
+            }
+            _ => {
+                let pvt = Pvt::parse(&record.bytes).expect("a message");
+                device.fix(&pvt.to_fix(record.at_us.into()));
+            }
+        }
+    }
+    let learnt = device.learnt().expect("it navigates");
+    let mut digest = Digest::new();
+    for net in [&learnt.nets.gyro, &learnt.nets.accel] {
+        digest.numbers(net.weights.to_array());
+    }
+    assert_eq!(digest.value(), here.learnt.weights);
+    assert_eq!(learnt.running as u32, here.learnt.winner);
+    assert_eq!(device.report().fixes, here.learnt.fixes);
+}
+
+/// The scale and timing that the application finds for an ISA-100C; blocks of a second.
+fn compensator() -> Compensator {
+    let kind = ImuType(26);
+    let units = kind.units().expect("known");
+    let rate = kind.rate().expect("known");
+    let period = 1.0 / f64::from(rate);
+    let of = |unit: Unit| unit.increment(period).expect("increments");
+    let lsb = Lsb {
+        rad: of(units.gyro),
+        mps: of(units.accel),
+    };
+    let limit = Limit {
+        gyro: 0.0,
+        accel: 0.0,
+    };
+    let Nets { gyro, accel } = Nets::NONE;
+    Compensator::new(gyro, accel, lsb, period, rate, limit).expect("in range")
 }
 
 /// The device's alignment, sample by sample, compared with the desktop's over the stored samples of

@@ -1,4 +1,5 @@
-//! A second, independent implementation of the Kalman learner: dense, f64, nalgebra, one joint state. Slow; for tests only.
+//! A second, independent implementation of the filter behind a hypothesis: dense matrices in f64
+//! over one joint state. It is slow.
 
 use firmware::learn::prior::LearnerNet;
 use lrnn_nostd::learn::kalman::Transition;
@@ -8,32 +9,28 @@ use nalgebra::{DMatrix, DVector};
 /// Navigation errors.
 const X: usize = 9;
 /// Parameters of a triad: 3 biases, 63 weights.
-const OWN: usize = 66;
-const N: usize = 2 * OWN;
+const PER_TRIAD: usize = 66;
+const N: usize = 2 * PER_TRIAD;
 
-pub(super) struct Twin {
-    pub(super) nets: [LearnerNet<f64>; 2],
+/// The hypothesis of all weights.
+pub struct DenseReference {
+    pub nets: [LearnerNet<f64>; 2],
     state: [State<f64>; 2],
     sens: [Sensitivities<f64>; 2],
-    pub(super) bias: [[f64; 3]; 2],
-    pub(super) x: DVector<f64>,
-    pub(super) p: DMatrix<f64>,
-    pub(super) estimate: DVector<f64>,
+    pub bias: [[f64; 3]; 2],
+    pub x: DVector<f64>,
+    pub p: DMatrix<f64>,
+    pub estimate: DVector<f64>,
     jacobian: DMatrix<f64>,
     walk: Vec<f64>,
 }
 
-impl Twin {
-    pub(super) fn new(
-        nets: [LearnerNet<f64>; 2],
-        outer: &[f64],
-        theta: &[f64],
-        walk: &[f64],
-    ) -> Self {
+impl DenseReference {
+    pub fn new(nets: [LearnerNet<f64>; 2], outer: &[f64], theta: &[f64], walk: &[f64]) -> Self {
         let sigma = outer.iter().chain(theta).map(|s| s * s);
         let mut jacobian = DMatrix::zeros(6, N);
         for i in 0..6 {
-            jacobian[(i, i / 3 * OWN + i % 3)] = 1.0;
+            jacobian[(i, i / 3 * PER_TRIAD + i % 3)] = 1.0;
         }
         Self {
             nets,
@@ -48,21 +45,21 @@ impl Twin {
         }
     }
 
-    pub(super) fn step(&mut self, inputs: [[f64; 3]; 2]) {
+    pub fn step(&mut self, inputs: [[f64; 3]; 2]) {
         for (k, input) in inputs.into_iter().enumerate() {
             let step = self.nets[k].step_gradient(&mut self.state[k], &mut self.sens[k], input);
             for j in 0..3 {
                 let scale = self.nets[k].normalisation.output_scale[j];
                 self.estimate[3 * k + j] = self.bias[k][j] + step.error[j];
                 for i in 0..63 {
-                    self.jacobian[(3 * k + j, OWN * k + 3 + i)] =
+                    self.jacobian[(3 * k + j, PER_TRIAD * k + 3 + i)] =
                         scale * self.sens[k].output()[j][i];
                 }
             }
         }
     }
 
-    pub(super) fn propagate(&mut self, block: &Transition<X, f64>, applied: &[f64; 6]) {
+    pub fn propagate(&mut self, block: &Transition<X, f64>, applied: &[f64; 6]) {
         let phi = DMatrix::from_fn(X, X, |i, j| block.phi[i][j]);
         let gamma = DMatrix::from_fn(X, 6, |i, j| block.gamma[i][j]);
         self.x = &phi * &self.x + &gamma * (DVector::from_row_slice(applied) - &self.estimate);
@@ -83,7 +80,7 @@ impl Twin {
     }
 
     /// All observations of a fix at once, in Joseph's form.
-    pub(super) fn fix(&mut self, z: &[f64; 6], variance: &[f64; 6]) {
+    pub fn fix(&mut self, z: &[f64; 6], variance: &[f64; 6]) {
         let h = DMatrix::from_fn(6, X + N, |k, i| {
             f64::from(u8::from(i == if k < 3 { 6 + k } else { k }))
         });
@@ -97,12 +94,12 @@ impl Twin {
         self.p = &left * &self.p * left.transpose() + &gain * r * gain.transpose();
         self.x += e.rows(0, X);
         for k in 0..2 {
-            let own = e.rows(X + OWN * k, OWN);
+            let of_triad = e.rows(X + PER_TRIAD * k, PER_TRIAD);
             for j in 0..3 {
-                self.bias[k][j] -= own[j];
+                self.bias[k][j] -= of_triad[j];
             }
             let mut weights = self.nets[k].weights.to_array();
-            for (weight, e) in weights.iter_mut().zip(own.iter().skip(3)) {
+            for (weight, e) in weights.iter_mut().zip(of_triad.iter().skip(3)) {
                 *weight -= e;
             }
             self.nets[k].weights.set_all(&weights);

@@ -1,0 +1,304 @@
+//! The device's learner from fixes, on a session of the desktop (LEARNING section 5).
+//!
+//! [`Device`] is the firmware's own path: a session's integer counts go at full rate through the
+//! compensator's blocks, and samples, blocks and fixes reach [`FixLearner`] by the same calls, in
+//! the same order, that the application makes. Navigation, alignment, the hypotheses and the choice
+//! among them are the firmware's.
+//!
+//! [`learn`] takes a session to the end of its fixes and gives what the device then knows
+//! ([`Learnt`]). [`Learnt::free_inertial`] goes on from there as the device does in mode frozen:
+//! the networks correct the counts and are taught no more.
+
+use crate::inertial::align;
+use crate::inertial::earth::Geodetic;
+use crate::inertial::ekf::Prior;
+use crate::inertial::free_inertial::{Coast, coast};
+use crate::inertial::session::Session;
+use crate::inertial::sins::NavState;
+use crate::learning::teacher::{ALIGN_SHARE, Assumptions, Start};
+use crate::learning::window::{compensator, words_from};
+use firmware::align::LEAST_S;
+use firmware::compensator::{self, Compensator};
+use firmware::control::Alignment;
+use firmware::fix::{Fix, Position};
+use firmware::learn::bank::{Gates, HYPOTHESES};
+use firmware::learn::prior::{Datasheet, NAV};
+use firmware::learn::{FixLearner, FixMemory, Learner, Report, Settings};
+use firmware::model::Nets;
+use firmware::nav::{self, Noise};
+use firmware::sample::{Counts, RawSample};
+use lrnn_nostd::State;
+use nalgebra::{Quaternion, UnitQuaternion, Vector3};
+
+/// Milliseconds in a GPS week: times of fixes wrap there.
+const WEEK_MS: u64 = 604_800_000;
+/// Milliseconds between fixes.
+const EPOCH_MS: u64 = 1000;
+
+/// The firmware's learner behind a compensator that changes nothing, as in mode shadow.
+#[derive(Debug)]
+pub struct Device<'m> {
+    learner: FixLearner<'m>,
+    compensator: Compensator,
+    state: compensator::State,
+    /// Number of the last sample, modulo 2^32; the first is 0.
+    number: u32,
+}
+
+impl<'m> Device<'m> {
+    /// Begins to learn; the compensator tells how the stream is scaled and timed.
+    #[must_use]
+    pub fn new(memory: &'m mut FixMemory, settings: Settings, compensator: Compensator) -> Self {
+        let mut learner = FixLearner::new(memory, settings);
+        learner.begin(&Nets::NONE, compensator.scale());
+        Self {
+            learner,
+            state: compensator.power_on(true),
+            compensator,
+            number: u32::MAX,
+        }
+    }
+
+    /// The next sample, and the block that it completes. Deferred work is run to its end.
+    pub fn sample(&mut self, sample: &RawSample) {
+        self.number = self.number.wrapping_add(1);
+        self.learner.sample(self.number, sample);
+        if let Some(block) = self.compensator.accumulate(&mut self.state, sample) {
+            self.learner.block(self.number, &block);
+            while self.learner.work() {}
+        }
+    }
+
+    /// A fix that has arrived after the last sample. Deferred work is run to its end.
+    pub fn fix(&mut self, fix: &Fix) {
+        self.learner.fix(self.number, fix);
+        while self.learner.work() {}
+    }
+
+    /// What the learner tells of itself.
+    #[must_use]
+    pub fn report(&self) -> Report {
+        self.learner.report()
+    }
+
+    /// What it has learnt so far; `None` while it does not navigate.
+    pub fn learnt(&mut self) -> Option<Learnt> {
+        let nav = nav_state(&self.learner.nav()?);
+        let (nets, states) = self.learner.learnt();
+        let bank = self.learner.bank();
+        Some(Learnt {
+            nets,
+            states,
+            estimate: triads(bank.estimate()),
+            nav,
+            running: bank.running(),
+            evidence: std::array::from_fn(|index| bank.evidence(index)),
+        })
+    }
+}
+
+/// What the device has learnt when the fixes end.
+#[derive(Debug, Clone)]
+pub struct Learnt {
+    /// Networks of the hypothesis in force, its biases folded in.
+    pub nets: Nets,
+    /// Their states after the last block.
+    pub states: [State; 2],
+    /// What they say of the next block: rad/s and m/s2.
+    pub estimate: [[f32; 3]; 2],
+    /// The navigator's solution with all that is known.
+    pub nav: NavState,
+    /// The hypothesis in force.
+    pub running: usize,
+    /// Log-likelihoods of the hypotheses, relative to that of the zero correction.
+    pub evidence: [f64; HYPOTHESES],
+}
+
+impl Learnt {
+    /// Free inertial from the navigator's solution, on counts that the networks go on correcting
+    /// although they are no longer taught. `session` and `until` as in [`learn`].
+    #[must_use]
+    pub fn free_inertial(
+        &self,
+        session: &Session,
+        assumptions: &Assumptions,
+        until: usize,
+    ) -> Coast {
+        let compensator = compensator(session, &[self.nets.gyro, self.nets.accel], assumptions);
+        let mut state = compensator.power_on(true);
+        state.off = false;
+        state.set_nets(self.states);
+        compensator.force(&mut state, &self.estimate);
+        let after = &session.counts[until * session.samples_per_epoch()..];
+        let corrected = after
+            .iter()
+            .map(|counts| compensator.process(&mut state, *counts).0);
+        let words = words_from(session, until, corrected);
+        coast(session, &words, self.nav, until, session.epochs())
+    }
+}
+
+/// What the learner is told of the sensors.
+#[must_use]
+pub fn datasheet(assumptions: &Assumptions) -> Datasheet {
+    let Prior {
+        gyro_bias,
+        accel_bias,
+        ..
+    } = assumptions.prior;
+    Datasheet::land_vehicle(gyro_bias as f32, accel_bias as f32)
+}
+
+/// What the device is told: the sensors' datasheet, and that fixes arrive where they are valid.
+/// The alignment takes a third of the standstill, as everybody's does.
+fn settings(session: &Session, assumptions: &Assumptions, gates: Gates) -> Settings {
+    let share = (session.standstill as f64 * ALIGN_SHARE).floor();
+    Settings {
+        sheet: datasheet(assumptions),
+        noise: Noise {
+            gyro: assumptions.noise.gyro as f32,
+            accel: assumptions.noise.accel as f32,
+        },
+        gates,
+        align_s: share.max(LEAST_S),
+        fix_age_s: 0.0,
+    }
+}
+
+/// Learns from the fixes up to epoch `until`. With a standstill the device aligns itself, because
+/// a navigation computer that knows of it commands it; without one it starts from `start`. `None`
+/// when the standstill gives no attitude.
+#[must_use]
+pub fn learn(
+    session: &Session,
+    assumptions: &Assumptions,
+    gates: Gates,
+    start: Option<&Start>,
+    until: usize,
+) -> Option<Learnt> {
+    let mut memory = Box::new(FixMemory::ZEROED);
+    let mut device = device(&mut memory, session, assumptions, gates);
+    taught(&mut device, session, assumptions, start, until)
+}
+
+/// A device for a session's stream, with blocks of one epoch.
+fn device<'m>(
+    memory: &'m mut FixMemory,
+    session: &Session,
+    assumptions: &Assumptions,
+    gates: Gates,
+) -> Device<'m> {
+    let nets = [Nets::NONE.gyro, Nets::NONE.accel];
+    let compensator = compensator(session, &nets, assumptions);
+    Device::new(memory, settings(session, assumptions, gates), compensator)
+}
+
+/// The session up to epoch `until`, and what the device has then learnt.
+fn taught(
+    device: &mut Device<'_>,
+    session: &Session,
+    assumptions: &Assumptions,
+    start: Option<&Start>,
+    until: usize,
+) -> Option<Learnt> {
+    if let Some(start) = start {
+        begin(device, start)?;
+    }
+    let n = session.samples_per_epoch();
+    for (epoch, second) in session.counts.chunks(n).take(until).enumerate() {
+        for counts in second {
+            device.sample(&raw(counts));
+            if device.number == 0 && session.standstill > 0 {
+                device.learner.align(Alignment::Started);
+            }
+        }
+        if epoch + 1 == session.standstill {
+            device.learner.align(Alignment::Finished);
+            if !device.report().navigates {
+                begin(device, &aligned_elsewhere(session, assumptions)?)?;
+            }
+        }
+        device.fix(&fix(session, epoch + 1));
+    }
+    device.learnt()
+}
+
+/// Sensors too coarse for the device's alignment: it is given the state at the end of the
+/// standstill.
+fn aligned_elsewhere(session: &Session, assumptions: &Assumptions) -> Option<Start> {
+    let first = session.standstill;
+    let words = session.increments();
+    let nav = NavState {
+        position: session.fixes[first].position,
+        velocity: Vector3::zeros(),
+        q_bn: align::inertial_frame(
+            &words[..first * session.steps_per_epoch()],
+            session.step_s(),
+            session.samples(),
+            session.fixes[0].position,
+        )?,
+    };
+    let sigma = assumptions.initial_sigma(&nav, &session.sigmas);
+    Some(Start { nav, sigma })
+}
+
+/// The navigator starts from a known state.
+fn begin(device: &mut Device<'_>, Start { nav, sigma }: &Start) -> Option<()> {
+    let (a, v, p) = (sigma.tilt, sigma.velocity, sigma.position);
+    let sigmas: [f32; NAV] = [a, a, sigma.heading, v, v, v, p, p, p].map(|sigma| sigma as f32);
+    let [x, y, z] = nav.q_bn.imag().into();
+    let state = nav::State {
+        position: position(&nav.position),
+        velocity: nav.velocity.into(),
+        q_bn: [nav.q_bn.w, x, y, z],
+    };
+    device.learner.navigate_from(state, &sigmas).ok()
+}
+
+/// The fix of an epoch as the receiver gives it.
+fn fix(session: &Session, epoch: usize) -> Fix {
+    let of = &session.fixes[epoch];
+    let time_ms = epoch as u64 * EPOCH_MS;
+    Fix {
+        position: position(&of.position),
+        velocity: of.velocity.into(),
+        sigmas: Some(session.sigmas.map(|sigma| sigma as f32)),
+        time_ms: (time_ms % WEEK_MS) as u32,
+        arrived_us: time_ms * 1000,
+    }
+}
+
+fn raw(counts: &Counts) -> RawSample {
+    RawSample::Counts {
+        gyro: counts.dtheta,
+        accel: counts.dv,
+    }
+}
+
+fn position(of: &Geodetic) -> Position {
+    Position {
+        latitude: of.lat,
+        longitude: of.lon,
+        height: of.h,
+    }
+}
+
+fn nav_state(of: &nav::State) -> NavState {
+    let [w, x, y, z] = of.q_bn;
+    NavState {
+        position: Geodetic {
+            lat: of.position.latitude,
+            lon: of.position.longitude,
+            h: of.position.height,
+        },
+        velocity: Vector3::from(of.velocity),
+        q_bn: UnitQuaternion::new_normalize(Quaternion::new(w, x, y, z)),
+    }
+}
+
+fn triads([a, b, c, d, e, f]: &[f32; 6]) -> [[f32; 3]; 2] {
+    [[*a, *b, *c], [*d, *e, *f]]
+}
+
+#[cfg(test)]
+mod tests;
