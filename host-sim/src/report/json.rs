@@ -24,7 +24,7 @@ pub fn json(results: &Results) -> Result<String, Error> {
 ///
 /// # Errors
 /// [`Error::BadResult`] naming row and field.
-pub fn check(results: &Results) -> Result<(), Error> {
+pub(super) fn check(results: &Results) -> Result<(), Error> {
     for (number, row) in results.rows.iter().enumerate() {
         let fields = [
             ("d_lat_m", row.d_lat_m),

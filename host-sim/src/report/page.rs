@@ -14,7 +14,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 /// Name of the page.
-pub const PAGE: &str = "index.html";
+pub(super) const PAGE: &str = "index.html";
 
 /// Writes `index.html` and the four PNGs of `report` into `dir` and returns the path of the page.
 ///

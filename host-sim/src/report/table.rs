@@ -6,13 +6,13 @@ use crate::experiment::results::{Results, Row};
 use comfy_table::{Cell, CellAlignment, ContentArrangement, Table, presets};
 
 /// The scheme that all others are compared with: the samples without correction.
-pub const BASELINE: &str = "raw";
+pub(super) const BASELINE: &str = "raw";
 
 /// Change of the horizontal error against `raw` at the same time, per cent; negative is smaller.
 ///
 /// `None` for `raw` itself, and where there is no `raw` or its error is zero.
 #[must_use]
-pub fn change_percent(results: &Results, row: &Row) -> Option<f64> {
+pub(super) fn change_percent(results: &Results, row: &Row) -> Option<f64> {
     let same_time = |other: &&Row| other.t_min == row.t_min && other.scheme == BASELINE;
     let raw = results.rows.iter().find(same_time)?.horizontal_m;
     (row.scheme != BASELINE && raw > 0.0).then(|| 100.0 * (row.horizontal_m / raw - 1.0))
@@ -20,7 +20,7 @@ pub fn change_percent(results: &Results, row: &Row) -> Option<f64> {
 
 /// Whether `row` has the least horizontal error of its time.
 #[must_use]
-pub fn is_best(results: &Results, row: &Row) -> bool {
+pub(super) fn is_best(results: &Results, row: &Row) -> bool {
     let same_time = results.rows.iter().filter(|other| other.t_min == row.t_min);
     same_time.clone().count() > 1
         && same_time
