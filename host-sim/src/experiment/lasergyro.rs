@@ -1,7 +1,7 @@
 //! The real laser-gyro recording: align and learn at the known site, then free inertial to the end, raw and compensated.
 
 use crate::experiment::harm::harm;
-use crate::experiment::results::{Report, Results};
+use crate::experiment::results::{Curves, Report, Results};
 use crate::experiment::run::{Judged, judge, learning_curves, traces};
 use crate::inertial::earth::Geodetic;
 use crate::inertial::ekf::{ErrorModel, Noise, Prior};
@@ -189,9 +189,11 @@ pub fn replay(recording: &Recording, learn_s: u32) -> Option<Report> {
             ),
         ],
         notes,
-        track: judged.tracks(&session),
-        error_over_time: judged.errors(),
-        learning: learning_curves(&learnt),
-        traces: traces(&session, &learnt),
+        curves: Curves {
+            track: judged.tracks(&session),
+            error_over_time: judged.errors(),
+            learning: learning_curves(&learnt),
+            traces: traces(&session, &learnt),
+        },
     })
 }

@@ -1,9 +1,7 @@
 //! Result of a replay: errors of each scheme some seconds into free-inertial navigation.
 
-use crate::experiment::results::{Curve, ErrorTrace};
+use crate::experiment::results::Curves;
 use crate::inertial::free_inertial::Coast;
-use crate::inertial::session::EPOCH_S;
-use crate::inertial::units::MIN;
 use serde::Serialize;
 
 /// Errors of one scheme at one time, compared with the recording's reference.
@@ -39,47 +37,6 @@ pub struct Outcome {
     /// What the page draws.
     #[serde(skip)]
     pub curves: Curves,
-}
-
-/// Curves of one case.
-#[derive(Debug, Clone, Default, PartialEq)]
-pub struct Curves {
-    /// East and north of the reference and of each scheme, m.
-    pub track: Vec<Curve>,
-    /// Horizontal error in m over minutes.
-    pub error_over_time: Vec<Curve>,
-    /// Cost over passes.
-    pub learning: Vec<Curve>,
-    /// Six axes of the part learnt from.
-    pub traces: Vec<ErrorTrace>,
-}
-
-impl Curves {
-    /// Track and errors of several coasts beside the reference's track (north, east, m).
-    #[must_use]
-    pub fn of(coasts: &[(&str, Coast)], reference: &[[f64; 2]]) -> Self {
-        let curve = |name: &str, points: Vec<(f64, f64)>| {
-            let (x, y) = points.into_iter().unzip();
-            Curve {
-                name: name.to_owned(),
-                x,
-                y,
-            }
-        };
-        let track = |p: &[[f64; 2]]| p.iter().map(|p| (p[1], p[0])).collect();
-        let error = |c: &Coast| {
-            let all = c.position.iter().enumerate();
-            all.map(|(k, p)| (k as f64 * EPOCH_S / MIN, p.xy().norm()))
-                .collect()
-        };
-        let mut out = Self::default();
-        out.track.push(curve("reference", track(reference)));
-        for (scheme, c) in coasts {
-            out.track.push(curve(scheme, track(&c.track)));
-            out.error_over_time.push(curve(scheme, error(c)));
-        }
-        out
-    }
 }
 
 /// Rows of several coasts of one case; times at which a coast has already ended are left out.

@@ -17,7 +17,8 @@
 //! | `rnn` | through the compensator with the two networks taught from the same references |
 //! | `rnn-kalman` | less what the bank of hypotheses, taught by the fixes, has promoted ([`crate::learning::fix_learner`]) |
 
-use crate::experiment::outcome::{Curves, Outcome, rows};
+use crate::experiment::outcome::{Outcome, rows};
+use crate::experiment::results::Curves;
 use crate::experiment::run::{learning_curves, traces};
 use crate::inertial::align;
 use crate::inertial::ekf::{Aided, ErrorModel, InitialSigma, Prior, Smoothed, smooth};

@@ -1,6 +1,8 @@
 //! What an experiment gives: rows of the table, curves, and all that a report shows.
 
 use crate::inertial::free_inertial::Coast;
+use crate::inertial::session::EPOCH_S;
+use crate::inertial::units::MIN;
 
 /// Errors of one scheme at one time, compared with the reference.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
@@ -78,6 +80,47 @@ pub struct ErrorTrace {
     pub network: Vec<f64>,
 }
 
+/// What the pictures of an experiment show.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Curves {
+    /// East (x) and north (y) of the reference and of each scheme, m.
+    pub track: Vec<Curve>,
+    /// Horizontal error in metres over minutes, one curve for each scheme.
+    pub error_over_time: Vec<Curve>,
+    /// Cost over passes, one curve for each network and part of the data (learnt from, held back).
+    pub learning: Vec<Curve>,
+    /// Sensor errors of six axes on the data learnt from, gyros first.
+    pub traces: Vec<ErrorTrace>,
+}
+
+impl Curves {
+    /// Track and errors of several coasts beside the reference's track (north, east, m).
+    #[must_use]
+    pub fn of(coasts: &[(&str, Coast)], reference: &[[f64; 2]]) -> Self {
+        let curve = |name: &str, points: Vec<(f64, f64)>| {
+            let (x, y) = points.into_iter().unzip();
+            Curve {
+                name: name.to_owned(),
+                x,
+                y,
+            }
+        };
+        let track = |p: &[[f64; 2]]| p.iter().map(|p| (p[1], p[0])).collect();
+        let error = |c: &Coast| {
+            let all = c.position.iter().enumerate();
+            all.map(|(k, p)| (k as f64 * EPOCH_S / MIN, p.xy().norm()))
+                .collect()
+        };
+        let mut out = Self::default();
+        out.track.push(curve("reference", track(reference)));
+        for (scheme, c) in coasts {
+            out.track.push(curve(scheme, track(&c.track)));
+            out.error_over_time.push(curve(scheme, error(c)));
+        }
+        out
+    }
+}
+
 /// All that the page shows.
 #[derive(Debug, Clone)]
 pub struct Report {
@@ -90,12 +133,6 @@ pub struct Report {
     pub set_up: Vec<(String, String)>,
     /// What the reader must know, in sentences: which alignment, whether the correction was left at zero and why, ...
     pub notes: Vec<String>,
-    /// East (x) and north (y) in metres of the reference track and of each scheme.
-    pub track: Vec<Curve>,
-    /// Horizontal error in metres over minutes, one curve a scheme.
-    pub error_over_time: Vec<Curve>,
-    /// Cost over passes, one curve a network and data part (learned from, held back).
-    pub learning: Vec<Curve>,
-    /// Six axes, gyros first.
-    pub traces: Vec<ErrorTrace>,
+    /// What the pictures show.
+    pub curves: Curves,
 }

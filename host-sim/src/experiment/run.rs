@@ -2,7 +2,7 @@
 
 use crate::error::Error;
 use crate::experiment::harm::harm;
-use crate::experiment::results::{Curve, ErrorTrace, Report, Results, Row};
+use crate::experiment::results::{Curve, Curves, ErrorTrace, Report, Results, Row};
 use crate::experiment::scenario::{DriveSpec, Scenario};
 use crate::inertial::free_inertial::{Coast, align_and_coast};
 use crate::inertial::session::Session;
@@ -126,10 +126,12 @@ pub fn run(
         },
         set_up,
         notes: notes(&learnt, options),
-        track: judged.tracks(test),
-        error_over_time: judged.errors(),
-        learning: learning_curves(&learnt),
-        traces: traces(&learn, &learnt),
+        curves: Curves {
+            track: judged.tracks(test),
+            error_over_time: judged.errors(),
+            learning: learning_curves(&learnt),
+            traces: traces(&learn, &learnt),
+        },
     };
     report.notes.push(
         "The vertical channel is damped with the reference height (a perfect barometer) in every scheme; the table is horizontal.".into(),

@@ -4,8 +4,7 @@
 //! fitted sum of noises as lines, both scales logarithmic.
 
 use super::axis::Axis;
-use super::chart::{Legend, Mark, Panel, Picture};
-use super::figures::WIDTH;
+use super::chart::{Legend, Mark, Panel, Picture, WIDTH};
 use super::html;
 use super::page::PAGE;
 use super::palette::{self, Look};

@@ -1,11 +1,10 @@
 //! The four pictures of a run or a replay: what each shows. [`super::chart`] draws them.
 
 use super::axis::{Axis, extent, grouped, snapped, widened};
-use super::chart::{Legend, MOST_POINTS, Mark, Panel, Picture};
+use super::chart::{Legend, MOST_POINTS, Mark, Panel, Picture, WIDTH};
 use super::palette::{self, Look};
 use super::sensor_errors::sensor_errors;
-use crate::error::Error;
-use crate::experiment::results::{Curve, Report};
+use crate::experiment::results::{Curve, Curves};
 
 /// A picture of the report.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -24,6 +23,16 @@ impl Figure {
     /// All, in the order of the page.
     pub const ALL: [Self; 4] = [Self::Error, Self::Track, Self::Errors, Self::Learning];
 
+    /// Heading of the picture.
+    pub fn heading(self) -> &'static str {
+        match self {
+            Self::Error => "Horizontal error over time",
+            Self::Track => "Track",
+            Self::Errors => "Sensor errors and the output of the networks",
+            Self::Learning => "Learning",
+        }
+    }
+
     /// Name of the PNG.
     pub fn file(self) -> &'static str {
         match self {
@@ -34,34 +43,17 @@ impl Figure {
         }
     }
 
-    fn picture(self, report: &Report) -> Picture {
+    /// What it shows.
+    pub fn picture(self, curves: &Curves) -> Picture {
         match self {
-            Self::Track => track(&report.track),
-            Self::Error => error_over_time(&report.error_over_time),
-            Self::Learning => learning(&report.learning),
-            Self::Errors => sensor_errors(&report.traces),
+            Self::Track => track(&curves.track),
+            Self::Error => error_over_time(&curves.error_over_time),
+            Self::Learning => learning(&curves.learning),
+            Self::Errors => sensor_errors(&curves.traces),
         }
-    }
-
-    /// The picture as an `<svg>` element; `title` is what a screen reader says.
-    ///
-    /// # Errors
-    /// [`Error::Drawing`].
-    pub fn svg(self, report: &Report, title: &str) -> Result<String, Error> {
-        self.picture(report).svg(self.file(), title)
-    }
-
-    /// The picture as a PNG file.
-    ///
-    /// # Errors
-    /// [`Error::Drawing`].
-    pub fn png(self, report: &Report) -> Result<Vec<u8>, Error> {
-        self.picture(report).png(self.file())
     }
 }
 
-/// Width of every picture.
-pub(super) const WIDTH: f64 = 960.0;
 /// Left end of the axes of a picture with one panel.
 const LEFT: f64 = 76.0;
 
@@ -240,58 +232,7 @@ fn learning_looks(curves: &[Curve]) -> Vec<(String, Look)> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::sample;
     use super::*;
-
-    #[test]
-    fn every_picture_draws_as_svg_and_png() {
-        let report = sample::report();
-        for figure in Figure::ALL {
-            let svg = figure.svg(&report, "a < b").unwrap();
-            assert!(svg.contains("<title>a &lt; b</title>") && svg.trim_end().ends_with("</svg>"));
-            assert!(svg.contains("<polyline") && svg.contains("</text>"));
-            assert!(
-                svg.len() < 400_000,
-                "{}: {} bytes",
-                figure.file(),
-                svg.len()
-            );
-            let png = figure.png(&report).unwrap();
-            assert_eq!(&png[..8], b"\x89PNG\r\n\x1a\n");
-        }
-    }
-
-    #[test]
-    fn runs_without_data_say_so_and_odd_data_does_not_break_a_picture() {
-        let mut report = sample::report();
-        report.learning.clear();
-        report.traces.clear();
-        report.track = vec![Curve {
-            name: "reference".into(),
-            x: vec![0.0; 9],
-            y: vec![0.0; 9],
-        }];
-        report.error_over_time = vec![Curve {
-            name: "raw".into(),
-            x: vec![0.0, 1.0, 2.0],
-            y: vec![0.0, f64::NAN, 0.0],
-        }];
-        assert!(
-            Figure::Learning
-                .svg(&report, "")
-                .unwrap()
-                .contains("nothing was learned")
-        );
-        assert!(
-            Figure::Errors
-                .svg(&report, "")
-                .unwrap()
-                .contains("no sensor-error traces")
-        );
-        for figure in Figure::ALL {
-            figure.png(&report).unwrap();
-        }
-    }
 
     #[test]
     fn lengths_share_the_unit_of_the_greatest() {

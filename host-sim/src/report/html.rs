@@ -2,11 +2,12 @@
 //!
 //! It has no script and fetches nothing.
 
-use super::captions::{caption, heading};
-use super::figures::{Figure, length};
+use super::drawn::Drawn;
+use super::figures::length;
 use super::palette::{self, Colour};
 use super::table::{BASELINE, blocks, change_percent, is_best, percent};
 use super::terms::terms;
+use super::text::{signed, unbroken};
 use crate::experiment::results::{Report, Results, Row};
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
@@ -14,7 +15,7 @@ use maud::{DOCTYPE, Markup, PreEscaped, html};
 pub(super) const MARKER: &str = "<meta name=\"generator\" content=\"host-sim report\">";
 
 /// The whole page.
-pub(super) fn page(report: &Report, svgs: &[(Figure, String)]) -> String {
+pub(super) fn page(report: &Report, figures: &[Drawn]) -> String {
     let results = &report.results;
     let body = html! {
         p.sub {
@@ -28,16 +29,10 @@ pub(super) fn page(report: &Report, svgs: &[(Figure, String)]) -> String {
         }
         h2 { "Errors against the reference" }
         (results_table(results))
-        @for (number, (figure, svg)) in svgs.iter().enumerate() {
+        @for (number, drawn) in figures.iter().enumerate() {
             section {
-                h2 { (heading(*figure)) }
-                figure {
-                    (PreEscaped(svg))
-                    figcaption {
-                        b { "Figure " (number + 1) ". " } (unbroken(&caption(*figure, report))) " "
-                        a href=(figure.file()) { (figure.file()) }
-                    }
-                }
+                h2 { (drawn.figure.heading()) }
+                (picture(drawn, Some(number + 1), drawn.figure.file()))
             }
         }
         (set_up(report))
@@ -64,6 +59,19 @@ pub(super) fn frame(title: &str, body: &Markup) -> Markup {
                     h1 { (title) }
                     (body)
                 }
+            }
+        }
+    }
+}
+
+/// A picture with its caption and the name of its file.
+pub(super) fn picture(drawn: &Drawn, number: Option<usize>, file: &str) -> Markup {
+    html! {
+        figure {
+            (PreEscaped(&drawn.svg))
+            figcaption {
+                @if let Some(number) = number { b { "Figure " (number) ". " } }
+                (unbroken(&drawn.caption)) " " a href=(file) { (file) }
             }
         }
     }
@@ -111,11 +119,6 @@ fn findings(results: &Results) -> Vec<String> {
     sentences
 }
 
-/// `text` with hyphens that no line breaks at, so that `ls-3x3` stays in one piece.
-pub(super) fn unbroken(text: &str) -> String {
-    text.replace('-', "\u{2011}")
-}
-
 fn results_table(results: &Results) -> Markup {
     html! {
         div.wide {
@@ -155,11 +158,6 @@ pub(super) fn scheme_cell(scheme: &str) -> Markup {
     html! {
         td.text { span.chip style={ "background:var(--" (colour) ")" } {} (scheme) }
     }
-}
-
-/// A number with its sign and `digits` decimals.
-pub(super) fn signed(value: f64, digits: usize) -> String {
-    format!("{value:+.digits$}").replace('-', "\u{2212}")
 }
 
 fn results_row(results: &Results, row: &Row) -> Markup {
@@ -219,14 +217,12 @@ pub(super) fn style() -> String {
 
 #[cfg(test)]
 mod tests {
+    use super::super::drawn::draw;
     use super::super::sample;
     use super::*;
 
     fn sample_page(report: &Report) -> String {
-        page(
-            report,
-            &Figure::ALL.map(|figure| (figure, figure.svg(report, heading(figure)).unwrap())),
-        )
+        page(report, &draw(&report.curves).unwrap())
     }
 
     #[test]
@@ -301,7 +297,7 @@ mod tests {
         let mut report = sample::report();
         report.title = "<script>alert(1)</script>".into();
         report.notes = vec!["a < b & c".into()];
-        report.track[1].name = "<b>".into();
+        report.curves.track[1].name = "<b>".into();
         let text = sample_page(&report);
         assert!(
             !text.contains("<script")
@@ -313,8 +309,8 @@ mod tests {
     #[test]
     fn without_truth_and_learning_the_captions_say_so() {
         let mut report = sample::report();
-        report.learning.clear();
-        for trace in &mut report.traces {
+        report.curves.learning.clear();
+        for trace in &mut report.curves.traces {
             trace.truth.clear();
         }
         let text = sample_page(&report);

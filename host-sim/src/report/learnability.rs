@@ -3,10 +3,10 @@
 //! They show the bound over learning time beside what the schemes reached.
 
 use super::axis::{Axis, extent};
-use super::chart::{Legend, Mark, Panel, Picture};
-use super::figures::WIDTH;
+use super::chart::{Legend, Mark, Panel, Picture, WIDTH};
 use super::palette::{self, INK, Look, SOFT};
 use super::replay::Head;
+use super::terms::schemes;
 use super::{html, page};
 use crate::analysis::learnability::{Answer, SCHEMES, quantity};
 use crate::error::Error;
@@ -46,10 +46,12 @@ fn markup(head: &Head, svg: &str, table: &str) -> String {
     let body = html! {
         p {
             "How well can each error of the sensors be known after some time of driving? The "
-            "Cram\u{e9}r-Rao bound is the least standard deviation that any unbiased estimator can "
-            "reach from the same measurements. The schemes are estimators that a run compares; "
-            "they can lie below the bound of a bias where they also use what is known beforehand."
+            "Cram\u{e9}r-Rao bound is the least standard deviation that any estimator can reach from "
+            "the same measurements and the same knowledge beforehand. The schemes are estimators "
+            "that learn from simulated units. With few units their errors scatter, so they can "
+            "also lie below the bound."
         }
+        (schemes(SCHEMES.iter().map(|(name, _)| *name)))
         figure {
             (PreEscaped(svg))
             figcaption {

@@ -5,8 +5,8 @@
 pub mod allan;
 mod axis;
 pub mod campaign;
-mod captions;
 mod chart;
+mod drawn;
 mod figures;
 pub mod growth;
 mod html;
@@ -20,3 +20,4 @@ mod sample;
 mod sensor_errors;
 pub mod table;
 mod terms;
+mod text;

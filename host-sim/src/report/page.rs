@@ -2,13 +2,11 @@
 //!
 //! It appears whole or not at all.
 
-use super::captions::heading;
-use super::figures::Figure;
+use super::drawn::draw;
 use super::{html, json};
 use crate::error::Error;
 use crate::experiment::results::{Curve, Report};
 use crate::output::directory_of;
-use rayon::prelude::*;
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
@@ -59,25 +57,11 @@ pub(super) fn place<N: AsRef<Path>>(
 
 /// Name and content of every file of the report.
 fn files(report: &Report) -> Result<Vec<(&'static str, Vec<u8>)>, Error> {
-    let draw = |job: usize| {
-        let figure = Figure::ALL[job / 2];
-        if job.is_multiple_of(2) {
-            figure.png(report)
-        } else {
-            figure.svg(report, heading(figure)).map(String::into_bytes)
-        }
-    };
-    let mut drawn: Vec<Vec<u8>> = (0..2 * Figure::ALL.len())
-        .into_par_iter()
-        .map(draw)
-        .collect::<Result<_, _>>()?;
-    let mut files = vec![];
-    let mut svgs = vec![];
-    for (figure, pair) in Figure::ALL.into_iter().zip(drawn.chunks_exact_mut(2)) {
-        files.push((figure.file(), std::mem::take(&mut pair[0])));
-        svgs.push((figure, String::from_utf8_lossy(&pair[1]).into_owned()));
-    }
-    files.push((PAGE, html::page(report, &svgs).into_bytes()));
+    let figures = draw(&report.curves)?;
+    let page = html::page(report, &figures);
+    let pngs = figures.into_iter().map(|f| (f.figure.file(), f.png));
+    let mut files: Vec<(&'static str, Vec<u8>)> = pngs.collect();
+    files.push((PAGE, page.into_bytes()));
     Ok(files)
 }
 
@@ -97,16 +81,16 @@ fn check(report: &Report) -> Result<(), Error> {
         }
     };
     let curves: [(&[Curve], _); 3] = [
-        (&report.track, "track"),
-        (&report.error_over_time, "error_over_time"),
-        (&report.learning, "learning"),
+        (&report.curves.track, "track"),
+        (&report.curves.error_over_time, "error_over_time"),
+        (&report.curves.learning, "learning"),
     ];
     for (curves, field) in curves {
         for curve in curves {
             unequal(&curve.name, field, curve.y.len(), curve.x.len())?;
         }
     }
-    for trace in &report.traces {
+    for trace in &report.curves.traces {
         let (axis, t) = (&trace.axis, trace.t_min.len());
         unequal(axis, "network", trace.network.len(), t)?;
         for (field, values) in [("truth", &trace.truth), ("teacher", &trace.teacher)] {
@@ -268,7 +252,7 @@ mod tests {
                 .contains("row 4 (5 min, rnn)': 'd_lon_m' is NaN")
         );
         let mut report = sample::report();
-        report.traces[4].teacher.pop();
+        report.curves.traces[4].teacher.pop();
         let message = write(&dir, &report).unwrap_err().to_string();
         assert!(
             message.contains("'accel y': 'teacher' has 2999 values where its abscissa has 3000"),

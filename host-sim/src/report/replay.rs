@@ -1,14 +1,14 @@
 //! The page of a replay: the table of all its cases, and the pictures of each.
 
-use super::captions::{caption, heading};
+use super::drawn::{Drawn, draw};
 use super::figures::Figure;
-use super::html::{scheme_cell, signed};
+use super::html::{picture, scheme_cell};
 use super::terms::terms;
+use super::text::signed;
 use super::{html, page};
 use crate::error::Error;
 use crate::experiment::outcome::Outcome;
-use crate::experiment::results::{Report, Results};
-use maud::{Markup, PreEscaped, html};
+use maud::{Markup, html};
 use rayon::prelude::*;
 use std::path::{Path, PathBuf};
 
@@ -36,22 +36,13 @@ pub fn write(dir: &Path, head: &Head, outcomes: &[Outcome]) -> Result<PathBuf, E
         }
     }
     page::place(dir, || {
-        let jobs: Vec<(usize, Figure)> = (0..outcomes.len())
-            .flat_map(|k| Figure::ALL.map(|f| (k, f)))
-            .collect();
-        let draw = |(k, figure): &(usize, Figure)| {
-            let report = as_report(&outcomes[*k]);
-            Ok((figure.svg(&report, heading(*figure))?, figure.png(&report)?))
-        };
-        let drawn: Vec<(String, Vec<u8>)> =
-            jobs.par_iter().map(draw).collect::<Result<_, Error>>()?;
-        let page = markup(head, outcomes, &drawn).into_string();
+        let figures = outcomes.par_iter().map(|outcome| draw(&outcome.curves));
+        let figures: Vec<Vec<Drawn>> = figures.collect::<Result<_, Error>>()?;
+        let page = markup(head, outcomes, &figures).into_string();
         let mut files = vec![(page::PAGE.to_owned(), page.into_bytes())];
-        let pngs = jobs
-            .iter()
-            .zip(drawn)
-            .map(|((k, f), (_, png))| (file(*k, *f), png));
-        files.extend(pngs);
+        for (k, figures) in figures.into_iter().enumerate() {
+            files.extend(figures.into_iter().map(|f| (file(k, f.figure), f.png)));
+        }
         Ok(files)
     })
 }
@@ -60,30 +51,12 @@ fn file(case: usize, figure: Figure) -> String {
     format!("{}-{}", case + 1, figure.file())
 }
 
-fn as_report(outcome: &Outcome) -> Report {
-    let c = outcome.curves.clone();
-    Report {
-        title: String::new(),
-        results: Results {
-            scenario: String::new(),
-            seed: 0,
-            rows: Vec::new(),
-        },
-        set_up: Vec::new(),
-        notes: Vec::new(),
-        track: c.track,
-        error_over_time: c.error_over_time,
-        learning: c.learning,
-        traces: c.traces,
-    }
-}
-
-fn markup(head: &Head, outcomes: &[Outcome], drawn: &[(String, Vec<u8>)]) -> Markup {
+fn markup(head: &Head, outcomes: &[Outcome], figures: &[Vec<Drawn>]) -> Markup {
     let rows = outcomes.iter().flat_map(|outcome| &outcome.rows);
     let body = html! {
         (terms(rows.map(|row| row.scheme.as_str())))
-        @for (k, (outcome, svgs)) in outcomes.iter().zip(drawn.chunks(Figure::ALL.len())).enumerate() {
-            (case(k, outcome, svgs))
+        @for (k, (outcome, figures)) in outcomes.iter().zip(figures).enumerate() {
+            (case(k, outcome, figures))
         }
         h2 { "How to reproduce" }
         pre { (head.command) }
@@ -91,23 +64,16 @@ fn markup(head: &Head, outcomes: &[Outcome], drawn: &[(String, Vec<u8>)]) -> Mar
     html::frame(&head.title, &body)
 }
 
-fn case(k: usize, outcome: &Outcome, svgs: &[(String, Vec<u8>)]) -> Markup {
-    let report = as_report(outcome);
+fn case(k: usize, outcome: &Outcome, figures: &[Drawn]) -> Markup {
     html! {
         h2 { (outcome.recording) ": " (outcome.case) }
         aside { ul { @for note in &outcome.notes { li { (note) } } } }
         (table(outcome))
         p.legend { "Errors are positive north and east; the seconds are those since the start of free-inertial navigation." }
-        @for (figure, (svg, _)) in Figure::ALL.into_iter().zip(svgs) {
+        @for drawn in figures {
             section {
-                h3 { (heading(figure)) }
-                figure {
-                    (PreEscaped(svg))
-                    figcaption {
-                        (html::unbroken(&caption(figure, &report))) " "
-                        a href=(file(k, figure)) { (file(k, figure)) }
-                    }
-                }
+                h3 { (drawn.figure.heading()) }
+                (picture(drawn, None, &file(k, drawn.figure)))
             }
         }
     }

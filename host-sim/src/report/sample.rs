@@ -1,6 +1,6 @@
 //! A report with made-up curves of the right shape and length, for tests of the drawing only.
 
-use crate::experiment::results::{Curve, ErrorTrace, Report, Results, Row};
+use crate::experiment::results::{Curve, Curves, ErrorTrace, Report, Results, Row};
 
 /// Uniform in -0.5..0.5, the same every time.
 struct Noise(u64);
@@ -147,6 +147,7 @@ pub(super) fn report() -> Report {
             "Alignment is the coarse one; its heading error of 2.1 arc minutes is common to all schemes.".into(),
             "The accelerometer correction was left at zero: the teacher's residual did not fall on held-back data.".into(),
         ],
+        curves: Curves {
         track: std::iter::once(path("reference", 0.0)).chain(SCHEMES.map(|(n, p)| path(n, p))).collect(),
         error_over_time: SCHEMES.map(error).to_vec(),
         learning: vec![
@@ -156,5 +157,6 @@ pub(super) fn report() -> Report {
             learning("accelerometers: held back", 0.11, &mut noise),
         ],
         traces: gyros.into_iter().chain(accels).map(|(a, u, s)| trace(a, u, s, &mut noise)).collect(),
+        },
     }
 }

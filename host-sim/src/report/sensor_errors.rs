@@ -4,8 +4,7 @@
 //! teacher gave as faint dots.
 
 use super::axis::{Axis, extent, snapped, widened};
-use super::chart::{Legend, Mark, Panel, Picture};
-use super::figures::WIDTH;
+use super::chart::{Legend, Mark, Panel, Picture, WIDTH};
 use super::palette::{INK, Look, RNN, TEACHER};
 use crate::experiment::results::ErrorTrace;
 

@@ -1,11 +1,13 @@
 //! The terms of the pages, each explained once at its first use.
 
+use super::text::unbroken;
 use maud::{Markup, html};
 
 /// What a scheme is; `None` for a name that is not known.
 fn scheme(name: &str) -> Option<&'static str> {
     Some(match name {
         "raw" => "the samples as the IMU gives them, without any correction",
+        "none" => "no correction either, but its start comes from a filter aided by fixes",
         "ls-bias" => "a constant bias of each axis, fitted to the teacher by least squares",
         "ls-3x3" => {
             "the same, and with it a matrix of scale factors and misalignments for the gyros and \
@@ -31,14 +33,8 @@ fn scheme(name: &str) -> Option<&'static str> {
     })
 }
 
-/// The terms of a comparison of schemes, and what each of the `schemes` is.
-pub(super) fn terms<'a>(schemes: impl Iterator<Item = &'a str>) -> Markup {
-    let mut known: Vec<(&str, &str)> = vec![];
-    for (name, meaning) in schemes.filter_map(|name| Some((name, scheme(name)?))) {
-        if known.iter().all(|(there, _)| *there != name) {
-            known.push((name, meaning));
-        }
-    }
+/// The terms of a comparison of schemes in free-inertial navigation, and what each scheme is.
+pub(super) fn terms<'a>(names: impl Iterator<Item = &'a str>) -> Markup {
     html! {
         p {
             "A strapdown navigator adds up the rotation and the acceleration that an inertial "
@@ -51,9 +47,22 @@ pub(super) fn terms<'a>(schemes: impl Iterator<Item = &'a str>) -> Markup {
             "results are compared with is the true motion in a simulation, and the best solution "
             "at hand for a recording."
         }
+        (schemes(names))
+    }
+}
+
+/// What each of the schemes is.
+pub(super) fn schemes<'a>(names: impl Iterator<Item = &'a str>) -> Markup {
+    let mut known: Vec<(&str, &str)> = vec![];
+    for (name, meaning) in names.filter_map(|name| Some((name, scheme(name)?))) {
+        if known.iter().all(|(there, _)| *there != name) {
+            known.push((name, meaning));
+        }
+    }
+    html! {
         dl.terms {
             @for (name, meaning) in known {
-                div { dt { (super::html::unbroken(name)) } dd { (super::html::unbroken(meaning)) "." } }
+                div { dt { (unbroken(name)) } dd { (unbroken(meaning)) "." } }
             }
         }
     }

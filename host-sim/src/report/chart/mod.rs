@@ -15,6 +15,8 @@ use std::fmt::Write;
 
 /// Drawing units a pixel of the PNG, so that it has two pixels a CSS pixel.
 const SMOOTH: usize = 2;
+/// Width of the pictures of a page.
+pub(super) const WIDTH: f64 = 960.0;
 /// Most points of one curve.
 pub(super) const MOST_POINTS: usize = 1500;
 
