@@ -5,17 +5,21 @@
 //! records: line, two bytes of length, four bytes of time in microseconds (both little-endian),
 //! bytes.
 
+mod lines;
+
 use firmware::app::{Activation, App, Config, Lines};
 use firmware::control::Mode;
 use firmware::learn::Learner;
 use firmware::link::dma::{NoStream, Progress};
 use firmware::link::uart::{Port, Uart};
-use firmware::link::{Clock, Full, Line, Lost};
 use firmware::model::Nets;
 use firmware::wire::{ImuFormat, Settings};
 use heapless::Vec;
 use lrnn_nostd::{Net, Normalisation, Rational};
 use vectors::Digest;
+
+use lines::{CALIBRATION, Now, Tap};
+pub use lines::{Feed, Wires};
 
 /// Longest record.
 pub const LONGEST: usize = 256;
@@ -110,121 +114,6 @@ pub fn nets() -> Nets {
     Nets {
         gyro: net(2.0, 5e-6),
         accel: net(0.1, 1e-3),
-    }
-}
-
-/// An input line: it delivers the bytes of the recording and discards what the application sends.
-/// It is as cheap as a board's line, because its cost is counted with the application's.
-#[derive(Debug, Default)]
-pub struct Feed {
-    bytes: Vec<u8, LONGEST>,
-    taken: usize,
-}
-
-impl Feed {
-    /// Provides `bytes`; the previous ones have been taken.
-    fn lay_down(&mut self, bytes: &[u8]) {
-        self.bytes.clear();
-        self.taken = 0;
-        let _ = self.bytes.extend_from_slice(bytes); // fits: a record is no longer
-    }
-}
-
-impl Line for Feed {
-    fn receive(&mut self, buffer: &mut [u8]) -> Result<usize, Lost> {
-        let left = self.bytes.get(self.taken..).unwrap_or_default();
-        let taken = left.len().min(buffer.len());
-        for (place, byte) in buffer.iter_mut().zip(left) {
-            *place = *byte;
-        }
-        self.taken += taken;
-        Ok(taken)
-    }
-
-    fn is_idle(&self) -> bool {
-        self.taken == self.bytes.len()
-    }
-
-    fn send(&mut self, _: &[u8]) -> Result<(), Full> {
-        Ok(())
-    }
-}
-
-/// The navigation line: notes when the first byte of a message left.
-#[derive(Debug)]
-struct Tap<'u, S> {
-    port: Port<'u, S>,
-    first: Option<u32>,
-    ticks: fn() -> u32,
-}
-
-impl<S: Progress> Line for Tap<'_, S> {
-    fn receive(&mut self, buffer: &mut [u8]) -> Result<usize, Lost> {
-        self.port.receive(buffer)
-    }
-
-    fn is_idle(&self) -> bool {
-        self.port.is_idle()
-    }
-
-    fn send(&mut self, message: &[u8]) -> Result<(), Full> {
-        if self.first.is_none() {
-            self.first = Some((self.ticks)());
-        }
-        self.port.send(message)
-    }
-}
-
-/// The two lines' memory, and the interrupts at their other ends.
-#[derive(Clone, Copy, Debug)]
-pub struct Wires<'u, S = NoStream> {
-    /// Sensor.
-    pub sensor: &'u Uart,
-    /// Navigation computer.
-    pub navigation: &'u Uart,
-    /// Receiving streams of both.
-    pub streams: [S; 2],
-    /// Make their interrupts pending, and the interrupt of the stream that sends to the navigation
-    /// computer.
-    pub pend: [fn(); 3],
-    /// Interrupt of the sensor's line: a byte came; whether the main loop is woken.
-    pub came: fn(&Uart, u8) -> bool,
-    /// Interrupt of the navigation line: the next byte leaves.
-    pub left: fn(&Uart) -> Option<u8>,
-    /// A counter of 24 bits that counts up.
-    pub ticks: fn() -> u32,
-    /// Enables the interrupts, which are held back until then; `None` if there are none.
-    pub let_through: Option<fn()>,
-}
-
-/// Number of bytes in the calibration that finds the cost of making interrupts.
-const REHEARSED: usize = 256;
-
-impl<'u> Wires<'u> {
-    /// Without interrupts and counter.
-    #[must_use]
-    pub fn plain(lines: &'u [Uart; 2]) -> Self {
-        let [sensor, navigation] = lines;
-        Self {
-            sensor,
-            navigation,
-            streams: [NoStream; 2],
-            pend: [|| (); 3],
-            came: Uart::came,
-            left: Uart::next,
-            ticks: || 0,
-            let_through: None,
-        }
-    }
-}
-
-/// Time of the recording.
-#[derive(Debug)]
-struct Now(u64);
-
-impl Clock for Now {
-    fn now_us(&self) -> u64 {
-        self.0
     }
 }
 
@@ -324,11 +213,11 @@ impl<'u, S: Progress + Copy> Replay<'u, S> {
                 self.cost.records += 1;
             }
             (Input::Gnss, _) => {
-                self.lines.gnss.lay_down(bytes);
+                self.lines.gnss.provide(bytes);
                 self.passes();
             }
             (Input::Command, _) => {
-                self.lines.command.lay_down(bytes);
+                self.lines.command.provide(bytes);
                 self.passes();
             }
         }
@@ -377,7 +266,7 @@ impl<'u, S: Progress + Copy> Replay<'u, S> {
         }
         self.bytes_leave(bytes.len());
         let _ = (self.wires.left)(self.wires.navigation); // the transmitter asks once more
-        let overhead = self.overhead * bytes.len() as u32 / REHEARSED as u32;
+        let overhead = self.overhead * bytes.len() as u32 / CALIBRATION as u32;
         let spent = since(begin).saturating_sub(overhead);
         self.cost.records += 1;
         self.cost.total += u64::from(spent);
@@ -410,8 +299,8 @@ impl<'u, S: Progress + Copy> Replay<'u, S> {
     fn rehearse(&mut self) -> u32 {
         let ticks = self.wires.ticks;
         let start = ticks();
-        self.bytes_come(&[0; REHEARSED]);
-        self.bytes_leave(REHEARSED);
+        self.bytes_come(&[0; CALIBRATION]);
+        self.bytes_leave(CALIBRATION);
         let overhead = ticks().wrapping_sub(start) & 0x00ff_ffff;
         self.sent.clear();
         overhead

@@ -1,6 +1,7 @@
 //! The covariance of X navigation errors and N parameters, symmetric by construction.
 
-use super::packed::{Deferred, Row, Rows, axpy, axpy_rows, diagonal, dot, dot_four, tail, times};
+use super::deferred::Deferred;
+use super::packed::{Row, Rows, axpy, axpy_rows, diagonal, dot, dot_four, tail, times};
 use crate::real::{Real, all_finite};
 
 /// P in three blocks: P_xx of the navigation errors (X x X), P_xt of navigation errors by

@@ -24,6 +24,7 @@
 //! any time (Ville's inequality).
 
 mod covariance;
+mod deferred;
 mod model;
 mod packed;
 
@@ -32,7 +33,8 @@ pub use model::{
     AllWeights, Biases, DiagonalWeights, ErrorModel, NoParameters, OutputWeights, ParameterSet,
     Zeroed,
 };
-pub use packed::{DEFERRED_PARTS, MAX_DEFERRED, Row};
+pub use deferred::{DEFERRED_PARTS, MAX_DEFERRED};
+pub use packed::Row;
 
 use crate::activation::{Activation, Identity, Rational};
 use crate::infer::Net;

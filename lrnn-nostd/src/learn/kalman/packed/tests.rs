@@ -1,6 +1,7 @@
 //! The routines compared with their plain definitions, bit for bit.
 
 use super::*;
+use crate::learn::kalman::deferred::{DEFERRED_PARTS, Deferred, MAX_DEFERRED};
 use crate::real::all_finite;
 
 const N: usize = 23; // five fours and three more
