@@ -1,21 +1,13 @@
-//! Board `mps2`: the co-processor on Arm's MPS2 with a Cortex-M4F (AN386) or Cortex-M7 (AN500), for QEMU.
+//! Board `mps2`: the co-processor on Arm's MPS2 with a Cortex-M4F (AN386) or Cortex-M7 (AN500), for
+//! QEMU.
 #![cfg_attr(target_os = "none", no_std, no_main)]
 
 #[cfg(target_os = "none")]
 #[path = "../board/mps2/mod.rs"]
 mod board;
 #[cfg(target_os = "none")]
-#[path = "../board/both.rs"]
-mod both;
-#[cfg(target_os = "none")]
-#[path = "../board/memory.rs"]
-mod memory;
-#[cfg(target_os = "none")]
-#[path = "../board/time.rs"]
-mod time;
-#[cfg(target_os = "none")]
-#[path = "../board/uart.rs"]
-mod uart;
+#[path = "../board/shared/mod.rs"]
+mod shared;
 
 #[cfg(target_os = "none")]
 mod target {
@@ -23,14 +15,14 @@ mod target {
     use firmware::learn::Learner;
 
     use crate::board::Board;
-    use crate::both;
+    use crate::shared::learners;
 
     #[cortex_m_rt::entry]
     fn main() -> ! {
         let Some(mut board) = Board::start() else {
             cortex_m::peripheral::SCB::sys_reset()
         };
-        let mut learner = both::learner(None);
+        let mut learner = learners::combined(None);
         let learner = learner.as_mut().map(|learner| learner as &mut dyn Learner);
         let mut app = App::with_learner(Config::default(), learner);
         loop {
@@ -41,7 +33,8 @@ mod target {
 
     #[panic_handler]
     fn panic(_: &core::panic::PanicInfo) -> ! {
-        cortex_m::peripheral::SCB::sys_reset() // for the linker: nothing in this image panics (`cargo xtask size`)
+        // for the linker: nothing in this image panics (`cargo xtask size`)
+        cortex_m::peripheral::SCB::sys_reset()
     }
 }
 

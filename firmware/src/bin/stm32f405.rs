@@ -1,33 +1,22 @@
-//! Board `stm32f405`: the co-processor on an STM32F405. The same image runs on the board and in QEMU (`netduinoplus2`).
+//! Board `stm32f405`: the co-processor on an STM32F405. The same image runs on the board and in
+//! QEMU (`netduinoplus2`).
 #![cfg_attr(target_os = "none", no_std, no_main)]
 
 #[cfg(target_os = "none")]
 #[path = "../board/stm32f405/mod.rs"]
 mod board;
 #[cfg(target_os = "none")]
-#[path = "../board/both.rs"]
-mod both;
-#[cfg(target_os = "none")]
-#[path = "../board/stm32f405/ccm.rs"]
-mod ccm;
-#[cfg(target_os = "none")]
-#[path = "../board/memory.rs"]
-mod memory;
-#[cfg(target_os = "none")]
-#[path = "../board/time.rs"]
-mod time;
-#[cfg(target_os = "none")]
-#[path = "../board/uart.rs"]
-mod uart;
+#[path = "../board/shared/mod.rs"]
+mod shared;
 
 #[cfg(target_os = "none")]
 #[cortex_m_rt::entry]
 fn main() -> ! {
-    let fixes = ccm::learner();
+    let fixes = board::ccm::learner();
     if fixes.is_some() {
         defmt::println!("learner in core-coupled memory");
     }
-    let mut learner = both::learner(fixes);
+    let mut learner = shared::learners::combined(fixes);
     board::run::run::<true>(learner.as_mut().map(|learner| learner as _))
 }
 

@@ -1,55 +1,44 @@
-//! A serial line whose bytes a DMA controller moves: what decides about its transfers, without registers.
+//! A serial line whose bytes a DMA controller moves: the decisions about its transfers, without
+//! registers.
 //!
-//! **Receiving.** The main loop says how many bytes it needs before there is work ([`Port::want`](super::uart::Port::want)). So a transfer goes straight into
-//! the ring and ends with the byte that is wanted (or at the ring's end, from where the next one goes on): its interrupt comes with the last
-//! byte of a frame, neither earlier nor after a silence of the line, and there is one a frame. It begins the next transfer at once, of the
-//! length asked for last; meanwhile the line's receiver holds one byte. Bytes that came without an interrupt are found by looking how far the transfer is.
+//! **Receiving.** The main loop says how many bytes it needs before there is work
+//! ([`Port::want`](super::uart::Port::want)). A transfer writes straight into the ring and ends
+//! with the byte that is wanted, or at the ring's end, where the next one continues. So the
+//! interrupt comes with the last byte of a frame, neither earlier nor after a silence of the line,
+//! and once a frame. It begins the next transfer at once, of the length that was wanted last.
+//! Meanwhile the line's receiver holds one byte. The main loop finds bytes that came without an
+//! interrupt by reading how far the transfer is.
 //!
-//! **Sending.** One transfer for what is in one piece in the ring; its end begins the next.
+//! **Sending.** One transfer sends what is in one piece in the ring. Its end begins the next.
 //!
-//! **Who touches what.** Only interrupts, which do not interrupt each other, begin and stop transfers. A main loop that wants something
-//! else makes the interrupt pending (`sync`), which is served before it goes on; by itself it only reads how much is left. So nothing
-//! can come between stopping a transfer and beginning the next but bytes, and these wait in the receiver.
+//! **Who touches what.** Only interrupts begin and stop transfers, and they do not interrupt each
+//! other. When the main loop wants something else, it makes the interrupt pending (`sync`), which
+//! is served before the loop continues. By itself it only reads how much is left. So between the
+//! stop of a transfer and the begin of the next only bytes can come, and these wait in the
+//! receiver.
 
+use super::progress::Progress;
 use super::uart::Uart;
 use core::sync::atomic::{AtomicU8, Ordering};
 
-/// How far a transfer is.
-pub trait Progress {
-    /// Whether there is any such thing; without, its code is left out.
-    const DMA: bool = true;
-
-    /// Bytes of the transfer under way that have not been moved yet. Those that have may not all be in memory before [`Stream::stop`].
-    fn left(&self) -> usize;
-}
-
 /// One stream of a controller, between one direction of a line and memory.
 pub trait Stream<'m>: Progress {
-    /// Begin to move bytes between these places and the line; no transfer is under way. Not more than 65 535.
+    /// Begins to move bytes between these places and the line, at most 65 535. No transfer is under
+    /// way.
     fn arm(&self, places: &'m [AtomicU8]);
 
-    /// End the transfer, wherever it is, and its interrupt: the bytes that were not moved. All others are in memory then.
+    /// Ends the transfer, wherever it is, and its interrupt. Returns how many bytes were not moved.
+    /// All others are in memory then.
     fn stop(&self) -> usize;
 
     /// Whether a transfer is under way.
     fn is_running(&self) -> bool;
 }
 
-/// No controller.
-#[derive(Debug, Clone, Copy)]
-pub struct NoStream;
-
-impl Progress for NoStream {
-    const DMA: bool = false;
-
-    fn left(&self) -> usize {
-        0
-    }
-}
-
 impl Uart {
-    /// Interrupt of the stream that receives, or made pending: what has come is told, and the next transfer goes as far as the main loop
-    /// wants. Whether it wants to be woken.
+    /// For the interrupt of the receiving stream, whether a transfer ended or the main loop made it
+    /// pending. It reports the bytes that have come and begins the next transfer, as long as the
+    /// main loop wants. Returns whether to wake the main loop.
     #[inline(always)]
     pub fn received_by<'u>(&'u self, stream: &impl Stream<'u>) -> bool {
         let left = stream.stop();
@@ -74,7 +63,8 @@ impl Uart {
         missing <= 0
     }
 
-    /// Interrupt of the stream that sends, or made pending: when it has done its part, the next one. A transfer that failed is not
+    /// For the interrupt of the sending stream, whether a transfer ended or the main loop made it
+    /// pending. When a transfer has ended, it begins the next. A transfer that failed is not
     /// repeated: it would fail again.
     #[inline(always)]
     pub fn sent_by<'u>(&'u self, stream: &impl Stream<'u>) {

@@ -1,7 +1,7 @@
 //! Faults as a decorator over a line, by seed: what a cable, a wrong bit rate or a full buffer do.
 //!
-//! After the fault injector of `smoltcp`. All chances are per byte received, in parts of 65536, except `full`, per message
-//! sent. The same seed gives the same faults.
+//! After the fault injector of `smoltcp`. All chances are per byte received, in parts of 65536,
+//! except `full`, per message sent. The same seed gives the same faults.
 
 use super::{Full, Line, Lost};
 

@@ -1,10 +1,11 @@
 //! Bytes between an interrupt and the loop.
 //!
-//! One ring a direction. Received bytes: the interrupt [`Inlet::push`]es, the loop reads the [`Outlet`]. Sent bytes: the
-//! loop writes the [`Inlet`], the interrupt [`Outlet::pop`]s. Lock-free, single producer, single consumer.
+//! One ring a direction. Received bytes: the interrupt [`Inlet::push`]es, the loop reads the
+//! [`Outlet`]. Sent bytes: the loop writes the [`Inlet`], the interrupt [`Outlet::pop`]s.
+//! Lock-free, single producer, single consumer.
 //!
-//! Over atomics and not `heapless::spsc`, whose ends divide by a length they only know at run time: the division by zero
-//! that cannot happen would still be a panic in the image.
+//! Over atomics and not `heapless::spsc`, whose ends divide by a length they only know at run time:
+//! the division by zero that cannot happen would still be a panic in the image.
 
 use core::sync::atomic::{AtomicU8, AtomicU32, AtomicUsize, Ordering};
 use embedded_io::{ErrorKind, ErrorType, Read, ReadReady, Write, WriteReady};
@@ -183,7 +184,8 @@ impl Inlet<'_> {
         }
     }
 
-    /// Tell the outlet's reader that bytes were lost before they came here: a UART's overrun, framing or parity error.
+    /// Tell the outlet's reader that bytes were lost before they came here: a UART's overrun,
+    /// framing or parity error.
     pub fn mark_lost(&mut self) {
         // a single writer: no read-modify-write is needed
         let lost = self.counts.lost.load(Ordering::Relaxed);
@@ -425,7 +427,8 @@ mod tests {
             while n < 100_000 {
                 let read = outlet.read(&mut buffer).expect("nothing is lost");
                 for &byte in &buffer[..read] {
-                    wrong += u32::from(byte != n as u8); // no panic: the other thread would wait for ever
+                    // no panic: the other thread would wait for ever
+                    wrong += u32::from(byte != n as u8);
                     n += 1;
                 }
                 std::thread::yield_now();

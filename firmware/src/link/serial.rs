@@ -7,13 +7,14 @@ use heapless::Vec;
 /// The longest message a [`Serial`] sends: any frame, any packet of the command link.
 pub const LONGEST: usize = 256;
 
-/// A line made of anything that reads and anything that writes without waiting when it says it is ready: the ends of a
-/// [`super::ring`], a UART driver, a socket.
+/// A line made of anything that reads and anything that writes without waiting when it says it is
+/// ready: the ends of a [`super::ring`], a UART driver, a socket.
 #[derive(Debug)]
 pub struct Serial<R, W> {
     reader: R,
     writer: W,
-    /// Of the last message: what the writer did not take at once. No message is accepted before it is gone.
+    /// Of the last message: what the writer did not take at once. No message is accepted before it
+    /// is gone.
     rest: Vec<u8, LONGEST>,
 }
 

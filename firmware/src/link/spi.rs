@@ -1,7 +1,8 @@
 //! An SPI bus of which this side is the master: what boards share, without their registers.
 //!
-//! Bytes are exchanged one at a time and each is waited for, a bounded number of looks: a controller that is not there, has no
-//! clock or has lost its mode gives an error and not a standstill.
+//! Bytes are exchanged one at a time and each is waited for, a bounded number of looks: a
+//! controller that is not there, has no clock or has lost its mode gives an error and not a
+//! standstill.
 
 use embedded_hal::spi::{self, ErrorKind, ErrorType, SpiBus};
 
@@ -14,7 +15,8 @@ pub struct Status {
     pub came: bool,
     /// A transfer is under way.
     pub busy: bool,
-    /// A byte that came was overrun, or the controller is not master any more; reading and looking again clears it.
+    /// A byte that came was overrun, or the controller is not master any more; reading and looking
+    /// again clears it.
     pub fault: bool,
 }
 
@@ -144,7 +146,8 @@ mod tests {
     use super::*;
     use std::vec::Vec;
 
-    /// A controller at the level of its registers (RM0090 28.3.5): a byte takes some looks, and one that is not taken is overrun.
+    /// A controller at the level of its registers (RM0090 28.3.5): a byte takes some looks, and one
+    /// that is not taken is overrun.
     #[derive(Default)]
     struct Controller {
         /// Looks a byte takes.

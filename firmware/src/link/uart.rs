@@ -1,11 +1,13 @@
-//! A serial line between the main loop and its interrupts: what boards share, without their registers.
+//! A serial line between the main loop and its interrupts: what boards share, without their
+//! registers.
 //!
-//! Either an interrupt moves single bytes: it calls [`Uart::came`] and [`Uart::next`]. Or a DMA controller moves them, and its
-//! interrupts call what [`super::dma`] adds. The main loop has the [`Port`] in both cases. No lock: the two only meet in the
-//! [`super::ring`]s. A main loop that knows how many bytes it needs before there is work ([`Port::want`]) is not woken by the
-//! bytes before.
+//! Either an interrupt moves single bytes and calls [`Uart::came`] and [`Uart::next`]. Or a DMA
+//! controller moves them, and its interrupts call the functions of [`super::dma`]. In both cases
+//! the main loop has the [`Port`]. There is no lock, since the two sides share only the
+//! [`super::ring`]s and a few atomics. A main loop that states how many bytes it needs before there
+//! is work ([`Port::want`]) is not woken earlier.
 
-use super::dma::{NoStream, Progress};
+use super::progress::{NoStream, Progress};
 use super::ring::{Inlet, Outlet, Ring};
 use super::{Full, Line, Lost};
 use core::cell::Cell;
@@ -14,26 +16,29 @@ use embedded_io::{Read, Write};
 
 /// Room for received bytes: 4 ms of the fastest sensor (STIM300, 118 kB/s).
 pub const RECEIVED: usize = 512;
-/// Room for bytes to be sent: more than one message of the longest kind, and as much as may be received.
+/// Room for bytes to be sent: more than the longest message, and as much as may be received.
 pub const TO_SEND: usize = 512;
 
-/// One line; a `static` of the board. Its interrupts do not interrupt each other, and one [`Port`] uses it.
+/// One line, a `static` of the board. Its interrupts do not interrupt each other, and one [`Port`]
+/// uses it.
 #[derive(Debug, Default)]
 pub struct Uart {
     pub(super) received: Ring<RECEIVED>,
     pub(super) to_send: Ring<TO_SEND>,
-    /// The main loop is to be woken when so many bytes have come since start, wrapping. By the main loop.
+    /// Wake the main loop when so many bytes have come since start, modulo 2^32. Written by the
+    /// main loop.
     pub(super) wanted: AtomicUsize,
-    /// Bytes it asked for last: how far a DMA transfer reaches before it has asked again; 0: as far as there is room. By the main loop.
+    /// Bytes that it wanted last: how far a DMA transfer reaches until it wants more. 0: as far as
+    /// there is room. Written by the main loop.
     pub(super) ahead: AtomicUsize,
-    /// Bytes of the DMA transfer that is receiving; 0: none is. By the interrupt.
+    /// Bytes of the receiving DMA transfer; 0: there is none. Written by the interrupt.
     pub(super) arriving: AtomicUsize,
-    /// ... that is sending.
+    /// The same of the sending transfer.
     pub(super) leaving: AtomicUsize,
 }
 
 impl Uart {
-    /// Nothing came, nothing is to be sent. All zeros, so that it costs no flash.
+    /// An idle line. All zeros, so that it costs no flash.
     pub const fn new() -> Uart {
         Uart {
             received: Ring::new(),
@@ -45,7 +50,7 @@ impl Uart {
         }
     }
 
-    /// Interrupt: a byte came. Whether the main loop wants to be woken.
+    /// For the interrupt: a byte came. Returns whether to wake the main loop.
     #[inline(always)]
     pub fn came(&self, byte: u8) -> bool {
         let pushed = self.received.push(byte);
@@ -53,24 +58,26 @@ impl Uart {
         pushed.wrapping_sub(wanted).cast_signed() >= 0
     }
 
-    /// Interrupt: bytes were lost before they came here (overrun, framing, parity). The main loop wants to be woken.
+    /// For the interrupt: bytes were lost before they came here (overrun, framing, parity). Wake
+    /// the main loop.
     pub fn lost(&self) {
         self.received.inlet().mark_lost();
     }
 
-    /// Interrupt: the next byte to be sent.
+    /// For the interrupt: the next byte to be sent.
     #[inline(always)]
     pub fn next(&self) -> Option<u8> {
         self.to_send.pop()
     }
 
-    /// The main loop's end; `wake` makes the line's interrupt pending, which then finds what there is to send.
+    /// The main loop's end. `wake` makes the line's interrupt pending, which then sends.
     pub fn port(&self, wake: fn()) -> Port<'_> {
         self.port_over(NoStream, || (), wake)
     }
 
-    /// The main loop's end of a line that DMA may serve: `stream` tells how far the receiving transfer is; `sync` makes the
-    /// interrupt pending that calls [`Uart::received_by`], `wake` the one that sends.
+    /// The main loop's end of a line that DMA may serve. `stream` tells how far the receiving
+    /// transfer is. `sync` makes the interrupt pending that calls [`Uart::received_by`], `wake` the
+    /// one that sends.
     pub fn port_over<S: Progress>(&self, stream: S, sync: fn(), wake: fn()) -> Port<'_, S> {
         Port {
             uart: self,
@@ -91,26 +98,28 @@ pub struct Port<'u, S = NoStream> {
     received: Outlet<'u>,
     to_send: Inlet<'u>,
     stream: S,
-    /// How far the line was when it was looked at last: bytes told of, and those left of the transfer.
+    /// How far the line was at the last look: bytes reported, and bytes left of the transfer.
     seen: Cell<[usize; 2]>,
     sync: fn(),
     wake: fn(),
 }
 
 impl<S: Progress> Port<'_, S> {
-    /// There is no work before `bytes` more are here than have been taken: false when they are here already, else an interrupt
-    /// will say so. Holds until the next [`Line::receive`]; from then on every byte is wanted that an interrupt tells of.
+    /// States that there is no work before `bytes` more have come than were taken. Returns false
+    /// when they are here already; else an interrupt will wake the main loop. This holds until the
+    /// next [`Line::receive`], after which every byte that an interrupt reports wakes it.
     pub fn want(&self, bytes: usize) -> bool {
         let taken = self.received.popped();
         let wanted = taken.wrapping_add(bytes);
-        // first wanted, then looked, so that a byte that comes in between is seen by one of both
+        // written first and read then, so that one side sees a byte that comes in between
         self.uart.wanted.store(wanted, Ordering::SeqCst);
         if S::DMA {
             self.uart.ahead.store(bytes, Ordering::Relaxed);
             let arriving = self.uart.arriving.load(Ordering::SeqCst);
             let end = self.uart.received.pushed().wrapping_add(arriving);
-            // A transfer that ends at the byte wanted or before needs nothing: its end is an interrupt, which sees `wanted`. An
-            // interrupt between the two loads has seen it as well.
+            // A transfer that ends at the wanted byte or before needs nothing: its end is an
+            // interrupt, which sees `wanted`. An interrupt between the two loads has seen it as
+            // well.
             if arriving == 0 || end.wrapping_sub(wanted).cast_signed() > 0 {
                 (self.sync)();
             }
@@ -123,17 +132,18 @@ impl<S: Progress> Port<'_, S> {
         self.uart.received.pushed() == 0 && !(S::DMA && self.has_untold())
     }
 
-    /// DMA: whether bytes have come that no interrupt has told of.
+    /// Whether DMA has moved bytes that no interrupt has reported.
     #[inline(always)]
     fn has_untold(&self) -> bool {
         let arriving = self.uart.arriving.load(Ordering::Relaxed);
-        // An interrupt in between makes this look wrong either way; it then has told of all there is, and woken the loop.
+        // An interrupt in between makes the result wrong. It has then reported all bytes and woken
+        // the loop.
         arriving != 0 && self.stream.left() != arriving
     }
 
-    /// Whether bytes are here that are worth looking at: not while those that are wanted still come. To look would cost interrupts and a
-    /// pass, and the interrupt that comes with the last of them tells of all. When none has come since the last look, the message may
-    /// be a shorter one.
+    /// Whether there are bytes that are worth a pass. While the wanted bytes still come, a pass
+    /// would only cost time: the interrupt with the last of them reports all. But when none has
+    /// come since the last look, the message may be a shorter one.
     #[inline(always)]
     fn has_work(&self) -> bool {
         let pushed = self.uart.received.pushed();

@@ -10,7 +10,7 @@ mod lines;
 use firmware::app::{Activation, App, Config, Lines};
 use firmware::control::Mode;
 use firmware::learn::Learner;
-use firmware::link::dma::{NoStream, Progress};
+use firmware::link::progress::{NoStream, Progress};
 use firmware::link::uart::{Port, Uart};
 use firmware::model::Nets;
 use firmware::wire::{ImuFormat, Settings};

@@ -1,8 +1,9 @@
-//! Arm MPS2 with the FPGA images AN386 (Cortex-M4F) and AN500 (Cortex-M7): a second board, which shows that nothing outside
-//! the board directories knows the first.
+//! Arm MPS2 with the FPGA images AN386 (Cortex-M4F) and AN500 (Cortex-M7). It is the second board,
+//! which shows that nothing outside the board folders depends on the first.
 //!
-//! Flash (here static memory) at 0, 25 MHz, CMSDK UARTs 0 to 3 as sensor, navigation, GNSS and command line (Arm DAI 0386 and
-//! DDI 0479, section 4.3). Tested in QEMU (`mps2-an386`, `mps2-an500`).
+//! Flash (here static memory) is at 0 and the clock is 25 MHz. CMSDK UARTs 0 to 3 are the sensor,
+//! navigation, GNSS and command line (Arm DAI 0386 and DDI 0479, section 4.3). Tested in QEMU
+//! (`mps2-an386`, `mps2-an500`).
 #![allow(
     unsafe_code,
     reason = "registers and interrupt tables; each block says why it is sound"
@@ -14,7 +15,8 @@ use cortex_m::peripheral::NVIC;
 use firmware::app::Lines;
 
 use self::uart::{COMMAND, GNSS, Interrupt, NAVIGATION, SENSOR};
-use crate::time::Time;
+use crate::shared::time::Time;
+use crate::shared::wake;
 use firmware::link::uart::Port;
 
 /// Core and bus clock, Hz.
@@ -45,11 +47,12 @@ impl Board {
         })
     }
 
-    /// The loop has turned. With nothing left to do it sleeps until the sensor has sent `needs` bytes more, something has come on
-    /// another line, or a millisecond is over.
+    /// To be called in every turn of the main loop. With nothing left to do, the board sleeps until
+    /// the sensor has sent `needs` bytes more, another line has received something, or a
+    /// millisecond is over.
     pub fn turned(&mut self, busy: bool, needs: usize) {
         if !busy && self.lines.sensor.want(needs) {
-            self.time.slept(crate::uart::sleep());
+            self.time.slept(wake::sleep());
         }
     }
 }

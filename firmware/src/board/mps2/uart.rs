@@ -4,14 +4,15 @@ use cortex_m::interrupt::InterruptNumber;
 use cortex_m::peripheral::NVIC;
 use volatile_register::RW;
 
-use crate::uart::wake;
+use crate::shared::wake::wake;
 use firmware::link::uart::{self, Port};
 
 /// Registers (Arm DDI 0479, table 4-5).
 #[repr(C)]
 struct Registers {
     data: RW<u32>,
-    /// Bit 0: the transmitter is full; 1: a byte has come; 2, 3: one was overrun, sending and receiving (write 1 to clear).
+    /// Bit 0: the transmitter is full; 1: a byte has come; 2, 3: one was overrun, sending and
+    /// receiving (write 1 to clear).
     state: RW<u32>,
     /// Bits 0, 1: sending, receiving enabled; 2, 3: their interrupts.
     control: RW<u32>,
@@ -42,12 +43,13 @@ pub static GNSS: Uart = Uart::at(0x4000_6000);
 /// Command link.
 pub static COMMAND: Uart = Uart::at(0x4000_7000);
 
-/// A line of the interrupt controller (Arm DAI 0386, table 3-4: receive, transmit of UART 0, 1, 2 and 3).
+/// An input of the interrupt controller (Arm DAI 0386, table 3-4: receive, transmit of UART 0, 1,
+/// 2, 3).
 #[derive(Clone, Copy)]
 pub struct Interrupt(pub u16);
 const LINES: [u16; 8] = [0, 1, 2, 3, 4, 5, 18, 19];
 
-// SAFETY: these numbers are lines of this board's controller and do not change.
+// SAFETY: these numbers are inputs of this board's controller and do not change.
 unsafe impl InterruptNumber for Interrupt {
     fn number(self) -> u16 {
         self.0
@@ -71,7 +73,8 @@ impl Uart {
     }
 
     fn registers(&self) -> &Registers {
-        // SAFETY: `at` is private and called with the addresses of UARTs, which are there for ever; access is volatile.
+        // SAFETY: `at` is private and called with the addresses of UARTs, which exist for ever.
+        // Access is volatile.
         unsafe { &*(self.address as *const Registers) }
     }
 
@@ -87,8 +90,9 @@ impl Uart {
         self.line.port(pend)
     }
 
-    /// Interrupt of either direction: takes the byte that came, then gives the transmitter what it has room for. The
-    /// transmitter asks again when its one byte has left.
+    /// For the interrupt of either direction. It takes the byte that came, then gives the
+    /// transmitter what it has room for. The transmitter interrupts again when its one byte has
+    /// left.
     #[inline(always)]
     fn serve(&self) {
         let uart = self.registers();
@@ -131,8 +135,8 @@ unsafe extern "C" {
 
 const INTERRUPTS: usize = 32;
 
-// SAFETY: `cortex-m-rt` puts this section behind the exceptions and expects this name with its feature `device`; each entry
-// is the address of a function of the C calling convention.
+// SAFETY: `cortex-m-rt` puts this section behind the exceptions and expects this name with its
+// feature `device`. Each entry is the address of a function of the C calling convention.
 #[unsafe(link_section = ".vector_table.interrupts")]
 #[unsafe(no_mangle)]
 static __INTERRUPTS: [unsafe extern "C" fn(); INTERRUPTS] = {

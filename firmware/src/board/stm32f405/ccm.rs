@@ -1,7 +1,7 @@
-//! The learner from fixes in core-coupled memory (RM0090, section 2.3.1): 64 KiB that only the core reaches, so that its matrices and the
-//! DMA of the lines never wait for each other.
+//! The learner from fixes in core-coupled memory (RM0090, section 2.3.1). Only the core reaches
+//! these 64 KiB, so its matrices and the DMA of the lines never wait for each other.
 //!
-//! QEMU 7.2's machine has no such memory, and no register that tells of one: there its bit reads 0.
+//! QEMU 7.2's machine has no such memory. Its enable bit reads 0 there.
 #![allow(
     unsafe_code,
     reason = "memory of its own; each block says why it is sound"
@@ -13,8 +13,8 @@ use core::sync::atomic::{AtomicBool, Ordering};
 use firmware::learn::FixMemory;
 use stm32f4::stm32f405::RCC;
 
-// SAFETY: `memory.x` places this section in core-coupled memory. Nothing is loaded into it and nothing zeroes it, which suits
-// `MaybeUninit`.
+// SAFETY: `memory.x` places this section in core-coupled memory. Nothing is loaded into it and
+// nothing zeroes it, which suits `MaybeUninit`.
 #[unsafe(link_section = ".ccm")]
 static mut LEARNER: MaybeUninit<FixMemory> = MaybeUninit::uninit();
 static TAKEN: AtomicBool = AtomicBool::new(false);

@@ -1,12 +1,15 @@
-//! Clocks: 168 MHz from the crystal, else from the internal oscillator, else the internal oscillator as it is.
+//! Clocks: 168 MHz from the crystal, else from the internal oscillator, else the internal
+//! oscillator as it is.
 //!
-//! RM0090 section 7.2 (clocks), section 3.5.1 (flash wait states). Every wait is bounded: a crystal that does not start, a PLL
-//! that does not lock or a simulator without clock registers must not keep the board from working.
+//! RM0090 section 7.2 (clocks), section 3.5.1 (flash wait states). Every wait is bounded: a crystal
+//! that does not start, a PLL that does not lock or a simulator without clock registers must not
+//! keep the board from working.
 
 use stm32f4::stm32f405::{FLASH, RCC};
 
-/// Frequency of the crystal: 12 MHz on the Adafruit Feather STM32F405 and the pyboard 1.1, 8 MHz on the Olimex STM32-H405
-/// (`LRNN_CRYSTAL_MHZ=8 cargo build ...`). A whole number of MHz, 4 to 26 (datasheet DS8626, section 6.3.8).
+/// Frequency of the crystal: 12 MHz on the Adafruit Feather STM32F405 and the pyboard 1.1, 8 MHz on
+/// the Olimex STM32-H405 (`LRNN_CRYSTAL_MHZ=8 cargo build ...`). A whole number of MHz, 4 to 26
+/// (datasheet DS8626, section 6.3.8).
 pub const CRYSTAL_MHZ: u8 = match option_env!("LRNN_CRYSTAL_MHZ") {
     None => 12,
     Some(text) => match u8::from_str_radix(text, 10) {
@@ -21,8 +24,8 @@ const INTERNAL_MHZ: u8 = 16;
 /// The core at full speed.
 const FULL: u32 = 168_000_000;
 
-/// Rounds of a waiting loop, of at least 4 cycles of 16 MHz each: at least 50 ms, where a crystal needs a few (DS8626, table 39:
-/// 2 ms) and a PLL 0.3.
+/// Rounds of a waiting loop, of at least 4 cycles of 16 MHz each: at least 50 ms. A crystal needs 2
+/// ms (DS8626, table 39) and a PLL 0.3 ms.
 const PATIENCE: u32 = 200_000;
 
 /// Where the core's clock comes from.
@@ -34,7 +37,8 @@ pub enum Source {
     Internal,
     /// Internal oscillator: the PLL did not lock.
     InternalDirect,
-    /// The registers read zero, which no STM32 does while it runs: a simulator, whose core runs at full speed.
+    /// The registers read zero, which they never do on a running STM32. This is a simulator, whose
+    /// core runs at full speed.
     NotThere,
 }
 
@@ -70,7 +74,8 @@ pub fn start(rcc: &RCC, flash: &FLASH) -> Clocks {
         unsafe { w.pllm().bits(megahertz).plln().bits(336).pllq().bits(7) };
         w.pllp().div2()
     });
-    // APB1 must not exceed 42 MHz, APB2 84 MHz; five wait states at 168 MHz and 3.3 V, before the core gets faster.
+    // APB1 must not exceed 42 MHz, APB2 84 MHz. Flash needs five wait states at 168 MHz and 3.3 V,
+    // set before the core gets faster.
     rcc.cfgr()
         .modify(|_, w| w.hpre().div1().ppre1().div4().ppre2().div2());
     flash.acr().modify(|_, w| {

@@ -1,7 +1,9 @@
-//! The last two sectors of flash, 128 KiB each, for the weight store (RM0090 section 3.6; `memory.x`).
+//! The last two sectors of flash, 128 KiB each, for the weight store (RM0090 section 3.6;
+//! `memory.x`).
 //!
-//! The core stands still while flash is erased (1 to 2 s) or written (16 us a word), since it runs from the same flash. A
-//! simulator without flash controller is told apart by its lock bit, which a chip has set after reset; nothing is written there.
+//! The core stops while flash is erased (1 to 2 s) or written (16 us a word), since it runs from
+//! the same flash. The lock bit, which a chip has set after reset, tells a simulator without flash
+//! controller apart. Nothing is written there.
 
 use embedded_storage::nor_flash::{
     ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash, check_erase, check_read,
@@ -14,7 +16,7 @@ const SECTOR: u32 = 128 * 1024;
 const FIRST: u8 = 10;
 const SECTORS: u32 = 2;
 
-/// Rounds to wait for an end; the core mostly stands still within one. The watchdog is faster if that is not so.
+/// Rounds of waiting for an end. The core mostly stops within one; else the watchdog is faster.
 const PATIENCE: u32 = 100_000_000;
 
 unsafe extern "C" {
@@ -29,7 +31,7 @@ pub enum Error {
     Request(NorFlashErrorKind),
     /// No flash controller.
     NotThere,
-    /// The controller says so, or does not come to an end.
+    /// The controller reports an error, or does not end.
     Failed,
 }
 
@@ -55,7 +57,8 @@ impl Sectors {
         (&raw const __store_start) as usize + offset as usize
     }
 
-    /// Does `work` with the controller unlocked; the lines of the data cache are old afterwards and thrown away.
+    /// Does `work` with the controller unlocked. Afterwards the data cache is out of date and is
+    /// reset.
     fn unlocked(&mut self, work: impl FnOnce(&FLASH) -> Result<(), Error>) -> Result<(), Error> {
         let flash = &self.0;
         if flash.cr().read().lock().bit_is_clear() {
@@ -110,7 +113,8 @@ impl ReadNorFlash for Sectors {
         check_read(self, offset, bytes.len()).map_err(Error::Request)?;
         let start = Self::address(offset) as *const u8;
         for (index, byte) in bytes.iter_mut().enumerate() {
-            // SAFETY: within the store, as checked above; volatile, since the contents change behind the compiler's back.
+            // SAFETY: within the store, as checked above. Volatile, since the contents change
+            // without the compiler's knowledge.
             *byte = unsafe { start.add(index).read_volatile() };
         }
         Ok(())
@@ -131,7 +135,8 @@ impl NorFlash for Sectors {
             (from / SECTOR..to / SECTOR).try_for_each(|sector| {
                 let number = FIRST + sector as u8;
                 flash.cr().modify(|_, w| {
-                    // SAFETY: sectors 10 and 11 are the store's (`check_erase`), no code or constant is in them.
+                    // SAFETY: sectors 10 and 11 are the store's (`check_erase`), without code or
+                    // constants.
                     unsafe { w.snb().bits(number) };
                     w.psize().psize32().ser().set_bit().pg().clear_bit()
                 });
@@ -150,7 +155,8 @@ impl NorFlash for Sectors {
             let start = Self::address(offset) as *mut u32;
             let (words, _) = bytes.as_chunks::<4>(); // whole words, as checked above
             words.iter().enumerate().try_for_each(|(index, word)| {
-                // SAFETY: within the store and aligned, as checked above; programming is what this controller makes of it.
+                // SAFETY: within the store and aligned, as checked above. The controller programs
+                // the word.
                 unsafe { start.add(index).write_volatile(u32::from_le_bytes(*word)) };
                 Self::ended(flash)
             })

@@ -1,4 +1,5 @@
-//! The interrupt table (RM0090 table 62). Everything but the four serial lines, their DMA streams and the ADIS's data-ready goes to the default handler.
+//! The interrupt table (RM0090 table 62). The default handler serves everything but the four serial
+//! lines, their DMA streams and the ADIS's data-ready.
 
 use stm32f4::stm32f405::Interrupt;
 
@@ -11,8 +12,8 @@ unsafe extern "C" {
 
 const INTERRUPTS: usize = 82;
 
-// SAFETY: `cortex-m-rt` puts this section behind the exceptions and expects this name with its feature `device`; each entry
-// is the address of a function of the C calling convention.
+// SAFETY: `cortex-m-rt` puts this section behind the exceptions and expects this name with its
+// feature `device`. Each entry is the address of a function of the C calling convention.
 #[unsafe(link_section = ".vector_table.interrupts")]
 #[unsafe(no_mangle)]
 static __INTERRUPTS: [unsafe extern "C" fn(); INTERRUPTS] = {

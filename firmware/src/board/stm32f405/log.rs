@@ -1,7 +1,8 @@
 //! The log: defmt frames in a ring in RAM that a debug probe reads (RTT), as `defmt-rtt` has it.
 //!
-//! Written here because `defmt-rtt` panics when a log is made within a log, and no panic may be in the image. Such a log is
-//! left out here. Nobody waits for a reader: the oldest bytes are overwritten.
+//! `defmt-rtt` panics when a log is made within a log, and no panic may be in the image. So it is
+//! written here, and such a log is left out. It never waits for a reader: the oldest bytes are
+//! overwritten.
 
 use core::cell::UnsafeCell;
 use core::sync::atomic::{AtomicU8, AtomicU32, Ordering};
@@ -54,7 +55,8 @@ fn put(bytes: &[u8]) {
     _SEGGER_RTT.write.store(at as u32, Ordering::Release);
 }
 
-/// The frame in the making; touched only within the critical section that `acquire` enters and `release` leaves.
+/// The frame being written. It is used only within the critical section that `acquire` enters and
+/// `release` leaves.
 struct Frame(UnsafeCell<(Encoder, RestoreState)>);
 
 // SAFETY: one core, and all access is within a critical section.
@@ -67,10 +69,12 @@ static DEPTH: AtomicU32 = AtomicU32::new(0);
 #[defmt::global_logger]
 struct Log;
 
-// SAFETY: `acquire` begins a critical section that the matching `release` ends; logs within a log are left out.
+// SAFETY: `acquire` begins a critical section that the matching `release` ends. Logs within a log
+// are left out.
 unsafe impl defmt::Logger for Log {
     fn acquire() {
-        // SAFETY: released by the outermost `release`; an inner one enters a section that is already entered.
+        // SAFETY: the outermost `release` ends it. An inner one enters a section that is already
+        // entered.
         let restore = unsafe { critical_section::acquire() };
         let depth = DEPTH.load(Ordering::Relaxed);
         DEPTH.store(depth.wrapping_add(1), Ordering::Relaxed);

@@ -1,12 +1,15 @@
-//! STM32F405 at 168 MHz: Adafruit Feather STM32F405, pyboard, Olimex STM32-H405; QEMU's `netduinoplus2`.
+//! STM32F405 at 168 MHz: Adafruit Feather STM32F405, pyboard, Olimex STM32-H405; QEMU's
+//! `netduinoplus2`.
 //!
-//! The same image runs on all of them. What QEMU does not have (clock and pin registers, DMA, watchdog, wait states) reads zero
-//! there, and nothing waits for it for long.
+//! The same image runs on all of them. What QEMU does not have (clock and pin registers, DMA,
+//! watchdog, wait states) reads zero there, and no wait for it is long.
 #![allow(
     unsafe_code,
     reason = "registers and interrupt tables; each block says why it is sound"
 )]
 
+#[allow(dead_code, reason = "an image without the learner from fixes")]
+pub mod ccm;
 pub mod clock;
 mod flash;
 mod interrupts;
@@ -30,10 +33,11 @@ use self::flash::Sectors;
 use self::serial::{Port, Ports, Rates};
 use self::spi::Spi;
 use self::watchdog::Watchdog;
-use crate::time::Time;
-use crate::uart;
+use crate::shared::time::Time;
+use crate::shared::wake;
 
-/// Sensor and navigation computer at 921 600 bit/s (STIM300, KVH); receiver at 115 200; command link at 921 600.
+/// Sensor and navigation computer have 921 600 bit/s (STIM300, KVH), the receiver 115 200, the
+/// command link 921 600.
 const RATES: Rates = Rates {
     sensor: 921_600,
     gnss: 115_200,
@@ -60,7 +64,7 @@ pub struct Board {
     looked_us: Option<u64>,
     /// Whether DMA moves the lines' bytes.
     pub dma: bool,
-    /// The weights that were stored; `None` if flash does not have the shape it has.
+    /// The stored weights; `None` if the store does not fit the flash.
     pub store: Option<Store<Sectors>>,
     watchdog: Watchdog,
 }
@@ -97,7 +101,8 @@ impl Board {
         })
     }
 
-    /// An ADIS that answers at the SPI, once. It is looked for until then, or until something has come on the sensor's line.
+    /// An ADIS that answers at the SPI, once. The board looks for it until then, or until something
+    /// has come on the sensor's line.
     pub fn look_for_adis(&mut self) -> Option<Found> {
         let looked = self.looked_us?;
         let now = self.time.now_us();
@@ -118,23 +123,25 @@ impl Board {
         self.spi.burst(frame)
     }
 
-    /// The loop has turned. With nothing left to do it sleeps until the sensor has sent `needs` bytes more, something has come on
-    /// another line, or a millisecond is over.
+    /// To be called in every turn of the main loop. With nothing left to do, the board sleeps until
+    /// the sensor has sent `needs` bytes more, another line has received something, or a
+    /// millisecond is over.
     pub fn turned(&mut self, busy: bool, needs: usize) {
         self.watchdog.feed();
         if !busy && self.lines.sensor.want(needs) {
-            self.time.slept(uart::sleep());
+            self.time.slept(wake::sleep());
         }
     }
 }
 
-/// The crystal has stopped and the core runs on from the internal oscillator, with wrong bit rates: start anew without it.
+/// The crystal has stopped, and the core continues on the internal oscillator with wrong bit rates:
+/// start anew without the crystal.
 #[cortex_m_rt::exception]
 unsafe fn NonMaskableInt() {
     SCB::sys_reset();
 }
 
-/// A fault: start anew. The watchdog would, only later.
+/// A fault: start anew. The watchdog would do so later.
 #[cortex_m_rt::exception(trampoline = false)]
 unsafe fn HardFault() -> ! {
     SCB::sys_reset();

@@ -1,4 +1,4 @@
-//! The main loop, whatever learns.
+//! The main loop, with any learner.
 
 use firmware::app::{App, Config};
 use firmware::learn::Learner;
@@ -10,7 +10,7 @@ use firmware::wire::{Settings, adis};
 
 use super::Board;
 
-/// Starts the board and the application with what learns; `ADIS`: one at the SPI is looked for.
+/// Starts the board and the application with a learner. `ADIS`: look for one at the SPI.
 pub fn run<const ADIS: bool>(mut learner: Option<&mut dyn Learner>) -> ! {
     let Some(mut board) = Board::start() else {
         cortex_m::peripheral::SCB::sys_reset()
@@ -30,7 +30,7 @@ fn until_found<const ADIS: bool>(board: &mut Board, mut app: App) -> Found {
     let mut frame = [0; LONGEST];
     loop {
         if ADIS && let Some(reply) = board.burst(&mut frame) {
-            // what is wrong with it has been counted
+            // an error has been counted
             let _ = app.burst(reply, &mut board.lines.navigation, &board.time);
         }
         let busy = app.poll(&mut board.lines, &board.time);
@@ -44,7 +44,8 @@ fn until_found<const ADIS: bool>(board: &mut Board, mut app: App) -> Found {
     }
 }
 
-/// The application with the stored weights. Not inlined, nor is [`store`]: what they need of the stack is not needed for ever.
+/// The application with the stored weights. It is not inlined, nor is [`store`], so that their
+/// stack is free again afterwards.
 #[inline(never)]
 fn app<'m>(
     board: &mut Board,
@@ -90,5 +91,6 @@ fn store(app: &mut App, board: &mut Board) {
 
 #[panic_handler]
 fn panic(_: &core::panic::PanicInfo) -> ! {
-    cortex_m::peripheral::SCB::sys_reset() // for the linker: nothing in these images panics (`cargo xtask size`)
+    // for the linker: nothing in these images panics (`cargo xtask size`)
+    cortex_m::peripheral::SCB::sys_reset()
 }

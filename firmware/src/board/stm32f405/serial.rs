@@ -1,11 +1,13 @@
 //! The four serial lines: pins, bit rates, interrupts.
 //!
-//! DMA moves the bytes, and an interrupt comes with the last byte of a frame (`firmware::link::dma`). Where there is no controller
-//! (QEMU), bytes go one by one through an interrupt of some forty instructions. In both cases the main loop is not woken before the frame
-//! may be whole. **The DMA path has
-//! not run on a chip yet**, only in a model written from the same manual (`tests/qemu/judges/stm32f405.py`).
+//! DMA moves the bytes, and an interrupt comes with the last byte of a frame
+//! (`firmware::link::dma`). Where there is no controller (QEMU), an interrupt of some forty
+//! instructions moves each byte. In both cases the main loop sleeps until the frame may be
+//! complete. **The DMA path has not run on a chip yet**, only in a model written from the same
+//! manual (`tests/qemu/judges/stm32f405.py`).
 //!
-//! All interrupts have the priority they have after reset, so none of these interrupts another, as `link` wants it.
+//! All interrupts have the priority they have after reset, so none interrupts another, as `link`
+//! requires.
 
 use cortex_m::peripheral::NVIC;
 use firmware::link::dma::Stream as _;
@@ -16,13 +18,13 @@ use stm32f4::stm32f405::{
 
 use super::clock::Clocks;
 use super::stream::{Left, Stream, reaches};
-use crate::uart::wake;
+use crate::shared::wake::wake;
 
 /// The main loop's end of a line.
 pub type Port = uart::Port<'static, Left>;
 
-/// Bit rates of the lines (8 data bits, no parity, one stop bit). The sensor's own rate is the navigation computer's: bytes
-/// leave as fast as they come.
+/// Bit rates of the lines (8 data bits, no parity, one stop bit). Sensor and navigation computer
+/// have the same rate: bytes leave as fast as they come.
 pub struct Rates {
     /// Sensor and navigation computer.
     pub sensor: u32,
@@ -56,7 +58,8 @@ pub fn open(peripherals: &Peripherals, clocks: Clocks, rates: &Rates) -> (Ports,
     macro_rules! line {
         ($line:ident, $uart:ident, $bus:expr, $rate:expr, $in:ident, $in_interrupt:ident, $out:ident, $out_interrupt:ident, $idle:expr) => {{
             let uart = &peripherals.$uart;
-            // Mantissa and fraction together are clock / rate, rounded (RM0090 30.3.4); 42 MHz / 115 200 is the largest, 365.
+            // Mantissa and fraction together are clock / rate, rounded (RM0090 30.3.4). The largest
+            // is 42 MHz / 115 200 = 365.
             let divider = ($bus + $rate / 2) / $rate;
             uart.brr().write(|w| {
                 w.div_mantissa().set((divider >> 4) as u16);
@@ -66,7 +69,8 @@ pub fn open(peripherals: &Peripherals, clocks: Clocks, rates: &Rates) -> (Ports,
             let ring = reaches((&raw const $line) as usize);
             let dma = ring && $in().set_up(data) && $out().set_up(data);
             if dma {
-                // The requests first, then the UART; errors interrupt by EIE, which needs DMAR (RM0090 30.4).
+                // The requests first, then the UART. EIE makes errors interrupt and needs DMAR
+                // (RM0090 30.4).
                 uart.cr3()
                     .write(|w| w.dmar().set_bit().dmat().set_bit().eie().set_bit());
             }
@@ -74,9 +78,14 @@ pub fn open(peripherals: &Peripherals, clocks: Clocks, rates: &Rates) -> (Ports,
                 w.ue().set_bit().te().set_bit().re().set_bit();
                 w.rxneie().bit(!dma).idleie().bit(dma && $idle)
             });
-            for interrupt in [Interrupt::$uart, Interrupt::$in_interrupt, Interrupt::$out_interrupt] {
+            for interrupt in [
+                Interrupt::$uart,
+                Interrupt::$in_interrupt,
+                Interrupt::$out_interrupt,
+            ] {
                 if dma || interrupt == Interrupt::$uart {
-                    // SAFETY: what the handlers use is set up, and no critical section relies on a masked interrupt.
+                    // SAFETY: what the handlers use is set up, and no critical section relies on a
+                    // masked interrupt.
                     unsafe { NVIC::unmask(interrupt) };
                 }
             }
@@ -153,7 +162,8 @@ fn pend(interrupt: Interrupt) {
     cortex_m::asm::isb();
 }
 
-/// Clocks of ports and lines on; pins to their alternate function, inputs pulled up so that an open line is silent.
+/// Turns the clocks of ports and lines on and sets pins to their alternate function. Inputs are
+/// pulled up, so that an open line is silent.
 fn pins(rcc: &RCC, a: &GPIOA, b: &GPIOB) {
     rcc.ahb1enr().modify(|_, w| {
         w.gpioaen().set_bit().gpioben().set_bit();
@@ -203,7 +213,8 @@ fn pins(rcc: &RCC, a: &GPIOA, b: &GPIOB) {
 macro_rules! streams {
     ($in:ident, $out:ident, $controller:ident, $n_in:literal, $n_out:literal) => {
         fn $in() -> Stream<$n_in, false> {
-            // SAFETY: registers that are there for ever; this stream is this line's alone, and after `open` its handlers'.
+            // SAFETY: these registers exist for ever. This stream is this line's alone, and after
+            // `open` its handlers'.
             Stream::of(unsafe { &*$controller::ptr() })
         }
         fn $out() -> Stream<$n_out, true> {
@@ -222,12 +233,14 @@ streams!(uart4_in, uart4_out, DMA1, 2, 4);
 ///
 /// The order of reads (status, then data) clears the UART's flags (RM0090 30.6.1).
 ///
-/// With DMA the UART tells errors, and on some lines that it has fallen idle: nobody knows how many bytes a request has. The data
-/// register is read to clear the flags. The DMA has mostly taken its byte before (else both read the same one), except when the ring is
-/// full; then it is lost, and that is told.
+/// With DMA, the UART interrupts at errors, and on some lines when it falls idle, since the number
+/// of bytes of a request is not known. Reading the data register clears the flags. The DMA has
+/// mostly taken its byte before; else both read the same one. Only when the ring is full the byte
+/// is lost, and that is reported.
 ///
-/// Without, it takes the byte that came, then gives the transmitter what it has room for. The main loop makes the interrupt
-/// pending when it has written something; from then on the empty transmitter asks by itself.
+/// Without DMA, the interrupt takes the byte that came, then gives the transmitter what it has room
+/// for. The main loop makes the interrupt pending when it has written something. From then on the
+/// empty transmitter interrupts by itself.
 macro_rules! handlers {
     ($name:ident, $uart:ident, $line:ident, $in:ident, $in_handler:ident, $out:ident, $out_handler:ident) => {
         pub extern "C" fn $in_handler() {
@@ -241,7 +254,8 @@ macro_rules! handlers {
         }
 
         pub extern "C" fn $name() {
-            // SAFETY: after `open` only this handler uses this UART's registers, and it does not interrupt itself.
+            // SAFETY: after `open` only this handler uses this UART's registers, and it does not
+            // interrupt itself.
             let uart = unsafe { $uart::steal() };
             let status = uart.sr().read();
             let torn = status.fe().bit_is_set() || status.nf().bit_is_set();

@@ -1,7 +1,9 @@
-//! An ADIS at SPI1: clock PA5, in PA6, out PA7, select PA4, data-ready PC4 (RM0090 sections 28 and 12).
+//! An ADIS at SPI1: clock PA5, in PA6, out PA7, select PA4, data-ready PC4 (RM0090 sections 28 and
+//! 12).
 //!
-//! Which model is there is found out while nothing has come on the sensor's serial line. **Not tested on hardware**, only in a model
-//! (`tests/qemu/judges/stm32f405.py`); QEMU has nobody at its bus.
+//! While nothing has come on the sensor's serial line, the board looks for a sensor and its model.
+//! **Not tested on hardware**, only in a model (`tests/qemu/judges/stm32f405.py`). QEMU has nothing
+//! at its bus.
 
 use core::convert::Infallible;
 use core::sync::atomic::{AtomicBool, Ordering};
@@ -16,10 +18,10 @@ use firmware::wire::adis::{Form, Found, begin, find};
 use stm32f4::stm32f405::{EXTI, GPIOA, GPIOC, Interrupt, Peripherals, RCC, SPI1};
 
 use super::clock::Clocks;
-use crate::uart::wake;
+use crate::shared::wake::wake;
 
-/// Looks at the status until a byte is given up: 6 cycles each at least, so 0.7 ms at 168 MHz, where the slowest byte takes 0.25 (8 bits
-/// at 84 MHz / 256 are 24 us, at 8 MHz / 256 256 us).
+/// Readings of the status until a byte is given up. Each takes at least 6 cycles, so 0.7 ms at 168
+/// MHz. The slowest byte takes 0.25 ms (8 bits at 84 MHz / 256 are 24 us, at 8 MHz / 256 256 us).
 const PATIENCE: u32 = 20_000;
 
 /// The sensor has a new sample.
@@ -57,7 +59,7 @@ impl Spi {
         }
     }
 
-    /// Looks for a sensor and sets it up: some 0.5 ms when nobody is there.
+    /// Looks for a sensor and sets it up. Without a sensor this takes some 0.5 ms.
     pub fn find(&mut self) -> Option<Found> {
         let found = find(&mut self.device, &mut self.delay).ok()??;
         let kept = begin(&mut self.device, &mut self.delay, found.model).ok()?;
@@ -137,7 +139,8 @@ impl digital::ErrorType for Select {
 
 impl OutputPin for Select {
     fn set_low(&mut self) -> Result<(), Infallible> {
-        // SAFETY: the register sets and clears single pins, so no other user of the port is disturbed.
+        // SAFETY: the register sets and clears single pins, so no other user of the port is
+        // disturbed.
         unsafe { GPIOA::steal() }
             .bsrr()
             .write(|w| w.br4().set_bit());
@@ -161,18 +164,20 @@ struct Delay {
 
 impl DelayNs for Delay {
     fn delay_ns(&mut self, ns: u32) {
-        let cycles = ns.div_ceil(1000).saturating_mul(self.core_hz / 1_000_000); // to the next microsecond
+        // to the next microsecond
+        let cycles = ns.div_ceil(1000).saturating_mul(self.core_hz / 1_000_000);
         cortex_m::asm::delay(cycles);
     }
 }
 
-/// Mode 3 idles high: the clock is high before the controller is on. Inputs pulled down: a line nobody drives reads zeros, and no data-ready.
+/// Mode 3 idles high, so the clock is high before the controller is on. Inputs are pulled down: a
+/// line that nothing drives reads zeros and raises no data-ready.
 fn pins(rcc: &RCC, a: &GPIOA, c: &GPIOC) {
     rcc.ahb1enr().modify(|_, w| w.gpiocen().set_bit());
     rcc.apb2enr()
         .modify(|_, w| w.spi1en().set_bit().syscfgen().set_bit());
-    // DS8626 table 9: AF5. A slow edge of the clock costs the last bit (ES0182, "corrupted last bit of data received in master mode with
-    // delayed SCK feedback").
+    // DS8626 table 9: AF5. A slow edge of the clock costs the last bit (ES0182, "corrupted last bit
+    // of data received in master mode with delayed SCK feedback").
     a.afrl()
         .modify(|_, w| w.afrl5().af5().afrl6().af5().afrl7().af5());
     a.ospeedr()
@@ -196,7 +201,8 @@ fn data_ready(peripherals: &Peripherals) {
     peripherals.SYSCFG.exticr2().modify(|_, w| w.exti4().pc());
     peripherals.EXTI.rtsr().modify(|_, w| w.tr4().enabled());
     peripherals.EXTI.imr().modify(|_, w| w.mr4().unmasked());
-    // SAFETY: what the handler uses is set up, and no critical section relies on a masked interrupt.
+    // SAFETY: what the handler uses is set up, and no critical section relies on a masked
+    // interrupt.
     unsafe { NVIC::unmask(Interrupt::EXTI4) };
 }
 

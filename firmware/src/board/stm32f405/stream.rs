@@ -1,30 +1,39 @@
 //! One stream of a DMA controller, for bytes between a serial line and SRAM (RM0090 section 10).
 //!
-//! What decides about transfers is `firmware::link::dma`; here is only the order in which registers are touched:
-//! - configuration, address and count are written only while EN reads 0 (10.3.17). Clearing EN takes effect when the byte under way
-//!   has been moved, so EN is read until it is 0, a bounded number of times (10.3.14).
-//! - NDTR counts at the peripheral's side. What has left there is in memory when EN reads 0 or the transfer is complete (10.3.13), not
-//!   before: so bytes are taken only after either.
-//! - stopping sets TCIF too (10.3.12, flush). With its interrupt let through, a stop by the handler would make the handler pending again,
-//!   and so for ever: the interrupts are taken off together with EN (10.5.5 protects other bits than these) and given back with it.
-//! - flags that are still set must be cleared before EN is set again (10.3.17): so all are cleared after EN reads 0. FEIF and DMEIF, which direct mode may set (10.3.18), go with them and interrupt nobody.
-//! - the peripheral keeps its request while the stream is stopped: the UART's byte waits, and is taken when EN is set.
-//! - the DMA cannot reach the core-coupled memory at 0x1000_0000 (section 2.3.1): [`reaches`].
+//! `firmware::link::dma` decides about transfers. Here is only the order of accesses to the
+//! registers:
+//! - Configuration, address and count are written only while EN reads 0 (10.3.17). Clearing EN
+//!   takes effect when the byte under way has been moved. So EN is read until it is 0, a bounded
+//!   number of times (10.3.14).
+//! - NDTR counts at the peripheral's side. What has left there is in memory when EN reads 0 or the
+//!   transfer is complete, not before (10.3.13). So bytes are taken only after either.
+//! - Stopping sets TCIF too (10.3.12, flush). With this interrupt enabled, a stop by the handler
+//!   would make the handler pending again, and so for ever. So the interrupts are disabled together
+//!   with EN (10.5.5 protects other bits than these) and enabled with it.
+//! - Flags that are still set must be cleared before EN is set again (10.3.17). So all are cleared
+//!   after EN reads 0, FEIF and DMEIF included, which direct mode may set (10.3.18) and which cause
+//!   no interrupt.
+//! - The peripheral keeps its request while the stream is stopped: the UART's byte waits and is
+//!   moved when EN is set.
+//! - The DMA cannot reach the core-coupled memory at 0x1000_0000 (section 2.3.1): [`reaches`].
 //!
-//! ES0182, "DMA2 data corruption when managing AHB and APB peripherals in a concurrent way": DMA2 serves only APB2 here.
-//! The clock of controllers and SRAM goes on while the core sleeps (reset value of RCC_AHB1LPENR).
+//! ES0182, "DMA2 data corruption when managing AHB and APB peripherals in a concurrent way": DMA2
+//! serves only APB2 here. The clock of controllers and SRAM continues while the core sleeps (reset
+//! value of RCC_AHB1LPENR).
 
 use core::sync::atomic::AtomicU8;
 
 use cortex_m::asm::dmb;
-use firmware::link::dma::{self, Progress};
+use firmware::link::dma;
+use firmware::link::progress::Progress;
 use stm32f4::stm32f405::dma2::st::cr;
 use stm32f4::stm32f405::dma2::{RegisterBlock, ST};
 
 /// Channel of all serial lines on the streams used here (RM0090 tables 42 and 43).
 const CHANNEL: u8 = 4;
 
-/// Readings of EN until a byte under way has been moved: some ten cycles even when all streams want the bus.
+/// Readings of EN until a byte under way has been moved, which takes some ten cycles even when all
+/// streams use the bus.
 const PATIENCE: u32 = 1000;
 
 /// All five flags of a stream, at the lowest one's place (RM0090 10.5.3).
@@ -66,18 +75,20 @@ impl<const N: usize, const OUT: bool> Stream<N, OUT> {
         Left(self.stream())
     }
 
-    /// Everything but count, memory address and EN; `data` is the address of the line's data register. Whether there is a
-    /// controller: one that is not there does not keep what was written.
+    /// Sets everything but count, memory address and EN. `data` is the address of the line's data
+    /// register. Returns whether there is a controller: one that does not exist does not keep what
+    /// was written.
     pub fn set_up(&self, data: u32) -> bool {
         dma::Stream::stop(self);
-        // SAFETY: the address is that of a data register: nothing but bytes is read or written there.
+        // SAFETY: the address is that of a data register. Only bytes are read and written there.
         self.stream().par().write(|w| unsafe { w.pa().bits(data) });
         self.stream().cr().write(Self::configuration);
         let kept = self.stream().cr().read();
         kept.chsel().bits() == CHANNEL && kept.minc().is_incremented()
     }
 
-    /// Bytes on both sides, direct mode (reset value of FCR), no interrupt. Bytes that come cannot wait, bytes that leave can.
+    /// Bytes on both sides, direct mode (reset value of FCR), no interrupt. Bytes that come have
+    /// the higher priority: they cannot wait, bytes that leave can.
     #[inline(always)]
     fn configuration(w: &mut cr::W) -> &mut cr::W {
         w.chsel().set(CHANNEL);
@@ -113,8 +124,8 @@ impl<const N: usize, const OUT: bool> dma::Stream<'static> for Stream<N, OUT> {
     #[inline(always)]
     fn arm(&self, places: &'static [AtomicU8]) {
         let stream = self.stream();
-        // SAFETY: these places exist for ever, may be written behind the compiler's back (they are atomics), and the ring hands them to
-        // nobody else before the transfer has ended.
+        // SAFETY: these places exist for ever. They are atomics, so the controller may write them,
+        // and the ring gives them to no other user before the transfer has ended.
         stream
             .m0ar()
             .write(|w| unsafe { w.m0a().bits(places.as_ptr() as u32) });

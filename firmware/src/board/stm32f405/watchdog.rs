@@ -2,14 +2,16 @@
 
 use stm32f4::stm32f405::{DBGMCU, IWDG};
 
-/// Ticks of 8 ms (32 kHz / 256): 4 s. Longer than the longest thing the loop may wait for, the erasure of a 128 KiB flash
-/// sector (2 s, DS8626 table 47), even with the oscillator at the fast end of its 17 to 47 kHz.
+/// Ticks of 8 ms (32 kHz / 256): 4 s. This is longer than the longest wait of the loop, the erasure
+/// of a 128 KiB flash sector (2 s, DS8626 table 47), even with the oscillator at the fast end of
+/// its 17 to 47 kHz.
 const TICKS: u16 = 500;
 
-/// Rounds to wait for a register to be taken over: it takes 5 ticks of 32 kHz (RM0090 21.4.4), 26 000 cycles at most.
+/// Rounds of waiting until a register takes effect: 5 ticks of 32 kHz (RM0090 21.4.4), 26 000
+/// cycles at most.
 const PATIENCE: u32 = 20_000;
 
-/// Started; cannot be stopped.
+/// The running watchdog. It cannot be stopped.
 pub struct Watchdog(IWDG);
 
 impl Watchdog {
@@ -24,7 +26,8 @@ impl Watchdog {
             let status = iwdg.sr().read();
             status.pvu().bit_is_clear() && status.rvu().bit_is_clear()
         };
-        let _ = (0..PATIENCE).any(taken_over); // if not: the reset values, 0.5 s, which only a slower start would notice
+        // if not, the reset values hold: 0.5 s, which only a slower start would notice
+        let _ = (0..PATIENCE).any(taken_over);
         let mut watchdog = Self(iwdg);
         watchdog.feed();
         watchdog

@@ -1,4 +1,5 @@
-//! A controller and a line's receiver and transmitter, simulated, with bytes and interrupts at the worst moments.
+//! A controller and a line's receiver and transmitter, simulated, with bytes and interrupts at the
+//! worst moments.
 
 use super::*;
 use crate::link::uart::{Port, RECEIVED};
@@ -259,7 +260,8 @@ fn read_all(port: &mut impl Line, into: &mut Vec<u8>) -> usize {
 enum Step {
     /// So many bytes arrive.
     Arrive(usize),
-    /// The same while interrupts are held off: after the end of a transfer two bytes are one too many.
+    /// The same while interrupts are held off: after the end of a transfer two bytes are one too
+    /// many.
     Late(usize),
     /// The main loop asks for so many.
     Want(usize),
@@ -280,8 +282,8 @@ fn step() -> impl Strategy<Value = Step> {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(512))]
 
-    /// All that arrived is read once and in order, except where the reader was told of a loss; and who sleeps is woken by the
-    /// byte it wants, not before.
+    /// All that arrived is read once and in order, except where the reader was told of a loss; and
+    /// who sleeps is woken by the byte it wants, not before.
     #[test]
     fn nothing_is_lost_or_read_twice(
         steps in prop::collection::vec(step(), 1..80),
@@ -401,7 +403,8 @@ fn bytes_without_an_interrupt_are_found() {
     assert!(port.is_idle() && port.want(28));
 }
 
-/// Nobody reads: the ring fills, the receiver overruns, the reader is told once and then gets what had come.
+/// Nobody reads: the ring fills, the receiver overruns, the reader is told once and then gets what
+/// had come.
 #[test]
 fn a_full_ring_is_told_and_goes_on() {
     let (board, mut port) = start(Vec::new());

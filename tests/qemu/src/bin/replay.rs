@@ -7,7 +7,7 @@
 mod target {
     use core::fmt::Write;
 
-    use firmware::link::dma::Progress;
+    use firmware::link::progress::Progress;
     use firmware::wire::ImuFormat;
     use qemu::replay::{HEADER, Input, LONGEST, Pace, Replay, Wires, config, learning_config};
     use qemu::target::files::File;

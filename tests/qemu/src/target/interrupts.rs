@@ -9,7 +9,7 @@ use firmware::link::uart::Uart;
 
 use super::{dma, ticks};
 use crate::replay::Wires;
-use firmware::link::dma::NoStream;
+use firmware::link::progress::NoStream;
 
 static SENSOR: Uart = Uart::new();
 static NAVIGATION: Uart = Uart::new();

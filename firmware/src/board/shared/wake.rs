@@ -1,24 +1,25 @@
-//! What boards share: when the main loop sleeps.
+//! When the main loop sleeps, and what wakes it.
 
 use core::sync::atomic::{AtomicBool, Ordering};
 
 use cortex_m::interrupt;
 
-use crate::time::ticks_of;
+use super::time::ticks_of;
 
-/// Since the last sleep something happened that the main loop wants to see.
+/// Since the last sleep something happened that the main loop must handle.
 static AWAKE: AtomicBool = AtomicBool::new(true);
 
-/// Interrupt: the main loop is to look.
+/// For interrupts: wakes the main loop.
 #[inline(always)]
 pub fn wake() {
     AWAKE.store(true, Ordering::Relaxed);
 }
 
-/// Main loop: sleeps until [`wake`]. Interrupts that do not call it only cost their own time.
+/// For the main loop: sleeps until [`wake`]. Interrupts that do not call it only cost their own
+/// time.
 ///
-/// The look and the sleep are one: an interrupt in between stays pending, ends the sleep and is served after it. Returns the ticks of
-/// SysTick asleep, interrupts not counted.
+/// The test of the flag and the sleep are one step: an interrupt in between stays pending, ends the
+/// sleep and is served after it. Returns the ticks of SysTick asleep, interrupts not counted.
 pub fn sleep() -> u32 {
     let mut ticks = 0u32;
     loop {

@@ -16,10 +16,10 @@ fn SysTick() {
         let milliseconds = MILLISECONDS.borrow(cs);
         milliseconds.set(milliseconds.get() + 1);
     });
-    crate::uart::wake();
+    super::wake::wake();
 }
 
-/// The board's clock; also what wakes the main loop at least once a millisecond.
+/// The board's clock. It also wakes the main loop at least once a millisecond.
 #[derive(Clone, Copy, Debug)]
 pub struct Time {
     ticks_per_ms: NonZeroU32,
@@ -47,7 +47,8 @@ impl Time {
     }
 }
 
-/// Ticks of what `asleep` takes, less than the millisecond after which SysTick ends every sleep. Interrupts wait meanwhile.
+/// Ticks that `asleep` takes, less than the millisecond after which SysTick ends every sleep.
+/// Interrupts wait meanwhile.
 pub fn ticks_of(asleep: impl FnOnce()) -> u32 {
     let before = SYST::get_current();
     asleep();
@@ -64,7 +65,7 @@ impl Clock for Time {
             let mut left = SYST::get_current();
             let mut milliseconds = MILLISECONDS.borrow(cs).get();
             if SCB::is_pendst_pending() {
-                // It ran out, and the handler waits for us: read again, certainly after that.
+                // It ran out, and the handler waits for this section: read again, now after that.
                 left = SYST::get_current();
                 milliseconds += 1;
             }

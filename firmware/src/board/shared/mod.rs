@@ -1,0 +1,6 @@
+//! What the boards share. An image need not use all of it.
+#![allow(dead_code, reason = "an image without the learner from fixes")]
+
+pub mod learners;
+pub mod time;
+pub mod wake;
