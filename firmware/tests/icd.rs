@@ -2,7 +2,10 @@
 
 use firmware::model::IMAGES_LEN;
 use firmware::wire::command::{MAX_CHUNK, MAX_PACKET, Request, WIRE_VERSION, encode, fault};
-use firmware::wire::{cobs, hg4930, kvh, novatel, stim300};
+use firmware::wire::{
+    Change, Checked, Fields, ImuFormat, Settings, Simulated, cobs, framer, hg4930, kvh, novatel,
+    stim300,
+};
 
 const ICD: &str = include_str!("../../docs/ICD.md");
 
@@ -108,6 +111,76 @@ fn kvh_novatel_hg4930_frames() {
         (u32::from(buffer[1]), len)
     });
     assert_eq!(lengths, made);
+}
+
+/// The rows of a format, in whatever case its name is written.
+fn rows_of(format: ImuFormat) -> Vec<Vec<&'static str>> {
+    let all = ICD.lines().filter(|line| line.starts_with('|'));
+    let firsts = all.filter_map(|line| line.trim_matches('|').split('|').next());
+    let mut firsts: Vec<&str> = firsts.map(str::trim).collect();
+    firsts.dedup();
+    let named = |first: &&str| first.to_lowercase().starts_with(format.name());
+    firsts.into_iter().filter(named).flat_map(rows).collect()
+}
+
+fn simulated(sensor: &Simulated) -> Vec<u8> {
+    let mut buffer = [0; framer::LONGEST];
+    let len = (sensor.emit)(&Fields::default(), &mut buffer).expect("room");
+    buffer[..len].to_vec()
+}
+
+/// Every frame that can be simulated is listed with its length.
+#[test]
+fn frames_of_every_format() {
+    for format in ImuFormat::ALL {
+        let rows = rows_of(format);
+        let lengths = rows.iter().filter(|row| row.len() == 6);
+        let lengths: Vec<u32> = lengths.flat_map(|row| numbers(row[2])).collect();
+        for sensor in format.simulated() {
+            let len = simulated(sensor).len() as u32;
+            assert!(lengths.contains(&len), "{}: {lengths:?}", sensor.name);
+        }
+    }
+}
+
+/// The bit that a mark sets is the one in the table, or none where the table says so.
+#[test]
+fn own_fault_bits_of_every_format() {
+    for format in ImuFormat::ALL {
+        let rows = rows_of(format);
+        let rows: Vec<_> = rows.iter().filter(|row| row.len() == 3).collect();
+        assert!(!rows.is_empty(), "{format:?}");
+        for sensor in format.simulated() {
+            let mut frame = simulated(sensor);
+            let before = frame.clone();
+            let mut checked = Checked::new(format, &mut frame).expect("a frame");
+            let words = checked.read().expect("values").words;
+            let change = Change {
+                words: &words,
+                mark: true,
+                settings: &Settings::DEFAULT,
+            };
+            checked.change(&change).expect("values of this kind");
+            // all bytes but those that the checksum follows
+            let mark = (0..frame.len()).find_map(|at| {
+                let mut other = before.clone();
+                other[at] = frame[at];
+                format.seal(&mut other);
+                (other == frame && frame[at] != before[at]).then_some(frame[at] ^ before[at])
+            });
+            let listed = rows.iter().any(|row| {
+                let last = row[1].split_whitespace().last().expect("a bit");
+                match mark {
+                    None => last == "none",
+                    Some(mark) => {
+                        let mark = u32::from(mark);
+                        last != "none" && [mark, mark << 8].contains(&number(last))
+                    }
+                }
+            });
+            assert!(listed, "{}: {mark:?}", sensor.name);
+        }
+    }
 }
 
 #[test]

@@ -12,7 +12,7 @@ use qemu::budget::Budgets;
 use qemu::drive::drive;
 use qemu::images::BOARDS;
 use qemu::live::Live;
-use qemu::protocol::DRIVES;
+use qemu::protocol::drives;
 use qemu::replay::Pace;
 use qemu::report::{MINUTES, Report, counted, report, within};
 
@@ -39,7 +39,7 @@ pub fn qemu(json: Option<&Path>) -> Result<ExitCode> {
     for (board, report) in BOARDS.into_iter().zip(&reports) {
         report.check(board, &budgets)?;
     }
-    for (format, _) in DRIVES {
+    for (format, _) in drives() {
         let budget = budgets.application.get(format.name());
         let budget = budget.with_context(|| format!("no budget for {format:?}"))?;
         for pace in [Pace::Byte, Pace::Dma] {

@@ -10,8 +10,9 @@ use anyhow::{Context, Result, bail, ensure};
 use firmware::app::Config;
 use firmware::control::{Mode, Window};
 use firmware::model::IMAGES_LEN;
-use firmware::wire::ImuFormat;
 use firmware::wire::command::{self, Estimate, Health, MAX_CHUNK, MAX_PACKET, Request, Response};
+use firmware::wire::framer::LONGEST;
+use firmware::wire::{Fields, ImuFormat};
 use lrnn_nostd::image::{self, IMAGE_LEN};
 
 use crate::drive::Record;
@@ -237,10 +238,19 @@ fn packet(line: &mut TcpStream) -> Result<Option<Vec<u8>>> {
     Ok(Some(packet))
 }
 
-/// Formats and seconds of drive that make some blocks of one second each, and not many bytes: the
-/// lines carry 10 to 30 kB/s.
-pub const DRIVES: [(ImuFormat, u32); 3] = [
-    (ImuFormat::Stim300, 6),
-    (ImuFormat::Kvh, 2),
-    (ImuFormat::Novatel, 5),
-];
+/// Bytes of the sensor in a drive through serial lines that carry 10 to 30 kB/s.
+const DRIVE_BYTES: u32 = 56_000;
+
+/// All formats, and seconds of drive that make some blocks of one second each, and not many bytes.
+#[must_use]
+pub fn drives() -> Vec<(ImuFormat, u32)> {
+    let seconds = |format: ImuFormat| {
+        let sensor = &format.simulated()[0];
+        let frame = (sensor.emit)(&Fields::default(), &mut [0; LONGEST]).unwrap_or(LONGEST);
+        DRIVE_BYTES / (sensor.rate * frame as u32)
+    };
+    let formats = ImuFormat::ALL.into_iter();
+    formats
+        .map(|format| (format, seconds(format).max(2)))
+        .collect()
+}

@@ -10,7 +10,7 @@ use crate::budget::{ApplicationBudget, Budgets};
 use crate::drive::{Record, drive};
 use crate::images::{Board, REPLAY};
 use crate::machine::Clock;
-use crate::protocol::{DRIVES, serve};
+use crate::protocol::{drives, serve};
 use crate::replay::{Pace, config};
 use crate::size::Size;
 use crate::software::{Instructions, on_desktop, on_target};
@@ -78,7 +78,7 @@ pub fn report(board: Board, long: &[Record]) -> Result<Report> {
     let mut equal = here.sent == there.sent && !here.sent.is_empty();
     let (mut equal_dma, mut costs, mut dma) = (true, Vec::new(), Vec::new());
     let mut stack = 0;
-    for (format, seconds) in DRIVES {
+    for (format, seconds) in drives() {
         let (same, cost) = counted(board, format, Pace::Byte)?;
         equal &= same;
         costs.push(cost);

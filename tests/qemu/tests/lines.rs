@@ -11,7 +11,7 @@ use qemu::drive::drive;
 use qemu::images::{BOARDS, Board};
 use qemu::live::Live;
 use qemu::memory::Memory;
-use qemu::protocol::{DRIVES, health, learn_from_reference, serve};
+use qemu::protocol::{drives, health, learn_from_reference, serve};
 use qemu::size::Size;
 use qemu::software::changed;
 
@@ -60,7 +60,7 @@ fn learning_from_references_fits_into_the_small_image() {
 
 #[test]
 fn stm32f405_corrects_every_format_as_the_desktop_does() {
-    for (format, seconds) in DRIVES {
+    for (format, seconds) in drives() {
         corrects(BOARDS[0], format, seconds);
     }
 }
@@ -68,7 +68,7 @@ fn stm32f405_corrects_every_format_as_the_desktop_does() {
 #[test]
 fn other_boards_do_the_same() {
     for board in [BOARDS[1], BOARDS[2], BOARDS[3]] {
-        corrects(board, DRIVES[0].0, DRIVES[0].1);
+        corrects(board, drives()[0].0, drives()[0].1);
     }
 }
 

@@ -8,7 +8,7 @@ use qemu::budget::Budgets;
 use qemu::drive::drive;
 use qemu::images::{BOARDS, REPLAY};
 use qemu::machine::{Clock, NETDUINOPLUS2};
-use qemu::protocol::DRIVES;
+use qemu::protocol::drives;
 use qemu::replay::{Pace, config};
 use qemu::report::{MINUTES, counted, within};
 use qemu::software::{changed, on_desktop, on_target};
@@ -53,8 +53,8 @@ fn every_format_is_corrected_the_same_and_within_budget() {
         return;
     }
     let budgets = Budgets::read().expect("budgets.toml").application;
-    assert_eq!(budgets.len(), DRIVES.len());
-    for (format, _) in DRIVES {
+    assert_eq!(budgets.len(), drives().len());
+    for (format, _) in drives() {
         for pace in [Pace::Byte, Pace::Dma] {
             let (same, cost) = counted(BOARDS[0], format, pace).expect("it runs");
             assert!(same, "{format:?}");
