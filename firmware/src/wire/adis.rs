@@ -1,13 +1,16 @@
 //! Analog Devices ADIS burst replies, as bytes; [`spi`] fetches them.
 //!
-//! Source: the Linux drivers adis16475 and adis16480 and `ArduPilot`'s ADIS1647x driver, read, not copied. No recorded
-//! burst is public: the checksums were verified by an independent re-implementation only. 16-bit words, most significant
-//! byte first; `lo` before `hi` where a number has two words:
+//! Source: the Linux drivers adis16475 and adis16480 and `ArduPilot`'s ADIS1647x driver, read, not
+//! copied. No recorded burst is public, so the checksums were verified by an independent
+//! implementation only. A burst consists of 16-bit words, most significant byte first. Where a
+//! number has two words, `lo` comes before `hi`:
 //!
 //! ```text
-//! 1646x, 1647x, 1650x  DIAG_STAT | gyro xyz | acc xyz | TEMP | DATA_CNTR | byte sum                 20 bytes (16-bit)
-//!                      DIAG_STAT | gyro xyz lo hi | acc xyz lo hi | TEMP | DATA_CNTR | byte sum     32 bytes (BURST32)
-//! 1649x                A5A5 once or twice | SYS_E_FLAG | TEMP | gyro lo hi | acc lo hi | DATA_CNT | CRC lo hi
+//! 1646x, 1647x, 1650x: 20 bytes, or 32 with BURST32
+//!   DIAG_STAT | gyro xyz | acc xyz | TEMP | DATA_CNTR | byte sum
+//!   DIAG_STAT | gyro xyz lo hi | acc xyz lo hi | TEMP | DATA_CNTR | byte sum
+//! 1649x: 40 bytes
+//!   A5A5 once or twice | SYS_E_FLAG | TEMP | gyro lo hi | acc lo hi | DATA_CNT | CRC lo hi
 //! ```
 //!
 //! The byte sum of the first family is weak: exchanged bytes pass it.
@@ -71,8 +74,9 @@ pub struct Burst {
     pub counter: u16,
 }
 
-/// DIAG_STAT bits of the 1646x, 1647x and 1650x that say the inertial data are not to be trusted: standby (4), sensor
-/// failure (5), memory failure (6). Overrun, flash, SPI and clock bits say something about the past or the timing.
+/// DIAG_STAT bits of the 1646x, 1647x and 1650x that make the inertial data invalid: standby (4),
+/// sensor failure (5), memory failure (6). Overrun, flash, SPI and clock bits concern the past or
+/// the timing.
 const NOT_VALID_1647X: u16 = 0x0070;
 
 impl Burst {
@@ -85,7 +89,7 @@ impl Burst {
         }
     }
 
-    /// Read a 16-bit burst reply.
+    /// Reads a 16-bit burst reply.
     ///
     /// # Errors
     /// [`Error::Checksum`]
@@ -101,7 +105,7 @@ impl Burst {
         })
     }
 
-    /// Read a 32-bit burst reply.
+    /// Reads a 32-bit burst reply.
     ///
     /// # Errors
     /// [`Error::Checksum`]
@@ -116,9 +120,10 @@ impl Burst {
         })
     }
 
-    /// Read a 1649x burst reply. How many BURST_ID words precede the data depends on the clock (two above 3.6 MHz, one
-    /// below 3 MHz): the data begin where, within the first four words, BURST_ID is followed by something else. (Diagnosis flags
-    /// that read 0xA5A5 themselves are refused; they would set reserved bits.)
+    /// Reads a 1649x burst reply. How many BURST_ID words precede the data depends on the clock:
+    /// two above 3.6 MHz, one below 3 MHz. The data begin where, within the first four words,
+    /// BURST_ID is followed by something else. Diagnosis flags that read 0xA5A5 themselves are
+    /// refused; they would set reserved bits.
     ///
     /// # Errors
     /// [`Error::Header`] without BURST_ID, [`Error::Checksum`].
@@ -141,7 +146,7 @@ impl Burst {
         })
     }
 
-    /// The reply a 1646x, 1647x or 1650x would send; words keep their low 16 bits.
+    /// The reply that a 1646x, 1647x or 1650x would send. Values keep their low 16 bits.
     pub fn emit16(&self) -> [u8; BURST16_LEN] {
         let mut reply = [0; BURST16_LEN];
         for (n, word) in self.gyro.into_iter().chain(self.accel).enumerate() {
@@ -151,7 +156,7 @@ impl Burst {
         reply
     }
 
-    /// The reply a 1650x in 32-bit mode would send.
+    /// The reply that a 1650x in 32-bit mode would send.
     pub fn emit32(&self) -> [u8; BURST32_LEN] {
         let mut reply = [0; BURST32_LEN];
         put_low_high(&mut reply, 2, self.gyro);
@@ -168,7 +173,7 @@ impl Burst {
         put(reply, at + 4, sum.to_be_bytes());
     }
 
-    /// The reply a 1649x would send, with one or two BURST_ID words.
+    /// The reply that a 1649x would send, with one or two BURST_ID words.
     pub fn emit_1649x(&self, fast_clock: bool) -> [u8; BURST_1649X_LEN] {
         let mut data = [0; 34];
         put(&mut data, 0, self.diagnosis.to_be_bytes());

@@ -2,9 +2,9 @@
 //! again.
 //!
 //! Only a [`super::Framer`], [`Checked::new`] and [`Checked::burst`] make one, so whoever holds one
-//! need not check. And no damage after that check can be sealed under a good checksum: a checksum is
-//! not made anew from the bytes but *changed by what was changed* (CRCs and sums are linear). A byte
-//! that is corrupted in between still fails the receiver's check.
+//! need not check. And no damage after that check can be sealed under a good checksum: a checksum
+//! is not made anew from the bytes but *changed by what was changed* (CRCs and sums are linear). A
+//! byte that is corrupted in between still fails the receiver's check.
 
 use super::sequence::Stream;
 use super::{Change, Error, Framing, ImuFormat, Reading, Settings, adis, exactly};

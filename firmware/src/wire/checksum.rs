@@ -1,7 +1,8 @@
 //! The checksums of the protocols, by name.
 //!
-//! The CRC-32s use one 1 KiB table each (the linker drops those of unused protocols): at 2 kHz x 63 bytes, checked and
-//! made again, the bitwise form would cost about 5 % of a 168 MHz Cortex-M4.
+//! Each CRC-32 uses a table of 1 KiB. The linker drops those of unused
+//! formats. At 2 kHz and 63 bytes a frame, the form without a table would cost about 5 % of a 168
+//! MHz Cortex-M4.
 
 use super::field::head;
 use crc::{Algorithm, CRC_32_ISO_HDLC, CRC_32_MPEG_2, Crc, Table};
@@ -9,7 +10,8 @@ use crc::{Algorithm, CRC_32_ISO_HDLC, CRC_32_MPEG_2, Crc, Table};
 static MPEG_2: Crc<u32> = Crc::<u32>::new(&CRC_32_MPEG_2);
 static ISO_HDLC: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);
 
-/// `NovAtel`: the reflected polynomial of zlib, but starting from 0 and without the final inversion.
+/// `NovAtel`: the reflected polynomial of zlib, but starting from 0 and without the final
+/// inversion.
 const CRC_32_NOVATEL: Algorithm<u32> = Algorithm {
     width: 32,
     poly: 0x04C1_1DB7,
@@ -42,7 +44,8 @@ pub fn crc32_mpeg2(bytes: &[u8]) -> u32 {
     MPEG_2.checksum(bytes)
 }
 
-/// CRC-32/MPEG-2 over `bytes` filled up with zeros to a multiple of four bytes (STIM300's dummy bytes, never sent).
+/// CRC-32/MPEG-2 over `bytes` filled up with zeros to a multiple of four bytes (STIM300's dummy
+/// bytes, never sent).
 pub fn crc32_mpeg2_padded(bytes: &[u8]) -> u32 {
     #[cfg(test)]
     count::one(bytes.len());
@@ -52,7 +55,7 @@ pub fn crc32_mpeg2_padded(bytes: &[u8]) -> u32 {
     digest.finalize()
 }
 
-/// What fills `len` bytes up to whole words.
+/// The zeros that fill `len` bytes up to a multiple of four.
 fn dummies(len: usize) -> &'static [u8] {
     match len % 4 {
         0 => &[],
@@ -62,8 +65,9 @@ fn dummies(len: usize) -> &'static [u8] {
     }
 }
 
-/// How [`crc32_mpeg2`] changes when the bytes `difference` are exclusive-ored to bytes that `after` others follow: CRCs are linear, so this
-/// is the CRC from zero of the difference. What is before them does not matter.
+/// How [`crc32_mpeg2`] changes when `difference` is exclusive-ored to bytes that `after` others
+/// follow. CRCs are linear, so this is the CRC from zero of the difference. Bytes before it do not
+/// matter.
 pub fn crc32_mpeg2_change(difference: &[u8], after: usize) -> u32 {
     let mut digest = MPEG_2.digest_with_initial(0);
     digest.update(difference);
@@ -77,7 +81,7 @@ pub fn crc32_mpeg2_padded_change(difference: &[u8], after: usize) -> u32 {
     crc32_mpeg2_change(difference, after)
 }
 
-/// More bytes than follow the words in any frame.
+/// More bytes than follow the values in any frame.
 const LONGEST: usize = 64;
 
 /// The ordinary reflected CRC-32 of zlib (ADIS1649x bursts, our command link).
@@ -85,7 +89,8 @@ pub fn crc32_zlib(bytes: &[u8]) -> u32 {
     ISO_HDLC.checksum(bytes)
 }
 
-/// zlib's CRC-32 over 16-bit words sent most significant byte first but summed low byte first (ADIS1649x).
+/// zlib's CRC-32 over 16-bit words sent most significant byte first but summed low byte first
+/// (ADIS1649x).
 pub fn crc32_zlib_swapped(words: &[u8]) -> u32 {
     let mut digest = ISO_HDLC.digest();
     for word in words.chunks_exact(2) {
@@ -114,7 +119,8 @@ pub fn crc8_stim300_utility(text: &[u8]) -> u8 {
     UTILITY.checksum(text)
 }
 
-/// Sum of little-endian 16-bit words, modulo 2^16 (HG4930). Weak: exchanged words, or errors that cancel, pass.
+/// Sum of little-endian 16-bit words, modulo 2^16 (HG4930). It is weak: exchanged words and errors
+/// that cancel pass.
 pub fn sum16_le(bytes: &[u8]) -> u16 {
     #[cfg(test)]
     count::one(bytes.len());
@@ -152,7 +158,7 @@ pub(super) mod count {
         static PASSES: RefCell<Vec<usize>> = const { RefCell::new(Vec::new()) };
     }
 
-    pub(super) fn one(len: usize) {
+    pub(in crate::wire) fn one(len: usize) {
         PASSES.with_borrow_mut(|passes| passes.push(len));
     }
 

@@ -1,10 +1,12 @@
-//! Consistent overhead byte stuffing (Cheshire and Baker 1999): packets without zeros, so that a zero can end them.
+//! Consistent overhead byte stuffing (Cheshire and Baker 1999): packets without zeros, so that a
+//! zero can end them.
 //!
-//! Twenty lines of it are here because the `cobs` crate's functions, and `postcard`'s COBS and CRC flavours, leave bounds
-//! checks in the image whose panics the release build forbids. The crate is the tests' oracle.
+//! The functions of the `cobs` crate, and `postcard`'s COBS and CRC flavours, leave bounds checks
+//! in the image, whose panics the release build forbids. So twenty lines are here. The crate is the
+//! tests' oracle.
 
-/// Encode `plain`, put a zero behind it and return the length; `None` if `out` is too short (`plain` and one byte for
-/// each 254 of it, and the zero, suffice).
+/// Encodes `plain`, puts a zero behind it and returns the length. `None` if `out` is too short: it
+/// needs `plain`, one byte for each 254 of it, and the zero.
 pub fn encode(plain: &[u8], out: &mut [u8]) -> Option<usize> {
     // `code` at `code_at` counts the bytes up to the zero it stands for
     let (mut code_at, mut code, mut at) = (0, 1u8, 1);
@@ -27,7 +29,8 @@ pub fn encode(plain: &[u8], out: &mut [u8]) -> Option<usize> {
     Some(at + 1)
 }
 
-/// Decode a packet (without its zero) in place and return the length; `None` for bytes that no encoder makes.
+/// Decodes a packet (without its zero) in place and returns the length. `None` for bytes that no
+/// encoder makes.
 pub fn decode_in_place(packet: &mut [u8]) -> Option<usize> {
     let (mut from, mut to) = (0, 0);
     loop {
@@ -54,8 +57,8 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    /// Few values and long runs, so that zeros and runs of 254 and more both happen. Not empty: there the crate writes
-    /// nothing where the paper has one byte.
+    /// Few values and long runs, so that zeros and runs of 254 and more both happen. Not empty:
+    /// there the crate writes nothing where the paper has one byte.
     fn plain() -> impl Strategy<Value = Vec<u8>> {
         prop::collection::vec((0..4u8, 1..300usize), 1..6).prop_map(|runs| {
             let runs = runs.into_iter().map(|(byte, len)| vec![byte; len]);

@@ -1,12 +1,15 @@
 //! Our own command link: a person or a host asks, the co-processor answers.
 //!
-//! One packet is postcard's encoding of `(number, message)`, then its CRC-32 (zlib's, little-endian), the whole COBS
-//! encoded and ended by a zero byte. A reader that joins late or meets damage is in step again at the next zero.
+//! One packet is postcard's encoding of `(number, message)`, followed by its CRC-32 (zlib's,
+//! little-endian). The whole is COBS encoded and ended by a zero byte. A reader that joins late or
+//! receives damage is in step again at the next zero.
 //!
-//! The number is the requester's; an answer carries that of its request. A request that comes again under the same
-//! number (because the answer was lost) changes nothing more than the first did.
+//! The requester chooses the number, and the answer carries that of its request. A request that
+//! comes again under the same number, because the answer was lost, changes nothing more than the
+//! first did.
 //!
-//! Compatibility: the variants' order is the wire format. New ones go to the end, and [`WIRE_VERSION`] counts changes.
+//! Compatibility: the order of the variants is the wire format. New ones go to the end, and
+//! [`WIRE_VERSION`] counts changes.
 
 use super::checksum::crc32_zlib;
 use super::field::{head, put, take};
@@ -18,31 +21,33 @@ use serde::{Deserialize, Serialize};
 pub const WIRE_VERSION: u16 = 6;
 /// The largest piece of a weight image in one packet, bytes.
 pub const MAX_CHUNK: usize = 128;
-/// The longest packet, its zero byte included: chunk, 32 bytes for the other fields and the CRC, COBS overhead.
+/// The longest packet, its zero byte included: chunk, 32 bytes for the other fields and the CRC,
+/// COBS overhead.
 pub const MAX_PACKET: usize = MAX_CHUNK + 32 + 2;
 
-/// What the networks say, whether it is in force or not.
+/// The output of the networks, whether it is in force or not.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Estimate {
-    /// Number of the last sample: frames since power-on, the missing ones counted, modulo 2^32; the first is 0.
+    /// Number of the last sample: frames since power-on, missing ones included, modulo 2^32. The
+    /// first is 0.
     pub sample: u32,
-    /// The sensor's own counter in that frame, to know it by.
+    /// The sensor's own counter in that frame, to identify it.
     pub counter: Option<u16>,
-    /// First and last sample of the window for which a [`Request::Reference`] is awaited.
+    /// First and last sample of the window that awaits a [`Request::Reference`].
     pub window: Option<(u32, u32)>,
     /// Correction in force: rate error in rad/s, error of the specific force in m/s2.
     pub in_force: [[f32; 3]; 2],
-    /// What the networks in use said of the last block.
+    /// Output of the networks in use for the last block.
     pub network_output: [[f32; 3]; 2],
-    /// What the copy that learns said of it.
+    /// Output of the learning copy for the last block.
     pub learnt: [[f32; 3]; 2],
     /// References used, of windows since power-on.
     pub used: u32,
-    /// Of these, with an axis that was not believed.
+    /// How many of these had an axis that was not believed.
     pub doubted: u32,
 }
 
-/// What can be asked.
+/// A request to the device.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub enum Request<'a> {
     /// Answer: [`Response::Version`].
@@ -51,14 +56,15 @@ pub enum Request<'a> {
     GetHealth,
     /// Answer: done or refused.
     SetMode(Mode),
-    /// A piece of a new weight image, at most [`MAX_CHUNK`] bytes, into the receiving buffer.
+    /// Writes a piece of a new weight image, at most [`MAX_CHUNK`] bytes, into the receiving
+    /// buffer.
     WriteImage {
         /// Where in the image.
         offset: u32,
         /// The piece.
         bytes: &'a [u8],
     },
-    /// Check the image received and use it from the next sample on.
+    /// Checks the image received and uses it from the next sample on.
     CommitImage {
         /// Its length, bytes.
         length: u32,
@@ -76,22 +82,24 @@ pub enum Request<'a> {
     Alignment(Alignment),
     /// Answer: [`Response::Counters`].
     GetCounters,
-    /// Keep the weights in use over a power cycle. Halts the processor while flash is erased: in bypass only.
+    /// Keeps the weights in use over a power cycle. Erasing flash halts the processor, so only in
+    /// bypass.
     StoreImage,
     /// Answer: [`Response::Estimate`].
     GetEstimate,
-    /// As [`Request::ReadImage`], the weights learnt. They change while learning goes on: read them in another mode.
+    /// As [`Request::ReadImage`], of the weights learnt. They change while learning goes on, so
+    /// read them in another mode.
     ReadLearnt {
         /// Where in the image.
         offset: u32,
         /// At most [`MAX_CHUNK`].
         length: u16,
     },
-    /// Use the weights learnt from the next block on.
+    /// Uses the weights learnt from the next block on.
     CommitLearnt,
 }
 
-/// What runs here.
+/// The versions of the device.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Version {
     /// [`WIRE_VERSION`]
@@ -102,7 +110,7 @@ pub struct Version {
     pub image: u16,
 }
 
-/// Counters since power-on, each held at its end, never wrapping.
+/// State and counters since power-on. Counters saturate.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Health {
     /// Mode in force.
@@ -117,26 +125,28 @@ pub struct Health {
     pub garbage: u32,
     /// Frames missing by the sensor's counter.
     pub missed: u32,
-    /// Values held at the end of their range.
+    /// Values that saturated.
     pub saturated: u32,
-    /// Corrections held at their bound.
+    /// Corrections that were limited.
     pub bounded: u32,
-    /// Most metres that corrections within their limits can add to a free-inertial position 5, 10, 15, 20 and 22 min after the
-    /// alignment ([`crate::error_bound`]).
+    /// Most metres that corrections within their limits can add to a free-inertial position 5, 10,
+    /// 15, 20 and 22 min after the alignment (`crate::error_bound`).
     pub error_bound_m: [u32; 5],
-    /// The hypothesis that stands: 0 the sensors are right, 1 biases, 2 to 4 output weights with narrow to wide priors, 5 all weights.
+    /// The promoted hypothesis: 0 zero correction, 1 biases, 2 to 4 output weights with narrow to
+    /// wide priors, 5 all weights.
     pub winner: u8,
     /// The learner is aligned and compares itself with fixes.
     pub navigates: bool,
     /// Fixes learnt from.
     pub used_fixes: u32,
-    /// Fixes refused: with a component that was not believed, or as too old.
+    /// Fixes refused: too old, or with a component that was not believed.
     pub refused_fixes: u32,
-    /// Times a hypothesis other than 0 came to stand.
+    /// Times a hypothesis other than 0 was promoted.
     pub promotions: u32,
     /// Times it was given up for 0.
     pub rollbacks: u32,
-    /// Share of the last whole second in which the processor did not sleep, per mille; `None` where the board does not know.
+    /// Share of the last whole second in which the processor did not sleep, per mille; `None` where
+    /// the board does not know.
     pub busy: Option<u16>,
     /// The same of the busiest second since power-on.
     pub busiest: Option<u16>,
@@ -148,15 +158,15 @@ pub mod fault {
     pub const SILENT: u32 = 1 << 0;
     /// The sensor sends, but nothing of the format configured, or of none that is known.
     pub const UNKNOWN_FORMAT: u32 = 1 << 1;
-    /// What the words mean, or their rate, is not known: they cannot be corrected.
+    /// The scale of the values or their rate is not known, so they cannot be corrected.
     pub const UNITS: u32 = 1 << 2;
-    /// The last network step failed; its estimate before that is held.
+    /// The last network step failed. The estimate before it stays in force.
     pub const NETWORK: u32 = 1 << 3;
-    /// A corrected word of the last frame was held at the end of its field.
+    /// A corrected value of the last frame saturated.
     pub const SATURATED: u32 = 1 << 4;
     /// The last frame found no room in the output and was dropped.
     pub const OUTPUT_FULL: u32 = 1 << 5;
-    /// Raw pass-through: bytes go through unread.
+    /// Raw pass-through: bytes pass unread.
     pub const PASS_THROUGH: u32 = 1 << 6;
     /// The sensor calls some axis invalid.
     pub const SENSOR: u32 = 1 << 7;
@@ -164,7 +174,7 @@ pub mod fault {
     pub const STORE: u32 = 1 << 8;
 }
 
-/// More counters since power-on, each held at its end, never wrapping.
+/// More counters since power-on. They saturate.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct Counters {
     /// Inertial frames received.
@@ -189,25 +199,25 @@ pub struct Counters {
     pub dropped: u32,
     /// Bytes passed through raw.
     pub raw: u32,
-    /// Values held at the end of their field.
+    /// Values that saturated at the range of their field.
     pub saturated: u32,
     /// Blocks stepped.
     pub blocks: u32,
-    /// Blocks given up because of a hole in the stream or invalid words.
+    /// Blocks given up because of a gap in the stream or invalid values.
     pub given_up: u32,
     /// Requests of the navigation computer.
     pub requests: u32,
-    /// Of these, answered from here because the sensor did not.
+    /// How many of these the device answered because the sensor did not.
     pub answered: u32,
     /// Fixes received.
     pub fixes: u32,
-    /// Of these, vouched for by the receiver.
+    /// How many of these the receiver calls good.
     pub good_fixes: u32,
     /// Times each state was entered: detection, run, fault.
     pub entered: [u32; 3],
 }
 
-/// What is answered.
+/// An answer of the device.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub enum Response<'a> {
     /// Carried out.
@@ -231,11 +241,11 @@ pub enum Response<'a> {
     Estimate(Estimate),
 }
 
-/// Write a packet, its zero byte included, and return it.
+/// Writes a packet, its zero byte included, and returns it.
 ///
 /// # Errors
-/// [`Error::Length`] when it is longer than the buffer or than [`MAX_PACKET`], which suffices for chunks of
-/// [`MAX_CHUNK`].
+/// [`Error::Length`] when it is longer than the buffer or than [`MAX_PACKET`], which suffices for
+/// chunks of [`MAX_CHUNK`].
 pub fn encode<'b, M: Serialize>(
     number: u8,
     message: &M,
@@ -253,11 +263,12 @@ pub fn encode<'b, M: Serialize>(
     buffer.get_mut(..len).ok_or(Error::Length)
 }
 
-/// Read a packet, with or without its zero byte. It is decoded in place; its message borrows from it.
+/// Reads a packet, with or without its zero byte. It is decoded in place, and its message borrows
+/// from it.
 ///
 /// # Errors
-/// [`Error::Header`] for bytes that are not COBS, [`Error::Checksum`], [`Error::Field`] for a message that this version
-/// does not know or that has bytes left over.
+/// [`Error::Header`] for bytes that are not COBS, [`Error::Checksum`], [`Error::Field`] for a
+/// message that this version does not know or that has bytes left over.
 pub fn decode<'b, M: Deserialize<'b>>(packet: &'b mut [u8]) -> Result<(u8, M), Error> {
     let end = packet
         .iter()
@@ -299,8 +310,9 @@ impl Packets {
         }
     }
 
-    /// Take one byte; a zero completes a packet for [`decode`]. Packets too long to be ours are dropped, and so are empty
-    /// ones (senders may put a zero in front to separate their packet from noise).
+    /// Receives one byte. A zero completes a packet for [`decode`]. Packets that are too long are
+    /// dropped, and so are empty ones: a sender may put a zero in front of a packet to separate it
+    /// from noise.
     pub fn push(&mut self, byte: u8) -> Option<&mut [u8]> {
         if byte != 0 {
             if let Some(place) = self.buffer.get_mut(self.len) {

@@ -1,14 +1,15 @@
-//! Finds out which format a line speaks.
+//! Finds out which format an IMU sends.
 
 use super::ImuFormat;
 use super::framer::{Finder, Kind, Unread};
 
-/// Consecutive good frames of one format that decide. One accidental 16-bit sum (HG4930) in a foreign stream is thinkable
-/// (its two header bytes must agree as well), three in an unbroken row are not.
+/// Consecutive good frames of one format that decide. One accidental 16-bit sum (HG4930) in a
+/// foreign stream is thinkable (its two header bytes must agree as well), three in an unbroken row
+/// are not.
 pub const ENOUGH: u8 = 3;
 
-/// Tries all formats of inertial sensors on the same bytes. A good message between frames (CR LF, a control message)
-/// does not interrupt a row; garbage or a wrong checksum does.
+/// Tries all formats of inertial sensors on the same bytes. A good message between frames (CR LF, a
+/// control message) does not interrupt a row; garbage or a wrong checksum does.
 ///
 /// The bytes meanwhile are the caller's, to be passed on unchanged.
 #[derive(Debug)]
@@ -90,7 +91,8 @@ mod tests {
     fn three_frames_in_a_row_decide() {
         for format in ImuFormat::ALL {
             let mut detector = Detector::new();
-            // joined in the middle of a frame; its rest may hold a false start that has to be waited out
+            // joined in the middle of a frame; its rest may hold a false start that has to be
+            // waited out
             assert_eq!(detector.push(&format.example(0)[5..]), None);
             let decided = (1..10).find(|&n| {
                 let found = detector.push(&format.example(n));

@@ -1,7 +1,8 @@
 //! Fields at fixed offsets, as total functions.
 //!
-//! Frames are checked for their length once, when a view is made. The readers here are total all the same: outside the
-//! buffer they read zeros and write nothing. Nothing in this layer can therefore panic, whatever a line delivers.
+//! The length of a frame is checked once, by its scan. The functions here are total all the same:
+//! outside the buffer they read zeros and write nothing. So nothing in this layer can panic,
+//! whatever a line delivers.
 
 /// `N` bytes at `at`; zeros where the buffer is too short.
 #[inline]
@@ -23,16 +24,17 @@ pub fn put<const N: usize>(bytes: &mut [u8], at: usize, field: [u8; N]) {
     }
 }
 
-/// Lets `work` write to the `N` bytes from `at` and tells which bits it changed; `None`, and nothing is done, where the buffer is too
-/// short. Four bytes are compared at a time: `N` is a multiple of four.
+/// Lets `work` write to the `N` bytes from `at` and tells which bits it changed. `None`, and
+/// nothing is done, where the buffer is too short. Four bytes are compared at a time, so `N` is a
+/// multiple of four.
 #[inline(always)]
-fn changed<const N: usize, R>(
+pub(super) fn changed<const N: usize, R>(
     bytes: &mut [u8],
     at: usize,
     work: impl FnOnce(&mut [u8; N]) -> R,
 ) -> Option<(R, [u8; N])> {
     const {
-        assert!(N.is_multiple_of(4), "words of four bytes");
+        assert!(N.is_multiple_of(4), "four bytes at a time");
     }
     let place = bytes.get_mut(at..)?.first_chunk_mut::<N>()?;
     let mut bits = *place;
@@ -48,8 +50,9 @@ fn changed<const N: usize, R>(
     Some((result, bits))
 }
 
-/// Do `work` on the `N` bytes at `at`, and change the four bytes of the CRC at the frame's end with them: `crc` tells how, from the bits
-/// changed and the number of bytes between them and the CRC. `None`, and nothing is done, where the `N` bytes are not before the CRC.
+/// Does `work` on the `N` bytes at `at`, and changes the four bytes of the CRC at the frame's end
+/// with them. `crc` tells how, from the changed bits and the number of bytes between them and the
+/// CRC. `None`, and nothing is done, where the `N` bytes are not before the CRC.
 #[inline(always)]
 pub fn resealed<const N: usize, R>(
     frame: &mut [u8],
@@ -90,7 +93,7 @@ pub fn put_be_i24(bytes: &mut [u8], at: usize, value: i32) {
     put(bytes, at, [high, middle, low]);
 }
 
-/// `value` held within 24 bits, and whether it had to be.
+/// `value` saturated at 24 bits, and whether it was.
 #[inline]
 pub fn saturate_i24(value: i32) -> (i32, bool) {
     let held = value.clamp(I24_MIN, I24_MAX);

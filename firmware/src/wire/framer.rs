@@ -1,44 +1,47 @@
-//! Finds frames in a stream of bytes and finds back after damage.
+//! Finds frames in a stream of bytes, and resynchronises after damage.
 //!
-//! The head of the buffer is asked again and again: is this a frame ([`Scan`])? If not, exactly one byte is given up and
-//! the question is put to the next. So a false start costs no frame: whatever garbage precedes, every undamaged frame
-//! comes out, and a damaged one takes no other with it. Every byte that goes in comes out once, in order, in exactly one
-//! [`Event`], so what is sent on is what came in, frame by frame, except for words changed in between.
+//! The finder looks at the head of the buffer: is this a frame ([`Scan`])? If not, it skips exactly
+//! one byte and looks again. So a false start costs no frame: whatever garbage precedes it, every
+//! undamaged frame is found, and a damaged one takes no other with it. Every byte that goes in
+//! comes out once, in order, in exactly one [`Event`]. So what is sent on is what came in, frame by
+//! frame, except for the values changed in between.
 //!
-//! A frame is never reported unless its checksum is right.
+//! A frame is reported only if its checksum is right.
 //!
-//! Bytes are held back no longer than needed to tell: a false start delays what follows it by at most the length it
-//! claims. When a line falls silent, [`Framer::flush`] gives out what is left.
+//! Bytes are kept no longer than needed to decide. A false start delays what follows it by at most
+//! the length it claims. When a line falls silent, [`Framer::flush`] returns what is left.
 //!
-//! The buffer is a straight piece of memory and not a ring, so that a frame is one slice; pushing moves the unread bytes
-//! to the front when the end is reached.
+//! The buffer is a straight piece of memory and not a ring, so that a frame is one slice. When its
+//! end is reached, the unread bytes move to the front.
 
 use super::field::head;
 use super::ubx::Pvt;
 use super::{Checked, Framing, ImuFormat, ReceiverFormat, Scan};
 
-/// The longest message that is waited for. Longer ones (other logs of a receiver) go through as garbage, unread.
+/// The longest message that the framer waits for. Longer ones (other logs of a receiver) pass as
+/// garbage, unread.
 pub const LONGEST: usize = 256;
 
 /// Bytes a framer holds.
 pub const CAPACITY: usize = 2 * LONGEST;
 
-/// So many bytes of garbage in a row, without even a damaged frame, are not damage but another format (or another bit
-/// rate): some seventy frames, 0.15 s of a STIM300 at 1 kHz.
+/// So many bytes of garbage in a row, without even a damaged frame, are not damage but another
+/// format (or another bit rate): some seventy frames, 0.15 s of a STIM300 at 1 kHz.
 pub const UNKNOWN_AFTER: u32 = 4096;
 
 /// What the bytes of an event are.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kind {
-    /// A frame with inertial words (UBX: a fix), its checksum right.
+    /// A frame with a right checksum. It holds a sample, or a receiver's fix.
     Frame,
     /// Another good message, to be passed on.
     Other,
-    /// A start mark whose checksum was wrong: the damaged frame's first byte. The rest comes as garbage.
+    /// The first byte of a damaged frame: a start mark with a wrong checksum. The rest comes as
+    /// garbage.
     BadChecksum,
     /// Bytes that belong to no message.
     Garbage,
-    /// The same, but for so long that this is hardly the format: see [`UNKNOWN_AFTER`].
+    /// Garbage for so long that this is hardly the format: see [`UNKNOWN_AFTER`].
     Unknown,
 }
 
@@ -79,14 +82,14 @@ impl Event<'_, ReceiverFormat> {
     }
 }
 
-/// Frames of one format out of a stream.
+/// Finds the frames of one format in a stream.
 #[derive(Debug)]
 pub struct Framer<F = ImuFormat> {
     bytes: Unread,
     finder: Finder<F>,
 }
 
-/// Bytes that were taken in and not given out yet.
+/// Bytes that were received and have not left in an event yet.
 #[derive(Debug)]
 pub(super) struct Unread {
     buffer: [u8; CAPACITY],
@@ -99,7 +102,8 @@ pub(super) struct Unread {
 #[derive(Debug)]
 pub(super) struct Finder<F = ImuFormat> {
     format: F,
-    /// Unread bytes without which the head cannot be told: saves asking at every byte of a slow line.
+    /// Unread bytes without which the head cannot be decided. It saves a scan at every byte of a
+    /// slow line.
     needed: usize,
     /// The last thing found was a good message, so the next byte should start one.
     aligned: bool,
@@ -184,7 +188,7 @@ impl<F: Framing> Finder<F> {
         self.format
     }
 
-    /// What `unread` begins with, and how many bytes it is; `None` when more are needed.
+    /// What `unread` begins with, and of how many bytes. `None` when more are needed.
     #[inline(never)] // three callers
     pub(super) fn find(&mut self, unread: &[u8]) -> Option<(Kind, usize)> {
         if unread.len() < self.needed {
@@ -204,7 +208,7 @@ impl<F: Framing> Finder<F> {
                     break (Kind::Garbage, skipped);
                 }
                 Scan::Partial(_) | Scan::Garbage => skipped += 1,
-                // a byte that looks like an identifier, no more
+                // only a byte that looks like a start mark
                 Scan::BadChecksum if !expected => skipped += 1,
                 // garbage first, the message with the next call
                 _ if skipped > 0 => break (Kind::Garbage, skipped),
@@ -216,7 +220,7 @@ impl<F: Framing> Finder<F> {
         Some((self.found(kind, len), len))
     }
 
-    /// What it is after so many bytes of this kind.
+    /// Notes so many bytes of this kind, and tells garbage from an unknown format.
     fn found(&mut self, kind: Kind, len: usize) -> Kind {
         self.needed = 0;
         self.aligned = matches!(kind, Kind::Frame | Kind::Other);
@@ -244,18 +248,19 @@ impl<F: Framing> Framer<F> {
         }
     }
 
-    /// What it looks for.
+    /// The format that it looks for.
     pub fn format(&self) -> F {
         self.finder.format
     }
 
-    /// Bytes taken in and not given out yet.
+    /// Bytes that were received and have not left in an event yet.
     pub fn pending(&self) -> usize {
         self.bytes.len()
     }
 
-    /// Bytes that have to come before there can be another event, at least 1. Between two messages, where any may follow, the length
-    /// of the last frame: a shorter one then waits for the next look, a frame like the last waits for nothing.
+    /// Bytes that must come before there can be another event, at least 1. Between two messages it
+    /// is the length of the last frame. So a frame like the last one waits for nothing, and a
+    /// shorter message waits for the next look.
     pub fn needs(&self) -> usize {
         match self.pending() {
             0 if self.finder.aligned => self.finder.usual.max(1),
@@ -263,17 +268,17 @@ impl<F: Framing> Framer<F> {
         }
     }
 
-    /// Take bytes in and return how many found room. All of them do if at most [`LONGEST`] are pushed at a time and all
-    /// events taken in between.
+    /// Receives bytes and returns how many found room. All of them do if at most [`LONGEST`] are
+    /// pushed at a time and all events are taken in between.
     pub fn push(&mut self, bytes: &[u8]) -> usize {
         self.bytes.push(bytes)
     }
 
-    /// The same with bytes that `read` puts into the room it is given, at least `wanted` bytes if so many may be pushed; it tells how many it
-    /// has put there.
+    /// The same with bytes that `read` puts into the room it is given, which has at least `wanted`
+    /// bytes if so many may be pushed. It returns how many it has put there.
     ///
     /// # Errors
-    /// Those of `read`; nothing is taken in then.
+    /// Those of `read`. Nothing is received then.
     #[inline(always)]
     pub fn fill<E>(
         &mut self,
@@ -289,7 +294,7 @@ impl<F: Framing> Framer<F> {
         Some(self.give_out(kind, len))
     }
 
-    /// Give out what is left as garbage: for a line that has fallen silent.
+    /// Returns what is left as garbage: for a line that has fallen silent.
     pub fn flush(&mut self) -> Option<Event<'_, F>> {
         match self.pending() {
             0 => None,

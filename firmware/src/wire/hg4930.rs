@@ -1,22 +1,27 @@
 //! Honeywell HG4930 asynchronous messages.
 //!
-//! Source: HG4930 Performance and Installation Manual, pages 13 to 17. Least significant byte and word first, 1 Mbit/s 8N1:
+//! Source: HG4930 Performance and Installation Manual, pages 13 to 17. Least significant byte and
+//! word first, 1 Mbit/s 8N1:
 //!
 //! ```text
-//! 01 control   0E 01 | rate xyz i16 | acc xyz i16 | status 1 u16 | status 2 u16 | sum                       20 bytes
-//! 02 inertial  0E 02 | the same 16 bytes | angle increments xyz i32 | velocity increments xyz i32 | sum     44 bytes
-//! CA S-class   0E CA | as 01, other scales | sum                                                            20 bytes
+//! 01 control, 20 bytes
+//!   0E 01 | rate xyz i16 | acc xyz i16 | status 1 u16 | status 2 u16 | sum
+//! 02 inertial, 44 bytes
+//!   0E 02 | the same 16 bytes | angle increments xyz i32 | velocity increments xyz i32 | sum
+//! CA S-class, 20 bytes
+//!   0E CA | as 01, other scales | sum
 //! ```
 //!
-//! On a 600 Hz grid five control messages are followed by one inertial message. The navigation words are the increments
-//! of 0x02, and they are what is read and written here. Control messages go through unchanged: their rates are filtered
-//! differently and serve control loops. An S-class unit sends nothing but 0xCA, so there the rates are the words.
+//! On a 600 Hz grid five control messages are followed by one inertial message. The increments of
+//! 0x02 are for navigation, and they are read and written here. Control messages pass unchanged:
+//! their rates are filtered differently and serve control loops. An S-class unit sends nothing but
+//! 0xCA, so there the rates are corrected.
 //!
-//! The 16-bit sum finds every single wrong bit but not exchanged words nor errors that cancel: one random damage in
-//! 65536 passes.
+//! The 16-bit sum finds every single wrong bit, but neither exchanged words nor errors that cancel.
+//! One random damage in 65536 passes.
 //!
-//! Traps in the third-party `bolderflight/hg4930`: velocity increments without the 0.3048, inverted health flags, rotated
-//! axes.
+//! Traps in the third-party `bolderflight/hg4930`: velocity increments without the 0.3048, inverted
+//! health flags, rotated axes.
 
 use super::checksum::sum16_le;
 use super::field::{head, put, take};
@@ -28,7 +33,7 @@ use crate::units::{DEGREE, FOOT};
 pub const MAX_LEN: usize = 44;
 /// Control messages between two inertial ones.
 pub const CONTROLS_PER_INERTIAL: u8 = 5;
-/// A word of the start-up pattern, sent until the power-up test is done (400 ms).
+/// A value of the start-up pattern, which is sent until the power-up test is done (400 ms).
 const PATTERN: i32 = 0x5555_5555;
 
 /// Field positions.
@@ -106,7 +111,8 @@ pub const S_CLASS: Units = units(
     21.0 * 9.805_989_024 / 32_768.0,
 );
 
-/// Look for a message at the beginning of `bytes`. Inertial and S-class messages are frames, control messages are not.
+/// Looks for a message at the beginning of `bytes`. Inertial and S-class messages are frames,
+/// control messages are not.
 pub fn scan(bytes: &[u8]) -> Scan {
     let message = match *bytes {
         [] | [0x0E] => return Scan::Partial(2),
@@ -195,14 +201,14 @@ impl<T: AsRef<[u8]>> Frame<T> {
         self.wide(at::VELOCITY)
     }
 
-    /// Bits 0-1 counter, 2-3 test mode, 4 IMU, 5 gyros, 6 accelerometers, 7 sensor voltage, 8-10 gyro x y z, 15 IMU;
-    /// 1 = failed.
+    /// Bits 0-1 counter, 2-3 test mode, 4 IMU, 5 gyros, 6 accelerometers, 7 sensor voltage, 8-10
+    /// gyro x y z, 15 IMU; 1 = failed.
     pub fn status_1(&self) -> u16 {
         u16::from_le_bytes(take(self.buffer.as_ref(), at::STATUS_1))
     }
 
-    /// Bits 8-14 health (1 = failed; bit 9: start-up pattern), bit 15: the low byte is the accelerometer temperature in
-    /// degrees Celsius, otherwise the software version.
+    /// Bits 8-14 health (1 = failed; bit 9: start-up pattern), bit 15: the low byte is the
+    /// accelerometer temperature in degrees Celsius, otherwise the software version.
     pub fn status_2(&self) -> u16 {
         u16::from_le_bytes(take(self.buffer.as_ref(), at::STATUS_2))
     }
@@ -227,7 +233,7 @@ impl<T: AsRef<[u8]>> Frame<T> {
         Axes::new(gyro, accel)
     }
 
-    /// The six navigation words and what goes with them.
+    /// The six values for navigation and what goes with them.
     ///
     /// # Errors
     /// [`Error::Content`] for a control message.
@@ -248,9 +254,9 @@ impl<T: AsRef<[u8]>> Frame<T> {
 }
 
 impl<T: AsRef<[u8]> + AsMut<[u8]>> Frame<T> {
-    /// Writes the six navigation values and, if asked, [`OWN_FAULT`], and changes the sum by the
-    /// difference. S-class values saturate at 16 bits; the axes that did are returned. `None`, and
-    /// nothing is changed, for a control message.
+    /// Writes the six values for navigation and, if asked, [`OWN_FAULT`], and changes the sum by
+    /// the difference. S-class values saturate at 16 bits; the axes that did are returned. `None`,
+    /// and nothing is changed, for a control message.
     pub(super) fn change(&mut self, gyro: [i32; 3], accel: [i32; 3], mark: bool) -> Option<Axes> {
         let at = self.buffer.as_ref().len().checked_sub(2)?;
         let (from, len) = match self.message {

@@ -1,15 +1,17 @@
 //! KVH 1725, 1750, 1775 fibre-optic IMUs: message formats A, B, C and the BIT message.
 //!
-//! Source: KVH ICD 56-0298 rev B; golden frames recorded by `TRECVT/ros_kvh1750`. All fields most significant byte first:
+//! Source: KVH ICD 56-0298 rev B; golden frames recorded by `TRECVT/ros_kvh1750`. All fields most
+//! significant byte first:
 //!
 //! ```text
-//! A  FE 81 FF 55 | gyro 3 x f32 | acc 3 x f32 |               status | sequence | temperature i16 | CRC 4    36 bytes
-//! B  FE 81 FF 56 | gyro 3 x f32 | acc 3 x f32 | time us u32 | status | sequence | temperature i16 | CRC 4    40 bytes
-//! C  FE 81 FF 57 | gyro 3 x f32 | acc 3 x f32 | cycling f32 | status | sequence |                 | CRC 4    38 bytes
+//! A  FE 81 FF 55 | gyro 3 x f32 | acc 3 x f32 |               status | seq | temp i16 | CRC 4   36
+//! B  FE 81 FF 56 | gyro 3 x f32 | acc 3 x f32 | time us u32 | status | seq | temp i16 | CRC 4   40
+//! C  FE 81 FF 57 | gyro 3 x f32 | acc 3 x f32 | cycling f32 | status | seq |          | CRC 4   38
 //! BIT  FE 81 00 AA | 6 bytes | sum      FE 81 00 AB | 8 bytes | sum
 //! ```
 //!
-//! The values are floats; the compensator carries the rounding of a correction to the next sample.
+//! The values are floats. The compensator corrects them in two exact single-precision sums and
+//! carries what a value cannot hold.
 
 use super::checksum::{crc32_mpeg2, crc32_mpeg2_change, sum_bytes};
 use super::field::{Mark, head, mark, put, resealed, take};
@@ -20,7 +22,7 @@ use crate::units::{DEGREE, G};
 /// The longest message.
 pub const MAX_LEN: usize = 40;
 
-/// Field positions; `after` the accelerations the formats differ.
+/// Field positions. After the accelerations the formats differ.
 mod at {
     pub const GYRO: usize = 4;
     pub const ACCEL: usize = 16;
@@ -74,7 +76,7 @@ impl Layout {
     }
 }
 
-/// How rotation is told (`=ROTFMT`, `=ROTUNITS`); the message itself does not say.
+/// Units by the sensor's settings (`=ROTFMT`, `=ROTUNITS`); the message itself does not tell.
 pub fn units(delta: bool, degrees: bool) -> Units {
     Units {
         gyro: Unit {
@@ -92,7 +94,7 @@ pub fn units(delta: bool, degrees: bool) -> Units {
     }
 }
 
-/// Look for a message at the beginning of `bytes`.
+/// Looks for a message at the beginning of `bytes`.
 pub fn scan(bytes: &[u8]) -> Scan {
     match (
         mark(bytes, &[0xFE, 0x81, 0xFF]),
@@ -171,7 +173,8 @@ impl<T: AsRef<[u8]>> Frame<T> {
         self.triad(at::ACCEL)
     }
 
-    /// Bits 0 to 2 gyro x, y, z, bits 4 to 6 accelerometer x, y, z: 1 = **valid**, the reverse of other makers.
+    /// Bits 0 to 2 gyro x, y, z, bits 4 to 6 accelerometer x, y, z: 1 = **valid**, the reverse of
+    /// other makers.
     pub fn status(&self) -> u8 {
         let [status] = take(self.buffer.as_ref(), self.layout.status());
         status
@@ -189,14 +192,14 @@ impl<T: AsRef<[u8]>> Frame<T> {
         (self.layout != Layout::C).then(|| i16::from_be_bytes(take(self.buffer.as_ref(), at)))
     }
 
-    /// The four bytes between accelerations and status: format B's time in microseconds, format C's float (temperature,
-    /// magnetic x, y, z, by the sequence number modulo 4).
+    /// The four bytes between accelerations and status: format B's time in microseconds, format C's
+    /// float (temperature, magnetic x, y, z, by the sequence number modulo 4).
     pub fn extra(&self) -> Option<[u8; 4]> {
         (self.layout != Layout::A).then(|| take(self.buffer.as_ref(), at::AFTER))
     }
 
-    /// The six words and what goes with them. Values that are no finite numbers are not valid. The temperature's unit is
-    /// not told, so it is not here.
+    /// The six values and what goes with them. A value that is no finite number is not valid. The
+    /// message does not tell the temperature's unit, so the temperature is not here.
     pub fn reading(&self) -> Reading {
         let (gyro, accel) = (self.gyro(), self.accel());
         let finite = |words: [f32; 3]| {
@@ -247,8 +250,9 @@ fn put_words(bytes: &mut [u8], at: usize, gyro: [f32; 3], accel: [f32; 3]) {
     }
 }
 
-/// Our own fault bit in the status byte, bit 3, which the sensor always sends as 0. Bit 7 and the sequence number's top bit stay 0, so
-/// that status, sequence and temperature still cannot imitate a header.
+/// Our own fault bit in the status byte, bit 3, which the sensor always sends as 0. Bit 7 and the
+/// sequence number's top bit stay 0, so that status, sequence and temperature still cannot imitate
+/// a header.
 pub const OWN_FAULT: u8 = 0x08;
 
 /// How the CRC changes.

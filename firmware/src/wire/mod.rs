@@ -1,27 +1,34 @@
-//! Bytes to inertial words and back.
+//! Bytes to inertial samples and back.
 //!
-//! A compensator between sensor and navigation computer decodes a frame, corrects six words and sends the frame on with
-//! every other byte as it came. So each protocol is a view over the frame's own bytes, in one file of one shape: field
-//! positions, view, `Repr` with `parse` and `emit`, golden bytes in the same file's tests.
+//! A compensator between sensor and navigation computer decodes a frame, corrects the six values of
+//! its sample, and sends the frame on with every other byte unchanged. So each format is a view
+//! over the frame's own bytes, and all have the same shape: field positions, view, `Repr` with
+//! `parse` and `emit`, and golden bytes in the tests.
 //!
-//! | file | frames | sum | source |
+//! | module | frames | checksum | source |
 //! |---|---|---|---|
 //! | [`stim300`] | Safran STIM300, all datagrams | CRC-32/MPEG-2 | datasheet TS1524 rev 31 |
-//! | [`kvh`] | KVH 1725/1750/1775, formats A, B, C, BIT | CRC-32/MPEG-2 | ICD 56-0298 rev B, recorded frames |
-//! | [`novatel`] | RAWIMU, RAWIMUS, RAWIMUX, RAWIMUSX, INSPVAS, binary | CRC-32 from 0 | OEM7 documentation, recorded frames |
-//! | [`hg4930`] | Honeywell HG4930 0x01, 0x02, 0xCA | 16-bit sum | performance and installation manual |
-//! | [`adis`] | ADIS1646x/1647x/1650x and 1649x bursts, over SPI | byte sum, CRC-32 | Linux and ArduPilot drivers |
+//! | [`kvh`] | KVH 1725/1750/1775: A, B, C, BIT | CRC-32/MPEG-2 | ICD 56-0298 rev B, recordings |
+//! | [`novatel`] | RAWIMU(S), RAWIMU(S)X, INSPVAS | CRC-32 from 0 | OEM7 documentation, recordings |
+//! | [`hg4930`] | Honeywell HG4930 0x01, 0x02, 0xCA | 16-bit sum | installation manual |
+//! | [`adis`] | ADIS bursts over SPI | byte sum, CRC-32 | Linux and ArduPilot drivers |
 //! | [`ubx`] | u-blox NAV-PVT | Fletcher-8 | gpsd and pyubx2 |
 //! | [`command`] | our own command link | CRC-32 | this crate |
 //!
-//! [`Framer`] finds the frames of one [`Format`] in a stream, [`Detector`] finds the format. [`read`] and [`write()`] are
-//! the same six words for all formats.
+//! [`Framer`] finds the frames of one format in a stream, and [`Detector`] finds the format. A
+//! frame that was found good is a [`Checked`], which is read and changed without another check.
 //!
-//! **Panics:** nothing here panics, allocates or loops without bound, on any input. Bytes from a line are answered by an
-//! [`Error`] or a [`framer::Kind`]; fields outside a buffer read zero (see [`field`]).
+//! **A new format of an IMU** implements [`ImuProtocol`] in a file of its own, and gets a row in
+//! the table above and in the list `imu_formats!` below. Detection, framing, correction, settings,
+//! simulated drives and the tests of all formats follow from that row. A [`ReceiverFormat`] has
+//! fixes and no samples.
 //!
-//! **Axes:** x, y, z of the sensor's own frame, in the sensor's own sense, except that `NovAtel`'s order and negated y are
-//! undone here. Nothing is rotated.
+//! **Panics:** nothing here panics, allocates or loops without bound, on any input. Bytes that are
+//! no frame yield an [`Error`] or a [`framer::Kind`]. Fields outside a buffer read zero (see
+//! [`field`]).
+//!
+//! **Axes:** x, y, z of the sensor's own frame, in the sensor's own sense. `NovAtel`'s order and
+//! negated y are undone here. Nothing is rotated.
 
 pub mod adis;
 pub mod checked;
@@ -82,20 +89,20 @@ pub enum Error {
     Checksum,
     /// A field holds a value that has no meaning.
     Field,
-    /// The frame is good but carries no inertial words, or not the ones given.
+    /// The frame is good but carries no sample, or not one of this kind.
     Content,
 }
 
-/// What stands at the beginning of some bytes of a stream. Every protocol has a `scan` with this answer.
+/// What is at the beginning of some bytes of a stream: the answer of [`Framing::scan`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Scan {
-    /// Perhaps a frame: nothing more can be told before there are so many bytes in all.
+    /// Perhaps a frame. To tell, so many bytes are needed in all.
     Partial(usize),
-    /// A frame of so many bytes with inertial words (NAV-PVT: a fix), its checksum right.
+    /// A frame of so many bytes with a right checksum. It holds a sample, or a receiver's fix.
     Frame(usize),
-    /// A message of so many bytes, its checksum right, that is sent on as it is.
+    /// Another message of so many bytes with a right checksum. It is passed on unchanged.
     Other(usize),
-    /// A start mark whose checksum is wrong, or whose length cannot be.
+    /// A start mark with a wrong checksum or an impossible length.
     BadChecksum,
     /// No start mark.
     Garbage,
@@ -112,18 +119,18 @@ fn exactly(bytes: &[u8], scan: impl FnOnce(&[u8]) -> Scan) -> Result<bool, Error
     }
 }
 
-/// What [`read`] finds in a frame.
+/// What a frame holds: see [`Checked::read`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Reading {
-    /// The six words; zero where the frame has none.
+    /// The six values. They are zero where the frame has none.
     pub words: RawSample,
-    /// The axes the frame has words for.
+    /// The axes that the frame has values for.
     pub present: Axes,
-    /// The axes the sensor itself calls good. Absent axes are not.
+    /// The axes that the sensor itself calls good. Absent axes are not.
     pub valid: Axes,
     /// The sensor's counter, for [`sequence::Rule`].
     pub counter: Option<u16>,
-    /// From time of validity to start of transmission, microseconds.
+    /// Time from the sample's validity to the start of transmission, microseconds.
     pub latency_us: Option<u16>,
     /// Time stamp, s, which starts from 0 again: see [`sequence::Sequence::Time`].
     pub time: Option<f64>,

@@ -1,21 +1,26 @@
 //! `NovAtel` OEM raw IMU logs in binary: RAWIMU, RAWIMUS, RAWIMUX, RAWIMUSX.
 //!
-//! Source: docs.novatel.com, OEM7 (log and header pages); golden frames of `novatel_edie`, of which the HG1700-AG58 one
-//! is a recorded ring-laser sample. Little-endian throughout.
+//! Source: docs.novatel.com, OEM7 (log and header pages); golden frames of `novatel_edie`, of which
+//! the HG1700-AG58 one is a recorded ring-laser sample. Little-endian throughout.
 //!
 //! ```text
-//! short  AA 44 13 | payload length u8 | id u16 | week u16 | ms of week u32                                 12 bytes
-//! long   AA 44 12 | 28 | id u16 | type | port | payload length u16 | ... | week u16 @14 | ms u32 @16 | ...  28 bytes
-//! RAWIMU(S)    week u32 @0                           | second of week f64 @4 | status u32 @12 | words @16    40 bytes
-//! RAWIMU(S)X   info u8 @0, IMU type u8 @1, week u16 @2 | second of week f64 @4 | status u32 @12 | words @16    40 bytes
-//! words        accelerometer z, -y, x, gyro z, -y, x    (i32 increments per IMU sample)
+//! short header, 12 bytes
+//!   AA 44 13 | payload length u8 | id u16 | week u16 | ms of week u32
+//! long header, 28 bytes
+//!   AA 44 12 | 28 | id u16 | type | port | payload length u16 | ... | week u16 @14 | ms u32 @16 | ...
+//! payload, 40 bytes
+//!   RAWIMU(S)   week u32 @0
+//!   RAWIMU(S)X  info u8 @0, IMU type u8 @1, week u16 @2
+//!   all         second of week f64 @4 | status u32 @12 | values @16
+//! values      accelerometer z, -y, x, gyro z, -y, x    (i32 increments per IMU sample)
 //! CRC-32 over header and payload
 //! ```
 //!
-//! **The order is z, y, x and y is negated**; [`Frame`] undoes both. i32::MIN has no opposite and stays itself.
+//! **The order is z, y, x and y is negated**; [`Frame`] undoes both. i32::MIN has no opposite and
+//! stays itself.
 //!
-//! Trap: `novatel_oem7_driver` takes the foot as 1/3.2808 m, 12 ppm more than 0.3048 m, so a velocity compared with its
-//! output differs by that much. Compare counts.
+//! Trap: `novatel_oem7_driver` takes the foot as 1/3.2808 m, 12 ppm more than 0.3048 m. A velocity
+//! compared with its output differs by that much. Compare counts.
 
 use super::checksum::{crc32_novatel, crc32_novatel_change};
 use super::field::{Mark, head, mark, put, resealed, take};
@@ -98,7 +103,8 @@ impl Log {
     }
 }
 
-/// Which log a header announces and how long header and payload are; `None` while the header is incomplete.
+/// Which log a header announces, and the lengths of header and payload. `None` while the header is
+/// incomplete.
 fn header(bytes: &[u8]) -> Option<(Option<Log>, usize, usize)> {
     let short = bytes.get(2) == Some(&0x13);
     let header = if short { 12 } else { 28 };
@@ -115,14 +121,14 @@ fn header(bytes: &[u8]) -> Option<(Option<Log>, usize, usize)> {
     Some((Log::from_header(header, id), header, payload))
 }
 
-/// A long header tells its own length.
-fn says_its_header(bytes: &[u8], header: usize) -> bool {
-    let [said] = take(bytes, at::LONG_HEADER_LEN);
-    header != 28 || said == 28
+/// Whether the length that a long header states is right.
+fn states_its_length(bytes: &[u8], header: usize) -> bool {
+    let [stated] = take(bytes, at::LONG_HEADER_LEN);
+    header != 28 || stated == 28
 }
 
-/// Look for a log at the beginning of `bytes`. Other logs pass as they are when their CRC is right; one longer than a
-/// framer's buffer goes through as garbage, unread.
+/// Looks for a log at the beginning of `bytes`. Other logs with a right CRC pass unchanged. One
+/// longer than a framer's buffer passes as garbage, unread.
 pub fn scan(bytes: &[u8]) -> Scan {
     match (
         mark(bytes, &[0xAA, 0x44, 0x12]),
@@ -135,7 +141,7 @@ pub fn scan(bytes: &[u8]) -> Scan {
     let Some((log, header, payload)) = header(bytes) else {
         return Scan::Partial(if bytes.get(2) == Some(&0x13) { 12 } else { 28 });
     };
-    if !says_its_header(bytes, header) || (log.is_some() && payload != PAYLOAD) {
+    if !states_its_length(bytes, header) || (log.is_some() && payload != PAYLOAD) {
         return Scan::BadChecksum; // known at once: do not wait for a length that cannot be
     }
     let len = header + payload + 4;
@@ -175,7 +181,7 @@ impl<T: AsRef<[u8]>> Frame<T> {
         Frame::over(buffer).ok_or(Error::Header)
     }
 
-    /// A view over a log that a framer has checked.
+    /// A view over a log whose checksum was found right.
     pub(super) fn over(buffer: T) -> Option<Frame<T>> {
         let (log, ..) = header(buffer.as_ref())?;
         log.map(|log| Frame { buffer, log })
@@ -222,7 +228,8 @@ impl<T: AsRef<[u8]>> Frame<T> {
         self.triad(at::ACCEL)
     }
 
-    /// The six words and what goes with them. Invalid is what the info byte or a known status word calls invalid.
+    /// The six values and what goes with them. They are invalid when the info byte or a known
+    /// status word says so.
     pub fn reading(&self) -> Reading {
         let good = match self.info() {
             Some((info, kind)) => info & 1 == 0 && kind.status_is_good(self.status()),
@@ -272,7 +279,7 @@ impl<T: AsRef<[u8]> + AsMut<[u8]>> Frame<T> {
     }
 }
 
-/// Bytes of the six words.
+/// Bytes of the six values.
 const WORDS: usize = 24;
 
 /// Accelerometers first, each triad as z, -y, x.
@@ -285,7 +292,8 @@ fn put_words(bytes: &mut [u8], at: usize, gyro: [i32; 3], accel: [i32; 3]) {
     }
 }
 
-/// Our own fault bit in the info byte of the extended logs, reserved by `NovAtel`; RAWIMU and RAWIMUS have no room.
+/// Our own fault bit in the info byte of the extended logs, reserved by `NovAtel`. RAWIMU and
+/// RAWIMUS have no room for it.
 pub const OWN_FAULT: u8 = 0x80;
 
 /// How the CRC changes.
@@ -332,7 +340,7 @@ impl ImuType {
         })
     }
 
-    /// Samples per second, of the types whose rate is published.
+    /// Samples a second, of the types whose rate is published.
     pub fn rate(self) -> Option<u16> {
         match self.0 {
             1 | 4 | 5 | 11 | 12 | 20 | 27 | 28 | 58 | 68 => Some(100),
@@ -343,8 +351,9 @@ impl ImuType {
         }
     }
 
-    /// Whether a status word says the sensor is good. Only the HG1700 family's bits are known here (from the `GearBox`
-    /// decoder: 1 = failed; the path-length control bits of single gyros are not counted); all others pass.
+    /// Whether a status word says that the sensor is good. Only the bits of the HG1700 family are
+    /// known here (from the `GearBox` decoder: 1 = failed). Its path-length control bits of single
+    /// gyros are not counted. The status of all other types passes.
     pub fn status_is_good(self, status: u32) -> bool {
         !matches!(self.0, 1 | 4 | 5 | 11 | 12) || status & 0xF800_0010 == 0
     }

@@ -10,8 +10,8 @@ use crate::sample::{Axes, RawSample};
 use proptest::prelude::*;
 use std::vec::Vec;
 
-/// A good frame of any IMU format with any bytes in its fields: a simulated frame, filled with random
-/// bytes wherever it then still is one.
+/// A good frame of any IMU format with any bytes in its fields: a simulated frame, filled with
+/// random bytes wherever it then still is one.
 fn any_imu_frame() -> impl Strategy<Value = (ImuFormat, &'static Simulated, Vec<u8>)> {
     let body = prop::collection::vec(any::<u8>(), 256);
     (0..ImuFormat::ALL.len(), any::<usize>(), body).prop_map(|(which, kind, body)| {
@@ -46,7 +46,8 @@ fn any_frame() -> impl Strategy<Value = (Any, Vec<u8>)> {
     prop_oneof![4 => imu, 1 => receiver]
 }
 
-/// Values in place of those of a frame, and what the frame then holds: counts saturate at its field.
+/// Values in place of those of a frame, and what the frame then holds: counts saturate at its
+/// field.
 fn replaced(words: RawSample, new: [i32; 6], bits: u32) -> (RawSample, RawSample) {
     let [a, b, c, d, e, f] = new;
     let range = (-(1i64 << (bits - 1)), (1i64 << (bits - 1)) - 1);
@@ -164,7 +165,8 @@ proptest! {
         prop_assert_eq!(checksum::count::passes(bytes.len() - 5), 1);
     }
 
-    /// However a stream is cut, with garbage anywhere, the same frames come out and every byte comes out once, in order.
+    /// However a stream is cut, with garbage anywhere, the same frames come out and every byte
+    /// comes out once, in order.
     #[test]
     fn cutting_changes_nothing(
         which in 0..all().len(), piece in 1..200usize,
@@ -182,8 +184,8 @@ proptest! {
         prop_assert_eq!(all, stream);
     }
 
-    /// Garbage in front of or between frames costs none of them (an HG4930 false start may by chance have a right sum:
-    /// 2^-32 a place).
+    /// Garbage in front of or between frames costs none of them (an HG4930 false start may by
+    /// chance have a right sum: 2^-32 a place).
     #[test]
     fn garbage_costs_no_frame(
         which in 0..all().len(), piece in 1..100usize,
@@ -203,8 +205,8 @@ proptest! {
         prop_assert_eq!(frames(&found), sent);
     }
 
-    /// One wrong bit anywhere: the damaged frame is lost, no other, and no wrong frame appears. Holds for the sums too:
-    /// they are weak against two errors, not one.
+    /// One wrong bit anywhere: the damaged frame is lost, no other, and no wrong frame appears.
+    /// Holds for the sums too: they are weak against two errors, not one.
     #[test]
     fn one_wrong_bit_costs_one_frame((format, bytes) in any_frame(), bit: prop::sample::Index) {
         let neighbours = [format.example(1), format.example(2), format.example(3)];

@@ -1,8 +1,8 @@
 //! Units, rate and gap rule of a stream, and the gaps themselves.
 //!
 //! An overrun looks like plausible frozen data, so the counter of the sensor is kept and compared,
-//! and never made anew. A gap of a whole turn of the counter cannot be seen: 256 internal samples of
-//! a STIM300 (128 ms), 128 frames of a KVH.
+//! and never made anew. A gap of a whole turn of the counter cannot be seen: 256 internal samples
+//! of a STIM300 (128 ms), 128 frames of a KVH.
 
 use super::Reading;
 use crate::sample::Units;
@@ -115,8 +115,9 @@ impl Rule {
     }
 }
 
-/// Gaps by the time in the frame, for sensors without a counter: `before` and `now` in seconds, which
-/// start from 0 again after `turn` seconds; `rate` in Hz. Less than half a period is the same frame.
+/// Gaps by the time in the frame, for sensors without a counter: `before` and `now` in seconds,
+/// which start from 0 again after `turn` seconds; `rate` in Hz. Less than half a period is the same
+/// frame.
 pub fn time_gap(before: f64, now: f64, rate: f64, turn: f64) -> Gap {
     let advance = if now < before - turn / 2.0 {
         now - before + turn

@@ -1,18 +1,20 @@
 //! Safran (Sensonor) STIM300 measurement datagrams.
 //!
-//! Source: datasheet TS1524 rev 31 (February 2024), tables 5-20 to 5-23, equations 1 to 10. The identifiers of older
-//! firmware, which has an auxiliary input where rev 31 has PPS, are from the `vortexntnu/stim300-driver`.
+//! Source: datasheet TS1524 rev 31 (February 2024), tables 5-20 to 5-23, equations 1 to 10. The
+//! identifiers of older firmware, which has an auxiliary input where rev 31 has PPS, are from the
+//! `vortexntnu/stim300-driver`.
 //!
 //! All fields most significant byte first, data words 24-bit two's complement:
 //!
 //! ```text
-//! ID | gyro 3x3 + status | [acc 3x3 + st] | [incl 3x3 + st] | [temperatures 3x2 + st, per cluster] | [PPS 3 + st]
+//! ID | gyro 3x3 + status | [acc 3x3 + st] | [incl 3x3 + st] | [temperatures 3x2 + st, per cluster]
+//!    | [PPS 3 + st]
 //!    | counter | latency 2 | CRC 4 | [CR LF]
 //! ```
 //!
-//! There is no sync word: a frame is an identifier byte with the right CRC behind it, at the length the identifier says.
-//! CR LF is not told by the identifier and not under the CRC; [`scan`] reports it as a message of its own after the
-//! frame, so that no frame waits for the byte that might follow it.
+//! There is no start mark. A frame is an identifier byte with a right CRC at the length that the
+//! identifier tells. The identifier does not tell whether CR LF follows, and the CRC does not cover
+//! it. [`scan`] reports CR LF as a message of its own, so that no frame waits for it.
 //!
 //! STIM318 and STIM377H are of the same family but were not checked.
 
@@ -30,11 +32,11 @@ pub const MAX_LEN: usize = 63;
 /// Field positions that do not depend on the content. The last ones count from the end.
 mod at {
     pub const GYRO: usize = 1;
-    /// One inertial cluster: three words and a status byte.
+    /// One inertial cluster: three values and a status byte.
     pub const CLUSTER: usize = 10;
-    /// One cluster's temperatures: three words and a status byte.
+    /// One cluster's temperatures: three values and a status byte.
     pub const TEMPERATURES: usize = 7;
-    /// PPS or auxiliary word and its status byte.
+    /// PPS or auxiliary value and its status byte.
     pub const EXTRA: usize = 4;
     pub const EXTRA_FROM_END: usize = 11;
     pub const COUNTER_FROM_END: usize = 7;
@@ -69,7 +71,7 @@ pub mod status {
     }
 }
 
-/// The word that may follow the temperatures.
+/// The value that may follow the temperatures.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Extra {
     /// None.
@@ -89,12 +91,13 @@ pub struct Contents {
     pub incl: bool,
     /// Temperatures, of the clusters that are there.
     pub temperature: bool,
-    /// PPS or auxiliary word.
+    /// PPS or auxiliary value.
     pub extra: Extra,
 }
 
 impl Contents {
-    /// Table 5-21. In all three families bits 2, 1, 0 of the identifier are temperature, inclination, acceleration.
+    /// Table 5-21. In all three families bits 2, 1, 0 of the identifier are temperature,
+    /// inclination, acceleration.
     pub fn from_id(id: u8) -> Option<Contents> {
         let extra = match id {
             0x90..=0x94 | 0xA5..=0xA7 => Extra::None,
@@ -144,7 +147,8 @@ impl Contents {
     }
 }
 
-/// Look for a datagram at the beginning of `bytes`: a measurement, a special one ([`config::special_len`]), or CR LF.
+/// Looks for a datagram at the beginning of `bytes`: a measurement, a special one
+/// ([`config::special_len`]), or CR LF.
 pub fn scan(bytes: &[u8]) -> Scan {
     let Some(&id) = bytes.first() else {
         return Scan::Partial(1);
@@ -176,12 +180,12 @@ fn crc_is_right(frame: &[u8]) -> bool {
     crc32_mpeg2_padded(head(frame, crc)) == u32::from_be_bytes(take(frame, crc))
 }
 
-/// How the CRC changes with the first bytes.
+/// How the CRC changes when the first bytes do.
 fn crc_change(bits: &[u8], after: usize) -> [u8; 4] {
     crc32_mpeg2_padded_change(bits, after).to_be_bytes()
 }
 
-/// Put the CRC of the bytes before it into the last four bytes.
+/// Puts the CRC of the bytes before it into the last four bytes.
 fn seal(frame: &mut [u8]) {
     let crc = frame.len().saturating_sub(at::CRC);
     let sum = crc32_mpeg2_padded(head(frame, crc));
@@ -262,7 +266,7 @@ impl<T: AsRef<[u8]>> Frame<T> {
         })
     }
 
-    /// PPS or auxiliary word (24 bits) and its status byte, if any.
+    /// PPS or auxiliary value (24 bits) and its status byte, if any.
     pub fn extra(&self) -> Option<(u32, u8)> {
         let at = self.contents.len() - at::EXTRA_FROM_END;
         let [high, middle, low, status] = take(self.buffer.as_ref(), at);
@@ -283,7 +287,7 @@ impl<T: AsRef<[u8]>> Frame<T> {
         u16::from_be_bytes(take(self.buffer.as_ref(), at))
     }
 
-    /// The six words and what goes with them.
+    /// The six values and what goes with them.
     pub fn reading(&self) -> Reading {
         let gyro = self.gyro();
         let accel = self.accel();
@@ -310,9 +314,10 @@ impl<T: AsRef<[u8]>> Frame<T> {
 
 impl<T: AsRef<[u8]> + AsMut<[u8]>> Frame<T> {
     /// Writes gyro and accelerometer counts, each saturated at 24 bits, and changes the CRC by the
-    /// difference. Returns the axes that saturated. Accelerations are left out when the datagram has
-    /// none. `family` changes between PPS and auxiliary identifiers, which share one layout, for a
-    /// receiver that knows only the other family; nothing happens to a datagram without either.
+    /// difference. Returns the axes that saturated. Accelerations are left out when the datagram
+    /// has none. `family` changes between PPS and auxiliary identifiers, which share one layout,
+    /// for a receiver that knows only the other family; nothing happens to a datagram without
+    /// either.
     #[inline(always)]
     pub(super) fn change(
         &mut self,
@@ -336,7 +341,7 @@ impl<T: AsRef<[u8]> + AsMut<[u8]>> Frame<T> {
     }
 }
 
-/// Three words, each held within 24 bits; which had to be, x in bit 0.
+/// Writes three values, each saturated at 24 bits. Returns which were, x in bit 0.
 #[inline(always)]
 fn put_triad(bytes: &mut [u8], at: usize, words: [i32; 3]) -> u8 {
     let mut held = 0;
@@ -357,7 +362,7 @@ fn put_family(contents: &mut Contents, bytes: &mut [u8], extra: Extra) {
     }
 }
 
-/// Three words and a status byte of an inertial cluster.
+/// Three values and a status byte of an inertial cluster.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Cluster {
     /// x, y, z, 24-bit counts.

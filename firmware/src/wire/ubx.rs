@@ -1,14 +1,15 @@
-//! u-blox UBX-NAV-PVT: the position and velocity fixes that teach the weights.
+//! u-blox UBX-NAV-PVT: the position and velocity fixes that the weights are learnt from.
 //!
-//! Source: u-blox interface description as `pyubx2` and gpsd implement it; the golden message was made by `pyubx2` 1.4.0.
-//! Little-endian:
+//! Source: the u-blox interface description as `pyubx2` and gpsd implement it. `pyubx2` 1.4.0 made
+//! the golden message. Little-endian:
 //!
 //! ```text
 //! B5 62 | class | id | payload length u16 | payload | Fletcher-8 a, b over class to payload
 //! ```
 //!
-//! Written here although crates for UBX exist: one message of fixed length is needed, its framing is the framer's, and a
-//! view that can also write serves the receiver simulator. All other messages pass as they are.
+//! Crates for UBX exist. It is written here because only one message of fixed length is needed, the
+//! framer does the framing, and the receiver simulator needs a message that can be written. All
+//! other messages are ignored.
 
 use super::checksum::fletcher8;
 use super::field::{Mark, mark, put, take};
@@ -25,7 +26,7 @@ const PVT_HEADER: [u8; 6] = [0xB5, 0x62, 0x01, 0x07, PAYLOAD as u8, 0];
 /// Least standard deviations of position (m) and velocity (m/s): the message's own rounding.
 const LEAST_SIGMA: [f32; 2] = [0.005, 0.002];
 
-/// Look for a message at the beginning of `bytes`. NAV-PVT is a frame.
+/// Looks for a message at the beginning of `bytes`. NAV-PVT is a frame.
 pub fn scan(bytes: &[u8]) -> Scan {
     match mark(bytes, &[0xB5, 0x62]) {
         Mark::No => return Scan::Garbage,
@@ -68,7 +69,8 @@ pub struct Pvt {
     pub time_accuracy: u32,
     /// Fraction of the second, ns, -10^9 to 10^9.
     pub nanosecond: i32,
-    /// 0 none, 1 dead reckoning, 2 two-dimensional, 3 three-dimensional, 4 with dead reckoning, 5 time only.
+    /// 0 none, 1 dead reckoning, 2 two-dimensional, 3 three-dimensional, 4 with dead reckoning, 5
+    /// time only.
     pub fix: u8,
     /// Bit 0: fix within the receiver's limits; 1: differential; 6-7: carrier phase.
     pub flags: u8,

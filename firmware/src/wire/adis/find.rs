@@ -6,24 +6,25 @@ use crate::sample::Units;
 use embedded_hal::delay::DelayNs;
 use embedded_hal::spi::SpiDevice;
 
-/// BURST32 of MSC_CTRL, and BURST_SEL, which would put increments in place of rates.
+/// BURST32 of MSC_CTRL, and BURST_SEL, which would replace rates by increments.
 const BURST32: u16 = 1 << 9;
 const BURST_SEL: u16 = 1 << 8;
-/// Register writes are carried out after so long, microseconds: far more than the stall time.
+/// After so long a register write has taken effect, microseconds: far more than the stall time.
 const SETTLE_US: u32 = 1000;
 
-/// What answers.
+/// The sensor that answers.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Found {
-    /// Which.
+    /// Its model.
     pub model: Model,
-    /// What its words mean.
+    /// Units of its values.
     pub units: Units,
     /// Bursts a second after [`begin`], Hz.
     pub rate: f64,
 }
 
-/// Looks who answers; takes some 0.5 ms at 0.7 MHz when nobody is there. A line that nobody drives reads one value always, which is no product.
+/// Finds the model that answers. Without a sensor this takes some 0.5 ms at 0.7 MHz. A line that
+/// nothing drives always reads one value, which is no product number.
 ///
 /// # Errors
 /// The bus's.
@@ -43,7 +44,7 @@ pub fn find<S: SpiDevice>(
         let range = adis.read_register(delay, register::RANGE_1649X)?;
         adis.write_byte(delay, register::PAGE, 0)?;
         model = Model::from_registers(product, range);
-        // the answer is of the family it was asked as
+        // the answer must be of the family of this request
         model = model.filter(|model| model.form() == Form::Adis1649x);
     } else {
         model = model.filter(|model| model.form() != Form::Adis1649x);
@@ -66,7 +67,8 @@ const DECIMATION: u16 = 1;
 /// 1062.5 of 4250.
 const DECIMATION_1649X: u16 = 3;
 
-/// Sets the rate and the form of burst, and reads both back: false if the sensor does not keep them.
+/// Sets the rate and the form of burst, and reads both back: false if the sensor does not keep
+/// them.
 ///
 /// # Errors
 /// The bus's.

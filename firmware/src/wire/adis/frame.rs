@@ -1,6 +1,7 @@
-//! A burst reply as a frame: the same view over its own bytes as the streams' formats have, to be corrected in place.
+//! A burst reply as a frame: a view over its own bytes, to be corrected in place.
 //!
-//! A burst is framed by chip select, not by a start mark: whoever fetched it hands it over whole.
+//! A burst is framed by chip select, not by a start mark. The one who fetched it hands it over
+//! whole.
 
 use super::spi::Form;
 use super::{
@@ -95,7 +96,8 @@ impl<T: AsRef<[u8]>> Frame<T> {
         }
     }
 
-    /// The six words and what goes with them. A 1649x is taken to be valid: its error flags are passed on, unread.
+    /// The six values and what goes with them. A 1649x is taken to be valid: its error flags pass
+    /// unchanged, unread.
     pub fn reading(&self) -> Reading {
         let burst = self.burst();
         let (valid, temperature) = match self.form {
@@ -121,7 +123,8 @@ impl<T: AsRef<[u8]>> Frame<T> {
 }
 
 impl<T: AsRef<[u8]> + AsMut<[u8]>> Frame<T> {
-    /// The six words, without the checksum; those of 16 bits are held within them and their axes returned.
+    /// Writes the six values, without the checksum. Values of 16 bits saturate; the axes that did
+    /// are returned.
     fn put_words(&mut self, gyro: [i32; 3], accel: [i32; 3]) -> Axes {
         let bytes = self.buffer.as_mut();
         let at = match self.form {

@@ -33,7 +33,8 @@ pub enum Model {
 }
 
 impl Model {
-    /// By product number and RANG_MDL (its bits 2 and 3: 00, 01 and 11 are -1, -2 and -3). `None`: not one of these.
+    /// By product number and RANG_MDL (its bits 2 and 3: 00, 01 and 11 are -1, -2 and -3). `None`:
+    /// not one of these.
     pub fn from_registers(product: u16, range: u16) -> Option<Model> {
         let digit = match range >> 2 & 3 {
             0 => 1,
@@ -66,7 +67,8 @@ impl Model {
         }
     }
 
-    /// What one count of a 16-bit word means; a 32-bit count is 2^-16 of it. `None` for a range that does not exist.
+    /// What one count of a 16-bit word means; a 32-bit count is 2^-16 of it. `None` for a range
+    /// that does not exist.
     pub fn units(self, wide: bool) -> Option<Units> {
         let (gyro, accel) = match self {
             Model::Adis16470 => (0.1, 1.25e-3 * G),

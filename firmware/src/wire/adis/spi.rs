@@ -1,7 +1,8 @@
 //! Fetches ADIS bursts over `embedded_hal::spi::SpiDevice`.
 //!
-//! SPI mode 3, most significant byte first. A register is read by one word that names it and one that carries the answer,
-//! with chip select up and the stall time between them; a burst is one transaction: command, then reply.
+//! SPI mode 3, most significant byte first. Two words read a register: one names it and the next
+//! one carries the answer, with chip select up and the stall time between them. A burst is one
+//! transaction: command, then reply.
 
 use super::{BURST_1649X_LEN, BURST16_LEN, BURST32_LEN, Burst};
 use crate::wire::Error;
@@ -78,7 +79,8 @@ impl<S: SpiDevice> Adis<S> {
         Adis { spi, form }
     }
 
-    /// Fetch one burst. Call it when data-ready rises, and within one sample period: there is no FIFO.
+    /// Fetches one burst. Call it when data-ready rises, and within one sample period: there is no
+    /// FIFO.
     ///
     /// # Errors
     /// [`Failure::Bus`] or [`Failure::Reply`]; the next call starts afresh.
@@ -100,7 +102,8 @@ impl<S: SpiDevice> Adis<S> {
         .map_err(Failure::Reply)
     }
 
-    /// Fetch one burst as bytes, for [`crate::app::App::burst`], which looks at them; when and how often as [`Adis::read_burst`].
+    /// Fetches one burst as bytes, for `App::burst`, which checks them. Call it as
+    /// [`Adis::read_burst`].
     ///
     /// # Errors
     /// The bus's.
@@ -130,7 +133,7 @@ impl<S: SpiDevice> Adis<S> {
         Ok(frame)
     }
 
-    /// Read one 16-bit register.
+    /// Reads one 16-bit register.
     ///
     /// # Errors
     /// The bus's.
@@ -148,7 +151,7 @@ impl<S: SpiDevice> Adis<S> {
         Ok(u16::from_be_bytes(word))
     }
 
-    /// Write one 16-bit register, byte by byte as the sensor wants it.
+    /// Writes one 16-bit register, byte by byte as the sensor requires.
     ///
     /// # Errors
     /// The bus's.
@@ -163,7 +166,7 @@ impl<S: SpiDevice> Adis<S> {
         self.write_byte(delay, address.wrapping_add(1), high)
     }
 
-    /// Write one byte of a register: the page of a 1649x has only one.
+    /// Writes one byte of a register: the page of a 1649x has only one.
     ///
     /// # Errors
     /// The bus's.
@@ -187,8 +190,8 @@ mod tests {
     use core::convert::Infallible;
     use embedded_hal::spi::{ErrorType, Operation};
 
-    /// A 1650x as its register map, stricter than the part: it answers only after the stall time has passed, and counts
-    /// every breach.
+    /// A 1650x as its register map, stricter than the part: it answers only after the stall time
+    /// has passed, and counts every breach.
     struct Sensor<'a> {
         registers: [u8; 128],
         burst: Burst,

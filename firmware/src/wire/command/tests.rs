@@ -148,7 +148,8 @@ fn packets_are_found_behind_noise() {
     assert_eq!(found, [true, false, true]);
 }
 
-/// The wire format itself, so that nobody changes it unawares: number 3, variant 2, mode 3, CRC-32 of those three bytes.
+/// The wire format itself, so that nobody changes it unawares: number 3, variant 2, mode 3, CRC-32
+/// of those three bytes.
 #[test]
 fn golden_packet() {
     let mut buffer = [0; MAX_PACKET];

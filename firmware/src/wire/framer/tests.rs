@@ -105,7 +105,8 @@ fn messages_too_long_to_hold_pass_through() {
     }
 }
 
-/// A message that would fit into the buffer but is longer than what is waited for is garbage however it arrives.
+/// A message that would fit into the buffer but is longer than what is waited for is garbage
+/// however it arrives.
 #[test]
 fn what_is_found_does_not_depend_on_how_much_has_come() {
     let mut long = std::vec![0x11; 300];

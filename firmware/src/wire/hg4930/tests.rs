@@ -1,11 +1,12 @@
-//! No recorded HG4930 message is public: the bytes here are laid out by hand from the manual's tables.
+//! No recorded HG4930 message is public: the bytes here are laid out by hand from the manual's
+//! tables.
 
 use super::*;
 use crate::wire::examples::made;
 use std::vec::Vec;
 
-/// 0x02, rates 1, 2, 3, accelerations 4, 5, 6, counter 2, temperature 25, angle 0x01020304, -1, 0, velocity 7, 8, 9.
-/// The sum was added up by hand over the 21 words.
+/// 0x02, rates 1, 2, 3, accelerations 4, 5, 6, counter 2, temperature 25, angle 0x01020304, -1, 0,
+/// velocity 7, 8, 9. The sum was added up by hand over the 21 words.
 const INERTIAL_FRAME: [u8; 44] = [
     0x0E, 0x02, 1, 0, 2, 0, 3, 0, 4, 0, 5, 0, 6, 0, 0x02, 0x00, 0x19,
     0x80, // header to status 2

@@ -67,8 +67,8 @@ fn formats_b_and_c() {
     }
 }
 
-/// Examples of the 1775 manual (pages 25, 26 of its trouble-shooting, and ICD 5.3.2). The ICD's third example,
-/// `FE8100AA777F7B7F7F7F1E`, does not add up (17, not 1E): a misprint.
+/// Examples of the 1775 manual (pages 25, 26 of its trouble-shooting, and ICD 5.3.2). The ICD's
+/// third example, `FE8100AA777F7B7F7F7F1E`, does not add up (17, not 1E): a misprint.
 #[test]
 fn bit_messages_are_passed_on() {
     let good: [u8; 11] = hex("FE8100AA7F7F7F7F7F7F23");

@@ -1,6 +1,8 @@
-//! INSPVAS (508): the receiver's own inertial solution, as reference in replay. Not needed on the target.
+//! INSPVAS (508): the receiver's own inertial solution, as reference in replay. The target does not
+//! need it.
 //!
-//! Source: docs.novatel.com, OEM7, INSPVA; the golden log is its ASCII example in the binary form of `NovAtel`'s encoder.
+//! Source: docs.novatel.com, OEM7, INSPVA. The golden log is its ASCII example in the binary form
+//! of `NovAtel`'s encoder.
 
 use super::{crc_is_right, seal};
 use crate::wire::Error;
@@ -31,7 +33,7 @@ pub struct Inspvas {
 }
 
 impl Inspvas {
-    /// Read a log.
+    /// Reads a log.
     ///
     /// # Errors
     /// [`Error::Length`], [`Error::Header`] or [`Error::Checksum`].

@@ -56,7 +56,7 @@ pub struct Repr {
 }
 
 impl Repr {
-    /// Take a log apart.
+    /// Takes a log apart.
     pub fn parse<T: AsRef<[u8]>>(frame: &Frame<T>) -> Repr {
         let bytes = frame.buffer.as_ref();
         let short = frame.log.header_len() == 12;
@@ -87,10 +87,10 @@ impl Repr {
         }
     }
 
-    /// Write the log with its CRC and return its length.
+    /// Writes the log with its CRC and returns its length.
     ///
     /// # Errors
-    /// [`Error::Length`] when the buffer is too short; it is then left alone.
+    /// [`Error::Length`] when the buffer is too short; it is then unchanged.
     pub fn emit(&self, buffer: &mut [u8]) -> Result<usize, Error> {
         let len = self.log.frame_len();
         let frame = buffer.get_mut(..len).ok_or(Error::Length)?;

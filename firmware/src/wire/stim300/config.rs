@@ -1,7 +1,8 @@
-//! STIM300 special datagrams, above all the configuration datagram, which gives the measurement words their meaning.
+//! STIM300 special datagrams, above all the configuration datagram, which tells the units of the
+//! measurements.
 //!
-//! Source: datasheet TS1524 rev 31, tables 5-13, 5-15 to 5-18 and 5-22. Part number, serial number, bias trim and
-//! extended error are known by length and CRC and passed on unread.
+//! Source: datasheet TS1524 rev 31, tables 5-13, 5-15 to 5-18 and 5-22. Part number, serial number,
+//! bias trim and extended error are identified by length and CRC and passed on unread.
 
 use super::super::field::{put, take};
 use super::super::{Error, power_of_two};
@@ -41,7 +42,7 @@ mod at {
     pub const LINK: usize = 4;
     pub const GYRO_UNIT: usize = 5;
     pub const ACCEL_UNIT: usize = 8;
-    /// Bit 3: the extra word is PPS, not the auxiliary input.
+    /// Bit 3: the extra value is PPS, not the auxiliary input.
     pub const PPS_INPUT: usize = 14;
     pub const ACCEL_RANGE: usize = 17;
 }
@@ -60,7 +61,8 @@ pub enum Range {
 }
 
 impl Range {
-    /// Equation 3: counts per g are 2 to this power. Velocity increments have 2^3 more per m/s (equation 4).
+    /// Equation 3: counts per g are 2 to this power. Velocity increments have 2^3 more per m/s
+    /// (equation 4).
     fn exponent(self) -> i32 {
         match self {
             Range::G5 => 20,
@@ -71,7 +73,8 @@ impl Range {
     }
 }
 
-/// Output units as the lower three bits of the unit code. Bit 3 says "delayed by 4 ms" and changes no scale.
+/// Output units as the lower three bits of the unit code. Bit 3 says "delayed by 4 ms" and changes
+/// no scale.
 fn quantity(code: u8) -> Result<Quantity, Error> {
     match code & 7 {
         0 => Ok(Quantity::Rate),
@@ -82,15 +85,16 @@ fn quantity(code: u8) -> Result<Quantity, Error> {
     }
 }
 
-/// The configuration. All bits are kept, known or not, so that a configuration read and sent again is the same.
+/// The configuration. All bits are kept, known or not, so that a configuration read and sent again
+/// is the same.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Config {
     bytes: [u8; LEN],
 }
 
 impl Config {
-    /// A configuration as the golden frame has it: rates and accelerations, 1000 Hz, increments, 10 g, 262 Hz filters,
-    /// 921600 bit/s, no parity, one stop bit, no CR LF.
+    /// A configuration as the golden frame has it: rates and accelerations, 1000 Hz, increments, 10
+    /// g, 262 Hz filters, 921600 bit/s, no parity, one stop bit, no CR LF.
     pub const DEFAULT: Config = Config {
         bytes: [
             CONFIGURATION_ID,
@@ -214,10 +218,11 @@ impl Config {
         Ok([range(xy >> 4)?, range(xy & 15)?, range(z >> 4)?])
     }
 
-    /// The meaning of the measurement words (equations 1 to 4).
+    /// The units of the measurements (equations 1 to 4).
     ///
     /// # Errors
-    /// [`Error::Field`] for unknown codes or for accelerometers of unequal range, which have no common unit.
+    /// [`Error::Field`] for unknown codes or for accelerometers of unequal range, which have no
+    /// common unit.
     pub fn units(&self) -> Result<Units, Error> {
         let [range, y, z] = self.ranges()?;
         if y != range || z != range {
@@ -247,7 +252,8 @@ impl Config {
         })
     }
 
-    /// The same with another content, for a compensator that sends other datagrams than it receives.
+    /// The same with another content, for a compensator that sends other datagrams than it
+    /// receives.
     #[must_use]
     pub fn with_contents(mut self, contents: Contents) -> Config {
         let bits = &mut self.bytes[at::DATAGRAM];
@@ -261,7 +267,8 @@ impl Config {
         self.sealed()
     }
 
-    /// The same with another sample rate code: 0 to 4 for 125, 250, 500, 1000, 2000 Hz, 5 for the external trigger.
+    /// The same with another sample rate code: 0 to 4 for 125, 250, 500, 1000, 2000 Hz, 5 for the
+    /// external trigger.
     #[must_use]
     pub fn with_sample_rate_code(mut self, code: u8) -> Config {
         let bits = &mut self.bytes[at::DATAGRAM];
@@ -277,8 +284,8 @@ impl Config {
         self.sealed()
     }
 
-    /// The same with other unit codes: gyro 0 to 3 and accelerometer 0 to 4 (rate, increment, average, integrated,
-    /// integrated in m/s), + 8 delayed.
+    /// The same with other unit codes: gyro 0 to 3 and accelerometer 0 to 4 (rate, increment,
+    /// average, integrated, integrated in m/s), + 8 delayed.
     #[must_use]
     pub fn with_unit_codes(mut self, gyro: u8, accel: u8) -> Config {
         for (at, code) in [(at::GYRO_UNIT, gyro), (at::ACCEL_UNIT, accel)] {

@@ -1,10 +1,11 @@
-//! A whole measurement datagram as numbers, to make one from nothing or to compare two.
+//! A whole measurement datagram as numbers, to make one or to compare two.
 
 use super::{Cluster, Contents, Extra, Frame, Temperatures, at, seal};
 use crate::wire::Error;
 use crate::wire::field::{put, put_be_i24};
 
-/// Every field of a measurement datagram. Parts that `contents` leaves out are neither read nor sent.
+/// Every field of a measurement datagram. Parts that `contents` leaves out are neither read nor
+/// sent.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Repr {
     /// Which parts are sent.
@@ -17,7 +18,7 @@ pub struct Repr {
     pub incl: Cluster,
     /// Of the clusters sent, in their order.
     pub temperatures: [Temperatures; 3],
-    /// PPS or auxiliary word (24 bits) and its status byte.
+    /// PPS or auxiliary value (24 bits) and its status byte.
     pub extra: (u32, u8),
     /// 2000 Hz samples, modulo 256.
     pub counter: u8,
@@ -26,7 +27,7 @@ pub struct Repr {
 }
 
 impl Repr {
-    /// Take a datagram apart.
+    /// Takes a datagram apart.
     pub fn parse<T: AsRef<[u8]>>(frame: &Frame<T>) -> Repr {
         Repr {
             contents: frame.contents(),
@@ -40,10 +41,11 @@ impl Repr {
         }
     }
 
-    /// Write the datagram with its CRC, without CR LF, and return its length. Values keep their low 24 bits.
+    /// Writes the datagram with its CRC, without CR LF, and returns its length. Values keep their
+    /// low 24 bits.
     ///
     /// # Errors
-    /// [`Error::Length`] when the buffer is too short; it is then left alone.
+    /// [`Error::Length`] when the buffer is too short; it is then unchanged.
     pub fn emit(&self, buffer: &mut [u8]) -> Result<usize, Error> {
         let len = self.contents.len();
         let frame = buffer.get_mut(..len).ok_or(Error::Length)?;
@@ -91,8 +93,8 @@ mod tests {
     use super::super::*;
     use crate::wire::field::hex;
 
-    /// Accepted by the two third-party clients (`pystim300`, `vortexntnu/stim300-driver`): 10, -5, 0.25 deg/s and 0.1,
-    /// -0.2, 9.80665 m/s^2 over 1 ms with the 10 g range.
+    /// Accepted by the two third-party clients (`pystim300`, `vortexntnu/stim300-driver`): 10, -5,
+    /// 0.25 deg/s and 0.1, -0.2, 9.80665 m/s^2 over 1 ms with the 10 g range.
     const GOLDEN: [u8; 28] = hex("910051ecffd70a00020c000001a3fffcb900a0ac000000785742dbb0");
 
     #[test]
@@ -109,7 +111,8 @@ mod tests {
         assert_eq!(Repr::parse(&frame).emit(&mut [0; 27]), Err(Error::Length));
     }
 
-    /// Tables 5-21 and 5-22 and the lengths of section 12: identifier (none, PPS, AUX), bytes, dummy bytes.
+    /// Tables 5-21 and 5-22 and the lengths of section 12: identifier (none, PPS, AUX), bytes,
+    /// dummy bytes.
     #[test]
     fn identifiers_lengths_and_dummy_bytes() {
         let table = [

@@ -1,7 +1,8 @@
 //! What a navigation computer asks a STIM300 in normal mode, on the reverse link.
 //!
-//! Source: datasheet TS1524 rev 31, section 8. Upper case, ended by CR, never echoed; only a complete correct command is
-//! obeyed. The datagram asked for replaces the next measurement, whose increments are then lost.
+//! Source: datasheet TS1524 rev 31, section 8. Commands are in upper case, ended by CR, and never
+//! echoed. The sensor obeys only a complete correct command. The requested datagram replaces the
+//! next measurement, whose increments are then lost.
 
 use super::config::{
     BIAS_TRIM_ID, CONFIGURATION_ID, EXTENDED_ERROR_ID, PART_NUMBER_ID, SERIAL_NUMBER_ID,
@@ -14,7 +15,8 @@ pub enum Request {
     PartNumber,
     /// `I`
     SerialNumber,
-    /// `C`: a client that starts with the wrong format (`vortexntnu/stim300-driver`) understands nothing before the answer.
+    /// `C`: a client that starts with the wrong format (`vortexntnu/stim300-driver`) understands
+    /// nothing before the answer.
     Configuration,
     /// `T`
     BiasTrim,
@@ -47,7 +49,8 @@ impl Request {
 /// The longest command, `SERVICEMODE`.
 const MAX_LEN: usize = 11;
 
-/// Gathers the reverse link's bytes into requests. The bytes themselves are passed on by the caller, or not.
+/// Gathers the reverse link's bytes into requests. Whether the bytes are passed on is up to the
+/// caller.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Requests {
     line: [u8; MAX_LEN],
@@ -56,7 +59,7 @@ pub struct Requests {
 }
 
 impl Requests {
-    /// Take one byte; a CR completes a request.
+    /// Receives one byte. A CR completes a request.
     pub fn push(&mut self, byte: u8) -> Option<Request> {
         if byte != b'\r' {
             // LF after CR is not in the datasheet but is what a terminal sends
