@@ -154,9 +154,9 @@ fn own_fault_bits_of_every_format() {
             let mut frame = simulated(sensor);
             let before = frame.clone();
             let mut checked = Checked::new(format, &mut frame).expect("a frame");
-            let words = checked.read().expect("values").words;
+            let sample = checked.read().expect("values").sample;
             let change = Change {
-                words: &words,
+                sample: &sample,
                 mark: true,
                 settings: &Settings::DEFAULT,
             };

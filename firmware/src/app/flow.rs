@@ -97,7 +97,7 @@ impl<'m> Flow<'m> {
             return; // a Checked frame of a sensor has a sample
         };
         let made_for = Some((frame.source(), frame.content()));
-        let mut sample = reading.words;
+        let mut sample = reading.sample;
         let correct = self.made_for == made_for && reading.valid != Axes::NONE;
         let mut saturated = Axes::NONE;
         match &mut self.correction {
@@ -126,7 +126,7 @@ impl<'m> Flow<'m> {
     /// Puts a sample into a frame. Gives the axes that saturate.
     fn change(&self, frame: &mut Checked, sample: &RawSample) -> Axes {
         let change = Change {
-            words: sample,
+            sample,
             mark: self.config.mark && self.faults & fault::NETWORK != 0 && !self.observes_only(),
             settings: &self.config.sensor,
         };
@@ -162,10 +162,10 @@ impl<'m> Flow<'m> {
         if let Some(learner) = &mut self.learner.0
             && self.begun.is_some()
         {
-            learner.sample(self.sample, &reading.words);
+            learner.sample(self.sample, &reading.sample);
         }
         if bad == 0
-            && let Some(block) = compensator.accumulate(state, &reading.words)
+            && let Some(block) = compensator.accumulate(state, &reading.sample)
         {
             self.end_of_block(block);
         }

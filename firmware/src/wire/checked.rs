@@ -111,7 +111,7 @@ impl<'a> Checked<'a> {
         let saturated = match self.source {
             Source::Stream(format) => format.change(bytes, change),
             Source::Burst(form) => {
-                adis::Frame::over(form, bytes).and_then(|mut frame| frame.change(change.words))
+                adis::Frame::over(form, bytes).and_then(|mut frame| frame.change(change.sample))
             }
         };
         saturated.ok_or(Error::Content)

@@ -177,8 +177,8 @@ impl<T: AsRef<[u8]>> Frame<T> {
 
     fn wide(&self, at: usize) -> Option<[i32; 3]> {
         let bytes = self.buffer.as_ref();
-        let words = core::array::from_fn(|axis| i32::from_le_bytes(take(bytes, at + 4 * axis)));
-        (self.message == Message::Inertial).then_some(words)
+        let values = core::array::from_fn(|axis| i32::from_le_bytes(take(bytes, at + 4 * axis)));
+        (self.message == Message::Inertial).then_some(values)
     }
 
     /// Filtered angular rate, [`CONTROL`] or [`S_CLASS`].
@@ -238,7 +238,7 @@ impl<T: AsRef<[u8]>> Frame<T> {
     /// # Errors
     /// [`Error::Content`] for a control message.
     pub fn reading(&self) -> Result<Reading, Error> {
-        let words = match (self.message, self.angle(), self.velocity()) {
+        let values = match (self.message, self.angle(), self.velocity()) {
             (Message::SClass, ..) => RawSample::Counts {
                 gyro: self.rate().map(i32::from),
                 accel: self.accel().map(i32::from),
@@ -248,7 +248,7 @@ impl<T: AsRef<[u8]>> Frame<T> {
         };
         Ok(Reading {
             counter: Some(self.status_1() & 3),
-            ..Reading::new(words, Axes::ALL, self.valid())
+            ..Reading::new(values, Axes::ALL, self.valid())
         })
     }
 }
@@ -269,7 +269,7 @@ impl<T: AsRef<[u8]> + AsMut<[u8]>> Frame<T> {
             sum16_le(bytes.get(from..from + len).unwrap_or_default())
         };
         let before = sum_of_values(self);
-        let saturated = self.put_words(gyro, accel);
+        let saturated = self.put_values(gyro, accel);
         let mut change = sum_of_values(self).wrapping_sub(before);
         if mark {
             let status = self.status_1();
@@ -286,7 +286,7 @@ impl<T: AsRef<[u8]> + AsMut<[u8]>> Frame<T> {
     }
 
     /// The six values without the sum.
-    fn put_words(&mut self, gyro: [i32; 3], accel: [i32; 3]) -> Axes {
+    fn put_values(&mut self, gyro: [i32; 3], accel: [i32; 3]) -> Axes {
         let bytes = self.buffer.as_mut();
         let mut held = 0u8;
         for (axis, word) in gyro.into_iter().chain(accel).enumerate() {

@@ -202,8 +202,8 @@ impl<T: AsRef<[u8]>> Frame<T> {
     /// message does not tell the temperature's unit, so the temperature is not here.
     pub fn reading(&self) -> Reading {
         let (gyro, accel) = (self.gyro(), self.accel());
-        let finite = |words: [f32; 3]| {
-            let bits = words.into_iter().enumerate();
+        let finite = |values: [f32; 3]| {
+            let bits = values.into_iter().enumerate();
             bits.fold(0, |set, (axis, word)| {
                 set | u8::from(word.is_finite()) << axis
             })
@@ -226,7 +226,7 @@ impl<T: AsRef<[u8]> + AsMut<[u8]>> Frame<T> {
     pub(super) fn change(&mut self, gyro: [f32; 3], accel: [f32; 3], mark: bool) -> Option<()> {
         let bytes = self.buffer.as_mut();
         resealed(bytes, at::GYRO, crc_change, |place: &mut [u8; 24]| {
-            put_words(place, 0, gyro, accel);
+            put_values(place, 0, gyro, accel);
         })?;
         if mark {
             // with two bytes of what is before and after it
@@ -244,7 +244,7 @@ impl<T: AsRef<[u8]> + AsMut<[u8]>> Frame<T> {
 }
 
 #[inline(always)]
-fn put_words(bytes: &mut [u8], at: usize, gyro: [f32; 3], accel: [f32; 3]) {
+fn put_values(bytes: &mut [u8], at: usize, gyro: [f32; 3], accel: [f32; 3]) {
     for (axis, word) in gyro.into_iter().chain(accel).enumerate() {
         put(bytes, at + 4 * axis, word.to_be_bytes());
     }
@@ -315,7 +315,7 @@ impl Repr {
         if self.layout != Layout::C {
             put(frame, status + 2, self.temperature.to_be_bytes());
         }
-        put_words(frame, at::GYRO, self.gyro, self.accel);
+        put_values(frame, at::GYRO, self.gyro, self.accel);
         seal(frame);
         Ok(len)
     }

@@ -123,7 +123,7 @@ fn exactly(bytes: &[u8], scan: impl FnOnce(&[u8]) -> Scan) -> Result<bool, Error
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Reading {
     /// The six values. They are zero where the frame has none.
-    pub words: RawSample,
+    pub sample: RawSample,
     /// The axes that the frame has values for.
     pub present: Axes,
     /// The axes that the sensor itself calls good. Absent axes are not.
@@ -140,9 +140,9 @@ pub struct Reading {
 
 impl Reading {
     /// Values and validity, nothing else known.
-    fn new(words: RawSample, present: Axes, valid: Axes) -> Reading {
+    fn new(sample: RawSample, present: Axes, valid: Axes) -> Reading {
         Reading {
-            words,
+            sample,
             present,
             valid,
             counter: None,

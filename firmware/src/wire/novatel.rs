@@ -261,8 +261,8 @@ impl<T: AsRef<[u8]> + AsMut<[u8]>> Frame<T> {
             bytes,
             payload + at::ACCEL,
             crc_change,
-            |place: &mut [u8; WORDS]| {
-                put_words(place, 0, gyro, accel);
+            |place: &mut [u8; VALUES]| {
+                put_values(place, 0, gyro, accel);
             },
         )?;
         if mark {
@@ -280,12 +280,12 @@ impl<T: AsRef<[u8]> + AsMut<[u8]>> Frame<T> {
 }
 
 /// Bytes of the six values.
-const WORDS: usize = 24;
+const VALUES: usize = 24;
 
 /// Accelerometers first, each triad as z, -y, x.
 #[inline(always)]
-fn put_words(bytes: &mut [u8], at: usize, gyro: [i32; 3], accel: [i32; 3]) {
-    for (at, [x, y, z]) in [(at, accel), (at + WORDS / 2, gyro)] {
+fn put_values(bytes: &mut [u8], at: usize, gyro: [i32; 3], accel: [i32; 3]) {
+    for (at, [x, y, z]) in [(at, accel), (at + VALUES / 2, gyro)] {
         for (n, word) in [z, y.wrapping_neg(), x].into_iter().enumerate() {
             put(bytes, at + 4 * n, word.to_le_bytes());
         }

@@ -48,11 +48,11 @@ fn any_frame() -> impl Strategy<Value = (Any, Vec<u8>)> {
 
 /// Values in place of those of a frame, and what the frame then holds: counts saturate at its
 /// field.
-fn replaced(words: RawSample, new: [i32; 6], bits: u32) -> (RawSample, RawSample) {
+fn replaced(sample: RawSample, new: [i32; 6], bits: u32) -> (RawSample, RawSample) {
     let [a, b, c, d, e, f] = new;
     let range = (-(1i64 << (bits - 1)), (1i64 << (bits - 1)) - 1);
     let saturated = |triad: [i32; 3]| triad.map(|v| i64::from(v).clamp(range.0, range.1) as i32);
-    match words {
+    match sample {
         RawSample::Counts { .. } => {
             let (gyro, accel) = ([a, b, c], [d, e, f]);
             let held = RawSample::Counts {
@@ -62,23 +62,23 @@ fn replaced(words: RawSample, new: [i32; 6], bits: u32) -> (RawSample, RawSample
             (RawSample::Counts { gyro, accel }, held)
         }
         RawSample::Floats { .. } => {
-            let words = RawSample::Floats {
+            let sample = RawSample::Floats {
                 gyro: [a, b, c].map(|v| v as f32),
                 accel: [d, e, f].map(|v| v as f32),
             };
-            (words, words)
+            (sample, sample)
         }
     }
 }
 
 /// The values of a frame that has accelerometers, or not.
-fn present(words: RawSample, axes: Axes) -> RawSample {
-    match words {
+fn present(sample: RawSample, axes: Axes) -> RawSample {
+    match sample {
         RawSample::Counts { gyro, .. } if axes.accel() == 0 => RawSample::Counts {
             gyro,
             accel: [0; 3],
         },
-        words => words,
+        sample => sample,
     }
 }
 
@@ -93,8 +93,8 @@ proptest! {
         if let Any::Imu(format) = format {
             let mut same = bytes.clone();
             let mut checked = Checked::new(format, &mut same).unwrap();
-            let words = checked.read().unwrap().words;
-            let change = Change { words: &words, mark: false, settings: &Settings::DEFAULT };
+            let sample = checked.read().unwrap().sample;
+            let change = Change { sample: &sample, mark: false, settings: &Settings::DEFAULT };
             prop_assert_eq!(checked.change(&change), Ok(Axes::NONE));
             prop_assert_eq!(same, bytes);
         }
@@ -121,22 +121,22 @@ proptest! {
         framer.push(&bytes);
         let mut checked = framer.next_event().unwrap().frame().unwrap();
         let before = checked.read().unwrap();
-        let (words, held) = replaced(before.words, new, sensor.bits);
+        let (sample, held) = replaced(before.sample, new, sensor.bits);
         let settings = &Settings::DEFAULT;
-        let saturated = checked.change(&Change { words: &words, mark: false, settings }).unwrap();
-        let (held, words_there) = (present(held, before.present), present(words, before.present));
+        let saturated = checked.change(&Change { sample: &sample, mark: false, settings }).unwrap();
+        let (held, words_there) = (present(held, before.present), present(sample, before.present));
         prop_assert_eq!(saturated == Axes::NONE, held == words_there);
         let after = checked.read().unwrap();
-        prop_assert_eq!(after.words, held);
+        prop_assert_eq!(after.sample, held);
         prop_assert_eq!(after.counter, before.counter);
         let mut anew = checked.bytes().to_vec();
         prop_assert_eq!(format.scan(&anew), Scan::Frame(bytes.len()));
         format.seal(&mut anew);
         prop_assert_eq!(&anew[..], checked.bytes());
         prop_assert_eq!(format.remade(&anew).unwrap(), &anew[..]);
-        checked.change(&Change { words: &before.words, mark: false, settings }).unwrap();
+        checked.change(&Change { sample: &before.sample, mark: false, settings }).unwrap();
         prop_assert_eq!(checked.bytes(), &bytes[..]);
-        checked.change(&Change { words: &words, mark, settings }).unwrap();
+        checked.change(&Change { sample: &sample, mark, settings }).unwrap();
         prop_assert_eq!(format.scan(checked.bytes()), Scan::Frame(bytes.len()));
         let differences = anew.iter().zip(checked.bytes()).filter(|(a, b)| a != b).count();
         let allowed = if mark { 5 } else { 0 }; // the mark's byte and the checksum
@@ -152,8 +152,8 @@ proptest! {
                 let mut framer = Framer::new(format);
                 framer.push(&bytes);
                 let mut checked = framer.next_event().unwrap().frame().unwrap();
-                let (words, _) = replaced(checked.read().unwrap().words, new, 32);
-                let change = Change { words: &words, mark: true, settings: &Settings::DEFAULT };
+                let (sample, _) = replaced(checked.read().unwrap().sample, new, 32);
+                let change = Change { sample: &sample, mark: true, settings: &Settings::DEFAULT };
                 checked.change(&change).unwrap();
             }
             Any::Receiver(format) => {

@@ -68,7 +68,7 @@ pub trait ImuProtocol {
 #[derive(Debug, Clone, Copy)]
 pub struct Change<'c> {
     /// The six values. Those the frame does not have are left out.
-    pub words: &'c RawSample,
+    pub sample: &'c RawSample,
     /// Set our own fault bit, where the format has room. It is never cleared.
     pub mark: bool,
     /// What else the format is to change.

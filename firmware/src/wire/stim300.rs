@@ -227,7 +227,7 @@ impl<T: AsRef<[u8]>> Frame<T> {
         let bytes: [u8; at::CLUSTER] = take(self.buffer.as_ref(), at);
         let [.., status] = bytes;
         Cluster {
-            words: [0, 3, 6].map(|at| be_i24(&bytes, at)),
+            values: [0, 3, 6].map(|at| be_i24(&bytes, at)),
             status,
         }
     }
@@ -261,7 +261,7 @@ impl<T: AsRef<[u8]>> Frame<T> {
         let word = |at| i16::from_be_bytes(take(bytes, at));
         let [status] = take(bytes, at + 6);
         Some(Temperatures {
-            words: [word(at), word(at + 2), word(at + 4)],
+            values: [word(at), word(at + 2), word(at + 4)],
             status,
         })
     }
@@ -296,11 +296,11 @@ impl<T: AsRef<[u8]>> Frame<T> {
             latency_us: Some(self.latency_us()),
             temperature: self
                 .temperatures(0)
-                .map(|t| t.words.map(|count| f32::from(count) / 256.0)),
+                .map(|t| t.values.map(|count| f32::from(count) / 256.0)),
             ..Reading::new(
                 RawSample::Counts {
-                    gyro: gyro.words,
-                    accel: accel.map_or([0; 3], |a| a.words),
+                    gyro: gyro.values,
+                    accel: accel.map_or([0; 3], |a| a.values),
                 },
                 Axes::new(7, if accel.is_some() { 7 } else { 0 }),
                 Axes::new(
@@ -343,9 +343,9 @@ impl<T: AsRef<[u8]> + AsMut<[u8]>> Frame<T> {
 
 /// Writes three values, each saturated at 24 bits. Returns which were, x in bit 0.
 #[inline(always)]
-fn put_triad(bytes: &mut [u8], at: usize, words: [i32; 3]) -> u8 {
+fn put_triad(bytes: &mut [u8], at: usize, values: [i32; 3]) -> u8 {
     let mut held = 0;
-    for (axis, word) in words.into_iter().enumerate() {
+    for (axis, word) in values.into_iter().enumerate() {
         let (word, over) = saturate_i24(word);
         put_be_i24(bytes, at + 3 * axis, word);
         held |= u8::from(over) << axis;
@@ -366,7 +366,7 @@ fn put_family(contents: &mut Contents, bytes: &mut [u8], extra: Extra) {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Cluster {
     /// x, y, z, 24-bit counts.
-    pub words: [i32; 3],
+    pub values: [i32; 3],
     /// See [`status`].
     pub status: u8,
 }
@@ -375,7 +375,7 @@ pub struct Cluster {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Temperatures {
     /// x, y, z, 2^-8 degrees Celsius.
-    pub words: [i16; 3],
+    pub values: [i16; 3],
     /// See [`status`].
     pub status: u8,
 }

@@ -113,7 +113,7 @@ pub fn frames_in(format: ImuFormat, bytes: &[u8]) -> Vec<Vec<u8>> {
 pub fn values(format: ImuFormat, frame: &[u8]) -> [f64; 6] {
     let mut frame = frame.to_vec();
     let checked = Checked::new(format, &mut frame).expect("a good frame");
-    let [[a, b, c], [d, e, f]] = match checked.read().expect("values").words {
+    let [[a, b, c], [d, e, f]] = match checked.read().expect("values").sample {
         RawSample::Counts { gyro, accel } => [gyro, accel].map(|w| w.map(f64::from)),
         RawSample::Floats { gyro, accel } => [gyro, accel].map(|w| w.map(f64::from)),
     };

@@ -68,7 +68,7 @@ fn gaps_are_passed_on_and_not_stepped_over() {
 fn invalid_words_are_not_learned_from() {
     let contents = stim300::Contents::from_id(0x91).expect("an identifier");
     let frame = |n: u8, status: u8| {
-        let cluster = |words, status| stim300::Cluster { words, status };
+        let cluster = |values, status| stim300::Cluster { values, status };
         let repr = stim300::Repr {
             contents,
             gyro: cluster([100, 0, 0], status),

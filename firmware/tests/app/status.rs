@@ -59,7 +59,7 @@ fn beside_words(kind: Kind, frame: &[u8]) -> Vec<u8> {
         let pattern = n.wrapping_mul(2_654_435_761);
         // values of 16 bits saturate: half of the patterns are small
         let value = |axis: u32| pattern.rotate_left(5 * axis).cast_signed() >> (n % 2 * 17);
-        let sample = match read(kind, frame).expect("a frame").words {
+        let sample = match read(kind, frame).expect("a frame").sample {
             RawSample::Counts { .. } => RawSample::Counts {
                 gyro: [0, 1, 2].map(value),
                 accel: [3, 4, 5].map(value),
@@ -72,7 +72,7 @@ fn beside_words(kind: Kind, frame: &[u8]) -> Vec<u8> {
         let mut other = frame.to_vec();
         let mut checked = Checked::new(kind.format, &mut other).expect("a frame");
         let change = Change {
-            words: &sample,
+            sample: &sample,
             mark: false,
             settings: &Settings::DEFAULT,
         };

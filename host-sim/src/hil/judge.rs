@@ -128,7 +128,7 @@ pub fn verdict(
         received: stream.readings.len(),
         equal: received == expected,
         first_difference: difference.or((received.len() != expected.len()).then_some(shorter)),
-        different: pairs().filter(|(a, b)| a.words != b.words).count() + missing,
+        different: pairs().filter(|(a, b)| a.sample != b.sample).count() + missing,
         counter_errors: wrong.count() + missing,
         bad_checksums: stream.bad_checksums,
         garbage_bytes: stream.garbage,
@@ -143,7 +143,7 @@ fn navigate(drive: &Drive, pieces: &[&[Reading]]) -> NavState {
     let mut sins = Sins::new(drive.session.reference[0]);
     let dt = drive.session.dt;
     for reading in pieces.iter().copied().flatten() {
-        sins.step(&increment(drive, &reading.words), dt);
+        sins.step(&increment(drive, &reading.sample), dt);
     }
     sins.nav
 }

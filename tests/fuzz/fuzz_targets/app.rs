@@ -76,18 +76,18 @@ fn frame(format: ImuFormat, n: u8, bytes: &[u8]) -> Vec<u8> {
     // any bits of a float, NaN too
     if let Ok(mut checked) = Checked::new(format, &mut frame)
         && let Ok(Reading {
-            words: RawSample::Floats { .. },
+            sample: RawSample::Floats { .. },
             ..
         }) = checked.read()
     {
         let float = |v: i32| f32::from_bits(v.cast_unsigned());
-        let words = RawSample::Floats {
+        let sample = RawSample::Floats {
             gyro: fields.gyro.map(float),
             accel: fields.accel.map(float),
         };
         let settings = &firmware::wire::Settings::DEFAULT;
         let change = Change {
-            words: &words,
+            sample: &sample,
             mark: false,
             settings,
         };

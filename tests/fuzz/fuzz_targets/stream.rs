@@ -20,9 +20,9 @@ fn check(format: ImuFormat, event: Event<'_, ImuFormat>, seen: &mut Vec<u8>) {
     };
     assert_eq!(format.scan(&before), Scan::Frame(len));
     let reading = frame.read().expect("a good frame has values");
-    let mut change = |words, mark| {
+    let mut change = |sample, mark| {
         let change = Change {
-            words,
+            sample,
             mark,
             settings: &Settings::DEFAULT,
         };
@@ -30,10 +30,10 @@ fn check(format: ImuFormat, event: Event<'_, ImuFormat>, seen: &mut Vec<u8>) {
         (saturated, frame.bytes().to_vec())
     };
     assert_eq!(
-        change(&reading.words, false),
+        change(&reading.sample, false),
         (Ok(Axes::NONE), before.clone())
     );
-    let other = match reading.words {
+    let other = match reading.sample {
         RawSample::Counts { gyro, accel } => RawSample::Counts {
             gyro: gyro.map(|value| value.wrapping_mul(3)),
             accel: accel.map(|value| value.wrapping_add(i32::MAX)),

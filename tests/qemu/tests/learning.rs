@@ -123,7 +123,7 @@ fn values(frame: &[u8]) -> Option<[i64; 6]> {
     let mut frame = frame.to_vec();
     let frame = Checked::new(FORMAT, &mut frame).ok()?;
     let reading = frame.read().ok()?;
-    let firmware::sample::RawSample::Counts { gyro, accel } = reading.words else {
+    let firmware::sample::RawSample::Counts { gyro, accel } = reading.sample else {
         return None;
     };
     let [a, b, c] = gyro.map(i64::from);

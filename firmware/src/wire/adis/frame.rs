@@ -125,7 +125,7 @@ impl<T: AsRef<[u8]>> Frame<T> {
 impl<T: AsRef<[u8]> + AsMut<[u8]>> Frame<T> {
     /// Writes the six values, without the checksum. Values of 16 bits saturate; the axes that did
     /// are returned.
-    fn put_words(&mut self, gyro: [i32; 3], accel: [i32; 3]) -> Axes {
+    fn put_values(&mut self, gyro: [i32; 3], accel: [i32; 3]) -> Axes {
         let bytes = self.buffer.as_mut();
         let at = match self.form {
             Form::Narrow => {
@@ -145,9 +145,10 @@ impl<T: AsRef<[u8]> + AsMut<[u8]>> Frame<T> {
         Axes::NONE
     }
 
-    /// [`Frame::put_words`], and the checksum changed by what they change.
-    pub(in crate::wire) fn change(&mut self, words: &RawSample) -> Option<Axes> {
-        let RawSample::Counts { gyro, accel } = *words else {
+    /// Writes the six values and changes the checksum by the difference. Returns the axes that
+    /// saturated.
+    pub(in crate::wire) fn change(&mut self, values: &RawSample) -> Option<Axes> {
+        let RawSample::Counts { gyro, accel } = *values else {
             return None;
         };
         let (start, form) = (self.start, self.form);
@@ -155,7 +156,7 @@ impl<T: AsRef<[u8]> + AsMut<[u8]>> Frame<T> {
         if form != Form::Adis1649x {
             let at = bytes.len().saturating_sub(2);
             let before = sum_bytes(head(bytes, at));
-            let held = self.put_words(gyro, accel);
+            let held = self.put_values(gyro, accel);
             let bytes = self.buffer.as_mut();
             let change = sum_bytes(head(bytes, at)).wrapping_sub(before);
             let sum = u16::from_be_bytes(take(bytes, at)).wrapping_add(change);
@@ -163,7 +164,7 @@ impl<T: AsRef<[u8]> + AsMut<[u8]>> Frame<T> {
             return Some(held);
         }
         let mut difference: [u8; DATA_1649X] = take(bytes, start);
-        let held = self.put_words(gyro, accel);
+        let held = self.put_values(gyro, accel);
         let bytes = self.buffer.as_mut();
         let after: [u8; DATA_1649X] = take(bytes, start);
         for (d, a) in difference.iter_mut().zip(after) {

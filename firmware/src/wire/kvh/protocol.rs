@@ -50,7 +50,7 @@ impl ImuProtocol for Protocol {
 
     #[inline(always)]
     fn change(frame: &mut [u8], change: &Change, _settings: &Settings) -> Option<Axes> {
-        let RawSample::Floats { gyro, accel } = *change.words else {
+        let RawSample::Floats { gyro, accel } = *change.sample else {
             return None;
         };
         Frame::over(frame)?.change(gyro, accel, change.mark)?;

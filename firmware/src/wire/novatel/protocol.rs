@@ -61,7 +61,7 @@ impl ImuProtocol for Protocol {
 
     #[inline(always)]
     fn change(frame: &mut [u8], change: &Change, _settings: &Settings) -> Option<Axes> {
-        let RawSample::Counts { gyro, accel } = *change.words else {
+        let RawSample::Counts { gyro, accel } = *change.sample else {
             return None;
         };
         Frame::over(frame)?.change(gyro, accel, change.mark)?;

@@ -1,6 +1,6 @@
 //! A whole raw IMU log as numbers.
 
-use super::{Frame, Log, PAYLOAD, at, put_words, seal};
+use super::{Frame, Log, PAYLOAD, at, put_values, seal};
 use crate::wire::Error;
 use crate::wire::field::{put, take};
 
@@ -121,7 +121,7 @@ impl Repr {
             self.second_of_week.to_le_bytes(),
         );
         put(frame, header + at::STATUS, self.status.to_le_bytes());
-        put_words(frame, header + at::ACCEL, self.gyro, self.accel);
+        put_values(frame, header + at::ACCEL, self.gyro, self.accel);
         seal(frame);
         Ok(len)
     }

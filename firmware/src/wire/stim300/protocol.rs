@@ -70,7 +70,7 @@ impl ImuProtocol for Protocol {
 
     #[inline(always)]
     fn change(frame: &mut [u8], change: &Change, settings: &Settings) -> Option<Axes> {
-        let RawSample::Counts { gyro, accel } = *change.words else {
+        let RawSample::Counts { gyro, accel } = *change.sample else {
             return None;
         };
         Frame::over(frame)?.change(gyro, accel, settings.family)
@@ -176,17 +176,17 @@ fn set_units(settings: &mut crate::wire::Settings, gyro: u8, accel: u8) {
 fn datagram(id: u8, step: u32, fields: &Fields, buffer: &mut [u8]) -> Result<usize, Error> {
     let contents = Contents::from_id(id).ok_or(Error::Header)?;
     let rest = fields.rest;
-    let cluster = |words| Cluster { words, status: 0 };
+    let cluster = |values| Cluster { values, status: 0 };
     let repr = Repr {
         contents,
         gyro: cluster(fields.gyro),
         accel: cluster(fields.accel),
         incl: Cluster {
-            words: [5, 6, 7],
+            values: [5, 6, 7],
             status: rest as u8,
         },
         temperatures: [Temperatures {
-            words: [rest as i16, -1, 2],
+            values: [rest as i16, -1, 2],
             status: (rest >> 16) as u8,
         }; 3],
         extra: (rest >> 8, rest as u8),

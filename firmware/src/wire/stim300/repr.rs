@@ -57,7 +57,7 @@ impl Repr {
             (self.contents.incl, self.incl),
         ];
         for (_, cluster) in clusters.into_iter().filter(|(sent, _)| *sent) {
-            for (axis, word) in cluster.words.into_iter().enumerate() {
+            for (axis, word) in cluster.values.into_iter().enumerate() {
                 put_be_i24(frame, at + 3 * axis, word);
             }
             put(frame, at + 9, [cluster.status]);
@@ -66,7 +66,7 @@ impl Repr {
         if self.contents.temperature {
             let sent = self.temperatures.iter().take(self.contents.clusters());
             for temperatures in sent {
-                for (axis, word) in temperatures.words.into_iter().enumerate() {
+                for (axis, word) in temperatures.values.into_iter().enumerate() {
                     put(frame, at + 2 * axis, word.to_be_bytes());
                 }
                 put(frame, at + 6, [temperatures.status]);
@@ -101,8 +101,8 @@ mod tests {
     fn golden_frame_reads_and_is_made_again() {
         let frame = Frame::new_checked(GOLDEN).unwrap();
         // 10 deg/s for 1 ms at 2^21 counts a degree, and so on
-        assert_eq!(frame.gyro().words, [20972, -10486, 524]);
-        assert_eq!(frame.accel().unwrap().words, [419, -839, 41132]);
+        assert_eq!(frame.gyro().values, [20972, -10486, 524]);
+        assert_eq!(frame.accel().unwrap().values, [419, -839, 41132]);
         assert_eq!((frame.counter(), frame.latency_us()), (0, 120));
         assert_eq!(frame.reading().valid, Axes::ALL);
         let mut made = [0; 28];
@@ -147,8 +147,8 @@ mod tests {
             .change([0x0080_0000, -1, 2], [3, -0x0080_0001, 4], None)
             .unwrap();
         assert_eq!(held, Axes(0b01_0001));
-        assert_eq!(frame.gyro().words, [0x007F_FFFF, -1, 2]);
-        assert_eq!(frame.accel().unwrap().words, [3, -0x0080_0000, 4]);
+        assert_eq!(frame.gyro().values, [0x007F_FFFF, -1, 2]);
+        assert_eq!(frame.accel().unwrap().values, [3, -0x0080_0000, 4]);
         assert!(Frame::new_checked(bytes).is_ok());
         // status, counter and latency as they came
         assert_eq!((bytes[10], &bytes[20..24]), (0, &GOLDEN[20..24]));
@@ -163,7 +163,7 @@ mod tests {
         let mut bytes = [0; MAX_LEN];
         assert_eq!(repr.emit(&mut bytes), Ok(MAX_LEN));
         let mut frame = Frame::new_checked(bytes).unwrap();
-        let (gyro, accel) = (frame.gyro().words, frame.accel().unwrap().words);
+        let (gyro, accel) = (frame.gyro().values, frame.accel().unwrap().values);
         let saturated = frame.change(gyro, accel, Some(Extra::Aux));
         assert_eq!(saturated, Some(Axes::NONE));
         assert_eq!(frame.buffer[0], 0xAF);

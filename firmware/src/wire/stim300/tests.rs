@@ -9,7 +9,7 @@ pub(in crate::wire) fn example(n: u8) -> Vec<u8> {
     let repr = Repr {
         contents: Contents::from_id(0xA5).unwrap(),
         gyro: Cluster {
-            words: [i32::from(n), 0x0091_9191, -0x0056_F0F1],
+            values: [i32::from(n), 0x0091_9191, -0x0056_F0F1],
             status: 0,
         },
         accel: Cluster::default(),
