@@ -29,11 +29,11 @@ mod model;
 mod packed;
 
 pub use covariance::{Covariance, Innovation, Workspace};
+pub use deferred::{DEFERRED_PARTS, MAX_DEFERRED};
 pub use model::{
     AllWeights, Biases, DiagonalWeights, ErrorModel, NoParameters, OutputWeights, ParameterSet,
     Zeroed,
 };
-pub use deferred::{DEFERRED_PARTS, MAX_DEFERRED};
 pub use packed::Row;
 
 use crate::activation::{Activation, Identity, Rational};
