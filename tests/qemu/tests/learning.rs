@@ -146,7 +146,7 @@ fn the_desktops_driver_learns_what_the_application_learns() {
             Input::Sensor => {
                 let mut frame = record.bytes.clone();
                 let frame = Checked::new(format, &mut frame).expect("a frame");
-                device.sample(&frame.read().expect("a sample").words);
+                device.sample(&frame.read().expect("a sample").sample);
             }
             _ => {
                 let pvt = Pvt::parse(&record.bytes).expect("a message");

@@ -1,6 +1,6 @@
 //! The lines of the application under replay, and its clock.
 
-use firmware::link::dma::{NoStream, Progress};
+use firmware::link::progress::{NoStream, Progress};
 use firmware::link::uart::{Port, Uart};
 use firmware::link::{Clock, Full, Line, Lost};
 use heapless::Vec;
