@@ -125,8 +125,9 @@ pub enum Error {
     },
     /// An unknown name of a scenario, a preset, a scheme and so on.
     #[error(
-        "there is no {kind} '{name}'{}; remedy: one of {}", nearest(.name, .known), .known.join(",
-        ")
+        "there is no {kind} '{name}'{}; remedy: one of {}",
+        nearest(.name, .known),
+        .known.join(", ")
     )]
     UnknownName {
         /// What the name stands for, for example `scenario`.
