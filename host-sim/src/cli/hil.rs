@@ -134,13 +134,15 @@ fn print(report: &Report) {
     );
     if let Some(latency) = &report.latency {
         println!(
-            "frame in to out   {:.2} ms median, {:.2} to {:.2} ms, 99 % under {:.2} ms (host clock, ports and system included)",
+            "frame in to out   {:.2} ms median, {:.2} to {:.2} ms, 99 % under {:.2} ms \
+             (host clock, ports and system included)",
             latency.median_ms, latency.min_ms, latency.max_ms, latency.p99_ms
         );
     }
     if let Some(silences) = report.silences.filter(|silences| *silences > 0) {
         println!(
-            "silences          {silences}: this computer was late, so the networks dropped the block"
+            "silences          {silences}: this computer was late, so the networks dropped \
+             the block"
         );
     }
     if let Some(busiest) = report.busiest_percent {

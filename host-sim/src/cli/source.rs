@@ -144,7 +144,9 @@ impl Novatel {
         Axes::parse(&self.mounting).map_err(|why| Error::Option {
             option: "--mounting".into(),
             problem: format!("'{}' {why}", self.mounting),
-            remedy: "give forward, right and down in axes of the sensor, as in 'y x -z' for right-forward-up".into(),
+            remedy: "give forward, right and down in axes of the sensor, as in 'y x -z' for \
+                     right-forward-up"
+                .into(),
         })
     }
 }

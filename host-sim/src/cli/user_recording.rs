@@ -132,7 +132,8 @@ impl Options {
             let remedy = match least <= most {
                 true => format!("give {least} to {most}"),
                 false => format!(
-                    "give a recording with {LEAST_S} s to learn from after the standstill and {LEAST_S} s to judge on"
+                    "give a recording with {LEAST_S} s to learn from after the standstill and \
+                     {LEAST_S} s to judge on"
                 ),
             };
             refused("--learn-s", problem, remedy)

@@ -135,9 +135,9 @@ fn markup(findings: &Findings, svgs: &[(&str, String)]) -> String {
     let header = header(findings);
     let body = html! {
         p {
-            "The Allan deviation is the typical change between two neighbouring means, each taken over "
-            "the averaging time \u{3c4}. Each kind of sensor noise gives it another slope, so the noises can "
-            "be told apart."
+            "The Allan deviation is the typical change between two neighbouring means, each "
+            "taken over the averaging time \u{3c4}. Each kind of sensor noise gives it another "
+            "slope, so the noises can be told apart."
         }
         @if !findings.notes.is_empty() {
             aside { h2 { "Read this first" } ul { @for note in &findings.notes { li { (note) } } } }
@@ -146,7 +146,8 @@ fn markup(findings: &Findings, svgs: &[(&str, String)]) -> String {
             figure {
                 (PreEscaped(svg))
                 figcaption {
-                    "Points: overlapping Allan deviation with its 95 % interval. Line: the sum of the fitted noises. "
+                    "Points: overlapping Allan deviation with its 95 % interval. "
+                    "Line: the sum of the fitted noises. "
                     a href=(file) { (file) }
                 }
             }
@@ -163,9 +164,9 @@ fn markup(findings: &Findings, svgs: &[(&str, String)]) -> String {
             }
         }
         p {
-            "The coefficients are those of IEEE 647 and 952: variance = 3 Q" sup { "2" } "/\u{3c4}" sup { "2" }
-            " + N" sup { "2" } "/\u{3c4} + B" sup { "2" } " 2 ln 2/\u{3c0} + K" sup { "2" } " \u{3c4}/3 + R"
-            sup { "2" } " \u{3c4}" sup { "2" } "/2. "
+            "The coefficients are those of IEEE 647 and 952: variance = 3 Q" sup { "2" }
+            "/\u{3c4}" sup { "2" } " + N" sup { "2" } "/\u{3c4} + B" sup { "2" }
+            " 2 ln 2/\u{3c0} + K" sup { "2" } " \u{3c4}/3 + R" sup { "2" } " \u{3c4}" sup { "2" } "/2. "
             i { "Not seen" } " means that the interval of a coefficient reaches down to zero."
         }
     };

@@ -127,7 +127,8 @@ fn results_table(results: &Results) -> Markup {
                     tr {
                         th { "time" br; "min" } th.text { "scheme" }
                         th { "latitude" br; "error, m" } th { "longitude" br; "error, m" }
-                        th { "north velocity" br; "error, m/s" } th { "east velocity" br; "error, m/s" }
+                        th { "north velocity" br; "error, m/s" }
+                        th { "east velocity" br; "error, m/s" }
                         th { "horizontal" br; "error, m" } th { "change" br; "against raw" }
                     }
                 }
@@ -144,9 +145,10 @@ fn results_table(results: &Results) -> Markup {
             }
         }
         p.legend {
-            "Time is that since the start of free-inertial navigation. Latitude error is positive north, longitude error "
-            "positive east. The last column is the change of the horizontal error against " i { "raw" } " at the same time: "
-            "\u{2212} is a smaller error, " span.worse { "+ a larger one" } ". " span.star { "\u{2605}" }
+            "Time is that since the start of free-inertial navigation. Latitude error is positive "
+            "north, longitude error positive east. The last column is the change of the horizontal "
+            "error against " i { "raw" } " at the same time: \u{2212} is a smaller error, "
+            span.worse { "+ a larger one" } ". " span.star { "\u{2605}" }
             " marks the least horizontal error of its time."
         }
     }
@@ -166,8 +168,14 @@ fn results_row(results: &Results, row: &Row) -> Markup {
         (scheme_cell(&row.scheme))
         td { (signed(row.d_lat_m, 2)) } td { (signed(row.d_lon_m, 2)) }
         td { (signed(row.d_vn_mps, 3)) } td { (signed(row.d_ve_mps, 3)) }
-        td.main { @if is_best(results, row) { span.star title="least of its time" { "\u{2605} " } } (format!("{:.2}", row.horizontal_m)) }
-        td.worse[change.is_some_and(|change| change >= 0.5)] { (change.map_or("\u{2013}".to_owned(), |_| percent(change).replace('-', "\u{2212}"))) }
+        td.main {
+            @if is_best(results, row) { span.star title="least of its time" { "\u{2605} " } }
+            (format!("{:.2}", row.horizontal_m))
+        }
+        td.worse[change.is_some_and(|change| change >= 0.5)] {
+            @if change.is_some() { (percent(change).replace('-', "\u{2212}")) }
+            @else { "\u{2013}" }
+        }
     }
 }
 
@@ -175,7 +183,11 @@ fn set_up(report: &Report) -> Markup {
     let shown = report.set_up.iter().filter(|(label, _)| label != "command");
     html! {
         h2 { "Set-up" }
-        table.setup { tbody { @for (label, value) in shown { tr { th.text { (label) } td.text { (value) } } } } }
+        table.setup {
+            tbody {
+                @for (label, value) in shown { tr { th.text { (label) } td.text { (value) } } }
+            }
+        }
     }
 }
 
@@ -185,9 +197,12 @@ fn reproduce(report: &Report) -> Markup {
         h2 { "How to reproduce" }
         @if let Some((_, command)) = command {
             pre { (command) }
-            p { "The same command gives the same numbers: every random number comes from the seed." }
+            p { "The same command gives the same numbers, because all random numbers follow from the seed." }
         } @else {
-            p { "Run scenario " b { (report.results.scenario) } " with seed " b { (report.results.seed) } ": every random number comes from the seed." }
+            p {
+                "Run scenario " b { (report.results.scenario) } " with seed "
+                b { (report.results.seed) } ". All random numbers follow from the seed."
+            }
         }
     }
 }

@@ -46,18 +46,18 @@ fn markup(head: &Head, svg: &str, table: &str) -> String {
     let body = html! {
         p {
             "How well can each error of the sensors be known after some time of driving? The "
-            "Cram\u{e9}r-Rao bound is the least standard deviation that any estimator can reach from "
-            "the same measurements and the same knowledge beforehand. The schemes are estimators "
-            "that learn from simulated units. With few units their errors scatter, so they can "
-            "also lie below the bound."
+            "Cram\u{e9}r-Rao bound is the least standard deviation that any estimator can reach "
+            "from the same measurements and the same knowledge beforehand. The schemes are "
+            "estimators that learn from simulated units. With few units their errors scatter, so "
+            "they can also lie below the bound."
         }
         (schemes(SCHEMES.iter().map(|(name, _)| *name)))
         figure {
             (PreEscaped(svg))
             figcaption {
-                "Thin lines: the bound of each axis. Thick line: its root mean square over the axes. "
-                "Coloured lines: the root mean square of the errors that each scheme left, over the "
-                "axes and the simulated units. "
+                "Thin lines: the bound of each axis. Thick line: its root mean square over the "
+                "axes. Coloured lines: the root mean square of the errors that each scheme left, "
+                "over the axes and the simulated units. "
                 a href=(PICTURE) { (PICTURE) }
             }
         }

@@ -69,7 +69,10 @@ fn case(k: usize, outcome: &Outcome, figures: &[Drawn]) -> Markup {
         h2 { (outcome.recording) ": " (outcome.case) }
         aside { ul { @for note in &outcome.notes { li { (note) } } } }
         (table(outcome))
-        p.legend { "Errors are positive north and east; the seconds are those since the start of free-inertial navigation." }
+        p.legend {
+            "Errors are positive north and east. The seconds are those since the start of "
+            "free-inertial navigation."
+        }
         @for drawn in figures {
             section {
                 h3 { (drawn.figure.heading()) }
@@ -87,7 +90,8 @@ fn table(outcome: &Outcome) -> Markup {
                     tr {
                         th { "free inertial" br; "for, s" } th.text { "scheme" }
                         th { "north" br; "error, m" } th { "east" br; "error, m" }
-                        th { "north velocity" br; "error, m/s" } th { "east velocity" br; "error, m/s" }
+                        th { "north velocity" br; "error, m/s" }
+                        th { "east velocity" br; "error, m/s" }
                         th { "horizontal" br; "error, m" }
                     }
                 }
