@@ -14,7 +14,7 @@ mod tuning;
 pub use self::parquet::to_parquet;
 pub use ratios::{Ratio, ratios};
 pub use results::results;
-pub use schemes::{ABLATION, Case, Knowledge, SCHEMES, Scheme, Tuned, oracle, rnn_kalman};
+pub use schemes::{Case, Knowledge, SCHEMES, Scheme, Tuned, ablations, oracle, rnn_kalman};
 pub use statistics::{Summary, summarise};
 pub use store::{Merged, Row, merge};
 pub use tuning::Tuning;
@@ -57,7 +57,7 @@ pub struct Campaign {
     pub resume: bool,
     /// Only these schemes; empty: all.
     pub schemes: Vec<String>,
-    /// Also the schemes of [`ABLATION`].
+    /// Also the parts of the bank: [`ablations`].
     pub ablation: bool,
     /// Units that the classical filters are tuned on, >= 1.
     pub tuning_units: u32,
@@ -153,12 +153,13 @@ impl Campaign {
     }
 
     fn schemes(&self) -> impl Iterator<Item = &'static (&'static str, Scheme)> {
-        let ablation: &[(&str, Scheme)] = if self.ablation { &ABLATION } else { &[] };
         let wanted = |name: &str| self.schemes.is_empty() || self.schemes.iter().any(|s| s == name);
-        SCHEMES
-            .iter()
-            .filter(move |(name, _)| wanted(name))
-            .chain(ablation)
+        SCHEMES.iter().filter(move |(name, _)| wanted(name))
+    }
+
+    /// The parts of the bank, if they are wanted.
+    fn ablations(&self) -> impl Iterator<Item = (String, u8)> {
+        ablations().filter(|_| self.ablation)
     }
 
     /// All error groups and schemes of run `k`; the noise-only IMU on the same drive is the floor of every group.
@@ -170,13 +171,17 @@ impl Campaign {
                 tuned: tuning.of(model),
                 ..*case
             };
-            let judge = |scheme: Scheme| scheme(&case).ok_or_else(|| self.scenario.no_attitude());
+            let judge = |coast: Option<Coast>| coast.ok_or_else(|| self.scenario.no_attitude());
             if model == ErrorModelName::Noise {
-                floor = judge(SCHEMES[0].1)?;
+                floor = judge(SCHEMES[0].1(&case))?;
             }
             if self.models.contains(&model) {
                 for &(name, scheme) in self.schemes() {
-                    rows.extend(store::row(model, k, name, &judge(scheme)?));
+                    rows.extend(store::row(model, k, name, &judge(scheme(&case))?));
+                }
+                for (name, enabled) in self.ablations() {
+                    let coast = judge(rnn_kalman(&case, enabled))?;
+                    rows.extend(store::row(model, k, &name, &coast));
                 }
             }
             Ok(())
@@ -243,6 +248,14 @@ impl Campaign {
         Ok(())
     }
 
+    /// Names of the schemes and of the parts of the bank, in the order of the rows.
+    fn names(&self) -> Vec<String> {
+        let schemes = self.schemes().map(|(name, _)| (*name).to_owned());
+        schemes
+            .chain(self.ablations().map(|(name, _)| name))
+            .collect()
+    }
+
     /// A name for everything that decides the numbers, so that results of another campaign are not mixed in.
     fn fingerprint(&self) -> String {
         format!(
@@ -251,7 +264,7 @@ impl Campaign {
             self.scenario,
             self.models,
             self.tuning_units,
-            self.schemes().map(|s| s.0).collect::<Vec<_>>(),
+            self.names(),
         )
     }
 }

@@ -9,7 +9,9 @@ use crate::learning::study::{Use, study};
 use crate::learning::teacher::{Assumptions, aligned};
 use crate::learning::window::{NetworkSpec, compensator, corrected_words};
 use crate::simulator::imu::ImuSpec;
-use firmware::learn::bank::{ALL, Gates};
+use firmware::learn::bank::{
+    ALL, Gates, HYPOTHESES, KEYS, LARGEST, WITH_NETWORKS, ZERO_CORRECTION,
+};
 use firmware::sample::Counts;
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
@@ -90,16 +92,18 @@ pub const SCHEMES: [(&str, Scheme); 9] = [
     ("rnn-kalman", |c| rnn_kalman(c, ALL)),
 ];
 
-/// What each part of the bank is worth: hypotheses alone (used without proof), and the bank without some of them.
-pub const ABLATION: [(&str, Scheme); 7] = [
-    ("only-biases", |c| rnn_kalman(c, 1 << 1)),
-    ("only-output-narrow", |c| rnn_kalman(c, 1 << 2)),
-    ("only-output", |c| rnn_kalman(c, 1 << 3)),
-    ("only-output-wide", |c| rnn_kalman(c, 1 << 4)),
-    ("only-all-weights", |c| rnn_kalman(c, 1 << 5)),
-    ("no-networks", |c| rnn_kalman(c, 0b00_0011)),
-    ("no-all-weights", |c| rnn_kalman(c, 0b01_1111)),
-];
+/// Parts of the bank, to measure what each is worth: their names, and the hypotheses that take part,
+/// one bit each. A hypothesis alone is used whatever its evidence.
+pub fn ablations() -> impl Iterator<Item = (String, u8)> {
+    let alone = (0..HYPOTHESES)
+        .filter(|&index| index != ZERO_CORRECTION)
+        .map(|index| (format!("only-{}", KEYS[index]), 1 << index));
+    let without = [
+        ("no-networks".to_owned(), ALL & !WITH_NETWORKS),
+        (format!("no-{}", KEYS[LARGEST]), ALL & !(1 << LARGEST)),
+    ];
+    alone.chain(without)
+}
 
 /// The bank of hypotheses of [`crate::learning::fix_learner`], of which those with a bit in `enabled` take part.
 pub fn rnn_kalman(case: &Case<'_>, enabled: u8) -> Option<Coast> {
@@ -225,4 +229,27 @@ fn known(session: &Session) -> Arc<[Known]> {
         now
     };
     surroundings.iter().zip(seconds).map(of).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ablations_are_the_documented_parts_of_the_bank() {
+        let want = [
+            ("only-biases", 0b00_0010),
+            ("only-output-narrow", 0b00_0100),
+            ("only-output", 0b00_1000),
+            ("only-output-wide", 0b01_0000),
+            ("only-all-weights", 0b10_0000),
+            ("no-networks", 0b00_0011),
+        ];
+        let got: Vec<(String, u8)> = ablations().collect();
+        for (name, bits) in want {
+            assert!(got.contains(&(name.to_owned(), bits)), "{name}: {got:?}");
+        }
+        let (name, bits) = got.last().unwrap();
+        assert!(name.starts_with("no-") && bits.count_ones() as usize == HYPOTHESES - 1);
+    }
 }
