@@ -196,7 +196,7 @@ impl<L: ParameterSet, const X: usize, const N: usize, const PACKED: usize, H: Ac
             0 => *workspace = self.covariance.begin_propagation(&block.phi, jacobian),
             1..=OUTPUTS => {
                 self.covariance
-                    .propagate_output(part - 1, &block.gamma, jacobian, workspace)
+                    .propagate_output(part - 1, &block.gamma, jacobian, workspace);
             }
             _ => {
                 let walk = self.prior.walk.map(|walk| square(walk) * block.time);
