@@ -132,7 +132,7 @@ mod tests {
             for (variance, b) in variance.into_iter().zip([0.01, 50.0]) {
                 let off = variance.sqrt() / (0.664 * b) - 1.0;
                 println!("{m} s, B = {b}: {:+.1} % off the floor", 100.0 * off);
-                assert!(off.abs() < 0.08, "{m} s, B = {b}: {off}");
+                assert!(off.abs() < 0.05, "{m} s, B = {b}: {off}");
             }
         }
     }
