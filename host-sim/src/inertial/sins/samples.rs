@@ -17,12 +17,11 @@
 //! | `A x C` | 2 | -2 | -5/3 |
 //! | `A x B` | 1 | -2 | 2/3 |
 //!
-//! Two samples: `B x C / 12` is exact in the first column. Three samples:
-//! `17/120 B x C - 1/60 A x C - 1/40 A x B` is exact in the first two columns for any motion. The
-//! third degree of freedom serves classical coning instead of `b x c`, where it is worth more. With
-//! the phase `l` of the cone per sample and its half-angle `a`, the mean error per sample falls from
-//! `l^5/60 sin^2 a` to the order of `l^7`. The plain polynomial solution, 121/720, -31/720, 1/720,
-//! would stay at `l^5`.
+//! Two samples: `B x C / 12` is exact in the first column. Three samples: `17/120 B x C - 1/60 A x
+//! C - 1/40 A x B` is exact in the first two columns for any motion. The third degree of freedom
+//! serves classical coning instead of `b x c`, where it is worth more. With the phase `l` of the
+//! cone per sample and its half-angle `a`, the mean error per sample falls from `l^5/60 sin^2 a` to
+//! the order of `l^7`. The plain polynomial solution, 121/720, -31/720, 1/720, would stay at `l^5`.
 
 use nalgebra::Vector3;
 

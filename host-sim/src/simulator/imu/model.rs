@@ -170,9 +170,9 @@ impl Imu {
     }
 }
 
-/// Velocity increment of accelerometers at `places` beyond that of a common point, along the axis of
-/// each: `(w x (w x r) dt + dw x r)`. `dw`, the change of the rate, is taken from the middle of the
-/// last sample to the middle of this one, so it is half a sample late.
+/// Velocity increment of accelerometers at `places` beyond that of a common point, along the axis
+/// of each: `(w x (w x r) dt + dw x r)`. `dw`, the change of the rate, is taken from the middle of
+/// the last sample to the middle of this one, so it is half a sample late.
 fn size_effect(
     places: &[Vector3<f64>; 3],
     w: &Vector3<f64>,

@@ -119,7 +119,8 @@ pub(super) struct Triad {
 }
 
 impl Triad {
-    /// Draws from the common random numbers of the unit and from `separate`, a stream of this triad.
+    /// Draws from the common random numbers of the unit and from `separate`, a stream of this
+    /// triad.
     pub fn new(
         sigmas: Sigmas,
         unit: &mut ChaCha8Rng,
