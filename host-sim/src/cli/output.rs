@@ -15,7 +15,7 @@ use std::path::{Path, PathBuf};
 #[derive(Debug, Clone, ClapArgs)]
 pub(super) struct JsonOption {
     /// Write the results as JSON to this file
-    #[arg(long = "json", value_name = "FILE")]
+    #[arg(id = "json", long = "json", value_name = "FILE")]
     file: Option<PathBuf>,
 }
 
