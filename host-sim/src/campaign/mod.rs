@@ -21,7 +21,7 @@ pub use tuning::Tuning;
 
 use crate::error::Error;
 use crate::experiment::scenario::Scenario;
-use crate::inertial::free_inertial::Coast;
+use crate::inertial::free_inertial::FreeInertial;
 use crate::inertial::session::Session;
 use crate::simulator::imu::{Draws, ErrorModelName, ImuSpec};
 use crate::simulator::session::{SessionConfig, drive, measured};
@@ -30,10 +30,10 @@ use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 use std::path::PathBuf;
 
-/// Standstill, aided drive, coasting: s.
+/// Standstill, aided drive, free inertial: s.
 const STANDSTILL_S: u32 = 300;
 const AIDED_S: u32 = 22 * 60;
-const COAST_S: u32 = 22 * 60;
+const FREE_S: u32 = 22 * 60;
 /// Words per second: enough for a land vehicle, and half the time of 200.
 const RATE_HZ: u32 = 100;
 /// Words in a navigator's step; coning and sculling are computed at the full rate. At 22 min no median moves by more than 0.5 % between
@@ -165,7 +165,7 @@ impl Campaign {
     /// All error groups and schemes of run `k`; the noise-only IMU on the same drive is the floor of every group.
     fn one(&self, imu: &ImuSpec, tuning: &Tuning, k: u32) -> Result<Vec<Row>, Error> {
         let mut rows = Vec::new();
-        let mut floor = Coast::default();
+        let mut floor = FreeInertial::default();
         self.sessions(imu, k, |model, case| {
             let case = Case {
                 tuned: tuning.of(model),
@@ -216,7 +216,7 @@ impl Campaign {
             start: s.start(),
             heading: seeds.heading,
             standstill_s: f64::from(STANDSTILL_S),
-            drive_s: f64::from(AIDED_S + COAST_S),
+            drive_s: f64::from(AIDED_S + FREE_S),
             segments: None,
             vibration: s.vibration,
             unit: seeds.unit,
@@ -259,7 +259,7 @@ impl Campaign {
     /// A name for everything that decides the numbers, so that results of another campaign are not mixed in.
     fn fingerprint(&self) -> String {
         format!(
-            "{}|{:?}|{RATE_HZ}|{GATHER}|{STANDSTILL_S}|{AIDED_S}|{COAST_S}|{:?}|{}|{:?}",
+            "{}|{:?}|{RATE_HZ}|{GATHER}|{STANDSTILL_S}|{AIDED_S}|{FREE_S}|{:?}|{}|{:?}",
             env!("CARGO_PKG_VERSION"),
             self.scenario,
             self.models,

@@ -35,7 +35,7 @@ fn oracle_against_the_floor() {
             .into_par_iter()
             .map(|k| {
                 let mut row = vec![];
-                let end = |coast: Option<Coast>| coast.unwrap().position[1320].xy().norm();
+                let end = |free: Option<FreeInertial>| free.unwrap().position[1320].xy().norm();
                 let judge = |model, case: &Case<'_>| {
                     if model == ErrorModelName::Noise {
                         row.push(end(schemes::none(case, case.words, 1.0)));
@@ -55,7 +55,7 @@ fn oracle_against_the_floor() {
     }
 }
 
-fn oracle_of(case: &Case<'_>) -> Option<Coast> {
+fn oracle_of(case: &Case<'_>) -> Option<FreeInertial> {
     let (_, oracle) = SCHEMES.iter().find(|(name, _)| *name == "oracle").unwrap();
     oracle(case)
 }
@@ -100,7 +100,7 @@ fn the_oracle_knows_every_cause() {
                 tuned: Tuned::default(),
                 until: 900,
             };
-            let end = |coast: Option<Coast>| coast.unwrap().position[300].xy().norm();
+            let end = |free: Option<FreeInertial>| free.unwrap().position[300].xy().norm();
             let none = end(schemes::none(&case, &words, 1.0));
             let oracle = end(oracle_of(&case));
             println!("{name}: not told {none:.1} m, told {oracle:.1} m");

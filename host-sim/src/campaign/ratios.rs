@@ -19,7 +19,7 @@ pub struct Ratio {
     pub scheme: String,
     /// What it is compared with.
     pub baseline: String,
-    /// Minutes of coasting.
+    /// Minutes of free-inertial navigation.
     pub t_min: u32,
     /// Runs that have both.
     pub n: usize,

@@ -1,13 +1,13 @@
-//! The competitors of a campaign: each is aided by fixes up to an epoch and coasts from there, on the same words.
+//! The competitors of a campaign: each is aided by fixes up to an epoch and navigates free inertial from there, on the same words.
 
 use crate::inertial::ekf::{Aided, ErrorModel, Known, Noise, SlowErrors};
-use crate::inertial::free_inertial::{Coast, coast};
+use crate::inertial::free_inertial::{FreeInertial, free_inertial};
 use crate::inertial::session::{Session, Surroundings, to_si};
 use crate::inertial::sins::Increment;
+use crate::learning::fit::{Use, fit};
 use crate::learning::fix_learner;
-use crate::learning::study::{Use, study};
 use crate::learning::teacher::{Assumptions, aligned};
-use crate::learning::window::{NetworkSpec, compensator, corrected_words};
+use crate::learning::window::{NetworkSpec, compensator, corrected_increments};
 use crate::simulator::imu::ImuSpec;
 use firmware::learn::bank::{
     ALL, Gates, HYPOTHESES, KEYS, LARGEST, WITH_NETWORKS, ZERO_CORRECTION,
@@ -66,8 +66,8 @@ pub struct Knowledge<'a> {
     pub simulated: &'a ImuSpec,
 }
 
-/// A competitor: aided to [`Case::until`], coasting from there to the end. `None` if the standstill gives no attitude.
-pub type Scheme = fn(&Case<'_>) -> Option<Coast>;
+/// A competitor: aided to [`Case::until`], free inertial from there to the end. `None` if the standstill gives no attitude.
+pub type Scheme = fn(&Case<'_>) -> Option<FreeInertial>;
 
 /// All competitors in the order of the tables, which add `floor`: `none` on an IMU with noise only.
 pub const SCHEMES: [(&str, Scheme); 9] = [
@@ -79,7 +79,7 @@ pub const SCHEMES: [(&str, Scheme); 9] = [
     ("ekf-ramp", |c| classical(c, ErrorModel::with_ramps)),
     ("oracle", |c| {
         let assumptions = Assumptions::of(c.knows.datasheet);
-        aided_coast(
+        aided_free_inertial(
             c,
             c.words,
             &assumptions,
@@ -87,7 +87,7 @@ pub const SCHEMES: [(&str, Scheme); 9] = [
         )
     }),
     ("rnn-window", |c| {
-        none(c, &rnn_words(c)?, c.tuned.rnn_factor)
+        none(c, &rnn_increments(c)?, c.tuned.rnn_factor)
     }),
     ("rnn-kalman", |c| rnn_kalman(c, ALL)),
 ];
@@ -106,7 +106,7 @@ pub fn ablations() -> impl Iterator<Item = (String, u8)> {
 }
 
 /// The bank of hypotheses of [`crate::learning::fix_learner`], of which those with a bit in `enabled` take part.
-pub fn rnn_kalman(case: &Case<'_>, enabled: u8) -> Option<Coast> {
+pub fn rnn_kalman(case: &Case<'_>, enabled: u8) -> Option<FreeInertial> {
     let assumptions = Assumptions::of(case.knows.datasheet);
     let gates = Gates {
         enabled,
@@ -118,37 +118,37 @@ pub fn rnn_kalman(case: &Case<'_>, enabled: u8) -> Option<Coast> {
 }
 
 /// The aided filter without a model of the IMU; white noise times the factor covers what it does not know.
-pub fn none(case: &Case<'_>, words: &[Increment], factor: f64) -> Option<Coast> {
+pub fn none(case: &Case<'_>, words: &[Increment], factor: f64) -> Option<FreeInertial> {
     let mut assumptions = Assumptions::of(case.knows.datasheet);
     assumptions.noise = Noise {
         gyro: assumptions.noise.gyro * factor,
         accel: assumptions.noise.accel * factor,
     };
-    aided_coast(case, words, &assumptions, ErrorModel::default())
+    aided_free_inertial(case, words, &assumptions, ErrorModel::default())
 }
 
 /// Six biases that walk by `walk` of their prior in an hour.
-pub fn ekf6(case: &Case<'_>, walk: f64) -> Option<Coast> {
+pub fn ekf6(case: &Case<'_>, walk: f64) -> Option<FreeInertial> {
     let mut assumptions = Assumptions::of(case.knows.datasheet);
     assumptions.prior.walk_per_hour = walk;
     let model = ErrorModel::biases(&assumptions.prior);
-    aided_coast(case, case.words, &assumptions, model)
+    aided_free_inertial(case, case.words, &assumptions, model)
 }
 
 fn classical(
     case: &Case<'_>,
     model: fn(&crate::inertial::ekf::Prior) -> ErrorModel,
-) -> Option<Coast> {
+) -> Option<FreeInertial> {
     let assumptions = Assumptions::of(case.knows.datasheet);
-    aided_coast(case, case.words, &assumptions, model(&assumptions.prior))
+    aided_free_inertial(case, case.words, &assumptions, model(&assumptions.prior))
 }
 
-fn aided_coast(
+fn aided_free_inertial(
     case: &Case<'_>,
     words: &[Increment],
     assumptions: &Assumptions,
     model: ErrorModel,
-) -> Option<Coast> {
+) -> Option<FreeInertial> {
     let session = case.session;
     let aligned = aligned(session, words)?;
     let filter = aligned.aided(model, assumptions, session, words, case.until);
@@ -156,7 +156,7 @@ fn aided_coast(
 }
 
 /// Free inertial from the filter's state with its last estimate of the errors.
-fn free(filter: &Aided, session: &Session, words: &[Increment], until: usize) -> Coast {
+fn free(filter: &Aided, session: &Session, words: &[Increment], until: usize) -> FreeInertial {
     let (from, dt) = (until * session.steps_per_epoch(), session.step_s());
     let mut corrected = vec![Increment::default(); from];
     let time = |k: usize| (k as f64 + 0.5) * dt;
@@ -165,7 +165,7 @@ fn free(filter: &Aided, session: &Session, words: &[Increment], until: usize) ->
         let before = &words[from + k - 1];
         filter.corrected_at(w, before, dt, time(from + k), &mut slow)
     }));
-    coast(
+    free_inertial(
         session,
         &corrected,
         filter.sins.nav,
@@ -175,10 +175,10 @@ fn free(filter: &Aided, session: &Session, words: &[Increment], until: usize) ->
 }
 
 /// The words behind networks taught over the aided part: the session's own where no network is promoted.
-pub fn rnn_words<'a>(case: &Case<'a>) -> Option<Cow<'a, [Increment]>> {
+pub fn rnn_increments<'a>(case: &Case<'a>) -> Option<Cow<'a, [Increment]>> {
     let assumptions = Assumptions::of(case.knows.datasheet);
     let session = case.session;
-    let learnt = study(
+    let learnt = fit(
         session,
         case.words,
         assumptions,
@@ -194,7 +194,7 @@ pub fn rnn_words<'a>(case: &Case<'a>) -> Option<Cow<'a, [Increment]>> {
         return Some(Cow::Borrowed(case.words));
     }
     let compensator = compensator(session, &learnt.nets, &assumptions);
-    let words = corrected_words(session, &compensator, 0..session.epochs());
+    let words = corrected_increments(session, &compensator, 0..session.epochs());
     Some(Cow::Owned(words))
 }
 

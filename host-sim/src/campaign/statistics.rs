@@ -18,7 +18,7 @@ pub struct Summary {
     pub error_model: ErrorModelName,
     /// Scheme.
     pub scheme: String,
-    /// Minutes of coasting.
+    /// Minutes of free-inertial navigation.
     pub t_min: u32,
     /// Runs.
     pub n: usize,

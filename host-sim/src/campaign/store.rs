@@ -4,7 +4,7 @@ use super::{Campaign, Tuning};
 use crate::error::Error;
 use crate::experiment;
 use crate::experiment::run::TIMES_MIN;
-use crate::inertial::free_inertial::Coast;
+use crate::inertial::free_inertial::FreeInertial;
 use crate::output::write_atomic;
 use crate::simulator::imu::ErrorModelName;
 use serde::de::DeserializeOwned;
@@ -28,12 +28,12 @@ pub struct Row {
     pub east_m: [f64; TIMES_MIN.len()],
 }
 
-/// The row of a coast, if it lasted.
+/// The row of a free-inertial part, if it lasted.
 pub(super) fn row(
     error_model: ErrorModelName,
     run: u32,
     scheme: &str,
-    coast: &Coast,
+    free: &FreeInertial,
 ) -> Option<Row> {
     let mut out = Row {
         error_model,
@@ -44,7 +44,7 @@ pub(super) fn row(
         east_m: [0.0; TIMES_MIN.len()],
     };
     for (i, t) in TIMES_MIN.into_iter().enumerate() {
-        let at = experiment::results::Row::of(coast, scheme, t)?;
+        let at = experiment::results::Row::of(free, scheme, t)?;
         out.horizontal_m[i] = at.horizontal_m;
         out.north_m[i] = at.d_lat_m;
         out.east_m[i] = at.d_lon_m;

@@ -1,11 +1,11 @@
 //! Process noise of the classical filters, chosen for each group of errors by search over training units that no campaign judges.
 
 use super::Campaign;
-use super::schemes::{Tuned, ekf6, none, rnn_words};
+use super::schemes::{Tuned, ekf6, none, rnn_increments};
 use super::statistics::median;
 use crate::error::Error;
 use crate::experiment::results::Row;
-use crate::inertial::free_inertial::Coast;
+use crate::inertial::free_inertial::FreeInertial;
 use crate::simulator::imu::{ErrorModelName, ImuSpec};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -23,7 +23,7 @@ pub struct Tuning {
     chosen: Vec<(ErrorModelName, Tuned)>,
 }
 
-/// Errors at the end of the coast with each candidate, m.
+/// Errors at the end of the free-inertial part with each candidate, m.
 struct Tried {
     walks: [f64; WALKS.len()],
     none: [f64; FACTORS.len()],
@@ -31,7 +31,7 @@ struct Tried {
 }
 
 impl Tuning {
-    /// Searches. The measure is the median horizontal error at the end of the coast; `progress` is called after each unit.
+    /// Searches. The measure is the median horizontal error at the end of the free-inertial part; `progress` is called after each unit.
     ///
     /// # Errors
     /// A standstill that gives no attitude.
@@ -73,8 +73,8 @@ impl Tuning {
         let mut out = Vec::new();
         campaign.sessions(imu, k, |_, case| {
             let lost = || campaign.scenario.no_attitude();
-            let error = |coast: Option<Coast>| -> Result<f64, Error> {
-                let row = coast.and_then(|c| Row::of(&c, "", 22));
+            let error = |free: Option<FreeInertial>| -> Result<f64, Error> {
+                let row = free.and_then(|c| Row::of(&c, "", 22));
                 row.map(|r| r.horizontal_m).ok_or_else(lost)
             };
             let mut tried = Tried {
@@ -85,7 +85,7 @@ impl Tuning {
             for (slot, walk) in tried.walks.iter_mut().zip(WALKS) {
                 *slot = error(ekf6(case, walk))?;
             }
-            let corrected = rnn_words(case).ok_or_else(lost)?;
+            let corrected = rnn_increments(case).ok_or_else(lost)?;
             for (i, factor) in FACTORS.into_iter().enumerate() {
                 tried.none[i] = error(none(case, case.words, factor))?;
                 tried.rnn[i] = if corrected.as_ptr() == case.words.as_ptr() {

@@ -5,7 +5,7 @@ use super::output::Output;
 use super::progress::Stages;
 use super::source::{Csv, KfGins, Novatel};
 use crate::error::Error;
-use crate::experiment::own::{LEAST_S, Plan};
+use crate::experiment::user_recording::{LEAST_S, Plan};
 use crate::inertial::session::Session;
 use crate::inertial::units::{DEG, DEG_PER_H, DEG_PER_SQRT_H, UG, UG_PER_SQRT_HZ};
 use crate::learning::teacher::Assumptions;

@@ -57,7 +57,7 @@ pub fn replay(name: &str, session: &Session) -> Vec<Outcome> {
 mod tests {
     use super::*;
     use crate::experiment::outcome::table;
-    use crate::inertial::free_inertial::free_inertial;
+    use crate::inertial::free_inertial::from_reference;
     use crate::recordings::kitti::{DRIVES, session};
     use crate::recordings::testing::recorded;
 
@@ -75,9 +75,9 @@ mod tests {
             let Some(session) = drive_of(drive, skip) else {
                 return;
             };
-            let coast = free_inertial(&session);
+            let free = from_reference(&session);
             let end = session.epochs();
-            let got = [60, end].map(|t| coast.position[t].xy().norm());
+            let got = [60, end].map(|t| free.position[t].xy().norm());
             println!("{drive}: {got:.1?} m at 60 and {end} s");
             for (got, want) in got.iter().zip(want) {
                 assert!((got / want - 1.0).abs() < 0.05, "{drive}: {got} {want}");

@@ -1,17 +1,17 @@
 //! The real laser-gyro recording: align and learn at the known site, then free inertial to the end, raw and compensated.
 
-use crate::experiment::harm::harm;
+use crate::experiment::error_bound::error_bound;
 use crate::experiment::results::{Curves, Report, Results};
 use crate::experiment::run::{Judged, judge, learning_curves, traces};
 use crate::inertial::earth::Geodetic;
 use crate::inertial::ekf::{ErrorModel, Noise, Prior};
-use crate::inertial::free_inertial::coast;
+use crate::inertial::free_inertial::free_inertial;
 use crate::inertial::gnss::Fix;
 use crate::inertial::session::{EPOCH_S, Session};
 use crate::inertial::sins::{Increment, NavState};
 use crate::inertial::units::{ARCSEC, DEG, DEG_PER_H, DEG_PER_SQRT_H, PPM, UG, UG_PER_SQRT_HZ};
+use crate::learning::fit::{FittedNetworks, fit};
 use crate::learning::fix_learner::learn;
-use crate::learning::study::{Study, study};
 use crate::learning::teacher::{Assumptions, aligned};
 use crate::learning::window::NetworkSpec;
 use crate::recordings::lasergyro::Recording;
@@ -120,7 +120,7 @@ fn aid_all(session: &Session, judged: &mut Judged) -> Option<&'static str> {
     let filter = aligned(session, &words)?.aided(model, &a, session, &words, until);
     let step = session.step_s();
     let frozen: Vec<Increment> = words.iter().map(|w| filter.corrected(w, step)).collect();
-    let classical = coast(session, &frozen, filter.sins.nav, until, session.epochs());
+    let classical = free_inertial(session, &frozen, filter.sins.nav, until, session.epochs());
     judged.add("none", none.free_inertial(session, &a, until));
     judged.add("ekf6", classical);
     judged.add("rnn-kalman", product.free_inertial(session, &a, until));
@@ -131,7 +131,7 @@ fn aid_all(session: &Session, judged: &mut Judged) -> Option<&'static str> {
 #[must_use]
 pub fn replay(recording: &Recording, learn_s: u32) -> Option<Report> {
     let session = session(recording, learn_s);
-    let learnt: Study = study(
+    let learnt: FittedNetworks = fit(
         &session,
         &session.increments(),
         assumptions(),
@@ -149,11 +149,11 @@ pub fn replay(recording: &Recording, learn_s: u32) -> Option<Report> {
         ),
         format!(
             "Alignment: in the inertial frame over the first {learn_s} s, by each scheme with its own words. It finds attitude alone; an \
-             aided filter over the same time also estimates velocity and biases and leaves tilts that cancel them, so it coasts \
+             aided filter over the same time also estimates velocity and biases and leaves tilts that cancel them, so it goes on \
              differently (166 m instead of 218 m at 22 min is what others measured on this recording)."
         ),
         "The vehicle stands at a surveyed site, swayed by people and engine. At rest in one attitude a level accelerometer's bias hides \
-         in the tilt and the east gyro's bias in the heading: nothing can learn them here, and a correction that guesses does harm."
+         in the tilt and the east gyro's bias in the heading: nothing can learn them here, and a correction that guesses does bound."
             .into(),
         "The vertical channel is damped with the site's height in every scheme; the table is horizontal.".into(),
     ];
@@ -180,8 +180,8 @@ pub fn replay(recording: &Recording, learn_s: u32) -> Option<Report> {
                 format!("{learn_s} s: alignment, learning and, at its end, a held-back part"),
             ),
             (
-                "bound on harm".into(),
-                harm(&session, &learnt.assumptions).1,
+                "error bound".into(),
+                error_bound(&session, &learnt.assumptions).1,
             ),
             (
                 "networks".into(),

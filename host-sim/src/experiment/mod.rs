@@ -1,13 +1,13 @@
 //! Experiments: runs over simulated sessions and replays of recorded ones, free-inertial navigation, and their results.
 
+pub mod error_bound;
 pub mod fog_mems;
-pub mod harm;
 pub mod hybrid;
 pub mod kitti;
 pub mod lasergyro;
 pub mod outcome;
-pub mod own;
 pub mod protocol;
 pub mod results;
 pub mod run;
 pub mod scenario;
+pub mod user_recording;

@@ -1,7 +1,7 @@
 //! Result of a replay: errors of each scheme some seconds into free-inertial navigation.
 
 use crate::experiment::results::Curves;
-use crate::inertial::free_inertial::Coast;
+use crate::inertial::free_inertial::FreeInertial;
 use serde::Serialize;
 
 /// Errors of one scheme at one time, compared with the recording's reference.
@@ -39,12 +39,12 @@ pub struct Outcome {
     pub curves: Curves,
 }
 
-/// Rows of several coasts of one case; times at which a coast has already ended are left out.
+/// Rows of several solutions of one case; times at which a free-inertial part has already ended are left out.
 #[must_use]
-pub fn rows(coasts: &[(&str, Coast)], times_s: &[u32]) -> Vec<Row> {
-    let row = |scheme: &str, coast: &Coast, t_s: u32| {
+pub fn rows(solutions: &[(&str, FreeInertial)], times_s: &[u32]) -> Vec<Row> {
+    let row = |scheme: &str, free: &FreeInertial, t_s: u32| {
         let k = t_s as usize;
-        let (p, v) = (coast.position.get(k)?, coast.velocity.get(k)?);
+        let (p, v) = (free.position.get(k)?, free.velocity.get(k)?);
         Some(Row {
             t_s,
             scheme: scheme.to_owned(),
@@ -57,7 +57,7 @@ pub fn rows(coasts: &[(&str, Coast)], times_s: &[u32]) -> Vec<Row> {
     };
     times_s
         .iter()
-        .flat_map(|t| coasts.iter().filter_map(|(s, c)| row(s, c, *t)))
+        .flat_map(|t| solutions.iter().filter_map(|(s, c)| row(s, c, *t)))
         .collect()
 }
 
@@ -117,7 +117,7 @@ mod tests {
 
     #[test]
     fn rows_end_with_the_coast_and_the_table_says_so() {
-        let coast = |n: usize, e: f64| Coast {
+        let free = |n: usize, e: f64| FreeInertial {
             position: (0..n)
                 .map(|k| Vector3::new(3.0 * e, 4.0 * e, 9.0) * k as f64)
                 .collect(),
@@ -125,7 +125,10 @@ mod tests {
             track: Vec::new(),
         };
         let rows = rows(
-            &[("raw", coast(21, 1.0)), ("rnn", coast(11, 0.1))],
+            &[
+                ("raw", free_inertial(21, 1.0)),
+                ("rnn", free_inertial(11, 0.1)),
+            ],
             &[10, 20],
         );
         let got: Vec<(u32, &str)> = rows.iter().map(|r| (r.t_s, r.scheme.as_str())).collect();

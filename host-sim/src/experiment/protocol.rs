@@ -2,14 +2,14 @@
 //!
 //! Where there is no standstill, the first attitude is the reference's. Over the learning part fixes of the reference teach; then
 //! navigation is free inertial. When the judged part follows the one learnt from, each scheme's own aided navigator (no sensor errors in
-//! its state, except in the filters) carries its state over; when it lies before, the coast begins at the reference's state. What was learnt
+//! its state, except in the filters) carries its state over; when it lies before, the free-inertial part begins at the reference's state. What was learnt
 //! belongs to the attitude that the teacher found, which differs from the reference's by the mounting (a tilt of 1 mrad and an
 //! accelerometer bias of 1000 ug are one and the same to it); so for all schemes that learnt, that first attitude is turned by the mean
 //! difference over the learning part; for the filters, by the difference that they end with.
 //!
-//! When the judged part lies before, the compensator starts with the coast, from its networks' state at power-on.
+//! When the judged part lies before, the compensator starts with the free-inertial part, from its networks' state at power-on.
 //!
-//! | scheme | words of the coast |
+//! | scheme | words of the free-inertial part |
 //! |---|---|
 //! | `raw` | as recorded |
 //! | `ls-bias`, `ls-3x3` | less a bias, or bias and 3x3, fitted to the teacher's references |
@@ -22,15 +22,15 @@ use crate::experiment::results::Curves;
 use crate::experiment::run::{learning_curves, traces};
 use crate::inertial::align;
 use crate::inertial::ekf::{Aided, ErrorModel, InitialSigma, Prior, Smoothed, smooth};
-use crate::inertial::free_inertial::{Coast, coast};
+use crate::inertial::free_inertial::{FreeInertial, free_inertial};
 use crate::inertial::rotation::from_rotvec;
 use crate::inertial::session::Session;
 use crate::inertial::sins::{Increment, NavState};
 use crate::learning::baseline::LinearModel;
+use crate::learning::fit::{FittedNetworks, fit_from};
 use crate::learning::fix_learner::{self, learn};
-use crate::learning::study::{Study, study_from};
 use crate::learning::teacher::{Assumptions, Nominal, Start, aid, aligned, navigate_from};
-use crate::learning::window::{NetworkSpec, compensator, corrected_words};
+use crate::learning::window::{NetworkSpec, compensator, corrected_increments};
 use firmware::learn::bank::Gates;
 use nalgebra::{UnitQuaternion, Vector3};
 use std::ops::Range;
@@ -87,7 +87,7 @@ pub struct Settings {
     pub network: NetworkSpec,
     /// Whether `rnn` uses only networks that prove themselves on a held-back part, as the product does.
     pub promoted_only: bool,
-    /// Times of the table, s after the start of the coast.
+    /// Times of the table, s after the start of the free-inertial part.
     pub times_s: Vec<u32>,
 }
 
@@ -132,7 +132,7 @@ pub fn judge(
     let (words, until) = (lesson.increments(), lesson.epochs());
     let (first, start) = begin(&lesson, &words, settings)?;
     let nominal = navigate_from(&lesson, &words, a, &start, first, until);
-    let study = study_from(
+    let fitted = fit_from(
         &lesson,
         &words,
         &nominal,
@@ -148,17 +148,17 @@ pub fn judge(
         device: device(&lesson, &words, settings, until)?,
         lesson,
         nominal,
-        study,
+        fitted,
     };
-    let coasts = coasts(session, split, settings, &learnt)?;
+    let solutions = solutions(session, split, settings, &learnt)?;
     let Learnt {
         lesson,
         nominal,
-        study,
+        fitted,
         ..
     } = learnt;
     let note = match settings.promoted_only {
-        true => study.verdict(),
+        true => fitted.verdict(),
         false => gate(&lesson, &nominal, settings),
     };
     let origin = session.reference[split.judge.start].position;
@@ -170,12 +170,12 @@ pub fn judge(
     Some(Outcome {
         recording: recording.to_owned(),
         case: split.case(),
-        rows: rows(&coasts, &settings.times_s),
+        rows: rows(&solutions, &settings.times_s),
         notes: vec![note],
         curves: Curves {
-            learning: learning_curves(&study),
-            traces: traces(&lesson, &study),
-            ..Curves::of(&coasts, &reference)
+            learning: learning_curves(&fitted),
+            traces: traces(&lesson, &fitted),
+            ..Curves::of(&solutions, &reference)
         },
     })
 }
@@ -193,18 +193,18 @@ fn classical(prior: &Prior) -> [(&'static str, ErrorModel); 3] {
 struct Learnt {
     lesson: Session,
     nominal: Nominal,
-    study: Study,
+    fitted: FittedNetworks,
     filters: Vec<(&'static str, Aided)>,
     device: fix_learner::Learnt,
 }
 
 /// Free inertial navigation of every scheme over the part that is judged.
-fn coasts(
+fn solutions(
     session: &Session,
     split: &Split,
     settings: &Settings,
     learnt: &Learnt,
-) -> Option<Vec<(&'static str, Coast)>> {
+) -> Option<Vec<(&'static str, FreeInertial)>> {
     let a = &settings.assumptions;
     let follows = split.learn.end == split.judge.start;
     let (range, from) = match follows {
@@ -215,8 +215,8 @@ fn coasts(
     let to = run.epochs();
     let mut turned = run.reference[0];
     turned.q_bn *= mounting(&learnt.lesson, &learnt.nominal);
-    let mut out: Vec<(&str, Coast)> = Vec::new();
-    for (scheme, words) in corrected(&run, &learnt.study, a) {
+    let mut out: Vec<(&str, FreeInertial)> = Vec::new();
+    for (scheme, words) in corrected(&run, &learnt.fitted, a) {
         let nav = match (follows, scheme) {
             (true, _) => {
                 let filter = aided(&run, &words, ErrorModel::default(), settings, from)?;
@@ -225,7 +225,7 @@ fn coasts(
             (false, "raw") => run.reference[0],
             (false, _) => turned,
         };
-        out.push((scheme, coast(&run, &words, nav, from, to)));
+        out.push((scheme, free_inertial(&run, &words, nav, from, to)));
     }
     let end = &learnt.lesson.reference[learnt.lesson.epochs()];
     let as_left = |nav: &NavState| NavState {
@@ -241,15 +241,15 @@ fn coasts(
         } else {
             as_left(&filter.sins.nav)
         };
-        out.insert(3 + k, (name, coast(&run, &frozen, nav, from, to)));
+        out.insert(3 + k, (name, free_inertial(&run, &frozen, nav, from, to)));
     }
     let device = match follows {
         true => learnt.device.free_inertial(&run, a, from),
         false => {
             let nets = [learnt.device.nets.gyro, learnt.device.nets.accel];
-            let words = corrected_words(&run, &compensator(&run, &nets, a), 0..to);
+            let words = corrected_increments(&run, &compensator(&run, &nets, a), 0..to);
             let nav = as_left(&learnt.device.nav);
-            coast(&run, &words, nav, from, to)
+            free_inertial(&run, &words, nav, from, to)
         }
     };
     out.push(("rnn-kalman", device));
@@ -302,14 +302,18 @@ fn mounting(lesson: &Session, nominal: &Nominal) -> UnitQuaternion<f64> {
 }
 
 /// Words of the schemes that need no filter of their own.
-fn corrected(run: &Session, study: &Study, a: &Assumptions) -> [(&'static str, Vec<Increment>); 4] {
+fn corrected(
+    run: &Session,
+    fitted: &FittedNetworks,
+    a: &Assumptions,
+) -> [(&'static str, Vec<Increment>); 4] {
     let raw = run.increments();
     let linear = |m: &LinearModel| raw.iter().map(|w| m.correct(w, run.dt)).collect();
-    let nets = corrected_words(run, &compensator(run, &study.nets, a), 0..run.epochs());
+    let nets = corrected_increments(run, &compensator(run, &fitted.nets, a), 0..run.epochs());
     [
         ("raw", raw.clone()),
-        ("ls-bias", linear(&study.bias)),
-        ("ls-3x3", linear(&study.linear)),
+        ("ls-bias", linear(&fitted.bias)),
+        ("ls-3x3", linear(&fitted.linear)),
         ("rnn", nets),
     ]
 }
@@ -335,7 +339,7 @@ fn aided(
 
 /// What the product's own test would say of networks taught on the same part, its end held back.
 fn gate(lesson: &Session, nominal: &Nominal, settings: &Settings) -> String {
-    let held = study_from(
+    let held = fit_from(
         lesson,
         &lesson.increments(),
         nominal,

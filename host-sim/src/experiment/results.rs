@@ -1,6 +1,6 @@
 //! What an experiment gives: rows of the table, curves, and all that a report shows.
 
-use crate::inertial::free_inertial::Coast;
+use crate::inertial::free_inertial::FreeInertial;
 use crate::inertial::session::EPOCH_S;
 use crate::inertial::units::MIN;
 
@@ -24,11 +24,11 @@ pub struct Row {
 }
 
 impl Row {
-    /// Row of the table at `t_min` minutes of coasting, if the coast lasts as long.
+    /// Row of the table at `t_min` minutes of free-inertial navigation, if the free-inertial part lasts as long.
     #[must_use]
-    pub fn of(coast: &Coast, scheme: &str, t_min: u32) -> Option<Self> {
+    pub fn of(free: &FreeInertial, scheme: &str, t_min: u32) -> Option<Self> {
         let k = t_min as usize * 60;
-        let (p, v) = (coast.position.get(k)?, coast.velocity.get(k)?);
+        let (p, v) = (free.position.get(k)?, free.velocity.get(k)?);
         Some(Self {
             t_min,
             scheme: scheme.to_string(),
@@ -94,9 +94,9 @@ pub struct Curves {
 }
 
 impl Curves {
-    /// Track and errors of several coasts beside the reference's track (north, east, m).
+    /// Track and errors of several solutions beside the reference's track (north, east, m).
     #[must_use]
-    pub fn of(coasts: &[(&str, Coast)], reference: &[[f64; 2]]) -> Self {
+    pub fn of(solutions: &[(&str, FreeInertial)], reference: &[[f64; 2]]) -> Self {
         let curve = |name: &str, points: Vec<(f64, f64)>| {
             let (x, y) = points.into_iter().unzip();
             Curve {
@@ -106,14 +106,14 @@ impl Curves {
             }
         };
         let track = |p: &[[f64; 2]]| p.iter().map(|p| (p[1], p[0])).collect();
-        let error = |c: &Coast| {
+        let error = |c: &FreeInertial| {
             let all = c.position.iter().enumerate();
             all.map(|(k, p)| (k as f64 * EPOCH_S / MIN, p.xy().norm()))
                 .collect()
         };
         let mut out = Self::default();
         out.track.push(curve("reference", track(reference)));
-        for (scheme, c) in coasts {
+        for (scheme, c) in solutions {
             out.track.push(curve(scheme, track(&c.track)));
             out.error_over_time.push(curve(scheme, error(c)));
         }

@@ -1,15 +1,15 @@
 //! The paper's experiment: learn on one drive, judge on another (or on the same one, as the paper did), and report.
 
 use crate::error::Error;
-use crate::experiment::harm::harm;
+use crate::experiment::error_bound::error_bound;
 use crate::experiment::results::{Curve, Curves, ErrorTrace, Report, Results, Row};
 use crate::experiment::scenario::{DriveSpec, Scenario};
-use crate::inertial::free_inertial::{Coast, align_and_coast};
+use crate::inertial::free_inertial::{FreeInertial, aligned_free_inertial};
 use crate::inertial::session::Session;
 use crate::inertial::sins::Increment;
 use crate::inertial::units::{DEG_PER_H, UG};
 use crate::learning::baseline::LinearModel;
-use crate::learning::study::{Study, study};
+use crate::learning::fit::{FittedNetworks, fit};
 use crate::learning::teacher::Assumptions;
 use crate::learning::window::{Compensated, compensate, compensator};
 use crate::simulator::imu::ImuSpec;
@@ -17,7 +17,7 @@ use crate::simulator::session::{SessionConfig, simulate};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-/// Minutes of coasting at which the table is taken, as in the paper.
+/// Minutes of free-inertial navigation at which the table is taken, as in the paper.
 pub const TIMES_MIN: [u32; 5] = [5, 10, 15, 20, 22];
 
 /// What the caller chooses beside the scenario.
@@ -102,7 +102,7 @@ pub fn run(
     };
     progress("learning from the first drive");
     let assumptions = Assumptions::of(imu);
-    let learnt = study(
+    let learnt = fit(
         &learn,
         &learn.increments(),
         assumptions,
@@ -116,7 +116,10 @@ pub fn run(
     let judged = judge(test, &learnt).ok_or_else(|| scenario.no_attitude())?;
 
     let mut set_up = set_up(scenario, imu, options);
-    set_up.push(("bound on harm".into(), harm(test, &learnt.assumptions).1));
+    set_up.push((
+        "error bound".into(),
+        error_bound(test, &learnt.assumptions).1,
+    ));
     let mut report = Report {
         title: title(scenario, options),
         results: Results {
@@ -141,12 +144,12 @@ pub fn run(
 
 /// All schemes on one session.
 pub struct Judged {
-    coasts: Vec<(&'static str, Coast)>,
+    solutions: Vec<(&'static str, FreeInertial)>,
 }
 
 /// Self-alignment and free-inertial navigation with every scheme, each from power-on with its own corrections.
 #[must_use]
-pub fn judge(session: &Session, learnt: &Study) -> Option<Judged> {
+pub fn judge(session: &Session, learnt: &FittedNetworks) -> Option<Judged> {
     let raw = session.increments();
     let linear = |m: &LinearModel| {
         raw.iter()
@@ -161,27 +164,27 @@ pub fn judge(session: &Session, learnt: &Study) -> Option<Judged> {
         .session
         .increments()
     };
-    let go = |words: &[Increment]| align_and_coast(session, words);
+    let go = |words: &[Increment]| aligned_free_inertial(session, words);
     let ((a, b), (c, d)) = rayon::join(
         || rayon::join(|| go(&raw), || go(&linear(&learnt.bias))),
         || rayon::join(|| go(&linear(&learnt.linear)), || go(&net())),
     );
     Some(Judged {
-        coasts: vec![("raw", a?), ("ls-bias", b?), ("ls-3x3", c?), ("rnn", d?)],
+        solutions: vec![("raw", a?), ("ls-bias", b?), ("ls-3x3", c?), ("rnn", d?)],
     })
 }
 
 impl Judged {
     /// One more scheme, navigated elsewhere over the same time.
-    pub fn add(&mut self, scheme: &'static str, coast: Coast) {
-        self.coasts.push((scheme, coast));
+    pub fn add(&mut self, scheme: &'static str, free: FreeInertial) {
+        self.solutions.push((scheme, free));
     }
 
-    /// The table's rows, as far as the coast lasts.
+    /// The table's rows, as far as the free-inertial part lasts.
     #[must_use]
     pub fn rows(&self) -> Vec<Row> {
         let at = |t: u32| {
-            self.coasts
+            self.solutions
                 .iter()
                 .filter_map(move |(scheme, c)| Row::of(c, scheme, t))
         };
@@ -191,14 +194,14 @@ impl Judged {
     /// Horizontal error of a scheme at a time, m.
     #[must_use]
     pub fn horizontal(&self, scheme: &str, t_min: u32) -> Option<f64> {
-        let (_, coast) = self.coasts.iter().find(|(s, _)| *s == scheme)?;
-        Row::of(coast, scheme, t_min).map(|r| r.horizontal_m)
+        let (_, free) = self.solutions.iter().find(|(s, _)| *s == scheme)?;
+        Row::of(free, scheme, t_min).map(|r| r.horizontal_m)
     }
 
     /// Horizontal error over minutes.
     #[must_use]
     pub fn errors(&self) -> Vec<Curve> {
-        self.coasts
+        self.solutions
             .iter()
             .map(|(scheme, c)| {
                 curve(
@@ -223,7 +226,7 @@ impl Judged {
             .map(|p| (p.y, p.x));
         let mut out = vec![curve("reference", truth)];
         out.extend(
-            self.coasts
+            self.solutions
                 .iter()
                 .map(|(scheme, c)| curve(scheme, c.track.iter().map(|p| (p[1], p[0])))),
         );
@@ -243,7 +246,7 @@ fn curve(name: &str, points: impl Iterator<Item = (f64, f64)>) -> Curve {
 
 /// Cost of each network over the passes.
 #[must_use]
-pub fn learning_curves(learnt: &Study) -> Vec<Curve> {
+pub fn learning_curves(learnt: &FittedNetworks) -> Vec<Curve> {
     let points = |cost: &[f64]| {
         cost.iter()
             .enumerate()
@@ -259,7 +262,7 @@ pub fn learning_curves(learnt: &Study) -> Vec<Curve> {
 
 /// True error, references and network output of the session learnt from, six axes.
 #[must_use]
-pub fn traces(session: &Session, learnt: &Study) -> Vec<ErrorTrace> {
+pub fn traces(session: &Session, learnt: &FittedNetworks) -> Vec<ErrorTrace> {
     let done: Compensated = compensate(
         session,
         &compensator(session, &learnt.nets, &learnt.assumptions),
@@ -358,7 +361,7 @@ fn set_up(scenario: &Scenario, imu: &ImuSpec, options: &Options) -> Vec<(String,
 
 /// What the reader must know of the learning.
 #[must_use]
-pub fn notes(learnt: &Study, options: &Options) -> Vec<String> {
+pub fn notes(learnt: &FittedNetworks, options: &Options) -> Vec<String> {
     if options.in_sample {
         return vec![
             "In-sample, the paper's own protocol: learning and judgement share drive and turn-on, so these figures flatter every \

@@ -11,7 +11,7 @@ const HEIGHT_LOOP: HeightLoop = HeightLoop { time_s: 30.0 };
 
 /// Navigation errors at every epoch of a free-inertial run. Index 0 is its start.
 #[derive(Debug, Clone, Default)]
-pub struct Coast {
+pub struct FreeInertial {
     /// Position error north, east, down, m.
     pub position: Vec<Vector3<f64>>,
     /// Velocity error north, east, down, m/s.
@@ -24,7 +24,7 @@ pub struct Coast {
 /// Epoch 0 of the result is the end of the standstill. `None` if the standstill does not give an
 /// attitude.
 #[must_use]
-pub fn align_and_coast(session: &Session, increments: &[Increment]) -> Option<Coast> {
+pub fn aligned_free_inertial(session: &Session, increments: &[Increment]) -> Option<FreeInertial> {
     let first = session.standstill;
     let start = &session.reference[first];
     let q_bn = align::inertial_frame(
@@ -38,23 +38,29 @@ pub fn align_and_coast(session: &Session, increments: &[Increment]) -> Option<Co
         velocity: start.velocity,
         q_bn,
     };
-    Some(coast(session, increments, nav, first, session.epochs()))
+    Some(free_inertial(
+        session,
+        increments,
+        nav,
+        first,
+        session.epochs(),
+    ))
 }
 
 /// Free-inertial navigation from `nav` at epoch `from` to epoch `to`. The reference height damps
 /// the vertical channel. The horizontal channels are free.
 #[must_use]
-pub fn coast(
+pub fn free_inertial(
     session: &Session,
     increments: &[Increment],
     nav: NavState,
     from: usize,
     to: usize,
-) -> Coast {
+) -> FreeInertial {
     let n = session.steps_per_epoch();
     let origin = session.reference[from].position;
     let mut sins = Sins::new(nav).with_samples(session.samples());
-    let mut out = Coast::default();
+    let mut out = FreeInertial::default();
     let mut note = |sins: &Sins, epoch: usize| {
         let truth = &session.reference[epoch];
         out.position
@@ -81,8 +87,8 @@ pub fn coast(
 /// Free-inertial navigation from the first state of the reference to the end, without any
 /// correction.
 #[cfg(test)]
-pub(crate) fn free_inertial(session: &Session) -> Coast {
-    coast(
+pub(crate) fn from_reference(session: &Session) -> FreeInertial {
+    free_inertial(
         session,
         &session.increments(),
         session.reference[0],

@@ -225,13 +225,13 @@ pub fn corrected_counts(
 
 /// [`corrected_counts`] as [`Session::increments`] has them. Earlier words are zero.
 #[must_use]
-pub fn corrected_words(
+pub fn corrected_increments(
     session: &Session,
     compensator: &Compensator,
     epochs: std::ops::Range<usize>,
 ) -> Vec<Increment> {
     let first = epochs.start;
-    words_from(
+    increments_from(
         session,
         first,
         corrected_counts(session, compensator, epochs).into_iter(),
@@ -240,7 +240,7 @@ pub fn corrected_words(
 
 /// These counts in the place of the session's own from epoch `first` on, as [`Session::increments`] has them. Earlier words are zero.
 #[must_use]
-pub fn words_from(
+pub fn increments_from(
     session: &Session,
     first: usize,
     counts: impl Iterator<Item = Counts>,

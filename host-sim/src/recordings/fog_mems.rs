@@ -133,7 +133,7 @@ fn state(row: &[f64]) -> NavState {
 #[cfg(test)]
 pub(crate) mod tests {
     use super::*;
-    use crate::inertial::free_inertial::free_inertial;
+    use crate::inertial::free_inertial::from_reference;
     use crate::inertial::units::DEG;
     use crate::recordings::testing::{data_dir, file, message, recorded as found};
 
@@ -147,7 +147,7 @@ pub(crate) mod tests {
     fn free_inertial_error_is_as_documented() {
         let Some(session) = recorded() else { return };
         assert_eq!(session.epochs(), 99);
-        let errors = free_inertial(&session);
+        let errors = from_reference(&session);
         let got = [10, 30, 60, 95].map(|t: usize| errors.position[t].xy().norm());
         println!("{got:.1?} m at 10, 30, 60, 95 s");
         for (got, want) in got.iter().zip([2.8, 47.0, 400.0, 1640.0]) {
@@ -194,7 +194,7 @@ pub(crate) mod tests {
             (generic.epochs(), generic.dt),
             (session.epochs(), session.dt)
         );
-        let [a, b] = [&session, &generic].map(|s| free_inertial(s).position[95]);
+        let [a, b] = [&session, &generic].map(|s| from_reference(s).position[95]);
         assert!((a - b).norm() < 0.01, "{a} {b}");
     }
 

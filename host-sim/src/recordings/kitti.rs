@@ -130,7 +130,7 @@ fn state(row: &[f64]) -> NavState {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::inertial::free_inertial::free_inertial;
+    use crate::inertial::free_inertial::from_reference;
     use crate::recordings::testing::{file, message};
 
     /// A drive of `n` samples to the east at 10 m/s, with one line changed.
@@ -175,7 +175,7 @@ mod tests {
             (3, 300, 4)
         );
         // 3 s of free inertial on a level road: only Coriolis and the rounded gravity remain
-        assert!(free_inertial(&got).position[3].xy().norm() < 0.05);
+        assert!(from_reference(&got).position[3].xy().norm() < 0.05);
         let text = drive(301, None);
         let gap: String = text
             .lines()

@@ -7,7 +7,7 @@ use crate::inertial::gnss::Fix;
 use crate::inertial::session::{EPOCH_S, Session};
 use crate::inertial::sins::{Increment, NavState};
 use crate::learning::baseline::{Linear, LinearModel};
-use crate::learning::study::study_from;
+use crate::learning::fit::fit_from;
 use crate::learning::teacher::{Assumptions, aid, aligned, navigate};
 use crate::learning::window::{NetworkSpec, compensate, compensator};
 use crate::simulator::session::{SessionConfig, measure};
@@ -172,7 +172,7 @@ fn taught(config: &SessionConfig<'_>, session: &Session, until: usize) -> Option
     let increments = part.increments();
     let aligned = aligned(&part, &increments)?;
     let nominal = navigate(&part, &increments, &assumptions, until)?;
-    let study = study_from(
+    let study = fit_from(
         &part,
         &increments,
         &nominal,

@@ -191,7 +191,7 @@ const PARTS_S: [usize; 3] = [300, 220, 1320];
 #[must_use]
 pub fn replay(recording: &Recording, roads: &[u64]) -> Option<Vec<Outcome>> {
     let errors = errors(recording)?;
-    let [stand, fixes, coast] = PARTS_S;
+    let [stand, fixes, free] = PARTS_S;
     let settings = Settings {
         assumptions: assumptions(),
         start_sigma: None,
@@ -205,14 +205,14 @@ pub fn replay(recording: &Recording, roads: &[u64]) -> Option<Vec<Outcome>> {
     let one = |road: &u64| {
         let config = Config {
             standstill_s: stand as f64,
-            length_s: (stand + fixes + coast) as f64,
+            length_s: (stand + fixes + free) as f64,
             heading: (*road as f64).rem_euclid(TAU),
             vibration: 1.0,
             gnss: GnssSpec::default(),
             drive: Some(*road),
         };
         let session = session(recording, &errors, &config)?;
-        let split = Split::forward(stand + fixes + coast, stand + fixes);
+        let split = Split::forward(stand + fixes + free, stand + fixes);
         let mut outcome = judge(&format!("hybrid, road {road}"), &session, &split, &settings)?;
         outcome.notes.push(
             "Simulated drive with the measured error of the real laser-gyro recording; constant level biases, scale factors and \

@@ -1,7 +1,7 @@
 use super::*;
 use crate::experiment::outcome::table;
 use crate::inertial::counts::FINE_LSB;
-use crate::inertial::free_inertial::align_and_coast;
+use crate::inertial::free_inertial::aligned_free_inertial;
 use crate::inertial::rotation::from_euler;
 use crate::inertial::units::UG;
 use crate::recordings::load;
@@ -96,9 +96,9 @@ fn error_at_rest_coasts_like_the_recording() {
         drive: None,
     };
     let hybrid = session(&recording, &errors, &config).unwrap();
-    let hybrid = align_and_coast(&hybrid, &hybrid.increments()).unwrap();
+    let hybrid = aligned_free_inertial(&hybrid, &hybrid.increments()).unwrap();
     let real = at_rest(&recording, 480);
-    let real = align_and_coast(&real, &real.increments()).unwrap();
+    let real = aligned_free_inertial(&real, &real.increments()).unwrap();
     for t in [300, 600, 900, 1200, 1320] {
         let [h, r] = [&hybrid, &real].map(|c| c.position[t].xy());
         println!(

@@ -12,11 +12,11 @@
 use crate::inertial::align;
 use crate::inertial::earth::Geodetic;
 use crate::inertial::ekf::Prior;
-use crate::inertial::free_inertial::{Coast, coast};
+use crate::inertial::free_inertial::{FreeInertial, free_inertial};
 use crate::inertial::session::Session;
 use crate::inertial::sins::NavState;
 use crate::learning::teacher::{ALIGN_SHARE, Assumptions, Start};
-use crate::learning::window::{compensator, words_from};
+use crate::learning::window::{compensator, increments_from};
 use firmware::align::LEAST_S;
 use firmware::compensator::{self, Compensator};
 use firmware::control::Alignment;
@@ -123,7 +123,7 @@ impl Learnt {
         session: &Session,
         assumptions: &Assumptions,
         until: usize,
-    ) -> Coast {
+    ) -> FreeInertial {
         let compensator = compensator(session, &[self.nets.gyro, self.nets.accel], assumptions);
         let mut state = compensator.power_on(true);
         state.off = false;
@@ -133,8 +133,8 @@ impl Learnt {
         let corrected = after
             .iter()
             .map(|counts| compensator.process(&mut state, *counts).0);
-        let words = words_from(session, until, corrected);
-        coast(session, &words, self.nav, until, session.epochs())
+        let words = increments_from(session, until, corrected);
+        free_inertial(session, &words, self.nav, until, session.epochs())
     }
 }
 

@@ -65,7 +65,7 @@ fn the_zero_correction_changes_no_sample() {
     let learnt = learn(&session, &assumptions, Gates::default(), None, 300).unwrap();
     let got = learnt.free_inertial(&session, &assumptions, 300);
     let increments = session.increments();
-    let want = coast(&session, &increments, learnt.nav, 300, session.epochs());
+    let want = free_inertial(&session, &increments, learnt.nav, 300, session.epochs());
     assert_eq!((got.position, got.velocity), (want.position, want.velocity));
 }
 

@@ -1,6 +1,6 @@
 use super::header::Header;
 use super::*;
-use crate::inertial::free_inertial::coast;
+use crate::inertial::free_inertial::free_inertial;
 use crate::inertial::session::Session;
 use nalgebra::Vector3;
 use std::fmt::Write;
@@ -102,7 +102,7 @@ fn rates_with_fixes_become_a_session_that_navigates() {
     let increment = s.increments()[7];
     assert!((increment.dtheta.z + 0.0023 * DEG * 0.01).abs() < 2e-9);
     assert!((increment.dv.z + 0.0981).abs() < 2e-8);
-    let end = coast(&s, &s.increments(), s.reference[0], 0, 5).position[5];
+    let end = free_inertial(&s, &s.increments(), s.reference[0], 0, 5).position[5];
     // the made samples lack the Coriolis acceleration of 2 mm/s2 and the rotation of the Earth
     assert!(end.xy().norm() < 0.3, "{end}");
 }

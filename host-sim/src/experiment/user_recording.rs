@@ -79,7 +79,7 @@ impl Plan {
     }
 }
 
-/// Round times over a coast of `length` s, and its end.
+/// Round times over a free-inertial part of `length` s, and its end.
 fn times(length: usize) -> Vec<u32> {
     let steps = [5, 10, 20, 30, 60, 120, 300, 600, 1200, 1800, 3600, 7200];
     let step = steps.into_iter().find(|s| length / s < MOST_TIMES);

@@ -6,8 +6,8 @@ use crate::learning::baseline::{LinearModel, Sample, fit_3x3, fit_bias};
 use crate::learning::promotion::{THRESHOLD, log_likelihood};
 use crate::learning::teacher::{Assumptions, Nominal, Reference, navigate, references};
 use crate::learning::window::{
-    Inputs, NetworkSpec, Taught, compensator, corrected_counts, inputs, normalisation, silent,
-    teach, words_from,
+    Inputs, NetworkSpec, Taught, compensator, corrected_counts, increments_from, inputs,
+    normalisation, silent, teach,
 };
 use firmware::sample::Counts;
 use lrnn_nostd::Net;
@@ -24,7 +24,7 @@ pub struct Use {
 
 /// All that was learnt from a session.
 #[derive(Debug, Clone)]
-pub struct Study {
+pub struct FittedNetworks {
     /// References over the part learnt from.
     pub references: Vec<Reference>,
     /// Least-squares bias.
@@ -46,16 +46,16 @@ pub struct Study {
 /// Learns from the session's epochs up to `until`; `words` are its [`Session::increments`]; the last `spec.held_back` of them only judge. With `hold_back` false everything is
 /// learnt from and nothing judged, as in the paper. `None` when the standstill gives no attitude.
 #[must_use]
-pub fn study(
+pub fn fit(
     session: &Session,
     words: &[Increment],
     assumptions: Assumptions,
     spec: &NetworkSpec,
     until: usize,
     hold_back: bool,
-) -> Option<Study> {
+) -> Option<FittedNetworks> {
     let nominal = navigate(session, words, &assumptions, until)?;
-    Some(study_from(
+    Some(fit_from(
         session,
         words,
         &nominal,
@@ -67,14 +67,14 @@ pub fn study(
 
 /// [`study`] with a nominal trajectory that is already there; learns from all its records.
 #[must_use]
-pub fn study_from(
+pub fn fit_from(
     session: &Session,
     words: &[Increment],
     nominal: &Nominal,
     assumptions: Assumptions,
     spec: &NetworkSpec,
     hold_back: bool,
-) -> Study {
+) -> FittedNetworks {
     let total = nominal.records.len();
     let learnt = if hold_back {
         total - (total as f64 * spec.held_back) as usize
@@ -101,7 +101,7 @@ pub fn study_from(
     );
     let taught = [gyro, accel];
     let (bias, linear) = linear_fits(&inputs, &references);
-    let mut out = Study {
+    let mut out = FittedNetworks {
         references,
         bias,
         linear,
@@ -143,7 +143,7 @@ fn linear_fits(inputs: &Inputs, references: &[Reference]) -> (LinearModel, Linea
     )
 }
 
-impl Study {
+impl FittedNetworks {
     /// What became of the networks, in a sentence.
     #[must_use]
     pub fn verdict(&self) -> String {
@@ -211,7 +211,7 @@ impl Study {
                 dtheta: if u.gyro { corrected } else { raw }.dtheta,
                 dv: if u.accel { corrected } else { raw }.dv,
             });
-            let words = words_from(session, from, counts);
+            let words = increments_from(session, from, counts);
             log_likelihood(session, &words, nominal, &assumptions, from, to) - base
         };
         self.evidence = choices.map(|u| (u, evidence(u))).to_vec();

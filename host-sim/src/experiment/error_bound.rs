@@ -8,27 +8,27 @@ use firmware::error_bound::ErrorBound;
 
 /// What corrections within the limits of [`crate::learning::window::compensator`] can do at worst in this session, and a sentence that says it.
 #[must_use]
-pub fn harm(session: &Session, assumptions: &Assumptions) -> (ErrorBound, String) {
+pub fn error_bound(session: &Session, assumptions: &Assumptions) -> (ErrorBound, String) {
     let speed = session.reference.iter().map(|s| s.velocity.xy().norm());
-    let harm = ErrorBound {
+    let bound = ErrorBound {
         limit: limit(assumptions),
         speed: speed.fold(0.0, f64::max) as f32,
     };
-    let [a, b, c, d, e] = harm.table();
+    let [a, b, c, d, e] = bound.table();
     let text = format!(
         "corrections within their limits of {:.3} deg/h and {:.0} ug, whatever the networks say, add at most {a} / {b} / {c} / {d} / \
          {e} m after 5 / 10 / 15 / 20 / 22 min",
-        f64::from(harm.limit.gyro) / DEG_PER_H,
-        f64::from(harm.limit.accel) / UG,
+        f64::from(bound.limit.gyro) / DEG_PER_H,
+        f64::from(bound.limit.accel) / UG,
     );
-    (harm, text)
+    (bound, text)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::experiment::scenario::Scenario;
-    use crate::inertial::free_inertial::coast;
+    use crate::inertial::free_inertial::free_inertial;
     use crate::inertial::sins::Increment;
     use crate::simulator::imu::ErrorModelName;
     use crate::simulator::session::{SessionConfig, simulate};
@@ -59,11 +59,12 @@ mod tests {
             drive: 1,
         };
         let session = simulate(&config).0;
-        let (harm, _) = harm(&session, &Assumptions::of(&imu));
-        let limit = [harm.limit.gyro, harm.limit.accel].map(f64::from);
+        let (bound, _) = error_bound(&session, &Assumptions::of(&imu));
+        let limit = [bound.limit.gyro, bound.limit.accel].map(f64::from);
         let words = session.increments();
         let n = session.steps_per_epoch();
-        let free = |words: &[Increment]| coast(&session, words, session.reference[0], 0, 1330);
+        let free =
+            |words: &[Increment]| free_inertial(&session, words, session.reference[0], 0, 1330);
         let plain = free(&words);
         let mut rng = ChaCha8Rng::seed_from_u64(1);
         let mut nearest = [0.0f64; 5];
@@ -96,7 +97,7 @@ mod tests {
             let got = free(&pushed);
             for (nearest, t) in nearest.iter_mut().zip(TIMES_S) {
                 let apart = (got.position[t as usize] - plain.position[t as usize]).xy();
-                *nearest = nearest.max(apart.norm() / harm.metres(f64::from(t)));
+                *nearest = nearest.max(apart.norm() / bound.metres(f64::from(t)));
             }
         }
         println!("share of the bound that was reached: {nearest:.2?}");
