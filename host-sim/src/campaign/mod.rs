@@ -1,7 +1,8 @@
-//! Many units, turn-ons and drives; every scheme on identical data; statistics with intervals.
+//! Many units, turn-ons and drives, every scheme on identical data, and statistics with intervals.
 //!
-//! One run is one drive: standstill, then 22 min with fixes, from which everybody learns, then 22 min free inertial, on which everybody
-//! is judged. The same drive is measured by the same unit once for each group of errors.
+//! One run is one drive: a standstill, then 22 min with fixes, from which every scheme learns, then
+//! 22 min without, on which it is judged. The same unit measures the same drive once for each group
+//! of errors.
 
 mod parquet;
 mod ratios;
@@ -30,14 +31,15 @@ use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 use std::path::PathBuf;
 
-/// Standstill, aided drive, free inertial: s.
+/// Standstill, aided drive, free-inertial drive: s.
 const STANDSTILL_S: u32 = 300;
 const AIDED_S: u32 = 22 * 60;
 const FREE_S: u32 = 22 * 60;
-/// Words per second: enough for a land vehicle, and half the time of 200.
+/// Samples per second: enough for a land vehicle, in half the time of 200.
 const RATE_HZ: u32 = 100;
-/// Words in a navigator's step; coning and sculling are computed at the full rate. At 22 min no median moves by more than 0.5 % between
-/// steps of 10 ms and 50 ms, nor by more than 0.4 % between 50 ms and these 100 ms.
+/// Samples in one step of the desktop's navigators. Coning and sculling are computed at the full
+/// rate. At 22 min no median changes by more than 0.5 % between steps of 10 ms and 50 ms, nor by
+/// more than 0.4 % between 50 ms and these 100 ms.
 const GATHER: usize = 10;
 
 /// What to run.
@@ -63,7 +65,7 @@ pub struct Campaign {
     pub tuning_units: u32,
 }
 
-/// What makes run `k` the run it is.
+/// What makes run `k` reproducible.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Seeds {
     /// Heading at the start, rad.
@@ -92,7 +94,8 @@ impl Seeds {
 }
 
 impl Campaign {
-    /// Runs what is missing on rayon's threads and gives all rows of this shard, ordered by run. `progress` is told what has been done.
+    /// Runs what is missing on rayon's threads and gives all rows of this shard, ordered by run.
+    /// Calls `progress` after each unit and run.
     ///
     /// # Errors
     /// Unwritable directory; a directory of another campaign; a scenario without a valid IMU.
@@ -162,7 +165,8 @@ impl Campaign {
         ablations().filter(|_| self.ablation)
     }
 
-    /// All error groups and schemes of run `k`; the noise-only IMU on the same drive is the floor of every group.
+    /// All error groups and schemes of run `k`. The IMU with noise only, on the same drive, is the
+    /// floor of every group.
     fn one(&self, imu: &ImuSpec, tuning: &Tuning, k: u32) -> Result<Vec<Row>, Error> {
         let mut rows = Vec::new();
         let mut floor = FreeInertial::default();
@@ -171,7 +175,7 @@ impl Campaign {
                 tuned: tuning.of(model),
                 ..*case
             };
-            let judge = |coast: Option<Coast>| coast.ok_or_else(|| self.scenario.no_attitude());
+            let judge = |free: Option<FreeInertial>| free.ok_or_else(|| self.scenario.no_attitude());
             if model == ErrorModelName::Noise {
                 floor = judge(SCHEMES[0].1(&case))?;
             }
@@ -180,8 +184,8 @@ impl Campaign {
                     rows.extend(store::row(model, k, name, &judge(scheme(&case))?));
                 }
                 for (name, enabled) in self.ablations() {
-                    let coast = judge(rnn_kalman(&case, enabled))?;
-                    rows.extend(store::row(model, k, &name, &coast));
+                    let free = judge(rnn_kalman(&case, enabled))?;
+                    rows.extend(store::row(model, k, &name, &free));
                 }
             }
             Ok(())
@@ -256,7 +260,7 @@ impl Campaign {
             .collect()
     }
 
-    /// A name for everything that decides the numbers, so that results of another campaign are not mixed in.
+    /// A name for everything that decides the numbers, so that different campaigns are not mixed.
     fn fingerprint(&self) -> String {
         format!(
             "{}|{:?}|{RATE_HZ}|{GATHER}|{STANDSTILL_S}|{AIDED_S}|{FREE_S}|{:?}|{}|{:?}",
@@ -285,7 +289,8 @@ mod oracle_tests;
 mod tests {
     use super::*;
 
-    /// Steps of 50 ms against steps of 10 ms on the same words, and all random numbers from the run's number alone.
+    /// The campaign's steps against steps of one sample on the same samples. All random numbers
+    /// follow from the number of the run alone.
     #[test]
     fn long_steps_do_not_change_the_errors() {
         let campaign = Campaign {

@@ -25,7 +25,8 @@ fn median(mut x: Vec<f64>) -> f64 {
     0.5 * (x[(x.len() - 1) / 2] + x[x.len() / 2])
 }
 
-/// `cargo nextest run --run-ignored only -p host-sim oracle_against_the_floor --no-capture`, some minutes.
+/// Takes some minutes:
+/// `cargo nextest run --run-ignored only -p host-sim oracle_against_the_floor --no-capture`.
 #[test]
 #[ignore = "a measurement of minutes; what it must not lose is tested below on one unit"]
 fn oracle_against_the_floor() {
@@ -60,8 +61,9 @@ fn oracle_of(case: &Case<'_>) -> Option<FreeInertial> {
     oracle(case)
 }
 
-/// Told of it, the oracle takes most of each cause away, which is far larger than any preset has it: within 5 min of free inertial
-/// navigation after 10 min of aiding. What only wanders is judged by the consistency tests of the filter.
+/// Told of it, the oracle removes most of each cause, which is far larger than in any preset:
+/// within 5 min of free-inertial navigation after 10 min of aiding. Causes that only wander are
+/// judged by the consistency tests of the filter.
 #[test]
 fn the_oracle_knows_every_cause() {
     let (campaign, imu) = campaign("medium");

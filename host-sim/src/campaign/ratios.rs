@@ -13,7 +13,7 @@ use std::collections::BTreeMap;
 /// How a scheme compares with another on the same runs.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Ratio {
-    /// Group of errors; `None` (in files `null`) for the geometric mean over all groups of the campaign.
+    /// Group of errors. `None` (in files `null`) for the geometric mean over all groups.
     pub error_model: Option<ErrorModelName>,
     /// Scheme.
     pub scheme: String,
@@ -36,7 +36,8 @@ pub struct Ratio {
 /// Logarithms of the errors: by group, scheme, run, at each of [`TIMES_MIN`].
 type Logs<'a> = BTreeMap<&'a str, BTreeMap<u32, [f64; TIMES_MIN.len()]>>;
 
-/// Every scheme against every other at every time, by group of errors and over all groups, in the order of the rows.
+/// Every scheme against every other at every time, by group of errors and over all groups, in the
+/// order of the rows.
 #[must_use]
 pub fn ratios(rows: &[Row]) -> Vec<Ratio> {
     let present = |m: &ErrorModelName| rows.iter().any(|r| r.error_model == *m);
@@ -103,7 +104,8 @@ fn logs_of(rows: &[Row], group: ErrorModelName) -> Logs<'_> {
     out
 }
 
-/// Difference of the logarithms in each run that has both schemes in all groups: their mean over the groups.
+/// Difference of the logarithms in each run that has both schemes in all groups, averaged over the
+/// groups.
 fn differences(logs: &[Logs<'_>], scheme: &str, baseline: &str, i: usize) -> Vec<f64> {
     let Some(runs) = logs.first().and_then(|l| l.get(scheme)) else {
         return Vec::new();
@@ -156,7 +158,8 @@ mod tests {
         }
     }
 
-    /// Errors that differ a lot from run to run, in a constant ratio a group: pairing leaves no spread.
+    /// Errors that differ much from run to run but have a constant ratio in each group: pairing
+    /// leaves no spread.
     #[test]
     fn ratios_are_paired_by_run_and_averaged_over_groups() {
         let groups = [(ErrorModelName::Linear, 0.5), (ErrorModelName::All, 2.0)];
@@ -183,7 +186,8 @@ mod tests {
         assert!((find(None).ratio - 1.0).abs() < 1e-12);
     }
 
-    /// Logarithms with standard deviation 1 over 100 runs: the interval is about 2 * 1.96 / 10 wide.
+    /// Logarithms with a standard deviation of 1 over 100 runs: the interval is about 2 * 1.96 / 10
+    /// wide.
     #[test]
     fn the_interval_is_as_wide_as_the_theory_says() {
         let rows: Vec<Row> = (0..100)

@@ -264,7 +264,8 @@ mod tests {
         let text = results("the command", &merged, &summarise(&rows), &ratios(&rows));
         assert!(!text.contains(['{', '}']), "{text}");
         assert!(text.contains("the command") && text.contains("| all | 200 | 400 |"));
-        // rnn-kalman is the ninth of the schemes, ekf6 the second and best of the classical ones, oracle the seventh
+        // rnn-kalman is the ninth scheme, ekf6 the second and the best classical one, the oracle
+        // the seventh
         assert!(
             text.contains("| all | 4.50 (ekf6) | 4.50 (ekf6) | 1.29 / 1.29 |"),
             "{text}"

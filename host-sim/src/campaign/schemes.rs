@@ -1,4 +1,5 @@
-//! The competitors of a campaign: each is aided by fixes up to an epoch and navigates free inertial from there, on the same words.
+//! The schemes of a campaign. Each is aided by fixes up to an epoch and navigates free inertial
+//! from there, on the same samples.
 
 use crate::inertial::ekf::{Aided, ErrorModel, Known, Noise, SlowErrors};
 use crate::inertial::free_inertial::{FreeInertial, free_inertial};
@@ -18,7 +19,8 @@ use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
 use std::sync::Arc;
 
-/// Walk of a bias an hour, relative to its prior, that the datasheet's in-run drift means for the presets.
+/// Random walk of a bias per hour, relative to its prior, that follows from the presets' in-run
+/// drift.
 pub const DATASHEET_WALK: f64 = 0.05;
 
 /// What was chosen for one group.
@@ -47,7 +49,7 @@ impl Default for Tuned {
 pub struct Case<'a> {
     /// The session, aided to `until`.
     pub session: &'a Session,
-    /// Its words, [`Session::increments`].
+    /// Its [`Session::increments`].
     pub words: &'a [Increment],
     /// What may be known of the IMU.
     pub knows: Knowledge<'a>,
@@ -57,19 +59,20 @@ pub struct Case<'a> {
     pub until: usize,
 }
 
-/// What a competitor may know.
+/// What a scheme may know.
 #[derive(Debug, Clone, Copy)]
 pub struct Knowledge<'a> {
-    /// The datasheet, which does not say which groups of errors the simulator has: for everybody.
+    /// The datasheet, for all schemes. It does not tell which groups of errors are simulated.
     pub datasheet: &'a ImuSpec,
     /// The simulated IMU: for the oracle.
     pub simulated: &'a ImuSpec,
 }
 
-/// A competitor: aided to [`Case::until`], free inertial from there to the end. `None` if the standstill gives no attitude.
+/// A scheme: aided to [`Case::until`], free inertial from there to the end. `None` if the
+/// standstill gives no attitude.
 pub type Scheme = fn(&Case<'_>) -> Option<FreeInertial>;
 
-/// All competitors in the order of the tables, which add `floor`: `none` on an IMU with noise only.
+/// All schemes in the order of the tables, which add `floor`: `none` on an IMU with noise only.
 pub const SCHEMES: [(&str, Scheme); 9] = [
     ("none", |c| none(c, c.words, c.tuned.none_factor)),
     ("ekf6", |c| ekf6(c, DATASHEET_WALK)),
@@ -105,7 +108,8 @@ pub fn ablations() -> impl Iterator<Item = (String, u8)> {
     alone.chain(without)
 }
 
-/// The bank of hypotheses of [`crate::learning::fix_learner`], of which those with a bit in `enabled` take part.
+/// The device's learner from fixes ([`fix_learner`]). Hypotheses whose bit in `enabled` is set take
+/// part.
 pub fn rnn_kalman(case: &Case<'_>, enabled: u8) -> Option<FreeInertial> {
     let assumptions = Assumptions::of(case.knows.datasheet);
     let gates = Gates {
@@ -117,7 +121,8 @@ pub fn rnn_kalman(case: &Case<'_>, enabled: u8) -> Option<FreeInertial> {
     Some(learnt.free_inertial(session, &assumptions, until))
 }
 
-/// The aided filter without a model of the IMU; white noise times the factor covers what it does not know.
+/// The aided filter without a model of the IMU. White noise times `factor` covers what it does not
+/// know.
 pub fn none(case: &Case<'_>, words: &[Increment], factor: f64) -> Option<FreeInertial> {
     let mut assumptions = Assumptions::of(case.knows.datasheet);
     assumptions.noise = Noise {
@@ -174,7 +179,8 @@ fn free(filter: &Aided, session: &Session, words: &[Increment], until: usize) ->
     )
 }
 
-/// The words behind networks taught over the aided part: the session's own where no network is promoted.
+/// The increments behind networks taught over the aided part. Where no network is promoted they are
+/// the session's own.
 pub fn rnn_increments<'a>(case: &Case<'a>) -> Option<Cow<'a, [Increment]>> {
     let assumptions = Assumptions::of(case.knows.datasheet);
     let session = case.session;
@@ -198,8 +204,8 @@ pub fn rnn_increments<'a>(case: &Case<'a>) -> Option<Cow<'a, [Increment]>> {
     Some(Cow::Owned(words))
 }
 
-/// The filter that knows what the simulator does: parameters of exactly the errors that are there, with their exact statistics, and
-/// the exact temperature of the block and the field at the gyros in each second.
+/// The filter that knows the simulator: it has parameters for exactly the errors that are
+/// simulated, with their exact statistics, and knows the temperature and the field in each second.
 #[must_use]
 pub fn oracle(imu: &ImuSpec, session: &Session) -> ErrorModel {
     let mut out = ErrorModel {
@@ -211,7 +217,7 @@ pub fn oracle(imu: &ImuSpec, session: &Session) -> ErrorModel {
     out
 }
 
-/// Temperature and field as the simulator had them, and the vibration that the words show, second by second.
+/// Temperature and field as simulated, and the vibration that the samples show, second by second.
 fn known(session: &Session) -> Arc<[Known]> {
     let surroundings = session.surroundings.as_deref().unwrap_or_default();
     let seconds = session.counts.chunks(session.samples_per_epoch());

@@ -1,4 +1,5 @@
-//! Rows on disk: one small file a finished run, so that an interrupted campaign loses at most the runs that were under way.
+//! Rows on disk, one small file for each finished run. An interrupted campaign loses at most the
+//! runs in progress.
 
 use super::{Campaign, Tuning};
 use crate::error::Error;
@@ -28,7 +29,7 @@ pub struct Row {
     pub east_m: [f64; TIMES_MIN.len()],
 }
 
-/// The row of a free-inertial part, if it lasted.
+/// The row of a solution, if it lasts long enough.
 pub(super) fn row(
     error_model: ErrorModelName,
     run: u32,
@@ -73,8 +74,8 @@ const STAMP: &str = "campaign.txt";
 const TUNING: &str = "tuning.json";
 
 impl Store {
-    /// Opens or makes the directory. Unless the campaign resumes, old runs of the same campaign and shard are removed; another campaign's
-    /// are never touched.
+    /// Opens or makes the directory. Unless the campaign resumes, old runs of the same campaign and
+    /// shard are removed. Runs of another campaign are never touched.
     pub(super) fn open(dir: &Path, campaign: &Campaign) -> Result<Self, Error> {
         let store = Self {
             dir: dir.to_path_buf(),
@@ -97,7 +98,8 @@ impl Store {
                     holds: "holds a directory 'runs' that is no campaign's",
                 });
             }
-            // the stamp first: where there are runs, there is a stamp, also when shards start at the same time
+            // The stamp comes first: where there are runs there is a stamp, also when shards start
+            // at the same time.
             Err(_) => write_atomic(&stamp, fingerprint.as_bytes())?,
         }
         if !campaign.resume {
@@ -107,7 +109,8 @@ impl Store {
         Ok(store)
     }
 
-    /// Removes the runs that the campaign is about to compute, and any that it does not have; what other shards left stays.
+    /// Removes the runs that the campaign will compute, and any beyond its number. Runs of other
+    /// shards stay.
     fn forget(&self, campaign: &Campaign) -> Result<(), Error> {
         let gone = |result: std::io::Result<()>, path: &Path| match result {
             Err(e) if e.kind() != std::io::ErrorKind::NotFound => Err(Error::writing(path, e)),
@@ -168,7 +171,8 @@ fn parse<T: DeserializeOwned>(file: &Path) -> Result<T, Error> {
     })
 }
 
-/// All rows of the runs in some campaign directories, ordered by run; a run that is there twice counts once.
+/// All rows of the runs in some campaign directories, ordered by run. A run that is found twice
+/// counts once.
 ///
 /// # Errors
 /// A directory that is no campaign's, campaigns that do not belong together, or a broken file.

@@ -1,4 +1,5 @@
-//! Process noise of the classical filters, chosen for each group of errors by search over training units that no campaign judges.
+//! Process noise of the classical filters. For each group of errors it is chosen by search over
+//! training units that no campaign judges.
 
 use super::Campaign;
 use super::schemes::{Tuned, ekf6, none, rnn_increments};
@@ -31,7 +32,8 @@ struct Tried {
 }
 
 impl Tuning {
-    /// Searches. The measure is the median horizontal error at the end of the free-inertial part; `progress` is called after each unit.
+    /// Searches for the least median horizontal error at the end of the free-inertial part. Calls
+    /// `progress` after each unit.
     ///
     /// # Errors
     /// A standstill that gives no attitude.

@@ -1,4 +1,5 @@
-//! The bound on harm of a session: how far corrections within their limits can push a free-inertial position.
+//! The error bound of a session: how far corrections within their limits can move a free-inertial
+//! position.
 
 use crate::inertial::session::Session;
 use crate::inertial::units::{DEG_PER_H, UG};
@@ -6,7 +7,8 @@ use crate::learning::teacher::Assumptions;
 use crate::learning::window::limit;
 use firmware::error_bound::ErrorBound;
 
-/// What corrections within the limits of [`crate::learning::window::compensator`] can do at worst in this session, and a sentence that says it.
+/// The worst effect, in this session, of corrections within the limits of
+/// [`crate::learning::window::compensator`], and a sentence that states it.
 #[must_use]
 pub fn error_bound(session: &Session, assumptions: &Assumptions) -> (ErrorBound, String) {
     let speed = session.reference.iter().map(|s| s.velocity.xy().norm());
@@ -37,8 +39,9 @@ mod tests {
     use rand::{RngExt, SeedableRng};
     use rand_chacha::ChaCha8Rng;
 
-    /// Perfect sensors but for corrections of a limit's size on every axis: constant in the body, steady over the ground (which turns do
-    /// not average out), reversed at random times. None may reach the bound, and the worst must come near it, or it says nothing.
+    /// Perfect sensors with corrections of a limit's size on every axis: constant in the body,
+    /// constant over the ground (where turns do not average them out), reversed at random times.
+    /// None may reach the bound, and the worst must come near it, or the bound would say nothing.
     #[test]
     fn no_correction_within_the_limits_passes_the_bound() {
         let scenario = Scenario::default();

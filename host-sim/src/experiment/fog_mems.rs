@@ -1,4 +1,5 @@
-//! The MEMS recording beside a FOG navigator: learnt on one part, judged on the other, and the other way round.
+//! The MEMS recording with a FOG navigator as its reference: learnt on one part and judged on the
+//! other, and the other way round.
 
 use crate::experiment::outcome::Outcome;
 use crate::experiment::protocol::{Settings, Split, judge};
@@ -9,7 +10,7 @@ use crate::learning::teacher::Assumptions;
 use crate::learning::window::NetworkSpec;
 use crate::recordings::fog_mems::SIGMAS;
 
-/// What may be expected of a MEMS IMU of unknown make (assumed: 1000 deg/h and 20 mg, as in the first study of this recording).
+/// What may be expected of a MEMS IMU of unknown make (assumed: 1000 deg/h and 20 mg).
 #[must_use]
 pub fn settings() -> Settings {
     Settings {
@@ -83,7 +84,8 @@ mod tests {
                 assert!(left < 0.25, "{}, {scheme}: {left} of raw", o.case);
             }
         }
-        // 50 s of fixes, then 40 s free: 0.59 times the best classical filter, 0.75 times with the halves exchanged
+        // after 50 s of fixes and 40 s without: 0.59 times the best classical filter, 0.75 times
+        // with the parts exchanged
         for o in all
             .iter()
             .filter(|o| o.case.contains("49 s") || o.case.contains("0-50 s"))

@@ -66,8 +66,8 @@ mod tests {
         Some(session(&path, skip).unwrap())
     }
 
-    /// 11/36, 5/12, 27/144 and 30/166 m were measured elsewhere at 60 s and the end, displaced stamps and all; put back in their places
-    /// they make most of the ends better.
+    /// At 60 s and at the end 11/36, 5/12, 27/144 and 30/166 m were measured elsewhere with
+    /// displaced time stamps. With the stamps in their places most of the ends are better.
     #[test]
     fn free_inertial_errors_are_the_known_ones() {
         let known = [[9.5, 29.5], [4.8, 11.8], [32.7, 98.2], [29.3, 157.7]];

@@ -1,4 +1,5 @@
-//! The real laser-gyro recording: align and learn at the known site, then free inertial to the end, raw and compensated.
+//! The real laser-gyro recording: alignment and learning at the known site, then free-inertial
+//! navigation to the end, raw and compensated.
 
 use crate::experiment::error_bound::error_bound;
 use crate::experiment::results::{Curves, Report, Results};
@@ -24,10 +25,12 @@ pub const LEAST_LEARN_S: u32 = 120;
 
 /// Surveyed site of the recording (recording's documentation).
 const SITE: [f64; 3] = [34.246_048, 108.909_664, 380.0];
-/// Standard deviation of the vehicle's place and velocity while people and engine sway it (assumed).
+/// Standard deviation of the vehicle's position and velocity while people and engine sway it
+/// (assumed).
 const SWAY: [f64; 6] = [0.05, 0.05, 0.05, 0.01, 0.01, 0.01];
 
-/// What may be expected of this unit; its datasheet is not known, so all of it is assumed from its class.
+/// What may be expected of this unit. Its datasheet is not known, so all values are assumed from
+/// its class.
 #[must_use]
 pub fn assumptions() -> Assumptions {
     Assumptions {
@@ -102,8 +105,8 @@ fn network() -> NetworkSpec {
     }
 }
 
-/// The navigators that are aided over the learning part: without a model of the sensors, with six biases, and with the product's bank
-/// of hypotheses, of which it names the running one.
+/// The navigators that are aided over the learning part: without a model of the sensors, with six
+/// biases, and the device. Gives the name of the hypothesis that the device has in force.
 fn aid_all(session: &Session, judged: &mut Judged) -> Option<&'static str> {
     let (a, words) = (assumptions(), session.increments());
     let until = session.standstill;
@@ -127,7 +130,8 @@ fn aid_all(session: &Session, judged: &mut Judged) -> Option<&'static str> {
     Some(NAMES[product.running])
 }
 
-/// Learns on the first `learn_s` seconds and judges on the rest. `None` when the recording gives no attitude.
+/// Learns from the first `learn_s` seconds and judges on the rest. `None` when the recording gives
+/// no attitude.
 #[must_use]
 pub fn replay(recording: &Recording, learn_s: u32) -> Option<Report> {
     let session = session(recording, learn_s);

@@ -1,4 +1,4 @@
-//! Experiments: runs over simulated sessions and replays of recorded ones, free-inertial navigation, and their results.
+//! Experiments: runs over simulated sessions, replays of recorded ones, and their results.
 
 pub mod error_bound;
 pub mod fog_mems;

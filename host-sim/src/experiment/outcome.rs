@@ -39,7 +39,7 @@ pub struct Outcome {
     pub curves: Curves,
 }
 
-/// Rows of several solutions of one case; times at which a free-inertial part has already ended are left out.
+/// Rows of several solutions of one case. Times after the end of a solution are left out.
 #[must_use]
 pub fn rows(solutions: &[(&str, FreeInertial)], times_s: &[u32]) -> Vec<Row> {
     let row = |scheme: &str, free: &FreeInertial, t_s: u32| {

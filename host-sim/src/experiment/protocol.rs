@@ -1,21 +1,26 @@
-//! Learn on one part of a recording of a moving vehicle, judge on another: every scheme sees the same fixes and the same words.
+//! Learning from one part of a recording of a moving vehicle and judging on another. Every scheme
+//! gets the same fixes and the same samples.
 //!
-//! Where there is no standstill, the first attitude is the reference's. Over the learning part fixes of the reference teach; then
-//! navigation is free inertial. When the judged part follows the one learnt from, each scheme's own aided navigator (no sensor errors in
-//! its state, except in the filters) carries its state over; when it lies before, the free-inertial part begins at the reference's state. What was learnt
-//! belongs to the attitude that the teacher found, which differs from the reference's by the mounting (a tilt of 1 mrad and an
-//! accelerometer bias of 1000 ug are one and the same to it); so for all schemes that learnt, that first attitude is turned by the mean
-//! difference over the learning part; for the filters, by the difference that they end with.
+//! Without a standstill, the first attitude is the reference's. Over the learning part fixes of the
+//! reference teach. Then navigation is free inertial.
 //!
-//! When the judged part lies before, the compensator starts with the free-inertial part, from its networks' state at power-on.
+//! When the judged part follows the learning part, each scheme's own aided navigator carries its
+//! state over. It has no sensor errors in its state, except in the filters. When the judged part
+//! precedes the learning part, free-inertial navigation begins at the reference's state, and the
+//! compensator starts there with its networks' state at power-on.
 //!
-//! | scheme | words of the free-inertial part |
+//! What was learnt belongs to the attitude that the teacher found. That attitude differs from the
+//! reference's by the mounting: a tilt of 1 mrad and an accelerometer bias of 1000 ug are the same
+//! to the teacher. So for all schemes that learnt, the first attitude is turned by the mean
+//! difference over the learning part; for the filters and the device, by the difference at its end.
+//!
+//! | scheme | increments of the judged part |
 //! |---|---|
 //! | `raw` | as recorded |
 //! | `ls-bias`, `ls-3x3` | less a bias, or bias and 3x3, fitted to the teacher's references |
-//! | `ekf6`, `ekf12`, `ekf24` | less six biases (with scale factors; with 3x3) at the filter's last estimate of the learning part, frozen |
-//! | `rnn` | through the compensator with the two networks taught from the same references |
-//! | `rnn-kalman` | less what the bank of hypotheses, taught by the fixes, has promoted ([`crate::learning::fix_learner`]) |
+//! | `ekf6`, `ekf12`, `ekf24` | less the filter's last estimate (biases; scale factors; 3x3) |
+//! | `rnn` | through the compensator, with two networks taught from the same references |
+//! | `rnn-kalman` | through the compensator, as the device has learnt ([`fix_learner`]) |
 
 use crate::experiment::outcome::{Outcome, rows};
 use crate::experiment::results::Curves;
@@ -65,7 +70,7 @@ impl Split {
         }
     }
 
-    /// In words.
+    /// A description.
     #[must_use]
     pub fn case(&self) -> String {
         let (l, j) = (&self.learn, &self.judge);
@@ -81,13 +86,15 @@ impl Split {
 pub struct Settings {
     /// Sensors.
     pub assumptions: Assumptions,
-    /// Errors of the reference as the state of this IMU (mounting included); `None` for what a self-alignment leaves.
+    /// Errors of the reference as the state of this IMU, mounting included. `None`: those of a
+    /// self-alignment.
     pub start_sigma: Option<InitialSigma>,
     /// Teaching.
     pub network: NetworkSpec,
-    /// Whether `rnn` uses only networks that prove themselves on a held-back part, as the product does.
+    /// Whether `rnn` uses only networks that prove themselves on a held-back part, as the device
+    /// does.
     pub promoted_only: bool,
-    /// Times of the table, s after the start of the free-inertial part.
+    /// Times of the table, s after the start of the judged part.
     pub times_s: Vec<u32>,
 }
 
@@ -301,7 +308,7 @@ fn mounting(lesson: &Session, nominal: &Nominal) -> UnitQuaternion<f64> {
     from_rotvec(&(sum / smoothed.len().max(1) as f64))
 }
 
-/// Words of the schemes that need no filter of their own.
+/// Increments of the schemes that need no filter of their own.
 fn corrected(
     run: &Session,
     fitted: &FittedNetworks,
@@ -318,7 +325,8 @@ fn corrected(
     ]
 }
 
-/// A filter with fixes up to epoch `until`: from an alignment at standstill, else from the reference's first state.
+/// A filter with fixes up to epoch `until`: from an alignment at standstill, else from the
+/// reference's first state.
 fn aided(
     session: &Session,
     words: &[Increment],
@@ -337,7 +345,7 @@ fn aided(
     Some(filter)
 }
 
-/// What the product's own test would say of networks taught on the same part, its end held back.
+/// The verdict of the device's test on networks taught from the same part, with its end held back.
 fn gate(lesson: &Session, nominal: &Nominal, settings: &Settings) -> String {
     let held = fit_from(
         lesson,

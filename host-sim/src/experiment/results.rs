@@ -24,7 +24,7 @@ pub struct Row {
 }
 
 impl Row {
-    /// Row of the table at `t_min` minutes of free-inertial navigation, if the free-inertial part lasts as long.
+    /// Row of the table after `t_min` minutes of free-inertial navigation, if it lasts so long.
     #[must_use]
     pub fn of(free: &FreeInertial, scheme: &str, t_min: u32) -> Option<Self> {
         let k = t_min as usize * 60;
@@ -48,14 +48,15 @@ pub struct Results {
     pub scenario: String,
     /// Seed of the run.
     pub seed: u64,
-    /// One row a time and scheme, times ascending, schemes in display order within a time.
+    /// One row for each time and scheme, times ascending, schemes in display order within a time.
     pub rows: Vec<Row>,
 }
 
 /// One curve: same length of `x` and `y`.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Curve {
-    /// Legend text: a scheme's name or `reference`; for learning `network: part`, as in `gyros: held back`.
+    /// Legend text: a scheme's name or `reference`; for learning `network: part`, as in
+    /// `gyros: held back`.
     pub name: String,
     /// Abscissae.
     pub x: Vec<f64>,
@@ -63,7 +64,7 @@ pub struct Curve {
     pub y: Vec<f64>,
 }
 
-/// True sensor error and what the network says of it, for one axis (the paper's figure 2).
+/// True sensor error and the output of the network, for one axis (the paper's figure 2).
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct ErrorTrace {
     /// For example `gyro x`.
@@ -72,9 +73,10 @@ pub struct ErrorTrace {
     pub unit: String,
     /// Minutes since power-on.
     pub t_min: Vec<f64>,
-    /// Slow error of the sensor (running median over a minute); empty if unknown (recorded data).
+    /// Slow error of the sensor (running median over a minute); empty if it is not known
+    /// (recordings).
     pub truth: Vec<f64>,
-    /// What the teacher said while learning; NaN where there was none; may be empty.
+    /// Estimate of the teacher while learning; NaN where there was none; may be empty.
     pub teacher: Vec<f64>,
     /// Output of the network.
     pub network: Vec<f64>,
@@ -128,10 +130,11 @@ pub struct Report {
     pub title: String,
     /// The table.
     pub results: Results,
-    /// Label and value of what was run: preset, rates, durations, seeds, learning set-up. A value labelled `command` is the
-    /// command that makes this report again.
+    /// Label and value of what was run: preset, rates, durations, seeds, settings of learning. A
+    /// value labelled `command` is the command that makes this report again.
     pub set_up: Vec<(String, String)>,
-    /// What the reader must know, in sentences: which alignment, whether the correction was left at zero and why, ...
+    /// What the reader must know, in sentences: which alignment, whether the correction stayed at
+    /// zero and why, and so on.
     pub notes: Vec<String>,
     /// What the pictures show.
     pub curves: Curves,

@@ -1,4 +1,5 @@
-//! The paper's experiment: learn on one drive, judge on another (or on the same one, as the paper did), and report.
+//! The paper's experiment: learn on one drive, judge on another, and report. The paper judged on
+//! the drive it learnt from, which is also possible.
 
 use crate::error::Error;
 use crate::experiment::error_bound::error_bound;
@@ -147,7 +148,7 @@ pub struct Judged {
     solutions: Vec<(&'static str, FreeInertial)>,
 }
 
-/// Self-alignment and free-inertial navigation with every scheme, each from power-on with its own corrections.
+/// Self-alignment and free-inertial navigation with every scheme. Each corrects from power-on.
 #[must_use]
 pub fn judge(session: &Session, learnt: &FittedNetworks) -> Option<Judged> {
     let raw = session.increments();
@@ -304,7 +305,8 @@ pub fn traces(session: &Session, learnt: &FittedNetworks) -> Vec<ErrorTrace> {
     out
 }
 
-/// Median over a minute around each second: shows the slow error under the spikes that scale factor and misalignment make in turns.
+/// Median over a minute around each second. It shows the slow error below the spikes that scale
+/// factor and misalignment make in turns.
 fn running_median(x: &[f64]) -> Vec<f64> {
     const HALF: usize = 30;
     (0..x.len())

@@ -43,7 +43,8 @@ impl DriveSpec {
     }
 }
 
-/// A scenario file: every key has a default, so a file says only what differs from the scenario `medium`.
+/// A scenario file. Every key has a default, so a file contains only what differs from the scenario
+/// `medium`.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Scenario {
@@ -109,10 +110,12 @@ pub fn names() -> Vec<&'static str> {
 }
 
 impl Scenario {
-    /// A built-in scenario by name, or a file (anything that ends in `.toml` or holds a path separator).
+    /// A built-in scenario by name, or a file (anything that ends in `.toml` or has a path
+    /// separator).
     ///
     /// # Errors
-    /// Unknown name; missing or unreadable file; unknown key, wrong type or value out of range, with file, line and key.
+    /// Unknown name; missing or unreadable file; unknown key, wrong type or value out of range,
+    /// with file, line and key.
     pub fn load(name: &str) -> Result<Self, Error> {
         let path = Path::new(name);
         if path

@@ -1,5 +1,6 @@
-//! A user's own recording: learnt from its first part, judged on the rest. The reference is the fixes (or a better solution, if one is
-//! given), so an error below their noise means nothing.
+//! A user's own recording: learnt from its first part, judged on the rest. The reference is the
+//! fixes, or a better solution if one is given. Errors below the noise of the fixes therefore mean
+//! nothing.
 
 use crate::experiment::outcome::Outcome;
 use crate::experiment::protocol::{Settings, Split, judge};
@@ -8,9 +9,9 @@ use crate::inertial::session::Session;
 use crate::learning::teacher::Assumptions;
 use crate::learning::window::NetworkSpec;
 
-/// Shortest part to learn from after the standstill, and shortest to be judged on, s.
+/// Shortest part to learn from after the standstill, and shortest part to be judged on, s.
 pub const LEAST_S: usize = 20;
-/// Learning parts shorter than this have windows of one second, as in the replays of short recordings, s.
+/// Shorter learning parts have windows of one second, as in the replays of short recordings, s.
 const SHORT_S: usize = 300;
 /// Most times in the table.
 const MOST_TIMES: usize = 7;
@@ -20,9 +21,9 @@ const MOST_TIMES: usize = 7;
 pub struct Plan {
     /// Sensors.
     pub assumptions: Assumptions,
-    /// Errors of an initial attitude that was given, tilt and heading, rad; not used with a standstill.
+    /// Errors of a given initial attitude, tilt and heading, rad. Not used with a standstill.
     pub attitude_sigma: [f64; 2],
-    /// Epochs to learn from, standstill included; by default the standstill and half of what follows.
+    /// Epochs to learn from, standstill included. By default the standstill and half of the rest.
     pub learn: Option<usize>,
 }
 
@@ -30,7 +31,7 @@ impl Plan {
     /// Epochs to learn from.
     ///
     /// # Errors
-    /// The range that is possible (empty for a recording that is too short) when the choice lies outside.
+    /// The possible range (empty for a recording that is too short) when the choice lies outside.
     pub fn learn(&self, session: &Session) -> Result<usize, (usize, usize)> {
         let (still, all) = (session.standstill, session.epochs());
         let range = (still + LEAST_S, all.saturating_sub(LEAST_S));
@@ -65,7 +66,8 @@ impl Plan {
         }
     }
 
-    /// Learns and judges; `learn` is from [`Plan::learn`]. `None` when the standstill gives no attitude.
+    /// Learns and judges; `learn` is from [`Plan::learn`]. `None` when the standstill gives no
+    /// attitude.
     #[must_use]
     pub fn replay(&self, name: &str, session: &Session, learn: usize) -> Option<Outcome> {
         let settings = self.settings(session, learn);
@@ -79,7 +81,7 @@ impl Plan {
     }
 }
 
-/// Round times over a free-inertial part of `length` s, and its end.
+/// Round times over a judged part of `length` s, and its end.
 fn times(length: usize) -> Vec<u32> {
     let steps = [5, 10, 20, 30, 60, 120, 300, 600, 1200, 1800, 3600, 7200];
     let step = steps.into_iter().find(|s| length / s < MOST_TIMES);

@@ -1,4 +1,5 @@
-//! Learning from one session: references, the linear fits, the two networks, and the decision whether the networks may be used.
+//! What one session teaches: references, linear fits, two networks, and the decision whether the
+//! networks may be used.
 
 use crate::inertial::session::Session;
 use crate::inertial::sins::Increment;
@@ -22,7 +23,7 @@ pub struct Use {
     pub accel: bool,
 }
 
-/// All that was learnt from a session.
+/// Everything that was learnt from a session.
 #[derive(Debug, Clone)]
 pub struct FittedNetworks {
     /// References over the part learnt from.
@@ -33,18 +34,22 @@ pub struct FittedNetworks {
     pub linear: LinearModel,
     /// The taught networks, before promotion.
     pub taught: [Taught; 2],
-    /// The networks to use: a network that was not promoted is silent.
+    /// The networks to use. A network that was not promoted has zero output.
     pub nets: [Net; 2],
     /// Which were promoted.
     pub promoted: Use,
-    /// Log-likelihood ratios of (both, gyro only, accelerometer only) on the held-back part; empty if nothing was held back.
+    /// Log-likelihood ratios on the held-back part: of both networks, of the gyro network only, of
+    /// the accelerometer network only. Empty if nothing was held back.
     pub evidence: Vec<(Use, f64)>,
-    /// Assumptions that the study was made with.
+    /// Assumptions that the fit was made with.
     pub assumptions: Assumptions,
 }
 
-/// Learns from the session's epochs up to `until`; `words` are its [`Session::increments`]; the last `spec.held_back` of them only judge. With `hold_back` false everything is
-/// learnt from and nothing judged, as in the paper. `None` when the standstill gives no attitude.
+/// Learns from the epochs of a session up to `until`. `increments` are its [`Session::increments`].
+///
+/// With `hold_back` the last [`NetworkSpec::held_back`] of the epochs teach nothing and only judge.
+/// Without it all epochs teach and nothing is judged, as in the paper. `None` when the standstill
+/// gives no attitude.
 #[must_use]
 pub fn fit(
     session: &Session,
@@ -65,7 +70,7 @@ pub fn fit(
     ))
 }
 
-/// [`study`] with a nominal trajectory that is already there; learns from all its records.
+/// [`fit`] with a nominal trajectory that is already known. All its records are used.
 #[must_use]
 pub fn fit_from(
     session: &Session,
@@ -201,7 +206,8 @@ impl FittedNetworks {
             };
             [net(0, u.gyro), net(1, u.accel)]
         };
-        // the triads are corrected apart from each other, and a silent network leaves its counts as they are: both at once do for all
+        // The triads are corrected independently, and a network with zero output leaves its counts
+        // unchanged. So one pass with both networks serves all three choices.
         let nets = [self.taught[0].net, self.taught[1].net];
         let both = compensator(session, &nets, &self.assumptions);
         let both = corrected_counts(session, &both, from..to);

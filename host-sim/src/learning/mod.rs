@@ -1,4 +1,5 @@
-//! Learning: the teacher, the fit over a window, promotion, the learner from fixes, and the baselines.
+//! Learning: the teacher, the fit of the networks to its references, the decision whether they may
+//! be used, the device's learner from fixes, and the linear baselines.
 
 pub mod baseline;
 pub mod fit;

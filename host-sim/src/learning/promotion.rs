@@ -1,9 +1,12 @@
-//! Whether a learnt network may be used: it must explain held-back fixes better than no correction does, by far more than chance.
+//! Whether a learnt network may be used: it must explain the held-back fixes better than no
+//! correction does, by far more than chance.
 //!
-//! A filter that allows for small sensor errors only (a tenth of the datasheet's) runs over the held-back part, once with the words
-//! as they are and once corrected. The difference of the two log-likelihoods of the fixes is the log-likelihood ratio of "what is left
-//! after the correction is small" against "what is there without it is small". When the second is true, a ratio above `k` comes with a
-//! probability below `1/k` (Ville's inequality), whatever was learnt. The slack keeps errors that no correction removes from deciding.
+//! A filter that allows for small sensor errors only (a tenth of the datasheet's) runs over the
+//! held-back part twice: on the increments as they are, and on the corrected ones. The difference
+//! of the two log-likelihoods of the fixes is the log-likelihood ratio of "little is left after the
+//! correction" to "there is little without it". When the second is true, a ratio above `k` has a
+//! probability below `1/k` (Ville's inequality), whatever was learnt. The small errors that the
+//! filter allows for keep errors that no correction removes from deciding.
 
 use crate::inertial::ekf::{Aided, ErrorModel, NAV};
 use crate::inertial::session::Session;

@@ -1,8 +1,9 @@
-//! The teacher: navigation with fixes as nominal, and from it what the sensors' errors must have been.
+//! The teacher: what the sensors' errors must have been, from a navigation with fixes.
 //!
-//! Fixes give position and velocity but no attitude, so the nominal trajectory is the one of an aided navigator: alignment at
-//! standstill, loosely coupled filter, smoother over the learning part. The reference for a window is the integral over it of the
-//! sensor error in body axes: measured increments minus the increments that belong to the smoothed nominal trajectory.
+//! Fixes give position and velocity but no attitude. The nominal trajectory is therefore that of an
+//! aided navigator: alignment at standstill, loosely coupled filter, smoother over the learning
+//! part. The reference for a window is the integral of the sensor error in body axes: measured
+//! increments minus the increments that belong to the smoothed trajectory.
 
 use crate::inertial::align::{self, Alignment};
 use crate::inertial::ekf::{
@@ -24,7 +25,7 @@ pub struct Assumptions {
     pub noise: Noise,
 }
 
-/// The sensors' mean error over one epoch as the teacher sees it.
+/// The sensors' mean error over one epoch, as estimated by the teacher.
 #[derive(Debug, Clone, Copy)]
 pub struct Reference {
     /// Epoch number.
@@ -35,7 +36,7 @@ pub struct Reference {
     pub sigma: Increment,
 }
 
-/// The aided navigation of a whole session: one record an epoch from the end of the standstill on.
+/// The aided navigation of a whole session, one record per epoch from the end of the standstill on.
 #[derive(Debug, Clone)]
 pub struct Nominal {
     /// First epoch after alignment.
@@ -45,7 +46,7 @@ pub struct Nominal {
 }
 
 impl Assumptions {
-    /// What the IMU's datasheet lets one expect; the angle random walk is the whole one, lock-in included.
+    /// What the IMU's datasheet lets one expect. The angle random walk includes that of lock-in.
     #[must_use]
     pub fn of(spec: &ImuSpec) -> Self {
         let noise = Noise {
@@ -58,7 +59,8 @@ impl Assumptions {
         }
     }
 
-    /// Initial uncertainty after an alignment of which no more is known: tilt from the accelerometers' bias, heading from the gyros'.
+    /// Initial uncertainty after an alignment of which nothing else is known: tilt from the bias of
+    /// the accelerometers, heading from that of the gyros.
     #[must_use]
     pub fn initial_sigma(&self, site: &NavState, sigmas: &[f64; 6]) -> InitialSigma {
         let here = crate::inertial::earth::Local::at(site.position.lat, site.position.h);
@@ -95,9 +97,11 @@ fn prior(spec: &ImuSpec) -> Prior {
     }
 }
 
-/// Share of the standstill that the teacher aligns on; the rest already teaches, since a warm-up is steepest there.
+/// Share of the standstill that is used for alignment. The rest already teaches, since a warm-up is
+/// steepest there.
 pub const ALIGN_SHARE: f64 = 1.0 / 3.0;
-/// Standard deviation of the velocity of a vehicle that is known to stand, m/s: sway of people and wind (assumed).
+/// Standard deviation of the velocity of a vehicle that is known to stand, m/s: people and wind
+/// sway it (assumed).
 const ZERO_VELOCITY_MPS: f64 = 0.01;
 
 /// A known state to start from.
@@ -122,7 +126,7 @@ pub struct Aligned {
 }
 
 impl Aligned {
-    /// State and plain standard deviations, for a learner that keeps no parameters beside them.
+    /// State and standard deviations, for a learner without parameters for the sensors' errors.
     #[must_use]
     pub fn start(&self, assumptions: &Assumptions) -> Start {
         Start {
@@ -131,7 +135,8 @@ impl Aligned {
         }
     }
 
-    /// How the initial errors (attitude, velocity, position) follow from constant errors of the sensors, and the covariance of the rest.
+    /// How the initial errors (attitude, velocity, position) follow from constant errors of the
+    /// sensors, and the covariance of the remaining part.
     #[must_use]
     pub fn errors(
         &self,
@@ -149,8 +154,8 @@ impl Aligned {
         (all, covariance)
     }
 
-    /// A filter with `model` and `noise` that starts from here. Without a model the biases of `assumptions` count as part of the
-    /// alignment's error.
+    /// A filter with `model` that starts from here. Without a model, the biases of `assumptions`
+    /// count as part of the alignment's error.
     #[must_use]
     pub fn filter(&self, model: ErrorModel, assumptions: &Assumptions) -> Aided {
         let unmodelled = if model.is_empty() {
@@ -217,13 +222,14 @@ pub fn aligned(session: &Session, words: &[Increment]) -> Option<Aligned> {
     })
 }
 
-/// Takes the filter through epoch `k` and the fix at its end; while the vehicle is known to stand, its velocity is zero.
+/// Takes the filter through epoch `k` and the fix at its end. While the vehicle is known to stand,
+/// the velocity of the fix is zero.
 pub fn aid(filter: &mut Aided, session: &Session, words: &[Increment], k: usize) {
     let (fix, sigmas) = approach(filter, session, words, k);
     filter.take(&fix, &sigmas);
 }
 
-/// The words of epoch `k`, and the fix at its end with its sigmas.
+/// Takes the filter through the increments of epoch `k`. Gives the fix at its end with its sigmas.
 fn approach(
     filter: &mut Aided,
     session: &Session,
@@ -237,7 +243,7 @@ fn approach(
     fix_at(session, k + 1)
 }
 
-/// The fix at an epoch and its sigmas; while the vehicle is known to stand, its velocity is zero.
+/// The fix at an epoch and its sigmas. While the vehicle is known to stand, its velocity is zero.
 #[must_use]
 pub fn fix_at(session: &Session, epoch: usize) -> (Fix, [f64; 6]) {
     let (mut fix, mut sigmas) = (session.fixes[epoch], session.sigmas);
@@ -248,7 +254,8 @@ pub fn fix_at(session: &Session, epoch: usize) -> (Fix, [f64; 6]) {
     (fix, sigmas)
 }
 
-/// Aligns, then navigates with fixes to the end of epoch `until`. `None` when the standstill does not give an attitude.
+/// Aligns, then navigates with fixes to the end of epoch `until`. `None` when the standstill does
+/// not give an attitude.
 #[must_use]
 pub fn navigate(
     session: &Session,
@@ -293,7 +300,7 @@ fn recorded(
     Nominal { first, records }
 }
 
-/// References for the epochs of the first `count` records; later data is not looked at.
+/// References for the epochs of the first `count` records. Later data is not used.
 #[must_use]
 pub fn references(nominal: &Nominal, count: usize) -> Vec<Reference> {
     let v = |x: &nalgebra::DVector<f64>| Increment {

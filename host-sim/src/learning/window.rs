@@ -18,13 +18,14 @@ use serde::{Deserialize, Serialize};
 pub enum Rule {
     /// Gauss-Newton with a prior on each weight: some ten passes.
     GaussNewton,
-    /// The paper's step sizes, guarded: a pass that raises the cost is undone. Hundreds of passes, no prior.
+    /// The paper's step sizes, guarded: a pass that raises the cost is undone. It takes hundreds of
+    /// passes and has no prior.
     Guarded,
     /// The paper's rule as printed (eq. 7-13).
     Paper,
 }
 
-/// The paper's constants eps_1 = eps_2 = eps_3, of which it only says that they lie in [0, 1] (assumed).
+/// The paper's constants eps_1 = eps_2 = eps_3. It only says that they lie in [0, 1] (assumed).
 const PAPER_EPS: f64 = 0.1;
 
 /// How the networks are taught.
@@ -39,11 +40,13 @@ pub struct NetworkSpec {
     pub passes: u32,
     /// First step of the gradient rules, relative to the mean over windows, > 0.
     pub first_step: f64,
-    /// Standard deviation of each weight around its start: the prior that keeps 63 parameters from fitting noise. > 0
+    /// Standard deviation of each weight around its start, > 0. This prior keeps 63 parameters from
+    /// fitting noise.
     pub weight_sigma: f64,
-    /// The references of neighbouring windows share their errors over about this time, s, > 0.
+    /// Time over which the errors of neighbouring references are correlated, s, > 0.
     pub correlation_s: f64,
-    /// Share of the learning session, at its end, that no network learns from and that decides whether one is used; 0.05 to 0.5.
+    /// Share of the learning session, at its end, that no network learns from and that decides
+    /// whether one is used; 0.05 to 0.5.
     pub held_back: f64,
     /// Seed of the first weights.
     pub seed: u64,
@@ -73,7 +76,7 @@ pub struct Inputs {
     pub force: Vec<[f32; 3]>,
 }
 
-/// Input range of a land vehicle: the networks' units are about 0.2 rad/s and 2 m/s2, gravity taken out.
+/// Input range of a land vehicle: about 0.2 rad/s, and 2 m/s2 beside gravity, become 1.
 const RATE_SCALE: f32 = 5.0;
 const FORCE_SCALE: f32 = 0.5;
 const GRAVITY: f32 = 9.8;
@@ -96,10 +99,11 @@ pub fn normalisation(assumptions: &Assumptions) -> [Normalisation; 2] {
     ]
 }
 
-/// Time constants of the second layer's leaky units, s: their transient from power-on spans warm-up curves.
+/// Time constants of the second layer's leaky units, s. Their transient from power-on spans warm-up
+/// curves.
 const TIME_CONSTANTS_S: [f64; 3] = [150.0, 500.0, 1500.0];
 
-/// Where learning starts and how far each weight may be expected to go from there.
+/// Where learning starts, and how far from there each weight is expected to go.
 #[derive(Debug, Clone)]
 pub struct Start {
     /// First weights; the output is zero.
@@ -108,11 +112,13 @@ pub struct Start {
     pub sigma: Weights,
 }
 
-/// First weights, and the prior around them. `sigma` is what each path may add to the output, in units of the output scale.
+/// First weights, and the prior around them. `sigma` is what each path may add to the output, in
+/// units of the output scale.
 ///
-/// The second layer's units are slow: `y(k) = tanh((1 - leak) y(k-1) + leak a + ...)` goes to `a` within its time constant only while
-/// `a^2 << 3 leak`, since the cubic term of tanh otherwise pulls harder than the leak. So a slow unit lives at a small amplitude, and
-/// the weights that read it are allowed to be as much larger.
+/// The second layer's units are slow: `y(k) = tanh((1 - leak) y(k-1) + leak a + ...)`. A unit goes
+/// to `a` within its time constant only while `a^2 << 3 leak`, since the cubic term of tanh
+/// otherwise pulls harder than the leak. A slow unit therefore has a small amplitude, and the
+/// weights that read it may be as much larger.
 #[must_use]
 pub fn start(seed: u64, sigma: f32) -> Start {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
@@ -144,7 +150,7 @@ pub fn start(seed: u64, sigma: f32) -> Start {
     }
 }
 
-/// Networks that say nothing.
+/// Networks with zero output.
 #[must_use]
 pub fn silent(assumptions: &Assumptions) -> [Net; 2] {
     normalisation(assumptions).map(|n| Net::new(start(0, 1.0).weights, n))
@@ -159,10 +165,11 @@ pub fn limit(assumptions: &Assumptions) -> Limit {
     }
 }
 
-/// The co-processor's compensator for a session, with the product's own code. Limits: ten times the prior.
+/// The co-processor's compensator for a session: the firmware's own code. Limits: ten times the
+/// prior.
 ///
 /// # Panics
-/// Never for sessions made here: their count values and rates are checked when a scenario or recording is read.
+/// Never for sessions made here: scale and rate are checked when a scenario or recording is read.
 #[must_use]
 #[expect(
     clippy::expect_used,
@@ -174,10 +181,11 @@ pub fn compensator(session: &Session, nets: &[Net; 2], assumptions: &Assumptions
     Compensator::new(nets[0], nets[1], session.lsb, session.dt, block, limit).expect("checked")
 }
 
-/// What came out of a compensator: corrected counts are in the session; the estimates are a block's, in force over the next one.
+/// The output of a compensator. The session has the corrected counts. The estimates are those of a
+/// block, in force over the next one.
 #[derive(Debug, Clone)]
 pub struct Compensated {
-    /// The session with corrected words.
+    /// The session with corrected samples.
     pub session: Session,
     /// Network inputs.
     pub inputs: Inputs,
@@ -206,7 +214,7 @@ pub fn compensate(session: &Session, compensator: &Compensator) -> Compensated {
     out
 }
 
-/// Counts of some epochs as they are after the compensator, which runs from power-on.
+/// Corrected counts of some epochs. The compensator runs from power-on.
 #[must_use]
 pub fn corrected_counts(
     session: &Session,
@@ -223,7 +231,7 @@ pub fn corrected_counts(
     counts.iter().map(corrected).collect()
 }
 
-/// [`corrected_counts`] as [`Session::increments`] has them. Earlier words are zero.
+/// [`corrected_counts`] in the form of [`Session::increments`]. Earlier increments are zero.
 #[must_use]
 pub fn corrected_increments(
     session: &Session,
@@ -238,7 +246,8 @@ pub fn corrected_increments(
     )
 }
 
-/// These counts in the place of the session's own from epoch `first` on, as [`Session::increments`] has them. Earlier words are zero.
+/// The increments of a session whose counts from epoch `first` on are these, in the form of
+/// [`Session::increments`]. Earlier increments are zero.
 #[must_use]
 pub fn increments_from(
     session: &Session,
@@ -263,23 +272,25 @@ pub fn inputs(session: &Session, compensator: &Compensator, epochs: usize) -> In
     out
 }
 
-/// A taught network and its costs by pass.
+/// A taught network and its cost in each pass.
 #[derive(Debug, Clone)]
 pub struct Taught {
     /// The network with the best weights.
     pub net: Net,
-    /// Cost of the accepted passes' weights on the part learnt from, per window and axis, in units of the output scale.
+    /// Cost of the weights of each accepted pass on the part learnt from, per window and axis, in
+    /// units of the output scale.
     pub cost: Vec<f64>,
 }
 
-/// A reference over a window: the epochs it covers, what the output must sum to, and how much it counts.
+/// A reference over a window: the epochs it covers, what the output must sum to, and its weight.
 struct Target {
     epochs: std::ops::Range<usize>,
     sum: [f32; 3],
     weight: f32,
 }
 
-/// Windows of consecutive references; `pick` takes the triad's error and its standard deviation out of a reference.
+/// Windows of consecutive references. `pick` takes the triad's error and its standard deviation out
+/// of a reference.
 fn targets(
     spec: &NetworkSpec,
     scale: f64,
@@ -301,8 +312,8 @@ fn targets(
     references.chunks_exact(length).map(target).collect()
 }
 
-/// Teaches one network. `references` are consecutive epochs; `pick` takes the triad's error and its standard deviation out of a
-/// reference.
+/// Teaches one network. `references` are those of consecutive epochs. `pick` takes the triad's
+/// error and its standard deviation out of a reference.
 #[must_use]
 pub fn teach(
     spec: &NetworkSpec,
@@ -367,7 +378,7 @@ fn passes<U: lrnn_nostd::learn::Rule<f32>>(
         learner.begin_pass();
         let mut epoch = 0;
         for target in targets {
-            // what lies before a window only moves the state
+            // what precedes a window only moves the state
             for input in &inputs[epoch..target.epochs.start] {
                 let _ = learner.step(*input, EPOCH_S as f32);
             }

@@ -1,21 +1,27 @@
-//! The measured error of the real laser-gyro recording, added to a simulated drive: what no recording here shows, a laser-gyro vehicle
-//! that moves for 20 minutes, with sensor errors that nobody invented.
+//! The measured error of the real laser-gyro recording, added to a simulated drive. This gives what
+//! no recording here has: a laser-gyro vehicle that moves for 20 minutes, with sensor errors that
+//! nobody invented.
 //!
-//! **What counts as error.** Error is measured minus what an ideal IMU would have given. The vehicle stood at a known place but people
-//! and engine swayed it by up to 5 mrad, thousands of times the angle that a drift of 0.01 deg/h makes in a minute; so the attitude of an
-//! ideal IMU is not the alignment's alone, and differences from a constant attitude would be sway, which on a vehicle that turns does
-//! not even cancel (1 mrad of it is 1000 ug). Instead, an aided navigator knows that place and velocity stay (to 5 cm and 1 cm/s) and
-//! carries the attitude by the gyros, and a smoother over the whole recording gives the attitude at every second. Measured increments
-//! of a second, minus those that belong to the smoothed states at its ends, in body axes, are the error of that second. Faster than
-//! the smoother follows (some tens of seconds) gyro noise and sway are one and the same, so neither is in it; the slow part of the
-//! random walk is. Pulses come anew, by rounding the sum to the recording's own counts.
+//! **What counts as error.** An error is the measured value minus that of an ideal IMU. The vehicle
+//! stood at a known place, but people and engine swayed it by up to 5 mrad. That is thousands of
+//! times the angle that a drift of 0.01 deg/h makes in a minute. So the attitude of an ideal IMU is
+//! not a constant: differences from a constant attitude would be sway, which does not even cancel
+//! on a vehicle that turns (1 mrad of it is 1000 ug). Instead, an aided navigator is told that
+//! position and velocity stay the same (to 5 cm and 1 cm/s) and carries the attitude by the gyros.
+//! A smoother over the whole recording gives the attitude at every second. The error of a second is
+//! its measured increments, minus those that belong to the smoothed states at its ends, in body
+//! axes. The smoother follows within some tens of seconds. What is faster cannot be told apart into
+//! gyro noise and sway and is left out; the slow part of the random walk is included. Pulses are
+//! made anew, by rounding the sum to the recording's counts.
 //!
-//! **Heading** is hardly tied by anything at rest. But the vehicle did not turn: the straight line through the smoothed heading over the
-//! half hour is taken as drift of the vertical gyro (sway of 0.1 mrad at an end makes 0.01 deg/h of it).
+//! **Heading** is hardly observable at rest. But the vehicle did not turn: the slope of the
+//! straight line through the smoothed heading over the half hour is taken as drift of the vertical
+//! gyro (sway of 0.1 mrad at one end makes 0.01 deg/h of it).
 //!
-//! **What one attitude cannot show**: a constant level accelerometer bias is a tilt of the alignment, a constant bias of the east gyro is
-//! a heading, and scale factors and misalignments see no motion. Of the first two only the changes are in the error, of the last
-//! nothing. So the drive is kinder than a real one with the same unit.
+//! **What one attitude cannot show.** A constant bias of a level accelerometer is a tilt of the
+//! alignment, a constant bias of the east gyro is a heading, and scale factors and misalignments
+//! have no motion to act on. Of the biases only the changes are in the error, of the others
+//! nothing. So the drive is easier than a real one with the same unit.
 
 use crate::experiment::lasergyro::{assumptions, session as at_rest};
 use crate::experiment::outcome::Outcome;
@@ -43,8 +49,8 @@ const ALIGN_S: usize = 480;
 /// Bias that a gyro of the recording may have, rad/s; its vertical one has 0.1 deg/h.
 const GYRO_BIAS: f64 = 0.15 * DEG_PER_H;
 
-/// The recording's error, second by second (rad/s and m/s2, forward-right-down); one second shorter than the recording. `None` when the
-/// recording gives no attitude.
+/// The recording's error, second by second (rad/s and m/s2, forward-right-down). It is one second
+/// shorter than the recording. `None` when the recording gives no attitude.
 #[must_use]
 pub fn errors(recording: &Recording) -> Option<Vec<Increment>> {
     let session = at_rest(
@@ -89,7 +95,7 @@ fn laser() -> Assumptions {
     a
 }
 
-/// Attitude at the first word: that of the alignment, carried back over it by the gyros.
+/// Attitude at the first sample: that of the alignment, carried back by the gyros.
 fn first_attitude(session: &Session, words: &[Increment]) -> Option<UnitQuaternion<f64>> {
     let site = session.fixes[0].position;
     let part = words.get(..ALIGN_S * session.samples_per_epoch())?;
@@ -132,7 +138,8 @@ pub struct Config {
     pub drive: Option<u64>,
 }
 
-/// Adds `errors` to the perfect words of a simulated drive from the recording's site. `None` when the drive is longer than the errors.
+/// Adds `errors` to the perfect increments of a simulated drive from the recording's site. `None`
+/// when the drive is longer than the errors.
 #[must_use]
 pub fn session(recording: &Recording, errors: &[Increment], config: &Config) -> Option<Session> {
     let rest = at_rest(recording, 0);
@@ -186,8 +193,9 @@ pub fn session(recording: &Recording, errors: &[Increment], config: &Config) -> 
 /// Standstill, driving with fixes, and free inertial, s; together just within the recording.
 const PARTS_S: [usize; 3] = [300, 220, 1320];
 
-/// One drive for each of `roads`: aligned and taught over the first 520 s, then free inertial for 22 min. The networks are used as the
-/// product would: only if they prove themselves on what is held back.
+/// One drive for each of `roads`: aligned and taught over the first 520 s, then free inertial for
+/// 22 min. As on the device, the networks are used only if they prove themselves on the held-back
+/// part.
 #[must_use]
 pub fn replay(recording: &Recording, roads: &[u64]) -> Option<Vec<Outcome>> {
     let errors = errors(recording)?;

@@ -11,7 +11,8 @@ fn recorded() -> Option<Recording> {
     file("lasergyro-static.csv.gz").map(|path| load(&path).unwrap())
 }
 
-/// A perfect IMU on a vehicle that sways by some mrad, part of it for good, plus a constant error; as the file would hold it.
+/// A perfect IMU on a vehicle that sways by some mrad, partly for good, with a constant error
+/// added; in the form of the file.
 fn swaying(seconds: usize, error: &Increment) -> Recording {
     let site = at_rest(
         &Recording {
