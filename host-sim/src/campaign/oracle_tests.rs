@@ -20,11 +20,6 @@ fn campaign(preset: &str) -> (Campaign, ImuSpec) {
     (campaign, imu)
 }
 
-fn median(mut x: Vec<f64>) -> f64 {
-    x.sort_by(f64::total_cmp);
-    0.5 * (x[(x.len() - 1) / 2] + x[x.len() / 2])
-}
-
 /// Takes some minutes:
 /// `cargo nextest run --run-ignored only -p host-sim oracle_against_the_floor --no-capture`.
 #[test]
@@ -48,7 +43,8 @@ fn oracle_against_the_floor() {
                 row
             })
             .collect();
-        let column = |i: usize| median(runs.iter().map(|r| r[i]).collect());
+        let column =
+            |i: usize| statistics::median(&mut runs.iter().map(|r| r[i]).collect::<Vec<_>>());
         println!("{preset}: floor {:.0} m", column(0));
         for (i, model) in campaign.models.iter().enumerate() {
             println!("{preset}: oracle on {model} {:.0} m", column(i + 1));

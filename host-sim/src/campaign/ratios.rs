@@ -1,7 +1,7 @@
 //! Ratios of the errors of two schemes, run by run.
 
 use super::Row;
-use super::statistics::RESAMPLINGS;
+use super::statistics::{RESAMPLINGS, percentiles95};
 use crate::experiment::run::TIMES_MIN;
 use crate::simulator::imu::ErrorModelName;
 use rand::{RngExt, SeedableRng};
@@ -138,25 +138,13 @@ fn geometric(x: &[f64], picks: &[Vec<usize>]) -> Option<(f64, f64, f64)> {
         .iter()
         .map(|pick| pick.iter().map(|k| x[*k]).sum::<f64>() / n)
         .collect();
-    means.sort_by(f64::total_cmp);
-    let at = |q: f64| means[((RESAMPLINGS - 1) as f64 * q).round() as usize].exp();
-    Some(((x.iter().sum::<f64>() / n).exp(), at(0.025), at(0.975)))
+    let (low, high) = percentiles95(&mut means);
+    Some(((x.iter().sum::<f64>() / n).exp(), low.exp(), high.exp()))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    fn row(error_model: ErrorModelName, run: u32, scheme: &str, h: f64) -> Row {
-        Row {
-            error_model,
-            run,
-            scheme: scheme.into(),
-            horizontal_m: [h; 5],
-            north_m: [h; 5],
-            east_m: [0.0; 5],
-        }
-    }
 
     /// Errors that differ much from run to run but have a constant ratio in each group: pairing
     /// leaves no spread.
@@ -166,8 +154,8 @@ mod tests {
         let mut rows = Vec::new();
         for (group, ratio) in groups {
             for k in 0..20 {
-                rows.push(row(group, k, "a", ratio * f64::from(k + 1)));
-                rows.push(row(group, 19 - k, "b", f64::from(20 - k)));
+                rows.push(Row::north(group, k, "a", ratio * f64::from(k + 1)));
+                rows.push(Row::north(group, 19 - k, "b", f64::from(20 - k)));
             }
         }
         let all = ratios(&rows);
@@ -194,8 +182,8 @@ mod tests {
             .flat_map(|k| {
                 let z = if k % 2 == 0 { 1.0_f64 } else { -1.0 };
                 [
-                    row(ErrorModelName::All, k, "a", z.exp()),
-                    row(ErrorModelName::All, k, "b", 1.0),
+                    Row::north(ErrorModelName::All, k, "a", z.exp()),
+                    Row::north(ErrorModelName::All, k, "b", 1.0),
                 ]
             })
             .collect();

@@ -246,14 +246,7 @@ mod tests {
         for run in 0..3_u32 {
             for (i, name) in names().into_iter().enumerate() {
                 let h = f64::from(run + 1) * (i + 1) as f64 * 100.0;
-                rows.push(Row {
-                    error_model: ErrorModelName::All,
-                    run,
-                    scheme: name.into(),
-                    horizontal_m: [h; 5],
-                    north_m: [h; 5],
-                    east_m: [0.0; 5],
-                });
+                rows.push(Row::north(ErrorModelName::All, run, name, h));
             }
         }
         let merged = Merged {

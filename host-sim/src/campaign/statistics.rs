@@ -66,14 +66,14 @@ pub fn summarise(rows: &[Row]) -> Vec<Summary> {
 
 fn cell(rows: &[&Row], i: usize, t_min: u32) -> Summary {
     let mut x: Vec<f64> = rows.iter().map(|r| r.horizontal_m[i]).collect();
-    x.sort_by(f64::total_cmp);
+    let median_m = median(&mut x);
     let (lo95_m, hi95_m) = interval(&x, u64::from(t_min));
     Summary {
         error_model: rows[0].error_model,
         scheme: rows[0].scheme.clone(),
         t_min,
         n: x.len(),
-        median_m: median(&x),
+        median_m,
         mean_m: x.iter().sum::<f64>() / x.len() as f64,
         max_m: x[x.len() - 1],
         lo95_m,
@@ -81,8 +81,9 @@ fn cell(rows: &[&Row], i: usize, t_min: u32) -> Summary {
     }
 }
 
-/// Median of sorted values.
-pub(super) fn median(x: &[f64]) -> f64 {
+/// Median. Sorts the values.
+pub(super) fn median(x: &mut [f64]) -> f64 {
+    x.sort_by(f64::total_cmp);
     let n = x.len();
     0.5 * (x[(n - 1) / 2] + x[n / 2])
 }
@@ -101,8 +102,13 @@ fn interval(x: &[f64], seed: u64) -> (f64, f64) {
             0.5 * (x[*low] + high)
         })
         .collect();
-    medians.sort_by(f64::total_cmp);
-    let at = |q: f64| medians[((RESAMPLINGS - 1) as f64 * q).round() as usize];
+    percentiles95(&mut medians)
+}
+
+/// Percentiles 2.5 and 97.5 of a statistic over [`RESAMPLINGS`] resamples.
+pub(super) fn percentiles95(resampled: &mut [f64]) -> (f64, f64) {
+    resampled.sort_by(f64::total_cmp);
+    let at = |q: f64| resampled[((RESAMPLINGS - 1) as f64 * q).round() as usize];
     (at(0.025), at(0.975))
 }
 
@@ -110,20 +116,10 @@ fn interval(x: &[f64], seed: u64) -> (f64, f64) {
 mod tests {
     use super::*;
 
-    fn row(run: u32, scheme: &str, h: f64) -> Row {
-        Row {
-            error_model: ErrorModelName::All,
-            run,
-            scheme: scheme.into(),
-            horizontal_m: [h; 5],
-            north_m: [h; 5],
-            east_m: [0.0; 5],
-        }
-    }
-
     #[test]
     fn median_mean_worst_and_interval() {
-        let rows: Vec<Row> = (1..=101).map(|k| row(k, "ekf6", f64::from(k))).collect();
+        let row = |k| Row::north(ErrorModelName::All, k, "ekf6", f64::from(k));
+        let rows: Vec<Row> = (1..=101).map(row).collect();
         let s = summarise(&rows);
         assert_eq!(s.len(), 5);
         let last = &s[4];

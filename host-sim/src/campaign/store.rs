@@ -29,6 +29,21 @@ pub struct Row {
     pub east_m: [f64; TIMES_MIN.len()],
 }
 
+#[cfg(test)]
+impl Row {
+    /// An error to the north, the same at all times.
+    pub(super) fn north(error_model: ErrorModelName, run: u32, scheme: &str, m: f64) -> Self {
+        Self {
+            error_model,
+            run,
+            scheme: scheme.into(),
+            horizontal_m: [m; TIMES_MIN.len()],
+            north_m: [m; TIMES_MIN.len()],
+            east_m: [0.0; TIMES_MIN.len()],
+        }
+    }
+}
+
 /// The row of a solution, if it lasts long enough.
 pub(super) fn row(
     error_model: ErrorModelName,

@@ -55,8 +55,7 @@ impl Tuning {
         let chosen = models.iter().enumerate().map(|(group, model)| {
             let of = |pick: &dyn Fn(&Tried) -> f64| {
                 let mut errors: Vec<f64> = units.iter().map(|u| pick(&u[group])).collect();
-                errors.sort_by(f64::total_cmp);
-                median(&errors)
+                median(&mut errors)
             };
             let tuned = Tuned {
                 walk: best(&WALKS, |i| of(&|t| t.walks[i])),

@@ -34,11 +34,7 @@ pub fn settings() -> Settings {
             position: SIGMAS[0],
         }),
         promoted_only: false,
-        network: NetworkSpec {
-            window_s: 1,
-            correlation_s: 10.0,
-            ..NetworkSpec::default()
-        },
+        network: NetworkSpec::short(),
         times_s: vec![10, 20, 30, 40],
     }
 }

@@ -126,8 +126,8 @@ mod tests {
         };
         let rows = rows(
             &[
-                ("raw", free_inertial(21, 1.0)),
-                ("rnn", free_inertial(11, 0.1)),
+                ("raw", free(21, 1.0)),
+                ("rnn", free(11, 0.1)),
             ],
             &[10, 20],
         );

@@ -48,18 +48,16 @@ impl Plan {
             velocity: session.sigmas[3].min(1.0),
             position: session.sigmas[0],
         };
-        let (window_s, correlation_s) = match learn - session.standstill < SHORT_S {
-            true => (1, 10.0),
-            false => (10, 300.0),
+        let network = match learn - session.standstill < SHORT_S {
+            true => NetworkSpec::short(),
+            false => NetworkSpec::default(),
         };
         Settings {
             assumptions: self.assumptions,
             start_sigma: (session.standstill == 0).then_some(given),
             network: NetworkSpec {
-                window_s,
-                correlation_s,
                 held_back: 0.33,
-                ..NetworkSpec::default()
+                ..network
             },
             promoted_only: true,
             times_s: times(session.epochs() - learn),

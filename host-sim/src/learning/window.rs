@@ -67,6 +67,18 @@ impl Default for NetworkSpec {
     }
 }
 
+impl NetworkSpec {
+    /// For recordings of some minutes at most: windows of one second.
+    #[must_use]
+    pub fn short() -> Self {
+        Self {
+            window_s: 1,
+            correlation_s: 10.0,
+            ..Self::default()
+        }
+    }
+}
+
 /// Mean inputs of the two networks, one a block of one epoch.
 #[derive(Debug, Clone, Default)]
 pub struct Inputs {
