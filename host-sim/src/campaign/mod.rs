@@ -175,7 +175,8 @@ impl Campaign {
                 tuned: tuning.of(model),
                 ..*case
             };
-            let judge = |free: Option<FreeInertial>| free.ok_or_else(|| self.scenario.no_attitude());
+            let judge =
+                |free: Option<FreeInertial>| free.ok_or_else(|| self.scenario.no_attitude());
             if model == ErrorModelName::Noise {
                 floor = judge(SCHEMES[0].1(&case))?;
             }

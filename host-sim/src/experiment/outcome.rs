@@ -124,13 +124,7 @@ mod tests {
             velocity: vec![Vector3::new(1.0, 2.0, 3.0); n],
             track: Vec::new(),
         };
-        let rows = rows(
-            &[
-                ("raw", free(21, 1.0)),
-                ("rnn", free(11, 0.1)),
-            ],
-            &[10, 20],
-        );
+        let rows = rows(&[("raw", free(21, 1.0)), ("rnn", free(11, 0.1))], &[10, 20]);
         let got: Vec<(u32, &str)> = rows.iter().map(|r| (r.t_s, r.scheme.as_str())).collect();
         assert_eq!(got, [(10, "raw"), (10, "rnn"), (20, "raw")]);
         let outcome = Outcome {
