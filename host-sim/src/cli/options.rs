@@ -9,17 +9,13 @@ use clap::Args as ClapArgs;
 #[derive(Debug, ClapArgs)]
 pub(super) struct ScenarioOption {
     /// Built-in scenario (medium, nav, tactical) or a TOML file
-    #[arg(
-        long = "scenario",
-        default_value = "medium",
-        value_name = "NAME|FILE.toml"
-    )]
-    pub(super) name: String,
+    #[arg(long, default_value = "medium", value_name = "NAME|FILE.toml")]
+    pub(super) scenario: String,
 }
 
 impl ScenarioOption {
     pub(super) fn load(&self) -> Result<Scenario, Error> {
-        Scenario::load(&self.name)
+        Scenario::load(&self.scenario)
     }
 }
 

@@ -15,14 +15,14 @@ use std::path::{Path, PathBuf};
 #[derive(Debug, Clone, ClapArgs)]
 pub(super) struct JsonOption {
     /// Write the results as JSON to this file
-    #[arg(id = "json", long = "json", value_name = "FILE")]
-    file: Option<PathBuf>,
+    #[arg(long, value_name = "FILE")]
+    json: Option<PathBuf>,
 }
 
 impl JsonOption {
     /// Writes `value` if the option was given.
     pub(super) fn write<T: Serialize + ?Sized>(&self, value: &T) -> Result<(), Error> {
-        match &self.file {
+        match &self.json {
             Some(file) => write_json(file, value),
             None => Ok(()),
         }
@@ -30,7 +30,7 @@ impl JsonOption {
 
     /// Writes a finished text if the option was given.
     pub(super) fn write_text(&self, text: &str) -> Result<(), Error> {
-        match &self.file {
+        match &self.json {
             Some(file) => write_atomic(file, text.as_bytes()),
             None => Ok(()),
         }

@@ -44,7 +44,7 @@ impl Args {
         let in_sample = if self.in_sample { " --in-sample" } else { "" };
         format!(
             "cargo run --release -- run --scenario {} --seed {seed}{in_sample}",
-            scenario.name
+            scenario.scenario
         )
     }
 }

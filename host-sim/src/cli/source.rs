@@ -14,6 +14,7 @@ use std::path::PathBuf;
 
 /// CSV files with a TOML header.
 #[derive(Debug, ClapArgs)]
+#[group(skip)] // the commands have the same names
 pub(super) struct Csv {
     /// Meaning of the columns; `simulate` writes an example, and the documentation of
     /// `host_sim::recordings::generic` has the format
@@ -26,6 +27,7 @@ pub(super) struct Csv {
 
 /// KF-GINS text files.
 #[derive(Debug, ClapArgs)]
+#[group(skip)] // the commands have the same names
 pub(super) struct KfGins {
     /// Increments: second of week, rad, m/s, axes forward-right-down
     imu: PathBuf,
@@ -50,6 +52,7 @@ pub(super) struct KfGins {
 
 /// A NovAtel binary log.
 #[derive(Debug, ClapArgs)]
+#[group(skip)] // the commands have the same names
 pub(super) struct Novatel {
     /// Binary log with RAWIMUSX (or another raw log) and INSPVAS
     pub(super) file: PathBuf,

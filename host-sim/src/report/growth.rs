@@ -44,7 +44,7 @@ pub fn svg(panels: &[Panel], name: &'static str, title: &str) -> Result<String, 
         match axes(panel, from) {
             Some(drawn) => {
                 let legend = Legend {
-                    at: (drawn.at.0, 16.0),
+                    at: (drawn.at.0, 22.0),
                     width: drawn.size.0,
                     entries: looks(panel),
                 };
