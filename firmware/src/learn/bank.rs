@@ -20,7 +20,7 @@ pub use table::{ALL, HYPOTHESES, KEYS, LARGEST, NAMES, WITH_NETWORKS, ZERO_CORRE
 use super::prior::{Datasheet, LearnerNet, NAV};
 use crate::fix::OBSERVATIONS;
 use hypothesis::Hypothesis;
-use lrnn_nostd::learn::kalman::{OUTPUTS, TRIADS, Transition};
+use lrnn_nostd::learn::kalman::{OUTPUTS, TRIADS};
 use lrnn_nostd::{Real, State};
 use table::Hypotheses;
 
@@ -91,34 +91,6 @@ impl<T: Real> Bank<T> {
     /// The hypotheses in the bits `which` that take part.
     fn some(&mut self, which: u8, act: impl FnMut(&mut dyn Hypothesis<T>)) {
         self.hypotheses.each_of(self.gates.enabled & which, act);
-    }
-
-    /// Steps the networks on the mean rate (rad/s) and specific force (m/s^2) measured over the
-    /// block that has ended. The estimates are for the next block.
-    pub fn step(&mut self, inputs: [[T; 3]; TRIADS]) {
-        self.each(|h| h.step(inputs));
-    }
-
-    /// The navigator has passed a block with the estimate `applied` (rad/s, m/s^2) subtracted.
-    pub fn propagate(&mut self, block: &Transition<NAV, T>, applied: &[T; OUTPUTS]) {
-        self.each(|h| h.propagate(block, applied));
-    }
-
-    /// Learns from a fix: `z` is navigator minus fix. Gives the refused observations, one bit each.
-    pub fn fix(&mut self, z: &[T; OBSERVATIONS], variance: &[T; OBSERVATIONS]) -> u8 {
-        let mut bits = 0;
-        for k in 0..OBSERVATIONS {
-            let (z, variance) = (z[k], variance[k]);
-            if self.accepts(k, z, variance) {
-                let i = index(k);
-                self.each(|h| h.update(i, h.innovation(i, z, variance)));
-            } else {
-                bits |= 1 << k;
-            }
-        }
-        self.each(|h| h.finish_update());
-        self.choose();
-        bits
     }
 
     /// Scores the hypotheses by observation `k` before they learn from it. True: it is no outlier,
@@ -206,21 +178,6 @@ impl<T: Real> Bank<T> {
     /// The stream begins anew: the networks' states are those of power-on; what was learnt stays.
     pub fn reset_networks(&mut self) {
         self.each(|h| h.reset_networks());
-    }
-
-    /// A new navigator that was aligned at standstill. Its initial errors are `by` (rad, m/s, m for
-    /// 1 rad/s or 1 m/s^2) times the sensors' errors during the alignment, from which `applied` had
-    /// been subtracted, plus others of covariance `rest`. What was learnt stays.
-    pub fn align(
-        &mut self,
-        by: &[[T; OUTPUTS]; NAV],
-        rest: &[[T; NAV]; NAV],
-        applied: &[T; OUTPUTS],
-    ) {
-        self.each(|h| h.align(by, rest, applied));
-        let all = self.unmodelled(by, rest);
-        self.hypotheses
-            .each_of(1 << ZERO_CORRECTION, |h| h.align(by, &all, applied));
     }
 
     /// The covariance `rest` for [`ZERO_CORRECTION`], which has no parameters for the part `by`.

@@ -9,7 +9,6 @@ use lrnn_nostd::{Rational, Real, State};
 /// What a bank needs of any hypothesis.
 pub trait Hypothesis<T: Real> {
     fn step(&mut self, inputs: [[T; 3]; TRIADS]);
-    fn propagate(&mut self, block: &Transition<NAV, T>, applied: &[T; OUTPUTS]);
     fn propagate_mean(&mut self, block: &Transition<NAV, T>, applied: &[T; OUTPUTS]);
     fn propagate_covariance(
         &mut self,
@@ -26,7 +25,6 @@ pub trait Hypothesis<T: Real> {
     fn apply_deferred(&mut self) -> bool;
     fn finish_update(&mut self);
     fn feedback(&mut self, e: &[T; NAV]);
-    fn align(&mut self, by: &[[T; OUTPUTS]; NAV], rest: &[[T; NAV]; NAV], applied: &[T; OUTPUTS]);
     fn align_mean(&mut self, by: &[[T; OUTPUTS]; NAV], applied: &[T; OUTPUTS]);
     fn align_covariance(
         &mut self,
@@ -50,9 +48,6 @@ where
 {
     fn step(&mut self, inputs: [[T; 3]; TRIADS]) {
         Kalman::step(self, inputs);
-    }
-    fn propagate(&mut self, block: &Transition<NAV, T>, applied: &[T; OUTPUTS]) {
-        Kalman::propagate(self, block, applied);
     }
     fn propagate_mean(&mut self, block: &Transition<NAV, T>, applied: &[T; OUTPUTS]) {
         Kalman::propagate_mean(self, block, applied);
@@ -91,9 +86,6 @@ where
     }
     fn feedback(&mut self, e: &[T; NAV]) {
         Kalman::feedback(self, e);
-    }
-    fn align(&mut self, by: &[[T; OUTPUTS]; NAV], rest: &[[T; NAV]; NAV], applied: &[T; OUTPUTS]) {
-        Kalman::align(self, by, rest, applied);
     }
     fn align_mean(&mut self, by: &[[T; OUTPUTS]; NAV], applied: &[T; OUTPUTS]) {
         Kalman::align_mean(self, by, applied);

@@ -1,5 +1,6 @@
-//! A block or a fix in parts, each short enough to be computed between two samples. Part for part
-//! it is the arithmetic of [`Bank::propagate`], [`Bank::fix`] and [`Bank::step`].
+//! The time update over an interval, a fix, and the networks' step, in parts that are each short
+//! enough to be computed between two samples. To compute all of it at once, call [`Bank::work`]
+//! until it is false.
 
 use super::table::LARGEST;
 use super::{ALL, Bank, NAV, OUTPUTS, TRIADS, ZERO_CORRECTION, index};
@@ -69,8 +70,8 @@ impl<T: Real> Work<T> {
         self.next = 0;
     }
 
-    /// A new navigator, aligned at standstill. Its means are set already ([`Bank::align_means`]);
-    /// `by` and `rest` as in [`Bank::align`].
+    /// A new navigator, aligned at standstill. Its means are set already ([`Bank::align_means`]).
+    /// Besides the errors by `by` it has others of covariance `rest`.
     pub fn alignment(&mut self, by: &[[T; OUTPUTS]; NAV], rest: &[[T; NAV]; NAV]) {
         (self.block.gamma, self.block.q) = (*by, *rest);
         self.aligns = true;
@@ -99,12 +100,16 @@ impl<T: Real> Work<T> {
 }
 
 impl<T: Real> Bank<T> {
-    /// The means of [`Bank::propagate`]; the rest follows by [`Bank::work`].
+    /// The navigator has passed an interval with the estimate `applied` (rad/s, m/s^2) subtracted:
+    /// propagates the means. The covariances follow by [`Work::interval`] and [`Bank::work`].
     pub fn propagate_mean(&mut self, block: &Transition<NAV, T>, applied: &[T; OUTPUTS]) {
         self.each(|h| h.propagate_mean(block, applied));
     }
 
-    /// The means of [`Bank::align`]; the rest follows by [`Bank::work`].
+    /// A new navigator that was aligned at standstill. Its initial errors are `by` (rad, m/s, m for
+    /// 1 rad/s or 1 m/s^2) times the sensors' errors during the alignment, from which `applied` had
+    /// been subtracted. This sets the means; the covariances follow by [`Work::alignment`] and
+    /// [`Bank::work`]. What was learnt stays.
     pub fn align_means(&mut self, by: &[[T; OUTPUTS]; NAV], applied: &[T; OUTPUTS]) {
         self.each(|h| h.align_mean(by, applied));
     }
@@ -192,108 +197,4 @@ impl<T: Real> Bank<T> {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::learn::Settings;
-    use crate::learn::bank::Gates;
-    use crate::learn::bank::HYPOTHESES;
-
-    /// Plain repeatable numbers between -1 and 1.
-    struct Numbers(u32);
-
-    impl Numbers {
-        fn next(&mut self, size: f32) -> f32 {
-            self.0 = self.0.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
-            size * ((self.0 >> 8) as f32 / 8_388_608.0 - 1.0)
-        }
-
-        fn block(&mut self) -> Transition<NAV, f32> {
-            let mut block: Transition<NAV, f32> = Work::ZEROED.block;
-            block.time = 1.0;
-            for i in 0..3 {
-                for j in 0..3 {
-                    block.gamma[i][j] = self.next(1.0);
-                    block.gamma[3 + i][3 + j] = self.next(1.0);
-                    block.phi[3 + i][j] = self.next(10.0);
-                }
-                block.phi[6 + i][3 + i] = 1.0;
-                block.q[i][i] = 1e-12;
-                block.q[3 + i][3 + i] = 1e-6;
-            }
-            (0..NAV).for_each(|i| block.phi[i][i] = 1.0);
-            block
-        }
-    }
-
-    fn same(a: &Bank, b: &Bank) {
-        assert_eq!(a.running(), b.running());
-        assert_eq!(a.feed_back_of(), b.feed_back_of());
-        for h in 0..HYPOTHESES {
-            assert_eq!(a.estimate_of(h), b.estimate_of(h), "{h}");
-            assert_eq!(a.evidence(h).to_bits(), b.evidence(h).to_bits(), "{h}");
-        }
-        assert!(a.hypotheses == b.hypotheses);
-    }
-
-    impl Bank {
-        fn feed_back_of(&self) -> [f32; NAV] {
-            *self.get(self.running).error_state()
-        }
-    }
-
-    /// In parts and at once, with outliers and fixes that are no numbers.
-    #[test]
-    fn parts_are_the_whole() {
-        let sheet = Settings::MEDIUM.sheet;
-        let new = || Bank::new(&sheet, 1.0, [1e-2; NAV], Gates::default());
-        let (mut whole, mut parted) = (Box::new(new()), Box::new(new()));
-        let mut work: Work = Work::ZEROED;
-        let mut numbers = Numbers(7);
-        for k in 0..60 {
-            let block = numbers.block();
-            let mut z = [1.0, 1.0, 1.0, 0.1, 0.1, 0.1].map(|size| numbers.next(size));
-            let variance = [1.0, 1.0, 1.0, 0.01, 0.01, 0.01];
-            let inputs = [0.2, 2.0].map(|size| [0; 3].map(|_| numbers.next(size)));
-            match k {
-                20 => z[1] = f32::NAN,
-                30 => z[4] = 1e6,
-                _ => {}
-            }
-            let applied = [1e-7; OUTPUTS];
-            whole.propagate(&block, &applied);
-            let refused = whole.fix(&z, &variance);
-            whole.step(inputs);
-
-            parted.propagate_mean(&block, &applied);
-            work.clear();
-            work.interval(&block);
-            work.fix(z, variance);
-            work.step(inputs);
-            let parts = 1 + (0..).take_while(|_| parted.work(&mut work)).count();
-            assert_eq!(parts, END);
-            assert_eq!(work.refused, refused);
-            assert_eq!(refused != 0, k == 20 || k == 30, "{k} {refused}");
-            same(&whole, &parted);
-        }
-        // an alignment, an interval without a fix, and a step without an interval
-        let (by, rest) = (numbers.block().gamma, numbers.block().q);
-        whole.align(&by, &rest, &[1e-7; OUTPUTS]);
-        parted.align_means(&by, &[1e-7; OUTPUTS]);
-        work.clear();
-        work.alignment(&by, &rest);
-        while parted.work(&mut work) {}
-        same(&whole, &parted);
-        let (block, applied) = (numbers.block(), [0.0; OUTPUTS]);
-        whole.propagate(&block, &applied);
-        parted.propagate_mean(&block, &applied);
-        work.clear();
-        work.interval(&block);
-        while parted.work(&mut work) {}
-        same(&whole, &parted);
-        whole.step([[0.1; 3]; 2]);
-        work.clear();
-        work.step([[0.1; 3]; 2]);
-        assert_eq!(1 + (0..).take_while(|_| parted.work(&mut work)).count(), 2);
-        same(&whole, &parted);
-    }
-}
+mod tests;
