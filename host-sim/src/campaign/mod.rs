@@ -240,7 +240,7 @@ impl Campaign {
             };
             let case = Case {
                 session: &session,
-                words: &session.increments(),
+                increments: &session.increments(),
                 knows: Knowledge {
                     datasheet: imu,
                     simulated: &spec,
@@ -313,10 +313,10 @@ mod tests {
                     gather: 1,
                     ..case.session.clone()
                 };
-                let words = fine.increments();
+                let increments = fine.increments();
                 let fine = Case {
                     session: &fine,
-                    words: &words,
+                    increments: &increments,
                     ..*case
                 };
                 for (name, scheme) in &SCHEMES[..2] {

@@ -50,7 +50,7 @@ pub struct Case<'a> {
     /// The session, aided to `until`.
     pub session: &'a Session,
     /// Its [`Session::increments`].
-    pub words: &'a [Increment],
+    pub increments: &'a [Increment],
     /// What may be known of the IMU.
     pub knows: Knowledge<'a>,
     /// What was tuned for this group of errors on other units.
@@ -74,7 +74,7 @@ pub type Scheme = fn(&Case<'_>) -> Option<FreeInertial>;
 
 /// All schemes in the order of the tables, which add `floor`: `none` on an IMU with noise only.
 pub const SCHEMES: [(&str, Scheme); 9] = [
-    ("none", |c| none(c, c.words, c.tuned.none_factor)),
+    ("none", |c| none(c, c.increments, c.tuned.none_factor)),
     ("ekf6", |c| ekf6(c, DATASHEET_WALK)),
     ("ekf6-tuned", |c| ekf6(c, c.tuned.walk)),
     ("ekf12", |c| classical(c, ErrorModel::with_scale)),
@@ -84,7 +84,7 @@ pub const SCHEMES: [(&str, Scheme); 9] = [
         let assumptions = Assumptions::of(c.knows.datasheet);
         aided_free_inertial(
             c,
-            c.words,
+            c.increments,
             &assumptions,
             oracle(c.knows.simulated, c.session),
         )
@@ -123,13 +123,13 @@ pub fn rnn_kalman(case: &Case<'_>, enabled: u8) -> Option<FreeInertial> {
 
 /// The aided filter without a model of the IMU. White noise times `factor` covers what it does not
 /// know.
-pub fn none(case: &Case<'_>, words: &[Increment], factor: f64) -> Option<FreeInertial> {
+pub fn none(case: &Case<'_>, increments: &[Increment], factor: f64) -> Option<FreeInertial> {
     let mut assumptions = Assumptions::of(case.knows.datasheet);
     assumptions.noise = Noise {
         gyro: assumptions.noise.gyro * factor,
         accel: assumptions.noise.accel * factor,
     };
-    aided_free_inertial(case, words, &assumptions, ErrorModel::default())
+    aided_free_inertial(case, increments, &assumptions, ErrorModel::default())
 }
 
 /// Six biases that walk by `walk` of their prior in an hour.
@@ -137,7 +137,7 @@ pub fn ekf6(case: &Case<'_>, walk: f64) -> Option<FreeInertial> {
     let mut assumptions = Assumptions::of(case.knows.datasheet);
     assumptions.prior.walk_per_hour = walk;
     let model = ErrorModel::biases(&assumptions.prior);
-    aided_free_inertial(case, case.words, &assumptions, model)
+    aided_free_inertial(case, case.increments, &assumptions, model)
 }
 
 fn classical(
@@ -145,29 +145,34 @@ fn classical(
     model: fn(&crate::inertial::ekf::Prior) -> ErrorModel,
 ) -> Option<FreeInertial> {
     let assumptions = Assumptions::of(case.knows.datasheet);
-    aided_free_inertial(case, case.words, &assumptions, model(&assumptions.prior))
+    aided_free_inertial(
+        case,
+        case.increments,
+        &assumptions,
+        model(&assumptions.prior),
+    )
 }
 
 fn aided_free_inertial(
     case: &Case<'_>,
-    words: &[Increment],
+    increments: &[Increment],
     assumptions: &Assumptions,
     model: ErrorModel,
 ) -> Option<FreeInertial> {
     let session = case.session;
-    let aligned = aligned(session, words)?;
-    let filter = aligned.aided(model, assumptions, session, words, case.until);
-    Some(free(&filter, session, words, case.until))
+    let aligned = aligned(session, increments)?;
+    let filter = aligned.aided(model, assumptions, session, increments, case.until);
+    Some(free(&filter, session, increments, case.until))
 }
 
 /// Free inertial from the filter's state with its last estimate of the errors.
-fn free(filter: &Aided, session: &Session, words: &[Increment], until: usize) -> FreeInertial {
+fn free(filter: &Aided, session: &Session, increments: &[Increment], until: usize) -> FreeInertial {
     let (from, dt) = (until * session.steps_per_epoch(), session.step_s());
     let mut corrected = vec![Increment::default(); from];
     let time = |k: usize| (k as f64 + 0.5) * dt;
     let mut slow = SlowErrors::default();
-    corrected.extend(words[from..].iter().enumerate().map(|(k, w)| {
-        let before = &words[from + k - 1];
+    corrected.extend(increments[from..].iter().enumerate().map(|(k, w)| {
+        let before = &increments[from + k - 1];
         filter.corrected_at(w, before, dt, time(from + k), &mut slow)
     }));
     free_inertial(
@@ -186,7 +191,7 @@ pub fn rnn_increments<'a>(case: &Case<'a>) -> Option<Cow<'a, [Increment]>> {
     let session = case.session;
     let learnt = fit(
         session,
-        case.words,
+        case.increments,
         assumptions,
         &NetworkSpec::default(),
         case.until,
@@ -197,11 +202,11 @@ pub fn rnn_increments<'a>(case: &Case<'a>) -> Option<Cow<'a, [Increment]>> {
         accel: false,
     };
     if learnt.promoted == silent {
-        return Some(Cow::Borrowed(case.words));
+        return Some(Cow::Borrowed(case.increments));
     }
     let compensator = compensator(session, &learnt.nets, &assumptions);
-    let words = corrected_increments(session, &compensator, 0..session.epochs());
-    Some(Cow::Owned(words))
+    let increments = corrected_increments(session, &compensator, 0..session.epochs());
+    Some(Cow::Owned(increments))
 }
 
 /// The filter that knows the simulator: it has parameters for exactly the errors that are

@@ -64,18 +64,19 @@ mod tests {
         let session = simulate(&config).0;
         let (bound, _) = error_bound(&session, &Assumptions::of(&imu));
         let limit = [bound.limit.gyro, bound.limit.accel].map(f64::from);
-        let words = session.increments();
+        let increments = session.increments();
         let n = session.steps_per_epoch();
-        let free =
-            |words: &[Increment]| free_inertial(&session, words, session.reference[0], 0, 1330);
-        let plain = free(&words);
+        let free = |increments: &[Increment]| {
+            free_inertial(&session, increments, session.reference[0], 0, 1330)
+        };
+        let plain = free(&increments);
         let mut rng = ChaCha8Rng::seed_from_u64(1);
         let mut nearest = [0.0f64; 5];
         for trial in 0..24 {
             let mut sign = || if rng.random() { 1.0 } else { -1.0 };
             let [g, a] = limit.map(|l| Vector3::new(sign(), sign(), sign()) * l * session.step_s());
             let flip = rng.random_range(0..2000);
-            let pushed: Vec<Increment> = words
+            let pushed: Vec<Increment> = increments
                 .iter()
                 .enumerate()
                 .map(|(k, w)| {

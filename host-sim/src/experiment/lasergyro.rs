@@ -108,7 +108,7 @@ fn network() -> NetworkSpec {
 /// The navigators that are aided over the learning part: without a model of the sensors, with six
 /// biases, and the device. Gives the name of the hypothesis that the device has in force.
 fn aid_all(session: &Session, judged: &mut Judged) -> Option<&'static str> {
-    let (a, words) = (assumptions(), session.increments());
+    let (a, increments) = (assumptions(), session.increments());
     let until = session.standstill;
     let learnt = |enabled| {
         let gates = Gates {
@@ -120,9 +120,12 @@ fn aid_all(session: &Session, judged: &mut Judged) -> Option<&'static str> {
     let none = learnt(1 << ZERO_CORRECTION)?;
     let product = learnt(ALL)?;
     let model = ErrorModel::biases(&a.prior);
-    let filter = aligned(session, &words)?.aided(model, &a, session, &words, until);
+    let filter = aligned(session, &increments)?.aided(model, &a, session, &increments, until);
     let step = session.step_s();
-    let frozen: Vec<Increment> = words.iter().map(|w| filter.corrected(w, step)).collect();
+    let frozen: Vec<Increment> = increments
+        .iter()
+        .map(|w| filter.corrected(w, step))
+        .collect();
     let classical = free_inertial(session, &frozen, filter.sins.nav, until, session.epochs());
     judged.add("none", none.free_inertial(session, &a, until));
     judged.add("ekf6", classical);
@@ -152,7 +155,7 @@ pub fn replay(recording: &Recording, learn_s: u32) -> Option<Report> {
              zero velocity; `rnn-kalman` runs the hypothesis that has proved itself: {running}."
         ),
         format!(
-            "Alignment: in the inertial frame over the first {learn_s} s, by each scheme with its own words. It finds attitude alone; an \
+            "Alignment: in the inertial frame over the first {learn_s} s, by each scheme with its own samples. It finds attitude alone; an \
              aided filter over the same time also estimates velocity and biases and leaves tilts that cancel them, so it goes on \
              differently (166 m instead of 218 m at 22 min is what others measured on this recording)."
         ),
@@ -174,7 +177,7 @@ pub fn replay(recording: &Recording, learn_s: u32) -> Option<Report> {
             (
                 "recording".into(),
                 format!(
-                    "{} words at {} Hz",
+                    "{} samples at {} Hz",
                     recording.pulses.len(),
                     recording.rate_hz
                 ),

@@ -136,12 +136,12 @@ pub fn judge(
 ) -> Option<Outcome> {
     let a = &settings.assumptions;
     let lesson = cut(session, &split.learn);
-    let (words, until) = (lesson.increments(), lesson.epochs());
-    let (first, start) = begin(&lesson, &words, settings)?;
-    let nominal = navigate_from(&lesson, &words, a, &start, first, until);
+    let (increments, until) = (lesson.increments(), lesson.epochs());
+    let (first, start) = begin(&lesson, &increments, settings)?;
+    let nominal = navigate_from(&lesson, &increments, a, &start, first, until);
     let fitted = fit_from(
         &lesson,
-        &words,
+        &increments,
         &nominal,
         *a,
         &settings.network,
@@ -150,9 +150,9 @@ pub fn judge(
     let learnt = Learnt {
         filters: classical(&a.prior)
             .into_iter()
-            .map(|(name, model)| Some((name, aided(&lesson, &words, model, settings, until)?)))
+            .map(|(name, model)| Some((name, aided(&lesson, &increments, model, settings, until)?)))
             .collect::<Option<_>>()?,
-        device: device(&lesson, &words, settings, until)?,
+        device: device(&lesson, &increments, settings, until)?,
         lesson,
         nominal,
         fitted,
@@ -223,16 +223,16 @@ fn solutions(
     let mut turned = run.reference[0];
     turned.q_bn *= mounting(&learnt.lesson, &learnt.nominal);
     let mut out: Vec<(&str, FreeInertial)> = Vec::new();
-    for (scheme, words) in corrected(&run, &learnt.fitted, a) {
+    for (scheme, increments) in corrected(&run, &learnt.fitted, a) {
         let nav = match (follows, scheme) {
             (true, _) => {
-                let filter = aided(&run, &words, ErrorModel::default(), settings, from)?;
+                let filter = aided(&run, &increments, ErrorModel::default(), settings, from)?;
                 filter.sins.nav
             }
             (false, "raw") => run.reference[0],
             (false, _) => turned,
         };
-        out.push((scheme, free_inertial(&run, &words, nav, from, to)));
+        out.push((scheme, free_inertial(&run, &increments, nav, from, to)));
     }
     let end = &learnt.lesson.reference[learnt.lesson.epochs()];
     let as_left = |nav: &NavState| NavState {
@@ -254,9 +254,9 @@ fn solutions(
         true => learnt.device.free_inertial(&run, a, from),
         false => {
             let nets = [learnt.device.nets.gyro, learnt.device.nets.accel];
-            let words = corrected_increments(&run, &compensator(&run, &nets, a), 0..to);
+            let increments = corrected_increments(&run, &compensator(&run, &nets, a), 0..to);
             let nav = as_left(&learnt.device.nav);
-            free_inertial(&run, &words, nav, from, to)
+            free_inertial(&run, &increments, nav, from, to)
         }
     };
     out.push(("rnn-kalman", device));
@@ -266,12 +266,12 @@ fn solutions(
 /// The device's learner from fixes at the end of the learning part.
 fn device(
     session: &Session,
-    words: &[Increment],
+    increments: &[Increment],
     settings: &Settings,
     until: usize,
 ) -> Option<fix_learner::Learnt> {
     let start = match session.standstill {
-        0 => Some(begin(session, words, settings)?.1),
+        0 => Some(begin(session, increments, settings)?.1),
         _ => None,
     };
     let a = &settings.assumptions;
@@ -279,11 +279,15 @@ fn device(
 }
 
 /// First epoch after alignment and the state there: the reference's when there is no standstill.
-fn begin(session: &Session, words: &[Increment], settings: &Settings) -> Option<(usize, Start)> {
+fn begin(
+    session: &Session,
+    increments: &[Increment],
+    settings: &Settings,
+) -> Option<(usize, Start)> {
     let first = session.standstill;
     let mut nav = session.reference[first];
     if first > 0 {
-        let still = &words[..first * session.samples_per_epoch()];
+        let still = &increments[..first * session.samples_per_epoch()];
         nav.q_bn = align::inertial_frame(
             still,
             session.dt,
@@ -329,19 +333,19 @@ fn corrected(
 /// reference's first state.
 fn aided(
     session: &Session,
-    words: &[Increment],
+    increments: &[Increment],
     model: ErrorModel,
     settings: &Settings,
     until: usize,
 ) -> Option<Aided> {
     let a = &settings.assumptions;
     if session.standstill > 0 {
-        return Some(aligned(session, words)?.aided(model, a, session, words, until));
+        return Some(aligned(session, increments)?.aided(model, a, session, increments, until));
     }
-    let (first, start) = begin(session, words, settings)?;
+    let (first, start) = begin(session, increments, settings)?;
     let mut filter =
         Aided::new(start.nav, &start.sigma, model, a.noise).with_samples(session.samples());
-    (first..until).for_each(|k| aid(&mut filter, session, words, k));
+    (first..until).for_each(|k| aid(&mut filter, session, increments, k));
     Some(filter)
 }
 

@@ -165,7 +165,7 @@ pub fn judge(session: &Session, learnt: &FittedNetworks) -> Option<Judged> {
         .session
         .increments()
     };
-    let go = |words: &[Increment]| aligned_free_inertial(session, words);
+    let go = |increments: &[Increment]| aligned_free_inertial(session, increments);
     let ((a, b), (c, d)) = rayon::join(
         || rayon::join(|| go(&raw), || go(&linear(&learnt.bias))),
         || rayon::join(|| go(&linear(&learnt.linear)), || go(&net())),
@@ -342,7 +342,7 @@ fn set_up(scenario: &Scenario, imu: &ImuSpec, options: &Options) -> Vec<(String,
     let mut out = vec![
         (
             "IMU".to_string(),
-            format!("{}, {} words/s", scenario.imu_name(), imu.rate_hz),
+            format!("{}, {} samples/s", scenario.imu_name(), imu.rate_hz),
         ),
         ("learning session".into(), drive(&scenario.learn)),
     ];
@@ -356,7 +356,7 @@ fn set_up(scenario: &Scenario, imu: &ImuSpec, options: &Options) -> Vec<(String,
         ("fixes".into(), format!("1 Hz, {} m horizontal, {} m vertical, {} m/s", scenario.gnss.horizontal_m, scenario.gnss.vertical_m, scenario.gnss.velocity_mps)),
         ("networks".into(), "two of 3x3x3x3, f32, one step a second".into()),
         ("learning".into(), format!("windows of {} s, at most {} Gauss-Newton passes, weight sigma {}", n.window_s, n.passes, n.weight_sigma)),
-        ("alignment".into(), "self-alignment in the inertial frame over the standstill, with each scheme's own corrected words".into()),
+        ("alignment".into(), "self-alignment in the inertial frame over the standstill, with each scheme's own corrected samples".into()),
     ]);
     out
 }

@@ -73,7 +73,7 @@ impl Plan {
         let mut outcome = judge(name, session, &split, &settings)?;
         outcome.notes.push(match session.standstill {
             0 => "The attitude at the start was given.".to_owned(),
-            s => format!("Aligned by each scheme with its own words on {s} s of standstill."),
+            s => format!("Aligned by each scheme with its own samples on {s} s of standstill."),
         });
         Some(outcome)
     }

@@ -75,11 +75,11 @@ pub fn fit_3x3(samples: &[Sample]) -> Linear {
 impl LinearModel {
     /// The increment less the estimated errors.
     #[must_use]
-    pub fn correct(&self, word: &Increment, dt: f64) -> Increment {
+    pub fn correct(&self, increment: &Increment, dt: f64) -> Increment {
         let fix = |l: &Linear, d: &Vector3<f64>| d - l.bias * dt - l.matrix * d;
         Increment {
-            dtheta: fix(&self.gyro, &word.dtheta),
-            dv: fix(&self.accel, &word.dv),
+            dtheta: fix(&self.gyro, &increment.dtheta),
+            dv: fix(&self.accel, &increment.dv),
         }
     }
 }

@@ -53,16 +53,16 @@ pub struct FittedNetworks {
 #[must_use]
 pub fn fit(
     session: &Session,
-    words: &[Increment],
+    increments: &[Increment],
     assumptions: Assumptions,
     spec: &NetworkSpec,
     until: usize,
     hold_back: bool,
 ) -> Option<FittedNetworks> {
-    let nominal = navigate(session, words, &assumptions, until)?;
+    let nominal = navigate(session, increments, &assumptions, until)?;
     Some(fit_from(
         session,
-        words,
+        increments,
         &nominal,
         assumptions,
         spec,
@@ -74,7 +74,7 @@ pub fn fit(
 #[must_use]
 pub fn fit_from(
     session: &Session,
-    words: &[Increment],
+    increments: &[Increment],
     nominal: &Nominal,
     assumptions: Assumptions,
     spec: &NetworkSpec,
@@ -121,7 +121,7 @@ pub fn fit_from(
     };
     if hold_back {
         let (from, to) = (nominal.first + learnt, nominal.first + total);
-        out.promote(session, words, nominal, from, to);
+        out.promote(session, increments, nominal, from, to);
     }
     out
 }
@@ -190,13 +190,13 @@ impl FittedNetworks {
     fn promote(
         &mut self,
         session: &Session,
-        words: &[Increment],
+        increments: &[Increment],
         nominal: &Nominal,
         from: usize,
         to: usize,
     ) {
         let assumptions = self.assumptions;
-        let base = log_likelihood(session, words, nominal, &assumptions, from, to);
+        let base = log_likelihood(session, increments, nominal, &assumptions, from, to);
         let choices =
             [(true, true), (true, false), (false, true)].map(|(gyro, accel)| Use { gyro, accel });
         let quiet = silent(&self.assumptions);
@@ -217,8 +217,8 @@ impl FittedNetworks {
                 dtheta: if u.gyro { corrected } else { raw }.dtheta,
                 dv: if u.accel { corrected } else { raw }.dv,
             });
-            let words = increments_from(session, from, counts);
-            log_likelihood(session, &words, nominal, &assumptions, from, to) - base
+            let increments = increments_from(session, from, counts);
+            log_likelihood(session, &increments, nominal, &assumptions, from, to) - base
         };
         self.evidence = choices.map(|u| (u, evidence(u))).to_vec();
         let best = self.evidence.iter().copied().fold(

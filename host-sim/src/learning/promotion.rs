@@ -23,7 +23,7 @@ const SLACK: f64 = 0.1;
 #[must_use]
 pub fn log_likelihood(
     session: &Session,
-    words: &[Increment],
+    increments: &[Increment],
     nominal: &Nominal,
     assumptions: &Assumptions,
     from: usize,
@@ -52,8 +52,8 @@ pub fn log_likelihood(
     let n = session.steps_per_epoch();
     let mut sum = 0.0;
     for k in from..to {
-        for word in &words[k * n..(k + 1) * n] {
-            filter.step(word, session.step_s());
+        for increment in &increments[k * n..(k + 1) * n] {
+            filter.step(increment, session.step_s());
         }
         sum += filter.take(&session.fixes[k + 1], &session.sigmas);
     }

@@ -188,20 +188,20 @@ impl Aligned {
         model: ErrorModel,
         assumptions: &Assumptions,
         session: &Session,
-        words: &[Increment],
+        increments: &[Increment],
         until: usize,
     ) -> Aided {
         let mut filter = self.filter(model, assumptions);
-        (self.first..until).for_each(|k| aid(&mut filter, session, words, k));
+        (self.first..until).for_each(|k| aid(&mut filter, session, increments, k));
         filter
     }
 }
 
 /// Aligns on the first part of the standstill. `None` when it does not give an attitude.
 #[must_use]
-pub fn aligned(session: &Session, words: &[Increment]) -> Option<Aligned> {
+pub fn aligned(session: &Session, increments: &[Increment]) -> Option<Aligned> {
     let first = (session.standstill as f64 * ALIGN_SHARE) as usize;
-    let standing = &words[..first * session.steps_per_epoch()];
+    let standing = &increments[..first * session.steps_per_epoch()];
     let alignment = align::alignment(
         standing,
         session.step_s(),
@@ -224,8 +224,8 @@ pub fn aligned(session: &Session, words: &[Increment]) -> Option<Aligned> {
 
 /// Takes the filter through epoch `k` and the fix at its end. While the vehicle is known to stand,
 /// the velocity of the fix is zero.
-pub fn aid(filter: &mut Aided, session: &Session, words: &[Increment], k: usize) {
-    let (fix, sigmas) = approach(filter, session, words, k);
+pub fn aid(filter: &mut Aided, session: &Session, increments: &[Increment], k: usize) {
+    let (fix, sigmas) = approach(filter, session, increments, k);
     filter.take(&fix, &sigmas);
 }
 
@@ -233,12 +233,12 @@ pub fn aid(filter: &mut Aided, session: &Session, words: &[Increment], k: usize)
 fn approach(
     filter: &mut Aided,
     session: &Session,
-    words: &[Increment],
+    increments: &[Increment],
     k: usize,
 ) -> (Fix, [f64; 6]) {
     let n = session.steps_per_epoch();
-    for word in &words[k * n..(k + 1) * n] {
-        filter.step(word, session.step_s());
+    for increment in &increments[k * n..(k + 1) * n] {
+        filter.step(increment, session.step_s());
     }
     fix_at(session, k + 1)
 }
@@ -259,20 +259,20 @@ pub fn fix_at(session: &Session, epoch: usize) -> (Fix, [f64; 6]) {
 #[must_use]
 pub fn navigate(
     session: &Session,
-    words: &[Increment],
+    increments: &[Increment],
     assumptions: &Assumptions,
     until: usize,
 ) -> Option<Nominal> {
-    let aligned = aligned(session, words)?;
+    let aligned = aligned(session, increments)?;
     let filter = aligned.filter(ErrorModel::biases(&assumptions.prior), assumptions);
-    Some(recorded(filter, session, words, aligned.first, until))
+    Some(recorded(filter, session, increments, aligned.first, until))
 }
 
 /// Navigates with fixes from `start` at epoch `first` to the end of epoch `until`.
 #[must_use]
 pub fn navigate_from(
     session: &Session,
-    words: &[Increment],
+    increments: &[Increment],
     assumptions: &Assumptions,
     start: &Start,
     first: usize,
@@ -281,19 +281,19 @@ pub fn navigate_from(
     let model = ErrorModel::biases(&assumptions.prior);
     let filter = Aided::new(start.nav, &start.sigma, model, assumptions.noise)
         .with_samples(session.samples());
-    recorded(filter, session, words, first, until)
+    recorded(filter, session, increments, first, until)
 }
 
 fn recorded(
     mut filter: Aided,
     session: &Session,
-    words: &[Increment],
+    increments: &[Increment],
     first: usize,
     until: usize,
 ) -> Nominal {
     let records = (first..until)
         .map(|k| {
-            let (fix, sigmas) = approach(&mut filter, session, words, k);
+            let (fix, sigmas) = approach(&mut filter, session, increments, k);
             filter.fix(&fix, &sigmas)
         })
         .collect();

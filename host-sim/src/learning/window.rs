@@ -214,9 +214,9 @@ pub fn compensate(session: &Session, compensator: &Compensator) -> Compensated {
         inputs: Inputs::default(),
         estimates: Vec::new(),
     };
-    for word in &mut out.session.counts {
-        let (corrected, block) = compensator.process(&mut state, *word);
-        *word = corrected;
+    for counts in &mut out.session.counts {
+        let (corrected, block) = compensator.process(&mut state, *counts);
+        *counts = corrected;
         if let Some(b) = block {
             out.inputs.rate.push(b.rate);
             out.inputs.force.push(b.force);
@@ -236,10 +236,10 @@ pub fn corrected_counts(
     let mut state = compensator.power_on(false);
     let n = session.samples_per_epoch();
     let (before, counts) = session.counts[..epochs.end * n].split_at(epochs.start * n);
-    for word in before {
-        let _ = compensator.process(&mut state, *word);
+    for counts in before {
+        let _ = compensator.process(&mut state, *counts);
     }
-    let corrected = |word: &Counts| compensator.process(&mut state, *word).0;
+    let corrected = |counts: &Counts| compensator.process(&mut state, *counts).0;
     counts.iter().map(corrected).collect()
 }
 
@@ -275,8 +275,8 @@ pub fn increments_from(
 #[must_use]
 pub fn inputs(session: &Session, compensator: &Compensator, epochs: usize) -> Inputs {
     let (mut state, mut out) = (compensator.power_on(false), Inputs::default());
-    for word in &session.counts[..epochs * session.samples_per_epoch()] {
-        if let Some(b) = compensator.process(&mut state, *word).1 {
+    for counts in &session.counts[..epochs * session.samples_per_epoch()] {
+        if let Some(b) = compensator.process(&mut state, *counts).1 {
             out.rate.push(b.rate);
             out.force.push(b.force);
         }

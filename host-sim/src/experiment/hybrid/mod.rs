@@ -57,25 +57,25 @@ pub fn errors(recording: &Recording) -> Option<Vec<Increment>> {
         recording,
         u32::try_from(recording.pulses.len() / recording.rate_hz as usize).ok()?,
     );
-    let words = session.increments();
+    let increments = session.increments();
     let a = laser();
     let site = session.fixes[0].position;
     let nav = NavState {
         position: site,
         velocity: Vector3::zeros(),
-        q_bn: first_attitude(&session, &words)?,
+        q_bn: first_attitude(&session, &increments)?,
     };
     let start = Start {
         nav,
         sigma: a.initial_sigma(&nav, &session.sigmas),
     };
-    let nominal = navigate_from(&session, &words, &a, &start, 0, session.epochs());
+    let nominal = navigate_from(&session, &increments, &a, &start, 0, session.epochs());
     let states: Vec<NavState> = smooth(&nominal.records).iter().map(|s| s.nav).collect();
     let turning = Vector3::new(0.0, 0.0, slope(&states));
     let n = session.samples_per_epoch();
     let error = |k: usize| {
         let mut sins = Sins::new(states[k]);
-        words[k * n..(k + 1) * n]
+        increments[k * n..(k + 1) * n]
             .iter()
             .for_each(|w| sins.step(w, session.dt));
         let want = &states[k + 1];
@@ -96,9 +96,9 @@ fn laser() -> Assumptions {
 }
 
 /// Attitude at the first sample: that of the alignment, carried back by the gyros.
-fn first_attitude(session: &Session, words: &[Increment]) -> Option<UnitQuaternion<f64>> {
+fn first_attitude(session: &Session, increments: &[Increment]) -> Option<UnitQuaternion<f64>> {
     let site = session.fixes[0].position;
-    let part = words.get(..ALIGN_S * session.samples_per_epoch())?;
+    let part = increments.get(..ALIGN_S * session.samples_per_epoch())?;
     let end = align::inertial_frame(part, session.dt, session.samples(), site)?;
     let turn = part.iter().fold(UnitQuaternion::identity(), |q, w| {
         q * from_rotvec(&w.dtheta)
@@ -158,14 +158,14 @@ pub fn session(recording: &Recording, errors: &[Increment], config: &Config) -> 
         vibration: config.vibration,
     };
     let truth = Truth::new(&drive, &mut rng);
-    let add = |(k, word): (usize, &Increment)| {
+    let add = |(k, increment): (usize, &Increment)| {
         let e = errors.get(k / truth.samples_per_epoch)?;
         Some(Increment {
-            dtheta: word.dtheta + e.dtheta * rest.dt,
-            dv: word.dv + e.dv * rest.dt,
+            dtheta: increment.dtheta + e.dtheta * rest.dt,
+            dv: increment.dv + e.dv * rest.dt,
         })
     };
-    let words: Vec<Increment> = truth
+    let increments: Vec<Increment> = truth
         .increments
         .iter()
         .enumerate()
@@ -179,7 +179,7 @@ pub fn session(recording: &Recording, errors: &[Increment], config: &Config) -> 
     Some(Session {
         dt: rest.dt,
         lsb: rest.lsb,
-        counts: quantise(&words, &rest.lsb).ok()?,
+        counts: quantise(&increments, &rest.lsb).ok()?,
         standstill: (config.standstill_s / EPOCH_S) as usize,
         reference: truth.epochs,
         fixes,

@@ -35,7 +35,7 @@ fn swaying(seconds: usize, error: &Increment) -> Recording {
             1.58 + 1e-4 * (t / 7.0).sin(),
         )
     };
-    let word = |k: usize| {
+    let increment = |k: usize| {
         let (a, b) = (q(k), q(k + 1));
         let turn = a.inverse() * from_rotvec(&(here.omega_ie() * dt)) * b;
         Increment {
@@ -43,7 +43,7 @@ fn swaying(seconds: usize, error: &Increment) -> Recording {
             dv: a.slerp(&b, 0.5).inverse() * -here.gravity() * dt + error.dv * dt,
         }
     };
-    let words: Vec<Increment> = (0..seconds * 100).map(word).collect();
+    let increments: Vec<Increment> = (0..seconds * 100).map(increment).collect();
     let turn = |c: firmware::sample::Counts| {
         [
             c.dtheta[1],
@@ -54,7 +54,7 @@ fn swaying(seconds: usize, error: &Increment) -> Recording {
             -c.dv[2],
         ]
     };
-    let counts = quantise(&words, &FINE_LSB).unwrap();
+    let counts = quantise(&increments, &FINE_LSB).unwrap();
     Recording {
         rate_hz: 100.0,
         gyro_lsb_rad: FINE_LSB.rad,

@@ -133,8 +133,8 @@ impl Learnt {
         let corrected = after
             .iter()
             .map(|counts| compensator.process(&mut state, *counts).0);
-        let words = increments_from(session, until, corrected);
-        free_inertial(session, &words, self.nav, until, session.epochs())
+        let increments = increments_from(session, until, corrected);
+        free_inertial(session, &increments, self.nav, until, session.epochs())
     }
 }
 
@@ -227,12 +227,12 @@ fn taught(
 /// standstill.
 fn aligned_elsewhere(session: &Session, assumptions: &Assumptions) -> Option<Start> {
     let first = session.standstill;
-    let words = session.increments();
+    let increments = session.increments();
     let nav = NavState {
         position: session.fixes[first].position,
         velocity: Vector3::zeros(),
         q_bn: align::inertial_frame(
-            &words[..first * session.steps_per_epoch()],
+            &increments[..first * session.steps_per_epoch()],
             session.step_s(),
             session.samples(),
             session.fixes[0].position,
