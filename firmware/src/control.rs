@@ -62,6 +62,6 @@ pub enum Reason {
     Alignment,
     /// This board does not have the function.
     Unsupported,
-    /// Not on this board, or nothing there yet.
+    /// Not on this board, or not yet available.
     NotAvailable,
 }

@@ -14,7 +14,8 @@
 //! | module | content |
 //! |---|---|
 //! | [`units`], [`sample`] | units; one inertial sample, its scale and timing |
-//! | [`control`], [`fix`], [`model`] | what may be asked of the device; a fix; the pair of networks |
+//! | [`control`] | what may be asked of the device |
+//! | [`fix`], [`model`] | one fix of a receiver; the pair of networks |
 //! | [`link`] | lines of bytes, and the clock |
 //! | [`wire`] | frames of sensors, receivers and the command link |
 //! | [`nav`], [`align`] | strapdown navigation and self-alignment |

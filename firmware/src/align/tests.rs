@@ -231,8 +231,8 @@ fn a_command_is_believed_rather_than_the_detector() {
     }
 }
 
-/// The thresholds follow from noise and sway: a change well within them passes, one well beyond does
-/// not.
+/// The thresholds follow from noise and sway: a change well within them passes, one well beyond
+/// does not.
 #[test]
 fn thresholds_follow_the_datasheet() {
     let level = [0.0, 0.0, -9.81];

@@ -44,7 +44,7 @@ pub struct App<'m> {
 }
 
 impl<'m> App<'m> {
-    /// From its configuration; nothing happens before the first [`App::poll`].
+    /// From its configuration. The first [`App::poll`] starts it.
     pub fn new(config: Config) -> App<'m> {
         App::with_learner(config, None)
     }

@@ -1,7 +1,7 @@
 //! The whole flow in one pass: link, wire, sample, compensator, wire, link.
 //!
 //! A board calls [`App::poll`] whenever an interrupt has moved a byte, and at least once a
-//! millisecond. Nothing in here touches hardware, waits, or can fail.
+//! millisecond. This module touches no hardware, never waits and cannot fail.
 //!
 //! **Latency.** The correction in force is known before a frame arrives. Between its last byte in
 //! and its first byte out there are one check, six subtractions and one change of the checksum, the

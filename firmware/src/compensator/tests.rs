@@ -31,7 +31,9 @@ fn compensator(gyro: [f32; 3], accel: [f32; 3], limit: f32) -> Compensator {
 
 proptest! {
     #[test]
-    fn zero_correction_is_the_identity(samples in prop::collection::vec(any::<[i32; 6]>(), 1..500)) {
+    fn zero_correction_is_the_identity(
+        samples in prop::collection::vec(any::<[i32; 6]>(), 1..500)
+    ) {
         let c = compensator([0.0; 3], [0.0; 3], 1.0);
         let mut state = State::default();
         for w in samples {
@@ -77,8 +79,9 @@ fn corrections_are_clipped_and_counted() {
 }
 
 proptest! {
-    /// For all weights, even when one of their bits flips on the way, and for all inputs: the sum of the
-    /// corrections over any stretch of time is at most the limit times that time, to one count.
+    /// For all weights, even when one of their bits flips on the way, and for all inputs: the sum
+    /// of the corrections over any stretch of time is at most the limit times that time, to one
+    /// count.
     #[test]
     fn no_correction_exceeds_the_limit(
         bits in prop::collection::vec(any::<u32>(), 126),

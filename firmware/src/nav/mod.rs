@@ -21,8 +21,8 @@
 //!   rounded to f32 factors, would lose 6 cm over 2000 km driven one way.
 //! - The **matrices** are f32: they weight errors and need three digits.
 //!
-//! Nothing here panics. Implausible samples, and estimates and corrections that are not finite, are
-//! refused. A solution that leaves its range stops. [`Faults`] reports all of this.
+//! No function here panics. Implausible samples, and estimates and corrections that are not finite,
+//! are refused. A solution that leaves its range stops. [`Faults`] reports all of this.
 #![forbid(unsafe_code)]
 
 mod config;

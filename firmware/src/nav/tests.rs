@@ -28,8 +28,8 @@ fn navigator(state: State) -> Navigator {
     Navigator::new(Config::new(LSB, SAMPLE_S, NOISE), state).unwrap()
 }
 
-/// Samples of a body that keeps its attitude to north, east and down and its velocity. The remainder
-/// of rounding to counts is carried to the next sample.
+/// Samples of a body that keeps its attitude to north, east and down and its velocity. The
+/// remainder of rounding to counts is carried to the next sample.
 #[derive(Default)]
 pub(crate) struct Steady {
     due: [V; 2],

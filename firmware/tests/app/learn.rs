@@ -19,7 +19,7 @@ const GRAVITY: i32 = 41_000;
 const RAD: f64 = DEGREE / 2_097_152.0;
 const MPS: f64 = 1.0 / 4_194_304.0;
 /// Blocks of 10 samples, so windows of 100.
-const WORDS: u32 = 10 * BLOCKS as u32;
+const SAMPLES: u32 = 10 * BLOCKS as u32;
 
 /// Networks to begin with: slow units in the middle, and an output of zero.
 fn start() -> Nets {
@@ -123,15 +123,15 @@ fn learnt(device: &mut Device) -> Vec<u8> {
 /// Sends windows and their references, each `late` samples into the next window.
 fn teach(device: &mut Device, windows: std::ops::Range<u32>, late: u32) {
     for window in windows {
-        let end = (window + 1) * WORDS;
-        device.feed(&frames(window * WORDS + if window > 0 { late } else { 0 }, end).concat());
+        let end = (window + 1) * SAMPLES;
+        device.feed(&frames(window * SAMPLES + if window > 0 { late } else { 0 }, end).concat());
         let report = estimate(device);
         assert_eq!(
             (report.sample, report.counter),
             (end - 1, Some(((end - 1) * 2 % 256) as u16))
         );
         let ends = report.window.expect("a window is over");
-        assert_eq!(ends, (window * WORDS, end - 1));
+        assert_eq!(ends, (window * SAMPLES, end - 1));
         device.feed(&frames(end, end + late).concat());
         device.order(&Request::Reference(reference(ends)));
     }
@@ -168,7 +168,7 @@ fn learns_from_references_and_is_used_by_command_only() {
         ([[0.0; 3]; 2], [[0.0; 3]; 2])
     );
     assert_eq!(*device.app.nets(), start());
-    assert_eq!(device.lines.navigation.sent, frames(0, 30 * WORDS));
+    assert_eq!(device.lines.navigation.sent, frames(0, 30 * SAMPLES));
 
     let weights = learnt(&mut device);
     device.order(&Request::CommitLearnt);
@@ -178,20 +178,23 @@ fn learns_from_references_and_is_used_by_command_only() {
         lrnn_nostd::image::encode(&device.app.nets().gyro)
     );
     device.lines.navigation.sent.clear();
-    device.feed(&frames(30 * WORDS, 32 * WORDS).concat());
+    device.feed(&frames(30 * SAMPLES, 32 * SAMPLES).concat());
     let report = estimate(&mut device);
     assert!(
         report.in_force == report.network_output && off(report.in_force) < 0.2,
         "{report:?}"
     );
-    assert_ne!(device.lines.navigation.sent, frames(30 * WORDS, 32 * WORDS));
+    assert_ne!(
+        device.lines.navigation.sent,
+        frames(30 * SAMPLES, 32 * SAMPLES)
+    );
 }
 
 /// A reference that comes at once and one that comes at the end of the next window give the same
 /// bits.
 #[test]
 fn when_a_reference_comes_does_not_matter() {
-    let weights = [0, 37, WORDS - 1].map(|late| {
+    let weights = [0, 37, SAMPLES - 1].map(|late| {
         let mut device = Device::learning(config());
         device.order(&Request::SetMode(Mode::Learn));
         teach(&mut device, 0..5, late);
@@ -202,7 +205,7 @@ fn when_a_reference_comes_does_not_matter() {
     let untaught = {
         let mut device = Device::learning(config());
         device.order(&Request::SetMode(Mode::Learn));
-        device.feed(&frames(0, WORDS).concat());
+        device.feed(&frames(0, SAMPLES).concat());
         learnt(&mut device)
     };
     assert_ne!(weights[0], untaught);
@@ -211,17 +214,17 @@ fn when_a_reference_comes_does_not_matter() {
 #[test]
 fn references_that_cannot_be_used() {
     let mut device = Device::learning(config());
-    let good = reference((0, WORDS - 1));
+    let good = reference((0, SAMPLES - 1));
     refused(&mut device, &Request::Reference(good), Reason::Mode);
     refused(&mut device, &Request::CommitLearnt, Reason::NotAvailable);
     device.order(&Request::SetMode(Mode::Learn));
-    device.feed(&frames(0, WORDS - 1).concat());
+    device.feed(&frames(0, SAMPLES - 1).concat());
     refused(&mut device, &Request::Reference(good), Reason::Window); // not over yet
-    device.feed(&frames(WORDS - 1, WORDS).concat());
+    device.feed(&frames(SAMPLES - 1, SAMPLES).concat());
     for wrong in [
         Window { first: 1, ..good },
         Window {
-            last: WORDS,
+            last: SAMPLES,
             ..good
         },
     ] {
@@ -258,19 +261,19 @@ fn references_that_cannot_be_used() {
     assert_eq!(learnt(&mut device), once);
     assert_eq!(estimate(&mut device).used, 1);
     // an outlier is counted and refused
-    device.feed(&frames(WORDS, 2 * WORDS).concat());
+    device.feed(&frames(SAMPLES, 2 * SAMPLES).concat());
     let far = Window {
         angle: [1.0; 3],
         velocity: [9.0; 3],
-        ..reference((WORDS, 2 * WORDS - 1))
+        ..reference((SAMPLES, 2 * SAMPLES - 1))
     };
     device.order(&Request::Reference(far));
     assert_eq!(learnt(&mut device), once);
     let report = estimate(&mut device);
     assert_eq!((report.used, report.doubted), (2, 1));
     // too late
-    device.feed(&frames(2 * WORDS, 4 * WORDS).concat());
-    let late = reference((2 * WORDS, 3 * WORDS - 1));
+    device.feed(&frames(2 * SAMPLES, 4 * SAMPLES).concat());
+    let late = reference((2 * SAMPLES, 3 * SAMPLES - 1));
     refused(&mut device, &Request::Reference(late), Reason::Window);
 }
 
@@ -350,28 +353,28 @@ fn modes_and_alignment() {
     device.order(&Request::Alignment(Alignment::Finished));
     device.order(&Request::SetMode(Mode::Learn));
     teach(&mut device, 0..6, 0);
-    assert_eq!(device.lines.navigation.sent, frames(0, 6 * WORDS));
+    assert_eq!(device.lines.navigation.sent, frames(0, 6 * SAMPLES));
     device.order(&Request::SetMode(Mode::Frozen));
     refused(&mut device, &Request::CommitLearnt, Reason::Alignment);
     device.order(&Request::SetMode(Mode::Shadow));
     device.order(&Request::CommitLearnt);
     device.order(&Request::SetMode(Mode::Frozen));
-    device.feed(&frames(6 * WORDS, 6 * WORDS + 10).concat());
+    device.feed(&frames(6 * SAMPLES, 6 * SAMPLES + 10).concat());
     // 1e-2 rad/s per s over a block of 10 ms, in force from the next sample on
     let report = estimate(&mut device);
     assert!((report.in_force[0][0] - 1e-4).abs() < 1e-8, "{report:?}");
-    device.feed(&frames(6 * WORDS + 10, 9 * WORDS).concat());
+    device.feed(&frames(6 * SAMPLES + 10, 9 * SAMPLES).concat());
     let full = estimate(&mut device);
     assert!(off(full.in_force) < 0.2, "{full:?}");
     // back to learning: the correction fades; the weights learnt stay and learning continues
     device.order(&Request::SetMode(Mode::Learn));
-    device.feed(&frames(9 * WORDS, 9 * WORDS + 10).concat());
+    device.feed(&frames(9 * SAMPLES, 9 * SAMPLES + 10).concat());
     let fading = estimate(&mut device);
     assert!(
         (full.in_force[0][0] - fading.in_force[0][0] - 1e-4).abs() < 1e-5,
         "{fading:?}"
     );
-    device.feed(&frames(9 * WORDS + 10, 11 * WORDS).concat());
+    device.feed(&frames(9 * SAMPLES + 10, 11 * SAMPLES).concat());
     assert_eq!(estimate(&mut device).in_force, [[0.0; 3]; 2]);
     let ends = estimate(&mut device).window.expect("a window");
     device.order(&Request::Reference(reference(ends)));

@@ -7,7 +7,7 @@ use firmware::app::Config;
 use firmware::compensator::Limit;
 use firmware::control::Mode;
 
-const WORDS: u32 = 100_000;
+const SAMPLES: u32 = 100_000;
 // 0.01 and -0.33 deg/h; 30 and -220 ug
 const ERROR: [f32; 6] = [4.848e-8, -1.6e-6, 0.0, 3.0e-4, 0.0, -2.2e-3];
 
@@ -25,7 +25,7 @@ fn check(kind: Kind) {
     });
     let (mut sum, mut largest, mut is_float) = ([0.0f64; 6], [0.0f64; 6], false);
     // the first frame shows the units; the correction begins with the second
-    for n in 0..WORDS + 1 {
+    for n in 0..SAMPLES + 1 {
         let fields = Fields {
             gyro: [5, -3, n as i32 % 7],
             accel: [1, 1, 1000],
@@ -52,7 +52,7 @@ fn check(kind: Kind) {
             assert!(sum[axis] == 0.0);
             continue;
         }
-        let exact = f64::from(WORDS) * f64::from(ERROR[axis]) / kind.rate() / unit[axis / 3];
+        let exact = f64::from(SAMPLES) * f64::from(ERROR[axis]) / kind.rate() / unit[axis / 3];
         // the last remainder, and the seven digits of the correction itself
         let rounding = if is_float {
             1.01 * largest[axis] * f64::from(f32::EPSILON) / 2.0 // half an ulp of the largest value
