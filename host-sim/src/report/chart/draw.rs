@@ -204,12 +204,20 @@ impl Panel {
             .collect();
         placed.sort_by_key(|((_, y), ..)| -y); // from below upwards
         let mut lowest = units(self.at.1 + self.size.1 - 6.0);
-        for ((x, y), words, colour) in placed {
-            let beside = y.min(lowest);
-            lowest = beside - units(APART);
-            sheet
-                .root
-                .draw(&Circle::new((x, y), units(3.5), rgb(colour).filled()))?;
+        let mut heights: Vec<i32> = vec![];
+        for ((_, y), ..) in &placed {
+            heights.push((*y).min(lowest));
+            lowest = heights[heights.len() - 1] - units(APART);
+        }
+        // What has been moved beyond the upper end comes back down.
+        let mut highest = units(self.at.1);
+        for height in heights.iter_mut().rev() {
+            *height = (*height).max(highest);
+            highest = *height + units(APART);
+        }
+        for (((x, y), words, colour), beside) in placed.into_iter().zip(heights) {
+            let dot = Circle::new((x, y), units(3.5), rgb(colour).filled());
+            sheet.root.draw(&dot)?;
             let pointer = vec![(x, y), (x + units(10.0), beside)];
             sheet
                 .root

@@ -253,7 +253,7 @@ mod tests {
     #[test]
     fn labels_of_ends_that_are_close_are_moved_apart() {
         let end = |y| ((10.0, y), format!("end {y}"), RNN);
-        let ends = Mark::Ends(vec![end(0.5), end(0.51), end(0.49)]);
+        let ends = Mark::Ends(vec![end(0.5), end(0.51), end(0.49), end(0.99), end(1.0)]);
         let svg = picture(vec![ends]).svg("", "").unwrap();
         let height = |words: &str| -> i32 {
             let before = svg.split(&format!("\n{words}\n")).next().unwrap();
@@ -261,6 +261,8 @@ mod tests {
             y.split('"').next().unwrap().parse().unwrap()
         };
         let [low, middle, high] = ["end 0.49", "end 0.5", "end 0.51"].map(height);
+        let [below, top] = ["end 0.99", "end 1"].map(height);
+        assert!(top >= units(30.0) && below - top >= units(APART));
         assert!(low - middle >= units(APART) && middle - high >= units(APART));
     }
 
