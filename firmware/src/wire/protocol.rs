@@ -75,6 +75,9 @@ pub struct Change<'c> {
     pub settings: &'c Settings,
 }
 
+/// Writes a message into a buffer and gives its length.
+pub type Introduction = fn(&mut [u8]) -> Result<usize, Error>;
+
 /// A sensor as simulators and tests make it: one frame of one format, and the settings it needs.
 #[derive(Debug, Clone, Copy)]
 pub struct Simulated {
@@ -101,7 +104,7 @@ pub struct Simulated {
     pub emit: fn(&Fields, &mut [u8]) -> Result<usize, Error>,
     /// The message in which the sensor describes itself, at its start and when it is asked. A
     /// measurement is left out for it.
-    pub introduction: Option<fn(&mut [u8]) -> Result<usize, Error>>,
+    pub introduction: Option<Introduction>,
 }
 
 /// What a simulated frame tells.
