@@ -63,6 +63,17 @@ impl Axis {
         }
     }
 
+    /// Whole multiples of the powers of ten on a logarithmic axis, for fainter lines.
+    fn between(&self) -> Vec<f64> {
+        if !self.log || self.high / self.low > 1e9 {
+            return vec![];
+        }
+        let powers = self.low.log10().floor() as i32..=self.high.log10().ceil() as i32;
+        let values =
+            powers.flat_map(|power| (2..10).map(move |k| f64::from(k) * 10_f64.powi(power)));
+        values.filter(|value| self.holds(*value)).collect()
+    }
+
     /// Whether `value` lies on the axis, which NaN does not.
     pub fn holds(&self, value: f64) -> bool {
         let margin = 1e-9 * (self.high - self.low);
@@ -85,7 +96,7 @@ impl Ranged for Axis {
     fn key_points<Hint: KeyPointHint>(&self, hint: Hint) -> Vec<f64> {
         match hint.weight() {
             KeyPointWeight::Bold => self.ticks.iter().map(|(value, _)| *value).collect(),
-            KeyPointWeight::Any => vec![], // no lines between those of the ticks
+            KeyPointWeight::Any => self.between(),
         }
     }
 
@@ -250,6 +261,8 @@ mod tests {
         );
         assert_eq!(texts(&Axis::log("", (0.31, 0.7))), ["0.4", "0.5", "0.6"]);
         assert!(Axis::log("", (1e-30, 1.0)).ticks.len() <= 8);
+        assert_eq!(Axis::log("", (0.75, 12.0)).between()[..3], [0.8, 0.9, 2.0]);
+        assert!(Axis::linear("", (0.0, 9.0), 3).between().is_empty());
     }
 
     #[test]

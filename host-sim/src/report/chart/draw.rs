@@ -121,6 +121,7 @@ impl Panel {
             .y_label_offset(sheet.lower())
             .set_all_tick_mark_size(units(3.0))
             .axis_style(stroke(Look::solid(REFERENCE, 1.0)))
+            .light_line_style(stroke(Look::solid(GRID, 0.4)))
             .bold_line_style(stroke(Look::solid(GRID, 1.0)))
             .draw()?;
         let above = top - 12.0;
