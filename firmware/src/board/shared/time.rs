@@ -47,18 +47,6 @@ impl Time {
     }
 }
 
-/// Ticks that `asleep` takes, less than the millisecond after which SysTick ends every sleep.
-/// Interrupts wait meanwhile.
-pub fn ticks_of(asleep: impl FnOnce()) -> u32 {
-    let before = SYST::get_current();
-    asleep();
-    let after = SYST::get_current();
-    match before.checked_sub(after) {
-        Some(ticks) => ticks,
-        None => before + SYST::get_reload() + 1 - after, // it ran out, which woke us
-    }
-}
-
 impl Clock for Time {
     fn now_us(&self) -> u64 {
         interrupt::free(|cs| {

@@ -3,8 +3,7 @@
 use core::sync::atomic::{AtomicBool, Ordering};
 
 use cortex_m::interrupt;
-
-use super::time::ticks_of;
+use cortex_m::peripheral::SYST;
 
 /// Since the last sleep something happened that the main loop must handle.
 static AWAKE: AtomicBool = AtomicBool::new(true);
@@ -36,4 +35,16 @@ pub fn sleep() -> u32 {
     }
     AWAKE.store(false, Ordering::Relaxed);
     ticks
+}
+
+/// Ticks that `asleep` takes, less than the millisecond after which SysTick ends every sleep.
+/// Interrupts wait meanwhile.
+fn ticks_of(asleep: impl FnOnce()) -> u32 {
+    let before = SYST::get_current();
+    asleep();
+    let after = SYST::get_current();
+    match before.checked_sub(after) {
+        Some(ticks) => ticks,
+        None => before + SYST::get_reload() + 1 - after, // it ran out, which woke us
+    }
 }

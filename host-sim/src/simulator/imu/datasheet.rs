@@ -7,7 +7,7 @@
 //! from these tables. A new error is an entry here. If no number of
 //! [`Sigmas`](super::triad::Sigmas) acts as it does, it needs code in `triad`, too.
 
-use super::spec::DitherSpec;
+use super::dither::DitherSpec;
 use super::term::{At, Group, Kind, Range, Term, datasheet};
 use super::triad::{WARM_UP_REPEATABILITY, flicker};
 use crate::inertial::ekf::{Parameter, Regressor};

@@ -7,6 +7,7 @@
 
 mod datasheet;
 mod delay;
+mod dither;
 mod draws;
 mod error_model;
 pub mod lock_in;
@@ -18,10 +19,11 @@ pub mod thermal;
 mod triad;
 
 pub use datasheet::{AccelSpec, GyroSpec};
+pub use dither::DitherSpec;
 pub use draws::Draws;
 pub use error_model::ErrorModelName;
 pub use model::Imu;
-pub use spec::{BlockSpec, DitherSpec, ImuSpec, PRESETS};
+pub use spec::{BlockSpec, ImuSpec, PRESETS};
 pub use term::Group;
 
 #[cfg(test)]

@@ -2,8 +2,8 @@
 
 pub(super) mod flicker;
 
+use super::dither::DitherSpec;
 use super::draws::{Normals, normal3};
-use super::spec::DitherSpec;
 use crate::inertial::session::{Surroundings, Temperature};
 use crate::inertial::units::ARCSEC;
 use flicker::Flicker;
