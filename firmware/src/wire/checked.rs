@@ -92,7 +92,6 @@ impl<'a> Checked<'a> {
     ///
     /// # Errors
     /// [`Error::Content`], which a good frame never gives.
-    #[inline(always)]
     pub fn read(&self) -> Result<Reading, Error> {
         let bytes = &*self.bytes;
         let reading = match self.source {

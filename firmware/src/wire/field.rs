@@ -96,8 +96,8 @@ pub fn put_be_i24(bytes: &mut [u8], at: usize, value: i32) {
 /// `value` saturated at 24 bits, and whether it was.
 #[inline]
 pub fn saturate_i24(value: i32) -> (i32, bool) {
-    let held = value.clamp(I24_MIN, I24_MAX);
-    (held, held != value)
+    let saturated = value.clamp(I24_MIN, I24_MAX);
+    (saturated, saturated != value)
 }
 
 /// How a start mark compares with the bytes at hand.

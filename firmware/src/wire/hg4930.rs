@@ -288,19 +288,19 @@ impl<T: AsRef<[u8]> + AsMut<[u8]>> Frame<T> {
     /// The six values without the sum.
     fn put_values(&mut self, gyro: [i32; 3], accel: [i32; 3]) -> Axes {
         let bytes = self.buffer.as_mut();
-        let mut held = 0u8;
-        for (axis, word) in gyro.into_iter().chain(accel).enumerate() {
+        let mut saturated = 0u8;
+        for (axis, value) in gyro.into_iter().chain(accel).enumerate() {
             match self.message {
                 Message::Control => {}
-                Message::Inertial => put(bytes, at::ANGLE + 4 * axis, word.to_le_bytes()),
+                Message::Inertial => put(bytes, at::ANGLE + 4 * axis, value.to_le_bytes()),
                 Message::SClass => {
-                    let narrow = word.clamp(i32::from(i16::MIN), i32::from(i16::MAX));
+                    let narrow = value.clamp(i32::from(i16::MIN), i32::from(i16::MAX));
                     put(bytes, at::RATE + 2 * axis, (narrow as i16).to_le_bytes());
-                    held |= u8::from(narrow != word) << axis;
+                    saturated |= u8::from(narrow != value) << axis;
                 }
             }
         }
-        Axes(held)
+        Axes(saturated)
     }
 }
 
@@ -348,14 +348,14 @@ impl Repr {
         let len = self.message.bytes();
         let frame = buffer.get_mut(..len).ok_or(Error::Length)?;
         put(frame, 0, [0x0E, self.message.id()]);
-        for (axis, word) in self.rate.into_iter().chain(self.accel).enumerate() {
-            put(frame, at::RATE + 2 * axis, word.to_le_bytes());
+        for (axis, value) in self.rate.into_iter().chain(self.accel).enumerate() {
+            put(frame, at::RATE + 2 * axis, value.to_le_bytes());
         }
         put(frame, at::STATUS_1, self.status_1.to_le_bytes());
         put(frame, at::STATUS_2, self.status_2.to_le_bytes());
         if self.message == Message::Inertial {
-            for (axis, word) in self.angle.into_iter().chain(self.velocity).enumerate() {
-                put(frame, at::ANGLE + 4 * axis, word.to_le_bytes());
+            for (axis, value) in self.angle.into_iter().chain(self.velocity).enumerate() {
+                put(frame, at::ANGLE + 4 * axis, value.to_le_bytes());
             }
         }
         seal(frame);

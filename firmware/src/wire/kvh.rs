@@ -204,8 +204,8 @@ impl<T: AsRef<[u8]>> Frame<T> {
         let (gyro, accel) = (self.gyro(), self.accel());
         let finite = |values: [f32; 3]| {
             let bits = values.into_iter().enumerate();
-            bits.fold(0, |set, (axis, word)| {
-                set | u8::from(word.is_finite()) << axis
+            bits.fold(0, |set, (axis, value)| {
+                set | u8::from(value.is_finite()) << axis
             })
         };
         let status = self.status();
@@ -245,8 +245,8 @@ impl<T: AsRef<[u8]> + AsMut<[u8]>> Frame<T> {
 
 #[inline(always)]
 fn put_values(bytes: &mut [u8], at: usize, gyro: [f32; 3], accel: [f32; 3]) {
-    for (axis, word) in gyro.into_iter().chain(accel).enumerate() {
-        put(bytes, at + 4 * axis, word.to_be_bytes());
+    for (axis, value) in gyro.into_iter().chain(accel).enumerate() {
+        put(bytes, at + 4 * axis, value.to_be_bytes());
     }
 }
 

@@ -9,7 +9,7 @@
 //! |---|---|---|---|
 //! | [`stim300`] | Safran STIM300, all datagrams | CRC-32/MPEG-2 | datasheet TS1524 rev 31 |
 //! | [`kvh`] | KVH 1725/1750/1775: A, B, C, BIT | CRC-32/MPEG-2 | ICD 56-0298 rev B, recordings |
-//! | [`novatel`] | RAWIMU(S), RAWIMU(S)X, INSPVAS | CRC-32 from 0 | OEM7 documentation, recordings |
+//! | [`novatel`] | RAWIMU(S), RAWIMU(S)X, INSPVAS | CRC-32 from 0 | OEM7 pages, recordings |
 //! | [`hg4930`] | Honeywell HG4930 0x01, 0x02, 0xCA | 16-bit sum | installation manual |
 //! | [`adis`] | ADIS bursts over SPI | byte sum, CRC-32 | Linux and ArduPilot drivers |
 //! | [`ubx`] | u-blox NAV-PVT | Fletcher-8 | gpsd and pyubx2 |

@@ -7,7 +7,7 @@
 //! short header, 12 bytes
 //!   AA 44 13 | payload length u8 | id u16 | week u16 | ms of week u32
 //! long header, 28 bytes
-//!   AA 44 12 | 28 | id u16 | type | port | payload length u16 | ... | week u16 @14 | ms u32 @16 | ...
+//!   AA 44 12 | 28 | id u16 | type | port | payload length u16 | ... | week u16 @14 | ms u32 @16
 //! payload, 40 bytes
 //!   RAWIMU(S)   week u32 @0
 //!   RAWIMU(S)X  info u8 @0, IMU type u8 @1, week u16 @2
@@ -214,8 +214,8 @@ impl<T: AsRef<[u8]>> Frame<T> {
 
     /// z, -y, x on the wire to x, y, z.
     fn triad(&self, at: usize) -> [i32; 3] {
-        let word = |at| i32::from_le_bytes(self.payload(at));
-        [word(at + 8), word(at + 4).wrapping_neg(), word(at)]
+        let value = |at| i32::from_le_bytes(self.payload(at));
+        [value(at + 8), value(at + 4).wrapping_neg(), value(at)]
     }
 
     /// Angle increments x, y, z.
@@ -286,8 +286,8 @@ const VALUES: usize = 24;
 #[inline(always)]
 fn put_values(bytes: &mut [u8], at: usize, gyro: [i32; 3], accel: [i32; 3]) {
     for (at, [x, y, z]) in [(at, accel), (at + VALUES / 2, gyro)] {
-        for (n, word) in [z, y.wrapping_neg(), x].into_iter().enumerate() {
-            put(bytes, at + 4 * n, word.to_le_bytes());
+        for (n, value) in [z, y.wrapping_neg(), x].into_iter().enumerate() {
+            put(bytes, at + 4 * n, value.to_le_bytes());
         }
     }
 }

@@ -55,11 +55,11 @@ fn replaced(sample: RawSample, new: [i32; 6], bits: u32) -> (RawSample, RawSampl
     match sample {
         RawSample::Counts { .. } => {
             let (gyro, accel) = ([a, b, c], [d, e, f]);
-            let held = RawSample::Counts {
+            let expected = RawSample::Counts {
                 gyro: saturated(gyro),
                 accel: saturated(accel),
             };
-            (RawSample::Counts { gyro, accel }, held)
+            (RawSample::Counts { gyro, accel }, expected)
         }
         RawSample::Floats { .. } => {
             let sample = RawSample::Floats {
@@ -121,13 +121,13 @@ proptest! {
         framer.push(&bytes);
         let mut checked = framer.next_event().unwrap().frame().unwrap();
         let before = checked.read().unwrap();
-        let (sample, held) = replaced(before.sample, new, sensor.bits);
+        let (sample, expected) = replaced(before.sample, new, sensor.bits);
         let settings = &Settings::DEFAULT;
         let saturated = checked.change(&Change { sample: &sample, mark: false, settings }).unwrap();
-        let (held, words_there) = (present(held, before.present), present(sample, before.present));
-        prop_assert_eq!(saturated == Axes::NONE, held == words_there);
+        let (expected, there) = (present(expected, before.present), present(sample, before.present));
+        prop_assert_eq!(saturated == Axes::NONE, expected == there);
         let after = checked.read().unwrap();
-        prop_assert_eq!(after.sample, held);
+        prop_assert_eq!(after.sample, expected);
         prop_assert_eq!(after.counter, before.counter);
         let mut anew = checked.bytes().to_vec();
         prop_assert_eq!(format.scan(&anew), Scan::Frame(bytes.len()));

@@ -103,7 +103,7 @@ macro_rules! imu_formats {
         }
 
         impl Framing for ImuFormat {
-            #[inline(always)]
+            #[inline(never)] // one copy, for all finders
             fn scan(self, bytes: &[u8]) -> Scan {
                 match self {
                     $(ImuFormat::$format => $module::Protocol::scan(bytes),)+

@@ -258,10 +258,10 @@ impl<T: AsRef<[u8]>> Frame<T> {
         }
         let bytes = self.buffer.as_ref();
         let at = self.contents.after_clusters() + n * at::TEMPERATURES;
-        let word = |at| i16::from_be_bytes(take(bytes, at));
+        let value = |at| i16::from_be_bytes(take(bytes, at));
         let [status] = take(bytes, at + 6);
         Some(Temperatures {
-            values: [word(at), word(at + 2), word(at + 4)],
+            values: [value(at), value(at + 2), value(at + 4)],
             status,
         })
     }
@@ -330,8 +330,8 @@ impl<T: AsRef<[u8]> + AsMut<[u8]>> Frame<T> {
         if contents.accel {
             return resealed(bytes, 0, crc_change, |place: &mut [u8; 24]| {
                 put_family(contents, place, family.unwrap_or(Extra::None));
-                let held = put_triad(place, at::GYRO, gyro);
-                Axes::new(held, put_triad(place, at::GYRO + at::CLUSTER, accel))
+                let saturated = put_triad(place, at::GYRO, gyro);
+                Axes::new(saturated, put_triad(place, at::GYRO + at::CLUSTER, accel))
             });
         }
         resealed(bytes, 0, crc_change, |place: &mut [u8; 12]| {
@@ -344,13 +344,13 @@ impl<T: AsRef<[u8]> + AsMut<[u8]>> Frame<T> {
 /// Writes three values, each saturated at 24 bits. Returns which were, x in bit 0.
 #[inline(always)]
 fn put_triad(bytes: &mut [u8], at: usize, values: [i32; 3]) -> u8 {
-    let mut held = 0;
-    for (axis, word) in values.into_iter().enumerate() {
-        let (word, over) = saturate_i24(word);
-        put_be_i24(bytes, at + 3 * axis, word);
-        held |= u8::from(over) << axis;
+    let mut saturated = 0;
+    for (axis, value) in values.into_iter().enumerate() {
+        let (value, over) = saturate_i24(value);
+        put_be_i24(bytes, at + 3 * axis, value);
+        saturated |= u8::from(over) << axis;
     }
-    held
+    saturated
 }
 
 /// The identifier of the other family, without the CRC.

@@ -1,5 +1,6 @@
-//! Any bytes on all four lines at any time, any room in the output: nothing panics or hangs, only whole frames leave, no frame
-//! leaves that did not come in, and every counter and state agrees with what left.
+//! Any bytes on all four lines at any time, any room in the output: nothing panics or hangs, only
+//! whole frames leave, no frame leaves that did not come in, and every counter and state agrees
+//! with what left.
 #![no_main]
 
 use firmware::app::{App, Config, Lines, Phase};
@@ -228,7 +229,8 @@ fuzz_target!(|input: &[u8]| {
             }
         }
     }
-    // without silence and changes of state, the frames found are those of the bytes that came, however they were cut
+    // without silence and changes of state, the frames found are those of the bytes that came,
+    // however they were cut
     let mut framer = Framer::new(format);
     let mut frames = 0;
     for piece in came.chunks(64) {

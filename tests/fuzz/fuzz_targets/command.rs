@@ -1,4 +1,5 @@
-//! Any bytes on the command link: what decodes as a request encodes to a packet that decodes to the same request.
+//! Any bytes on the command link: what decodes as a request encodes to a packet that decodes to the
+//! same request.
 #![no_main]
 
 use firmware::wire::command::{MAX_PACKET, Packets, Request, Response, decode, encode};

@@ -1,5 +1,6 @@
-//! Any bytes, in any format, cut anywhere: every byte comes out once and in order, only checked frames are reported, a
-//! frame written with its own words is the same frame, and one written with other words is still a frame.
+//! Any bytes, in any format, cut anywhere: every byte comes out once and in order, and only checked
+//! frames are reported. A frame changed to its own sample is the same frame, and one changed to
+//! another sample is still a frame.
 #![no_main]
 
 use firmware::sample::{Axes, RawSample};

@@ -129,13 +129,13 @@ impl<T: AsRef<[u8]> + AsMut<[u8]>> Frame<T> {
         let bytes = self.buffer.as_mut();
         let at = match self.form {
             Form::Narrow => {
-                let mut held = 0u8;
+                let mut saturated = 0u8;
                 for (axis, word) in gyro.into_iter().chain(accel).enumerate() {
                     let narrow = word.clamp(i32::from(i16::MIN), i32::from(i16::MAX));
                     put(bytes, 2 + 2 * axis, (narrow as i16).to_be_bytes());
-                    held |= u8::from(narrow != word) << axis;
+                    saturated |= u8::from(narrow != word) << axis;
                 }
-                return Axes(held);
+                return Axes(saturated);
             }
             Form::Wide => 2,
             Form::Adis1649x => self.start + 4,
@@ -156,15 +156,15 @@ impl<T: AsRef<[u8]> + AsMut<[u8]>> Frame<T> {
         if form != Form::Adis1649x {
             let at = bytes.len().saturating_sub(2);
             let before = sum_bytes(head(bytes, at));
-            let held = self.put_values(gyro, accel);
+            let saturated = self.put_values(gyro, accel);
             let bytes = self.buffer.as_mut();
             let change = sum_bytes(head(bytes, at)).wrapping_sub(before);
             let sum = u16::from_be_bytes(take(bytes, at)).wrapping_add(change);
             put(bytes, at, sum.to_be_bytes());
-            return Some(held);
+            return Some(saturated);
         }
         let mut difference: [u8; DATA_1649X] = take(bytes, start);
-        let held = self.put_values(gyro, accel);
+        let saturated = self.put_values(gyro, accel);
         let bytes = self.buffer.as_mut();
         let after: [u8; DATA_1649X] = take(bytes, start);
         for (d, a) in difference.iter_mut().zip(after) {
@@ -177,6 +177,6 @@ impl<T: AsRef<[u8]> + AsMut<[u8]>> Frame<T> {
             let half = u16::from_be_bytes(take(bytes, at)) ^ change;
             put(bytes, at, half.to_be_bytes());
         }
-        Some(held)
+        Some(saturated)
     }
 }

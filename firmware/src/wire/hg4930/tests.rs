@@ -55,10 +55,10 @@ fn control_messages_pass_and_s_class_rates_are_words() {
     assert_eq!(repr.emit(&mut bytes), Ok(20));
     assert_eq!(scan(&bytes), Scan::Frame(20));
     let mut frame = Frame::new_checked(&mut bytes[..20]).unwrap();
-    let held = frame
+    let saturated = frame
         .change([40_000, -1, 5], [0, 0, -40_000], false)
         .unwrap();
-    assert_eq!(held, Axes(0b10_0001));
+    assert_eq!(saturated, Axes(0b10_0001));
     assert_eq!(
         (frame.rate(), frame.accel()),
         ([i16::MAX, -1, 5], [0, 0, i16::MIN])

@@ -131,8 +131,8 @@ fn words_go_back_to_their_places() {
         (frame.gyro(), frame.accel()),
         ([1, 2, 3], [4, -5, i32::MIN])
     );
-    let word = |n: usize| i32::from_le_bytes(take(&bytes, 28 + 4 * n));
-    assert_eq!([0, 1, 2, 3, 4, 5].map(word), [i32::MIN, 5, 4, 3, -2, 1]);
+    let value = |n: usize| i32::from_le_bytes(take(&bytes, 28 + 4 * n));
+    assert_eq!([0, 1, 2, 3, 4, 5].map(value), [i32::MIN, 5, 4, 3, -2, 1]);
     assert_eq!(bytes[..28], RING_LASER[..28]);
     assert_eq!(scan(&bytes), Scan::Frame(SHORT_LEN));
 }

@@ -57,8 +57,8 @@ impl Repr {
             (self.contents.incl, self.incl),
         ];
         for (_, cluster) in clusters.into_iter().filter(|(sent, _)| *sent) {
-            for (axis, word) in cluster.values.into_iter().enumerate() {
-                put_be_i24(frame, at + 3 * axis, word);
+            for (axis, value) in cluster.values.into_iter().enumerate() {
+                put_be_i24(frame, at + 3 * axis, value);
             }
             put(frame, at + 9, [cluster.status]);
             at += at::CLUSTER;
@@ -66,8 +66,8 @@ impl Repr {
         if self.contents.temperature {
             let sent = self.temperatures.iter().take(self.contents.clusters());
             for temperatures in sent {
-                for (axis, word) in temperatures.values.into_iter().enumerate() {
-                    put(frame, at + 2 * axis, word.to_be_bytes());
+                for (axis, value) in temperatures.values.into_iter().enumerate() {
+                    put(frame, at + 2 * axis, value.to_be_bytes());
                 }
                 put(frame, at + 6, [temperatures.status]);
                 at += at::TEMPERATURES;
@@ -143,10 +143,10 @@ mod tests {
     fn words_saturate_and_say_so() {
         let mut bytes = GOLDEN;
         let mut frame = Frame::new_checked(&mut bytes).unwrap();
-        let held = frame
+        let saturated = frame
             .change([0x0080_0000, -1, 2], [3, -0x0080_0001, 4], None)
             .unwrap();
-        assert_eq!(held, Axes(0b01_0001));
+        assert_eq!(saturated, Axes(0b01_0001));
         assert_eq!(frame.gyro().values, [0x007F_FFFF, -1, 2]);
         assert_eq!(frame.accel().unwrap().values, [3, -0x0080_0000, 4]);
         assert!(Frame::new_checked(bytes).is_ok());
