@@ -11,6 +11,7 @@
 //! | [`kvh`] | KVH 1725/1750/1775: A, B, C, BIT | CRC-32/MPEG-2 | ICD 56-0298 rev B, recordings |
 //! | [`novatel`] | RAWIMU(S), RAWIMU(S)X, INSPVAS | CRC-32 from 0 | OEM7 pages, recordings |
 //! | [`hg4930`] | Honeywell HG4930 0x01, 0x02, 0xCA | 16-bit sum | installation manual |
+//! | [`sbgecom`] | SBG Systems IMU_DATA, IMU_SHORT | CRC-16/KERMIT | headers of SBG's library |
 //! | [`adis`] | ADIS bursts over SPI | byte sum, CRC-32 | Linux and ArduPilot drivers |
 //! | [`ubx`] | u-blox NAV-PVT | Fletcher-8 | gpsd and pyubx2 |
 //! | [`command`] | our own command link | CRC-32 | this crate |
@@ -44,6 +45,7 @@ pub mod novatel;
 pub mod protocol;
 pub mod receiver;
 mod registry;
+pub mod sbgecom;
 pub mod sequence;
 pub mod stim300;
 pub mod ubx;
@@ -69,6 +71,8 @@ registry::imu_formats! {
     Novatel: novatel,
     /// [`hg4930`]
     Hg4930: hg4930,
+    /// [`sbgecom`]
+    SbgEcom: sbgecom,
 }
 
 use crate::sample::{Axes, RawSample};

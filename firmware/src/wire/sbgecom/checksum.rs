@@ -1,0 +1,63 @@
+//! The CRC-16 of sbgECom, its two bytes before the end mark.
+
+use super::{END, TRAILER};
+#[cfg(test)]
+use crate::wire::checksum::count;
+use crate::wire::field::{changed, head, put, take};
+use crc::{CRC_16_KERMIT, Crc};
+
+/// CRC-16/KERMIT: reflected polynomial 0x8408, from 0, not inverted.
+static KERMIT: Crc<u16> = Crc::<u16>::new(&CRC_16_KERMIT);
+
+fn checksum(frame: &[u8]) -> [u8; 2] {
+    let crc = frame.len().saturating_sub(TRAILER);
+    let summed = frame.get(2..crc).unwrap_or_default();
+    #[cfg(test)]
+    count::one(summed.len());
+    KERMIT.checksum(summed).to_le_bytes()
+}
+
+/// Whether CRC and end mark are right.
+pub fn is_right(frame: &[u8]) -> bool {
+    let [low, high, end] = take(frame, frame.len().saturating_sub(TRAILER));
+    end == END && checksum(frame) == [low, high]
+}
+
+/// Makes CRC and end mark anew.
+pub fn seal(frame: &mut [u8]) {
+    let [low, high] = checksum(frame);
+    put(frame, frame.len().saturating_sub(TRAILER), [low, high, END]);
+}
+
+/// Does `work` on the `N` bytes at `at`, and changes the CRC with them: CRCs are linear. `None`,
+/// and nothing is done, where the `N` bytes are not before the CRC.
+#[inline(always)]
+pub fn resealed<const N: usize>(
+    frame: &mut [u8],
+    at: usize,
+    work: impl FnOnce(&mut [u8; N]),
+) -> Option<()> {
+    let crc = frame.len().checked_sub(TRAILER)?;
+    let after = crc.checked_sub(at + N)?;
+    let ((), bits) = changed(frame, at, work)?;
+    let sum = u16::from_le_bytes(take(frame, crc)) ^ difference(&bits, after);
+    put(frame, crc, sum.to_le_bytes());
+    Some(())
+}
+
+/// The CRC of bits that `after` zeros follow.
+#[inline(never)] // two callers
+fn difference(bits: &[u8], after: usize) -> u16 {
+    let mut digest = KERMIT.digest(); // from zero and without inversion
+    digest.update(bits);
+    digest.update(head(&[0; 64], after)); // more than follow the values in either message
+    digest.finalize()
+}
+
+#[cfg(test)]
+mod tests {
+    #[test]
+    fn the_catalogues_check_value() {
+        assert_eq!(super::KERMIT.checksum(b"123456789"), 0x2189);
+    }
+}
