@@ -1,4 +1,5 @@
-//! `cargo xtask test`: cheap and general checks first, the tests last, so that their runner has the last word.
+//! `cargo xtask test`: cheap and general checks come first. The tests come last, so that the output
+//! ends with the closing lines of their runner.
 
 use std::process::ExitCode;
 
@@ -47,7 +48,8 @@ fn target_lints() -> Result<()> {
     })
 }
 
-/// In the images' own directory, with their profile: what the size stage and the tests then need is built already.
+/// Builds into the directory of the images, with their profile. So the size stage and the tests find
+/// the images built.
 fn target_builds() -> Result<()> {
     let directory = target_directory()?.join("images");
     TARGET_PACKAGES.iter().try_for_each(|package| {

@@ -1,5 +1,5 @@
-//! Comments fit on a screen: no line of Rust that carries a comment is longer than [`WIDTH`]. rustfmt
-//! wraps code, but leaves comments as they are.
+//! Comments fit on a screen: no line of Rust that carries a comment is longer than [`WIDTH`].
+//! rustfmt wraps code, but leaves comments as they are.
 
 use anyhow::{Context, Result, ensure};
 use qemu::images::workspace;
@@ -31,7 +31,7 @@ pub fn check() -> Result<()> {
     Ok(())
 }
 
-/// Numbers of the lines, from 1, that carry a comment and are too long. A line that holds an address
+/// Numbers of the lines, from 1, that carry a comment and are too long. A line that holds a link
 /// cannot be wrapped and is left alone.
 fn long_comments(text: &str) -> impl Iterator<Item = usize> {
     let lines = text.lines().enumerate();

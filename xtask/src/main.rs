@@ -1,4 +1,4 @@
-//! The one front door, the same at the desk and in CI: `cargo xtask <task>`.
+//! The one front door, the same on a developer's machine and in CI: `cargo xtask <task>`.
 
 mod bench;
 mod check;
@@ -30,41 +30,47 @@ struct Arguments {
 
 #[derive(Subcommand)]
 enum Task {
-    /// Everything: format, lints, target builds, size and panic budgets, documentation, all tests (the target in QEMU too).
+    /// Every check: format, lints, target builds, size and panic budgets, documentation, all tests,
+    /// those in QEMU too.
     Test {
-        /// Leave out what needs the target or QEMU.
+        /// Leaves out what needs the target or QEMU.
         #[arg(long)]
         fast: bool,
     },
-    /// Nanoseconds on this machine and instructions on the Cortex-M4F, of a step and of a learning step.
+    /// Measures each piece of work: nanoseconds on this machine, instructions on a Cortex-M4F.
     Bench {
-        /// Write the figures to this file too.
+        /// Also writes the figures to this file.
         #[arg(long, value_name = "FILE")]
         json: Option<PathBuf>,
     },
-    /// How cost grows with rate, networks, weights, runs and cores: writes docs/growth-*.svg and tables in docs/PERFORMANCE.md. Minutes.
+    /// Measures how cost grows with rate, networks, weights, runs and cores. Takes minutes. Writes
+    /// docs/growth-*.svg and tables in docs/PERFORMANCE.md.
     Growth,
-    /// Every board in QEMU: serial lines, a drive of 22 minutes, instructions, stack; target against desktop, bit for bit.
+    /// Runs every board in QEMU: serial lines, a drive of 22 minutes, instructions, stack. Compares
+    /// the target with the desktop, bit for bit.
     Qemu {
-        /// Write the figures to this file too.
+        /// Also writes the figures to this file.
         #[arg(long, value_name = "FILE")]
         json: Option<PathBuf>,
     },
-    /// Write the image to an STM32F405 with probe-rs and show its log.
+    /// Writes the image to an STM32F405 with probe-rs and shows its log.
     Flash {
-        /// The bench image instead, for an STM32F4, F7 or H7: cycles of the works that `bench` counts the instructions of.
+        /// The bench image instead, for an STM32F4, F7 or H7: it counts the cycles of the work whose
+        /// instructions `bench` counts.
         #[arg(long)]
         bench: bool,
         /// The image without the learner from fixes and without ADIS: 90 KiB of flash.
         #[arg(long, conflicts_with = "bench")]
         window: bool,
-        /// The chip, as `probe-rs chip list` calls it: with `--bench` an STM32F4, F7 or H7, else one of STM32F405, F407, F415, F417.
+        /// The chip, as `probe-rs chip list` calls it: with `--bench` an STM32F4, F7 or H7, else one
+        /// of STM32F405, F407, F415, F417.
         #[arg(long, value_name = "NAME", default_value = flash::CHIP)]
         chip: String,
     },
-    /// Flash and RAM of each image against budgets.toml.
+    /// Compares flash and RAM of each image with budgets.toml.
     Size,
-    /// Write the shared test vectors and their expected digests anew, after an intended change of the arithmetic.
+    /// Writes the shared test vectors and their expected digests again, after an intended change of
+    /// the arithmetic.
     Vectors,
 }
 

@@ -1,4 +1,5 @@
-//! What the machine must have: installed when that can be done without asking, named with its remedy otherwise.
+//! What the machine must have. It is installed where that needs no question, else the error names
+//! the remedy.
 
 use std::path::Path;
 use std::process::{Command, Stdio};

@@ -27,7 +27,8 @@ impl Stages {
         Ok(())
     }
 
-    /// The line that says where we are; the last stage has only that, so that its own last words stay the last.
+    /// Prints the line that says where we are. The last stage prints only that, so that the output
+    /// ends with the closing lines of its own command.
     pub fn begin(&mut self, name: &str) {
         eprintln!("[{:>2}/{}] {name}", self.next, self.total);
         self.next += 1;
