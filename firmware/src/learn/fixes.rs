@@ -64,6 +64,9 @@ const STANDS_MPS: f32 = 0.3;
 /// (as in `host_sim::learning::teacher`).
 const STILL_S: u32 = 3;
 const STILL_MPS: f32 = 0.01;
+/// Weight of the velocity that may have been gained since: a departure always has the same sign, so
+/// its errors do not average out as those of sway do (assumed).
+const DEPARTURE: f32 = 10.0;
 
 /// Counters; each saturates.
 #[derive(Debug, Clone, Copy, Default)]
@@ -295,11 +298,11 @@ impl Learner for FixLearner<'_> {
             return;
         }
         let (mut fix, mut sigmas) = (*fix, sigmas);
-        if still {
+        let standing = libm::hypotf(STILL_MPS, DEPARTURE * align.gain_mps());
+        if still && standing < sigma {
             fix.velocity = [0.0; 3];
             let [.., x, y, z] = &mut sigmas;
-            let sigma = libm::hypotf(STILL_MPS, align.gain_mps());
-            [*x, *y, *z] = [sigma; 3];
+            [*x, *y, *z] = [standing; 3];
         }
         let Some(navigator) = self.end_interval() else {
             return;

@@ -193,6 +193,20 @@ pub fn session(recording: &Recording, errors: &[Increment], config: &Config) -> 
 /// Standstill, driving with fixes, and free inertial, s; together just within the recording.
 const PARTS_S: [usize; 3] = [300, 220, 1320];
 
+/// The drive on a road.
+fn drive(recording: &Recording, errors: &[Increment], road: u64) -> Option<Session> {
+    let [stand, fixes, free] = PARTS_S;
+    let config = Config {
+        standstill_s: stand as f64,
+        length_s: (stand + fixes + free) as f64,
+        heading: (road as f64).rem_euclid(TAU),
+        vibration: 1.0,
+        gnss: GnssSpec::default(),
+        drive: Some(road),
+    };
+    session(recording, errors, &config)
+}
+
 /// One drive for each of `roads`: aligned and taught over the first 520 s, then free inertial for
 /// 22 min. As on the device, the networks are used only if they prove themselves on the held-back
 /// part.
@@ -211,15 +225,7 @@ pub fn replay(recording: &Recording, roads: &[u64]) -> Option<Vec<Outcome>> {
         times_s: vec![300, 600, 900, 1200, 1320],
     };
     let one = |road: &u64| {
-        let config = Config {
-            standstill_s: stand as f64,
-            length_s: (stand + fixes + free) as f64,
-            heading: (*road as f64).rem_euclid(TAU),
-            vibration: 1.0,
-            gnss: GnssSpec::default(),
-            drive: Some(*road),
-        };
-        let session = session(recording, &errors, &config)?;
+        let session = drive(recording, &errors, *road)?;
         let split = Split::forward(stand + fixes + free, stand + fixes);
         let mut outcome = judge(&format!("hybrid, road {road}"), &session, &split, &settings)?;
         outcome.notes.push(
