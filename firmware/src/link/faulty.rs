@@ -1,18 +1,19 @@
-//! Faults as a decorator over a line, by seed: what a cable, a wrong bit rate or a full buffer do.
+//! Faults as a decorator over a line, by seed: the effects of a cable, a wrong bit rate or a full
+//! buffer.
 //!
 //! After the fault injector of `smoltcp`. All chances are per byte received, in parts of 65536,
 //! except `full`, per message sent. The same seed gives the same faults.
 
 use super::{Full, Line, Lost};
 
-/// How often what goes wrong; all 0 is a perfect line.
+/// How often each fault happens. With all 0 the line is perfect.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Chances {
-    /// One bit of a byte is turned over.
+    /// One bit of a byte is inverted.
     pub flip: u16,
-    /// A byte is left out.
+    /// A byte is dropped.
     pub drop: u16,
-    /// A random byte takes a byte's place, and so do the next ones: a burst of 1 to 32.
+    /// Random bytes replace a burst of 1 to 32 bytes.
     pub burst: u16,
     /// The line reports lost bytes.
     pub lost: u16,
@@ -23,7 +24,7 @@ pub struct Chances {
 /// What was done so far.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Done {
-    /// Bytes received that were turned, left out or replaced.
+    /// Bytes received that were corrupted, dropped or replaced.
     pub bytes: u32,
     /// Losses reported.
     pub lost: u32,

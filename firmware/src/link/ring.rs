@@ -1,11 +1,11 @@
 //! Bytes between an interrupt and the loop.
 //!
-//! One ring a direction. Received bytes: the interrupt [`Inlet::push`]es, the loop reads the
-//! [`Outlet`]. Sent bytes: the loop writes the [`Inlet`], the interrupt [`Outlet::pop`]s.
-//! Lock-free, single producer, single consumer.
+//! There is one ring for each direction. For received bytes the interrupt calls [`Inlet::push`] and
+//! the main loop reads the [`Outlet`]. For sent bytes the main loop writes the [`Inlet`] and the
+//! interrupt calls [`Outlet::pop`]. A ring has one producer and one consumer, and no lock.
 //!
-//! Over atomics and not `heapless::spsc`, whose ends divide by a length they only know at run time:
-//! the division by zero that cannot happen would still be a panic in the image.
+//! It is written with atomics. The ends of `heapless::spsc` divide by a length that they only know
+//! at run time, and the check for a division by zero would be a panic in the image.
 
 use core::sync::atomic::{AtomicU8, AtomicU32, AtomicUsize, Ordering};
 use embedded_io::{ErrorKind, ErrorType, Read, ReadReady, Write, WriteReady};
@@ -17,14 +17,14 @@ pub struct Ring<const N: usize> {
     counts: Counts,
 }
 
-/// Since start, wrapping; each has one writer.
+/// Counts since start, modulo 2^32. Each has one writer.
 #[derive(Debug)]
 struct Counts {
-    /// By the inlet.
+    /// Bytes put in. Written by the inlet.
     pushed: AtomicUsize,
-    /// By the outlet.
+    /// Bytes taken out. Written by the outlet.
     popped: AtomicUsize,
-    /// By the inlet: times that bytes were lost.
+    /// Times that bytes were lost. Written by the inlet.
     lost: AtomicU32,
 }
 
@@ -35,7 +35,7 @@ impl<const N: usize> Default for Ring<N> {
 }
 
 impl<const N: usize> Ring<N> {
-    /// An empty one.
+    /// An empty ring.
     pub const fn new() -> Ring<N> {
         const {
             assert!(N.is_power_of_two(), "counts run freely and are masked");
@@ -50,7 +50,7 @@ impl<const N: usize> Ring<N> {
         }
     }
 
-    /// Where bytes go in. One at a time: bytes of two would replace each other.
+    /// The end where bytes go in. Use one at a time: bytes of two would replace each other.
     #[inline(always)]
     pub const fn inlet(&self) -> Inlet<'_> {
         Inlet {
@@ -59,7 +59,7 @@ impl<const N: usize> Ring<N> {
         }
     }
 
-    /// Where bytes come out, one at a time too; losses from now on are told.
+    /// The end where bytes come out. Use one at a time. It reports losses from now on.
     #[inline(always)]
     pub fn outlet(&self) -> Outlet<'_> {
         Outlet {
@@ -75,7 +75,7 @@ impl<const N: usize> Ring<N> {
         self.counts.pushed.load(Ordering::Acquire)
     }
 
-    /// [`Inlet::push`] for the shortest of interrupts: the count of bytes after it.
+    /// [`Inlet::push`] for the shortest of interrupts. Returns the count of bytes after it.
     #[inline(always)]
     pub fn push(&self, byte: u8) -> usize {
         let pushed = self.counts.pushed.load(Ordering::Relaxed);
@@ -122,7 +122,8 @@ impl<const N: usize> Ring<N> {
         )
     }
 
-    /// So many bytes have gone in where [`Ring::free`] said; the count of bytes after them.
+    /// Notes that so many bytes have gone into [`Ring::free`]. Returns the count of bytes after
+    /// them.
     #[inline(always)]
     pub fn filled(&self, bytes: usize) -> usize {
         let pushed = self.counts.pushed.load(Ordering::Relaxed);
@@ -138,7 +139,7 @@ impl<const N: usize> Ring<N> {
         piece(&self.bytes, popped, self.pushed().wrapping_sub(popped))
     }
 
-    /// So many of the oldest bytes have come out.
+    /// Notes that so many of the oldest bytes have been taken out.
     #[inline(always)]
     pub fn emptied(&self, bytes: usize) {
         let popped = self.counts.popped.load(Ordering::Relaxed);
@@ -162,7 +163,7 @@ pub struct Inlet<'a> {
 }
 
 impl Inlet<'_> {
-    /// Put a byte in; one that finds no room is lost, and the outlet's reader is told.
+    /// Puts a byte in. A byte without room is lost, and the outlet reports it.
     #[inline(always)]
     pub fn push(&mut self, byte: u8) {
         if !self.put(byte) {
@@ -184,8 +185,8 @@ impl Inlet<'_> {
         }
     }
 
-    /// Tell the outlet's reader that bytes were lost before they came here: a UART's overrun,
-    /// framing or parity error.
+    /// Notes that bytes were lost before they came here: a UART's overrun, framing or parity error.
+    /// The outlet reports it.
     pub fn mark_lost(&mut self) {
         // a single writer: no read-modify-write is needed
         let lost = self.counts.lost.load(Ordering::Relaxed);
@@ -206,7 +207,7 @@ impl Inlet<'_> {
 pub struct Outlet<'a> {
     bytes: &'a [AtomicU8],
     counts: &'a Counts,
-    /// Losses told already.
+    /// Losses reported already.
     seen: u32,
 }
 
@@ -216,7 +217,7 @@ impl Outlet<'_> {
         self.counts.popped.load(Ordering::Relaxed)
     }
 
-    /// Take the oldest byte.
+    /// Takes the oldest byte.
     #[inline(always)]
     pub fn pop(&mut self) -> Option<u8> {
         if self.is_empty() {
@@ -229,13 +230,13 @@ impl Outlet<'_> {
         Some(byte)
     }
 
-    /// Whether there is none.
+    /// Whether the ring is empty.
     pub fn is_empty(&self) -> bool {
         let pushed = self.counts.pushed.load(Ordering::Acquire);
         pushed == self.counts.popped.load(Ordering::Relaxed)
     }
 
-    /// Whether there are losses to be told.
+    /// Whether there are losses to report.
     pub fn has_lost(&self) -> bool {
         self.seen != self.lost()
     }
@@ -262,7 +263,8 @@ fn halves(bytes: &[u8], len: usize, room: usize) -> (&[u8], &[u8]) {
     bytes.split_at_checked(room).unwrap_or((bytes, &[]))
 }
 
-/// `to`, at least as many, takes `bytes`; four at a time, since the loop costs more than a byte.
+/// Copies `bytes` to `to`, which is at least as long: four at a time, since the loop costs more
+/// than a byte.
 #[inline(always)]
 fn put(to: &[AtomicU8], bytes: &[u8]) {
     let to = to.get(..bytes.len()).unwrap_or_default();
@@ -277,7 +279,7 @@ fn put(to: &[AtomicU8], bytes: &[u8]) {
     }
 }
 
-/// `to` takes `bytes`, at least as many.
+/// Copies `bytes` to `to`, which is at least as long.
 #[inline(always)]
 fn get(bytes: &[AtomicU8], to: &mut [u8]) {
     let bytes = bytes.get(..to.len()).unwrap_or_default();
@@ -292,7 +294,7 @@ fn get(bytes: &[AtomicU8], to: &mut [u8]) {
     }
 }
 
-/// Bytes were lost for want of room or on the line.
+/// Bytes were lost for lack of room or on the line.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Overrun;
 
@@ -315,7 +317,7 @@ impl ErrorType for Inlet<'_> {
 }
 
 impl Write for Inlet<'_> {
-    /// As many as fit; it does not wait and may return 0.
+    /// Writes as many as fit. It does not wait and may return 0.
     fn write(&mut self, bytes: &[u8]) -> Result<usize, Self::Error> {
         let pushed = self.counts.pushed.load(Ordering::Relaxed);
         let taken = bytes.len().min(self.room());
@@ -347,7 +349,7 @@ impl ErrorType for Outlet<'_> {
 }
 
 impl Read for Outlet<'_> {
-    /// What is there; it does not wait and may return 0.
+    /// Reads what is there. It does not wait and may return 0.
     fn read(&mut self, buffer: &mut [u8]) -> Result<usize, Overrun> {
         let lost = self.lost();
         if core::mem::replace(&mut self.seen, lost) != lost {

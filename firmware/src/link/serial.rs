@@ -7,19 +7,19 @@ use heapless::Vec;
 /// The longest message a [`Serial`] sends: any frame, any packet of the command link.
 pub const LONGEST: usize = 256;
 
-/// A line made of anything that reads and anything that writes without waiting when it says it is
-/// ready: the ends of a [`super::ring`], a UART driver, a socket.
+/// A line made of a reader and a writer that do not wait when they are ready: the ends of a
+/// [`super::ring`], a UART driver, a socket.
 #[derive(Debug)]
 pub struct Serial<R, W> {
     reader: R,
     writer: W,
-    /// Of the last message: what the writer did not take at once. No message is accepted before it
-    /// is gone.
+    /// The part of the last message that the writer did not take at once. The next message is
+    /// accepted when it is gone.
     rest: Vec<u8, LONGEST>,
 }
 
 impl<R, W> Serial<R, W> {
-    /// From both ends.
+    /// From a reader and a writer.
     pub const fn new(reader: R, writer: W) -> Serial<R, W> {
         Serial {
             reader,
@@ -28,7 +28,7 @@ impl<R, W> Serial<R, W> {
         }
     }
 
-    /// The two ends.
+    /// The reader and the writer.
     pub fn parts(&mut self) -> (&mut R, &mut W) {
         (&mut self.reader, &mut self.writer)
     }

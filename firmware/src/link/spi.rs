@@ -1,12 +1,12 @@
 //! An SPI bus of which this side is the master: what boards share, without their registers.
 //!
-//! Bytes are exchanged one at a time and each is waited for, a bounded number of looks: a
-//! controller that is not there, has no clock or has lost its mode gives an error and not a
-//! standstill.
+//! Bytes are exchanged one at a time. The wait for each is a bounded number of readings of the
+//! status, so a controller that does not exist, has no clock or has lost its mode gives an error
+//! and does not stop the board.
 
 use embedded_hal::spi::{self, ErrorKind, ErrorType, SpiBus};
 
-/// What the controller says.
+/// The status of the controller.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Status {
     /// A byte to be sent finds room.
@@ -15,17 +15,17 @@ pub struct Status {
     pub came: bool,
     /// A transfer is under way.
     pub busy: bool,
-    /// A byte that came was overrun, or the controller is not master any more; reading and looking
-    /// again clears it.
+    /// A byte that came was overrun, or the controller is not master any more. Reading the data and
+    /// the status again clears it.
     pub fault: bool,
 }
 
 /// A controller's registers.
 pub trait Registers {
-    /// Look.
+    /// Reads the status.
     fn status(&mut self) -> Status;
 
-    /// A byte to be sent; for each one comes.
+    /// Sends a byte. For each byte sent one comes.
     fn put(&mut self, byte: u8);
 
     /// The byte that came.
@@ -35,9 +35,9 @@ pub trait Registers {
 /// Why bytes were not exchanged.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Error {
-    /// The controller did not do it in time.
+    /// The controller was too slow.
     Late,
-    /// It says that something is wrong.
+    /// The controller reports a fault.
     Fault,
 }
 
@@ -54,12 +54,12 @@ impl spi::Error for Error {
 #[derive(Debug)]
 pub struct Bus<R> {
     registers: R,
-    /// Looks until a byte is given up.
+    /// Readings of the status until a byte is given up.
     patience: u32,
 }
 
 impl<R: Registers> Bus<R> {
-    /// `patience`: looks at the status, more than a byte takes.
+    /// `patience`: readings of the status, more than a byte takes.
     pub fn new(registers: R, patience: u32) -> Bus<R> {
         Bus {
             registers,

@@ -3,15 +3,15 @@
 use super::ImuFormat;
 use super::framer::{Finder, Kind, Unread};
 
-/// Consecutive good frames of one format that decide. One accidental 16-bit sum (HG4930) in a
-/// foreign stream is thinkable (its two header bytes must agree as well), three in an unbroken row
-/// are not.
+/// Consecutive good frames of one format that decide. In a stream of another format one accidental
+/// 16-bit sum (HG4930) is possible, where the two header bytes agree as well; three in an unbroken
+/// row are not.
 pub const ENOUGH: u8 = 3;
 
 /// Tries all formats of inertial sensors on the same bytes. A good message between frames (CR LF, a
 /// control message) does not interrupt a row; garbage or a wrong checksum does.
 ///
-/// The bytes meanwhile are the caller's, to be passed on unchanged.
+/// Meanwhile the caller passes the bytes on unchanged.
 #[derive(Debug)]
 pub struct Detector {
     /// For all of them; read is what all have read.
@@ -53,7 +53,15 @@ impl Detector {
         }
     }
 
-    /// Look at some bytes; the format as soon as it is clear.
+    /// Starts anew, in place: a new one would be built on the stack first.
+    pub fn restart(&mut self) {
+        self.bytes.clear();
+        for candidate in &mut self.candidates {
+            *candidate = Candidate::new(candidate.finder.format());
+        }
+    }
+
+    /// Receives some bytes. Returns the format as soon as it is clear.
     pub fn push(&mut self, bytes: &[u8]) -> Option<ImuFormat> {
         for piece in bytes.chunks(super::framer::LONGEST) {
             self.bytes.push(piece);

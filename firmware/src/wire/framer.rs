@@ -126,6 +126,10 @@ impl Unread {
         self.end - self.start
     }
 
+    pub(super) fn clear(&mut self) {
+        (self.start, self.end) = (0, 0);
+    }
+
     /// Those from the `skipped`th on.
     #[inline(always)]
     pub(super) fn from(&self, skipped: usize) -> &[u8] {

@@ -78,7 +78,7 @@ pub enum Gap {
     None,
     /// The same frame again.
     Duplicate,
-    /// So many frames are missing, or that many and whole turns.
+    /// So many frames are missing, or so many and whole turns of the counter.
     Missed(u32),
     /// Not a whole number of frames: the sensor restarted, or another rate than the rule's.
     Jump,
@@ -96,7 +96,8 @@ impl Rule {
         }
     }
 
-    /// Compare a frame's counter with the one before it, which it then replaces. Start with `None`.
+    /// Compares a frame's counter with the one before it, which it then replaces. Start with
+    /// `None`.
     pub fn check(&self, last: &mut Option<u16>, counter: u16) -> Gap {
         let Some(before) = last.replace(counter) else {
             return Gap::None;

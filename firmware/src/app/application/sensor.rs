@@ -4,9 +4,9 @@ use super::{App, PIECE};
 use crate::app::flow::count;
 use crate::app::phase::{Cause, Phase};
 use crate::link::{Line, Lost};
+use crate::wire::ImuFormat;
 use crate::wire::command::fault;
 use crate::wire::framer::{Framer, Kind};
-use crate::wire::{Detector, ImuFormat};
 
 impl App<'_> {
     /// Takes what the sensor has sent. True: there may be more.
@@ -72,7 +72,7 @@ impl App<'_> {
     /// Looks for the format, from the next byte on.
     pub(super) fn detect(&mut self) {
         self.flow.forget();
-        self.detector = Detector::new();
+        self.detector.restart();
         self.machine.transition_to_detect();
     }
 
