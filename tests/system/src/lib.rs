@@ -3,37 +3,22 @@
 
 use serde_json::Value;
 use std::path::{Path, PathBuf};
-use std::process::Command;
-use std::sync::OnceLock;
 
-/// Path of the `host-sim` executable, built once in a test process.
+/// Path of the `host-sim` executable.
 ///
-/// It is built in the profile of the tests, which optimises: a release build would compile every
-/// dependency once more. Both give the same figures, bit for bit.
+/// It is a binary of this package, made from the same `main.rs`, because cargo builds the binaries of
+/// a package before it runs the tests of that package. So it is never out of date, and nothing is
+/// compiled twice for it. It is built in the profile of the tests; a release build gives the same
+/// figures, bit for bit.
 ///
 /// # Panics
-/// When cargo cannot build it.
+/// The running test is not in a directory of cargo's.
 #[must_use]
-pub fn host_sim_binary() -> &'static PathBuf {
-    static BINARY: OnceLock<PathBuf> = OnceLock::new();
-    BINARY.get_or_init(|| {
-        let root = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../..");
-        let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
-        // `--workspace`: with the features that the tests themselves were built with
-        let status = Command::new(cargo)
-            .args(["build", "--quiet", "--workspace", "--bin", "host-sim"])
-            .current_dir(&root)
-            .status();
-        assert!(
-            status.is_ok_and(|s| s.success()),
-            "cargo build --workspace --bin host-sim failed"
-        );
-        let target =
-            std::env::var_os("CARGO_TARGET_DIR").map_or_else(|| root.join("target"), PathBuf::from);
-        target
-            .join("debug")
-            .join(format!("host-sim{}", std::env::consts::EXE_SUFFIX))
-    })
+pub fn host_sim_binary() -> PathBuf {
+    let test = std::env::current_exe().expect("a test knows where it is");
+    let profile = test.ancestors().nth(2).expect("target/PROFILE/deps/TEST");
+    let name = format!("host-sim-under-test{}", std::env::consts::EXE_SUFFIX);
+    profile.join(name)
 }
 
 /// The contents of a JSON file.
