@@ -29,6 +29,7 @@ use crate::simulator::session::{SessionConfig, drive, measured};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
+use std::cell::OnceCell;
 use std::path::PathBuf;
 
 /// Standstill, aided drive, free-inertial drive: s.
@@ -240,7 +241,7 @@ impl Campaign {
             };
             let case = Case {
                 session: &session,
-                increments: &session.increments(),
+                increments: &OnceCell::new(),
                 knows: Knowledge {
                     datasheet: imu,
                     simulated: &spec,
@@ -313,10 +314,9 @@ mod tests {
                     gather: 1,
                     ..case.session.clone()
                 };
-                let increments = fine.increments();
                 let fine = Case {
                     session: &fine,
-                    increments: &increments,
+                    increments: &OnceCell::new(),
                     ..*case
                 };
                 for (name, scheme) in &SCHEMES[..2] {

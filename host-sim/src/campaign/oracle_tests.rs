@@ -34,7 +34,7 @@ fn oracle_against_the_floor() {
                 let end = |free: Option<FreeInertial>| free.unwrap().position[1320].xy().norm();
                 let judge = |model, case: &Case<'_>| {
                     if model == ErrorModelName::Noise {
-                        row.push(end(schemes::none(case, case.increments, 1.0)));
+                        row.push(end(schemes::none(case, case.increments(), 1.0)));
                     }
                     row.push(end(oracle_of(case)));
                     Ok(())
@@ -87,10 +87,9 @@ fn the_oracle_knows_every_cause() {
                 gather: GATHER,
                 ..measure(&config, &spec, &truth, &fixes)
             };
-            let increments = session.increments();
             let case = Case {
                 session: &session,
-                increments: &increments,
+                increments: &OnceCell::new(),
                 knows: Knowledge {
                     datasheet: &spec,
                     simulated: &spec,
@@ -99,7 +98,7 @@ fn the_oracle_knows_every_cause() {
                 until: 900,
             };
             let end = |free: Option<FreeInertial>| free.unwrap().position[300].xy().norm();
-            let none = end(schemes::none(&case, &increments, 1.0));
+            let none = end(schemes::none(&case, case.increments(), 1.0));
             let oracle = end(oracle_of(&case));
             println!("{name}: not told {none:.1} m, told {oracle:.1} m");
             (oracle > 0.3 * none).then(|| format!("{name}: {oracle} m of {none} m"))

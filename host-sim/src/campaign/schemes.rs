@@ -17,6 +17,7 @@ use firmware::sample::Counts;
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
+use std::cell::OnceCell;
 use std::sync::Arc;
 
 /// Random walk of a bias per hour, relative to its prior, that follows from the presets' in-run
@@ -49,14 +50,21 @@ impl Default for Tuned {
 pub struct Case<'a> {
     /// The session, aided to `until`.
     pub session: &'a Session,
-    /// Its [`Session::increments`].
-    pub increments: &'a [Increment],
+    /// Its [`Session::increments`], computed when a scheme asks for them.
+    pub increments: &'a OnceCell<Vec<Increment>>,
     /// What may be known of the IMU.
     pub knows: Knowledge<'a>,
     /// What was tuned for this group of errors on other units.
     pub tuned: Tuned,
     /// Epoch at which the fixes end.
     pub until: usize,
+}
+
+impl<'a> Case<'a> {
+    /// [`Session::increments`].
+    pub fn increments(&self) -> &'a [Increment] {
+        self.increments.get_or_init(|| self.session.increments())
+    }
 }
 
 /// What a scheme may know.
@@ -74,7 +82,7 @@ pub type Scheme = fn(&Case<'_>) -> Option<FreeInertial>;
 
 /// All schemes in the order of the tables, which add `floor`: `none` on an IMU with noise only.
 pub const SCHEMES: [(&str, Scheme); 9] = [
-    ("none", |c| none(c, c.increments, c.tuned.none_factor)),
+    ("none", |c| none(c, c.increments(), c.tuned.none_factor)),
     ("ekf6", |c| ekf6(c, DATASHEET_WALK)),
     ("ekf6-tuned", |c| ekf6(c, c.tuned.walk)),
     ("ekf12", |c| classical(c, ErrorModel::with_scale)),
@@ -84,7 +92,7 @@ pub const SCHEMES: [(&str, Scheme); 9] = [
         let assumptions = Assumptions::of(c.knows.datasheet);
         aided_free_inertial(
             c,
-            c.increments,
+            c.increments(),
             &assumptions,
             oracle(c.knows.simulated, c.session),
         )
@@ -137,7 +145,7 @@ pub fn ekf6(case: &Case<'_>, walk: f64) -> Option<FreeInertial> {
     let mut assumptions = Assumptions::of(case.knows.datasheet);
     assumptions.prior.walk_per_hour = walk;
     let model = ErrorModel::biases(&assumptions.prior);
-    aided_free_inertial(case, case.increments, &assumptions, model)
+    aided_free_inertial(case, case.increments(), &assumptions, model)
 }
 
 fn classical(
@@ -147,7 +155,7 @@ fn classical(
     let assumptions = Assumptions::of(case.knows.datasheet);
     aided_free_inertial(
         case,
-        case.increments,
+        case.increments(),
         &assumptions,
         model(&assumptions.prior),
     )
@@ -191,7 +199,7 @@ pub fn rnn_increments<'a>(case: &Case<'a>) -> Option<Cow<'a, [Increment]>> {
     let session = case.session;
     let learnt = fit(
         session,
-        case.increments,
+        case.increments(),
         assumptions,
         &NetworkSpec::default(),
         case.until,
@@ -202,7 +210,7 @@ pub fn rnn_increments<'a>(case: &Case<'a>) -> Option<Cow<'a, [Increment]>> {
         accel: false,
     };
     if learnt.promoted == silent {
-        return Some(Cow::Borrowed(case.increments));
+        return Some(Cow::Borrowed(case.increments()));
     }
     let compensator = compensator(session, &learnt.nets, &assumptions);
     let increments = corrected_increments(session, &compensator, 0..session.epochs());

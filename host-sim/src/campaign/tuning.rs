@@ -88,8 +88,8 @@ impl Tuning {
             }
             let corrected = rnn_increments(case).ok_or_else(lost)?;
             for (i, factor) in FACTORS.into_iter().enumerate() {
-                tried.none[i] = error(none(case, case.increments, factor))?;
-                tried.rnn[i] = if corrected.as_ptr() == case.increments.as_ptr() {
+                tried.none[i] = error(none(case, case.increments(), factor))?;
+                tried.rnn[i] = if corrected.as_ptr() == case.increments().as_ptr() {
                     tried.none[i]
                 } else {
                     error(none(case, &corrected, factor))?

@@ -187,15 +187,18 @@ fn the_device_stays_near_the_f64_learner() {
     let speed = (got.nav.velocity - want.nav().velocity).norm();
     let turn = got.nav.q_bn.angle_to(&want.nav().q_bn);
     println!("{apart:.3} m, {speed:.5} m/s, {turn:.2e} rad");
-    println!("{:.2?}", got.evidence);
-    println!(
-        "{:.2?}",
-        std::array::from_fn::<f64, HYPOTHESES, _>(|i| want.bank.evidence(i))
+    assert!(
+        apart < 0.3 && speed < 0.01 && turn < 5e-4,
+        "{apart} {speed} {turn}"
     );
+    for index in 1..HYPOTHESES {
+        let ratio = got.evidence[index] / want.bank.evidence(index);
+        assert!((ratio - 1.0).abs() < 0.15, "{index}: {ratio}");
+    }
     for i in 0..6 {
         let scale = [assumptions.prior.gyro_bias, assumptions.prior.accel_bias][i / 3];
-        let gap = f64::from(got.estimate[i / 3][i % 3]) - want.bank.estimate()[i];
-        println!("{i}: {:.4} of the prior apart", gap / scale);
+        let gap = (f64::from(got.estimate[i / 3][i % 3]) - want.bank.estimate()[i]) / scale;
+        assert!(gap.abs() < 0.25, "{i}: {gap}");
     }
 }
 
