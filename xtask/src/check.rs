@@ -48,8 +48,8 @@ fn target_lints() -> Result<()> {
     })
 }
 
-/// Builds into the directory of the images, with their profile. So the size stage and the tests find
-/// the images built.
+/// Builds into the directory of the images, with their profile. So the size stage and the tests
+/// find the images built.
 fn target_builds() -> Result<()> {
     let directory = target_directory()?.join("images");
     TARGET_PACKAGES.iter().try_for_each(|package| {

@@ -55,15 +55,15 @@ enum Task {
     },
     /// Writes the image to an STM32F405 with probe-rs and shows its log.
     Flash {
-        /// The bench image instead, for an STM32F4, F7 or H7: it counts the cycles of the work whose
-        /// instructions `bench` counts.
+        /// The bench image instead, for an STM32F4, F7 or H7: it counts the cycles of the work
+        /// whose instructions `bench` counts.
         #[arg(long)]
         bench: bool,
         /// The image without the learner from fixes and without ADIS: 90 KiB of flash.
         #[arg(long, conflicts_with = "bench")]
         window: bool,
-        /// The chip, as `probe-rs chip list` calls it: with `--bench` an STM32F4, F7 or H7, else one
-        /// of STM32F405, F407, F415, F417.
+        /// The chip, as `probe-rs chip list` calls it: with `--bench` an STM32F4, F7 or H7, else
+        /// one of STM32F405, F407, F415, F417.
         #[arg(long, value_name = "NAME", default_value = flash::CHIP)]
         chip: String,
     },

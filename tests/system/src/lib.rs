@@ -6,9 +6,9 @@ use std::path::{Path, PathBuf};
 
 /// Path of the `host-sim` executable.
 ///
-/// It is a binary of this package, made from the same `main.rs`, because cargo builds the binaries of
-/// a package before it runs the tests of that package. So it is never out of date, and nothing is
-/// compiled twice for it. It is built in the profile of the tests; a release build gives the same
+/// It is a binary of this package, made from the same `main.rs`, because cargo builds the binaries
+/// of a package before it runs the tests of that package. So it is never out of date, and nothing
+/// is compiled twice for it. It is built in the profile of the tests; a release build gives the same
 /// figures, bit for bit.
 ///
 /// # Panics

@@ -133,9 +133,9 @@ fn drives_of_22_minutes_are_judged() {
         let zero = o.notes[0].starts_with("The correction is left at zero");
         assert_eq!(o.horizontal("rnn", 1320) == Some(raw), zero);
     }
-    // a learner that must prove itself does no harm on the real error: not on any road compared with
-    // the device without corrections, and not over all roads compared with a navigator that does not
-    // use the stops of the drive
+    // A learner that must prove itself does no harm on the real error. On no road is it worse than
+    // the device without corrections. Over all roads it is no worse than a navigator that does not
+    // use the stops of the drive.
     let total = |scheme: &str| -> f64 {
         let on = |o: &Outcome| o.horizontal(scheme, 1320).unwrap();
         all.iter().map(on).sum()
