@@ -103,8 +103,8 @@ pub const SCHEMES: [(&str, Scheme); 9] = [
     ("rnn-kalman", |c| rnn_kalman(c, ALL)),
 ];
 
-/// Parts of the bank, to measure what each is worth: their names, and the hypotheses that take part,
-/// one bit each. A hypothesis alone is used whatever its evidence.
+/// Parts of the bank, to measure what each is worth: their names, and the hypotheses that take
+/// part, one bit each. A hypothesis alone is used whatever its evidence.
 pub fn ablations() -> impl Iterator<Item = (String, u8)> {
     let alone = (0..HYPOTHESES)
         .filter(|&index| index != ZERO_CORRECTION)

@@ -8,8 +8,8 @@ use std::path::{Path, PathBuf};
 ///
 /// It is a binary of this package, made from the same `main.rs`, because cargo builds the binaries
 /// of a package before it runs the tests of that package. So it is never out of date, and nothing
-/// is compiled twice for it. It is built in the profile of the tests; a release build gives the same
-/// figures, bit for bit.
+/// is compiled twice for it. It is built in the profile of the tests; a release build gives the
+/// same figures, bit for bit.
 ///
 /// # Panics
 /// The running test is not in a directory of cargo's.
