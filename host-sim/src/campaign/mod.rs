@@ -42,6 +42,8 @@ const RATE_HZ: u32 = 100;
 /// rate. At 22 min no median changes by more than 0.5 % between steps of 10 ms and 50 ms, nor by
 /// more than 0.4 % between 50 ms and these 100 ms.
 const GATHER: usize = 10;
+/// Whose learner `rnn-kalman` is: results of another are not mixed in.
+const LEARNER: &str = "device";
 
 /// What to run.
 #[derive(Debug, Clone)]
@@ -265,7 +267,7 @@ impl Campaign {
     /// A name for everything that decides the numbers, so that different campaigns are not mixed.
     fn fingerprint(&self) -> String {
         format!(
-            "{}|{:?}|{RATE_HZ}|{GATHER}|{STANDSTILL_S}|{AIDED_S}|{FREE_S}|{:?}|{}|{:?}",
+            "{}|{:?}|{RATE_HZ}|{GATHER}|{STANDSTILL_S}|{AIDED_S}|{FREE_S}|{LEARNER}|{:?}|{}|{:?}",
             env!("CARGO_PKG_VERSION"),
             self.scenario,
             self.models,
