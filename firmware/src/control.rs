@@ -64,4 +64,54 @@ pub enum Reason {
     Unsupported,
     /// Not on this board, or not yet available.
     NotAvailable,
+    /// The bytes are no whole configuration record: damaged, too short or too long.
+    Record,
+    /// The configuration record has another schema; the device's is given.
+    Schema(u16),
+    /// A value of the configuration is out of its range.
+    Field(Field),
+    /// The bit rate cannot be reached with this board's clock; the nearest possible one is given,
+    /// bit/s.
+    Baud(u32),
+    /// The board has no such set of pins; how many it has is given.
+    Pins(u8),
+    /// The device has no configuration, so it only passes bytes.
+    NotConfigured,
+}
+
+/// A field of the device's configuration whose value was refused.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Field {
+    /// Name of the unit.
+    Name,
+    /// Serial number of the sensor.
+    Serial,
+    /// Bit rate of the sensor's line.
+    SensorBaud,
+    /// Bit rate of the receiver's line.
+    ReceiverBaud,
+    /// Sample rate.
+    Rate,
+    /// Mounting.
+    Mounting,
+    /// Datasheet of the gyros.
+    Gyro,
+    /// Datasheet of the accelerometers.
+    Accel,
+    /// Lever arm.
+    LeverArm,
+    /// Delay of the fixes.
+    FixDelay,
+    /// Largest speed.
+    Speed,
+    /// Largest correction.
+    Limit,
+    /// Fastest change of a correction.
+    Slew,
+    /// Time between network steps.
+    Block,
+    /// Length of the alignment.
+    Align,
+    /// Time after which the sensor counts as silent.
+    Silence,
 }

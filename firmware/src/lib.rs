@@ -20,6 +20,7 @@
 //! | [`wire`] | frames of sensors, receivers and the command link |
 //! | [`nav`], [`align`] | strapdown navigation and self-alignment |
 //! | [`compensator`], [`error_bound`] | correction of samples, and its effect at worst |
+//! | [`configuration`] | what a device is told about its unit |
 //! | [`learn`] | learning from references and from fixes |
 //! | [`store`] | weights in flash |
 //! | [`app`] | the application, which composes all of them |
@@ -28,6 +29,7 @@
 pub mod align;
 pub mod app;
 pub mod compensator;
+pub mod configuration;
 pub mod control;
 pub mod error_bound;
 pub mod fix;

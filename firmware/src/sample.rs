@@ -6,6 +6,8 @@
 //! Corrections are made in counts and never in an f32 increment. At 100 deg/s and 100 Hz one unit
 //! in the last place of an f32 increment is worth 0.04 deg/h, several times the correction.
 
+use serde::{Deserialize, Serialize};
+
 /// The six increments of one sample, in counts of the sensor. Axes and signs are the stream's.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Counts {
@@ -70,7 +72,7 @@ impl Axes {
 }
 
 /// What a value measures.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Quantity {
     /// Angle or velocity gained since the last sample.
     Increment,
@@ -83,7 +85,7 @@ pub enum Quantity {
 }
 
 /// Quantity and unit of one triad's values.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Unit {
     /// What is measured.
     pub quantity: Quantity,
@@ -104,7 +106,7 @@ impl Unit {
 }
 
 /// Quantities and units of all six values.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Units {
     /// Gyro triad.
     pub gyro: Unit,

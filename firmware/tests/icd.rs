@@ -212,6 +212,12 @@ fn fault_flags() {
         ("PASS_THROUGH", fault::PASS_THROUGH),
         ("SENSOR", fault::SENSOR),
         ("STORE", fault::STORE),
+        ("NOT_CONFIGURED", fault::NOT_CONFIGURED),
+        ("RATE", fault::RATE),
+        ("GRAVITY", fault::GRAVITY),
+        ("EARTH_RATE", fault::EARTH_RATE),
+        ("AXES", fault::AXES),
+        ("STUCK", fault::STUCK),
     ];
     for (n, (name, bit)) in flags.into_iter().enumerate() {
         assert_eq!(bit, 1 << n);
@@ -255,6 +261,16 @@ fn requests() {
             length: 0,
         },
         Request::CommitLearnt,
+        Request::WriteConfiguration {
+            offset: 0,
+            bytes: &[],
+        },
+        Request::CommitConfiguration { length: 0 },
+        Request::ReadConfiguration {
+            offset: 0,
+            length: 0,
+        },
+        Request::GetBoard,
     ];
     for (n, request) in all.iter().enumerate() {
         let name = format!("{request:?}");

@@ -1,28 +1,13 @@
 //! Configuration of a device.
 
 use crate::compensator::Limit;
+pub use crate::configuration::Activation;
+use crate::configuration::{Configuration, Sensor};
 use crate::control::Mode;
 use crate::error_bound::ErrorBound;
 use crate::model::Nets;
 use crate::units::{DEGREE, G};
 use crate::wire::{ImuFormat, Settings};
-
-/// When, in mode learn, a promoted hypothesis comes into force.
-///
-/// A navigation computer that has aligned itself with uncorrected samples has compensated the
-/// sensors' errors by its tilt and heading. To correct the samples afterwards is worse than to
-/// leave them (680 m in 22 min for 100 ug).
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Activation {
-    /// When the navigation computer reports that its alignment begins.
-    Commanded,
-    /// Also when the vehicle has come to a standstill: for a navigation computer that then aligns
-    /// itself without a report.
-    Standstill,
-    /// At once, and from then on with all that is learnt, no faster than the slew limit: for an
-    /// aided navigation computer, whose own filter follows.
-    Faded,
-}
 
 /// The configuration of an application.
 #[derive(Debug, Clone)]
@@ -57,6 +42,29 @@ pub struct Config {
 }
 
 impl Config {
+    /// What the application is told by a unit's configuration. Networks and store are the board's.
+    #[must_use]
+    pub fn of(told: &Configuration) -> Config {
+        let correction = &told.correction;
+        Config {
+            format: match told.sensor {
+                Some(Sensor::Stream(format)) => Some(format.format()),
+                Some(Sensor::Spi(_)) | None => None,
+            },
+            sensor: told.wire_settings(),
+            mode: correction.mode,
+            nets: Nets::NONE,
+            block: f64::from(correction.block),
+            limit: correction.limit,
+            slew: correction.slew,
+            speed: told.vehicle.speed,
+            activation: correction.activation,
+            silence_us: correction.silence_us,
+            store: false,
+            mark: correction.mark,
+        }
+    }
+
     /// The effect of the corrections at worst.
     pub fn error_bound(&self) -> ErrorBound {
         ErrorBound {

@@ -87,6 +87,10 @@ impl Server {
             Request::ReadLearnt { offset, length } => {
                 return read_learnt(flow, offset, length, buffer);
             }
+            Request::WriteConfiguration { .. }
+            | Request::CommitConfiguration { .. }
+            | Request::ReadConfiguration { .. }
+            | Request::GetBoard => Err(Reason::Unsupported),
             Request::CommitLearnt => may_exchange(flow).and_then(|()| flow.commit_learnt()),
             Request::StoreImage => store_image(flow),
             Request::Alignment(alignment) => {

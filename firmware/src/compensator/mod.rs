@@ -11,9 +11,10 @@ use crate::model::Nets;
 use crate::sample::{Counts, Lsb, RawSample, StreamScale};
 use lrnn_nostd::{Fault, Net, State as NetState, Step};
 use remainder::{COUNT, LARGEST, add_float, subtract};
+use serde::{Deserialize, Serialize};
 
 /// Largest correction, per axis.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Limit {
     /// Gyros, rad/s, >= 0.
     pub gyro: f32,

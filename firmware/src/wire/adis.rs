@@ -30,6 +30,7 @@ use super::checksum::{crc32_zlib_swapped, sum_bytes};
 use super::field::{head, put, take};
 use super::sequence::{Rule, Sequence, Stream};
 use crate::sample::{Axes, Units};
+use serde::{Deserialize, Serialize};
 
 /// Bytes of a 16-bit burst reply (1646x, 1647x, 1650x).
 pub const BURST16_LEN: usize = 20;
@@ -42,7 +43,7 @@ pub const BURST_1649X_LEN: usize = 40;
 const BURST_ID: u16 = 0xA5A5;
 
 /// What the bursts of an ADIS do not tell.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Settings {
     /// Form of its bursts.
     pub form: Form,

@@ -18,7 +18,7 @@ use crate::control::{Alignment, Mode, Reason, Window};
 use serde::{Deserialize, Serialize};
 
 /// Version of this wire format, in [`Version`].
-pub const WIRE_VERSION: u16 = 6;
+pub const WIRE_VERSION: u16 = 7;
 /// The largest piece of a weight image in one packet, bytes.
 pub const MAX_CHUNK: usize = 128;
 /// The longest packet, its zero byte included: chunk, 32 bytes for the other fields and the CRC,
@@ -97,6 +97,29 @@ pub enum Request<'a> {
     },
     /// Uses the weights learnt from the next block on.
     CommitLearnt,
+    /// Writes a piece of a new configuration record ([`crate::configuration::record`]), at most
+    /// [`MAX_CHUNK`] bytes, into the receiving buffer, which weight images share.
+    WriteConfiguration {
+        /// Where in the record.
+        offset: u32,
+        /// The piece.
+        bytes: &'a [u8],
+    },
+    /// Checks the record received as a whole and starts anew with it. [`Request::StoreImage`] keeps
+    /// it, with the weights, over a power cycle.
+    CommitConfiguration {
+        /// Its length, bytes.
+        length: u32,
+    },
+    /// Answer: [`Response::Image`] with the configuration record in use; empty without one.
+    ReadConfiguration {
+        /// Where in the record.
+        offset: u32,
+        /// At most [`MAX_CHUNK`].
+        length: u16,
+    },
+    /// Answer: [`Response::Board`].
+    GetBoard,
 }
 
 /// The versions of the device.
@@ -172,6 +195,19 @@ pub mod fault {
     pub const SENSOR: u32 = 1 << 7;
     /// The last attempt to store the weights failed.
     pub const STORE: u32 = 1 << 8;
+    /// The device has no configuration: it only passes bytes.
+    pub const NOT_CONFIGURED: u32 = 1 << 9;
+    /// The samples come at another rate, by the board's clock, than the frames or the configuration
+    /// say.
+    pub const RATE: u32 = 1 << 10;
+    /// At rest, the specific force is not within 5 % of gravity: wrong units or range.
+    pub const GRAVITY: u32 = 1 << 11;
+    /// At rest, the rate is neither the Earth's nor within the bias of the datasheet: wrong units.
+    pub const EARTH_RATE: u32 = 1 << 12;
+    /// At rest, gravity is not on the axis, or not of the sign, that the mounting says.
+    pub const AXES: u32 = 1 << 13;
+    /// The sensor repeats itself: its counter or all its values do not change.
+    pub const STUCK: u32 = 1 << 14;
 }
 
 /// More counters since power-on. They saturate.
@@ -239,6 +275,29 @@ pub enum Response<'a> {
     Counters(Counters),
     /// To [`Request::GetEstimate`].
     Estimate(Estimate),
+    /// To [`Request::GetBoard`].
+    Board(Board<'a>),
+}
+
+/// The board, and what it is configured for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Board<'a> {
+    /// Name of the board.
+    pub name: &'a str,
+    /// Clock of the sensor's, the navigation computer's and the receiver's UART, Hz; 0: not known.
+    pub uart_clocks: [u32; 3],
+    /// Bit rates that these lines have in fact, bit/s, rounded; 0: not known.
+    pub bauds: [u32; 3],
+    /// Sets of pins that it has.
+    pub pin_sets: u8,
+    /// The board can store configuration and weights.
+    pub stores: bool,
+    /// Schema of the configuration records it takes.
+    pub schema: u16,
+    /// The device has a configuration.
+    pub configured: bool,
+    /// The configuration in use is the stored one.
+    pub stored: bool,
 }
 
 /// Writes a packet, its zero byte included, and returns it.

@@ -76,6 +76,7 @@ registry::imu_formats! {
 }
 
 use crate::sample::{Axes, RawSample};
+use serde::{Deserialize, Serialize};
 
 /// 2 to the power given (-1022 to 1023), exactly.
 const fn power_of_two(power: i32) -> f64 {

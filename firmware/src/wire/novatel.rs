@@ -27,6 +27,7 @@ use super::field::{Mark, head, mark, put, resealed, take};
 use super::{Error, Reading, Scan, exactly, power_of_two as two};
 use crate::sample::{Axes, Quantity, RawSample, Unit, Units};
 use crate::units::{DEGREE, FOOT};
+use serde::{Deserialize, Serialize};
 
 /// Bytes of a short-header frame.
 pub const SHORT_LEN: usize = 12 + PAYLOAD + 4;
@@ -302,7 +303,7 @@ fn crc_change(bits: &[u8], after: usize) -> [u8; 4] {
 }
 
 /// `NovAtel`'s number of an IMU model (table "IMU type" of the RAWIMUX page).
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub struct ImuType(pub u8);
 
 impl ImuType {

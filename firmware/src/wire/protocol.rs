@@ -8,6 +8,8 @@ use super::sequence::Stream;
 use super::{Error, Reading, Scan, Settings};
 use crate::sample::{Axes, RawSample};
 use core::fmt::Debug;
+use serde::Serialize;
+use serde::de::DeserializeOwned;
 
 /// How frames of a format are found in a stream of bytes.
 pub trait Framing: Copy {
@@ -24,8 +26,8 @@ pub trait Framing: Copy {
 /// A wire format of an IMU. `scan` checks length and checksum; all other functions get a frame that
 /// `scan` has found good, and check nothing again.
 pub trait ImuProtocol {
-    /// What the frames do not tell.
-    type Settings: Debug + Copy + PartialEq;
+    /// What the frames do not tell. It is part of the device's configuration.
+    type Settings: Debug + Copy + PartialEq + Serialize + DeserializeOwned;
     /// The settings of a sensor as delivered.
     const DEFAULT: Self::Settings;
     /// Name on command lines and in tables: lower case, without spaces.

@@ -29,7 +29,37 @@ macro_rules! imu_formats {
             };
         }
 
+        /// A format with what its frames do not tell. The order of the formats is part of the
+        /// configuration record: new ones go to the end.
+        #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+        pub enum FormatSettings {
+            $($(#[$doc])* $format(<$module::Protocol as ImuProtocol>::Settings),)+
+        }
+
+        impl FormatSettings {
+            /// Which format it is.
+            pub const fn format(self) -> ImuFormat {
+                match self {
+                    $(FormatSettings::$format(_) => ImuFormat::$format,)+
+                }
+            }
+
+            /// Puts it in place of that format's settings.
+            pub fn apply(self, settings: &mut Settings) {
+                match self {
+                    $(FormatSettings::$format(of_format) => settings.$module = of_format,)+
+                }
+            }
+        }
+
         impl ImuFormat {
+            /// This format's own part of the settings.
+            pub const fn settings(self, settings: &Settings) -> FormatSettings {
+                match self {
+                    $(ImuFormat::$format => FormatSettings::$format(settings.$module),)+
+                }
+            }
+
             /// All of them.
             pub const ALL: [ImuFormat; [$(stringify!($format)),+].len()] =
                 [$(ImuFormat::$format),+];

@@ -25,6 +25,7 @@ use super::checksum::{crc32_mpeg2_padded, crc32_mpeg2_padded_change};
 use super::field::{be_i24, head, put, put_be_i24, resealed, saturate_i24, take};
 use super::{Error, Reading, Scan, exactly};
 use crate::sample::{Axes, RawSample};
+use serde::{Deserialize, Serialize};
 
 /// The longest measurement datagram, without CR LF.
 pub const MAX_LEN: usize = 63;
@@ -72,7 +73,7 @@ pub mod status {
 }
 
 /// The value that may follow the temperatures.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Extra {
     /// None.
     None,

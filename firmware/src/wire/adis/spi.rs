@@ -9,6 +9,7 @@ use crate::wire::Error;
 use crate::wire::field::take;
 use embedded_hal::delay::DelayNs;
 use embedded_hal::spi::SpiDevice;
+use serde::{Deserialize, Serialize};
 
 /// Between two register words, microseconds (Linux adis16475: 5 + 16; `ArduPilot`: 20).
 const STALL_US: u32 = 21;
@@ -34,7 +35,7 @@ pub mod register {
 }
 
 /// The forms of burst.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Form {
     /// 1646x, 1647x, 1650x; clock at most 1 MHz.
     Narrow,

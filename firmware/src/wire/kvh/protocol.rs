@@ -6,9 +6,10 @@ use crate::units::G;
 use crate::wire::protocol::{Change, Fields, ImuProtocol, Simulated};
 use crate::wire::sequence::{Rule, Sequence, Stream};
 use crate::wire::{Error, Reading, Scan};
+use serde::{Deserialize, Serialize};
 
 /// What the messages of a KVH do not tell.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Settings {
     /// Gyro values are angle increments (`=ROTFMT,DELTA`), not rates.
     pub delta: bool,

@@ -6,9 +6,10 @@ use crate::units::FOOT;
 use crate::wire::protocol::{Change, Fields, ImuProtocol, Simulated};
 use crate::wire::sequence::{Sequence, Stream};
 use crate::wire::{Error, Reading, Scan, power_of_two as two};
+use serde::{Deserialize, Serialize};
 
 /// What the logs do not tell.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Settings {
     /// The IMU behind RAWIMU and RAWIMUS.
     pub imu_type: ImuType,

@@ -9,6 +9,7 @@ use super::super::{Error, power_of_two};
 use super::{Contents, Extra, crc_is_right, seal};
 use crate::sample::{Quantity, Unit, Units};
 use crate::units::{DEGREE, G};
+use serde::{Deserialize, Serialize};
 
 /// Part number, 20 bytes; the identifier with CR LF is this + 2.
 pub const PART_NUMBER_ID: u8 = 0xB1;
@@ -87,7 +88,7 @@ fn quantity(code: u8) -> Result<Quantity, Error> {
 
 /// The configuration. All bits are kept, known or not, so that a configuration read and sent again
 /// is the same.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Config {
     bytes: [u8; LEN],
 }

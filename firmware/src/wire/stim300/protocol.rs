@@ -7,9 +7,10 @@ use crate::units::{DEGREE, G};
 use crate::wire::protocol::{Change, Fields, ImuProtocol, Simulated};
 use crate::wire::sequence::{Rule, Sequence, Stream};
 use crate::wire::{Error, Reading, Scan, power_of_two as two};
+use serde::{Deserialize, Serialize};
 
 /// What a device is told about a STIM300.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Settings {
     /// The sensor's configuration, until it sends it. With `answer_us`, also what `C` is answered
     /// from.

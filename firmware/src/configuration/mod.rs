@@ -1,0 +1,237 @@
+//! What a device is told about its unit: the sensor, its mounting, the receiver, the vehicle, and
+//! how corrections act.
+//!
+//! A user writes one file in datasheet units (`host-sim unit`). The desktop turns it into a
+//! [`Configuration`] in SI units and sends it to the device as a [`record`]. The device and every
+//! desktop tool make the application's and the learner's settings from it in the same way
+//! (`app::Config::of`, `learn::Settings::of`).
+
+pub mod record;
+
+mod check;
+
+use crate::compensator::Limit;
+use crate::control::Mode;
+use crate::wire::{FormatSettings, Settings, adis};
+use heapless::String;
+use serde::{Deserialize, Serialize};
+
+/// Version of the record's content. A device refuses another one.
+pub const SCHEMA: u16 = 1;
+/// Most bytes of the unit's name.
+pub const NAME_LEN: usize = 32;
+/// Most bytes of the sensor's serial number.
+pub const SERIAL_LEN: usize = 24;
+
+/// All that a device is told about its unit. SI units throughout.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Configuration {
+    /// Whose sensor it is.
+    pub identity: Identity,
+    /// The serial lines.
+    pub lines: SerialLines,
+    /// Format of the sensor's frames; `None`: detected at start.
+    pub sensor: Option<Sensor>,
+    /// Samples a second where the frames do not tell, Hz, 1 to 20 000.
+    pub rate: f64,
+    /// Rotation from sensor axes to body axes (forward, right, down): unit quaternion w, x, y, z.
+    pub mounting: [f32; 4],
+    /// Gyros. Rates in rad/s.
+    pub gyro: Triad,
+    /// Accelerometers. Specific force in m/s2.
+    pub accel: Triad,
+    /// GNSS receiver.
+    pub receiver: Receiver,
+    /// Vehicle.
+    pub vehicle: Vehicle,
+    /// How corrections act.
+    pub correction: Correction,
+}
+
+/// Whose sensor it is.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Identity {
+    /// Name of the unit, ASCII without control characters, not empty.
+    pub name: String<NAME_LEN>,
+    /// Serial number of the sensor, ASCII without control characters; may be empty.
+    pub serial: String<SERIAL_LEN>,
+}
+
+/// Bit rates and pins. The command link's are fixed, so that a device can always be reached.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub struct SerialLines {
+    /// Bit rate of the sensor's and the navigation computer's line, bit/s.
+    pub sensor_baud: u32,
+    /// Parity of both.
+    pub parity: Parity,
+    /// Two stop bits instead of one, on both.
+    pub two_stop_bits: bool,
+    /// Bit rate of the receiver's line, bit/s.
+    pub receiver_baud: u32,
+    /// Which of the board's sets of pins the lines use; 0 is the board's usual one.
+    pub pins: u8,
+}
+
+/// Parity of a serial line.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+pub enum Parity {
+    /// None.
+    #[default]
+    None,
+    /// Even.
+    Even,
+    /// Odd.
+    Odd,
+}
+
+/// The sensor's frames, with what they do not tell.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub enum Sensor {
+    /// A stream of bytes on the sensor's line.
+    Stream(FormatSettings),
+    /// An ADIS at the board's SPI.
+    Spi(adis::Settings),
+}
+
+/// The errors of a triad by its datasheet. All are standard deviations and >= 0.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Triad {
+    /// Bias that is drawn anew at each power-on, with what is left of the calibration; rad/s or
+    /// m/s2, > 0.
+    pub bias_turn_on: f32,
+    /// Random walk of the bias in an hour; rad/s or m/s2.
+    pub bias_in_run: f32,
+    /// White noise: angle random walk, rad/sqrt(s); velocity random walk, m/s/sqrt(s). > 0.
+    pub white_noise: f32,
+    /// Scale factor error, as a ratio.
+    pub scale: f32,
+    /// Misalignment of the axes, rad.
+    pub misalignment: f32,
+    /// Gyros: bias by specific force, rad/s per m/s2. Accelerometers: second-order coefficient, m/s2
+    /// per (m/s2)^2.
+    pub g_sensitivity: f32,
+    /// Measurement range, rad/s or m/s2, > 0. A plain value.
+    pub range: f32,
+}
+
+/// The receiver whose fixes teach the networks.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Receiver {
+    /// What it speaks.
+    pub protocol: ReceiverProtocol,
+    /// From the IMU to the antenna in body axes (forward, right, down), m, each -100 to 100.
+    pub lever_arm: [f32; 3],
+    /// Least age of a fix when it arrives, s, 0 to 1.
+    pub fix_delay: f32,
+}
+
+/// What a receiver speaks.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+pub enum ReceiverProtocol {
+    /// u-blox UBX-NAV-PVT.
+    #[default]
+    Ubx,
+}
+
+/// The vehicle.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Vehicle {
+    /// How it moves.
+    pub kind: VehicleKind,
+    /// Largest speed over ground, m/s, > 0 to 1000.
+    pub speed: f32,
+}
+
+/// How a vehicle moves.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+pub enum VehicleKind {
+    /// On land; it can stand still.
+    #[default]
+    Land,
+    /// On water; it never stands still.
+    Ship,
+    /// In the air; it stands still only on the ground.
+    Air,
+}
+
+/// When, in mode learn, a promoted hypothesis comes into force.
+///
+/// A navigation computer that has aligned itself with uncorrected samples has compensated the
+/// sensors' errors by its tilt and heading. To correct the samples afterwards is worse than to
+/// leave them (680 m in 22 min for 100 ug).
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+pub enum Activation {
+    /// When the navigation computer reports that its alignment begins.
+    #[default]
+    Commanded,
+    /// Also when the vehicle has come to a standstill: for a navigation computer that then aligns
+    /// itself without a report.
+    Standstill,
+    /// At once, and from then on with all that is learnt, no faster than the slew limit: for an
+    /// aided navigation computer, whose own filter follows.
+    Faded,
+}
+
+/// How corrections act.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Correction {
+    /// Mode at power-on.
+    pub mode: Mode,
+    /// When what was learnt comes into force.
+    pub activation: Activation,
+    /// Largest correction.
+    pub limit: Limit,
+    /// Fastest change of a correction after the alignment: rad/s per s, m/s2 per s.
+    pub slew: Limit,
+    /// Time between network steps, s, 0.1 to 10.
+    pub block: f32,
+    /// Length of an alignment that is not commanded, s, `align::LEAST_S` to 3600.
+    pub align: f32,
+    /// The sensor counts as silent when no byte has come for this time, microseconds, 1000 to 10^7.
+    pub silence_us: u32,
+    /// Mark a frame whose correction must not be trusted.
+    pub mark: bool,
+}
+
+impl Configuration {
+    /// What the sensor's frames do not tell, for the decoder.
+    #[must_use]
+    pub fn wire_settings(&self) -> Settings {
+        let mut settings = Settings {
+            rate: self.rate,
+            ..Settings::DEFAULT
+        };
+        match self.sensor {
+            Some(Sensor::Stream(format)) => format.apply(&mut settings),
+            Some(Sensor::Spi(adis)) => settings.adis = Some(adis),
+            None => {}
+        }
+        settings
+    }
+
+    /// A vector of body axes (forward, right, down) in sensor axes.
+    #[must_use]
+    pub fn in_sensor_axes(&self, v: [f32; 3]) -> [f32; 3] {
+        // v + 2 u x (u x v - w v): the rotation by the conjugate quaternion
+        let [w, x, y, z] = self.mounting;
+        let cross = |a: [f32; 3], b: [f32; 3]| {
+            [
+                a[1] * b[2] - a[2] * b[1],
+                a[2] * b[0] - a[0] * b[2],
+                a[0] * b[1] - a[1] * b[0],
+            ]
+        };
+        let u = [x, y, z];
+        let t = cross(u, v);
+        let inner = [t[0] - w * v[0], t[1] - w * v[1], t[2] - w * v[2]];
+        let turned = cross(u, inner);
+        [
+            v[0] + 2.0 * turned[0],
+            v[1] + 2.0 * turned[1],
+            v[2] + 2.0 * turned[2],
+        ]
+    }
+}
+
+#[cfg(test)]
+pub(crate) mod tests;

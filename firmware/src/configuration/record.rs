@@ -1,0 +1,71 @@
+//! The bytes by which a configuration is sent and stored. Little-endian:
+//!
+//! | offset | length | content |
+//! |---|---|---|
+//! | 0 | 4 | magic `LRNC` |
+//! | 4 | 2 | [`SCHEMA`] |
+//! | 6 | 2 | length n of the body |
+//! | 8 | n | the [`Configuration`] in postcard's encoding |
+//! | 8 + n | 4 | CRC-32 (zlib's) of bytes 0 to 8 + n |
+
+use super::{Configuration, SCHEMA};
+use crate::control::Reason;
+use crate::wire::checksum::crc32_zlib;
+use crate::wire::field::{head, put, take};
+use heapless::Vec;
+
+/// Most bytes of a record.
+pub const MAX_LEN: usize = 512;
+/// A record.
+pub type Record = Vec<u8, MAX_LEN>;
+
+const MAGIC: [u8; 4] = *b"LRNC";
+const HEADER_LEN: usize = 8;
+const CRC_LEN: usize = 4;
+
+/// The record of a configuration. Empty if it does not fit, which no configuration does that
+/// passes [`Configuration::check`].
+#[must_use]
+pub fn encode(configuration: &Configuration) -> Record {
+    let mut bytes = [0; MAX_LEN];
+    let Some(body) = bytes.get_mut(HEADER_LEN..MAX_LEN - CRC_LEN) else {
+        return Record::new();
+    };
+    let Ok(body) = postcard::to_slice(configuration, body) else {
+        return Record::new();
+    };
+    let body = body.len();
+    put(&mut bytes, 0, MAGIC);
+    put(&mut bytes, 4, SCHEMA.to_le_bytes());
+    put(&mut bytes, 6, (body as u16).to_le_bytes()); // less than MAX_LEN
+    let end = HEADER_LEN + body;
+    let sum = crc32_zlib(head(&bytes, end));
+    put(&mut bytes, end, sum.to_le_bytes());
+    Record::from_slice(head(&bytes, end + CRC_LEN)).unwrap_or_default()
+}
+
+/// The configuration of a record, with all its values in range.
+///
+/// # Errors
+/// [`Reason::Record`] for bytes that are no whole record, [`Reason::Schema`] for another version,
+/// [`Reason::Field`] for a value out of range.
+pub fn decode(bytes: &[u8]) -> Result<Configuration, Reason> {
+    let body = usize::from(u16::from_le_bytes(take(bytes, 6)));
+    let end = HEADER_LEN + body;
+    if take(bytes, 0) != MAGIC || bytes.len() != end + CRC_LEN {
+        return Err(Reason::Record);
+    }
+    if crc32_zlib(head(bytes, end)) != u32::from_le_bytes(take(bytes, end)) {
+        return Err(Reason::Record);
+    }
+    if u16::from_le_bytes(take(bytes, 4)) != SCHEMA {
+        return Err(Reason::Schema(SCHEMA));
+    }
+    let body = bytes.get(HEADER_LEN..end).unwrap_or_default();
+    let configuration: Configuration = match postcard::take_from_bytes(body) {
+        Ok((configuration, [])) => configuration,
+        _ => return Err(Reason::Record),
+    };
+    configuration.check().map_err(Reason::Field)?;
+    Ok(configuration)
+}

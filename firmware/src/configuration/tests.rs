@@ -1,0 +1,114 @@
+use super::record::{MAX_LEN, decode, encode};
+use super::*;
+use crate::control::{Field, Reason};
+use crate::wire::ImuFormat;
+
+/// A configuration with a value other than the default in every field that has room for one.
+pub(crate) fn example(format: ImuFormat) -> Configuration {
+    let triad = Triad {
+        bias_turn_on: 1e-5,
+        bias_in_run: 1e-6,
+        white_noise: 4e-5,
+        scale: 5e-4,
+        misalignment: 1e-3,
+        g_sensitivity: 1e-6,
+        range: 7.0,
+    };
+    Configuration {
+        identity: Identity {
+            name: String::try_from("a name of thirty-two characters!").unwrap(),
+            serial: String::try_from("N25581346021341234567890").unwrap(),
+        },
+        lines: SerialLines {
+            sensor_baud: 1_843_200,
+            parity: Parity::Odd,
+            two_stop_bits: true,
+            receiver_baud: 115_200,
+            pins: 1,
+        },
+        sensor: Some(Sensor::Stream(format.settings(&Settings::DEFAULT))),
+        rate: 500.0,
+        mounting: [0.5, 0.5, 0.5, 0.5],
+        gyro: triad,
+        accel: triad,
+        receiver: Receiver {
+            protocol: ReceiverProtocol::Ubx,
+            lever_arm: [1.0, -0.5, -1.5],
+            fix_delay: 0.1,
+        },
+        vehicle: Vehicle {
+            kind: VehicleKind::Air,
+            speed: 80.0,
+        },
+        correction: Correction {
+            mode: Mode::Learn,
+            activation: Activation::Faded,
+            limit: Limit {
+                gyro: 1e-4,
+                accel: 0.05,
+            },
+            slew: Limit {
+                gyro: 1e-7,
+                accel: 5e-5,
+            },
+            block: 1.0,
+            align: 120.0,
+            silence_us: 100_000,
+            mark: true,
+        },
+    }
+}
+
+#[test]
+fn a_record_of_every_format_reads_back_and_fits() {
+    for format in ImuFormat::ALL {
+        let told = example(format);
+        let record = encode(&told);
+        assert!(record.len() > 100 && record.len() <= MAX_LEN, "{format:?}");
+        assert_eq!(decode(&record), Ok(told), "{format:?}");
+    }
+}
+
+#[test]
+fn every_damaged_byte_is_noticed_and_nothing_panics() {
+    let record = encode(&example(ImuFormat::Stim300));
+    for at in 0..record.len() {
+        for bit in 0..8 {
+            let mut bytes = record.clone();
+            bytes[at] ^= 1 << bit;
+            assert!(decode(&bytes).is_err(), "byte {at}, bit {bit}");
+        }
+        assert_eq!(decode(&record[..at]), Err(Reason::Record), "cut at {at}");
+    }
+}
+
+#[test]
+fn another_schema_and_values_out_of_range_are_named() {
+    let seal = |bytes: &mut Vec<u8>| {
+        let end = bytes.len() - 4;
+        let sum = crate::wire::checksum::crc32_zlib(&bytes[..end]);
+        bytes[end..].copy_from_slice(&sum.to_le_bytes());
+    };
+    let mut newer: Vec<u8> = encode(&example(ImuFormat::Kvh)).to_vec();
+    newer[4] = SCHEMA as u8 + 1;
+    seal(&mut newer);
+    assert_eq!(decode(&newer), Err(Reason::Schema(SCHEMA)));
+    let mut told = example(ImuFormat::Kvh);
+    told.gyro.white_noise = 0.0;
+    assert_eq!(decode(&encode(&told)), Err(Reason::Field(Field::Gyro)));
+    let mut told = example(ImuFormat::Kvh);
+    told.receiver.lever_arm[1] = f32::NAN;
+    assert_eq!(decode(&encode(&told)), Err(Reason::Field(Field::LeverArm)));
+}
+
+#[test]
+fn body_axes_turn_into_sensor_axes() {
+    // 90 degrees about z: the sensor's x points right, its y backward
+    let half = core::f32::consts::FRAC_1_SQRT_2;
+    let mut told = example(ImuFormat::Kvh);
+    told.mounting = [half, 0.0, 0.0, half];
+    let near = |a: [f32; 3], b: [f32; 3]| a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-6);
+    assert!(near(told.in_sensor_axes([0.0, 1.0, 0.0]), [1.0, 0.0, 0.0]));
+    assert!(near(told.in_sensor_axes([-1.0, 0.0, 0.0]), [0.0, 1.0, 0.0]));
+    assert!(near(told.in_sensor_axes([0.0, 0.0, 1.0]), [0.0, 0.0, 1.0]));
+}
