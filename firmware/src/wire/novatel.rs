@@ -12,7 +12,8 @@
 //!   RAWIMU(S)   week u32 @0
 //!   RAWIMU(S)X  info u8 @0, IMU type u8 @1, week u16 @2
 //!   all         second of week f64 @4 | status u32 @12 | values @16
-//! values      accelerometer z, -y, x, gyro z, -y, x    (i32 increments per IMU sample)
+//! values      accelerometer z, -y, x, gyro z, -y, x    (i32 increments per IMU sample; of the
+//!             Epson types 41, 61 and 62 rates and accelerations)
 //! CRC-32 over header and payload
 //! ```
 //!
@@ -26,7 +27,7 @@ use super::checksum::{crc32_novatel, crc32_novatel_change};
 use super::field::{Mark, head, mark, put, resealed, take};
 use super::{Error, Reading, Scan, exactly, power_of_two as two};
 use crate::sample::{Axes, Quantity, RawSample, Unit, Units};
-use crate::units::{DEGREE, FOOT};
+use crate::units::{DEGREE, FOOT, G};
 use serde::{Deserialize, Serialize};
 
 /// Bytes of a short-header frame.
@@ -307,7 +308,9 @@ fn crc_change(bits: &[u8], after: usize) -> [u8; 4] {
 pub struct ImuType(pub u8);
 
 impl ImuType {
-    /// The increments' scale, of the types whose scale is published.
+    /// Scale of the values, of the types whose scale is published. They are increments, but for the
+    /// Epson types: `novatel_oem7_driver` divides the scale of these by the rate. It rounds 1/66
+    /// degree per second to 0.0151515, which is 1 ppm less.
     pub fn units(self) -> Option<Units> {
         const ARC_SECOND: f64 = DEGREE / 3600.0;
         let (gyro, accel) = match self.0 {
@@ -329,12 +332,16 @@ impl ImuType {
             32 | 56 => (two(-21) * DEGREE, two(-22)),
             // HG4930
             58 | 68 | 69 => (two(-33), two(-29)),
+            // Epson EG320N and EG370N: the counts of the sensor itself
+            41 | 62 => (0.008 * two(-16) * DEGREE, 0.2e-3 * G * two(-16)),
+            61 => (two(-16) / 66.0 * DEGREE, 0.4e-3 * G * two(-16)),
             _ => return None,
         };
-        let unit = |lsb| Unit {
-            quantity: Quantity::Increment,
-            lsb,
+        let quantity = match self.0 {
+            41 | 61 | 62 => Quantity::Rate,
+            _ => Quantity::Increment,
         };
+        let unit = |lsb| Unit { quantity, lsb };
         Some(Units {
             gyro: unit(gyro),
             accel: unit(accel),
@@ -345,8 +352,8 @@ impl ImuType {
     pub fn rate(self) -> Option<u16> {
         match self.0 {
             1 | 4 | 5 | 11 | 12 | 20 | 27 | 28 | 58 | 68 => Some(100),
-            32 | 56 => Some(125),
-            8 | 13 | 16 | 26 | 31 | 33 | 52 => Some(200),
+            32 | 41 | 56 => Some(125),
+            8 | 13 | 16 | 26 | 31 | 33 | 52 | 61 | 62 => Some(200),
             69 => Some(400),
             _ => None,
         }

@@ -2,7 +2,7 @@
 
 use super::{Frame, Header, ImuType, Log, Repr, scan, seal};
 use crate::sample::{Axes, RawSample};
-use crate::units::FOOT;
+use crate::units::{DEGREE, FOOT, G};
 use crate::wire::protocol::{Change, Fields, ImuProtocol, Simulated};
 use crate::wire::sequence::{Sequence, Stream};
 use crate::wire::{Error, Reading, Scan, power_of_two as two};
@@ -99,7 +99,26 @@ const fn simulated(
     }
 }
 
-const SIMULATED: [Simulated; 5] = [
+/// An Epson IMU whose counts are rates, of deg/s and mg with 16 bits of fraction.
+const fn epson(
+    name: &'static str,
+    rate: u32,
+    [gyro, accel]: [f64; 2],
+    emit: fn(&Fields, &mut [u8]) -> Result<usize, Error>,
+) -> Simulated {
+    let unit = [
+        gyro * DEGREE / 65_536.0 / rate as f64,
+        accel * G / 1000.0 / 65_536.0 / rate as f64,
+    ];
+    Simulated {
+        rate,
+        count: unit,
+        unit,
+        ..simulated(name, true, emit)
+    }
+}
+
+const SIMULATED: [Simulated; 8] = [
     // ISA-100C
     Simulated {
         rate: 200,
@@ -122,6 +141,24 @@ const SIMULATED: [Simulated; 5] = [
     simulated("novatel RAWIMUSX", true, |fields, buffer| {
         log(Log::Rawimusx, 11, fields, buffer)
     }),
+    epson(
+        "novatel RAWIMUSX of an EG320N",
+        125,
+        [0.008, 0.2],
+        |fields, buffer| log(Log::Rawimusx, 41, fields, buffer),
+    ),
+    epson(
+        "novatel RAWIMUSX of an EG370N",
+        200,
+        [1.0 / 66.0, 0.4],
+        |fields, buffer| log(Log::Rawimusx, 61, fields, buffer),
+    ),
+    epson(
+        "novatel RAWIMUSX of an EG320N at 200 Hz",
+        200,
+        [0.008, 0.2],
+        |fields, buffer| log(Log::Rawimusx, 62, fields, buffer),
+    ),
 ];
 
 fn log(log: Log, kind: u8, fields: &Fields, buffer: &mut [u8]) -> Result<usize, Error> {

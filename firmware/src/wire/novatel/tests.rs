@@ -143,7 +143,7 @@ fn scales_of_the_types() {
     assert_eq!(lsb(12).unwrap().1, 2.0 * lsb(11).unwrap().1);
     assert_eq!(lsb(32), Some((DEGREE / 2_097_152.0, 1.0 / 4_194_304.0)));
     assert_eq!(lsb(26), Some((1e-9, 2e-8)));
-    assert_eq!(lsb(41), None); // Epson G320N: scale not on the page
+    assert_eq!(lsb(40), None); // HG1700-AG71: no published scale
     for kind in 0..=255 {
         assert_eq!(
             lsb(kind).is_some(),
@@ -153,6 +153,60 @@ fn scales_of_the_types() {
     }
     assert!(!ImuType(11).status_is_good(0x0800_0000));
     assert!(ImuType(32).status_is_good(0x0800_0000));
+}
+
+/// The documentation's examples are of an EG320N at rest: 1 g and the noise of its gyros. Taken for
+/// increments, they would be 125 g.
+#[test]
+fn epson_values_are_rates() {
+    for golden in [&DOCUMENTED_SX[..], &DOCUMENTED_X] {
+        let frame = Frame::new_checked(golden).unwrap();
+        let (_, kind) = frame.info().unwrap();
+        let units = kind.units().unwrap();
+        let g = frame.accel().map(|n| f64::from(n) * units.accel.lsb / G);
+        let size = g.iter().map(|a| a * a).sum::<f64>().sqrt();
+        assert!((size - 1.005).abs() < 0.001, "{size} g");
+        let rates = frame.gyro().map(|n| f64::from(n) * units.gyro.lsb);
+        assert!(rates.iter().all(|rate| rate.abs() < 0.2 * DEGREE));
+        let quantities = [units.gyro, units.accel].map(|unit| unit.quantity);
+        assert_eq!(quantities, [Quantity::Rate; 2]);
+    }
+}
+
+/// What getImuRawScaleFactors of `novatel_oem7_driver` (commit 0c0e135) returns for the types 41,
+/// 62 and 61 at 125, 200 and 200 Hz: an increment a count, rad and m/s.
+#[test]
+fn epson_scales_are_those_of_novatels_driver() {
+    for (kind, hz, gyro, accel) in [
+        (
+            41,
+            125,
+            1.704_423_097_650_712_7e-11,
+            2.394_201_660_156_25e-10,
+        ),
+        (
+            62,
+            200,
+            1.065_264_436_031_695_3e-11,
+            1.496_376_037_597_656_3e-10,
+        ),
+        (
+            61,
+            200,
+            2.017_544_262_816_779e-11,
+            2.992_752_075_195_313e-10,
+        ),
+    ] {
+        let units = ImuType(kind).units().unwrap();
+        assert_eq!(ImuType(kind).rate(), Some(hz));
+        for (unit, theirs) in [(units.gyro, gyro), (units.accel, accel)] {
+            let ours = unit.increment(1.0 / f64::from(hz)).unwrap();
+            assert!(
+                (ours / theirs - 1.0).abs() < 2e-6,
+                "{kind}: {ours} {theirs}"
+            );
+        }
+    }
 }
 
 #[test]

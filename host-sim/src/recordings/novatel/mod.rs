@@ -16,7 +16,7 @@ use crate::recordings::axes::Axes;
 use crate::recordings::record::{Record, TimedFix};
 use crate::recordings::session::{InitialAttitude, complain, referenced};
 use crate::recordings::track::Track;
-use firmware::sample::{Axes as Valid, Counts, Lsb};
+use firmware::sample::{Axes as Valid, Counts, Lsb, Unit};
 use firmware::wire::framer::{Kind, LONGEST};
 use firmware::wire::novatel::inspvas::Inspvas;
 use firmware::wire::novatel::{Frame, ImuType};
@@ -317,11 +317,13 @@ fn imu(recording: &Recording, kind: Option<ImuType>) -> Result<(Lsb, u16), Error
         let remedy = "convert the recording to CSV and use the generic replay";
         return complain("IMU type", &problem, remedy);
     };
-    let lsb = Lsb {
-        rad: units.gyro.lsb,
-        mps: units.accel.lsb,
+    let value = |unit: Unit| unit.increment(1.0 / f64::from(rate));
+    let (Some(rad), Some(mps)) = (value(units.gyro), value(units.accel)) else {
+        let problem = format!("is {}, whose values are integrated", kind.0);
+        let remedy = "convert the recording to CSV and use the generic replay";
+        return complain("IMU type", &problem, remedy);
     };
-    Ok((lsb, rate))
+    Ok((Lsb { rad, mps }, rate))
 }
 
 /// Checks that all samples are good and `dt` apart.

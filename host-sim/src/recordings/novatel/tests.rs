@@ -119,6 +119,19 @@ fn raw_logs_become_a_session_in_the_sensors_own_counts() {
     }
 }
 
+/// The counts of an EG320N are rates: 2^16 counts of its z accelerometer are 0.2 mg, and a sample
+/// is 8 ms.
+#[test]
+fn counts_of_epson_types_become_increments() {
+    for (kind, mg, dt) in [(41, 0.2, 0.008), (61, 0.4, 0.005), (62, 0.2, 0.005)] {
+        let (_dir, path) = file("in.gps", &raw(Log::Rawimusx, kind, 0));
+        let (lsb, rate) = super::imu(&read(&path).unwrap(), None).unwrap();
+        assert_eq!(1.0 / f64::from(rate), dt);
+        let milli_g = lsb.mps / dt * 65_536.0 / 9.80665e-3;
+        assert!((milli_g - mg).abs() < 1e-9, "{kind}: {milli_g}");
+    }
+}
+
 #[test]
 fn damage_loses_only_the_damaged_messages() {
     let mut all = stream(Log::Rawimusx, 11, 260);
