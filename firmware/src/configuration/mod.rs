@@ -191,6 +191,9 @@ pub struct Correction {
     pub silence_us: u32,
     /// Mark a frame whose correction must not be trusted.
     pub mark: bool,
+    /// Compare the samples' rate with the board's clock (fault RATE). Off only where samples do not
+    /// come in real time: a recording that is sent faster, as by `host-sim hil --fast`.
+    pub check_rate: bool,
 }
 
 impl Configuration {

@@ -55,6 +55,7 @@ pub(crate) fn example(format: ImuFormat) -> Configuration {
             align: 120.0,
             silence_us: 100_000,
             mark: true,
+            check_rate: true,
         },
     }
 }
