@@ -114,4 +114,6 @@ pub enum Field {
     Align,
     /// Time after which the sensor counts as silent.
     Silence,
+    /// Parity or a second stop bit, which this board's lines do not have.
+    Parity,
 }

@@ -218,6 +218,7 @@ fn fault_flags() {
         ("EARTH_RATE", fault::EARTH_RATE),
         ("AXES", fault::AXES),
         ("STUCK", fault::STUCK),
+        ("WEIGHTS", fault::WEIGHTS),
     ];
     for (n, (name, bit)) in flags.into_iter().enumerate() {
         assert_eq!(bit, 1 << n);

@@ -1,5 +1,6 @@
 //! The application: what runs in one pass of the main loop.
 
+mod anew;
 mod links;
 mod sensor;
 
@@ -10,6 +11,8 @@ use super::phase::{Machine, Phase};
 use super::reverse::Reverse;
 use super::server::{self, Server};
 use crate::compensator::Block;
+use crate::configuration::SerialLines;
+use crate::configuration::record::{self, Record};
 use crate::fix::Fix;
 use crate::learn::{Learner, Report};
 use crate::link::{Clock, Line};
@@ -41,6 +44,8 @@ pub struct App<'m> {
     heard_us: u64,
     /// When the command link and the receiver last had their turn, microseconds.
     served_us: u64,
+    /// Lines that the board must open anew.
+    to_open: Option<SerialLines>,
 }
 
 impl<'m> App<'m> {
@@ -51,6 +56,16 @@ impl<'m> App<'m> {
 
     /// The same with a learner, for mode learn.
     pub fn with_learner(config: Config, learner: Option<&'m mut dyn Learner>) -> App<'m> {
+        let record = config.told.as_ref().map(record::encode);
+        App::with_record(config, record.unwrap_or_default(), learner)
+    }
+
+    /// The same with the record of the configuration, as it was stored.
+    pub fn with_record(
+        config: Config,
+        record: Record,
+        learner: Option<&'m mut dyn Learner>,
+    ) -> App<'m> {
         App {
             machine: Machine::new(),
             framer: Framer::new(config.format.unwrap_or(ImuFormat::Stim300)),
@@ -58,11 +73,12 @@ impl<'m> App<'m> {
             flow: Flow::new(config, learner),
             reverse: Reverse::default(),
             packets: Packets::new(),
-            server: Server::new(),
+            server: Server::new(record),
             receiver: Framer::new(ReceiverFormat::Ubx),
             fix: None,
             heard_us: 0,
             served_us: 0,
+            to_open: None,
         }
     }
 
@@ -121,6 +137,12 @@ impl<'m> App<'m> {
     /// Tells whether the weights of [`App::to_store`] were stored.
     pub fn stored(&mut self, done: bool) {
         self.flow.flag(fault::STORE, !done);
+    }
+
+    /// How the board must open the sensor's, the navigation computer's and the receiver's line
+    /// anew, given once after a configuration has changed them.
+    pub fn to_open(&mut self) -> Option<SerialLines> {
+        self.to_open.take()
     }
 
     /// A burst of an ADIS that the board has just fetched over SPI (`wire::adis::spi`). It takes
@@ -194,6 +216,9 @@ impl<'m> App<'m> {
             self.served_us = now;
             busy |= self.back(&mut lines.navigation, &mut lines.sensor, now);
             busy |= !lines.command.is_idle() && self.command(&mut lines.command);
+            if core::mem::take(&mut self.server.renewed) {
+                self.begin_anew(&mut lines.navigation, now);
+            }
             busy |= !lines.gnss.is_idle() && self.gnss(&mut lines.gnss, now);
             // the end of a block is enough work for one pass
             busy |= blocks != self.flow.counters.blocks || self.flow.work();

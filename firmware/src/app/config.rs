@@ -1,8 +1,9 @@
 //! Configuration of a device.
 
+use super::hardware::Hardware;
 use crate::compensator::Limit;
 pub use crate::configuration::Activation;
-use crate::configuration::{Configuration, Sensor};
+use crate::configuration::{Configuration, Sensor, SerialLines};
 use crate::control::Mode;
 use crate::error_bound::ErrorBound;
 use crate::model::Nets;
@@ -39,10 +40,17 @@ pub struct Config {
     /// Mark a frame whose correction must not be trusted, in a spare bit of the frame (interface
     /// control document, "Our own faults").
     pub mark: bool,
+    /// The configuration that all this follows from, if there is one.
+    pub told: Option<Configuration>,
+    /// The device may correct. Without a configuration it only passes bytes.
+    pub configured: bool,
+    /// The board.
+    pub hardware: Hardware,
 }
 
 impl Config {
-    /// What the application is told by a unit's configuration. Networks and store are the board's.
+    /// What the application is told by a unit's configuration. Networks, store and hardware are the
+    /// board's.
     #[must_use]
     pub fn of(told: &Configuration) -> Config {
         let correction = &told.correction;
@@ -62,7 +70,28 @@ impl Config {
             silence_us: correction.silence_us,
             store: false,
             mark: correction.mark,
+            told: Some(told.clone()),
+            configured: true,
+            hardware: Hardware::DESKTOP,
         }
+    }
+
+    /// Of a board that has no configuration: everything passes unchanged.
+    #[must_use]
+    pub fn untold(hardware: Hardware) -> Config {
+        Config {
+            configured: false,
+            hardware,
+            ..Config::default()
+        }
+    }
+
+    /// How the serial lines are.
+    #[must_use]
+    pub fn lines(&self) -> SerialLines {
+        self.told
+            .as_ref()
+            .map_or(SerialLines::DEFAULT, |told| told.lines)
     }
 
     /// The effect of the corrections at worst.
@@ -98,6 +127,9 @@ impl Default for Config {
             silence_us: 100_000,
             store: false,
             mark: true,
+            told: None,
+            configured: true,
+            hardware: Hardware::DESKTOP,
         }
     }
 }

@@ -90,6 +90,20 @@ impl<'m> Flow<'m> {
         }
     }
 
+    /// Begins anew with another configuration. The learner begins from its datasheet. The
+    /// navigation computer's alignment stays: after it corrections change only slowly.
+    #[inline(never)]
+    pub fn begin_anew(&mut self, config: Config) {
+        let (learner, alignment) = (self.learner.0.take(), self.alignment);
+        *self = Flow::new(config, learner);
+        self.alignment = alignment;
+    }
+
+    /// There is a correction, which may be zero, or be fading out.
+    pub fn corrects(&self) -> bool {
+        self.correction.is_some()
+    }
+
     /// A frame in, the same frame out.
     pub fn frame(&mut self, mut frame: Checked, out: &mut impl Line) {
         let reading = frame.read();
@@ -309,6 +323,7 @@ impl<'m> Flow<'m> {
     #[inline(never)]
     pub fn set_nets(&mut self, nets: Nets) {
         self.config.nets = nets;
+        self.flag(fault::WEIGHTS, false);
         self.failures = 0;
         self.begun = None;
         (self.promoted, self.learner_nets) = (false, false);

@@ -1,12 +1,15 @@
 //! The command link: requests in, answers out.
 
+use super::config::Config;
 use super::flow::Flow;
 use super::phase::{Machine, Phase};
+use crate::configuration::SCHEMA;
+use crate::configuration::record::{self, Record};
 use crate::control::{Alignment, Mode, Reason};
 use crate::model::{IMAGES_LEN, Nets};
 use crate::wire::command::{
-    Counters, Health, MAX_CHUNK, MAX_PACKET, Request, Response, Version, WIRE_VERSION, decode,
-    encode, fault,
+    Board, Counters, Health, MAX_CHUNK, MAX_PACKET, Request, Response, Version, WIRE_VERSION,
+    decode, encode, fault,
 };
 use heapless::Vec;
 
@@ -31,16 +34,26 @@ const fn number(text: &str) -> u16 {
 /// one has no further effect.
 #[derive(Debug)]
 pub(super) struct Server {
-    /// The image being received, from its beginning without gaps.
+    /// The image or record being received, from its beginning without gaps.
     received: Vec<u8, IMAGES_LEN>,
     answer: [u8; MAX_PACKET],
+    /// The configuration record in use; empty without one.
+    pub record: Record,
+    /// That record is the stored one.
+    pub stored: bool,
+    /// The application must begin anew with that record.
+    pub renewed: bool,
 }
 
 impl Server {
-    pub const fn new() -> Server {
+    /// With the configuration record in use.
+    pub const fn new(record: Record) -> Server {
         Server {
             received: Vec::new(),
             answer: [0; MAX_PACKET],
+            record,
+            stored: false,
+            renewed: false,
         }
     }
 
@@ -80,17 +93,19 @@ impl Server {
                 return read_image(&flow.config.nets, offset, length, buffer);
             }
             Request::SetMode(mode) => set_mode(mode, flow, machine),
-            Request::WriteImage { offset, bytes } => self.write_image(offset, bytes),
+            Request::WriteImage { offset, bytes } => self.write(offset, bytes),
             Request::CommitImage { length } => self.commit_image(length, flow),
             Request::Reference(window) => flow.reference(&window),
             Request::GetEstimate => return Response::Estimate(flow.estimate()),
             Request::ReadLearnt { offset, length } => {
                 return read_learnt(flow, offset, length, buffer);
             }
-            Request::WriteConfiguration { .. }
-            | Request::CommitConfiguration { .. }
-            | Request::ReadConfiguration { .. }
-            | Request::GetBoard => Err(Reason::Unsupported),
+            Request::WriteConfiguration { offset, bytes } => self.write(offset, bytes),
+            Request::CommitConfiguration { length } => self.commit_configuration(length, flow),
+            Request::ReadConfiguration { offset, length } => {
+                return read_record(&self.record, offset, length, buffer);
+            }
+            Request::GetBoard => return Response::Board(self.board(flow)),
             Request::CommitLearnt => may_exchange(flow).and_then(|()| flow.commit_learnt()),
             Request::StoreImage => store_image(flow),
             Request::Alignment(alignment) => {
@@ -106,7 +121,7 @@ impl Server {
 
     /// Takes a piece that begins within what is there or directly after it: a piece may be sent
     /// again, but must not leave a gap.
-    fn write_image(&mut self, offset: u32, bytes: &[u8]) -> Result<(), Reason> {
+    fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), Reason> {
         let offset = usize::try_from(offset).map_err(|_| Reason::Range)?;
         if offset > self.received.len() || offset + bytes.len() > IMAGES_LEN {
             return Err(Reason::Range);
@@ -130,6 +145,48 @@ impl Server {
         flow.set_nets(nets);
         Ok(())
     }
+
+    /// Takes the record received in place of the one in use, if all of it is good. The caller then
+    /// begins anew. Nothing else changes here, so that a refusal leaves everything as it was.
+    ///
+    /// In bypass only, and not while a correction still fades out: else the correction would jump.
+    #[inline(never)]
+    fn commit_configuration(&mut self, length: u32, flow: &Flow) -> Result<(), Reason> {
+        let bytes = self.received.as_slice();
+        if usize::try_from(length) != Ok(bytes.len()) {
+            return Err(Reason::Record);
+        }
+        if !bytes.is_empty() && bytes == self.record.as_slice() {
+            return Ok(()); // asked again, since the answer was lost
+        }
+        if flow.alignment == Some(Alignment::Started) {
+            return Err(Reason::Alignment);
+        }
+        if flow.mode != Mode::Bypass || flow.corrects() {
+            return Err(Reason::Mode);
+        }
+        let told = record::decode(bytes)?;
+        flow.config.hardware.check(&told.lines)?;
+        self.record = Record::from_slice(bytes).map_err(|_| Reason::Record)?;
+        (self.renewed, self.stored) = (true, false);
+        Ok(())
+    }
+
+    fn board(&self, flow: &Flow) -> Board<'static> {
+        let Config {
+            hardware, store, ..
+        } = &flow.config;
+        Board {
+            name: hardware.name,
+            uart_clocks: hardware.clocks.map(|clock| clock.hz),
+            bauds: hardware.bauds(&flow.config.lines()),
+            pin_sets: hardware.pin_sets,
+            stores: *store,
+            schema: SCHEMA,
+            configured: flow.config.configured,
+            stored: self.stored,
+        }
+    }
 }
 
 /// During the alignment no correction may change. Afterwards a fade covers the exchange of
@@ -143,6 +200,9 @@ fn may_exchange(flow: &Flow) -> Result<(), Reason> {
 }
 
 fn set_mode(mode: Mode, flow: &mut Flow, machine: &mut Machine) -> Result<(), Reason> {
+    if mode != Mode::Bypass && !flow.config.configured {
+        return Err(Reason::NotConfigured);
+    }
     if mode == Mode::Learn && !flow.can_learn() {
         return Err(Reason::NotAvailable);
     }
@@ -198,7 +258,13 @@ fn health(flow: &Flow, machine: &Machine) -> Health {
 }
 
 pub(super) fn faults(flow: &Flow, machine: &Machine) -> u32 {
+    let untold = if flow.config.configured {
+        0
+    } else {
+        fault::NOT_CONFIGURED
+    };
     flow.faults
+        | untold
         | match machine.phase() {
             Phase::Fault(_) => fault::PASS_THROUGH,
             _ => 0,
@@ -239,6 +305,26 @@ fn read_image<'b>(
     }
     let len = (IMAGES_LEN - start).min(usize::from(length));
     nets.write_images(start, buffer);
+    Response::Image {
+        offset,
+        bytes: buffer.get(..len).unwrap_or_default(),
+    }
+}
+
+fn read_record<'b>(
+    record: &[u8],
+    offset: u32,
+    length: u16,
+    buffer: &'b mut [u8; MAX_CHUNK],
+) -> Response<'b> {
+    let start = usize::try_from(offset).unwrap_or(usize::MAX);
+    let (Some(rest), true) = (record.get(start..), usize::from(length) <= MAX_CHUNK) else {
+        return Response::Refused(Reason::Range);
+    };
+    let len = rest.len().min(usize::from(length));
+    for (place, byte) in buffer.iter_mut().zip(rest) {
+        *place = *byte;
+    }
     Response::Image {
         offset,
         bytes: buffer.get(..len).unwrap_or_default(),

@@ -9,6 +9,7 @@
 pub mod record;
 
 mod check;
+mod usual;
 
 use crate::compensator::Limit;
 use crate::control::Mode;
@@ -70,6 +71,17 @@ pub struct SerialLines {
     pub receiver_baud: u32,
     /// Which of the board's sets of pins the lines use; 0 is the board's usual one.
     pub pins: u8,
+}
+
+impl SerialLines {
+    /// Of a device without a configuration: STIM300 and KVH as delivered, u-blox.
+    pub const DEFAULT: SerialLines = SerialLines {
+        sensor_baud: 921_600,
+        parity: Parity::None,
+        two_stop_bits: false,
+        receiver_baud: 115_200,
+        pins: 0,
+    };
 }
 
 /// Parity of a serial line.

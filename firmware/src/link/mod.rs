@@ -11,6 +11,7 @@
 pub mod dma;
 pub mod faulty;
 pub mod progress;
+pub mod rates;
 pub mod ring;
 mod serial;
 pub mod spi;

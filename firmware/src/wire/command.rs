@@ -208,6 +208,9 @@ pub mod fault {
     pub const AXES: u32 = 1 << 13;
     /// The sensor repeats itself: its counter or all its values do not change.
     pub const STUCK: u32 = 1 << 14;
+    /// The weights in use were of a sensor with another serial number. They are no longer used: the
+    /// device has the built-in ones, until others are uploaded or it has learnt anew.
+    pub const WEIGHTS: u32 = 1 << 15;
 }
 
 /// More counters since power-on. They saturate.

@@ -3,6 +3,7 @@
 mod activation;
 mod adis;
 mod command;
+mod configuration;
 mod damage;
 mod device;
 mod fixes;

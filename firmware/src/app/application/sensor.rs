@@ -78,7 +78,9 @@ impl App<'_> {
 
     /// The format is known.
     fn run(&mut self, format: ImuFormat) {
-        self.framer = Framer::new(format);
+        if self.framer.format() != format {
+            self.framer = Framer::new(format);
+        }
         self.flow.flag(fault::UNKNOWN_FORMAT, false);
         self.machine.transition_to_run(self.flow.mode);
     }

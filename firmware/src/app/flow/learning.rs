@@ -8,7 +8,7 @@ use crate::control::{Alignment, Mode, Reason, Window};
 use crate::fix::Fix;
 use crate::learn::{Learner, Report};
 use crate::model::Nets;
-use crate::wire::command::Estimate;
+use crate::wire::command::{Estimate, fault};
 
 /// Standstill that counts as an alignment where none is reported, s.
 const STANDS_S: u32 = 3;
@@ -134,6 +134,7 @@ impl Flow<'_> {
     pub fn commit_learnt(&mut self) -> Result<(), Reason> {
         let (nets, states) = self.learnt().ok_or(Reason::NotAvailable)?;
         self.config.nets = nets;
+        self.flag(fault::WEIGHTS, false);
         self.failures = 0;
         self.learner_nets = false;
         if let Some(Correction { compensator, state }) = &mut self.correction {

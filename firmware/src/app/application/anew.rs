@@ -1,0 +1,45 @@
+//! The application begins anew with another configuration, while the sensor goes on sending.
+
+use super::App;
+use crate::app::config::Config;
+use crate::app::phase::Machine;
+use crate::configuration::record::decode;
+use crate::link::Line;
+use crate::model::Nets;
+use crate::wire::command::fault;
+
+impl App<'_> {
+    /// Takes the configuration of the server's record into use. The beginning of a frame that is
+    /// arriving is kept when the format stays, and is sent on when it does not: no byte is lost.
+    #[inline(never)]
+    pub(super) fn begin_anew(&mut self, out: &mut impl Line, now: u64) {
+        let Ok(told) = decode(&self.server.record) else {
+            return; // the server has decoded it
+        };
+        let old = &self.flow.config;
+        let serial = |config: &Config| {
+            let told = config.told.as_ref();
+            told.map(|told| told.identity.serial.clone())
+        };
+        let new = Config::of(&told);
+        let same = serial(old).is_none_or(|old| Some(old) == serial(&new));
+        let other_weights = !same && !old.nets.same_images(&Nets::NONE);
+        if old.lines() != new.lines() {
+            self.to_open = Some(new.lines());
+        }
+        let config = Config {
+            nets: if same { old.nets } else { Nets::NONE },
+            store: old.store,
+            hardware: old.hardware,
+            ..new
+        };
+        if config.format != Some(self.framer.format()) {
+            self.pass_rest(out);
+        }
+        self.flow.begin_anew(config);
+        self.flow.flag(fault::WEIGHTS, other_weights);
+        self.machine = Machine::new();
+        self.reverse = Default::default();
+        self.start(now);
+    }
+}

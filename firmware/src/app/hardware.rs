@@ -1,0 +1,70 @@
+//! What the application must know of its board.
+
+use crate::configuration::{Parity, SerialLines};
+use crate::control::{Field, Reason};
+use crate::link::rates::Clock;
+
+/// What the application must know of its board.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Hardware {
+    /// Name of the board, at most 32 bytes.
+    pub name: &'static str,
+    /// Clocks of the sensor's, the navigation computer's and the receiver's line.
+    pub clocks: [Clock; 3],
+    /// The lines can have parity and two stop bits.
+    pub parity: bool,
+    /// Sets of pins to choose from, at least 1.
+    pub pin_sets: u8,
+}
+
+impl Hardware {
+    /// A computer, whose lines can do everything.
+    pub const DESKTOP: Hardware = Hardware {
+        name: "desktop",
+        clocks: [Clock::ANY; 3],
+        parity: true,
+        pin_sets: 1,
+    };
+
+    /// Whether the board's lines can be as they are told to be.
+    ///
+    /// # Errors
+    /// [`Reason::Baud`] with the nearest possible rate, [`Reason::Pins`] with the number of sets,
+    /// [`Reason::Field`] for parity and stop bits.
+    pub fn check(&self, lines: &SerialLines) -> Result<(), Reason> {
+        let [sensor, navigation, receiver] = &self.clocks;
+        let rates = [sensor, navigation].map(|clock| clock.rate(lines.sensor_baud));
+        if rates.iter().any(Result::is_err) {
+            // the slower line's rate, which the other one has too
+            let nearest = [sensor, navigation].map(|clock| clock.nearest(lines.sensor_baud).baud);
+            return Err(Reason::Baud(nearest.into_iter().min().unwrap_or(0)));
+        }
+        receiver.rate(lines.receiver_baud).map_err(Reason::Baud)?;
+        if (lines.parity != Parity::None || lines.two_stop_bits) && !self.parity {
+            return Err(Reason::Field(Field::Parity));
+        }
+        if lines.pins >= self.pin_sets {
+            return Err(Reason::Pins(self.pin_sets));
+        }
+        Ok(())
+    }
+
+    /// The bit rates that the lines have in fact, bit/s; 0: not known.
+    #[must_use]
+    pub fn bauds(&self, lines: &SerialLines) -> [u32; 3] {
+        let mut bauds = bauds(lines);
+        for (clock, baud) in self.clocks.iter().zip(&mut bauds) {
+            *baud = match clock.hz {
+                0 => 0,
+                _ => clock.nearest(*baud).baud,
+            };
+        }
+        bauds
+    }
+}
+
+/// The bit rates told for the sensor's, the navigation computer's and the receiver's line.
+#[must_use]
+pub fn bauds(lines: &SerialLines) -> [u32; 3] {
+    [lines.sensor_baud, lines.sensor_baud, lines.receiver_baud]
+}

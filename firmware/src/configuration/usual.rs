@@ -1,0 +1,77 @@
+//! A configuration to begin with.
+
+use super::{
+    Activation, Configuration, Correction, Identity, Receiver, ReceiverProtocol, SerialLines,
+    Triad, Vehicle, VehicleKind,
+};
+use crate::compensator::Limit;
+use crate::control::Mode;
+use crate::units::{DEGREE, G};
+use heapless::String;
+
+impl Default for Configuration {
+    /// The medium laser-gyro IMU of `host-sim` (preset `medium`: 0.34 deg/h, 410 ug, 0.005
+    /// deg/sqrt(h), 20 ug/sqrt(Hz)) in a land vehicle, with its axes along the body's. Its format
+    /// is detected. Mode bypass, limits 10 deg/h and 1 mg, slew one thousandth of that a second.
+    fn default() -> Configuration {
+        let limit = Limit {
+            gyro: (10.0 * DEGREE / 3600.0) as f32,
+            accel: (1e-3 * G) as f32,
+        };
+        Configuration {
+            identity: Identity {
+                name: String::try_from("medium").unwrap_or_default(),
+                serial: String::new(),
+            },
+            lines: SerialLines::DEFAULT,
+            sensor: None,
+            rate: 1000.0,
+            mounting: [1.0, 0.0, 0.0, 0.0],
+            gyro: MEDIUM_GYRO,
+            accel: MEDIUM_ACCEL,
+            receiver: Receiver {
+                protocol: ReceiverProtocol::Ubx,
+                lever_arm: [0.0; 3],
+                fix_delay: 0.1,
+            },
+            vehicle: Vehicle {
+                kind: VehicleKind::Land,
+                speed: 50.0,
+            },
+            correction: Correction {
+                mode: Mode::Bypass,
+                activation: Activation::Commanded,
+                limit,
+                slew: Limit {
+                    gyro: limit.gyro * 1e-3,
+                    accel: limit.accel * 1e-3,
+                },
+                block: 1.0,
+                align: 100.0,
+                silence_us: 100_000,
+                mark: true,
+            },
+        }
+    }
+}
+
+/// 0.34 deg/h together, of which a twentieth walks in an hour.
+const MEDIUM_GYRO: Triad = Triad {
+    bias_turn_on: 1.627_961e-6,
+    bias_in_run: 8.15e-8,
+    white_noise: 1.46e-6,
+    scale: 20e-6,
+    misalignment: 5e-5,
+    g_sensitivity: 0.0,
+    range: 7.0,
+};
+/// 410 ug together, of which a twentieth walks in an hour.
+const MEDIUM_ACCEL: Triad = Triad {
+    bias_turn_on: 3.994_997e-3,
+    bias_in_run: 2e-4,
+    white_noise: 1.96e-4,
+    scale: 100e-6,
+    misalignment: 5e-5,
+    g_sensitivity: 0.0,
+    range: 98.0,
+};

@@ -1,0 +1,441 @@
+//! The configuration over the command link: it is taken as a whole or not at all.
+
+use crate::device::{Device, nets};
+use crate::frames::{Fields, Kind, kinds, values};
+use firmware::app::{Config, Hardware, Phase};
+use firmware::configuration::record::{MAX_LEN, encode};
+use firmware::configuration::{Configuration, Parity, SCHEMA, Sensor};
+use firmware::control::{Alignment, Field, Mode, Reason};
+use firmware::link::rates::Clock;
+use firmware::model::Nets;
+use firmware::wire::checksum::crc32_zlib;
+use firmware::wire::command::{Board, MAX_CHUNK, Request, Response, fault};
+
+const STIM: Kind = Kind::STIM;
+const KVH: Kind = Kind::KVH;
+
+/// A board like the STM32F405's.
+const HARDWARE: Hardware = Hardware {
+    name: "a board",
+    clocks: [
+        Clock::stm32(84_000_000),
+        Clock::stm32(42_000_000),
+        Clock::stm32(42_000_000),
+    ],
+    parity: true,
+    pin_sets: 2,
+};
+
+fn untold() -> Device {
+    Device::new(Config::untold(HARDWARE))
+}
+
+/// A unit with this sensor.
+pub fn told(kind: Kind) -> Configuration {
+    let mut told = Configuration::default();
+    told.sensor = Some(Sensor::Stream(kind.format.settings(&kind.config().sensor)));
+    told.rate = kind.rate();
+    told.correction.block = 0.1;
+    told.correction.silence_us = 10_000_000; // every answer takes some milliseconds
+    told
+}
+
+fn write(device: &mut Device, offset: usize, bytes: &[u8]) {
+    device.order(&Request::WriteConfiguration {
+        offset: offset as u32,
+        bytes,
+    });
+}
+
+fn upload(device: &mut Device, record: &[u8]) {
+    for (n, piece) in record.chunks(100).enumerate() {
+        write(device, n * 100, piece);
+    }
+}
+
+fn commit(device: &mut Device, length: usize) -> Result<(), Reason> {
+    let length = length as u32;
+    device.ask(
+        &Request::CommitConfiguration { length },
+        |answer| match answer {
+            Response::Done => Ok(()),
+            Response::Refused(reason) => Err(reason),
+            other => panic!("{other:?}"),
+        },
+    )
+}
+
+/// Sends a record and commits it.
+pub fn configure(device: &mut Device, record: &[u8]) -> Result<(), Reason> {
+    upload(device, record);
+    commit(device, record.len())
+}
+
+/// The record in use.
+pub fn read(device: &mut Device) -> Vec<u8> {
+    let mut all = Vec::new();
+    loop {
+        let request = Request::ReadConfiguration {
+            offset: all.len() as u32,
+            length: MAX_CHUNK as u16,
+        };
+        let piece = device.ask(&request, |answer| match answer {
+            Response::Image { bytes, .. } => bytes.to_vec(),
+            other => panic!("{other:?}"),
+        });
+        if piece.is_empty() {
+            return all;
+        }
+        all.extend(piece);
+    }
+}
+
+/// What the board says of itself.
+pub fn board<T>(device: &mut Device, look: impl FnOnce(&Board) -> T) -> T {
+    device.ask(&Request::GetBoard, |answer| match answer {
+        Response::Board(board) => look(&board),
+        other => panic!("{other:?}"),
+    })
+}
+
+/// With its checksum made anew.
+fn sealed(mut record: Vec<u8>) -> Vec<u8> {
+    let end = record.len() - 4;
+    let sum = crc32_zlib(&record[..end]);
+    record[end..].copy_from_slice(&sum.to_le_bytes());
+    record
+}
+
+fn record(told: &Configuration) -> Vec<u8> {
+    encode(told).to_vec()
+}
+
+#[test]
+fn an_untold_device_passes_bytes_and_says_so() {
+    let mut device = untold();
+    let mut frames = STIM.stream(0, 40);
+    device.feed(&frames[..20].concat());
+    for mode in [Mode::Frozen, Mode::Shadow, Mode::Learn] {
+        device.ask(&Request::SetMode(mode), |answer| {
+            assert_eq!(answer, Response::Refused(Reason::NotConfigured));
+        });
+    }
+    device.order(&Request::SetMode(Mode::Bypass));
+    assert_eq!(
+        device.app.faults() & fault::NOT_CONFIGURED,
+        fault::NOT_CONFIGURED
+    );
+    assert!(read(&mut device).is_empty());
+    board(&mut device, |board| {
+        let expected = Board {
+            name: "a board",
+            uart_clocks: [84_000_000, 42_000_000, 42_000_000],
+            bauds: [923_077, 913_043, 115_068],
+            pin_sets: 2,
+            stores: false,
+            schema: SCHEMA,
+            configured: false,
+            stored: false,
+        };
+        assert_eq!(*board, expected);
+    });
+    device.feed(&frames.split_off(20).concat());
+    assert_eq!(device.lines.navigation.bytes(), STIM.stream(0, 40).concat());
+    // what the desktop and the tests make by themselves counts as configured
+    let device = Device::new(STIM.config());
+    assert_eq!(device.app.faults() & fault::NOT_CONFIGURED, 0);
+}
+
+/// Every format, one after another, on one device; the stream has no hole, wherever in a frame the
+/// change comes.
+#[test]
+fn every_sensor_one_after_another() {
+    let mut device = untold();
+    for (n, kind) in kinds().into_iter().enumerate() {
+        let stream = kind.stream(0, 40).concat();
+        let cut = stream.len() / 2 + 3 * n;
+        device.lines.navigation.sent.clear();
+        device.feed(&stream[..5]);
+        device.order(&Request::SetMode(Mode::Bypass));
+        let record = record(&told(kind));
+        assert_eq!(configure(&mut device, &record), Ok(()), "{kind:?}");
+        assert_eq!(read(&mut device), record);
+        assert_eq!(device.app.faults() & fault::NOT_CONFIGURED, 0);
+        assert!(board(&mut device, |board| board.configured && !board.stored));
+        device.feed(&stream[5..cut]);
+        device.order(&Request::SetMode(Mode::Frozen));
+        device.feed(&stream[cut..]);
+        device.wait_ms(200);
+        assert_eq!(device.app.phase(), Phase::Run(Mode::Frozen), "{kind:?}");
+        assert!(device.counters().frames >= 38, "{kind:?}");
+    }
+}
+
+/// The same format again, within a frame: not a byte is lost and not one comes twice.
+#[test]
+fn a_frame_that_arrives_meanwhile_is_kept() {
+    for kind in kinds() {
+        let mut device = untold();
+        let stream = kind.stream(0, 60).concat();
+        let mut of = told(kind);
+        assert_eq!(configure(&mut device, &record(&of)), Ok(()));
+        for cut in [1, 7, 17] {
+            of.rate += 1.0;
+            let at = stream.len() / 60 * (cut + 10) + cut;
+            device.lines.navigation.sent.clear();
+            device.feed(&stream[..at]);
+            device.wait_ms(25);
+            assert_eq!(configure(&mut device, &record(&of)), Ok(()), "{kind:?}");
+            device.feed(&stream[at..]);
+            assert!(device.lines.navigation.bytes() == stream, "{kind:?} {cut}");
+            assert_eq!(device.counters().bad_checksums, 0);
+        }
+    }
+}
+
+/// Whatever is refused, the old configuration stays in use: its record, its scale, its weights.
+#[test]
+fn every_refusal_keeps_the_old_one() {
+    let mut device = untold();
+    let old = record(&told(KVH));
+    assert_eq!(configure(&mut device, &old), Ok(()));
+    let good = record(&told(STIM));
+    let change = |change: fn(&mut Configuration)| {
+        let mut told = told(STIM);
+        change(&mut told);
+        record(&told)
+    };
+    let cases: Vec<(Vec<u8>, Reason)> = vec![
+        (vec![], Reason::Record),
+        (vec![0; 600], Reason::Record),
+        (b"LRNC".to_vec(), Reason::Record),
+        (good[..good.len() - 1].to_vec(), Reason::Record),
+        ([&good[..], &[0]].concat(), Reason::Record),
+        (sealed([&good[..], &[0]].concat()), Reason::Record),
+        (
+            sealed({
+                let mut newer = good.clone();
+                newer[4] += 1;
+                newer
+            }),
+            Reason::Schema(SCHEMA),
+        ),
+        (change(|c| c.rate = 0.0), Reason::Field(Field::Rate)),
+        (change(|c| c.rate = f64::NAN), Reason::Field(Field::Rate)),
+        (
+            change(|c| c.mounting = [1.0; 4]),
+            Reason::Field(Field::Mounting),
+        ),
+        (
+            change(|c| c.gyro.white_noise = f32::INFINITY),
+            Reason::Field(Field::Gyro),
+        ),
+        (
+            change(|c| c.receiver.lever_arm[2] = 1e3),
+            Reason::Field(Field::LeverArm),
+        ),
+        (
+            change(|c| c.lines.sensor_baud = 10_000_000),
+            Reason::Baud(5_250_000),
+        ),
+        (
+            change(|c| c.lines.receiver_baud = 4_000_000),
+            Reason::Baud(3_818_182),
+        ),
+        (change(|c| c.lines.pins = 2), Reason::Pins(2)),
+    ];
+    for (bytes, reason) in cases {
+        assert_eq!(configure(&mut device, &bytes), Err(reason));
+        assert_eq!(read(&mut device), old, "{reason:?}");
+        device.feed(&KVH.stream(0, 2).concat());
+        assert_eq!(device.app.phase(), Phase::Run(Mode::Bypass));
+        assert_eq!(device.app.to_open(), None);
+    }
+    // one bit anywhere
+    for at in 0..good.len() {
+        let mut damaged = good.clone();
+        damaged[at] ^= 1 << (at % 8);
+        assert_eq!(
+            configure(&mut device, &damaged),
+            Err(Reason::Record),
+            "{at}"
+        );
+    }
+    assert_eq!(read(&mut device), old);
+    assert_eq!(configure(&mut device, &good), Ok(()));
+    assert_eq!(read(&mut device), good);
+}
+
+#[test]
+fn pieces_in_any_order_and_twice() {
+    let mut device = untold();
+    let record = record(&told(STIM));
+    let gap = Request::WriteConfiguration {
+        offset: 1,
+        bytes: &record[1..9],
+    };
+    device.ask(&gap, |answer| {
+        assert_eq!(answer, Response::Refused(Reason::Range));
+    });
+    write(&mut device, 0, &record[..100]);
+    write(&mut device, 0, &record[..100]);
+    write(&mut device, 90, &record[90..120]);
+    assert_eq!(commit(&mut device, record.len()), Err(Reason::Record));
+    assert_eq!(commit(&mut device, 120), Err(Reason::Record));
+    write(&mut device, 100, &record[100..]);
+    assert_eq!(commit(&mut device, 120), Err(Reason::Record));
+    assert_eq!(commit(&mut device, record.len()), Ok(()));
+    device.feed(&STIM.stream(0, 10).concat());
+    let frames = device.counters().frames;
+    // the answer was lost: asked again, also in another mode, nothing begins anew
+    assert_eq!(commit(&mut device, record.len()), Ok(()));
+    device.order(&Request::SetMode(Mode::Frozen));
+    assert_eq!(commit(&mut device, record.len()), Ok(()));
+    assert_eq!((device.counters().frames, frames), (10, 10));
+    let long = Request::ReadConfiguration {
+        offset: 0,
+        length: 129,
+    };
+    let far = Request::ReadConfiguration {
+        offset: MAX_LEN as u32,
+        length: 1,
+    };
+    for request in [long, far] {
+        device.ask(&request, |answer| {
+            assert_eq!(answer, Response::Refused(Reason::Range));
+        });
+    }
+    device.order(&Request::SetMode(Mode::Bypass));
+    device.feed(&STIM.stream(10, 300).concat()); // faded out
+    // a weight image is no record
+    let image = vec![0x4C; 600];
+    assert_eq!(configure(&mut device, &image), Err(Reason::Record));
+}
+
+/// A correction must not jump: a configuration comes in bypass, and not while the navigation
+/// computer aligns itself or a correction fades out.
+#[test]
+fn not_while_it_corrects_or_aligns() {
+    let mut device = untold();
+    let mut of = told(KVH);
+    of.correction.limit.gyro = 1.0;
+    assert_eq!(configure(&mut device, &record(&of)), Ok(()));
+    of.rate += 1.0;
+    let other = record(&of);
+    device.order(&Request::SetMode(Mode::Shadow));
+    assert_eq!(configure(&mut device, &other), Err(Reason::Mode));
+    device.order(&Request::SetMode(Mode::Bypass));
+    device.order(&Request::Alignment(Alignment::Started));
+    assert_eq!(configure(&mut device, &other), Err(Reason::Alignment));
+    device.order(&Request::Alignment(Alignment::Finished));
+    assert_eq!(configure(&mut device, &other), Ok(()));
+    // the alignment is remembered: a mode that corrects from the start only fades in
+    of.correction.mode = Mode::Frozen;
+    of.correction.slew.gyro = 1e-6;
+    assert_eq!(configure(&mut device, &record(&of)), Ok(()));
+    let rate = |device: &Device| {
+        let sent = device.lines.navigation.sent.last().expect("a frame");
+        -values(KVH.format, sent)[0] * KVH.rate()
+    };
+    let mut n = 0;
+    let mut run = |device: &mut Device, frames: u32| {
+        for _ in 0..frames {
+            device.feed(&KVH.frame(n, Fields::default()));
+            n += 1;
+        }
+    };
+    let mut frozen = Device::new(Config {
+        nets: nets([1e-3, 0.0, 0.0], [0.0; 3]),
+        ..Config::of(&of)
+    });
+    frozen.order(&Request::Alignment(Alignment::Finished));
+    run(&mut frozen, 1000);
+    assert!((1e-7..1e-4).contains(&rate(&frozen)), "{}", rate(&frozen));
+    frozen.order(&Request::SetMode(Mode::Bypass));
+    assert_eq!(configure(&mut frozen, &other), Err(Reason::Mode));
+}
+
+/// Weights belong to the sensor that they were learnt for.
+#[test]
+fn weights_of_another_sensor_are_not_used() {
+    let learnt = nets([1e-5, 0.0, 0.0], [0.0; 3]);
+    let mut first = told(STIM);
+    first.identity.serial = "N1".try_into().expect("short");
+    let config = Config {
+        nets: learnt,
+        ..Config::of(&first)
+    };
+    let mut device = Device::new(config);
+    assert_eq!(read(&mut device), record(&first));
+    let mut again = first.clone();
+    again.rate = 500.0;
+    assert_eq!(configure(&mut device, &record(&again)), Ok(()));
+    assert_eq!(*device.app.nets(), learnt, "the same sensor");
+    assert_eq!(device.app.faults() & fault::WEIGHTS, 0);
+    for serial in ["N2", ""] {
+        let mut other = again.clone();
+        other.identity.serial = serial.try_into().expect("short");
+        let mut device = Device::new(Config {
+            nets: learnt,
+            ..Config::of(&first)
+        });
+        assert_eq!(configure(&mut device, &record(&other)), Ok(()));
+        assert_eq!(*device.app.nets(), Nets::NONE);
+        assert_ne!(device.app.faults() & fault::WEIGHTS, 0);
+        // said until there are weights for this sensor
+        assert_eq!(configure(&mut device, &record(&other)), Ok(()));
+        assert_ne!(device.app.faults() & fault::WEIGHTS, 0);
+        let request = Request::SetMode(Mode::Frozen);
+        device.order(&request);
+        device.feed(&STIM.stream(0, 500).concat());
+        assert_eq!(device.lines.navigation.sent, STIM.stream(0, 500));
+    }
+    // weights that were there before any configuration count as this sensor's
+    let mut device = Device::new(Config {
+        nets: learnt,
+        ..Config::untold(HARDWARE)
+    });
+    assert_eq!(configure(&mut device, &record(&first)), Ok(()));
+    assert_eq!(*device.app.nets(), learnt);
+}
+
+#[test]
+fn lines_are_opened_anew_when_they_change() {
+    let mut device = untold();
+    let mut of = told(STIM);
+    assert_eq!(configure(&mut device, &record(&of)), Ok(()));
+    assert_eq!(device.app.to_open(), None, "as without a configuration");
+    of.lines.sensor_baud = 1_843_200;
+    of.lines.parity = Parity::Odd;
+    of.lines.pins = 1;
+    assert_eq!(configure(&mut device, &record(&of)), Ok(()));
+    assert_eq!(device.app.to_open(), Some(of.lines));
+    assert_eq!(device.app.to_open(), None, "once");
+    board(&mut device, |board| {
+        assert_eq!(board.bauds, [1_826_087, 1_826_087, 115_068]);
+    });
+    // a board without parity
+    let hardware = Hardware {
+        parity: false,
+        ..HARDWARE
+    };
+    let mut device = Device::new(Config::untold(hardware));
+    let refused = Err(Reason::Field(Field::Parity));
+    assert_eq!(configure(&mut device, &record(&of)), refused);
+    of.lines.parity = Parity::None;
+    of.lines.two_stop_bits = true;
+    assert_eq!(configure(&mut device, &record(&of)), refused);
+    of.lines.two_stop_bits = false;
+    assert_eq!(configure(&mut device, &record(&of)), Ok(()));
+}
+
+/// A configuration that is the default in everything gives the default application.
+#[test]
+fn the_default_configuration_is_the_default() {
+    let of = Config::of(&Configuration::default());
+    let default = Config {
+        told: of.told.clone(),
+        ..Config::default()
+    };
+    assert_eq!(format!("{of:?}"), format!("{default:?}"));
+}
