@@ -50,6 +50,7 @@ impl Default for Configuration {
                 align: 100.0,
                 silence_us: 100_000,
                 mark: true,
+                check_rate: true,
             },
         }
     }
