@@ -5,6 +5,7 @@
 pub mod analysis;
 pub mod campaign;
 pub mod cli;
+pub mod device;
 pub mod error;
 pub mod experiment;
 pub mod hil;

@@ -6,6 +6,7 @@
 mod allan;
 mod campaign;
 mod convert;
+mod device;
 mod hil;
 mod learnability;
 mod options;
@@ -47,6 +48,8 @@ enum Command {
     Learnability(learnability::Args),
     /// Convert recordings: CSV, KF-GINS text, NovAtel logs
     Convert(convert::Args),
+    /// Configure and watch a device over its command link
+    Device(device::Args),
     /// Send a drive to a board and compare its output with software in the loop
     Hil(hil::Args),
     /// Write a simulated session as CSV files, for other tools
@@ -67,6 +70,7 @@ impl Cli {
             Some(Command::Allan(args)) => args.run(),
             Some(Command::Learnability(args)) => args.run(),
             Some(Command::Convert(args)) => args.run(),
+            Some(Command::Device(args)) => args.run(),
             Some(Command::Hil(args)) => args.run(),
             Some(Command::Simulate(args)) => args.run(),
         }

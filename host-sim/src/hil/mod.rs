@@ -6,10 +6,8 @@
 //! in the end what it had before. Without a command link the board must be in mode bypass, as it is
 //! after power-on.
 
-mod command;
 mod drive;
 mod judge;
-mod port;
 mod software;
 mod stream;
 #[cfg(test)]
@@ -18,13 +16,12 @@ mod tests;
 pub use drive::{Drive, Input, Record, drive, drive_from};
 pub use judge::{Latency, Verdict};
 
+use crate::device::{Link, Port, images, set_up};
 use crate::error::Error;
-use command::Link;
 use firmware::control::Mode;
 use firmware::wire::ImuFormat;
 use firmware::wire::command::{Counters, Request};
 use judge::Frames;
-use port::Port;
 use serde::Serialize;
 use software::Software;
 use std::io;
@@ -138,7 +135,7 @@ pub fn run(setup: &Setup, control: Control<'_>) -> Result<Report, Error> {
     let drive = drive(setup.format, setup.seconds)?;
     let mut lines = open(setup)?;
     let mut link = match &setup.command {
-        Some(name) => Some(Link::new(Port::open("--command", name, setup.baud)?, name)),
+        Some(name) => Some(Link::open("--command", name, setup.baud)?),
         None => None,
     };
     let version = link.as_mut().map(Link::version).transpose()?;
@@ -192,7 +189,7 @@ fn remember(link: &mut Link) -> Result<Before, Error> {
 fn restore(link: &mut Link, before: &Before) -> Result<Counters, Error> {
     let counters = settled(link)?;
     link.order(&Request::SetMode(Mode::Bypass))?;
-    link.orders(&command::set_up(&before.images, before.mode))?;
+    link.orders(&set_up(&before.images, before.mode))?;
     Ok(counters)
 }
 
@@ -241,8 +238,8 @@ fn send_drive(
     replies(&mut software, lead);
     let corrected = link.is_some();
     if let Some(link) = link {
-        let images = command::images(&software::nets());
-        let requests = command::set_up(&images, Mode::Frozen);
+        let images = images(&software::nets());
+        let requests = set_up(&images, Mode::Frozen);
         link.orders(&requests)?;
         requests
             .iter()

@@ -1,7 +1,7 @@
 //! Feeds the lines and gathers the stream, in real time or as fast as the lines accept it.
 
 use super::drive::{Input, Record};
-use super::port::Port;
+use crate::device::Port;
 use std::io;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;

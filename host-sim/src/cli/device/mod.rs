@@ -1,0 +1,182 @@
+//! `host-sim device`.
+
+mod print;
+mod weights;
+
+use super::options::refused;
+use crate::device::{Link, MODES, Watch, info, mode_name, store, watch};
+use crate::error::Error;
+use clap::builder::{PossibleValuesParser, TypedValueParser};
+use clap::{Args as ClapArgs, Subcommand};
+use firmware::control::Mode;
+use firmware::wire::command::Request;
+use serde::Serialize;
+use std::io::{IsTerminal, Write, stdout};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
+
+/// Arguments of `device`.
+#[derive(Debug, ClapArgs)]
+pub struct Args {
+    /// Port at the device's command link: a serial device (/dev/ttyUSB0, COM3) or tcp:HOST:PORT
+    #[arg(long, value_name = "PORT")]
+    port: String,
+    /// Bit rate of the command link; sockets ignore it
+    #[arg(long, default_value_t = 921_600)]
+    baud: u32,
+    /// Print JSON: one object; `watch` prints one object a line
+    #[arg(long, global = true)]
+    json: bool,
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// Tell versions, board, clocks and bit rates, and whether the device is configured
+    Info,
+    /// Tell the mode, or set it
+    Mode {
+        /// The mode to set
+        #[arg(value_parser = mode_parser())]
+        mode: Option<Mode>,
+    },
+    /// Read the weights in use into a file, or write those of a file
+    Weights {
+        #[command(subcommand)]
+        command: weights::Command,
+    },
+    /// Use what the device has learnt
+    Learnt {
+        #[command(subcommand)]
+        command: Learnt,
+    },
+    /// Keep configuration and weights over a power cycle; frames are lost for up to two seconds
+    Store,
+    /// Tell mode, faults, rates and learner once a second
+    Watch {
+        /// How long, s; without it until Ctrl-C
+        #[arg(long)]
+        seconds: Option<u32>,
+    },
+}
+
+#[derive(Debug, Subcommand)]
+enum Learnt {
+    /// Use the weights of the promoted hypothesis, from the next block on
+    Commit,
+}
+
+/// The modes by their names.
+fn mode_parser() -> impl TypedValueParser<Value = Mode> {
+    let names = MODES.map(mode_name);
+    PossibleValuesParser::new(names).try_map(|name| {
+        let mode = MODES.into_iter().find(|mode| mode_name(*mode) == name);
+        mode.ok_or(name)
+    })
+}
+
+impl Args {
+    /// Runs the command and prints.
+    pub(super) fn run(&self) -> Result<(), Error> {
+        if let Command::Watch { seconds } = self.command {
+            return self.watch(seconds);
+        }
+        let mut link = self.open()?;
+        let link = &mut link;
+        match &self.command {
+            Command::Info => {
+                let info = info(link)?;
+                self.tell(&info, || print::info(&info))
+            }
+            Command::Mode { mode } => self.mode(link, *mode),
+            Command::Weights { command } => {
+                link.version()?;
+                let told = command.run(link)?;
+                self.tell(&told, || println!("{}", told.says))
+            }
+            Command::Learnt {
+                command: Learnt::Commit,
+            } => {
+                link.version()?;
+                link.order(&Request::CommitLearnt)?;
+                let says = "the learnt weights are in use; `device store` keeps them";
+                self.tell(&Done::new(says), || println!("{says}"))
+            }
+            Command::Store => {
+                link.version()?;
+                let mode = link.health()?.mode;
+                store(link, mode)?;
+                let says = "configuration and weights are stored";
+                self.tell(&Done::new(says), || println!("{says}"))
+            }
+            Command::Watch { .. } => Ok(()), // above
+        }
+    }
+
+    fn open(&self) -> Result<Link, Error> {
+        Link::open("--port", &self.port, self.baud)
+    }
+
+    /// Prints a value as JSON, or in the words of `print`.
+    fn tell<T: Serialize>(&self, value: &T, print: impl FnOnce()) -> Result<(), Error> {
+        if self.json {
+            let text = serde_json::to_string_pretty(value)
+                .map_err(|error| refused("--json", error.to_string(), "report it"))?;
+            println!("{text}");
+        } else {
+            print();
+        }
+        Ok(())
+    }
+
+    fn mode(&self, link: &mut Link, mode: Option<Mode>) -> Result<(), Error> {
+        #[derive(Serialize)]
+        struct Told {
+            mode: &'static str,
+        }
+        link.version()?;
+        if let Some(mode) = mode {
+            link.order(&Request::SetMode(mode))?;
+        }
+        let mode = mode_name(link.health()?.mode);
+        self.tell(&Told { mode }, || println!("{mode}"))
+    }
+
+    fn watch(&self, seconds: Option<u32>) -> Result<(), Error> {
+        let stop = Arc::new(AtomicBool::new(false));
+        let asked = Arc::clone(&stop);
+        // without a handler an interruption ends the program at once, which harms nothing here
+        let _ = ctrlc::set_handler(move || asked.store(true, Ordering::Relaxed));
+        let in_place = stdout().is_terminal();
+        watch(&mut Watch {
+            open: &mut || self.open(),
+            lasts: seconds.map(|seconds| Duration::from_secs(seconds.into())),
+            stop: &stop,
+            tell: &mut |event| {
+                let text = if self.json {
+                    serde_json::to_string(event)? + "\n"
+                } else {
+                    print::event(event, in_place)
+                };
+                let mut out = stdout().lock();
+                out.write_all(text.as_bytes())?;
+                out.flush()
+            },
+        })
+    }
+}
+
+/// A command that leaves nothing but a sentence.
+#[derive(Serialize)]
+struct Done {
+    done: bool,
+    says: &'static str,
+}
+
+impl Done {
+    fn new(says: &'static str) -> Self {
+        Self { done: true, says }
+    }
+}

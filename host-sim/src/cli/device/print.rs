@@ -1,0 +1,129 @@
+//! What `host-sim device` prints for a person.
+
+use crate::device::{Event, Info, LineInfo, Status};
+use std::fmt::Write;
+
+/// Prints what a device is.
+pub(super) fn info(info: &Info) {
+    println!("firmware       {}", info.firmware);
+    println!(
+        "versions       command link {}, weight image {}, configuration schema {}",
+        info.link, info.image, info.schema
+    );
+    let stores = if info.stores { "can" } else { "cannot" };
+    println!(
+        "board          {}, {} set(s) of pins, {stores} store",
+        info.board, info.pin_sets
+    );
+    println!("mode           {}", info.mode);
+    println!("configuration  {}", configured(info));
+    for line in &info.lines {
+        println!("{:14} {}", line.line, bit_rate(line));
+    }
+}
+
+/// Whether a device is configured, and for what.
+fn configured(info: &Info) -> String {
+    let Some(name) = &info.name else {
+        return "none: the device only passes bytes; remedy: host-sim device configure FILE".into();
+    };
+    let serial = match info.serial.as_deref() {
+        None | Some("") => String::new(),
+        Some(serial) => format!(", serial number {serial}"),
+    };
+    let stored = if info.stored {
+        "stored"
+    } else {
+        "not stored: it is lost when the device is switched off"
+    };
+    format!("{name}{serial}; {stored}")
+}
+
+/// A line's bit rate, with its error.
+fn bit_rate(line: &LineInfo) -> String {
+    let mut text = match (line.told, line.bit_rate) {
+        (Some(told), Some(is)) => format!("{told} bit/s told, {is} bit/s in fact"),
+        (Some(told), None) => format!("{told} bit/s told"),
+        (None, Some(is)) => format!("{is} bit/s"),
+        (None, None) => "bit rate not known".into(),
+    };
+    if let Some(error) = line.error_percent {
+        let _ = write!(text, " ({error:+.2} %)");
+    }
+    if let Some(clock) = line.clock_hz {
+        let _ = write!(text, ", clock {:.3} MHz", f64::from(clock) / 1e6);
+    }
+    text
+}
+
+/// An event of a watch. `in_place`: on a terminal, where the status takes the place of the one
+/// before it.
+pub(super) fn event(event: &Event, in_place: bool) -> String {
+    match event {
+        Event::Status(report) if in_place => format!("\x1b[H\x1b[2J{}", status(report)),
+        Event::Status(report) => status(report) + "\n",
+        Event::Lost { problem, .. } => {
+            format!("the device does not answer any more: {problem}\nlooking for it ...\n")
+        }
+        Event::Found { time_s } => format!("found again after {time_s:.0} s\n"),
+    }
+}
+
+fn status(status: &Status) -> String {
+    let mut text = format!("{:8.1} s  mode {}", status.time_s, status.mode);
+    if let Some(busy) = status.busy_percent {
+        let busiest = status.busiest_percent.unwrap_or(busy);
+        let _ = write!(text, ", processor {busy:.1} % (at most {busiest:.1} %)");
+    }
+    text.push('\n');
+    if status.faults.is_empty() {
+        text.push_str("no faults\n");
+    }
+    for fault in &status.faults {
+        let _ = writeln!(
+            text,
+            "FAULT {}: {}; remedy: {}",
+            fault.name, fault.says, fault.remedy
+        );
+    }
+    rates(&mut text, status);
+    let learner = &status.learner;
+    let navigates = if learner.navigates {
+        "navigates"
+    } else {
+        "does not navigate"
+    };
+    let _ = writeln!(
+        text,
+        "learner        {navigates}, hypothesis {} in force, {} fixes used, {} refused, \
+         {} promotions, {} given up",
+        learner.winner,
+        learner.used_fixes,
+        learner.refused_fixes,
+        learner.promotions,
+        learner.rollbacks
+    );
+    let [a, b, c, d, e] = status.error_bound_m;
+    let _ = writeln!(
+        text,
+        "error bound    {a} {b} {c} {d} {e} m, 5 10 15 20 22 min after the alignment"
+    );
+    text
+}
+
+/// Frames and fixes always, anything else where it grows.
+fn rates(text: &mut String, status: &Status) {
+    let Some(rates) = &status.per_second else {
+        let frames = status.counters.get("frames").copied().unwrap_or_default();
+        let _ = writeln!(text, "frames         {frames} since power-on");
+        return;
+    };
+    for (name, rate) in rates {
+        let always = ["frames", "good_fixes"].contains(name);
+        let own = *name == "requests"; // of the navigation computer, of no interest here
+        if always || (*rate > 0.0 && !own) {
+            let name = name.replace('_', " ");
+            let _ = writeln!(text, "{name:14} {rate:.1} a second");
+        }
+    }
+}

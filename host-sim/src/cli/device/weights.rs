@@ -1,0 +1,75 @@
+//! `host-sim device weights`.
+
+use crate::device::{Link, check_image, load};
+use crate::error::Error;
+use crate::output::write_atomic;
+use clap::Subcommand as ClapSubcommand;
+use serde::Serialize;
+use std::path::{Path, PathBuf};
+
+/// What to do with the weights.
+#[derive(Debug, ClapSubcommand)]
+pub(super) enum Command {
+    /// Read the weights in use into a file of 608 bytes
+    Get {
+        /// The file, which appears whole or not at all
+        file: PathBuf,
+    },
+    /// Use the weights of a file that `weights get` has written
+    Put {
+        /// The file
+        file: PathBuf,
+    },
+}
+
+/// What was done.
+#[derive(Serialize)]
+pub(super) struct Told {
+    /// The file.
+    file: PathBuf,
+    /// Its length, bytes.
+    bytes: usize,
+    /// In a sentence.
+    pub says: String,
+}
+
+impl Command {
+    /// Carries it out.
+    pub(super) fn run(&self, link: &mut Link) -> Result<Told, Error> {
+        match self {
+            Self::Get { file } => get(link, file),
+            Self::Put { file } => put(link, file),
+        }
+    }
+}
+
+fn get(link: &mut Link, file: &Path) -> Result<Told, Error> {
+    let image = link.images()?;
+    write_atomic(file, &image)?;
+    Ok(Told {
+        says: format!("the weights in use are in {}", file.display()),
+        bytes: image.len(),
+        file: file.to_owned(),
+    })
+}
+
+fn put(link: &mut Link, file: &Path) -> Result<Told, Error> {
+    let image = std::fs::read(file).map_err(|error| Error::reading(file, error))?;
+    check_image(file, &image)?;
+    link.orders(&load(&image))?;
+    if link.images()? != image {
+        return Err(Error::Option {
+            option: file.display().to_string(),
+            problem: "the device holds other weights than it was sent".into(),
+            remedy: "send them again; if that does not help, restart the device".into(),
+        });
+    }
+    Ok(Told {
+        says: format!(
+            "the weights of {} are in use; `device store` keeps them",
+            file.display()
+        ),
+        bytes: image.len(),
+        file: file.to_owned(),
+    })
+}

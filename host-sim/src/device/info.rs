@@ -1,0 +1,157 @@
+//! What a device is and what it is told.
+
+use super::configure::configuration;
+use super::link::Link;
+use super::mode_name;
+use crate::error::Error;
+use firmware::wire::command::{Request, Response};
+use serde::Serialize;
+
+/// What a device is and what it is told.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Info {
+    /// Version of the firmware.
+    pub firmware: String,
+    /// Version of the command link.
+    pub link: u16,
+    /// Version of the weight image.
+    pub image: u16,
+    /// Schema of the configurations that it takes.
+    pub schema: u16,
+    /// Name of the board.
+    pub board: String,
+    /// Sets of pins that the board has.
+    pub pin_sets: u8,
+    /// Whether the board can store configuration and weights.
+    pub stores: bool,
+    /// Whether the device has a configuration.
+    pub configured: bool,
+    /// Whether the configuration in use is the stored one.
+    pub stored: bool,
+    /// Mode in force.
+    pub mode: &'static str,
+    /// Name of the unit, if it is configured.
+    pub name: Option<String>,
+    /// Serial number of the sensor, if it is configured.
+    pub serial: Option<String>,
+    /// The sensor's, the navigation computer's and the receiver's line.
+    pub lines: [LineInfo; 3],
+}
+
+/// A line's bit rate.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct LineInfo {
+    /// Which line.
+    pub line: &'static str,
+    /// Clock of its UART, Hz, if it is known.
+    pub clock_hz: Option<u32>,
+    /// Bit rate that was told, bit/s, if the device is configured.
+    pub told: Option<u32>,
+    /// Bit rate in fact, bit/s, if it is known.
+    pub bit_rate: Option<u32>,
+    /// By how much it differs from what was told, %.
+    pub error_percent: Option<f64>,
+}
+
+/// The board, with its name as a text of its own.
+pub(super) struct Board {
+    name: String,
+    uart_clocks: [u32; 3],
+    bauds: [u32; 3],
+    pin_sets: u8,
+    pub stores: bool,
+    pub schema: u16,
+    pub configured: bool,
+    pub stored: bool,
+}
+
+/// Asks for the board.
+pub(super) fn board(link: &mut Link) -> Result<Board, Error> {
+    link.ask(&Request::GetBoard, |answer| match answer {
+        Response::Board(board) => Some(Board {
+            name: board.name.to_owned(),
+            uart_clocks: board.uart_clocks,
+            bauds: board.bauds,
+            pin_sets: board.pin_sets,
+            stores: board.stores,
+            schema: board.schema,
+            configured: board.configured,
+            stored: board.stored,
+        }),
+        _ => None,
+    })
+}
+
+/// Asks a device what it is and what it is told.
+///
+/// # Errors
+/// As [`Link::ask`], or the device has another version of the link.
+pub fn info(link: &mut Link) -> Result<Info, Error> {
+    let version = link.version()?;
+    let board = board(link)?;
+    let told = configuration(link)?;
+    let mode = link.health()?.mode;
+    let bauds = told.as_ref().map(|told| {
+        let lines = told.lines;
+        [lines.sensor_baud, lines.sensor_baud, lines.receiver_baud]
+    });
+    let [major, minor, patch] = version.firmware;
+    let line = |at: usize, line| {
+        LineInfo::new(
+            line,
+            board.uart_clocks[at],
+            bauds.map(|b| b[at]),
+            board.bauds[at],
+        )
+    };
+    let lines = [
+        line(0, "sensor"),
+        line(1, "navigation"),
+        line(2, "receiver"),
+    ];
+    Ok(Info {
+        firmware: format!("{major}.{minor}.{patch}"),
+        link: version.wire,
+        image: version.image,
+        schema: board.schema,
+        lines,
+        board: board.name,
+        pin_sets: board.pin_sets,
+        stores: board.stores,
+        configured: board.configured,
+        stored: board.stored,
+        mode: mode_name(mode),
+        name: told.as_ref().map(|told| told.identity.name.to_string()),
+        serial: told.map(|told| told.identity.serial.to_string()),
+    })
+}
+
+impl LineInfo {
+    /// Zeros are what the board does not know.
+    fn new(line: &'static str, clock: u32, told: Option<u32>, bit_rate: u32) -> Self {
+        let known = |value: u32| (value > 0).then_some(value);
+        let bit_rate = known(bit_rate);
+        let error = |(told, is): (u32, u32)| (f64::from(is) / f64::from(told) - 1.0) * 100.0;
+        Self {
+            line,
+            clock_hz: known(clock),
+            told,
+            bit_rate,
+            error_percent: told.zip(bit_rate).map(error),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// 84 MHz / 45 = 1 866 667 bit/s, 1.27 % above the 1 843 200 bit/s of a STIM300.
+    #[test]
+    fn the_error_of_a_bit_rate_is_in_per_cent_of_what_was_told() {
+        let line = LineInfo::new("sensor", 84_000_000, Some(1_843_200), 1_866_667);
+        assert!((line.error_percent.unwrap() - 1.2731).abs() < 1e-4);
+        let line = LineInfo::new("sensor", 0, Some(1_843_200), 0);
+        assert_eq!((line.clock_hz, line.error_percent), (None, None));
+    }
+}

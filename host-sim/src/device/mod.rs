@@ -1,0 +1,38 @@
+//! A device at the end of its command link: what it is, what it is told, what it reports.
+//!
+//! [`Link`] asks and understands the answers. Everything else here is made of its requests. The
+//! refusals and the faults of a device are put in words in [`refusal`] and [`faults`].
+
+mod configure;
+pub mod faults;
+mod info;
+mod link;
+mod port;
+pub mod refusal;
+mod store;
+mod watch;
+mod weights;
+
+pub use configure::{configuration, configure, record, send};
+pub use info::{Info, LineInfo, info};
+pub use link::{Link, images, load, set_up};
+pub use port::Port;
+pub use store::store;
+pub use watch::{Event, Status, Watch, watch};
+pub use weights::check_image;
+
+use firmware::control::Mode;
+
+/// Name of a mode on command lines and in the unit's file.
+#[must_use]
+pub const fn mode_name(mode: Mode) -> &'static str {
+    match mode {
+        Mode::Bypass => "bypass",
+        Mode::Frozen => "frozen",
+        Mode::Shadow => "shadow",
+        Mode::Learn => "learn",
+    }
+}
+
+/// All modes.
+pub const MODES: [Mode; 4] = [Mode::Bypass, Mode::Frozen, Mode::Shadow, Mode::Learn];

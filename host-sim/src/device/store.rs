@@ -1,0 +1,27 @@
+//! Has a device keep its configuration and weights over a power cycle.
+
+use super::link::Link;
+use crate::error::Error;
+use firmware::control::Mode;
+use firmware::wire::command::{Request, fault};
+
+/// Stores configuration and weights, and sets the mode `after`. The device stores in mode bypass
+/// only, because its processor halts meanwhile.
+///
+/// # Errors
+/// As [`Link::ask`]; the device cannot store, or it failed.
+pub fn store(link: &mut Link, after: Mode) -> Result<(), Error> {
+    link.order(&Request::SetMode(Mode::Bypass))?;
+    let begun = link.order(&Request::StoreImage);
+    // it answers again when it is done
+    let health = link.health();
+    link.order(&Request::SetMode(after))?;
+    begun?;
+    if health?.faults & fault::STORE == 0 {
+        return Ok(());
+    }
+    Err(link.error(
+        "the device could not store: what it was sent is in use, but only until it is switched off",
+        "try again: host-sim device store; if it fails again, the flash is worn",
+    ))
+}
