@@ -26,7 +26,7 @@ const fn row(mask: u32, name: &'static str, says: &'static str, remedy: &'static
 }
 
 /// All faults.
-pub const FAULTS: [Fault; 15] = [
+pub const FAULTS: [Fault; 16] = [
     row(
         fault::SILENT,
         "SILENT",
@@ -116,6 +116,12 @@ pub const FAULTS: [Fault; 15] = [
         "STUCK",
         "the sensor repeats itself: its counter or all its values do not change",
         "restart the sensor; if it stays so, the sensor is broken",
+    ),
+    row(
+        fault::WEIGHTS,
+        "WEIGHTS",
+        "the weights were learnt by a sensor with another serial number and are no longer used",
+        "let the device learn anew, or upload the weights of this sensor: device weights put FILE",
     ),
 ];
 

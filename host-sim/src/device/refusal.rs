@@ -43,6 +43,13 @@ fn because(request: &Request, reason: Reason) -> (String, String) {
             "a piece does not follow the one before it, or is too long",
             "send it again; if that does not help, use the host-sim of the device's version",
         ),
+        (
+            Reason::Mode,
+            Request::WriteConfiguration { .. } | Request::CommitConfiguration { .. },
+        ) => (
+            "the mode is not bypass, or a correction is still fading out",
+            "wait until it has faded out, no faster than the slew limit, or restart the device",
+        ),
         (Reason::Mode, _) => (
             "not in this mode",
             "set the mode bypass first: host-sim device mode bypass",
@@ -141,6 +148,10 @@ pub fn in_unit_file(field: Field) -> (&'static str, &'static str) {
         Field::Name => ("name", "1 to 32 ASCII characters"),
         Field::Serial => ("serial", "at most 24 ASCII characters"),
         Field::SensorBaud => ("lines.sensor_baud", "1200 to 12 000 000 bit/s"),
+        Field::Parity => (
+            "lines.parity",
+            "\"none\", and one stop bit: this board has no other lines",
+        ),
         Field::ReceiverBaud => ("lines.receiver_baud", "1200 to 12 000 000 bit/s"),
         Field::Rate => ("rate_hz", "1 to 20 000 Hz"),
         Field::Mounting => ("mounting", "a rotation"),
