@@ -3,8 +3,8 @@
 use firmware::model::IMAGES_LEN;
 use firmware::wire::command::{MAX_CHUNK, MAX_PACKET, Request, WIRE_VERSION, encode, fault};
 use firmware::wire::{
-    Change, Checked, Fields, ImuFormat, Settings, Simulated, cobs, framer, hg4930, kvh, novatel,
-    stim300,
+    Change, Checked, Fields, ImuFormat, Settings, Simulated, cobs, epson, framer, hg4930, kvh,
+    novatel, stim300,
 };
 
 const ICD: &str = include_str!("../../docs/ICD.md");
@@ -113,6 +113,23 @@ fn kvh_novatel_hg4930_frames() {
     assert_eq!(lengths, made);
 }
 
+/// The registers of a row make bursts of the length of the row.
+#[test]
+fn epson_bursts() {
+    let rows = rows("Epson").into_iter().filter(|row| row.len() == 6);
+    let mut listed = 0;
+    for row in rows {
+        let registers: Vec<u16> = numbers(row[1]).into_iter().map(|n| n as u16).collect();
+        let layout = epson::Layout::new(registers[0], registers[1]).expect("a checksum");
+        assert_eq!(layout.bytes() as u32, number(row[2]));
+        listed += 1;
+    }
+    assert_eq!(
+        listed,
+        ImuFormat::from_name("epson").expect("it").simulated().len()
+    );
+}
+
 /// The rows of a format, in whatever case its name is written.
 fn rows_of(format: ImuFormat) -> Vec<Vec<&'static str>> {
     let all = ICD.lines().filter(|line| line.starts_with('|'));
@@ -153,6 +170,7 @@ fn own_fault_bits_of_every_format() {
         for sensor in format.simulated() {
             let mut frame = simulated(sensor);
             let before = frame.clone();
+            let format = format.told(&sensor.told());
             let mut checked = Checked::new(format, &mut frame).expect("a frame");
             let sample = checked.read().expect("values").sample;
             let change = Change {

@@ -129,6 +129,15 @@ pub fn sum16_le(bytes: &[u8]) -> u16 {
     })
 }
 
+/// The same of big-endian words (Epson). Weak in the same way.
+pub fn sum16_be(bytes: &[u8]) -> u16 {
+    #[cfg(test)]
+    count::one(bytes.len());
+    bytes.chunks_exact(2).fold(0, |sum: u16, word| {
+        sum.wrapping_add(u16::from_be_bytes(super::field::take(word, 0)))
+    })
+}
+
 /// Sum of bytes, modulo 2^16 (ADIS1646x/1647x/1650x). Weak in the same way.
 pub fn sum_bytes(bytes: &[u8]) -> u16 {
     #[cfg(test)]
@@ -241,6 +250,7 @@ mod tests {
     #[test]
     fn sums() {
         assert_eq!(sum16_le(&[1, 2, 0xFF, 0xFF]), 0x0200);
+        assert_eq!(sum16_be(&[1, 2, 0xFF, 0xFF]), 0x0101);
         assert_eq!(sum_bytes(&[0xFF; 300]), 0x2AD4); // 76500 - 65536
         assert_eq!(fletcher8(&[1, 2, 3]), [6, 10]);
     }

@@ -1,7 +1,7 @@
 //! Finds out which format an IMU sends.
 
-use super::ImuFormat;
 use super::framer::{Finder, Kind, Unread};
+use super::{ImuFormat, Settings};
 
 /// Consecutive good frames of one format that decide. In a stream of another format one accidental
 /// 16-bit sum (HG4930) is possible, where the two header bytes agree as well; three in an unbroken
@@ -53,11 +53,12 @@ impl Detector {
         }
     }
 
-    /// Starts anew, in place: a new one would be built on the stack first.
-    pub fn restart(&mut self) {
+    /// Starts anew, in place: a new one would be built on the stack first. Frames that do not tell
+    /// what is in them are looked for in the layout that the settings tell.
+    pub fn restart(&mut self, settings: &Settings) {
         self.bytes.clear();
         for candidate in &mut self.candidates {
-            *candidate = Candidate::new(candidate.finder.format());
+            *candidate = Candidate::new(candidate.finder.format().told(settings));
         }
     }
 

@@ -12,6 +12,7 @@
 //! | [`novatel`] | RAWIMU(S), RAWIMU(S)X, INSPVAS | CRC-32 from 0 | OEM7 pages, recordings |
 //! | [`hg4930`] | Honeywell HG4930 0x01, 0x02, 0xCA | 16-bit sum | installation manual |
 //! | [`sbgecom`] | SBG Systems IMU_DATA, IMU_SHORT | CRC-16/KERMIT | headers of SBG's library |
+//! | [`epson`] | Epson M-G3xx bursts at a UART | 16-bit sum | data sheet, Epson's drivers |
 //! | [`adis`] | ADIS bursts over SPI | byte sum, CRC-32 | Linux and ArduPilot drivers |
 //! | [`ubx`] | u-blox NAV-PVT | Fletcher-8 | gpsd and pyubx2 |
 //! | [`command`] | our own command link | CRC-32 | this crate |
@@ -37,6 +38,7 @@ pub mod checksum;
 pub mod cobs;
 pub mod command;
 pub mod detect;
+pub mod epson;
 pub mod field;
 pub mod framer;
 pub mod hg4930;
@@ -58,7 +60,7 @@ mod properties;
 pub use checked::{Checked, Source};
 pub use detect::Detector;
 pub use framer::Framer;
-pub use protocol::{Change, Fields, Framing, ImuProtocol, Simulated};
+pub use protocol::{Change, Fields, Framing, ImuProtocol, LaidOut, Simulated};
 pub use receiver::ReceiverFormat;
 pub use sequence::Stream;
 
@@ -73,6 +75,8 @@ registry::imu_formats! {
     Hg4930: hg4930,
     /// [`sbgecom`]
     SbgEcom: sbgecom,
+    /// [`epson`], with the layout of its frames
+    Epson(layout: epson::Layout): epson,
 }
 
 use crate::sample::{Axes, RawSample};

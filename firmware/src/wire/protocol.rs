@@ -66,6 +66,27 @@ pub trait ImuProtocol {
     fn seal(frame: &mut [u8]);
 }
 
+/// A format whose frames do not tell what is in them. Their layout follows from the settings.
+pub trait LaidOut: ImuProtocol {
+    /// Where everything is in a frame. The constant `USUAL` of this type is the layout that
+    /// [`ImuProtocol`]'s own functions take.
+    type Layout: Copy;
+
+    /// As [`ImuProtocol::scan`].
+    fn scan(layout: Self::Layout, bytes: &[u8]) -> Scan;
+
+    /// As [`ImuProtocol::read`].
+    fn read(layout: Self::Layout, frame: &[u8]) -> Option<Reading>;
+
+    /// As [`ImuProtocol::change`].
+    fn change(
+        layout: Self::Layout,
+        frame: &mut [u8],
+        change: &Change,
+        settings: &Self::Settings,
+    ) -> Option<Axes>;
+}
+
 /// What is changed in a frame.
 #[derive(Debug, Clone, Copy)]
 pub struct Change<'c> {
@@ -107,6 +128,18 @@ pub struct Simulated {
     /// The message in which the sensor describes itself, at its start and when it is asked. A
     /// measurement is left out for it.
     pub introduction: Option<Introduction>,
+}
+
+impl Simulated {
+    /// What a device is told about it.
+    pub fn told(&self) -> Settings {
+        let mut settings = Settings {
+            rate: f64::from(self.rate),
+            ..Settings::DEFAULT
+        };
+        (self.settings)(&mut settings);
+        settings
+    }
 }
 
 /// What a simulated frame tells.

@@ -1,12 +1,24 @@
 //! The list of IMU formats turns into an enum, and calls of its members into calls of the formats.
 
-/// One row a format: its name in [`super::ImuFormat`] and its module, which has a `Protocol`.
+/// Calls a function of a format, with the layout of its frames where it has one.
+macro_rules! of_format {
+    ($module:ident::$function:ident($($argument:expr),*)) => {
+        <$module::Protocol as ImuProtocol>::$function($($argument),*)
+    };
+    ($module:ident::$function:ident($($argument:expr),*), $layout:ident) => {
+        <$module::Protocol as LaidOut>::$function($layout, $($argument),*)
+    };
+}
+
+/// One row a format: its name in [`super::ImuFormat`] and its module, which has a `Protocol`. A
+/// format whose frames do not tell what is in them ([`super::protocol::LaidOut`]) also names the
+/// field of its settings that does, and the type of this field.
 macro_rules! imu_formats {
-    ($($(#[$doc:meta])* $format:ident: $module:ident,)+) => {
+    ($($(#[$doc:meta])* $format:ident $(($layout:ident: $Layout:ty))?: $module:ident,)+) => {
         /// The formats of IMUs that come as a stream of bytes.
         #[derive(Debug, Clone, Copy, PartialEq, Eq)]
         pub enum ImuFormat {
-            $($(#[$doc])* $format,)+
+            $($(#[$doc])* $format $(($Layout))?,)+
         }
 
         /// What the frames of a sensor do not tell, for every format.
@@ -37,10 +49,12 @@ macro_rules! imu_formats {
         }
 
         impl FormatSettings {
-            /// Which format it is.
+            /// Which format it is, with the layout of its frames.
             pub const fn format(self) -> ImuFormat {
                 match self {
-                    $(FormatSettings::$format(_) => ImuFormat::$format,)+
+                    $(FormatSettings::$format(_told) => {
+                        ImuFormat::$format $((_told.$layout))?
+                    })+
                 }
             }
 
@@ -56,18 +70,23 @@ macro_rules! imu_formats {
             /// This format's own part of the settings.
             pub const fn settings(self, settings: &Settings) -> FormatSettings {
                 match self {
-                    $(ImuFormat::$format => FormatSettings::$format(settings.$module),)+
+                    $(ImuFormat::$format { .. } => FormatSettings::$format(settings.$module),)+
                 }
             }
 
-            /// All of them.
+            /// The same format with the layout of frames that the settings tell.
+            pub const fn told(self, settings: &Settings) -> ImuFormat {
+                self.settings(settings).format()
+            }
+
+            /// All of them, with the usual layout of their frames.
             pub const ALL: [ImuFormat; [$(stringify!($format)),+].len()] =
-                [$(ImuFormat::$format),+];
+                [$(ImuFormat::$format $((<$Layout>::USUAL))?),+];
 
             /// Its name: lower case, without spaces.
             pub const fn name(self) -> &'static str {
                 match self {
-                    $(ImuFormat::$format => <$module::Protocol as ImuProtocol>::NAME,)+
+                    $(ImuFormat::$format { .. } => <$module::Protocol as ImuProtocol>::NAME,)+
                 }
             }
 
@@ -79,28 +98,28 @@ macro_rules! imu_formats {
             /// Sensors to simulate, at least one; the first is that of simulated drives.
             pub const fn simulated(self) -> &'static [Simulated] {
                 match self {
-                    $(ImuFormat::$format => <$module::Protocol as ImuProtocol>::SIMULATED,)+
+                    $(ImuFormat::$format { .. } => <$module::Protocol as ImuProtocol>::SIMULATED,)+
                 }
             }
 
             /// Makes the checksum of a frame anew, for simulators and tests.
             pub fn seal(self, frame: &mut [u8]) {
                 match self {
-                    $(ImuFormat::$format => $module::Protocol::seal(frame),)+
+                    $(ImuFormat::$format { .. } => $module::Protocol::seal(frame),)+
                 }
             }
 
             #[inline(always)]
             fn content(self, frame: &[u8]) -> u8 {
                 match self {
-                    $(ImuFormat::$format => $module::Protocol::content(frame),)+
+                    $(ImuFormat::$format { .. } => $module::Protocol::content(frame),)+
                 }
             }
 
             fn stream(self, settings: &Settings, content: u8) -> Option<sequence::Stream> {
                 let rate = settings.rate;
                 match self {
-                    $(ImuFormat::$format => {
+                    $(ImuFormat::$format { .. } => {
                         $module::Protocol::stream(&settings.$module, content, rate)
                     })+
                 }
@@ -109,7 +128,7 @@ macro_rules! imu_formats {
             #[inline(always)]
             fn always_changes(self, settings: &Settings) -> bool {
                 match self {
-                    $(ImuFormat::$format => {
+                    $(ImuFormat::$format { .. } => {
                         $module::Protocol::always_changes(&settings.$module)
                     })+
                 }
@@ -118,15 +137,20 @@ macro_rules! imu_formats {
             #[inline(always)]
             fn read(self, frame: &[u8]) -> Option<Reading> {
                 match self {
-                    $(ImuFormat::$format => $module::Protocol::read(frame),)+
+                    $(ImuFormat::$format $(($layout))? => {
+                        registry::of_format!($module::read(frame) $(, $layout)?)
+                    })+
                 }
             }
 
             #[inline(always)]
             fn change(self, frame: &mut [u8], change: &Change) -> Option<Axes> {
                 match self {
-                    $(ImuFormat::$format => {
-                        $module::Protocol::change(frame, change, &change.settings.$module)
+                    $(ImuFormat::$format $(($layout))? => {
+                        registry::of_format!(
+                            $module::change(frame, change, &change.settings.$module)
+                            $(, $layout)?
+                        )
                     })+
                 }
             }
@@ -136,14 +160,16 @@ macro_rules! imu_formats {
             #[inline(never)] // one copy, for all finders
             fn scan(self, bytes: &[u8]) -> Scan {
                 match self {
-                    $(ImuFormat::$format => $module::Protocol::scan(bytes),)+
+                    $(ImuFormat::$format $(($layout))? => {
+                        registry::of_format!($module::scan(bytes) $(, $layout)?)
+                    })+
                 }
             }
 
             #[inline(always)]
             fn has_start_mark(self) -> bool {
                 match self {
-                    $(ImuFormat::$format => {
+                    $(ImuFormat::$format { .. } => {
                         <$module::Protocol as ImuProtocol>::HAS_START_MARK
                     })+
                 }
@@ -155,17 +181,21 @@ macro_rules! imu_formats {
         impl examples::Examples for ImuFormat {
             fn example(self, n: u8) -> std::vec::Vec<u8> {
                 match self {
-                    $(ImuFormat::$format => $module::tests::example(n),)+
+                    $(ImuFormat::$format $(($layout))? => {
+                        $module::tests::example(n $(, $layout)?)
+                    })+
                 }
             }
 
             fn remade(self, frame: &[u8]) -> Result<std::vec::Vec<u8>, Error> {
                 match self {
-                    $(ImuFormat::$format => $module::tests::remade(frame),)+
+                    $(ImuFormat::$format $(($layout))? => {
+                        $module::tests::remade(frame $(, $layout)?)
+                    })+
                 }
             }
         }
     };
 }
 
-pub(super) use imu_formats;
+pub(super) use {imu_formats, of_format};

@@ -3,7 +3,7 @@
 use firmware::app::Config;
 use firmware::sample::RawSample;
 use firmware::wire::stim300::config::Config as Stim300;
-use firmware::wire::{Checked, Framer, ImuFormat, Settings, Simulated, framer};
+use firmware::wire::{Checked, Framer, ImuFormat, Simulated, framer};
 
 pub use firmware::wire::Fields;
 
@@ -24,7 +24,10 @@ impl PartialEq for Kind {
 pub fn kinds() -> Vec<Kind> {
     let of = |format: ImuFormat| {
         let sensors = format.simulated().iter();
-        sensors.map(move |sensor| Kind { format, sensor })
+        sensors.map(move |sensor| Kind {
+            format: format.told(&sensor.told()),
+            sensor,
+        })
     };
     ImuFormat::ALL.into_iter().flat_map(of).collect()
 }
@@ -47,9 +50,7 @@ impl Kind {
 
     /// A configuration with the settings that the stream does not contain.
     pub fn config(self) -> Config {
-        let mut sensor = Settings::DEFAULT;
-        (self.sensor.settings)(&mut sensor);
-        sensor.rate = self.rate();
+        let mut sensor = self.sensor.told();
         sensor.stim300.ask = false;
         Config {
             format: Some(self.format),

@@ -85,8 +85,22 @@ fn command_line(command: &Command) -> String {
 /// # Errors
 /// The judge fails; the error contains its message.
 pub fn ask(python: &Path, judge: &str, bytes: &[u8]) -> Result<Vec<String>> {
+    ask_with(python, judge, &[], bytes)
+}
+
+/// The same with arguments for the judge.
+///
+/// # Errors
+/// Those of [`ask`].
+pub fn ask_with(
+    python: &Path,
+    judge: &str,
+    arguments: &[&str],
+    bytes: &[u8],
+) -> Result<Vec<String>> {
     let mut child = Command::new(python)
         .arg(here(judge))
+        .args(arguments)
         .stdin(Stdio::piped())
         .stdout(Stdio::piped())
         .stderr(Stdio::piped())

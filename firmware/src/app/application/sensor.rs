@@ -72,12 +72,13 @@ impl App<'_> {
     /// Looks for the format, from the next byte on.
     pub(super) fn detect(&mut self) {
         self.flow.forget();
-        self.detector.restart();
+        self.detector.restart(&self.flow.config.sensor);
         self.machine.transition_to_detect();
     }
 
     /// The format is known.
     fn run(&mut self, format: ImuFormat) {
+        let format = format.told(&self.flow.config.sensor);
         if self.framer.format() != format {
             self.framer = Framer::new(format);
         }
