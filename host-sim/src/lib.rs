@@ -15,3 +15,4 @@ pub mod output;
 pub mod recordings;
 pub mod report;
 pub mod simulator;
+pub mod unit;

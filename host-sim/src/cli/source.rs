@@ -1,10 +1,10 @@
 //! The files of a user's recording on the command line, for `replay` and `convert`.
 
 use crate::error::Error;
+use crate::inertial::axes::Axes;
 use crate::inertial::rotation::from_euler;
 use crate::inertial::session::{EPOCH_S, Session};
 use crate::inertial::units::DEG;
-use crate::recordings::axes::Axes;
 use crate::recordings::record::Record;
 use crate::recordings::track::Track;
 use crate::recordings::{InitialAttitude, generic, kfgins, novatel};

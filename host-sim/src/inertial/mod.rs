@@ -3,6 +3,7 @@
 //! all of them work on.
 
 pub mod align;
+pub mod axes;
 pub mod counts;
 pub mod earth;
 pub mod ekf;

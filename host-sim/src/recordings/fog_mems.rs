@@ -8,12 +8,12 @@
 //! sample, so every epoch coincides with one.
 
 use crate::error::Error;
+use crate::inertial::axes::Axes;
 use crate::inertial::counts::{FINE_LSB, quantise};
 use crate::inertial::earth::Geodetic;
 use crate::inertial::rotation::from_euler;
 use crate::inertial::session::{EPOCH_S, Session};
 use crate::inertial::sins::{Increment, NavState};
-use crate::recordings::axes::Axes;
 use crate::recordings::session::referenced;
 use crate::recordings::table::Table;
 use nalgebra::Vector3;

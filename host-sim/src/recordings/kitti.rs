@@ -9,13 +9,13 @@
 //! the reference, so these drives test mechanisation and loader but say little about learning.
 
 use crate::error::Error;
+use crate::inertial::axes::Axes;
 use crate::inertial::counts::{FINE_LSB, quantise};
 use crate::inertial::earth::Geodetic;
 use crate::inertial::rotation::from_euler;
 use crate::inertial::session::{EPOCH_S, Session};
 use crate::inertial::sins::{Increment, NavState};
 use crate::inertial::units::DEG;
-use crate::recordings::axes::Axes;
 use crate::recordings::increments::MotionIntegral;
 use crate::recordings::session::referenced;
 use crate::recordings::table::Table;

@@ -1,6 +1,5 @@
-//! Recorded data: the file formats, their axes and tracks, and the sessions made of them.
+//! Recorded data: the file formats, their tracks, and the sessions made of them.
 
-pub mod axes;
 pub(crate) mod columns;
 pub mod fog_mems;
 pub mod generic;

@@ -296,6 +296,39 @@ impl Config {
         self.sealed()
     }
 
+    /// The same with all accelerometers of another range.
+    #[must_use]
+    pub fn with_accel_range(mut self, range: Range) -> Config {
+        let code = match range {
+            Range::G10 => 0,
+            Range::G5 => 3,
+            Range::G30 => 4,
+            Range::G80 => 6,
+        };
+        let [_, z] = take(&self.bytes, at::ACCEL_RANGE);
+        put(
+            &mut self.bytes,
+            at::ACCEL_RANGE,
+            [code << 4 | code, code << 4 | z & 0x0F],
+        );
+        self.sealed()
+    }
+
+    /// The same with another bit rate; one without a code of its own is a user-defined one.
+    #[must_use]
+    pub fn with_bit_rate(mut self, bit_rate: u32) -> Config {
+        let code = match bit_rate {
+            374_400 => 0,
+            460_800 => 1,
+            921_600 => 2,
+            1_843_200 => 3,
+            _ => 15,
+        };
+        let bits = &mut self.bytes[at::LINK];
+        *bits = *bits & 0x0F | code << 4;
+        self.sealed()
+    }
+
     fn sealed(mut self) -> Config {
         seal(&mut self.bytes);
         self
@@ -364,6 +397,21 @@ mod tests {
             let config = Config::DEFAULT.with_sample_rate_code(code);
             assert_eq!(config.counter_step(), step);
         }
+    }
+
+    #[test]
+    fn ranges_and_bit_rates_read_back() {
+        for range in [Range::G5, Range::G10, Range::G30, Range::G80] {
+            let config = Config::DEFAULT.with_accel_range(range);
+            assert_eq!(config.ranges(), Ok([range; 3]));
+            assert_eq!(Config::parse(&config.emit()), Ok(config));
+        }
+        for rate in [374_400, 460_800, 921_600, 1_843_200] {
+            let config = Config::DEFAULT.with_bit_rate(rate);
+            assert_eq!(config.bit_rate(), Ok(Some(rate)));
+            assert_eq!(config.with_bit_rate(921_600), Config::DEFAULT);
+        }
+        assert_eq!(Config::DEFAULT.with_bit_rate(1).bit_rate(), Ok(None));
     }
 
     /// Equations 1 to 4 and tables 7-2, 7-3: full scale is 2^23 counts.

@@ -3,8 +3,8 @@
 use super::File;
 use super::header::{ANGLE, Gnss, LENGTH, Read, SPEED, TIME};
 use crate::error::Error;
+use crate::inertial::axes::Axes;
 use crate::inertial::units::DEG;
-use crate::recordings::axes::Axes;
 use crate::recordings::record::TimedFix;
 use crate::recordings::session::MOST_GAP_S;
 use crate::recordings::table::Table;

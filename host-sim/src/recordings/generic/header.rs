@@ -1,8 +1,8 @@
 //! The header file: its keys, and the units it may name.
 
 use crate::error::Error;
+use crate::inertial::axes::Axes;
 use crate::inertial::units::{ARCSEC, DEG, DEG_PER_H, G0};
-use crate::recordings::axes::Axes;
 use crate::recordings::record::Kind;
 use crate::recordings::session::complain;
 use crate::recordings::table::Separator;

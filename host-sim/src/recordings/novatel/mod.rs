@@ -6,13 +6,13 @@
 //! because the receiver has already removed gravity, Earth rate and estimated biases from it.
 
 use crate::error::Error;
+use crate::inertial::axes::Axes;
 use crate::inertial::earth::Geodetic;
 use crate::inertial::rotation::from_euler;
 use crate::inertial::session::{EPOCH_S, Session, to_si};
 use crate::inertial::sins::NavState;
 use crate::inertial::units::DEG;
 use crate::recordings::WEEK_S;
-use crate::recordings::axes::Axes;
 use crate::recordings::record::{Record, TimedFix};
 use crate::recordings::session::{InitialAttitude, complain, referenced};
 use crate::recordings::track::Track;

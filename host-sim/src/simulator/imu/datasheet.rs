@@ -12,6 +12,7 @@ use super::term::{At, Group, Kind, Range, Term, datasheet};
 use super::triad::{WARM_UP_REPEATABILITY, flicker};
 use crate::inertial::ekf::{Parameter, Regressor};
 use crate::inertial::units::{ARCSEC, DEG, DEG_PER_H, DEG_PER_SQRT_H, G0, PPM, UG, UG_PER_SQRT_HZ};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 type Gyro = Kind<GyroSpec>;

@@ -2,11 +2,12 @@
 
 use super::lock_in;
 use crate::inertial::units::{ARCSEC, DEG_PER_H};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// Sinusoidal dither of random amplitude, and the lock-in that remains. The values are the same for
 /// the three gyros.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct DitherSpec {
     /// Lock-in threshold, deg/h: below this input rate a gyro without dither gives no output. 0

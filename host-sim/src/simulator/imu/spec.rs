@@ -7,11 +7,12 @@
 use super::datasheet::{AccelSpec, GyroSpec};
 use super::term::{At, Datasheet, Group, Range, check};
 use crate::inertial::ekf::{Parameter, Triad};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// Temperature of the sensor block; see [`super::thermal`]. Without this table in the file, the
 /// block stays at its calibration temperature.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct BlockSpec {
     /// Difference of the ambient temperature at power-on from the calibration temperature: standard
@@ -40,7 +41,7 @@ impl Default for BlockSpec {
 }
 
 /// An IMU as its datasheet describes it.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ImuSpec {
     /// Samples per second; a whole number.

@@ -219,7 +219,7 @@ macro_rules! datasheet {
         }
     ) => {
         $(#[$outer])*
-        #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+        #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
         #[serde(deny_unknown_fields)]
         pub struct $sheet {
             $( $(#[$meta])* pub $key: f64, )*

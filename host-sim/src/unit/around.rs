@@ -1,0 +1,200 @@
+//! The tables `[receiver]`, `[vehicle]` and `[correction]`: what stands around the sensor, and how
+//! corrections act.
+
+use firmware::configuration;
+use firmware::control;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// The satellite receiver whose fixes teach the device.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct Receiver {
+    /// What it speaks. Default: ubx.
+    pub protocol: Protocol,
+    /// Bit rate of its line, bit/s, 1200 to 12000000. Default: 115200.
+    #[schemars(range(min = 1_200, max = 12_000_000))]
+    pub baud: u32,
+    /// From the IMU to the antenna: forward, right, down, m, each -100 to 100. Default: [0, 0, 0].
+    /// Source: measured on the vehicle.
+    #[schemars(inner(range(min = -100, max = 100)))]
+    pub lever_arm_m: [f64; 3],
+    /// Least age of a fix when it arrives, ms, 0 to 1000. Default: 100, as at 115200 bit/s. Source:
+    /// the receiver's manual, or measured.
+    #[schemars(range(min = 0, max = 1000))]
+    pub fix_delay_ms: f64,
+}
+
+/// What a receiver speaks.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Protocol {
+    /// u-blox UBX-NAV-PVT.
+    #[default]
+    Ubx,
+}
+
+/// The vehicle.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct Vehicle {
+    /// How it moves. Default: land.
+    pub kind: Kind,
+    /// Largest speed over ground, m/s, above 0 to 1000. Default: 50.
+    #[schemars(range(min = 1e-3, max = 1000))]
+    pub largest_speed_mps: f64,
+}
+
+/// How a vehicle moves.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Kind {
+    /// On land; it can stand still.
+    #[default]
+    Land,
+    /// On water; it never stands still.
+    Ship,
+    /// In the air; it stands still only on the ground.
+    Air,
+}
+
+/// How corrections act.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct Correction {
+    /// Mode at power-on. Default: bypass.
+    pub mode: Mode,
+    /// When, in mode learn, what was learnt comes into force. Default: commanded.
+    pub activation: Activation,
+    /// Largest correction of a gyro, deg/h, 0 to 1e6. Default: ten times its bias at power-on.
+    #[schemars(range(min = 0, max = 1e6))]
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub limit_gyro_dph: Option<f64>,
+    /// Largest correction of an accelerometer, ug, 0 to 1e7. Default: ten times its bias at
+    /// power-on.
+    #[schemars(range(min = 0, max = 1e7))]
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub limit_accel_ug: Option<f64>,
+    /// Fastest change of a gyro's correction after the alignment, deg/h per s, 0 to 1e6. Default: a
+    /// thousandth of its limit.
+    #[schemars(range(min = 0, max = 1e6))]
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub slew_gyro_dphps: Option<f64>,
+    /// Fastest change of an accelerometer's correction after the alignment, ug per s, 0 to 1e7.
+    /// Default: a thousandth of its limit.
+    #[schemars(range(min = 0, max = 1e7))]
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub slew_accel_ugps: Option<f64>,
+    /// Time between two steps of the networks, s, 0.1 to 10. Default: 1.
+    #[schemars(range(min = 0.1, max = 10))]
+    pub block_s: f64,
+    /// Length of an alignment that nothing commands, s, 30 to 3600. Default: 100.
+    #[schemars(range(min = 30, max = 3600))]
+    pub align_s: f64,
+    /// Mark a frame whose correction must not be trusted, in a spare bit of the frame (docs/ICD.md).
+    /// Default: true.
+    pub mark: bool,
+}
+
+/// Mode at power-on.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Mode {
+    /// Samples pass unchanged.
+    #[default]
+    Bypass,
+    /// Stored weights correct the samples.
+    Frozen,
+    /// Samples pass unchanged; the correction is computed and reported only.
+    Shadow,
+    /// The device learns, and what has proved itself corrects the samples.
+    Learn,
+}
+
+/// When what was learnt comes into force.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Activation {
+    /// When the navigation computer reports that its alignment begins.
+    #[default]
+    Commanded,
+    /// Also when the vehicle has come to a standstill.
+    Standstill,
+    /// At once, no faster than the slew limit.
+    Faded,
+}
+
+impl Default for Receiver {
+    fn default() -> Self {
+        Self {
+            protocol: Protocol::Ubx,
+            baud: 115_200,
+            lever_arm_m: [0.0; 3],
+            fix_delay_ms: 100.0,
+        }
+    }
+}
+
+impl Default for Vehicle {
+    fn default() -> Self {
+        Self {
+            kind: Kind::Land,
+            largest_speed_mps: 50.0,
+        }
+    }
+}
+
+impl Default for Correction {
+    fn default() -> Self {
+        Self {
+            mode: Mode::Bypass,
+            activation: Activation::Commanded,
+            limit_gyro_dph: None,
+            limit_accel_ug: None,
+            slew_gyro_dphps: None,
+            slew_accel_ugps: None,
+            block_s: 1.0,
+            align_s: 100.0,
+            mark: true,
+        }
+    }
+}
+
+impl From<Protocol> for configuration::ReceiverProtocol {
+    fn from(protocol: Protocol) -> Self {
+        match protocol {
+            Protocol::Ubx => Self::Ubx,
+        }
+    }
+}
+
+impl From<Kind> for configuration::VehicleKind {
+    fn from(kind: Kind) -> Self {
+        match kind {
+            Kind::Land => Self::Land,
+            Kind::Ship => Self::Ship,
+            Kind::Air => Self::Air,
+        }
+    }
+}
+
+impl From<Mode> for control::Mode {
+    fn from(mode: Mode) -> Self {
+        match mode {
+            Mode::Bypass => Self::Bypass,
+            Mode::Frozen => Self::Frozen,
+            Mode::Shadow => Self::Shadow,
+            Mode::Learn => Self::Learn,
+        }
+    }
+}
+
+impl From<Activation> for configuration::Activation {
+    fn from(activation: Activation) -> Self {
+        match activation {
+            Activation::Commanded => Self::Commanded,
+            Activation::Standstill => Self::Standstill,
+            Activation::Faded => Self::Faded,
+        }
+    }
+}

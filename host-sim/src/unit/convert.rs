@@ -1,0 +1,135 @@
+//! A unit file as the configuration that the device is told.
+
+use super::Unit;
+use super::around::Correction;
+use super::finding::Finding;
+use crate::inertial::units::{DEG_PER_H, UG};
+use firmware::compensator::Limit;
+use firmware::configuration::{self, Configuration, Identity, NAME_LEN, SERIAL_LEN, SerialLines};
+use firmware::control::Field;
+
+/// A correction may be as large as so many biases at power-on.
+const LIMIT_BIASES: f64 = 10.0;
+/// It may change by this share of the limit in a second.
+const SLEW_SHARE: f64 = 1e-3;
+
+impl Unit {
+    /// What the device is told, in SI.
+    ///
+    /// # Errors
+    /// The first value that no device takes.
+    pub fn configuration(&self) -> Result<Configuration, Finding> {
+        let Self {
+            sensor,
+            receiver,
+            vehicle,
+            ..
+        } = self;
+        let q = self.mounting.rotation()?;
+        let told = Configuration {
+            identity: Identity {
+                name: text::<NAME_LEN>("name", &self.name)?,
+                serial: text::<SERIAL_LEN>("serial", &self.serial)?,
+            },
+            lines: SerialLines {
+                sensor_baud: sensor.baud,
+                parity: sensor.line_parity(),
+                two_stop_bits: sensor.stop_bits == 2,
+                receiver_baud: receiver.baud,
+                pins: sensor.pins,
+            },
+            sensor: sensor.told()?,
+            rate: sensor.rate(),
+            mounting: [q.w, q.i, q.j, q.k].map(|x| x as f32),
+            gyro: self.gyro.triad(),
+            accel: self.accel.triad(),
+            receiver: configuration::Receiver {
+                protocol: receiver.protocol.into(),
+                lever_arm: receiver.lever_arm_m.map(|m| m as f32),
+                fix_delay: (receiver.fix_delay_ms * 1e-3) as f32,
+            },
+            vehicle: configuration::Vehicle {
+                kind: vehicle.kind.into(),
+                speed: vehicle.largest_speed_mps as f32,
+            },
+            correction: self.told_correction(),
+        };
+        told.check().map_err(refused)?;
+        Ok(told)
+    }
+
+    /// Largest correction and its fastest change a second, SI.
+    #[must_use]
+    pub fn limits(&self) -> [Limit; 2] {
+        let c: &Correction = &self.correction;
+        let gyro = c
+            .limit_gyro_dph
+            .unwrap_or(LIMIT_BIASES * self.gyro.bias_turn_on_dph);
+        let accel = c
+            .limit_accel_ug
+            .unwrap_or(LIMIT_BIASES * self.accel.bias_turn_on_ug);
+        let slew = [
+            c.slew_gyro_dphps.unwrap_or(SLEW_SHARE * gyro),
+            c.slew_accel_ugps.unwrap_or(SLEW_SHARE * accel),
+        ];
+        [[gyro, accel], slew].map(|[gyro, accel]| Limit {
+            gyro: (gyro * DEG_PER_H) as f32,
+            accel: (accel * UG) as f32,
+        })
+    }
+
+    fn told_correction(&self) -> configuration::Correction {
+        let correction = &self.correction;
+        let [limit, slew] = self.limits();
+        configuration::Correction {
+            mode: correction.mode.into(),
+            activation: correction.activation.into(),
+            limit,
+            slew,
+            block: correction.block_s as f32,
+            align: correction.align_s as f32,
+            silence_us: (self.sensor.silence_ms * 1e3).round() as u32,
+            mark: correction.mark,
+        }
+    }
+}
+
+/// Text that fits into the record.
+fn text<const N: usize>(key: &str, text: &str) -> Result<heapless::String<N>, Finding> {
+    let printable = text.bytes().all(|byte| (b' '..=b'~').contains(&byte));
+    let fits = heapless::String::try_from(text).ok().filter(|_| printable);
+    fits.ok_or_else(|| {
+        Finding::wrong(
+            key,
+            format!("is '{text}'"),
+            format!("give at most {N} letters, digits and signs of ASCII"),
+        )
+    })
+}
+
+/// The field of the file from which a refused field of the configuration comes.
+fn refused(field: Field) -> Finding {
+    let key = match field {
+        Field::Name => "name",
+        Field::Serial => "serial",
+        Field::SensorBaud => "sensor.baud",
+        Field::ReceiverBaud => "receiver.baud",
+        Field::Rate => "sensor.rate_hz",
+        Field::Mounting => "mounting",
+        Field::Gyro => "gyro",
+        Field::Accel => "accel",
+        Field::LeverArm => "receiver.lever_arm_m",
+        Field::FixDelay => "receiver.fix_delay_ms",
+        Field::Speed => "vehicle.largest_speed_mps",
+        Field::Limit => "correction.limit_gyro_dph",
+        Field::Slew => "correction.slew_gyro_dphps",
+        Field::Block => "correction.block_s",
+        Field::Align => "correction.align_s",
+        Field::Silence => "sensor.silence_ms",
+    };
+    Finding::wrong(
+        key,
+        "is out of the range that a device takes",
+        "see the field's range in `host-sim unit schema`",
+    )
+}

@@ -1,0 +1,159 @@
+//! The table `[mounting]`: how the sensor sits in the vehicle.
+
+use super::finding::Finding;
+use crate::inertial::axes::Axes;
+use crate::inertial::rotation::from_euler;
+use crate::inertial::units::DEG;
+use nalgebra::{Matrix3, Rotation3, UnitQuaternion};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// How the sensor sits in the vehicle: either `axes`, or the three angles. Without any of them, the
+/// sensor's x, y, z point forward, right, down. Source: the drawing of the sensor and where it is
+/// mounted.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct Mounting {
+    /// Forward, right and down of the vehicle, each as an axis of the sensor with its sign: "y x
+    /// -z" for a sensor whose x points right, y forward, z up. Right-handed. Default: "x y z".
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub axes: Option<String>,
+    /// Roll of the sensor in the vehicle, right side down, deg, -360 to 360. The three angles turn
+    /// the vehicle's axes into the sensor's: first heading about down, then pitch, then roll.
+    /// Default: 0.
+    #[schemars(range(min = -360, max = 360))]
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub roll_deg: Option<f64>,
+    /// Pitch of the sensor in the vehicle, front up, deg, -360 to 360. Default: 0.
+    #[schemars(range(min = -360, max = 360))]
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub pitch_deg: Option<f64>,
+    /// Heading of the sensor in the vehicle, clockwise from forward seen from above, deg, -360 to
+    /// 360. Default: 0.
+    #[schemars(range(min = -360, max = 360))]
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub heading_deg: Option<f64>,
+}
+
+impl Mounting {
+    /// Rotation of a vector from sensor axes to body axes.
+    ///
+    /// # Errors
+    /// Axes that are no mounting, or axes and angles at once.
+    pub fn rotation(&self) -> Result<UnitQuaternion<f64>, Finding> {
+        let angles = [self.roll_deg, self.pitch_deg, self.heading_deg];
+        match &self.axes {
+            Some(_) if angles.iter().any(Option::is_some) => Err(Finding::wrong(
+                "mounting.axes",
+                "is given together with angles",
+                "give either axes, or roll_deg, pitch_deg and heading_deg",
+            )),
+            Some(text) => {
+                let axes = Axes::parse(text).map_err(|why| {
+                    Finding::wrong(
+                        "mounting.axes",
+                        format!("is '{text}' and {why}"),
+                        "give forward, right and down in axes of the sensor, as in \"y x -z\" for \
+                         x right, y forward, z up",
+                    )
+                })?;
+                let columns = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+                let matrix = Matrix3::from_columns(&columns.map(|axis| axes.turn(axis)));
+                let rotation = Rotation3::from_matrix_unchecked(matrix);
+                Ok(UnitQuaternion::from_rotation_matrix(&rotation))
+            }
+            None => {
+                let [roll, pitch, heading] = angles.map(|angle| angle.unwrap_or(0.0) * DEG);
+                Ok(from_euler(roll, pitch, heading))
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::Vector3;
+
+    fn axes(text: &str) -> Mounting {
+        Mounting {
+            axes: Some(text.into()),
+            ..Mounting::default()
+        }
+    }
+
+    #[test]
+    fn all_orthogonal_mountings_turn_as_they_say() {
+        let names = ["x", "y", "z", "-x", "-y", "-z"];
+        let unit = |name: &str| {
+            let k = ["x", "y", "z"]
+                .iter()
+                .position(|n| name.ends_with(n))
+                .unwrap();
+            let sign = if name.starts_with('-') { -1.0 } else { 1.0 };
+            Vector3::from_fn(|i, _| if i == k { sign } else { 0.0 })
+        };
+        let mut right_handed = 0;
+        for forward in names {
+            for right in names {
+                for down in names {
+                    let text = format!("{forward} {right} {down}");
+                    let Ok(q) = axes(&text).rotation() else {
+                        continue;
+                    };
+                    right_handed += 1;
+                    for (name, body) in [(forward, "x"), (right, "y"), (down, "z")] {
+                        let turned = q * unit(name);
+                        assert!((turned - unit(body)).norm() < 1e-12, "{text}: {name}");
+                    }
+                }
+            }
+        }
+        assert_eq!(right_handed, 24);
+    }
+
+    #[test]
+    fn angles_say_where_the_sensor_points() {
+        let turned = |roll: f64, pitch: f64, heading: f64, v: [f64; 3]| {
+            let mounting = Mounting {
+                axes: None,
+                roll_deg: Some(roll),
+                pitch_deg: Some(pitch),
+                heading_deg: Some(heading),
+            };
+            mounting.rotation().unwrap() * Vector3::from(v)
+        };
+        // heading 90: the sensor's x points right; pitch 90: up; roll 90: its y points down
+        let near = |a: Vector3<f64>, b: [f64; 3]| (a - Vector3::from(b)).norm() < 1e-12;
+        assert!(near(
+            turned(0.0, 0.0, 90.0, [1.0, 0.0, 0.0]),
+            [0.0, 1.0, 0.0]
+        ));
+        assert!(near(
+            turned(0.0, 90.0, 0.0, [1.0, 0.0, 0.0]),
+            [0.0, 0.0, -1.0]
+        ));
+        assert!(near(
+            turned(90.0, 0.0, 0.0, [0.0, 1.0, 0.0]),
+            [0.0, 0.0, 1.0]
+        ));
+        // upside down, seen both ways
+        let both = axes("x -y -z").rotation().unwrap();
+        let angles = Mounting {
+            roll_deg: Some(180.0),
+            ..Mounting::default()
+        };
+        assert!(both.angle_to(&angles.rotation().unwrap()) < 1e-12);
+    }
+
+    #[test]
+    fn what_is_no_mounting_is_refused() {
+        let both = Mounting {
+            roll_deg: Some(1.0),
+            ..axes("x y z")
+        };
+        assert!(both.rotation().unwrap_err().problem.contains("angles"));
+        let mirrored = axes("y x z").rotation().unwrap_err();
+        assert!(mirrored.problem.contains("left-handed"), "{mirrored:?}");
+    }
+}

@@ -1,0 +1,55 @@
+//! The table of a KVH.
+
+use super::{Section, Sensor};
+use crate::unit::finding::Finding;
+use firmware::wire::{ImuFormat, Settings};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// What the messages of a KVH do not tell. Source of all values: interface control document
+/// 56-0298.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct Kvh {
+    /// What the gyro values are (`=ROTFMT`). Default: delta.
+    pub rotation: Rotation,
+    /// Unit of the angles (`=ROTUNITS`). Default: rad.
+    pub angle: Angle,
+}
+
+/// What the gyro values are.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Rotation {
+    /// Angle since the last message.
+    #[default]
+    Delta,
+    /// Angular rate.
+    Rate,
+}
+
+/// Unit of the angles.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Angle {
+    /// Radians.
+    #[default]
+    Rad,
+    /// Degrees.
+    Deg,
+}
+
+/// Bytes of message A, the shortest.
+const MESSAGE_A_LEN: usize = 36;
+
+impl Section for Kvh {
+    fn apply(&self, _: &Sensor, to: &mut Settings) -> Result<(), Finding> {
+        to.kvh.delta = self.rotation == Rotation::Delta;
+        to.kvh.degrees = self.angle == Angle::Deg;
+        Ok(())
+    }
+
+    fn frame_len(&self, _: ImuFormat) -> usize {
+        MESSAGE_A_LEN
+    }
+}
