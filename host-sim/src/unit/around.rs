@@ -94,6 +94,9 @@ pub struct Correction {
     /// Mark a frame whose correction must not be trusted, in a spare bit of the frame (docs/ICD.md).
     /// Default: true.
     pub mark: bool,
+    /// Compare the rate of the samples with the board's clock. Off only where samples do not come
+    /// in real time. Default: true.
+    pub check_rate: bool,
 }
 
 /// Mode at power-on.
@@ -156,6 +159,7 @@ impl Default for Correction {
             block_s: 1.0,
             align_s: 100.0,
             mark: true,
+            check_rate: true,
         }
     }
 }

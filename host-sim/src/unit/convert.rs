@@ -90,6 +90,7 @@ impl Unit {
             align: correction.align_s as f32,
             silence_us: (self.sensor.silence_ms * 1e3).round() as u32,
             mark: correction.mark,
+            check_rate: correction.check_rate,
         }
     }
 }
@@ -110,6 +111,7 @@ fn text<const N: usize>(key: &str, text: &str) -> Result<heapless::String<N>, Fi
 /// The field of the file from which a refused field of the configuration comes.
 fn refused(field: Field) -> Finding {
     let key = match field {
+        Field::Parity => "sensor.parity",
         Field::Name => "name",
         Field::Serial => "serial",
         Field::SensorBaud => "sensor.baud",

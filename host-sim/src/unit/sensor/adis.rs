@@ -36,10 +36,10 @@ impl Adis {
         let number = product.strip_prefix("ADIS").and_then(|n| n.parse().ok());
         // bits 2 and 3 of the register RANG_MDL
         let range = match digit {
-            Some(1) => 0b0011,
+            None | Some(1) => 0b0011,
             Some(2) => 0b0111,
             Some(3) => 0b1111,
-            _ => 0b0011,
+            Some(_) => return Err(wrong()),
         };
         let model = number.and_then(|number| Model::from_registers(number, range));
         let model = model.ok_or_else(wrong)?;
