@@ -3,6 +3,7 @@
 mod anew;
 mod links;
 mod sensor;
+mod service;
 
 use super::config::Config;
 use super::flow::{Flow, count};
@@ -20,6 +21,8 @@ use crate::model::Nets;
 use crate::wire::command::{Counters, Packets, fault};
 use crate::wire::framer::Framer;
 use crate::wire::{Checked, Detector, Error, ImuFormat, ReceiverFormat};
+
+use service::Service;
 
 /// Most bytes taken from a line in one pass.
 const PIECE: usize = 64;
@@ -46,6 +49,13 @@ pub struct App<'m> {
     served_us: u64,
     /// Lines that the board must open anew.
     to_open: Option<SerialLines>,
+    /// Since when no frame has come, microseconds, and how many had come until then.
+    frameless_us: u64,
+    frames_seen: u32,
+    /// Bytes in which no format was found.
+    undetected: u32,
+    /// The sensor was asked for its service mode.
+    service: Option<Service>,
 }
 
 impl<'m> App<'m> {
@@ -79,6 +89,10 @@ impl<'m> App<'m> {
             heard_us: 0,
             served_us: 0,
             to_open: None,
+            frameless_us: 0,
+            frames_seen: 0,
+            undetected: 0,
+            service: None,
         }
     }
 
@@ -159,8 +173,7 @@ impl<'m> App<'m> {
         clock: &impl Clock,
     ) -> Result<(), Error> {
         let form = self.flow.config.sensor.adis.ok_or(Error::Content)?.form;
-        self.heard_us = clock.now_us();
-        self.flow.flag(fault::SILENT, false);
+        self.heard(clock.now_us());
         if self.machine.phase() == Phase::Start {
             self.machine.transition_to_run(self.flow.mode);
         }
@@ -197,14 +210,16 @@ impl<'m> App<'m> {
         clock: &impl Clock,
     ) -> bool {
         let now = clock.now_us();
-        self.flow.load.look(now, clock);
+        if self.flow.load.look(now, clock) {
+            self.look_for_frames(now);
+        }
         if self.machine.phase() == Phase::Start {
             self.start(now);
         }
         let mut busy = false;
         let blocks = self.flow.counters.blocks;
         if lines.sensor.is_idle() {
-            self.watch_silence(now);
+            self.watch_silence(now, &mut lines.navigation);
         } else {
             busy = self.receive(&mut lines.sensor, &mut lines.navigation, now);
         }

@@ -1,22 +1,38 @@
 //! One frame through the device: read, correct, send. All other work follows when the frame has
 //! left.
 
+mod channels;
+mod follow;
 mod learning;
+mod make;
+mod still;
 
 use super::config::Config;
 use super::load::Load;
 use super::phase::FAILURES;
-use super::setup::compensator;
 use crate::compensator::{Block, Compensator, State};
 use crate::control::{Alignment, Mode};
 use crate::learn::Learner;
 use crate::link::Line;
-use crate::model::Nets;
 use crate::sample::{Axes, RawSample, StreamScale};
 use crate::wire::command::{Counters, fault};
-use crate::wire::sequence::{Gap, Last};
-use crate::wire::{Change, Checked, Reading, Source, Stream, stim300};
+use crate::wire::sequence::Last;
+use crate::wire::{Change, Checked, Stream};
+use channels::Channels;
 use learning::BoardLearner;
+use still::Still;
+
+/// What is known of the units that the frames do not tell but the sensor does (STIM300).
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Told {
+    /// Nothing yet. They are believed to be as configured: the sensor's receiving side need not be
+    /// wired.
+    AsConfigured,
+    /// The sensor may have changed them since it told them.
+    Unknown,
+    /// The sensor has told them since its last start.
+    BySensor,
+}
 
 /// The correction of a stream's frames.
 #[derive(Debug)]
@@ -37,11 +53,24 @@ pub(super) struct Flow<'m> {
     pub counters: Counters,
     /// What is wrong now: bits of [`fault`].
     pub faults: u32,
-    /// Source and content of the frames that `stream` and `correction` were made for.
-    made_for: Option<(Source, u8)>,
+    /// The kinds of frames that `correction` was made for.
+    channels: Channels,
+    /// Of the samples that make blocks, and the axes that they have.
     stream: Option<Stream>,
+    present: Axes,
     correction: Option<Correction>,
     last: Last,
+    still: Still,
+    told: Told,
+    /// No good sample has come since the sensor's start.
+    fresh: bool,
+    /// The sensor was silent before the next frame, microseconds.
+    silent_us: Option<u64>,
+    /// Bytes that belong to no frame, since the last frame.
+    unframed: u32,
+    /// Frames of other kinds than those that make blocks, and the number of the sample when their
+    /// count began.
+    aside: (u32, u32),
     /// The networks' failures in a row.
     failures: u8,
     /// The weights in use are to be stored.
@@ -73,10 +102,17 @@ impl<'m> Flow<'m> {
             alignment: None,
             counters: Counters::default(),
             faults: 0,
-            made_for: None,
+            channels: Channels::default(),
             stream: None,
+            present: Axes::NONE,
             correction: None,
             last: Last::default(),
+            still: Still::default(),
+            told: Told::AsConfigured,
+            fresh: true,
+            silent_us: None,
+            unframed: 0,
+            aside: (0, 0),
             failures: 0,
             to_store: false,
             block: None,
@@ -91,12 +127,18 @@ impl<'m> Flow<'m> {
     }
 
     /// Begins anew with another configuration. The learner begins from its datasheet. The
-    /// navigation computer's alignment stays: after it corrections change only slowly.
+    /// navigation computer's alignment stays: after it corrections change only slowly. What the
+    /// sensor itself has told is believed rather than the configuration.
     #[inline(never)]
     pub fn begin_anew(&mut self, config: Config) {
         let (learner, alignment) = (self.learner.0.take(), self.alignment);
+        let (told, stim300) = (self.told, self.config.sensor.stim300.config);
         *self = Flow::new(config, learner);
         self.alignment = alignment;
+        self.told = told;
+        if told == Told::BySensor {
+            self.config.sensor.stim300.config = stim300;
+        }
     }
 
     /// There is a correction, which may be zero, or be fading out.
@@ -110,14 +152,16 @@ impl<'m> Flow<'m> {
         let Ok(reading) = &reading else {
             return; // a Checked frame of a sensor has a sample
         };
-        let made_for = Some((frame.source(), frame.content()));
+        // before anything is changed: the identifier may be
+        let kind = (frame.source(), frame.content());
+        let known = self.channels.is(kind) || self.another(kind, &frame, reading);
         let mut sample = reading.sample;
-        let correct = self.made_for == made_for && reading.valid != Axes::NONE;
+        let correct = known && reading.valid != Axes::NONE;
         let mut saturated = Axes::NONE;
         match &mut self.correction {
             Some(Correction { compensator, state }) if correct => {
-                compensator.correct(state, &mut sample);
-                saturated = self.change(&mut frame, &sample);
+                let over = compensator.correct(state, self.channels.current(), &mut sample);
+                saturated = Axes(over.0 | self.change(&mut frame, &sample).0);
             }
             _ if frame.always_changes(&self.config.sensor) => {
                 saturated = self.change(&mut frame, &sample)
@@ -131,8 +175,11 @@ impl<'m> Flow<'m> {
         self.flag(fault::SATURATED, saturated != Axes::NONE);
         count(&mut self.counters.saturated, saturated.0.count_ones());
         count(&mut self.counters.frames, 1);
-        if self.made_for != made_for {
-            self.make(frame.source(), frame.content());
+        if reading.valid != reading.present && frame.starts_up() {
+            self.restarted();
+        }
+        if !known {
+            self.make(kind, reading.present);
         }
         self.follow(reading);
     }
@@ -147,211 +194,9 @@ impl<'m> Flow<'m> {
         frame.change(&change).unwrap_or(Axes::NONE)
     }
 
-    /// Counts gaps and feeds the networks with the sample of the frame that has just left.
-    fn follow(&mut self, reading: &Reading) {
-        let bad = reading.present.0 & !reading.valid.0;
-        self.flag(fault::SENSOR, bad != 0);
-        let stream = self.stream.as_ref();
-        let gap = stream.map(|stream| stream.gap(&mut self.last, reading));
-        let counters = &mut self.counters;
-        match gap {
-            Some(Gap::Duplicate) => {
-                count(&mut counters.duplicates, 1);
-                return; // sent on, but the sample counts once
-            }
-            Some(Gap::Missed(frames)) => {
-                count(&mut counters.missed, frames);
-                self.sample = self.sample.wrapping_add(frames);
-            }
-            Some(Gap::Jump) => count(&mut counters.jumps, 1),
-            Some(Gap::None) | None => {}
-        }
-        self.sample = self.sample.wrapping_add(1);
-        if matches!(gap, Some(Gap::Missed(_) | Gap::Jump)) || bad != 0 {
-            self.gap();
-        }
-        let Some(Correction { compensator, state }) = &mut self.correction else {
-            return;
-        };
-        if let Some(learner) = &mut self.learner.0
-            && self.begun.is_some()
-        {
-            learner.sample(self.sample, &reading.sample);
-        }
-        if bad == 0
-            && let Some(block) = compensator.accumulate(state, &reading.sample)
-        {
-            self.end_of_block(block);
-        }
-    }
-
-    fn end_of_block(&mut self, block: Block) {
-        count(&mut self.counters.blocks, 1);
-        let failed = block.fault.is_some();
-        self.flag(fault::NETWORK, failed);
-        self.failures = if failed {
-            self.failures.saturating_add(1)
-        } else {
-            0
-        };
-        let zero = block.rate_error == [0.0; 3] && block.force_error == [0.0; 3];
-        self.block = Some(block);
-        self.promote(&block);
-        if let (Some(learner), Some(_)) = (&mut self.learner.0, self.begun) {
-            learner.block(self.sample, &block);
-        }
-        if self.mode == Mode::Bypass && zero {
-            self.correction = None; // faded out
-        }
-    }
-
     /// Whether the networks have failed for too long.
     pub fn has_failed(&self) -> bool {
         self.failures >= FAILURES
-    }
-
-    /// Samples should be corrected, but their units are not known.
-    pub fn is_lost(&self) -> bool {
-        self.mode != Mode::Bypass && self.faults & fault::UNITS != 0
-    }
-
-    /// The sensor has been silent for too long.
-    pub fn silence(&mut self) {
-        self.gap();
-        if let Some(learner) = &mut self.learner.0 {
-            learner.silence();
-        }
-    }
-
-    /// The stream has a gap: damage, silence, lost bytes.
-    pub fn gap(&mut self) {
-        if let Some(Correction { compensator, state }) = &mut self.correction {
-            compensator.give_up_block(state);
-        }
-        if let Some(learner) = &mut self.learner.0 {
-            learner.gap();
-        }
-    }
-
-    /// A correction for frames of this kind, when one is wanted.
-    #[inline(never)]
-    fn make(&mut self, source: Source, content: u8) {
-        self.made_for = Some((source, content));
-        let stream = source.stream(&self.config.sensor, content);
-        if stream.is_some() && stream == self.stream && self.correction.is_some() {
-            return; // other content, same units: a STIM300 that now sends temperatures too
-        }
-        self.keep_count();
-        self.stream = stream;
-        let slow = self.alignment == Some(Alignment::Finished) || self.mode == Mode::Learn;
-        let slew = slow.then_some(self.config.slew);
-        let wanted = self.mode != Mode::Bypass;
-        (self.promoted, self.learner_nets) = (false, false);
-        let off = self.observes_only();
-        self.correction = stream.filter(|_| wanted).and_then(|stream| {
-            let compensator = compensator(&stream, &self.config, slew)?;
-            let state = compensator.power_on(off);
-            Some(Correction { compensator, state })
-        });
-        if let Some(learner) = &mut self.learner.0 {
-            learner.restart();
-        }
-        self.teach();
-        self.failures = 0;
-        self.flag(fault::NETWORK, false);
-        self.flag(fault::UNITS, wanted && self.correction.is_none());
-    }
-
-    /// Forgets the stream's units and rate: the next frame decides anew.
-    pub fn forget(&mut self) {
-        self.keep_count();
-        self.made_for = None;
-        self.stream = None;
-        self.correction = None;
-        self.last = Last::default();
-    }
-
-    /// The sensor has told its configuration.
-    pub fn configured(&mut self, stim: stim300::config::Config) {
-        if self.config.sensor.stim300.config != stim {
-            self.config.sensor.stim300.config = stim;
-            self.made_for = None;
-        }
-    }
-
-    /// Another mode; the caller has checked that it is allowed.
-    pub fn set_mode(&mut self, mode: Mode) {
-        let fade = self.alignment == Some(Alignment::Finished);
-        self.mode = mode;
-        self.promoted = false;
-        match &mut self.correction {
-            Some(Correction { compensator, state }) if fade => {
-                state.off = mode != Mode::Frozen;
-                if core::mem::take(&mut self.learner_nets) {
-                    compensator.exchange(state, self.config.nets, Default::default());
-                }
-            }
-            _ => {
-                self.keep_count();
-                self.correction = None;
-                self.made_for = None;
-            }
-        }
-        self.failures = 0;
-        self.teach();
-    }
-
-    /// The navigation computer's alignment. From its end on corrections change only slowly.
-    pub fn align(&mut self, alignment: Alignment) {
-        self.alignment = Some(alignment);
-        if let Some(learner) = &mut self.learner.0 {
-            learner.align(alignment);
-        }
-        if alignment == Alignment::Started && self.mode == Mode::Learn {
-            self.activate(true, None);
-        }
-        let learns = self.mode == Mode::Learn;
-        if let Some(correction) = &mut self.correction {
-            // a fade in progress stays one
-            let slow = alignment == Alignment::Finished || correction.state.off || learns;
-            correction.compensator.slew = slow.then_some(self.config.slew);
-        }
-    }
-
-    /// Other networks from the next sample on. The block in progress is given up, and the estimate
-    /// is held until they have stepped.
-    #[inline(never)]
-    pub fn set_nets(&mut self, nets: Nets) {
-        self.config.nets = nets;
-        self.flag(fault::WEIGHTS, false);
-        self.failures = 0;
-        self.begun = None;
-        (self.promoted, self.learner_nets) = (false, false);
-        if let Some(Correction { compensator, state }) = &mut self.correction {
-            compensator.give_up_block(state);
-            compensator.exchange(state, nets, Default::default());
-        }
-        self.teach();
-    }
-
-    /// Blocks given up, corrections clipped.
-    pub fn blocks(&self) -> (u32, u32) {
-        let state = self.correction.as_ref().map(|c| &c.state);
-        let given_up = state.map_or(0, |s| s.given_up);
-        let clipped = state.map_or(0, |s| s.clipped);
-        (
-            self.counters.given_up.saturating_add(given_up),
-            self.clipped.saturating_add(clipped),
-        )
-    }
-
-    /// Keeps a state's counters before it is dropped.
-    fn keep_count(&mut self) {
-        (self.counters.given_up, self.clipped) = self.blocks();
-        if let Some(correction) = &mut self.correction {
-            correction.state.given_up = 0;
-            correction.state.clipped = 0;
-        }
     }
 
     pub fn flag(&mut self, bit: u32, set: bool) {

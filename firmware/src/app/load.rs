@@ -18,23 +18,27 @@ pub(super) struct Load {
 }
 
 impl Load {
-    /// Called in every pass.
+    /// Called in every pass. True: a second is over.
     #[inline(always)]
-    pub fn look(&mut self, now: u64, clock: &impl Clock) {
-        if now.wrapping_sub(self.since.0) >= SECOND
-            && let Some(asleep) = clock.asleep_us()
-        {
-            self.second_is_over(now, asleep);
+    pub fn look(&mut self, now: u64, clock: &impl Clock) -> bool {
+        let over = now.wrapping_sub(self.since.0) >= SECOND;
+        if over {
+            self.second_is_over(now, clock.asleep_us());
         }
+        over
     }
 
     #[cold]
-    fn second_is_over(&mut self, now: u64, asleep: u64) {
+    fn second_is_over(&mut self, now: u64, asleep: Option<u64>) {
         let time = now.wrapping_sub(self.since.0);
+        self.since.0 = now;
+        let Some(asleep) = asleep else {
+            return;
+        };
         let slept = asleep.wrapping_sub(self.since.1).min(time);
         let awake = ((time - slept) * 1000).checked_div(time);
         let permille = awake.and_then(|permille| u16::try_from(permille).ok());
-        self.since = (now, asleep);
+        self.since.1 = asleep;
         self.last = permille;
         self.most = self.most.max(permille);
     }

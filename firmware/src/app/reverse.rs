@@ -3,14 +3,14 @@
 //! The bytes go to the sensor unchanged, whatever the format, and the sensor's answers go back with
 //! the stream. Only requests to a STIM300 are also understood. A client may wait for the answer to
 //! `C` before it starts, and a sensor whose receiving side is not wired never gives that answer.
-//! The device then answers from the datagrams stored here; a request without a stored datagram is
-//! not answered.
+//! The device then answers from what the sensor itself has said since its last start. A request for
+//! anything else is not answered.
 
-use super::config::Config;
-use super::flow::{Flow, count};
+use super::flow::{Flow, Told, count};
 use crate::link::Line;
 use crate::wire::stim300::config::{
-    self, CONFIGURATION_ID, PART_NUMBER_ID, SERIAL_NUMBER_ID, special_len,
+    self, BIAS_TRIM_ID, CONFIGURATION_ID, EXTENDED_ERROR_ID, PART_NUMBER_ID, SERIAL_NUMBER_ID,
+    special_len,
 };
 use crate::wire::stim300::request::{Request, Requests};
 use heapless::Vec;
@@ -18,17 +18,59 @@ use heapless::Vec;
 /// A stored special datagram, without CR LF.
 type Datagram = Vec<u8, { config::LEN }>;
 
+/// A datagram that comes within this time after it was asked for is the answer, microseconds. One
+/// that comes by itself tells a start of the sensor.
+const ANSWER_US: u64 = 1_000_000;
+
+/// The sensor is asked again for its configuration after this time, microseconds.
+const AGAIN_US: u64 = 1_000_000;
+
+/// One kind of datagram that can be asked for.
+#[derive(Debug, Clone, Copy)]
+struct Question {
+    /// Its identifier.
+    id: u8,
+    /// When the device answers from what is stored, microseconds.
+    due_us: Option<u64>,
+    /// Until when the sensor's datagram counts as an answer, microseconds.
+    expected_us: u64,
+}
+
 /// Requests of the navigation computer on the way to a STIM300.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub(super) struct Reverse {
     requests: Requests,
-    /// The identifier of the expected answer, and until when the sensor may give it, microseconds.
-    due: Option<(u8, u64)>,
-    /// Part number and serial number, as the sensor sent them after its power-on.
-    stored: [Datagram; 2],
-    /// The sensor has sent its configuration.
-    configured: bool,
-    asked: bool,
+    questions: [Question; 5],
+    /// An answer is due.
+    is_due: bool,
+    /// Part number and serial number, as the sensor sent them, and the number of its start then.
+    stored: [(Datagram, u32); 2],
+    /// When the device asked last, microseconds.
+    asked_us: Option<u64>,
+}
+
+impl Default for Reverse {
+    fn default() -> Reverse {
+        let question = |id| Question {
+            id,
+            due_us: None,
+            expected_us: 0,
+        };
+        Reverse {
+            requests: Requests::default(),
+            questions: [
+                PART_NUMBER_ID,
+                SERIAL_NUMBER_ID,
+                CONFIGURATION_ID,
+                BIAS_TRIM_ID,
+                EXTENDED_ERROR_ID,
+            ]
+            .map(question),
+            is_due: false,
+            stored: Default::default(),
+            asked_us: None,
+        }
+    }
 }
 
 /// A request that changes what the sensor sends.
@@ -47,59 +89,99 @@ impl Reverse {
                 continue;
             };
             count(&mut flow.counters.requests, 1);
-            if let (Some(id), Some(wait)) =
-                (request.answer_id(), flow.config.sensor.stim300.answer_us)
-            {
-                self.due = Some((id, now.saturating_add(u64::from(wait))));
+            if let Some(question) = self.question(request.answer_id()) {
+                let wait = flow.config.sensor.stim300.answer_us;
+                question.due_us = wait.map(|wait| now.saturating_add(wait.into()));
+                question.expected_us = now.saturating_add(ANSWER_US);
+                self.is_due |= wait.is_some();
             }
             match request {
                 Request::ServiceMode | Request::UtilityMode => notice = Some(Notice::Service),
-                Request::Reset => self.configured = false,
-                _ => {}
+                Request::Reset => {}
+                _ => continue,
             }
+            // the sensor's settings may now change, and it may start anew
+            flow.untold();
+            self.forget();
         }
         notice
     }
 
+    /// What the sensor has told is no longer answered, and nothing is due.
+    fn forget(&mut self) {
+        for (datagram, _) in &mut self.stored {
+            datagram.clear();
+        }
+        for question in &mut self.questions {
+            question.expected_us = 0;
+        }
+        self.asked_us = None;
+        self.give_up();
+    }
+
+    /// No answer is due any more.
+    pub fn give_up(&mut self) {
+        for question in &mut self.questions {
+            question.due_us = None;
+        }
+        self.is_due = false;
+    }
+
+    fn question(&mut self, id: Option<u8>) -> Option<&mut Question> {
+        self.questions
+            .iter_mut()
+            .find(|question| Some(question.id) == id)
+    }
+
     /// Reads a special datagram of the sensor, which has been sent on.
-    pub fn special(&mut self, bytes: &[u8], flow: &mut Flow) {
+    pub fn special(&mut self, bytes: &[u8], flow: &mut Flow, now: u64) {
         let Some(id) = bytes.first().and_then(|&id| plain(id)) else {
             return;
         };
-        if self.due.is_some_and(|(due, _)| due == id) {
-            self.due = None;
+        if let Some(question) = self.question(Some(id)) {
+            question.due_us = None;
+            let asked = question.expected_us >= now && question.expected_us > 0;
+            // part number, serial number and bias trim come by themselves at a start only
+            if !asked && !matches!(id, CONFIGURATION_ID | EXTENDED_ERROR_ID) {
+                flow.restarted();
+            }
         }
         match id {
             CONFIGURATION_ID => {
                 if let Ok(config) = config::Config::parse(bytes) {
-                    self.configured = true;
                     flow.configured(config);
                 }
             }
             PART_NUMBER_ID | SERIAL_NUMBER_ID => {
                 let [part, serial] = &mut self.stored;
                 let place = if id == PART_NUMBER_ID { part } else { serial };
-                place.clear();
-                let _ = place.extend_from_slice(bytes); // 20 bytes always fit
+                place.0.clear();
+                let _ = place.0.extend_from_slice(bytes); // 20 bytes always fit
+                place.1 = flow.counters.restarts;
             }
             _ => {}
         }
     }
 
-    /// Answers in the sensor's place when its time is over.
+    /// Answers in the sensor's place when its time is over, from what the sensor itself has said
+    /// since its last start.
     pub fn answer(&mut self, flow: &mut Flow, out: &mut impl Line, now: u64) {
-        let Some((id, _)) = self.due.filter(|(_, until)| now >= *until) else {
+        let due = |question: &Question| question.due_us.is_some_and(|due| now >= due);
+        let Some(question) = self.questions.iter_mut().find(|question| due(question)) else {
+            self.is_due = self.questions.iter().any(|q| q.due_us.is_some());
             return;
         };
+        question.due_us = None;
+        let id = question.id;
         let configuration = flow.config.sensor.stim300.config.emit();
         let [part, serial] = &self.stored;
+        let said = |stored: &(Datagram, u32)| stored.1 == flow.counters.restarts;
         let datagram: &[u8] = match id {
-            CONFIGURATION_ID => &configuration,
-            PART_NUMBER_ID => part,
-            SERIAL_NUMBER_ID => serial,
+            CONFIGURATION_ID if flow.told() == Told::BySensor => &configuration,
+            PART_NUMBER_ID if said(part) => &part.0,
+            SERIAL_NUMBER_ID if said(serial) => &serial.0,
             _ => &[],
         };
-        self.due = None;
         if datagram.is_empty() {
             return;
         }
@@ -115,19 +197,32 @@ impl Reverse {
 
     /// Whether no answer is due and no question pending.
     #[inline(always)]
-    pub fn rests(&self, config: &Config) -> bool {
-        self.due.is_none() && !self.wants_to_ask(config)
+    pub fn rests(&self, flow: &Flow) -> bool {
+        !self.is_due && !self.wants_to_ask(flow)
     }
 
     #[inline(always)]
-    fn wants_to_ask(&self, config: &Config) -> bool {
-        config.sensor.stim300.ask && !self.configured && !self.asked
+    fn wants_to_ask(&self, flow: &Flow) -> bool {
+        flow.config.sensor.stim300.ask
+            && match flow.told() {
+                Told::AsConfigured => self.asked_us.is_none(),
+                Told::Unknown => true,
+                Told::BySensor => false,
+            }
     }
 
-    /// Asks for the configuration, once, before samples are corrected by it.
-    pub fn ask(&mut self, config: &Config, sensor: &mut impl Line) {
-        if self.wants_to_ask(config) {
-            self.asked = sensor.send(b"C\r").is_ok();
+    /// Asks for the configuration before samples are corrected by it: once while it is believed to
+    /// be as configured, else again and again.
+    pub fn ask(&mut self, flow: &Flow, sensor: &mut impl Line, now: u64) {
+        let again = |asked: u64| now.saturating_sub(asked) >= AGAIN_US;
+        if !self.wants_to_ask(flow) || !self.asked_us.is_none_or(again) {
+            return;
+        }
+        if sensor.send(b"C\r").is_ok() {
+            self.asked_us = Some(now);
+            if let Some(question) = self.question(Some(CONFIGURATION_ID)) {
+                question.expected_us = now.saturating_add(ANSWER_US);
+            }
         }
     }
 }

@@ -12,10 +12,7 @@ pub(super) fn compensator(
     slew: Option<Limit>,
 ) -> Option<Compensator> {
     let period = 1.0 / stream.rate;
-    let lsb = Lsb {
-        rad: stream.units.gyro.increment(period)?,
-        mps: stream.units.accel.increment(period)?,
-    };
+    let lsb = lsb(stream, period)?;
     // rounds, and saturates at 1 and 65535
     let samples = (config.block * stream.rate + 0.5) as u16;
     let nets = config.nets;
@@ -30,5 +27,14 @@ pub(super) fn compensator(
     made.ok().map(|mut compensator| {
         compensator.slew = slew;
         compensator
+    })
+}
+
+/// What a count of these samples is worth as an increment, or `None` where they are of a kind that
+/// cannot be corrected.
+pub(super) fn lsb(stream: &Stream, period: f64) -> Option<Lsb> {
+    Some(Lsb {
+        rad: stream.units.gyro.increment(period)?,
+        mps: stream.units.accel.increment(period)?,
     })
 }

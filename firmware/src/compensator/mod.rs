@@ -5,13 +5,16 @@
 //! over the next one. So the correction of a sample is known before the sample arrives, and the
 //! latency is the same on all axes. With a correction of zero the output is the input, bit for bit.
 
+mod outlet;
 mod remainder;
 
 use crate::model::Nets;
 use crate::sample::{Counts, Lsb, RawSample, StreamScale};
 use lrnn_nostd::{Fault, Net, State as NetState, Step};
-use remainder::{COUNT, LARGEST, add_float, subtract};
+use outlet::{Outlet, per_error, positive};
 use serde::{Deserialize, Serialize};
+
+pub use outlet::OUTLETS;
 
 /// Largest correction, per axis.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -33,6 +36,8 @@ pub enum ConfigError {
     BlockSamples,
     /// A limit is negative or not a number.
     Limit,
+    /// There are only [`OUTLETS`].
+    Outlet,
 }
 
 impl core::fmt::Display for ConfigError {
@@ -42,6 +47,7 @@ impl core::fmt::Display for ConfigError {
             Self::SamplePeriod => "sample period: must be positive and finite",
             Self::BlockSamples => "block_samples: must be at least 1",
             Self::Limit => "limit: must be a number >= 0",
+            Self::Outlet => "outlet: must be less than OUTLETS",
         })
     }
 }
@@ -64,8 +70,8 @@ pub struct Compensator {
     limit: Limit,
     // mean input of a block per summed count, SI
     input_per_count: [f32; 2],
-    // counts per sample for an error of one SI unit
-    counts_per_error: [f32; 2],
+    // counts per sample for an error of one SI unit, for each outlet
+    counts_per_error: [[f32; 2]; OUTLETS],
 }
 
 /// What changes from sample to sample.
@@ -76,10 +82,7 @@ pub struct State {
     sum: [[i64; 3]; 2],
     samples: u16,
     estimate: [[f32; 3]; 2], // rad/s and m/s2, in force
-    due: [[i64; 3]; 2],      // the same in steps of 2^-32 counts per sample
-    due_float: [[f32; 3]; 2],
-    remainder: [[i32; 3]; 2], // steps of 2^-32 counts; at most half a count
-    remainder_float: [[f32; 3]; 2],
+    outlets: [Outlet; OUTLETS],
     /// The correction goes to zero, as fast as `slew` lets it, whatever the networks' output.
     pub off: bool,
     /// Blocks whose network step reported a fault since start.
@@ -144,7 +147,6 @@ impl Compensator {
         block_samples: u16,
         limit: Limit,
     ) -> Result<Self, ConfigError> {
-        let positive = |x: f64| x.is_finite() && x > 0.0;
         if !positive(lsb.rad) || !positive(lsb.mps) {
             return Err(ConfigError::Lsb);
         }
@@ -170,10 +172,7 @@ impl Compensator {
             slew: None,
             block_s: block_s as f32,
             input_per_count: [(lsb.rad / block_s) as f32, (lsb.mps / block_s) as f32],
-            counts_per_error: [
-                (sample_period_s / lsb.rad) as f32,
-                (sample_period_s / lsb.mps) as f32,
-            ],
+            counts_per_error: [per_error(lsb, sample_period_s); OUTLETS],
         })
     }
 
@@ -211,28 +210,16 @@ impl Compensator {
             gyro: sample.dtheta,
             accel: sample.dv,
         };
-        let out = Counts {
-            dtheta: subtract(sample.dtheta, &state.due[0], &mut state.remainder[0]),
-            dv: subtract(sample.dv, &state.due[1], &mut state.remainder[1]),
+        let mut corrected = before;
+        self.correct(state, 0, &mut corrected);
+        let out = match corrected {
+            RawSample::Counts { gyro, accel } => Counts {
+                dtheta: gyro,
+                dv: accel,
+            },
+            RawSample::Floats { .. } => sample, // counts stay counts
         };
         (out, self.accumulate(state, &before))
-    }
-
-    /// Corrects one sample by the estimate in force: all that must be done before a frame can
-    /// leave.
-    pub fn correct(&self, state: &mut State, sample: &mut RawSample) {
-        match sample {
-            RawSample::Counts { gyro, accel } => {
-                *gyro = subtract(*gyro, &state.due[0], &mut state.remainder[0]);
-                *accel = subtract(*accel, &state.due[1], &mut state.remainder[1]);
-            }
-            RawSample::Floats { gyro, accel } => {
-                let [due_gyro, due_accel] = &state.due_float;
-                let [left_gyro, left_accel] = &mut state.remainder_float;
-                add_float(gyro, due_gyro, left_gyro);
-                add_float(accel, due_accel, left_accel);
-            }
-        }
     }
 
     /// Adds one *uncorrected* sample to the block; the last one steps the networks.
@@ -334,17 +321,6 @@ impl Compensator {
             }
         }
         self.make_due(state);
-    }
-
-    /// The estimate in counts per sample.
-    fn make_due(&self, state: &mut State) {
-        let due = state.due.iter_mut().zip(&mut state.due_float);
-        let per_sample = state.estimate.iter().zip(self.counts_per_error);
-        for ((due, due_float), (estimate, per_error)) in due.zip(per_sample) {
-            let counts = estimate.map(|e| e * per_error);
-            *due = counts.map(|c| ((c * COUNT) as i64).clamp(-LARGEST, LARGEST));
-            *due_float = counts.map(|c| -c);
-        }
     }
 }
 

@@ -7,16 +7,39 @@ pub const COUNT: f32 = 4_294_967_296.0;
 /// Largest correction of a sample, 2^30 counts: with the remainder it stays within 64 bits.
 pub const LARGEST: i64 = 1 << 62;
 
-/// Subtracts a correction, in steps of 2^-32 counts, and carries what whole counts leave.
-pub fn subtract(sample: [i32; 3], due: &[i64; 3], remainder: &mut [i32; 3]) -> [i32; 3] {
+/// Subtracts a correction, in steps of 2^-32 counts, and carries what whole counts leave. A value at
+/// the end of its 32 bits saturates. Returns the values, and which of them saturated, x in bit 0.
+#[inline(always)]
+pub fn subtract(sample: [i32; 3], due: &[i64; 3], remainder: &mut [i32; 3]) -> ([i32; 3], u8) {
     let mut out = sample;
+    let mut overflow = 0;
     for ((o, d), r) in out.iter_mut().zip(due).zip(remainder) {
         let sum = d.wrapping_add(i64::from(*r));
         *r = sum as i32; // the lower half, signed: what the nearest whole count leaves
         let whole = (sum.wrapping_add(1 << 31) >> 32) as i32;
-        *o = o.saturating_sub(whole);
+        let wrapped = o.wrapping_sub(whole);
+        overflow |= (*o ^ whole) & (*o ^ wrapped); // the sign bit tells
+        *o = wrapped;
     }
-    out
+    if overflow < 0 {
+        saturated(sample, out)
+    } else {
+        (out, 0)
+    }
+}
+
+/// The same values with those saturated that have wrapped around.
+#[cold]
+fn saturated(sample: [i32; 3], wrapped: [i32; 3]) -> ([i32; 3], u8) {
+    let mut out = wrapped;
+    let mut axes = 0;
+    for (axis, (o, before)) in out.iter_mut().zip(sample).enumerate() {
+        let whole = before.wrapping_sub(*o);
+        let held = before.saturating_sub(whole);
+        axes |= u8::from(held != *o) << axis;
+        *o = held;
+    }
+    (out, axes)
 }
 
 /// Adds a correction to three floats.
@@ -92,6 +115,24 @@ mod tests {
         let exact = f64::from(n) * (1.0 + f64::from(correction));
         let off = sum + f64::from(remainder) - exact;
         assert!(off.abs() < 1e-10, "{off:e}");
+    }
+
+    /// A value at either end of its 32 bits stays there and is named. The remainder goes on as if
+    /// nothing had happened.
+    #[test]
+    fn the_ends_of_32_bits_hold() {
+        let due = [3, -3, 3].map(|counts: i64| counts << 32);
+        let mut remainder = [7, -7, 0];
+        let ends = [i32::MIN + 2, i32::MAX - 2, 0];
+        let (out, axes) = subtract(ends, &due, &mut remainder);
+        assert_eq!((out, axes), ([i32::MIN, i32::MAX, -3], 0b011));
+        assert_eq!(remainder, [7, -7, 0]);
+        // the largest correction of all with the largest remainder
+        let due = [LARGEST, -LARGEST, LARGEST];
+        let mut remainder = [i32::MAX, i32::MIN, i32::MAX];
+        let (out, axes) = subtract([i32::MIN, i32::MAX, i32::MAX], &due, &mut remainder);
+        assert_eq!(axes, 0b011);
+        assert_eq!(out, [i32::MIN, i32::MAX, i32::MAX - (1 << 30)]);
     }
 
     #[test]

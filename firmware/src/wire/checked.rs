@@ -80,7 +80,8 @@ impl<'a> Checked<'a> {
         self.bytes
     }
 
-    /// The kind of frame, where units or rate depend on it.
+    /// The kind of frame: see [`super::ImuProtocol::content`].
+    #[inline(always)]
     pub fn content(&self) -> u8 {
         match self.source {
             Source::Stream(format) => format.content(self.bytes),
@@ -114,6 +115,14 @@ impl<'a> Checked<'a> {
             }
         };
         saturated.ok_or(Error::Content)
+    }
+
+    /// Whether it tells that the sensor has just started: see [`super::ImuProtocol::starts_up`].
+    pub fn starts_up(&self) -> bool {
+        match self.source {
+            Source::Stream(format) => format.starts_up(self.bytes),
+            Source::Burst(_) => false,
+        }
     }
 
     /// Whether it is changed even where nothing is corrected.

@@ -254,6 +254,8 @@ pub struct Counters {
     pub good_fixes: u32,
     /// Times each state was entered: detection, run, fault.
     pub entered: [u32; 3],
+    /// Times the sensor was started anew.
+    pub restarts: u32,
 }
 
 /// An answer of the device.

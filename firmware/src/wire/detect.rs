@@ -1,5 +1,6 @@
 //! Finds out which format an IMU sends.
 
+use super::field::head;
 use super::framer::{Finder, Kind, Unread};
 use super::{ImuFormat, Settings};
 
@@ -62,21 +63,31 @@ impl Detector {
         }
     }
 
-    /// Receives some bytes. Returns the format as soon as it is clear.
-    pub fn push(&mut self, bytes: &[u8]) -> Option<ImuFormat> {
+    /// Receives some bytes. Returns the format as soon as it is clear. Hands all other good messages
+    /// to `other` (the special datagrams of a STIM300 above all, which tell its units before the
+    /// first frame). Formats with weak checksums may take a few bytes of another format for theirs.
+    pub fn push(
+        &mut self,
+        bytes: &[u8],
+        mut other: impl FnMut(ImuFormat, &[u8]),
+    ) -> Option<ImuFormat> {
         for piece in bytes.chunks(super::framer::LONGEST) {
             self.bytes.push(piece);
             for candidate in &mut self.candidates {
+                let format = candidate.finder.format();
                 while let Some((kind, len)) = candidate.finder.find(self.bytes.from(candidate.read))
                 {
+                    if kind == Kind::Other {
+                        other(format, head(self.bytes.from(candidate.read), len));
+                    }
                     candidate.read += len;
                     candidate.row = match kind {
-                        Kind::Frame => candidate.row + 1,
-                        Kind::Other => candidate.row,
+                        Kind::Frame => candidate.row.saturating_add(1),
+                        Kind::Other | Kind::Long => candidate.row,
                         Kind::BadChecksum | Kind::Garbage | Kind::Unknown => 0,
                     };
                     if candidate.row >= ENOUGH {
-                        return Some(candidate.finder.format());
+                        return Some(format);
                     }
                 }
             }
@@ -96,15 +107,19 @@ mod tests {
     use crate::wire::ReceiverFormat;
     use crate::wire::examples::Examples;
 
+    fn push(detector: &mut Detector, bytes: &[u8]) -> Option<ImuFormat> {
+        detector.push(bytes, |_, _| {})
+    }
+
     #[test]
     fn three_frames_in_a_row_decide() {
         for format in ImuFormat::ALL {
             let mut detector = Detector::new();
             // joined in the middle of a frame; its rest may hold a false start that has to be
             // waited out
-            assert_eq!(detector.push(&format.example(0)[5..]), None);
+            assert_eq!(push(&mut detector, &format.example(0)[5..]), None);
             let decided = (1..10).find(|&n| {
-                let found = detector.push(&format.example(n));
+                let found = push(&mut detector, &format.example(n));
                 assert!(found.is_none_or(|found| found == format));
                 found.is_some()
             });
@@ -116,12 +131,12 @@ mod tests {
     fn a_row_must_be_unbroken() {
         let mut detector = Detector::new();
         for n in 0..100 {
-            assert_eq!(detector.push(&ImuFormat::Kvh.example(n)), None);
-            assert_eq!(detector.push(&ImuFormat::Kvh.example(n)), None);
-            assert_eq!(detector.push(&[n]), None);
+            assert_eq!(push(&mut detector, &ImuFormat::Kvh.example(n)), None);
+            assert_eq!(push(&mut detector, &ImuFormat::Kvh.example(n)), None);
+            assert_eq!(push(&mut detector, &[n]), None);
         }
         for n in 0..100 {
-            assert_eq!(detector.push(&ReceiverFormat::Ubx.example(n)), None);
+            assert_eq!(push(&mut detector, &ReceiverFormat::Ubx.example(n)), None);
         }
     }
 
@@ -133,6 +148,21 @@ mod tests {
             line.extend(ImuFormat::Stim300.example(n));
             line.extend(b"\r\n");
         }
-        assert_eq!(detector.push(&line), Some(ImuFormat::Stim300));
+        assert_eq!(push(&mut detector, &line), Some(ImuFormat::Stim300));
+    }
+
+    /// What a STIM300 tells at power-on, in front of its first frame.
+    #[test]
+    fn special_datagrams_are_handed_over() {
+        use crate::wire::stim300::config::Config;
+        let told = Config::DEFAULT.with_unit_codes(0, 0).emit();
+        let mut detector = Detector::new();
+        let mut heard = std::vec::Vec::new();
+        for &byte in &told {
+            detector.push(&[byte], |format, message| {
+                heard.push((format, message.to_vec()));
+            });
+        }
+        assert_eq!(heard, [(ImuFormat::Stim300, told.to_vec())]);
     }
 }

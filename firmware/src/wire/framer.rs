@@ -18,8 +18,8 @@ use super::field::head;
 use super::ubx::Pvt;
 use super::{Checked, Framing, ImuFormat, ReceiverFormat, Scan};
 
-/// The longest message that the framer waits for. Longer ones (other logs of a receiver) pass as
-/// garbage, unread.
+/// The longest message that the framer waits for. Longer ones (other logs of a receiver) pass unread:
+/// [`Kind::Long`].
 pub const LONGEST: usize = 256;
 
 /// Bytes a framer holds.
@@ -39,6 +39,10 @@ pub enum Kind {
     /// The first byte of a damaged frame: a start mark with a wrong checksum. The rest comes as
     /// garbage.
     BadChecksum,
+    /// Bytes of a message longer than [`LONGEST`], by the length that its header states. Its
+    /// checksum is not looked at. A good frame among its bytes ends it, because then the header
+    /// was damaged.
+    Long,
     /// Bytes that belong to no message.
     Garbage,
     /// Garbage for so long that this is hardly the format: see [`UNKNOWN_AFTER`].
@@ -111,6 +115,8 @@ pub(super) struct Finder<F = ImuFormat> {
     usual: usize,
     /// Bytes of garbage since the last message, good or damaged.
     garbage: u32,
+    /// Bytes to come of a message longer than [`LONGEST`].
+    long: usize,
 }
 
 impl Unread {
@@ -185,6 +191,7 @@ impl<F: Framing> Finder<F> {
             aligned: false,
             usual: 0,
             garbage: 0,
+            long: 0,
         }
     }
 
@@ -211,9 +218,16 @@ impl<F: Framing> Finder<F> {
                     }
                     break (Kind::Garbage, skipped);
                 }
-                Scan::Partial(_) | Scan::Garbage => skipped += 1,
+                Scan::Partial(_) if skipped > 0 && self.long == 0 => {
+                    break (Kind::Garbage, skipped);
+                }
+                Scan::Partial(len) => {
+                    self.long = self.long.max(len);
+                    skipped += 1;
+                }
+                Scan::Garbage => skipped += 1,
                 // only a byte that looks like a start mark
-                Scan::BadChecksum if !expected => skipped += 1,
+                Scan::BadChecksum if !expected || self.long > 0 => skipped += 1,
                 // garbage first, the message with the next call
                 _ if skipped > 0 => break (Kind::Garbage, skipped),
                 Scan::BadChecksum => break (Kind::BadChecksum, 1),
@@ -221,12 +235,21 @@ impl<F: Framing> Finder<F> {
                 Scan::Other(len) => break (Kind::Other, len),
             }
         };
-        Some((self.found(kind, len), len))
+        Some(self.found(kind, len))
     }
 
-    /// Notes so many bytes of this kind, and tells garbage from an unknown format.
-    fn found(&mut self, kind: Kind, len: usize) -> Kind {
+    /// Notes so many bytes of this kind. Tells garbage from a long message and from an unknown
+    /// format, and gives the bytes that are of this kind.
+    fn found(&mut self, kind: Kind, len: usize) -> (Kind, usize) {
         self.needed = 0;
+        if self.long > 0 {
+            if kind == Kind::Garbage {
+                let len = len.min(self.long);
+                self.long -= len;
+                return (Kind::Long, len);
+            }
+            self.long = 0;
+        }
         self.aligned = matches!(kind, Kind::Frame | Kind::Other);
         if kind == Kind::Frame {
             self.usual = len;
@@ -236,9 +259,9 @@ impl<F: Framing> Finder<F> {
             _ => 0,
         };
         if self.garbage > UNKNOWN_AFTER {
-            Kind::Unknown
+            (Kind::Unknown, len)
         } else {
-            kind
+            (kind, len)
         }
     }
 }
@@ -298,12 +321,18 @@ impl<F: Framing> Framer<F> {
         Some(self.give_out(kind, len))
     }
 
+    /// Whether the last bytes were a good message, so that the next byte should start one.
+    pub fn is_aligned(&self) -> bool {
+        self.finder.aligned
+    }
+
     /// Returns what is left as garbage: for a line that has fallen silent.
     pub fn flush(&mut self) -> Option<Event<'_, F>> {
+        self.finder.long = 0;
         match self.pending() {
             0 => None,
             len => {
-                let kind = self.finder.found(Kind::Garbage, len);
+                let (kind, len) = self.finder.found(Kind::Garbage, len);
                 Some(self.give_out(kind, len))
             }
         }

@@ -213,10 +213,14 @@ impl<T: AsRef<[u8]>> Frame<T> {
         u16::from_le_bytes(take(self.buffer.as_ref(), at::STATUS_2))
     }
 
+    /// Whether the sensor still sends its start-up pattern.
+    pub(super) fn is_pattern(&self) -> bool {
+        self.status_2() & 0x0200 != 0 || self.angle() == Some([PATTERN; 3])
+    }
+
     fn valid(&self) -> Axes {
         let (one, two) = (self.status_1(), self.status_2());
-        let pattern = two & 0x0200 != 0 || self.angle() == Some([PATTERN; 3]);
-        if one & 0x8090 != 0 || two & 0x1C00 != 0 || pattern {
+        if one & 0x8090 != 0 || two & 0x1C00 != 0 || self.is_pattern() {
             return Axes::NONE;
         }
         let [gyro_axes, _] = (one >> 8).to_le_bytes();

@@ -17,8 +17,8 @@
 //! CRC-32 over header and payload
 //! ```
 //!
-//! **The order is z, y, x and y is negated**; [`Frame`] undoes both. i32::MIN has no opposite and
-//! stays itself.
+//! **The order is z, y, x and y is negated**; [`Frame`] undoes both. The smallest number on the wire
+//! has no opposite: it reads as the largest one, and stays as it is unless it is corrected.
 //!
 //! Trap: `novatel_oem7_driver` takes the foot as 1/3.2808 m, 12 ppm more than 0.3048 m. A velocity
 //! compared with its output differs by that much. Compare counts.
@@ -130,7 +130,7 @@ fn states_its_length(bytes: &[u8], header: usize) -> bool {
 }
 
 /// Looks for a log at the beginning of `bytes`. Other logs with a right CRC pass unchanged. One
-/// longer than a framer's buffer passes as garbage, unread.
+/// longer than a framer waits for passes unread.
 pub fn scan(bytes: &[u8]) -> Scan {
     match (
         mark(bytes, &[0xAA, 0x44, 0x12]),
@@ -217,7 +217,7 @@ impl<T: AsRef<[u8]>> Frame<T> {
     /// z, -y, x on the wire to x, y, z.
     fn triad(&self, at: usize) -> [i32; 3] {
         let value = |at| i32::from_le_bytes(self.payload(at));
-        [value(at + 8), value(at + 4).wrapping_neg(), value(at)]
+        [value(at + 8), value(at + 4).saturating_neg(), value(at)]
     }
 
     /// Angle increments x, y, z.
@@ -288,7 +288,13 @@ const VALUES: usize = 24;
 #[inline(always)]
 fn put_values(bytes: &mut [u8], at: usize, gyro: [i32; 3], accel: [i32; 3]) {
     for (at, [x, y, z]) in [(at, accel), (at + VALUES / 2, gyro)] {
-        for (n, value) in [z, y.wrapping_neg(), x].into_iter().enumerate() {
+        let on_wire = i32::from_le_bytes(take(bytes, at + 4));
+        let y = if on_wire.saturating_neg() == y {
+            on_wire // the smallest number stays
+        } else {
+            y.saturating_neg()
+        };
+        for (n, value) in [z, y, x].into_iter().enumerate() {
             put(bytes, at + 4 * n, value.to_le_bytes());
         }
     }

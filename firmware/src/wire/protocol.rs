@@ -41,7 +41,8 @@ pub trait ImuProtocol {
     /// See [`Framing::scan`].
     fn scan(bytes: &[u8]) -> Scan;
 
-    /// The kind of frame, where units or rate depend on it.
+    /// The kind of frame, where units, rate or the set of values depend on it, and where one sample
+    /// may come in two logs. Each kind has its own carried remainder.
     fn content(_frame: &[u8]) -> u8 {
         0
     }
@@ -59,6 +60,12 @@ pub trait ImuProtocol {
 
     /// Whether frames are changed even where nothing is corrected.
     fn always_changes(_settings: &Self::Settings) -> bool {
+        false
+    }
+
+    /// Whether a good message tells that the sensor has just started: a status bit of a frame, or a
+    /// message that is sent at power-on only. A frame is asked only if it calls an axis invalid.
+    fn starts_up(_message: &[u8]) -> bool {
         false
     }
 

@@ -125,6 +125,13 @@ macro_rules! imu_formats {
                 }
             }
 
+            /// Whether a good message tells that the sensor has just started.
+            pub(crate) fn starts_up(self, message: &[u8]) -> bool {
+                match self {
+                    $(ImuFormat::$format { .. } => $module::Protocol::starts_up(message),)+
+                }
+            }
+
             #[inline(always)]
             fn always_changes(self, settings: &Settings) -> bool {
                 match self {

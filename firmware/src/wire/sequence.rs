@@ -39,28 +39,91 @@ pub enum Sequence {
 pub struct Last {
     counter: Option<u16>,
     time: Option<f64>,
+    /// How often counter or time have been the same in a row since.
+    repeats: u16,
 }
+
+/// A sensor whose counter, or time, stays the same for so many frames in a row is stuck.
+const STUCK_AFTER: u16 = 10;
+
+/// The longest gap that a time stamp tells, s. Where the time advances by more, the clock was set.
+const LONGEST_GAP_S: f64 = 10.0;
 
 impl Last {
     /// The sensor's counter.
     pub fn counter(&self) -> Option<u16> {
         self.counter
     }
+
+    /// Whether counter or time have stopped.
+    pub fn is_stuck(&self) -> bool {
+        self.repeats >= STUCK_AFTER
+    }
 }
 
 impl Stream {
     /// What a frame says about those before it.
+    #[inline(always)]
     pub fn gap(&self, last: &mut Last, reading: &Reading) -> Gap {
-        match (self.sequence, reading.counter, reading.time) {
+        let before = last.time;
+        let gap = match (self.sequence, reading.counter, reading.time) {
             (Sequence::Counter(rule), Some(counter), _) => rule.check(&mut last.counter, counter),
             (Sequence::Time { rate, turn }, _, Some(now)) => last
                 .time
                 .replace(now)
                 .map_or(Gap::None, |before| time_gap(before, now, rate, turn)),
             _ => Gap::None,
+        };
+        match gap {
+            // a time that advances, but by too little, is another rate than the one told
+            Gap::Duplicate if before == last.time => {
+                last.repeats = last.repeats.saturating_add(1);
+            }
+            _ => last.repeats = 0,
+        }
+        gap
+    }
+
+    /// Whether a frame of another kind repeats the last sample, or one shortly before it.
+    pub fn repeats(&self, last: &Last, reading: &Reading) -> bool {
+        match (self.sequence, reading.counter, reading.time) {
+            (Sequence::Counter(_), Some(counter), _) => last.counter == Some(counter),
+            (Sequence::Time { rate, .. }, _, Some(now)) => last
+                .time
+                .is_some_and(|before| now < before + 0.5 / rate && now > before - LATE_S),
+            _ => false,
+        }
+    }
+
+    /// Whether counter or time have begun anew: of those that run for so long that this says
+    /// something.
+    pub fn has_begun_anew(&self, last: &Last, reading: &Reading) -> bool {
+        match (self.sequence, reading.counter, reading.time) {
+            (Sequence::Counter(rule), Some(now), _) => {
+                let begins = rule.modulus > 256 && u32::from(now) < rule.modulus / 16;
+                begins && last.counter.is_some_and(|before| now < before)
+            }
+            (Sequence::Time { .. }, _, Some(now)) => {
+                now < BEGINNING_S && last.time.is_some_and(|before| now < before)
+            }
+            _ => false,
+        }
+    }
+
+    /// Frames that can be missing without a trace, because the counter has come round.
+    pub fn turn(&self) -> Option<u32> {
+        match self.sequence {
+            Sequence::Counter(rule) => Some(rule.modulus / rule.step),
+            Sequence::Time { .. } => Some(u32::MAX),
+            Sequence::None => None,
         }
     }
 }
+
+/// Two logs of one sample come within this time, s.
+const LATE_S: f64 = 1.0;
+/// A sensor whose time is less has just started, s.
+const BEGINNING_S: f64 = 10.0;
 
 /// How a counter advances.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -118,7 +181,8 @@ impl Rule {
 
 /// Gaps by the time in the frame, for sensors without a counter: `before` and `now` in seconds,
 /// which start from 0 again after `turn` seconds; `rate` in Hz. Less than half a period is the same
-/// frame.
+/// frame. More than [`LONGEST_GAP_S`] is a clock that was set: a receiver that finds its time, a
+/// leap of the week. It says nothing about frames.
 pub fn time_gap(before: f64, now: f64, rate: f64, turn: f64) -> Gap {
     let advance = if now < before - turn / 2.0 {
         now - before + turn
@@ -126,7 +190,7 @@ pub fn time_gap(before: f64, now: f64, rate: f64, turn: f64) -> Gap {
         now - before
     };
     let frames = advance * rate;
-    if frames.is_nan() || frames <= -0.5 {
+    if frames.is_nan() || frames <= -0.5 || advance > LONGEST_GAP_S {
         return Gap::Jump;
     }
     match (frames + 0.5) as u32 {
@@ -184,5 +248,21 @@ mod tests {
         assert_eq!(time_gap(10.0, 9.9, 100.0, WEEK), Gap::Jump);
         assert_eq!(time_gap(604_799.995, 0.005, 100.0, WEEK), Gap::None);
         assert_eq!(time_gap(f64::NAN, 0.0, 100.0, WEEK), Gap::Jump);
+    }
+
+    /// A receiver without time counts from its power-on. When it finds its time, hundreds of
+    /// thousands of seconds pass at once, and no frame is missing.
+    #[test]
+    fn a_clock_that_is_set_is_no_gap() {
+        const WEEK: f64 = 604_800.0;
+        for (before, now) in [
+            (12.0, 412_000.0),
+            (412_000.0, 412_018.0),
+            (604_000.0, 100.0),
+        ] {
+            assert_eq!(time_gap(before, now, 200.0, WEEK), Gap::Jump);
+        }
+        assert_eq!(time_gap(10.0, 19.99, 100.0, WEEK), Gap::Missed(998));
+        assert_eq!(time_gap(604_799.0, 0.5, 100.0, WEEK), Gap::Missed(149));
     }
 }

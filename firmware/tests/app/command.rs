@@ -238,7 +238,11 @@ fn alignment_ends_jumps() {
     let mut n = 0;
     let mut run = |device: &mut Device, blocks: u32| {
         for _ in 0..10 * blocks {
-            device.feed(&kind.frame(n, Fields::default()));
+            let fields = Fields {
+                accel: [0, 0, n as i32 % 3], // no sensor stands still
+                ..Fields::default()
+            };
+            device.feed(&kind.frame(n, fields));
             n += 1;
         }
         let sent = device.lines.navigation.sent.last().expect("a frame");

@@ -95,11 +95,11 @@ fn invalid_words_are_not_learned_from() {
     });
     (0..20).for_each(|n| device.feed(&frame(n, 0)));
     assert_eq!(device.counters().blocks, 2);
-    // start-up: no axis is valid, so the sample is not corrected
-    (20..40).for_each(|n| device.feed(&frame(n, stim300::status::START_UP)));
+    // no axis is valid, so the sample is not corrected
+    (20..40).for_each(|n| device.feed(&frame(n, stim300::status::INTEGRITY)));
     assert_eq!(
         device.lines.navigation.sent[20..],
-        (20..40).map(|n| frame(n, 0x40)).collect::<Vec<_>>()
+        (20..40).map(|n| frame(n, 0x80)).collect::<Vec<_>>()
     );
     assert_eq!(device.app.faults(), fault::SENSOR);
     // one axis overloaded: the others still need their correction, the networks wait
@@ -167,20 +167,22 @@ fn silence_is_told_and_nothing_is_invented() {
         assert_eq!(device.app.faults(), 0);
         device.wait_ms(500);
         assert_eq!(device.app.faults(), fault::SILENT);
-        assert_eq!(device.lines.navigation.sent, frames[..20]);
+        // the beginning of the frame passes, and no more
+        assert_eq!(device.lines.navigation.sent[..20], frames[..20]);
+        assert_eq!(device.lines.navigation.sent[20..], [&frames[20][..9]]);
         assert_eq!(
             (device.counters().silences, device.counters().garbage),
             (1, 9)
         );
         device.feed(&frames[30..].concat());
         assert_eq!(device.app.faults(), 0);
-        assert_eq!(device.lines.navigation.sent[20..], frames[30..]);
+        assert_eq!(device.lines.navigation.sent[21..], frames[30..]);
         assert_eq!(device.counters().missed, 10);
     }
 }
 
-/// A wrong bit rate gives bytes without a frame. They are counted and flagged. With a configured
-/// format they do not leave; without one they pass through while the format is detected anew.
+/// A wrong bit rate gives bytes without a frame. They are counted and flagged, and they pass. Without
+/// a configured format the format is then detected anew.
 #[test]
 fn unknown_format_is_told_apart_from_damage() {
     let noise: Vec<u8> = (0..6000u32)
@@ -193,6 +195,7 @@ fn unknown_format_is_told_apart_from_damage() {
     damaged[20] ^= 1;
     device.feed(&damaged);
     device.feed(&frames[6]);
+    let came = [frames.concat(), damaged, frames[6].clone()].concat();
     assert_eq!(
         (device.counters().bad_checksums, device.app.faults()),
         (1, 0)
@@ -200,7 +203,10 @@ fn unknown_format_is_told_apart_from_damage() {
     device.feed(&noise);
     assert_eq!(device.app.faults(), fault::UNKNOWN_FORMAT);
     assert_eq!(device.app.phase(), Phase::Run(Mode::Bypass));
-    assert_eq!(device.lines.navigation.sent.len(), 21);
+    let came = [&came[..], &noise].concat();
+    assert!(device.lines.navigation.bytes().len() + 40 > came.len());
+    device.wait_ms(100);
+    assert_eq!(device.lines.navigation.bytes(), came);
     assert!(device.counters().garbage >= 6000);
 
     let mut device = Device::new(Config {

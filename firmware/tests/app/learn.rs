@@ -64,18 +64,22 @@ fn config() -> Config {
     }
 }
 
-/// Frames `from..to` at rest with the sensor's error.
+/// Frames `from..to` at rest with the sensor's error, and a noise of one count whose mean over two
+/// frames is zero.
 fn frames(from: u32, to: u32) -> Vec<Vec<u8>> {
     let [gyro, [x, y, z]] = ERROR;
     let accel = [x, y, z + GRAVITY];
     let rest = 0;
-    let fields = Fields {
-        gyro,
-        accel,
-        rest,
-        ..Fields::default()
+    let frame = |n: u32| {
+        let [x, y, z] = gyro;
+        let fields = Fields {
+            gyro: [x + 1 - 2 * (n % 2) as i32, y, z],
+            accel,
+            rest,
+            ..Fields::default()
+        };
+        STIM.frame(n, fields)
     };
-    let frame = |n| STIM.frame(n, fields);
     (from..to).map(frame).collect()
 }
 

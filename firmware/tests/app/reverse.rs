@@ -26,7 +26,12 @@ fn device(config: Config) -> Device {
 
 /// A special datagram of 20 bytes.
 fn datagram(id: u8) -> Vec<u8> {
-    let mut bytes = vec![id; 16];
+    datagram_of(id, 20)
+}
+
+/// A special datagram of this length.
+fn datagram_of(id: u8, len: usize) -> Vec<u8> {
+    let mut bytes = vec![id; len - 4];
     let sum = crc32_mpeg2_padded(&bytes);
     bytes.extend(sum.to_be_bytes());
     bytes
@@ -60,14 +65,19 @@ fn commands_go_to_the_sensor_and_its_answers_come_back() {
 }
 
 /// A client that starts with the wrong format waits for the answer to `C`
-/// (vortexntnu/stim300-driver).
+/// (vortexntnu/stim300-driver). The device gives it from what the sensor told at its start, and
+/// never from what was configured, which need not be true.
 #[test]
 fn a_silent_sensor_is_answered_for() {
     for crlf in [false, true] {
-        let stim300 = Stim300::DEFAULT.with_crlf(crlf);
-        let mut config = STIM.config();
-        config.sensor.stim300.config = stim300;
-        let mut device = device(config);
+        let stim300 = Stim300::DEFAULT.with_unit_codes(2, 2).with_crlf(crlf);
+        let mut device = Device::new(STIM.config());
+        request(&mut device, b"C\r");
+        device.wait_ms(60);
+        assert_eq!(device.counters().answered, 0);
+        device.feed(&stim300.emit());
+        device.feed(&STIM.stream(0, 20).concat());
+        device.lines.navigation.sent.clear();
         request(&mut device, b"C\r");
         device.wait_ms(60);
         let end: &[u8] = if crlf { b"\r\n" } else { b"" };
@@ -141,15 +151,14 @@ fn the_configuration_is_asked_for() {
 /// Another datagram than the one asked for does not count as the answer.
 #[test]
 fn another_answer_is_no_answer() {
-    let mut device = device(STIM.config());
-    request(&mut device, b"C\r");
-    device.feed(&datagram(0xB1));
+    let told = Stim300::DEFAULT.with_sample_rate_code(2).emit();
+    let mut device = Device::new(STIM.config());
+    device.feed(&[&told[..], &STIM.stream(0, 20).concat()].concat());
+    request(&mut device, b"C\rE\r");
+    device.feed(&datagram_of(0xBE, 21));
     device.wait_ms(60);
     assert_eq!(device.counters().answered, 1);
-    assert_eq!(
-        device.lines.navigation.sent.pop(),
-        Some(Stim300::DEFAULT.emit().to_vec())
-    );
+    assert_eq!(device.lines.navigation.sent.pop(), Some(told.to_vec()));
 }
 
 /// A sensor that has sent its configuration by itself is not asked.

@@ -218,6 +218,7 @@ fn named(counters: &Counters) -> impl Iterator<Item = (&'static str, u32)> + use
         fixes,
         good_fixes,
         entered: [detections, runs, step_asides],
+        restarts,
     } = counters;
     [
         ("frames", frames),
@@ -241,6 +242,7 @@ fn named(counters: &Counters) -> impl Iterator<Item = (&'static str, u32)> + use
         ("detections", detections),
         ("runs", runs),
         ("step_asides", step_asides),
+        ("sensor_restarts", restarts),
     ]
     .into_iter()
 }

@@ -36,7 +36,7 @@ impl Frames {
                         let reading = frame.and_then(|frame| frame.read().ok());
                         frames.readings.extend(reading);
                     }
-                    Kind::Other => {}
+                    Kind::Other | Kind::Long => {}
                     Kind::BadChecksum => {
                         frames.bad_checksums += 1;
                         frames.garbage += event.bytes().len();

@@ -2,7 +2,7 @@
 
 use super::{App, PIECE};
 use crate::app::flow::count;
-use crate::app::phase::Phase;
+use crate::app::phase::{Cause, Phase};
 use crate::app::reverse::Notice;
 use crate::control::Mode;
 use crate::link::Line;
@@ -73,22 +73,32 @@ impl App<'_> {
         sensor: &mut impl Line,
         now: u64,
     ) -> bool {
-        if bytes.is_empty() && self.reverse.rests(&self.flow.config) {
+        if bytes.is_empty() && self.reverse.rests(&self.flow) {
             return false;
         }
-        if let Phase::Run(mode) = self.machine.phase()
-            && self.framer.format() == ImuFormat::Stim300
-        {
-            if self.reverse.watch(bytes, &mut self.flow, now) == Some(Notice::Service) {
-                self.pass_rest(navigation);
-                self.detect();
-                return true;
-            }
-            self.reverse.answer(&mut self.flow, navigation, now);
-            // not before its first frame: a sensor that has just started tells it by itself
-            if mode != Mode::Bypass && self.flow.counters.frames > 0 {
-                self.reverse.ask(&self.flow.config, sensor);
-            }
+        let phase = self.machine.phase();
+        let stim300 = match phase {
+            Phase::Run(_) => self.framer.format() == ImuFormat::Stim300,
+            _ => (self.flow.config.format).is_none_or(|format| format == ImuFormat::Stim300),
+        };
+        if !stim300 {
+            return false;
+        }
+        let notice = self.reverse.watch(bytes, &mut self.flow, now);
+        if notice == Some(Notice::Service) && phase != Phase::Fault(Cause::Network) {
+            self.serve(navigation, now);
+            return true;
+        }
+        let Phase::Run(mode) = phase else {
+            self.reverse.give_up();
+            return false;
+        };
+        self.reverse.answer(&mut self.flow, navigation, now);
+        // only a sensor that sends frames: one that has just started tells it by itself, and in
+        // service mode the question would be a command
+        let sends = self.flow.counters.frames > 0 && self.framer.is_aligned();
+        if mode != Mode::Bypass && sends {
+            self.reverse.ask(&self.flow, sensor, now);
         }
         false
     }

@@ -1,12 +1,19 @@
 //! From the sensor's bytes to its frames, and the changes of state that they lead to.
 
+use super::service::Service;
 use super::{App, PIECE};
 use crate::app::flow::count;
 use crate::app::phase::{Cause, Phase};
 use crate::link::{Line, Lost};
 use crate::wire::ImuFormat;
-use crate::wire::command::fault;
-use crate::wire::framer::{Framer, Kind};
+use crate::wire::command::{Counters, fault};
+use crate::wire::framer::{Framer, Kind, UNKNOWN_AFTER};
+
+/// A second, microseconds.
+const SECOND_US: u64 = 1_000_000;
+/// Bytes for so long without a frame are no known format, microseconds. The slowest sensor sends a
+/// frame a second.
+const FRAMELESS_US: u64 = 3 * SECOND_US;
 
 impl App<'_> {
     /// Takes what the sensor has sent. True: there may be more.
@@ -20,14 +27,14 @@ impl App<'_> {
             let taken = self.framer.fill(PIECE, |room| sensor.receive(room));
             if matches!(taken, Ok(1..)) {
                 self.heard(now);
-                self.frames(out);
+                self.frames(out, now);
             }
             taken
         } else {
             self.receive_raw(sensor, out, now)
         };
         match taken {
-            Ok(0) => self.watch_silence(now),
+            Ok(0) => self.watch_silence(now, out),
             Ok(_) => {}
             Err(_) => {
                 count(&mut self.flow.counters.lost, 1);
@@ -48,20 +55,43 @@ impl App<'_> {
         let len = sensor.receive(&mut piece)?;
         if len > 0 {
             self.heard(now);
-            self.sensor(piece.get(..len).unwrap_or_default(), out);
+            self.sensor(piece.get(..len).unwrap_or_default(), out, now);
         }
         Ok(len)
     }
 
     /// The sensor is not silent.
-    fn heard(&mut self, now: u64) {
+    #[inline(always)]
+    pub(super) fn heard(&mut self, now: u64) {
+        if self.flow.faults & fault::SILENT != 0 {
+            self.heard_again(now);
+        }
         self.heard_us = now;
+    }
+
+    #[cold]
+    fn heard_again(&mut self, now: u64) {
         self.flow.flag(fault::SILENT, false);
+        self.flow.heard_again(now.saturating_sub(self.heard_us));
+        self.frameless_us = now;
+    }
+
+    /// Called once a second: bytes come, but no frame.
+    #[cold]
+    pub(super) fn look_for_frames(&mut self, now: u64) {
+        let frames = self.flow.counters.frames;
+        if core::mem::replace(&mut self.frames_seen, frames) != frames {
+            self.frameless_us = now;
+        }
+        let hears = now.saturating_sub(self.heard_us) < SECOND_US;
+        if hears && now.saturating_sub(self.frameless_us) >= FRAMELESS_US {
+            self.flow.flag(fault::UNKNOWN_FORMAT, true);
+        }
     }
 
     /// The first pass.
     pub(super) fn start(&mut self, now: u64) {
-        self.heard_us = now;
+        (self.heard_us, self.frameless_us) = (now, now);
         match (self.flow.config.format, self.flow.config.sensor.adis) {
             (_, Some(_)) => self.machine.transition_to_run(self.flow.mode),
             (Some(format), None) => self.run(format),
@@ -73,7 +103,16 @@ impl App<'_> {
     pub(super) fn detect(&mut self) {
         self.flow.forget();
         self.detector.restart(&self.flow.config.sensor);
+        self.undetected = 0;
         self.machine.transition_to_detect();
+    }
+
+    /// The sensor has been asked for its service mode: text instead of frames, and settings that may
+    /// change. Frames that are still on their way do not bring Run back: see [`Service`].
+    pub(super) fn serve(&mut self, out: &mut impl Line, now: u64) {
+        self.pass_rest(out);
+        self.detect();
+        self.service = Some(Service::new(now));
     }
 
     /// The format is known.
@@ -88,23 +127,19 @@ impl App<'_> {
 
     /// Sends on the beginning of a frame whose rest will pass through raw.
     pub(super) fn pass_rest(&mut self, out: &mut impl Line) {
-        let Some(rest) = self.framer.flush() else {
-            return;
-        };
-        let counters = &mut self.flow.counters;
-        match out.send(rest.bytes()) {
-            Ok(()) => count(&mut counters.raw, rest.bytes().len() as u32),
-            Err(_) => count(&mut counters.dropped, 1),
+        if let Some(rest) = self.framer.flush() {
+            pass(rest.bytes(), out, &mut self.flow.counters);
+            count(&mut self.flow.counters.raw, rest.bytes().len() as u32);
         }
     }
 
     /// Bytes of the sensor while its frames are not being corrected.
-    fn sensor(&mut self, bytes: &[u8], out: &mut impl Line) {
+    fn sensor(&mut self, bytes: &[u8], out: &mut impl Line, now: u64) {
         match self.machine.phase() {
             Phase::Detect => {
                 // byte by byte: the frame that decides still passes raw, the next one does not
                 let found = bytes.iter().enumerate().find_map(|(at, &byte)| {
-                    let format = self.detector.push(&[byte])?;
+                    let format = self.search(byte, now)?;
                     Some((at + 1, format))
                 });
                 let end = found.map_or(bytes.len(), |(at, _)| at);
@@ -113,26 +148,47 @@ impl App<'_> {
                 if let Some((_, format)) = found {
                     self.run(format);
                     self.framer.push(rest); // it has room: PIECE is less than LONGEST
-                    self.frames(out);
+                    self.frames(out, now);
                 }
             }
             Phase::Run(_) | Phase::Fault(_) | Phase::Start => self.raw(bytes, out),
         }
     }
 
-    /// Sends bytes on unchanged.
-    pub(super) fn raw(&mut self, bytes: &[u8], out: &mut impl Line) {
-        let counters = &mut self.flow.counters;
-        match out.send(bytes) {
-            Ok(()) => count(&mut counters.raw, bytes.len() as u32),
-            Err(_) => count(&mut counters.dropped, 1),
+    /// One byte more to find the format by. What a STIM300 tells about itself counts already.
+    fn search(&mut self, byte: u8, now: u64) -> Option<ImuFormat> {
+        self.undetected = self.undetected.saturating_add(1);
+        if self.undetected > UNKNOWN_AFTER {
+            self.flow.flag(fault::UNKNOWN_FORMAT, true);
         }
+        let (reverse, flow) = (&mut self.reverse, &mut self.flow);
+        let found = self.detector.push(&[byte], |format, message| {
+            if format == ImuFormat::Stim300 {
+                reverse.special(message, flow, now);
+            }
+        });
+        if let Some(service) = &mut self.service {
+            if service.lasts(byte, now) {
+                return None;
+            }
+            self.service = None;
+            self.detector.restart(&self.flow.config.sensor);
+            return None;
+        }
+        found
     }
 
-    /// The frames that are now complete.
-    fn frames(&mut self, out: &mut impl Line) {
+    /// Sends bytes on unchanged.
+    pub(super) fn raw(&mut self, bytes: &[u8], out: &mut impl Line) {
+        pass(bytes, out, &mut self.flow.counters);
+        count(&mut self.flow.counters.raw, bytes.len() as u32);
+    }
+
+    /// The frames that are now complete. All that is no frame passes in its place.
+    fn frames(&mut self, out: &mut impl Line, now: u64) {
         let format = self.framer.format();
         while let Some(event) = self.framer.next_event() {
+            let bytes = event.bytes().len();
             match event.kind() {
                 Kind::Frame => {
                     if let Some(frame) = event.frame() {
@@ -145,16 +201,24 @@ impl App<'_> {
                     count(&mut self.flow.counters.others, 1);
                     count(&mut self.flow.counters.dropped, u32::from(!sent));
                     if format == ImuFormat::Stim300 {
-                        self.reverse.special(event.bytes(), &mut self.flow);
+                        self.reverse.special(event.bytes(), &mut self.flow, now);
+                    } else if format.starts_up(event.bytes()) {
+                        self.flow.start_message();
                     }
                 }
+                Kind::Long => {
+                    pass(event.bytes(), out, &mut self.flow.counters);
+                    count(&mut self.flow.counters.raw, bytes as u32);
+                }
                 Kind::BadChecksum => {
+                    pass(event.bytes(), out, &mut self.flow.counters);
                     count(&mut self.flow.counters.bad_checksums, 1);
-                    self.flow.gap();
+                    self.flow.unframed(bytes);
                 }
                 kind @ (Kind::Garbage | Kind::Unknown) => {
-                    count(&mut self.flow.counters.garbage, event.bytes().len() as u32);
-                    self.flow.gap();
+                    pass(event.bytes(), out, &mut self.flow.counters);
+                    count(&mut self.flow.counters.garbage, bytes as u32);
+                    self.flow.unframed(bytes);
                     self.flow.flag(fault::UNKNOWN_FORMAT, kind == Kind::Unknown);
                 }
             }
@@ -179,16 +243,26 @@ impl App<'_> {
         self.machine.transition_to_fault(cause);
     }
 
-    /// Notices when the sensor falls silent.
-    pub(super) fn watch_silence(&mut self, now: u64) {
+    /// Notices when the sensor falls silent. The beginning of a frame then passes unchanged.
+    pub(super) fn watch_silence(&mut self, now: u64, out: &mut impl Line) {
         let silent = now.saturating_sub(self.heard_us) >= u64::from(self.flow.config.silence_us);
         if silent && self.flow.faults & fault::SILENT == 0 {
             self.flow.flag(fault::SILENT, true);
             count(&mut self.flow.counters.silences, 1);
             self.flow.silence();
             if let Some(rest) = self.framer.flush() {
+                pass(rest.bytes(), out, &mut self.flow.counters);
                 count(&mut self.flow.counters.garbage, rest.bytes().len() as u32);
             }
         }
+    }
+}
+
+/// Sends bytes on that are no message, in pieces, so that little is lost where there is little
+/// room.
+fn pass(bytes: &[u8], out: &mut impl Line, counters: &mut Counters) {
+    for piece in bytes.chunks(PIECE) {
+        let sent = out.send(piece).is_ok();
+        count(&mut counters.dropped, u32::from(!sent));
     }
 }

@@ -56,6 +56,11 @@ impl ImuProtocol for Protocol {
         Frame::over(frame)?.change(gyro, accel, change.mark)
     }
 
+    /// The start-up pattern.
+    fn starts_up(message: &[u8]) -> bool {
+        Frame::over(message).is_some_and(|frame| frame.is_pattern())
+    }
+
     fn seal(frame: &mut [u8]) {
         seal(frame);
     }

@@ -58,6 +58,12 @@ impl ImuProtocol for Protocol {
         Some(Axes::NONE)
     }
 
+    /// The built-in test's message of 11 bytes, which is sent once at power-on. It may also be an
+    /// answer.
+    fn starts_up(message: &[u8]) -> bool {
+        message.starts_with(&[0xFE, 0x81, 0x00, 0xAA])
+    }
+
     fn seal(frame: &mut [u8]) {
         seal(frame);
     }

@@ -19,6 +19,13 @@ pub struct Settings {
 #[derive(Debug)]
 pub struct Protocol;
 
+/// In [`ImuProtocol::content`]: RAWIMU and RAWIMUS do not tell the type of the IMU.
+const UNTOLD: u8 = 0x7E;
+/// A type that no document has.
+const UNKNOWN: u8 = 0x7F;
+/// A log with a long header.
+const LONG: u8 = 0x80;
+
 /// Seconds of a GPS week.
 const WEEK: f64 = 604_800.0;
 
@@ -35,16 +42,24 @@ impl ImuProtocol for Protocol {
         scan(bytes)
     }
 
-    /// The IMU type; 0 when the log does not tell.
+    /// The IMU type, and in bit 7 whether the header is long: the same sample may come in several
+    /// logs. The type is [`UNTOLD`] when the log does not tell.
     #[inline(always)]
     fn content(frame: &[u8]) -> u8 {
-        let info = Frame::over(frame).and_then(|frame| frame.info());
-        info.map_or(0, |(_, kind)| kind.0)
+        Frame::over(frame).map_or(UNTOLD, |frame| {
+            let kind = match frame.info() {
+                Some((_, ImuType(kind @ 0..UNTOLD))) => kind,
+                Some(_) => UNKNOWN,
+                None => UNTOLD,
+            };
+            let long = frame.log().header_len() != Log::Rawimusx.header_len();
+            if long { kind | LONG } else { kind }
+        })
     }
 
     fn stream(settings: &Settings, content: u8, rate: f64) -> Option<Stream> {
-        let kind = match content {
-            0 => settings.imu_type,
+        let kind = match content & !LONG {
+            0 | UNTOLD => settings.imu_type,
             kind => ImuType(kind),
         };
         let rate = kind.rate().map_or(rate, f64::from);

@@ -1,7 +1,7 @@
 //! What the STIM300 states about itself: [`ImuProtocol`].
 
 use super::config::{self, Config};
-use super::{Cluster, Contents, Extra, Frame, Repr, Temperatures, scan, seal};
+use super::{Cluster, Contents, Extra, Frame, Repr, Temperatures, scan, seal, status};
 use crate::sample::{Axes, RawSample};
 use crate::units::{DEGREE, G};
 use crate::wire::protocol::{Change, Fields, ImuProtocol, Simulated};
@@ -46,10 +46,11 @@ impl ImuProtocol for Protocol {
         scan(bytes)
     }
 
-    /// The identifier.
+    /// Whether there are accelerometers: bit 0 of the identifier. Nothing else in it changes how the
+    /// values are corrected.
     #[inline(always)]
     fn content(frame: &[u8]) -> u8 {
-        frame.first().copied().unwrap_or_default()
+        frame.first().copied().unwrap_or_default() & 1
     }
 
     /// The counter counts internal samples at 2000 Hz. With an external trigger it tells nothing.
@@ -80,6 +81,12 @@ impl ImuProtocol for Protocol {
     #[inline(always)]
     fn always_changes(settings: &Settings) -> bool {
         settings.family.is_some()
+    }
+
+    /// The start-up bit of the gyros' status. What the sensor sends before its first frame has its
+    /// own identifiers, which may also be an answer: see `app::reverse`.
+    fn starts_up(message: &[u8]) -> bool {
+        Frame::over(message).is_some_and(|frame| frame.gyro().status & status::START_UP != 0)
     }
 
     fn seal(frame: &mut [u8]) {

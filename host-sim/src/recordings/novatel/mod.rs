@@ -124,6 +124,7 @@ impl Recording {
                 self.damaged += 1;
                 self.garbage += bytes.len();
             }
+            Kind::Long => {}
             Kind::Garbage | Kind::Unknown => self.garbage += bytes.len(),
         }
     }

@@ -1,0 +1,228 @@
+//! What follows when a frame has left: gaps, samples that come twice, sensors that stand still or
+//! start anew, and the networks' and the learner's share of the sample.
+
+use super::channels::Kind;
+use super::still::Still;
+use super::{Correction, Flow, Told, count};
+use crate::compensator::Block;
+use crate::control::Mode;
+use crate::wire::command::fault;
+use crate::wire::sequence::{Gap, Last};
+use crate::wire::{Checked, Reading};
+
+/// A silence of this length, microseconds, is taken for a power cycle: nothing tells it from a cable
+/// that was pulled, and cables carry the power.
+const POWER_CYCLE_US: u64 = 1_000_000;
+
+/// After so many frames beside those that make blocks it is compared which come more often.
+const COMPARED: u32 = 64;
+
+impl Flow<'_> {
+    /// Counts gaps and feeds the networks with the sample of the frame that has just left.
+    #[inline(always)]
+    pub(super) fn follow(&mut self, reading: &Reading) {
+        let bad = reading.present.0 & !reading.valid.0;
+        self.flag(fault::SENSOR, bad != 0);
+        if !self.channels.leads() {
+            return self.aside();
+        }
+        if self.channels.changed() && self.is_copy(reading) {
+            return;
+        }
+        let stream = self.stream.as_ref();
+        let gap = stream.map(|stream| stream.gap(&mut self.last, reading));
+        let counters = &mut self.counters;
+        match gap {
+            Some(Gap::Duplicate) => {
+                count(&mut counters.duplicates, 1);
+                let stuck = self.last.is_stuck();
+                return self.flag(fault::STUCK, stuck); // sent on, but the sample counts once
+            }
+            Some(Gap::Missed(frames)) => {
+                count(&mut counters.missed, frames);
+                self.sample = self.sample.wrapping_add(frames);
+            }
+            Some(Gap::Jump) => count(&mut counters.jumps, 1),
+            Some(Gap::None) | None => {}
+        }
+        self.sample = self.sample.wrapping_add(1);
+        match gap {
+            Some(Gap::Jump) => self.jump(),
+            Some(Gap::Missed(_)) => self.gap(),
+            _ if bad != 0 => self.gap(),
+            _ => self.fresh = false,
+        }
+        if self.still.may_be(&reading.sample) || self.faults & fault::STUCK != 0 {
+            self.look_still(reading, bad);
+            if self.faults & fault::STUCK != 0 {
+                return;
+            }
+        }
+        let Some(Correction { compensator, state }) = &mut self.correction else {
+            return;
+        };
+        if let Some(learner) = &mut self.learner.0
+            && self.begun.is_some()
+        {
+            learner.sample(self.sample, &reading.sample);
+        }
+        if bad == 0
+            && let Some(block) = compensator.accumulate(state, &reading.sample)
+        {
+            self.end_of_block(block);
+        }
+    }
+
+    #[inline(never)]
+    fn end_of_block(&mut self, block: Block) {
+        count(&mut self.counters.blocks, 1);
+        let failed = block.fault.is_some();
+        self.flag(fault::NETWORK, failed);
+        self.failures = if failed {
+            self.failures.saturating_add(1)
+        } else {
+            0
+        };
+        let zero = block.rate_error == [0.0; 3] && block.force_error == [0.0; 3];
+        self.block = Some(block);
+        self.promote(&block);
+        if let (Some(learner), Some(_)) = (&mut self.learner.0, self.begun) {
+            learner.block(self.sample, &block);
+        }
+        if self.mode == Mode::Bypass && zero {
+            self.correction = None; // faded out
+        }
+    }
+
+    /// The sensor has been silent for too long.
+    pub fn silence(&mut self) {
+        self.gap();
+        if let Some(learner) = &mut self.learner.0 {
+            learner.silence();
+        }
+    }
+
+    /// The stream has a gap: damage, silence, lost bytes.
+    pub fn gap(&mut self) {
+        if let Some(Correction { compensator, state }) = &mut self.correction {
+            compensator.give_up_block(state);
+        }
+        if let Some(learner) = &mut self.learner.0 {
+            learner.gap();
+        }
+    }
+
+    /// Time or counter have jumped: how many samples are missing will not be known.
+    #[cold]
+    fn jump(&mut self) {
+        self.gap();
+        if let Some(learner) = &mut self.learner.0 {
+            learner.silence();
+        }
+    }
+
+    /// Bytes that belong to no frame have gone by. Where the frames are counted or timed, the next
+    /// one tells whether one is missing.
+    pub fn unframed(&mut self, bytes: usize) {
+        self.unframed = self.unframed.saturating_add(bytes as u32);
+        self.channels.unselect();
+        if self.stream.is_none_or(|stream| stream.turn().is_none()) {
+            self.gap();
+        }
+    }
+
+    /// The sensor is heard again after a silence.
+    pub fn heard_again(&mut self, silent_us: u64) {
+        self.silent_us = Some(silent_us);
+        self.channels.unselect();
+    }
+
+    /// A message that is no frame may tell that the sensor has just started.
+    pub fn start_message(&mut self) {
+        if self.silent_us.is_some() {
+            self.restarted();
+        }
+    }
+
+    /// A frame of another kind than the last one, or the first one after bytes of no frame or a
+    /// silence. Gives whether its kind is known.
+    #[cold]
+    pub(super) fn another(&mut self, kind: Kind, frame: &Checked, reading: &Reading) -> bool {
+        if let Some(silent) = self.silent_us.take() {
+            let stream = self.stream.as_ref();
+            let anew = stream.is_some_and(|stream| stream.has_begun_anew(&self.last, reading));
+            if anew || silent >= POWER_CYCLE_US {
+                self.restarted();
+            }
+        }
+        let unframed = core::mem::take(&mut self.unframed);
+        if unframed > 0
+            && let Some(turn) = self.stream.and_then(|stream| stream.turn())
+            && u64::from(unframed) >= u64::from(turn) * frame.bytes().len() as u64
+        {
+            self.gap(); // room for a whole turn of the counter
+        }
+        self.channels.select(kind)
+    }
+
+    /// A frame of a kind whose samples make no blocks. When these come more often than those that
+    /// do, they take their place.
+    #[cold]
+    fn aside(&mut self) {
+        let (frames, since) = &mut self.aside;
+        *frames += 1;
+        if *frames < COMPARED {
+            return;
+        }
+        let led = self.sample.wrapping_sub(*since);
+        self.aside = (0, self.sample);
+        if led < COMPARED / 2 {
+            self.channels.clear();
+        }
+    }
+
+    /// Whether the sample has come before, in a frame of another kind.
+    #[cold]
+    fn is_copy(&mut self, reading: &Reading) -> bool {
+        let stream = self.stream.as_ref();
+        let copy = stream.is_some_and(|stream| stream.repeats(&self.last, reading));
+        if !copy {
+            self.channels.counted();
+        }
+        copy
+    }
+
+    /// All six values may be those of the last sample. While the sensor calls them good, they
+    /// cannot be for as long as [`Still`] says. Then the sensor is stuck, and nothing is learnt.
+    #[cold]
+    fn look_still(&mut self, reading: &Reading, bad: u8) {
+        let rate = self
+            .stream
+            .map_or(self.config.sensor.rate, |stream| stream.rate);
+        let stuck = self.still.look(&reading.sample, rate) && bad == 0;
+        self.flag(fault::STUCK, stuck);
+        if stuck {
+            self.gap();
+        }
+    }
+
+    /// The sensor has started anew. Its errors differ from turn-on to turn-on, so nothing that was
+    /// learnt before is applied, and the learner begins anew. What it told about itself must be
+    /// told again.
+    #[cold]
+    pub fn restarted(&mut self) {
+        self.silent_us = None;
+        if core::mem::replace(&mut self.fresh, true) {
+            return; // of one start there are many signs
+        }
+        count(&mut self.counters.restarts, 1);
+        self.told = Told::Unknown;
+        self.forget();
+        (self.promoted, self.learner_nets) = (false, false);
+        self.begun = None;
+        (self.last, self.still) = (Last::default(), Still::default());
+        if let Some(learner) = &mut self.learner.0 {
+            learner.restart();
+        }
+    }
+}

@@ -1,0 +1,189 @@
+//! How a correction is made for the frames that come, and what changes it: modes, alignments,
+//! networks.
+
+use super::channels::Kind;
+use super::{Correction, Flow, Told};
+use crate::app::setup::{compensator, lsb};
+use crate::control::{Alignment, Mode};
+use crate::model::Nets;
+use crate::sample::Axes;
+use crate::wire::command::fault;
+use crate::wire::sequence::Last;
+use crate::wire::{ImuFormat, Source, Stream, stim300};
+
+impl Flow<'_> {
+    /// Samples should be corrected, but their units are not known.
+    pub fn is_lost(&self) -> bool {
+        let waits = self.stream.is_none() && self.channels.source().is_some_and(|s| self.awaits(s));
+        self.mode != Mode::Bypass && self.faults & fault::UNITS != 0 && !waits
+    }
+
+    /// A correction for frames of this kind, when one is wanted.
+    #[inline(never)]
+    pub(super) fn make(&mut self, kind: Kind, present: Axes) {
+        let (source, content) = kind;
+        let stream = if self.awaits(source) {
+            None
+        } else {
+            source.stream(&self.config.sensor, content)
+        };
+        if self.channels.is_empty() {
+            self.channels.add(kind, true);
+            self.present = present;
+            self.lead(stream);
+        } else if !self.beside(kind, stream, present) && self.mode != Mode::Bypass {
+            self.flag(fault::UNITS, true);
+        }
+    }
+
+    /// Whether frames of this source wait for the sensor to tell their units.
+    fn awaits(&self, source: Source) -> bool {
+        self.told == Told::Unknown && source == Source::Stream(ImuFormat::Stim300)
+    }
+
+    /// One more kind of frame on the line. False: it cannot be corrected.
+    fn beside(&mut self, kind: Kind, stream: Option<Stream>, present: Axes) -> bool {
+        let leads = stream == self.stream && present == self.present;
+        let (Some(outlet), Some(stream)) = (self.channels.add(kind, leads), stream) else {
+            return false;
+        };
+        let Some(Correction { compensator, state }) = &mut self.correction else {
+            return true;
+        };
+        let period = 1.0 / stream.rate;
+        let lsb = lsb(&stream, period);
+        lsb.is_some_and(|lsb| compensator.set_outlet(state, outlet, lsb, period).is_ok())
+    }
+
+    /// A correction for the samples of this stream, which from now on make the blocks.
+    fn lead(&mut self, stream: Option<Stream>) {
+        if stream.is_some() && stream == self.stream && self.correction.is_some() {
+            return;
+        }
+        self.keep_count();
+        self.stream = stream;
+        let slow = self.alignment == Some(Alignment::Finished) || self.mode == Mode::Learn;
+        let slew = slow.then_some(self.config.slew);
+        let wanted = self.mode != Mode::Bypass;
+        (self.promoted, self.learner_nets) = (false, false);
+        let off = self.observes_only();
+        self.correction = stream.filter(|_| wanted).and_then(|stream| {
+            let compensator = compensator(&stream, &self.config, slew)?;
+            let state = compensator.power_on(off);
+            Some(Correction { compensator, state })
+        });
+        if let Some(learner) = &mut self.learner.0 {
+            learner.restart();
+        }
+        self.teach();
+        self.failures = 0;
+        self.flag(fault::NETWORK, false);
+        self.flag(fault::UNITS, wanted && self.correction.is_none());
+    }
+
+    /// Forgets the stream's units and rate: the next frame decides anew.
+    pub fn forget(&mut self) {
+        self.keep_count();
+        self.channels.clear();
+        self.stream = None;
+        self.correction = None;
+        self.last = Last::default();
+    }
+
+    /// The sensor has told its configuration.
+    pub fn configured(&mut self, stim: stim300::config::Config) {
+        let known = self.told != Told::Unknown && self.config.sensor.stim300.config == stim;
+        self.config.sensor.stim300.config = stim;
+        self.told = Told::BySensor;
+        if !known {
+            self.channels.clear();
+        }
+    }
+
+    /// The sensor's configuration may change: nothing is corrected until the sensor tells it.
+    pub fn untold(&mut self) {
+        self.told = Told::Unknown;
+        self.forget();
+    }
+
+    /// What is known of the units that the sensor tells.
+    #[inline(always)]
+    pub fn told(&self) -> Told {
+        self.told
+    }
+
+    /// Another mode; the caller has checked that it is allowed.
+    pub fn set_mode(&mut self, mode: Mode) {
+        let fade = self.alignment == Some(Alignment::Finished);
+        self.mode = mode;
+        self.promoted = false;
+        match &mut self.correction {
+            Some(Correction { compensator, state }) if fade => {
+                state.off = mode != Mode::Frozen;
+                if core::mem::take(&mut self.learner_nets) {
+                    compensator.exchange(state, self.config.nets, Default::default());
+                }
+            }
+            _ => {
+                self.keep_count();
+                self.correction = None;
+                self.channels.clear();
+            }
+        }
+        self.failures = 0;
+        self.teach();
+    }
+
+    /// The navigation computer's alignment. From its end on corrections change only slowly.
+    pub fn align(&mut self, alignment: Alignment) {
+        self.alignment = Some(alignment);
+        if let Some(learner) = &mut self.learner.0 {
+            learner.align(alignment);
+        }
+        if alignment == Alignment::Started && self.mode == Mode::Learn {
+            self.activate(true, None);
+        }
+        let learns = self.mode == Mode::Learn;
+        if let Some(correction) = &mut self.correction {
+            // a fade in progress stays one
+            let slow = alignment == Alignment::Finished || correction.state.off || learns;
+            correction.compensator.slew = slow.then_some(self.config.slew);
+        }
+    }
+
+    /// Other networks from the next sample on. The block in progress is given up, and the estimate
+    /// is held until they have stepped.
+    #[inline(never)]
+    pub fn set_nets(&mut self, nets: Nets) {
+        self.config.nets = nets;
+        self.flag(fault::WEIGHTS, false);
+        self.failures = 0;
+        self.begun = None;
+        (self.promoted, self.learner_nets) = (false, false);
+        if let Some(Correction { compensator, state }) = &mut self.correction {
+            compensator.give_up_block(state);
+            compensator.exchange(state, nets, Default::default());
+        }
+        self.teach();
+    }
+
+    /// Blocks given up, corrections clipped.
+    pub fn blocks(&self) -> (u32, u32) {
+        let state = self.correction.as_ref().map(|c| &c.state);
+        let given_up = state.map_or(0, |s| s.given_up);
+        let clipped = state.map_or(0, |s| s.clipped);
+        (
+            self.counters.given_up.saturating_add(given_up),
+            self.clipped.saturating_add(clipped),
+        )
+    }
+
+    /// Keeps a state's counters before it is dropped.
+    fn keep_count(&mut self) {
+        (self.counters.given_up, self.clipped) = self.blocks();
+        if let Some(correction) = &mut self.correction {
+            correction.state.given_up = 0;
+            correction.state.clipped = 0;
+        }
+    }
+}

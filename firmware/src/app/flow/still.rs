@@ -1,0 +1,63 @@
+//! Whether a sensor's values stand still.
+//!
+//! An overrun or a frozen sensor looks like plausible data. A sensor at rest does not repeat all six
+//! values for long: white noise with a standard deviation of s counts lets one value round to the
+//! same count with a probability of at most erf(1 / (2 s sqrt(2))), which is 0.96 for s = 0.25. All
+//! six in 100 samples in a row then have 1e-11, and for s = 0.2 and 1000 samples 1e-33. Below
+//! s = 0.15 equal values are possible, so the fault that follows only keeps the samples from being
+//! learnt.
+
+use crate::sample::RawSample;
+
+/// Fewest equal samples in a row that are told.
+const SAMPLES: u32 = 100;
+/// Shortest time of equal samples that is told, s.
+const TIME_S: f64 = 1.0;
+
+/// How long the values have been the same.
+#[derive(Debug)]
+pub(super) struct Still {
+    /// Bits of the last sample's first value.
+    first: u32,
+    /// The sample that comes again and again.
+    sample: RawSample,
+    /// How often it has come.
+    run: u32,
+}
+
+impl Default for Still {
+    fn default() -> Still {
+        let sample = RawSample::Counts {
+            gyro: [0; 3],
+            accel: [0; 3],
+        };
+        let (first, run) = (0, 0);
+        Still { first, sample, run }
+    }
+}
+
+impl Still {
+    /// Whether the first value is that of the last sample: a look at one value, which suffices for
+    /// most samples.
+    #[inline(always)]
+    pub fn may_be(&mut self, sample: &RawSample) -> bool {
+        let first = match *sample {
+            RawSample::Counts { gyro: [x, ..], .. } => x.cast_unsigned(),
+            RawSample::Floats { gyro: [x, ..], .. } => x.to_bits(),
+        };
+        let same = self.first == first;
+        if !same {
+            (self.first, self.run) = (first, 0);
+        }
+        same
+    }
+
+    /// Takes a sample and tells whether it has come for too long, at `rate` samples a second.
+    pub fn look(&mut self, sample: &RawSample, rate: f64) -> bool {
+        if self.run == 0 || *sample != self.sample {
+            (self.sample, self.run) = (*sample, 0);
+        }
+        self.run = self.run.saturating_add(1);
+        self.run >= SAMPLES.max((rate * TIME_S) as u32)
+    }
+}

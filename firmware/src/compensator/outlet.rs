@@ -1,0 +1,96 @@
+//! Streams of samples of one sensor that are corrected beside each other.
+//!
+//! A sensor may send the same motion in two kinds of frames, each with its own scale. A client reads
+//! one of them, so each must be right to its last remainder.
+
+use super::remainder::{COUNT, LARGEST, add_float, subtract};
+use super::{Compensator, ConfigError, State};
+use crate::sample::{Axes, Lsb, RawSample};
+
+/// Streams of samples that can be corrected beside each other.
+pub const OUTLETS: usize = 4;
+
+/// What one stream of samples is owed.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Outlet {
+    due: [[i64; 3]; 2], // the estimate in steps of 2^-32 counts per sample
+    due_float: [[f32; 3]; 2],
+    remainder: [[i32; 3]; 2], // steps of 2^-32 counts; at most half a count
+    remainder_float: [[f32; 3]; 2],
+}
+
+impl Compensator {
+    /// States the scale and the timing of the samples of another outlet than 0, in which the same
+    /// sensor sends the same motion once more. Each outlet carries its own remainder, so that what
+    /// leaves by each is exact. Blocks are made of outlet 0 alone. From the beginning all outlets
+    /// have the scale of outlet 0.
+    ///
+    /// # Errors
+    /// Names the parameter that is out of range.
+    pub fn set_outlet(
+        &mut self,
+        state: &mut State,
+        outlet: usize,
+        lsb: Lsb,
+        sample_period_s: f64,
+    ) -> Result<(), ConfigError> {
+        if !positive(lsb.rad) || !positive(lsb.mps) {
+            return Err(ConfigError::Lsb);
+        }
+        if !positive(sample_period_s) {
+            return Err(ConfigError::SamplePeriod);
+        }
+        let per_error_of = self.counts_per_error.get_mut(outlet);
+        *per_error_of.ok_or(ConfigError::Outlet)? = per_error(lsb, sample_period_s);
+        self.make_due(state);
+        Ok(())
+    }
+
+    /// Corrects one sample of an outlet by the estimate in force: all that must be done before a
+    /// frame can leave. Returns the axes whose count saturated at 32 bits. Nothing happens at an
+    /// outlet that does not exist.
+    #[inline(always)]
+    pub fn correct(&self, state: &mut State, outlet: usize, sample: &mut RawSample) -> Axes {
+        let Some(outlet) = state.outlets.get_mut(outlet) else {
+            return Axes::NONE;
+        };
+        match sample {
+            RawSample::Counts { gyro, accel } => {
+                let [left_gyro, left_accel] = &mut outlet.remainder;
+                let (rates, gyro_over) = subtract(*gyro, &outlet.due[0], left_gyro);
+                let (forces, accel_over) = subtract(*accel, &outlet.due[1], left_accel);
+                (*gyro, *accel) = (rates, forces);
+                Axes::new(gyro_over, accel_over)
+            }
+            RawSample::Floats { gyro, accel } => {
+                let [due_gyro, due_accel] = &outlet.due_float;
+                let [left_gyro, left_accel] = &mut outlet.remainder_float;
+                add_float(gyro, due_gyro, left_gyro);
+                add_float(accel, due_accel, left_accel);
+                Axes::NONE
+            }
+        }
+    }
+
+    /// The estimate in counts per sample, for all outlets.
+    pub(super) fn make_due(&self, state: &mut State) {
+        for (outlet, per_error) in state.outlets.iter_mut().zip(self.counts_per_error) {
+            let due = outlet.due.iter_mut().zip(&mut outlet.due_float);
+            let per_sample = state.estimate.iter().zip(per_error);
+            for ((due, due_float), (estimate, per_error)) in due.zip(per_sample) {
+                let counts = estimate.map(|e| e * per_error);
+                *due = counts.map(|c| ((c * COUNT) as i64).clamp(-LARGEST, LARGEST));
+                *due_float = counts.map(|c| -c);
+            }
+        }
+    }
+}
+
+/// Counts per sample for an error of 1 rad/s and 1 m/s2.
+pub(super) fn per_error(lsb: Lsb, period_s: f64) -> [f32; 2] {
+    [(period_s / lsb.rad) as f32, (period_s / lsb.mps) as f32]
+}
+
+pub(super) fn positive(x: f64) -> bool {
+    x.is_finite() && x > 0.0
+}
