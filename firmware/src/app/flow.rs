@@ -12,7 +12,7 @@ use super::load::Load;
 use super::phase::FAILURES;
 use crate::compensator::{Block, Compensator, State};
 use crate::control::{Alignment, Mode};
-use crate::learn::Learner;
+use crate::learn::{Learner, Settings};
 use crate::link::Line;
 use crate::sample::{Axes, RawSample, StreamScale};
 use crate::wire::command::{Counters, fault};
@@ -93,7 +93,10 @@ pub(super) struct Flow<'m> {
 }
 
 impl<'m> Flow<'m> {
-    pub fn new(config: Config, learner: Option<&'m mut dyn Learner>) -> Flow<'m> {
+    pub fn new(config: Config, mut learner: Option<&'m mut dyn Learner>) -> Flow<'m> {
+        if let (Some(learner), Some(told)) = (&mut learner, &config.told) {
+            learner.configure(&Settings::of(told));
+        }
         Flow {
             mode: config.mode,
             error_bound_m: config.error_bound().table(),

@@ -58,8 +58,8 @@ impl Default for Configuration {
 
 /// 0.34 deg/h together, of which a twentieth walks in an hour.
 const MEDIUM_GYRO: Triad = Triad {
-    bias_turn_on: 1.627_961e-6,
-    bias_in_run: 8.15e-8,
+    bias_turn_on: 1.627_961_3e-6,
+    bias_in_run: 8.150_000_5e-8,
     white_noise: 1.46e-6,
     scale: 20e-6,
     misalignment: 5e-5,
@@ -69,7 +69,7 @@ const MEDIUM_GYRO: Triad = Triad {
 /// 410 ug together, of which a twentieth walks in an hour.
 const MEDIUM_ACCEL: Triad = Triad {
     bias_turn_on: 3.994_997e-3,
-    bias_in_run: 2e-4,
+    bias_in_run: 2.000_000_1e-4,
     white_noise: 1.96e-4,
     scale: 100e-6,
     misalignment: 5e-5,

@@ -1,6 +1,6 @@
 //! Two learners side by side: from references and from fixes.
 
-use super::{Learner, Report, Winner};
+use super::{Learner, Report, Settings, Winner};
 use crate::compensator::Block;
 use crate::control::{Alignment, Reason, Window};
 use crate::fix::Fix;
@@ -19,6 +19,11 @@ pub struct CombinedLearner<'m, R, F> {
 }
 
 impl<R: Learner, F: Learner> Learner for CombinedLearner<'_, R, F> {
+    fn configure(&mut self, settings: &Settings) {
+        self.references.configure(settings);
+        self.fixes.configure(settings);
+    }
+
     fn begin(&mut self, nets: &Nets, stream: StreamScale) {
         self.references.begin(nets, stream);
         self.fixes.begin(nets, stream);

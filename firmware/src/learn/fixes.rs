@@ -207,6 +207,14 @@ impl<'m> FixLearner<'m> {
 }
 
 impl Learner for FixLearner<'_> {
+    fn configure(&mut self, settings: &Settings) {
+        self.settings = *settings;
+        self.stream = None;
+        self.running = ZERO_CORRECTION;
+        self.tally = Tally::default();
+        self.restart();
+    }
+
     /// Begins from the datasheet: the hypotheses have networks of their own.
     fn begin(&mut self, _: &Nets, stream: StreamScale) {
         let Settings { sheet, gates, .. } = &self.settings;

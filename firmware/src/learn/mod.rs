@@ -72,6 +72,10 @@ pub struct Winner {
 /// A way to learn. No result may depend on when a function is called between two samples, so that
 /// the same input gives the same bits on every machine.
 pub trait Learner {
+    /// What it must know of the unit. What was learnt before is forgotten: it waits for
+    /// [`Learner::begin`].
+    fn configure(&mut self, _settings: &Settings) {}
+
     /// Begins anew, from a copy of `nets`.
     fn begin(&mut self, nets: &Nets, stream: StreamScale);
 

@@ -16,9 +16,10 @@ pub struct Datasheet<T = f32> {
     pub gyro_bias: T,
     /// Standard deviation of an accelerometer's bias, m/s^2, > 0.
     pub accel_bias: T,
-    /// Random walk of a bias in an hour, as a share of its standard deviation.
-    pub walk_per_hour: T,
-    /// Mean input of the accelerometers, m/s^2, body axes: gravity's reaction.
+    /// Random walk of a bias in an hour, as a share of its standard deviation; gyros,
+    /// accelerometers.
+    pub walk_per_hour: [T; 2],
+    /// Mean input of the accelerometers, m/s^2, the sensor's axes: gravity's reaction.
     pub gravity: [T; 3],
     /// Largest usual rate, rad/s, and largest usual change of specific force, m/s^2, > 0.
     pub range: [T; 2],
@@ -31,7 +32,7 @@ impl Datasheet<f32> {
         Self {
             gyro_bias,
             accel_bias,
-            walk_per_hour: 0.05,
+            walk_per_hour: [0.05; 2],
             gravity: [0.0, 0.0, -9.8],
             range: [0.2, 2.0],
         }
@@ -44,7 +45,7 @@ impl Datasheet<f32> {
         Datasheet {
             gyro_bias: to(self.gyro_bias),
             accel_bias: to(self.accel_bias),
-            walk_per_hour: to(self.walk_per_hour),
+            walk_per_hour: self.walk_per_hour.map(to),
             gravity: self.gravity.map(to),
             range: self.range.map(to),
         }
@@ -134,8 +135,11 @@ impl<T: Real> Datasheet<T> {
     ) -> Prior<NAV, N, T> {
         let [_, sigma] = weights(block_s, output);
         let bias = [self.gyro_bias, self.accel_bias];
-        let share = self.walk_per_hour * T::from_f64(1.0 / 60.0);
-        let walk = bias.map(|sigma| [sigma * share; 3]);
+        let mut walk = bias.map(|sigma| [sigma; 3]);
+        for (triad, in_hour) in walk.iter_mut().zip(self.walk_per_hour) {
+            let share = in_hour * T::from_f64(1.0 / 60.0);
+            *triad = triad.map(|sigma| sigma * share);
+        }
         Prior {
             error_sigma,
             parameter_sigma: ErrorModel::<L, N, Rational, T>::sigmas(bias.map(|b| [b; 3]), &sigma),

@@ -3,6 +3,7 @@
 use super::bank::Gates;
 use super::prior::Datasheet;
 use crate::align::Sensors;
+use crate::configuration::{Configuration, Triad, VehicleKind};
 use crate::nav::Noise;
 
 /// What the learner must know of the sensors and the receiver.
@@ -19,7 +20,22 @@ pub struct Settings {
     /// Least age of a fix when it arrives, s, 0 to 1. What a fix is later than the earliest is
     /// measured: see [`super::age`].
     pub fix_age_s: f32,
+    /// From the IMU to the receiver's antenna in the sensor's axes, m.
+    pub lever_arm: [f32; 3],
 }
+
+/// Rate (rad/s) and change of specific force (m/s2) that are usual in a vehicle: the networks'
+/// inputs are near 1 there (assumed).
+const fn usual(kind: VehicleKind) -> [f32; 2] {
+    match kind {
+        VehicleKind::Land => [0.2, 2.0],
+        VehicleKind::Ship => [0.1, 1.0],
+        VehicleKind::Air => [0.5, 5.0],
+    }
+}
+
+/// Standard gravity as the networks see it, m/s2.
+const GRAVITY: f32 = 9.8;
 
 impl Settings {
     /// The medium laser-gyro IMU of `host-sim` (preset `medium`): 0.34 deg/h, 410 ug, 0.005
@@ -34,7 +50,34 @@ impl Settings {
         gates: Gates::USUAL,
         align_s: 100.0,
         fix_age_s: 0.1,
+        lever_arm: [0.0; 3],
     };
+
+    /// What a unit's configuration tells. A bias is the root of the squares of its part that is
+    /// drawn at power-on and of its walk in an hour. The learner works in the sensor's own axes.
+    #[must_use]
+    pub fn of(told: &Configuration) -> Settings {
+        let [gyro_bias, accel_bias] = [&told.gyro, &told.accel].map(bias);
+        let share = |triad: &Triad, bias: f32| triad.bias_in_run / bias;
+        let [rate, force] = usual(told.vehicle.kind);
+        Settings {
+            sheet: Datasheet {
+                gyro_bias,
+                accel_bias,
+                walk_per_hour: [share(&told.gyro, gyro_bias), share(&told.accel, accel_bias)],
+                gravity: told.in_sensor_axes([0.0, 0.0, -GRAVITY]),
+                range: [rate.min(told.gyro.range), force.min(told.accel.range)],
+            },
+            noise: Noise {
+                gyro: told.gyro.white_noise,
+                accel: told.accel.white_noise,
+            },
+            gates: Gates::USUAL,
+            align_s: f64::from(told.correction.align),
+            fix_age_s: told.receiver.fix_delay,
+            lever_arm: told.in_sensor_axes(told.receiver.lever_arm),
+        }
+    }
 
     /// What the alignment and the standstill detector must know.
     #[must_use]
@@ -43,5 +86,56 @@ impl Settings {
             noise: [self.noise.gyro, self.noise.accel],
             bias: [self.sheet.gyro_bias, self.sheet.accel_bias],
         }
+    }
+}
+
+/// Standard deviation of a bias, all its causes together.
+fn bias(triad: &Triad) -> f32 {
+    libm::hypotf(triad.bias_turn_on, triad.bias_in_run)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The learner's numbers for the medium laser gyro are those it has been tested with.
+    #[test]
+    fn the_default_configuration_is_the_medium_laser_gyro() {
+        let of = Settings::of(&Configuration::default());
+        assert_eq!(of, Settings::MEDIUM);
+        let bits = |settings: &Settings| {
+            let Datasheet {
+                gyro_bias,
+                accel_bias,
+                walk_per_hour: [gyro, accel],
+                gravity: [x, y, z],
+                range: [rate, force],
+            } = settings.sheet;
+            let sheet = [gyro_bias, accel_bias, gyro, accel, x, y, z, rate, force];
+            sheet.map(f32::to_bits)
+        };
+        assert_eq!(bits(&of), bits(&Settings::MEDIUM));
+    }
+
+    #[test]
+    fn every_triad_has_its_own_walk_and_the_axes_are_the_sensors() {
+        let mut told = Configuration::default();
+        told.gyro.bias_turn_on = 3e-6;
+        told.gyro.bias_in_run = 4e-6;
+        told.accel.bias_in_run = 0.0;
+        told.accel.range = 1.5;
+        told.vehicle.kind = VehicleKind::Ship;
+        // turned by 180 degrees about x: the sensor's y points left, its z up
+        told.mounting = [0.0, 1.0, 0.0, 0.0];
+        told.receiver.lever_arm = [1.0, 2.0, -3.0];
+        let of = Settings::of(&told);
+        let near = |a: f32, b: f32| (a - b).abs() <= 1e-6 * b.abs();
+        assert!(near(of.sheet.gyro_bias, 5e-6));
+        assert!(near(of.sheet.walk_per_hour[0], 0.8));
+        assert_eq!(of.sheet.walk_per_hour[1], 0.0);
+        assert_eq!(of.sheet.accel_bias, told.accel.bias_turn_on);
+        assert_eq!(of.sheet.gravity, [0.0, 0.0, 9.8]);
+        assert_eq!(of.sheet.range, [0.1, 1.0]);
+        assert_eq!(of.lever_arm, [1.0, -2.0, 3.0]);
     }
 }

@@ -13,7 +13,7 @@
 //! reference came.
 
 use super::learnt_weights::{self, LEARNT};
-use super::{Learner, Report};
+use super::{Learner, Report, Settings};
 use crate::compensator::Block;
 use crate::control::{self, Reason};
 use crate::model::Nets;
@@ -214,6 +214,11 @@ impl Default for WindowLearner {
 }
 
 impl Learner for WindowLearner {
+    /// It needs nothing of the unit: the scales are those of the networks.
+    fn configure(&mut self, _: &Settings) {
+        self.restart();
+    }
+
     fn begin(&mut self, nets: &Nets, stream: StreamScale) {
         self.stream = stream;
         let [gyro, accel] = &mut self.sides;

@@ -104,7 +104,10 @@ impl Clock {
         Rate {
             divider,
             baud: rounded(hz, by) as u32,
-            error: rounded(hz.abs_diff(as_wanted) * 10_000, as_wanted).min(10_000) as u32,
+            error: match as_wanted {
+                0 => 10_000,
+                _ => rounded(hz.abs_diff(as_wanted) * 10_000, as_wanted).min(10_000) as u32,
+            },
         }
     }
 }

@@ -18,10 +18,12 @@ pub struct Config {
     pub piece_samples: u16,
     /// White noise of the sensors.
     pub noise: Noise,
+    /// From the sensors to the antenna whose fixes are compared, body axes, m.
+    pub lever_arm: [f32; 3],
 }
 
 impl Config {
-    /// With pieces of 50 ms, to the nearest whole sample.
+    /// With pieces of 50 ms, to the nearest whole sample, and the antenna at the sensors.
     #[must_use]
     pub fn new(lsb: Lsb, sample_s: f64, noise: Noise) -> Self {
         // `as` saturates and makes 0 of NaN
@@ -31,6 +33,7 @@ impl Config {
             sample_s,
             piece_samples,
             noise,
+            lever_arm: [0.0; 3],
         }
     }
 }

@@ -3,9 +3,12 @@
 //! all the time; whole drives are in `tests/qemu`.
 
 use crate::activation::{AtRest, KIND, PLACE, RATE, lsb};
+use crate::configuration::configure;
 use crate::device::Device;
 use crate::frames::Fields;
 use firmware::app::{App, Config};
+use firmware::configuration::record::encode;
+use firmware::configuration::{Configuration, Sensor};
 use firmware::control::{Alignment, Mode};
 use firmware::learn::{CombinedLearner, FixLearner, FixMemory, Settings, WindowLearner};
 use firmware::model::Nets;
@@ -249,4 +252,44 @@ fn it_is_begun_in_shadow_and_learn_only() {
         assert_eq!(bench.health().navigates, learns, "{mode:?}");
         assert_eq!(bench.device.app.learnt().is_some(), learns, "{mode:?}");
     }
+}
+
+/// The learner takes its numbers from the configuration: from that of the medium laser gyro it
+/// learns the same bits as with the numbers it was made with, from another one others. A
+/// configuration that comes later begins the learning anew.
+#[test]
+fn it_learns_by_the_configuration() {
+    let run = |told: Option<Configuration>, later: bool| {
+        let config = Config {
+            told: told.clone().filter(|_| !later),
+            ..config()
+        };
+        let mut bench = Bench::new(config);
+        if let (Some(mut told), true) = (told, later) {
+            bench.run(20, None);
+            bench.device.order(&Request::SetMode(Mode::Bypass));
+            told.sensor = Some(Sensor::Stream(KIND.format.settings(&KIND.config().sensor)));
+            told.rate = KIND.rate();
+            told.correction.mode = Mode::Learn;
+            let record = encode(&told);
+            assert_eq!(configure(&mut bench.device, &record), Ok(()));
+            assert_eq!(bench.health().mode, Mode::Learn);
+            bench.samples = AtRest::new(&lsb());
+            bench.number = 0;
+        }
+        bench.run(115, None);
+        // the north gyro errs by 2 deg/h from now on: six standard deviations
+        bench.samples.rate[0] += 1e-5 / (f64::from(RATE) * lsb().rad);
+        bench.run(60, None);
+        (bench.weights(), bench.health().winner)
+    };
+    let untold = run(None, false);
+    assert!(untold.1 > 0);
+    let medium = Configuration::default();
+    assert!(run(Some(medium.clone()), false) == untold);
+    let mut coarse = medium.clone();
+    coarse.gyro.white_noise *= 3.0;
+    let coarse = run(Some(coarse), false);
+    assert!(coarse.0 != untold.0);
+    assert!(run(Some(medium), true) == untold);
 }

@@ -5,6 +5,7 @@ use crate::control::Reason;
 use crate::fix::{Fix, OBSERVATIONS};
 use crate::learn::prior::NAV;
 use crate::learn::quantise::{Scale, divisor};
+use crate::nav::vector::rotated;
 use crate::nav::{self, Navigator};
 use lrnn_nostd::learn::kalman::OUTPUTS;
 
@@ -43,10 +44,16 @@ impl FixLearner<'_> {
             align.restart(false); // a longer one would not do either
             return None;
         }
+        let mut position = fix
+            .position
+            .displaced(fix.velocity.map(|v| v * f64::from(age)));
+        let arm = self.settings.lever_arm;
+        if arm != [0.0; 3] {
+            // the vehicle stands: the antenna does not move
+            position = position.displaced(rotated(aligned.q_bn, arm.map(|m| -f64::from(m))));
+        }
         let state = nav::State {
-            position: fix
-                .position
-                .displaced(fix.velocity.map(|v| v * f64::from(age))),
+            position,
             velocity: fix.velocity,
             q_bn: aligned.q_bn,
         };
@@ -78,6 +85,7 @@ impl FixLearner<'_> {
     ) -> Option<()> {
         let (stream, scale) = (self.stream?, self.scale?);
         let mut config = nav::Config::new(scale.lsb, stream.period_s, self.settings.noise);
+        config.lever_arm = self.settings.lever_arm;
         config.piece_samples = divisor(stream.block_samples, config.piece_samples);
         let navigator = Navigator::new(config, state).ok()?;
         self.finish();

@@ -3,10 +3,17 @@ use crate::inertial::units::DEG;
 use crate::simulator::gnss::GnssSpec;
 use crate::simulator::imu::{ErrorModelName, ImuSpec};
 use crate::simulator::session::{SessionConfig, simulate};
+use crate::simulator::truth::Truth;
 use firmware::learn::bank::ZERO_CORRECTION;
 
 /// A short session: 150 s at rest, 250 s of driving.
 fn session(model: ErrorModelName, seed: u64) -> (Session, Assumptions) {
+    let imu = ImuSpec::preset("medium").unwrap();
+    (session_and_truth(model, seed).0, Assumptions::of(&imu))
+}
+
+/// The same with the true drive.
+fn session_and_truth(model: ErrorModelName, seed: u64) -> (Session, Truth) {
     let mut imu = ImuSpec::preset("medium").unwrap();
     imu.rate_hz = 50;
     let spec = imu.error_model(model);
@@ -27,7 +34,7 @@ fn session(model: ErrorModelName, seed: u64) -> (Session, Assumptions) {
         turn_on: seed,
         drive: seed,
     };
-    (simulate(&config).0, Assumptions::of(&imu))
+    simulate(&config)
 }
 
 /// Calls `act` with a device that has learnt from the first 300 fixes.
@@ -95,4 +102,57 @@ fn an_outlier_moves_nothing_and_a_lasting_jump_is_believed() {
         let refused = (0..17).take_while(|_| refuses(50.0)).count();
         assert_eq!(refused, 10);
     });
+}
+
+/// The antenna is 3 m ahead of the IMU, 1 m to its right and 2 m above it. The fixes are moved there
+/// by the true attitude and the true rate, in this crate's own arithmetic. A device that knows this
+/// finds nothing wrong with its noisy sensors. One that does not know it takes the antenna's motion
+/// in curves for errors.
+#[test]
+fn the_lever_arm_is_taken_into_account() {
+    let arm = Vector3::new(3.0, 1.0, -2.0);
+    let imu = ImuSpec::preset("medium").unwrap();
+    let (mut session, truth) = session_and_truth(ErrorModelName::Noise, 12);
+    let assumptions = Assumptions::of(&imu);
+    let n = truth.samples_per_epoch;
+    for (epoch, fix) in session.fixes.iter_mut().enumerate() {
+        // rate at the epoch: the two samples around it
+        let [before, after] = [epoch * n, epoch * n + 1]
+            .map(|at| truth.increments[at.clamp(1, truth.increments.len()) - 1].dtheta);
+        let rate = (before + after) / (2.0 * truth.dt);
+        let q_bn = truth.epochs[epoch].q_bn;
+        let place = q_bn * arm;
+        let here = fix.position;
+        let radius = 6_378_137.0;
+        fix.position.lat += place.x / radius;
+        fix.position.lon += place.y / (radius * here.lat.cos());
+        fix.position.h -= place.z;
+        fix.velocity += q_bn * rate.cross(&arm);
+    }
+    let run = |lever_arm: [f32; 3]| {
+        let mut memory = Box::new(FixMemory::ZEROED);
+        let settings = Settings {
+            lever_arm,
+            ..settings(&session, &assumptions, Gates::default())
+        };
+        let nets = [Nets::NONE.gyro, Nets::NONE.accel];
+        let compensator = compensator(&session, &nets, &assumptions);
+        let mut device = Device::new(&mut memory, settings, compensator);
+        let learnt = taught(&mut device, &session, &assumptions, None, 400).unwrap();
+        let at = session.reference[400].position;
+        let off = [
+            (learnt.nav.position.lat - at.lat) * 6.37e6,
+            (learnt.nav.position.lon - at.lon) * 6.37e6 * at.lat.cos(),
+            learnt.nav.position.h - at.h,
+        ];
+        let off = off.iter().map(|m| m * m).sum::<f64>().sqrt();
+        (learnt.running, device.report().refused, off)
+    };
+    let known = run([3.0, 1.0, -2.0]);
+    let ignored = run([0.0; 3]);
+    assert!(
+        known.0 == ZERO_CORRECTION && known.1 < 5 && known.2 < 1.5,
+        "{known:?}"
+    );
+    assert!(ignored.0 != ZERO_CORRECTION && ignored.1 > 20 && ignored.2 > 2.5);
 }

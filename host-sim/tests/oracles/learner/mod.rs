@@ -157,7 +157,7 @@ fn f32_stays_near_the_dense_f64_reference() {
 #[test]
 fn the_biases_hypothesis_is_the_classical_filter() {
     let (session, mut assumptions) = session(ErrorModelName::Linear, 2);
-    assumptions.prior.walk_per_hour = f64::from(datasheet(&assumptions).walk_per_hour);
+    assumptions.prior.walk_per_hour = f64::from(datasheet(&assumptions).walk_per_hour[0]);
     let increments = session.increments();
     let until = 350;
     let aligned = aligned(&session, &increments).unwrap();
