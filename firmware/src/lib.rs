@@ -21,6 +21,7 @@
 //! | [`nav`], [`align`] | strapdown navigation and self-alignment |
 //! | [`compensator`], [`error_bound`] | correction of samples, and its effect at worst |
 //! | [`configuration`] | what a device is told about its unit |
+//! | [`plausibility`] | what was told against what is seen |
 //! | [`learn`] | learning from references and from fixes |
 //! | [`store`] | weights in flash |
 //! | [`app`] | the application, which composes all of them |
@@ -37,6 +38,7 @@ pub mod learn;
 pub mod link;
 pub mod model;
 pub mod nav;
+pub mod plausibility;
 pub mod sample;
 pub mod store;
 pub mod units;

@@ -223,6 +223,8 @@ impl<'m> App<'m> {
         } else {
             busy = self.receive(&mut lines.sensor, &mut lines.navigation, now);
         }
+        self.flow
+            .watch_rate(now, matches!(self.machine.phase(), Phase::Run(_)));
         lines.navigation.poll();
         lines.sensor.poll();
         lines.command.poll();

@@ -5,6 +5,7 @@ mod channels;
 mod follow;
 mod learning;
 mod make;
+mod plausible;
 mod still;
 
 use super::config::Config;
@@ -14,6 +15,7 @@ use crate::compensator::{Block, Compensator, State};
 use crate::control::{Alignment, Mode};
 use crate::learn::{Learner, Settings};
 use crate::link::Line;
+use crate::plausibility::{self, Plausibility};
 use crate::sample::{Axes, RawSample, StreamScale};
 use crate::wire::command::{Counters, fault};
 use crate::wire::sequence::Last;
@@ -90,6 +92,10 @@ pub(super) struct Flow<'m> {
     learner_nets: bool,
     /// The standstill in progress has been used as an alignment.
     stood: bool,
+    /// What was told, against what is seen.
+    plausibility: Plausibility,
+    /// They disagree: nothing is corrected or learnt.
+    disagrees: bool,
 }
 
 impl<'m> Flow<'m> {
@@ -101,6 +107,8 @@ impl<'m> Flow<'m> {
             mode: config.mode,
             error_bound_m: config.error_bound().table(),
             load: Load::default(),
+            plausibility: Plausibility::new(config.told.as_ref().map(plausibility::Told::of)),
+            disagrees: false,
             config,
             alignment: None,
             counters: Counters::default(),

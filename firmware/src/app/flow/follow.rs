@@ -85,6 +85,7 @@ impl Flow<'_> {
         };
         let zero = block.rate_error == [0.0; 3] && block.force_error == [0.0; 3];
         self.block = Some(block);
+        self.judge(&block);
         self.promote(&block);
         if let (Some(learner), Some(_)) = (&mut self.learner.0, self.begun) {
             learner.block(self.sample, &block);
@@ -97,6 +98,7 @@ impl Flow<'_> {
     /// The sensor has been silent for too long.
     pub fn silence(&mut self) {
         self.gap();
+        self.begin_checks();
         if let Some(learner) = &mut self.learner.0 {
             learner.silence();
         }
@@ -218,6 +220,7 @@ impl Flow<'_> {
         count(&mut self.counters.restarts, 1);
         self.told = Told::Unknown;
         self.forget();
+        self.begin_checks();
         (self.promoted, self.learner_nets) = (false, false);
         self.begun = None;
         (self.last, self.still) = (Last::default(), Still::default());

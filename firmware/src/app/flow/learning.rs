@@ -31,7 +31,8 @@ impl Flow<'_> {
         if still_s < STANDS_S {
             self.stood = false;
         }
-        if self.mode != Mode::Learn || self.alignment == Some(Alignment::Started) {
+        let waits = self.disagrees || self.alignment == Some(Alignment::Started);
+        if self.mode != Mode::Learn || waits {
             return;
         }
         let stands = still_s >= STANDS_S && !self.stood;
@@ -50,6 +51,9 @@ impl Flow<'_> {
     /// correction when there is none; at once, or no faster than the slew limit. `block` is the one
     /// that the learner has not seen yet.
     pub(super) fn activate(&mut self, at_once: bool, block: Option<&Block>) {
+        if self.disagrees {
+            return;
+        }
         let (Some(learner), Some(Correction { compensator, state })) =
             (&mut self.learner.0, &mut self.correction)
         else {
@@ -73,9 +77,9 @@ impl Flow<'_> {
         }
     }
 
-    /// Samples pass through unchanged, but the networks step.
+    /// Samples pass through unchanged, or soon will, but the networks step.
     pub(super) fn observes_only(&self) -> bool {
-        matches!(self.mode, Mode::Shadow | Mode::Learn) && !self.promoted
+        self.disagrees || matches!(self.mode, Mode::Shadow | Mode::Learn) && !self.promoted
     }
 
     /// Whether there is a learner.
@@ -91,7 +95,8 @@ impl Flow<'_> {
         };
         let stream = Some(correction.compensator.scale());
         if self.begun != stream {
-            self.begun = stream.filter(|_| matches!(self.mode, Mode::Shadow | Mode::Learn));
+            let learns = matches!(self.mode, Mode::Shadow | Mode::Learn) && !self.disagrees;
+            self.begun = stream.filter(|_| learns);
             if let Some(stream) = self.begun {
                 learner.begin(&self.config.nets, stream);
             }
@@ -104,11 +109,15 @@ impl Flow<'_> {
         if self.mode != Mode::Learn {
             return Err(Reason::Mode);
         }
+        if self.disagrees {
+            return Err(Reason::NotAvailable);
+        }
         learner.reference(window)
     }
 
     /// A good fix of the receiver.
     pub fn fix(&mut self, fix: &Fix) {
+        self.judge_speed(fix);
         if let (Some(learner), Some(_)) = (&mut self.learner.0, self.begun) {
             learner.fix(self.sample, fix);
         }

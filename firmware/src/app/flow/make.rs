@@ -62,6 +62,7 @@ impl Flow<'_> {
         }
         self.keep_count();
         self.stream = stream;
+        self.begin_checks();
         let slow = self.alignment == Some(Alignment::Finished) || self.mode == Mode::Learn;
         let slew = slow.then_some(self.config.slew);
         let wanted = self.mode != Mode::Bypass;
@@ -119,7 +120,7 @@ impl Flow<'_> {
         self.promoted = false;
         match &mut self.correction {
             Some(Correction { compensator, state }) if fade => {
-                state.off = mode != Mode::Frozen;
+                state.off = mode != Mode::Frozen || self.disagrees;
                 if core::mem::take(&mut self.learner_nets) {
                     compensator.exchange(state, self.config.nets, Default::default());
                 }

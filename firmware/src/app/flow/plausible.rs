@@ -1,0 +1,111 @@
+//! What was told about the sensor, against what is seen. While the two disagree, the device steps
+//! aside: nothing is corrected and nothing is learnt.
+
+use super::{Correction, Flow};
+use crate::compensator::Block;
+use crate::control::Mode;
+use crate::fix::Fix;
+use crate::plausibility::ASIDE;
+use crate::plausibility::rate::Seen;
+use crate::wire::command::fault;
+
+impl Flow<'_> {
+    /// Compares the samples with the clock; called in every pass. `reads`: frames are being read.
+    #[inline(always)]
+    pub fn watch_rate(&mut self, now: u64, reads: bool) {
+        if self.plausibility.rate.is_due(now) {
+            self.look_at_rate(now, reads);
+        }
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn look_at_rate(&mut self, now: u64, reads: bool) {
+        let counters = &self.counters;
+        let lost = [
+            counters.bad_checksums,
+            counters.garbage,
+            counters.lost,
+            counters.jumps,
+        ];
+        let seen = Seen {
+            samples: self.sample,
+            missed: counters.missed,
+            damage: lost.into_iter().fold(0, u32::wrapping_add),
+        };
+        let stream = self.stream.as_ref();
+        let heard = reads && self.faults & (fault::SILENT | fault::STUCK) == 0;
+        let rate = stream.filter(|_| heard).map(|stream| stream.rate as f32);
+        let wrong = self.plausibility.rate.look(now, rate, seen);
+        let before = self.faults & fault::RATE != 0;
+        self.flag(fault::RATE, wrong);
+        if wrong != before {
+            self.begin_checks();
+            self.step_aside();
+        }
+    }
+
+    /// Judges what is seen at rest. With a wrong rate, increments would be judged wrongly.
+    pub(super) fn judge(&mut self, block: &Block) {
+        let Some(rest) = &mut self.plausibility.rest else {
+            return;
+        };
+        let Some(Correction { compensator, .. }) = &self.correction else {
+            return;
+        };
+        if self.faults & fault::RATE != 0 {
+            return;
+        }
+        let block_s = compensator.scale().block_s();
+        if let Some((faults, judged)) = rest.block(block_s, block.rate, block.force) {
+            self.faults = self.faults & !judged | faults;
+            self.step_aside();
+        }
+    }
+
+    /// A good fix shows whether the vehicle is at rest.
+    pub(super) fn judge_speed(&mut self, fix: &Fix) {
+        if let Some(rest) = &mut self.plausibility.rest {
+            let [n, e, d] = fix.velocity.map(|v| v as f32);
+            let sigma = fix.sigmas.map_or(0.0, |[.., n, e, d]| n.max(e).max(d));
+            rest.fix(libm::sqrtf(n * n + e * e + d * d), sigma);
+        }
+    }
+
+    /// The samples mean something else from now on, or some are missing: rest begins anew.
+    pub(super) fn begin_checks(&mut self) {
+        if let Some(rest) = &mut self.plausibility.rest {
+            rest.restart();
+        }
+    }
+
+    /// Steps aside, or begins anew as after a configuration. From the beginning of an alignment on
+    /// a correction goes and comes no faster than the slew limit.
+    fn step_aside(&mut self) {
+        let aside = self.faults & ASIDE != 0;
+        if aside == self.disagrees {
+            return;
+        }
+        self.disagrees = aside;
+        self.promoted = false;
+        self.learner_nets = false;
+        self.failures = 0;
+        let off = self.observes_only() || self.mode == Mode::Bypass;
+        if let Some(Correction { compensator, state }) = &mut self.correction {
+            compensator.exchange(state, self.config.nets, Default::default());
+            compensator.give_up_block(state);
+            state.off = off;
+            if self.alignment.is_some() {
+                compensator.slew = Some(self.config.slew);
+            }
+            if aside && compensator.slew.is_none() {
+                compensator.force(state, &[[0.0; 3]; 2]);
+            }
+        }
+        if let Some(learner) = &mut self.learner.0 {
+            learner.restart();
+        }
+        self.begun = None;
+        self.teach();
+    }
+}

@@ -1,0 +1,181 @@
+//! What a device was told about its sensor, against what it sees.
+//!
+//! A wrong rate, unit, range or mounting makes every correction wrong by the same factor and
+//! teaches the learner nonsense, and nothing in the frames shows it. Three things outside the
+//! sensor do: the board's clock ([`rate`]), gravity, and the rotation of the Earth ([`rest`]). The
+//! application steps aside while one of them disagrees.
+//!
+//! This room holds the rules only. It sees block means, counters, speeds and times, and gives bits
+//! of [`fault`]. The desktop uses the same rules to warn about a recording.
+
+pub mod rate;
+pub mod rest;
+
+use crate::configuration::{Configuration, Triad, VehicleKind};
+use crate::units::{DEGREE, G};
+use crate::wire::command::fault;
+use libm::sqrtf;
+use rate::RateWatch;
+use rest::Rest;
+
+/// The faults that a device steps aside for: it corrects nothing and learns nothing.
+pub const ASIDE: u32 = fault::RATE | AT_REST;
+/// Those of them that are judged at rest.
+pub const AT_REST: u32 = fault::GRAVITY | fault::EARTH_RATE | fault::AXES;
+
+/// Rotation of the Earth, rad/s (WGS 84).
+pub const EARTH: f32 = 7.292_115e-5;
+/// Distance of the specific force at rest from gravity that is always allowed, as a share.
+pub const FORCE_SHARE: f32 = 0.05;
+/// A deviation of so many standard deviations is not explained by the datasheet.
+const SIGMAS: f32 = 5.0;
+/// Cosine of the largest tilt of a vehicle at rest, 30 degrees: a slope of 58 %.
+const TILT: f32 = 0.866;
+/// Most by which the attitude changes while the specific force is steady ([`rest`]), rad.
+const SWAY: f32 = rest::STEADY;
+/// A ship at anchor swings, and the receiver calls it at rest: so much rate is allowed, rad/s.
+const SWING: f32 = 0.5 * DEGREE as f32;
+
+/// What the checks must know of the unit.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Told {
+    /// Compare the samples' rate with the clock.
+    pub check_rate: bool,
+    /// Direction of the specific force at rest, which points up, in sensor axes; length 1.
+    pub up: [f32; 3],
+    /// How the vehicle moves.
+    pub vehicle: VehicleKind,
+    /// Gyros, as in [`Configuration`].
+    pub gyro: Triad,
+    /// Accelerometers likewise.
+    pub accel: Triad,
+}
+
+impl Told {
+    /// What a configuration tells.
+    #[must_use]
+    pub fn of(told: &Configuration) -> Told {
+        Told {
+            check_rate: told.correction.check_rate,
+            up: told.in_sensor_axes([0.0, 0.0, -1.0]),
+            vehicle: told.vehicle.kind,
+            gyro: told.gyro,
+            accel: told.accel,
+        }
+    }
+
+    /// Largest distance of the specific force at rest from gravity, as a share: [`FORCE_SHARE`], or
+    /// what bias and scale factor of the datasheet explain if that is more.
+    #[must_use]
+    pub fn force_share(&self) -> f32 {
+        let Triad {
+            bias_turn_on,
+            bias_in_run,
+            scale,
+            ..
+        } = self.accel;
+        let sheet = SIGMAS * ((bias_turn_on + bias_in_run) / G as f32 + scale);
+        sheet.clamp(FORCE_SHARE, 0.5)
+    }
+
+    /// Largest error of a gyro axis at rest, averaged over `seconds`, rad/s.
+    #[must_use]
+    pub fn rate_error(&self, seconds: f32) -> f32 {
+        let Triad {
+            bias_turn_on,
+            bias_in_run,
+            white_noise,
+            g_sensitivity,
+            ..
+        } = self.gyro;
+        let noise = white_noise / sqrtf(seconds);
+        SIGMAS * (bias_turn_on + bias_in_run + g_sensitivity * G as f32 + noise)
+    }
+}
+
+/// Means of the samples over a time at rest.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Means {
+    /// How long, s, > 0.
+    pub seconds: f32,
+    /// Rate, rad/s.
+    pub rate: [f32; 3],
+    /// Standard deviation of the mean rate by the scatter of the blocks, rad/s.
+    pub scatter: [f32; 3],
+    /// Specific force, m/s2.
+    pub force: [f32; 3],
+}
+
+impl Means {
+    /// What disagrees with physics: bits of [`fault`], of [`AT_REST`].
+    ///
+    /// A triad that reads exactly zero is not there and is not judged.
+    #[must_use]
+    pub fn judge(&self, told: &Told) -> u32 {
+        let size = norm(self.force);
+        let mut faults = 0;
+        if size > 0.0 {
+            if (size / G as f32 - 1.0).abs() > told.force_share() {
+                faults |= fault::GRAVITY;
+            }
+            let along: f32 = self.force.iter().zip(&told.up).map(|(f, u)| f * u).sum();
+            if along < TILT * size {
+                faults |= fault::AXES;
+            }
+        }
+        if norm(self.rate) > 0.0 && (self.turns(told) || self.is_too_still(told)) {
+            faults |= fault::EARTH_RATE;
+        }
+        faults
+    }
+
+    /// More rate than the Earth, the datasheet and the sway of the vehicle explain.
+    fn turns(&self, told: &Told) -> bool {
+        let swing = match told.vehicle {
+            VehicleKind::Ship => SWING,
+            VehicleKind::Land | VehicleKind::Air => 0.0,
+        };
+        let most = EARTH + told.rate_error(self.seconds) + SWAY / self.seconds + swing;
+        let axes = self.rate.iter().zip(&self.scatter);
+        axes.fold(false, |any, (rate, scatter)| {
+            any | (rate.abs() > most + 3.0 * scatter)
+        })
+    }
+
+    /// Less rate than the Earth's. It can only be told of gyros whose bias does not hide the Earth,
+    /// all three of which are there.
+    fn is_too_still(&self, told: &Told) -> bool {
+        let least = EARTH - told.rate_error(self.seconds);
+        told.vehicle != VehicleKind::Ship
+            && !self.rate.contains(&0.0)
+            && norm(self.rate) + 3.0 * norm(self.scatter) < least
+    }
+}
+
+/// Length of a vector.
+fn norm([x, y, z]: [f32; 3]) -> f32 {
+    sqrtf(x * x + y * y + z * z)
+}
+
+/// All checks of a device.
+#[derive(Debug)]
+pub struct Plausibility {
+    /// The rate.
+    pub rate: RateWatch,
+    /// What is seen at rest; `None` when the device was told nothing.
+    pub rest: Option<Rest>,
+}
+
+impl Plausibility {
+    /// For what was told; `None`: nothing is ever wrong.
+    #[must_use]
+    pub fn new(told: Option<Told>) -> Plausibility {
+        Plausibility {
+            rate: RateWatch::new(told.is_some_and(|told| told.check_rate)),
+            rest: told.map(Rest::new),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;

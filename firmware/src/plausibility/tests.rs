@@ -1,0 +1,667 @@
+//! Drives from physics: a rotating Earth, gravity by latitude, a vehicle with attitude and
+//! acceleration, and a sensor with the errors of its datasheet. Nothing of this comes from the
+//! room that is tested.
+
+use super::*;
+use std::f64::consts::PI;
+use std::vec::Vec;
+
+const DEG: f64 = PI / 180.0;
+const DEG_PER_HOUR: f64 = DEG / 3600.0;
+const UG: f64 = 9.80665e-6;
+
+/// Gravity at sea level (Somigliana's formula of WGS 84), m/s2.
+fn gravity(latitude: f64) -> f64 {
+    let s = latitude.sin().powi(2);
+    9.780_325_335_9 * (1.0 + 0.001_931_852_652_41 * s) / (1.0 - 0.006_694_379_990_14 * s).sqrt()
+}
+
+/// A datasheet, as a maker prints it, and what it means in SI.
+#[derive(Clone, Copy)]
+struct Sheet {
+    name: &'static str,
+    /// deg/h, deg/sqrt(h), ug, ug/sqrt(Hz)
+    gyro_bias: f64,
+    arw: f64,
+    accel_bias: f64,
+    vrw: f64,
+}
+
+const LASER: Sheet = sheet("laser gyro", 0.34, 0.005, 410.0, 20.0);
+const NAVIGATION: Sheet = sheet("navigation grade", 0.004, 0.002, 25.0, 5.0);
+const TACTICAL: Sheet = sheet("tactical laser gyro", 1.1, 0.125, 1000.0, 34.0);
+const STIM: Sheet = sheet("tactical MEMS", 10.0, 0.15, 2000.0, 60.0);
+const MEMS: Sheet = sheet("industrial MEMS", 500.0, 0.3, 5000.0, 100.0);
+const CHIP: Sheet = sheet("consumer MEMS", 1800.0, 0.2, 20_000.0, 100.0);
+const SHEETS: [Sheet; 6] = [LASER, NAVIGATION, TACTICAL, STIM, MEMS, CHIP];
+
+const fn sheet(name: &'static str, gyro_bias: f64, arw: f64, accel_bias: f64, vrw: f64) -> Sheet {
+    Sheet {
+        name,
+        gyro_bias,
+        arw,
+        accel_bias,
+        vrw,
+    }
+}
+
+impl Sheet {
+    fn told(&self, vehicle: VehicleKind) -> Told {
+        let triad = |bias: f64, noise: f64, range: f32| Triad {
+            bias_turn_on: bias as f32,
+            bias_in_run: 0.0,
+            white_noise: noise as f32,
+            scale: 1e-3,
+            misalignment: 1e-3,
+            g_sensitivity: 0.0,
+            range,
+        };
+        Told {
+            check_rate: true,
+            up: [0.0, 0.0, -1.0],
+            vehicle,
+            gyro: triad(self.gyro_bias * DEG_PER_HOUR, self.arw * DEG / 60.0, 7.0),
+            accel: triad(self.accel_bias * UG, self.vrw * UG, 100.0),
+        }
+    }
+}
+
+/// Random numbers of a fixed seed: a linear congruential generator (Knuth's MMIX), and the sum of
+/// twelve uniform numbers as a normal deviate.
+struct Random(u64);
+
+impl Random {
+    fn uniform(&mut self) -> f64 {
+        self.0 = self
+            .0
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(1_442_695_040_888_963_407);
+        (self.0 >> 11) as f64 / (1u64 << 53) as f64
+    }
+
+    fn normal(&mut self) -> f64 {
+        (0..12).map(|_| self.uniform()).sum::<f64>() - 6.0
+    }
+}
+
+/// What a vehicle does at a moment: roll, pitch, heading (rad) with their rates, and acceleration
+/// north, east, down (m/s2).
+#[derive(Clone, Copy, Default)]
+struct Motion {
+    angles: [f64; 3],
+    rates: [f64; 3],
+    acceleration: [f64; 3],
+}
+
+/// From north-east-down to forward-right-down.
+fn into_body(m: &Motion, v: [f64; 3]) -> [f64; 3] {
+    let [(sr, cr), (sp, cp), (sh, ch)] = m.angles.map(f64::sin_cos);
+    let (n, e, d) = (v[0] * ch + v[1] * sh, v[1] * ch - v[0] * sh, v[2]);
+    let (f, d) = (n * cp - d * sp, n * sp + d * cp);
+    [f, e * cr + d * sr, d * cr - e * sr]
+}
+
+/// True rate and specific force in body axes.
+fn truth(m: &Motion, latitude: f64) -> [[f64; 3]; 2] {
+    let earth = 7.2921e-5;
+    let earth = into_body(m, [earth * latitude.cos(), 0.0, -earth * latitude.sin()]);
+    let [a_n, a_e, a_d] = m.acceleration;
+    let force = into_body(m, [a_n, a_e, a_d - gravity(latitude)]);
+    let [(sr, cr), (sp, cp), _] = m.angles.map(f64::sin_cos);
+    let [roll, pitch, heading] = m.rates;
+    let turn = [
+        roll - heading * sp,
+        pitch * cr + heading * sr * cp,
+        heading * cr * cp - pitch * sr,
+    ];
+    [[0, 1, 2].map(|i| earth[i] + turn[i]), force]
+}
+
+/// What the receiver says at a time: speed and its standard deviation.
+type Receiver = Option<fn(f64) -> (f32, f32)>;
+
+/// A drive of some seconds: its motion by time, and the sensor.
+struct Drive {
+    sheet: Sheet,
+    vehicle: VehicleKind,
+    latitude: f64,
+    seconds: u32,
+    /// Biases in standard deviations.
+    sigmas: f64,
+    receiver: Receiver,
+    motion: fn(f64) -> Motion,
+    /// What the mistake makes of a block's rate and force.
+    mistake: fn([[f32; 3]; 2]) -> [[f32; 3]; 2],
+}
+
+/// Samples of a block.
+const STEPS: u32 = 60;
+/// Units drawn.
+const SEEDS: u64 = 6;
+
+impl Drive {
+    fn parked(sheet: Sheet) -> Drive {
+        Drive {
+            sheet,
+            vehicle: VehicleKind::Land,
+            latitude: 0.8,
+            seconds: 180,
+            sigmas: 1.0,
+            receiver: None,
+            motion: |_| Motion::default(),
+            mistake: |means| means,
+        }
+    }
+
+    /// Everything that was ever judged wrong, and when a fault was first raised, s; and the times
+    /// at which something was judged.
+    fn run(&self, seed: u64) -> (u32, Option<f64>, Vec<f64>) {
+        let mut random = Random(seed);
+        let mut rest = Rest::new(self.sheet.told(self.vehicle));
+        // the worst sign of the biases is not known: each is drawn
+        let mut biases = |sigma: f64| {
+            [0; 3].map(|_| {
+                let sign = if random.uniform() < 0.5 { -1.0 } else { 1.0 };
+                sign * sigma * self.sigmas
+            })
+        };
+        let bias = [
+            biases(self.sheet.gyro_bias * DEG_PER_HOUR),
+            biases(self.sheet.accel_bias * UG),
+        ];
+        let noise = [self.sheet.arw * DEG / 60.0, self.sheet.vrw * UG];
+        let (mut found, mut first, mut judged) = (0, None, Vec::new());
+        for second in 0..self.seconds {
+            if let Some(receiver) = self.receiver {
+                let (speed, sigma) = receiver(f64::from(second));
+                rest.fix(speed, sigma);
+            }
+            let mut sums = [[0.0; 3]; 2];
+            for step in 0..STEPS {
+                let t = f64::from(second) + (f64::from(step) + 0.5) / f64::from(STEPS);
+                let values = truth(&(self.motion)(t), self.latitude);
+                for (sum, value) in sums.iter_mut().zip(values) {
+                    for (s, v) in sum.iter_mut().zip(value) {
+                        *s += v / f64::from(STEPS);
+                    }
+                }
+            }
+            let means: [[f32; 3]; 2] = core::array::from_fn(|i| {
+                core::array::from_fn(|axis| {
+                    (sums[i][axis] + bias[i][axis] + noise[i] * random.normal()) as f32
+                })
+            });
+            let [rate, force] = (self.mistake)(means);
+            if let Some((faults, _)) = rest.block(1.0, rate, force) {
+                let end = f64::from(second) + 1.0;
+                judged.push(end);
+                found |= faults;
+                if faults != 0 {
+                    first = first.or(Some(end));
+                }
+            }
+        }
+        (found, first, judged)
+    }
+
+    /// No seed raises a fault. Gives how often something was judged.
+    fn is_silent(&self, what: &str) -> usize {
+        let mut judged = 0;
+        for seed in 1..=SEEDS {
+            let (found, at, times) = self.run(seed);
+            let name = self.sheet.name;
+            assert_eq!(found, 0, "{what}, {name}, seed {seed}: raised at {at:?}");
+            judged += times.len();
+        }
+        judged
+    }
+
+    /// Every seed raises the fault, within a minute of the beginning. Others may come with it.
+    fn raises(&self, fault: u32, what: &str) {
+        for seed in 1..=SEEDS {
+            let (found, first, _) = self.run(seed);
+            let name = self.sheet.name;
+            assert_eq!(
+                found & fault,
+                fault,
+                "{what}, {name}, seed {seed}: {found:#x}"
+            );
+            assert!(
+                first.is_some_and(|at| at <= 61.0),
+                "{what}, {name}: {first:?}"
+            );
+        }
+    }
+}
+
+fn engine(t: f64) -> Motion {
+    // 25 Hz at idle, 0.5 m/s2, and a body that rocks by 0.05 mrad at 1.3 Hz
+    let shake = 0.5 * (2.0 * PI * 25.3 * t).sin();
+    let (s, c) = (2.0 * PI * 1.3 * t).sin_cos();
+    Motion {
+        angles: [5e-5 * s, 0.0, 1.0],
+        rates: [5e-5 * 2.0 * PI * 1.3 * c, 0.0, 0.0],
+        acceleration: [0.3 * shake, 0.2 * shake, shake],
+    }
+}
+
+fn grade(t: f64) -> Motion {
+    // 15 %, nose up, and a camber of 4 % besides
+    let engine = engine(t);
+    Motion {
+        angles: [engine.angles[0] + 0.04, 0.15f64.atan(), 2.0],
+        ..engine
+    }
+}
+
+#[test]
+fn a_parked_vehicle_is_judged_and_raises_nothing() {
+    for sheet in SHEETS {
+        for latitude in [0.0, 0.8, 80.0 * DEG, -0.6] {
+            for (what, motion) in [
+                ("level", (|_| Motion::default()) as fn(f64) -> Motion),
+                ("engine", engine),
+                ("grade", grade),
+            ] {
+                for sigmas in [1.0, 3.0] {
+                    let drive = Drive {
+                        latitude,
+                        sigmas,
+                        motion,
+                        ..Drive::parked(sheet)
+                    };
+                    assert_eq!(
+                        drive.is_silent(what),
+                        3 * SEEDS as usize,
+                        "{what}, {}",
+                        sheet.name
+                    );
+                }
+            }
+        }
+    }
+}
+
+/// A road: vertical motion in the 1 s means as on the smoothest motorway, and steering.
+fn motorway(t: f64) -> Motion {
+    let bump = |f: f64, a: f64| a * (2.0 * PI * f * t + 10.0 * f).sin();
+    let yaw = 0.004 * (2.0 * PI * 0.11 * t).sin() + 0.02 * (2.0 * PI * 0.013 * t).sin();
+    Motion {
+        angles: [0.02, 0.01, 0.5],
+        rates: [0.0, 0.0, yaw],
+        acceleration: [
+            bump(0.07, 0.05),
+            33.0 * yaw,
+            bump(0.31, 0.06) + bump(0.73, 0.06) + bump(0.17, 0.05),
+        ],
+    }
+}
+
+/// 20 s of driving and braking, then 25 s at a red light.
+fn traffic(t: f64) -> Motion {
+    let t = t % 45.0;
+    let idle = engine(t);
+    let (a, yaw) = match t {
+        t if t < 6.0 => (1.8, 0.05),
+        t if t < 12.0 => (0.0, -0.05),
+        t if t < 20.0 => (-1.35, 0.1),
+        _ => return idle,
+    };
+    Motion {
+        rates: [0.0, 0.0, yaw],
+        acceleration: [a, 9.0 * yaw, idle.acceleration[2]],
+        ..idle
+    }
+}
+
+/// A ferry in a swell: 8 degrees of roll in 9 s, 2 of pitch in 6 s, heave, and it turns slowly at
+/// its mooring, 10 degrees in 240 s.
+fn ferry(t: f64) -> Motion {
+    let wave = |period: f64, a: f64| {
+        let (s, c) = (2.0 * PI * t / period).sin_cos();
+        (a * s, a * c * 2.0 * PI / period)
+    };
+    let (roll, roll_rate) = wave(9.0, 8.0 * DEG);
+    let (pitch, pitch_rate) = wave(6.0, 2.0 * DEG);
+    let (heading, heading_rate) = wave(240.0, 10.0 * DEG);
+    Motion {
+        angles: [roll, pitch, heading],
+        rates: [roll_rate, pitch_rate, heading_rate],
+        acceleration: [0.0, 0.0, 0.4 * (2.0 * PI * t / 8.0).sin()],
+    }
+}
+
+/// The same mooring in a calm harbour: only the slow turn.
+fn anchor(t: f64) -> Motion {
+    let Motion { angles, rates, .. } = ferry(t);
+    Motion {
+        angles: [0.0, 0.0, angles[2]],
+        rates: [0.0, 0.0, rates[2]],
+        acceleration: [0.0; 3],
+    }
+}
+
+/// A bank of 45 degrees for minutes: 1.41 g along the vertical axis.
+fn bank(_: f64) -> Motion {
+    let g = gravity(0.8);
+    Motion {
+        angles: [45.0 * DEG, 0.0, 0.0],
+        rates: [0.0, 0.0, g / 60.0], // at 60 m/s
+        acceleration: [0.0, g, 0.0],
+    }
+}
+
+/// A railway curve of 600 m at 30 m/s, canted by 6 degrees, perfectly smooth.
+fn curve(_: f64) -> Motion {
+    Motion {
+        angles: [6.0 * DEG, 0.0, 0.0],
+        rates: [0.0, 0.0, 0.05],
+        acceleration: [0.0, 1.5, 0.0],
+    }
+}
+
+fn moves(t: f64) -> (f32, f32) {
+    (20.0 + t.sin() as f32, 0.05)
+}
+
+fn stands(t: f64) -> (f32, f32) {
+    (0.05 + 0.05 * t.sin() as f32, 0.05)
+}
+
+#[test]
+fn a_moving_vehicle_raises_nothing() {
+    use VehicleKind::{Air, Land, Ship};
+    let in_traffic: fn(f64) -> (f32, f32) = |t| match t % 45.0 {
+        t if t < 20.0 => (9.0, 0.1),
+        _ => (0.02, 0.1),
+    };
+    let cases: [(&str, VehicleKind, fn(f64) -> Motion, Receiver, bool); 11] = [
+        ("motorway", Land, motorway, None, false),
+        ("motorway", Land, motorway, Some(moves), false),
+        ("traffic", Land, traffic, None, false),
+        ("traffic", Land, traffic, Some(in_traffic), true),
+        ("ferry", Ship, ferry, Some(stands), true),
+        ("ferry", Ship, ferry, None, false),
+        ("anchor", Ship, anchor, Some(stands), true),
+        ("bank", Air, bank, None, false),
+        ("bank", Air, bank, Some(moves), false),
+        ("railway curve", Land, curve, Some(moves), false),
+        ("a car on a ferry", Land, ferry, Some(stands), true),
+    ];
+    for sheet in SHEETS {
+        for (what, vehicle, motion, receiver, is_judged) in cases {
+            for sigmas in [1.0, 3.0] {
+                let drive = Drive {
+                    vehicle,
+                    motion,
+                    receiver,
+                    sigmas,
+                    seconds: 360,
+                    ..Drive::parked(sheet)
+                };
+                assert_eq!(
+                    drive.is_silent(what) > 0,
+                    is_judged,
+                    "{what}, {}",
+                    sheet.name
+                );
+            }
+        }
+    }
+}
+
+fn times([rate, force]: [[f32; 3]; 2], gyro: f32, accel: f32) -> [[f32; 3]; 2] {
+    [rate.map(|w| w * gyro), force.map(|f| f * accel)]
+}
+
+#[test]
+fn every_wrong_unit_raises_its_fault() {
+    use fault::{EARTH_RATE, GRAVITY};
+    let mistakes: [(&str, u32, fn([[f32; 3]; 2]) -> [[f32; 3]; 2]); 8] = [
+        ("deg for rad", EARTH_RATE, |m| times(m, 57.3, 1.0)),
+        ("m/s2 for g", GRAVITY, |m| times(m, 1.0, 9.81)),
+        ("g for m/s2", GRAVITY, |m| times(m, 1.0, 1.0 / 9.81)),
+        ("mg for m/s2", GRAVITY, |m| times(m, 1.0, 101.97)),
+        ("feet for metres", GRAVITY, |m| times(m, 1.0, 3.281)),
+        ("metres for feet", GRAVITY, |m| times(m, 1.0, 0.3048)),
+        ("5 g told 10 g", GRAVITY, |m| times(m, 1.0, 2.0)),
+        ("increments at half the rate", GRAVITY, |m| {
+            times(m, 0.5, 0.5)
+        }),
+    ];
+    for sheet in SHEETS {
+        for (what, fault, mistake) in mistakes {
+            for motion in [engine, grade] {
+                let drive = Drive {
+                    mistake,
+                    motion,
+                    ..Drive::parked(sheet)
+                };
+                drive.raises(fault, what);
+                Drive {
+                    vehicle: VehicleKind::Air,
+                    receiver: Some(stands),
+                    ..drive
+                }
+                .raises(fault, what);
+            }
+        }
+    }
+}
+
+#[test]
+fn rates_57_times_too_small_show_where_the_bias_does_not_hide_the_earth() {
+    for sheet in [LASER, NAVIGATION, TACTICAL] {
+        for latitude in [0.0, 0.8, 80.0 * DEG] {
+            let drive = Drive {
+                latitude,
+                motion: engine,
+                mistake: |means| times(means, 1.0 / 57.3, 1.0),
+                ..Drive::parked(sheet)
+            };
+            drive.raises(fault::EARTH_RATE, "rad for deg");
+        }
+    }
+    // with a bias above the Earth's rate nobody can tell
+    for sheet in [STIM, MEMS, CHIP] {
+        let drive = Drive {
+            mistake: |means| times(means, 1.0 / 57.3, 1.0),
+            ..Drive::parked(sheet)
+        };
+        drive.is_silent("rad for deg");
+    }
+}
+
+#[test]
+fn every_wrong_mounting_raises_axes_and_nothing_else() {
+    let mistakes: [(&str, fn([f32; 3]) -> [f32; 3]); 4] = [
+        ("z up", |[x, y, z]| [x, -y, -z]),
+        ("x and z exchanged", |[x, y, z]| [z, -y, x]),
+        ("y down", |[x, y, z]| [x, -z, y]),
+        ("tilted by 45 degrees", |[x, y, z]| {
+            [0.7071 * (x + z), y, 0.7071 * (z - x)]
+        }),
+    ];
+    for sheet in SHEETS {
+        for (what, turn) in mistakes {
+            for seed in 1..=SEEDS {
+                let mut rest = Rest::new(sheet.told(VehicleKind::Land));
+                let mut random = Random(seed);
+                let mut found = None;
+                let [rate, force] = truth(&Motion::default(), 0.8);
+                for _ in 0..60 {
+                    let noise = sheet.vrw * UG;
+                    let force = force.map(|f| (f + noise * random.normal()) as f32);
+                    let rate = rate.map(|w| w as f32);
+                    found = found.or(rest.block(1.0, turn(rate), turn(force)));
+                }
+                let name = sheet.name;
+                assert_eq!(found, Some((fault::AXES, AT_REST)), "{what}, {name}");
+            }
+        }
+    }
+}
+
+#[test]
+fn a_mounting_that_was_told_is_right() {
+    let mut told = crate::configuration::tests::example(crate::wire::ImuFormat::Kvh);
+    // the sensor's z axis points up and its x axis forward: half a turn about x
+    told.mounting = [0.0, 1.0, 0.0, 0.0];
+    let means = |force| Means {
+        seconds: 60.0,
+        force,
+        ..Means::default()
+    };
+    let told = Told::of(&told);
+    assert_eq!(means([0.1, 0.2, 9.79]).judge(&told), 0);
+    assert_eq!(means([0.1, 0.2, -9.79]).judge(&told), fault::AXES);
+    assert_eq!(means([9.79, 0.0, 0.0]).judge(&told), fault::AXES);
+    // no accelerometer: nothing to judge
+    assert_eq!(means([0.0; 3]).judge(&told), 0);
+}
+
+#[test]
+fn faults_go_when_the_next_rest_is_seen_right() {
+    let sheet = TACTICAL;
+    let mut rest = Rest::new(sheet.told(VehicleKind::Land));
+    let [rate, force] = truth(&Motion::default(), 0.8).map(|v| v.map(|x| x as f32));
+    let mut all = Vec::new();
+    for second in 0..240 {
+        let wrong = if second < 120 { 9.81 } else { 1.0 };
+        all.extend(rest.block(1.0, rate, force.map(|f| f * wrong)));
+    }
+    let [wrong, right] = [(fault::GRAVITY, AT_REST), (0, AT_REST)];
+    assert_eq!(all, [wrong, wrong, right, right]);
+}
+
+/// Samples at `hz` for `seconds`, counted at each arrival; `delay` is how long a sample that is due
+/// at a time waits, s. Gives when the fault was there.
+fn watched(
+    watch: &mut RateWatch,
+    told: f32,
+    (start, seconds): (f64, f64),
+    hz: f64,
+    delay: impl Fn(f64) -> f64,
+) -> Vec<(f64, bool)> {
+    let mut out = Vec::new();
+    let mut samples = (start * hz) as u32;
+    let mut t = start;
+    while t < start + seconds {
+        t += 1e-3;
+        while (f64::from(samples) + 1.0) / hz + delay((f64::from(samples) + 1.0) / hz) <= t {
+            samples += 1;
+        }
+        let now = (t * 1e6) as u64;
+        if watch.is_due(now) {
+            let seen = rate::Seen {
+                samples,
+                ..rate::Seen::default()
+            };
+            out.push((t - start, watch.look(now, Some(told), seen)));
+        }
+    }
+    out
+}
+
+#[test]
+fn a_wrong_rate_is_raised_and_goes_again() {
+    for (told, hz, within) in [
+        (1000.0, 5000.0, 5.0),
+        (1000.0, 500.0, 5.0),
+        (100.0, 200.0, 6.0),
+        (125.0, 128.0, 32.0),
+        (1000.0, 1024.0, 32.0),
+        (1000.0, 970.0, 32.0),
+        (1062.5, 1000.0, 32.0),
+    ] {
+        let mut watch = RateWatch::new(true);
+        let seen = watched(&mut watch, told, (0.0, 60.0), hz, |_| 0.0);
+        let first = seen.iter().find(|(_, wrong)| *wrong).map(|(t, _)| *t);
+        assert!(
+            first.is_some_and(|t| t <= within),
+            "{told}, {hz}: {first:?}"
+        );
+        let since = seen.iter().skip_while(|(_, wrong)| !wrong);
+        assert!(
+            since.clone().all(|(_, wrong)| *wrong),
+            "{told}, {hz}: it stays"
+        );
+        // the sensor is set right; the windows in progress still hold the wrong rate
+        let mut watch_on = watched(&mut watch, told, (60.0, 60.0), told.into(), |_| 0.0);
+        let (t, still) = watch_on.remove(35);
+        assert!(!still, "{told}: still wrong after {t} s");
+    }
+}
+
+#[test]
+fn late_bursts_and_slow_clocks_are_no_wrong_rate() {
+    let bursts = |every: f64| move |t: f64| every - t % every; // delivered every so often
+    let hiccup = |t: f64| {
+        if (30.0..30.3).contains(&t) {
+            30.3 - t
+        } else {
+            0.0
+        }
+    };
+    let late = |t: f64| if t % 7.0 < 0.05 { 0.05 - t % 7.0 } else { 0.0 };
+    for (told, hz) in [
+        (1000.0, 1000.0),
+        (100.0, 100.0),
+        (2000.0, 2000.0 * 1.01),
+        (4000.0, 4000.0 * 0.985),
+        (10.0, 10.0),
+        (1.0, 1.0),
+        (125.0, 125.0),
+    ] {
+        let delays: [&dyn Fn(f64) -> f64; 5] =
+            [&|_| 0.0, &bursts(0.016), &bursts(0.1), &hiccup, &late];
+        for (number, delay) in delays.iter().enumerate() {
+            let mut watch = RateWatch::new(true);
+            let seen = watched(&mut watch, told, (0.0, 600.0), hz, delay);
+            let wrong = seen.iter().find(|(_, wrong)| *wrong);
+            assert_eq!(wrong, None, "{told}, {hz}, delay {number}");
+        }
+    }
+}
+
+#[test]
+fn damage_hides_samples_and_regular_holes_are_another_rate() {
+    let look = |damage: u32, missed: u32, samples: u32| {
+        let mut watch = RateWatch::new(true);
+        (0..100).fold(false, |_, second| {
+            let seen = rate::Seen {
+                samples: second * samples,
+                missed: second * missed,
+                damage: second * damage,
+            };
+            watch.look(u64::from(second) * 1_000_000, Some(1000.0), seen)
+        })
+    };
+    assert!(look(0, 0, 950), "a lack that nothing explains");
+    assert!(!look(1, 0, 950), "frames are damaged");
+    assert!(look(1, 0, 1050), "damage makes no samples");
+    assert!(!look(0, 30, 1000), "some are missing, and known to be");
+    assert!(
+        look(0, 500, 1000),
+        "a STIM300 at 500 Hz, told 1000: every other one is missing"
+    );
+}
+
+#[test]
+fn silence_begins_anew_and_a_watch_that_is_off_finds_nothing() {
+    let mut watch = RateWatch::new(true);
+    let mut samples = 0;
+    for second in 0..200u32 {
+        let silent = second % 20 > 12;
+        samples += if silent { 0 } else { 1000 };
+        let seen = rate::Seen {
+            samples,
+            ..rate::Seen::default()
+        };
+        let rate = (!silent).then_some(1000.0);
+        // the second in which the silence ends has no windows
+        let wrong = watch.look(u64::from(second) * 1_000_000, rate, seen);
+        assert!(!wrong, "{second} s");
+    }
+    assert!(!RateWatch::new(false).is_due(u64::MAX - 1));
+}
