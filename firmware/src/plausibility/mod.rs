@@ -138,7 +138,7 @@ impl Means {
         let most = EARTH + told.rate_error(self.seconds) + SWAY / self.seconds + swing;
         let axes = self.rate.iter().zip(&self.scatter);
         axes.fold(false, |any, (rate, scatter)| {
-            any | (rate.abs() > most + 3.0 * scatter)
+            any | (rate.abs() > most + scatter)
         })
     }
 
@@ -148,7 +148,7 @@ impl Means {
         let least = EARTH - told.rate_error(self.seconds);
         told.vehicle != VehicleKind::Ship
             && !self.rate.contains(&0.0)
-            && norm(self.rate) + 3.0 * norm(self.scatter) < least
+            && norm(self.rate) + norm(self.scatter) < least
     }
 }
 

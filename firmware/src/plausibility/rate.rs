@@ -157,3 +157,6 @@ impl RateWatch {
         self.wrong
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -216,7 +216,7 @@ impl Drive {
         judged
     }
 
-    /// Every seed raises the fault, within a minute of the beginning. Others may come with it.
+    /// Every seed raises the fault, within two minutes of the beginning. Others may come with it.
     fn raises(&self, fault: u32, what: &str) {
         for seed in 1..=SEEDS {
             let (found, first, _) = self.run(seed);
@@ -227,7 +227,7 @@ impl Drive {
                 "{what}, {name}, seed {seed}: {found:#x}"
             );
             assert!(
-                first.is_some_and(|at| at <= 61.0),
+                first.is_some_and(|at| at <= 121.0),
                 "{what}, {name}: {first:?}"
             );
         }
@@ -297,9 +297,9 @@ fn motorway(t: f64) -> Motion {
     }
 }
 
-/// 20 s of driving and braking, then 25 s at a red light.
+/// 20 s of driving and braking, then 40 s at a red light.
 fn traffic(t: f64) -> Motion {
-    let t = t % 45.0;
+    let t = t % 60.0;
     let idle = engine(t);
     let (a, yaw) = match t {
         t if t < 6.0 => (1.8, 0.05),
@@ -371,7 +371,7 @@ fn stands(t: f64) -> (f32, f32) {
 #[test]
 fn a_moving_vehicle_raises_nothing() {
     use VehicleKind::{Air, Land, Ship};
-    let in_traffic: fn(f64) -> (f32, f32) = |t| match t % 45.0 {
+    let in_traffic: fn(f64) -> (f32, f32) = |t| match t % 60.0 {
         t if t < 20.0 => (9.0, 0.1),
         _ => (0.02, 0.1),
     };
@@ -532,136 +532,4 @@ fn faults_go_when_the_next_rest_is_seen_right() {
     }
     let [wrong, right] = [(fault::GRAVITY, AT_REST), (0, AT_REST)];
     assert_eq!(all, [wrong, wrong, right, right]);
-}
-
-/// Samples at `hz` for `seconds`, counted at each arrival; `delay` is how long a sample that is due
-/// at a time waits, s. Gives when the fault was there.
-fn watched(
-    watch: &mut RateWatch,
-    told: f32,
-    (start, seconds): (f64, f64),
-    hz: f64,
-    delay: impl Fn(f64) -> f64,
-) -> Vec<(f64, bool)> {
-    let mut out = Vec::new();
-    let mut samples = (start * hz) as u32;
-    let mut t = start;
-    while t < start + seconds {
-        t += 1e-3;
-        while (f64::from(samples) + 1.0) / hz + delay((f64::from(samples) + 1.0) / hz) <= t {
-            samples += 1;
-        }
-        let now = (t * 1e6) as u64;
-        if watch.is_due(now) {
-            let seen = rate::Seen {
-                samples,
-                ..rate::Seen::default()
-            };
-            out.push((t - start, watch.look(now, Some(told), seen)));
-        }
-    }
-    out
-}
-
-#[test]
-fn a_wrong_rate_is_raised_and_goes_again() {
-    for (told, hz, within) in [
-        (1000.0, 5000.0, 5.0),
-        (1000.0, 500.0, 5.0),
-        (100.0, 200.0, 6.0),
-        (125.0, 128.0, 32.0),
-        (1000.0, 1024.0, 32.0),
-        (1000.0, 970.0, 32.0),
-        (1062.5, 1000.0, 32.0),
-    ] {
-        let mut watch = RateWatch::new(true);
-        let seen = watched(&mut watch, told, (0.0, 60.0), hz, |_| 0.0);
-        let first = seen.iter().find(|(_, wrong)| *wrong).map(|(t, _)| *t);
-        assert!(
-            first.is_some_and(|t| t <= within),
-            "{told}, {hz}: {first:?}"
-        );
-        let since = seen.iter().skip_while(|(_, wrong)| !wrong);
-        assert!(
-            since.clone().all(|(_, wrong)| *wrong),
-            "{told}, {hz}: it stays"
-        );
-        // the sensor is set right; the windows in progress still hold the wrong rate
-        let mut watch_on = watched(&mut watch, told, (60.0, 60.0), told.into(), |_| 0.0);
-        let (t, still) = watch_on.remove(35);
-        assert!(!still, "{told}: still wrong after {t} s");
-    }
-}
-
-#[test]
-fn late_bursts_and_slow_clocks_are_no_wrong_rate() {
-    let bursts = |every: f64| move |t: f64| every - t % every; // delivered every so often
-    let hiccup = |t: f64| {
-        if (30.0..30.3).contains(&t) {
-            30.3 - t
-        } else {
-            0.0
-        }
-    };
-    let late = |t: f64| if t % 7.0 < 0.05 { 0.05 - t % 7.0 } else { 0.0 };
-    for (told, hz) in [
-        (1000.0, 1000.0),
-        (100.0, 100.0),
-        (2000.0, 2000.0 * 1.01),
-        (4000.0, 4000.0 * 0.985),
-        (10.0, 10.0),
-        (1.0, 1.0),
-        (125.0, 125.0),
-    ] {
-        let delays: [&dyn Fn(f64) -> f64; 5] =
-            [&|_| 0.0, &bursts(0.016), &bursts(0.1), &hiccup, &late];
-        for (number, delay) in delays.iter().enumerate() {
-            let mut watch = RateWatch::new(true);
-            let seen = watched(&mut watch, told, (0.0, 600.0), hz, delay);
-            let wrong = seen.iter().find(|(_, wrong)| *wrong);
-            assert_eq!(wrong, None, "{told}, {hz}, delay {number}");
-        }
-    }
-}
-
-#[test]
-fn damage_hides_samples_and_regular_holes_are_another_rate() {
-    let look = |damage: u32, missed: u32, samples: u32| {
-        let mut watch = RateWatch::new(true);
-        (0..100).fold(false, |_, second| {
-            let seen = rate::Seen {
-                samples: second * samples,
-                missed: second * missed,
-                damage: second * damage,
-            };
-            watch.look(u64::from(second) * 1_000_000, Some(1000.0), seen)
-        })
-    };
-    assert!(look(0, 0, 950), "a lack that nothing explains");
-    assert!(!look(1, 0, 950), "frames are damaged");
-    assert!(look(1, 0, 1050), "damage makes no samples");
-    assert!(!look(0, 30, 1000), "some are missing, and known to be");
-    assert!(
-        look(0, 500, 1000),
-        "a STIM300 at 500 Hz, told 1000: every other one is missing"
-    );
-}
-
-#[test]
-fn silence_begins_anew_and_a_watch_that_is_off_finds_nothing() {
-    let mut watch = RateWatch::new(true);
-    let mut samples = 0;
-    for second in 0..200u32 {
-        let silent = second % 20 > 12;
-        samples += if silent { 0 } else { 1000 };
-        let seen = rate::Seen {
-            samples,
-            ..rate::Seen::default()
-        };
-        let rate = (!silent).then_some(1000.0);
-        // the second in which the silence ends has no windows
-        let wrong = watch.look(u64::from(second) * 1_000_000, rate, seen);
-        assert!(!wrong, "{second} s");
-    }
-    assert!(!RateWatch::new(false).is_due(u64::MAX - 1));
 }

@@ -2,6 +2,7 @@
 
 mod activation;
 mod adis;
+mod aside;
 mod command;
 mod configuration;
 mod damage;
