@@ -18,6 +18,7 @@ use crate::fix::Fix;
 use crate::learn::{Learner, Report};
 use crate::link::{Clock, Line};
 use crate::model::Nets;
+use crate::wire::adis::uart;
 use crate::wire::command::{Counters, Packets, fault};
 use crate::wire::framer::Framer;
 use crate::wire::{Checked, Detector, Error, ImuFormat, ReceiverFormat};
@@ -172,16 +173,19 @@ impl<'m> App<'m> {
         out: &mut impl Line,
         clock: &impl Clock,
     ) -> Result<(), Error> {
-        let form = self.flow.config.sensor.adis.ok_or(Error::Content)?.form;
-        self.heard(clock.now_us());
+        let told = self.flow.config.sensor.adis.ok_or(Error::Content)?;
+        let now = clock.now_us();
+        self.heard(now);
         if self.machine.phase() == Phase::Start {
             self.machine.transition_to_run(self.flow.mode);
         }
-        if let Phase::Fault(_) = self.machine.phase() {
-            self.raw(reply, out);
+        let mut buffer = [0; uart::LONGEST];
+        let leaving = told.leaving(reply, now as u32, &mut buffer);
+        if let (Phase::Fault(_), Ok(bytes)) = (self.machine.phase(), &leaving) {
+            self.raw(bytes, out);
             return Ok(());
         }
-        match Checked::burst(form, reply) {
+        match leaving.and_then(|bytes| Checked::burst(&told, bytes)) {
             Ok(frame) => self.flow.frame(frame, out),
             Err(error) => {
                 count(&mut self.flow.counters.bad_checksums, 1);

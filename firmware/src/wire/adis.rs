@@ -19,6 +19,7 @@ mod find;
 mod frame;
 mod model;
 pub mod spi;
+pub mod uart;
 
 pub use find::{Found, begin, find};
 pub use frame::Frame;
@@ -29,7 +30,7 @@ use super::Error;
 use super::checksum::{crc32_zlib_swapped, sum_bytes};
 use super::field::{head, put, take};
 use super::sequence::{Rule, Sequence, Stream};
-use crate::sample::{Axes, Units};
+use crate::sample::{Axes, Quantity, Units};
 use serde::{Deserialize, Serialize};
 
 /// Bytes of a 16-bit burst reply (1646x, 1647x, 1650x).
@@ -49,12 +50,43 @@ pub struct Settings {
     pub form: Form,
     /// What a count means: [`Model::units`].
     pub units: Units,
+    /// The bursts leave in frames of their own ([`uart`]), not bare.
+    pub framed: bool,
 }
 
-/// Units, rate and gap rule of the bursts. DATA_CNTR has 16 bits and counts samples.
-pub(super) fn stream(settings: Settings, rate: f64) -> Stream {
+impl Settings {
+    /// Whether the bursts hold increments (BURST_SEL).
+    pub fn has_increments(&self) -> bool {
+        self.units.gyro.quantity == Quantity::Increment
+    }
+
+    /// A burst as it leaves: bare, or in a frame in `buffer`. `time_us`: when it was fetched.
+    ///
+    /// # Errors
+    /// [`Error::Length`] when a burst for a frame is not of the form told.
+    pub fn leaving<'b>(
+        &self,
+        reply: &'b mut [u8],
+        time_us: u32,
+        buffer: &'b mut [u8; uart::LONGEST],
+    ) -> Result<&'b mut [u8], Error> {
+        if !self.framed {
+            return Ok(reply);
+        }
+        let flags = if self.has_increments() {
+            uart::INCREMENTS
+        } else {
+            0
+        };
+        uart::wrap(self.form, flags, time_us, reply, buffer)
+    }
+}
+
+/// Units, rate and gap rule of bursts whose counts mean this. DATA_CNTR has 16 bits and counts
+/// samples.
+pub(super) fn counting(units: Units, rate: f64) -> Stream {
     Stream {
-        units: settings.units,
+        units,
         rate,
         sequence: Sequence::Counter(Rule::new(0x1_0000, 1)),
     }

@@ -17,6 +17,8 @@ pub enum Source {
     Stream(ImuFormat),
     /// A burst of an ADIS, framed by chip select.
     Burst(adis::Form),
+    /// The same in a frame of ours ([`adis::uart`]), in which it leaves.
+    FramedBurst(adis::Form),
 }
 
 impl Source {
@@ -25,7 +27,9 @@ impl Source {
     pub fn stream(self, settings: &Settings, content: u8) -> Option<Stream> {
         match self {
             Source::Stream(format) => format.stream(settings, content),
-            Source::Burst(_) => Some(adis::stream(settings.adis?, settings.rate)),
+            Source::Burst(_) | Source::FramedBurst(_) => {
+                Some(adis::counting(settings.adis?.units, settings.rate))
+            }
         }
     }
 }
@@ -57,17 +61,19 @@ impl<'a> Checked<'a> {
         }
     }
 
-    /// A burst as it was fetched.
+    /// A burst as it leaves: [`adis::Settings::leaving`].
     ///
     /// # Errors
-    /// What is wrong with the bytes.
-    pub fn burst(form: adis::Form, reply: &'a mut [u8]) -> Result<Checked<'a>, Error> {
-        form.check(reply)?;
-        let source = Source::Burst(form);
-        Ok(Checked {
-            source,
-            bytes: reply,
-        })
+    /// What is wrong with the burst.
+    pub fn burst(told: &adis::Settings, bytes: &'a mut [u8]) -> Result<Checked<'a>, Error> {
+        let source = if told.framed {
+            adis::uart::check(told.form, bytes)?;
+            Source::FramedBurst(told.form)
+        } else {
+            told.form.check(bytes)?;
+            Source::Burst(told.form)
+        };
+        Ok(Checked { source, bytes })
     }
 
     /// Where it comes from.
@@ -85,7 +91,7 @@ impl<'a> Checked<'a> {
     pub fn content(&self) -> u8 {
         match self.source {
             Source::Stream(format) => format.content(self.bytes),
-            Source::Burst(_) => 0,
+            Source::Burst(_) | Source::FramedBurst(_) => 0,
         }
     }
 
@@ -98,6 +104,7 @@ impl<'a> Checked<'a> {
         let reading = match self.source {
             Source::Stream(format) => format.read(bytes),
             Source::Burst(form) => adis::Frame::over(form, bytes).map(|frame| frame.reading()),
+            Source::FramedBurst(_) => adis::uart::read(bytes),
         };
         reading.ok_or(Error::Content)
     }
@@ -113,6 +120,7 @@ impl<'a> Checked<'a> {
             Source::Burst(form) => {
                 adis::Frame::over(form, bytes).and_then(|mut frame| frame.change(change.sample))
             }
+            Source::FramedBurst(_) => adis::uart::change(bytes, change),
         };
         saturated.ok_or(Error::Content)
     }
@@ -121,7 +129,7 @@ impl<'a> Checked<'a> {
     pub fn starts_up(&self) -> bool {
         match self.source {
             Source::Stream(format) => format.starts_up(self.bytes),
-            Source::Burst(_) => false,
+            Source::Burst(_) | Source::FramedBurst(_) => false,
         }
     }
 
@@ -129,7 +137,7 @@ impl<'a> Checked<'a> {
     pub fn always_changes(&self, settings: &Settings) -> bool {
         match self.source {
             Source::Stream(format) => format.always_changes(settings),
-            Source::Burst(_) => false,
+            Source::Burst(_) | Source::FramedBurst(_) => false,
         }
     }
 }

@@ -14,6 +14,7 @@
 //! | [`sbgecom`] | SBG Systems IMU_DATA, IMU_SHORT | CRC-16/KERMIT | headers of SBG's library |
 //! | [`epson`] | Epson M-G3xx bursts at a UART | 16-bit sum | data sheet, Epson's drivers |
 //! | [`adis`] | ADIS bursts over SPI | byte sum, CRC-32 | Linux and ArduPilot drivers |
+//! | [`adis::uart`] | the same in frames of ours | CRC-32 | this crate |
 //! | [`ubx`] | u-blox NAV-PVT | Fletcher-8 | gpsd and pyubx2 |
 //! | [`command`] | our own command link | CRC-32 | this crate |
 //!
@@ -77,9 +78,12 @@ registry::imu_formats! {
     SbgEcom: sbgecom,
     /// [`epson`], with the layout of its frames
     Epson(layout: epson::Layout): epson,
+    /// [`adis::uart`]
+    AdisUart: adis_uart,
 }
 
 use crate::sample::{Axes, RawSample};
+use adis::uart as adis_uart;
 use serde::{Deserialize, Serialize};
 
 /// 2 to the power given (-1022 to 1023), exactly.

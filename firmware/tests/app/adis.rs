@@ -7,7 +7,7 @@ use firmware::control::Mode;
 use firmware::units::{DEGREE, G};
 use firmware::wire::adis::{Burst, Form, Model};
 use firmware::wire::command::fault;
-use firmware::wire::{Error, Settings, adis};
+use firmware::wire::{Error, ImuFormat, Settings, adis};
 use proptest::prelude::*;
 
 const FORMS: [Form; 3] = [Form::Narrow, Form::Wide, Form::Adis1649x];
@@ -38,6 +38,7 @@ fn config(form: Form) -> Config {
                 units: Model::Adis16475(1)
                     .units(form != Form::Narrow)
                     .expect("a model"),
+                framed: false,
             }),
             ..Settings::DEFAULT
         },
@@ -181,4 +182,85 @@ fn gaps_and_silence() {
     assert_eq!(device.counters().garbage, 100);
     let mut other = Device::new(Config::default());
     assert_eq!(pass(&mut other, &burst(0)), Err(Error::Content));
+}
+
+/// The board's burst leaves in a frame, a second device reads it on its line and corrects it once
+/// more, and what is left is the sensor's values less both corrections. Flags, time and counter
+/// are as the first device sent them.
+#[test]
+fn a_second_device_follows_the_first() {
+    for (form, model) in [
+        (Form::Narrow, Model::Adis16475(1)),
+        (Form::Wide, Model::Adis16505(2)),
+        (Form::Adis1649x, Model::Adis16495(1)),
+    ] {
+        let units = model.units(form != Form::Narrow).expect("a model");
+        let error = [units.gyro.lsb * 40.25, 0.0, -units.gyro.lsb * 3.5];
+        let first = Config {
+            nets: nets(error.map(|rate| rate as f32), [0.0; 3]),
+            sensor: Settings {
+                adis: Some(adis::Settings {
+                    form,
+                    units,
+                    framed: true,
+                }),
+                ..Settings::DEFAULT
+            },
+            ..config(form)
+        };
+        let mut sensor = Settings::DEFAULT;
+        sensor.adis_uart.model = model;
+        let second = Config {
+            format: Some(ImuFormat::AdisUart),
+            sensor,
+            ..first.clone()
+        };
+        let (mut first, mut second) = (Device::new(first), Device::new(second));
+        let (mut sum, count) = ([0i64; 3], 4000u32);
+        for n in 0..count {
+            let burst = Burst {
+                gyro: [n as i32 % 100, 5, -7],
+                accel: [1, 2, 4000],
+                counter: n as u16,
+                ..Burst::default()
+            };
+            let frame = pass(&mut first, &reply(form, &burst)).expect("good");
+            assert_eq!(frame.len(), form.bytes() + 12);
+            second.feed(&frame);
+            let out = second.lines.navigation.sent.pop().expect("a frame");
+            assert_eq!(out.len(), frame.len());
+            assert_eq!(out[..8], frame[..8], "flags and time");
+            let after = parse(form, &out[8..8 + form.bytes()]).expect("a good burst");
+            assert_eq!((after.accel, after.counter), (burst.accel, burst.counter));
+            let pairs = sum.iter_mut().zip(burst.gyro.iter().zip(&after.gyro));
+            pairs.for_each(|(sum, (before, after))| *sum += i64::from(before - after));
+        }
+        assert_eq!(second.counters().frames, count);
+        assert_eq!(second.counters().missed, 0);
+        // the first block of either device passes unchanged
+        for (sum, lsb) in sum.into_iter().zip([40.25, 0.0, -3.5]) {
+            let most = 2.0 * f64::from(count) * lsb;
+            let blocks = 2.0 * 12.0 * f64::abs(lsb) + 1.0;
+            assert!((sum as f64 - most).abs() <= blocks, "{form:?} {sum} {most}");
+        }
+    }
+}
+
+/// Damage at the SPI is kept back, in a frame too; in state Fault all passes, in frames.
+#[test]
+fn a_damaged_burst_is_not_framed() {
+    let mut framed = config(Form::Narrow);
+    if let Some(adis) = &mut framed.sensor.adis {
+        adis.framed = true;
+    }
+    let mut device = Device::new(framed);
+    let good = reply(Form::Narrow, &Burst::default());
+    let frame = pass(&mut device, &good).expect("good");
+    assert_eq!(frame[8..28], good);
+    let mut bad = good.clone();
+    bad[3] ^= 1;
+    assert_eq!(pass(&mut device, &bad), Err(Error::Checksum));
+    assert_eq!(pass(&mut device, &good[..18]), Err(Error::Length));
+    assert_eq!(device.counters().bad_checksums, 2);
+    assert!(device.lines.navigation.sent.is_empty());
 }

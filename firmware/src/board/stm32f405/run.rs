@@ -73,6 +73,7 @@ fn app<'m>(
             adis: adis.map(|found| adis::Settings {
                 form: found.model.form(),
                 units: found.units,
+                framed: false,
             }),
             rate: adis.map_or(Settings::DEFAULT.rate, |found| found.rate),
             ..Settings::DEFAULT

@@ -29,6 +29,7 @@ impl Form {
     ///
     /// # Errors
     /// [`Error::Length`], [`Error::Header`] or [`Error::Checksum`].
+    #[inline(never)] // several callers
     pub fn check(self, reply: &[u8]) -> Result<(), Error> {
         if reply.len() != self.bytes() {
             return Err(Error::Length);
@@ -38,6 +39,27 @@ impl Form {
             Form::Adis1649x => Burst::parse_1649x(&take(reply, 0)).map(|_| ()),
         }
     }
+
+    /// Makes the checksum of a reply anew, for simulators and tests.
+    pub(super) fn seal(self, reply: &mut [u8]) {
+        if self != Form::Adis1649x {
+            let at = reply.len().saturating_sub(2);
+            let sum = sum_bytes(head(reply, at));
+            return put(reply, at, sum.to_be_bytes());
+        }
+        let Some(start) = Frame::over(self, &*reply).map(|frame| frame.start) else {
+            return;
+        };
+        let data: [u8; DATA_1649X] = take(reply, start);
+        let [high, low] = split(crc32_zlib_swapped(&data));
+        put(reply, start + DATA_1649X, low.to_be_bytes());
+        put(reply, start + DATA_1649X + 2, high.to_be_bytes());
+    }
+}
+
+/// The two words of a number, high first.
+fn split(number: u32) -> [u16; 2] {
+    [(number >> 16) as u16, number as u16]
 }
 
 /// A burst reply.

@@ -4,9 +4,11 @@ use super::Form;
 use crate::sample::{Quantity, Unit, Units};
 use crate::units::{DEGREE, G};
 use crate::wire::power_of_two;
+use serde::{Deserialize, Serialize};
 
-/// A model; the last digit (-1, -2, -3) is the gyro range's.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+/// A model; the last digit (-1, -2, -3) is the gyro range's. The order is part of the configuration
+/// record: new ones go to the end.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Model {
     /// ADIS16465-1, -2, -3
     Adis16465(u8),
@@ -96,6 +98,34 @@ impl Model {
     }
 }
 
+impl Model {
+    /// What one count of a 16-bit word means in bursts of increments (BURST_SEL); a 32-bit count is
+    /// 2^-16 of it. `None` where the Linux driver knows no such bursts.
+    pub fn increments(self, wide: bool) -> Option<Units> {
+        let (range, velocity) = match self {
+            Model::Adis16477(range) | Model::Adis16507(range) => (range, 400.0),
+            Model::Adis16500 => (3, 400.0),
+            Model::Adis16505(range) => (range, 100.0),
+            _ => return None,
+        };
+        let degrees = match range {
+            1 => 360.0,
+            2 => 720.0,
+            3 => 2160.0,
+            _ => return None,
+        };
+        let full = power_of_two(if wide { -31 } else { -15 });
+        let unit = |range: f64| Unit {
+            quantity: Quantity::Increment,
+            lsb: range * full,
+        };
+        Some(Units {
+            gyro: unit(degrees * DEGREE),
+            accel: unit(velocity),
+        })
+    }
+}
+
 /// deg/s
 fn gyro_scale(range: u8) -> Option<f64> {
     match range {
@@ -121,6 +151,19 @@ mod tests {
             (units.gyro.lsb, units.accel.lsb),
             (0.1 * DEGREE, 1.25e-3 * G)
         );
+    }
+
+    /// Linux: 720 degrees and 100 m/s are 2^31 counts of an ADIS16505-2.
+    #[test]
+    fn increments_have_scales_of_their_own() {
+        let units = Model::Adis16505(2).increments(true).unwrap();
+        assert_eq!(units.gyro.quantity, Quantity::Increment);
+        assert_eq!(units.gyro.lsb * 2_147_483_648.0, 720.0 * DEGREE);
+        assert_eq!(units.accel.lsb * 2_147_483_648.0, 100.0);
+        let narrow = Model::Adis16505(2).increments(false).unwrap();
+        assert_eq!(narrow.gyro.lsb, 65_536.0 * units.gyro.lsb);
+        assert_eq!(Model::Adis16475(2).increments(true), None);
+        assert_eq!(Model::Adis16495(2).increments(true), None);
     }
 
     #[test]

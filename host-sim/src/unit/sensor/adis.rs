@@ -1,7 +1,9 @@
-//! The table of an ADIS at the board's SPI.
+//! The table of an ADIS at the board's SPI, and of one whose bursts come in frames over a UART.
 
+use super::{Section, Sensor};
 use crate::unit::finding::Finding;
 use firmware::wire::adis::{Form, Model, Settings};
+use firmware::wire::{self, ImuFormat};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -16,42 +18,89 @@ pub struct Adis {
     /// the label.
     #[schemars(regex(pattern = "^ADIS16[0-9]{3}(-[123])?$"))]
     pub model: String,
+    /// The bursts leave in frames with a start mark and a CRC (ICD section 2), which a reader of a
+    /// serial line can find. Default: false, as the sensor sends them. Source: what the navigation
+    /// computer reads.
+    #[serde(default)]
+    pub framed: bool,
+}
+
+/// What the frames of format `adis-uart` do not tell.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct AdisUart {
+    /// Model with the digit of its gyro range. Default: ADIS16505-2. Source: the label.
+    #[schemars(regex(pattern = "^ADIS16[0-9]{3}(-[123])?$"))]
+    pub model: String,
+}
+
+impl Default for AdisUart {
+    fn default() -> Self {
+        Self {
+            model: "ADIS16505-2".to_owned(),
+        }
+    }
+}
+
+impl Section for AdisUart {
+    fn apply(&self, _: &Sensor, to: &mut wire::Settings) -> Result<(), Finding> {
+        to.adis_uart.model = model("sensor.adis_uart.model", &self.model)?;
+        Ok(())
+    }
+
+    fn frame_len(&self, _: ImuFormat) -> usize {
+        let model = model("sensor.adis_uart.model", &self.model);
+        model.map_or(0, |model| 12 + model.form().bytes())
+    }
 }
 
 impl Adis {
     /// The device's settings.
     pub(super) fn settings(&self) -> Result<Settings, Finding> {
-        let wrong = || {
-            Finding::wrong(
-                "sensor.adis.model",
-                format!("is '{}', whose scales are not known", self.model),
-                "give ADIS16465, 16467, 16475, 16477, 16495, 16497, 16505 or 16507 with -1, -2 or \
-                 -3, as in \"ADIS16495-2\", or ADIS16470, ADIS16490 or ADIS16500",
-            )
-        };
-        let (product, digit) = match self.model.split_once('-') {
-            Some((product, digit)) => (product, digit.parse::<u8>().ok()),
-            None => (self.model.as_str(), None),
-        };
-        let number = product.strip_prefix("ADIS").and_then(|n| n.parse().ok());
-        // bits 2 and 3 of the register RANG_MDL
-        let range = match digit {
-            None | Some(1) => 0b0011,
-            Some(2) => 0b0111,
-            Some(3) => 0b1111,
-            Some(_) => return Err(wrong()),
-        };
-        let model = number.and_then(|number| Model::from_registers(number, range));
-        let model = model.ok_or_else(wrong)?;
-        let has_ranges = !matches!(
-            model,
-            Model::Adis16470 | Model::Adis16490 | Model::Adis16500
-        );
-        if has_ranges != digit.is_some() || self.model.matches('-').count() > 1 {
-            return Err(wrong());
-        }
+        let model = model("sensor.adis.model", &self.model)?;
         let form = model.form();
-        let units = model.units(form != Form::Narrow).ok_or_else(wrong)?;
-        Ok(Settings { form, units })
+        let units = model.units(form != Form::Narrow);
+        let units = units.ok_or_else(|| unknown("sensor.adis.model", &self.model))?;
+        Ok(Settings {
+            form,
+            units,
+            framed: self.framed,
+        })
     }
+}
+
+fn unknown(key: &str, text: &str) -> Finding {
+    Finding::wrong(
+        key,
+        format!("is '{text}', whose scales are not known"),
+        "give ADIS16465, 16467, 16475, 16477, 16495, 16497, 16505 or 16507 with -1, -2 or -3, as \
+         in \"ADIS16495-2\", or ADIS16470, ADIS16490 or ADIS16500",
+    )
+}
+
+/// A model by its name.
+fn model(key: &str, text: &str) -> Result<Model, Finding> {
+    let wrong = || unknown(key, text);
+    let (product, digit) = match text.split_once('-') {
+        Some((product, digit)) => (product, digit.parse::<u8>().ok()),
+        None => (text, None),
+    };
+    let number = product.strip_prefix("ADIS").and_then(|n| n.parse().ok());
+    // bits 2 and 3 of the register RANG_MDL
+    let range = match digit {
+        None | Some(1) => 0b0011,
+        Some(2) => 0b0111,
+        Some(3) => 0b1111,
+        Some(_) => return Err(wrong()),
+    };
+    let model = number.and_then(|number| Model::from_registers(number, range));
+    let model = model.ok_or_else(wrong)?;
+    let has_ranges = !matches!(
+        model,
+        Model::Adis16470 | Model::Adis16490 | Model::Adis16500
+    );
+    if has_ranges != digit.is_some() || text.matches('-').count() > 1 {
+        return Err(wrong());
+    }
+    Ok(model)
 }

@@ -4,12 +4,14 @@
 //! table [`Plain`]. Another one gets a file here, with a type that implements [`Section`].
 
 mod adis;
+mod epson;
 mod kvh;
 mod novatel;
 mod stim300;
 mod table;
 
-pub use adis::Adis;
+pub use adis::{Adis, AdisUart};
+pub use epson::Epson;
 pub use kvh::{Angle, Kvh, Rotation};
 pub use novatel::Novatel;
 pub use stim300::{LineEnd, Output, Stim300};
@@ -31,6 +33,10 @@ table::sensor! {
     Hg4930 "hg4930" hg4930: Plain,
     /// SBG Systems sbgECom
     SbgEcom "sbgecom" sbgecom: Plain,
+    /// Seiko Epson M-G320, G354, G364, G365, G366, G370 at a UART
+    Epson "epson" epson: Epson,
+    /// Analog Devices ADIS bursts in this project's own frame (docs/ICD.md, section 2.1)
+    AdisUart "adis-uart" adis_uart: AdisUart,
 }
 
 /// What the frames of a format do not tell.

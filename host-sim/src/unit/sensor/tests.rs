@@ -2,7 +2,7 @@
 
 use super::*;
 use firmware::sample::{Quantity, Units};
-use firmware::wire::adis::Form;
+use firmware::wire::adis::{Form, Model};
 use firmware::wire::stim300::Extra;
 use firmware::wire::stim300::config::Range;
 
@@ -94,6 +94,21 @@ fn tables_of_other_formats_reach_the_device() {
     assert_eq!(told.form, Form::Adis1649x);
     assert!((gyro.lsb - (0.025_f64 / 65_536.0).to_radians()).abs() < 1e-18);
     assert!((accel.lsb - 0.25e-3 * 9.806_65 / 65_536.0).abs() < 1e-18);
+    assert!(!told.framed);
+    let framed = read("format = 'adis-spi'\n[adis]\nmodel = 'ADIS16470'\nframed = true");
+    let Some(configuration::Sensor::Spi(told)) = framed.told().unwrap() else {
+        panic!("no SPI sensor");
+    };
+    assert!(told.framed);
+    let uart = "format = 'adis-uart'\n[adis_uart]\nmodel = 'ADIS16507-3'";
+    assert_eq!(stream(uart).adis_uart.model, Model::Adis16507(3));
+    let epson = "format = 'epson'\n[epson]\nmodel = 'G370PDF1'\nburst_ctrl1 = 0xCC03\n\
+                 burst_ctrl2 = 0x4C00\nangle_range = 3\nvelocity_range = 4\ncount_step = 1";
+    let told = stream(epson).epson;
+    assert_eq!(told.layout.registers(), [0xCC03, 0x4C00]);
+    assert_eq!((told.angle_range, told.velocity_range), (3, 4));
+    assert_eq!((told.model.name(), told.count_step), ("G370PDF1", 1));
+    assert_eq!(stream("format = 'epson'").epson, Settings::DEFAULT.epson);
     assert_eq!(read("format = 'detect'").told().unwrap(), None);
 }
 
@@ -111,6 +126,18 @@ fn values_that_no_such_sensor_has_are_named() {
     );
     let novatel = "format = 'novatel'\n[novatel]\nimu_type = 200";
     assert_eq!(key_of_mistake(novatel), "sensor.novatel.imu_type");
+    let epson = |line: &str| key_of_mistake(&format!("format = 'epson'\n[epson]\n{line}"));
+    assert_eq!(epson("burst_ctrl1 = 0xF002"), "sensor.epson.burst_ctrl1");
+    assert_eq!(epson("burst_ctrl1 = 0xC003"), "sensor.epson.burst_ctrl1");
+    assert_eq!(epson("model = 'G362PDC1'"), "sensor.epson.model");
+    let old = "model = 'G320PDG0'\nburst_ctrl1 = 0xCC03";
+    assert_eq!(epson(old), "sensor.epson.model", "no increments");
+    assert_eq!(
+        epson("model = 'G320PDG0'\nhigh_range = true"),
+        "sensor.epson.model"
+    );
+    let uart = "format = 'adis-uart'\n[adis_uart]\nmodel = 'ADIS16495'";
+    assert_eq!(key_of_mistake(uart), "sensor.adis_uart.model");
     for model in [
         "ADIS16495",
         "ADIS16495-4",
