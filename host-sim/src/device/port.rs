@@ -1,7 +1,8 @@
 //! A serial device or a TCP socket: `tcp:HOST:PORT`, or a path such as `/dev/ttyUSB0` or `COM3`.
 
 use crate::error::Error;
-use serialport::SerialPort;
+use firmware::configuration::{Parity, SerialLines};
+use serialport::{SerialPort, StopBits};
 use std::io::{self, ErrorKind, Read, Write};
 use std::net::TcpStream;
 use std::time::Duration;
@@ -14,16 +15,29 @@ const WAIT: Duration = Duration::from_millis(50);
 pub enum Port {
     /// A socket, for example a serial line of QEMU or a terminal server.
     Tcp(TcpStream),
-    /// A serial device, 8 data bits, no parity, one stop bit.
+    /// A serial device, 8 data bits.
     Serial(Box<dyn SerialPort>),
 }
 
 impl Port {
-    /// Opens the port `name`. Errors name `option`. Sockets ignore `baud`.
+    /// Opens the port `name`, without parity and with one stop bit. Errors name `option`. Sockets
+    /// ignore `baud`.
     ///
     /// # Errors
     /// There is no such port, or it may not be used.
     pub fn open(option: &str, name: &str, baud: u32) -> Result<Self, Error> {
+        let lines = SerialLines {
+            sensor_baud: baud,
+            ..SerialLines::DEFAULT
+        };
+        Self::open_as(option, name, &lines)
+    }
+
+    /// The same with bit rate, parity and stop bits of a sensor's line.
+    ///
+    /// # Errors
+    /// As [`Port::open`].
+    pub fn open_as(option: &str, name: &str, lines: &SerialLines) -> Result<Self, Error> {
         let refused = |problem: String, remedy: &str| Error::Option {
             option: format!("{option} {name}"),
             problem,
@@ -42,7 +56,21 @@ impl Port {
                 refused(format!("does not connect ({error})"), remedy)
             });
         }
-        let port = serialport::new(name, baud).timeout(WAIT).open();
+        let parity = match lines.parity {
+            Parity::None => serialport::Parity::None,
+            Parity::Even => serialport::Parity::Even,
+            Parity::Odd => serialport::Parity::Odd,
+        };
+        let stop_bits = if lines.two_stop_bits {
+            StopBits::Two
+        } else {
+            StopBits::One
+        };
+        let port = serialport::new(name, lines.sensor_baud)
+            .parity(parity)
+            .stop_bits(stop_bits)
+            .timeout(WAIT)
+            .open();
         port.map(Self::Serial).map_err(|error| {
             let remedy =
                 "check cable and name, and that you may use the device and no other program does";

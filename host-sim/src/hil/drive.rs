@@ -8,11 +8,13 @@ use crate::inertial::session::Session;
 use crate::simulator::gnss::GnssSpec;
 use crate::simulator::imu::ImuSpec;
 use crate::simulator::session::{SessionConfig, simulate};
-use firmware::sample::Counts;
+use firmware::configuration::{Configuration, Sensor};
+use firmware::sample::{Counts, RawSample};
 use firmware::units::{DEGREE, G};
 use firmware::wire::framer::LONGEST;
+use firmware::wire::sequence::{Gap, Last};
 use firmware::wire::ubx::Pvt;
-use firmware::wire::{Fields, ImuFormat, Simulated};
+use firmware::wire::{Checked, Fields, ImuFormat, Settings, Simulated};
 
 /// Where a record's bytes arrive.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -65,10 +67,138 @@ pub fn drive(format: ImuFormat, seconds: u32) -> Result<Drive, Error> {
 /// # Errors
 /// A sample does not fit into its field.
 pub fn drive_from(format: ImuFormat, seconds: u32, standstill_s: u32) -> Result<Drive, Error> {
-    let &Simulated { rate, count, .. } = sensor(format);
+    let sensor = *sensor(format);
+    let source = Source { sensor, step: 1 };
+    drive_with(format, &source, &medium()?, [seconds, standstill_s])
+}
+
+/// The medium laser-gyro IMU.
+pub(super) fn medium() -> Result<ImuSpec, Error> {
+    ImuSpec::preset("medium").ok_or_else(|| Error::unknown("preset", "medium", &["medium"]))
+}
+
+/// As [`drive`], with the sensor and at the rate that a device is told, measured by an IMU with
+/// these `errors`. `format` is used where the configuration leaves it open. `seconds` are those of
+/// the whole drive and those at rest.
+///
+/// # Errors
+/// The sensor cannot be simulated, or a sample does not fit into its field.
+pub fn drive_told(
+    told: &Configuration,
+    format: ImuFormat,
+    errors: &ImuSpec,
+    seconds: [u32; 2],
+) -> Result<Drive, Error> {
+    let format = match &told.sensor {
+        Some(Sensor::Stream(settings)) => settings.format(),
+        Some(Sensor::Spi(_)) => {
+            return Err(Error::Option {
+                option: "--unit".into(),
+                problem: "an ADIS at the board's SPI has no frames that a line can carry".into(),
+                remedy: "give a unit whose sensor is at a serial line".into(),
+            });
+        }
+        None => format,
+    };
+    let source = fitting(format, &told.wire_settings())?;
+    drive_with(format, &source, errors, seconds)
+}
+
+/// A sensor to simulate.
+#[derive(Clone, Copy, Debug)]
+struct Source {
+    sensor: Simulated,
+    /// By how much [`Fields::index`] grows from frame to frame.
+    step: u32,
+}
+
+/// The simulated sensor of a format whose frames fit these settings, at the rate and with the value
+/// of a count that a device with these settings takes from its frames.
+fn fitting(format: ImuFormat, settings: &Settings) -> Result<Source, Error> {
+    let own = |sensor: &Simulated| {
+        let mut made = Settings::DEFAULT;
+        (sensor.settings)(&mut made);
+        format.settings(&made) == format.settings(settings)
+    };
+    let mut sensors: Vec<Simulated> = format.simulated().to_vec();
+    sensors.retain(|sensor| sensor.has_accel);
+    sensors.sort_by_key(|sensor| !own(sensor));
+    for sensor in sensors {
+        // what another sensor says of itself would take the place of these settings
+        let introduction = sensor.introduction.filter(|_| own(&sensor));
+        for step in [1, 2, 4, 8] {
+            let source = Source { sensor, step };
+            if let Some((rate, count)) = worth(format, settings, &source)
+                && rate.fract() == 0.0
+            {
+                let sensor = Simulated {
+                    rate: rate as u32,
+                    count,
+                    introduction,
+                    ..sensor
+                };
+                return Ok(Source { sensor, step });
+            }
+        }
+    }
+    Err(Error::Option {
+        option: format!("--unit ({})", format.name()),
+        problem: "frames of this variant or rate cannot be simulated".into(),
+        remedy: "give a unit with increments, rates or averages, at a whole number of hertz".into(),
+    })
+}
+
+/// Rate of the frames of a simulated sensor, Hz, and what a count of [`Fields`] is worth as an
+/// increment, rad and m/s, to a device with these settings. `None` when it does not know, or when
+/// it would miss frames.
+fn worth(format: ImuFormat, settings: &Settings, source: &Source) -> Option<(f64, [f64; 2])> {
+    const PROBE: i32 = 1 << 10;
+    let frame = |number: u32, period: f64| {
+        let fields = Fields {
+            index: number * source.step,
+            time: f64::from(number + 1) * period,
+            gyro: [PROBE; 3],
+            accel: [PROBE; 3],
+            rest: source.sensor.rest,
+        };
+        bytes(0, |buffer| (source.sensor.emit)(&fields, buffer)).ok()
+    };
+    let stream_of = |bytes: &mut [u8]| {
+        let frame = Checked::new(format, bytes).ok()?;
+        let stream = frame.source().stream(settings, frame.content())?;
+        Some((stream, frame.read().ok()?))
+    };
+    let (stream, _) = stream_of(&mut frame(0, 0.0)?)?;
+    let period = 1.0 / stream.rate;
+    let mut last = Last::default();
+    let mut sample = None;
+    for number in 0..3 {
+        let (_, reading) = stream_of(&mut frame(number, period)?)?;
+        if stream.gap(&mut last, &reading) != Gap::None {
+            return None;
+        }
+        sample = Some(reading.sample);
+    }
+    let [gyro, accel] = match sample? {
+        RawSample::Counts { gyro, accel } => [gyro[0], accel[0]].map(f64::from),
+        RawSample::Floats { gyro, accel } => [gyro[0], accel[0]].map(f64::from),
+    };
+    let units = [stream.units.gyro, stream.units.accel];
+    let [rad, mps] = units.map(|unit| unit.increment(period));
+    let probe = f64::from(PROBE);
+    Some((stream.rate, [gyro / probe * rad?, accel / probe * mps?]))
+}
+
+/// A drive of `seconds`, the second number of them at rest, measured by an IMU with these errors.
+fn drive_with(
+    format: ImuFormat,
+    source: &Source,
+    errors: &ImuSpec,
+    [seconds, standstill_s]: [u32; 2],
+) -> Result<Drive, Error> {
+    let Simulated { rate, count, .. } = source.sensor;
     let [rad, mps] = count;
-    let mut imu =
-        ImuSpec::preset("medium").ok_or_else(|| Error::unknown("preset", "medium", &["medium"]))?;
+    let mut imu = errors.clone();
     imu.rate_hz = rate;
     imu.gyro.pulse_arcsec = rad / DEGREE * 3600.0;
     imu.accel.pulse_ugs = mps / G * 1e6;
@@ -90,7 +220,7 @@ pub fn drive_from(format: ImuFormat, seconds: u32, standstill_s: u32) -> Result<
         turn_on: 2,
         drive: 3,
     });
-    let mut records = records(format, &session)?;
+    let mut records = records(source, &session)?;
     records.retain(|record| record.at_us <= seconds * 1_000_000);
     Ok(Drive {
         format,
@@ -104,11 +234,14 @@ const ANSWER: usize = 50;
 
 /// Samples and fixes in the order of time. A sensor that describes itself does so first. A fix is
 /// there 100 ms after its second.
-fn records(format: ImuFormat, session: &Session) -> Result<Vec<Record>, Error> {
+fn records(source: &Source, session: &Session) -> Result<Vec<Record>, Error> {
     let period_us = (session.dt * 1e6).round() as u32;
     let mut records = Vec::with_capacity(1 + session.counts.len() + session.fixes.len());
-    let sensor = sensor(format);
-    let introduction = sensor.introduction.map(|emit| bytes(0, emit)).transpose()?;
+    let introduction = source
+        .sensor
+        .introduction
+        .map(|emit| bytes(0, emit))
+        .transpose()?;
     if let Some(bytes) = &introduction {
         records.push(Record {
             input: Input::Sensor,
@@ -122,7 +255,7 @@ fn records(format: ImuFormat, session: &Session) -> Result<Vec<Record>, Error> {
             at_us: (index as u32 + 1) * period_us,
             bytes: match &introduction {
                 Some(bytes) if index == ANSWER => bytes.clone(),
-                _ => sample(sensor, session, index, counts)?,
+                _ => sample(source, session, index, counts)?,
             },
         });
     }
@@ -139,18 +272,19 @@ fn records(format: ImuFormat, session: &Session) -> Result<Vec<Record>, Error> {
 
 /// One sample in its frame.
 fn sample(
-    sensor: &Simulated,
+    source: &Source,
     session: &Session,
     index: usize,
     counts: &Counts,
 ) -> Result<Vec<u8>, Error> {
+    let Source { sensor, step } = source;
     let end = 1i64 << (sensor.bits - 1);
     let fits = |count: &i32| (-end..end).contains(&i64::from(*count));
     if !counts.dtheta.iter().chain(&counts.dv).all(fits) {
         return Err(too_large(index));
     }
     let fields = Fields {
-        index: index as u32,
+        index: index as u32 * step,
         time: (index + 1) as f64 * session.dt,
         gyro: counts.dtheta,
         accel: counts.dv,
