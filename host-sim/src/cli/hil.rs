@@ -7,6 +7,7 @@ use crate::error::Error;
 use crate::hil::{Control, Report, Setup, run};
 use clap::Args as ClapArgs;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
+use firmware::configuration::Configuration;
 use firmware::wire::ImuFormat;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -33,10 +34,11 @@ pub struct Args {
     /// Length of the drive, s; the first ten seconds are at rest
     #[arg(long, default_value_t = 60, value_parser = clap::value_parser!(u32).range(2..=4000))]
     seconds: u32,
-    /// Bit rate of the sensor, navigation and command lines; sockets ignore it
+    /// Bit rate of the command link, and of the sensor and navigation lines without --unit; sockets
+    /// ignore it
     #[arg(long, default_value_t = 921_600)]
     baud: u32,
-    /// Bit rate of the receiver's line
+    /// Bit rate of the receiver's line without --unit
     #[arg(long, default_value_t = 115_200)]
     gnss_baud: u32,
     /// As fast as the lines take it instead of in real time. For sockets only: a full serial line
@@ -54,6 +56,14 @@ fn format_parser() -> impl TypedValueParser<Value = ImuFormat> {
 }
 
 impl Args {
+    /// What the board is told: the medium IMU, whose format the board detects.
+    fn told(&self) -> Configuration {
+        let mut told = Configuration::default();
+        told.lines.sensor_baud = self.baud;
+        told.lines.receiver_baud = self.gnss_baud;
+        told
+    }
+
     /// Runs, prints and writes; an unequal stream is an error.
     pub(super) fn run(&self) -> Result<(), Error> {
         let setup = Setup {
@@ -62,8 +72,9 @@ impl Args {
             gnss: self.gnss.clone(),
             command: self.command.clone(),
             baud: self.baud,
-            gnss_baud: self.gnss_baud,
+            told: self.told(),
             format: self.format,
+            errors: None,
             seconds: self.seconds,
             fast: self.fast,
         };
@@ -150,6 +161,11 @@ fn print(report: &Report) {
     }
     if let Some(fixes) = report.fixes {
         println!("fixes             {fixes} received");
+    }
+    if report.stays_configured {
+        println!(
+            "configuration     the board had none; it keeps that of the run until it is switched off"
+        );
     }
     if report.interrupted {
         println!("interrupted; only the part that was sent is judged");

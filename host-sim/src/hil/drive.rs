@@ -98,7 +98,10 @@ pub fn drive_told(
                 remedy: "give a unit whose sensor is at a serial line".into(),
             });
         }
-        None => format,
+        None => {
+            let sensor = *sensor(format);
+            return drive_with(format, &Source { sensor, step: 1 }, errors, seconds);
+        }
     };
     let source = fitting(format, &told.wire_settings())?;
     drive_with(format, &source, errors, seconds)

@@ -1,11 +1,11 @@
 //! Hardware in the loop: sends a simulated drive into the lines of a board, and compares what the
 //! board sends with software in the loop, bit for bit.
 //!
-//! The first second passes in mode bypass, so that the board detects the format whatever it did
-//! before. Then, if there is a command link, the board gets recurrent networks and mode frozen, and
-//! in the end what it had before. Without a command link the board must be in mode bypass, as it is
-//! after power-on.
+//! With a command link, the board gets the unit's configuration and the first second passes in mode
+//! bypass. Then it gets recurrent networks and mode frozen, and in the end what it had before.
+//! Without a command link the board must be in mode bypass, as it is without a configuration.
 
+mod board;
 mod drive;
 mod judge;
 mod software;
@@ -13,20 +13,21 @@ mod stream;
 #[cfg(test)]
 mod tests;
 
-pub use drive::{Drive, Input, Record, drive, drive_from};
+pub use drive::{Drive, Input, Record, drive, drive_from, drive_told};
 pub use judge::{Latency, Verdict};
 
-use crate::device::{Link, Port, images, set_up};
+use crate::device::{Link, Port, configure, images, set_up};
 use crate::error::Error;
+use crate::simulator::imu::ImuSpec;
+use board::Before;
+use firmware::configuration::{Configuration, Sensor, SerialLines};
 use firmware::control::Mode;
 use firmware::wire::ImuFormat;
-use firmware::wire::command::{Counters, Request};
 use judge::Frames;
 use serde::Serialize;
 use software::Software;
 use std::io;
 use std::sync::atomic::AtomicBool;
-use std::time::Duration;
 use stream::{Lines, Run};
 
 /// Length of the first part of the drive, on which the board detects the format, microseconds.
@@ -45,12 +46,14 @@ pub struct Setup {
     pub gnss: Option<String>,
     /// Port at the command link of the board.
     pub command: Option<String>,
-    /// Bit rate of all lines but that of the receiver. Sockets ignore it.
+    /// Bit rate of the command link. Sockets ignore it.
     pub baud: u32,
-    /// Bit rate of the receiver line.
-    pub gnss_baud: u32,
-    /// Format of the sensor.
+    /// What the board is told, with the bit rates of the other lines.
+    pub told: Configuration,
+    /// Format of the sensor, where the configuration leaves it open.
     pub format: ImuFormat,
+    /// Errors of the simulated sensor; those of the medium laser-gyro IMU if `None`.
+    pub errors: Option<ImuSpec>,
     /// Length of the drive, s.
     pub seconds: u32,
     /// Whether to send as fast as the lines accept it instead of in real time.
@@ -75,6 +78,9 @@ pub struct Report {
     pub fixes: Option<u32>,
     /// Load of the processor of the board in its busiest second since power-on, %.
     pub busiest_percent: Option<f64>,
+    /// Whether the board keeps the configuration of the run until it is switched off, because it
+    /// had none before that could be restored.
+    pub stays_configured: bool,
     /// Whether the user ended the run early.
     pub interrupted: bool,
 }
@@ -110,13 +116,6 @@ impl Report {
     }
 }
 
-/// State of the board that is restored after the run.
-struct Before {
-    mode: Mode,
-    images: Vec<u8>,
-    counters: Counters,
-}
-
 /// How the caller controls a run.
 #[derive(Clone, Copy)]
 pub struct Control<'a> {
@@ -126,86 +125,87 @@ pub struct Control<'a> {
     pub progress: &'a (dyn Fn(usize, usize) + Sync),
 }
 
+impl Setup {
+    /// Format of the sensor's frames.
+    fn format(&self) -> ImuFormat {
+        match &self.told.sensor {
+            Some(Sensor::Stream(settings)) => settings.format(),
+            Some(Sensor::Spi(_)) | None => self.format,
+        }
+    }
+
+    /// What the board is told for the run: it starts in mode bypass, and a drive that comes faster
+    /// than in real time has no rate.
+    fn for_the_run(&self) -> Configuration {
+        let mut told = self.told.clone();
+        told.correction.mode = Mode::Bypass;
+        told.correction.check_rate = !self.fast;
+        told
+    }
+}
+
 /// Runs a drive through a board.
 ///
 /// # Errors
-/// A port does not open or breaks; the board is silent, does not understand the format, or does not
-/// answer. Each message names the port.
+/// A port does not open or breaks; the board is silent, refuses the configuration, does not
+/// understand the format, or does not answer. Each message names the port.
 pub fn run(setup: &Setup, control: Control<'_>) -> Result<Report, Error> {
-    let drive = drive(setup.format, setup.seconds)?;
+    let errors = setup.errors.clone().map_or_else(drive::medium, Ok)?;
+    let standstill_s = 10;
+    let seconds = [setup.seconds, standstill_s];
+    let drive = drive_told(&setup.told, setup.format, &errors, seconds)?;
     let mut lines = open(setup)?;
-    let mut link = match &setup.command {
-        Some(name) => Some(Link::open("--command", name, setup.baud)?),
-        None => None,
+    let Some(name) = &setup.command else {
+        return send_drive(setup, &drive, &mut lines, None, control);
     };
-    let version = link.as_mut().map(Link::version).transpose()?;
-    let before = link.as_mut().map(remember).transpose()?;
-    let result = send_drive(setup, &drive, &mut lines, link.as_mut(), control);
-    // restore the board even after a failure; the first failure is reported
-    let after = match (&mut link, &before) {
-        (Some(link), Some(before)) => Some(restore(link, before)),
-        _ => None,
-    };
-    let busiest = link.as_mut().map(Link::health).transpose()?;
+    let mut link = Link::open("--command", name, setup.baud)?;
+    let version = link.version()?;
+    let before = Before::of(&mut link)?;
+    let result = run_told(setup, &drive, &mut lines, &mut link, control);
+    // restored even after a failure; the first failure is reported
+    let restored = before.restore(&mut link);
     let mut report = result?;
-    report.busiest_percent = busiest
-        .and_then(|health| health.busiest)
-        .map(|permille| f64::from(permille) / 10.0);
-    if let (Some(after), Some(before)) = (after.transpose()?, before) {
-        let before = before.counters;
-        report.silences = Some(after.silences.wrapping_sub(before.silences));
-        report.fixes = Some(after.good_fixes.wrapping_sub(before.good_fixes));
-    }
-    report.firmware = version.map(|version| {
-        let [major, minor, patch] = version.firmware;
-        format!("{major}.{minor}.{patch}")
-    });
+    restored?;
+    let [major, minor, patch] = version.firmware;
+    report.firmware = Some(format!("{major}.{minor}.{patch}"));
+    report.stays_configured = before.was_untold();
+    Ok(report)
+}
+
+/// Configures the board and runs the drive through it.
+fn run_told(
+    setup: &Setup,
+    drive: &Drive,
+    lines: &mut Lines,
+    link: &mut Link,
+    control: Control<'_>,
+) -> Result<Report, Error> {
+    configure(link, &setup.for_the_run())?;
+    // a board that had this configuration already goes on counting
+    let begun = link.counters()?;
+    let mut report = send_drive(setup, drive, lines, Some(link), control)?;
+    let ended = board::settled(link)?;
+    let busiest = link.health()?.busiest;
+    report.silences = Some(ended.silences.wrapping_sub(begun.silences));
+    report.fixes = Some(ended.good_fixes.wrapping_sub(begun.good_fixes));
+    report.busiest_percent = busiest.map(|permille| f64::from(permille) / 10.0);
     Ok(report)
 }
 
 fn open(setup: &Setup) -> Result<Lines, Error> {
+    let lines = &setup.told.lines;
+    let receiver = SerialLines {
+        sensor_baud: lines.receiver_baud,
+        ..SerialLines::DEFAULT
+    };
     let gnss = setup.gnss.as_ref();
     Ok(Lines {
-        imu: Port::open("--imu", &setup.imu, setup.baud)?,
-        nav: Port::open("--nav", &setup.nav, setup.baud)?,
+        imu: Port::open_as("--imu", &setup.imu, lines)?,
+        nav: Port::open_as("--nav", &setup.nav, lines)?,
         gnss: gnss
-            .map(|name| Port::open("--gnss", name, setup.gnss_baud))
+            .map(|name| Port::open_as("--gnss", name, &receiver))
             .transpose()?,
     })
-}
-
-/// Reads the state of the board and puts it into mode bypass.
-fn remember(link: &mut Link) -> Result<Before, Error> {
-    let before = Before {
-        mode: link.health()?.mode,
-        images: link.images()?,
-        counters: link.counters()?,
-    };
-    link.order(&Request::SetMode(Mode::Bypass))?;
-    Ok(before)
-}
-
-/// Restores the state of the board. Returns its counters at the end of the run.
-fn restore(link: &mut Link, before: &Before) -> Result<Counters, Error> {
-    let counters = settled(link)?;
-    link.order(&Request::SetMode(Mode::Bypass))?;
-    link.orders(&set_up(&before.images, before.mode))?;
-    Ok(counters)
-}
-
-/// The counters once no more fixes arrive: the receiver line is slower than the sensor line and may
-/// still carry the last ones.
-fn settled(link: &mut Link) -> Result<Counters, Error> {
-    let mut last = link.counters()?;
-    for _ in 0..10 {
-        std::thread::sleep(Duration::from_millis(200));
-        let now = link.counters()?;
-        if now.good_fixes == last.good_fixes {
-            return Ok(now);
-        }
-        last = now;
-    }
-    Ok(last)
 }
 
 /// Sends the drive through the board and compares.
@@ -223,7 +223,7 @@ fn send_drive(
         problem: format!("a line broke ({error})"),
         remedy: "check cables and power, and that no other program uses the ports".into(),
     };
-    let mut software = Software::new();
+    let mut software = Software::new(&setup.for_the_run());
     let mut run = Run {
         fast: setup.fast,
         stop: control.stop,
@@ -267,6 +267,7 @@ fn send_drive(
         silences: None,
         fixes: None,
         busiest_percent: None,
+        stays_configured: false,
         interrupted,
     })
 }
@@ -292,7 +293,7 @@ fn introduce(
             .through(lines, lead, bytes.len())
             .map_err(Problem::Broken)?;
         received += gathered.bytes.len();
-        let frames = Frames::of(setup.format, &gathered.bytes).readings.len();
+        let frames = Frames::of(setup.format(), &gathered.bytes).readings.len();
         if run.stopped() || (frames > 0 && bytes.ends_with(&gathered.bytes)) {
             return Ok(());
         }
@@ -319,7 +320,8 @@ fn noise(setup: &Setup, bytes: usize) -> Error {
         option: format!("--nav {}", setup.nav),
         problem: format!(
             "{bytes} bytes arrived that are not the {:?} frames sent into {}",
-            setup.format, setup.imu
+            setup.format(),
+            setup.imu
         ),
         remedy: "check that both ends have the same bit rate (--baud), that the board expects \
                  this --format, and that it is in mode bypass if no --command is given"

@@ -2,6 +2,7 @@
 //! board.
 
 use firmware::app::{App, Config, Lines};
+use firmware::configuration::Configuration;
 use firmware::link::{Clock, Full, Line, Lost, NoLine};
 use firmware::model::Nets;
 use firmware::wire::command::{MAX_PACKET, Request, encode};
@@ -48,11 +49,11 @@ pub struct Software {
 }
 
 impl Software {
-    /// As a board after power-on.
+    /// As a board that has just been configured.
     #[must_use]
-    pub fn new() -> Self {
+    pub fn new(told: &Configuration) -> Self {
         Self {
-            app: App::new(Config::default()),
+            app: App::new(Config::of(told)),
             lines: Lines::default(),
             now: Now(0),
         }
@@ -81,12 +82,6 @@ impl Software {
         while self.app.poll(&mut self.lines, &self.now) {}
         // requests for the configuration of the sensor, which the drive holds anyway
         self.lines.sensor.sent.clear();
-    }
-}
-
-impl Default for Software {
-    fn default() -> Self {
-        Self::new()
     }
 }
 

@@ -131,8 +131,9 @@ impl Board {
             gnss: Some(gnss),
             command: Some(command),
             baud: 921_600,
-            gnss_baud: 115_200,
+            told: Configuration::default(),
             format: ImuFormat::Stim300,
+            errors: None,
             seconds: 4,
             fast: true,
         };

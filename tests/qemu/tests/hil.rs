@@ -2,6 +2,7 @@
 
 use std::sync::atomic::AtomicBool;
 
+use firmware::configuration::Configuration;
 use firmware::wire::ImuFormat;
 use host_sim::hil::{Control, Setup, run};
 use qemu::images::{BOARDS, Board};
@@ -15,8 +16,9 @@ fn setup(board: &Listening, format: ImuFormat, seconds: u32) -> Setup {
         gnss: Some(gnss),
         command: Some(command),
         baud: 921_600,
-        gnss_baud: 115_200,
+        told: Configuration::default(),
         format,
+        errors: None,
         seconds,
         fast: true,
     }
