@@ -12,6 +12,7 @@ pub mod triads;
 
 mod convert;
 mod finding;
+mod reverse;
 
 pub use finding::Finding;
 

@@ -2,7 +2,7 @@
 
 use super::finding::Finding;
 use crate::inertial::axes::Axes;
-use crate::inertial::rotation::from_euler;
+use crate::inertial::rotation::{from_euler, to_euler};
 use crate::inertial::units::DEG;
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion};
 use schemars::JsonSchema;
@@ -68,6 +68,60 @@ impl Mounting {
             }
         }
     }
+}
+
+impl Mounting {
+    /// The mounting that becomes this quaternion (w, x, y, z) again, bit for bit: axes if it is one
+    /// of theirs, else angles with as few decimals as possible.
+    #[must_use]
+    pub(super) fn of(q: [f32; 4]) -> Option<Self> {
+        let told = |mounting: &Self| {
+            let again = mounting.rotation().map(|r| [r.w, r.i, r.j, r.k]);
+            again.is_ok_and(|again| again.map(|x| x as f32) == q)
+        };
+        if told(&Self::default()) {
+            return Some(Self::default());
+        }
+        let names = ["x", "y", "z", "-x", "-y", "-z"];
+        let axes = (0..216).map(|n: usize| Self {
+            axes: Some(format!(
+                "{} {} {}",
+                names[n / 36],
+                names[n / 6 % 6],
+                names[n % 6]
+            )),
+            ..Self::default()
+        });
+        axes.into_iter().find(&told).or_else(|| angles(q, told))
+    }
+}
+
+/// Angles that `told` accepts. The same attitude has two sets of angles, and a full turn changes the
+/// quaternion's sign.
+fn angles(q: [f32; 4], told: impl Fn(&Mounting) -> bool) -> Option<Mounting> {
+    let [w, x, y, z] = q.map(f64::from);
+    let unit = UnitQuaternion::new_normalize(nalgebra::Quaternion::new(w, x, y, z));
+    let (roll, pitch, heading) = to_euler(&unit);
+    let [roll, pitch, heading] = [roll, pitch, heading].map(|angle| angle / DEG);
+    let other = [roll + 180.0, 180.0 - pitch, heading + 180.0];
+    let turns = [0.0, -360.0, 360.0];
+    (0..=12).find_map(|decimals| {
+        let rounded = |angle: f64| format!("{angle:.decimals$}").parse().ok();
+        let sets = [[roll, pitch, heading], other].into_iter();
+        let mut turned = sets.flat_map(|[roll, pitch, heading]| {
+            turns.map(|turn| [roll, pitch, heading + turn].map(rounded))
+        });
+        turned.find_map(|[roll_deg, pitch_deg, heading_deg]| {
+            let in_range = heading_deg.is_some_and(|heading: f64| heading.abs() <= 360.0);
+            let mounting = Mounting {
+                axes: None,
+                roll_deg,
+                pitch_deg,
+                heading_deg,
+            };
+            (in_range && told(&mounting)).then_some(mounting)
+        })
+    })
 }
 
 #[cfg(test)]

@@ -55,6 +55,19 @@ impl Section for AdisUart {
 }
 
 impl Adis {
+    /// The model of a device's settings, if there is one.
+    pub(in crate::unit) fn of(settings: &Settings) -> Option<Self> {
+        let products = [
+            "16465", "16467", "16475", "16477", "16495", "16497", "16505", "16507", "16470",
+            "16490", "16500",
+        ];
+        let all = products.iter().flat_map(|product| {
+            ["", "-1", "-2", "-3"].map(|digit| format!("ADIS{product}{digit}"))
+        });
+        all.map(|model| Self { model })
+            .find(|adis| adis.settings().as_ref() == Ok(settings))
+    }
+
     /// The device's settings.
     pub(super) fn settings(&self) -> Result<Settings, Finding> {
         let model = model("sensor.adis.model", &self.model)?;

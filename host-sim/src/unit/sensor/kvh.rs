@@ -43,6 +43,21 @@ pub enum Angle {
 const MESSAGE_A_LEN: usize = 36;
 
 impl Section for Kvh {
+    fn of(settings: &Settings) -> Self {
+        Self {
+            rotation: if settings.kvh.delta {
+                Rotation::Delta
+            } else {
+                Rotation::Rate
+            },
+            angle: if settings.kvh.degrees {
+                Angle::Deg
+            } else {
+                Angle::Rad
+            },
+        }
+    }
+
     fn apply(&self, _: &Sensor, to: &mut Settings) -> Result<(), Finding> {
         to.kvh.delta = self.rotation == Rotation::Delta;
         to.kvh.degrees = self.angle == Angle::Deg;

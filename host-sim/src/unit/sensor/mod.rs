@@ -47,6 +47,11 @@ pub trait Section {
     /// A value that no such sensor has.
     fn apply(&self, sensor: &Sensor, to: &mut Settings) -> Result<(), Finding>;
 
+    /// The table of a device's settings: the reverse of [`Section::apply`].
+    fn of(settings: &Settings) -> Self
+    where
+        Self: Sized;
+
     /// Samples a second where the file does not say, Hz.
     fn rate_hz(&self, format: ImuFormat) -> f64 {
         let first = format.simulated().first();
@@ -68,6 +73,10 @@ pub trait Section {
 pub struct Plain {}
 
 impl Section for Plain {
+    fn of(_: &Settings) -> Self {
+        Self {}
+    }
+
     fn apply(&self, _: &Sensor, _: &mut Settings) -> Result<(), Finding> {
         Ok(())
     }

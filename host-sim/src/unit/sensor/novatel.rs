@@ -18,6 +18,12 @@ pub struct Novatel {
 }
 
 impl Section for Novatel {
+    fn of(settings: &Settings) -> Self {
+        Self {
+            imu_type: settings.novatel.imu_type.0,
+        }
+    }
+
     fn apply(&self, _: &Sensor, to: &mut Settings) -> Result<(), Finding> {
         let kind = ImuType(self.imu_type);
         if self.imu_type != 0 && kind.units().is_none() {

@@ -2,6 +2,7 @@
 
 use super::{Section, Sensor};
 use crate::unit::finding::Finding;
+use firmware::sample::{Quantity, Unit};
 use firmware::wire::stim300::config::{Config, Range};
 use firmware::wire::stim300::{Contents, Extra};
 use firmware::wire::{ImuFormat, Settings};
@@ -150,6 +151,41 @@ impl Stim300 {
 }
 
 impl Section for Stim300 {
+    fn of(settings: &Settings) -> Self {
+        let told = &settings.stim300;
+        let config = &told.config;
+        let output = |unit: Option<Unit>| match unit.map(|unit| unit.quantity) {
+            Some(Quantity::Rate) => Output::Rate,
+            Some(Quantity::Average) => Output::Average,
+            Some(Quantity::Integrated) => Output::Integrated,
+            Some(Quantity::Increment) | None => Output::Increment,
+        };
+        let units = config.units().ok();
+        Self {
+            datagram: format!("0x{:02X}", config.contents().id()),
+            gyro_output: output(units.map(|units| units.gyro)),
+            accel_output: output(units.map(|units| units.accel)),
+            accel_range_g: match config.ranges() {
+                Ok([Range::G5, ..]) => 5,
+                Ok([Range::G30, ..]) => 30,
+                Ok([Range::G80, ..]) => 80,
+                _ => 10,
+            },
+            line_end: if config.crlf() {
+                LineEnd::Crlf
+            } else {
+                LineEnd::None
+            },
+            ask: told.ask,
+            answer_ms: told.answer_us.map_or(0.0, |us| f64::from(us) / 1e3),
+            family: told.family.map(|family| match family {
+                Extra::None => Family::Plain,
+                Extra::Pps => Family::Pps,
+                Extra::Aux => Family::Aux,
+            }),
+        }
+    }
+
     fn apply(&self, sensor: &Sensor, to: &mut Settings) -> Result<(), Finding> {
         to.stim300.config = self.config(sensor.rate(), sensor.baud)?;
         to.stim300.ask = self.ask;

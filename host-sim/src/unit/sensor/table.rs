@@ -90,6 +90,20 @@ macro_rules! sensor {
                 }
             }
 
+            /// The sensor at a serial line that a device is told to have.
+            #[allow(unreachable_patterns, reason = "a format that has no row yet")]
+            pub(in crate::unit) fn of_stream(told: FormatSettings) -> Self {
+                let mut settings = Settings::DEFAULT;
+                told.apply(&mut settings);
+                match told.format() {
+                    $(ImuFormat::$format => Self {
+                        $field: Some(<$section>::of(&settings)),
+                        ..Self::of(FormatName::$format)
+                    },)+
+                    _ => Self::of(FormatName::Detect),
+                }
+            }
+
             /// What the frames do not tell: the format's table, or its defaults.
             fn section(&self) -> Box<dyn Section> {
                 match self.format {
