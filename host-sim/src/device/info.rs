@@ -4,6 +4,7 @@ use super::configure::configuration;
 use super::link::Link;
 use super::mode_name;
 use crate::error::Error;
+use firmware::configuration::{Configuration, Sensor};
 use firmware::wire::command::{Request, Response};
 use serde::Serialize;
 
@@ -34,6 +35,12 @@ pub struct Info {
     pub name: Option<String>,
     /// Serial number of the sensor, if it is configured.
     pub serial: Option<String>,
+    /// Format of the sensor's frames that was told; `None` also where the device detects it.
+    pub format: Option<&'static str>,
+    /// Samples a second that were told where the frames do not tell, Hz.
+    pub rate_hz: Option<f64>,
+    /// Mode at power-on.
+    pub mode_at_start: Option<&'static str>,
     /// The sensor's, the navigation computer's and the receiver's line.
     pub lines: [LineInfo; 3],
 }
@@ -122,8 +129,19 @@ pub fn info(link: &mut Link) -> Result<Info, Error> {
         stored: board.stored,
         mode: mode_name(mode),
         name: told.as_ref().map(|told| told.identity.name.to_string()),
-        serial: told.map(|told| told.identity.serial.to_string()),
+        serial: told.as_ref().map(|told| told.identity.serial.to_string()),
+        format: told.as_ref().and_then(format),
+        rate_hz: told.as_ref().map(|told| told.rate),
+        mode_at_start: told.map(|told| mode_name(told.correction.mode)),
     })
+}
+
+/// Name of the format told.
+fn format(told: &Configuration) -> Option<&'static str> {
+    match told.sensor.as_ref()? {
+        Sensor::Stream(settings) => Some(settings.format().name()),
+        Sensor::Spi(_) => Some("adis-spi"),
+    }
 }
 
 impl LineInfo {

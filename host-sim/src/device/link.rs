@@ -58,7 +58,7 @@ impl Link {
     }
 
     /// An error at this link.
-    pub(super) fn error(&self, problem: impl Into<String>, remedy: &str) -> Error {
+    pub fn error(&self, problem: impl Into<String>, remedy: &str) -> Error {
         Error::Option {
             option: self.name.clone(),
             problem: problem.into(),

@@ -17,7 +17,7 @@ pub use configure::{configuration, configure, record, send};
 pub use info::{Info, LineInfo, info};
 pub use link::{Link, images, load, set_up};
 pub use port::Port;
-pub use store::store;
+pub use store::{can_store, store};
 pub use watch::{Event, Status, Watch, watch};
 pub use weights::check_image;
 

@@ -1,5 +1,6 @@
 //! Why a device refuses a request, in words, with the remedy.
 
+use crate::unit::key;
 use firmware::configuration::SCHEMA;
 use firmware::control::{Field, Reason};
 use firmware::wire::command::Request;
@@ -116,60 +117,54 @@ pub(super) fn schema(taken: u16) -> (String, String) {
 }
 
 fn out_of_range(field: Field) -> (String, String) {
-    let (name, range) = in_unit_file(field);
-    (
-        format!("{name} is out of its range"),
-        format!("in the unit's file, give {range}"),
-    )
+    let remedy = match field {
+        Field::Parity => "give parity = \"none\" and stop_bits = 1, or use another board".into(),
+        _ => "see the field's range in `host-sim unit schema`".into(),
+    };
+    let problem = match field {
+        Field::Parity => "this board's lines have neither parity nor a second stop bit".into(),
+        _ => format!("{} of the unit file is out of its range", key(field)),
+    };
+    (problem, remedy)
 }
 
 fn baud(nearest: u32) -> (String, String) {
     (
-        "its clock cannot make this bit rate".into(),
-        format!(
-            "the nearest possible bit rate is {nearest} bit/s: set sensor and unit's file to it"
-        ),
+        "its clock cannot make a bit rate of the unit file (sensor.baud, receiver.baud)".into(),
+        format!("the nearest possible one is {nearest} bit/s: set the sensor and the file to it"),
     )
 }
 
 fn pins(sets: u8) -> (String, String) {
-    let last = sets.saturating_sub(1);
     let remedy = match sets {
-        0 | 1 => "set lines.pins = 0, which is all this board has".into(),
-        _ => format!("set lines.pins from 0 to {last}"),
+        0 | 1 => "give sensor.pins = 0 in the unit file".into(),
+        _ => format!("give sensor.pins from 0 to {} in the unit file", sets - 1),
     };
-    (format!("the board has {sets} sets of pins"), remedy)
+    (
+        format!("the board has {sets} set(s) of pins, fewer than the unit file asks for"),
+        remedy,
+    )
 }
 
-/// Name of a field in the unit's file, and its range.
-#[must_use]
-pub fn in_unit_file(field: Field) -> (&'static str, &'static str) {
-    match field {
-        Field::Name => ("name", "1 to 32 ASCII characters"),
-        Field::Serial => ("serial", "at most 24 ASCII characters"),
-        Field::SensorBaud => ("lines.sensor_baud", "1200 to 12 000 000 bit/s"),
-        Field::Parity => (
-            "lines.parity",
-            "\"none\", and one stop bit: this board has no other lines",
-        ),
-        Field::ReceiverBaud => ("lines.receiver_baud", "1200 to 12 000 000 bit/s"),
-        Field::Rate => ("rate_hz", "1 to 20 000 Hz"),
-        Field::Mounting => ("mounting", "a rotation"),
-        Field::Gyro => (
-            "gyro",
-            "numbers that are not negative; bias, noise and range above 0",
-        ),
-        Field::Accel => (
-            "accel",
-            "numbers that are not negative; bias, noise and range above 0",
-        ),
-        Field::LeverArm => ("receiver.lever_arm_m", "-100 to 100 m on each axis"),
-        Field::FixDelay => ("receiver.fix_delay_ms", "0 to 1000 ms"),
-        Field::Speed => ("vehicle.speed_mps", "more than 0, at most 1000 m/s"),
-        Field::Limit => ("correction.limit", "numbers that are not negative"),
-        Field::Slew => ("correction.slew", "numbers that are not negative"),
-        Field::Block => ("correction.block_s", "0.1 to 10 s"),
-        Field::Align => ("correction.align_s", "30 to 3600 s"),
-        Field::Silence => ("correction.silence_ms", "1 to 10 000 ms"),
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn text(reason: Reason) -> String {
+        let (problem, remedy) = explain(&Request::CommitConfiguration { length: 1 }, reason);
+        format!("{problem}; {remedy}")
+    }
+
+    #[test]
+    fn refusals_name_the_field_and_what_is_possible() {
+        assert!(text(Reason::Field(Field::Speed)).contains("vehicle.largest_speed_mps"));
+        assert!(text(Reason::Baud(1_562_500)).contains("1562500 bit/s"));
+        assert!(text(Reason::Pins(2)).contains("sensor.pins from 0 to 1"));
+        assert!(text(Reason::Pins(1)).contains("sensor.pins = 0"));
+        assert!(text(Reason::Schema(SCHEMA - 1)).contains("flash"));
+        assert!(text(Reason::Schema(SCHEMA + 1)).contains("host-sim of the device's"));
+        assert!(text(Reason::Record).contains("no whole configuration record"));
+        assert!(text(Reason::Alignment).contains("alignment"));
+        assert!(text(Reason::Mode).contains("bypass"));
     }
 }

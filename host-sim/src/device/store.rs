@@ -1,9 +1,18 @@
 //! Has a device keep its configuration and weights over a power cycle.
 
+use super::info::board;
 use super::link::Link;
 use crate::error::Error;
 use firmware::control::Mode;
 use firmware::wire::command::{Request, fault};
+
+/// Whether the board can store.
+///
+/// # Errors
+/// As [`Link::ask`].
+pub fn can_store(link: &mut Link) -> Result<bool, Error> {
+    Ok(board(link)?.stores)
+}
 
 /// Stores configuration and weights, and sets the mode `after`. The device stores in mode bypass
 /// only, because its processor halts meanwhile.

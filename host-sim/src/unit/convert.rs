@@ -108,9 +108,10 @@ fn text<const N: usize>(key: &str, text: &str) -> Result<heapless::String<N>, Fi
     })
 }
 
-/// The field of the file from which a refused field of the configuration comes.
-fn refused(field: Field) -> Finding {
-    let key = match field {
+/// The field of the file from which a field of the configuration comes.
+#[must_use]
+pub const fn key(field: Field) -> &'static str {
+    match field {
         Field::Parity => "sensor.parity",
         Field::Name => "name",
         Field::Serial => "serial",
@@ -128,9 +129,13 @@ fn refused(field: Field) -> Finding {
         Field::Block => "correction.block_s",
         Field::Align => "correction.align_s",
         Field::Silence => "sensor.silence_ms",
-    };
+    }
+}
+
+/// A field of the configuration that no device takes.
+fn refused(field: Field) -> Finding {
     Finding::wrong(
-        key,
+        key(field),
         "is out of the range that a device takes",
         "see the field's range in `host-sim unit schema`",
     )

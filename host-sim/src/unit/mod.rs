@@ -14,6 +14,7 @@ mod convert;
 mod finding;
 mod reverse;
 
+pub use convert::key;
 pub use finding::Finding;
 
 use crate::error::Error;

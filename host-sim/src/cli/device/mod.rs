@@ -1,5 +1,6 @@
 //! `host-sim device`.
 
+mod configure;
 mod print;
 mod weights;
 
@@ -36,6 +37,18 @@ pub struct Args {
 enum Command {
     /// Tell versions, board, clocks and bit rates, and whether the device is configured
     Info,
+    /// Tell the device its unit, read back what it holds, and store it; frames are lost for up to
+    /// two seconds while it stores
+    Configure {
+        /// Unit file, or name of a preset (host-sim unit list)
+        #[arg(value_name = "FILE|PRESET")]
+        unit: String,
+        /// Do not store: the configuration is lost when the device is switched off
+        #[arg(long)]
+        no_store: bool,
+    },
+    /// Print the configuration in use as a unit file
+    Show,
     /// Tell the mode, or set it
     Mode {
         /// The mode to set
@@ -90,6 +103,11 @@ impl Args {
                 let info = info(link)?;
                 self.tell(&info, || print::info(&info))
             }
+            Command::Configure { unit, no_store } => {
+                let info = configure::run(link, unit, !no_store)?;
+                self.tell(&info, || print::info(&info))
+            }
+            Command::Show => self.show(link),
             Command::Mode { mode } => self.mode(link, *mode),
             Command::Weights { command } => {
                 link.version()?;
@@ -129,6 +147,13 @@ impl Args {
             print();
         }
         Ok(())
+    }
+
+    fn show(&self, link: &mut Link) -> Result<(), Error> {
+        let unit = configure::show(link)?;
+        let text =
+            toml::to_string(&unit).map_err(|error| link.error(error.to_string(), "report it"))?;
+        self.tell(&unit, || print!("{text}"))
     }
 
     fn mode(&self, link: &mut Link, mode: Option<Mode>) -> Result<(), Error> {

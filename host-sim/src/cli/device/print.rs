@@ -17,6 +17,11 @@ pub(super) fn info(info: &Info) {
     );
     println!("mode           {}", info.mode);
     println!("configuration  {}", configured(info));
+    if let Some(rate) = info.rate_hz {
+        let format = info.format.unwrap_or("detected");
+        let start = info.mode_at_start.unwrap_or("bypass");
+        println!("sensor         format {format}, {rate} Hz; mode {start} at power-on");
+    }
     for line in &info.lines {
         println!("{:14} {}", line.line, bit_rate(line));
     }
