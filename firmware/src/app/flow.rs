@@ -70,7 +70,7 @@ pub(super) struct Flow<'m> {
     silent_us: Option<u64>,
     /// Bytes that belong to no frame, since the last frame.
     unframed: u32,
-    /// Frames of other kinds than those that make blocks, and the number of the sample when their
+    /// Frames of other kinds than those that make blocks, and the number of all frames when their
     /// count began.
     aside: (u32, u32),
     /// The networks' failures in a row.

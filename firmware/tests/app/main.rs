@@ -3,6 +3,8 @@
 mod activation;
 mod adis;
 mod aside;
+mod bypass;
+mod channels;
 mod command;
 mod configuration;
 mod damage;

@@ -176,8 +176,11 @@ impl Flow<'_> {
         if *frames < COMPARED {
             return;
         }
-        let led = self.sample.wrapping_sub(*since);
-        self.aside = (0, self.sample);
+        let led = self
+            .counters
+            .frames
+            .wrapping_sub(since.wrapping_add(COMPARED));
+        self.aside = (0, self.counters.frames);
         if led < COMPARED / 2 {
             self.channels.clear();
         }

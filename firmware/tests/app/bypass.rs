@@ -1,0 +1,233 @@
+//! Every byte that comes leaves: once, in order, in its place, whatever it is. What is corrected are
+//! values and checksums of good frames and nothing else.
+
+use crate::device::{Device, nets};
+use crate::frames::{Fields, Kind, kinds};
+use firmware::app::Config;
+use firmware::compensator::Limit;
+use firmware::control::Mode;
+use firmware::sample::RawSample;
+use firmware::wire::command::Request;
+use firmware::wire::{Change, Checked, ImuFormat, Settings};
+use proptest::prelude::*;
+
+const TEXT: [&[u8]; 6] = [
+    b"CONFIG,1\r\n",
+    b"ROTFMT,DELTA\r\n",
+    b"<OK\r\n[COM1]",
+    b"$GPGGA,134658.00,5106.9792,N,11402.3003,W,2,09,1.0,1048.47,M,-16.27,M,08,AAAA*60\r\n",
+    b"#BESTPOSA,COM1,0,90.5,FINESTEERING,1949,403742.000,02000000,b1f6,32768;SOL_COMPUTED*0\r\n",
+    b"\r",
+];
+
+/// What comes over the sensor's line, piece by piece, and what is asked meanwhile.
+#[derive(Debug, Clone)]
+enum Piece {
+    /// So many frames of a kind in a row.
+    Frames(usize, u8),
+    /// One with a wrong bit.
+    Damaged(usize, prop::sample::Index),
+    /// The beginning of one.
+    Part(usize, prop::sample::Index),
+    Text(usize),
+    Noise(Vec<u8>),
+    /// A `NovAtel` log with so many bytes of payload and these among them.
+    Log(u16, Vec<u8>),
+    /// Milliseconds without a byte.
+    Pause(u16),
+    Mode(Mode),
+}
+
+fn pieces() -> impl Strategy<Value = Vec<Piece>> {
+    let kind = 0..kinds().len();
+    let noise = || prop::collection::vec(any::<u8>(), 0..200);
+    let modes = prop_oneof![
+        Just(Mode::Bypass),
+        Just(Mode::Frozen),
+        Just(Mode::Bypass),
+        Just(Mode::Shadow)
+    ];
+    let piece = prop_oneof![
+        6 => (kind.clone(), 1..30u8).prop_map(|(kind, many)| Piece::Frames(kind, many)),
+        2 => (kind.clone(), any::<prop::sample::Index>()).prop_map(|(k, at)| Piece::Damaged(k, at)),
+        2 => (kind, any::<prop::sample::Index>()).prop_map(|(k, at)| Piece::Part(k, at)),
+        2 => (0..TEXT.len()).prop_map(Piece::Text),
+        2 => noise().prop_map(Piece::Noise),
+        1 => (0..3000u16, noise()).prop_map(|(len, bytes)| Piece::Log(len, bytes)),
+        1 => (0..400u16).prop_map(Piece::Pause),
+        1 => modes.prop_map(Piece::Mode),
+    ];
+    prop::collection::vec(piece, 1..40)
+}
+
+/// A good log with a long header, and bytes among its payload that may look like frames.
+pub fn log(len: u16, bytes: &[u8]) -> Vec<u8> {
+    let mut log = vec![0xAA, 0x44, 0x12, 28, 43, 0, 0, 32];
+    log.extend(len.to_le_bytes());
+    log.resize(28, 0);
+    log.extend((0..len).map(|n| (n % 251) as u8));
+    let middle = 28 + usize::from(len / 2);
+    for (place, byte) in log[middle..].iter_mut().zip(bytes) {
+        *place = *byte;
+    }
+    log.extend([0; 4]);
+    ImuFormat::Novatel.seal(&mut log);
+    log
+}
+
+/// Which bytes of a kind's frames a correction may change: values, and the checksum behind them.
+fn may_change(kind: Kind) -> Vec<bool> {
+    let frame = kind.frame(0, Fields::default());
+    let mut changed = vec![false; frame.len()];
+    for n in 1..64i32 {
+        let mut other = frame.clone();
+        let mut checked = Checked::new(kind.format, &mut other).expect("a frame");
+        let value = |axis: u32| n.wrapping_mul(0x0125_9E37).rotate_left(5 * axis) >> (n % 3 * 8);
+        let sample = match checked.read().expect("values").sample {
+            RawSample::Counts { .. } => RawSample::Counts {
+                gyro: [0, 1, 2].map(value),
+                accel: [3, 4, 5].map(value),
+            },
+            RawSample::Floats { .. } => RawSample::Floats {
+                gyro: [0, 1, 2].map(|axis| f32::from_bits(value(axis).cast_unsigned())),
+                accel: [3, 4, 5].map(|axis| f32::from_bits(value(axis).cast_unsigned())),
+            },
+        };
+        let settings = &Settings::DEFAULT;
+        let change = Change {
+            sample: &sample,
+            mark: false,
+            settings,
+        };
+        checked.change(&change).expect("room");
+        for (changed, (a, b)) in changed.iter_mut().zip(frame.iter().zip(&other)) {
+            *changed |= a != b;
+        }
+    }
+    assert!(
+        changed.iter().filter(|c| **c).count() <= 6 * 4 + 4,
+        "{kind:?}"
+    );
+    changed
+}
+
+/// Sends the pieces. Returns what came, and for each byte whether a correction may have changed it.
+fn send(device: &mut Device, pieces: &[Piece]) -> (Vec<u8>, Vec<bool>) {
+    let kinds = kinds();
+    let masks: Vec<_> = kinds.iter().map(|kind| may_change(*kind)).collect();
+    let (mut came, mut mask) = (Vec::new(), Vec::new());
+    let mut n = 0u32;
+    for piece in pieces {
+        let mut frame = |which: usize| {
+            n += 1;
+            kinds[which].stream(n, n + 1).remove(0)
+        };
+        let mut changes = Vec::new();
+        let bytes = match piece {
+            Piece::Frames(which, many) => {
+                changes = masks[*which].repeat(usize::from(*many));
+                (0..*many).flat_map(|_| frame(*which)).collect()
+            }
+            Piece::Damaged(which, at) => {
+                let mut frame = frame(*which);
+                let bit = at.index(8 * frame.len());
+                frame[bit / 8] ^= 1 << (bit % 8);
+                frame
+            }
+            Piece::Part(which, at) => {
+                let mut frame = frame(*which);
+                frame.truncate(at.index(frame.len()));
+                frame
+            }
+            Piece::Text(which) => TEXT[*which].to_vec(),
+            Piece::Noise(bytes) => bytes.clone(),
+            Piece::Log(len, bytes) => log(*len, bytes),
+            Piece::Pause(ms) => {
+                device.wait_ms((*ms).into());
+                continue;
+            }
+            Piece::Mode(mode) => {
+                device.order(&Request::SetMode(*mode));
+                continue;
+            }
+        };
+        changes.resize(bytes.len(), false);
+        device.feed(&bytes);
+        device.pass_us(300);
+        came.extend(bytes);
+        mask.extend(changes);
+    }
+    device.wait_ms(500);
+    (came, mask)
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(400))]
+
+    /// With a zero correction the output is the input, in every mode and state, with and without a
+    /// configured format, whatever comes and however it is cut.
+    #[test]
+    fn every_byte_passes_once(
+        pieces in pieces(), cut in 1..100usize, format in prop::option::of(0..kinds().len()), bypass: bool,
+    ) {
+        let config = format.map_or_else(Config::default, |which| kinds()[which].config());
+        let mode = if bypass { Mode::Bypass } else { Mode::Frozen };
+        let mut device = Device::new(Config { mode, block: 0.01, ..config });
+        device.lines.sensor.piece = cut;
+        let (came, _) = send(&mut device, &pieces);
+        prop_assert_eq!(device.counters().dropped, 0);
+        prop_assert_eq!(device.lines.navigation.bytes(), came);
+    }
+
+    /// In the other modes the output has the length of the input, and all bytes that are no value
+    /// and no checksum are the same.
+    #[test]
+    fn only_values_are_corrected(
+        pieces in pieces(), cut in 1..100usize, format in prop::option::of(0..kinds().len()),
+    ) {
+        let config = format.map_or_else(Config::default, |which| kinds()[which].config());
+        let mut device = Device::new(Config {
+            mode: Mode::Frozen,
+            block: 0.01,
+            limit: Limit { gyro: 10.0, accel: 100.0 },
+            nets: nets([0.5, -0.5, 0.5], [5.0, -5.0, 5.0]),
+            mark: false,
+            ..config
+        });
+        device.lines.sensor.piece = cut;
+        let (came, mask) = send(&mut device, &pieces);
+        let left = device.lines.navigation.bytes();
+        prop_assert_eq!(left.len(), came.len());
+        for (at, (came, left)) in came.iter().zip(&left).enumerate() {
+            prop_assert!(came == left || mask[at], "byte {} of {}", at, mask.len());
+        }
+    }
+}
+
+/// A sensor of another format than the one configured: all of its bytes pass, and the fault tells
+/// it.
+#[test]
+fn another_format_than_the_configured_one_passes() {
+    use firmware::wire::command::fault;
+    for kind in kinds() {
+        for other in [Kind::KVH, Kind::STIM]
+            .into_iter()
+            .filter(|other| other.format != kind.format)
+        {
+            let mut device = Device::new(kind.config());
+            let stream = other.stream(0, 40_000 / 36).concat();
+            device.feed(&stream);
+            device.wait_ms(100); // the last bytes may look like a beginning
+            assert_eq!(
+                device.lines.navigation.bytes(),
+                stream,
+                "{other:?} as {kind:?}"
+            );
+            assert_ne!(
+                device.app.faults() & fault::UNKNOWN_FORMAT,
+                0,
+                "{other:?} as {kind:?}"
+            );
+        }
+    }
+}
