@@ -202,8 +202,8 @@ impl<F: Framing> Finder<F> {
     /// What `unread` begins with, and of how many bytes. `None` when more are needed.
     #[inline(never)] // three callers
     pub(super) fn find(&mut self, unread: &[u8]) -> Option<(Kind, usize)> {
-        if unread.len() < self.needed {
-            return None;
+        if unread.is_empty() || unread.len() < self.needed {
+            return None; // one byte may show that this is no message
         }
         let mut skipped = 0;
         let (kind, len) = loop {

@@ -17,3 +17,6 @@ mod learn;
 mod reverse;
 mod status;
 mod sums;
+mod text;
+mod told;
+mod turn_on;

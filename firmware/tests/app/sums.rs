@@ -155,31 +155,60 @@ fn novatel_wire_order() {
     );
 }
 
-/// Values at the end of their field saturate and are counted, never wrapped.
+/// Values at the end of their field saturate and are counted, never wrapped: at both ends, on every
+/// axis, of every width.
 #[test]
 fn ends_of_fields_hold() {
-    for (kind, end) in [(Kind::STIM, 0x007F_FFFF), (Kind::S_CLASS, 0x7FFF)] {
-        let mut device = Device::new(Config {
-            mode: Mode::Frozen,
-            nets: nets([-0.3, 0.0, 0.0], [0.0; 3]),
-            block: 0.01,
-            limit: Limit {
-                gyro: 1.0,
-                accel: 1.0,
-            },
-            ..kind.config()
-        });
-        let fields = Fields {
-            gyro: [end, 0, 0],
-            ..Fields::default()
-        };
-        (0..100).for_each(|n| device.feed(&kind.frame(n, fields)));
-        let sent = device.lines.navigation.sent.pop().expect("a frame");
-        assert!(values(kind.format, &sent)[0] == f64::from(end));
-        assert!(device.counters().saturated > 50);
-        assert_ne!(
-            device.app.faults() & firmware::wire::command::fault::SATURATED,
-            0
-        );
+    for kind in kinds() {
+        let bits = kind.sensor.bits;
+        let ends = [
+            (-1.0, i32::MAX >> (32 - bits)),
+            (1.0, i32::MIN >> (32 - bits)),
+        ];
+        for (sign, end) in ends {
+            let [gyro, accel] = [0.3, 30.0].map(|error| [sign * error; 3]);
+            let mut device = Device::new(Config {
+                mode: Mode::Frozen,
+                nets: nets(gyro, accel),
+                block: 0.05,
+                limit: Limit {
+                    gyro: 1.0,
+                    accel: 100.0,
+                },
+                ..kind.config()
+            });
+            // the other axes change, so that the sensor does not seem stuck
+            let fields = |n: u32, axis: usize| {
+                let mut values = [n as i32 % 3; 6];
+                values[axis] = end;
+                let [a, b, c, d, e, f] = values;
+                Fields {
+                    gyro: [a, b, c],
+                    accel: [d, e, f],
+                    ..Fields::default()
+                }
+            };
+            for axis in 0..if kind.sensor.has_accel { 6 } else { 3 } {
+                let before = device.counters().saturated;
+                let mut n = 300 * axis as u32;
+                let mut sent = Vec::new();
+                for _ in 0..300 {
+                    device.feed(&kind.frame(n, fields(n, axis)));
+                    sent = device.lines.navigation.sent.pop().expect("a frame");
+                    n += 1;
+                }
+                let frame = kind.frame(n - 1, fields(n - 1, axis));
+                let came = values(kind.format, &frame)[axis];
+                let left = values(kind.format, &sent)[axis];
+                if came.fract() != 0.0 || bits == 32 && came != f64::from(end) {
+                    continue; // floats have no end here
+                }
+                assert_eq!(left, came, "{kind:?} {axis} {end}");
+                let counted = device.counters().saturated - before;
+                assert!(counted > 100, "{kind:?} {axis} {end}: {counted}");
+                let saturated = firmware::wire::command::fault::SATURATED;
+                assert_ne!(device.app.faults() & saturated, 0);
+            }
+        }
     }
 }

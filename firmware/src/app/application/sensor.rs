@@ -219,7 +219,9 @@ impl App<'_> {
                     pass(event.bytes(), out, &mut self.flow.counters);
                     count(&mut self.flow.counters.garbage, bytes as u32);
                     self.flow.unframed(bytes);
-                    self.flow.flag(fault::UNKNOWN_FORMAT, kind == Kind::Unknown);
+                    if kind == Kind::Unknown {
+                        self.flow.flag(fault::UNKNOWN_FORMAT, true);
+                    }
                 }
             }
         }

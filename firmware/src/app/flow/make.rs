@@ -89,6 +89,7 @@ impl Flow<'_> {
         self.stream = None;
         self.correction = None;
         self.last = Last::default();
+        self.flag(fault::UNITS, false);
     }
 
     /// The sensor has told its configuration.
@@ -98,6 +99,7 @@ impl Flow<'_> {
         self.told = Told::BySensor;
         if !known {
             self.channels.clear();
+            self.flag(fault::UNITS, false); // the next frame shows it
         }
     }
 
