@@ -247,6 +247,17 @@ impl Link {
         Err(self.error(problem, "use the host-sim of the device's version"))
     }
 
+    /// The weight image that was learnt. It changes while samples come.
+    ///
+    /// # Errors
+    /// As [`Link::ask`].
+    pub fn learnt_images(&mut self) -> Result<Vec<u8>, Error> {
+        self.read(IMAGES_LEN, |offset, length| Request::ReadLearnt {
+            offset,
+            length,
+        })
+    }
+
     /// Reads pieces until one is shorter than it may be, at most `most` bytes.
     pub(super) fn read(
         &mut self,

@@ -27,6 +27,8 @@ pub mod listening;
 #[cfg(not(target_os = "none"))]
 pub mod live;
 #[cfg(not(target_os = "none"))]
+pub mod lockstep;
+#[cfg(not(target_os = "none"))]
 pub mod machine;
 #[cfg(not(target_os = "none"))]
 pub mod memory;
