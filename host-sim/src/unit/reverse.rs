@@ -238,6 +238,7 @@ check_rate = false
             unit.sensor = Sensor::of(FormatName::AdisSpi);
             unit.sensor.adis = Some(Adis {
                 model: model.into(),
+                framed: true,
             });
             let told = unit.configuration().unwrap();
             assert!(Unit::of(&told).is_some(), "{model}");

@@ -11,7 +11,7 @@ use anyhow::{Context, Result, bail, ensure};
 use firmware::app::{App, Config, Lines};
 use firmware::configuration::Configuration;
 use firmware::learn::{CombinedLearner, FixLearner, FixMemory, Settings, WindowLearner};
-use firmware::link::{Clock, Full, Line, Lost, NoLine};
+use firmware::link::{Clock, Full, Line, Lost};
 use firmware::wire::command::{self, Health, MAX_PACKET, Request, Response};
 use host_sim::device::{Link, images};
 use host_sim::hil::{Input, Record};

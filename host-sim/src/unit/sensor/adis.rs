@@ -43,6 +43,13 @@ impl Default for AdisUart {
 }
 
 impl Section for AdisUart {
+    fn of(settings: &wire::Settings) -> Self {
+        let told = settings.adis_uart.model;
+        let same = |name: &String| model("", name).is_ok_and(|model| model == told);
+        let name = names().find(same);
+        name.map_or_else(Self::default, |model| Self { model })
+    }
+
     fn apply(&self, _: &Sensor, to: &mut wire::Settings) -> Result<(), Finding> {
         to.adis_uart.model = model("sensor.adis_uart.model", &self.model)?;
         Ok(())
@@ -57,14 +64,9 @@ impl Section for AdisUart {
 impl Adis {
     /// The model of a device's settings, if there is one.
     pub(in crate::unit) fn of(settings: &Settings) -> Option<Self> {
-        let products = [
-            "16465", "16467", "16475", "16477", "16495", "16497", "16505", "16507", "16470",
-            "16490", "16500",
-        ];
-        let all = products.iter().flat_map(|product| {
-            ["", "-1", "-2", "-3"].map(|digit| format!("ADIS{product}{digit}"))
-        });
-        all.map(|model| Self { model })
+        let framed = settings.framed;
+        names()
+            .map(|model| Self { model, framed })
             .find(|adis| adis.settings().as_ref() == Ok(settings))
     }
 
@@ -80,6 +82,17 @@ impl Adis {
             framed: self.framed,
         })
     }
+}
+
+/// Names that a model may have.
+fn names() -> impl Iterator<Item = String> {
+    let products = [
+        "16465", "16467", "16475", "16477", "16495", "16497", "16505", "16507", "16470", "16490",
+        "16500",
+    ];
+    let digits = ["", "-1", "-2", "-3"];
+    (0..products.len() * digits.len())
+        .map(move |n| format!("ADIS{}{}", products[n / 4], digits[n % 4]))
 }
 
 fn unknown(key: &str, text: &str) -> Finding {

@@ -36,7 +36,13 @@ pub struct Epson {
 
 impl Default for Epson {
     fn default() -> Self {
-        let told = Protocol::DEFAULT;
+        Self::told(&Protocol::DEFAULT)
+    }
+}
+
+impl Epson {
+    /// The table of a device's settings.
+    fn told(told: &Told) -> Self {
         let [burst_ctrl1, burst_ctrl2] = told.layout.registers();
         Self {
             model: told.model.name().to_owned(),
@@ -57,6 +63,10 @@ impl Epson {
 }
 
 impl Section for Epson {
+    fn of(settings: &Settings) -> Self {
+        Self::told(&settings.epson)
+    }
+
     fn apply(&self, sensor: &Sensor, to: &mut Settings) -> Result<(), Finding> {
         let model = Model::ALL.into_iter().find(|m| m.name() == self.model);
         let Some(model) = model else {

@@ -95,8 +95,8 @@ macro_rules! sensor {
             pub(in crate::unit) fn of_stream(told: FormatSettings) -> Self {
                 let mut settings = Settings::DEFAULT;
                 told.apply(&mut settings);
-                match told.format() {
-                    $(ImuFormat::$format => Self {
+                match told {
+                    $(FormatSettings::$format(_) => Self {
                         $field: Some(<$section>::of(&settings)),
                         ..Self::of(FormatName::$format)
                     },)+
