@@ -5,7 +5,7 @@
 //! MHz Cortex-M4.
 
 use super::field::head;
-use crc::{Algorithm, CRC_32_ISO_HDLC, CRC_32_MPEG_2, Crc, Table};
+use crc::{Algorithm, CRC_16_KERMIT, CRC_32_ISO_HDLC, CRC_32_MPEG_2, Crc, Table};
 
 static MPEG_2: Crc<u32> = Crc::<u32>::new(&CRC_32_MPEG_2);
 static ISO_HDLC: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);
@@ -98,6 +98,19 @@ pub fn crc32_zlib_swapped(words: &[u8]) -> u32 {
     for word in words.chunks_exact(2) {
         digest.update(&u16::from_be_bytes(super::field::take(word, 0)).to_le_bytes());
     }
+    digest.finalize()
+}
+
+/// CRC-16/KERMIT (sbgECom): reflected polynomial 0x8408, from 0, not inverted. From all ones it is
+/// MAVLink's CRC-16/MCRF4XX.
+pub(super) static KERMIT: Crc<u16> = Crc::<u16>::new(&CRC_16_KERMIT);
+
+/// How either of both changes: as [`crc32_mpeg2_change`].
+#[inline(never)] // four callers
+pub fn kermit_change(difference: &[u8], after: usize) -> u16 {
+    let mut digest = KERMIT.digest(); // from zero and without inversion
+    digest.update(difference);
+    digest.update(head(&[0; LONGEST], after));
     digest.finalize()
 }
 
@@ -194,6 +207,10 @@ mod tests {
     fn catalogue_check_values() {
         assert_eq!(crc32_mpeg2(CHECK), 0x0376_E6E7);
         assert_eq!(crc32_zlib(CHECK), 0xCBF4_3926);
+        assert_eq!(KERMIT.checksum(CHECK), 0x2189);
+        let mut mcrf4xx = KERMIT.digest_with_initial(0xFFFF);
+        mcrf4xx.update(CHECK);
+        assert_eq!(mcrf4xx.finalize(), 0x6F91);
         assert_eq!(crc32_novatel(CHECK), CRC_32_NOVATEL.check);
         assert_eq!(crc8_stim300_utility(CHECK), CRC_8_STIM300_UTILITY.check);
     }

@@ -74,6 +74,14 @@ pub fn head(bytes: &[u8], len: usize) -> &[u8] {
     bytes.get(..len).unwrap_or(bytes)
 }
 
+/// The axes of finite numbers, x in bit 0.
+pub(super) fn finite(triad: &[f32; 3]) -> u8 {
+    let axes = triad.iter().enumerate();
+    axes.fold(0, |set, (axis, value)| {
+        set | u8::from(value.is_finite()) << axis
+    })
+}
+
 /// Largest signed 24-bit number.
 pub const I24_MAX: i32 = 0x007F_FFFF;
 /// Smallest signed 24-bit number.

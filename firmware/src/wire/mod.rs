@@ -13,6 +13,8 @@
 //! | [`hg4930`] | Honeywell HG4930 0x01, 0x02, 0xCA | 16-bit sum | installation manual |
 //! | [`sbgecom`] | SBG Systems IMU_DATA, IMU_SHORT | CRC-16/KERMIT | headers of SBG's library |
 //! | [`epson`] | Epson M-G3xx bursts at a UART | 16-bit sum | data sheet, Epson's drivers |
+//! | [`vectornav`] | VectorNav binary messages | CRC-16/XMODEM | manual UM001, VectorNav's library |
+//! | [`mavlink`] | MAVLink 2 and 1, HIGHRES_IMU | CRC-16/MCRF4XX | mavlink.io, pymavlink |
 //! | [`adis`] | ADIS bursts over SPI | byte sum, CRC-32 | Linux and ArduPilot drivers |
 //! | [`adis::uart`] | the same in frames of ours | CRC-32 | this crate |
 //! | [`ubx`] | u-blox NAV-PVT | Fletcher-8 | gpsd and pyubx2 |
@@ -44,6 +46,7 @@ pub mod field;
 pub mod framer;
 pub mod hg4930;
 pub mod kvh;
+pub mod mavlink;
 pub mod novatel;
 pub mod protocol;
 pub mod receiver;
@@ -52,6 +55,7 @@ pub mod sbgecom;
 pub mod sequence;
 pub mod stim300;
 pub mod ubx;
+pub mod vectornav;
 
 #[cfg(test)]
 mod examples;
@@ -80,6 +84,10 @@ registry::imu_formats! {
     Epson(layout: epson::Layout): epson,
     /// [`adis::uart`]
     AdisUart: adis_uart,
+    /// [`vectornav`], with the values that are corrected
+    VectorNav(values: vectornav::Values): vectornav,
+    /// [`mavlink`], with the IMU that is corrected
+    Mavlink(imu: mavlink::Imu): mavlink,
 }
 
 use crate::sample::{Axes, RawSample};

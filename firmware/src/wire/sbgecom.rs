@@ -20,7 +20,7 @@
 //! it is meant, `IMU_DATA` was put together by hand, its CRC by another implementation.
 
 use self::checksum::{resealed, seal};
-use super::field::{Mark, mark, put, take};
+use super::field::{Mark, finite, mark, put, take};
 use super::protocol::Change;
 use super::{Error, Reading, Scan, exactly};
 use crate::sample::{Axes, RawSample};
@@ -240,14 +240,6 @@ impl<T: AsRef<[u8]>> Frame<T> {
             ..Reading::new(sample, Axes::ALL, self.valid(&sample))
         }
     }
-}
-
-/// The axes of finite numbers, x in bit 0.
-fn finite(triad: &[f32; 3]) -> u8 {
-    let axes = triad.iter().enumerate();
-    axes.fold(0, |set, (axis, value)| {
-        set | u8::from(value.is_finite()) << axis
-    })
 }
 
 impl<T: AsRef<[u8]> + AsMut<[u8]>> Frame<T> {

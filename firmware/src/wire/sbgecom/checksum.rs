@@ -3,11 +3,8 @@
 use super::{END, TRAILER};
 #[cfg(test)]
 use crate::wire::checksum::count;
-use crate::wire::field::{changed, head, put, take};
-use crc::{CRC_16_KERMIT, Crc};
-
-/// CRC-16/KERMIT: reflected polynomial 0x8408, from 0, not inverted.
-static KERMIT: Crc<u16> = Crc::<u16>::new(&CRC_16_KERMIT);
+use crate::wire::checksum::{KERMIT, kermit_change};
+use crate::wire::field::{changed, put, take};
 
 fn checksum(frame: &[u8]) -> [u8; 2] {
     let crc = frame.len().saturating_sub(TRAILER);
@@ -40,24 +37,7 @@ pub fn resealed<const N: usize>(
     let crc = frame.len().checked_sub(TRAILER)?;
     let after = crc.checked_sub(at + N)?;
     let ((), bits) = changed(frame, at, work)?;
-    let sum = u16::from_le_bytes(take(frame, crc)) ^ difference(&bits, after);
+    let sum = u16::from_le_bytes(take(frame, crc)) ^ kermit_change(&bits, after);
     put(frame, crc, sum.to_le_bytes());
     Some(())
-}
-
-/// The CRC of bits that `after` zeros follow.
-#[inline(never)] // two callers
-fn difference(bits: &[u8], after: usize) -> u16 {
-    let mut digest = KERMIT.digest(); // from zero and without inversion
-    digest.update(bits);
-    digest.update(head(&[0; 64], after)); // more than follow the values in either message
-    digest.finalize()
-}
-
-#[cfg(test)]
-mod tests {
-    #[test]
-    fn the_catalogues_check_value() {
-        assert_eq!(super::KERMIT.checksum(b"123456789"), 0x2189);
-    }
 }
