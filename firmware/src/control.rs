@@ -77,6 +77,9 @@ pub enum Reason {
     Pins(u8),
     /// The device has no configuration, so it only passes bytes.
     NotConfigured,
+    /// The store holds a record or a configuration of a newer firmware, whose version is given. It
+    /// is not overwritten.
+    Newer(u16),
 }
 
 /// A field of the device's configuration whose value was refused.

@@ -23,7 +23,7 @@
 //! | [`configuration`] | what a device is told about its unit |
 //! | [`plausibility`] | what was told against what is seen |
 //! | [`learn`] | learning from references and from fixes |
-//! | [`store`] | weights in flash |
+//! | [`store`] | weights and configuration in flash |
 //! | [`app`] | the application, which composes all of them |
 #![cfg_attr(not(test), no_std)]
 

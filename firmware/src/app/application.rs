@@ -1,7 +1,9 @@
 //! The application: what runs in one pass of the main loop.
 
 mod anew;
+mod found;
 mod links;
+mod power_on;
 mod sensor;
 mod service;
 
@@ -18,7 +20,7 @@ use crate::fix::Fix;
 use crate::learn::{Learner, Report};
 use crate::link::{Clock, Line};
 use crate::model::Nets;
-use crate::wire::adis::uart;
+use crate::wire::adis::{Found, uart};
 use crate::wire::command::{Counters, Packets, fault};
 use crate::wire::framer::Framer;
 use crate::wire::{Checked, Detector, Error, ImuFormat, ReceiverFormat};
@@ -48,6 +50,8 @@ pub struct App<'m> {
     heard_us: u64,
     /// When the command link and the receiver last had their turn, microseconds.
     served_us: u64,
+    /// An ADIS found at the board's SPI.
+    adis: Option<Found>,
     /// Lines that the board must open anew.
     to_open: Option<SerialLines>,
     /// Since when no frame has come, microseconds, and how many had come until then.
@@ -77,6 +81,7 @@ impl<'m> App<'m> {
         record: Record,
         learner: Option<&'m mut dyn Learner>,
     ) -> App<'m> {
+        let lines = config.lines();
         App {
             machine: Machine::new(),
             framer: Framer::new(config.format.unwrap_or(ImuFormat::Stim300)),
@@ -89,7 +94,8 @@ impl<'m> App<'m> {
             fix: None,
             heard_us: 0,
             served_us: 0,
-            to_open: None,
+            adis: None,
+            to_open: Some(lines).filter(|lines| *lines != SerialLines::DEFAULT),
             frameless_us: 0,
             frames_seen: 0,
             undetected: 0,
@@ -137,25 +143,26 @@ impl<'m> App<'m> {
         &self.flow.config.nets
     }
 
-    /// Weights that the board must store now ([`crate::store`]), given once. The board then calls
-    /// [`App::stored`].
-    pub fn to_store(&mut self) -> Option<Nets> {
-        let wanted = core::mem::take(&mut self.flow.to_store);
-        wanted.then_some(self.flow.config.nets)
-    }
-
-    /// Whether [`App::to_store`] has weights to give.
+    /// Whether [`App::store`] has something to do.
     pub fn wants_to_store(&self) -> bool {
         self.flow.to_store
     }
 
-    /// Tells whether the weights of [`App::to_store`] were stored.
-    pub fn stored(&mut self, done: bool) {
+    /// Hands the weights and the configuration record in use to `save`, which stores them
+    /// ([`crate::store`]) and tells whether it succeeded; once after each request.
+    pub fn store(&mut self, save: impl FnOnce(&Nets, &Record) -> bool) {
+        if !core::mem::take(&mut self.flow.to_store) {
+            return;
+        }
+        let record = &self.server.record;
+        let done = save(&self.flow.config.nets, record);
+        self.server.stored = done && !record.is_empty();
         self.flow.flag(fault::STORE, !done);
     }
 
     /// How the board must open the sensor's, the navigation computer's and the receiver's line
-    /// anew, given once after a configuration has changed them.
+    /// anew, given once when a configuration asks for other lines than those it has. A board opens
+    /// [`SerialLines::DEFAULT`] at start.
     pub fn to_open(&mut self) -> Option<SerialLines> {
         self.to_open.take()
     }

@@ -35,8 +35,10 @@ pub struct Config {
     pub activation: Activation,
     /// The sensor counts as silent when no byte has come for this time, microseconds.
     pub silence_us: u32,
-    /// The board stores weights: see [`super::App::to_store`].
+    /// The board stores weights and configuration: see [`super::App::store`].
     pub store: bool,
+    /// The store holds something of a newer firmware, whose version this is. It is kept.
+    pub newer: Option<u16>,
     /// Mark a frame whose correction must not be trusted, in a spare bit of the frame (interface
     /// control document, "Our own faults").
     pub mark: bool,
@@ -69,6 +71,7 @@ impl Config {
             activation: correction.activation,
             silence_us: correction.silence_us,
             store: false,
+            newer: None,
             mark: correction.mark,
             told: Some(told.clone()),
             configured: true,
@@ -126,6 +129,7 @@ impl Default for Config {
             activation: Activation::Commanded,
             silence_us: 100_000,
             store: false,
+            newer: None,
             mark: true,
             told: None,
             configured: true,

@@ -55,6 +55,9 @@ pub(super) struct Flow<'m> {
     pub counters: Counters,
     /// What is wrong now: bits of [`fault`].
     pub faults: u32,
+    /// What was told of the sensor and what the board found disagree: bits of [`fault`]. Nothing is
+    /// corrected then.
+    pub other_sensor: u32,
     /// The kinds of frames that `correction` was made for.
     channels: Channels,
     /// Of the samples that make blocks, and the axes that they have.
@@ -113,6 +116,7 @@ impl<'m> Flow<'m> {
             alignment: None,
             counters: Counters::default(),
             faults: 0,
+            other_sensor: 0,
             channels: Channels::default(),
             stream: None,
             present: Axes::NONE,

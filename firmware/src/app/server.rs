@@ -226,6 +226,9 @@ fn store_image(flow: &mut Flow) -> Result<(), Reason> {
     if !flow.config.store {
         return Err(Reason::Unsupported);
     }
+    if let Some(version) = flow.config.newer {
+        return Err(Reason::Newer(version));
+    }
     if flow.mode != Mode::Bypass || flow.alignment == Some(Alignment::Started) {
         return Err(Reason::Mode);
     }
@@ -264,6 +267,7 @@ pub(super) fn faults(flow: &Flow, machine: &Machine) -> u32 {
         fault::NOT_CONFIGURED
     };
     flow.faults
+        | flow.other_sensor
         | untold
         | match machine.phase() {
             Phase::Fault(_) => fault::PASS_THROUGH,

@@ -11,7 +11,7 @@ mod shared;
 
 #[cfg(target_os = "none")]
 mod target {
-    use firmware::app::{App, Config};
+    use firmware::app::App;
     use firmware::learn::Learner;
 
     use crate::board::Board;
@@ -24,9 +24,12 @@ mod target {
         };
         let mut learner = learners::combined(None);
         let learner = learner.as_mut().map(|learner| learner as &mut dyn Learner);
-        let mut app = App::with_learner(Config::default(), learner);
+        let mut app = App::power_on(Board::hardware(), None, learner);
         loop {
             let busy = app.poll(&mut board.lines, &board.time);
+            if let Some(lines) = app.to_open() {
+                board.open(&lines);
+            }
             board.turned(busy, app.needs());
         }
     }

@@ -44,6 +44,12 @@ pub fn encode(configuration: &Configuration) -> Record {
     Record::from_slice(head(&bytes, end + CRC_LEN)).unwrap_or_default()
 }
 
+/// The schema that bytes claim which begin like a record.
+#[must_use]
+pub fn schema(bytes: &[u8]) -> Option<u16> {
+    (take(bytes, 0) == MAGIC).then(|| u16::from_le_bytes(take(bytes, 4)))
+}
+
 /// The configuration of a record, with all its values in range.
 ///
 /// # Errors

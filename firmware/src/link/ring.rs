@@ -139,6 +139,11 @@ impl<const N: usize> Ring<N> {
         piece(&self.bytes, popped, self.pushed().wrapping_sub(popped))
     }
 
+    /// Takes out all that is there.
+    pub fn clear(&self) {
+        self.counts.popped.store(self.pushed(), Ordering::Release);
+    }
+
     /// Notes that so many of the oldest bytes have been taken out.
     #[inline(always)]
     pub fn emptied(&self, bytes: usize) {

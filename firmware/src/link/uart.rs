@@ -64,6 +64,22 @@ impl Uart {
         self.received.inlet().mark_lost();
     }
 
+    /// Whether everything has been handed to the line.
+    pub fn has_sent(&self) -> bool {
+        self.to_send.oldest().is_empty()
+    }
+
+    /// The line is closed, to be opened anew. No interrupt and no transfer is under way any more;
+    /// the receiving one had `left` bytes to move. What came before stays; what was to be sent is
+    /// dropped.
+    pub fn closed(&self, left: usize) {
+        let arriving = self.arriving.load(Ordering::Relaxed);
+        self.received.filled(arriving.saturating_sub(left));
+        self.arriving.store(0, Ordering::SeqCst);
+        self.leaving.store(0, Ordering::Relaxed);
+        self.to_send.clear();
+    }
+
     /// For the interrupt: the next byte to be sent.
     #[inline(always)]
     pub fn next(&self) -> Option<u8> {

@@ -7,7 +7,7 @@ use lrnn_nostd::{Net, Normalisation, Weights};
 use proptest::prelude::*;
 use std::vec::Vec;
 
-const ERASE: usize = 1024;
+const ERASE: usize = 2048;
 const WRITE: usize = 4;
 
 /// Flash with power cuts. `left` bytes may still be erased or written; the byte at which power
@@ -129,57 +129,66 @@ fn store(flash: Flash) -> Store<Flash> {
     Store::new(flash).unwrap()
 }
 
-/// The number of the image found.
+/// A configuration record of a length of its own.
+fn told(n: u8) -> Record {
+    (0..usize::from(n) * 2).map(|k| n ^ k as u8).collect()
+}
+
+/// The number of the record found.
 fn found(flash: &Flash) -> Option<u8> {
-    let stored = store(flash.clone()).load()?;
-    let n = (0..=255).find(|&n| nets(n) == stored.nets);
-    Some(n.expect("an image that was never stored"))
+    let stored = store(flash.clone()).load().expect("no newer version")?;
+    let n = (0..=255).find(|&n| nets(n) == stored.nets && told(n) == stored.record);
+    Some(n.expect("a record that was never stored"))
+}
+
+/// Stores number `n`.
+fn saved(flash: Flash, n: u8) -> (Result<Stored, Error<Failure>>, Flash) {
+    let mut store = store(flash);
+    let result = store.save(&nets(n), &told(n));
+    (result, store.into_inner())
 }
 
 #[test]
-fn images_are_found_again_in_turn() {
+fn records_are_found_again_in_turn() {
     let mut flash = Flash::new(2 * ERASE);
     assert_eq!(found(&flash), None);
     for n in 1..10 {
-        let mut store = store(flash);
-        let stored = store.save(&nets(n)).unwrap();
-        assert_eq!(stored.generation, u32::from(n));
-        flash = store.into_inner();
+        let (stored, after) = saved(flash, n);
+        assert_eq!(stored.unwrap().generation, u32::from(n));
+        flash = after;
         assert_eq!(found(&flash), Some(n));
     }
     // the newest is damaged: the one before
-    for at in 0..RECORD_LEN {
+    for at in 0..HEADER_LEN + IMAGES_LEN + told(9).len() + CRC_LEN {
         let mut damaged = flash.clone();
-        damaged.bytes[at] ^= 0x10; // nine images: the newest is in slot 0
+        damaged.bytes[at] ^= 0x10; // nine records: the newest is in slot 0
         assert_eq!(found(&damaged), Some(8), "byte {at}");
-        damaged.bytes[ERASE + at] ^= 1;
+        damaged.bytes[ERASE + at % 600] ^= 1;
         assert_eq!(found(&damaged), None);
     }
 }
 
-/// Power fails at every single byte of a save: the old image or the new one, and the store works
-/// on.
+/// Power fails at every single byte of a save: the old record or the new one, weights and
+/// configuration together, and the store works on.
 #[test]
 fn power_may_fail_at_any_byte() {
     for before in [1u8, 2] {
         let mut flash = Flash::new(2 * ERASE + 512);
         for n in 1..=before {
-            let mut store = store(flash);
-            store.save(&nets(n)).unwrap();
-            flash = store.into_inner();
+            flash = saved(flash, n).1;
         }
-        let mut trial = store(flash.clone());
-        trial.save(&nets(77)).unwrap();
-        let work = trial.into_inner().work - flash.work;
-        assert_eq!(work, ERASE + PADDED_LEN);
+        let work = saved(flash.clone(), 77).1.work - flash.work;
+        let written = (HEADER_LEN + IMAGES_LEN + 154 + CRC_LEN).next_multiple_of(PIECE);
+        assert_eq!(work, ERASE + written);
         for left in 0..=work + 1 {
             for torn in [0x00, 0xFF, 0x5A] {
                 let mut cut = flash.clone();
                 (cut.left, cut.torn) = (left, torn);
-                let mut store = store(cut);
-                let result = store.save(&nets(77));
-                assert_ne!(result.map(|_| ()), Err(Error::Flash(Failure::Misuse)));
-                let mut after = store.into_inner();
+                let (result, mut after) = saved(cut, 77);
+                assert_ne!(
+                    result.as_ref().map(|_| ()),
+                    Err(&Error::Flash(Failure::Misuse))
+                );
                 let expected = if result.is_ok() { 77 } else { before };
                 let n = found(&after);
                 // all of the record may have been written before the cut in its padding
@@ -188,31 +197,30 @@ fn power_may_fail_at_any_byte() {
                     "{left} {n:?}"
                 );
                 after.left = usize::MAX;
-                let mut store = self::store(after);
-                store.save(&nets(99)).unwrap();
-                assert_eq!(found(&store.into_inner()), Some(99));
+                let (result, after) = saved(after, 99);
+                assert!(result.is_ok());
+                assert_eq!(found(&after), Some(99));
             }
         }
     }
 }
 
 proptest! {
-    /// Any history of saves with and without power cuts: what is found is the last image saved, or
+    /// Any history of saves with and without power cuts: what is found is the last record saved, or
     /// one whose save was cut.
     #[test]
     fn any_history(
-        history in prop::collection::vec((any::<bool>(), 0..2200usize, any::<u8>()), 1..30)
+        history in prop::collection::vec((any::<bool>(), 0..3200usize, any::<u8>()), 1..30)
     ) {
         let mut flash = Flash::new(2 * ERASE);
         let mut possible: Vec<Option<u8>> = std::vec![None];
         for (n, (cut, left, torn)) in (1..).zip(history) {
             flash.left = if cut { left } else { usize::MAX };
             flash.torn = torn;
-            let mut store = store(flash);
-            let done = store.save(&nets(n)).is_ok();
-            flash = store.into_inner();
+            let (result, after) = saved(flash, n);
+            flash = after;
             let now = found(&flash);
-            if done {
+            if result.is_ok() {
                 prop_assert_eq!(now, Some(n));
             } else {
                 prop_assert!(now == Some(n) || possible.contains(&now));
@@ -221,11 +229,25 @@ proptest! {
         }
     }
 
-    /// Any bytes in the flash: no panic, and no image is found that was not stored.
+    /// Any bytes in the flash: no panic, and no record is found that was not stored.
     #[test]
     fn any_bytes(bytes in prop::collection::vec(any::<u8>(), 2 * ERASE)) {
         let mut flash = Flash::new(2 * ERASE);
         flash.bytes = bytes;
+        prop_assert_eq!(found(&flash), None);
+    }
+
+    /// The same behind a good magic and version, with any lengths.
+    #[test]
+    fn any_header(
+        bytes in prop::collection::vec(any::<u8>(), 2 * ERASE), version in 0..5u8, length: u16
+    ) {
+        let mut flash = Flash::new(2 * ERASE);
+        flash.bytes = bytes;
+        for start in [0, ERASE] {
+            flash.bytes[start..][..8].copy_from_slice(&[b'L', b'R', b'N', b'S', version, 0, 0, 0]);
+            flash.bytes[start + 12..][..2].copy_from_slice(&length.to_le_bytes());
+        }
         prop_assert_eq!(found(&flash), None);
     }
 }
@@ -234,17 +256,80 @@ proptest! {
 fn generations_turn_over() {
     let mut flash = Flash::new(2 * ERASE);
     for (slot, n, generation) in [(0, 1, u32::MAX), (1, 2, 0)] {
-        let record = record(&nets(n), generation);
+        let (record, _) = framed(&nets(n), &told(n), generation);
         flash.bytes[slot * ERASE..][..PADDED_LEN].copy_from_slice(&record);
     }
     assert_eq!(found(&flash), Some(2));
-    let mut store = store(flash);
-    assert_eq!(store.save(&nets(3)).unwrap().generation, 1);
-    assert_eq!(found(&store.into_inner()), Some(3));
+    let (stored, flash) = saved(flash, 3);
+    assert_eq!(stored.unwrap().generation, 1);
+    assert_eq!(found(&flash), Some(3));
 }
 
 #[test]
 fn too_small_a_flash_is_refused() {
     let refused = Store::new(Flash::new(2 * ERASE - 1)).err();
     assert_eq!(refused, Some(Error::Geometry));
+}
+
+/// A record of another version, made here byte by byte.
+fn of_version(version: u32, generation: u32, images: &[u8], rest: &[u8]) -> Vec<u8> {
+    let mut record = b"LRNS".to_vec();
+    record.extend(version.to_le_bytes());
+    record.extend(generation.to_le_bytes());
+    record.extend((images.len() as u16).to_le_bytes());
+    record.extend((rest.len() as u16).to_le_bytes());
+    record.extend(images);
+    record.extend(rest);
+    let sum = crc32_zlib(&record);
+    record.extend(sum.to_le_bytes());
+    record
+}
+
+/// What version 0.1.0 of the firmware has stored: weights alone.
+#[test]
+fn version_1_is_still_read() {
+    let mut images = std::vec![0; IMAGES_LEN];
+    nets(5).write_images(0, &mut images);
+    let mut flash = Flash::new(2 * ERASE);
+    let record = of_version(1, 9, &images, &[]);
+    assert_eq!(record[12..16], 608u32.to_le_bytes());
+    flash.bytes[..record.len()].copy_from_slice(&record);
+    let stored = store(flash.clone()).load().unwrap().unwrap();
+    assert!(stored.nets == nets(5) && stored.record.is_empty());
+    // the next one has its configuration beside it, and the old one stays until it is complete
+    let (stored, flash) = saved(flash, 6);
+    assert_eq!(stored.unwrap().generation, 10);
+    assert_eq!(flash.bytes[..record.len()], record);
+    assert_eq!(found(&flash), Some(6));
+}
+
+/// A newer firmware's record is named and never overwritten, wherever it is and however long. One
+/// that is damaged is no record.
+#[test]
+fn a_newer_version_is_refused_and_stays() {
+    for (images, rest) in [(608, 100), (1500, 500), (0, 0)] {
+        for slot in [0, ERASE] {
+            for generation in [1u32, 3] {
+                let mut flash = Flash::new(2 * ERASE);
+                let (own, _) = framed(&nets(2), &told(2), 2);
+                flash.bytes[ERASE - slot..][..PADDED_LEN].copy_from_slice(&own);
+                let newer = of_version(3, generation, &std::vec![7; images], &std::vec![8; rest]);
+                flash.bytes[slot..][..newer.len()].copy_from_slice(&newer);
+                let before = flash.bytes.clone();
+                let loaded = store(flash.clone()).load();
+                if generation == 3 {
+                    assert_eq!(loaded, Err(Newer(3)));
+                } else {
+                    assert!(loaded.is_ok_and(|stored| stored.is_some()));
+                }
+                let (result, after) = saved(flash.clone(), 4);
+                assert_eq!(result, Err(Error::Newer(Newer(3))));
+                assert!(after.bytes == before, "{slot} {generation}");
+                flash.bytes[slot + newer.len() - 1] ^= 1;
+                assert_eq!(found(&flash), Some(2));
+                let (result, after) = saved(flash, 4);
+                assert!(result.is_ok() && found(&after) == Some(4));
+            }
+        }
+    }
 }

@@ -84,6 +84,38 @@ pub fn crc32_mpeg2_padded_change(difference: &[u8], after: usize) -> u32 {
 /// More bytes than follow the values in any frame.
 const LONGEST: usize = 64;
 
+/// [`crc32_zlib`] of bytes that come in pieces.
+pub struct Zlib(crc::Digest<'static, u32>);
+
+impl Zlib {
+    /// Of no bytes.
+    pub fn new() -> Zlib {
+        Zlib(ISO_HDLC.digest())
+    }
+
+    /// The next bytes.
+    pub fn add(&mut self, bytes: &[u8]) {
+        self.0.update(bytes);
+    }
+
+    /// Of all bytes so far.
+    pub fn value(self) -> u32 {
+        self.0.finalize()
+    }
+}
+
+impl Default for Zlib {
+    fn default() -> Zlib {
+        Zlib::new()
+    }
+}
+
+impl core::fmt::Debug for Zlib {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.write_str("Zlib")
+    }
+}
+
 /// The ordinary reflected CRC-32 of zlib (our frames around ADIS bursts, our command link).
 pub fn crc32_zlib(bytes: &[u8]) -> u32 {
     #[cfg(test)]

@@ -193,7 +193,8 @@ pub mod fault {
     pub const PASS_THROUGH: u32 = 1 << 6;
     /// The sensor calls some axis invalid.
     pub const SENSOR: u32 = 1 << 7;
-    /// The last attempt to store the weights failed.
+    /// The last attempt to store weights and configuration failed, or what was stored cannot be
+    /// read.
     pub const STORE: u32 = 1 << 8;
     /// The device has no configuration: it only passes bytes.
     pub const NOT_CONFIGURED: u32 = 1 << 9;

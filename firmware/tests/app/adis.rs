@@ -1,11 +1,14 @@
 //! Bursts of an ADIS, fetched by the board, through the application.
 
+use crate::configuration::configure;
 use crate::device::{Device, nets};
-use firmware::app::{Config, Phase};
+use firmware::app::{Config, Hardware, Phase};
 use firmware::compensator::Limit;
+use firmware::configuration::record::encode;
+use firmware::configuration::{Configuration, Sensor};
 use firmware::control::Mode;
 use firmware::units::{DEGREE, G};
-use firmware::wire::adis::{Burst, Form, Model};
+use firmware::wire::adis::{Burst, Form, Found, Model};
 use firmware::wire::command::fault;
 use firmware::wire::{Error, ImuFormat, Settings, adis};
 use proptest::prelude::*;
@@ -263,4 +266,78 @@ fn a_damaged_burst_is_not_framed() {
     assert_eq!(pass(&mut device, &good[..18]), Err(Error::Length));
     assert_eq!(device.counters().bad_checksums, 2);
     assert!(device.lines.navigation.sent.is_empty());
+}
+
+/// What the board finds is compared with what it was told: another model or another rate is said,
+/// and then nothing is corrected. Without a configuration the bursts pass.
+#[test]
+fn another_adis_than_told_is_said_and_not_corrected() {
+    let found = |model: Model| Found {
+        model,
+        units: model.units(model.form() != Form::Narrow).expect("a model"),
+        rate: 1000.0,
+    };
+    let model = Model::Adis16475(1);
+    let spi = |model: Model| {
+        let Found { units, .. } = found(model);
+        let form = model.form();
+        let framed = false;
+        Some(Sensor::Spi(adis::Settings {
+            form,
+            units,
+            framed,
+        }))
+    };
+    let stream = Sensor::Stream(ImuFormat::Kvh.settings(&Settings::DEFAULT));
+    let cases = [
+        (spi(model), 1000.0, 0),
+        (spi(model), 985.0, 0),
+        (None, 200.0, 0),
+        (spi(model), 500.0, fault::RATE),
+        (spi(Model::Adis16475(2)), 1000.0, fault::UNITS),
+        (spi(Model::Adis16495(1)), 1000.0, fault::UNITS),
+        (spi(Model::Adis16507(1)), 4000.0, fault::UNITS | fault::RATE),
+        (Some(stream), 1000.0, fault::UNITS),
+    ];
+    for (sensor, rate, expected) in cases {
+        for mode in [Mode::Frozen, Mode::Bypass] {
+            let mut told = Configuration::default();
+            (told.sensor, told.rate, told.correction.mode) = (sensor, rate, mode);
+            told.correction.block = 0.1;
+            let mut device = Device::new(Config {
+                nets: nets([1e-3, 0.0, 0.0], [0.0; 3]),
+                limit: Limit {
+                    gyro: 1.0,
+                    accel: 1.0,
+                },
+                ..Config::of(&told)
+            });
+            device.app.found(&found(model));
+            let mut changed = false;
+            for counter in 0..300 {
+                let burst = Burst {
+                    counter,
+                    ..Burst::default()
+                };
+                let sent = reply(Form::Narrow, &burst);
+                changed |= pass(&mut device, &sent).expect("a burst") != sent;
+            }
+            let what = (sensor, rate, mode);
+            assert_eq!(changed, expected == 0 && mode == Mode::Frozen, "{what:?}");
+            let faults = device.app.faults() & (fault::UNITS | fault::RATE);
+            assert_eq!(faults, expected, "{what:?}");
+        }
+    }
+    let mut device = Device::new(Config::untold(Hardware::DESKTOP));
+    device.app.found(&found(model));
+    let sent = reply(Form::Narrow, &Burst::default());
+    assert_eq!(pass(&mut device, &sent).expect("a burst"), sent);
+    assert_eq!(device.app.phase(), Phase::Run(Mode::Bypass));
+    // told what it is after that, it corrects
+    let mut told = Configuration::default();
+    (told.sensor, told.correction.mode) = (spi(model), Mode::Frozen);
+    let record = encode(&told);
+    assert_eq!(configure(&mut device, &record), Ok(()));
+    assert_eq!(pass(&mut device, &sent).expect("a burst"), sent);
+    assert_eq!(device.app.phase(), Phase::Run(Mode::Frozen));
 }

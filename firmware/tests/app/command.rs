@@ -386,15 +386,17 @@ fn storing_is_asked_of_the_board_once() {
     device.order(&Request::SetMode(Mode::Bypass));
     device.order(&Request::Alignment(Alignment::Started));
     refused(&mut device, &Request::StoreImage, Reason::Mode);
-    assert_eq!(device.app.to_store(), None);
+    device.app.store(|_, _| panic!("not asked for"));
     device.order(&Request::Alignment(Alignment::Finished));
     device.order(&Request::StoreImage);
-    assert_eq!(
-        (device.app.to_store(), device.app.to_store()),
-        (Some(new), None)
-    );
-    device.app.stored(false);
-    assert_ne!(device.app.faults() & fault::STORE, 0);
-    device.app.stored(true);
-    assert_eq!(device.app.faults() & fault::STORE, 0);
+    for done in [false, true] {
+        assert!(device.app.wants_to_store());
+        device.app.store(|nets, record| {
+            assert!(*nets == new && record.is_empty());
+            done
+        });
+        assert_eq!(device.app.faults() & fault::STORE == 0, done);
+        device.app.store(|_, _| panic!("once"));
+        device.order(&Request::StoreImage);
+    }
 }

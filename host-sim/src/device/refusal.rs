@@ -99,6 +99,11 @@ fn because(request: &Request, reason: Reason) -> (String, String) {
         (Reason::Field(field), _) => return out_of_range(field),
         (Reason::Baud(nearest), _) => return baud(nearest),
         (Reason::Pins(sets), _) => return pins(sets),
+        (Reason::Newer(version), _) => {
+            let problem = format!("its store holds something of a newer firmware ({version})");
+            let remedy = "flash the newer firmware again, or erase the last two sectors of flash";
+            return (problem, remedy.into());
+        }
     };
     (problem.into(), remedy.into())
 }

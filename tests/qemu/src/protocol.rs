@@ -7,7 +7,9 @@ use std::path::Path;
 use std::time::Duration;
 
 use anyhow::{Context, Result, bail, ensure};
-use firmware::app::Config;
+use firmware::app::{Config, Hardware};
+use firmware::configuration::Configuration;
+use firmware::configuration::record::{self, Record as Configured};
 use firmware::control::{Mode, Window};
 use firmware::model::IMAGES_LEN;
 use firmware::wire::command::{self, Estimate, Health, MAX_CHUNK, MAX_PACKET, Request, Response};
@@ -38,7 +40,46 @@ pub struct Served {
     pub memory: Memory,
 }
 
-/// The packets that load both networks and switch the correction on.
+/// The requests that configure a board with `record`.
+fn configuration(record: &[u8]) -> Vec<Request<'_>> {
+    let pieces = record.chunks(MAX_CHUNK).enumerate();
+    let mut requests: Vec<Request> = pieces
+        .map(|(index, bytes)| Request::WriteConfiguration {
+            offset: (index * MAX_CHUNK) as u32,
+            bytes,
+        })
+        .collect();
+    let length = record.len() as u32;
+    requests.push(Request::CommitConfiguration { length });
+    requests
+}
+
+/// A configuration for tests, whose samples do not come in real time.
+fn record() -> Configured {
+    let mut told = Configuration::default();
+    told.correction.check_rate = false;
+    record::encode(&told)
+}
+
+/// The packets that configure a board and set a mode.
+///
+/// # Errors
+/// None.
+pub fn mode(mode: Mode) -> Result<Vec<Vec<u8>>> {
+    let record = record();
+    let mut requests = configuration(&record);
+    requests.push(Request::SetMode(mode));
+    packets(&requests)
+}
+
+fn packets(requests: &[Request]) -> Result<Vec<Vec<u8>>> {
+    let numbered = requests.iter().enumerate();
+    numbered
+        .map(|(number, request)| packet_of(number as u8, request))
+        .collect()
+}
+
+/// The packets that configure a board, load both networks and switch the correction on.
 ///
 /// # Errors
 /// None with the committed networks.
@@ -47,7 +88,8 @@ pub fn set_up() -> Result<Vec<Vec<u8>>> {
     let (gyro, accel) = images.split_at_mut(IMAGE_LEN);
     gyro.copy_from_slice(&image::encode(&nets().gyro));
     accel.copy_from_slice(&image::encode(&nets().accel));
-    let mut requests = Vec::new();
+    let record = record();
+    let mut requests = configuration(&record);
     for (index, bytes) in images.chunks(MAX_CHUNK).enumerate() {
         let offset = (index * MAX_CHUNK) as u32;
         requests.push(Request::WriteImage { offset, bytes });
@@ -55,10 +97,7 @@ pub fn set_up() -> Result<Vec<Vec<u8>>> {
     let length = IMAGES_LEN as u32;
     requests.push(Request::CommitImage { length });
     requests.push(Request::SetMode(Mode::Frozen));
-    let numbered = requests.iter().enumerate();
-    numbered
-        .map(|(number, request)| packet_of(number as u8, request))
-        .collect()
+    packets(&requests)
 }
 
 /// A request as it goes over the command link.
@@ -146,7 +185,7 @@ pub fn serve(board: Board, image: &Path, records: &[Record]) -> Result<Served> {
         });
     }
     input.extend_from_slice(records);
-    let expected = on_desktop(Config::default(), &input).sent;
+    let expected = on_desktop(Config::untold(Hardware::DESKTOP), &input).sent;
     let of = |wanted: Input| -> Vec<u8> {
         let wanted = records.iter().filter(|record| record.input == wanted);
         wanted.flat_map(|record| record.bytes.clone()).collect()

@@ -4,15 +4,14 @@
 
 use std::path::Path;
 
-use firmware::app::Config;
+use firmware::app::{Config, Hardware};
 use firmware::control::Mode;
 use firmware::wire::ImuFormat;
 use firmware::wire::adis::Burst;
-use firmware::wire::command::Request;
 use qemu::drive::{Record, drive};
 use qemu::images::{Image, STM32F405, STM32F405_WINDOW};
 use qemu::judges::{ask, python};
-use qemu::protocol::{packet_of, set_up};
+use qemu::protocol::{mode, set_up};
 use qemu::replay::Input;
 use qemu::software::on_desktop;
 
@@ -111,7 +110,7 @@ fn corrects(image: Image, format: ImuFormat, seconds: u32, period: u32) {
         })
         .collect();
     input.extend_from_slice(&frames);
-    let expected = on_desktop(Config::default(), &input).sent;
+    let expected = on_desktop(Config::untold(Hardware::DESKTOP), &input).sent;
     assert!(
         done.sent == hex(&expected),
         "{} of {}",
@@ -189,11 +188,11 @@ fn the_learner_is_in_core_coupled_memory() {
     let frames: Vec<_> = records
         .filter(|record| record.input == Input::Sensor)
         .collect();
-    let learns = packet_of(0, &Request::SetMode(Mode::Learn)).expect("a packet");
+    let learns = mode(Mode::Learn).expect("packets");
     for (image, commands, is_there, is_used) in [
         (STM32F405, vec![], true, false),
-        (STM32F405, vec![learns.clone()], true, true),
-        (STM32F405_WINDOW, vec![learns], false, false),
+        (STM32F405, learns.clone(), true, true),
+        (STM32F405_WINDOW, learns, false, false),
     ] {
         let Some(built) = image.build_or_skip() else {
             return;

@@ -30,6 +30,7 @@ impl App<'_> {
         let config = Config {
             nets: if same { old.nets } else { Nets::NONE },
             store: old.store,
+            newer: old.newer,
             hardware: old.hardware,
             ..new
         };
@@ -40,6 +41,7 @@ impl App<'_> {
         self.flow.flag(fault::WEIGHTS, other_weights);
         self.machine = Machine::new();
         self.reverse = Default::default();
+        self.use_found();
         self.start(now);
     }
 }

@@ -15,7 +15,8 @@ impl Flow<'_> {
     /// Samples should be corrected, but their units are not known.
     pub fn is_lost(&self) -> bool {
         let waits = self.stream.is_none() && self.channels.source().is_some_and(|s| self.awaits(s));
-        self.mode != Mode::Bypass && self.faults & fault::UNITS != 0 && !waits
+        let lost = self.other_sensor != 0 || self.faults & fault::UNITS != 0 && !waits;
+        self.mode != Mode::Bypass && lost
     }
 
     /// A correction for frames of this kind, when one is wanted.
@@ -68,7 +69,8 @@ impl Flow<'_> {
         let wanted = self.mode != Mode::Bypass;
         (self.promoted, self.learner_nets) = (false, false);
         let off = self.observes_only();
-        self.correction = stream.filter(|_| wanted).and_then(|stream| {
+        let agreed = self.other_sensor == 0;
+        self.correction = stream.filter(|_| wanted && agreed).and_then(|stream| {
             let compensator = compensator(&stream, &self.config, slew)?;
             let state = compensator.power_on(off);
             Some(Correction { compensator, state })
@@ -79,7 +81,7 @@ impl Flow<'_> {
         self.teach();
         self.failures = 0;
         self.flag(fault::NETWORK, false);
-        self.flag(fault::UNITS, wanted && self.correction.is_none());
+        self.flag(fault::UNITS, wanted && agreed && self.correction.is_none());
     }
 
     /// Forgets the stream's units and rate: the next frame decides anew.

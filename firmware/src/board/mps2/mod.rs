@@ -12,11 +12,13 @@
 mod uart;
 
 use cortex_m::peripheral::NVIC;
-use firmware::app::Lines;
+use firmware::app::{Hardware, Lines};
+use firmware::configuration::SerialLines;
 
 use self::uart::{COMMAND, GNSS, Interrupt, NAVIGATION, SENSOR};
 use crate::shared::time::Time;
 use crate::shared::wake;
+use firmware::link::rates;
 use firmware::link::uart::Port;
 
 /// Core and bus clock, Hz.
@@ -26,6 +28,8 @@ const CLOCK: u32 = 25_000_000;
 pub struct Board {
     /// The four serial lines.
     pub lines: Lines<Port<'static>, Port<'static>, Port<'static>, Port<'static>>,
+    /// How they are open.
+    open: SerialLines,
     /// Time since start.
     pub time: Time,
 }
@@ -34,17 +38,45 @@ impl Board {
     /// Starts everything. `None` when called a second time.
     pub fn start() -> Option<Self> {
         let core = cortex_m::Peripherals::take()?;
+        let SerialLines {
+            sensor_baud,
+            receiver_baud,
+            ..
+        } = SerialLines::DEFAULT;
         let lines = Lines {
-            sensor: SENSOR.open(CLOCK / 921_600, || NVIC::pend(Interrupt(1))),
-            navigation: NAVIGATION.open(CLOCK / 921_600, || NVIC::pend(Interrupt(3))),
-            gnss: GNSS.open(CLOCK / 115_200, || NVIC::pend(Interrupt(5))),
-            command: COMMAND.open(CLOCK / 921_600, || NVIC::pend(Interrupt(19))),
+            sensor: SENSOR.open(divider(sensor_baud), || NVIC::pend(Interrupt(1))),
+            navigation: NAVIGATION.open(divider(sensor_baud), || NVIC::pend(Interrupt(3))),
+            gnss: GNSS.open(divider(receiver_baud), || NVIC::pend(Interrupt(5))),
+            command: COMMAND.open(divider(921_600), || NVIC::pend(Interrupt(19))),
         };
         uart::unmask();
         Some(Self {
             lines,
+            open: SerialLines::DEFAULT,
             time: Time::start(core.SYST, CLOCK),
         })
+    }
+
+    /// What the application must know. A CMSDK UART has neither parity nor a second stop bit.
+    pub fn hardware() -> Hardware {
+        Hardware {
+            name: "mps2",
+            clocks: [rates::Clock::cmsdk(CLOCK); 3],
+            parity: false,
+            pin_sets: 1,
+        }
+    }
+
+    /// Opens the lines anew as they are told to be. The command link goes on.
+    pub fn open(&mut self, lines: &SerialLines) {
+        let old = core::mem::replace(&mut self.open, *lines);
+        if old.sensor_baud != lines.sensor_baud {
+            SENSOR.reopen(divider(lines.sensor_baud), [0, 1]);
+            NAVIGATION.reopen(divider(lines.sensor_baud), [2, 3]);
+        }
+        if old.receiver_baud != lines.receiver_baud {
+            GNSS.reopen(divider(lines.receiver_baud), [4, 5]);
+        }
     }
 
     /// To be called in every turn of the main loop. With nothing left to do, the board sleeps until
@@ -55,4 +87,9 @@ impl Board {
             self.time.slept(wake::sleep());
         }
     }
+}
+
+/// The divider of a bit rate.
+fn divider(baud: u32) -> u32 {
+    rates::Clock::cmsdk(CLOCK).nearest(baud).divider
 }

@@ -28,6 +28,9 @@ const OVERRUN: u32 = 1 << 3;
 const ENABLE: u32 = 0b1111;
 const BOTH: u32 = 0b11;
 
+/// Rounds of waiting until what is to be sent has left: some 20 ms.
+const PATIENCE: u32 = 50_000;
+
 /// One UART.
 pub struct Uart {
     address: usize,
@@ -85,9 +88,27 @@ impl Uart {
 
     /// Starts it; called once.
     pub fn open(&'static self, divider: u32, pend: fn()) -> Port<'static> {
-        Self::write(&self.registers().divider, divider.max(16));
+        Self::write(&self.registers().divider, divider);
         Self::write(&self.registers().control, ENABLE);
         self.line.port(pend)
+    }
+
+    /// Opens it anew with another divider. `interrupts`: its numbers. What has come stays; what is to
+    /// be sent has some time to leave, and the rest is lost.
+    pub fn reopen(&self, divider: u32, interrupts: [u16; 2]) {
+        let left = || self.line.has_sent() && self.registers().state.read() & FULL == 0;
+        let _ = (0..PATIENCE).any(|_| left());
+        for number in interrupts {
+            NVIC::mask(Interrupt(number));
+        }
+        Self::write(&self.registers().control, 0);
+        self.line.closed(0);
+        Self::write(&self.registers().divider, divider);
+        Self::write(&self.registers().control, ENABLE);
+        for number in interrupts {
+            // SAFETY: as in `unmask`.
+            unsafe { NVIC::unmask(Interrupt(number)) };
+        }
     }
 
     /// For the interrupt of either direction. It takes the byte that came, then gives the

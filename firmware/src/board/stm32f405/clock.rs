@@ -94,13 +94,15 @@ pub fn start(rcc: &RCC, flash: &FLASH) -> Clocks {
         rcc.cfgr().modify(|_, w| w.sw().pll());
     }
     if !(locked && soon(|| rcc.cfgr().read().sws().is_pll())) {
-        rcc.cfgr().modify(|_, w| w.sw().hsi());
+        // Both buses at full speed, which 16 MHz allows: the lines need it.
+        rcc.cfgr()
+            .modify(|_, w| w.sw().hsi().ppre1().div1().ppre2().div1());
         let core = u32::from(INTERNAL_MHZ) * 1_000_000;
         return Clocks {
             source: Source::InternalDirect,
             core,
-            apb1: core / 4,
-            apb2: core / 2,
+            apb1: core,
+            apb2: core,
         };
     }
     if crystal {

@@ -12,8 +12,10 @@
 pub mod ccm;
 pub mod clock;
 mod flash;
+mod frame;
 mod interrupts;
 mod log;
+mod pins;
 pub mod run;
 mod serial;
 mod spi;
@@ -21,8 +23,10 @@ mod stream;
 mod watchdog;
 
 use cortex_m::peripheral::SCB;
-use firmware::app::Lines;
+use firmware::app::{Hardware, Lines};
+use firmware::configuration::SerialLines;
 use firmware::link::Clock;
+use firmware::link::rates;
 use firmware::store::Store;
 use firmware::wire::adis::Found;
 use firmware::wire::adis::spi::LONGEST;
@@ -30,19 +34,11 @@ use stm32f4::stm32f405::Peripherals;
 
 use self::clock::Clocks;
 use self::flash::Sectors;
-use self::serial::{Port, Ports, Rates};
+use self::serial::{Port, Ports};
 use self::spi::Spi;
 use self::watchdog::Watchdog;
 use crate::shared::time::Time;
 use crate::shared::wake;
-
-/// Sensor and navigation computer have 921 600 bit/s (STIM300, KVH), the receiver 115 200, the
-/// command link 921 600.
-const RATES: Rates = Rates {
-    sensor: 921_600,
-    gnss: 115_200,
-    command: 921_600,
-};
 
 /// Between two looks for an ADIS, which takes up to 0.3 s to start.
 const LOOK_US: u64 = 100_000;
@@ -54,6 +50,8 @@ const LOG_SIZE: usize = 1024;
 pub struct Board {
     /// The four serial lines.
     pub lines: Lines<Port, Port, Port, Port>,
+    /// How they are open.
+    open: SerialLines,
     /// Time since start.
     pub time: Time,
     /// What the clocks became.
@@ -64,7 +62,7 @@ pub struct Board {
     looked_us: Option<u64>,
     /// Whether DMA moves the lines' bytes.
     pub dma: bool,
-    /// The stored weights; `None` if the store does not fit the flash.
+    /// What is stored; `None` if the store does not fit the flash.
     pub store: Option<Store<Sectors>>,
     watchdog: Watchdog,
 }
@@ -76,29 +74,51 @@ impl Board {
         let peripherals = Peripherals::take()?;
         let clocks = clock::start(&peripherals.RCC, &peripherals.FLASH);
         let time = Time::start(core.SYST, clocks.core);
-        let (ports, dma) = serial::open(&peripherals, clocks, &RATES);
+        let (ports, dma) = serial::open(&peripherals, clocks);
         let Ports {
-            sensor,
-            navigation,
-            gnss,
-            command,
+            usart1,
+            usart2,
+            usart3,
+            uart4,
         } = ports;
         let spi = Spi::open(&peripherals, clocks);
         Some(Self {
             spi,
             looked_us: Some(0),
             lines: Lines {
-                sensor,
-                navigation,
-                command,
-                gnss,
+                sensor: usart1,
+                navigation: usart2,
+                command: uart4,
+                gnss: usart3,
             },
+            open: SerialLines::DEFAULT,
             time,
             clocks,
             dma,
             store: Store::new(Sectors::new(peripherals.FLASH)).ok(),
             watchdog: Watchdog::start(peripherals.IWDG, &peripherals.DBGMCU),
         })
+    }
+
+    /// What the application must know.
+    pub fn hardware(&self) -> Hardware {
+        let Clocks { apb1, apb2, .. } = self.clocks;
+        Hardware {
+            name: "stm32f405",
+            clocks: [apb2, apb1, apb1].map(rates::Clock::stm32),
+            parity: true,
+            pin_sets: pins::SETS,
+        }
+    }
+
+    /// Opens the lines anew as they are told to be. The command link goes on.
+    pub fn open(&mut self, lines: &SerialLines) {
+        let exchanged = |lines: &SerialLines| lines.pins == pins::EXCHANGED;
+        if exchanged(&self.open) != exchanged(lines) {
+            core::mem::swap(&mut self.lines.navigation, &mut self.lines.gnss);
+        }
+        serial::reopen(self.clocks, &self.open, lines);
+        self.open = *lines;
     }
 
     /// An ADIS that answers at the SPI, once. The board looks for it until then, or until something

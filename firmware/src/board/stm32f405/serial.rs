@@ -10,57 +10,55 @@
 //! requires.
 
 use cortex_m::peripheral::NVIC;
+use firmware::configuration::SerialLines;
 use firmware::link::dma::Stream as _;
+use firmware::link::rates::Clock;
 use firmware::link::uart::{self, Uart};
-use stm32f4::stm32f405::{
-    DMA1, DMA2, GPIOA, GPIOB, Interrupt, Peripherals, RCC, UART4, USART1, USART2, USART3,
-};
+use stm32f4::stm32f405::{DMA1, DMA2, Interrupt, Peripherals, UART4, USART1, USART2, USART3};
 
 use super::clock::Clocks;
+use super::frame::{Frame, set};
+use super::pins;
 use super::stream::{Left, Stream, reaches};
 use crate::shared::wake::wake;
 
 /// The main loop's end of a line.
 pub type Port = uart::Port<'static, Left>;
 
-/// Bit rates of the lines (8 data bits, no parity, one stop bit). Sensor and navigation computer
-/// have the same rate: bytes leave as fast as they come.
-pub struct Rates {
-    /// Sensor and navigation computer.
-    pub sensor: u32,
-    /// GNSS receiver.
-    pub gnss: u32,
-    /// Command link.
-    pub command: u32,
-}
+/// Bit rate of the command link, which never changes, so that a device can always be reached (8
+/// data bits, no parity, one stop bit).
+const COMMAND_BAUD: u32 = 921_600;
+
+/// Rounds of waiting until what is to be sent has left, of some twenty cycles each: 20 ms, the time
+/// of a full ring at 250 000 bit/s. At a lower rate the rest is lost when the line is opened anew.
+const PATIENCE: u32 = 170_000;
 
 /// The main loop's ends.
 pub struct Ports {
-    /// USART1: PB6 out, PB7 in.
-    pub sensor: Port,
-    /// USART2: PA2 out, PA3 in.
-    pub navigation: Port,
-    /// USART3: PB10 out, PB11 in.
-    pub gnss: Port,
-    /// UART4: PA0 out, PA1 in.
-    pub command: Port,
+    /// USART1.
+    pub usart1: Port,
+    /// USART2.
+    pub usart2: Port,
+    /// USART3.
+    pub usart3: Port,
+    /// UART4.
+    pub uart4: Port,
 }
 
 static SENSOR: Uart = Uart::new();
+/// Of USART2 and USART3, which [`pins::EXCHANGED`] exchanges.
 static NAVIGATION: Uart = Uart::new();
 static GNSS: Uart = Uart::new();
 static COMMAND: Uart = Uart::new();
 
-/// Opens all four; called once. Whether DMA moves their bytes.
-pub fn open(peripherals: &Peripherals, clocks: Clocks, rates: &Rates) -> (Ports, bool) {
-    pins(&peripherals.RCC, &peripherals.GPIOA, &peripherals.GPIOB);
+/// Opens all four as they are without a configuration; called once. Whether DMA moves their bytes.
+pub fn open(peripherals: &Peripherals, clocks: Clocks) -> (Ports, bool) {
+    pins::open(&peripherals.RCC, &peripherals.GPIOA, &peripherals.GPIOB);
     let mut all = true;
     macro_rules! line {
         ($line:ident, $uart:ident, $bus:expr, $rate:expr, $in:ident, $in_interrupt:ident, $out:ident, $out_interrupt:ident, $idle:expr) => {{
             let uart = &peripherals.$uart;
-            // Mantissa and fraction together are clock / rate, rounded (RM0090 30.3.4). The largest
-            // is 42 MHz / 115 200 = 365.
-            let divider = ($bus + $rate / 2) / $rate;
+            let divider = Clock::stm32($bus).nearest($rate).divider;
             uart.brr().write(|w| {
                 w.div_mantissa().set((divider >> 4) as u16);
                 w.div_fraction().set((divider & 0xf) as u8)
@@ -100,51 +98,51 @@ pub fn open(peripherals: &Peripherals, clocks: Clocks, rates: &Rates) -> (Ports,
             port
         }};
     }
-    let Rates {
-        sensor,
-        gnss,
-        command,
-    } = *rates;
+    let SerialLines {
+        sensor_baud,
+        receiver_baud,
+        ..
+    } = SerialLines::DEFAULT;
     let Clocks { apb1, apb2, .. } = clocks;
     let ports = Ports {
-        sensor: line!(
+        usart1: line!(
             SENSOR,
             USART1,
             apb2,
-            sensor,
+            sensor_baud,
             usart1_in,
             DMA2_STREAM2,
             usart1_out,
             DMA2_STREAM7,
             false
         ),
-        navigation: line!(
+        usart2: line!(
             NAVIGATION,
             USART2,
             apb1,
-            sensor,
+            sensor_baud,
             usart2_in,
             DMA1_STREAM5,
             usart2_out,
             DMA1_STREAM6,
             true
         ),
-        gnss: line!(
+        usart3: line!(
             GNSS,
             USART3,
             apb1,
-            gnss,
+            receiver_baud,
             usart3_in,
             DMA1_STREAM1,
             usart3_out,
             DMA1_STREAM3,
             true
         ),
-        command: line!(
+        uart4: line!(
             COMMAND,
             UART4,
             apb1,
-            command,
+            COMMAND_BAUD,
             uart4_in,
             DMA1_STREAM2,
             uart4_out,
@@ -162,51 +160,92 @@ fn pend(interrupt: Interrupt) {
     cortex_m::asm::isb();
 }
 
-/// Turns the clocks of ports and lines on and sets pins to their alternate function. Inputs are
-/// pulled up, so that an open line is silent.
-fn pins(rcc: &RCC, a: &GPIOA, b: &GPIOB) {
-    rcc.ahb1enr().modify(|_, w| {
-        w.gpioaen().set_bit().gpioben().set_bit();
-        w.dma1en().set_bit().dma2en().set_bit()
-    });
-    rcc.apb1enr().modify(|_, w| {
-        w.usart2en()
-            .set_bit()
-            .usart3en()
-            .set_bit()
-            .uart4en()
-            .set_bit()
-    });
-    rcc.apb2enr().modify(|_, w| w.usart1en().set_bit());
-    // DS8626 table 9: AF7 is USART1 to USART3, AF8 is UART4.
-    a.afrl()
-        .modify(|_, w| w.afrl0().af8().afrl1().af8().afrl2().af7().afrl3().af7());
-    b.afrl().modify(|_, w| w.afrl6().af7().afrl7().af7());
-    b.afrh().modify(|_, w| w.afrh10().af7().afrh11().af7());
-    a.pupdr()
-        .modify(|_, w| w.pupdr1().pull_up().pupdr3().pull_up());
-    b.pupdr()
-        .modify(|_, w| w.pupdr7().pull_up().pupdr11().pull_up());
-    a.moder().modify(|_, w| {
-        w.moder0()
-            .alternate()
-            .moder1()
-            .alternate()
-            .moder2()
-            .alternate()
-            .moder3()
-            .alternate()
-    });
-    b.moder().modify(|_, w| {
-        w.moder6()
-            .alternate()
-            .moder7()
-            .alternate()
-            .moder10()
-            .alternate()
-            .moder11()
-            .alternate()
-    });
+/// Opens USART1 to USART3 anew where they change from `old` to `new`. The command link goes on.
+///
+/// What has come stays in its ring. What is to be sent has some time to leave, and the rest is lost.
+/// The order: the interrupts are masked, so that only this function touches line and streams; the
+/// UART is switched off, then both streams; the rings learn how far the streams had come; all is set
+/// up anew and switched on; the interrupts are let through, and the first transfer begins.
+#[inline(never)]
+pub fn reopen(clocks: Clocks, old: &SerialLines, new: &SerialLines) {
+    let (were, are) = (Frame::of(old), Frame::of(new));
+    macro_rules! again {
+        ($n:literal, $line:ident, $uart:ident, $bus:expr, $in:ident, $in_interrupt:ident, $out:ident, $out_interrupt:ident, $moved:expr) => {
+            let ([were, are], uart) = ([&were[$n], &are[$n]], $uart::ptr());
+            if were != are || $moved {
+                // SAFETY: the registers exist for ever, and the handlers that use them are masked
+                // below.
+                let uart = unsafe { &*uart };
+                let left = || $line.has_sent() && uart.sr().read().tc().bit_is_set();
+                let _ = (0..PATIENCE).any(|_| left());
+                let interrupts = [
+                    Interrupt::$uart,
+                    Interrupt::$in_interrupt,
+                    Interrupt::$out_interrupt,
+                ];
+                interrupts.into_iter().for_each(NVIC::mask);
+                cortex_m::asm::dsb();
+                cortex_m::asm::isb();
+                let dma = uart.cr3().read().dmar().bit_is_set();
+                uart.cr1().reset();
+                uart.cr3().reset();
+                let left = if dma {
+                    $out().stop();
+                    $in().stop()
+                } else {
+                    0
+                };
+                $line.closed(left);
+                if $moved {
+                    pins::sensor(new.pins);
+                }
+                interrupts.into_iter().for_each(NVIC::unpend);
+                set(uart, Clock::stm32($bus), are, dma);
+                for interrupt in interrupts {
+                    if dma || interrupt == Interrupt::$uart {
+                        // SAFETY: as in `open`.
+                        unsafe { NVIC::unmask(interrupt) };
+                    }
+                }
+                pend(Interrupt::$in_interrupt); // the first transfer; masked without DMA
+            }
+        };
+    }
+    let Clocks { apb1, apb2, .. } = clocks;
+    let moved = (old.pins == pins::OTHER) != (new.pins == pins::OTHER);
+    again!(
+        0,
+        SENSOR,
+        USART1,
+        apb2,
+        usart1_in,
+        DMA2_STREAM2,
+        usart1_out,
+        DMA2_STREAM7,
+        moved
+    );
+    again!(
+        1,
+        NAVIGATION,
+        USART2,
+        apb1,
+        usart2_in,
+        DMA1_STREAM5,
+        usart2_out,
+        DMA1_STREAM6,
+        false
+    );
+    again!(
+        2,
+        GNSS,
+        USART3,
+        apb1,
+        usart3_in,
+        DMA1_STREAM1,
+        usart3_out,
+        DMA1_STREAM3,
+        false
+    );
 }
 
 /// The streams of a line (RM0090 tables 42 and 43).
@@ -258,7 +297,8 @@ macro_rules! handlers {
             // interrupt itself.
             let uart = unsafe { $uart::steal() };
             let status = uart.sr().read();
-            let torn = status.fe().bit_is_set() || status.nf().bit_is_set();
+            let torn =
+                status.fe().bit_is_set() || status.nf().bit_is_set() || status.pe().bit_is_set();
             if uart.cr3().read().dmar().bit_is_set() {
                 let _ = uart.dr().read();
                 let untaken = status.rxne().bit_is_set() && !$in().is_running();

@@ -1,0 +1,62 @@
+//! The application as it is after power-on, by what the board's store holds.
+
+use super::App;
+use crate::app::config::Config;
+use crate::app::hardware::Hardware;
+use crate::configuration::SCHEMA;
+use crate::configuration::record::{Record, decode, schema};
+use crate::learn::Learner;
+use crate::model::Nets;
+use crate::store::{Newer, Stored};
+use crate::wire::command::fault;
+
+impl<'m> App<'m> {
+    /// With what the store holds; `None`: the board has no store.
+    ///
+    /// Weights and configuration are taken together. A configuration that this firmware does not
+    /// understand is not used, and neither are the weights beside it: the device passes bytes, and
+    /// fault STORE says that there is something that cannot be read. If it is of a newer firmware,
+    /// it is not overwritten either.
+    #[inline(never)]
+    pub fn power_on(
+        hardware: Hardware,
+        stored: Option<Result<Option<Stored>, Newer>>,
+        learner: Option<&'m mut dyn Learner>,
+    ) -> App<'m> {
+        let store = stored.is_some();
+        let mut newer = None;
+        let mut nets = Nets::NONE;
+        let mut told = None;
+        let mut record = Record::new();
+        let mut unread = false;
+        match stored {
+            Some(Ok(Some(stored))) => {
+                told = decode(&stored.record).ok();
+                unread = told.is_none() && !stored.record.is_empty();
+                if unread {
+                    newer = schema(&stored.record).filter(|schema| *schema > SCHEMA);
+                } else {
+                    (nets, record) = (stored.nets, stored.record);
+                }
+            }
+            Some(Err(Newer(version))) => {
+                unread = true;
+                newer = Some(u16::try_from(version).unwrap_or(u16::MAX));
+            }
+            Some(Ok(None)) | None => {}
+        }
+        let told = told.as_ref();
+        let config = Config {
+            nets,
+            store,
+            newer,
+            hardware,
+            ..told.map_or_else(|| Config::untold(hardware), Config::of)
+        };
+        let stored = !record.is_empty();
+        let mut app = App::with_record(config, record, learner);
+        app.server.stored = stored;
+        app.flow.flag(fault::STORE, unread);
+        app
+    }
+}
