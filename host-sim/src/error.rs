@@ -154,6 +154,9 @@ pub enum Error {
         /// What would be right.
         remedy: String,
     },
+    /// Several faults of one file, one a line.
+    #[error("{}", .0.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n"))]
+    Several(Vec<Error>),
     /// A wrong command-line option, or options that cannot be combined.
     #[error("{option}: {problem}; remedy: {remedy}")]
     Option {
@@ -263,13 +266,18 @@ pub fn excerpt(text: &str) -> String {
     }
 }
 
-/// `, did you mean 'x'?` if one of `known` is within two edits of `name`, else an empty string.
+/// `, did you mean 'x'?` if one of `known` is near to `name`, else an empty string.
 fn nearest(name: &str, known: &[String]) -> String {
+    let close = nearest_name(name, known);
+    close.map_or(String::new(), |close| format!(", did you mean '{close}'?"))
+}
+
+/// The one of `known` that is nearest to `name`, within two edits.
+#[must_use]
+pub fn nearest_name<'k>(name: &str, known: &'k [String]) -> Option<&'k str> {
     let best = known.iter().map(|k| (edits(name, k), k)).min();
-    match best {
-        Some((distance, close)) if distance <= 2 => format!(", did you mean '{close}'?"),
-        _ => String::new(),
-    }
+    best.filter(|(distance, _)| *distance <= 2)
+        .map(|(_, close)| close.as_str())
 }
 
 /// Levenshtein distance: the number of single-character insertions, deletions and replacements.

@@ -24,6 +24,7 @@ use crate::error::Error;
 use crate::experiment::scenario::Scenario;
 use crate::inertial::free_inertial::FreeInertial;
 use crate::inertial::session::Session;
+use crate::learning::teacher::Assumptions;
 use crate::simulator::imu::{Draws, ErrorModelName, ImuSpec};
 use crate::simulator::session::{SessionConfig, drive, measured};
 use rand::{RngExt, SeedableRng};
@@ -101,9 +102,9 @@ impl Campaign {
     /// Calls `progress` after each unit and run.
     ///
     /// # Errors
-    /// Unwritable directory; a directory of another campaign; a scenario without a valid IMU.
+    /// Unwritable directory; a directory of another campaign.
     pub fn execute(&self, progress: &(dyn Fn(Progress) + Sync)) -> Result<Merged, Error> {
-        let imu = self.imu()?;
+        let imu = self.imu();
         let store = store::Store::open(&self.out, self)?;
         let tuning = match store.tuning()? {
             Some(found) => found,
@@ -139,15 +140,15 @@ impl Campaign {
     /// Run `k` alone, all error groups and schemes, without a directory.
     ///
     /// # Errors
-    /// A scenario without a valid IMU, or whose standstill gives no attitude.
+    /// A scenario whose standstill gives no attitude.
     pub fn run(&self, tuning: &Tuning, k: u32) -> Result<Vec<Row>, Error> {
-        self.one(&self.imu()?, tuning, k)
+        self.one(&self.imu(), tuning, k)
     }
 
-    fn imu(&self) -> Result<ImuSpec, Error> {
-        let mut imu = self.scenario.imu_spec()?;
+    fn imu(&self) -> ImuSpec {
+        let mut imu = self.scenario.imu_spec();
         imu.rate_hz = RATE_HZ;
-        Ok(imu)
+        imu
     }
 
     /// Numbers of this shard's runs.
@@ -218,6 +219,7 @@ impl Campaign {
     ) -> Result<(), Error> {
         let seeds = Seeds::of(k);
         let s = &self.scenario;
+        let told = Assumptions::of(s.unit());
         let config = SessionConfig {
             imu,
             gnss: &s.gnss,
@@ -245,7 +247,7 @@ impl Campaign {
                 session: &session,
                 increments: &OnceCell::new(),
                 knows: Knowledge {
-                    datasheet: imu,
+                    told: &told,
                     simulated: &spec,
                 },
                 tuned: Tuned::default(),
@@ -308,7 +310,7 @@ mod tests {
             ablation: false,
             tuning_units: 1,
         };
-        let imu = campaign.imu().unwrap();
+        let imu = campaign.imu();
         let mut judged = 0;
         campaign
             .sessions(&imu, 5, |_, case| {

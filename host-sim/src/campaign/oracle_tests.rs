@@ -91,7 +91,7 @@ fn the_oracle_knows_every_cause() {
                 session: &session,
                 increments: &OnceCell::new(),
                 knows: Knowledge {
-                    datasheet: &spec,
+                    told: &Assumptions::of_simulated(&spec),
                     simulated: &spec,
                 },
                 tuned: Tuned::default(),

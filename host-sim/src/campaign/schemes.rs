@@ -70,8 +70,9 @@ impl<'a> Case<'a> {
 /// What a scheme may know.
 #[derive(Debug, Clone, Copy)]
 pub struct Knowledge<'a> {
-    /// The datasheet, for all schemes. It does not tell which groups of errors are simulated.
-    pub datasheet: &'a ImuSpec,
+    /// What the unit's datasheet tells, for all schemes. It does not tell which groups of errors are
+    /// simulated.
+    pub told: &'a Assumptions,
     /// The simulated IMU: for the oracle.
     pub simulated: &'a ImuSpec,
 }
@@ -89,7 +90,7 @@ pub const SCHEMES: [(&str, Scheme); 9] = [
     ("ekf24", |c| classical(c, ErrorModel::with_matrices)),
     ("ekf-ramp", |c| classical(c, ErrorModel::with_ramps)),
     ("oracle", |c| {
-        let assumptions = Assumptions::of(c.knows.datasheet);
+        let assumptions = *c.knows.told;
         aided_free_inertial(
             c,
             c.increments(),
@@ -119,7 +120,7 @@ pub fn ablations() -> impl Iterator<Item = (String, u8)> {
 /// The device's learner from fixes ([`fix_learner`]). Hypotheses whose bit in `enabled` is set take
 /// part.
 pub fn rnn_kalman(case: &Case<'_>, enabled: u8) -> Option<FreeInertial> {
-    let assumptions = Assumptions::of(case.knows.datasheet);
+    let assumptions = *case.knows.told;
     let gates = Gates {
         enabled,
         ..Gates::default()
@@ -132,7 +133,7 @@ pub fn rnn_kalman(case: &Case<'_>, enabled: u8) -> Option<FreeInertial> {
 /// The aided filter without a model of the IMU. White noise times `factor` covers what it does not
 /// know.
 pub fn none(case: &Case<'_>, increments: &[Increment], factor: f64) -> Option<FreeInertial> {
-    let mut assumptions = Assumptions::of(case.knows.datasheet);
+    let mut assumptions = *case.knows.told;
     assumptions.noise = Noise {
         gyro: assumptions.noise.gyro * factor,
         accel: assumptions.noise.accel * factor,
@@ -142,7 +143,7 @@ pub fn none(case: &Case<'_>, increments: &[Increment], factor: f64) -> Option<Fr
 
 /// Six biases that walk by `walk` of their prior in an hour.
 pub fn ekf6(case: &Case<'_>, walk: f64) -> Option<FreeInertial> {
-    let mut assumptions = Assumptions::of(case.knows.datasheet);
+    let mut assumptions = *case.knows.told;
     assumptions.prior.walk_per_hour = walk;
     let model = ErrorModel::biases(&assumptions.prior);
     aided_free_inertial(case, case.increments(), &assumptions, model)
@@ -152,7 +153,7 @@ fn classical(
     case: &Case<'_>,
     model: fn(&crate::inertial::ekf::Prior) -> ErrorModel,
 ) -> Option<FreeInertial> {
-    let assumptions = Assumptions::of(case.knows.datasheet);
+    let assumptions = *case.knows.told;
     aided_free_inertial(
         case,
         case.increments(),
@@ -195,7 +196,7 @@ fn free(filter: &Aided, session: &Session, increments: &[Increment], until: usiz
 /// The increments behind networks taught over the aided part. Where no network is promoted they are
 /// the session's own.
 pub fn rnn_increments<'a>(case: &Case<'a>) -> Option<Cow<'a, [Increment]>> {
-    let assumptions = Assumptions::of(case.knows.datasheet);
+    let assumptions = *case.knows.told;
     let session = case.session;
     let learnt = fit(
         session,

@@ -1,6 +1,6 @@
 //! `host-sim allan`.
 
-use super::options::{positive, preset, refused};
+use super::options::{UnitOption, positive, refused};
 use super::output::JsonOption;
 use crate::analysis::allan::columns::{Choice, load};
 use crate::analysis::allan::findings::Findings;
@@ -8,6 +8,7 @@ use crate::analysis::allan::{Series, at_rest};
 use crate::error::Error;
 use crate::report;
 use crate::simulator::imu::{ErrorModelName, ImuSpec};
+use crate::unit::Unit;
 use clap::Args as ClapArgs;
 use std::path::PathBuf;
 
@@ -18,13 +19,12 @@ pub struct Args {
     /// t_s,dtheta_x_rad,...,dv_z_mps
     #[arg(
         value_name = "FILE",
-        required_unless_present = "preset",
-        conflicts_with = "preset"
+        required_unless_present = "unit",
+        conflicts_with = "unit"
     )]
     file: Option<PathBuf>,
-    /// Simulate this IMU at rest instead: medium, nav or tactical
-    #[arg(long, value_name = "NAME")]
-    preset: Option<String>,
+    #[command(flatten)]
+    unit: UnitOption,
     /// Length of the simulation, s
     #[arg(
         long,
@@ -48,7 +48,7 @@ pub struct Args {
     #[arg(long, value_name = "NAME")]
     column: Vec<String>,
     /// Samples per second, instead of the rate that the times in the file give
-    #[arg(long, value_name = "HZ", conflicts_with = "preset")]
+    #[arg(long, value_name = "HZ", conflicts_with = "unit")]
     rate: Option<f64>,
     #[command(flatten)]
     json: JsonOption,
@@ -63,9 +63,9 @@ const LONGEST_S: u32 = 86_400;
 impl Args {
     /// Reads or simulates, analyses, prints and writes.
     pub(super) fn run(&self) -> Result<(), Error> {
-        let (source, series, spec) = match (&self.file, &self.preset) {
-            (Some(file), _) => (file.display().to_string(), self.read(file)?, None),
-            (None, preset) => self.simulate(preset.as_deref().unwrap_or_default())?,
+        let (source, series, spec) = match &self.file {
+            Some(file) => (file.display().to_string(), self.read(file)?, None),
+            None => self.simulate(&self.unit.load_or("medium")?)?,
         };
         let findings = Findings::of(source, &series, spec.as_ref())?;
         let json = findings.json()?;
@@ -98,8 +98,8 @@ impl Args {
         )
     }
 
-    fn simulate(&self, name: &str) -> Result<(String, Vec<Series>, Option<ImuSpec>), Error> {
-        let spec = preset(name)?;
+    fn simulate(&self, unit: &Unit) -> Result<(String, Vec<Series>, Option<ImuSpec>), Error> {
+        let spec = unit.simulated();
         let model: ErrorModelName = self.error_model.parse()?;
         if !(10..=LONGEST_S).contains(&self.duration) {
             return Err(refused(
@@ -120,8 +120,8 @@ impl Args {
         }
         series.retain(|s| self.column.is_empty() || self.column.contains(&s.column));
         let source = format!(
-            "preset {name}, errors {model}, {} s at rest, seed {}",
-            self.duration, self.seed
+            "unit {}, errors {model}, {} s at rest, seed {}",
+            unit.name, self.duration, self.seed
         );
         Ok((source, series, Some(spec)))
     }

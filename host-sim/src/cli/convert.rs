@@ -82,7 +82,7 @@ impl Args {
 impl Target {
     fn write(&self, record: &Record) -> Result<(), Error> {
         match self.to {
-            Format::Csv => generic::write(record, &self.out)?,
+            Format::Csv => generic::write(record, None, &self.out)?,
             Format::KfGins => {
                 let form = kfgins::Form {
                     shift_s: self.shift,

@@ -1,10 +1,11 @@
 //! `host-sim hil`.
 
-use super::options::refused;
+use super::options::{UnitOption, refused};
 use super::output::JsonOption;
 use super::progress::bar;
 use crate::error::Error;
 use crate::hil::{Control, Report, Setup, run};
+use crate::unit::Unit;
 use clap::Args as ClapArgs;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use firmware::configuration::Configuration;
@@ -28,7 +29,9 @@ pub struct Args {
     /// Without this port every byte must pass unchanged
     #[arg(long, value_name = "PORT")]
     command: Option<String>,
-    /// Wire format of the sensor
+    #[command(flatten)]
+    unit: UnitOption,
+    /// Wire format of the sensor without --unit, or where the unit leaves it open
     #[arg(long, default_value = "stim300", value_parser = format_parser())]
     format: ImuFormat,
     /// Length of the drive, s; the first ten seconds are at rest
@@ -56,25 +59,31 @@ fn format_parser() -> impl TypedValueParser<Value = ImuFormat> {
 }
 
 impl Args {
-    /// What the board is told: the medium IMU, whose format the board detects.
-    fn told(&self) -> Configuration {
+    /// What the board is told: the unit, or the medium IMU, whose format the board detects.
+    fn told(&self, unit: Option<&Unit>) -> Result<Configuration, Error> {
+        if let Some(unit) = unit {
+            let told = unit.configuration();
+            return told.map_err(|f| refused(format!("--unit: {}", f.key), f.problem, f.remedy));
+        }
         let mut told = Configuration::default();
         told.lines.sensor_baud = self.baud;
         told.lines.receiver_baud = self.gnss_baud;
-        told
+        Ok(told)
     }
 
     /// Runs, prints and writes; an unequal stream is an error.
     pub(super) fn run(&self) -> Result<(), Error> {
+        let unit = self.unit.load()?;
+        let format = unit.as_ref().and_then(|unit| unit.sensor.imu_format());
         let setup = Setup {
             imu: self.imu.clone(),
             nav: self.nav.clone(),
             gnss: self.gnss.clone(),
             command: self.command.clone(),
             baud: self.baud,
-            told: self.told(),
-            format: self.format,
-            errors: None,
+            told: self.told(unit.as_ref())?,
+            format: format.unwrap_or(self.format),
+            errors: unit.as_ref().map(Unit::simulated),
             seconds: self.seconds,
             fast: self.fast,
         };

@@ -1,6 +1,6 @@
 //! `host-sim learnability`.
 
-use super::options::{arguments, preset, within};
+use super::options::{UnitOption, arguments, within};
 use super::output::Output;
 use super::progress::bar;
 use crate::analysis::learnability::{Question, answer};
@@ -9,24 +9,24 @@ use crate::report;
 use crate::report::replay::Head;
 use crate::simulator::gnss::GnssSpec;
 use crate::simulator::imu::ImuSpec;
+use crate::unit::Unit;
 use clap::Args as ClapArgs;
 
 /// Arguments of `learnability`.
 #[derive(Debug, ClapArgs)]
 pub struct Args {
-    /// IMU: medium, nav or tactical
-    #[arg(long, default_value = "medium", value_name = "NAME")]
-    preset: String,
-    /// Angle random walk, deg/sqrt(h), lock-in included [default: the preset's]
+    #[command(flatten)]
+    unit: UnitOption,
+    /// Angle random walk, deg/sqrt(h), lock-in included [default: the unit's]
     #[arg(long, value_name = "DEG_PER_SQRT_H")]
     arw: Option<f64>,
-    /// Velocity random walk, ug/sqrt(Hz) [default: the preset's]
+    /// Velocity random walk, ug/sqrt(Hz) [default: the unit's]
     #[arg(long, value_name = "UG_PER_SQRT_HZ")]
     vrw: Option<f64>,
-    /// Gyro pulse, arcsec [default: the preset's]
+    /// Gyro pulse, arcsec [default: the unit's]
     #[arg(long, value_name = "ARCSEC")]
     gyro_pulse: Option<f64>,
-    /// Accelerometer pulse, ug s [default: the preset's]
+    /// Accelerometer pulse, ug s [default: the unit's]
     #[arg(long, value_name = "UG_S")]
     accel_pulse: Option<f64>,
     /// Fixes at 1 Hz: standard deviation of the horizontal position, m (vertical: 1.5 times that)
@@ -51,8 +51,9 @@ pub struct Args {
 impl Args {
     /// Computes, simulates, prints and writes.
     pub(super) fn run(&self) -> Result<(), Error> {
+        let unit = self.unit.load_or("medium")?;
         let question = Question {
-            imu: self.imu()?,
+            imu: self.imu(&unit)?,
             gnss: GnssSpec {
                 horizontal_m: within("--gnss-m", self.gnss_m, [1e-3, 1e3])?,
                 vertical_m: 1.5 * self.gnss_m,
@@ -73,7 +74,7 @@ impl Args {
         let head = Head {
             title: format!(
                 "What can be learnt of a {} IMU in {} min",
-                self.preset, self.minutes
+                unit.name, self.minutes
             ),
             command: format!("host-sim {}", arguments()),
         };
@@ -88,9 +89,9 @@ impl Args {
         Ok(())
     }
 
-    /// The preset with what was given instead.
-    fn imu(&self) -> Result<ImuSpec, Error> {
-        let mut imu = preset(&self.preset)?;
+    /// The unit's simulated errors with what was given instead.
+    fn imu(&self, unit: &Unit) -> Result<ImuSpec, Error> {
+        let mut imu = unit.simulated();
         if let Some(arw) = self.arw {
             imu.gyro.angle_random_walk_dpsqrth = within("--arw", arw, [1e-6, 100.0])?;
             imu.gyro.dither.lock_in_dph = 0.0; // what is given is the whole

@@ -16,6 +16,7 @@ mod replay;
 mod run;
 mod simulate;
 mod source;
+mod unit;
 mod user_recording;
 
 use crate::error::Error;
@@ -54,6 +55,8 @@ enum Command {
     Hil(hil::Args),
     /// Write a simulated session as CSV files, for other tools
     Simulate(simulate::Args),
+    /// Make, check and show unit files: what is known of a sensor, in datasheet units
+    Unit(unit::Args),
 }
 
 impl Cli {
@@ -73,6 +76,7 @@ impl Cli {
             Some(Command::Device(args)) => args.run(),
             Some(Command::Hil(args)) => args.run(),
             Some(Command::Simulate(args)) => args.run(),
+            Some(Command::Unit(args)) => args.run(),
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use crate::error::Error;
 use crate::experiment::scenario::Scenario;
-use crate::simulator::imu::{ImuSpec, PRESETS};
+use crate::unit::Unit;
 use clap::Args as ClapArgs;
 
 /// `--scenario`.
@@ -11,11 +11,24 @@ pub(super) struct ScenarioOption {
     /// Built-in scenario (medium, nav, tactical) or a TOML file
     #[arg(long, default_value = "medium", value_name = "NAME|FILE.toml")]
     pub(super) scenario: String,
+    #[command(flatten)]
+    pub(super) unit: UnitOption,
 }
 
 impl ScenarioOption {
     pub(super) fn load(&self) -> Result<Scenario, Error> {
-        Scenario::load(&self.scenario)
+        let mut scenario = Scenario::load(&self.scenario)?;
+        if let Some(name) = &self.unit.unit {
+            scenario.set_unit(name, Unit::load(name)?);
+        }
+        Ok(scenario)
+    }
+
+    /// As it would be typed.
+    pub(super) fn typed(&self) -> String {
+        let unit = self.unit.unit.as_ref();
+        let unit = unit.map_or(String::new(), |name| format!(" --unit {name}"));
+        format!("--scenario {}{unit}", self.scenario)
     }
 }
 
@@ -29,10 +42,34 @@ pub(super) struct Simulation {
     pub(super) seed: u64,
 }
 
-/// The IMU of a `--preset`.
-pub(super) fn preset(name: &str) -> Result<ImuSpec, Error> {
-    let names = PRESETS.map(|(name, _)| name);
-    ImuSpec::preset(name).ok_or_else(|| Error::unknown("preset", name, &names))
+/// `--unit`, and the word that it had before.
+#[derive(Debug, ClapArgs)]
+pub(super) struct UnitOption {
+    /// Unit: a preset's name (`host-sim unit list`) or a unit file
+    #[arg(long, value_name = "NAME|FILE.toml")]
+    pub(super) unit: Option<String>,
+    /// Refused
+    #[arg(long, hide = true, value_parser = renamed("give --unit NAME or --unit FILE.toml"))]
+    preset: Option<String>,
+}
+
+impl UnitOption {
+    /// The unit that was given.
+    pub(super) fn load(&self) -> Result<Option<Unit>, Error> {
+        self.unit.as_deref().map(Unit::load).transpose()
+    }
+
+    /// The unit that was given, or the preset `usual`.
+    pub(super) fn load_or(&self, usual: &str) -> Result<Unit, Error> {
+        Unit::load(self.unit.as_deref().unwrap_or(usual))
+    }
+}
+
+/// Refuses an option that is no more, and says what took its place.
+pub(super) fn renamed(
+    instead: &'static str,
+) -> impl Fn(&str) -> Result<String, String> + Clone + Send + Sync + 'static {
+    move |_| Err(format!("this option is no more; {instead}"))
 }
 
 /// A bad value of an option.

@@ -1,11 +1,12 @@
 //! `host-sim replay`.
 
-use super::options::refused;
+use super::options::{UnitOption, refused};
 use super::output::Output;
 use super::progress::Stages;
 use super::user_recording::{CsvArgs, KfGinsArgs, NovatelArgs, no_attitude};
 use crate::error::Error;
 use crate::experiment::{fog_mems, hybrid, kitti, lasergyro};
+use crate::learning::teacher::Assumptions;
 use crate::recordings::{self, load};
 use clap::{Args as ClapArgs, Subcommand};
 use std::path::PathBuf;
@@ -42,6 +43,8 @@ struct FogMems {
     /// Solution of the fibre-optic navigator at 10 Hz
     fog: PathBuf,
     #[command(flatten)]
+    unit: UnitOption,
+    #[command(flatten)]
     output: Output,
 }
 
@@ -54,6 +57,8 @@ struct Kitti {
     #[arg(long, default_value_t = 0)]
     skip: usize,
     #[command(flatten)]
+    unit: UnitOption,
+    #[command(flatten)]
     output: Output,
 }
 
@@ -64,6 +69,8 @@ struct Hybrid {
     /// Seeds of the simulated roads
     #[arg(long, value_delimiter = ',', default_value = "1,2,3")]
     roads: Vec<u64>,
+    #[command(flatten)]
+    unit: UnitOption,
     #[command(flatten)]
     output: Output,
 }
@@ -76,6 +83,8 @@ struct Lasergyro {
     #[arg(long, default_value_t = 480, value_name = "SECONDS")]
     learn_s: u32,
     #[command(flatten)]
+    unit: UnitOption,
+    #[command(flatten)]
     output: Output,
 }
 
@@ -85,13 +94,17 @@ impl Args {
         match &self.what {
             What::Lasergyro(args) => args.run(),
             What::FogMems(args) => {
+                let told = args.unit.load()?.as_ref().map(Assumptions::of);
                 let session = recordings::fog_mems::session(&args.mems, &args.fog)?;
                 args.output
-                    .leave_outcomes("fog-mems", &fog_mems::replay(&session))
+                    .leave_outcomes("fog-mems", &fog_mems::replay(&session, told))
             }
             What::Kitti(args) => args.run(),
             What::Hybrid(args) => {
-                let outcomes = hybrid::replay(&load(&args.file)?, &args.roads);
+                let outcomes = {
+                    let unit = args.unit.load_or(lasergyro::UNIT)?;
+                    hybrid::replay(&load(&args.file)?, &args.roads, &unit)
+                };
                 let outcomes = outcomes.ok_or_else(|| no_attitude(&args.file))?;
                 args.output.leave_outcomes("hybrid", &outcomes)
             }
@@ -104,6 +117,7 @@ impl Args {
 
 impl Kitti {
     fn run(&self) -> Result<(), Error> {
+        let told = self.unit.load()?.as_ref().map(Assumptions::of);
         let mut outcomes = Vec::new();
         for file in &self.files {
             let session = recordings::kitti::session(file, self.skip)?;
@@ -116,6 +130,7 @@ impl Kitti {
                     .next()
                     .unwrap_or("drive"),
                 &session,
+                told,
             ));
         }
         self.output.leave_outcomes("kitti", &outcomes)
@@ -124,6 +139,7 @@ impl Kitti {
 
 impl Lasergyro {
     fn run(&self) -> Result<(), Error> {
+        let unit = self.unit.load_or(lasergyro::UNIT)?;
         let stages = Stages::new();
         stages.begin("reading the recording");
         let recording = load(&self.file)?;
@@ -140,12 +156,14 @@ impl Lasergyro {
             ));
         }
         stages.begin("aligning, learning, navigating");
-        let mut report =
-            lasergyro::replay(&recording, self.learn_s).ok_or_else(|| no_attitude(&self.file))?;
+        let mut report = lasergyro::replay(&recording, self.learn_s, &unit)
+            .ok_or_else(|| no_attitude(&self.file))?;
+        let unit = self.unit.unit.as_ref();
         let command = format!(
-            "cargo run --release -- replay lasergyro {} --learn-s {}",
+            "cargo run --release -- replay lasergyro {} --learn-s {}{}",
             self.file.display(),
-            self.learn_s
+            self.learn_s,
+            unit.map_or(String::new(), |name| format!(" --unit {name}"))
         );
         report.set_up.push(("command".into(), command));
         stages.begin("writing the report");

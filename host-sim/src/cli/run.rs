@@ -43,8 +43,8 @@ impl Args {
         let Simulation { scenario, seed } = &self.simulation;
         let in_sample = if self.in_sample { " --in-sample" } else { "" };
         format!(
-            "cargo run --release -- run --scenario {} --seed {seed}{in_sample}",
-            scenario.scenario
+            "cargo run --release -- run {} --seed {seed}{in_sample}",
+            scenario.typed()
         )
     }
 }

@@ -17,7 +17,7 @@ pub struct Args {
     /// Simulate the drive to learn from instead of the one to judge on
     #[arg(long)]
     learning: bool,
-    /// Directory of imu.csv, gnss.csv, truth.csv, and of header.toml, which `replay csv` and
+    /// Directory of imu.csv, gnss.csv, truth.csv, unit.toml, and of header.toml, which `replay csv` and
     /// `convert csv` read
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
@@ -29,10 +29,11 @@ impl Args {
         let scenario = self.simulation.scenario.load()?;
         let stages = Stages::new();
         stages.begin("simulating");
-        let session = sessions(&scenario, self.simulation.seed)?.simulate(self.learning);
+        let session = sessions(&scenario, self.simulation.seed).simulate(self.learning);
         stages.begin("writing");
         // Each file appears whole. The samples come first, because their file is the longest.
-        generic::write(&Record::from_session(&session), &self.out)?;
+        let record = Record::from_session(&session);
+        generic::write(&record, Some(scenario.unit()), &self.out)?;
         generic::write_truth(&session, &self.out.join("truth.csv"))?;
         stages.end();
         println!(

@@ -8,6 +8,7 @@ use crate::inertial::units::DEG;
 use crate::recordings::record::Record;
 use crate::recordings::track::Track;
 use crate::recordings::{InitialAttitude, generic, kfgins, novatel};
+use crate::unit::Unit;
 use clap::Args as ClapArgs;
 use firmware::wire::novatel::ImuType;
 use std::path::PathBuf;
@@ -72,6 +73,11 @@ pub(super) struct Novatel {
 impl Csv {
     pub(super) fn record(&self) -> Result<Record, Error> {
         generic::read(&self.header, &self.files)
+    }
+
+    /// The unit that the header names.
+    pub(super) fn unit(&self) -> Result<Option<Unit>, Error> {
+        generic::unit(&self.header)
     }
 }
 

@@ -1,15 +1,16 @@
 //! `host-sim replay` of a user's recording: csv, kf-gins, novatel.
 
-use super::options::{positive, preset, refused};
+use super::options::{UnitOption, refused, renamed};
 use super::output::Output;
 use super::progress::Stages;
 use super::source::{Csv, KfGins, Novatel};
 use crate::error::Error;
 use crate::experiment::user_recording::{LEAST_S, Plan};
 use crate::inertial::session::Session;
-use crate::inertial::units::{DEG, DEG_PER_H, DEG_PER_SQRT_H, UG, UG_PER_SQRT_HZ};
+use crate::inertial::units::DEG;
 use crate::learning::teacher::Assumptions;
 use crate::recordings::novatel;
+use crate::unit::Unit;
 use clap::Args as ClapArgs;
 use std::path::Path;
 
@@ -20,21 +21,10 @@ struct Options {
     /// of the rest]
     #[arg(long, value_name = "SECONDS")]
     learn_s: Option<usize>,
-    /// Assumed class of the sensors: medium, nav or tactical
-    #[arg(long, value_name = "NAME", default_value = "medium")]
-    preset: String,
-    /// Expected gyro bias, deg/h [default: the preset's]
-    #[arg(long, value_name = "DEG_PER_H")]
-    gyro_bias: Option<f64>,
-    /// Expected accelerometer bias, ug [default: the preset's]
-    #[arg(long, value_name = "UG")]
-    accel_bias: Option<f64>,
-    /// Angle random walk, deg/sqrt(h) [default: the preset's]
-    #[arg(long, value_name = "DEG_PER_SQRT_H")]
-    arw: Option<f64>,
-    /// Velocity random walk, ug/sqrt(Hz) [default: the preset's]
-    #[arg(long, value_name = "UG_PER_SQRT_HZ")]
-    vrw: Option<f64>,
+    #[command(flatten)]
+    unit: UnitOption,
+    #[command(flatten)]
+    old: OldWords,
     /// Standard deviations of a given attitude, deg
     #[arg(
         long,
@@ -45,6 +35,23 @@ struct Options {
     attitude_sigma: Vec<f64>,
     #[command(flatten)]
     output: Output,
+}
+
+/// Options that the unit file has replaced.
+#[derive(Debug, ClapArgs)]
+struct OldWords {
+    /// Refused
+    #[arg(long, hide = true, value_parser = renamed("write gyro.bias_turn_on_dph into a unit file and give --unit FILE.toml"))]
+    gyro_bias: Option<String>,
+    /// Refused
+    #[arg(long, hide = true, value_parser = renamed("write accel.bias_turn_on_ug into a unit file and give --unit FILE.toml"))]
+    accel_bias: Option<String>,
+    /// Refused
+    #[arg(long, hide = true, value_parser = renamed("write gyro.angle_random_walk_dpsqrth into a unit file and give --unit FILE.toml"))]
+    arw: Option<String>,
+    /// Refused
+    #[arg(long, hide = true, value_parser = renamed("write accel.velocity_random_walk_ugpsqrthz into a unit file and give --unit FILE.toml"))]
+    vrw: Option<String>,
 }
 
 /// `replay csv`.
@@ -79,14 +86,16 @@ pub(super) struct NovatelArgs {
 
 impl CsvArgs {
     pub(super) fn run(&self) -> Result<(), Error> {
+        let named = self.source.unit()?;
         let session = self.source.record()?.session()?;
-        self.options.replay("csv", &session)
+        self.options.replay("csv", &session, named)
     }
 }
 
 impl KfGinsArgs {
     pub(super) fn run(&self) -> Result<(), Error> {
-        self.options.replay("kf-gins", &self.source.session()?)
+        self.options
+            .replay("kf-gins", &self.source.session()?, None)
     }
 }
 
@@ -108,15 +117,28 @@ impl NovatelArgs {
         );
         match self.inventory {
             true => Ok(()),
-            false => self.options.replay("novatel", &self.source.session(&log)?),
+            false => self
+                .options
+                .replay("novatel", &self.source.session(&log)?, None),
         }
     }
 }
 
 impl Options {
-    fn replay(&self, name: &str, session: &Session) -> Result<(), Error> {
+    /// `named`: the unit that the recording itself names.
+    fn replay(&self, name: &str, session: &Session, named: Option<Unit>) -> Result<(), Error> {
+        let unit = match (self.unit.load()?, named) {
+            (Some(given), _) => given,
+            (None, Some(named)) => named,
+            (None, None) => {
+                eprintln!(
+                    "{name}: no unit is given, so the sensors count as those of 'medium'; remedy: --unit FILE.toml"
+                );
+                Unit::default()
+            }
+        };
         let plan = Plan {
-            assumptions: self.assumptions()?,
+            assumptions: Assumptions::of(&unit),
             attitude_sigma: self.attitude_sigma()?,
             learn: self.learn_s,
         };
@@ -144,28 +166,6 @@ impl Options {
         stages.end();
         let outcome = outcome.ok_or_else(|| no_attitude(Path::new(name)))?;
         self.output.leave_outcomes(name, &[outcome])
-    }
-
-    /// The preset's datasheet, with the given values in place of its own.
-    fn assumptions(&self) -> Result<Assumptions, Error> {
-        let mut a = Assumptions::of(&preset(&self.preset)?);
-        let fields = [
-            (
-                "--gyro-bias",
-                self.gyro_bias,
-                &mut a.prior.gyro_bias,
-                DEG_PER_H,
-            ),
-            ("--accel-bias", self.accel_bias, &mut a.prior.accel_bias, UG),
-            ("--arw", self.arw, &mut a.noise.gyro, DEG_PER_SQRT_H),
-            ("--vrw", self.vrw, &mut a.noise.accel, UG_PER_SQRT_HZ),
-        ];
-        for (name, given, field, unit) in fields {
-            if let Some(value) = given {
-                *field = positive(name, value)? * unit;
-            }
-        }
-        Ok(a)
     }
 
     fn attitude_sigma(&self) -> Result<[f64; 2], Error> {

@@ -45,7 +45,7 @@ mod tests {
     #[test]
     fn no_correction_within_the_limits_passes_the_bound() {
         let scenario = Scenario::default();
-        let mut imu = scenario.imu_spec().unwrap();
+        let mut imu = scenario.imu_spec();
         imu.rate_hz = 20;
         let spec = imu.error_model(ErrorModelName::Noise);
         let config = SessionConfig {
@@ -62,7 +62,7 @@ mod tests {
             drive: 1,
         };
         let session = simulate(&config).0;
-        let (bound, _) = error_bound(&session, &Assumptions::of(&imu));
+        let (bound, _) = error_bound(&session, &Assumptions::of(scenario.unit()));
         let limit = [bound.limit.gyro, bound.limit.accel].map(f64::from);
         let increments = session.increments();
         let n = session.steps_per_epoch();

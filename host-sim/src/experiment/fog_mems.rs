@@ -6,7 +6,7 @@ use crate::experiment::protocol::{Settings, Split, judge};
 use crate::inertial::ekf::{InitialSigma, Noise, Prior};
 use crate::inertial::session::Session;
 use crate::inertial::units::{DEG, DEG_PER_H, DEG_PER_SQRT_H, PPM, UG, UG_PER_SQRT_HZ};
-use crate::learning::teacher::Assumptions;
+use crate::learning::teacher::{Assumptions, IN_RUN};
 use crate::learning::window::NetworkSpec;
 use crate::recordings::fog_mems::SIGMAS;
 
@@ -26,6 +26,8 @@ pub fn settings() -> Settings {
                 gyro: 0.5 * DEG_PER_SQRT_H,
                 accel: 200.0 * UG_PER_SQRT_HZ,
             },
+            in_run: IN_RUN,
+            limit: None,
         },
         start_sigma: Some(InitialSigma {
             tilt: 0.3 * DEG,
@@ -39,10 +41,12 @@ pub fn settings() -> Settings {
     }
 }
 
-/// All cases: 30, 50 and 70 s of learning, forward and with the roles exchanged.
+/// All cases: 30, 50 and 70 s of learning, forward and with the roles exchanged. `told`: of the
+/// sensors, instead of [`settings`].
 #[must_use]
-pub fn replay(session: &Session) -> Vec<Outcome> {
-    let (settings, n) = (settings(), session.epochs());
+pub fn replay(session: &Session, told: Option<Assumptions>) -> Vec<Outcome> {
+    let (mut settings, n) = (settings(), session.epochs());
+    settings.assumptions = told.unwrap_or(settings.assumptions);
     [30, 50, 70]
         .iter()
         .flat_map(|&t| [Split::forward(n, t), Split::exchanged(n, t)])
@@ -60,7 +64,7 @@ mod tests {
     #[test]
     fn every_scheme_learns_in_every_case() {
         let Some(session) = recorded() else { return };
-        let all = replay(&session);
+        let all = replay(&session, None);
         println!("{}", table(&all));
         assert_eq!(all.len(), 6);
         for o in &all {

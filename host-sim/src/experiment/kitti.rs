@@ -5,7 +5,7 @@ use crate::experiment::protocol::{Settings, Split, judge};
 use crate::inertial::ekf::{InitialSigma, Noise, Prior};
 use crate::inertial::session::Session;
 use crate::inertial::units::{DEG, DEG_PER_H, DEG_PER_SQRT_H, PPM, UG, UG_PER_SQRT_HZ};
-use crate::learning::teacher::Assumptions;
+use crate::learning::teacher::{Assumptions, IN_RUN};
 use crate::learning::window::NetworkSpec;
 use crate::recordings::kitti::SIGMAS;
 
@@ -25,6 +25,8 @@ pub fn settings() -> Settings {
                 gyro: 0.2 * DEG_PER_SQRT_H,
                 accel: 300.0 * UG_PER_SQRT_HZ,
             },
+            in_run: IN_RUN,
+            limit: None,
         },
         start_sigma: Some(InitialSigma {
             tilt: 0.05 * DEG,
@@ -38,10 +40,12 @@ pub fn settings() -> Settings {
     }
 }
 
-/// First half teaches and second is judged, and the other way round.
+/// First half teaches and second is judged, and the other way round. `told`: of the
+/// sensors, instead of [`settings`].
 #[must_use]
-pub fn replay(name: &str, session: &Session) -> Vec<Outcome> {
-    let (settings, n) = (settings(), session.epochs());
+pub fn replay(name: &str, session: &Session, told: Option<Assumptions>) -> Vec<Outcome> {
+    let (mut settings, n) = (settings(), session.epochs());
+    settings.assumptions = told.unwrap_or(settings.assumptions);
     [Split::forward(n, n / 2), Split::exchanged(n, n / 2)]
         .iter()
         .filter(|split| !split.judge.is_empty() && !split.learn.is_empty())
@@ -85,7 +89,7 @@ mod tests {
     fn both_halves_teach_and_are_judged() {
         let all: Vec<Outcome> = DRIVES
             .into_iter()
-            .filter_map(|(drive, skip)| Some(replay(drive, &drive_of(drive, skip)?)))
+            .filter_map(|(drive, skip)| Some(replay(drive, &drive_of(drive, skip)?, None)))
             .flatten()
             .collect();
         println!("{}", table(&all));

@@ -5,17 +5,18 @@ use crate::experiment::error_bound::error_bound;
 use crate::experiment::results::{Curves, Report, Results};
 use crate::experiment::run::{Judged, judge, learning_curves, traces};
 use crate::inertial::earth::Geodetic;
-use crate::inertial::ekf::{ErrorModel, Noise, Prior};
+use crate::inertial::ekf::ErrorModel;
 use crate::inertial::free_inertial::free_inertial;
 use crate::inertial::gnss::Fix;
 use crate::inertial::session::{EPOCH_S, Session};
 use crate::inertial::sins::{Increment, NavState};
-use crate::inertial::units::{ARCSEC, DEG, DEG_PER_H, DEG_PER_SQRT_H, PPM, UG, UG_PER_SQRT_HZ};
+use crate::inertial::units::DEG;
 use crate::learning::fit::{FittedNetworks, fit};
 use crate::learning::fix_learner::learn;
 use crate::learning::teacher::{Assumptions, aligned};
 use crate::learning::window::NetworkSpec;
 use crate::recordings::lasergyro::Recording;
+use crate::unit::Unit;
 use firmware::learn::bank::{ALL, Gates, NAMES, ZERO_CORRECTION};
 use firmware::sample::{Counts, Lsb};
 use nalgebra::{UnitQuaternion, Vector3};
@@ -29,24 +30,20 @@ const SITE: [f64; 3] = [34.246_048, 108.909_664, 380.0];
 /// (assumed).
 const SWAY: [f64; 6] = [0.05, 0.05, 0.05, 0.01, 0.01, 0.01];
 
-/// What may be expected of this unit. Its datasheet is not known, so all values are assumed from
-/// its class.
+/// Random walk of a bias in an hour, as a share of its prior, for the filters on this recording
+/// (assumed).
+const WALK_PER_HOUR: f64 = 0.2;
+
+/// What is told of the recorded unit.
 #[must_use]
-pub fn assumptions() -> Assumptions {
-    Assumptions {
-        prior: Prior {
-            gyro_bias: 0.02 * DEG_PER_H,
-            accel_bias: 100.0 * UG,
-            walk_per_hour: 0.2,
-            scale: [10.0 * PPM, 100.0 * PPM],
-            misalignment: [10.0 * ARCSEC, 10.0 * ARCSEC],
-        },
-        noise: Noise {
-            gyro: 0.003 * DEG_PER_SQRT_H,
-            accel: 20.0 * UG_PER_SQRT_HZ,
-        },
-    }
+pub fn assumptions(unit: &Unit) -> Assumptions {
+    let mut told = Assumptions::of(unit);
+    told.prior.walk_per_hour = WALK_PER_HOUR;
+    told
 }
+
+/// Name of the preset of the recorded unit.
+pub const UNIT: &str = "ld-a15";
 
 /// The recording as a session at rest; the first `learn_s` seconds are the standstill.
 #[must_use]
@@ -107,47 +104,48 @@ fn network() -> NetworkSpec {
 
 /// The navigators that are aided over the learning part: without a model of the sensors, with six
 /// biases, and the device. Gives the name of the hypothesis that the device has in force.
-fn aid_all(session: &Session, judged: &mut Judged) -> Option<&'static str> {
-    let (a, increments) = (assumptions(), session.increments());
+fn aid_all(session: &Session, a: &Assumptions, judged: &mut Judged) -> Option<&'static str> {
+    let increments = session.increments();
     let until = session.standstill;
     let learnt = |enabled| {
         let gates = Gates {
             enabled,
             ..Gates::default()
         };
-        learn(session, &a, gates, None, until)
+        learn(session, a, gates, None, until)
     };
     let none = learnt(1 << ZERO_CORRECTION)?;
     let product = learnt(ALL)?;
     let model = ErrorModel::biases(&a.prior);
-    let filter = aligned(session, &increments)?.aided(model, &a, session, &increments, until);
+    let filter = aligned(session, &increments)?.aided(model, a, session, &increments, until);
     let step = session.step_s();
     let frozen: Vec<Increment> = increments
         .iter()
         .map(|w| filter.corrected(w, step))
         .collect();
     let classical = free_inertial(session, &frozen, filter.sins.nav, until, session.epochs());
-    judged.add("none", none.free_inertial(session, &a, until));
+    judged.add("none", none.free_inertial(session, a, until));
     judged.add("ekf6", classical);
-    judged.add("rnn-kalman", product.free_inertial(session, &a, until));
+    judged.add("rnn-kalman", product.free_inertial(session, a, until));
     Some(NAMES[product.running])
 }
 
 /// Learns from the first `learn_s` seconds and judges on the rest. `None` when the recording gives
 /// no attitude.
 #[must_use]
-pub fn replay(recording: &Recording, learn_s: u32) -> Option<Report> {
+pub fn replay(recording: &Recording, learn_s: u32, unit: &Unit) -> Option<Report> {
     let session = session(recording, learn_s);
+    let assumptions = assumptions(unit);
     let learnt: FittedNetworks = fit(
         &session,
         &session.increments(),
-        assumptions(),
+        assumptions,
         &network(),
         learn_s as usize,
         true,
     )?;
     let mut judged = judge(&session, &learnt)?;
-    let running = aid_all(&session, &mut judged)?;
+    let running = aid_all(&session, &assumptions, &mut judged)?;
     let notes = vec![
         learnt.verdict(),
         format!(
@@ -182,6 +180,7 @@ pub fn replay(recording: &Recording, learn_s: u32) -> Option<Report> {
                     recording.rate_hz
                 ),
             ),
+            ("unit".into(), unit.name.clone()),
             (
                 "learning part".into(),
                 format!("{learn_s} s: alignment, learning and, at its end, a held-back part"),

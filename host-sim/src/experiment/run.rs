@@ -40,20 +40,18 @@ pub struct Sessions<'a> {
 }
 
 /// Draws the seeds of the device and of turn-on and road of both sessions.
-///
-/// # Errors
-/// A scenario without a valid IMU.
-pub fn sessions(scenario: &Scenario, seed: u64) -> Result<Sessions<'_>, Error> {
+#[must_use]
+pub fn sessions(scenario: &Scenario, seed: u64) -> Sessions<'_> {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let mut next = || rng.random();
     let (unit, learn, test) = (next(), [next(), next()], [next(), next()]);
-    Ok(Sessions {
+    Sessions {
         scenario,
-        imu: scenario.imu_spec()?,
+        imu: scenario.imu_spec(),
         unit,
         learn,
         test,
-    })
+    }
 }
 
 impl Sessions<'_> {
@@ -92,7 +90,7 @@ pub fn run(
     options: &Options,
     progress: &dyn Fn(&str),
 ) -> Result<Report, Error> {
-    let sessions = sessions(scenario, options.seed)?;
+    let sessions = sessions(scenario, options.seed);
     let imu = &sessions.imu;
     progress("simulating the drives");
     let (learn, test) = if options.in_sample {
@@ -102,7 +100,7 @@ pub fn run(
         (learn, Some(test))
     };
     progress("learning from the first drive");
-    let assumptions = Assumptions::of(imu);
+    let assumptions = Assumptions::of(scenario.unit());
     let learnt = fit(
         &learn,
         &learn.increments(),
@@ -342,7 +340,7 @@ fn set_up(scenario: &Scenario, imu: &ImuSpec, options: &Options) -> Vec<(String,
     let mut out = vec![
         (
             "IMU".to_string(),
-            format!("{}, {} samples/s", scenario.imu_name(), imu.rate_hz),
+            format!("{}, {} samples/s", scenario.unit().name, imu.rate_hz),
         ),
         ("learning session".into(), drive(&scenario.learn)),
     ];

@@ -6,6 +6,7 @@ use crate::learning::window::NetworkSpec;
 use crate::simulator::gnss::GnssSpec;
 use crate::simulator::imu::ImuSpec;
 use crate::simulator::truth::Segment;
+use crate::unit::Unit;
 use serde::Deserialize;
 use std::path::{Path, PathBuf};
 
@@ -50,10 +51,9 @@ impl DriveSpec {
 pub struct Scenario {
     /// Name, for report and JSON.
     pub name: String,
-    /// Preset of the IMU; ignored when `imu` is given.
-    pub preset: String,
-    /// IMU with all its numbers.
-    pub imu: Option<ImuSpec>,
+    /// Unit: a preset's name, or a unit file, relative to the scenario file.
+    #[serde(rename = "unit")]
+    pub unit_name: String,
     /// Start: latitude, deg, -80 to 80.
     pub latitude_deg: f64,
     /// Start: longitude, deg, -180 to 180.
@@ -72,6 +72,9 @@ pub struct Scenario {
     pub test: DriveSpec,
     /// Networks and their teaching.
     pub network: NetworkSpec,
+    /// The unit of that name.
+    #[serde(skip)]
+    unit: Unit,
     /// Where this came from, for errors.
     #[serde(skip)]
     source: PathBuf,
@@ -81,8 +84,8 @@ impl Default for Scenario {
     fn default() -> Self {
         Self {
             name: "medium".into(),
-            preset: "medium".into(),
-            imu: None,
+            unit_name: "medium".into(),
+            unit: Unit::default(),
             latitude_deg: 28.2, // Changsha
             longitude_deg: 112.9,
             height_m: 60.0,
@@ -130,9 +133,15 @@ impl Scenario {
         }
         Ok(Self {
             name: name.to_string(),
-            preset: name.to_string(),
+            unit_name: name.to_string(),
+            unit: Unit::load(name)?,
             ..Self::default()
         })
+    }
+
+    /// Replaces the unit.
+    pub fn set_unit(&mut self, name: &str, unit: Unit) {
+        (self.unit_name, self.unit) = (name.to_owned(), unit);
     }
 
     fn read(path: &Path) -> Result<Self, Error> {
@@ -140,6 +149,7 @@ impl Scenario {
         let mut scenario: Self =
             toml::from_str(&text).map_err(|e| syntax_error(path, &text, &e))?;
         scenario.source = path.to_path_buf();
+        scenario.unit = Unit::load_beside(&scenario.unit_name, path)?;
         if scenario.name == "medium" {
             // a file that does not name itself goes by its file name
             scenario.name = path
@@ -217,7 +227,7 @@ impl Scenario {
         for (key, drive) in [("learn", &self.learn), ("test", &self.test)] {
             self.check_segments(key, drive)?;
         }
-        self.imu_spec().map(|_| ())
+        Ok(())
     }
 
     fn check_segments(&self, key: &str, drive: &DriveSpec) -> Result<(), Error> {
@@ -252,30 +262,16 @@ impl Scenario {
         }
     }
 
-    /// The IMU.
-    ///
-    /// # Errors
-    /// Unknown preset, or a number out of range.
-    pub fn imu_spec(&self) -> Result<ImuSpec, Error> {
-        match &self.imu {
-            Some(spec) => {
-                spec.check()
-                    .map_err(|problem| self.bad("imu", problem, "correct the number"))?;
-                Ok(spec.clone())
-            }
-            None => ImuSpec::preset(&self.preset)
-                .ok_or_else(|| Error::unknown("IMU preset", &self.preset, &names())),
-        }
+    /// The unit.
+    #[must_use]
+    pub fn unit(&self) -> &Unit {
+        &self.unit
     }
 
-    /// Name of the IMU for people.
+    /// The errors of the simulated IMU.
     #[must_use]
-    pub fn imu_name(&self) -> &str {
-        if self.imu.is_some() {
-            "from the scenario file"
-        } else {
-            &self.preset
-        }
+    pub fn imu_spec(&self) -> ImuSpec {
+        self.unit.simulated()
     }
 
     /// The error of a standstill that gives no attitude.
@@ -315,13 +311,20 @@ fn syntax_error(path: &Path, text: &str, e: &toml::de::Error) -> Error {
         .trim()
         .trim_matches(['[', ']'])
         .to_string();
+    let remedy = match key.split('.').next() {
+        Some("preset") => "write unit = \"NAME\" or unit = \"FILE.toml\" instead",
+        Some("imu") => {
+            "write these tables into a unit file as [simulation], and unit = \"FILE.toml\" here; \
+             `host-sim unit show medium` has an example"
+        }
+        _ => "see the section on scenario files in docs/USING.md for all keys and their units",
+    };
     Error::Scenario {
         file: path.to_path_buf(),
         line,
         key: if key.is_empty() { "file".into() } else { key },
         problem: e.message().replace('\n', " "),
-        remedy: "see the section on scenario files in docs/USING.md for all keys and their units"
-            .into(),
+        remedy: remedy.into(),
     }
 }
 
@@ -345,12 +348,29 @@ mod tests {
 
     #[test]
     fn a_file_says_only_what_differs() {
-        let s = load_text("name = 'mine'\npreset = 'nav'\n[[test.segment]]\nduration_s = 1400.0\nspeed_mps = 12.0\n").unwrap();
+        let s = load_text("name = 'mine'\nunit = 'nav'\n[[test.segment]]\nduration_s = 1400.0\nspeed_mps = 12.0\n").unwrap();
         assert_eq!(
-            (s.name.as_str(), s.preset.as_str(), s.test.segment.len()),
+            (s.name.as_str(), s.unit_name.as_str(), s.test.segment.len()),
             ("mine", "nav", 1)
         );
+        assert_eq!(s.unit().name, "nav");
         assert_eq!(s.learn, Scenario::default().learn);
+    }
+
+    #[test]
+    fn a_unit_file_lies_beside_the_scenario() {
+        let dir = tempfile::tempdir().unwrap();
+        let text = crate::unit::presets::text("tactical").unwrap();
+        std::fs::write(
+            dir.path().join("my.toml"),
+            text.replace("\"tactical\"", "\"mine\""),
+        )
+        .unwrap();
+        let file = dir.path().join("scenario.toml");
+        std::fs::write(&file, "unit = 'my.toml'").unwrap();
+        let scenario = Scenario::load(&file.to_string_lossy()).unwrap();
+        assert_eq!(scenario.unit().name, "mine");
+        assert_eq!(scenario.imu_spec().rate_hz, 100);
     }
 
     #[test]
@@ -363,7 +383,10 @@ mod tests {
         );
         assert!(message("latitude_deg = 91.0").contains("'latitude_deg' is 91"));
         assert!(message("latitude_deg = nan").contains("'latitude_deg' is NaN"));
-        assert!(message("preset = 'medum'").contains("medium"));
+        assert!(message("unit = 'medum'").contains("medium"));
+        assert!(message("name = 'x'\npreset = 'nav'").contains(":2: 'preset'"));
+        assert!(message("preset = 'nav'").contains("unit = \"NAME\""));
+        assert!(message("[imu.gyro]\nbias_unit_dph = 1").contains("[simulation]"));
         assert!(message("[gnss]\nhorizontal_m = 'one'").contains(":2:"));
         assert!(message("name = '../x'").contains("'name'"));
         assert!(message("[[learn.segment]]\nduration_s = -5.0").contains("learn"));

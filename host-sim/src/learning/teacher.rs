@@ -14,6 +14,8 @@ use crate::inertial::session::{EPOCH_S, Session};
 use crate::inertial::sins::{Increment, NavState, Samples};
 use crate::inertial::units::{ARCSEC, DEG_PER_H, DEG_PER_SQRT_H, PPM, UG, UG_PER_SQRT_HZ};
 use crate::simulator::imu::ImuSpec;
+use crate::unit::Unit;
+use crate::unit::triads::MRAD;
 use nalgebra::{SMatrix, Vector3};
 
 /// What the teacher assumes of the sensors.
@@ -23,7 +25,15 @@ pub struct Assumptions {
     pub prior: Prior,
     /// White noise, without quantisation.
     pub noise: Noise,
+    /// Random walk of the biases in an hour as a share of their prior, gyros then accelerometers:
+    /// what the device's learner is told.
+    pub in_run: [f64; 2],
+    /// Largest correction of gyros and accelerometers, SI; `None`: ten times the prior.
+    pub limit: Option<[f64; 2]>,
 }
+
+/// Share of its prior that a bias walks in an hour where nothing else is known (assumed).
+pub const IN_RUN: [f64; 2] = [0.05; 2];
 
 /// The sensors' mean error over one epoch, as estimated by the teacher.
 #[derive(Debug, Clone, Copy)]
@@ -46,9 +56,39 @@ pub struct Nominal {
 }
 
 impl Assumptions {
-    /// What the IMU's datasheet lets one expect. The angle random walk includes that of lock-in.
+    /// What a unit's datasheet tells. A bias is the root of the squares of its part at power-on and
+    /// of its walk in an hour, as for the device (`learn::Settings::of`).
     #[must_use]
-    pub fn of(spec: &ImuSpec) -> Self {
+    pub fn of(unit: &Unit) -> Self {
+        let (g, a) = (&unit.gyro, &unit.accel);
+        let whole = |turn_on: f64, in_run: f64| (turn_on * turn_on + in_run * in_run).sqrt();
+        let walk = [g.bias_in_run_dph * DEG_PER_H, a.bias_in_run_ug * UG];
+        let gyro_bias = whole(g.bias_turn_on_dph * DEG_PER_H, walk[0]);
+        let accel_bias = whole(a.bias_turn_on_ug * UG, walk[1]);
+        let in_run = [walk[0] / gyro_bias, walk[1] / accel_bias];
+        let correction = &unit.correction;
+        let given = correction.limit_gyro_dph.is_some() || correction.limit_accel_ug.is_some();
+        Self {
+            prior: Prior {
+                gyro_bias,
+                accel_bias,
+                walk_per_hour: WALK_PER_HOUR.max(in_run[0]).max(in_run[1]),
+                scale: [g.scale_ppm * PPM, a.scale_ppm * PPM],
+                misalignment: [g.misalignment_mrad * MRAD, a.misalignment_mrad * MRAD],
+            },
+            noise: Noise {
+                gyro: g.angle_random_walk_dpsqrth * DEG_PER_SQRT_H,
+                accel: a.velocity_random_walk_ugpsqrthz * UG_PER_SQRT_HZ,
+            },
+            in_run,
+            limit: given.then(|| unit.limits()[0]),
+        }
+    }
+
+    /// What is to be expected of exactly these simulated errors: for bounds, and for tests that
+    /// change them. The angle random walk includes that of lock-in.
+    #[must_use]
+    pub fn of_simulated(spec: &ImuSpec) -> Self {
         let noise = Noise {
             gyro: spec.gyro.total_angle_random_walk_dpsqrth() * DEG_PER_SQRT_H,
             accel: spec.accel.velocity_random_walk_ugpsqrthz * UG_PER_SQRT_HZ,
@@ -56,6 +96,8 @@ impl Assumptions {
         Self {
             prior: prior(spec),
             noise,
+            in_run: IN_RUN,
+            limit: None,
         }
     }
 
@@ -78,14 +120,18 @@ impl Assumptions {
 const LEAST_DPH: f64 = 1e-5;
 const LEAST_UG: f64 = 1e-2;
 
-/// What a datasheet lets one expect.
+/// By how much the filters let a bias walk in an hour, as a share of its prior: enough to cover what
+/// they do not model (assumed; the campaign also tunes it).
+const WALK_PER_HOUR: f64 = 0.5;
+
+/// What simulated errors let one expect.
 fn prior(spec: &ImuSpec) -> Prior {
     let (g, a) = (&spec.gyro, &spec.accel);
     let [gyro_dph, accel_ug] = spec.expected_bias();
     Prior {
         gyro_bias: gyro_dph.max(LEAST_DPH) * DEG_PER_H,
         accel_bias: accel_ug.max(LEAST_UG) * UG,
-        walk_per_hour: 0.5,
+        walk_per_hour: WALK_PER_HOUR,
         scale: [
             g.scale_ppm.hypot(g.scale_asymmetry_ppm) * PPM,
             a.scale_ppm.hypot(a.scale_asymmetry_ppm) * PPM,
@@ -325,10 +371,71 @@ mod tests {
     #[test]
     fn the_filter_expects_the_random_walk_that_lock_in_makes() {
         let mut spec = ImuSpec::preset("medium").unwrap();
-        let with = |spec: &ImuSpec| Assumptions::of(spec).noise.gyro / DEG_PER_SQRT_H;
+        let with = |spec: &ImuSpec| Assumptions::of_simulated(spec).noise.gyro / DEG_PER_SQRT_H;
         // the preset's own comment: 0.0049 and lock-in make 0.005
         assert!((with(&spec) - 0.005).abs() < 2e-5, "{}", with(&spec));
         spec.gyro.dither.lock_in_dph *= 10.0;
         assert!(with(&spec) > 0.009, "{}", with(&spec));
+    }
+
+    /// The datasheets of the three units of the simulation tell what their error terms let one
+    /// expect, so that figures made before the unit file stay true. The numbers are SI.
+    #[test]
+    fn units_of_the_simulation_tell_what_they_always_told() {
+        let near = |a: f64, b: f64| (a / b - 1.0).abs() < 1e-12;
+        let known = [
+            (
+                "medium",
+                [
+                    1.629_724_102_699e-6,
+                    4.055_260_250_840_567e-3,
+                    1.454_636_997_070_184_4e-6,
+                ],
+            ),
+            (
+                "nav",
+                [
+                    3.151_288_927_211_984e-8,
+                    2.832_068_156_693_355e-4,
+                    5.811_687_645_783_272e-7,
+                ],
+            ),
+            (
+                "tactical",
+                [
+                    5.633_025_938_852_239e-6,
+                    1.043_613_722_274_583_7e-2,
+                    3.635_360_114_313_273e-5,
+                ],
+            ),
+        ];
+        for (name, [gyro_bias, accel_bias, gyro_noise]) in known {
+            let told = Assumptions::of(&Unit::preset(name).unwrap());
+            assert!(near(told.prior.gyro_bias, gyro_bias), "{name}");
+            assert!(near(told.prior.accel_bias, accel_bias), "{name}");
+            assert!(near(told.noise.gyro, gyro_noise), "{name}");
+            let simulated = Assumptions::of_simulated(&ImuSpec::preset(name).unwrap());
+            let numbers = |a: &Assumptions| {
+                let (p, n) = (a.prior, a.noise);
+                let biases = [p.gyro_bias, p.accel_bias, p.walk_per_hour, n.gyro, n.accel];
+                [&biases[..], &p.scale, &p.misalignment, &a.in_run].concat()
+            };
+            let pairs = numbers(&told).into_iter().zip(numbers(&simulated));
+            assert!(
+                pairs.clone().all(|(a, b)| near(a, b)),
+                "{name}: {told:?} {simulated:?}"
+            );
+            assert_eq!(told.in_run.map(|share| share as f32), [0.05; 2]);
+        }
+    }
+
+    #[test]
+    fn a_unit_with_its_own_limits_has_them() {
+        let mut unit = Unit::default();
+        assert_eq!(Assumptions::of(&unit).limit, None);
+        unit.correction.limit_gyro_dph = Some(1.0);
+        let [gyro, accel] = Assumptions::of(&unit).limit.unwrap();
+        assert!((gyro / DEG_PER_H - 1.0).abs() < 1e-12);
+        assert!((accel / (4.1352e3 * UG) - 1.0).abs() < 1e-4, "{accel}");
     }
 }

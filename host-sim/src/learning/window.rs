@@ -168,9 +168,13 @@ pub fn silent(assumptions: &Assumptions) -> [Net; 2] {
     normalisation(assumptions).map(|n| Net::new(start(0, 1.0).weights, n))
 }
 
-/// Limits of the corrections: ten times the prior.
+/// Limits of the corrections: as given, else ten times the prior.
 #[must_use]
 pub fn limit(assumptions: &Assumptions) -> Limit {
+    if let Some([gyro, accel]) = assumptions.limit {
+        let (gyro, accel) = (gyro as f32, accel as f32);
+        return Limit { gyro, accel };
+    }
     Limit {
         gyro: 10.0 * assumptions.prior.gyro_bias as f32,
         accel: 10.0 * assumptions.prior.accel_bias as f32,

@@ -66,12 +66,13 @@ pub struct Correction {
     pub mode: Mode,
     /// When, in mode learn, what was learnt comes into force. Default: commanded.
     pub activation: Activation,
-    /// Largest correction of a gyro, deg/h, 0 to 1e6. Default: ten times its bias at power-on.
+    /// Largest correction of a gyro, deg/h, 0 to 1e6. Default: ten times its bias, at
+    /// power-on and in run together.
     #[schemars(range(min = 0, max = 1e6))]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub limit_gyro_dph: Option<f64>,
-    /// Largest correction of an accelerometer, ug, 0 to 1e7. Default: ten times its bias at
-    /// power-on.
+    /// Largest correction of an accelerometer, ug, 0 to 1e7. Default: ten times its bias, at
+    /// power-on and in run together.
     #[schemars(range(min = 0, max = 1e7))]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub limit_accel_ug: Option<f64>,

@@ -8,7 +8,7 @@ use firmware::compensator::Limit;
 use firmware::configuration::{self, Configuration, Identity, NAME_LEN, SERIAL_LEN, SerialLines};
 use firmware::control::Field;
 
-/// A correction may be as large as so many biases at power-on.
+/// A correction may be as large as so many biases.
 const LIMIT_BIASES: f64 = 10.0;
 /// It may change by this share of the limit in a second.
 const SLEW_SHARE: f64 = 1e-3;
@@ -58,29 +58,29 @@ impl Unit {
         Ok(told)
     }
 
-    /// Largest correction and its fastest change a second, SI.
+    /// Largest correction of gyros and accelerometers, then its fastest change a second, SI.
     #[must_use]
-    pub fn limits(&self) -> [Limit; 2] {
+    pub fn limits(&self) -> [[f64; 2]; 2] {
         let c: &Correction = &self.correction;
-        let gyro = c
-            .limit_gyro_dph
-            .unwrap_or(LIMIT_BIASES * self.gyro.bias_turn_on_dph);
-        let accel = c
-            .limit_accel_ug
-            .unwrap_or(LIMIT_BIASES * self.accel.bias_turn_on_ug);
-        let slew = [
-            c.slew_gyro_dphps.unwrap_or(SLEW_SHARE * gyro),
-            c.slew_accel_ugps.unwrap_or(SLEW_SHARE * accel),
-        ];
-        [[gyro, accel], slew].map(|[gyro, accel]| Limit {
-            gyro: (gyro * DEG_PER_H) as f32,
-            accel: (accel * UG) as f32,
-        })
+        let (g, a) = (&self.gyro, &self.accel);
+        let gyro = || LIMIT_BIASES * g.bias_turn_on_dph.hypot(g.bias_in_run_dph);
+        let accel = || LIMIT_BIASES * a.bias_turn_on_ug.hypot(a.bias_in_run_ug);
+        let gyro = c.limit_gyro_dph.unwrap_or_else(gyro);
+        let accel = c.limit_accel_ug.unwrap_or_else(accel);
+        let slew_gyro = c.slew_gyro_dphps.unwrap_or(SLEW_SHARE * gyro);
+        let slew_accel = c.slew_accel_ugps.unwrap_or(SLEW_SHARE * accel);
+        [
+            [gyro * DEG_PER_H, accel * UG],
+            [slew_gyro * DEG_PER_H, slew_accel * UG],
+        ]
     }
 
     fn told_correction(&self) -> configuration::Correction {
         let correction = &self.correction;
-        let [limit, slew] = self.limits();
+        let [limit, slew] = self.limits().map(|[gyro, accel]| Limit {
+            gyro: gyro as f32,
+            accel: accel as f32,
+        });
         configuration::Correction {
             mode: correction.mode.into(),
             activation: correction.activation.into(),

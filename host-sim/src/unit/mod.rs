@@ -6,15 +6,22 @@
 //! same types.
 
 pub mod around;
+pub mod ask;
 pub mod mounting;
+pub mod presets;
+pub mod schema;
 pub mod sensor;
 pub mod triads;
 
 mod convert;
+mod doubts;
+mod examine;
 mod finding;
 mod reverse;
+mod simulated;
 
 pub use convert::key;
+pub use examine::examine;
 pub use finding::Finding;
 
 use crate::error::Error;
@@ -63,35 +70,65 @@ pub struct Unit {
 }
 
 impl Unit {
+    /// A preset by its name, or a file (anything that ends in `.toml` or has a path separator).
+    ///
+    /// # Errors
+    /// Unknown name; missing or unreadable file; all that is wrong in the file, with line and key.
+    pub fn load(name: &str) -> Result<Self, Error> {
+        Self::load_beside(name, Path::new(""))
+    }
+
+    /// The same; a relative path starts at the directory of the file `from`, which names the unit.
+    ///
+    /// # Errors
+    /// As [`Unit::load`].
+    pub fn load_beside(name: &str, from: &Path) -> Result<Self, Error> {
+        if !is_file(name) {
+            let preset = Self::preset(name);
+            return preset.ok_or_else(|| Error::unknown("unit", name, &presets::names()));
+        }
+        Self::read(&from.parent().unwrap_or(Path::new("")).join(name))
+    }
+
     /// The unit of a file.
     ///
     /// # Errors
-    /// Missing or unreadable file; unknown key, wrong type or value out of range, with file, line
-    /// and key.
-    pub fn load(name: &str) -> Result<Self, Error> {
-        let path = Path::new(name);
-        let text = std::fs::read_to_string(path).map_err(|e| Error::reading(path, e))?;
-        let line = |at: usize| text[..at.min(text.len())].matches('\n').count() + 1;
-        let bad = |line, key: String, problem: String, remedy: String| Error::Scenario {
-            file: path.to_path_buf(),
-            line,
-            key,
-            problem,
-            remedy,
-        };
-        let unit: Self = toml::from_str(&text).map_err(|e| {
-            let at = e.span().map(|span| line(span.start));
-            let remedy = "see the section on unit files in docs/USING.md";
-            bad(
-                at,
-                "file".into(),
-                e.message().replace('\n', " "),
-                remedy.into(),
-            )
+    /// As [`Unit::load`].
+    pub fn read(file: &Path) -> Result<Self, Error> {
+        let text = std::fs::read_to_string(file).map_err(|e| Error::reading(file, e))?;
+        let (unit, found) = examine(&text);
+        let faults = found.into_iter().filter(|finding| !finding.doubt);
+        unit.ok_or_else(|| Error::Several(faults.map(|fault| fault.error(file)).collect()))
+    }
+
+    /// The text of a file with this unit, without comments beside the first one.
+    ///
+    /// # Errors
+    /// Never for a unit that was read.
+    pub fn to_text(&self, about: &str) -> Result<String, Error> {
+        let table = toml::to_string(self).map_err(|e| Error::Option {
+            option: "unit".into(),
+            problem: e.to_string(),
+            remedy: "report this fault of the program".into(),
         })?;
-        unit.configuration()
-            .map_err(|f| bad(None, f.key, f.problem, f.remedy))?;
-        Ok(unit)
+        Ok(format!("#:schema {}\n# {about}\n{table}", schema::FILE))
+    }
+}
+
+/// Whether a name of a unit is that of a file.
+fn is_file(name: &str) -> bool {
+    let path = Path::new(name);
+    let toml = path
+        .extension()
+        .is_some_and(|end| end.eq_ignore_ascii_case("toml"));
+    toml || path.components().count() > 1
+}
+
+impl Default for Unit {
+    /// The preset `medium`.
+    #[expect(clippy::expect_used, reason = "a test reads every preset")]
+    fn default() -> Self {
+        Self::preset("medium").expect("a preset")
     }
 }
 

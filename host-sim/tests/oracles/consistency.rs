@@ -106,7 +106,7 @@ fn run(subject: &Subject, number: u64) -> Squares {
     let mut rng = ChaCha8Rng::seed_from_u64(number);
     let mut increments = session.increments();
     add_ramps(&mut increments, session.step_s(), subject.ramps, &mut rng);
-    let mut assumptions = Assumptions::of(&subject.imu);
+    let mut assumptions = Assumptions::of_simulated(&subject.imu);
     assumptions.noise.gyro *= subject.noise;
     assumptions.noise.accel *= subject.noise;
     let mut aligned = aligned(&session, &increments).unwrap();
@@ -204,7 +204,7 @@ fn walking(name: &'static str, model: fn(&ImuSpec, &Session) -> ErrorModel) -> S
     let (gyro, accel) = (preset.gyro.bias_unit_dph, preset.accel.bias_unit_ug);
     let imu = &mut subject.imu;
     (imu.gyro.bias_unit_dph, imu.accel.bias_unit_ug) = (gyro, accel);
-    let walk = Assumptions::of(imu).prior.walk_per_hour;
+    let walk = Assumptions::of_simulated(imu).prior.walk_per_hour;
     imu.gyro.rate_random_walk_dphpsqrth = walk * gyro;
     imu.accel.acceleration_random_walk_ugpsqrth = walk * accel;
     Subject {
@@ -217,14 +217,14 @@ fn walking(name: &'static str, model: fn(&ImuSpec, &Session) -> ErrorModel) -> S
 #[test]
 fn ekf6_is_consistent_on_walking_biases() {
     consistent(&walking("ekf6", |imu, _| {
-        ErrorModel::biases(&Assumptions::of(imu).prior)
+        ErrorModel::biases(&Assumptions::of_simulated(imu).prior)
     }));
 }
 
 #[test]
 fn ekf12_is_consistent_with_scale_factors_too() {
     let mut subject = walking("ekf12", |imu, _| {
-        ErrorModel::with_scale(&Assumptions::of(imu).prior)
+        ErrorModel::with_scale(&Assumptions::of_simulated(imu).prior)
     });
     (subject.imu.gyro.scale_ppm, subject.imu.accel.scale_ppm) = (300.0, 300.0);
     consistent(&subject);
@@ -233,7 +233,7 @@ fn ekf12_is_consistent_with_scale_factors_too() {
 #[test]
 fn ekf24_is_consistent_with_matrices_too() {
     let mut subject = walking("ekf24", |imu, _| {
-        ErrorModel::with_matrices(&Assumptions::of(imu).prior)
+        ErrorModel::with_matrices(&Assumptions::of_simulated(imu).prior)
     });
     let (gyro, accel) = (&mut subject.imu.gyro, &mut subject.imu.accel);
     (gyro.scale_ppm, accel.scale_ppm) = (300.0, 300.0);
@@ -244,9 +244,9 @@ fn ekf24_is_consistent_with_matrices_too() {
 #[test]
 fn ekf_ramp_is_consistent_with_ramps_too() {
     let mut subject = walking("ekf-ramp", |imu, _| {
-        ErrorModel::with_ramps(&Assumptions::of(imu).prior)
+        ErrorModel::with_ramps(&Assumptions::of_simulated(imu).prior)
     });
-    let prior = Assumptions::of(&subject.imu).prior;
+    let prior = Assumptions::of_simulated(&subject.imu).prior;
     subject.ramps = [prior.gyro_bias, prior.accel_bias];
     consistent(&subject);
 }

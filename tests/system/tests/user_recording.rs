@@ -47,7 +47,7 @@ fn a_simulated_recording_goes_through_all_text_forms() {
     let at = |name: &str| dir.path().join(name);
     std::fs::write(
         at("s.toml"),
-        "preset = \"tactical\"\n[learn]\nstandstill_s = 120\ndrive_s = 300\n",
+        "unit = \"tactical\"\n[learn]\nstandstill_s = 120\ndrive_s = 300\n",
     )
     .unwrap();
     let run = |args: &[&str]| drop(host_sim(dir.path(), args).success());
@@ -74,14 +74,19 @@ fn a_simulated_recording_goes_through_all_text_forms() {
     ]
     .concat());
     for name in ["imu.csv", "gnss.csv", "header.toml"] {
-        let [a, b] = ["d", "back"].map(|d| std::fs::read(at(d).join(name)).unwrap());
+        let [a, b] = ["d", "back"].map(|d| std::fs::read_to_string(at(d).join(name)).unwrap());
+        // only the simulation knows its unit
+        let a = a.trim_start_matches("unit = \"unit.toml\"\n\n");
         assert!(a == b, "{name} has changed");
     }
-    let options = ["--preset", "tactical", "--json", "r.json", "--out", "page"];
+    let options = ["--json", "r.json", "--out", "page"];
+    let csv = ["replay", "csv", "--header", "d/header.toml"];
     let mut ends = Vec::new();
+    // the header names the unit file; a preset's name on the command line comes before it
     for source in [
-        &["replay", "csv", "--header", "d/header.toml"][..],
-        &[&["replay", "kf-gins"], &kf[..]].concat(),
+        &csv[..],
+        &[&csv[..], &["--unit", "tactical"]].concat(),
+        &[&["replay", "kf-gins"], &kf[..], &["--unit", "d/unit.toml"]].concat(),
     ] {
         run(&[source, &options].concat());
         let page = std::fs::read_to_string(at("page").join("index.html")).unwrap();
@@ -89,6 +94,11 @@ fn a_simulated_recording_goes_through_all_text_forms() {
         ends.push(["raw", "ls-bias", "ls-3x3", "ekf6", "rnn"].map(|s| last(&at("r.json"), s)));
     }
     assert_eq!(ends[0], ends[1]);
+    assert_eq!(ends[0], ends[2]);
+    run(&[&csv[..], &["--unit", "nav"], &options].concat());
+    let nav = ["raw", "ls-bias", "ls-3x3", "ekf6", "rnn"].map(|s| last(&at("r.json"), s));
+    assert_eq!(nav[0], ends[0][0]);
+    assert_ne!(nav, ends[0]);
     let [raw, bias, ..] = ends[0];
     assert!(bias < 0.5 * raw, "{ends:?}");
 }
@@ -168,7 +178,7 @@ fn a_log_of_raw_increments_and_solutions_is_replayed_and_converted() {
     std::fs::write(dir.path().join("in.gps"), log(&simulate(&config).0)).unwrap();
     let source = ["in.gps", "--mounting", "x y z"];
     let replay = [
-        "--preset",
+        "--unit",
         "tactical",
         "--attitude-sigma",
         "0.01,0.01",
@@ -287,8 +297,7 @@ fn wrong_files_and_options_are_named() {
     }
     for (option, value) in [
         ("--learn-s", "59"),
-        ("--preset", "best"),
-        ("--arw", "0"),
+        ("--unit", "best"),
         ("--attitude-sigma", "1"),
     ] {
         let source = ["replay", "kf-gins", "imu.txt", "gnss.txt"];
@@ -298,6 +307,17 @@ fn wrong_files_and_options_are_named() {
         );
         let named = text.contains(option) || text.contains("'best'");
         assert!(named, "{option}: {text}");
+    }
+    for (old, new) in [
+        ("--preset", "--unit NAME"),
+        ("--arw", "gyro.angle_random_walk_dpsqrth"),
+        ("--vrw", "accel.velocity_random_walk_ugpsqrthz"),
+        ("--gyro-bias", "gyro.bias_turn_on_dph"),
+        ("--accel-bias", "accel.bias_turn_on_ug"),
+    ] {
+        let source = ["replay", "kf-gins", "imu.txt", "gnss.txt"];
+        let text = complaint(dir.path(), &[&source[..], &[old, "1"]].concat());
+        assert!(text.contains(old) && text.contains(new), "{old}: {text}");
     }
     assert!(!dir.path().join("out").exists() && !dir.path().join("o").exists());
     let Some(data) = system::data_dir() else {

@@ -87,7 +87,7 @@ fn constants_only(imu: &ImuSpec) -> ImuSpec {
 /// The 24 constants with the standard deviations of the datasheet: the biases of the six sensors,
 /// then their rows of three.
 fn model(imu: &ImuSpec) -> ErrorModel {
-    let mut model = ErrorModel::with_matrices(&Assumptions::of(imu).prior);
+    let mut model = ErrorModel::with_matrices(&Assumptions::of_simulated(imu).prior);
     model.parameters.iter_mut().for_each(|p| p.walk = 0.0);
     model
 }

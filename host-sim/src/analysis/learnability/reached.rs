@@ -164,7 +164,7 @@ struct Learnt {
 /// Lets the schemes learn from the session up to epoch `until`, as the product does, but without
 /// holding data back for validation.
 fn taught(config: &SessionConfig<'_>, session: &Session, until: usize) -> Option<Learnt> {
-    let mut assumptions = Assumptions::of(config.imu);
+    let mut assumptions = Assumptions::of_simulated(config.imu);
     assumptions.noise = noises(config).samples;
     let n = session.samples_per_epoch();
     let mut part = session.clone();

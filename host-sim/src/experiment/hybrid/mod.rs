@@ -23,7 +23,7 @@
 //! have no motion to act on. Of the biases only the changes are in the error, of the others
 //! nothing. So the drive is easier than a real one with the same unit.
 
-use crate::experiment::lasergyro::{assumptions, session as at_rest};
+use crate::experiment::lasergyro::{self, session as at_rest};
 use crate::experiment::outcome::Outcome;
 use crate::experiment::protocol::{Settings, Split, judge};
 use crate::inertial::align;
@@ -39,6 +39,7 @@ use crate::learning::window::NetworkSpec;
 use crate::recordings::lasergyro::Recording;
 use crate::simulator::gnss::GnssSpec;
 use crate::simulator::truth::{DriveConfig, Segment, Truth, random_drive};
+use crate::unit::Unit;
 use nalgebra::{UnitQuaternion, Vector3};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
@@ -88,9 +89,16 @@ pub fn errors(recording: &Recording) -> Option<Vec<Increment>> {
     Some((0..states.len().checked_sub(1)?).map(error).collect())
 }
 
+/// The preset of the recording's unit.
+#[expect(clippy::expect_used, reason = "a test reads every preset")]
+fn usual() -> Assumptions {
+    let unit = Unit::preset(lasergyro::UNIT).expect("a preset");
+    lasergyro::assumptions(&unit)
+}
+
 /// The recording's unit, with room for the bias that its vertical gyro has.
 fn laser() -> Assumptions {
-    let mut a = assumptions();
+    let mut a = usual();
     a.prior.gyro_bias = GYRO_BIAS;
     a
 }
@@ -211,11 +219,11 @@ fn drive(recording: &Recording, errors: &[Increment], road: u64) -> Option<Sessi
 /// 22 min. As on the device, the networks are used only if they prove themselves on the held-back
 /// part.
 #[must_use]
-pub fn replay(recording: &Recording, roads: &[u64]) -> Option<Vec<Outcome>> {
+pub fn replay(recording: &Recording, roads: &[u64], unit: &Unit) -> Option<Vec<Outcome>> {
     let errors = errors(recording)?;
     let [stand, fixes, free] = PARTS_S;
     let settings = Settings {
-        assumptions: assumptions(),
+        assumptions: lasergyro::assumptions(unit),
         start_sigma: None,
         network: NetworkSpec {
             held_back: 0.33,

@@ -122,7 +122,8 @@ fn error_at_rest_coasts_like_the_recording() {
 #[test]
 fn drives_of_22_minutes_are_judged() {
     let Some(recording) = recorded() else { return };
-    let all = replay(&recording, &[1, 2, 3]).unwrap();
+    let unit = Unit::preset(lasergyro::UNIT).unwrap();
+    let all = replay(&recording, &[1, 2, 3], &unit).unwrap();
     println!("{}", table(&all));
     for o in &all {
         println!("{}", o.notes[0]);
@@ -149,8 +150,8 @@ fn drives_of_22_minutes_are_judged() {
             enabled: 1 << ZERO_CORRECTION,
             ..Gates::default()
         };
-        let none = learn(&session, &assumptions(), gates, None, until).unwrap();
-        let none = none.free_inertial(&session, &assumptions(), until);
+        let none = learn(&session, &usual(), gates, None, until).unwrap();
+        let none = none.free_inertial(&session, &usual(), until);
         let none = none.position[PARTS_S[2]].xy().norm();
         let learner = o.horizontal("rnn-kalman", 1320).unwrap();
         assert!(learner < 1.02 * none, "{learner} {none}");

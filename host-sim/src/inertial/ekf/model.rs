@@ -30,6 +30,8 @@ pub enum Regressor {
     HeatingTemperature,
     /// Temperature difference across the block, K.
     Gradient,
+    /// Specific force along an axis, m/s2: g-sensitivity of a gyro.
+    Force(usize),
     /// Magnetic field along an axis, gauss.
     Field(usize),
     /// Distance of the accelerometer from the common point along an axis, m. It gives the size
@@ -281,7 +283,12 @@ impl Regressor {
     pub fn is_slow(self) -> bool {
         !matches!(
             self,
-            Self::Input(_) | Self::Magnitude(_) | Self::Product(..) | Self::Cube(_) | Self::Arm(_)
+            Self::Input(_)
+                | Self::Magnitude(_)
+                | Self::Product(..)
+                | Self::Cube(_)
+                | Self::Force(_)
+                | Self::Arm(_)
         )
     }
 }
@@ -337,6 +344,7 @@ impl Parameter {
             Regressor::Heating => block.rate,
             Regressor::HeatingTemperature => block.rate * block.offset,
             Regressor::Gradient => block.gradient,
+            Regressor::Force(axis) => now.force[axis],
             Regressor::Field(axis) => known.around.field[axis],
             Regressor::Arm(j) => {
                 let (w, i) = (&now.rate, self.axis);

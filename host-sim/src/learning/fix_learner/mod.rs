@@ -146,7 +146,10 @@ pub fn datasheet(assumptions: &Assumptions) -> Datasheet {
         accel_bias,
         ..
     } = assumptions.prior;
-    Datasheet::land_vehicle(gyro_bias as f32, accel_bias as f32)
+    Datasheet {
+        walk_per_hour: assumptions.in_run.map(|share| share as f32),
+        ..Datasheet::land_vehicle(gyro_bias as f32, accel_bias as f32)
+    }
 }
 
 /// What the device is told: the sensors' datasheet, and that fixes arrive where they are valid.

@@ -9,7 +9,10 @@ use firmware::learn::bank::ZERO_CORRECTION;
 /// A short session: 150 s at rest, 250 s of driving.
 fn session(model: ErrorModelName, seed: u64) -> (Session, Assumptions) {
     let imu = ImuSpec::preset("medium").unwrap();
-    (session_and_truth(model, seed).0, Assumptions::of(&imu))
+    (
+        session_and_truth(model, seed).0,
+        Assumptions::of_simulated(&imu),
+    )
 }
 
 /// The same with the true drive.
@@ -113,7 +116,7 @@ fn the_lever_arm_is_taken_into_account() {
     let arm = Vector3::new(3.0, 1.0, -2.0);
     let imu = ImuSpec::preset("medium").unwrap();
     let (mut session, truth) = session_and_truth(ErrorModelName::Noise, 12);
-    let assumptions = Assumptions::of(&imu);
+    let assumptions = Assumptions::of_simulated(&imu);
     let n = truth.samples_per_epoch;
     for (epoch, fix) in session.fixes.iter_mut().enumerate() {
         // rate at the epoch: the two samples around it

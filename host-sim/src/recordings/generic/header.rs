@@ -13,6 +13,8 @@ use std::path::{Path, PathBuf};
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Header {
+    /// Unit file, relative to the header file, or a preset's name.
+    pub(super) unit: Option<String>,
     /// Increments or rates.
     pub(super) imu: Imu,
     /// Fixes. Without them the vehicle is at rest.

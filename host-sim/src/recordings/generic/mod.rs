@@ -1,6 +1,9 @@
 //! Any recording as text. A TOML header file says what the columns mean:
 //!
 //! ```toml
+//! # The unit: what is known of the sensors. A file is relative to the header file. May be left out.
+//! unit = "unit.toml"
+//!
 //! [imu]
 //! # Relative to the header file, plain or gzipped. A file on the command line replaces it.
 //! file = "imu.csv"
@@ -72,6 +75,7 @@ use crate::inertial::units::DEG;
 use crate::recordings::record::{Kind, Record, TimedFix, median_step};
 use crate::recordings::session::InitialAttitude;
 use crate::recordings::table::{Layout, Source, Table};
+use crate::unit::Unit;
 use fixes::fixes;
 use header::{ACCEL, GYRO, Read, TIME};
 use std::path::{Path, PathBuf};
@@ -105,6 +109,18 @@ pub fn read(header: &Path, files: &[PathBuf]) -> Result<Record, Error> {
         initial_attitude: Some(initial_attitude),
         ..motion
     })
+}
+
+/// The unit that a header file names, if it names one.
+///
+/// # Errors
+/// Any fault of the header or of the unit file, with line and key.
+pub fn unit(header: &Path) -> Result<Option<Unit>, Error> {
+    let read = Read::open(header, &[])?;
+    let named = read.header.unit.as_deref();
+    named
+        .map(|name| Unit::load_beside(name, header))
+        .transpose()
 }
 
 fn initial_attitude(read: &Read) -> Result<InitialAttitude, Error> {

@@ -9,16 +9,19 @@ use crate::output::{CsvWriter, write_atomic};
 use crate::recordings::columns::{IMU, PLACE, SIGMA, SIGMA_V, VELOCITY};
 use crate::recordings::record::{Record, TimedFix};
 use crate::recordings::session::InitialAttitude;
+use crate::unit::Unit;
 use std::path::Path;
 
+/// Name of the unit's file.
+const UNIT: &str = "unit.toml";
 const ATTITUDE: [&str; 3] = ["roll_deg", "pitch_deg", "heading_deg"];
 
 /// Writes the files of a record into `dir`: increments in forward-right-down with the time of their
-/// end, and fixes if there are at least two.
+/// end, fixes if there are at least two, and the unit, to which the header refers.
 ///
 /// # Errors
 /// [`Error::Unwritable`]. Each file appears whole or not at all.
-pub fn write(record: &Record, dir: &Path) -> Result<(), Error> {
+pub fn write(record: &Record, unit: Option<&Unit>, dir: &Path) -> Result<(), Error> {
     let (time, increments) = record.increments();
     let row = |(t, i): (&f64, &crate::inertial::sins::Increment)| {
         let (g, a) = (&i.dtheta, &i.dv);
@@ -32,7 +35,13 @@ pub fn write(record: &Record, dir: &Path) -> Result<(), Error> {
     if record.fixes.len() > 1 {
         write_fixes(record, &dir.join("gnss.csv"))?;
     }
-    write_atomic(&dir.join("header.toml"), header(record).as_bytes())
+    let mut text = header(record);
+    if let Some(unit) = unit {
+        let about = "The unit of the recording beside it";
+        write_atomic(&dir.join(UNIT), unit.to_text(about)?.as_bytes())?;
+        text = format!("unit = \"{UNIT}\"\n\n{text}");
+    }
+    write_atomic(&dir.join("header.toml"), text.as_bytes())
 }
 
 fn write_fixes(record: &Record, file: &Path) -> Result<(), Error> {
@@ -177,7 +186,7 @@ mod tests {
             let dir = tempfile::tempdir().unwrap();
             let path = |name: &str| dir.path().join(name);
             let first = record(velocity);
-            write(&first, dir.path()).unwrap();
+            write(&first, None, dir.path()).unwrap();
             let csv = read(&path("header.toml"), &[]).unwrap();
             let form = kfgins::Form {
                 shift_s: 0.0,
@@ -186,7 +195,7 @@ mod tests {
             kfgins::write(&csv, form, &path("i.txt"), &path("g.txt")).unwrap();
             let text = kfgins::read(&path("i.txt"), &path("g.txt"), csv.initial_attitude).unwrap();
             std::fs::create_dir(path("again")).unwrap();
-            write(&text, &path("again")).unwrap();
+            write(&text, None, &path("again")).unwrap();
             for name in ["imu.csv", "gnss.csv", "header.toml"] {
                 let [a, b] =
                     [path(name), path("again").join(name)].map(|p| std::fs::read(p).unwrap());
@@ -198,11 +207,31 @@ mod tests {
     }
 
     #[test]
+    fn the_header_refers_to_the_unit_beside_it() {
+        let dir = tempfile::tempdir().unwrap();
+        let header = dir.path().join("header.toml");
+        write(&record(true), None, dir.path()).unwrap();
+        assert_eq!(super::super::unit(&header).unwrap(), None);
+        let unit = Unit::preset("tactical").unwrap();
+        write(&record(true), Some(&unit), dir.path()).unwrap();
+        assert_eq!(super::super::unit(&header).unwrap(), Some(unit));
+        read(&header, &[]).unwrap();
+        let spoilt = dir.path().join(UNIT);
+        let text = std::fs::read_to_string(&spoilt).unwrap();
+        std::fs::write(&spoilt, text.replace("[accel]", "[axel]")).unwrap();
+        let error = super::super::unit(&header).unwrap_err().to_string();
+        assert!(
+            error.contains("unit.toml:") && error.contains("'axel'"),
+            "{error}"
+        );
+    }
+
+    #[test]
     fn a_vehicle_at_rest_has_a_site_and_no_file_of_fixes() {
         let dir = tempfile::tempdir().unwrap();
         let mut r = record(true);
         r.fixes.truncate(1);
-        write(&r, dir.path()).unwrap();
+        write(&r, None, dir.path()).unwrap();
         let back = read(&dir.path().join("header.toml"), &[]).unwrap();
         assert_eq!(
             (back.fixes.len(), back.fixes[0].lat_deg),

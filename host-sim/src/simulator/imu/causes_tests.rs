@@ -317,3 +317,27 @@ fn speed() {
         );
     }
 }
+
+/// The matrix from specific force to the bias of the gyros: linear, with the given size, and the
+/// same at every turn-on.
+#[test]
+fn g_sensitivity_is_a_matrix_of_the_unit() {
+    let mut spec = perfect();
+    spec.gyro.g_sensitivity_dphpg = 2.0;
+    let bias = |force: Vector3<f64>| errors(&spec, 1, |_| (Vector3::zeros(), force))[0].0;
+    let along = [Vector3::x(), Vector3::y(), Vector3::z()].map(|axis| bias(axis * G0));
+    let both = bias(Vector3::new(2.0, -1.0, 0.5) * G0);
+    let sum = along[0] * 2.0 - along[1] + along[2] * 0.5;
+    assert!((both - sum).norm() < 1e-9 * DEG_PER_H);
+    let squares = (0..400).map(|unit| {
+        let mut imu = Imu::new(&spec, unit, 3);
+        let dt = 1.0 / f64::from(spec.rate_hz);
+        let (_, e) = imu.measure(&Increment {
+            dtheta: Vector3::zeros(),
+            dv: Vector3::z() * (G0 * dt),
+        });
+        (e.dtheta / dt).norm_squared()
+    });
+    let sigma = (squares.sum::<f64>() / 1200.0).sqrt() / DEG_PER_H;
+    assert!((sigma / 2.0 - 1.0).abs() < 0.08, "{sigma}"); // 1200 squares: 2 % at one sigma
+}

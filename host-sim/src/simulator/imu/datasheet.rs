@@ -150,6 +150,15 @@ datasheet! {
                 (0..3).map(|j| at.constant(Regressor::Field(j), sigma)).collect()
             })
             .large(3.0),
+        /// Bias per specific force: each element of the matrix from the specific force in body axes
+        /// to the bias, deg/h/g.
+        #[serde(default, skip_serializing_if = "is_zero")]
+        g_sensitivity_dphpg: Gyro::of(Group::Other)
+            .told(|s, at| {
+                let sigma = s.g_sensitivity_dphpg * DEG_PER_H / G0;
+                (0..3).map(|j| at.constant(Regressor::Force(j), sigma)).collect()
+            })
+            .large(1.0),
         /// Angle of one output pulse, arcsec, > 0; a plain value.
         pulse_arcsec: Gyro::of(Group::Noise)
             .within(Range::Positive)

@@ -8,9 +8,9 @@ use super::thermal::Block;
 use super::triad::{SLOW_S, Sigmas, Triad};
 use crate::inertial::session::Surroundings;
 use crate::inertial::sins::Increment;
-use crate::inertial::units::{ARCSEC, UG};
+use crate::inertial::units::{ARCSEC, DEG_PER_H, G0, UG};
 use firmware::sample::{Counts, Lsb};
-use nalgebra::Vector3;
+use nalgebra::{Matrix3, Vector3};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
@@ -22,6 +22,8 @@ const ACCEL: u64 = 3;
 const PLACE: u64 = 4;
 const AMBIENT: u64 = 5;
 const FLICKER: [u64; 2] = [6, 7];
+/// Of the unit: g-sensitivity of the gyros.
+const G_SENSITIVITY: u64 = 8;
 
 /// One IMU at one turn-on.
 #[derive(Debug, Clone)]
@@ -32,6 +34,8 @@ pub struct Imu {
     around: Surroundings,
     /// Distance of each accelerometer from the common point, m. `None` if there is no size effect.
     places: Option<[Vector3<f64>; 3]>,
+    /// Bias of the gyros by specific force, rad/s per m/s2. `None` if there is none.
+    g_sensitivity: Option<Matrix3<f64>>,
     last_rate: Option<Vector3<f64>>,
     delay: Option<Delay>,
     dt: f64,
@@ -72,6 +76,8 @@ impl Imu {
             .with_dither(&spec.gyro.dither, dt)
             .with_flicker(flicker_g);
         let accel = triad(spec.accel.sigmas(), ACCEL).with_flicker(flicker_a);
+        let per_force = spec.gyro.g_sensitivity_dphpg * DEG_PER_H / G0;
+        let mut force_rng = stream(unit, G_SENSITIVITY);
         let mut place_rng = stream(unit, PLACE);
         let arm = 1e-3 * spec.accel.size_effect_mm;
         Self {
@@ -80,6 +86,10 @@ impl Imu {
             block: Block::new(&spec.block, &mut stream(turn_on, AMBIENT)),
             around: Surroundings::default(),
             places: (arm > 0.0).then(|| [(); 3].map(|()| normal3(&mut place_rng) * arm)),
+            g_sensitivity: (per_force > 0.0).then(|| {
+                let columns = [(); 3].map(|()| normal3(&mut force_rng) * per_force);
+                Matrix3::from_columns(&columns)
+            }),
             last_rate: None,
             delay: Delay::new(spec.accel.delay_s / dt),
             dt,
@@ -135,7 +145,11 @@ impl Imu {
             noise,
             separate: [gyro, accel],
         } = &mut self.draws;
-        let (dtheta, e_g) = self.gyro.measure(&perfect.dtheta, self.dt, [noise, gyro]);
+        let mut turned = perfect.dtheta;
+        if let Some(by_force) = &self.g_sensitivity {
+            turned += by_force * perfect.dv;
+        }
+        let (dtheta, e_g) = self.gyro.measure(&turned, self.dt, [noise, gyro]);
         let mut felt = perfect.dv;
         if let Some(places) = &self.places {
             let rate = perfect.dtheta / self.dt;
@@ -149,7 +163,7 @@ impl Imu {
         (
             Counts { dtheta, dv },
             Increment {
-                dtheta: e_g,
+                dtheta: e_g + (turned - perfect.dtheta),
                 dv: e_a + (felt - perfect.dv),
             },
         )

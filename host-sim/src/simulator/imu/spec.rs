@@ -1,5 +1,5 @@
-//! The datasheet of an IMU, in the units of datasheets. A preset is a commented TOML file. A
-//! scenario may give its own numbers. The error terms of the two triads are in `datasheet`.
+//! The error terms of a simulated IMU, in the units of datasheets: the table `[simulation]` of a unit
+//! file. The terms of the two triads are in `datasheet`.
 //!
 //! An error whose key is not in the file is off: a missing number is zero. In names `p` stands for
 //! `per`.
@@ -55,16 +55,13 @@ pub struct ImuSpec {
     pub block: BlockSpec,
 }
 
-/// Names and texts of the presets.
+/// Names and unit files of the presets that have all error terms.
 pub const PRESETS: [(&str, &str); 3] = [
-    (
-        "medium",
-        include_str!("../../../assets/presets/medium.toml"),
-    ),
-    ("nav", include_str!("../../../assets/presets/nav.toml")),
+    ("medium", include_str!("../../../assets/units/medium.toml")),
+    ("nav", include_str!("../../../assets/units/nav.toml")),
     (
         "tactical",
-        include_str!("../../../assets/presets/tactical.toml"),
+        include_str!("../../../assets/units/tactical.toml"),
     ),
 ];
 
@@ -73,7 +70,8 @@ impl ImuSpec {
     #[must_use]
     pub fn preset(name: &str) -> Option<Self> {
         let (_, text) = PRESETS.iter().find(|(n, _)| *n == name)?;
-        toml::from_str(text).ok()
+        let mut unit: toml::Table = toml::from_str(text).ok()?;
+        unit.remove("simulation")?.try_into().ok()
     }
 
     /// What a filter is told that knows the errors of an axis: the parameters of exactly those

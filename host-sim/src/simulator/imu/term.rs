@@ -141,6 +141,11 @@ impl<S: Clone> Term<S> {
         self.kind.large
     }
 
+    /// Whether something is divided by it.
+    pub(super) fn is_positive(&self) -> bool {
+        self.kind.range == Range::Positive
+    }
+
     /// Its value in a datasheet.
     pub(super) fn of<'a>(&self, sheet: &'a mut S) -> &'a mut f64 {
         (self.value)(sheet)
@@ -224,6 +229,23 @@ macro_rules! datasheet {
         pub struct $sheet {
             $( $(#[$meta])* pub $key: f64, )*
             $( $(#[$part_meta])* pub $part: $part_type, )?
+        }
+
+        impl $sheet {
+            /// No errors; times, pulses and rates that others refer to are 1.
+            #[must_use]
+            pub fn none() -> Self {
+                let mut sheet = Self {
+                    $( $key: 0.0, )*
+                    $( $part: Default::default(), )?
+                };
+                for term in <Self as $crate::simulator::imu::term::Datasheet>::TERMS {
+                    if term.is_positive() {
+                        *term.of(&mut sheet) = 1.0;
+                    }
+                }
+                sheet
+            }
         }
 
         impl $crate::simulator::imu::term::Datasheet for $sheet {

@@ -6,15 +6,19 @@
 mod adis;
 mod epson;
 mod kvh;
+mod mavlink;
 mod novatel;
 mod stim300;
 mod table;
+mod vectornav;
 
 pub use adis::{Adis, AdisUart};
 pub use epson::Epson;
 pub use kvh::{Angle, Kvh, Rotation};
+pub use mavlink::Mavlink;
 pub use novatel::Novatel;
 pub use stim300::{LineEnd, Output, Stim300};
+pub use vectornav::VectorNav;
 
 use super::finding::Finding;
 use firmware::configuration;
@@ -37,6 +41,10 @@ table::sensor! {
     Epson "epson" epson: Epson,
     /// Analog Devices ADIS bursts in this project's own frame (docs/ICD.md, section 2.1)
     AdisUart "adis-uart" adis_uart: AdisUart,
+    /// VectorNav binary messages
+    VectorNav "vectornav" vectornav: VectorNav,
+    /// MAVLink HIGHRES_IMU
+    Mavlink "mavlink" mavlink: Mavlink,
 }
 
 /// What the frames of a format do not tell.

@@ -111,6 +111,20 @@ macro_rules! sensor {
                     FormatName::AdisSpi | FormatName::Detect => Box::new(Plain {}),
                 }
             }
+
+            /// Keys of the tables that are given, with the format that each belongs to.
+            pub(in crate::unit) fn tables(&self) -> Vec<(&'static str, FormatName)> {
+                let mut given = Vec::new();
+                $(
+                    if self.$field.is_some() {
+                        given.push((stringify!($field), FormatName::$format));
+                    }
+                )+
+                if self.adis.is_some() {
+                    given.push(("adis", FormatName::AdisSpi));
+                }
+                given
+            }
         }
     };
 }

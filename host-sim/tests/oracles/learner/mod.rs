@@ -45,7 +45,7 @@ fn session(model: ErrorModelName, seed: u64) -> (Session, Assumptions) {
         turn_on: seed,
         drive: seed,
     };
-    (simulate(&config).0, Assumptions::of(&imu))
+    (simulate(&config).0, Assumptions::of_simulated(&imu))
 }
 
 /// A plausible block and fix from random numbers.

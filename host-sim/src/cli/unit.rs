@@ -1,0 +1,137 @@
+//! `host-sim unit`.
+
+use super::options::refused;
+use crate::error::Error;
+use crate::output::write_atomic;
+use crate::unit::{Finding, Unit, ask, examine, presets, schema};
+use clap::{Args as ClapArgs, Subcommand};
+use std::path::{Path, PathBuf};
+
+/// Arguments of `unit`.
+#[derive(Debug, ClapArgs)]
+pub struct Args {
+    #[command(subcommand)]
+    action: Action,
+}
+
+#[derive(Debug, Subcommand)]
+enum Action {
+    /// Ask for what a unit file must say, question by question, and write one
+    New {
+        /// Preset or unit file whose values are the defaults of the questions
+        #[arg(long, value_name = "NAME|FILE.toml")]
+        from: Option<String>,
+        /// The file to write
+        #[arg(long, value_name = "FILE.toml", default_value = "unit.toml")]
+        output: PathBuf,
+        /// Replace the file if it is there
+        #[arg(long)]
+        force: bool,
+    },
+    /// Tell all that is wrong or doubtful in a unit file, with line, field and remedy
+    Check {
+        /// The file
+        file: PathBuf,
+    },
+    /// List the presets
+    List,
+    /// Print a preset with its comments, which name the sources
+    Show {
+        /// The preset
+        name: String,
+    },
+    /// Print the JSON Schema, by which editors complete and check a unit file
+    Schema,
+}
+
+impl Args {
+    /// Runs the action.
+    pub(super) fn run(&self) -> Result<(), Error> {
+        match &self.action {
+            Action::New {
+                from,
+                output,
+                force,
+            } => new(from.as_deref(), output, *force),
+            Action::Check { file } => check(file),
+            Action::List => {
+                let width = presets::names().iter().map(|name| name.len()).max();
+                for (name, text) in presets::PRESETS {
+                    let width = width.unwrap_or_default();
+                    println!("{name:width$}  {}", presets::title(text));
+                }
+                Ok(())
+            }
+            Action::Show { name } => {
+                let unknown = || Error::unknown("unit", name, &presets::names());
+                print!("{}", presets::text(name).ok_or_else(unknown)?);
+                Ok(())
+            }
+            Action::Schema => {
+                print!("{}", schema::text());
+                Ok(())
+            }
+        }
+    }
+}
+
+fn new(from: Option<&str>, output: &Path, force: bool) -> Result<(), Error> {
+    if output.exists() && !force {
+        return Err(refused(
+            output.display().to_string(),
+            "is there already",
+            "give another --output, or --force to replace it",
+        ));
+    }
+    let from = from.map(Unit::load).transpose()?;
+    let mut input = std::io::stdin().lock();
+    let asked = ask::interview(from.as_ref(), &mut input, &mut std::io::stderr());
+    let asked = asked.map_err(|error| refused("unit new", error.to_string(), "answer again"))?;
+    let Some(text) = asked else {
+        return Err(refused(
+            "unit new",
+            "the answers ended before all that is required was given",
+            "answer all questions; an empty answer takes the value in brackets",
+        ));
+    };
+    let (unit, found) = examine(&text);
+    if unit.is_none() {
+        eprintln!("nothing is written, because the answers do not fit together:");
+        let faults = found.into_iter().filter(|finding| !finding.doubt);
+        return Err(Error::Several(faults.map(|f| f.error(output)).collect()));
+    }
+    write_atomic(output, text.as_bytes())?;
+    let beside = output.with_file_name(schema::FILE);
+    if !beside.exists() {
+        write_atomic(&beside, schema::text().as_bytes())?;
+    }
+    doubts(output, found);
+    println!(
+        "{} is written; editors complete it by {}",
+        output.display(),
+        beside.display()
+    );
+    Ok(())
+}
+
+fn check(file: &Path) -> Result<(), Error> {
+    let text = std::fs::read_to_string(file).map_err(|e| Error::reading(file, e))?;
+    let (unit, found) = examine(&text);
+    let (doubtful, wrong): (Vec<_>, Vec<_>) = found.into_iter().partition(|f| f.doubt);
+    doubts(file, doubtful);
+    match unit {
+        Some(unit) => {
+            println!("{}: '{}' can be used", file.display(), unit.name);
+            Ok(())
+        }
+        None => Err(Error::Several(
+            wrong.into_iter().map(|fault| fault.error(file)).collect(),
+        )),
+    }
+}
+
+fn doubts(file: &Path, found: Vec<Finding>) {
+    for finding in found {
+        println!("doubtful: {}", finding.error(file));
+    }
+}

@@ -1,0 +1,46 @@
+//! The table of a VectorNav.
+
+use super::{Section, Sensor};
+use crate::unit::finding::Finding;
+use firmware::wire::Settings;
+use firmware::wire::vectornav::Values;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// What VectorNav's binary messages do not tell.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct VectorNav {
+    /// Which values are corrected, where a message has both. Default: sensors. Source: what the
+    /// navigation computer reads.
+    pub values: Which,
+}
+
+/// Which values are corrected.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Which {
+    /// Those of the sensors: increments, uncompensated rates and accelerations.
+    #[default]
+    Sensors,
+    /// Those that the sensor's own filter has compensated.
+    Filtered,
+}
+
+impl Section for VectorNav {
+    fn of(settings: &Settings) -> Self {
+        let values = match settings.vectornav.values {
+            Values::Sensors => Which::Sensors,
+            Values::Filtered => Which::Filtered,
+        };
+        Self { values }
+    }
+
+    fn apply(&self, _: &Sensor, to: &mut Settings) -> Result<(), Finding> {
+        to.vectornav.values = match self.values {
+            Which::Sensors => Values::Sensors,
+            Which::Filtered => Values::Filtered,
+        };
+        Ok(())
+    }
+}
