@@ -8,8 +8,8 @@
 //! 80 | fields | checksum u16 | 0D
 //! fields, in this order, those that BURST_CTRL1 switches on:
 //!   bit 15 FLAG u16 | 14 temperature | 13 gyro x, y, z | 12 accelerometer x, y, z
-//!   | 11 delta angle x, y, z | 10 delta velocity x, y, z | 9 quaternion 0 to 3 | 8 attitude x, y, z
-//!   | 2 GPIO u16 | 1 COUNT u16 | 0 checksum
+//!   | 11 delta angle x, y, z | 10 delta velocity x, y, z | 9 quaternion 0 to 3
+//!   | 8 attitude x, y, z | 2 GPIO u16 | 1 COUNT u16 | 0 checksum
 //! the same bit of BURST_CTRL2 makes the numbers of bits 14 to 8 32 bits wide instead of 16
 //! checksum: sum of all 16-bit words between 80 and itself
 //! ```

@@ -25,8 +25,8 @@
 //!
 //! **A new format of an IMU** implements [`ImuProtocol`] in a file of its own, and gets a row in
 //! the table above and in the list `imu_formats!` below. Detection, framing, correction, settings,
-//! simulated drives and the tests of all formats follow from that row. A [`ReceiverFormat`] has
-//! fixes and no samples.
+//! simulated drives and the tests of all formats follow from that row. A format whose frames do not
+//! tell what is in them implements [`LaidOut`] too. A [`ReceiverFormat`] has fixes and no samples.
 //!
 //! **Panics:** nothing here panics, allocates or loops without bound, on any input. Bytes that are
 //! no frame yield an [`Error`] or a [`framer::Kind`]. Fields outside a buffer read zero (see

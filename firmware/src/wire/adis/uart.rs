@@ -9,8 +9,8 @@
 //!
 //! Time and CRC are little-endian, the burst is the sensor's, byte for byte ([`super`]), its own
 //! checksum too. The time is that at which the burst was fetched, microseconds of the sender's
-//! clock modulo 2^32. The CRC is the ordinary one of zlib over all bytes before it. `docs/ICD.md` has
-//! a worked example.
+//! clock modulo 2^32. The CRC is the ordinary one of zlib over all bytes before it. `docs/ICD.md`
+//! has a worked example.
 //!
 //! A device whose ADIS is at its SPI sends this frame if it is so configured
 //! ([`super::Settings::framed`]). A device reads it on its sensor line as format `adis-uart`.
