@@ -14,7 +14,7 @@
 //! The CRC is over message to payload. Delta velocity and delta angle are increments divided by the
 //! time between two messages, m/s^2 and rad/s. They are the values for navigation, and they are
 //! read and written here. The acceleration and the rate of `IMU_DATA` are filtered differently and
-//! pass unchanged. Configure one of the two messages: in a stream with both nothing is corrected.
+//! pass unchanged. A stream may have both messages.
 //!
 //! No recorded message is public. `IMU_SHORT` in the tests is one that SBG's own library reads as
 //! it is meant, `IMU_DATA` was put together by hand, its CRC by another implementation.

@@ -123,9 +123,11 @@ fn nothing_is_answered_that_was_not_told() {
     let mut bench = Bench::new(config(false));
     bench.run(50);
     bench.device.lines.navigation.sent.clear();
-    bench.request("C\rN\rI\rT\rE\r");
-    bench.device.wait_ms(90);
-    assert!(bench.device.lines.navigation.sent.is_empty());
+    for request in ["C\r", "N\r", "I\r", "T\r", "E\r"] {
+        bench.request(request);
+        bench.device.wait_ms(60);
+        assert!(bench.device.lines.navigation.sent.is_empty(), "{request}");
+    }
     assert_eq!(bench.device.counters().requests, 5);
 }
 

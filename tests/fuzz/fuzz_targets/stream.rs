@@ -117,5 +117,5 @@ fuzz_target!(|input: &[u8]| {
     passes(format, &stream, piece, |event, seen| {
         check(format, event, seen);
     });
-    Detector::new().push(&stream);
+    Detector::new().push(&stream, |_, _| {});
 });
