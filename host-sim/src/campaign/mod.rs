@@ -294,6 +294,38 @@ mod oracle_tests;
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::unit::Unit;
+
+    /// Results of one unit are not mixed with those of another, whatever differs between them.
+    #[test]
+    fn the_fingerprint_contains_the_unit() {
+        let with = |unit: Unit| {
+            let mut scenario = Scenario::default();
+            scenario.set_unit("u.toml", unit);
+            Campaign {
+                scenario,
+                runs: 1,
+                shard: (0, 1),
+                models: vec![ErrorModelName::All],
+                out: PathBuf::new(),
+                resume: false,
+                schemes: Vec::new(),
+                ablation: false,
+                tuning_units: 1,
+            }
+            .fingerprint()
+        };
+        let medium = with(Unit::default());
+        assert_eq!(medium, with(Unit::default()));
+        let mut noisier = Unit::default();
+        noisier.gyro.angle_random_walk_dpsqrth *= 1.000_001;
+        assert_ne!(medium, with(noisier));
+        let derived = Unit {
+            simulation: None,
+            ..Unit::default()
+        };
+        assert_ne!(medium, with(derived));
+    }
 
     /// The campaign's steps against steps of one sample on the same samples. All random numbers
     /// follow from the number of the run alone.

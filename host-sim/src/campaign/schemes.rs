@@ -7,7 +7,7 @@ use crate::inertial::session::{Session, Surroundings, to_si};
 use crate::inertial::sins::Increment;
 use crate::learning::fit::{Use, fit};
 use crate::learning::fix_learner;
-use crate::learning::teacher::{Assumptions, aligned};
+use crate::learning::teacher::{Assumptions, IN_RUN, aligned};
 use crate::learning::window::{NetworkSpec, compensator, corrected_increments};
 use crate::simulator::imu::ImuSpec;
 use firmware::learn::bank::{
@@ -20,9 +20,12 @@ use std::borrow::Cow;
 use std::cell::OnceCell;
 use std::sync::Arc;
 
-/// Random walk of a bias per hour, relative to its prior, that follows from the presets' in-run
-/// drift.
-pub const DATASHEET_WALK: f64 = 0.05;
+/// Random walk of a bias per hour, relative to its prior, that the datasheet tells: that of the
+/// triad with the larger one, to twelve digits.
+fn datasheet_walk(told: &Assumptions) -> f64 {
+    let [gyro, accel] = told.in_run;
+    (gyro.max(accel) * 1e12).round() / 1e12
+}
 
 /// What was chosen for one group.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -38,7 +41,7 @@ pub struct Tuned {
 impl Default for Tuned {
     fn default() -> Self {
         Self {
-            walk: DATASHEET_WALK,
+            walk: IN_RUN[0],
             none_factor: 1.0,
             rnn_factor: 1.0,
         }
@@ -84,7 +87,7 @@ pub type Scheme = fn(&Case<'_>) -> Option<FreeInertial>;
 /// All schemes in the order of the tables, which add `floor`: `none` on an IMU with noise only.
 pub const SCHEMES: [(&str, Scheme); 9] = [
     ("none", |c| none(c, c.increments(), c.tuned.none_factor)),
-    ("ekf6", |c| ekf6(c, DATASHEET_WALK)),
+    ("ekf6", |c| ekf6(c, datasheet_walk(c.knows.told))),
     ("ekf6-tuned", |c| ekf6(c, c.tuned.walk)),
     ("ekf12", |c| classical(c, ErrorModel::with_scale)),
     ("ekf24", |c| classical(c, ErrorModel::with_matrices)),

@@ -74,7 +74,7 @@ impl Section for Epson {
             return Err(Finding::wrong(
                 "sensor.epson.model",
                 format!("is '{}', whose scales are not known", self.model),
-                &format!("give one of {}", names.join(", ")),
+                format!("give one of {}", names.join(", ")),
             ));
         };
         let layout = self.layout().map_err(|refused| {
