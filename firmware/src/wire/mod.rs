@@ -15,6 +15,7 @@
 //! | [`epson`] | Epson M-G3xx bursts at a UART | 16-bit sum | data sheet, Epson's drivers |
 //! | [`vectornav`] | VectorNav binary messages | CRC-16/XMODEM | manual UM001, VectorNav's library |
 //! | [`mavlink`] | MAVLink 2 and 1, HIGHRES_IMU | CRC-16/MCRF4XX | mavlink.io, pymavlink |
+//! | [`xsens`] | Xsens MTData2 | byte sum | MT0101P, Xsens' public headers |
 //! | [`adis`] | ADIS bursts over SPI | byte sum, CRC-32 | Linux and ArduPilot drivers |
 //! | [`adis::uart`] | the same in frames of ours | CRC-32 | this crate |
 //! | [`ubx`] | u-blox NAV-PVT | Fletcher-8 | gpsd and pyubx2 |
@@ -56,6 +57,7 @@ pub mod sequence;
 pub mod stim300;
 pub mod ubx;
 pub mod vectornav;
+pub mod xsens;
 
 #[cfg(test)]
 mod examples;
@@ -88,6 +90,8 @@ registry::imu_formats! {
     VectorNav(values: vectornav::Values): vectornav,
     /// [`mavlink`], with the IMU that is corrected
     Mavlink(imu: mavlink::Imu): mavlink,
+    /// [`xsens`]
+    Xsens: xsens,
 }
 
 use crate::sample::{Axes, RawSample};

@@ -79,6 +79,10 @@ fn present(sample: RawSample, axes: Axes) -> RawSample {
             gyro,
             accel: [0; 3],
         },
+        RawSample::Floats { gyro, .. } if axes.accel() == 0 => RawSample::Floats {
+            gyro,
+            accel: [0.0; 3],
+        },
         sample => sample,
     }
 }
