@@ -9,6 +9,7 @@ mod command;
 mod configuration;
 mod damage;
 mod device;
+mod epson;
 mod fixes;
 mod frames;
 mod gaps;
