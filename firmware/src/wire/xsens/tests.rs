@@ -124,7 +124,7 @@ fn increments_and_rates_change_together() {
     assert_eq!(float(dv), -0.125);
     assert_eq!(float(accel), -25.0 + 12.5);
     assert_eq!(float(rate), 1.5625 - 0.78125);
-    let four = |at: usize| [at / 4, (at + 3) / 4];
+    let four = |at: usize| [at / 4, at.div_ceil(4)];
     let allowed = [four(dq), four(dv), four(accel), four(rate)].concat();
     assert!(changed.iter().all(|at| allowed.contains(at)), "{changed:?}");
 }

@@ -45,6 +45,8 @@ table::sensor! {
     VectorNav "vectornav" vectornav: VectorNav,
     /// MAVLink HIGHRES_IMU
     Mavlink "mavlink" mavlink: Mavlink,
+    /// Xsens MTData2
+    Xsens "xsens" xsens: Plain,
 }
 
 /// What the frames of a format do not tell.
