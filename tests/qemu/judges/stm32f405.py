@@ -5,8 +5,8 @@ request tables, the interrupt controller (one priority), SysTick. An instruction
 configuring a stream that is enabled, enabling one with flags set or with memory out of its reach.
 
 Standard input, JSON: {"image": path, "command": [hex, ...], "sensor": [hex, ...], "period": cycles between frames, "adis": null}. Each command is
-sent when the answer to the one before has come. "adis": {"product": number, "range": number, "hz": fastest clock}: an ADIS at the SPI, whose bursts
-are what is in "sensor". Standard output: "navigation HEX", "command HEX", "interrupts NUMBER COUNT", "cycles N",
+sent when the answer to the one before has come; "baud": bit rate of the sensor, 921 600 if there is none. "adis": {"product": number, "range": number, "hz": fastest clock}: an ADIS at the SPI, whose bursts
+are what is in "sensor". Standard output: "navigation HEX", "gnss HEX", "command HEX", "line NAME BITS DIVIDER", "interrupts NUMBER COUNT", "cycles N",
 "coupled TOUCHED NOT_ZERO": bytes of core-coupled memory.
 """
 import collections
@@ -101,7 +101,7 @@ class Uart:
         self.chip, self.name = chip, name
         self.base, self.clock, self.interrupt, into, out = UARTS[name]
         self.stream_in, self.stream_out = chip.streams[into], chip.streams[out]
-        self.sr, self.cr1, self.cr3, self.brr = TXE | TC, 0, 0, 0
+        self.sr, self.cr1, self.cr2, self.cr3, self.brr = TXE | TC, 0, 0, 0, 0
         self.data = 0
         self.waiting, self.shifting, self.sends_until = None, None, 0
         self.sent = bytearray()
@@ -109,8 +109,16 @@ class Uart:
         self.idle_at = None
         self.seen = 0  # SR as last read: then DR clears
 
+    def bits(self):
+        """Start bit, data with parity, stop bits (30.6.4, 30.6.5)."""
+        return 1 + (9 if self.cr1 >> 12 & 1 else 8) + (2 if self.cr2 >> 12 & 3 == 2 else 1)
+
+    def divider(self):
+        """30.3.4: with OVER8 the fraction has three bits, and the fourth must be 0."""
+        return (self.brr >> 4) * 8 + (self.brr & 0xF) if self.cr1 >> 15 & 1 else self.brr
+
     def byte_cycles(self):
-        return 10 * self.brr * self.clock
+        return self.bits() * self.divider() * self.clock
 
     def read(self, offset):
         if offset == 0x00:
@@ -119,16 +127,22 @@ class Uart:
         if offset == 0x04:
             self.sr &= ~(RXNE | (self.seen & (ORE | IDLE)))
             return self.data
-        return {0x08: self.brr, 0x0C: self.cr1, 0x14: self.cr3}.get(offset, 0)
+        return {0x08: self.brr, 0x0C: self.cr1, 0x10: self.cr2, 0x14: self.cr3}.get(offset, 0)
 
     def write(self, offset, value):
         if offset == 0x04:
             self.waiting = value & 0xFF
             self.sr &= ~(TXE | TC)
-        elif offset == 0x08:
-            self.brr = value
+        elif offset in (0x08, 0x10):
+            if self.cr1 >> 13 & 1:
+                raise Forbidden(f"{self.name}: bit rate or stop bits changed while it is on")
+            setattr(self, {0x08: "brr", 0x10: "cr2"}[offset], value)
         elif offset == 0x0C:
+            if value >> 13 & 1 and (value >> 15 & 1 and self.brr & 8 or value >> 10 & 1 and not value >> 12 & 1):
+                raise Forbidden(f"{self.name}: fourth bit of the fraction with OVER8, or parity in eight bits")
             self.cr1 = value
+            if not value >> 13 & 1:  # off: what was under way is gone
+                self.sr, self.waiting, self.shifting, self.idle_at = TXE | TC, None, None, None
         elif offset == 0x14:
             self.cr3 = value
 
@@ -147,7 +161,7 @@ class Uart:
     def step(self, now):
         while self.arrivals and self.arrivals[0][0] <= now:
             at, byte = self.arrivals.popleft()
-            if self.cr1 >> 2 & 1:
+            if self.cr1 >> 2 & 1 and self.cr1 >> 13 & 1:
                 if self.sr & RXNE:
                     self.sr |= ORE
                 else:
@@ -367,6 +381,11 @@ class Chip:
             self.systick_at = self.cycles + self.reload + 1
         elif 0xE100 <= offset < 0xE120:
             self.enabled |= {8 * (offset - 0xE100) + n for n in range(32) if value >> n & 1}
+        elif 0xE180 <= offset < 0xE1A0:
+            self.enabled -= {8 * (offset - 0xE180) + n for n in range(32) if value >> n & 1}
+        elif 0xE280 <= offset < 0xE2A0:
+            self.pending -= {8 * (offset - 0xE280) + n for n in range(32) if value >> n & 1}
+            self.settle()
         elif 0xE200 <= offset < 0xE220:
             self.pending |= {8 * (offset - 0xE200) + n for n in range(32) if value >> n & 1}
         elif offset == 0xED0C:
@@ -465,6 +484,7 @@ def main():
             chip.run(chip.cycles + CORE // 10_000)
     chip.served.clear()
     start = chip.cycles
+    byte = round(CORE * lines["sensor"].bits() / asked.get("baud", 921_600))
     for n, text in enumerate(asked["sensor"]):
         at = start + asked["period"] * n
         if adis:
@@ -475,7 +495,10 @@ def main():
         lines["sensor"].arrivals.extend((at + byte * (k + 1), b) for k, b in enumerate(bytes.fromhex(text)))
     chip.run(start + asked["period"] * len(asked["sensor"]) + CORE // 200)
     print("navigation", lines["navigation"].sent.hex())
+    print("gnss", lines["gnss"].sent.hex())
     print("command", lines["command"].sent.hex())
+    for name, line in lines.items():
+        print("line", name, line.bits(), line.divider())
     for number, count in sorted(chip.served.items()):
         print("interrupts", number, count)
     print("cycles", chip.cycles - start)

@@ -61,6 +61,14 @@ fn record() -> Configured {
     record::encode(&told)
 }
 
+/// The packets that configure a board.
+///
+/// # Errors
+/// None.
+pub fn configure(told: &Configuration) -> Result<Vec<Vec<u8>>> {
+    packets(&configuration(&record::encode(told)))
+}
+
 /// The packets that configure a board and set a mode.
 ///
 /// # Errors

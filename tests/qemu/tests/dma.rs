@@ -5,13 +5,14 @@
 use std::path::Path;
 
 use firmware::app::{Config, Hardware};
+use firmware::configuration::{Configuration, Parity, SerialLines};
 use firmware::control::Mode;
 use firmware::wire::ImuFormat;
 use firmware::wire::adis::Burst;
 use qemu::drive::{Record, drive};
 use qemu::images::{Image, STM32F405, STM32F405_WINDOW};
 use qemu::judges::{ask, python};
-use qemu::protocol::{mode, set_up};
+use qemu::protocol::{configure, mode, set_up};
 use qemu::replay::Input;
 use qemu::software::on_desktop;
 
@@ -36,6 +37,10 @@ struct Done {
     /// Bytes of core-coupled memory that it has written to, from the first on, and how many of them
     /// are not 0.
     coupled: [usize; 2],
+    /// What it sent on USART3, hexadecimal.
+    usart3: String,
+    /// Bits of a byte and divider of USART1, USART2, USART3 and UART4.
+    lines: Vec<(i32, usize)>,
 }
 
 impl Done {
@@ -50,13 +55,14 @@ fn run(
     image: &Path,
     commands: &[Vec<u8>],
     frames: &[Record],
-    period: u32,
+    (period, baud): (u32, u32),
     adis: &serde_json::Value,
 ) -> Done {
     let commands: Vec<_> = commands.iter().map(|packet| hex(packet)).collect();
     let sensor: Vec<_> = frames.iter().map(|frame| hex(&frame.bytes)).collect();
     let asked = serde_json::json!({
-        "image": image, "command": commands, "sensor": sensor, "period": period, "adis": adis,
+        "image": image, "command": commands, "sensor": sensor, "period": period, "baud": baud,
+        "adis": adis,
     });
     let output = ask(python, "stm32f405.py", asked.to_string().as_bytes()).expect("it runs");
     let values = |name: &'static str| {
@@ -78,6 +84,10 @@ fn run(
             .to_owned(),
         served: values("interrupts ").map(pair).collect(),
         coupled: [written as usize, not_zero],
+        usart3: values("gnss ").next().expect("a line").trim().to_owned(),
+        lines: values("line ")
+            .map(|line| pair(line.split_once(' ').expect("a name").1))
+            .collect(),
     }
 }
 
@@ -97,7 +107,7 @@ fn corrects(image: Image, format: ImuFormat, seconds: u32, period: u32) {
         &built,
         &set_up().expect("requests"),
         &frames,
-        period,
+        (period, BAUD),
         &serde_json::Value::Null,
     );
     let mut input: Vec<_> = set_up()
@@ -152,13 +162,80 @@ fn an_adis_is_found_and_its_bursts_leave() {
             })
             .collect();
         let adis = serde_json::json!({"product": product, "range": range, "hz": hz});
-        let done = run(&python, &built, &[], &frames, MILLISECOND, &adis);
+        let done = run(&python, &built, &[], &frames, (MILLISECOND, BAUD), &adis);
         let expected: Vec<u8> = frames.into_iter().flat_map(|frame| frame.bytes).collect();
         assert!(done.sent == hex(&expected), "{product}: {}", done.sent);
         assert_eq!(done.served(DATA_READY), 100, "{product}");
     }
 }
 
+/// The configuration opens the lines anew while DMA moves their bytes: bit rate, parity, stop bits,
+/// and which UART is whose. The command link answers on, and the sensor's frames pass, byte for
+/// byte. A divider below 16 has 8 looks a bit.
+#[test]
+fn lines_are_opened_anew_as_told() {
+    let (Some(python), Some(built)) = (python(), STM32F405.build_or_skip()) else {
+        return;
+    };
+    let frames: Vec<_> = drive(ImuFormat::Stim300, 1)
+        .expect("a drive")
+        .into_iter()
+        .filter(|record| record.input == Input::Sensor)
+        .collect();
+    let bytes: Vec<u8> = frames
+        .iter()
+        .flat_map(|frame| frame.bytes.clone())
+        .collect();
+    let usual = SerialLines::DEFAULT;
+    let cases = [
+        (
+            SerialLines {
+                sensor_baud: 1_843_200,
+                parity: Parity::Odd,
+                two_stop_bits: true,
+                receiver_baud: 9600,
+                pins: 1,
+            },
+            1_826_087,
+            [(12, 46), (12, 23), (10, 4375)],
+        ),
+        (
+            SerialLines {
+                sensor_baud: 3_000_000,
+                pins: 2,
+                ..usual
+            },
+            3_000_000,
+            [(10, 28), (10, 365), (10, 14)],
+        ),
+    ];
+    for (lines, baud, expected) in cases {
+        let mut told = Configuration::default();
+        told.lines = lines;
+        told.correction.check_rate = false;
+        let commands = configure(&told).expect("packets");
+        let done = run(
+            &python,
+            &built,
+            &commands,
+            &frames,
+            (MILLISECOND, baud),
+            &serde_json::Value::Null,
+        );
+        assert_eq!(done.lines[..3], expected, "{lines:?}");
+        assert_eq!(done.lines[3], (10, 46), "the command link");
+        let (sent, other) = if lines.pins == 2 {
+            (&done.usart3, &done.sent)
+        } else {
+            (&done.sent, &done.usart3)
+        };
+        assert!(*sent == hex(&bytes), "{lines:?}: {sent}");
+        assert!(other.is_empty(), "{lines:?}: {other}");
+    }
+}
+
+/// Bit rate of the sensor without a configuration.
+const BAUD: u32 = 921_600;
 /// Cycles from frame to frame.
 const MILLISECOND: u32 = 168_000;
 
@@ -198,7 +275,14 @@ fn the_learner_is_in_core_coupled_memory() {
             return;
         };
         let none = serde_json::Value::Null;
-        let done = run(&python, &built, &commands, &frames, MILLISECOND, &none);
+        let done = run(
+            &python,
+            &built,
+            &commands,
+            &frames,
+            (MILLISECOND, BAUD),
+            &none,
+        );
         let [written, not_zero] = done.coupled;
         let name = image.name;
         assert!(done.sent.len() > 100, "{name}: {} digits", done.sent.len());
