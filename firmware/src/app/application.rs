@@ -72,15 +72,14 @@ impl<'m> App<'m> {
     /// The same with a learner, for mode learn.
     pub fn with_learner(config: Config, learner: Option<&'m mut dyn Learner>) -> App<'m> {
         let record = config.told.as_ref().map(record::encode);
-        App::with_record(config, record.unwrap_or_default(), learner)
+        App::of(
+            config,
+            Server::new(record.unwrap_or_default(), false),
+            learner,
+        )
     }
 
-    /// The same with the record of the configuration, as it was stored.
-    pub fn with_record(
-        config: Config,
-        record: Record,
-        learner: Option<&'m mut dyn Learner>,
-    ) -> App<'m> {
+    fn of(config: Config, server: Server, learner: Option<&'m mut dyn Learner>) -> App<'m> {
         let lines = config.lines();
         App {
             machine: Machine::new(),
@@ -89,7 +88,7 @@ impl<'m> App<'m> {
             flow: Flow::new(config, learner),
             reverse: Reverse::default(),
             packets: Packets::new(),
-            server: Server::new(record),
+            server,
             receiver: Framer::new(ReceiverFormat::Ubx),
             fix: None,
             heard_us: 0,
@@ -157,6 +156,7 @@ impl<'m> App<'m> {
         let record = &self.server.record;
         let done = save(&self.flow.config.nets, record);
         self.server.stored = done && !record.is_empty();
+        self.flow.config.unread &= !done;
         self.flow.flag(fault::STORE, !done);
     }
 

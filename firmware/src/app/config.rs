@@ -39,6 +39,8 @@ pub struct Config {
     pub store: bool,
     /// The store holds something of a newer firmware, whose version this is. It is kept.
     pub newer: Option<u16>,
+    /// The store holds something that cannot be read.
+    pub unread: bool,
     /// Mark a frame whose correction must not be trusted, in a spare bit of the frame (interface
     /// control document, "Our own faults").
     pub mark: bool,
@@ -72,6 +74,7 @@ impl Config {
             silence_us: correction.silence_us,
             store: false,
             newer: None,
+            unread: false,
             mark: correction.mark,
             told: Some(told.clone()),
             configured: true,
@@ -130,6 +133,7 @@ impl Default for Config {
             silence_us: 100_000,
             store: false,
             newer: None,
+            unread: false,
             mark: true,
             told: None,
             configured: true,

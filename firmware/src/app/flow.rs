@@ -106,6 +106,7 @@ impl<'m> Flow<'m> {
         if let (Some(learner), Some(told)) = (&mut learner, &config.told) {
             learner.configure(&Settings::of(told));
         }
+        let unread = config.unread;
         Flow {
             mode: config.mode,
             error_bound_m: config.error_bound().table(),
@@ -115,7 +116,7 @@ impl<'m> Flow<'m> {
             config,
             alignment: None,
             counters: Counters::default(),
-            faults: 0,
+            faults: if unread { fault::STORE } else { 0 },
             other_sensor: 0,
             channels: Channels::default(),
             stream: None,

@@ -46,13 +46,13 @@ pub(super) struct Server {
 }
 
 impl Server {
-    /// With the configuration record in use.
-    pub const fn new(record: Record) -> Server {
+    /// With the configuration record in use; `stored`: it is the stored one.
+    pub const fn new(record: Record, stored: bool) -> Server {
         Server {
             received: Vec::new(),
             answer: [0; MAX_PACKET],
             record,
-            stored: false,
+            stored,
             renewed: false,
         }
     }

@@ -113,7 +113,7 @@ impl Stream {
     /// Frames that can be missing without a trace, because the counter has come round.
     pub fn turn(&self) -> Option<u32> {
         match self.sequence {
-            Sequence::Counter(rule) => Some(rule.modulus / rule.step),
+            Sequence::Counter(rule) => rule.modulus.checked_div(rule.step),
             Sequence::Time { .. } => Some(u32::MAX),
             Sequence::None => None,
         }

@@ -31,6 +31,7 @@ impl App<'_> {
             nets: if same { old.nets } else { Nets::NONE },
             store: old.store,
             newer: old.newer,
+            unread: old.unread,
             hardware: old.hardware,
             ..new
         };

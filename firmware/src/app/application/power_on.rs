@@ -3,12 +3,12 @@
 use super::App;
 use crate::app::config::Config;
 use crate::app::hardware::Hardware;
+use crate::app::server::Server;
 use crate::configuration::SCHEMA;
 use crate::configuration::record::{Record, decode, schema};
 use crate::learn::Learner;
 use crate::model::Nets;
 use crate::store::{Newer, Stored};
-use crate::wire::command::fault;
 
 impl<'m> App<'m> {
     /// With what the store holds; `None`: the board has no store.
@@ -50,13 +50,12 @@ impl<'m> App<'m> {
             nets,
             store,
             newer,
+            unread,
             hardware,
             ..told.map_or_else(|| Config::untold(hardware), Config::of)
         };
         let stored = !record.is_empty();
-        let mut app = App::with_record(config, record, learner);
-        app.server.stored = stored;
-        app.flow.flag(fault::STORE, unread);
-        app
+        // built where it will be: it is too large to be on the stack twice
+        App::of(config, Server::new(record, stored), learner)
     }
 }

@@ -19,6 +19,7 @@ pub fn combined(
     let fixes = fixes.or_else(|| FIXES.try_take())?;
     Some(CombinedLearner {
         references: windows()?,
+        // until the configuration tells others; without one it does not begin
         fixes: FixLearner::new(fixes, Settings::MEDIUM),
     })
 }

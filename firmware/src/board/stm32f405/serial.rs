@@ -14,6 +14,7 @@ use firmware::configuration::SerialLines;
 use firmware::link::dma::Stream as _;
 use firmware::link::rates::Clock;
 use firmware::link::uart::{self, Uart};
+use stm32f4::stm32f405::usart1::RegisterBlock;
 use stm32f4::stm32f405::{DMA1, DMA2, Interrupt, Peripherals, UART4, USART1, USART2, USART3};
 
 use super::clock::Clocks;
@@ -166,86 +167,104 @@ fn pend(interrupt: Interrupt) {
 /// The order: the interrupts are masked, so that only this function touches line and streams; the
 /// UART is switched off, then both streams; the rings learn how far the streams had come; all is set
 /// up anew and switched on; the interrupts are let through, and the first transfer begins.
-#[inline(never)]
 pub fn reopen(clocks: Clocks, old: &SerialLines, new: &SerialLines) {
-    let (were, are) = (Frame::of(old), Frame::of(new));
-    macro_rules! again {
-        ($n:literal, $line:ident, $uart:ident, $bus:expr, $in:ident, $in_interrupt:ident, $out:ident, $out_interrupt:ident, $moved:expr) => {
-            let ([were, are], uart) = ([&were[$n], &are[$n]], $uart::ptr());
-            if were != are || $moved {
+    macro_rules! line {
+        ($line:ident, $uart:ident, $bus:expr, $in:ident, $in_interrupt:ident, $out:ident, $out_interrupt:ident) => {
+            Reopened {
+                line: &$line,
                 // SAFETY: the registers exist for ever, and the handlers that use them are masked
-                // below.
-                let uart = unsafe { &*uart };
-                let left = || $line.has_sent() && uart.sr().read().tc().bit_is_set();
-                let _ = (0..PATIENCE).any(|_| left());
-                let interrupts = [
+                // while these are used.
+                uart: unsafe { &*$uart::ptr() },
+                clock: Clock::stm32($bus),
+                interrupts: [
                     Interrupt::$uart,
                     Interrupt::$in_interrupt,
                     Interrupt::$out_interrupt,
-                ];
-                interrupts.into_iter().for_each(NVIC::mask);
-                cortex_m::asm::dsb();
-                cortex_m::asm::isb();
-                let dma = uart.cr3().read().dmar().bit_is_set();
-                uart.cr1().reset();
-                uart.cr3().reset();
-                let left = if dma {
+                ],
+                stop: || {
                     $out().stop();
                     $in().stop()
-                } else {
-                    0
-                };
-                $line.closed(left);
-                if $moved {
-                    pins::sensor(new.pins);
-                }
-                interrupts.into_iter().for_each(NVIC::unpend);
-                set(uart, Clock::stm32($bus), are, dma);
-                for interrupt in interrupts {
-                    if dma || interrupt == Interrupt::$uart {
-                        // SAFETY: as in `open`.
-                        unsafe { NVIC::unmask(interrupt) };
-                    }
-                }
-                pend(Interrupt::$in_interrupt); // the first transfer; masked without DMA
+                },
             }
         };
     }
     let Clocks { apb1, apb2, .. } = clocks;
+    let lines = [
+        line!(
+            SENSOR,
+            USART1,
+            apb2,
+            usart1_in,
+            DMA2_STREAM2,
+            usart1_out,
+            DMA2_STREAM7
+        ),
+        line!(
+            NAVIGATION,
+            USART2,
+            apb1,
+            usart2_in,
+            DMA1_STREAM5,
+            usart2_out,
+            DMA1_STREAM6
+        ),
+        line!(
+            GNSS,
+            USART3,
+            apb1,
+            usart3_in,
+            DMA1_STREAM1,
+            usart3_out,
+            DMA1_STREAM3
+        ),
+    ];
     let moved = (old.pins == pins::OTHER) != (new.pins == pins::OTHER);
-    again!(
-        0,
-        SENSOR,
-        USART1,
-        apb2,
-        usart1_in,
-        DMA2_STREAM2,
-        usart1_out,
-        DMA2_STREAM7,
-        moved
-    );
-    again!(
-        1,
-        NAVIGATION,
-        USART2,
-        apb1,
-        usart2_in,
-        DMA1_STREAM5,
-        usart2_out,
-        DMA1_STREAM6,
-        false
-    );
-    again!(
-        2,
-        GNSS,
-        USART3,
-        apb1,
-        usart3_in,
-        DMA1_STREAM1,
-        usart3_out,
-        DMA1_STREAM3,
-        false
-    );
+    let frames = Frame::of(old).into_iter().zip(Frame::of(new));
+    for ((line, (was, is)), moved) in lines.iter().zip(frames).zip([moved, false, false]) {
+        if was != is || moved {
+            line.again(&is, moved.then_some(new.pins));
+        }
+    }
+}
+
+/// A line that is opened anew.
+struct Reopened {
+    line: &'static Uart,
+    uart: &'static RegisterBlock,
+    clock: Clock,
+    /// Of the UART and of its streams in and out.
+    interrupts: [Interrupt; 3],
+    /// Stops both streams; returns how many bytes the receiving one has not moved.
+    stop: fn() -> usize,
+}
+
+impl Reopened {
+    /// `pins`: the set whose pins the sensor's line gets.
+    #[inline(never)]
+    fn again(&self, frame: &Frame, pins: Option<u8>) {
+        let (uart, [_, receives, _]) = (self.uart, self.interrupts);
+        let left = || self.line.has_sent() && uart.sr().read().tc().bit_is_set();
+        let _ = (0..PATIENCE).any(|_| left());
+        self.interrupts.into_iter().for_each(NVIC::mask);
+        cortex_m::asm::dsb();
+        cortex_m::asm::isb();
+        let dma = uart.cr3().read().dmar().bit_is_set();
+        uart.cr1().reset();
+        uart.cr3().reset();
+        self.line.closed(if dma { (self.stop)() } else { 0 });
+        if let Some(pins) = pins {
+            pins::sensor(pins);
+        }
+        self.interrupts.into_iter().for_each(NVIC::unpend);
+        set(uart, self.clock, frame, dma);
+        for (number, interrupt) in self.interrupts.into_iter().enumerate() {
+            if dma || number == 0 {
+                // SAFETY: as in `open`.
+                unsafe { NVIC::unmask(interrupt) };
+            }
+        }
+        pend(receives); // the first transfer; masked without DMA
+    }
 }
 
 /// The streams of a line (RM0090 tables 42 and 43).
