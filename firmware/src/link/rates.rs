@@ -129,7 +129,8 @@ mod tests {
                 error,
             })
         };
-        // RM0090 30.3.4, its table for 42 MHz: 921.6 kbit/s are 913.043 kbit/s with 2.875, 0.93 % off
+        // RM0090 30.3.4, its table for 42 MHz: 921.6 kbit/s are 913.043 kbit/s with 2.875, 0.93 %
+        // off
         assert_eq!(SLOW.rate(921_600), rate(46, 913_043, 93));
         assert_eq!(SLOW.rate(1_000_000), rate(42, 1_000_000, 0));
         assert_eq!(FAST.rate(1_000_000), rate(84, 1_000_000, 0));

@@ -214,9 +214,9 @@ impl Navigator {
         }
     }
 
-    /// Where the antenna was, seen from the sensors, `age` seconds before the end of the last piece,
-    /// and how it moved: north, east, down, m and m/s. The turn of the last piece goes on for that
-    /// time. The Earth's rotation counts as the vehicle's: 0.2 mm/s at 3 m.
+    /// Where the antenna was, seen from the sensors, `age` seconds before the end of the last
+    /// piece, and how it moved: north, east, down, m and m/s. The turn of the last piece goes on
+    /// for that time. The Earth's rotation counts as the vehicle's: 0.2 mm/s at 3 m.
     fn antenna(&self, age: f64) -> [V; 2] {
         let (turn, time) = self.turn;
         let rate = if time > 0.0 {

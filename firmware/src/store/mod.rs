@@ -5,8 +5,8 @@
 //! either the old record or the new one is found. Without a good slot the device has the built-in
 //! networks and no configuration.
 //!
-//! A slot is one erase unit or several. Its record is little-endian, padded with FF to a multiple of
-//! 64 bytes:
+//! A slot is one erase unit or several. Its record is little-endian, padded with FF to a multiple
+//! of 64 bytes:
 //!
 //! | offset | length | content |
 //! |---|---|---|
@@ -156,8 +156,8 @@ impl<F: NorFlash> Store<F> {
     /// this is complete.
     ///
     /// # Errors
-    /// [`Error::Flash`], [`Error::Verify`] or [`Error::Newer`]; the newest good record is then still
-    /// the previous one.
+    /// [`Error::Flash`], [`Error::Verify`] or [`Error::Newer`]; the newest good record is then
+    /// still the previous one.
     pub fn save(&mut self, nets: &Nets, record: &Record) -> Result<Stored, Error<F::Error>> {
         let (slot, generation) = self.next().map_err(Error::Newer)?;
         self.write(slot, nets, record, generation)
@@ -205,8 +205,8 @@ impl<F: NorFlash> Store<F> {
         if slot == 0 { 0 } else { self.slot_len }
     }
 
-    /// The frame of a slot's record, if its checksum is right. It is read in pieces: a newer version
-    /// may be longer than ours.
+    /// The frame of a slot's record, if its checksum is right. It is read in pieces: a newer
+    /// version may be longer than ours.
     #[inline(never)]
     fn header(&mut self, slot: usize) -> Option<Header> {
         let start = self.start(slot);

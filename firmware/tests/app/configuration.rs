@@ -537,7 +537,8 @@ fn a_power_cycle_brings_back_what_was_stored() {
     assert_eq!(device.lines.navigation.sent, STIM.stream(0, 10));
 }
 
-/// What a newer firmware has stored is told and kept, and so is a configuration that cannot be read.
+/// What a newer firmware has stored is told and kept, and so is a configuration that cannot be
+/// read.
 #[test]
 fn what_cannot_be_read_is_told_and_not_used() {
     let sealed_store = |version: u32, record: &[u8]| {

@@ -93,8 +93,8 @@ impl Uart {
         self.line.port(pend)
     }
 
-    /// Opens it anew with another divider. `interrupts`: its numbers. What has come stays; what is to
-    /// be sent has some time to leave, and the rest is lost.
+    /// Opens it anew with another divider. `interrupts`: its numbers. What has come stays; what is
+    /// to be sent has some time to leave, and the rest is lost.
     pub fn reopen(&self, divider: u32, interrupts: [u16; 2]) {
         let left = || self.line.has_sent() && self.registers().state.read() & FULL == 0;
         let _ = (0..PATIENCE).any(|_| left());

@@ -5,11 +5,13 @@
 //!
 //! | set | sensor | navigation computer | receiver | for |
 //! |---|---|---|---|---|
-//! | 0 | PB6, PB7 (USART1) | PA2, PA3 (USART2) | PB10, PB11 (USART3) | pyboard 1.1, Olimex STM32-H405 |
-//! | 1 | PA9, PA10 (USART1) | PA2, PA3 (USART2) | PB10, PB11 (USART3) | boards that use PB6 and PB7 as an I2C bus |
-//! | 2 | PB6, PB7 (USART1) | PB10, PB11 (USART3) | PA2, PA3 (USART2) | Feather STM32F405, whose headers have PB6, PB7 (SCL, SDA) and PB10, PB11 (TX, RX) |
+//! | 0 | PB6, PB7 | PA2, PA3 | PB10, PB11 | pyboard 1.1, Olimex STM32-H405 |
+//! | 1 | PA9, PA10 | PA2, PA3 | PB10, PB11 | boards that use PB6 and PB7 as an I2C bus |
+//! | 2 | PB6, PB7 | PB10, PB11 | PA2, PA3 | Feather STM32F405 |
 //!
-//! Not for set 1: boards that use PA9 and PA10 for USB (pyboard).
+//! The headers of a Feather STM32F405 have PB6 and PB7 as SCL and SDA, PB10 and PB11 as TX and RX
+//! (Adafruit's schematic of product 4382). Set 1 is not for boards that use PA9 and PA10 for USB
+//! (pyboard). PB6, PB7, PA9, PA10 are USART1, PA2, PA3 USART2, PB10, PB11 USART3.
 
 use stm32f4::stm32f405::{GPIOA, GPIOB, RCC};
 

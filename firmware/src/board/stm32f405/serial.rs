@@ -163,10 +163,10 @@ fn pend(interrupt: Interrupt) {
 
 /// Opens USART1 to USART3 anew where they change from `old` to `new`. The command link goes on.
 ///
-/// What has come stays in its ring. What is to be sent has some time to leave, and the rest is lost.
-/// The order: the interrupts are masked, so that only this function touches line and streams; the
-/// UART is switched off, then both streams; the rings learn how far the streams had come; all is set
-/// up anew and switched on; the interrupts are let through, and the first transfer begins.
+/// What has come stays in its ring. What is to be sent has some time to leave, and the rest is
+/// lost. The order: the interrupts are masked, so that only this function touches line and streams;
+/// the UART is switched off, then both streams; the rings learn how far the streams had come; all
+/// is set up anew and switched on; the interrupts are let through, and the first transfer begins.
 pub fn reopen(clocks: Clocks, old: &SerialLines, new: &SerialLines) {
     macro_rules! line {
         ($line:ident, $uart:ident, $bus:expr, $in:ident, $in_interrupt:ident, $out:ident, $out_interrupt:ident) => {
