@@ -324,6 +324,12 @@ fn unknown_units_end_in_pass_through() {
     assert_eq!(device.app.phase(), Phase::Fault(Cause::Units));
     assert_eq!(device.lines.navigation.bytes(), stream);
     assert_eq!(device.app.faults(), fault::PASS_THROUGH | fault::UNITS);
+    // and nothing else, however long it lasts
+    for n in 0..100 {
+        device.feed(&STIM.stream(n, n + 1).concat());
+        device.wait_ms(50);
+    }
+    assert_eq!(device.app.faults(), fault::PASS_THROUGH | fault::UNITS);
     // in bypass no units need to be known
     let mut device = Device::new(integrated);
     device.feed(&stream);

@@ -259,6 +259,35 @@ fn not_every_silence_is_a_start() {
     assert_eq!(device.counters().restarts, 0);
 }
 
+/// A sensor that sends a frame a second is silent most of the time, and is corrected all the same.
+#[test]
+fn a_slow_sensor_does_not_start_anew() {
+    let kind = Kind::KVH;
+    let mut config = Config {
+        mode: Mode::Frozen,
+        nets: nets([1e-3, 0.0, 0.0], [0.0; 3]),
+        limit: Limit {
+            gyro: 1.0,
+            accel: 1.0,
+        },
+        block: 2.0,
+        ..kind.config()
+    };
+    config.sensor.rate = 1.0;
+    let mut device = Device::new(config);
+    for n in 0..50 {
+        let frame = kind.stream(n, n + 1).remove(0);
+        device.feed(&frame);
+        device.wait_ms(1100);
+        if n > 3 {
+            let sent = device.lines.navigation.sent.last().expect("a frame");
+            assert!(values(kind.format, sent)[0] < values(kind.format, &frame)[0]);
+        }
+    }
+    assert_eq!(device.counters().restarts, 0);
+    assert_eq!(device.app.faults(), fault::SILENT);
+}
+
 /// All six values the same for a second and 100 samples, although the sensor calls them good: they
 /// are told and not learnt from. Corrections go on.
 #[test]

@@ -83,7 +83,8 @@ impl App<'_> {
         if core::mem::replace(&mut self.frames_seen, frames) != frames {
             self.frameless_us = now;
         }
-        let hears = now.saturating_sub(self.heard_us) < SECOND_US;
+        let reads = !matches!(self.machine.phase(), Phase::Fault(_));
+        let hears = reads && now.saturating_sub(self.heard_us) < SECOND_US;
         if hears && now.saturating_sub(self.frameless_us) >= FRAMELESS_US {
             self.flow.flag(fault::UNKNOWN_FORMAT, true);
         }

@@ -14,6 +14,9 @@ use crate::wire::{Checked, Reading};
 /// that was pulled, and cables carry the power.
 const POWER_CYCLE_US: u64 = 1_000_000;
 
+/// The same in periods of the samples, for slow sensors.
+const POWER_CYCLE_PERIODS: f64 = 10.0;
+
 /// After so many frames beside those that make blocks it is compared which come more often.
 const COMPARED: u32 = 64;
 
@@ -153,7 +156,8 @@ impl Flow<'_> {
         if let Some(silent) = self.silent_us.take() {
             let stream = self.stream.as_ref();
             let anew = stream.is_some_and(|stream| stream.has_begun_anew(&self.last, reading));
-            if anew || silent >= POWER_CYCLE_US {
+            let periods = stream.map_or(0.0, |stream| silent as f64 * 1e-6 * stream.rate);
+            if anew || (silent >= POWER_CYCLE_US && periods >= POWER_CYCLE_PERIODS) {
                 self.restarted();
             }
         }

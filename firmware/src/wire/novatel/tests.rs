@@ -232,6 +232,62 @@ fn other_logs_pass_and_impossible_lengths_do_not_wait() {
 }
 
 /// With a start mark in its data.
+/// A VERSION log of three components, longer than a framer waits for, as the encoder of
+/// `novatel_edie` 2.10.11 writes it.
+const VERSION: [u8; 360] = hex(concat!(
+    "aa44121c25000020480100008fb45205feb14814080000028136f30803000000010000004c31325256000000",
+    "0000000000000000445a5a303630343030313000000000004f454d5632472d322e30302d32540000332e3030",
+    "304131390000000000000000332e3030304139000000000000000000323030362f4665622f20390031373a31",
+    "343a33330000000001007a3a5343484f54540000000000000000000000000000000000000000000000000000",
+    "0000000000000000000000000000000000000000000000000000000000000000000000000000000000000000",
+    "0000000000000000000000000000000000000000000000000000000001007a3a555345524150500000000000",
+    "000000000000000000000000000000000000000000000000000000000000000000000000312e303030413100",
+    "000000000000000000000000000000000000000000000000323030362f4665622f20390031373a31343a3333",
+    "00000000b425324a",
+));
+
+/// It passes as one long message in whatever pieces it comes, and the frames around it are found.
+#[test]
+fn a_longer_log_than_the_framer_waits_for() {
+    use crate::wire::framer::{Kind, tests::events};
+    let [before, after] = [example(1), example(2)];
+    let stream = [&before[..], &VERSION, b"<OK\r\n", &after].concat();
+    for piece in [1, 7, 100, 256] {
+        let found = events(crate::wire::ImuFormat::Novatel, &stream, piece);
+        let of = |wanted: Kind| -> Vec<u8> {
+            let events = found.iter().filter(|(kind, _)| *kind == wanted);
+            events.flat_map(|(_, bytes)| bytes.clone()).collect()
+        };
+        assert_eq!(of(Kind::Frame), [&before[..], &after].concat(), "{piece}");
+        assert_eq!(of(Kind::Long), VERSION, "{piece}");
+        assert_eq!(of(Kind::Garbage), b"<OK\r\n", "{piece}");
+    }
+}
+
+/// The smallest number on the wire has no opposite, and the largest y does not wrap to it.
+#[test]
+fn the_ends_of_y_hold() {
+    let y = 12 + at::GYRO + 4;
+    let wire = |frame: &[u8]| i32::from_le_bytes(take(frame, y));
+    for (came, moved, left) in [
+        (i32::MIN, 0, i32::MIN),
+        (i32::MIN, -5, -i32::MAX + 5),
+        (i32::MAX, 0, i32::MAX),
+        (i32::MAX, -5, i32::MAX),
+        (i32::MAX, 5, i32::MAX - 5),
+    ] {
+        let mut frame = RING_LASER;
+        put(&mut frame, y, came.to_le_bytes());
+        seal(&mut frame);
+        let mut view = Frame::new_checked(&mut frame).unwrap();
+        let [x, y, z] = view.gyro();
+        let accel = view.accel();
+        view.change([x, y.saturating_add(moved), z], accel, false);
+        assert_eq!(wire(&frame), left, "{came} {moved}");
+        assert_eq!(scan(&frame), Scan::Frame(56));
+    }
+}
+
 pub(in crate::wire) fn example(n: u8) -> Vec<u8> {
     let repr = Repr {
         log: Log::Rawimusx,
