@@ -15,6 +15,7 @@ mod tests;
 
 pub use drive::{Drive, Input, Record, drive, drive_from, drive_told};
 pub use judge::{Latency, Verdict};
+pub use software::nets as networks;
 
 use crate::device::{Link, Port, configure, images, set_up};
 use crate::error::Error;

@@ -87,6 +87,18 @@ impl Twin {
         std::mem::take(&mut self.lines.navigation.sent)
     }
 
+    /// Carries out requests; their answers are not looked at.
+    pub fn orders(&mut self, requests: &[Request]) {
+        for request in requests {
+            let mut packet = [0; MAX_PACKET];
+            if let Ok(packet) = command::encode(0, request, &mut packet) {
+                self.lines.command.received.extend(&*packet);
+            }
+            self.settle();
+        }
+        self.lines.command.sent.clear();
+    }
+
     fn settle(&mut self) {
         while self.app.poll(&mut self.lines, &self.now) {}
     }
