@@ -189,8 +189,7 @@ fn run(kind: &Kind, command: Command, ended: &AtomicBool) {
     while !ended.load(Ordering::Relaxed) {
         let busy = app.poll(&mut lines, &clock);
         if app.wants_to_store() {
-            let _ = app.to_store();
-            app.stored(!kind.worn);
+            app.store(|_, _| !kind.worn);
         }
         if !busy {
             thread::sleep(Duration::from_micros(500));
