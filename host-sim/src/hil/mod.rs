@@ -135,12 +135,13 @@ impl Setup {
         }
     }
 
-    /// What the board is told for the run: it starts in mode bypass, and a drive that comes faster
-    /// than in real time has no rate.
+    /// What the board is told for the run: it starts in mode bypass, the axes of the simulated
+    /// sensor are the vehicle's, and a drive that comes faster than in real time has no rate.
     fn for_the_run(&self) -> Configuration {
         let mut told = self.told.clone();
         told.correction.mode = Mode::Bypass;
-        told.correction.check_rate = !self.fast;
+        told.correction.check_rate &= !self.fast;
+        told.mounting = Configuration::default().mounting;
         told
     }
 }

@@ -11,6 +11,7 @@ use firmware::wire::command::{Health, Request, fault};
 use host_sim::device;
 use host_sim::hil::{self, Drive};
 use host_sim::simulator::imu::ImuSpec;
+use host_sim::unit::sensor::{Angle, Kvh, Rotation};
 use host_sim::unit::{Unit, around};
 use qemu::images::BOARDS;
 use qemu::listening::Listening;
@@ -19,26 +20,24 @@ use qemu::lockstep::{Board, Twin, in_step};
 /// The drive: this long, the first part of it at rest.
 const SECONDS: [u32; 2] = [80, 45];
 
-/// Four sensors, each with its own format and rate. All have the datasheet of the medium laser
-/// gyro: the device learns nothing from gyros that cannot find north.
-const SENSORS: [&str; 4] = ["stim300", "kvh-1775", "hg4930", "novatel"];
+/// Presets of four sensors, each with its own format and rate.
+const SENSORS: [&str; 4] = ["stim300", "kvh1775", "hg4930", "hg1700"];
 
+/// The unit file of a preset, changed so that a short drive teaches something, and read again. It
+/// has the datasheet of the medium laser gyro, because a device learns nothing from gyros that
+/// cannot find north.
 fn unit(name: &str) -> Unit {
-    let sensor = match name {
-        "stim300" => "format = 'stim300'\nrate_hz = 250",
-        "kvh-1775" => "format = 'kvh'\nrate_hz = 100\nkvh = { rotation = 'rate', angle = 'deg' }",
-        "hg4930" => "format = 'hg4930'\nrate_hz = 100",
-        _ => "format = 'novatel'\nnovatel = { imu_type = 11 }",
-    };
-    let text = format!(
-        "name = '{name}'\n\
-         [sensor]\n{sensor}\n\
-         [gyro]\nbias_turn_on_dph = 0.3\nbias_in_run_dph = 0.02\n\
-         angle_random_walk_dpsqrth = 0.005\n\
-         [accel]\nbias_turn_on_ug = 400\nbias_in_run_ug = 20\n\
-         velocity_random_walk_ugpsqrthz = 20\n"
-    );
-    let mut unit: Unit = toml::from_str(&text).expect("a unit");
+    let medium = Unit::default();
+    let mut unit = Unit::preset(name).expect("a preset");
+    (unit.gyro, unit.accel) = (medium.gyro, medium.accel);
+    // serial lines in QEMU carry 40 kB/s
+    unit.sensor.rate_hz = Some(if name == "stim300" { 250.0 } else { 100.0 });
+    unit.sensor.kvh = unit.sensor.kvh.map(|_| Kvh {
+        rotation: Rotation::Rate,
+        angle: Angle::Deg,
+    });
+    // the axes of the simulated sensor are the vehicle's
+    unit.mounting = medium.mounting;
     // what is learnt comes into force without the navigation computer's alignment, and quickly
     unit.correction.mode = around::Mode::Learn;
     unit.correction.activation = around::Activation::Faded;
@@ -48,7 +47,11 @@ fn unit(name: &str) -> Unit {
     // the drive comes faster than in real time, with pauses
     unit.correction.check_rate = false;
     unit.sensor.silence_ms = 10_000.0;
-    unit
+    let file = tempfile::Builder::new().suffix(".toml").tempfile();
+    let file = file.expect("a file");
+    let text = unit.to_text("changed for a short drive").expect("a text");
+    std::fs::write(file.path(), text).expect("written");
+    Unit::load(file.path().to_str().expect("a name")).expect("a unit file")
 }
 
 fn drive(told: &Configuration, seconds: [u32; 2]) -> Drive {
