@@ -27,8 +27,9 @@ pub struct Args {
     #[arg(long, default_value_t = 921_600)]
     baud: u32,
     /// Print JSON: one object; `watch` prints one object a line
-    #[arg(long, global = true)]
-    json: bool,
+    // not named `json`: the default command has an argument of that name and another type
+    #[arg(long = "json", global = true)]
+    as_json: bool,
     #[command(subcommand)]
     command: Command,
 }
@@ -139,7 +140,7 @@ impl Args {
 
     /// Prints a value as JSON, or in the words of `print`.
     fn tell<T: Serialize>(&self, value: &T, print: impl FnOnce()) -> Result<(), Error> {
-        if self.json {
+        if self.as_json {
             let text = serde_json::to_string_pretty(value)
                 .map_err(|error| refused("--json", error.to_string(), "report it"))?;
             println!("{text}");
@@ -180,7 +181,7 @@ impl Args {
             lasts: seconds.map(|seconds| Duration::from_secs(seconds.into())),
             stop: &stop,
             tell: &mut |event| {
-                let text = if self.json {
+                let text = if self.as_json {
                     serde_json::to_string(event)? + "\n"
                 } else {
                     print::event(event, in_place)
