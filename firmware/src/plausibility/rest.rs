@@ -32,6 +32,19 @@ pub(super) const STEADY: f32 = 1.5e-3;
 /// Noise of the difference of two blocks that is allowed, in standard deviations of one block.
 const NOISE: f32 = 8.5;
 
+/// What a time at rest has shown.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Judged {
+    /// What is wrong: bits of [`super::AT_REST`].
+    pub faults: u32,
+    /// What could be judged: likewise.
+    pub judged: u32,
+    /// The means.
+    pub means: Means,
+    /// Blocks.
+    pub blocks: u16,
+}
+
 /// Gathers the means of the blocks at rest and judges them.
 #[derive(Debug)]
 pub struct Rest {
@@ -84,9 +97,8 @@ impl Rest {
     }
 
     /// Takes the mean rate (rad/s) and specific force (m/s2) of a block of `block_s` seconds. At
-    /// the end of a time at rest it gives what is wrong and what could be judged: bits of
-    /// [`super::AT_REST`].
-    pub fn block(&mut self, block_s: f32, rate: [f32; 3], force: [f32; 3]) -> Option<(u32, u32)> {
+    /// the end of a time at rest it gives what was found.
+    pub fn block(&mut self, block_s: f32, rate: [f32; 3], force: [f32; 3]) -> Option<Judged> {
         let rests = match &mut self.fix {
             Some((moves, age)) if *age <= FIX_LASTS_S => {
                 *age += block_s;
@@ -123,9 +135,14 @@ impl Rest {
         } else {
             super::AT_REST
         };
-        let faults = self.means().judge(&self.told) & judged;
+        let (means, blocks) = (self.means(), self.blocks);
         self.restart();
-        Some((faults, judged))
+        Some(Judged {
+            faults: means.judge(&self.told) & judged,
+            judged,
+            means,
+            blocks,
+        })
     }
 
     fn is_steady(&self, block_s: f32, force: [f32; 3]) -> bool {

@@ -160,7 +160,8 @@ fn every_wrong_mounting_raises_axes_and_nothing_else() {
                     let noise = sheet.vrw * UG;
                     let force = force.map(|f| (f + noise * random.normal()) as f32);
                     let rate = rate.map(|w| w as f32);
-                    found = found.or(rest.block(1.0, turn(rate), turn(force)));
+                    let judged = rest.block(1.0, turn(rate), turn(force));
+                    found = found.or(judged.map(|j| (j.faults, j.judged)));
                 }
                 let name = sheet.name;
                 assert_eq!(found, Some((fault::AXES, AT_REST)), "{what}, {name}");
@@ -195,7 +196,8 @@ fn faults_go_when_the_next_rest_is_seen_right() {
     let mut all = Vec::new();
     for second in 0..240 {
         let wrong = if second < 120 { 9.81 } else { 1.0 };
-        all.extend(rest.block(1.0, rate, force.map(|f| f * wrong)));
+        let judged = rest.block(1.0, rate, force.map(|f| f * wrong));
+        all.extend(judged.map(|j| (j.faults, j.judged)));
     }
     let [wrong, right] = [(fault::GRAVITY, AT_REST), (0, AT_REST)];
     assert_eq!(all, [wrong, wrong, right, right]);

@@ -1,10 +1,12 @@
 //! The files of a user's recording on the command line, for `replay` and `convert`.
 
 use crate::error::Error;
+use crate::experiment::doubts::{Field, Says};
 use crate::inertial::axes::Axes;
 use crate::inertial::rotation::from_euler;
 use crate::inertial::session::{EPOCH_S, Session};
 use crate::inertial::units::DEG;
+use crate::recordings::generic::NamedUnit;
 use crate::recordings::record::Record;
 use crate::recordings::track::Track;
 use crate::recordings::{InitialAttitude, generic, kfgins, novatel};
@@ -79,14 +81,46 @@ impl Csv {
     pub(super) fn unit(&self) -> Result<Option<Unit>, Error> {
         generic::unit(&self.header)
     }
+
+    /// What the header says of the samples.
+    pub(super) fn says(&self, record: &Record) -> Result<Says, Error> {
+        let [gyro, accel] = generic::units(&self.header, 1.0 / record.rate_hz as f64)?;
+        let field = |name: &str, (told, units): (NamedUnit, Vec<NamedUnit>)| Field {
+            name: name.into(),
+            told: Some(told),
+            units,
+        };
+        Ok(Says {
+            file: self.header.clone(),
+            gyro: field("imu.gyro.unit", gyro),
+            accel: field("imu.accel.unit", accel),
+            axes: ("imu.axes".into(), RIGHT_FORWARD_UP.into()),
+            rate: None,
+        })
+    }
 }
+
+/// An example of axes.
+const RIGHT_FORWARD_UP: &str = "'y x -z' for right-forward-up";
 
 impl KfGins {
     pub(super) fn record(&self) -> Result<Record, Error> {
         Ok(self.read()?.0)
     }
 
-    pub(super) fn session(&self) -> Result<Session, Error> {
+    /// What the format says of the samples.
+    pub(super) fn says(&self) -> Says {
+        Says {
+            file: self.imu.clone(),
+            gyro: Field::fixed("dtheta in rad"),
+            accel: Field::fixed("dv in m/s"),
+            axes: ("axes".into(), "forward-right-down, those of KF-GINS".into()),
+            rate: None,
+        }
+    }
+
+    /// The recording and its session.
+    pub(super) fn session(&self) -> Result<(Record, Session), Error> {
         let (record, truth) = self.read()?;
         let mut session = record.session()?;
         if let Some(truth) = truth {
@@ -95,7 +129,7 @@ impl KfGins {
                 *state = truth.at(first + k as f64 * EPOCH_S);
             }
         }
-        Ok(session)
+        Ok((record, session))
     }
 
     fn read(&self) -> Result<(Record, Option<Track>), Error> {
@@ -141,8 +175,21 @@ impl Novatel {
         novatel::record(&novatel::read(&self.file)?, self.axes()?, self.kind())
     }
 
-    pub(super) fn session(&self, log: &novatel::Recording) -> Result<Session, Error> {
-        novatel::session(log, self.axes()?, self.kind())
+    /// The recording and its session.
+    pub(super) fn session(&self, log: &novatel::Recording) -> Result<(Record, Session), Error> {
+        let session = novatel::session(log, self.axes()?, self.kind())?;
+        Ok((novatel::record(log, self.axes()?, self.kind())?, session))
+    }
+
+    /// What the log and the options say of the samples.
+    pub(super) fn says(&self, record: &Record) -> Says {
+        Says {
+            file: self.file.clone(),
+            gyro: Field::fixed("--imu"),
+            accel: Field::fixed("--imu"),
+            axes: ("--mounting".into(), RIGHT_FORWARD_UP.into()),
+            rate: Some(("--imu".into(), record.rate_hz as f64)),
+        }
     }
 
     fn kind(&self) -> Option<ImuType> {

@@ -5,11 +5,13 @@ use super::output::Output;
 use super::progress::Stages;
 use super::source::{Csv, KfGins, Novatel};
 use crate::error::Error;
+use crate::experiment::doubts::{Class, Says, Warning, doubts};
 use crate::experiment::user_recording::{LEAST_S, Plan};
 use crate::inertial::session::Session;
 use crate::inertial::units::DEG;
 use crate::learning::teacher::Assumptions;
 use crate::recordings::novatel;
+use crate::recordings::record::Record;
 use crate::unit::Unit;
 use clap::Args as ClapArgs;
 use std::path::Path;
@@ -25,6 +27,9 @@ struct Options {
     unit: UnitOption,
     #[command(flatten)]
     old: OldWords,
+    /// Stop if the samples contradict what is said of them, instead of a warning
+    #[arg(long)]
+    strict: bool,
     /// Standard deviations of a given attitude, deg
     #[arg(
         long,
@@ -87,15 +92,19 @@ pub(super) struct NovatelArgs {
 impl CsvArgs {
     pub(super) fn run(&self) -> Result<(), Error> {
         let named = self.source.unit()?;
-        let session = self.source.record()?.session()?;
-        self.options.replay("csv", &session, named)
+        let record = self.source.record()?;
+        let says = self.source.says(&record)?;
+        self.options
+            .replay("csv", (&record, &says), &record.session()?, named)
     }
 }
 
 impl KfGinsArgs {
     pub(super) fn run(&self) -> Result<(), Error> {
+        let (record, session) = self.source.session()?;
+        let says = self.source.says();
         self.options
-            .replay("kf-gins", &self.source.session()?, None)
+            .replay("kf-gins", (&record, &says), &session, None)
     }
 }
 
@@ -115,33 +124,43 @@ impl NovatelArgs {
             log.corrected.len(),
             log.ins.len()
         );
-        match self.inventory {
-            true => Ok(()),
-            false => self
-                .options
-                .replay("novatel", &self.source.session(&log)?, None),
+        if self.inventory {
+            return Ok(());
         }
+        let (record, session) = self.source.session(&log)?;
+        let says = self.source.says(&record);
+        self.options
+            .replay("novatel", (&record, &says), &session, None)
     }
 }
 
 impl Options {
     /// `named`: the unit that the recording itself names.
-    fn replay(&self, name: &str, session: &Session, named: Option<Unit>) -> Result<(), Error> {
-        let unit = match (self.unit.load()?, named) {
-            (Some(given), _) => given,
-            (None, Some(named)) => named,
-            (None, None) => {
-                eprintln!(
-                    "{name}: no unit is given, so the sensors count as those of 'medium'; remedy: --unit FILE.toml"
-                );
-                Unit::default()
-            }
-        };
+    fn replay(
+        &self,
+        name: &str,
+        (record, says): (&Record, &Says),
+        session: &Session,
+        named: Option<Unit>,
+    ) -> Result<(), Error> {
+        let given = self.unit.load()?.or(named);
+        let is_given = given.is_some();
+        let unit = given.unwrap_or_else(|| {
+            eprintln!(
+                "{name}: no unit is given, so the sensors count as those of 'medium'; remedy: --unit FILE.toml"
+            );
+            Unit::default()
+        });
         let plan = Plan {
             assumptions: Assumptions::of(&unit),
             attitude_sigma: self.attitude_sigma()?,
             learn: self.learn_s,
         };
+        let class = Class {
+            assumed: &plan.assumptions,
+            given: is_given,
+        };
+        let warnings = self.warn(record, says, class)?;
         let learn = plan.learn(session).map_err(|(least, most)| {
             let all = session.epochs();
             let problem = match self.learn_s {
@@ -164,8 +183,23 @@ impl Options {
         stages.begin("aligning, learning, navigating");
         let outcome = plan.replay(name, session, learn);
         stages.end();
-        let outcome = outcome.ok_or_else(|| no_attitude(Path::new(name)))?;
+        let mut outcome = outcome.ok_or_else(|| no_attitude(Path::new(name)))?;
+        outcome.warnings = warnings;
         self.output.leave_outcomes(name, &[outcome])
+    }
+
+    /// Tells where the samples contradict what is said of them.
+    fn warn(&self, record: &Record, says: &Says, class: Class<'_>) -> Result<Vec<Warning>, Error> {
+        let warnings = doubts(record, says, class);
+        for warning in &warnings {
+            eprintln!("{warning}");
+        }
+        if self.strict && !warnings.is_empty() {
+            let problem = format!("was given, and there are {} warnings", warnings.len());
+            let remedy = "see the remedies above, or leave the option out";
+            return Err(refused("--strict", problem, remedy));
+        }
+        Ok(warnings)
     }
 
     fn attitude_sigma(&self) -> Result<[f64; 2], Error> {

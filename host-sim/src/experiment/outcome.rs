@@ -1,5 +1,6 @@
 //! Result of a replay: errors of each scheme some seconds into free-inertial navigation.
 
+use crate::experiment::doubts::Warning;
 use crate::experiment::results::Curves;
 use crate::inertial::free_inertial::FreeInertial;
 use serde::Serialize;
@@ -34,6 +35,8 @@ pub struct Outcome {
     pub rows: Vec<Row>,
     /// What the reader must know, in sentences.
     pub notes: Vec<String>,
+    /// Where the recording contradicts what is said of it.
+    pub warnings: Vec<Warning>,
     /// What the page draws.
     #[serde(skip)]
     pub curves: Curves,
@@ -132,6 +135,7 @@ mod tests {
             case: "c".into(),
             rows,
             notes: Vec::new(),
+            warnings: Vec::new(),
             curves: Curves::default(),
         };
         assert_eq!(outcome.horizontal("raw", 20), Some(100.0));

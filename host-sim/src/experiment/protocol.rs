@@ -179,6 +179,7 @@ pub fn judge(
         case: split.case(),
         rows: rows(&solutions, &settings.times_s),
         notes: vec![note],
+        warnings: Vec::new(),
         curves: Curves {
             learning: learning_curves(&fitted),
             traces: traces(&lesson, &fitted),

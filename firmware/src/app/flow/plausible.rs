@@ -57,8 +57,8 @@ impl Flow<'_> {
             return;
         }
         let block_s = compensator.scale().block_s();
-        if let Some((faults, judged)) = rest.block(block_s, block.rate, block.force) {
-            self.faults = self.faults & !judged | faults;
+        if let Some(found) = rest.block(block_s, block.rate, block.force) {
+            self.faults = self.faults & !found.judged | found.faults;
             self.step_aside();
         }
     }

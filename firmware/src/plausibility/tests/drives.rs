@@ -4,7 +4,7 @@
 
 use crate::configuration::{Triad, VehicleKind};
 use crate::plausibility::Told;
-use crate::plausibility::rest::Rest;
+use crate::plausibility::rest::{Judged, Rest};
 use std::f64::consts::PI;
 use std::vec::Vec;
 
@@ -201,7 +201,7 @@ impl Drive {
                 })
             });
             let [rate, force] = (self.mistake)(means);
-            if let Some((faults, _)) = rest.block(1.0, rate, force) {
+            if let Some(Judged { faults, .. }) = rest.block(1.0, rate, force) {
                 let end = f64::from(second) + 1.0;
                 judged.push(end);
                 found |= faults;

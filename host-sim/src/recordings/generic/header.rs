@@ -148,6 +148,9 @@ fn velocity_sigma() -> [f64; 3] {
     [0.05; 3]
 }
 
+/// A unit by its name, and what 1.0 of it is worth as a rate: rad/s or m/s2.
+pub type NamedUnit = (String, f64);
+
 /// A unit: its name, what it measures, and its value in SI.
 pub(super) type Unit = (&'static str, Kind, f64);
 

@@ -66,6 +66,7 @@ mod fixes;
 mod header;
 mod write;
 
+pub use header::NamedUnit;
 pub use write::{write, write_truth};
 
 use crate::error::Error;
@@ -121,6 +122,34 @@ pub fn unit(header: &Path) -> Result<Option<Unit>, Error> {
     named
         .map(|name| Unit::load_beside(name, header))
         .transpose()
+}
+
+/// The units that a header file names for gyros and accelerometers, and all that it could name. The
+/// samples are `step` seconds apart.
+///
+/// # Errors
+/// As [`read`].
+pub fn units(header: &Path, step: f64) -> Result<[(NamedUnit, Vec<NamedUnit>); 2], Error> {
+    let read = Read::open(header, &[])?;
+    let imu = &read.header.imu;
+    let units = |known: &[header::Unit]| {
+        let value = |unit: &header::Unit| match unit.1 {
+            Kind::Rate => unit.2,
+            Kind::Increment => unit.2 / step,
+        };
+        let all = known.iter().map(|unit| (unit.0.to_owned(), value(unit)));
+        all.collect::<Vec<_>>()
+    };
+    let named = |key: &str, name: &str, known: &[header::Unit]| {
+        read.unit(key, name, known)?;
+        let all = units(known);
+        let told = all.iter().find(|unit| unit.0 == name).cloned();
+        Ok((told.unwrap_or_default(), all))
+    };
+    Ok([
+        named("imu.gyro", &imu.gyro.unit, &GYRO)?,
+        named("imu.accel", &imu.accel.unit, &ACCEL)?,
+    ])
 }
 
 fn initial_attitude(read: &Read) -> Result<InitialAttitude, Error> {

@@ -1,0 +1,253 @@
+//! What a recording shows: blocks of a second, times at rest, and how it turns and how strongly
+//! gravity pulls while it moves.
+
+use crate::recordings::InitialAttitude;
+use crate::recordings::record::Record;
+use firmware::plausibility::rest::{Judged, Rest};
+use firmware::plausibility::{AT_REST, EARTH, Told};
+use nalgebra::Vector3;
+
+/// A fix farther away in time tells nothing about a block, s.
+const NEAR_S: f64 = 2.5;
+/// Slower by the fixes, a course means nothing, m/s.
+const COURSE_MPS: f64 = 3.0;
+/// Smaller changes of course are not compared, rad; and fewer in all, rad.
+const TURN: f64 = 0.03;
+const TURNS: f64 = 0.5;
+/// More rotation between two fixes than on any straight road, rad.
+const STRAIGHT: f64 = 0.1;
+/// A drive whose mean force is looked at is at least so long, s.
+const DRIVE_S: usize = 60;
+/// Metres of a degree of latitude.
+const DEGREE_M: f64 = 111_200.0;
+
+/// The means of about a second.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Block {
+    /// Its end and its length, s.
+    end: f64,
+    seconds: f64,
+    /// rad/s, m/s2.
+    pub(super) rate: Vector3<f64>,
+    pub(super) force: Vector3<f64>,
+}
+
+/// What a recording shows.
+#[derive(Debug)]
+pub(super) struct Seen {
+    pub(super) blocks: Vec<Block>,
+    /// Times at rest: what was found, and the number of the block after the last one.
+    pub(super) rests: Vec<(Judged, usize)>,
+    /// Rotation about the down axis by the change of course that the fixes show, if it turns.
+    pub(super) turning: Option<f64>,
+    /// Latitude of the first fix, rad.
+    latitude: Option<f64>,
+    /// Samples a second by the time stamps.
+    pub(super) rate_hz: f64,
+}
+
+impl Seen {
+    pub(super) fn of(record: &Record, told: &Told) -> Self {
+        let blocks = blocks(record);
+        let mut rest = Rest::new(*told);
+        let speeds = speeds(record);
+        let declared = match record.initial_attitude {
+            Some(InitialAttitude::Standstill(s)) => record.first_epoch() + s as f64,
+            _ => f64::MIN,
+        };
+        let begins = record.first_epoch();
+        let mut rests = Vec::new();
+        for (k, block) in blocks.iter().enumerate() {
+            let start = block.end - block.seconds;
+            let stands = start >= begins && block.end <= declared || record.fixes.len() == 1;
+            match speed(&speeds, start, block.end) {
+                _ if stands => rest.fix(0.0, 0.0),
+                Some((speed, sigma)) => rest.fix(speed as f32, sigma as f32),
+                None => {}
+            }
+            let [rate, force] = [block.rate, block.force].map(|v| v.map(|x| x as f32).into());
+            let found = rest.block(block.seconds as f32, rate, force);
+            rests.extend(found.map(|found| (found, k + 1)));
+        }
+        let span = record.time.last().zip(record.time.first());
+        let steps = record.time.len().saturating_sub(1) as f64;
+        Self {
+            turning: turning(record),
+            latitude: record.fixes.first().map(|fix| fix.lat_deg.to_radians()),
+            rate_hz: span.map_or(f64::NAN, |(last, first)| steps / (last - first)),
+            blocks,
+            rests,
+        }
+    }
+
+    /// Whether most times at rest show a fault, with the first that does.
+    pub(super) fn fault(&self, bit: u32) -> Option<&Judged> {
+        let judged = self.rests.iter().map(|(found, _)| found);
+        let judged: Vec<_> = judged.filter(|found| found.judged & bit != 0).collect();
+        let wrong = judged.iter().filter(|found| found.faults & bit != 0);
+        let first = *wrong.clone().next()?;
+        (2 * wrong.count() > judged.len()).then_some(first)
+    }
+
+    /// White noise at rest by the differences of neighbouring blocks, rad/sqrt(s) and
+    /// m/s/sqrt(s): the median axis of the quietest rest. Sway and vibration add to it.
+    pub(super) fn noise(&self) -> Option<[f64; 2]> {
+        let of = |value: fn(&Block) -> Vector3<f64>| {
+            let rests = self.steady().map(|(found, end)| {
+                let blocks = &self.blocks[end - usize::from(found.blocks)..*end];
+                let pairs = blocks.windows(2);
+                let scale = 0.5 / (blocks.len() - 1) as f64;
+                let sum = pairs.fold(Vector3::zeros(), |sum: Vector3<f64>, pair| {
+                    let step = value(&pair[1]) - value(&pair[0]);
+                    sum + step.component_mul(&step) * (pair[1].seconds * scale)
+                });
+                let mut axes = [sum.x, sum.y, sum.z].map(f64::sqrt);
+                axes.sort_by(f64::total_cmp);
+                axes[1]
+            });
+            rests.min_by(f64::total_cmp)
+        };
+        Some([of(|b| b.rate)?, of(|b| b.force)?])
+    }
+
+    /// How far the rates at rest are from the Earth's, up or across, rad/s, and for how many seconds
+    /// they were averaged.
+    pub(super) fn bias(&self) -> Option<(f64, f64)> {
+        let (sin, cos) = self.latitude?.sin_cos();
+        let (mut seconds, mut off) = (0.0, [0.0; 2]);
+        for (Judged { means, .. }, _) in self.steady() {
+            let [rate, force] = [means.rate, means.force].map(|v| Vector3::from(v).map(f64::from));
+            let up = rate.dot(&force.normalize());
+            let across = (rate - force.normalize() * up).norm();
+            let weight = f64::from(means.seconds);
+            seconds += weight;
+            off[0] += weight * (up - f64::from(EARTH) * sin);
+            off[1] += weight * (across - f64::from(EARTH) * cos);
+        }
+        let off = off.map(|off| (off / seconds).abs());
+        (seconds > 0.0).then(|| (off[0].max(off[1]), seconds))
+    }
+
+    /// Times at rest without swinging.
+    fn steady(&self) -> impl Iterator<Item = &(Judged, usize)> + Clone {
+        self.rests
+            .iter()
+            .filter(|(found, _)| found.judged == AT_REST)
+    }
+
+    /// Mean force of a drive without a rest, m/s2.
+    pub(super) fn drive(&self) -> Option<Vector3<f64>> {
+        let long = self.rests.is_empty() && self.blocks.len() >= DRIVE_S;
+        let sum: Vector3<f64> = self.blocks.iter().map(|b| b.force).sum();
+        long.then(|| sum / self.blocks.len() as f64)
+    }
+}
+
+fn blocks(record: &Record) -> Vec<Block> {
+    let (time, increments) = record.increments();
+    let Some(first) = record.time.first() else {
+        return Vec::new();
+    };
+    let lead = time.get(1).zip(time.first()).map_or(0.0, |(b, a)| b - a);
+    let mut start = if time.first() == Some(first) {
+        first - lead
+    } else {
+        *first
+    };
+    let mut sum = [Vector3::zeros(); 2];
+    let mut out = Vec::new();
+    for (end, increment) in time.iter().zip(&increments) {
+        sum[0] += increment.dtheta;
+        sum[1] += increment.dv;
+        let seconds = end - start;
+        if seconds > 0.999 {
+            out.push(Block {
+                end: *end,
+                seconds,
+                rate: sum[0] / seconds,
+                force: sum[1] / seconds,
+            });
+            (start, sum) = (*end, [Vector3::zeros(); 2]);
+        }
+    }
+    out
+}
+
+/// Time, velocity north and east, speed and its standard deviation of each fix. A velocity that was
+/// not measured is the difference of the positions.
+fn speeds(record: &Record) -> Vec<(f64, [f64; 2], f64, f64)> {
+    let fixes = &record.fixes;
+    let of = |k: usize| {
+        let fix = &fixes[k];
+        if let Some([n, e, d]) = fix.velocity {
+            let speed = (n * n + e * e + d * d).sqrt();
+            let [.., sn, se, sd] = fix.sigmas;
+            return Some((fix.time, [n, e], speed, sn.max(se).max(sd)));
+        }
+        let next = fixes.get(k + 1)?;
+        let dt = next.time - fix.time;
+        if dt > NEAR_S {
+            return None;
+        }
+        let n = (next.lat_deg - fix.lat_deg) * DEGREE_M / dt;
+        let e = (next.lon_deg - fix.lon_deg) * DEGREE_M * fix.lat_deg.to_radians().cos() / dt;
+        let d = (fix.height_m - next.height_m) / dt;
+        let speed = (n * n + e * e + d * d).sqrt();
+        let sigma = std::f64::consts::SQRT_2 * fix.sigmas[0].max(fix.sigmas[1]) / dt;
+        Some((fix.time, [n, e], speed, sigma))
+    };
+    (0..fixes.len()).filter_map(of).collect()
+}
+
+/// The largest speed of the fixes around a block.
+fn speed(speeds: &[(f64, [f64; 2], f64, f64)], start: f64, end: f64) -> Option<(f64, f64)> {
+    let first = speeds.partition_point(|s| s.0 < start).saturating_sub(1);
+    let around = speeds[first..].iter().take_while(|s| s.0 <= end + NEAR_S);
+    let near = around.filter(|s| s.0 >= start - NEAR_S);
+    near.map(|s| (s.2, s.3)).max_by(|a, b| a.0.total_cmp(&b.0))
+}
+
+/// The factor from changes of course to rotation about the down axis. On a straight road only
+/// rotations that are far too large can be told.
+fn turning(record: &Record) -> Option<f64> {
+    let (time, increments) = record.increments();
+    let mut angle = 0.0;
+    let sums: Vec<f64> = increments
+        .iter()
+        .map(|increment| {
+            angle += increment.dtheta.z;
+            angle
+        })
+        .collect();
+    let at = |t: f64| {
+        let k = time.partition_point(|s| *s < t);
+        (k > 0).then(|| sums.get(k).copied()).flatten()
+    };
+    let (mut turned, mut product, mut square) = (0.0, 0.0, 0.0);
+    let mut straight = [0.0; 3];
+    for pair in speeds(record).windows(2) {
+        let [(t0, [n0, e0], ..), (t1, [n1, e1], ..)] = [pair[0], pair[1]];
+        let slow = n0.hypot(e0).min(n1.hypot(e1)) < COURSE_MPS;
+        let (Some(before), Some(now)) = (at(t0), at(t1)) else {
+            continue;
+        };
+        let turn = (n0 * e1 - e0 * n1).atan2(n0 * n1 + e0 * e1);
+        if slow || t1 - t0 > NEAR_S {
+            continue;
+        }
+        if turn.abs() < TURN {
+            let all = [1.0, turn * turn, (now - before).powi(2)];
+            straight.iter_mut().zip(all).for_each(|(sum, x)| *sum += x);
+            continue;
+        }
+        turned += turn.abs();
+        product += turn * (now - before);
+        square += turn * turn;
+    }
+    if turned > TURNS {
+        return Some(product / square);
+    }
+    let [pairs, course, rotation] = straight;
+    let [course, rotation] = [course, rotation].map(|sum: f64| (sum / pairs).sqrt());
+    (rotation > STRAIGHT).then(|| rotation / course.max(0.1 * TURN))
+}
