@@ -35,9 +35,12 @@ fn untold() -> Device {
 
 /// A unit with this sensor.
 pub fn told(kind: Kind) -> Configuration {
-    let mut told = Configuration::default();
-    told.sensor = Some(Sensor::Stream(kind.format.settings(&kind.config().sensor)));
-    told.rate = kind.rate();
+    let settings = kind.format.settings(&kind.config().sensor);
+    let mut told = Configuration {
+        sensor: Some(Sensor::Stream(settings)),
+        rate: kind.rate(),
+        ..Configuration::default()
+    };
     told.correction.block = 0.1;
     told.correction.silence_us = 10_000_000; // every answer takes some milliseconds
     told

@@ -210,8 +210,10 @@ fn lines_are_opened_anew_as_told() {
         ),
     ];
     for (lines, baud, expected) in cases {
-        let mut told = Configuration::default();
-        told.lines = lines;
+        let mut told = Configuration {
+            lines,
+            ..Configuration::default()
+        };
         told.correction.check_rate = false;
         let commands = configure(&told).expect("packets");
         let done = run(
