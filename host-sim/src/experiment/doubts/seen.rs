@@ -110,8 +110,8 @@ impl Seen {
         Some([of(|b| b.rate)?, of(|b| b.force)?])
     }
 
-    /// How far the rates at rest are from the Earth's, up or across, rad/s, and for how many seconds
-    /// they were averaged.
+    /// How far the rates at rest are from the Earth's, up or across, rad/s, and over how many
+    /// seconds they were averaged.
     pub(super) fn bias(&self) -> Option<(f64, f64)> {
         let (sin, cos) = self.latitude?.sin_cos();
         let (mut seconds, mut off) = (0.0, [0.0; 2]);
