@@ -143,7 +143,8 @@ fn the_example_of_an_adis_frame() {
     assert_eq!(frame.read().expect("values").sample, expected);
 }
 
-/// CRC-32 bit by bit, from its definition: reflected polynomial 0xEDB88320, from all ones, inverted.
+/// CRC-32 bit by bit, from its definition: reflected polynomial 0xEDB88320, from all ones,
+/// inverted.
 fn crc32(bytes: &[u8]) -> u32 {
     let bits = |crc: u32, _| (crc >> 1) ^ (0xEDB8_8320 & 0u32.wrapping_sub(crc & 1));
     !bytes

@@ -1,7 +1,7 @@
 //! Streams of samples of one sensor that are corrected beside each other.
 //!
-//! A sensor may send the same motion in two kinds of frames, each with its own scale. A client reads
-//! one of them, so each must be right to its last remainder.
+//! A sensor may send the same motion in two kinds of frames, each with its own scale. A client
+//! reads one of them, so each must be right to its last remainder.
 
 use super::remainder::{COUNT, LARGEST, add_float, subtract};
 use super::{Compensator, ConfigError, State};

@@ -7,8 +7,9 @@ pub const COUNT: f32 = 4_294_967_296.0;
 /// Largest correction of a sample, 2^30 counts: with the remainder it stays within 64 bits.
 pub const LARGEST: i64 = 1 << 62;
 
-/// Subtracts a correction, in steps of 2^-32 counts, and carries what whole counts leave. A value at
-/// the end of its 32 bits saturates. Returns the values, and which of them saturated, x in bit 0.
+/// Subtracts a correction, in steps of 2^-32 counts, and carries what whole counts leave. A value
+/// at the end of its 32 bits saturates. Returns the values, and which of them saturated, x in bit
+/// 0.
 #[inline(always)]
 pub fn subtract(sample: [i32; 3], due: &[i64; 3], remainder: &mut [i32; 3]) -> ([i32; 3], u8) {
     let mut out = sample;

@@ -119,8 +119,8 @@ pub struct Triad {
     pub scale: f32,
     /// Misalignment of the axes, rad.
     pub misalignment: f32,
-    /// Gyros: bias by specific force, rad/s per m/s2. Accelerometers: second-order coefficient, m/s2
-    /// per (m/s2)^2.
+    /// Gyros: bias by specific force, rad/s per m/s2. Accelerometers: second-order coefficient,
+    /// m/s2 per (m/s2)^2.
     pub g_sensitivity: f32,
     /// Measurement range, rad/s or m/s2, > 0. A plain value.
     pub range: f32,

@@ -7,9 +7,9 @@
 //! * **Steadiness.** The specific force of every block stays within 0.15 % of the first block's,
 //!   with the noise of the datasheet as a share of 1 g beside it. Only then the rates are judged.
 //! * **The kind of vehicle.** Without fixes, a land vehicle that is steady for 60 s stands. The
-//!   smoothest road still moves the 1 s means by 0.3 % of gravity (ISO 8608, class A, at 25 m/s). A train
-//!   that is as steady passes too, but on a straight line it also sees gravity and the Earth only.
-//!   Ships and aircraft can be steady in a turn, so for them only fixes show rest.
+//!   smoothest road still moves the 1 s means by 0.3 % of gravity (ISO 8608, class A, at 25 m/s). A
+//!   train that is as steady passes too, but on a straight line it also sees gravity and the Earth
+//!   only. Ships and aircraft can be steady in a turn, so for them only fixes show rest.
 
 use super::{Means, Told, norm};
 use crate::configuration::VehicleKind;

@@ -63,9 +63,10 @@ impl Detector {
         }
     }
 
-    /// Receives some bytes. Returns the format as soon as it is clear. Hands all other good messages
-    /// to `other` (the special datagrams of a STIM300 above all, which tell its units before the
-    /// first frame). Formats with weak checksums may take a few bytes of another format for theirs.
+    /// Receives some bytes. Returns the format as soon as it is clear. Hands all other good
+    /// messages to `other` (the special datagrams of a STIM300 above all, which tell its units
+    /// before the first frame). Formats with weak checksums may take a few bytes of another format
+    /// for theirs.
     pub fn push(
         &mut self,
         bytes: &[u8],

@@ -18,8 +18,8 @@ use super::field::head;
 use super::ubx::Pvt;
 use super::{Checked, Framing, ImuFormat, ReceiverFormat, Scan};
 
-/// The longest message that the framer waits for. Longer ones (other logs of a receiver) pass unread:
-/// [`Kind::Long`].
+/// The longest message that the framer waits for. Longer ones (other logs of a receiver) pass
+/// unread: [`Kind::Long`].
 pub const LONGEST: usize = 256;
 
 /// Bytes a framer holds.

@@ -15,8 +15,8 @@
 //! On a 600 Hz grid five control messages are followed by one inertial message. The increments of
 //! 0x02 are for navigation, and they are read and written here. Control messages pass unchanged:
 //! their rates are filtered differently and serve control loops. A count of theirs is worth 118
-//! deg/h and 1.1 mg, more than any correction, which could only make them jump. An S-class unit sends nothing but
-//! 0xCA, so there the rates are corrected.
+//! deg/h and 1.1 mg, more than any correction, which could only make them jump. An S-class unit
+//! sends nothing but 0xCA, so there the rates are corrected.
 //!
 //! The 16-bit sum finds every single wrong bit, but neither exchanged words nor errors that cancel.
 //! One random damage in 65536 passes.

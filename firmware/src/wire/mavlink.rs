@@ -1,7 +1,7 @@
 //! MAVLink `HIGHRES_IMU` (105), in frames of MAVLink 2 and 1.
 //!
-//! Sources: mavlink.io (serialisation, signing), `common.xml` as pymavlink 2.4.50 has it. All fields
-//! little-endian:
+//! Sources: mavlink.io (serialisation, signing), `common.xml` as pymavlink 2.4.50 has it. All
+//! fields little-endian:
 //!
 //! ```text
 //! 2  FD | length u8 | incompatible u8 | compatible u8 | sequence u8 | system u8 | component u8
@@ -11,15 +11,15 @@
 //!              | pressures and height 3 x f32 | temperature f32 | fields_updated u16 | id u8
 //! ```
 //!
-//! MAVLink 2 leaves out zeros at the end of a payload, MAVLink 1 the `id`. A payload that ends before
-//! the last rate passes unchanged: the correction may have no room in it.
+//! MAVLink 2 leaves out zeros at the end of a payload, MAVLink 1 the `id`. A payload that ends
+//! before the last rate passes unchanged: the correction may have no room in it.
 //!
-//! **Signed** frames of MAVLink 2 cannot be changed without the key, and a wrong signature would make
-//! the navigation computer refuse them. Their units are called unknown, so that the device raises a
-//! fault and passes everything through: switch signing off at the sensor.
+//! **Signed** frames of MAVLink 2 cannot be changed without the key, and a wrong signature would
+//! make the navigation computer refuse them. Their units are called unknown, so that the device
+//! raises a fault and passes everything through: switch signing off at the sensor.
 //!
-//! **Several senders.** The correction belongs to one IMU, which the device is told ([`Imu`]). Those of
-//! other IMUs pass unchanged.
+//! **Several senders.** The correction belongs to one IMU, which the device is told ([`Imu`]).
+//! Those of other IMUs pass unchanged.
 //!
 //! All other messages of the dialect `common` pass unchanged. The CRC of messages of other dialects
 //! cannot be checked, so their bytes are no message to the device.
@@ -379,8 +379,8 @@ impl Repr {
     /// Writes the message with its CRC and returns its length.
     ///
     /// # Errors
-    /// [`Error::Length`] when the buffer is too short, [`Error::Field`] when `length` is out of range,
-    /// [`Error::Content`] for a sample of counts.
+    /// [`Error::Length`] when the buffer is too short, [`Error::Field`] when `length` is out of
+    /// range, [`Error::Content`] for a sample of counts.
     pub fn emit(&self, buffer: &mut [u8]) -> Result<usize, Error> {
         let RawSample::Floats { gyro, accel } = self.sample else {
             return Err(Error::Content);

@@ -13,7 +13,7 @@
 //! | [`hg4930`] | Honeywell HG4930 0x01, 0x02, 0xCA | 16-bit sum | installation manual |
 //! | [`sbgecom`] | SBG Systems IMU_DATA, IMU_SHORT | CRC-16/KERMIT | headers of SBG's library |
 //! | [`epson`] | Epson M-G3xx bursts at a UART | 16-bit sum | data sheet, Epson's drivers |
-//! | [`vectornav`] | VectorNav binary messages | CRC-16/XMODEM | manual UM001, VectorNav's library |
+//! | [`vectornav`] | VectorNav binary messages | CRC-16/XMODEM | UM001, VectorNav's library |
 //! | [`mavlink`] | MAVLink 2 and 1, HIGHRES_IMU | CRC-16/MCRF4XX | mavlink.io, pymavlink |
 //! | [`xsens`] | Xsens MTData2 | byte sum | MT0101P, Xsens' public headers |
 //! | [`adis`] | ADIS bursts over SPI | byte sum, CRC-32 | Linux and ArduPilot drivers |

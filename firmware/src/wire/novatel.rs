@@ -17,8 +17,8 @@
 //! CRC-32 over header and payload
 //! ```
 //!
-//! **The order is z, y, x and y is negated**; [`Frame`] undoes both. The smallest number on the wire
-//! has no opposite: it reads as the largest one, and stays as it is unless it is corrected.
+//! **The order is z, y, x and y is negated**; [`Frame`] undoes both. The smallest number on the
+//! wire has no opposite: it reads as the largest one, and stays as it is unless it is corrected.
 //!
 //! Trap: `novatel_oem7_driver` takes the foot as 1/3.2808 m, 12 ppm more than 0.3048 m. A velocity
 //! compared with its output differs by that much. Compare counts.

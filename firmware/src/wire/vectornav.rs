@@ -5,20 +5,21 @@
 //! CRC:
 //!
 //! ```text
-//! FA | groups u8 | one word u16 a group | fields, lowest group and bit first | CRC-16, high byte first
+//! FA | groups u8 | one word u16 a group | fields, lowest group and bit first | CRC-16, high byte
+//! first
 //! ```
 //!
 //! The user chooses the fields, so [`layout`] finds them by the header. A message with at least one
-//! triad of the gyros is a frame. All other messages pass unchanged, and so does one of more than 256
-//! bytes.
+//! triad of the gyros is a frame. All other messages pass unchanged, and so does one of more than
+//! 256 bytes.
 //!
 //! **What is corrected.** A message may measure the same motion up to three times:
 //!
 //! | values | fields | errors |
 //! |---|---|---|
 //! | increments | `DeltaTheta`, `DeltaVel` | the sensor's, unless its register 82 says otherwise |
-//! | uncompensated rates | `UncompGyro`, `UncompAccel` (`Imu`) | the sensor's, after the factory calibration |
-//! | compensated rates | `AngularRate`, `Accel` | what the sensor's own filter leaves, which changes |
+//! | uncompensated rates | `UncompGyro`, `UncompAccel` (`Imu`) | the sensor's |
+//! | compensated rates | `AngularRate`, `Accel` | what the sensor's own filter leaves |
 //!
 //! The first of these that the message has are its sample, for gyros and accelerometers apart. With
 //! increments, uncompensated rates in the same message are changed by the same amount, as they have

@@ -18,19 +18,19 @@
 //! | rates at the full rate | `RateOfTurnHR` 0x8040, `AccelerationHR` 0x4040 | rad/s, m/s^2 |
 //!
 //! The first of these that a message has are its sample, for gyros and accelerometers apart. The
-//! others in it change by the same amount. `FreeAcceleration` is an output of the sensor's filter and
-//! passes unchanged.
+//! others in it change by the same amount. `FreeAcceleration` is an output of the sensor's filter
+//! and passes unchanged.
 //!
 //! **`DeltaQ`.** Twice its vector part is the rotation since the last one but for a share of the
-//! square of its angle over 24: 13 ppm at 100 deg/s and 100 Hz. It is corrected like an increment. The
-//! scalar stays: what it would have to change by is the correction times the vector part, less than
-//! its last digit for corrections up to 0.01 deg/s at 100 deg/s and 100 Hz.
+//! square of its angle over 24: 13 ppm at 100 deg/s and 100 Hz. It is corrected like an increment.
+//! The scalar stays: what it would have to change by is the correction times the vector part, less
+//! than its last digit for corrections up to 0.01 deg/s at 100 deg/s and 100 Hz.
 //!
-//! **Precision.** Values in single precision and with 20 bits behind the point are corrected. Messages
-//! with values in 48 bits or in double precision are no frames and pass unchanged.
+//! **Precision.** Values in single precision and with 20 bits behind the point are corrected.
+//! Messages with values in 48 bits or in double precision are no frames and pass unchanged.
 //!
-//! No recorded message is committed. The five public recordings of `einride/xsens-go` were read whole
-//! and without a byte left over: all of their messages in these two precisions are frames.
+//! No recorded message is committed. The five public recordings of `einride/xsens-go` were read
+//! whole and without a byte left over: all of their messages in these two precisions are frames.
 
 use self::layout::{Layout, Precision, data, precision, values};
 use super::checksum::sum_bytes;
@@ -67,8 +67,8 @@ fn payload(bytes: &[u8]) -> Result<(usize, usize), Scan> {
     }
 }
 
-/// Looks for a message at the beginning of `bytes`. The sum of one byte says little, so the packets of
-/// an `MTData2` must add up, too.
+/// Looks for a message at the beginning of `bytes`. The sum of one byte says little, so the packets
+/// of an `MTData2` must add up, too.
 pub fn scan(bytes: &[u8]) -> Scan {
     let (begin, end) = match payload(bytes) {
         Ok(payload) => payload,
@@ -235,7 +235,8 @@ impl<T: AsRef<[u8]>> Frame<T> {
 const FIXED: f32 = 1_048_576.0;
 
 impl<T: AsRef<[u8]> + AsMut<[u8]>> Frame<T> {
-    /// Writes the sample and all values with the same errors, and changes the sum by the difference.
+    /// Writes the sample and all values with the same errors, and changes the sum by the
+    /// difference.
     /// `None`, and nothing is changed, for a sample of the other kind.
     fn change(&mut self, change: &Change) -> Option<()> {
         let (gyro, accel) = match (self.precision, *change.sample) {

@@ -1,5 +1,5 @@
-//! Every byte that comes leaves: once, in order, in its place, whatever it is. What is corrected are
-//! values and checksums of good frames and nothing else.
+//! Every byte that comes leaves: once, in order, in its place, whatever it is. What is corrected
+//! are values and checksums of good frames and nothing else.
 
 use crate::device::{Device, nets};
 use crate::frames::{Fields, Kind, kinds};

@@ -35,8 +35,8 @@ proptest! {
         prop_assert!(frames <= sent.len() && frames + 3 >= sent.len(), "{} of {}", frames, sent.len());
     }
 
-    /// Garbage of any kind between frames costs none of them. It is counted byte for byte and leaves
-    /// in its place.
+    /// Garbage of any kind between frames costs none of them. It is counted byte for byte and
+    /// leaves in its place.
     #[test]
     fn garbage_is_counted_and_passes(
         which in 0..kinds().len(), piece in 1..80usize,

@@ -181,8 +181,8 @@ fn silence_is_told_and_nothing_is_invented() {
     }
 }
 
-/// A wrong bit rate gives bytes without a frame. They are counted and flagged, and they pass. Without
-/// a configured format the format is then detected anew.
+/// A wrong bit rate gives bytes without a frame. They are counted and flagged, and they pass.
+/// Without a configured format the format is then detected anew.
 #[test]
 fn unknown_format_is_told_apart_from_damage() {
     let noise: Vec<u8> = (0..6000u32)

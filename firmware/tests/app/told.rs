@@ -1,5 +1,5 @@
-//! Units that only the sensor itself can tell (STIM300): heard at its start, forgotten where they may
-//! have changed, asked for, and never made up.
+//! Units that only the sensor itself can tell (STIM300): heard at its start, forgotten where they
+//! may have changed, asked for, and never made up.
 
 use crate::device::{Device, nets};
 use crate::frames::{Kind, values};

@@ -73,8 +73,8 @@ impl<'a> Case<'a> {
 /// What a scheme may know.
 #[derive(Debug, Clone, Copy)]
 pub struct Knowledge<'a> {
-    /// What the unit's datasheet tells, for all schemes. It does not tell which groups of errors are
-    /// simulated.
+    /// What the unit's datasheet tells, for all schemes. It does not tell which groups of errors
+    /// are simulated.
     pub told: &'a Assumptions,
     /// The simulated IMU: for the oracle.
     pub simulated: &'a ImuSpec,

@@ -17,7 +17,8 @@ pub struct Args {
     /// Simulate the drive to learn from instead of the one to judge on
     #[arg(long)]
     learning: bool,
-    /// Directory of imu.csv, gnss.csv, truth.csv, unit.toml, and of header.toml, which `replay csv` and
+    /// Directory of imu.csv, gnss.csv, truth.csv, unit.toml, and of header.toml, which `replay csv`
+    /// and
     /// `convert csv` read
     #[arg(long, value_name = "DIR")]
     out: PathBuf,

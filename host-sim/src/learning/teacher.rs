@@ -120,8 +120,8 @@ impl Assumptions {
 const LEAST_DPH: f64 = 1e-5;
 const LEAST_UG: f64 = 1e-2;
 
-/// By how much the filters let a bias walk in an hour, as a share of its prior: enough to cover what
-/// they do not model (assumed; the campaign also tunes it).
+/// By how much the filters let a bias walk in an hour, as a share of its prior: enough to cover
+/// what they do not model (assumed; the campaign also tunes it).
 const WALK_PER_HOUR: f64 = 0.5;
 
 /// What simulated errors let one expect.

@@ -92,8 +92,8 @@ pub struct Correction {
     /// Length of an alignment that nothing commands, s, 30 to 3600. Default: 100.
     #[schemars(range(min = 30, max = 3600))]
     pub align_s: f64,
-    /// Mark a frame whose correction must not be trusted, in a spare bit of the frame (docs/ICD.md).
-    /// Default: true.
+    /// Mark a frame whose correction must not be trusted, in a spare bit of the frame
+    /// (docs/ICD.md). Default: true.
     pub mark: bool,
     /// Compare the rate of the samples with the board's clock. Off only where samples do not come
     /// in real time. Default: true.

@@ -2,8 +2,8 @@
 //! mounting, its receiver and its vehicle.
 //!
 //! The device gets it as [`firmware::configuration::Configuration`] ([`Unit::configuration`]), and
-//! every command of the desktop reads the same file. The JSON Schema for editors is written from the
-//! same types.
+//! every command of the desktop reads the same file. The JSON Schema for editors is written from
+//! the same types.
 
 pub mod around;
 pub mod ask;

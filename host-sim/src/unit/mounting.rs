@@ -96,8 +96,8 @@ impl Mounting {
     }
 }
 
-/// Angles that `told` accepts. The same attitude has two sets of angles, and a full turn changes the
-/// quaternion's sign.
+/// Angles that `told` accepts. The same attitude has two sets of angles, and a full turn changes
+/// the quaternion's sign.
 fn angles(q: [f32; 4], told: impl Fn(&Mounting) -> bool) -> Option<Mounting> {
     let [w, x, y, z] = q.map(f64::from);
     let unit = UnitQuaternion::new_normalize(nalgebra::Quaternion::new(w, x, y, z));

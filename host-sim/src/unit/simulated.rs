@@ -11,10 +11,10 @@ const MOST_HZ: f64 = 4000.0;
 
 impl Unit {
     /// The table `[simulation]`. Without it the terms follow from the datasheet: the bias at
-    /// power-on is drawn anew at each turn-on; in run it walks at random and reaches the datasheet's
-    /// value in an hour; white noise, scale factor, misalignment, g-sensitivity and the second-order
-    /// coefficient are the datasheet's. Values are not rounded to the counts of the frames. A sensor
-    /// faster than 4000 Hz is simulated at a whole fraction of its rate.
+    /// power-on is drawn anew at each turn-on; in run it walks at random and reaches the
+    /// datasheet's value in an hour; white noise, scale factor, misalignment, g-sensitivity and the
+    /// second-order coefficient are the datasheet's. Values are not rounded to the counts of the
+    /// frames. A sensor faster than 4000 Hz is simulated at a whole fraction of its rate.
     #[must_use]
     pub fn simulated(&self) -> ImuSpec {
         let given = self.simulation.clone();

@@ -108,8 +108,8 @@ impl App<'_> {
         self.machine.transition_to_detect();
     }
 
-    /// The sensor has been asked for its service mode: text instead of frames, and settings that may
-    /// change. Frames that are still on their way do not bring Run back: see [`Service`].
+    /// The sensor has been asked for its service mode: text instead of frames, and settings that
+    /// may change. Frames that are still on their way do not bring Run back: see [`Service`].
     pub(super) fn serve(&mut self, out: &mut impl Line, now: u64) {
         self.pass_rest(out);
         self.detect();

@@ -1,5 +1,5 @@
-//! The kinds of frames on one line. A sensor may send its samples in several, each with its own units
-//! and its own carried remainder.
+//! The kinds of frames on one line. A sensor may send its samples in several, each with its own
+//! units and its own carried remainder.
 
 use crate::compensator::OUTLETS;
 use crate::wire::Source;

@@ -10,8 +10,8 @@ use crate::wire::command::fault;
 use crate::wire::sequence::{Gap, Last};
 use crate::wire::{Checked, Reading};
 
-/// A silence of this length, microseconds, is taken for a power cycle: nothing tells it from a cable
-/// that was pulled, and cables carry the power.
+/// A silence of this length, microseconds, is taken for a power cycle: nothing tells it from a
+/// cable that was pulled, and cables carry the power.
 const POWER_CYCLE_US: u64 = 1_000_000;
 
 /// The same in periods of the samples, for slow sensors.

@@ -1,9 +1,9 @@
 //! Whether a sensor's values stand still.
 //!
-//! An overrun or a frozen sensor looks like plausible data. A sensor at rest does not repeat all six
-//! values for long: white noise with a standard deviation of s counts lets one value round to the
-//! same count with a probability of at most erf(1 / (2 s sqrt(2))), which is 0.96 for s = 0.25. All
-//! six in 100 samples in a row then have 1e-11, and for s = 0.2 and 1000 samples 1e-33. Below
+//! An overrun or a frozen sensor looks like plausible data. A sensor at rest does not repeat all
+//! six values for long: white noise with a standard deviation of s counts lets one value round to
+//! the same count with a probability of at most erf(1 / (2 s sqrt(2))), which is 0.96 for s = 0.25.
+//! All six in 100 samples in a row then have 1e-11, and for s = 0.2 and 1000 samples 1e-33. Below
 //! s = 0.15 equal values are possible, so the fault that follows only keeps the samples from being
 //! learnt.
 

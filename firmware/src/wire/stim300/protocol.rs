@@ -46,8 +46,8 @@ impl ImuProtocol for Protocol {
         scan(bytes)
     }
 
-    /// Whether there are accelerometers: bit 0 of the identifier. Nothing else in it changes how the
-    /// values are corrected.
+    /// Whether there are accelerometers: bit 0 of the identifier. Nothing else in it changes how
+    /// the values are corrected.
     #[inline(always)]
     fn content(frame: &[u8]) -> u8 {
         frame.first().copied().unwrap_or_default() & 1

@@ -1,4 +1,5 @@
-//! The CRC-16 of VectorNav's binary messages: over all bytes behind the start mark, high byte first.
+//! The CRC-16 of VectorNav's binary messages: over all bytes behind the start mark, high byte
+//! first.
 
 use super::layout::TRAILER;
 #[cfg(test)]

@@ -5,8 +5,8 @@
 //! ```
 //!
 //! Bit 7 of the groups says that another byte of groups follows, bit 15 of a word that another word
-//! of the same group follows. A message with a field that is not in the tables here is not taken for
-//! a message, since its length is not known.
+//! of the same group follows. A message with a field that is not in the tables here is not taken
+//! for a message, since its length is not known.
 
 use crate::wire::Scan;
 use crate::wire::field::take;
@@ -21,8 +21,8 @@ const GROUPS: u16 = 0x107F;
 /// The row of the tables for the receivers' groups.
 const RECEIVER: usize = 3;
 
-/// Bytes of the fields by their bit; 0: no such field, or its length is in the message. Rows: common,
-/// time, IMU, receiver, attitude and INS group.
+/// Bytes of the fields by their bit; 0: no such field, or its length is in the message. Rows:
+/// common, time, IMU, receiver, attitude and INS group.
 static BYTES: [[u8; 15]; 6] = [
     [8, 8, 8, 12, 16, 12, 24, 12, 12, 24, 20, 28, 2, 4, 8],
     [8, 8, 8, 2, 8, 8, 8, 4, 4, 1, 0, 0, 0, 0, 0],
@@ -72,7 +72,8 @@ static PLACES: [[u8; 15]; 6] = [
 pub enum Quantity {
     /// `DeltaTheta`, degrees, and `DeltaVel`, m/s, since the last message.
     Increments = 0,
-    /// `UncompGyro`, rad/s, and `UncompAccel`, m/s^2: without the biases of the sensor's own filter.
+    /// `UncompGyro`, rad/s, and `UncompAccel`, m/s^2: without the biases of the sensor's own
+    /// filter.
     Uncompensated = 1,
     /// `AngularRate`, rad/s, and `Accel`, m/s^2: with them subtracted.
     Compensated = 2,
@@ -261,16 +262,16 @@ impl Layout {
         }
     }
 
-    /// The triad that is read as the sample's: of the values told, the best quantity that the message
-    /// has.
+    /// The triad that is read as the sample's: of the values told, the best quantity that the
+    /// message has.
     pub fn best(&self, values: Values, accel: bool) -> Option<&'static Triad> {
         let best = if accel { &ACCELS } else { &GYROS };
         let mut triads = best.iter().filter_map(|at| TRIADS.get(usize::from(*at)));
         triads.find(|triad| values.has(triad.quantity) && self.at(triad) != 0)
     }
 
-    /// Whether the message has a sample, at least of the gyros. A longer message than a framer holds
-    /// has none, so that all positions fit into a byte.
+    /// Whether the message has a sample, at least of the gyros. A longer message than a framer
+    /// holds has none, so that all positions fit into a byte.
     pub fn has_sample(&self, values: Values) -> bool {
         self.len <= LONGEST && self.best(values, false).is_some()
     }

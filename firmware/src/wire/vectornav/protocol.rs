@@ -40,8 +40,8 @@ impl ImuProtocol for Protocol {
         scan(Values::USUAL, bytes)
     }
 
-    /// The quantity of the gyros in bits 0 and 1, that of the accelerometers in bits 2 and 3, if they
-    /// are [`Values::Sensors`].
+    /// The quantity of the gyros in bits 0 and 1, that of the accelerometers in bits 2 and 3, if
+    /// they are [`Values::Sensors`].
     #[inline(never)] // not in the code of all formats
     fn content(frame: &[u8]) -> u8 {
         Layout::of(frame).map_or(0, |layout| {
@@ -157,7 +157,8 @@ const SIMULATED: [Simulated; 3] = [
         "vectornav, uncompensated",
         [1.0 / 400.0; 2],
         |fields, buffer| {
-            // time: TimeStartup; IMU: ImuStatus, UncompMag, UncompAccel, UncompGyro, Temp, Pres, SensSat
+            // time: TimeStartup; IMU: ImuStatus, UncompMag, UncompAccel, UncompGyro, Temp, Pres,
+            // SensSat
             small(
                 Values::Sensors,
                 &[0x06, 0x01, 0x00, 0x3F, 0x08],

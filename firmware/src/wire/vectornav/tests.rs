@@ -103,7 +103,7 @@ fn fields_are_found_by_the_header() {
     assert_eq!(frame.quantities(), (Quantity::Compensated, None));
     assert_eq!(frame.reading().present, Axes::new(7, 0));
     assert_eq!(frame.reading().valid, Axes::new(7, 0));
-    assert_eq!(scan(Values::Filtered, &SATELLITES[..28]), Scan::Partial(29)); // the number of satellites
+    assert_eq!(scan(Values::Filtered, &SATELLITES[..28]), Scan::Partial(29));
     assert_eq!(scan(Values::Filtered, &SATELLITES[..29]), Scan::Partial(48));
 }
 

@@ -1,7 +1,8 @@
 //! Where the values of a message are. Its payload is a row of packets that name themselves:
 //!
 //! ```text
-//! data identifier u16 | length u8 | data        the low four bits of the identifier: coordinates, precision
+//! data identifier u16 | length u8 | data        the low four bits of the identifier: coordinates,
+//! precision
 //! ```
 
 use crate::wire::field::take;
@@ -36,8 +37,8 @@ pub struct Layout {
 }
 
 impl Layout {
-    /// Of the packets in `from..to` of a message of at most 256 bytes. `None` where their lengths do
-    /// not add up, or what names itself is no packet.
+    /// Of the packets in `from..to` of a message of at most 256 bytes. `None` where their lengths
+    /// do not add up, or what names itself is no packet.
     pub fn of(message: &[u8], from: usize, to: usize) -> Option<Layout> {
         let mut layout = Layout::default();
         let mut at = from;

@@ -39,8 +39,8 @@ impl Repr {
     /// Writes the message with its sum and returns its length.
     ///
     /// # Errors
-    /// [`Error::Header`] when it is no message with a sample, [`Error::Length`] when the buffer is too
-    /// short.
+    /// [`Error::Header`] when it is no message with a sample, [`Error::Length`] when the buffer is
+    /// too short.
     pub fn emit(&self, buffer: &mut [u8]) -> Result<usize, Error> {
         let (_, end) = payload(&self.message).map_err(|_| Error::Header)?;
         let frame = Frame::over(&self.message[..]).ok_or(Error::Header)?;

@@ -12,7 +12,8 @@ use std::vec::Vec;
 const INCREMENTS: [u8; 58] = hex(
     "faff363510200212341060040012d6878030103f8000003c000000bc8000003d00000040100c3f000000be800000bdc7ae14e0200400000003e1",
 );
-/// `SampleTimeFine`, `Temperature`, `Acceleration`, `RateOfTurn`, `StatusWord` with two axes clipped.
+/// `SampleTimeFine`, `Temperature`, `Acceleration`, `RateOfTurn`, `StatusWord` with two axes
+/// clipped.
 const RATES: [u8; 56] = hex(
     "faff36331060040012d68708180441ac000040280c3f000000be800000c11c000080280c3c800000bd0000003d800000e0200400002203c3",
 );
@@ -20,7 +21,8 @@ const RATES: [u8; 56] = hex(
 const FIXED_POINT: [u8; 54] = hex(
     "faff3631102002123440210c00080000fffc0000ff64000080210c00004000ffff80000001000008110401580000e020040000000366",
 );
-/// `PacketCounter`, `Quaternion`, `DeltaQ`, `DeltaV`, `Acceleration`, `FreeAcceleration`, `RateOfTurn`,
+/// `PacketCounter`, `Quaternion`, `DeltaQ`, `DeltaV`, `Acceleration`, `FreeAcceleration`,
+/// `RateOfTurn`,
 /// `MagneticField`.
 const TOGETHER: [u8; 123] = hex(
     "faff367610200212342010103f8000000000000000000000000000008030103f8000003c000000bc8000003d00000040100c3f000000be800000bdc7ae1440200c42480000c1c80000c11c000040300c3f800000400000004040000080200c3fc80000c048000040c80000c0200c3e800000bf0000003e000000ca",

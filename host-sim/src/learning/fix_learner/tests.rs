@@ -107,10 +107,10 @@ fn an_outlier_moves_nothing_and_a_lasting_jump_is_believed() {
     });
 }
 
-/// The antenna is 3 m ahead of the IMU, 1 m to its right and 2 m above it. The fixes are moved there
-/// by the true attitude and the true rate, in this crate's own arithmetic. A device that knows this
-/// finds nothing wrong with its noisy sensors. One that does not know it takes the antenna's motion
-/// in curves for errors.
+/// The antenna is 3 m ahead of the IMU, 1 m to its right and 2 m above it. The fixes are moved
+/// there by the true attitude and the true rate, in this crate's own arithmetic. A device that
+/// knows this finds nothing wrong with its noisy sensors. One that does not know it takes the
+/// antenna's motion in curves for errors.
 #[test]
 fn the_lever_arm_is_taken_into_account() {
     let arm = Vector3::new(3.0, 1.0, -2.0);

@@ -1,5 +1,5 @@
-//! The error terms of a simulated IMU, in the units of datasheets: the table `[simulation]` of a unit
-//! file. The terms of the two triads are in `datasheet`.
+//! The error terms of a simulated IMU, in the units of datasheets: the table `[simulation]` of a
+//! unit file. The terms of the two triads are in `datasheet`.
 //!
 //! An error whose key is not in the file is off: a missing number is zero. In names `p` stands for
 //! `per`.

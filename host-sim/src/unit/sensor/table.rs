@@ -41,8 +41,8 @@ macro_rules! sensor {
             #[serde(default, skip_serializing_if = "Option::is_none")]
             #[schemars(range(min = 1, max = 20_000))]
             pub rate_hz: Option<f64>,
-            /// Bit rate of the sensor's and the navigation computer's line, bit/s, 1200 to 12000000.
-            /// Default: 921600. Source: how the sensor is set up.
+            /// Bit rate of the sensor's and the navigation computer's line, bit/s, 1200 to
+            /// 12000000. Default: 921600. Source: how the sensor is set up.
             #[serde(default = "baud")]
             #[schemars(range(min = 1_200, max = 12_000_000))]
             pub baud: u32,
