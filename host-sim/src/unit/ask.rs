@@ -206,9 +206,19 @@ fn is_required(schema: &serde_json::Value, question: &Question) -> bool {
     required.is_some_and(|names| names.iter().any(|name| name == question.key))
 }
 
-/// The default in the schema.
+/// The default in the schema. Numbers are converted one by one: serde would make a table of a JSON
+/// number that keeps its digits (feature `arbitrary_precision`, which other crates may switch on).
 fn usual(field: &serde_json::Value) -> Option<toml::Value> {
-    toml::Value::try_from(field.get("default")?).ok()
+    use serde_json::Value;
+    match field.get("default")? {
+        Value::Bool(value) => Some(toml::Value::Boolean(*value)),
+        Value::String(text) => Some(toml::Value::String(text.clone())),
+        Value::Number(number) => number
+            .as_i64()
+            .map(toml::Value::Integer)
+            .or_else(|| number.as_f64().map(toml::Value::Float)),
+        Value::Null | Value::Array(_) | Value::Object(_) => None,
+    }
 }
 
 /// The value that the table has.
