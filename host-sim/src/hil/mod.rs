@@ -117,6 +117,9 @@ impl Report {
     }
 }
 
+/// The longest silence that a configuration may allow, microseconds.
+const LONGEST_SILENCE_US: u32 = 10_000_000;
+
 /// How the caller controls a run.
 #[derive(Clone, Copy)]
 pub struct Control<'a> {
@@ -135,12 +138,16 @@ impl Setup {
         }
     }
 
-    /// What the board is told for the run: it starts in mode bypass, the axes of the simulated
-    /// sensor are the vehicle's, and a drive that comes faster than in real time has no rate.
+    /// What the board is told for the run: it starts in mode bypass, and the axes of the simulated
+    /// sensor are the vehicle's. A drive that does not come in real time has no rate, and its
+    /// pauses are those of this computer, not of the sensor.
     fn for_the_run(&self) -> Configuration {
         let mut told = self.told.clone();
         told.correction.mode = Mode::Bypass;
-        told.correction.check_rate &= !self.fast;
+        if self.fast {
+            told.correction.check_rate = false;
+            told.correction.silence_us = LONGEST_SILENCE_US;
+        }
         told.mounting = Configuration::default().mounting;
         told
     }
