@@ -169,8 +169,8 @@ impl<'m> Flow<'m> {
             return; // a Checked frame of a sensor has a sample
         };
         // before anything is changed: the identifier may be
-        let kind = (frame.source(), frame.content());
-        let known = self.channels.is(kind) || self.another(kind, &frame, reading);
+        let content = frame.content();
+        let known = self.channels.is(content) || self.another(content, &frame, reading);
         let mut sample = reading.sample;
         let correct = known && reading.valid != Axes::NONE;
         let mut saturated = Axes::NONE;
@@ -195,7 +195,7 @@ impl<'m> Flow<'m> {
             self.restarted();
         }
         if !known {
-            self.make(kind, reading.present);
+            self.make((frame.source(), content), reading.present);
         }
         self.follow(reading);
     }

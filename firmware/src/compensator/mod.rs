@@ -72,6 +72,8 @@ pub struct Compensator {
     input_per_count: [f32; 2],
     // counts per sample for an error of one SI unit, for each outlet
     counts_per_error: [[f32; 2]; OUTLETS],
+    /// Outlets in use: those up to the last one that was set, at least outlet 0.
+    outlets: usize,
 }
 
 /// What changes from sample to sample.
@@ -173,6 +175,7 @@ impl Compensator {
             block_s: block_s as f32,
             input_per_count: [(lsb.rad / block_s) as f32, (lsb.mps / block_s) as f32],
             counts_per_error: [per_error(lsb, sample_period_s); OUTLETS],
+            outlets: 1,
         })
     }
 

@@ -22,8 +22,8 @@ pub(super) struct Outlet {
 impl Compensator {
     /// States the scale and the timing of the samples of another outlet than 0, in which the same
     /// sensor sends the same motion once more. Each outlet carries its own remainder, so that what
-    /// leaves by each is exact. Blocks are made of outlet 0 alone. From the beginning all outlets
-    /// have the scale of outlet 0.
+    /// leaves by each is exact. Blocks are made of outlet 0 alone. An outlet that was not set is
+    /// not corrected.
     ///
     /// # Errors
     /// Names the parameter that is out of range.
@@ -42,6 +42,7 @@ impl Compensator {
         }
         let per_error_of = self.counts_per_error.get_mut(outlet);
         *per_error_of.ok_or(ConfigError::Outlet)? = per_error(lsb, sample_period_s);
+        self.outlets = self.outlets.max(outlet + 1);
         self.make_due(state);
         Ok(())
     }
@@ -72,9 +73,10 @@ impl Compensator {
         }
     }
 
-    /// The estimate in counts per sample, for all outlets.
+    /// The estimate in counts per sample, for the outlets in use.
     pub(super) fn make_due(&self, state: &mut State) {
-        for (outlet, per_error) in state.outlets.iter_mut().zip(self.counts_per_error) {
+        let outlets = state.outlets.iter_mut().zip(self.counts_per_error);
+        for (outlet, per_error) in outlets.take(self.outlets) {
             let due = outlet.due.iter_mut().zip(&mut outlet.due_float);
             let per_sample = state.estimate.iter().zip(per_error);
             for ((due, due_float), (estimate, per_error)) in due.zip(per_sample) {

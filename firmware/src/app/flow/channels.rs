@@ -31,10 +31,11 @@ pub(super) struct Channels {
 }
 
 impl Channels {
-    /// Whether a frame is of the last one's kind.
+    /// Whether a frame with this content is of the last one's kind. The source need not be
+    /// compared: before another one sends, all kinds are forgotten.
     #[inline(always)]
-    pub fn is(&self, kind: Kind) -> bool {
-        self.kind == Some(kind)
+    pub fn is(&self, content: u8) -> bool {
+        self.kind.is_some_and(|(_, last)| last == content)
     }
 
     /// Makes a known kind the present one. False: it is not known.

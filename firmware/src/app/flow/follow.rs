@@ -1,7 +1,6 @@
 //! What follows when a frame has left: gaps, samples that come twice, sensors that stand still or
 //! start anew, and the networks' and the learner's share of the sample.
 
-use super::channels::Kind;
 use super::still::Still;
 use super::{Correction, Flow, Told, count};
 use crate::compensator::Block;
@@ -152,7 +151,7 @@ impl Flow<'_> {
     /// A frame of another kind than the last one, or the first one after bytes of no frame or a
     /// silence. Gives whether its kind is known.
     #[cold]
-    pub(super) fn another(&mut self, kind: Kind, frame: &Checked, reading: &Reading) -> bool {
+    pub(super) fn another(&mut self, content: u8, frame: &Checked, reading: &Reading) -> bool {
         if let Some(silent) = self.silent_us.take() {
             let stream = self.stream.as_ref();
             let anew = stream.is_some_and(|stream| stream.has_begun_anew(&self.last, reading));
@@ -168,7 +167,7 @@ impl Flow<'_> {
         {
             self.gap(); // room for a whole turn of the counter
         }
-        self.channels.select(kind)
+        self.channels.select((frame.source(), content))
     }
 
     /// A frame of a kind whose samples make no blocks. When these come more often than those that
