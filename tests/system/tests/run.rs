@@ -7,7 +7,7 @@
 
 use assert_cmd::Command;
 use host_sim::simulator::imu::{ErrorModelName, ImuSpec};
-use std::collections::BTreeMap;
+use host_sim::unit::Unit;
 use std::path::Path;
 use system::{horizontal, json};
 
@@ -143,13 +143,16 @@ fn in_sample_is_another_experiment() {
 #[test]
 fn on_white_noise_alone_the_compensator_stays_at_zero() {
     let dir = tempfile::tempdir().unwrap();
+    // the datasheet goes on promising biases that the simulated sensors do not have
+    let mut unit = Unit::preset("medium").unwrap();
     let medium = ImuSpec::preset("medium").unwrap();
-    let scenario = BTreeMap::from([("imu", medium.error_model(ErrorModelName::Noise))]);
+    unit.simulation = Some(medium.error_model(ErrorModelName::Noise));
     std::fs::write(
-        dir.path().join("noise.toml"),
-        toml::to_string(&scenario).unwrap(),
+        dir.path().join("unit.toml"),
+        toml::to_string(&unit).unwrap(),
     )
     .unwrap();
+    std::fs::write(dir.path().join("noise.toml"), "unit = 'unit.toml'\n").unwrap();
     for seed in ["1", "2", "3"] {
         host_sim(dir.path())
             .args([
