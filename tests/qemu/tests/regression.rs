@@ -57,6 +57,7 @@ fn every_format_is_corrected_the_same_and_within_budget() {
     for (format, _) in drives() {
         for pace in [Pace::Byte, Pace::Dma] {
             let (same, cost) = counted(BOARDS[0], format, pace).expect("it runs");
+            println!("{}, {pace:?}: {cost:?}", format.name());
             assert!(same, "{format:?}");
             within(cost, pace == Pace::Dma, budgets[format.name()]).expect("within budget");
             assert!(
