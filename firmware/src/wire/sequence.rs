@@ -181,8 +181,8 @@ impl Rule {
 
 /// Gaps by the time in the frame, for sensors without a counter: `before` and `now` in seconds,
 /// which start from 0 again after `turn` seconds; `rate` in Hz. Less than half a period is the same
-/// frame. More than [`LONGEST_GAP_S`] is a clock that was set: a receiver that finds its time, a
-/// leap of the week. It says nothing about frames.
+/// frame. More than 10 s is a clock that was set: a receiver that finds its time, a leap of the
+/// week. It says nothing about frames.
 pub fn time_gap(before: f64, now: f64, rate: f64, turn: f64) -> Gap {
     let advance = if now < before - turn / 2.0 {
         now - before + turn

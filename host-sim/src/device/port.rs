@@ -89,7 +89,7 @@ impl Port {
         }
     }
 
-    /// Receives what arrives within [`WAIT`], perhaps nothing.
+    /// Receives what arrives within 50 ms, perhaps nothing.
     ///
     /// # Errors
     /// The port is broken or closed.

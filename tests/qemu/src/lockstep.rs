@@ -162,7 +162,7 @@ impl Board {
     /// Sends bytes of the sensor and reads so many of the navigation line.
     ///
     /// # Errors
-    /// A line breaks, or fewer come within [`PATIENCE`].
+    /// A line breaks, or fewer come in time.
     pub fn through(&mut self, bytes: &[u8], expected: usize) -> Result<Vec<u8>> {
         // QEMU takes what fits and the rest as the board reads it: write from another thread
         let mut sensor = self.sensor.try_clone()?;
