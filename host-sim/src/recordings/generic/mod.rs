@@ -1,8 +1,8 @@
 //! Any recording as text. A TOML header file says what the columns mean:
 //!
 //! ```toml
-//! # The unit: what is known of the sensors. A file is relative to the header file. May be left
-//! out. unit = "unit.toml"
+//! # The unit: what is known of the sensors. A file is relative to the header file. Optional.
+//! unit = "unit.toml"
 //!
 //! [imu]
 //! # Relative to the header file, plain or gzipped. A file on the command line replaces it.
