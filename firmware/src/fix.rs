@@ -18,18 +18,56 @@ pub struct Position {
     pub height: f64,
 }
 
-/// A fix that the receiver vouches for.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+/// Standard deviation of a value that a receiver does not measure, or whose accuracy it does not
+/// give.
+pub const NOT_MEASURED: f32 = f32::INFINITY;
+
+/// A fix that the receiver vouches for. It may lack any of its values.
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Fix {
     /// Position.
     pub position: Position,
     /// Velocity over ground, north, east, down, m/s.
     pub velocity: [f64; 3],
-    /// Standard deviations along an axis, in the order of [`OBSERVATIONS`], > 0. `None` when the
-    /// receiver gives none.
-    pub sigmas: Option<[f32; OBSERVATIONS]>,
+    /// Standard deviations along an axis, in the order of [`OBSERVATIONS`], > 0; [`NOT_MEASURED`]
+    /// for a value that means nothing.
+    pub sigmas: [f32; OBSERVATIONS],
+    /// Heading of the vehicle by two antennas.
+    pub heading: Option<Heading>,
     /// Time of validity, ms of the GPS week.
     pub time_ms: u32,
     /// Time of arrival by the board's clock, microseconds.
     pub arrived_us: u64,
+}
+
+/// Where the vehicle's forward axis points.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Heading {
+    /// Clockwise from true north, rad.
+    pub angle: f32,
+    /// Its standard deviation, rad, > 0.
+    pub sigma: f32,
+}
+
+impl Fix {
+    /// Nothing is measured.
+    pub const EMPTY: Fix = Fix {
+        position: Position {
+            latitude: 0.0,
+            longitude: 0.0,
+            height: 0.0,
+        },
+        velocity: [0.0; 3],
+        sigmas: [NOT_MEASURED; OBSERVATIONS],
+        heading: None,
+        time_ms: 0,
+        arrived_us: 0,
+    };
+
+    /// Whether all of these values are measured.
+    #[must_use]
+    pub fn has(&self, values: core::ops::Range<usize>) -> bool {
+        let mut sigmas = self.sigmas.get(values).unwrap_or_default().iter();
+        sigmas.all(|sigma| sigma.is_finite())
+    }
 }

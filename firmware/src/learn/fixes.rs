@@ -30,7 +30,7 @@ use super::{Learner, Report, Winner};
 use crate::align::Align;
 use crate::compensator::Block;
 use crate::control::Alignment;
-use crate::fix::Fix;
+use crate::fix::{Fix, OBSERVATIONS};
 use crate::model::Nets;
 use crate::nav::{self, Navigator};
 use crate::sample::{Counts, RawSample, StreamScale};
@@ -287,7 +287,8 @@ impl Learner for FixLearner<'_> {
         if since.is_some_and(|ms| ms < FIX_MS) {
             return;
         }
-        let (Some(sigmas), Some(align)) = (fix.sigmas, &mut self.align) else {
+        let sigmas = fix.sigmas;
+        let Some(align) = self.align.as_mut().filter(|_| fix.has(0..OBSERVATIONS)) else {
             return;
         };
         let Some(age) = age else {

@@ -151,7 +151,7 @@ fn feedback_takes_out_what_innovation_finds() {
     let fix = Fix {
         position: at.position,
         velocity: at.velocity,
-        ..Fix::default()
+        ..Fix::EMPTY
     };
     let found = device.innovation(&fix, 0.0);
     for i in 0..3 {
@@ -164,7 +164,7 @@ fn feedback_takes_out_what_innovation_finds() {
     let east = Fix {
         position: at.position.displaced([0.0, 40.0, 0.0]),
         velocity: at.velocity,
-        ..Fix::default()
+        ..Fix::EMPTY
     };
     assert!(east.position.longitude < 0.0);
     let found = device.innovation(&east, 0.0);
@@ -184,7 +184,7 @@ fn an_old_fix_is_compared_with_where_one_was() {
     let fix = Fix {
         position: start.position,
         velocity: start.velocity,
-        ..Fix::default()
+        ..Fix::EMPTY
     };
     let found = device.innovation(&fix, 0.1);
     for x in found.position.iter().chain(&found.velocity) {

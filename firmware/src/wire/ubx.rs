@@ -14,7 +14,7 @@
 use super::checksum::fletcher8;
 use super::field::{Mark, mark, put, take};
 use super::{Error, Scan, exactly};
-use crate::fix::{Fix, OBSERVATIONS, Position};
+use crate::fix::{Fix, NOT_MEASURED, OBSERVATIONS, Position};
 use crate::units::DEGREE;
 
 /// Bytes of a NAV-PVT message.
@@ -211,23 +211,24 @@ impl Pvt {
             },
             velocity: self.velocity.map(|v| f64::from(v) * 1e-3),
             sigmas: self.sigmas(),
+            heading: None,
             time_ms: self.time_of_week,
             arrived_us,
         }
     }
 
-    /// Standard deviations along an axis; `None` when the receiver gives no accuracy.
-    fn sigmas(&self) -> Option<[f32; OBSERVATIONS]> {
-        let metres = |mm: u32| mm as f32 * 1e-3;
-        let horizontal = metres(self.horizontal_accuracy) * core::f32::consts::FRAC_1_SQRT_2;
-        let vertical = metres(self.vertical_accuracy);
-        let speed = metres(self.speed_accuracy) * 0.577_350_3;
-        let [h, v] = [horizontal, vertical].map(|sigma| sigma.max(LEAST_SIGMA[0]));
-        let s = speed.max(LEAST_SIGMA[1]);
-        let given = [horizontal, vertical, speed]
-            .iter()
-            .all(|sigma| *sigma > 0.0);
-        given.then_some([h, h, v, s, s, s])
+    /// Standard deviations along an axis. An accuracy of zero means that the receiver gives none.
+    fn sigmas(&self) -> [f32; OBSERVATIONS] {
+        let sigma = |mm: u32, share: f32, least: f32| match mm {
+            0 => NOT_MEASURED,
+            mm => (mm as f32 * 1e-3 * share).max(least),
+        };
+        let [least_m, least_mps] = LEAST_SIGMA;
+        let root_2 = core::f32::consts::FRAC_1_SQRT_2;
+        let h = sigma(self.horizontal_accuracy, root_2, least_m);
+        let v = sigma(self.vertical_accuracy, 1.0, least_m);
+        let s = sigma(self.speed_accuracy, 0.577_350_3, least_mps);
+        [h, h, v, s, s, s]
     }
 
     /// Whether the receiver vouches for a three-dimensional fix (flag gnssFixOK, fix type 3 or 4).
@@ -291,7 +292,7 @@ pub(super) mod tests {
         assert!(close(fix.position.height, 123.456));
         assert_eq!(fix.velocity, [-1.234, 5.678, -0.091]);
         let want = [0.601_04, 0.601_04, 1.2, 0.034_641, 0.034_641, 0.034_641];
-        for (sigma, want) in fix.sigmas.unwrap().into_iter().zip(want) {
+        for (sigma, want) in fix.sigmas.into_iter().zip(want) {
             assert!((f64::from(sigma) - want).abs() < 1e-5, "{sigma} {want}");
         }
         assert_eq!((fix.time_ms, fix.arrived_us), (123_456_789, 42));
@@ -300,15 +301,14 @@ pub(super) mod tests {
             speed_accuracy: 1,
             ..pvt
         };
-        assert_eq!(
-            least.to_fix(0).sigmas.map(|s| [s[2], s[5]]),
-            Some([0.005, 0.002])
-        );
+        let sigmas = least.to_fix(0).sigmas;
+        assert_eq!([sigmas[2], sigmas[5]], [0.005, 0.002]);
         let unknown = Pvt {
             speed_accuracy: 0,
             ..pvt
         };
-        assert_eq!(unknown.to_fix(0).sigmas, None);
+        let position_only = unknown.to_fix(0);
+        assert!(position_only.has(0..3) && !position_only.has(3..6) && !position_only.has(2..4));
     }
 
     #[test]

@@ -65,9 +65,10 @@ impl Flow<'_> {
 
     /// A good fix shows whether the vehicle is at rest.
     pub(super) fn judge_speed(&mut self, fix: &Fix) {
-        if let Some(rest) = &mut self.plausibility.rest {
+        if let Some(rest) = self.plausibility.rest.as_mut().filter(|_| fix.has(3..6)) {
             let [n, e, d] = fix.velocity.map(|v| v as f32);
-            let sigma = fix.sigmas.map_or(0.0, |[.., n, e, d]| n.max(e).max(d));
+            let [.., sigma_n, sigma_e, sigma_d] = fix.sigmas;
+            let sigma = sigma_n.max(sigma_e).max(sigma_d);
             rest.fix(libm::sqrtf(n * n + e * e + d * d), sigma);
         }
     }

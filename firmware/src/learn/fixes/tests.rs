@@ -54,7 +54,8 @@ impl<'m> Drive<'m> {
         let fix = Fix {
             position: self.truth.state().position,
             velocity: self.truth.state().velocity,
-            sigmas: Some(SIGMAS),
+            sigmas: SIGMAS,
+            heading: None,
             time_ms: (self.time_ms + self.number / RATE * 1000) % 604_800_000,
             arrived_us: 0,
         };
