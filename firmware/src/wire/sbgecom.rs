@@ -30,6 +30,8 @@ const HEADER: usize = 6;
 /// CRC and end mark.
 const TRAILER: usize = 3;
 const END: u8 = 0x33;
+/// Most bytes of a payload (`SBG_ECOM_MAX_PAYLOAD_SIZE` of SBG's library).
+const MAX_PAYLOAD: usize = 4086;
 /// Class of the log messages.
 const LOGS: u8 = 0;
 
@@ -124,7 +126,7 @@ pub fn scan(bytes: &[u8]) -> Scan {
     let [id, class] = take(bytes, 2);
     let payload = usize::from(u16::from_le_bytes(take(bytes, 4)));
     let message = Message::from_id(id).filter(|_| class == LOGS);
-    if message.is_some_and(|message| message.payload() != payload) {
+    if payload > MAX_PAYLOAD || message.is_some_and(|message| message.payload() != payload) {
         return Scan::BadChecksum; // known at once: do not wait for a length that cannot be
     }
     let len = HEADER + payload + TRAILER;

@@ -134,6 +134,12 @@ fn others_pass_and_damage_does_not() {
         damaged[bit / 8] ^= 1 << (bit % 8);
         assert!(Frame::new_checked(damaged).is_err(), "bit {bit}");
     }
+    // a length that no message has is not waited for
+    let [low, high] = 4086_u16.to_le_bytes();
+    let longest = [0xFF, 0x5A, 6, 0, low, high];
+    assert_eq!(scan(&longest), Scan::Partial(4095));
+    let longer = [0xFF, 0x5A, 6, 0, low + 1, high];
+    assert_eq!(scan(&longer), Scan::BadChecksum);
     assert_eq!(scan(&[0xFF]), Scan::Partial(2));
     assert_eq!(scan(&SHORT[..5]), Scan::Partial(6));
     assert_eq!(scan(&[0xFF, 0x5B]), Scan::Garbage);
