@@ -222,7 +222,7 @@ fn send_drive(
     setup: &Setup,
     drive: &Drive,
     lines: &mut Lines,
-    link: Option<&mut Link>,
+    mut link: Option<&mut Link>,
     control: Control<'_>,
 ) -> Result<Report, Error> {
     let split = drive.records.partition_point(|r| r.at_us <= LEAD_US);
@@ -239,8 +239,9 @@ fn send_drive(
         progress: &|_| {},
     };
     lines.drain().map_err(broken)?;
-    introduce(setup, lines, lead, &run).map_err(|problem| match problem {
+    introduce(setup, lines, lead, &run, link.as_deref_mut()).map_err(|problem| match problem {
         Problem::Broken(error) => broken(error),
+        Problem::Link(error) => error,
         Problem::Silent => silent(setup),
         Problem::Noise(bytes) => noise(setup, bytes),
     })?;
@@ -284,26 +285,35 @@ fn send_drive(
 /// Why the first second did not pass.
 enum Problem {
     Broken(io::Error),
+    Link(Error),
     Silent,
     Noise(usize),
 }
 
-/// Sends the first second until it passes.
+/// Sends the first second until it passes. All bytes pass whatever they are, so a board that can be
+/// asked must also have counted frames: it may still be at the format of the run before.
 fn introduce(
     setup: &Setup,
     lines: &mut Lines,
     lead: &[Record],
     run: &Run<'_>,
+    mut link: Option<&mut Link>,
 ) -> Result<(), Problem> {
+    let mut counted = || match &mut link {
+        Some(link) => link.counters().map(|counters| Some(counters.frames)),
+        None => Ok(None),
+    };
     let bytes = judge::sensor_bytes(lead);
     let mut received = 0;
     for _ in 0..LEADS {
+        let before = counted().map_err(Problem::Link)?;
         let gathered = run
             .through(lines, lead, bytes.len())
             .map_err(Problem::Broken)?;
         received += gathered.bytes.len();
         let frames = Frames::of(setup.format(), &gathered.bytes).readings.len();
-        if run.stopped() || (frames > 0 && bytes.ends_with(&gathered.bytes)) {
+        let known = before.is_none() || counted().map_err(Problem::Link)? != before;
+        if run.stopped() || (known && frames > 0 && bytes.ends_with(&gathered.bytes)) {
             return Ok(());
         }
     }
