@@ -8,6 +8,7 @@
 mod board;
 mod drive;
 mod judge;
+mod memory;
 mod software;
 mod stream;
 #[cfg(test)]
@@ -15,6 +16,7 @@ mod tests;
 
 pub use drive::{Drive, Input, Record, drive, drive_from, drive_told};
 pub use judge::{Latency, Verdict};
+pub use memory::{MemoryLine, SetClock};
 pub use software::nets as networks;
 
 use crate::device::{Link, Port, configure, images, set_up};

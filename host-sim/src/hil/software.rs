@@ -1,51 +1,20 @@
 //! Software in the loop: the application of the firmware on the desktop, with the input of the
 //! board.
 
+use super::memory::{MemoryLine, SetClock};
 use firmware::app::{App, Config, Lines};
 use firmware::configuration::Configuration;
-use firmware::link::{Clock, Full, Line, Lost, NoLine};
+use firmware::link::NoLine;
 use firmware::model::Nets;
 use firmware::wire::command::{MAX_PACKET, Request, encode};
 use lrnn_nostd::{Net, Normalisation, Weights};
-use std::collections::VecDeque;
-
-/// A line in memory.
-#[derive(Debug, Default)]
-struct Memory {
-    received: VecDeque<u8>,
-    sent: Vec<u8>,
-}
-
-impl Line for Memory {
-    fn receive(&mut self, buffer: &mut [u8]) -> Result<usize, Lost> {
-        let len = buffer.len().min(self.received.len());
-        for (place, byte) in buffer.iter_mut().zip(self.received.drain(..len)) {
-            *place = byte;
-        }
-        Ok(len)
-    }
-
-    fn send(&mut self, message: &[u8]) -> Result<(), Full> {
-        self.sent.extend_from_slice(message);
-        Ok(())
-    }
-}
-
-#[derive(Debug)]
-struct Now(u64);
-
-impl Clock for Now {
-    fn now_us(&self) -> u64 {
-        self.0
-    }
-}
 
 /// The application with its lines and time.
 #[derive(Debug)]
 pub struct Software {
     app: App<'static>,
-    lines: Lines<Memory, Memory, Memory, NoLine>,
-    now: Now,
+    lines: Lines<MemoryLine, MemoryLine, MemoryLine, NoLine>,
+    now: SetClock,
 }
 
 impl Software {
@@ -55,7 +24,7 @@ impl Software {
         Self {
             app: App::new(Config::of(told)),
             lines: Lines::default(),
-            now: Now(0),
+            now: SetClock(0),
         }
     }
 

@@ -2,7 +2,6 @@
 //! stream goes in, and nothing else is sent before all of its corrected frames have come out. So
 //! which sample a fix follows does not depend on the speed of sockets.
 
-use std::collections::VecDeque;
 use std::io::{ErrorKind, Read, Write};
 use std::net::TcpStream;
 use std::time::{Duration, Instant};
@@ -11,51 +10,20 @@ use anyhow::{Context, Result, bail, ensure};
 use firmware::app::{App, Config, Lines};
 use firmware::configuration::Configuration;
 use firmware::learn::{CombinedLearner, FixLearner, FixMemory, Settings, WindowLearner};
-use firmware::link::{Clock, Full, Line, Lost};
 use firmware::wire::command::{self, Health, MAX_PACKET, Request, Response};
 use host_sim::device::{Link, images};
-use host_sim::hil::{Input, Record};
+use host_sim::hil::{Input, MemoryLine, Record, SetClock};
 
 use crate::listening::Listening;
 
 /// How long a board may be silent.
 const PATIENCE: Duration = Duration::from_secs(20);
 
-/// A line in memory.
-#[derive(Debug, Default)]
-struct Memory {
-    received: VecDeque<u8>,
-    sent: Vec<u8>,
-}
-
-impl Line for Memory {
-    fn receive(&mut self, buffer: &mut [u8]) -> Result<usize, Lost> {
-        let len = buffer.len().min(self.received.len());
-        for (place, byte) in buffer.iter_mut().zip(self.received.drain(..len)) {
-            *place = byte;
-        }
-        Ok(len)
-    }
-
-    fn send(&mut self, message: &[u8]) -> Result<(), Full> {
-        self.sent.extend_from_slice(message);
-        Ok(())
-    }
-}
-
-struct Now(u64);
-
-impl Clock for Now {
-    fn now_us(&self) -> u64 {
-        self.0
-    }
-}
-
 /// The application on the desktop, with the learners of the board.
 pub struct Twin {
     app: App<'static>,
-    lines: Lines<Memory, Memory, Memory, Memory>,
-    now: Now,
+    lines: Lines<MemoryLine, MemoryLine, MemoryLine, MemoryLine>,
+    now: SetClock,
 }
 
 impl Twin {
@@ -71,7 +39,7 @@ impl Twin {
         Self {
             app: App::with_learner(Config::of(told), Some(learner)),
             lines: Lines::default(),
-            now: Now(0),
+            now: SetClock(0),
         }
     }
 
