@@ -1,7 +1,7 @@
 //! Bursts of an ADIS, fetched by the board, through the application.
 
-use crate::configuration::configure;
 use crate::device::{Device, nets};
+use crate::record::configure;
 use firmware::app::{Config, Hardware, Phase};
 use firmware::compensator::Limit;
 use firmware::configuration::record::encode;

@@ -1,9 +1,9 @@
 //! What was told about the sensor is wrong: the device says so and steps aside, and begins anew
 //! when it is right again. Samples come in real time.
 
-use crate::configuration::{configure, told};
 use crate::device::{Device, nets};
 use crate::frames::{Fields, Kind, values};
+use crate::record::{configure, told};
 use firmware::app::{App, Config};
 use firmware::configuration::record::encode;
 use firmware::configuration::{Activation, Configuration};

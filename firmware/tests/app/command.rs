@@ -2,6 +2,7 @@
 
 use crate::device::{Device, constant, nets};
 use crate::frames::{Fields, Kind, values};
+use crate::record::read_all;
 use firmware::app::{Config, Phase};
 use firmware::compensator::Limit;
 use firmware::control::{Alignment, Mode, Reason, Window};
@@ -34,21 +35,10 @@ fn upload(device: &mut Device, bytes: &[u8]) {
 }
 
 fn download(device: &mut Device) -> Vec<u8> {
-    let mut all = Vec::new();
-    loop {
-        let request = Request::ReadImage {
-            offset: all.len() as u32,
-            length: MAX_CHUNK as u16,
-        };
-        let piece = device.ask(&request, |answer| match answer {
-            Response::Image { bytes, .. } => bytes.to_vec(),
-            other => panic!("{other:?}"),
-        });
-        if piece.is_empty() {
-            return all;
-        }
-        all.extend(piece);
-    }
+    read_all(device, |offset, length| Request::ReadImage {
+        offset,
+        length,
+    })
 }
 
 const COMMIT: Request = Request::CommitImage {

@@ -3,9 +3,9 @@
 //! all the time; whole drives are in `tests/qemu`.
 
 use crate::activation::{AtRest, KIND, PLACE, RATE, lsb};
-use crate::configuration::configure;
 use crate::device::Device;
 use crate::frames::Fields;
+use crate::record::configure;
 use firmware::app::{App, Config};
 use firmware::configuration::record::encode;
 use firmware::configuration::{Configuration, Sensor};

@@ -1,0 +1,167 @@
+//! What a device has stored comes back at power-on, weights and configuration together.
+
+use crate::device::{Device, constant};
+use crate::frames::Kind;
+use crate::record::{HARDWARE, board, configure, read, record, sealed, told, untold};
+use embedded_storage::nor_flash::{ErrorType, NorFlash, ReadNorFlash};
+use firmware::app::{App, Phase};
+use firmware::configuration::SCHEMA;
+use firmware::configuration::record::encode;
+use firmware::control::{Mode, Reason};
+use firmware::model::Nets;
+use firmware::store::Store;
+use firmware::wire::checksum::crc32_zlib;
+use firmware::wire::command::{Request, Response, fault};
+use lrnn_nostd::image;
+
+const STIM: Kind = Kind::STIM;
+
+/// Flash of two slots in memory.
+#[derive(Debug, Clone)]
+struct Flash(Vec<u8>);
+
+impl ErrorType for Flash {
+    type Error = core::convert::Infallible;
+}
+
+impl ReadNorFlash for Flash {
+    const READ_SIZE: usize = 1;
+
+    fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), Self::Error> {
+        bytes.copy_from_slice(&self.0[offset as usize..][..bytes.len()]);
+        Ok(())
+    }
+
+    fn capacity(&self) -> usize {
+        self.0.len()
+    }
+}
+
+impl NorFlash for Flash {
+    const WRITE_SIZE: usize = 4;
+    const ERASE_SIZE: usize = 4096;
+
+    fn erase(&mut self, from: u32, to: u32) -> Result<(), Self::Error> {
+        self.0[from as usize..to as usize].fill(0xFF);
+        Ok(())
+    }
+
+    fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), Self::Error> {
+        self.0[offset as usize..][..bytes.len()].copy_from_slice(bytes);
+        Ok(())
+    }
+}
+
+/// A device after power-on with this flash.
+fn powered(flash: &Flash) -> Device {
+    let mut store = Store::new(flash.clone()).expect("room");
+    let mut device = untold();
+    device.app = App::power_on(HARDWARE, Some(store.load()), None);
+    device
+}
+
+/// Stores what is in use, as a board does.
+fn stores(device: &mut Device, flash: &mut Flash) -> Response<'static> {
+    let response = device.ask(&Request::StoreImage, |answer| match answer {
+        Response::Done => Response::Done,
+        Response::Refused(reason) => Response::Refused(reason),
+        other => panic!("{other:?}"),
+    });
+    let mut store = Store::new(flash.clone()).expect("room");
+    device
+        .app
+        .store(|nets, record| store.save(nets, record).is_ok());
+    *flash = store.into_inner();
+    response
+}
+
+/// What was stored is in use after a power cycle: weights and configuration together, and the lines
+/// as they were told. What was only committed is gone.
+#[test]
+fn a_power_cycle_brings_back_what_was_stored() {
+    let mut flash = Flash(vec![0xFF; 8192]);
+    let mut device = powered(&flash);
+    assert!(board(&mut device, |board| board.stores && !board.configured));
+    let mut first = told(STIM);
+    first.identity.serial = "N1".try_into().expect("short");
+    first.lines.sensor_baud = 460_800;
+    first.correction.mode = Mode::Shadow;
+    let record = record(&first);
+    assert_eq!(configure(&mut device, &record), Ok(()));
+    assert_eq!(device.app.to_open(), Some(first.lines));
+    assert!(board(&mut device, |board| board.configured && !board.stored));
+    let refused = Response::Refused(Reason::Mode);
+    assert_eq!(stores(&mut device, &mut flash), refused);
+    device.order(&Request::SetMode(Mode::Bypass));
+    assert_eq!(stores(&mut device, &mut flash), Response::Done);
+    assert!(board(&mut device, |board| board.stored));
+    let mut other = first.clone();
+    other.identity.serial = "N2".try_into().expect("short");
+    assert_eq!(configure(&mut device, &encode(&other)), Ok(()));
+    assert!(board(&mut device, |board| board.configured && !board.stored));
+
+    let mut device = powered(&flash);
+    assert_eq!(read(&mut device), record);
+    assert!(board(&mut device, |board| board.configured && board.stored));
+    assert_eq!(device.app.to_open(), Some(first.lines));
+    assert_eq!(device.app.faults() & !fault::SILENT, 0);
+    device.feed(&STIM.stream(0, 10).concat());
+    assert_eq!(device.app.phase(), Phase::Run(Mode::Shadow));
+    assert_eq!(device.lines.navigation.sent, STIM.stream(0, 10));
+}
+
+/// What a newer firmware has stored is told and kept, and so is a configuration that cannot be
+/// read.
+#[test]
+fn what_cannot_be_read_is_told_and_not_used() {
+    let sealed_store = |version: u32, record: &[u8]| {
+        let images = [image::encode(&constant([1e-4; 3])); 2].concat();
+        let mut bytes = b"LRNS".to_vec();
+        bytes.extend(version.to_le_bytes());
+        bytes.extend(1u32.to_le_bytes());
+        bytes.extend((images.len() as u16).to_le_bytes());
+        bytes.extend((record.len() as u16).to_le_bytes());
+        bytes.extend(images);
+        bytes.extend(record);
+        let sum = crc32_zlib(&bytes);
+        bytes.extend(sum.to_le_bytes());
+        bytes.resize(8192, 0xFF);
+        Flash(bytes)
+    };
+    let good = record(&told(STIM));
+    let mut newer = good.clone();
+    newer[4] += 1;
+    let mut bad = told(STIM);
+    bad.rate = -1.0;
+    let cases = [
+        (3, good.clone(), Some(3)),
+        (2, sealed(newer), Some(SCHEMA + 1)),
+        (2, record(&bad), None),
+        (2, vec![1; 30], None),
+    ];
+    for (version, bytes, kept) in cases {
+        let mut flash = sealed_store(version, &bytes);
+        let before = flash.0.clone();
+        let mut device = powered(&flash);
+        let faults = device.app.faults();
+        assert_eq!(faults & fault::STORE, fault::STORE, "{version}");
+        assert_eq!(faults & fault::NOT_CONFIGURED, fault::NOT_CONFIGURED);
+        assert_eq!(*device.app.nets(), Nets::NONE);
+        assert_eq!(configure(&mut device, &good), Ok(()));
+        let answer = stores(&mut device, &mut flash);
+        if let Some(version) = kept {
+            assert_eq!(answer, Response::Refused(Reason::Newer(version)));
+            assert!(flash.0 == before);
+        } else {
+            assert_eq!(answer, Response::Done);
+            assert_eq!(read(&mut powered(&flash)), good);
+        }
+    }
+    // weights of version 1, without a configuration
+    let mut device = powered(&sealed_store(1, &[]));
+    assert_eq!(device.app.faults() & fault::STORE, 0);
+    assert_ne!(device.app.faults() & fault::NOT_CONFIGURED, 0);
+    assert_ne!(*device.app.nets(), Nets::NONE);
+    assert_eq!(configure(&mut device, &good), Ok(()));
+    assert_ne!(*device.app.nets(), Nets::NONE, "they are this sensor's");
+}
