@@ -32,21 +32,10 @@ pub struct Fix {
     /// Standard deviations along an axis, in the order of [`OBSERVATIONS`], > 0; [`NOT_MEASURED`]
     /// for a value that means nothing.
     pub sigmas: [f32; OBSERVATIONS],
-    /// Heading of the vehicle by two antennas.
-    pub heading: Option<Heading>,
     /// Time of validity, ms of the GPS week.
     pub time_ms: u32,
     /// Time of arrival by the board's clock, microseconds.
     pub arrived_us: u64,
-}
-
-/// Where the vehicle's forward axis points.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Heading {
-    /// Clockwise from true north, rad.
-    pub angle: f32,
-    /// Its standard deviation, rad, > 0.
-    pub sigma: f32,
 }
 
 impl Fix {
@@ -59,7 +48,6 @@ impl Fix {
         },
         velocity: [0.0; 3],
         sigmas: [NOT_MEASURED; OBSERVATIONS],
-        heading: None,
         time_ms: 0,
         arrived_us: 0,
     };

@@ -211,7 +211,6 @@ impl Pvt {
             },
             velocity: self.velocity.map(|v| f64::from(v) * 1e-3),
             sigmas: self.sigmas(),
-            heading: None,
             time_ms: self.time_of_week,
             arrived_us,
         }

@@ -267,7 +267,6 @@ fn fix(session: &Session, epoch: usize) -> Fix {
         position: position(&of.position),
         velocity: of.velocity.into(),
         sigmas: session.sigmas.map(|sigma| sigma as f32),
-        heading: None,
         time_ms: (time_ms % WEEK_MS) as u32,
         arrived_us: time_ms * 1000,
     }
