@@ -119,4 +119,10 @@ pub enum Field {
     Silence,
     /// Parity or a second stop bit, which this board's lines do not have.
     Parity,
+    /// Standard deviation of the lever arm.
+    LeverArmSigma,
+    /// Standard deviation of the fixes' delay.
+    FixDelaySigma,
+    /// Heading of the antenna baseline.
+    HeadingOffset,
 }

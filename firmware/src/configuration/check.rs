@@ -38,6 +38,18 @@ impl Configuration {
                 receiver.lever_arm.iter().all(|m| m.abs() <= 100.0),
             ),
             (Field::FixDelay, (0.0..=1.0).contains(&receiver.fix_delay)),
+            (
+                Field::LeverArmSigma,
+                (0.0..=100.0).contains(&receiver.lever_arm_sigma),
+            ),
+            (
+                Field::FixDelaySigma,
+                (0.0..=1.0).contains(&receiver.fix_delay_sigma),
+            ),
+            (
+                Field::HeadingOffset,
+                receiver.heading_offset.abs() <= core::f32::consts::PI,
+            ),
             (Field::Speed, vehicle.speed > 0.0 && vehicle.speed <= 1000.0),
             (Field::Limit, not_negative(limit)),
             (Field::Slew, not_negative(slew)),

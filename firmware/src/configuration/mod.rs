@@ -9,6 +9,7 @@
 pub mod record;
 
 mod check;
+mod older;
 mod usual;
 
 use crate::compensator::Limit;
@@ -17,8 +18,8 @@ use crate::wire::{FormatSettings, Settings, adis};
 use heapless::String;
 use serde::{Deserialize, Serialize};
 
-/// Version of the record's content. A device refuses another one.
-pub const SCHEMA: u16 = 1;
+/// Version of the record's content. A device reads older ones too and refuses newer ones.
+pub const SCHEMA: u16 = 2;
 /// Most bytes of the unit's name.
 pub const NAME_LEN: usize = 32;
 /// Most bytes of the sensor's serial number.
@@ -133,8 +134,17 @@ pub struct Receiver {
     pub protocol: ReceiverProtocol,
     /// From the IMU to the antenna in body axes (forward, right, down), m, each -100 to 100.
     pub lever_arm: [f32; 3],
+    /// Standard deviation of the lever arm along each axis, m, 0 to 100. 0: it is exactly as told.
+    pub lever_arm_sigma: f32,
     /// Least age of a fix when it arrives, s, 0 to 1.
     pub fix_delay: f32,
+    /// Standard deviation of that age, s, 0 to 1. 0: it is exactly as told.
+    pub fix_delay_sigma: f32,
+    /// The receiver's time pulse is wired to the board.
+    pub pulse: bool,
+    /// Receivers with two antennas: direction from the first antenna to the second, clockwise from
+    /// the vehicle's forward axis as seen from above, rad, -pi to pi.
+    pub heading_offset: f32,
 }
 
 /// What a receiver speaks.
@@ -143,6 +153,14 @@ pub enum ReceiverProtocol {
     /// u-blox UBX-NAV-PVT.
     #[default]
     Ubx,
+    /// NMEA 0183 sentences.
+    Nmea,
+    /// NovAtel binary logs.
+    Novatel,
+    /// Septentrio Binary Format.
+    Sbf,
+    /// Whichever of these the line carries.
+    Detect,
 }
 
 /// The vehicle.

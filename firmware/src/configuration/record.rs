@@ -3,16 +3,18 @@
 //! | offset | length | content |
 //! |---|---|---|
 //! | 0 | 4 | magic `LRNC` |
-//! | 4 | 2 | [`SCHEMA`] |
+//! | 4 | 2 | [`SCHEMA`]; 1 is read too |
 //! | 6 | 2 | length n of the body |
 //! | 8 | n | the [`Configuration`] in postcard's encoding |
 //! | 8 + n | 4 | CRC-32 (zlib's) of bytes 0 to 8 + n |
 
+use super::older::Schema1;
 use super::{Configuration, SCHEMA};
 use crate::control::Reason;
 use crate::wire::checksum::crc32_zlib;
 use crate::wire::field::{head, put, take};
 use heapless::Vec;
+use serde::Deserialize;
 
 /// Most bytes of a record.
 pub const MAX_LEN: usize = 512;
@@ -53,7 +55,8 @@ pub fn schema(bytes: &[u8]) -> Option<u16> {
 /// The configuration of a record, with all its values in range.
 ///
 /// # Errors
-/// [`Reason::Record`] for bytes that are no whole record, [`Reason::Schema`] for another version,
+/// [`Reason::Record`] for bytes that are no whole record, [`Reason::Schema`] for a version that is
+/// not read,
 /// [`Reason::Field`] for a value out of range.
 pub fn decode(bytes: &[u8]) -> Result<Configuration, Reason> {
     let body = usize::from(u16::from_le_bytes(take(bytes, 6)));
@@ -64,14 +67,20 @@ pub fn decode(bytes: &[u8]) -> Result<Configuration, Reason> {
     if crc32_zlib(head(bytes, end)) != u32::from_le_bytes(take(bytes, end)) {
         return Err(Reason::Record);
     }
-    if u16::from_le_bytes(take(bytes, 4)) != SCHEMA {
-        return Err(Reason::Schema(SCHEMA));
-    }
     let body = bytes.get(HEADER_LEN..end).unwrap_or_default();
-    let configuration: Configuration = match postcard::take_from_bytes(body) {
-        Ok((configuration, [])) => configuration,
-        _ => return Err(Reason::Record),
+    let configuration: Configuration = match u16::from_le_bytes(take(bytes, 4)) {
+        SCHEMA => whole(body)?,
+        1 => whole::<Schema1>(body)?.into(),
+        _ => return Err(Reason::Schema(SCHEMA)),
     };
     configuration.check().map_err(Reason::Field)?;
     Ok(configuration)
+}
+
+/// A value that takes up the whole body.
+fn whole<'a, T: Deserialize<'a>>(body: &'a [u8]) -> Result<T, Reason> {
+    match postcard::take_from_bytes(body) {
+        Ok((value, [])) => Ok(value),
+        _ => Err(Reason::Record),
+    }
 }

@@ -32,9 +32,13 @@ pub(crate) fn example(format: ImuFormat) -> Configuration {
         gyro: triad,
         accel: triad,
         receiver: Receiver {
-            protocol: ReceiverProtocol::Ubx,
+            protocol: ReceiverProtocol::Detect,
             lever_arm: [1.0, -0.5, -1.5],
+            lever_arm_sigma: 0.2,
             fix_delay: 0.1,
+            fix_delay_sigma: 0.03,
+            pulse: true,
+            heading_offset: -1.5,
         },
         vehicle: Vehicle {
             kind: VehicleKind::Air,
@@ -97,9 +101,39 @@ fn another_schema_and_values_out_of_range_are_named() {
     let mut told = example(ImuFormat::Kvh);
     told.gyro.white_noise = 0.0;
     assert_eq!(decode(&encode(&told)), Err(Reason::Field(Field::Gyro)));
-    let mut told = example(ImuFormat::Kvh);
-    told.receiver.lever_arm[1] = f32::NAN;
-    assert_eq!(decode(&encode(&told)), Err(Reason::Field(Field::LeverArm)));
+    let refused = |change: fn(&mut Receiver), field| {
+        let mut told = example(ImuFormat::Kvh);
+        change(&mut told.receiver);
+        assert_eq!(decode(&encode(&told)), Err(Reason::Field(field)));
+    };
+    refused(|r| r.lever_arm[1] = f32::NAN, Field::LeverArm);
+    refused(|r| r.lever_arm_sigma = 101.0, Field::LeverArmSigma);
+    refused(|r| r.lever_arm_sigma = -0.1, Field::LeverArmSigma);
+    refused(|r| r.fix_delay_sigma = 1.1, Field::FixDelaySigma);
+    refused(|r| r.fix_delay_sigma = f32::NAN, Field::FixDelaySigma);
+    refused(|r| r.heading_offset = 3.2, Field::HeadingOffset);
+}
+
+/// `example` of a STIM300 as the firmware of schema 1 has written it.
+const SCHEMA_1: &[u8] = include_bytes!("schema_1.bin");
+
+#[test]
+fn a_record_of_schema_1_is_read_with_the_new_values_at_their_defaults() {
+    let mut told = example(ImuFormat::Stim300);
+    told.receiver = Receiver {
+        protocol: ReceiverProtocol::Ubx,
+        lever_arm_sigma: 0.0,
+        fix_delay_sigma: 0.0,
+        pulse: false,
+        heading_offset: 0.0,
+        ..told.receiver
+    };
+    assert_eq!(decode(SCHEMA_1), Ok(told.clone()));
+    // of schema 2 it becomes a record that reads back
+    assert_eq!(decode(&encode(&told)), Ok(told));
+    for at in 0..SCHEMA_1.len() {
+        assert_eq!(decode(&SCHEMA_1[..at]), Err(Reason::Record), "cut at {at}");
+    }
 }
 
 #[test]

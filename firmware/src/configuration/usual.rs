@@ -12,7 +12,7 @@ use heapless::String;
 impl Default for Configuration {
     /// The medium laser-gyro IMU of `host-sim` (preset `medium`: 0.34 deg/h, 410 ug, 0.005
     /// deg/sqrt(h), 20 ug/sqrt(Hz)) in a land vehicle, with its axes along the body's. Its format
-    /// is detected. Mode bypass, limits 10 deg/h and 1 mg, slew one thousandth of that a second.
+    /// is detected. Lever arm and delay of the fixes are exactly as told. Mode bypass, limits 10 deg/h and 1 mg, slew one thousandth of that a second.
     fn default() -> Configuration {
         let limit = Limit {
             gyro: (10.0 * DEGREE / 3600.0) as f32,
@@ -32,7 +32,11 @@ impl Default for Configuration {
             receiver: Receiver {
                 protocol: ReceiverProtocol::Ubx,
                 lever_arm: [0.0; 3],
+                lever_arm_sigma: 0.0,
                 fix_delay: 0.1,
+                fix_delay_sigma: 0.0,
+                pulse: false,
+                heading_offset: 0.0,
             },
             vehicle: Vehicle {
                 kind: VehicleKind::Land,

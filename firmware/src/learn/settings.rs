@@ -20,8 +20,12 @@ pub struct Settings {
     /// Least age of a fix when it arrives, s, 0 to 1. What a fix is later than the earliest is
     /// measured: see [`super::age`].
     pub fix_age_s: f32,
+    /// Standard deviation of that least age, s, >= 0. 0: it is exactly as told.
+    pub fix_age_sigma: f32,
     /// From the IMU to the receiver's antenna in the sensor's axes, m.
     pub lever_arm: [f32; 3],
+    /// Standard deviation of the lever arm along each axis, m, >= 0. 0: it is exactly as told.
+    pub lever_arm_sigma: f32,
 }
 
 /// Rate (rad/s) and change of specific force (m/s2) that are usual in a vehicle: the networks'
@@ -50,7 +54,9 @@ impl Settings {
         gates: Gates::USUAL,
         align_s: 100.0,
         fix_age_s: 0.1,
+        fix_age_sigma: 0.0,
         lever_arm: [0.0; 3],
+        lever_arm_sigma: 0.0,
     };
 
     /// What a unit's configuration tells. A bias is the root of the squares of its part that is
@@ -75,7 +81,9 @@ impl Settings {
             gates: Gates::USUAL,
             align_s: f64::from(told.correction.align),
             fix_age_s: told.receiver.fix_delay,
+            fix_age_sigma: told.receiver.fix_delay_sigma,
             lever_arm: told.in_sensor_axes(told.receiver.lever_arm),
+            lever_arm_sigma: told.receiver.lever_arm_sigma,
         }
     }
 
@@ -128,6 +136,8 @@ mod tests {
         // turned by 180 degrees about x: the sensor's y points left, its z up
         told.mounting = [0.0, 1.0, 0.0, 0.0];
         told.receiver.lever_arm = [1.0, 2.0, -3.0];
+        told.receiver.lever_arm_sigma = 0.5;
+        told.receiver.fix_delay_sigma = 0.03;
         let of = Settings::of(&told);
         let near = |a: f32, b: f32| (a - b).abs() <= 1e-6 * b.abs();
         assert!(near(of.sheet.gyro_bias, 5e-6));
@@ -137,5 +147,6 @@ mod tests {
         assert_eq!(of.sheet.gravity, [0.0, 0.0, 9.8]);
         assert_eq!(of.sheet.range, [0.1, 1.0]);
         assert_eq!(of.lever_arm, [1.0, -2.0, 3.0]);
+        assert_eq!((of.lever_arm_sigma, of.fix_age_sigma), (0.5, 0.03));
     }
 }

@@ -157,6 +157,14 @@ fn what_cannot_be_read_is_told_and_not_used() {
             assert_eq!(read(&mut powered(&flash)), good);
         }
     }
+    // a configuration of schema 1, with its weights
+    let old = include_bytes!("../../src/configuration/schema_1.bin");
+    let mut device = powered(&sealed_store(2, old));
+    let bad = fault::STORE | fault::NOT_CONFIGURED;
+    assert_eq!(device.app.faults() & bad, 0);
+    assert!(board(&mut device, |board| board.configured && board.stored));
+    assert_ne!(*device.app.nets(), Nets::NONE);
+    assert_eq!(read(&mut device), old);
     // weights of version 1, without a configuration
     let mut device = powered(&sealed_store(1, &[]));
     assert_eq!(device.app.faults() & fault::STORE, 0);

@@ -6,6 +6,13 @@ use firmware::control;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+/// Standard deviation of a lever arm that nobody has measured, m: antennas are some metres from the
+/// sensors of a vehicle (assumed).
+const UNMEASURED_M: f64 = 2.0;
+/// Standard deviation of a lever arm by a tape measure, m: the sensors' centre is hidden in a box
+/// (assumed).
+const MEASURED_M: f64 = 0.1;
+
 /// The satellite receiver whose fixes teach the device.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
@@ -19,10 +26,30 @@ pub struct Receiver {
     /// Source: measured on the vehicle.
     #[schemars(inner(range(min = -100, max = 100)))]
     pub lever_arm_m: [f64; 3],
+    /// Standard deviation of the lever arm along each axis, m, 0 to 100. The device estimates what
+    /// is left of it while it drives. 0: exactly as told, nothing is estimated. Default: 0.1, as by
+    /// a tape measure, where lever_arm_m tells an arm; 2 where that is [0, 0, 0], because then
+    /// nobody has measured it. Source: how it was measured.
+    #[schemars(range(min = 0, max = 100))]
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub lever_arm_sigma_m: Option<f64>,
     /// Least age of a fix when it arrives, ms, 0 to 1000. Default: 100, as at 115200 bit/s. Source:
     /// the receiver's manual, or measured.
     #[schemars(range(min = 0, max = 1000))]
     pub fix_delay_ms: f64,
+    /// Standard deviation of that age, ms, 0 to 1000. The device estimates what is left of it while
+    /// it drives. 0: exactly as told, nothing is estimated. Default: 30, by which receivers,
+    /// messages and bit rates differ (assumed). Source: how the delay was found.
+    #[schemars(range(min = 0, max = 1000))]
+    pub fix_delay_sigma_ms: f64,
+    /// The receiver's time pulse is wired to the board, so that the age of a fix is measured.
+    /// Default: false. Source: the wiring.
+    pub pulse: bool,
+    /// Receivers with two antennas: direction from the first antenna to the second, clockwise from
+    /// the vehicle's forward axis as seen from above, deg, -180 to 180. Default: 0. Source:
+    /// measured on the vehicle.
+    #[schemars(range(min = -180, max = 180))]
+    pub heading_offset_deg: f64,
 }
 
 /// What a receiver speaks.
@@ -32,6 +59,14 @@ pub enum Protocol {
     /// u-blox UBX-NAV-PVT.
     #[default]
     Ubx,
+    /// NMEA 0183: GGA, RMC, GST.
+    Nmea,
+    /// NovAtel binary logs: BESTPOS, BESTVEL.
+    Novatel,
+    /// Septentrio Binary Format: PVTGeodetic.
+    Sbf,
+    /// Whichever of these the line carries.
+    Detect,
 }
 
 /// The vehicle.
@@ -134,8 +169,25 @@ impl Default for Receiver {
             protocol: Protocol::Ubx,
             baud: 115_200,
             lever_arm_m: [0.0; 3],
+            lever_arm_sigma_m: None,
             fix_delay_ms: 100.0,
+            fix_delay_sigma_ms: 30.0,
+            pulse: false,
+            heading_offset_deg: 0.0,
         }
+    }
+}
+
+impl Receiver {
+    /// Standard deviation of the lever arm, m: as given, or as its documentation says.
+    #[must_use]
+    pub fn lever_arm_sigma(&self) -> f64 {
+        let usual = if self.lever_arm_m == [0.0; 3] {
+            UNMEASURED_M
+        } else {
+            MEASURED_M
+        };
+        self.lever_arm_sigma_m.unwrap_or(usual)
     }
 }
 
@@ -169,6 +221,10 @@ impl From<Protocol> for configuration::ReceiverProtocol {
     fn from(protocol: Protocol) -> Self {
         match protocol {
             Protocol::Ubx => Self::Ubx,
+            Protocol::Nmea => Self::Nmea,
+            Protocol::Novatel => Self::Novatel,
+            Protocol::Sbf => Self::Sbf,
+            Protocol::Detect => Self::Detect,
         }
     }
 }

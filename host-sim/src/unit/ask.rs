@@ -16,7 +16,7 @@ const fn ask(table: &'static str, key: &'static str, what: &'static str) -> Ques
 }
 
 /// The questions in the order of the file. Ranges and words are those of the schema.
-const QUESTIONS: [Question; 24] = [
+const QUESTIONS: [Question; 26] = [
     ask("", "name", "Name of the unit"),
     ask("", "serial", "Serial number of the sensor (may be empty)"),
     ask("sensor", "format", "Format of the sensor's frames"),
@@ -60,6 +60,12 @@ const QUESTIONS: [Question; 24] = [
         "Accelerometer misalignment, mrad",
     ),
     ask("accel", "range_g", "Accelerometer range, g"),
+    ask("receiver", "protocol", "What the receiver speaks"),
+    ask(
+        "receiver",
+        "lever_arm_m",
+        "From the IMU to the antenna: forward right down, m; nothing if not measured",
+    ),
     ask(
         "receiver",
         "fix_delay_ms",
@@ -247,12 +253,17 @@ fn put(table: &mut toml::Table, question: &Question, value: toml::Value) {
 
 /// The answer as a value of the field's type; a text if it is none.
 fn read(field: &serde_json::Value, text: &str) -> toml::Value {
-    let number = || match text.parse::<i64>() {
+    let number = |text: &str| match text.parse::<i64>() {
         Ok(whole) => Some(toml::Value::Integer(whole)),
         Err(_) => text.parse::<f64>().ok().map(toml::Value::Float),
     };
     let value = match field["type"].as_str() {
-        Some("number" | "integer") => number(),
+        Some("number" | "integer") => number(text),
+        Some("array") => {
+            let list = text.trim_matches(['[', ']']).split([',', ' ']);
+            let values = list.filter(|value| !value.is_empty()).map(number);
+            values.collect::<Option<Vec<_>>>().map(toml::Value::Array)
+        }
         Some("boolean") => text.parse().ok().map(toml::Value::Boolean),
         _ => None,
     };
@@ -315,7 +326,7 @@ mod tests {
     #[test]
     fn answers_become_a_file_and_wrong_ones_are_asked_again() {
         let answers = "my unit\nN1\nstim30\nstim300\n0x93\n\n\n30\n500\n\ny x -z\n10\n-1\n0.5\n0.15\n\
-                       \n\n1\n\n2000\n50\n60\n\n\n\n\nair\n80\nlearn\nfaded\n";
+                       \n\n1\n\n2000\n50\n60\n\n\n\nsbf\n1\n1 0.2,-2\n\nair\n80\nlearn\nfaded\n";
         let (text, said) = ask_all(None, answers);
         let text = text.unwrap();
         assert!(said.contains("is 'stim30'; use one of stim300"), "{said}");
@@ -335,6 +346,13 @@ mod tests {
             (0.5, 50.0)
         );
         assert_eq!(unit.vehicle.largest_speed_mps, 80.0);
+        assert!(said.contains("has 1 values; give 3 values"), "{said}");
+        assert!(
+            said.contains("(ubx, nmea, novatel, sbf, detect) [ubx]: "),
+            "{said}"
+        );
+        assert_eq!(unit.receiver.lever_arm_m, [1.0, 0.2, -2.0]);
+        assert_eq!(unit.receiver.lever_arm_sigma(), 0.1);
         assert!(text.starts_with("#:schema unit.schema.json\n"));
         assert!(text.contains("# Bias in run: by how much the bias walks in an hour, deg/h"));
     }

@@ -3,7 +3,7 @@
 use super::Unit;
 use super::around::Correction;
 use super::finding::Finding;
-use crate::inertial::units::{DEG_PER_H, UG};
+use crate::inertial::units::{DEG, DEG_PER_H, UG};
 use firmware::compensator::Limit;
 use firmware::configuration::{self, Configuration, Identity, NAME_LEN, SERIAL_LEN, SerialLines};
 use firmware::control::Field;
@@ -46,7 +46,11 @@ impl Unit {
             receiver: configuration::Receiver {
                 protocol: receiver.protocol.into(),
                 lever_arm: receiver.lever_arm_m.map(|m| m as f32),
+                lever_arm_sigma: receiver.lever_arm_sigma() as f32,
                 fix_delay: (receiver.fix_delay_ms * 1e-3) as f32,
+                fix_delay_sigma: (receiver.fix_delay_sigma_ms * 1e-3) as f32,
+                pulse: receiver.pulse,
+                heading_offset: (receiver.heading_offset_deg * DEG) as f32,
             },
             vehicle: configuration::Vehicle {
                 kind: vehicle.kind.into(),
@@ -123,6 +127,9 @@ pub const fn key(field: Field) -> &'static str {
         Field::Accel => "accel",
         Field::LeverArm => "receiver.lever_arm_m",
         Field::FixDelay => "receiver.fix_delay_ms",
+        Field::LeverArmSigma => "receiver.lever_arm_sigma_m",
+        Field::FixDelaySigma => "receiver.fix_delay_sigma_ms",
+        Field::HeadingOffset => "receiver.heading_offset_deg",
         Field::Speed => "vehicle.largest_speed_mps",
         Field::Limit => "correction.limit_gyro_dph",
         Field::Slew => "correction.slew_gyro_dphps",

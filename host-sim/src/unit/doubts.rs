@@ -1,6 +1,7 @@
 //! Values that are possible but hardly meant: the wrong unit, the wrong row of the datasheet.
 
 use super::Unit;
+use super::around::Kind;
 use super::finding::Finding;
 use super::sensor::FormatName;
 
@@ -129,28 +130,78 @@ fn misalignment(key: &str, mrad: f64) -> Option<Finding> {
     )
 }
 
-fn surroundings(unit: &Unit) -> Vec<Finding> {
+/// Antennas are nearer to the sensors than this, m (assumed): the longest usual vehicles.
+const fn longest(kind: Kind) -> f64 {
+    match kind {
+        Kind::Land => 20.0,
+        Kind::Air => 40.0,
+        Kind::Ship => 100.0,
+    }
+}
+
+fn receiver(unit: &Unit) -> Vec<Finding> {
     let receiver = &unit.receiver;
-    let far = receiver.lever_arm_m.iter().any(|m| m.abs() > 30.0);
-    let delay = receiver.fix_delay_ms;
-    let sensor = &unit.sensor;
-    let mut found: Vec<Finding> = [
+    let arm = receiver.lever_arm_m;
+    let length = arm.iter().map(|m| m * m).sum::<f64>().sqrt();
+    let longest = longest(unit.vehicle.kind);
+    let sigma = receiver.lever_arm_sigma();
+    let (delay, uncertain) = (receiver.fix_delay_ms, receiver.fix_delay_sigma_ms);
+    let seconds = |ms: f64| ms > 0.0 && ms < 1.0;
+    let heading = receiver.heading_offset_deg.abs();
+    let radians = |angle: f64| (heading - angle).abs() < 0.01;
+    use std::f64::consts::{FRAC_PI_2, PI};
+    [
         doubt(
-            far,
+            length > longest,
             "receiver.lever_arm_m",
-            "is more than 30 m".into(),
+            format!("has a length of {length:.1} m, more than the vehicle (vehicle.kind)"),
             "give metres: forward, right, down",
         ),
         doubt(
-            delay > 0.0 && delay < 1.0,
+            sigma > longest,
+            "receiver.lever_arm_sigma_m",
+            format!("is {sigma} m, more than the vehicle (vehicle.kind)"),
+            "give the standard deviation in metres",
+        ),
+        doubt(
+            seconds(delay),
             "receiver.fix_delay_ms",
             format!("is {delay} ms"),
             "give milliseconds: 0.1 s is 100",
         ),
+        doubt(
+            seconds(uncertain),
+            "receiver.fix_delay_sigma_ms",
+            format!("is {uncertain} ms"),
+            "give milliseconds: 0.1 s is 100",
+        ),
+        doubt(
+            delay == 0.0 && uncertain == 0.0 && !receiver.pulse,
+            "receiver.fix_delay_ms",
+            "is 0 ms with fix_delay_sigma_ms 0, but every fix takes time".into(),
+            "leave both out, or give what the receiver's manual says",
+        ),
+        doubt(
+            receiver.pulse && uncertain == 0.0,
+            "receiver.fix_delay_sigma_ms",
+            "is 0 with pulse = true: without pulses fix_delay_ms would count as exact".into(),
+            "leave it out",
+        ),
+        doubt(
+            radians(FRAC_PI_2) || radians(PI),
+            "receiver.heading_offset_deg",
+            format!("is {} deg", receiver.heading_offset_deg),
+            "give degrees: pi / 2 is 90",
+        ),
     ]
     .into_iter()
     .flatten()
-    .collect();
+    .collect()
+}
+
+fn surroundings(unit: &Unit) -> Vec<Finding> {
+    let sensor = &unit.sensor;
+    let mut found = receiver(unit);
     for (table, format) in sensor.tables() {
         if format != sensor.format {
             found.push(Finding::doubtful(

@@ -10,7 +10,7 @@ use super::mounting::Mounting;
 use super::sensor::{Adis, FormatName, Parity, Sensor};
 use super::triads::{Accel, Gyro, MRAD};
 use crate::inertial::units::{DEG, DEG_PER_H, DEG_PER_SQRT_H, G0, PPM, UG, UG_PER_SQRT_HZ};
-use firmware::configuration::{self, Configuration};
+use firmware::configuration::{self, Configuration, ReceiverProtocol};
 use firmware::control;
 
 impl Unit {
@@ -18,7 +18,6 @@ impl Unit {
     /// since the configuration was not made from a unit file, `None`.
     #[must_use]
     pub fn of(told: &Configuration) -> Option<Self> {
-        let receiver = &told.receiver;
         let unit = Self {
             name: told.identity.name.to_string(),
             serial: told.identity.serial.to_string(),
@@ -26,14 +25,7 @@ impl Unit {
             mounting: Mounting::of(told.mounting)?,
             gyro: gyro(&told.gyro),
             accel: accel(&told.accel),
-            receiver: Receiver {
-                protocol: match receiver.protocol {
-                    configuration::ReceiverProtocol::Ubx => Protocol::Ubx,
-                },
-                baud: told.lines.receiver_baud,
-                lever_arm_m: receiver.lever_arm.map(|m| shortest(m, |m| m as f32, 1.0)),
-                fix_delay_ms: shortest(receiver.fix_delay, |ms| (ms * 1e-3) as f32, 1e-3),
-            },
+            receiver: self::receiver(told),
             vehicle: Vehicle {
                 kind: match told.vehicle.kind {
                     configuration::VehicleKind::Land => Kind::Land,
@@ -46,6 +38,26 @@ impl Unit {
             simulation: None,
         };
         (unit.configuration().as_ref() == Ok(told)).then_some(unit)
+    }
+}
+
+fn receiver(told: &Configuration) -> Receiver {
+    let receiver = &told.receiver;
+    Receiver {
+        protocol: match receiver.protocol {
+            ReceiverProtocol::Ubx => Protocol::Ubx,
+            ReceiverProtocol::Nmea => Protocol::Nmea,
+            ReceiverProtocol::Novatel => Protocol::Novatel,
+            ReceiverProtocol::Sbf => Protocol::Sbf,
+            ReceiverProtocol::Detect => Protocol::Detect,
+        },
+        baud: told.lines.receiver_baud,
+        lever_arm_m: receiver.lever_arm.map(|m| scaled(m, 1.0)),
+        lever_arm_sigma_m: Some(scaled(receiver.lever_arm_sigma, 1.0)),
+        fix_delay_ms: scaled(receiver.fix_delay, 1e-3),
+        fix_delay_sigma_ms: scaled(receiver.fix_delay_sigma, 1e-3),
+        pulse: receiver.pulse,
+        heading_offset_deg: scaled(receiver.heading_offset, DEG),
     }
 }
 
@@ -184,9 +196,14 @@ misalignment_mrad = 0.97
 second_order_ugpg2 = 101
 range_g = 9.7
 [receiver]
+protocol = 'novatel'
 baud = 230400
 lever_arm_m = [1.01, -0.57, -1.53]
+lever_arm_sigma_m = 0.17
 fix_delay_ms = 87.3
+fix_delay_sigma_ms = 13.7
+pulse = true
+heading_offset_deg = -91.7
 [vehicle]
 kind = 'air'
 largest_speed_mps = 83.1

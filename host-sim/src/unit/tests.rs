@@ -36,6 +36,8 @@ fn a_short_file_is_a_whole_configuration() {
     assert!(near(told.correction.limit.accel, 20_006.25 * UG));
     assert!(near(told.correction.slew.accel, 20.006_25 * UG));
     assert!(near(told.receiver.fix_delay, 0.1));
+    assert!(near(told.receiver.fix_delay_sigma, 0.03));
+    assert!(near(told.receiver.lever_arm_sigma, 2.0));
     assert_eq!(told.correction.silence_us, 100_000);
     assert_eq!(decode(&encode(&told)), Ok(told));
 }
@@ -147,6 +149,21 @@ fn every_kind_of_mistake_is_named_with_its_line_and_remedy() {
         ),
         (
             "[accel]",
+            "[receiver]\nlever_arm_sigma_m = 101\n[accel]",
+            "'receiver.lever_arm_sigma_m' is 101; remedy: give a number from 0 to 100",
+        ),
+        (
+            "[accel]",
+            "[receiver]\nprotocol = 'ublox'\n[accel]",
+            "use one of ubx, nmea, novatel, sbf, detect",
+        ),
+        (
+            "[accel]",
+            "[receiver]\nheading_offset_deg = 270\n[accel]",
+            "'receiver.heading_offset_deg' is 270; remedy: give a number from -180 to 180",
+        ),
+        (
+            "[accel]",
             "[correction]\nmark = 'yes'\n[accel]",
             "give true or false",
         ),
@@ -235,6 +252,36 @@ fn physical_nonsense_is_doubted_but_can_be_used() {
             "0.1 s is 100",
         ),
         (
+            "[accel]",
+            "[receiver]\nfix_delay_sigma_ms = 0.03\n[accel]",
+            "'receiver.fix_delay_sigma_ms' is 0.03 ms; remedy: give milliseconds",
+        ),
+        (
+            "[accel]",
+            "[receiver]\nfix_delay_ms = 0\nfix_delay_sigma_ms = 0\n[accel]",
+            "'receiver.fix_delay_ms' is 0 ms with fix_delay_sigma_ms 0",
+        ),
+        (
+            "[accel]",
+            "[receiver]\npulse = true\nfix_delay_sigma_ms = 0\n[accel]",
+            "without pulses fix_delay_ms would count as exact",
+        ),
+        (
+            "[accel]",
+            "[receiver]\nlever_arm_m = [19, 0, -9]\n[accel]",
+            "'receiver.lever_arm_m' has a length of 21.0 m, more than the vehicle",
+        ),
+        (
+            "[accel]",
+            "[receiver]\nlever_arm_sigma_m = 25\n[accel]",
+            "'receiver.lever_arm_sigma_m' is 25 m, more than the vehicle",
+        ),
+        (
+            "[accel]",
+            "[receiver]\nheading_offset_deg = 1.57\n[accel]",
+            "'receiver.heading_offset_deg' is 1.57 deg; remedy: give degrees",
+        ),
+        (
             "[gyro]",
             "[sensor.kvh]\n[gyro]",
             "'sensor.kvh' has no effect, because the format is stim300",
@@ -248,6 +295,23 @@ fn physical_nonsense_is_doubted_but_can_be_used() {
         );
         assert!(examine(&text).0.is_some(), "{new}: {all:#?}");
     }
+}
+
+#[test]
+fn a_lever_arm_told_exactly_is_no_doubt_and_one_not_told_is_uncertain() {
+    let file = |lines: &str| with("[accel]", &format!("[receiver]\n{lines}\n[accel]"));
+    let sigma = |lines: &str| {
+        let unit: Unit = toml::from_str(&file(lines)).unwrap();
+        unit.configuration().unwrap().receiver.lever_arm_sigma
+    };
+    assert_eq!(sigma("lever_arm_m = [0, 0, 0]"), 2.0);
+    assert_eq!(sigma("lever_arm_m = [1.2, 0, -0.5]"), 0.1);
+    assert_eq!(sigma("lever_arm_sigma_m = 0.5"), 0.5);
+    let exact = file("lever_arm_m = [1.2, 0, -0.5]\nlever_arm_sigma_m = 0");
+    assert_eq!(found(&exact), Vec::<String>::new());
+    let ship =
+        file("lever_arm_m = [60, 0, -9]").replace("[accel]", "[vehicle]\nkind = 'ship'\n[accel]");
+    assert_eq!(found(&ship), Vec::<String>::new());
 }
 
 #[test]

@@ -165,7 +165,9 @@ fn settings(session: &Session, assumptions: &Assumptions, gates: Gates) -> Setti
         gates,
         align_s: share.max(LEAST_S),
         fix_age_s: 0.0,
+        fix_age_sigma: 0.0,
         lever_arm: [0.0; 3],
+        lever_arm_sigma: 0.0,
     }
 }
 
