@@ -3,28 +3,33 @@
 //! three-point Gauss-Legendre quadrature over every sample period. Nothing here uses the equations
 //! of a navigator. So a navigator can be tested with these increments.
 
+mod aircraft;
+mod attitude;
+mod city;
+mod course;
 mod drive;
+mod dual;
 mod profile;
+mod road;
+mod ship;
+mod vehicle;
 mod vibration;
+mod waves;
 
+pub use aircraft::Aircraft;
+pub use city::City;
 pub use drive::random_drive;
 pub use profile::{Profile, Segment};
+pub use ship::Ship;
+pub use vehicle::{Journey, Vehicle, VehicleName};
 pub use vibration::Vibration;
 
 use crate::inertial::earth::{Geodetic, Local};
-use crate::inertial::rotation::{doubled, from_half_angles};
 use crate::inertial::sins::{Increment, NavState};
 use nalgebra::Vector3;
 use rand_chacha::ChaCha8Rng;
+use road::Road;
 
-/// Nose-up pitch per forward acceleration, rad per m/s2 (assumed: 0.25 deg per m/s2).
-const SQUAT: f64 = 4.4e-3;
-/// Roll to the outside per lateral acceleration, rad per m/s2 (assumed: 0.35 deg per m/s2).
-const BODY_ROLL: f64 = 6.1e-3;
-/// Share of the road vibration that remains at standstill, from engine and people (assumed).
-const IDLE: f64 = 0.04;
-/// Speed at which the vibration has half its full amplitude, m/s (assumed).
-const ROAD_SPEED: f64 = 8.0;
 /// Nodes of the three-point Gauss-Legendre rule on [0, 1], and weights.
 const NODES: [f64; 3] = [0.112_701_665_379_258_3, 0.5, 0.887_298_334_620_741_7];
 const WEIGHTS: [f64; 3] = [5.0 / 18.0, 8.0 / 18.0, 5.0 / 18.0];
@@ -43,12 +48,40 @@ pub struct Truth {
     pub epochs: Vec<NavState>,
 }
 
+/// A vehicle's motion as smooth functions of time. The times are visited in ascending order.
+trait Motion {
+    /// How long it lasts, s.
+    fn duration(&self) -> f64;
+
+    /// Goes to the sample that starts at `t` s. `second`: a whole second, where rounding errors of
+    /// what is carried from sample to sample end.
+    fn begin(&mut self, t: f64, second: bool);
+
+    /// Kinematics at `t` s within that sample. `node` is 0 at its start and 1 to 3 at the
+    /// [`NODES`].
+    fn at(&self, t: f64, node: usize) -> Instant;
+}
+
 /// Kinematics at one time.
 struct Instant {
     q_bn: nalgebra::UnitQuaternion<f64>,
+    /// Velocity over ground in NED, m/s, and its derivative, component by component, m/s2.
     v: Vector3<f64>,
     a: Vector3<f64>,
+    /// Rate of the body against the navigation axes in body axes, rad/s.
     omega_nb: Vector3<f64>,
+}
+
+impl Instant {
+    /// From velocity components in NED with their derivatives, and an attitude.
+    fn of([north, east, down]: [dual::Dual; 3], attitude: &attitude::Turned) -> Self {
+        Self {
+            q_bn: attitude.q_bn,
+            v: Vector3::new(north.value, east.value, down.value),
+            a: Vector3::new(north.rate, east.rate, down.rate),
+            omega_nb: attitude.omega,
+        }
+    }
 }
 
 /// The layout of a drive.
@@ -66,43 +99,36 @@ pub struct DriveConfig<'a> {
 }
 
 impl Truth {
-    /// Computes the drive, in about 1 us per sample.
+    /// Computes the drive of a land vehicle, in about 1 us per sample.
     pub fn new(config: &DriveConfig<'_>, rng: &mut ChaCha8Rng) -> Self {
-        let dt = config.dt;
-        let profile = Profile::new(config.segments, config.heading, dt);
-        let mut vibration = Vibration::new(rng, config.vibration);
-        let n = (profile.duration() / dt).round() as usize;
-        let samples_per_epoch = (1.0 / dt).round() as usize;
-        let rotors = NODES.map(|x| vibration.rotor(x * dt));
-        let rotor_0 = vibration.rotor(0.0);
-        let rotor_sample = vibration.rotor(dt);
+        let mut road = Road::new(config, rng);
+        Self::of(&mut road, config.start, config.dt, 1)
+    }
+
+    /// Computes a motion from a place. There are `epochs_per_s` epochs a second; a second divided
+    /// by them is a whole number of samples.
+    fn of(motion: &mut dyn Motion, start: Geodetic, dt: f64, epochs_per_s: u32) -> Self {
+        let n = (motion.duration() / dt).round() as usize;
+        let samples_per_s = (1.0 / dt).round() as usize;
+        let samples_per_epoch = samples_per_s / epochs_per_s as usize;
         let mut increments = Vec::with_capacity(n);
         let mut epochs = Vec::with_capacity(n / samples_per_epoch + 2);
-        let mut position = config.start;
-        let mut leg = 0;
+        let mut position = start;
         for k in 0..n {
             let t0 = k as f64 * dt;
-            profile.advance(&mut leg, t0);
+            motion.begin(t0, k % samples_per_s == 0);
             if k % samples_per_epoch == 0 {
-                vibration.rebase(t0);
-            } else {
-                vibration.turn(&rotor_sample);
+                epochs.push(state(&motion.at(t0, 0), position));
             }
-            let at = |t: f64, rotor: &[(f64, f64)]| instant(&profile, leg, t, &vibration.at(rotor));
-            if k % samples_per_epoch == 0 {
-                epochs.push(state(&at(t0, &rotor_0), position));
-            }
-            let nodes = [0, 1, 2].map(|i| at(t0 + NODES[i] * dt, &rotors[i]));
+            let nodes = [0, 1, 2].map(|i| motion.at(t0 + NODES[i] * dt, i + 1));
             let (increment, next) = integrate(&nodes, position, dt);
             increments.push(increment);
             position = next;
         }
         if n.is_multiple_of(samples_per_epoch) && n > 0 {
-            vibration.rebase(n as f64 * dt);
-            epochs.push(state(
-                &instant(&profile, leg, n as f64 * dt, &vibration.at(&rotor_0)),
-                position,
-            ));
+            let end = n as f64 * dt;
+            motion.begin(end, true);
+            epochs.push(state(&motion.at(end, 0), position));
         }
         Self {
             dt,
@@ -118,52 +144,6 @@ fn state(now: &Instant, position: Geodetic) -> NavState {
         position,
         velocity: now.v,
         q_bn: now.q_bn,
-    }
-}
-
-/// Velocity, acceleration, attitude and rate at time `t` on leg `leg`.
-fn instant(profile: &Profile, leg: usize, t: f64, shake: &vibration::Shake) -> Instant {
-    let c = profile.at(leg, t);
-    let (s, psi, gamma) = (c.speed, c.heading, c.grade);
-    // vibration grows with speed
-    let road = s.value / (s.value + ROAD_SPEED);
-    let road_d1 = ROAD_SPEED / ((s.value + ROAD_SPEED) * (s.value + ROAD_SPEED)) * s.d1;
-    let amp = IDLE + (1.0 - IDLE) * road;
-    let amp_d1 = (1.0 - IDLE) * road_d1;
-    let angle = [0, 1, 2].map(|i| amp * shake.angle[i]);
-    let rate = [0, 1, 2].map(|i| amp * shake.rate[i] + amp_d1 * shake.angle[i]);
-
-    let (sp, cp) = psi.value.sin_cos();
-    let (sg, cg) = gamma.value.sin_cos();
-    let along = Vector3::new(cg * cp, cg * sp, -sg);
-    let along_d1 = Vector3::new(
-        -sg * cp * gamma.d1 - cg * sp * psi.d1,
-        -sg * sp * gamma.d1 + cg * cp * psi.d1,
-        -cg * gamma.d1,
-    );
-    let heave = Vector3::new(0.0, 0.0, amp * shake.heave[0]);
-    let heave_d1 = Vector3::new(0.0, 0.0, amp * shake.heave[1] + amp_d1 * shake.heave[0]);
-    let v = along * s.value + heave;
-    let a = along * s.d1 + along_d1 * s.value + heave_d1;
-
-    let roll = -BODY_ROLL * s.value * psi.d1 + angle[0];
-    let roll_d1 = -BODY_ROLL * (s.d1 * psi.d1 + s.value * psi.d2) + rate[0];
-    let pitch = gamma.value + SQUAT * s.d1 + angle[1];
-    let pitch_d1 = gamma.d1 + SQUAT * s.d2 + rate[1];
-    let heading = psi.value + angle[2];
-    let heading_d1 = psi.d1 + rate[2];
-    let [half_roll, half_pitch, half_heading] = [roll, pitch, heading].map(|a| (0.5 * a).sin_cos());
-    let [(sr, cr), (st, ct)] = [half_roll, half_pitch].map(doubled);
-    let omega_nb = Vector3::new(
-        roll_d1 - heading_d1 * st,
-        pitch_d1 * cr + heading_d1 * sr * ct,
-        -pitch_d1 * sr + heading_d1 * cr * ct,
-    );
-    Instant {
-        q_bn: from_half_angles(half_roll, half_pitch, half_heading),
-        v,
-        a,
-        omega_nb,
     }
 }
 
@@ -198,3 +178,5 @@ fn integrate(nodes: &[Instant; 3], position: Geodetic, dt: f64) -> (Increment, G
 
 #[cfg(test)]
 mod tests;
+#[cfg(test)]
+mod vehicle_tests;

@@ -44,7 +44,7 @@ pub struct Smooth {
 }
 
 impl Smooth {
-    fn between(from: f64, to: f64, t: f64, duration: f64) -> Self {
+    pub(super) fn between(from: f64, to: f64, t: f64, duration: f64) -> Self {
         let u = t / duration;
         let (u2, d) = (u * u, to - from);
         Self {

@@ -23,7 +23,7 @@ fn drive(seed: u64, minutes: f64, dt: f64) -> Truth {
 }
 
 /// Perfect increments through the navigator: the horizontal and vertical error at the end.
-fn closure(truth: &Truth) -> Vector3<f64> {
+pub(super) fn closure(truth: &Truth) -> Vector3<f64> {
     let mut sins = Sins::new(truth.epochs[0]);
     for increment in &truth.increments {
         sins.step(increment, truth.dt);

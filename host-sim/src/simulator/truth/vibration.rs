@@ -2,6 +2,7 @@
 //! and yaw with amplitudes and phases of its own, so that the axes cause coning and sculling as in
 //! a car.
 
+use super::NODES;
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 
@@ -130,5 +131,42 @@ impl Vibration {
             }
         }
         out
+    }
+}
+
+/// The vibration at the times that a motion is asked for.
+#[derive(Debug, Clone)]
+pub(super) struct Shaker {
+    vibration: Vibration,
+    /// From the start of a sample to its start, and to the quadrature nodes.
+    rotors: [Vec<(f64, f64)>; 4],
+    /// Over a whole sample.
+    sample: Vec<(f64, f64)>,
+}
+
+impl Shaker {
+    /// Draws a vibration of this scale for samples of `dt` s.
+    pub(super) fn new(rng: &mut ChaCha8Rng, scale: f64, dt: f64) -> Self {
+        let vibration = Vibration::new(rng, scale);
+        let [a, b, c] = NODES;
+        Self {
+            rotors: [0.0, a * dt, b * dt, c * dt].map(|tau| vibration.rotor(tau)),
+            sample: vibration.rotor(dt),
+            vibration,
+        }
+    }
+
+    /// The next sample starts at `t`. At a whole second the rounding errors end.
+    pub(super) fn begin(&mut self, t: f64, second: bool) {
+        if second {
+            self.vibration.rebase(t);
+        } else {
+            self.vibration.turn(&self.sample);
+        }
+    }
+
+    /// Values at the sample's start (0) or a node (1 to 3).
+    pub(super) fn at(&self, node: usize) -> Shake {
+        self.vibration.at(&self.rotors[node])
     }
 }
