@@ -4,11 +4,10 @@ use crate::error::Error;
 use crate::experiment::doubts::{Field, Says};
 use crate::inertial::axes::Axes;
 use crate::inertial::rotation::from_euler;
-use crate::inertial::session::{EPOCH_S, Session};
+use crate::inertial::session::Session;
 use crate::inertial::units::DEG;
 use crate::recordings::generic::NamedUnit;
 use crate::recordings::record::Record;
-use crate::recordings::track::Track;
 use crate::recordings::{InitialAttitude, generic, kfgins, novatel};
 use crate::unit::Unit;
 use clap::Args as ClapArgs;
@@ -104,10 +103,6 @@ impl Csv {
 const RIGHT_FORWARD_UP: &str = "'y x -z' for right-forward-up";
 
 impl KfGins {
-    pub(super) fn record(&self) -> Result<Record, Error> {
-        Ok(self.read()?.0)
-    }
-
     /// What the format says of the samples.
     pub(super) fn says(&self) -> Says {
         Says {
@@ -121,18 +116,12 @@ impl KfGins {
 
     /// The recording and its session.
     pub(super) fn session(&self) -> Result<(Record, Session), Error> {
-        let (record, truth) = self.read()?;
-        let mut session = record.session()?;
-        if let Some(truth) = truth {
-            let first = record.first_epoch();
-            for (k, state) in session.reference.iter_mut().enumerate() {
-                *state = truth.at(first + k as f64 * EPOCH_S);
-            }
-        }
+        let record = self.record()?;
+        let session = record.session()?;
         Ok((record, session))
     }
 
-    fn read(&self) -> Result<(Record, Option<Track>), Error> {
+    pub(super) fn record(&self) -> Result<Record, Error> {
         let mut record = kfgins::read(&self.imu, &self.gnss, None)?;
         let truth = self.truth.as_deref().map(kfgins::read_truth).transpose()?;
         record.initial_attitude = match (&truth, self.standstill_s, &self.attitude[..]) {
@@ -153,7 +142,8 @@ impl KfGins {
             (None, None, []) => None,
             (None, None, angles) => Some(InitialAttitude::Known(attitude(angles)?)),
         };
-        Ok((record, truth))
+        record.truth = truth;
+        Ok(record)
     }
 }
 

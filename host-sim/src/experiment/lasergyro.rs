@@ -71,26 +71,14 @@ pub fn session(recording: &Recording, learn_s: u32) -> Session {
         velocity: Vector3::zeros(),
         q_bn: UnitQuaternion::identity(),
     };
+    let lsb = Lsb {
+        rad: recording.gyro_lsb_rad,
+        mps: recording.accel_lsb_mps,
+    };
+    let fixes = vec![Some(Fix::new(position, Vector3::zeros(), SWAY)); epochs + 1];
     Session {
-        dt,
-        lsb: Lsb {
-            rad: recording.gyro_lsb_rad,
-            mps: recording.accel_lsb_mps,
-        },
-        counts,
         standstill: learn_s as usize,
-        reference: vec![at_rest; epochs + 1],
-        fixes: vec![
-            Fix {
-                position,
-                velocity: Vector3::zeros()
-            };
-            epochs + 1
-        ],
-        sigmas: SWAY,
-        systematic: None,
-        surroundings: None,
-        gather: 1,
+        ..Session::new(dt, (counts, lsb), vec![at_rest; epochs + 1], fixes)
     }
 }
 

@@ -106,6 +106,10 @@ pub struct Settings {
 pub fn cut(session: &Session, range: &Range<usize>) -> Session {
     let n = session.samples_per_epoch();
     let fenceposts = range.start..=range.end;
+    let within = |r: &Range<usize>| {
+        let [start, end] = [r.start, r.end].map(|k| k.max(range.start) - range.start);
+        start..end
+    };
     Session {
         dt: session.dt,
         lsb: session.lsb,
@@ -113,7 +117,8 @@ pub fn cut(session: &Session, range: &Range<usize>) -> Session {
         standstill: session.standstill.clamp(range.start, range.end) - range.start,
         reference: session.reference[fenceposts.clone()].to_vec(),
         fixes: session.fixes[fenceposts].to_vec(),
-        sigmas: session.sigmas,
+        unjudged: session.unjudged.iter().map(within).collect(),
+        lever_arm: session.lever_arm,
         systematic: session
             .systematic
             .as_ref()
@@ -293,12 +298,14 @@ fn begin(
             still,
             session.dt,
             session.samples(),
-            session.fixes[0].position,
+            session.nearest_fix(0).position,
         )?;
-        nav.position = session.fixes[first].position;
+        let fix = session.nearest_fix(first);
+        nav.position = session.imu_position(&fix.position, &nav.q_bn);
         nav.velocity = Vector3::zeros();
     }
-    let aligned = || settings.assumptions.initial_sigma(&nav, &session.sigmas);
+    let sigmas = session.nearest_fix(first).start_sigmas();
+    let aligned = || settings.assumptions.initial_sigma(&nav, &sigmas);
     let sigma = settings.start_sigma.unwrap_or_else(aligned);
     Some((first, Start { nav, sigma }))
 }

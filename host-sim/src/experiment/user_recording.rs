@@ -42,11 +42,12 @@ impl Plan {
 
     fn settings(&self, session: &Session, learn: usize) -> Settings {
         let [tilt, heading] = self.attitude_sigma;
+        let [position, _, _, velocity, ..] = session.nearest_fix(0).start_sigmas();
         let given = InitialSigma {
             tilt,
             heading,
-            velocity: session.sigmas[3].min(1.0),
-            position: session.sigmas[0],
+            velocity,
+            position,
         };
         let network = match learn - session.standstill < SHORT_S {
             true => NetworkSpec::short(),

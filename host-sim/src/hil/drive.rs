@@ -263,6 +263,7 @@ fn records(source: &Source, session: &Session) -> Result<Vec<Record>, Error> {
         });
     }
     for (second, fix) in session.fixes.iter().enumerate() {
+        let Some(fix) = fix else { continue };
         records.push(Record {
             input: Input::Gnss,
             at_us: second as u32 * 1_000_000 + 100_000,

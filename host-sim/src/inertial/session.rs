@@ -1,10 +1,12 @@
 //! A session is one turn-on of one IMU: its samples, the fixes of the same time, and what is known
 //! of the truth.
 
-use crate::inertial::gnss::Fix;
+use crate::inertial::earth::Geodetic;
+use crate::inertial::gnss::{Fix, NOT_MEASURED};
 use crate::inertial::sins::{Increment, NavState, Samples, gather};
 use firmware::sample::{Counts, Lsb};
-use nalgebra::Vector3;
+use nalgebra::{UnitQuaternion, Vector3};
+use std::ops::Range;
 
 /// Temperature of the sensor block at one time.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -44,10 +46,12 @@ pub struct Session {
     /// Reference state at each epoch: the truth of a simulation, or position and velocity of a
     /// surveyed site.
     pub reference: Vec<NavState>,
-    /// Fix at each epoch.
-    pub fixes: Vec<Fix>,
-    /// Standard deviations of the fixes: position north, east, down (m), then velocity (m/s).
-    pub sigmas: [f64; 6],
+    /// Epochs whose reference state only bridges a gap: errors mean nothing there.
+    pub unjudged: Vec<Range<usize>>,
+    /// The fix of each epoch, if there is one.
+    pub fixes: Vec<Option<Fix>>,
+    /// From the IMU to the antenna in body axes, m.
+    pub lever_arm: Vector3<f64>,
     /// Systematic sensor error averaged over each second (rad/s, m/s2), if known.
     pub systematic: Option<Vec<Increment>>,
     /// Temperature of the block and magnetic field in each second, if known, as in a simulation.
@@ -58,6 +62,55 @@ pub struct Session {
 }
 
 impl Session {
+    /// A session without standstill and lever arm, of which no more is known.
+    #[must_use]
+    pub fn new(
+        dt: f64,
+        (counts, lsb): (Vec<Counts>, Lsb),
+        reference: Vec<NavState>,
+        fixes: Vec<Option<Fix>>,
+    ) -> Self {
+        Self {
+            dt,
+            lsb,
+            counts,
+            standstill: 0,
+            reference,
+            unjudged: Vec::new(),
+            fixes,
+            lever_arm: Vector3::zeros(),
+            systematic: None,
+            surroundings: None,
+            gather: 1,
+        }
+    }
+
+    /// The fix with a position that is nearest in time to `epoch`, the earlier of two; without
+    /// any, the reference's state with wide standard deviations.
+    #[must_use]
+    pub fn nearest_fix(&self, epoch: usize) -> Fix {
+        let placed = |k: usize| Some((*self.fixes.get(k)?)?).filter(|fix| fix.has(0..2));
+        let steps = 0..=self.fixes.len().max(epoch);
+        let near = |by: usize| placed(epoch.wrapping_sub(by)).or_else(|| placed(epoch + by));
+        steps.into_iter().find_map(near).unwrap_or_else(|| {
+            let last = self.reference.len().saturating_sub(1);
+            let at = &self.reference[epoch.min(last)];
+            Fix::new(at.position, at.velocity, [NOT_MEASURED; 6])
+        })
+    }
+
+    /// Whether the reference state of an epoch may judge a navigator.
+    #[must_use]
+    pub fn judges(&self, epoch: usize) -> bool {
+        !self.unjudged.iter().any(|range| range.contains(&epoch))
+    }
+
+    /// Position of the IMU where the antenna is at `antenna`.
+    #[must_use]
+    pub fn imu_position(&self, antenna: &Geodetic, q_bn: &UnitQuaternion<f64>) -> Geodetic {
+        antenna.displaced(&-(q_bn * self.lever_arm))
+    }
+
     /// Samples per epoch.
     #[must_use]
     pub fn samples_per_epoch(&self) -> usize {

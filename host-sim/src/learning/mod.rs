@@ -1,6 +1,7 @@
 //! Learning: the teacher, the fit of the networks to its references, the decision whether they may
 //! be used, the device's learner from fixes, and the linear baselines.
 
+pub mod aiding;
 pub mod baseline;
 pub mod fit;
 pub mod fix_learner;

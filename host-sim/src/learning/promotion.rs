@@ -11,6 +11,7 @@
 use crate::inertial::ekf::{Aided, ErrorModel, NAV};
 use crate::inertial::session::Session;
 use crate::inertial::sins::Increment;
+use crate::learning::aiding::approach;
 use crate::learning::teacher::{Assumptions, Nominal};
 
 /// Least log-likelihood ratio: less than one wrong promotion in a hundred.
@@ -49,13 +50,10 @@ pub fn log_likelihood(
         .p
         .view_mut((0, 0), (NAV, NAV))
         .copy_from(&start.p.view((0, 0), (NAV, NAV)));
-    let n = session.steps_per_epoch();
     let mut sum = 0.0;
     for k in from..to {
-        for increment in &increments[k * n..(k + 1) * n] {
-            filter.step(increment, session.step_s());
-        }
-        sum += filter.take(&session.fixes[k + 1], &session.sigmas);
+        let fix = approach(&mut filter, session, increments, k, session.fixes[k + 1]);
+        sum += filter.take(fix.as_ref());
     }
     sum
 }

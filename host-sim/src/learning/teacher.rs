@@ -9,10 +9,10 @@ use crate::inertial::align::{self, Alignment};
 use crate::inertial::ekf::{
     Aided, ErrorModel, InitialSigma, NAV, Noise, Prior, Record, attitude_error, smooth,
 };
-use crate::inertial::gnss::Fix;
 use crate::inertial::session::{EPOCH_S, Session};
 use crate::inertial::sins::{Increment, NavState, Samples};
 use crate::inertial::units::{ARCSEC, DEG_PER_H, DEG_PER_SQRT_H, PPM, UG, UG_PER_SQRT_HZ};
+use crate::learning::aiding::{ZERO_VELOCITY_MPS, approach, fix_at};
 use crate::simulator::imu::ImuSpec;
 use crate::unit::Unit;
 use crate::unit::triads::MRAD;
@@ -146,9 +146,6 @@ fn prior(spec: &ImuSpec) -> Prior {
 /// Share of the standstill that is used for alignment. The rest already teaches, since a warm-up is
 /// steepest there.
 pub const ALIGN_SHARE: f64 = 1.0 / 3.0;
-/// Standard deviation of the velocity of a vehicle that is known to stand, m/s: people and wind
-/// sway it (assumed).
-const ZERO_VELOCITY_MPS: f64 = 0.01;
 
 /// A known state to start from.
 #[derive(Debug, Clone, Copy)]
@@ -167,6 +164,7 @@ pub struct Aligned {
     /// The epoch at which it ends.
     pub first: usize,
     alignment: Alignment,
+    /// Standard deviations of the position and velocity there.
     sigmas: [f64; 6],
     samples: Samples,
 }
@@ -252,10 +250,11 @@ pub fn aligned(session: &Session, increments: &[Increment]) -> Option<Aligned> {
         standing,
         session.step_s(),
         session.samples(),
-        session.fixes[0].position,
+        session.nearest_fix(0).position,
     )?;
+    let fix = session.nearest_fix(first);
     let nav = NavState {
-        position: session.fixes[first].position,
+        position: session.imu_position(&fix.position, &alignment.q_bn),
         velocity: Vector3::zeros(),
         q_bn: alignment.q_bn,
     };
@@ -263,7 +262,7 @@ pub fn aligned(session: &Session, increments: &[Increment]) -> Option<Aligned> {
         nav,
         first,
         alignment,
-        sigmas: session.sigmas,
+        sigmas: fix.start_sigmas(),
         samples: session.samples(),
     })
 }
@@ -271,33 +270,8 @@ pub fn aligned(session: &Session, increments: &[Increment]) -> Option<Aligned> {
 /// Takes the filter through epoch `k` and the fix at its end. While the vehicle is known to stand,
 /// the velocity of the fix is zero.
 pub fn aid(filter: &mut Aided, session: &Session, increments: &[Increment], k: usize) {
-    let (fix, sigmas) = approach(filter, session, increments, k);
-    filter.take(&fix, &sigmas);
-}
-
-/// Takes the filter through the increments of epoch `k`. Gives the fix at its end with its sigmas.
-fn approach(
-    filter: &mut Aided,
-    session: &Session,
-    increments: &[Increment],
-    k: usize,
-) -> (Fix, [f64; 6]) {
-    let n = session.steps_per_epoch();
-    for increment in &increments[k * n..(k + 1) * n] {
-        filter.step(increment, session.step_s());
-    }
-    fix_at(session, k + 1)
-}
-
-/// The fix at an epoch and its sigmas. While the vehicle is known to stand, its velocity is zero.
-#[must_use]
-pub fn fix_at(session: &Session, epoch: usize) -> (Fix, [f64; 6]) {
-    let (mut fix, mut sigmas) = (session.fixes[epoch], session.sigmas);
-    if epoch < session.standstill {
-        fix.velocity = Vector3::zeros();
-        sigmas[3..].fill(ZERO_VELOCITY_MPS);
-    }
-    (fix, sigmas)
+    let fix = approach(filter, session, increments, k, fix_at(session, k + 1));
+    filter.take(fix.as_ref());
 }
 
 /// Aligns, then navigates with fixes to the end of epoch `until`. `None` when the standstill does
@@ -339,8 +313,8 @@ fn recorded(
 ) -> Nominal {
     let records = (first..until)
         .map(|k| {
-            let (fix, sigmas) = approach(&mut filter, session, increments, k);
-            filter.fix(&fix, &sigmas)
+            let fix = approach(&mut filter, session, increments, k, fix_at(session, k + 1));
+            filter.fix(fix.as_ref())
         })
         .collect();
     Nominal { first, records }

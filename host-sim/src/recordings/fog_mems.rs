@@ -233,7 +233,7 @@ pub(crate) mod tests {
         assert_eq!(s.counts[0].dv, [200_000, 100_000, -10_000_000]);
         let (roll, pitch, heading) = crate::inertial::rotation::to_euler(&s.reference[0].q_bn);
         assert!((roll - 0.02).abs() + (pitch - 0.01).abs() + (heading + 0.3).abs() < 1e-12);
-        assert_eq!(s.fixes[1].velocity, Vector3::new(10.0, 0.0, 0.0));
+        assert_eq!(s.fixes[1].unwrap().velocity, Vector3::new(10.0, 0.0, 0.0));
     }
 
     #[test]

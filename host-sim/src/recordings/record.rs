@@ -4,14 +4,18 @@
 
 use crate::error::Error;
 use crate::inertial::earth::Geodetic;
+use crate::inertial::gnss::{Fix, has};
 use crate::inertial::session::{EPOCH_S, Session, to_si};
 use crate::inertial::sins::{Increment, NavState};
 use crate::inertial::units::DEG;
 use crate::recordings::increments::MotionIntegral;
-use crate::recordings::session::{InitialAttitude, NOT_MEASURED, Parts, build};
+use crate::recordings::session::{InitialAttitude, Parts, build, first_from};
 use crate::recordings::track::Track;
-use nalgebra::{UnitQuaternion, Vector3};
+use nalgebra::UnitQuaternion;
+use std::ops::Range;
 use std::path::PathBuf;
+
+pub use crate::inertial::gnss::NOT_MEASURED;
 
 /// What samples are.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -22,10 +26,10 @@ pub enum Kind {
     Increment,
 }
 
-/// A fix with its time.
+/// A fix with its time. It may lack any of its values.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TimedFix {
-    /// Time on the IMU's clock, s.
+    /// Time of validity on the IMU's clock, s.
     pub time: f64,
     /// Latitude, deg.
     pub lat_deg: f64,
@@ -33,11 +37,58 @@ pub struct TimedFix {
     pub lon_deg: f64,
     /// Height above the ellipsoid, m.
     pub height_m: f64,
-    /// Velocity north, east, down, m/s, if the receiver measures it.
-    pub velocity: Option<[f64; 3]>,
-    /// Standard deviations north, east, down: of position, m, then of velocity, m/s. The latter
-    /// mean nothing without a velocity.
+    /// Velocity north, east, down, m/s.
+    pub velocity: [f64; 3],
+    /// Standard deviations north, east, down: of position, m, then of velocity, m/s. Each is above
+    /// 0, and [`NOT_MEASURED`] for a value that the fix does not have, whatever number stands
+    /// there.
     pub sigmas: [f64; 6],
+}
+
+impl TimedFix {
+    /// A fix without any value.
+    pub const EMPTY: Self = Self {
+        time: 0.0,
+        lat_deg: 0.0,
+        lon_deg: 0.0,
+        height_m: 0.0,
+        velocity: [0.0; 3],
+        sigmas: [NOT_MEASURED; 6],
+    };
+
+    /// Whether all these values (0 to 2 position, 3 to 5 velocity) are measured.
+    #[must_use]
+    pub fn has(&self, values: Range<usize>) -> bool {
+        has(&self.sigmas, values)
+    }
+
+    /// Whether it has a latitude and a longitude.
+    #[must_use]
+    pub fn has_position(&self) -> bool {
+        self.has(0..2)
+    }
+
+    /// The velocity, if all of it is measured.
+    #[must_use]
+    pub fn measured_velocity(&self) -> Option<[f64; 3]> {
+        self.has(3..6).then_some(self.velocity)
+    }
+
+    /// The fix of an epoch that it is `age_s` older than.
+    pub(super) fn at_epoch(&self, age_s: f64) -> Fix {
+        Fix {
+            age_s,
+            ..Fix::new(self.position(), self.velocity.into(), self.sigmas)
+        }
+    }
+
+    fn position(&self) -> Geodetic {
+        Geodetic {
+            lat: self.lat_deg * DEG,
+            lon: self.lon_deg * DEG,
+            h: self.height_m,
+        }
+    }
 }
 
 /// A recording as its files hold it.
@@ -55,28 +106,51 @@ pub struct Record {
     pub rate_hz: usize,
     /// Fixes at rising times. A single one is the site of a vehicle at rest.
     pub fixes: Vec<TimedFix>,
+    /// From the IMU to the antenna: forward, right, down, m.
+    pub lever_arm_m: [f64; 3],
     /// Attitude at the first fix, if it is known.
     pub initial_attitude: Option<InitialAttitude>,
+    /// True states of the IMU, if the recording has better ones than its fixes.
+    pub truth: Option<Track>,
+}
+
+impl Default for Record {
+    /// An empty recording of increments.
+    fn default() -> Self {
+        Self {
+            file: PathBuf::new(),
+            time: Vec::new(),
+            samples: Vec::new(),
+            kind: Kind::Increment,
+            rate_hz: 0,
+            fixes: Vec::new(),
+            lever_arm_m: [0.0; 3],
+            initial_attitude: None,
+            truth: None,
+        }
+    }
 }
 
 impl Record {
     /// A session as it would have been recorded, from time 0 on.
     #[must_use]
     pub fn from_session(session: &Session) -> Self {
-        let fix = |(k, f): (usize, &crate::inertial::gnss::Fix)| TimedFix {
-            time: k as f64 * EPOCH_S,
-            lat_deg: f.position.lat / DEG,
-            lon_deg: f.position.lon / DEG,
-            height_m: f.position.h,
-            velocity: Some(f.velocity.into()),
-            sigmas: session.sigmas,
+        let fix = |(k, f): (usize, &Option<Fix>)| {
+            let f = f.as_ref()?;
+            Some(TimedFix {
+                time: k as f64 * EPOCH_S - f.age_s,
+                lat_deg: f.position.lat / DEG,
+                lon_deg: f.position.lon / DEG,
+                height_m: f.position.h,
+                velocity: f.velocity.into(),
+                sigmas: f.sigmas,
+            })
         };
         let initial_attitude = match session.standstill {
             0 => InitialAttitude::Known(session.reference[0].q_bn),
             s => InitialAttitude::Standstill(s),
         };
         Self {
-            file: PathBuf::new(),
             time: (1..=session.counts.len())
                 .map(|k| k as f64 * session.dt)
                 .collect(),
@@ -85,10 +159,11 @@ impl Record {
                 .iter()
                 .map(|c| to_si(c, &session.lsb))
                 .collect(),
-            kind: Kind::Increment,
             rate_hz: session.samples_per_epoch(),
-            fixes: session.fixes.iter().enumerate().map(fix).collect(),
+            fixes: session.fixes.iter().enumerate().filter_map(fix).collect(),
+            lever_arm_m: session.lever_arm.into(),
             initial_attitude: Some(initial_attitude),
+            ..Self::default()
         }
     }
 
@@ -125,8 +200,8 @@ impl Record {
         let initial_attitude = self
             .initial_attitude
             .ok_or_else(|| missing("start", "is not given", remedy))?;
-        if self.fixes.is_empty() {
-            let problem = "are not in the recording, nor a site";
+        if !self.fixes.iter().any(TimedFix::has_position) {
+            let problem = "with a position are not in the recording, nor a site";
             return Err(missing("fixes", problem, "give fixes or the site"));
         }
         let motion = match self.kind {
@@ -135,12 +210,21 @@ impl Record {
                 MotionIntegral::of_increments(&self.time, &self.samples, median_step(&self.time))
             }
         };
+        let of_fixes;
+        let reference = match &self.truth {
+            Some(truth) => truth,
+            None => {
+                of_fixes = track(&self.fixes);
+                &of_fixes
+            }
+        };
         build(&Parts {
             file: self.file.clone(),
             motion,
             rate_hz: self.rate_hz,
-            fixes: self.track(),
-            sigmas: self.sigmas(),
+            fixes: &self.fixes,
+            reference,
+            lever_arm: self.lever_arm_m.into(),
             initial_attitude,
         })
     }
@@ -155,46 +239,42 @@ impl Record {
         };
         match self.fixes[..] {
             [] | [_] => start,
-            _ => self.track().first_from(start),
+            _ => first_from(&self.fixes, start),
         }
     }
 
-    /// Whether all fixes have a velocity.
+    /// Whether all fixes have a whole velocity.
     #[must_use]
     pub fn has_velocity(&self) -> bool {
-        self.fixes.iter().all(|f| f.velocity.is_some())
+        self.fixes.iter().all(|f| f.has(3..6))
     }
+}
 
-    fn track(&self) -> Track {
-        let state = |f: &TimedFix| NavState {
-            position: Geodetic {
-                lat: f.lat_deg * DEG,
-                lon: f.lon_deg * DEG,
-                h: f.height_m,
-            },
-            velocity: f.velocity.map_or_else(Vector3::zeros, Vector3::from),
-            q_bn: UnitQuaternion::identity(),
-        };
-        let time = self.fixes.iter().map(|f| f.time).collect();
-        let mut track = Track::new(time, self.fixes.iter().map(state).collect());
-        if !self.has_velocity() {
-            track.differentiate();
+/// The states that the fixes with a position show. Velocities that they lack are those between the
+/// neighbours; heights, those of the fix before, or of the first that has one.
+fn track(fixes: &[TimedFix]) -> Track {
+    let placed = || fixes.iter().filter(|f| f.has_position());
+    let mut height = placed().find(|f| f.has(2..3)).map_or(0.0, |f| f.height_m);
+    let mut state = |f: &TimedFix| {
+        if f.has(2..3) {
+            height = f.height_m;
         }
-        track
-    }
-
-    /// Standard deviations of the session: the medians over the fixes, and [`NOT_MEASURED`] for
-    /// velocities that are computed from positions.
-    fn sigmas(&self) -> [f64; 6] {
-        std::array::from_fn(|i| {
-            if i >= 3 && !self.has_velocity() {
-                return NOT_MEASURED;
-            }
-            let mut all: Vec<f64> = self.fixes.iter().map(|f| f.sigmas[i]).collect();
-            all.sort_by(f64::total_cmp);
-            all.get(all.len() / 2).copied().unwrap_or(NOT_MEASURED)
-        })
-    }
+        NavState {
+            position: Geodetic {
+                h: height,
+                ..f.position()
+            },
+            velocity: f.velocity.into(),
+            q_bn: UnitQuaternion::identity(),
+        }
+    };
+    let states = placed().map(&mut state).collect();
+    let mut track = Track::new(placed().map(|f| f.time).collect(), states);
+    let measured: Vec<[bool; 3]> = placed()
+        .map(|f| [3, 4, 5].map(|i| f.has(i..i + 1)))
+        .collect();
+    track.differentiate(&measured);
+    track
 }
 
 /// Median time between samples, NaN for fewer than two.
@@ -207,15 +287,17 @@ pub(crate) fn median_step(time: &[f64]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use nalgebra::Vector3;
 
     fn record(kind: Kind, velocity: Option<[f64; 3]>) -> Record {
+        let sigma_v = velocity.map_or(NOT_MEASURED, |_| 0.1);
         let fix = |k: usize| TimedFix {
             time: k as f64,
             lat_deg: 45.0 + 1e-5 * k as f64,
             lon_deg: 7.0,
             height_m: 100.0,
-            velocity,
-            sigmas: [1.0 + k as f64, 2.0, 3.0, 0.1, 0.1, 0.1],
+            velocity: velocity.unwrap_or_default(),
+            sigmas: [1.0 + k as f64, 2.0, 3.0, sigma_v, sigma_v, sigma_v],
         };
         Record {
             file: "in".into(),
@@ -230,6 +312,7 @@ mod tests {
             rate_hz: 100,
             fixes: (0..5).map(fix).collect(),
             initial_attitude: Some(InitialAttitude::Known(UnitQuaternion::identity())),
+            ..Record::default()
         }
     }
 
@@ -250,10 +333,52 @@ mod tests {
     #[test]
     fn a_velocity_that_was_not_measured_has_no_weight() {
         let without = record(Kind::Rate, None).session().unwrap();
-        assert_eq!(without.sigmas, [3.0, 2.0, 3.0, 1e3, 1e3, 1e3]);
-        assert!((without.fixes[2].velocity.x - 1.11).abs() < 0.01);
+        let fix = without.fixes[2].unwrap();
+        assert_eq!(fix.sigmas[..3], [3.0, 2.0, 3.0]);
+        assert!(fix.has(0..3) && (3..6).all(|i| !fix.has(i..i + 1)));
+        assert!((without.reference[2].velocity.x - 1.11).abs() < 0.01);
         let with = record(Kind::Rate, Some([5.0, 0.0, 0.0])).session().unwrap();
-        assert_eq!((with.sigmas[3], with.fixes[2].velocity.x), (0.1, 5.0));
+        let fix = with.fixes[2].unwrap();
+        assert_eq!((fix.sigmas[3], fix.velocity.x), (0.1, 5.0));
+        assert_eq!(with.reference[2].velocity.x, 5.0);
+    }
+
+    /// An epoch takes the nearest fix since the epoch before, with its own time and accuracy.
+    #[test]
+    fn a_fix_belongs_to_its_time() {
+        let mut r = record(Kind::Rate, None);
+        let mut early = r.fixes[1];
+        early.time = 1.4;
+        r.fixes.insert(2, early);
+        r.fixes[3].time = 2.03; // a little late
+        r.fixes[4].time = 2.9;
+        r.fixes.pop();
+        r.fixes[1].sigmas[0] = 7.0;
+        let s = r.session().unwrap();
+        let ages: Vec<Option<f64>> = s.fixes.iter().map(|f| Some(f.as_ref()?.age_s)).collect();
+        let near = |got: Option<f64>, want: f64| (got.unwrap() - want).abs() < 1e-9;
+        assert!(
+            near(ages[0], 0.0) && near(ages[1], 0.0) && near(ages[2], -0.03),
+            "{ages:?}"
+        );
+        assert_eq!(s.fixes[1].unwrap().sigmas[0], 7.0);
+        assert_eq!(s.epochs(), 2);
+    }
+
+    #[test]
+    fn a_gap_of_fixes_leaves_epochs_without_and_nothing_is_judged_there() {
+        let mut r = record(Kind::Rate, None);
+        r.time = (0..=2000).map(|k| 0.01 * f64::from(k)).collect();
+        r.samples.resize(2001, r.samples[0]);
+        r.fixes[3].time = 9.0;
+        r.fixes[4].time = 10.0;
+        let s = r.session().unwrap();
+        let there: Vec<usize> = (0..=10).filter(|k| s.fixes[*k].is_some()).collect();
+        assert_eq!(there, [0, 1, 2, 9, 10]);
+        assert_eq!(s.unjudged, [3..9]);
+        assert!(s.judges(2) && !s.judges(3) && !s.judges(8) && s.judges(9));
+        assert_eq!(s.nearest_fix(6).position, s.nearest_fix(9).position);
+        assert_eq!(s.nearest_fix(5).position, s.nearest_fix(2).position);
     }
 
     #[test]

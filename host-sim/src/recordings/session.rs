@@ -7,16 +7,20 @@ use crate::inertial::gnss::Fix;
 use crate::inertial::session::{EPOCH_S, Session};
 use crate::inertial::sins::NavState;
 use crate::recordings::increments::MotionIntegral;
+use crate::recordings::record::TimedFix;
 use crate::recordings::track::Track;
 use firmware::sample::{Counts, Lsb};
-use nalgebra::UnitQuaternion;
+use nalgebra::{UnitQuaternion, Vector3};
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 
-/// Longest time between two fixes that is interpolated, s.
+/// Longest time between two fixes, or between two true states, over which the reference is
+/// interpolated, s.
 pub(super) const MOST_GAP_S: f64 = 2.5;
-/// Standard deviation of a velocity that is computed from positions instead of measured, m/s. It is
-/// so large that a filter gives the velocity no weight.
-pub(super) const NOT_MEASURED: f64 = 1e3;
+/// A fix so little after its epoch still belongs to it, s: receivers' times jitter.
+const LATE_S: f64 = 0.05;
+/// Times closer than this are the same, s.
+const SAME_S: f64 = 1e-6;
 
 /// Where the attitude at the first epoch comes from.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -29,17 +33,19 @@ pub enum InitialAttitude {
 
 /// What the reader of a format gives.
 #[derive(Debug)]
-pub(super) struct Parts {
+pub(super) struct Parts<'a> {
     /// File named in errors.
     pub(super) file: PathBuf,
     /// Motion, body axes forward-right-down.
     pub(super) motion: MotionIntegral,
     /// Samples per second of the session.
     pub(super) rate_hz: usize,
-    /// Fixes, whose attitudes are not used. A single one means a vehicle at rest.
-    pub(super) fixes: Track,
-    /// Standard deviations of the fixes: m, then m/s.
-    pub(super) sigmas: [f64; 6],
+    /// Fixes at rising times. A single one means a vehicle at rest.
+    pub(super) fixes: &'a [TimedFix],
+    /// What navigators are judged against. It may be the fixes themselves.
+    pub(super) reference: &'a Track,
+    /// From the IMU to the antenna, body axes, m.
+    pub(super) lever_arm: Vector3<f64>,
     /// Attitude at the first epoch.
     pub(super) initial_attitude: InitialAttitude,
 }
@@ -58,38 +64,29 @@ pub(super) fn complain(file: &Path, key: &str, problem: String, remedy: &str) ->
 /// A session without a standstill, whose fixes are its reference states.
 pub(super) fn referenced(
     dt: f64,
-    (counts, lsb): (Vec<Counts>, Lsb),
+    samples: (Vec<Counts>, Lsb),
     reference: Vec<NavState>,
     sigmas: [f64; 6],
 ) -> Session {
-    let fix = |s: &NavState| Fix {
-        position: s.position,
-        velocity: s.velocity,
-    };
-    Session {
-        dt,
-        lsb,
-        counts,
-        standstill: 0,
-        fixes: reference.iter().map(fix).collect(),
-        reference,
-        sigmas,
-        systematic: None,
-        surroundings: None,
-        gather: 1,
-    }
+    let fix = |s: &NavState| Some(Fix::new(s.position, s.velocity, sigmas));
+    let fixes = reference.iter().map(fix).collect();
+    Session::new(dt, samples, reference, fixes)
 }
 
-/// The session from the first fix within the motion on, in whole seconds. Its reference states are
-/// the fixes. Their attitude is the initial attitude, which is only right at the first epoch.
-pub(super) fn build(parts: &Parts) -> Result<Session, Error> {
+/// The session from the first fix within the motion on, in whole seconds. The attitude of its
+/// reference states is the initial attitude, which is only right at the first epoch.
+pub(super) fn build(parts: &Parts<'_>) -> Result<Session, Error> {
     let complain = |problem, remedy| complain(&parts.file, "time", problem, remedy);
     let (t0, t1) = parts.motion.span();
-    let (begin, end) = match parts.fixes.span() {
-        Some((f0, f1)) if f1 > f0 => (parts.fixes.first_from(t0), t1.min(f1)),
+    let (begin, end) = match parts.fixes {
+        [_, .., last] => {
+            let judged = parts.reference.span().map_or(f64::MIN, |(_, end)| end);
+            let end = t1.min(last.time.max(judged));
+            (first_from(parts.fixes, t0), end)
+        }
         _ => (t0, t1),
     };
-    let epochs = ((end - begin) / EPOCH_S + 1e-6).max(0.0) as usize;
+    let epochs = ((end - begin) / EPOCH_S + SAME_S).max(0.0) as usize;
     if epochs == 0 {
         let problem =
             format!("has no whole second: motion {t0} to {t1} s, used {begin} to {end} s");
@@ -116,13 +113,58 @@ pub(super) fn build(parts: &Parts) -> Result<Session, Error> {
             "check the units",
         )
     })?;
+    let time = |k: usize| begin + k as f64 * EPOCH_S;
     let state = |k: usize| NavState {
         q_bn,
-        ..parts.fixes.at(begin + k as f64 * EPOCH_S)
+        ..parts.reference.at(time(k))
     };
     let reference: Vec<NavState> = (0..=epochs).map(state).collect();
+    let fixes = match parts.fixes {
+        [site] => vec![Some(site.at_epoch(0.0)); epochs + 1],
+        fixes => assigned(fixes, begin, epochs),
+    };
+    let bridged = |k: &usize| !parts.reference.covers(time(*k), MOST_GAP_S);
     Ok(Session {
         standstill,
-        ..referenced(dt, (counts, FINE_LSB), reference, parts.sigmas)
+        unjudged: ranges((0..=epochs).filter(bridged)),
+        lever_arm: parts.lever_arm,
+        ..Session::new(dt, (counts, FINE_LSB), reference, fixes)
     })
+}
+
+/// Time of the first fix at `t` or later, else of the last.
+pub(super) fn first_from(fixes: &[TimedFix], t: f64) -> f64 {
+    let first = fixes.iter().find(|fix| fix.time >= t - SAME_S);
+    first.or(fixes.last()).map_or(t, |fix| fix.time)
+}
+
+/// The fix of each epoch: of those since the epoch before, the nearest in time.
+fn assigned(fixes: &[TimedFix], begin: f64, epochs: usize) -> Vec<Option<Fix>> {
+    let mut of_epoch = vec![None; epochs + 1];
+    for fix in fixes {
+        let since = (fix.time - begin) / EPOCH_S;
+        let epoch = (since - LATE_S).ceil().max(0.0);
+        let age = (epoch - since) * EPOCH_S;
+        let slot: Option<&mut Option<Fix>> = of_epoch.get_mut(epoch as usize);
+        if let Some(slot) = slot.filter(|_| since > -SAME_S) {
+            let age = if age.abs() < SAME_S { 0.0 } else { age };
+            let nearer = slot.is_none_or(|other| age.abs() < other.age_s.abs());
+            if nearer {
+                *slot = Some(fix.at_epoch(age));
+            }
+        }
+    }
+    of_epoch
+}
+
+/// Rising numbers as ranges.
+fn ranges(numbers: impl Iterator<Item = usize>) -> Vec<Range<usize>> {
+    let mut out: Vec<Range<usize>> = Vec::new();
+    for k in numbers {
+        match out.last_mut() {
+            Some(last) if last.end == k => last.end = k + 1,
+            _ => out.push(k..k + 1),
+        }
+    }
+    out
 }

@@ -24,13 +24,6 @@ impl Track {
         Some((*self.time.first()?, *self.time.last()?))
     }
 
-    /// Time of the first state at `t` or later, else of the last state.
-    #[must_use]
-    pub fn first_from(&self, t: f64) -> f64 {
-        let k = self.time.partition_point(|x| *x < t - 1e-6);
-        self.time[k.min(self.time.len() - 1)]
-    }
-
     /// State at `t`, interpolated between its neighbours: position and velocity linearly, attitude
     /// along the shortest rotation. Before the first and after the last state that state is held.
     #[must_use]
@@ -54,21 +47,23 @@ impl Track {
         }
     }
 
-    /// The first gap longer than `most` that begins before `until`: index of the state after it,
-    /// and its length.
+    /// Whether there is a state at `t`, or one before and one after it at most `most` apart. A
+    /// single state covers all times.
     #[must_use]
-    pub fn gap(&self, most: f64, until: f64) -> Option<(usize, f64)> {
-        let steps = self.time.windows(2).enumerate();
-        let long = |(k, w): (usize, &[f64])| {
-            (w[1] - w[0] > most && w[0] < until).then_some((k + 1, w[1] - w[0]))
-        };
-        steps.into_iter().find_map(long)
+    pub fn covers(&self, t: f64, most: f64) -> bool {
+        let next = self.time.partition_point(|x| *x < t - 1e-6);
+        match (next.checked_sub(1), self.time.get(next)) {
+            _ if self.time.len() == 1 => true,
+            (_, Some(at)) if (at - t).abs() < 1e-6 => true,
+            (Some(before), Some(after)) => after - self.time[before] <= most,
+            _ => false,
+        }
     }
 
-    /// Computes velocities from the positions of the neighbours, for receivers that measure none.
-    /// The first and the last state use their only neighbour.
-    pub fn differentiate(&mut self) {
-        let last = self.states.len() - 1;
+    /// Computes the components of velocities that are not `measured` from the positions of the
+    /// neighbours. The first and the last state use their only neighbour.
+    pub fn differentiate(&mut self, measured: &[[bool; 3]]) {
+        let last = self.states.len().saturating_sub(1);
         let velocity = |k: usize| {
             let (a, b) = (k.saturating_sub(1), (k + 1).min(last));
             let time = self.time[b] - self.time[a];
@@ -79,9 +74,11 @@ impl Track {
                 moved * 0.0
             }
         };
-        let all: Vec<_> = (0..=last).map(velocity).collect();
-        for (state, v) in self.states.iter_mut().zip(all) {
-            state.velocity = v;
+        let all: Vec<_> = (0..self.states.len()).map(velocity).collect();
+        for ((state, v), measured) in self.states.iter_mut().zip(all).zip(measured) {
+            for (axis, _) in measured.iter().enumerate().filter(|(_, known)| !**known) {
+                state.velocity[axis] = v[axis];
+            }
         }
     }
 }
@@ -121,13 +118,11 @@ mod tests {
             (track.at(0.0), track.at(9.0)),
             (state(0.0, 3.1), state(40.0, -3.0))
         );
-        assert_eq!(track.gap(1.5, 9.0), Some((2, 3.0)));
-        assert_eq!((track.gap(1.5, 2.0), track.gap(3.0, 9.0)), (None, None));
+        let covered =
+            |most: f64| [0.9, 1.0, 1.5, 2.0, 3.0, 5.0, 5.1].map(|t| track.covers(t, most));
+        assert_eq!(covered(1.5), [false, true, true, true, false, true, false]);
+        assert_eq!(covered(3.0), [false, true, true, true, true, true, false]);
         assert_eq!(track.span(), Some((1.0, 5.0)));
-        assert_eq!(
-            [0.0, 2.0, 2.1, 9.0].map(|t| track.first_from(t)),
-            [1.0, 2.0, 5.0, 5.0]
-        );
     }
 
     #[test]
@@ -136,7 +131,7 @@ mod tests {
             vec![0.0, 1.0, 3.0],
             vec![state(0.0, 0.0), state(5.0, 0.0), state(21.0, 0.0)],
         );
-        track.differentiate();
+        track.differentiate(&[[false; 3], [false, true, true], [false; 3]]);
         for (t, want) in [(0.0, 5.0), (1.0, 7.0), (3.0, 8.0)] {
             assert!((track.at(t).velocity.x - want).abs() < 1e-4, "{t}");
         }

@@ -41,15 +41,15 @@ impl GnssSpec {
     /// A fix of the true state.
     #[must_use]
     pub fn fix(&self, truth: &NavState, rng: &mut ChaCha8Rng) -> Fix {
-        let noise = self.sigmas().map(|s| {
+        let sigmas = self.sigmas();
+        let noise = sigmas.map(|s| {
             let z: f64 = StandardNormal.sample(rng);
             s * z
         });
-        Fix {
-            position: truth
-                .position
-                .displaced(&Vector3::new(noise[0], noise[1], noise[2])),
-            velocity: truth.velocity + Vector3::new(noise[3], noise[4], noise[5]),
-        }
+        let position = truth
+            .position
+            .displaced(&Vector3::new(noise[0], noise[1], noise[2]));
+        let velocity = truth.velocity + Vector3::new(noise[3], noise[4], noise[5]);
+        Fix::new(position, velocity, sigmas)
     }
 }

@@ -115,17 +115,13 @@ pub fn measured(
             dv: sum.dv / time,
         });
     }
+    let fixes = fixes.iter().copied().map(Some).collect();
+    let samples = (counts, Imu::lsb(spec));
     let session = Session {
-        dt: truth.dt,
-        lsb: Imu::lsb(spec),
-        counts,
         standstill: (config.standstill_s / EPOCH_S) as usize,
-        reference: truth.epochs.clone(),
-        fixes: fixes.to_vec(),
-        sigmas: config.gnss.sigmas(),
         systematic: Some(systematic),
         surroundings: Some(surroundings),
-        gather: 1,
+        ..Session::new(truth.dt, samples, truth.epochs.clone(), fixes)
     };
     (session, imu)
 }

@@ -132,7 +132,7 @@ fn run(subject: &Subject, number: u64) -> Squares {
             for increment in &increments[k * n..(k + 1) * n] {
                 filter.step(increment, session.step_s());
             }
-            let record = filter.fix(&session.fixes[k + 1], &session.sigmas);
+            let record = filter.fix(session.fixes[k + 1].as_ref());
             out.nis[usize::from(k >= EPOCHS[1])] += record.nis;
         }
     }

@@ -64,7 +64,7 @@ fn run(seed: u64) -> (Aided, Vec<Record>, Truth, [Vector3<f64>; 2]) {
             filter.step(&measured, truth.dt);
         }
         let fix = gnss.fix(&truth.epochs[k + 1], &mut rng);
-        records.push(filter.fix(&fix, &gnss.sigmas()));
+        records.push(filter.fix(Some(&fix)));
     }
     (filter, records, truth, bias)
 }

@@ -5,6 +5,7 @@ use crate::inertial::earth::Local;
 use crate::inertial::ekf::{Aided, ErrorModel, InitialSigma, Inputs, NAV, Noise, SlowErrors};
 use crate::inertial::gnss::Fix;
 use crate::inertial::session::{EPOCH_S, Session};
+use crate::inertial::sins::NavState;
 use crate::inertial::units::{DEG_PER_SQRT_H, UG_PER_SQRT_HZ};
 use crate::learning::teacher::aid;
 use crate::simulator::imu::Imu;
@@ -52,24 +53,12 @@ pub(super) fn bound(
     epochs: &[usize],
 ) -> Vec<Vec<f64>> {
     let noises = noises(config);
+    let fix = |s: &NavState| Some(Fix::new(s.position, s.velocity, noises.fixes));
+    let fixes = truth.epochs.iter().map(fix).collect();
+    let samples = (Vec::new(), Imu::lsb(config.imu));
     let exact = Session {
-        dt: truth.dt,
-        lsb: Imu::lsb(config.imu),
-        counts: Vec::new(),
         standstill: (config.standstill_s / EPOCH_S) as usize,
-        reference: truth.epochs.clone(),
-        fixes: truth
-            .epochs
-            .iter()
-            .map(|s| Fix {
-                position: s.position,
-                velocity: s.velocity,
-            })
-            .collect(),
-        sigmas: noises.fixes,
-        systematic: None,
-        surroundings: None,
-        gather: 1,
+        ..Session::new(truth.dt, samples, truth.epochs.clone(), fixes)
     };
     let mut filter = Aided::new(truth.epochs[0], start, model.clone(), noises.samples);
     let mut out = Vec::new();

@@ -223,7 +223,9 @@ fn filter24(
 ) -> Vec<DVector<f64>> {
     let noises = noises(config);
     let mut session = known.session.clone();
-    session.sigmas = noises.fixes;
+    for fix in session.fixes.iter_mut().flatten() {
+        fix.sigmas = noises.fixes;
+    }
     let increments = session.increments();
     let nav = disturbed(&known.truth.epochs[0], &AT_POWER_ON, seed);
     let mut filter = Aided::new(nav, &AT_POWER_ON, known.model.clone(), noises.samples);

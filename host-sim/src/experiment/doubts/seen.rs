@@ -179,7 +179,7 @@ fn speeds(record: &Record) -> Vec<(f64, [f64; 2], f64, f64)> {
     let fixes = &record.fixes;
     let of = |k: usize| {
         let fix = &fixes[k];
-        if let Some([n, e, d]) = fix.velocity {
+        if let Some([n, e, d]) = fix.measured_velocity() {
             let speed = (n * n + e * e + d * d).sqrt();
             let [.., sn, se, sd] = fix.sigmas;
             return Some((fix.time, [n, e], speed, sn.max(se).max(sd)));

@@ -7,6 +7,7 @@ use crate::inertial::session::Session;
 use crate::inertial::units::DEG;
 use crate::recordings::InitialAttitude;
 use crate::recordings::generic;
+use crate::recordings::record::TimedFix;
 use crate::recordings::testing::recorded;
 use crate::simulator::gnss::GnssSpec;
 use crate::simulator::session::{SessionConfig, simulate};
@@ -319,7 +320,7 @@ fn recorded_data_raises_no_doubt_and_wrong_headers_for_it_do() {
         has(&told(57.3, 1.0, same), "gyro", "deg for rad");
         // on a straight road nothing shows rotations that are too small
         let course = |v: [f64; 3]| v[1].atan2(v[0]);
-        let velocities = record.fixes.iter().filter_map(|fix| fix.velocity);
+        let velocities = record.fixes.iter().filter_map(TimedFix::measured_velocity);
         let fast: Vec<f64> = velocities
             .filter(|v| v[0].hypot(v[1]) > 5.0)
             .map(course)

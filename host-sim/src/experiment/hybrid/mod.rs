@@ -60,7 +60,7 @@ pub fn errors(recording: &Recording) -> Option<Vec<Increment>> {
     );
     let increments = session.increments();
     let a = laser();
-    let site = session.fixes[0].position;
+    let site = session.nearest_fix(0).position;
     let nav = NavState {
         position: site,
         velocity: Vector3::zeros(),
@@ -68,7 +68,7 @@ pub fn errors(recording: &Recording) -> Option<Vec<Increment>> {
     };
     let start = Start {
         nav,
-        sigma: a.initial_sigma(&nav, &session.sigmas),
+        sigma: a.initial_sigma(&nav, &session.nearest_fix(0).sigmas),
     };
     let nominal = navigate_from(&session, &increments, &a, &start, 0, session.epochs());
     let states: Vec<NavState> = smooth(&nominal.records).iter().map(|s| s.nav).collect();
@@ -105,7 +105,7 @@ fn laser() -> Assumptions {
 
 /// Attitude at the first sample: that of the alignment, carried back by the gyros.
 fn first_attitude(session: &Session, increments: &[Increment]) -> Option<UnitQuaternion<f64>> {
-    let site = session.fixes[0].position;
+    let site = session.nearest_fix(0).position;
     let part = increments.get(..ALIGN_S * session.samples_per_epoch())?;
     let end = align::inertial_frame(part, session.dt, session.samples(), site)?;
     let turn = part.iter().fold(UnitQuaternion::identity(), |q, w| {
@@ -160,7 +160,7 @@ pub fn session(recording: &Recording, errors: &[Increment], config: &Config) -> 
     }
     let drive = DriveConfig {
         segments: &segments,
-        start: rest.fixes[0].position,
+        start: rest.nearest_fix(0).position,
         heading: config.heading,
         dt: rest.dt,
         vibration: config.vibration,
@@ -182,19 +182,13 @@ pub fn session(recording: &Recording, errors: &[Increment], config: &Config) -> 
     let fixes = truth
         .epochs
         .iter()
-        .map(|e| config.gnss.fix(e, &mut rng))
+        .map(|e| Some(config.gnss.fix(e, &mut rng)))
         .collect();
+    let counts = quantise(&increments, &rest.lsb).ok()?;
     Some(Session {
-        dt: rest.dt,
-        lsb: rest.lsb,
-        counts: quantise(&increments, &rest.lsb).ok()?,
         standstill: (config.standstill_s / EPOCH_S) as usize,
-        reference: truth.epochs,
-        fixes,
-        sigmas: config.gnss.sigmas(),
         systematic: Some(errors.to_vec()),
-        surroundings: None,
-        gather: 1,
+        ..Session::new(rest.dt, (counts, rest.lsb), truth.epochs, fixes)
     })
 }
 

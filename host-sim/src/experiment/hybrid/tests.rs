@@ -25,7 +25,7 @@ fn swaying(seconds: usize, error: &Increment) -> Recording {
         },
         0,
     )
-    .fixes[0];
+    .nearest_fix(0);
     let here = Local::at(site.position.lat, site.position.h);
     let dt = 0.01;
     let q = |k: usize| {

@@ -161,13 +161,13 @@ impl Aided {
             .accumulate(&self.sins.nav, &corrected, dt, &self.model, self.noise);
     }
 
-    /// Ends the interval with a fix (sigmas: north, east, down in m, then in m/s): covariance
-    /// propagation, six scalar updates, feedback.
-    pub fn fix(&mut self, fix: &Fix, sigmas: &[f64; 6]) -> Record {
+    /// Ends the interval with a fix that is valid now, at the IMU: covariance propagation, a
+    /// scalar update for each value that is measured, feedback. `None`: nothing is measured.
+    pub fn fix(&mut self, fix: Option<&Fix>) -> Record {
         let before = (self.p.clone(), self.start, self.theta.clone());
         self.propagate();
         let (phi, predicted) = (self.transition(), self.p.clone());
-        let (correction, found) = self.absorb(fix, sigmas);
+        let (correction, found) = self.absorb(fix);
         let (p, nav, theta) = before;
         Record {
             p,
@@ -181,10 +181,10 @@ impl Aided {
     }
 
     /// Like [`Self::fix`], but without a record. Gives the logarithm of the probability density of
-    /// the fix, given all before it.
-    pub fn take(&mut self, fix: &Fix, sigmas: &[f64; 6]) -> f64 {
+    /// the fix, given all before it; 0 without a fix.
+    pub fn take(&mut self, fix: Option<&Fix>) -> f64 {
         self.propagate();
-        self.absorb(fix, sigmas).1.log_likelihood
+        self.absorb(fix).1.log_likelihood
     }
 
     /// Transition over the interval since the last fix: `[Phi Psi; 0 D]`.
@@ -212,17 +212,28 @@ impl Aided {
         self.slow = SlowErrors::default();
     }
 
-    /// Six scalar updates and feedback. Gives the estimated error, and how likely the fix was.
-    fn absorb(&mut self, fix: &Fix, sigmas: &[f64; 6]) -> (DVector<f64>, Evidence) {
-        let nav = &self.sins.nav;
-        let dp = nav.position.ned_from(&fix.position);
-        let dv = nav.velocity - fix.velocity;
-        let scalars = [0, 1, 2].map(|i| [(6 + i, dp[i], sigmas[i]), (3 + i, dv[i], sigmas[3 + i])]);
-        let (e, found) = covariance::update(&mut self.p, scalars.as_flattened());
-        self.feed_back(&e);
+    /// Scalar updates and feedback. Gives the estimated error, and how likely the fix was.
+    fn absorb(&mut self, fix: Option<&Fix>) -> (DVector<f64>, Evidence) {
+        let scalars = fix.map_or_else(Vec::new, |fix| self.innovations(fix));
+        let (e, found) = covariance::update(&mut self.p, &scalars);
+        if !scalars.is_empty() {
+            self.feed_back(&e);
+        }
         self.start = self.sins.nav;
         self.interval.reset();
         (e, found)
+    }
+
+    /// What a fix measures: index of the error state, its value, and the standard deviation.
+    fn innovations(&self, fix: &Fix) -> Vec<(usize, f64, f64)> {
+        let nav = &self.sins.nav;
+        let dp = nav.position.ned_from(&fix.position);
+        let dv = nav.velocity - fix.velocity;
+        let sigmas = &fix.sigmas;
+        let scalars = [0, 1, 2].map(|i| [(6 + i, dp[i], sigmas[i]), (3 + i, dv[i], sigmas[3 + i])]);
+        let measured = |scalar: &&(usize, f64, f64)| scalar.2.is_finite();
+        let measured = scalars.as_flattened().iter().filter(measured);
+        measured.copied().collect()
     }
 
     fn feed_back(&mut self, e: &DVector<f64>) {

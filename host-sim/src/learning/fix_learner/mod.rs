@@ -13,7 +13,7 @@ use crate::inertial::align;
 use crate::inertial::earth::Geodetic;
 use crate::inertial::ekf::Prior;
 use crate::inertial::free_inertial::{FreeInertial, free_inertial};
-use crate::inertial::session::Session;
+use crate::inertial::session::{EPOCH_S, Session};
 use crate::inertial::sins::NavState;
 use crate::learning::teacher::{ALIGN_SHARE, Assumptions, Start};
 use crate::learning::window::{compensator, increments_from};
@@ -166,7 +166,7 @@ fn settings(session: &Session, assumptions: &Assumptions, gates: Gates) -> Setti
         align_s: share.max(LEAST_S),
         fix_age_s: 0.0,
         fix_age_sigma: 0.0,
-        lever_arm: [0.0; 3],
+        lever_arm: session.lever_arm.map(|metres| metres as f32).into(),
         lever_arm_sigma: 0.0,
     }
 }
@@ -211,22 +211,33 @@ fn taught(
         begin(device, start)?;
     }
     let n = session.samples_per_epoch();
-    for (epoch, second) in session.counts.chunks(n).take(until).enumerate() {
-        for counts in second {
-            device.sample(&raw(counts));
-            if device.number == 0 && session.standstill > 0 {
-                device.learner.align(Alignment::Started);
-            }
+    let mut fixes = (1..=until)
+        .filter_map(|epoch| due(session, epoch))
+        .peekable();
+    for (k, counts) in session.counts.iter().enumerate().take(until * n) {
+        device.sample(&raw(counts));
+        if device.number == 0 && session.standstill > 0 {
+            device.learner.align(Alignment::Started);
         }
-        if epoch + 1 == session.standstill {
+        if k + 1 == session.standstill * n {
             device.learner.align(Alignment::Finished);
             if !device.report().navigates {
                 begin(device, &aligned_elsewhere(session, assumptions)?)?;
             }
         }
-        device.fix(&fix(session, epoch + 1));
+        while let Some((_, fix)) = fixes.next_if(|(after, _)| *after <= k + 1) {
+            device.fix(&fix);
+        }
     }
     device.learnt()
+}
+
+/// The fix of an epoch, and the number of samples after which it arrives: when it is valid.
+fn due(session: &Session, epoch: usize) -> Option<(usize, Fix)> {
+    let fix = fix(session, epoch)?;
+    let age = session.fixes.get(epoch)?.as_ref()?.age_s;
+    let after = (epoch as f64 * EPOCH_S - age) / session.dt;
+    Some((after.round().max(1.0) as usize, fix))
 }
 
 /// Sensors too coarse for the device's alignment: it is given the state at the end of the
@@ -234,17 +245,19 @@ fn taught(
 fn aligned_elsewhere(session: &Session, assumptions: &Assumptions) -> Option<Start> {
     let first = session.standstill;
     let increments = session.increments();
+    let q_bn = align::inertial_frame(
+        &increments[..first * session.steps_per_epoch()],
+        session.step_s(),
+        session.samples(),
+        session.nearest_fix(0).position,
+    )?;
+    let fix = session.nearest_fix(first);
     let nav = NavState {
-        position: session.fixes[first].position,
+        position: session.imu_position(&fix.position, &q_bn),
         velocity: Vector3::zeros(),
-        q_bn: align::inertial_frame(
-            &increments[..first * session.steps_per_epoch()],
-            session.step_s(),
-            session.samples(),
-            session.fixes[0].position,
-        )?,
+        q_bn,
     };
-    let sigma = assumptions.initial_sigma(&nav, &session.sigmas);
+    let sigma = assumptions.initial_sigma(&nav, &fix.start_sigmas());
     Some(Start { nav, sigma })
 }
 
@@ -262,16 +275,18 @@ fn begin(device: &mut Device<'_>, Start { nav, sigma }: &Start) -> Option<()> {
 }
 
 /// The fix of an epoch as the receiver gives it.
-fn fix(session: &Session, epoch: usize) -> Fix {
-    let of = &session.fixes[epoch];
+fn fix(session: &Session, epoch: usize) -> Option<Fix> {
+    let of = session.fixes.get(epoch)?.as_ref()?;
     let time_ms = epoch as u64 * EPOCH_MS;
-    Fix {
+    let time_ms = time_ms.saturating_add_signed(-(of.age_s * 1e3).round() as i64);
+    Some(Fix {
         position: position(&of.position),
         velocity: of.velocity.into(),
-        sigmas: session.sigmas.map(|sigma| sigma as f32),
+        sigmas: of.sigmas.map(|sigma| sigma as f32),
+        heading: None,
         time_ms: (time_ms % WEEK_MS) as u32,
         arrived_us: time_ms * 1000,
-    }
+    })
 }
 
 fn raw(counts: &Counts) -> RawSample {

@@ -89,7 +89,7 @@ fn an_outlier_moves_nothing_and_a_lasting_jump_is_believed() {
             let second = &session.counts[epoch * n..(epoch + 1) * n];
             second.iter().for_each(|counts| device.sample(&raw(counts)));
             epoch += 1;
-            let mut fix = fix(&session, epoch);
+            let mut fix = fix(&session, epoch).unwrap();
             fix.velocity[0] += off;
             let before = device.report();
             device.fix(&fix);
@@ -119,6 +119,7 @@ fn the_lever_arm_is_taken_into_account() {
     let assumptions = Assumptions::of_simulated(&imu);
     let n = truth.samples_per_epoch;
     for (epoch, fix) in session.fixes.iter_mut().enumerate() {
+        let Some(fix) = fix else { continue };
         // rate at the epoch: the two samples around it
         let [before, after] = [epoch * n, epoch * n + 1]
             .map(|at| truth.increments[at.clamp(1, truth.increments.len()) - 1].dtheta);

@@ -5,8 +5,7 @@ use super::header::{ANGLE, Gnss, LENGTH, Read, SPEED, TIME};
 use crate::error::Error;
 use crate::inertial::axes::Axes;
 use crate::inertial::units::DEG;
-use crate::recordings::record::TimedFix;
-use crate::recordings::session::MOST_GAP_S;
+use crate::recordings::record::{NOT_MEASURED, TimedFix};
 use crate::recordings::table::Table;
 
 /// Fixes at rising times.
@@ -105,14 +104,6 @@ fn collect(read: &Read, table: &Table, si: &Si) -> Result<Vec<TimedFix>, Error> 
         if since <= 0.0 {
             return Err(table.complain(k, 0, "not after the fix before", "sort the fixes by time"));
         }
-        if since > MOST_GAP_S {
-            return Err(table.complain(
-                k,
-                0,
-                "after a gap of more than 2.5 s",
-                "cut the recording there",
-            ));
-        }
         fixes.push(now);
     }
     if fixes.len() < 2 {
@@ -134,12 +125,16 @@ fn fix(r: &[f64], si: &Si) -> Option<TimedFix> {
         }
     }
     let turned = |(order, unit): (Axes, f64)| Some((order.turn(velocity?) * unit).into());
+    let velocity = si.velocity.and_then(turned);
+    if velocity.is_none() {
+        sigmas[3..].fill(NOT_MEASURED);
+    }
     let fix = TimedFix {
         time: r[0] * si.second,
         lat_deg: r[1] * si.degrees[0],
         lon_deg: r[2] * si.degrees[1],
         height_m: r[3],
-        velocity: si.velocity.and_then(turned),
+        velocity: velocity.unwrap_or_default(),
         sigmas,
     };
     let here =

@@ -220,7 +220,7 @@ fn site(read: &Read) -> Result<TimedFix, Error> {
         lat_deg: lat,
         lon_deg: lon,
         height_m: h,
-        velocity: Some([0.0; 3]),
+        velocity: [0.0; 3],
         sigmas: AT_REST,
     })
 }
@@ -336,8 +336,7 @@ fn motion(read: &Read) -> Result<Record, Error> {
         samples,
         kind,
         rate_hz: rate_hz as usize,
-        fixes: Vec::new(),
-        initial_attitude: None,
+        ..Record::default()
     })
 }
 

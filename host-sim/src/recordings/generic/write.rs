@@ -52,7 +52,7 @@ fn write_fixes(record: &Record, file: &Path) -> Result<(), Error> {
     };
     let row = |f: &TimedFix| {
         let mut row = vec![f.time, f.lat_deg, f.lon_deg, f.height_m];
-        row.extend(f.velocity.filter(|_| velocity).into_iter().flatten());
+        row.extend(Some(f.velocity).filter(|_| velocity).into_iter().flatten());
         row.extend(&f.sigmas[..if velocity { 6 } else { 3 }]);
         row
     };
@@ -148,7 +148,7 @@ mod tests {
     use super::*;
     use crate::inertial::sins::Increment;
     use crate::recordings::kfgins;
-    use crate::recordings::record::Kind;
+    use crate::recordings::record::{Kind, NOT_MEASURED};
     use nalgebra::Vector3;
 
     fn record(velocity: bool) -> Record {
@@ -157,11 +157,11 @@ mod tests {
             lat_deg: 45.123_456_789_012_3 + 1e-5 * k as f64,
             lon_deg: -7.0 / 3.0,
             height_m: 100.1,
-            velocity: velocity.then_some([1.0 / 3.0, k as f64, -0.1]),
+            velocity: [1.0 / 3.0, k as f64, -0.1],
             sigmas: if velocity {
                 [1.1, 2.0, 3.0, 0.1, 0.2, 0.3]
             } else {
-                [1.1, 2.0, 3.0, 1.0, 1.0, 1.0]
+                [1.1, 2.0, 3.0, NOT_MEASURED, NOT_MEASURED, NOT_MEASURED]
             },
         };
         let increment = |k: usize| Increment {
@@ -176,6 +176,7 @@ mod tests {
             rate_hz: 100,
             fixes: (0..4).map(fix).collect(),
             initial_attitude: Some(InitialAttitude::Standstill(100)),
+            ..Record::default()
         }
     }
 

@@ -26,8 +26,8 @@ use crate::inertial::units::DEG;
 use crate::output::write_atomic;
 use crate::recordings::WEEK_S;
 use crate::recordings::columns::{IMU, PLACE, SIGMA, SIGMA_V, VELOCITY};
-use crate::recordings::record::{Kind, Record, TimedFix, median_step};
-use crate::recordings::session::{InitialAttitude, MOST_GAP_S};
+use crate::recordings::record::{Kind, NOT_MEASURED, Record, TimedFix, median_step};
+use crate::recordings::session::InitialAttitude;
 use crate::recordings::table::{Separator, Source, Table};
 use crate::recordings::track::Track;
 use nalgebra::Vector3;
@@ -69,6 +69,7 @@ pub fn read(
         rate_hz: rate_hz as usize,
         fixes: fixes(gnss)?,
         initial_attitude,
+        ..Record::default()
     })
 }
 
@@ -139,10 +140,15 @@ pub fn write(record: &Record, form: Form, imu: &Path, gnss: &Path) -> Result<(),
         line(&mut text, second(*t), &row);
     }
     let mut fixes = String::new();
-    for f in &record.fixes {
+    for f in record.fixes.iter().filter(|f| f.has(0..3)) {
         let mut row = vec![f.lat_deg, f.lon_deg, f.height_m];
         let sigmas = if form.velocity { 6 } else { 3 };
-        row.extend(f.velocity.filter(|_| form.velocity).into_iter().flatten());
+        row.extend(
+            Some(f.velocity)
+                .filter(|_| form.velocity)
+                .into_iter()
+                .flatten(),
+        );
         row.extend(&f.sigmas[..sigmas]);
         line(&mut fixes, second(f.time), &row);
     }
@@ -200,21 +206,18 @@ fn fixes(file: &Path) -> Result<Vec<TimedFix>, Error> {
             let remedy = "give a number above 0";
             return Err(table.complain(k, c, "not a standard deviation", remedy));
         }
-        if out
-            .last()
-            .is_some_and(|before| r[0] - before.time > MOST_GAP_S)
-        {
-            let fault = "after a gap of more than 2.5 s";
-            return Err(table.complain(k, 0, fault, "cut the recording there"));
-        }
-        let mut sigmas = [1.0; 6];
+        let mut sigmas = [NOT_MEASURED; 6];
         sigmas[..r.len() - first].copy_from_slice(&r[first..]);
         out.push(TimedFix {
             time: r[0],
             lat_deg: r[1],
             lon_deg: r[2],
             height_m: r[3],
-            velocity: with_velocity.then(|| [r[4], r[5], r[6]]),
+            velocity: if with_velocity {
+                [r[4], r[5], r[6]]
+            } else {
+                [0.0; 3]
+            },
             sigmas,
         });
     }

@@ -270,7 +270,7 @@ pub fn record(
             lat_deg: ins.position[0],
             lon_deg: ins.position[1],
             height_m: ins.position[2],
-            velocity: Some([north, east, -up]),
+            velocity: [north, east, -up],
             sigmas: SIGMAS,
         }
     };
@@ -284,6 +284,7 @@ pub fn record(
         rate_hz: usize::from(rate),
         fixes: recording.solutions(week.into()).iter().map(fix).collect(),
         initial_attitude: attitude.map(InitialAttitude::Known),
+        ..Record::default()
     })
 }
 

@@ -212,7 +212,7 @@ fn a_record_for_conversion_has_the_same_samples_and_fixes_in_seconds_of_the_week
     assert_eq!((r.samples.len(), r.rate_hz, r.fixes.len()), (260, 100, 26));
     assert!((r.time[0] - 1000.0).abs() < 1e-6 && (r.fixes[0].time - 1000.05).abs() < 1e-6);
     assert_eq!(r.samples[6].dtheta, s.increments()[0].dtheta);
-    assert_eq!(r.fixes[0].velocity.unwrap()[1..], [2.0, -3.0]);
+    assert_eq!(r.fixes[0].velocity[1..], [2.0, -3.0]);
     assert_eq!((r.fixes[0].lat_deg, r.fixes[0].lon_deg), (51.0, -114.0));
     let begin = r
         .initial_attitude

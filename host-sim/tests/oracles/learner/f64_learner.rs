@@ -6,8 +6,9 @@ use host_sim::inertial::ekf::{Block, Linearised, NAV, displaced};
 use host_sim::inertial::gnss::Fix;
 use host_sim::inertial::session::{EPOCH_S, Session};
 use host_sim::inertial::sins::{Increment, NavState, Sins};
+use host_sim::learning::aiding::fix_at;
 use host_sim::learning::fix_learner::datasheet;
-use host_sim::learning::teacher::{Assumptions, Start, aligned, fix_at};
+use host_sim::learning::teacher::{Assumptions, Start, aligned};
 use lrnn_nostd::learn::kalman::{OUTPUTS, Transition};
 use nalgebra::{DVector, SMatrix, Vector3};
 
@@ -54,9 +55,9 @@ impl F64Learner {
         learner.work.alignment(&by, &rows(&rest));
         learner.finish();
         for k in aligned.first..until {
-            let (fix, sigmas) = fix_at(session, k + 1);
+            let fix = fix_at(session, k + 1)?;
             let epoch = &increments[k * n..(k + 1) * n];
-            learner.learn(epoch, session.step_s(), &fix, &sigmas);
+            learner.learn(epoch, session.step_s(), &fix);
         }
         Some(learner)
     }
@@ -68,7 +69,7 @@ impl F64Learner {
 
     /// Navigates through an epoch and learns from the fix at its end. Gives which observations were
     /// refused, one bit each.
-    pub fn learn(&mut self, epoch: &[Increment], dt: f64, fix: &Fix, sigmas: &[f64; 6]) -> u8 {
+    pub fn learn(&mut self, epoch: &[Increment], dt: f64, fix: &Fix) -> u8 {
         let [a, b, c, d, e, f] = self.applied.map(|e| e * dt);
         for increment in epoch {
             let corrected = Increment {
@@ -86,7 +87,7 @@ impl F64Learner {
         self.bank.propagate_mean(&block, &self.applied);
         self.work.clear();
         self.work.interval(&block);
-        self.work.fix(innovation, sigmas.map(|s| s * s));
+        self.work.fix(innovation, fix.sigmas.map(|s| s * s));
         self.finish();
         let error = self.bank.feed_back();
         self.sins.nav = displaced(&nav, &DVector::from_row_slice(&error));

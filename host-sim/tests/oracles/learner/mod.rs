@@ -11,8 +11,9 @@ use host_sim::inertial::earth::Geodetic;
 use host_sim::inertial::ekf::ErrorModel;
 use host_sim::inertial::session::Session;
 use host_sim::inertial::units::DEG;
+use host_sim::learning::aiding::fix_at;
 use host_sim::learning::fix_learner::{datasheet, learn};
-use host_sim::learning::teacher::{Assumptions, aligned, fix_at};
+use host_sim::learning::teacher::{Assumptions, aligned};
 use host_sim::simulator::gnss::GnssSpec;
 use host_sim::simulator::imu::{ErrorModelName, ImuSpec};
 use host_sim::simulator::session::{SessionConfig, simulate};
@@ -210,29 +211,20 @@ fn an_outlier_moves_nothing_and_a_lasting_jump_is_believed() {
     let mut learner = F64Learner::taught(&session, &increments, &assumptions, 300).unwrap();
     let epoch = |k: usize| &increments[k * n..(k + 1) * n];
     let fix = |k: usize, off: f64| {
-        let (mut fix, sigmas) = fix_at(&session, k + 1);
+        let mut fix = fix_at(&session, k + 1).unwrap();
         fix.velocity.x += off;
-        (fix, sigmas)
+        fix
     };
-    let (bad, sigmas) = fix(300, f64::NAN);
-    assert_eq!(
-        learner.learn(epoch(300), session.step_s(), &bad, &sigmas),
-        1 << 3
-    );
-    let (bad, _) = fix(301, 50.0);
-    assert_eq!(
-        learner.learn(epoch(301), session.step_s(), &bad, &sigmas),
-        1 << 3
-    );
-    let (good, _) = fix(302, 0.0);
-    assert_eq!(
-        learner.learn(epoch(302), session.step_s(), &good, &sigmas),
-        0
-    );
+    let bad = fix(300, f64::NAN);
+    assert_eq!(learner.learn(epoch(300), session.step_s(), &bad), 1 << 3);
+    let bad = fix(301, 50.0);
+    assert_eq!(learner.learn(epoch(301), session.step_s(), &bad), 1 << 3);
+    let good = fix(302, 0.0);
+    assert_eq!(learner.learn(epoch(302), session.step_s(), &good), 0);
     let refused = (303..320)
         .take_while(|&k| {
-            let (jump, _) = fix(k, 50.0);
-            learner.learn(epoch(k), session.step_s(), &jump, &sigmas) != 0
+            let jump = fix(k, 50.0);
+            learner.learn(epoch(k), session.step_s(), &jump) != 0
         })
         .count();
     assert_eq!(refused, 10);
