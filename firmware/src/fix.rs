@@ -36,6 +36,9 @@ pub struct Fix {
     pub time_ms: u32,
     /// Time of arrival by the board's clock, microseconds.
     pub arrived_us: u64,
+    /// Age at its arrival as the receiver's time pulse has measured it, s, >= 0; `None` without a
+    /// pulse.
+    pub age: Option<f32>,
 }
 
 impl Fix {
@@ -50,6 +53,7 @@ impl Fix {
         sigmas: [NOT_MEASURED; OBSERVATIONS],
         time_ms: 0,
         arrived_us: 0,
+        age: None,
     };
 
     /// Whether all of these values are measured.

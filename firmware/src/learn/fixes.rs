@@ -21,7 +21,7 @@
 
 mod start;
 
-use super::age::FixAge;
+use super::age::{FixAge, MAX_AGE_S};
 use super::bank::{Bank, Work, ZERO_CORRECTION};
 use super::prior::NAV;
 use super::quantise::{Scale, flat, split};
@@ -291,7 +291,9 @@ impl Learner for FixLearner<'_> {
         let Some(align) = self.align.as_mut().filter(|_| fix.has(0..OBSERVATIONS)) else {
             return;
         };
-        let Some(age) = age else {
+        let in_range = |age: &f32| (0.0..=MAX_AGE_S).contains(age);
+        let measured = fix.age.map(|age| Some(age).filter(in_range));
+        let Some(age) = measured.unwrap_or(age) else {
             self.tally.late = self.tally.late.saturating_add(1);
             return;
         };

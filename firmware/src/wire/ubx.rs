@@ -213,6 +213,7 @@ impl Pvt {
             sigmas: self.sigmas(),
             time_ms: self.time_of_week,
             arrived_us,
+            age: None,
         }
     }
 

@@ -286,6 +286,7 @@ fn fix(session: &Session, epoch: usize) -> Option<Fix> {
         heading: None,
         time_ms: (time_ms % WEEK_MS) as u32,
         arrived_us: time_ms * 1000,
+        age: None,
     })
 }
 
