@@ -163,6 +163,14 @@ impl<T: Real> Bank<T> {
         self.get(self.running).error_state()
     }
 
+    /// Standard deviation of one of the navigator's errors by the running hypothesis; `index` is in
+    /// the order of [`NAV`].
+    #[must_use]
+    pub fn error_sigma(&self, index: usize) -> T {
+        let of = self.get(self.running);
+        of.innovation(index, T::ZERO, T::ZERO).variance.sqrt()
+    }
+
     /// Gives [`Bank::error_state`]. The caller subtracts it from the navigator.
     pub fn feed_back(&mut self) -> [T; NAV] {
         let e = *self.error_state();

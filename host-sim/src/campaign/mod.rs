@@ -8,6 +8,7 @@ mod parquet;
 mod ratios;
 mod results;
 mod schemes;
+pub mod start;
 mod statistics;
 mod store;
 mod tuning;

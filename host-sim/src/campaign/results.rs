@@ -56,7 +56,7 @@ fn names() -> Vec<&'static str> {
     SCHEMES.iter().map(|s| s.0).chain([FLOOR]).collect()
 }
 
-fn table(head: &[String], rows: &[Vec<String>]) -> String {
+pub(super) fn table(head: &[String], rows: &[Vec<String>]) -> String {
     let mut out = String::new();
     let rule = vec!["---".to_string(); head.len()];
     for row in [head, &rule]

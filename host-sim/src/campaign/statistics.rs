@@ -88,6 +88,15 @@ pub(super) fn median(x: &mut [f64]) -> f64 {
     0.5 * (x[(n - 1) / 2] + x[n / 2])
 }
 
+/// The value below which the share `q` of sorted values lies, between the two nearest values on a
+/// straight line. There must be a value.
+pub(super) fn quantile(sorted: &[f64], q: f64) -> f64 {
+    let at = q * (sorted.len() - 1) as f64;
+    let (low, share) = (at.floor() as usize, at.fract());
+    let high = (low + 1).min(sorted.len() - 1);
+    sorted[low] + share * (sorted[high] - sorted[low])
+}
+
 /// 95 % percentile bootstrap of the median of sorted values.
 fn interval(x: &[f64], seed: u64) -> (f64, f64) {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);

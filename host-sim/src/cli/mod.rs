@@ -16,6 +16,7 @@ mod replay;
 mod run;
 mod simulate;
 mod source;
+mod start;
 mod unit;
 mod user_recording;
 
@@ -55,6 +56,8 @@ enum Command {
     Hil(hil::Args),
     /// Write a simulated session as CSV files, for other tools
     Simulate(simulate::Args),
+    /// Try how the device starts: success and heading error over classes of sensors and vehicles
+    Start(start::Args),
     /// Make, check and show unit files: what is known of a sensor, in datasheet units
     Unit(unit::Args),
 }
@@ -76,6 +79,7 @@ impl Cli {
             Some(Command::Device(args)) => args.run(),
             Some(Command::Hil(args)) => args.run(),
             Some(Command::Simulate(args)) => args.run(),
+            Some(Command::Start(args)) => args.run(),
             Some(Command::Unit(args)) => args.run(),
         }
     }

@@ -18,6 +18,7 @@ pub mod replay;
 #[cfg(test)]
 mod sample;
 mod sensor_errors;
+pub mod start;
 pub mod table;
 mod terms;
 mod text;

@@ -32,6 +32,8 @@ use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
 /// Milliseconds in a GPS week: times of fixes wrap there.
 const WEEK_MS: u64 = 604_800_000;
+/// Index of the heading among the errors of the navigator.
+const HEADING: usize = 2;
 /// Milliseconds between fixes.
 const EPOCH_MS: u64 = 1000;
 
@@ -79,6 +81,13 @@ impl<'m> Device<'m> {
     #[must_use]
     pub fn report(&self) -> Report {
         self.learner.report()
+    }
+
+    /// The navigator's solution and the standard deviation of its heading, rad; `None` while it does
+    /// not navigate.
+    pub fn attitude(&mut self) -> Option<(NavState, f64)> {
+        let nav = nav_state(&self.learner.nav()?);
+        Some((nav, self.learner.bank().error_sigma(HEADING).into()))
     }
 
     /// What it has learnt so far; `None` while it does not navigate.

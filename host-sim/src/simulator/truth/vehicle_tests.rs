@@ -69,8 +69,8 @@ fn velocity_is_the_derivative_of_position() {
 }
 
 /// Without vibration the perfect increments lead the navigator along the journey: to 20 mm, 1 mm/s
-/// and 2 urad after 10 min, Earth rotation and gravity included. What is left is the navigator's own
-/// coning and sculling.
+/// and 2 urad after 10 min, Earth rotation and gravity included. What is left is the navigator's
+/// own coning and sculling.
 #[test]
 fn increments_integrate_back_to_position_velocity_and_attitude() {
     for vehicle in all() {
@@ -190,7 +190,7 @@ fn an_aircraft_turns_with_the_ball_in_the_middle() {
         n += 1.0;
     }
     assert!(banked > 100, "{banked}");
-    assert!((lateral / n as f64).sqrt() < 0.5, "{lateral}");
+    assert!((lateral / n).sqrt() < 0.5, "{lateral}");
     let speeds = truth.epochs.iter().map(|e| e.velocity.norm());
     assert!(speeds.clone().fold(f64::INFINITY, f64::min) > 40.0);
     assert!(speeds.fold(0.0, f64::max) < 80.0);

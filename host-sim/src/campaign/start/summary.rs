@@ -1,0 +1,216 @@
+//! The trials of a class in figures.
+
+use super::class::{Class, Goal};
+use super::trial::{Attitude, Trial};
+use crate::campaign::statistics::quantile;
+use serde::Serialize;
+use statrs::distribution::{ContinuousCDF, Normal};
+use std::collections::BTreeMap;
+
+/// A number out of a number, with an interval.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Share {
+    /// How many.
+    pub k: usize,
+    /// Of how many.
+    pub n: usize,
+    /// Lower end of the 95 % interval of the probability.
+    pub lo95: f64,
+    /// Upper end.
+    pub hi95: f64,
+}
+
+impl Share {
+    /// With the interval of Wilson (1927), which holds for few trials and near 0 and 1. Without
+    /// trials it is 0 to 1.
+    #[must_use]
+    pub fn of(k: usize, n: usize) -> Self {
+        let z = Normal::standard().inverse_cdf(0.975);
+        let (p, n_f) = if n == 0 {
+            (0.5, 0.0)
+        } else {
+            (k as f64 / n as f64, n as f64)
+        };
+        let z2 = z * z;
+        let middle = (p * n_f + 0.5 * z2) / (n_f + z2);
+        let half = z / (n_f + z2) * (p * (1.0 - p) * n_f + 0.25 * z2).sqrt();
+        Self {
+            k,
+            n,
+            lo95: (middle - half).max(0.0),
+            hi95: (middle + half).min(1.0),
+        }
+    }
+}
+
+/// Median and 95th percentile.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Spread {
+    /// Median.
+    pub median: f64,
+    /// 95th percentile.
+    pub p95: f64,
+}
+
+impl Spread {
+    /// `None` without values.
+    #[must_use]
+    pub fn of(values: impl IntoIterator<Item = f64>) -> Option<Self> {
+        let mut values: Vec<f64> = values.into_iter().collect();
+        values.sort_by(f64::total_cmp);
+        (!values.is_empty()).then(|| Self {
+            median: quantile(&values, 0.5),
+            p95: quantile(&values, 0.95),
+        })
+    }
+}
+
+/// All trials of one class.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Summary {
+    /// Name of the class.
+    pub class: &'static str,
+    /// What it is.
+    pub about: &'static str,
+    /// Preset of the sensor.
+    pub unit: String,
+    /// What is expected.
+    pub goal: Goal,
+    /// Trials that started.
+    pub started: Share,
+    /// Trials that started and whose heading was never silently wrong.
+    pub right: Share,
+    /// Trials whose heading was silently wrong at the start or later.
+    pub silently_wrong: usize,
+    /// How often a navigator was lost, in all trials together.
+    pub lost: u32,
+    /// How the trials started, and how many.
+    pub ways: BTreeMap<String, usize>,
+    /// Time of the start after power-on, s.
+    pub start_s: Option<Spread>,
+    /// Size of the heading error at the start, after 60 s and after 300 s, deg.
+    pub heading_deg: [Option<Spread>; 3],
+    /// Tilt error at the start, deg.
+    pub tilt_deg: Option<Spread>,
+    /// Mean of the squared heading errors divided by the claimed variances, at the same times: 1 if
+    /// the claims are right.
+    pub normalised_square: [Option<f64>; 3],
+}
+
+impl Summary {
+    /// Of the trials of `class`, made with the unit of that name.
+    #[must_use]
+    pub fn of(class: &Class, unit: &str, trials: &[Trial]) -> Self {
+        let n = trials.len();
+        let started: Vec<_> = trials.iter().filter_map(|t| t.started.as_ref()).collect();
+        let wrong = trials.iter().filter(|t| t.wrong_at_s.is_some()).count();
+        let mut ways = BTreeMap::new();
+        for start in &started {
+            *ways.entry(start.way.clone()).or_default() += 1;
+        }
+        let at = |i: usize| -> Vec<Attitude> {
+            let of = started.iter().map(|start| match i {
+                0 => Some(start.attitude),
+                _ => start.later[i - 1],
+            });
+            of.flatten().collect()
+        };
+        let mean = |values: Vec<Attitude>| {
+            let n = values.len() as f64;
+            let sum: f64 = values.iter().map(Attitude::normalised_square).sum();
+            (n > 0.0).then_some(sum / n)
+        };
+        let times = [0, 1, 2];
+        Self {
+            class: class.name,
+            about: class.about,
+            unit: unit.to_owned(),
+            goal: class.goal,
+            started: Share::of(started.len(), n),
+            right: Share::of(started.len() - wrong, n),
+            silently_wrong: wrong,
+            lost: trials.iter().map(|t| t.lost).sum(),
+            ways,
+            start_s: Spread::of(started.iter().map(|s| f64::from(s.at_s))),
+            heading_deg: times.map(|i| Spread::of(at(i).iter().map(|a| a.heading_deg.abs()))),
+            tilt_deg: Spread::of(at(0).iter().map(|a| a.tilt_deg)),
+            normalised_square: times.map(|i| mean(at(i))),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::class::CLASSES;
+    use super::super::trial::Started;
+    use super::*;
+
+    /// Intervals from Newcombe, Statistics in Medicine 17 (1998), table I, method 3.
+    #[test]
+    fn wilsons_interval_is_that_of_the_literature() {
+        for (k, n, lo, hi) in [
+            (81, 263, 0.2553, 0.3662),
+            (15, 148, 0.0624, 0.1605),
+            (0, 20, 0.0000, 0.1611),
+            (1, 29, 0.0061, 0.1718),
+        ] {
+            let share = Share::of(k, n);
+            assert!((share.lo95 - lo).abs() < 6e-5, "{share:?}");
+            assert!((share.hi95 - hi).abs() < 6e-5, "{share:?}");
+        }
+        assert_eq!((Share::of(50, 50).hi95, Share::of(0, 0).lo95), (1.0, 0.0));
+        assert_eq!(Share::of(0, 0).hi95, 1.0);
+    }
+
+    #[test]
+    fn median_and_percentile_lie_between_the_values() {
+        let spread = Spread::of((1..=21).rev().map(f64::from)).unwrap();
+        assert_eq!((spread.median, spread.p95), (11.0, 20.0));
+        let spread = Spread::of([3.0, 1.0]).unwrap();
+        assert_eq!(spread.median, 2.0);
+        assert!((spread.p95 - 2.9).abs() < 1e-12);
+        assert_eq!(Spread::of([]), None);
+    }
+
+    #[test]
+    fn a_class_is_summed_up() {
+        let attitude = |heading_deg: f64| Attitude {
+            heading_deg,
+            sigma_deg: 0.5,
+            tilt_deg: 0.1,
+        };
+        let trial = |seed, started: Option<(f64, Option<f64>)>, wrong_at_s| Trial {
+            class: "laser-0".into(),
+            seed,
+            started: started.map(|(at, later)| Started {
+                at_s: 100 + seed,
+                way: "standstill".into(),
+                attitude: attitude(at),
+                later: [later.map(attitude), None],
+            }),
+            wrong_at_s,
+            lost: seed,
+            fixes: 0,
+            refused: 0,
+            late: 0,
+        };
+        let trials = [
+            trial(0, Some((-0.5, Some(0.25))), None),
+            trial(1, Some((1.0, None)), None),
+            trial(2, Some((-20.0, None)), Some(130)),
+            trial(3, None, None),
+        ];
+        let summary = Summary::of(&CLASSES[0], "medium", &trials);
+        assert_eq!((summary.started.k, summary.started.n), (3, 4));
+        assert_eq!((summary.right.k, summary.silently_wrong), (2, 1));
+        assert_eq!(summary.lost, 6);
+        assert_eq!(summary.start_s.unwrap().median, 101.0);
+        assert_eq!(summary.heading_deg[0].unwrap().median, 1.0);
+        assert_eq!(summary.heading_deg[1].unwrap().p95, 0.25);
+        assert_eq!(summary.heading_deg[2], None);
+        // squares of errors over sigma: 1, 4, 1600
+        assert_eq!(summary.normalised_square[0], Some(535.0));
+        assert_eq!(summary.normalised_square[1], Some(0.25));
+        assert_eq!(summary.ways["standstill"], 3);
+    }
+}

@@ -1,0 +1,137 @@
+//! `host-sim start`.
+
+use super::options::{UnitOption, arguments, refused, within};
+use super::output::JsonOption;
+use super::progress::bar;
+use crate::campaign::start::{Receiver, Study, Summary, chosen, markdown};
+use crate::error::Error;
+use crate::output::write_atomic;
+use crate::report;
+use clap::Args as ClapArgs;
+use serde_json::json;
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+/// Arguments of `start`.
+#[derive(Debug, ClapArgs)]
+pub struct Args {
+    /// Classes, separated by commas [default: all]
+    #[arg(long, value_delimiter = ',', value_name = "NAMES")]
+    class: Vec<String>,
+    /// Trials of each class, each with its own turn-on and journey
+    #[arg(long, default_value_t = 50)]
+    seeds: u32,
+    /// Threads, on which the results do not depend [default: all cores]
+    #[arg(long)]
+    jobs: Option<usize>,
+    #[command(flatten)]
+    unit: UnitOption,
+    #[command(flatten)]
+    receiver: ReceiverOptions,
+    #[command(flatten)]
+    json: JsonOption,
+    /// Write the tables with explanations as Markdown
+    #[arg(long, value_name = "FILE")]
+    results: Option<PathBuf>,
+}
+
+/// How the receiver differs from the unit's.
+#[derive(Debug, ClapArgs)]
+struct ReceiverOptions {
+    /// Fixes a second
+    #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=20))]
+    rate_hz: u32,
+    /// Time from validity to arrival of a fix, ms, which the device is told [default: the unit's]
+    #[arg(long, value_name = "MS")]
+    fix_delay_ms: Option<f64>,
+    /// From the IMU to the antenna, m, which the device is told [default: the unit's]
+    #[arg(
+        long,
+        value_name = "FORWARD,RIGHT,DOWN",
+        value_delimiter = ',',
+        allow_hyphen_values = true
+    )]
+    lever_arm_m: Vec<f64>,
+    /// The fixes have no vertical velocity, as those of NMEA
+    #[arg(long)]
+    horizontal_velocity: bool,
+}
+
+impl ReceiverOptions {
+    fn receiver(&self) -> Result<Receiver, Error> {
+        let delay = self.fix_delay_ms;
+        let delay = delay.map(|ms| within("--fix-delay-ms", ms, [0.0, 1000.0]));
+        let arm = match self.lever_arm_m[..] {
+            [] => None,
+            [x, y, z] if [x, y, z].iter().all(|m| m.abs() <= 100.0) => Some([x, y, z]),
+            _ => {
+                return Err(refused(
+                    "--lever-arm-m",
+                    format!("{:?} is no lever arm", self.lever_arm_m),
+                    "give forward,right,down in m, each -100 to 100",
+                ));
+            }
+        };
+        Ok(Receiver {
+            rate_hz: self.rate_hz,
+            delay_s: delay.transpose()?.map(|ms| 1e-3 * ms),
+            lever_arm: arm,
+            horizontal_velocity: self.horizontal_velocity,
+            ..Receiver::default()
+        })
+    }
+}
+
+impl Args {
+    /// Tries, prints and writes.
+    pub(super) fn run(&self) -> Result<(), Error> {
+        if self.seeds == 0 {
+            return Err(refused("--seeds", "is 0", "give at least 1"));
+        }
+        let study = Study {
+            classes: chosen(&self.class)?,
+            seeds: self.seeds,
+            unit: self.unit.load()?,
+            receiver: self.receiver.receiver()?,
+        };
+        let mut pool = rayon::ThreadPoolBuilder::new();
+        if let Some(jobs) = self.jobs {
+            pool = pool.num_threads(jobs.max(1));
+        }
+        let pool = pool
+            .build()
+            .map_err(|e| refused("--jobs", e.to_string(), "give fewer"))?;
+        let stop = Arc::new(AtomicBool::new(false));
+        let asked = Arc::clone(&stop);
+        // without a handler an interruption ends the program at once, and the trials are lost
+        let _ = ctrlc::set_handler(move || asked.store(true, Ordering::Relaxed));
+        let bar = bar(
+            study.trials() as u64,
+            "{bar:30} {pos}/{len} trials, {elapsed} elapsed, {eta} left",
+        );
+        bar.tick();
+        let tried = pool.install(|| study.execute(&stop, &|| bar.inc(1)));
+        bar.finish_and_clear();
+        let tried = tried?;
+        let summaries: Vec<Summary> = tried.iter().map(|t| t.summary.clone()).collect();
+        println!("{}", report::start::tables(&summaries));
+        let done: usize = tried.iter().map(|t| t.trials.len()).sum();
+        let whole = done == study.trials();
+        self.json.write(&json!({
+            "seeds": self.seeds,
+            "whole": whole,
+            "classes": tried,
+        }))?;
+        if !whole {
+            // an interrupted study is no result
+            eprintln!("interrupted: {done} of {} trials are done", study.trials());
+            return Ok(());
+        }
+        if let Some(file) = &self.results {
+            let command = format!("cargo run --release -- {}", arguments());
+            write_atomic(file, markdown(&command, &summaries).as_bytes())?;
+        }
+        Ok(())
+    }
+}
