@@ -27,6 +27,24 @@ pub enum Alignment {
     Finished,
 }
 
+/// How the learner's navigator was aligned: what gave its heading.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+pub enum Way {
+    /// Not yet, or not any more.
+    #[default]
+    None,
+    /// The Earth's rotation, at standstill.
+    Gyrocompass,
+    /// The course of a land vehicle, whose sign velocities have settled.
+    Course,
+    /// Velocities alone: accelerations of the vehicle, seen by sensors and receiver.
+    Velocity,
+    /// A heading that was given, by two antennas or by a person.
+    Heading,
+    /// The whole state was given.
+    Known,
+}
+
 /// A reference for one window of samples, as sums. The device announces which window it awaits a
 /// reference for.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]

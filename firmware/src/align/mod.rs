@@ -15,6 +15,7 @@
 //! at the end: `B = sum u v'`, and Wahba's problem gives the rotation between both sets.
 //! `host_sim::inertial::align` does the same over stored samples.
 
+pub mod motion;
 mod standstill;
 mod wahba;
 

@@ -1,7 +1,7 @@
 //! The covariance of X navigation errors and N parameters, symmetric by construction.
 
 use super::deferred::Deferred;
-use super::packed::{Row, Rows, axpy, axpy_rows, diagonal, dot, dot_four, tail, times};
+use super::packed::{Row, Rows, axpy, axpy_rows, diagonal, dot, dot_four, packed, tail, times};
 use crate::real::{Real, all_finite};
 
 /// P in three blocks: P_xx of the navigation errors (X x X), P_xt of navigation errors by
@@ -272,6 +272,23 @@ impl<const X: usize, const N: usize, const PACKED: usize, T: Real> Covariance<X,
             .and_then(|row| row.get(i))
             .copied()
             .unwrap_or(T::ZERO)
+    }
+
+    /// P_xx.
+    pub fn errors(&self) -> &[[T; X]; X] {
+        &self.xx
+    }
+
+    /// P_xt.
+    pub fn cross(&self) -> &[[T; N]; X] {
+        &self.xt
+    }
+
+    /// Covariance of parameters `i` and `j` without the changes that are still deferred; 0 beyond
+    /// N. After [`Self::floor`] none is.
+    pub fn parameter(&self, i: usize, j: usize) -> T {
+        let at = packed(i.max(j)) + i.min(j);
+        self.tt.get(at).copied().unwrap_or(T::ZERO)
     }
 
     /// Measurement update with an observation of navigation error `i`. Adds gain times innovation

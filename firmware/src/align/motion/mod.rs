@@ -1,0 +1,391 @@
+//! Alignment in motion: attitude from samples and a receiver's velocities, whatever the heading.
+//!
+//! Two stages follow each other. **Levelling** ([`level`]) finds the direction of gravity in a
+//! frame that the gyros carry on. **Matching** ([`filter`]) navigates in a levelled frame `w` whose
+//! azimuth `a` is unknown, and compares the velocities with the receiver's:
+//!
+//! ```text
+//! v_w = R v_n,   R = [c s; -s c],   c = cos a,  s = sin a
+//! ```
+//!
+//! The equations are linear in `c` and `s`, so that a Kalman filter finds them however large the
+//! angle is (Scherzinger 1996; Rogers 1997). The filter does not know that `c^2 + s^2 = 1`. That
+//! their estimates obey this is an independent test, which a wrong axis, a wrong mounting or fixes
+//! of another vehicle do not pass.
+//!
+//! The attitude is handed over ([`Start`]) when tilt and heading are known well enough, the norm is
+//! 1 within its standard deviation, and the innovations are as large as predicted, all for several
+//! fixes in a row. An alignment whose innovations stay too large begins anew and is counted.
+//!
+//! On the desktop the same alignment runs without a learner: [`InMotion::sample`] for each sample
+//! and [`InMotion::fix`] for each fix.
+
+mod filter;
+mod given;
+mod level;
+mod observe;
+mod start;
+
+pub use start::Start;
+
+use super::standstill::Sensors;
+use crate::control::Way;
+use crate::fix::{Fix, Heading, Position};
+use crate::nav::vector::{Q, V, product, rotated, scale};
+use crate::nav::{self, Navigator};
+use crate::sample::Counts;
+use filter::{Filter, Match};
+use level::Level;
+use lrnn_nostd::learn::kalman::OUTPUTS;
+
+/// Largest standard deviation of a heading that is handed over, rad: errors are linear up to it.
+pub const MAX_HEADING: f32 = 0.1;
+/// The same for the tilt, rad.
+const MAX_TILT: f32 = 0.05;
+/// Fixes in a row that must pass all tests.
+const PASSES: u8 = 3;
+/// Fixes in a row whose norm is not 1 although all else is well: then the alignment is refused.
+const NORM_FAILS: u8 = 5;
+/// Largest standard deviation of the norm: the sign of the heading is then known to 5 sigma.
+const MAX_NORM: f32 = 0.2;
+/// Error of the norm that scale factors may cause.
+const NORM_FLOOR: f32 = 0.02;
+/// Largest mean normalised innovation squared of an alignment that is handed over; it is 1 when all
+/// assumptions hold.
+const GOOD_RESIDUAL: f32 = 2.0;
+/// Above this the alignment begins anew.
+const BAD_RESIDUAL: f32 = 3.5;
+/// Fixes before the mean says anything.
+const LEAST_FIXES: u16 = 6;
+/// Uncertainty of attitude at which the equations are no longer linear, rad: the alignment begins
+/// anew.
+const LINEAR: f32 = 0.3;
+
+/// What an alignment in motion must know.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Config {
+    /// The navigator's configuration: counts, sample period, noise, lever arm.
+    pub navigator: nav::Config,
+    /// Standard deviations of the biases, rad/s and m/s2.
+    pub bias: [f32; 2],
+    /// Their random walks, rad/s and m/s2 per sqrt(s).
+    pub walk: [f32; 2],
+    /// Errors in proportion to the motion (scale factors and misalignments together), as ratios:
+    /// gyros, accelerometers.
+    pub scale: [f32; 2],
+    /// The vehicle's forward axis in the sensor's axes, unit vector.
+    pub forward: [f32; 3],
+    /// The vehicle moves along its forward axis, forwards or backwards: on land.
+    pub rolls: bool,
+    /// A standstill is one: the vehicle does not float.
+    pub stands: bool,
+}
+
+/// How far an alignment is.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Progress {
+    /// What gives the heading so far; [`Way::None`] while levelling.
+    pub way: Way,
+    /// Standard deviation of the heading, rad; infinite while it is unknown.
+    pub heading_sigma: f32,
+    /// Mean normalised innovation squared of the last fixes; 1 when all assumptions hold.
+    pub residual: f32,
+    /// Alignments that began anew because their innovations were too large.
+    pub refused: u32,
+}
+
+/// A heading that was given: where the forward axis pointed, in the navigator's frame.
+#[derive(Debug, Clone, Copy)]
+struct Given {
+    forward: V,
+    heading: Heading,
+    /// Since then, s.
+    age: f32,
+}
+
+/// The stage in progress.
+#[derive(Debug, Clone)]
+enum Stage {
+    Level(Level),
+    Match(Filter),
+}
+
+/// An alignment in motion.
+#[derive(Debug, Clone)]
+pub struct InMotion {
+    config: Config,
+    /// `None` before the first fix.
+    navigator: Option<Navigator>,
+    stage: Stage,
+    /// The sensors' errors that are known already, rad/s and m/s2.
+    known: [f32; OUTPUTS],
+    given: Option<Given>,
+    /// Attitude and receiver's velocity at the last fix.
+    last: (Q, V),
+    /// Since the beginning, s.
+    time: f64,
+    passes: u8,
+    norm_fails: u8,
+    refused: u32,
+}
+
+impl InMotion {
+    /// Waits for the first fix. `known`: errors of the sensors that have been learnt before, rad/s
+    /// and m/s2.
+    #[must_use]
+    pub fn new(config: Config, known: [f32; OUTPUTS]) -> Self {
+        Self {
+            config,
+            navigator: None,
+            stage: Stage::Level(Level::default()),
+            known,
+            given: None,
+            last: ([1.0, 0.0, 0.0, 0.0], [0.0; 3]),
+            time: 0.0,
+            passes: 0,
+            norm_fails: 0,
+            refused: 0,
+        }
+    }
+
+    /// Takes one uncorrected sample.
+    #[inline]
+    pub fn sample(&mut self, counts: &Counts) {
+        if let Some(navigator) = &mut self.navigator {
+            navigator.sample(counts);
+        }
+    }
+
+    /// The samples are interrupted: begins anew. What was refused stays counted.
+    pub fn gap(&mut self) {
+        let refused = self.refused;
+        *self = Self::new(self.config, self.known);
+        self.refused = refused;
+    }
+
+    /// A heading that somebody knows, valid now.
+    pub fn heading(&mut self, heading: Heading) {
+        let Some(navigator) = &self.navigator else {
+            return;
+        };
+        self.given = Some(Given {
+            forward: rotated(navigator.state().q_bn, self.config.forward.map(f64::from)),
+            heading,
+            age: 0.0,
+        });
+    }
+
+    /// The alignment has begun: a given heading is kept.
+    #[must_use]
+    pub fn has_begun(&self) -> bool {
+        self.navigator.is_some()
+    }
+
+    /// How far it is.
+    #[must_use]
+    pub fn progress(&self) -> Progress {
+        let refused = self.refused;
+        match &self.stage {
+            Stage::Level(_) => Progress {
+                heading_sigma: f32::INFINITY,
+                refused,
+                ..Progress::default()
+            },
+            Stage::Match(filter) => Progress {
+                way: filter.way(),
+                heading_sigma: filter.heading_sigma(),
+                residual: filter.residual(),
+                refused,
+            },
+        }
+    }
+
+    /// Takes a fix that was valid `age_s` before the last sample. `still`: the vehicle stands, and
+    /// the fix says so. Returns the attitude when it is known well enough. A fix without a
+    /// horizontal velocity is not used, nor is one without a place before the first with one.
+    pub fn fix(&mut self, fix: &Fix, age_s: f32, still: bool) -> Option<Start> {
+        if !fix.has(3..5) {
+            return None;
+        }
+        let Some(navigator) = &mut self.navigator else {
+            self.begin(fix);
+            return None;
+        };
+        let passed = navigator.take_transition();
+        if navigator.faults().lost {
+            self.gap();
+            return None;
+        }
+        self.time += f64::from(passed.time);
+        if let Some(given) = &mut self.given {
+            given.age += passed.time;
+        }
+        let start = match &mut self.stage {
+            Stage::Level(_) => {
+                self.level(fix, passed.time);
+                None
+            }
+            Stage::Match(_) => self.matches(fix, age_s, still, &passed),
+        };
+        if let Some(navigator) = &self.navigator {
+            self.last = (navigator.state().q_bn, fix.velocity);
+        }
+        start
+    }
+
+    /// The navigator in any attitude, at the first fix with a place.
+    fn begin(&mut self, fix: &Fix) {
+        if !fix.has(0..2) {
+            return;
+        }
+        let height = if fix.has(2..3) {
+            fix.position.height
+        } else {
+            0.0
+        };
+        let position = Position {
+            height,
+            ..fix.position
+        };
+        let attitude = [1.0, 0.0, 0.0, 0.0];
+        self.navigator = self.navigator_at(position, [0.0; 3], attitude);
+        self.begin_level(fix);
+    }
+
+    fn navigator_at(&self, position: Position, velocity: V, q_bn: Q) -> Option<Navigator> {
+        let state = nav::State {
+            position,
+            velocity,
+            q_bn,
+        };
+        let mut navigator = Navigator::new(self.config.navigator, state).ok()?;
+        let [a, b, c, d, e, f] = self.known;
+        navigator.set_estimate([a, b, c], [d, e, f]);
+        Some(navigator)
+    }
+
+    /// Levelling begins with this fix, in the frame that the navigator has.
+    fn begin_level(&mut self, fix: &Fix) {
+        let Some(navigator) = &mut self.navigator else {
+            return;
+        };
+        let [x, y, z] = navigator.state().velocity.map(|v| v as f32);
+        navigator.feed_back(&[0.0, 0.0, 0.0, x, y, z, 0.0, 0.0, 0.0]);
+        let [a, b, c, d, e, f] = self.known;
+        navigator.set_estimate([a, b, c], [d, e, f]);
+        self.stage = Stage::Level(Level::begin(fix));
+        (self.passes, self.norm_fails) = (0, 0);
+    }
+
+    /// The alignment contradicts the fixes: it begins anew, with other data.
+    fn refuse(&mut self, fix: &Fix) {
+        self.refused = self.refused.saturating_add(1);
+        self.begin_level(fix);
+    }
+
+    fn level(&mut self, fix: &Fix, time: f32) {
+        let (Stage::Level(level), Some(navigator)) = (&mut self.stage, &mut self.navigator) else {
+            return;
+        };
+        let state = *navigator.state();
+        level.add(&state, time);
+        let [x, y, z] = state.velocity.map(|v| v as f32);
+        navigator.feed_back(&[0.0, 0.0, 0.0, x, y, z, 0.0, 0.0, 0.0]);
+        let sensors = Sensors {
+            noise: [
+                self.config.navigator.noise.gyro,
+                self.config.navigator.noise.accel,
+            ],
+            bias: self.config.bias,
+        };
+        let Some(levelled) = level.solve(fix, &sensors) else {
+            if level.is_useless(&sensors) {
+                self.begin_level(fix);
+            }
+            return;
+        };
+        let q = product(levelled.turn, state.q_bn);
+        let Some(navigator) = self.navigator_at(state.position, fix.velocity, q) else {
+            return;
+        };
+        if let Some(given) = &mut self.given {
+            given.forward = rotated(levelled.turn, given.forward);
+        }
+        self.stage = Stage::Match(Filter::new(&self.config, &levelled, q, fix));
+        self.navigator = Some(navigator);
+    }
+
+    fn matches(
+        &mut self,
+        fix: &Fix,
+        age_s: f32,
+        still: bool,
+        passed: &nav::Transition,
+    ) -> Option<Start> {
+        let (Stage::Match(filter), Some(navigator)) = (&mut self.stage, &mut self.navigator) else {
+            return None;
+        };
+        let given = self.given.filter(|_| filter.wants_heading());
+        let seen = Match {
+            config: &self.config,
+            known: &self.known,
+            fix,
+            age_s,
+            still: still && self.config.stands,
+            given: given.map(|given| {
+                let drift = self.config.bias[0] * given.age;
+                let [x, y, _] = scale(given.forward, 1.0);
+                let sigma = libm::hypotf(given.heading.sigma, drift);
+                (
+                    [x as f32, y as f32],
+                    Heading {
+                        sigma,
+                        ..given.heading
+                    },
+                )
+            }),
+            last: self.last,
+        };
+        let healthy = filter.fix(navigator, passed, &seen);
+        let (tilt, phi_down) = filter.attitude_sigma();
+        if !healthy || !(tilt < LINEAR && phi_down < LINEAR) {
+            self.begin_level(fix);
+            return None;
+        }
+        let fixes = filter.fixes();
+        if fixes >= LEAST_FIXES && filter.residual() > BAD_RESIDUAL {
+            self.refuse(fix);
+            return None;
+        }
+        let (norm, norm_sigma) = filter.norm();
+        let good = fixes >= LEAST_FIXES
+            && filter.heading_sigma() <= MAX_HEADING
+            && tilt <= MAX_TILT
+            && norm_sigma <= MAX_NORM
+            && filter.has_signal(fix)
+            && !filter.is_doubted()
+            && filter.residual() <= GOOD_RESIDUAL;
+        let is_one = (norm - 1.0).abs() <= 3.0 * libm::hypotf(norm_sigma, NORM_FLOOR);
+        self.passes = if good && is_one { self.passes + 1 } else { 0 };
+        self.norm_fails = if good && !is_one {
+            self.norm_fails + 1
+        } else {
+            0
+        };
+        if self.norm_fails >= NORM_FAILS {
+            self.refuse(fix);
+            return None;
+        }
+        if self.passes < PASSES {
+            return None;
+        }
+        self.passes = 0;
+        start::start(filter, navigator, &seen, self.time)
+    }
+}
+
+/// Gravity's reaction points up.
+const UP: V = [0.0, 0.0, -1.0];
+
+#[cfg(test)]
+mod tests;
