@@ -1,5 +1,6 @@
 //! `host-sim convert`.
 
+use super::messages::{Mcap, Messages};
 use super::source::{Csv, KfGins, Novatel};
 use crate::error::Error;
 use crate::recordings::record::Record;
@@ -34,6 +35,13 @@ enum From {
     Novatel {
         #[command(flatten)]
         source: Novatel,
+        #[command(flatten)]
+        target: Target,
+    },
+    /// A bag of ROS 2 in MCAP
+    Mcap {
+        #[command(flatten)]
+        source: Mcap,
         #[command(flatten)]
         target: Target,
     },
@@ -75,6 +83,7 @@ impl Args {
             From::Csv { source, target } => target.write(&source.record()?),
             From::KfGins { source, target } => target.write(&source.record()?),
             From::Novatel { source, target } => target.write(&source.record()?),
+            From::Mcap { source, target } => target.write(&source.record(None)?),
         }
     }
 }

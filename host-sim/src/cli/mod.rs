@@ -9,6 +9,7 @@ mod convert;
 mod device;
 mod hil;
 mod learnability;
+mod messages;
 mod options;
 mod output;
 mod progress;
@@ -48,7 +49,7 @@ enum Command {
     Allan(allan::Args),
     /// Compute how well biases, scale factors and misalignments can be known, and what was reached
     Learnability(learnability::Args),
-    /// Convert recordings: CSV, KF-GINS text, NovAtel logs
+    /// Convert recordings: CSV, KF-GINS text, NovAtel logs, bags of ROS 2
     Convert(convert::Args),
     /// Configure and watch a device over its command link
     Device(device::Args),

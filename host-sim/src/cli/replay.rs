@@ -1,9 +1,10 @@
 //! `host-sim replay`.
 
+use super::messages::Mcap;
 use super::options::{UnitOption, refused};
 use super::output::Output;
 use super::progress::Stages;
-use super::user_recording::{CsvArgs, KfGinsArgs, NovatelArgs, no_attitude};
+use super::user_recording::{CsvArgs, KfGinsArgs, MessagesArgs, NovatelArgs, no_attitude};
 use crate::error::Error;
 use crate::experiment::{fog_mems, hybrid, kitti, lasergyro};
 use crate::learning::teacher::Assumptions;
@@ -34,6 +35,8 @@ enum What {
     KfGins(KfGinsArgs),
     /// Your recording as a NovAtel binary log
     Novatel(NovatelArgs),
+    /// Your recording as a bag of ROS 2 in MCAP
+    Mcap(MessagesArgs<Mcap>),
 }
 
 #[derive(Debug, ClapArgs)]
@@ -111,6 +114,7 @@ impl Args {
             What::Csv(args) => args.run(),
             What::KfGins(args) => args.run(),
             What::Novatel(args) => args.run(),
+            What::Mcap(args) => args.run(),
         }
     }
 }

@@ -147,7 +147,8 @@ impl KfGins {
     }
 }
 
-fn attitude(angles: &[f64]) -> Result<nalgebra::UnitQuaternion<f64>, Error> {
+/// An attitude from roll, pitch and heading, deg.
+pub(super) fn attitude(angles: &[f64]) -> Result<nalgebra::UnitQuaternion<f64>, Error> {
     match angles {
         [roll, pitch, heading] if angles.iter().all(|a| a.abs() <= 360.0) => {
             Ok(from_euler(roll * DEG, pitch * DEG, heading * DEG))

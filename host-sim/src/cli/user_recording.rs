@@ -1,5 +1,7 @@
-//! `host-sim replay` of a user's recording: csv, kf-gins, novatel.
+//! `host-sim replay` of a user's recording: csv, kf-gins, novatel, and recordings of
+//! messages.
 
+use super::messages::Messages;
 use super::options::{UnitOption, refused, renamed};
 use super::output::Output;
 use super::progress::Stages;
@@ -77,6 +79,15 @@ pub(super) struct KfGinsArgs {
     options: Options,
 }
 
+/// `replay` of a recording of messages.
+#[derive(Debug, ClapArgs)]
+pub(super) struct MessagesArgs<S: ClapArgs> {
+    #[command(flatten)]
+    source: S,
+    #[command(flatten)]
+    options: Options,
+}
+
 /// `replay novatel`.
 #[derive(Debug, ClapArgs)]
 pub(super) struct NovatelArgs {
@@ -105,6 +116,16 @@ impl KfGinsArgs {
         let says = self.source.says();
         self.options
             .replay("kf-gins", (&record, &says), &session, None)
+    }
+}
+
+impl<S: ClapArgs + Messages> MessagesArgs<S> {
+    pub(super) fn run(&self) -> Result<(), Error> {
+        let unit = self.options.unit.load()?;
+        let record = self.source.record(unit.as_ref())?;
+        let says = self.source.says();
+        self.options
+            .replay(S::NAME, (&record, &says), &record.session()?, None)
     }
 }
 

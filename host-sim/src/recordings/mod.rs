@@ -4,13 +4,16 @@ pub(crate) mod columns;
 pub mod fog_mems;
 pub mod generic;
 pub mod increments;
+pub(crate) mod input;
 pub mod kfgins;
 pub mod kitti;
 pub mod lasergyro;
+pub mod mcap;
 pub mod novatel;
 pub mod read;
 pub mod record;
 pub(crate) mod session;
+pub(crate) mod stamped;
 pub(crate) mod table;
 #[cfg(test)]
 pub(crate) mod testing;
@@ -19,5 +22,7 @@ pub mod track;
 /// Seconds in a week.
 pub(crate) const WEEK_S: f64 = 604_800.0;
 
+pub use input::Progress;
 pub use lasergyro::{ACCEL_LSB_MPS, GYRO_LSB_RAD, HEADER, RATE_HZ, Recording, load};
 pub use session::InitialAttitude;
+pub use stamped::Reading;

@@ -1,0 +1,169 @@
+//! The files of recordings of messages on the command line, for `replay` and `convert`: what the
+//! recorders of robots, autopilots and receivers write.
+
+use super::options::{positive, refused};
+use super::progress;
+use super::source::attitude;
+use crate::error::Error;
+use crate::experiment::doubts::{Field, Says};
+use crate::inertial::axes::Axes;
+use crate::recordings::record::Record;
+use crate::recordings::{InitialAttitude, Progress, Reading, mcap};
+use crate::unit::Unit;
+use crate::unit::mounting::Mounting;
+use clap::Args as ClapArgs;
+use nalgebra::{Matrix3, Rotation3};
+use std::path::{Path, PathBuf};
+
+/// A recording of messages.
+pub(super) trait Messages {
+    /// Name of the command.
+    const NAME: &'static str;
+
+    /// Reads it. `unit` is the unit of the command line.
+    fn read(&self, unit: Option<&Unit>, progress: Progress<'_>) -> Result<Reading, Error>;
+
+    /// What the format and the options say of the samples.
+    fn says(&self) -> Says;
+
+    /// Reads it with a bar for progress, and prints what the user should know of it.
+    fn record(&self, unit: Option<&Unit>) -> Result<Record, Error> {
+        let bar = progress::bar(0, "{bar:40} {bytes} of {total_bytes}");
+        let read = self.read(unit, &|read, length| {
+            bar.set_length(length);
+            bar.set_position(read);
+        });
+        bar.finish_and_clear();
+        let Reading { record, notes } = read?;
+        for note in notes {
+            eprintln!("{note}");
+        }
+        Ok(record)
+    }
+}
+
+/// How the IMU sits in the vehicle, and the start.
+#[derive(Debug, ClapArgs)]
+struct Body {
+    /// Forward, right and down of the vehicle in axes of the IMU, as in 'y x -z' for
+    /// right-forward-up [default: the mounting of the unit file, else the axes of the format]
+    #[arg(long, value_name = "AXES", allow_hyphen_values = true)]
+    mounting: Option<String>,
+    /// Longest time between two rates that is interpolated, s [default: three samples]
+    #[arg(long, value_name = "SECONDS")]
+    max_gap_s: Option<f64>,
+    /// Seconds for which the vehicle stands at the first fix, for alignment
+    #[arg(long, value_name = "SECONDS", value_parser = clap::value_parser!(u32).range(90..=86_400), conflicts_with = "attitude")]
+    standstill_s: Option<u32>,
+    /// Attitude at the first fix, deg: roll, pitch (nose up), heading (clockwise from north)
+    #[arg(
+        long,
+        value_name = "ROLL,PITCH,HEADING",
+        value_delimiter = ',',
+        allow_hyphen_values = true
+    )]
+    attitude: Vec<f64>,
+}
+
+impl Body {
+    /// What turns axes of the IMU into forward-right-down. `usual` are the axes of the format.
+    fn mounting(&self, unit: Option<&Unit>, usual: Axes) -> Result<Rotation3<f64>, Error> {
+        let told = unit.filter(|unit| unit.mounting != Mounting::default());
+        let axes = match (&self.mounting, told) {
+            (Some(text), _) => Axes::parse(text).map_err(|why| {
+                let remedy = "give forward, right and down in axes of the IMU, as in 'y x -z' for \
+                              right-forward-up";
+                refused("--mounting", format!("'{text}' {why}"), remedy)
+            })?,
+            (None, Some(unit)) => {
+                let rotation = unit.mounting.rotation().map_err(|_| {
+                    refused(
+                        "--unit",
+                        "has a wrong mounting",
+                        "run 'unit check' on the file",
+                    )
+                })?;
+                return Ok(rotation.to_rotation_matrix());
+            }
+            (None, None) => usual,
+        };
+        let columns = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+        let matrix = Matrix3::from_columns(&columns.map(|axis| axes.turn(axis)));
+        Ok(Rotation3::from_matrix_unchecked(matrix))
+    }
+
+    fn max_gap_s(&self) -> Result<Option<f64>, Error> {
+        let given = self.max_gap_s;
+        given.map(|s| positive("--max-gap-s", s)).transpose()
+    }
+
+    /// What the options say of the attitude at the first fix.
+    fn start(&self) -> Result<Option<InitialAttitude>, Error> {
+        match (self.standstill_s, &self.attitude[..]) {
+            (Some(s), _) => Ok(Some(InitialAttitude::Standstill(s as usize))),
+            (None, []) => Ok(None),
+            (None, angles) => Ok(Some(InitialAttitude::Known(attitude(angles)?))),
+        }
+    }
+}
+
+/// What a format with fixed units says of its samples.
+fn says(file: &Path, gyro: &str, accel: &str) -> Says {
+    Says {
+        file: file.to_path_buf(),
+        gyro: Field::fixed(gyro),
+        accel: Field::fixed(accel),
+        axes: ("--mounting".into(), "'y x -z' for right-forward-up".into()),
+        rate: None,
+    }
+}
+
+/// A bag of ROS 2 in MCAP.
+#[derive(Debug, ClapArgs)]
+#[group(skip)] // the commands have the same names
+pub(super) struct Mcap {
+    /// MCAP file, or the folder of a bag with its metadata.yaml
+    bag: PathBuf,
+    /// Topic of the IMU (sensor_msgs/msg/Imu) [default: the only one]
+    #[arg(long, value_name = "TOPIC")]
+    imu_topic: Option<String>,
+    /// Topic of the fixes (sensor_msgs/msg/NavSatFix) [default: the only one]
+    #[arg(long, value_name = "TOPIC")]
+    fix_topic: Option<String>,
+    /// Topic of the receiver's velocities, east-north-up (geometry_msgs/msg/TwistStamped or
+    /// TwistWithCovarianceStamped) [default: none]
+    #[arg(long, value_name = "TOPIC")]
+    velocity_topic: Option<String>,
+    /// Take the times at which the recorder received the messages, not their stamps
+    #[arg(long)]
+    bag_time: bool,
+    #[command(flatten)]
+    body: Body,
+}
+
+impl Messages for Mcap {
+    const NAME: &'static str = "mcap";
+
+    fn read(&self, unit: Option<&Unit>, progress: Progress<'_>) -> Result<Reading, Error> {
+        let choice = mcap::Choice {
+            imu: self.imu_topic.clone(),
+            fix: self.fix_topic.clone(),
+            velocity: self.velocity_topic.clone(),
+            bag_time: self.bag_time,
+            max_gap_s: self.body.max_gap_s()?,
+            mounting: self.body.mounting(unit, Axes::FORWARD_LEFT_UP)?,
+        };
+        let start = self.body.start()?;
+        let mut reading = mcap::read(&self.bag, &choice, progress)?;
+        reading.record.initial_attitude = start;
+        Ok(reading)
+    }
+
+    fn says(&self) -> Says {
+        says(
+            &self.bag,
+            "angular_velocity in rad/s",
+            "linear_acceleration in m/s2",
+        )
+    }
+}
