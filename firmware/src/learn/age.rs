@@ -26,6 +26,9 @@ pub const MAX_AGE_S: f32 = 1.0;
 /// fixes been delayed: the earliest arrival is then looked for anew.
 const JUMP: u8 = 10;
 
+/// Fixes closer to each other than this count as one of these, ms.
+const SECOND_MS: u32 = 900;
+
 /// A GPS week, ms.
 const WEEK_MS: i64 = 604_800_000;
 
@@ -36,8 +39,12 @@ pub struct FixAge {
     last: Option<(u32, u32)>,
     /// Excess of the last fix, microseconds, >= 0.
     excess_us: i64,
-    /// Fixes in a row that were too late, at most [`JUMP`].
+    /// Fixes in a row that were too late, one in a second, at most [`JUMP`], and the time of
+    /// validity of the last one.
     too_late: u8,
+    too_late_ms: u32,
+    /// By how much the last fix came sooner than any before, microseconds, >= 0.
+    sooner_us: i64,
 }
 
 impl FixAge {
@@ -61,11 +68,17 @@ impl FixAge {
                 .wrapping_mul(1000);
             let forgotten_us = arrived_us / (1_000_000 / FORGET_PER_MILLION);
             let change = arrived_us.wrapping_sub(forgotten_us).wrapping_sub(valid_us);
-            self.excess_us = self.excess_us.saturating_add(change).max(0);
+            let excess_us = self.excess_us.saturating_add(change);
+            self.sooner_us = excess_us.saturating_add(forgotten_us).min(0).wrapping_neg();
+            self.excess_us = excess_us.max(0);
         }
         let mut age = least_s + self.excess_us as f32 * 1e-6;
         if age > MAX_AGE_S {
-            self.too_late = self.too_late.saturating_add(1);
+            let since = time_ms.wrapping_sub(self.too_late_ms);
+            if self.too_late == 0 || since >= SECOND_MS {
+                self.too_late = self.too_late.saturating_add(1);
+                self.too_late_ms = time_ms;
+            }
             if self.too_late < JUMP {
                 return None;
             }
@@ -74,6 +87,12 @@ impl FixAge {
         }
         self.too_late = 0;
         Some(age)
+    }
+
+    /// By how much the last fix came sooner after its validity than any before it, s, drift of the
+    /// clocks apart. The least age was of a later fix until then.
+    pub fn sooner_s(&self) -> f32 {
+        self.sooner_us as f32 * 1e-6
     }
 }
 

@@ -14,6 +14,7 @@ mod parts;
 mod table;
 
 pub use gates::Gates;
+pub(super) use gates::Refusals;
 pub use parts::Work;
 pub use table::{ALL, HYPOTHESES, KEYS, LARGEST, NAMES, WITH_NETWORKS, ZERO_CORRECTION};
 
@@ -31,7 +32,7 @@ pub struct Bank<T: Real = f32> {
     gates: Gates<T>,
     /// Standard deviation of a sensor error, for which [`ZERO_CORRECTION`] has no parameter.
     unmodelled: [T; OUTPUTS],
-    refused: [u8; OBSERVATIONS],
+    refused: [Refusals; OBSERVATIONS],
     running: usize,
 }
 
@@ -58,7 +59,7 @@ impl<T: Real> Bank<T> {
             enabled: 0,
         },
         unmodelled: [T::ZERO; OUTPUTS],
-        refused: [0; OBSERVATIONS],
+        refused: [Refusals::NONE; OBSERVATIONS],
         running: ZERO_CORRECTION,
     };
 
@@ -76,7 +77,7 @@ impl<T: Real> Bank<T> {
         let [g, a] = [sheet.gyro_bias, sheet.accel_bias];
         self.unmodelled = [g, g, g, a, a, a];
         self.gates = gates;
-        self.refused = [0; OBSERVATIONS];
+        self.refused = [Refusals::NONE; OBSERVATIONS];
         self.running = ZERO_CORRECTION;
     }
 
@@ -94,8 +95,8 @@ impl<T: Real> Bank<T> {
     }
 
     /// Scores the hypotheses by observation `k` before they learn from it. True: it is no outlier,
-    /// and they may learn from it.
-    fn accepts(&mut self, k: usize, z: T, variance: T) -> bool {
+    /// and they may learn from it. `counts`: a refusal is one more in a row.
+    fn accepts(&mut self, k: usize, z: T, variance: T, counts: bool) -> bool {
         let (i, cap) = (index(k), self.gates.squared_ratio);
         let mut outlier = true;
         self.each(|h| {
@@ -107,14 +108,7 @@ impl<T: Real> Bank<T> {
         let Some(refused) = self.refused.get_mut(k) else {
             return false;
         };
-        // a NaN or infinity is never accepted
-        let accepted = z.is_finite() && (!outlier || *refused >= self.gates.escape);
-        *refused = if accepted {
-            0
-        } else {
-            refused.saturating_add(1)
-        };
-        accepted
+        refused.accepts(z.is_finite(), outlier, counts, self.gates.escape)
     }
 
     /// Log-likelihood of a hypothesis; minus infinity for one that may not run.
@@ -239,7 +233,7 @@ fn index(k: usize) -> usize {
 
 /// Floor of the navigator's errors, left by f32 arithmetic and an imperfect navigator: rad, m/s, m
 /// (assumed; far below the effect of any sensor).
-fn error_floor<T: Real>() -> [T; NAV] {
+pub(super) fn error_floor<T: Real>() -> [T; NAV] {
     let [a, v, p] = [1e-7, 1e-5, 1e-4].map(T::from_f64);
     [a, a, a, v, v, v, p, p, p]
 }

@@ -19,9 +19,13 @@
 //! subtracts from the samples what the running hypothesis estimated one block earlier. All
 //! hypotheses know the difference to their present estimates, so that this costs no accuracy.
 
+#[cfg(test)]
+pub(in crate::learn) mod drive;
+mod observe;
 mod start;
 
-use super::age::{FixAge, MAX_AGE_S};
+use super::age::FixAge;
+use super::antenna::Antenna;
 use super::bank::{Bank, Work, ZERO_CORRECTION};
 use super::prior::NAV;
 use super::quantise::{Scale, flat, split};
@@ -30,12 +34,13 @@ use super::{Learner, Report, Winner};
 use crate::align::Align;
 use crate::compensator::Block;
 use crate::control::Alignment;
-use crate::fix::{Fix, OBSERVATIONS};
+use crate::fix::Fix;
 use crate::model::Nets;
 use crate::nav::{self, Navigator};
 use crate::sample::{Counts, RawSample, StreamScale};
 use lrnn_nostd::State;
 use lrnn_nostd::learn::kalman::Transition;
+use observe::Rest;
 
 /// The large part of a learner, to be static; at most [`ROOM`] bytes.
 #[derive(Debug)]
@@ -55,18 +60,6 @@ impl Memory {
         work: Work::ZEROED,
     };
 }
-
-/// Fixes closer to each other than this are not all used, ms.
-const FIX_MS: u32 = 900;
-/// A vehicle that is faster by the receiver does not stand, m/s.
-const STANDS_MPS: f32 = 0.3;
-/// Seconds after which a standstill is believed, and the standard deviation of its velocity, m/s
-/// (as in `host_sim::learning::teacher`).
-const STILL_S: u32 = 3;
-const STILL_MPS: f32 = 0.01;
-/// Weight of the velocity that may have been gained since: a departure always has the same sign, so
-/// its errors do not average out as those of sway do (assumed).
-const DEPARTURE: f32 = 10.0;
 
 /// Counters; each saturates.
 #[derive(Debug, Clone, Copy, Default)]
@@ -96,6 +89,12 @@ pub struct FixLearner<'m> {
     /// Time of validity of the last fix used.
     last_fix_ms: Option<u32>,
     age: FixAge,
+    /// Lever arm and delay of the fixes.
+    antenna: Antenna,
+    /// Time of validity of the last fix whose refusals count.
+    counted_ms: Option<u32>,
+    /// Where the vehicle stands, if the receiver measures no velocity.
+    rest: Option<Rest>,
     /// The deferred work contains a fix.
     fixing: bool,
     /// The hypothesis in force after the last finished fix.
@@ -116,6 +115,9 @@ impl<'m> FixLearner<'m> {
             last: None,
             last_fix_ms: None,
             age: FixAge::default(),
+            antenna: Antenna::new(&settings),
+            counted_ms: None,
+            rest: None,
             fixing: false,
             running: ZERO_CORRECTION,
             tally: Tally::default(),
@@ -125,6 +127,9 @@ impl<'m> FixLearner<'m> {
     /// Does all deferred work. Afterwards it is known what the last fix led to.
     pub fn finish(&mut self) {
         let Memory { bank, work } = &mut *self.memory;
+        while !self.antenna.is_done() {
+            self.antenna.work(work);
+        }
         while !work.is_done() {
             bank.work(work);
         }
@@ -156,6 +161,7 @@ impl<'m> FixLearner<'m> {
     fn end_interval(&mut self) -> Option<&mut Navigator> {
         self.finish();
         self.memory.work.clear();
+        self.antenna.clear();
         if self.navigator.as_ref()?.faults().lost {
             self.lose();
             return None;
@@ -172,8 +178,10 @@ impl<'m> FixLearner<'m> {
             time: passed.time,
         };
         let Memory { bank, work } = &mut *self.memory;
-        bank.propagate_mean(&block, &flat(navigator.estimate()));
+        let applied = flat(navigator.estimate());
+        bank.propagate_mean(&block, &applied);
         work.interval(&block);
+        self.antenna.interval(&block, &applied);
         Some(navigator)
     }
 
@@ -184,9 +192,12 @@ impl<'m> FixLearner<'m> {
         };
         let bank = &mut self.memory.bank;
         let [gyro, accel] = split(bank.estimate());
-        if !navigator.feed_back(&bank.feed_back()) || !navigator.set_estimate(gyro, accel) {
-            self.lose();
+        let error = bank.feed_back();
+        if !navigator.feed_back(&error) || !navigator.set_estimate(gyro, accel) {
+            return self.lose();
         }
+        self.antenna.feed_back(&error);
+        navigator.set_lever_arm(self.antenna.arm());
     }
 
     /// The navigator's solution, less the error that the last fix has shown; `None` while it does
@@ -209,6 +220,7 @@ impl<'m> FixLearner<'m> {
 impl Learner for FixLearner<'_> {
     fn configure(&mut self, settings: &Settings) {
         self.settings = *settings;
+        self.antenna = Antenna::new(settings);
         self.stream = None;
         self.running = ZERO_CORRECTION;
         self.tally = Tally::default();
@@ -220,8 +232,10 @@ impl Learner for FixLearner<'_> {
         let Settings { sheet, gates, .. } = &self.settings;
         let error_sigma = [1.0; NAV]; // until the alignment
         let Memory { bank, work } = &mut *self.memory;
-        bank.begin(sheet, f64::from(stream.block_s()), error_sigma, *gates);
+        let block_s = f64::from(stream.block_s());
+        bank.begin(sheet, block_s, error_sigma, *gates);
         work.clear();
+        self.antenna.begin(&self.settings, block_s);
         self.stream = Some(stream);
         self.running = ZERO_CORRECTION;
         self.tally = Tally::default();
@@ -231,6 +245,7 @@ impl Learner for FixLearner<'_> {
     fn restart(&mut self) {
         let Memory { bank, work } = &mut *self.memory;
         work.clear();
+        self.antenna.clear();
         bank.reset_networks();
         self.fixing = false;
         self.scale = None;
@@ -238,6 +253,8 @@ impl Learner for FixLearner<'_> {
         self.navigator = None;
         self.last = None;
         self.last_fix_ms = None;
+        self.counted_ms = None;
+        self.rest = None;
         self.age = FixAge::default();
     }
 
@@ -278,53 +295,7 @@ impl Learner for FixLearner<'_> {
     }
 
     fn fix(&mut self, number: u32, fix: &Fix) {
-        let Some(stream) = self.stream else { return };
-        let least = self.settings.fix_age_s;
-        let age = self
-            .age
-            .arrived(number, fix.time_ms, stream.period_s, least);
-        let since = self.last_fix_ms.map(|last| fix.time_ms.wrapping_sub(last));
-        if since.is_some_and(|ms| ms < FIX_MS) {
-            return;
-        }
-        let sigmas = fix.sigmas;
-        let Some(align) = self.align.as_mut().filter(|_| fix.has(0..OBSERVATIONS)) else {
-            return;
-        };
-        let in_range = |age: &f32| (0.0..=MAX_AGE_S).contains(age);
-        let measured = fix.age.map(|age| Some(age).filter(in_range));
-        let Some(age) = measured.unwrap_or(age) else {
-            self.tally.late = self.tally.late.saturating_add(1);
-            return;
-        };
-        self.last_fix_ms = Some(fix.time_ms);
-        let [.., sigma] = sigmas;
-        let speed = nav::speed(&fix.velocity);
-        if speed > STANDS_MPS.max(5.0 * sigma) {
-            align.moves();
-        }
-        let still = align.still() >= STILL_S;
-        if self.navigator.is_none() {
-            self.start(fix, &sigmas, age);
-            return;
-        }
-        let (mut fix, mut sigmas) = (*fix, sigmas);
-        let standing = libm::hypotf(STILL_MPS, DEPARTURE * align.gain_mps());
-        if still && standing < sigma {
-            fix.velocity = [0.0; 3];
-            let [.., x, y, z] = &mut sigmas;
-            [*x, *y, *z] = [standing; 3];
-        }
-        let Some(navigator) = self.end_interval() else {
-            return;
-        };
-        let nav::Innovation { position, velocity } = navigator.innovation(&fix, age);
-        let ([a, b, c], [d, e, f]) = (position, velocity);
-        self.memory
-            .work
-            .fix([a, b, c, d, e, f], sigmas.map(|sigma| sigma * sigma));
-        self.fixing = true;
-        self.tally.used = self.tally.used.saturating_add(1);
+        self.observe(number, fix);
     }
 
     fn align(&mut self, alignment: Alignment) {
@@ -340,6 +311,9 @@ impl Learner for FixLearner<'_> {
         let Memory { bank, work } = &mut *self.memory;
         if self.align.as_mut().is_some_and(Align::sweep) {
             return true;
+        }
+        if !self.antenna.is_done() {
+            return self.antenna.work(work) || !work.is_done();
         }
         self.stream.is_some() && !work.is_done() && bank.work(work)
     }
@@ -375,6 +349,7 @@ impl Learner for FixLearner<'_> {
             rollbacks: self.tally.rollbacks,
             navigates: self.navigator.is_some(),
             still_s: self.align.as_ref().map_or(0, Align::still),
+            antenna: self.antenna.known(),
             ..Report::default()
         }
     }

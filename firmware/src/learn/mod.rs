@@ -7,6 +7,7 @@
 //! provides its memory: a board without that has no mode `learn`.
 
 pub mod age;
+mod antenna;
 pub mod bank;
 mod combined;
 mod fixes;
@@ -16,6 +17,7 @@ mod quantise;
 mod settings;
 mod window;
 
+pub use antenna::Known;
 pub use combined::CombinedLearner;
 pub use fixes::{FixLearner, Memory as FixMemory, ROOM};
 pub use settings::Settings;
@@ -56,6 +58,8 @@ pub struct Report {
     pub navigates: bool,
     /// How long the vehicle has stood, s.
     pub still_s: u32,
+    /// Lever arm and delay of the receiver's fixes.
+    pub antenna: Known,
 }
 
 /// The promoted hypothesis: networks that may correct the samples.

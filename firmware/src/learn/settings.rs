@@ -26,6 +26,9 @@ pub struct Settings {
     pub lever_arm: [f32; 3],
     /// Standard deviation of the lever arm along each axis, m, >= 0. 0: it is exactly as told.
     pub lever_arm_sigma: f32,
+    /// Rotation from the sensor's axes to body axes: unit quaternion w, x, y, z. Only for what the
+    /// learner reports.
+    pub mounting: [f32; 4],
 }
 
 /// Rate (rad/s) and change of specific force (m/s2) that are usual in a vehicle: the networks'
@@ -57,6 +60,7 @@ impl Settings {
         fix_age_sigma: 0.0,
         lever_arm: [0.0; 3],
         lever_arm_sigma: 0.0,
+        mounting: [1.0, 0.0, 0.0, 0.0],
     };
 
     /// What a unit's configuration tells. A bias is the root of the squares of its part that is
@@ -84,6 +88,7 @@ impl Settings {
             fix_age_sigma: told.receiver.fix_delay_sigma,
             lever_arm: told.in_sensor_axes(told.receiver.lever_arm),
             lever_arm_sigma: told.receiver.lever_arm_sigma,
+            mounting: told.mounting,
         }
     }
 

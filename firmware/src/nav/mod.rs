@@ -28,16 +28,20 @@
 mod config;
 pub(crate) mod earth;
 pub(crate) mod gather;
+mod past;
+mod seen;
 mod transition;
 pub(crate) mod vector;
 
 pub use config::{Config, ConfigError};
+pub use seen::{ANTENNA, Seen};
 pub use transition::{ERRORS, Noise, Transition};
 
 use crate::fix::{Fix, Position};
 use crate::sample::Counts;
 use earth::{Local, wrapped};
 use gather::{Gather, Piece};
+use past::Past;
 use transition::{Interval, motion};
 use vector::{
     Q, V, add, cross, finite, matrix32, narrow, product, renormalised, rotated, scale, widen,
@@ -96,6 +100,7 @@ pub struct Navigator {
     acceleration: V,
     // rotation vector of the last piece, body axes, rad, and its duration, s
     turn: (V, f64),
+    past: Past,
     faults: Faults,
 }
 
@@ -134,6 +139,7 @@ impl Navigator {
             interval: Interval::new(),
             acceleration: [0.0; 3],
             turn: ([0.0; 3], 0.0),
+            past: Past::new(),
             faults: Faults::default(),
         })
     }
@@ -273,6 +279,8 @@ impl Navigator {
         }
         let step = step(&self.state, &piece);
         if in_range(&step.state) {
+            let change = scale(step.acceleration, piece.time);
+            self.past.piece(change, piece.phi, piece.time);
             self.state = step.state;
             self.acceleration = step.acceleration;
             self.turn = (piece.phi, piece.time);

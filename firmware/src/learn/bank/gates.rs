@@ -9,7 +9,7 @@ pub struct Gates<T = f32> {
     /// An observation is refused when its squared distance, in squared standard deviations, is
     /// greater than this for every hypothesis.
     pub squared_ratio: T,
-    /// After this many refusals of an observation in a row it is accepted.
+    /// After this many refusals of an observation in a row, once in a second, it is accepted.
     pub escape: u8,
     /// By how much the log-likelihood must exceed that of the zero correction: ln of the odds
     /// against chance.
@@ -19,6 +19,39 @@ pub struct Gates<T = f32> {
     /// Hypotheses that take part, one bit each. Without [`super::ZERO_CORRECTION`] the best of the
     /// others runs, whatever its evidence.
     pub enabled: u8,
+}
+
+/// How often in a row an observation was refused, and whether it is believed nevertheless.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Refusals {
+    times: u8,
+    believed: bool,
+}
+
+impl Refusals {
+    /// None yet.
+    pub const NONE: Refusals = Refusals {
+        times: 0,
+        believed: false,
+    };
+
+    /// Whether an observation is accepted: one that is finite and no outlier, or comes after
+    /// `escape` refusals in a row. Refusals count once in a second (`counts`), and what is believed
+    /// nevertheless is believed until that second is over.
+    pub fn accepts(&mut self, finite: bool, outlier: bool, counts: bool, escape: u8) -> bool {
+        if counts && self.believed {
+            *self = Refusals::NONE;
+        }
+        if finite && !outlier {
+            *self = Refusals::NONE;
+        } else if finite && self.times >= escape {
+            self.believed = true;
+        } else {
+            self.times = self.times.saturating_add(u8::from(counts));
+            return false;
+        }
+        true
+    }
 }
 
 impl Gates {

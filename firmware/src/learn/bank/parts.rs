@@ -34,6 +34,8 @@ pub struct Work<T: Real = f32> {
     block: Transition<NAV, T>,
     workspace: Workspace<NAV, OUTPUTS, T>,
     fix: Option<([T; OBSERVATIONS], [T; OBSERVATIONS])>,
+    /// Refusals of the fix count.
+    counts: bool,
     inputs: Option<[[T; 3]; TRIADS]>,
     accepted: bool,
     /// The interval is an alignment instead: `block.gamma` and `block.q` then hold its `by` and
@@ -50,6 +52,7 @@ impl<T: Real> Work<T> {
         block: Transition::ZEROED,
         workspace: Workspace::ZEROED,
         fix: None,
+        counts: false,
         inputs: None,
         accepted: false,
         aligns: false,
@@ -78,11 +81,30 @@ impl<T: Real> Work<T> {
         self.next = 0;
     }
 
-    /// A fix at the end of the interval.
+    /// A fix at the end of the interval. An observation of infinite variance is not measured: it
+    /// neither scores nor teaches.
     pub fn fix(&mut self, z: [T; OBSERVATIONS], variance: [T; OBSERVATIONS]) {
         self.fix = Some((z, variance));
+        self.counts = true;
         self.refused = 0;
         self.next = self.next.min(UPDATE);
+    }
+
+    /// Whether refusals of the last fix count: see [`super::Gates::escape`].
+    pub fn counts_refusals(&mut self, counts: bool) {
+        self.counts = counts;
+    }
+
+    /// The interval whose covariances are computed.
+    pub fn block(&self) -> &Transition<NAV, T> {
+        &self.block
+    }
+
+    /// Another fix in place of that at the end of the interval, before it is computed.
+    pub fn replace_fix(&mut self, (z, variance): ([T; OBSERVATIONS], [T; OBSERVATIONS])) {
+        if let Some(fix) = &mut self.fix {
+            *fix = (z, variance);
+        }
     }
 
     /// The networks step at the end.
@@ -182,8 +204,11 @@ impl<T: Real> Bank<T> {
         let (Some(&z), Some(&variance)) = (z.get(k), variance.get(k)) else {
             return;
         };
+        if !variance.is_finite() {
+            return; // not measured
+        }
         let which = if part.is_multiple_of(2) {
-            work.accepted = self.accepts(k, z, variance);
+            work.accepted = self.accepts(k, z, variance, work.counts);
             work.refused |= u8::from(!work.accepted) << k;
             SMALL
         } else {

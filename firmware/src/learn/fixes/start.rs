@@ -1,8 +1,9 @@
 //! How the navigator starts, and how it goes on across missing samples.
 
+use super::observe::STANDS_MPS;
 use super::{FixLearner, Memory};
 use crate::control::Reason;
-use crate::fix::{Fix, OBSERVATIONS};
+use crate::fix::Fix;
 use crate::learn::prior::NAV;
 use crate::learn::quantise::{Scale, divisor};
 use crate::nav::vector::rotated;
@@ -17,13 +18,21 @@ const BRIDGE_S: f64 = 0.1;
 const MISSED: [f32; 2] = [0.1, 1.0];
 
 impl FixLearner<'_> {
-    /// Starts the navigator at a fix if the alignment is good enough.
-    pub(super) fn start(
-        &mut self,
-        fix: &Fix,
-        sigmas: &[f32; OBSERVATIONS],
-        age: f32,
-    ) -> Option<()> {
+    /// Starts the navigator at a fix if the alignment is good enough. The vehicle stands: what the
+    /// receiver does not measure of its velocity is zero.
+    pub(super) fn start_at(&mut self, fix: &Fix, age: f32) -> Option<()> {
+        let mut fix = *fix;
+        if !fix.has(0..3) {
+            return None;
+        }
+        let measured = fix.sigmas.iter_mut().skip(3).zip(&mut fix.velocity);
+        for (sigma, velocity) in measured.filter(|(sigma, _)| !sigma.is_finite()) {
+            (*sigma, *velocity) = (STANDS_MPS, 0.0);
+        }
+        self.start(&fix, age)
+    }
+
+    fn start(&mut self, fix: &Fix, age: f32) -> Option<()> {
         let align = self.align.as_mut()?;
         if align.gathered() < self.settings.align_s && !(align.is_over()) {
             return None;
@@ -47,7 +56,7 @@ impl FixLearner<'_> {
         let mut position = fix
             .position
             .displaced(fix.velocity.map(|v| v * f64::from(age)));
-        let arm = self.settings.lever_arm;
+        let arm = self.antenna.arm();
         if arm != [0.0; 3] {
             // the vehicle stands: the antenna does not move
             position = position.displaced(rotated(aligned.q_bn, arm.map(|m| -f64::from(m))));
@@ -65,34 +74,45 @@ impl FixLearner<'_> {
                 *entry = value;
             }
         }
-        for (k, sigma) in sigmas.iter().enumerate() {
+        for (k, sigma) in fix.sigmas.iter().enumerate() {
             let i = if k < 3 { 6 + k } else { k };
             if let Some(entry) = rest.get_mut(i).and_then(|row| row.get_mut(i)) {
                 *entry = sigma * sigma;
             }
         }
-        self.navigate(state, &by, &rest)
+        self.navigate(state, &by, &rest, Some((fix, age)))
     }
 
     /// A navigator in this state at the end of the last sample. Its errors are `by` times the
-    /// sensors' errors, plus others of covariance `rest`. `None`: no stream yet, or the state is
-    /// outside the range of the equations.
+    /// sensors' errors, plus others of covariance `rest`. `at`: the fix, and its age, that the
+    /// state is from. `None`: no stream yet, or the state is outside the range of the equations.
     fn navigate(
         &mut self,
         state: nav::State,
         by: &[[f32; OUTPUTS]; NAV],
         rest: &[[f32; NAV]; NAV],
+        at: Option<(&Fix, f32)>,
     ) -> Option<()> {
         let (stream, scale) = (self.stream?, self.scale?);
         let mut config = nav::Config::new(scale.lsb, stream.period_s, self.settings.noise);
-        config.lever_arm = self.settings.lever_arm;
+        config.lever_arm = self.antenna.arm();
         config.piece_samples = divisor(stream.block_samples, config.piece_samples);
         let navigator = Navigator::new(config, state).ok()?;
         self.finish();
+        let sigma = self.antenna.age_sigma();
+        let seen = at.map(|(fix, age)| navigator.seen(fix, age, sigma));
+        self.antenna.navigates(by, rest, seen.as_ref());
+        let mut rest = *rest;
+        for (k, variance) in self.antenna.unknown().into_iter().enumerate() {
+            let i = if k < 3 { 6 + k } else { k };
+            if let Some(entry) = rest.get_mut(i).and_then(|row| row.get_mut(i)) {
+                *entry += variance;
+            }
+        }
         let Memory { bank, work } = &mut *self.memory;
         bank.align_means(by, &[0.0; OUTPUTS]);
         work.clear();
-        work.alignment(by, rest);
+        work.alignment(by, &rest);
         self.navigator = Some(navigator);
         Some(())
     }
@@ -119,7 +139,7 @@ impl FixLearner<'_> {
             }
         }
         let by = [[0.0; OUTPUTS]; NAV];
-        self.navigate(state, &by, &rest).ok_or(Reason::Range)
+        self.navigate(state, &by, &rest, None).ok_or(Reason::Range)
     }
 
     /// Samples are missing before `number`: a short gap is bridged, a long one ends the navigation.
@@ -147,5 +167,6 @@ impl FixLearner<'_> {
         self.finish();
         let variance = [turn, turn, turn, push, push, push, 0.0, 0.0, 0.0];
         self.memory.bank.inflate(&variance);
+        self.antenna.inflate(&variance);
     }
 }

@@ -177,6 +177,7 @@ fn settings(session: &Session, assumptions: &Assumptions, gates: Gates) -> Setti
         fix_age_sigma: 0.0,
         lever_arm: session.lever_arm.map(|metres| metres as f32).into(),
         lever_arm_sigma: 0.0,
+        mounting: [1.0, 0.0, 0.0, 0.0],
     }
 }
 

@@ -56,7 +56,7 @@ impl Bank {
         let mut refused = 0;
         for k in 0..OBSERVATIONS {
             let (z, variance) = (z[k], variance[k]);
-            if self.accepts(k, z, variance) {
+            if self.accepts(k, z, variance, true) {
                 let i = index(k);
                 self.each(|h| h.update(i, h.innovation(i, z, variance)));
             } else {

@@ -1,0 +1,408 @@
+//! Where the antenna is and how old its fixes are: lever arm and delay as states of a filter.
+//!
+//! Both are told with a standard deviation. An error `d` of the two (estimate minus truth, lever
+//! arm in the sensor's axes, then the age of a fix) makes every fix seem wrong by `M d`, where `M`
+//! follows from the motion ([`Seen::by`]): a lever arm shows in turns, a delay where the velocity
+//! changes. On a straight line at constant speed neither can be told from the navigator's own
+//! errors `x`, and both stay as uncertain as they were.
+//!
+//! One filter estimates `d` for all hypotheses. It has six biases as the hypothesis `biases`, so
+//! that it does not take the sensors' errors for the antenna's. Since [`Kalman`] observes one state
+//! at a time, its navigation errors are those seen by the antenna:
+//!
+//! ```text
+//! y = x + M d,    z = y + noise
+//! y+ = Phi y + (M+ - Phi M) d + Gamma e + noise,    d+ = d + noise
+//! ```
+//!
+//! The hypotheses then get the fix as it would be without `d`: `z - M d`, with the variance `M P_d
+//! M'` of what is left of `d` added to the fix's own. At the end of a block `d` moves into the
+//! navigator's lever arm and into the age of the fixes.
+//!
+//! If both are told exactly, nothing of this runs.
+
+mod equations;
+mod known;
+
+pub use known::Known;
+
+use super::age::MAX_AGE_S;
+use super::bank::{self, Refusals, Work};
+use super::prior::{Datasheet, NAV};
+use super::settings::Settings;
+use crate::fix::OBSERVATIONS;
+use crate::nav::{ANTENNA, Seen};
+use lrnn_nostd::Rational;
+use lrnn_nostd::learn::kalman::{
+    Biases, COVARIANCE_PARTS, Kalman, OUTPUTS, Prior, Transition, Workspace,
+};
+
+/// Navigation errors as the antenna sees them, lever arm, age.
+const STATES: usize = NAV + ANTENNA;
+const PACKED: usize = OUTPUTS * (OUTPUTS + 1) / 2;
+type Filter = Kalman<Biases, STATES, OUTPUTS, PACKED, Rational>;
+/// What an antenna's errors do to each observation.
+type Effect = [[f32; ANTENNA]; OBSERVATIONS];
+
+/// Neither is ever known better than this, m and s (assumed: the antenna's centre of phase, the
+/// jitter of the receiver).
+const FLOOR: [f32; ANTENNA] = [0.01, 0.01, 0.01, 0.002];
+/// An observation further off than this, in squared standard deviations, is refused, but not more
+/// often than so many times in a row: as in [`super::bank::Gates`].
+const SQUARED_RATIO: f32 = 25.0;
+const ESCAPE: u8 = 10;
+
+// Parts of the deferred work.
+const COVARIANCE: usize = 0;
+const ERRORS: usize = 1;
+const UPDATE: usize = 2;
+const FINISH: usize = UPDATE + 2;
+const END: usize = FINISH + 1;
+
+/// Estimates lever arm and age.
+#[derive(Debug, Clone)]
+pub struct Antenna {
+    filter: Filter,
+    workspace: Workspace<STATES, OUTPUTS>,
+    /// Standard deviations as told.
+    sigma: [f32; ANTENNA],
+    /// The estimate in use: lever arm in the sensor's axes, m, and least age, s.
+    arm: [f32; 3],
+    age: f32,
+    mounting: [f32; 4],
+    /// M of the mean, and of the covariance, which follows in the deferred work.
+    effect: Effect,
+    before: Effect,
+    /// The fix: estimate minus fix, and its variance.
+    fix: ([f32; OBSERVATIONS], [f32; OBSERVATIONS]),
+    /// Variance by which the age has changed at once, s2.
+    jump: f32,
+    /// An interval has passed, and a fix is at its end.
+    moved: bool,
+    fixed: bool,
+    next: usize,
+    refused: [Refusals; OBSERVATIONS],
+    counts: bool,
+    failed: bool,
+    known: Known,
+}
+
+impl Antenna {
+    /// As told, until it begins.
+    pub fn new(settings: &Settings) -> Antenna {
+        let [x, y, z] = [settings.lever_arm_sigma; 3];
+        let mut antenna = Antenna {
+            filter: Filter::ZEROED,
+            workspace: Workspace::ZEROED,
+            sigma: [x, y, z, settings.fix_age_sigma],
+            arm: settings.lever_arm,
+            age: settings.fix_age_s,
+            mounting: settings.mounting,
+            effect: [[0.0; ANTENNA]; OBSERVATIONS],
+            before: [[0.0; ANTENNA]; OBSERVATIONS],
+            fix: ([0.0; OBSERVATIONS], [0.0; OBSERVATIONS]),
+            jump: 0.0,
+            moved: false,
+            fixed: false,
+            next: END,
+            refused: [Refusals::NONE; OBSERVATIONS],
+            counts: true,
+            failed: false,
+            known: Known::default(),
+        };
+        antenna.report();
+        antenna
+    }
+
+    /// Begins from what was told. The biases are those of the datasheet.
+    pub fn begin(&mut self, settings: &Settings, block_s: f64) {
+        *self = Antenna::new(settings);
+        if !self.estimates() {
+            return;
+        }
+        let sheet: &Datasheet = &settings.sheet;
+        let of: Prior<NAV, OUTPUTS> =
+            sheet.prior::<Biases, OUTPUTS>(block_s, 0.0, [1.0; NAV], bank::error_floor());
+        let mut floor = FLOOR;
+        for (floor, sigma) in floor.iter_mut().zip(self.sigma) {
+            *floor = floor.min(sigma);
+        }
+        let prior = Prior {
+            error_sigma: joined(&of.error_sigma, &self.sigma),
+            parameter_sigma: of.parameter_sigma,
+            walk: of.walk,
+            error_floor: joined(&of.error_floor, &floor),
+            parameter_floor: of.parameter_floor,
+        };
+        self.filter.init(sheet.nets(block_s), prior);
+    }
+
+    /// Whether anything is to be estimated.
+    pub fn estimates(&self) -> bool {
+        !self.failed && self.sigma.iter().any(|sigma| *sigma > 0.0)
+    }
+
+    /// The lever arm to be used, the sensor's axes, m.
+    pub fn arm(&self) -> [f32; 3] {
+        self.arm
+    }
+
+    /// The least age of a fix, s.
+    pub fn age(&self) -> f32 {
+        self.age
+    }
+
+    /// Standard deviation of that age, s.
+    pub fn age_sigma(&self) -> f32 {
+        libm::sqrtf(self.variance(NAV + ANTENNA - 1))
+    }
+
+    /// What is known, for reading. It is that of the last finished fix.
+    pub fn known(&self) -> Known {
+        self.known
+    }
+
+    fn variance(&self, i: usize) -> f32 {
+        if self.estimates() {
+            self.filter.covariance().variance(i)
+        } else {
+            0.0
+        }
+    }
+
+    /// All parts are done.
+    pub fn is_done(&self) -> bool {
+        self.next >= END
+    }
+
+    /// The age has changed at once by something like this, s: fixes come sooner than any before.
+    pub fn jumps(&mut self, by: f32) {
+        self.jump += by * by;
+    }
+
+    /// A new navigator with errors `by` times the sensors' errors plus others of covariance `rest`.
+    /// When it was started at a fix, `seen` is what that showed: its errors are then those of the
+    /// fix, as seen by the antenna.
+    pub fn navigates(
+        &mut self,
+        by: &[[f32; OUTPUTS]; NAV],
+        rest: &[[f32; NAV]; NAV],
+        seen: Option<&Seen>,
+    ) {
+        self.take();
+        self.next = END;
+        self.moved = false;
+        self.effect = seen.map_or([[0.0; ANTENNA]; OBSERVATIONS], |seen| seen.by);
+        self.before = self.effect;
+        if !self.estimates() {
+            return;
+        }
+        let mut all = [[0.0; STATES]; STATES];
+        let old = self.filter.covariance().errors();
+        for (i, (row, old)) in all.iter_mut().zip(old).enumerate() {
+            match rest.get(i) {
+                Some(rest) => equations::copy(row, rest),
+                None => row
+                    .iter_mut()
+                    .zip(old)
+                    .skip(NAV)
+                    .for_each(|(to, of)| *to = *of),
+            }
+        }
+        let mut through = [[0.0; OUTPUTS]; STATES];
+        for (to, of) in through.iter_mut().zip(by) {
+            *to = *of;
+        }
+        self.filter.align(&through, &all, &[0.0; OUTPUTS]);
+    }
+
+    /// Variance of the antenna's part in each observation.
+    fn spread(&self) -> [f32; OBSERVATIONS] {
+        let p = self.filter.covariance().errors();
+        self.effect.map(|row| {
+            let mut sum = 0.0;
+            for (a, p) in row.iter().zip(p.iter().skip(NAV)) {
+                for (b, p) in row.iter().zip(p.iter().skip(NAV)) {
+                    sum += a * p * b;
+                }
+            }
+            sum.max(0.0)
+        })
+    }
+
+    /// Variances of a new navigator's errors that come from lever arm and age.
+    pub fn unknown(&self) -> [f32; OBSERVATIONS] {
+        if self.estimates() {
+            self.spread()
+        } else {
+            [0.0; OBSERVATIONS]
+        }
+    }
+
+    /// The navigator has passed an interval with the estimate `applied` subtracted. The covariance
+    /// follows in [`Antenna::work`], which gets the same interval.
+    pub fn interval(&mut self, block: &Transition<NAV>, applied: &[f32; OUTPUTS]) {
+        if self.estimates() {
+            self.filter
+                .propagate_mean(&self.extended(Some(block)), applied);
+            (self.next, self.moved) = (COVARIANCE, true);
+        }
+    }
+
+    /// A fix at the end of the last interval.
+    pub fn fix(&mut self, seen: &Seen, variance: &[f32; OBSERVATIONS]) {
+        let d = self.error();
+        let mut moves = [0.0; STATES];
+        for (k, (to, of)) in seen.by.iter().zip(&self.effect).enumerate() {
+            let change = product(of, &d) - product(to, &d);
+            if let Some(entry) = moves.get_mut(state(k)) {
+                *entry = change;
+            }
+        }
+        self.filter.feedback(&moves);
+        self.effect = seen.by;
+        self.fix = (seen.z, *variance);
+        for (variance, bent) in self.fix.1.iter_mut().zip(seen.bent) {
+            *variance += bent;
+        }
+        (self.next, self.fixed) = (COVARIANCE, true);
+    }
+
+    /// Whether refusals of the last fix count.
+    pub fn counts_refusals(&mut self, counts: bool) {
+        self.counts = counts;
+    }
+
+    /// Adds variance to the navigator's errors.
+    pub fn inflate(&mut self, variance: &[f32; NAV]) {
+        if self.estimates() {
+            self.filter.inflate(&joined(variance, &[0.0; ANTENNA]));
+        }
+    }
+
+    /// Drops a fix that is not computed yet, and all other work.
+    pub fn clear(&mut self) {
+        (self.moved, self.fixed) = (false, false);
+        self.next = END;
+    }
+
+    /// One part of the deferred work, before that of the hypotheses, whose fix it replaces. True:
+    /// there is more.
+    pub fn work(&mut self, others: &mut Work) -> bool {
+        match self.next {
+            COVARIANCE | ERRORS => {
+                let block = Some(others.block()).filter(|_| self.moved);
+                let mut interval = self.extended(block);
+                self.wander(&mut interval);
+                let parts = if self.next == COVARIANCE {
+                    0..COVARIANCE_PARTS - 1
+                } else {
+                    (self.before, self.jump, self.moved) = (self.effect, 0.0, false);
+                    COVARIANCE_PARTS - 1..COVARIANCE_PARTS
+                };
+                for part in parts {
+                    let workspace = &mut self.workspace;
+                    self.filter.propagate_covariance(part, &interval, workspace);
+                }
+            }
+            part @ UPDATE..FINISH => {
+                let first = (part - UPDATE) * (OBSERVATIONS / 2);
+                (first..first + OBSERVATIONS / 2).for_each(|k| self.update(k));
+            }
+            FINISH => {
+                self.filter.finish_update();
+                self.failed = !self.filter.is_healthy();
+                others.replace_fix(self.without());
+                self.fixed = false;
+                self.report();
+            }
+            _ => {}
+        }
+        self.next += 1;
+        if self.next == UPDATE && !self.fixed {
+            self.next = END;
+        }
+        !self.is_done()
+    }
+
+    fn update(&mut self, k: usize) {
+        let (z, variance) = self.fix;
+        let (Some(&z), Some(&variance)) = (z.get(k), variance.get(k)) else {
+            return;
+        };
+        let Some(refused) = self.refused.get_mut(k).filter(|_| variance.is_finite()) else {
+            return;
+        };
+        let innovation = self.filter.innovation(state(k), z, variance);
+        let near = innovation.squared_ratio() <= SQUARED_RATIO;
+        if refused.accepts(z.is_finite(), !near, self.counts, ESCAPE) {
+            self.filter.update(state(k), innovation);
+        }
+    }
+
+    /// The fix as it would be without the antenna's errors, and its variance with what is not known
+    /// of them.
+    fn without(&self) -> ([f32; OBSERVATIONS], [f32; OBSERVATIONS]) {
+        let (mut z, mut variance) = self.fix;
+        if self.failed {
+            return (z, variance);
+        }
+        let (d, spread) = (self.error(), self.spread());
+        for (k, (z, variance)) in z.iter_mut().zip(&mut variance).enumerate() {
+            *z -= self.effect.get(k).map_or(0.0, |row| product(row, &d));
+            *variance += spread.get(k).copied().unwrap_or(0.0);
+        }
+        (z, variance)
+    }
+
+    /// The navigator has been corrected by `error`, and is then to use [`Antenna::arm`].
+    pub fn feed_back(&mut self, error: &[f32; NAV]) {
+        if self.estimates() {
+            self.filter.feedback(&joined(error, &[0.0; ANTENNA]));
+            self.take();
+        }
+    }
+
+    /// d: estimate minus truth of lever arm and age.
+    fn error(&self) -> [f32; ANTENNA] {
+        let [.., x, y, z, age] = *self.filter.error_state();
+        [x, y, z, age]
+    }
+
+    /// Moves d into the estimate in use. The age stays in the range of ages.
+    fn take(&mut self) {
+        let [x, y, z, age] = self.error();
+        for (arm, error) in self.arm.iter_mut().zip([x, y, z]) {
+            *arm -= error;
+        }
+        let now = (self.age - age).clamp(0.0, MAX_AGE_S);
+        let d = [x, y, z, self.age - now];
+        self.age = now;
+        let mut moves = joined(&[0.0; NAV], &d);
+        for (k, row) in self.effect.iter().enumerate() {
+            if let Some(entry) = moves.get_mut(state(k)) {
+                *entry = product(row, &d);
+            }
+        }
+        self.filter.feedback(&moves);
+    }
+}
+
+/// The navigation error that observation `k` sees: position first, then velocity.
+fn state(k: usize) -> usize {
+    if k < 3 { 6 + k } else { k }
+}
+
+fn product(row: &[f32; ANTENNA], d: &[f32; ANTENNA]) -> f32 {
+    row.iter().zip(d).fold(0.0, |sum, (a, b)| sum + a * b)
+}
+
+fn joined(errors: &[f32; NAV], antenna: &[f32; ANTENNA]) -> [f32; STATES] {
+    let mut all = [0.0; STATES];
+    let both = errors.iter().chain(antenna);
+    all.iter_mut().zip(both).for_each(|(to, of)| *to = *of);
+    all
+}
+
+#[cfg(test)]
+mod tests;

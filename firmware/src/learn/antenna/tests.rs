@@ -1,0 +1,235 @@
+//! The learner on a vehicle whose receiver is not as told. The drives have their own kinematics
+//! (`fixes::drive`).
+
+use super::*;
+use crate::learn::fixes::Memory;
+use crate::learn::fixes::drive::{Drive, Receiver, Road};
+use crate::learn::{Learner, Report};
+
+const PERFECT: [[f64; 3]; 2] = [[0.0; 3]; 2];
+/// Biases of about the datasheet's size, rad/s and m/s2.
+const BIASED: [[f64; 3]; 2] = [[2e-6, -1.5e-6, 1e-6], [3e-3, -4e-3, 2e-3]];
+const ARM: [f64; 3] = [4.0, -1.5, -2.6]; // 5 m
+
+/// Antenna at the sensors, 0.1 s; neither is certain.
+fn unsure() -> Settings {
+    Settings {
+        lever_arm_sigma: 3.0,
+        fix_age_sigma: 0.3,
+        ..Settings::MEDIUM
+    }
+}
+
+fn receiver(arm: [f64; 3], delay: f64) -> Receiver {
+    Receiver {
+        arm,
+        delay,
+        ..Receiver::GOOD
+    }
+}
+
+fn memory() -> Box<Memory> {
+    Box::new(Memory::ZEROED)
+}
+
+/// Errors of what is known, in its standard deviations.
+fn off(known: &Known, receiver: &Receiver) -> [f64; ANTENNA] {
+    let [x, y, z] = [0, 1, 2].map(|i| {
+        (f64::from(known.lever_arm[i]) - receiver.arm[i]) / f64::from(known.lever_arm_sigma[i])
+    });
+    let delay = f64::from(known.fix_delay) - receiver.delay;
+    [x, y, z, delay / f64::from(known.fix_delay_sigma)]
+}
+
+/// Drives for 300 s and gives the report and the error of position and velocity.
+fn driven(told: Settings, receiver: Receiver, biases: [[f64; 3]; 2]) -> (Report, [f64; 2]) {
+    let mut memory = memory();
+    let mut drive = Drive::new(&mut memory, told, Road::TOWN, receiver, biases, 3);
+    drive.seconds(300);
+    (drive.learner.report(), drive.error())
+}
+
+#[test]
+fn lever_arm_and_delay_are_found_and_nothing_else_is_learnt_from_them() {
+    for (arm, delay) in [
+        ([0.0; 3], 0.1),
+        ([1.5, 0.7, -1.1], 0.1), // 2 m
+        (ARM, 0.1),
+        ([0.0; 3], 0.15),
+        ([0.0; 3], 0.2),
+        ([0.0; 3], 0.5),
+        ([0.0; 3], 0.9),
+        (ARM, 0.5),
+    ] {
+        let receiver = receiver(arm, delay);
+        let (report, [position, velocity]) = driven(unsure(), receiver, PERFECT);
+        let known = report.antenna;
+        assert!(
+            off(&known, &receiver).iter().all(|d| d.abs() < 3.0),
+            "{receiver:?} {known:?}"
+        );
+        let [x, y, z] = known.lever_arm_sigma;
+        assert!(
+            x < 0.1 && y < 0.1 && z < 0.5 && known.fix_delay_sigma < 0.01,
+            "{known:?}"
+        );
+        assert_eq!(
+            (report.winner, report.promotions, report.refused),
+            (0, 0, 0),
+            "{receiver:?}"
+        );
+        assert!(
+            position < 2.0 && velocity < 0.05,
+            "{receiver:?} {position} {velocity}"
+        );
+    }
+}
+
+/// What the filter is for: the same drives end badly when the wrong values are believed.
+#[test]
+fn believed_wrongly_they_are_taken_for_errors_of_the_sensors() {
+    for receiver in [receiver(ARM, 0.1), receiver([0.0; 3], 0.5)] {
+        let (report, _) = driven(Settings::MEDIUM, receiver, PERFECT);
+        assert_ne!(report.winner, 0, "{receiver:?}");
+    }
+}
+
+#[test]
+fn biases_are_learnt_as_well_as_with_a_known_antenna() {
+    let run = |told, receiver| {
+        let mut squares = 0.0;
+        for seed in 0..4 {
+            let mut memory = memory();
+            let mut drive = Drive::new(&mut memory, told, Road::TOWN, receiver, BIASED, 20 + seed);
+            drive.seconds(300);
+            assert_ne!(drive.learner.report().winner, 0);
+            squares += drive.bias_errors().iter().map(|e| e * e).sum::<f64>();
+        }
+        squares.sqrt()
+    };
+    let known = run(Settings::MEDIUM, receiver([0.0; 3], 0.1));
+    let found = run(unsure(), receiver(ARM, 0.5));
+    assert!(found < 1.3 * known, "{found} {known}");
+}
+
+/// On a straight line at one speed neither shows. The position at the start is not better known
+/// than the antenna's.
+#[test]
+fn on_a_straight_line_nothing_is_claimed() {
+    let mut memory = memory();
+    let receiver = receiver(ARM, 0.5);
+    let mut drive = Drive::new(&mut memory, unsure(), Road::STRAIGHT, receiver, PERFECT, 4);
+    let state = drive.learner.nav().unwrap();
+    let sigmas = [1e-4, 1e-4, 1e-3, 0.05, 0.05, 0.05, 50.0, 50.0, 50.0];
+    drive.learner.navigate_from(state, &sigmas).unwrap();
+    drive.seconds(300);
+    let report = drive.learner.report();
+    let known = report.antenna;
+    assert!(
+        known.lever_arm_sigma.iter().all(|sigma| *sigma > 2.9),
+        "{known:?}"
+    );
+    assert!(known.fix_delay_sigma > 0.28, "{known:?}");
+    assert!(
+        off(&known, &receiver).iter().all(|d| d.abs() < 3.0),
+        "{known:?}"
+    );
+    let moved = known.lever_arm.iter().all(|m| m.abs() < 1.0);
+    assert!(moved && (known.fix_delay - 0.1).abs() < 0.1, "{known:?}");
+    assert_eq!((report.winner, report.refused), (0, 0));
+}
+
+/// One of them may be told exactly.
+#[test]
+fn what_is_told_exactly_stays() {
+    let arm = Settings {
+        fix_age_sigma: 0.0,
+        ..unsure()
+    };
+    let (report, _) = driven(arm, receiver(ARM, 0.1), PERFECT);
+    let known = report.antenna;
+    assert_eq!((known.fix_delay, known.fix_delay_sigma), (0.1, 0.0));
+    assert!(
+        (f64::from(known.lever_arm[0]) - ARM[0]).abs() < 0.3,
+        "{known:?}"
+    );
+    let delay = Settings {
+        lever_arm_sigma: 0.0,
+        ..unsure()
+    };
+    let (report, _) = driven(delay, receiver([0.0; 3], 0.5), PERFECT);
+    let known = report.antenna;
+    assert_eq!(
+        (known.lever_arm, known.lever_arm_sigma),
+        ([0.0; 3], [0.0; 3])
+    );
+    assert!((known.fix_delay - 0.5).abs() < 0.02, "{known:?}");
+}
+
+#[test]
+fn the_lever_arm_is_reported_in_body_axes() {
+    // the sensor's y points left, its z up
+    let told = Settings {
+        lever_arm: [1.0, -2.0, 3.0],
+        mounting: [0.0, 1.0, 0.0, 0.0],
+        ..Settings::MEDIUM
+    };
+    assert_eq!(Antenna::new(&told).known().lever_arm, [1.0, 2.0, -3.0]);
+}
+
+/// A time pulse measures the age, whatever was told of it.
+#[test]
+fn with_a_time_pulse_the_age_is_known() {
+    let mut memory = memory();
+    let told = Settings::MEDIUM;
+    let mut drive = Drive::new(
+        &mut memory,
+        told,
+        Road::TOWN,
+        receiver([0.0; 3], 0.13),
+        PERFECT,
+        3,
+    );
+    drive.pulse = true;
+    drive.seconds(200);
+    let report = drive.learner.report();
+    assert_eq!((report.winner, report.refused), (0, 0));
+    // and where the delay is a state, fixes with a pulse teach nothing about it
+    let mut memory = self::memory();
+    let receiver = receiver(ARM, 0.6);
+    let mut drive = Drive::new(&mut memory, unsure(), Road::TOWN, receiver, PERFECT, 3);
+    drive.pulse = true;
+    drive.seconds(200);
+    let report = drive.learner.report();
+    assert_eq!((report.winner, report.refused), (0, 0));
+    let known = report.antenna;
+    assert!(
+        (known.fix_delay - 0.1).abs() < 1e-3 && known.fix_delay_sigma > 0.29,
+        "{known:?}"
+    );
+    assert!(
+        (f64::from(known.lever_arm[0]) - ARM[0]).abs() < 0.3,
+        "{known:?}"
+    );
+}
+
+/// A receiver that becomes faster: its earliest fixes were not the least age.
+#[test]
+fn a_delay_that_falls_is_followed() {
+    let mut memory = memory();
+    let slow = receiver([0.0; 3], 0.4);
+    let mut drive = Drive::new(&mut memory, unsure(), Road::TOWN, slow, PERFECT, 3);
+    drive.seconds(150);
+    assert!((drive.learner.report().antenna.fix_delay - 0.4).abs() < 0.03);
+    drive.receiver.delay = 0.12;
+    drive.seconds(150);
+    let report = drive.learner.report();
+    assert!(
+        off(&report.antenna, &drive.receiver)
+            .iter()
+            .all(|d| d.abs() < 3.0),
+        "{report:?}"
+    );
+    assert!((report.antenna.fix_delay - 0.12).abs() < 0.03, "{report:?}");
+    assert_eq!(report.winner, 0);
+}

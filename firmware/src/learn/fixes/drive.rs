@@ -1,0 +1,412 @@
+//! A vehicle with a receiver, for tests: its own kinematics and its own arithmetic in f64, after the
+//! textbook equations, without the code that it tests. Speed and heading are functions of time; the
+//! samples follow from them.
+
+use super::{FixLearner, Memory};
+use crate::compensator::{Compensator, Limit};
+use crate::fix::{Fix, OBSERVATIONS, Position};
+use crate::learn::{Learner, Settings};
+use crate::model::Nets;
+use crate::nav;
+use crate::sample::{Counts, Lsb, RawSample};
+
+type V = [f64; 3];
+type Q = [f64; 4];
+
+pub const HZ: u32 = 100;
+const DT: f64 = 1.0 / HZ as f64;
+const LSB: Lsb = Lsb {
+    rad: 1e-8,
+    mps: 1e-6,
+};
+const EARTH_RATE: f64 = 7.292_115e-5;
+
+fn add(a: V, b: V) -> V {
+    [a[0] + b[0], a[1] + b[1], a[2] + b[2]]
+}
+fn times(a: V, k: f64) -> V {
+    a.map(|x| x * k)
+}
+fn cross(a: V, b: V) -> V {
+    [
+        a[1] * b[2] - a[2] * b[1],
+        a[2] * b[0] - a[0] * b[2],
+        a[0] * b[1] - a[1] * b[0],
+    ]
+}
+fn product(a: Q, b: Q) -> Q {
+    [
+        a[0] * b[0] - a[1] * b[1] - a[2] * b[2] - a[3] * b[3],
+        a[0] * b[1] + a[1] * b[0] + a[2] * b[3] - a[3] * b[2],
+        a[0] * b[2] - a[1] * b[3] + a[2] * b[0] + a[3] * b[1],
+        a[0] * b[3] + a[1] * b[2] - a[2] * b[1] + a[3] * b[0],
+    ]
+}
+fn inverse([w, x, y, z]: Q) -> Q {
+    [w, -x, -y, -z]
+}
+fn turned(q: Q, v: V) -> V {
+    let [_, x, y, z] = product(product(q, [0.0, v[0], v[1], v[2]]), inverse(q));
+    [x, y, z]
+}
+fn of_vector(v: V) -> Q {
+    let n = (v[0] * v[0] + v[1] * v[1] + v[2] * v[2]).sqrt();
+    let k = if n < 1e-12 { 0.5 } else { (0.5 * n).sin() / n };
+    [(0.5 * n).cos(), v[0] * k, v[1] * k, v[2] * k]
+}
+fn to_vector([w, x, y, z]: Q) -> V {
+    let n = (x * x + y * y + z * z).sqrt();
+    let k = if n < 1e-12 { 2.0 } else { 2.0 * n.atan2(w) / n };
+    [x * k, y * k, z * k]
+}
+
+/// Radii of curvature, north and east, m, and gravity, m/s2 (WGS-84, Somigliana).
+fn earth(latitude: f64, height: f64) -> (f64, f64, f64) {
+    let e2 = 0.006_694_379_990_14;
+    let s2 = latitude.sin().powi(2);
+    let w = 1.0 - e2 * s2;
+    let gravity = 9.780_325_335_9 * (1.0 + 0.001_931_852_652_41 * s2) / w.sqrt();
+    (
+        6_378_137.0 * (1.0 - e2) / w.powf(1.5) + height,
+        6_378_137.0 / w.sqrt() + height,
+        gravity - 3.0877e-6 * (1.0 - 0.00142 * s2) * height,
+    )
+}
+
+/// How the vehicle moves: speed (m/s) and heading (rad) at a time (s).
+#[derive(Clone, Copy)]
+pub struct Road {
+    pub speed: fn(f64) -> f64,
+    pub heading: fn(f64) -> f64,
+    /// Roll and pitch of a car on its springs, rad.
+    pub sway: f64,
+}
+
+impl Road {
+    /// Curves of up to 0.24 rad/s and changes of speed of up to 1.2 m/s2.
+    pub const TOWN: Road = Road {
+        speed: |t| 12.0 + 5.0 * (t * 0.17).sin() + 3.0 * (t * 0.11).cos(),
+        heading: |t| 0.7 + 1.6 * (t * 0.13).sin() + 0.3 * (t * 0.41).cos() - 0.3,
+        sway: 0.02,
+    };
+    /// Straight on at one speed.
+    pub const STRAIGHT: Road = Road {
+        speed: |_| 20.0,
+        heading: |_| 0.4,
+        sway: 0.0,
+    };
+
+    fn velocity(&self, t: f64) -> V {
+        let (v, heading) = ((self.speed)(t), (self.heading)(t));
+        [v * heading.cos(), v * heading.sin(), 0.0]
+    }
+
+    fn acceleration(&self, t: f64) -> V {
+        let h = 1e-3;
+        times(
+            add(self.velocity(t + h), times(self.velocity(t - h), -1.0)),
+            0.5 / h,
+        )
+    }
+
+    fn attitude(&self, t: f64) -> Q {
+        let roll = self.sway * (t * 0.9).sin();
+        let pitch = 0.7 * self.sway * (t * 0.7).cos();
+        let about = |axis: usize, angle: f64| {
+            let mut v = [0.0; 3];
+            v[axis] = angle;
+            of_vector(v)
+        };
+        let level = product(about(2, (self.heading)(t)), about(1, pitch));
+        product(level, about(0, roll))
+    }
+}
+
+/// Numbers that look random, mean 0, standard deviation 1.
+pub struct Noise(pub u64);
+
+impl Noise {
+    pub fn next(&mut self) -> f64 {
+        let mut sum = -6.0;
+        for _ in 0..12 {
+            self.0 = self
+                .0
+                .wrapping_mul(6_364_136_223_846_793_005)
+                .wrapping_add(1_442_695_040_888_963_407);
+            sum += (self.0 >> 11) as f64 / (1_u64 << 53) as f64;
+        }
+        sum
+    }
+    fn vector(&mut self, sigma: f64) -> V {
+        [(); 3].map(|()| sigma * self.next())
+    }
+}
+
+/// The receiver as it is.
+#[derive(Debug, Clone, Copy)]
+pub struct Receiver {
+    /// Antenna in body axes, m.
+    pub arm: V,
+    /// Age of its fixes at arrival, s.
+    pub delay: f64,
+    /// Fixes a second.
+    pub hz: u32,
+    /// What it says of its accuracy, m and m/s; infinite: it does not measure this.
+    pub sigmas: [f32; OBSERVATIONS],
+    /// Standard deviations that it has in fact: position and velocity.
+    pub errors: [f64; 2],
+    /// Correlation time of its errors, s; 0: white.
+    pub memory: f64,
+}
+
+impl Receiver {
+    pub const GOOD: Receiver = Receiver {
+        arm: [0.0; 3],
+        delay: 0.1,
+        hz: 1,
+        sigmas: [1.5, 1.5, 1.5, 0.05, 0.05, 0.05],
+        errors: [1.5, 0.05],
+        memory: 0.0,
+    };
+}
+
+/// The vehicle with a learner on board.
+pub struct Drive<'m> {
+    pub learner: FixLearner<'m>,
+    compensator: (Compensator, crate::compensator::State),
+    road: Road,
+    pub receiver: Receiver,
+    noise: Noise,
+    /// Standard deviation of white noise, rad/sqrt(s) and m/s/sqrt(s), and constant errors, rad/s
+    /// and m/s2.
+    sensors: [(f64, V); 2],
+    /// Biases by the datasheet.
+    sheet: [f64; 2],
+    due: [V; 2],
+    number: u32,
+    position: Position,
+    /// Errors of the receiver now.
+    errors: [V; 2],
+    /// Fixes under way: the sample number of their arrival.
+    under_way: Vec<(u32, Fix)>,
+    /// Whether the receiver's time pulse is wired.
+    pub pulse: bool,
+}
+
+impl<'m> Drive<'m> {
+    /// Sensors of the settings' noise and of these biases. The learner starts where it is, with
+    /// errors of its initial state.
+    pub fn new(
+        memory: &'m mut Memory,
+        settings: Settings,
+        road: Road,
+        receiver: Receiver,
+        biases: [V; 2],
+        seed: u64,
+    ) -> Drive<'m> {
+        let limit = Limit {
+            gyro: 1.0,
+            accel: 1.0,
+        };
+        let nets = Nets::NONE;
+        let compensator =
+            Compensator::new(nets.gyro, nets.accel, LSB, DT, HZ as u16, limit).unwrap();
+        let mut learner = FixLearner::new(memory, settings);
+        learner.begin(&nets, compensator.scale());
+        let position = Position {
+            latitude: 0.8,
+            longitude: 0.3,
+            height: 150.0,
+        };
+        let mut noise = Noise(seed);
+        let mut q_bn = road.attitude(0.0);
+        let off = [
+            1e-4 * noise.next(),
+            1e-4 * noise.next(),
+            1e-3 * noise.next(),
+        ];
+        q_bn = product(of_vector(off), q_bn);
+        let start = nav::State {
+            position,
+            velocity: add(road.velocity(0.0), noise.vector(0.05)),
+            q_bn,
+        };
+        let sigmas = [1e-4, 1e-4, 1e-3, 0.05, 0.05, 0.05, 1.0, 1.0, 1.0];
+        learner.navigate_from(start, &sigmas).unwrap();
+        let errors = receiver.errors.map(|sigma| noise.vector(sigma));
+        Drive {
+            learner,
+            compensator: (compensator, crate::compensator::State::default()),
+            road,
+            receiver,
+            noise,
+            sensors: [
+                (f64::from(settings.noise.gyro), biases[0]),
+                (f64::from(settings.noise.accel), biases[1]),
+            ],
+            sheet: [settings.sheet.gyro_bias, settings.sheet.accel_bias].map(f64::from),
+            due: [[0.0; 3]; 2],
+            number: 0,
+            position,
+            errors,
+            under_way: Vec::new(),
+            pulse: false,
+        }
+    }
+
+    pub fn seconds(&mut self, seconds: u32) {
+        for _ in 0..seconds * HZ {
+            self.sample();
+        }
+    }
+
+    fn sample(&mut self) {
+        let t = f64::from(self.number) * DT;
+        if self.number.is_multiple_of(HZ / self.receiver.hz) {
+            self.measure(t);
+        }
+        let counts = self.counts(t);
+        let sample = RawSample::Counts {
+            gyro: counts.dtheta,
+            accel: counts.dv,
+        };
+        self.number += 1;
+        self.learner.sample(self.number, &sample);
+        let (compensator, state) = &mut self.compensator;
+        if let Some(block) = compensator.accumulate(state, &sample) {
+            self.learner.block(self.number, &block);
+        }
+        let now = self.number;
+        let mut under_way = std::mem::take(&mut self.under_way);
+        under_way.retain(|(number, fix)| {
+            if *number == now {
+                self.learner.fix(now, fix);
+            }
+            *number != now
+        });
+        self.under_way = under_way;
+        self.learner.work();
+    }
+
+    /// Increments of the sample that begins at `t`, errors included.
+    fn counts(&mut self, t: f64) -> Counts {
+        let Position {
+            latitude, height, ..
+        } = self.position;
+        let (north, east, gravity) = earth(latitude, height);
+        let middle = self.road.velocity(t + 0.5 * DT);
+        let ie = [
+            EARTH_RATE * latitude.cos(),
+            0.0,
+            -EARTH_RATE * latitude.sin(),
+        ];
+        let en = [
+            middle[1] / east,
+            -middle[0] / north,
+            -middle[1] * latitude.tan() / east,
+        ];
+        let frame = of_vector(times(add(ie, en), DT));
+        let [from, to] = [t, t + DT].map(|t| self.road.attitude(t));
+        let angle = to_vector(product(product(inverse(from), frame), to));
+        let force = |t: f64| {
+            let coriolis = cross(add(times(ie, 2.0), en), self.road.velocity(t));
+            let f = add(
+                add(self.road.acceleration(t), coriolis),
+                [0.0, 0.0, -gravity],
+            );
+            turned(inverse(self.road.attitude(t)), f)
+        };
+        // Simpson's rule
+        let ends = add(force(t), force(t + DT));
+        let velocity = times(add(ends, times(force(t + 0.5 * DT), 4.0)), DT / 6.0);
+        self.position.latitude += middle[0] * DT / north;
+        self.position.longitude += middle[1] * DT / (east * latitude.cos());
+        let mut whole = |k: usize, value: V, lsb: f64| {
+            let (density, bias) = self.sensors[k];
+            let noise = self.noise.vector(density * DT.sqrt());
+            let value = add(value, add(noise, times(bias, DT)));
+            core::array::from_fn(|i| {
+                self.due[k][i] += value[i] / lsb;
+                let count = self.due[k][i].round();
+                self.due[k][i] -= count;
+                count as i32
+            })
+        };
+        Counts {
+            dtheta: whole(0, angle, LSB.rad),
+            dv: whole(1, velocity, LSB.mps),
+        }
+    }
+
+    /// A fix of this time goes on its way.
+    fn measure(&mut self, t: f64) {
+        let Receiver {
+            arm,
+            delay,
+            hz,
+            sigmas,
+            errors,
+            memory,
+        } = self.receiver;
+        let keeps = if memory > 0.0 {
+            (-1.0 / (f64::from(hz) * memory)).exp()
+        } else {
+            0.0
+        };
+        for (error, sigma) in self.errors.iter_mut().zip(errors) {
+            let new = self.noise.vector(sigma * (1.0 - keeps * keeps).sqrt());
+            *error = add(times(*error, keeps), new);
+        }
+        let q = self.road.attitude(t);
+        let h = 1e-3;
+        let around = product(
+            inverse(self.road.attitude(t - h)),
+            self.road.attitude(t + h),
+        );
+        let rate = times(to_vector(around), 0.5 / h);
+        let [n, e, d] = add(turned(q, arm), self.errors[0]);
+        let (north, east, _) = earth(self.position.latitude, self.position.height);
+        let position = Position {
+            latitude: self.position.latitude + n / north,
+            longitude: self.position.longitude + e / (east * self.position.latitude.cos()),
+            height: self.position.height - d,
+        };
+        let motion = turned(q, cross(rate, arm));
+        let fix = Fix {
+            position,
+            velocity: add(add(self.road.velocity(t), motion), self.errors[1]),
+            sigmas,
+            heading: None,
+            time_ms: (t * 1000.0).round() as u32,
+            arrived_us: 0,
+            age: self.pulse.then_some(delay as f32),
+        };
+        let late = (delay * f64::from(HZ)).round() as u32;
+        self.under_way.push((self.number + late, fix));
+    }
+
+    /// Errors of the six biases of the hypothesis that has nothing else, in units of the datasheet.
+    pub fn bias_errors(&self) -> [f64; 6] {
+        let sheet = self.sheet;
+        let estimate = self.learner.bank().estimate_of(1);
+        core::array::from_fn(|i| {
+            (f64::from(estimate[i]) - self.sensors[i / 3].1[i % 3]) / sheet[i / 3]
+        })
+    }
+
+    /// Error of the learner's position, m, and of its velocity, m/s.
+    pub fn error(&mut self) -> [f64; 2] {
+        let nav = self.learner.nav().unwrap();
+        let t = f64::from(self.number) * DT;
+        let (north, east, _) = earth(self.position.latitude, 0.0);
+        let off = [
+            (nav.position.latitude - self.position.latitude) * north,
+            (nav.position.longitude - self.position.longitude)
+                * east
+                * self.position.latitude.cos(),
+            nav.position.height - self.position.height,
+        ];
+        let slip = add(nav.velocity, times(self.road.velocity(t), -1.0));
+        [off, slip].map(|v| (v[0] * v[0] + v[1] * v[1] + v[2] * v[2]).sqrt())
+    }
+}

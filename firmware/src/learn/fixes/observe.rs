@@ -1,0 +1,185 @@
+//! What is made of a fix: its age, how much it weighs, whether the vehicle stands, and the
+//! observation that the hypotheses get.
+
+use super::{FixLearner, Memory};
+use crate::fix::{Fix, NOT_MEASURED, OBSERVATIONS, Position};
+use crate::learn::age::MAX_AGE_S;
+use crate::nav;
+
+/// Fixes closer to each other than this share a weight, ms: errors of receivers last for seconds,
+/// so that all fixes of a second together weigh like one.
+const FIX_MS: u32 = 900;
+/// Fixes closer to each other than this are not all used, ms: at most five in a second.
+const LEAST_MS: u32 = 180;
+/// A second, ms.
+const SECOND_MS: f32 = 1000.0;
+/// A vehicle that is faster by the receiver does not stand, m/s.
+pub(super) const STANDS_MPS: f32 = 0.3;
+/// Seconds after which a standstill is believed, and the standard deviation of its velocity, m/s
+/// (as in `host_sim::learning::teacher`).
+const STILL_S: u32 = 3;
+const STILL_MPS: f32 = 0.01;
+/// Weight of the velocity that may have been gained since: a departure always has the same sign, so
+/// its errors do not average out as those of sway do (assumed).
+const DEPARTURE: f32 = 10.0;
+/// A motion beyond so many standard deviations is one.
+const SURE: f32 = 5.0;
+
+/// Where the vehicle was when it came to a standstill, by a receiver that measures no velocity.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Rest {
+    position: Position,
+    time_ms: u32,
+}
+
+impl FixLearner<'_> {
+    /// A fix that arrived after sample `number`. `None`: it is not used, or nothing navigates.
+    pub(super) fn observe(&mut self, number: u32, fix: &Fix) -> Option<()> {
+        let stream = self.stream?;
+        let least = self.antenna.age();
+        let age = self
+            .age
+            .arrived(number, fix.time_ms, stream.period_s, least);
+        self.antenna.jumps(self.age.sooner_s());
+        let since = self.last_fix_ms.map(|last| fix.time_ms.wrapping_sub(last));
+        let enough = if self.navigator.is_some() {
+            LEAST_MS
+        } else {
+            FIX_MS
+        };
+        if since.is_some_and(|ms| ms < enough) || fix.sigmas == [NOT_MEASURED; OBSERVATIONS] {
+            return None;
+        }
+        self.align.as_ref()?;
+        let in_range = |age: &f32| (0.0..=MAX_AGE_S).contains(age);
+        let measured = fix.age.map(|age| Some(age).filter(in_range));
+        let Some(age) = measured.unwrap_or(age) else {
+            self.tally.late = self.tally.late.saturating_add(1);
+            return None;
+        };
+        self.last_fix_ms = Some(fix.time_ms);
+        let (mut fix, stands) = (*fix, self.stands(fix));
+        if self.navigator.is_none() {
+            return self.start_at(&fix, age);
+        }
+        if let Some(sigma) = stands {
+            fix.velocity = [0.0; 3];
+            let [.., x, y, z] = &mut fix.sigmas;
+            [*x, *y, *z] = [sigma; 3];
+        }
+        self.end_interval()?;
+        let mut variance = fix.sigmas.map(|sigma| sigma * sigma);
+        let close = since.filter(|ms| *ms < FIX_MS);
+        if let Some(ms) = close {
+            variance = variance.map(|variance| variance * (SECOND_MS / ms as f32));
+        }
+        self.predict(&fix, age, variance);
+        self.count(&fix);
+        Some(())
+    }
+
+    /// Compares the navigator with the fix; the rest is deferred.
+    fn predict(&mut self, fix: &Fix, age: f32, variance: [f32; OBSERVATIONS]) {
+        let Some(navigator) = &self.navigator else {
+            return;
+        };
+        let z = if self.antenna.estimates() {
+            let sigma = if fix.age.is_some() {
+                0.0
+            } else {
+                self.antenna.age_sigma()
+            };
+            let mut seen = navigator.seen(fix, age, sigma);
+            if fix.age.is_some() {
+                seen.knows_the_age();
+            }
+            self.antenna.fix(&seen, &variance);
+            seen.z
+        } else {
+            let nav::Innovation { position, velocity } = navigator.innovation(fix, age);
+            let ([a, b, c], [d, e, f]) = (position, velocity);
+            [a, b, c, d, e, f]
+        };
+        let Memory { work, .. } = &mut *self.memory;
+        work.fix(z, variance);
+        self.fixing = true;
+        self.tally.used = self.tally.used.saturating_add(1);
+    }
+
+    /// Refusals count once in a second, however many fixes it has.
+    fn count(&mut self, fix: &Fix) {
+        let since = self.counted_ms.map(|last| fix.time_ms.wrapping_sub(last));
+        let counts = since.is_none_or(|ms| ms >= FIX_MS);
+        if counts {
+            self.counted_ms = Some(fix.time_ms);
+        }
+        self.memory.work.counts_refusals(counts);
+        self.antenna.counts_refusals(counts);
+    }
+
+    /// Whether the vehicle stands, by receiver and sensors together: the standard deviation of its
+    /// velocity, m/s, if that is better than the receiver's.
+    fn stands(&mut self, fix: &Fix) -> Option<f32> {
+        let align = self.align.as_mut()?;
+        let still = align.still() >= STILL_S;
+        if !still {
+            self.rest = None;
+        }
+        let standing = libm::hypotf(STILL_MPS, DEPARTURE * align.gain_mps());
+        let Some((speed, sigma)) = speed(fix) else {
+            let stands = still && self.rests(fix);
+            return Some(standing).filter(|_| stands);
+        };
+        if speed > STANDS_MPS.max(SURE * sigma) {
+            align.moves();
+            return None;
+        }
+        Some(standing).filter(|standing| still && *standing < sigma)
+    }
+
+    /// Whether the vehicle rests by its positions alone: so long at one place that it would have
+    /// been seen at another, had it moved.
+    fn rests(&mut self, fix: &Fix) -> bool {
+        let Fix {
+            position,
+            sigmas: [north, east, ..],
+            time_ms,
+            ..
+        } = *fix;
+        let sure = SURE * core::f32::consts::SQRT_2 * north.max(east);
+        if !sure.is_finite() {
+            return false;
+        }
+        let Some(rest) = self.rest else {
+            self.rest = Some(Rest { position, time_ms });
+            return false;
+        };
+        let [n, e, _] = position.ned_from(&rest.position);
+        if libm::hypotf(n as f32, e as f32) > sure {
+            self.rest = None;
+            if let Some(align) = &mut self.align {
+                align.moves();
+            }
+            return false;
+        }
+        let time = time_ms.wrapping_sub(rest.time_ms) as f32 / SECOND_MS;
+        STANDS_MPS * time > sure
+    }
+}
+
+/// Speed by the receiver and its standard deviation, m/s; of two components where down is not
+/// measured.
+fn speed(fix: &Fix) -> Option<(f32, f32)> {
+    let [.., north, east, down] = fix.sigmas;
+    let [n, e, _] = fix.velocity;
+    if fix.has(3..OBSERVATIONS) {
+        Some((nav::speed(&fix.velocity), down))
+    } else if fix.has(3..OBSERVATIONS - 1) {
+        Some((nav::speed(&[n, e, 0.0]), north.max(east)))
+    } else {
+        None
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,110 @@
+//! A fix as the antenna has seen it: how the innovation depends on lever arm and age.
+//!
+//! With lever arm `l` in body axes and age `a`, a fix is compared with
+//!
+//! ```text
+//! h_p(l, a) = p(t - a) + C(t - a) l
+//! h_v(l, a) = v(t - a) + C(t - a) (omega(t - a) x l)
+//! ```
+//!
+//! The past second is known here ([`super::past`]), where [`Navigator::innovation`] goes back with
+//! the last piece's acceleration and rate. The derivative by the age is a secant as wide as the age
+//! is uncertain, so that it holds for all ages that are likely.
+
+use super::Navigator;
+use super::past::Then;
+use super::vector::{V32, add, cross, dot, narrow};
+use crate::fix::{Fix, OBSERVATIONS};
+
+/// What an antenna may have wrong: the lever arm along three axes (m), and the age (s).
+pub const ANTENNA: usize = 4;
+/// The secant goes so far to either side at least, s: a link of the past.
+const LEAST_S: f32 = 0.04;
+/// And at most so far, s: the past is not known for much longer.
+const MOST_S: f32 = 0.5;
+
+/// Estimate minus fix, and what it depends on. Rows in the order of [`OBSERVATIONS`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Seen {
+    /// Estimate minus fix, m and m/s.
+    pub z: [f32; OBSERVATIONS],
+    /// How it changes with the lever arm (body axes, the first three columns) and with the age.
+    pub by: [[f32; ANTENNA]; OBSERVATIONS],
+    /// Variance of what the secant leaves out.
+    pub bent: [f32; OBSERVATIONS],
+}
+
+impl Navigator {
+    /// The lever arm from now on, body axes, m.
+    pub fn set_lever_arm(&mut self, arm: [f32; 3]) {
+        self.config.lever_arm = arm;
+    }
+
+    /// Estimate minus a fix that was valid `age` seconds before the end of the last piece, 0 to 1,
+    /// where the age has the standard deviation `sigma`, s.
+    #[must_use]
+    pub fn seen(&self, fix: &Fix, age: f32, sigma: f32) -> Seen {
+        let width = sigma.clamp(LEAST_S, MOST_S);
+        let (then, at) = self.passed(age);
+        let (_, earlier) = self.passed(age + width);
+        let (_, later) = self.passed(age - width);
+        let [position, velocity] = [
+            narrow(self.state.position.ned_from(&fix.position)),
+            narrow(add(self.state.velocity, fix.velocity.map(|v| -v))),
+        ];
+        let mut seen = Seen {
+            z: at,
+            by: [[0.0; ANTENNA]; OBSERVATIONS],
+            bent: [0.0; OBSERVATIONS],
+        };
+        for (z, now) in seen.z.iter_mut().zip(position.into_iter().chain(velocity)) {
+            *z += now;
+        }
+        let c = then.matrix(self.state.q_bn);
+        let axes: [V32; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+        let columns = axes.map(|axis| turned(&c, axis, cross(then.rate, axis)));
+        let wider = sigma / width;
+        for (k, (row, bent)) in seen.by.iter_mut().zip(&mut seen.bent).enumerate() {
+            let of = |column: &[f32; OBSERVATIONS]| column.get(k).copied().unwrap_or(0.0);
+            let [x, y, z] = columns.each_ref().map(of);
+            let [at, earlier, later] = [&at, &earlier, &later].map(of);
+            *row = [x, y, z, (earlier - later) / (2.0 * width)];
+            // For a normal age the second-order term h'' (a^2 - sigma^2) / 2 has twice the square of
+            // h'' sigma^2 / 2 as its variance.
+            let bend = (0.5 * (earlier + later) - at) * wider * wider;
+            *bent = 2.0 * bend * bend;
+        }
+        seen
+    }
+
+    /// Position and velocity of the antenna `age` seconds ago, as differences from those of the
+    /// sensors now.
+    fn passed(&self, age: f32) -> (Then, [f32; OBSERVATIONS]) {
+        let then = self.past.before(age, narrow(self.state.velocity));
+        let arm = self.config.lever_arm;
+        let mut of = turned(&then.matrix(self.state.q_bn), arm, cross(then.rate, arm));
+        let moved = then.position.into_iter().chain(then.velocity);
+        for (of, moved) in of.iter_mut().zip(moved) {
+            *of += moved;
+        }
+        (then, of)
+    }
+}
+
+impl Seen {
+    /// The age of this fix is known, so that nothing depends on it.
+    pub fn knows_the_age(&mut self) {
+        for row in &mut self.by {
+            let [.., age] = row;
+            *age = 0.0;
+        }
+        self.bent = [0.0; OBSERVATIONS];
+    }
+}
+
+/// Place and motion in body axes as observations.
+fn turned(c: &[V32; 3], place: V32, motion: V32) -> [f32; OBSERVATIONS] {
+    let [a, b, d] = c.map(|row| dot(row, place));
+    let [e, f, g] = c.map(|row| dot(row, motion));
+    [a, b, d, e, f, g]
+}
