@@ -92,10 +92,12 @@ impl Args {
             warn_of_gaps(&merged);
             return finish(&merged, files);
         }
+        let scenario = self.scenario.load()?;
+        scenario.on_road()?;
         let models: Result<Vec<ErrorModelName>, Error> =
             self.models.iter().map(|m| m.parse()).collect();
         let campaign = Campaign {
-            scenario: self.scenario.load()?,
+            scenario,
             runs: self.runs,
             shard: self.shard()?,
             models: models?,

@@ -14,6 +14,9 @@ use std::path::PathBuf;
 pub struct Args {
     #[command(flatten)]
     simulation: Simulation,
+    /// Vehicle in place of the scenario's: road, city, ship, aircraft
+    #[arg(long, value_name = "NAME")]
+    vehicle: Option<String>,
     /// Simulate the drive to learn from instead of the one to judge on
     #[arg(long)]
     learning: bool,
@@ -27,7 +30,10 @@ pub struct Args {
 impl Args {
     /// Simulates and writes.
     pub(super) fn run(&self) -> Result<(), Error> {
-        let scenario = self.simulation.scenario.load()?;
+        let mut scenario = self.simulation.scenario.load()?;
+        if let Some(name) = &self.vehicle {
+            scenario.set_vehicle(name)?;
+        }
         let stages = Stages::new();
         stages.begin("simulating");
         let session = sessions(&scenario, self.simulation.seed).simulate(self.learning);

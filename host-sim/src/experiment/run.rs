@@ -14,7 +14,7 @@ use crate::learning::fit::{FittedNetworks, fit};
 use crate::learning::teacher::Assumptions;
 use crate::learning::window::{Compensated, compensate, compensator};
 use crate::simulator::imu::ImuSpec;
-use crate::simulator::session::{SessionConfig, simulate};
+use crate::simulator::session::{SessionConfig, simulate_in};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
@@ -77,19 +77,20 @@ impl Sessions<'_> {
             turn_on,
             drive: road,
         };
-        simulate(&config).0
+        simulate_in(&s.vehicle(), &config).0
     }
 }
 
 /// Runs the experiment; `progress` is told each stage.
 ///
 /// # Errors
-/// A scenario whose standstill gives no attitude.
+/// A scenario without a standstill, or whose standstill gives no attitude.
 pub fn run(
     scenario: &Scenario,
     options: &Options,
     progress: &dyn Fn(&str),
 ) -> Result<Report, Error> {
+    scenario.stands_first()?;
     let sessions = sessions(scenario, options.seed);
     let imu = &sessions.imu;
     progress("simulating the drives");

@@ -7,7 +7,7 @@ use crate::inertial::sins::Increment;
 use crate::simulator::gnss::GnssSpec;
 use crate::simulator::imu::magnetic::dipole_field;
 use crate::simulator::imu::{Draws, Imu, ImuSpec};
-use crate::simulator::truth::{DriveConfig, Segment, Truth, random_drive};
+use crate::simulator::truth::{DriveConfig, Journey, Segment, Truth, Vehicle, random_drive};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
@@ -26,7 +26,7 @@ pub struct SessionConfig<'a> {
     pub standstill_s: f64,
     /// Drive after the standstill, s. Ignored if `segments` are given.
     pub drive_s: f64,
-    /// The segments of the drive. A random drive if `None`.
+    /// The segments of the drive. A random drive if `None`, and in other vehicles than on the road.
     pub segments: Option<&'a [Segment]>,
     /// Scale of the vibration.
     pub vibration: f64,
@@ -45,7 +45,38 @@ pub fn simulate(config: &SessionConfig<'_>) -> (Session, Truth) {
     (measure(config, config.imu, &truth, &fixes), truth)
 }
 
-/// The true drive and its fixes.
+/// Simulates a session in any vehicle. A ship has no standstill.
+#[must_use]
+pub fn simulate_in(vehicle: &Vehicle, config: &SessionConfig<'_>) -> (Session, Truth) {
+    if *vehicle == Vehicle::Road {
+        return simulate(config);
+    }
+    let mut rng = ChaCha8Rng::seed_from_u64(config.drive);
+    let journey = Journey {
+        start: config.start,
+        heading: config.heading,
+        standstill_s: config.standstill_s,
+        drive_s: config.drive_s,
+        segments: None,
+        vibration: config.vibration,
+        dt: 1.0 / f64::from(config.imu.rate_hz),
+        epochs_per_s: 1,
+    };
+    let truth = vehicle.truth(&journey, &mut rng);
+    let fixes = fixes(config, &truth, &mut rng);
+    let mut session = measure(config, config.imu, &truth, &fixes);
+    if matches!(vehicle, Vehicle::Ship(_)) {
+        session.standstill = 0;
+    }
+    (session, truth)
+}
+
+fn fixes(config: &SessionConfig<'_>, truth: &Truth, rng: &mut ChaCha8Rng) -> Vec<Fix> {
+    let epochs = truth.epochs.iter();
+    epochs.map(|e| config.gnss.fix(e, rng)).collect()
+}
+
+/// The true drive on a road and its fixes.
 #[must_use]
 pub fn drive(config: &SessionConfig<'_>) -> (Truth, Vec<Fix>) {
     let mut rng = ChaCha8Rng::seed_from_u64(config.drive);
@@ -62,11 +93,7 @@ pub fn drive(config: &SessionConfig<'_>) -> (Truth, Vec<Fix>) {
         vibration: config.vibration,
     };
     let truth = Truth::new(&drive, &mut rng);
-    let fixes = truth
-        .epochs
-        .iter()
-        .map(|e| config.gnss.fix(e, &mut rng))
-        .collect();
+    let fixes = fixes(config, &truth, &mut rng);
     (truth, fixes)
 }
 

@@ -107,7 +107,7 @@ mod tests {
         assert!(!text.contains(['{', '}']), "{text}");
         assert!(text.contains("the command"));
         for class in CLASSES {
-            let places = text.matches(&format!("| {} |", class.name)).count();
+            let places = text.matches(&format!("\n| {} |", class.name)).count();
             assert_eq!(places, 2, "{}", class.name);
         }
     }

@@ -1,0 +1,134 @@
+//! `host-sim start`, and `host-sim simulate` with other vehicles than a car on the road.
+
+#![allow(
+    clippy::unwrap_used,
+    reason = "test helpers; a failure here fails the test"
+)]
+
+use assert_cmd::Command;
+use std::path::Path;
+use system::json;
+
+fn host_sim(dir: &Path, args: &[&str]) -> assert_cmd::assert::Assert {
+    let mut command = Command::new(system::host_sim_binary());
+    command.current_dir(dir).args(args).assert()
+}
+
+#[test]
+fn the_table_has_the_classes_that_were_asked_for() {
+    let dir = tempfile::tempdir().unwrap();
+    let d = dir.path();
+    let classes = "laser-47,straight";
+    let start = |jobs: &str, file: &str| {
+        let args = ["start", "--seeds", "2", "--class", classes, "--jobs", jobs];
+        let files = ["--json", file, "--results", "start.md"];
+        host_sim(d, &[&args[..], &files].concat()).success()
+    };
+    let done = start("1", "one.json");
+    let text = String::from_utf8_lossy(&done.get_output().stdout).into_owned();
+    for part in ["laser-47", "2 of 2", "traps", "straight"] {
+        assert!(text.contains(part), "no '{part}' in:\n{text}");
+    }
+    let all = json(&d.join("one.json"));
+    assert_eq!((&all["seeds"], &all["whole"]), (&2.into(), &true.into()));
+    let [laser, straight] = &all["classes"].as_array().unwrap()[..] else {
+        panic!("{all}");
+    };
+    assert_eq!(
+        (&laser["class"], &laser["unit"], &laser["goal"]),
+        (&"laser-47".into(), &"medium".into(), &"start".into())
+    );
+    assert_eq!(straight["goal"], "trap");
+    assert_eq!(
+        (&laser["started"]["k"], &laser["right"]["k"]),
+        (&2.into(), &2.into())
+    );
+    assert_eq!(laser["silently_wrong"], 0);
+    // the alignment at standstill takes 100 s, and a fix must come
+    let [first, second] = &laser["trials"].as_array().unwrap()[..] else {
+        panic!("{laser}");
+    };
+    for trial in [first, second] {
+        let started = &trial["started"];
+        let number = |value: &serde_json::Value| value.as_f64().unwrap();
+        assert!(
+            (100.0..120.0).contains(&number(&started["at_s"])),
+            "{trial}"
+        );
+        assert!(number(&started["attitude"]["heading_deg"]).abs() < 3.0);
+        assert!(number(&started["attitude"]["tilt_deg"]) < 0.1);
+        assert!(number(&started["later"][1]["heading_deg"]).abs() < 1.0);
+        assert!(number(&trial["fixes"]) > 500.0);
+    }
+    assert_ne!(first["started"], second["started"]);
+    let page = std::fs::read_to_string(d.join("start.md")).unwrap();
+    assert!(page.contains("| laser-47 | 2 of 2 |"), "{page}");
+    assert!(
+        page.contains("cargo run --release -- start --seeds 2"),
+        "{page}"
+    );
+    // the number of threads changes nothing
+    start("2", "two.json");
+    assert_eq!(json(&d.join("two.json")), all);
+}
+
+#[test]
+fn bad_options_are_refused_with_a_remedy() {
+    let dir = tempfile::tempdir().unwrap();
+    for (args, message) in [
+        (&["--class", "lazer-47"][..], "there is no class 'lazer-47'"),
+        (&["--class", "lazer-47"], "laser-47"),
+        (&["--seeds", "0"], "--seeds is 0; remedy: give at least 1"),
+        (&["--rate-hz", "3", "--seeds", "1"], "give 1, 2, 5 or 10"),
+        (&["--rate-hz", "21"], "21"),
+        (&["--fix-delay-ms", "2000"], "--fix-delay-ms is 2000"),
+        (&["--lever-arm-m", "1,2"], "forward,right,down"),
+        (&["--unit", "no-such"], "there is no unit 'no-such'"),
+    ] {
+        let refused = host_sim(dir.path(), &[&["start"], args].concat()).code(2);
+        let text = String::from_utf8_lossy(&refused.get_output().stderr).into_owned();
+        assert!(text.contains(message), "{args:?}: {text}");
+    }
+}
+
+/// A ship's files have no standstill, and the same command gives the same bytes.
+#[test]
+fn any_vehicle_can_be_simulated() {
+    let dir = tempfile::tempdir().unwrap();
+    let d = dir.path();
+    let scenario =
+        "vehicle = 'ship'\nunit = 'tactical'\n[test]\nstandstill_s = 90\ndrive_s = 120\n";
+    std::fs::write(d.join("ship.toml"), scenario).unwrap();
+    let simulate = |extra: &[&str], out: &str| {
+        let args = ["simulate", "--scenario", "ship.toml", "--out", out];
+        host_sim(d, &[&args[..], extra].concat()).success();
+        std::fs::read(d.join(out).join("imu.csv")).unwrap()
+    };
+    let ship = simulate(&[], "ship");
+    assert_eq!(ship, simulate(&["--vehicle", "ship"], "again"));
+    let header = std::fs::read_to_string(d.join("ship/header.toml")).unwrap();
+    assert!(header.contains("heading_deg") && !header.contains("standstill_s"));
+    for vehicle in ["road", "city", "aircraft"] {
+        assert_ne!(ship, simulate(&["--vehicle", vehicle], vehicle));
+        let header = std::fs::read_to_string(d.join(vehicle).join("header.toml")).unwrap();
+        assert!(header.contains("standstill_s = 90"), "{vehicle}");
+    }
+    for (args, message) in [
+        (
+            &["simulate", "--vehicle", "boat", "--out", "o"][..],
+            "there is no vehicle 'boat'",
+        ),
+        (
+            &["run", "--scenario", "ship.toml"],
+            "'vehicle' is 'ship', which never stands",
+        ),
+        (
+            &["campaign", "--runs", "1", "--scenario", "ship.toml"],
+            "'vehicle' is not 'road'",
+        ),
+    ] {
+        let refused = host_sim(d, args).code(2);
+        let text = String::from_utf8_lossy(&refused.get_output().stderr).into_owned();
+        assert!(text.contains(message), "{text}");
+    }
+}
