@@ -78,10 +78,10 @@ fn bad_options_are_refused_with_a_remedy() {
     for (args, message) in [
         (&["--class", "lazer-47"][..], "there is no class 'lazer-47'"),
         (&["--class", "lazer-47"], "laser-47"),
-        (&["--seeds", "0"], "--seeds is 0; remedy: give at least 1"),
+        (&["--seeds", "0"], "--seeds: is 0; remedy: give at least 1"),
         (&["--rate-hz", "3", "--seeds", "1"], "give 1, 2, 5 or 10"),
         (&["--rate-hz", "21"], "21"),
-        (&["--fix-delay-ms", "2000"], "--fix-delay-ms is 2000"),
+        (&["--fix-delay-ms", "2000"], "--fix-delay-ms: is 2000"),
         (&["--lever-arm-m", "1,2"], "forward,right,down"),
         (&["--unit", "no-such"], "there is no unit 'no-such'"),
     ] {
