@@ -1,4 +1,7 @@
-//! Self-alignment at standstill in the inertial frame, sample by sample in constant memory:
+//! Alignment: at standstill ([`Align`]), and in motion ([`motion`]).
+//!
+//! # At standstill
+//! Self-alignment in the inertial frame, sample by sample in constant memory:
 //! levelling and gyrocompassing in one.
 //!
 //! The gyros relate the body axes to the inertial frame `b0` of the start. In `b0` each second's
@@ -132,6 +135,20 @@ impl Align {
             gathered: 0.0,
             solving: None,
         }
+    }
+
+    /// Standard deviation of the heading, rad, that a standstill of `seconds` at this latitude
+    /// (rad) gives with these sensors, whatever their attitude.
+    #[must_use]
+    pub fn predicted_heading(sensors: &Sensors, latitude: f64, seconds: f64) -> f32 {
+        let here = Local::at(latitude, 0.0);
+        let (sin, cos, t) = (here.sin as f32, here.cos as f32, seconds as f32);
+        let turn = 1.0 / (OMEGA_IE as f32 * cos);
+        let [gyro, accel] = sensors.bias;
+        let lean = accel * sin / (cos * here.g as f32);
+        let [white, _] = sensors.noise;
+        let slope = white * turn * libm::sqrtf(1.2 / t);
+        libm::hypotf(libm::hypotf(gyro * turn, lean), slope)
     }
 
     /// Begins anew. `commanded`: the vehicle stands whatever the detector finds.

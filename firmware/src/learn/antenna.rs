@@ -180,13 +180,15 @@ impl Antenna {
         self.jump += by * by;
     }
 
-    /// A new navigator with errors `by` times the sensors' errors plus others of covariance `rest`.
+    /// A new navigator with errors `by` times the sensors' errors that were left after `applied` had
+    /// been subtracted, plus others of covariance `rest`.
     /// When it was started at a fix, `seen` is what that showed: its errors are then those of the
     /// fix, as seen by the antenna.
     pub fn navigates(
         &mut self,
         by: &[[f32; OUTPUTS]; NAV],
         rest: &[[f32; NAV]; NAV],
+        applied: &[f32; OUTPUTS],
         seen: Option<&Seen>,
     ) {
         self.take();
@@ -213,7 +215,7 @@ impl Antenna {
         for (to, of) in through.iter_mut().zip(by) {
             *to = *of;
         }
-        self.filter.align(&through, &all, &[0.0; OUTPUTS]);
+        self.filter.align(&through, &all, applied);
     }
 
     /// Variance of the antenna's part in each observation.

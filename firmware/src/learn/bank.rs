@@ -165,6 +165,30 @@ impl<T: Real> Bank<T> {
         of.innovation(index, T::ZERO, T::ZERO).variance.sqrt()
     }
 
+    /// As [`Self::error_sigma`], but no smaller than what any hypothesis says that has not yet
+    /// fallen behind: its own standard deviation and its difference to the one that runs. So it
+    /// holds too while the choice among them is open.
+    #[must_use]
+    pub fn error_doubt(&self, index: usize) -> T {
+        let at = |of: &dyn Hypothesis<T>| of.error_state().get(index).copied().unwrap_or(T::ZERO);
+        let here = at(self.get(self.running));
+        let best = (0..HYPOTHESES).fold(f64::NEG_INFINITY, |best, h| best.max(self.score(h)));
+        let mut doubt = self.error_sigma(index);
+        for h in 0..HYPOTHESES {
+            if self.score(h) < best - self.gates.evidence {
+                continue;
+            }
+            let of = self.get(h);
+            let (variance, off) = (
+                of.innovation(index, T::ZERO, T::ZERO).variance,
+                at(of) - here,
+            );
+            let sigma = (variance + off * off).sqrt();
+            doubt = if sigma > doubt { sigma } else { doubt };
+        }
+        doubt
+    }
+
     /// Gives [`Bank::error_state`]. The caller subtracts it from the navigator.
     pub fn feed_back(&mut self) -> [T; NAV] {
         let e = *self.error_state();

@@ -3,7 +3,7 @@
 use super::{Learner, Report, Settings, Winner};
 use crate::compensator::Block;
 use crate::control::{Alignment, Reason, Window};
-use crate::fix::Fix;
+use crate::fix::{Fix, Heading};
 use crate::model::Nets;
 use crate::sample::{RawSample, StreamScale};
 use lrnn_nostd::State;
@@ -57,6 +57,10 @@ impl<R: Learner, F: Learner> Learner for CombinedLearner<'_, R, F> {
     fn align(&mut self, alignment: Alignment) {
         self.references.align(alignment);
         self.fixes.align(alignment);
+    }
+
+    fn heading(&mut self, heading: Heading) -> Result<(), Reason> {
+        self.fixes.heading(heading)
     }
 
     fn reference(&mut self, window: &Window) -> Result<(), Reason> {

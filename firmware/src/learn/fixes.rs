@@ -5,9 +5,12 @@
 //! samples -> align -> nav -> at each fix: innovation -> bank of hypotheses -> networks and biases
 //! ```
 //!
-//! The vehicle has to stand once, for [`Settings::align_s`] seconds or by command; the fix after
-//! that starts the navigator. Recordings without a standstill start from a known state
-//! ([`FixLearner::navigate_from`]).
+//! The navigator starts in one of these ways ([`crate::control::Way`]):
+//! - After a standstill of [`Settings::align_s`] seconds or by command, with sensors that find
+//!   north: [`crate::align::Align`].
+//! - In motion, with any sensors: [`crate::align::motion`]. It runs beside the other one, also
+//!   after the navigator was lost, and waits while the vehicle stands and the other one can do it.
+//! - From a known state: [`FixLearner::navigate_from`].
 //!
 //! **What is computed when.** Inexpensive work is done where it arises: sums of samples, a piece of
 //! navigation, the means of the hypotheses, feedback. Expensive work (covariances, networks with
@@ -21,6 +24,7 @@
 
 #[cfg(test)]
 pub(in crate::learn) mod drive;
+mod gaps;
 mod observe;
 mod start;
 
@@ -32,9 +36,10 @@ use super::quantise::{Scale, flat, split};
 use super::settings::Settings;
 use super::{Learner, Report, Winner};
 use crate::align::Align;
+use crate::align::motion::InMotion;
 use crate::compensator::Block;
-use crate::control::Alignment;
-use crate::fix::Fix;
+use crate::control::{Alignment, Reason};
+use crate::fix::{Fix, Heading};
 use crate::model::Nets;
 use crate::nav::{self, Navigator};
 use crate::sample::{Counts, RawSample, StreamScale};
@@ -71,7 +76,14 @@ struct Tally {
     rollbacks: u32,
     /// Fixes that were too old.
     late: u32,
+    /// Alignments in motion that were refused.
+    alignments: u32,
 }
+
+pub use start::Started;
+
+use gaps::Recent;
+use start::Probation;
 
 /// Learns both networks from the receiver's fixes.
 #[derive(Debug)]
@@ -83,7 +95,15 @@ pub struct FixLearner<'m> {
     /// Scale of the counts; from the first sample on.
     scale: Option<Scale>,
     align: Option<Align>,
+    /// From the first fix on while the navigator is not aligned.
+    motion: Option<InMotion>,
     navigator: Option<Navigator>,
+    /// How the navigator was started last.
+    started: Option<Started>,
+    /// How the vehicle has moved of late.
+    recent: Recent,
+    /// Number of the first sample.
+    first: u32,
     /// The last sample and its number.
     last: Option<(u32, Counts)>,
     /// Time of validity of the last fix used.
@@ -99,6 +119,8 @@ pub struct FixLearner<'m> {
     fixing: bool,
     /// The hypothesis in force after the last finished fix.
     running: usize,
+    /// Of a navigator that was aligned in motion.
+    probation: Probation,
     tally: Tally,
 }
 
@@ -111,7 +133,11 @@ impl<'m> FixLearner<'m> {
             stream: None,
             scale: None,
             align: None,
+            motion: None,
             navigator: None,
+            started: None,
+            recent: Recent::default(),
+            first: 0,
             last: None,
             last_fix_ms: None,
             age: FixAge::default(),
@@ -120,6 +146,7 @@ impl<'m> FixLearner<'m> {
             rest: None,
             fixing: false,
             running: ZERO_CORRECTION,
+            probation: Probation::default(),
             tally: Tally::default(),
         }
     }
@@ -136,6 +163,7 @@ impl<'m> FixLearner<'m> {
         if core::mem::take(&mut self.fixing) {
             let refused = u32::from(work.refused != 0);
             self.tally.refused = self.tally.refused.saturating_add(refused);
+            self.probation.fix(refused != 0);
             let before = core::mem::replace(&mut self.running, bank.running());
             if self.running != before {
                 let of = if self.running == ZERO_CORRECTION {
@@ -148,9 +176,12 @@ impl<'m> FixLearner<'m> {
         }
     }
 
-    /// Drops the navigator.
+    /// Drops the navigator. An alignment in motion begins with the next fix.
     fn lose(&mut self) {
         self.navigator = None;
+        if let Some(motion) = &mut self.motion {
+            motion.gap();
+        }
         if let Some(align) = &mut self.align {
             align.gap();
         }
@@ -162,7 +193,9 @@ impl<'m> FixLearner<'m> {
         self.finish();
         self.memory.work.clear();
         self.antenna.clear();
-        if self.navigator.as_ref()?.faults().lost {
+        let fails = self.probation.fails();
+        if fails || self.navigator.as_ref()?.faults().lost {
+            self.tally.alignments = self.tally.alignments.saturating_add(u32::from(fails));
             self.lose();
             return None;
         }
@@ -250,7 +283,11 @@ impl Learner for FixLearner<'_> {
         self.fixing = false;
         self.scale = None;
         self.align = None;
+        self.motion = None;
         self.navigator = None;
+        self.started = None;
+        self.recent = Recent::default();
+        self.probation = Probation::default();
         self.last = None;
         self.last_fix_ms = None;
         self.counted_ms = None;
@@ -265,6 +302,9 @@ impl Learner for FixLearner<'_> {
             .get_or_insert_with(|| Scale::of(sample, &stream.lsb));
         let counts = scale.counts(sample);
         self.bridge(number);
+        if self.last.is_none() && self.align.is_none() {
+            self.first = number;
+        }
         self.last = Some((number, counts));
         let sensors = self.settings.sensors();
         let align = self
@@ -273,6 +313,8 @@ impl Learner for FixLearner<'_> {
         align.sample(&counts);
         if let Some(navigator) = &mut self.navigator {
             navigator.sample(&counts);
+        } else if let Some(motion) = &mut self.motion {
+            motion.sample(&counts);
         }
     }
 
@@ -283,6 +325,7 @@ impl Learner for FixLearner<'_> {
         if self.end_interval().is_some() {
             self.feed_back();
         }
+        self.recent.block(block, self.settings.sheet.range);
         self.memory.work.step([block.rate, block.force]);
     }
 
@@ -305,6 +348,10 @@ impl Learner for FixLearner<'_> {
             (Some(align), Alignment::Finished) => align.finish_command(),
             _ => {}
         }
+    }
+
+    fn heading(&mut self, heading: Heading) -> Result<(), Reason> {
+        self.take_heading(heading)
     }
 
     fn work(&mut self) -> bool {
@@ -350,7 +397,7 @@ impl Learner for FixLearner<'_> {
             navigates: self.navigator.is_some(),
             still_s: self.align.as_ref().map_or(0, Align::still),
             antenna: self.antenna.known(),
-            ..Report::default()
+            ..self.aligned()
         }
     }
 }

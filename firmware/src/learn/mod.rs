@@ -19,13 +19,13 @@ mod window;
 
 pub use antenna::Known;
 pub use combined::CombinedLearner;
-pub use fixes::{FixLearner, Memory as FixMemory, ROOM};
+pub use fixes::{FixLearner, Memory as FixMemory, ROOM, Started};
 pub use settings::Settings;
 pub use window::{BLOCKS, GATE, WindowLearner};
 
 use crate::compensator::Block;
-use crate::control::{Alignment, Reason, Window};
-use crate::fix::Fix;
+use crate::control::{Alignment, Reason, Way, Window};
+use crate::fix::{Fix, Heading};
 use crate::model::Nets;
 use crate::sample::{RawSample, StreamScale};
 use lrnn_nostd::State;
@@ -60,6 +60,17 @@ pub struct Report {
     pub still_s: u32,
     /// Lever arm and delay of the receiver's fixes.
     pub antenna: Known,
+    /// What gave the navigator its heading; while it does not navigate, what gives the alignment in
+    /// motion its heading so far.
+    pub way: Way,
+    /// Standard deviation of the heading by the hypothesis in force, rad; while it does not
+    /// navigate, that of the alignment in motion. Infinite while the heading is unknown.
+    pub heading_sigma: f32,
+    /// Mean normalised innovation squared of the alignment in motion, present or last: 1 when the
+    /// fixes are as exact as the alignment assumes, 0 without one.
+    pub residual: f32,
+    /// Alignments in motion that were refused because they contradicted the fixes.
+    pub refused_alignments: u32,
 }
 
 /// The promoted hypothesis: networks that may correct the samples.
@@ -102,6 +113,14 @@ pub trait Learner {
 
     /// The navigation computer aligns itself: the vehicle stands.
     fn align(&mut self, _: Alignment) {}
+
+    /// A heading that somebody knows, of the vehicle's forward axis now.
+    ///
+    /// # Errors
+    /// Why it cannot be used.
+    fn heading(&mut self, _: Heading) -> Result<(), Reason> {
+        Err(Reason::NotAvailable)
+    }
 
     /// The navigation computer's reference.
     ///

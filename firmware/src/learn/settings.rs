@@ -22,6 +22,13 @@ pub struct Settings {
     pub fix_age_s: f32,
     /// Standard deviation of that least age, s, >= 0. 0: it is exactly as told.
     pub fix_age_sigma: f32,
+    /// Errors of gyros and accelerometers in proportion to the motion, as ratios: scale factor and
+    /// misalignment together. For an alignment in motion.
+    pub scale: [f32; 2],
+    /// How the vehicle moves, and its forward axis in the sensor's axes (unit vector).
+    pub vehicle: VehicleKind,
+    /// See [`Self::vehicle`].
+    pub forward: [f32; 3],
     /// From the IMU to the receiver's antenna in the sensor's axes, m.
     pub lever_arm: [f32; 3],
     /// Standard deviation of the lever arm along each axis, m, >= 0. 0: it is exactly as told.
@@ -56,6 +63,9 @@ impl Settings {
         },
         gates: Gates::USUAL,
         align_s: 100.0,
+        scale: [5.385_164_7e-5, 1.118_034e-4],
+        vehicle: VehicleKind::Land,
+        forward: [1.0, 0.0, 0.0],
         fix_age_s: 0.1,
         fix_age_sigma: 0.0,
         lever_arm: [0.0; 3],
@@ -84,6 +94,9 @@ impl Settings {
             },
             gates: Gates::USUAL,
             align_s: f64::from(told.correction.align),
+            scale: [&told.gyro, &told.accel].map(|of| libm::hypotf(of.scale, of.misalignment)),
+            vehicle: told.vehicle.kind,
+            forward: told.in_sensor_axes([1.0, 0.0, 0.0]),
             fix_age_s: told.receiver.fix_delay,
             fix_age_sigma: told.receiver.fix_delay_sigma,
             lever_arm: told.in_sensor_axes(told.receiver.lever_arm),

@@ -22,6 +22,8 @@ use crate::sample::{Counts, Lsb};
 
 /// A piece ends early when it has turned by this, rad: the series above stay short.
 const TURN: f32 = 0.25;
+/// Pieces that missing samples may fill together.
+const REPEATED: u32 = 10;
 /// Largest plausible angle (rad) and change of velocity (m/s) of a sample along an axis: 5700 deg/s
 /// and 2000 m/s2 at 200 Hz.
 const PLAUSIBLE: [f32; 2] = [0.5, 10.0];
@@ -114,6 +116,31 @@ impl Gather {
             self.add(&counts, Increment { angle, velocity });
         }
         good
+    }
+
+    /// Takes the same sample at most `samples` times and returns how often: to the end of the piece,
+    /// or of another [`REPEATED`] times its length, when it is long. Of the rotation within them
+    /// only the first order is kept.
+    pub fn repeat(&mut self, counts: &Counts, samples: u32) -> u32 {
+        if samples <= u32::from(self.piece_samples) || !self.is_empty() {
+            return u32::from(self.sample(counts));
+        }
+        let [angle, velocity] = self.increments(counts);
+        let turn = libm::sqrtf(dot(angle, angle));
+        let most = u32::from(self.piece_samples).saturating_mul(REPEATED);
+        // `as` saturates
+        let times = samples.min(most).min((TURN / turn.max(1e-9)) as u32).max(1);
+        let n = times as f32;
+        for (sum, counts) in self.sum.iter_mut().zip([&counts.dtheta, &counts.dv]) {
+            for (sum, count) in sum.iter_mut().zip(counts) {
+                *sum += i64::from(*count) * i64::from(times);
+            }
+        }
+        self.samples = u16::try_from(times).unwrap_or(u16::MAX);
+        self.beyond_velocity = scale(cross(angle, velocity), 0.5 * n * n);
+        self.phi = scale(angle, n);
+        self.past = [Increment { angle, velocity }; 2];
+        times
     }
 
     fn increments(&self, counts: &Counts) -> [V32; 2] {

@@ -155,6 +155,18 @@ impl Navigator {
         }
     }
 
+    /// Goes on for `samples` missing samples as in the last one, `counts`.
+    pub fn coast(&mut self, counts: &Counts, samples: u32) {
+        let mut left = samples;
+        while left > 0 {
+            let taken = self.gather.repeat(counts, left);
+            left = left.saturating_sub(taken.max(1));
+            if self.gather.is_full() {
+                self.end_piece();
+            }
+        }
+    }
+
     /// Solution at the end of the last piece. [`Self::take_transition`] ends the one in progress.
     #[must_use]
     pub fn state(&self) -> &State {

@@ -77,7 +77,8 @@ pub struct Match<'a> {
     /// Errors of the sensors known before.
     pub known: &'a [f32; OUTPUTS],
     pub fix: &'a Fix,
-    pub age_s: f32,
+    /// Age of the fix and its standard deviation, s.
+    pub age: [f32; 2],
     /// The vehicle stands, and does not turn.
     pub still: bool,
     /// Where the forward axis pointed in `w`, horizontally, and the heading given for it.
@@ -171,7 +172,7 @@ impl Filter {
     ) -> bool {
         let state = *navigator.state();
         let step = self.step(&state, passed, seen);
-        let z = navigator.innovation(seen.fix, seen.age_s);
+        let z = navigator.innovation(seen.fix, seen.age[0]);
         let rotation = observe::rotation(seen.last.0, state.q_bn);
         let sight = observe::Sight {
             forward: rotated(state.q_bn, seen.config.forward.map(f64::from)),
@@ -303,7 +304,10 @@ impl Filter {
         sight: &observe::Sight,
     ) -> f32 {
         let [.., n, e, d] = seen.fix.sigmas;
-        let timing = TIMING_S * step.change / passed.time;
+        let late = libm::hypotf(TIMING_S, seen.age[1]);
+        // what age and lever arm may be wrong makes a velocity of the motion
+        let swing = seen.config.lever_arm_sigma * sight.rate;
+        let timing = libm::hypotf(late * step.change / passed.time, swing);
         let square = |x: f32| x * x;
         // the part beside H is turned by the estimate of the azimuth
         let [x, y] = step.beside;

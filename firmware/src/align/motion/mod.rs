@@ -61,6 +61,10 @@ const LEAST_FIXES: u16 = 6;
 /// anew.
 const LINEAR: f32 = 0.3;
 
+/// A fix is wild that is farther than this from where the navigator is, m, up to so many in a row.
+const FAR_M: f32 = 2e4;
+const FARS: u8 = 3;
+
 /// What an alignment in motion must know.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Config {
@@ -75,6 +79,8 @@ pub struct Config {
     pub scale: [f32; 2],
     /// The vehicle's forward axis in the sensor's axes, unit vector.
     pub forward: [f32; 3],
+    /// Standard deviation of the navigator's lever arm along each axis, m.
+    pub lever_arm_sigma: f32,
     /// The vehicle moves along its forward axis, forwards or backwards: on land.
     pub rolls: bool,
     /// A standstill is one: the vehicle does not float.
@@ -126,6 +132,8 @@ pub struct InMotion {
     time: f64,
     passes: u8,
     norm_fails: u8,
+    /// Fixes in a row that were too far away.
+    far: u8,
     refused: u32,
 }
 
@@ -144,6 +152,7 @@ impl InMotion {
             time: 0.0,
             passes: 0,
             norm_fails: 0,
+            far: 0,
             refused: 0,
         }
     }
@@ -200,17 +209,29 @@ impl InMotion {
         }
     }
 
-    /// Takes a fix that was valid `age_s` before the last sample. `still`: the vehicle stands, and
+    /// Takes a fix that was valid `age` before the last sample: seconds and their standard
+    /// deviation. `still`: the vehicle stands, and
     /// the fix says so. Returns the attitude when it is known well enough. A fix without a
     /// horizontal velocity is not used, nor is one without a place before the first with one.
-    pub fn fix(&mut self, fix: &Fix, age_s: f32, still: bool) -> Option<Start> {
+    pub fn fix(&mut self, fix: &Fix, age: [f32; 2], still: bool) -> Option<Start> {
         if !fix.has(3..5) {
             return None;
         }
+        let fix = &measured(fix);
         let Some(navigator) = &mut self.navigator else {
             self.begin(fix);
             return None;
         };
+        let [n, e, d] = navigator.innovation(fix, age[0]).position;
+        if fix.has(0..2) && !(libm::hypotf(n, e).max(d.abs()) < FAR_M) {
+            // one wild fix is left out; if they go on, the first one was wild
+            self.far += 1;
+            if self.far > FARS {
+                self.gap();
+            }
+            return None;
+        }
+        self.far = 0;
         let passed = navigator.take_transition();
         if navigator.faults().lost {
             self.gap();
@@ -225,7 +246,7 @@ impl InMotion {
                 self.level(fix, passed.time);
                 None
             }
-            Stage::Match(_) => self.matches(fix, age_s, still, &passed),
+            Stage::Match(_) => self.matches(fix, age, still, &passed),
         };
         if let Some(navigator) = &self.navigator {
             self.last = (navigator.state().q_bn, fix.velocity);
@@ -238,17 +259,7 @@ impl InMotion {
         if !fix.has(0..2) {
             return;
         }
-        let height = if fix.has(2..3) {
-            fix.position.height
-        } else {
-            0.0
-        };
-        let position = Position {
-            height,
-            ..fix.position
-        };
-        let attitude = [1.0, 0.0, 0.0, 0.0];
-        self.navigator = self.navigator_at(position, [0.0; 3], attitude);
+        self.navigator = self.navigator_at(fix.position, [0.0; 3], [1.0, 0.0, 0.0, 0.0]);
         self.begin_level(fix);
     }
 
@@ -318,7 +329,7 @@ impl InMotion {
     fn matches(
         &mut self,
         fix: &Fix,
-        age_s: f32,
+        age: [f32; 2],
         still: bool,
         passed: &nav::Transition,
     ) -> Option<Start> {
@@ -330,7 +341,7 @@ impl InMotion {
             config: &self.config,
             known: &self.known,
             fix,
-            age_s,
+            age,
             still: still && self.config.stands,
             given: given.map(|given| {
                 let drift = self.config.bias[0] * given.age;
@@ -348,7 +359,11 @@ impl InMotion {
         };
         let healthy = filter.fix(navigator, passed, &seen);
         let (tilt, phi_down) = filter.attitude_sigma();
-        if !healthy || !(tilt < LINEAR && phi_down < LINEAR) {
+        if !healthy {
+            self.gap();
+            return None;
+        }
+        if !(tilt < LINEAR && phi_down < LINEAR) {
             self.begin_level(fix);
             return None;
         }
@@ -384,8 +399,20 @@ impl InMotion {
     }
 }
 
+/// A fix without numbers that mean nothing.
+fn measured(fix: &Fix) -> Fix {
+    let mut fix = *fix;
+    if !fix.has(2..3) {
+        fix.position.height = 0.0;
+    }
+    if !fix.has(5..6) {
+        fix.velocity[2] = 0.0;
+    }
+    fix
+}
+
 /// Gravity's reaction points up.
 const UP: V = [0.0, 0.0, -1.0];
 
 #[cfg(test)]
-mod tests;
+pub(crate) mod tests;

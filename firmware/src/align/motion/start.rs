@@ -73,7 +73,7 @@ pub fn start(
     let beside = rotated(turn, [x - f64::from(n) - vn, y - f64::from(e) - ve, 0.0]);
     let velocity = [vn + beside[0], ve + beside[1], z];
     let arm = scale(seen.config.navigator.lever_arm.map(f64::from), -1.0);
-    let age = f64::from(seen.age_s.clamp(0.0, 1.0));
+    let age = f64::from(seen.age[0].clamp(0.0, 1.0));
     let mut position = fix
         .position
         .displaced(add(scale(velocity, age), rotated(q_bn, arm)));

@@ -5,33 +5,9 @@ pub(crate) mod world;
 use super::*;
 use crate::nav::Noise;
 use std::vec::Vec;
-use world::{Errors, Motion, SAMPLE_S, World};
+use world::{CONSUMER, Errors, LASER, Motion, SAMPLE_S, STIM300, World};
 
 const DEG: f64 = core::f64::consts::PI / 180.0;
-const RECEIVER: [f64; 3] = [0.1, 0.15, 3.0];
-
-/// Consumer MEMS: 0.2 deg/s, 30 mg, 0.5 deg/sqrt(h), 200 ug/sqrt(Hz).
-const CONSUMER: Errors = Errors {
-    bias: [0.2 * DEG, 0.3],
-    noise: [0.5 * DEG / 60.0, 2e-3],
-    scale: [5e-3, 5e-3],
-    receiver: RECEIVER,
-};
-/// The class of a STIM300: 10 deg/h at power-on, 3 mg.
-const STIM300: Errors = Errors {
-    bias: [10.0 * DEG / 3600.0, 0.03],
-    noise: [0.15 * DEG / 60.0, 1.2e-3],
-    scale: [5e-4, 5e-4],
-    receiver: RECEIVER,
-};
-/// Medium laser gyro.
-const LASER: Errors = Errors {
-    bias: [1.63e-6, 4e-3],
-    noise: [1.46e-6, 1.96e-4],
-    scale: [1e-4, 1e-4],
-    receiver: RECEIVER,
-};
-
 fn config(errors: &Errors, rolls: bool) -> Config {
     let [g, a] = errors.noise.map(|x| x as f32);
     let noise = Noise { gyro: g, accel: a };
@@ -41,6 +17,7 @@ fn config(errors: &Errors, rolls: bool) -> Config {
         walk: errors.bias.map(|x| x as f32 * 0.05 / 60.0),
         scale: errors.scale.map(|x| x as f32),
         forward: [1.0, 0.0, 0.0],
+        lever_arm_sigma: 0.0,
         rolls,
         stands: rolls,
     }
@@ -104,7 +81,7 @@ impl Case {
                 fix.sigmas[3..].fill(0.01);
             }
             spoil(&mut fix, world.time);
-            if let Some(start) = align.fix(&fix, 0.0, stands) {
+            if let Some(start) = align.fix(&fix, [0.0; 2], stands) {
                 return (Some(outcome(&start, &world)), align.progress());
             }
         }

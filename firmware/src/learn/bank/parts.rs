@@ -41,6 +41,8 @@ pub struct Work<T: Real = f32> {
     /// The interval is an alignment instead: `block.gamma` and `block.q` then hold its `by` and
     /// `rest`.
     aligns: bool,
+    /// The alignment has estimated the sensors' errors: `block.phi` holds its whole covariance.
+    knows: bool,
     /// The refused observations of the last fix, one bit each.
     pub refused: u8,
 }
@@ -56,6 +58,7 @@ impl<T: Real> Work<T> {
         inputs: None,
         accepted: false,
         aligns: false,
+        knows: false,
         refused: 0,
     };
 
@@ -77,8 +80,21 @@ impl<T: Real> Work<T> {
     /// Besides the errors by `by` it has others of covariance `rest`.
     pub fn alignment(&mut self, by: &[[T; OUTPUTS]; NAV], rest: &[[T; NAV]; NAV]) {
         (self.block.gamma, self.block.q) = (*by, *rest);
-        self.aligns = true;
+        (self.aligns, self.knows) = (true, false);
         self.next = 0;
+    }
+
+    /// As [`Self::alignment`], after an alignment that has estimated the sensors' errors too
+    /// ([`Bank::believe_alignment`]): then the errors have the covariance `all`.
+    pub fn known_alignment(
+        &mut self,
+        by: &[[T; OUTPUTS]; NAV],
+        rest: &[[T; NAV]; NAV],
+        all: &[[T; NAV]; NAV],
+    ) {
+        self.alignment(by, rest);
+        self.block.phi = *all;
+        self.knows = true;
     }
 
     /// A fix at the end of the interval. An observation of infinite variance is not measured: it
@@ -128,12 +144,22 @@ impl<T: Real> Bank<T> {
         self.each(|h| h.propagate_mean(block, applied));
     }
 
-    /// A new navigator that was aligned at standstill. Its initial errors are `by` (rad, m/s, m for
-    /// 1 rad/s or 1 m/s^2) times the sensors' errors during the alignment, from which `applied` had
-    /// been subtracted. This sets the means; the covariances follow by [`Work::alignment`] and
+    /// A new navigator that was aligned. Its initial errors are `by` (rad, m/s, m for 1 rad/s or 1
+    /// m/s^2) times the sensors' errors during the alignment, from which `applied` had been
+    /// subtracted. This sets the means; the covariances follow by [`Work::alignment`] and
     /// [`Bank::work`]. What was learnt stays.
     pub fn align_means(&mut self, by: &[[T; OUTPUTS]; NAV], applied: &[T; OUTPUTS]) {
         self.each(|h| h.align_mean(by, applied));
+    }
+
+    /// After [`Bank::align_means`], when `applied` was estimated by the alignment: the zero
+    /// correction has no parameters for the sensors' errors, but it does not deny them. It believes
+    /// the alignment as it is.
+    pub fn believe_alignment(&mut self) {
+        let nothing = [[T::ZERO; OUTPUTS]; NAV];
+        self.some(1 << ZERO_CORRECTION, |h| {
+            h.align_mean(&nothing, &[T::ZERO; OUTPUTS]);
+        });
     }
 
     /// Computes one part of `work`, some ten thousand instructions. True: there is more.
@@ -182,13 +208,13 @@ impl<T: Real> Bank<T> {
             });
         }
         let (by, rest) = (&block.gamma, &block.q);
-        let rest = if which == ZERO_CORRECTION {
-            self.unmodelled(by, rest)
-        } else {
-            *rest
+        let rest = match which {
+            ZERO_CORRECTION if work.knows => block.phi,
+            ZERO_CORRECTION => self.unmodelled(by, rest),
+            _ => *rest,
         };
         self.some(1 << which, |h| {
-            h.align_covariance(part, by, &rest, workspace)
+            h.align_covariance(part, by, &rest, workspace);
         });
     }
 

@@ -59,13 +59,16 @@ impl FixLearner<'_> {
         };
         self.last_fix_ms = Some(fix.time_ms);
         let (mut fix, stands) = (*fix, self.stands(fix));
-        if self.navigator.is_none() {
-            return self.start_at(&fix, age);
+        if self.navigator.is_none() && self.start_at(&fix, age).is_some() {
+            return None;
         }
         if let Some(sigma) = stands {
             fix.velocity = [0.0; 3];
             let [.., x, y, z] = &mut fix.sigmas;
             [*x, *y, *z] = [sigma; 3];
+        }
+        if self.navigator.is_none() {
+            return self.align_in_motion(&fix, age, stands.is_some());
         }
         self.end_interval()?;
         let mut variance = fix.sigmas.map(|sigma| sigma * sigma);

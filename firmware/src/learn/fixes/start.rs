@@ -2,20 +2,77 @@
 
 use super::observe::STANDS_MPS;
 use super::{FixLearner, Memory};
-use crate::control::Reason;
-use crate::fix::Fix;
+use crate::align::Align;
+use crate::align::motion::{self, InMotion, MAX_HEADING};
+use crate::configuration::VehicleKind;
+use crate::control::{Reason, Way};
+use crate::fix::{Fix, Heading};
+use crate::learn::Report;
 use crate::learn::prior::NAV;
 use crate::learn::quantise::{Scale, divisor};
 use crate::nav::vector::rotated;
 use crate::nav::{self, Navigator};
 use lrnn_nostd::learn::kalman::OUTPUTS;
 
-/// Errors are linear up to a heading error of this standard deviation, rad.
-const MAX_HEADING: f32 = 0.1;
-/// The longest gap that is bridged with the sample before it, s.
-const BRIDGE_S: f64 = 0.1;
-/// Rotation (rad/s) and acceleration (m/s2) that a bridged gap may hide (assumed).
-const MISSED: [f32; 2] = [0.1, 1.0];
+/// A standstill of this length may become one that shows north, s.
+const STANDS_S: f64 = 3.0;
+/// Largest standard deviation of a heading that somebody gives, rad.
+const MAX_GIVEN: f32 = 1.0;
+/// Fixes after an alignment in motion in which it may still turn out to be wrong, and how many of
+/// them are refused in a row when it is.
+const PROBATION: u8 = 60;
+const REFUSED: u8 = 5;
+
+/// How the navigator was started.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Started {
+    /// State at the end of the sample before.
+    pub state: nav::State,
+    /// Standard deviations of its errors, in the order of [`NAV`].
+    pub sigmas: [f32; NAV],
+    /// What gave the heading.
+    pub way: Way,
+    /// Mean normalised innovation squared of the alignment in motion; 0 without one.
+    pub residual: f32,
+    /// Time since the first sample, s.
+    pub time_s: f64,
+}
+
+/// The first fixes after an alignment in motion: they show what it could not see, such as a
+/// receiver that gives east before north.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Probation {
+    left: u8,
+    refused: u8,
+}
+
+impl Probation {
+    fn begin() -> Probation {
+        Probation {
+            left: PROBATION,
+            refused: 0,
+        }
+    }
+
+    /// A fix of which a component was `refused`, or not.
+    pub fn fix(&mut self, refused: bool) {
+        self.left = self.left.saturating_sub(1);
+        self.refused = if refused && self.left > 0 {
+            self.refused + 1
+        } else {
+            0
+        };
+    }
+
+    /// Whether it is over with a bad end; once.
+    pub fn fails(&mut self) -> bool {
+        let fails = self.refused >= REFUSED;
+        if fails {
+            *self = Probation::default();
+        }
+        fails
+    }
+}
 
 impl FixLearner<'_> {
     /// Starts the navigator at a fix if the alignment is good enough. The vehicle stands: what the
@@ -32,6 +89,7 @@ impl FixLearner<'_> {
         self.start(&fix, age)
     }
 
+    /// Starts the navigator at a fix after a standstill if that alignment is good enough.
     fn start(&mut self, fix: &Fix, age: f32) -> Option<()> {
         let align = self.align.as_mut()?;
         if align.gathered() < self.settings.align_s && !(align.is_over()) {
@@ -80,17 +138,140 @@ impl FixLearner<'_> {
                 *entry = sigma * sigma;
             }
         }
-        self.navigate(state, &by, &rest, Some((fix, age)))
+        let tilt = aligned.covariance(bias);
+        let variance = core::array::from_fn(|i| if i < 3 { tilt[i][i] } else { rest[i][i] });
+        self.navigate(state, &by, &rest, None, Some((fix, age)))?;
+        self.note(state, variance, Way::Gyrocompass, 0.0);
+        Some(())
+    }
+
+    /// How a navigator was started, from the variances of its errors.
+    fn note(&mut self, state: nav::State, variance: [f32; NAV], way: Way, residual: f32) {
+        let number = self.last.map_or(self.first, |(number, _)| number);
+        let samples = number.wrapping_sub(self.first);
+        self.started = Some(Started {
+            state,
+            sigmas: variance.map(|v| libm::sqrtf(v.max(0.0))),
+            way,
+            residual,
+            time_s: f64::from(samples) * self.stream.map_or(0.0, |stream| stream.period_s),
+        });
+        if let Some(motion) = self.motion.take() {
+            let refused = motion.progress().refused;
+            self.tally.alignments = self.tally.alignments.saturating_add(refused);
+        }
+        self.probation = match way {
+            Way::Course | Way::Velocity | Way::Heading => Probation::begin(),
+            Way::None | Way::Gyrocompass | Way::Known => Probation::default(),
+        };
+    }
+
+    /// The alignment in motion takes a fix, and starts the navigator when it is good enough. It
+    /// waits for a standstill that will show north. `still`: the vehicle stands.
+    pub(super) fn align_in_motion(&mut self, fix: &Fix, age: f32, still: bool) -> Option<()> {
+        let (stream, scale) = (self.stream?, self.scale?);
+        let known = *self.memory.bank.estimate();
+        let settings = &self.settings;
+        let sheet = &settings.sheet;
+        let motion = self.motion.get_or_insert_with(|| {
+            let mut config = nav::Config::new(scale.lsb, stream.period_s, settings.noise);
+            config.lever_arm = self.antenna.arm();
+            config.piece_samples = divisor(stream.block_samples, config.piece_samples);
+            let bias = [sheet.gyro_bias, sheet.accel_bias];
+            let walk = |i: usize| bias[i] * sheet.walk_per_hour[i] / 60.0;
+            let config = motion::Config {
+                navigator: config,
+                bias,
+                walk: [walk(0), walk(1)],
+                scale: settings.scale,
+                forward: settings.forward,
+                lever_arm_sigma: settings.lever_arm_sigma,
+                rolls: settings.vehicle == VehicleKind::Land,
+                stands: settings.vehicle != VehicleKind::Ship,
+            };
+            InMotion::new(config, known)
+        });
+        let sigma = if fix.age.is_some() {
+            0.0
+        } else {
+            self.antenna.age_sigma()
+        };
+        let start = motion.fix(fix, [age, sigma], still)?;
+        if self.waits(fix) {
+            return None;
+        }
+        let variance = start.sigmas().map(|sigma| sigma * sigma);
+        let known = Some((&start.applied, &start.all));
+        self.navigate(start.state, &start.by, &start.rest, known, Some((fix, age)))?;
+        self.note(start.state, variance, start.way, start.residual);
+        Some(())
+    }
+
+    /// The vehicle stands, and this will show north.
+    fn waits(&self, fix: &Fix) -> bool {
+        let Some(align) = &self.align else {
+            return false;
+        };
+        let sensors = self.settings.sensors();
+        let latitude = fix.position.latitude;
+        (align.gathered() >= STANDS_S || align.is_solving())
+            && Align::predicted_heading(&sensors, latitude, self.settings.align_s) <= MAX_HEADING
+    }
+
+    /// A heading that somebody knows.
+    pub(super) fn take_heading(&mut self, heading: Heading) -> Result<(), Reason> {
+        let Heading { angle, sigma } = heading;
+        if !(angle.abs() <= core::f32::consts::TAU && sigma > 0.0 && sigma <= MAX_GIVEN) {
+            return Err(Reason::Range);
+        }
+        if self.navigator.is_some() {
+            return Err(Reason::Alignment);
+        }
+        let motion = self.motion.as_mut().filter(|motion| motion.has_begun());
+        motion.ok_or(Reason::NotAvailable)?.heading(heading);
+        Ok(())
+    }
+
+    /// How the navigator was started last; `None` before.
+    #[must_use]
+    pub fn started(&self) -> Option<&Started> {
+        self.started.as_ref()
+    }
+
+    /// The part of the report that tells of the alignment.
+    pub(super) fn aligned(&self) -> Report {
+        let before = self.tally.alignments;
+        if self.navigator.is_some() {
+            let started = self.started.as_ref();
+            return Report {
+                way: started.map_or(Way::None, |started| started.way),
+                heading_sigma: self.memory.bank.error_doubt(2),
+                residual: started.map_or(0.0, |started| started.residual),
+                refused_alignments: before,
+                ..Report::default()
+            };
+        }
+        let progress = self.motion.as_ref().map(InMotion::progress);
+        Report {
+            way: progress.map_or(Way::None, |progress| progress.way),
+            heading_sigma: progress.map_or(f32::INFINITY, |progress| progress.heading_sigma),
+            residual: progress.map_or(0.0, |progress| progress.residual),
+            refused_alignments: before.saturating_add(progress.map_or(0, |p| p.refused)),
+            ..Report::default()
+        }
     }
 
     /// A navigator in this state at the end of the last sample. Its errors are `by` times the
-    /// sensors' errors, plus others of covariance `rest`. `at`: the fix, and its age, that the
-    /// state is from. `None`: no stream yet, or the state is outside the range of the equations.
+    /// sensors' errors, plus others of covariance `rest`. `known`: the sensors' errors that the
+    /// alignment has estimated and subtracted, and the covariance of all errors. `at`: the fix, and
+    /// its age, that the state is from. The result is `None` without a stream, or when the state is
+    /// outside the range of the equations.
     fn navigate(
         &mut self,
         state: nav::State,
         by: &[[f32; OUTPUTS]; NAV],
         rest: &[[f32; NAV]; NAV],
+        known: Option<(&[f32; OUTPUTS], &[[f32; NAV]; NAV])>,
         at: Option<(&Fix, f32)>,
     ) -> Option<()> {
         let (stream, scale) = (self.stream?, self.scale?);
@@ -101,18 +282,29 @@ impl FixLearner<'_> {
         self.finish();
         let sigma = self.antenna.age_sigma();
         let seen = at.map(|(fix, age)| navigator.seen(fix, age, sigma));
-        self.antenna.navigates(by, rest, seen.as_ref());
-        let mut rest = *rest;
-        for (k, variance) in self.antenna.unknown().into_iter().enumerate() {
-            let i = if k < 3 { 6 + k } else { k };
-            if let Some(entry) = rest.get_mut(i).and_then(|row| row.get_mut(i)) {
-                *entry += variance;
+        let applied = known.map_or([0.0; OUTPUTS], |(applied, _)| *applied);
+        self.antenna.navigates(by, rest, &applied, seen.as_ref());
+        let unknown = self.antenna.unknown();
+        let wider = |of: &[[f32; NAV]; NAV]| {
+            let mut of = *of;
+            for (k, variance) in unknown.into_iter().enumerate() {
+                let i = if k < 3 { 6 + k } else { k };
+                if let Some(entry) = of.get_mut(i).and_then(|row| row.get_mut(i)) {
+                    *entry += variance;
+                }
             }
-        }
+            of
+        };
+        let rest = wider(rest);
         let Memory { bank, work } = &mut *self.memory;
-        bank.align_means(by, &[0.0; OUTPUTS]);
         work.clear();
-        work.alignment(by, &rest);
+        bank.align_means(by, &applied);
+        if let Some((_, all)) = known {
+            bank.believe_alignment();
+            work.known_alignment(by, &rest, &wider(all));
+        } else {
+            work.alignment(by, &rest);
+        }
         self.navigator = Some(navigator);
         Some(())
     }
@@ -139,34 +331,10 @@ impl FixLearner<'_> {
             }
         }
         let by = [[0.0; OUTPUTS]; NAV];
-        self.navigate(state, &by, &rest, None).ok_or(Reason::Range)
-    }
-
-    /// Samples are missing before `number`: a short gap is bridged, a long one ends the navigation.
-    pub(super) fn bridge(&mut self, number: u32) {
-        let Some((last, counts)) = self.last else {
-            return;
-        };
-        let missing = number.wrapping_sub(last).wrapping_sub(1);
-        if missing == 0 {
-            return;
-        }
-        let time = f64::from(missing) * self.stream.map_or(0.0, |stream| stream.period_s);
-        if let Some(align) = &mut self.align {
-            align.gap();
-        }
-        if time > BRIDGE_S {
-            return self.lose();
-        }
-        let Some(navigator) = &mut self.navigator else {
-            return;
-        };
-        (0..missing).for_each(|_| navigator.sample(&counts));
-        let [turn, push] = MISSED.map(|rate| rate * time as f32);
-        let (turn, push) = (turn * turn, push * push);
-        self.finish();
-        let variance = [turn, turn, turn, push, push, push, 0.0, 0.0, 0.0];
-        self.memory.bank.inflate(&variance);
-        self.antenna.inflate(&variance);
+        self.navigate(state, &by, &rest, None, None)
+            .ok_or(Reason::Range)?;
+        let variance = sigmas.map(|sigma| sigma * sigma);
+        self.note(state, variance, Way::Known, 0.0);
+        Ok(())
     }
 }

@@ -19,6 +19,7 @@ use crate::learning::teacher::{ALIGN_SHARE, Assumptions, Start};
 use crate::learning::window::{compensator, increments_from};
 use firmware::align::LEAST_S;
 use firmware::compensator::{self, Compensator};
+use firmware::configuration::VehicleKind;
 use firmware::control::Alignment;
 use firmware::fix::{Fix, Position};
 use firmware::learn::bank::{Gates, HYPOTHESES};
@@ -161,6 +162,10 @@ pub fn datasheet(assumptions: &Assumptions) -> Datasheet {
     }
 }
 
+/// Scale factor and misalignment that an alignment in motion allows for, where no unit tells them
+/// (assumed: a tactical sensor).
+const SCALE: [f32; 2] = [1e-3; 2];
+
 /// What the device is told: the sensors' datasheet, and that fixes arrive where they are valid.
 /// The alignment takes a third of the standstill, as everybody's does.
 fn settings(session: &Session, assumptions: &Assumptions, gates: Gates) -> Settings {
@@ -173,6 +178,9 @@ fn settings(session: &Session, assumptions: &Assumptions, gates: Gates) -> Setti
         },
         gates,
         align_s: share.max(LEAST_S),
+        scale: SCALE,
+        vehicle: VehicleKind::Land,
+        forward: [1.0, 0.0, 0.0],
         fix_age_s: 0.0,
         fix_age_sigma: 0.0,
         lever_arm: session.lever_arm.map(|metres| metres as f32).into(),

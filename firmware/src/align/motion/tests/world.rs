@@ -72,10 +72,35 @@ pub struct Errors {
     pub receiver: [f64; 3],
 }
 
-pub struct Random(pub u64);
+const DEG: f64 = PI / 180.0;
+const RECEIVER: [f64; 3] = [0.1, 0.15, 3.0];
+
+/// Consumer MEMS: 0.2 deg/s, 30 mg, 0.5 deg/sqrt(h), 200 ug/sqrt(Hz).
+pub const CONSUMER: Errors = Errors {
+    bias: [0.2 * DEG, 0.3],
+    noise: [0.5 * DEG / 60.0, 2e-3],
+    scale: [5e-3, 5e-3],
+    receiver: RECEIVER,
+};
+/// The class of a STIM300: 10 deg/h at power-on, 3 mg.
+pub const STIM300: Errors = Errors {
+    bias: [10.0 * DEG / 3600.0, 0.03],
+    noise: [0.15 * DEG / 60.0, 1.2e-3],
+    scale: [5e-4, 5e-4],
+    receiver: RECEIVER,
+};
+/// Medium laser gyro.
+pub const LASER: Errors = Errors {
+    bias: [1.63e-6, 4e-3],
+    noise: [1.46e-6, 1.96e-4],
+    scale: [1e-4, 1e-4],
+    receiver: RECEIVER,
+};
+
+struct Random(u64);
 
 impl Random {
-    pub fn uniform(&mut self) -> f64 {
+    fn uniform(&mut self) -> f64 {
         self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
         let mut z = self.0;
         z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
@@ -83,7 +108,7 @@ impl Random {
         (((z ^ (z >> 31)) >> 11) as f64 + 0.5) / (1_u64 << 53) as f64
     }
 
-    pub fn normal(&mut self) -> f64 {
+    fn normal(&mut self) -> f64 {
         (-2.0 * self.uniform().ln()).sqrt() * (TAU * self.uniform()).cos()
     }
 }
@@ -141,6 +166,12 @@ impl World {
 
     pub fn velocity(&self) -> V {
         self.at(self.time).1
+    }
+
+    /// True heading of the x axis.
+    pub fn heading(&self) -> f64 {
+        let [x, y, _] = turned(self.q, [1.0, 0.0, 0.0]);
+        y.atan2(x)
     }
 
     pub fn sample(&mut self) -> Counts {
