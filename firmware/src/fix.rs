@@ -1,6 +1,8 @@
 //! A fix of a satellite receiver: position and velocity with their accuracy, and when they were
 //! valid.
 
+use core::f64::consts::PI;
+
 /// Values that a fix observes: position (north, east, down, m), then velocity (m/s).
 pub const OBSERVATIONS: usize = 6;
 
@@ -16,6 +18,17 @@ pub struct Position {
     pub longitude: f64,
     /// Ellipsoidal height, m.
     pub height: f64,
+}
+
+impl Position {
+    /// Whether the angles are in their ranges and the height is between -10 and 100 km.
+    #[must_use]
+    #[inline(never)]
+    pub fn is_plausible(&self) -> bool {
+        self.latitude.abs() <= PI / 2.0
+            && self.longitude.abs() <= PI
+            && (-1e4..=1e5).contains(&self.height)
+    }
 }
 
 /// Standard deviation of a value that a receiver does not measure, or whose accuracy it does not
@@ -34,10 +47,13 @@ pub struct Fix {
     pub sigmas: [f32; OBSERVATIONS],
     /// Time of validity, ms of the GPS week.
     pub time_ms: u32,
-    /// Time of arrival by the board's clock, microseconds.
+    /// When the first byte of its first message came, by the board's clock, microseconds.
     pub arrived_us: u64,
-    /// Age at its arrival as the receiver's time pulse has measured it, s, >= 0; `None` without a
-    /// pulse.
+    /// Samples of the sensor that came after that byte and before the fix was complete. Its age is
+    /// counted from the arrival, and this is added.
+    pub waited: u32,
+    /// Its age at the last sample before it was complete, s, by the receiver's time pulse: exact,
+    /// whatever was told of the delay. `None` without a pulse.
     pub age: Option<f32>,
 }
 
@@ -53,6 +69,7 @@ impl Fix {
         sigmas: [NOT_MEASURED; OBSERVATIONS],
         time_ms: 0,
         arrived_us: 0,
+        waited: 0,
         age: None,
     };
 

@@ -11,6 +11,7 @@ use super::config::Config;
 use super::flow::{Flow, count};
 use super::lines::Lines;
 use super::phase::{Machine, Phase};
+use super::pulse::TimePulse;
 use super::reverse::Reverse;
 use super::server::{self, Server};
 use crate::compensator::Block;
@@ -23,7 +24,7 @@ use crate::model::Nets;
 use crate::wire::adis::{Found, uart};
 use crate::wire::command::{Counters, Packets, fault};
 use crate::wire::framer::Framer;
-use crate::wire::{Checked, Detector, Error, ImuFormat, ReceiverFormat};
+use crate::wire::{Checked, Detector, Error, ImuFormat, Receiver};
 
 use service::Service;
 
@@ -44,7 +45,8 @@ pub struct App<'m> {
     reverse: Reverse,
     packets: Packets,
     server: Server,
-    receiver: Framer<ReceiverFormat>,
+    receiver: Receiver,
+    pulse: TimePulse,
     fix: Option<Fix>,
     /// When the sensor's last byte came, microseconds.
     heard_us: u64,
@@ -80,7 +82,7 @@ impl<'m> App<'m> {
     }
 
     fn of(config: Config, server: Server, learner: Option<&'m mut dyn Learner>) -> App<'m> {
-        let lines = config.lines();
+        let (lines, receiver) = (config.lines(), config.receiver());
         App {
             machine: Machine::new(),
             framer: Framer::new(config.format.unwrap_or(ImuFormat::Stim300)),
@@ -89,7 +91,8 @@ impl<'m> App<'m> {
             reverse: Reverse::default(),
             packets: Packets::new(),
             server,
-            receiver: Framer::new(ReceiverFormat::Ubx),
+            receiver: Receiver::new(receiver),
+            pulse: TimePulse::default(),
             fix: None,
             heard_us: 0,
             served_us: 0,
@@ -204,6 +207,16 @@ impl<'m> App<'m> {
         Ok(())
     }
 
+    /// The receiver's time pulse has risen at this time of the board's clock, microseconds. The age
+    /// of the fixes then follows from it: see [`Fix::age`]. Without effect unless the configuration
+    /// says that the pulse is wired. To be called before the next [`App::poll`].
+    pub fn pulse(&mut self, at_us: u64) {
+        let told = self.flow.config.told.as_ref();
+        if told.is_some_and(|told| told.receiver.pulse) {
+            self.pulse.rose(at_us);
+        }
+    }
+
     /// How many bytes of the sensor the next pass needs to find work on its line, at least 1. Fewer
     /// bytes need not wake a board. The clock and the other lines must.
     pub fn needs(&self) -> usize {
@@ -247,7 +260,8 @@ impl<'m> App<'m> {
             if core::mem::take(&mut self.server.renewed) {
                 self.begin_anew(&mut lines.navigation, now);
             }
-            busy |= !lines.gnss.is_idle() && self.gnss(&mut lines.gnss, now);
+            let gnss = !lines.gnss.is_idle() || self.receiver.is_due(now);
+            busy |= gnss && self.gnss(&mut lines.gnss, now);
             // the end of a block is enough work for one pass
             busy |= blocks != self.flow.counters.blocks || self.flow.work();
         }

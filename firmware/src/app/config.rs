@@ -3,12 +3,12 @@
 use super::hardware::Hardware;
 use crate::compensator::Limit;
 pub use crate::configuration::Activation;
-use crate::configuration::{Configuration, Sensor, SerialLines};
+use crate::configuration::{Configuration, ReceiverProtocol, Sensor, SerialLines};
 use crate::control::Mode;
 use crate::error_bound::ErrorBound;
 use crate::model::Nets;
 use crate::units::{DEGREE, G};
-use crate::wire::{ImuFormat, Settings};
+use crate::wire::{ImuFormat, ReceiverFormat, Settings};
 
 /// The configuration of an application.
 #[derive(Debug, Clone)]
@@ -98,6 +98,27 @@ impl Config {
         self.told
             .as_ref()
             .map_or(SerialLines::DEFAULT, |told| told.lines)
+    }
+
+    /// What the receiver speaks; `None`: it is found out.
+    #[must_use]
+    pub fn receiver(&self) -> Option<ReceiverFormat> {
+        let told = self.told.as_ref().map(|told| told.receiver.protocol);
+        match told.unwrap_or_default() {
+            ReceiverProtocol::Ubx => Some(ReceiverFormat::Ubx),
+            ReceiverProtocol::Nmea => Some(ReceiverFormat::Nmea),
+            ReceiverProtocol::Novatel => Some(ReceiverFormat::Novatel),
+            ReceiverProtocol::Sbf => Some(ReceiverFormat::Sbf),
+            ReceiverProtocol::Detect => None,
+        }
+    }
+
+    /// Direction from the receiver's first antenna to its second, clockwise from the vehicle's
+    /// forward axis, rad.
+    #[must_use]
+    pub fn heading_offset(&self) -> f32 {
+        let told = self.told.as_ref();
+        told.map_or(0.0, |told| told.receiver.heading_offset)
     }
 
     /// The effect of the corrections at worst.

@@ -12,8 +12,8 @@
 //! not step over a gap: the block in progress is given up, and the estimate in force is held until
 //! the next whole block.
 //!
-//! Imports point from the bottom up: `hardware`, `config`, `phase`, `load`, `lines`; `setup`;
-//! `flow`; `server` and `reverse`; `application`.
+//! Imports point from the bottom up: `hardware`, `config`, `phase`, `load`, `lines`, `pulse`;
+//! `setup`; `flow`; `server` and `reverse`; `application`.
 
 mod application;
 mod config;
@@ -22,6 +22,7 @@ mod hardware;
 mod lines;
 mod load;
 pub mod phase;
+pub mod pulse;
 mod reverse;
 mod server;
 mod setup;

@@ -10,10 +10,17 @@
 //! age(k) = least age + excess(k)
 //! ```
 //!
-//! The time of arrival is that of the last sample before it, because the navigator stands there and
-//! because the same input then gives the same bits on every machine. The minimum forgets by the
+//! The time of arrival is that of the last sample before the first byte of the fix, because the
+//! navigator stands on samples and because the same input then gives the same bits on every
+//! machine. What the fix needs from then on until it is complete is counted in samples and added.
+//! The minimum forgets by the
 //! share `FORGET` of the time: a sample clock that is faster than the receiver's by less than that
 //! does not age the fixes. A constant delay gives an excess of exactly zero.
+//!
+//! With a time pulse the age comes with the fix ([`Fix::age`]) and is exact. The least age then
+//! follows from it, so that ages go on without a step when the pulse stays away.
+
+use crate::fix::Fix;
 
 /// Share of the time by which the earliest arrival is forgotten: 100 ppm, twice what two crystals
 /// differ by. A fix that is late after an hour of late fixes seems 0.36 s less late.
@@ -45,19 +52,41 @@ pub struct FixAge {
     too_late_ms: u32,
     /// By how much the last fix came sooner than any before, microseconds, >= 0.
     sooner_us: i64,
+    /// Least age by the time pulse, s, in place of that told.
+    least_s: Option<f32>,
 }
 
 impl FixAge {
-    /// The age, in seconds, of a fix valid at `time_ms` of the week that arrived after sample
-    /// `number` of a stream with this period; `least_s` is the least age. `None`: it is older than
-    /// [`MAX_AGE_S`].
-    pub fn arrived(
+    /// The age, in seconds, that a fix has at sample `number` of a stream with this period. `told_s`
+    /// is the least age at its arrival; `keeps`: without a pulse, that of the last pulses goes
+    /// before it. `None`: the fix is older than [`MAX_AGE_S`].
+    pub fn of(
         &mut self,
         number: u32,
-        time_ms: u32,
+        fix: &Fix,
         period_s: f64,
-        least_s: f32,
+        told_s: f32,
+        keeps: bool,
     ) -> Option<f32> {
+        let waited = fix.waited as f32 * period_s as f32;
+        let least = self.least_s.filter(|_| keeps).unwrap_or(told_s);
+        let arrived = number.wrapping_sub(fix.waited);
+        let by_arrival = self.arrived(arrived, fix.time_ms, period_s, least);
+        let age = match fix.age {
+            None => by_arrival? + waited,
+            Some(age) => {
+                let excess = self.excess_us as f32 * 1e-6;
+                self.least_s = Some((age - waited - excess).clamp(0.0, MAX_AGE_S));
+                age
+            }
+        };
+        (0.0..=MAX_AGE_S).contains(&age).then_some(age)
+    }
+
+    /// The age on arrival of a fix valid at `time_ms` of the week that arrived after sample
+    /// `number` of a stream with this period; `least_s` is the least age. `None`: it is older than
+    /// [`MAX_AGE_S`].
+    fn arrived(&mut self, number: u32, time_ms: u32, period_s: f64, least_s: f32) -> Option<f32> {
         if let Some((last_number, last_ms)) = self.last.replace((number, time_ms)) {
             let samples = number.wrapping_sub(last_number);
             // `as` saturates; a stream's period is at most 1 s
@@ -185,6 +214,52 @@ mod tests {
         let got = ages(&mut age, 400_000, &[10; 20]);
         assert!(got.iter().filter(|age| age.is_none()).count() < usize::from(JUMP));
         assert_eq!(got.last(), Some(&Some(LEAST_S)));
+    }
+
+    /// The first byte decides, however long the rest takes; what it takes is added.
+    #[test]
+    fn what_a_fix_waits_for_is_added() {
+        let mut age = FixAge::default();
+        for (second, waited) in [0, 0, 50, 20, 70, 0].into_iter().enumerate() {
+            let second = second as u32;
+            let fix = Fix {
+                time_ms: 1000 * second,
+                waited,
+                ..Fix::EMPTY
+            };
+            let number = 100 * second + 10 + waited;
+            let got = age.of(number, &fix, PERIOD_S, LEAST_S, true).unwrap();
+            let want = LEAST_S + waited as f32 * PERIOD_S as f32;
+            assert!((got - want).abs() < 1e-6, "{got} {want}");
+        }
+        let fix = Fix {
+            time_ms: 6000,
+            waited: 91,
+            ..Fix::EMPTY
+        };
+        assert_eq!(age.of(610 + 91, &fix, PERIOD_S, LEAST_S, true), None);
+    }
+
+    /// With a pulse the age is what it is, not what was told; when the pulse stays away it remains.
+    #[test]
+    fn the_pulse_goes_before_what_was_told() {
+        let mut age = FixAge::default();
+        let mut of = |second: u32, delay: u32, waited: u32, exact: Option<f32>| {
+            let fix = Fix {
+                time_ms: 1000 * second,
+                waited,
+                age: exact,
+                ..Fix::EMPTY
+            };
+            age.of(100 * second + delay + waited, &fix, PERIOD_S, LEAST_S, true)
+        };
+        let near = |age: Option<f32>, want: f32| (age.unwrap() - want).abs() < 1e-3;
+        assert_eq!(of(1, 60, 0, None), Some(LEAST_S));
+        assert_eq!(of(2, 60, 0, Some(0.602)), Some(0.602));
+        assert_eq!(of(3, 75, 10, Some(0.852)), Some(0.852));
+        assert!(near(of(4, 60, 0, None), 0.602));
+        assert!(near(of(5, 70, 10, None), 0.802));
+        assert_eq!(of(6, 60, 0, Some(1.1)), None);
     }
 
     #[test]

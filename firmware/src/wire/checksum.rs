@@ -5,7 +5,7 @@
 //! MHz Cortex-M4.
 
 use super::field::head;
-use crc::{Algorithm, CRC_16_KERMIT, CRC_32_ISO_HDLC, CRC_32_MPEG_2, Crc, Table};
+use crc::{Algorithm, CRC_16_KERMIT, CRC_16_XMODEM, CRC_32_ISO_HDLC, CRC_32_MPEG_2, Crc, Table};
 
 static MPEG_2: Crc<u32> = Crc::<u32>::new(&CRC_32_MPEG_2);
 static ISO_HDLC: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);
@@ -137,6 +137,17 @@ pub fn crc32_zlib_swapped(words: &[u8]) -> u32 {
 /// MAVLink's CRC-16/MCRF4XX.
 pub(super) static KERMIT: Crc<u16> = Crc::<u16>::new(&CRC_16_KERMIT);
 
+/// CRC-16/XMODEM (VectorNav, SBF): polynomial 0x1021, from 0, not reflected, not inverted.
+pub(super) static XMODEM: Crc<u16> = Crc::<u16>::new(&CRC_16_XMODEM);
+
+/// CRC-16/XMODEM of these bytes.
+#[inline(never)]
+pub fn xmodem(bytes: &[u8]) -> u16 {
+    #[cfg(test)]
+    count::one(bytes.len());
+    XMODEM.checksum(bytes)
+}
+
 /// How either of both changes: as [`crc32_mpeg2_change`].
 #[inline(never)] // four callers
 pub fn kermit_change(difference: &[u8], after: usize) -> u16 {
@@ -240,6 +251,7 @@ mod tests {
         assert_eq!(crc32_mpeg2(CHECK), 0x0376_E6E7);
         assert_eq!(crc32_zlib(CHECK), 0xCBF4_3926);
         assert_eq!(KERMIT.checksum(CHECK), 0x2189);
+        assert_eq!(xmodem(CHECK), 0x31C3);
         let mut mcrf4xx = KERMIT.digest_with_initial(0xFFFF);
         mcrf4xx.update(CHECK);
         assert_eq!(mcrf4xx.finalize(), 0x6F91);

@@ -2,35 +2,36 @@
 
 use super::field::head;
 use super::framer::{Finder, Kind, Unread};
-use super::{ImuFormat, Settings};
+use super::{Framing, ImuFormat, Settings};
 
 /// Consecutive good frames of one format that decide. In a stream of another format one accidental
 /// 16-bit sum (HG4930) is possible, where the two header bytes agree as well; three in an unbroken
 /// row are not.
 pub const ENOUGH: u8 = 3;
 
-/// Tries all formats of inertial sensors on the same bytes. A good message between frames (CR LF, a
-/// control message) does not interrupt a row; garbage or a wrong checksum does.
+/// Tries all formats of inertial sensors, or of receivers, on the same bytes. A good message
+/// between frames (CR LF, a control message) does not interrupt a row; garbage or a wrong checksum
+/// does.
 ///
 /// Meanwhile the caller passes the bytes on unchanged.
 #[derive(Debug)]
-pub struct Detector {
+pub struct Detector<F = ImuFormat, const N: usize = { ImuFormat::ALL.len() }> {
     /// For all of them; read is what all have read.
     bytes: Unread,
-    candidates: [Candidate; ImuFormat::ALL.len()],
+    candidates: [Candidate<F>; N],
 }
 
 #[derive(Debug)]
-struct Candidate {
-    finder: Finder,
+struct Candidate<F> {
+    finder: Finder<F>,
     /// Bytes it has read of the unread ones.
     read: usize,
     /// Good frames in a row.
     row: u8,
 }
 
-impl Candidate {
-    fn new(format: ImuFormat) -> Candidate {
+impl<F: Framing> Candidate<F> {
+    fn new(format: F) -> Candidate<F> {
         Candidate {
             finder: Finder::new(format),
             read: 0,
@@ -48,10 +49,7 @@ impl Default for Detector {
 impl Detector {
     /// A fresh one.
     pub fn new() -> Detector {
-        Detector {
-            bytes: Unread::new(),
-            candidates: ImuFormat::ALL.map(Candidate::new),
-        }
+        Detector::of(ImuFormat::ALL)
     }
 
     /// Starts anew, in place: a new one would be built on the stack first. Frames that do not tell
@@ -62,16 +60,22 @@ impl Detector {
             *candidate = Candidate::new(candidate.finder.format().told(settings));
         }
     }
+}
+
+impl<F: Framing, const N: usize> Detector<F, N> {
+    /// Of these formats.
+    pub fn of(formats: [F; N]) -> Detector<F, N> {
+        Detector {
+            bytes: Unread::new(),
+            candidates: formats.map(Candidate::new),
+        }
+    }
 
     /// Receives some bytes. Returns the format as soon as it is clear. Hands all other good
     /// messages to `other` (the special datagrams of a STIM300 above all, which tell its units
     /// before the first frame). Formats with weak checksums may take a few bytes of another format
     /// for theirs.
-    pub fn push(
-        &mut self,
-        bytes: &[u8],
-        mut other: impl FnMut(ImuFormat, &[u8]),
-    ) -> Option<ImuFormat> {
+    pub fn push(&mut self, bytes: &[u8], mut other: impl FnMut(F, &[u8])) -> Option<F> {
         for piece in bytes.chunks(super::framer::LONGEST) {
             self.bytes.push(piece);
             for candidate in &mut self.candidates {

@@ -15,7 +15,7 @@
 //! end is reached, the unread bytes move to the front.
 
 use super::field::head;
-use super::ubx::Pvt;
+use super::receiver::epoch::{Head, Values};
 use super::{Checked, Framing, ImuFormat, ReceiverFormat, Scan};
 
 /// The longest message that the framer waits for. Longer ones (other logs of a receiver) pass
@@ -77,12 +77,15 @@ impl<'a> Event<'a, ImuFormat> {
 }
 
 impl Event<'_, ReceiverFormat> {
-    /// The fix, read without another check; `None` for anything else.
-    pub fn fix(&self) -> Option<Pvt> {
-        match self.format {
-            ReceiverFormat::Ubx if self.kind == Kind::Frame => Pvt::over(self.bytes),
-            ReceiverFormat::Ubx => None,
+    /// What a message tells of a fix, read without another check; `None` for anything else.
+    pub fn values(&self) -> Option<(Head, Values)> {
+        if self.kind != Kind::Frame {
+            return None;
         }
+        let mut values = Values::NONE;
+        let head = self.format.head(self.bytes)?;
+        self.format.read(self.bytes, &mut values);
+        Some((head, values))
     }
 }
 
@@ -144,6 +147,7 @@ impl Unread {
     }
 
     /// See [`Framer::push`].
+    #[inline(never)] // not on the way of a sample
     pub(super) fn push(&mut self, bytes: &[u8]) -> usize {
         let taken = self.fill(bytes.len(), |room| {
             for (place, byte) in room.iter_mut().zip(bytes) {

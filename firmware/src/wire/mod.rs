@@ -18,7 +18,10 @@
 //! | [`xsens`] | Xsens MTData2 | byte sum | MT0101P, Xsens' public headers |
 //! | [`adis`] | ADIS bursts over SPI | byte sum, CRC-32 | Linux and ArduPilot drivers |
 //! | [`adis::uart`] | the same in frames of ours | CRC-32 | this crate |
-//! | [`ubx`] | u-blox NAV-PVT | Fletcher-8 | gpsd and pyubx2 |
+//! | [`ubx`] | u-blox NAV-PVT, NAV-COV, NAV-RELPOSNED | Fletcher-8 | gpsd and pyubx2 |
+//! | [`nmea`] | NMEA 0183: GGA, GNS, RMC, VTG, GST, HDT, THS | exclusive or | gpsd, pynmeagps |
+//! | [`novatel::best`] | BESTPOS, BESTVEL, HEADING2 | CRC-32 from 0 | OEM7 pages, `novatel_edie` |
+//! | [`sbf`] | Septentrio PVTGeodetic and others | CRC-16/XMODEM | SBF reference guides, pysbf2 |
 //! | [`command`] | our own command link | CRC-32 | this crate |
 //!
 //! [`Framer`] finds the frames of one format in a stream, and [`Detector`] finds the format. A
@@ -27,7 +30,8 @@
 //! **A new format of an IMU** implements [`ImuProtocol`] in a file of its own, and gets a row in
 //! the table above and in the list `imu_formats!` below. Detection, framing, correction, settings,
 //! simulated drives and the tests of all formats follow from that row. A format whose frames do not
-//! tell what is in them implements [`LaidOut`] too. A [`ReceiverFormat`] has fixes and no samples.
+//! tell what is in them implements [`LaidOut`] too. A [`ReceiverFormat`] has
+//! fixes and no samples.
 //!
 //! **Panics:** nothing here panics, allocates or loops without bound, on any input. Bytes that are
 //! no frame yield an [`Error`] or a [`framer::Kind`]. Fields outside a buffer read zero (see
@@ -48,10 +52,12 @@ pub mod framer;
 pub mod hg4930;
 pub mod kvh;
 pub mod mavlink;
+pub mod nmea;
 pub mod novatel;
 pub mod protocol;
 pub mod receiver;
 mod registry;
+pub mod sbf;
 pub mod sbgecom;
 pub mod sequence;
 pub mod stim300;
@@ -69,6 +75,7 @@ pub use detect::Detector;
 pub use framer::Framer;
 pub use protocol::{Change, Fields, Framing, ImuProtocol, LaidOut, Simulated};
 pub use receiver::ReceiverFormat;
+pub use receiver::stream::Receiver;
 pub use sequence::Stream;
 
 registry::imu_formats! {

@@ -155,6 +155,7 @@ pub fn scan(bytes: &[u8]) -> Scan {
     }
 }
 
+#[inline(never)]
 fn crc_is_right(frame: &[u8]) -> bool {
     let crc = frame.len().saturating_sub(4);
     crc32_novatel(head(frame, crc)) == u32::from_le_bytes(take(frame, crc))
@@ -373,6 +374,7 @@ impl ImuType {
     }
 }
 
+pub mod best;
 pub mod inspvas;
 mod protocol;
 mod repr;

@@ -4,7 +4,8 @@ use super::examples::{Any, Examples, all};
 use super::framer::Kind;
 use super::framer::tests::{events, frames};
 use super::{
-    Change, Checked, Fields, Framer, Framing, ImuFormat, Scan, Settings, Simulated, checksum, ubx,
+    Change, Checked, Fields, Framer, Framing, ImuFormat, ReceiverFormat, Scan, Settings, Simulated,
+    checksum,
 };
 use crate::sample::{Axes, RawSample};
 use proptest::prelude::*;
@@ -35,16 +36,45 @@ fn any_imu_frame() -> impl Strategy<Value = (ImuFormat, &'static Simulated, Vec<
     })
 }
 
-/// The same with receivers, whose only frame is NAV-PVT.
+/// The same with receivers: an example with any bytes in its fields.
 fn any_frame() -> impl Strategy<Value = (Any, Vec<u8>)> {
     let imu = any_imu_frame().prop_map(|(format, _, bytes)| (Any::Imu(format), bytes));
-    let receiver = prop::collection::vec(any::<u8>(), ubx::PVT_LEN).prop_map(|mut bytes| {
-        bytes[..6].copy_from_slice(&[0xB5, 0x62, 0x01, 0x07, 92, 0]);
-        let sum = checksum::fletcher8(&bytes[2..ubx::PVT_LEN - 2]);
-        bytes[ubx::PVT_LEN - 2..].copy_from_slice(&sum);
-        (Any::Receiver(super::ReceiverFormat::Ubx), bytes)
-    });
-    prop_oneof![4 => imu, 1 => receiver]
+    let body = prop::collection::vec(any::<u8>(), 128);
+    let receiver =
+        (0..ReceiverFormat::ALL.len(), any::<u8>(), body).prop_map(|(which, n, body)| {
+            let format = ReceiverFormat::ALL[which];
+            let mut frame = format.example(n);
+            let end = frame.len();
+            match format {
+                ReceiverFormat::Ubx => {
+                    frame[6..end - 2].copy_from_slice(&body[..end - 8]);
+                    let sum = checksum::fletcher8(&frame[2..end - 2]);
+                    frame[end - 2..].copy_from_slice(&sum);
+                }
+                ReceiverFormat::Nmea => {
+                    let digits = frame[17..end - 5]
+                        .iter_mut()
+                        .filter(|byte| byte.is_ascii_digit());
+                    for (digit, byte) in digits.zip(body) {
+                        *digit = b"0123456789.-N,"[usize::from(byte) % 14];
+                    }
+                    let text = core::str::from_utf8(&frame[1..end - 5]).unwrap();
+                    frame = super::nmea::tests::sentence(text);
+                }
+                ReceiverFormat::Novatel => {
+                    frame[28..end - 4].copy_from_slice(&body[..end - 32]);
+                    let sum = checksum::crc32_novatel(&frame[..end - 4]);
+                    frame[end - 4..].copy_from_slice(&sum.to_le_bytes());
+                }
+                ReceiverFormat::Sbf => {
+                    frame[12..].copy_from_slice(&body[..end - 12]);
+                    let sum = checksum::xmodem(&frame[4..]);
+                    frame[2..4].copy_from_slice(&sum.to_le_bytes());
+                }
+            }
+            (Any::Receiver(format), frame)
+        });
+    prop_oneof![4 => imu, 2 => receiver]
 }
 
 /// Values in place of those of a frame, and what the frame then holds: counts saturate at its
@@ -164,7 +194,7 @@ proptest! {
             Any::Receiver(format) => {
                 let mut framer = Framer::new(format);
                 framer.push(&bytes);
-                prop_assert!(framer.next_event().unwrap().fix().is_some());
+                prop_assert!(framer.next_event().unwrap().values().is_some());
             }
         }
         prop_assert_eq!(checksum::count::passes(bytes.len() - 5), 1);

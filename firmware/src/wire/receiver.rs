@@ -1,24 +1,84 @@
-//! The formats of GNSS receivers. Their frames are fixes and hold no inertial values.
+//! The formats of GNSS receivers. Their frames tell of fixes and hold no inertial values.
+//!
+//! | format | messages | joined with |
+//! |---|---|---|
+//! | [`ubx`] | NAV-PVT | NAV-COV, NAV-RELPOSNED |
+//! | [`nmea`] | GGA or GNS, RMC or VTG | GST, HDT, THS |
+//! | [`novatel::best`](best) | BESTPOS, BESTVEL | HEADING2 |
+//! | [`sbf`] | PVTGeodetic | PosCovGeodetic, VelCovGeodetic, AttEuler, AttCovEuler |
+//!
+//! A [`stream::Receiver`] finds the messages of one format, or finds out which format it is, and
+//! joins the messages of an [`epoch`] to one fix.
 
-use super::{Framing, Scan, ubx};
+pub mod epoch;
+pub mod stream;
+
+use super::novatel::best;
+use super::{Framing, Scan, nmea, sbf, ubx};
+use epoch::{Head, Values};
 
 /// What a receiver speaks.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ReceiverFormat {
     /// [`ubx`]
     Ubx,
+    /// [`nmea`]
+    Nmea,
+    /// [`best`]
+    Novatel,
+    /// [`sbf`]
+    Sbf,
 }
 
 impl ReceiverFormat {
     /// All of them.
-    pub const ALL: [ReceiverFormat; 1] = [ReceiverFormat::Ubx];
+    pub const ALL: [ReceiverFormat; 4] = [
+        ReceiverFormat::Ubx,
+        ReceiverFormat::Nmea,
+        ReceiverFormat::Novatel,
+        ReceiverFormat::Sbf,
+    ];
+
+    /// Kind and time of a message that a framer has checked; `None` if it is not read, or has no
+    /// time that can be read.
+    pub fn head(self, frame: &[u8]) -> Option<Head> {
+        match self {
+            ReceiverFormat::Ubx => ubx::head(frame),
+            ReceiverFormat::Nmea => nmea::head(frame),
+            ReceiverFormat::Novatel => best::head(frame),
+            ReceiverFormat::Sbf => sbf::head(frame),
+        }
+    }
+
+    /// Writes the values of a message that has a [`ReceiverFormat::head`].
+    pub fn read(self, frame: &[u8], values: &mut Values) {
+        match self {
+            ReceiverFormat::Ubx => ubx::read(frame, values),
+            ReceiverFormat::Nmea => nmea::read(frame, values),
+            ReceiverFormat::Novatel => best::read(frame, values),
+            ReceiverFormat::Sbf => sbf::read(frame, values),
+        }
+    }
+
+    /// The kinds of messages that are waited for in the first epoch, a bit each.
+    fn usual(self) -> u8 {
+        match self {
+            ReceiverFormat::Ubx => ubx::USUAL,
+            ReceiverFormat::Nmea => nmea::USUAL,
+            ReceiverFormat::Novatel => best::USUAL,
+            ReceiverFormat::Sbf => sbf::USUAL,
+        }
+    }
 }
 
 impl Framing for ReceiverFormat {
-    #[inline(always)]
+    #[inline(never)] // not on the way of a sample: smaller, not faster
     fn scan(self, bytes: &[u8]) -> Scan {
         match self {
             ReceiverFormat::Ubx => ubx::scan(bytes),
+            ReceiverFormat::Nmea => nmea::scan(bytes),
+            ReceiverFormat::Novatel => best::scan(bytes),
+            ReceiverFormat::Sbf => sbf::scan(bytes),
         }
     }
 }
@@ -26,10 +86,65 @@ impl Framing for ReceiverFormat {
 #[cfg(test)]
 impl super::examples::Examples for ReceiverFormat {
     fn example(self, n: u8) -> std::vec::Vec<u8> {
-        ubx::tests::example(n)
+        match self {
+            ReceiverFormat::Ubx => ubx::tests::example(n),
+            ReceiverFormat::Nmea => nmea::tests::example(n),
+            ReceiverFormat::Novatel => best::tests::example(n),
+            ReceiverFormat::Sbf => sbf::tests::example(n),
+        }
     }
 
     fn remade(self, frame: &[u8]) -> Result<std::vec::Vec<u8>, super::Error> {
-        ubx::Pvt::parse(frame).map(|pvt| pvt.emit().to_vec())
+        match self {
+            ReceiverFormat::Ubx => ubx::tests::remade(frame),
+            ReceiverFormat::Nmea => nmea::tests::remade(frame),
+            ReceiverFormat::Novatel => best::tests::remade(frame),
+            ReceiverFormat::Sbf => sbf::tests::remade(frame),
+        }
+    }
+}
+
+/// One message alone, for the tests of the formats.
+#[cfg(test)]
+pub(super) mod testing {
+    use super::epoch::{Head, Sigmas, Time, Values};
+    use super::{Framing, ReceiverFormat};
+    use crate::fix::{Heading, NOT_MEASURED, OBSERVATIONS, Position};
+    use crate::wire::{Error, exactly};
+
+    pub const NONE: Sigmas = [NOT_MEASURED; OBSERVATIONS];
+
+    /// What a message tells.
+    #[derive(Debug, PartialEq)]
+    pub struct Part {
+        pub time: Time,
+        pub day: Option<u8>,
+        pub position: Option<Position>,
+        pub velocity: Option<[f64; 3]>,
+        pub own: Sigmas,
+        pub stated: Sigmas,
+        pub assumed: Sigmas,
+        pub heading: Option<Heading>,
+        pub heading_sigma: Option<f32>,
+    }
+
+    pub fn parse(format: ReceiverFormat, frame: &[u8]) -> Result<Part, Error> {
+        if !exactly(frame, |bytes| format.scan(bytes))? {
+            return Err(Error::Content);
+        }
+        let Head { time, .. } = format.head(frame).ok_or(Error::Field)?;
+        let mut v = Values::NONE;
+        format.read(frame, &mut v);
+        Ok(Part {
+            time,
+            day: v.day,
+            position: v.own[0].is_finite().then_some(v.position),
+            velocity: v.own[3].is_finite().then_some(v.velocity),
+            own: v.own,
+            stated: v.stated,
+            assumed: v.assumed,
+            heading: v.heading,
+            heading_sigma: v.heading_sigma,
+        })
     }
 }

@@ -1,4 +1,5 @@
-//! u-blox UBX-NAV-PVT: the position and velocity fixes that the weights are learnt from.
+//! u-blox UBX-NAV-PVT: the position and velocity fixes that the weights are learnt from; with them
+//! NAV-COV and NAV-RELPOSNED ([`more`]).
 //!
 //! Source: the u-blox interface description as `pyubx2` and gpsd implement it. `pyubx2` 1.4.0 made
 //! the golden message. Little-endian:
@@ -7,12 +8,15 @@
 //! B5 62 | class | id | payload length u16 | payload | Fletcher-8 a, b over class to payload
 //! ```
 //!
-//! Crates for UBX exist. It is written here because only one message of fixed length is needed, the
-//! framer does the framing, and the receiver simulator needs a message that can be written. All
+//! Crates for UBX exist. It is written here because only three messages of fixed length are needed,
+//! the framer does the framing, and the receiver simulator needs a message that can be written. All
 //! other messages are ignored.
+
+pub mod more;
 
 use super::checksum::fletcher8;
 use super::field::{Mark, mark, put, take};
+use super::receiver::epoch::{Head, Time, Values};
 use super::{Error, Scan, exactly};
 use crate::fix::{Fix, NOT_MEASURED, OBSERVATIONS, Position};
 use crate::units::DEGREE;
@@ -26,7 +30,11 @@ const PVT_HEADER: [u8; 6] = [0xB5, 0x62, 0x01, 0x07, PAYLOAD as u8, 0];
 /// Least standard deviations of position (m) and velocity (m/s): the message's own rounding.
 const LEAST_SIGMA: [f32; 2] = [0.005, 0.002];
 
-/// Looks for a message at the beginning of `bytes`. NAV-PVT is a frame.
+/// The kinds that every receiver sends in the first epoch: NAV-PVT.
+pub const USUAL: u8 = 1;
+
+/// Looks for a message at the beginning of `bytes`. NAV-PVT, NAV-COV and NAV-RELPOSNED are frames.
+#[inline(never)]
 pub fn scan(bytes: &[u8]) -> Scan {
     match mark(bytes, &[0xB5, 0x62]) {
         Mark::No => return Scan::Garbage,
@@ -43,7 +51,7 @@ pub fn scan(bytes: &[u8]) -> Scan {
     match bytes.get(..len) {
         None => Scan::Partial(len),
         Some(frame) if !sum_is_right(frame) => Scan::BadChecksum,
-        Some(_) if is_pvt => Scan::Frame(len),
+        Some(_) if is_pvt || more::is_read(take(bytes, 2), payload) => Scan::Frame(len),
         Some(_) => Scan::Other(len),
     }
 }
@@ -52,6 +60,31 @@ pub fn scan(bytes: &[u8]) -> Scan {
 fn sum_is_right(frame: &[u8]) -> bool {
     let at = frame.len().saturating_sub(2);
     fletcher8(frame.get(2..at).unwrap_or_default()) == take(frame, at)
+}
+
+/// Kind and time of a message that a framer has checked; `None` if it is not read.
+pub(super) fn head(frame: &[u8]) -> Option<Head> {
+    if frame.starts_with(&PVT_HEADER) {
+        let time = u32::from_le_bytes(take(frame, PVT_HEADER.len()));
+        return Some(Head {
+            kind: 0,
+            time: Time::Week(time),
+        });
+    }
+    more::head(frame)
+}
+
+/// Writes what such a message tells.
+#[inline(never)]
+pub(super) fn read(frame: &[u8], values: &mut Values) {
+    let Some(pvt) = Pvt::over(frame) else {
+        return more::read(frame, values);
+    };
+    if pvt.is_good() {
+        let fix = pvt.to_fix(0);
+        (values.position, values.velocity) = (fix.position, fix.velocity);
+        (values.own, values.assumed) = ([0.0; OBSERVATIONS], fix.sigmas);
+    }
 }
 
 /// A navigation solution. Units are the message's own.
@@ -213,7 +246,7 @@ impl Pvt {
             sigmas: self.sigmas(),
             time_ms: self.time_of_week,
             arrived_us,
-            age: None,
+            ..Fix::EMPTY
         }
     }
 
@@ -250,6 +283,10 @@ pub(super) mod tests {
             ..Default::default()
         };
         pvt.emit().to_vec()
+    }
+
+    pub(in crate::wire) fn remade(frame: &[u8]) -> Result<std::vec::Vec<u8>, Error> {
+        Pvt::parse(frame).map(|pvt| pvt.emit().to_vec())
     }
 
     const GOLDEN: [u8; PVT_LEN] = hex(

@@ -5,8 +5,9 @@
 
 use firmware::sample::{Axes, RawSample};
 use firmware::wire::framer::{Event, Framer, LONGEST};
+use firmware::wire::receiver::epoch::Arrival;
 use firmware::wire::{
-    Change, Checked, Detector, Framing, ImuFormat, ReceiverFormat, Scan, Settings,
+    Change, Checked, Detector, Framing, ImuFormat, Receiver, ReceiverFormat, Scan, Settings,
 };
 use libfuzzer_sys::fuzz_target;
 
@@ -96,17 +97,37 @@ fn passes<F: Framing>(
     assert_eq!(seen, stream);
 }
 
+/// A fix has finite values and positive standard deviations, whatever the bytes are.
+fn fixes(format: ReceiverFormat, stream: &[u8], piece: usize) {
+    for told in [Some(format), None] {
+        let mut receiver = Receiver::new(told);
+        let mut arrival = Arrival::default();
+        for bytes in stream.chunks(piece) {
+            receiver.push(bytes, arrival);
+            while let Some(solution) = receiver.next_fix() {
+                let Some(fix) = solution.fix else { continue };
+                assert!(fix.velocity.iter().all(|v| v.is_finite()));
+                assert!(fix.sigmas.iter().all(|sigma| *sigma > 0.0));
+            }
+            arrival.us += u64::from(bytes[0]) * 1000;
+        }
+    }
+}
+
 fuzz_target!(|input: &[u8]| {
     let [which, piece, input @ ..] = input else {
         return;
     };
     let piece = usize::from(*piece) % LONGEST + 1;
-    let which_format = usize::from(*which & 0x7F) % (ImuFormat::ALL.len() + 1);
+    let which_format =
+        usize::from(*which & 0x7F) % (ImuFormat::ALL.len() + ReceiverFormat::ALL.len());
     let Some(format) = ImuFormat::ALL.get(which_format).copied() else {
-        passes(ReceiverFormat::Ubx, input, piece, |event, seen| {
-            let _ = event.fix();
+        let which = which_format - ImuFormat::ALL.len();
+        passes(ReceiverFormat::ALL[which], input, piece, |event, seen| {
+            let _ = event.values();
             seen.extend_from_slice(event.bytes());
         });
+        fixes(ReceiverFormat::ALL[which], input, piece);
         return;
     };
     let stream = if which & 0x80 == 0 {

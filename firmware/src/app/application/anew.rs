@@ -3,9 +3,11 @@
 use super::App;
 use crate::app::config::Config;
 use crate::app::phase::Machine;
+use crate::app::pulse::TimePulse;
 use crate::configuration::record::decode;
 use crate::link::Line;
 use crate::model::Nets;
+use crate::wire::Receiver;
 use crate::wire::command::fault;
 
 impl App<'_> {
@@ -38,6 +40,8 @@ impl App<'_> {
         if config.format != Some(self.framer.format()) {
             self.pass_rest(out);
         }
+        self.receiver = Receiver::new(config.receiver());
+        self.pulse = TimePulse::default();
         self.flow.begin_anew(config);
         self.flow.flag(fault::WEIGHTS, other_weights);
         self.machine = Machine::new();

@@ -7,6 +7,7 @@ use crate::app::reverse::Notice;
 use crate::control::Mode;
 use crate::link::Line;
 use crate::wire::ImuFormat;
+use crate::wire::receiver::epoch::Arrival;
 
 impl App<'_> {
     /// Bytes from the navigation computer to the sensor. True: there may be more work.
@@ -49,20 +50,35 @@ impl App<'_> {
     pub(super) fn gnss(&mut self, line: &mut impl Line, now: u64) -> bool {
         let mut piece = [0; PIECE];
         let len = line.receive(&mut piece).unwrap_or(0);
-        self.receiver.push(piece.get(..len).unwrap_or_default());
-        while let Some(event) = self.receiver.next_event() {
-            let Some(pvt) = event.fix() else {
-                continue;
-            };
-            count(&mut self.flow.counters.fixes, 1);
-            if pvt.is_good() {
-                count(&mut self.flow.counters.good_fixes, 1);
-                let fix = pvt.to_fix(now);
-                self.flow.fix(&fix);
-                self.fix = Some(fix);
-            }
-        }
+        let arrival = Arrival {
+            us: now,
+            sample: self.flow.sample(),
+        };
+        self.receiver
+            .push(piece.get(..len).unwrap_or_default(), arrival);
+        while self.solved() {}
         len > 0
+    }
+
+    /// Takes a fix that is complete; false: there is none.
+    #[inline(never)]
+    fn solved(&mut self) -> bool {
+        let Some(solution) = self.receiver.next_fix() else {
+            return false;
+        };
+        count(&mut self.flow.counters.fixes, 1);
+        let Some(mut fix) = solution.fix else {
+            return true;
+        };
+        count(&mut self.flow.counters.good_fixes, 1);
+        fix.waited = self.flow.sample().wrapping_sub(solution.arrival.sample);
+        fix.age = (self.pulse).age(fix.time_ms, fix.arrived_us, self.heard_us);
+        if let Some(heading) = &mut fix.heading {
+            heading.angle -= self.flow.config.heading_offset();
+        }
+        self.flow.fix(&fix);
+        self.fix = Some(fix);
+        true
     }
 
     /// Understands and answers requests to the sensor. True: they have changed the state.

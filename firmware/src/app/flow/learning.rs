@@ -115,6 +115,11 @@ impl Flow<'_> {
         learner.reference(window)
     }
 
+    /// Number of the last sample, modulo 2^32.
+    pub fn sample(&self) -> u32 {
+        self.sample
+    }
+
     /// A good fix of the receiver.
     pub fn fix(&mut self, fix: &Fix) {
         self.judge_speed(fix);

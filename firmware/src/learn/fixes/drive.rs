@@ -379,6 +379,7 @@ impl<'m> Drive<'m> {
             heading: None,
             time_ms: (t * 1000.0).round() as u32,
             arrived_us: 0,
+            waited: 0,
             age: self.pulse.then_some(delay as f32),
         };
         let late = (delay * f64::from(HZ)).round() as u32;

@@ -3,7 +3,6 @@
 
 use super::{FixLearner, Memory};
 use crate::fix::{Fix, NOT_MEASURED, OBSERVATIONS, Position};
-use crate::learn::age::MAX_AGE_S;
 use crate::nav;
 
 /// Fixes closer to each other than this share a weight, ms: errors of receivers last for seconds,
@@ -37,9 +36,9 @@ impl FixLearner<'_> {
     pub(super) fn observe(&mut self, number: u32, fix: &Fix) -> Option<()> {
         let stream = self.stream?;
         let least = self.antenna.age();
-        let age = self
-            .age
-            .arrived(number, fix.time_ms, stream.period_s, least);
+        // an estimate of the age goes on by itself when the pulse stays away
+        let keeps = !self.antenna.estimates();
+        let age = self.age.of(number, fix, stream.period_s, least, keeps);
         self.antenna.jumps(self.age.sooner_s());
         let since = self.last_fix_ms.map(|last| fix.time_ms.wrapping_sub(last));
         let enough = if self.navigator.is_some() {
@@ -51,9 +50,7 @@ impl FixLearner<'_> {
             return None;
         }
         self.align.as_ref()?;
-        let in_range = |age: &f32| (0.0..=MAX_AGE_S).contains(age);
-        let measured = fix.age.map(|age| Some(age).filter(in_range));
-        let Some(age) = measured.unwrap_or(age) else {
+        let Some(age) = age else {
             self.tally.late = self.tally.late.saturating_add(1);
             return None;
         };

@@ -59,6 +59,7 @@ impl<'m> Drive<'m> {
             sigmas: SIGMAS,
             time_ms: (self.time_ms + self.number / RATE * 1000) % 604_800_000,
             arrived_us: 0,
+            waited: 0,
             age: None,
         };
         self.under_way.push((self.number + delay, fix));

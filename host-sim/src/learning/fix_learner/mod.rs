@@ -304,6 +304,7 @@ fn fix(session: &Session, epoch: usize) -> Option<Fix> {
         heading: None,
         time_ms: (time_ms % WEEK_MS) as u32,
         arrived_us: time_ms * 1000,
+        waited: 0,
         age: None,
     })
 }

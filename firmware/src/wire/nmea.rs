@@ -1,0 +1,379 @@
+//! NMEA 0183 sentences of satellite receivers: GGA, GNS, RMC, VTG, GST, HDT, THS.
+//!
+//! Source: NMEA 0183 as gpsd's "NMEA Revealed", `pynmeagps` and the u-blox interface description
+//! state it. `pynmeagps` 1.1.8 made the golden sentences.
+//!
+//! ```text
+//! $ | talker, 2 letters | sentence, 3 letters | , field , field ... | * | checksum | CR LF
+//! ```
+//!
+//! The checksum is the exclusive or of all bytes between `$` and `*`, two hexadecimal digits in
+//! upper case. It is weak: two errors in the same bit of two bytes cancel. A field may be empty.
+//!
+//! It is written here because the crate `nmea` (0.8.0) costs 64 kB of flash for six sentences,
+//! most of it the reading of dates and of floating-point numbers, and brings code that can panic.
+//! Here a number is whole digits and a power of ten.
+//!
+//! NMEA states no accuracy of the velocity, none of the heading, and that of the position only in
+//! GST. What is assumed instead is in this file, with its reason.
+
+mod number;
+
+use super::Scan;
+use super::field::take;
+use super::receiver::epoch::{Head, Time, Values};
+use crate::fix::{Heading, NOT_MEASURED, Position};
+use crate::units::DEGREE;
+use core::f32::consts::FRAC_1_SQRT_2;
+use number::Number;
+
+/// Bytes of the longest sentence that is read. The standard allows 82; receivers with more digits
+/// or a longer GNS use more.
+pub const LONGEST: usize = 128;
+/// Bytes of the shortest: an address, the checksum, the end.
+const SHORTEST: usize = 11;
+
+/// Standard deviation of the horizontal distance at HDOP 1, m, by the quality of the fix: half of
+/// gpsd's 95 % values for a plain and a differential fix; assumed for a carrier-phase fix.
+const PLAIN_M: f32 = 7.5;
+const DIFFERENTIAL_M: f32 = 1.9;
+const FLOAT_M: f32 = 0.5;
+const FIXED_M: f32 = 0.05;
+/// Standard deviation of the height over that of the horizontal distance (assumed: satellites are
+/// above only).
+const HEIGHT: f32 = 2.0;
+/// Standard deviation of a component of the velocity, m/s (assumed: twice what u-blox data sheets
+/// state for a car in the open).
+const VELOCITY_MPS: f32 = 0.1;
+/// Standard deviation of a two-antenna heading, rad (assumed: 1 degree, antennas 0.2 m apart; more
+/// distance is better).
+const HEADING: f32 = DEGREE as f32;
+/// Least standard deviation of a position, m: what GST rounds to at best.
+const LEAST_M: f32 = 0.005;
+/// m/s.
+const KNOT: f32 = 1852.0 / 3600.0;
+const KMH: f32 = 1.0 / 3.6;
+/// Metres in a minute of latitude.
+const MINUTE_M: f32 = 1852.0;
+/// Standard deviation of a value that was rounded to one: 1 / sqrt(12).
+const ROUNDED: f32 = 0.288_675_13;
+
+/// The sentences that are read.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Sentence {
+    /// Position, quality, HDOP, height.
+    Gga,
+    /// The same with a mode for each constellation.
+    Gns,
+    /// Position, velocity, date.
+    Rmc,
+    /// Velocity.
+    Vtg,
+    /// Standard deviations of the position.
+    Gst,
+    /// True heading.
+    Hdt,
+    /// True heading with its mode.
+    Ths,
+}
+
+/// The kinds that every receiver sends in the first epoch: GGA and RMC.
+pub const USUAL: u8 = 1 << Sentence::Gga as u8 | 1 << Sentence::Rmc as u8;
+
+impl Sentence {
+    /// By the address: a talker of satellite receivers, and the sentence.
+    fn of(address: [u8; 5]) -> Option<Sentence> {
+        let [a, b, rest @ ..] = address;
+        if !matches!(&[a, b], b"GP" | b"GN" | b"GL" | b"GA" | b"GB") {
+            return None;
+        }
+        Some(match &rest {
+            b"GGA" => Sentence::Gga,
+            b"GNS" => Sentence::Gns,
+            b"RMC" => Sentence::Rmc,
+            b"VTG" => Sentence::Vtg,
+            b"GST" => Sentence::Gst,
+            b"HDT" => Sentence::Hdt,
+            b"THS" => Sentence::Ths,
+            _ => return None,
+        })
+    }
+}
+
+/// Looks for a sentence at the beginning of `bytes`.
+#[inline(never)]
+pub fn scan(bytes: &[u8]) -> Scan {
+    match bytes.split_first() {
+        Some((b'$', _)) => {}
+        Some(_) => return Scan::Garbage,
+        None => return Scan::Partial(SHORTEST),
+    }
+    let body = bytes.iter().skip(1).take(LONGEST - 5);
+    let (mut sum, mut star) = (0, None);
+    for (at, &byte) in (1..).zip(body) {
+        match byte {
+            b'*' => {
+                star = Some(at);
+                break;
+            }
+            b'A'..=b'Z' => {}
+            b' '..=b'~' if at > 1 && byte != b'$' && byte != b'!' => {}
+            _ => return Scan::Garbage,
+        }
+        sum ^= byte;
+    }
+    let Some(star) = star else {
+        let so_far = bytes.len();
+        if so_far > LONGEST - 5 {
+            return Scan::Garbage;
+        }
+        return Scan::Partial((so_far + 5).max(SHORTEST));
+    };
+    let len = star + 5;
+    let hex = |digit: u8| match digit {
+        0..=9 => b'0' + digit,
+        digit => b'A' + digit - 10,
+    };
+    let end = [hex(sum >> 4), hex(sum & 0xF), b'\r', b'\n'];
+    match bytes.get(star + 1..len) {
+        None => Scan::Partial(len),
+        Some(found) if found != end => Scan::BadChecksum,
+        Some(_) => {
+            #[cfg(test)]
+            super::checksum::count::one(len);
+            if star > 5 && Sentence::of(take(bytes, 1)).is_some() {
+                Scan::Frame(len)
+            } else {
+                Scan::Other(len)
+            }
+        }
+    }
+}
+
+/// Kind and time of a sentence that a framer has checked; `None` if it is another one, or its time
+/// cannot be read.
+pub(super) fn head(frame: &[u8]) -> Option<Head> {
+    let sentence = Sentence::of(take(frame, 1))?;
+    let time = match sentence {
+        Sentence::Vtg | Sentence::Hdt | Sentence::Ths => Time::Same,
+        _ => Time::Day(number::time_of_day(Fields::of(frame).get(0))?),
+    };
+    Some(Head {
+        kind: sentence as u8,
+        time,
+    })
+}
+
+/// Writes what such a sentence tells.
+#[inline(never)]
+pub(super) fn read(frame: &[u8], values: &mut Values) {
+    let fields = Fields::of(frame);
+    match Sentence::of(take(frame, 1)) {
+        Some(Sentence::Gga) => gga(fields, values),
+        Some(Sentence::Gns) => gns(fields, values),
+        Some(Sentence::Rmc) => rmc(fields, values),
+        Some(Sentence::Vtg) => vtg(fields, values),
+        Some(Sentence::Gst) => gst(fields, values),
+        Some(Sentence::Hdt) => heading(fields, values),
+        Some(Sentence::Ths) if fields.get(1) == b"A" => heading(fields, values),
+        Some(Sentence::Ths) | None => {}
+    }
+}
+
+/// The text between the address and the checksum.
+#[derive(Clone, Copy)]
+struct Fields<'t>(&'t [u8]);
+
+impl<'t> Fields<'t> {
+    /// Of a whole sentence.
+    fn of(sentence: &'t [u8]) -> Fields<'t> {
+        let end = sentence.len().saturating_sub(5);
+        Fields(sentence.get(7..end).unwrap_or_default())
+    }
+
+    /// Field `n`, from 0 on; empty where there are fewer.
+    #[inline(never)]
+    fn get(self, n: usize) -> &'t [u8] {
+        let (mut rest, mut left) = (self.0, n);
+        loop {
+            let end = rest.iter().position(|&byte| byte == b',');
+            let (field, after) = match end {
+                Some(end) => rest.split_at_checked(end).unwrap_or_default(),
+                None => (rest, &[][..]),
+            };
+            if left == 0 {
+                return field;
+            }
+            left -= 1;
+            rest = after.get(1..).unwrap_or_default();
+        }
+    }
+
+    /// The number in it.
+    fn number(self, n: usize) -> Option<Number> {
+        Number::of(self.get(n))
+    }
+}
+
+/// time, latitude, N, longitude, E, quality, satellites, HDOP, height, M, geoid, M, age, station
+#[inline(never)]
+fn gga(f: Fields, values: &mut Values) {
+    let range = match f.get(5) {
+        b"1" | b"3" => PLAIN_M, // 3: precise positioning service
+        b"2" => DIFFERENTIAL_M,
+        b"4" => FIXED_M,
+        b"5" => FLOAT_M,
+        _ => return, // none, estimated, by hand, simulated
+    };
+    position(f, 10, values);
+    dilution(range, f, values);
+}
+
+/// time, latitude, N, longitude, E, modes, satellites, HDOP, height, geoid, ...
+///
+/// Each constellation has a mode. The least accurate one of those in use counts.
+#[inline(never)]
+fn gns(f: Fields, values: &mut Values) {
+    let mut worst = None;
+    for mode in f.get(5) {
+        let range = match mode {
+            b'N' => continue,
+            b'A' | b'P' => PLAIN_M,
+            b'D' => DIFFERENTIAL_M,
+            b'R' => FIXED_M,
+            b'F' => FLOAT_M,
+            _ => return, // estimated, by hand, simulated
+        };
+        worst = Some(range.max(worst.unwrap_or(0.0)));
+    }
+    let Some(range) = worst else { return };
+    position(f, 9, values);
+    dilution(range, f, values);
+}
+
+/// Height above the ellipsoid is that above the sea plus the geoid's. Without either it is not
+/// measured.
+#[inline(never)]
+fn position(f: Fields, geoid: usize, values: &mut Values) {
+    let latitude = number::angle(f.get(1), f.get(2), [b'N', b'S'], 90);
+    let longitude = number::angle(f.get(3), f.get(4), [b'E', b'W'], 180);
+    let (Some((latitude, lat_digit)), Some((longitude, lon_digit))) = (latitude, longitude) else {
+        return;
+    };
+    let (height, height_own) = match (f.number(8), f.number(geoid)) {
+        (Some(sea), Some(geoid)) => {
+            let digits = root_of_squares(sea.digit(), geoid.digit());
+            (sea.value() + geoid.value(), digits * ROUNDED)
+        }
+        _ => (0.0, NOT_MEASURED),
+    };
+    let own = [lat_digit, lon_digit].map(|minute| minute * MINUTE_M * ROUNDED);
+    let position = Position {
+        latitude,
+        longitude,
+        height,
+    };
+    values.position = position;
+    let [north, east] = own;
+    Values::set(&mut values.own, 0, [north, east, height_own]);
+}
+
+/// Standard deviations from the quality of the fix and HDOP, until GST states them.
+#[inline(never)]
+fn dilution(range: f32, f: Fields, values: &mut Values) {
+    let Some(hdop) = f.number(7).map(|hdop| hdop.value() as f32) else {
+        return;
+    };
+    if (0.1..50.0).contains(&hdop) {
+        let distance = range * hdop;
+        let axis = distance * FRAC_1_SQRT_2;
+        Values::set(&mut values.assumed, 0, [axis, axis, HEIGHT * distance]);
+    }
+}
+
+/// time, status, latitude, N, longitude, E, speed, course, date, declination, E, mode, ...
+///
+/// The position is not taken from here, since there is no height and no quality.
+#[inline(never)]
+fn rmc(f: Fields, values: &mut Values) {
+    values.day = number::day_of_week(f.get(8));
+    let vouched = f.get(1) == b"A" && is_measured(f.get(11));
+    if vouched {
+        velocity(f.get(6), f.get(7), KNOT, values);
+    }
+}
+
+/// course, T, magnetic course, M, speed, N, speed, K, mode
+#[inline(never)]
+fn vtg(f: Fields, values: &mut Values) {
+    if is_measured(f.get(8)) {
+        velocity(f.get(6), f.get(0), KMH, values);
+    }
+}
+
+/// Mode: autonomous, differential, float, precise, real-time kinematic; empty before version 2.3.
+fn is_measured(mode: &[u8]) -> bool {
+    matches!(mode, b"" | b"A" | b"D" | b"F" | b"P" | b"R")
+}
+
+/// sqrt(a^2 + b^2)
+fn root_of_squares(a: f32, b: f32) -> f32 {
+    libm::sqrtf(a * a + b * b)
+}
+
+/// A receiver that stands gives no course. Then each component may be as large as the speed.
+#[inline(never)]
+fn velocity(speed: &[u8], course: &[u8], unit: f32, values: &mut Values) {
+    let Some(speed) = Number::of(speed) else {
+        return;
+    };
+    let mps = speed.value() as f32 * unit;
+    if !(0.0..1e4).contains(&mps) {
+        return;
+    }
+    let mut own = speed.digit() * unit * ROUNDED;
+    match Number::of(course) {
+        Some(course) => {
+            let turned = course.digit() * DEGREE as f32 * mps * ROUNDED;
+            let course = course.value() as f32;
+            if !(0.0..=360.0).contains(&course) {
+                return;
+            }
+            own = root_of_squares(own, turned);
+            values.over_ground(mps, course, 0.0);
+        }
+        None => {
+            own = root_of_squares(own, mps * FRAC_1_SQRT_2);
+            values.velocity = [0.0; 3];
+        }
+    }
+    Values::set(&mut values.own, 3, [own, own, NOT_MEASURED]);
+    let assumed = [VELOCITY_MPS, VELOCITY_MPS, NOT_MEASURED];
+    Values::set(&mut values.assumed, 3, assumed);
+}
+
+/// time, range, major, minor, orientation, latitude, longitude, height; all m
+#[inline(never)]
+fn gst(f: Fields, values: &mut Values) {
+    for (sigma, n) in values.stated.iter_mut().zip(5..8) {
+        let stated = f.number(n).map_or(0.0, |number| number.value() as f32);
+        if stated > 0.0 {
+            *sigma = stated.max(LEAST_M);
+        }
+    }
+}
+
+/// Of two antennas. One degree of the field is one degree here, from true north.
+#[inline(never)]
+fn heading(f: Fields, values: &mut Values) {
+    let degrees = f.number(0).map(|number| number.value());
+    if let Some(degrees) = degrees.filter(|degrees| (0.0..=360.0).contains(degrees)) {
+        values.heading = Some(Heading {
+            angle: (degrees * DEGREE) as f32,
+            sigma: HEADING,
+        });
+    }
+}
+
+#[cfg(test)]
+pub(super) mod tests;

@@ -1,0 +1,194 @@
+//! BESTPOS, BESTVEL and HEADING2 in binary: what a `NovAtel` receiver knows of its position,
+//! velocity and heading.
+//!
+//! Source: docs.novatel.com, OEM7 (pages of the logs, tables of solution status and position
+//! type). `novatel_edie` 2.10.11 made the golden logs. After the long header of
+//! [`super`], little-endian:
+//!
+//! ```text
+//! BESTPOS 42, BESTGNSSPOS 1429, 72 bytes: status u32 | type u32 | latitude f64 @8 | longitude f64
+//!   | height above the sea f64 @24 | geoid f32 @32 | datum u32 | sigmas f32 @40 @44 @48 | ...
+//! BESTVEL 99, BESTGNSSVEL 1430, 44 bytes: status u32 | type u32 | latency f32 @8 | age f32
+//!   | speed f64 @16 | track f64 @24 | upwards f64 @32 | reserved f32
+//! HEADING2 1335, 48 bytes: status u32 | type u32 | length f32 | heading f32 @12 | pitch f32
+//!   | reserved f32 | heading's sigma f32 @24 | pitch's sigma f32 | ...
+//! ```
+//!
+//! A position in which an inertial sensor has a share (types INS_...) is not taken: its errors are
+//! not independent from fix to fix. BESTGNSSPOS and BESTGNSSVEL have none.
+
+use super::{crc_is_right, states_its_length};
+use crate::fix::{Heading, Position};
+use crate::units::DEGREE;
+use crate::wire::Scan;
+use crate::wire::field::{Mark, mark, take};
+use crate::wire::receiver::epoch::{Head, Time, Values};
+
+const HEADER: usize = 28;
+/// Time status from which on the time is known to the receiver (20 is "unknown").
+const TIME_KNOWN: u8 = 60;
+/// Standard deviation of a component of the velocity, m/s (assumed: the OEM7 data sheet states 0.03
+/// m/s for its RMS).
+const VELOCITY_MPS: f32 = 0.05;
+/// Change of the velocity in the latency of its time, m/s2 (assumed: a car that starts or brakes).
+const CHANGE_MPS2: f32 = 1.0;
+/// Least standard deviations of the position (m) and the heading (rad).
+const LEAST_M: f32 = 0.005;
+const LEAST_RAD: f32 = 1e-3;
+
+/// The logs that are read.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Log {
+    /// BESTPOS and BESTGNSSPOS.
+    Position,
+    /// BESTVEL and BESTGNSSVEL.
+    Velocity,
+    /// HEADING2.
+    Heading,
+}
+
+/// The kinds that every receiver sends in the first epoch.
+pub const USUAL: u8 = 1 << Log::Position as u8 | 1 << Log::Velocity as u8;
+
+impl Log {
+    fn of(id: u16) -> Option<Log> {
+        match id {
+            42 | 1429 => Some(Log::Position),
+            99 | 1430 => Some(Log::Velocity),
+            1335 => Some(Log::Heading),
+            _ => None,
+        }
+    }
+
+    fn payload(self) -> usize {
+        match self {
+            Log::Position => 72,
+            Log::Velocity => 44,
+            Log::Heading => 48,
+        }
+    }
+}
+
+/// Looks for a log at the beginning of `bytes`. Other logs with a right CRC pass.
+#[inline(never)]
+pub fn scan(bytes: &[u8]) -> Scan {
+    let short = mark(bytes, &[0xAA, 0x44, 0x13]);
+    match (mark(bytes, &[0xAA, 0x44, 0x12]), short) {
+        (Mark::No, Mark::No) => return Scan::Garbage,
+        (Mark::Whole, _) | (_, Mark::Whole) => {}
+        _ => return Scan::Partial(3),
+    }
+    let header = if short == Mark::Whole { 12 } else { HEADER };
+    if bytes.len() < header {
+        return Scan::Partial(header);
+    }
+    let (log, payload) = if short == Mark::Whole {
+        let [len] = take(bytes, 3);
+        (None, usize::from(len))
+    } else {
+        let id = u16::from_le_bytes(take(bytes, 4));
+        let [kind] = take(bytes, 6);
+        let binary = kind & 0xE0 == 0; // neither text nor an answer
+        let log = Log::of(id).filter(|_| binary);
+        (log, usize::from(u16::from_le_bytes(take(bytes, 8))))
+    };
+    let wrong = log.is_some_and(|log| log.payload() != payload);
+    if wrong || !states_its_length(bytes, header) {
+        return Scan::BadChecksum; // known at once: do not wait for a length that cannot be
+    }
+    let len = header + payload + 4;
+    match bytes.get(..len) {
+        None => Scan::Partial(len),
+        Some(frame) if !crc_is_right(frame) => Scan::BadChecksum,
+        Some(_) if log.is_some() => Scan::Frame(len),
+        Some(_) => Scan::Other(len),
+    }
+}
+
+/// Kind and time of a log that a framer has checked; `None` if it is another one, or the receiver
+/// does not know the time.
+pub(in crate::wire) fn head(frame: &[u8]) -> Option<Head> {
+    let log = Log::of(u16::from_le_bytes(take(frame, 4)))?;
+    let [status] = take(frame, 13);
+    (status >= TIME_KNOWN).then_some(Head {
+        kind: log as u8,
+        time: Time::Week(u32::from_le_bytes(take(frame, 16))),
+    })
+}
+
+/// Writes what such a log tells.
+#[inline(never)]
+pub(in crate::wire) fn read(frame: &[u8], values: &mut Values) {
+    let payload = frame.get(HEADER..).unwrap_or_default();
+    let [computed, kind] = [0, 4].map(|at| u32::from_le_bytes(take(payload, at)));
+    if computed != 0 || !is_measured(kind) {
+        return;
+    }
+    match Log::of(u16::from_le_bytes(take(frame, 4))) {
+        Some(Log::Position) => position(payload, values),
+        Some(Log::Velocity) => velocity(payload, values),
+        Some(Log::Heading) => heading(payload, values),
+        None => {}
+    }
+}
+
+/// Whether a position or velocity of this type comes from satellites alone: not none, fixed,
+/// propagated, inertial, or out of bounds.
+fn is_measured(kind: u32) -> bool {
+    matches!(kind, 8 | 16..=18 | 20 | 32..=35 | 46..=50 | 64..=66 | 68..=71 | 75 | 77 | 78)
+}
+
+fn double(payload: &[u8], at: usize) -> f64 {
+    f64::from_le_bytes(take(payload, at))
+}
+
+fn single(payload: &[u8], at: usize) -> f32 {
+    f32::from_le_bytes(take(payload, at))
+}
+
+fn position(payload: &[u8], values: &mut Values) {
+    let position = Position {
+        latitude: double(payload, 8) * DEGREE,
+        longitude: double(payload, 16) * DEGREE,
+        height: double(payload, 24) + f64::from(single(payload, 32)),
+    };
+    let sigmas = [40, 44, 48].map(|at| single(payload, at));
+    if position.is_plausible() && sigmas.iter().all(|sigma| *sigma > 0.0 && *sigma < 1e6) {
+        values.position = position;
+        Values::set(&mut values.own, 0, [0.0; 3]);
+        Values::set(
+            &mut values.stated,
+            0,
+            sigmas.map(|sigma| sigma.max(LEAST_M)),
+        );
+    }
+}
+
+/// The velocity is that of `latency` earlier than the time says. It is taken as of that time, and
+/// what it may have changed since is added to its standard deviation.
+fn velocity(payload: &[u8], values: &mut Values) {
+    let latency = single(payload, 8);
+    let [speed, track, up] = [16, 24, 32].map(|at| double(payload, at) as f32);
+    let plausible = (0.0..1e4).contains(&speed) && up.abs() < 1e4;
+    if plausible && (0.0..=360.0).contains(&track) && (0.0..1.0).contains(&latency) {
+        let own = latency * CHANGE_MPS2;
+        values.over_ground(speed, track, up);
+        Values::set(&mut values.own, 3, [own; 3]);
+        Values::set(&mut values.assumed, 3, [VELOCITY_MPS; 3]);
+    }
+}
+
+#[inline(never)]
+fn heading(payload: &[u8], values: &mut Values) {
+    let degree = DEGREE as f32;
+    let (angle, sigma) = (single(payload, 12), single(payload, 24));
+    if (0.0..=360.0).contains(&angle) && sigma > 0.0 && sigma < 180.0 {
+        values.heading = Some(Heading {
+            angle: angle * degree,
+            sigma: (sigma * degree).max(LEAST_RAD),
+        });
+    }
+}
+
+#[cfg(test)]
+pub(in crate::wire) mod tests;

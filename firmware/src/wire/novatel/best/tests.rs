@@ -1,0 +1,156 @@
+use super::super::seal;
+use super::*;
+use crate::wire::field::{hex, put};
+use crate::wire::receiver::testing::{self, Part};
+use crate::wire::{Error, ReceiverFormat, exactly};
+use std::vec::Vec;
+
+/// With a start mark in its data.
+pub(in crate::wire) fn example(n: u8) -> Vec<u8> {
+    let mut frame = POSITION.to_vec();
+    put(&mut frame, 16, u32::from(n).to_le_bytes());
+    put(&mut frame, HEADER + 52, [0xAA, 0x44, 0x12, 28]);
+    seal(&mut frame);
+    frame
+}
+
+/// Words apart, and joined again.
+pub(in crate::wire) fn remade(frame: &[u8]) -> Result<Vec<u8>, Error> {
+    if !exactly(frame, scan)? {
+        return Err(Error::Content);
+    }
+    let words = frame
+        .as_chunks::<4>()
+        .0
+        .iter()
+        .map(|word| u32::from_le_bytes(*word));
+    let mut made: Vec<u8> = words.flat_map(u32::to_le_bytes).collect();
+    seal(&mut made);
+    Ok(made)
+}
+
+/// The ASCII example of BESTGNSSPOS on docs.novatel.com, in the binary form of NovAtel's encoder:
+/// `PPP,51.15043712234,-114.03067870773,1097.3556,-17.0001,WGS84,0.0176,0.0123,0.0317`.
+const POSITION: [u8; 104] = hex(
+    "aa44121c950500a04800000082b4a1088869141d2000000292c2a9410000000045000000ff460c86419349409298d3a3f6815cc0d50968226c259140340088c13d000000e02d903cf085493cdcd7013d5453545200008841000000002a26262500003f373d4992d4",
+);
+/// `SOL_COMPUTED,DOPPLER_VELOCITY,0.150,0.000,5.2500,227.600000,-0.1250` by the same encoder.
+const VELOCITY: [u8; 76] = hex(
+    "aa44121c630000202c0000007fb49d07309d101800000002a210008000000000080000009a99193e0000000000000000000015403333333333736c40000000000000c0bf00000000ca30f219",
+);
+/// `SOL_COMPUTED,NARROW_INT,1.5,120.25,0.5,0.0,0.125,0.25` by the same encoder.
+const HEADING2: [u8; 80] = hex(
+    "aa44121c37050020300000004fb49d07309d1018000000022df2008000000000320000000000c03f0080f0420000003f000000000000003e0000803e30303031303030321211111000010033a418883c",
+);
+
+fn changed<const N: usize>(frame: &[u8], at: usize, bytes: [u8; N]) -> Part {
+    let mut frame = frame.to_vec();
+    put(&mut frame, HEADER + at, bytes);
+    seal(&mut frame);
+    parse(&frame).unwrap()
+}
+
+fn parse(frame: &[u8]) -> Result<Part, Error> {
+    testing::parse(ReceiverFormat::Novatel, frame)
+}
+
+#[test]
+fn golden_logs() {
+    let part = parse(&POSITION).unwrap();
+    assert_eq!(part.time, Time::Week(487_877_000));
+    let (position, own) = (part.position.unwrap(), &part.own[..3]);
+    let near = |a: f64, b: f64, within| (a - b).abs() < within;
+    assert!(near(
+        position.latitude,
+        51.150_437_122_34_f64.to_radians(),
+        1e-13
+    ));
+    assert!(near(
+        position.longitude,
+        -114.030_678_707_73_f64.to_radians(),
+        1e-13
+    ));
+    assert!(near(position.height, 1097.3556 - 17.0001, 1e-5));
+    assert_eq!(own, [0.0; 3]);
+    assert_eq!(part.stated[..3], [0.0176, 0.0123, 0.0317]);
+
+    let part = parse(&VELOCITY).unwrap();
+    assert_eq!(part.time, Time::Week(403_742_000));
+    let ([north, east, down], own) = (part.velocity.unwrap(), &part.own[3..]);
+    let track = 227.6_f64.to_radians();
+    assert!(near(north, 5.25 * track.cos(), 3e-6) && near(east, 5.25 * track.sin(), 3e-6));
+    // 0.15 s late, in which the velocity may have changed
+    assert_eq!((down, own), (0.125, &[0.15; 3][..]));
+    assert_eq!(part.assumed[3..], [0.05; 3]);
+
+    let heading = parse(&HEADING2).unwrap().heading.unwrap();
+    assert!((heading.angle - 120.25_f32.to_radians()).abs() < 1e-6);
+    assert!((heading.sigma - 0.125_f32.to_radians()).abs() < 1e-6);
+}
+
+#[test]
+fn what_is_not_measured_is_not_told() {
+    for status in [1_u32, 6, 18] {
+        let bytes = status.to_le_bytes();
+        assert_eq!(changed(&POSITION, 0, bytes).position, None, "{status}");
+        assert_eq!(changed(&VELOCITY, 0, bytes).velocity, None, "{status}");
+        assert_eq!(changed(&HEADING2, 0, bytes).heading, None, "{status}");
+    }
+    // none, fixed, propagated, inertial, out of bounds
+    for kind in [0_u32, 1, 2, 19, 51, 52, 53, 56, 72, 73, 74, 1000] {
+        let bytes = kind.to_le_bytes();
+        assert_eq!(changed(&POSITION, 4, bytes).position, None, "{kind}");
+        assert_eq!(changed(&VELOCITY, 4, bytes).velocity, None, "{kind}");
+    }
+    for kind in [16_u32, 17, 18, 34, 50, 69, 70] {
+        assert!(changed(&POSITION, 4, kind.to_le_bytes()).position.is_some());
+    }
+    for wild in [f64::NAN, f64::INFINITY, 1e9] {
+        for at in [8, 16, 24] {
+            assert_eq!(changed(&POSITION, at, wild.to_le_bytes()).position, None);
+        }
+        for at in [16, 24, 32] {
+            assert_eq!(changed(&VELOCITY, at, wild.to_le_bytes()).velocity, None);
+        }
+    }
+    for wild in [0.0_f32, -1.0, f32::NAN, f32::INFINITY] {
+        for at in [40, 44, 48] {
+            assert_eq!(changed(&POSITION, at, wild.to_le_bytes()).position, None);
+        }
+        assert_eq!(changed(&HEADING2, 24, wild.to_le_bytes()).heading, None);
+    }
+    for latency in [-0.1_f32, 1.5, f32::NAN] {
+        assert_eq!(changed(&VELOCITY, 8, latency.to_le_bytes()).velocity, None);
+    }
+    let mut unknown = POSITION;
+    unknown[13] = 20;
+    seal(&mut unknown);
+    assert_eq!(parse(&unknown), Err(Error::Field)); // the receiver does not know the time
+}
+
+#[test]
+fn other_logs_pass_and_damage_does_not() {
+    for id in [43_u16, 268, 1465] {
+        let mut frame = POSITION;
+        put(&mut frame, 4, id.to_le_bytes());
+        seal(&mut frame);
+        assert_eq!(scan(&frame), Scan::Other(104), "{id}");
+        assert_eq!(parse(&frame), Err(Error::Content));
+    }
+    // an answer, and a log in text
+    for kind in [0x80, 0x20] {
+        let mut frame = POSITION;
+        frame[6] = kind;
+        seal(&mut frame);
+        assert_eq!(scan(&frame), Scan::Other(104));
+    }
+    let mut short = POSITION;
+    put(&mut short, 8, 71_u16.to_le_bytes());
+    assert_eq!(scan(&short[..28]), Scan::BadChecksum);
+    assert_eq!(scan(&POSITION[..10]), Scan::Partial(28));
+    for bit in 24..8 * POSITION.len() {
+        let mut frame = POSITION;
+        frame[bit / 8] ^= 1 << (bit % 8);
+        assert!(parse(&frame).is_err(), "bit {bit}");
+    }
+}

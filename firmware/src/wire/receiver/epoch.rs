@@ -1,0 +1,317 @@
+//! Joins the messages of one epoch into one fix.
+//!
+//! Most receivers spread what they know over several messages. Messages of the same time of
+//! validity belong to one epoch; a message without a time belongs to the epoch before it. An epoch
+//! is handed over as soon as it has every kind of message that the last one had, so nothing is
+//! waited for that does not come. Where a kind is missing, a silence of the line or the next epoch
+//! ends it.
+
+use crate::fix::{Fix, Heading, NOT_MEASURED, OBSERVATIONS, Position};
+use crate::units::DEGREE;
+
+/// A message that is older than the newest epoch by at most this belongs to an epoch that is over,
+/// ms. With more, the receiver's time has gone back.
+const LATE_MS: u32 = 2000;
+const DAY_MS: u32 = 86_400_000;
+const WEEK_MS: u32 = 7 * DAY_MS;
+
+/// When a byte came.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Arrival {
+    /// By the board's clock, microseconds.
+    pub us: u64,
+    /// Number of the last sample before it.
+    pub sample: u32,
+}
+
+/// The kind of a message, and when its values were valid.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Head {
+    /// 0 to 7, different within a format.
+    pub kind: u8,
+    /// When.
+    pub time: Time,
+}
+
+/// The time that a message states.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Time {
+    /// ms of the GPS week.
+    Week(u32),
+    /// ms of the day.
+    Day(u32),
+    /// None: that of the message before it.
+    Same,
+}
+
+/// Standard deviations of position (m) and velocity (m/s), in the order of [`OBSERVATIONS`].
+pub type Sigmas = [f32; OBSERVATIONS];
+
+/// What the messages of an epoch have told so far. A message writes what it measures and leaves
+/// the rest.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Values {
+    /// Position.
+    pub position: Position,
+    /// Velocity north, east, down, m/s.
+    pub velocity: [f64; 3],
+    /// What is to be added to each standard deviation because of the digits of the message, or
+    /// because of its age; [`NOT_MEASURED`] for a value that has not come.
+    pub own: Sigmas,
+    /// Standard deviations that the receiver states; [`NOT_MEASURED`] where it does not.
+    pub stated: Sigmas,
+    /// Standard deviations that are assumed until the receiver states others.
+    pub assumed: Sigmas,
+    /// Two-antenna heading.
+    pub heading: Option<Heading>,
+    /// Its standard deviation by another message, rad.
+    pub heading_sigma: Option<f32>,
+    /// Day of the week, 0 for Sunday, by a message with a date.
+    pub day: Option<u8>,
+}
+
+impl Values {
+    /// Nothing is told.
+    pub const NONE: Values = Values {
+        position: Position {
+            latitude: 0.0,
+            longitude: 0.0,
+            height: 0.0,
+        },
+        velocity: [0.0; 3],
+        own: [NOT_MEASURED; OBSERVATIONS],
+        stated: [NOT_MEASURED; OBSERVATIONS],
+        assumed: [NOT_MEASURED; OBSERVATIONS],
+        heading: None,
+        heading_sigma: None,
+        day: None,
+    };
+
+    /// Sets the standard deviations stated, from `first` on, by three little-endian variances. One
+    /// that is unknown or wild is not measured.
+    #[inline(never)]
+    pub fn variances(&mut self, first: usize, variances: [[u8; 4]; 3], least: f32) {
+        let stated = self.stated.iter_mut().skip(first);
+        for (sigma, variance) in stated.zip(variances) {
+            let variance = f32::from_le_bytes(variance);
+            *sigma = match (0.0..1e12).contains(&variance) {
+                true => libm::sqrtf(variance).max(least),
+                false => NOT_MEASURED,
+            };
+        }
+    }
+
+    /// Sets the velocity by speed (m/s), course (degrees clockwise from north, 0 to 360), and speed
+    /// upwards. Sine and cosine are good to 3e-7, 9 um/s at 30 m/s.
+    #[inline(never)]
+    pub fn over_ground(&mut self, speed: f32, course: f32, up: f32) {
+        // to the nearest of north, east, south and west, and from there by the Taylor series
+        let quarter = (course / 90.0 + 0.5) as u32;
+        let x = (course - 90.0 * quarter as f32) * DEGREE as f32;
+        let xx = x * x;
+        let sin = x * (1.0 - xx / 6.0 * (1.0 - xx / 20.0 * (1.0 - xx / 42.0 * (1.0 - xx / 72.0))));
+        let cos = 1.0 - xx / 2.0 * (1.0 - xx / 12.0 * (1.0 - xx / 30.0 * (1.0 - xx / 56.0)));
+        let (north, east) = match quarter % 4 {
+            0 => (cos, sin),
+            1 => (-sin, cos),
+            2 => (-cos, -sin),
+            _ => (sin, -cos),
+        };
+        self.velocity = [speed * north, speed * east, -up].map(f64::from);
+    }
+
+    /// Writes a position or velocity's three entries of the standard deviations, from `first` on.
+    #[inline(never)]
+    pub fn set(sigmas: &mut Sigmas, first: usize, new: [f32; 3]) {
+        for (sigma, new) in sigmas.iter_mut().skip(first).zip(new) {
+            *sigma = new;
+        }
+    }
+}
+
+/// An epoch that is complete.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Solution {
+    /// The fix; `None` when the receiver does not vouch for any value.
+    pub fix: Option<Fix>,
+    /// When the first byte of its first message came.
+    pub arrival: Arrival,
+}
+
+/// Joins messages to epochs.
+#[derive(Debug)]
+pub struct Joiner {
+    /// The newest epoch: its time, `None` until there is one; when it arrived, and its values.
+    time: Option<Time>,
+    arrival: Arrival,
+    values: Values,
+    /// Kinds of messages that it has, a bit each, and that the one before it had.
+    kinds: u8,
+    usual: u8,
+    /// It has been handed over.
+    told: bool,
+    /// The line was silent since, so a message without a time is not of it.
+    over: bool,
+    /// Day of the week, of receivers that tell the time of the day: by their last date, and by the
+    /// midnights since.
+    day: u8,
+    /// An epoch that was handed over and not taken yet.
+    ready: bool,
+    solution: Solution,
+}
+
+impl Joiner {
+    /// A new one, which expects these kinds of messages at first, a bit each.
+    pub const fn new(usual: u8) -> Joiner {
+        Joiner {
+            time: None,
+            arrival: Arrival { us: 0, sample: 0 },
+            values: Values::NONE,
+            kinds: 0,
+            usual,
+            told: true,
+            over: false,
+            day: 0,
+            ready: false,
+            solution: Solution {
+                fix: None,
+                arrival: Arrival { us: 0, sample: 0 },
+            },
+        }
+    }
+
+    /// The place for the values of a message whose first byte came at `arrival`; `None` when it
+    /// belongs to an epoch that is over. A message that begins a new epoch ends the one before it.
+    /// [`Joiner::take`] is to be asked before the next message.
+    #[inline(never)]
+    pub fn place(&mut self, head: Head, arrival: Arrival) -> Option<&mut Values> {
+        match (head.time, self.time) {
+            (Time::Same, None) => return None,
+            (Time::Same, _) if self.over => return None,
+            (Time::Same, _) => {}
+            (new, Some(old)) if new == old => {}
+            (new, Some(old)) if is_late(new, old) => return None,
+            (new, old) => {
+                self.hand_over();
+                if old.is_some() {
+                    self.usual = self.kinds;
+                }
+                if is_midnight(old, new) {
+                    self.day = (self.day + 1) % 7;
+                }
+                (self.time, self.arrival) = (Some(new), arrival);
+                (self.kinds, self.told, self.over) = (0, false, false);
+                self.values = Values::NONE;
+            }
+        }
+        self.kinds |= 1 << (head.kind & 7);
+        Some(&mut self.values)
+    }
+
+    /// Whether there is an epoch to take: one that was ended, or that has all that the last one
+    /// had.
+    pub fn is_ready(&mut self) -> bool {
+        if !self.ready && self.kinds & self.usual == self.usual {
+            self.hand_over();
+        }
+        self.ready
+    }
+
+    /// Whether an epoch waits for messages.
+    pub fn waits(&self) -> bool {
+        !self.told
+    }
+
+    /// The line is silent: nothing more comes of the epoch.
+    pub fn silent(&mut self) {
+        self.over = true;
+        self.hand_over();
+    }
+
+    /// The epoch that was handed over, once.
+    pub fn take(&mut self) -> Option<&Solution> {
+        core::mem::take(&mut self.ready).then_some(&self.solution)
+    }
+
+    /// Makes the fix, if there is a position or a velocity.
+    #[inline(never)]
+    fn hand_over(&mut self) {
+        if core::mem::replace(&mut self.told, true) {
+            return;
+        }
+        self.day = self.values.day.unwrap_or(self.day);
+        let Values {
+            position,
+            velocity,
+            heading,
+            ..
+        } = self.values;
+        let mut fix = Fix {
+            position,
+            velocity,
+            heading,
+            time_ms: match self.time {
+                Some(Time::Week(ms)) => ms,
+                Some(Time::Day(ms)) => (u32::from(self.day) * DAY_MS + ms) % WEEK_MS,
+                Some(Time::Same) | None => 0,
+            },
+            arrived_us: self.arrival.us,
+            ..Fix::EMPTY
+        };
+        let Values {
+            own,
+            stated,
+            assumed,
+            ..
+        } = &self.values;
+        let measured = together(own, stated, assumed, &mut fix.sigmas);
+        if let (Some(heading), Some(sigma)) = (&mut fix.heading, self.values.heading_sigma) {
+            heading.sigma = sigma;
+        }
+        self.solution = Solution {
+            fix: measured.then_some(fix),
+            arrival: self.arrival,
+        };
+        self.ready = true;
+    }
+}
+
+/// The standard deviations of the values. Where nothing is added, their bits stay as they are. True
+/// if anything is measured.
+#[inline(never)]
+fn together(own: &[f32], stated: &[f32], assumed: &[f32], sigmas: &mut [f32]) -> bool {
+    let mut measured = false;
+    let known = stated.iter().zip(assumed);
+    for ((sigma, own), (stated, assumed)) in sigmas.iter_mut().zip(own).zip(known) {
+        *sigma = one_together(*own, *stated, *assumed);
+        measured |= sigma.is_finite();
+    }
+    measured
+}
+
+#[inline(never)]
+fn one_together(own: f32, stated: f32, assumed: f32) -> f32 {
+    let known = if stated.is_finite() { stated } else { assumed };
+    if own == 0.0 {
+        return known;
+    }
+    libm::sqrtf(known * known + own * own)
+}
+
+/// The time is before that of the newest epoch, and by so little that it has not gone back.
+fn is_late(new: Time, newest: Time) -> bool {
+    match (new, newest) {
+        (Time::Week(new), Time::Week(newest)) | (Time::Day(new), Time::Day(newest)) => {
+            (1..=LATE_MS).contains(&newest.wrapping_sub(new))
+        }
+        _ => false,
+    }
+}
+
+/// The time of the day has gone back by more than half a day.
+fn is_midnight(old: Option<Time>, new: Time) -> bool {
+    match (old, new) {
+        (Some(Time::Day(old)), Time::Day(new)) => old > new.saturating_add(DAY_MS / 2),
+        _ => false,
+    }
+}
