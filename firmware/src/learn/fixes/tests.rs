@@ -166,3 +166,41 @@ fn a_known_state_needs_a_stream_and_a_range() {
     assert_eq!(learner.navigate_from(start, &sigmas), Ok(()));
     assert_eq!(learner.nav().map(|nav| nav.position), Some(start.position));
 }
+
+/// Lever arm and delay told exactly: every bit is as without the filter that estimates them. The
+/// number was computed by the code before that filter.
+#[test]
+fn what_is_told_exactly_keeps_every_bit() {
+    use super::drive::{Drive, Receiver, Road};
+    let mut memory = memory();
+    let told = Settings {
+        lever_arm: [1.5, 0.7, -1.1],
+        ..Settings::MEDIUM
+    };
+    let receiver = Receiver {
+        arm: [1.2, 0.7, -1.1],
+        delay: 0.13,
+        ..Receiver::GOOD
+    };
+    let biases = [[2e-6, -1.5e-6, 1e-6], [3e-3, -4e-3, 2e-3]];
+    let mut drive = Drive::new(&mut memory, told, Road::TOWN, receiver, biases, 11);
+    drive.seconds(60);
+    let nav = drive.learner.nav().unwrap();
+    let position = [
+        nav.position.latitude,
+        nav.position.longitude,
+        nav.position.height,
+    ];
+    let all = position.into_iter().chain(nav.velocity).chain(nav.q_bn);
+    let mut bits: Vec<u64> = all.map(f64::to_bits).collect();
+    let bank = drive.learner.bank();
+    for index in 0..crate::learn::bank::HYPOTHESES {
+        bits.extend(bank.estimate_of(index).map(|e| u64::from(e.to_bits())));
+        bits.push(bank.evidence(index).to_bits());
+    }
+    // FNV-1a
+    let digest = bits.iter().fold(0xcbf2_9ce4_8422_2325_u64, |digest, bits| {
+        (digest ^ bits).wrapping_mul(0x100_0000_01b3)
+    });
+    assert_eq!(digest, 0xe359_1b94_ee81_0f20, "{digest:#x}");
+}
