@@ -2,6 +2,7 @@
 //! valid.
 
 use core::f64::consts::PI;
+use serde::{Deserialize, Serialize};
 
 /// Values that a fix observes: position (north, east, down, m), then velocity (m/s).
 pub const OBSERVATIONS: usize = 6;
@@ -55,6 +56,15 @@ pub struct Fix {
     /// Its age at the last sample before it was complete, s, by the receiver's time pulse: exact,
     /// whatever was told of the delay. `None` without a pulse.
     pub age: Option<f32>,
+}
+
+/// Where the vehicle's forward axis points.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Heading {
+    /// Clockwise from true north, rad.
+    pub angle: f32,
+    /// Its standard deviation, rad, > 0.
+    pub sigma: f32,
 }
 
 impl Fix {

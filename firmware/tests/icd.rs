@@ -1,5 +1,6 @@
 //! The interface control document says what the code does: its tables, row by row.
 
+use firmware::fix::Heading;
 use firmware::model::IMAGES_LEN;
 use firmware::wire::command::{MAX_CHUNK, MAX_PACKET, Request, WIRE_VERSION, encode, fault};
 use firmware::wire::{
@@ -329,6 +330,10 @@ fn requests() {
             length: 0,
         },
         Request::GetBoard,
+        Request::Heading(Heading {
+            angle: 0.0,
+            sigma: 0.1,
+        }),
     ];
     for (n, request) in all.iter().enumerate() {
         let name = format!("{request:?}");

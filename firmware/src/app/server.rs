@@ -107,6 +107,7 @@ impl Server {
             }
             Request::GetBoard => return Response::Board(self.board(flow)),
             Request::CommitLearnt => may_exchange(flow).and_then(|()| flow.commit_learnt()),
+            Request::Heading(heading) => flow.heading(heading),
             Request::StoreImage => store_image(flow),
             Request::Alignment(alignment) => {
                 flow.align(alignment);
@@ -257,7 +258,19 @@ fn health(flow: &Flow, machine: &Machine) -> Health {
         rollbacks: report.rollbacks,
         busy: flow.load.last,
         busiest: flow.load.most,
+        way: report.way,
+        heading_sigma: rounded(report.heading_sigma * 1e3),
+        residual: rounded(report.residual * 100.0).unwrap_or(u16::MAX),
+        refused_alignments: report.refused_alignments,
     }
+}
+
+/// A value >= 0 rounded up, so that a small standard deviation is not none; `None` when it does not
+/// fit.
+fn rounded(value: f32) -> Option<u16> {
+    let value = libm::ceilf(value);
+    // `as` of a value in range
+    (0.0..65_535.0).contains(&value).then_some(value as u16)
 }
 
 pub(super) fn faults(flow: &Flow, machine: &Machine) -> u32 {

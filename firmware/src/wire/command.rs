@@ -14,11 +14,12 @@
 use super::checksum::crc32_zlib;
 use super::field::{head, put, take};
 use super::{Error, cobs};
-use crate::control::{Alignment, Mode, Reason, Window};
+use crate::control::{Alignment, Mode, Reason, Way, Window};
+use crate::fix::Heading;
 use serde::{Deserialize, Serialize};
 
 /// Version of this wire format, in [`Version`].
-pub const WIRE_VERSION: u16 = 7;
+pub const WIRE_VERSION: u16 = 8;
 /// The largest piece of a weight image in one packet, bytes.
 pub const MAX_CHUNK: usize = 128;
 /// The longest packet, its zero byte included: chunk, 32 bytes for the other fields and the CRC,
@@ -120,6 +121,10 @@ pub enum Request<'a> {
     },
     /// Answer: [`Response::Board`].
     GetBoard,
+    /// A heading that somebody knows, of the vehicle's forward axis now, for the learner's alignment
+    /// in progress: from north to east, rad, -2 pi to 2 pi, and its standard deviation, rad, > 0 to
+    /// 1.
+    Heading(Heading),
 }
 
 /// The versions of the device.
@@ -173,6 +178,16 @@ pub struct Health {
     pub busy: Option<u16>,
     /// The same of the busiest second since power-on.
     pub busiest: Option<u16>,
+    /// What gave the learner's navigator its heading; while it does not navigate, what gives the
+    /// alignment in progress its heading so far.
+    pub way: Way,
+    /// Standard deviation of that heading, mrad; `None` while it is unknown.
+    pub heading_sigma: Option<u16>,
+    /// Mean normalised innovation squared of the last alignment in motion, per cent: 100 when the
+    /// fixes are as exact as they say, 0 without one.
+    pub residual: u16,
+    /// Alignments in motion that were refused because the fixes contradicted them.
+    pub refused_alignments: u32,
 }
 
 /// Bits of [`Health::faults`]: what is wrong now, not what once was.

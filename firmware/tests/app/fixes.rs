@@ -9,7 +9,8 @@ use crate::record::configure;
 use firmware::app::{App, Config};
 use firmware::configuration::record::encode;
 use firmware::configuration::{Configuration, Sensor};
-use firmware::control::{Alignment, Mode};
+use firmware::control::{Alignment, Mode, Reason, Way};
+use firmware::fix::Heading;
 use firmware::learn::{CombinedLearner, FixLearner, FixMemory, Settings, WindowLearner};
 use firmware::model::Nets;
 use firmware::units::DEGREE;
@@ -155,6 +156,41 @@ fn a_command_aligns_sooner() {
     bench.device.order(&Request::Alignment(Alignment::Finished));
     bench.run(5, None);
     assert!(bench.health().navigates);
+}
+
+/// A heading is taken while the learner aligns itself, and tells how it was used.
+#[test]
+fn a_heading_is_taken_over_the_command_link() {
+    let ask = |bench: &mut Bench, angle: f32, sigma: f32| {
+        let request = Request::Heading(Heading { angle, sigma });
+        bench.device.ask(&request, |answer| match answer {
+            Response::Done => None,
+            Response::Refused(reason) => Some(reason),
+            other => panic!("{other:?}"),
+        })
+    };
+    let mut bench = Bench::new(Config {
+        mode: Mode::Bypass,
+        ..config()
+    });
+    let refused = ask(&mut bench, 0.3, 0.05);
+    assert_eq!(refused, Some(Reason::NotAvailable), "it does not learn");
+    let mut bench = Bench::new(config());
+    bench.run(3, None);
+    assert_eq!(ask(&mut bench, f32::NAN, 0.05), Some(Reason::Range));
+    assert_eq!(ask(&mut bench, 0.3, 1.5), Some(Reason::Range));
+    assert_eq!(ask(&mut bench, 0.3, 0.05), None);
+    bench.run(10, None);
+    // a sensor that finds north waits for it; the heading shows meanwhile
+    let health = bench.health();
+    assert_eq!((health.navigates, health.way), (false, Way::Heading));
+    let sigma = health.heading_sigma.expect("it is known");
+    assert!((45..=55).contains(&sigma), "{health:?}");
+    bench.run(100, None);
+    let health = bench.health();
+    assert_eq!((health.navigates, health.way), (true, Way::Gyrocompass));
+    assert!(health.heading_sigma.is_some_and(|sigma| sigma < 45));
+    assert_eq!(ask(&mut bench, 0.3, 0.05), Some(Reason::Alignment));
 }
 
 /// With one pass after each frame, instead of as many as there is work for, fixes and blocks find

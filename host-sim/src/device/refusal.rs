@@ -30,6 +30,7 @@ fn purpose(request: &Request) -> &'static str {
         Request::ReadConfiguration { .. } => "give its configuration",
         Request::Reference(_) => "learn from the reference",
         Request::Alignment(_) => "take note of the alignment",
+        Request::Heading(_) => "take the heading",
         Request::GetVersion
         | Request::GetHealth
         | Request::GetCounters
@@ -40,6 +41,18 @@ fn purpose(request: &Request) -> &'static str {
 
 fn because(request: &Request, reason: Reason) -> (String, String) {
     let (problem, remedy) = match (reason, request) {
+        (Reason::Range, Request::Heading(_)) => (
+            "the heading or its standard deviation is out of range",
+            "give -360 to 360 deg, and a standard deviation above 0 and up to 57 deg",
+        ),
+        (Reason::Alignment, Request::Heading(_)) => (
+            "its navigator is aligned already",
+            "give the heading before that, while `device watch` says that it does not navigate",
+        ),
+        (Reason::NotAvailable, Request::Heading(_)) => (
+            "it does not align itself: it does not learn, or there has been no fix yet",
+            "set the mode shadow or learn, wait for a fix, and give the heading again",
+        ),
         (Reason::Range, _) => (
             "a piece does not follow the one before it, or is too long",
             "send it again; if that does not help, use the host-sim of the device's version",

@@ -4,6 +4,7 @@ use super::faults::{Fault, told};
 use super::link::Link;
 use super::mode_name;
 use crate::error::Error;
+use firmware::control::Way;
 use firmware::wire::command::{Counters, Health};
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -40,7 +41,7 @@ pub struct Status {
 }
 
 /// State of the learner.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Learner {
     /// It is aligned and compares itself with fixes.
     pub navigates: bool,
@@ -54,6 +55,14 @@ pub struct Learner {
     pub promotions: u32,
     /// Times it was given up for 0.
     pub rollbacks: u32,
+    /// What gives its navigator, or the alignment in progress, the heading.
+    pub way: &'static str,
+    /// Standard deviation of that heading, deg; `None` while it is unknown.
+    pub heading_sigma_deg: Option<f64>,
+    /// Mean normalised innovation squared of the last alignment in motion; 1 is as expected.
+    pub residual: f64,
+    /// Alignments in motion that were refused because the fixes contradicted them.
+    pub refused_alignments: u32,
 }
 
 /// What a watch tells.
@@ -177,11 +186,30 @@ impl Status {
                 refused_fixes: health.refused_fixes,
                 promotions: health.promotions,
                 rollbacks: health.rollbacks,
+                way: way_name(health.way),
+                heading_sigma_deg: health
+                    .heading_sigma
+                    .map(|mrad| (f64::from(mrad) * 1e-3).to_degrees()),
+                residual: f64::from(health.residual) / 100.0,
+                refused_alignments: health.refused_alignments,
             },
             error_bound_m: health.error_bound_m,
             busy_percent: percent(health.busy),
             busiest_percent: percent(health.busiest),
         }
+    }
+}
+
+/// What gives a heading, in words.
+#[must_use]
+pub fn way_name(way: Way) -> &'static str {
+    match way {
+        Way::None => "none",
+        Way::Gyrocompass => "gyrocompass",
+        Way::Course => "course",
+        Way::Velocity => "velocity",
+        Way::Heading => "heading",
+        Way::Known => "known state",
     }
 }
 

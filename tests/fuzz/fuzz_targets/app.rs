@@ -146,6 +146,10 @@ fn request<'a>(kind: u8, bytes: &'a [u8]) -> Request<'a> {
             angle_sigma: 1e-6,
             velocity_sigma: 1e3,
         }),
+        13 => Request::Heading(firmware::fix::Heading {
+            angle: offset as f32 * 0.01,
+            sigma: 0.1,
+        }),
         _ => Request::WriteImage {
             offset,
             bytes: &bytes[..bytes.len().min(128)],

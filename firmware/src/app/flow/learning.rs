@@ -5,7 +5,7 @@ use super::{Correction, Flow};
 use crate::app::config::Activation;
 use crate::compensator::Block;
 use crate::control::{Alignment, Mode, Reason, Window};
-use crate::fix::Fix;
+use crate::fix::{Fix, Heading};
 use crate::learn::{Learner, Report};
 use crate::model::Nets;
 use crate::wire::command::{Estimate, fault};
@@ -118,6 +118,12 @@ impl Flow<'_> {
     /// Number of the last sample, modulo 2^32.
     pub fn sample(&self) -> u32 {
         self.sample
+    }
+
+    /// A heading that somebody knows, for the learner's alignment in progress.
+    pub fn heading(&mut self, heading: Heading) -> Result<(), Reason> {
+        let learner = self.learner.0.as_mut().filter(|_| self.begun.is_some());
+        learner.ok_or(Reason::NotAvailable)?.heading(heading)
     }
 
     /// A good fix of the receiver.

@@ -15,7 +15,7 @@ fn mode() -> impl Strategy<Value = Mode> {
 
 /// Any request; the bytes of a chunk are given apart because it borrows them.
 fn request(kind: u8, a: u32, b: u32, mode: Mode, real: f64, bytes: &[u8]) -> Request<'_> {
-    match kind % 13 {
+    match kind % 14 {
         0 => Request::GetVersion,
         1 => Request::GetHealth,
         2 => Request::SetMode(mode),
@@ -41,6 +41,10 @@ fn request(kind: u8, a: u32, b: u32, mode: Mode, real: f64, bytes: &[u8]) -> Req
             offset: a,
             length: b as u16,
         },
+        12 => Request::Heading(Heading {
+            angle: real as f32,
+            sigma: 0.1,
+        }),
         _ => Request::CommitLearnt,
     }
 }
@@ -71,6 +75,7 @@ proptest! {
             error_bound_m: [0, 1, offset, u32::MAX, 7],
             winner: number, navigates: true, used_fixes: frames, refused_fixes: garbage, promotions: missed, rollbacks: u32::MAX,
             busy: Some(number.into()), busiest: None,
+            way: Way::Course, heading_sigma: Some(number.into()), residual: 123, refused_alignments: garbage,
         };
         let counters = Counters { frames, entered: [u32::MAX; 3], good_fixes: garbage, ..Counters::default() };
         let version = Version { wire: WIRE_VERSION, firmware: [0, 1, 65_535], image: 1 };

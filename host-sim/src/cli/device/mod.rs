@@ -10,6 +10,7 @@ use crate::error::Error;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args as ClapArgs, Subcommand};
 use firmware::control::Mode;
+use firmware::fix::Heading;
 use firmware::wire::command::Request;
 use serde::Serialize;
 use std::io::{IsTerminal, Write, stdout};
@@ -66,6 +67,15 @@ enum Command {
         #[command(subcommand)]
         command: Learnt,
     },
+    /// Tell the heading of the vehicle, for the learner's alignment in progress
+    Heading {
+        /// Where the forward axis points, from north to east, deg
+        #[arg(allow_negative_numbers = true)]
+        deg: f64,
+        /// Standard deviation, deg
+        #[arg(long, value_name = "DEG")]
+        sigma: f64,
+    },
     /// Keep configuration and weights over a power cycle; frames are lost for up to two seconds
     Store,
     /// Tell mode, faults, rates and learner once a second
@@ -121,6 +131,15 @@ impl Args {
                 link.version()?;
                 link.order(&Request::CommitLearnt)?;
                 let says = "the learnt weights are in use; `device store` keeps them";
+                self.tell(&Done::new(says), || println!("{says}"))
+            }
+            Command::Heading { deg, sigma } => {
+                link.version()?;
+                link.order(&Request::Heading(Heading {
+                    angle: deg.to_radians() as f32,
+                    sigma: sigma.to_radians() as f32,
+                }))?;
+                let says = "the heading is taken for the alignment in progress";
                 self.tell(&Done::new(says), || println!("{says}"))
             }
             Command::Store => {

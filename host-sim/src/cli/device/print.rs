@@ -108,6 +108,14 @@ fn status(status: &Status) -> String {
         learner.promotions,
         learner.rollbacks
     );
+    let sigma = learner
+        .heading_sigma_deg
+        .map_or("unknown".into(), |deg| format!("to {deg:.2} deg"));
+    let _ = writeln!(
+        text,
+        "alignment      heading by {}, {sigma}, residual {:.2} (1 is as expected), {} refused",
+        learner.way, learner.residual, learner.refused_alignments
+    );
     let [a, b, c, d, e] = status.error_bound_m;
     let _ = writeln!(
         text,

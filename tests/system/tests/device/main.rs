@@ -196,6 +196,26 @@ fn modes_are_told_and_set_and_refused() {
 }
 
 #[test]
+fn a_heading_is_refused_with_a_reason() {
+    let directory = tempfile::tempdir().unwrap();
+    let device = Device::start(&Kind::NEW);
+    let port = &device.port;
+    let heading = |deg: &str, sigma: &str| error(port, &["heading", deg, "--sigma", sigma]);
+    let text = heading("-10", "5");
+    assert!(text.contains("does not align itself"), "{text}");
+    // mode shadow: it learns, but no fix has come
+    output(
+        port,
+        &["configure", &file(directory.path(), "", ""), "--no-store"],
+    );
+    let text = heading("90", "5");
+    assert!(text.contains("no fix yet"), "{text}");
+    let text = heading("90", "0");
+    assert!(text.contains("out of range"), "{text}");
+    command(port, &["heading", "90"]).assert().code(2);
+}
+
+#[test]
 fn weights_are_read_and_written_whole_or_not_at_all() {
     let directory = tempfile::tempdir().unwrap();
     let device = Device::start(&Kind::NEW);

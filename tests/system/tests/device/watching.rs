@@ -68,7 +68,12 @@ fn a_watch_tells_faults_with_their_remedy_and_rates() {
     // 250 frames a second; the computer may be late
     let rate = lines[2]["per_second"]["frames"].as_f64().unwrap();
     assert!((150.0..=350.0).contains(&rate), "{rate}");
+    let learner = &lines[2]["learner"];
+    assert_eq!(learner["way"], "none");
+    assert!(learner["heading_sigma_deg"].is_null(), "{learner}");
+    assert_eq!(learner["refused_alignments"], 0);
     let text = output(&device.port, &["watch", "--seconds", "1"]);
+    assert!(text.contains("heading by none, unknown"), "{text}");
     assert!(
         text.contains("FAULT NOT_CONFIGURED: ") && text.contains("remedy: "),
         "{text}"
