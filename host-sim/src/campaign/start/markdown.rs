@@ -22,11 +22,12 @@ pub fn markdown(command: &str, summaries: &[Summary]) -> String {
 }
 
 /// Heads of the columns of a table of results.
-pub const HEADS: [&str; 10] = [
+pub const HEADS: [&str; 11] = [
     "class",
     "started",
     "95 %",
     "silently wrong",
+    "refused / lost",
     "how",
     "start, s",
     "heading error at the start, deg",
@@ -37,9 +38,13 @@ pub const HEADS: [&str; 10] = [
 
 /// A row of a table of results.
 #[must_use]
-pub fn row(summary: &Summary) -> [String; 10] {
+pub fn row(summary: &Summary) -> [String; 11] {
     let Share { k, n, lo95, hi95 } = summary.started;
-    let [at, soon, late] = summary.heading_deg.map(|spread| text(spread, 2));
+    let [at, soon, late] = [0, 1, 2].map(|i| {
+        let claimed = summary.claimed_deg[i].map(|claimed| figures(claimed.median, 2));
+        let claimed = claimed.map_or_else(String::new, |sigma| format!(" ({sigma})"));
+        text(summary.heading_deg[i], 2) + &claimed
+    });
     let ways = summary.ways.iter().map(|(way, k)| format!("{k} {way}"));
     let square = summary.normalised_square.iter().flatten();
     let square: Vec<String> = square.map(|s| figures(*s, 2)).collect();
@@ -47,7 +52,8 @@ pub fn row(summary: &Summary) -> [String; 10] {
         summary.class.to_owned(),
         format!("{k} of {n}"),
         format!("{lo95:.2} .. {hi95:.2}"),
-        summary.silently_wrong.to_string(),
+        wrong(summary),
+        format!("{} / {}", summary.refused_alignments, summary.lost),
         ways.collect::<Vec<_>>().join(", "),
         text(summary.start_s, 0),
         at,
@@ -55,6 +61,14 @@ pub fn row(summary: &Summary) -> [String; 10] {
         late,
         square.join(" / "),
     ]
+}
+
+/// Trials that were silently wrong, and the share of the time.
+fn wrong(summary: &Summary) -> String {
+    match summary.silently_wrong {
+        0 => "0".to_owned(),
+        k => format!("{k}, {:.1} % of the time", 100.0 * summary.wrong_share),
+    }
 }
 
 fn text(spread: Option<Spread>, digits: usize) -> String {

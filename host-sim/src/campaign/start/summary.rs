@@ -82,14 +82,20 @@ pub struct Summary {
     pub right: Share,
     /// Trials whose heading was silently wrong at the start or later.
     pub silently_wrong: usize,
-    /// How often a navigator was lost, in all trials together.
+    /// Share of the time of navigation in which the heading was silently wrong.
+    pub wrong_share: f64,
+    /// How often a navigator was lost or given up, in all trials together.
     pub lost: u32,
+    /// Alignments that were refused, in all trials together.
+    pub refused_alignments: u32,
     /// How the trials started, and how many.
     pub ways: BTreeMap<String, usize>,
     /// Time of the start after power-on, s.
     pub start_s: Option<Spread>,
     /// Size of the heading error at the start, after 60 s and after 300 s, deg.
     pub heading_deg: [Option<Spread>; 3],
+    /// Standard deviation of the heading that the device claims at the same times, deg.
+    pub claimed_deg: [Option<Spread>; 3],
     /// Tilt error at the start, deg.
     pub tilt_deg: Option<Spread>,
     /// Mean of the squared heading errors divided by the claimed variances, at the same times: 1 if
@@ -121,6 +127,7 @@ impl Summary {
             (n > 0.0).then_some(sum / n)
         };
         let times = [0, 1, 2];
+        let sum = |of: fn(&Trial) -> u32| trials.iter().map(of).sum::<u32>();
         Self {
             class: class.name,
             about: class.about,
@@ -129,10 +136,13 @@ impl Summary {
             started: Share::of(started.len(), n),
             right: Share::of(started.len() - wrong, n),
             silently_wrong: wrong,
-            lost: trials.iter().map(|t| t.lost).sum(),
+            wrong_share: f64::from(sum(|t| t.wrong_s)) / f64::from(sum(|t| t.navigated_s).max(1)),
+            lost: sum(|t| t.lost),
+            refused_alignments: sum(|t| t.refused_alignments),
             ways,
             start_s: Spread::of(started.iter().map(|s| f64::from(s.at_s))),
             heading_deg: times.map(|i| Spread::of(at(i).iter().map(|a| a.heading_deg.abs()))),
+            claimed_deg: times.map(|i| Spread::of(at(i).iter().map(|a| a.sigma_deg))),
             tilt_deg: Spread::of(at(0).iter().map(|a| a.tilt_deg)),
             normalised_square: times.map(|i| mean(at(i))),
         }
@@ -184,12 +194,16 @@ mod tests {
             seed,
             started: started.map(|(at, later)| Started {
                 at_s: 100 + seed,
-                way: "standstill".into(),
+                way: "gyrocompass".into(),
+                residual: 0.0,
                 attitude: attitude(at),
                 later: [later.map(attitude), None],
             }),
             wrong_at_s,
+            wrong_s: if wrong_at_s.is_some() { 30 } else { 0 },
+            navigated_s: 100,
             lost: seed,
+            refused_alignments: 10,
             fixes: 0,
             refused: 0,
             late: 0,
@@ -203,7 +217,9 @@ mod tests {
         let summary = Summary::of(&CLASSES[0], "medium", &trials);
         assert_eq!((summary.started.k, summary.started.n), (3, 4));
         assert_eq!((summary.right.k, summary.silently_wrong), (2, 1));
-        assert_eq!(summary.lost, 6);
+        assert_eq!(summary.wrong_share, 0.075);
+        assert_eq!(summary.claimed_deg[0].unwrap().median, 0.5);
+        assert_eq!((summary.lost, summary.refused_alignments), (6, 40));
         assert_eq!(summary.start_s.unwrap().median, 101.0);
         assert_eq!(summary.heading_deg[0].unwrap().median, 1.0);
         assert_eq!(summary.heading_deg[1].unwrap().p95, 0.25);
@@ -211,6 +227,6 @@ mod tests {
         // squares of errors over sigma: 1, 4, 1600
         assert_eq!(summary.normalised_square[0], Some(535.0));
         assert_eq!(summary.normalised_square[1], Some(0.25));
-        assert_eq!(summary.ways["standstill"], 3);
+        assert_eq!(summary.ways["gyrocompass"], 3);
     }
 }

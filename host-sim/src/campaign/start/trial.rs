@@ -15,6 +15,7 @@ use crate::simulator::truth::{Journey, Truth};
 use crate::unit::Unit;
 use firmware::compensator::Compensator;
 use firmware::configuration::Configuration;
+use firmware::control::Way;
 use firmware::learn::{FixMemory, Settings};
 use firmware::model::Nets;
 use firmware::sample::RawSample;
@@ -63,6 +64,8 @@ pub struct Started {
     pub at_s: u32,
     /// By what.
     pub way: String,
+    /// Mean normalised innovation squared of the alignment in motion; 0 without one.
+    pub residual: f64,
     /// Errors then.
     pub attitude: Attitude,
     /// Errors after [`LATER_S`], if the recording lasts and the device still navigates.
@@ -80,10 +83,15 @@ pub struct Trial {
     pub started: Option<Started>,
     /// When the heading was first silently wrong, s after power-on.
     pub wrong_at_s: Option<u32>,
-    /// How often the navigator was lost.
+    /// Seconds for which it was silently wrong.
+    pub wrong_s: u32,
+    /// Seconds for which the device navigated.
+    pub navigated_s: u32,
+    /// How often the navigator was lost, or given up because it contradicted the fixes.
     pub lost: u32,
-    /// Fixes that the navigator used, of them with a refused component, and fixes that were too
-    /// late.
+    /// Alignments that were refused because they contradicted the fixes.
+    pub refused_alignments: u32,
+    /// Fixes that the navigator used.
     pub fixes: u32,
     /// Of these, with a component that was refused as an outlier.
     pub refused: u32,
@@ -109,9 +117,9 @@ impl Attitude {
     /// Whether the claim is wrong and nobody is told.
     #[must_use]
     pub fn is_wrong(&self) -> bool {
-        let limit = (SIGMAS * self.sigma_deg).max(LEAST_DEG);
-        // a heading that is not a number is wrong too
-        !(self.heading_deg.abs() <= limit)
+        let (error, claimed) = (self.heading_deg.abs(), SIGMAS * self.sigma_deg);
+        // what is not a number is wrong too
+        error.is_nan() || claimed.is_nan() || error > claimed.max(LEAST_DEG)
     }
 
     /// Square of the error divided by the variance that is claimed.
@@ -263,7 +271,10 @@ impl Judge {
                 seed,
                 started: None,
                 wrong_at_s: None,
+                wrong_s: 0,
+                navigated_s: 0,
                 lost: 0,
+                refused_alignments: 0,
                 fixes: 0,
                 refused: 0,
                 late: 0,
@@ -280,16 +291,19 @@ impl Judge {
         truth: &NavState,
         mounting: &UnitQuaternion<f64>,
     ) {
-        let Some((state, sigma)) = device.attitude() else {
+        let Some(state) = device.nav() else {
             self.trial.lost += u32::from(self.navigated);
             self.navigated = false;
             return;
         };
         self.navigated = true;
+        let report = device.report();
+        let sigma = report.heading_sigma.into();
         let attitude = Attitude::of(&state.q_bn, &(truth.q_bn * mounting), sigma);
         let started = self.trial.started.get_or_insert_with(|| Started {
             at_s,
-            way: way(device),
+            way: word(report.way).to_owned(),
+            residual: report.residual.into(),
             attitude,
             later: [None; 2],
         });
@@ -298,7 +312,9 @@ impl Judge {
                 *later = Some(attitude);
             }
         }
+        self.trial.navigated_s += 1;
         if attitude.is_wrong() {
+            self.trial.wrong_s += 1;
             self.trial.wrong_at_s.get_or_insert(at_s);
         }
     }
@@ -308,13 +324,21 @@ impl Judge {
         self.trial.fixes = report.fixes;
         self.trial.refused = report.refused;
         self.trial.late = report.late;
+        self.trial.refused_alignments = report.refused_alignments;
         self.trial
     }
 }
 
-/// How the device has started: this learner aligns itself at a standstill only.
-fn way(_: &Device<'_>) -> String {
-    "standstill".to_owned()
+/// What gave the heading, in a word.
+fn word(way: Way) -> &'static str {
+    match way {
+        Way::None => "nothing",
+        Way::Gyrocompass => "gyrocompass",
+        Way::Course => "course",
+        Way::Velocity => "velocity",
+        Way::Heading => "heading",
+        Way::Known => "known",
+    }
 }
 
 #[cfg(test)]

@@ -33,8 +33,6 @@ use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
 /// Milliseconds in a GPS week: times of fixes wrap there.
 const WEEK_MS: u64 = 604_800_000;
-/// Index of the heading among the errors of the navigator.
-const HEADING: usize = 2;
 /// Milliseconds between fixes.
 const EPOCH_MS: u64 = 1000;
 
@@ -84,11 +82,9 @@ impl<'m> Device<'m> {
         self.learner.report()
     }
 
-    /// The navigator's solution and the standard deviation of its heading, rad; `None` while it does
-    /// not navigate.
-    pub fn attitude(&mut self) -> Option<(NavState, f64)> {
-        let nav = nav_state(&self.learner.nav()?);
-        Some((nav, self.learner.bank().error_sigma(HEADING).into()))
+    /// The navigator's solution; `None` while it does not navigate.
+    pub fn nav(&mut self) -> Option<NavState> {
+        Some(nav_state(&self.learner.nav()?))
     }
 
     /// What it has learnt so far; `None` while it does not navigate.
