@@ -98,39 +98,6 @@ pub struct Settings {
     pub times_s: Vec<u32>,
 }
 
-/// Epochs `range` of a session as a session of its own.
-///
-/// # Panics
-/// If the session is shorter than `range.end` epochs.
-#[must_use]
-pub fn cut(session: &Session, range: &Range<usize>) -> Session {
-    let n = session.samples_per_epoch();
-    let fenceposts = range.start..=range.end;
-    let within = |r: &Range<usize>| {
-        let [start, end] = [r.start, r.end].map(|k| k.max(range.start) - range.start);
-        start..end
-    };
-    Session {
-        dt: session.dt,
-        lsb: session.lsb,
-        counts: session.counts[range.start * n..range.end * n].to_vec(),
-        standstill: session.standstill.clamp(range.start, range.end) - range.start,
-        reference: session.reference[fenceposts.clone()].to_vec(),
-        fixes: session.fixes[fenceposts].to_vec(),
-        unjudged: session.unjudged.iter().map(within).collect(),
-        lever_arm: session.lever_arm,
-        systematic: session
-            .systematic
-            .as_ref()
-            .map(|s| s[range.clone()].to_vec()),
-        gather: session.gather,
-        surroundings: session
-            .surroundings
-            .as_ref()
-            .map(|s| s[range.clone()].to_vec()),
-    }
-}
-
 /// Learns, then judges every scheme. `None` when a standstill does not give an attitude.
 #[must_use]
 pub fn judge(
@@ -140,7 +107,7 @@ pub fn judge(
     settings: &Settings,
 ) -> Option<Outcome> {
     let a = &settings.assumptions;
-    let lesson = cut(session, &split.learn);
+    let lesson = session.cut(&split.learn);
     let (increments, until) = (lesson.increments(), lesson.epochs());
     let (first, start) = begin(&lesson, &increments, settings)?;
     let nominal = navigate_from(&lesson, &increments, a, &start, first, until);
@@ -224,9 +191,9 @@ fn solutions(
         true => (split.learn.start..split.judge.end, learnt.lesson.epochs()),
         false => (split.judge.clone(), 0),
     };
-    let run = cut(session, &range);
+    let run = session.cut(&range);
     let to = run.epochs();
-    let mut turned = run.reference[0];
+    let mut turned = run.referenced(0);
     turned.q_bn *= mounting(&learnt.lesson, &learnt.nominal);
     let mut out: Vec<(&str, FreeInertial)> = Vec::new();
     for (scheme, increments) in corrected(&run, &learnt.fitted, a) {
@@ -235,7 +202,7 @@ fn solutions(
                 let filter = aided(&run, &increments, ErrorModel::default(), settings, from)?;
                 filter.sins.nav
             }
-            (false, "raw") => run.reference[0],
+            (false, "raw") => run.referenced(0),
             (false, _) => turned,
         };
         out.push((scheme, free_inertial(&run, &increments, nav, from, to)));
@@ -243,7 +210,7 @@ fn solutions(
     let end = &learnt.lesson.reference[learnt.lesson.epochs()];
     let as_left = |nav: &NavState| NavState {
         q_bn: run.reference[0].q_bn * (end.q_bn.inverse() * nav.q_bn),
-        ..run.reference[0]
+        ..run.referenced(0)
     };
     let raw = run.increments();
     for (k, (name, filter)) in learnt.filters.iter().enumerate() {
@@ -284,14 +251,18 @@ fn device(
     learn(session, a, Gates::default(), start.as_ref(), until)
 }
 
-/// First epoch after alignment and the state there: the reference's when there is no standstill.
+/// First epoch after alignment and the state there. Without a standstill it is the session's own
+/// start, else the reference's.
 fn begin(
     session: &Session,
     increments: &[Increment],
     settings: &Settings,
 ) -> Option<(usize, Start)> {
     let first = session.standstill;
-    let mut nav = session.reference[first];
+    if let Some(start) = session.start.filter(|_| first == 0) {
+        return Some((0, start));
+    }
+    let mut nav = session.referenced(first);
     if first > 0 {
         let still = &increments[..first * session.samples_per_epoch()];
         nav.q_bn = align::inertial_frame(

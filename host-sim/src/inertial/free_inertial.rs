@@ -63,10 +63,11 @@ pub fn free_inertial(
     let mut out = FreeInertial::default();
     let mut note = |sins: &Sins, epoch: usize| {
         let truth = &session.reference[epoch];
-        out.position
-            .push(sins.nav.position.ned_from(&truth.position));
+        let seen = sins.nav.q_bn * session.reference_arm;
+        let error = sins.nav.position.ned_from(&truth.position) + seen;
+        out.position.push(error);
         out.velocity.push(sins.nav.velocity - truth.velocity);
-        let p = sins.nav.position.ned_from(&origin);
+        let p = sins.nav.position.ned_from(&origin) + seen;
         out.track.push([p.x, p.y]);
     };
     note(&sins, from);
@@ -74,11 +75,9 @@ pub fn free_inertial(
         for increment in &increments[k * n..(k + 1) * n] {
             sins.step(increment, session.step_s());
         }
-        sins.damp_height(
-            &HEIGHT_LOOP,
-            session.reference[k + 1].position.h,
-            crate::inertial::session::EPOCH_S,
-        );
+        let below = (sins.nav.q_bn * session.reference_arm).z;
+        let height = session.reference[k + 1].position.h + below;
+        sins.damp_height(&HEIGHT_LOOP, height, crate::inertial::session::EPOCH_S);
         note(&sins, k + 1);
     }
     out

@@ -2,6 +2,7 @@
 //! of the truth.
 
 use crate::inertial::earth::Geodetic;
+use crate::inertial::ekf::InitialSigma;
 use crate::inertial::gnss::{Fix, NOT_MEASURED};
 use crate::inertial::sins::{Increment, NavState, Samples, gather};
 use firmware::sample::{Counts, Lsb};
@@ -28,6 +29,25 @@ pub struct Surroundings {
     pub field: Vector3<f64>,
 }
 
+/// A known state to start from.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Start {
+    /// The state of the IMU.
+    pub nav: NavState,
+    /// Standard deviations of its errors.
+    pub sigma: InitialSigma,
+}
+
+/// Epochs whose samples are missing, or during which the attitude is not known again yet. Their
+/// counts only hold their place.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Outage {
+    /// The epochs.
+    pub epochs: Range<usize>,
+    /// State at the end of the last one.
+    pub resume: Start,
+}
+
 /// Seconds between epochs. Fixes, reference states and the blocks of the networks share the epochs.
 pub const EPOCH_S: f64 = 1.0;
 
@@ -48,6 +68,13 @@ pub struct Session {
     pub reference: Vec<NavState>,
     /// Epochs whose reference state only bridges a gap: errors mean nothing there.
     pub unjudged: Vec<Range<usize>>,
+    /// From the IMU to the point of the vehicle that the reference describes, body axes, m.
+    pub reference_arm: Vector3<f64>,
+    /// State at epoch 0, if more is known of it than the reference says. Not used with a
+    /// standstill.
+    pub start: Option<Start>,
+    /// Where samples are missing, in the order of time.
+    pub outages: Vec<Outage>,
     /// The fix of each epoch, if there is one.
     pub fixes: Vec<Option<Fix>>,
     /// From the IMU to the antenna in body axes, m.
@@ -77,6 +104,9 @@ impl Session {
             standstill: 0,
             reference,
             unjudged: Vec::new(),
+            reference_arm: Vector3::zeros(),
+            start: None,
+            outages: Vec::new(),
             fixes,
             lever_arm: Vector3::zeros(),
             systematic: None,
@@ -99,10 +129,62 @@ impl Session {
         })
     }
 
+    /// The reference's state of the IMU at an epoch.
+    #[must_use]
+    pub fn referenced(&self, epoch: usize) -> NavState {
+        let state = self.reference[epoch];
+        let position = state
+            .position
+            .displaced(&-(state.q_bn * self.reference_arm));
+        NavState { position, ..state }
+    }
+
     /// Whether the reference state of an epoch may judge a navigator.
     #[must_use]
     pub fn judges(&self, epoch: usize) -> bool {
         !self.unjudged.iter().any(|range| range.contains(&epoch))
+    }
+
+    /// The outage that epoch `k` lies in.
+    #[must_use]
+    pub fn outage(&self, k: usize) -> Option<&Outage> {
+        self.outages
+            .iter()
+            .find(|outage| outage.epochs.contains(&k))
+    }
+
+    /// Epochs `range` as a session of its own, shortened to the session's end.
+    #[must_use]
+    pub fn cut(&self, range: &Range<usize>) -> Self {
+        let [start, end] = [range.start, range.end].map(|k| k.min(self.epochs()));
+        let n = self.samples_per_epoch();
+        let within = |r: &Range<usize>| {
+            let [from, to] = [r.start, r.end].map(|k| k.clamp(start, end) - start);
+            from..to
+        };
+        let outage = |outage: &Outage| Outage {
+            epochs: within(&outage.epochs),
+            ..outage.clone()
+        };
+        let per_epoch = |list: &Option<Vec<Increment>>| Some(list.as_ref()?[start..end].to_vec());
+        let surroundings = self.surroundings.as_ref();
+        Self {
+            counts: self.counts[start * n..end * n].to_vec(),
+            standstill: self.standstill.clamp(start, end) - start,
+            reference: self.reference[start..=end].to_vec(),
+            unjudged: self.unjudged.iter().map(within).collect(),
+            start: self.start.filter(|_| start == 0),
+            outages: self
+                .outages
+                .iter()
+                .map(outage)
+                .filter(|o| !o.epochs.is_empty())
+                .collect(),
+            fixes: self.fixes[start..=end].to_vec(),
+            systematic: per_epoch(&self.systematic),
+            surroundings: surroundings.map(|all| all[start..end].to_vec()),
+            ..*self
+        }
     }
 
     /// Position of the IMU where the antenna is at `antenna`.

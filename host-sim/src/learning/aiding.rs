@@ -7,9 +7,9 @@
 //! device's learner does the same.
 
 use crate::inertial::earth::Geodetic;
-use crate::inertial::ekf::Aided;
+use crate::inertial::ekf::{Aided, Record};
 use crate::inertial::gnss::{Fix, NOT_MEASURED};
-use crate::inertial::session::{EPOCH_S, Session};
+use crate::inertial::session::{EPOCH_S, Session, Start};
 use crate::inertial::sins::{Increment, NavState};
 use nalgebra::Vector3;
 
@@ -37,9 +37,33 @@ pub fn fix_at(session: &Session, epoch: usize) -> Option<Fix> {
     Some(fix)
 }
 
-/// Takes the filter through the increments of epoch `k`. Gives `fix`, that of the epoch's end, as a
-/// receiver at the IMU would have measured it there and then.
-pub(crate) fn approach(
+/// What a filter has passed.
+#[derive(Debug)]
+pub(crate) enum Passed {
+    /// An epoch, with the fix at its end as a receiver at the IMU would have measured it there and
+    /// then.
+    Epoch(Option<Fix>),
+    /// An epoch without samples.
+    Outage(Record),
+}
+
+/// Takes the filter through epoch `k`. `fix` is that of the epoch's end.
+pub(crate) fn pass(
+    filter: &mut Aided,
+    session: &Session,
+    increments: &[Increment],
+    k: usize,
+    fix: Option<Fix>,
+) -> Passed {
+    if let Some(outage) = session.outage(k) {
+        let Start { nav, sigma } = &outage.resume;
+        return Passed::Outage(filter.lose(EPOCH_S, *nav, sigma));
+    }
+    Passed::Epoch(approach(filter, session, increments, k, fix))
+}
+
+/// Takes the filter through the increments of epoch `k`.
+fn approach(
     filter: &mut Aided,
     session: &Session,
     increments: &[Increment],

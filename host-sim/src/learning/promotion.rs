@@ -11,7 +11,7 @@
 use crate::inertial::ekf::{Aided, ErrorModel, NAV};
 use crate::inertial::session::Session;
 use crate::inertial::sins::Increment;
-use crate::learning::aiding::approach;
+use crate::learning::aiding::{Passed, pass};
 use crate::learning::teacher::{Assumptions, Nominal};
 
 /// Least log-likelihood ratio: less than one wrong promotion in a hundred.
@@ -52,8 +52,10 @@ pub fn log_likelihood(
         .copy_from(&start.p.view((0, 0), (NAV, NAV)));
     let mut sum = 0.0;
     for k in from..to {
-        let fix = approach(&mut filter, session, increments, k, session.fixes[k + 1]);
-        sum += filter.take(fix.as_ref());
+        sum += match pass(&mut filter, session, increments, k, session.fixes[k + 1]) {
+            Passed::Epoch(fix) => filter.take(fix.as_ref()),
+            Passed::Outage(_) => 0.0,
+        };
     }
     sum
 }

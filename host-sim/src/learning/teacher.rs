@@ -9,10 +9,11 @@ use crate::inertial::align::{self, Alignment};
 use crate::inertial::ekf::{
     Aided, ErrorModel, InitialSigma, NAV, Noise, Prior, Record, attitude_error, smooth,
 };
+pub use crate::inertial::session::Start;
 use crate::inertial::session::{EPOCH_S, Session};
 use crate::inertial::sins::{Increment, NavState, Samples};
 use crate::inertial::units::{ARCSEC, DEG_PER_H, DEG_PER_SQRT_H, PPM, UG, UG_PER_SQRT_HZ};
-use crate::learning::aiding::{ZERO_VELOCITY_MPS, approach, fix_at};
+use crate::learning::aiding::{Passed, ZERO_VELOCITY_MPS, fix_at, pass};
 use crate::simulator::imu::ImuSpec;
 use crate::unit::Unit;
 use crate::unit::triads::MRAD;
@@ -147,15 +148,6 @@ fn prior(spec: &ImuSpec) -> Prior {
 /// steepest there.
 pub const ALIGN_SHARE: f64 = 1.0 / 3.0;
 
-/// A known state to start from.
-#[derive(Debug, Clone, Copy)]
-pub struct Start {
-    /// The state.
-    pub nav: NavState,
-    /// Standard deviations of its errors.
-    pub sigma: InitialSigma,
-}
-
 /// A session aligned on the first part of its standstill.
 #[derive(Debug, Clone)]
 pub struct Aligned {
@@ -270,8 +262,9 @@ pub fn aligned(session: &Session, increments: &[Increment]) -> Option<Aligned> {
 /// Takes the filter through epoch `k` and the fix at its end. While the vehicle is known to stand,
 /// the velocity of the fix is zero.
 pub fn aid(filter: &mut Aided, session: &Session, increments: &[Increment], k: usize) {
-    let fix = approach(filter, session, increments, k, fix_at(session, k + 1));
-    filter.take(fix.as_ref());
+    if let Passed::Epoch(fix) = pass(filter, session, increments, k, fix_at(session, k + 1)) {
+        filter.take(fix.as_ref());
+    }
 }
 
 /// Aligns, then navigates with fixes to the end of epoch `until`. `None` when the standstill does
@@ -312,10 +305,12 @@ fn recorded(
     until: usize,
 ) -> Nominal {
     let records = (first..until)
-        .map(|k| {
-            let fix = approach(&mut filter, session, increments, k, fix_at(session, k + 1));
-            filter.fix(fix.as_ref())
-        })
+        .map(
+            |k| match pass(&mut filter, session, increments, k, fix_at(session, k + 1)) {
+                Passed::Epoch(fix) => filter.fix(fix.as_ref()),
+                Passed::Outage(record) => record,
+            },
+        )
         .collect();
     Nominal { first, records }
 }

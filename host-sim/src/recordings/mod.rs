@@ -2,6 +2,7 @@
 
 pub(crate) mod columns;
 pub mod fog_mems;
+pub mod gaps;
 pub mod generic;
 pub mod increments;
 pub(crate) mod input;
@@ -10,6 +11,7 @@ pub mod kitti;
 pub mod lasergyro;
 pub mod mcap;
 pub mod novatel;
+pub mod offset;
 pub mod read;
 pub mod record;
 pub(crate) mod session;

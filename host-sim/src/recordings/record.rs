@@ -8,8 +8,9 @@ use crate::inertial::gnss::{Fix, has};
 use crate::inertial::session::{EPOCH_S, Session, to_si};
 use crate::inertial::sins::{Increment, NavState};
 use crate::inertial::units::DEG;
+use crate::recordings::gaps;
 use crate::recordings::increments::MotionIntegral;
-use crate::recordings::session::{InitialAttitude, Parts, build, first_from};
+use crate::recordings::session::{InitialAttitude, Parts, Prepared, build, complain, first_from};
 use crate::recordings::track::Track;
 use nalgebra::UnitQuaternion;
 use std::ops::Range;
@@ -78,11 +79,11 @@ impl TimedFix {
     pub(super) fn at_epoch(&self, age_s: f64) -> Fix {
         Fix {
             age_s,
-            ..Fix::new(self.position(), self.velocity.into(), self.sigmas)
+            ..Fix::new(self.place(), self.velocity.into(), self.sigmas)
         }
     }
 
-    fn position(&self) -> Geodetic {
+    pub(super) fn place(&self) -> Geodetic {
         Geodetic {
             lat: self.lat_deg * DEG,
             lon: self.lon_deg * DEG,
@@ -110,6 +111,15 @@ pub struct Record {
     pub lever_arm_m: [f64; 3],
     /// Attitude at the first fix, if it is known.
     pub initial_attitude: Option<InitialAttitude>,
+    /// Heading at the first fix and its standard deviation, rad, if no more of the attitude is
+    /// known than that.
+    pub rough_heading: Option<[f64; 2]>,
+    /// Longest step between rates that is interpolated, s. Three samples or 0.1 s by default.
+    pub max_gap_s: Option<f64>,
+    /// What was added to the times of the fixes to give the IMU's, s, if it was told.
+    pub told_offset_s: Option<f64>,
+    /// That offset is to be found from the data.
+    pub estimates_offset: bool,
     /// True states of the IMU, if the recording has better ones than its fixes.
     pub truth: Option<Track>,
 }
@@ -126,6 +136,10 @@ impl Default for Record {
             fixes: Vec::new(),
             lever_arm_m: [0.0; 3],
             initial_attitude: None,
+            rough_heading: None,
+            max_gap_s: None,
+            told_offset_s: None,
+            estimates_offset: false,
             truth: None,
         }
     }
@@ -188,45 +202,90 @@ impl Record {
         )
     }
 
-    /// The session from the first fix within the motion on.
+    /// The session from the first fix within the motion on, for a recording that is whole and
+    /// whose attitude is known.
     ///
     /// # Errors
-    /// There is no initial attitude or no fix, or the times do not overlap.
+    /// As [`Record::prepare`]; there is no initial attitude, or samples are missing.
     pub fn session(&self) -> Result<Session, Error> {
-        let missing = |key: &str, problem: &str, remedy: &str| {
-            crate::recordings::session::complain(&self.file, key, problem.to_owned(), remedy)
-        };
+        let Prepared {
+            session,
+            attitude,
+            missing,
+            ..
+        } = self.prepare()?;
         let remedy = "give a standstill to align on, or roll, pitch and heading at the first fix";
-        let initial_attitude = self
-            .initial_attitude
-            .ok_or_else(|| missing("start", "is not given", remedy))?;
-        if !self.fixes.iter().any(TimedFix::has_position) {
-            let problem = "with a position are not in the recording, nor a site";
-            return Err(missing("fixes", problem, "give fixes or the site"));
+        match missing.first() {
+            _ if attitude.is_none() => Err(self.complain("start", "is not given", remedy)),
+            Some(range) => {
+                let problem = format!("lack from {} to {} s", range.start, range.end);
+                Err(self.complain("samples", &problem, "cut the recording there"))
+            }
+            None => Ok(session),
         }
+    }
+
+    /// The recording in whole seconds, from the first fix within the motion on.
+    ///
+    /// # Errors
+    /// There is no fix with a position or only one sample, or the times do not overlap.
+    pub fn prepare(&self) -> Result<Prepared, Error> {
+        if !self.fixes.iter().any(TimedFix::has_position) {
+            let problem = "are not in the recording with a position, nor a site";
+            return Err(self.complain("fixes", problem, "give fixes or the site"));
+        }
+        if self.samples.len() < 2 || self.samples.len() != self.time.len() {
+            let remedy = "give at least one second of samples";
+            return Err(self.complain("samples", "are fewer than two", remedy));
+        }
+        let step = median_step(&self.time);
+        let gaps = gaps::gaps(&self.time, self.kind, step);
+        let long = gaps::long(&gaps, self.kind, step, self.max_gap_s);
         let motion = match self.kind {
             Kind::Rate => MotionIntegral::of_rates(&self.time, &self.samples),
             Kind::Increment => {
-                MotionIntegral::of_increments(&self.time, &self.samples, median_step(&self.time))
+                let (time, samples) = gaps::bridged(&self.time, &self.samples, &gaps, step);
+                MotionIntegral::of_increments(&time, &samples, step)
             }
         };
         let of_fixes;
-        let reference = match &self.truth {
+        let truth = self.truth.as_ref().filter(|truth| truth.span().is_some());
+        let reference = match truth {
             Some(truth) => truth,
             None => {
                 of_fixes = track(&self.fixes);
                 &of_fixes
             }
         };
-        build(&Parts {
+        let mut prepared = build(&Parts {
             file: self.file.clone(),
             motion,
             rate_hz: self.rate_hz,
             fixes: &self.fixes,
             reference,
             lever_arm: self.lever_arm_m.into(),
-            initial_attitude,
-        })
+            at_antenna: truth.is_none(),
+            attitude: self.initial_attitude,
+            gaps: long.clone(),
+        })?;
+        let short = gaps.len() - long.len();
+        if short > 0 {
+            let bridged = gaps.iter().filter(|gap| !long.contains(gap));
+            let longest = bridged.map(gaps::Gap::length).fold(0.0, f64::max);
+            let note = format!("{short} gaps of samples, of at most {longest:.3} s, are bridged.");
+            prepared.notes.insert(0, note);
+        }
+        Ok(prepared)
+    }
+
+    fn complain(&self, key: &str, problem: &str, remedy: &str) -> Error {
+        complain(&self.file, key, problem.to_owned(), remedy)
+    }
+
+    /// Adds `seconds` to the times of the fixes, and of the truth, which shares their clock.
+    pub fn move_fixes(&mut self, seconds: f64) {
+        self.fixes.iter_mut().for_each(|fix| fix.time += seconds);
+        self.truth = self.truth.take().map(|truth| truth.shifted(seconds));
     }
 
     /// Time of the first epoch of [`Record::session`]: the first fix within the motion.
@@ -252,7 +311,7 @@ impl Record {
 
 /// The states that the fixes with a position show. Velocities that they lack are those between the
 /// neighbours; heights, those of the fix before, or of the first that has one.
-fn track(fixes: &[TimedFix]) -> Track {
+pub(super) fn track(fixes: &[TimedFix]) -> Track {
     let placed = || fixes.iter().filter(|f| f.has_position());
     let mut height = placed().find(|f| f.has(2..3)).map_or(0.0, |f| f.height_m);
     let mut state = |f: &TimedFix| {
@@ -262,7 +321,7 @@ fn track(fixes: &[TimedFix]) -> Track {
         NavState {
             position: Geodetic {
                 h: height,
-                ..f.position()
+                ..f.place()
             },
             velocity: f.velocity.into(),
             q_bn: UnitQuaternion::identity(),

@@ -6,6 +6,7 @@ use crate::inertial::counts::{FINE_LSB, quantise};
 use crate::inertial::gnss::Fix;
 use crate::inertial::session::{EPOCH_S, Session};
 use crate::inertial::sins::NavState;
+use crate::recordings::gaps::Gap;
 use crate::recordings::increments::MotionIntegral;
 use crate::recordings::record::TimedFix;
 use crate::recordings::track::Track;
@@ -38,6 +39,8 @@ pub(super) struct Parts<'a> {
     pub(super) file: PathBuf,
     /// Motion, body axes forward-right-down.
     pub(super) motion: MotionIntegral,
+    /// Where it lacks samples for longer than can be bridged.
+    pub(super) gaps: Vec<Gap>,
     /// Samples per second of the session.
     pub(super) rate_hz: usize,
     /// Fixes at rising times. A single one means a vehicle at rest.
@@ -46,8 +49,25 @@ pub(super) struct Parts<'a> {
     pub(super) reference: &'a Track,
     /// From the IMU to the antenna, body axes, m.
     pub(super) lever_arm: Vector3<f64>,
+    /// Whether the reference is that of the antenna.
+    pub(super) at_antenna: bool,
     /// Attitude at the first epoch.
-    pub(super) initial_attitude: InitialAttitude,
+    pub(super) attitude: Option<InitialAttitude>,
+}
+
+/// A recording in whole seconds, before its attitude is known.
+#[derive(Debug, Clone)]
+pub struct Prepared {
+    /// The recording. Where `missing` says so, its counts only bridge gaps.
+    pub session: Session,
+    /// Where its first attitude comes from. `None`: it must be found from samples and fixes.
+    pub attitude: Option<InitialAttitude>,
+    /// Time of the first epoch on the IMU's clock, s.
+    pub begin: f64,
+    /// Epochs without whole samples.
+    pub missing: Vec<Range<usize>>,
+    /// What the reader must know, in sentences.
+    pub notes: Vec<String>,
 }
 
 /// An error about a whole file.
@@ -73,21 +93,14 @@ pub(super) fn referenced(
     Session::new(dt, samples, reference, fixes)
 }
 
-/// The session from the first fix within the motion on, in whole seconds. The attitude of its
+/// The recording from the first fix within the motion on, in whole seconds. The attitude of its
 /// reference states is the initial attitude, which is only right at the first epoch.
-pub(super) fn build(parts: &Parts<'_>) -> Result<Session, Error> {
+pub(super) fn build(parts: &Parts<'_>) -> Result<Prepared, Error> {
     let complain = |problem, remedy| complain(&parts.file, "time", problem, remedy);
-    let (t0, t1) = parts.motion.span();
-    let (begin, end) = match parts.fixes {
-        [_, .., last] => {
-            let judged = parts.reference.span().map_or(f64::MIN, |(_, end)| end);
-            let end = t1.min(last.time.max(judged));
-            (first_from(parts.fixes, t0), end)
-        }
-        _ => (t0, t1),
-    };
+    let (begin, end) = span(parts);
     let epochs = ((end - begin) / EPOCH_S + SAME_S).max(0.0) as usize;
     if epochs == 0 {
+        let (t0, t1) = parts.motion.span();
         let problem =
             format!("has no whole second: motion {t0} to {t1} s, used {begin} to {end} s");
         return Err(complain(
@@ -95,14 +108,15 @@ pub(super) fn build(parts: &Parts<'_>) -> Result<Session, Error> {
             "give motion and fixes of the same time, in the same time system",
         ));
     }
-    let (standstill, q_bn) = match parts.initial_attitude {
-        InitialAttitude::Standstill(s) if s >= epochs => {
+    let (standstill, q_bn) = match parts.attitude {
+        Some(InitialAttitude::Standstill(s)) if s >= epochs => {
             let problem = format!("covers {epochs} s, all of it within the standstill of {s} s");
             let remedy = "give a shorter standstill or a longer recording";
             return Err(complain(problem, remedy));
         }
-        InitialAttitude::Standstill(s) => (s, UnitQuaternion::identity()),
-        InitialAttitude::Known(q) => (0, q),
+        Some(InitialAttitude::Standstill(s)) => (s, UnitQuaternion::identity()),
+        Some(InitialAttitude::Known(q)) => (0, q),
+        None => (0, UnitQuaternion::identity()),
     };
     let dt = EPOCH_S / parts.rate_hz as f64;
     let increments = parts.motion.increments(begin, dt, epochs * parts.rate_hz);
@@ -124,12 +138,74 @@ pub(super) fn build(parts: &Parts<'_>) -> Result<Session, Error> {
         fixes => assigned(fixes, begin, epochs),
     };
     let bridged = |k: &usize| !parts.reference.covers(time(*k), MOST_GAP_S);
-    Ok(Session {
+    let unjudged = ranges((0..=epochs).filter(bridged));
+    let arm = parts.lever_arm;
+    let session = Session {
         standstill,
-        unjudged: ranges((0..=epochs).filter(bridged)),
-        lever_arm: parts.lever_arm,
+        unjudged,
+        lever_arm: arm,
+        reference_arm: arm * f64::from(u8::from(parts.at_antenna)),
         ..Session::new(dt, (counts, FINE_LSB), reference, fixes)
+    };
+    let missing = lost(&parts.gaps, begin, epochs);
+    Ok(Prepared {
+        notes: notes(&session, &missing),
+        session,
+        attitude: parts.attitude,
+        begin,
+        missing,
     })
+}
+
+/// First and last time that is used.
+fn span(parts: &Parts<'_>) -> (f64, f64) {
+    let (t0, t1) = parts.motion.span();
+    let [_, .., last] = parts.fixes else {
+        return (t0, t1);
+    };
+    let judged = parts.reference.span().map_or(f64::MIN, |(_, end)| end);
+    let end = t1.min(last.time.max(judged));
+    (first_from(parts.fixes, t0), end)
+}
+
+/// The epochs that gaps touch.
+fn lost(gaps: &[Gap], begin: f64, epochs: usize) -> Vec<Range<usize>> {
+    let within = |t: f64| ((t - begin) / EPOCH_S).clamp(0.0, epochs as f64);
+    let touched = gaps.iter().flat_map(|gap| {
+        let [from, to] = [
+            within(gap.from + SAME_S).floor(),
+            within(gap.to - SAME_S).ceil(),
+        ];
+        from as usize..to as usize
+    });
+    let mut touched: Vec<usize> = touched.collect();
+    touched.dedup();
+    ranges(touched.into_iter())
+}
+
+/// What is missing, in sentences.
+fn notes(session: &Session, missing: &[Range<usize>]) -> Vec<String> {
+    let mut out: Vec<String> = Vec::new();
+    for range in missing {
+        out.push(format!(
+            "Samples are missing from {} to {} s.",
+            range.start, range.end
+        ));
+    }
+    let without = |k: &usize| session.fixes.get(*k).is_some_and(Option::is_none);
+    let gaps = ranges((0..session.fixes.len()).filter(without));
+    let long = gaps.iter().max_by_key(|gap| gap.len());
+    if let Some(long) = long.filter(|gap| gap.len() as f64 * EPOCH_S > MOST_GAP_S) {
+        let seconds: usize = gaps.iter().map(Range::len).sum();
+        out.push(format!(
+            "{seconds} of {} s have no fix, {} of them in one gap from {} s on; nothing is judged \
+             there, unless there is a truth.",
+            session.epochs(),
+            long.len(),
+            long.start
+        ));
+    }
+    out
 }
 
 /// Time of the first fix at `t` or later, else of the last.

@@ -1,6 +1,11 @@
 //! What tests of recordings share.
 
 use crate::error::Error;
+use crate::inertial::earth::Geodetic;
+use crate::inertial::session::Session;
+use crate::simulator::gnss::GnssSpec;
+use crate::simulator::imu::ImuSpec;
+use crate::simulator::session::{SessionConfig, simulate};
 use std::path::{Path, PathBuf};
 
 /// A file called `name` with `bytes`, and the temporary folder that it lives in.
@@ -34,4 +39,29 @@ pub(crate) fn message(error: &Error) -> String {
     assert!(text.contains("; remedy: "), "{text}");
     let start = text.find("/in.").map_or(0, |at| at + 1);
     text[start..].to_owned()
+}
+
+/// A simulated drive with a medium laser gyro at 100 Hz: `still` seconds at rest, then `drive`
+/// seconds on a road.
+pub(crate) fn simulated(still: f64, drive: f64, seed: u64) -> Session {
+    let mut imu = ImuSpec::preset("medium").unwrap();
+    imu.rate_hz = 100;
+    let config = SessionConfig {
+        imu: &imu,
+        gnss: &GnssSpec::default(),
+        start: Geodetic {
+            lat: 0.8,
+            lon: 0.2,
+            h: 200.0,
+        },
+        heading: 1.0,
+        standstill_s: still,
+        drive_s: drive,
+        segments: None,
+        vibration: 1.0,
+        unit: seed,
+        turn_on: seed,
+        drive: seed,
+    };
+    simulate(&config).0
 }

@@ -18,6 +18,13 @@ impl Track {
         Self { time, states }
     }
 
+    /// The same states `seconds` later.
+    #[must_use]
+    pub fn shifted(mut self, seconds: f64) -> Self {
+        self.time.iter_mut().for_each(|t| *t += seconds);
+        self
+    }
+
     /// First and last time, if there is a state.
     #[must_use]
     pub fn span(&self) -> Option<(f64, f64)> {

@@ -8,8 +8,8 @@ use nalgebra::{Matrix3, Rotation3, UnitQuaternion};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// How the sensor sits in the vehicle: either `axes`, or the three angles. Without any of them, the
-/// sensor's x, y, z point forward, right, down. Source: the drawing of the sensor and where it is
+/// How the sensor sits in the vehicle: either `axes`, or the three angles, or `matrix`. Without any
+/// of them, the sensor's x, y, z point forward, right, down. Source: the drawing of the sensor and where it is
 /// mounted.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
@@ -33,7 +33,16 @@ pub struct Mounting {
     #[schemars(range(min = -360, max = 360))]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub heading_deg: Option<f64>,
+    /// Three rows: forward, right and down of the vehicle, each as a vector in axes of the sensor,
+    /// each number -1 to 1. The rows must be at right angles to each other, of length 1 (to 0.01)
+    /// and right-handed; what is left of an error is taken out. Default: the unit matrix.
+    #[schemars(inner(inner(range(min = -1, max = 1))))]
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub matrix: Option<[[f64; 3]; 3]>,
 }
+
+/// Largest error of the rows of a matrix: of their lengths, and of the cosines between them.
+const SQUARE: f64 = 0.01;
 
 impl Mounting {
     /// Rotation of a vector from sensor axes to body axes.
@@ -42,6 +51,23 @@ impl Mounting {
     /// Axes that are no mounting, or axes and angles at once.
     pub fn rotation(&self) -> Result<UnitQuaternion<f64>, Finding> {
         let angles = [self.roll_deg, self.pitch_deg, self.heading_deg];
+        if let Some(rows) = &self.matrix {
+            if self.axes.is_some() || angles.iter().any(Option::is_some) {
+                return Err(Finding::wrong(
+                    "mounting.matrix",
+                    "is given together with axes or angles",
+                    "give one of them",
+                ));
+            }
+            return rotation(rows).ok_or_else(|| {
+                Finding::wrong(
+                    "mounting.matrix",
+                    format!("is {rows:?}, which is no right-handed rotation"),
+                    "give forward, right and down of the vehicle as rows, in axes of the sensor: \
+                     [[0, 1, 0], [1, 0, 0], [0, 0, -1]] for x right, y forward, z up",
+                )
+            });
+        }
         match &self.axes {
             Some(_) if angles.iter().any(Option::is_some) => Err(Finding::wrong(
                 "mounting.axes",
@@ -68,6 +94,14 @@ impl Mounting {
             }
         }
     }
+}
+
+/// The rotation that is nearest to a matrix of these rows, if it is near enough.
+fn rotation(rows: &[[f64; 3]; 3]) -> Option<UnitQuaternion<f64>> {
+    let matrix = Matrix3::from_fn(|row, column| rows[row][column]);
+    let off = matrix * matrix.transpose() - Matrix3::identity();
+    let square = off.iter().all(|x| x.abs() <= SQUARE);
+    (square && matrix.determinant() > 0.0).then(|| UnitQuaternion::from_matrix(&matrix))
 }
 
 impl Mounting {
@@ -118,6 +152,7 @@ fn angles(q: [f32; 4], told: impl Fn(&Mounting) -> bool) -> Option<Mounting> {
                 roll_deg,
                 pitch_deg,
                 heading_deg,
+                matrix: None,
             };
             (in_range && told(&mounting)).then_some(mounting)
         })
@@ -174,6 +209,7 @@ mod tests {
                 roll_deg: Some(roll),
                 pitch_deg: Some(pitch),
                 heading_deg: Some(heading),
+                matrix: None,
             };
             mounting.rotation().unwrap() * Vector3::from(v)
         };
@@ -198,6 +234,39 @@ mod tests {
             ..Mounting::default()
         };
         assert!(both.angle_to(&angles.rotation().unwrap()) < 1e-12);
+    }
+
+    #[test]
+    fn a_matrix_is_the_axes_that_it_spells() {
+        let matrix = |rows: [[f64; 3]; 3]| Mounting {
+            matrix: Some(rows),
+            ..Mounting::default()
+        };
+        let rows = [[0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, -1.0]];
+        let told = matrix(rows).rotation().unwrap();
+        assert!(told.angle_to(&axes("y x -z").rotation().unwrap()) < 1e-12);
+        // turned by 3 deg about down, written with three decimals
+        let (sin, cos) = (0.052, 0.999);
+        let turned = [[cos, sin, 0.0], [-sin, cos, 0.0], [0.0, 0.0, 1.0]];
+        let forward = matrix(turned).rotation().unwrap().inverse() * Vector3::x();
+        assert!(
+            (forward.y.atan2(forward.x) / DEG - 2.98).abs() < 0.01,
+            "{forward}"
+        );
+        for wrong in [
+            [[0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]],
+            [[1.0, 0.0, 0.0], [0.1, 1.0, 0.0], [0.0, 0.0, 1.0]],
+            [[0.9, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
+            [[f64::NAN, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
+        ] {
+            let finding = matrix(wrong).rotation().unwrap_err();
+            assert_eq!(finding.key, "mounting.matrix");
+        }
+        let both = Mounting {
+            roll_deg: Some(1.0),
+            ..matrix(rows)
+        };
+        assert!(both.rotation().unwrap_err().problem.contains("together"));
     }
 
     #[test]

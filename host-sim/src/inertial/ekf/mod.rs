@@ -224,6 +224,44 @@ impl Aided {
         (e, found)
     }
 
+    /// Samples are missing for `time` seconds. The navigator goes on from `state` with errors of
+    /// `sigma`, which depend on nothing before; what is known of the sensors stays.
+    pub fn lose(&mut self, time: f64, state: NavState, sigma: &InitialSigma) -> Record {
+        let (p, nav, theta) = (self.p.clone(), self.start, self.theta.clone());
+        let size = p.nrows();
+        let fresh = Self::new(state, sigma, self.model.clone(), self.noise).p;
+        let mut phi = DMatrix::zeros(size, size);
+        self.p.rows_mut(0, NAV).fill(0.0);
+        self.p.columns_mut(0, NAV).fill(0.0);
+        for i in 0..NAV {
+            self.p[(i, i)] = fresh[(i, i)];
+        }
+        for (k, q) in self.model.parameters.iter().enumerate() {
+            let (i, keeps) = (NAV + k, q.keeps(time));
+            phi[(i, i)] = keeps;
+            self.theta[k] *= keeps;
+            self.p.row_mut(i).scale_mut(keeps);
+            self.p.column_mut(i).scale_mut(keeps);
+            self.p[(i, i)] += q.walk * q.walk * time;
+        }
+        self.sins = self.sins.at(state);
+        self.start = state;
+        self.before = None;
+        self.slow = SlowErrors::default();
+        let clock = self.interval.clock + time;
+        self.interval = Interval::new(self.theta.len());
+        self.interval.clock = clock;
+        Record {
+            p,
+            nav,
+            theta,
+            phi,
+            predicted: self.p.clone(),
+            correction: DVector::zeros(size),
+            nis: 0.0,
+        }
+    }
+
     /// What a fix measures: index of the error state, its value, and the standard deviation.
     fn innovations(&self, fix: &Fix) -> Vec<(usize, f64, f64)> {
         let nav = &self.sins.nav;

@@ -73,6 +73,12 @@ impl Sins {
         Self { samples, ..self }
     }
 
+    /// A navigator of the same kind at another state.
+    #[must_use]
+    pub fn at(&self, nav: NavState) -> Self {
+        Self::new(nav).with_samples(self.samples)
+    }
+
     /// Advances by one increment of `dt` seconds.
     pub fn step(&mut self, increment: &Increment, dt: f64) {
         let NavState {

@@ -70,6 +70,14 @@ impl<'m> Device<'m> {
         }
     }
 
+    /// The next sample is missing. `first`: the sensor falls silent with it.
+    pub fn miss(&mut self, first: bool) {
+        self.number = self.number.wrapping_add(1);
+        if first {
+            self.learner.silence();
+        }
+    }
+
     /// A fix that has arrived after the last sample. Deferred work is run to its end.
     pub fn fix(&mut self, fix: &Fix) {
         self.learner.fix(self.number, fix);
@@ -229,6 +237,14 @@ fn taught(
         .filter_map(|epoch| due(session, epoch))
         .peekable();
     for (k, counts) in session.counts.iter().enumerate().take(until * n) {
+        if let Some(outage) = session.outage(k / n) {
+            while fixes.next_if(|(after, _)| *after <= k + 1).is_some() {}
+            device.miss(k == outage.epochs.start * n);
+            if k + 1 == outage.epochs.end * n {
+                begin(device, &outage.resume)?;
+            }
+            continue;
+        }
         device.sample(&raw(counts));
         if device.number == 0 && session.standstill > 0 {
             device.learner.align(Alignment::Started);

@@ -1,13 +1,10 @@
 //! The header file: its keys, and the units it may name.
 
-use crate::error::Error;
-use crate::inertial::axes::Axes;
 use crate::inertial::units::{ARCSEC, DEG, DEG_PER_H, G0};
 use crate::recordings::record::Kind;
-use crate::recordings::session::complain;
-use crate::recordings::table::Separator;
+use crate::unit::mounting::Mounting;
 use serde::Deserialize;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 /// All keys of a header file. The documentation of the parent module shows an example.
 #[derive(Debug, Clone, Deserialize)]
@@ -15,12 +12,55 @@ use std::path::{Path, PathBuf};
 pub(super) struct Header {
     /// Unit file, relative to the header file, or a preset's name.
     pub(super) unit: Option<String>,
+    /// True states that navigators are judged against instead of the fixes.
+    pub(super) truth: Option<Truth>,
     /// Increments or rates.
     pub(super) imu: Imu,
     /// Fixes. Without them the vehicle is at rest.
     pub(super) gnss: Option<Gnss>,
     /// Initial attitude, and the site of a vehicle at rest.
+    #[serde(default)]
     pub(super) start: Start,
+}
+
+/// True states: a file whose columns are those of `simulate`'s truth.csv or have the names of
+/// [`Gnss`], or a table that names them.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(
+    untagged,
+    expecting = "is neither a file nor a table of file, separator, names, time, latitude, longitude, height, velocity, time_offset_s"
+)]
+pub(super) enum Truth {
+    /// The file, relative to the header file.
+    File(PathBuf),
+    /// A table.
+    Table(Box<TruthTable>),
+}
+
+/// Table `[truth]`. Columns that it does not name have the names of [`Gnss`].
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct TruthTable {
+    /// File, relative to the header file.
+    pub(super) file: PathBuf,
+    /// As in [`Imu`].
+    #[serde(default = "comma")]
+    pub(super) separator: String,
+    /// As in [`Imu`].
+    #[serde(default = "yes")]
+    pub(super) names: bool,
+    /// Time.
+    pub(super) time: Option<Scalar>,
+    /// rad or deg.
+    pub(super) latitude: Option<Scalar>,
+    /// rad or deg.
+    pub(super) longitude: Option<Scalar>,
+    /// m.
+    pub(super) height: Option<Scalar>,
+    /// Velocity; without it that between the positions.
+    pub(super) velocity: Option<Velocity>,
+    /// Added to its times to give the IMU's, s. By default that of the fixes.
+    pub(super) time_offset_s: Option<f64>,
 }
 
 /// The column of a scalar.
@@ -61,10 +101,39 @@ pub(super) struct Imu {
     pub(super) gyro: Triad,
     /// Accelerometers: specific force in m/s^2, g, mg, or increments in m/s.
     pub(super) accel: Triad,
-    /// Forward, right and down in axes of the file, for example `y x -z` for right-forward-up.
-    pub(super) axes: String,
-    /// Longest time between two rates that is interpolated, s. Three samples by default.
+    /// Forward, right and down in axes of the file, for example `y x -z` for right-forward-up. By
+    /// default `x y z` where `mounting` is given, else the mounting of the unit.
+    pub(super) axes: Option<String>,
+    /// How these axes sit in the vehicle, if they are not the vehicle's: axes, a table of angles,
+    /// or the rows of a matrix, as in the unit file.
+    pub(super) mounting: Option<Turned>,
+    /// Longest time between two rates that is interpolated, s. Three samples or 0.1 s by default.
     pub(super) max_gap_s: Option<f64>,
+}
+
+/// A mounting in short forms.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(
+    untagged,
+    expecting = "is neither axes as in 'y x -z', nor roll_deg, pitch_deg and heading_deg, nor three rows of a matrix"
+)]
+pub(super) enum Turned {
+    /// Forward, right, down.
+    Axes(String),
+    /// Rows: forward, right, down.
+    Matrix([[f64; 3]; 3]),
+    /// As in the unit file.
+    Table(Mounting),
+}
+
+/// A time offset that is told or to be found.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(untagged, expecting = "is neither seconds nor 'estimate'")]
+pub(super) enum Offset {
+    /// s.
+    Told(f64),
+    /// `estimate`.
+    Word(String),
 }
 
 /// Position and velocity fixes.
@@ -80,14 +149,18 @@ pub(super) struct Gnss {
     /// As in [`Imu`].
     #[serde(default = "yes")]
     pub(super) names: bool,
-    /// Time on the clock of the IMU.
+    /// Time on the clock of the IMU, or on another that `time_offset_s` tells.
     pub(super) time: Scalar,
+    /// Added to the times of the fixes to give the IMU's, s, or "estimate". Default: 0.
+    pub(super) time_offset_s: Option<Offset>,
+    /// From the IMU to the antenna: forward, right, down, m. By default that of the unit.
+    pub(super) lever_arm_m: Option<[f64; 3]>,
     /// rad or deg.
     pub(super) latitude: Scalar,
     /// rad or deg.
     pub(super) longitude: Scalar,
-    /// m.
-    pub(super) height: Scalar,
+    /// m. It may be left out.
+    pub(super) height: Option<Scalar>,
     /// Velocity, if it is measured.
     pub(super) velocity: Option<Velocity>,
     /// Columns of the standard deviations of position north, east, down, m. They replace
@@ -107,15 +180,16 @@ pub(super) struct Gnss {
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Velocity {
-    /// Names of the columns.
-    pub(super) columns: [String; 3],
+    /// Names of the columns: three, or the two horizontal ones.
+    pub(super) columns: Vec<String>,
     /// m/s or km/h.
     pub(super) unit: String,
     /// `ned` or `enu`.
     pub(super) order: String,
 }
 
-/// A standstill or an attitude, and the site if there are no fixes.
+/// A standstill or an attitude, and the site if there are no fixes. With neither, the attitude is
+/// found from samples and fixes of the moving vehicle.
 #[derive(Debug, Clone, Default, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Start {
@@ -125,8 +199,10 @@ pub(super) struct Start {
     pub(super) roll_deg: Option<f64>,
     /// Pitch, deg, nose up.
     pub(super) pitch_deg: Option<f64>,
-    /// Heading, deg, clockwise from north.
+    /// Heading, deg, clockwise from north. Alone it helps to find the attitude in motion.
     pub(super) heading_deg: Option<f64>,
+    /// Standard deviation of that heading, deg, above 0 to 180. Default: 10.
+    pub(super) heading_sigma_deg: Option<f64>,
     /// Site: latitude, deg.
     pub(super) latitude_deg: Option<f64>,
     /// Site: longitude, deg.
@@ -184,127 +260,3 @@ pub(super) const ANGLE: [Unit; 2] = [("rad", Kind::Rate, 1.0), ("deg", Kind::Rat
 pub(super) const LENGTH: [Unit; 1] = [("m", Kind::Rate, 1.0)];
 /// Units of velocity.
 pub(super) const SPEED: [Unit; 2] = [("m/s", Kind::Rate, 1.0), ("km/h", Kind::Rate, 1.0 / 3.6)];
-
-/// A header file that was read.
-#[derive(Debug)]
-pub(super) struct Read {
-    pub(super) header: Header,
-    pub(super) file: PathBuf,
-    /// Files that replace those named in the header: that of the IMU, then that of the fixes.
-    replacements: Vec<PathBuf>,
-}
-
-impl Read {
-    pub(super) fn open(file: &Path, replacements: &[PathBuf]) -> Result<Self, Error> {
-        let text = std::fs::read_to_string(file).map_err(|e| Error::reading(file, e))?;
-        let header: Header = toml::from_str(&text).map_err(|e| syntax_error(file, &text, &e))?;
-        let read = Self {
-            file: file.to_path_buf(),
-            replacements: replacements.to_vec(),
-            header,
-        };
-        let most = 1 + usize::from(read.header.gnss.is_some());
-        if replacements.len() > most {
-            let problem = format!(
-                "describes {most} of the {} files given with it",
-                replacements.len()
-            );
-            let remedy =
-                "give the file of the IMU, then that of the fixes if the header has [gnss]";
-            return Err(read.bad("header", problem, remedy));
-        }
-        Ok(read)
-    }
-
-    /// The file of the IMU.
-    pub(super) fn imu_file(&self) -> Result<PathBuf, Error> {
-        let named = || Some(self.beside(self.header.imu.file.as_ref()?));
-        self.replacements
-            .first()
-            .cloned()
-            .or_else(named)
-            .ok_or_else(|| {
-                let problem = "is not in the header, and no file was given with it".to_owned();
-                self.bad("imu.file", problem, "give the file of the IMU")
-            })
-    }
-
-    /// The file of the fixes, if it is not that of the IMU.
-    pub(super) fn gnss_file(&self, gnss: &Gnss) -> Option<PathBuf> {
-        let named = || Some(self.beside(gnss.file.as_ref()?));
-        self.replacements.get(1).cloned().or_else(named)
-    }
-
-    /// An error in `key`.
-    pub(super) fn bad(&self, key: &str, problem: String, remedy: &str) -> Error {
-        complain(&self.file, key, problem, remedy)
-    }
-
-    /// A path that the header names.
-    fn beside(&self, name: &Path) -> PathBuf {
-        self.file.parent().unwrap_or(Path::new("")).join(name)
-    }
-
-    pub(super) fn unit(&self, key: &str, name: &str, known: &[Unit]) -> Result<(Kind, f64), Error> {
-        let hit = known.iter().find(|u| u.0 == name);
-        hit.map(|u| (u.1, u.2)).ok_or_else(|| {
-            let names: Vec<&str> = known.iter().map(|u| u.0).collect();
-            self.bad(
-                key,
-                format!("has the unit '{name}'"),
-                &format!("use one of {}", names.join(", ")),
-            )
-        })
-    }
-
-    pub(super) fn axes(&self) -> Result<Axes, Error> {
-        let text = &self.header.imu.axes;
-        Axes::parse(text).map_err(|why| {
-            let remedy = "give forward, right and down in axes of the file, \
-                          as in 'y x -z' for right-forward-up";
-            self.bad("imu.axes", format!("is '{text}' and {why}"), remedy)
-        })
-    }
-
-    pub(super) fn separator(&self, key: &str, text: &str) -> Result<Separator, Error> {
-        let mut chars = text.chars();
-        match (text, chars.next(), chars.next()) {
-            ("tab", ..) => Ok(Separator::Char(b'\t')),
-            ("blank", ..) => Ok(Separator::Blank),
-            (_, Some(c), None) if c.is_ascii() && !c.is_alphanumeric() && !"+-.".contains(c) => {
-                Ok(Separator::Char(c as u8))
-            }
-            _ => {
-                let remedy = "give one ASCII character such as ',' or ';', or 'tab', \
-                              or 'blank' for any run of blanks";
-                Err(self.bad(key, format!("is '{text}'"), remedy))
-            }
-        }
-    }
-}
-
-/// An error in the TOML syntax, with its line.
-fn syntax_error(file: &Path, text: &str, e: &toml::de::Error) -> Error {
-    let at = e.span().map(|span| span.start.min(text.len()));
-    let line = at.map(|at| text[..at].matches('\n').count() + 1);
-    let on_line = line
-        .and_then(|l| text.lines().nth(l - 1))
-        .unwrap_or_default();
-    let key = on_line
-        .split('=')
-        .next()
-        .unwrap_or_default()
-        .trim()
-        .trim_matches(['[', ']']);
-    Error::Scenario {
-        file: file.to_path_buf(),
-        line,
-        key: if key.is_empty() {
-            "header".into()
-        } else {
-            key.to_owned()
-        },
-        problem: e.message().replace('\n', " "),
-        remedy: "see the example in the documentation of host_sim::recordings::generic".into(),
-    }
-}

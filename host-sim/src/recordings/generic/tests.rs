@@ -2,6 +2,7 @@ use super::header::Header;
 use super::*;
 use crate::inertial::free_inertial::free_inertial;
 use crate::inertial::session::Session;
+use crate::inertial::units::DEG;
 use nalgebra::Vector3;
 use std::fmt::Write;
 use std::path::PathBuf;
@@ -175,13 +176,11 @@ height_m = 380.0
     let want = -0.5 * crate::inertial::units::ARCSEC / 1e-9 * 20_000.0;
     assert!((sum as f64 - want).abs() <= 1.0, "{sum} {want}");
     assert_eq!(s.fixes[99].unwrap().velocity, Vector3::zeros());
-    // the motion of a lost increment is lost
+    // the motion of a lost increment is that of its neighbours
     let lost = rows.replace("50.050;0.25;0;-0.5;0;0.001;-0.049\n", "");
-    let why = Folder::new(header, &lost, "").complaint();
-    assert!(
-        why.starts_with("imu.csv:11: column '1': '50.055' is after a gap"),
-        "{why}"
-    );
+    let s = load(&Folder::new(header, &lost, "").header()).unwrap();
+    let bridged: i64 = s.counts.iter().map(|c| i64::from(c.dtheta[2])).sum();
+    assert!((bridged as f64 - want).abs() <= 1.0, "{bridged} {want}");
 }
 
 #[test]
@@ -224,6 +223,11 @@ fn fixes_may_be_in_the_file_of_the_samples_and_lack_a_velocity() {
         why.starts_with("imu.csv:52: column 'lat': 'NaN' is missing"),
         "{why}"
     );
+    let level = rows.replacen(",80\n", ",\n", 1);
+    let s = load(&Folder::new(&header, &level, "").header()).unwrap();
+    let fix = s.fixes[0].unwrap();
+    assert!(fix.has(0..2) && !fix.has(2..3));
+    assert_eq!(s.reference[0].position.h, 80.0);
 }
 
 #[test]
@@ -269,7 +273,62 @@ fn every_fault_of_the_header_is_named() {
             "\"nwu\"",
             "in.toml: 'gnss.velocity' has the order 'nwu'",
         ),
-        ("heading_deg = 90.0", "", "in.toml: 'start' gives neither"),
+        (
+            "heading_deg = 90.0",
+            "",
+            "in.toml: 'start' gives a part of an attitude",
+        ),
+        (
+            "axes = \"y x -z\"",
+            "",
+            "in.toml: 'imu.axes' is not given, nor a mounting or a unit",
+        ),
+        (
+            "axes = \"y x -z\"",
+            "mounting = \"y x z\"",
+            "in.toml: 'imu.mounting.axes' is 'y x z' and is left-handed",
+        ),
+        (
+            "axes = \"y x -z\"",
+            "mounting = [[1, 0, 0], [0, 1, 0], [0, 1, 0]]",
+            "in.toml: 'imu.mounting.matrix' is [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 1.0, 0.0]]",
+        ),
+        (
+            "axes = \"y x -z\"",
+            "mounting = 3",
+            "in.toml:7: 'mounting' is neither axes",
+        ),
+        (
+            "[gnss]",
+            "[gnss]\nlever_arm_m = [1, 200, 0]",
+            "in.toml: 'gnss.lever_arm_m' is [1.0, 200.0, 0.0]",
+        ),
+        (
+            "[gnss]",
+            "[gnss]\ntime_offset_s = \"guess\"",
+            "in.toml: 'gnss.time_offset_s' is 'guess'; remedy: give seconds",
+        ),
+        (
+            "[gnss]",
+            "[gnss]\ntime_offset_s = nan",
+            "in.toml: 'gnss.time_offset_s' is NaN",
+        ),
+        (
+            "heading_deg = 90.0",
+            "heading_deg = 90.0\nheading_sigma_deg = 0",
+            "in.toml: 'start.heading_sigma_deg' is 0",
+        ),
+        (
+            "\"5\", \"6\", \"7\"",
+            "\"5\"",
+            "in.toml: 'gnss.velocity' names 1 columns",
+        ),
+        ("[imu]", "truth = \"no.csv\"\n[imu]", "no.csv: no such file"),
+        (
+            "[imu]",
+            "truth = 3\n[imu]",
+            "in.toml:2: 'truth' is neither a file nor a table",
+        ),
         (
             "heading_deg = 90.0",
             "heading_deg = nan",
@@ -355,11 +414,9 @@ fn every_fault_of_the_data_is_named() {
         .filter(|(k, _)| !(100..104).contains(k))
         .map(|(_, l)| format!("{l}\n"))
         .collect();
-    let why = Folder::new(MOVING, &with_gap, &gnss(6)).complaint();
-    assert!(
-        why.starts_with("imu.csv:101: column 't': '1001030' is after a gap"),
-        "{why}"
-    );
+    // a short gap is bridged: the vehicle goes on as before
+    let s = load(&Folder::new(MOVING, &with_gap, &gnss(6)).header()).unwrap();
+    assert_eq!((s.epochs(), s.counts[55].dv[2]), (5, s.counts[0].dv[2]));
     let fixes = gnss(6);
     for (from, to, start) in [
         (
@@ -385,5 +442,98 @@ fn every_fault_of_the_data_is_named() {
     assert!(
         why.starts_with("in.toml: 'gnss' has fewer than two fixes"),
         "{why}"
+    );
+}
+
+/// The same vector in four ways: named axes, a matrix, angles after axes, the unit's mounting.
+#[test]
+fn a_mounting_is_told_in_several_ways() {
+    let first = |axes: &str, top: &str| {
+        let header = top.to_owned() + &MOVING.replace("axes = \"y x -z\"", axes);
+        let folder = Folder::new(
+            &header,
+            &imu(601).replace(",0,0,1.", ",0.1,0.2,1."),
+            &gnss(6),
+        );
+        let unit = crate::unit::Unit {
+            mounting: crate::unit::mounting::Mounting {
+                axes: Some("y x -z".into()),
+                ..Default::default()
+            },
+            ..crate::unit::Unit::default()
+        };
+        let text = unit.to_text("made by a test").unwrap();
+        std::fs::write(folder.0.path().join("u.toml"), text).unwrap();
+        read(&folder.header(), &[]).unwrap().samples[9].dv
+    };
+    let named = first("axes = \"y x -z\"", "");
+    assert!(named.z < -9.0 && named.x > 1.9 && named.y > 0.9, "{named}");
+    for (axes, top) in [
+        ("mounting = \"y x -z\"", ""),
+        ("mounting = [[0, 1, 0], [1, 0, 0], [0, 0, -1]]", ""),
+        ("axes = \"x -y -z\"\nmounting = { heading_deg = -90.0 }", ""),
+        ("", "unit = \"u.toml\"\n"),
+    ] {
+        let told = first(axes, top);
+        assert!((told - named).norm() < 1e-9, "{axes}: {told} {named}");
+    }
+}
+
+#[test]
+fn a_truth_of_its_own_judges_and_its_columns_are_those_of_the_fixes_or_named() {
+    let truth = |k: usize| format!("{},45.1,{:.9},90,1,2,3", 1000.0 + 0.5 * k as f64, 7.0);
+    let plain: String = (0..20).map(|k| truth(k) + "\n").collect();
+    let named = format!("t_s,lat_deg,lon_deg,height_m,v_north_mps,v_east_mps,v_down_mps\n{plain}");
+    let columns = r#"[truth]
+file = "truth.csv"
+names = false
+time = { column = "1", unit = "s" }
+latitude = { column = "2", unit = "deg" }
+longitude = { column = "3", unit = "deg" }
+height = { column = "4", unit = "m" }
+velocity = { columns = ["5", "6", "7"], unit = "m/s", order = "ned" }
+"#;
+    for (top, text) in [("truth = \"truth.csv\"\n", &named), (columns, &plain)] {
+        let folder = Folder::new(&format!("{top}{MOVING}"), &imu(601), &gnss(6));
+        std::fs::write(folder.0.path().join("truth.csv"), text).unwrap();
+        let s = load(&folder.header()).unwrap();
+        assert!((s.reference[2].position.lat / DEG - 45.1).abs() < 1e-12);
+        assert_eq!(s.reference[2].velocity, Vector3::new(1.0, 2.0, 3.0));
+        assert!((s.fixes[2].unwrap().position.lat / DEG - 45.0).abs() < 1e-12);
+        assert!(s.unjudged.is_empty());
+    }
+    let folder = Folder::new(
+        &format!("truth = \"truth.csv\"\n{MOVING}"),
+        &imu(601),
+        &gnss(6),
+    );
+    std::fs::write(folder.0.path().join("truth.csv"), "a,b\n1,2\n").unwrap();
+    let why = folder.complaint();
+    assert!(
+        why.starts_with("in.toml: 'truth.time' names column '1'"),
+        "{why}"
+    );
+}
+
+/// A told offset moves the fixes and the truth, and fixes lack what their lines lack.
+#[test]
+fn fixes_move_by_the_told_offset() {
+    let header = MOVING
+        .replace(
+            "[gnss]",
+            "[gnss]\ntime_offset_s = 2.5\nlever_arm_m = [1.0, -0.5, -2]",
+        )
+        .replace("\"5\", \"6\", \"7\"", "\"5\", \"6\"");
+    let folder = Folder::new(&header, &imu(1001), &gnss(6));
+    let record = read(&folder.header(), &[]).unwrap();
+    assert!((record.fixes[0].time - 1003.0).abs() < 1e-9);
+    assert_eq!(record.told_offset_s, Some(2.5));
+    assert_eq!(record.lever_arm_m, [1.0, -0.5, -2.0]);
+    assert!(record.fixes[0].has(3..5) && !record.fixes[0].has(5..6));
+    assert_eq!(record.fixes[0].velocity[1], 20.0);
+    let s = record.session().unwrap();
+    assert_eq!(
+        (s.lever_arm, s.reference_arm),
+        (Vector3::new(1.0, -0.5, -2.0), s.lever_arm)
     );
 }

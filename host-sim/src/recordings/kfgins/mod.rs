@@ -58,9 +58,6 @@ pub fn read(
             "give times in s",
         ));
     }
-    if let Some(k) = (1..time.len()).find(|&k| time[k] - time[k - 1] > 1.5 * step) {
-        return Err(table.complain(k, 0, "after a gap", "cut the recording there"));
-    }
     Ok(Record {
         file: imu.to_path_buf(),
         samples: table.rows().map(increment).collect(),

@@ -1,0 +1,79 @@
+//! Reads the samples.
+
+use super::File;
+use super::header::{ACCEL, GYRO, TIME};
+use super::read::Read;
+use crate::error::Error;
+use crate::inertial::sins::Increment;
+use crate::recordings::record::{Kind, Record, median_step};
+use crate::recordings::table::Table;
+
+/// Limits of plausible samples: 2000 deg/s in rad/s, and 100 g in m/s2.
+const LIMITS: [f64; 2] = [35.0, 1000.0];
+
+/// Reads the samples. The record has no fixes yet.
+pub(super) fn motion(read: &Read) -> Result<Record, Error> {
+    let imu = &read.header.imu;
+    let axes = read.turn()?;
+    if let Some(gap) = imu.max_gap_s.filter(|g| !(g.is_finite() && *g > 0.0)) {
+        return Err(read.bad("imu.max_gap_s", format!("is {gap}"), "give seconds above 0"));
+    }
+    let (_, second) = read.value("imu.time", &imu.time.unit, &TIME)?;
+    let (kind, gyro) = read.value("imu.gyro", &imu.gyro.unit, &GYRO)?;
+    let (kind_a, accel) = read.value("imu.accel", &imu.accel.unit, &ACCEL)?;
+    if kind != kind_a {
+        let problem = format!(
+            "is in {} while the gyros are in {}",
+            imu.accel.unit, imu.gyro.unit
+        );
+        return Err(read.bad(
+            "imu.accel",
+            problem,
+            "give rates for both or increments for both",
+        ));
+    }
+    let file = File::open(read, "imu", &read.imu_file()?, &imu.separator, imu.names)?;
+    let mut wanted = vec![("time", imu.time.column.as_str())];
+    wanted.extend(imu.gyro.columns.iter().map(|c| ("gyro", c.as_str())));
+    wanted.extend(imu.accel.columns.iter().map(|c| ("accel", c.as_str())));
+    let table = file.table(&wanted, None)?;
+    table.check_rising(0)?;
+    let time: Vec<f64> = table.rows().map(|r| r[0] * second).collect();
+    let step = median_step(&time);
+    let rate_hz = (1.0 / step).round();
+    if !(4.0..=8000.0).contains(&rate_hz) {
+        let problem = format!("has a median step of {step} s");
+        return Err(read.bad(
+            "imu.time",
+            problem,
+            "check the unit; 4 to 8000 samples a second can be used",
+        ));
+    }
+    check(&table, (kind, step), (gyro, accel))?;
+    let sample = |r: &[f64]| Increment {
+        dtheta: axes.turn([r[1], r[2], r[3]]) * gyro,
+        dv: axes.turn([r[4], r[5], r[6]]) * accel,
+    };
+    let samples: Vec<Increment> = table.rows().map(sample).collect();
+    Ok(Record {
+        file: read.file.clone(),
+        time,
+        samples,
+        kind,
+        rate_hz: rate_hz as usize,
+        max_gap_s: imu.max_gap_s,
+        ..Record::default()
+    })
+}
+
+/// Checks that values are plausible.
+fn check(table: &Table, (kind, step): (Kind, f64), (gyro, accel): (f64, f64)) -> Result<(), Error> {
+    let per_sample = match kind {
+        Kind::Rate => 1.0,
+        Kind::Increment => step,
+    };
+    let remedy = "check the unit of the gyros; the limit is 35 rad/s";
+    table.check_within(1..4, LIMITS[0] * per_sample / gyro, remedy)?;
+    let remedy = "check the unit of the accelerometers; the limit is 1000 m/s2";
+    table.check_within(4..7, LIMITS[1] * per_sample / accel, remedy)
+}
