@@ -5,6 +5,7 @@ pub mod aiding;
 pub mod baseline;
 pub mod fit;
 pub mod fix_learner;
+pub mod in_motion;
 pub mod promotion;
 pub mod teacher;
 pub mod window;

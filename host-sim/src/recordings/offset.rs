@@ -5,24 +5,33 @@
 //! to fix are compared with the integrals of the samples over the same time, moved by the offset:
 //!
 //! ```text
-//! course(t2) - course(t1) = s_1 * integral of the vertical rate from t1 + d to t2 + d + b_1 (t2 - t1)
-//! speed(t2) - speed(t1)   = s_2 * integral of the forward force from t1 + d to t2 + d + b_2 (t2 - t1)
+//! course(t2) - course(t1) = s_1 * integral of the vertical rate w from t1 + d to t2 + d
+//!                           + b_1 (t2 - t1) + l (w / v at t2 + d - w / v at t1 + d)
+//! speed(t2) - speed(t1)   = s_2 * integral of the forward force from t1 + d to t2 + d
+//!                           + b_2 (t2 - t1)
 //! ```
 //!
-//! The scales `s` and rates `b` take up biases, tilt and scale factors, and are solved for each
-//! offset `d`. The offset of the least squares of both is the most likely one for normal errors; the
+//! The scales `s` and rates `b` take up biases, tilt and scale factors. `l` is how far the antenna is
+//! ahead of the point of the vehicle that does not slip: the course of such a point leads that of
+//! the vehicle in a curve, as a fix with a wrong time would. All are solved for each offset `d`. The offset of the least squares of both is the most likely one for normal errors; the
 //! variances are those of the residuals there. Neighbouring changes share fixes, so the standard
 //! deviation is that of estimates with correlated residuals (Newey and West, Econometrica 55, 1987).
 
 use crate::recordings::record::Record;
-use nalgebra::{Matrix2, Vector2, Vector3};
+use nalgebra::{Matrix3, Vector3};
 
 /// Offsets looked at are up to this, s, either way.
 pub const MOST_S: f64 = 5.0;
 /// Step of the first search, s.
 const STEP_S: f64 = 0.05;
-/// Fixes whose changes are compared are so far apart, s: at least and at most.
-const APART_S: [f64; 2] = [0.9, 2.5];
+/// Fixes whose changes are compared are at least so far apart, s, by velocities and by positions,
+/// and at most so many times that.
+const APART_S: [f64; 2] = [0.9, 2.9];
+const APART_MOST: f64 = 2.5;
+/// Positions of a better standard deviation are compared as velocities are, m.
+const FINE_M: f64 = 0.2;
+/// Standard deviation of the antenna's distance ahead of the point that does not slip, m (assumed).
+const AHEAD_M: f64 = 1.5;
 /// Slower by the fixes, a course means nothing, m/s.
 const COURSE_MPS: f64 = 2.0;
 /// Time around a sample over which gravity shows where down is, s.
@@ -77,6 +86,8 @@ struct Change {
     seen: f64,
     /// Its variance relative to others of its kind.
     variance: f64,
+    /// Reciprocals of the speed, s/m; 0 where the antenna's distance does not matter.
+    slowness: [f64; 2],
 }
 
 /// An integral over time, by its values at rising times.
@@ -100,13 +111,23 @@ pub fn estimate(record: &Record) -> Result<Estimate, Unknown> {
         all.into_iter().filter(inside).collect()
     };
     let channels = [(within(turns), &turned), (within(pushes), &pushed)];
-    let known: Vec<Channel<'_>> = channels
+    let mut known: Vec<Channel<'_>> = channels
         .into_iter()
         .filter(|(changes, _)| changes.len() >= LEAST)
-        .map(|(changes, integral)| Channel { changes, integral })
+        .map(|(changes, integral)| Channel {
+            changes,
+            integral,
+            ridge: 0.0,
+        })
         .collect();
     if known.is_empty() {
         return Err(Unknown::Still);
+    }
+    // the antenna's distance is believed as far as the residuals allow
+    let first = search(&known)?;
+    for channel in &mut known {
+        let variance = channel.fit(first.offset_s).square / channel.count();
+        channel.ridge = variance / (AHEAD_M * AHEAD_M);
     }
     search(&known)
 }
@@ -115,6 +136,8 @@ pub fn estimate(record: &Record) -> Result<Estimate, Unknown> {
 struct Channel<'a> {
     changes: Vec<Change>,
     integral: &'a Integral,
+    /// Weight of a short distance of the antenna.
+    ridge: f64,
 }
 
 /// How a channel fits an offset.
@@ -129,36 +152,43 @@ struct Fit {
 
 impl Channel<'_> {
     fn fit(&self, offset: f64) -> Fit {
-        let mut normal = Matrix2::zeros();
-        let mut right = Vector2::zeros();
-        let rows: Vec<(Vector2<f64>, f64)> = self
+        let mut normal = Matrix3::from_diagonal(&Vector3::new(0.0, 0.0, self.ridge));
+        let mut right = Vector3::zeros();
+        let rows: Vec<(Vector3<f64>, f64)> = self
             .changes
             .iter()
             .map(|c| {
                 let by = self.integral.between(c.from + offset, c.to + offset);
                 let weight = c.variance.sqrt().recip();
-                (Vector2::new(by, c.to - c.from) * weight, c.seen * weight)
+                let [a, b] = [c.from, c.to].map(|t| self.integral.rate(t + offset));
+                let ahead = b * c.slowness[1] - a * c.slowness[0];
+                let ahead = if self.ridge > 0.0 { ahead } else { 0.0 };
+                let row = Vector3::new(by, c.to - c.from, ahead);
+                (row * weight, c.seen * weight)
             })
             .collect();
         for (row, seen) in &rows {
             normal += row * row.transpose();
             right += row * *seen;
         }
+        if normal[(2, 2)] <= 0.0 {
+            normal[(2, 2)] = 1.0;
+        }
         let solved = normal
             .try_inverse()
-            .map_or_else(Vector2::zeros, |n| n * right);
+            .map_or_else(Vector3::zeros, |n| n * right);
         // a rotation the other way round is no match
         let solved = if solved.x > 0.0 {
             solved
         } else {
-            Vector2::zeros()
+            Vector3::zeros()
         };
         let residuals: Vec<f64> = rows
             .iter()
             .map(|(row, seen)| seen - row.dot(&solved))
             .collect();
         Fit {
-            square: residuals.iter().map(|r| r * r).sum(),
+            square: residuals.iter().map(|r| r * r).sum::<f64>() + self.ridge * solved.z * solved.z,
             scale: solved.x,
             residuals,
         }
@@ -270,6 +300,11 @@ impl Integral {
         self.at(to) - self.at(from)
     }
 
+    /// Mean rate around `t`.
+    fn rate(&self, t: f64) -> f64 {
+        self.between(t - 0.1, t + 0.1) / 0.2
+    }
+
     fn at(&self, t: f64) -> f64 {
         let next = self
             .time
@@ -313,28 +348,27 @@ fn integrals(record: &Record) -> Option<[Integral; 2]> {
 /// The changes of course and of speed that the fixes show. A velocity that is not measured is that
 /// between two positions, at the middle of their times.
 fn changes(record: &Record) -> [Vec<Change>; 2] {
-    let speeds = velocities(record);
+    let (speeds, apart) = velocities(record);
     let mut out = [Vec::new(), Vec::new()];
     for (k, a) in speeds.iter().enumerate() {
-        let later = speeds[k + 1..]
-            .iter()
-            .find(|b| b.time - a.time >= APART_S[0]);
-        let Some(b) = later.filter(|b| b.time - a.time <= APART_S[1]) else {
+        let later = speeds[k + 1..].iter().find(|b| b.time - a.time >= apart);
+        let Some(b) = later.filter(|b| b.time - a.time <= APART_MOST * apart) else {
             continue;
         };
         let [fast_a, fast_b] = [a, b].map(|v| v.north.hypot(v.east));
-        let change = |seen: f64, variance: f64| Change {
+        let change = |seen: f64, variance: f64, slowness: [f64; 2]| Change {
             from: a.time,
             to: b.time,
             seen,
             variance,
+            slowness,
         };
-        out[1].push(change(fast_b - fast_a, a.variance + b.variance));
+        out[1].push(change(fast_b - fast_a, a.variance + b.variance, [0.0; 2]));
         if fast_a.min(fast_b) > COURSE_MPS {
             let turn =
                 (a.north * b.east - a.east * b.north).atan2(a.north * b.north + a.east * b.east);
             let variance = a.variance / fast_a.powi(2) + b.variance / fast_b.powi(2);
-            out[0].push(change(turn, variance));
+            out[0].push(change(turn, variance, [fast_a.recip(), fast_b.recip()]));
         }
     }
     // a vehicle that never moves has no changes of speed but noise
@@ -353,7 +387,8 @@ struct Velocity {
     variance: f64,
 }
 
-fn velocities(record: &Record) -> Vec<Velocity> {
+/// Horizontal velocities, and how far apart in time they are to be compared, s.
+fn velocities(record: &Record) -> (Vec<Velocity>, f64) {
     let fixes = &record.fixes;
     let measured = fixes
         .iter()
@@ -366,15 +401,15 @@ fn velocities(record: &Record) -> Vec<Velocity> {
         });
     let measured: Vec<Velocity> = measured.collect();
     if measured.len() >= LEAST {
-        return measured;
+        return (measured, APART_S[0]);
     }
     let placed: Vec<_> = fixes.iter().filter(|fix| fix.has_position()).collect();
+    let fine = placed.iter().all(|fix| fix.sigmas[0] < FINE_M);
+    let apart = if fine { APART_S[0] } else { APART_S[1] };
     let mut out = Vec::new();
     for (k, a) in placed.iter().enumerate() {
-        let later = placed[k + 1..]
-            .iter()
-            .find(|b| b.time - a.time >= APART_S[0]);
-        let Some(b) = later.filter(|b| b.time - a.time <= APART_S[1]) else {
+        let later = placed[k + 1..].iter().find(|b| b.time - a.time >= apart);
+        let Some(b) = later.filter(|b| b.time - a.time <= APART_MOST * apart) else {
             continue;
         };
         let time = b.time - a.time;
@@ -386,7 +421,7 @@ fn velocities(record: &Record) -> Vec<Velocity> {
             variance: (a.sigmas[0].powi(2) + b.sigmas[0].powi(2)) / (time * time),
         });
     }
-    out
+    (out, apart)
 }
 
 #[cfg(test)]

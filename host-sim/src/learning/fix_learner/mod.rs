@@ -262,12 +262,16 @@ fn taught(
     device.learnt()
 }
 
-/// The fix of an epoch, and the number of samples after which it arrives: when it is valid.
+/// The fix of an epoch, and the number of samples after which it arrives.
 fn due(session: &Session, epoch: usize) -> Option<(usize, Fix)> {
-    let fix = fix(session, epoch)?;
-    let age = session.fixes.get(epoch)?.as_ref()?.age_s;
-    let after = (epoch as f64 * EPOCH_S - age) / session.dt;
-    Some((after.round().max(1.0) as usize, fix))
+    let of = session.fixes.get(epoch)?.as_ref()?;
+    Some((arrival(session, epoch, of), firmware_fix(of, epoch)))
+}
+
+/// The number of samples after which the fix of an epoch arrives: those until it is valid.
+pub(super) fn arrival(session: &Session, epoch: usize, of: &crate::inertial::gnss::Fix) -> usize {
+    let after = (epoch as f64 * EPOCH_S - of.age_s) / session.dt;
+    after.round().max(1.0) as usize
 }
 
 /// Sensors too coarse for the device's alignment: it is given the state at the end of the
@@ -304,12 +308,11 @@ fn begin(device: &mut Device<'_>, Start { nav, sigma }: &Start) -> Option<()> {
     device.learner.navigate_from(state, &sigmas).ok()
 }
 
-/// The fix of an epoch as the receiver gives it.
-fn fix(session: &Session, epoch: usize) -> Option<Fix> {
-    let of = session.fixes.get(epoch)?.as_ref()?;
+/// A fix of an epoch in the form of the firmware.
+pub(super) fn firmware_fix(of: &crate::inertial::gnss::Fix, epoch: usize) -> Fix {
     let time_ms = epoch as u64 * EPOCH_MS;
     let time_ms = time_ms.saturating_add_signed(-(of.age_s * 1e3).round() as i64);
-    Some(Fix {
+    Fix {
         position: position(&of.position),
         velocity: of.velocity.into(),
         sigmas: of.sigmas.map(|sigma| sigma as f32),
@@ -318,7 +321,7 @@ fn fix(session: &Session, epoch: usize) -> Option<Fix> {
         arrived_us: time_ms * 1000,
         waited: 0,
         age: None,
-    })
+    }
 }
 
 fn raw(counts: &Counts) -> RawSample {
@@ -336,7 +339,7 @@ fn position(of: &Geodetic) -> Position {
     }
 }
 
-fn nav_state(of: &nav::State) -> NavState {
+pub(super) fn nav_state(of: &nav::State) -> NavState {
     let [w, x, y, z] = of.q_bn;
     NavState {
         position: Geodetic {

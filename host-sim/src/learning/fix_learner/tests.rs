@@ -89,7 +89,7 @@ fn an_outlier_moves_nothing_and_a_lasting_jump_is_believed() {
             let second = &session.counts[epoch * n..(epoch + 1) * n];
             second.iter().for_each(|counts| device.sample(&raw(counts)));
             epoch += 1;
-            let mut fix = fix(&session, epoch).unwrap();
+            let mut fix = due(&session, epoch).unwrap().1;
             fix.velocity[0] += off;
             let before = device.report();
             device.fix(&fix);

@@ -111,7 +111,7 @@ fn complaint(imu: &str, gnss: &str) -> String {
     std::fs::write(&g, gnss).unwrap();
     let attitude = Some(InitialAttitude::Known(UnitQuaternion::identity()));
     let session = read(&i, &g, attitude).and_then(|r| r.session());
-    message(&session.unwrap_err())
+    message(&session.map(|s| s.epochs()).unwrap_err())
 }
 
 #[test]
@@ -139,11 +139,6 @@ fn every_fault_names_its_place() {
             imus.replace("100.05 0 0", "100.04 0 0"),
             fixes.clone(),
             "in.imu:6: column 't_s': time 100.04 follows",
-        ),
-        (
-            imus.replace(&imu(5), ""),
-            fixes.clone(),
-            "in.imu:6: column 't_s': '100.06' is after a gap",
         ),
         (
             imu(0),
