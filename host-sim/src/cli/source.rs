@@ -4,7 +4,6 @@ use crate::error::Error;
 use crate::experiment::doubts::{Field, Says};
 use crate::inertial::axes::Axes;
 use crate::inertial::rotation::from_euler;
-use crate::inertial::session::Session;
 use crate::inertial::units::DEG;
 use crate::recordings::generic::NamedUnit;
 use crate::recordings::record::Record;
@@ -114,13 +113,6 @@ impl KfGins {
         }
     }
 
-    /// The recording and its session.
-    pub(super) fn session(&self) -> Result<(Record, Session), Error> {
-        let record = self.record()?;
-        let session = record.session()?;
-        Ok((record, session))
-    }
-
     pub(super) fn record(&self) -> Result<Record, Error> {
         let mut record = kfgins::read(&self.imu, &self.gnss, None)?;
         let truth = self.truth.as_deref().map(kfgins::read_truth).transpose()?;
@@ -166,10 +158,9 @@ impl Novatel {
         novatel::record(&novatel::read(&self.file)?, self.axes()?, self.kind())
     }
 
-    /// The recording and its session.
-    pub(super) fn session(&self, log: &novatel::Recording) -> Result<(Record, Session), Error> {
-        let session = novatel::session(log, self.axes()?, self.kind())?;
-        Ok((novatel::record(log, self.axes()?, self.kind())?, session))
+    /// The recording of a log that was read.
+    pub(super) fn record_of(&self, log: &novatel::Recording) -> Result<Record, Error> {
+        novatel::record(log, self.axes()?, self.kind())
     }
 
     /// What the log and the options say of the samples.

@@ -2,15 +2,18 @@
 //! messages.
 
 use super::messages::Messages;
-use super::options::{UnitOption, refused, renamed};
+use super::options::{UnitOption, refused, renamed, within};
 use super::output::Output;
 use super::progress::Stages;
 use super::source::{Csv, KfGins, Novatel};
 use crate::error::Error;
 use crate::experiment::doubts::{Class, Says, Warning, doubts};
+use crate::experiment::starting::{Started, Wishes, start};
+use crate::experiment::time_offset::settle;
 use crate::experiment::user_recording::{LEAST_S, Plan};
 use crate::inertial::session::Session;
 use crate::inertial::units::DEG;
+use crate::learning::in_motion::Told;
 use crate::learning::teacher::Assumptions;
 use crate::recordings::novatel;
 use crate::recordings::record::Record;
@@ -41,7 +44,79 @@ struct Options {
     )]
     attitude_sigma: Vec<f64>,
     #[command(flatten)]
+    says: TellOptions,
+    /// Use only this part of a recording with long gaps of samples, counted from 1 [default: all,
+    /// each aligned anew]
+    #[arg(long, value_name = "NUMBER")]
+    part: Option<usize>,
+    #[command(flatten)]
     output: Output,
+}
+
+/// What files of some formats cannot tell.
+#[derive(Debug, ClapArgs)]
+struct TellOptions {
+    /// Added to the times of the fixes to give the IMU's, s
+    #[arg(long, value_name = "SECONDS", allow_hyphen_values = true)]
+    time_offset: Option<f64>,
+    /// Estimate that offset from the motion, -5 to 5 s around what is told
+    #[arg(long)]
+    estimate_time_offset: bool,
+    /// From the IMU to the antenna: forward, right, down, m [default: that of the recording, else of
+    /// the unit]
+    #[arg(
+        long,
+        value_name = "X,Y,Z",
+        value_delimiter = ',',
+        allow_hyphen_values = true
+    )]
+    lever_arm: Vec<f64>,
+    /// Rough heading at the first fix, deg clockwise from north, that helps to find the attitude
+    #[arg(long, value_name = "DEGREES", allow_hyphen_values = true)]
+    heading: Option<f64>,
+    /// Its standard deviation, deg
+    #[arg(
+        long,
+        value_name = "DEGREES",
+        default_value_t = 10.0,
+        requires = "heading"
+    )]
+    heading_sigma: f64,
+}
+
+impl TellOptions {
+    /// Puts into `record` what the options tell, else what the unit tells.
+    fn tell(&self, record: &mut Record, unit: &Unit) -> Result<(), Error> {
+        if let Some(told) = self.time_offset {
+            let told = within("--time-offset", told, [-1e9, 1e9])?;
+            record.move_fixes(told - record.told_offset_s.unwrap_or(0.0));
+            record.told_offset_s = Some(told);
+        }
+        let metres = |arm: &[f64; 3]| arm.iter().all(|x| x.abs() <= 100.0);
+        match (
+            <[f64; 3]>::try_from(&self.lever_arm[..]),
+            &self.lever_arm[..],
+        ) {
+            (Ok(arm), _) if metres(&arm) => record.lever_arm_m = arm,
+            (Err(_), []) if record.lever_arm_m == [0.0; 3] => {
+                record.lever_arm_m = unit.receiver.lever_arm_m;
+            }
+            (Err(_), []) => {}
+            _ => {
+                return Err(refused(
+                    "--lever-arm",
+                    format!("is {:?}", self.lever_arm),
+                    "give forward,right,down in m, each -100 to 100",
+                ));
+            }
+        }
+        if let Some(heading) = self.heading {
+            let heading = within("--heading", heading, [-360.0, 360.0])?;
+            let sigma = within("--heading-sigma", self.heading_sigma, [0.01, 180.0])?;
+            record.rough_heading = Some([heading * DEG, sigma * DEG]);
+        }
+        Ok(())
+    }
 }
 
 /// Options that the unit file has replaced.
@@ -105,17 +180,15 @@ impl CsvArgs {
         let named = self.source.unit()?;
         let record = self.source.record()?;
         let says = self.source.says(&record)?;
-        self.options
-            .replay("csv", (&record, &says), &record.session()?, named)
+        self.options.replay("csv", record, &says, named)
     }
 }
 
 impl KfGinsArgs {
     pub(super) fn run(&self) -> Result<(), Error> {
-        let (record, session) = self.source.session()?;
+        let record = self.source.record()?;
         let says = self.source.says();
-        self.options
-            .replay("kf-gins", (&record, &says), &session, None)
+        self.options.replay("kf-gins", record, &says, None)
     }
 }
 
@@ -124,8 +197,7 @@ impl<S: ClapArgs + Messages> MessagesArgs<S> {
         let unit = self.options.unit.load()?;
         let record = self.source.record(unit.as_ref())?;
         let says = self.source.says();
-        self.options
-            .replay(S::NAME, (&record, &says), &record.session()?, None)
+        self.options.replay(S::NAME, record, &says, None)
     }
 }
 
@@ -148,10 +220,9 @@ impl NovatelArgs {
         if self.inventory {
             return Ok(());
         }
-        let (record, session) = self.source.session(&log)?;
+        let record = self.source.record_of(&log)?;
         let says = self.source.says(&record);
-        self.options
-            .replay("novatel", (&record, &says), &session, None)
+        self.options.replay("novatel", record, &says, None)
     }
 }
 
@@ -160,8 +231,8 @@ impl Options {
     fn replay(
         &self,
         name: &str,
-        (record, says): (&Record, &Says),
-        session: &Session,
+        mut record: Record,
+        says: &Says,
         named: Option<Unit>,
     ) -> Result<(), Error> {
         let given = self.unit.load()?.or(named);
@@ -174,45 +245,71 @@ impl Options {
         });
         let plan = Plan {
             assumptions: Assumptions::of(&unit),
-            attitude_sigma: self.attitude_sigma()?,
             learn: self.learn_s,
         };
         let class = Class {
             assumed: &plan.assumptions,
             given: is_given,
         };
-        let warnings = self.warn(record, says, class)?;
-        let learn = plan.learn(session).map_err(|(least, most)| {
-            let all = session.epochs();
-            let problem = match self.learn_s {
-                Some(s) => format!("{s} s of a recording of {all} s"),
-                None => format!(
-                    "the recording has {all} s, {} of them standstill",
-                    session.standstill
-                ),
-            };
-            let remedy = match least <= most {
-                true => format!("give {least} to {most}"),
-                false => format!(
-                    "give a recording with {LEAST_S} s to learn from after the standstill and \
-                     {LEAST_S} s to judge on"
-                ),
-            };
-            refused("--learn-s", problem, remedy)
-        })?;
+        self.says.tell(&mut record, &unit)?;
+        let wanted = self.says.estimate_time_offset;
+        let (note, warning) = settle(&mut record, wanted, "time offset");
+        let mut warnings = doubts(&record, says, class);
+        warnings.extend(warning);
+        self.warn(&warnings)?;
+        let wishes = Wishes {
+            told: Told {
+                vehicle: unit.vehicle.kind,
+                heading: record.rough_heading,
+            },
+            attitude_sigma: self.attitude_sigma()?,
+            part: self.part,
+        };
+        let stages = Stages::new();
+        stages.begin("finding the attitude");
+        let started = start(record.prepare()?, &wishes, &plan.assumptions, &record.file);
+        stages.end();
+        let Started { session, notes, .. } = started?;
+        let split = plan
+            .split(&session)
+            .map_err(|range| self.unfit(&session, range))?;
         let stages = Stages::new();
         stages.begin("aligning, learning, navigating");
-        let outcome = plan.replay(name, session, learn);
+        let outcome = plan.replay(name, &session, &split);
         stages.end();
         let mut outcome = outcome.ok_or_else(|| no_attitude(Path::new(name)))?;
         outcome.warnings = warnings;
+        outcome.notes.extend(note.into_iter().chain(notes));
         self.output.leave_outcomes(name, &[outcome])
     }
 
+    /// No part of the session can be learnt from and judged as the user wishes.
+    fn unfit(&self, session: &Session, (least, most): (usize, usize)) -> Error {
+        let all = session.epochs();
+        let problem = match self.learn_s {
+            Some(s) => format!("{s} s of a recording of {all} s"),
+            None => format!(
+                "the recording has {all} s, {} of them standstill",
+                session.standstill
+            ),
+        };
+        let remedy = match least <= most {
+            true if session.outages.is_empty() => format!("give {least} to {most}"),
+            true => format!(
+                "give {least} to {most}, with at least {LEAST_S} s before the next gap of samples, \
+                 or use one part (--part)"
+            ),
+            false => format!(
+                "give a recording with {LEAST_S} s to learn from after the standstill and \
+                 {LEAST_S} s to judge on"
+            ),
+        };
+        refused("--learn-s", problem, remedy)
+    }
+
     /// Tells where the samples contradict what is said of them.
-    fn warn(&self, record: &Record, says: &Says, class: Class<'_>) -> Result<Vec<Warning>, Error> {
-        let warnings = doubts(record, says, class);
-        for warning in &warnings {
+    fn warn(&self, warnings: &[Warning]) -> Result<(), Error> {
+        for warning in warnings {
             eprintln!("{warning}");
         }
         if self.strict && !warnings.is_empty() {
@@ -220,7 +317,7 @@ impl Options {
             let remedy = "see the remedies above, or leave the option out";
             return Err(refused("--strict", problem, remedy));
         }
-        Ok(warnings)
+        Ok(())
     }
 
     fn attitude_sigma(&self) -> Result<[f64; 2], Error> {

@@ -11,4 +11,6 @@ pub mod protocol;
 pub mod results;
 pub mod run;
 pub mod scenario;
+pub mod starting;
+pub mod time_offset;
 pub mod user_recording;

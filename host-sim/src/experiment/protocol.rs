@@ -140,6 +140,17 @@ pub fn judge(
         true => fitted.verdict(),
         false => gate(&lesson, &nominal, settings),
     };
+    let judged = |t: &usize| session.judges(split.judge.start + t);
+    let mut times_s = settings.times_s.clone();
+    times_s.retain(|t| judged(&(*t as usize)));
+    let mut notes = vec![note];
+    let left = settings.times_s.len() - times_s.len();
+    if left > 0 {
+        notes.push(format!(
+            "{left} of {} times are left out of the table, because there is no reference then.",
+            settings.times_s.len()
+        ));
+    }
     let origin = session.reference[split.judge.start].position;
     let reference: Vec<[f64; 2]> = session.reference[split.judge.start..=split.judge.end]
         .iter()
@@ -149,13 +160,13 @@ pub fn judge(
     Some(Outcome {
         recording: recording.to_owned(),
         case: split.case(),
-        rows: rows(&solutions, &settings.times_s),
-        notes: vec![note],
+        rows: rows(&solutions, &times_s),
+        notes,
         warnings: Vec::new(),
         curves: Curves {
             learning: learning_curves(&fitted),
             traces: traces(&lesson, &fitted),
-            ..Curves::of(&solutions, &reference)
+            ..Curves::of(&solutions, &reference, judged)
         },
     })
 }

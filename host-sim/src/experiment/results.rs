@@ -96,9 +96,14 @@ pub struct Curves {
 }
 
 impl Curves {
-    /// Track and errors of several solutions beside the reference's track (north, east, m).
+    /// Track and errors of several solutions beside the reference's track (north, east, m). Only
+    /// errors at epochs that are `judged` are shown.
     #[must_use]
-    pub fn of(solutions: &[(&str, FreeInertial)], reference: &[[f64; 2]]) -> Self {
+    pub fn of(
+        solutions: &[(&str, FreeInertial)],
+        reference: &[[f64; 2]],
+        judged: impl Fn(&usize) -> bool,
+    ) -> Self {
         let curve = |name: &str, points: Vec<(f64, f64)>| {
             let (x, y) = points.into_iter().unzip();
             Curve {
@@ -109,7 +114,7 @@ impl Curves {
         };
         let track = |p: &[[f64; 2]]| p.iter().map(|p| (p[1], p[0])).collect();
         let error = |c: &FreeInertial| {
-            let all = c.position.iter().enumerate();
+            let all = c.position.iter().enumerate().filter(|(k, _)| judged(k));
             all.map(|(k, p)| (k as f64 * EPOCH_S / MIN, p.xy().norm()))
                 .collect()
         };

@@ -4,15 +4,17 @@
 
 use crate::experiment::outcome::Outcome;
 use crate::experiment::protocol::{Settings, Split, judge};
-use crate::inertial::ekf::InitialSigma;
 use crate::inertial::session::Session;
 use crate::learning::teacher::Assumptions;
 use crate::learning::window::NetworkSpec;
+use std::ops::Range;
 
 /// Shortest part to learn from after the standstill, and shortest part to be judged on, s.
 pub const LEAST_S: usize = 20;
 /// Shorter learning parts have windows of one second, as in the replays of short recordings, s.
 const SHORT_S: usize = 300;
+/// Time for which fixes aid the navigators after a gap of samples before they are judged, s.
+const SETTLE_S: usize = 60;
 /// Most times in the table.
 const MOST_TIMES: usize = 7;
 
@@ -21,63 +23,95 @@ const MOST_TIMES: usize = 7;
 pub struct Plan {
     /// Sensors.
     pub assumptions: Assumptions,
-    /// Errors of a given initial attitude, tilt and heading, rad. Not used with a standstill.
-    pub attitude_sigma: [f64; 2],
     /// Epochs to learn from, standstill included. By default the standstill and half of the rest.
     pub learn: Option<usize>,
 }
 
 impl Plan {
-    /// Epochs to learn from.
+    /// What is learnt from and what is judged. Navigation without fixes does not survive missing
+    /// samples, so that the judged part ends where they begin.
     ///
     /// # Errors
     /// The possible range (empty for a recording that is too short) when the choice lies outside.
-    pub fn learn(&self, session: &Session) -> Result<usize, (usize, usize)> {
+    pub fn split(&self, session: &Session) -> Result<Split, (usize, usize)> {
         let (still, all) = (session.standstill, session.epochs());
-        let range = (still + LEAST_S, all.saturating_sub(LEAST_S));
-        let learn = self.learn.unwrap_or(still + (all - still) / 2);
-        let fits = (range.0..=range.1).contains(&learn);
-        if fits { Ok(learn) } else { Err(range) }
+        let possible: Vec<Range<usize>> = whole(session)
+            .into_iter()
+            .filter_map(|part| {
+                let settle = match part.start {
+                    0 => still + LEAST_S,
+                    // a new attitude has to settle
+                    start => start + LEAST_S.max(SETTLE_S.min(part.len() / 2)),
+                };
+                let last = part.end.checked_sub(LEAST_S)?;
+                (settle <= last).then_some(settle..part.end)
+            })
+            .collect();
+        let learn = self.learn.or_else(|| {
+            let half = still + (all - still) / 2;
+            let middle = |part: &Range<usize>| match part.end - LEAST_S {
+                last if (part.start..=last).contains(&half) => half,
+                last if last < half => usize::midpoint(part.start, last),
+                _ => part.start,
+            };
+            let best = possible.iter().max_by_key(|part| {
+                let learn = middle(part);
+                learn.min(part.end - learn)
+            });
+            best.map(middle)
+        });
+        let fits = |learn: usize| {
+            let part = possible
+                .iter()
+                .find(|part| (part.start..=part.end - LEAST_S).contains(&learn))?;
+            Some(Split {
+                learn: 0..learn,
+                judge: learn..part.end,
+            })
+        };
+        let least = possible.first().map_or(still + LEAST_S, |part| part.start);
+        let most = possible.last().map(|part| part.end - LEAST_S);
+        learn
+            .and_then(fits)
+            .ok_or((least, most.unwrap_or_else(|| all.saturating_sub(LEAST_S))))
     }
 
-    fn settings(&self, session: &Session, learn: usize) -> Settings {
-        let [tilt, heading] = self.attitude_sigma;
-        let [position, _, _, velocity, ..] = session.nearest_fix(0).start_sigmas();
-        let given = InitialSigma {
-            tilt,
-            heading,
-            velocity,
-            position,
-        };
-        let network = match learn - session.standstill < SHORT_S {
+    fn settings(&self, session: &Session, split: &Split) -> Settings {
+        let network = match split.learn.len() - session.standstill < SHORT_S {
             true => NetworkSpec::short(),
             false => NetworkSpec::default(),
         };
         Settings {
             assumptions: self.assumptions,
-            start_sigma: (session.standstill == 0).then_some(given),
+            start_sigma: None,
             network: NetworkSpec {
                 held_back: 0.33,
                 ..network
             },
             promoted_only: true,
-            times_s: times(session.epochs() - learn),
+            times_s: times(split.judge.len()),
         }
     }
 
-    /// Learns and judges; `learn` is from [`Plan::learn`]. `None` when the standstill gives no
+    /// Learns and judges; `split` is from [`Plan::split`]. `None` when the standstill gives no
     /// attitude.
     #[must_use]
-    pub fn replay(&self, name: &str, session: &Session, learn: usize) -> Option<Outcome> {
-        let settings = self.settings(session, learn);
-        let split = Split::forward(session.epochs(), learn);
-        let mut outcome = judge(name, session, &split, &settings)?;
-        outcome.notes.push(match session.standstill {
-            0 => "The attitude at the start was given.".to_owned(),
-            s => format!("Aligned by each scheme with its own samples on {s} s of standstill."),
-        });
-        Some(outcome)
+    pub fn replay(&self, name: &str, session: &Session, split: &Split) -> Option<Outcome> {
+        let settings = self.settings(session, split);
+        judge(name, session, split, &settings)
     }
+}
+
+/// The parts of a session between outages.
+fn whole(session: &Session) -> Vec<Range<usize>> {
+    let mut from = 0;
+    let mut out = Vec::new();
+    for outage in &session.outages {
+        out.push(from..outage.epochs.start);
+        from = outage.epochs.end;
+    }
+    out.push(from..session.epochs());
+    out
 }
 
 /// Round times over a judged part of `length` s, and its end.

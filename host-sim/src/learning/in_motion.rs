@@ -89,7 +89,7 @@ pub fn align(
         } else {
             fix
         };
-        let found = motion.fix(&firmware_fix(&used, epoch), 0.0, still);
+        let found = motion.fix(&firmware_fix(&used, epoch), [0.0; 2], still);
         if let (true, Some([angle, sigma])) = (motion.has_begun(), heading) {
             motion.heading(Heading {
                 angle: angle as f32,
@@ -159,6 +159,7 @@ fn config(session: &Session, vehicle: Kind, assumptions: &Assumptions) -> Config
         walk: [0, 1].map(|k| bias[k] * (in_run[k] * per_root_second) as f32),
         scale: [0, 1].map(|k| prior.scale[k].hypot(prior.misalignment[k]) as f32),
         forward: [1.0, 0.0, 0.0],
+        lever_arm_sigma: 0.0,
         rolls: vehicle == Kind::Land,
         stands: vehicle != Kind::Ship,
     }

@@ -26,5 +26,5 @@ pub(crate) const WEEK_S: f64 = 604_800.0;
 
 pub use input::Progress;
 pub use lasergyro::{ACCEL_LSB_MPS, GYRO_LSB_RAD, HEADER, RATE_HZ, Recording, load};
-pub use session::InitialAttitude;
+pub use session::{InitialAttitude, Prepared};
 pub use stamped::Reading;
