@@ -2,7 +2,12 @@
 //! forward-left-up, with the solution of the RT3003 as reference.
 //!
 //! The CSV files come from mkutay/nn-dead-reckoning and are CC BY-NC-SA 3.0, so they stay out of
-//! this repository. Positions are east, north, up in metres from the first sample. Attitude is
+//! this repository. Positions are east, north, up in metres from the first sample, by the Mercator
+//! projection of KITTI's development kit: longitude times `s R`, and `s R ln tan(45 deg +
+//! latitude / 2)`, with the sphere `R` = 6378137 m and the scale `s` that is the cosine of the
+//! first latitude. That scale is in the files: the integral of the velocities is 1.001 to 1.003
+//! times the positions east and 0.998 to 0.999 times those north, which is the ellipsoid against
+//! the sphere. They are made latitudes and longitudes again. Attitude is
 //! roll, pitch (positive nose down) and yaw counter-clockwise from east. Time stamps are about 10
 //! ms apart. When the recorder stalled, a few of them are 60 ms late; these are moved between their
 //! neighbours, and all others are used as they are. The remaining accelerations look like noise of
@@ -40,6 +45,8 @@ const NEIGHBOURS: usize = 25;
 /// Latitude and longitude, deg, and height, m, of Karlsruhe. The files do not give a more exact
 /// place. 0.1 deg of latitude changes gravity by 9 ug.
 const HOME: [f64; 3] = [49.0, 8.4, 110.0];
+/// Radius of the sphere of the projection, m.
+const SPHERE_M: f64 = 6_378_137.0;
 /// Standard deviations of the reference as fixes (assumed): m, then m/s.
 pub const SIGMAS: [f64; 6] = [0.1, 0.1, 0.2, 0.05, 0.05, 0.05];
 
@@ -115,15 +122,22 @@ fn sample(row: &[f64]) -> Increment {
 }
 
 fn state(row: &[f64]) -> NavState {
-    let home = Geodetic {
-        lat: HOME[0] * DEG,
-        lon: HOME[1] * DEG,
-        h: HOME[2],
-    };
     NavState {
-        position: home.displaced(&Vector3::new(row[8], row[7], -row[9])),
+        position: place(row[7], row[8], row[9]),
         velocity: Vector3::new(row[11], row[10], -row[12]),
         q_bn: from_euler(row[13], -row[14], FRAC_PI_2 - row[15]),
+    }
+}
+
+/// The place of Mercator metres east and north of home.
+fn place(east: f64, north: f64, up: f64) -> Geodetic {
+    let (lat, lon) = (HOME[0] * DEG, HOME[1] * DEG);
+    let scale = SPHERE_M * lat.cos();
+    let mercator = (0.5 * (FRAC_PI_2 + lat)).tan().ln() + north / scale;
+    Geodetic {
+        lat: 2.0 * mercator.exp().atan() - FRAC_PI_2,
+        lon: lon + east / scale,
+        h: HOME[2] + up,
     }
 }
 
@@ -163,6 +177,56 @@ mod tests {
             (forward - Vector3::new(sy * cp, cy * cp, sp)).norm() < 1e-12,
             "{forward}"
         );
+    }
+
+    /// The projection of the development kit, the other way round, gives the metres of the file.
+    #[test]
+    fn places_project_to_the_metres_of_the_file() {
+        let project = |p: &Geodetic| {
+            let scale = (HOME[0] * DEG).cos();
+            let y = ((90.0 + p.lat / DEG) * std::f64::consts::PI / 360.0)
+                .tan()
+                .ln();
+            [scale * SPHERE_M * p.lon, scale * SPHERE_M * y]
+        };
+        let home = project(&place(0.0, 0.0, 0.0));
+        for [east, north] in [[0.0, 0.0], [1500.0, -700.0], [-30.0, 2000.0]] {
+            let [x, y] = project(&place(east, north, 5.0));
+            assert!((x - home[0] - east).abs() < 1e-5, "{x}");
+            assert!((y - home[1] - north).abs() < 1e-5, "{y}");
+        }
+        // 1 km east is longer on the ellipsoid, 1 km north shorter
+        let moved = place(1000.0, 1000.0, 0.0).ned_from(&place(0.0, 0.0, 0.0));
+        assert!(
+            (moved.y - 1001.9).abs() < 0.3 && (moved.x - 999.1).abs() < 0.3,
+            "{moved}"
+        );
+    }
+
+    /// The velocities of the file integrate to the positions better than the file's own metres.
+    #[test]
+    fn positions_are_what_the_velocities_say() {
+        use crate::recordings::testing::recorded;
+        for (drive, skip) in DRIVES {
+            let Some(path) = recorded(&format!("kitti-2011_09_30_drive_{drive}.csv.gz")) else {
+                return;
+            };
+            let states = session(&path, skip).unwrap().reference;
+            let mut sums = [[0.0; 2]; 2];
+            for pair in states.windows(5) {
+                // Simpson's rule over four seconds
+                let v = |k: usize| pair[k].velocity;
+                let by = (v(0) + v(1) * 4.0 + v(2) * 2.0 + v(3) * 4.0 + v(4)) / 3.0;
+                let moved = pair[4].position.ned_from(&pair[0].position);
+                for axis in 0..2 {
+                    sums[axis][0] += moved[axis] * by[axis];
+                    sums[axis][1] += by[axis] * by[axis];
+                }
+            }
+            let scale = sums.map(|[product, square]| product / square - 1.0);
+            println!("{drive}: {scale:.5?}");
+            assert!(scale.iter().all(|s| s.abs() < 1.2e-3), "{drive}: {scale:?}");
+        }
     }
 
     #[test]

@@ -6,7 +6,6 @@ use crate::experiment::outcome::Outcome;
 use crate::experiment::time_offset::settle;
 use crate::experiment::user_recording::Plan;
 use crate::inertial::earth::Geodetic;
-use crate::inertial::rotation::from_rotvec;
 use crate::inertial::session::EPOCH_S;
 use crate::recordings::record::Record;
 use crate::recordings::testing::simulated;
@@ -156,7 +155,7 @@ fn a_gap_of_samples_of_a_minute() {
     let joined = started(&record).session;
     assert_eq!((joined.epochs(), joined.outages.len()), (720, 1));
     let outage = &joined.outages[0];
-    assert!(outage.epochs.start == 150 && (211..300).contains(&outage.epochs.end));
+    assert!(outage.epochs.start == 149 && (211..300).contains(&outage.epochs.end));
     let truth = &session.reference[outage.epochs.end];
     let error = (outage.resume.nav.q_bn * truth.q_bn.inverse()).scaled_axis();
     assert!(error.z.abs() < 4.0 * outage.resume.sigma.heading, "{error}");
@@ -173,7 +172,7 @@ fn a_gap_of_samples_of_a_minute() {
             Path::new("in"),
         )
     };
-    assert_eq!(part(1).unwrap().session.epochs(), 150);
+    assert_eq!(part(1).unwrap().session.epochs(), 149);
     assert!(part(2).unwrap().begin > 210.0);
     let why = part(3).map(|s| s.begin).unwrap_err().to_string();
     assert!(why.starts_with("--part: is 3, and in has 2 parts"), "{why}");
@@ -181,7 +180,7 @@ fn a_gap_of_samples_of_a_minute() {
     let (mut record, _) = drive(1);
     without_samples(&mut record, 500.0, 560.0);
     let outcome = replayed(&record);
-    assert!(outcome.case.contains("judge 370-500 s"), "{}", outcome.case);
+    assert!(outcome.case.contains("judge 370-499 s"), "{}", outcome.case);
     // short gaps are bridged
     let (mut record, _) = drive(1);
     without_samples(&mut record, 300.0, 300.05);
@@ -219,7 +218,8 @@ fn a_lever_arm_of_two_metres() {
         for fix in &mut record.fixes {
             let epoch = fix.time.round() as usize;
             let truth = &session.reference[epoch];
-            let near = session.increments()[(epoch * n).saturating_sub(3)..][..6].to_vec();
+            let first = (epoch * n).saturating_sub(3).min(session.counts.len() - 6);
+            let near = session.increments()[first..][..6].to_vec();
             let rate: Vector3<f64> =
                 near.iter().map(|w| w.dtheta).sum::<Vector3<f64>>() / (6.0 * session.dt);
             let at = Geodetic {
@@ -322,13 +322,10 @@ fn what_cannot_start_says_why() {
         "{text}"
     );
     assert!(text.contains("; remedy: "), "{text}");
-    let (mut turned, _) = drive(1);
-    turned.initial_attitude = None;
-    let about_z = from_rotvec(&Vector3::new(0.0, 0.0, 1.2));
-    for sample in &mut turned.samples {
-        sample.dtheta = -sample.dtheta;
-        sample.dv = about_z * sample.dv;
-    }
-    let text = why(&turned);
+    // fixes of another drive
+    let (mut strange, _) = drive(1);
+    strange.initial_attitude = None;
+    strange.fixes = drive(2).0.fixes;
+    let text = why(&strange);
     assert!(text.contains("; remedy: "), "{text}");
 }
