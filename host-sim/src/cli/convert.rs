@@ -1,6 +1,6 @@
 //! `host-sim convert`.
 
-use super::messages::{Mcap, Messages};
+use super::messages::{Euroc, Mcap, Messages, Ubx, Ulog};
 use super::source::{Csv, KfGins, Novatel};
 use crate::error::Error;
 use crate::recordings::record::Record;
@@ -45,6 +45,27 @@ enum From {
         #[command(flatten)]
         target: Target,
     },
+    /// A log of PX4 (ULog)
+    Ulog {
+        #[command(flatten)]
+        source: Ulog,
+        #[command(flatten)]
+        target: Target,
+    },
+    /// A log of a u-blox receiver with an IMU (UBX)
+    Ubx {
+        #[command(flatten)]
+        source: Ubx,
+        #[command(flatten)]
+        target: Target,
+    },
+    /// A folder in the form of the EuRoC MAV dataset
+    Euroc {
+        #[command(flatten)]
+        source: Euroc,
+        #[command(flatten)]
+        target: Target,
+    },
 }
 
 #[derive(Debug, Clone, Copy, ValueEnum)]
@@ -84,6 +105,9 @@ impl Args {
             From::KfGins { source, target } => target.write(&source.record()?),
             From::Novatel { source, target } => target.write(&source.record()?),
             From::Mcap { source, target } => target.write(&source.record(None)?),
+            From::Ulog { source, target } => target.write(&source.record(None)?),
+            From::Ubx { source, target } => target.write(&source.record(None)?),
+            From::Euroc { source, target } => target.write(&source.record(None)?),
         }
     }
 }

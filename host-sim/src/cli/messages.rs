@@ -1,19 +1,24 @@
 //! The files of recordings of messages on the command line, for `replay` and `convert`: what the
 //! recorders of robots, autopilots and receivers write.
 
-use super::options::{positive, refused};
+use super::options::{positive, refused, within};
 use super::progress;
 use super::source::attitude;
 use crate::error::Error;
 use crate::experiment::doubts::{Field, Says};
 use crate::inertial::axes::Axes;
+use crate::inertial::earth::Geodetic;
+use crate::inertial::units::DEG;
 use crate::recordings::record::Record;
-use crate::recordings::{InitialAttitude, Progress, Reading, mcap};
+use crate::recordings::{InitialAttitude, Progress, Reading, euroc, mcap, ubx, ulog};
 use crate::unit::Unit;
 use crate::unit::mounting::Mounting;
 use clap::Args as ClapArgs;
 use nalgebra::{Matrix3, Rotation3};
 use std::path::{Path, PathBuf};
+
+/// Range of delays of fixes, s.
+const LONGEST_DELAY: [f64; 2] = [-1.0, 5.0];
 
 /// A recording of messages.
 pub(super) trait Messages {
@@ -165,5 +170,177 @@ impl Messages for Mcap {
             "angular_velocity in rad/s",
             "linear_acceleration in m/s2",
         )
+    }
+}
+
+/// A log of PX4.
+#[derive(Debug, ClapArgs)]
+#[group(skip)] // the commands have the same names
+pub(super) struct Ulog {
+    /// Log, which usually ends in .ulg
+    log: PathBuf,
+    /// Instance of vehicle_imu [default: the first that is logged whole, else sensor_combined]
+    #[arg(long, value_name = "NUMBER")]
+    instance: Option<u8>,
+    /// Time from validity to arrival of a fix, s [default: EKF2_GPS_DELAY of the autopilot]
+    #[arg(long, value_name = "SECONDS")]
+    fix_delay_s: Option<f64>,
+    /// Start with the autopilot's attitude at the first fix
+    #[arg(long, conflicts_with_all = ["attitude", "standstill_s"])]
+    attitude_from_log: bool,
+    #[command(flatten)]
+    body: Body,
+}
+
+impl Messages for Ulog {
+    const NAME: &'static str = "ulog";
+
+    fn read(&self, unit: Option<&Unit>, progress: Progress<'_>) -> Result<Reading, Error> {
+        let delay = self.fix_delay_s;
+        let choice = ulog::Choice {
+            instance: self.instance,
+            fix_delay_s: delay
+                .map(|s| within("--fix-delay-s", s, LONGEST_DELAY))
+                .transpose()?,
+            attitude: self.attitude_from_log,
+            max_gap_s: self.body.max_gap_s()?,
+            mounting: self.body.mounting(unit, Axes::FORWARD_RIGHT_DOWN)?,
+        };
+        let start = self.body.start()?;
+        let mut reading = ulog::read(&self.log, &choice, progress)?;
+        let record = &mut reading.record;
+        record.initial_attitude = start.or(record.initial_attitude);
+        Ok(reading)
+    }
+
+    fn says(&self) -> Says {
+        says(
+            &self.log,
+            "gyros in rad or rad/s",
+            "accelerometers in m/s or m/s2",
+        )
+    }
+}
+
+/// A log of a u-blox receiver.
+#[derive(Debug, ClapArgs)]
+#[group(skip)] // the commands have the same names
+pub(super) struct Ubx {
+    /// Log with ESF-RAW (or ESF-MEAS) and NAV-PVT, as u-center records it
+    log: PathBuf,
+    /// Time from validity of the promptest fix to the sample before it in the log, s
+    #[arg(long, value_name = "SECONDS", default_value_t = 0.0)]
+    fix_delay_s: f64,
+    #[command(flatten)]
+    body: Body,
+}
+
+impl Messages for Ubx {
+    const NAME: &'static str = "ubx";
+
+    fn read(&self, unit: Option<&Unit>, progress: Progress<'_>) -> Result<Reading, Error> {
+        let choice = ubx::Choice {
+            fix_delay_s: within("--fix-delay-s", self.fix_delay_s, LONGEST_DELAY)?,
+            max_gap_s: self.body.max_gap_s()?,
+            mounting: self.body.mounting(unit, Axes::FORWARD_LEFT_UP)?,
+        };
+        let start = self.body.start()?;
+        let mut reading = ubx::read(&self.log, &choice, progress)?;
+        reading.record.initial_attitude = start;
+        Ok(reading)
+    }
+
+    fn says(&self) -> Says {
+        says(
+            &self.log,
+            "gyros of the receiver",
+            "accelerometers of the receiver",
+        )
+    }
+}
+
+/// A folder of EuRoC.
+#[derive(Debug, ClapArgs)]
+#[group(skip)] // the commands have the same names
+pub(super) struct Euroc {
+    /// Folder with mav0
+    folder: PathBuf,
+    /// Where the origin of the ground truth is: latitude, longitude, deg, height, m
+    #[arg(
+        long,
+        value_name = "LAT,LON,HEIGHT",
+        value_delimiter = ',',
+        allow_hyphen_values = true,
+        default_value = "47.4,8.5,450"
+    )]
+    origin: Vec<f64>,
+    /// Seconds between two states of the ground truth that serve as fixes
+    #[arg(long, value_name = "SECONDS", default_value_t = 1.0)]
+    fix_interval_s: f64,
+    /// Standard deviations of these fixes: position, m, velocity, m/s
+    #[arg(
+        long,
+        value_name = "M,M/S",
+        value_delimiter = ',',
+        default_value = "0.05,0.05"
+    )]
+    fix_sigma: Vec<f64>,
+    #[command(flatten)]
+    body: Body,
+}
+
+impl Euroc {
+    fn origin(&self) -> Result<Geodetic, Error> {
+        match self.origin[..] {
+            [lat, lon, h] if lat.abs() < 89.9 && lon.abs() <= 360.0 && h.abs() < 20_000.0 => {
+                Ok(Geodetic {
+                    lat: lat * DEG,
+                    lon: lon * DEG,
+                    h,
+                })
+            }
+            _ => Err(refused(
+                "--origin",
+                format!("is {:?}", self.origin),
+                "give latitude,longitude,height in degrees and m, not at a pole",
+            )),
+        }
+    }
+
+    fn sigmas(&self) -> Result<[f64; 2], Error> {
+        match self.fix_sigma[..] {
+            [p, v] => Ok([positive("--fix-sigma", p)?, positive("--fix-sigma", v)?]),
+            _ => {
+                let problem = format!("is {:?}", self.fix_sigma);
+                Err(refused(
+                    "--fix-sigma",
+                    problem,
+                    "give two numbers, m and m/s",
+                ))
+            }
+        }
+    }
+}
+
+impl Messages for Euroc {
+    const NAME: &'static str = "euroc";
+
+    fn read(&self, unit: Option<&Unit>, _: Progress<'_>) -> Result<Reading, Error> {
+        let choice = euroc::Choice {
+            origin: self.origin()?,
+            interval_s: within("--fix-interval-s", self.fix_interval_s, [0.01, 60.0])?,
+            sigmas: self.sigmas()?,
+            max_gap_s: self.body.max_gap_s()?,
+            mounting: self.body.mounting(unit, euroc::body())?,
+        };
+        let start = self.body.start()?;
+        let mut reading = euroc::read(&self.folder, &choice)?;
+        let record = &mut reading.record;
+        record.initial_attitude = start.or(record.initial_attitude);
+        Ok(reading)
+    }
+
+    fn says(&self) -> Says {
+        says(&self.folder, "w_RS_S in rad/s", "a_RS_S in m/s2")
     }
 }

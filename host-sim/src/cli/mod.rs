@@ -49,7 +49,8 @@ enum Command {
     Allan(allan::Args),
     /// Compute how well biases, scale factors and misalignments can be known, and what was reached
     Learnability(learnability::Args),
-    /// Convert recordings: CSV, KF-GINS text, NovAtel logs, bags of ROS 2
+    /// Convert recordings: CSV, KF-GINS text, NovAtel logs, bags of ROS 2, logs of PX4 and
+    /// u-blox, EuRoC folders
     Convert(convert::Args),
     /// Configure and watch a device over its command link
     Device(device::Args),

@@ -1,6 +1,6 @@
 //! `host-sim replay`.
 
-use super::messages::Mcap;
+use super::messages::{Euroc, Mcap, Ubx, Ulog};
 use super::options::{UnitOption, refused};
 use super::output::Output;
 use super::progress::Stages;
@@ -37,6 +37,12 @@ enum What {
     Novatel(NovatelArgs),
     /// Your recording as a bag of ROS 2 in MCAP
     Mcap(MessagesArgs<Mcap>),
+    /// Your recording as a log of PX4 (ULog)
+    Ulog(MessagesArgs<Ulog>),
+    /// Your recording as a log of a u-blox receiver with an IMU (UBX)
+    Ubx(MessagesArgs<Ubx>),
+    /// Your recording as a folder in the form of the EuRoC MAV dataset
+    Euroc(MessagesArgs<Euroc>),
 }
 
 #[derive(Debug, ClapArgs)]
@@ -115,6 +121,9 @@ impl Args {
             What::KfGins(args) => args.run(),
             What::Novatel(args) => args.run(),
             What::Mcap(args) => args.run(),
+            What::Ulog(args) => args.run(),
+            What::Ubx(args) => args.run(),
+            What::Euroc(args) => args.run(),
         }
     }
 }

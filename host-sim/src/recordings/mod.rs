@@ -1,6 +1,7 @@
 //! Recorded data: the file formats, their tracks, and the sessions made of them.
 
 pub(crate) mod columns;
+pub mod euroc;
 pub mod fog_mems;
 pub mod gaps;
 pub mod generic;
@@ -20,6 +21,8 @@ pub(crate) mod table;
 #[cfg(test)]
 pub(crate) mod testing;
 pub mod track;
+pub mod ubx;
+pub mod ulog;
 
 /// Seconds in a week.
 pub(crate) const WEEK_S: f64 = 604_800.0;

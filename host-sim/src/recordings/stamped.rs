@@ -42,6 +42,11 @@ impl Place {
         }
     }
 
+    /// A note on the messages.
+    pub(super) fn note(&self, text: &str) -> String {
+        format!("{}: {}: {text}", self.file.display(), self.stream)
+    }
+
     /// An error in message `k`, counted from 0.
     pub(super) fn complain(&self, k: usize, problem: String, remedy: &str) -> Error {
         let key = format!("{} message {}", self.stream, k + 1);
@@ -105,8 +110,9 @@ impl Samples {
         Ok(())
     }
 
-    /// The record with these fixes, from time 0 at the first sample on. Rates are interpolated over
-    /// `max_gap_s` at most, by default three samples. No increment may be missing.
+    /// The record with these fixes, from time 0 at the first sample on. Samples are `max_gap_s`
+    /// apart at most, by default three steps for rates, which are interpolated, and one and a half
+    /// for increments, of which none may be missing.
     ///
     /// # Errors
     /// There are too few or too many samples in a second, or samples are missing.
@@ -125,7 +131,7 @@ impl Samples {
                 "give a recording with samples of an IMU",
             ));
         };
-        let since = |ns: i64| ns.saturating_sub(origin) as f64 * 1e-9;
+        let since = |ns: i64| ns.saturating_sub(origin) as f64 / 1e9;
         let time: Vec<f64> = self.ns.iter().map(|ns| since(*ns)).collect();
         let step = median_step(&time);
         let rate_hz = (1.0 / step).round();
@@ -136,11 +142,12 @@ impl Samples {
         }
         let longest = match self.kind {
             Kind::Rate => max_gap_s.unwrap_or(3.0 * step),
-            Kind::Increment => 1.5 * step,
+            Kind::Increment => max_gap_s.unwrap_or(1.5 * step),
         };
         // A time stamp of ns is exact to 1 ns.
         if let Some(k) = (1..time.len()).find(|&k| time[k] - time[k - 1] > longest + 1e-9) {
-            let problem = format!("comes {:.4} s after the one before", time[k] - time[k - 1]);
+            let (at, gap) = (seconds(self.ns[k]), time[k] - time[k - 1]);
+            let problem = format!("at {at} comes {gap:.4} s after the one before");
             let remedy = match self.kind {
                 Kind::Rate => "cut the recording there, or raise --max-gap-s",
                 Kind::Increment => "cut the recording there; the motion in between is lost",
@@ -212,11 +219,7 @@ impl Fixes {
 
     /// A note on these fixes.
     pub(super) fn note(&self, text: &str) -> String {
-        format!(
-            "{}: {}: {text}",
-            self.place.file.display(),
-            self.place.stream
-        )
+        self.place.note(text)
     }
 }
 
