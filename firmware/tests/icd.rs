@@ -334,6 +334,7 @@ fn requests() {
             angle: 0.0,
             sigma: 0.1,
         }),
+        Request::GetAntenna,
     ];
     for (n, request) in all.iter().enumerate() {
         let name = format!("{request:?}");

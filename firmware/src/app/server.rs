@@ -8,8 +8,8 @@ use crate::configuration::record::{self, Record};
 use crate::control::{Alignment, Mode, Reason};
 use crate::model::{IMAGES_LEN, Nets};
 use crate::wire::command::{
-    Board, Counters, Health, MAX_CHUNK, MAX_PACKET, Request, Response, Version, WIRE_VERSION,
-    decode, encode, fault,
+    Antenna, Board, Counters, Health, MAX_CHUNK, MAX_PACKET, Request, Response, Version,
+    WIRE_VERSION, decode, encode, fault,
 };
 use heapless::Vec;
 
@@ -105,6 +105,10 @@ impl Server {
             Request::ReadConfiguration { offset, length } => {
                 return read_record(&self.record, offset, length, buffer);
             }
+            Request::GetAntenna => match antenna(flow) {
+                Some(antenna) => return Response::Antenna(antenna),
+                None => Err(Reason::NotAvailable),
+            },
             Request::GetBoard => return Response::Board(self.board(flow)),
             Request::CommitLearnt => may_exchange(flow).and_then(|()| flow.commit_learnt()),
             Request::Heading(heading) => flow.heading(heading),
@@ -235,6 +239,17 @@ fn store_image(flow: &mut Flow) -> Result<(), Reason> {
     }
     flow.to_store = true;
     Ok(())
+}
+
+/// Of a board with a learner.
+fn antenna(flow: &Flow) -> Option<Antenna> {
+    let known = flow.report().antenna;
+    flow.can_learn().then_some(Antenna {
+        lever_arm: known.lever_arm,
+        lever_arm_sigma: known.lever_arm_sigma,
+        fix_delay: known.fix_delay,
+        fix_delay_sigma: known.fix_delay_sigma,
+    })
 }
 
 fn health(flow: &Flow, machine: &Machine) -> Health {

@@ -118,6 +118,11 @@ impl FixAge {
         Some(age)
     }
 
+    /// The least age as the last time pulse has shown it, s.
+    pub fn measured_s(&self) -> Option<f32> {
+        self.least_s
+    }
+
     /// By how much the last fix came sooner after its validity than any before it, s, drift of the
     /// clocks apart. The least age was of a later fix until then.
     pub fn sooner_s(&self) -> f32 {

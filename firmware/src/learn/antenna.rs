@@ -16,26 +16,26 @@
 //! ```
 //!
 //! The hypotheses then get the fix as it would be without `d`: `z - M d`, with the variance `M P_d
-//! M'` of what is left of `d` added, several times, to the fix's own. At the end of a block `d` moves into the
-//! navigator's lever arm and into the age of the fixes.
+//! M'` of what is left of `d` added, several times, to the fix's own. At the end of a block `d`
+//! moves into the navigator's lever arm and into the age of the fixes.
 //!
 //! If both are told exactly, nothing of this runs.
 
 mod equations;
 mod known;
+mod work;
 
 pub use known::Known;
+use work::{COVARIANCE, END};
 
 use super::age::MAX_AGE_S;
-use super::bank::{self, Refusals, Work};
+use super::bank::{self, Refusals};
 use super::prior::{Datasheet, NAV};
 use super::settings::Settings;
 use crate::fix::OBSERVATIONS;
 use crate::nav::{ANTENNA, Seen};
 use lrnn_nostd::Rational;
-use lrnn_nostd::learn::kalman::{
-    Biases, COVARIANCE_PARTS, Kalman, OUTPUTS, Prior, Transition, Workspace,
-};
+use lrnn_nostd::learn::kalman::{Biases, Kalman, OUTPUTS, Prior, Transition, Workspace};
 
 /// Navigation errors as the antenna sees them, lever arm, age.
 const STATES: usize = NAV + ANTENNA;
@@ -47,24 +47,6 @@ type Effect = [[f32; ANTENNA]; OBSERVATIONS];
 /// Neither is ever known better than this, m and s (assumed: the antenna's centre of phase, the
 /// jitter of the receiver).
 const FLOOR: [f32; ANTENNA] = [0.01, 0.01, 0.01, 0.002];
-/// An observation further off than this, in squared standard deviations, is refused, but not more
-/// often than so many times in a row: as in [`super::bank::Gates`].
-const SQUARED_RATIO: f32 = 25.0;
-const ESCAPE: u8 = 10;
-/// The variance of an observation counts so many times here: errors of receivers last for seconds
-/// (assumed). With errors that last for 5 to 60 s the estimates then stay as near as they claim.
-const LASTING: f32 = 4.0;
-/// What is not known of lever arm and age is the same in fix after fix, where the hypotheses take
-/// it for noise. So its variance counts so many times there (assumed): they learn little from fixes
-/// that depend on it.
-const SAME: f32 = 10.0;
-
-// Parts of the deferred work.
-const COVARIANCE: usize = 0;
-const ERRORS: usize = 1;
-const UPDATE: usize = 2;
-const FINISH: usize = UPDATE + 2;
-const END: usize = FINISH + 1;
 
 /// Estimates lever arm and age.
 #[derive(Debug, Clone)]
@@ -90,6 +72,9 @@ pub struct Antenna {
     next: usize,
     refused: [Refusals; OBSERVATIONS],
     counts: bool,
+    measured: Option<f32>,
+    /// The filter has begun; it has failed.
+    begun: bool,
     failed: bool,
     known: Known,
 }
@@ -114,6 +99,8 @@ impl Antenna {
             next: END,
             refused: [Refusals::NONE; OBSERVATIONS],
             counts: true,
+            measured: None,
+            begun: false,
             failed: false,
             known: Known::default(),
         };
@@ -142,6 +129,7 @@ impl Antenna {
             parameter_floor: of.parameter_floor,
         };
         self.filter.init(sheet.nets(block_s), prior);
+        self.begun = true;
     }
 
     /// Whether anything is to be estimated.
@@ -277,6 +265,11 @@ impl Antenna {
         (self.next, self.fixed) = (COVARIANCE, true);
     }
 
+    /// The least age as a time pulse has measured it, s, with the last fix.
+    pub fn measured(&mut self, least_s: f32) {
+        self.measured = Some(least_s);
+    }
+
     /// Whether refusals of the last fix count.
     pub fn counts_refusals(&mut self, counts: bool) {
         self.counts = counts;
@@ -292,76 +285,8 @@ impl Antenna {
     /// Drops a fix that is not computed yet, and all other work.
     pub fn clear(&mut self) {
         (self.moved, self.fixed) = (false, false);
+        self.measured = None;
         self.next = END;
-    }
-
-    /// One part of the deferred work, before that of the hypotheses, whose fix it replaces. True:
-    /// there is more.
-    pub fn work(&mut self, others: &mut Work) -> bool {
-        match self.next {
-            COVARIANCE | ERRORS => {
-                let block = Some(others.block()).filter(|_| self.moved);
-                let mut interval = self.extended(block);
-                self.wander(&mut interval);
-                let parts = if self.next == COVARIANCE {
-                    0..COVARIANCE_PARTS - 1
-                } else {
-                    (self.before, self.jump, self.moved) = (self.effect, 0.0, false);
-                    COVARIANCE_PARTS - 1..COVARIANCE_PARTS
-                };
-                for part in parts {
-                    let workspace = &mut self.workspace;
-                    self.filter.propagate_covariance(part, &interval, workspace);
-                }
-            }
-            part @ UPDATE..FINISH => {
-                let first = (part - UPDATE) * (OBSERVATIONS / 2);
-                (first..first + OBSERVATIONS / 2).for_each(|k| self.update(k));
-            }
-            FINISH => {
-                self.filter.finish_update();
-                self.failed = !self.filter.is_healthy();
-                others.replace_fix(self.without());
-                self.fixed = false;
-                self.report();
-            }
-            _ => {}
-        }
-        self.next += 1;
-        if self.next == UPDATE && !self.fixed {
-            self.next = END;
-        }
-        !self.is_done()
-    }
-
-    fn update(&mut self, k: usize) {
-        let (z, variance) = self.fix;
-        let (Some(&z), Some(&variance)) = (z.get(k), variance.get(k)) else {
-            return;
-        };
-        let Some(refused) = self.refused.get_mut(k).filter(|_| variance.is_finite()) else {
-            return;
-        };
-        let innovation = self.filter.innovation(state(k), z, LASTING * variance);
-        let near = innovation.squared_ratio() <= SQUARED_RATIO;
-        if refused.accepts(z.is_finite(), !near, self.counts, ESCAPE) {
-            self.filter.update(state(k), innovation);
-        }
-    }
-
-    /// The fix as it would be without the antenna's errors, and its variance with what is not known
-    /// of them.
-    fn without(&self) -> ([f32; OBSERVATIONS], [f32; OBSERVATIONS]) {
-        let (mut z, mut variance) = self.fix;
-        if self.failed {
-            return (z, variance);
-        }
-        let (d, spread) = (self.error(), self.spread());
-        for (k, (z, variance)) in z.iter_mut().zip(&mut variance).enumerate() {
-            *z -= self.effect.get(k).map_or(0.0, |row| product(row, &d));
-            *variance += SAME * spread.get(k).copied().unwrap_or(0.0);
-        }
-        (z, variance)
     }
 
     /// The navigator has been corrected by `error`, and is then to use [`Antenna::arm`].

@@ -125,6 +125,8 @@ pub enum Request<'a> {
     /// in progress: from north to east, rad, -2 pi to 2 pi, and its standard deviation, rad, > 0 to
     /// 1.
     Heading(Heading),
+    /// Answer: [`Response::Antenna`].
+    GetAntenna,
 }
 
 /// The versions of the device.
@@ -298,6 +300,22 @@ pub enum Response<'a> {
     Estimate(Estimate),
     /// To [`Request::GetBoard`].
     Board(Board<'a>),
+    /// To [`Request::GetAntenna`].
+    Antenna(Antenna),
+}
+
+/// What is known of the receiver's antenna: as told, and from the first fixes in motion on as
+/// estimated from them.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Antenna {
+    /// From the IMU to the antenna, body axes (forward, right, down), m.
+    pub lever_arm: [f32; 3],
+    /// Its standard deviation along each axis, m; 0: told exactly.
+    pub lever_arm_sigma: [f32; 3],
+    /// Least age of a fix when it arrives, s.
+    pub fix_delay: f32,
+    /// Its standard deviation, s; 0: told exactly.
+    pub fix_delay_sigma: f32,
 }
 
 /// The board, and what it is configured for.

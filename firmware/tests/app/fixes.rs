@@ -14,7 +14,7 @@ use firmware::fix::Heading;
 use firmware::learn::{CombinedLearner, FixLearner, FixMemory, Settings, WindowLearner};
 use firmware::model::Nets;
 use firmware::units::DEGREE;
-use firmware::wire::command::{Health, Request, Response};
+use firmware::wire::command::{Antenna, Health, Request, Response};
 use firmware::wire::ubx::Pvt;
 
 fn device(config: Config) -> Device {
@@ -197,8 +197,30 @@ fn a_heading_is_taken_over_the_command_link() {
 /// unfinished work and finish it. The result is the same.
 #[test]
 fn when_its_parts_are_done_does_not_matter() {
+    same_whenever(&config());
+}
+
+/// Nor with lever arm and delay to be estimated, which is part of that work.
+#[test]
+fn when_its_parts_are_done_does_not_matter_with_an_uncertain_antenna() {
+    same_whenever(&uncertain());
+}
+
+/// Lever arm and delay of the receiver are not well known.
+fn uncertain() -> Config {
+    let mut told = Configuration::default();
+    told.receiver.lever_arm = [1.0, 2.0, -3.0];
+    told.receiver.lever_arm_sigma = 3.0;
+    told.receiver.fix_delay_sigma = 0.3;
+    Config {
+        told: Some(told),
+        ..config()
+    }
+}
+
+fn same_whenever(config: &Config) {
     let run = |passes: Option<u32>| {
-        let mut bench = Bench::new(config());
+        let mut bench = Bench::new(config.clone());
         bench.run(115, passes);
         // the north gyro errs by 2 deg/h from now on: six standard deviations
         bench.samples.rate[0] += 1e-5 / (f64::from(RATE) * lsb().rad);
@@ -206,7 +228,6 @@ fn when_its_parts_are_done_does_not_matter() {
         (bench.weights(), bench.health())
     };
     let at_once = run(None);
-    println!("{:?}", at_once.1);
     assert!(at_once.1.winner > 0 && at_once.1.promotions > 0);
     assert_ne!(at_once.0, Nets::NONE);
     // a second has 100 frames; a fix about 40 parts
@@ -215,6 +236,39 @@ fn when_its_parts_are_done_does_not_matter() {
         assert!(weights == at_once.0, "{passes}");
         assert_eq!(health, at_once.1, "{passes}");
     }
+}
+
+/// At rest neither lever arm nor delay shows.
+#[test]
+fn what_is_known_of_the_antenna_is_told() {
+    let mut bench = Bench::new(uncertain());
+    let antenna = |bench: &mut Bench| {
+        bench
+            .device
+            .ask(&Request::GetAntenna, |answer| match answer {
+                Response::Antenna(antenna) => antenna,
+                other => panic!("{other:?}"),
+            })
+    };
+    let told = Antenna {
+        lever_arm: [1.0, 2.0, -3.0],
+        lever_arm_sigma: [3.0; 3],
+        fix_delay: 0.1,
+        fix_delay_sigma: 0.3,
+    };
+    assert_eq!(antenna(&mut bench), told);
+    bench.run(160, None);
+    assert!(bench.health().used_fixes > 30);
+    let after = antenna(&mut bench);
+    let near = |a: f32, b: f32, off: f32| (a - b).abs() < off;
+    for i in 0..3 {
+        assert!(
+            near(after.lever_arm[i], told.lever_arm[i], 0.5),
+            "{after:?}"
+        );
+        assert!(near(after.lever_arm_sigma[i], 3.0, 0.1), "{after:?}");
+    }
+    assert!(near(after.fix_delay, 0.1, 0.05) && near(after.fix_delay_sigma, 0.3, 0.02));
 }
 
 #[test]

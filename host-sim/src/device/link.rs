@@ -6,8 +6,8 @@ use crate::error::Error;
 use firmware::control::{Mode, Reason};
 use firmware::model::{IMAGES_LEN, Nets};
 use firmware::wire::command::{
-    Counters, Health, MAX_CHUNK, MAX_PACKET, Packets, Request, Response, Version, WIRE_VERSION,
-    decode, encode,
+    Antenna, Counters, Health, MAX_CHUNK, MAX_PACKET, Packets, Request, Response, Version,
+    WIRE_VERSION, decode, encode,
 };
 use lrnn_nostd::image;
 use std::time::{Duration, Instant};
@@ -218,6 +218,24 @@ impl Link {
             Response::Health(health) => Some(*health),
             _ => None,
         })
+    }
+
+    /// Lever arm and delay of the receiver's fixes; `None` from a board without a learner.
+    ///
+    /// # Errors
+    /// As [`Link::ask`].
+    pub fn antenna(&mut self) -> Result<Option<Antenna>, Error> {
+        let request = Request::GetAntenna;
+        let answer = self.request(&request, |answer| match answer {
+            Response::Antenna(antenna) => Some(*antenna),
+            _ => None,
+        })?;
+        match answer {
+            Err(Reason::NotAvailable) => Ok(None),
+            other => other
+                .map(Some)
+                .map_err(|reason| self.refused(&request, reason)),
+        }
     }
 
     /// Counters.

@@ -18,7 +18,7 @@ pub use info::{Info, LineInfo, info};
 pub use link::{Link, images, load, set_up};
 pub use port::Port;
 pub use store::{can_store, store};
-pub use watch::{Event, Status, Watch, watch};
+pub use watch::{Antenna, Event, Status, Watch, watch};
 pub use weights::check_image;
 
 use firmware::control::Mode;

@@ -35,6 +35,7 @@ fn purpose(request: &Request) -> &'static str {
         | Request::GetHealth
         | Request::GetCounters
         | Request::GetEstimate
+        | Request::GetAntenna
         | Request::GetBoard => "tell its state",
     }
 }

@@ -5,7 +5,7 @@ use super::link::Link;
 use super::mode_name;
 use crate::error::Error;
 use firmware::control::Way;
-use firmware::wire::command::{Counters, Health};
+use firmware::wire::command::{self, Counters, Health};
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::io;
@@ -31,6 +31,8 @@ pub struct Status {
     pub counters: BTreeMap<&'static str, u32>,
     /// The learner.
     pub learner: Learner,
+    /// Lever arm and delay of the fixes; `None` on a board without a learner.
+    pub antenna: Option<Antenna>,
     /// Most metres that corrections within their limits can add to a free-inertial position 5, 10,
     /// 15, 20 and 22 min after the alignment.
     pub error_bound_m: [u32; 5],
@@ -63,6 +65,30 @@ pub struct Learner {
     pub residual: f64,
     /// Alignments in motion that were refused because the fixes contradicted them.
     pub refused_alignments: u32,
+}
+
+/// Lever arm and delay of the receiver's fixes: as told, then as estimated.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Antenna {
+    /// From the IMU to the antenna: forward, right, down, m.
+    pub lever_arm_m: [f32; 3],
+    /// Its standard deviation along each axis, m; 0: told exactly.
+    pub lever_arm_sigma_m: [f32; 3],
+    /// Least age of a fix when it arrives, ms.
+    pub fix_delay_ms: f32,
+    /// Its standard deviation, ms; 0: told exactly.
+    pub fix_delay_sigma_ms: f32,
+}
+
+impl From<command::Antenna> for Antenna {
+    fn from(known: command::Antenna) -> Self {
+        Self {
+            lever_arm_m: known.lever_arm,
+            lever_arm_sigma_m: known.lever_arm_sigma,
+            fix_delay_ms: known.fix_delay * 1e3,
+            fix_delay_sigma_ms: known.fix_delay_sigma * 1e3,
+        }
+    }
 }
 
 /// What a watch tells.
@@ -114,19 +140,23 @@ pub fn watch(watch: &mut Watch<'_>) -> Result<(), Error> {
         };
         let seen = seen.and_then(|mut link| {
             let (health, counters) = (link.health()?, link.counters()?);
-            Ok((link, health, counters))
+            let antenna = link.antenna()?.map(Antenna::from);
+            Ok((link, health, counters, antenna))
         });
         let now = Instant::now();
         let time_s = now.duration_since(begun).as_secs_f64();
         let mut events = Vec::new();
         match seen {
-            Ok((found, health, counters)) => {
+            Ok((found, health, counters, antenna)) => {
                 link = Some(found);
                 if was_lost {
                     events.push(Event::Found { time_s });
                 }
                 let before = last.replace((now, counters));
-                let status = Status::new(time_s, &health, &counters, before);
+                let status = Status {
+                    antenna,
+                    ..Status::new(time_s, &health, &counters, before)
+                };
                 events.push(Event::Status(Box::new(status)));
             }
             Err(error) if !was_lost => {
@@ -193,6 +223,7 @@ impl Status {
                 residual: f64::from(health.residual) / 100.0,
                 refused_alignments: health.refused_alignments,
             },
+            antenna: None,
             error_bound_m: health.error_bound_m,
             busy_percent: percent(health.busy),
             busiest_percent: percent(health.busiest),

@@ -33,7 +33,7 @@ impl Antenna {
             libm::sqrtf(variance.max(0.0))
         };
         let [arm, .., delay] = self.sigma;
-        let (arm_sigma, delay_sigma) = if self.estimates() {
+        let (arm_sigma, delay_sigma) = if self.begun && self.estimates() {
             (to_body.each_ref().map(axis), self.age_sigma())
         } else {
             ([arm; 3], delay)

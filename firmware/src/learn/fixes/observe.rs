@@ -37,7 +37,7 @@ impl FixLearner<'_> {
         let stream = self.stream?;
         let least = self.antenna.age();
         // an estimate of the age goes on by itself when the pulse stays away
-        let keeps = !self.antenna.estimates();
+        let keeps = self.antenna.age_sigma() == 0.0;
         let age = self.age.of(number, fix, stream.period_s, least, keeps);
         self.antenna.jumps(self.age.sooner_s());
         let since = self.last_fix_ms.map(|last| fix.time_ms.wrapping_sub(last));
@@ -94,6 +94,9 @@ impl FixLearner<'_> {
                 seen.knows_the_age();
             }
             self.antenna.fix(&seen, &variance);
+            if let (Some(_), Some(least)) = (fix.age, self.age.measured_s()) {
+                self.antenna.measured(least);
+            }
             seen.z
         } else {
             let nav::Innovation { position, velocity } = navigator.innovation(fix, age);

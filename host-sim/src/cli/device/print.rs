@@ -1,6 +1,6 @@
 //! What `host-sim device` prints for a person.
 
-use crate::device::{Event, Info, LineInfo, Status};
+use crate::device::{Antenna, Event, Info, LineInfo, Status};
 use std::fmt::Write;
 
 /// Prints what a device is.
@@ -116,12 +116,27 @@ fn status(status: &Status) -> String {
         "alignment      heading by {}, {sigma}, residual {:.2} (1 is as expected), {} refused",
         learner.way, learner.residual, learner.refused_alignments
     );
+    if let Some(antenna) = &status.antenna {
+        antenna_line(&mut text, antenna);
+    }
     let [a, b, c, d, e] = status.error_bound_m;
     let _ = writeln!(
         text,
         "error bound    {a} {b} {c} {d} {e} m, 5 10 15 20 22 min after the alignment"
     );
     text
+}
+
+/// Lever arm and delay with their standard deviations.
+fn antenna_line(text: &mut String, antenna: &Antenna) {
+    let [x, y, z] = antenna.lever_arm_m;
+    let [dx, dy, dz] = antenna.lever_arm_sigma_m;
+    let _ = writeln!(
+        text,
+        "antenna        {x:.2} {y:.2} {z:.2} m forward, right, down (+- {dx:.2} {dy:.2} {dz:.2}), \
+         fixes {:.0} ms old (+- {:.0})",
+        antenna.fix_delay_ms, antenna.fix_delay_sigma_ms
+    );
 }
 
 /// Frames and fixes always, anything else where it grows.

@@ -79,7 +79,7 @@ fn a_watch_tells_faults_with_their_remedy_and_rates() {
         "{text}"
     );
     assert!(
-        text.contains("learner") && text.contains("error bound"),
+        text.contains("learner") && text.contains("error bound") && text.contains("antenna"),
         "{text}"
     );
 }
