@@ -335,6 +335,7 @@ fn requests() {
             sigma: 0.1,
         }),
         Request::GetAntenna,
+        Request::GetReceiver,
     ];
     for (n, request) in all.iter().enumerate() {
         let name = format!("{request:?}");

@@ -213,6 +213,7 @@ impl<'m> App<'m> {
     pub fn pulse(&mut self, at_us: u64) {
         let told = self.flow.config.told.as_ref();
         if told.is_some_and(|told| told.receiver.pulse) {
+            count(&mut self.flow.heard.pulses, 1);
             self.pulse.rose(at_us);
         }
     }

@@ -18,6 +18,7 @@ use crate::link::Line;
 use crate::plausibility::{self, Plausibility};
 use crate::sample::{Axes, RawSample, StreamScale};
 use crate::wire::command::{Counters, fault};
+use crate::wire::receiver::Heard;
 use crate::wire::sequence::Last;
 use crate::wire::{Change, Checked, Stream};
 use channels::Channels;
@@ -80,6 +81,8 @@ pub(super) struct Flow<'m> {
     failures: u8,
     /// The weights in use are to be stored.
     pub to_store: bool,
+    /// What the receiver has sent.
+    pub heard: Heard,
     /// The last block.
     pub block: Option<Block>,
     /// Blocks in which a correction was clipped, before the present state.
@@ -131,6 +134,7 @@ impl<'m> Flow<'m> {
             aside: (0, 0),
             failures: 0,
             to_store: false,
+            heard: Heard::default(),
             block: None,
             clipped: 0,
             sample: u32::MAX,

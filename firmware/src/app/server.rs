@@ -110,6 +110,7 @@ impl Server {
                 None => Err(Reason::NotAvailable),
             },
             Request::GetBoard => return Response::Board(self.board(flow)),
+            Request::GetReceiver => return Response::Receiver(flow.heard),
             Request::CommitLearnt => may_exchange(flow).and_then(|()| flow.commit_learnt()),
             Request::Heading(heading) => flow.heading(heading),
             Request::StoreImage => store_image(flow),

@@ -13,6 +13,7 @@
 
 use super::checksum::crc32_zlib;
 use super::field::{head, put, take};
+use super::receiver::Heard;
 use super::{Error, cobs};
 use crate::control::{Alignment, Mode, Reason, Way, Window};
 use crate::fix::Heading;
@@ -127,6 +128,8 @@ pub enum Request<'a> {
     Heading(Heading),
     /// Answer: [`Response::Antenna`].
     GetAntenna,
+    /// Answer: [`Response::Receiver`].
+    GetReceiver,
 }
 
 /// The versions of the device.
@@ -302,6 +305,8 @@ pub enum Response<'a> {
     Board(Board<'a>),
     /// To [`Request::GetAntenna`].
     Antenna(Antenna),
+    /// To [`Request::GetReceiver`].
+    Receiver(Heard),
 }
 
 /// What is known of the receiver's antenna: as told, and from the first fixes in motion on as

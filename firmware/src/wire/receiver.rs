@@ -16,9 +16,10 @@ pub mod stream;
 use super::novatel::best;
 use super::{Framing, Scan, nmea, sbf, ubx};
 use epoch::{Head, Values};
+use serde::{Deserialize, Serialize};
 
 /// What a receiver speaks.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum ReceiverFormat {
     /// [`ubx`]
     Ubx,
@@ -28,6 +29,20 @@ pub enum ReceiverFormat {
     Novatel,
     /// [`sbf`]
     Sbf,
+}
+
+/// What the device has of its receiver, as it tells over the command link.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+pub struct Heard {
+    /// The format; `None` while it is not known.
+    pub format: Option<ReceiverFormat>,
+    /// Time of validity of the last good fix, ms of the GPS week.
+    pub time_ms: Option<u32>,
+    /// Age of that fix when it was complete, by the time pulse, microseconds; `None` without a
+    /// pulse that is believed.
+    pub age_us: Option<u32>,
+    /// Edges of the time pulse since the configuration. It saturates.
+    pub pulses: u32,
 }
 
 impl ReceiverFormat {

@@ -60,7 +60,7 @@ impl Line for Mock {
 }
 
 #[derive(Debug, Default)]
-pub struct Time(Cell<u64>);
+pub struct Time(pub Cell<u64>);
 
 impl Clock for Time {
     fn now_us(&self) -> u64 {

@@ -15,6 +15,7 @@ mod frames;
 mod gaps;
 mod identity;
 mod learn;
+mod receivers;
 mod record;
 mod reverse;
 mod status;

@@ -36,7 +36,8 @@ fn purpose(request: &Request) -> &'static str {
         | Request::GetCounters
         | Request::GetEstimate
         | Request::GetAntenna
-        | Request::GetBoard => "tell its state",
+        | Request::GetBoard
+        | Request::GetReceiver => "tell its state",
     }
 }
 

@@ -6,7 +6,8 @@ configuring a stream that is enabled, enabling one with flags set or with memory
 
 Standard input, JSON: {"image": path, "command": [hex, ...], "sensor": [hex, ...], "period": cycles between frames, "adis": null}. Each command is
 sent when the answer to the one before has come; "baud": bit rate of the sensor, 921 600 if there is none. "adis": {"product": number, "range": number, "hz": fastest clock}: an ADIS at the SPI, whose bursts
-are what is in "sensor". Standard output: "navigation HEX", "gnss HEX", "command HEX", "line NAME BITS DIVIDER", "interrupts NUMBER COUNT", "cycles N",
+are what is in "sensor". "gnss": [[cycle after the first frame, hex], ...] on the receiver's line at its bit rate; "pulses": [cycle, ...] at which
+PB8 rises; "ask": [hex, ...]: requests after the frames. Standard output: "navigation HEX", "gnss HEX", "command HEX", "line NAME BITS DIVIDER", "interrupts NUMBER COUNT", "cycles N",
 "coupled TOUCHED NOT_ZERO": bytes of core-coupled memory.
 """
 import collections
@@ -255,9 +256,51 @@ class Spi:
             self.answer = bytes(self.memory[self.page, self.frame[0] + n] for n in (1, 0))
 
 
+class Timer:
+    """TIM4 with channel 3 as an input (18.3.5, 18.4): a count of 16 bits, stored when PB8 rises and stays high for the filter's time."""
+
+    def __init__(self, chip):
+        self.chip, self.registers = chip, collections.defaultdict(int)
+        self.since, self.stored, self.flags = 0, 0, 0
+
+    def count(self):
+        return (self.chip.cycles - self.since) // (2 * (self.registers["psc"] + 1)) & 0xFFFF
+
+    def read(self, offset):
+        if offset == 0x10:
+            return self.flags
+        if offset == 0x24:
+            return self.count()
+        if offset == 0x3C:
+            self.flags &= ~8
+            return self.stored
+        return 0
+
+    def write(self, offset, value):
+        if not self.chip.registers.get(0x4002_3840, 0) >> 2 & 1:
+            raise Forbidden("TIM4 without its clock")
+        if offset == 0x1C and self.registers[0x20] >> 8 & 1:
+            raise Forbidden("TIM4: channel 3 configured while it is on (18.4.8)")
+        if offset == 0x14 and value & 1:  # the prescaler is taken over, the count begins
+            self.registers["psc"], self.since = self.registers[0x28], self.chip.cycles
+        if offset == 0x10:
+            self.flags &= value
+        self.registers[offset] = value
+
+    def rise(self):
+        port = lambda offset: self.chip.registers.get(0x4002_0400 + offset, 0)
+        if port(0x00) >> 16 & 3 != 2 or port(0x24) & 0xF != 2 or port(0x0C) >> 16 & 3 != 2:
+            raise Forbidden("PB8 is not TIM4's, pulled down")
+        on = self.registers[0x00] & 1 and self.registers[0x20] & 0x900 == 0x100 and self.registers[0x1C] & 3 == 1
+        if not on or self.registers[0x2C] != 0xFFFF:
+            raise Forbidden("TIM4 does not capture rising edges at channel 3")
+        self.flags |= 0x800 if self.flags & 8 else 0
+        self.stored, self.flags = self.count(), self.flags | 8
+
+
 class Chip:
     def __init__(self, image, adis=None):
-        self.spi = Spi(self, adis)
+        self.spi, self.timer = Spi(self, adis), Timer(self)
         self.cpu = Uc(UC_ARCH_ARM, UC_MODE_THUMB | UC_MODE_MCLASS)
         self.cpu.ctl_set_cpu_model(arm.UC_CPU_ARM_CORTEX_M4)
         self.cpu.mem_map(*FLASH)
@@ -317,6 +360,8 @@ class Chip:
         for uart in self.uarts.values():
             if uart.base <= address < uart.base + 0x400:
                 return uart, address - uart.base
+        if 0x4000_0800 <= address < 0x4000_0C00:
+            return self.timer, address - 0x4000_0800
         for controller, base in DMA.items():
             if base + 0x10 <= address < base + 0xD0:
                 number, offset = divmod(address - base - 0x10, 0x18)
@@ -469,19 +514,24 @@ class Chip:
                     events = [uart.next_event() for uart in self.uarts.values()] + [self.systick_at, until]
 
 
+def ask(chip, text):
+    """Sends a request and waits for its answer."""
+    line = chip.uarts["command"]
+    byte, answered = round(CORE * 10 / 921_600), len(line.sent)
+    line.arrivals.extend((chip.cycles + byte * (n + 1), b) for n, b in enumerate(bytes.fromhex(text)))
+    give_up = chip.cycles + CORE // 20
+    while 0 not in line.sent[answered:] and chip.cycles < give_up:
+        chip.run(chip.cycles + CORE // 10_000)
+
+
 def main():
     asked = json.load(sys.stdin)
     adis = asked.get("adis")
     chip = Chip(asked["image"], adis)
     lines = chip.uarts
-    byte = round(CORE * 10 / 921_600)
     chip.run(CORE // 1000 * (250 if adis else 5))
     for text in asked["command"]:
-        answered = len(lines["command"].sent)
-        lines["command"].arrivals.extend((chip.cycles + byte * (n + 1), b) for n, b in enumerate(bytes.fromhex(text)))
-        give_up = chip.cycles + CORE // 20
-        while 0 not in lines["command"].sent[answered:] and chip.cycles < give_up:
-            chip.run(chip.cycles + CORE // 10_000)
+        ask(chip, text)
     chip.served.clear()
     start = chip.cycles
     byte = round(CORE * lines["sensor"].bits() / asked.get("baud", 921_600))
@@ -493,7 +543,15 @@ def main():
             chip.run(at + asked["period"])
             continue
         lines["sensor"].arrivals.extend((at + byte * (k + 1), b) for k, b in enumerate(bytes.fromhex(text)))
+    byte = lines["gnss"].byte_cycles()
+    for at, text in asked.get("gnss", []):
+        lines["gnss"].arrivals.extend((start + at + byte * (k + 1), b) for k, b in enumerate(bytes.fromhex(text)))
+    for at in asked.get("pulses", []):
+        chip.run(start + at)
+        chip.timer.rise()
     chip.run(start + asked["period"] * len(asked["sensor"]) + CORE // 200)
+    for text in asked.get("ask", []):
+        ask(chip, text)
     print("navigation", lines["navigation"].sent.hex())
     print("gnss", lines["gnss"].sent.hex())
     print("command", lines["command"].sent.hex())

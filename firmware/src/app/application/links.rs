@@ -57,6 +57,7 @@ impl App<'_> {
         self.receiver
             .push(piece.get(..len).unwrap_or_default(), arrival);
         while self.solved() {}
+        self.flow.heard.format = self.receiver.format();
         len > 0
     }
 
@@ -76,6 +77,8 @@ impl App<'_> {
         if let Some(heading) = &mut fix.heading {
             heading.angle -= self.flow.config.heading_offset();
         }
+        self.flow.heard.time_ms = Some(fix.time_ms);
+        self.flow.heard.age_us = fix.age.map(|age| (age * 1e6) as u32);
         self.flow.fix(&fix);
         self.fix = Some(fix);
         true

@@ -16,6 +16,7 @@ mod frame;
 mod interrupts;
 mod log;
 mod pins;
+mod pulse;
 pub mod run;
 mod serial;
 mod spi;
@@ -34,6 +35,7 @@ use stm32f4::stm32f405::Peripherals;
 
 use self::clock::Clocks;
 use self::flash::Sectors;
+use self::pulse::Pulse;
 use self::serial::{Port, Ports};
 use self::spi::Spi;
 use self::watchdog::Watchdog;
@@ -56,6 +58,8 @@ pub struct Board {
     pub time: Time,
     /// What the clocks became.
     pub clocks: Clocks,
+    /// The receiver's time pulse.
+    pulse: Pulse,
     /// An ADIS, if there is one.
     spi: Spi,
     /// When it was last looked for, microseconds; `None`: it is not looked for any more.
@@ -82,8 +86,10 @@ impl Board {
             uart4,
         } = ports;
         let spi = Spi::open(&peripherals, clocks);
+        let pulse = Pulse::open(&peripherals, clocks);
         Some(Self {
             spi,
+            pulse,
             looked_us: Some(0),
             lines: Lines {
                 sensor: usart1,
@@ -136,6 +142,11 @@ impl Board {
             self.looked_us = None;
         }
         found
+    }
+
+    /// When the receiver's time pulse has risen, if it has since the last turn, microseconds.
+    pub fn pulse(&mut self) -> Option<u64> {
+        self.pulse.rose(&self.time)
     }
 
     /// A new burst of the ADIS.

@@ -19,6 +19,9 @@ pub fn run<const ADIS: bool>(learner: Option<&mut dyn Learner>) -> ! {
             // an error has been counted
             let _ = app.burst(reply, &mut board.lines.navigation, &board.time);
         }
+        if let Some(at_us) = board.pulse() {
+            app.pulse(at_us);
+        }
         let busy = app.poll(&mut board.lines, &board.time);
         if let Some(lines) = app.to_open() {
             board.open(&lines);

@@ -1,0 +1,220 @@
+//! Receivers of every kind and their time pulse, through the application's lines.
+
+use crate::device::Device;
+use crate::frames::{Fields, Kind};
+use firmware::app::Config;
+use firmware::configuration::{Configuration, Receiver, ReceiverProtocol};
+use firmware::fix::NOT_MEASURED;
+use firmware::wire::command::{Request, Response};
+use firmware::wire::receiver::{Heard, ReceiverFormat};
+use firmware::wire::ubx::Pvt;
+
+/// A receiver at 9600 bit/s: a byte takes so many microseconds.
+const BYTE_US: u64 = 1042;
+const KIND: Kind = Kind::KVH;
+
+fn sentence(text: &str) -> Vec<u8> {
+    let sum = text.bytes().fold(0, |sum, byte| sum ^ byte);
+    format!("${text}*{sum:02X}\r\n").into_bytes()
+}
+
+/// A device that is told of a receiver, with its sensor every 5 ms and the receiver's bytes.
+struct Bench {
+    device: Device,
+    frames: u32,
+    /// Bytes of the receiver that are on their way: when they come, microseconds.
+    coming: Vec<(u64, u8)>,
+    /// Pulses, microseconds.
+    pulses: Vec<u64>,
+}
+
+impl Bench {
+    fn new(change: impl FnOnce(&mut Receiver)) -> Bench {
+        let mut told = Configuration::default();
+        change(&mut told.receiver);
+        let config = Config {
+            told: Some(told),
+            ..KIND.config()
+        };
+        Bench {
+            device: Device::new(config),
+            frames: 0,
+            coming: Vec::new(),
+            pulses: Vec::new(),
+        }
+    }
+
+    fn send(&mut self, at_us: u64, bytes: &[u8]) {
+        let times = (1..).map(|n| at_us + n * BYTE_US);
+        self.coming.extend(times.zip(bytes.iter().copied()));
+    }
+
+    /// Runs to this time in steps of a millisecond.
+    fn run(&mut self, until_us: u64) {
+        loop {
+            let now = self.device.time.0.get();
+            if now >= until_us {
+                return;
+            }
+            for at in self.pulses.extract_if(.., |at| *at <= now) {
+                self.device.app.pulse(at);
+            }
+            let come = self.coming.extract_if(.., |(at, _)| *at <= now);
+            let gnss = &mut self.device.lines.gnss.input;
+            gnss.extend(come.map(|(_, byte)| byte));
+            if now % 5000 == 0 {
+                self.frames += 1;
+                let frame = KIND.frame(self.frames, Fields::default());
+                self.device.lines.sensor.input.extend(&frame);
+            }
+            self.device.settle();
+            self.device.lines.navigation.sent.clear();
+            let now = now / 1000 * 1000;
+            self.device.time.0.set(now + 1000);
+        }
+    }
+
+    fn heard(&mut self) -> Heard {
+        self.device
+            .ask(&Request::GetReceiver, |answer| match answer {
+                Response::Receiver(heard) => heard,
+                other => panic!("{other:?}"),
+            })
+    }
+}
+
+fn rmc_gga(second: u64) -> Vec<u8> {
+    let time = format!("12{:02}{:02}.00", second / 60, second % 60);
+    [
+        sentence(&format!(
+            "GNRMC,{time},A,4717.11399,N,00833.91590,E,10.000,90.00,221126,,,A"
+        )),
+        sentence(&format!(
+            "GNGGA,{time},4717.11399,N,00833.91590,E,2,12,1.0,499.6,M,48.1,M,,"
+        )),
+    ]
+    .concat()
+}
+
+/// The delay is told as 0.1 s and is 0.6 s. With a pulse the age comes out as 0.6 s and what the
+/// bytes take; without one it is not known.
+#[test]
+fn the_pulse_makes_the_age_exact() {
+    for wired in [true, false] {
+        let mut bench = Bench::new(|receiver| {
+            receiver.protocol = ReceiverProtocol::Nmea;
+            receiver.fix_delay = 0.1;
+            receiver.pulse = wired;
+        });
+        for second in 1..30 {
+            bench.pulses.push(1_000_000 * second + 123);
+            let bytes = rmc_gga(second);
+            let took = bytes.len() as u64 * BYTE_US;
+            bench.send(1_000_000 * second + 600_000, &bytes);
+            bench.run(1_000_000 * second + 900_000);
+            let fix = *bench.device.app.fix().expect("a fix");
+            let arrived = 1_000_000 * second + 600_000 + BYTE_US;
+            assert!(fix.arrived_us.abs_diff(arrived) <= 1000, "{fix:?}");
+            // 153 ms for the rest of the sentences: 30 samples
+            assert!(fix.waited.abs_diff((took / 5000) as u32) <= 1, "{fix:?}");
+            match fix.age {
+                Some(age) => {
+                    let want = 0.6 + took as f32 * 1e-6;
+                    assert!(wired && second >= 5 && (age - want).abs() < 0.005, "{age}");
+                }
+                None => assert!(!wired || second < 5, "{second}"),
+            }
+        }
+        let heard = bench.heard();
+        assert_eq!(heard.format, Some(ReceiverFormat::Nmea));
+        assert_eq!(heard.pulses, if wired { 29 } else { 0 });
+        assert_eq!(heard.age_us.is_some(), wired);
+        // 22 November 2026 is a Sunday
+        assert_eq!(heard.time_ms, Some((12 * 3600 + 29) * 1000));
+        // the pulse stays away
+        let mut ages = Vec::new();
+        for second in 30..40 {
+            bench.send(1_000_000 * second + 600_000, &rmc_gga(second));
+            bench.run(1_000_000 * second + 900_000);
+            ages.push(bench.device.app.fix().expect("a fix").age.is_some());
+        }
+        assert_eq!(ages[..4], [wired; 4]);
+        assert_eq!(ages[5..], [false; 5]);
+    }
+}
+
+/// Position, velocity, what is assumed of their accuracy, and the heading of two antennas, of which
+/// the second is to the right of the first.
+#[test]
+fn sentences_become_a_fix() {
+    let mut bench = Bench::new(|receiver| {
+        receiver.protocol = ReceiverProtocol::Nmea;
+        receiver.heading_offset = core::f32::consts::FRAC_PI_2;
+    });
+    for second in 1..4 {
+        let heading = sentence("GNHDT,135.00,T");
+        bench.send(1_000_000 * second, &[rmc_gga(second), heading].concat());
+        bench.send(
+            1_000_000 * second + 300_000,
+            b"$GNTXT,01,01,02,ANT OK*2B\r\n",
+        );
+        bench.run(1_000_000 * second + 900_000);
+    }
+    let fix = bench.device.app.fix().expect("a fix");
+    let near = |a: f64, b: f64, within| (a - b).abs() < within;
+    let lat = (47.0 + 17.113_99 / 60.0_f64).to_radians();
+    let lon = (8.0 + 33.915_9 / 60.0_f64).to_radians();
+    assert!(near(fix.position.latitude, lat, 1e-12), "{fix:?}");
+    assert!(near(fix.position.longitude, lon, 1e-12), "{fix:?}");
+    assert!(near(fix.position.height, 547.7, 1e-9), "{fix:?}");
+    assert!(near(fix.velocity[0], 0.0, 1e-5), "{fix:?}");
+    assert!(near(fix.velocity[1], 18_520.0 / 3600.0, 1e-5), "{fix:?}");
+    // 1.9 m at HDOP 1 are 1.34 m along an axis
+    for (sigma, want) in fix.sigmas.iter().zip([1.3435, 1.3435, 3.8, 0.1, 0.1]) {
+        assert!(near((*sigma).into(), want, 1e-3), "{fix:?}");
+    }
+    assert_eq!(fix.sigmas[5], NOT_MEASURED);
+    let heading = fix.heading.expect("of two antennas");
+    assert!(near(heading.angle.into(), 45_f64.to_radians(), 1e-6));
+    let counters = bench.device.counters();
+    assert_eq!((counters.fixes, counters.good_fixes), (3, 3));
+}
+
+#[test]
+fn the_protocol_is_found_out_or_told() {
+    let pvt = |second: u64| {
+        let pvt = Pvt {
+            time_of_week: second as u32 * 1000,
+            fix: 3,
+            flags: 1,
+            horizontal_accuracy: 1000,
+            ..Pvt::default()
+        };
+        pvt.emit().to_vec()
+    };
+    for (protocol, ubx, nmea) in [
+        (ReceiverProtocol::Detect, true, true),
+        (ReceiverProtocol::Ubx, true, false),
+        (ReceiverProtocol::Nmea, false, true),
+        (ReceiverProtocol::Novatel, false, false),
+        (ReceiverProtocol::Sbf, false, false),
+    ] {
+        for (speaks, fixes) in [(ReceiverFormat::Ubx, ubx), (ReceiverFormat::Nmea, nmea)] {
+            let mut bench = Bench::new(|receiver| receiver.protocol = protocol);
+            for second in 1..10 {
+                let bytes = match speaks {
+                    ReceiverFormat::Ubx => pvt(second),
+                    _ => rmc_gga(second),
+                };
+                bench.send(1_000_000 * second, &bytes);
+                bench.run(1_000_000 * second + 900_000);
+            }
+            let good = bench.device.counters().good_fixes;
+            assert_eq!(good >= 6, fixes, "{protocol:?} {speaks:?} {good}");
+            assert!(good == 0 || good >= 6);
+            if fixes {
+                assert_eq!(bench.heard().format, Some(speaks));
+            }
+        }
+    }
+}

@@ -1,0 +1,105 @@
+//! The receiver's time pulse on a chip with a timer that captures it: the board's own image in a
+//! model written from the reference manual (`judges/stm32f405.py`).
+
+use firmware::configuration::{Configuration, ReceiverProtocol};
+use firmware::wire::ImuFormat;
+use firmware::wire::command::{MAX_PACKET, Packets, Request, Response, decode, encode};
+use firmware::wire::receiver::{Heard, ReceiverFormat};
+use qemu::drive::drive;
+use qemu::images::STM32F405;
+use qemu::judges::{ask, python};
+use qemu::protocol::configure;
+use qemu::replay::Input;
+
+/// Cycles in a millisecond.
+const MS: u64 = 168_000;
+
+fn hex(bytes: &[u8]) -> String {
+    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
+}
+
+fn bytes(hex: &str) -> Vec<u8> {
+    let digits = hex.as_bytes().chunks(2);
+    let byte = |pair| u8::from_str_radix(std::str::from_utf8(pair).expect("text"), 16);
+    digits.map(|pair| byte(pair).expect("hex")).collect()
+}
+
+fn sentence(text: &str) -> String {
+    let sum = text.bytes().fold(0, |sum, byte| sum ^ byte);
+    format!("${text}*{sum:02X}\r\n")
+}
+
+/// The receiver's second 43 200 + `second`, in two sentences.
+fn fix(second: u64) -> Vec<u8> {
+    let time = format!("1200{second:02}.00");
+    let rmc = format!("GNRMC,{time},A,4717.11399,N,00833.91590,E,0.010,90.00,221126,,,A");
+    let gga = format!("GNGGA,{time},4717.11399,N,00833.91590,E,1,12,1.0,499.6,M,48.1,M,,");
+    (sentence(&rmc) + &sentence(&gga)).into_bytes()
+}
+
+/// What the board tells of its receiver after `seconds`, with the pulses of the receiver's seconds
+/// and fixes that come `delay_ms` after their validity.
+fn heard(pulse: bool, pulses: &[u64], seconds: u64, delay_ms: u64) -> Option<Heard> {
+    let (python, image) = (python()?, STM32F405.build_or_skip()?);
+    let mut told = Configuration::default();
+    told.receiver.protocol = ReceiverProtocol::Nmea;
+    told.receiver.fix_delay = 0.1;
+    told.receiver.pulse = pulse;
+    told.correction.check_rate = false;
+    let command: Vec<_> = configure(&told).expect("packets");
+    let command: Vec<_> = command.iter().map(|packet| hex(packet)).collect();
+    let records = drive(ImuFormat::Stim300, 2).expect("a drive").into_iter();
+    let frames = records.filter(|record| record.input == Input::Sensor);
+    let sensor: Vec<_> = frames.map(|record| hex(&record.bytes)).collect();
+    let count = (seconds * 1000 / 4) as usize; // every 4 ms
+    let sensor: Vec<_> = sensor.iter().cycle().take(count).collect();
+    let gnss: Vec<_> = (1..seconds)
+        .map(|second| (MS * (1000 * second + delay_ms), hex(&fix(second))))
+        .filter(|(at, _)| *at < MS * 1000 * seconds)
+        .collect();
+    let mut buffer = [0; MAX_PACKET];
+    let request = encode(99, &Request::GetReceiver, &mut buffer).expect("a packet");
+    let asked = serde_json::json!({
+        "image": image, "command": command, "sensor": sensor, "period": 4 * MS,
+        "gnss": gnss, "pulses": pulses, "ask": [hex(request)],
+    });
+    let output = ask(&python, "stm32f405.py", asked.to_string().as_bytes()).expect("it runs");
+    let sent = output.iter().find_map(|line| line.strip_prefix("command "));
+    let mut packets = Packets::new();
+    let mut heard = None;
+    for byte in bytes(sent.expect("a line").trim()) {
+        if let Some(packet) = packets.push(byte)
+            && let Ok((99, Response::Receiver(told))) = decode(packet)
+        {
+            heard = Some(told);
+        }
+    }
+    heard
+}
+
+/// The delay is told as 0.1 s and is 0.6 s, and 13 ms until the last byte.
+#[test]
+fn the_pulse_is_captured_and_the_age_is_exact() {
+    let seconds = 7;
+    // a glitch of a loose contact in between, which is captured too
+    let mut pulses: Vec<u64> = (1..seconds).map(|second| MS * 1000 * second + 77).collect();
+    pulses.insert(3, pulses[2] + 123 * MS);
+    let Some(told) = heard(true, &pulses, seconds, 600) else {
+        return;
+    };
+    assert_eq!(told.format, Some(ReceiverFormat::Nmea));
+    assert_eq!(told.pulses, 7);
+    assert_eq!(told.time_ms, Some((43_200 + 6) * 1000)); // a Sunday
+    let age = told.age_us.expect("a pulse");
+    assert!(age.abs_diff(613_000) < 5000, "{age} us");
+}
+
+#[test]
+fn without_a_wired_pulse_the_age_is_not_known() {
+    let pulses: Vec<u64> = (1..4).map(|second| MS * 1000 * second).collect();
+    let Some(told) = heard(false, &pulses, 3, 100) else {
+        return;
+    };
+    assert_eq!((told.age_us, told.pulses), (None, 0));
+    assert!(told.time_ms.is_some());
+}
