@@ -7,7 +7,6 @@ use super::progress::Stages;
 use super::user_recording::{CsvArgs, KfGinsArgs, MessagesArgs, NovatelArgs, no_attitude};
 use crate::error::Error;
 use crate::experiment::{fog_mems, hybrid, kitti, lasergyro};
-use crate::learning::teacher::Assumptions;
 use crate::recordings::{self, load};
 use clap::{Args as ClapArgs, Subcommand};
 use std::path::PathBuf;
@@ -103,10 +102,10 @@ impl Args {
         match &self.what {
             What::Lasergyro(args) => args.run(),
             What::FogMems(args) => {
-                let told = args.unit.load()?.as_ref().map(Assumptions::of);
+                let unit = args.unit.load_or(fog_mems::UNIT)?;
                 let session = recordings::fog_mems::session(&args.mems, &args.fog)?;
                 args.output
-                    .leave_outcomes("fog-mems", &fog_mems::replay(&session, told))
+                    .leave_outcomes("fog-mems", &fog_mems::replay(&session, &unit))
             }
             What::Kitti(args) => args.run(),
             What::Hybrid(args) => {
@@ -130,7 +129,7 @@ impl Args {
 
 impl Kitti {
     fn run(&self) -> Result<(), Error> {
-        let told = self.unit.load()?.as_ref().map(Assumptions::of);
+        let unit = self.unit.load_or(kitti::UNIT)?;
         let mut outcomes = Vec::new();
         for file in &self.files {
             let session = recordings::kitti::session(file, self.skip)?;
@@ -143,7 +142,7 @@ impl Kitti {
                     .next()
                     .unwrap_or("drive"),
                 &session,
-                told,
+                &unit,
             ));
         }
         self.output.leave_outcomes("kitti", &outcomes)

@@ -3,32 +3,22 @@
 
 use crate::experiment::outcome::Outcome;
 use crate::experiment::protocol::{Settings, Split, judge};
-use crate::inertial::ekf::{InitialSigma, Noise, Prior};
+use crate::inertial::ekf::InitialSigma;
 use crate::inertial::session::Session;
-use crate::inertial::units::{DEG, DEG_PER_H, DEG_PER_SQRT_H, PPM, UG, UG_PER_SQRT_HZ};
-use crate::learning::teacher::{Assumptions, IN_RUN};
+use crate::inertial::units::DEG;
+use crate::learning::teacher::Assumptions;
 use crate::learning::window::NetworkSpec;
 use crate::recordings::fog_mems::SIGMAS;
+use crate::unit::Unit;
 
-/// What may be expected of a MEMS IMU of unknown make (assumed: 1000 deg/h and 20 mg).
+/// Name of the preset of the recorded MEMS unit.
+pub const UNIT: &str = "fog-mems";
+
+/// How the recording is replayed with a unit like its own.
 #[must_use]
-pub fn settings() -> Settings {
+pub fn settings(unit: &Unit) -> Settings {
     Settings {
-        assumptions: Assumptions {
-            prior: Prior {
-                gyro_bias: 1000.0 * DEG_PER_H,
-                accel_bias: 20_000.0 * UG,
-                walk_per_hour: 0.5,
-                scale: [3000.0 * PPM, 3000.0 * PPM],
-                misalignment: [0.3 * DEG, 0.3 * DEG],
-            },
-            noise: Noise {
-                gyro: 0.5 * DEG_PER_SQRT_H,
-                accel: 200.0 * UG_PER_SQRT_HZ,
-            },
-            in_run: IN_RUN,
-            limit: None,
-        },
+        assumptions: Assumptions::of(unit),
         start_sigma: Some(InitialSigma {
             tilt: 0.3 * DEG,
             heading: 0.5 * DEG,
@@ -41,12 +31,10 @@ pub fn settings() -> Settings {
     }
 }
 
-/// All cases: 30, 50 and 70 s of learning, forward and with the roles exchanged. `told`: of the
-/// sensors, instead of [`settings`].
+/// All cases: 30, 50 and 70 s of learning, forward and with the roles exchanged.
 #[must_use]
-pub fn replay(session: &Session, told: Option<Assumptions>) -> Vec<Outcome> {
-    let (mut settings, n) = (settings(), session.epochs());
-    settings.assumptions = told.unwrap_or(settings.assumptions);
+pub fn replay(session: &Session, unit: &Unit) -> Vec<Outcome> {
+    let (settings, n) = (settings(unit), session.epochs());
     [30, 50, 70]
         .iter()
         .flat_map(|&t| [Split::forward(n, t), Split::exchanged(n, t)])
@@ -64,7 +52,7 @@ mod tests {
     #[test]
     fn every_scheme_learns_in_every_case() {
         let Some(session) = recorded() else { return };
-        let all = replay(&session, None);
+        let all = replay(&session, &Unit::preset(UNIT).unwrap());
         println!("{}", table(&all));
         assert_eq!(all.len(), 6);
         for o in &all {

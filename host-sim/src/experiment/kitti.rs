@@ -2,32 +2,22 @@
 
 use crate::experiment::outcome::Outcome;
 use crate::experiment::protocol::{Settings, Split, judge};
-use crate::inertial::ekf::{InitialSigma, Noise, Prior};
+use crate::inertial::ekf::InitialSigma;
 use crate::inertial::session::Session;
-use crate::inertial::units::{DEG, DEG_PER_H, DEG_PER_SQRT_H, PPM, UG, UG_PER_SQRT_HZ};
-use crate::learning::teacher::{Assumptions, IN_RUN};
+use crate::inertial::units::DEG;
+use crate::learning::teacher::Assumptions;
 use crate::learning::window::NetworkSpec;
 use crate::recordings::kitti::SIGMAS;
+use crate::unit::Unit;
 
-/// What may be expected of an RT3003 whose own filter has already taken its biases out (assumed).
+/// Name of the preset of the recorded RT3003.
+pub const UNIT: &str = "kitti";
+
+/// How the drives are replayed with a unit like theirs.
 #[must_use]
-pub fn settings() -> Settings {
+pub fn settings(unit: &Unit) -> Settings {
     Settings {
-        assumptions: Assumptions {
-            prior: Prior {
-                gyro_bias: 20.0 * DEG_PER_H,
-                accel_bias: 1000.0 * UG,
-                walk_per_hour: 0.5,
-                scale: [1000.0 * PPM, 1000.0 * PPM],
-                misalignment: [0.05 * DEG, 0.05 * DEG],
-            },
-            noise: Noise {
-                gyro: 0.2 * DEG_PER_SQRT_H,
-                accel: 300.0 * UG_PER_SQRT_HZ,
-            },
-            in_run: IN_RUN,
-            limit: None,
-        },
+        assumptions: Assumptions::of(unit),
         start_sigma: Some(InitialSigma {
             tilt: 0.05 * DEG,
             heading: 0.1 * DEG,
@@ -40,12 +30,10 @@ pub fn settings() -> Settings {
     }
 }
 
-/// First half teaches and second is judged, and the other way round. `told`: of the
-/// sensors, instead of [`settings`].
+/// First half teaches and second is judged, and the other way round.
 #[must_use]
-pub fn replay(name: &str, session: &Session, told: Option<Assumptions>) -> Vec<Outcome> {
-    let (mut settings, n) = (settings(), session.epochs());
-    settings.assumptions = told.unwrap_or(settings.assumptions);
+pub fn replay(name: &str, session: &Session, unit: &Unit) -> Vec<Outcome> {
+    let (settings, n) = (settings(unit), session.epochs());
     [Split::forward(n, n / 2), Split::exchanged(n, n / 2)]
         .iter()
         .filter(|split| !split.judge.is_empty() && !split.learn.is_empty())
@@ -87,9 +75,10 @@ mod tests {
 
     #[test]
     fn both_halves_teach_and_are_judged() {
+        let unit = Unit::preset(UNIT).unwrap();
         let all: Vec<Outcome> = DRIVES
             .into_iter()
-            .filter_map(|(drive, skip)| Some(replay(drive, &drive_of(drive, skip)?, None)))
+            .filter_map(|(drive, skip)| Some(replay(drive, &drive_of(drive, skip)?, &unit)))
             .flatten()
             .collect();
         println!("{}", table(&all));

@@ -147,12 +147,16 @@ mod tests {
     use crate::inertial::free_inertial::from_reference;
     use crate::recordings::testing::{file, message};
 
-    /// A drive of `n` samples to the east at 10 m/s, with one line changed.
+    /// A drive of `n` samples to the east at 10 m/s, with one line changed. A metre of the file is
+    /// 1.0019 m on the ellipsoid.
     fn drive(n: usize, change: Option<(usize, &str)>) -> String {
         let mut text = format!("{HEADER}\n");
         for k in 0..n {
             let t = k as f64 * DT;
-            let row = format!("{t:.4},0,0,0,0,0,9.81,{:.3},0,0,10,0,0,0,0,0", 10.0 * t);
+            let row = format!(
+                "{t:.4},0,0,0,0,0,9.81,{:.3},0,0,10,0,0,0,0,0",
+                10.0 / 1.0019 * t
+            );
             text += change.filter(|c| c.0 == k).map_or(row.as_str(), |c| c.1);
             text.push('\n');
         }

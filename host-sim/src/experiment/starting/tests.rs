@@ -180,7 +180,7 @@ fn a_gap_of_samples_of_a_minute() {
     let (mut record, _) = drive(1);
     without_samples(&mut record, 500.0, 560.0);
     let outcome = replayed(&record);
-    assert!(outcome.case.contains("judge 370-499 s"), "{}", outcome.case);
+    assert!(outcome.case.contains("judge 360-499 s"), "{}", outcome.case);
     // short gaps are bridged
     let (mut record, _) = drive(1);
     without_samples(&mut record, 300.0, 300.05);

@@ -27,7 +27,7 @@ fn offsets_of_a_road_drive_are_found_within_their_own_uncertainty() {
         let got = found(&drive(off, seed));
         let error = got.offset_s - off;
         println!("{off}: {got:?}, error {error:.4}");
-        assert!(got.sigma_s < 0.05 && error.abs() < 0.05, "{off}: {got:?}");
+        assert!(got.sigma_s < 0.1 && error.abs() < 0.1, "{off}: {got:?}");
         squares += (error / got.sigma_s).powi(2);
     }
     // chi-square with 6 degrees of freedom: between its 0.1 % and 99.9 % points
