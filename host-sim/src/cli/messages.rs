@@ -1,8 +1,8 @@
 //! The files of recordings of messages on the command line, for `replay` and `convert`: what the
 //! recorders of robots, autopilots and receivers write.
 
+use super::beside::{Beside, reading_bar};
 use super::options::{positive, refused, within};
-use super::progress;
 use super::source::attitude;
 use crate::error::Error;
 use crate::experiment::doubts::{Field, Says};
@@ -31,18 +31,23 @@ pub(super) trait Messages {
     /// What the format and the options say of the samples.
     fn says(&self) -> Says;
 
+    /// Where fixes may come from instead.
+    fn beside(&self) -> &Beside;
+
     /// Reads it with a bar for progress, and prints what the user should know of it.
     fn record(&self, unit: Option<&Unit>) -> Result<Record, Error> {
-        let bar = progress::bar(0, "{bar:40} {bytes} of {total_bytes}");
+        let bar = reading_bar();
         let read = self.read(unit, &|read, length| {
             bar.set_length(length);
             bar.set_position(read);
         });
         bar.finish_and_clear();
-        let Reading { record, notes } = read?;
-        for note in notes {
+        let reading = read?;
+        for note in reading.notes {
             eprintln!("{note}");
         }
+        let mut record = reading.record;
+        self.beside().replace(&mut record, reading.origin_s)?;
         Ok(record)
     }
 }
@@ -54,7 +59,7 @@ struct Body {
     /// right-forward-up [default: the mounting of the unit file, else the axes of the format]
     #[arg(long, value_name = "AXES", allow_hyphen_values = true)]
     mounting: Option<String>,
-    /// Longest time between two rates that is interpolated, s [default: three samples]
+    /// Longest step between rates that is interpolated, s [default: three samples or 0.1 s]
     #[arg(long, value_name = "SECONDS")]
     max_gap_s: Option<f64>,
     /// Seconds for which the vehicle stands at the first fix, for alignment
@@ -68,6 +73,8 @@ struct Body {
         allow_hyphen_values = true
     )]
     attitude: Vec<f64>,
+    #[command(flatten)]
+    beside: Beside,
 }
 
 impl Body {
@@ -149,6 +156,10 @@ pub(super) struct Mcap {
 impl Messages for Mcap {
     const NAME: &'static str = "mcap";
 
+    fn beside(&self) -> &Beside {
+        &self.body.beside
+    }
+
     fn read(&self, unit: Option<&Unit>, progress: Progress<'_>) -> Result<Reading, Error> {
         let choice = mcap::Choice {
             imu: self.imu_topic.clone(),
@@ -195,6 +206,10 @@ pub(super) struct Ulog {
 impl Messages for Ulog {
     const NAME: &'static str = "ulog";
 
+    fn beside(&self) -> &Beside {
+        &self.body.beside
+    }
+
     fn read(&self, unit: Option<&Unit>, progress: Progress<'_>) -> Result<Reading, Error> {
         let delay = self.fix_delay_s;
         let choice = ulog::Choice {
@@ -237,6 +252,10 @@ pub(super) struct Ubx {
 
 impl Messages for Ubx {
     const NAME: &'static str = "ubx";
+
+    fn beside(&self) -> &Beside {
+        &self.body.beside
+    }
 
     fn read(&self, unit: Option<&Unit>, progress: Progress<'_>) -> Result<Reading, Error> {
         let choice = ubx::Choice {
@@ -324,6 +343,10 @@ impl Euroc {
 
 impl Messages for Euroc {
     const NAME: &'static str = "euroc";
+
+    fn beside(&self) -> &Beside {
+        &self.body.beside
+    }
 
     fn read(&self, unit: Option<&Unit>, _: Progress<'_>) -> Result<Reading, Error> {
         let choice = euroc::Choice {

@@ -4,6 +4,7 @@
 //! the commands.
 
 mod allan;
+mod beside;
 mod campaign;
 mod convert;
 mod device;

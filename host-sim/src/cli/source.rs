@@ -1,5 +1,6 @@
 //! The files of a user's recording on the command line, for `replay` and `convert`.
 
+use super::beside::Beside;
 use crate::error::Error;
 use crate::experiment::doubts::{Field, Says};
 use crate::inertial::axes::Axes;
@@ -24,6 +25,8 @@ pub(super) struct Csv {
     /// Files instead of those that the header names: first the IMU's, then that of the fixes
     #[arg(value_name = "FILE.csv")]
     files: Vec<PathBuf>,
+    #[command(flatten)]
+    beside: Beside,
 }
 
 /// KF-GINS text files.
@@ -72,7 +75,12 @@ pub(super) struct Novatel {
 
 impl Csv {
     pub(super) fn record(&self) -> Result<Record, Error> {
-        generic::read(&self.header, &self.files)
+        if !self.beside.is_given() {
+            return generic::read(&self.header, &self.files);
+        }
+        let mut record = generic::samples(&self.header, &self.files)?;
+        self.beside.replace(&mut record, None)?;
+        Ok(record)
     }
 
     /// The unit that the header names.

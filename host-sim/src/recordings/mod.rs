@@ -14,6 +14,7 @@ pub mod mcap;
 pub mod novatel;
 pub mod offset;
 pub mod read;
+pub mod receiver;
 pub mod record;
 pub(crate) mod session;
 pub(crate) mod stamped;

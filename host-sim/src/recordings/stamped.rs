@@ -23,6 +23,8 @@ pub struct Reading {
     pub record: Record,
     /// What the user should know of it, a sentence each.
     pub notes: Vec<String>,
+    /// UTC at time 0 of the recording, s since 1970, if it is known.
+    pub origin_s: Option<f64>,
 }
 
 /// A place in a recording, for errors.
@@ -110,12 +112,15 @@ impl Samples {
         Ok(())
     }
 
-    /// The record with these fixes, from time 0 at the first sample on. Samples are `max_gap_s`
-    /// apart at most, by default three steps for rates, which are interpolated, and one and a half
-    /// for increments, of which none may be missing.
+    /// Time of the first sample, s on the clock of the stamps.
+    pub(super) fn origin_s(&self) -> Option<f64> {
+        Some(*self.ns.first()? as f64 / 1e9)
+    }
+
+    /// The record with these fixes, from time 0 at the first sample on.
     ///
     /// # Errors
-    /// There are too few or too many samples in a second, or samples are missing.
+    /// There are too few or too many samples in a second.
     pub(super) fn record(
         self,
         file: &Path,
@@ -140,20 +145,6 @@ impl Samples {
             let remedy = "give a recording with 4 to 8000 samples a second";
             return Err(complain(file, &self.place.stream, problem, remedy));
         }
-        let longest = match self.kind {
-            Kind::Rate => max_gap_s.unwrap_or(3.0 * step),
-            Kind::Increment => max_gap_s.unwrap_or(1.5 * step),
-        };
-        // A time stamp of ns is exact to 1 ns.
-        if let Some(k) = (1..time.len()).find(|&k| time[k] - time[k - 1] > longest + 1e-9) {
-            let (at, gap) = (seconds(self.ns[k]), time[k] - time[k - 1]);
-            let problem = format!("at {at} comes {gap:.4} s after the one before");
-            let remedy = match self.kind {
-                Kind::Rate => "cut the recording there, or raise --max-gap-s",
-                Kind::Increment => "cut the recording there; the motion in between is lost",
-            };
-            return Err(self.place.complain(k, problem, remedy));
-        }
         let timed = |(ns, fix): &(i64, TimedFix)| TimedFix {
             time: since(*ns),
             ..*fix
@@ -165,6 +156,7 @@ impl Samples {
             kind: self.kind,
             rate_hz: rate_hz as usize,
             fixes: fixes.iter().map(timed).collect(),
+            max_gap_s,
             ..Record::default()
         })
     }

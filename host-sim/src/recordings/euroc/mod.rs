@@ -43,7 +43,7 @@ pub struct Choice {
     pub interval_s: f64,
     /// Standard deviations of the fixes: position, m, velocity, m/s.
     pub sigmas: [f64; 2],
-    /// Longest time between two samples that is interpolated, s; `None` for three samples.
+    /// Longest step between samples that is interpolated, s; `None` for the usual one.
     pub max_gap_s: Option<f64>,
     /// Turns axes of the body into forward-right-down.
     pub mounting: Rotation3<f64>,
@@ -90,6 +90,7 @@ pub fn read(folder: &Path, choice: &Choice) -> Result<Reading, Error> {
     Ok(Reading {
         record,
         notes: vec![note],
+        origin_s: Some(origin as f64 / 1e9),
     })
 }
 

@@ -93,16 +93,8 @@ use std::path::PathBuf;
 /// Any fault of header or files, with line and column or key; more `files` than the header
 /// describes.
 pub fn read(header: &Path, files: &[PathBuf]) -> Result<Record, Error> {
-    let read = Read::open(header, files)?;
-    let attitude = initial_attitude(&read)?;
-    let motion = samples::motion(&read)?;
+    let (read, mut record) = begin(header, files)?;
     let gnss = read.header.gnss.as_ref();
-    let mut record = Record {
-        file: header.to_path_buf(),
-        initial_attitude: attitude,
-        rough_heading: rough_heading(&read)?,
-        ..motion
-    };
     record.fixes = match gnss {
         Some(gnss) => fixes(&read, gnss)?,
         None => vec![site(&read)?],
@@ -134,6 +126,32 @@ pub fn read(header: &Path, files: &[PathBuf]) -> Result<Record, Error> {
         record.move_fixes(seconds);
     }
     Ok(record)
+}
+
+/// Reads the samples and the start alone, for fixes from elsewhere.
+///
+/// # Errors
+/// As [`read`].
+pub fn samples(header: &Path, files: &[PathBuf]) -> Result<Record, Error> {
+    let (read, mut record) = begin(header, files)?;
+    if let Some(arm) = read.header.gnss.and_then(|gnss| gnss.lever_arm_m) {
+        record.lever_arm_m = arm;
+    }
+    Ok(record)
+}
+
+/// The header with samples and start.
+fn begin(header: &Path, files: &[PathBuf]) -> Result<(Read, Record), Error> {
+    let read = Read::open(header, files)?;
+    let attitude = initial_attitude(&read)?;
+    let motion = samples::motion(&read)?;
+    let record = Record {
+        file: header.to_path_buf(),
+        initial_attitude: attitude,
+        rough_heading: rough_heading(&read)?,
+        ..motion
+    };
+    Ok((read, record))
 }
 
 /// The unit that a header file names, if it names one.

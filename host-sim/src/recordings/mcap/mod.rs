@@ -41,7 +41,7 @@ pub struct Choice {
     pub velocity: Option<String>,
     /// Whether the time of the recorder counts instead of the stamps.
     pub bag_time: bool,
-    /// Longest time between two samples that is interpolated, s; `None` for three samples.
+    /// Longest step between samples that is interpolated, s; `None` for the usual one.
     pub max_gap_s: Option<f64>,
     /// Turns axes of the IMU into forward-right-down.
     pub mounting: Rotation3<f64>,
@@ -58,8 +58,12 @@ pub fn read(path: &Path, choice: &Choice, progress: Progress<'_>) -> Result<Read
         notes.extend(read_file(&file, &mut topics, progress)?);
     }
     let found = topics.choose(&mut notes)?;
-    let record = assemble(path, choice, found, &mut notes)?;
-    Ok(Reading { record, notes })
+    let (record, origin_s) = assemble(path, choice, found, &mut notes)?;
+    Ok(Reading {
+        record,
+        notes,
+        origin_s,
+    })
 }
 
 /// Reads one file into `topics`. A note tells if it is cut.
@@ -95,7 +99,7 @@ fn assemble(
     choice: &Choice,
     found: Found,
     notes: &mut Vec<String>,
-) -> Result<Record, Error> {
+) -> Result<(Record, Option<f64>), Error> {
     let (topic, imu) = found.imu;
     let unstamped = imu.iter().all(|(_, m)| m.stamp == 0);
     let bag_time = choice.bag_time || unstamped;
@@ -125,7 +129,9 @@ fn assemble(
             collect(Place::new(path, topic), &fixes, &velocities, &time, notes)?.all
         }
     };
-    samples.record(path, choice.max_gap_s, &fixes)
+    let origin_s = samples.origin_s();
+    let record = samples.record(path, choice.max_gap_s, &fixes)?;
+    Ok((record, origin_s))
 }
 
 #[cfg(test)]

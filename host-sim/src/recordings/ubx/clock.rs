@@ -40,23 +40,6 @@ pub(super) fn second_of_week<'a>(fixes: impl Iterator<Item = &'a Pvt>) -> Vec<i6
     fixes.map(on).collect()
 }
 
-/// UTC of a fix, ns since 1970, if the receiver knows date and time.
-pub(super) fn utc(pvt: &Pvt) -> Option<i64> {
-    let known = pvt.valid & 0b111 == 0b111;
-    let [month, day, hour, minute, second] = pvt.month_to_second.map(i64::from);
-    let sound = (1..=12).contains(&month) && (1..=31).contains(&day);
-    if !(known && sound) {
-        return None;
-    }
-    // Days of the Gregorian calendar with the year beginning in March, so that leap days come last.
-    let year = i64::from(pvt.year) - i64::from(month <= 2);
-    let day_of_year = (153 * ((month + 9) % 12) + 2) / 5 + day - 1;
-    let leap = year.div_euclid(4) - year.div_euclid(100) + year.div_euclid(400);
-    let days = 365 * year + leap + day_of_year - 719_468;
-    let seconds = ((days * 24 + hour) * 60 + minute) * 60 + second;
-    Some(seconds * 1_000_000_000 + i64::from(pvt.nanosecond))
-}
-
 /// How the tags of the samples and the times of the fixes belong together.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Clock {

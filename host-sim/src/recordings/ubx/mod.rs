@@ -18,7 +18,7 @@ use crate::recordings::input::{Input, Progress};
 use crate::recordings::record::{Kind, NOT_MEASURED, TimedFix};
 use crate::recordings::session::complain;
 use crate::recordings::stamped::{Fixes, Place, Reading, Samples, turned};
-use clock::{Clock, second_of_week, unwrapped, utc};
+use clock::{Clock, second_of_week, unwrapped};
 use firmware::wire::ubx::Pvt;
 use log::{Log, Measured};
 use nalgebra::Rotation3;
@@ -36,7 +36,7 @@ const KINDS: [u8; 6] = [14, 13, 5, 16, 17, 18];
 pub struct Choice {
     /// Time from validity of a fix to the sample before it in the log, for the promptest fix, s.
     pub fix_delay_s: f64,
-    /// Longest time between two samples that is interpolated, s; `None` for three samples.
+    /// Longest step between samples that is interpolated, s; `None` for the usual one.
     pub max_gap_s: Option<f64>,
     /// Turns axes of the receiver's sensor into forward-right-down.
     pub mounting: Rotation3<f64>,
@@ -82,50 +82,11 @@ pub fn read(file: &Path, choice: &Choice, progress: Progress<'_>) -> Result<Read
         }
     }
     let record = samples.record(file, choice.max_gap_s, &fixes.all)?;
-    Ok(Reading { record, notes })
-}
-
-/// The clock of the fixes of a log that accompany another IMU.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum FixTime {
-    /// GPS second of week, counted on over the end of a week.
-    SecondOfWeek,
-    /// UTC, seconds since 1970.
-    Unix,
-}
-
-/// Reads the good fixes of a log, for samples of another recording.
-///
-/// # Errors
-/// There are none; times do not rise.
-pub fn fixes(
-    file: &Path,
-    time: FixTime,
-    progress: Progress<'_>,
-) -> Result<(Vec<TimedFix>, Vec<String>), Error> {
-    let (log, notes) = open(file, progress)?;
-    let times = second_of_week(log.fixes.iter().map(|(pvt, _)| pvt));
-    let place = Place::new(file, "NAV-PVT");
-    let mut fixes = Fixes::new(place.clone());
-    for (k, ((pvt, _), ms)) in log.fixes.iter().zip(times).enumerate() {
-        let ns = match time {
-            FixTime::SecondOfWeek => Some(ms * 1_000_000),
-            FixTime::Unix => utc(pvt),
-        };
-        if let (true, Some(ns)) = (pvt.is_good(), ns) {
-            fixes.push(k, ns, fix(pvt))?;
-        }
-    }
-    if fixes.all.is_empty() {
-        let problem = format!("has no good fix in {} messages", log.fixes.len());
-        let remedy = "give a log with NAV-PVT of fix type 3 or 4";
-        return Err(complain(file, "NAV-PVT", problem, remedy));
-    }
-    let timed = |(ns, fix): &(i64, TimedFix)| TimedFix {
-        time: *ns as f64 / 1e9,
-        ..*fix
-    };
-    Ok((fixes.all.iter().map(timed).collect(), notes))
+    Ok(Reading {
+        record,
+        notes,
+        origin_s: None,
+    })
 }
 
 /// Reads a log, and what the user should know of it.

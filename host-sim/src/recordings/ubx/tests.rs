@@ -50,17 +50,8 @@ fn plain(tag: u32, k: i32) -> Vec<u8> {
 const WEEK_END_MS: i64 = 604_800_000;
 
 fn pvt(ms: i64) -> Vec<u8> {
-    let second = (ms / 1000 % 60) as u8;
     Pvt {
         time_of_week: (ms % WEEK_END_MS) as u32,
-        year: 2024,
-        // the end of the week is the end of February
-        month_to_second: match ms < WEEK_END_MS {
-            true => [2, 29, 23, 59, second],
-            false => [3, 1, 0, 0, second],
-        },
-        valid: 7,
-        nanosecond: -250,
         fix: 3,
         flags: 1,
         longitude: 80_000_000,
@@ -140,21 +131,6 @@ fn samples_and_fixes_share_a_clock() {
             read.notes
         );
     }
-}
-
-#[test]
-fn fixes_beside_another_imu_are_in_either_time() {
-    let (_dir, path) = crate::recordings::testing::file("in.ubx", &log(1000, plain));
-    let of = |time| fixes(&path, time, &|_, _| ()).unwrap().0;
-    let week = of(FixTime::SecondOfWeek);
-    assert_eq!(
-        (week.len(), week[0].time, week[19].time),
-        (20, 604_790.0, 604_809.0)
-    );
-    let unix = of(FixTime::Unix);
-    // 2024-02-29 23:59:50 UTC less 250 ns
-    let ends = (unix[0].time, unix[19].time);
-    assert_eq!(ends, (1_709_251_190.0 - 250e-9, 1_709_251_209.0 - 250e-9));
 }
 
 #[test]

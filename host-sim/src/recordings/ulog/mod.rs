@@ -15,7 +15,6 @@ mod topics;
 mod tests;
 
 use crate::error::Error;
-use crate::inertial::sins::Increment;
 use crate::recordings::InitialAttitude;
 use crate::recordings::input::{Input, Progress};
 use crate::recordings::record::{Kind, Record, TimedFix};
@@ -42,7 +41,7 @@ pub struct Choice {
     pub fix_delay_s: Option<f64>,
     /// Whether the attitude at the first fix is the autopilot's.
     pub attitude: bool,
-    /// Longest time between two samples that is interpolated, s; `None` for three samples.
+    /// Longest step between samples that is interpolated, s; `None` for the usual one.
     pub max_gap_s: Option<f64>,
     /// Turns axes of the log into forward-right-down.
     pub mounting: Rotation3<f64>,
@@ -66,16 +65,17 @@ pub fn read(file: &Path, choice: &Choice, progress: Progress<'_>) -> Result<Read
     let (stream, pieces) = choose(file, choice, &mut collected, &summary, &mut notes)?;
     let place = Place::new(file, format!("{} {}", stream.0, stream.1));
     let fixes = fixes(file, choice, &mut collected, &summary, &mut notes)?;
-    let mut record = samples(&place, choice, &pieces, &mut notes)?.record(
-        file,
-        Some(choice.max_gap_s.unwrap_or(3.0 * step(&pieces))),
-        &fixes,
-    )?;
+    let samples = samples(place, choice, &pieces)?;
+    let mut record = samples.record(file, choice.max_gap_s, &fixes)?;
     if choice.attitude {
         let origin = pieces.first().map_or(0, |p| p.end);
         record.initial_attitude = Some(attitude(&record, &collected, origin)?);
     }
-    Ok(Reading { record, notes })
+    Ok(Reading {
+        record,
+        notes,
+        origin_s: None,
+    })
 }
 
 /// What the user should know of the file.
@@ -102,13 +102,6 @@ fn notes(file: &Path, summary: &Summary, collected: &Collected, end: u64) -> Vec
         ));
     }
     notes
-}
-
-/// Median length of the pieces, s.
-fn step(pieces: &[Piece]) -> f64 {
-    let mut lengths: Vec<f64> = pieces.iter().map(|p| p.length[0]).collect();
-    lengths.sort_by(f64::total_cmp);
-    lengths.get(lengths.len() / 2).copied().unwrap_or(f64::NAN)
 }
 
 /// Whether increments cover the time from first to last.
@@ -174,50 +167,17 @@ fn choose(
     Err(complain(file, SENSOR_COMBINED, problem, &remedy))
 }
 
-/// Increments without gaps. Where the time between two is longer than the second, the mean of both
-/// rates fills it.
-fn samples(
-    place: &Place,
-    choice: &Choice,
-    pieces: &[Piece],
-    notes: &mut Vec<String>,
-) -> Result<Samples, Error> {
+/// The increments as samples.
+fn samples(place: Place, choice: &Choice, pieces: &[Piece]) -> Result<Samples, Error> {
     let mut samples = Samples::new(place.clone(), Kind::Increment);
-    let mut filled = 0;
-    let mut before: Option<&Piece> = None;
     for (k, piece) in pieces.iter().enumerate() {
-        if !piece.length.iter().all(|s| *s > 0.0) {
-            let problem = format!("covers {:?} s", piece.length);
+        let [gyro, accel] = piece.length;
+        if !(gyro > 0.0 && accel > 0.0) {
+            let problem = format!("covers {gyro} and {accel} s");
             return Err(place.complain(k, problem, "cut the log there"));
         }
-        let now = turned(&choice.mounting, piece.dtheta, piece.dv);
-        let since = before.map_or(piece.length[0], |b| (piece.end - b.end) as f64 * 1e-6);
-        let missing = piece.length.map(|length| (since - length).max(0.0));
-        let sample = match before {
-            Some(b) if missing[0] > 0.5 * piece.length[0] => {
-                filled += 1;
-                let old = turned(&choice.mounting, b.dtheta, b.dv);
-                let fill = |i: usize, old, now| {
-                    (old / b.length[i] + now / piece.length[i]) * (0.5 * missing[i])
-                };
-                Increment {
-                    dtheta: now.dtheta + fill(0, old.dtheta, now.dtheta),
-                    dv: now.dv + fill(1, old.dv, now.dv),
-                }
-            }
-            _ => now,
-        };
-        samples.push(
-            piece.end.saturating_mul(1000),
-            sample,
-            since.max(piece.length[0]),
-        )?;
-        before = Some(piece);
-    }
-    if filled > 0 {
-        notes.push(place.note(&format!(
-            "{filled} gaps are filled with the mean of their ends"
-        )));
+        let sample = turned(&choice.mounting, piece.dtheta, piece.dv);
+        samples.push(piece.end.saturating_mul(1000), sample, gyro.min(accel))?;
     }
     Ok(samples)
 }
