@@ -17,7 +17,7 @@ mod quantise;
 mod settings;
 mod window;
 
-pub use antenna::Known;
+pub use antenna::{Antenna, Known};
 pub use combined::CombinedLearner;
 pub use fixes::{FixLearner, Memory as FixMemory, ROOM, Started};
 pub use settings::Settings;

@@ -2,14 +2,17 @@
 
 use core::hint::black_box;
 
-use firmware::fix::OBSERVATIONS;
-use firmware::learn::Settings;
+use firmware::fix::{Fix, OBSERVATIONS};
 use firmware::learn::bank::{Bank, Gates, Work};
 use firmware::learn::prior::{All, NAV};
+use firmware::learn::{Antenna, Settings};
+use firmware::nav::Navigator;
 use lrnn_nostd::Rational;
 use lrnn_nostd::learn::kalman::{AllWeights, Kalman, OUTPUTS, ParameterSet, Prior, Transition};
 
+use crate::navigation::{RATE, navigator, sample};
 use crate::work::Found;
+
 /// A step of both networks of the largest hypothesis, with their exact gradients and the rows of
 /// the Jacobian: 126 weights and 6 biases.
 #[derive(Clone, Debug)]
@@ -29,6 +32,15 @@ pub type LearnerFixWork = FixWork<AllWeights, 132, 8778>;
 #[derive(Clone, Debug)]
 pub struct LearnerSecondWork {
     bank: Bank,
+    work: Work,
+    block: Transition<NAV>,
+}
+
+/// A second and a fix of the filter of lever arm and delay, and what the navigator says of the fix.
+#[derive(Clone, Debug)]
+pub struct AntennaSecondWork {
+    antenna: Antenna,
+    navigator: Navigator,
     work: Work,
     block: Transition<NAV>,
 }
@@ -149,5 +161,51 @@ impl LearnerSecondWork {
         let [x, y, z, ..] = *self.bank.estimate_of(5);
         let good = (0..6).all(|h| self.bank.is_healthy(h)) && self.work.refused == 0;
         ([x, y, z], good)
+    }
+}
+
+impl AntennaSecondWork {
+    /// Never `None`: the configuration is valid.
+    pub fn new() -> Option<Self> {
+        let settings = Settings {
+            lever_arm_sigma: 1.0,
+            fix_age_sigma: 0.1,
+            ..Settings::MEDIUM
+        };
+        let mut antenna = Antenna::new(&settings);
+        antenna.begin(&settings, 1.0);
+        let mut rest = [[0.0; NAV]; NAV];
+        for (i, (row, sigma)) in rest.iter_mut().zip(ERROR_SIGMA).enumerate() {
+            row[i] = sigma * sigma;
+        }
+        let by = [[0.0; OUTPUTS]; NAV];
+        antenna.navigates(&by, &rest, &[0.0; OUTPUTS], None);
+        let mut navigator = navigator(RATE, None)?;
+        (0..RATE).for_each(|_| navigator.sample(&sample([1.0, -2.0, 3.0], RATE)));
+        Some(Self {
+            antenna,
+            navigator,
+            work: Work::ZEROED,
+            block: second(),
+        })
+    }
+
+    /// One repetition.
+    #[inline(always)]
+    pub fn run(&mut self, input: [f32; 3]) -> Found {
+        self.antenna.interval(&self.block, &[0.0; OUTPUTS]);
+        self.work.interval(&self.block);
+        let fix = Fix {
+            position: self.navigator.state().position,
+            velocity: input.map(|x| f64::from(x * 1e-3)),
+            ..Fix::EMPTY
+        };
+        let sigma = self.antenna.age_sigma();
+        let seen = self.navigator.seen(&fix, self.antenna.age(), sigma);
+        self.antenna.fix(&seen, &VARIANCE);
+        self.work.fix(seen.z, VARIANCE);
+        while self.antenna.work(&mut self.work) {}
+        self.antenna.feed_back(&[0.0; NAV]);
+        (self.antenna.arm(), self.antenna.estimates())
     }
 }

@@ -6,7 +6,7 @@ use core::fmt;
 
 use lrnn_nostd::{Activation, Cubic, Rational, Tanh};
 
-use crate::learning::{LearnerFixWork, LearnerSecondWork, LearnerStepWork};
+use crate::learning::{AntennaSecondWork, LearnerFixWork, LearnerSecondWork, LearnerStepWork};
 use crate::navigation::{NavPieceWork, NavSampleWork, NavSecondWork};
 use crate::work::{Engine, Found, LearnWork, M4, M7, NetworkWork, Portable, activate};
 
@@ -88,6 +88,7 @@ works! {
         "learner_step", "step of 126 weights with gradient" => learner_step;
         "learner_fix", "fix, 126 weights and 6 biases" => learner_fix;
         "learner_second", "second of all six hypotheses" => learner_second;
+        "antenna_second", "second and fix of lever arm and delay" => antenna_second;
     }
     {
         "step_m4", "kernel m4: step" => step::<M4>;
@@ -171,4 +172,10 @@ fn learner_second(on: &mut impl Measure, name: &'static str) -> fmt::Result {
     let mut work = LearnerSecondWork::ZEROED;
     work.begin();
     on.measure(name, true, |input| work.run(input))
+}
+
+#[inline(never)]
+fn antenna_second(on: &mut impl Measure, name: &'static str) -> fmt::Result {
+    let start = AntennaSecondWork::new().ok_or(fmt::Error)?;
+    on.measure_from(name, true, start, AntennaSecondWork::run)
 }
