@@ -62,7 +62,7 @@ impl Bench {
             let come = self.coming.extract_if(.., |(at, _)| *at <= now);
             let gnss = &mut self.device.lines.gnss.input;
             gnss.extend(come.map(|(_, byte)| byte));
-            if now % 5000 == 0 {
+            if now.is_multiple_of(5000) {
                 self.frames += 1;
                 let frame = KIND.frame(self.frames, Fields::default());
                 self.device.lines.sensor.input.extend(&frame);

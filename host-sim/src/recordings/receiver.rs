@@ -280,6 +280,9 @@ mod tests {
         let text = why(&bad);
         assert!(text.contains("Nmea messages and no fix"), "{text}");
         let text = why(&[ubx(50_000), ubx(51_000), ubx(52_000), ubx(1000)].concat());
-        assert!(text.contains("'Ubx fix message 4' has the time 1.0"), "{text}");
+        assert!(
+            text.contains("'Ubx fix message 4' has the time 1.0"),
+            "{text}"
+        );
     }
 }

@@ -434,7 +434,7 @@ mod tests {
         let s = r.session().unwrap();
         let there: Vec<usize> = (0..=10).filter(|k| s.fixes[*k].is_some()).collect();
         assert_eq!(there, [0, 1, 2, 9, 10]);
-        assert_eq!(s.unjudged, [3..9]);
+        assert_eq!(s.unjudged, vec![3..9; 1]);
         assert!(s.judges(2) && !s.judges(3) && !s.judges(8) && s.judges(9));
         assert_eq!(s.nearest_fix(6).position, s.nearest_fix(9).position);
         assert_eq!(s.nearest_fix(5).position, s.nearest_fix(2).position);

@@ -9,9 +9,10 @@ use serde::{Deserialize, Serialize};
 /// Standard deviation of a lever arm that nobody has measured, m: antennas are some metres from the
 /// sensors of a vehicle (assumed).
 const UNMEASURED_M: f64 = 2.0;
-/// Standard deviation of a lever arm by a tape measure, m: the sensors' centre is hidden in a box
-/// (assumed).
-const MEASURED_M: f64 = 0.1;
+/// Standard deviation of a lever arm that was measured somehow, m: the sensors' centre is hidden in a
+/// box, and a sign or an axis is easily mistaken (assumed). The filter still finds an error of seven
+/// standard deviations, but not one of twenty.
+const MEASURED_M: f64 = 0.5;
 
 /// The satellite receiver whose fixes teach the device.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -27,9 +28,9 @@ pub struct Receiver {
     #[schemars(inner(range(min = -100, max = 100)))]
     pub lever_arm_m: [f64; 3],
     /// Standard deviation of the lever arm along each axis, m, 0 to 100. The device estimates what
-    /// is left of it while it drives. 0: exactly as told, nothing is estimated. Default: 0.1, as by
-    /// a tape measure, where lever_arm_m tells an arm; 2 where that is [0, 0, 0], because then
-    /// nobody has measured it. Source: how it was measured.
+    /// is left of it while it drives, so a value that is too large costs little. 0: exactly as
+    /// told, nothing is estimated. Default: 0.5 where lever_arm_m tells an arm; 2 where that is
+    /// [0, 0, 0], because then nobody has measured it. Source: how it was measured.
     #[schemars(range(min = 0, max = 100))]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub lever_arm_sigma_m: Option<f64>,
@@ -38,8 +39,9 @@ pub struct Receiver {
     #[schemars(range(min = 0, max = 1000))]
     pub fix_delay_ms: f64,
     /// Standard deviation of that age, ms, 0 to 1000. The device estimates what is left of it while
-    /// it drives. 0: exactly as told, nothing is estimated. Default: 30, by which receivers,
-    /// messages and bit rates differ (assumed). Source: how the delay was found.
+    /// it drives, so a value that is too large costs little. 0: exactly as told, nothing is
+    /// estimated. Default: 100, by which receivers, messages and bit rates differ (assumed).
+    /// Source: how the delay was found.
     #[schemars(range(min = 0, max = 1000))]
     pub fix_delay_sigma_ms: f64,
     /// The receiver's time pulse is wired to the board, so that the age of a fix is measured.
@@ -171,7 +173,7 @@ impl Default for Receiver {
             lever_arm_m: [0.0; 3],
             lever_arm_sigma_m: None,
             fix_delay_ms: 100.0,
-            fix_delay_sigma_ms: 30.0,
+            fix_delay_sigma_ms: 100.0,
             pulse: false,
             heading_offset_deg: 0.0,
         }

@@ -10,3 +10,4 @@ mod filter;
 mod learner;
 mod mechanisation;
 mod network;
+mod vehicles;

@@ -24,16 +24,16 @@
 //! frame's own rotation about down, which follows from the east velocity, is wrong too: the azimuth
 //! changes by it ([`Step::turn`]).
 
-use super::given::given_biases;
+use super::Config;
+use super::begin::{anchor, begin, first};
 use super::level::Levelled;
 use super::observe::{self, Row};
-use super::{Config, LEAST_FIXES};
-use crate::control::Way;
+use super::transition::{Step, transition};
 use crate::fix::{Fix, Heading};
 use crate::nav::earth::{Local, OMEGA_IE};
 use crate::nav::vector::{Q, V, V32, add, dot, narrow, rotated, scale};
 use crate::nav::{self, Navigator};
-use lrnn_nostd::learn::kalman::{Biases, Kalman, OUTPUTS, Prior, Transition};
+use lrnn_nostd::learn::kalman::{Biases, Kalman, OUTPUTS, Prior};
 use lrnn_nostd::{Net, Normalisation, Weights};
 
 /// Number of errors.
@@ -46,8 +46,6 @@ pub const COMBINED: usize = 8;
 /// The bank's filter of six biases.
 pub type Biased = Kalman<Biases, ERRORS, OUTPUTS, 21>;
 
-/// Standard deviation of a velocity before its first observation, m/s.
-const ANY_VELOCITY: f32 = 2.0;
 /// The vertical velocity is used when the tilt is known better than this, rad: it loses a share of
 /// gravity by the square of the tilt.
 const VERTICAL_TILT: f32 = 0.03;
@@ -57,16 +55,13 @@ const VERTICAL_TILT: f32 = 0.03;
 const VERTICAL_S: f32 = 60.0;
 /// What the times of the fixes may be wrong, s: an acceleration makes a velocity of it (assumed).
 const TIMING_S: f32 = 0.03;
-/// An observation farther from its prediction than this many standard deviations is not believed.
+/// An observation farther from its prediction than this, in squared standard deviations, is not
+/// believed.
 const GATE: f32 = 25.0;
 /// A change of velocity stands out of the noise by so many standard deviations.
 pub const STANDS_OUT: f32 = 5.0;
 /// Fixes over which the innovations are averaged.
 const MEMORY: u16 = 20;
-/// The velocity has changed by so many standard deviations when it shows a heading.
-const SIGNAL: f32 = 12.0;
-/// Fixes in motion after which an azimuth that is not seen is looked for anew.
-const PATIENCE: u16 = 30;
 /// Floors of the errors: attitude, velocity, cosine and sine.
 const FLOOR: [f32; 3] = [1e-6, 1e-4, 1e-4];
 
@@ -87,45 +82,24 @@ pub struct Match<'a> {
     pub last: (Q, V),
 }
 
-/// What the transition must know of the time since the last fix.
-struct Step {
-    /// The velocities of `H` at its beginning and end.
-    before: [f32; 2],
-    after: [f32; 2],
-    /// The receiver's horizontal velocity beside that of `H`.
-    beside: [f32; 2],
-    /// Change of the receiver's velocity.
-    change: f32,
-    /// Change of the azimuth, rad.
-    turn: f32,
-    /// Horizontal Earth rate, rad/s.
-    earth: f32,
-    /// What the navigator's frame turned about down for 1 m/s to its east, rad.
-    bent: f32,
-    /// Horizontal velocity in `w`, m/s.
-    velocity: [f32; 2],
-    /// Variance in proportion to the motion: attitude, velocity.
-    scale: [f32; 2],
-}
-
 /// The filter.
 #[derive(Debug, Clone)]
 pub struct Filter {
-    kalman: Biased,
+    pub(super) kalman: Biased,
     /// The horizontal velocity of `H`.
-    velocity: [f32; 2],
-    fixes: u16,
+    pub(super) velocity: [f32; 2],
+    pub(super) fixes: u16,
     /// Seconds of standstill in a row at the last fix.
-    still: bool,
-    residual: f32,
+    pub(super) still: bool,
+    pub(super) residual: f32,
     /// An observation of the last fix was too far from its prediction.
-    doubted: bool,
-    course: bool,
-    heading: bool,
+    pub(super) doubted: bool,
+    pub(super) course: bool,
+    pub(super) heading: bool,
     /// Least and greatest velocity of the receiver, and fixes in motion, since the azimuth is
     /// looked for.
-    range: [[f32; 2]; 2],
-    moving: u16,
+    pub(super) range: [[f32; 2]; 2],
+    pub(super) moving: u16,
 }
 
 impl Filter {
@@ -203,52 +177,6 @@ impl Filter {
             self.residual += (nis - self.residual) / f32::from(n);
         }
         self.correct(navigator, z.position, seen) && self.watch(navigator, seen)
-    }
-
-    /// An azimuth that nothing shows is looked for anew after some time: until then the navigator's
-    /// drift and noise have blurred what the filter believes about it. The tilt and the biases
-    /// stay.
-    fn watch(&mut self, navigator: &mut Navigator, seen: &Match<'_>) -> bool {
-        let [n, e, _] = narrow(seen.fix.velocity);
-        let [low, high] = &mut self.range;
-        for (i, v) in [n, e].into_iter().enumerate() {
-            low[i] = low[i].min(v);
-            high[i] = high[i].max(v);
-        }
-        if self.velocity != [0.0; 2] {
-            self.moving = self.moving.saturating_add(1);
-        }
-        let found = self.has_signal(seen.fix) && self.heading_sigma().is_finite();
-        let patience = if self.has_signal(seen.fix) { 4 } else { 1 } * PATIENCE;
-        if self.moving < patience || found {
-            return true;
-        }
-        let unit = unit(seen.config);
-        let level: [[f32; ERRORS]; ERRORS] = core::array::from_fn(|i| {
-            core::array::from_fn(|j| f32::from(u8::from(i == j && i < 2)))
-        });
-        let Some(given) = given_biases(&self.kalman, &level, &unit) else {
-            return false;
-        };
-        let mut rest = free();
-        for (row, known) in rest.iter_mut().zip(given.rest).take(2) {
-            row[..2].copy_from_slice(&known[..2]);
-        }
-        begin(&mut self.kalman, &given.by, &rest);
-        self.velocity = anchor(seen.fix);
-        self.range = [[n, e]; 2];
-        self.moving = 0;
-        (self.course, self.heading) = (false, false);
-        let [x, y, _] = narrow(navigator.state().velocity);
-        navigator.feed_back(&[0.0, 0.0, 0.0, x - n, y - e, 0.0, 0.0, 0.0, 0.0])
-    }
-
-    /// The vehicle's velocity has changed by far more than the receiver's noise, or a heading was
-    /// given.
-    pub fn has_signal(&self, fix: &Fix) -> bool {
-        let [[n0, e0], [n1, e1]] = self.range;
-        let [.., n, e, _] = fix.sigmas;
-        self.heading || libm::hypotf(n1 - n0, e1 - e0) > SIGNAL * n.max(e)
     }
 
     fn step(&self, state: &nav::State, passed: &nav::Transition, seen: &Match<'_>) -> Step {
@@ -347,6 +275,8 @@ impl Filter {
                 continue;
             };
             // its error may stay the same: many know no more than one
+            let before = self.doubted;
+            self.doubted = false;
             for (i, z) in [(COSINE, z[0]), (SINE, z[1])] {
                 let own = self.kalman.covariance().variance(i);
                 take(match observe::floored(own, variance, variance) {
@@ -354,7 +284,8 @@ impl Filter {
                     None => self.compare(i, z, variance),
                 });
             }
-            self.heading = true;
+            self.heading |= !self.doubted;
+            self.doubted |= before;
         }
         sum / count
     }
@@ -396,7 +327,7 @@ impl Filter {
     }
 
     fn doubt(&mut self, ratio: f32) -> f32 {
-        self.doubted |= !(ratio <= GATE);
+        self.doubted |= ratio.is_nan() || ratio > GATE;
         ratio.min(GATE)
     }
 
@@ -423,257 +354,10 @@ impl Filter {
         let [a, b, c, d, e, f] = estimate;
         good && navigator.set_estimate([a, b, c], [d, e, f])
     }
-
-    /// The velocity of `H`, north and east, m/s.
-    pub fn velocity(&self) -> [f32; 2] {
-        self.velocity
-    }
-
-    /// The filter, for the hand-over.
-    pub fn kalman(&self) -> &Biased {
-        &self.kalman
-    }
-
-    /// Estimates of cosine and sine.
-    pub fn azimuth(&self) -> [f32; 2] {
-        let [.., cosine, sine, _] = *self.kalman.error_state();
-        [1.0 - cosine, -sine]
-    }
-
-    /// Whether no heading has been given yet.
-    pub fn wants_heading(&self) -> bool {
-        !self.heading
-    }
-
-    /// Fixes used.
-    pub fn fixes(&self) -> u16 {
-        self.fixes
-    }
-
-    /// Mean normalised innovation squared.
-    pub fn residual(&self) -> f32 {
-        if self.fixes < LEAST_FIXES {
-            0.0
-        } else {
-            self.residual
-        }
-    }
-
-    /// What has given the heading.
-    pub fn way(&self) -> Way {
-        match (self.heading, self.course) {
-            (true, _) => Way::Heading,
-            (_, true) => Way::Course,
-            _ => Way::Velocity,
-        }
-    }
-
-    /// Standard deviations of the tilt and of the attitude about down in `w`, rad.
-    pub fn attitude_sigma(&self) -> (f32, f32) {
-        let of = |i| self.kalman.covariance().variance(i);
-        (libm::sqrtf(of(0).max(of(1))), libm::sqrtf(of(2)))
-    }
-
-    /// Root of `c^2 + s^2`, and its standard deviation.
-    pub fn norm(&self) -> (f32, f32) {
-        let [c, s] = self.azimuth();
-        let norm = libm::hypotf(c, s);
-        let mut row = [0.0; ERRORS];
-        (row[COSINE], row[SINE]) = (c / norm, s / norm);
-        (norm, self.sigma_of(&row))
-    }
-
-    /// Standard deviation of the heading, rad. Infinite while the norm may be 0.
-    pub fn heading_sigma(&self) -> f32 {
-        let (norm, sigma) = self.norm();
-        if !(norm > 3.0 * sigma) {
-            return f32::INFINITY;
-        }
-        let mut row = azimuth_row(self.azimuth());
-        row[2] -= 1.0;
-        self.sigma_of(&row)
-    }
-
-    /// Standard deviation of a combination of the errors.
-    fn sigma_of(&self, row: &[f32; ERRORS]) -> f32 {
-        let all = self.kalman.covariance().errors();
-        let variance = row.iter().zip(all).fold(0.0, |sum, (&a, of)| {
-            let inner = of.iter().zip(row).fold(0.0, |sum, (p, b)| sum + p * b);
-            sum + a * inner
-        });
-        libm::sqrtf(variance.max(0.0))
-    }
 }
 
 /// Standard deviations of the biases.
 pub fn unit(config: &Config) -> [f32; OUTPUTS] {
     let [g, a] = config.bias;
     [g, g, g, a, a, a]
-}
-
-/// The error of the azimuth, estimate minus truth, by the errors of cosine and sine.
-pub fn azimuth_row([c, s]: [f32; 2]) -> [f32; ERRORS] {
-    let per = 1.0 / (c * c + s * s);
-    let mut row = [0.0; ERRORS];
-    // the state holds 1 - c and -s, whose errors are the negative of those of c and s, and the
-    // state is truth where the estimate has been taken out
-    (row[COSINE], row[SINE]) = (-s * per, c * per);
-    row
-}
-
-/// The velocity of `H`: none when the receiver's may be none.
-fn anchor(fix: &Fix) -> [f32; 2] {
-    let [n, e, _] = narrow(fix.velocity);
-    let [.., sn, se, _] = fix.sigmas;
-    if libm::hypotf(n, e) <= STANDS_OUT * sn.max(se) {
-        [0.0; 2]
-    } else {
-        [n, e]
-    }
-}
-
-/// The filter's errors at its beginning. c is as likely 1 as -1, so that the mean of 1 - c is 1.
-fn begin(kalman: &mut Biased, by: &[[f32; OUTPUTS]; ERRORS], rest: &[[f32; ERRORS]; ERRORS]) {
-    let applied = *kalman.model().estimate();
-    kalman.align(by, rest, &applied);
-    let mut shift = [0.0; ERRORS];
-    shift[COSINE] = -1.0;
-    kalman.feedback(&shift);
-}
-
-/// Covariance of errors at the beginning but the tilt: velocity, cosine and sine are free, and
-/// about down `w` is where the navigator is.
-fn free() -> [[f32; ERRORS]; ERRORS] {
-    let v = ANY_VELOCITY * ANY_VELOCITY;
-    let variance = [0.0, 0.0, 1e-8, v, v, v, 1.0, 1.0, 1.0];
-    let mut rest = [[0.0; ERRORS]; ERRORS];
-    for (i, variance) in variance.into_iter().enumerate() {
-        rest[i][i] = variance;
-    }
-    rest
-}
-
-/// Errors of a level attitude: tilt by the accelerometers' bias and the gyros' drift since the
-/// middle of the levelling, and what the receiver did not tell. Velocity, cosine and sine are free.
-fn first(levelled: &Levelled, q_bw: Q) -> ([[f32; OUTPUTS]; ERRORS], [[f32; ERRORS]; ERRORS]) {
-    let mut by = [[0.0; OUTPUTS]; ERRORS];
-    let (half, lean) = (-0.5 * levelled.time, 1.0 / levelled.gravity);
-    let rows = [
-        ([half, 0.0, 0.0], [0.0, lean, 0.0]),
-        ([0.0, half, 0.0], [-lean, 0.0, 0.0]),
-    ];
-    let [w, x, y, z] = q_bw;
-    for (by, (gyro, accel)) in by.iter_mut().zip(rows) {
-        // a row times C is C' times it
-        let back = |v: V32| narrow(rotated([w, -x, -y, -z], v.map(f64::from)));
-        let ([a, b, c], [d, e, f]) = (back(gyro), back(accel));
-        *by = [a, b, c, d, e, f];
-    }
-    // the tilt that the receiver's acceleration shows: phi = [e, -n] in w, which is the
-    // acceleration in north and east less H (1 - c, -s), with a mean of zero
-    let [n, e] = levelled.slope;
-    let lean = [[-e, n], [n, e]];
-    let tilt = levelled.tilt;
-    let mut rest = free();
-    for i in 0..2 {
-        rest[i][i] = tilt;
-    }
-    for i in 0..2 {
-        for j in 0..2 {
-            (rest[i][COSINE + j], rest[COSINE + j][i]) = (lean[i][j], lean[i][j]);
-            rest[i][j] += lean[i][0] * lean[j][0] + lean[i][1] * lean[j][1];
-        }
-    }
-    (by, rest)
-}
-
-/// The transition of the nine errors, and by how much their means move less: a shift for
-/// [`Kalman::feedback`].
-fn transition(
-    passed: &nav::Transition,
-    step: &Step,
-    row: Option<&Row>,
-) -> (Transition<ERRORS>, [f32; ERRORS]) {
-    let mut to = Transition::ZEROED;
-    to.time = passed.time;
-    let (sin, cos) = (libm::sinf(step.turn), libm::cosf(step.turn));
-    let azimuth = [[cos, -sin], [sin, cos]];
-    let mut shift = [0.0; ERRORS];
-    (shift[COSINE], shift[SINE]) = (cos - 1.0, sin);
-    let h = |[n, e]: [f32; 2]| [[n, e], [e, -n]];
-    for i in 0..6 {
-        let mut from = passed.phi[i];
-        if i == 2 {
-            // the frame's own turn is part of the azimuth
-            from[4] += step.bent;
-        }
-        let free = from_earth(passed, step, i);
-        for j in 0..2 {
-            let velocity = from[3] * h(step.before)[0][j] + from[4] * h(step.before)[1][j];
-            to.phi[i][COSINE + j] = velocity + free[j];
-        }
-        to.phi[i][..6].copy_from_slice(&from[..6]);
-        to.gamma[i] = passed.gamma[i];
-        to.q[i][..6].copy_from_slice(&passed.q[i][..6]);
-        to.q[i][i] += step.scale[usize::from(i >= 3)];
-    }
-    for i in 0..2 {
-        let after = h(step.after)[i];
-        for j in 0..2 {
-            let moved = after[0] * azimuth[0][j] + after[1] * azimuth[1][j];
-            to.phi[3 + i][COSINE + j] -= moved;
-            to.phi[COSINE + i][COSINE + j] = azimuth[i][j];
-        }
-        shift[3 + i] = -(after[0] * shift[COSINE] + after[1] * shift[SINE]);
-    }
-    if let Some(row) = row {
-        combine(&mut to, &mut shift, row);
-    }
-    (to, shift)
-}
-
-/// Effect of `1 - c` and `-s` on error `i` by the Earth's rate that was assumed about the wrong
-/// axis.
-fn from_earth(passed: &nav::Transition, step: &Step, i: usize) -> [f32; 2] {
-    let (time, earth) = (passed.time, step.earth);
-    let by_axis = |axis: usize| {
-        let turned = passed.phi[i][axis];
-        if i < 3 {
-            // the mean over the time
-            0.5 * time * (turned + f32::from(u8::from(i == axis)))
-        } else {
-            0.5 * time * turned
-        }
-    };
-    let mut effect = [earth * by_axis(0), -earth * by_axis(1)];
-    if i == 5 {
-        let [x, y] = step.velocity;
-        effect[0] -= 2.0 * time * earth * y;
-        effect[1] -= 2.0 * time * earth * x;
-    }
-    effect
-}
-
-/// The last error becomes a combination of the others after the transition.
-fn combine(to: &mut Transition<ERRORS>, shift: &mut [f32; ERRORS], row: &Row) {
-    let parts = [
-        (2, row.phi_down),
-        (COSINE, row.azimuth[0]),
-        (SINE, row.azimuth[1]),
-    ];
-    let mut combined = [0.0; ERRORS];
-    for (i, factor) in parts {
-        for (sum, value) in combined.iter_mut().zip(to.phi[i]) {
-            *sum += factor * value;
-        }
-        shift[COMBINED] += factor * shift[i];
-    }
-    combined[2] -= row.before;
-    to.phi[COMBINED] = combined;
-    to.gamma[COMBINED] = to.gamma[2].map(|value| row.phi_down * value);
-    for i in 0..6 {
-        let value = row.phi_down * to.q[2][i];
-        (to.q[COMBINED][i], to.q[i][COMBINED]) = (value, value);
-    }
-    to.q[COMBINED][COMBINED] = row.phi_down * row.phi_down * to.q[2][2];
 }

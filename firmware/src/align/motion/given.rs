@@ -35,23 +35,27 @@ pub fn given_biases(kalman: &Biased, m: &Matrix, unit: &[f32; OUTPUTS]) -> Optio
     let cross: [[f32; OUTPUTS]; ERRORS] = core::array::from_fn(|i| {
         core::array::from_fn(|j| (0..ERRORS).fold(0.0, |sum, k| sum + m[i][k] * xt[k][j]))
     });
-    let factor = cholesky(|i, j| covariance.parameter(i, j) / (unit[i] * unit[j]))?;
+    let scaled: Factor = core::array::from_fn(|i| {
+        core::array::from_fn(|j| covariance.parameter(i, j) / (unit[i] * unit[j]))
+    });
+    let factor = cholesky(&scaled)?;
     // errors are estimate minus truth, also those of the biases: hence the sign
     let by = cross.map(|row| {
         let scaled = solved(&factor, core::array::from_fn(|j| row[j] / unit[j]));
         core::array::from_fn(|j| -scaled[j] / unit[j])
     });
-    let mut rest = all;
-    for i in 0..ERRORS {
-        for j in 0..=i {
-            let known = (0..OUTPUTS).fold(0.0, |sum, k| sum + by[i][k] * cross[j][k]);
-            let value = all[i][j] + known;
-            // rounding must leave it positive
+    // rounding must leave it symmetric, and positive
+    let known = |i: usize, j: usize| {
+        let pairs = by[i].iter().zip(&cross[j]);
+        pairs.fold(0.0, |sum, (a, b)| sum + a * b)
+    };
+    let rest: Matrix = core::array::from_fn(|i| {
+        core::array::from_fn(|j| {
+            let value = all[i][j] + 0.5 * (known(i, j) + known(j, i));
             let least = if i == j { 1e-6 * all[i][i] } else { value };
-            rest[i][j] = value.max(least);
-            rest[j][i] = rest[i][j];
-        }
-    }
+            value.max(least)
+        })
+    });
     let mut values = by.as_flattened().iter().chain(rest.as_flattened());
     values
         .all(|x| x.is_finite())
@@ -61,19 +65,23 @@ pub fn given_biases(kalman: &Biased, m: &Matrix, unit: &[f32; OUTPUTS]) -> Optio
 type Factor = [[f32; OUTPUTS]; OUTPUTS];
 
 /// The lower factor of a symmetric matrix; `None` when it is not positive.
-fn cholesky(of: impl Fn(usize, usize) -> f32) -> Option<Factor> {
+fn cholesky(of: &Factor) -> Option<Factor> {
     let mut l = [[0.0; OUTPUTS]; OUTPUTS];
+    // all bounds are constant, so that no index can be out of range
     for i in 0..OUTPUTS {
-        for j in 0..=i {
-            let sum = (0..j).fold(of(i, j), |sum, k| sum - l[i][k] * l[j][k]);
-            l[i][j] = if i == j {
-                if !(sum > 0.0) {
-                    return None;
-                }
-                libm::sqrtf(sum)
+        for j in 0..OUTPUTS {
+            if j > i {
+                continue;
+            }
+            let pairs = l[i].iter().zip(&l[j]).take(j);
+            let sum = pairs.fold(of[i][j], |sum, (a, b)| sum - a * b);
+            if i != j {
+                l[i][j] = sum / l[j][j];
+            } else if sum > 0.0 {
+                l[i][i] = libm::sqrtf(sum);
             } else {
-                sum / l[j][j]
-            };
+                return None;
+            }
         }
     }
     Some(l)
@@ -82,10 +90,22 @@ fn cholesky(of: impl Fn(usize, usize) -> f32) -> Option<Factor> {
 /// The solution of `l l' x = b`.
 fn solved(l: &Factor, mut b: [f32; OUTPUTS]) -> [f32; OUTPUTS] {
     for i in 0..OUTPUTS {
-        b[i] = (0..i).fold(b[i], |sum, k| sum - l[i][k] * b[k]) / l[i][i];
+        let mut sum = b[i];
+        for k in 0..OUTPUTS {
+            if k < i {
+                sum -= l[i][k] * b[k];
+            }
+        }
+        b[i] = sum / l[i][i];
     }
     for i in (0..OUTPUTS).rev() {
-        b[i] = (i + 1..OUTPUTS).fold(b[i], |sum, k| sum - l[k][i] * b[k]) / l[i][i];
+        let mut sum = b[i];
+        for k in 0..OUTPUTS {
+            if k > i {
+                sum -= l[k][i] * b[k];
+            }
+        }
+        b[i] = sum / l[i][i];
     }
     b
 }

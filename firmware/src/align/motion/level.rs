@@ -74,8 +74,8 @@ impl Level {
 
     /// The gyros have drifted too far.
     pub fn is_useless(&self, sensors: &Sensors) -> bool {
-        // not `>`: a NaN begins anew too
-        !(0.5 * sensors.bias[0] * self.time < DRIFT && self.time < LONGEST_S)
+        let useful = 0.5 * sensors.bias[0] * self.time < DRIFT && self.time < LONGEST_S;
+        !useful // a NaN is useless too
     }
 
     /// The level attitude when it is known well enough at this fix.
@@ -99,7 +99,8 @@ impl Level {
         } else {
             gravity / GATE * 0.5
         };
-        if !((size as f32 * per - expected).abs() <= FORCE + GATE * doubt) {
+        let plausible = (size as f32 * per - expected).abs() <= FORCE + GATE * doubt;
+        if !plausible {
             return None;
         }
         let blur = level / gravity;

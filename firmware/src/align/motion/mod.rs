@@ -20,11 +20,15 @@
 //! On the desktop the same alignment runs without a learner: [`InMotion::sample`] for each sample
 //! and [`InMotion::fix`] for each fix.
 
+mod begin;
 mod filter;
 mod given;
+mod known;
 mod level;
 mod observe;
 mod start;
+mod transition;
+mod watch;
 
 pub use start::Start;
 
@@ -109,20 +113,15 @@ struct Given {
     age: f32,
 }
 
-/// The stage in progress.
-#[derive(Debug, Clone)]
-enum Stage {
-    Level(Level),
-    Match(Filter),
-}
-
 /// An alignment in motion.
 #[derive(Debug, Clone)]
 pub struct InMotion {
     config: Config,
     /// `None` before the first fix.
     navigator: Option<Navigator>,
-    stage: Stage,
+    level: Level,
+    /// `None` while levelling.
+    filter: Option<Filter>,
     /// The sensors' errors that are known already, rad/s and m/s2.
     known: [f32; OUTPUTS],
     given: Option<Given>,
@@ -145,7 +144,8 @@ impl InMotion {
         Self {
             config,
             navigator: None,
-            stage: Stage::Level(Level::default()),
+            level: Level::default(),
+            filter: None,
             known,
             given: None,
             last: ([1.0, 0.0, 0.0, 0.0], [0.0; 3]),
@@ -194,13 +194,13 @@ impl InMotion {
     #[must_use]
     pub fn progress(&self) -> Progress {
         let refused = self.refused;
-        match &self.stage {
-            Stage::Level(_) => Progress {
+        match &self.filter {
+            None => Progress {
                 heading_sigma: f32::INFINITY,
                 refused,
                 ..Progress::default()
             },
-            Stage::Match(filter) => Progress {
+            Some(filter) => Progress {
                 way: filter.way(),
                 heading_sigma: filter.heading_sigma(),
                 residual: filter.residual(),
@@ -223,7 +223,8 @@ impl InMotion {
             return None;
         };
         let [n, e, d] = navigator.innovation(fix, age[0]).position;
-        if fix.has(0..2) && !(libm::hypotf(n, e).max(d.abs()) < FAR_M) {
+        let near = libm::hypotf(n, e).max(d.abs()) < FAR_M;
+        if fix.has(0..2) && !near {
             // one wild fix is left out; if they go on, the first one was wild
             self.far += 1;
             if self.far > FARS {
@@ -241,12 +242,11 @@ impl InMotion {
         if let Some(given) = &mut self.given {
             given.age += passed.time;
         }
-        let start = match &mut self.stage {
-            Stage::Level(_) => {
-                self.level(fix, passed.time);
-                None
-            }
-            Stage::Match(_) => self.matches(fix, age, still, &passed),
+        let start = if self.filter.is_some() {
+            self.matches(fix, age, still, &passed)
+        } else {
+            self.level(fix, passed.time);
+            None
         };
         if let Some(navigator) = &self.navigator {
             self.last = (navigator.state().q_bn, fix.velocity);
@@ -284,7 +284,7 @@ impl InMotion {
         navigator.feed_back(&[0.0, 0.0, 0.0, x, y, z, 0.0, 0.0, 0.0]);
         let [a, b, c, d, e, f] = self.known;
         navigator.set_estimate([a, b, c], [d, e, f]);
-        self.stage = Stage::Level(Level::begin(fix));
+        (self.level, self.filter) = (Level::begin(fix), None);
         (self.passes, self.norm_fails) = (0, 0);
     }
 
@@ -295,7 +295,7 @@ impl InMotion {
     }
 
     fn level(&mut self, fix: &Fix, time: f32) {
-        let (Stage::Level(level), Some(navigator)) = (&mut self.stage, &mut self.navigator) else {
+        let (level, Some(navigator)) = (&mut self.level, &mut self.navigator) else {
             return;
         };
         let state = *navigator.state();
@@ -322,7 +322,7 @@ impl InMotion {
         if let Some(given) = &mut self.given {
             given.forward = rotated(levelled.turn, given.forward);
         }
-        self.stage = Stage::Match(Filter::new(&self.config, &levelled, q, fix));
+        self.filter = Some(Filter::new(&self.config, &levelled, q, fix));
         self.navigator = Some(navigator);
     }
 
@@ -333,9 +333,8 @@ impl InMotion {
         still: bool,
         passed: &nav::Transition,
     ) -> Option<Start> {
-        let (Stage::Match(filter), Some(navigator)) = (&mut self.stage, &mut self.navigator) else {
-            return None;
-        };
+        let filter = self.filter.as_mut()?;
+        let navigator = self.navigator.as_mut()?;
         let given = self.given.filter(|_| filter.wants_heading());
         let seen = Match {
             config: &self.config,
@@ -363,7 +362,8 @@ impl InMotion {
             self.gap();
             return None;
         }
-        if !(tilt < LINEAR && phi_down < LINEAR) {
+        let linear = tilt < LINEAR && phi_down < LINEAR;
+        if !linear {
             self.begin_level(fix);
             return None;
         }

@@ -59,10 +59,7 @@ impl Row {
 /// The variance of an observation with a constant error: so large that what is known with variance
 /// `p` is not known better than by the constant error afterwards. `None`: it is so already.
 pub fn floored(p: f32, white: f32, constant: f32) -> Option<f32> {
-    if !(p > constant) {
-        return None;
-    }
-    Some(white.max(p * constant / (p - constant)))
+    (p > constant).then(|| white.max(p * constant / (p - constant)))
 }
 
 /// The rotation from one attitude to another, rotation vector about the axes of `w`.
@@ -101,7 +98,8 @@ pub fn course(seen: &Match<'_>, sight: &Sight) -> Option<Row> {
     let [n, e, _] = narrow(seen.fix.velocity);
     let [.., sn, se, _] = seen.fix.sigmas;
     let (speed, sigma) = (libm::hypotf(n, e), sn.max(se));
-    if !(speed > COURSE_MPS.max(COURSE_SIGMAS * sigma)) {
+    let fast = speed > COURSE_MPS.max(COURSE_SIGMAS * sigma);
+    if !fast {
         return None;
     }
     let [x, y] = horizontal(narrow(sight.forward))?;

@@ -1,7 +1,8 @@
 //! The hand-over of a matched attitude: from the levelled frame `w` to north, east, down.
 
-use super::filter::{ERRORS, Filter, Match, azimuth_row, unit};
+use super::filter::{ERRORS, Filter, Match, unit};
 use super::given::{Matrix, given_biases};
+use super::known::azimuth_row;
 use crate::control::Way;
 use crate::nav::vector::{V, add, product, rotated, scale};
 use crate::nav::{self, Navigator};

@@ -144,8 +144,9 @@ fn squared(p: &[[f32; 9]; 9], mut e: [f64; 6]) -> f64 {
     for k in 0..6 {
         for i in k + 1..6 {
             let factor = p[i][k] / p[k][k];
-            for j in k..6 {
-                p[i][j] -= factor * p[k][j];
+            let row = p[k];
+            for (entry, of) in p[i].iter_mut().zip(row).skip(k) {
+                *entry -= factor * of;
             }
             e[i] -= factor * e[k];
         }

@@ -182,6 +182,26 @@ fn on_a_straight_line_nothing_is_claimed() {
     assert_eq!((report.winner, report.refused), (0, 0));
 }
 
+/// What was told may be off by some of its standard deviations: the fixes have more to say.
+#[test]
+fn a_wrong_prior_is_outvoted() {
+    let told = Settings {
+        lever_arm_sigma: 2.0,
+        fix_age_sigma: 0.1,
+        ..Settings::MEDIUM
+    };
+    for (arm, delay) in [([15.0, 0.0, 0.0], 0.1), (ARM, 0.9)] {
+        let receiver = receiver(arm, delay);
+        let (report, _) = driven(told, receiver, PERFECT);
+        let known = report.antenna;
+        assert!(
+            off(&known, &receiver).iter().all(|d| d.abs() < 3.0),
+            "{receiver:?} {known:?}"
+        );
+        assert_eq!((report.winner, report.promotions), (0, 0), "{receiver:?}");
+    }
+}
+
 /// One of them may be told exactly.
 #[test]
 fn what_is_told_exactly_stays() {

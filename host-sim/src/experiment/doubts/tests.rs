@@ -259,6 +259,7 @@ fn a_rate_that_its_time_stamps_contradict_is_told() {
 
 /// Recorded sessions with what may be expected of their sensors.
 fn recordings() -> Vec<(String, Record, Assumptions)> {
+    let preset = |name: &str| Assumptions::of(&Unit::preset(name).unwrap());
     use crate::experiment::{fog_mems, kitti, lasergyro};
     let mut all = Vec::new();
     if let Some(file) = recorded("lasergyro-static.csv.gz") {
@@ -273,7 +274,7 @@ fn recordings() -> Vec<(String, Record, Assumptions)> {
     }
     if let Some(session) = crate::recordings::fog_mems::tests::recorded() {
         let record = Record::from_session(&session);
-        all.push(("fog-mems".into(), record, fog_mems::settings().assumptions));
+        all.push(("fog-mems".into(), record, preset(fog_mems::UNIT)));
     }
     for (drive, skip) in crate::recordings::kitti::DRIVES {
         let Some(file) = recorded(&format!("kitti-2011_09_30_drive_{drive}.csv.gz")) else {
@@ -281,7 +282,7 @@ fn recordings() -> Vec<(String, Record, Assumptions)> {
         };
         let session = crate::recordings::kitti::session(&file, skip).unwrap();
         let record = Record::from_session(&session);
-        all.push((drive.into(), record, kitti::settings().assumptions));
+        all.push((drive.into(), record, preset(kitti::UNIT)));
     }
     all
 }

@@ -277,9 +277,9 @@ fn fixes_between_the_epochs() {
         record.fixes.clear();
         let sigmas = session.fixes[0].unwrap().sigmas;
         let whole = Record::from_session(session).fixes;
-        for k in 1..whole.len() - 1 {
+        for (k, fix) in whole.iter().enumerate().take(whole.len() - 1).skip(1) {
             let late = 0.9 * (k % 10) as f64 / 10.0;
-            let mut fix = whole[k];
+            let mut fix = *fix;
             let next = session.reference[k + 1];
             let here = session.reference[k];
             // between two true states a curve of third order, as velocities and positions tell

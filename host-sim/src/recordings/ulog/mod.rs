@@ -65,7 +65,7 @@ pub fn read(file: &Path, choice: &Choice, progress: Progress<'_>) -> Result<Read
     let (stream, pieces) = choose(file, choice, &mut collected, &summary, &mut notes)?;
     let place = Place::new(file, format!("{} {}", stream.0, stream.1));
     let fixes = fixes(file, choice, &mut collected, &summary, &mut notes)?;
-    let samples = samples(place, choice, &pieces)?;
+    let samples = samples(&place, choice, &pieces)?;
     let mut record = samples.record(file, choice.max_gap_s, &fixes)?;
     if choice.attitude {
         let origin = pieces.first().map_or(0, |p| p.end);
@@ -168,7 +168,7 @@ fn choose(
 }
 
 /// The increments as samples.
-fn samples(place: Place, choice: &Choice, pieces: &[Piece]) -> Result<Samples, Error> {
+fn samples(place: &Place, choice: &Choice, pieces: &[Piece]) -> Result<Samples, Error> {
     let mut samples = Samples::new(place.clone(), Kind::Increment);
     for (k, piece) in pieces.iter().enumerate() {
         let [gyro, accel] = piece.length;

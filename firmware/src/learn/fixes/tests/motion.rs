@@ -245,7 +245,8 @@ fn a_mirrored_receiver_is_found_out_in_the_first_turn() {
 #[test]
 fn values_may_be_missing() {
     let mut memory = memory();
-    let of: [(fn(&mut Fix), bool); 2] = [
+    type Spoils = (fn(&mut Fix), bool);
+    let of: [Spoils; 2] = [
         (|fix| fix.sigmas[2] = f32::INFINITY, true),
         (|fix| fix.sigmas[3..].fill(f32::INFINITY), false),
     ];
