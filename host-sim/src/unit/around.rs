@@ -9,9 +9,9 @@ use serde::{Deserialize, Serialize};
 /// Standard deviation of a lever arm that nobody has measured, m: antennas are some metres from the
 /// sensors of a vehicle (assumed).
 const UNMEASURED_M: f64 = 2.0;
-/// Standard deviation of a lever arm that was measured somehow, m: the sensors' centre is hidden in a
-/// box, and a sign or an axis is easily mistaken (assumed). The filter still finds an error of seven
-/// standard deviations, but not one of twenty.
+/// Standard deviation of a lever arm that was measured somehow, m: the sensors' centre is hidden in
+/// a box, and a sign or an axis is easily mistaken (assumed). The filter still finds an error of
+/// seven standard deviations, but not one of twenty.
 const MEASURED_M: f64 = 0.5;
 
 /// The satellite receiver whose fixes teach the device.
