@@ -175,10 +175,9 @@ impl Antenna {
         self.jump += by * by;
     }
 
-    /// A new navigator with errors `by` times the sensors' errors that were left after `applied` had
-    /// been subtracted, plus others of covariance `rest`.
-    /// When it was started at a fix, `seen` is what that showed: its errors are then those of the
-    /// fix, as seen by the antenna.
+    /// A new navigator with errors `by` times the sensors' errors that were left after `applied`
+    /// had been subtracted, plus others of covariance `rest`. When it was started at a fix, `seen`
+    /// is what that showed: its errors are then those of the fix, as seen by the antenna.
     pub fn navigates(
         &mut self,
         by: &[[f32; OUTPUTS]; NAV],

@@ -69,8 +69,8 @@ impl Navigator {
             let [x, y, z] = columns.each_ref().map(of);
             let [at, earlier, later] = [&at, &earlier, &later].map(of);
             *row = [x, y, z, (earlier - later) / (2.0 * width)];
-            // For a normal age the second-order term h'' (a^2 - sigma^2) / 2 has twice the square of
-            // h'' sigma^2 / 2 as its variance.
+            // For a normal age the second-order term h'' (a^2 - sigma^2) / 2 has twice the square
+            // of h'' sigma^2 / 2 as its variance.
             let bend = (0.5 * (earlier + later) - at) * wider * wider;
             *bent = 2.0 * bend * bend;
         }

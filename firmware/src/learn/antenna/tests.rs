@@ -135,8 +135,8 @@ fn believed_wrongly_they_are_taken_for_errors_of_the_sensors() {
     }
 }
 
-/// What goes into lever arm and delay is lost to the biases, but not more: 1.3 times the errors over
-/// 12 drives, more or less in each.
+/// What goes into lever arm and delay is lost to the biases, but not more: 1.3 times the errors
+/// over 12 drives, more or less in each.
 #[test]
 fn biases_are_learnt_nearly_as_well_as_with_a_known_antenna() {
     let run = |told, receiver| {

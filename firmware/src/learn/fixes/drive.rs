@@ -1,6 +1,6 @@
-//! A vehicle with a receiver, for tests: its own kinematics and its own arithmetic in f64, after the
-//! textbook equations, without the code that it tests. Speed and heading are functions of time; the
-//! samples follow from them. The functions of `libm` give the same bits on every machine.
+//! A vehicle with a receiver, for tests: its own kinematics and its own arithmetic in f64, after
+//! the textbook equations, without the code that it tests. Speed and heading are functions of time;
+//! the samples follow from them. The functions of `libm` give the same bits on every machine.
 
 use super::{FixLearner, Memory};
 use crate::compensator::{Compensator, Limit};

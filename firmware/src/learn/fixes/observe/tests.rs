@@ -11,8 +11,8 @@ fn memory() -> Box<Memory> {
     Box::new(Memory::ZEROED)
 }
 
-/// Errors of the biases in units of the datasheet, and of position (m) and velocity (m/s): root mean
-/// squares over some drives.
+/// Errors of the biases in units of the datasheet, and of position (m) and velocity (m/s): root
+/// mean squares over some drives.
 fn errors(receiver: Receiver) -> [f64; 3] {
     let mut squares = [0.0; 3];
     for seed in 0..5 {
