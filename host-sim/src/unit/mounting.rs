@@ -9,8 +9,8 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// How the sensor sits in the vehicle: either `axes`, or the three angles, or `matrix`. Without any
-/// of them, the sensor's x, y, z point forward, right, down. Source: the drawing of the sensor and where it is
-/// mounted.
+/// of them, the sensor's x, y, z point forward, right, down. Source: the drawing of the sensor and
+/// where it is mounted.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Mounting {
