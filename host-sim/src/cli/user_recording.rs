@@ -62,8 +62,8 @@ struct TellOptions {
     /// Estimate that offset from the motion, -5 to 5 s around what is told
     #[arg(long)]
     estimate_time_offset: bool,
-    /// From the IMU to the antenna: forward, right, down, m [default: that of the recording, else of
-    /// the unit]
+    /// From the IMU to the antenna: forward, right, down, m [default: that of the recording, else
+    /// of the unit]
     #[arg(
         long,
         value_name = "X,Y,Z",

@@ -1,9 +1,9 @@
 //! The time offset between fixes and samples, found from the data.
 //!
 //! A moving vehicle tells it twice. Its course turns as the gyros turn about the vertical, and its
-//! acceleration changes as the accelerometers say. So what the fixes show is compared with integrals
-//! of the samples over the same time, moved by the offset `d`. With the differences `D` between
-//! neighbouring fixes:
+//! acceleration changes as the accelerometers say. So what the fixes show is compared with
+//! integrals of the samples over the same time, moved by the offset `d`. With the differences `D`
+//! between neighbouring fixes:
 //!
 //! ```text
 //! D course   = s_1 D (integral of the rate w about down) + b_1 D t + l D (w / v) + k D (w v)
@@ -11,9 +11,9 @@
 //! ```
 //!
 //! The scales `s` and constants `b` take up biases, tilt and scale factors. The course of a point
-//! that lies `l` ahead of the one that does not slip leads that of the vehicle in a curve, and tyres
-//! slip by `k` for an acceleration across: both look like wrong times as long as the speed is the
-//! same. The pitch follows from the gyros; that its zero is not known, and a hill's slow part, fall
+//! that lies `l` ahead of the one that does not slip leads that of the vehicle in a curve, and
+//! tyres slip by `k` for an acceleration across: both look like wrong times as long as the speed is
+//! the same. The pitch follows from the gyros; that its zero is not known, and a hill's slow part, fall
 //! out of the second differences.
 //!
 //! All constants are solved for each offset. The offset of the least squares of both is the most

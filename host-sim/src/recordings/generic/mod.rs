@@ -19,14 +19,17 @@
 //! # separator = ";"
 //! # Without a line of names the columns are called "1", "2", ...
 //! # names = false
-//! # Longest step between rates that is interpolated. Three samples by default.
+//! # Longest step between rates that is interpolated. Three samples or 0.1 s by default.
 //! # max_gap_s = 0.05
 //!
 //! # Leave this table out if the vehicle is at rest.
 //! [gnss]
 //! # By default the file of the IMU, whose lines without a fix leave these columns empty.
 //! file = "gnss.csv"
-//! # On the clock of the IMU.
+//! # Added to the times of the fixes to give the IMU's, or "estimate".
+//! # time_offset_s = 2.9
+//! # From the IMU to the antenna: forward, right, down.
+//! # lever_arm_m = [-1.0, 0.2, -1.5]
 //! time = { column = "t", unit = "ms" }
 //! # rad, deg
 //! latitude = { column = "lat", unit = "deg" }
@@ -42,6 +45,7 @@
 //! # position_sigma = ["sn", "se", "sd"]
 //! # velocity_sigma = ["svn", "sve", "svd"]
 //!
+//! # Without [start] the attitude is found in motion.
 //! [start]
 //! # Self-alignment on a standstill of at least 90 s ...
 //! standstill_s = 300
@@ -55,12 +59,13 @@
 //! # height_m = 380.0
 //! ```
 //!
-//! The session begins at the first fix within the time of the IMU and lasts whole seconds. Fixes at
-//! whole seconds after the first are used as they are; others, at most 2.5 s apart, are
-//! interpolated. Rates are integrated by the trapezoidal rule with their time stamps. An increment
-//! ends at its time. Steps between increments of more than 1.5 samples are refused, because the
-//! motion in them is lost. The sample rate of the session is the reciprocal of the median step, to
-//! the nearest whole number. Counts have the value [`crate::inertial::counts::FINE_LSB`].
+//! `docs/your-data.md` explains every field. The session begins at the first fix within the time of
+//! the IMU and lasts whole seconds. A fix keeps its own time and accuracy, and may lack values.
+//! Rates are integrated by the trapezoidal rule with their time stamps. An increment ends at its
+//! time. Short gaps of samples are bridged, long ones interrupt navigation
+//! ([`crate::recordings::gaps`]). The sample rate of the session is the reciprocal of the median
+//! step, to the nearest whole number. Counts have the value
+//! [`crate::inertial::counts::FINE_LSB`].
 
 mod fixes;
 mod header;

@@ -5,8 +5,8 @@ use super::channel::{Channel, Difference, Integral, Knot};
 use crate::recordings::record::Record;
 use nalgebra::Vector3;
 
-/// Fixes that are compared are at least so far apart, s, by velocities and by positions, and at most
-/// so many times that.
+/// Fixes that are compared are at least so far apart, s, by velocities and by positions, and at
+/// most so many times that.
 const APART_S: [f64; 2] = [0.9, 2.9];
 const APART_MOST: f64 = 2.5;
 /// Positions of a better standard deviation are compared as velocities are, m.
