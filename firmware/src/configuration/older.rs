@@ -1,5 +1,5 @@
-//! Configurations as earlier schemas have them, so that a device keeps what its store holds when its
-//! firmware is renewed.
+//! Configurations as earlier schemas have them, so that a device keeps what its store holds when
+//! its firmware is renewed.
 
 use super::{
     Configuration, Correction, Identity, Receiver, ReceiverProtocol, Sensor, SerialLines, Triad,

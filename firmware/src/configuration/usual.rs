@@ -12,7 +12,8 @@ use heapless::String;
 impl Default for Configuration {
     /// The medium laser-gyro IMU of `host-sim` (preset `medium`: 0.34 deg/h, 410 ug, 0.005
     /// deg/sqrt(h), 20 ug/sqrt(Hz)) in a land vehicle, with its axes along the body's. Its format
-    /// is detected. Lever arm and delay of the fixes are exactly as told. Mode bypass, limits 10 deg/h and 1 mg, slew one thousandth of that a second.
+    /// is detected. Lever arm and delay of the fixes are exactly as told. Mode bypass, limits 10
+    /// deg/h and 1 mg, slew one thousandth of that a second.
     fn default() -> Configuration {
         let limit = Limit {
             gyro: (10.0 * DEGREE / 3600.0) as f32,

@@ -58,8 +58,8 @@ pub struct FixAge {
 
 impl FixAge {
     /// The age, in seconds, that a fix has at sample `number` of a stream with this period.
-    /// `told_s` is the least age at its arrival; `keeps`: without a pulse, that of the last pulses goes
-    /// before it. `None`: the fix is older than [`MAX_AGE_S`].
+    /// `told_s` is the least age at its arrival; `keeps`: without a pulse, that of the last pulses
+    /// goes before it. `None`: the fix is older than [`MAX_AGE_S`].
     pub fn of(
         &mut self,
         number: u32,

@@ -118,9 +118,9 @@ impl Gather {
         good
     }
 
-    /// Takes the same sample at most `samples` times and returns how often: to the end of the piece,
-    /// or of another [`REPEATED`] times its length, when it is long. Of the rotation within them
-    /// only the first order is kept.
+    /// Takes the same sample at most `samples` times and returns how often: to the end of the
+    /// piece, or of another [`REPEATED`] times its length, when it is long. Of the rotation within
+    /// them only the first order is kept.
     pub fn repeat(&mut self, counts: &Counts, samples: u32) -> u32 {
         if samples <= u32::from(self.piece_samples) || !self.is_empty() {
             return u32::from(self.sample(counts));

@@ -122,9 +122,9 @@ pub enum Request<'a> {
     },
     /// Answer: [`Response::Board`].
     GetBoard,
-    /// A heading that somebody knows, of the vehicle's forward axis now, for the learner's alignment
-    /// in progress: from north to east, rad, -2 pi to 2 pi, and its standard deviation, rad, > 0 to
-    /// 1.
+    /// A heading that somebody knows, of the vehicle's forward axis now, for the learner's
+    /// alignment in progress: from north to east, rad, -2 pi to 2 pi, and its standard deviation,
+    /// rad, > 0 to 1.
     Heading(Heading),
     /// Answer: [`Response::Antenna`].
     GetAntenna,

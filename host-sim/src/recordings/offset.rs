@@ -13,8 +13,8 @@
 //! The scales `s` and constants `b` take up biases, tilt and scale factors. The course of a point
 //! that lies `l` ahead of the one that does not slip leads that of the vehicle in a curve, and
 //! tyres slip by `k` for an acceleration across: both look like wrong times as long as the speed is
-//! the same. The pitch follows from the gyros; that its zero is not known, and a hill's slow part, fall
-//! out of the second differences.
+//! the same. The pitch follows from the gyros; that its zero is not known, and a hill's slow part,
+//! fall out of the second differences.
 //!
 //! All constants are solved for each offset. The offset of the least squares of both is the most
 //! likely one for normal errors with the variances of the residuals there. Neighbouring differences

@@ -56,7 +56,8 @@ fn refuse_sqlite(file: &Path) -> Result<(), Error> {
     Ok(())
 }
 
-/// The entries of the list `relative_file_paths`. The YAML that rosbag2 writes has one on each line.
+/// The entries of the list `relative_file_paths`. The YAML that rosbag2 writes has one on each
+/// line.
 fn listed(metadata: &str) -> Vec<String> {
     let mut lines = metadata.lines().map(str::trim);
     lines
