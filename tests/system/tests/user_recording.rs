@@ -274,7 +274,7 @@ fn wrong_files_and_options_are_named() {
         ),
         (
             &["replay", "kf-gins", "imu.txt", "gnss.txt"],
-            "'start' is not given",
+            "'start' gives no attitude, and none is found in motion",
         ),
         (
             &[

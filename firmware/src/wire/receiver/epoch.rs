@@ -9,9 +9,12 @@
 use crate::fix::{Fix, Heading, NOT_MEASURED, OBSERVATIONS, Position};
 use crate::units::DEGREE;
 
-/// A message that is older than the newest epoch by at most this belongs to an epoch that is over,
-/// ms. With more, the receiver's time has gone back.
+/// A message that is not newer than the newest epoch, but older by at most this, belongs to it or to
+/// one that is over, ms. With more, the receiver's time has gone back.
 const LATE_MS: u32 = 2000;
+/// So does it only when it comes this soon after the newest epoch began, microseconds. Later, the
+/// receiver's time has gone back as well: it has started anew.
+const LATE_US: u64 = 2_000_000;
 const DAY_MS: u32 = 86_400_000;
 const WEEK_MS: u32 = 7 * DAY_MS;
 
@@ -185,12 +188,13 @@ impl Joiner {
     /// [`Joiner::take`] is to be asked before the next message.
     #[inline(never)]
     pub fn place(&mut self, head: Head, arrival: Arrival) -> Option<&mut Values> {
+        let soon = arrival.us.saturating_sub(self.arrival.us) < LATE_US;
         match (head.time, self.time) {
             (Time::Same, None) => return None,
             (Time::Same, _) if self.over => return None,
             (Time::Same, _) => {}
-            (new, Some(old)) if new == old => {}
-            (new, Some(old)) if is_late(new, old) => return None,
+            (new, Some(old)) if soon && new == old => {}
+            (new, Some(old)) if soon && is_late(new, old) => return None,
             (new, old) => {
                 self.hand_over();
                 if old.is_some() {

@@ -333,3 +333,17 @@ fn sine_and_cosine_of_every_course() {
         assert!(wrong < 1.2e-5 && down == -1.5, "{course} {wrong}");
     }
 }
+
+/// A receiver that starts anew some seconds later, a little before the time at which it had
+/// stopped: none of its fixes is taken for a late message.
+#[test]
+fn a_receiver_whose_time_goes_back_by_a_second_goes_on() {
+    let mut wire = Wire::new(Some(ReceiverFormat::Nmea));
+    for (k, second) in [0, 1, 2, 1, 2, 3].into_iter().enumerate() {
+        let pause = if k < 3 { 0 } else { 3_000_000 };
+        wire.silent_until(1_000_000 * (1 + k as u64) + pause);
+        wire.send(&nmea(second, "221126", 0, &["RMC", "GGA"]));
+    }
+    wire.silent_until(wire.us + 500_000);
+    assert_eq!(wire.found.len(), 6);
+}
