@@ -46,6 +46,8 @@ pub struct Fix {
     /// Standard deviations along an axis, in the order of [`OBSERVATIONS`], > 0; [`NOT_MEASURED`]
     /// for a value that means nothing.
     pub sigmas: [f32; OBSERVATIONS],
+    /// Heading of the vehicle by two antennas.
+    pub heading: Option<Heading>,
     /// Time of validity, ms of the GPS week.
     pub time_ms: u32,
     /// When the first byte of its first message came, by the board's clock, microseconds.
@@ -77,6 +79,7 @@ impl Fix {
         },
         velocity: [0.0; 3],
         sigmas: [NOT_MEASURED; OBSERVATIONS],
+        heading: None,
         time_ms: 0,
         arrived_us: 0,
         waited: 0,

@@ -57,6 +57,7 @@ impl<'m> Drive<'m> {
             position: self.truth.state().position,
             velocity: self.truth.state().velocity,
             sigmas: SIGMAS,
+            heading: None,
             time_ms: (self.time_ms + self.number / RATE * 1000) % 604_800_000,
             arrived_us: 0,
             waited: 0,
