@@ -13,7 +13,7 @@ use super::lines::Lines;
 use super::phase::{Machine, Phase};
 use super::pulse::TimePulse;
 use super::reverse::Reverse;
-use super::server::{self, Server};
+use super::server::{self, Renewal, Server};
 use crate::compensator::Block;
 use crate::configuration::SerialLines;
 use crate::configuration::record::{self, Record};
@@ -258,8 +258,8 @@ impl<'m> App<'m> {
             self.served_us = now;
             busy |= self.back(&mut lines.navigation, &mut lines.sensor, now);
             busy |= !lines.command.is_idle() && self.command(&mut lines.command);
-            if core::mem::take(&mut self.server.renewed) {
-                self.begin_anew(&mut lines.navigation, now);
+            if self.server.renewal != Renewal::None {
+                self.renew(&mut lines.navigation, &mut lines.command, now);
             }
             let gnss = !lines.gnss.is_idle() || self.receiver.is_due(now);
             busy |= gnss && self.gnss(&mut lines.gnss, now);

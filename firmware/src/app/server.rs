@@ -37,12 +37,25 @@ pub(super) struct Server {
     /// The image or record being received, from its beginning without gaps.
     received: Vec<u8, IMAGES_LEN>,
     answer: [u8; MAX_PACKET],
+    /// Bytes of the answer that have not been given yet.
+    waiting: usize,
     /// The configuration record in use; empty without one.
     pub record: Record,
     /// That record is the stored one.
     pub stored: bool,
-    /// The application must begin anew with that record.
-    pub renewed: bool,
+    /// Whether the application must begin anew with that record.
+    pub renewal: Renewal,
+}
+
+/// How far a configuration is that was taken while the device runs.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Renewal {
+    /// The one in use stays.
+    None,
+    /// The application must begin anew with it.
+    Taken,
+    /// The application has begun anew, and the board opens its lines. Then the answer may leave.
+    Begun,
 }
 
 impl Server {
@@ -51,25 +64,28 @@ impl Server {
         Server {
             received: Vec::new(),
             answer: [0; MAX_PACKET],
+            waiting: 0,
             record,
             stored,
-            renewed: false,
+            renewal: Renewal::None,
         }
     }
 
-    /// Carries out the request in a packet. Gives the answer; `None` if it was no request.
-    pub fn serve(
-        &mut self,
-        packet: &mut [u8],
-        flow: &mut Flow<'_>,
-        machine: &mut Machine,
-    ) -> Option<&[u8]> {
-        let (number, request) = decode::<Request>(packet).ok()?;
+    /// Carries out the request in a packet. [`Server::answer`] follows.
+    pub fn serve(&mut self, packet: &mut [u8], flow: &mut Flow<'_>, machine: &mut Machine) {
+        let Ok((number, request)) = decode::<Request>(packet) else {
+            return;
+        };
         let mut image = [0; MAX_CHUNK];
         let response = self.carry_out(&request, flow, machine, &mut image);
-        encode(number, &response, &mut self.answer)
-            .ok()
-            .map(|packet| &*packet)
+        let answer = encode(number, &response, &mut self.answer);
+        self.waiting = answer.map_or(0, |answer| answer.len());
+    }
+
+    /// The answer to the last request, once; empty if there is none.
+    pub fn answer(&mut self) -> &[u8] {
+        let len = core::mem::take(&mut self.waiting);
+        self.answer.get(..len).unwrap_or_default()
     }
 
     fn carry_out<'b>(
@@ -174,7 +190,7 @@ impl Server {
         let told = record::decode(bytes)?;
         flow.config.hardware.check(&told.lines)?;
         self.record = Record::from_slice(bytes).map_err(|_| Reason::Record)?;
-        (self.renewed, self.stored) = (true, false);
+        (self.renewal, self.stored) = (Renewal::Taken, false);
         Ok(())
     }
 

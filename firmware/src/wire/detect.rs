@@ -52,13 +52,10 @@ impl Detector {
         Detector::of(ImuFormat::ALL)
     }
 
-    /// Starts anew, in place: a new one would be built on the stack first. Frames that do not tell
-    /// what is in them are looked for in the layout that the settings tell.
+    /// [`Detector::begin_anew`]. Frames that do not tell what is in them are looked for in the
+    /// layout that the settings tell.
     pub fn restart(&mut self, settings: &Settings) {
-        self.bytes.clear();
-        for candidate in &mut self.candidates {
-            *candidate = Candidate::new(candidate.finder.format().told(settings));
-        }
+        self.begin_anew(|format| format.told(settings));
     }
 }
 
@@ -68,6 +65,15 @@ impl<F: Framing, const N: usize> Detector<F, N> {
         Detector {
             bytes: Unread::new(),
             candidates: formats.map(Candidate::new),
+        }
+    }
+
+    /// Begins anew, in place: a new one would be built on the stack first. `told` gives the format
+    /// to be looked for instead of each.
+    pub fn begin_anew(&mut self, told: impl Fn(F) -> F) {
+        self.bytes.clear();
+        for candidate in &mut self.candidates {
+            *candidate = Candidate::new(told(candidate.finder.format()));
         }
     }
 

@@ -279,6 +279,13 @@ impl<F: Framing> Framer<F> {
         }
     }
 
+    /// Begins anew with this format, in place: a new one would be built on the stack first. What it
+    /// holds is dropped.
+    pub fn restart(&mut self, format: F) {
+        self.bytes.clear();
+        self.finder = Finder::new(format);
+    }
+
     /// The format that it looks for.
     pub fn format(&self) -> F {
         self.finder.format

@@ -3,14 +3,14 @@
 use crate::device::{Device, nets};
 use crate::frames::{Fields, Kind, kinds, values};
 use crate::record::{
-    HARDWARE, board, commit, configure, read, record, sealed, told, untold, write,
+    HARDWARE, board, commit, configure, read, record, sealed, told, untold, upload, write,
 };
 use firmware::app::{Config, Hardware, Phase};
 use firmware::configuration::record::MAX_LEN;
 use firmware::configuration::{Configuration, Parity, SCHEMA};
 use firmware::control::{Alignment, Field, Mode, Reason};
 use firmware::model::Nets;
-use firmware::wire::command::{Board, Request, Response, fault};
+use firmware::wire::command::{Board, MAX_PACKET, Request, Response, decode, encode, fault};
 
 const STIM: Kind = Kind::STIM;
 const KVH: Kind = Kind::KVH;
@@ -332,6 +332,36 @@ fn lines_are_opened_anew_when_they_change() {
     assert_eq!(configure(&mut device, &record(&of)), refused);
     of.lines.two_stop_bits = false;
     assert_eq!(configure(&mut device, &record(&of)), Ok(()));
+}
+
+/// Who has the answer may send on the lines at once: they are open as told.
+#[test]
+fn the_answer_comes_when_the_lines_are_open() {
+    let mut device = untold();
+    let mut of = told(STIM);
+    of.lines.sensor_baud = 1_843_200;
+    let record = record(&of);
+    upload(&mut device, &record);
+    device.lines.command.sent.clear();
+    let length = record.len() as u32;
+    let mut buffer = [0; MAX_PACKET];
+    let packet = encode(9, &Request::CommitConfiguration { length }, &mut buffer).expect("short");
+    device.lines.command.input.extend(&*packet);
+    let mut opened = false;
+    for _ in 0..3 {
+        let busy = device.app.poll(&mut device.lines, &device.time);
+        assert!(opened || device.lines.command.sent.is_empty());
+        opened |= device.app.to_open() == Some(of.lines);
+        assert!(
+            busy || !device.lines.command.sent.is_empty(),
+            "no sleep before"
+        );
+    }
+    assert!(opened);
+    let [answer] = &mut *device.lines.command.sent else {
+        panic!("{:?}", device.lines.command.sent);
+    };
+    assert_eq!(decode::<Response>(answer), Ok((9, Response::Done)));
 }
 
 /// A configuration that is the default in everything gives the default application.

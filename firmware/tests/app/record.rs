@@ -46,7 +46,7 @@ pub fn write(device: &mut Device, offset: usize, bytes: &[u8]) {
     });
 }
 
-fn upload(device: &mut Device, record: &[u8]) {
+pub fn upload(device: &mut Device, record: &[u8]) {
     for (n, piece) in record.chunks(100).enumerate() {
         write(device, n * 100, piece);
     }

@@ -7,7 +7,6 @@ use crate::app::pulse::TimePulse;
 use crate::configuration::record::decode;
 use crate::link::Line;
 use crate::model::Nets;
-use crate::wire::Receiver;
 use crate::wire::command::fault;
 
 impl App<'_> {
@@ -40,7 +39,7 @@ impl App<'_> {
         if config.format != Some(self.framer.format()) {
             self.pass_rest(out);
         }
-        self.receiver = Receiver::new(config.receiver());
+        self.receiver.begin_anew(config.receiver());
         self.pulse = TimePulse::default();
         self.flow.begin_anew(config);
         self.flow.flag(fault::WEIGHTS, other_weights);

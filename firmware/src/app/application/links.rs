@@ -1,9 +1,10 @@
 //! The way back to the sensor, the command link, and the receiver.
 
 use super::{App, PIECE};
-use crate::app::flow::count;
+use crate::app::flow::{Flow, count};
 use crate::app::phase::{Cause, Phase};
 use crate::app::reverse::Notice;
+use crate::app::server::Renewal;
 use crate::control::Mode;
 use crate::link::Line;
 use crate::wire::ImuFormat;
@@ -30,19 +31,36 @@ impl App<'_> {
     }
 
     /// The command link. True: something came.
+    ///
+    /// The answer to a configuration that was taken is sent in the next pass. Between the two the
+    /// board opens the lines anew. So who has the answer may send on them.
     #[inline(never)]
     pub(super) fn command(&mut self, line: &mut impl Line) -> bool {
         let mut piece = [0; PIECE];
         let len = line.receive(&mut piece).unwrap_or(0);
         for &byte in piece.get(..len).unwrap_or_default() {
-            if let Some(packet) = self.packets.push(byte)
-                && let Some(answer) = self.server.serve(packet, &mut self.flow, &mut self.machine)
-                && line.send(answer).is_err()
-            {
-                count(&mut self.flow.counters.dropped, 1);
+            if let Some(packet) = self.packets.push(byte) {
+                // one that waits goes first
+                send(self.server.answer(), line, &mut self.flow);
+                self.server.serve(packet, &mut self.flow, &mut self.machine);
+                if self.server.renewal == Renewal::None {
+                    send(self.server.answer(), line, &mut self.flow);
+                }
             }
         }
         len > 0
+    }
+
+    /// Another configuration comes into use, and in the next pass its answer leaves.
+    #[inline(never)]
+    pub(super) fn renew(&mut self, navigation: &mut impl Line, command: &mut impl Line, now: u64) {
+        if self.server.renewal == Renewal::Taken {
+            self.server.renewal = Renewal::Begun;
+            self.begin_anew(navigation, now);
+        } else {
+            self.server.renewal = Renewal::None;
+            send(self.server.answer(), command, &mut self.flow);
+        }
     }
 
     /// The receiver. True: something came.
@@ -120,5 +138,13 @@ impl App<'_> {
             self.reverse.ask(&self.flow, sensor, now);
         }
         false
+    }
+}
+
+/// Sends an answer of the command link, if there is one.
+#[inline(never)]
+fn send(answer: &[u8], line: &mut impl Line, flow: &mut Flow) {
+    if !answer.is_empty() && line.send(answer).is_err() {
+        count(&mut flow.counters.dropped, 1);
     }
 }

@@ -7,7 +7,7 @@ use crate::app::phase::{Cause, Phase};
 use crate::link::{Line, Lost};
 use crate::wire::ImuFormat;
 use crate::wire::command::{Counters, fault};
-use crate::wire::framer::{Framer, Kind, UNKNOWN_AFTER};
+use crate::wire::framer::{Kind, UNKNOWN_AFTER};
 
 /// A second, microseconds.
 const SECOND_US: u64 = 1_000_000;
@@ -120,7 +120,7 @@ impl App<'_> {
     fn run(&mut self, format: ImuFormat) {
         let format = format.told(&self.flow.config.sensor);
         if self.framer.format() != format {
-            self.framer = Framer::new(format);
+            self.framer.restart(format);
         }
         self.flow.flag(fault::UNKNOWN_FORMAT, false);
         self.machine.transition_to_run(self.flow.mode);

@@ -48,6 +48,17 @@ impl Receiver {
         }
     }
 
+    /// As [`Receiver::new`], in place: a new one would be built on the stack first.
+    #[inline(never)]
+    pub fn begin_anew(&mut self, told: Option<ReceiverFormat>) {
+        self.told = told;
+        self.begin(told.unwrap_or(ReceiverFormat::Ubx));
+        if told.is_none() {
+            self.detect();
+        }
+        (self.head, self.last) = (Arrival::default(), Arrival::default());
+    }
+
     /// The format; `None` while it is not known.
     pub fn format(&self) -> Option<ReceiverFormat> {
         (!self.detects).then(|| self.framer.format())
@@ -83,10 +94,16 @@ impl Receiver {
         self.framer.push(bytes);
     }
 
-    /// Begins with a format that was found.
+    /// Looks for the format.
+    fn detect(&mut self) {
+        self.detector.begin_anew(|format| format);
+        self.detects = true;
+    }
+
+    /// Begins with this format.
     fn begin(&mut self, format: ReceiverFormat) {
         self.detects = false;
-        self.framer = Framer::new(format);
+        self.framer.restart(format);
         self.joiner = Joiner::new(format.usual());
         self.before = 0;
     }
@@ -109,8 +126,7 @@ impl Receiver {
             }
             self.before = self.before.saturating_sub(len);
             if kind == Kind::Unknown && self.told.is_none() {
-                self.detector = Detector::of(ReceiverFormat::ALL);
-                self.detects = true;
+                self.detect();
             }
         }
         self.joiner.take()
