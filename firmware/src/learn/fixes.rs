@@ -22,6 +22,7 @@
 //! subtracts from the samples what the running hypothesis estimated one block earlier. All
 //! hypotheses know the difference to their present estimates, so that this costs no accuracy.
 
+mod aligning;
 #[cfg(test)]
 pub(in crate::learn) mod drive;
 mod gaps;
@@ -82,6 +83,7 @@ struct Tally {
 
 pub use start::Started;
 
+use aligning::Asked;
 use gaps::Recent;
 use start::Probation;
 
@@ -97,6 +99,8 @@ pub struct FixLearner<'m> {
     align: Option<Align>,
     /// From the first fix on while the navigator is not aligned.
     motion: Option<InMotion>,
+    /// The fix that it computes.
+    asked: Option<Asked>,
     navigator: Option<Navigator>,
     /// How the navigator was started last.
     started: Option<Started>,
@@ -134,6 +138,7 @@ impl<'m> FixLearner<'m> {
             scale: None,
             align: None,
             motion: None,
+            asked: None,
             navigator: None,
             started: None,
             recent: Recent::default(),
@@ -153,6 +158,7 @@ impl<'m> FixLearner<'m> {
 
     /// Does all deferred work. Afterwards it is known what the last fix led to.
     pub fn finish(&mut self) {
+        while self.align_part() {}
         let Memory { bank, work } = &mut *self.memory;
         while !self.antenna.is_done() {
             self.antenna.work(work);
@@ -283,7 +289,7 @@ impl Learner for FixLearner<'_> {
         self.fixing = false;
         self.scale = None;
         self.align = None;
-        self.motion = None;
+        (self.motion, self.asked) = (None, None);
         self.navigator = None;
         self.started = None;
         self.recent = Recent::default();
@@ -301,6 +307,9 @@ impl Learner for FixLearner<'_> {
             .scale
             .get_or_insert_with(|| Scale::of(sample, &stream.lsb));
         let counts = scale.counts(sample);
+        if self.motion.as_ref().is_some_and(InMotion::is_full) {
+            self.finish();
+        }
         self.bridge(number);
         if self.last.is_none() && self.align.is_none() {
             self.first = number;
@@ -333,6 +342,7 @@ impl Learner for FixLearner<'_> {
     fn gap(&mut self) {}
 
     fn silence(&mut self) {
+        self.finish();
         self.lose();
         self.last = None;
     }
@@ -342,6 +352,7 @@ impl Learner for FixLearner<'_> {
     }
 
     fn align(&mut self, alignment: Alignment) {
+        self.finish();
         let navigates = self.navigator.is_some();
         match (&mut self.align, alignment) {
             (Some(align), Alignment::Started) if !navigates => align.restart(true),
@@ -355,10 +366,10 @@ impl Learner for FixLearner<'_> {
     }
 
     fn work(&mut self) -> bool {
-        let Memory { bank, work } = &mut *self.memory;
-        if self.align.as_mut().is_some_and(Align::sweep) {
+        if self.align_part() || self.align.as_mut().is_some_and(Align::sweep) {
             return true;
         }
+        let Memory { bank, work } = &mut *self.memory;
         if !self.antenna.is_done() {
             return self.antenna.work(work) || !work.is_done();
         }

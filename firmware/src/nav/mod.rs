@@ -124,17 +124,9 @@ impl Navigator {
         if ![gyro, accel].iter().all(|x| x.is_finite() && *x >= 0.0) {
             return Err(ConfigError::Noise);
         }
-        let [w, x, y, z] = state.q_bn;
-        let norm = w * w + x * x + y * y + z * z;
-        if !in_range(&state) || !(0.998..1.002).contains(&norm) {
-            return Err(ConfigError::State);
-        }
-        let mut state = state;
-        state.q_bn = renormalised(renormalised(state.q_bn));
-        state.position.longitude = wrapped(state.position.longitude);
         Ok(Self {
             config,
-            state,
+            state: checked(state)?,
             gather: Gather::new(config.lsb, config.sample_s, config.piece_samples),
             interval: Interval::new(),
             acceleration: [0.0; 3],
@@ -142,6 +134,34 @@ impl Navigator {
             past: Past::new(),
             faults: Faults::default(),
         })
+    }
+
+    /// As [`Self::new`] with the same configuration, in place: a new one would be built on the stack
+    /// first.
+    ///
+    /// # Errors
+    /// The state is out of range. Nothing has changed then.
+    pub fn restart(&mut self, state: State) -> Result<(), ConfigError> {
+        self.state = checked(state)?;
+        let Config {
+            lsb,
+            sample_s,
+            piece_samples,
+            ..
+        } = self.config;
+        self.gather = Gather::new(lsb, sample_s, piece_samples);
+        self.interval = Interval::new();
+        self.acceleration = [0.0; 3];
+        self.turn = ([0.0; 3], 0.0);
+        self.past = Past::new();
+        self.faults = Faults::default();
+        Ok(())
+    }
+
+    /// No sample has come since the last piece ended.
+    #[must_use]
+    pub fn is_between_pieces(&self) -> bool {
+        self.gather.is_empty()
     }
 
     /// Takes one uncorrected sample.
@@ -390,6 +410,18 @@ fn turned(q_bn: Q, phi: V, zeta: V) -> Q {
 fn unit32([w, x, y, z]: [f32; 4]) -> [f32; 4] {
     let k = 1.0 / libm::sqrtf(w * w + x * x + y * y + z * z);
     [w * k, x * k, y * k, z * k]
+}
+
+/// A state to start from, with an attitude of unit length.
+fn checked(mut state: State) -> Result<State, ConfigError> {
+    let [w, x, y, z] = state.q_bn;
+    let norm = w * w + x * x + y * y + z * z;
+    if !in_range(&state) || !(0.998..1.002).contains(&norm) {
+        return Err(ConfigError::State);
+    }
+    state.q_bn = renormalised(renormalised(state.q_bn));
+    state.position.longitude = wrapped(state.position.longitude);
+    Ok(state)
 }
 
 /// Whether the equations hold in this state; false when a value is not a number.

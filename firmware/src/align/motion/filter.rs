@@ -33,7 +33,9 @@ use crate::fix::{Fix, Heading};
 use crate::nav::earth::{Local, OMEGA_IE};
 use crate::nav::vector::{Q, V, V32, add, dot, narrow, rotated, scale};
 use crate::nav::{self, Navigator};
-use lrnn_nostd::learn::kalman::{Biases, Kalman, OUTPUTS, Prior};
+use lrnn_nostd::learn::kalman::{
+    Biases, COVARIANCE_PARTS, Kalman, OUTPUTS, Prior, Transition, Workspace,
+};
 use lrnn_nostd::{Net, Normalisation, Weights};
 
 /// Number of errors.
@@ -82,6 +84,19 @@ pub struct Match<'a> {
     pub last: (Q, V),
 }
 
+/// What the navigator shows at a fix, kept from one part of the work to the next.
+#[derive(Debug, Clone, Copy)]
+pub struct View {
+    step: Step,
+    z: nav::Innovation,
+    row: Option<Row>,
+    sight: observe::Sight,
+    /// Variance of `u` at the last fix.
+    before: f32,
+    /// Time since then, s.
+    time: f32,
+}
+
 /// The filter.
 #[derive(Debug, Clone)]
 pub struct Filter {
@@ -103,8 +118,23 @@ pub struct Filter {
 }
 
 impl Filter {
-    /// For a navigator with this attitude in `w` and the velocity of the fix.
-    pub fn new(config: &Config, levelled: &Levelled, q_bw: Q, fix: &Fix) -> Filter {
+    /// All zeros. Call [`Filter::begin`] before use.
+    pub const ZEROED: Filter = Filter {
+        kalman: Biased::ZEROED,
+        velocity: [0.0; 2],
+        fixes: 0,
+        still: false,
+        residual: 0.0,
+        doubted: false,
+        course: false,
+        heading: false,
+        range: [[0.0; 2]; 2],
+        moving: 0,
+    };
+
+    /// Begins with a navigator of this attitude in `w` and the velocity of the fix. In place: it is
+    /// too large to be moved over the stack.
+    pub fn begin(&mut self, config: &Config, levelled: &Levelled, q_bw: Q, fix: &Fix) {
         let [gyro, accel] = config.bias;
         let [gyro_walk, accel_walk] = config.walk;
         let triads = |g: f32, a: f32| [g, g, g, a, a, a];
@@ -117,37 +147,27 @@ impl Filter {
             parameter_floor: 1e-3,
         };
         let net = Net::new(Weights::zero(), Normalisation::identity());
-        let mut kalman = Biased::ZEROED;
-        kalman.init([net; 2], prior);
+        self.kalman.init([net; 2], prior);
         let (by, rest) = first(levelled, q_bw);
-        begin(&mut kalman, &by, &rest);
+        begin(&mut self.kalman, &by, &rest);
         let [n, e, _] = narrow(fix.velocity);
-        Filter {
-            kalman,
-            velocity: anchor(fix),
-            fixes: 0,
-            still: false,
-            residual: 1.0,
-            doubted: false,
-            course: false,
-            heading: false,
-            range: [[n, e]; 2],
-            moving: 0,
-        }
+        self.velocity = anchor(fix);
+        self.residual = 1.0;
+        self.range = [[n, e]; 2];
     }
 
-    /// The time since the last fix, and the fix. False: a number is not finite, or the navigator
-    /// does not take the correction.
-    pub fn fix(
+    /// The first part of a fix: what the navigator shows, and the means over the time since the
+    /// last fix. `passed` is that of the navigator's errors, and is then that of this filter's.
+    /// [`Filter::propagate_covariance`], [`Filter::observe`] and [`Filter::finish`] must follow.
+    pub fn look(
         &mut self,
-        navigator: &mut Navigator,
-        passed: &nav::Transition,
+        navigator: &Navigator,
+        passed: &mut Transition<ERRORS>,
         seen: &Match<'_>,
-    ) -> bool {
+    ) -> View {
         let state = *navigator.state();
-        let step = self.step(&state, passed, seen);
-        let z = navigator.innovation(seen.fix, seen.age[0]);
         let rotation = observe::rotation(seen.last.0, state.q_bn);
+        let step = self.step(&state, passed.time, rotation, seen);
         let sight = observe::Sight {
             forward: rotated(state.q_bn, seen.config.forward.map(f64::from)),
             azimuth: self.azimuth(),
@@ -161,12 +181,46 @@ impl Filter {
         } else {
             observe::course(seen, &sight)
         };
-        let before = self.kalman.covariance().variance(3);
-        self.propagate(passed, &step, row.as_ref(), navigator, seen.known);
-        self.velocity = step.after;
-        self.doubted = false;
-        let nis = self.observe(&z.velocity, &step, passed, seen, row.as_ref(), &sight);
-        self.forget(&step, seen.fix, before);
+        let view = View {
+            step,
+            z: navigator.innovation(seen.fix, seen.age[0]),
+            row,
+            sight,
+            before: self.kalman.covariance().variance(3),
+            time: passed.time,
+        };
+        let (block, shift) = transition(passed, &view.step, view.row.as_ref());
+        let [[a, b, c], [d, e, f]] = navigator.estimate();
+        let mut applied = [a, b, c, d, e, f];
+        for (applied, known) in applied.iter_mut().zip(seen.known) {
+            *applied -= known;
+        }
+        self.kalman.propagate_mean(&block, &applied);
+        self.kalman.feedback(&shift);
+        *passed = block;
+        self.velocity = view.step.after;
+        view
+    }
+
+    /// The covariance over the time since the last fix.
+    pub fn propagate_covariance(&mut self, block: &Transition<ERRORS>) {
+        let mut workspace = Workspace::ZEROED;
+        for part in 0..COVARIANCE_PARTS {
+            self.kalman
+                .propagate_covariance(part, block, &mut workspace);
+        }
+    }
+
+    /// The last part of a fix, with the mean of its normalised innovations squared. False: a number
+    /// is not finite, or the navigator does not take the correction.
+    pub fn finish(
+        &mut self,
+        navigator: &mut Navigator,
+        view: &View,
+        nis: f32,
+        seen: &Match<'_>,
+    ) -> bool {
+        self.forget(&view.step, seen.fix, view.before);
         self.kalman.finish_update();
         if !self.kalman.is_healthy() {
             return false;
@@ -176,16 +230,16 @@ impl Filter {
             let n = (self.fixes - 1).min(MEMORY);
             self.residual += (nis - self.residual) / f32::from(n);
         }
-        self.correct(navigator, z.position, seen) && self.watch(navigator, seen)
+        self.correct(navigator, view.z.position, seen) && self.watch(navigator, seen)
     }
 
-    fn step(&self, state: &nav::State, passed: &nav::Transition, seen: &Match<'_>) -> Step {
+    fn step(&self, state: &nav::State, time: f32, rotation: V, seen: &Match<'_>) -> Step {
         let here = Local::at(state.position.latitude, state.position.height);
         let [n, e, _] = narrow(seen.fix.velocity);
         let [x, y, _] = narrow(state.velocity);
         let after = anchor(seen.fix);
-        let bent = passed.time * (here.sin / (here.cos * here.n_h)) as f32;
-        let rotation = narrow(observe::rotation(seen.last.0, state.q_bn));
+        let bent = time * (here.sin / (here.cos * here.n_h)) as f32;
+        let rotation = narrow(rotation);
         let turned = libm::sqrtf(dot(rotation, rotation));
         let change = narrow(add(seen.fix.velocity, scale(seen.last.1, -1.0)));
         let changed = libm::sqrtf(dot(change, change));
@@ -203,39 +257,18 @@ impl Filter {
         }
     }
 
-    fn propagate(
-        &mut self,
-        passed: &nav::Transition,
-        step: &Step,
-        row: Option<&Row>,
-        navigator: &Navigator,
-        known: &[f32; OUTPUTS],
-    ) {
-        let (block, shift) = transition(passed, step, row);
-        let [[a, b, c], [d, e, f]] = navigator.estimate();
-        let mut applied = [a, b, c, d, e, f];
-        for (applied, known) in applied.iter_mut().zip(known) {
-            *applied -= known;
-        }
-        self.kalman.propagate(&block, &applied);
-        self.kalman.feedback(&shift);
-    }
-
     /// All observations of a fix; the mean of their normalised innovations squared.
-    fn observe(
-        &mut self,
-        z: &V32,
-        step: &Step,
-        passed: &nav::Transition,
-        seen: &Match<'_>,
-        row: Option<&Row>,
-        sight: &observe::Sight,
-    ) -> f32 {
+    pub fn observe(&mut self, view: &View, seen: &Match<'_>) -> f32 {
+        let View {
+            step, sight, time, ..
+        } = view;
+        let z = &view.z.velocity;
+        self.doubted = false;
         let [.., n, e, d] = seen.fix.sigmas;
         let late = libm::hypotf(TIMING_S, seen.age[1]);
         // what age and lever arm may be wrong makes a velocity of the motion
         let swing = seen.config.lever_arm_sigma * sight.rate;
-        let timing = libm::hypotf(late * step.change / passed.time, swing);
+        let timing = libm::hypotf(late * step.change / time, swing);
         let square = |x: f32| x * x;
         // the part beside H is turned by the estimate of the azimuth
         let [x, y] = step.beside;
@@ -256,7 +289,7 @@ impl Filter {
             let second = VERTICAL_S * tilt * seen.config.bias[1];
             take(self.update(5, z[2], square(d) + square(timing) + square(second)));
         }
-        if let Some(row) = row {
+        if let Some(row) = &view.row {
             let p = self.kalman.covariance().variance(COMBINED);
             if let Some(variance) = row.variance(p) {
                 take(self.update(COMBINED, row.z, variance));

@@ -17,8 +17,9 @@
 //! 1 within its standard deviation, and the innovations are as large as predicted, all for several
 //! fixes in a row. An alignment whose innovations stay too large begins anew and is counted.
 //!
-//! On the desktop the same alignment runs without a learner: [`InMotion::sample`] for each sample
-//! and [`InMotion::fix`] for each fix.
+//! A fix is much work. [`InMotion::put`] notes it, [`InMotion::work`] computes it in parts, and
+//! samples wait meanwhile. So no result depends on when the parts are computed. On the desktop
+//! [`InMotion::fix`] does all of it at once.
 
 mod begin;
 mod filter;
@@ -28,19 +29,23 @@ mod level;
 mod observe;
 mod start;
 mod transition;
+mod waiting;
 mod watch;
+mod work;
 
 pub use start::Start;
+pub use work::Found;
 
-use super::standstill::Sensors;
 use crate::control::Way;
-use crate::fix::{Fix, Heading, Position};
-use crate::nav::vector::{Q, V, product, rotated, scale};
+use crate::fix::{Fix, Heading};
+use crate::nav::vector::{Q, V, rotated};
 use crate::nav::{self, Navigator};
 use crate::sample::Counts;
-use filter::{Filter, Match};
+use filter::{ERRORS, Filter};
 use level::Level;
-use lrnn_nostd::learn::kalman::OUTPUTS;
+use lrnn_nostd::learn::kalman::{OUTPUTS, Transition};
+use waiting::Waiting;
+use work::Pending;
 
 /// Largest standard deviation of a heading that is handed over, rad: errors are linear up to it.
 pub const MAX_HEADING: f32 = 0.1;
@@ -127,6 +132,12 @@ pub struct InMotion {
     given: Option<Given>,
     /// Attitude and receiver's velocity at the last fix.
     last: (Q, V),
+    /// A fix that is being computed.
+    pending: Option<Pending>,
+    /// What the last fix has led to.
+    found: Option<Found>,
+    /// Samples that have come since that fix.
+    waiting: Waiting,
     /// Since the beginning, s.
     time: f64,
     passes: u8,
@@ -149,6 +160,9 @@ impl InMotion {
             known,
             given: None,
             last: ([1.0, 0.0, 0.0, 0.0], [0.0; 3]),
+            pending: None,
+            found: None,
+            waiting: Waiting::default(),
             time: 0.0,
             passes: 0,
             norm_fails: 0,
@@ -157,19 +171,29 @@ impl InMotion {
         }
     }
 
-    /// Takes one uncorrected sample.
+    /// Takes one uncorrected sample. While a fix is being computed it waits. Ask
+    /// [`InMotion::is_full`] before: without room the alignment begins anew.
     #[inline]
     pub fn sample(&mut self, counts: &Counts) {
-        if let Some(navigator) = &mut self.navigator {
+        if self.is_pending() {
+            if !self.waiting.push(counts) {
+                self.gap();
+            }
+        } else if let Some(navigator) = &mut self.navigator {
             navigator.sample(counts);
         }
     }
 
-    /// The samples are interrupted: begins anew. What was refused stays counted.
+    /// The samples are interrupted: begins anew. What was refused stays counted. A fix that is not
+    /// computed yet is dropped.
     pub fn gap(&mut self) {
-        let refused = self.refused;
-        *self = Self::new(self.config, self.known);
-        self.refused = refused;
+        // in place, and not by `new`, which would be built on the stack first
+        (self.navigator, self.filter, self.given) = (None, None, None);
+        (self.pending, self.found) = (None, None);
+        (self.level, self.waiting) = (Level::default(), Waiting::default());
+        self.last = ([1.0, 0.0, 0.0, 0.0], [0.0; 3]);
+        self.time = 0.0;
+        (self.passes, self.norm_fails, self.far) = (0, 0, 0);
     }
 
     /// A heading that somebody knows, valid now.
@@ -209,18 +233,29 @@ impl InMotion {
         }
     }
 
-    /// Takes a fix that was valid `age` before the last sample: seconds and their standard
-    /// deviation. `still`: the vehicle stands, and
-    /// the fix says so. Returns the attitude when it is known well enough. A fix without a
-    /// horizontal velocity is not used, nor is one without a place before the first with one.
+    /// [`InMotion::put`], and all the work at once. Returns the attitude when it is known well
+    /// enough.
     pub fn fix(&mut self, fix: &Fix, age: [f32; 2], still: bool) -> Option<Start> {
+        let mut scratch = Transition::ZEROED;
+        self.put(fix, age, still, &mut scratch);
+        while self.work(&mut scratch) {}
+        let found = self.take_found()?;
+        Some(found.start(&scratch))
+    }
+
+    /// Takes a fix that was valid `age` before the last sample: seconds and their standard
+    /// deviation. `still`: the vehicle stands, and the fix says so. A fix without a horizontal
+    /// velocity is not used, nor is one without a place before the first with one.
+    ///
+    /// The rest of the work is for [`InMotion::work`], which gets the same `scratch`. No work may be
+    /// left from the last fix.
+    pub fn put(&mut self, fix: &Fix, age: [f32; 2], still: bool, scratch: &mut Transition<ERRORS>) {
         if !fix.has(3..5) {
-            return None;
+            return;
         }
         let fix = &measured(fix);
         let Some(navigator) = &mut self.navigator else {
-            self.begin(fix);
-            return None;
+            return self.begin(fix);
         };
         let [n, e, d] = navigator.innovation(fix, age[0]).position;
         let near = libm::hypotf(n, e).max(d.abs()) < FAR_M;
@@ -230,28 +265,20 @@ impl InMotion {
             if self.far > FARS {
                 self.gap();
             }
-            return None;
+            return;
         }
         self.far = 0;
         let passed = navigator.take_transition();
         if navigator.faults().lost {
-            self.gap();
-            return None;
+            return self.gap();
         }
         self.time += f64::from(passed.time);
         if let Some(given) = &mut self.given {
             given.age += passed.time;
         }
-        let start = if self.filter.is_some() {
-            self.matches(fix, age, still, &passed)
-        } else {
-            self.level(fix, passed.time);
-            None
-        };
-        if let Some(navigator) = &self.navigator {
-            self.last = (navigator.state().q_bn, fix.velocity);
-        }
-        start
+        (scratch.phi, scratch.gamma) = (passed.phi, passed.gamma);
+        (scratch.q, scratch.time) = (passed.q, passed.time);
+        self.pending = Some(Pending::new(fix, age, still && self.config.stands));
     }
 
     /// The navigator in any attitude, at the first fix with a place.
@@ -259,20 +286,13 @@ impl InMotion {
         if !fix.has(0..2) {
             return;
         }
-        self.navigator = self.navigator_at(fix.position, [0.0; 3], [1.0, 0.0, 0.0, 0.0]);
-        self.begin_level(fix);
-    }
-
-    fn navigator_at(&self, position: Position, velocity: V, q_bn: Q) -> Option<Navigator> {
         let state = nav::State {
-            position,
-            velocity,
-            q_bn,
+            position: fix.position,
+            velocity: [0.0; 3],
+            q_bn: [1.0, 0.0, 0.0, 0.0],
         };
-        let mut navigator = Navigator::new(self.config.navigator, state).ok()?;
-        let [a, b, c, d, e, f] = self.known;
-        navigator.set_estimate([a, b, c], [d, e, f]);
-        Some(navigator)
+        self.navigator = Navigator::new(self.config.navigator, state).ok();
+        self.begin_level(fix);
     }
 
     /// Levelling begins with this fix, in the frame that the navigator has.
@@ -292,110 +312,6 @@ impl InMotion {
     fn refuse(&mut self, fix: &Fix) {
         self.refused = self.refused.saturating_add(1);
         self.begin_level(fix);
-    }
-
-    fn level(&mut self, fix: &Fix, time: f32) {
-        let (level, Some(navigator)) = (&mut self.level, &mut self.navigator) else {
-            return;
-        };
-        let state = *navigator.state();
-        level.add(&state, time);
-        let [x, y, z] = state.velocity.map(|v| v as f32);
-        navigator.feed_back(&[0.0, 0.0, 0.0, x, y, z, 0.0, 0.0, 0.0]);
-        let sensors = Sensors {
-            noise: [
-                self.config.navigator.noise.gyro,
-                self.config.navigator.noise.accel,
-            ],
-            bias: self.config.bias,
-        };
-        let Some(levelled) = level.solve(fix, &sensors) else {
-            if level.is_useless(&sensors) {
-                self.begin_level(fix);
-            }
-            return;
-        };
-        let q = product(levelled.turn, state.q_bn);
-        let Some(navigator) = self.navigator_at(state.position, fix.velocity, q) else {
-            return;
-        };
-        if let Some(given) = &mut self.given {
-            given.forward = rotated(levelled.turn, given.forward);
-        }
-        self.filter = Some(Filter::new(&self.config, &levelled, q, fix));
-        self.navigator = Some(navigator);
-    }
-
-    fn matches(
-        &mut self,
-        fix: &Fix,
-        age: [f32; 2],
-        still: bool,
-        passed: &nav::Transition,
-    ) -> Option<Start> {
-        let filter = self.filter.as_mut()?;
-        let navigator = self.navigator.as_mut()?;
-        let given = self.given.filter(|_| filter.wants_heading());
-        let seen = Match {
-            config: &self.config,
-            known: &self.known,
-            fix,
-            age,
-            still: still && self.config.stands,
-            given: given.map(|given| {
-                let drift = self.config.bias[0] * given.age;
-                let [x, y, _] = scale(given.forward, 1.0);
-                let sigma = libm::hypotf(given.heading.sigma, drift);
-                (
-                    [x as f32, y as f32],
-                    Heading {
-                        sigma,
-                        ..given.heading
-                    },
-                )
-            }),
-            last: self.last,
-        };
-        let healthy = filter.fix(navigator, passed, &seen);
-        let (tilt, phi_down) = filter.attitude_sigma();
-        if !healthy {
-            self.gap();
-            return None;
-        }
-        let linear = tilt < LINEAR && phi_down < LINEAR;
-        if !linear {
-            self.begin_level(fix);
-            return None;
-        }
-        let fixes = filter.fixes();
-        if fixes >= LEAST_FIXES && filter.residual() > BAD_RESIDUAL {
-            self.refuse(fix);
-            return None;
-        }
-        let (norm, norm_sigma) = filter.norm();
-        let good = fixes >= LEAST_FIXES
-            && filter.heading_sigma() <= MAX_HEADING
-            && tilt <= MAX_TILT
-            && norm_sigma <= MAX_NORM
-            && filter.has_signal(fix)
-            && !filter.is_doubted()
-            && filter.residual() <= GOOD_RESIDUAL;
-        let is_one = (norm - 1.0).abs() <= 3.0 * libm::hypotf(norm_sigma, NORM_FLOOR);
-        self.passes = if good && is_one { self.passes + 1 } else { 0 };
-        self.norm_fails = if good && !is_one {
-            self.norm_fails + 1
-        } else {
-            0
-        };
-        if self.norm_fails >= NORM_FAILS {
-            self.refuse(fix);
-            return None;
-        }
-        if self.passes < PASSES {
-            return None;
-        }
-        self.passes = 0;
-        start::start(filter, navigator, &seen, self.time)
     }
 }
 

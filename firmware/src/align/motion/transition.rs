@@ -2,7 +2,6 @@
 
 use super::filter::{COMBINED, COSINE, ERRORS, SINE};
 use super::observe::Row;
-use crate::nav;
 use lrnn_nostd::learn::kalman::Transition;
 
 /// What the transition must know of the time since the last fix.
@@ -31,7 +30,7 @@ pub struct Step {
 /// The transition, and by how much the means move less: a shift for
 /// [`lrnn_nostd::learn::kalman::Kalman::feedback`].
 pub fn transition(
-    passed: &nav::Transition,
+    passed: &Transition<ERRORS>,
     step: &Step,
     row: Option<&Row>,
 ) -> (Transition<ERRORS>, [f32; ERRORS]) {

@@ -111,6 +111,11 @@ impl<T: Real> Work<T> {
         self.counts = counts;
     }
 
+    /// Memory that an alignment may use until the navigator that it starts has its first work.
+    pub(in crate::learn) fn scratch(&mut self) -> &mut Transition<NAV, T> {
+        &mut self.block
+    }
+
     /// The interval whose covariances are computed.
     pub fn block(&self) -> &Transition<NAV, T> {
         &self.block

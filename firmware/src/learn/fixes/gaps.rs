@@ -74,6 +74,7 @@ impl FixLearner<'_> {
         if missing == 0 {
             return;
         }
+        self.finish();
         let time = f64::from(missing) * self.stream.map_or(0.0, |stream| stream.period_s);
         if let Some(align) = &mut self.align {
             align.gap();
@@ -88,7 +89,6 @@ impl FixLearner<'_> {
         if self.navigator.is_none() {
             return;
         }
-        self.finish();
         let (Some(navigator), Memory { bank, .. }) = (&mut self.navigator, &mut *self.memory)
         else {
             return;

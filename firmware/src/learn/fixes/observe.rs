@@ -35,6 +35,7 @@ impl FixLearner<'_> {
     /// A fix that arrived after sample `number`. `None`: it is not used, or nothing navigates.
     pub(super) fn observe(&mut self, number: u32, fix: &Fix) -> Option<()> {
         let stream = self.stream?;
+        while self.align_part() {}
         let least = self.antenna.age();
         // an estimate of the age goes on by itself when the pulse stays away
         let keeps = self.antenna.age_sigma() == 0.0;

@@ -2,9 +2,7 @@
 
 use super::observe::STANDS_MPS;
 use super::{FixLearner, Memory};
-use crate::align::Align;
-use crate::align::motion::{self, InMotion, MAX_HEADING};
-use crate::configuration::VehicleKind;
+use crate::align::motion::{InMotion, MAX_HEADING};
 use crate::control::{Reason, Way};
 use crate::fix::{Fix, Heading};
 use crate::learn::Report;
@@ -14,8 +12,6 @@ use crate::nav::vector::rotated;
 use crate::nav::{self, Navigator};
 use lrnn_nostd::learn::kalman::OUTPUTS;
 
-/// A standstill of this length may become one that shows north, s.
-const STANDS_S: f64 = 3.0;
 /// Largest standard deviation of a heading that somebody gives, rad.
 const MAX_GIVEN: f32 = 1.0;
 /// Fixes after an alignment in motion in which it may still turn out to be wrong, and how many of
@@ -141,13 +137,24 @@ impl FixLearner<'_> {
         let tilt = aligned.covariance(bias);
         let variance = core::array::from_fn(|i| if i < 3 { tilt[i][i] } else { rest[i][i] });
         self.navigate(state, &by, &rest, None, Some((fix, age)))?;
-        self.note(state, variance, Way::Gyrocompass, 0.0);
+        self.note(self.number(), state, variance, (Way::Gyrocompass, 0.0));
         Some(())
     }
 
-    /// How a navigator was started, from the variances of its errors.
-    fn note(&mut self, state: nav::State, variance: [f32; NAV], way: Way, residual: f32) {
-        let number = self.last.map_or(self.first, |(number, _)| number);
+    /// Number of the last sample.
+    pub(super) fn number(&self) -> u32 {
+        self.last.map_or(self.first, |(number, _)| number)
+    }
+
+    /// How a navigator was started after sample `number`, from the variances of its errors; what
+    /// gave the heading, and the residual.
+    pub(super) fn note(
+        &mut self,
+        number: u32,
+        state: nav::State,
+        variance: [f32; NAV],
+        (way, residual): (Way, f32),
+    ) {
         let samples = number.wrapping_sub(self.first);
         self.started = Some(Started {
             state,
@@ -166,64 +173,13 @@ impl FixLearner<'_> {
         };
     }
 
-    /// The alignment in motion takes a fix, and starts the navigator when it is good enough. It
-    /// waits for a standstill that will show north. `still`: the vehicle stands.
-    pub(super) fn align_in_motion(&mut self, fix: &Fix, age: f32, still: bool) -> Option<()> {
-        let (stream, scale) = (self.stream?, self.scale?);
-        let known = *self.memory.bank.estimate();
-        let settings = &self.settings;
-        let sheet = &settings.sheet;
-        let motion = self.motion.get_or_insert_with(|| {
-            let mut config = nav::Config::new(scale.lsb, stream.period_s, settings.noise);
-            config.lever_arm = self.antenna.arm();
-            config.piece_samples = divisor(stream.block_samples, config.piece_samples);
-            let bias = [sheet.gyro_bias, sheet.accel_bias];
-            let walk = |i: usize| bias[i] * sheet.walk_per_hour[i] / 60.0;
-            let config = motion::Config {
-                navigator: config,
-                bias,
-                walk: [walk(0), walk(1)],
-                scale: settings.scale,
-                forward: settings.forward,
-                lever_arm_sigma: settings.lever_arm_sigma,
-                rolls: settings.vehicle == VehicleKind::Land,
-                stands: settings.vehicle != VehicleKind::Ship,
-            };
-            InMotion::new(config, known)
-        });
-        let sigma = if fix.age.is_some() {
-            0.0
-        } else {
-            self.antenna.age_sigma()
-        };
-        let start = motion.fix(fix, [age, sigma], still)?;
-        if self.waits(fix) {
-            return None;
-        }
-        let variance = start.sigmas().map(|sigma| sigma * sigma);
-        let known = Some((&start.applied, &start.all));
-        self.navigate(start.state, &start.by, &start.rest, known, Some((fix, age)))?;
-        self.note(start.state, variance, start.way, start.residual);
-        Some(())
-    }
-
-    /// The vehicle stands, and this will show north.
-    fn waits(&self, fix: &Fix) -> bool {
-        let Some(align) = &self.align else {
-            return false;
-        };
-        let sensors = self.settings.sensors();
-        let latitude = fix.position.latitude;
-        (align.gathered() >= STANDS_S || align.is_solving())
-            && Align::predicted_heading(&sensors, latitude, self.settings.align_s) <= MAX_HEADING
-    }
-
     /// A heading that somebody knows.
     pub(super) fn take_heading(&mut self, heading: Heading) -> Result<(), Reason> {
         let Heading { angle, sigma } = heading;
         if !(angle.abs() <= core::f32::consts::TAU && sigma > 0.0 && sigma <= MAX_GIVEN) {
             return Err(Reason::Range);
         }
+        while self.align_part() {}
         if self.navigator.is_some() {
             return Err(Reason::Alignment);
         }
@@ -266,7 +222,7 @@ impl FixLearner<'_> {
     /// alignment has estimated and subtracted, and the covariance of all errors. `at`: the fix, and
     /// its age, that the state is from. The result is `None` without a stream, or when the state is
     /// outside the range of the equations.
-    fn navigate(
+    pub(super) fn navigate(
         &mut self,
         state: nav::State,
         by: &[[f32; OUTPUTS]; NAV],
@@ -334,7 +290,7 @@ impl FixLearner<'_> {
         self.navigate(state, &by, &rest, None, None)
             .ok_or(Reason::Range)?;
         let variance = sigmas.map(|sigma| sigma * sigma);
-        self.note(state, variance, Way::Known, 0.0);
+        self.note(self.number(), state, variance, (Way::Known, 0.0));
         Ok(())
     }
 }

@@ -19,6 +19,9 @@ struct Trip<'m> {
     spoil: fn(&mut Fix),
     /// Two antennas measure the heading with this constant error.
     antenna: Option<f64>,
+    /// One part of the work after every so many samples; 0: none, so that it is done where it must
+    /// be. `None`: all of it at once.
+    work_every: Option<u32>,
 }
 
 impl<'m> Trip<'m> {
@@ -56,6 +59,18 @@ impl<'m> Trip<'m> {
             number: u32::MAX,
             spoil: |_| {},
             antenna: None,
+            work_every: None,
+        }
+    }
+
+    /// Deferred work, all of it or what is due after a sample.
+    fn work(&mut self, sample: bool) {
+        match self.work_every {
+            None => while self.learner.work() {},
+            Some(every) if sample && every > 0 && self.number.is_multiple_of(every) => {
+                self.learner.work();
+            }
+            Some(_) => {}
         }
     }
 
@@ -76,8 +91,9 @@ impl<'m> Trip<'m> {
                 let (compensator, state) = &mut self.compensator;
                 if let Some(block) = compensator.accumulate(state, &sample) {
                     self.learner.block(self.number, &block);
-                    while self.learner.work() {}
+                    self.work(false);
                 }
+                self.work(true);
             }
             let mut fix = self.world.fix();
             (self.spoil)(&mut fix);
@@ -87,7 +103,7 @@ impl<'m> Trip<'m> {
             });
             if !lost {
                 self.learner.fix(self.number, &fix);
-                while self.learner.work() {}
+                self.work(false);
             }
         }
     }
@@ -152,6 +168,29 @@ fn it_starts_in_motion_and_stays_there() {
                 "{name} {seed}"
             );
         }
+    }
+}
+
+/// No bit of the start, and of the minute after it, depends on when the work is done.
+#[test]
+fn the_start_does_not_depend_on_when_its_work_is_done() {
+    let mut memory = memory();
+    let mut outcome = |work_every| {
+        let mut trip = Trip::new(&mut memory, world::car, STIM300, VehicleKind::Land, 3);
+        trip.work_every = work_every;
+        // some samples are missing
+        trip.run(3, false);
+        trip.number = trip.number.wrapping_add(4);
+        trip.run(90, false);
+        trip.learner.finish();
+        let report = trip.learner.report();
+        assert!(report.navigates, "{work_every:?}: {report:?}");
+        let nav = trip.learner.nav();
+        (*trip.learner.started().expect("it navigates"), nav, report)
+    };
+    let at_once = outcome(None);
+    for work_every in [1, 2, 13, 50, 0] {
+        assert_eq!(outcome(Some(work_every)), at_once, "{work_every}");
     }
 }
 

@@ -1,0 +1,285 @@
+//! What a fix leads to, in parts of some ten thousand instructions.
+
+use super::filter::{ERRORS, Filter, Match, View};
+use super::start::{self, Start};
+use super::waiting::Waiting;
+use super::{
+    BAD_RESIDUAL, GOOD_RESIDUAL, InMotion, LEAST_FIXES, LINEAR, MAX_HEADING, MAX_NORM, MAX_TILT,
+    NORM_FAILS, NORM_FLOOR, PASSES,
+};
+use crate::align::standstill::Sensors;
+use crate::control::Way;
+use crate::fix::{Fix, Heading};
+use crate::nav;
+use crate::nav::vector::{product, rotated, scale};
+use lrnn_nostd::learn::kalman::{OUTPUTS, Transition};
+
+/// The part that is next.
+#[derive(Debug, Clone, Copy)]
+enum Part {
+    /// The navigator and what it shows. Levelling has this part only.
+    Look,
+    Propagate(View),
+    Observe(View),
+    /// With the mean of the normalised innovations squared.
+    Finish(View, f32),
+    Judge,
+    Start,
+}
+
+/// A fix whose work is not done.
+#[derive(Debug, Clone, Copy)]
+pub struct Pending {
+    fix: Fix,
+    age: [f32; 2],
+    still: bool,
+    part: Part,
+}
+
+impl Pending {
+    /// As [`InMotion::put`] takes it. `still`: the vehicle stands, and does not turn.
+    pub fn new(fix: &Fix, age: [f32; 2], still: bool) -> Pending {
+        Pending {
+            fix: *fix,
+            age,
+            still,
+            part: Part::Look,
+        }
+    }
+}
+
+/// A [`Start`] whose matrices are in the scratch memory: `by` in `gamma`, `rest` in `q`, `all` in
+/// `phi`.
+#[derive(Debug, Clone, Copy)]
+pub struct Found {
+    state: nav::State,
+    applied: [f32; OUTPUTS],
+    way: Way,
+    heading_sigma: f32,
+    residual: f32,
+    time_s: f64,
+}
+
+impl Found {
+    fn new(start: &Start, scratch: &mut Transition<ERRORS>) -> Found {
+        (scratch.gamma, scratch.q, scratch.phi) = (start.by, start.rest, start.all);
+        Found {
+            state: start.state,
+            applied: start.applied,
+            way: start.way,
+            heading_sigma: start.heading_sigma,
+            residual: start.residual,
+            time_s: start.time_s,
+        }
+    }
+
+    /// The whole of it, with the scratch memory of [`InMotion::work`].
+    pub fn start(&self, scratch: &Transition<ERRORS>) -> Start {
+        Start {
+            state: self.state,
+            by: scratch.gamma,
+            rest: scratch.q,
+            applied: self.applied,
+            all: scratch.phi,
+            way: self.way,
+            heading_sigma: self.heading_sigma,
+            residual: self.residual,
+            time_s: self.time_s,
+        }
+    }
+}
+
+impl InMotion {
+    /// Whether samples must wait: a fix is not computed yet, what it has led to is not taken, or
+    /// others wait already.
+    #[inline]
+    pub fn is_pending(&self) -> bool {
+        self.pending.is_some() || self.found.is_some() || !self.waiting.is_empty()
+    }
+
+    /// No more samples can wait: the work must be done now.
+    #[inline]
+    pub fn is_full(&self) -> bool {
+        self.waiting.is_full()
+    }
+
+    /// What the last fix has led to, once.
+    pub fn take_found(&mut self) -> Option<Found> {
+        self.found.take()
+    }
+
+    /// The samples that wait, for the navigator that takes the place of this one's.
+    pub fn take_waiting(&mut self) -> Waiting {
+        core::mem::take(&mut self.waiting)
+    }
+
+    /// One part of the work, then the samples that wait, a piece at a time. `scratch` is memory
+    /// that nobody else writes from [`InMotion::put`] until the work is done. True: there is more.
+    /// [`InMotion::take_found`] follows.
+    pub fn work(&mut self, scratch: &mut Transition<ERRORS>) -> bool {
+        if let Some(mut pending) = self.pending.take() {
+            match self.part(&pending, scratch) {
+                Some(part) => {
+                    pending.part = part;
+                    self.pending = Some(pending);
+                }
+                None => {
+                    if let Some(navigator) = &self.navigator {
+                        self.last = (navigator.state().q_bn, pending.fix.velocity);
+                    }
+                }
+            }
+        } else if self.found.is_none() {
+            self.catch_up();
+        }
+        self.is_pending() && self.found.is_none()
+    }
+
+    fn catch_up(&mut self) {
+        while let Some(counts) = self.waiting.pop() {
+            if let Some(navigator) = &mut self.navigator {
+                navigator.sample(&counts);
+                if navigator.is_between_pieces() {
+                    return;
+                }
+            }
+        }
+    }
+
+    /// One part; `None`: there is no other.
+    #[inline(never)]
+    fn part(&mut self, pending: &Pending, scratch: &mut Transition<ERRORS>) -> Option<Part> {
+        let fix = &pending.fix;
+        if self.filter.is_none() {
+            self.level(fix, scratch.time);
+            return None;
+        }
+        if let Part::Judge = pending.part {
+            return self.judge(fix);
+        }
+        let (Some(filter), Some(navigator)) = (&mut self.filter, &mut self.navigator) else {
+            return None;
+        };
+        let given = self.given.filter(|_| filter.wants_heading());
+        let seen = Match {
+            config: &self.config,
+            known: &self.known,
+            fix,
+            age: pending.age,
+            still: pending.still,
+            given: given.map(|given| {
+                let drift = self.config.bias[0] * given.age;
+                let [x, y, _] = scale(given.forward, 1.0);
+                let sigma = libm::hypotf(given.heading.sigma, drift);
+                (
+                    [x as f32, y as f32],
+                    Heading {
+                        sigma,
+                        ..given.heading
+                    },
+                )
+            }),
+            last: self.last,
+        };
+        match pending.part {
+            Part::Look => Some(Part::Propagate(filter.look(navigator, scratch, &seen))),
+            Part::Propagate(view) => {
+                filter.propagate_covariance(scratch);
+                Some(Part::Observe(view))
+            }
+            Part::Observe(view) => Some(Part::Finish(view, filter.observe(&view, &seen))),
+            Part::Finish(view, nis) => {
+                if filter.finish(navigator, &view, nis, &seen) {
+                    return Some(Part::Judge);
+                }
+                self.gap();
+                None
+            }
+            Part::Start => {
+                let start = start::start(filter, navigator, &seen, self.time);
+                self.found = start.map(|start| Found::new(&start, scratch));
+                None
+            }
+            Part::Judge => None,
+        }
+    }
+
+    fn level(&mut self, fix: &Fix, time: f32) {
+        let (level, Some(navigator)) = (&mut self.level, &mut self.navigator) else {
+            return;
+        };
+        let state = *navigator.state();
+        level.add(&state, time);
+        let [x, y, z] = state.velocity.map(|v| v as f32);
+        navigator.feed_back(&[0.0, 0.0, 0.0, x, y, z, 0.0, 0.0, 0.0]);
+        let sensors = Sensors {
+            noise: [
+                self.config.navigator.noise.gyro,
+                self.config.navigator.noise.accel,
+            ],
+            bias: self.config.bias,
+        };
+        let Some(levelled) = level.solve(fix, &sensors) else {
+            if level.is_useless(&sensors) {
+                self.begin_level(fix);
+            }
+            return;
+        };
+        let q_bn = product(levelled.turn, state.q_bn);
+        let state = nav::State {
+            position: state.position,
+            velocity: fix.velocity,
+            q_bn,
+        };
+        if navigator.restart(state).is_err() {
+            return;
+        }
+        let [a, b, c, d, e, f] = self.known;
+        navigator.set_estimate([a, b, c], [d, e, f]);
+        if let Some(given) = &mut self.given {
+            given.forward = rotated(levelled.turn, given.forward);
+        }
+        let filter = self.filter.insert(Filter::ZEROED);
+        filter.begin(&self.config, &levelled, q_bn, fix);
+    }
+
+    /// Whether the attitude is known well enough, and whether the fixes contradict it.
+    fn judge(&mut self, fix: &Fix) -> Option<Part> {
+        let filter = self.filter.as_ref()?;
+        let (tilt, phi_down) = filter.attitude_sigma();
+        let linear = tilt < LINEAR && phi_down < LINEAR;
+        if !linear {
+            self.begin_level(fix);
+            return None;
+        }
+        let fixes = filter.fixes();
+        if fixes >= LEAST_FIXES && filter.residual() > BAD_RESIDUAL {
+            self.refuse(fix);
+            return None;
+        }
+        let (norm, norm_sigma) = filter.norm();
+        let good = fixes >= LEAST_FIXES
+            && filter.heading_sigma() <= MAX_HEADING
+            && tilt <= MAX_TILT
+            && norm_sigma <= MAX_NORM
+            && filter.has_signal(fix)
+            && !filter.is_doubted()
+            && filter.residual() <= GOOD_RESIDUAL;
+        let is_one = (norm - 1.0).abs() <= 3.0 * libm::hypotf(norm_sigma, NORM_FLOOR);
+        self.passes = if good && is_one { self.passes + 1 } else { 0 };
+        self.norm_fails = if good && !is_one {
+            self.norm_fails + 1
+        } else {
+            0
+        };
+        if self.norm_fails >= NORM_FAILS {
+            self.refuse(fix);
+            return None;
+        }
+        if self.passes < PASSES {
+            return None;
+        }
+        self.passes = 0;
+        Some(Part::Start)
+    }
+}

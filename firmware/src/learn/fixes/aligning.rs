@@ -1,0 +1,124 @@
+//! The alignment in motion, fed with the learner's fixes, and how the navigator starts from it.
+//!
+//! Its parts are deferred work. Samples that come meanwhile wait in the alignment, and go to the
+//! navigator that it starts.
+
+use super::FixLearner;
+use crate::align::Align;
+use crate::align::motion::{self, Found, InMotion, MAX_HEADING};
+use crate::configuration::VehicleKind;
+use crate::fix::Fix;
+use crate::learn::quantise::divisor;
+use crate::nav;
+
+/// A standstill of this length may become one that shows north, s.
+const STANDS_S: f64 = 3.0;
+/// A fix that the alignment in motion computes.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Asked {
+    fix: Fix,
+    age: f32,
+    /// The vehicle stands, and this will show north.
+    waits: bool,
+    /// Number of the sample before.
+    number: u32,
+}
+
+impl FixLearner<'_> {
+    /// The alignment in motion takes a fix, and starts the navigator when it is good enough. It
+    /// waits for a standstill that will show north. `still`: the vehicle stands.
+    pub(super) fn align_in_motion(&mut self, fix: &Fix, age: f32, still: bool) -> Option<()> {
+        let (stream, scale) = (self.stream?, self.scale?);
+        let known = *self.memory.bank.estimate();
+        let settings = &self.settings;
+        let sheet = &settings.sheet;
+        let motion = self.motion.get_or_insert_with(|| {
+            let mut config = nav::Config::new(scale.lsb, stream.period_s, settings.noise);
+            config.lever_arm = self.antenna.arm();
+            config.piece_samples = divisor(stream.block_samples, config.piece_samples);
+            let bias = [sheet.gyro_bias, sheet.accel_bias];
+            let walk = |i: usize| bias[i] * sheet.walk_per_hour[i] / 60.0;
+            let config = motion::Config {
+                navigator: config,
+                bias,
+                walk: [walk(0), walk(1)],
+                scale: settings.scale,
+                forward: settings.forward,
+                lever_arm_sigma: settings.lever_arm_sigma,
+                rolls: settings.vehicle == VehicleKind::Land,
+                stands: settings.vehicle != VehicleKind::Ship,
+            };
+            InMotion::new(config, known)
+        });
+        let sigma = if fix.age.is_some() {
+            0.0
+        } else {
+            self.antenna.age_sigma()
+        };
+        motion.put(fix, [age, sigma], still, self.memory.work.scratch());
+        self.asked = Some(Asked {
+            fix: *fix,
+            age,
+            waits: self.waits(fix),
+            number: self.number(),
+        });
+        Some(())
+    }
+
+    /// One part of the alignment in motion. True: there may be more.
+    pub(super) fn align_part(&mut self) -> bool {
+        let Some(motion) = &mut self.motion else {
+            return false;
+        };
+        if let Some(found) = motion.take_found() {
+            self.start_in_motion(&found);
+            return true;
+        }
+        motion.is_pending() && {
+            motion.work(self.memory.work.scratch());
+            true
+        }
+    }
+
+    /// The alignment in motion has found the attitude: the navigator starts, and takes the samples
+    /// that have come since.
+    #[inline(never)]
+    fn start_in_motion(&mut self, found: &Found) -> Option<()> {
+        let asked = self.asked.take()?;
+        let mut waiting = self.motion.as_mut()?.take_waiting();
+        if !asked.waits {
+            let start = found.start(self.memory.work.scratch());
+            let variance = start.sigmas().map(|sigma| sigma * sigma);
+            let known = Some((&start.applied, &start.all));
+            let at = Some((&asked.fix, asked.age));
+            let started = self.navigate(start.state, &start.by, &start.rest, known, at);
+            if started.is_some() {
+                self.note(
+                    asked.number,
+                    start.state,
+                    variance,
+                    (start.way, start.residual),
+                );
+            }
+        }
+        while let Some(counts) = waiting.pop() {
+            if let Some(navigator) = &mut self.navigator {
+                navigator.sample(&counts);
+            } else if let Some(motion) = &mut self.motion {
+                motion.sample(&counts);
+            }
+        }
+        Some(())
+    }
+
+    /// The vehicle stands, and this will show north.
+    fn waits(&self, fix: &Fix) -> bool {
+        let Some(align) = &self.align else {
+            return false;
+        };
+        let sensors = self.settings.sensors();
+        let latitude = fix.position.latitude;
+        (align.gathered() >= STANDS_S || align.is_solving())
+            && Align::predicted_heading(&sensors, latitude, self.settings.align_s) <= MAX_HEADING
+    }
+}
