@@ -19,6 +19,14 @@ pub fn write_atomic(path: &Path, bytes: &[u8]) -> Result<(), Error> {
     sink.finish().map_err(|source| Error::writing(path, source))
 }
 
+/// Whether a file can be written at `path`, before the work for it is begun.
+///
+/// # Errors
+/// [`Error::Unwritable`].
+pub fn check_writable(path: &Path) -> Result<(), Error> {
+    Sink::open(path).map(drop)
+}
+
 /// A file that is being written and is not yet in its place.
 enum Sink {
     /// A temporary file in the directory of its final name.
@@ -244,6 +252,7 @@ mod tests {
         let file = dir.path().join("file");
         std::fs::write(&file, "x").unwrap();
         for path in [dir.path().to_path_buf(), file.join("below-a-file.csv")] {
+            check_writable(&path).unwrap_err();
             let error = write_atomic(&path, b"y").unwrap_err();
             assert!(matches!(error, Error::Unwritable { .. }), "{error}");
             assert!(

@@ -9,6 +9,7 @@ use crate::experiment::doubts::{Field, Says};
 use crate::inertial::axes::Axes;
 use crate::inertial::earth::Geodetic;
 use crate::inertial::units::DEG;
+use crate::recordings::corrected::Original;
 use crate::recordings::record::Record;
 use crate::recordings::{InitialAttitude, Progress, Reading, euroc, mcap, ubx, ulog};
 use crate::unit::Unit;
@@ -30,6 +31,11 @@ pub(super) trait Messages {
 
     /// What the format and the options say of the samples.
     fn says(&self) -> Says;
+
+    /// What the samples are written into again; `None` for a format that is not written.
+    fn original(&self, _unit: Option<&Unit>) -> Result<Option<Original>, Error> {
+        Ok(None)
+    }
 
     /// Where fixes may come from instead.
     fn beside(&self) -> &Beside;
@@ -361,6 +367,11 @@ impl Messages for Euroc {
         let record = &mut reading.record;
         record.initial_attitude = start.or(record.initial_attitude);
         Ok(reading)
+    }
+
+    fn original(&self, unit: Option<&Unit>) -> Result<Option<Original>, Error> {
+        let mounting = self.body.mounting(unit, euroc::body())?;
+        euroc::original(&self.folder, mounting).map(|text| Some(Original::Text(text)))
     }
 
     fn says(&self) -> Says {

@@ -7,6 +7,7 @@ mod allan;
 mod beside;
 mod campaign;
 mod convert;
+mod corrected;
 mod device;
 mod hil;
 mod learnability;

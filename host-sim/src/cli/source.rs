@@ -6,6 +6,7 @@ use crate::experiment::doubts::{Field, Says};
 use crate::inertial::axes::Axes;
 use crate::inertial::rotation::from_euler;
 use crate::inertial::units::DEG;
+use crate::recordings::corrected::Original;
 use crate::recordings::generic::NamedUnit;
 use crate::recordings::record::Record;
 use crate::recordings::{InitialAttitude, generic, kfgins, novatel};
@@ -25,6 +26,11 @@ pub(super) struct Csv {
     /// Files instead of those that the header names: first the IMU's, then that of the fixes
     #[arg(value_name = "FILE.csv")]
     files: Vec<PathBuf>,
+    /// True states that judge instead of the fixes, in place of the file of the header's 'truth'.
+    /// Its columns are those that the header's table 'truth' names, else those of simulate's
+    /// truth.csv or of the header's fixes
+    #[arg(long, value_name = "FILE")]
+    truth: Option<PathBuf>,
     #[command(flatten)]
     beside: Beside,
 }
@@ -75,12 +81,18 @@ pub(super) struct Novatel {
 
 impl Csv {
     pub(super) fn record(&self) -> Result<Record, Error> {
+        let truth = self.truth.as_deref();
         if !self.beside.is_given() {
-            return generic::read(&self.header, &self.files);
+            return generic::read_with_truth(&self.header, &self.files, truth);
         }
-        let mut record = generic::samples(&self.header, &self.files)?;
+        let mut record = generic::samples(&self.header, &self.files, truth)?;
         self.beside.replace(&mut record, None)?;
         Ok(record)
+    }
+
+    /// What the samples are written into again.
+    pub(super) fn original(&self) -> Result<Original, Error> {
+        generic::original(&self.header, &self.files).map(Original::Text)
     }
 
     /// The unit that the header names.
@@ -110,6 +122,11 @@ impl Csv {
 const RIGHT_FORWARD_UP: &str = "'y x -z' for right-forward-up";
 
 impl KfGins {
+    /// What the samples are written into again.
+    pub(super) fn original(&self) -> Original {
+        Original::Text(kfgins::original(&self.imu))
+    }
+
     /// What the format says of the samples.
     pub(super) fn says(&self) -> Says {
         Says {
@@ -169,6 +186,11 @@ impl Novatel {
     /// The recording of a log that was read.
     pub(super) fn record_of(&self, log: &novatel::Recording) -> Result<Record, Error> {
         novatel::record(log, self.axes()?, self.kind())
+    }
+
+    /// What the samples are written into again.
+    pub(super) fn original(&self, log: &novatel::Recording) -> Result<Original, Error> {
+        novatel::log(log, self.axes()?, self.kind()).map(Original::Novatel)
     }
 
     /// What the log and the options say of the samples.

@@ -1,6 +1,7 @@
 //! `host-sim replay` of a user's recording: csv, kf-gins, novatel, and recordings of
 //! messages.
 
+use super::corrected::CorrectedOptions;
 use super::messages::Messages;
 use super::options::{UnitOption, refused, renamed, within};
 use super::output::Output;
@@ -15,6 +16,7 @@ use crate::inertial::session::Session;
 use crate::inertial::units::DEG;
 use crate::learning::in_motion::Told;
 use crate::learning::teacher::Assumptions;
+use crate::recordings::corrected::Original;
 use crate::recordings::novatel;
 use crate::recordings::record::Record;
 use crate::unit::Unit;
@@ -49,6 +51,8 @@ struct Options {
     /// each aligned anew]
     #[arg(long, value_name = "NUMBER")]
     part: Option<usize>,
+    #[command(flatten)]
+    corrected: CorrectedOptions,
     #[command(flatten)]
     output: Output,
 }
@@ -180,7 +184,8 @@ impl CsvArgs {
         let named = self.source.unit()?;
         let record = self.source.record()?;
         let says = self.source.says(&record)?;
-        self.options.replay("csv", record, &says, named)
+        let original = Some(self.source.original()?);
+        self.options.replay("csv", record, &says, named, original)
     }
 }
 
@@ -188,7 +193,9 @@ impl KfGinsArgs {
     pub(super) fn run(&self) -> Result<(), Error> {
         let record = self.source.record()?;
         let says = self.source.says();
-        self.options.replay("kf-gins", record, &says, None)
+        let original = Some(self.source.original());
+        self.options
+            .replay("kf-gins", record, &says, None, original)
     }
 }
 
@@ -197,7 +204,8 @@ impl<S: ClapArgs + Messages> MessagesArgs<S> {
         let unit = self.options.unit.load()?;
         let record = self.source.record(unit.as_ref())?;
         let says = self.source.says();
-        self.options.replay(S::NAME, record, &says, None)
+        let original = self.source.original(unit.as_ref())?;
+        self.options.replay(S::NAME, record, &says, None, original)
     }
 }
 
@@ -222,19 +230,24 @@ impl NovatelArgs {
         }
         let record = self.source.record_of(&log)?;
         let says = self.source.says(&record);
-        self.options.replay("novatel", record, &says, None)
+        let original = Some(self.source.original(&log)?);
+        self.options
+            .replay("novatel", record, &says, None, original)
     }
 }
 
 impl Options {
-    /// `named`: the unit that the recording itself names.
+    /// `named`: the unit that the recording itself names. `original`: what corrected samples are
+    /// written into.
     fn replay(
         &self,
         name: &str,
         mut record: Record,
         says: &Says,
         named: Option<Unit>,
+        original: Option<Original>,
     ) -> Result<(), Error> {
+        let corrected = self.corrected.target(original, &record)?;
         let given = self.unit.load()?.or(named);
         let is_given = given.is_some();
         let unit = given.unwrap_or_else(|| {
@@ -269,17 +282,27 @@ impl Options {
         stages.begin("finding the attitude");
         let started = start(record.prepare()?, &wishes, &plan.assumptions, &record.file);
         stages.end();
-        let Started { session, notes, .. } = started?;
+        let Started {
+            session,
+            begin,
+            notes,
+        } = started?;
         let split = plan
             .split(&session)
             .map_err(|range| self.unfit(&session, range))?;
         let stages = Stages::new();
         stages.begin("aligning, learning, navigating");
-        let outcome = plan.replay(name, &session, &split);
+        let by = self.corrected.scheme();
+        let outcome = plan.replay_and_correct(name, &session, &split, by);
         stages.end();
-        let mut outcome = outcome.ok_or_else(|| no_attitude(Path::new(name)))?;
+        let (mut outcome, correction) = outcome.ok_or_else(|| lost(name, &session))?;
         outcome.warnings = warnings;
         outcome.notes.extend(note.into_iter().chain(notes));
+        if let Some(target) = corrected {
+            outcome
+                .notes
+                .push(target.write(&record, &correction, begin)?);
+        }
         self.output.leave_outcomes(name, &[outcome])
     }
 
@@ -332,6 +355,19 @@ impl Options {
             )),
         }
     }
+}
+
+/// The error of a recording with which the navigators come to nothing.
+fn lost(name: &str, session: &Session) -> Error {
+    if session.standstill > 0 {
+        return no_attitude(Path::new(name));
+    }
+    refused(
+        name,
+        "samples and fixes contradict each other so much that the learner's navigator gives up",
+        "check axes, mounting, units, time offset (--estimate-time-offset), the attitude at the \
+         start and the unit file",
+    )
 }
 
 /// The error of a recording without a usable standstill.

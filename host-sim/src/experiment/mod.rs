@@ -1,5 +1,6 @@
 //! Experiments: runs over simulated sessions, replays of recorded ones, and their results.
 
+pub mod correction;
 pub mod doubts;
 pub mod error_bound;
 pub mod fog_mems;

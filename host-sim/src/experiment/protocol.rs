@@ -22,21 +22,22 @@
 //! | `rnn` | through the compensator, with two networks taught from the same references |
 //! | `rnn-kalman` | through the compensator, as the device has learnt ([`fix_learner`]) |
 
+mod learnt;
+
+use crate::experiment::correction::Correction;
 use crate::experiment::outcome::{Outcome, rows};
 use crate::experiment::results::Curves;
 use crate::experiment::run::{learning_curves, traces};
-use crate::inertial::align;
-use crate::inertial::ekf::{Aided, ErrorModel, InitialSigma, Prior, Smoothed, smooth};
+use crate::inertial::ekf::{ErrorModel, InitialSigma, Smoothed, smooth};
 use crate::inertial::free_inertial::{FreeInertial, free_inertial};
 use crate::inertial::rotation::from_rotvec;
 use crate::inertial::session::Session;
 use crate::inertial::sins::{Increment, NavState};
 use crate::learning::baseline::LinearModel;
 use crate::learning::fit::{FittedNetworks, fit_from};
-use crate::learning::fix_learner::{self, learn};
-use crate::learning::teacher::{Assumptions, Nominal, Start, aid, aligned, navigate_from};
+use crate::learning::teacher::{Assumptions, Nominal};
 use crate::learning::window::{NetworkSpec, compensator, corrected_increments};
-use firmware::learn::bank::Gates;
+use learnt::{Learnt, aided};
 use nalgebra::{UnitQuaternion, Vector3};
 use std::ops::Range;
 
@@ -106,29 +107,37 @@ pub fn judge(
     split: &Split,
     settings: &Settings,
 ) -> Option<Outcome> {
-    let a = &settings.assumptions;
-    let lesson = session.cut(&split.learn);
-    let (increments, until) = (lesson.increments(), lesson.epochs());
-    let (first, start) = begin(&lesson, &increments, settings)?;
-    let nominal = navigate_from(&lesson, &increments, a, &start, first, until);
-    let fitted = fit_from(
-        &lesson,
-        &increments,
-        &nominal,
-        *a,
-        &settings.network,
-        settings.promoted_only,
-    );
-    let learnt = Learnt {
-        filters: classical(&a.prior)
-            .into_iter()
-            .map(|(name, model)| Some((name, aided(&lesson, &increments, model, settings, until)?)))
-            .collect::<Option<_>>()?,
-        device: device(&lesson, &increments, settings, until)?,
-        lesson,
-        nominal,
-        fitted,
-    };
+    Some(judge_and_correct(recording, session, split, settings, None)?.0)
+}
+
+/// [`judge`], with what one of the schemes takes off the samples. The judged part must follow the
+/// learning part, which begins with the session.
+#[must_use]
+pub fn judge_and_correct(
+    recording: &str,
+    session: &Session,
+    split: &Split,
+    settings: &Settings,
+    corrected_by: Option<&str>,
+) -> Option<(Outcome, Correction)> {
+    let learnt = Learnt::from(session, split, settings)?;
+    let correction = corrected_by.map_or(Correction::Nothing, |scheme| {
+        learnt.correction(scheme, session, &settings.assumptions)
+    });
+    Some((
+        outcome(recording, session, split, settings, learnt)?,
+        correction,
+    ))
+}
+
+/// Judges every scheme.
+fn outcome(
+    recording: &str,
+    session: &Session,
+    split: &Split,
+    settings: &Settings,
+    learnt: Learnt,
+) -> Option<Outcome> {
     let solutions = solutions(session, split, settings, &learnt)?;
     let Learnt {
         lesson,
@@ -169,24 +178,6 @@ pub fn judge(
             ..Curves::of(&solutions, &reference, judged)
         },
     })
-}
-
-/// The classical filters beside the networks.
-fn classical(prior: &Prior) -> [(&'static str, ErrorModel); 3] {
-    [
-        ("ekf6", ErrorModel::biases(prior)),
-        ("ekf12", ErrorModel::with_scale(prior)),
-        ("ekf24", ErrorModel::with_matrices(prior)),
-    ]
-}
-
-/// What was made of the part to learn from.
-struct Learnt {
-    lesson: Session,
-    nominal: Nominal,
-    fitted: FittedNetworks,
-    filters: Vec<(&'static str, Aided)>,
-    device: fix_learner::Learnt,
 }
 
 /// Free inertial navigation of every scheme over the part that is judged.
@@ -247,51 +238,6 @@ fn solutions(
     Some(out)
 }
 
-/// The device's learner from fixes at the end of the learning part.
-fn device(
-    session: &Session,
-    increments: &[Increment],
-    settings: &Settings,
-    until: usize,
-) -> Option<fix_learner::Learnt> {
-    let start = match session.standstill {
-        0 => Some(begin(session, increments, settings)?.1),
-        _ => None,
-    };
-    let a = &settings.assumptions;
-    learn(session, a, Gates::default(), start.as_ref(), until)
-}
-
-/// First epoch after alignment and the state there. Without a standstill it is the session's own
-/// start, else the reference's.
-fn begin(
-    session: &Session,
-    increments: &[Increment],
-    settings: &Settings,
-) -> Option<(usize, Start)> {
-    let first = session.standstill;
-    if let Some(start) = session.start.filter(|_| first == 0) {
-        return Some((0, start));
-    }
-    let mut nav = session.referenced(first);
-    if first > 0 {
-        let still = &increments[..first * session.samples_per_epoch()];
-        nav.q_bn = align::inertial_frame(
-            still,
-            session.dt,
-            session.samples(),
-            session.nearest_fix(0).position,
-        )?;
-        let fix = session.nearest_fix(first);
-        nav.position = session.imu_position(&fix.position, &nav.q_bn);
-        nav.velocity = Vector3::zeros();
-    }
-    let sigmas = session.nearest_fix(first).start_sigmas();
-    let aligned = || settings.assumptions.initial_sigma(&nav, &sigmas);
-    let sigma = settings.start_sigma.unwrap_or_else(aligned);
-    Some((first, Start { nav, sigma }))
-}
-
 /// Mean rotation from the reference's body axes to those the teacher found.
 fn mounting(lesson: &Session, nominal: &Nominal) -> UnitQuaternion<f64> {
     let smoothed = smooth(&nominal.records);
@@ -319,26 +265,6 @@ fn corrected(
     ]
 }
 
-/// A filter with fixes up to epoch `until`: from an alignment at standstill, else from the
-/// reference's first state.
-fn aided(
-    session: &Session,
-    increments: &[Increment],
-    model: ErrorModel,
-    settings: &Settings,
-    until: usize,
-) -> Option<Aided> {
-    let a = &settings.assumptions;
-    if session.standstill > 0 {
-        return Some(aligned(session, increments)?.aided(model, a, session, increments, until));
-    }
-    let (first, start) = begin(session, increments, settings)?;
-    let mut filter =
-        Aided::new(start.nav, &start.sigma, model, a.noise).with_samples(session.samples());
-    (first..until).for_each(|k| aid(&mut filter, session, increments, k));
-    Some(filter)
-}
-
 /// The verdict of the device's test on networks taught from the same part, with its end held back.
 fn gate(lesson: &Session, nominal: &Nominal, settings: &Settings) -> String {
     let held = fit_from(
@@ -357,16 +283,4 @@ fn gate(lesson: &Session, nominal: &Nominal, settings: &Settings) -> String {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn splits_share_the_recording_out_without_overlap() {
-        let f = Split::forward(99, 30);
-        assert_eq!((f.learn.clone(), f.judge.clone()), (0..30, 30..99));
-        let e = Split::exchanged(99, 30);
-        assert_eq!((e.learn.clone(), e.judge.clone()), (69..99, 0..69));
-        assert_eq!(e.case(), "learn 69-99 s, judge 0-69 s");
-        assert_eq!(Split::forward(20, 30).judge, 20..20);
-    }
-}
+mod tests;

@@ -2,8 +2,9 @@
 //! fixes, or a better solution if one is given. Errors below the noise of the fixes therefore mean
 //! nothing.
 
+use crate::experiment::correction::Correction;
 use crate::experiment::outcome::Outcome;
-use crate::experiment::protocol::{Settings, Split, judge};
+use crate::experiment::protocol::{Settings, Split, judge_and_correct};
 use crate::inertial::session::Session;
 use crate::learning::teacher::Assumptions;
 use crate::learning::window::NetworkSpec;
@@ -97,8 +98,20 @@ impl Plan {
     /// attitude.
     #[must_use]
     pub fn replay(&self, name: &str, session: &Session, split: &Split) -> Option<Outcome> {
+        Some(self.replay_and_correct(name, session, split, None)?.0)
+    }
+
+    /// [`Plan::replay`], with what the scheme `corrected_by` takes off the samples.
+    #[must_use]
+    pub fn replay_and_correct(
+        &self,
+        name: &str,
+        session: &Session,
+        split: &Split,
+        corrected_by: Option<&str>,
+    ) -> Option<(Outcome, Correction)> {
         let settings = self.settings(session, split);
-        judge(name, session, split, &settings)
+        judge_and_correct(name, session, split, &settings, corrected_by)
     }
 }
 

@@ -138,17 +138,48 @@ impl Learnt {
         assumptions: &Assumptions,
         until: usize,
     ) -> FreeInertial {
-        let compensator = compensator(session, &[self.nets.gyro, self.nets.accel], assumptions);
-        let mut state = compensator.power_on(true);
-        state.off = false;
-        state.set_nets(self.states);
-        compensator.force(&mut state, &self.estimate);
+        let (compensator, mut state) = self.compensator(session, assumptions);
         let after = &session.counts[until * session.samples_per_epoch()..];
         let corrected = after
             .iter()
             .map(|counts| compensator.process(&mut state, *counts).0);
         let increments = increments_from(session, until, corrected);
         free_inertial(session, &increments, self.nav, until, session.epochs())
+    }
+
+    /// The errors that are taken off in each epoch after `until`, with one more for what follows
+    /// the session: rad/s and m/s2. The arguments are those of [`Learnt::free_inertial`].
+    #[must_use]
+    pub fn estimates(
+        &self,
+        session: &Session,
+        assumptions: &Assumptions,
+        until: usize,
+    ) -> Vec<[[f32; 3]; 2]> {
+        let (compensator, mut state) = self.compensator(session, assumptions);
+        let n = session.samples_per_epoch();
+        let mut out = vec![state.estimate()];
+        for epoch in session.counts[until * n..].chunks_exact(n) {
+            for counts in epoch {
+                let _ = compensator.process(&mut state, *counts);
+            }
+            out.push(state.estimate());
+        }
+        out
+    }
+
+    /// The compensator that goes on with what was learnt.
+    fn compensator(
+        &self,
+        session: &Session,
+        assumptions: &Assumptions,
+    ) -> (Compensator, compensator::State) {
+        let compensator = compensator(session, &[self.nets.gyro, self.nets.accel], assumptions);
+        let mut state = compensator.power_on(true);
+        state.off = false;
+        state.set_nets(self.states);
+        compensator.force(&mut state, &self.estimate);
+        (compensator, state)
     }
 }
 

@@ -20,6 +20,7 @@ use crate::inertial::earth::Geodetic;
 use crate::inertial::sins::NavState;
 use crate::inertial::units::DEG;
 use crate::recordings::InitialAttitude;
+use crate::recordings::corrected::{Place as Words, Text};
 use crate::recordings::record::{Kind, NOT_MEASURED, TimedFix};
 use crate::recordings::session::complain;
 use crate::recordings::stamped::{Fixes, Place, Reading, Samples, turned};
@@ -27,7 +28,7 @@ use crate::recordings::table::{Cell, Separator, Source, Table};
 use crate::recordings::track::Track;
 use nalgebra::{Matrix3, Quaternion, Rotation3, UnitQuaternion, Vector3};
 use std::fmt;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// Axes of the body of the EuRoC MAV: forward, right and down are z, y and -x.
 pub const BODY: &str = "z y -x";
@@ -54,12 +55,7 @@ pub struct Choice {
 /// # Errors
 /// Any fault of the files, with line and column.
 pub fn read(folder: &Path, choice: &Choice) -> Result<Reading, Error> {
-    let inner = folder.join("mav0");
-    let mav = if inner.is_dir() {
-        inner
-    } else {
-        folder.to_path_buf()
-    };
+    let mav = mav(folder);
     let (imu, truth) = (mav.join("imu0"), mav.join("state_groundtruth_estimate0"));
     let to_body = choice.mounting * sensor(&imu.join("sensor.yaml"))?;
     let file = imu.join("data.csv");
@@ -92,6 +88,39 @@ pub fn read(folder: &Path, choice: &Choice) -> Result<Reading, Error> {
         notes: vec![note],
         origin_s: Some(origin as f64 / 1e9),
     })
+}
+
+/// The folder of the sensors.
+fn mav(folder: &Path) -> PathBuf {
+    let inner = folder.join("mav0");
+    if inner.is_dir() {
+        inner
+    } else {
+        folder.to_path_buf()
+    }
+}
+
+/// Where the samples stand in their file, to write it again. `mounting` as in [`Choice`].
+///
+/// # Errors
+/// As [`read`].
+pub fn original(folder: &Path, mounting: Rotation3<f64>) -> Result<Text, Error> {
+    let imu = mav(folder).join("imu0");
+    let file = imu.join("data.csv");
+    let first = Source::open(&file, Separator::COMMA)?.first_line();
+    let place = Words {
+        columns: [[1, 2, 3], [4, 5, 6]],
+        units: [1.0; 2],
+        turn: mounting * sensor(&imu.join("sensor.yaml"))?,
+    };
+    let skip = usize::from(has_names(&first));
+    Ok(Text::new(file, Separator::COMMA, skip, place))
+}
+
+/// Whether a first line holds the names of the columns.
+fn has_names(first: &[String]) -> bool {
+    let time = first.first().map(|text| text.parse::<f64>());
+    time.is_none_or(|time| time.is_err())
 }
 
 /// The true states with their times, ns, and whether they have a velocity.
@@ -196,7 +225,7 @@ impl Cell for Wide {
 fn table(file: &Path, least: usize) -> Result<Table<Wide>, Error> {
     let source = Source::open(file, Separator::COMMA)?;
     let first = source.header("#timestamp [ns],...")?;
-    let has_names = first[0].parse::<f64>().is_err();
+    let has_names = has_names(&first);
     if first.len() < least {
         let problem = format!("has {} columns", first.len());
         let remedy = format!("give at least {least}, as EuRoC does");

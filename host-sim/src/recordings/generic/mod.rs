@@ -76,10 +76,10 @@ mod truth;
 mod write;
 
 pub use header::NamedUnit;
-pub use truth::truth;
 pub use write::{write, write_truth};
 
 use crate::error::Error;
+use crate::recordings::corrected::Text;
 use crate::recordings::record::{Kind, Record};
 use crate::recordings::table::{Layout, Source, Table};
 use crate::unit::Unit;
@@ -98,7 +98,20 @@ use std::path::PathBuf;
 /// Any fault of header or files, with line and column or key; more `files` than the header
 /// describes.
 pub fn read(header: &Path, files: &[PathBuf]) -> Result<Record, Error> {
-    let (read, mut record) = begin(header, files)?;
+    read_with_truth(header, files, None)
+}
+
+/// [`read`] with another file of true states, which replaces that of the header. Its columns are
+/// those of the header's table `[truth]`, if there is one.
+///
+/// # Errors
+/// As [`read`].
+pub fn read_with_truth(
+    header: &Path,
+    files: &[PathBuf],
+    truth: Option<&Path>,
+) -> Result<Record, Error> {
+    let (read, mut record) = begin(header, files, truth)?;
     let gnss = read.header.gnss.as_ref();
     record.fixes = match gnss {
         Some(gnss) => fixes(&read, gnss)?,
@@ -111,43 +124,60 @@ pub fn read(header: &Path, files: &[PathBuf]) -> Result<Record, Error> {
         }
         record.lever_arm_m = arm;
     }
-    match gnss.and_then(|gnss| gnss.time_offset_s.as_ref()) {
-        Some(Offset::Word(word)) if word == "estimate" => record.estimates_offset = true,
-        Some(Offset::Told(seconds)) if seconds.is_finite() => record.told_offset_s = Some(*seconds),
-        Some(other) => {
-            let is = match other {
-                Offset::Told(seconds) => seconds.to_string(),
-                Offset::Word(word) => format!("'{word}'"),
-            };
-            let remedy = "give seconds that are added to the times of the fixes, or \"estimate\"";
-            return Err(read.bad("gnss.time_offset_s", format!("is {is}"), remedy));
-        }
+    match offset(&read)? {
+        Some(Offset::Word(_)) => record.estimates_offset = true,
+        Some(Offset::Told(seconds)) => record.told_offset_s = Some(*seconds),
         None => {}
     }
-    if read.header.truth.is_some() {
-        record.truth = Some(truth::named(&read, &record)?);
-    }
+    record.truth = truth::named(&read, record.told_offset_s)?;
     if let Some(seconds) = record.told_offset_s {
         record.move_fixes(seconds);
     }
     Ok(record)
 }
 
-/// Reads the samples and the start alone, for fixes from elsewhere.
+/// What the header says of the times of the fixes: seconds, or "estimate".
+fn offset(read: &Read) -> Result<Option<&Offset>, Error> {
+    let gnss = read.header.gnss.as_ref();
+    let told = gnss.and_then(|gnss| gnss.time_offset_s.as_ref());
+    let is = match told {
+        Some(Offset::Told(seconds)) if !seconds.is_finite() => seconds.to_string(),
+        Some(Offset::Word(word)) if word != "estimate" => format!("'{word}'"),
+        good => return Ok(good),
+    };
+    let remedy = "give seconds that are added to the times of the fixes, or \"estimate\"";
+    Err(read.bad("gnss.time_offset_s", format!("is {is}"), remedy))
+}
+
+/// Reads all but the fixes, for fixes from elsewhere. The times of the truth are those of the
+/// header's fixes, unless the truth has an offset of its own.
 ///
 /// # Errors
 /// As [`read`].
-pub fn samples(header: &Path, files: &[PathBuf]) -> Result<Record, Error> {
-    let (read, mut record) = begin(header, files)?;
+pub fn samples(header: &Path, files: &[PathBuf], truth: Option<&Path>) -> Result<Record, Error> {
+    let (read, mut record) = begin(header, files, truth)?;
+    let told = match offset(&read)? {
+        Some(Offset::Told(seconds)) => *seconds,
+        _ => 0.0,
+    };
+    record.truth = truth::named(&read, Some(told))?.map(|track| track.shifted(told));
     if let Some(arm) = read.header.gnss.and_then(|gnss| gnss.lever_arm_m) {
         record.lever_arm_m = arm;
     }
     Ok(record)
 }
 
+/// Where the samples stand in their file, to write it again.
+///
+/// # Errors
+/// As [`read`].
+pub fn original(header: &Path, files: &[PathBuf]) -> Result<Text, Error> {
+    samples::original(&Read::open(header, files)?)
+}
+
 /// The header with samples and start.
-fn begin(header: &Path, files: &[PathBuf]) -> Result<(Read, Record), Error> {
-    let read = Read::open(header, files)?;
+fn begin(header: &Path, files: &[PathBuf], truth: Option<&Path>) -> Result<(Read, Record), Error> {
+    let read = Read::open(header, files)?.with_truth(truth);
     let attitude = initial_attitude(&read)?;
     let motion = samples::motion(&read)?;
     let record = Record {
@@ -229,26 +259,30 @@ impl<'a> File<'a> {
         })
     }
 
+    /// The position of a column, given as key of the header file and name.
+    fn place(&self, (key, name): &(&str, &str)) -> Result<usize, Error> {
+        self.names.iter().position(|n| n == name).ok_or_else(|| {
+            let problem = format!(
+                "names column '{name}', which {} does not have",
+                self.source.file.display()
+            );
+            self.read.bad(
+                &format!("{}.{key}", self.table),
+                problem,
+                &format!("use one of {}", self.names.join(", ")),
+            )
+        })
+    }
+
     /// Reads the columns `wanted`, each given as key of the header file and name of the column.
     fn table(&self, wanted: &[(&str, &str)], gap: Option<f64>) -> Result<Table, Error> {
-        let names = &self.names;
-        let place = |(key, name): &(&str, &str)| {
-            names.iter().position(|n| n == name).ok_or_else(|| {
-                let problem = format!(
-                    "names column '{name}', which {} does not have",
-                    self.source.file.display()
-                );
-                self.read.bad(
-                    &format!("{}.{key}", self.table),
-                    problem,
-                    &format!("use one of {}", names.join(", ")),
-                )
-            })
-        };
-        let wanted: Vec<usize> = wanted.iter().map(place).collect::<Result<_, _>>()?;
+        let wanted: Vec<usize> = wanted
+            .iter()
+            .map(|column| self.place(column))
+            .collect::<Result<_, _>>()?;
         let layout = Layout {
             skip: self.skip,
-            names,
+            names: &self.names,
             wanted: &wanted,
             gap,
         };

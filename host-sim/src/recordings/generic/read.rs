@@ -8,7 +8,7 @@ use crate::recordings::session::complain;
 use crate::recordings::table::Separator;
 use crate::unit;
 use crate::unit::mounting::Mounting;
-use nalgebra::{UnitQuaternion, Vector3};
+use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
 use std::path::{Path, PathBuf};
 
 /// How vectors of a file become those of the vehicle.
@@ -23,6 +23,13 @@ impl Turn {
         let turned = self.axes.turn(file);
         self.mounting.map_or(turned, |mounting| mounting * turned)
     }
+
+    /// The same as a matrix.
+    pub(super) fn rotation(&self) -> Rotation3<f64> {
+        let axes = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+        let columns = axes.map(|axis| self.turn(axis));
+        Rotation3::from_matrix_unchecked(Matrix3::from_columns(&columns))
+    }
 }
 
 /// A header file that was read.
@@ -32,6 +39,8 @@ pub(super) struct Read {
     pub(super) file: PathBuf,
     /// Files that replace those named in the header: that of the IMU, then that of the fixes.
     replacements: Vec<PathBuf>,
+    /// File of true states that replaces the one named in the header.
+    pub(super) truth_file: Option<PathBuf>,
 }
 
 impl Read {
@@ -41,6 +50,7 @@ impl Read {
         let read = Self {
             file: file.to_path_buf(),
             replacements: replacements.to_vec(),
+            truth_file: None,
             header,
         };
         let most = 1 + usize::from(read.header.gnss.is_some());
@@ -100,6 +110,12 @@ impl Read {
                 &format!("use one of {}", names.join(", ")),
             )
         })
+    }
+
+    /// The header with another file of the truth, which is relative to the current directory.
+    pub(super) fn with_truth(mut self, file: Option<&Path>) -> Self {
+        self.truth_file = file.map(Path::to_path_buf);
+        self
     }
 
     /// How the samples are turned: by `imu.axes` and `imu.mounting`, else by the unit's mounting.

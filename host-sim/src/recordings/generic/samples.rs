@@ -5,6 +5,7 @@ use super::header::{ACCEL, GYRO, TIME};
 use super::read::Read;
 use crate::error::Error;
 use crate::inertial::sins::Increment;
+use crate::recordings::corrected::{Place, Text};
 use crate::recordings::record::{Kind, Record, median_step};
 use crate::recordings::table::Table;
 
@@ -64,6 +65,33 @@ pub(super) fn motion(read: &Read) -> Result<Record, Error> {
         max_gap_s: imu.max_gap_s,
         ..Record::default()
     })
+}
+
+/// Where the samples stand in their file.
+pub(super) fn original(read: &Read) -> Result<Text, Error> {
+    let imu = &read.header.imu;
+    let (_, gyro) = read.value("imu.gyro", &imu.gyro.unit, &GYRO)?;
+    let (_, accel) = read.value("imu.accel", &imu.accel.unit, &ACCEL)?;
+    let file = File::open(read, "imu", &read.imu_file()?, &imu.separator, imu.names)?;
+    let column = |key: &str, name: &String| file.place(&(key, name.as_str()));
+    let columns = |key: &str, [x, y, z]: &[String; 3]| {
+        Ok::<_, Error>([column(key, x)?, column(key, y)?, column(key, z)?])
+    };
+    let place = Place {
+        columns: [
+            columns("gyro", &imu.gyro.columns)?,
+            columns("accel", &imu.accel.columns)?,
+        ],
+        units: [gyro, accel],
+        turn: read.turn()?.rotation(),
+    };
+    let separator = read.separator("imu.separator", &imu.separator)?;
+    Ok(Text::new(
+        file.source.file.clone(),
+        separator,
+        file.skip,
+        place,
+    ))
 }
 
 /// Checks that values are plausible.

@@ -6,41 +6,35 @@ use super::header::{Gnss, Scalar, Truth, TruthTable, Velocity};
 use super::read::Read;
 use crate::error::Error;
 use crate::recordings::columns::{PLACE, VELOCITY};
-use crate::recordings::record::{Record, TimedFix, track};
+use crate::recordings::record::{TimedFix, track};
 use crate::recordings::track::Track;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
-/// Reads the true states of a file whose columns are those of `simulate`'s truth.csv, or have the
-/// names that `header` gives to those of the fixes.
-///
-/// # Errors
-/// Any fault of header or file, with line and column or key.
-pub fn truth(file: &Path, header: &Path) -> Result<Track, Error> {
-    let read = Read::open(header, &[])?;
-    states(&read, &plain(file.to_path_buf()))
-}
-
-/// The true states that a header names. Their times are those of the fixes before an offset.
-pub(super) fn named(read: &Read, record: &Record) -> Result<Track, Error> {
-    let table = match &read.header.truth {
-        Some(Truth::File(file)) => plain(read.beside(file)),
-        Some(Truth::Table(table)) => TruthTable {
-            file: read.beside(&table.file),
+/// The true states that the user or the header names, if one of them does. `told` is the offset of
+/// the fixes, s. It is still to be added to the times, which are those of the fixes before an
+/// offset.
+pub(super) fn named(read: &Read, told: Option<f64>) -> Result<Option<Track>, Error> {
+    let table = match (&read.header.truth, &read.truth_file) {
+        (Some(Truth::Table(table)), file) => TruthTable {
+            file: match file {
+                Some(file) => file.clone(),
+                None => read.beside(&table.file),
+            },
             ..(**table).clone()
         },
-        None => return Ok(Track::default()),
+        (_, Some(file)) => plain(file.clone()),
+        (Some(Truth::File(file)), None) => plain(read.beside(file)),
+        (None, None) => return Ok(None),
     };
     let track = states(read, &table)?;
     match table.time_offset_s {
-        Some(own) if own.is_finite() => {
-            // that of the fixes will be added to it
-            Ok(track.shifted(own - record.told_offset_s.unwrap_or(0.0)))
-        }
+        // that of the fixes will be added to it
+        Some(own) if own.is_finite() => Ok(Some(track.shifted(own - told.unwrap_or(0.0)))),
         Some(other) => {
             let problem = format!("is {other}");
             Err(read.bad("truth.time_offset_s", problem, "give seconds"))
         }
-        None => Ok(track),
+        None => Ok(Some(track)),
     }
 }
 

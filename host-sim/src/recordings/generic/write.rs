@@ -22,7 +22,7 @@ const ATTITUDE: [&str; 3] = ["roll_deg", "pitch_deg", "heading_deg"];
 /// # Errors
 /// [`Error::Unwritable`]. Each file appears whole or not at all.
 pub fn write(record: &Record, unit: Option<&Unit>, dir: &Path) -> Result<(), Error> {
-    let (time, increments) = record.increments();
+    let (time, increments) = record.written_increments();
     let row = |(t, i): (&f64, &crate::inertial::sins::Increment)| {
         let (g, a) = (&i.dtheta, &i.dv);
         vec![*t, g.x, g.y, g.z, a.x, a.y, a.z]

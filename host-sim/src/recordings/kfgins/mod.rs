@@ -26,11 +26,12 @@ use crate::inertial::units::DEG;
 use crate::output::write_atomic;
 use crate::recordings::WEEK_S;
 use crate::recordings::columns::{IMU, PLACE, SIGMA, SIGMA_V, VELOCITY};
+use crate::recordings::corrected::{Place, Text, shortest};
 use crate::recordings::record::{Kind, NOT_MEASURED, Record, TimedFix, median_step};
 use crate::recordings::session::InitialAttitude;
 use crate::recordings::table::{Separator, Source, Table};
 use crate::recordings::track::Track;
-use nalgebra::Vector3;
+use nalgebra::{Rotation3, Vector3};
 use std::fmt::Write;
 use std::path::Path;
 
@@ -120,22 +121,11 @@ pub fn write(record: &Record, form: Form, imu: &Path, gnss: &Path) -> Result<(),
         let problem = "the recording has no velocities".into();
         return Err(refused("--velocity", problem, "leave it out"));
     }
-    let (time, increments) = record.increments();
+    let (time, increments) = record.written_increments();
     let second = |t: f64| t + form.shift_s;
     let all = time.iter().chain(record.fixes.iter().map(|f| &f.time));
-    if let Some(t) = all
-        .map(|t| second(*t))
-        .find(|t| !(0.0..=WEEK_S).contains(t))
-    {
-        let problem = format!("{t} s is not a second of the week");
-        let remedy = "give the --shift that makes the times of the recording seconds of the week";
-        return Err(refused("--shift", problem, remedy));
-    }
-    let mut text = String::new();
-    for (t, i) in time.iter().zip(&increments) {
-        let row = [i.dtheta.x, i.dtheta.y, i.dtheta.z, i.dv.x, i.dv.y, i.dv.z];
-        line(&mut text, second(*t), &row);
-    }
+    check_seconds(all, form.shift_s, "--shift")?;
+    let text = samples(&time, &increments, form.shift_s);
     let mut fixes = String::new();
     for f in record.fixes.iter().filter(|f| f.has(0..3)) {
         let mut row = vec![f.lat_deg, f.lon_deg, f.height_m];
@@ -153,16 +143,63 @@ pub fn write(record: &Record, form: Form, imu: &Path, gnss: &Path) -> Result<(),
     write_atomic(gnss, fixes.as_bytes())
 }
 
+/// The samples of a record as the text of the file of the IMU. `shift_s` is added to all times;
+/// `option` is the user's option that tells it.
+///
+/// # Errors
+/// Times are not seconds of the week.
+pub fn imu_text(record: &Record, shift_s: f64, option: &str) -> Result<String, Error> {
+    let (time, increments) = record.written_increments();
+    check_seconds(time.iter(), shift_s, option)?;
+    Ok(samples(&time, &increments, shift_s))
+}
+
+/// Checks that all times are seconds of the week.
+fn check_seconds<'t>(
+    mut times: impl Iterator<Item = &'t f64>,
+    shift_s: f64,
+    option: &str,
+) -> Result<(), Error> {
+    match times.find(|t| !(0.0..=WEEK_S).contains(&(*t + shift_s))) {
+        None => Ok(()),
+        Some(t) => Err(Error::Option {
+            option: option.into(),
+            problem: format!("{} s is not a second of the week", t + shift_s),
+            remedy: "give the seconds that make the times of the recording seconds of the week"
+                .into(),
+        }),
+    }
+}
+
+/// Where the samples of a file stand.
+#[must_use]
+pub fn original(imu: &Path) -> Text {
+    let place = Place {
+        columns: [[1, 2, 3], [4, 5, 6]],
+        units: [1.0; 2],
+        turn: Rotation3::identity(),
+    };
+    Text::new(imu.to_path_buf(), Separator::BlankOrComma, 0, place)
+}
+
+/// The lines of samples.
+fn samples(time: &[f64], increments: &[Increment], shift_s: f64) -> String {
+    let mut text = String::new();
+    for (t, i) in time.iter().zip(increments) {
+        let row = [i.dtheta.x, i.dtheta.y, i.dtheta.z, i.dv.x, i.dv.y, i.dv.z];
+        line(&mut text, t + shift_s, &row);
+    }
+    text
+}
+
 /// Adds a line with a time and numbers, in the fewest digits that read back to the same bits. Small
 /// numbers have an exponent.
 fn line(text: &mut String, time: f64, row: &[f64]) {
     // writing to a string does not fail
     let _ = write!(text, "{time}");
     for x in row {
-        let _ = match x.abs() {
-            size if size < 1e-3 => write!(text, " {x:e}"),
-            _ => write!(text, " {x}"),
-        };
+        text.push(' ');
+        text.push_str(&shortest(*x));
     }
     text.push('\n');
 }

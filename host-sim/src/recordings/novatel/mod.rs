@@ -5,6 +5,8 @@
 //! without it there is no initial position. IMURATECORRIMUS is read but cannot become a session,
 //! because the receiver has already removed gravity, Earth rate and estimated biases from it.
 
+pub mod rewrite;
+
 use crate::error::Error;
 use crate::inertial::axes::Axes;
 use crate::inertial::earth::Geodetic;
@@ -250,18 +252,20 @@ pub fn session(
 }
 
 /// A record of the raw samples and of INSPVAS as fixes. Times are seconds of the week of the first
-/// sample. The arguments are those of [`session`].
+/// sample. Samples that the IMU marks bad are left out, so that they are a gap like missing ones.
+/// The arguments are those of [`session`].
 ///
 /// # Errors
-/// As [`session`], except that there may be no INSPVAS.
+/// As [`session`], except that samples may be missing or bad and that there may be no INSPVAS; the
+/// times of the samples do not rise.
 pub fn record(
     recording: &Recording,
     mounting: Axes,
     kind: Option<ImuType>,
 ) -> Result<Record, Error> {
     let (lsb, rate) = imu(recording, kind)?;
-    check_raw(recording, EPOCH_S / f64::from(rate))?;
-    let week = recording.raw[0].week;
+    let raw = good(recording)?;
+    let week = raw[0].week;
     let time = |r: &Raw| (f64::from(r.week) - f64::from(week)) * WEEK_S + r.second_of_week;
     let fix = |(time, ins): &(f64, &Inspvas)| {
         let [north, east, up] = ins.velocity;
@@ -274,11 +278,11 @@ pub fn record(
             sigmas: SIGMAS,
         }
     };
-    let samples = recording.raw.iter().map(|r| counts(r, mounting));
+    let samples = raw.iter().map(|r| counts(r, mounting));
     let attitude = recording.ins.first().map(|ins| state(ins).q_bn);
     Ok(Record {
         file: recording.file.clone(),
-        time: recording.raw.iter().map(time).collect(),
+        time: raw.iter().map(|r| time(r)).collect(),
         samples: samples.map(|counts| to_si(&counts, &lsb)).collect(),
         kind: crate::recordings::record::Kind::Increment,
         rate_hz: usize::from(rate),
@@ -326,6 +330,43 @@ fn imu(recording: &Recording, kind: Option<ImuType>) -> Result<(Lsb, u16), Error
         return complain("IMU type", &problem, remedy);
     };
     Ok((Lsb { rad, mps }, rate))
+}
+
+/// What writes the log of a [`record`] again. The arguments are those of [`session`].
+///
+/// # Errors
+/// As [`record`].
+pub fn log(
+    recording: &Recording,
+    mounting: Axes,
+    kind: Option<ImuType>,
+) -> Result<rewrite::Log, Error> {
+    let (lsb, _) = imu(recording, kind)?;
+    Ok(rewrite::Log {
+        file: recording.file.clone(),
+        mounting,
+        lsb,
+    })
+}
+
+/// The samples that the IMU does not mark bad, at rising times; at least one.
+fn good(recording: &Recording) -> Result<Vec<&Raw>, Error> {
+    let complain = |problem: &str, remedy| Err(recording.complain("raw sample", problem, remedy));
+    let good: Vec<&Raw> = recording.raw.iter().filter(|r| r.good).collect();
+    if good.is_empty() {
+        let problem = format!("1 to {} are all marked bad by the IMU", recording.raw.len());
+        return complain(&problem, "give a recording of an IMU that works");
+    }
+    let back = good.windows(2).find(|pair| pair[1].time <= pair[0].time);
+    match back {
+        Some([a, b]) => {
+            let [before, now] = [a, b].map(|r| r.time % WEEK_S);
+            let problem = format!("at {now:.3} s follows that at {before:.3} s");
+            let remedy = "log the raw increments once, not in two logs, and do not join recordings";
+            complain(&problem, remedy)
+        }
+        _ => Ok(good),
+    }
 }
 
 /// Checks that all samples are good and `dt` apart.

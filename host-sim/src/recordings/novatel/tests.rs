@@ -1,5 +1,6 @@
 use super::*;
 use crate::inertial::session::to_si;
+use crate::inertial::sins::Increment;
 use crate::recordings::testing::{file, message, recorded};
 use firmware::wire::novatel::{Header, Log, Repr};
 
@@ -218,4 +219,92 @@ fn a_record_for_conversion_has_the_same_samples_and_fixes_in_seconds_of_the_week
         .initial_attitude
         .map(|b| matches!(b, InitialAttitude::Known(q) if q.angle_to(&s.reference[0].q_bn) < 1e-9));
     assert_eq!(begin, Some(true));
+}
+
+/// Missing and bad samples are gaps of the record, and times that do not rise are named.
+#[test]
+fn a_record_bridges_missing_and_bad_samples() {
+    let mut messages = stream(Log::Rawimusx, 11, 360);
+    messages.retain(|m| *m != raw(Log::Rawimusx, 11, 33));
+    let bad = messages
+        .iter()
+        .position(|m| *m == raw(Log::Rawimusx, 11, 50));
+    let repr = Repr {
+        lead: [1, 11, 0, 0], // IMU error
+        ..Repr::parse(&Frame::new_checked(raw(Log::Rawimusx, 11, 50)).unwrap())
+    };
+    let mut buffer = [0; 128];
+    let n = repr.emit(&mut buffer).unwrap();
+    messages[bad.unwrap()] = buffer[..n].to_vec();
+    let (_dir, path) = file("in.gps", &messages.concat());
+    let record = record(&read(&path).unwrap(), Axes::RIGHT_FORWARD_UP, None).unwrap();
+    assert_eq!((record.samples.len(), record.rate_hz), (358, 100));
+    let prepared = record.prepare().unwrap();
+    assert!(prepared.missing.is_empty());
+    assert!(
+        prepared.notes[0].starts_with("2 gaps of samples, of at most 0.01"),
+        "{:?}",
+        prepared.notes
+    );
+    // half a second is missing as in every other format
+    let lost: Vec<Vec<u8>> = (100..150).map(|k| raw(Log::Rawimusx, 11, k)).collect();
+    messages.retain(|m| !lost.contains(m));
+    let (_dir, path) = file("in.gps", &messages.concat());
+    let log = read(&path).unwrap();
+    let prepared = super::record(&log, Axes::RIGHT_FORWARD_UP, None);
+    assert_eq!(prepared.unwrap().prepare().unwrap().missing.len(), 1);
+    // one sample in two logs
+    messages.push(messages[messages.len() - 1].clone());
+    let (_dir, path) = file("in.gps", &messages.concat());
+    let why = super::record(&read(&path).unwrap(), Axes::RIGHT_FORWARD_UP, None);
+    let why = message(&why.unwrap_err());
+    assert!(
+        why.starts_with("in.gps: 'raw sample' at 1003.590 s follows that at 1003.590 s"),
+        "{why}"
+    );
+}
+
+/// The log is written again with other counts and right checksums; all else stays, and the sum of
+/// the counts is that of the corrections to half a count.
+#[test]
+fn a_log_is_written_again_with_corrected_counts() {
+    let mut messages = stream(Log::Rawimusx, 11, 260);
+    messages.insert(40, b"between two messages".to_vec());
+    messages.push(messages[7][..20].to_vec());
+    let whole = messages.concat();
+    let (_dir, path) = file("in.gps", &whole);
+    let log = read(&path).unwrap();
+    let record = record(&log, Axes::RIGHT_FORWARD_UP, None).unwrap();
+    let original = super::log(&log, Axes::RIGHT_FORWARD_UP, None).unwrap();
+    let mut taken = vec![Increment::default(); 260];
+    assert!(original.without(&taken).unwrap() == whole);
+    let count = super::imu(&log, None).unwrap().0;
+    for taken in &mut taken[100..] {
+        taken.dtheta = Vector3::new(0.3, 0.0, -1.7) * count.rad;
+        taken.dv = Vector3::new(0.0, 2.0, 0.0) * count.mps;
+    }
+    let bytes = original.without(&taken).unwrap();
+    assert_eq!(bytes.len(), whole.len());
+    let at = messages
+        .iter()
+        .position(|m| *m == raw(Log::Rawimusx, 11, 100));
+    let before: usize = messages[..at.unwrap()].iter().map(Vec::len).sum();
+    assert!(bytes[..before] == whole[..before]);
+    let (_dir, path) = file("in.gps", &bytes);
+    let again = read(&path).unwrap();
+    assert_eq!(
+        (again.messages.clone(), again.damaged),
+        (log.messages.clone(), log.damaged)
+    );
+    assert!(again.ins == log.ins);
+    // right is x, up is z: forward 0.3 is y, down -1.7 is z 1.7
+    let sum = |log: &Recording, pick: &dyn Fn(&Raw) -> i32| -> i64 {
+        log.raw[100..].iter().map(|raw| i64::from(pick(raw))).sum()
+    };
+    let moved = |pick: &dyn Fn(&Raw) -> i32| sum(&again, pick) - sum(&log, pick);
+    assert_eq!([0, 1, 2].map(|i| moved(&|r| r.gyro[i])), [0, -48, -272]);
+    assert_eq!([0, 1, 2].map(|i| moved(&|r| r.accel[i])), [-320, 0, 0]);
+    assert_eq!(record.samples.len(), again.raw.len());
+    let why = original.without(&taken[1..]).unwrap_err().to_string();
+    assert!(why.contains("'raw samples' are not those"), "{why}");
 }

@@ -1,5 +1,6 @@
 //! `host-sim replay` and `convert` of recordings of messages: one simulated drive in every format
-//! replays to the same result as from CSV. The writers here follow the documentation of each
+//! replays to the same result as from CSV, with the defects that people's recordings have, and
+//! from files of corrected samples. The writers here follow the documentation of each
 //! format; independent writers make the files of `tests/qemu/tests/readers.rs`.
 
 #![allow(
@@ -7,6 +8,8 @@
     reason = "test helpers; a failure here fails the test"
 )]
 
+mod corrected;
+mod defects;
 mod writers;
 
 use assert_cmd::Command;

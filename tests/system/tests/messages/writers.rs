@@ -37,9 +37,9 @@ pub fn drive() -> Session {
 }
 
 /// A sample: its time in us from the start of the drive, and rates, forward-right-down.
-type Sample = (i64, [f64; 3], [f64; 3]);
+pub type Sample = (i64, [f64; 3], [f64; 3]);
 
-fn samples(session: &Session) -> Vec<Sample> {
+pub fn samples(session: &Session) -> Vec<Sample> {
     let step = (session.dt * 1e6).round() as i64;
     let increments = session.increments();
     let rate = |v: Vector3<f64>| (v / session.dt).into();
@@ -49,9 +49,9 @@ fn samples(session: &Session) -> Vec<Sample> {
 }
 
 /// A fix: its time in us, latitude and longitude, deg, height, and velocity north, east, down.
-type Fix = (i64, [f64; 3], [f64; 3]);
+pub type Fix = (i64, [f64; 3], [f64; 3]);
 
-fn fixes(session: &Session) -> Vec<Fix> {
+pub fn fixes(session: &Session) -> Vec<Fix> {
     let all = session.fixes.iter().enumerate();
     let fix = |(k, fix): (usize, &Option<host_sim::inertial::gnss::Fix>)| {
         let fix = fix.as_ref()?;

@@ -1,0 +1,171 @@
+//! `--corrected`: the recording again, with the samples as a scheme has corrected them.
+
+use super::options::refused;
+use crate::error::Error;
+use crate::experiment::correction::{Correction, SCHEMES};
+use crate::inertial::sins::Increment;
+use crate::output::{check_writable, write_atomic};
+use crate::recordings::corrected::Original;
+use crate::recordings::kfgins;
+use crate::recordings::record::Record;
+use clap::builder::PossibleValuesParser;
+use clap::{Args as ClapArgs, ValueEnum};
+use flate2::Compression;
+use flate2::write::GzEncoder;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+/// Form of the file.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum Form {
+    /// That of the recording
+    Same,
+    /// Text of KF-GINS: increments, forward-right-down
+    KfGins,
+}
+
+/// What is written, and where.
+#[derive(Debug, ClapArgs)]
+pub(super) struct CorrectedOptions {
+    /// Write the samples again to this file, as a scheme has corrected them. It is gzipped if its
+    /// name ends in .gz
+    #[arg(long, value_name = "FILE")]
+    corrected: Option<PathBuf>,
+    /// Scheme whose correction is written: what its row of the table was navigated with
+    #[arg(
+        long,
+        value_name = "SCHEME",
+        default_value = "rnn-kalman",
+        requires = "corrected",
+        value_parser = PossibleValuesParser::new(SCHEMES)
+    )]
+    corrected_by: String,
+    /// Form of the file
+    #[arg(
+        long,
+        value_name = "FORM",
+        default_value = "same",
+        requires = "corrected"
+    )]
+    corrected_format: Form,
+    /// KF-GINS: added to all times to make them seconds of the week, s
+    #[arg(
+        long,
+        value_name = "SECONDS",
+        default_value_t = 0.0,
+        allow_hyphen_values = true,
+        requires = "corrected"
+    )]
+    corrected_shift: f64,
+}
+
+impl CorrectedOptions {
+    /// The scheme, if a file is wanted.
+    pub(super) fn scheme(&self) -> Option<&str> {
+        self.corrected.as_ref().map(|_| self.corrected_by.as_str())
+    }
+
+    /// The file that is wanted, checked before the work for it begins.
+    pub(super) fn target(
+        &self,
+        original: Option<Original>,
+        record: &Record,
+    ) -> Result<Option<Target<'_>>, Error> {
+        let Some(file) = &self.corrected else {
+            return Ok(None);
+        };
+        let source = original.as_ref().map_or(&*record.file, Original::file);
+        let same = |other: &Path| {
+            let [a, b] = [file, other].map(std::fs::canonicalize);
+            a.ok().zip(b.ok()).is_some_and(|(a, b)| a == b)
+        };
+        if same(source) || same(&record.file) {
+            let problem = format!("'{}' is the recording itself", file.display());
+            return Err(refused("--corrected", problem, "give another file"));
+        }
+        let what = match (self.corrected_format, original) {
+            (Form::KfGins, _) => {
+                kfgins::imu_text(record, self.corrected_shift, "--corrected-shift")?;
+                What::KfGins(self.corrected_shift)
+            }
+            (Form::Same, Some(original)) => What::Same(original),
+            (Form::Same, None) => {
+                let problem = "this format is read but not written";
+                return Err(refused(
+                    "--corrected-format",
+                    problem,
+                    "give --corrected-format kf-gins, or convert the recording to csv and replay \
+                     that",
+                ));
+            }
+        };
+        check_writable(file)?;
+        let by = &self.corrected_by;
+        Ok(Some(Target { file, by, what }))
+    }
+}
+
+/// In which form it is written.
+enum What {
+    Same(Original),
+    /// With what is added to the times, s.
+    KfGins(f64),
+}
+
+/// A file that is wanted.
+pub(super) struct Target<'o> {
+    file: &'o Path,
+    by: &'o str,
+    what: What,
+}
+
+impl Target<'_> {
+    /// Writes the file, and gives a sentence for the report. The first epoch is at time `begin` on
+    /// the clock of the IMU, s.
+    pub(super) fn write(
+        &self,
+        record: &Record,
+        correction: &Correction,
+        begin: f64,
+    ) -> Result<String, Error> {
+        let taken = correction.taken(record, begin);
+        let bytes = match &self.what {
+            What::Same(original) => original.without(&taken)?,
+            What::KfGins(shift) => {
+                let record = Record {
+                    samples: less(&record.samples, &taken),
+                    ..record.clone()
+                };
+                kfgins::imu_text(&record, *shift, "--corrected-shift")?.into_bytes()
+            }
+        };
+        let packed = self.file.extension().is_some_and(|e| e == "gz");
+        let bytes = if packed {
+            gzip(&bytes, self.file)?
+        } else {
+            bytes
+        };
+        write_atomic(self.file, &bytes)?;
+        let changed = taken.iter().filter(|t| **t != Increment::default()).count();
+        Ok(format!(
+            "{} holds the samples as {} has corrected them: {changed} of {} differ.",
+            self.file.display(),
+            self.by,
+            taken.len()
+        ))
+    }
+}
+
+fn less(samples: &[Increment], taken: &[Increment]) -> Vec<Increment> {
+    let less = |(a, b): (&Increment, &Increment)| Increment {
+        dtheta: a.dtheta - b.dtheta,
+        dv: a.dv - b.dv,
+    };
+    samples.iter().zip(taken).map(less).collect()
+}
+
+fn gzip(bytes: &[u8], file: &Path) -> Result<Vec<u8>, Error> {
+    let mut encoder = GzEncoder::new(Vec::new(), Compression::default());
+    let packed = encoder.write_all(bytes).and_then(|()| encoder.finish());
+    packed.map_err(|source| Error::writing(file, source))
+}

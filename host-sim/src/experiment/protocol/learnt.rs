@@ -1,0 +1,158 @@
+//! What is learnt from one part of a recording, by every scheme.
+
+use super::{Settings, Split};
+use crate::experiment::correction::Correction;
+use crate::inertial::align;
+use crate::inertial::ekf::{Aided, ErrorModel, Prior};
+use crate::inertial::session::Session;
+use crate::inertial::sins::Increment;
+use crate::learning::fit::{FittedNetworks, fit_from};
+use crate::learning::fix_learner::{self, learn};
+use crate::learning::teacher::{Assumptions, Nominal, Start, aid, aligned, navigate_from};
+use crate::learning::window::{compensate, compensator};
+use firmware::learn::bank::Gates;
+use nalgebra::Vector3;
+
+/// The classical filters beside the networks.
+fn classical(prior: &Prior) -> [(&'static str, ErrorModel); 3] {
+    [
+        ("ekf6", ErrorModel::biases(prior)),
+        ("ekf12", ErrorModel::with_scale(prior)),
+        ("ekf24", ErrorModel::with_matrices(prior)),
+    ]
+}
+
+/// What was made of the part to learn from.
+pub(super) struct Learnt {
+    pub(super) lesson: Session,
+    pub(super) nominal: Nominal,
+    pub(super) fitted: FittedNetworks,
+    pub(super) filters: Vec<(&'static str, Aided)>,
+    pub(super) device: fix_learner::Learnt,
+}
+
+impl Learnt {
+    /// Learns. `None` when a standstill does not give an attitude.
+    pub(super) fn from(session: &Session, split: &Split, settings: &Settings) -> Option<Self> {
+        let a = &settings.assumptions;
+        let lesson = session.cut(&split.learn);
+        let (increments, until) = (lesson.increments(), lesson.epochs());
+        let (first, start) = begin(&lesson, &increments, settings)?;
+        let nominal = navigate_from(&lesson, &increments, a, &start, first, until);
+        let fitted = fit_from(
+            &lesson,
+            &increments,
+            &nominal,
+            *a,
+            &settings.network,
+            settings.promoted_only,
+        );
+        Some(Self {
+            filters: classical(&a.prior)
+                .into_iter()
+                .map(|(name, model)| {
+                    Some((name, aided(&lesson, &increments, model, settings, until)?))
+                })
+                .collect::<Option<_>>()?,
+            device: device(&lesson, &increments, settings, until)?,
+            lesson,
+            nominal,
+            fitted,
+        })
+    }
+
+    /// What a scheme takes off the samples of the whole session.
+    pub(super) fn correction(
+        &self,
+        scheme: &str,
+        session: &Session,
+        a: &Assumptions,
+    ) -> Correction {
+        let filter = self.filters.iter().find(|(name, _)| *name == scheme);
+        match (scheme, filter) {
+            (_, Some((_, filter))) => {
+                Correction::Filter(Box::new(filter.clone()), self.lesson.epochs())
+            }
+            ("ls-bias", _) => Correction::Linear(self.fitted.bias),
+            ("ls-3x3", _) => Correction::Linear(self.fitted.linear),
+            ("rnn", _) => {
+                let compensator = compensator(session, &self.fitted.nets, a);
+                let mut errors = vec![compensator.power_on(false).estimate()];
+                errors.extend(compensate(session, &compensator).estimates);
+                Correction::Epochs(errors)
+            }
+            ("rnn-kalman", _) => {
+                let until = self.lesson.epochs();
+                let mut errors = vec![[[0.0; 3]; 2]; until];
+                errors.extend(self.device.estimates(session, a, until));
+                Correction::Epochs(errors)
+            }
+            _ => Correction::Nothing,
+        }
+    }
+}
+
+/// The device's learner from fixes at the end of the learning part.
+fn device(
+    session: &Session,
+    increments: &[Increment],
+    settings: &Settings,
+    until: usize,
+) -> Option<fix_learner::Learnt> {
+    let start = match session.standstill {
+        0 => Some(begin(session, increments, settings)?.1),
+        _ => None,
+    };
+    let a = &settings.assumptions;
+    learn(session, a, Gates::default(), start.as_ref(), until)
+}
+
+/// First epoch after alignment and the state there. Without a standstill it is the session's own
+/// start, else the reference's.
+fn begin(
+    session: &Session,
+    increments: &[Increment],
+    settings: &Settings,
+) -> Option<(usize, Start)> {
+    let first = session.standstill;
+    if let Some(start) = session.start.filter(|_| first == 0) {
+        return Some((0, start));
+    }
+    let mut nav = session.referenced(first);
+    if first > 0 {
+        let still = &increments[..first * session.samples_per_epoch()];
+        nav.q_bn = align::inertial_frame(
+            still,
+            session.dt,
+            session.samples(),
+            session.nearest_fix(0).position,
+        )?;
+        let fix = session.nearest_fix(first);
+        nav.position = session.imu_position(&fix.position, &nav.q_bn);
+        nav.velocity = Vector3::zeros();
+    }
+    let sigmas = session.nearest_fix(first).start_sigmas();
+    let aligned = || settings.assumptions.initial_sigma(&nav, &sigmas);
+    let sigma = settings.start_sigma.unwrap_or_else(aligned);
+    Some((first, Start { nav, sigma }))
+}
+
+/// A filter with fixes up to epoch `until`: from an alignment at standstill, else from the
+/// reference's first state.
+pub(super) fn aided(
+    session: &Session,
+    increments: &[Increment],
+    model: ErrorModel,
+    settings: &Settings,
+    until: usize,
+) -> Option<Aided> {
+    let a = &settings.assumptions;
+    if session.standstill > 0 {
+        return Some(aligned(session, increments)?.aided(model, a, session, increments, until));
+    }
+    let (first, start) = begin(session, increments, settings)?;
+    let mut filter =
+        Aided::new(start.nav, &start.sigma, model, a.noise).with_samples(session.samples());
+    (first..until).for_each(|k| aid(&mut filter, session, increments, k));
+    Some(filter)
+}

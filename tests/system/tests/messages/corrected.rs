@@ -1,0 +1,162 @@
+//! `replay --corrected`: the recording again, with corrected samples. Whoever navigates with them
+//! gets what the table said of the scheme.
+
+use super::{complaint, host_sim};
+use crate::writers::{bag, csv, drive, euroc};
+use serde_json::Value;
+use std::path::Path;
+
+/// Replays with `args` and gives the outcome.
+fn replay(dir: &Path, args: &str) -> Value {
+    let args = format!("replay {args} --unit tactical --json r.json --out page");
+    host_sim(dir, &args).success();
+    let bytes = std::fs::read(dir.join("r.json")).unwrap();
+    let outcomes: Value = serde_json::from_slice(&bytes).unwrap();
+    outcomes[0].clone()
+}
+
+/// Errors north and east of a scheme at all times, m.
+fn errors(outcome: &Value, scheme: &str) -> Vec<f64> {
+    let rows = outcome["rows"].as_array().unwrap();
+    let of = rows.iter().filter(|row| row["scheme"] == scheme);
+    let value = |row: &Value, key: &str| row[key].as_f64().unwrap();
+    of.flat_map(|row| ["d_north_m", "d_east_m"].map(|key| value(row, key)))
+        .collect()
+}
+
+/// The largest difference of two lists of equal length.
+fn apart(a: &[f64], b: &[f64]) -> f64 {
+    assert!(!a.is_empty() && a.len() == b.len());
+    let apart = a.iter().zip(b).map(|(a, b)| (a - b).abs());
+    apart.fold(0.0, f64::max)
+}
+
+/// `ls-bias`, `ls-3x3` and `rnn` start as `raw` does, with their own samples. So `raw` on the
+/// corrected file is that scheme.
+#[test]
+fn the_corrected_file_replays_raw_as_the_scheme_did() {
+    let dir = tempfile::tempdir().unwrap();
+    let dir = dir.path();
+    let session = drive();
+    csv(dir, &session, false);
+    std::fs::write(dir.join("in.mcap"), bag(&session)).unwrap();
+    let run = |args: &str| drop(host_sim(dir, args).success());
+    run("convert csv --header header.toml --to kf-gins --velocity --out k");
+    let kf = "k/gnss.txt --standstill-s 120";
+    for scheme in ["ls-bias", "ls-3x3", "rnn"] {
+        let write = format!("--corrected out/c.csv --corrected-by {scheme}");
+        let outcome = replay(dir, &format!("csv --header header.toml {write}"));
+        let told = outcome["notes"].to_string();
+        let note = format!("out/c.csv holds the samples as {scheme} has corrected them: 36000 of");
+        assert!(told.contains(&note), "{told}");
+        let meant = errors(&outcome, scheme);
+        let raw = errors(&outcome, "raw");
+        let again = replay(dir, "csv --header header.toml out/c.csv");
+        let off = apart(&errors(&again, "raw"), &meant);
+        assert!(off < 1e-3, "{scheme}: {off} m");
+        assert!(apart(&raw, &meant) > 1.0, "{scheme} corrects something");
+
+        let write = format!("--corrected c.txt --corrected-by {scheme}");
+        replay(dir, &format!("kf-gins k/imu.txt {kf} {write}"));
+        let again = replay(dir, &format!("kf-gins c.txt {kf}"));
+        let off = apart(&errors(&again, "raw"), &meant);
+        assert!(off < 1e-3, "kf-gins {scheme}: {off} m");
+    }
+    // a format that is not written, as text of KF-GINS
+    let write = "--corrected c.txt --corrected-by rnn --corrected-format kf-gins \
+                 --corrected-shift 100";
+    let source = "mcap in.mcap --velocity-topic /vel --standstill-s 120";
+    let outcome = replay(dir, &format!("{source} {write}"));
+    let meant = errors(&outcome, "rnn");
+    run("convert mcap in.mcap --velocity-topic /vel --to kf-gins --shift 100 --velocity --out m");
+    let again = replay(dir, "kf-gins c.txt m/gnss.txt --standstill-s 120");
+    let off = apart(&errors(&again, "raw"), &meant);
+    assert!(off < 1e-2, "mcap: {off} m");
+}
+
+/// A correction of nothing gives the same bytes in every form, and the device's correction begins
+/// where it has learnt.
+#[test]
+fn what_is_not_corrected_stays_to_the_byte() {
+    let dir = tempfile::tempdir().unwrap();
+    let dir = dir.path();
+    let session = drive();
+    csv(dir, &session, true);
+    euroc(dir, &session);
+    let raw = "--corrected c --corrected-by raw";
+    let same = |name: &str, whole: bool| {
+        let [a, b] = [name, "c"].map(|name| std::fs::read(dir.join(name)).unwrap());
+        assert!((a == b) == whole, "{name}");
+    };
+    replay(dir, &format!("csv --header header.toml {raw}"));
+    same("imu.csv", true);
+    replay(dir, &format!("euroc . {raw}"));
+    same("mav0/imu0/data.csv", true);
+    replay(dir, "csv --header header.toml --learn-s 200 --corrected c");
+    same("imu.csv", false);
+    let [old, new] = ["imu.csv", "c"].map(|name| std::fs::read_to_string(dir.join(name)).unwrap());
+    let changed: Vec<usize> = old
+        .lines()
+        .zip(new.lines())
+        .enumerate()
+        .filter_map(|(k, (a, b))| (a != b).then_some(k))
+        .collect();
+    // The first fix within the motion is at 1 s, so the first 200 s end at 201 s: a line of names,
+    // and 100 samples a second.
+    assert_eq!((changed[0], changed.last()), (20_101, Some(&36_000)));
+    assert_eq!(changed.len(), 15_900);
+}
+
+#[test]
+fn wrong_targets_are_named_before_the_work() {
+    let dir = tempfile::tempdir().unwrap();
+    let dir = dir.path();
+    let session = drive();
+    csv(dir, &session, true);
+    std::fs::write(dir.join("in.mcap"), bag(&session)).unwrap();
+    std::fs::create_dir(dir.join("folder")).unwrap();
+    let before = std::fs::read(dir.join("imu.csv")).unwrap();
+    for (source, args, part) in [
+        (
+            "csv",
+            "--corrected imu.csv",
+            "--corrected: 'imu.csv' is the recording itself",
+        ),
+        (
+            "csv",
+            "--corrected header.toml",
+            "--corrected: 'header.toml' is the recording itself",
+        ),
+        ("csv", "--corrected folder", "folder: cannot be written"),
+        (
+            "csv",
+            "--corrected imu.csv/c.csv",
+            "imu.csv/c.csv: cannot be written",
+        ),
+        (
+            "csv",
+            "--corrected c --corrected-by best",
+            "possible values: raw, ls-bias",
+        ),
+        ("csv", "--corrected-by rnn", "--corrected <FILE>"),
+        (
+            "csv",
+            "--corrected c --corrected-format kf-gins --corrected-shift=-9",
+            "--corrected-shift: -8.98 s is not a second of the week",
+        ),
+        (
+            "mcap",
+            "--corrected c.mcap",
+            "--corrected-format: this format is read but not written",
+        ),
+    ] {
+        let source = match source {
+            "csv" => "csv --header header.toml",
+            _ => "mcap in.mcap --standstill-s 120",
+        };
+        let text = complaint(dir, &format!("replay {source} {args}"));
+        assert!(text.contains(part), "{args}: no '{part}' in: {text}");
+    }
+    assert!(std::fs::read(dir.join("imu.csv")).unwrap() == before);
+    assert!(!dir.join("c").exists() && !dir.join("out").exists());
+}
