@@ -16,7 +16,9 @@ mod table;
 pub use gates::Gates;
 pub(super) use gates::Refusals;
 pub use parts::Work;
-pub use table::{ALL, HYPOTHESES, KEYS, LARGEST, NAMES, WITH_NETWORKS, ZERO_CORRECTION};
+pub use table::{
+    ALL, HYPOTHESES, KEYS, LARGEST, NAMES, SIX_BIASES, WITH_NETWORKS, ZERO_CORRECTION,
+};
 
 use super::prior::{Datasheet, LearnerNet, NAV};
 use crate::fix::OBSERVATIONS;
@@ -34,6 +36,8 @@ pub struct Bank<T: Real = f32> {
     unmodelled: [T; OUTPUTS],
     refused: [Refusals; OBSERVATIONS],
     running: usize,
+    /// The alignment has estimated the sensors' errors: see [`Self::navigating`].
+    believed: bool,
 }
 
 impl<T: Real> Bank<T> {
@@ -61,6 +65,7 @@ impl<T: Real> Bank<T> {
         unmodelled: [T::ZERO; OUTPUTS],
         refused: [Refusals::NONE; OBSERVATIONS],
         running: ZERO_CORRECTION,
+        believed: false,
     };
 
     /// [`Bank::new`] in place: a bank should not be moved over the stack.
@@ -79,6 +84,7 @@ impl<T: Real> Bank<T> {
         self.gates = gates;
         self.refused = [Refusals::NONE; OBSERVATIONS];
         self.running = ZERO_CORRECTION;
+        self.believed = false;
     }
 
     fn get(&self, index: usize) -> &dyn Hypothesis<T> {
@@ -151,27 +157,46 @@ impl<T: Real> Bank<T> {
         self.get(index).estimate()
     }
 
-    /// The navigator's error by the running hypothesis.
-    #[must_use]
-    pub fn error_state(&self) -> &[T; NAV] {
-        self.get(self.running).error_state()
+    /// The hypothesis that the device's own navigator follows: the running one. As long as that is
+    /// the zero correction, and the alignment has estimated the sensors' errors, it is
+    /// [`SIX_BIASES`]: an alignment in motion with sensors of 0.5 deg/s holds for a second only
+    /// without them. The output still has no correction then.
+    fn navigating(&self) -> usize {
+        let biases = self.believed && self.score(SIX_BIASES).is_finite();
+        if self.running == ZERO_CORRECTION && biases {
+            SIX_BIASES
+        } else {
+            self.running
+        }
     }
 
-    /// Standard deviation of one of the navigator's errors by the running hypothesis; `index` is in
-    /// the order of [`NAV`].
+    /// What the device's own navigator is to subtract, rad/s and m/s^2.
+    #[must_use]
+    pub fn navigating_estimate(&self) -> &[T; OUTPUTS] {
+        self.get(self.navigating()).estimate()
+    }
+
+    /// The navigator's error by the hypothesis that it follows.
+    #[must_use]
+    pub fn error_state(&self) -> &[T; NAV] {
+        self.get(self.navigating()).error_state()
+    }
+
+    /// Standard deviation of one of the navigator's errors by the hypothesis that it follows;
+    /// `index` is in the order of [`NAV`].
     #[must_use]
     pub fn error_sigma(&self, index: usize) -> T {
-        let of = self.get(self.running);
+        let of = self.get(self.navigating());
         of.innovation(index, T::ZERO, T::ZERO).variance.sqrt()
     }
 
     /// As [`Self::error_sigma`], but no smaller than what any hypothesis says that has not yet
-    /// fallen behind: its own standard deviation and its difference to the one that runs. So it
-    /// holds too while the choice among them is open.
+    /// fallen behind: its own standard deviation and its difference to the one that is followed. So
+    /// it holds too while the choice among them is open.
     #[must_use]
     pub fn error_doubt(&self, index: usize) -> T {
         let at = |of: &dyn Hypothesis<T>| of.error_state().get(index).copied().unwrap_or(T::ZERO);
-        let here = at(self.get(self.running));
+        let here = at(self.get(self.navigating()));
         let best = (0..HYPOTHESES).fold(f64::NEG_INFINITY, |best, h| best.max(self.score(h)));
         let mut doubt = self.error_sigma(index);
         for h in 0..HYPOTHESES {

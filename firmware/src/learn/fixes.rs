@@ -27,6 +27,7 @@ mod aligning;
 pub(in crate::learn) mod drive;
 mod gaps;
 mod observe;
+mod proportional;
 mod start;
 
 use super::age::FixAge;
@@ -85,6 +86,7 @@ pub use start::Started;
 
 use aligning::Asked;
 use gaps::Recent;
+use proportional::{Proportional, Ratios};
 use start::Probation;
 
 /// Learns both networks from the receiver's fixes.
@@ -106,6 +108,8 @@ pub struct FixLearner<'m> {
     started: Option<Started>,
     /// How the vehicle has moved of late.
     recent: Recent,
+    /// What it has turned and gained.
+    proportional: Proportional,
     /// Number of the first sample.
     first: u32,
     /// The last sample and its number.
@@ -142,6 +146,7 @@ impl<'m> FixLearner<'m> {
             navigator: None,
             started: None,
             recent: Recent::default(),
+            proportional: Proportional::default(),
             first: 0,
             last: None,
             last_fix_ms: None,
@@ -210,12 +215,21 @@ impl<'m> FixLearner<'m> {
         if passed.time <= 0.0 {
             return Some(navigator); // a fix that arrived with the block's last sample
         }
-        let block = Transition {
+        let mut block = Transition {
             phi: passed.phi,
             gamma: passed.gamma,
             q: passed.q,
             time: passed.time,
         };
+        let ratios = Ratios {
+            scale: self.settings.scale,
+            g_sensitivity: self.settings.g_sensitivity,
+        };
+        let state = navigator.state();
+        let [turn, gain] = self.proportional.moves(state, passed.time, &ratios);
+        for (i, row) in block.q.iter_mut().enumerate().take(6) {
+            row[i] += if i < 3 { turn } else { gain };
+        }
         let Memory { bank, work } = &mut *self.memory;
         let applied = flat(navigator.estimate());
         bank.propagate_mean(&block, &applied);
@@ -230,13 +244,14 @@ impl<'m> FixLearner<'m> {
             return;
         };
         let bank = &mut self.memory.bank;
-        let [gyro, accel] = split(bank.estimate());
+        let [gyro, accel] = split(bank.navigating_estimate());
         let error = bank.feed_back();
         if !navigator.feed_back(&error) || !navigator.set_estimate(gyro, accel) {
             return self.lose();
         }
         self.antenna.feed_back(&error);
         navigator.set_lever_arm(self.antenna.arm());
+        self.proportional.set(navigator.state());
     }
 
     /// The navigator's solution, less the error that the last fix has shown; `None` while it does
@@ -293,6 +308,7 @@ impl Learner for FixLearner<'_> {
         self.navigator = None;
         self.started = None;
         self.recent = Recent::default();
+        self.proportional = Proportional::default();
         self.probation = Probation::default();
         self.last = None;
         self.last_fix_ms = None;

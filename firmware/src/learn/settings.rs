@@ -23,8 +23,10 @@ pub struct Settings {
     /// Standard deviation of that least age, s, >= 0. 0: it is exactly as told.
     pub fix_age_sigma: f32,
     /// Errors of gyros and accelerometers in proportion to the motion, as ratios: scale factor and
-    /// misalignment together. For an alignment in motion.
+    /// misalignment together.
     pub scale: [f32; 2],
+    /// Bias of the gyros by specific force, rad/s per m/s2.
+    pub g_sensitivity: f32,
     /// How the vehicle moves, and its forward axis in the sensor's axes (unit vector).
     pub vehicle: VehicleKind,
     /// See [`Self::vehicle`].
@@ -64,6 +66,7 @@ impl Settings {
         gates: Gates::USUAL,
         align_s: 100.0,
         scale: [5.385_164_7e-5, 1.118_034e-4],
+        g_sensitivity: 0.0,
         vehicle: VehicleKind::Land,
         forward: [1.0, 0.0, 0.0],
         fix_age_s: 0.1,
@@ -95,6 +98,7 @@ impl Settings {
             gates: Gates::USUAL,
             align_s: f64::from(told.correction.align),
             scale: [&told.gyro, &told.accel].map(|of| libm::hypotf(of.scale, of.misalignment)),
+            g_sensitivity: told.gyro.g_sensitivity,
             vehicle: told.vehicle.kind,
             forward: told.in_sensor_axes([1.0, 0.0, 0.0]),
             fix_age_s: told.receiver.fix_delay,

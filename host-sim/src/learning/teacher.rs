@@ -12,7 +12,7 @@ use crate::inertial::ekf::{
 pub use crate::inertial::session::Start;
 use crate::inertial::session::{EPOCH_S, Session};
 use crate::inertial::sins::{Increment, NavState, Samples};
-use crate::inertial::units::{ARCSEC, DEG_PER_H, DEG_PER_SQRT_H, PPM, UG, UG_PER_SQRT_HZ};
+use crate::inertial::units::{ARCSEC, DEG_PER_H, DEG_PER_SQRT_H, G0, PPM, UG, UG_PER_SQRT_HZ};
 use crate::learning::aiding::{Passed, ZERO_VELOCITY_MPS, fix_at, pass};
 use crate::simulator::imu::ImuSpec;
 use crate::unit::Unit;
@@ -29,6 +29,8 @@ pub struct Assumptions {
     /// Random walk of the biases in an hour as a share of their prior, gyros then accelerometers:
     /// what the device's learner is told.
     pub in_run: [f64; 2],
+    /// Bias of the gyros by specific force, rad/s per m/s2.
+    pub g_sensitivity: f64,
     /// Largest correction of gyros and accelerometers, SI; `None`: ten times the prior.
     pub limit: Option<[f64; 2]>,
 }
@@ -82,6 +84,7 @@ impl Assumptions {
                 accel: a.velocity_random_walk_ugpsqrthz * UG_PER_SQRT_HZ,
             },
             in_run,
+            g_sensitivity: g.g_sensitivity_dphpg * DEG_PER_H / G0,
             limit: given.then(|| unit.limits()[0]),
         }
     }
@@ -98,6 +101,7 @@ impl Assumptions {
             prior: prior(spec),
             noise,
             in_run: IN_RUN,
+            g_sensitivity: spec.gyro.g_sensitivity_dphpg * DEG_PER_H / G0,
             limit: None,
         }
     }

@@ -10,6 +10,20 @@ use lrnn_nostd::learn::kalman::OUTPUTS;
 /// Covariance or map of the errors.
 pub type Matrix = [[f32; ERRORS]; ERRORS];
 
+/// What the fixes have shown of the sensors' errors `e`: independent observations of `rows (e -
+/// from)`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Shown {
+    /// The errors in units of the observations, rad/s and m/s2.
+    pub rows: [[f32; OUTPUTS]; OUTPUTS],
+    /// What was observed.
+    pub z: [f32; OUTPUTS],
+    /// Its variance; infinite where nothing has been shown.
+    pub variance: [f32; OUTPUTS],
+    /// The sensors' errors that were known before, rad/s and m/s2.
+    pub from: [f32; OUTPUTS],
+}
+
 /// Errors of a map.
 #[derive(Debug, Clone, Copy)]
 pub struct Given {
@@ -19,6 +33,8 @@ pub struct Given {
     pub rest: Matrix,
     /// Covariance of both, as the filter knows them.
     pub all: Matrix,
+    /// What was shown of the biases.
+    pub shown: Shown,
 }
 
 /// The errors `m x`. `unit` scales the biases: their standard deviations before. `None` when the
@@ -57,10 +73,62 @@ pub fn given_biases(kalman: &Biased, m: &Matrix, unit: &[f32; OUTPUTS]) -> Optio
         })
     });
     let mut values = by.as_flattened().iter().chain(rest.as_flattened());
-    values
-        .all(|x| x.is_finite())
-        .then_some(Given { by, rest, all })
+    values.all(|x| x.is_finite()).then_some(Given {
+        by,
+        rest,
+        all,
+        shown: shown(kalman, &factor, unit),
+    })
 }
+
+/// The information that the filter has beside its own prior, whose covariance is `unit` squared:
+/// `inverse(P) - inverse(unit^2)`, as independent observations. `factor` is that of `P` in these
+/// units.
+fn shown(kalman: &Biased, factor: &Factor, unit: &[f32; OUTPUTS]) -> Shown {
+    let of = kalman.model().estimate();
+    let sum = solved(factor, core::array::from_fn(|j| of[j] / unit[j]));
+    let inverse: Factor = core::array::from_fn(|j| {
+        let mut one = [0.0; OUTPUTS];
+        one[j] = 1.0;
+        solved(factor, one)
+    });
+    let mut left: Factor = core::array::from_fn(|i| {
+        core::array::from_fn(|j| {
+            let prior = if i == j { 1.0 } else { 0.0 };
+            0.5 * (inverse[i][j] + inverse[j][i]) - prior
+        })
+    });
+    let mut sum = sum;
+    let mut shown = Shown {
+        rows: [[0.0; OUTPUTS]; OUTPUTS],
+        z: [0.0; OUTPUTS],
+        variance: [f32::INFINITY; OUTPUTS],
+        from: [0.0; OUTPUTS],
+    };
+    // one observation after the other is taken out of the information (L D L')
+    for k in 0..OUTPUTS {
+        let weight = left[k][k];
+        if !(weight > LEAST_SHOWN && weight.is_finite()) {
+            continue;
+        }
+        let row = left[k].map(|x| x / weight);
+        let z = sum[k] / weight;
+        for i in 0..OUTPUTS {
+            sum[i] -= weight * row[i] * z;
+            for j in 0..OUTPUTS {
+                left[i][j] -= weight * row[i] * row[j];
+            }
+        }
+        shown.rows[k] = core::array::from_fn(|j| row[j] / unit[j]);
+        shown.z[k] = z;
+        shown.variance[k] = 1.0 / weight;
+    }
+    shown
+}
+
+/// Information in units of the prior's that says nothing: the prior's standard deviation would
+/// become 0.5 % smaller.
+const LEAST_SHOWN: f32 = 0.01;
 
 type Factor = [[f32; OUTPUTS]; OUTPUTS];
 

@@ -33,7 +33,7 @@ mod waiting;
 mod watch;
 mod work;
 
-pub use start::Start;
+pub use start::{Shown, Start};
 pub use work::Found;
 
 use crate::control::Way;

@@ -1,6 +1,7 @@
 //! The hand-over of a matched attitude: from the levelled frame `w` to north, east, down.
 
 use super::filter::{ERRORS, Filter, Match, unit};
+pub use super::given::Shown;
 use super::given::{Matrix, given_biases};
 use super::known::azimuth_row;
 use crate::control::Way;
@@ -35,6 +36,8 @@ pub struct Start {
     pub rest: [[f32; ERRORS]; ERRORS],
     /// The alignment's estimate of the sensors' errors, rad/s and m/s2.
     pub applied: [f32; OUTPUTS],
+    /// What the fixes have shown of them.
+    pub shown: Shown,
     /// Covariance of the errors, that of the sensors included as far as the alignment knows them.
     pub all: [[f32; ERRORS]; ERRORS],
     /// What gave the heading.
@@ -96,6 +99,8 @@ pub fn start(
     for (applied, known) in applied.iter_mut().zip(seen.known) {
         *applied += known;
     }
+    let mut shown = given.shown;
+    shown.from = *seen.known;
     Some(Start {
         state: nav::State {
             position,
@@ -105,6 +110,7 @@ pub fn start(
         by: given.by,
         rest: given.rest,
         applied,
+        shown,
         all: given.all,
         way: filter.way(),
         heading_sigma: filter.heading_sigma(),

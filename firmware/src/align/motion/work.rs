@@ -1,7 +1,7 @@
 //! What a fix leads to, in parts of some ten thousand instructions.
 
 use super::filter::{ERRORS, Filter, Match, View};
-use super::start::{self, Start};
+use super::start::{self, Shown, Start};
 use super::waiting::Waiting;
 use super::{
     BAD_RESIDUAL, GOOD_RESIDUAL, InMotion, LEAST_FIXES, LINEAR, MAX_HEADING, MAX_NORM, MAX_TILT,
@@ -54,6 +54,7 @@ impl Pending {
 pub struct Found {
     state: nav::State,
     applied: [f32; OUTPUTS],
+    shown: Shown,
     way: Way,
     heading_sigma: f32,
     residual: f32,
@@ -66,6 +67,7 @@ impl Found {
         Found {
             state: start.state,
             applied: start.applied,
+            shown: start.shown,
             way: start.way,
             heading_sigma: start.heading_sigma,
             residual: start.residual,
@@ -80,6 +82,7 @@ impl Found {
             by: scratch.gamma,
             rest: scratch.q,
             applied: self.applied,
+            shown: self.shown,
             all: scratch.phi,
             way: self.way,
             heading_sigma: self.heading_sigma,

@@ -4,6 +4,7 @@
 
 use super::table::LARGEST;
 use super::{ALL, Bank, NAV, OUTPUTS, TRIADS, ZERO_CORRECTION, index};
+use crate::align::motion::Shown;
 use crate::fix::OBSERVATIONS;
 use lrnn_nostd::Real;
 use lrnn_nostd::learn::kalman::{
@@ -43,9 +44,24 @@ pub struct Work<T: Real = f32> {
     aligns: bool,
     /// The alignment has estimated the sensors' errors: `block.phi` holds its whole covariance.
     knows: bool,
+    /// What it has shown of them, until the hypotheses have learnt it. It comes first.
+    shown: Option<Learnt<T>>,
     /// The refused observations of the last fix, one bit each.
     pub refused: u8,
 }
+
+/// What an alignment has shown of the sensors' errors, before the navigator's errors follow from
+/// them. The hypotheses learn it as a fix of a navigator whose errors are the observed ones.
+#[derive(Clone, Debug)]
+struct Learnt<T> {
+    by: [[T; OUTPUTS]; NAV],
+    z: [T; OBSERVATIONS],
+    variance: [T; OBSERVATIONS],
+    /// The alignment's estimate of the sensors' errors.
+    applied: [T; OUTPUTS],
+}
+
+const _: () = assert!(OBSERVATIONS == OUTPUTS);
 
 impl<T: Real> Work<T> {
     /// All zeros, so that a static one takes no room in flash.
@@ -59,6 +75,7 @@ impl<T: Real> Work<T> {
         accepted: false,
         aligns: false,
         knows: false,
+        shown: None,
         refused: 0,
     };
 
@@ -73,6 +90,7 @@ impl<T: Real> Work<T> {
     pub fn interval(&mut self, block: &Transition<NAV, T>) {
         self.block = *block;
         self.aligns = false;
+        self.shown = None;
         self.next = 0;
     }
 
@@ -81,20 +99,8 @@ impl<T: Real> Work<T> {
     pub fn alignment(&mut self, by: &[[T; OUTPUTS]; NAV], rest: &[[T; NAV]; NAV]) {
         (self.block.gamma, self.block.q) = (*by, *rest);
         (self.aligns, self.knows) = (true, false);
+        self.shown = None;
         self.next = 0;
-    }
-
-    /// As [`Self::alignment`], after an alignment that has estimated the sensors' errors too
-    /// ([`Bank::believe_alignment`]): then the errors have the covariance `all`.
-    pub fn known_alignment(
-        &mut self,
-        by: &[[T; OUTPUTS]; NAV],
-        rest: &[[T; NAV]; NAV],
-        all: &[[T; NAV]; NAV],
-    ) {
-        self.alignment(by, rest);
-        self.block.phi = *all;
-        self.knows = true;
     }
 
     /// A fix at the end of the interval. An observation of infinite variance is not measured: it
@@ -138,6 +144,7 @@ impl<T: Real> Work<T> {
     pub fn clear(&mut self) {
         self.next = END;
         self.fix = None;
+        self.shown = None;
         self.inputs = None;
     }
 }
@@ -154,13 +161,46 @@ impl<T: Real> Bank<T> {
     /// subtracted. This sets the means; the covariances follow by [`Work::alignment`] and
     /// [`Bank::work`]. What was learnt stays.
     pub fn align_means(&mut self, by: &[[T; OUTPUTS]; NAV], applied: &[T; OUTPUTS]) {
+        self.believed = false;
         self.each(|h| h.align_mean(by, applied));
+    }
+
+    /// A new navigator from an alignment that has estimated the sensors' errors too: `applied`. It
+    /// has the errors `by` times those that are left, and others of covariance `rest`; both together
+    /// have the covariance `all`. First the hypotheses learn what was `shown` of the sensors; that
+    /// counts for none of them, because all of them profit.
+    pub fn start(
+        &mut self,
+        work: &mut Work<T>,
+        by: &[[T; OUTPUTS]; NAV],
+        [rest, all]: [&[[T; NAV]; NAV]; 2],
+        applied: &[T; OUTPUTS],
+        shown: &Shown,
+    ) {
+        work.alignment(by, rest);
+        work.block.phi = *all;
+        work.knows = true;
+        let to = |x: f32| T::from_f64(f64::from(x));
+        let mut learnt = Learnt {
+            by: [[T::ZERO; OUTPUTS]; NAV],
+            z: shown.z.map(to),
+            variance: shown.variance.map(to),
+            applied: *applied,
+        };
+        for (k, row) in shown.rows.iter().enumerate() {
+            if let Some(of) = learnt.by.get_mut(index(k)) {
+                *of = row.map(to);
+            }
+        }
+        self.align_means(&learnt.by, &shown.from.map(to));
+        work.shown = Some(learnt);
     }
 
     /// After [`Bank::align_means`], when `applied` was estimated by the alignment: the zero
     /// correction has no parameters for the sensors' errors, but it does not deny them. It believes
     /// the alignment as it is.
-    pub fn believe_alignment(&mut self) {
+    fn believe_alignment(&mut self) {
+        self.believed = true;
         let nothing = [[T::ZERO; OUTPUTS]; NAV];
         self.some(1 << ZERO_CORRECTION, |h| {
             h.align_mean(&nothing, &[T::ZERO; OUTPUTS]);
@@ -177,7 +217,18 @@ impl<T: Real> Bank<T> {
                 self.propagate_covariance(LARGEST, part - PROPAGATE_LARGE, work)
             }
             part @ UPDATE..FINISH_UPDATE => self.update(part - UPDATE, work),
-            FINISH_UPDATE if work.fix.is_some() => self.some(SMALL, |h| h.finish_update()),
+            FINISH_UPDATE if work.fix.is_some() || work.shown.is_some() => {
+                self.some(SMALL, |h| h.finish_update())
+            }
+            part if part == FINISH_UPDATE + 1 && work.shown.is_some() => {
+                self.some(LARGE_ONLY, |h| h.finish_update());
+                if let Some(learnt) = work.shown.take() {
+                    self.align_means(&work.block.gamma, &learnt.applied);
+                    self.believe_alignment();
+                }
+                work.next = 0;
+                return true;
+            }
             part if part == FINISH_UPDATE + 1 && work.fix.take().is_some() => {
                 self.some(LARGE_ONLY, |h| h.finish_update());
                 self.choose();
@@ -195,7 +246,7 @@ impl<T: Real> Bank<T> {
             _ => {}
         }
         work.next = match work.next + 1 {
-            UPDATE if work.fix.is_none() => STEP,
+            UPDATE if work.fix.is_none() && work.shown.is_none() => STEP,
             next => next,
         };
         if work.next == STEP && work.inputs.is_none() {
@@ -210,6 +261,12 @@ impl<T: Real> Bank<T> {
         if !work.aligns {
             return self.some(1 << which, |h| {
                 h.propagate_covariance(part, block, workspace)
+            });
+        }
+        if let Some(learnt) = &work.shown {
+            let nothing = [[T::ZERO; NAV]; NAV];
+            return self.some(1 << which, |h| {
+                h.align_covariance(part, &learnt.by, &nothing, workspace);
             });
         }
         let (by, rest) = (&block.gamma, &block.q);
@@ -229,7 +286,9 @@ impl<T: Real> Bank<T> {
             return self.some(LARGE_ONLY, |h| _ = h.apply_deferred());
         }
         let k = group * MAX_DEFERRED + part / 2;
-        let Some((z, variance)) = work.fix else {
+        let learnt = work.shown.as_ref();
+        let learnt = learnt.map(|of| (of.z, of.variance));
+        let Some((z, variance)) = learnt.or(work.fix) else {
             return;
         };
         let (Some(&z), Some(&variance)) = (z.get(k), variance.get(k)) else {
@@ -238,7 +297,14 @@ impl<T: Real> Bank<T> {
         if !variance.is_finite() {
             return; // not measured
         }
-        let which = if part.is_multiple_of(2) {
+        let which = if learnt.is_some() {
+            work.accepted = true;
+            if part.is_multiple_of(2) {
+                SMALL
+            } else {
+                LARGE_ONLY
+            }
+        } else if part.is_multiple_of(2) {
             work.accepted = self.accepts(k, z, variance, work.counts);
             work.refused |= u8::from(!work.accepted) << k;
             SMALL

@@ -96,6 +96,9 @@ const fn bits(values: &[f64]) -> u8 {
 /// The hypothesis that believes the sensors.
 pub const ZERO_CORRECTION: usize = 0;
 
+/// The hypothesis that knows six biases and nothing else.
+pub const SIX_BIASES: usize = 1;
+
 /// All hypotheses, one bit each.
 pub const ALL: u8 = (1 << HYPOTHESES) - 1;
 

@@ -29,7 +29,7 @@ impl FixLearner<'_> {
     /// waits for a standstill that will show north. `still`: the vehicle stands.
     pub(super) fn align_in_motion(&mut self, fix: &Fix, age: f32, still: bool) -> Option<()> {
         let (stream, scale) = (self.stream?, self.scale?);
-        let known = *self.memory.bank.estimate();
+        let known = *self.memory.bank.navigating_estimate();
         let settings = &self.settings;
         let sheet = &settings.sheet;
         let motion = self.motion.get_or_insert_with(|| {
@@ -89,7 +89,7 @@ impl FixLearner<'_> {
         if !asked.waits {
             let start = found.start(self.memory.work.scratch());
             let variance = start.sigmas().map(|sigma| sigma * sigma);
-            let known = Some((&start.applied, &start.all));
+            let known = Some(&start);
             let at = Some((&asked.fix, asked.age));
             let started = self.navigate(start.state, &start.by, &start.rest, known, at);
             if started.is_some() {

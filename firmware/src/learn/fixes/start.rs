@@ -1,8 +1,9 @@
 //! How the navigator starts, and how it goes on across missing samples.
 
 use super::observe::STANDS_MPS;
+use super::proportional::Proportional;
 use super::{FixLearner, Memory};
-use crate::align::motion::{InMotion, MAX_HEADING};
+use crate::align::motion::{self, InMotion, MAX_HEADING};
 use crate::control::{Reason, Way};
 use crate::fix::{Fix, Heading};
 use crate::learn::Report;
@@ -218,8 +219,8 @@ impl FixLearner<'_> {
     }
 
     /// A navigator in this state at the end of the last sample. Its errors are `by` times the
-    /// sensors' errors, plus others of covariance `rest`. `known`: the sensors' errors that the
-    /// alignment has estimated and subtracted, and the covariance of all errors. `at`: the fix, and
+    /// sensors' errors, plus others of covariance `rest`. `known`: the alignment in motion, which has
+    /// estimated and subtracted the sensors' errors too. `at`: the fix, and
     /// its age, that the state is from. The result is `None` without a stream, or when the state is
     /// outside the range of the equations.
     pub(super) fn navigate(
@@ -227,7 +228,7 @@ impl FixLearner<'_> {
         state: nav::State,
         by: &[[f32; OUTPUTS]; NAV],
         rest: &[[f32; NAV]; NAV],
-        known: Option<(&[f32; OUTPUTS], &[[f32; NAV]; NAV])>,
+        known: Option<&motion::Start>,
         at: Option<(&Fix, f32)>,
     ) -> Option<()> {
         let (stream, scale) = (self.stream?, self.scale?);
@@ -238,7 +239,7 @@ impl FixLearner<'_> {
         self.finish();
         let sigma = self.antenna.age_sigma();
         let seen = at.map(|(fix, age)| navigator.seen(fix, age, sigma));
-        let applied = known.map_or([0.0; OUTPUTS], |(applied, _)| *applied);
+        let applied = known.map_or([0.0; OUTPUTS], |start| start.applied);
         self.antenna.navigates(by, rest, &applied, seen.as_ref());
         let unknown = self.antenna.unknown();
         let wider = |of: &[[f32; NAV]; NAV]| {
@@ -254,13 +255,15 @@ impl FixLearner<'_> {
         let rest = wider(rest);
         let Memory { bank, work } = &mut *self.memory;
         work.clear();
-        bank.align_means(by, &applied);
-        if let Some((_, all)) = known {
-            bank.believe_alignment();
-            work.known_alignment(by, &rest, &wider(all));
+        if let Some(motion::Start { all, shown, .. }) = known {
+            let both = [&rest, &wider(all)];
+            bank.start(work, by, both, &applied, shown);
         } else {
+            bank.align_means(by, &applied);
             work.alignment(by, &rest);
         }
+        self.proportional = Proportional::default();
+        self.proportional.set(navigator.state());
         self.navigator = Some(navigator);
         Some(())
     }

@@ -197,10 +197,6 @@ pub fn datasheet(assumptions: &Assumptions) -> Datasheet {
     }
 }
 
-/// Scale factor and misalignment that an alignment in motion allows for, where no unit tells them
-/// (assumed: a tactical sensor).
-const SCALE: [f32; 2] = [1e-3; 2];
-
 /// What the device is told: the sensors' datasheet, and that fixes arrive where they are valid.
 /// The alignment takes a third of the standstill, as everybody's does.
 fn settings(session: &Session, assumptions: &Assumptions, gates: Gates) -> Settings {
@@ -213,7 +209,8 @@ fn settings(session: &Session, assumptions: &Assumptions, gates: Gates) -> Setti
         },
         gates,
         align_s: share.max(LEAST_S),
-        scale: SCALE,
+        scale: in_proportion(&assumptions.prior),
+        g_sensitivity: assumptions.g_sensitivity as f32,
         vehicle: VehicleKind::Land,
         forward: [1.0, 0.0, 0.0],
         fix_age_s: 0.0,
@@ -222,6 +219,12 @@ fn settings(session: &Session, assumptions: &Assumptions, gates: Gates) -> Setti
         lever_arm_sigma: 0.0,
         mounting: [1.0, 0.0, 0.0, 0.0],
     }
+}
+
+/// Scale factor and misalignment together, as ratios: gyros, accelerometers.
+#[must_use]
+pub fn in_proportion(prior: &Prior) -> [f32; 2] {
+    [0, 1].map(|k| prior.scale[k].hypot(prior.misalignment[k]) as f32)
 }
 
 /// Learns from the fixes up to epoch `until`. With a standstill the device aligns itself, because
