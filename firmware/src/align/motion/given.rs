@@ -177,3 +177,6 @@ fn solved(l: &Factor, mut b: [f32; OUTPUTS]) -> [f32; OUTPUTS] {
     }
     b
 }
+
+#[cfg(test)]
+mod tests;

@@ -168,14 +168,16 @@ fn a_known_state_needs_a_stream_and_a_range() {
     assert_eq!(learner.nav().map(|nav| nav.position), Some(start.position));
 }
 
-/// Lever arm and delay told exactly: every bit is as without the filter that estimates them. The
-/// number was computed by the code before that filter.
+/// Lever arm and delay told exactly, and sensors without scale factor errors: every bit is as
+/// without the filter that estimates the former, and without noise for the latter. The number was
+/// computed by the code before both.
 #[test]
 fn what_is_told_exactly_keeps_every_bit() {
     use super::drive::{Drive, Receiver, Road};
     let mut memory = memory();
     let told = Settings {
         lever_arm: [1.5, 0.7, -1.1],
+        scale: [0.0; 2],
         ..Settings::MEDIUM
     };
     let receiver = Receiver {

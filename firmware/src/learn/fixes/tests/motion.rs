@@ -155,6 +155,13 @@ fn it_starts_in_motion_and_stays_there() {
             let started = *trip.learner.started().expect(name);
             assert!(f64::from(after) - 1.0 <= started.time_s && started.sigmas[2] <= 0.1);
             assert!(matches!(started.way, Way::Velocity | Way::Course));
+            // what the alignment has learnt is not lost: the claim begins where it ended
+            let [off, claimed] = trip.heading();
+            assert!(
+                off.abs() < 4.0 * claimed && claimed < 2.0 * f64::from(started.sigmas[2]),
+                "{name} {seed}: {off:.3} of {claimed:.3}, {:.3} before",
+                started.sigmas[2]
+            );
             let worst = trip.worst(60);
             let report = trip.learner.report();
             let [later, sigma] = trip.heading();
