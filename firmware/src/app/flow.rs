@@ -105,10 +105,8 @@ pub(super) struct Flow<'m> {
 }
 
 impl<'m> Flow<'m> {
-    pub fn new(config: Config, mut learner: Option<&'m mut dyn Learner>) -> Flow<'m> {
-        if let (Some(learner), Some(told)) = (&mut learner, &config.told) {
-            learner.configure(&Settings::of(told));
-        }
+    /// The learner has been told of the unit ([`configure`]).
+    pub fn new(config: Config, learner: Option<&'m mut dyn Learner>) -> Flow<'m> {
         let unread = config.unread;
         Flow {
             mode: config.mode,
@@ -151,6 +149,7 @@ impl<'m> Flow<'m> {
     /// sensor itself has told is believed rather than the configuration.
     #[inline(never)]
     pub fn begin_anew(&mut self, config: Config) {
+        configure(&mut self.learner.0, &config);
         let (learner, alignment) = (self.learner.0.take(), self.alignment);
         let (told, stim300) = (self.told, self.config.sensor.stim300.config);
         *self = Flow::new(config, learner);
@@ -225,6 +224,14 @@ impl<'m> Flow<'m> {
         } else {
             self.faults & !bit
         };
+    }
+}
+
+/// Tells the learner of the unit. Not within [`Flow::new`], so that the stack does not hold both.
+#[inline(never)]
+pub(super) fn configure(learner: &mut Option<&mut dyn Learner>, config: &Config) {
+    if let (Some(learner), Some(told)) = (learner, &config.told) {
+        learner.configure(&Settings::of(told));
     }
 }
 

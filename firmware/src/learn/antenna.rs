@@ -80,56 +80,63 @@ pub struct Antenna {
 }
 
 impl Antenna {
-    /// As told, until it begins.
-    pub fn new(settings: &Settings) -> Antenna {
+    /// All zeros. Call [`Antenna::configure`] before use.
+    pub const ZEROED: Antenna = Antenna {
+        filter: Filter::ZEROED,
+        workspace: Workspace::ZEROED,
+        sigma: [0.0; ANTENNA],
+        arm: [0.0; 3],
+        age: 0.0,
+        mounting: [1.0, 0.0, 0.0, 0.0],
+        effect: [[0.0; ANTENNA]; OBSERVATIONS],
+        before: [[0.0; ANTENNA]; OBSERVATIONS],
+        fix: ([0.0; OBSERVATIONS], [0.0; OBSERVATIONS]),
+        jump: 0.0,
+        moved: false,
+        fixed: false,
+        next: END,
+        refused: [Refusals::NONE; OBSERVATIONS],
+        counts: true,
+        measured: None,
+        begun: false,
+        failed: false,
+        known: Known::NONE,
+    };
+
+    /// As told, until it begins. In place: it is too large to be moved over the stack.
+    pub fn configure(&mut self, settings: &Settings) {
         let [x, y, z] = [settings.lever_arm_sigma; 3];
-        let mut antenna = Antenna {
-            filter: Filter::ZEROED,
-            workspace: Workspace::ZEROED,
-            sigma: [x, y, z, settings.fix_age_sigma],
-            arm: settings.lever_arm,
-            age: settings.fix_age_s,
-            mounting: settings.mounting,
-            effect: [[0.0; ANTENNA]; OBSERVATIONS],
-            before: [[0.0; ANTENNA]; OBSERVATIONS],
-            fix: ([0.0; OBSERVATIONS], [0.0; OBSERVATIONS]),
-            jump: 0.0,
-            moved: false,
-            fixed: false,
-            next: END,
-            refused: [Refusals::NONE; OBSERVATIONS],
-            counts: true,
-            measured: None,
-            begun: false,
-            failed: false,
-            known: Known::default(),
-        };
-        antenna.report();
-        antenna
+        *self = Antenna::ZEROED;
+        self.sigma = [x, y, z, settings.fix_age_sigma];
+        (self.arm, self.age) = (settings.lever_arm, settings.fix_age_s);
+        self.mounting = settings.mounting;
+        self.report();
     }
 
     /// Begins from what was told. The biases are those of the datasheet.
     pub fn begin(&mut self, settings: &Settings, block_s: f64) {
-        *self = Antenna::new(settings);
-        if !self.estimates() {
-            return;
+        self.configure(settings);
+        if self.estimates() {
+            let prior = self.prior(&settings.sheet, block_s);
+            self.filter.init(settings.sheet.nets(block_s), prior);
+            self.begun = true;
         }
-        let sheet: &Datasheet = &settings.sheet;
+    }
+
+    fn prior(&self, sheet: &Datasheet, block_s: f64) -> Prior<STATES, OUTPUTS> {
         let of: Prior<NAV, OUTPUTS> =
             sheet.prior::<Biases, OUTPUTS>(block_s, 0.0, [1.0; NAV], bank::error_floor());
         let mut floor = FLOOR;
         for (floor, sigma) in floor.iter_mut().zip(self.sigma) {
             *floor = floor.min(sigma);
         }
-        let prior = Prior {
+        Prior {
             error_sigma: joined(&of.error_sigma, &self.sigma),
             parameter_sigma: of.parameter_sigma,
             walk: of.walk,
             error_floor: joined(&of.error_floor, &floor),
             parameter_floor: of.parameter_floor,
-        };
-        self.filter.init(sheet.nets(block_s), prior);
-        self.begun = true;
+        }
     }
 
     /// Whether anything is to be estimated.

@@ -133,7 +133,8 @@ pub struct FixLearner<'m> {
 }
 
 impl<'m> FixLearner<'m> {
-    /// A learner that waits for [`Learner::begin`].
+    /// A learner that waits for [`Learner::begin`]. Until then, or until [`Learner::configure`],
+    /// it reports nothing of the antenna.
     pub fn new(memory: &'m mut Memory, settings: Settings) -> FixLearner<'m> {
         FixLearner {
             memory,
@@ -151,7 +152,7 @@ impl<'m> FixLearner<'m> {
             last: None,
             last_fix_ms: None,
             age: FixAge::default(),
-            antenna: Antenna::new(&settings),
+            antenna: Antenna::ZEROED,
             counted_ms: None,
             rest: None,
             fixing: false,
@@ -274,7 +275,7 @@ impl<'m> FixLearner<'m> {
 impl Learner for FixLearner<'_> {
     fn configure(&mut self, settings: &Settings) {
         self.settings = *settings;
-        self.antenna = Antenna::new(settings);
+        self.antenna.configure(settings);
         self.stream = None;
         self.running = ZERO_CORRECTION;
         self.tally = Tally::default();

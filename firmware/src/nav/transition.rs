@@ -249,19 +249,37 @@ impl Interval {
 
     /// The transition since the last call.
     pub fn take(&mut self) -> Transition {
-        let taken = core::mem::replace(self, Self::new());
-        let phi = transposed(&taken.phi);
-        let gamma = taken.gamma.map(row);
+        // written where it will be: it is too large to be on the stack twice
+        let mut taken = Transition {
+            phi: [[0.0; 9]; 9],
+            gamma: [[0.0; 6]; 9],
+            q: self.q.each_ref().map(row),
+            time: self.time as f32,
+        };
+        for (j, column) in self.phi.iter().enumerate() {
+            set_column(&mut taken.phi, j, row(column));
+        }
+        for (j, column) in self.gamma.iter().enumerate() {
+            set_column(&mut taken.gamma, j, row(column));
+        }
         // rounding leaves q symmetric to a few units in the last place; the mean makes it exact
-        let q = taken.q.map(row);
-        let across = transposed(&taken.q).map(row);
-        Transition {
-            phi: phi.map(row),
-            gamma: core::array::from_fn(|i| {
-                gamma.map(|column| column.get(i).copied().unwrap_or(0.0))
-            }),
-            q: core::array::from_fn(|i| core::array::from_fn(|j| 0.5 * (q[i][j] + across[i][j]))),
-            time: taken.time as f32,
+        for i in 0..9 {
+            for j in 0..9 {
+                if j < i {
+                    let mean = 0.5 * (taken.q[i][j] + taken.q[j][i]);
+                    (taken.q[i][j], taken.q[j][i]) = (mean, mean);
+                }
+            }
+        }
+        *self = Self::new();
+        taken
+    }
+}
+
+fn set_column<const N: usize>(of: &mut [[f32; N]; 9], j: usize, column: [f32; 9]) {
+    for (row, value) in of.iter_mut().zip(column) {
+        if let Some(entry) = row.get_mut(j) {
+            *entry = value;
         }
     }
 }
@@ -270,7 +288,7 @@ fn columns([a, b, c]: &[[f32; 3]; 3]) -> [V32; 3] {
     [[a[0], b[0], c[0]], [a[1], b[1], c[1]], [a[2], b[2], c[2]]]
 }
 
-fn row(c: Column) -> [f32; 9] {
+fn row(c: &Column) -> [f32; 9] {
     let Column { phi, v, p } = c;
     [phi[0], phi[1], phi[2], v[0], v[1], v[2], p[0], p[1], p[2]]
 }
@@ -284,7 +302,7 @@ fn column(r: [f32; 9]) -> Column {
 }
 
 fn transposed(columns: &[Column; 9]) -> [Column; 9] {
-    let rows = columns.map(row);
+    let rows = columns.each_ref().map(row);
     core::array::from_fn(|i| column(rows.map(|r| r.get(i).copied().unwrap_or(0.0))))
 }
 

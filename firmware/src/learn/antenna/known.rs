@@ -17,6 +17,16 @@ pub struct Known {
     pub fix_delay_sigma: f32,
 }
 
+impl Known {
+    /// Nothing.
+    pub(super) const NONE: Known = Known {
+        lever_arm: [0.0; 3],
+        lever_arm_sigma: [f32::INFINITY; 3],
+        fix_delay: 0.0,
+        fix_delay_sigma: f32::INFINITY,
+    };
+}
+
 impl Antenna {
     /// Renews what is known, for reading.
     pub(super) fn report(&mut self) {

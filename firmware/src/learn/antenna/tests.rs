@@ -237,7 +237,9 @@ fn the_lever_arm_is_reported_in_body_axes() {
         mounting: [0.0, 1.0, 0.0, 0.0],
         ..Settings::MEDIUM
     };
-    assert_eq!(Antenna::new(&told).known().lever_arm, [1.0, 2.0, -3.0]);
+    let mut antenna = Antenna::ZEROED;
+    antenna.configure(&told);
+    assert_eq!(antenna.known().lever_arm, [1.0, 2.0, -3.0]);
 }
 
 /// A time pulse measures the age, whatever was told of it.

@@ -164,10 +164,11 @@ impl FixLearner<'_> {
             residual,
             time_s: f64::from(samples) * self.stream.map_or(0.0, |stream| stream.period_s),
         });
-        if let Some(motion) = self.motion.take() {
+        if let Some(motion) = &self.motion {
             let refused = motion.progress().refused;
             self.tally.alignments = self.tally.alignments.saturating_add(refused);
         }
+        self.motion = None;
         self.probation = match way {
             Way::Course | Way::Velocity | Way::Heading => Probation::begin(),
             Way::None | Way::Gyrocompass | Way::Known => Probation::default(),
@@ -235,8 +236,9 @@ impl FixLearner<'_> {
         let mut config = nav::Config::new(scale.lsb, stream.period_s, self.settings.noise);
         config.lever_arm = self.antenna.arm();
         config.piece_samples = divisor(stream.block_samples, config.piece_samples);
-        let navigator = Navigator::new(config, state).ok()?;
         self.finish();
+        renew(&mut self.navigator, config, state)?;
+        let navigator = self.navigator.as_ref()?;
         let sigma = self.antenna.age_sigma();
         let seen = at.map(|(fix, age)| navigator.seen(fix, age, sigma));
         let applied = known.map_or([0.0; OUTPUTS], |start| start.applied);
@@ -263,8 +265,7 @@ impl FixLearner<'_> {
             work.alignment(by, &rest);
         }
         self.proportional = Proportional::default();
-        self.proportional.set(navigator.state());
-        self.navigator = Some(navigator);
+        self.proportional.set(self.navigator.as_ref()?.state());
         Some(())
     }
 
@@ -296,4 +297,12 @@ impl FixLearner<'_> {
         self.note(self.number(), state, variance, (Way::Known, 0.0));
         Ok(())
     }
+}
+
+/// Puts a new navigator in place of another one, if it can begin in that state. By itself, so that
+/// its copy on the stack is gone afterwards.
+#[inline(never)]
+fn renew(navigator: &mut Option<Navigator>, config: nav::Config, state: nav::State) -> Option<()> {
+    *navigator = Some(Navigator::new(config, state).ok()?);
+    Some(())
 }
