@@ -8,7 +8,7 @@ mod sensor;
 mod service;
 
 use super::config::Config;
-use super::flow::{Flow, configure, count};
+use super::flow::{BoardLearner, Flow, configure, count};
 use super::lines::Lines;
 use super::phase::{Machine, Phase};
 use super::pulse::TimePulse;
@@ -81,7 +81,8 @@ impl<'m> App<'m> {
         )
     }
 
-    fn of(config: Config, server: Server, mut learner: Option<&'m mut dyn Learner>) -> App<'m> {
+    fn of(config: Config, server: Server, learner: Option<&'m mut dyn Learner>) -> App<'m> {
+        let mut learner = BoardLearner(learner);
         configure(&mut learner, &config);
         let (lines, receiver) = (config.lines(), config.receiver());
         App {

@@ -13,7 +13,7 @@ use super::load::Load;
 use super::phase::FAILURES;
 use crate::compensator::{Block, Compensator, State};
 use crate::control::{Alignment, Mode};
-use crate::learn::{Learner, Settings};
+use crate::learn::Settings;
 use crate::link::Line;
 use crate::plausibility::{self, Plausibility};
 use crate::sample::{Axes, RawSample, StreamScale};
@@ -22,7 +22,7 @@ use crate::wire::receiver::Heard;
 use crate::wire::sequence::Last;
 use crate::wire::{Change, Checked, Stream};
 use channels::Channels;
-use learning::BoardLearner;
+pub(super) use learning::BoardLearner;
 use still::Still;
 
 /// What is known of the units that the frames do not tell but the sensor does (STIM300).
@@ -89,7 +89,7 @@ pub(super) struct Flow<'m> {
     clipped: u32,
     /// Number of the last sample, modulo 2^32; the first is 0.
     sample: u32,
-    learner: BoardLearner<'m>,
+    pub learner: BoardLearner<'m>,
     /// The stream that the learner was begun for; `None`: it must begin anew.
     begun: Option<StreamScale>,
     /// In mode learn: a promoted hypothesis corrects the samples.
@@ -106,7 +106,7 @@ pub(super) struct Flow<'m> {
 
 impl<'m> Flow<'m> {
     /// The learner has been told of the unit ([`configure`]).
-    pub fn new(config: Config, learner: Option<&'m mut dyn Learner>) -> Flow<'m> {
+    pub fn new(config: Config, learner: BoardLearner<'m>) -> Flow<'m> {
         let unread = config.unread;
         Flow {
             mode: config.mode,
@@ -136,7 +136,7 @@ impl<'m> Flow<'m> {
             block: None,
             clipped: 0,
             sample: u32::MAX,
-            learner: BoardLearner(learner),
+            learner,
             begun: None,
             promoted: false,
             learner_nets: false,
@@ -144,13 +144,13 @@ impl<'m> Flow<'m> {
         }
     }
 
-    /// Begins anew with another configuration. The learner begins from its datasheet. The
-    /// navigation computer's alignment stays: after it corrections change only slowly. What the
+    /// Begins anew with another configuration, of which the learner has been told ([`configure`]).
+    /// The navigation computer's alignment stays: after it corrections change only slowly. What the
     /// sensor itself has told is believed rather than the configuration.
     #[inline(never)]
     pub fn begin_anew(&mut self, config: Config) {
-        configure(&mut self.learner.0, &config);
-        let (learner, alignment) = (self.learner.0.take(), self.alignment);
+        let learner = BoardLearner(self.learner.0.take());
+        let alignment = self.alignment;
         let (told, stim300) = (self.told, self.config.sensor.stim300.config);
         *self = Flow::new(config, learner);
         self.alignment = alignment;
@@ -227,10 +227,11 @@ impl<'m> Flow<'m> {
     }
 }
 
-/// Tells the learner of the unit. Not within [`Flow::new`], so that the stack does not hold both.
+/// Tells the learner of the unit, which then begins from its datasheet. Not within [`Flow::new`],
+/// so that the stack does not hold both.
 #[inline(never)]
-pub(super) fn configure(learner: &mut Option<&mut dyn Learner>, config: &Config) {
-    if let (Some(learner), Some(told)) = (learner, &config.told) {
+pub(super) fn configure(learner: &mut BoardLearner, config: &Config) {
+    if let (Some(learner), Some(told)) = (&mut learner.0, &config.told) {
         learner.configure(&Settings::of(told));
     }
 }

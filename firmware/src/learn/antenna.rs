@@ -114,11 +114,12 @@ impl Antenna {
     }
 
     /// Begins from what was told. The biases are those of the datasheet.
+    #[inline(never)]
     pub fn begin(&mut self, settings: &Settings, block_s: f64) {
         self.configure(settings);
         if self.estimates() {
             let prior = self.prior(&settings.sheet, block_s);
-            self.filter.init(settings.sheet.nets(block_s), prior);
+            self.filter.init(&settings.sheet.nets(block_s), &prior);
             self.begun = true;
         }
     }

@@ -69,6 +69,7 @@ impl<T: Real> Bank<T> {
     };
 
     /// [`Bank::new`] in place: a bank should not be moved over the stack.
+    #[inline(never)]
     pub fn begin(
         &mut self,
         sheet: &Datasheet<T>,

@@ -23,6 +23,7 @@
 //! hypotheses know the difference to their present estimates, so that this costs no accuracy.
 
 mod aligning;
+mod course;
 #[cfg(test)]
 pub(in crate::learn) mod drive;
 mod gaps;
@@ -46,7 +47,6 @@ use crate::model::Nets;
 use crate::nav::{self, Navigator};
 use crate::sample::{Counts, RawSample, StreamScale};
 use lrnn_nostd::State;
-use lrnn_nostd::learn::kalman::Transition;
 use observe::Rest;
 
 /// The large part of a learner, to be static; at most [`ROOM`] bytes.
@@ -85,6 +85,7 @@ struct Tally {
 pub use start::Started;
 
 use aligning::Asked;
+use course::Course;
 use gaps::Recent;
 use proportional::{Proportional, Ratios};
 use start::Probation;
@@ -99,11 +100,9 @@ pub struct FixLearner<'m> {
     /// Scale of the counts; from the first sample on.
     scale: Option<Scale>,
     align: Option<Align>,
-    /// From the first fix on while the navigator is not aligned.
-    motion: Option<InMotion>,
+    course: Course,
     /// The fix that it computes.
     asked: Option<Asked>,
-    navigator: Option<Navigator>,
     /// How the navigator was started last.
     started: Option<Started>,
     /// How the vehicle has moved of late.
@@ -142,9 +141,8 @@ impl<'m> FixLearner<'m> {
             stream: None,
             scale: None,
             align: None,
-            motion: None,
+            course: Course::Waits,
             asked: None,
-            navigator: None,
             started: None,
             recent: Recent::default(),
             proportional: Proportional::default(),
@@ -190,9 +188,9 @@ impl<'m> FixLearner<'m> {
 
     /// Drops the navigator. An alignment in motion begins with the next fix.
     fn lose(&mut self) {
-        self.navigator = None;
-        if let Some(motion) = &mut self.motion {
-            motion.gap();
+        match &mut self.course {
+            Course::Aligns(motion) => motion.gap(),
+            course => *course = Course::Waits,
         }
         if let Some(align) = &mut self.align {
             align.gap();
@@ -206,28 +204,22 @@ impl<'m> FixLearner<'m> {
         self.memory.work.clear();
         self.antenna.clear();
         let fails = self.probation.fails();
-        if fails || self.navigator.as_ref()?.faults().lost {
+        if fails || self.course.navigator()?.faults().lost {
             self.tally.alignments = self.tally.alignments.saturating_add(u32::from(fails));
             self.lose();
             return None;
         }
-        let navigator = self.navigator.as_mut()?;
-        let passed = navigator.take_transition();
-        if passed.time <= 0.0 {
+        let navigator = self.course.navigator_mut()?;
+        let mut block = navigator.take_transition();
+        if block.time <= 0.0 {
             return Some(navigator); // a fix that arrived with the block's last sample
         }
-        let mut block = Transition {
-            phi: passed.phi,
-            gamma: passed.gamma,
-            q: passed.q,
-            time: passed.time,
-        };
         let ratios = Ratios {
             scale: self.settings.scale,
             g_sensitivity: self.settings.g_sensitivity,
         };
         let state = navigator.state();
-        let [turn, gain] = self.proportional.moves(state, passed.time, &ratios);
+        let [turn, gain] = self.proportional.moves(state, block.time, &ratios);
         for (i, row) in block.q.iter_mut().enumerate().take(6) {
             row[i] += if i < 3 { turn } else { gain };
         }
@@ -241,7 +233,7 @@ impl<'m> FixLearner<'m> {
 
     /// Corrects the navigator by what the last fix showed.
     fn feed_back(&mut self) {
-        let Some(navigator) = &mut self.navigator else {
+        let Some(navigator) = self.course.navigator_mut() else {
             return;
         };
         let bank = &mut self.memory.bank;
@@ -260,7 +252,7 @@ impl<'m> FixLearner<'m> {
     /// 50 ms older.
     pub fn nav(&mut self) -> Option<nav::State> {
         self.finish();
-        let mut navigator = self.navigator.clone()?;
+        let mut navigator = self.course.navigator()?.clone();
         navigator.feed_back(self.memory.bank.error_state());
         Some(*navigator.state())
     }
@@ -305,8 +297,7 @@ impl Learner for FixLearner<'_> {
         self.fixing = false;
         self.scale = None;
         self.align = None;
-        (self.motion, self.asked) = (None, None);
-        self.navigator = None;
+        (self.course, self.asked) = (Course::Waits, None);
         self.started = None;
         self.recent = Recent::default();
         self.proportional = Proportional::default();
@@ -324,7 +315,7 @@ impl Learner for FixLearner<'_> {
             .scale
             .get_or_insert_with(|| Scale::of(sample, &stream.lsb));
         let counts = scale.counts(sample);
-        if self.motion.as_ref().is_some_and(InMotion::is_full) {
+        if self.course.motion().is_some_and(InMotion::is_full) {
             self.finish();
         }
         self.bridge(number);
@@ -337,11 +328,7 @@ impl Learner for FixLearner<'_> {
             .align
             .get_or_insert_with(|| Align::new(sensors, scale.lsb, stream.period_s));
         align.sample(&counts);
-        if let Some(navigator) = &mut self.navigator {
-            navigator.sample(&counts);
-        } else if let Some(motion) = &mut self.motion {
-            motion.sample(&counts);
-        }
+        self.course.sample(&counts);
     }
 
     fn block(&mut self, _: u32, block: &Block) {
@@ -370,7 +357,7 @@ impl Learner for FixLearner<'_> {
 
     fn align(&mut self, alignment: Alignment) {
         self.finish();
-        let navigates = self.navigator.is_some();
+        let navigates = self.course.navigates();
         match (&mut self.align, alignment) {
             (Some(align), Alignment::Started) if !navigates => align.restart(true),
             (Some(align), Alignment::Finished) => align.finish_command(),
@@ -422,7 +409,7 @@ impl Learner for FixLearner<'_> {
             winner: self.running as u8,
             promotions: self.tally.promotions,
             rollbacks: self.tally.rollbacks,
-            navigates: self.navigator.is_some(),
+            navigates: self.course.navigates(),
             still_s: self.align.as_ref().map_or(0, Align::still),
             antenna: self.antenna.known(),
             ..self.aligned()

@@ -37,17 +37,7 @@ pub struct Noise {
 /// How errors moved over an interval: `x+ = phi x + gamma e + noise of covariance q`. `e` are the
 /// sensor errors left in the increments, with the sign `residual = -e`, constant over the interval.
 /// Rows first; errors in the order of [`ERRORS`].
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Transition {
-    /// Effect of earlier errors.
-    pub phi: [[f32; 9]; 9],
-    /// Effect of gyro (rad/s, first three columns) and accelerometer errors (m/s2).
-    pub gamma: [[f32; 6]; 9],
-    /// Covariance of the errors caused by the sensors' white noise; symmetric.
-    pub q: [[f32; 9]; 9],
-    /// Duration, s.
-    pub time: f32,
-}
+pub type Transition = lrnn_nostd::learn::kalman::Transition<ERRORS>;
 
 /// Motion over a piece, f32.
 #[derive(Debug, Clone, Copy)]

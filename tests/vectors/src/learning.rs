@@ -90,7 +90,7 @@ impl LearnerStepWork {
     /// Initialises at rest.
     pub fn begin(&mut self) {
         let prior = prior::<AllWeights, 132>();
-        self.0.init(Settings::MEDIUM.sheet.nets(1.0), prior);
+        self.0.init(&Settings::MEDIUM.sheet.nets(1.0), &prior);
     }
 
     /// One repetition.
@@ -112,7 +112,7 @@ impl<L: ParameterSet, const N: usize, const PACKED: usize> FixWork<L, N, PACKED>
     /// Initialises at rest, with one step of the networks.
     pub fn begin(&mut self) {
         let prior = prior::<L, N>();
-        self.filter.init(Settings::MEDIUM.sheet.nets(1.0), prior);
+        self.filter.init(&Settings::MEDIUM.sheet.nets(1.0), &prior);
         self.filter.step(inputs([1.0, -1.0, 0.5]));
         self.block = second();
     }
@@ -172,7 +172,7 @@ impl AntennaSecondWork {
             fix_age_sigma: 0.1,
             ..Settings::MEDIUM
         };
-        let mut antenna = Antenna::new(&settings);
+        let mut antenna = Antenna::ZEROED;
         antenna.begin(&settings, 1.0);
         let mut rest = [[0.0; NAV]; NAV];
         for (i, (row, sigma)) in rest.iter_mut().zip(ERROR_SIGMA).enumerate() {

@@ -134,6 +134,7 @@ impl Filter {
 
     /// Begins with a navigator of this attitude in `w` and the velocity of the fix. In place: it is
     /// too large to be moved over the stack.
+    #[inline(never)]
     pub fn begin(&mut self, config: &Config, levelled: &Levelled, q_bw: Q, fix: &Fix) {
         let [gyro, accel] = config.bias;
         let [gyro_walk, accel_walk] = config.walk;
@@ -147,7 +148,7 @@ impl Filter {
             parameter_floor: 1e-3,
         };
         let net = Net::new(Weights::zero(), Normalisation::identity());
-        self.kalman.init([net; 2], prior);
+        self.kalman.init(&[net; 2], &prior);
         let (by, rest) = first(levelled, q_bw);
         begin(&mut self.kalman, &by, &rest);
         let [n, e, _] = narrow(fix.velocity);
@@ -159,6 +160,7 @@ impl Filter {
     /// The first part of a fix: what the navigator shows, and the means over the time since the
     /// last fix. `passed` is that of the navigator's errors, and is then that of this filter's.
     /// [`Filter::propagate_covariance`], [`Filter::observe`] and [`Filter::finish`] must follow.
+    #[inline(never)]
     pub fn look(
         &mut self,
         navigator: &Navigator,
@@ -213,6 +215,7 @@ impl Filter {
 
     /// The last part of a fix, with the mean of its normalised innovations squared. False: a number
     /// is not finite, or the navigator does not take the correction.
+    #[inline(never)]
     pub fn finish(
         &mut self,
         navigator: &mut Navigator,
@@ -258,6 +261,7 @@ impl Filter {
     }
 
     /// All observations of a fix; the mean of their normalised innovations squared.
+    #[inline(never)]
     pub fn observe(&mut self, view: &View, seen: &Match<'_>) -> f32 {
         let View {
             step, sight, time, ..

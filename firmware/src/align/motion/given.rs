@@ -37,53 +37,83 @@ pub struct Given {
     pub shown: Shown,
 }
 
-/// The errors `m x`. `unit` scales the biases: their standard deviations before. `None` when the
-/// covariance is not positive or not finite.
-pub fn given_biases(kalman: &Biased, m: &Matrix, unit: &[f32; OUTPUTS]) -> Option<Given> {
+impl Given {
+    /// All zeros.
+    pub const ZEROED: Given = Given {
+        by: [[0.0; OUTPUTS]; ERRORS],
+        rest: [[0.0; ERRORS]; ERRORS],
+        all: [[0.0; ERRORS]; ERRORS],
+        shown: Shown {
+            rows: [[0.0; OUTPUTS]; OUTPUTS],
+            z: [0.0; OUTPUTS],
+            variance: [f32::INFINITY; OUTPUTS],
+            from: [0.0; OUTPUTS],
+        },
+    };
+}
+
+/// Puts the errors `m x` into `given`: they would be too large to be on the stack twice. `unit`
+/// scales the biases: their standard deviations before. False when the covariance is not positive
+/// or not finite.
+#[inline(never)]
+pub fn given_biases(kalman: &Biased, m: &Matrix, unit: &[f32; OUTPUTS], given: &mut Given) -> bool {
+    let Given {
+        by,
+        rest,
+        all,
+        shown: seen,
+    } = given;
     let covariance = kalman.covariance();
     let (xx, xt) = (covariance.errors(), covariance.cross());
-    let half: Matrix = core::array::from_fn(|i| {
-        core::array::from_fn(|j| (0..ERRORS).fold(0.0, |sum, k| sum + m[i][k] * xx[k][j]))
-    });
-    let all: Matrix = core::array::from_fn(|i| {
-        core::array::from_fn(|j| (0..ERRORS).fold(0.0, |sum, k| sum + half[i][k] * m[j][k]))
-    });
+    let half = &mut *rest;
+    for i in 0..ERRORS {
+        for j in 0..ERRORS {
+            half[i][j] = (0..ERRORS).fold(0.0, |sum, k| sum + m[i][k] * xx[k][j]);
+        }
+    }
+    for i in 0..ERRORS {
+        for j in 0..ERRORS {
+            all[i][j] = (0..ERRORS).fold(0.0, |sum, k| sum + half[i][k] * m[j][k]);
+        }
+    }
     let cross: [[f32; OUTPUTS]; ERRORS] = core::array::from_fn(|i| {
         core::array::from_fn(|j| (0..ERRORS).fold(0.0, |sum, k| sum + m[i][k] * xt[k][j]))
     });
     let scaled: Factor = core::array::from_fn(|i| {
         core::array::from_fn(|j| covariance.parameter(i, j) / (unit[i] * unit[j]))
     });
-    let factor = cholesky(&scaled)?;
+    let Some(factor) = cholesky(&scaled) else {
+        return false;
+    };
     // errors are estimate minus truth, also those of the biases: hence the sign
-    let by = cross.map(|row| {
+    for (by, row) in by.iter_mut().zip(&cross) {
         let scaled = solved(&factor, core::array::from_fn(|j| row[j] / unit[j]));
-        core::array::from_fn(|j| -scaled[j] / unit[j])
-    });
+        *by = core::array::from_fn(|j| -scaled[j] / unit[j]);
+    }
     // rounding must leave it symmetric, and positive
     let known = |i: usize, j: usize| {
         let pairs = by[i].iter().zip(&cross[j]);
         pairs.fold(0.0, |sum, (a, b)| sum + a * b)
     };
-    let rest: Matrix = core::array::from_fn(|i| {
-        core::array::from_fn(|j| {
+    for i in 0..ERRORS {
+        for j in 0..ERRORS {
             let value = all[i][j] + 0.5 * (known(i, j) + known(j, i));
             let least = if i == j { 1e-6 * all[i][i] } else { value };
-            value.max(least)
-        })
-    });
+            rest[i][j] = value.max(least);
+        }
+    }
     let mut values = by.as_flattened().iter().chain(rest.as_flattened());
-    values.all(|x| x.is_finite()).then_some(Given {
-        by,
-        rest,
-        all,
-        shown: shown(kalman, &factor, unit),
-    })
+    if !values.all(|x| x.is_finite()) {
+        return false;
+    }
+    *seen = shown(kalman, &factor, unit);
+    true
 }
 
 /// The information that the filter has beside its own prior, whose covariance is `unit` squared:
 /// `inverse(P) - inverse(unit^2)`, as independent observations. `factor` is that of `P` in these
 /// units.
+#[inline(never)]
 fn shown(kalman: &Biased, factor: &Factor, unit: &[f32; OUTPUTS]) -> Shown {
     let of = kalman.model().estimate();
     let sum = solved(factor, core::array::from_fn(|j| of[j] / unit[j]));

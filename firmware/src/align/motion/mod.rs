@@ -268,16 +268,14 @@ impl InMotion {
             return;
         }
         self.far = 0;
-        let passed = navigator.take_transition();
+        *scratch = navigator.take_transition();
         if navigator.faults().lost {
             return self.gap();
         }
-        self.time += f64::from(passed.time);
+        self.time += f64::from(scratch.time);
         if let Some(given) = &mut self.given {
-            given.age += passed.time;
+            given.age += scratch.time;
         }
-        (scratch.phi, scratch.gamma) = (passed.phi, passed.gamma);
-        (scratch.q, scratch.time) = (passed.q, passed.time);
         self.pending = Some(Pending::new(fix, age, still && self.config.stands));
     }
 

@@ -2,7 +2,7 @@
 
 use super::filter::{ERRORS, Filter, Match, unit};
 pub use super::given::Shown;
-use super::given::{Matrix, given_biases};
+use super::given::{Given, Matrix, given_biases};
 use super::known::azimuth_row;
 use crate::control::Way;
 use crate::nav::vector::{V, add, product, rotated, scale};
@@ -51,6 +51,7 @@ pub struct Start {
 }
 
 /// The state of a filter that has passed all tests.
+#[inline(never)]
 pub fn start(
     filter: &Filter,
     navigator: &Navigator,
@@ -85,7 +86,10 @@ pub fn start(
         position.height = at.position.height;
     }
     let map = map([c, s], beside, filter);
-    let mut given = given_biases(filter.kalman(), &map, &unit(seen.config))?;
+    let mut given = Given::ZEROED;
+    if !given_biases(filter.kalman(), &map, &unit(seen.config), &mut given) {
+        return None;
+    }
     for (k, sigma) in fix.sigmas.iter().take(3).enumerate() {
         let sigma = if sigma.is_finite() {
             *sigma

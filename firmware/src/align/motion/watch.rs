@@ -2,7 +2,7 @@
 
 use super::begin::{anchor, begin, free};
 use super::filter::{ERRORS, Filter, Match, unit};
-use super::given::{Matrix, given_biases};
+use super::given::{Given, Matrix, given_biases};
 use crate::fix::Fix;
 use crate::nav::Navigator;
 use crate::nav::vector::narrow;
@@ -31,12 +31,20 @@ impl Filter {
         if self.moving < patience || found {
             return true;
         }
+        self.look_anew(navigator, seen)
+    }
+
+    /// The azimuth is free again.
+    #[inline(never)]
+    fn look_anew(&mut self, navigator: &mut Navigator, seen: &Match<'_>) -> bool {
+        let [n, e, _] = narrow(seen.fix.velocity);
         let unit = unit(seen.config);
         let mut level: Matrix = [[0.0; ERRORS]; ERRORS];
         (level[0][0], level[1][1]) = (1.0, 1.0);
-        let Some(given) = given_biases(&self.kalman, &level, &unit) else {
+        let mut given = Given::ZEROED;
+        if !given_biases(&self.kalman, &level, &unit, &mut given) {
             return false;
-        };
+        }
         let mut rest = free();
         for (row, known) in rest.iter_mut().zip(given.rest).take(2) {
             [row[0], row[1]] = [known[0], known[1]];

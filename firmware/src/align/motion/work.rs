@@ -10,8 +10,8 @@ use super::{
 use crate::align::standstill::Sensors;
 use crate::control::Way;
 use crate::fix::{Fix, Heading};
-use crate::nav;
 use crate::nav::vector::{product, rotated, scale};
+use crate::nav::{self, Navigator};
 use lrnn_nostd::learn::kalman::{OUTPUTS, Transition};
 
 /// The part that is next.
@@ -199,14 +199,14 @@ impl InMotion {
                 None
             }
             Part::Start => {
-                let start = start::start(filter, navigator, &seen, self.time);
-                self.found = start.map(|start| Found::new(&start, scratch));
+                self.found = found(filter, navigator, &seen, self.time, scratch);
                 None
             }
             Part::Judge => None,
         }
     }
 
+    #[inline(never)]
     fn level(&mut self, fix: &Fix, time: f32) {
         let (level, Some(navigator)) = (&mut self.level, &mut self.navigator) else {
             return;
@@ -285,4 +285,17 @@ impl InMotion {
         self.passes = 0;
         Some(Part::Start)
     }
+}
+
+/// The hand-over. By itself, so that only this part needs its room on the stack.
+#[inline(never)]
+fn found(
+    filter: &Filter,
+    navigator: &Navigator,
+    seen: &Match<'_>,
+    time: f64,
+    scratch: &mut Transition<ERRORS>,
+) -> Option<Found> {
+    let start = start::start(filter, navigator, seen, time)?;
+    Some(Found::new(&start, scratch))
 }

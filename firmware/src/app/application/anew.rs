@@ -2,6 +2,7 @@
 
 use super::App;
 use crate::app::config::Config;
+use crate::app::flow::configure;
 use crate::app::phase::Machine;
 use crate::app::pulse::TimePulse;
 use crate::configuration::record::decode;
@@ -14,15 +15,34 @@ impl App<'_> {
     /// arriving is kept when the format stays, and is sent on when it does not: no byte is lost.
     #[inline(never)]
     pub(super) fn begin_anew(&mut self, out: &mut impl Line, now: u64) {
-        let Ok(told) = decode(&self.server.record) else {
+        let Some((config, other_weights)) = self.renewed() else {
             return; // the server has decoded it
         };
+        if config.format != Some(self.framer.format()) {
+            self.pass_rest(out);
+        }
+        self.receiver.begin_anew(config.receiver());
+        self.pulse = TimePulse::default();
+        configure(&mut self.flow.learner, &config);
+        self.flow.begin_anew(config);
+        self.flow.flag(fault::WEIGHTS, other_weights);
+        self.machine = Machine::new();
+        self.reverse = Default::default();
+        self.use_found();
+        self.start(now);
+    }
+
+    /// The configuration of the record, with what stays of the one in use; whether the weights
+    /// belong to another sensor. By itself, so that the stack holds the configuration once.
+    #[inline(never)]
+    fn renewed(&mut self) -> Option<(Config, bool)> {
+        let told = decode(&self.server.record).ok()?;
         let old = &self.flow.config;
+        let new = Config::of(&told);
         let serial = |config: &Config| {
             let told = config.told.as_ref();
             told.map(|told| told.identity.serial.clone())
         };
-        let new = Config::of(&told);
         let same = serial(old).is_none_or(|old| Some(old) == serial(&new));
         let other_weights = !same && !old.nets.same_images(&Nets::NONE);
         if old.lines() != new.lines() {
@@ -36,16 +56,6 @@ impl App<'_> {
             hardware: old.hardware,
             ..new
         };
-        if config.format != Some(self.framer.format()) {
-            self.pass_rest(out);
-        }
-        self.receiver.begin_anew(config.receiver());
-        self.pulse = TimePulse::default();
-        self.flow.begin_anew(config);
-        self.flow.flag(fault::WEIGHTS, other_weights);
-        self.machine = Machine::new();
-        self.reverse = Default::default();
-        self.use_found();
-        self.start(now);
+        Some((config, other_weights))
     }
 }

@@ -15,7 +15,7 @@ const STANDS_S: u32 = 3;
 
 /// The board's learner, if it has one. `Debug` leaves out the learner's numbers, which would bring
 /// the formatting of floats into every image.
-pub(super) struct BoardLearner<'m>(pub Option<&'m mut dyn Learner>);
+pub(in crate::app) struct BoardLearner<'m>(pub Option<&'m mut dyn Learner>);
 
 impl core::fmt::Debug for BoardLearner<'_> {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {

@@ -64,17 +64,10 @@ impl Flow<'_> {
         self.keep_count();
         self.stream = stream;
         self.begin_checks();
-        let slow = self.alignment == Some(Alignment::Finished) || self.mode == Mode::Learn;
-        let slew = slow.then_some(self.config.slew);
         let wanted = self.mode != Mode::Bypass;
         (self.promoted, self.learner_nets) = (false, false);
-        let off = self.observes_only();
         let agreed = self.other_sensor == 0;
-        self.correction = stream.filter(|_| wanted && agreed).and_then(|stream| {
-            let compensator = compensator(&stream, &self.config, slew)?;
-            let state = compensator.power_on(off);
-            Some(Correction { compensator, state })
-        });
+        self.begin_correction(stream.filter(|_| wanted && agreed));
         if let Some(learner) = &mut self.learner.0 {
             learner.restart();
         }
@@ -82,6 +75,20 @@ impl Flow<'_> {
         self.failures = 0;
         self.flag(fault::NETWORK, false);
         self.flag(fault::UNITS, wanted && agreed && self.correction.is_none());
+    }
+
+    /// A new correction for samples of this stream, or none. By itself, so that its copy on the
+    /// stack is gone before the learner begins.
+    #[inline(never)]
+    fn begin_correction(&mut self, stream: Option<Stream>) {
+        let slow = self.alignment == Some(Alignment::Finished) || self.mode == Mode::Learn;
+        let slew = slow.then_some(self.config.slew);
+        let off = self.observes_only();
+        self.correction = stream.and_then(|stream| {
+            let compensator = compensator(&stream, &self.config, slew)?;
+            let state = compensator.power_on(off);
+            Some(Correction { compensator, state })
+        });
     }
 
     /// Forgets the stream's units and rate: the next frame decides anew.

@@ -3,7 +3,9 @@
 
 use super::hypothesis::Hypothesis;
 use crate::learn::prior::{Datasheet, LearnerNet, NAV};
-use lrnn_nostd::learn::kalman::{AllWeights, Biases, Kalman, NoParameters, OutputWeights, TRIADS};
+use lrnn_nostd::learn::kalman::{
+    AllWeights, Biases, Kalman, NoParameters, OutputWeights, ParameterSet, Prior, TRIADS,
+};
 use lrnn_nostd::{Rational, Real};
 
 /// The filter of a hypothesis with `N` parameters, whose packed covariance has `PACKED` elements.
@@ -42,12 +44,9 @@ macro_rules! hypotheses {
                 error_sigma: [T; NAV],
                 error_floor: [T; NAV],
             ) {
-                $(
-                    let prior = sheet.prior::<$learnt, $parameters>(
-                        block_s, $output, error_sigma, error_floor,
-                    );
-                    self.$slot.init(nets, prior);
-                )+
+                $(begin(&mut self.$slot, &nets, || {
+                    sheet.prior::<$learnt, $parameters>(block_s, $output, error_sigma, error_floor)
+                });)+
             }
 
             /// One of them; the zero correction for a number that is none.
@@ -79,6 +78,16 @@ hypotheses! {
     output: OutputWeights, 24, 0.3, "output", "output weights";
     output_wide: OutputWeights, 24, 1.0, "output-wide", "output weights, wide prior";
     all_weights: AllWeights, 132, 0.1, "all-weights", "all weights";
+}
+
+/// Begins one of them. By itself, so that the stack holds one prior at a time.
+#[inline(never)]
+fn begin<L: ParameterSet, const N: usize, const PACKED: usize, T: Real>(
+    filter: &mut Filter<L, N, PACKED, T>,
+    nets: &[LearnerNet<T>; TRIADS],
+    prior: impl FnOnce() -> Prior<NAV, N, T>,
+) {
+    filter.init(nets, &prior());
 }
 
 /// One bit for each value above zero.

@@ -4,6 +4,7 @@
 //! navigator that it starts.
 
 use super::FixLearner;
+use super::course::Course;
 use crate::align::Align;
 use crate::align::motion::{self, Found, InMotion, MAX_HEADING};
 use crate::configuration::VehicleKind;
@@ -32,7 +33,7 @@ impl FixLearner<'_> {
         let known = *self.memory.bank.navigating_estimate();
         let settings = &self.settings;
         let sheet = &settings.sheet;
-        let motion = self.motion.get_or_insert_with(|| {
+        if let Course::Waits = self.course {
             let mut config = nav::Config::new(scale.lsb, stream.period_s, settings.noise);
             config.lever_arm = self.antenna.arm();
             config.piece_samples = divisor(stream.block_samples, config.piece_samples);
@@ -48,8 +49,9 @@ impl FixLearner<'_> {
                 rolls: settings.vehicle == VehicleKind::Land,
                 stands: settings.vehicle != VehicleKind::Ship,
             };
-            InMotion::new(config, known)
-        });
+            self.course = Course::Aligns(InMotion::new(config, known));
+        }
+        let motion = self.course.motion_mut()?;
         let sigma = if fix.age.is_some() {
             0.0
         } else {
@@ -67,7 +69,7 @@ impl FixLearner<'_> {
 
     /// One part of the alignment in motion. True: there may be more.
     pub(super) fn align_part(&mut self) -> bool {
-        let Some(motion) = &mut self.motion else {
+        let Some(motion) = self.course.motion_mut() else {
             return false;
         };
         if let Some(found) = motion.take_found() {
@@ -85,7 +87,7 @@ impl FixLearner<'_> {
     #[inline(never)]
     fn start_in_motion(&mut self, found: &Found) -> Option<()> {
         let asked = self.asked.take()?;
-        let mut waiting = self.motion.as_mut()?.take_waiting();
+        let mut waiting = self.course.motion_mut()?.take_waiting();
         if !asked.waits {
             let start = found.start(self.memory.work.scratch());
             let variance = start.sigmas().map(|sigma| sigma * sigma);
@@ -102,11 +104,7 @@ impl FixLearner<'_> {
             }
         }
         while let Some(counts) = waiting.pop() {
-            if let Some(navigator) = &mut self.navigator {
-                navigator.sample(&counts);
-            } else if let Some(motion) = &mut self.motion {
-                motion.sample(&counts);
-            }
+            self.course.sample(&counts);
         }
         Some(())
     }

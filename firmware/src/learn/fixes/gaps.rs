@@ -79,17 +79,18 @@ impl FixLearner<'_> {
         if let Some(align) = &mut self.align {
             align.gap();
         }
-        if let Some(motion) = &mut self.motion {
+        if let Some(motion) = self.course.motion_mut() {
             if time > SHORT_S {
                 motion.gap();
             } else {
                 (0..missing).for_each(|_| motion.sample(&counts));
             }
         }
-        if self.navigator.is_none() {
+        if !self.course.navigates() {
             return;
         }
-        let (Some(navigator), Memory { bank, .. }) = (&mut self.navigator, &mut *self.memory)
+        let (Some(navigator), Memory { bank, .. }) =
+            (self.course.navigator_mut(), &mut *self.memory)
         else {
             return;
         };

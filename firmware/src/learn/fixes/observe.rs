@@ -42,7 +42,7 @@ impl FixLearner<'_> {
         let age = self.age.of(number, fix, stream.period_s, least, keeps);
         self.antenna.jumps(self.age.sooner_s());
         let since = self.last_fix_ms.map(|last| fix.time_ms.wrapping_sub(last));
-        let enough = if self.navigator.is_some() {
+        let enough = if self.course.navigates() {
             LEAST_MS
         } else {
             FIX_MS
@@ -57,7 +57,7 @@ impl FixLearner<'_> {
         };
         self.last_fix_ms = Some(fix.time_ms);
         let (mut fix, stands) = (*fix, self.stands(fix));
-        if self.navigator.is_none() && self.start_at(&fix, age).is_some() {
+        if !self.course.navigates() && self.start_at(&fix, age).is_some() {
             return None;
         }
         if let Some(sigma) = stands {
@@ -65,7 +65,7 @@ impl FixLearner<'_> {
             let [.., x, y, z] = &mut fix.sigmas;
             [*x, *y, *z] = [sigma; 3];
         }
-        if self.navigator.is_none() {
+        if !self.course.navigates() {
             return self.align_in_motion(&fix, age, stands.is_some());
         }
         self.end_interval()?;
@@ -81,7 +81,7 @@ impl FixLearner<'_> {
 
     /// Compares the navigator with the fix; the rest is deferred.
     fn predict(&mut self, fix: &Fix, age: f32, variance: [f32; OBSERVATIONS]) {
-        let Some(navigator) = &self.navigator else {
+        let Some(navigator) = self.course.navigator() else {
             return;
         };
         let z = if self.antenna.estimates() {

@@ -9,8 +9,8 @@ use crate::fix::{Fix, Heading};
 use crate::learn::Report;
 use crate::learn::prior::NAV;
 use crate::learn::quantise::{Scale, divisor};
+use crate::nav;
 use crate::nav::vector::rotated;
-use crate::nav::{self, Navigator};
 use lrnn_nostd::learn::kalman::OUTPUTS;
 
 /// Largest standard deviation of a heading that somebody gives, rad.
@@ -164,11 +164,6 @@ impl FixLearner<'_> {
             residual,
             time_s: f64::from(samples) * self.stream.map_or(0.0, |stream| stream.period_s),
         });
-        if let Some(motion) = &self.motion {
-            let refused = motion.progress().refused;
-            self.tally.alignments = self.tally.alignments.saturating_add(refused);
-        }
-        self.motion = None;
         self.probation = match way {
             Way::Course | Way::Velocity | Way::Heading => Probation::begin(),
             Way::None | Way::Gyrocompass | Way::Known => Probation::default(),
@@ -182,10 +177,10 @@ impl FixLearner<'_> {
             return Err(Reason::Range);
         }
         while self.align_part() {}
-        if self.navigator.is_some() {
+        if self.course.navigates() {
             return Err(Reason::Alignment);
         }
-        let motion = self.motion.as_mut().filter(|motion| motion.has_begun());
+        let motion = self.course.motion_mut().filter(|motion| motion.has_begun());
         motion.ok_or(Reason::NotAvailable)?.heading(heading);
         Ok(())
     }
@@ -199,7 +194,7 @@ impl FixLearner<'_> {
     /// The part of the report that tells of the alignment.
     pub(super) fn aligned(&self) -> Report {
         let before = self.tally.alignments;
-        if self.navigator.is_some() {
+        if self.course.navigates() {
             let started = self.started.as_ref();
             return Report {
                 way: started.map_or(Way::None, |started| started.way),
@@ -209,7 +204,7 @@ impl FixLearner<'_> {
                 ..Report::default()
             };
         }
-        let progress = self.motion.as_ref().map(InMotion::progress);
+        let progress = self.course.motion().map(InMotion::progress);
         Report {
             way: progress.map_or(Way::None, |progress| progress.way),
             heading_sigma: progress.map_or(f32::INFINITY, |progress| progress.heading_sigma),
@@ -237,8 +232,10 @@ impl FixLearner<'_> {
         config.lever_arm = self.antenna.arm();
         config.piece_samples = divisor(stream.block_samples, config.piece_samples);
         self.finish();
-        renew(&mut self.navigator, config, state)?;
-        let navigator = self.navigator.as_ref()?;
+        let refused = self.course.motion().map(|motion| motion.progress().refused);
+        self.course.navigate(config, state)?;
+        self.tally.alignments = self.tally.alignments.saturating_add(refused.unwrap_or(0));
+        let navigator = self.course.navigator()?;
         let sigma = self.antenna.age_sigma();
         let seen = at.map(|(fix, age)| navigator.seen(fix, age, sigma));
         let applied = known.map_or([0.0; OUTPUTS], |start| start.applied);
@@ -265,7 +262,7 @@ impl FixLearner<'_> {
             work.alignment(by, &rest);
         }
         self.proportional = Proportional::default();
-        self.proportional.set(self.navigator.as_ref()?.state());
+        self.proportional.set(self.course.navigator()?.state());
         Some(())
     }
 
@@ -297,12 +294,4 @@ impl FixLearner<'_> {
         self.note(self.number(), state, variance, (Way::Known, 0.0));
         Ok(())
     }
-}
-
-/// Puts a new navigator in place of another one, if it can begin in that state. By itself, so that
-/// its copy on the stack is gone afterwards.
-#[inline(never)]
-fn renew(navigator: &mut Option<Navigator>, config: nav::Config, state: nav::State) -> Option<()> {
-    *navigator = Some(Navigator::new(config, state).ok()?);
-    Some(())
 }

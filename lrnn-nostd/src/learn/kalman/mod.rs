@@ -137,21 +137,21 @@ impl<L: ParameterSet, const X: usize, const N: usize, const PACKED: usize, H: Ac
     /// deviations.
     pub fn new(model: ErrorModel<L, N, H, T>, prior: Prior<X, N, T>) -> Self {
         let mut new = Self::ZEROED;
-        new.set_prior(prior);
+        new.set_prior(&prior);
         Self { model, ..new }
     }
 
     /// As [`Kalman::new`], but in place: a large filter should not be moved across the stack.
-    pub fn init(&mut self, nets: [Net<H, Identity, Full, T>; TRIADS], prior: Prior<X, N, T>) {
+    pub fn init(&mut self, nets: &[Net<H, Identity, Full, T>; TRIADS], prior: &Prior<X, N, T>) {
         self.model.init(nets);
         self.set_prior(prior);
     }
 
-    fn set_prior(&mut self, prior: Prior<X, N, T>) {
+    fn set_prior(&mut self, prior: &Prior<X, N, T>) {
         self.covariance
             .init(&prior.error_sigma, &prior.parameter_sigma);
         self.x = [T::ZERO; X];
-        self.prior = prior;
+        self.prior = *prior;
         self.log_likelihood = 0.0;
         self.healthy = true;
     }

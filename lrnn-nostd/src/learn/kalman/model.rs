@@ -243,20 +243,19 @@ impl<L: ParameterSet, const N: usize, H: Activation, T: Real> ErrorModel<L, N, H
     /// are learnt, the feedback of the output layer is set to 0.
     pub fn new(nets: [Net<H, Identity, Full, T>; TRIADS]) -> Self {
         let mut model = Self::ZEROED;
-        model.init(nets);
+        model.init(&nets);
         model
     }
 
     /// As [`ErrorModel::new`], but in place.
-    pub fn init(&mut self, nets: [Net<H, Identity, Full, T>; TRIADS]) {
-        let plain = |mut net: Net<H, Identity, Full, T>| {
-            if L::WEIGHTS == NEURONS * NEURONS {
+    pub fn init(&mut self, nets: &[Net<H, Identity, Full, T>; TRIADS]) {
+        self.nets = *nets;
+        if L::WEIGHTS == NEURONS * NEURONS {
+            for net in &mut self.nets {
                 let [_, _, top] = &mut net.weights.layers;
                 top.r = [[T::ZERO; NEURONS]; NEURONS];
             }
-            net
-        };
-        self.nets = nets.map(plain);
+        }
         self.bias = [[T::ZERO; NEURONS]; TRIADS];
         self.healthy = true;
         self.reset();

@@ -15,7 +15,7 @@ fn empty() -> Biased {
     };
     let mut kalman = Biased::ZEROED;
     let net = Net::new(Weights::zero(), Normalisation::identity());
-    kalman.init([net; 2], prior);
+    kalman.init(&[net; 2], &prior);
     kalman
 }
 
@@ -67,9 +67,9 @@ fn what_was_shown_leads_from_the_prior_to_the_filters_opinion() {
     let kalman = taught();
     let mut identity = [[0.0; ERRORS]; ERRORS];
     (0..ERRORS).for_each(|i| identity[i][i] = 1.0);
-    let shown = given_biases(&kalman, &identity, &UNIT)
-        .expect("a covariance")
-        .shown;
+    let mut given = Given::ZEROED;
+    assert!(given_biases(&kalman, &identity, &UNIT, &mut given));
+    let shown = given.shown;
     let mut x = [0.0; OUTPUTS];
     let mut p = [[0.0; OUTPUTS]; OUTPUTS];
     (0..OUTPUTS).for_each(|i| p[i][i] = f64::from(UNIT[i]).powi(2));
