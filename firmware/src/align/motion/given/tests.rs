@@ -103,8 +103,8 @@ fn nothing_is_shown_before_the_first_fix() {
     let kalman = empty();
     let mut identity = [[0.0; ERRORS]; ERRORS];
     (0..ERRORS).for_each(|i| identity[i][i] = 1.0);
-    let shown = given_biases(&kalman, &identity, &UNIT)
-        .expect("a covariance")
-        .shown;
+    let mut given = Given::ZEROED;
+    assert!(given_biases(&kalman, &identity, &UNIT, &mut given));
+    let shown = given.shown;
     assert_eq!(shown.variance, [f32::INFINITY; OUTPUTS]);
 }
