@@ -19,8 +19,8 @@ use std::path::PathBuf;
 #[derive(Debug, ClapArgs)]
 #[group(skip)] // the commands have the same names
 pub(super) struct Csv {
-    /// Meaning of the columns; `simulate` writes an example, and the documentation of
-    /// `host_sim::recordings::generic` has the format
+    /// Meaning of the columns; `simulate` writes an example, and docs/your-data.md explains each
+    /// key
     #[arg(long, value_name = "FILE.toml")]
     header: PathBuf,
     /// Files instead of those that the header names: first the IMU's, then that of the fixes

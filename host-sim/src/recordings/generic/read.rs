@@ -204,6 +204,6 @@ fn syntax_error(file: &Path, text: &str, e: &toml::de::Error) -> Error {
             key.to_owned()
         },
         problem: e.message().replace('\n', " "),
-        remedy: "see the example in the documentation of host_sim::recordings::generic".into(),
+        remedy: "see the table of keys in docs/your-data.md".into(),
     }
 }

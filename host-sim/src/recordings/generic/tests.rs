@@ -540,3 +540,93 @@ fn fixes_move_by_the_told_offset() {
         (Vector3::new(1.0, -0.5, -2.0), s.lever_arm)
     );
 }
+
+/// The rows of the table of keys in docs/your-data.md, as `table.key`.
+fn documented() -> std::collections::BTreeSet<String> {
+    let page = include_str!("../../../../docs/your-data.md");
+    let (_, table) = page.split_once("| field | meaning | default |").unwrap();
+    let rows = table.lines().skip(1).take_while(|row| !row.is_empty());
+    let keys = rows.filter_map(|row| row.strip_prefix("| ")?.split_once(" | "));
+    let keys = keys.flat_map(|(first, _)| {
+        let mut table = "";
+        let names = first.split('`').skip(1).step_by(2);
+        let key = names.map(move |name| match name.split_once('.') {
+            Some((of, key)) => {
+                table = of;
+                format!("{table}.{key}")
+            }
+            None if table.is_empty() => name.to_owned(),
+            None => format!("{table}.{name}"),
+        });
+        key.collect::<Vec<_>>()
+    });
+    keys.collect()
+}
+
+/// The keys that the parser expects in the place of an unknown one.
+fn expected(header: &str) -> Vec<String> {
+    let error = toml::from_str::<super::header::Header>(header).unwrap_err();
+    let (_, names) = error.message().split_once("expected ").unwrap();
+    names
+        .split('`')
+        .skip(1)
+        .step_by(2)
+        .map(String::from)
+        .collect()
+}
+
+/// docs/your-data.md explains each key of the header, and no other.
+#[test]
+fn the_table_of_keys_is_that_of_the_parser() {
+    let mut known: Vec<String> = expected("zzz = 1");
+    known.retain(|table| !["imu", "start"].contains(&table.as_str()));
+    for table in ["imu", "gnss", "start"] {
+        let keys = expected(&format!("[{table}]\nzzz = 1"));
+        known.extend(keys.iter().map(|key| format!("{table}.{key}")));
+    }
+    let truth = toml::from_str::<super::header::TruthTable>("zzz = 1").unwrap_err();
+    let (_, names) = truth.message().split_once("expected ").unwrap();
+    let names = names.split('`').skip(1).step_by(2);
+    known.extend(names.map(|key| format!("truth.{key}")));
+    let documented = documented();
+    assert!(known.len() > 30, "{known:?}");
+    assert_eq!(documented, known.into_iter().collect());
+}
+
+/// `--truth` replaces the file that the header names, and keeps the columns that it tells.
+#[test]
+fn another_truth_replaces_that_of_the_header() {
+    let dir = tempfile::tempdir().unwrap();
+    let mut record = crate::recordings::record::Record::from_session(
+        &crate::recordings::testing::simulated(5.0, 20.0, 1),
+    );
+    record.initial_attitude = None;
+    super::write(&record, None, dir.path()).unwrap();
+    let at = |name: &str| dir.path().join(name);
+    let track = |height: f64| -> String {
+        let row = |k: i32| format!("{k};45.0;7.0;{height}\n");
+        "when;la;lo;up\n".to_owned() + &(0..20).map(row).collect::<String>()
+    };
+    std::fs::write(at("a.txt"), track(100.0)).unwrap();
+    std::fs::write(at("b.txt"), track(200.0)).unwrap();
+    let header = std::fs::read_to_string(at("header.toml")).unwrap();
+    let truth = "[truth]\nfile = 'a.txt'\nseparator = ';'\ntime_offset_s = 3\n\
+                 time = { column = 'when', unit = 's' }\n\
+                 latitude = { column = 'la', unit = 'deg' }\n\
+                 longitude = { column = 'lo', unit = 'deg' }\n\
+                 height = { column = 'up', unit = 'm' }\n";
+    std::fs::write(at("header.toml"), format!("{truth}{header}")).unwrap();
+    let height = |record: &Record| {
+        let truth = record.truth.as_ref().unwrap();
+        (truth.span(), truth.at(10.0).position.h)
+    };
+    let named = read(&at("header.toml"), &[]).unwrap();
+    let given = read_with_truth(&at("header.toml"), &[], Some(&at("b.txt"))).unwrap();
+    assert_eq!(height(&named), (Some((3.0, 22.0)), 100.0));
+    assert_eq!(height(&given), (Some((3.0, 22.0)), 200.0));
+    // with fixes from elsewhere, too
+    let beside = samples(&at("header.toml"), &[], Some(&at("b.txt"))).unwrap();
+    assert_eq!(height(&beside), height(&given));
+    let why = read_with_truth(&at("header.toml"), &[], Some(&at("c.txt"))).unwrap_err();
+    assert!(why.to_string().contains("c.txt: no such file"), "{why}");
+}

@@ -64,6 +64,9 @@ fn states(read: &Read, told: &TruthTable) -> Result<Track, Error> {
         })
     };
     let of = usual.as_ref();
+    // the velocities of a table without them are those between the positions
+    let has = |v: &&Velocity| v.columns.iter().all(|name| file.names.contains(name));
+    let usual_velocity = of.and_then(|g| g.velocity.as_ref()).filter(has);
     let names = Names {
         table: "truth",
         time: &pick(&told.time, of.map(|g| &g.time), "time")?,
@@ -74,10 +77,7 @@ fn states(read: &Read, told: &TruthTable) -> Result<Track, Error> {
             of.and_then(|g| g.height.as_ref()),
             "height",
         )?),
-        velocity: told
-            .velocity
-            .as_ref()
-            .or(of.and_then(|g| g.velocity.as_ref())),
+        velocity: told.velocity.as_ref().or(usual_velocity),
         sigmas: [None; 2],
     };
     let states = names.read(read, &file, [1.0; 6])?;

@@ -10,6 +10,7 @@
 
 mod corrected;
 mod defects;
+mod page;
 mod writers;
 
 use assert_cmd::Command;

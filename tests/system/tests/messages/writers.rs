@@ -114,6 +114,11 @@ fn prefixed(text: &str) -> Vec<u8> {
 
 /// An MCAP file without chunks: magic, records of code, length and content, magic.
 pub fn bag(session: &Session) -> Vec<u8> {
+    bag_of(session, ["/imu", "/fix", "/vel"])
+}
+
+/// The same with names of its topics: samples, fixes, velocities.
+pub fn bag_of(session: &Session, [imu, fix, velocity]: [&str; 3]) -> Vec<u8> {
     const START: i64 = 1_700_000_000;
     const MAGIC: &[u8] = b"\x89MCAP0\r\n";
     let record = |code: u8, content: &[u8]| -> Vec<u8> {
@@ -166,9 +171,9 @@ pub fn bag(session: &Session) -> Vec<u8> {
     ]
     .concat();
     for (id, topic, kind) in [
-        (1_u16, "/imu", "sensor_msgs/msg/Imu"),
-        (2, "/fix", "sensor_msgs/msg/NavSatFix"),
-        (3, "/vel", "geometry_msgs/msg/TwistStamped"),
+        (1_u16, imu, "sensor_msgs/msg/Imu"),
+        (2, fix, "sensor_msgs/msg/NavSatFix"),
+        (3, velocity, "geometry_msgs/msg/TwistStamped"),
     ] {
         let id = id.to_le_bytes();
         let schema = [
