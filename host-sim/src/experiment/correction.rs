@@ -7,8 +7,9 @@
 //! | `ls-bias`, `ls-3x3` | the fitted errors, from the first epoch on |
 //! | `rnn` | the output of the two networks, from the first epoch on |
 //! | `ekf6`, `ekf12`, `ekf24` | nothing while the filter learns, then its last estimate |
-//! | `rnn-kalman` | as the device sends it: nothing while it learns in mode shadow, then the output of its networks in mode frozen |
+//! | `rnn-kalman` | nothing while the device learns, then the output of its networks |
 //!
+//! `rnn-kalman` is what the device sends: it learns in mode shadow and corrects in mode frozen.
 //! Before the first epoch, nothing is taken off. After the last one, the last correction stays.
 
 use crate::inertial::ekf::Aided;
