@@ -25,7 +25,8 @@ impl Scale {
         let of = |value: f64, largest: f64| {
             // the largest power of two with which `largest` fits into 31 bits
             let room = f64::from(1 << 30) * value / largest;
-            libm::exp2(libm::floor(libm::log2(room)).clamp(-60.0, 60.0))
+            let power = libm::floor(libm::log2(room)).clamp(-60.0, 60.0);
+            libm::scalbn(1.0, power as i32)
         };
         let per = [of(lsb.rad, LARGEST[0]), of(lsb.mps, LARGEST[1])];
         Scale {

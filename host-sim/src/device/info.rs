@@ -3,6 +3,8 @@
 use super::configure::configuration;
 use super::link::Link;
 use super::mode_name;
+use super::receiver::{Receiver, receiver};
+use super::watch::{Antenna, Learner};
 use crate::error::Error;
 use firmware::configuration::{Configuration, Sensor};
 use firmware::wire::command::{Request, Response};
@@ -43,6 +45,12 @@ pub struct Info {
     pub mode_at_start: Option<&'static str>,
     /// The sensor's, the navigation computer's and the receiver's line.
     pub lines: [LineInfo; 3],
+    /// The receiver as the device hears it.
+    pub receiver: Receiver,
+    /// Lever arm and delay of the fixes; `None` on a board without a learner.
+    pub antenna: Option<Antenna>,
+    /// The learner, and how it is aligned.
+    pub learner: Learner,
 }
 
 /// A line's bit rate.
@@ -97,7 +105,9 @@ pub fn info(link: &mut Link) -> Result<Info, Error> {
     let version = link.version()?;
     let board = board(link)?;
     let told = configuration(link)?;
-    let mode = link.health()?.mode;
+    let health = link.health()?;
+    let receiver = receiver(link, told.as_ref())?;
+    let antenna = link.antenna()?.map(Antenna::from);
     let bauds = told.as_ref().map(|told| {
         let lines = told.lines;
         [lines.sensor_baud, lines.sensor_baud, lines.receiver_baud]
@@ -127,7 +137,10 @@ pub fn info(link: &mut Link) -> Result<Info, Error> {
         stores: board.stores,
         configured: board.configured,
         stored: board.stored,
-        mode: mode_name(mode),
+        mode: mode_name(health.mode),
+        receiver,
+        antenna,
+        learner: Learner::from(&health),
         name: told.as_ref().map(|told| told.identity.name.to_string()),
         serial: told.as_ref().map(|told| told.identity.serial.to_string()),
         format: told.as_ref().and_then(format),

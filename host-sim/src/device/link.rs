@@ -232,6 +232,8 @@ impl Link {
         })?;
         match answer {
             Err(Reason::NotAvailable) => Ok(None),
+            // one that was not told anything knows nothing
+            Ok(antenna) if !antenna.fix_delay_sigma.is_finite() => Ok(None),
             other => other
                 .map(Some)
                 .map_err(|reason| self.refused(&request, reason)),

@@ -8,6 +8,7 @@ pub mod faults;
 mod info;
 mod link;
 mod port;
+mod receiver;
 pub mod refusal;
 mod store;
 mod watch;
@@ -17,8 +18,9 @@ pub use configure::{configuration, configure, record, send};
 pub use info::{Info, LineInfo, info};
 pub use link::{Link, images, load, set_up};
 pub use port::Port;
+pub use receiver::Receiver;
 pub use store::{can_store, store};
-pub use watch::{Antenna, Event, Status, Watch, watch};
+pub use watch::{Antenna, Event, Learner, Status, Watch, watch};
 pub use weights::check_image;
 
 use firmware::control::Mode;

@@ -67,6 +67,25 @@ pub struct Learner {
     pub refused_alignments: u32,
 }
 
+impl From<&Health> for Learner {
+    fn from(health: &Health) -> Self {
+        Self {
+            navigates: health.navigates,
+            winner: health.winner,
+            used_fixes: health.used_fixes,
+            refused_fixes: health.refused_fixes,
+            promotions: health.promotions,
+            rollbacks: health.rollbacks,
+            way: way_name(health.way),
+            heading_sigma_deg: health
+                .heading_sigma
+                .map(|mrad| (f64::from(mrad) * 1e-3).to_degrees()),
+            residual: f64::from(health.residual) / 100.0,
+            refused_alignments: health.refused_alignments,
+        }
+    }
+}
+
 /// Lever arm and delay of the receiver's fixes: as told, then as estimated.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Antenna {
@@ -209,20 +228,7 @@ impl Status {
                 rates(counters, &before, now.duration_since(at).as_secs_f64())
             }),
             counters: named(counters).collect(),
-            learner: Learner {
-                navigates: health.navigates,
-                winner: health.winner,
-                used_fixes: health.used_fixes,
-                refused_fixes: health.refused_fixes,
-                promotions: health.promotions,
-                rollbacks: health.rollbacks,
-                way: way_name(health.way),
-                heading_sigma_deg: health
-                    .heading_sigma
-                    .map(|mrad| (f64::from(mrad) * 1e-3).to_degrees()),
-                residual: f64::from(health.residual) / 100.0,
-                refused_alignments: health.refused_alignments,
-            },
+            learner: Learner::from(health),
             antenna: None,
             error_bound_m: health.error_bound_m,
             busy_percent: percent(health.busy),

@@ -250,3 +250,42 @@ fn bad_configurations_are_refused_and_the_old_one_goes_on() {
     let health = board.link.health().expect("it answers");
     assert_eq!((health.mode, health.faults), (Mode::Frozen, 0));
 }
+
+/// A device tells of its receiver, its antenna and its alignment what it was told and what it has
+/// heard and learnt since.
+#[test]
+fn info_tells_of_receiver_antenna_and_alignment() {
+    let Some(image) = BOARDS[1].image.build_or_skip() else {
+        return;
+    };
+    let listening = Listening::start(BOARDS[1], &image).expect("QEMU listens");
+    let mut board = Board::connect(&listening).expect("it connects");
+    let new = device::info(&mut board.link).expect("it answers");
+    assert_eq!((new.receiver.told, new.receiver.protocol), (None, None));
+    assert!(new.receiver.missing[0].contains("no message"), "{new:?}");
+    assert_eq!((&new.antenna, new.learner.way), (&None, "none"));
+    let mut told = unit("hg4930").configuration().expect("a configuration");
+    told.receiver.lever_arm = [1.0, -0.5, 0.25];
+    told.receiver.lever_arm_sigma = 0.1;
+    device::configure(&mut board.link, &told).expect("it is configured");
+    let mut twin = Twin::new(&told);
+    let drive = drive(&told, SECONDS);
+    in_step(&mut twin, Some(&mut board), &drive.records).expect("it runs");
+    let info = device::info(&mut board.link).expect("it answers");
+    println!(
+        "{:?}, {:?}, {:?}",
+        info.receiver, info.antenna, info.learner
+    );
+    assert_eq!(info.receiver.protocol, Some("ubx"));
+    assert!(info.receiver.missing.is_empty() && info.receiver.fix_time_s.is_some());
+    let antenna = info.antenna.expect("a learner");
+    let near = antenna.lever_arm_m.iter().zip(told.receiver.lever_arm);
+    assert!(near.into_iter().all(|(is, told)| (is - told).abs() < 1.0));
+    let sigmas = antenna.lever_arm_sigma_m;
+    assert!(
+        sigmas.iter().all(|sigma| (0.001..0.2).contains(sigma)),
+        "{sigmas:?}"
+    );
+    assert!(info.learner.navigates && info.learner.way == "gyrocompass");
+    assert!(info.learner.heading_sigma_deg.is_some_and(|deg| deg < 6.0));
+}

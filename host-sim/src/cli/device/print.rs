@@ -1,6 +1,6 @@
 //! What `host-sim device` prints for a person.
 
-use crate::device::{Antenna, Event, Info, LineInfo, Status};
+use crate::device::{Antenna, Event, Info, Learner, LineInfo, Status};
 use std::fmt::Write;
 
 /// Prints what a device is.
@@ -25,6 +25,34 @@ pub(super) fn info(info: &Info) {
     for line in &info.lines {
         println!("{:14} {}", line.line, bit_rate(line));
     }
+    print!("{}", teachers(info));
+}
+
+/// The receiver, the antenna, and the learner that they teach.
+fn teachers(info: &Info) -> String {
+    let mut text = String::new();
+    let receiver = &info.receiver;
+    let _ = write!(
+        text,
+        "fixes          {} told, {} on the line",
+        receiver.told.unwrap_or("no protocol"),
+        receiver.protocol.unwrap_or("nothing")
+    );
+    if let Some(time) = receiver.fix_time_s {
+        let _ = write!(text, ", the last one of {time:.1} s of the week");
+    }
+    if let Some(age) = receiver.fix_age_ms {
+        let _ = write!(text, ", {age:.0} ms old by the time pulse");
+    }
+    text.push('\n');
+    for what in &receiver.missing {
+        let _ = writeln!(text, "MISSING        {what}");
+    }
+    learner_lines(&mut text, &info.learner);
+    if let Some(antenna) = &info.antenna {
+        antenna_line(&mut text, antenna);
+    }
+    text
 }
 
 /// Whether a device is configured, and for what.
@@ -92,7 +120,20 @@ fn status(status: &Status) -> String {
         );
     }
     rates(&mut text, status);
-    let learner = &status.learner;
+    learner_lines(&mut text, &status.learner);
+    if let Some(antenna) = &status.antenna {
+        antenna_line(&mut text, antenna);
+    }
+    let [a, b, c, d, e] = status.error_bound_m;
+    let _ = writeln!(
+        text,
+        "error bound    {a} {b} {c} {d} {e} m, 5 10 15 20 22 min after the alignment"
+    );
+    text
+}
+
+/// The learner and its alignment.
+fn learner_lines(text: &mut String, learner: &Learner) {
     let navigates = if learner.navigates {
         "navigates"
     } else {
@@ -116,15 +157,6 @@ fn status(status: &Status) -> String {
         "alignment      heading by {}, {sigma}, residual {:.2} (1 is as expected), {} refused",
         learner.way, learner.residual, learner.refused_alignments
     );
-    if let Some(antenna) = &status.antenna {
-        antenna_line(&mut text, antenna);
-    }
-    let [a, b, c, d, e] = status.error_bound_m;
-    let _ = writeln!(
-        text,
-        "error bound    {a} {b} {c} {d} {e} m, 5 10 15 20 22 min after the alignment"
-    );
-    text
 }
 
 /// Lever arm and delay with their standard deviations.

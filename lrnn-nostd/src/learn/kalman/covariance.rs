@@ -113,18 +113,7 @@ impl<const X: usize, const N: usize, const PACKED: usize, T: Real> Covariance<X,
         rest: &[[T; X]; X],
         workspace: &Workspace<X, E, T>,
     ) {
-        for i in 0..X {
-            let mut left = [T::ZERO; E];
-            for k in 0..E {
-                axpy(&mut left, by[i][k], &workspace.s[k]);
-            }
-            // Both halves get the same value, so that rounding cannot make P_xx unsymmetric.
-            for j in i..X {
-                let value = dot(&left, &by[j]) + rest[i][j];
-                self.xx[i][j] = value;
-                self.xx[j][i] = value;
-            }
-        }
+        align_errors(&mut self.xx, by, rest, &workspace.s);
     }
 
     /// Adds to the variances of the navigation errors.
@@ -204,7 +193,7 @@ impl<const X: usize, const N: usize, const PACKED: usize, T: Real> Covariance<X,
         walk: &[T; N],
         workspace: &Workspace<X, E, T>,
     ) {
-        self.propagate_errors(phi, gamma, &workspace.c, &workspace.s, q);
+        propagate_errors(&mut self.xx, phi, gamma, workspace, q);
         for (diagonal, &walk) in diagonal(&mut self.tt).zip(walk) {
             *diagonal += walk;
         }
@@ -228,38 +217,6 @@ impl<const X: usize, const N: usize, const PACKED: usize, T: Real> Covariance<X,
                 for (entry, sum) in row.iter_mut().skip(j).zip(sums) {
                     *entry = sum;
                 }
-            }
-        }
-    }
-
-    /// P_xx <- Phi P_xx Phi' + Phi C Gamma' + (.)' + Gamma S Gamma' + Q, computed as U + U'.
-    fn propagate_errors<const E: usize>(
-        &mut self,
-        phi: &[[T; X]; X],
-        gamma: &[[T; E]; X],
-        c: &[[T; E]; X],
-        s: &[[T; E]; E],
-        q: &[[T; X]; X],
-    ) {
-        let half = T::from_f64(0.5);
-        let mut u = [[T::ZERO; X]; X];
-        for i in 0..X {
-            // left = Phi_i P_xx / 2,  right = Phi_i C + Gamma_i S / 2
-            let (mut left, mut right) = ([T::ZERO; X], [T::ZERO; E]);
-            for l in 0..X {
-                axpy(&mut left, half * phi[i][l], &self.xx[l]);
-                axpy(&mut right, phi[i][l], &c[l]);
-            }
-            for l in 0..E {
-                axpy(&mut right, half * gamma[i][l], &s[l]);
-            }
-            for k in 0..X {
-                u[i][k] = dot(&left, &phi[k]) + dot(&right, &gamma[k]);
-            }
-        }
-        for i in 0..X {
-            for k in 0..X {
-                self.xx[i][k] = u[i][k] + u[k][i] + q[i][k];
             }
         }
     }
@@ -318,19 +275,10 @@ impl<const X: usize, const N: usize, const PACKED: usize, T: Real> Covariance<X,
         axpy(x, weight * innovation.value, &cx);
         axpy(theta, weight * innovation.value, ct);
         let factors = cx.map(|c| -(weight * c));
-        axpy_rows(&mut self.xx, factors, &cx);
         axpy_rows(&mut self.xt, factors, ct);
         // The observed row: (1 - P_ii / s) P_ij, without the cancellation.
         let left = (innovation.variance - own) / innovation.variance;
-        for j in 0..X {
-            let value = left * cx[j];
-            if let Some(entry) = self.xx.get_mut(i).and_then(|row| row.get_mut(j)) {
-                *entry = value;
-            }
-            if let Some(entry) = self.xx[j].get_mut(i) {
-                *entry = value;
-            }
-        }
+        update_errors(&mut self.xx, i, &cx, factors, left);
         if let Some(row) = self.xt.get_mut(i) {
             for (entry, &c) in row.iter_mut().zip(ct) {
                 *entry = left * c;
@@ -364,8 +312,92 @@ impl<const X: usize, const N: usize, const PACKED: usize, T: Real> Covariance<X,
     /// Whether every value is finite; deferred changes are not included.
     pub fn is_finite(&self) -> bool {
         let [xx, xt] = [self.xx.as_flattened(), self.xt.as_flattened()];
-        [xx, xt, &self.tt].into_iter().all(all_finite)
+        [xx, xt, &self.tt].into_iter().all(finite)
     }
+}
+
+// What follows does not depend on the number of parameters. It is not inlined, so that all filters
+// share it: less flash, and a call is nothing beside its work.
+
+/// P_xx <- Phi P_xx Phi' + Phi C Gamma' + (.)' + Gamma S Gamma' + Q, computed as U + U'.
+#[inline(never)]
+fn propagate_errors<const X: usize, const E: usize, T: Real>(
+    xx: &mut [[T; X]; X],
+    phi: &[[T; X]; X],
+    gamma: &[[T; E]; X],
+    Workspace { c, s }: &Workspace<X, E, T>,
+    q: &[[T; X]; X],
+) {
+    let half = T::from_f64(0.5);
+    let mut u = [[T::ZERO; X]; X];
+    for i in 0..X {
+        // left = Phi_i P_xx / 2,  right = Phi_i C + Gamma_i S / 2
+        let (mut left, mut right) = ([T::ZERO; X], [T::ZERO; E]);
+        for l in 0..X {
+            axpy(&mut left, half * phi[i][l], &xx[l]);
+            axpy(&mut right, phi[i][l], &c[l]);
+        }
+        for l in 0..E {
+            axpy(&mut right, half * gamma[i][l], &s[l]);
+        }
+        for k in 0..X {
+            u[i][k] = dot(&left, &phi[k]) + dot(&right, &gamma[k]);
+        }
+    }
+    for i in 0..X {
+        for k in 0..X {
+            xx[i][k] = u[i][k] + u[k][i] + q[i][k];
+        }
+    }
+}
+
+/// P_xx <- by S by' + rest. Both halves get the same value, so that rounding cannot make P_xx
+/// unsymmetric.
+#[inline(never)]
+fn align_errors<const X: usize, const E: usize, T: Real>(
+    xx: &mut [[T; X]; X],
+    by: &[[T; E]; X],
+    rest: &[[T; X]; X],
+    s: &[[T; E]; E],
+) {
+    for i in 0..X {
+        let mut left = [T::ZERO; E];
+        for k in 0..E {
+            axpy(&mut left, by[i][k], &s[k]);
+        }
+        for j in i..X {
+            let value = dot(&left, &by[j]) + rest[i][j];
+            xx[i][j] = value;
+            xx[j][i] = value;
+        }
+    }
+}
+
+/// P_xx <- P_xx + `factors` `cx`'; row and column `i` become `left` times `cx`.
+#[inline(never)]
+fn update_errors<const X: usize, T: Real>(
+    xx: &mut [[T; X]; X],
+    i: usize,
+    cx: &[T; X],
+    factors: [T; X],
+    left: T,
+) {
+    axpy_rows(xx, factors, cx);
+    for j in 0..X {
+        let value = left * cx[j];
+        if let Some(entry) = xx.get_mut(i).and_then(|row| row.get_mut(j)) {
+            *entry = value;
+        }
+        if let Some(entry) = xx[j].get_mut(i) {
+            *entry = value;
+        }
+    }
+}
+
+/// Whether every value is finite.
+#[inline(never)]
+fn finite<T: Real>(values: &[T]) -> bool {
+    all_finite(values)
 }
 
 /// The larger of the two; `least` if `value` is NaN.
