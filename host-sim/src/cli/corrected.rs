@@ -57,6 +57,9 @@ pub(super) struct CorrectedOptions {
         requires = "corrected"
     )]
     corrected_shift: f64,
+    /// Replace the file of --corrected if it is there; the recording itself is never replaced
+    #[arg(long, requires = "corrected")]
+    force: bool,
 }
 
 impl CorrectedOptions {
@@ -82,6 +85,11 @@ impl CorrectedOptions {
         if same(source) || same(&record.file) {
             let problem = format!("'{}' is the recording itself", file.display());
             return Err(refused("--corrected", problem, "give another file"));
+        }
+        if file.is_file() && !self.force {
+            let problem = format!("'{}' is there already", file.display());
+            let remedy = "give another file, or --force to replace it";
+            return Err(refused("--corrected", problem, remedy));
         }
         let what = match (self.corrected_format, original) {
             (Form::KfGins, _) => {

@@ -1,9 +1,9 @@
 //! Recordings written out again with corrected samples.
 //!
 //! The file keeps its form: only the numbers of the six sensors change, and only where a correction
-//! is not zero. Time stamps, gaps, names, further columns, blanks and the ends of lines stay as they
-//! are, byte for byte. The samples stay in the axes and units of the file. Numbers are written in
-//! the fewest digits that read back to the same bits.
+//! is not zero. Time stamps, gaps, names, further columns, blanks and the ends of lines stay as
+//! they are, byte for byte. The samples stay in the axes and units of the file. Numbers are written
+//! in the fewest digits that read back to the same bits.
 
 mod text;
 
@@ -46,3 +46,6 @@ impl Original {
         }
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -44,7 +44,7 @@ fn the_corrected_file_replays_raw_as_the_scheme_did() {
     run("convert csv --header header.toml --to kf-gins --velocity --out k");
     let kf = "k/gnss.txt --standstill-s 120";
     for scheme in ["ls-bias", "ls-3x3", "rnn"] {
-        let write = format!("--corrected out/c.csv --corrected-by {scheme}");
+        let write = format!("--corrected out/c.csv --force --corrected-by {scheme}");
         let outcome = replay(dir, &format!("csv --header header.toml {write}"));
         let told = outcome["notes"].to_string();
         let note = format!("out/c.csv holds the samples as {scheme} has corrected them: 36000 of");
@@ -56,14 +56,14 @@ fn the_corrected_file_replays_raw_as_the_scheme_did() {
         assert!(off < 1e-3, "{scheme}: {off} m");
         assert!(apart(&raw, &meant) > 1.0, "{scheme} corrects something");
 
-        let write = format!("--corrected c.txt --corrected-by {scheme}");
+        let write = format!("--corrected c.txt --force --corrected-by {scheme}");
         replay(dir, &format!("kf-gins k/imu.txt {kf} {write}"));
         let again = replay(dir, &format!("kf-gins c.txt {kf}"));
         let off = apart(&errors(&again, "raw"), &meant);
         assert!(off < 1e-3, "kf-gins {scheme}: {off} m");
     }
     // a format that is not written, as text of KF-GINS
-    let write = "--corrected c.txt --corrected-by rnn --corrected-format kf-gins \
+    let write = "--corrected c.txt --force --corrected-by rnn --corrected-format kf-gins \
                  --corrected-shift 100";
     let source = "mcap in.mcap --velocity-topic /vel --standstill-s 120";
     let outcome = replay(dir, &format!("{source} {write}"));
@@ -83,7 +83,7 @@ fn what_is_not_corrected_stays_to_the_byte() {
     let session = drive();
     csv(dir, &session, true);
     euroc(dir, &session);
-    let raw = "--corrected c --corrected-by raw";
+    let raw = "--corrected c --force --corrected-by raw";
     let same = |name: &str, whole: bool| {
         let [a, b] = [name, "c"].map(|name| std::fs::read(dir.join(name)).unwrap());
         assert!((a == b) == whole, "{name}");
@@ -92,7 +92,10 @@ fn what_is_not_corrected_stays_to_the_byte() {
     same("imu.csv", true);
     replay(dir, &format!("euroc . {raw}"));
     same("mav0/imu0/data.csv", true);
-    replay(dir, "csv --header header.toml --learn-s 200 --corrected c");
+    replay(
+        dir,
+        "csv --header header.toml --learn-s 200 --corrected c --force",
+    );
     same("imu.csv", false);
     let [old, new] = ["imu.csv", "c"].map(|name| std::fs::read_to_string(dir.join(name)).unwrap());
     let changed: Vec<usize> = old
@@ -126,6 +129,16 @@ fn wrong_targets_are_named_before_the_work() {
             "csv",
             "--corrected header.toml",
             "--corrected: 'header.toml' is the recording itself",
+        ),
+        (
+            "csv",
+            "--corrected gnss.csv",
+            "--corrected: 'gnss.csv' is there already; remedy: give another file, or --force",
+        ),
+        (
+            "csv",
+            "--corrected ./imu.csv --force",
+            "--corrected: './imu.csv' is the recording itself",
         ),
         ("csv", "--corrected folder", "folder: cannot be written"),
         (

@@ -1,6 +1,6 @@
 //! One simulated drive as the recordings that people have: without attitude, without standstill,
-//! with a gap of a minute, with fixes that are 2.9 s off, with z up, with the antenna 2 m away. Each
-//! starts, says what it did, and agrees with the replay of the drive as it was.
+//! with a gap of a minute, with fixes that are 2.9 s off, with z up, with the antenna 2 m away.
+//! Each starts, says what it did, and agrees with the replay of the drive as it was.
 
 use super::{complaint, host_sim};
 use crate::writers::{Fix, ORIGIN, Sample, fixes, samples};
