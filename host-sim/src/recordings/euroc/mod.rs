@@ -5,7 +5,7 @@
 //! mav0/imu0/data.csv                          ns | rates x, y, z, rad/s | forces x, y, z, m/s2
 //! mav0/imu0/sensor.yaml                       T_BS: from axes of the sensor to those of the body
 //! mav0/state_groundtruth_estimate0/data.csv   ns | position x, y, z, m | attitude w, x, y, z
-//!                                             | velocity x, y, z, m/s | further columns are not read
+//!                                             | velocity x, y, z, m/s | more columns are not read
 //! mav0/state_groundtruth_estimate0/sensor.yaml
 //! ```
 //!

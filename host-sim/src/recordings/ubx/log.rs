@@ -6,7 +6,7 @@
 //!
 //! ```text
 //! ESF-RAW   10 03 | 4 reserved | then each: data u32, time tag u32
-//! ESF-MEAS  10 02 | time tag, ms, u32 | flags u16: count << 11 | id u16 | then each: data u32 | ...
+//! ESF-MEAS  10 02 | time tag, ms, u32 | flags u16: count << 11 | id u16 | then each: data u32 ...
 //! data      type << 24 | value, 24 bits, signed
 //! ```
 
