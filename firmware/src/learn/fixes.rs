@@ -216,12 +216,13 @@ impl<'m> FixLearner<'m> {
         }
         let ratios = Ratios {
             scale: self.settings.scale,
+            misalignment: self.settings.misalignment[1],
             g_sensitivity: self.settings.g_sensitivity,
         };
         let state = navigator.state();
-        let [turn, gain] = self.proportional.moves(state, block.time, &ratios);
-        for (i, row) in block.q.iter_mut().enumerate().take(6) {
-            row[i] += if i < 3 { turn } else { gain };
+        let grown = self.proportional.moves(state, block.time, &ratios);
+        for (i, variance) in grown.as_flattened().iter().enumerate() {
+            block.q[i][i] += variance;
         }
         let Memory { bank, work } = &mut *self.memory;
         let applied = flat(navigator.estimate());

@@ -22,9 +22,10 @@ pub struct Settings {
     pub fix_age_s: f32,
     /// Standard deviation of that least age, s, >= 0. 0: it is exactly as told.
     pub fix_age_sigma: f32,
-    /// Errors of gyros and accelerometers in proportion to the motion, as ratios: scale factor and
-    /// misalignment together.
+    /// Scale factor errors of gyros and accelerometers, as ratios.
     pub scale: [f32; 2],
+    /// Misalignments of gyros and accelerometers, rad.
+    pub misalignment: [f32; 2],
     /// Bias of the gyros by specific force, rad/s per m/s2.
     pub g_sensitivity: f32,
     /// How the vehicle moves, and its forward axis in the sensor's axes (unit vector).
@@ -65,7 +66,8 @@ impl Settings {
         },
         gates: Gates::USUAL,
         align_s: 100.0,
-        scale: [5.385_164_7e-5, 1.118_034e-4],
+        scale: [20e-6, 100e-6],
+        misalignment: [5e-5; 2],
         g_sensitivity: 0.0,
         vehicle: VehicleKind::Land,
         forward: [1.0, 0.0, 0.0],
@@ -97,7 +99,8 @@ impl Settings {
             },
             gates: Gates::USUAL,
             align_s: f64::from(told.correction.align),
-            scale: [&told.gyro, &told.accel].map(|of| libm::hypotf(of.scale, of.misalignment)),
+            scale: [told.gyro.scale, told.accel.scale],
+            misalignment: [told.gyro.misalignment, told.accel.misalignment],
             g_sensitivity: told.gyro.g_sensitivity,
             vehicle: told.vehicle.kind,
             forward: told.in_sensor_axes([1.0, 0.0, 0.0]),
@@ -107,6 +110,14 @@ impl Settings {
             lever_arm_sigma: told.receiver.lever_arm_sigma,
             mounting: told.mounting,
         }
+    }
+
+    /// Errors of gyros and accelerometers in proportion to the motion, as ratios: scale factor and
+    /// misalignment together.
+    #[must_use]
+    pub fn in_proportion(&self) -> [f32; 2] {
+        let (scale, misalignment) = (self.scale, self.misalignment);
+        [0, 1].map(|k| libm::hypotf(scale[k], misalignment[k]))
     }
 
     /// What the alignment and the standstill detector must know.

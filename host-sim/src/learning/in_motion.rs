@@ -8,7 +8,7 @@ use crate::inertial::ekf::InitialSigma;
 use crate::inertial::gnss::{Fix, NOT_MEASURED};
 use crate::inertial::session::{EPOCH_S, Session, Start};
 use crate::inertial::sins::Sins;
-use crate::learning::fix_learner::{arrival, firmware_fix, in_proportion, nav_state};
+use crate::learning::fix_learner::{arrival, firmware_fix, nav_state};
 use crate::learning::teacher::Assumptions;
 use crate::unit::around::Kind;
 use firmware::align::motion::{Config, InMotion, Progress, Start as Found};
@@ -157,7 +157,7 @@ fn config(session: &Session, vehicle: Kind, assumptions: &Assumptions) -> Config
         navigator,
         bias,
         walk: [0, 1].map(|k| bias[k] * (in_run[k] * per_root_second) as f32),
-        scale: in_proportion(prior),
+        scale: [0, 1].map(|k| prior.scale[k].hypot(prior.misalignment[k]) as f32),
         forward: [1.0, 0.0, 0.0],
         lever_arm_sigma: 0.0,
         rolls: vehicle == Kind::Land,

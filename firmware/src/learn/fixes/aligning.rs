@@ -43,7 +43,7 @@ impl FixLearner<'_> {
                 navigator: config,
                 bias,
                 walk: [walk(0), walk(1)],
-                scale: settings.scale,
+                scale: settings.in_proportion(),
                 forward: settings.forward,
                 lever_arm_sigma: settings.lever_arm_sigma,
                 rolls: settings.vehicle == VehicleKind::Land,

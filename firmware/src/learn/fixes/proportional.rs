@@ -1,11 +1,11 @@
-//! Errors in proportion to the motion: scale factors, misalignments and the gyros' g-sensitivity.
+//! Errors in proportion to the motion: scale factors, and the gyros' g-sensitivity.
 //!
 //! The hypotheses have no states for them. They make an error when the vehicle turns or gains
 //! velocity, and take it back when it turns back. So their variance is that of a constant times the
-//! angle or the velocity `s` since some time ago:
+//! angle or the velocity `s` since some time ago, about or along each axis:
 //!
 //! ```text
-//! s(k) = exp(-t / T) s(k-1) + change         variance(k) = sigma^2 |s(k)|^2
+//! s(k) = exp(-t / T) s(k-1) + change         variance(k) = sigma^2 s(k)^2
 //! ```
 //!
 //! What the variance grows beyond the largest before is noise for the hypotheses; the largest is
@@ -16,9 +16,15 @@
 //! for a bias and then ends with them. The short one is for a turn back: the fixes have corrected
 //! what the first turn did, so that the way back does it again. To swing to and fro faster than the
 //! fixes correct costs little. A vehicle that stands or goes straight on adds nothing.
+//!
+//! **Misalignments of the gyros** are no such noise. A turn about one axis by a misaligned gyro
+//! turns the attitude about the others by `C(angle) m - C(0) m`: the attitude is off by a constant
+//! `m` in the vehicle's axes, however long it goes on turning. Of this the tilt passes for a bias of
+//! the accelerometers, and the heading is what the sensors show, which is not the vehicle's.
+//! Misalignments of the accelerometers show a gain of velocity across the real one.
 
 use crate::nav::State;
-use crate::nav::vector::{Q, V, V32, add, dot, narrow, product, scale};
+use crate::nav::vector::{Q, V, V32, add, narrow, product, scale};
 
 /// The times `T`, s (assumed): in which fixes correct an attitude, and of the longest turns.
 const MEMORIES_S: [f32; 2] = [15.0, 150.0];
@@ -26,8 +32,10 @@ const MEMORIES_S: [f32; 2] = [15.0, 150.0];
 /// What sensors add to their errors in proportion to the motion: standard deviations.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Ratios {
-    /// Gyros and accelerometers: scale factor and misalignment together, as ratios.
+    /// Scale factors of gyros and accelerometers, as ratios.
     pub scale: [f32; 2],
+    /// Misalignment of the accelerometers, rad.
+    pub misalignment: f32,
     /// Gyros: rad/s per m/s2.
     pub g_sensitivity: f32,
 }
@@ -35,22 +43,24 @@ pub struct Ratios {
 /// One kind of motion: an angle or a velocity, about or along north, east, down.
 #[derive(Debug, Clone, Copy, Default)]
 struct Sum {
-    /// With each memory.
-    sums: [(V32, f32); 2],
+    /// With each memory, and its largest square about or along each axis.
+    sums: [(V32, V32); 2],
 }
 
 impl Sum {
-    /// By how much the square grows beyond the largest.
-    fn adds(&mut self, change: V32, time: f32) -> f32 {
-        let mut most = 0.0;
+    /// By how much the squares grow beyond the largest.
+    fn adds(&mut self, change: V32, time: f32) -> V32 {
+        let mut most = [0.0; 3];
         for ((sum, largest), memory) in self.sums.iter_mut().zip(MEMORIES_S) {
             let keep = memory / (memory + time);
             *sum = add(scale(*sum, keep), change);
-            *largest *= keep * keep;
-            let grown = dot(*sum, *sum) - *largest;
-            if grown > 0.0 && grown.is_finite() {
-                *largest += grown;
-                most = grown.max(most);
+            *largest = scale(*largest, keep * keep);
+            for ((sum, largest), most) in sum.iter().zip(largest).zip(&mut most) {
+                let grown = sum * sum - *largest;
+                if grown > 0.0 && grown.is_finite() {
+                    *largest += grown;
+                    *most = grown.max(*most);
+                }
             }
         }
         most
@@ -73,11 +83,11 @@ impl Proportional {
     }
 
     /// The navigator has moved to this state in `time` seconds. The result is what the variances of
-    /// attitude (rad2) and velocity (m2/s2) grow by, the same about and along all axes.
-    pub fn moves(&mut self, state: &State, time: f32, of: &Ratios) -> [f32; 2] {
+    /// attitude (rad2) and velocity (m2/s2) grow by, about and along north, east, down.
+    pub fn moves(&mut self, state: &State, time: f32, of: &Ratios) -> [V32; 2] {
         let before = self.from.replace((state.q_bn, state.velocity));
         let Some((q, velocity)) = before else {
-            return [0.0; 2];
+            return [[0.0; 3]; 2];
         };
         let [w, x, y, z] = q;
         let [c, turn @ ..] = product(state.q_bn, [w, -x, -y, -z]);
@@ -87,8 +97,14 @@ impl Proportional {
         let gain = narrow(add(state.velocity, scale(velocity, -1.0)));
         let gain = self.gain.adds(gain, time);
         let [gyro, accel] = of.scale.map(|ratio| ratio * ratio);
-        let by_force = of.g_sensitivity * of.g_sensitivity;
-        [gyro * turn + by_force * gain, accel * gain]
+        // a force along any axis is felt by all gyros
+        let all: f32 = gain.iter().sum();
+        let by_force = of.g_sensitivity * of.g_sensitivity * all;
+        let across = of.misalignment * of.misalignment;
+        [
+            turn.map(|turn| gyro * turn + by_force),
+            gain.map(|gain| accel * gain + across * (all - gain)),
+        ]
     }
 }
 

@@ -191,6 +191,13 @@ impl FixLearner<'_> {
         self.started.as_ref()
     }
 
+    /// Standard deviation of the vehicle's heading, from that of the sensors' axes as their motion
+    /// shows it: misalignments are between the two, and no motion shows them. rad.
+    fn of_the_vehicle(&self, sigma: f32) -> f32 {
+        let [gyro, accel] = self.settings.misalignment;
+        libm::hypotf(sigma, libm::hypotf(gyro, accel))
+    }
+
     /// The part of the report that tells of the alignment.
     pub(super) fn aligned(&self) -> Report {
         let before = self.tally.alignments;
@@ -198,7 +205,7 @@ impl FixLearner<'_> {
             let started = self.started.as_ref();
             return Report {
                 way: started.map_or(Way::None, |started| started.way),
-                heading_sigma: self.memory.bank.error_doubt(2),
+                heading_sigma: self.of_the_vehicle(self.memory.bank.error_doubt(2)),
                 residual: started.map_or(0.0, |started| started.residual),
                 refused_alignments: before,
                 ..Report::default()
@@ -207,7 +214,9 @@ impl FixLearner<'_> {
         let progress = self.course.motion().map(InMotion::progress);
         Report {
             way: progress.map_or(Way::None, |progress| progress.way),
-            heading_sigma: progress.map_or(f32::INFINITY, |progress| progress.heading_sigma),
+            heading_sigma: progress.map_or(f32::INFINITY, |progress| {
+                self.of_the_vehicle(progress.heading_sigma)
+            }),
             residual: progress.map_or(0.0, |progress| progress.residual),
             refused_alignments: before.saturating_add(progress.map_or(0, |p| p.refused)),
             ..Report::default()

@@ -178,6 +178,7 @@ fn what_is_told_exactly_keeps_every_bit() {
     let told = Settings {
         lever_arm: [1.5, 0.7, -1.1],
         scale: [0.0; 2],
+        misalignment: [0.0; 2],
         ..Settings::MEDIUM
     };
     let receiver = Receiver {

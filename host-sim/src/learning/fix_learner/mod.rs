@@ -209,7 +209,8 @@ fn settings(session: &Session, assumptions: &Assumptions, gates: Gates) -> Setti
         },
         gates,
         align_s: share.max(LEAST_S),
-        scale: in_proportion(&assumptions.prior),
+        scale: assumptions.prior.scale.map(|ratio| ratio as f32),
+        misalignment: assumptions.prior.misalignment.map(|angle| angle as f32),
         g_sensitivity: assumptions.g_sensitivity as f32,
         vehicle: VehicleKind::Land,
         forward: [1.0, 0.0, 0.0],
@@ -219,12 +220,6 @@ fn settings(session: &Session, assumptions: &Assumptions, gates: Gates) -> Setti
         lever_arm_sigma: 0.0,
         mounting: [1.0, 0.0, 0.0, 0.0],
     }
-}
-
-/// Scale factor and misalignment together, as ratios: gyros, accelerometers.
-#[must_use]
-pub fn in_proportion(prior: &Prior) -> [f32; 2] {
-    [0, 1].map(|k| prior.scale[k].hypot(prior.misalignment[k]) as f32)
 }
 
 /// Learns from the fixes up to epoch `until`. With a standstill the device aligns itself, because

@@ -28,10 +28,9 @@ fn taught() -> Biased {
         for i in 0..ERRORS {
             block.phi[i][i] = 1.0;
             block.q[i][i] = 1e-4;
-            for j in 0..OUTPUTS {
-                let mix = libm::sinf((1.7 * (i + 1) as f32) * (j + 2) as f32 + round as f32);
-                block.gamma[i][j] = mix / UNIT[j];
-            }
+            block.gamma[i] = core::array::from_fn(|j| {
+                libm::sinf((1.7 * (i + 1) as f32) * (j + 2) as f32 + round as f32) / UNIT[j]
+            });
         }
         kalman.propagate(&block, &[0.0; OUTPUTS]);
         for i in 0..ERRORS {

@@ -45,6 +45,7 @@ impl<'m> Trip<'m> {
         let mut settings = Settings {
             noise: nav::Noise { gyro, accel },
             scale: errors.scale.map(|x| x as f32),
+            misalignment: errors.scale.map(|x| x as f32),
             vehicle: kind,
             fix_age_s: 0.0,
             ..Settings::MEDIUM
