@@ -248,7 +248,7 @@ impl Antenna {
     pub fn interval(&mut self, block: &Transition<NAV>, applied: &[f32; OUTPUTS]) {
         if self.estimates() {
             self.filter
-                .propagate_mean(&self.extended(Some(block)), applied);
+                .propagate_mean(&self.moves(Some(block)), applied);
             (self.next, self.moved) = (COVARIANCE, true);
         }
     }

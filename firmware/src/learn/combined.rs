@@ -86,6 +86,10 @@ impl<R: Learner, F: Learner> Learner for CombinedLearner<'_, R, F> {
         }
     }
 
+    fn still_s(&self) -> u32 {
+        self.fixes.still_s()
+    }
+
     fn report(&self) -> Report {
         let (references, fixes) = (self.references.report(), self.fixes.report());
         let estimate = if fixes.winner == 0 {

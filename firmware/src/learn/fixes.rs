@@ -401,6 +401,10 @@ impl Learner for FixLearner<'_> {
         (Nets { gyro, accel }, self.memory.bank.states())
     }
 
+    fn still_s(&self) -> u32 {
+        self.align.as_ref().map_or(0, Align::still)
+    }
+
     fn report(&self) -> Report {
         Report {
             estimate: split(self.memory.bank.estimate()),
@@ -411,7 +415,7 @@ impl Learner for FixLearner<'_> {
             promotions: self.tally.promotions,
             rollbacks: self.tally.rollbacks,
             navigates: self.course.navigates(),
-            still_s: self.align.as_ref().map_or(0, Align::still),
+            still_s: self.still_s(),
             antenna: self.antenna.known(),
             ..self.aligned()
         }

@@ -149,4 +149,9 @@ pub trait Learner {
 
     /// Counters and state, for reading only.
     fn report(&self) -> Report;
+
+    /// [`Report::still_s`] alone, which costs less: it is needed at each block.
+    fn still_s(&self) -> u32 {
+        self.report().still_s
+    }
 }

@@ -27,7 +27,7 @@ impl Flow<'_> {
     /// In mode learn a promoted hypothesis comes into force where an alignment allows it, and goes
     /// when it is given up.
     pub(super) fn promote(&mut self, block: &Block) {
-        let still_s = self.report().still_s;
+        let still_s = (self.learner.0.as_ref()).map_or(0, |learner| learner.still_s());
         if still_s < STANDS_S {
             self.stood = false;
         }

@@ -1,7 +1,6 @@
 //! How the errors that the antenna sees move, with lever arm and age among them.
 
-use super::{Antenna, Effect, STATES, state};
-use crate::fix::OBSERVATIONS;
+use super::{Antenna, STATES, state};
 use crate::learn::prior::NAV;
 use crate::nav::ANTENNA;
 use lrnn_nostd::learn::kalman::Transition;
@@ -13,39 +12,40 @@ impl Antenna {
     /// The interval of the navigation errors with the antenna's beside them; `None`: no time has
     /// passed.
     pub(super) fn extended(&self, block: Option<&Transition<NAV>>) -> Transition<STATES> {
+        let mut all = self.moves(block);
+        if let Some(block) = block {
+            let pairs = all.q.iter_mut().zip(&block.q);
+            pairs.for_each(|(to, of)| copy(to, of));
+        }
+        all
+    }
+
+    /// The same without the noise: enough for the means.
+    pub(super) fn moves(&self, block: Option<&Transition<NAV>>) -> Transition<STATES> {
         let mut all = Transition::ZEROED;
         for (i, row) in all.phi.iter_mut().enumerate() {
             match block.and_then(|block| block.phi.get(i)) {
                 Some(phi) => copy(row, phi),
                 None => row.iter_mut().skip(i).take(1).for_each(|one| *one = 1.0),
             }
-            for j in 0..ANTENNA {
-                let column = |effect: &Effect, k: usize| {
-                    let row = effect.get(k).and_then(|row| row.get(j));
-                    row.copied().unwrap_or(0.0)
-                };
-                let mut change = 0.0;
-                for k in 0..OBSERVATIONS {
-                    let phi = row.get(state(k)).copied().unwrap_or(0.0);
-                    change -= phi * column(&self.before, k);
-                    change += if state(k) == i {
-                        column(&self.effect, k)
-                    } else {
-                        0.0
-                    };
-                }
-                if let Some(entry) = row.get_mut(NAV + j).filter(|_| i < NAV) {
-                    *entry = change;
+            if i >= NAV {
+                continue;
+            }
+            let mut changes = [0.0; ANTENNA];
+            for (k, (before, effect)) in self.before.iter().zip(&self.effect).enumerate() {
+                let phi = row.get(state(k)).copied().unwrap_or(0.0);
+                let own = state(k) == i;
+                for ((change, before), effect) in changes.iter_mut().zip(before).zip(effect) {
+                    *change -= phi * before;
+                    *change += if own { *effect } else { 0.0 };
                 }
             }
+            let entries = row.iter_mut().skip(NAV).zip(changes);
+            entries.for_each(|(entry, change)| *entry = change);
         }
         if let Some(block) = block {
             let pairs = all.gamma.iter_mut().zip(&block.gamma);
             pairs.for_each(|(to, of)| *to = *of);
-            all.q
-                .iter_mut()
-                .zip(&block.q)
-                .for_each(|(to, of)| copy(to, of));
             all.time = block.time;
         }
         all
