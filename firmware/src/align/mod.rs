@@ -109,6 +109,8 @@ struct Solving {
     here: Local,
     gathered: f64,
     wahba: Wahba,
+    /// After the last sweep.
+    rotation: Option<Q>,
 }
 
 impl Align {
@@ -250,12 +252,22 @@ impl Align {
             here,
             gathered: self.gathered,
             wahba: Wahba::new(&expected(&here, &self.sums)),
+            rotation: None,
         });
     }
 
     /// Computes a part of the solution. True: there is more.
     pub fn sweep(&mut self) -> bool {
-        self.solving.as_mut().is_some_and(|s| s.wahba.sweep())
+        let Some(solving) = &mut self.solving else {
+            return false;
+        };
+        if solving.wahba.sweep() {
+            return true;
+        }
+        if solving.rotation.is_none() {
+            solving.rotation = solving.wahba.rotation();
+        }
+        false
     }
 
     /// A solution is in progress.
@@ -270,9 +282,10 @@ impl Align {
         let Solving {
             here,
             gathered,
-            wahba,
+            rotation,
+            ..
         } = self.solving.take()?;
-        let q_n0b0 = wahba.rotation()?;
+        let q_n0b0 = rotation?;
         let q_nn0 = from_rotvec(scale(here.omega_ie(), -self.time));
         let q_bn = renormalised(product(product(q_nn0, q_n0b0), self.q_b0b));
         Some(Aligned {

@@ -103,7 +103,8 @@ impl FixLearner<'_> {
             self.settings.sheet.gyro_bias,
             self.settings.sheet.accel_bias,
         ];
-        let [.., [.., heading]] = aligned.covariance(bias);
+        let tilt = aligned.covariance(bias);
+        let [.., [.., heading]] = tilt;
         if !(0.0..=MAX_HEADING * MAX_HEADING).contains(&heading) {
             align.restart(false); // a longer one would not do either
             return None;
@@ -135,7 +136,6 @@ impl FixLearner<'_> {
                 *entry = sigma * sigma;
             }
         }
-        let tilt = aligned.covariance(bias);
         let variance = core::array::from_fn(|i| if i < 3 { tilt[i][i] } else { rest[i][i] });
         self.navigate(state, &by, &rest, None, Some((fix, age)))?;
         self.note(self.number(), state, variance, (Way::Gyrocompass, 0.0));

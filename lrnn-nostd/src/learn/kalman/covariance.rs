@@ -162,13 +162,13 @@ impl<const X: usize, const N: usize, const PACKED: usize, T: Real> Covariance<X,
         workspace
     }
 
-    /// One of the E middle parts of a time update: the effect of output `k`. An index beyond E has
-    /// no effect.
+    /// One of the E middle parts of a time update: the effect of output `k`, column `k` of Gamma.
+    /// An index beyond E has no effect.
     #[inline(never)]
     pub fn propagate_output<const E: usize>(
         &mut self,
         k: usize,
-        gamma: &[[T; E]; X],
+        gamma: [T; X],
         jacobian: &[Row<'_, T>; E],
         workspace: &mut Workspace<X, E, T>,
     ) {
@@ -180,8 +180,7 @@ impl<const X: usize, const N: usize, const PACKED: usize, T: Real> Covariance<X,
         for (product, row) in products.iter_mut().zip(jacobian) {
             *product = row.dot(&b);
         }
-        let factors = gamma.map(|row| row.get(k).copied().unwrap_or(T::ZERO));
-        axpy_rows(&mut self.xt, factors, &b);
+        axpy_rows(&mut self.xt, gamma, &b);
     }
 
     /// Last part of the time update that [`Self::begin_propagation`] started: P_xx and P_tt.

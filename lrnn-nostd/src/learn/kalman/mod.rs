@@ -89,6 +89,12 @@ pub struct Prior<const X: usize, const N: usize, T = f32> {
     pub parameter_floor: T,
 }
 
+/// A column; zeros beyond the last one.
+fn column<const X: usize, const E: usize, T: Real>(of: &[[T; E]; X], k: usize) -> [T; X] {
+    of.each_ref()
+        .map(|row| row.get(k).copied().unwrap_or(T::ZERO))
+}
+
 fn square<T: Real>(value: T) -> T {
     value * value
 }
@@ -195,8 +201,12 @@ impl<L: ParameterSet, const X: usize, const N: usize, const PACKED: usize, H: Ac
         match part {
             0 => *workspace = self.covariance.begin_propagation(&block.phi, jacobian),
             1..=OUTPUTS => {
-                self.covariance
-                    .propagate_output(part - 1, &block.gamma, jacobian, workspace);
+                self.covariance.propagate_output(
+                    part - 1,
+                    column(&block.gamma, part - 1),
+                    jacobian,
+                    workspace,
+                );
             }
             _ => {
                 let walk = self.prior.walk.map(|walk| square(walk) * block.time);
@@ -318,9 +328,9 @@ impl<L: ParameterSet, const X: usize, const N: usize, const PACKED: usize, H: Ac
         match part {
             0 => self.covariance.begin_alignment(),
             1..=OUTPUTS => {
-                let against = by.map(|row| row.map(|value| -value));
+                let against = column(by, part - 1).map(|value| -value);
                 self.covariance
-                    .propagate_output(part - 1, &against, &model.rows(), workspace);
+                    .propagate_output(part - 1, against, &model.rows(), workspace);
             }
             _ => self.covariance.finish_alignment(by, rest, workspace),
         }
