@@ -84,7 +84,7 @@ struct Tally {
 
 pub use start::Started;
 
-use aligning::Asked;
+use aligning::{Asked, Seen};
 use course::Course;
 use gaps::Recent;
 use proportional::{Proportional, Ratios};
@@ -103,6 +103,8 @@ pub struct FixLearner<'m> {
     course: Course,
     /// The fix that it computes.
     asked: Option<Asked>,
+    /// The last position, while the receiver gives no velocity and nothing navigates.
+    seen: Option<Seen>,
     /// How the navigator was started last.
     started: Option<Started>,
     /// How the vehicle has moved of late.
@@ -143,6 +145,7 @@ impl<'m> FixLearner<'m> {
             align: None,
             course: Course::Waits,
             asked: None,
+            seen: None,
             started: None,
             recent: Recent::default(),
             proportional: Proportional::default(),
@@ -299,6 +302,7 @@ impl Learner for FixLearner<'_> {
         self.scale = None;
         self.align = None;
         (self.course, self.asked) = (Course::Waits, None);
+        self.seen = None;
         self.started = None;
         self.recent = Recent::default();
         self.proportional = Proportional::default();

@@ -288,19 +288,33 @@ fn a_mirrored_receiver_is_found_out_in_the_first_turn() {
     }
 }
 
-/// A receiver without vertical velocity and height aligns; one without any velocity does not.
+/// A receiver without vertical velocity and height aligns. One without any velocity does so later,
+/// by positions that are good to a decimetre.
 #[test]
 fn values_may_be_missing() {
     let mut memory = memory();
-    type Spoils = (fn(&mut Fix), bool);
+    type Spoils = (fn(&mut Fix), u32);
     let of: [Spoils; 2] = [
-        (|fix| fix.sigmas[2] = f32::INFINITY, true),
-        (|fix| fix.sigmas[3..].fill(f32::INFINITY), false),
+        (|fix| fix.sigmas[2] = f32::INFINITY, 60),
+        (|fix| fix.sigmas[3..].fill(f32::INFINITY), 60),
     ];
-    for (spoil, starts) in of {
-        let mut trip = Trip::new(&mut memory, world::car, STIM300, VehicleKind::Land, 1);
-        trip.spoil = spoil;
-        assert_eq!(trip.start(60).is_some(), starts);
+    for (spoil, at_most) in of {
+        for seed in 1..=4 {
+            let mut errors = STIM300;
+            let [.., position] = &mut errors.receiver;
+            *position = 0.1;
+            let mut trip = Trip::new(&mut memory, world::car, errors, VehicleKind::Land, seed);
+            trip.spoil = spoil;
+            let after = trip.start(at_most).expect("it starts");
+            let [error, sigma] = trip.heading();
+            println!("{seed}: {after} s, {error:.3} of {sigma:.3} rad");
+            assert!(
+                error.abs() < 4.0 * sigma,
+                "{seed}: {error:.3} of {sigma:.3}"
+            );
+            let worst = trip.worst(60);
+            assert!(worst < 4.0, "{seed}: {worst}");
+        }
     }
     let mut trip = Trip::new(&mut memory, world::car, STIM300, VehicleKind::Land, 1);
     trip.spoil = |fix| {
