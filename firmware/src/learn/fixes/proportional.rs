@@ -19,8 +19,8 @@
 //!
 //! **Misalignments of the gyros** are no such noise. A turn about one axis by a misaligned gyro
 //! turns the attitude about the others by `C(angle) m - C(0) m`: the attitude is off by a constant
-//! `m` in the vehicle's axes, however long it goes on turning. Of this the tilt passes for a bias of
-//! the accelerometers, and the heading is what the sensors show, which is not the vehicle's.
+//! `m` in the vehicle's axes, however long it goes on turning. Of this the tilt passes for a bias
+//! of the accelerometers, and the heading is what the sensors show, which is not the vehicle's.
 //! Misalignments of the accelerometers show a gain of velocity across the real one.
 
 use crate::nav::State;
