@@ -4,7 +4,7 @@
 use std::time::Instant;
 
 use firmware::configuration::{Configuration, Parity, SCHEMA, record};
-use firmware::control::{Field, Mode, Reason};
+use firmware::control::{Field, Mode, Reason, Way};
 use firmware::wire::ImuFormat;
 use firmware::wire::checksum::crc32_zlib;
 use firmware::wire::command::{Health, Request, fault};
@@ -23,13 +23,17 @@ const SECONDS: [u32; 2] = [80, 45];
 /// Presets of four sensors, each with its own format and rate.
 const SENSORS: [&str; 4] = ["stim300", "kvh1775", "hg4930", "hg1700"];
 
+/// Presets of sensors that cannot find north. The device starts in motion with them.
+const MOVING: [&str; 2] = ["stim300", "icm-42688"];
+
 /// The unit file of a preset, changed so that a short drive teaches something, and read again. It
-/// has the datasheet of the medium laser gyro, because a device learns nothing from gyros that
-/// cannot find north.
-fn unit(name: &str) -> Unit {
+/// has its own datasheet, or that of the medium laser gyro.
+fn unit(name: &str, own: bool) -> Unit {
     let medium = Unit::default();
     let mut unit = Unit::preset(name).expect("a preset");
-    (unit.gyro, unit.accel) = (medium.gyro, medium.accel);
+    if !own {
+        (unit.gyro, unit.accel) = (medium.gyro, medium.accel);
+    }
     // serial lines in QEMU carry 40 kB/s
     unit.sensor.rate_hz = Some(if name == "stim300" { 250.0 } else { 100.0 });
     unit.sensor.kvh = unit.sensor.kvh.map(|_| Kvh {
@@ -56,7 +60,11 @@ fn unit(name: &str) -> Unit {
 
 fn drive(told: &Configuration, seconds: [u32; 2]) -> Drive {
     let errors = ImuSpec::preset("medium").expect("a preset");
-    hil::drive_told(told, ImuFormat::Stim300, &errors, seconds).expect("a drive")
+    drive_with(told, &errors, seconds)
+}
+
+fn drive_with(told: &Configuration, errors: &ImuSpec, seconds: [u32; 2]) -> Drive {
+    hil::drive_told(told, ImuFormat::Stim300, errors, seconds).expect("a drive")
 }
 
 /// Health without what is measured with the board's own clock.
@@ -78,7 +86,7 @@ fn one_image_is_configured_for_four_sensors_one_after_another() {
     passes_everything(&mut board);
     for name in SENSORS {
         let begun = Instant::now();
-        let unit = unit(name);
+        let unit = unit(name, false);
         let told = unit.configuration().expect("a configuration");
         let drive = drive(&told, SECONDS);
         device::configure(&mut board.link, &told).expect("it is configured");
@@ -107,6 +115,40 @@ fn one_image_is_configured_for_four_sensors_one_after_another() {
             twin.learnt().expect("it learns") == learnt,
             "{name}: weights"
         );
+    }
+}
+
+/// The sensors' own errors and datasheets: what no standstill could align starts in motion, and the
+/// board does what the desktop does, bit for bit.
+#[test]
+fn a_board_starts_in_motion_with_sensors_that_cannot_find_north() {
+    let Some(image) = BOARDS[0].image.build_or_skip() else {
+        return;
+    };
+    let listening = Listening::start(BOARDS[0], &image).expect("QEMU listens");
+    let mut board = Board::connect(&listening).expect("it connects");
+    for name in MOVING {
+        let begun = Instant::now();
+        let unit = unit(name, true);
+        let told = unit.configuration().expect("a configuration");
+        let drive = drive_with(&told, &unit.simulated(), [60, 10]);
+        device::configure(&mut board.link, &told).expect("it is configured");
+        let mut twin = Twin::new(&told);
+        let changed = in_step(&mut twin, Some(&mut board), &drive.records);
+        let changed = changed.unwrap_or_else(|error| panic!("{name}: {error:?}"));
+        let here = health(twin.health().expect("it answers"));
+        let there = health(board.link.health().expect("it answers"));
+        println!(
+            "{name}: {changed} bytes changed, {:?}, {here:?}",
+            begun.elapsed()
+        );
+        assert_eq!(here, there, "{name}");
+        assert!(
+            matches!(here.way, Way::Course | Way::Velocity) && here.used_fixes > 20,
+            "{name}: {here:?}"
+        );
+        assert!(here.heading_sigma < 0.1, "{name}: {here:?}");
+        assert_eq!(here.faults, 0, "{name}");
     }
 }
 
@@ -198,7 +240,7 @@ fn bad_configurations_are_refused_and_the_old_one_goes_on() {
     };
     let listening = Listening::start(BOARDS[1], &image).expect("QEMU listens");
     let mut board = Board::connect(&listening).expect("it connects");
-    let mut unit = unit("hg4930");
+    let mut unit = unit("hg4930", false);
     unit.correction.mode = around::Mode::Frozen;
     let told = unit.configuration().expect("a configuration");
     device::configure(&mut board.link, &told).expect("it is configured");
@@ -264,7 +306,7 @@ fn info_tells_of_receiver_antenna_and_alignment() {
     assert_eq!((new.receiver.told, new.receiver.protocol), (None, None));
     assert!(new.receiver.missing[0].contains("no message"), "{new:?}");
     assert_eq!((&new.antenna, new.learner.way), (&None, "none"));
-    let mut told = unit("hg4930").configuration().expect("a configuration");
+    let mut told = unit("hg4930", false).configuration().expect("a configuration");
     told.receiver.lever_arm = [1.0, -0.5, 0.25];
     told.receiver.lever_arm_sigma = 0.1;
     device::configure(&mut board.link, &told).expect("it is configured");
