@@ -147,7 +147,10 @@ fn a_board_starts_in_motion_with_sensors_that_cannot_find_north() {
             matches!(here.way, Way::Course | Way::Velocity) && here.used_fixes > 20,
             "{name}: {here:?}"
         );
-        assert!(here.heading_sigma < 0.1, "{name}: {here:?}");
+        assert!(
+            here.heading_sigma.is_some_and(|mrad| mrad < 100),
+            "{name}: {here:?}"
+        );
         assert_eq!(here.faults, 0, "{name}");
     }
 }
@@ -306,7 +309,9 @@ fn info_tells_of_receiver_antenna_and_alignment() {
     assert_eq!((new.receiver.told, new.receiver.protocol), (None, None));
     assert!(new.receiver.missing[0].contains("no message"), "{new:?}");
     assert_eq!((&new.antenna, new.learner.way), (&None, "none"));
-    let mut told = unit("hg4930", false).configuration().expect("a configuration");
+    let mut told = unit("hg4930", false)
+        .configuration()
+        .expect("a configuration");
     told.receiver.lever_arm = [1.0, -0.5, 0.25];
     told.receiver.lever_arm_sigma = 0.1;
     device::configure(&mut board.link, &told).expect("it is configured");

@@ -11,7 +11,7 @@ use crate::units::DEGREE;
 
 /// A message that is not newer than the newest epoch, but older by at most this, belongs to it or
 /// to one that is over, ms. With more, the receiver's time has gone back.
-const LATE_MS: u32 = 2000;
+const LATE_MS: u32 = 1000;
 /// So does it only when it comes this soon after the newest epoch began, microseconds. Later, the
 /// receiver's time has gone back as well: it has started anew.
 const LATE_US: u64 = 2_000_000;
