@@ -131,7 +131,7 @@ fn a_board_starts_in_motion_with_sensors_that_cannot_find_north() {
         let begun = Instant::now();
         let unit = unit(name, true);
         let told = unit.configuration().expect("a configuration");
-        let drive = drive_with(&told, &unit.simulated(), [60, 10]);
+        let drive = drive_with(&told, &unit.simulated(), [130, 10]);
         device::configure(&mut board.link, &told).expect("it is configured");
         let mut twin = Twin::new(&told);
         let changed = in_step(&mut twin, Some(&mut board), &drive.records);
