@@ -136,8 +136,8 @@ impl Navigator {
         })
     }
 
-    /// As [`Self::new`] with the same configuration, in place: a new one would be built on the stack
-    /// first.
+    /// As [`Self::new`] with the same configuration, in place: a new one would be built on the
+    /// stack first.
     ///
     /// # Errors
     /// The state is out of range. Nothing has changed then.

@@ -247,8 +247,8 @@ impl InMotion {
     /// deviation. `still`: the vehicle stands, and the fix says so. A fix without a horizontal
     /// velocity is not used, nor is one without a place before the first with one.
     ///
-    /// The rest of the work is for [`InMotion::work`], which gets the same `scratch`. No work may be
-    /// left from the last fix.
+    /// The rest of the work is for [`InMotion::work`], which gets the same `scratch`. No work may
+    /// be left from the last fix.
     pub fn put(&mut self, fix: &Fix, age: [f32; 2], still: bool, scratch: &mut Transition<ERRORS>) {
         if !fix.has(3..5) {
             return;

@@ -166,9 +166,9 @@ impl<T: Real> Bank<T> {
     }
 
     /// A new navigator from an alignment that has estimated the sensors' errors too: `applied`. It
-    /// has the errors `by` times those that are left, and others of covariance `rest`; both together
-    /// have the covariance `all`. First the hypotheses learn what was `shown` of the sensors; that
-    /// counts for none of them, because all of them profit.
+    /// has the errors `by` times those that are left, and others of covariance `rest`; both
+    /// together have the covariance `all`. First the hypotheses learn what was `shown` of the
+    /// sensors; that counts for none of them, because all of them profit.
     pub fn start(
         &mut self,
         work: &mut Work<T>,

@@ -61,8 +61,8 @@ impl Course {
         }
     }
 
-    /// A new navigator takes over, if it can begin in that state. By itself, so that the copy on the
-    /// stack is gone afterwards.
+    /// A new navigator takes over, if it can begin in that state. By itself, so that the copy on
+    /// the stack is gone afterwards.
     #[inline(never)]
     pub fn navigate(&mut self, config: nav::Config, state: nav::State) -> Option<()> {
         *self = Course::Navigates(Navigator::new(config, state).ok()?);

@@ -224,10 +224,10 @@ impl FixLearner<'_> {
     }
 
     /// A navigator in this state at the end of the last sample. Its errors are `by` times the
-    /// sensors' errors, plus others of covariance `rest`. `known`: the alignment in motion, which has
-    /// estimated and subtracted the sensors' errors too. `at`: the fix, and
-    /// its age, that the state is from. The result is `None` without a stream, or when the state is
-    /// outside the range of the equations.
+    /// sensors' errors, plus others of covariance `rest`. `known`: the alignment in motion, which
+    /// has estimated and subtracted the sensors' errors too. `at`: the fix, and its age, that the
+    /// state is from. The result is `None` without a stream, or when the state is outside the range
+    /// of the equations.
     pub(super) fn navigate(
         &mut self,
         state: nav::State,
