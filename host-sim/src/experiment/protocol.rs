@@ -20,7 +20,7 @@
 //! | `ls-bias`, `ls-3x3` | less a bias, or bias and 3x3, fitted to the teacher's references |
 //! | `ekf6`, `ekf12`, `ekf24` | less the filter's last estimate (biases; scale factors; 3x3) |
 //! | `rnn` | through the compensator, with two networks taught from the same references |
-//! | `rnn-kalman` | through the compensator, as the device has learnt ([`fix_learner`]) |
+//! | `rnn-kalman` | through the compensator, as the device has learnt (`learning::fix_learner`) |
 
 mod learnt;
 

@@ -1,7 +1,7 @@
 //! Alignment in motion: attitude from samples and a receiver's velocities, whatever the heading.
 //!
-//! Two stages follow each other. **Levelling** ([`level`]) finds the direction of gravity in a
-//! frame that the gyros carry on. **Matching** ([`filter`]) navigates in a levelled frame `w` whose
+//! Two stages follow each other. **Levelling** (`level`) finds the direction of gravity in a
+//! frame that the gyros carry on. **Matching** (`filter`) navigates in a levelled frame `w` whose
 //! azimuth `a` is unknown, and compares the velocities with the receiver's:
 //!
 //! ```text

@@ -73,7 +73,7 @@ impl Pulse {
         if timer.sr().read().cc3of().bit_is_set() {
             timer.sr().write(|w| w.cc3of().clear_bit()); // another edge came since
         }
-        let since = (count as u16).wrapping_sub(at as u16);
+        let since = count.wrapping_sub(at);
         (now.saturating_sub(before) <= MOST_US).then(|| now.saturating_sub(since.into()))
     }
 }
