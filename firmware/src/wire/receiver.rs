@@ -126,6 +126,7 @@ pub(super) mod testing {
     use super::{Framing, ReceiverFormat};
     use crate::fix::{Heading, NOT_MEASURED, OBSERVATIONS, Position};
     use crate::wire::{Error, exactly};
+    use std::vec::Vec;
 
     pub const NONE: Sigmas = [NOT_MEASURED; OBSERVATIONS];
 
@@ -141,6 +142,22 @@ pub(super) mod testing {
         pub assumed: Sigmas,
         pub heading: Option<Heading>,
         pub heading_sigma: Option<f32>,
+    }
+
+    /// A message of 32-bit words, apart and joined again, with a checksum that is made anew.
+    pub fn remade(
+        format: ReceiverFormat,
+        frame: &[u8],
+        seal: fn(&mut [u8]),
+    ) -> Result<Vec<u8>, Error> {
+        if !exactly(frame, |bytes| format.scan(bytes))? {
+            return Err(Error::Content);
+        }
+        let words = frame.as_chunks::<4>().0.iter();
+        let words = words.map(|word| u32::from_le_bytes(*word));
+        let mut made: Vec<u8> = words.flat_map(u32::to_le_bytes).collect();
+        seal(&mut made);
+        Ok(made)
     }
 
     pub fn parse(format: ReceiverFormat, frame: &[u8]) -> Result<Part, Error> {

@@ -3,6 +3,7 @@
 use crate::error::Error;
 use crate::inertial::earth::Geodetic;
 use crate::inertial::session::Session;
+use crate::inertial::sins::Increment;
 use crate::simulator::gnss::GnssSpec;
 use crate::simulator::imu::ImuSpec;
 use crate::simulator::session::{SessionConfig, simulate};
@@ -14,6 +15,12 @@ pub(crate) fn file(name: &str, bytes: &[u8]) -> (tempfile::TempDir, PathBuf) {
     let path = dir.path().join(name);
     std::fs::write(&path, bytes).unwrap();
     (dir, path)
+}
+
+/// Whether all of these are numbers.
+pub(crate) fn finite(samples: &[Increment]) -> bool {
+    let mut values = samples.iter().flat_map(|s| s.dtheta.iter().chain(&s.dv));
+    values.all(|x| x.is_finite())
 }
 
 /// Folder with recorded data: `LRNN_DATA` if it is set, else `../shared/data` beside the project.

@@ -76,6 +76,29 @@ fn health(health: Health) -> Health {
     }
 }
 
+/// Tells the board the unit and sends it the drive. The desktop does the same beside it. The result
+/// is the twin on the desktop, how many bytes were changed, and what both tell of their health.
+fn both(board: &mut Board, name: &str, told: &Configuration, drive: &Drive) -> (Twin, u32, Health) {
+    let begun = Instant::now();
+    device::configure(&mut board.link, told).expect("it is configured");
+    assert_eq!(
+        device::configuration(&mut board.link).expect("it answers"),
+        Some(told.clone())
+    );
+    let mut twin = Twin::new(told);
+    let changed = in_step(&mut twin, Some(&mut *board), &drive.records);
+    let changed = changed.unwrap_or_else(|error| panic!("{name}: {error:?}"));
+    let here = health(twin.health().expect("it answers"));
+    let there = health(board.link.health().expect("it answers"));
+    println!(
+        "{name}: {changed} bytes changed, {:?}, {here:?}",
+        begun.elapsed()
+    );
+    assert_eq!(here, there, "{name}");
+    assert_eq!(here.faults, 0, "{name}");
+    (twin, changed, here)
+}
+
 #[test]
 fn one_image_is_configured_for_four_sensors_one_after_another() {
     let Some(image) = BOARDS[0].image.build_or_skip() else {
@@ -85,31 +108,15 @@ fn one_image_is_configured_for_four_sensors_one_after_another() {
     let mut board = Board::connect(&listening).expect("it connects");
     passes_everything(&mut board);
     for name in SENSORS {
-        let begun = Instant::now();
         let unit = unit(name, false);
         let told = unit.configuration().expect("a configuration");
         let drive = drive(&told, SECONDS);
-        device::configure(&mut board.link, &told).expect("it is configured");
-        assert_eq!(
-            device::configuration(&mut board.link).expect("it answers"),
-            Some(told.clone())
-        );
-        let mut twin = Twin::new(&told);
-        let changed = in_step(&mut twin, Some(&mut board), &drive.records);
-        let changed = changed.unwrap_or_else(|error| panic!("{name}: {error:?}"));
-        let here = health(twin.health().expect("it answers"));
-        let there = health(board.link.health().expect("it answers"));
-        println!(
-            "{name}: {changed} bytes changed, {:?}, {here:?}",
-            begun.elapsed()
-        );
-        assert_eq!(here, there, "{name}");
+        let (mut twin, changed, here) = both(&mut board, name, &told, &drive);
         assert!(
             here.winner > 0 && here.promotions > 0 && here.used_fixes > 30,
             "{name}: {here:?}"
         );
         assert!(changed > 1000, "{name}: {changed}");
-        assert_eq!(here.faults, 0, "{name}");
         let learnt = board.link.learnt_images().expect("it answers");
         assert!(
             twin.learnt().expect("it learns") == learnt,
@@ -128,21 +135,10 @@ fn a_board_starts_in_motion_with_sensors_that_cannot_find_north() {
     let listening = Listening::start(BOARDS[0], &image).expect("QEMU listens");
     let mut board = Board::connect(&listening).expect("it connects");
     for name in MOVING {
-        let begun = Instant::now();
         let unit = unit(name, true);
         let told = unit.configuration().expect("a configuration");
         let drive = drive_with(&told, &unit.simulated(), [130, 10]);
-        device::configure(&mut board.link, &told).expect("it is configured");
-        let mut twin = Twin::new(&told);
-        let changed = in_step(&mut twin, Some(&mut board), &drive.records);
-        let changed = changed.unwrap_or_else(|error| panic!("{name}: {error:?}"));
-        let here = health(twin.health().expect("it answers"));
-        let there = health(board.link.health().expect("it answers"));
-        println!(
-            "{name}: {changed} bytes changed, {:?}, {here:?}",
-            begun.elapsed()
-        );
-        assert_eq!(here, there, "{name}");
+        let (_, _, here) = both(&mut board, name, &told, &drive);
         assert!(
             matches!(here.way, Way::Course | Way::Velocity) && here.used_fixes > 20,
             "{name}: {here:?}"
@@ -151,7 +147,6 @@ fn a_board_starts_in_motion_with_sensors_that_cannot_find_north() {
             here.heading_sigma.is_some_and(|mrad| mrad < 100),
             "{name}: {here:?}"
         );
-        assert_eq!(here.faults, 0, "{name}");
     }
 }
 

@@ -1,7 +1,7 @@
 use super::super::field::{hex, put};
 use super::*;
 use crate::wire::receiver::testing::{self, NONE, Part};
-use crate::wire::{Error, ReceiverFormat, exactly};
+use crate::wire::{Error, ReceiverFormat};
 use std::vec::Vec;
 
 /// Made anew: CRC of all that is behind it.
@@ -21,17 +21,7 @@ pub(in crate::wire) fn example(n: u8) -> Vec<u8> {
 
 /// Words apart, and joined again.
 pub(in crate::wire) fn remade(frame: &[u8]) -> Result<Vec<u8>, Error> {
-    if !exactly(frame, scan)? {
-        return Err(Error::Content);
-    }
-    let words = frame
-        .as_chunks::<4>()
-        .0
-        .iter()
-        .map(|word| u32::from_le_bytes(*word));
-    let mut made: Vec<u8> = words.flat_map(u32::to_le_bytes).collect();
-    seal(&mut made);
-    Ok(made)
+    testing::remade(ReceiverFormat::Sbf, frame, seal)
 }
 
 /// As the format is documented; `pysbf2` reads the same numbers (`tests/qemu`).

@@ -1,6 +1,6 @@
 use super::testing::*;
 use super::*;
-use crate::recordings::testing::message;
+use crate::recordings::testing::{finite, message};
 use proptest::prelude::*;
 use std::path::PathBuf;
 
@@ -294,7 +294,7 @@ proptest! {
         match read(&path, &choice(), &|_, _| ()) {
             Ok(reading) => {
                 prop_assert!(reading.record.time.is_sorted());
-                prop_assert!(reading.record.samples.iter().all(|s| s.dtheta.iter().chain(&s.dv).all(|x| x.is_finite())));
+                prop_assert!(finite(&reading.record.samples));
             }
             Err(error) => prop_assert!(error.to_string().contains("; remedy: ")),
         }

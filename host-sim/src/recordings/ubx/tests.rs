@@ -185,7 +185,8 @@ proptest! {
         }
         let at = cut.index(bytes.len());
         bytes.splice(at..at, noise);
-        match read_bytes(&bytes[..cut.index(2 * bytes.len()).min(bytes.len())], &Choice::default()) {
+        let length = cut.index(2 * bytes.len()).min(bytes.len());
+        match read_bytes(&bytes[..length], &Choice::default()) {
             Ok(reading) => prop_assert!(reading.record.time.is_sorted()),
             Err(error) => prop_assert!(error.to_string().contains("; remedy: ")),
         }

@@ -1,5 +1,5 @@
 use super::*;
-use crate::recordings::testing::message;
+use crate::recordings::testing::{finite, message};
 use proptest::prelude::*;
 
 fn raw(kind: u8, content: &[u8]) -> Vec<u8> {
@@ -344,9 +344,8 @@ proptest! {
         let length = cut.index(2 * bytes.len()).min(bytes.len());
         match read_bytes(&bytes[..length], &Choice::default()) {
             Ok(reading) => {
-                let samples = &reading.record.samples;
                 prop_assert!(reading.record.time.is_sorted());
-                prop_assert!(samples.iter().all(|s| s.dtheta.iter().chain(&s.dv).all(|x| x.is_finite())));
+                prop_assert!(finite(&reading.record.samples));
             }
             Err(error) => prop_assert!(error.to_string().contains("; remedy: ")),
         }

@@ -2,7 +2,7 @@ use super::super::seal;
 use super::*;
 use crate::wire::field::{hex, put};
 use crate::wire::receiver::testing::{self, Part};
-use crate::wire::{Error, ReceiverFormat, exactly};
+use crate::wire::{Error, ReceiverFormat};
 use std::vec::Vec;
 
 /// With a start mark in its data.
@@ -16,17 +16,7 @@ pub(in crate::wire) fn example(n: u8) -> Vec<u8> {
 
 /// Words apart, and joined again.
 pub(in crate::wire) fn remade(frame: &[u8]) -> Result<Vec<u8>, Error> {
-    if !exactly(frame, scan)? {
-        return Err(Error::Content);
-    }
-    let words = frame
-        .as_chunks::<4>()
-        .0
-        .iter()
-        .map(|word| u32::from_le_bytes(*word));
-    let mut made: Vec<u8> = words.flat_map(u32::to_le_bytes).collect();
-    seal(&mut made);
-    Ok(made)
+    testing::remade(ReceiverFormat::Novatel, frame, seal)
 }
 
 /// The ASCII example of BESTGNSSPOS on docs.novatel.com, in the binary form of NovAtel's encoder:
