@@ -199,6 +199,8 @@ impl Campaign {
         for group in &self.models {
             rows.extend(store::row(*group, k, "floor", &floor));
         }
+        let history = imu.world.power.history_of(Seeds::of(k).turn_on);
+        rows.iter_mut().for_each(|row| row.start = history.start);
         Ok(rows)
     }
 

@@ -41,7 +41,7 @@ type Logs<'a> = BTreeMap<&'a str, BTreeMap<u32, [f64; TIMES_MIN.len()]>>;
 #[must_use]
 pub fn ratios(rows: &[Row]) -> Vec<Ratio> {
     let present = |m: &ErrorModelName| rows.iter().any(|r| r.error_model == *m);
-    let groups: Vec<ErrorModelName> = ErrorModelName::ALL.into_iter().filter(present).collect();
+    let groups: Vec<ErrorModelName> = ErrorModelName::every().filter(present).collect();
     let mut schemes: Vec<&str> = Vec::new();
     for row in rows {
         if !schemes.contains(&row.scheme.as_str()) {

@@ -48,7 +48,7 @@ fn interval(r: &Ratio) -> String {
 
 fn models(last: &[&Summary]) -> Vec<ErrorModelName> {
     let present = |m: &ErrorModelName| last.iter().any(|s| s.error_model == *m);
-    ErrorModelName::ALL.into_iter().filter(present).collect()
+    ErrorModelName::every().filter(present).collect()
 }
 
 /// Names of the schemes, the floor last.

@@ -40,9 +40,8 @@ pub fn summarise(rows: &[Row]) -> Vec<Summary> {
     let mut order = Vec::new();
     let mut groups: BTreeMap<(usize, String), Vec<&Row>> = BTreeMap::new();
     for row in rows {
-        let model = ErrorModelName::ALL
-            .iter()
-            .position(|m| *m == row.error_model)
+        let model = ErrorModelName::every()
+            .position(|m| m == row.error_model)
             .unwrap_or(0);
         let key = (model, row.scheme.clone());
         if !groups.contains_key(&key) {

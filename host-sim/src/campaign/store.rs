@@ -8,6 +8,7 @@ use crate::experiment::run::TIMES_MIN;
 use crate::inertial::free_inertial::FreeInertial;
 use crate::output::write_atomic;
 use crate::simulator::imu::ErrorModelName;
+use crate::simulator::imu::world::StartName;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
@@ -27,6 +28,9 @@ pub struct Row {
     pub north_m: [f64; TIMES_MIN.len()],
     /// Its part to the east, m.
     pub east_m: [f64; TIMES_MIN.len()],
+    /// How warm the unit was at power-on.
+    #[serde(default)]
+    pub start: StartName,
 }
 
 #[cfg(test)]
@@ -40,6 +44,7 @@ impl Row {
             horizontal_m: [m; TIMES_MIN.len()],
             north_m: [m; TIMES_MIN.len()],
             east_m: [0.0; TIMES_MIN.len()],
+            start: StartName::Cold,
         }
     }
 }
@@ -58,6 +63,7 @@ pub(super) fn row(
         horizontal_m: [0.0; TIMES_MIN.len()],
         north_m: [0.0; TIMES_MIN.len()],
         east_m: [0.0; TIMES_MIN.len()],
+        start: StartName::Cold,
     };
     for (i, t) in TIMES_MIN.into_iter().enumerate() {
         let at = experiment::results::Row::of(free, scheme, t)?;

@@ -26,13 +26,18 @@ pub struct Args {
     jobs: Option<usize>,
     #[command(flatten)]
     scenario: ScenarioOption,
-    /// Groups of simulated sensor errors, separated by commas
+    /// Groups of simulated sensor errors, separated by commas; also groups of a single cause:
+    /// hysteresis, gradient, heating, scale-temperature, stretched-warm-up, mode-hop, thermostat,
+    /// flicker, g-square, ageing
     #[arg(
         long,
         value_delimiter = ',',
         default_value = "linear,thermal,nonlinear,all,all-x3,noise"
     )]
     models: Vec<String>,
+    /// How warm the unit is at power-on, in place of the scenario's: cold, warm, hot, mixed
+    #[arg(long, value_name = "NAME")]
+    start: Option<String>,
     /// Directory of results
     #[arg(long, value_name = "DIR", default_value = "out/campaign")]
     out: PathBuf,
@@ -92,7 +97,10 @@ impl Args {
             warn_of_gaps(&merged);
             return finish(&merged, files);
         }
-        let scenario = self.scenario.load()?;
+        let mut scenario = self.scenario.load()?;
+        if let Some(start) = &self.start {
+            scenario.set_start(start)?;
+        }
         scenario.on_road()?;
         let models: Result<Vec<ErrorModelName>, Error> =
             self.models.iter().map(|m| m.parse()).collect();

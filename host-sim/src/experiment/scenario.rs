@@ -4,13 +4,15 @@ use crate::error::Error;
 use crate::inertial::earth::Geodetic;
 use crate::learning::window::NetworkSpec;
 use crate::simulator::gnss::GnssSpec;
-use crate::simulator::imu::ImuSpec;
+use crate::simulator::imu::world::{Ambient, Power};
+use crate::simulator::imu::{ImuSpec, World};
 use crate::simulator::truth::{Aircraft, City, Segment, Ship, VehicleName};
 use crate::unit::Unit;
 use serde::Deserialize;
 use std::path::{Path, PathBuf};
 
 mod vehicle;
+mod world;
 
 /// One of the two sessions.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
@@ -76,6 +78,10 @@ pub struct Scenario {
     pub ship: Ship,
     /// What an aircraft does.
     pub aircraft: Aircraft,
+    /// Temperature of the air around the unit.
+    pub ambient: Ambient,
+    /// How the unit starts, and its age.
+    pub power: Power,
     /// Receiver.
     pub gnss: GnssSpec,
     /// Session to learn from.
@@ -107,6 +113,8 @@ impl Default for Scenario {
             city: City::default(),
             ship: Ship::default(),
             aircraft: Aircraft::default(),
+            ambient: Ambient::default(),
+            power: Power::default(),
             gnss: GnssSpec::default(),
             learn: DriveSpec {
                 drive_s: 1800,
@@ -224,6 +232,7 @@ impl Scenario {
             self.check_standstill(key, drive)?;
             self.check_segments(key, drive)?;
         }
+        self.check_world()?;
         self.check_vehicle()
     }
 
@@ -275,10 +284,16 @@ impl Scenario {
         &self.unit
     }
 
-    /// The errors of the simulated IMU.
+    /// The errors of the simulated IMU, and the world that it is in.
     #[must_use]
     pub fn imu_spec(&self) -> ImuSpec {
-        self.unit.simulated()
+        ImuSpec {
+            world: World {
+                ambient: self.ambient.clone(),
+                power: self.power,
+            },
+            ..self.unit.simulated()
+        }
     }
 
     /// The error of a standstill that gives no attitude.

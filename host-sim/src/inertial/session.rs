@@ -25,8 +25,19 @@ pub struct Temperature {
 pub struct Surroundings {
     /// Temperature of the block.
     pub temperature: Temperature,
+    /// Temperature of the sensor of each axis, difference from the calibration temperature, K.
+    pub axes: Vector3<f64>,
     /// Magnetic field in body axes, gauss.
     pub field: Vector3<f64>,
+}
+
+/// What thermometers tell in one second, degrees C.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Readings {
+    /// The IMU's thermometers of the axes x, y, z; all the same where it has only one.
+    pub axes: Vector3<f64>,
+    /// The processor beside the IMU.
+    pub processor: f64,
 }
 
 /// A known state to start from.
@@ -83,6 +94,8 @@ pub struct Session {
     pub systematic: Option<Vec<Increment>>,
     /// Temperature of the block and magnetic field in each second, if known, as in a simulation.
     pub surroundings: Option<Vec<Surroundings>>,
+    /// What the thermometers tell in each second, if they are known.
+    pub readings: Option<Vec<Readings>>,
     /// Samples that a navigator takes in one step: at least 1, and a divisor of the samples per
     /// epoch. Coning and sculling are computed sample by sample.
     pub gather: usize,
@@ -111,6 +124,7 @@ impl Session {
             lever_arm: Vector3::zeros(),
             systematic: None,
             surroundings: None,
+            readings: None,
             gather: 1,
         }
     }
@@ -168,6 +182,7 @@ impl Session {
         };
         let per_epoch = |list: &Option<Vec<Increment>>| Some(list.as_ref()?[start..end].to_vec());
         let surroundings = self.surroundings.as_ref();
+        let readings = self.readings.as_ref();
         Self {
             counts: self.counts[start * n..end * n].to_vec(),
             standstill: self.standstill.clamp(start, end) - start,
@@ -183,6 +198,7 @@ impl Session {
             fixes: self.fixes[start..=end].to_vec(),
             systematic: per_epoch(&self.systematic),
             surroundings: surroundings.map(|all| all[start..end].to_vec()),
+            readings: readings.map(|all| all[start..end].to_vec()),
             ..*self
         }
     }

@@ -4,4 +4,6 @@
 pub mod gnss;
 pub mod imu;
 pub mod session;
+#[cfg(test)]
+mod session_tests;
 pub mod truth;

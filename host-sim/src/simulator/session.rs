@@ -122,12 +122,14 @@ pub fn measured(
     let mut counts = Vec::with_capacity(truth.increments.len());
     let mut systematic = Vec::with_capacity(truth.epochs.len());
     let mut surroundings = Vec::with_capacity(truth.epochs.len());
+    let mut readings = Vec::with_capacity(truth.epochs.len());
     for (second, at) in truth
         .increments
         .chunks(truth.samples_per_epoch)
         .zip(&truth.epochs)
     {
         imu.set_field(at.q_bn.inverse() * dipole_field(&at.position));
+        imu.set_height(at.position.h);
         let mut sum = Increment::default();
         for increment in second {
             let (c, e) = imu.measure(increment);
@@ -136,6 +138,7 @@ pub fn measured(
             sum.dv += e.dv;
         }
         surroundings.push(imu.surroundings());
+        readings.push(imu.readings());
         let time = second.len() as f64 * truth.dt;
         systematic.push(Increment {
             dtheta: sum.dtheta / time,
@@ -148,6 +151,7 @@ pub fn measured(
         standstill: (config.standstill_s / EPOCH_S) as usize,
         systematic: Some(systematic),
         surroundings: Some(surroundings),
+        readings: Some(readings),
         ..Session::new(truth.dt, samples, truth.epochs.clone(), fixes)
     };
     (session, imu)

@@ -1,10 +1,13 @@
 //! The error terms of the simulated sensor: as the file gives them, or derived from the datasheet.
 
 use super::Unit;
+use super::sensor::FormatName;
 use super::triads::MRAD;
 use crate::inertial::counts::FINE_LSB;
 use crate::inertial::units::{ARCSEC, UG};
-use crate::simulator::imu::{AccelSpec, BlockSpec, GyroSpec, ImuSpec};
+use crate::simulator::imu::{
+    AccelSpec, BlockSpec, GyroSpec, ImuSpec, ThermometerSpec, World, thermometer,
+};
 
 /// The simulator takes at most so many samples a second, Hz.
 const MOST_HZ: f64 = 4000.0;
@@ -19,6 +22,31 @@ impl Unit {
     pub fn simulated(&self) -> ImuSpec {
         let given = self.simulation.clone();
         given.unwrap_or_else(|| self.derived())
+    }
+
+    /// The thermometers that the frames of the sensor tell of, with their resolution. A format that
+    /// is not here sends numbers so fine that nothing is rounded, or none at all.
+    fn thermometer(&self) -> ThermometerSpec {
+        let sensor = &self.sensor;
+        let at_line = sensor.adis_uart.clone().unwrap_or_default().model;
+        let at_spi = sensor.adis.as_ref().map(|adis| adis.model.as_str());
+        let adis = |model: &str| match model.starts_with("ADIS1649") {
+            true => thermometer::ADIS_1649X_K,
+            false => thermometer::ADIS_1650X_K,
+        };
+        let resolution_k = match sensor.format {
+            FormatName::Stim300 => thermometer::STIM300_K,
+            FormatName::Hg4930 => thermometer::HG4930_K,
+            FormatName::Kvh => thermometer::KVH_K,
+            FormatName::AdisUart => adis(&at_line),
+            FormatName::AdisSpi => adis(at_spi.unwrap_or_default()),
+            _ => 0.0,
+        };
+        ThermometerSpec {
+            per_axis: sensor.format == FormatName::Stim300,
+            resolution_k,
+            ..ThermometerSpec::default()
+        }
     }
 
     fn derived(&self) -> ImuSpec {
@@ -49,6 +77,30 @@ impl Unit {
                 ..AccelSpec::none()
             },
             block: BlockSpec::default(),
+            nodes: None,
+            thermometer: self.thermometer(),
+            world: World::default(),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Counts a kelvin, from the makers' manuals.
+    #[test]
+    fn the_thermometers_have_the_resolution_of_the_format() {
+        for (unit, counts, per_axis) in [
+            ("stim300", 256.0, true),
+            ("hg4930", 1.0, false),
+            ("kvh1750", 1.0, false),
+            ("adis16505", 10.0, false),
+            ("adis16495", 80.0, false),
+        ] {
+            let told = Unit::preset(unit).unwrap().simulated().thermometer;
+            assert!((told.resolution_k * counts - 1.0).abs() < 1e-12, "{unit}");
+            assert_eq!(told.per_axis, per_axis, "{unit}");
         }
     }
 }

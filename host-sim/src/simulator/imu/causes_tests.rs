@@ -301,6 +301,7 @@ fn speed() {
     for (what, spec) in [
         ("medium", ImuSpec::preset("medium").unwrap()),
         ("perfect", perfect()),
+        ("medium in a rich world", rich()),
     ] {
         let input = Increment {
             dtheta: Vector3::repeat(1e-3),
@@ -316,6 +317,32 @@ fn speed() {
             start.elapsed().as_secs_f64() * 1e3
         );
     }
+}
+
+/// The preset `medium` with everything that follows the environment.
+fn rich() -> ImuSpec {
+    let mut spec = ImuSpec::preset("medium").unwrap();
+    spec.nodes = Some(NodesSpec {
+        rate_wpdps: 0.01,
+        heater_w: 20.0,
+        heater_set_k: 30.0,
+        heater_band_k: 1.0,
+        ..NodesSpec::typical()
+    });
+    spec.gyro.bias_instability_dph = 0.01;
+    spec.accel.bias_instability_ug = 10.0;
+    let gyro = &mut spec.gyro.environment;
+    gyro.hysteresis_dph = 0.05;
+    gyro.scale_temperature_ppmpk = 2.0;
+    gyro.stretched_warm_up_dph = 0.1;
+    gyro.mode_hop_dph = 0.02;
+    gyro.mode_deflection_dph = 0.02;
+    gyro.g_square_dphpg2 = 0.01;
+    let accel = &mut spec.accel.environment;
+    accel.hysteresis_ug = 50.0;
+    accel.scale_temperature_ppmpk = 5.0;
+    accel.stretched_warm_up_ug = 50.0;
+    spec
 }
 
 /// The matrix from specific force to the bias of the gyros: linear, with the given size, and the

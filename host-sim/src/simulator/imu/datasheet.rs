@@ -5,9 +5,12 @@
 //! triad, what a filter is told that knows the error, and how much it adds to the bias that other
 //! filters expect. The simulator, the oracle, the error groups, the checks and the tests follow
 //! from these tables. A new error is an entry here. If no number of
-//! [`Sigmas`](super::triad::Sigmas) acts as it does, it needs code in `triad`, too.
+//! [`Sigmas`](super::triad::Sigmas) acts as it does, it needs code in `triad`, too. The errors that
+//! follow the temperature of each sensor, its past and its age have tables of the same kind in
+//! [`super::environment`].
 
 use super::dither::DitherSpec;
+use super::environment::{AccelEnvironment, GyroEnvironment, is_off};
 use super::term::{At, Group, Kind, Range, Term, datasheet};
 use super::triad::{WARM_UP_REPEATABILITY, flicker};
 use crate::inertial::ekf::{Parameter, Regressor};
@@ -166,7 +169,11 @@ datasheet! {
         ;
         /// Dither and lock-in.
         #[serde(default)]
-        dither: DitherSpec
+        dither: DitherSpec,
+        /// Errors by temperature, past, age and squares of the specific force. Off without this
+        /// table.
+        #[serde(default, skip_serializing_if = "is_off")]
+        environment: GyroEnvironment
     }
 }
 
@@ -330,6 +337,10 @@ datasheet! {
         pulse_ugs: Accel::of(Group::Noise)
             .within(Range::Positive)
             .acts(|s, to| to.pulse = s.pulse_ugs * UG),
+        ;
+        /// Errors by temperature, past and age. Off without this table.
+        #[serde(default, skip_serializing_if = "is_off")]
+        environment: AccelEnvironment
     }
 }
 

@@ -119,7 +119,7 @@ mod tests {
             dv: Vector3::new(0.01, 1e-4 * f64::from(k), -0.05),
         };
         let mut draws = Draws::of(8, true);
-        for model in ErrorModelName::ALL {
+        for model in ErrorModelName::every() {
             let spec = preset.error_model(model);
             let mut alone = Imu::new(&spec, 7, 8);
             let mut imu = Imu::with_draws(&spec, 7, 8, draws);

@@ -23,10 +23,30 @@ pub enum ErrorModelName {
     All,
     /// All errors, the thermal and the non-linear ones times three.
     AllX3,
+    /// Linear, and thermal hysteresis.
+    Hysteresis,
+    /// Linear, and a bias by the difference of temperature across the block.
+    Gradient,
+    /// Linear, and a bias by the rate of the temperature.
+    Heating,
+    /// Linear, and a scale factor by the temperature.
+    ScaleTemperature,
+    /// Linear, and a warm-up that is no exponential, with a time of its own for each axis.
+    StretchedWarmUp,
+    /// Linear, and hops of the path-length control.
+    ModeHop,
+    /// Linear, and a bias by the temperature in a block whose thermostat cycles.
+    Thermostat,
+    /// Linear, and bias instability.
+    Flicker,
+    /// Linear, and a bias of the gyros by the squares of the specific force.
+    GSquare,
+    /// Linear, and a bias that has aged for a year.
+    Ageing,
 }
 
 impl ErrorModelName {
-    /// All groups in ascending order.
+    /// The groups of whole kinds of errors, in ascending order.
     pub const ALL: [Self; 6] = [
         Self::Noise,
         Self::Linear,
@@ -35,6 +55,25 @@ impl ErrorModelName {
         Self::All,
         Self::AllX3,
     ];
+
+    /// The groups of a single cause beside the linear errors.
+    pub const CAUSES: [Self; 10] = [
+        Self::Hysteresis,
+        Self::Gradient,
+        Self::Heating,
+        Self::ScaleTemperature,
+        Self::StretchedWarmUp,
+        Self::ModeHop,
+        Self::Thermostat,
+        Self::Flicker,
+        Self::GSquare,
+        Self::Ageing,
+    ];
+
+    /// All groups: whole kinds of errors, then single causes.
+    pub fn every() -> impl Iterator<Item = Self> {
+        Self::ALL.into_iter().chain(Self::CAUSES)
+    }
 
     /// Name on the command line and in files.
     #[must_use]
@@ -46,6 +85,16 @@ impl ErrorModelName {
             Self::Nonlinear => "nonlinear",
             Self::All => "all",
             Self::AllX3 => "all-x3",
+            Self::Hysteresis => "hysteresis",
+            Self::Gradient => "gradient",
+            Self::Heating => "heating",
+            Self::ScaleTemperature => "scale-temperature",
+            Self::StretchedWarmUp => "stretched-warm-up",
+            Self::ModeHop => "mode-hop",
+            Self::Thermostat => "thermostat",
+            Self::Flicker => "flicker",
+            Self::GSquare => "g-square",
+            Self::Ageing => "ageing",
         }
     }
 
@@ -58,6 +107,7 @@ impl ErrorModelName {
             Self::Nonlinear => (1.0, 0.0, 1.0, 0.0),
             Self::All => (1.0, 1.0, 1.0, 1.0),
             Self::AllX3 => (1.0, 3.0, 3.0, 1.0),
+            _ => (1.0, 0.0, 0.0, 0.0), // a single cause beside the linear errors
         };
         match group {
             Group::Noise | Group::Condition => 1.0,
@@ -73,8 +123,8 @@ impl FromStr for ErrorModelName {
     type Err = crate::error::Error;
 
     fn from_str(text: &str) -> Result<Self, Self::Err> {
-        let known = Self::ALL.map(Self::name);
-        let found = Self::ALL.into_iter().find(|model| model.name() == text);
+        let known: Vec<&str> = Self::every().map(Self::name).collect();
+        let found = Self::every().find(|model| model.name() == text);
         found.ok_or_else(|| crate::error::Error::unknown("error model", text, &known))
     }
 }
@@ -90,13 +140,16 @@ impl ImuSpec {
     /// share are equal in both.
     #[must_use]
     pub fn error_model(&self, name: ErrorModelName) -> Self {
-        self.scaled(|group| name.factor(group))
+        let mut spec = self.scaled(|group| name.factor(group));
+        spec.add_cause(name, self);
+        spec
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::super::datasheet::{AccelSpec, GyroSpec};
+    use super::super::environment::{AccelEnvironment, GyroEnvironment};
     use super::super::term::{Datasheet, Term};
     use super::*;
 
@@ -135,6 +188,12 @@ mod tests {
         for term in AccelSpec::TERMS {
             *term.of(&mut spec.accel) = 2.0;
         }
+        for term in GyroEnvironment::TERMS {
+            *term.of(&mut spec.gyro.environment) = 2.0;
+        }
+        for term in AccelEnvironment::TERMS {
+            *term.of(&mut spec.accel.environment) = 2.0;
+        }
         spec
     }
 
@@ -170,25 +229,31 @@ mod tests {
         }
         let of = |groups: &[Group]| {
             let gyro = GyroSpec::TERMS.iter().map(Term::group);
-            let all = gyro.chain(AccelSpec::TERMS.iter().map(Term::group));
+            let accel = AccelSpec::TERMS.iter().map(Term::group);
+            let gyro = gyro.chain(GyroEnvironment::TERMS.iter().map(Term::group));
+            let accel = accel.chain(AccelEnvironment::TERMS.iter().map(Term::group));
+            let all = gyro.chain(accel);
             all.filter(|group| groups.contains(group)).count()
+        };
+        let of_main = |group: Group| {
+            let gyro = GyroSpec::TERMS.iter().map(Term::group);
+            let all = gyro.chain(AccelSpec::TERMS.iter().map(Term::group));
+            all.filter(|g| *g == group).count()
         };
         let linear = of(&[Group::Constant, Group::Wander]);
         let (thermal, nonlinear) = (of(&[Group::Thermal]), of(&[Group::Nonlinear]));
-        assert!(linear >= 12 && thermal == 12 && nonlinear == 6);
-        assert_eq!(at(ErrorModelName::Linear, 2.0).len(), kept.len() + linear);
-        assert_eq!(
-            at(ErrorModelName::Thermal, 2.0).len(),
-            kept.len() + linear + thermal
-        );
-        assert_eq!(
-            at(ErrorModelName::Nonlinear, 2.0).len(),
-            kept.len() + linear + nonlinear
-        );
+        assert!(linear >= 14 && thermal == 20 && nonlinear == 7);
+        // a table whose errors are all off is left out of files, with its conditions
+        let conditions = of(&[Group::Condition]) - of_main(Group::Condition);
+        assert_eq!(conditions, 9);
+        let with = |number: usize| kept.len() + conditions + linear + number;
+        assert_eq!(at(ErrorModelName::Linear, 2.0).len(), with(0));
+        assert_eq!(at(ErrorModelName::Thermal, 2.0).len(), with(thermal));
+        assert_eq!(at(ErrorModelName::Nonlinear, 2.0).len(), with(nonlinear));
         assert_eq!(twos().error_model(ErrorModelName::All), twos());
         assert_eq!(kept.len(), 21);
         let tripled = at(ErrorModelName::AllX3, 6.0);
-        assert_eq!(tripled.len(), 18);
+        assert_eq!(tripled.len(), 27);
         let systematic = [
             "warm_up",
             "temperature",
@@ -199,6 +264,9 @@ mod tests {
             "k2",
             "cross_coupling",
             "rectification",
+            "hysteresis_",
+            "mode_",
+            "g_square",
         ];
         assert!(
             tripled
@@ -210,7 +278,7 @@ mod tests {
 
     #[test]
     fn names_read_back_and_a_wrong_one_is_told() {
-        for model in ErrorModelName::ALL {
+        for model in ErrorModelName::every() {
             assert_eq!(model.to_string().parse::<ErrorModelName>().unwrap(), model);
             let quoted = serde_json::to_string(&model).unwrap();
             assert_eq!(quoted, format!("\"{model}\""));

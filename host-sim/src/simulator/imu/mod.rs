@@ -5,26 +5,36 @@
 //! changes no random number of another error. Two fast models rest on slower physics, which their
 //! tests simulate: [`lock_in`] for the angle random walk, [`thermal`] for the warm-up.
 
+mod cause;
 mod datasheet;
 mod delay;
 mod dither;
 mod draws;
+mod environment;
 mod error_model;
+mod heat;
 pub mod lock_in;
 pub mod magnetic;
 mod model;
+pub mod nodes;
 mod spec;
 mod term;
 pub mod thermal;
+pub mod thermometer;
 mod triad;
+pub mod world;
 
 pub use datasheet::{AccelSpec, GyroSpec};
 pub use dither::DitherSpec;
 pub use draws::Draws;
+pub use environment::{AccelEnvironment, GyroEnvironment};
 pub use error_model::ErrorModelName;
 pub use model::Imu;
+pub use nodes::NodesSpec;
 pub use spec::{BlockSpec, ImuSpec, PRESETS};
 pub use term::Group;
+pub use thermometer::ThermometerSpec;
+pub use world::World;
 
 #[cfg(test)]
 mod causes_tests;

@@ -2,11 +2,12 @@
 
 use super::delay::Delay;
 use super::draws::{Draws, normal3};
+use super::heat::Heat;
 use super::spec::ImuSpec;
 use super::term::Datasheet;
-use super::thermal::Block;
+use super::triad::environment::Beginning;
 use super::triad::{SLOW_S, Sigmas, Triad};
-use crate::inertial::session::Surroundings;
+use crate::inertial::session::{Readings, Surroundings};
 use crate::inertial::sins::Increment;
 use crate::inertial::units::{ARCSEC, DEG_PER_H, G0, UG};
 use firmware::sample::{Counts, Lsb};
@@ -17,25 +18,31 @@ use rand_chacha::ChaCha8Rng;
 /// Numbers of the random streams of the unit beside the first one: of its two triads,
 const GYRO: u64 = 2;
 const ACCEL: u64 = 3;
-/// of the places of the accelerometers; then of the turn-on beside those of [`Draws`]: ambient
-/// temperature, and bias instability of the two triads.
+/// of the places of the accelerometers; then of the turn-on beside those of [`Draws`]: bias
+/// instability of the two triads. Those of the thermal state are in `heat`.
 const PLACE: u64 = 4;
-const AMBIENT: u64 = 5;
 const FLICKER: [u64; 2] = [6, 7];
-/// Of the unit: g-sensitivity of the gyros.
+/// Of the unit: g-sensitivity of the gyros, and by the squares.
 const G_SENSITIVITY: u64 = 8;
+const G_SQUARE: u64 = 15;
+/// Of the unit and of the turn-on: environment of the two triads. Of the unit their ageing has the
+/// next two.
+const ENVIRONMENT: [u64; 2] = [11, 12];
 
 /// One IMU at one turn-on.
 #[derive(Debug, Clone)]
 pub struct Imu {
     gyro: Triad,
     accel: Triad,
-    block: Block,
+    heat: Heat,
     around: Surroundings,
     /// Distance of each accelerometer from the common point, m. `None` if there is no size effect.
     places: Option<[Vector3<f64>; 3]>,
     /// Bias of the gyros by specific force, rad/s per m/s2. `None` if there is none.
     g_sensitivity: Option<Matrix3<f64>>,
+    /// Bias of the gyros by the squares of the specific force, rad/s per (m/s2)^2. `None` if there
+    /// is none.
+    g_square: Option<Matrix3<f64>>,
     last_rate: Option<Vector3<f64>>,
     delay: Option<Delay>,
     dt: f64,
@@ -72,24 +79,38 @@ impl Imu {
             )
         };
         let [flicker_g, flicker_a] = FLICKER.map(|number| stream(turn_on, number));
-        let gyro = triad(spec.gyro.sigmas(), GYRO)
+        let heat = Heat::new(spec, unit, turn_on);
+        let history = heat.history();
+        let past = heat.past();
+        let begin = |number: u64| Beginning {
+            unit: (unit, number),
+            turn_on: stream(turn_on, number),
+            history,
+            age_days: spec.world.power.age_days,
+            past: &past,
+        };
+        let [sigmas_g, sigmas_a] = sigmas(spec);
+        let gyro = triad(sigmas_g, GYRO)
+            .with_history(&history)
+            .with_environment(begin(ENVIRONMENT[0]))
             .with_dither(&spec.gyro.dither, dt)
             .with_flicker(flicker_g);
-        let accel = triad(spec.accel.sigmas(), ACCEL).with_flicker(flicker_a);
+        let accel = triad(sigmas_a, ACCEL)
+            .with_history(&history)
+            .with_environment(begin(ENVIRONMENT[1]))
+            .with_flicker(flicker_a);
         let per_force = spec.gyro.g_sensitivity_dphpg * DEG_PER_H / G0;
-        let mut force_rng = stream(unit, G_SENSITIVITY);
+        let per_square = spec.gyro.environment.g_square_dphpg2 * DEG_PER_H / (G0 * G0);
         let mut place_rng = stream(unit, PLACE);
         let arm = 1e-3 * spec.accel.size_effect_mm;
         Self {
             gyro,
             accel,
-            block: Block::new(&spec.block, &mut stream(turn_on, AMBIENT)),
+            heat,
             around: Surroundings::default(),
             places: (arm > 0.0).then(|| [(); 3].map(|()| normal3(&mut place_rng) * arm)),
-            g_sensitivity: (per_force > 0.0).then(|| {
-                let columns = [(); 3].map(|()| normal3(&mut force_rng) * per_force);
-                Matrix3::from_columns(&columns)
-            }),
+            g_sensitivity: matrix(per_force, stream(unit, G_SENSITIVITY)),
+            g_square: matrix(per_square, stream(unit, G_SQUARE)),
             last_rate: None,
             delay: Delay::new(spec.accel.delay_s / dt),
             dt,
@@ -125,6 +146,18 @@ impl Imu {
         self.around.field = body;
     }
 
+    /// Tells the height of the vehicle, m, for the lapse rate of the air. It applies from the next
+    /// whole second on. The first call tells the height of the start.
+    pub fn set_height(&mut self, height: f64) {
+        self.heat.set_height(height);
+    }
+
+    /// What the thermometers of the unit and of the processor tell in the present second.
+    #[must_use]
+    pub fn readings(&self) -> Readings {
+        self.heat.thermometers().readings()
+    }
+
     /// Temperature and field in the present second.
     #[must_use]
     pub fn surroundings(&self) -> Surroundings {
@@ -141,6 +174,7 @@ impl Imu {
             self.move_slow();
         }
         self.sample += 1;
+        self.heat.turn(&perfect.dtheta);
         let Draws {
             noise,
             separate: [gyro, accel],
@@ -148,6 +182,9 @@ impl Imu {
         let mut turned = perfect.dtheta;
         if let Some(by_force) = &self.g_sensitivity {
             turned += by_force * perfect.dv;
+        }
+        if let Some(by_square) = &self.g_square {
+            turned += by_square * perfect.dv.component_mul(&perfect.dv) / self.dt;
         }
         let (dtheta, e_g) = self.gyro.measure(&turned, self.dt, [noise, gyro]);
         let mut felt = perfect.dv;
@@ -172,9 +209,10 @@ impl Imu {
     fn move_slow(&mut self) {
         let t = self.sample as f64 * self.dt;
         if self.sample > 0 {
-            self.block.step(t, SLOW_S);
+            self.heat.step(t, SLOW_S);
         }
-        self.around.temperature = self.block.now();
+        self.around.temperature = self.heat.now();
+        self.around.axes = self.heat.axes();
         let Draws {
             noise,
             separate: [gyro, accel],
@@ -182,6 +220,20 @@ impl Imu {
         self.gyro.move_slow(t, &self.around, [noise, gyro]);
         self.accel.move_slow(t, &self.around, [noise, accel]);
     }
+}
+
+/// The numbers of the two triads in SI.
+fn sigmas(spec: &ImuSpec) -> [Sigmas; 2] {
+    let mut both = [spec.gyro.sigmas(), spec.accel.sigmas()];
+    spec.gyro.environment.act(&mut both[0]);
+    spec.accel.environment.act(&mut both[1]);
+    both
+}
+
+/// A matrix whose elements are drawn with `sigma`, column by column. `None` if it is zero.
+fn matrix(sigma: f64, mut unit: ChaCha8Rng) -> Option<Matrix3<f64>> {
+    let mut column = || normal3(&mut unit) * sigma;
+    (sigma > 0.0).then(|| Matrix3::from_columns(&[column(), column(), column()]))
 }
 
 /// Velocity increment of accelerometers at `places` beyond that of a common point, along the axis

@@ -5,7 +5,10 @@
 //! `per`.
 
 use super::datasheet::{AccelSpec, GyroSpec};
+use super::nodes::NodesSpec;
 use super::term::{At, Datasheet, Group, Range, check};
+use super::thermometer::ThermometerSpec;
+use super::world::World;
 use crate::inertial::ekf::{Parameter, Triad};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -53,6 +56,19 @@ pub struct ImuSpec {
     /// Temperature of the block.
     #[serde(default)]
     pub block: BlockSpec,
+    /// Three nodes of temperature in place of the block's single one. Off without this table.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub nodes: Option<NodesSpec>,
+    /// Thermometers. They act on no sample.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub thermometer: ThermometerSpec,
+    /// Ambient and power-on, which the scenario tells.
+    #[serde(skip)]
+    pub world: World,
+}
+
+fn is_default<T: Default + PartialEq>(table: &T) -> bool {
+    *table == T::default()
 }
 
 /// Names and unit files of the presets that have all error terms.
@@ -89,7 +105,13 @@ impl ImuSpec {
     /// gyros in deg/h, accelerometers in ug.
     #[must_use]
     pub fn expected_bias(&self) -> [f64; 2] {
-        [self.gyro.expected_bias(), self.accel.expected_bias()]
+        let (gyro, accel) = (&self.gyro, &self.accel);
+        [
+            gyro.expected_bias().hypot(gyro.environment.expected_bias()),
+            accel
+                .expected_bias()
+                .hypot(accel.environment.expected_bias()),
+        ]
     }
 
     /// The same IMU, each number multiplied by the factor of its group.
@@ -97,7 +119,9 @@ impl ImuSpec {
     pub fn scaled(&self, factor: impl Fn(Group) -> f64) -> Self {
         let mut spec = self.clone();
         spec.gyro.scale(&factor);
+        spec.gyro.environment.scale(&factor);
         spec.accel.scale(&factor);
+        spec.accel.environment.scale(&factor);
         spec
     }
 
@@ -128,8 +152,14 @@ impl ImuSpec {
         }
         self.gyro.check()?;
         check_table("gyro.dither", &self.gyro.dither)?;
+        self.gyro.environment.check()?;
         self.accel.check()?;
+        self.accel.environment.check()?;
         check_table("block", &self.block)?;
+        if let Some(nodes) = &self.nodes {
+            check_table("nodes", nodes)?;
+        }
+        check_table("thermometer", &self.thermometer)?;
         let dither = &self.gyro.dither;
         if dither.lock_in_dph > 0.0 && dither.amplitude_noise_arcsec < 0.5 * dither.fringe_arcsec {
             return Err(format!(
@@ -147,11 +177,17 @@ fn check_table(path: &str, table: &impl Serialize) -> Result<(), String> {
     const DIVISORS: [&str; 3] = ["frequency_hz", "amplitude_arcsec", "fringe_arcsec"];
     let table = toml::Table::try_from(table).map_err(|e| e.to_string())?;
     for (key, value) in table {
-        let range = match key.ends_with("_time_s") || DIVISORS.contains(&key.as_str()) {
+        let divides = ["_time_s", "_jpk", "_wpk"]
+            .iter()
+            .any(|end| key.ends_with(end));
+        let range = match divides || DIVISORS.contains(&key.as_str()) {
             true => Range::Positive,
             false => Range::NotNegative,
         };
-        if let toml::Value::Float(x) = value {
+        let may_be_negative = key.ends_with("_degc");
+        if let toml::Value::Float(x) = value
+            && !(may_be_negative && x.is_finite())
+        {
             check(&format!("{path}.{key}"), x, range)?;
         }
     }

@@ -162,10 +162,13 @@ pub(super) trait Datasheet: Clone + 'static {
     /// The numbers of a triad in SI.
     fn sigmas(&self) -> Sigmas {
         let mut out = Sigmas::default();
-        Self::TERMS
-            .iter()
-            .for_each(|t| (t.kind.acts)(self, &mut out));
+        self.act(&mut out);
         out
+    }
+
+    /// Sets the numbers of a triad that this sheet has.
+    fn act(&self, to: &mut Sigmas) {
+        Self::TERMS.iter().for_each(|t| (t.kind.acts)(self, to));
     }
 
     /// Parameters of exactly the errors that are present.
@@ -220,7 +223,7 @@ macro_rules! datasheet {
         $(#[$outer:meta])*
         $sheet:ident in $name:literal {
             $( $(#[$meta:meta])* $key:ident: $kind:expr, )*
-            $( ; $(#[$part_meta:meta])* $part:ident: $part_type:ty )?
+            $( ; $( $(#[$part_meta:meta])* $part:ident: $part_type:ty ),+ )?
         }
     ) => {
         $(#[$outer])*
@@ -228,7 +231,7 @@ macro_rules! datasheet {
         #[serde(deny_unknown_fields)]
         pub struct $sheet {
             $( $(#[$meta])* pub $key: f64, )*
-            $( $(#[$part_meta])* pub $part: $part_type, )?
+            $( $( $(#[$part_meta])* pub $part: $part_type, )+ )?
         }
 
         impl $sheet {
@@ -237,7 +240,7 @@ macro_rules! datasheet {
             pub fn none() -> Self {
                 let mut sheet = Self {
                     $( $key: 0.0, )*
-                    $( $part: Default::default(), )?
+                    $( $( $part: Default::default(), )+ )?
                 };
                 for term in <Self as $crate::simulator::imu::term::Datasheet>::TERMS {
                     if term.is_positive() {

@@ -12,6 +12,7 @@
 //! mode of the slab, tau_G. The test compares with the heat equation, solved in slices.
 
 use super::spec::BlockSpec;
+use super::world::History;
 use crate::inertial::session::Temperature;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
@@ -33,9 +34,10 @@ pub struct Block {
 }
 
 impl Block {
-    /// Starts at the ambient temperature. Offset and ramp of the ambient are drawn from `turn_on`.
+    /// Starts at the ambient temperature, plus `left` of its own heating from before. Offset and
+    /// ramp of the ambient are drawn from `turn_on`; `outside` K comes from the scenario.
     #[must_use]
-    pub fn new(spec: &BlockSpec, turn_on: &mut ChaCha8Rng) -> Self {
+    pub fn new(spec: &BlockSpec, turn_on: &mut ChaCha8Rng, outside: f64, left: f64) -> Self {
         let mut draw = |sigma: f64| -> f64 {
             let z: f64 = StandardNormal.sample(turn_on);
             z * sigma
@@ -52,8 +54,8 @@ impl Block {
             gradient_gain: diffusion / 2.0,
             gradient_time: diffusion / (std::f64::consts::PI * std::f64::consts::PI),
             now: Temperature {
-                offset: ambient,
-                rate: spec.self_heating_k / spec.heating_time_s,
+                offset: ambient + outside + spec.self_heating_k * left,
+                rate: spec.self_heating_k * (1.0 - left) / spec.heating_time_s,
                 gradient: 0.0,
             },
         }
@@ -65,10 +67,22 @@ impl Block {
         self.now
     }
 
-    /// Advances by `dt` seconds to the time `t` after power-on. This is exact for a constant
-    /// target.
-    pub fn step(&mut self, t: f64, dt: f64) {
-        let target = self.ambient + self.ramp * t + self.self_heating;
+    /// What the block's own heating leaves of a history, K.
+    #[must_use]
+    pub fn heated(&self, history: &History) -> f64 {
+        self.self_heating * history.left(self.time)
+    }
+
+    /// Ambient temperature that was drawn for this turn-on, `t` seconds after power-on, K.
+    #[must_use]
+    pub fn ambient(&self, t: f64) -> f64 {
+        self.ambient + self.ramp * t
+    }
+
+    /// Advances by `dt` seconds to the time `t` after power-on, with `outside` K more around. This
+    /// is exact for a constant target.
+    pub fn step(&mut self, t: f64, dt: f64, outside: f64) {
+        let target = self.ambient(t) + self.self_heating + outside;
         self.now.offset = target + (self.now.offset - target) * (-dt / self.time).exp();
         self.now.rate = (target - self.now.offset) / self.time;
         let steady = self.gradient_gain * self.now.rate;
@@ -87,7 +101,7 @@ mod tests {
     use rand::SeedableRng;
 
     fn block(spec: &BlockSpec) -> Block {
-        Block::new(spec, &mut ChaCha8Rng::seed_from_u64(3))
+        Block::new(spec, &mut ChaCha8Rng::seed_from_u64(3), 0.0, 0.0)
     }
 
     #[test]
@@ -98,7 +112,7 @@ mod tests {
         };
         let mut warm = block(&spec);
         for t in 1..=900 {
-            warm.step(f64::from(t), 1.0);
+            warm.step(f64::from(t), 1.0, 0.0);
         }
         assert!((warm.now().offset - 20.0 * (1.0 - (-1.0f64).exp())).abs() < 1e-9);
         assert!((warm.now().rate - 20.0 / 900.0 * (-1.0f64).exp()).abs() < 1e-9);
@@ -107,7 +121,7 @@ mod tests {
             ..BlockSpec::default()
         });
         for t in 1..=20_000 {
-            ramp.step(f64::from(t), 1.0);
+            ramp.step(f64::from(t), 1.0, 0.0);
         }
         // finally the block lags the ambient by rate times time constant
         let lag = ramp.ramp * 20_000.0 - ramp.now().offset;
@@ -144,7 +158,7 @@ mod tests {
             slab.iter_mut().zip(&change).for_each(|(x, c)| *x += c);
             t += dt;
             if t >= next {
-                fast.step(next, 1.0);
+                fast.step(next, 1.0, 0.0);
                 next += 1.0;
                 let across = slab[0] - slab[slices - 1];
                 peak = peak.max(across);

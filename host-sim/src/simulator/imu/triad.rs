@@ -1,11 +1,14 @@
 //! Errors of one triad at one turn-on. The same equations serve gyros and accelerometers.
 
+pub(super) mod environment;
 pub(super) mod flicker;
 
 use super::dither::DitherSpec;
 use super::draws::{Normals, normal3};
+use super::world::History;
 use crate::inertial::session::{Surroundings, Temperature};
 use crate::inertial::units::ARCSEC;
+use environment::{Beginning, Environment, Sizes};
 use flicker::Flicker;
 use nalgebra::{Matrix3, Vector3};
 use rand_chacha::ChaCha8Rng;
@@ -43,6 +46,7 @@ pub(super) struct Sigmas {
     pub thermal: [f64; 5], // times T, T^2, dT/dt, T dT/dt, gradient
     pub magnetic: f64,     // per gauss
     pub pulse: f64,
+    pub environment: Sizes,
 }
 
 /// What stripping leaves of the dither: a sinusoid in the angle, taken at the ends of the samples.
@@ -111,6 +115,7 @@ pub(super) struct Triad {
     remainder: Vector3<f64>,
     residual: Option<Residual>,
     flicker: Option<Flicker>,
+    environment: Option<Environment>,
     /// Number of samples, and sums of x and x^2 over the present second. Used only if vibration is
     /// rectified.
     vibration: (f64, Vector3<f64>, Vector3<f64>),
@@ -161,6 +166,7 @@ impl Triad {
             remainder: Vector3::zeros(),
             residual: None,
             flicker: None,
+            environment: None,
             vibration: Default::default(),
             slow: Vector3::zeros(),
         }
@@ -169,6 +175,18 @@ impl Triad {
     /// Adds what stripping leaves of `dither` in samples of `dt` seconds.
     pub fn with_dither(mut self, dither: &DitherSpec, dt: f64) -> Self {
         self.residual = Residual::new(dither, dt);
+        self
+    }
+
+    /// The warm-up goes on from what the time before power-on has left of it.
+    pub fn with_history(mut self, history: &History) -> Self {
+        self.warm_up *= 1.0 - history.left(self.sigmas.warm_up_time);
+        self
+    }
+
+    /// Adds the errors that follow temperature, past and age.
+    pub fn with_environment(mut self, begin: Beginning<'_>) -> Self {
+        self.environment = Environment::new(&self.sigmas.environment, begin);
         self
     }
 
@@ -195,6 +213,8 @@ impl Triad {
             residual.rebase(t);
         }
         let flicker = self.flicker.as_mut().map(Flicker::step);
+        let environment = self.environment.as_mut();
+        let environment = environment.map(|e| e.step(t, &around.axes));
         let decay = (-t / s.warm_up_time).exp();
         self.slow = self.bias_unit
             + self.bias_turn_on
@@ -204,7 +224,8 @@ impl Triad {
             + self.thermal_bias(&around.temperature)
             + self.magnetic * around.field
             + self.rectified()
-            + flicker.unwrap_or_default();
+            + flicker.unwrap_or_default()
+            + environment.unwrap_or_default();
     }
 
     /// c1 T + c2 T^2 + c3 dT/dt + c4 T dT/dt + c5 G.
@@ -232,10 +253,14 @@ impl Triad {
         let per_x = self.quadratic.component_mul(x)
             + self.cross.component_mul(&pendulous)
             + self.cubic.component_mul(&x.component_mul(x));
-        self.slow
+        let error = self.slow
             + self.matrix * x
             + self.asymmetry.component_mul(&x.abs())
-            + per_x.component_mul(x)
+            + per_x.component_mul(x);
+        match &self.environment {
+            Some(environment) => error + environment.scale_now.component_mul(x),
+            None => error,
+        }
     }
 
     /// Counts of one sample whose perfect increment is `d`, and the integral of its systematic

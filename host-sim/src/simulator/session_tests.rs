@@ -1,0 +1,52 @@
+//! What was simulated before the world had temperatures of its own stays the same, bit for bit.
+
+use super::gnss::GnssSpec;
+use super::imu::ImuSpec;
+use super::session::{SessionConfig, simulate};
+use crate::inertial::earth::Geodetic;
+
+/// FNV-1a over the samples and the systematic errors of a drive of two minutes.
+fn digest(preset: &str) -> u64 {
+    let imu = ImuSpec::preset(preset).unwrap();
+    let config = SessionConfig {
+        imu: &imu,
+        gnss: &GnssSpec::default(),
+        start: Geodetic {
+            lat: 0.5,
+            lon: 2.0,
+            h: 60.0,
+        },
+        heading: 0.3,
+        standstill_s: 30.0,
+        drive_s: 90.0,
+        segments: None,
+        vibration: 1.0,
+        unit: 11,
+        turn_on: 12,
+        drive: 13,
+    };
+    let (session, _) = simulate(&config);
+    let counts = session.counts.iter().flat_map(|c| {
+        let all = c.dtheta.into_iter().chain(c.dv);
+        all.map(|x| u64::from(x as u32)).collect::<Vec<_>>()
+    });
+    let errors = session.systematic.iter().flatten().flat_map(|e| {
+        let all = e.dtheta.iter().chain(&e.dv);
+        all.map(|x| x.to_bits()).collect::<Vec<_>>()
+    });
+    counts.chain(errors).fold(0xcbf2_9ce4_8422_2325, |hash, x| {
+        (hash ^ x).wrapping_mul(0x0100_0000_01b3)
+    })
+}
+
+#[test]
+fn the_old_presets_keep_every_bit() {
+    let got = ["medium", "nav", "tactical"].map(digest);
+    // of the version before `[ambient]` and `[power]`
+    let before = [
+        0x0aa8_b95f_bce3_9f8f,
+        0x40d2_4832_24cf_03cb,
+        0xda95_4ffc_31ce_062a,
+    ];
+    assert_eq!(got, before, "{got:#x?}");
+}
