@@ -1,5 +1,5 @@
-//! One run of a campaign: every scheme, with one group of errors and with all six. `cargo bench -p
-//! host-sim --bench campaign`.
+//! One run of a campaign: every scheme, with one group of errors, with all six kinds, and with all
+//! ten single causes. `cargo bench -p host-sim --bench campaign`.
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use host_sim::campaign::{Campaign, Tuning};
@@ -14,6 +14,7 @@ fn one_run(c: &mut Criterion) {
     for (name, models) in [
         ("run-all", vec![ErrorModelName::All]),
         ("run-six-groups", ErrorModelName::ALL.to_vec()),
+        ("run-ten-causes", ErrorModelName::CAUSES.to_vec()),
     ] {
         let Ok(scenario) = Scenario::load("medium") else {
             continue;

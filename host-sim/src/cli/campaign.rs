@@ -13,6 +13,17 @@ use crate::simulator::imu::ErrorModelName;
 use clap::{Args as ClapArgs, Subcommand};
 use std::path::PathBuf;
 
+/// Keys of a scenario that a campaign would ignore: its drives and its networks are its own.
+const IGNORED: [&str; 7] = [
+    "heading_deg",
+    "learn",
+    "test",
+    "network",
+    "city",
+    "ship",
+    "aircraft",
+];
+
 /// Arguments of `campaign`.
 #[derive(Debug, ClapArgs)]
 pub struct Args {
@@ -102,6 +113,7 @@ impl Args {
             scenario.set_start(start)?;
         }
         scenario.on_road()?;
+        scenario.gives_none_of(&IGNORED, "campaign")?;
         let models: Result<Vec<ErrorModelName>, Error> =
             self.models.iter().map(|m| m.parse()).collect();
         let campaign = Campaign {

@@ -93,6 +93,9 @@ pub struct Scenario {
     /// The unit of that name.
     #[serde(skip)]
     unit: Unit,
+    /// The keys that the file gives.
+    #[serde(skip)]
+    given: Vec<String>,
     /// Where this came from, for errors.
     #[serde(skip)]
     source: PathBuf,
@@ -122,6 +125,7 @@ impl Default for Scenario {
             },
             test: DriveSpec::default(),
             network: NetworkSpec::default(),
+            given: Vec::new(),
             source: PathBuf::from("built-in scenario"),
         }
     }
@@ -173,6 +177,8 @@ impl Scenario {
         let mut scenario: Self =
             toml::from_str(&text).map_err(|e| syntax_error(path, &text, &e))?;
         scenario.source = path.to_path_buf();
+        let keys: toml::Table = toml::from_str(&text).unwrap_or_default();
+        scenario.given = keys.keys().cloned().collect();
         scenario.unit = Unit::load_beside(&scenario.unit_name, path)?;
         if scenario.name == "medium" {
             // a file that does not name itself goes by its file name
@@ -182,6 +188,18 @@ impl Scenario {
         }
         scenario.check()?;
         Ok(scenario)
+    }
+
+    /// That the file gives none of these keys, which `command` would ignore.
+    ///
+    /// # Errors
+    /// The first one that is given.
+    pub fn gives_none_of(&self, keys: &[&str], command: &str) -> Result<(), Error> {
+        let given = keys.iter().find(|key| self.given.iter().any(|g| g == *key));
+        given.map_or(Ok(()), |key| {
+            let problem = format!("is given, but `{command}` does not use it");
+            Err(self.bad(key, problem, "leave it out"))
+        })
     }
 
     /// Ranges of all values.
@@ -351,78 +369,4 @@ fn syntax_error(path: &Path, text: &str, e: &toml::de::Error) -> Error {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use std::io::Write;
-
-    pub(super) fn load_text(text: &str) -> Result<Scenario, Error> {
-        let mut file = tempfile::Builder::new().suffix(".toml").tempfile().unwrap();
-        file.write_all(text.as_bytes()).unwrap();
-        Scenario::load(&file.path().to_string_lossy())
-    }
-
-    #[test]
-    fn every_built_in_scenario_is_in_range() {
-        for name in names() {
-            Scenario::load(name).unwrap().check().unwrap();
-        }
-    }
-
-    #[test]
-    fn a_file_says_only_what_differs() {
-        let s = load_text("name = 'mine'\nunit = 'nav'\n[[test.segment]]\nduration_s = 1400.0\nspeed_mps = 12.0\n").unwrap();
-        assert_eq!(
-            (s.name.as_str(), s.unit_name.as_str(), s.test.segment.len()),
-            ("mine", "nav", 1)
-        );
-        assert_eq!(s.unit().name, "nav");
-        assert_eq!(s.learn, Scenario::default().learn);
-    }
-
-    #[test]
-    fn a_unit_file_lies_beside_the_scenario() {
-        let dir = tempfile::tempdir().unwrap();
-        let text = crate::unit::presets::text("tactical").unwrap();
-        std::fs::write(
-            dir.path().join("my.toml"),
-            text.replace("\"tactical\"", "\"mine\""),
-        )
-        .unwrap();
-        let file = dir.path().join("scenario.toml");
-        std::fs::write(&file, "unit = 'my.toml'").unwrap();
-        let scenario = Scenario::load(&file.to_string_lossy()).unwrap();
-        assert_eq!(scenario.unit().name, "mine");
-        assert_eq!(scenario.imu_spec().rate_hz, 100);
-    }
-
-    #[test]
-    fn mistakes_are_named_with_line_and_key() {
-        let message = |text: &str| load_text(text).unwrap_err().to_string();
-        assert!(
-            message("name = 'x'\nheding_deg = 3\n").contains(":2: 'heding_deg'"),
-            "{}",
-            message("name = 'x'\nheding_deg = 3\n")
-        );
-        assert!(message("latitude_deg = 91.0").contains("'latitude_deg' is 91"));
-        assert!(message("latitude_deg = nan").contains("'latitude_deg' is NaN"));
-        assert!(message("unit = 'medum'").contains("medium"));
-        assert!(message("name = 'x'\npreset = 'nav'").contains(":2: 'preset'"));
-        assert!(message("preset = 'nav'").contains("unit = \"NAME\""));
-        assert!(message("[imu.gyro]\nbias_unit_dph = 1").contains("[simulation]"));
-        assert!(message("[gnss]\nhorizontal_m = 'one'").contains(":2:"));
-        assert!(message("name = '../x'").contains("'name'"));
-        assert!(message("[[learn.segment]]\nduration_s = -5.0").contains("learn"));
-        assert!(
-            Scenario::load("no-such")
-                .unwrap_err()
-                .to_string()
-                .contains("no-such")
-        );
-        assert!(
-            Scenario::load("no/such.toml")
-                .unwrap_err()
-                .to_string()
-                .contains("no such file")
-        );
-    }
-}
+mod tests;

@@ -116,6 +116,7 @@ fn threads_shards_and_interruptions_do_not_change_a_byte() {
     for wrong in [
         &["--shard", "2/2"][..],
         &["--models", "nonsense"],
+        &["--start", "tepid"],
         &["--runs", "0"],
         &["merge", "nowhere"],
     ] {

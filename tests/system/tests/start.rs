@@ -99,6 +99,7 @@ fn any_vehicle_can_be_simulated() {
     let scenario =
         "vehicle = 'ship'\nunit = 'tactical'\n[test]\nstandstill_s = 90\ndrive_s = 120\n";
     std::fs::write(d.join("ship.toml"), scenario).unwrap();
+    std::fs::write(d.join("learn.toml"), "[learn]\ndrive_s = 1800\n").unwrap();
     let simulate = |extra: &[&str], out: &str| {
         let args = ["simulate", "--scenario", "ship.toml", "--out", out];
         host_sim(d, &[&args[..], extra].concat()).success();
@@ -125,6 +126,10 @@ fn any_vehicle_can_be_simulated() {
         (
             &["campaign", "--runs", "1", "--scenario", "ship.toml"],
             "'vehicle' is not 'road'",
+        ),
+        (
+            &["campaign", "--runs", "1", "--scenario", "learn.toml"],
+            "'learn' is given, but `campaign` does not use it",
         ),
     ] {
         let refused = host_sim(d, args).code(2);

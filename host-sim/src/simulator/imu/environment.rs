@@ -21,7 +21,8 @@ datasheet! {
     /// field says otherwise; all >= 0.
     GyroEnvironment in "gyro.environment" {
         /// Thermal hysteresis: half of the difference between the biases while warming and while
-        /// cooling, deg/h. A play operator (Krasnosel'skii, Pokrovskii 1989).
+        /// cooling, deg/h. A play operator (Krasnosel'skii, Pokrovskii 1989). An uncompensated
+        /// MEMS gyro has some 0.1 deg/s (ADIS16460, Analog Devices EngineerZone).
         #[serde(default, skip_serializing_if = "is_zero")]
         hysteresis_dph: Gyro::of(Group::Thermal)
             .bias(|s| s.hysteresis_dph)
@@ -32,7 +33,8 @@ datasheet! {
         hysteresis_width_k: Gyro::of(Group::Condition)
             .within(Range::Positive)
             .acts(|s, to| to.environment.hysteresis_width = s.hysteresis_width_k),
-        /// Scale factor by temperature: error `k T rate`, ppm/K.
+        /// Scale factor by temperature: error `k T rate`, ppm/K (scale factor temperature
+        /// sensitivity, IEEE Std 528).
         #[serde(default, skip_serializing_if = "is_zero")]
         scale_temperature_ppmpk: Gyro::of(Group::Thermal)
             .acts(|s, to| to.environment.scale_temperature = s.scale_temperature_ppmpk * PPM),
@@ -73,10 +75,12 @@ datasheet! {
             .within(Range::Positive)
             .acts(|s, to| to.environment.mode_width = s.mode_k),
         /// Bias by the squares of the specific force: each element of the matrix from the three
-        /// squares in body axes, deg/h/g^2 (acceleration-squared-sensitive drift, IEEE Std 952).
+        /// squares in body axes, deg/h/g^2 (acceleration-squared-sensitive drift rate, IEEE Std
+        /// 528).
         #[serde(default, skip_serializing_if = "is_zero")]
         g_square_dphpg2: Gyro::of(Group::Nonlinear),
         /// Ageing: random walk of the bias with the time since calibration, deg/h/sqrt(year).
+        /// Datasheets tell it as stability over a year (STIM300, TS1524).
         #[serde(default, skip_serializing_if = "is_zero")]
         ageing_dphpsqrtyr: Gyro::of(Group::Constant)
             .acts(|s, to| to.environment.ageing = s.ageing_dphpsqrtyr * DEG_PER_H),
@@ -99,7 +103,7 @@ datasheet! {
         hysteresis_width_k: Accel::of(Group::Condition)
             .within(Range::Positive)
             .acts(|s, to| to.environment.hysteresis_width = s.hysteresis_width_k),
-        /// Scale factor by temperature: error `k T f`, ppm/K.
+        /// Scale factor by temperature: error `k T f`, ppm/K (IEEE Std 528).
         #[serde(default, skip_serializing_if = "is_zero")]
         scale_temperature_ppmpk: Accel::of(Group::Thermal)
             .acts(|s, to| to.environment.scale_temperature = s.scale_temperature_ppmpk * PPM),
@@ -124,6 +128,7 @@ datasheet! {
             .within(Range::Positive)
             .acts(|s, to| to.environment.warm_up_exponent = s.stretched_warm_up_exponent_ratio),
         /// Ageing: random walk of the bias with the time since calibration, ug/sqrt(year).
+        /// Datasheets tell it as stability over a year (STIM300, TS1524).
         #[serde(default, skip_serializing_if = "is_zero")]
         ageing_ugpsqrtyr: Accel::of(Group::Constant)
             .acts(|s, to| to.environment.ageing = s.ageing_ugpsqrtyr * UG),

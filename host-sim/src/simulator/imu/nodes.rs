@@ -7,10 +7,12 @@
 //! C_c dT_c/dt =     G_bc (T_b - T_c) - G_ca (T_c - T_a)
 //! ```
 //!
-//! P is the power of the electronics, H that of the thermostat's heater, T_a the ambient. All
-//! temperatures are differences from the calibration temperature. P and H are constant within a
-//! second, so the matrix exponential makes the step of a second exact. While the unit is off, P and
-//! H are zero and the state goes on: that is what tells a hot start from a cold one.
+//! This is the usual network of lumped capacities and conductances (Incropera and DeWitt,
+//! Fundamentals of Heat and Mass Transfer, chapter 5). P is the power of the electronics, H that
+//! of the thermostat's heater, T_a the ambient. All temperatures are differences from the
+//! calibration temperature. P and H are constant within a second, so the matrix exponential makes
+//! the step of a second exact. While the unit is off, P and H are zero and the state goes on: that
+//! is what tells a hot start from a cold one.
 
 use super::draws::normal3;
 use super::world::{Ambient, History};

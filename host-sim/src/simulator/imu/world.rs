@@ -8,9 +8,9 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 
-/// Solar time at which the air is warmest, h: about three hours after noon (WMO-No. 8, Guide to
-/// Instruments and Methods of Observation; any record of a clear day shows it).
-const WARMEST_H: f64 = 15.0;
+/// Solar time at which the air is warmest, h: about two hours after noon (1.9 h at a height of
+/// 1.5 m: Parton and Logan, Agricultural Meteorology 23, 1981).
+const WARMEST_H: f64 = 14.0;
 /// A soak of this length and more is a cold start, s.
 pub const LONG_SOAK_S: f64 = 2.0 * 86_400.0;
 /// Random stream of the turn-on for the history.
@@ -37,7 +37,7 @@ pub struct Ambient {
     pub offset_k: f64,
     /// Amplitude of the daily sinusoid, K, 0 to 30.
     pub day_k: f64,
-    /// Solar time at power-on, h, 0 to 24. It is warmest at 15 h.
+    /// Solar time at power-on, h, 0 to 24. It is warmest at 14 h.
     pub hour: f64,
     /// Loss of temperature with height, K/km, -20 to 20. The standard atmosphere has 6.5
     /// (ISO 2533).
@@ -216,10 +216,10 @@ mod tests {
         let day = Ambient {
             offset_k: 3.0,
             day_k: 8.0,
-            hour: 9.0,
+            hour: 8.0,
             ..Ambient::default()
         };
-        // warmest at 15 h, mean at 9 h and 21 h, coldest at 3 h
+        // warmest at 14 h, mean at 8 h and 20 h, coldest at 2 h
         for (hours, want) in [
             (0.0, 3.0),
             (6.0, 11.0),
