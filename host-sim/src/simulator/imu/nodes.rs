@@ -24,6 +24,9 @@ use rand_chacha::ChaCha8Rng;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+/// A node may follow its neighbours so fast, 1/s. Temperatures are taken once a second.
+const FASTEST_PER_S: f64 = 1e4;
+
 /// Three nodes of temperature in place of the single one of `block`: plain values.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -96,6 +99,32 @@ impl NodesSpec {
     #[must_use]
     pub fn final_rise_k(&self) -> f64 {
         self.power_w * (1.0 / self.case_ambient_wpk + 1.0 / self.block_case_wpk)
+    }
+
+    /// Whether the nodes follow one another within the reach of numbers.
+    ///
+    /// # Errors
+    /// A heat capacity that is far too small for the conductances beside it, with its key.
+    pub(super) fn check(&self) -> Result<(), String> {
+        let [eb, bc, ca] = [
+            self.electronics_block_wpk,
+            self.block_case_wpk,
+            self.case_ambient_wpk,
+        ];
+        let nodes = [
+            ("electronics_jpk", self.electronics_jpk, eb),
+            ("block_jpk", self.block_jpk, eb + bc),
+            ("case_jpk", self.case_jpk, bc + ca),
+        ];
+        for (key, capacity, beside) in nodes {
+            let least = beside / FASTEST_PER_S;
+            if capacity < least {
+                return Err(format!(
+                    "nodes.{key} = {capacity}: must be at least {least} beside {beside} W/K"
+                ));
+            }
+        }
+        Ok(())
     }
 
     /// Matrix of the three equations: from the three temperatures, and from P, H, T_a.

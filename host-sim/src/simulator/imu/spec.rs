@@ -158,6 +158,7 @@ impl ImuSpec {
         check_table("block", &self.block)?;
         if let Some(nodes) = &self.nodes {
             check_table("nodes", nodes)?;
+            nodes.check()?;
         }
         check_table("thermometer", &self.thermometer)?;
         let dither = &self.gyro.dither;

@@ -209,3 +209,38 @@ fn sensors_sit_between_electronics_and_case() {
     assert_eq!(off.map(|x| x != 0.0), Vector3::repeat(true));
     assert!((off - n.share).amax() < 1e-12 && off.amax() < 0.4);
 }
+
+#[test]
+fn a_capacity_far_too_small_is_refused_by_key() {
+    let check = |change: fn(&mut NodesSpec)| {
+        let mut imu = super::super::tests::perfect();
+        let mut nodes = spec();
+        change(&mut nodes);
+        imu.nodes = Some(nodes);
+        imu.check()
+    };
+    assert_eq!(check(|_| {}), Ok(()));
+    assert!(
+        check(|n| n.block_jpk = 1e-5)
+            .unwrap_err()
+            .contains("nodes.block_jpk = 0.00001")
+    );
+    assert!(
+        check(|n| n.case_jpk = 0.0)
+            .unwrap_err()
+            .contains("nodes.case_jpk = 0")
+    );
+    assert!(
+        check(|n| n.load_time_s = 0.0)
+            .unwrap_err()
+            .contains("nodes.load_time_s = 0")
+    );
+    // the fastest that is allowed is still right: in the end the power flows through the case
+    let fast = NodesSpec {
+        electronics_jpk: 1e-4,
+        ..spec()
+    };
+    let mut n = nodes(&fast, &still(), History::COLD);
+    (0..40_000).for_each(|_| n.second(0.0, 0.0));
+    assert!((n.case() - 12.0 / 0.9).abs() < 1e-6, "{}", n.case());
+}

@@ -150,7 +150,8 @@ impl Environment {
 
     fn follow(&mut self, axes: &Vector3<f64>) {
         let w = self.sizes.hysteresis_width;
-        self.play = self.play.zip_map(axes, |p, t| p.clamp(t - w, t + w));
+        // not clamp(), which panics where a temperature is no number
+        self.play = self.play.zip_map(axes, |p, t| p.max(t - w).min(t + w));
     }
 
     /// Bias of the modes, after the hops that are due.
