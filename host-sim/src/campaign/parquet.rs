@@ -77,7 +77,10 @@ fn columns(results: &Merged) -> Vec<(String, Values)> {
         ("seed_unit".into(), seed(&|s| s.unit)),
         ("seed_turn_on".into(), seed(&|s| s.turn_on)),
         ("seed_drive".into(), seed(&|s| s.drive)),
-        ("tuned_walk_per_h".into(), real(&|r| tuned(r).walk)),
+        (
+            "tuned_walk_per_h".into(),
+            real(&|r| tuned(r).walk_of(&r.scheme)),
+        ),
         ("tuned_none_factor".into(), real(&|r| tuned(r).none_factor)),
         ("tuned_rnn_factor".into(), real(&|r| tuned(r).rnn_factor)),
         (

@@ -1,5 +1,6 @@
 //! `docs/RESULTS.md`: prose of `assets/results.md` around generated tables.
 
+use super::schemes::{FILTERS, TUNED};
 use super::statistics::Summary;
 use super::{Merged, Ratio, SCHEMES};
 use crate::simulator::imu::ErrorModelName;
@@ -91,7 +92,10 @@ fn by_scheme(last: &[&Summary], cell: impl Fn(&Summary) -> String) -> String {
 }
 
 /// The filters that a sceptic would use instead.
-const CLASSICAL: [&str; 5] = ["ekf6", "ekf6-tuned", "ekf12", "ekf24", "ekf-ramp"];
+fn classical() -> impl Iterator<Item = &'static str> {
+    let names = SCHEMES.iter().map(|(name, _)| *name);
+    names.filter(|name| name.starts_with("ekf"))
+}
 const LEARNER: &str = "rnn-kalman";
 
 /// The learner from fixes divided by the best classical filter, the oracle, no model and the floor.
@@ -105,7 +109,7 @@ fn goals(last: &[&Summary]) -> String {
     };
     let measures: [Measure; 2] = [|s| s.median_m, |s| s.mean_m];
     let least = |by: &dyn Fn(&str) -> f64| {
-        let all = CLASSICAL.into_iter().map(|name| (name, by(name)));
+        let all = classical().map(|name| (name, by(name)));
         all.min_by(|a, b| a.1.total_cmp(&b.1))
             .unwrap_or(("", f64::NAN))
     };
@@ -219,19 +223,15 @@ fn tuning(campaign: &Merged, last: &[&Summary]) -> String {
         .into_iter()
         .map(|model| {
             let t = campaign.tuning.of(model);
-            vec![
-                model.to_string(),
-                t.walk.to_string(),
-                t.none_factor.to_string(),
-                t.rnn_factor.to_string(),
-            ]
+            let walks = t.walks.map(|walk| walk.to_string());
+            let factors = [t.none_factor, t.rnn_factor].map(|factor| factor.to_string());
+            let name = [model.to_string()];
+            name.into_iter().chain(walks).chain(factors).collect()
         })
         .collect();
-    let head = [
-        "walk of `ekf6-tuned`, of the prior an hour",
-        "noise factor of `none`",
-        "of `rnn-window`",
-    ];
+    let filters = FILTERS.map(|(name, _)| format!("walk of `{name}{TUNED}`"));
+    let factors = ["noise factor of `none`", "of `rnn-window`"].map(str::to_owned);
+    let head = filters.iter().chain(&factors).map(String::as_str);
     table(&header("errors", head), &rows)
 }
 
@@ -257,13 +257,13 @@ mod tests {
         let text = results("the command", &merged, &summarise(&rows), &ratios(&rows));
         assert!(!text.contains(['{', '}']), "{text}");
         assert!(text.contains("the command") && text.contains("| all | 200 | 400 |"));
-        // rnn-kalman is the ninth scheme, ekf6 the second and the best classical one, the oracle
-        // the seventh
+        // rnn-kalman is the fourteenth scheme, ekf6 the second and the best classical one, the
+        // oracle the twelfth
         assert!(
-            text.contains("| all | 4.50 (ekf6) | 4.50 (ekf6) | 1.29 / 1.29 |"),
+            text.contains("| all | 7.00 (ekf6) | 7.00 (ekf6) | 1.17 / 1.17 |"),
             "{text}"
         );
-        // rnn-window is the eighth
-        assert!(text.contains("4.00 (4.00 .. 4.00), 0 of 3"), "{text}");
+        // rnn-window is the thirteenth
+        assert!(text.contains("6.50 (6.50 .. 6.50), 0 of 3"), "{text}");
     }
 }

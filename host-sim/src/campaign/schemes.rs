@@ -27,21 +27,52 @@ fn datasheet_walk(told: &Assumptions) -> f64 {
     (gyro.max(accel) * 1e12).round() / 1e12
 }
 
+/// A classical filter whose biases walk by a share of their prior in an hour.
+pub type Filter = fn(&Case<'_>, f64) -> Option<FreeInertial>;
+
+/// The classical filters. Each is a scheme with the walk that the datasheet tells, which the
+/// device's learner has too, and one with the walk that was best on other units: the same search
+/// for all of them.
+pub const FILTERS: [(&str, Filter); 5] = [
+    ("ekf6", |c, walk| classical(c, walk, ErrorModel::biases)),
+    ("ekf12", |c, walk| classical(c, walk, ErrorModel::with_scale)),
+    ("ekf24", |c, walk| {
+        classical(c, walk, ErrorModel::with_matrices)
+    }),
+    ("ekf-ramp", |c, walk| {
+        classical(c, walk, ErrorModel::with_ramps)
+    }),
+    ("ekf-exp", exponentials),
+];
+
+/// How the name of a filter with a tuned walk ends.
+pub const TUNED: &str = "-tuned";
+
 /// What was chosen for one group.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Tuned {
-    /// Walk for `ekf6-tuned`.
-    pub walk: f64,
+    /// Walks for the tuned [`FILTERS`].
+    pub walks: [f64; FILTERS.len()],
     /// Noise factor for `none`.
     pub none_factor: f64,
     /// Noise factor for the filter behind the networks.
     pub rnn_factor: f64,
 }
 
+impl Tuned {
+    /// The walk of a tuned filter by its scheme's name; of all other schemes that of `ekf6-tuned`.
+    #[must_use]
+    pub fn walk_of(&self, scheme: &str) -> f64 {
+        let filter = scheme.trim_end_matches(TUNED);
+        let index = FILTERS.iter().position(|(name, _)| *name == filter);
+        self.walks[index.unwrap_or(0)]
+    }
+}
+
 impl Default for Tuned {
     fn default() -> Self {
         Self {
-            walk: IN_RUN[0],
+            walks: [IN_RUN[0]; FILTERS.len()],
             none_factor: 1.0,
             rnn_factor: 1.0,
         }
@@ -85,13 +116,18 @@ pub struct Knowledge<'a> {
 pub type Scheme = fn(&Case<'_>) -> Option<FreeInertial>;
 
 /// All schemes in the order of the tables, which add `floor`: `none` on an IMU with noise only.
-pub const SCHEMES: [(&str, Scheme); 9] = [
+pub const SCHEMES: [(&str, Scheme); 14] = [
     ("none", |c| none(c, c.increments(), c.tuned.none_factor)),
-    ("ekf6", |c| ekf6(c, datasheet_walk(c.knows.told))),
-    ("ekf6-tuned", |c| ekf6(c, c.tuned.walk)),
-    ("ekf12", |c| classical(c, ErrorModel::with_scale)),
-    ("ekf24", |c| classical(c, ErrorModel::with_matrices)),
-    ("ekf-ramp", |c| classical(c, ErrorModel::with_ramps)),
+    ("ekf6", |c| told::<0>(c)),
+    ("ekf6-tuned", |c| tuned::<0>(c)),
+    ("ekf12", |c| told::<1>(c)),
+    ("ekf12-tuned", |c| tuned::<1>(c)),
+    ("ekf24", |c| told::<2>(c)),
+    ("ekf24-tuned", |c| tuned::<2>(c)),
+    ("ekf-ramp", |c| told::<3>(c)),
+    ("ekf-ramp-tuned", |c| tuned::<3>(c)),
+    ("ekf-exp", |c| told::<4>(c)),
+    ("ekf-exp-tuned", |c| tuned::<4>(c)),
     ("oracle", |c| {
         let assumptions = *c.knows.told;
         aided_free_inertial(
@@ -144,25 +180,54 @@ pub fn none(case: &Case<'_>, increments: &[Increment], factor: f64) -> Option<Fr
     aided_free_inertial(case, increments, &assumptions, ErrorModel::default())
 }
 
-/// Six biases that walk by `walk` of their prior in an hour.
-pub fn ekf6(case: &Case<'_>, walk: f64) -> Option<FreeInertial> {
-    let mut assumptions = *case.knows.told;
-    assumptions.prior.walk_per_hour = walk;
-    let model = ErrorModel::biases(&assumptions.prior);
-    aided_free_inertial(case, case.increments(), &assumptions, model)
+/// One of [`FILTERS`] with the datasheet's walk.
+fn told<const FILTER: usize>(case: &Case<'_>) -> Option<FreeInertial> {
+    FILTERS[FILTER].1(case, datasheet_walk(case.knows.told))
+}
+
+/// One of [`FILTERS`] with the walk that was best on other units.
+fn tuned<const FILTER: usize>(case: &Case<'_>) -> Option<FreeInertial> {
+    FILTERS[FILTER].1(case, case.tuned.walks[FILTER])
 }
 
 fn classical(
     case: &Case<'_>,
+    walk: f64,
     model: fn(&crate::inertial::ekf::Prior) -> ErrorModel,
 ) -> Option<FreeInertial> {
-    let assumptions = *case.knows.told;
+    let assumptions = walking(case, walk);
     aided_free_inertial(
         case,
         case.increments(),
         &assumptions,
         model(&assumptions.prior),
     )
+}
+
+fn walking(case: &Case<'_>, walk: f64) -> Assumptions {
+    let mut assumptions = *case.knows.told;
+    assumptions.prior.walk_per_hour = walk;
+    assumptions
+}
+
+/// Time constants of the exponentials of `ekf-exp`, s, and their standard deviations as shares of
+/// the bias's: those of the device's hypotheses (`firmware::learn::prior`, `bank::table`).
+const TIMES_S: [f64; 3] = [150.0, 500.0, 1500.0];
+const SHARES: [f64; 3] = [0.1, 0.3, 1.0];
+
+/// Biases, alone or with exponentials of the time since power-on: four filters on the same fixes.
+/// The one that gave them the greatest density goes on.
+fn exponentials(case: &Case<'_>, walk: f64) -> Option<FreeInertial> {
+    let assumptions = walking(case, walk);
+    let prior = &assumptions.prior;
+    let (session, until) = (case.session, case.until);
+    let increments = case.increments();
+    let aligned = aligned(session, increments)?;
+    let with = SHARES.map(|share| ErrorModel::with_exponentials(prior, TIMES_S, share));
+    let models = [ErrorModel::biases(prior)].into_iter().chain(with);
+    let scored = models.map(|model| aligned.scored(model, &assumptions, session, increments, until));
+    let (best, _) = scored.max_by(|a, b| a.1.total_cmp(&b.1))?;
+    Some(free(&best, session, increments, until))
 }
 
 fn aided_free_inertial(

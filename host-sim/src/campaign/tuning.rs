@@ -2,7 +2,7 @@
 //! training units that no campaign judges.
 
 use super::Campaign;
-use super::schemes::{Tuned, ekf6, none, rnn_increments};
+use super::schemes::{FILTERS, Tuned, none, rnn_increments};
 use super::statistics::median;
 use crate::error::Error;
 use crate::experiment::results::Row;
@@ -11,10 +11,10 @@ use crate::simulator::imu::{ErrorModelName, ImuSpec};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-/// Candidates for the walk.
-const WALKS: [f64; 8] = [0.01, 0.03, 0.1, 0.2, 0.4, 0.8, 1.6, 3.2];
+/// Candidates for the walk, so many that the best is not the first or the last.
+const WALKS: [f64; 10] = [1e-3, 3e-3, 0.01, 0.03, 0.1, 0.2, 0.4, 0.8, 1.6, 3.2];
 /// Candidates for the noise of the filter without a model.
-const FACTORS: [f64; 4] = [1.0, 3.0, 10.0, 30.0];
+const FACTORS: [f64; 8] = [0.3, 1.0, 3.0, 10.0, 30.0, 100.0, 300.0, 1000.0];
 /// Number of the first unit to train on: far above any run's.
 const FIRST_UNIT: u32 = 4_000_000_000;
 
@@ -26,7 +26,7 @@ pub struct Tuning {
 
 /// Errors at the end of the free-inertial part with each candidate, m.
 struct Tried {
-    walks: [f64; WALKS.len()],
+    walks: [[f64; WALKS.len()]; FILTERS.len()],
     none: [f64; FACTORS.len()],
     rnn: [f64; FACTORS.len()],
 }
@@ -58,7 +58,9 @@ impl Tuning {
                 median(&mut errors)
             };
             let tuned = Tuned {
-                walk: best(&WALKS, |i| of(&|t| t.walks[i])),
+                walks: std::array::from_fn(|filter| {
+                    best(&WALKS, |i| of(&|t| t.walks[filter][i]))
+                }),
                 none_factor: best(&FACTORS, |i| of(&|t| t.none[i])),
                 rnn_factor: best(&FACTORS, |i| of(&|t| t.rnn[i])),
             };
@@ -79,12 +81,14 @@ impl Tuning {
                 row.map(|r| r.horizontal_m).ok_or_else(lost)
             };
             let mut tried = Tried {
-                walks: [0.0; WALKS.len()],
+                walks: [[0.0; WALKS.len()]; FILTERS.len()],
                 none: [0.0; FACTORS.len()],
                 rnn: [0.0; FACTORS.len()],
             };
-            for (slot, walk) in tried.walks.iter_mut().zip(WALKS) {
-                *slot = error(ekf6(case, walk))?;
+            for (slots, (_, filter)) in tried.walks.iter_mut().zip(FILTERS) {
+                for (slot, walk) in slots.iter_mut().zip(WALKS) {
+                    *slot = error(filter(case, walk))?;
+                }
             }
             let corrected = rnn_increments(case).ok_or_else(lost)?;
             for (i, factor) in FACTORS.into_iter().enumerate() {

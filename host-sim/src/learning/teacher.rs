@@ -231,9 +231,25 @@ impl Aligned {
         increments: &[Increment],
         until: usize,
     ) -> Aided {
+        let scored = self.scored(model, assumptions, session, increments, until);
+        scored.0
+    }
+
+    /// As [`Aligned::aided`], with the logarithm of the probability density that the filter gave to
+    /// all fixes, each before it learnt from it.
+    #[must_use]
+    pub fn scored(
+        &self,
+        model: ErrorModel,
+        assumptions: &Assumptions,
+        session: &Session,
+        increments: &[Increment],
+        until: usize,
+    ) -> (Aided, f64) {
         let mut filter = self.filter(model, assumptions);
-        (self.first..until).for_each(|k| aid(&mut filter, session, increments, k));
-        filter
+        let each = |k| aid(&mut filter, session, increments, k);
+        let score = (self.first..until).map(each).sum();
+        (filter, score)
     }
 }
 
@@ -264,10 +280,11 @@ pub fn aligned(session: &Session, increments: &[Increment]) -> Option<Aligned> {
 }
 
 /// Takes the filter through epoch `k` and the fix at its end. While the vehicle is known to stand,
-/// the velocity of the fix is zero.
-pub fn aid(filter: &mut Aided, session: &Session, increments: &[Increment], k: usize) {
-    if let Passed::Epoch(fix) = pass(filter, session, increments, k, fix_at(session, k + 1)) {
-        filter.take(fix.as_ref());
+/// the velocity of the fix is zero. Gives the logarithm of the probability density of the fix.
+pub fn aid(filter: &mut Aided, session: &Session, increments: &[Increment], k: usize) -> f64 {
+    match pass(filter, session, increments, k, fix_at(session, k + 1)) {
+        Passed::Epoch(fix) => filter.take(fix.as_ref()),
+        Passed::Outage(_) => 0.0,
     }
 }
 

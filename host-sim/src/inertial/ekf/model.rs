@@ -187,6 +187,21 @@ impl ErrorModel {
         model
     }
 
+    /// Six biases, and on each axis three exponentials of the time since power-on, with these time
+    /// constants (s). Each has the standard deviation `share` of the bias's.
+    #[must_use]
+    pub fn with_exponentials(prior: &Prior, times: [f64; 3], share: f64) -> Self {
+        let mut model = Self::biases(prior);
+        let sigma = [prior.gyro_bias, prior.accel_bias].map(|sigma| sigma * share);
+        model.extend(|axis, triad| {
+            let of = |time| {
+                Parameter::constant(triad, axis, Regressor::Decay(time), sigma[triad.index()])
+            };
+            times.map(of).to_vec()
+        });
+        model
+    }
+
     /// Adds parameters for each axis of each triad.
     pub fn extend(&mut self, mut parameters: impl FnMut(usize, Triad) -> Vec<Parameter>) {
         for triad in [Triad::Gyro, Triad::Accel] {
