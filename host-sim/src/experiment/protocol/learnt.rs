@@ -153,6 +153,8 @@ pub(super) fn aided(
     let (first, start) = begin(session, increments, settings)?;
     let mut filter =
         Aided::new(start.nav, &start.sigma, model, a.noise).with_samples(session.samples());
-    (first..until).for_each(|k| aid(&mut filter, session, increments, k));
+    for k in first..until {
+        aid(&mut filter, session, increments, k);
+    }
     Some(filter)
 }
