@@ -35,7 +35,9 @@ pub type Filter = fn(&Case<'_>, f64) -> Option<FreeInertial>;
 /// for all of them.
 pub const FILTERS: [(&str, Filter); 5] = [
     ("ekf6", |c, walk| classical(c, walk, ErrorModel::biases)),
-    ("ekf12", |c, walk| classical(c, walk, ErrorModel::with_scale)),
+    ("ekf12", |c, walk| {
+        classical(c, walk, ErrorModel::with_scale)
+    }),
     ("ekf24", |c, walk| {
         classical(c, walk, ErrorModel::with_matrices)
     }),
@@ -225,7 +227,8 @@ fn exponentials(case: &Case<'_>, walk: f64) -> Option<FreeInertial> {
     let aligned = aligned(session, increments)?;
     let with = SHARES.map(|share| ErrorModel::with_exponentials(prior, TIMES_S, share));
     let models = [ErrorModel::biases(prior)].into_iter().chain(with);
-    let scored = models.map(|model| aligned.scored(model, &assumptions, session, increments, until));
+    let scored =
+        models.map(|model| aligned.scored(model, &assumptions, session, increments, until));
     let (best, _) = scored.max_by(|a, b| a.1.total_cmp(&b.1))?;
     Some(free(&best, session, increments, until))
 }

@@ -58,9 +58,7 @@ impl Tuning {
                 median(&mut errors)
             };
             let tuned = Tuned {
-                walks: std::array::from_fn(|filter| {
-                    best(&WALKS, |i| of(&|t| t.walks[filter][i]))
-                }),
+                walks: std::array::from_fn(|filter| best(&WALKS, |i| of(&|t| t.walks[filter][i]))),
                 none_factor: best(&FACTORS, |i| of(&|t| t.none[i])),
                 rnn_factor: best(&FACTORS, |i| of(&|t| t.rnn[i])),
             };

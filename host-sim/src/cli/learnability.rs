@@ -58,6 +58,7 @@ impl Args {
                 horizontal_m: within("--gnss-m", self.gnss_m, [1e-3, 1e3])?,
                 vertical_m: 1.5 * self.gnss_m,
                 velocity_mps: within("--gnss-mps", self.gnss_mps, [1e-4, 1e2])?,
+                ..GnssSpec::default()
             },
             minutes: self.minutes,
             units: self.units,

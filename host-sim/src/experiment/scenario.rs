@@ -11,6 +11,7 @@ use crate::unit::Unit;
 use serde::Deserialize;
 use std::path::{Path, PathBuf};
 
+mod receiver;
 mod vehicle;
 mod world;
 
@@ -223,9 +224,6 @@ impl Scenario {
             ("height_m", self.height_m, -500.0, 9000.0),
             ("heading_deg", self.heading_deg, -360.0, 360.0),
             ("vibration", self.vibration, 0.0, 10.0),
-            ("gnss.horizontal_m", self.gnss.horizontal_m, 1e-3, 1e3),
-            ("gnss.vertical_m", self.gnss.vertical_m, 1e-3, 1e3),
-            ("gnss.velocity_mps", self.gnss.velocity_mps, 1e-4, 1e2),
             (
                 "learn: length of the drive, s",
                 self.learn.duration_s(),
@@ -250,6 +248,7 @@ impl Scenario {
             self.check_standstill(key, drive)?;
             self.check_segments(key, drive)?;
         }
+        self.check_receiver()?;
         self.check_world()?;
         self.check_vehicle()
     }

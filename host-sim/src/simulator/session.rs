@@ -71,14 +71,16 @@ pub fn simulate_in(vehicle: &Vehicle, config: &SessionConfig<'_>) -> (Session, T
     (session, truth)
 }
 
-fn fixes(config: &SessionConfig<'_>, truth: &Truth, rng: &mut ChaCha8Rng) -> Vec<Fix> {
-    let epochs = truth.epochs.iter();
-    epochs.map(|e| config.gnss.fix(e, rng)).collect()
+/// The fix of each epoch, if there is one.
+pub type Fixes = Vec<Option<Fix>>;
+
+fn fixes(config: &SessionConfig<'_>, truth: &Truth, rng: &mut ChaCha8Rng) -> Fixes {
+    config.gnss.fixes(&truth.epochs, EPOCH_S, rng)
 }
 
 /// The true drive on a road and its fixes.
 #[must_use]
-pub fn drive(config: &SessionConfig<'_>) -> (Truth, Vec<Fix>) {
+pub fn drive(config: &SessionConfig<'_>) -> (Truth, Fixes) {
     let mut rng = ChaCha8Rng::seed_from_u64(config.drive);
     let mut segments = vec![Segment::hold(config.standstill_s)];
     match config.segments {
@@ -103,7 +105,7 @@ pub fn measure(
     config: &SessionConfig<'_>,
     spec: &ImuSpec,
     truth: &Truth,
-    fixes: &[Fix],
+    fixes: &[Option<Fix>],
 ) -> Session {
     let draws = Draws::of(config.turn_on, false);
     measured(config, spec, truth, fixes, draws).0
@@ -115,7 +117,7 @@ pub fn measured(
     config: &SessionConfig<'_>,
     spec: &ImuSpec,
     truth: &Truth,
-    fixes: &[Fix],
+    fixes: &[Option<Fix>],
     draws: Draws,
 ) -> (Session, Imu) {
     let mut imu = Imu::with_draws(spec, config.unit, config.turn_on, draws);
@@ -145,14 +147,13 @@ pub fn measured(
             dv: sum.dv / time,
         });
     }
-    let fixes = fixes.iter().copied().map(Some).collect();
     let samples = (counts, Imu::lsb(spec));
     let session = Session {
         standstill: (config.standstill_s / EPOCH_S) as usize,
         systematic: Some(systematic),
         surroundings: Some(surroundings),
         readings: Some(readings),
-        ..Session::new(truth.dt, samples, truth.epochs.clone(), fixes)
+        ..Session::new(truth.dt, samples, truth.epochs.clone(), fixes.to_vec())
     };
     (session, imu)
 }

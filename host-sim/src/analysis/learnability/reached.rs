@@ -51,7 +51,7 @@ pub(super) struct Unit {
 pub(super) fn unit(
     config: &SessionConfig<'_>,
     [device, turn_on, start]: [u64; 3],
-    (truth, fixes): (&Truth, &[Fix]),
+    (truth, fixes): (&Truth, &[Option<Fix>]),
     model: &ErrorModel,
     epochs: &[usize],
 ) -> Option<Unit> {

@@ -55,6 +55,7 @@ fn fixes_alone_give_the_known_acceleration() {
         horizontal_m: 5.0,
         vertical_m: 5.0,
         velocity_mps: 1e6,
+        ..GnssSpec::default()
     };
     for (time, documented) in [(60, 491.0), (300, 8.8)] {
         let formula = acceleration_sigma(5.0, 1.0, f64::from(time)) / UG;
@@ -106,6 +107,7 @@ fn a_static_gyro_bias_is_bound_by_the_random_walk() {
         horizontal_m: 1e-3,
         vertical_m: 1e-3,
         velocity_mps: 1e-5,
+        ..GnssSpec::default()
     };
     let start = InitialSigma {
         tilt: 1e-9,
@@ -140,6 +142,7 @@ fn more_knowledge_never_widens_the_bound() {
             horizontal_m: metres,
             vertical_m: metres,
             velocity_mps: 0.1 * metres,
+            ..GnssSpec::default()
         };
         let config = SessionConfig {
             standstill_s: 60.0,

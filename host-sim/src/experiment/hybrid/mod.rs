@@ -179,11 +179,7 @@ pub fn session(recording: &Recording, errors: &[Increment], config: &Config) -> 
         .enumerate()
         .map(add)
         .collect::<Option<_>>()?;
-    let fixes = truth
-        .epochs
-        .iter()
-        .map(|e| Some(config.gnss.fix(e, &mut rng)))
-        .collect();
+    let fixes = config.gnss.fixes(&truth.epochs, EPOCH_S, &mut rng);
     let counts = quantise(&increments, &rest.lsb).ok()?;
     Some(Session {
         standstill: (config.standstill_s / EPOCH_S) as usize,

@@ -1,0 +1,127 @@
+//! Each error of the receiver against a closed form.
+
+use super::*;
+use crate::inertial::earth::Geodetic;
+use nalgebra::UnitQuaternion;
+use rand::SeedableRng;
+
+const HOURS: usize = 100;
+
+fn standing() -> NavState {
+    NavState {
+        position: Geodetic {
+            lat: 0.6,
+            lon: 0.2,
+            h: 100.0,
+        },
+        velocity: Vector3::zeros(),
+        q_bn: UnitQuaternion::identity(),
+    }
+}
+
+fn fixes(spec: &GnssSpec) -> Vec<Option<Fix>> {
+    let mut rng = ChaCha8Rng::seed_from_u64(7);
+    spec.fixes(&vec![standing(); HOURS * 3600], 1.0, &mut rng)
+}
+
+/// Errors of a standing receiver; NaN where there is no fix.
+fn errors(spec: &GnssSpec) -> Vec<[f64; 6]> {
+    let error = |fix: Option<Fix>| {
+        let fix = fix?;
+        let [n, e, d] = fix.position.ned_from(&standing().position).into();
+        let [vn, ve, vd] = fix.velocity.into();
+        Some([n, e, d, vn, ve, vd])
+    };
+    let all = fixes(spec).into_iter();
+    all.map(|fix| error(fix).unwrap_or([f64::NAN; 6])).collect()
+}
+
+/// Autocovariance of one value at a lag.
+fn covariance(errors: &[[f64; 6]], value: usize, lag: usize) -> f64 {
+    let pairs = errors.iter().zip(&errors[lag..]);
+    let sum: f64 = pairs.map(|(a, b)| a[value] * b[value]).sum();
+    sum / (errors.len() - lag) as f64
+}
+
+/// White noise so small that it does not count.
+fn quiet() -> GnssSpec {
+    GnssSpec {
+        horizontal_m: 1e-3,
+        vertical_m: 1e-3,
+        velocity_mps: 1e-4,
+        ..GnssSpec::default()
+    }
+}
+
+#[test]
+fn without_the_terms_every_bit_is_that_of_the_white_noise() {
+    let spec = GnssSpec::default();
+    let (mut rng, mut other) = (ChaCha8Rng::seed_from_u64(3), ChaCha8Rng::seed_from_u64(3));
+    let got = spec.fixes(&[standing(); 50], 1.0, &mut rng);
+    for fix in got {
+        let noise: [f64; 6] = [1.0, 1.0, 1.5, 0.05, 0.05, 0.05].map(|sigma| {
+            let z: f64 = StandardNormal.sample(&mut other);
+            sigma * z
+        });
+        let [n, e, d, velocity @ ..] = noise;
+        let position = standing().position.displaced(&Vector3::new(n, e, d));
+        let sigmas = [1.0, 1.0, 1.5, 0.05, 0.05, 0.05];
+        assert_eq!(fix, Some(Fix::new(position, velocity.into(), sigmas)));
+    }
+    assert_eq!(rng, other);
+}
+
+/// The autocovariance of a first-order Gauss-Markov process is sigma^2 exp(-lag / T).
+#[test]
+fn coloured_errors_fade_with_their_time_constants() {
+    let spec = GnssSpec {
+        coloured: Coloured {
+            horizontal_m: 2.0,
+            vertical_m: 3.0,
+            velocity_mps: 0.1,
+            time_s: 40.0,
+            velocity_time_s: 4.0,
+        },
+        ..quiet()
+    };
+    let errors = errors(&spec);
+    for (value, sigma, time) in [(0, 2.0_f64, 40.0_f64), (2, 3.0, 40.0), (4, 0.1, 4.0)] {
+        for lag in [0, 2, 10, 40, 120] {
+            let want = (-(lag as f64) / time).exp();
+            let got = covariance(&errors, value, lag) / sigma.powi(2);
+            // one sigma of the estimate is about sqrt(2 T / length) = 0.015 at 40 s
+            assert!((got - want).abs() < 0.05, "{value} {lag}: {got} {want}");
+        }
+    }
+    // the axes are independent, and the first error is as large as the later ones
+    let cross: f64 = errors.iter().map(|e| e[0] * e[1]).sum::<f64>() / errors.len() as f64;
+    assert!((cross / 4.0).abs() < 0.05, "{cross}");
+    let first = |seed| {
+        let mut rng = ChaCha8Rng::seed_from_u64(seed);
+        let fix = spec.fixes(&[standing()], 1.0, &mut rng)[0].unwrap();
+        fix.position.ned_from(&standing().position).x
+    };
+    let square = (0..4000).map(|seed| first(seed).powi(2)).sum::<f64>() / 4000.0;
+    assert!((square / 4.0 - 1.0).abs() < 0.1, "{square}");
+}
+
+/// Variances of independent errors add; what is told is a factor of the square root.
+#[test]
+fn the_accuracy_told_is_a_factor_of_the_true_one() {
+    let spec = GnssSpec {
+        horizontal_m: 3.0,
+        told_factor: 0.5,
+        coloured: Coloured {
+            horizontal_m: 4.0,
+            ..Coloured::default()
+        },
+        ..GnssSpec::default()
+    };
+    let told = fixes(&spec)[0].unwrap().sigmas;
+    assert_eq!(told, [2.5, 2.5, 0.75, 0.025, 0.025, 0.025]);
+    let errors = errors(&spec);
+    for (value, told) in told.into_iter().enumerate() {
+        let rms = covariance(&errors, value, 0).sqrt();
+        assert!((told / rms - 0.5).abs() < 0.02, "{value}: {rms}");
+    }
+}
