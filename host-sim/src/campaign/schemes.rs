@@ -1,7 +1,7 @@
 //! The schemes of a campaign. Each is aided by fixes up to an epoch and navigates free inertial
 //! from there, on the same samples.
 
-use crate::inertial::ekf::{Aided, ErrorModel, Known, Noise, SlowErrors};
+use crate::inertial::ekf::{Aided, ErrorModel, Known, Noise, Prior, REFERENCE_DEGC, SlowErrors};
 use crate::inertial::free_inertial::{FreeInertial, free_inertial};
 use crate::inertial::session::{Session, Surroundings, to_si};
 use crate::inertial::sins::Increment;
@@ -33,7 +33,7 @@ pub type Filter = fn(&Case<'_>, f64) -> Option<FreeInertial>;
 /// The classical filters. Each is a scheme with the walk that the datasheet tells, which the
 /// device's learner has too, and one with the walk that was best on other units: the same search
 /// for all of them.
-pub const FILTERS: [(&str, Filter); 5] = [
+pub const FILTERS: [(&str, Filter); 6] = [
     ("ekf6", |c, walk| classical(c, walk, ErrorModel::biases)),
     ("ekf12", |c, walk| {
         classical(c, walk, ErrorModel::with_scale)
@@ -45,6 +45,7 @@ pub const FILTERS: [(&str, Filter); 5] = [
         classical(c, walk, ErrorModel::with_ramps)
     }),
     ("ekf-exp", exponentials),
+    ("ekf-temp", temperatures),
 ];
 
 /// How the name of a filter with a tuned walk ends.
@@ -118,7 +119,7 @@ pub struct Knowledge<'a> {
 pub type Scheme = fn(&Case<'_>) -> Option<FreeInertial>;
 
 /// All schemes in the order of the tables, which add `floor`: `none` on an IMU with noise only.
-pub const SCHEMES: [(&str, Scheme); 14] = [
+pub const SCHEMES: [(&str, Scheme); 16] = [
     ("none", |c| none(c, c.increments(), c.tuned.none_factor)),
     ("ekf6", |c| told::<0>(c)),
     ("ekf6-tuned", |c| tuned::<0>(c)),
@@ -130,6 +131,8 @@ pub const SCHEMES: [(&str, Scheme); 14] = [
     ("ekf-ramp-tuned", |c| tuned::<3>(c)),
     ("ekf-exp", |c| told::<4>(c)),
     ("ekf-exp-tuned", |c| tuned::<4>(c)),
+    ("ekf-temp", |c| told::<5>(c)),
+    ("ekf-temp-tuned", |c| tuned::<5>(c)),
     ("oracle", |c| {
         let assumptions = *c.knows.told;
         aided_free_inertial(
@@ -192,11 +195,7 @@ fn tuned<const FILTER: usize>(case: &Case<'_>) -> Option<FreeInertial> {
     FILTERS[FILTER].1(case, case.tuned.walks[FILTER])
 }
 
-fn classical(
-    case: &Case<'_>,
-    walk: f64,
-    model: fn(&crate::inertial::ekf::Prior) -> ErrorModel,
-) -> Option<FreeInertial> {
+fn classical(case: &Case<'_>, walk: f64, model: fn(&Prior) -> ErrorModel) -> Option<FreeInertial> {
     let assumptions = walking(case, walk);
     aided_free_inertial(
         case,
@@ -217,15 +216,64 @@ fn walking(case: &Case<'_>, walk: f64) -> Assumptions {
 const TIMES_S: [f64; 3] = [150.0, 500.0, 1500.0];
 const SHARES: [f64; 3] = [0.1, 0.3, 1.0];
 
-/// Biases, alone or with exponentials of the time since power-on: four filters on the same fixes.
-/// The one that gave them the greatest density goes on.
+/// Biases, alone or with exponentials of the time since power-on.
 fn exponentials(case: &Case<'_>, walk: f64) -> Option<FreeInertial> {
+    picked(case, walk, |prior, share| {
+        ErrorModel::with_exponentials(prior, TIMES_S, share)
+    })
+}
+
+/// Biases, alone or with laws of what the thermometers read. Without thermometers they are alone.
+fn temperatures(case: &Case<'_>, walk: f64) -> Option<FreeInertial> {
+    let known = read(case.session);
+    picked(case, walk, |prior, share| {
+        ErrorModel::with_temperatures(prior, known.clone(), share)
+    })
+}
+
+/// Seconds of readings that a rate of temperature is the slope of: a resolution of 1 K then leaves
+/// 0.4 K/min.
+const RATE_S: usize = 120;
+
+/// The thermometers of the axes in each second, and the slope of what they have read before.
+fn read(session: &Session) -> Arc<[Known]> {
+    let readings = session.readings.as_deref().unwrap_or_default();
+    let of = |k: usize| {
+        let last = &readings[k.saturating_sub(RATE_S - 1)..=k];
+        let middle = 0.5 * (last.len() as f64 - 1.0);
+        let mut sums = (Vector3::zeros(), 0.0);
+        for (i, reading) in last.iter().enumerate() {
+            let time = i as f64 - middle;
+            sums.0 += reading.axes * time;
+            sums.1 += time * time;
+        }
+        let rate = if sums.1 > 0.0 {
+            sums.0 / sums.1
+        } else {
+            Vector3::zeros()
+        };
+        let off = readings[k].axes.map(|degc| degc - REFERENCE_DEGC);
+        Known {
+            readings: [off, rate],
+            ..Known::default()
+        }
+    };
+    (0..readings.len()).map(of).collect()
+}
+
+/// Biases, and the same with three sizes of further errors: four filters on the same fixes. The one
+/// that gave them the greatest density goes on.
+fn picked(
+    case: &Case<'_>,
+    walk: f64,
+    with: impl Fn(&Prior, f64) -> ErrorModel,
+) -> Option<FreeInertial> {
     let assumptions = walking(case, walk);
     let prior = &assumptions.prior;
     let (session, until) = (case.session, case.until);
     let increments = case.increments();
     let aligned = aligned(session, increments)?;
-    let with = SHARES.map(|share| ErrorModel::with_exponentials(prior, TIMES_S, share));
+    let with = SHARES.map(|share| with(prior, share));
     let models = [ErrorModel::biases(prior)].into_iter().chain(with);
     let scored =
         models.map(|model| aligned.scored(model, &assumptions, session, increments, until));
@@ -311,6 +359,7 @@ fn known(session: &Session) -> Arc<[Known]> {
         let now = Known {
             around: *around,
             vibration,
+            ..Known::default()
         };
         let force = |c: &Counts| to_si(c, &session.lsb).dv / session.dt;
         let count = second.len() as f64;
@@ -325,6 +374,7 @@ fn known(session: &Session) -> Arc<[Known]> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::inertial::session::Readings;
 
     #[test]
     fn ablations_are_the_documented_parts_of_the_bank() {
@@ -342,5 +392,31 @@ mod tests {
         }
         let (name, bits) = got.last().unwrap();
         assert!(name.starts_with("no-") && bits.count_ones() as usize == HYPOTHESES - 1);
+    }
+
+    /// A ramp of 1 K/min that is read in whole degrees.
+    #[test]
+    fn the_rate_of_a_coarse_thermometer_is_good_to_its_resolution() {
+        let reading = |second: u32| Readings {
+            axes: Vector3::repeat((30.0 + f64::from(second) / 60.0).round()),
+            processor: 0.0,
+        };
+        let lsb = firmware::sample::Lsb {
+            rad: 1e-8,
+            mps: 1e-6,
+        };
+        let none = Session::new(0.01, (Vec::new(), lsb), Vec::new(), Vec::new());
+        assert!(read(&none).is_empty());
+        let session = Session {
+            readings: Some((0..900).map(reading).collect()),
+            ..none
+        };
+        let known = read(&session);
+        assert_eq!(known.len(), 900);
+        for of in &known[RATE_S..] {
+            let k_per_min = 60.0 * of.readings[1].x;
+            assert!((k_per_min - 1.0).abs() < 0.4, "{k_per_min}");
+        }
+        assert_eq!(known[0].readings, [Vector3::repeat(5.0), Vector3::zeros()]);
     }
 }

@@ -16,7 +16,9 @@ mod smoother;
 
 pub use alignment::attitude_error;
 pub use linearised::{Block, Linearised};
-pub use model::{ErrorModel, Inputs, Known, Parameter, Prior, Regressor, SlowErrors, Triad};
+pub use model::{
+    ErrorModel, Inputs, Known, Parameter, Prior, REFERENCE_DEGC, Regressor, SlowErrors, Triad,
+};
 pub use smoother::{Record, Smoothed, smooth};
 
 use crate::inertial::gnss::Fix;

@@ -44,6 +44,12 @@ pub enum Regressor {
     Hours,
     /// `exp(-t / time)` with t since power-on and the time in s: a warm-up of known time constant.
     Decay(f64),
+    /// What the thermometer of the axis reads, less [`REFERENCE_DEGC`], K.
+    Reading,
+    /// Its square, K^2.
+    ReadingSquare,
+    /// Its rate, K/s.
+    ReadingRate,
 }
 
 /// What the errors depend on at one time.
@@ -70,7 +76,15 @@ pub struct Known {
     /// Mean square of the specific force about its mean over the second before, each axis,
     /// (m/s2)^2.
     pub vibration: Vector3<f64>,
+    /// Thermometers of the axes, less [`REFERENCE_DEGC`], K, and how fast they change, K/s.
+    pub readings: [Vector3<f64>; 2],
 }
+
+/// Temperature that readings are compared with, degrees C.
+pub const REFERENCE_DEGC: f64 = 25.0;
+/// Deviation from it, K, and rate, K/s, at which a law of temperature reaches its prior.
+const SPAN_K: f64 = 30.0;
+const SPAN_KPS: f64 = 1.0 / 60.0;
 
 /// The part of the sensor errors that is taken as constant within a second, as the simulator does;
 /// see [`Regressor::is_slow`].
@@ -200,6 +214,26 @@ impl ErrorModel {
             times.map(of).to_vec()
         });
         model
+    }
+
+    /// Six biases, and on each axis a law of its thermometer: in proportion to the reading, to its
+    /// square and to its rate. At 30 K from [`REFERENCE_DEGC`], or at 1 K/min, each has the standard
+    /// deviation `share` of the bias's.
+    #[must_use]
+    pub fn with_temperatures(prior: &Prior, known: Arc<[Known]>, share: f64) -> Self {
+        let mut model = Self::biases(prior);
+        let sigma = [prior.gyro_bias, prior.accel_bias].map(|sigma| sigma * share);
+        model.extend(|axis, triad| {
+            let laws = [
+                (Regressor::Reading, SPAN_K),
+                (Regressor::ReadingSquare, SPAN_K * SPAN_K),
+                (Regressor::ReadingRate, SPAN_KPS),
+            ];
+            let of =
+                |(law, span)| Parameter::constant(triad, axis, law, sigma[triad.index()] / span);
+            laws.map(of).to_vec()
+        });
+        Self { known, ..model }
     }
 
     /// Adds parameters for each axis of each triad.
@@ -367,6 +401,9 @@ impl Parameter {
                 w[i] * w[j] - centre + skew(&now.rate_change)[(i, j)]
             }
             Regressor::Vibration(axis) => known.vibration[axis],
+            Regressor::Reading => known.readings[0][self.axis],
+            Regressor::ReadingSquare => known.readings[0][self.axis].powi(2),
+            Regressor::ReadingRate => known.readings[1][self.axis],
         }
     }
 }
