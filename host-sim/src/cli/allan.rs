@@ -126,3 +126,82 @@ impl Args {
         Ok((source, series, Some(spec)))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::analysis::allan::{Coefficient, Kind};
+    use crate::unit::presets;
+
+    /// Distance of `truth` from the interval, in half widths of it. 0 inside.
+    fn outside(c: &Coefficient, truth: f64) -> f64 {
+        let half = 0.5 * (c.high - c.low);
+        (c.low - truth).max(truth - c.high).max(0.0) / half
+    }
+
+    /// Whether an interval that holds the truth is also narrow enough. Beside the coarse pulses of
+    /// the accelerometers of `medium`, two hours give upper ends only.
+    fn is_sharp(kind: Kind, preset: &str, c: &Coefficient, truth: f64) -> bool {
+        let within = |part: f64| c.is_seen() && (c.value / truth - 1.0).abs() < part;
+        match (kind, c.symbol, preset) {
+            (Kind::Accel, "N" | "Q", "medium") => c.high < 2.1 * truth,
+            (_, "N", _) => truth == 0.0 || within(0.05),
+            (Kind::Accel, "B", "fog" | "mems") => within(0.4),
+            _ => true,
+        }
+    }
+
+    /// Two hours of a preset, or less if it is faster than 200 Hz.
+    fn findings(preset: &str) -> Findings {
+        let spec = Unit::preset(preset).unwrap().simulated();
+        let spec = spec.error_model(ErrorModelName::Linear);
+        let series = at_rest(&spec, 7200.min(1_440_000 / spec.rate_hz), 1);
+        assert_eq!(series.len(), 6);
+        Findings::of(preset.to_owned(), &series, Some(&spec)).unwrap()
+    }
+
+    #[test]
+    fn every_preset_gets_its_noise_back_in_every_column() {
+        let (mut all, mut missed, mut wrong) = (0, 0, vec![]);
+        for preset in presets::names() {
+            let found = findings(preset);
+            let configured = found.configured.unwrap();
+            let told = |text: &str| found.notes.iter().any(|note| note.contains(text));
+            // a configured value is empty only where the notes say so, or where there is none
+            let [gyro, accel] = &configured;
+            assert_eq!(gyro[0].is_none(), told("Q of the gyros is left empty"));
+            assert!(
+                [accel[0], gyro[1], accel[1], gyro[3], accel[3]]
+                    .iter()
+                    .all(Option::is_some)
+            );
+            let flicker = matches!(preset, "fog" | "mems");
+            assert_eq!(
+                [gyro[2].is_some(), accel[2].is_some()],
+                [flicker; 2],
+                "{preset}"
+            );
+            assert_eq!(told("by less than a pulse"), preset == "medium", "{preset}");
+            assert_eq!(found.analyses.len(), 6, "{preset}");
+            for analysis in &found.analyses {
+                let truth = configured[usize::from(analysis.kind == Kind::Accel)];
+                for (c, truth) in analysis.coefficients.iter().zip(truth) {
+                    let Some(truth) = truth else { continue };
+                    let off = outside(c, truth);
+                    let sharp = is_sharp(analysis.kind, preset, c, truth);
+                    let at = format!("{preset} {} {c:?}, {truth}: {off:.2}", analysis.column);
+                    println!("{at}");
+                    all += 1;
+                    missed += usize::from(off > 0.0);
+                    // one half width beyond the end is four standard deviations
+                    if off >= 1.0 || !sharp {
+                        wrong.push(at);
+                    }
+                }
+            }
+        }
+        assert!(wrong.is_empty(), "{wrong:#?}");
+        // 5 % are expected to miss
+        assert!(20 * missed <= all, "{missed} of {all} intervals miss");
+    }
+}

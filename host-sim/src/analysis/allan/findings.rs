@@ -23,7 +23,8 @@ pub struct Findings {
 
 /// The five noises of a specification, in the units of the coefficients. Its Gauss-Markov drift of
 /// sigma and T is, well below T, a random walk of `K = sigma sqrt(2 / T)`. It has no R.
-/// The residual of the dither is a spectral line; see [`dither_note`].
+/// What stripping leaves of the dither is a spectral line, and none of the five noises. The fit
+/// cannot tell it from Q, so with it the Q of the gyros is `None`; see [`dither_note`].
 pub(super) fn configured(spec: &ImuSpec) -> [[Option<f64>; 5]; 2] {
     let (g, a) = (&spec.gyro, &spec.accel);
     let lsb = crate::simulator::imu::Imu::lsb(spec);
@@ -36,7 +37,7 @@ pub(super) fn configured(spec: &ImuSpec) -> [[Option<f64>; 5]; 2] {
     let seen = |b: f64| (b > 0.0).then_some(b);
     [
         [
-            Some(g.pulse_arcsec / root_12),
+            (g.dither.strip_residual_arcsec == 0.0).then_some(g.pulse_arcsec / root_12),
             Some(g.total_angle_random_walk_dpsqrth()),
             seen(g.bias_instability_dph),
             Some(g.rate_random_walk_dphpsqrth.hypot(drift_g)),
@@ -58,9 +59,24 @@ fn dither_note(spec: &ImuSpec) -> Option<String> {
     (dither.strip_residual_arcsec > 0.0).then(|| {
         format!(
             "the angle of the gyros also contains the dither that stripping leaves, \
-             {} arcsec at about {} Hz. It is a spectral line and appears as a part of Q, N \
-             or the misfit",
-            dither.strip_residual_arcsec, dither.frequency_hz
+             {} arcsec at about {} Hz. It is a spectral line and appears as a part of Q or the \
+             misfit. So the configured Q of the gyros is left empty; the pulse alone has {:.3e} \
+             arcsec",
+            dither.strip_residual_arcsec,
+            dither.frequency_hz,
+            spec.gyro.pulse_arcsec / 12.0_f64.sqrt()
+        )
+    })
+}
+
+/// A note about pulses so coarse that their rounding is noise at long times only.
+fn rounding_note(analysis: &Analysis) -> Option<String> {
+    (analysis.fitted_from_s * analysis.rate_hz > 1.5).then(|| {
+        format!(
+            "{}: noise moves the output by less than a pulse in less than {:.3} s. At shorter \
+             times the rounding to pulses is regular and no noise, so the coefficients are fitted \
+             from {:.3} s on",
+            analysis.column, analysis.fitted_from_s, analysis.fitted_from_s
         )
     })
 }
@@ -100,6 +116,7 @@ impl Findings {
         });
         let mut notes: Vec<String> = constant.chain(spec.and_then(dither_note)).collect();
         let analyses: Vec<Analysis> = analyses.into_iter().flatten().collect();
+        notes.extend(analyses.iter().filter_map(rounding_note));
         notes.extend(analyses.iter().filter_map(misfit_note));
         Ok(Self {
             source,

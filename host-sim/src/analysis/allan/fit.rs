@@ -10,13 +10,14 @@
 //! ```
 //!
 //! A curve that is not a sum of the five noises (because of sway, vibration, a settling
-//! temperature, or the regular rounding of coarse pulses) would be fitted at short times only,
+//! temperature, or a spectral line) would be fitted at short times only,
 //! which are the most certain ones statistically. Therefore every point gets a further error, the
 //! same fraction f of each variance, just large enough that the residuals are as large as expected.
 //! f is zero for pure noise and is reported as the misfit.
 
 use super::covariance::Model;
 use super::deviation::{Point, curve, phase};
+use super::rounding::joined;
 use super::{Kind, NOISES, Series};
 use nalgebra::{DMatrix, DVector};
 use serde::Serialize;
@@ -88,6 +89,9 @@ pub struct Analysis {
     pub unit: &'static str,
     /// Q, N, B, K, R.
     pub coefficients: Vec<Coefficient>,
+    /// Shortest averaging time of the fit, s. It is one sample interval, or more if the pulses are
+    /// coarse; see module `rounding`.
+    pub fitted_from_s: f64,
     /// Departure of the curve from the fit that chance does not explain, as a fraction of the
     /// deviation. It is 0 for pure noise; above `POOR_FIT` the curve is not a sum of the five
     /// noises.
@@ -104,17 +108,18 @@ pub fn analyse(series: &Series) -> Option<Analysis> {
     if samples < super::deviation::LEAST_SAMPLES {
         return None;
     }
-    let points = curve(&phase(&series.increments), t0);
+    let x = phase(&series.increments);
+    let points = curve(&x, t0);
     if points.iter().any(|p| p.variance <= 0.0) {
         return None;
     }
+    let join = joined(&series.increments, &x);
+    let fitted_from = join as f64 * t0;
     // averages of 1, 2, 4, ... samples; those between hold no further information
-    let octaves: Vec<Point> = points
-        .iter()
-        .copied()
-        .filter(|p| p.m.is_power_of_two())
-        .collect();
-    let fit = Fit::new(&octaves, samples, t0);
+    let ends: Vec<f64> = x.iter().copied().step_by(join).collect();
+    let mut octaves = curve(&ends, fitted_from);
+    octaves.retain(|p| p.m.is_power_of_two());
+    let fit = Fit::new(&octaves, ends.len() - 1, fitted_from);
     let (unit, unit_si) = series.kind.unit();
     let shown = |p: &Point| {
         let edf = fit.model.edf(p.m, samples, t0);
@@ -136,6 +141,7 @@ pub fn analyse(series: &Series) -> Option<Analysis> {
         duration_s: samples as f64 * t0,
         unit,
         coefficients: fit.coefficients(series.kind),
+        fitted_from_s: fitted_from,
         misfit: fit.misfit,
         curve: points.iter().map(shown).collect(),
     })

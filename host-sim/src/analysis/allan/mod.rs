@@ -4,13 +4,14 @@
 //! [`columns`] reads a file into [`Series`] of increments, [`analyse`] finds the coefficients of
 //! each, and [`findings`] gathers the results, which `report::allan` shows. Module `deviation`
 //! estimates the Allan variance, `covariance` its uncertainty, and `fit` the coefficients with
-//! their intervals.
+//! their intervals. Module `rounding` finds the shortest time at which pulses are noise.
 
 pub mod columns;
 mod covariance;
 mod deviation;
 pub mod findings;
 mod fit;
+mod rounding;
 
 pub use fit::{Analysis, Coefficient, Deviation, analyse};
 
