@@ -46,7 +46,7 @@ impl Args {
         println!(
             "{} samples, {} fixes in {}",
             session.counts.len(),
-            session.fixes.len(),
+            session.fixes.iter().flatten().count(),
             self.out.display()
         );
         Ok(())

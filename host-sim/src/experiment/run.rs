@@ -352,7 +352,7 @@ fn set_up(scenario: &Scenario, imu: &ImuSpec, options: &Options) -> Vec<(String,
         ));
     }
     out.extend([
-        ("fixes".into(), format!("1 Hz, {} m horizontal, {} m vertical, {} m/s", scenario.gnss.horizontal_m, scenario.gnss.vertical_m, scenario.gnss.velocity_mps)),
+        ("fixes".into(), scenario.fixes()),
         ("networks".into(), "two of 3x3x3x3, f32, one step a second".into()),
         ("learning".into(), format!("windows of {} s, at most {} Gauss-Newton passes, weight sigma {}", n.window_s, n.passes, n.weight_sigma)),
         ("alignment".into(), "self-alignment in the inertial frame over the standstill, with each scheme's own corrected samples".into()),

@@ -3,10 +3,12 @@
 //! nothing in the others.
 
 mod coloured;
+mod spells;
 #[cfg(test)]
 mod tests;
 
 pub use coloured::Coloured;
+pub use spells::{Gaps, Multipath};
 
 use crate::inertial::gnss::Fix;
 use crate::inertial::sins::NavState;
@@ -15,9 +17,14 @@ use nalgebra::Vector3;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 use serde::{Deserialize, Serialize};
+use spells::{Bursts, Spells};
 
 /// Stream of the random numbers of the coloured errors. The white noise has stream 0.
 const COLOURED_STREAM: u64 = 1;
+/// Stream of the gaps.
+const GAPS_STREAM: u64 = 2;
+/// Streams of the times and of the shifts of multipath.
+const MULTIPATH_STREAMS: [u64; 2] = [3, 4];
 
 /// Errors of the receiver: standard deviations per axis, and what it tells of them.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -35,6 +42,10 @@ pub struct GnssSpec {
     pub told_factor: f64,
     /// Errors that last.
     pub coloured: Coloured,
+    /// Times without fixes.
+    pub gaps: Gaps,
+    /// Bursts of multipath. They are no part of what the receiver tells.
+    pub multipath: Multipath,
 }
 
 impl Default for GnssSpec {
@@ -46,6 +57,8 @@ impl Default for GnssSpec {
             velocity_mps: 0.05,
             told_factor: 1.0,
             coloured: Coloured::default(),
+            gaps: Gaps::default(),
+            multipath: Multipath::default(),
         }
     }
 }
@@ -85,12 +98,15 @@ impl GnssSpec {
     #[must_use]
     pub fn fixes(&self, truth: &[NavState], step_s: f64, rng: &mut ChaCha8Rng) -> Vec<Option<Fix>> {
         let mut wander = Wander::new(&self.coloured, step_s, stream(rng, COLOURED_STREAM));
+        let mut gaps = Spells::gaps(&self.gaps, step_s, stream(rng, GAPS_STREAM));
+        let streams = MULTIPATH_STREAMS.map(|number| stream(rng, number));
+        let mut bursts = Bursts::new(&self.multipath, step_s, streams);
         let fix = |at: &NavState| {
             let mut fix = self.fix(at, rng);
-            if let Some(error) = wander.next() {
-                add(&mut fix, &error);
+            for error in [wander.next(), bursts.next()].iter().flatten() {
+                add(&mut fix, error);
             }
-            Some(fix)
+            (!gaps.next_is_bad()).then_some(fix)
         };
         truth.iter().map(fix).collect()
     }

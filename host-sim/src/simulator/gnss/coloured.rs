@@ -39,6 +39,12 @@ impl Default for Coloured {
 }
 
 impl Coloured {
+    /// Whether there are any.
+    #[must_use]
+    pub fn is_on(&self) -> bool {
+        self.sigmas() != [0.0; 6]
+    }
+
     /// Standard deviations of north, east, down position (m), then velocity (m/s).
     pub(super) fn sigmas(&self) -> [f64; 6] {
         let (h, v, s) = (self.horizontal_m, self.vertical_m, self.velocity_mps);

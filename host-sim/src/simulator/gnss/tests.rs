@@ -125,3 +125,73 @@ fn the_accuracy_told_is_a_factor_of_the_true_one() {
         assert!((told / rms - 0.5).abs() < 0.02, "{value}: {rms}");
     }
 }
+
+/// A two-state Markov process with rates a (into the bad state) and b (out of it) is bad with
+/// probability a / (a + b), its autocorrelation is exp(-(a + b) lag), and after a good start that
+/// probability is reached as 1 - exp(-(a + b) t).
+#[test]
+fn gaps_come_and_go_as_a_two_state_process() {
+    let spec = GnssSpec {
+        gaps: Gaps {
+            mean_interval_s: 60.0,
+            mean_length_s: 10.0,
+        },
+        ..GnssSpec::default()
+    };
+    let (bad, rates) = (1.0 / 7.0, 1.0 / 60.0 + 1.0 / 10.0);
+    let missing: Vec<[f64; 6]> = fixes(&spec)
+        .iter()
+        .map(|fix| [f64::from(u8::from(fix.is_none())) - bad; 6])
+        .collect();
+    let mean = missing.iter().map(|m| m[0]).sum::<f64>() / missing.len() as f64;
+    assert!(mean.abs() < 0.01, "{mean}");
+    for lag in [0, 1, 5, 20] {
+        let got = covariance(&missing, 0, lag) / (bad * (1.0 - bad));
+        let want = (-rates * lag as f64).exp();
+        assert!((got - want).abs() < 0.05, "{lag}: {got} {want}");
+    }
+    for after in [0_u32, 3, 8] {
+        let is_missing = |seed: u64| {
+            let mut rng = ChaCha8Rng::seed_from_u64(seed);
+            let fixes = spec.fixes(&vec![standing(); after as usize + 1], 1.0, &mut rng);
+            fixes[after as usize].is_none()
+        };
+        let got = (0..8000).filter(|seed| is_missing(*seed)).count() as f64 / 8000.0;
+        let want = bad * (1.0 - (-rates * f64::from(after)).exp());
+        assert!((got - want).abs() < 0.015, "{after}: {got} {want}");
+    }
+    // the fixes that are left are those without gaps
+    let whole = fixes(&GnssSpec::default());
+    let left = fixes(&spec);
+    let mut both = left.iter().zip(&whole).filter(|(left, _)| left.is_some());
+    assert!(both.all(|(left, whole)| left == whole));
+}
+
+/// A burst goes on over a lag with probability exp(-lag / length), so the autocovariance of the
+/// shift is its variance times the share of bad times times that.
+#[test]
+fn multipath_shifts_the_fix_in_bursts() {
+    let spec = GnssSpec {
+        multipath: Multipath {
+            mean_interval_s: 20.0,
+            mean_length_s: 10.0,
+            horizontal_m: 8.0,
+            vertical_m: 12.0,
+            velocity_mps: 0.3,
+        },
+        ..quiet()
+    };
+    let all = errors(&spec);
+    for (value, sigma) in [(0, 8.0_f64), (1, 8.0), (2, 12.0), (5, 0.3)] {
+        for lag in [0, 2, 10, 30] {
+            let got = covariance(&all, value, lag) / sigma.powi(2);
+            let want = (-(lag as f64) / 10.0).exp() / 3.0;
+            assert!((got - want).abs() < 0.03, "{value} {lag}: {got} {want}");
+        }
+    }
+    let shifted = all.iter().filter(|e| e[0].abs() > 0.01).count() as f64;
+    let share = shifted / all.len() as f64;
+    assert!((share - 1.0 / 3.0).abs() < 0.02, "{share}");
+    // the receiver does not know of it
+    assert_eq!(spec.told(), quiet().told());
+}

@@ -1,0 +1,137 @@
+//! What comes and goes: gaps without fixes, and bursts of multipath.
+//!
+//! Both follow the two-state Markov channel of E. Lutz and others ("The land mobile satellite
+//! communication channel", IEEE Transactions on Vehicular Technology 40, 1991): good and bad times
+//! take turns, and the length of each is exponentially distributed. The first time is good.
+
+use rand_chacha::ChaCha8Rng;
+use rand_distr::{Distribution, Exp1, StandardNormal};
+use serde::{Deserialize, Serialize};
+
+/// Times without fixes: tunnels, bridges, leaves. Off while the mean interval is 0.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Gaps {
+    /// Mean time from the end of a gap to the next one, s; 0 is never.
+    pub mean_interval_s: f64,
+    /// Mean length of a gap, s, > 0.
+    pub mean_length_s: f64,
+}
+
+impl Default for Gaps {
+    fn default() -> Self {
+        Self {
+            mean_interval_s: 0.0,
+            mean_length_s: 10.0,
+        }
+    }
+}
+
+/// Times in which reflected signals shift the fix, and the receiver does not tell. The shift is
+/// drawn anew for each burst and stays over it. Off while the mean interval is 0.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Multipath {
+    /// Mean time from the end of a burst to the next one, s; 0 is never.
+    pub mean_interval_s: f64,
+    /// Mean length of a burst, s, > 0.
+    pub mean_length_s: f64,
+    /// Standard deviation of the shift of the horizontal position per axis, m (assumed).
+    pub horizontal_m: f64,
+    /// Standard deviation of the shift of the vertical position, m (assumed).
+    pub vertical_m: f64,
+    /// Standard deviation of the shift of the velocity per axis, m/s (assumed).
+    pub velocity_mps: f64,
+}
+
+impl Default for Multipath {
+    fn default() -> Self {
+        Self {
+            mean_interval_s: 0.0,
+            mean_length_s: 10.0,
+            horizontal_m: 10.0,
+            vertical_m: 15.0,
+            velocity_mps: 0.2,
+        }
+    }
+}
+
+/// Good and bad times that take turns.
+pub(super) struct Spells {
+    /// Mean length of good and bad times, s. Never bad if the first is 0.
+    means_s: [f64; 2],
+    bad: bool,
+    until_s: f64,
+    now_s: f64,
+    step_s: f64,
+    rng: ChaCha8Rng,
+}
+
+impl Spells {
+    pub(super) fn gaps(spec: &Gaps, step_s: f64, rng: ChaCha8Rng) -> Self {
+        Self::new([spec.mean_interval_s, spec.mean_length_s], step_s, rng)
+    }
+
+    fn new(means_s: [f64; 2], step_s: f64, mut rng: ChaCha8Rng) -> Self {
+        let first: f64 = Exp1.sample(&mut rng);
+        Self {
+            means_s,
+            bad: false,
+            until_s: means_s[0] * first,
+            now_s: 0.0,
+            step_s,
+            rng,
+        }
+    }
+
+    /// Whether the next epoch is bad, and how many bad times began since the one before it.
+    fn next(&mut self) -> (bool, u32) {
+        let mut began = 0;
+        while self.means_s[0] > 0.0 && self.until_s <= self.now_s {
+            self.bad = !self.bad;
+            began += u32::from(self.bad);
+            let length: f64 = Exp1.sample(&mut self.rng);
+            self.until_s += self.means_s[usize::from(self.bad)] * length;
+        }
+        self.now_s += self.step_s;
+        (self.bad, began)
+    }
+
+    /// Whether the next epoch is bad.
+    pub(super) fn next_is_bad(&mut self) -> bool {
+        self.next().0
+    }
+}
+
+/// The bursts of multipath as they come and go.
+pub(super) struct Bursts {
+    spells: Spells,
+    sigmas: [f64; 6],
+    shift: [f64; 6],
+    rng: ChaCha8Rng,
+}
+
+impl Bursts {
+    pub(super) fn new(spec: &Multipath, step_s: f64, [times, shifts]: [ChaCha8Rng; 2]) -> Self {
+        let (h, v, s) = (spec.horizontal_m, spec.vertical_m, spec.velocity_mps);
+        let means_s = [spec.mean_interval_s, spec.mean_length_s];
+        Self {
+            spells: Spells::new(means_s, step_s, times),
+            sigmas: [h, h, v, s, s, s],
+            shift: [0.0; 6],
+            rng: shifts,
+        }
+    }
+
+    /// The shift at the next epoch, position (m) and velocity (m/s), if it is in a burst.
+    pub(super) fn next(&mut self) -> Option<[f64; 6]> {
+        let (bad, began) = self.spells.next();
+        if began > 0 {
+            self.shift = self.sigmas.map(|sigma| {
+                let z: f64 = StandardNormal.sample(&mut self.rng);
+                sigma * z
+            });
+        }
+        bad.then_some(self.shift)
+    }
+}
