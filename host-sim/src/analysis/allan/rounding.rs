@@ -4,10 +4,10 @@
 //! has a rounding error that is uniform over one pulse p, with the variance p^2 / 12. The model
 //! takes the errors at two times as independent (`Q = p / sqrt 12`). This is true only if the noise
 //! in between moves the integral by a good part of a pulse. At shorter times the error is a regular
-//! sawtooth, whose Allan variance depends on the bias (Widrow and Kollar, Quantization Noise, 2008,
-//! ch. 4: the errors of a Gaussian change of standard deviation s are correlated by less than
-//! `exp(-2 pi^2 s^2 / p^2)`). Such a series is fitted from a longer time on: samples are joined
-//! until their rounding errors are independent.
+//! sawtooth, whose Allan variance depends on the bias. From the Fourier series of the sawtooth: if
+//! the integral changes by a Gaussian amount of standard deviation s, the correlation of the errors
+//! is at most about `exp(-2 pi^2 s^2 / p^2)`. Such a series is fitted from a longer time on:
+//! samples are joined until their rounding errors are independent.
 
 use super::deviation::{LEAST_SAMPLES, variance};
 
