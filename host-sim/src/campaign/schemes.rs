@@ -20,13 +20,6 @@ use std::borrow::Cow;
 use std::cell::OnceCell;
 use std::sync::Arc;
 
-/// Random walk of a bias per hour, relative to its prior, that the datasheet tells: that of the
-/// triad with the larger one, to twelve digits.
-fn datasheet_walk(told: &Assumptions) -> f64 {
-    let [gyro, accel] = told.in_run;
-    (gyro.max(accel) * 1e12).round() / 1e12
-}
-
 /// A classical filter whose biases walk by a share of their prior in an hour.
 pub type Filter = fn(&Case<'_>, f64) -> Option<FreeInertial>;
 
@@ -187,7 +180,7 @@ pub fn none(case: &Case<'_>, increments: &[Increment], factor: f64) -> Option<Fr
 
 /// One of [`FILTERS`] with the datasheet's walk.
 fn told<const FILTER: usize>(case: &Case<'_>) -> Option<FreeInertial> {
-    FILTERS[FILTER].1(case, datasheet_walk(case.knows.told))
+    FILTERS[FILTER].1(case, case.knows.told.datasheet_walk())
 }
 
 /// One of [`FILTERS`] with the walk that was best on other units.
@@ -196,19 +189,13 @@ fn tuned<const FILTER: usize>(case: &Case<'_>) -> Option<FreeInertial> {
 }
 
 fn classical(case: &Case<'_>, walk: f64, model: fn(&Prior) -> ErrorModel) -> Option<FreeInertial> {
-    let assumptions = walking(case, walk);
+    let assumptions = case.knows.told.walking(walk);
     aided_free_inertial(
         case,
         case.increments(),
         &assumptions,
         model(&assumptions.prior),
     )
-}
-
-fn walking(case: &Case<'_>, walk: f64) -> Assumptions {
-    let mut assumptions = *case.knows.told;
-    assumptions.prior.walk_per_hour = walk;
-    assumptions
 }
 
 /// Time constants of the exponentials of `ekf-exp`, s, and their standard deviations as shares of
@@ -268,7 +255,7 @@ fn picked(
     walk: f64,
     with: impl Fn(&Prior, f64) -> ErrorModel,
 ) -> Option<FreeInertial> {
-    let assumptions = walking(case, walk);
+    let assumptions = case.knows.told.walking(walk);
     let prior = &assumptions.prior;
     let (session, until) = (case.session, case.until);
     let increments = case.increments();

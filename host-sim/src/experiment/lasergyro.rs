@@ -30,7 +30,7 @@ const SITE: [f64; 3] = [34.246_048, 108.909_664, 380.0];
 /// (assumed).
 const SWAY: [f64; 6] = [0.05, 0.05, 0.05, 0.01, 0.01, 0.01];
 
-/// Random walk of a bias in an hour, as a share of its prior, for the filters on this recording
+/// Random walk of a bias in an hour, as a share of its prior, for the teacher on this recording
 /// (assumed).
 const WALK_PER_HOUR: f64 = 0.2;
 
@@ -104,7 +104,7 @@ fn aid_all(session: &Session, a: &Assumptions, judged: &mut Judged) -> Option<&'
     };
     let none = learnt(1 << ZERO_CORRECTION)?;
     let product = learnt(ALL)?;
-    let model = ErrorModel::biases(&a.prior);
+    let model = ErrorModel::biases(&a.walking(a.datasheet_walk()).prior);
     let filter = aligned(session, &increments)?.aided(model, a, session, &increments, until);
     let step = session.step_s();
     let frozen: Vec<Increment> = increments

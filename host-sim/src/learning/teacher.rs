@@ -106,6 +106,22 @@ impl Assumptions {
         }
     }
 
+    /// Random walk of a bias per hour, relative to its prior, that the datasheet tells: that of the
+    /// triad with the larger one, to twelve digits. The classical filters have it, and the device's
+    /// learner.
+    #[must_use]
+    pub fn datasheet_walk(&self) -> f64 {
+        let [gyro, accel] = self.in_run;
+        (gyro.max(accel) * 1e12).round() / 1e12
+    }
+
+    /// The same, with biases that walk by this share of their prior in an hour.
+    #[must_use]
+    pub fn walking(mut self, walk: f64) -> Self {
+        self.prior.walk_per_hour = walk;
+        self
+    }
+
     /// Initial uncertainty after an alignment of which nothing else is known: tilt from the bias of
     /// the accelerometers, heading from that of the gyros.
     #[must_use]
@@ -125,8 +141,8 @@ impl Assumptions {
 const LEAST_DPH: f64 = 1e-5;
 const LEAST_UG: f64 = 1e-2;
 
-/// By how much the filters let a bias walk in an hour, as a share of its prior: enough to cover
-/// what they do not model (assumed; the campaign also tunes it).
+/// By how much the teacher's filter lets a bias walk in an hour, as a share of its prior: enough to
+/// cover what it does not model (assumed).
 const WALK_PER_HOUR: f64 = 0.5;
 
 /// What simulated errors let one expect.

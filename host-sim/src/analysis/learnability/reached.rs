@@ -189,7 +189,7 @@ fn taught(config: &SessionConfig<'_>, session: &Session, until: usize) -> Option
             dv: Vector3::from(a.map(f64::from)),
         })
         .collect();
-    let model = ErrorModel::biases(&assumptions.prior);
+    let model = ErrorModel::biases(&assumptions.walking(assumptions.datasheet_walk()).prior);
     let filter = aligned.aided(model, &assumptions, &part, &increments, until);
     Some(Learnt {
         bias: study.bias,

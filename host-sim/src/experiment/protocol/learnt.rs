@@ -3,7 +3,7 @@
 use super::{Settings, Split};
 use crate::experiment::correction::Correction;
 use crate::inertial::align;
-use crate::inertial::ekf::{Aided, ErrorModel, Prior};
+use crate::inertial::ekf::{Aided, ErrorModel};
 use crate::inertial::session::Session;
 use crate::inertial::sins::Increment;
 use crate::learning::fit::{FittedNetworks, fit_from};
@@ -13,12 +13,13 @@ use crate::learning::window::{compensate, compensator};
 use firmware::learn::bank::Gates;
 use nalgebra::Vector3;
 
-/// The classical filters beside the networks.
-fn classical(prior: &Prior) -> [(&'static str, ErrorModel); 3] {
+/// The classical filters beside the networks, with the walk of the biases that the datasheet tells.
+fn classical(told: &Assumptions) -> [(&'static str, ErrorModel); 3] {
+    let prior = told.walking(told.datasheet_walk()).prior;
     [
-        ("ekf6", ErrorModel::biases(prior)),
-        ("ekf12", ErrorModel::with_scale(prior)),
-        ("ekf24", ErrorModel::with_matrices(prior)),
+        ("ekf6", ErrorModel::biases(&prior)),
+        ("ekf12", ErrorModel::with_scale(&prior)),
+        ("ekf24", ErrorModel::with_matrices(&prior)),
     ]
 }
 
@@ -48,7 +49,7 @@ impl Learnt {
             settings.promoted_only,
         );
         Some(Self {
-            filters: classical(&a.prior)
+            filters: classical(a)
                 .into_iter()
                 .map(|(name, model)| {
                     Some((name, aided(&lesson, &increments, model, settings, until)?))
