@@ -2,7 +2,7 @@
 //! ten single causes. `cargo bench -p host-sim --bench campaign`.
 
 use criterion::{Criterion, criterion_group, criterion_main};
-use host_sim::campaign::{Campaign, Tuning};
+use host_sim::campaign::{Campaign, Group, Tuning};
 use host_sim::experiment::scenario::Scenario;
 use host_sim::simulator::imu::ErrorModelName;
 use std::hint::black_box;
@@ -23,7 +23,7 @@ fn one_run(c: &mut Criterion) {
             scenario,
             runs: 1,
             shard: (0, 1),
-            models,
+            models: models.into_iter().map(Group::from).collect(),
             out: PathBuf::new(),
             resume: false,
             schemes: Vec::new(),

@@ -4,6 +4,7 @@
 //! 22 min without, on which it is judged. The same unit measures the same drive once for each group
 //! of errors.
 
+mod group;
 mod parquet;
 mod ratios;
 mod results;
@@ -14,6 +15,7 @@ mod store;
 mod tuning;
 
 pub use self::parquet::to_parquet;
+pub use group::{FixErrors, Group};
 pub use ratios::{Ratio, ratios};
 pub use results::results;
 pub use schemes::{Case, Knowledge, SCHEMES, Scheme, Tuned, ablations, oracle, rnn_kalman};
@@ -57,7 +59,7 @@ pub struct Campaign {
     /// Of them only those with `number % shards == shard`.
     pub shard: (u32, u32),
     /// Error groups.
-    pub models: Vec<ErrorModelName>,
+    pub models: Vec<Group>,
     /// Directory of results.
     pub out: PathBuf,
     /// Keep the runs that are there already.
@@ -182,7 +184,7 @@ impl Campaign {
             };
             let judge =
                 |free: Option<FreeInertial>| free.ok_or_else(|| self.scenario.no_attitude());
-            if model == ErrorModelName::Noise {
+            if model == ErrorModelName::Noise.into() {
                 floor = judge(SCHEMES[0].1(&case))?;
             }
             if self.models.contains(&model) {
@@ -205,10 +207,11 @@ impl Campaign {
     }
 
     /// Error groups of the campaign, and noise for the floor.
-    fn measured(&self) -> Vec<ErrorModelName> {
+    fn measured(&self) -> Vec<Group> {
         let mut models = self.models.clone();
-        if !models.contains(&ErrorModelName::Noise) {
-            models.push(ErrorModelName::Noise);
+        let noise = ErrorModelName::Noise.into();
+        if !models.contains(&noise) {
+            models.push(noise);
         }
         models
     }
@@ -218,7 +221,7 @@ impl Campaign {
         &self,
         imu: &ImuSpec,
         k: u32,
-        mut judge: impl FnMut(ErrorModelName, &Case<'_>) -> Result<(), Error>,
+        mut judge: impl FnMut(Group, &Case<'_>) -> Result<(), Error>,
     ) -> Result<(), Error> {
         let seeds = Seeds::of(k);
         let s = &self.scenario;
@@ -239,7 +242,7 @@ impl Campaign {
         let (truth, fixes) = drive(&config);
         let mut draws = Draws::of(seeds.turn_on, true);
         for model in self.measured() {
-            let spec = imu.error_model(model);
+            let spec = imu.error_model(model.sensors);
             let (session, measured_by) = measured(&config, &spec, &truth, &fixes, draws);
             draws = measured_by.into_draws();
             let session = Session {
@@ -309,7 +312,7 @@ mod tests {
                 scenario,
                 runs: 1,
                 shard: (0, 1),
-                models: vec![ErrorModelName::All],
+                models: vec![ErrorModelName::All.into()],
                 out: PathBuf::new(),
                 resume: false,
                 schemes: Vec::new(),
@@ -338,7 +341,7 @@ mod tests {
             scenario: Scenario::load("medium").unwrap(),
             runs: 1,
             shard: (0, 1),
-            models: vec![ErrorModelName::All],
+            models: vec![ErrorModelName::All.into()],
             out: PathBuf::new(),
             resume: false,
             schemes: Vec::new(),

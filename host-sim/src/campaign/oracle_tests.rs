@@ -10,7 +10,7 @@ fn campaign(preset: &str) -> (Campaign, ImuSpec) {
         scenario: Scenario::default(),
         runs: 1,
         shard: (0, 1),
-        models: ErrorModelName::ALL.to_vec(),
+        models: ErrorModelName::ALL.map(Group::from).to_vec(),
         out: PathBuf::new(),
         resume: false,
         schemes: Vec::new(),
@@ -33,7 +33,7 @@ fn oracle_against_the_floor() {
                 let mut row = vec![];
                 let end = |free: Option<FreeInertial>| free.unwrap().position[1320].xy().norm();
                 let judge = |model, case: &Case<'_>| {
-                    if model == ErrorModelName::Noise {
+                    if model == ErrorModelName::Noise.into() {
                         row.push(end(schemes::none(case, case.increments(), 1.0)));
                     }
                     row.push(end(oracle_of(case)));

@@ -1,9 +1,8 @@
 //! Ratios of the errors of two schemes, run by run.
 
-use super::Row;
 use super::statistics::{RESAMPLINGS, percentiles95};
+use super::{Group, Row};
 use crate::experiment::run::TIMES_MIN;
-use crate::simulator::imu::ErrorModelName;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
@@ -14,7 +13,7 @@ use std::collections::BTreeMap;
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Ratio {
     /// Group of errors. `None` (in files `null`) for the geometric mean over all groups.
-    pub error_model: Option<ErrorModelName>,
+    pub error_model: Option<Group>,
     /// Scheme.
     pub scheme: String,
     /// What it is compared with.
@@ -40,8 +39,13 @@ type Logs<'a> = BTreeMap<&'a str, BTreeMap<u32, [f64; TIMES_MIN.len()]>>;
 /// order of the rows.
 #[must_use]
 pub fn ratios(rows: &[Row]) -> Vec<Ratio> {
-    let present = |m: &ErrorModelName| rows.iter().any(|r| r.error_model == *m);
-    let groups: Vec<ErrorModelName> = ErrorModelName::every().filter(present).collect();
+    let mut groups: Vec<Group> = Vec::new();
+    for row in rows {
+        if !groups.contains(&row.error_model) {
+            groups.push(row.error_model);
+        }
+    }
+    groups.sort_by_key(|group| group.rank());
     let mut schemes: Vec<&str> = Vec::new();
     for row in rows {
         if !schemes.contains(&row.scheme.as_str()) {
@@ -94,7 +98,7 @@ pub fn ratios(rows: &[Row]) -> Vec<Ratio> {
         .collect()
 }
 
-fn logs_of(rows: &[Row], group: ErrorModelName) -> Logs<'_> {
+fn logs_of(rows: &[Row], group: Group) -> Logs<'_> {
     let mut out = Logs::new();
     for row in rows.iter().filter(|r| r.error_model == group) {
         out.entry(&row.scheme)
@@ -145,6 +149,7 @@ fn geometric(x: &[f64], picks: &[Vec<usize>]) -> Option<(f64, f64, f64)> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::simulator::imu::ErrorModelName;
 
     /// Errors that differ much from run to run but have a constant ratio in each group: pairing
     /// leaves no spread.
@@ -161,6 +166,7 @@ mod tests {
         let all = ratios(&rows);
         assert_eq!(all.len(), 3 * 2 * 5);
         let find = |group: Option<ErrorModelName>| {
+            let group = group.map(Group::from);
             let mut found = all.iter();
             found
                 .find(|r| r.error_model == group && r.scheme == "a" && r.t_min == 22)

@@ -2,8 +2,7 @@
 
 use super::schemes::{FILTERS, TUNED};
 use super::statistics::Summary;
-use super::{Merged, Ratio, SCHEMES};
-use crate::simulator::imu::ErrorModelName;
+use super::{Group, Merged, Ratio, SCHEMES};
 use std::fmt::Write;
 
 const TEMPLATE: &str = include_str!("../../assets/results.md");
@@ -47,9 +46,10 @@ fn interval(r: &Ratio) -> String {
     format!("{:.2} ({:.2} .. {:.2})", r.ratio, r.lo95, r.hi95)
 }
 
-fn models(last: &[&Summary]) -> Vec<ErrorModelName> {
-    let present = |m: &ErrorModelName| last.iter().any(|s| s.error_model == *m);
-    ErrorModelName::every().filter(present).collect()
+fn models(last: &[&Summary]) -> Vec<Group> {
+    let mut groups: Vec<Group> = last.iter().map(|s| s.error_model).collect();
+    groups.dedup();
+    groups
 }
 
 /// Names of the schemes, the floor last.
@@ -101,7 +101,7 @@ const LEARNER: &str = "rnn-kalman";
 /// The learner from fixes divided by the best classical filter, the oracle, no model and the floor.
 fn goals(last: &[&Summary]) -> String {
     let groups = models(last);
-    let of = |by: Measure, name: &str, model: ErrorModelName| {
+    let of = |by: Measure, name: &str, model: Group| {
         let found = last
             .iter()
             .find(|s| s.error_model == model && s.scheme == name);
@@ -167,7 +167,7 @@ fn spread(last: &[&Summary]) -> String {
 /// One scheme against each other, by group of errors and over all.
 fn against(scheme: &str, ratios: &[&Ratio]) -> String {
     let baselines: Vec<&str> = names().into_iter().filter(|n| *n != scheme).collect();
-    let mut groups: Vec<Option<ErrorModelName>> = Vec::new();
+    let mut groups: Vec<Option<Group>> = Vec::new();
     for r in ratios {
         if !groups.contains(&r.error_model) {
             groups.push(r.error_model);
@@ -239,6 +239,7 @@ fn tuning(campaign: &Merged, last: &[&Summary]) -> String {
 mod tests {
     use super::*;
     use crate::campaign::{Row, Tuning, ratios, summarise};
+    use crate::simulator::imu::ErrorModelName;
 
     #[test]
     fn every_place_in_the_text_is_filled() {

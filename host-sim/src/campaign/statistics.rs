@@ -1,8 +1,7 @@
 //! Median, mean, worst, and bootstrap intervals.
 
-use super::Row;
+use super::{Group, Row};
 use crate::experiment::run::TIMES_MIN;
-use crate::simulator::imu::ErrorModelName;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use serde::Serialize;
@@ -15,7 +14,7 @@ pub(super) const RESAMPLINGS: usize = 2000;
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Summary {
     /// Group of errors.
-    pub error_model: ErrorModelName,
+    pub error_model: Group,
     /// Scheme.
     pub scheme: String,
     /// Minutes of free-inertial navigation.
@@ -38,18 +37,15 @@ pub struct Summary {
 #[must_use]
 pub fn summarise(rows: &[Row]) -> Vec<Summary> {
     let mut order = Vec::new();
-    let mut groups: BTreeMap<(usize, String), Vec<&Row>> = BTreeMap::new();
+    let mut groups: BTreeMap<_, Vec<&Row>> = BTreeMap::new();
     for row in rows {
-        let model = ErrorModelName::every()
-            .position(|m| m == row.error_model)
-            .unwrap_or(0);
-        let key = (model, row.scheme.clone());
+        let key = (row.error_model.rank(), row.scheme.clone());
         if !groups.contains_key(&key) {
             order.push(key.clone());
         }
         groups.entry(key).or_default().push(row);
     }
-    order.sort_by_key(|(model, _)| *model);
+    order.sort_by_key(|(rank, _)| *rank);
     order
         .iter()
         .flat_map(|key| {
@@ -123,6 +119,7 @@ pub(super) fn percentiles95(resampled: &mut [f64]) -> (f64, f64) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::simulator::imu::ErrorModelName;
 
     #[test]
     fn median_mean_worst_and_interval() {

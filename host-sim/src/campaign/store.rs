@@ -1,13 +1,12 @@
 //! Rows on disk, one small file for each finished run. An interrupted campaign loses at most the
 //! runs in progress.
 
-use super::{Campaign, Tuning};
+use super::{Campaign, Group, Tuning};
 use crate::error::Error;
 use crate::experiment;
 use crate::experiment::run::TIMES_MIN;
 use crate::inertial::free_inertial::FreeInertial;
 use crate::output::write_atomic;
-use crate::simulator::imu::ErrorModelName;
 use crate::simulator::imu::world::StartName;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
@@ -17,7 +16,7 @@ use std::path::{Path, PathBuf};
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Row {
     /// Group of errors.
-    pub error_model: ErrorModelName,
+    pub error_model: Group,
     /// Number of the run.
     pub run: u32,
     /// Scheme.
@@ -36,9 +35,9 @@ pub struct Row {
 #[cfg(test)]
 impl Row {
     /// An error to the north, the same at all times.
-    pub(super) fn north(error_model: ErrorModelName, run: u32, scheme: &str, m: f64) -> Self {
+    pub(super) fn north(group: impl Into<Group>, run: u32, scheme: &str, m: f64) -> Self {
         Self {
-            error_model,
+            error_model: group.into(),
             run,
             scheme: scheme.into(),
             horizontal_m: [m; TIMES_MIN.len()],
@@ -50,12 +49,7 @@ impl Row {
 }
 
 /// The row of a solution, if it lasts long enough.
-pub(super) fn row(
-    error_model: ErrorModelName,
-    run: u32,
-    scheme: &str,
-    free: &FreeInertial,
-) -> Option<Row> {
+pub(super) fn row(error_model: Group, run: u32, scheme: &str, free: &FreeInertial) -> Option<Row> {
     let mut out = Row {
         error_model,
         run,

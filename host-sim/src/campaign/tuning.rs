@@ -1,13 +1,13 @@
 //! Process noise of the classical filters. For each group of errors it is chosen by search over
 //! training units that no campaign judges.
 
-use super::Campaign;
 use super::schemes::{FILTERS, Tuned, none, rnn_increments};
 use super::statistics::median;
+use super::{Campaign, Group};
 use crate::error::Error;
 use crate::experiment::results::Row;
 use crate::inertial::free_inertial::FreeInertial;
-use crate::simulator::imu::{ErrorModelName, ImuSpec};
+use crate::simulator::imu::ImuSpec;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
@@ -21,7 +21,7 @@ const FIRST_UNIT: u32 = 4_000_000_000;
 /// What was chosen for each group.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct Tuning {
-    chosen: Vec<(ErrorModelName, Tuned)>,
+    chosen: Vec<(Group, Tuned)>,
 }
 
 /// Errors at the end of the free-inertial part with each candidate, m.
@@ -105,7 +105,7 @@ impl Tuning {
 
     /// What was chosen for a group.
     #[must_use]
-    pub fn of(&self, model: ErrorModelName) -> Tuned {
+    pub fn of(&self, model: Group) -> Tuned {
         let found = self.chosen.iter().find(|(m, _)| *m == model);
         found.map_or_else(Tuned::default, |(_, t)| *t)
     }

@@ -4,12 +4,11 @@ use super::options::{ScenarioOption, arguments, refused};
 use super::output::{JsonOption, write_json};
 use super::progress::bar;
 use crate::campaign::{
-    Campaign, Merged, Progress, SCHEMES, merge, ratios, results, summarise, to_parquet,
+    Campaign, Group, Merged, Progress, SCHEMES, merge, ratios, results, summarise, to_parquet,
 };
 use crate::error::Error;
 use crate::output::write_atomic;
 use crate::report;
-use crate::simulator::imu::ErrorModelName;
 use clap::{Args as ClapArgs, Subcommand};
 use std::path::PathBuf;
 
@@ -114,8 +113,7 @@ impl Args {
         }
         scenario.on_road()?;
         scenario.gives_none_of(&IGNORED, "campaign")?;
-        let models: Result<Vec<ErrorModelName>, Error> =
-            self.models.iter().map(|m| m.parse()).collect();
+        let models: Result<Vec<Group>, Error> = self.models.iter().map(|m| m.parse()).collect();
         let campaign = Campaign {
             scenario,
             runs: self.runs,
