@@ -226,9 +226,10 @@ impl Campaign {
         let seeds = Seeds::of(k);
         let s = &self.scenario;
         let told = Assumptions::of(s.unit());
+        let gnss = s.receiver();
         let config = SessionConfig {
             imu,
-            gnss: &s.gnss,
+            gnss: &gnss,
             start: s.start(),
             heading: seeds.heading,
             standstill_s: f64::from(STANDSTILL_S),

@@ -112,6 +112,7 @@ impl Args {
             scenario.set_start(start)?;
         }
         scenario.on_road()?;
+        scenario.one_fix_a_second("campaign")?;
         scenario.gives_none_of(&IGNORED, "campaign")?;
         let models: Result<Vec<Group>, Error> = self.models.iter().map(|m| m.parse()).collect();
         let campaign = Campaign {

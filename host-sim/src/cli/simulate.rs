@@ -5,7 +5,7 @@ use super::progress::Stages;
 use crate::error::Error;
 use crate::experiment::run::sessions;
 use crate::recordings::generic;
-use crate::recordings::record::Record;
+use crate::recordings::record::{Record, TimedFix};
 use clap::Args as ClapArgs;
 use std::path::PathBuf;
 
@@ -21,8 +21,7 @@ pub struct Args {
     #[arg(long)]
     learning: bool,
     /// Directory of imu.csv, gnss.csv, truth.csv, unit.toml, and of header.toml, which `replay csv`
-    /// and
-    /// `convert csv` read
+    /// and `convert csv` read
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
 }
@@ -36,17 +35,24 @@ impl Args {
         }
         let stages = Stages::new();
         stages.begin("simulating");
-        let session = sessions(&scenario, self.simulation.seed).simulate(self.learning);
+        let sessions = sessions(&scenario, self.simulation.seed);
+        let (session, fixes) = sessions.simulate_with_fixes(self.learning);
         stages.begin("writing");
         // Each file appears whole. The samples come first, because their file is the longest.
-        let record = Record::from_session(&session);
+        let fixes = fixes
+            .iter()
+            .map(|(time, fix)| TimedFix::arrived(*time, fix));
+        let record = Record {
+            fixes: fixes.collect(),
+            ..Record::from_session(&session)
+        };
         generic::write(&record, Some(scenario.unit()), &self.out)?;
         generic::write_truth(&session, &self.out.join("truth.csv"))?;
         stages.end();
         println!(
             "{} samples, {} fixes in {}",
             session.counts.len(),
-            session.fixes.iter().flatten().count(),
+            record.fixes.len(),
             self.out.display()
         );
         Ok(())

@@ -6,6 +6,7 @@ use crate::experiment::error_bound::error_bound;
 use crate::experiment::results::{Curve, Curves, ErrorTrace, Report, Results, Row};
 use crate::experiment::scenario::{DriveSpec, Scenario};
 use crate::inertial::free_inertial::{FreeInertial, aligned_free_inertial};
+use crate::inertial::gnss::Fix;
 use crate::inertial::session::Session;
 use crate::inertial::sins::Increment;
 use crate::inertial::units::{DEG_PER_H, UG};
@@ -14,7 +15,7 @@ use crate::learning::fit::{FittedNetworks, fit};
 use crate::learning::teacher::Assumptions;
 use crate::learning::window::{Compensated, compensate, compensator};
 use crate::simulator::imu::ImuSpec;
-use crate::simulator::session::{SessionConfig, simulate_in};
+use crate::simulator::session::{SessionConfig, simulate_drive};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
@@ -58,7 +59,15 @@ impl Sessions<'_> {
     /// Simulates the session to learn from, or the one to be judged on.
     #[must_use]
     pub fn simulate(&self, learning: bool) -> Session {
+        self.simulate_with_fixes(learning).0
+    }
+
+    /// The same with all fixes and when they arrive, s after power-on: a session has only one a
+    /// second.
+    #[must_use]
+    pub fn simulate_with_fixes(&self, learning: bool) -> (Session, Vec<(f64, Fix)>) {
         let s = self.scenario;
+        let gnss = s.receiver();
         let (drive, [turn_on, road]) = if learning {
             (&s.learn, self.learn)
         } else {
@@ -66,7 +75,7 @@ impl Sessions<'_> {
         };
         let config = SessionConfig {
             imu: &self.imu,
-            gnss: &s.gnss,
+            gnss: &gnss,
             start: s.start(),
             heading: s.heading_deg.to_radians(),
             standstill_s: f64::from(drive.standstill_s),
@@ -77,7 +86,10 @@ impl Sessions<'_> {
             turn_on,
             drive: road,
         };
-        simulate_in(&s.vehicle(), &config).0
+        let (session, drive) = simulate_drive(&s.vehicle(), &config);
+        let fixes = drive.timed_fixes(&gnss).into_iter();
+        let fixes = fixes.filter_map(|(time, fix)| Some((time, fix?)));
+        (session, fixes.collect())
     }
 }
 
@@ -91,6 +103,7 @@ pub fn run(
     progress: &dyn Fn(&str),
 ) -> Result<Report, Error> {
     scenario.stands_first()?;
+    scenario.one_fix_a_second("run")?;
     let sessions = sessions(scenario, options.seed);
     let imu = &sessions.imu;
     progress("simulating the drives");

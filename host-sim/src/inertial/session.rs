@@ -90,6 +90,10 @@ pub struct Session {
     pub fixes: Vec<Option<Fix>>,
     /// From the IMU to the antenna in body axes, m.
     pub lever_arm: Vector3<f64>,
+    /// Standard deviations of the lever arm along each axis, m, and of the ages of the fixes, s, as
+    /// they are told. With 0 the device's learner takes them for exact; filters of the desktop
+    /// always do.
+    pub antenna_sigmas: [f64; 2],
     /// Systematic sensor error averaged over each second (rad/s, m/s2), if known.
     pub systematic: Option<Vec<Increment>>,
     /// Temperature of the block and magnetic field in each second, if known, as in a simulation.
@@ -122,6 +126,7 @@ impl Session {
             outages: Vec::new(),
             fixes,
             lever_arm: Vector3::zeros(),
+            antenna_sigmas: [0.0; 2],
             systematic: None,
             surroundings: None,
             readings: None,

@@ -57,6 +57,19 @@ impl TimedFix {
         sigmas: [NOT_MEASURED; 6],
     };
 
+    /// A fix that arrived at `time` s, at the time at which it says that it was valid.
+    #[must_use]
+    pub fn arrived(time: f64, fix: &Fix) -> Self {
+        Self {
+            time: time - fix.age_s,
+            lat_deg: fix.position.lat / DEG,
+            lon_deg: fix.position.lon / DEG,
+            height_m: fix.position.h,
+            velocity: fix.velocity.into(),
+            sigmas: fix.sigmas,
+        }
+    }
+
     /// Whether all these values (0 to 2 position, 3 to 5 velocity) are measured.
     #[must_use]
     pub fn has(&self, values: Range<usize>) -> bool {
@@ -150,15 +163,7 @@ impl Record {
     #[must_use]
     pub fn from_session(session: &Session) -> Self {
         let fix = |(k, f): (usize, &Option<Fix>)| {
-            let f = f.as_ref()?;
-            Some(TimedFix {
-                time: k as f64 * EPOCH_S - f.age_s,
-                lat_deg: f.position.lat / DEG,
-                lon_deg: f.position.lon / DEG,
-                height_m: f.position.h,
-                velocity: f.velocity.into(),
-                sigmas: f.sigmas,
-            })
+            Some(TimedFix::arrived(k as f64 * EPOCH_S, f.as_ref()?))
         };
         let initial_attitude = match session.standstill {
             0 => InitialAttitude::Known(session.reference[0].q_bn),

@@ -2,16 +2,23 @@
 //! off by default, and each term has random numbers of its own: a term that is switched on changes
 //! nothing in the others.
 
+mod antenna;
+#[cfg(test)]
+mod antenna_tests;
 mod coloured;
 mod spells;
 #[cfg(test)]
 mod tests;
 
+pub use antenna::{Told, antenna};
 pub use coloured::Coloured;
 pub use spells::{Gaps, Multipath};
 
 use crate::inertial::gnss::Fix;
+use crate::inertial::session::EPOCH_S;
 use crate::inertial::sins::NavState;
+use crate::simulator::truth::Truth;
+use antenna::Path;
 use coloured::Wander;
 use nalgebra::Vector3;
 use rand_chacha::ChaCha8Rng;
@@ -46,6 +53,18 @@ pub struct GnssSpec {
     pub gaps: Gaps,
     /// Bursts of multipath. They are no part of what the receiver tells.
     pub multipath: Multipath,
+    /// True time from validity to arrival of a fix, s, 0 to 5. Without it fixes come at once, and
+    /// everybody knows it.
+    pub latency_s: Option<f64>,
+    /// True place of the antenna from the IMU: forward, right, down, m, each -100 to 100. Without
+    /// it the antenna is at the IMU, and everybody knows it.
+    pub lever_arm_m: Option<[f64; 3]>,
+    /// Fixes a second, 1 to 20.
+    pub rate_hz: u32,
+    /// What is told of the antenna where the truth is given above. A scenario takes it from its
+    /// unit.
+    #[serde(skip)]
+    pub told_antenna: Told,
 }
 
 impl Default for GnssSpec {
@@ -59,6 +78,10 @@ impl Default for GnssSpec {
             coloured: Coloured::default(),
             gaps: Gaps::default(),
             multipath: Multipath::default(),
+            latency_s: None,
+            lever_arm_m: None,
+            rate_hz: 1,
+            told_antenna: Told::default(),
         }
     }
 }
@@ -80,6 +103,55 @@ impl GnssSpec {
         std::array::from_fn(|i| self.told_factor * white[i].hypot(coloured[i]))
     }
 
+    /// What is told of latency and lever arm: nothing of those that are not given, because then
+    /// everybody knows that there are none.
+    #[must_use]
+    pub fn told_of_antenna(&self) -> Told {
+        let Told {
+            age_s,
+            lever_arm_m,
+            lever_arm_sigma_m,
+        } = self.told_antenna;
+        let arm = self.lever_arm_m.map(|_| (lever_arm_m, lever_arm_sigma_m));
+        let (lever_arm_m, lever_arm_sigma_m) = arm.unwrap_or_default();
+        Told {
+            age_s: self.latency_s.map_or([0.0; 2], |_| age_s),
+            lever_arm_m,
+            lever_arm_sigma_m,
+        }
+    }
+
+    /// The fixes of a drive and when they arrive, s after power-on, [`Self::rate_hz`] a second.
+    /// Each was valid at the antenna by the latency earlier; before power-on none was. Their ages
+    /// are those that are told.
+    #[must_use]
+    pub fn of_drive(&self, truth: &Truth, rng: &mut ChaCha8Rng) -> Vec<(f64, Option<Fix>)> {
+        let rate = self.rate_hz.max(1) as usize;
+        let step_s = EPOCH_S / rate as f64;
+        let samples = truth.epochs.len().saturating_sub(1) * truth.samples_per_epoch;
+        let seconds = (samples as f64 * truth.dt).round() as usize;
+        let arrivals: Vec<f64> = (0..=seconds * rate).map(|k| k as f64 * step_s).collect();
+        let late_s = self.latency_s.unwrap_or(0.0);
+        let arm = Vector3::from(self.lever_arm_m.unwrap_or_default());
+        let mut path = Path::new(truth);
+        let seen = |arrival: &f64| {
+            let sample = ((arrival - late_s) / truth.dt).max(0.0);
+            let at = path.at(sample);
+            match self.lever_arm_m {
+                Some(_) => antenna(truth, &at, sample, &arm),
+                None => at,
+            }
+        };
+        let seen: Vec<NavState> = arrivals.iter().map(seen).collect();
+        let [age_s, _] = self.told_of_antenna().age_s;
+        let arrived = |(arrival, fix): (f64, Option<Fix>)| {
+            let valid = fix.filter(|_| arrival >= late_s);
+            (arrival, valid.map(|fix| Fix { age_s, ..fix }))
+        };
+        let fixes = self.fixes(&seen, step_s, rng);
+        arrivals.into_iter().zip(fixes).map(arrived).collect()
+    }
+
     /// A fix of the true state with white noise only.
     #[must_use]
     pub fn fix(&self, truth: &NavState, rng: &mut ChaCha8Rng) -> Fix {
@@ -94,7 +166,8 @@ impl GnssSpec {
         Fix::new(position, velocity, self.told())
     }
 
-    /// The fixes of these true states, which are `step_s` apart, with all errors.
+    /// The fixes of these true states of the antenna, which are `step_s` apart, with all errors
+    /// but latency and lever arm.
     #[must_use]
     pub fn fixes(&self, truth: &[NavState], step_s: f64, rng: &mut ChaCha8Rng) -> Vec<Option<Fix>> {
         let mut wander = Wander::new(&self.coloured, step_s, stream(rng, COLOURED_STREAM));
@@ -103,7 +176,8 @@ impl GnssSpec {
         let mut bursts = Bursts::new(&self.multipath, step_s, streams);
         let fix = |at: &NavState| {
             let mut fix = self.fix(at, rng);
-            for error in [wander.next(), bursts.next()].iter().flatten() {
+            let burst = bursts.next(at.velocity.norm());
+            for error in [wander.next(), burst].iter().flatten() {
                 add(&mut fix, error);
             }
             (!gaps.next_is_bad()).then_some(fix)

@@ -38,54 +38,82 @@ pub struct SessionConfig<'a> {
     pub drive: u64,
 }
 
-/// Simulates a session. Gives the session and the true drive.
+/// Simulates a session on a road. Gives the session and the true drive.
 #[must_use]
 pub fn simulate(config: &SessionConfig<'_>) -> (Session, Truth) {
-    let (truth, fixes) = drive(config);
-    (measure(config, config.imu, &truth, &fixes), truth)
+    simulate_in(&Vehicle::Road, config)
 }
 
 /// Simulates a session in any vehicle. A ship has no standstill.
 #[must_use]
 pub fn simulate_in(vehicle: &Vehicle, config: &SessionConfig<'_>) -> (Session, Truth) {
-    if *vehicle == Vehicle::Road {
-        return simulate(config);
-    }
-    let mut rng = ChaCha8Rng::seed_from_u64(config.drive);
-    let journey = Journey {
-        start: config.start,
-        heading: config.heading,
-        standstill_s: config.standstill_s,
-        drive_s: config.drive_s,
-        segments: None,
-        vibration: config.vibration,
-        dt: 1.0 / f64::from(config.imu.rate_hz),
-        epochs_per_s: 1,
-    };
-    let truth = vehicle.truth(&journey, &mut rng);
-    let fixes = fixes(config, &truth, &mut rng);
-    let mut session = measure(config, config.imu, &truth, &fixes);
-    if matches!(vehicle, Vehicle::Ship(_)) {
+    let (session, drive) = simulate_drive(vehicle, config);
+    (session, drive.truth)
+}
+
+/// The same with all that is needed to make other fixes on the drive.
+#[must_use]
+pub fn simulate_drive(vehicle: &Vehicle, config: &SessionConfig<'_>) -> (Session, Drive) {
+    let drive = Drive::of(vehicle, config);
+    let mut session = measure(config, config.imu, &drive.truth, &drive.fixes(config.gnss));
+    if !vehicle.stands() {
         session.standstill = 0;
     }
-    (session, truth)
+    (session, drive)
 }
 
 /// The fix of each epoch, if there is one.
 pub type Fixes = Vec<Option<Fix>>;
 
-fn fixes(config: &SessionConfig<'_>, truth: &Truth, rng: &mut ChaCha8Rng) -> Fixes {
-    config.gnss.fixes(&truth.epochs, EPOCH_S, rng)
+/// A true drive, and the random numbers of the fixes on it.
+#[derive(Debug, Clone)]
+pub struct Drive {
+    /// The motion.
+    pub truth: Truth,
+    rng: ChaCha8Rng,
+}
+
+impl Drive {
+    /// The drive of a vehicle.
+    #[must_use]
+    pub fn of(vehicle: &Vehicle, config: &SessionConfig<'_>) -> Self {
+        let mut rng = ChaCha8Rng::seed_from_u64(config.drive);
+        let truth = match vehicle {
+            Vehicle::Road => on_road(config, &mut rng),
+            _ => vehicle.truth(&journey(config), &mut rng),
+        };
+        Self { truth, rng }
+    }
+
+    /// The fixes of a receiver, one for each epoch. Receivers that differ see the same drive with
+    /// the same random numbers.
+    #[must_use]
+    pub fn fixes(&self, gnss: &GnssSpec) -> Fixes {
+        let every = gnss.rate_hz.max(1) as usize;
+        let all = self.timed_fixes(gnss).into_iter().step_by(every);
+        all.map(|(_, fix)| fix).collect()
+    }
+
+    /// All fixes of a receiver, and when they arrive, s after power-on.
+    #[must_use]
+    pub fn timed_fixes(&self, gnss: &GnssSpec) -> Vec<(f64, Option<Fix>)> {
+        gnss.of_drive(&self.truth, &mut self.rng.clone())
+    }
 }
 
 /// The true drive on a road and its fixes.
 #[must_use]
 pub fn drive(config: &SessionConfig<'_>) -> (Truth, Fixes) {
-    let mut rng = ChaCha8Rng::seed_from_u64(config.drive);
+    let drive = Drive::of(&Vehicle::Road, config);
+    let fixes = drive.fixes(config.gnss);
+    (drive.truth, fixes)
+}
+
+fn on_road(config: &SessionConfig<'_>, rng: &mut ChaCha8Rng) -> Truth {
     let mut segments = vec![Segment::hold(config.standstill_s)];
     match config.segments {
         Some(s) => segments.extend_from_slice(s),
-        None => segments.extend(random_drive(config.drive_s, &mut rng)),
+        None => segments.extend(random_drive(config.drive_s, rng)),
     }
     let drive = DriveConfig {
         segments: &segments,
@@ -94,9 +122,20 @@ pub fn drive(config: &SessionConfig<'_>) -> (Truth, Fixes) {
         dt: 1.0 / f64::from(config.imu.rate_hz),
         vibration: config.vibration,
     };
-    let truth = Truth::new(&drive, &mut rng);
-    let fixes = fixes(config, &truth, &mut rng);
-    (truth, fixes)
+    Truth::new(&drive, rng)
+}
+
+fn journey<'a>(config: &SessionConfig<'a>) -> Journey<'a> {
+    Journey {
+        start: config.start,
+        heading: config.heading,
+        standstill_s: config.standstill_s,
+        drive_s: config.drive_s,
+        segments: None,
+        vibration: config.vibration,
+        dt: 1.0 / f64::from(config.imu.rate_hz),
+        epochs_per_s: 1,
+    }
 }
 
 /// The session that an IMU measures on a true drive.
@@ -148,7 +187,10 @@ pub fn measured(
         });
     }
     let samples = (counts, Imu::lsb(spec));
+    let told = config.gnss.told_of_antenna();
     let session = Session {
+        lever_arm: told.lever_arm_m.into(),
+        antenna_sigmas: [told.lever_arm_sigma_m, told.age_s[1]],
         standstill: (config.standstill_s / EPOCH_S) as usize,
         systematic: Some(systematic),
         surroundings: Some(surroundings),

@@ -48,7 +48,8 @@ const AT_POWER_ON: InitialSigma = InitialSigma {
 pub struct Question {
     /// IMU.
     pub imu: ImuSpec,
-    /// Receiver.
+    /// Receiver, of which bound and schemes know the white noise only. It must have no other
+    /// errors: neither coloured ones nor gaps, multipath, latency or lever arm.
     pub gnss: GnssSpec,
     /// Longest time of driving, min.
     pub minutes: u32,

@@ -1,8 +1,7 @@
 //! The receiver of a trial: fixes of the antenna at any rate, with a delay.
 
-use crate::inertial::earth::Local;
 use crate::inertial::sins::NavState;
-use crate::simulator::gnss::GnssSpec;
+use crate::simulator::gnss::{GnssSpec, antenna};
 use crate::simulator::truth::Truth;
 use firmware::fix::{Fix, NOT_MEASURED, Position};
 use nalgebra::Vector3;
@@ -36,21 +35,9 @@ impl Default for Receiver {
 }
 
 /// Position and velocity of the antenna at an epoch.
-fn antenna(truth: &Truth, epoch: usize, arm: &Vector3<f64>) -> NavState {
-    let at = truth.epochs[epoch];
-    let here = Local::at(at.position.lat, at.position.h);
-    let sample = epoch * truth.samples_per_epoch;
-    // the mean of the samples before and after; at the ends there is only one
-    let around = sample.saturating_sub(1)..(sample + 1).min(truth.increments.len());
-    let n = around.len() as f64;
-    let turned: Vector3<f64> = truth.increments[around].iter().map(|i| i.dtheta).sum();
-    let against_earth = at.q_bn.inverse_transform_vector(&here.omega_ie());
-    let rate = turned / (n * truth.dt) - against_earth;
-    NavState {
-        position: at.position.displaced(&(at.q_bn * arm)),
-        velocity: at.velocity + at.q_bn * rate.cross(arm),
-        q_bn: at.q_bn,
-    }
+fn at_epoch(truth: &Truth, epoch: usize, arm: &Vector3<f64>) -> NavState {
+    let sample = (epoch * truth.samples_per_epoch) as f64;
+    antenna(truth, &truth.epochs[epoch], sample, arm)
 }
 
 /// A fix, and when it arrives.
@@ -72,7 +59,7 @@ pub(super) fn fixes(
     let late = (delay_s / truth.dt).round() as usize;
     let epoch_ms = 1000.0 * truth.samples_per_epoch as f64 * truth.dt;
     let fix = |epoch: usize| {
-        let seen = receiver.noise.fix(&antenna(truth, epoch, &arm), rng);
+        let seen = receiver.noise.fix(&at_epoch(truth, epoch, &arm), rng);
         let mut sigmas = receiver.noise.sigmas().map(|sigma| sigma as f32);
         let mut velocity: [f64; 3] = seen.velocity.into();
         if receiver.horizontal_velocity {
@@ -128,7 +115,7 @@ mod tests {
         let arm = Vector3::new(2.0, -1.0, -1.5);
         let mut differs = 0.0_f64;
         for k in 1..truth.epochs.len() - 1 {
-            let [before, now, after] = [k - 1, k, k + 1].map(|k| antenna(&truth, k, &arm));
+            let [before, now, after] = [k - 1, k, k + 1].map(|k| at_epoch(&truth, k, &arm));
             let moved = after.position.ned_from(&before.position) / 0.02;
             assert!((moved - now.velocity).norm() < 5e-3, "{k}");
             differs = differs.max((now.velocity - truth.epochs[k].velocity).norm());

@@ -65,6 +65,11 @@ impl Scenario {
             ("aircraft.bank_deg", bank_deg, 0.0, 60.0),
             ("aircraft.wind_mps", wind_mps, 0.0, 30.0),
         ])?;
+        if self.gnss.multipath.in_streets && !self.vehicle().is_car() {
+            let problem = "is true, but only a car goes through streets".into();
+            let remedy = "leave it out, or give a car as the vehicle";
+            return Err(self.bad("gnss.multipath.in_streets", problem, remedy));
+        }
         if self.vehicle_name == VehicleName::Road {
             return Ok(());
         }
@@ -153,6 +158,9 @@ mod tests {
         assert!(message("[aircraft]\nbank = 9").contains(":2: 'bank'"));
         let text = "vehicle = 'ship'\n[[test.segment]]\nduration_s = 200.0";
         assert!(message(text).contains("'test.segment' is given"));
+        let text = "vehicle = 'ship'\n[gnss.multipath]\nin_streets = true";
+        assert!(message(text).contains("'gnss.multipath.in_streets' is true"));
+        assert!(load_text(&text.replace("ship", "city")).is_ok());
         assert!(message("[test]\nstandstill_s = 0").contains("'test.standstill_s' is 0"));
         let mut scenario = Scenario::default();
         let unknown = scenario.set_vehicle("shp").unwrap_err().to_string();

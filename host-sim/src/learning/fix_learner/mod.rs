@@ -197,10 +197,12 @@ pub fn datasheet(assumptions: &Assumptions) -> Datasheet {
     }
 }
 
-/// What the device is told: the sensors' datasheet, and that fixes arrive where they are valid.
+/// What the device is told: the sensors' datasheet, and that fixes arrive when they are valid, as
+/// well as the session says that this is known.
 /// The alignment takes a third of the standstill, as everybody's does.
 fn settings(session: &Session, assumptions: &Assumptions, gates: Gates) -> Settings {
     let share = (session.standstill as f64 * ALIGN_SHARE).floor();
+    let [arm_sigma, age_sigma] = session.antenna_sigmas;
     Settings {
         sheet: datasheet(assumptions),
         noise: Noise {
@@ -215,9 +217,9 @@ fn settings(session: &Session, assumptions: &Assumptions, gates: Gates) -> Setti
         vehicle: VehicleKind::Land,
         forward: [1.0, 0.0, 0.0],
         fix_age_s: 0.0,
-        fix_age_sigma: 0.0,
+        fix_age_sigma: age_sigma as f32,
         lever_arm: session.lever_arm.map(|metres| metres as f32).into(),
-        lever_arm_sigma: 0.0,
+        lever_arm_sigma: arm_sigma as f32,
         mounting: [1.0, 0.0, 0.0, 0.0],
     }
 }

@@ -1,8 +1,11 @@
 //! What comes and goes: gaps without fixes, and bursts of multipath.
 //!
 //! Both follow the two-state Markov channel of E. Lutz and others ("The land mobile satellite
-//! communication channel", IEEE Transactions on Vehicular Technology 40, 1991): good and bad times
-//! take turns, and the length of each is exponentially distributed. The first time is good.
+//! communication channel", IEEE Transactions on Vehicular Technology 40(2), 1991): good and bad
+//! times take turns, and the length of each is exponentially distributed. The first time is good.
+//! Measured lengths have longer tails: L. E. Braten and T. Tjelta ("Semi-Markov multistate modeling
+//! of the land mobile propagation channel for geostationary satellites", IEEE Transactions on
+//! Antennas and Propagation 50(12), 2002) find a power law in the open and log-normal ones in shade.
 
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, Exp1, StandardNormal};
@@ -14,7 +17,7 @@ use serde::{Deserialize, Serialize};
 pub struct Gaps {
     /// Mean time from the end of a gap to the next one, s; 0 is never.
     pub mean_interval_s: f64,
-    /// Mean length of a gap, s, > 0.
+    /// Mean length of a gap, s, > 0. The default of 10 s is assumed: a bridge or a short tunnel.
     pub mean_length_s: f64,
 }
 
@@ -34,7 +37,7 @@ impl Default for Gaps {
 pub struct Multipath {
     /// Mean time from the end of a burst to the next one, s; 0 is never.
     pub mean_interval_s: f64,
-    /// Mean length of a burst, s, > 0.
+    /// Mean length of a burst, s, > 0. The default of 10 s is assumed: 100 m of a street.
     pub mean_length_s: f64,
     /// Standard deviation of the shift of the horizontal position per axis, m (assumed).
     pub horizontal_m: f64,
@@ -42,7 +45,14 @@ pub struct Multipath {
     pub vertical_m: f64,
     /// Standard deviation of the shift of the velocity per axis, m/s (assumed).
     pub velocity_mps: f64,
+    /// Bursts shift the fix only in streets: while a car is slower than [`STREET_MPS`].
+    pub in_streets: bool,
 }
+
+/// Speed below which a car is taken to be in a street between houses, m/s (assumed). The limit in
+/// built-up areas is 50 km/h, 13.9 m/s, in most of Europe. The simulated cars drive 15 m/s at most
+/// in town and mostly faster on country roads. A car that stands is in its street too.
+pub const STREET_MPS: f64 = 15.0;
 
 impl Default for Multipath {
     fn default() -> Self {
@@ -52,6 +62,7 @@ impl Default for Multipath {
             horizontal_m: 10.0,
             vertical_m: 15.0,
             velocity_mps: 0.2,
+            in_streets: false,
         }
     }
 }
@@ -108,6 +119,8 @@ pub(super) struct Bursts {
     spells: Spells,
     sigmas: [f64; 6],
     shift: [f64; 6],
+    /// Speed from which on there are none, m/s.
+    until_mps: f64,
     rng: ChaCha8Rng,
 }
 
@@ -119,12 +132,18 @@ impl Bursts {
             spells: Spells::new(means_s, step_s, times),
             sigmas: [h, h, v, s, s, s],
             shift: [0.0; 6],
+            until_mps: if spec.in_streets {
+                STREET_MPS
+            } else {
+                f64::INFINITY
+            },
             rng: shifts,
         }
     }
 
-    /// The shift at the next epoch, position (m) and velocity (m/s), if it is in a burst.
-    pub(super) fn next(&mut self) -> Option<[f64; 6]> {
+    /// The shift at the next epoch, position (m) and velocity (m/s), if it is in a burst. The
+    /// bursts come and go at any speed, so that their times do not depend on the drive.
+    pub(super) fn next(&mut self, speed_mps: f64) -> Option<[f64; 6]> {
         let (bad, began) = self.spells.next();
         if began > 0 {
             self.shift = self.sigmas.map(|sigma| {
@@ -132,6 +151,6 @@ impl Bursts {
                 sigma * z
             });
         }
-        bad.then_some(self.shift)
+        (bad && speed_mps < self.until_mps).then_some(self.shift)
     }
 }

@@ -178,6 +178,7 @@ fn multipath_shifts_the_fix_in_bursts() {
             horizontal_m: 8.0,
             vertical_m: 12.0,
             velocity_mps: 0.3,
+            in_streets: false,
         },
         ..quiet()
     };

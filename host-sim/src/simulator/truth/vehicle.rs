@@ -58,6 +58,18 @@ pub struct Journey<'a> {
 }
 
 impl Vehicle {
+    /// Whether it goes through streets between houses.
+    #[must_use]
+    pub fn is_car(&self) -> bool {
+        matches!(self, Vehicle::Road | Vehicle::City(_))
+    }
+
+    /// Whether it stands before it goes.
+    #[must_use]
+    pub fn stands(&self) -> bool {
+        !matches!(self, Vehicle::Ship(_))
+    }
+
     /// The true journey.
     #[must_use]
     pub fn truth(&self, journey: &Journey<'_>, rng: &mut ChaCha8Rng) -> Truth {
