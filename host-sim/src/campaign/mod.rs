@@ -13,6 +13,7 @@ pub mod start;
 mod statistics;
 mod store;
 mod tuning;
+mod zupt;
 
 pub use self::parquet::to_parquet;
 pub use group::{FixErrors, Group};
@@ -303,6 +304,21 @@ mod tests {
     use super::*;
     use crate::unit::Unit;
 
+    /// One run of the group `all` with the default scenario.
+    pub(super) fn of_one_run() -> Campaign {
+        Campaign {
+            scenario: Scenario::load("medium").unwrap(),
+            runs: 1,
+            shard: (0, 1),
+            models: vec![ErrorModelName::All.into()],
+            out: PathBuf::new(),
+            resume: false,
+            schemes: Vec::new(),
+            ablation: false,
+            tuning_units: 1,
+        }
+    }
+
     /// Results of one unit are not mixed with those of another, whatever differs between them.
     #[test]
     fn the_fingerprint_contains_the_unit() {
@@ -338,17 +354,7 @@ mod tests {
     /// follow from the number of the run alone.
     #[test]
     fn long_steps_do_not_change_the_errors() {
-        let campaign = Campaign {
-            scenario: Scenario::load("medium").unwrap(),
-            runs: 1,
-            shard: (0, 1),
-            models: vec![ErrorModelName::All.into()],
-            out: PathBuf::new(),
-            resume: false,
-            schemes: Vec::new(),
-            ablation: false,
-            tuning_units: 1,
-        };
+        let campaign = of_one_run();
         let imu = campaign.imu();
         let mut judged = 0;
         campaign

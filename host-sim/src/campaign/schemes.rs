@@ -1,6 +1,7 @@
 //! The schemes of a campaign. Each is aided by fixes up to an epoch and navigates free inertial
 //! from there, on the same samples.
 
+use super::zupt::zupt;
 use crate::inertial::ekf::{Aided, ErrorModel, Known, Noise, Prior, REFERENCE_DEGC, SlowErrors};
 use crate::inertial::free_inertial::{FreeInertial, free_inertial};
 use crate::inertial::session::{Session, Surroundings, to_si};
@@ -112,7 +113,7 @@ pub struct Knowledge<'a> {
 pub type Scheme = fn(&Case<'_>) -> Option<FreeInertial>;
 
 /// All schemes in the order of the tables, which add `floor`: `none` on an IMU with noise only.
-pub const SCHEMES: [(&str, Scheme); 16] = [
+pub const SCHEMES: [(&str, Scheme); 17] = [
     ("none", |c| none(c, c.increments(), c.tuned.none_factor)),
     ("ekf6", |c| told::<0>(c)),
     ("ekf6-tuned", |c| tuned::<0>(c)),
@@ -139,6 +140,7 @@ pub const SCHEMES: [(&str, Scheme); 16] = [
         none(c, &rnn_increments(c)?, c.tuned.rnn_factor)
     }),
     ("rnn-kalman", |c| rnn_kalman(c, ALL)),
+    ("zupt", zupt),
 ];
 
 /// Parts of the bank, to measure what each is worth: their names, and the hypotheses that take

@@ -20,6 +20,20 @@ pub struct FreeInertial {
     pub track: Vec<[f64; 2]>,
 }
 
+impl FreeInertial {
+    /// Adds the errors of `nav` at epoch `epoch` of a run that began at epoch `from`.
+    pub fn note(&mut self, session: &Session, nav: &NavState, from: usize, epoch: usize) {
+        let truth = &session.reference[epoch];
+        let seen = nav.q_bn * session.reference_arm;
+        self.position
+            .push(nav.position.ned_from(&truth.position) + seen);
+        self.velocity.push(nav.velocity - truth.velocity);
+        let origin = session.reference[from].position;
+        let p = nav.position.ned_from(&origin) + seen;
+        self.track.push([p.x, p.y]);
+    }
+}
+
 /// Self-alignment over the standstill of the session, then free-inertial navigation to the end.
 /// Epoch 0 of the result is the end of the standstill. `None` if the standstill does not give an
 /// attitude.
@@ -58,19 +72,9 @@ pub fn free_inertial(
     to: usize,
 ) -> FreeInertial {
     let n = session.steps_per_epoch();
-    let origin = session.reference[from].position;
     let mut sins = Sins::new(nav).with_samples(session.samples());
     let mut out = FreeInertial::default();
-    let mut note = |sins: &Sins, epoch: usize| {
-        let truth = &session.reference[epoch];
-        let seen = sins.nav.q_bn * session.reference_arm;
-        let error = sins.nav.position.ned_from(&truth.position) + seen;
-        out.position.push(error);
-        out.velocity.push(sins.nav.velocity - truth.velocity);
-        let p = sins.nav.position.ned_from(&origin) + seen;
-        out.track.push([p.x, p.y]);
-    };
-    note(&sins, from);
+    out.note(session, &sins.nav, from, from);
     for k in from..to {
         for increment in &increments[k * n..(k + 1) * n] {
             sins.step(increment, session.step_s());
@@ -78,7 +82,7 @@ pub fn free_inertial(
         let below = (sins.nav.q_bn * session.reference_arm).z;
         let height = session.reference[k + 1].position.h + below;
         sins.damp_height(&HEIGHT_LOOP, height, crate::inertial::session::EPOCH_S);
-        note(&sins, k + 1);
+        out.note(session, &sins.nav, from, k + 1);
     }
     out
 }
