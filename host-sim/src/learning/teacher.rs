@@ -5,19 +5,19 @@
 //! part. The reference for a window is the integral of the sensor error in body axes: measured
 //! increments minus the increments that belong to the smoothed trajectory.
 
-use crate::inertial::align::{self, Alignment};
-use crate::inertial::ekf::{
-    Aided, ErrorModel, InitialSigma, NAV, Noise, Prior, Record, attitude_error, smooth,
-};
+mod aligned;
+
+use crate::inertial::ekf::{Aided, ErrorModel, InitialSigma, Noise, Prior, Record, smooth};
+use crate::inertial::session::Session;
 pub use crate::inertial::session::Start;
-use crate::inertial::session::{EPOCH_S, Session};
-use crate::inertial::sins::{Increment, NavState, Samples};
+use crate::inertial::sins::{Increment, NavState};
 use crate::inertial::units::{ARCSEC, DEG_PER_H, DEG_PER_SQRT_H, G0, PPM, UG, UG_PER_SQRT_HZ};
-use crate::learning::aiding::{Passed, ZERO_VELOCITY_MPS, fix_at, pass};
+use crate::learning::aiding::{Passed, fix_at, pass};
 use crate::simulator::imu::ImuSpec;
 use crate::unit::Unit;
 use crate::unit::triads::MRAD;
-use nalgebra::{SMatrix, Vector3};
+pub use aligned::{ALIGN_SHARE, Aligned, aligned, aligned_knowing};
+use nalgebra::Vector3;
 
 /// What the teacher assumes of the sensors.
 #[derive(Debug, Clone, Copy)]
@@ -162,137 +162,6 @@ fn prior(spec: &ImuSpec) -> Prior {
             a.misalignment_arcsec * ARCSEC,
         ],
     }
-}
-
-/// Share of the standstill that is used for alignment. The rest already teaches, since a warm-up is
-/// steepest there.
-pub const ALIGN_SHARE: f64 = 1.0 / 3.0;
-
-/// A session aligned on the first part of its standstill.
-#[derive(Debug, Clone)]
-pub struct Aligned {
-    /// State at the end of that part.
-    pub nav: NavState,
-    /// The epoch at which it ends.
-    pub first: usize,
-    alignment: Alignment,
-    /// Standard deviations of the position and velocity there.
-    sigmas: [f64; 6],
-    samples: Samples,
-}
-
-impl Aligned {
-    /// State and standard deviations, for a learner without parameters for the sensors' errors.
-    #[must_use]
-    pub fn start(&self, assumptions: &Assumptions) -> Start {
-        Start {
-            nav: self.nav,
-            sigma: assumptions.initial_sigma(&self.nav, &self.sigmas),
-        }
-    }
-
-    /// How the initial errors (attitude, velocity, position) follow from constant errors of the
-    /// sensors, and the covariance of the remaining part.
-    #[must_use]
-    pub fn errors(
-        &self,
-        assumptions: &Assumptions,
-    ) -> (SMatrix<f64, NAV, 6>, SMatrix<f64, NAV, NAV>) {
-        let (by, rest) = attitude_error(&self.alignment, &assumptions.prior, assumptions.noise);
-        let mut all = SMatrix::<f64, NAV, 6>::zeros();
-        let mut covariance = SMatrix::<f64, NAV, NAV>::zeros();
-        all.fixed_view_mut::<3, 6>(0, 0).copy_from(&by);
-        covariance.fixed_view_mut::<3, 3>(0, 0).copy_from(&rest);
-        for i in 0..3 {
-            covariance[(3 + i, 3 + i)] = ZERO_VELOCITY_MPS.powi(2);
-            covariance[(6 + i, 6 + i)] = self.sigmas[i].powi(2);
-        }
-        (all, covariance)
-    }
-
-    /// A filter with `model` that starts from here. Without a model, the biases of `assumptions`
-    /// count as part of the alignment's error.
-    #[must_use]
-    pub fn filter(&self, model: ErrorModel, assumptions: &Assumptions) -> Aided {
-        let unmodelled = if model.is_empty() {
-            ErrorModel::biases(&assumptions.prior)
-        } else {
-            ErrorModel::default()
-        };
-        let sigma = InitialSigma {
-            tilt: 0.0,
-            heading: 0.0,
-            velocity: ZERO_VELOCITY_MPS,
-            position: self.sigmas[0],
-        };
-        let mut filter = Aided::new(self.nav, &sigma, model, assumptions.noise)
-            .with_samples(self.samples)
-            .powered_for(self.first as f64 * EPOCH_S)
-            .aligned_by(&self.alignment, &unmodelled);
-        for i in 0..3 {
-            filter.p[(6 + i, 6 + i)] = self.sigmas[i].powi(2);
-        }
-        filter
-    }
-}
-
-impl Aligned {
-    /// [`Aligned::filter`], taken through the fixes up to the end of epoch `until`.
-    #[must_use]
-    pub fn aided(
-        &self,
-        model: ErrorModel,
-        assumptions: &Assumptions,
-        session: &Session,
-        increments: &[Increment],
-        until: usize,
-    ) -> Aided {
-        let scored = self.scored(model, assumptions, session, increments, until);
-        scored.0
-    }
-
-    /// As [`Aligned::aided`], with the logarithm of the probability density that the filter gave to
-    /// all fixes, each before it learnt from it.
-    #[must_use]
-    pub fn scored(
-        &self,
-        model: ErrorModel,
-        assumptions: &Assumptions,
-        session: &Session,
-        increments: &[Increment],
-        until: usize,
-    ) -> (Aided, f64) {
-        let mut filter = self.filter(model, assumptions);
-        let each = |k| aid(&mut filter, session, increments, k);
-        let score = (self.first..until).map(each).sum();
-        (filter, score)
-    }
-}
-
-/// Aligns on the first part of the standstill. `None` when it does not give an attitude.
-#[must_use]
-pub fn aligned(session: &Session, increments: &[Increment]) -> Option<Aligned> {
-    let first = (session.standstill as f64 * ALIGN_SHARE) as usize;
-    let standing = &increments[..first * session.steps_per_epoch()];
-    let alignment = align::alignment(
-        standing,
-        session.step_s(),
-        session.samples(),
-        session.nearest_fix(0).position,
-    )?;
-    let fix = session.nearest_fix(first);
-    let nav = NavState {
-        position: session.imu_position(&fix.position, &alignment.q_bn),
-        velocity: Vector3::zeros(),
-        q_bn: alignment.q_bn,
-    };
-    Some(Aligned {
-        nav,
-        first,
-        alignment,
-        sigmas: fix.start_sigmas(),
-        samples: session.samples(),
-    })
 }
 
 /// Takes the filter through epoch `k` and the fix at its end. While the vehicle is known to stand,

@@ -11,7 +11,7 @@
 //! phi = sum_k M^-1 (u_k x a_k) - sum_j A_j g_j,      A_j = I - M^-1 (M_j / 2 + sum_{k>j} M_k).
 //! ```
 
-use super::{Aided, ErrorModel, Inputs, NAV, Noise, Prior};
+use super::{Aided, Belief, ErrorModel, Inputs, NAV, Noise, Prior};
 use crate::inertial::align::{Alignment, Piece};
 use nalgebra::{Matrix3, Matrix3x6, Matrix3xX, Vector3};
 
@@ -94,28 +94,53 @@ impl Aided {
     /// Takes the uncertainty of the initial attitude and its correlation with the parameters from
     /// the alignment. The effect of `unmodelled` errors is added.
     #[must_use]
-    pub fn aligned_by(mut self, alignment: &Alignment, unmodelled: &ErrorModel) -> Self {
+    pub fn aligned_by(self, alignment: &Alignment, unmodelled: &ErrorModel) -> Self {
+        let sigmas = self.model.parameters.iter().map(|q| q.sigma * q.sigma);
+        let prior: Vec<f64> = sigmas.collect();
+        let times_prior = |by: &mut Matrix3xX<f64>| {
+            for (mut column, variance) in by.column_iter_mut().zip(&prior) {
+                column *= *variance;
+            }
+        };
+        self.aligned(alignment, unmodelled, times_prior)
+    }
+
+    /// The same for a filter that begins with a [`Belief`]. The alignment has been made with its
+    /// mean taken off the samples.
+    #[must_use]
+    pub fn aligned_knowing(mut self, alignment: &Alignment, known: &Belief) -> Self {
+        let n = self.theta.len();
+        self.theta.copy_from(&known.mean);
+        self.p.view_mut((NAV, NAV), (n, n)).copy_from(&known.p);
+        self.aligned(alignment, &ErrorModel::default(), |by| *by *= &known.p)
+    }
+
+    /// `times_prior` multiplies by the covariance of the filter's parameters.
+    fn aligned(
+        mut self,
+        alignment: &Alignment,
+        unmodelled: &ErrorModel,
+        times_prior: impl Fn(&mut Matrix3xX<f64>),
+    ) -> Self {
         let blank = Noise {
             gyro: 0.0,
             accel: 0.0,
         };
         let alien = uncertainty(alignment, unmodelled, blank);
         let attitude = uncertainty(alignment, &self.model, self.noise);
-        let spread = |u: &Uncertainty, model: &ErrorModel| {
-            let mut by = u.sensitivity.clone();
-            for (mut column, q) in by.column_iter_mut().zip(&model.parameters) {
-                column *= q.sigma * q.sigma;
-            }
-            by
-        };
-        let by = spread(&attitude, &self.model);
+        let mut by = attitude.sensitivity.clone();
+        times_prior(&mut by);
+        let mut alien_by = alien.sensitivity.clone();
+        for (mut column, q) in alien_by.column_iter_mut().zip(&unmodelled.parameters) {
+            column *= q.sigma * q.sigma;
+        }
         let tilt = attitude.rest
             + &by * attitude.sensitivity.transpose()
             + alien.rest
-            + spread(&alien, unmodelled) * alien.sensitivity.transpose();
+            + alien_by * alien.sensitivity.transpose();
         self.p.fixed_view_mut::<3, 3>(0, 0).copy_from(&tilt);
         let n = self.theta.len();
-        // the estimate is still zero, so its error is minus the parameter
+        // the error of an estimate is the estimate minus the parameter
         self.p.view_mut((0, NAV), (3, n)).copy_from(&-&by);
         self.p
             .view_mut((NAV, 0), (n, 3))

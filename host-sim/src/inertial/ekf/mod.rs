@@ -8,6 +8,7 @@
 //! updated once a fix.
 
 mod alignment;
+mod belief;
 mod covariance;
 mod dynamics;
 mod linearised;
@@ -15,6 +16,7 @@ mod model;
 mod smoother;
 
 pub use alignment::attitude_error;
+pub use belief::{Belief, TurnOn};
 pub use linearised::{Block, Linearised};
 pub use model::{
     ErrorModel, Inputs, Known, Parameter, Prior, REFERENCE_DEGC, Regressor, SlowErrors, Triad,
