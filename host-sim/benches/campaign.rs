@@ -29,6 +29,8 @@ fn one_run(c: &mut Criterion) {
             schemes: Vec::new(),
             ablation: false,
             tuning_units: 1,
+            drives: vec![0],
+            fixes: true,
         };
         group.bench_function(name, |b| {
             b.iter(|| {

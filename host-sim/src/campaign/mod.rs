@@ -2,9 +2,14 @@
 //!
 //! One run is one drive: a standstill, then 22 min with fixes, from which every scheme learns, then
 //! 22 min without, on which it is judged. The same unit measures the same drive once for each group
-//! of errors.
+//! of errors. Before it the unit may have had other drives, which schemes with a memory know; then
+//! the judged drive may also do without fixes.
 
+mod drives;
 mod group;
+mod laws;
+mod limit;
+mod memory;
 mod parquet;
 mod ratios;
 mod results;
@@ -13,6 +18,7 @@ pub mod start;
 mod statistics;
 mod store;
 mod tuning;
+mod turn_on;
 mod zupt;
 
 pub use self::parquet::to_parquet;
@@ -22,7 +28,7 @@ pub use results::results;
 pub use schemes::{Case, Knowledge, SCHEMES, Scheme, Tuned, ablations, oracle, rnn_kalman};
 pub use statistics::{Summary, summarise};
 pub use store::{Merged, Row, merge};
-pub use tuning::Tuning;
+pub use tuning::{Setting, Tuning};
 
 use crate::error::Error;
 use crate::experiment::scenario::Scenario;
@@ -31,8 +37,6 @@ use crate::inertial::session::Session;
 use crate::learning::teacher::Assumptions;
 use crate::simulator::imu::{Draws, ErrorModelName, ImuSpec};
 use crate::simulator::session::{SessionConfig, drive, measured};
-use rand::{RngExt, SeedableRng};
-use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 use std::cell::OnceCell;
 use std::path::PathBuf;
@@ -71,6 +75,21 @@ pub struct Campaign {
     pub ablation: bool,
     /// Units that the classical filters are tuned on, >= 1.
     pub tuning_units: u32,
+    /// Numbers of earlier drives after which the judged drive follows, ascending; `[0]` for none.
+    pub drives: Vec<u32>,
+    /// The judged drive has fixes for 22 min. Without, it has none from the end of its standstill.
+    pub fixes: bool,
+}
+
+/// A drive of a run.
+struct Part {
+    seeds: Seeds,
+    /// The drive after the standstill, s.
+    drive_s: u32,
+    /// Epoch at which the fixes end.
+    until: u32,
+    /// They last longer than the standstill.
+    fixes: bool,
 }
 
 /// What makes run `k` reproducible.
@@ -84,21 +103,6 @@ pub struct Seeds {
     pub turn_on: u64,
     /// Seed of road and fixes.
     pub drive: u64,
-}
-
-impl Seeds {
-    /// Of run `k`.
-    #[must_use]
-    pub fn of(k: u32) -> Self {
-        let mut rng = ChaCha8Rng::seed_from_u64(u64::from(k));
-        rng.set_stream(7);
-        Self {
-            heading: rng.random_range(0.0..std::f64::consts::TAU),
-            unit: rng.random(),
-            turn_on: rng.random(),
-            drive: rng.random(),
-        }
-    }
 }
 
 impl Campaign {
@@ -176,6 +180,7 @@ impl Campaign {
     /// All error groups and schemes of run `k`. The IMU with noise only, on the same drive, is the
     /// floor of every group.
     fn one(&self, imu: &ImuSpec, tuning: &Tuning, k: u32) -> Result<Vec<Row>, Error> {
+        let known = self.known(imu, tuning, k)?;
         let mut rows = Vec::new();
         let mut floor = FreeInertial::default();
         self.sessions(imu, k, |model, case| {
@@ -183,28 +188,69 @@ impl Campaign {
                 tuned: tuning.of(model),
                 ..*case
             };
-            let judge =
-                |free: Option<FreeInertial>| free.ok_or_else(|| self.scenario.no_attitude());
             if model == ErrorModelName::Noise.into() {
-                floor = judge(SCHEMES[0].1(&case))?;
+                let free = SCHEMES[0].1(&case);
+                floor = free.ok_or_else(|| self.scenario.no_attitude())?;
             }
             if self.models.contains(&model) {
-                for &(name, scheme) in self.schemes() {
-                    rows.extend(store::row(model, k, name, &judge(scheme(&case))?));
-                }
-                for (name, enabled) in self.ablations() {
-                    let free = judge(rnn_kalman(&case, enabled))?;
-                    rows.extend(store::row(model, k, &name, &free));
+                for &drives in &self.drives {
+                    let memory = known
+                        .iter()
+                        .find(|(after, of, _)| (*after, *of) == (drives, model));
+                    let case = Case {
+                        memory: memory.map(|(.., memory)| memory),
+                        ..case
+                    };
+                    self.judge(&mut rows, &case, (model, k, drives))?;
                 }
             }
             Ok(())
         })?;
         for group in &self.models {
-            rows.extend(store::row(*group, k, "floor", &floor));
+            for &drives in &self.drives {
+                rows.extend(store::row((*group, k, drives), "floor", &floor));
+            }
         }
         let history = imu.world.power.history_of(Seeds::of(k).turn_on);
         rows.iter_mut().for_each(|row| row.start = history.start);
         Ok(rows)
+    }
+
+    /// Adds the rows of all schemes after so many earlier drives. A scheme that does not remember
+    /// them has the same row each time; before the first drive a memory is empty.
+    fn judge(
+        &self,
+        rows: &mut Vec<Row>,
+        case: &Case<'_>,
+        of: (Group, u32, u32),
+    ) -> Result<(), Error> {
+        let (model, _, drives) = of;
+        let lost = || self.scenario.no_attitude();
+        for &(name, scheme) in self.schemes() {
+            let same = match memory::remembers(name, self.fixes) {
+                false => Some(name),
+                true if drives == 0 => memory::without_memory(name),
+                true => None,
+            };
+            let same = same.and_then(|same| {
+                let mut found = rows.iter();
+                found.find(|row| row.error_model == model && row.scheme == same)
+            });
+            let row = match same {
+                Some(row) => Some(Row {
+                    scheme: name.to_owned(),
+                    drives,
+                    ..row.clone()
+                }),
+                None => store::row(of, name, &scheme(case).ok_or_else(lost)?),
+            };
+            rows.extend(row);
+        }
+        for (name, enabled) in self.ablations() {
+            let free = rnn_kalman(case, enabled).ok_or_else(lost)?;
+            rows.extend(store::row(of, &name, &free));
+        }
+        Ok(())
     }
 
     /// Error groups of the campaign, and noise for the floor.
@@ -222,9 +268,27 @@ impl Campaign {
         &self,
         imu: &ImuSpec,
         k: u32,
-        mut judge: impl FnMut(Group, &Case<'_>) -> Result<(), Error>,
+        judge: impl FnMut(Group, &Case<'_>) -> Result<(), Error>,
     ) -> Result<(), Error> {
-        let seeds = Seeds::of(k);
+        let aided_s = if self.fixes { AIDED_S } else { 0 };
+        let part = Part {
+            seeds: Seeds::of(k),
+            drive_s: aided_s + FREE_S,
+            until: STANDSTILL_S + aided_s,
+            fixes: self.fixes,
+        };
+        self.part(imu, &part, &self.measured(), judge)
+    }
+
+    /// Calls `pass` with a drive as measured with each of these groups of errors.
+    fn part(
+        &self,
+        imu: &ImuSpec,
+        part: &Part,
+        models: &[Group],
+        mut pass: impl FnMut(Group, &Case<'_>) -> Result<(), Error>,
+    ) -> Result<(), Error> {
+        let seeds = part.seeds;
         let s = &self.scenario;
         let told = Assumptions::of(s.unit());
         let gnss = s.receiver();
@@ -234,18 +298,23 @@ impl Campaign {
             start: s.start(),
             heading: seeds.heading,
             standstill_s: f64::from(STANDSTILL_S),
-            drive_s: f64::from(AIDED_S + FREE_S),
+            drive_s: f64::from(part.drive_s),
             segments: None,
             vibration: s.vibration,
             unit: seeds.unit,
             turn_on: seeds.turn_on,
             drive: seeds.drive,
         };
-        let (truth, fixes) = drive(&config);
+        let (truth, mut fixes) = drive(&config);
+        let until = part.until as usize;
+        if !part.fixes {
+            fixes.iter_mut().skip(until + 1).for_each(|fix| *fix = None);
+        }
         let mut draws = Draws::of(seeds.turn_on, true);
-        for model in self.measured() {
+        for &model in models {
             let spec = imu.error_model(model.sensors);
             let (session, measured_by) = measured(&config, &spec, &truth, &fixes, draws);
+            let unit = measured_by.unit_errors();
             draws = measured_by.into_draws();
             let session = Session {
                 gather: GATHER,
@@ -257,11 +326,14 @@ impl Campaign {
                 knows: Knowledge {
                     told: &told,
                     simulated: &spec,
+                    unit: &unit,
                 },
                 tuned: Tuned::default(),
-                until: (STANDSTILL_S + AIDED_S) as usize,
+                until,
+                fixes: part.fixes,
+                memory: None,
             };
-            judge(model, &case)?;
+            pass(model, &case)?;
         }
         Ok(())
     }
@@ -274,12 +346,22 @@ impl Campaign {
             .collect()
     }
 
+    /// What all its runs have in common.
+    fn setting(&self) -> Setting {
+        Setting {
+            start: self.scenario.power.start,
+            drives: self.drives.clone(),
+            fixes: self.fixes,
+        }
+    }
+
     /// A name for everything that decides the numbers, so that different campaigns are not mixed.
     fn fingerprint(&self) -> String {
         format!(
-            "{}|{:?}|{RATE_HZ}|{GATHER}|{STANDSTILL_S}|{AIDED_S}|{FREE_S}|{LEARNER}|{:?}|{}|{:?}",
+            "{}|{:?}|{:?}|{RATE_HZ}|{GATHER}|{STANDSTILL_S}|{AIDED_S}|{FREE_S}|{LEARNER}|{:?}|{}|{:?}",
             env!("CARGO_PKG_VERSION"),
             self.scenario,
+            self.setting(),
             self.models,
             self.tuning_units,
             self.names(),
@@ -300,91 +382,6 @@ pub enum Progress {
 mod oracle_tests;
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::unit::Unit;
-
-    /// One run of the group `all` with the default scenario.
-    pub(super) fn of_one_run() -> Campaign {
-        Campaign {
-            scenario: Scenario::load("medium").unwrap(),
-            runs: 1,
-            shard: (0, 1),
-            models: vec![ErrorModelName::All.into()],
-            out: PathBuf::new(),
-            resume: false,
-            schemes: Vec::new(),
-            ablation: false,
-            tuning_units: 1,
-        }
-    }
-
-    /// Results of one unit are not mixed with those of another, whatever differs between them.
-    #[test]
-    fn the_fingerprint_contains_the_unit() {
-        let with = |unit: Unit| {
-            let mut scenario = Scenario::default();
-            scenario.set_unit("u.toml", unit);
-            Campaign {
-                scenario,
-                runs: 1,
-                shard: (0, 1),
-                models: vec![ErrorModelName::All.into()],
-                out: PathBuf::new(),
-                resume: false,
-                schemes: Vec::new(),
-                ablation: false,
-                tuning_units: 1,
-            }
-            .fingerprint()
-        };
-        let medium = with(Unit::default());
-        assert_eq!(medium, with(Unit::default()));
-        let mut noisier = Unit::default();
-        noisier.gyro.angle_random_walk_dpsqrth *= 1.000_001;
-        assert_ne!(medium, with(noisier));
-        let derived = Unit {
-            simulation: None,
-            ..Unit::default()
-        };
-        assert_ne!(medium, with(derived));
-    }
-
-    /// The campaign's steps against steps of one sample on the same samples. All random numbers
-    /// follow from the number of the run alone.
-    #[test]
-    fn long_steps_do_not_change_the_errors() {
-        let campaign = of_one_run();
-        let imu = campaign.imu();
-        let mut judged = 0;
-        campaign
-            .sessions(&imu, 5, |_, case| {
-                let fine = Session {
-                    gather: 1,
-                    ..case.session.clone()
-                };
-                let fine = Case {
-                    session: &fine,
-                    increments: &OnceCell::new(),
-                    ..*case
-                };
-                for (name, scheme) in &SCHEMES[..2] {
-                    let [a, b] = [case, &fine].map(|c| {
-                        crate::experiment::results::Row::of(&scheme(c).unwrap(), "", 22).unwrap()
-                    });
-                    let apart = (a.d_lat_m - b.d_lat_m).hypot(a.d_lon_m - b.d_lon_m);
-                    assert!(
-                        apart < 0.01 * b.horizontal_m,
-                        "{name}: {apart} of {} m",
-                        b.horizontal_m
-                    );
-                    judged += 1;
-                }
-                Ok(())
-            })
-            .unwrap();
-        assert_eq!(judged, 4);
-        assert_eq!(Seeds::of(5), Seeds::of(5));
-        assert_ne!(Seeds::of(5), Seeds::of(6));
-    }
-}
+mod memory_tests;
+#[cfg(test)]
+mod tests;

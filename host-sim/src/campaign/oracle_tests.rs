@@ -1,7 +1,6 @@
 //! How much the oracle leaves: on every group of errors against an IMU with noise alone.
 
 use super::*;
-use crate::simulator::session::measure;
 
 fn campaign(preset: &str) -> (Campaign, ImuSpec) {
     let mut imu = ImuSpec::preset(preset).unwrap();
@@ -16,6 +15,8 @@ fn campaign(preset: &str) -> (Campaign, ImuSpec) {
         schemes: Vec::new(),
         ablation: false,
         tuning_units: 1,
+        drives: vec![0],
+        fixes: true,
     };
     (campaign, imu)
 }
@@ -58,8 +59,8 @@ fn oracle_of(case: &Case<'_>) -> Option<FreeInertial> {
 }
 
 /// Told of it, the oracle removes most of each cause, which is far larger than in any preset:
-/// within 5 min of free-inertial navigation after 10 min of aiding. Causes that only wander are
-/// judged by the consistency tests of the filter.
+/// within 5 min of free-inertial navigation after 10 min of aiding. So does the limit, which is told
+/// its size. Causes that only wander are judged by the consistency tests of the filter.
 #[test]
 fn the_oracle_knows_every_cause() {
     let (campaign, imu) = campaign("medium");
@@ -83,9 +84,11 @@ fn the_oracle_knows_every_cause() {
     let failed: Vec<String> = causes
         .into_par_iter()
         .filter_map(|(name, spec)| {
+            let draws = Draws::of(config.turn_on, false);
+            let (session, imu) = measured(&config, &spec, &truth, &fixes, draws);
             let session = Session {
                 gather: GATHER,
-                ..measure(&config, &spec, &truth, &fixes)
+                ..session
             };
             let case = Case {
                 session: &session,
@@ -93,15 +96,20 @@ fn the_oracle_knows_every_cause() {
                 knows: Knowledge {
                     told: &Assumptions::of_simulated(&spec),
                     simulated: &spec,
+                    unit: &imu.unit_errors(),
                 },
                 tuned: Tuned::default(),
                 until: 900,
+                fixes: true,
+                memory: None,
             };
             let end = |free: Option<FreeInertial>| free.unwrap().position[300].xy().norm();
             let none = end(schemes::none(&case, case.increments(), 1.0));
             let oracle = end(oracle_of(&case));
-            println!("{name}: not told {none:.1} m, told {oracle:.1} m");
-            (oracle > 0.3 * none).then(|| format!("{name}: {oracle} m of {none} m"))
+            let limit = end(limit::limit(&case));
+            println!("{name}: not told {none:.1} m, told {oracle:.1} m, limit {limit:.1} m");
+            let failed = oracle > 0.3 * none || limit > 0.3 * none;
+            failed.then(|| format!("{name}: {oracle} m, limit {limit} m of {none} m"))
         })
         .collect();
     assert!(failed.is_empty(), "{failed:#?}");

@@ -64,6 +64,10 @@ fn columns(results: &Merged) -> Vec<(String, Values)> {
         ("error_model".into(), text(&|r| r.error_model.to_string())),
         ("scheme".into(), text(&|r| r.scheme.clone())),
         ("start".into(), text(&|r| r.start.to_string())),
+        (
+            "drives".into(),
+            Values::Number(rows.iter().map(|r| r.drives.cast_signed()).collect()),
+        ),
     ];
     for (i, t) in TIMES_MIN.iter().enumerate() {
         out.push((format!("horizontal_{t}min_m"), real(&|r| r.horizontal_m[i])));

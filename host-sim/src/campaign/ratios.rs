@@ -3,11 +3,12 @@
 use super::statistics::{RESAMPLINGS, percentiles95};
 use super::{Group, Row};
 use crate::experiment::run::TIMES_MIN;
+use crate::simulator::imu::world::StartName;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 use serde::Serialize;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// How a scheme compares with another on the same runs.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -30,15 +31,29 @@ pub struct Ratio {
     pub lo95: f64,
     /// Upper end.
     pub hi95: f64,
+    /// Earlier drives of each unit, the same for both.
+    pub drives: u32,
+    /// How warm the units were at power-on: the campaign's setting.
+    pub start: StartName,
 }
 
 /// Logarithms of the errors: by group, scheme, run, at each of [`TIMES_MIN`].
 type Logs<'a> = BTreeMap<&'a str, BTreeMap<u32, [f64; TIMES_MIN.len()]>>;
 
 /// Every scheme against every other at every time, by group of errors and over all groups, in the
-/// order of the rows.
+/// order of the rows, each number of earlier drives by itself. `start` is the campaign's setting.
 #[must_use]
-pub fn ratios(rows: &[Row]) -> Vec<Ratio> {
+pub fn ratios(rows: &[Row], start: StartName) -> Vec<Ratio> {
+    let drives: BTreeSet<u32> = rows.iter().map(|row| row.drives).collect();
+    let of = |drives| {
+        let same: Vec<&Row> = rows.iter().filter(|row| row.drives == drives).collect();
+        paired(&same, drives, start)
+    };
+    drives.into_iter().flat_map(of).collect()
+}
+
+/// The ratios of rows with one number of earlier drives.
+fn paired(rows: &[&Row], drives: u32, start: StartName) -> Vec<Ratio> {
     let mut groups: Vec<Group> = Vec::new();
     for row in rows {
         if !groups.contains(&row.error_model) {
@@ -93,12 +108,14 @@ pub fn ratios(rows: &[Row]) -> Vec<Ratio> {
                 ratio,
                 lo95,
                 hi95,
+                drives,
+                start,
             })
         })
         .collect()
 }
 
-fn logs_of(rows: &[Row], group: Group) -> Logs<'_> {
+fn logs_of<'a>(rows: &[&'a Row], group: Group) -> Logs<'a> {
     let mut out = Logs::new();
     for row in rows.iter().filter(|r| r.error_model == group) {
         out.entry(&row.scheme)
@@ -163,7 +180,7 @@ mod tests {
                 rows.push(Row::north(group, 19 - k, "b", f64::from(20 - k)));
             }
         }
-        let all = ratios(&rows);
+        let all = ratios(&rows, StartName::Cold);
         assert_eq!(all.len(), 3 * 2 * 5);
         let find = |group: Option<ErrorModelName>| {
             let group = group.map(Group::from);
@@ -193,7 +210,7 @@ mod tests {
                 ]
             })
             .collect();
-        let r = &ratios(&rows)[0];
+        let r = &ratios(&rows, StartName::Cold)[0];
         assert!((r.ratio - 1.0).abs() < 1e-12 && r.better == 50);
         let width = (r.hi95 / r.lo95).ln();
         assert!((width - 0.392).abs() < 0.04, "{width}");

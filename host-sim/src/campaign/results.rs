@@ -240,6 +240,7 @@ mod tests {
     use super::*;
     use crate::campaign::{Row, Tuning, ratios, summarise};
     use crate::simulator::imu::ErrorModelName;
+    use crate::simulator::imu::world::StartName;
 
     #[test]
     fn every_place_in_the_text_is_filled() {
@@ -255,7 +256,13 @@ mod tests {
             tuning: Tuning::default(),
             fingerprint: "x".into(),
         };
-        let text = results("the command", &merged, &summarise(&rows), &ratios(&rows));
+        let cold = StartName::Cold;
+        let text = results(
+            "the command",
+            &merged,
+            &summarise(&rows, cold),
+            &ratios(&rows, cold),
+        );
         assert!(!text.contains(['{', '}']), "{text}");
         assert!(text.contains("the command") && text.contains("| all | 200 | 400 |"));
         // rnn-kalman is the sixteenth scheme, ekf6 the second and the best classical one, the

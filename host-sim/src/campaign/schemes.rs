@@ -1,8 +1,11 @@
 //! The schemes of a campaign. Each is aided by fixes up to an epoch and navigates free inertial
 //! from there, on the same samples.
 
+use super::laws::{Models, exponentials, temperatures};
+use super::limit::limit;
+use super::memory::{Memory, REMEMBERING, recalled};
 use super::zupt::zupt;
-use crate::inertial::ekf::{Aided, ErrorModel, Known, Noise, Prior, REFERENCE_DEGC, SlowErrors};
+use crate::inertial::ekf::{Aided, ErrorModel, Known, Noise, Prior, SlowErrors, TurnOn};
 use crate::inertial::free_inertial::{FreeInertial, free_inertial};
 use crate::inertial::session::{Session, Surroundings, to_si};
 use crate::inertial::sins::Increment;
@@ -10,7 +13,7 @@ use crate::learning::fit::{Use, fit};
 use crate::learning::fix_learner;
 use crate::learning::teacher::{Assumptions, IN_RUN, aligned};
 use crate::learning::window::{NetworkSpec, compensator, corrected_increments};
-use crate::simulator::imu::ImuSpec;
+use crate::simulator::imu::{ImuSpec, UnitErrors};
 use firmware::learn::bank::{
     ALL, Gates, HYPOTHESES, KEYS, LARGEST, WITH_NETWORKS, ZERO_CORRECTION,
 };
@@ -38,8 +41,8 @@ pub const FILTERS: [(&str, Filter); 6] = [
     ("ekf-ramp", |c, walk| {
         classical(c, walk, ErrorModel::with_ramps)
     }),
-    ("ekf-exp", exponentials),
-    ("ekf-temp", temperatures),
+    ("ekf-exp", |c, walk| picked(c, walk, exponentials)),
+    ("ekf-temp", |c, walk| picked(c, walk, temperatures)),
 ];
 
 /// How the name of a filter with a tuned walk ends.
@@ -54,6 +57,8 @@ pub struct Tuned {
     pub none_factor: f64,
     /// Noise factor for the filter behind the networks.
     pub rnn_factor: f64,
+    /// What is new at every turn-on, for the filters with a memory.
+    pub turn_on: [TurnOn; REMEMBERING.len()],
 }
 
 impl Tuned {
@@ -72,6 +77,10 @@ impl Default for Tuned {
             walks: [IN_RUN[0]; FILTERS.len()],
             none_factor: 1.0,
             rnn_factor: 1.0,
+            turn_on: [TurnOn {
+                bias: 0.1,
+                law: 0.1,
+            }; REMEMBERING.len()],
         }
     }
 }
@@ -89,6 +98,10 @@ pub struct Case<'a> {
     pub tuned: Tuned,
     /// Epoch at which the fixes end.
     pub until: usize,
+    /// The drive has fixes; without them they end with the standstill.
+    pub fixes: bool,
+    /// What is known of earlier drives, if there were any.
+    pub memory: Option<&'a Memory>,
 }
 
 impl<'a> Case<'a> {
@@ -106,6 +119,8 @@ pub struct Knowledge<'a> {
     pub told: &'a Assumptions,
     /// The simulated IMU: for the oracle.
     pub simulated: &'a ImuSpec,
+    /// The unit itself: for the limit.
+    pub unit: &'a UnitErrors,
 }
 
 /// A scheme: aided to [`Case::until`], free inertial from there to the end. `None` if the
@@ -113,7 +128,7 @@ pub struct Knowledge<'a> {
 pub type Scheme = fn(&Case<'_>) -> Option<FreeInertial>;
 
 /// All schemes in the order of the tables, which add `floor`: `none` on an IMU with noise only.
-pub const SCHEMES: [(&str, Scheme); 17] = [
+pub const SCHEMES: [(&str, Scheme); 21] = [
     ("none", |c| none(c, c.increments(), c.tuned.none_factor)),
     ("ekf6", |c| told::<0>(c)),
     ("ekf6-tuned", |c| tuned::<0>(c)),
@@ -127,6 +142,10 @@ pub const SCHEMES: [(&str, Scheme); 17] = [
     ("ekf-exp-tuned", |c| tuned::<4>(c)),
     ("ekf-temp", |c| told::<5>(c)),
     ("ekf-temp-tuned", |c| tuned::<5>(c)),
+    (REMEMBERING[0].0, |c| remembering::<0>(c)),
+    (REMEMBERING[1].0, |c| remembering::<1>(c)),
+    (REMEMBERING[2].0, |c| remembering::<2>(c)),
+    ("limit", limit),
     ("oracle", |c| {
         let assumptions = *c.knows.told;
         aided_free_inertial(
@@ -159,6 +178,9 @@ pub fn ablations() -> impl Iterator<Item = (String, u8)> {
 /// The device's learner from fixes ([`fix_learner`]). Hypotheses whose bit in `enabled` is set take
 /// part.
 pub fn rnn_kalman(case: &Case<'_>, enabled: u8) -> Option<FreeInertial> {
+    if !case.fixes {
+        return stored(case);
+    }
     let assumptions = *case.knows.told;
     let gates = Gates {
         enabled,
@@ -167,6 +189,29 @@ pub fn rnn_kalman(case: &Case<'_>, enabled: u8) -> Option<FreeInertial> {
     let (session, until) = (case.session, case.until);
     let learnt = fix_learner::learn(session, &assumptions, gates, None, until)?;
     Some(learnt.free_inertial(session, &assumptions, until))
+}
+
+/// The device in mode frozen: the stored networks act from power-on, nothing is learnt, and the
+/// navigation computer aligns with the corrected samples.
+fn stored(case: &Case<'_>) -> Option<FreeInertial> {
+    let factor = case.tuned.none_factor;
+    let Some(nets) = case.memory.and_then(Memory::nets) else {
+        return none(case, case.increments(), factor);
+    };
+    let session = case.session;
+    let compensator = compensator(session, nets, case.knows.told);
+    let corrected = corrected_increments(session, &compensator, 0..session.epochs());
+    none(case, &corrected, factor)
+}
+
+/// One of [`REMEMBERING`] after the earlier drives; before the first one, the filter without memory.
+fn remembering<const INDEX: usize>(case: &Case<'_>) -> Option<FreeInertial> {
+    let kept = case.memory.map_or(&[][..], |memory| memory.of(INDEX));
+    if kept.is_empty() {
+        let (_, filter, _) = REMEMBERING[INDEX];
+        return FILTERS[filter].1(case, case.knows.told.datasheet_walk());
+    }
+    recalled(INDEX, case, case.tuned.turn_on[INDEX], kept)
 }
 
 /// The aided filter without a model of the IMU. White noise times `factor` covers what it does not
@@ -200,77 +245,20 @@ fn classical(case: &Case<'_>, walk: f64, model: fn(&Prior) -> ErrorModel) -> Opt
     )
 }
 
-/// Time constants of the exponentials of `ekf-exp`, s, and their standard deviations as shares of
-/// the bias's: those of the device's hypotheses (`firmware::learn::prior`, `bank::table`).
-const TIMES_S: [f64; 3] = [150.0, 500.0, 1500.0];
-const SHARES: [f64; 3] = [0.1, 0.3, 1.0];
-
-/// Biases, alone or with exponentials of the time since power-on.
-fn exponentials(case: &Case<'_>, walk: f64) -> Option<FreeInertial> {
-    picked(case, walk, |prior, share| {
-        ErrorModel::with_exponentials(prior, TIMES_S, share)
-    })
-}
-
-/// Biases, alone or with laws of what the thermometers read. Without thermometers they are alone.
-fn temperatures(case: &Case<'_>, walk: f64) -> Option<FreeInertial> {
-    let known = read(case.session);
-    picked(case, walk, |prior, share| {
-        ErrorModel::with_temperatures(prior, known.clone(), share)
-    })
-}
-
-/// Seconds of readings that a rate of temperature is the slope of: a resolution of 1 K then leaves
-/// 0.4 K/min.
-const RATE_S: usize = 120;
-
-/// The thermometers of the axes in each second, and the slope of what they have read before.
-fn read(session: &Session) -> Arc<[Known]> {
-    let readings = session.readings.as_deref().unwrap_or_default();
-    let of = |k: usize| {
-        let last = &readings[k.saturating_sub(RATE_S - 1)..=k];
-        let middle = 0.5 * (last.len() as f64 - 1.0);
-        let mut sums = (Vector3::zeros(), 0.0);
-        for (i, reading) in last.iter().enumerate() {
-            let time = i as f64 - middle;
-            sums.0 += reading.axes * time;
-            sums.1 += time * time;
-        }
-        let rate = if sums.1 > 0.0 {
-            sums.0 / sums.1
-        } else {
-            Vector3::zeros()
-        };
-        let off = readings[k].axes.map(|degc| degc - REFERENCE_DEGC);
-        Known {
-            readings: [off, rate],
-            ..Known::default()
-        }
-    };
-    (0..readings.len()).map(of).collect()
-}
-
-/// Biases, and the same with three sizes of further errors: four filters on the same fixes. The one
-/// that gave them the greatest density goes on.
-fn picked(
-    case: &Case<'_>,
-    walk: f64,
-    with: impl Fn(&Prior, f64) -> ErrorModel,
-) -> Option<FreeInertial> {
+/// Several filters on the same fixes. The one that gave them the greatest density goes on.
+fn picked(case: &Case<'_>, walk: f64, models: Models) -> Option<FreeInertial> {
     let assumptions = case.knows.told.walking(walk);
-    let prior = &assumptions.prior;
     let (session, until) = (case.session, case.until);
     let increments = case.increments();
     let aligned = aligned(session, increments)?;
-    let with = SHARES.map(|share| with(prior, share));
-    let models = [ErrorModel::biases(prior)].into_iter().chain(with);
+    let models = models(session, &assumptions.prior).into_iter();
     let scored =
         models.map(|model| aligned.scored(model, &assumptions, session, increments, until));
     let (best, _) = scored.max_by(|a, b| a.1.total_cmp(&b.1))?;
     Some(free(&best, session, increments, until))
 }
 
-fn aided_free_inertial(
+pub(super) fn aided_free_inertial(
     case: &Case<'_>,
     increments: &[Increment],
     assumptions: &Assumptions,
@@ -283,7 +271,12 @@ fn aided_free_inertial(
 }
 
 /// Free inertial from the filter's state with its last estimate of the errors.
-fn free(filter: &Aided, session: &Session, increments: &[Increment], until: usize) -> FreeInertial {
+pub(super) fn free(
+    filter: &Aided,
+    session: &Session,
+    increments: &[Increment],
+    until: usize,
+) -> FreeInertial {
     let (from, dt) = (until * session.steps_per_epoch(), session.step_s());
     let mut corrected = vec![Increment::default(); from];
     let time = |k: usize| (k as f64 + 0.5) * dt;
@@ -302,8 +295,11 @@ fn free(filter: &Aided, session: &Session, increments: &[Increment], until: usiz
 }
 
 /// The increments behind networks taught over the aided part. Where no network is promoted they are
-/// the session's own.
+/// the session's own, as they are without fixes.
 pub fn rnn_increments<'a>(case: &Case<'a>) -> Option<Cow<'a, [Increment]>> {
+    if !case.fixes {
+        return Some(Cow::Borrowed(case.increments()));
+    }
     let assumptions = *case.knows.told;
     let session = case.session;
     let learnt = fit(
@@ -363,7 +359,6 @@ fn known(session: &Session) -> Arc<[Known]> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::inertial::session::Readings;
 
     #[test]
     fn ablations_are_the_documented_parts_of_the_bank() {
@@ -381,31 +376,5 @@ mod tests {
         }
         let (name, bits) = got.last().unwrap();
         assert!(name.starts_with("no-") && bits.count_ones() as usize == HYPOTHESES - 1);
-    }
-
-    /// A ramp of 1 K/min that is read in whole degrees.
-    #[test]
-    fn the_rate_of_a_coarse_thermometer_is_good_to_its_resolution() {
-        let reading = |second: u32| Readings {
-            axes: Vector3::repeat((30.0 + f64::from(second) / 60.0).round()),
-            processor: 0.0,
-        };
-        let lsb = firmware::sample::Lsb {
-            rad: 1e-8,
-            mps: 1e-6,
-        };
-        let none = Session::new(0.01, (Vec::new(), lsb), Vec::new(), Vec::new());
-        assert!(read(&none).is_empty());
-        let session = Session {
-            readings: Some((0..900).map(reading).collect()),
-            ..none
-        };
-        let known = read(&session);
-        assert_eq!(known.len(), 900);
-        for of in &known[RATE_S..] {
-            let k_per_min = 60.0 * of.readings[1].x;
-            assert!((k_per_min - 1.0).abs() < 0.4, "{k_per_min}");
-        }
-        assert_eq!(known[0].readings, [Vector3::repeat(5.0), Vector3::zeros()]);
     }
 }

@@ -2,6 +2,7 @@
 
 use super::{Group, Row};
 use crate::experiment::run::TIMES_MIN;
+use crate::simulator::imu::world::StartName;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use serde::Serialize;
@@ -31,21 +32,26 @@ pub struct Summary {
     pub lo95_m: f64,
     /// Upper end, m.
     pub hi95_m: f64,
+    /// Earlier drives of each unit.
+    pub drives: u32,
+    /// How warm the units were at power-on: the campaign's setting.
+    pub start: StartName,
 }
 
-/// Sums up by error group, scheme and time, in the order of first appearance.
+/// Sums up by error group, number of earlier drives, scheme and time, in the order of first
+/// appearance. `start` is the campaign's setting.
 #[must_use]
-pub fn summarise(rows: &[Row]) -> Vec<Summary> {
+pub fn summarise(rows: &[Row], start: StartName) -> Vec<Summary> {
     let mut order = Vec::new();
     let mut groups: BTreeMap<_, Vec<&Row>> = BTreeMap::new();
     for row in rows {
-        let key = (row.error_model.rank(), row.scheme.clone());
+        let key = (row.error_model.rank(), row.drives, row.scheme.clone());
         if !groups.contains_key(&key) {
             order.push(key.clone());
         }
         groups.entry(key).or_default().push(row);
     }
-    order.sort_by_key(|(rank, _)| *rank);
+    order.sort_by_key(|(rank, drives, _)| (*rank, *drives));
     order
         .iter()
         .flat_map(|key| {
@@ -53,13 +59,13 @@ pub fn summarise(rows: &[Row]) -> Vec<Summary> {
             TIMES_MIN
                 .iter()
                 .enumerate()
-                .map(|(i, t)| cell(rows, i, *t))
+                .map(|(i, t)| cell(rows, i, *t, start))
                 .collect::<Vec<_>>()
         })
         .collect()
 }
 
-fn cell(rows: &[&Row], i: usize, t_min: u32) -> Summary {
+fn cell(rows: &[&Row], i: usize, t_min: u32, start: StartName) -> Summary {
     let mut x: Vec<f64> = rows.iter().map(|r| r.horizontal_m[i]).collect();
     let median_m = median(&mut x);
     let (lo95_m, hi95_m) = interval(&x, u64::from(t_min));
@@ -73,6 +79,8 @@ fn cell(rows: &[&Row], i: usize, t_min: u32) -> Summary {
         max_m: x[x.len() - 1],
         lo95_m,
         hi95_m,
+        drives: rows[0].drives,
+        start,
     }
 }
 
@@ -125,7 +133,7 @@ mod tests {
     fn median_mean_worst_and_interval() {
         let row = |k| Row::north(ErrorModelName::All, k, "ekf6", f64::from(k));
         let rows: Vec<Row> = (1..=101).map(row).collect();
-        let s = summarise(&rows);
+        let s = summarise(&rows, StartName::Cold);
         assert_eq!(s.len(), 5);
         let last = &s[4];
         assert_eq!(

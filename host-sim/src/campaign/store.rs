@@ -30,6 +30,9 @@ pub struct Row {
     /// How warm the unit was at power-on.
     #[serde(default)]
     pub start: StartName,
+    /// How many earlier drives the unit had.
+    #[serde(default)]
+    pub drives: u32,
 }
 
 #[cfg(test)]
@@ -44,12 +47,17 @@ impl Row {
             north_m: [m; TIMES_MIN.len()],
             east_m: [0.0; TIMES_MIN.len()],
             start: StartName::Cold,
+            drives: 0,
         }
     }
 }
 
-/// The row of a solution, if it lasts long enough.
-pub(super) fn row(error_model: Group, run: u32, scheme: &str, free: &FreeInertial) -> Option<Row> {
+/// The row of a solution, if it lasts long enough: group of errors, run, earlier drives.
+pub(super) fn row(
+    (error_model, run, drives): (Group, u32, u32),
+    scheme: &str,
+    free: &FreeInertial,
+) -> Option<Row> {
     let mut out = Row {
         error_model,
         run,
@@ -58,6 +66,7 @@ pub(super) fn row(error_model: Group, run: u32, scheme: &str, free: &FreeInertia
         north_m: [0.0; TIMES_MIN.len()],
         east_m: [0.0; TIMES_MIN.len()],
         start: StartName::Cold,
+        drives,
     };
     for (i, t) in TIMES_MIN.into_iter().enumerate() {
         let at = experiment::results::Row::of(free, scheme, t)?;
@@ -104,7 +113,7 @@ impl Store {
             Ok(_) => {
                 return Err(Error::NotOurs {
                     dir: store.dir,
-                    holds: "holds another campaign (other version, scenario, schemes or error models)",
+                    holds: "holds another campaign (other version, scenario, drives, schemes or error models)",
                 });
             }
             Err(_) if foreign => {

@@ -3,11 +3,14 @@
 
 use super::schemes::{FILTERS, Tuned, none, rnn_increments};
 use super::statistics::median;
+use super::turn_on;
 use super::{Campaign, Group};
 use crate::error::Error;
 use crate::experiment::results::Row;
+use crate::inertial::ekf::TurnOn;
 use crate::inertial::free_inertial::FreeInertial;
 use crate::simulator::imu::ImuSpec;
+use crate::simulator::imu::world::StartName;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
@@ -16,12 +19,35 @@ const WALKS: [f64; 10] = [1e-3, 3e-3, 0.01, 0.03, 0.1, 0.2, 0.4, 0.8, 1.6, 3.2];
 /// Candidates for the noise of the filter without a model.
 const FACTORS: [f64; 8] = [0.3, 1.0, 3.0, 10.0, 30.0, 100.0, 300.0, 1000.0];
 /// Number of the first unit to train on: far above any run's.
-const FIRST_UNIT: u32 = 4_000_000_000;
+pub(super) const FIRST_UNIT: u32 = 4_000_000_000;
+
+/// What all runs of a campaign have in common.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Setting {
+    /// How warm the unit is at power-on.
+    pub start: StartName,
+    /// Numbers of earlier drives.
+    pub drives: Vec<u32>,
+    /// The judged drive has fixes.
+    pub fixes: bool,
+}
+
+impl Default for Setting {
+    fn default() -> Self {
+        Self {
+            start: StartName::Cold,
+            drives: vec![0],
+            fixes: true,
+        }
+    }
+}
 
 /// What was chosen for each group.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct Tuning {
     chosen: Vec<(Group, Tuned)>,
+    /// What the filters were tuned for.
+    pub setting: Setting,
 }
 
 /// Errors at the end of the free-inertial part with each candidate, m.
@@ -33,7 +59,7 @@ struct Tried {
 
 impl Tuning {
     /// Searches for the least median horizontal error at the end of the free-inertial part. Calls
-    /// `progress` after each unit.
+    /// `progress` after each unit, once a round ([`Campaign::tuning_rounds`]).
     ///
     /// # Errors
     /// A standstill that gives no attitude.
@@ -61,12 +87,24 @@ impl Tuning {
                 walks: std::array::from_fn(|filter| best(&WALKS, |i| of(&|t| t.walks[filter][i]))),
                 none_factor: best(&FACTORS, |i| of(&|t| t.none[i])),
                 rnn_factor: best(&FACTORS, |i| of(&|t| t.rnn[i])),
+                ..Tuned::default()
             };
             (*model, tuned)
         });
-        Ok(Self {
+        let mut tuning = Self {
             chosen: chosen.collect(),
-        })
+            setting: campaign.setting(),
+        };
+        turn_on::search(campaign, imu, &mut tuning, progress)?;
+        Ok(tuning)
+    }
+
+    /// Sets what is new at every turn-on for a filter with a memory.
+    pub(super) fn set_turn_on(&mut self, model: Group, index: usize, turn_on: TurnOn) {
+        let found = self.chosen.iter_mut().find(|(m, _)| *m == model);
+        if let Some((_, tuned)) = found {
+            tuned.turn_on[index] = turn_on;
+        }
     }
 
     /// Every candidate on one unit, for each group of errors.
@@ -75,8 +113,7 @@ impl Tuning {
         campaign.sessions(imu, k, |_, case| {
             let lost = || campaign.scenario.no_attitude();
             let error = |free: Option<FreeInertial>| -> Result<f64, Error> {
-                let row = free.and_then(|c| Row::of(&c, "", 22));
-                row.map(|r| r.horizontal_m).ok_or_else(lost)
+                free.as_ref().and_then(error_m).ok_or_else(lost)
             };
             let mut tried = Tried {
                 walks: [[0.0; WALKS.len()]; FILTERS.len()],
@@ -109,6 +146,11 @@ impl Tuning {
         let found = self.chosen.iter().find(|(m, _)| *m == model);
         found.map_or_else(Tuned::default, |(_, t)| *t)
     }
+}
+
+/// Horizontal error at the end of the free-inertial part, m.
+pub(super) fn error_m(free: &FreeInertial) -> Option<f64> {
+    Row::of(free, "", 22).map(|row| row.horizontal_m)
 }
 
 /// The candidate of the least error, the first of equals.

@@ -10,6 +10,7 @@ use crate::error::Error;
 use crate::output::write_atomic;
 use crate::report;
 use clap::{Args as ClapArgs, Subcommand};
+use std::collections::BTreeSet;
 use std::path::PathBuf;
 
 /// Keys of a scenario that a campaign would ignore: its drives and its networks are its own.
@@ -64,6 +65,14 @@ pub struct Args {
     /// Schemes, separated by commas [default: all]
     #[arg(long, value_delimiter = ',', value_name = "NAMES")]
     schemes: Vec<String>,
+    /// Earlier drives of the same unit before the judged one, each on another day: one number, or
+    /// several separated by commas; 0 to 64
+    #[arg(long, value_delimiter = ',', value_name = "NUMBERS", default_value = "0",
+          value_parser = clap::value_parser!(u32).range(0..=64))]
+    drives: Vec<u32>,
+    /// The judged drive has no fixes after its standstill
+    #[arg(long)]
+    no_fixes: bool,
     /// Also judge each hypothesis of `rnn-kalman` alone, and the learner without some of them
     #[arg(long)]
     ablation: bool,
@@ -125,10 +134,16 @@ impl Args {
             schemes: self.schemes()?,
             ablation: self.ablation,
             tuning_units: self.tuning_units,
+            drives: self
+                .drives
+                .iter()
+                .copied()
+                .collect::<BTreeSet<u32>>()
+                .into_iter()
+                .collect(),
+            fixes: !self.no_fixes,
         };
-        if self.runs == 0 {
-            return Err(refused("--runs", "0 runs", "give at least 1"));
-        }
+        self.fit_together()?;
         let mut pool = rayon::ThreadPoolBuilder::new();
         if let Some(jobs) = self.jobs {
             pool = pool.num_threads(jobs.max(1));
@@ -144,7 +159,7 @@ impl Args {
         let tuning = |n: u32| {
             bar.set_message(format!(
                 "(tuning the classical filters first: {n}/{} units)",
-                campaign.tuning_units
+                campaign.tuning_units * campaign.tuning_rounds()
             ));
         };
         tuning(0);
@@ -166,6 +181,26 @@ impl Args {
             files.parquet = Some(self.out.join("campaign.parquet"));
         }
         finish(&done?, &files)
+    }
+
+    /// Refuses what does not go together.
+    fn fit_together(&self) -> Result<(), Error> {
+        if self.runs == 0 {
+            return Err(refused("--runs", "0 runs", "give at least 1"));
+        }
+        let plain = self.drives.iter().all(|&drives| drives == 0) && !self.no_fixes;
+        if self.ablation && !plain {
+            let problem = "parts of the bank have no memory, and learn nothing without fixes";
+            return Err(refused(
+                "--ablation",
+                problem,
+                "leave --drives and --no-fixes out",
+            ));
+        }
+        if self.files.results.is_some() && !plain {
+            return Err(not_for_results());
+        }
+        Ok(())
     }
 
     /// The schemes asked for; each must exist.
@@ -210,6 +245,13 @@ impl Args {
     }
 }
 
+/// The text around the tables of `--results` tells of one judged drive with fixes.
+fn not_for_results() -> Error {
+    let problem = "its text is for drives with fixes and without earlier drives";
+    let remedy = "take --json or --parquet, or leave --drives and --no-fixes out";
+    refused("--results", problem, remedy)
+}
+
 /// Warns of runs that are missing between the first and the last.
 fn warn_of_gaps(merged: &Merged) {
     let runs: std::collections::BTreeSet<u32> = merged.rows.iter().map(|r| r.run).collect();
@@ -227,8 +269,12 @@ fn warn_of_gaps(merged: &Merged) {
 }
 
 fn finish(done: &Merged, files: &Files) -> Result<(), Error> {
-    let summary = summarise(&done.rows);
-    let ratios = ratios(&done.rows);
+    let setting = &done.tuning.setting;
+    if files.results.is_some() && (setting.drives != [0] || !setting.fixes) {
+        return Err(not_for_results());
+    }
+    let summary = summarise(&done.rows, setting.start);
+    let ratios = ratios(&done.rows, setting.start);
     files.json.write(&summary)?;
     if let Some(file) = &files.ratios {
         write_json(file, &ratios)?;

@@ -2,6 +2,7 @@
 
 use crate::campaign::{Ratio, Summary};
 use comfy_table::{Table, presets::UTF8_FULL_CONDENSED};
+use std::collections::BTreeSet;
 
 /// Time of the tables, min after the start of free-inertial navigation.
 const T_MIN: u32 = 22;
@@ -11,15 +12,27 @@ const BASELINE: &str = "ekf6";
 /// Errors of each scheme in each group of errors, and the ratios of each scheme to each other.
 #[must_use]
 pub fn tables(summary: &[Summary], ratios: &[Ratio]) -> String {
+    let drives: BTreeSet<u32> = ratios.iter().map(|r| r.drives).collect();
+    let paired: String = drives
+        .iter()
+        .map(|&after| {
+            let several = if drives.len() > 1 {
+                format!(", after {after} earlier drives")
+            } else {
+                String::new()
+            };
+            format!(
+                "\n\npaired ratios over all groups of errors (row to column, geometric mean){several}\n\n{}",
+                of_all_groups(ratios, after)
+            )
+        })
+        .collect();
     format!(
         "horizontal error after {T_MIN} min free inertial, m\n\
          95 %: bootstrap interval of the median; ratio: geometric mean of the errors divided by\n\
          those of {BASELINE} in the same runs; better: in how many runs the ratio is below 1\n\n\
-         {}\n\n\
-         paired ratios over all groups of errors (row to column, geometric mean)\n\n\
-         {}",
+         {}{paired}",
         errors(summary, ratios),
-        of_all_groups(ratios)
     )
 }
 
@@ -31,17 +44,20 @@ fn empty<'a>(header: impl IntoIterator<Item = &'a str>) -> Table {
 }
 
 fn errors(summary: &[Summary], ratios: &[Ratio]) -> Table {
-    let mut table = empty([
+    let several = summary.iter().any(|s| s.drives != summary[0].drives);
+    let drives = several.then_some("drives");
+    let names = [
         "errors", "scheme", "n", "median", "95 %", "mean", "worst", "ratio", "95 %", "better",
-    ]);
+    ];
+    let mut table = empty(names.into_iter().chain(drives));
     for s in summary.iter().filter(|s| s.t_min == T_MIN) {
         let ratio = ratios.iter().find(|r| {
-            (r.error_model, r.t_min) == (Some(s.error_model), T_MIN)
+            (r.error_model, r.t_min, r.drives) == (Some(s.error_model), T_MIN, s.drives)
                 && (r.scheme == s.scheme && r.baseline == BASELINE)
         });
         let m = |x: f64| format!("{x:.0}");
         let of = |text: &dyn Fn(&Ratio) -> String| ratio.map_or_else(String::new, text);
-        table.add_row([
+        let cells = [
             s.error_model.to_string(),
             s.scheme.clone(),
             s.n.to_string(),
@@ -52,13 +68,16 @@ fn errors(summary: &[Summary], ratios: &[Ratio]) -> Table {
             of(&|r| format!("{:.2}", r.ratio)),
             of(&|r| format!("{:.2} .. {:.2}", r.lo95, r.hi95)),
             of(&|r| r.better.to_string()),
-        ]);
+        ];
+        let drives = several.then(|| s.drives.to_string());
+        table.add_row(cells.into_iter().chain(drives));
     }
     table
 }
 
-fn of_all_groups(ratios: &[Ratio]) -> Table {
-    let all = ratios.iter().filter(|r| r.error_model.is_none());
+fn of_all_groups(ratios: &[Ratio], drives: u32) -> Table {
+    let all = ratios.iter();
+    let all = all.filter(|r| r.error_model.is_none() && r.drives == drives);
     let all: Vec<&Ratio> = all.filter(|r| r.t_min == T_MIN).collect();
     let mut schemes: Vec<&str> = Vec::new();
     for r in &all {

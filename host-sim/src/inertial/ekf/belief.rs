@@ -21,10 +21,11 @@
 
 use super::{Aided, ErrorModel, Regressor};
 use nalgebra::{DMatrix, DVector};
+use serde::{Deserialize, Serialize};
 
 /// Shares of the prior variance of a parameter that are new at every turn-on, 0 to 1: of biases,
 /// and of all other parameters (laws). With 1 nothing is carried over.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct TurnOn {
     /// Of a bias.
     pub bias: f64,

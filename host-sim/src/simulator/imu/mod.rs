@@ -22,6 +22,7 @@ mod term;
 pub mod thermal;
 pub mod thermometer;
 mod triad;
+mod unit_errors;
 pub mod world;
 
 pub use datasheet::{AccelSpec, GyroSpec};
@@ -34,6 +35,7 @@ pub use nodes::NodesSpec;
 pub use spec::{BlockSpec, ImuSpec, PRESETS};
 pub use term::Group;
 pub use thermometer::ThermometerSpec;
+pub use unit_errors::UnitErrors;
 pub use world::World;
 
 #[cfg(test)]

@@ -7,6 +7,7 @@ use super::spec::ImuSpec;
 use super::term::Datasheet;
 use super::triad::environment::Beginning;
 use super::triad::{SLOW_S, Sigmas, Triad};
+use super::unit_errors::UnitErrors;
 use crate::inertial::session::{Readings, Surroundings};
 use crate::inertial::sins::Increment;
 use crate::inertial::units::{ARCSEC, DEG_PER_H, G0, UG};
@@ -117,6 +118,17 @@ impl Imu {
             samples_per_second: spec.rate_hz,
             sample: 0,
             draws,
+        }
+    }
+
+    /// The errors that the unit has at every turn-on.
+    #[must_use]
+    pub fn unit_errors(&self) -> UnitErrors {
+        UnitErrors {
+            gyro: self.gyro.clone(),
+            accel: self.accel.clone(),
+            places: self.places,
+            g_sensitivity: self.g_sensitivity,
         }
     }
 

@@ -6,6 +6,7 @@ pub(super) mod flicker;
 use super::dither::DitherSpec;
 use super::draws::{Normals, normal3};
 use super::world::History;
+use crate::inertial::ekf::{Parameter, Regressor};
 use crate::inertial::session::{Surroundings, Temperature};
 use crate::inertial::units::ARCSEC;
 use environment::{Beginning, Environment, Sizes};
@@ -260,6 +261,40 @@ impl Triad {
         match &self.environment {
             Some(environment) => error + environment.scale_now.component_mul(x),
             None => error,
+        }
+    }
+
+    /// The part of a parameter that belongs to the unit: see [`super::UnitErrors`].
+    pub fn of_unit(&self, p: &Parameter) -> f64 {
+        let i = p.axis;
+        let [c1, c2, c3, c4, c5] = &self.thermal;
+        match p.regressor {
+            Regressor::One if p.time_s.is_infinite() => self.bias_unit[i],
+            Regressor::Input(j) => self.matrix[(i, j)],
+            Regressor::Magnitude(_) => self.asymmetry[i],
+            Regressor::Product(j, k) if j == k => self.quadratic[i],
+            Regressor::Product(..) => self.cross[i],
+            Regressor::Cube(_) => self.cubic[i],
+            Regressor::Temperature => c1[i],
+            Regressor::TemperatureSquare => c2[i],
+            Regressor::Heating => c3[i],
+            Regressor::HeatingTemperature => c4[i],
+            Regressor::Gradient => c5[i],
+            Regressor::Field(j) => self.magnetic[(i, j)],
+            Regressor::Vibration(_) => self.rectification[i] * self.sigmas.above_ratio,
+            Regressor::Decay(_) => self.warm_up[i],
+            _ => 0.0,
+        }
+    }
+
+    /// Standard deviation of the part of a parameter that is new at a turn-on; `value` is the
+    /// unit's part.
+    pub fn turn_on(&self, p: &Parameter, value: f64) -> f64 {
+        match p.regressor {
+            Regressor::One if p.time_s.is_infinite() => self.sigmas.bias_turn_on,
+            Regressor::One => p.sigma,
+            Regressor::Decay(_) => value.abs() * WARM_UP_REPEATABILITY,
+            _ => 0.0,
         }
     }
 

@@ -1,0 +1,56 @@
+//! The limit of all memory: the unit is known exactly, what is new at the turn-on is not.
+
+use super::schemes::{Case, aided_free_inertial, oracle};
+use crate::inertial::ekf::{ErrorModel, Inputs, Parameter, SlowErrors};
+use crate::inertial::free_inertial::FreeInertial;
+use crate::inertial::sins::Increment;
+use nalgebra::DVector;
+
+/// The errors that the unit has at every turn-on are taken off, and a filter with parameters for
+/// those that are new at this turn-on does the rest. What the oracle is not told of, the limit is
+/// not either. How much of its warm-up a warm unit has left is known.
+pub(super) fn limit(case: &Case<'_>) -> Option<FreeInertial> {
+    let told = oracle(case.knows.simulated, case.session);
+    let unit = &case.knows.unit;
+    let values: Vec<f64> = told.parameters.iter().map(|p| unit.value(p)).collect();
+    let fresh = |(p, value): (&Parameter, &f64)| {
+        let sigma = unit.turn_on(p, *value);
+        let changes = sigma > 0.0 || p.walk > 0.0;
+        changes.then_some(Parameter { sigma, ..*p })
+    };
+    let fresh = ErrorModel {
+        parameters: told
+            .parameters
+            .iter()
+            .zip(&values)
+            .filter_map(fresh)
+            .collect(),
+        known: told.known.clone(),
+        delay_s: 0.0,
+    };
+    let corrected = corrected(case, &told, &DVector::from_vec(values));
+    aided_free_inertial(case, &corrected, case.knows.told, fresh)
+}
+
+/// The increments without the errors of a model with known parameters.
+fn corrected(case: &Case<'_>, model: &ErrorModel, theta: &DVector<f64>) -> Vec<Increment> {
+    let dt = case.session.step_s();
+    let mut slow = SlowErrors::default();
+    let mut before: Option<Increment> = None;
+    let each = case.increments().iter().enumerate().map(|(k, w)| {
+        let last = before.replace(*w).unwrap_or(*w);
+        let now = Inputs {
+            rate: w.dtheta / dt,
+            force: w.dv / dt,
+            rate_change: (w.dtheta - last.dtheta) / (dt * dt),
+            force_change: (w.dv - last.dv) / (dt * dt),
+            time: (k as f64 + 0.5) * dt,
+        };
+        let [gyro, accel] = model.error(theta, &now, &mut slow);
+        Increment {
+            dtheta: w.dtheta - gyro * dt,
+            dv: w.dv - accel * dt,
+        }
+    });
+    each.collect()
+}

@@ -1,0 +1,170 @@
+//! Schemes with a memory: what they keep of the earlier drives of a unit over power-off.
+//!
+//! The classical filters keep mean and covariance of each model that they pick from
+//! ([`Belief`]), and the densities of all fixes so far. The device keeps what today's firmware
+//! stores: the networks of the last drive with the biases folded in.
+
+use super::laws::{Models, biases, exponentials, temperatures};
+use super::schemes::{Case, FILTERS, free};
+use crate::inertial::ekf::{Aided, Belief, ErrorModel, TurnOn};
+use crate::inertial::free_inertial::FreeInertial;
+use crate::learning::fix_learner;
+use crate::learning::teacher::{Assumptions, aligned_knowing};
+use firmware::learn::bank::{ALL, Gates};
+use lrnn_nostd::Net;
+
+/// Filters with a memory: the names of their schemes, the [`FILTERS`] that they are without it, and
+/// the models that they pick from.
+pub const REMEMBERING: [(&str, usize, Models); 3] = [
+    ("ekf6-memory", 0, biases),
+    ("ekf-exp-memory", 4, exponentials),
+    ("ekf-temp-memory", 5, temperatures),
+];
+
+/// The device's learner: the scheme that keeps networks.
+pub const DEVICE: &str = "rnn-kalman";
+
+/// The scheme that one with a memory is before its first drive.
+#[must_use]
+pub fn without_memory(scheme: &str) -> Option<&'static str> {
+    let found = REMEMBERING.iter().find(|(name, ..)| *name == scheme);
+    found.map(|&(_, filter, _)| FILTERS[filter].0)
+}
+
+/// Whether a scheme uses what it has kept of earlier drives. With fixes the device's learner begins
+/// anew at each power-on, and what is stored does not act while it learns.
+#[must_use]
+pub fn remembers(scheme: &str, fixes: bool) -> bool {
+    without_memory(scheme).is_some() || (scheme == DEVICE && !fixes)
+}
+
+/// One model of a filter after some drives.
+#[derive(Debug, Clone)]
+pub struct Kept {
+    /// The parameters of the unit.
+    unit: Belief,
+    /// Logarithm of the density of all fixes so far.
+    score: f64,
+}
+
+/// What is kept of the drives so far.
+#[derive(Debug, Clone, Default)]
+pub struct Memory {
+    /// Of each of [`REMEMBERING`] its models; empty before the first drive.
+    filters: [Vec<Kept>; REMEMBERING.len()],
+    /// The device's networks of the last drive.
+    nets: Option<[Net; 2]>,
+}
+
+/// One model taken through a drive.
+pub(super) struct Passed {
+    filter: Aided,
+    score: f64,
+    time_s: f64,
+}
+
+impl Memory {
+    /// What the filter number `index` has kept.
+    #[must_use]
+    pub fn of(&self, index: usize) -> &[Kept] {
+        &self.filters[index]
+    }
+
+    /// The stored networks.
+    #[must_use]
+    pub fn nets(&self) -> Option<&[Net; 2]> {
+        self.nets.as_ref()
+    }
+
+    /// The filter number `index` has passed a drive. `None`: no attitude.
+    pub(super) fn keep(&mut self, index: usize, case: &Case<'_>) -> Option<()> {
+        let turn_on = case.tuned.turn_on[index];
+        let passed = pass(index, case, turn_on, &self.filters[index])?;
+        self.filters[index] = kept(index, case, turn_on, &self.filters[index], &passed);
+        Some(())
+    }
+
+    /// The device has learnt on a drive and stores its networks.
+    pub(super) fn store(&mut self, case: &Case<'_>) -> Option<()> {
+        let gates = Gates {
+            enabled: ALL,
+            ..Gates::default()
+        };
+        let told = case.knows.told;
+        let learnt = fix_learner::learn(case.session, told, gates, None, case.until)?;
+        self.nets = Some([learnt.nets.gyro, learnt.nets.accel]);
+        Some(())
+    }
+}
+
+fn models(index: usize, case: &Case<'_>) -> (Assumptions, Vec<ErrorModel>) {
+    let told = case.knows.told;
+    let assumptions = told.walking(told.datasheet_walk());
+    let models = REMEMBERING[index].2(case.session, &assumptions.prior);
+    (assumptions, models)
+}
+
+/// Each model from power-on to the end of the fixes.
+pub(super) fn pass(
+    index: usize,
+    case: &Case<'_>,
+    turn_on: TurnOn,
+    kept: &[Kept],
+) -> Option<Vec<Passed>> {
+    let (assumptions, models) = models(index, case);
+    let (session, increments) = (case.session, case.increments());
+    let each = models.into_iter().enumerate().map(|(i, model)| {
+        let unit = kept.get(i).map(|k| k.unit.clone());
+        let unit = unit.unwrap_or_else(|| Belief::of_unit(&model, turn_on));
+        let known = unit.turned_on(&model, turn_on);
+        let aligned = aligned_knowing(session, increments, &model, &known)?;
+        let filter = aligned.filter_knowing(model, &assumptions, &known);
+        let (filter, score) = aligned.scored_from(filter, session, increments, case.until);
+        Some(Passed {
+            filter,
+            score: score + kept.get(i).map_or(0.0, |k| k.score),
+            time_s: (case.until - aligned.first) as f64,
+        })
+    });
+    each.collect()
+}
+
+/// What is kept of a drive.
+pub(super) fn kept(
+    index: usize,
+    case: &Case<'_>,
+    turn_on: TurnOn,
+    before: &[Kept],
+    passed: &[Passed],
+) -> Vec<Kept> {
+    let (_, models) = models(index, case);
+    let each = models.iter().zip(passed).enumerate();
+    let each = each.map(|(i, (model, passed))| {
+        let unit = before.get(i).map(|k| k.unit.clone());
+        let unit = unit.unwrap_or_else(|| Belief::of_unit(model, turn_on));
+        let after = Belief::of_filter(&passed.filter);
+        Kept {
+            unit: unit.powered_off(model, turn_on, &after, passed.time_s),
+            score: passed.score,
+        }
+    });
+    each.collect()
+}
+
+/// Free inertial by the model that gave all fixes, those of the earlier drives included, the
+/// greatest density.
+pub(super) fn recalled(
+    index: usize,
+    case: &Case<'_>,
+    turn_on: TurnOn,
+    kept: &[Kept],
+) -> Option<FreeInertial> {
+    let passed = pass(index, case, turn_on, kept)?.into_iter();
+    let best = passed.max_by(|a, b| a.score.total_cmp(&b.score))?;
+    Some(free(
+        &best.filter,
+        case.session,
+        case.increments(),
+        case.until,
+    ))
+}

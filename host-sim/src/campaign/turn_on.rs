@@ -1,0 +1,199 @@
+//! What is new at every turn-on, for the filters with a memory: found by the search that also finds
+//! the walks, on the same further units, which then have earlier drives with the same kind of start.
+//!
+//! First biases and laws have the same share; then the laws' is searched for, and then the biases'.
+
+use super::laws::Models;
+use super::memory::{Kept, REMEMBERING, kept, pass, recalled};
+use super::schemes::Case;
+use super::statistics::median;
+use super::tuning::{FIRST_UNIT, Tuning, error_m};
+use super::{Campaign, Error, Group};
+use crate::inertial::ekf::TurnOn;
+use crate::simulator::imu::ImuSpec;
+use rayon::prelude::*;
+
+/// Candidates for a share of the prior variance. The last one is its end: nothing is remembered.
+const SHARES: [f64; 7] = [1e-4, 1e-3, 0.01, 0.03, 0.1, 0.3, 1.0];
+/// Earlier drives of a unit that is tuned on, at most. A turn-on shows between two drives.
+const DRIVES: u32 = 2;
+
+/// What is searched for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Stage {
+    Both,
+    Law,
+    Bias,
+}
+
+/// The searches, one after the other.
+const STAGES: [Stage; 3] = [Stage::Both, Stage::Law, Stage::Bias];
+/// How often each unit is simulated for them.
+pub(super) const ROUNDS: u32 = STAGES.len() as u32;
+
+impl Stage {
+    fn candidate(self, share: f64, best: TurnOn) -> TurnOn {
+        let (bias, law) = match self {
+            Self::Both => (share, share),
+            Self::Law => (best.bias, share),
+            Self::Bias => (share, best.law),
+        };
+        TurnOn { bias, law }
+    }
+
+    /// A filter without laws has one search.
+    fn concerns(self, index: usize) -> bool {
+        self == Self::Both || !is_alone(REMEMBERING[index].2)
+    }
+}
+
+fn is_alone(models: Models) -> bool {
+    std::ptr::fn_addr_eq(models, super::laws::biases as Models)
+}
+
+/// The candidates of one filter for one group of errors, and what each has kept.
+struct Trial {
+    model: Group,
+    index: usize,
+    candidates: Vec<TurnOn>,
+    kept: Vec<Vec<Kept>>,
+    errors: Vec<f64>,
+}
+
+impl Trial {
+    /// The next earlier drive. All candidates are alike before the first one.
+    fn keep(&mut self, case: &Case<'_>) -> Option<()> {
+        let first = match self.kept.is_empty() {
+            true => Some(pass(self.index, case, *self.candidates.first()?, &[])?),
+            false => None,
+        };
+        self.kept.resize(self.candidates.len(), Vec::new());
+        for (turn_on, before) in self.candidates.iter().zip(&mut self.kept) {
+            let after = match &first {
+                Some(passed) => kept(self.index, case, *turn_on, before, passed),
+                None => {
+                    let passed = pass(self.index, case, *turn_on, before)?;
+                    kept(self.index, case, *turn_on, before, &passed)
+                }
+            };
+            *before = after;
+        }
+        Some(())
+    }
+
+    /// The judged drive.
+    fn judge(&mut self, case: &Case<'_>) -> Option<()> {
+        for (turn_on, kept) in self.candidates.iter().zip(&self.kept) {
+            let free = recalled(self.index, case, *turn_on, kept)?;
+            self.errors.push(error_m(&free)?);
+        }
+        Some(())
+    }
+}
+
+impl Campaign {
+    /// Which of [`REMEMBERING`] are tuned: none without earlier drives.
+    fn remembering(&self) -> Vec<usize> {
+        let drives = self.drives.iter().any(|&drives| drives > 0);
+        let wanted = |index: &usize| {
+            let mut schemes = self.schemes();
+            drives && schemes.any(|(name, _)| *name == REMEMBERING[*index].0)
+        };
+        (0..REMEMBERING.len()).filter(wanted).collect()
+    }
+
+    /// How often a unit is simulated to tune all filters.
+    #[must_use]
+    pub fn tuning_rounds(&self) -> u32 {
+        match self.remembering().is_empty() {
+            true => 1,
+            false => 1 + ROUNDS,
+        }
+    }
+}
+
+/// Adds to `tuning` what is best for the filters with a memory.
+pub(super) fn search(
+    campaign: &Campaign,
+    imu: &ImuSpec,
+    tuning: &mut Tuning,
+    progress: &(dyn Fn() + Sync),
+) -> Result<(), Error> {
+    let filters = campaign.remembering();
+    if filters.is_empty() {
+        return Ok(());
+    }
+    for stage in STAGES {
+        let trials = trials(campaign, &filters, stage, tuning);
+        let units: Result<Vec<Vec<Trial>>, Error> = (0..campaign.tuning_units)
+            .into_par_iter()
+            .map(|k| {
+                let tried = unit(campaign, imu, FIRST_UNIT + k, trials());
+                progress();
+                tried
+            })
+            .collect();
+        let units = units?;
+        for (i, trial) in trials().iter().enumerate() {
+            let of = |candidate: usize| {
+                let errors = units.iter().map(|unit| unit[i].errors[candidate]);
+                median(&mut errors.collect::<Vec<f64>>())
+            };
+            let each = (0..trial.candidates.len()).map(|c| (of(c), trial.candidates[c]));
+            let best = each.min_by(|a, b| a.0.total_cmp(&b.0));
+            if let Some((_, best)) = best {
+                tuning.set_turn_on(trial.model, trial.index, best);
+            }
+        }
+    }
+    Ok(())
+}
+
+/// What a stage tries on each unit.
+fn trials<'a>(
+    campaign: &'a Campaign,
+    filters: &'a [usize],
+    stage: Stage,
+    tuning: &Tuning,
+) -> impl Fn() -> Vec<Trial> + Sync + use<'a> {
+    let found: Vec<(Group, [TurnOn; REMEMBERING.len()])> = campaign
+        .models
+        .iter()
+        .map(|&model| (model, tuning.of(model).turn_on))
+        .collect();
+    move || {
+        let each = found.iter().flat_map(|(model, best)| {
+            let filters = filters.iter().filter(|&&index| stage.concerns(index));
+            filters.map(|&index| Trial {
+                model: *model,
+                index,
+                candidates: SHARES.map(|s| stage.candidate(s, best[index])).to_vec(),
+                kept: Vec::new(),
+                errors: Vec::new(),
+            })
+        });
+        each.collect()
+    }
+}
+
+/// All trials on one unit.
+fn unit(
+    campaign: &Campaign,
+    imu: &ImuSpec,
+    k: u32,
+    mut trials: Vec<Trial>,
+) -> Result<Vec<Trial>, Error> {
+    let lost = || campaign.scenario.no_attitude();
+    let most = campaign.drives.iter().copied().max().unwrap_or(0);
+    for number in 1..=most.min(DRIVES) {
+        campaign.earlier(imu, k, number, |model, case| {
+            let mut own = trials.iter_mut().filter(|trial| trial.model == model);
+            own.try_for_each(|trial| trial.keep(case)).ok_or_else(lost)
+        })?;
+    }
+    campaign.sessions(imu, k, |model, case| {
+        let mut own = trials.iter_mut().filter(|trial| trial.model == model);
+        own.try_for_each(|trial| trial.judge(case)).ok_or_else(lost)
+    })?;
+    Ok(trials)
+}
