@@ -265,13 +265,13 @@ mod tests {
         );
         assert!(!text.contains(['{', '}']), "{text}");
         assert!(text.contains("the command") && text.contains("| all | 200 | 400 |"));
-        // rnn-kalman is the sixteenth scheme, ekf6 the second and the best classical one, the
-        // oracle the fourteenth
+        // rnn-kalman is the twentieth scheme, ekf6 the second and the best classical one, the
+        // oracle the eighteenth
         assert!(
-            text.contains("| all | 8.00 (ekf6) | 8.00 (ekf6) | 1.14 / 1.14 |"),
+            text.contains("| all | 10.00 (ekf6) | 10.00 (ekf6) | 1.11 / 1.11 |"),
             "{text}"
         );
-        // rnn-window is the fifteenth
-        assert!(text.contains("7.50 (7.50 .. 7.50), 0 of 3"), "{text}");
+        // rnn-window is the nineteenth
+        assert!(text.contains("9.50 (9.50 .. 9.50), 0 of 3"), "{text}");
     }
 }

@@ -136,3 +136,87 @@ fn threads_shards_and_interruptions_do_not_change_a_byte() {
     };
     assert_eq!(median("rnn-window"), median("floor"));
 }
+
+/// Earlier drives: an interruption and shards change nothing, and each row tells its drives.
+#[test]
+fn earlier_drives_can_be_interrupted_and_divided() {
+    let dir = tempfile::tempdir().unwrap();
+    let d = dir.path();
+    let base = [
+        "--runs",
+        "2",
+        "--models",
+        "linear",
+        "--tuning-units",
+        "1",
+        "--drives",
+        "2,0,1,1",
+        "--no-fixes",
+        "--start",
+        "mixed",
+        "--schemes",
+        "none,ekf6,ekf6-memory,rnn-kalman",
+    ];
+    let run = |extra: &[&str]| {
+        let args: Vec<&str> = base.iter().chain(extra).copied().collect();
+        campaign(d, &args)
+    };
+    let whole = [
+        "--out",
+        "whole",
+        "--json",
+        "whole.json",
+        "--ratios",
+        "r.json",
+    ];
+    run(&whole).success();
+    std::fs::remove_file(d.join("whole/runs/000000.json")).unwrap();
+    run(&["--out", "whole", "--resume", "--json", "resumed.json"]).success();
+    assert!(read(d, "whole.json") == read(d, "resumed.json"));
+    for shard in ["0/2", "1/2"] {
+        run(&["--shard", shard, "--out", "shared"]).success();
+    }
+    let files = ["--json", "merged.json", "--parquet", "merged.parquet"];
+    campaign(d, &[&["merge", "shared"][..], &files].concat()).success();
+    assert!(read(d, "whole.json") == read(d, "merged.json"));
+    assert!(read(d, "whole/campaign.parquet") == read(d, "merged.parquet"));
+
+    let json =
+        |name: &str| -> Vec<serde_json::Value> { serde_json::from_slice(&read(d, name)).unwrap() };
+    let rows = json("whole/runs/000001.json");
+    // four schemes and the floor after 0, 1 and 2 drives
+    assert_eq!(rows.len(), 5 * 3);
+    let starts = ["cold", "warm", "hot"];
+    for row in &rows {
+        assert!(starts.contains(&row["start"].as_str().unwrap()) && row["drives"].is_u64());
+    }
+    let summary = json("whole.json");
+    assert_eq!(summary.len(), 5 * 3 * 5);
+    assert!(summary.iter().all(|cell| cell["start"] == "mixed"));
+    let ratios = json("r.json");
+    // each of five against four others at five times, for the group and over all groups
+    assert_eq!(ratios.len(), 3 * 5 * 4 * 5 * 2);
+    for drives in [0, 1, 2] {
+        let of = |r: &&serde_json::Value| r["drives"] == drives && r["start"] == "mixed";
+        assert_eq!(ratios.iter().filter(of).count(), ratios.len() / 3);
+    }
+    // another number of drives is another campaign
+    campaign(
+        d,
+        &["--models", "linear", "--drives", "0,1", "--out", "whole"],
+    )
+    .code(2);
+    for (wrong, remedy) in [
+        (&["--drives", "1", "--ablation"][..], "leave --drives"),
+        (&["--no-fixes", "--ablation"], "leave --drives"),
+        (&["--drives", "0,1", "--results", "r.md"], "leave --drives"),
+        (&["merge", "shared", "--results", "r.md"], "leave --drives"),
+        (&["--drives", "65"], "64"),
+        (&["--drives", "many"], "--drives"),
+    ] {
+        let failed = campaign(d, wrong).code(2);
+        let told = String::from_utf8_lossy(&failed.get_output().stderr).into_owned();
+        assert!(told.contains(remedy), "{wrong:?}: {told}");
+    }
+    assert!(!d.join("r.md").exists());
+}
