@@ -36,7 +36,7 @@ use crate::inertial::free_inertial::FreeInertial;
 use crate::inertial::session::Session;
 use crate::learning::teacher::Assumptions;
 use crate::simulator::imu::{Draws, ErrorModelName, ImuSpec};
-use crate::simulator::session::{SessionConfig, drive, measured};
+use crate::simulator::session::{SessionConfig, drive_in, measured};
 use rayon::prelude::*;
 use std::cell::OnceCell;
 use std::path::PathBuf;
@@ -57,7 +57,7 @@ const LEARNER: &str = "device";
 /// What to run.
 #[derive(Debug, Clone)]
 pub struct Campaign {
-    /// Scenario: IMU, place, road, receiver.
+    /// Scenario: IMU, place, vehicle, receiver.
     pub scenario: Scenario,
     /// Runs, numbered from 0.
     pub runs: u32,
@@ -305,7 +305,7 @@ impl Campaign {
             turn_on: seeds.turn_on,
             drive: seeds.drive,
         };
-        let (truth, mut fixes) = drive(&config);
+        let (truth, mut fixes) = drive_in(&s.vehicle(), &config);
         let until = part.until as usize;
         if !part.fixes {
             fixes.iter_mut().skip(until + 1).for_each(|fix| *fix = None);

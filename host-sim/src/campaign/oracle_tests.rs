@@ -1,6 +1,7 @@
 //! How much the oracle leaves: on every group of errors against an IMU with noise alone.
 
 use super::*;
+use crate::simulator::session::drive;
 
 fn campaign(preset: &str) -> (Campaign, ImuSpec) {
     let mut imu = ImuSpec::preset(preset).unwrap();

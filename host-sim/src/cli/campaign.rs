@@ -14,15 +14,7 @@ use std::collections::BTreeSet;
 use std::path::PathBuf;
 
 /// Keys of a scenario that a campaign would ignore: its drives and its networks are its own.
-const IGNORED: [&str; 7] = [
-    "heading_deg",
-    "learn",
-    "test",
-    "network",
-    "city",
-    "ship",
-    "aircraft",
-];
+const IGNORED: [&str; 4] = ["heading_deg", "learn", "test", "network"];
 
 /// Arguments of `campaign`.
 #[derive(Debug, ClapArgs)]
@@ -46,6 +38,9 @@ pub struct Args {
         default_value = "linear,thermal,nonlinear,all,all-x3,noise"
     )]
     models: Vec<String>,
+    /// Vehicle in place of the scenario's: road, city, traffic, train, aircraft, hand-held, standing
+    #[arg(long, value_name = "NAME")]
+    vehicle: Option<String>,
     /// How warm the unit is at power-on, in place of the scenario's: cold, warm, hot, mixed
     #[arg(long, value_name = "NAME")]
     start: Option<String>,
@@ -120,7 +115,11 @@ impl Args {
         if let Some(start) = &self.start {
             scenario.set_start(start)?;
         }
-        scenario.on_road()?;
+        if let Some(name) = &self.vehicle {
+            scenario.set_vehicle(name)?;
+        }
+        scenario.vehicle_stands("give a vehicle that stands for 300 s first")?;
+        scenario.gives_none_of(&scenario.other_vehicles(), "campaign")?;
         scenario.one_fix_a_second("campaign")?;
         scenario.gives_none_of(&IGNORED, "campaign")?;
         let models: Result<Vec<Group>, Error> = self.models.iter().map(|m| m.parse()).collect();

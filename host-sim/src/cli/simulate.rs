@@ -14,7 +14,8 @@ use std::path::PathBuf;
 pub struct Args {
     #[command(flatten)]
     simulation: Simulation,
-    /// Vehicle in place of the scenario's: road, city, ship, aircraft
+    /// Vehicle in place of the scenario's: road, city, traffic, train, ship, aircraft, hand-held,
+    /// standing
     #[arg(long, value_name = "NAME")]
     vehicle: Option<String>,
     /// Simulate the drive to learn from instead of the one to judge on

@@ -356,6 +356,7 @@ fn set_up(scenario: &Scenario, imu: &ImuSpec, options: &Options) -> Vec<(String,
             "IMU".to_string(),
             format!("{}, {} samples/s", scenario.unit().name, imu.rate_hz),
         ),
+        ("vehicle".into(), scenario.vehicle_name.to_string()),
         ("learning session".into(), drive(&scenario.learn)),
     ];
     if !options.in_sample {

@@ -6,7 +6,9 @@ use crate::learning::window::NetworkSpec;
 use crate::simulator::gnss::GnssSpec;
 use crate::simulator::imu::world::{Ambient, Power};
 use crate::simulator::imu::{ImuSpec, World};
-use crate::simulator::truth::{Aircraft, City, Segment, Ship, VehicleName};
+use crate::simulator::truth::{
+    Aircraft, City, HandHeld, Segment, Ship, Standing, Traffic, Train, VehicleName,
+};
 use crate::unit::Unit;
 use serde::Deserialize;
 use std::path::{Path, PathBuf};
@@ -19,8 +21,8 @@ mod world;
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct DriveSpec {
-    /// Standstill for alignment, s, 90 to 7200. A city car and an aircraft may have 0; a ship has
-    /// none and is under way in that time.
+    /// Standstill for alignment, s, 90 to 7200. All vehicles but the car on the road may have
+    /// 0; a ship has none and is under way in that time.
     pub standstill_s: u32,
     /// Length of a random drive, s, 120 to 28800; ignored when segments are given.
     pub drive_s: u32,
@@ -79,6 +81,15 @@ pub struct Scenario {
     pub ship: Ship,
     /// What an aircraft does.
     pub aircraft: Aircraft,
+    /// What a car in traffic does.
+    pub traffic: Traffic,
+    /// What a train does.
+    pub train: Train,
+    /// What a hand-held device does.
+    #[serde(rename = "hand-held")]
+    pub hand_held: HandHeld,
+    /// What a vehicle does that never moves.
+    pub standing: Standing,
     /// Temperature of the air around the unit.
     pub ambient: Ambient,
     /// How the unit starts, and its age.
@@ -117,6 +128,10 @@ impl Default for Scenario {
             city: City::default(),
             ship: Ship::default(),
             aircraft: Aircraft::default(),
+            traffic: Traffic::default(),
+            train: Train::default(),
+            hand_held: HandHeld::default(),
+            standing: Standing::default(),
             ambient: Ambient::default(),
             power: Power::default(),
             gnss: GnssSpec::default(),

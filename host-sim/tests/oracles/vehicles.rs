@@ -3,7 +3,9 @@
 
 use super::ecef::EcefReference;
 use host_sim::inertial::earth::Geodetic;
-use host_sim::simulator::truth::{Aircraft, City, Journey, Ship, Vehicle};
+use host_sim::simulator::truth::{
+    Aircraft, City, HandHeld, Journey, Ship, Standing, Traffic, Train, Vehicle,
+};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
@@ -25,7 +27,7 @@ struct Limits {
 /// vertical channel this integrates to 6.2 mm and 2.3e-5 m/s. Coriolis turns the vertical velocity
 /// into the east velocity that is left. At latitude 47 the aircraft, which climbs, has 4.1 mm.
 #[test]
-fn the_reference_follows_ship_aircraft_and_car() {
+fn the_reference_follows_every_vehicle() {
     for (vehicle, limits) in [
         (
             Vehicle::Ship(Ship::default()),
@@ -49,6 +51,38 @@ fn the_reference_follows_ship_aircraft_and_car() {
                 position: [1.8e-4, 6.8e-3],
                 velocity: [9.2e-7, 2.5e-5],
                 attitude: 4.1e-11,
+            },
+        ),
+        (
+            Vehicle::Traffic(Traffic::default()),
+            Limits {
+                position: [1.8e-4, 6.5e-3],
+                velocity: [9.0e-7, 2.4e-5],
+                attitude: 3.1e-11,
+            },
+        ),
+        (
+            Vehicle::Train(Train::default()),
+            Limits {
+                position: [2.2e-4, 7.4e-3],
+                velocity: [1.1e-6, 2.7e-5],
+                attitude: 3.3e-11,
+            },
+        ),
+        (
+            Vehicle::HandHeld(HandHeld::default()),
+            Limits {
+                position: [5.9e-4, 6.2e-3],
+                velocity: [2.7e-6, 2.3e-5],
+                attitude: 9.3e-10,
+            },
+        ),
+        (
+            Vehicle::Standing(Standing::default()),
+            Limits {
+                position: [1.9e-4, 6.9e-3],
+                velocity: [9.6e-7, 2.5e-5],
+                attitude: 3.0e-11,
             },
         ),
     ] {

@@ -100,6 +100,8 @@ fn any_vehicle_can_be_simulated() {
         "vehicle = 'ship'\nunit = 'tactical'\n[test]\nstandstill_s = 90\ndrive_s = 120\n";
     std::fs::write(d.join("ship.toml"), scenario).unwrap();
     std::fs::write(d.join("learn.toml"), "[learn]\ndrive_s = 1800\n").unwrap();
+    std::fs::write(d.join("city.toml"), "[city]\nstops = false\n").unwrap();
+    std::fs::write(d.join("fast.toml"), "[gnss]\nrate_hz = 5\n").unwrap();
     let simulate = |extra: &[&str], out: &str| {
         let args = ["simulate", "--scenario", "ship.toml", "--out", out];
         host_sim(d, &[&args[..], extra].concat()).success();
@@ -109,7 +111,15 @@ fn any_vehicle_can_be_simulated() {
     assert_eq!(ship, simulate(&["--vehicle", "ship"], "again"));
     let header = std::fs::read_to_string(d.join("ship/header.toml")).unwrap();
     assert!(header.contains("heading_deg") && !header.contains("standstill_s"));
-    for vehicle in ["road", "city", "aircraft"] {
+    for vehicle in [
+        "road",
+        "city",
+        "aircraft",
+        "traffic",
+        "train",
+        "hand-held",
+        "standing",
+    ] {
         assert_ne!(ship, simulate(&["--vehicle", vehicle], vehicle));
         let header = std::fs::read_to_string(d.join(vehicle).join("header.toml")).unwrap();
         assert!(header.contains("standstill_s = 90"), "{vehicle}");
@@ -125,7 +135,23 @@ fn any_vehicle_can_be_simulated() {
         ),
         (
             &["campaign", "--runs", "1", "--scenario", "ship.toml"],
-            "'vehicle' is not 'road'",
+            "'vehicle' is 'ship', which never stands",
+        ),
+        (
+            &["campaign", "--runs", "1", "--vehicle", "tran"],
+            "there is no vehicle 'tran'",
+        ),
+        (
+            &["campaign", "--runs", "1", "--scenario", "city.toml"],
+            "'city' is given, but `campaign` does not use it",
+        ),
+        (
+            &["campaign", "--runs", "1", "--scenario", "fast.toml"],
+            "'gnss.rate_hz' is 5, but `campaign` takes one fix a second",
+        ),
+        (
+            &["run", "--scenario", "fast.toml"],
+            "'gnss.rate_hz' is 5, but `run` takes one fix a second",
         ),
         (
             &["campaign", "--runs", "1", "--scenario", "learn.toml"],
@@ -136,4 +162,42 @@ fn any_vehicle_can_be_simulated() {
         let text = String::from_utf8_lossy(&refused.get_output().stderr).into_owned();
         assert!(text.contains(message), "{text}");
     }
+}
+
+/// A receiver with 5 fixes a second, half a second late: the file has the fixes of all arrivals, at
+/// the times that the unit tells, 0.1 s before them. The true position was passed 0.4 s earlier.
+#[test]
+fn simulated_files_have_the_fixes_of_the_true_receiver() {
+    let dir = tempfile::tempdir().unwrap();
+    let d = dir.path();
+    let scenario = "vehicle = 'train'\nunit = 'tactical'\n[gnss]\nlatency_s = 0.5\nrate_hz = 5\n\
+                    horizontal_m = 0.001\n[train]\nstop_every_s = 0\n\
+                    [test]\nstandstill_s = 0\ndrive_s = 120\n";
+    std::fs::write(d.join("s.toml"), scenario).unwrap();
+    host_sim(d, &["simulate", "--scenario", "s.toml", "--out", "o"]).success();
+    let rows = |file: &str| -> Vec<Vec<f64>> {
+        let text = std::fs::read_to_string(d.join("o").join(file)).unwrap();
+        let numbers = |line: &str| line.split(',').map(|x| x.parse().unwrap()).collect();
+        text.lines().skip(1).map(numbers).collect()
+    };
+    let (fixes, truth) = (rows("gnss.csv"), rows("truth.csv"));
+    // arrivals from 0.6 to 120 s
+    assert_eq!((fixes.len(), truth.len()), (598, 121));
+    assert!((fixes[0][0] - 0.5).abs() < 1e-9, "{}", fixes[0][0]);
+    // the fix that arrives at a second, and the true place at that second
+    let metres = 6.37e6_f64.to_radians();
+    let mut compared = 0;
+    for fix in &fixes {
+        let arrival = fix[0] + 0.1;
+        if (arrival - arrival.round()).abs() > 1e-6 {
+            continue;
+        }
+        let at = &truth[arrival.round() as usize];
+        let north = (at[1] - fix[1]) * metres;
+        let east = (at[2] - fix[2]) * metres * at[1].to_radians().cos();
+        let behind = north.hypot(east);
+        assert!((behind - 20.0).abs() < 0.2, "{arrival}: {behind}");
+        compared += 1;
+    }
+    assert_eq!(compared, 120);
 }

@@ -1,7 +1,7 @@
 //! The classes: a sensor, a vehicle, a place, and what is expected of the start.
 
 use crate::error::Error;
-use crate::simulator::truth::{Aircraft, City, Ship, Vehicle};
+use crate::simulator::truth::{Aircraft, City, HandHeld, Ship, Standing, Traffic, Train, Vehicle};
 use crate::unit::around::Kind;
 use serde::Serialize;
 
@@ -63,6 +63,32 @@ const FLIGHT: Aircraft = Aircraft {
     climbs: true,
 };
 
+const QUEUES: Traffic = Traffic {
+    queue_share: 0.7,
+    creep_mps: 1.0,
+    creep_s: 20.0,
+    stop_s: 15.0,
+    departure_s: 60.0,
+    speed_mps: 12.0,
+};
+const RAILWAY: Train = Train {
+    speed_mps: 40.0,
+    radius_m: 1500.0,
+    cant_mm: 150.0,
+    stop_every_s: 480.0,
+};
+const SURVEY: HandHeld = HandHeld {
+    speed_mps: 1.3,
+    step_hz: 1.8,
+    step_g: 0.3,
+    swing_deg: 20.0,
+    pauses: true,
+};
+const PARKED: Standing = Standing {
+    rock_deg: 0.02,
+    sway_mps: 0.002,
+};
+
 /// A car on the road that stands first.
 const fn road(name: &'static str, unit: &'static str, latitude_deg: f64) -> Class {
     Class {
@@ -105,7 +131,7 @@ const fn trap(class: Class) -> Class {
 }
 
 /// All classes.
-pub const CLASSES: [Class; 17] = [
+pub const CLASSES: [Class; 21] = [
     road("laser-0", "medium", 0.0),
     road("laser-47", "medium", 47.0),
     road("laser-75", "medium", 75.0),
@@ -168,6 +194,34 @@ pub const CLASSES: [Class; 17] = [
         }),
         Kind::Land,
     ),
+    moving(
+        "traffic-mems",
+        "a car stands and creeps in queues for most of the time",
+        "icm-42688",
+        Vehicle::Traffic(QUEUES),
+        Kind::Land,
+    ),
+    moving(
+        "train-stim300",
+        "a train at 40 m/s from the first sample on, with curves and stations",
+        "stim300",
+        Vehicle::Train(RAILWAY),
+        Kind::Land,
+    ),
+    trap(moving(
+        "hand-held",
+        "somebody walks with the device and swings it, and the device is told a land vehicle",
+        "icm-42688",
+        Vehicle::HandHeld(SURVEY),
+        Kind::Land,
+    )),
+    trap(moving(
+        "standing",
+        "a parked car that wind and people rock",
+        "icm-42688",
+        Vehicle::Standing(PARKED),
+        Kind::Land,
+    )),
     trap(moving(
         "straight",
         "a car drives straight on at constant speed from the first sample to the last",

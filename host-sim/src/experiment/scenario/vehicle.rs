@@ -2,15 +2,7 @@
 
 use super::{DriveSpec, Scenario};
 use crate::error::Error;
-use crate::simulator::truth::{Aircraft, Ship, Vehicle, VehicleName};
-
-/// Names of the vehicles as they are written.
-const NAMES: [(&str, VehicleName); 4] = [
-    ("road", VehicleName::Road),
-    ("city", VehicleName::City),
-    ("ship", VehicleName::Ship),
-    ("aircraft", VehicleName::Aircraft),
-];
+use crate::simulator::truth::{Vehicle, VehicleName};
 
 impl Scenario {
     /// Another vehicle, with the parameters that the scenario has for it.
@@ -18,13 +10,11 @@ impl Scenario {
     /// # Errors
     /// An unknown name; a vehicle that the rest of the scenario does not fit.
     pub fn set_vehicle(&mut self, name: &str) -> Result<(), Error> {
-        let found = NAMES.iter().find(|(known, _)| *known == name);
+        let names = VehicleName::NAMES;
+        let found = names.iter().find(|(known, _)| *known == name);
         let Some((_, vehicle)) = found else {
-            return Err(Error::unknown(
-                "vehicle",
-                name,
-                &NAMES.map(|(name, _)| name),
-            ));
+            let names = names.map(|(name, _)| name);
+            return Err(Error::unknown("vehicle", name, &names));
         };
         self.vehicle_name = *vehicle;
         self.check_vehicle()
@@ -38,33 +28,24 @@ impl Scenario {
             VehicleName::City => Vehicle::City(self.city),
             VehicleName::Ship => Vehicle::Ship(self.ship),
             VehicleName::Aircraft => Vehicle::Aircraft(self.aircraft),
+            VehicleName::Traffic => Vehicle::Traffic(self.traffic),
+            VehicleName::Train => Vehicle::Train(self.train),
+            VehicleName::HandHeld => Vehicle::HandHeld(self.hand_held),
+            VehicleName::Standing => Vehicle::Standing(self.standing),
         }
+    }
+
+    /// Tables of the vehicles that are not in use, which a command would ignore.
+    #[must_use]
+    pub fn other_vehicles(&self) -> Vec<&'static str> {
+        let others = VehicleName::NAMES.into_iter();
+        let others = others.filter(|(_, vehicle)| *vehicle != self.vehicle_name);
+        others.map(|(name, _)| name).collect()
     }
 
     /// Ranges of the vehicles' parameters, and what a vehicle can do.
     pub(super) fn check_vehicle(&self) -> Result<(), Error> {
-        let Ship {
-            wave_height_m,
-            wave_period_s,
-            speed_mps,
-            current_mps,
-            ..
-        } = self.ship;
-        let Aircraft {
-            speed_mps: through_air,
-            bank_deg,
-            wind_mps,
-            ..
-        } = self.aircraft;
-        self.in_ranges(&[
-            ("ship.wave_height_m", wave_height_m, 0.0, 15.0),
-            ("ship.wave_period_s", wave_period_s, 3.0, 20.0),
-            ("ship.speed_mps", speed_mps, 0.0, 15.0),
-            ("ship.current_mps", current_mps, 0.0, 5.0),
-            ("aircraft.speed_mps", through_air, 30.0, 120.0),
-            ("aircraft.bank_deg", bank_deg, 0.0, 60.0),
-            ("aircraft.wind_mps", wind_mps, 0.0, 30.0),
-        ])?;
+        self.check_tables()?;
         if self.gnss.multipath.in_streets && !self.vehicle().is_car() {
             let problem = "is true, but only a car goes through streets".into();
             let remedy = "leave it out, or give a car as the vehicle";
@@ -82,6 +63,43 @@ impl Scenario {
         Ok(())
     }
 
+    /// Ranges of the tables of all vehicles.
+    fn check_tables(&self) -> Result<(), Error> {
+        let (ship, aircraft) = (&self.ship, &self.aircraft);
+        let (traffic, train) = (&self.traffic, &self.train);
+        let (walk, standing) = (&self.hand_held, &self.standing);
+        self.in_ranges(&[
+            ("ship.wave_height_m", ship.wave_height_m, 0.0, 15.0),
+            ("ship.wave_period_s", ship.wave_period_s, 3.0, 20.0),
+            ("ship.speed_mps", ship.speed_mps, 0.0, 15.0),
+            ("ship.current_mps", ship.current_mps, 0.0, 5.0),
+            ("aircraft.speed_mps", aircraft.speed_mps, 30.0, 120.0),
+            ("aircraft.bank_deg", aircraft.bank_deg, 0.0, 60.0),
+            ("aircraft.wind_mps", aircraft.wind_mps, 0.0, 30.0),
+            ("traffic.queue_share", traffic.queue_share, 0.0, 1.0),
+            ("traffic.creep_mps", traffic.creep_mps, 0.1, 3.0),
+            ("traffic.creep_s", traffic.creep_s, 6.0, 300.0),
+            ("traffic.stop_s", traffic.stop_s, 1.0, 300.0),
+            ("traffic.departure_s", traffic.departure_s, 5.0, 120.0),
+            ("traffic.speed_mps", traffic.speed_mps, 5.0, 35.0),
+            ("train.speed_mps", train.speed_mps, 5.0, 90.0),
+            ("train.radius_m", train.radius_m, 150.0, 20_000.0),
+            ("train.cant_mm", train.cant_mm, 0.0, 180.0),
+            ("train.stop_every_s", train.stop_every_s, 0.0, 7200.0),
+            ("hand-held.speed_mps", walk.speed_mps, 0.3, 2.5),
+            ("hand-held.step_hz", walk.step_hz, 1.0, 3.0),
+            ("hand-held.step_g", walk.step_g, 0.0, 1.0),
+            ("hand-held.swing_deg", walk.swing_deg, 0.0, 60.0),
+            ("standing.rock_deg", standing.rock_deg, 0.0, 1.0),
+            ("standing.sway_mps", standing.sway_mps, 0.0, 0.05),
+        ])?;
+        if train.stop_every_s != 0.0 {
+            let stops = ("train.stop_every_s", train.stop_every_s, 60.0, 7200.0);
+            self.in_ranges(&[stops])?;
+        }
+        Ok(())
+    }
+
     /// The standstill of a drive: only a vehicle that need not stand may have none.
     pub(super) fn check_standstill(&self, key: &str, drive: &DriveSpec) -> Result<(), Error> {
         let may_be_0 = self.vehicle_name != VehicleName::Road;
@@ -92,6 +110,19 @@ impl Scenario {
         self.in_ranges(&[(&key, f64::from(drive.standstill_s), 90.0, 7200.0)])
     }
 
+    /// That the vehicle can stand at all, for commands that align themselves at a standstill of
+    /// their own.
+    ///
+    /// # Errors
+    /// A ship.
+    pub fn vehicle_stands(&self, remedy: &str) -> Result<(), Error> {
+        if self.vehicle().stands() {
+            return Ok(());
+        }
+        let problem = format!("is '{}', which never stands", self.vehicle_name);
+        Err(self.bad("vehicle", problem, remedy))
+    }
+
     /// That the vehicle stands before both drives, for commands that align themselves there.
     ///
     /// # Errors
@@ -99,9 +130,7 @@ impl Scenario {
     pub fn stands_first(&self) -> Result<(), Error> {
         let remedy = "give a vehicle that stands for at least 90 s first; `host-sim start` and \
                       `simulate` take any";
-        if self.vehicle_name == VehicleName::Ship {
-            return Err(self.bad("vehicle", "is 'ship', which never stands".into(), remedy));
-        }
+        self.vehicle_stands(remedy)?;
         for (key, drive) in [
             ("learn.standstill_s", &self.learn),
             ("test.standstill_s", &self.test),
@@ -112,25 +141,13 @@ impl Scenario {
         }
         Ok(())
     }
-
-    /// That the vehicle is a car on the road, for commands that know no other.
-    ///
-    /// # Errors
-    /// Another vehicle.
-    pub fn on_road(&self) -> Result<(), Error> {
-        if self.vehicle_name == VehicleName::Road {
-            return Ok(());
-        }
-        let problem = "is not 'road', which is all that this command knows".into();
-        Err(self.bad("vehicle", problem, "leave it out"))
-    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::super::tests::load_text;
     use super::*;
-    use crate::simulator::truth::City;
+    use crate::simulator::truth::{City, Ship};
 
     #[test]
     fn a_vehicle_has_a_name_and_a_table() {
@@ -148,6 +165,59 @@ mod tests {
             ..City::default()
         };
         assert_eq!(scenario.vehicle(), Vehicle::City(want));
+    }
+
+    #[test]
+    fn every_vehicle_is_found_by_its_name() {
+        for (name, vehicle) in VehicleName::NAMES {
+            let scenario = load_text(&format!("vehicle = '{name}'")).unwrap();
+            assert_eq!(scenario.vehicle_name, vehicle);
+            assert_eq!(vehicle.to_string(), name);
+            assert!(!scenario.other_vehicles().contains(&name));
+            assert_eq!(scenario.other_vehicles().len(), 7);
+            let mut other = Scenario::default();
+            other.set_vehicle(name).unwrap();
+            assert_eq!(other.vehicle(), scenario.vehicle());
+        }
+        let text = "vehicle = 'hand-held'\n[hand-held]\nstep_hz = 2.1\npauses = false";
+        let Vehicle::HandHeld(walk) = load_text(text).unwrap().vehicle() else {
+            panic!("another vehicle");
+        };
+        assert_eq!(
+            (walk.step_hz, walk.pauses, walk.speed_mps),
+            (2.1, false, 1.3)
+        );
+    }
+
+    #[test]
+    fn parameters_of_the_vehicles_have_ranges() {
+        for (key, value) in [
+            ("traffic.queue_share", 1.1),
+            ("traffic.creep_mps", 0.05),
+            ("traffic.creep_s", 5.0),
+            ("traffic.stop_s", 0.5),
+            ("traffic.departure_s", 121.0),
+            ("traffic.speed_mps", 4.0),
+            ("train.speed_mps", 91.0),
+            ("train.radius_m", 149.0),
+            ("train.cant_mm", 181.0),
+            ("train.stop_every_s", 59.0),
+            ("hand-held.speed_mps", 0.2),
+            ("hand-held.step_hz", 3.5),
+            ("hand-held.step_g", -0.1),
+            ("hand-held.swing_deg", 61.0),
+            ("standing.rock_deg", 1.5),
+            ("standing.sway_mps", 0.06),
+        ] {
+            let (table, field) = key.split_once('.').unwrap();
+            let text = format!("[{table}]\n{field} = {value:?}");
+            let message = load_text(&text).unwrap_err().to_string();
+            assert!(
+                message.contains(&format!("'{key}' is {value}")),
+                "{message}"
+            );
+        }
+        assert!(load_text("[train]\nstop_every_s = 0").is_ok());
     }
 
     #[test]
@@ -186,7 +256,5 @@ mod tests {
                 .unwrap_err()
                 .contains("'learn.standstill_s' is 0")
         );
-        assert!(load_text("vehicle = 'city'").unwrap().on_road().is_err());
-        assert!(load_text("").unwrap().on_road().is_ok());
     }
 }

@@ -5,7 +5,7 @@ use super::attitude::Turned;
 use super::course::{Course, To};
 use super::dual::Dual;
 use super::road::{BODY_ROLL, SQUAT};
-use super::vibration::Shaker;
+use super::vibration::{Ride, Shaker};
 use super::{Instant, Motion};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
@@ -39,13 +39,25 @@ impl Default for City {
     }
 }
 
-/// The motion of a [`City`] car.
+/// The motion of a car in a town or in traffic.
 pub(super) struct Car {
     course: Course,
     shaker: Shaker,
+    /// The road shakes it less while it is slow. A [`City`] car is shaken alike at any speed.
+    rides: bool,
 }
 
 impl Car {
+    /// Drives along a course without reverse.
+    pub(super) fn along(course: Course, shaker: Shaker) -> Self {
+        let rides = true;
+        Self {
+            course,
+            shaker,
+            rides,
+        }
+    }
+
     /// Stands for `standstill` s, then drives, `duration` s in all.
     pub(super) fn new(
         city: &City,
@@ -74,6 +86,18 @@ impl Car {
         Self {
             course,
             shaker: Shaker::new(rng, vibration, dt),
+            rides: false,
+        }
+    }
+
+    fn shake(&self, node: usize, speed: Dual) -> Ride {
+        if self.rides {
+            return self.shaker.riding(node, speed);
+        }
+        let shake = self.shaker.at(node);
+        Ride {
+            heave: Dual::new(shake.heave[0], shake.heave[1]),
+            angle: [0, 1, 2].map(|i| Dual::new(shake.angle[i], shake.rate[i])),
         }
     }
 }
@@ -132,23 +156,21 @@ impl Motion for Car {
         let now = self.course.at(t);
         let (speed, accel) = (now.speed.dual(), now.speed.dual_rate());
         let turn = now.heading.dual_rate();
-        let shake = self.shaker.at(node);
-        let angle = |i: usize| Dual::new(shake.angle[i], shake.rate[i]);
+        let Ride { heave, angle } = self.shake(node, speed);
         // the IMU swings out of a turn, and the rear tyres slip to the outside
         let sideways = turn * AHEAD - speed * speed * turn * SLIP;
         let (s, c) = now.heading.dual().sin_cos();
         let (up, level) = now.climb.dual().sin_cos();
         let along = speed * level;
-        let heave = Dual::new(shake.heave[0], shake.heave[1]);
         let v = [
             along * c - sideways * s,
             along * s + sideways * c,
             heave - speed * up,
         ];
         let attitude = Turned::level()
-            .yaw(now.heading.dual() + angle(2))
-            .pitch(now.climb.dual() + accel * SQUAT + angle(1))
-            .roll(angle(0) - speed * turn * BODY_ROLL);
+            .yaw(now.heading.dual() + angle[2])
+            .pitch(now.climb.dual() + accel * SQUAT + angle[1])
+            .roll(angle[0] - speed * turn * BODY_ROLL);
         Instant::of(v, &attitude)
     }
 }

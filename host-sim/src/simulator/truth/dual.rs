@@ -31,6 +31,12 @@ impl Dual {
         self.through(self.value.atan(), slope)
     }
 
+    /// The angle of a sine between -1 and 1.
+    pub(super) fn asin(self) -> Self {
+        let slope = (1.0 - self.value * self.value).sqrt().recip();
+        self.through(self.value.asin(), slope)
+    }
+
     /// The root of a value above zero.
     pub(super) fn sqrt(self) -> Self {
         let root = self.value.sqrt();
@@ -91,7 +97,7 @@ mod tests {
             let x = Dual::new(0.3 + 0.7 * t, 0.7);
             let y = Dual::new(2.0 - t * t, -2.0 * t);
             let (s, c) = (x * y).sin_cos();
-            (s * y - c).atan() * 3.0 + (y * y + Dual::from(1.0)).sqrt() * -x
+            (s * y - c).atan() * 3.0 + (s * 0.6).asin() + (y * y + Dual::from(1.0)).sqrt() * -x
         };
         for t in [-1.0, 0.0, 0.4, 1.3] {
             let h = 1e-5;

@@ -9,9 +9,13 @@ mod city;
 mod course;
 mod drive;
 mod dual;
+mod hand_held;
 mod profile;
 mod road;
 mod ship;
+mod standing;
+mod traffic;
+mod train;
 mod vehicle;
 mod vibration;
 mod waves;
@@ -19,8 +23,12 @@ mod waves;
 pub use aircraft::Aircraft;
 pub use city::City;
 pub use drive::random_drive;
+pub use hand_held::HandHeld;
 pub use profile::{Profile, Segment};
 pub use ship::Ship;
+pub use standing::Standing;
+pub use traffic::Traffic;
+pub use train::Train;
 pub use vehicle::{Journey, Vehicle, VehicleName};
 pub use vibration::Vibration;
 
@@ -180,3 +188,5 @@ fn integrate(nodes: &[Instant; 3], position: Geodetic, dt: f64) -> (Increment, G
 mod tests;
 #[cfg(test)]
 mod vehicle_tests;
+#[cfg(test)]
+mod walk_and_rail_tests;

@@ -1,6 +1,6 @@
 //! A land vehicle on a road: speed, heading and grade by segments, and the vibration of the road.
 
-use super::vibration::{Shake, Shaker};
+use super::vibration::{IDLE, ROAD_SPEED, Shake, Shaker};
 use super::{DriveConfig, Instant, Motion, Profile};
 use crate::inertial::rotation::{doubled, from_half_angles};
 use nalgebra::Vector3;
@@ -10,11 +10,6 @@ use rand_chacha::ChaCha8Rng;
 pub(super) const SQUAT: f64 = 4.4e-3;
 /// Roll to the outside per lateral acceleration, rad per m/s2 (assumed: 0.35 deg per m/s2).
 pub(super) const BODY_ROLL: f64 = 6.1e-3;
-/// Share of the road vibration that remains at standstill, from engine and people (assumed).
-const IDLE: f64 = 0.04;
-/// Speed at which the vibration has half its full amplitude, m/s (assumed).
-const ROAD_SPEED: f64 = 8.0;
-
 /// The motion of a land vehicle.
 pub(super) struct Road {
     profile: Profile,

@@ -2,8 +2,14 @@
 
 use super::aircraft::Flight;
 use super::city::Car;
+use super::hand_held::Walk;
+use super::random_drive;
 use super::ship::Hull;
-use super::{Aircraft, City, DriveConfig, Segment, Ship, Truth, random_drive};
+use super::standing::Parked;
+use super::train::Cars;
+use super::{
+    Aircraft, City, DriveConfig, HandHeld, Segment, Ship, Standing, Traffic, Train, Truth,
+};
 use crate::inertial::earth::Geodetic;
 use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
@@ -21,6 +27,35 @@ pub enum VehicleName {
     Ship,
     /// An aircraft, which stands on the runway only.
     Aircraft,
+    /// A car that creeps in queues.
+    Traffic,
+    /// A train, which stops at stations.
+    Train,
+    /// A device in the hand of somebody who walks.
+    HandHeld,
+    /// A vehicle that never moves.
+    Standing,
+}
+
+impl VehicleName {
+    /// The names as they are written.
+    pub const NAMES: [(&'static str, Self); 8] = [
+        ("road", Self::Road),
+        ("city", Self::City),
+        ("ship", Self::Ship),
+        ("aircraft", Self::Aircraft),
+        ("traffic", Self::Traffic),
+        ("train", Self::Train),
+        ("hand-held", Self::HandHeld),
+        ("standing", Self::Standing),
+    ];
+}
+
+impl std::fmt::Display for VehicleName {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let name = Self::NAMES.iter().find(|(_, vehicle)| vehicle == self);
+        f.pad(name.map_or("road", |(name, _)| name))
+    }
 }
 
 /// A vehicle with its parameters.
@@ -34,6 +69,14 @@ pub enum Vehicle {
     Ship(Ship),
     /// An aircraft.
     Aircraft(Aircraft),
+    /// A car in traffic.
+    Traffic(Traffic),
+    /// A train.
+    Train(Train),
+    /// A walking survey.
+    HandHeld(HandHeld),
+    /// A vehicle that never moves.
+    Standing(Standing),
 }
 
 /// Where and how long a vehicle goes.
@@ -49,7 +92,8 @@ pub struct Journey<'a> {
     pub drive_s: f64,
     /// The segments of a road. A random drive if `None`. Other vehicles ignore them.
     pub segments: Option<&'a [Segment]>,
-    /// Scale of the vibration: 1 is a passenger car on an ordinary road, 0 none.
+    /// Scale of the vibration: 1 is a passenger car on an ordinary road, 0 none. The steps of a
+    /// hand-held device do not depend on it.
     pub vibration: f64,
     /// Sample period, s. One second is a whole number of samples.
     pub dt: f64,
@@ -61,7 +105,7 @@ impl Vehicle {
     /// Whether it goes through streets between houses.
     #[must_use]
     pub fn is_car(&self) -> bool {
-        matches!(self, Vehicle::Road | Vehicle::City(_))
+        matches!(self, Vehicle::Road | Vehicle::City(_) | Vehicle::Traffic(_))
     }
 
     /// Whether it stands before it goes.
@@ -101,6 +145,10 @@ impl Vehicle {
             Vehicle::City(city) => of(&mut Car::new(city, times, scales, dt, rng)),
             Vehicle::Ship(ship) => of(&mut Hull::new(ship, all, scales, dt, rng)),
             Vehicle::Aircraft(aircraft) => of(&mut Flight::new(aircraft, times, scales, dt, rng)),
+            Vehicle::Traffic(traffic) => of(&mut traffic.car(times, scales, dt, rng)),
+            Vehicle::Train(train) => of(&mut Cars::new(train, times, scales, dt, rng)),
+            Vehicle::HandHeld(walk) => of(&mut Walk::new(walk, times, heading, dt, rng)),
+            Vehicle::Standing(standing) => of(&mut Parked::new(standing, all, scales, dt, rng)),
         }
     }
 }

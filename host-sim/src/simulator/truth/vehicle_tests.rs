@@ -39,13 +39,17 @@ fn rolling() -> City {
     }
 }
 
-fn all() -> [Vehicle; 5] {
+fn all() -> [Vehicle; 9] {
     [
         Vehicle::Road,
         Vehicle::City(City::default()),
         Vehicle::City(rolling()),
         Vehicle::Ship(Ship::default()),
         Vehicle::Aircraft(Aircraft::default()),
+        Vehicle::Traffic(Traffic::default()),
+        Vehicle::Train(Train::default()),
+        Vehicle::HandHeld(HandHeld::default()),
+        Vehicle::Standing(Standing::default()),
     ]
 }
 

@@ -3,8 +3,14 @@
 //! a car.
 
 use super::NODES;
+use super::dual::Dual;
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
+
+/// Share of the road vibration that remains at standstill, from engine and people (assumed).
+pub(super) const IDLE: f64 = 0.04;
+/// Speed at which the vibration has half its full amplitude, m/s (assumed).
+pub(super) const ROAD_SPEED: f64 = 8.0;
 
 /// The part of one mode in one degree of freedom: `amplitude * sin(omega t + phase)` = `s sin + c
 /// cos`.
@@ -169,4 +175,23 @@ impl Shaker {
     pub(super) fn at(&self, node: usize) -> Shake {
         self.vibration.at(&self.rotors[node])
     }
+
+    /// The same as it is felt at a speed over ground, m/s, >= 0: nearly none at rest.
+    pub(super) fn riding(&self, node: usize, speed: Dual) -> Ride {
+        let shake = self.at(node);
+        // speed / (speed + ROAD_SPEED)
+        let below = (speed.value + ROAD_SPEED).recip();
+        let road = Dual::new(speed.value * below, ROAD_SPEED * below * below * speed.rate);
+        let share = road * (1.0 - IDLE) + Dual::from(IDLE);
+        Ride {
+            heave: Dual::new(shake.heave[0], shake.heave[1]) * share,
+            angle: [0, 1, 2].map(|i| Dual::new(shake.angle[i], shake.rate[i]) * share),
+        }
+    }
+}
+
+/// Vertical velocity (down), m/s, and roll, pitch, yaw angle, rad.
+pub(super) struct Ride {
+    pub(super) heave: Dual,
+    pub(super) angle: [Dual; 3],
 }
