@@ -61,10 +61,6 @@ impl Campaign {
         let lost = || self.scenario.no_attitude();
         for number in 1..=last {
             self.earlier(imu, k, number, |model, case| {
-                let case = Case {
-                    tuned: tuning.of(model),
-                    ..*case
-                };
                 let at = present.iter().position(|(_, of, _)| *of == model);
                 let at = at.unwrap_or_else(|| {
                     present.push((0, model, Memory::default()));
@@ -72,13 +68,16 @@ impl Campaign {
                 });
                 let (drives, _, memory) = &mut present[at];
                 *drives = number;
-                for index in &filters {
-                    memory.keep(*index, &case).ok_or_else(lost)?;
-                }
-                if self.drives.contains(&number) {
-                    if stores {
-                        memory.store(&case).ok_or_else(lost)?;
+                case.tuned(tuning.of(model), |case| {
+                    for index in &filters {
+                        memory.keep(*index, case).ok_or_else(lost)?;
                     }
+                    if stores && self.drives.contains(&number) {
+                        memory.store(case).ok_or_else(lost)?;
+                    }
+                    Ok(())
+                })?;
+                if self.drives.contains(&number) {
                     known.push(present[at].clone());
                 }
                 Ok(())

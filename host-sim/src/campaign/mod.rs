@@ -5,10 +5,12 @@
 //! of errors. Before it the unit may have had other drives, which schemes with a memory know; then
 //! the judged drive may also do without fixes.
 
+mod causes;
 mod drives;
 mod group;
 mod laws;
 mod limit;
+mod measuring;
 mod memory;
 mod parquet;
 mod ratios;
@@ -33,12 +35,8 @@ pub use tuning::{Setting, Tuning};
 use crate::error::Error;
 use crate::experiment::scenario::Scenario;
 use crate::inertial::free_inertial::FreeInertial;
-use crate::inertial::session::Session;
-use crate::learning::teacher::Assumptions;
-use crate::simulator::imu::{Draws, ErrorModelName, ImuSpec};
-use crate::simulator::session::{SessionConfig, drive_in, measured};
+use crate::simulator::imu::{ErrorModelName, ImuSpec};
 use rayon::prelude::*;
-use std::cell::OnceCell;
 use std::path::PathBuf;
 
 /// Standstill, aided drive, free-inertial drive: s.
@@ -168,8 +166,22 @@ impl Campaign {
     }
 
     fn schemes(&self) -> impl Iterator<Item = &'static (&'static str, Scheme)> {
-        let wanted = |name: &str| self.schemes.is_empty() || self.schemes.iter().any(|s| s == name);
-        SCHEMES.iter().filter(move |(name, _)| wanted(name))
+        SCHEMES.iter().filter(|(name, _)| self.wants(name))
+    }
+
+    /// Whether a scheme takes part.
+    fn wants(&self, name: &str) -> bool {
+        self.schemes.is_empty() || self.schemes.iter().any(|s| s == name)
+    }
+
+    /// Whether a classical filter takes part with a walk that is searched for.
+    fn tunes(&self, filter: &str) -> bool {
+        self.wants(&format!("{filter}{}", schemes::TUNED))
+    }
+
+    /// The seconds of a run with fixes.
+    fn aided(&self) -> std::ops::Range<usize> {
+        STANDSTILL_S as usize..(STANDSTILL_S + AIDED_S) as usize
     }
 
     /// The parts of the bank, if they are wanted.
@@ -184,27 +196,19 @@ impl Campaign {
         let mut rows = Vec::new();
         let mut floor = FreeInertial::default();
         self.sessions(imu, k, |model, case| {
-            let case = Case {
-                tuned: tuning.of(model),
-                ..*case
-            };
-            if model == ErrorModelName::Noise.into() {
-                let free = SCHEMES[0].1(&case);
-                floor = free.ok_or_else(|| self.scenario.no_attitude())?;
-            }
-            if self.models.contains(&model) {
-                for &drives in &self.drives {
-                    let memory = known
-                        .iter()
-                        .find(|(after, of, _)| (*after, *of) == (drives, model));
-                    let case = Case {
-                        memory: memory.map(|(.., memory)| memory),
-                        ..case
-                    };
-                    self.judge(&mut rows, &case, (model, k, drives))?;
+            case.tuned(tuning.of(model), |case| {
+                if model == ErrorModelName::Noise.into() {
+                    let free = SCHEMES[0].1(case);
+                    floor = free.ok_or_else(|| self.scenario.no_attitude())?;
                 }
-            }
-            Ok(())
+                let drives = self.drives.iter().filter(|_| self.models.contains(&model));
+                drives.copied().try_for_each(|drives| {
+                    let mut known = known.iter();
+                    let memory = known.find(|(after, of, _)| (*after, *of) == (drives, model));
+                    let memory = memory.map(|(.., memory)| memory);
+                    self.judge(&mut rows, &Case { memory, ..*case }, (model, k, drives))
+                })
+            })
         })?;
         for group in &self.models {
             for &drives in &self.drives {
@@ -280,64 +284,6 @@ impl Campaign {
         self.part(imu, &part, &self.measured(), judge)
     }
 
-    /// Calls `pass` with a drive as measured with each of these groups of errors.
-    fn part(
-        &self,
-        imu: &ImuSpec,
-        part: &Part,
-        models: &[Group],
-        mut pass: impl FnMut(Group, &Case<'_>) -> Result<(), Error>,
-    ) -> Result<(), Error> {
-        let seeds = part.seeds;
-        let s = &self.scenario;
-        let told = Assumptions::of(s.unit());
-        let gnss = s.receiver();
-        let config = SessionConfig {
-            imu,
-            gnss: &gnss,
-            start: s.start(),
-            heading: seeds.heading,
-            standstill_s: f64::from(STANDSTILL_S),
-            drive_s: f64::from(part.drive_s),
-            segments: None,
-            vibration: s.vibration,
-            unit: seeds.unit,
-            turn_on: seeds.turn_on,
-            drive: seeds.drive,
-        };
-        let (truth, mut fixes) = drive_in(&s.vehicle(), &config);
-        let until = part.until as usize;
-        if !part.fixes {
-            fixes.iter_mut().skip(until + 1).for_each(|fix| *fix = None);
-        }
-        let mut draws = Draws::of(seeds.turn_on, true);
-        for &model in models {
-            let spec = imu.error_model(model.sensors);
-            let (session, measured_by) = measured(&config, &spec, &truth, &fixes, draws);
-            let unit = measured_by.unit_errors();
-            draws = measured_by.into_draws();
-            let session = Session {
-                gather: GATHER,
-                ..session
-            };
-            let case = Case {
-                session: &session,
-                increments: &OnceCell::new(),
-                knows: Knowledge {
-                    told: &told,
-                    simulated: &spec,
-                    unit: &unit,
-                },
-                tuned: Tuned::default(),
-                until,
-                fixes: part.fixes,
-                memory: None,
-            };
-            pass(model, &case)?;
-        }
-        Ok(())
-    }
-
     /// Names of the schemes and of the parts of the bank, in the order of the rows.
     fn names(&self) -> Vec<String> {
         let schemes = self.schemes().map(|(name, _)| (*name).to_owned());
@@ -378,6 +324,8 @@ pub enum Progress {
     Run,
 }
 
+#[cfg(test)]
+mod causes_tests;
 #[cfg(test)]
 mod oracle_tests;
 

@@ -1,7 +1,11 @@
 //! How much the oracle leaves: on every group of errors against an IMU with noise alone.
 
 use super::*;
-use crate::simulator::session::drive;
+use crate::inertial::session::Session;
+use crate::learning::teacher::Assumptions;
+use crate::simulator::imu::Draws;
+use crate::simulator::session::{SessionConfig, drive, measured};
+use std::cell::OnceCell;
 
 fn campaign(preset: &str) -> (Campaign, ImuSpec) {
     let mut imu = ImuSpec::preset(preset).unwrap();
@@ -98,6 +102,7 @@ fn the_oracle_knows_every_cause() {
                     told: &Assumptions::of_simulated(&spec),
                     simulated: &spec,
                     unit: &imu.unit_errors(),
+                    beyond: &[],
                 },
                 tuned: Tuned::default(),
                 until: 900,

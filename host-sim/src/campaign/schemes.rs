@@ -1,6 +1,7 @@
 //! The schemes of a campaign. Each is aided by fixes up to an epoch and navigates free inertial
 //! from there, on the same samples.
 
+use super::causes::{Size, telling};
 use super::laws::{Models, exponentials, temperatures};
 use super::limit::limit;
 use super::memory::{Memory, REMEMBERING, recalled};
@@ -59,6 +60,9 @@ pub struct Tuned {
     pub rnn_factor: f64,
     /// What is new at every turn-on, for the filters with a memory.
     pub turn_on: [TurnOn; REMEMBERING.len()],
+    /// Of a group whose schemes are told of its cause: how large it is on other units.
+    #[serde(default)]
+    pub cause: Size,
 }
 
 impl Tuned {
@@ -81,6 +85,7 @@ impl Default for Tuned {
                 bias: 0.1,
                 law: 0.1,
             }; REMEMBERING.len()],
+            cause: Size::default(),
         }
     }
 }
@@ -105,6 +110,21 @@ pub struct Case<'a> {
 }
 
 impl<'a> Case<'a> {
+    /// Calls `then` with the case of a group for which this was tuned. Where the schemes are told
+    /// of the group's cause, their datasheet tells of it.
+    pub(super) fn tuned<R>(&self, tuned: Tuned, then: impl FnOnce(&Case<'_>) -> R) -> R {
+        let told = telling(self.knows.told, &tuned.cause);
+        let knows = Knowledge {
+            told: &told,
+            ..self.knows
+        };
+        then(&Case {
+            tuned,
+            knows,
+            ..*self
+        })
+    }
+
     /// [`Session::increments`].
     pub fn increments(&self) -> &'a [Increment] {
         self.increments.get_or_init(|| self.session.increments())
@@ -121,6 +141,9 @@ pub struct Knowledge<'a> {
     pub simulated: &'a ImuSpec,
     /// The unit itself: for the limit.
     pub unit: &'a UnitErrors,
+    /// For the oracle: what the sensors err by in each second beyond what it has parameters for,
+    /// rad/s and m/s2. Empty: nothing.
+    pub beyond: &'a [Increment],
 }
 
 /// A scheme: aided to [`Case::until`], free inertial from there to the end. `None` if the
@@ -148,12 +171,8 @@ pub const SCHEMES: [(&str, Scheme); 21] = [
     ("limit", limit),
     ("oracle", |c| {
         let assumptions = *c.knows.told;
-        aided_free_inertial(
-            c,
-            c.increments(),
-            &assumptions,
-            oracle(c.knows.simulated, c.session),
-        )
+        let model = oracle(c.knows.simulated, c.session);
+        aided_free_inertial(c, &without_beyond(c), &assumptions, model)
     }),
     ("rnn-window", |c| {
         none(c, &rnn_increments(c)?, c.tuned.rnn_factor)
@@ -324,6 +343,7 @@ pub fn rnn_increments<'a>(case: &Case<'a>) -> Option<Cow<'a, [Increment]>> {
 
 /// The filter that knows the simulator: it has parameters for exactly the errors that are
 /// simulated, with their exact statistics, and knows the temperature and the field in each second.
+/// Errors by the environment, which have no parameters, are taken off before.
 #[must_use]
 pub fn oracle(imu: &ImuSpec, session: &Session) -> ErrorModel {
     let mut out = ErrorModel {
@@ -333,6 +353,24 @@ pub fn oracle(imu: &ImuSpec, session: &Session) -> ErrorModel {
     };
     out.extend(|axis, triad| imu.told(triad, axis));
     out
+}
+
+/// The increments without what the oracle knows and has no parameters for.
+fn without_beyond<'a>(case: &Case<'a>) -> Cow<'a, [Increment]> {
+    let (session, all) = (case.session, case.increments());
+    if case.knows.beyond.is_empty() {
+        return Cow::Borrowed(all);
+    }
+    let step = session.step_s();
+    let seconds = all.chunks(session.steps_per_epoch());
+    let less = |(second, error): (&'a [Increment], &Increment)| {
+        let less = *error;
+        second.iter().map(move |w| Increment {
+            dtheta: w.dtheta - less.dtheta * step,
+            dv: w.dv - less.dv * step,
+        })
+    };
+    seconds.zip(case.knows.beyond).flat_map(less).collect()
 }
 
 /// Temperature and field as simulated, and the vibration that the samples show, second by second.

@@ -1,7 +1,9 @@
 //! Of campaigns as a whole.
 
 use super::*;
+use crate::inertial::session::Session;
 use crate::unit::Unit;
+use std::cell::OnceCell;
 
 /// One run of the group `all` with the default scenario.
 pub(super) fn of_one_run() -> Campaign {

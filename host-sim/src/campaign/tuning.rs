@@ -1,6 +1,7 @@
 //! Process noise of the classical filters. For each group of errors it is chosen by search over
 //! training units that no campaign judges.
 
+use super::causes::Size;
 use super::schemes::{FILTERS, Tuned, none, rnn_increments};
 use super::statistics::median;
 use super::turn_on;
@@ -9,6 +10,7 @@ use crate::error::Error;
 use crate::experiment::results::Row;
 use crate::inertial::ekf::TurnOn;
 use crate::inertial::free_inertial::FreeInertial;
+use crate::inertial::sins::Increment;
 use crate::simulator::imu::ImuSpec;
 use crate::simulator::imu::world::StartName;
 use rayon::prelude::*;
@@ -77,6 +79,7 @@ impl Tuning {
             })
             .collect();
         let units = units?;
+        let sizes = sizes(campaign, imu);
         let models = campaign.measured();
         let chosen = models.iter().enumerate().map(|(group, model)| {
             let of = |pick: &dyn Fn(&Tried) -> f64| {
@@ -84,9 +87,16 @@ impl Tuning {
                 median(&mut errors)
             };
             let tuned = Tuned {
-                walks: std::array::from_fn(|filter| best(&WALKS, |i| of(&|t| t.walks[filter][i]))),
+                walks: std::array::from_fn(|filter| match campaign.tunes(FILTERS[filter].0) {
+                    true => best(&WALKS, |i| of(&|t| t.walks[filter][i])),
+                    false => Tuned::default().walks[filter],
+                }),
                 none_factor: best(&FACTORS, |i| of(&|t| t.none[i])),
                 rnn_factor: best(&FACTORS, |i| of(&|t| t.rnn[i])),
+                cause: sizes
+                    .iter()
+                    .find(|(g, _)| g == model)
+                    .map_or_else(Size::default, |s| s.1),
                 ..Tuned::default()
             };
             (*model, tuned)
@@ -120,14 +130,23 @@ impl Tuning {
                 none: [0.0; FACTORS.len()],
                 rnn: [0.0; FACTORS.len()],
             };
-            for (slots, (_, filter)) in tried.walks.iter_mut().zip(FILTERS) {
+            for (slots, (name, filter)) in tried.walks.iter_mut().zip(FILTERS) {
+                if !campaign.tunes(name) {
+                    continue;
+                }
                 for (slot, walk) in slots.iter_mut().zip(WALKS) {
                     *slot = error(filter(case, walk))?;
                 }
             }
-            let corrected = rnn_increments(case).ok_or_else(lost)?;
             for (i, factor) in FACTORS.into_iter().enumerate() {
                 tried.none[i] = error(none(case, case.increments(), factor))?;
+            }
+            if !campaign.wants("rnn-window") {
+                out.push(tried);
+                return Ok(());
+            }
+            let corrected = rnn_increments(case).ok_or_else(lost)?;
+            for (i, factor) in FACTORS.into_iter().enumerate() {
                 tried.rnn[i] = if corrected.as_ptr() == case.increments().as_ptr() {
                     tried.none[i]
                 } else {
@@ -151,6 +170,21 @@ impl Tuning {
 /// Horizontal error at the end of the free-inertial part, m.
 pub(super) fn error_m(free: &FreeInertial) -> Option<f64> {
     Row::of(free, "", 22).map(|row| row.horizontal_m)
+}
+
+/// How large the causes are that schemes are told of, over the units to train on.
+fn sizes(campaign: &Campaign, imu: &ImuSpec) -> Vec<(Group, Size)> {
+    let units: Vec<_> = (0..campaign.tuning_units)
+        .into_par_iter()
+        .map(|k| campaign.causes(imu, FIRST_UNIT + k))
+        .collect();
+    let groups = units.first().map_or(0, Vec::len);
+    let of = |index: usize| {
+        let unit = |unit: &Vec<(Group, Vec<Increment>)>| unit[index].1.clone();
+        let all: Vec<Vec<Increment>> = units.iter().map(unit).collect();
+        (units[0][index].0, Size::of(&all, campaign.aided()))
+    };
+    (0..groups).map(of).collect()
 }
 
 /// The candidate of the least error, the first of equals.

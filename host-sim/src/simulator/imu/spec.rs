@@ -125,6 +125,16 @@ impl ImuSpec {
         spec
     }
 
+    /// The same IMU without its errors by the environment, which no filter has parameters for.
+    #[must_use]
+    pub fn without_environment(&self) -> Self {
+        let mut spec = self.clone();
+        let off = |group| if group == Group::Condition { 1.0 } else { 0.0 };
+        spec.gyro.environment.scale(off);
+        spec.accel.environment.scale(off);
+        spec
+    }
+
     /// This IMU with each error in turn so large that a filter fails that is not told of it. Each
     /// comes with the key of the error.
     #[cfg(test)]
