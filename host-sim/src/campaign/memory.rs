@@ -42,7 +42,7 @@ pub fn remembers(scheme: &str, fixes: bool) -> bool {
 #[derive(Debug, Clone)]
 pub struct Kept {
     /// The parameters of the unit.
-    unit: Belief,
+    pub(super) unit: Belief,
     /// Logarithm of the density of all fixes so far.
     score: f64,
 }

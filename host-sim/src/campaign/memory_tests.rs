@@ -1,6 +1,11 @@
 //! Campaigns with earlier drives, on short drives and few runs.
 
 use super::*;
+use crate::inertial::ekf::{Regressor, Triad, TurnOn};
+use crate::inertial::units::{DEG_PER_H, UG};
+use crate::learning::teacher::Assumptions;
+use crate::unit::Unit;
+use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 fn campaign(drives: &[u32], fixes: bool, schemes: &[&str]) -> Campaign {
     Campaign {
@@ -25,8 +30,8 @@ fn row<'a>(rows: &'a [Row], scheme: &str, drives: u32) -> &'a Row {
         .unwrap()
 }
 
-/// Without earlier drives a memory is empty; schemes without one have the same row after each number
-/// of drives, that of a campaign without drives; memories have others.
+/// Without earlier drives a memory is empty. Schemes without one have the same row after each
+/// number of drives, that of a campaign without drives. Memories have others.
 #[test]
 fn a_memory_without_drives_is_the_filter_without_memory() {
     let names = ["ekf6", "ekf6-memory", "ekf-exp", "ekf-exp-memory"];
@@ -88,4 +93,96 @@ fn without_fixes_only_memory_helps() {
     }
     assert!(end("limit", 0) < 0.5 * end("none", 0));
     assert_ne!(end("rnn-kalman", 1), end("rnn-kalman", 2));
+}
+
+/// Biases of a unit and of the turn-on, drawn from what the filter is told: after three drives the
+/// distance between the unit's biases and what is remembered of them, normalised by the remembered
+/// covariance, is a chi-square variable (two-sided 99.9 % bounds over all units).
+#[test]
+fn what_is_remembered_of_a_unit_is_as_good_as_it_claims() {
+    const UNITS: u32 = 16;
+    let mut unit = Unit::default();
+    let mut imu = unit.simulated().error_model(ErrorModelName::Noise);
+    (imu.gyro.bias_unit_dph, imu.gyro.bias_turn_on_dph) = (0.3, 0.1);
+    (imu.accel.bias_unit_ug, imu.accel.bias_turn_on_ug) = (300.0, 100.0);
+    unit.simulation = Some(imu);
+    unit.gyro.bias_turn_on_dph = 0.3_f64.hypot(0.1);
+    unit.accel.bias_turn_on_ug = 300.0_f64.hypot(100.0);
+    (unit.gyro.bias_in_run_dph, unit.accel.bias_in_run_ug) = (0.0, 0.0);
+    let told = Assumptions::of(&unit).prior;
+    assert!((told.gyro_bias / DEG_PER_H / 0.1_f64.sqrt() - 1.0).abs() < 1e-9);
+    assert!((told.accel_bias / UG / 1e5_f64.sqrt() - 1.0).abs() < 1e-9);
+    let mut campaign = campaign(&[3], true, &["ekf6-memory"]);
+    campaign.models = vec![ErrorModelName::Linear.into()];
+    campaign.scenario.set_unit("told.toml", unit);
+    let mut tuned = Tuned::default();
+    tuned.turn_on[0] = TurnOn {
+        bias: 0.1,
+        law: 1.0,
+    };
+    let imu = campaign.imu();
+    let squares: Vec<f64> = (0..UNITS)
+        .into_par_iter()
+        .map(|k| {
+            let mut memory = memory::Memory::default();
+            let mut truth = Vec::new();
+            for number in 1..=3 {
+                let each = |_, case: &Case<'_>| {
+                    let case = Case { tuned, ..*case };
+                    let bias = |triad, axis| {
+                        let one = crate::inertial::ekf::Parameter::constant(
+                            triad,
+                            axis,
+                            Regressor::One,
+                            1.0,
+                        );
+                        case.knows.unit.value(&one)
+                    };
+                    let of = |triad| (0..3).map(move |axis| (triad, axis));
+                    let all = of(Triad::Gyro).chain(of(Triad::Accel));
+                    truth = all.map(|(triad, axis)| bias(triad, axis)).collect();
+                    memory.keep(0, &case).unwrap();
+                    Ok(())
+                };
+                campaign.earlier(&imu, k, number, each).unwrap();
+            }
+            let known = &memory.of(0)[0].unit;
+            let off = &known.mean - nalgebra::DVector::from_vec(truth);
+            let sigma = known.p.diagonal().map(f64::sqrt);
+            let unit = off.component_div(&sigma);
+            let correlation =
+                nalgebra::DMatrix::from_fn(6, 6, |i, j| known.p[(i, j)] / (sigma[i] * sigma[j]));
+            unit.dot(&correlation.cholesky().unwrap().solve(&unit))
+        })
+        .collect();
+    let sum: f64 = squares.iter().sum();
+    let chi = ChiSquared::new(6.0 * f64::from(UNITS)).unwrap();
+    let bounds = [chi.inverse_cdf(5e-4), chi.inverse_cdf(1.0 - 5e-4)];
+    assert!(
+        bounds[0] < sum && sum < bounds[1],
+        "{sum} {bounds:?} {squares:?}"
+    );
+}
+
+/// On a unit whose biases alone stay, the search finds that they do: the share that is new at a
+/// turn-on, with the drift in run, is 0.004.
+#[test]
+fn the_search_finds_what_stays() {
+    let mut campaign = campaign(&[2], false, &["ekf6-memory"]);
+    campaign.models = vec![ErrorModelName::Linear.into()];
+    campaign.tuning_units = 4;
+    let steps = std::sync::atomic::AtomicU32::new(0);
+    let count = || {
+        steps.fetch_add(1, std::sync::atomic::Ordering::Relaxed);
+    };
+    let tuning = Tuning::find(&campaign, &campaign.imu(), &count).unwrap();
+    let share = tuning.of(ErrorModelName::Linear.into()).turn_on[0].bias;
+    assert!((1e-4..=0.03).contains(&share), "{share}");
+    assert_eq!(
+        steps.into_inner(),
+        campaign.tuning_units * campaign.tuning_rounds()
+    );
+    assert_eq!(campaign.tuning_rounds(), 4);
+    campaign.drives = vec![0];
+    assert_eq!(campaign.tuning_rounds(), 1);
 }

@@ -223,7 +223,8 @@ fn stored(case: &Case<'_>) -> Option<FreeInertial> {
     none(case, &corrected, factor)
 }
 
-/// One of [`REMEMBERING`] after the earlier drives; before the first one, the filter without memory.
+/// One of [`REMEMBERING`] after the earlier drives. Before the first one it is the filter without
+/// memory.
 fn remembering<const INDEX: usize>(case: &Case<'_>) -> Option<FreeInertial> {
     let kept = case.memory.map_or(&[][..], |memory| memory.of(INDEX));
     if kept.is_empty() {

@@ -1,7 +1,9 @@
-//! What is new at every turn-on, for the filters with a memory: found by the search that also finds
-//! the walks, on the same further units, which then have earlier drives with the same kind of start.
+//! What is new at every turn-on, for the filters with a memory. The search that finds the walks
+//! finds it, too, on the same further units. They have earlier drives with the same kind of start.
 //!
 //! First biases and laws have the same share; then the laws' is searched for, and then the biases'.
+//! Where several candidates are as good as the best one, the largest is taken: it trusts the past
+//! least.
 
 use super::laws::Models;
 use super::memory::{Kept, REMEMBERING, kept, pass, recalled};
@@ -13,8 +15,11 @@ use crate::inertial::ekf::TurnOn;
 use crate::simulator::imu::ImuSpec;
 use rayon::prelude::*;
 
-/// Candidates for a share of the prior variance. The last one is its end: nothing is remembered.
-const SHARES: [f64; 7] = [1e-4, 1e-3, 0.01, 0.03, 0.1, 0.3, 1.0];
+/// Candidates for a share of the prior variance, ascending. The last one is its end: nothing is
+/// remembered.
+const SHARES: [f64; 8] = [1e-5, 1e-4, 1e-3, 0.01, 0.03, 0.1, 0.3, 1.0];
+/// Candidates whose error is so little above the least are as good.
+const AS_GOOD: f64 = 1.02;
 /// Earlier drives of a unit that is tuned on, at most. A turn-on shows between two drives.
 const DRIVES: u32 = 2;
 
@@ -139,14 +144,18 @@ pub(super) fn search(
                 let errors = units.iter().map(|unit| unit[i].errors[candidate]);
                 median(&mut errors.collect::<Vec<f64>>())
             };
-            let each = (0..trial.candidates.len()).map(|c| (of(c), trial.candidates[c]));
-            let best = each.min_by(|a, b| a.0.total_cmp(&b.0));
-            if let Some((_, best)) = best {
-                tuning.set_turn_on(trial.model, trial.index, best);
-            }
+            let errors: Vec<f64> = (0..trial.candidates.len()).map(of).collect();
+            tuning.set_turn_on(trial.model, trial.index, trial.candidates[best(&errors)]);
         }
     }
     Ok(())
+}
+
+/// The last candidate that is as good as the one of the least error.
+fn best(errors: &[f64]) -> usize {
+    let least = errors.iter().copied().fold(f64::INFINITY, f64::min);
+    let good = |error: &f64| *error <= AS_GOOD * least;
+    errors.iter().rposition(good).unwrap_or(errors.len() - 1)
 }
 
 /// What a stage tries on each unit.
@@ -196,4 +205,17 @@ fn unit(
         own.try_for_each(|trial| trial.judge(case)).ok_or_else(lost)
     })?;
     Ok(trials)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn of_candidates_that_are_as_good_the_last_is_taken() {
+        assert_eq!(best(&[5.0, 3.0, 3.05, 3.07, 9.0]), 2);
+        assert_eq!(best(&[3.0, 3.0, 3.0]), 2);
+        assert_eq!(best(&[1.0, 2.0, 3.0]), 0);
+        assert_eq!(best(&[f64::NAN, f64::NAN]), 1);
+    }
 }

@@ -1,16 +1,16 @@
 //! What is known of a sensor's parameters between two drives.
 //!
-//! A parameter of a drive is `theta = u + t`: `u` belongs to the unit and stays, `t` is new at every
-//! turn-on. The belief is the mean `m` and the covariance `P` of `u`; `T` is the variance of `t`,
-//! the turn-on variance. A drive begins with
+//! A parameter of a drive is `theta = u + t`: `u` belongs to the unit and stays, `t` is new at
+//! every turn-on. The belief is the mean `m` and the covariance `P` of `u`; `T` is the variance of
+//! `t`, the turn-on variance. A drive begins with
 //!
 //! ```text
 //! theta ~ N(m, P + T)
 //! ```
 //!
 //! and its filter ends with the mean `m+` and the covariance `P+` of `theta`, which has walked by
-//! the variance `W` meanwhile. What that says of `u` is the backward step of a smoother (Rauch, Tung
-//! and Striebel 1965), in which the walk of the drive counts as a part of the turn-on:
+//! the variance `W` meanwhile. What that says of `u` is the backward step of a smoother (Rauch,
+//! Tung and Striebel 1965), in which the walk of the drive counts as a part of the turn-on:
 //!
 //! ```text
 //! G = P (P + T + W)^-1,   m <- m + G (m+ - m),   P <- P - G (P + T + W - P+) G'

@@ -14,8 +14,8 @@ pub struct UnitErrors {
 }
 
 impl UnitErrors {
-    /// The part of a parameter that belongs to the unit, SI. Biases that wander have none; a warm-up
-    /// is what a start as warm as this one has left of it.
+    /// The part of a parameter that belongs to the unit, SI. Biases that wander have none; a
+    /// warm-up is what a start as warm as this one has left of it.
     #[must_use]
     pub fn value(&self, p: &Parameter) -> f64 {
         let at = (p.axis, p.regressor);
