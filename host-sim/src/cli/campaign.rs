@@ -175,6 +175,7 @@ impl Args {
             })
         });
         bar.finish_and_clear();
+        println!("vehicle: {}", campaign.scenario.vehicle_name);
         let mut files = self.files.clone();
         if campaign.shard.1 == 1 && files.parquet.is_none() {
             files.parquet = Some(self.out.join("campaign.parquet"));

@@ -1,6 +1,6 @@
 use super::*;
 use crate::inertial::units::DEG;
-use crate::simulator::gnss::GnssSpec;
+use crate::simulator::gnss::{GnssSpec, Told};
 use crate::simulator::imu::{ErrorModelName, ImuSpec};
 use crate::simulator::session::{SessionConfig, simulate};
 use crate::simulator::truth::Truth;
@@ -17,12 +17,17 @@ fn session(model: ErrorModelName, seed: u64) -> (Session, Assumptions) {
 
 /// The same with the true drive.
 fn session_and_truth(model: ErrorModelName, seed: u64) -> (Session, Truth) {
+    with_receiver(&GnssSpec::default(), model, seed)
+}
+
+/// The same with another receiver.
+fn with_receiver(gnss: &GnssSpec, model: ErrorModelName, seed: u64) -> (Session, Truth) {
     let mut imu = ImuSpec::preset("medium").unwrap();
     imu.rate_hz = 50;
     let spec = imu.error_model(model);
     let config = SessionConfig {
         imu: &spec,
-        gnss: &GnssSpec::default(),
+        gnss,
         start: Geodetic {
             lat: 28.2 * DEG,
             lon: 112.9 * DEG,
@@ -159,4 +164,32 @@ fn the_lever_arm_is_taken_into_account() {
         "{known:?}"
     );
     assert!(ignored.0 != ZERO_CORRECTION && ignored.1 > 20 && ignored.2 > 2.5);
+}
+
+/// Fixes are 0.4 s late and the device is told 0.1 s. With the standard deviation that it is told,
+/// it finds the rest. Without one it believes what it is told, and takes the rest for errors.
+#[test]
+fn a_false_latency_is_found_as_far_as_it_is_doubted() {
+    let found = |sigma_s: f64| {
+        let gnss = GnssSpec {
+            latency_s: Some(0.4),
+            told_antenna: Told {
+                age_s: [0.1, sigma_s],
+                ..Told::default()
+            },
+            ..GnssSpec::default()
+        };
+        let (session, _) = with_receiver(&gnss, ErrorModelName::Noise, 12);
+        let assumptions = Assumptions::of_simulated(&ImuSpec::preset("medium").unwrap());
+        let mut rest = (0.0, 0.0);
+        with_device(&session, &assumptions, |device| {
+            let known = device.report().antenna;
+            rest = (known.fix_delay, known.fix_delay_sigma);
+        });
+        rest
+    };
+    let (rest, sigma) = found(0.2);
+    assert!(sigma > 0.0 && sigma < 0.03, "{sigma}");
+    assert!((rest - 0.3).abs() < 4.0 * sigma, "{rest} {sigma}");
+    assert_eq!(found(0.0), (0.0, 0.0));
 }
