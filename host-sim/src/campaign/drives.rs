@@ -100,6 +100,7 @@ impl Campaign {
             drive_s: AIDED_S,
             until: STANDSTILL_S + AIDED_S,
             fixes: true,
+            judged: false,
         };
         self.part(imu, &part, &self.models, pass)
     }

@@ -1,14 +1,14 @@
 //! The limit of all memory: the unit is known exactly, what is new at the turn-on is not.
 
-use super::schemes::{Case, aided_free_inertial, oracle};
+use super::schemes::{Case, aided_free_inertial, oracle, without_beyond};
 use crate::inertial::ekf::{ErrorModel, Inputs, Parameter, SlowErrors};
 use crate::inertial::free_inertial::FreeInertial;
 use crate::inertial::sins::Increment;
 use nalgebra::DVector;
 
 /// The errors that the unit has at every turn-on are taken off, and a filter with parameters for
-/// those that are new at this turn-on does the rest. What the oracle is not told of, the limit is
-/// not either. How much of its warm-up a warm unit has left is known.
+/// those that are new at this turn-on does the rest. Errors by the environment are taken off as for
+/// the oracle. How much of its warm-up a warm unit has left is known.
 pub(super) fn limit(case: &Case<'_>) -> Option<FreeInertial> {
     let told = oracle(case.knows.simulated, case.session);
     let unit = &case.knows.unit;
@@ -28,16 +28,26 @@ pub(super) fn limit(case: &Case<'_>) -> Option<FreeInertial> {
         known: told.known.clone(),
         delay_s: 0.0,
     };
-    let corrected = corrected(case, &told, &DVector::from_vec(values));
+    let corrected = corrected(
+        case,
+        &without_beyond(case),
+        &told,
+        &DVector::from_vec(values),
+    );
     aided_free_inertial(case, &corrected, case.knows.told, fresh)
 }
 
 /// The increments without the errors of a model with known parameters.
-fn corrected(case: &Case<'_>, model: &ErrorModel, theta: &DVector<f64>) -> Vec<Increment> {
+fn corrected(
+    case: &Case<'_>,
+    increments: &[Increment],
+    model: &ErrorModel,
+    theta: &DVector<f64>,
+) -> Vec<Increment> {
     let dt = case.session.step_s();
     let mut slow = SlowErrors::default();
     let mut before: Option<Increment> = None;
-    let each = case.increments().iter().enumerate().map(|(k, w)| {
+    let each = increments.iter().enumerate().map(|(k, w)| {
         let last = before.replace(*w).unwrap_or(*w);
         let now = Inputs {
             rate: w.dtheta / dt,

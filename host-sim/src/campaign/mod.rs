@@ -88,6 +88,8 @@ struct Part {
     until: u32,
     /// They last longer than the standstill.
     fixes: bool,
+    /// Schemes are judged on it.
+    judged: bool,
 }
 
 /// What makes run `k` reproducible.
@@ -280,6 +282,7 @@ impl Campaign {
             drive_s: aided_s + FREE_S,
             until: STANDSTILL_S + aided_s,
             fixes: self.fixes,
+            judged: true,
         };
         self.part(imu, &part, &self.measured(), judge)
     }

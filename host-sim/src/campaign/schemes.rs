@@ -357,7 +357,7 @@ pub fn oracle(imu: &ImuSpec, session: &Session) -> ErrorModel {
 }
 
 /// The increments without what the oracle knows and has no parameters for.
-fn without_beyond<'a>(case: &Case<'a>) -> Cow<'a, [Increment]> {
+pub(super) fn without_beyond<'a>(case: &Case<'a>) -> Cow<'a, [Increment]> {
     let (session, all) = (case.session, case.increments());
     if case.knows.beyond.is_empty() {
         return Cow::Borrowed(all);

@@ -130,10 +130,11 @@ pub(super) fn search(
     }
     for stage in STAGES {
         let trials = trials(campaign, &filters, stage, tuning);
+        let so_far = &*tuning;
         let units: Result<Vec<Vec<Trial>>, Error> = (0..campaign.tuning_units)
             .into_par_iter()
             .map(|k| {
-                let tried = unit(campaign, imu, FIRST_UNIT + k, trials());
+                let tried = unit(campaign, imu, so_far, FIRST_UNIT + k, trials());
                 progress();
                 tried
             })
@@ -189,6 +190,7 @@ fn trials<'a>(
 fn unit(
     campaign: &Campaign,
     imu: &ImuSpec,
+    tuning: &Tuning,
     k: u32,
     mut trials: Vec<Trial>,
 ) -> Result<Vec<Trial>, Error> {
@@ -197,12 +199,16 @@ fn unit(
     for number in 1..=most.min(DRIVES) {
         campaign.earlier(imu, k, number, |model, case| {
             let mut own = trials.iter_mut().filter(|trial| trial.model == model);
-            own.try_for_each(|trial| trial.keep(case)).ok_or_else(lost)
+            case.tuned(tuning.of(model), |case| {
+                own.try_for_each(|trial| trial.keep(case)).ok_or_else(lost)
+            })
         })?;
     }
     campaign.sessions(imu, k, |model, case| {
         let mut own = trials.iter_mut().filter(|trial| trial.model == model);
-        own.try_for_each(|trial| trial.judge(case)).ok_or_else(lost)
+        case.tuned(tuning.of(model), |case| {
+            own.try_for_each(|trial| trial.judge(case)).ok_or_else(lost)
+        })
     })?;
     Ok(trials)
 }
