@@ -19,6 +19,7 @@ mod schemes;
 pub mod start;
 mod statistics;
 mod store;
+mod studies;
 mod tuning;
 mod turn_on;
 mod zupt;
@@ -30,6 +31,7 @@ pub use results::results;
 pub use schemes::{Case, Knowledge, SCHEMES, Scheme, Tuned, ablations, oracle, rnn_kalman};
 pub use statistics::{Summary, summarise};
 pub use store::{Merged, Row, merge};
+pub use studies::{Study, Topic, studies};
 pub use tuning::{Setting, Tuning};
 
 use crate::error::Error;

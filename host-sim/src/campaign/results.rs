@@ -3,24 +3,31 @@
 use super::memory::without_memory;
 use super::schemes::{FILTERS, TUNED};
 use super::statistics::Summary;
-use super::{Group, Merged, Ratio, SCHEMES};
+use super::studies::{Topic, of_causes, of_drives, of_labelled};
+use super::{Group, Merged, Ratio, Row, SCHEMES};
 use std::fmt::Write;
 
 const TEMPLATE: &str = include_str!("../../assets/results.md");
+const STUDIES: &str = include_str!("../../assets/studies.md");
 /// Time that the tables are for, min.
 const T_MIN: u32 = 22;
 const FLOOR: &str = "floor";
 
 /// The whole file. `command` is what regenerates it.
 #[must_use]
-pub fn results(command: &str, campaign: &Merged, summary: &[Summary], ratios: &[Ratio]) -> String {
+pub fn results(
+    command: &str,
+    campaign: &Merged,
+    summary: &[Summary],
+    ratios: &[Ratio],
+    studies: &[(Topic, Vec<Row>)],
+) -> String {
     let shown = |scheme: &str| without_memory(scheme).is_none();
     let last = summary.iter();
     let last: Vec<&Summary> = last
         .filter(|s| s.t_min == T_MIN && shown(&s.scheme))
         .collect();
-    let ratios = ratios.iter();
-    let ratios: Vec<&Ratio> = ratios.filter(|r| r.t_min == T_MIN).collect();
+    let ratios: Vec<&Ratio> = ratios.iter().filter(|r| r.t_min == T_MIN).collect();
     let runs = last.iter().map(|s| s.n).max().unwrap_or(0);
     let mut out = TEMPLATE
         .replace("{command}", command)
@@ -34,7 +41,8 @@ pub fn results(command: &str, campaign: &Merged, summary: &[Summary], ratios: &[
         .replace("{goals}", &goals(&last))
         .replace("{spread}", &spread(&last))
         .replace("{overall}", &overall(&ratios))
-        .replace("{tuning}", &tuning(campaign, &last));
+        .replace("{tuning}", &tuning(campaign, &last))
+        .replace("{studies}", &of_studies(studies));
     for (name, _) in SCHEMES {
         let key = format!("{{ratios {name}}}");
         if out.contains(&key) {
@@ -44,7 +52,41 @@ pub fn results(command: &str, campaign: &Merged, summary: &[Summary], ratios: &[
     out
 }
 
-fn metres(x: f64) -> String {
+/// The part of the file about the studies: prose of `assets/studies.md` around their tables.
+fn of_studies(studies: &[(Topic, Vec<Row>)]) -> String {
+    if studies.is_empty() {
+        return "The campaign ran without `--studies`.".to_owned();
+    }
+    let rows = |topic: Topic| {
+        let found = studies.iter().find(|(of, _)| *of == topic);
+        found.map_or(&[][..], |(_, rows)| rows)
+    };
+    let labelled = |name: &dyn Fn(Topic) -> Option<&'static str>| -> Vec<(String, Vec<Row>)> {
+        let all = studies.iter();
+        all.filter_map(|(topic, rows)| Some((name(*topic)?.to_owned(), rows.clone())))
+            .collect()
+    };
+    let starts = labelled(&|topic| match topic {
+        Topic::Start(name) => Some(name),
+        _ => None,
+    });
+    let vehicles = labelled(&|topic| match topic {
+        Topic::Vehicle(name) => Some(name),
+        _ => None,
+    });
+    let causes = rows(Topic::Causes);
+    let runs = causes.iter().map(|row| row.run + 1).max().unwrap_or(0);
+    STUDIES
+        .trim_end()
+        .replace("{study runs}", &runs.to_string())
+        .replace("{causes}", &of_causes(causes, "linear"))
+        .replace("{causes alone}", &of_causes(causes, "noise"))
+        .replace("{starts}", &of_labelled("start, errors", &starts))
+        .replace("{vehicles}", &of_labelled("vehicle, errors", &vehicles))
+        .replace("{drives}", &of_drives(rows(Topic::Drives)))
+}
+
+pub(super) fn metres(x: f64) -> String {
     format!("{x:.0}")
 }
 
@@ -77,7 +119,7 @@ pub(super) fn table(head: &[String], rows: &[Vec<String>]) -> String {
     out.trim_end().to_string()
 }
 
-fn header<'a>(first: &'a str, rest: impl IntoIterator<Item = &'a str>) -> Vec<String> {
+pub(super) fn header<'a>(first: &'a str, rest: impl IntoIterator<Item = &'a str>) -> Vec<String> {
     [first].into_iter().chain(rest).map(String::from).collect()
 }
 
@@ -269,8 +311,13 @@ mod tests {
             &merged,
             &summarise(&rows, cold),
             &ratios(&rows, cold),
+            &[
+                (Topic::Causes, rows.clone()),
+                (Topic::Start("hot"), rows.clone()),
+            ],
         );
         assert!(!text.contains(['{', '}']), "{text}");
+        assert!(text.contains("| hot, all | 200 |"), "{text}");
         assert!(text.contains("the command") && text.contains("| all | 200 | 400 |"));
         // rnn-kalman is the seventeenth scheme, ekf6 the second and the best classical one, the
         // oracle the fifteenth

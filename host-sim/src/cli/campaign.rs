@@ -4,7 +4,8 @@ use super::options::{ScenarioOption, arguments, refused};
 use super::output::{JsonOption, write_json};
 use super::progress::bar;
 use crate::campaign::{
-    Campaign, Group, Merged, Progress, SCHEMES, merge, ratios, results, summarise, to_parquet,
+    Campaign, Group, Merged, Progress, Row, SCHEMES, Study, Topic, merge, ratios, results, studies,
+    summarise, to_parquet,
 };
 use crate::error::Error;
 use crate::output::write_atomic;
@@ -12,6 +13,7 @@ use crate::report;
 use clap::{Args as ClapArgs, Subcommand};
 use std::collections::BTreeSet;
 use std::path::PathBuf;
+use std::sync::atomic::{AtomicU32, Ordering};
 
 /// Keys of a scenario that a campaign would ignore: its drives and its networks are its own.
 const IGNORED: [&str; 4] = ["heading_deg", "learn", "test", "network"];
@@ -68,6 +70,10 @@ pub struct Args {
     /// The judged drive has no fixes after its standstill
     #[arg(long)]
     no_fixes: bool,
+    /// Also run the studies of docs/RESULTS.md on this many units each: every single cause of
+    /// errors, told and not told, every kind of start, every vehicle, and earlier drives
+    #[arg(long, value_name = "UNITS", value_parser = clap::value_parser!(u32).range(1..))]
+    studies: Option<u32>,
     /// Also judge each hypothesis of `rnn-kalman` alone, and the learner without some of them
     #[arg(long)]
     ablation: bool,
@@ -109,7 +115,7 @@ impl Args {
         if let Some(Action::Merge { dirs, files }) = &self.action {
             let merged = merge(dirs)?;
             warn_of_gaps(&merged);
-            return finish(&merged, files);
+            return finish(&merged, &[], files);
         }
         let mut scenario = self.scenario.load()?;
         if let Some(start) = &self.start {
@@ -150,39 +156,35 @@ impl Args {
         let pool = pool
             .build()
             .map_err(|e| refused("--jobs", e.to_string(), "give fewer"))?;
-        let bar = bar(
-            campaign.wanted().len() as u64,
-            "{bar:30} {pos}/{len} runs, {elapsed} elapsed, {eta} left {msg}",
-        );
-        let tuned = std::sync::atomic::AtomicU32::new(0);
-        let tuning = |n: u32| {
-            bar.set_message(format!(
-                "(tuning the classical filters first: {n}/{} units)",
-                campaign.tuning_units * campaign.tuning_rounds()
-            ));
-        };
-        tuning(0);
-        bar.tick();
-        let done = pool.install(|| {
-            campaign.execute(&|progress| match progress {
-                Progress::TuningUnit => {
-                    tuning(1 + tuned.fetch_add(1, std::sync::atomic::Ordering::Relaxed));
-                }
-                Progress::Run => {
-                    bar.set_message("");
-                    bar.inc(1);
-                }
-            })
-        });
-        bar.finish_and_clear();
+        let done = pool.install(|| execute(&campaign, ""))?;
+        let mut further = Vec::new();
+        for Study { topic, campaign } in self.further(&campaign)? {
+            let done = pool.install(|| execute(&campaign, &format!("{topic}: ")))?;
+            further.push((topic, done.rows));
+        }
         println!("vehicle: {}", campaign.scenario.vehicle_name);
         let mut files = self.files.clone();
         if campaign.shard.1 == 1 && files.parquet.is_none() {
             files.parquet = Some(self.out.join("campaign.parquet"));
         }
-        finish(&done?, &files)
+        finish(&done, &further, &files)
     }
 
+    /// The studies beside the campaign.
+    fn further(&self, campaign: &Campaign) -> Result<Vec<Study>, Error> {
+        match self.studies {
+            None => Ok(Vec::new()),
+            Some(_) if campaign.shard.1 != 1 => {
+                let remedy = "run them on one machine, without --shard";
+                Err(refused(
+                    "--studies",
+                    "studies are not divided into shards",
+                    remedy,
+                ))
+            }
+            Some(runs) => studies(campaign, runs),
+        }
+    }
     /// Refuses what does not go together.
     fn fit_together(&self) -> Result<(), Error> {
         if self.runs == 0 {
@@ -252,6 +254,33 @@ fn not_for_results() -> Error {
     refused("--results", problem, remedy)
 }
 
+/// Runs a campaign behind a progress bar.
+fn execute(campaign: &Campaign, label: &str) -> Result<Merged, Error> {
+    let bar = bar(
+        campaign.wanted().len() as u64,
+        "{bar:30} {prefix}{pos}/{len} runs, {elapsed} elapsed, {eta} left {msg}",
+    );
+    bar.set_prefix(label.to_owned());
+    let tuned = AtomicU32::new(0);
+    let units = campaign.tuning_units * campaign.tuning_rounds();
+    let tuning = |n: u32| {
+        bar.set_message(format!(
+            "(tuning the classical filters first: {n}/{units} units)"
+        ));
+    };
+    tuning(0);
+    bar.tick();
+    let done = campaign.execute(&|progress| match progress {
+        Progress::TuningUnit => tuning(1 + tuned.fetch_add(1, Ordering::Relaxed)),
+        Progress::Run => {
+            bar.set_message("");
+            bar.inc(1);
+        }
+    });
+    bar.finish_and_clear();
+    done
+}
+
 /// Warns of runs that are missing between the first and the last.
 fn warn_of_gaps(merged: &Merged) {
     let runs: std::collections::BTreeSet<u32> = merged.rows.iter().map(|r| r.run).collect();
@@ -268,7 +297,7 @@ fn warn_of_gaps(merged: &Merged) {
     }
 }
 
-fn finish(done: &Merged, files: &Files) -> Result<(), Error> {
+fn finish(done: &Merged, further: &[(Topic, Vec<Row>)], files: &Files) -> Result<(), Error> {
     let setting = &done.tuning.setting;
     if files.results.is_some() && (setting.drives != [0] || !setting.fixes) {
         return Err(not_for_results());
@@ -284,7 +313,7 @@ fn finish(done: &Merged, files: &Files) -> Result<(), Error> {
         write_atomic(file, &bytes)?;
     }
     if let Some(file) = &files.results {
-        let text = results(&command(), done, &summary, &ratios);
+        let text = results(&command(), done, &summary, &ratios, further);
         write_atomic(file, text.as_bytes())?;
     }
     println!("{}", report::campaign::tables(&summary, &ratios));
