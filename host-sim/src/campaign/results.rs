@@ -4,6 +4,7 @@ use super::memory::without_memory;
 use super::schemes::{FILTERS, TUNED};
 use super::statistics::Summary;
 use super::studies::{Topic, of_causes, of_drives, of_labelled};
+use super::tuning::{factor_text, walk_text};
 use super::{Group, Merged, Ratio, Row, SCHEMES};
 use std::fmt::Write;
 
@@ -272,8 +273,8 @@ fn tuning(campaign: &Merged, last: &[&Summary]) -> String {
         .into_iter()
         .map(|model| {
             let t = campaign.tuning.of(model);
-            let walks = t.walks.map(|walk| walk.to_string());
-            let factors = [t.none_factor, t.rnn_factor].map(|factor| factor.to_string());
+            let walks = t.walks.map(walk_text);
+            let factors = [t.none_factor, t.rnn_factor].map(factor_text);
             let name = [model.to_string()];
             name.into_iter().chain(walks).chain(factors).collect()
         })

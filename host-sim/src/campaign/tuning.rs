@@ -16,10 +16,14 @@ use crate::simulator::imu::world::StartName;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-/// Candidates for the walk, so many that the best is not the first or the last.
-const WALKS: [f64; 10] = [1e-3, 3e-3, 0.01, 0.03, 0.1, 0.2, 0.4, 0.8, 1.6, 3.2];
+/// Candidates for the walk, so many that the best is not the last.
+const WALKS: [f64; 13] = [
+    0.0, 1e-3, 3e-3, 0.01, 0.03, 0.1, 0.2, 0.4, 0.8, 1.6, 3.2, 6.4, 12.8,
+];
 /// Candidates for the noise of the filter without a model.
-const FACTORS: [f64; 8] = [0.3, 1.0, 3.0, 10.0, 30.0, 100.0, 300.0, 1000.0];
+const FACTORS: [f64; 11] = [
+    0.03, 0.1, 0.3, 1.0, 3.0, 10.0, 30.0, 100.0, 300.0, 1000.0, 3000.0,
+];
 /// Number of the first unit to train on: far above any run's.
 pub(super) const FIRST_UNIT: u32 = 4_000_000_000;
 
@@ -170,6 +174,23 @@ impl Tuning {
 /// Horizontal error at the end of the free-inertial part, m.
 pub(super) fn error_m(free: &FreeInertial) -> Option<f64> {
     Row::of(free, "", 22).map(|row| row.horizontal_m)
+}
+
+/// Marks a walk beyond which a better one may lie. Below no walk there is none.
+pub(super) fn walk_text(walk: f64) -> String {
+    marked(walk, walk == WALKS[WALKS.len() - 1])
+}
+
+/// Marks a factor beyond which a better one may lie.
+pub(super) fn factor_text(factor: f64) -> String {
+    marked(
+        factor,
+        factor == FACTORS[0] || factor == FACTORS[FACTORS.len() - 1],
+    )
+}
+
+fn marked(value: f64, at_edge: bool) -> String {
+    format!("{value}{}", if at_edge { " (edge)" } else { "" })
 }
 
 /// How large the causes are that schemes are told of, over the units to train on.

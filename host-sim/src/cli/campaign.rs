@@ -31,9 +31,11 @@ pub struct Args {
     jobs: Option<usize>,
     #[command(flatten)]
     scenario: ScenarioOption,
-    /// Groups of simulated sensor errors, separated by commas; also groups of a single cause:
-    /// hysteresis, gradient, heating, scale-temperature, stretched-warm-up, mode-hop, thermostat,
-    /// flicker, g-square, ageing
+    /// Groups of simulated errors, separated by commas; also groups of a single cause, of the
+    /// sensors: hysteresis, gradient, heating, scale-temperature, stretched-warm-up, mode-hop,
+    /// thermostat, flicker, g-square, ageing; or of the fixes: coloured-fixes, optimistic-fixes,
+    /// late-fixes, lever-arm, gaps, multipath. A name may join both (noise+late-fixes) and end
+    /// with +told, if the schemes shall be told of the cause
     #[arg(
         long,
         value_delimiter = ',',
