@@ -92,3 +92,34 @@ fn long_steps_do_not_change_the_errors() {
     assert_eq!(Seeds::of(5), Seeds::of(5));
     assert_ne!(Seeds::of(5), Seeds::of(6));
 }
+
+/// A campaign's drive is that of the scenario's vehicle, which stands for 300 s first. The same
+/// vehicle is in the fingerprint.
+#[test]
+fn any_vehicle_that_can_stand_goes_on_the_drives() {
+    let road = of_one_run().fingerprint();
+    for (vehicle, fastest) in [
+        ("train", 39.0..41.0),
+        ("traffic", 10.0..16.0),
+        ("hand-held", 1.0..2.5),
+        ("standing", 0.0..0.05),
+    ] {
+        let mut campaign = of_one_run();
+        campaign.scenario.set_vehicle(vehicle).unwrap();
+        assert_ne!(campaign.fingerprint(), road);
+        let imu = campaign.imu();
+        let mut seen = 0;
+        let judge = |_: Group, case: &Case<'_>| {
+            let session = case.session;
+            let speed = |epoch: usize| session.reference[epoch].velocity.norm();
+            assert_eq!(session.standstill, 300, "{vehicle}");
+            assert!((0..300).all(|epoch| speed(epoch) < 0.05), "{vehicle}");
+            let most = (300..session.epochs()).map(speed).fold(0.0, f64::max);
+            assert!(fastest.contains(&most), "{vehicle}: {most}");
+            seen += 1;
+            Ok(())
+        };
+        campaign.sessions(&imu, 3, judge).unwrap();
+        assert_eq!(seen, 2, "{vehicle}");
+    }
+}

@@ -42,7 +42,8 @@ pub struct Args {
         default_value = "linear,thermal,nonlinear,all,all-x3,noise"
     )]
     models: Vec<String>,
-    /// Vehicle in place of the scenario's: road, city, traffic, train, aircraft, hand-held, standing
+    /// Vehicle in place of the scenario's: road, city, traffic, train, aircraft, hand-held,
+    /// standing
     #[arg(long, value_name = "NAME")]
     vehicle: Option<String>,
     /// How warm the unit is at power-on, in place of the scenario's: cold, warm, hot, mixed

@@ -1,6 +1,6 @@
-//! Errors of GNSS fixes: white noise, and what else a real receiver does. All but the white noise is
-//! off by default, and each term has random numbers of its own: a term that is switched on changes
-//! nothing in the others.
+//! Errors of GNSS fixes: white noise, and what else a real receiver does. All but the white noise
+//! is off by default, and each term has random numbers of its own: a term that is switched on
+//! changes nothing in the others.
 
 mod antenna;
 #[cfg(test)]

@@ -1,4 +1,5 @@
-//! The coloured part of a receiver's errors: ionosphere, orbits and slow multipath last for minutes.
+//! The coloured part of a receiver's errors: ionosphere, orbits and slow multipath last for
+//! minutes.
 //!
 //! Each axis is a first-order Gauss-Markov process of its own, which is also called an
 //! Ornstein-Uhlenbeck process. "Comparison of Enhanced Noise Model Performance Based on Analysis of

@@ -5,7 +5,8 @@
 //! times take turns, and the length of each is exponentially distributed. The first time is good.
 //! Measured lengths have longer tails: L. E. Braten and T. Tjelta ("Semi-Markov multistate modeling
 //! of the land mobile propagation channel for geostationary satellites", IEEE Transactions on
-//! Antennas and Propagation 50(12), 2002) find a power law in the open and log-normal ones in shade.
+//! Antennas and Propagation 50(12), 2002) find a power law in the open and log-normal ones in the
+//! shade.
 
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, Exp1, StandardNormal};
