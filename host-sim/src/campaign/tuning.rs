@@ -15,6 +15,7 @@ use crate::simulator::imu::ImuSpec;
 use crate::simulator::imu::world::StartName;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
+use std::ops::Range;
 
 /// Candidates for the walk, so many that the best is not the last.
 const WALKS: [f64; 13] = [
@@ -178,18 +179,23 @@ pub(super) fn error_m(free: &FreeInertial) -> Option<f64> {
 
 /// Marks a walk beyond which a better one may lie. Below no walk there is none.
 pub(super) fn walk_text(walk: f64) -> String {
-    marked(walk, walk == WALKS[WALKS.len() - 1])
+    marked(walk, WALKS[WALKS.len() - 2]..f64::INFINITY)
 }
 
 /// Marks a factor beyond which a better one may lie.
 pub(super) fn factor_text(factor: f64) -> String {
-    marked(
-        factor,
-        factor == FACTORS[0] || factor == FACTORS[FACTORS.len() - 1],
-    )
+    let above = marked(factor, FACTORS[FACTORS.len() - 2]..f64::INFINITY);
+    if factor < FACTORS[1] {
+        marked(factor, 0.0..FACTORS[1])
+    } else {
+        above
+    }
 }
 
-fn marked(value: f64, at_edge: bool) -> String {
+/// Marks a value that is larger than the first end of `edge`, which is no edge itself, or smaller
+/// than the second.
+fn marked(value: f64, edge: Range<f64>) -> String {
+    let at_edge = edge.start < value && value < edge.end;
     format!("{value}{}", if at_edge { " (edge)" } else { "" })
 }
 
@@ -218,4 +224,17 @@ fn best(candidates: &[f64], error: impl Fn(usize) -> f64) -> f64 {
         }
     }
     best.1
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn values_at_an_edge_are_marked() {
+        let walks = [0.0, 1e-3, 0.4, 6.4, 12.8].map(walk_text);
+        assert_eq!(walks, ["0", "0.001", "0.4", "6.4", "12.8 (edge)"]);
+        let factors = [0.03, 0.1, 30.0, 1000.0, 3000.0].map(factor_text);
+        assert_eq!(factors, ["0.03 (edge)", "0.1", "30", "1000", "3000 (edge)"]);
+    }
 }
