@@ -48,6 +48,7 @@ const TOWN: City = City {
     reverse_first: false,
     stops: true,
     turns: true,
+    calm_stops: false,
 };
 const SEA: Ship = Ship {
     wave_height_m: 1.5,
@@ -230,6 +231,7 @@ pub const CLASSES: [Class; 21] = [
             reverse_first: false,
             stops: false,
             turns: false,
+            calm_stops: false,
         }),
         Kind::Land,
     )),

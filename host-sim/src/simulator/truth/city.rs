@@ -27,6 +27,9 @@ pub struct City {
     pub stops: bool,
     /// It turns at crossings. Without turns it goes straight on at constant speed.
     pub turns: bool,
+    /// The road shakes it less while it is slow, as it does a car on the road. Without this it is
+    /// shaken alike at any speed, also while it stands.
+    pub calm_stops: bool,
 }
 
 impl Default for City {
@@ -35,6 +38,7 @@ impl Default for City {
             reverse_first: true,
             stops: true,
             turns: true,
+            calm_stops: false,
         }
     }
 }
@@ -43,7 +47,7 @@ impl Default for City {
 pub(super) struct Car {
     course: Course,
     shaker: Shaker,
-    /// The road shakes it less while it is slow. A [`City`] car is shaken alike at any speed.
+    /// The road shakes it less while it is slow.
     rides: bool,
 }
 
@@ -86,13 +90,15 @@ impl Car {
         Self {
             course,
             shaker: Shaker::new(rng, vibration, dt),
-            rides: false,
+            rides: city.calm_stops,
         }
     }
 
     fn shake(&self, node: usize, speed: Dual) -> Ride {
         if self.rides {
-            return self.shaker.riding(node, speed);
+            // a car in reverse has a speed below 0
+            let forward = if speed.value < 0.0 { -speed } else { speed };
+            return self.shaker.riding(node, forward);
         }
         let shake = self.shaker.at(node);
         Ride {

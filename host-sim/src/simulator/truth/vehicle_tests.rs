@@ -36,6 +36,7 @@ fn rolling() -> City {
         reverse_first: false,
         stops: false,
         turns: true,
+        calm_stops: false,
     }
 }
 
