@@ -14,7 +14,7 @@ fn one_run(c: &mut Criterion) {
     for (name, models) in [
         ("run-all", vec![ErrorModelName::All]),
         ("run-six-groups", ErrorModelName::ALL.to_vec()),
-        ("run-ten-causes", ErrorModelName::CAUSES.to_vec()),
+        ("run-every-cause", ErrorModelName::CAUSES.to_vec()),
     ] {
         let Ok(scenario) = Scenario::load("medium") else {
             continue;

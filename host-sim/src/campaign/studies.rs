@@ -132,8 +132,8 @@ pub fn studies(main: &Campaign, runs: u32) -> Result<Vec<Study>, Error> {
 /// The groups of the table of causes: those without a cause, then each cause, not told and told.
 fn causes() -> Vec<Group> {
     let told = |group: Group| {
-        let nothing = group.fixes == FixErrors::Gaps;
-        [group].into_iter().chain((!nothing).then(|| group.told()))
+        let told = group.can_be_told().then(|| group.told());
+        [group].into_iter().chain(told)
     };
     let mut out: Vec<Group> = [ErrorModelName::Linear, ErrorModelName::Noise]
         .map(Group::from)
@@ -266,8 +266,8 @@ mod tests {
     #[test]
     fn every_cause_is_there_told_and_not_told() {
         let causes = causes();
-        // ten causes of the sensors twice, five of the fixes twice and gaps once, on two sensors
-        assert_eq!(causes.len(), 2 + 20 + 2 * 11);
+        // 17 causes of the sensors twice, dither once, five of the fixes twice and gaps once, on two sensors
+        assert_eq!(causes.len(), 2 + 35 + 2 * 11);
         for group in &causes {
             assert_eq!(group.to_string().parse::<Group>().unwrap(), *group);
         }

@@ -33,7 +33,8 @@ pub struct Args {
     scenario: ScenarioOption,
     /// Groups of simulated errors, separated by commas; also groups of a single cause, of the
     /// sensors: hysteresis, gradient, heating, scale-temperature, stretched-warm-up, mode-hop,
-    /// thermostat, flicker, g-square, ageing; or of the fixes: coloured-fixes, optimistic-fixes,
+    /// thermostat, flicker, g-square, ageing, temperature, warm-up, g-sensitivity, magnetic,
+    /// dither, vibration, size-effect, timing; or of the fixes: coloured-fixes, optimistic-fixes,
     /// late-fixes, lever-arm, gaps, multipath. A name may join both (noise+late-fixes) and end
     /// with +told, if the schemes shall be told of the cause
     #[arg(

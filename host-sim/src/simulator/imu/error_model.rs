@@ -43,6 +43,22 @@ pub enum ErrorModelName {
     GSquare,
     /// Linear, and a bias that has aged for a year.
     Ageing,
+    /// Linear, and biases by the temperature and its square.
+    Temperature,
+    /// Linear, and a warm-up by one exponential.
+    WarmUp,
+    /// Linear, and a bias of the gyros by the specific force.
+    GSensitivity,
+    /// Linear, and a bias of the gyros by the magnetic field.
+    Magnetic,
+    /// Linear, and what is left of the dither of a laser gyro, with its coning.
+    Dither,
+    /// Linear, and a bias of the accelerometers by vibration.
+    Vibration,
+    /// Linear, and accelerometers that are apart from each other.
+    SizeEffect,
+    /// Linear, and accelerometers that are late.
+    Timing,
 }
 
 impl ErrorModelName {
@@ -57,7 +73,7 @@ impl ErrorModelName {
     ];
 
     /// The groups of a single cause beside the linear errors.
-    pub const CAUSES: [Self; 10] = [
+    pub const CAUSES: [Self; 18] = [
         Self::Hysteresis,
         Self::Gradient,
         Self::Heating,
@@ -68,6 +84,14 @@ impl ErrorModelName {
         Self::Flicker,
         Self::GSquare,
         Self::Ageing,
+        Self::Temperature,
+        Self::WarmUp,
+        Self::GSensitivity,
+        Self::Magnetic,
+        Self::Dither,
+        Self::Vibration,
+        Self::SizeEffect,
+        Self::Timing,
     ];
 
     /// All groups: whole kinds of errors, then single causes.
@@ -95,6 +119,14 @@ impl ErrorModelName {
             Self::Flicker => "flicker",
             Self::GSquare => "g-square",
             Self::Ageing => "ageing",
+            Self::Temperature => "temperature",
+            Self::WarmUp => "warm-up",
+            Self::GSensitivity => "g-sensitivity",
+            Self::Magnetic => "magnetic",
+            Self::Dither => "dither",
+            Self::Vibration => "vibration",
+            Self::SizeEffect => "size-effect",
+            Self::Timing => "timing",
         }
     }
 
