@@ -2,22 +2,22 @@
 //! finds it, too, on the same further units. They have earlier drives with the same kind of start.
 //!
 //! First biases and laws have the same share; then the laws' is searched for, and then the biases'.
-//! Where several candidates are as good as the best one, the largest is taken: it trusts the past
-//! least.
+//! What counts is the geometric mean of the errors of all units, each after one drive and after
+//! two. Where several candidates are as good as the best one, the largest is taken: it trusts the
+//! past least.
 
 use super::laws::Models;
 use super::memory::{Kept, REMEMBERING, kept, pass, recalled};
 use super::schemes::Case;
-use super::statistics::median;
 use super::tuning::{FIRST_UNIT, Tuning, error_m};
 use super::{Campaign, Error, Group};
 use crate::inertial::ekf::TurnOn;
 use crate::simulator::imu::ImuSpec;
 use rayon::prelude::*;
 
-/// Candidates for a share of the prior variance, ascending. The last one is its end: nothing is
-/// remembered.
-const SHARES: [f64; 8] = [1e-5, 1e-4, 1e-3, 0.01, 0.03, 0.1, 0.3, 1.0];
+/// Candidates for a share of the prior variance, ascending. The last one is the end of its range:
+/// nothing is remembered. Below the first one a bias walks more in a drive.
+const SHARES: [f64; 9] = [1e-4, 1e-3, 0.01, 0.03, 0.1, 0.3, 0.6, 0.85, 1.0];
 /// Candidates whose error is so little above the least are as good.
 const AS_GOOD: f64 = 1.02;
 /// Earlier drives of a unit that is tuned on, at most. A turn-on shows between two drives.
@@ -61,36 +61,41 @@ struct Trial {
     model: Group,
     index: usize,
     candidates: Vec<TurnOn>,
-    kept: Vec<Vec<Kept>>,
-    errors: Vec<f64>,
+    /// What each candidate has kept after each drive.
+    kept: Vec<Vec<Vec<Kept>>>,
+    /// Logarithm of the error of each candidate in the judged drive, summed up.
+    logs: Vec<f64>,
 }
 
 impl Trial {
     /// The next earlier drive. All candidates are alike before the first one.
     fn keep(&mut self, case: &Case<'_>) -> Option<()> {
-        let first = match self.kept.is_empty() {
-            true => Some(pass(self.index, case, *self.candidates.first()?, &[])?),
-            false => None,
+        let index = self.index;
+        let kept: Option<Vec<Vec<Kept>>> = match self.kept.last() {
+            None => {
+                let passed = pass(index, case, *self.candidates.first()?, &[])?;
+                let of = |turn_on: &TurnOn| Some(kept(index, case, *turn_on, &[], &passed));
+                self.candidates.iter().map(of).collect()
+            }
+            Some(before) => {
+                let of = |(turn_on, before): (&TurnOn, &Vec<Kept>)| {
+                    let passed = pass(index, case, *turn_on, before)?;
+                    Some(kept(index, case, *turn_on, before, &passed))
+                };
+                self.candidates.iter().zip(before).map(of).collect()
+            }
         };
-        self.kept.resize(self.candidates.len(), Vec::new());
-        for (turn_on, before) in self.candidates.iter().zip(&mut self.kept) {
-            let after = match &first {
-                Some(passed) => kept(self.index, case, *turn_on, before, passed),
-                None => {
-                    let passed = pass(self.index, case, *turn_on, before)?;
-                    kept(self.index, case, *turn_on, before, &passed)
-                }
-            };
-            *before = after;
-        }
+        self.kept.push(kept?);
         Some(())
     }
 
-    /// The judged drive.
+    /// The judged drive, after each number of drives.
     fn judge(&mut self, case: &Case<'_>) -> Option<()> {
-        for (turn_on, kept) in self.candidates.iter().zip(&self.kept) {
-            let free = recalled(self.index, case, *turn_on, kept)?;
-            self.errors.push(error_m(&free)?);
+        for kept in &self.kept {
+            for ((turn_on, kept), sum) in self.candidates.iter().zip(kept).zip(&mut self.logs) {
+                let free = recalled(self.index, case, *turn_on, kept)?;
+                *sum += error_m(&free)?.ln();
+            }
         }
         Some(())
     }
@@ -141,9 +146,10 @@ pub(super) fn search(
             .collect();
         let units = units?;
         for (i, trial) in trials().iter().enumerate() {
+            let judged: usize = units.iter().map(|unit| unit[i].kept.len()).sum();
             let of = |candidate: usize| {
-                let errors = units.iter().map(|unit| unit[i].errors[candidate]);
-                median(&mut errors.collect::<Vec<f64>>())
+                let logs = units.iter().map(|unit| unit[i].logs[candidate]);
+                (logs.sum::<f64>() / judged as f64).exp()
             };
             let errors: Vec<f64> = (0..trial.candidates.len()).map(of).collect();
             tuning.set_turn_on(trial.model, trial.index, trial.candidates[best(&errors)]);
@@ -179,7 +185,7 @@ fn trials<'a>(
                 index,
                 candidates: SHARES.map(|s| stage.candidate(s, best[index])).to_vec(),
                 kept: Vec::new(),
-                errors: Vec::new(),
+                logs: vec![0.0; SHARES.len()],
             })
         });
         each.collect()
