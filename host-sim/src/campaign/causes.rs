@@ -3,7 +3,7 @@
 //!
 //! | cause | not told | told |
 //! |---|---|---|
-//! | of the sensors | the datasheet of the unit | the datasheet with its size as a larger bias and a faster walk |
+//! | of the sensors | the unit's datasheet | that, with a larger bias and a faster walk |
 //! | coloured, optimistic fixes | the accuracy without the cause | the true standard deviation |
 //! | late fixes, lever arm | there is none | its exact value |
 //! | gaps | - | (a fix that does not come tells it) |

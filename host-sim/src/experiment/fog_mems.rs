@@ -72,8 +72,8 @@ mod tests {
                 assert!(left < 0.25, "{}, {scheme}: {left} of raw", o.case);
             }
         }
-        // after 50 s of fixes and 40 s without, the device, whose hypothesis in force is the biases,
-        // has what a filter with the same biases and the same walk has: 0.92 times
+        // after 50 s of fixes and 40 s without, the device, whose hypothesis in force is the
+        // biases, has what a filter with the same biases and the same walk has: 0.92 times
         for o in all
             .iter()
             .filter(|o| o.case.contains("49 s") || o.case.contains("0-50 s"))

@@ -108,8 +108,8 @@ mod tests {
     }
 
     /// What filters are told of the presets with all causes is what the causes give: the rms of the
-    /// biases over units, turn-ons and the first 44 min at rest. What is told of `mems` holds a year
-    /// after calibration.
+    /// biases over units, turn-ons and the first 44 min at rest. What is told of `mems` holds a
+    /// year after calibration.
     #[test]
     fn the_presets_with_all_causes_are_told_as_they_are() {
         let mut off = vec![];

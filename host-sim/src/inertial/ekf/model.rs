@@ -217,8 +217,8 @@ impl ErrorModel {
     }
 
     /// Six biases, and on each axis a law of its thermometer: in proportion to the reading, to its
-    /// square and to its rate. At 30 K from [`REFERENCE_DEGC`], or at 1 K/min, each has the standard
-    /// deviation `share` of the bias's.
+    /// square and to its rate. At 30 K from [`REFERENCE_DEGC`], or at 1 K/min, each has the
+    /// standard deviation `share` of the bias's.
     #[must_use]
     pub fn with_temperatures(prior: &Prior, known: Arc<[Known]>, share: f64) -> Self {
         let mut model = Self::biases(prior);
