@@ -2,11 +2,10 @@
 //! ten single causes. `cargo bench -p host-sim --bench campaign`.
 
 use criterion::{Criterion, criterion_group, criterion_main};
-use host_sim::campaign::{Campaign, Group, Tuning};
+use host_sim::campaign::{Campaign, Tuning};
 use host_sim::experiment::scenario::Scenario;
 use host_sim::simulator::imu::ErrorModelName;
 use std::hint::black_box;
-use std::path::PathBuf;
 
 fn one_run(c: &mut Criterion) {
     let mut group = c.benchmark_group("campaign");
@@ -19,19 +18,7 @@ fn one_run(c: &mut Criterion) {
         let Ok(scenario) = Scenario::load("medium") else {
             continue;
         };
-        let campaign = Campaign {
-            scenario,
-            runs: 1,
-            shard: (0, 1),
-            models: models.into_iter().map(Group::from).collect(),
-            out: PathBuf::new(),
-            resume: false,
-            schemes: Vec::new(),
-            ablation: false,
-            tuning_units: 1,
-            drives: vec![0],
-            fixes: true,
-        };
+        let campaign = Campaign::single(scenario, &models);
         group.bench_function(name, |b| {
             b.iter(|| {
                 black_box(&campaign)

@@ -8,18 +8,12 @@ use crate::unit::Unit;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 fn campaign(drives: &[u32], fixes: bool, schemes: &[&str]) -> Campaign {
+    let scenario = Scenario::load("medium").unwrap();
     Campaign {
-        scenario: Scenario::load("medium").unwrap(),
-        runs: 1,
-        shard: (0, 1),
-        models: vec![ErrorModelName::Thermal.into()],
-        out: PathBuf::new(),
-        resume: false,
         schemes: schemes.iter().map(|name| (*name).to_owned()).collect(),
-        ablation: false,
-        tuning_units: 1,
         drives: drives.to_vec(),
         fixes,
+        ..Campaign::single(scenario, &[ErrorModelName::Thermal])
     }
 }
 

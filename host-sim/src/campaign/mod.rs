@@ -108,6 +108,24 @@ pub struct Seeds {
 }
 
 impl Campaign {
+    /// One run of all schemes without earlier drives, to be executed by [`Self::run`].
+    #[must_use]
+    pub fn single(scenario: Scenario, models: &[ErrorModelName]) -> Self {
+        Self {
+            scenario,
+            runs: 1,
+            shard: (0, 1),
+            models: models.iter().copied().map(Group::from).collect(),
+            out: PathBuf::new(),
+            resume: false,
+            schemes: Vec::new(),
+            ablation: false,
+            tuning_units: 1,
+            drives: vec![0],
+            fixes: true,
+        }
+    }
+
     /// Runs what is missing on rayon's threads and gives all rows of this shard, ordered by run.
     /// Calls `progress` after each unit and run.
     ///

@@ -10,19 +10,7 @@ use std::cell::OnceCell;
 fn campaign(preset: &str) -> (Campaign, ImuSpec) {
     let mut imu = ImuSpec::preset(preset).unwrap();
     imu.rate_hz = RATE_HZ;
-    let campaign = Campaign {
-        scenario: Scenario::default(),
-        runs: 1,
-        shard: (0, 1),
-        models: ErrorModelName::ALL.map(Group::from).to_vec(),
-        out: PathBuf::new(),
-        resume: false,
-        schemes: Vec::new(),
-        ablation: false,
-        tuning_units: 1,
-        drives: vec![0],
-        fixes: true,
-    };
+    let campaign = Campaign::single(Scenario::default(), &ErrorModelName::ALL);
     (campaign, imu)
 }
 

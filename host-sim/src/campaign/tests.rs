@@ -7,19 +7,8 @@ use std::cell::OnceCell;
 
 /// One run of the group `all` with the default scenario.
 pub(super) fn of_one_run() -> Campaign {
-    Campaign {
-        scenario: Scenario::load("medium").unwrap(),
-        runs: 1,
-        shard: (0, 1),
-        models: vec![ErrorModelName::All.into()],
-        out: PathBuf::new(),
-        resume: false,
-        schemes: Vec::new(),
-        ablation: false,
-        tuning_units: 1,
-        drives: vec![0],
-        fixes: true,
-    }
+    let scenario = Scenario::load("medium").unwrap();
+    Campaign::single(scenario, &[ErrorModelName::All])
 }
 
 /// Results of one unit are not mixed with those of another, whatever differs between them.
@@ -28,20 +17,7 @@ fn the_fingerprint_contains_the_unit() {
     let with = |unit: Unit| {
         let mut scenario = Scenario::default();
         scenario.set_unit("u.toml", unit);
-        Campaign {
-            scenario,
-            runs: 1,
-            shard: (0, 1),
-            models: vec![ErrorModelName::All.into()],
-            out: PathBuf::new(),
-            resume: false,
-            schemes: Vec::new(),
-            ablation: false,
-            tuning_units: 1,
-            drives: vec![0],
-            fixes: true,
-        }
-        .fingerprint()
+        Campaign::single(scenario, &[ErrorModelName::All]).fingerprint()
     };
     let medium = with(Unit::default());
     assert_eq!(medium, with(Unit::default()));
