@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use std::fmt;
 use std::str::FromStr;
 
-/// What the fixes of a group suffer from. The sizes are in [`super::causes`].
+/// What the fixes of a group suffer from. The sizes are in `campaign/causes.rs`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
 pub enum FixErrors {
     /// What the scenario says.

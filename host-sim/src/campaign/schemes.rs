@@ -52,7 +52,7 @@ pub const TUNED: &str = "-tuned";
 /// What was chosen for one group.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Tuned {
-    /// Walks for the tuned [`FILTERS`].
+    /// Walks for the tuned classical filters.
     pub walks: [f64; FILTERS.len()],
     /// Noise factor for `none`.
     pub none_factor: f64,

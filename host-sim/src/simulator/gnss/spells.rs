@@ -46,7 +46,7 @@ pub struct Multipath {
     pub vertical_m: f64,
     /// Standard deviation of the shift of the velocity per axis, m/s (assumed).
     pub velocity_mps: f64,
-    /// Bursts shift the fix only in streets: while a car is slower than [`STREET_MPS`].
+    /// Bursts shift the fix only in streets: while a car is slower than 15 m/s.
     pub in_streets: bool,
 }
 
