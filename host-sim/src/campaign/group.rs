@@ -157,7 +157,11 @@ impl FromStr for Group {
         }
         group.sensors = sensors.unwrap_or(ErrorModelName::Linear);
         if group.told && !group.can_be_told() {
-            return Err(unknown(text));
+            return Err(Error::Option {
+                option: format!("group of errors '{text}'"),
+                problem: "there is no single cause in it that can be told".into(),
+                remedy: "leave +told out, or give a cause whose size somebody can know".into(),
+            });
         }
         Ok(group)
     }

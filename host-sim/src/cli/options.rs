@@ -8,7 +8,7 @@ use clap::Args as ClapArgs;
 /// `--scenario`.
 #[derive(Debug, ClapArgs)]
 pub(super) struct ScenarioOption {
-    /// Built-in scenario (medium, nav, tactical) or a TOML file
+    /// Built-in scenario (medium, nav, tactical, fog, mems) or a TOML file
     #[arg(long, default_value = "medium", value_name = "NAME|FILE.toml")]
     pub(super) scenario: String,
     #[command(flatten)]

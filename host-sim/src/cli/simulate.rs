@@ -21,8 +21,8 @@ pub struct Args {
     /// Simulate the drive to learn from instead of the one to judge on
     #[arg(long)]
     learning: bool,
-    /// Directory of imu.csv, gnss.csv, truth.csv, unit.toml, and of header.toml, which `replay csv`
-    /// and `convert csv` read
+    /// Directory of imu.csv, gnss.csv, truth.csv, temperature.csv, unit.toml, and of header.toml,
+    /// which `replay csv` and `convert csv` read
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
 }
@@ -49,6 +49,7 @@ impl Args {
         };
         generic::write(&record, Some(scenario.unit()), &self.out)?;
         generic::write_truth(&session, &self.out.join("truth.csv"))?;
+        generic::write_readings(&session, &self.out.join("temperature.csv"))?;
         stages.end();
         println!(
             "{} samples, {} fixes in {}",

@@ -207,6 +207,9 @@ fn simulate_writes_three_tables_with_units() {
     );
     assert_eq!(lines("gnss.csv").1, 212);
     assert_eq!(lines("truth.csv").1, 212);
+    let (head, seconds) = lines("temperature.csv");
+    assert_eq!(head, "t_s,x_degc,y_degc,z_degc,processor_degc");
+    assert!((211..=212).contains(&seconds), "{seconds}");
 }
 
 #[test]

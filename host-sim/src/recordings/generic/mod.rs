@@ -76,7 +76,7 @@ mod truth;
 mod write;
 
 pub use header::NamedUnit;
-pub use write::{write, write_truth};
+pub use write::{write, write_readings, write_truth};
 
 use crate::error::Error;
 use crate::recordings::corrected::Text;

@@ -3,7 +3,7 @@
 
 use crate::error::Error;
 use crate::inertial::rotation::to_euler;
-use crate::inertial::session::{EPOCH_S, Session};
+use crate::inertial::session::{EPOCH_S, Readings, Session};
 use crate::inertial::units::DEG;
 use crate::output::{CsvWriter, write_atomic};
 use crate::recordings::columns::{IMU, PLACE, SIGMA, SIGMA_V, VELOCITY};
@@ -77,6 +77,21 @@ pub fn write_truth(session: &Session, file: &Path) -> Result<(), Error> {
         &columns,
         session.reference.iter().enumerate().map(row),
     )
+}
+
+/// Writes what the thermometers of a session read, degrees Celsius, one row per second. The time is
+/// the end of the second.
+///
+/// # Errors
+/// [`Error::Unwritable`].
+pub fn write_readings(session: &Session, file: &Path) -> Result<(), Error> {
+    let readings = session.readings.as_deref().unwrap_or_default();
+    let row = |(k, of): (usize, &Readings)| {
+        let time = (k + 1) as f64 * EPOCH_S;
+        vec![time, of.axes.x, of.axes.y, of.axes.z, of.processor]
+    };
+    let columns = ["t_s", "x_degc", "y_degc", "z_degc", "processor_degc"];
+    rows(file, &columns, readings.iter().enumerate().map(row))
 }
 
 fn rows(file: &Path, columns: &[&str], rows: impl Iterator<Item = Vec<f64>>) -> Result<(), Error> {
