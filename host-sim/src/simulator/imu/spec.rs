@@ -72,13 +72,15 @@ fn is_default<T: Default + PartialEq>(table: &T) -> bool {
 }
 
 /// Names and unit files of the presets that have all error terms.
-pub const PRESETS: [(&str, &str); 3] = [
+pub const PRESETS: [(&str, &str); 5] = [
     ("medium", include_str!("../../../assets/units/medium.toml")),
     ("nav", include_str!("../../../assets/units/nav.toml")),
     (
         "tactical",
         include_str!("../../../assets/units/tactical.toml"),
     ),
+    ("fog", include_str!("../../../assets/units/fog.toml")),
+    ("mems", include_str!("../../../assets/units/mems.toml")),
 ];
 
 impl ImuSpec {
