@@ -131,7 +131,7 @@ const END_S: usize = 120;
 impl Size {
     /// Of what several units have beside the errors that are told: its mean in each second, axis by
     /// axis. `aided`: the seconds with fixes.
-    pub(super) fn of(units: &[Vec<Increment>], aided: Range<usize>) -> Self {
+    pub(super) fn of(units: &[&[Increment]], aided: Range<usize>) -> Self {
         let mut out = Self::default();
         let (ends, hours) = (END_S.min(aided.len() / 2), aided.len() as f64 / 3600.0);
         for triad in 0..2 {

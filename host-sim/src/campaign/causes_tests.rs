@@ -96,10 +96,10 @@ fn the_size_of_a_cause_is_its_root_mean_square_and_its_change() {
         };
         (0..4000).map(at).collect()
     };
-    let size = Size::of(&[seconds(&|_| 2.0), seconds(&|_| 0.0)], 300..3900);
+    let size = Size::of(&[&seconds(&|_| 2.0), &seconds(&|_| 0.0)], 300..3900);
     assert!((size.bias[0] - (4.0_f64 / 6.0).sqrt()).abs() < 1e-12);
     assert_eq!((size.bias[1], size.walk), (5.0, [0.0; 2]));
-    let ramp = Size::of(&[seconds(&|t| 3.0 * t / 3600.0)], 300..3900);
+    let ramp = Size::of(&[&seconds(&|t| 3.0 * t / 3600.0)], 300..3900);
     // the means of the first and last two minutes are 58 min apart
     let want = 3.0 * (58.0 / 60.0) / 3.0_f64.sqrt();
     assert!((ramp.walk[0] - want).abs() < 1e-9, "{ramp:?} {want}");

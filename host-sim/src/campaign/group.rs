@@ -95,6 +95,15 @@ impl Group {
         single || ![FixErrors::AsInScenario, FixErrors::Gaps].contains(&fixes)
     }
 
+    /// The groups of some rows, each once, in the order of the tables.
+    #[must_use]
+    pub fn present(of: impl Iterator<Item = Self>) -> Vec<Self> {
+        let mut groups: Vec<Self> = of.collect();
+        groups.sort_by_key(|group| group.rank());
+        groups.dedup();
+        groups
+    }
+
     /// Position in tables: errors of fixes, then of sensors, then whether told.
     #[must_use]
     pub fn rank(self) -> (FixErrors, usize, bool) {

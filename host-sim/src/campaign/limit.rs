@@ -1,7 +1,7 @@
 //! The limit of all memory: the unit is known exactly, what is new at the turn-on is not.
 
 use super::schemes::{Case, aided_free_inertial, oracle, without_beyond};
-use crate::inertial::ekf::{ErrorModel, Inputs, Parameter, SlowErrors};
+use crate::inertial::ekf::{ErrorModel, Parameter, SlowErrors};
 use crate::inertial::free_inertial::FreeInertial;
 use crate::inertial::sins::Increment;
 use nalgebra::DVector;
@@ -46,21 +46,9 @@ fn corrected(
 ) -> Vec<Increment> {
     let dt = case.session.step_s();
     let mut slow = SlowErrors::default();
-    let mut before: Option<Increment> = None;
     let each = increments.iter().enumerate().map(|(k, w)| {
-        let last = before.replace(*w).unwrap_or(*w);
-        let now = Inputs {
-            rate: w.dtheta / dt,
-            force: w.dv / dt,
-            rate_change: (w.dtheta - last.dtheta) / (dt * dt),
-            force_change: (w.dv - last.dv) / (dt * dt),
-            time: (k as f64 + 0.5) * dt,
-        };
-        let [gyro, accel] = model.error(theta, &now, &mut slow);
-        Increment {
-            dtheta: w.dtheta - gyro * dt,
-            dv: w.dv - accel * dt,
-        }
+        let around = [&increments[k.saturating_sub(1)], w];
+        model.corrected(theta, around, dt, (k as f64 + 0.5) * dt, &mut slow)
     });
     each.collect()
 }

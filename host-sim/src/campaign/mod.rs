@@ -327,7 +327,8 @@ impl Campaign {
     /// A name for everything that decides the numbers, so that different campaigns are not mixed.
     fn fingerprint(&self) -> String {
         format!(
-            "{}|{:?}|{:?}|{RATE_HZ}|{GATHER}|{STANDSTILL_S}|{AIDED_S}|{FREE_S}|{LEARNER}|{:?}|{}|{:?}",
+            "{}|{:?}|{:?}|{RATE_HZ}|{GATHER}|{STANDSTILL_S}|{AIDED_S}|{FREE_S}|{LEARNER}|{:?}|\
+             {}|{:?}",
             env!("CARGO_PKG_VERSION"),
             self.scenario,
             self.setting(),

@@ -54,13 +54,7 @@ pub fn ratios(rows: &[Row], start: StartName) -> Vec<Ratio> {
 
 /// The ratios of rows with one number of earlier drives.
 fn paired(rows: &[&Row], drives: u32, start: StartName) -> Vec<Ratio> {
-    let mut groups: Vec<Group> = Vec::new();
-    for row in rows {
-        if !groups.contains(&row.error_model) {
-            groups.push(row.error_model);
-        }
-    }
-    groups.sort_by_key(|group| group.rank());
+    let groups = Group::present(rows.iter().map(|row| row.error_model));
     let mut schemes: Vec<&str> = Vec::new();
     for row in rows {
         if !schemes.contains(&row.scheme.as_str()) {

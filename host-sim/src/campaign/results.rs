@@ -96,9 +96,7 @@ fn interval(r: &Ratio) -> String {
 }
 
 fn models(last: &[&Summary]) -> Vec<Group> {
-    let mut groups: Vec<Group> = last.iter().map(|s| s.error_model).collect();
-    groups.dedup();
-    groups
+    Group::present(last.iter().map(|s| s.error_model))
 }
 
 /// Names of the schemes, the floor last. Filters with a memory have nothing to remember here.

@@ -113,7 +113,8 @@ impl Store {
             Ok(_) => {
                 return Err(Error::NotOurs {
                     dir: store.dir,
-                    holds: "holds another campaign (other version, scenario, drives, schemes or error models)",
+                    holds: "holds another campaign (other version, scenario, drives, schemes or \
+                            error models)",
                 });
             }
             Err(_) if foreign => {

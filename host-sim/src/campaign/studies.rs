@@ -188,9 +188,7 @@ fn ratio(of: &Errors, to: &Errors) -> f64 {
 #[must_use]
 pub fn of_causes(rows: &[Row], sensors: &str) -> String {
     let without: Option<Group> = sensors.parse().ok();
-    let mut groups: Vec<Group> = rows.iter().map(|row| row.error_model).collect();
-    groups.sort_by_key(|group| group.rank());
-    groups.dedup();
+    let groups = Group::present(rows.iter().map(|row| row.error_model));
     let Some(without) = without else {
         return String::new();
     };
@@ -232,10 +230,7 @@ fn worse(of: &Errors, than: &Errors) -> String {
 pub fn of_labelled(first: &str, studies: &[(String, Vec<Row>)]) -> String {
     let mut lines = Vec::new();
     for (label, rows) in studies {
-        let mut groups: Vec<Group> = rows.iter().map(|row| row.error_model).collect();
-        groups.sort_by_key(|group| group.rank());
-        groups.dedup();
-        for group in groups {
+        for group in Group::present(rows.iter().map(|row| row.error_model)) {
             let of = |scheme: &str| errors(rows, group, scheme, 0);
             let mut line = vec![format!("{label}, {group}")];
             line.extend(SCHEMES.map(|scheme| metres(middle(&of(scheme)))));

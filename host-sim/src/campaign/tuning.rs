@@ -15,7 +15,6 @@ use crate::simulator::imu::ImuSpec;
 use crate::simulator::imu::world::StartName;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
-use std::ops::Range;
 
 /// Candidates for the walk, so many that the best is not the last.
 const WALKS: [f64; 13] = [
@@ -179,23 +178,17 @@ pub(super) fn error_m(free: &FreeInertial) -> Option<f64> {
 
 /// Marks a walk beyond which a better one may lie. Below no walk there is none.
 pub(super) fn walk_text(walk: f64) -> String {
-    marked(walk, WALKS[WALKS.len() - 2]..f64::INFINITY)
+    marked(walk, &WALKS[WALKS.len() - 1..])
 }
 
 /// Marks a factor beyond which a better one may lie.
 pub(super) fn factor_text(factor: f64) -> String {
-    let above = marked(factor, FACTORS[FACTORS.len() - 2]..f64::INFINITY);
-    if factor < FACTORS[1] {
-        marked(factor, 0.0..FACTORS[1])
-    } else {
-        above
-    }
+    marked(factor, &[FACTORS[0], FACTORS[FACTORS.len() - 1]])
 }
 
-/// Marks a value that is larger than the first end of `edge`, which is no edge itself, or smaller
-/// than the second.
-fn marked(value: f64, edge: Range<f64>) -> String {
-    let at_edge = edge.start < value && value < edge.end;
+/// Marks a value that is one of these.
+fn marked(value: f64, edges: &[f64]) -> String {
+    let at_edge = edges.iter().any(|edge| edge.total_cmp(&value).is_eq());
     format!("{value}{}", if at_edge { " (edge)" } else { "" })
 }
 
@@ -207,8 +200,7 @@ fn sizes(campaign: &Campaign, imu: &ImuSpec) -> Vec<(Group, Size)> {
         .collect();
     let groups = units.first().map_or(0, Vec::len);
     let of = |index: usize| {
-        let unit = |unit: &Vec<(Group, Vec<Increment>)>| unit[index].1.clone();
-        let all: Vec<Vec<Increment>> = units.iter().map(unit).collect();
+        let all: Vec<&[Increment]> = units.iter().map(|unit| &unit[index].1[..]).collect();
         (units[0][index].0, Size::of(&all, campaign.aided()))
     };
     (0..groups).map(of).collect()

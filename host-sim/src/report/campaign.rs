@@ -22,7 +22,8 @@ pub fn tables(summary: &[Summary], ratios: &[Ratio]) -> String {
                 String::new()
             };
             format!(
-                "\n\npaired ratios over all groups of errors (row to column, geometric mean){several}\n\n{}",
+                "\n\npaired ratios over all groups of errors (row to column, geometric mean)\
+                 {several}\n\n{}",
                 of_all_groups(ratios, after)
             )
         })

@@ -104,13 +104,7 @@ impl Drive {
 /// The true drive on a road and its fixes.
 #[must_use]
 pub fn drive(config: &SessionConfig<'_>) -> (Truth, Fixes) {
-    drive_in(&Vehicle::Road, config)
-}
-
-/// The true drive of any vehicle and its fixes.
-#[must_use]
-pub fn drive_in(vehicle: &Vehicle, config: &SessionConfig<'_>) -> (Truth, Fixes) {
-    let drive = Drive::of(vehicle, config);
+    let drive = Drive::of(&Vehicle::Road, config);
     let fixes = drive.fixes(config.gnss);
     (drive.truth, fixes)
 }

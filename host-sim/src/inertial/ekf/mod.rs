@@ -139,18 +139,8 @@ impl Aided {
         if self.model.is_empty() {
             return *increment;
         }
-        let now = Inputs {
-            rate: increment.dtheta / dt,
-            force: increment.dv / dt,
-            rate_change: (increment.dtheta - before.dtheta) / (dt * dt),
-            force_change: (increment.dv - before.dv) / (dt * dt),
-            time,
-        };
-        let [e_g, e_a] = self.model.error(&self.theta, &now, slow);
-        Increment {
-            dtheta: increment.dtheta - e_g * dt,
-            dv: increment.dv - e_a * dt,
-        }
+        self.model
+            .corrected(&self.theta, [before, increment], dt, time, slow)
     }
 
     /// Advances by one measured increment.

@@ -3,6 +3,7 @@
 
 use crate::inertial::rotation::skew;
 use crate::inertial::session::{EPOCH_S, Surroundings};
+use crate::inertial::sins::Increment;
 use nalgebra::{DVector, Vector3};
 use std::sync::Arc;
 
@@ -298,6 +299,31 @@ impl ErrorModel {
         }
         out[1] -= now.force_change * self.delay_s;
         out
+    }
+
+    /// The second of two increments without the errors of the sensors for parameters `theta`, at
+    /// `time` seconds after power-on. `slow` as for [`Self::error`].
+    #[must_use]
+    pub fn corrected(
+        &self,
+        theta: &DVector<f64>,
+        [before, increment]: [&Increment; 2],
+        dt: f64,
+        time: f64,
+        slow: &mut SlowErrors,
+    ) -> Increment {
+        let now = Inputs {
+            rate: increment.dtheta / dt,
+            force: increment.dv / dt,
+            rate_change: (increment.dtheta - before.dtheta) / (dt * dt),
+            force_change: (increment.dv - before.dv) / (dt * dt),
+            time,
+        };
+        let [gyro, accel] = self.error(theta, &now, slow);
+        Increment {
+            dtheta: increment.dtheta - gyro * dt,
+            dv: increment.dv - accel * dt,
+        }
     }
 
     /// The slow part of the error in the middle of a second.

@@ -3,7 +3,7 @@
 use super::{Assumptions, aid};
 use crate::inertial::align::{self, Alignment};
 use crate::inertial::ekf::{
-    Aided, Belief, ErrorModel, InitialSigma, Inputs, NAV, SlowErrors, attitude_error,
+    Aided, Belief, ErrorModel, InitialSigma, NAV, SlowErrors, attitude_error,
 };
 use crate::inertial::session::{EPOCH_S, Session, Start};
 use crate::inertial::sins::{Increment, NavState, Samples};
@@ -183,18 +183,9 @@ pub fn aligned_knowing(
     let first = (session.standstill as f64 * ALIGN_SHARE) as usize;
     let standing = &increments[..first * session.steps_per_epoch()];
     let mut slow = SlowErrors::default();
-    let corrected = |(k, increment): (usize, &Increment)| {
-        let now = Inputs {
-            rate: increment.dtheta / dt,
-            force: increment.dv / dt,
-            time: (k as f64 + 0.5) * dt,
-            ..Inputs::default()
-        };
-        let [gyro, accel] = model.error(&known.mean, &now, &mut slow);
-        Increment {
-            dtheta: increment.dtheta - gyro * dt,
-            dv: increment.dv - accel * dt,
-        }
+    // at rest nothing changes from one increment to the next but the noise
+    let corrected = |(k, w): (usize, &Increment)| {
+        model.corrected(&known.mean, [w, w], dt, (k as f64 + 0.5) * dt, &mut slow)
     };
     let corrected: Vec<Increment> = standing.iter().enumerate().map(corrected).collect();
     aligned(session, &corrected)
