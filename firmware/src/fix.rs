@@ -86,6 +86,16 @@ impl Fix {
         age: None,
     };
 
+    /// Speed and the standard deviation of an axis, m/s, if all of the velocity is measured.
+    #[must_use]
+    pub fn speed(&self) -> Option<(f32, f32)> {
+        let [n, e, d] = self.velocity.map(|v| v as f32);
+        let [.., sigma_n, sigma_e, sigma_d] = self.sigmas;
+        let speed = libm::sqrtf(n * n + e * e + d * d);
+        let sigma = sigma_n.max(sigma_e).max(sigma_d);
+        self.has(3..6).then_some((speed, sigma))
+    }
+
     /// Whether all of these values are measured.
     #[must_use]
     pub fn has(&self, values: core::ops::Range<usize>) -> bool {

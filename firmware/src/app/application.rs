@@ -73,12 +73,9 @@ impl<'m> App<'m> {
 
     /// The same with a learner, for mode learn.
     pub fn with_learner(config: Config, learner: Option<&'m mut dyn Learner>) -> App<'m> {
-        let record = config.told.as_ref().map(record::encode);
-        App::of(
-            config,
-            Server::new(record.unwrap_or_default(), false),
-            learner,
-        )
+        let record = config.told.as_ref().map(record::encode).unwrap_or_default();
+        let stored = config.store && !record.is_empty();
+        App::of(config, Server::new(record, stored), learner)
     }
 
     fn of(config: Config, server: Server, learner: Option<&'m mut dyn Learner>) -> App<'m> {
@@ -149,18 +146,30 @@ impl<'m> App<'m> {
 
     /// Whether [`App::store`] has something to do.
     pub fn wants_to_store(&self) -> bool {
-        self.flow.to_store
+        self.flow.keep.commanded || self.flow.keep.waits()
     }
 
-    /// Hands the weights and the configuration record in use to `save`, which stores them
-    /// ([`crate::store`]) and tells whether it succeeded; once after each request.
+    /// Whether the record may be stored in a way that halts the processor for long, as erasing
+    /// flash does. If not, samples are being corrected, and none may be lost.
+    pub fn may_halt(&self) -> bool {
+        self.flow.keep.commanded
+    }
+
+    /// Hands the weights for the next power-on and the configuration record in use to `save`, which
+    /// stores them ([`crate::store`]) and tells whether it succeeded; once after each request. The
+    /// weights are those in use, or what was learnt for the next power-on and has proved itself.
     pub fn store(&mut self, save: impl FnOnce(&Nets, &Record) -> bool) {
-        if !core::mem::take(&mut self.flow.to_store) {
+        if !self.wants_to_store() {
             return;
         }
         let record = &self.server.record;
-        let done = save(&self.flow.config.nets, record);
-        self.server.stored = done && !record.is_empty();
+        let flow = &mut self.flow;
+        let done = save(flow.keep.nets(&flow.config.nets), record);
+        if flow.keep.commanded {
+            self.server.stored = done && !record.is_empty();
+            flow.keep.beside = self.server.stored;
+        }
+        flow.keep.stored(done);
         self.flow.config.unread &= !done;
         self.flow.flag(fault::STORE, !done);
     }

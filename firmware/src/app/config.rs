@@ -150,7 +150,7 @@ impl Default for Config {
                 accel: limit.accel * 1e-3,
             },
             speed: 50.0,
-            activation: Activation::Commanded,
+            activation: Activation::NextPowerOn,
             silence_us: 100_000,
             store: false,
             newer: None,

@@ -3,6 +3,7 @@
 
 mod channels;
 mod follow;
+mod keep;
 mod learning;
 mod make;
 mod plausible;
@@ -10,7 +11,6 @@ mod still;
 
 use super::config::Config;
 use super::load::Load;
-use super::phase::FAILURES;
 use crate::compensator::{Block, Compensator, State};
 use crate::control::{Alignment, Mode};
 use crate::learn::Settings;
@@ -22,6 +22,7 @@ use crate::wire::receiver::Heard;
 use crate::wire::sequence::Last;
 use crate::wire::{Change, Checked, Stream};
 use channels::Channels;
+use keep::Keep;
 pub(super) use learning::BoardLearner;
 use still::Still;
 
@@ -64,6 +65,8 @@ pub(super) struct Flow<'m> {
     /// Of the samples that make blocks, and the axes that they have.
     stream: Option<Stream>,
     present: Axes,
+    /// Another stream makes the blocks, and the learner has not been told.
+    leads_anew: bool,
     correction: Option<Correction>,
     last: Last,
     still: Still,
@@ -79,8 +82,8 @@ pub(super) struct Flow<'m> {
     aside: (u32, u32),
     /// The networks' failures in a row.
     failures: u8,
-    /// The weights in use are to be stored.
-    pub to_store: bool,
+    /// What is to be stored, and what the store holds for the next power-on.
+    pub keep: Keep,
     /// What the receiver has sent.
     pub heard: Heard,
     /// The last block.
@@ -98,6 +101,8 @@ pub(super) struct Flow<'m> {
     learner_nets: bool,
     /// The standstill in progress has been used as an alignment.
     stood: bool,
+    /// The last fix: whether it shows a standstill, and the number of the sample before it.
+    stands: Option<(bool, u32)>,
     /// What was told, against what is seen.
     plausibility: Plausibility,
     /// They disagree: nothing is corrected or learnt.
@@ -108,7 +113,9 @@ impl<'m> Flow<'m> {
     /// The learner has been told of the unit ([`configure`]).
     pub fn new(config: Config, learner: BoardLearner<'m>) -> Flow<'m> {
         let unread = config.unread;
+        let keep = Keep::new(config.store && config.told.is_some());
         Flow {
+            keep,
             mode: config.mode,
             error_bound_m: config.error_bound().table(),
             load: Load::default(),
@@ -122,6 +129,7 @@ impl<'m> Flow<'m> {
             channels: Channels::default(),
             stream: None,
             present: Axes::NONE,
+            leads_anew: false,
             correction: None,
             last: Last::default(),
             still: Still::default(),
@@ -131,7 +139,6 @@ impl<'m> Flow<'m> {
             unframed: 0,
             aside: (0, 0),
             failures: 0,
-            to_store: false,
             heard: Heard::default(),
             block: None,
             clipped: 0,
@@ -141,6 +148,7 @@ impl<'m> Flow<'m> {
             promoted: false,
             learner_nets: false,
             stood: false,
+            stands: None,
         }
     }
 
@@ -152,7 +160,9 @@ impl<'m> Flow<'m> {
         let learner = BoardLearner(self.learner.0.take());
         let alignment = self.alignment;
         let (told, stim300) = (self.told, self.config.sensor.stim300.config);
+        let (fresh, keep) = (self.fresh, core::mem::take(&mut self.keep));
         *self = Flow::new(config, learner);
+        (self.fresh, self.keep) = (fresh, keep);
         self.alignment = alignment;
         self.told = told;
         if told == Told::BySensor {
@@ -174,8 +184,11 @@ impl<'m> Flow<'m> {
         // before anything is changed: the identifier may be
         let content = frame.content();
         let known = self.channels.is(content) || self.another(content, &frame, reading);
+        if !known {
+            self.make((frame.source(), content), reading.present);
+        }
         let mut sample = reading.sample;
-        let correct = known && reading.valid != Axes::NONE;
+        let correct = reading.valid != Axes::NONE && self.channels.is(content);
         let mut saturated = Axes::NONE;
         match &mut self.correction {
             Some(Correction { compensator, state }) if correct => {
@@ -198,7 +211,7 @@ impl<'m> Flow<'m> {
             self.restarted();
         }
         if !known {
-            self.make((frame.source(), content), reading.present);
+            self.made();
         }
         self.follow(reading);
     }
@@ -211,11 +224,6 @@ impl<'m> Flow<'m> {
             settings: &self.config.sensor,
         };
         frame.change(&change).unwrap_or(Axes::NONE)
-    }
-
-    /// Whether the networks have failed for too long.
-    pub fn has_failed(&self) -> bool {
-        self.failures >= FAILURES
     }
 
     pub fn flag(&mut self, bit: u32, set: bool) {

@@ -228,6 +228,10 @@ fn set_mode(mode: Mode, flow: &mut Flow, machine: &mut Machine) -> Result<(), Re
     if mode == Mode::Learn && !flow.can_learn() {
         return Err(Reason::NotAvailable);
     }
+    // asked again, since the answer was lost: nothing changes. In state Fault it is a new attempt.
+    if mode == flow.mode && !matches!(machine.phase(), Phase::Fault(_)) {
+        return Ok(());
+    }
     // during an alignment a correction may be switched neither on nor off: either would be a jump
     if flow.alignment == Some(Alignment::Started) && mode != flow.mode {
         return Err(Reason::Alignment);
@@ -254,7 +258,7 @@ fn store_image(flow: &mut Flow) -> Result<(), Reason> {
     if flow.mode != Mode::Bypass || flow.alignment == Some(Alignment::Started) {
         return Err(Reason::Mode);
     }
-    flow.to_store = true;
+    flow.keep.commanded = true;
     Ok(())
 }
 

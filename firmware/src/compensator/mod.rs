@@ -192,11 +192,14 @@ impl Compensator {
             ..State::default()
         };
         if !off {
-            let output =
-                self.within_limit([self.gyro.initial_output(), self.accel.initial_output()]);
-            self.put_in_force(&mut state, &output);
+            self.put_in_force(&mut state, &self.initial_output());
         }
         state
+    }
+
+    /// The networks' output before their first step, within the limit.
+    pub fn initial_output(&self) -> [[f32; 3]; 2] {
+        self.within_limit([self.gyro.initial_output(), self.accel.initial_output()])
     }
 
     fn within_limit(&self, [gyro, accel]: [[f32; 3]; 2]) -> [[f32; 3]; 2] {

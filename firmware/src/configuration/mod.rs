@@ -19,7 +19,7 @@ use heapless::String;
 use serde::{Deserialize, Serialize};
 
 /// Version of the record's content. A device reads older ones too and refuses newer ones.
-pub const SCHEMA: u16 = 2;
+pub const SCHEMA: u16 = 3;
 /// Most bytes of the unit's name.
 pub const NAME_LEN: usize = 32;
 /// Most bytes of the sensor's serial number.
@@ -184,22 +184,28 @@ pub enum VehicleKind {
     Air,
 }
 
-/// When, in mode learn, a promoted hypothesis comes into force.
+/// When, in mode learn, what was learnt comes into force.
 ///
 /// A navigation computer that has aligned itself with uncorrected samples has compensated the
 /// sensors' errors by its tilt and heading. To correct the samples afterwards is worse than to
-/// leave them (680 m in 22 min for 100 ug).
+/// leave them (680 m in 22 min for 100 ug). A navigation computer that estimates biases follows a
+/// correction that moves while it estimates the same thing, and is worse than without. So by
+/// default nothing moves in a drive. The three live activations are for navigation computers that
+/// do not estimate biases.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub enum Activation {
-    /// When the navigation computer reports that its alignment begins.
-    #[default]
+    /// Live: when the navigation computer reports that its alignment begins.
     Commanded,
-    /// Also when the vehicle has come to a standstill: for a navigation computer that then aligns
-    /// itself without a report.
+    /// Live: also when the vehicle has come to a standstill, as samples and receiver agree: for a
+    /// navigation computer that then aligns itself without a report.
     Standstill,
-    /// At once, and from then on with all that is learnt, no faster than the slew limit: for an
-    /// aided navigation computer, whose own filter follows.
+    /// Live: as soon as it has settled, and from then on with all that is learnt, no faster than
+    /// the slew limit: for an aided navigation computer, whose own filter follows.
     Faded,
+    /// From the next power-on of the sensor on. What has proved itself in this drive is stored.
+    /// What was stored before this drive corrects all of it, from its first sample, unchanged.
+    #[default]
+    NextPowerOn,
 }
 
 /// How corrections act.

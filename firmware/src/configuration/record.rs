@@ -3,7 +3,7 @@
 //! | offset | length | content |
 //! |---|---|---|
 //! | 0 | 4 | magic `LRNC` |
-//! | 4 | 2 | [`SCHEMA`]; 1 is read too |
+//! | 4 | 2 | [`SCHEMA`]; 1 and 2 are read too |
 //! | 6 | 2 | length n of the body |
 //! | 8 | n | the [`Configuration`] in postcard's encoding |
 //! | 8 + n | 4 | CRC-32 (zlib's) of bytes 0 to 8 + n |
@@ -69,7 +69,8 @@ pub fn decode(bytes: &[u8]) -> Result<Configuration, Reason> {
     }
     let body = bytes.get(HEADER_LEN..end).unwrap_or_default();
     let configuration: Configuration = match u16::from_le_bytes(take(bytes, 4)) {
-        SCHEMA => whole(body)?,
+        // schema 3 has one activation more, at the end of the list
+        SCHEMA | 2 => whole(body)?,
         1 => whole::<Schema1>(body)?.into(),
         _ => return Err(Reason::Schema(SCHEMA)),
     };

@@ -129,11 +129,28 @@ fn a_record_of_schema_1_is_read_with_the_new_values_at_their_defaults() {
         ..told.receiver
     };
     assert_eq!(decode(SCHEMA_1), Ok(told.clone()));
-    // of schema 2 it becomes a record that reads back
+    // of this schema it becomes a record that reads back
     assert_eq!(decode(&encode(&told)), Ok(told));
     for at in 0..SCHEMA_1.len() {
         assert_eq!(decode(&SCHEMA_1[..at]), Err(Reason::Record), "cut at {at}");
     }
+}
+
+/// The same as the firmware of schema 2 has written it.
+const SCHEMA_2: &[u8] = include_bytes!("schema_2.bin");
+
+/// What an older file told stays: its activation is not the new default.
+#[test]
+fn a_record_of_schema_2_is_read_as_it_was_told() {
+    let told = example(ImuFormat::Stim300);
+    assert_eq!(decode(SCHEMA_2), Ok(told.clone()));
+    let now = encode(&told);
+    assert_eq!((SCHEMA_2[4], now[4]), (2, SCHEMA as u8));
+    assert_eq!(SCHEMA_2.len(), now.len());
+    let mut later = told;
+    later.correction.activation = Activation::default();
+    assert_eq!(later.correction.activation, Activation::NextPowerOn);
+    assert_eq!(decode(&encode(&later)), Ok(later));
 }
 
 #[test]

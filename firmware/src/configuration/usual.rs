@@ -45,7 +45,7 @@ impl Default for Configuration {
             },
             correction: Correction {
                 mode: Mode::Bypass,
-                activation: Activation::Commanded,
+                activation: Activation::NextPowerOn,
                 limit,
                 slew: Limit {
                     gyro: limit.gyro * 1e-3,

@@ -396,6 +396,8 @@ impl Learner for FixLearner<'_> {
             nets: Nets { gyro, accel },
             states: bank.states(),
             estimate: split(bank.estimate()),
+            sigma: [[0.0; 3]; 2],
+            settled: true,
         })
     }
 

@@ -71,7 +71,17 @@ pub struct Report {
     pub residual: f32,
     /// Alignments in motion that were refused because they contradicted the fixes.
     pub refused_alignments: u32,
+    /// The networks that [`Learner::begin`] was given, and that correct the samples of this drive,
+    /// navigate worse than none by the rehearsals of this drive. Until the learner begins anew.
+    pub stored_harms: bool,
 }
+
+/// A correction has settled when it has not moved by more than its own standard deviation for so
+/// long, s: longer than coloured errors of a receiver last, which move it to and fro.
+pub const SETTLED_S: f32 = 180.0;
+/// No correction has settled before the learner has navigated for so long, s. What is found in the
+/// first seconds is revised later.
+pub const SETTLED_AFTER_S: f32 = 300.0;
 
 /// The promoted hypothesis: networks that may correct the samples.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -82,6 +92,11 @@ pub struct Winner {
     pub states: [State; 2],
     /// Their output for the present block: rad/s, m/s2.
     pub estimate: [[f32; 3]; 2],
+    /// Standard deviation of that output, rad/s, m/s2; 0 where the learner does not know it.
+    pub sigma: [[f32; 3]; 2],
+    /// The output has settled: see [`SETTLED_S`] and [`SETTLED_AFTER_S`]. Before that it neither
+    /// comes into force nor is stored.
+    pub settled: bool,
 }
 
 /// A way to learn. No result may depend on when a function is called between two samples, so that

@@ -15,6 +15,7 @@ use firmware::nav::{self, Navigator, Noise, State};
 use firmware::sample::{Counts, Lsb, StreamScale};
 use firmware::units::FOOT;
 use firmware::wire::command::{Request, Response};
+use firmware::wire::ubx::Pvt;
 use lrnn_nostd::State as NetState;
 
 pub const KIND: Kind = Kind::RAWIMUSX;
@@ -56,6 +57,8 @@ impl Learner for Knows {
             nets: nets([0.0; 3], [BIAS, 0.0, 0.0]),
             states: [NetState::new(); 2],
             estimate: [[0.0; 3], [BIAS, 0.0, 0.0]],
+            sigma: [[0.0; 3]; 2],
+            settled: true,
         })
     }
     fn learnt(&mut self) -> (Nets, [NetState; 2]) {
@@ -77,6 +80,8 @@ enum Act {
     Alignment(Alignment),
     /// Networks in use from then on, by command.
     Nets,
+    /// From then on a receiver sends fixes with this speed north, mm/s; `None`: none.
+    Fixes(Option<i32>),
 }
 
 /// Samples of a body at rest, level and facing north, with the sensor's error. The remainder of the
@@ -142,6 +147,21 @@ struct Seen {
     force: Vec<f32>,
 }
 
+/// A good fix with this speed north, mm/s, whose velocity is known to 0.05 m/s.
+pub fn fix(second: u32, speed: i32) -> Vec<u8> {
+    let pvt = Pvt {
+        time_of_week: second * 1000,
+        fix: 3,
+        flags: 1,
+        horizontal_accuracy: 1400,
+        vertical_accuracy: 1500,
+        velocity: [speed, 0, 0],
+        speed_accuracy: 87,
+        ..Pvt::default()
+    };
+    pvt.emit().to_vec()
+}
+
 fn drive(config: Config, knows: Knows, script: &[(u32, Act)]) -> Seen {
     let lsb = lsb();
     let mut device = Device::new(Config::default());
@@ -155,6 +175,7 @@ fn drive(config: Config, knows: Knows, script: &[(u32, Act)]) -> Seen {
     let mut computer = Align::new(sensors, lsb, period);
     let mut navigator = None;
     let mut force = Vec::new();
+    let mut speed = None;
     for second in 0..END {
         for (_, act) in script.iter().filter(|(at, _)| *at == second) {
             match act {
@@ -163,6 +184,7 @@ fn drive(config: Config, knows: Knows, script: &[(u32, Act)]) -> Seen {
                 Act::Nets => {
                     device.order(&Request::SetMode(Mode::Frozen));
                 }
+                Act::Fixes(of) => speed = *of,
             }
         }
         if second == ALIGN {
@@ -181,6 +203,10 @@ fn drive(config: Config, knows: Knows, script: &[(u32, Act)]) -> Seen {
             };
             let config = nav::Config::new(lsb, period, noise);
             navigator = Some(Navigator::new(config, state).expect("a good state"));
+        }
+        if let Some(speed) = speed {
+            device.lines.gnss.input.extend(fix(second, speed));
+            device.wait_ms(1);
         }
         for n in 0..RATE {
             let [a, b, c, d, e, f] = words_at_rest.sample();
@@ -358,6 +384,7 @@ fn given_up_it_fades_out_but_never_during_an_alignment() {
     assert!(seen.force[480..].iter().all(|f| *f == 0.0));
 }
 
+/// A standstill counts where no alignment is reported, if samples and receiver agree.
 #[test]
 fn a_standstill_counts_where_no_alignment_is_reported() {
     for (activation, counts) in [
@@ -368,7 +395,11 @@ fn a_standstill_counts_where_no_alignment_is_reported() {
             still_s: 50,
             ..knows(20)
         };
-        let seen = drive(config(activation), stands, &[LEARN]);
+        let seen = drive(
+            config(activation),
+            stands,
+            &[LEARN, (0, Act::Fixes(Some(20)))],
+        );
         let first = seen.force.iter().position(|f| *f != 0.0);
         assert_eq!(first.is_some(), counts);
         if let Some(first) = first {
@@ -377,6 +408,42 @@ fn a_standstill_counts_where_no_alignment_is_reported() {
             assert!(seen.error_m < 10.0, "{}", seen.error_m);
         }
     }
+}
+
+/// A smooth cruise looks like a standstill to the samples. The receiver knows better, and when it
+/// says nothing, the correction may not jump.
+#[test]
+fn a_cruise_is_no_standstill() {
+    let still = || Knows {
+        still_s: 50,
+        ..knows(20)
+    };
+    let standstill = || config(Activation::Standstill);
+    let slew = standstill().slew.accel;
+    for speed in [10_000, 101] {
+        let cruise = [LEARN, (0, Act::Fixes(Some(speed)))];
+        let seen = drive(standstill(), still(), &cruise);
+        assert!(seen.force.iter().all(|f| *f == 0.0), "{speed} mm/s");
+    }
+    // it has driven off, and then the receiver falls silent
+    let silent = [
+        LEARN,
+        (0, Act::Fixes(Some(10_000))),
+        (100, Act::Fixes(None)),
+    ];
+    let seen = drive(standstill(), still(), &silent);
+    assert!(seen.force[..101].iter().all(|f| *f == 0.0));
+    assert!(fastest(&seen.force) < 1.01 * slew);
+    assert_eq!(seen.force[300], BIAS);
+    // where alignments are reported, the correction does not jump at a stop
+    let script = [LEARN, BEGINS, ENDS, (0, Act::Fixes(Some(20)))];
+    let stops = Knows {
+        still_s: 400,
+        ..knows(380)
+    };
+    let seen = drive(standstill(), stops, &script);
+    assert!(fastest(&seen.force) < 1.01 * slew);
+    assert_eq!(*seen.force.last().expect("seconds"), BIAS);
 }
 
 /// Mode shadow learns and changes no sample; bypass and frozen ignore the learner.

@@ -119,7 +119,7 @@ fn corrections_add_up() {
             ..config(form)
         });
         let (mut sum, count) = ([0i64; 6], 50_000u32);
-        for n in 0..count + 1 {
+        for n in 0..count {
             let burst = Burst {
                 gyro: [n as i32 % 100, 5, -7],
                 accel: [1, 2, 4000],

@@ -60,12 +60,12 @@ impl Log {
         self.frames += 1;
     }
 
-    /// The first frame shows the units, the correction begins with the second. `slack`: how often
-    /// more than the last rounding is allowed.
+    /// The correction begins with the first frame. `slack`: how often more than the last rounding
+    /// is allowed.
     fn check(&self, slack: f64) {
         for (axis, error) in ERROR.into_iter().enumerate() {
             let unit = self.kind.sensor.unit[axis / 3];
-            let samples = f64::from(self.frames - 1);
+            let samples = f64::from(self.frames);
             let exact = samples * f64::from(error) / self.kind.rate() / unit;
             let rounding = if self.is_float {
                 1.01 * self.largest[axis] * f64::from(f32::EPSILON) / 2.0
@@ -175,8 +175,8 @@ fn two_messages_of_one_sensor() {
             // where the slower one came first, the faster one soon takes its place
             if begun == 0 && n == 500 {
                 begun = device.counters().blocks + 1;
-                // both are known again from here on, as after a first frame
-                (short.frames, data.frames) = (1, 1);
+                // both are counted from here on
+                (short.frames, data.frames) = (0, 0);
             }
         }
         // over the rest no correction is lost; the remainders at its beginning are not zero
@@ -230,7 +230,7 @@ fn another_family_is_corrected() {
     config.sensor.stim300.family = Some(Extra::Aux);
     let mut device = Device::new(config);
     let (mut sum, samples) = ([0.0; 6], 30_000);
-    for n in 0..samples + 1 {
+    for n in 0..samples {
         device.feed(&stim(0xF7, n));
         let sent = device.lines.navigation.sent.pop().expect("a frame");
         assert_eq!(sent[0], 0xAF);

@@ -251,9 +251,12 @@ fn not_while_it_corrects_or_aligns() {
     };
     let mut frozen = Device::new(Config {
         nets: nets([1e-3, 0.0, 0.0], [0.0; 3]),
+        mode: Mode::Bypass,
         ..Config::of(&of)
     });
+    run(&mut frozen, 10);
     frozen.order(&Request::Alignment(Alignment::Finished));
+    frozen.order(&Request::SetMode(Mode::Frozen));
     run(&mut frozen, 1000);
     assert!((1e-7..1e-4).contains(&rate(&frozen)), "{}", rate(&frozen));
     frozen.order(&Request::SetMode(Mode::Bypass));

@@ -3,7 +3,7 @@
 
 use crate::device::{Device, nets};
 use crate::frames::{Fields, Kind};
-use firmware::app::{Config, Phase};
+use firmware::app::{Activation, Config, Phase};
 use firmware::compensator::Limit;
 use firmware::control::{Alignment, Mode, Reason, Window};
 use firmware::learn::{BLOCKS, WindowLearner};
@@ -175,6 +175,7 @@ fn learns_from_references_and_is_used_by_command_only() {
     assert_eq!(device.lines.navigation.sent, frames(0, 30 * SAMPLES));
 
     let weights = learnt(&mut device);
+    device.order(&Request::SetMode(Mode::Bypass)); // from mode learn on it would fade in
     device.order(&Request::CommitLearnt);
     device.order(&Request::SetMode(Mode::Frozen));
     assert_eq!(
@@ -352,6 +353,7 @@ fn modes_and_alignment() {
     };
     let mut device = Device::learning(Config {
         slew: limit,
+        activation: Activation::Commanded,
         ..config()
     });
     device.order(&Request::Alignment(Alignment::Finished));

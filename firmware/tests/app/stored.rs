@@ -18,7 +18,14 @@ const STIM: Kind = Kind::STIM;
 
 /// Flash of two slots in memory.
 #[derive(Debug, Clone)]
-struct Flash(Vec<u8>);
+pub struct Flash(Vec<u8>);
+
+impl Flash {
+    /// Nothing is stored.
+    pub fn new() -> Flash {
+        Flash(vec![0xFF; 8192])
+    }
+}
 
 impl ErrorType for Flash {
     type Error = core::convert::Infallible;
@@ -79,7 +86,7 @@ fn stores(device: &mut Device, flash: &mut Flash) -> Response<'static> {
 /// as they were told. What was only committed is gone.
 #[test]
 fn a_power_cycle_brings_back_what_was_stored() {
-    let mut flash = Flash(vec![0xFF; 8192]);
+    let mut flash = Flash::new();
     let mut device = powered(&flash);
     assert!(board(&mut device, |board| board.stores && !board.configured));
     let mut first = told(STIM);

@@ -26,7 +26,7 @@ fn check(kind: Kind) {
     });
     let (mut sum, mut largest, mut is_float) = ([0.0f64; 6], [0.0f64; 6], false);
     // the first frame shows the units; the correction begins with the second
-    for n in 0..SAMPLES + 1 {
+    for n in 0..SAMPLES {
         let fields = Fields {
             gyro: [5, -3, n as i32 % 7],
             accel: [1, 1, 1000],

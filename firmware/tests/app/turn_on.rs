@@ -3,7 +3,7 @@
 
 use crate::device::{Device, nets};
 use crate::frames::{Fields, Kind, kinds, values};
-use firmware::app::{App, Config};
+use firmware::app::{Activation, App, Config};
 use firmware::compensator::{Block, Limit};
 use firmware::control::{Alignment, Mode};
 use firmware::learn::{Learner, Report, Winner};
@@ -50,6 +50,8 @@ impl Learner for Knows {
             nets: nets([1e-3, 0.0, 0.0], [0.0; 3]),
             states: [State::new(); 2],
             estimate: [[1e-3, 0.0, 0.0], [0.0; 3]],
+            sigma: [[0.0; 3]; 2],
+            settled: true,
         })
     }
     fn learnt(&mut self) -> (Nets, [State; 2]) {
@@ -77,6 +79,7 @@ impl Bench {
         let mut device = Device::new(Config::default());
         let config = Config {
             mode: Mode::Learn,
+            activation: Activation::Commanded,
             block: 10.0 / kind.rate(),
             limit: Limit {
                 gyro: 1.0,

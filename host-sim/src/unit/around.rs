@@ -101,7 +101,9 @@ pub enum Kind {
 pub struct Correction {
     /// Mode at power-on. Default: bypass.
     pub mode: Mode,
-    /// When, in mode learn, what was learnt comes into force. Default: commanded.
+    /// When, in mode learn, what was learnt comes into force. The live activations (commanded,
+    /// standstill, faded) are for navigation computers that do not estimate biases. Default:
+    /// next-power-on.
     pub activation: Activation,
     /// Largest correction of a gyro, deg/h, 0 to 1e6. Default: ten times its bias, at
     /// power-on and in run together.
@@ -156,13 +158,15 @@ pub enum Mode {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Activation {
-    /// When the navigation computer reports that its alignment begins.
-    #[default]
+    /// Live: when the navigation computer reports that its alignment begins.
     Commanded,
-    /// Also when the vehicle has come to a standstill.
+    /// Live: also when the vehicle has come to a standstill, as samples and receiver agree.
     Standstill,
-    /// At once, no faster than the slew limit.
+    /// Live: as soon as it has settled, no faster than the slew limit.
     Faded,
+    /// It is stored, and corrects all samples from the next power-on on.
+    #[default]
+    NextPowerOn,
 }
 
 impl Default for Receiver {
@@ -206,7 +210,7 @@ impl Default for Correction {
     fn default() -> Self {
         Self {
             mode: Mode::Bypass,
-            activation: Activation::Commanded,
+            activation: Activation::NextPowerOn,
             limit_gyro_dph: None,
             limit_accel_ug: None,
             slew_gyro_dphps: None,
@@ -258,6 +262,7 @@ impl From<Activation> for configuration::Activation {
             Activation::Commanded => Self::Commanded,
             Activation::Standstill => Self::Standstill,
             Activation::Faded => Self::Faded,
+            Activation::NextPowerOn => Self::NextPowerOn,
         }
     }
 }

@@ -145,6 +145,7 @@ fn correction(told: &configuration::Correction) -> Correction {
             configuration::Activation::Commanded => Activation::Commanded,
             configuration::Activation::Standstill => Activation::Standstill,
             configuration::Activation::Faded => Activation::Faded,
+            configuration::Activation::NextPowerOn => Activation::NextPowerOn,
         },
         limit_gyro_dph: Some(scaled(limit.gyro, DEG_PER_H)),
         limit_accel_ug: Some(scaled(limit.accel, UG)),

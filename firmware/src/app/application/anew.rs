@@ -45,6 +45,10 @@ impl App<'_> {
         };
         let same = serial(old).is_none_or(|old| Some(old) == serial(&new));
         let other_weights = !same && !old.nets.same_images(&Nets::NONE);
+        self.flow.keep.alone();
+        if !same {
+            self.flow.keep.forget_next();
+        }
         if old.lines() != new.lines() {
             self.to_open = Some(new.lines());
         }

@@ -80,11 +80,7 @@ impl Flow<'_> {
         count(&mut self.counters.blocks, 1);
         let failed = block.fault.is_some();
         self.flag(fault::NETWORK, failed);
-        self.failures = if failed {
-            self.failures.saturating_add(1)
-        } else {
-            0
-        };
+        self.count_failure(failed);
         let zero = block.rate_error == [0.0; 3] && block.force_error == [0.0; 3];
         self.block = Some(block);
         self.judge(&block);
@@ -214,9 +210,10 @@ impl Flow<'_> {
         }
     }
 
-    /// The sensor has started anew. Its errors differ from turn-on to turn-on, so nothing that was
-    /// learnt before is applied, and the learner begins anew. What it told about itself must be
-    /// told again.
+    /// The sensor has started anew. Its errors differ from turn-on to turn-on, so nothing that has
+    /// come into force in the drive before is applied, and the learner begins anew. The networks in
+    /// use are those that a power-on of the board would find, and act from the first sample on.
+    /// What the sensor told about itself must be told again.
     #[cold]
     pub fn restarted(&mut self) {
         self.silent_us = None;
@@ -229,6 +226,10 @@ impl Flow<'_> {
         self.begin_checks();
         (self.promoted, self.learner_nets) = (false, false);
         self.begun = None;
+        self.stands = None;
+        if let Some(nets) = self.keep.take_next() {
+            self.config.nets = nets;
+        }
         (self.last, self.still) = (Last::default(), Still::default());
         if let Some(learner) = &mut self.learner.0 {
             learner.restart();

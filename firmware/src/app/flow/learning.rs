@@ -11,7 +11,12 @@ use crate::model::Nets;
 use crate::wire::command::{Estimate, fault};
 
 /// Standstill that counts as an alignment where none is reported, s.
-const STANDS_S: u32 = 3;
+pub(super) const STANDS_S: u32 = 3;
+/// A fix shows a standstill if its speed is less than so many of its standard deviations, and less
+/// than this, m/s. It does so for this time, s.
+const FIX_SIGMAS: f32 = 5.0;
+const FIX_SPEED: f32 = 0.1;
+const FIX_LASTS_S: f64 = 2.0;
 
 /// The board's learner, if it has one. `Debug` leaves out the learner's numbers, which would bring
 /// the formatting of floats into every image.
@@ -24,32 +29,54 @@ impl core::fmt::Debug for BoardLearner<'_> {
 }
 
 impl Flow<'_> {
-    /// In mode learn a promoted hypothesis comes into force where an alignment allows it, and goes
-    /// when it is given up.
+    /// In mode learn: what was learnt comes into force where an alignment allows it and goes when
+    /// it is given up; or it is kept for the next power-on.
     pub(super) fn promote(&mut self, block: &Block) {
+        if self.mode != Mode::Learn || self.disagrees {
+            return;
+        }
+        if self.config.activation == Activation::NextPowerOn {
+            let block_s = self
+                .correction
+                .as_ref()
+                .map(|c| c.compensator.scale().block_s());
+            return self.keep(block, block_s.unwrap_or_default());
+        }
         let still_s = (self.learner.0.as_ref()).map_or(0, |learner| learner.still_s());
         if still_s < STANDS_S {
             self.stood = false;
         }
-        let waits = self.disagrees || self.alignment == Some(Alignment::Started);
-        if self.mode != Mode::Learn || waits {
+        if self.alignment == Some(Alignment::Started) {
             return;
         }
         let stands = still_s >= STANDS_S && !self.stood;
-        match self.config.activation {
-            Activation::Standstill if stands => {
+        match (self.config.activation, self.fix_shows_standstill()) {
+            // where alignments are reported, a standstill is none
+            (Activation::Standstill, Some(true)) if stands => {
                 self.stood = true;
-                self.activate(true, Some(block));
+                self.activate(self.alignment.is_none(), Some(block));
             }
-            Activation::Faded => self.activate(false, Some(block)),
+            // even samples alone may be a smooth ride: nothing may jump then
+            (Activation::Standstill, None) if stands => self.activate(false, Some(block)),
+            (Activation::Faded, _) => self.activate(false, Some(block)),
             _ if self.promoted && self.report().winner == 0 => self.activate(false, None),
             _ => {}
         }
     }
 
+    /// Whether the newest fix shows that the vehicle stands; `None`: it is too old, or there is
+    /// none.
+    fn fix_shows_standstill(&self) -> Option<bool> {
+        let (stands, sample) = self.stands?;
+        let samples = self.sample.wrapping_sub(sample);
+        let rate = self.stream.map_or(0.0, |stream| stream.rate);
+        (f64::from(samples) <= FIX_LASTS_S * rate).then_some(stands)
+    }
+
     /// Takes the networks of the promoted hypothesis instead of those in use, or the zero
-    /// correction when there is none; at once, or no faster than the slew limit. `block` is the one
-    /// that the learner has not seen yet.
+    /// correction when there is none; at once, or no faster than the slew limit. What has not
+    /// settled does not come into force, and what is in force stays then. `block` is the one that
+    /// the learner has not seen yet.
     pub(super) fn activate(&mut self, at_once: bool, block: Option<&Block>) {
         if self.disagrees {
             return;
@@ -59,27 +86,34 @@ impl Flow<'_> {
         else {
             return;
         };
-        let winner = learner.winner();
-        self.promoted = winner.is_some();
-        state.off = !self.promoted;
-        if let Some(winner) = winner {
-            self.learner_nets = true;
-            compensator.exchange(state, winner.nets, winner.states);
-            let output = match block {
-                Some(block) => compensator.step_again(state, block),
-                None => winner.estimate,
-            };
-            if at_once {
-                compensator.force(state, &output);
+        match learner.winner() {
+            Some(winner) if winner.settled => {
+                (self.promoted, self.learner_nets) = (true, true);
+                state.off = false;
+                compensator.exchange(state, winner.nets, winner.states);
+                let output = match block {
+                    Some(block) => compensator.step_again(state, block),
+                    None => winner.estimate,
+                };
+                if at_once {
+                    compensator.force(state, &output);
+                }
             }
-        } else if at_once {
-            compensator.force(state, &[[0.0; 3]; 2]);
+            Some(_) if self.promoted => {}
+            _ => {
+                self.promoted = false;
+                state.off = true;
+                if at_once {
+                    compensator.force(state, &[[0.0; 3]; 2]);
+                }
+            }
         }
     }
 
     /// Samples pass through unchanged, or soon will, but the networks step.
     pub(super) fn observes_only(&self) -> bool {
-        self.disagrees || matches!(self.mode, Mode::Shadow | Mode::Learn) && !self.promoted
+        let live = self.mode == Mode::Learn && !self.acts_from_power_on();
+        self.disagrees || self.mode == Mode::Shadow || live && !self.promoted
     }
 
     /// Whether there is a learner.
@@ -128,7 +162,11 @@ impl Flow<'_> {
 
     /// A good fix of the receiver.
     pub fn fix(&mut self, fix: &Fix) {
-        self.judge_speed(fix);
+        if let Some((speed, sigma)) = fix.speed() {
+            self.judge_speed(speed, sigma);
+            let stands = speed < (FIX_SIGMAS * sigma).min(FIX_SPEED);
+            self.stands = Some((stands, self.sample));
+        }
         if let (Some(learner), Some(_)) = (&mut self.learner.0, self.begun) {
             learner.fix(self.sample, fix);
         }
@@ -154,11 +192,14 @@ impl Flow<'_> {
     pub fn commit_learnt(&mut self) -> Result<(), Reason> {
         let (nets, states) = self.learnt().ok_or(Reason::NotAvailable)?;
         self.config.nets = nets;
+        self.keep.forget_next();
         self.flag(fault::WEIGHTS, false);
         self.failures = 0;
         self.learner_nets = false;
+        let off = self.is_off();
         if let Some(Correction { compensator, state }) = &mut self.correction {
             compensator.exchange(state, nets, states);
+            state.off = off;
         }
         Ok(())
     }

@@ -3,7 +3,9 @@
 
 use super::channels::Kind;
 use super::{Correction, Flow, Told};
+use crate::app::phase::FAILURES;
 use crate::app::setup::{compensator, lsb};
+use crate::compensator::State;
 use crate::control::{Alignment, Mode};
 use crate::model::Nets;
 use crate::sample::Axes;
@@ -56,37 +58,68 @@ impl Flow<'_> {
         lsb.is_some_and(|lsb| compensator.set_outlet(state, outlet, lsb, period).is_ok())
     }
 
-    /// A correction for the samples of this stream, which from now on make the blocks.
+    /// A correction for the samples of this stream, which from now on make the blocks. What else
+    /// follows is left to [`Flow::made`], after the frame has left.
     fn lead(&mut self, stream: Option<Stream>) {
         if stream.is_some() && stream == self.stream && self.correction.is_some() {
             return;
         }
         self.keep_count();
         self.stream = stream;
-        self.begin_checks();
+        self.leads_anew = true;
         let wanted = self.mode != Mode::Bypass;
         (self.promoted, self.learner_nets) = (false, false);
         let agreed = self.other_sensor == 0;
         self.begin_correction(stream.filter(|_| wanted && agreed));
-        if let Some(learner) = &mut self.learner.0 {
-            learner.restart();
-        }
-        self.teach();
         self.failures = 0;
         self.flag(fault::NETWORK, false);
         self.flag(fault::UNITS, wanted && agreed && self.correction.is_none());
     }
 
+    /// The first frame of a kind has left. If its samples make the blocks, the learner begins.
+    #[inline(never)]
+    pub(super) fn made(&mut self) {
+        if core::mem::take(&mut self.leads_anew) {
+            self.begin_checks();
+            if let Some(learner) = &mut self.learner.0 {
+                learner.restart();
+            }
+            self.teach();
+        }
+    }
+
+    /// Corrections change no faster than the slew limit: from the beginning of an alignment on, and
+    /// in mode learn.
+    fn slow(&self) -> bool {
+        self.alignment.is_some() || self.mode == Mode::Learn
+    }
+
+    /// The correction is zero or goes there.
+    pub(super) fn is_off(&self) -> bool {
+        self.mode == Mode::Bypass || self.observes_only()
+    }
+
     /// A new correction for samples of this stream, or none. By itself, so that its copy on the
     /// stack is gone before the learner begins.
+    ///
+    /// From the sensor's power-on on it is in force at once. Later, where corrections change slowly
+    /// only, it begins with what was in force, which is in SI units and so the same for every
+    /// stream.
     #[inline(never)]
     fn begin_correction(&mut self, stream: Option<Stream>) {
-        let slow = self.alignment == Some(Alignment::Finished) || self.mode == Mode::Learn;
-        let slew = slow.then_some(self.config.slew);
+        let slew = self.slow().then_some(self.config.slew);
         let off = self.observes_only();
+        let in_force = self.correction.as_ref().map(|c| c.state.estimate());
+        let fresh = self.fresh;
         self.correction = stream.and_then(|stream| {
-            let compensator = compensator(&stream, &self.config, slew)?;
-            let state = compensator.power_on(off);
+            let mut compensator = compensator(&stream, &self.config, None)?;
+            let held = slew.is_some() && !fresh;
+            let mut state = compensator.power_on(off || held);
+            state.off = off;
+            if let (true, Some(in_force)) = (held, &in_force) {
+                compensator.force(&mut state, in_force);
+            }
+            compensator.slew = slew;
             Some(Correction { compensator, state })
         });
     }
@@ -126,12 +159,15 @@ impl Flow<'_> {
 
     /// Another mode; the caller has checked that it is allowed.
     pub fn set_mode(&mut self, mode: Mode) {
-        let fade = self.alignment == Some(Alignment::Finished);
+        let fade = self.slow() || mode == Mode::Learn;
         self.mode = mode;
         self.promoted = false;
+        let off = self.is_off();
+        let zero = |state: &State| mode == Mode::Bypass && state.estimate() == [[0.0; 3]; 2];
         match &mut self.correction {
-            Some(Correction { compensator, state }) if fade => {
-                state.off = mode != Mode::Frozen || self.disagrees;
+            Some(Correction { compensator, state }) if fade && !zero(state) => {
+                state.off = off;
+                compensator.slew = Some(self.config.slew);
                 if core::mem::take(&mut self.learner_nets) {
                     compensator.exchange(state, self.config.nets, Default::default());
                 }
@@ -146,21 +182,59 @@ impl Flow<'_> {
         self.teach();
     }
 
-    /// The navigation computer's alignment. From its end on corrections change only slowly.
+    /// The navigation computer's alignment. At its beginning a correction may jump to where it
+    /// goes; from then on it changes only slowly.
     pub fn align(&mut self, alignment: Alignment) {
-        self.alignment = Some(alignment);
+        if self.alignment.replace(alignment) == Some(alignment) {
+            return; // asked again, since the answer was lost
+        }
         if let Some(learner) = &mut self.learner.0 {
             learner.align(alignment);
         }
-        if alignment == Alignment::Started && self.mode == Mode::Learn {
-            self.activate(true, None);
+        if alignment == Alignment::Started {
+            self.arrive();
         }
-        let learns = self.mode == Mode::Learn;
         if let Some(correction) = &mut self.correction {
-            // a fade in progress stays one
-            let slow = alignment == Alignment::Finished || correction.state.off || learns;
-            correction.compensator.slew = slow.then_some(self.config.slew);
+            correction.compensator.slew = Some(self.config.slew);
         }
+    }
+
+    /// A correction that moves arrives at once.
+    fn arrive(&mut self) {
+        if self.mode == Mode::Learn && !self.acts_from_power_on() {
+            return self.activate(true, None);
+        }
+        if let Some(Correction { compensator, state }) = &mut self.correction {
+            let output = match &self.block {
+                _ if state.off => [[0.0; 3]; 2],
+                Some(block) => block.network_output,
+                None => compensator.initial_output(),
+            };
+            compensator.force(state, &output);
+        }
+    }
+
+    /// A block's networks have failed, or not. When they have failed for too long, the correction
+    /// goes to zero, and then everything passes through. It comes back if they step before.
+    pub(super) fn count_failure(&mut self, failed: bool) {
+        let before = self.failures >= FAILURES;
+        self.failures = if failed {
+            self.failures.saturating_add(1)
+        } else {
+            0
+        };
+        let now = self.failures >= FAILURES;
+        let off = now || self.is_off();
+        if let (true, Some(Correction { state, .. })) = (now != before, &mut self.correction) {
+            state.off = off;
+        }
+    }
+
+    /// Whether the networks have failed for too long, and the correction has gone.
+    pub fn has_failed(&self) -> bool {
+        let gone =
+            |c: &Correction| c.compensator.slew.is_none() || c.state.estimate() == [[0.0; 3]; 2];
+        self.failures >= FAILURES && self.correction.as_ref().is_none_or(gone)
     }
 
     /// Other networks from the next sample on. The block in progress is given up, and the estimate
@@ -168,13 +242,17 @@ impl Flow<'_> {
     #[inline(never)]
     pub fn set_nets(&mut self, nets: Nets) {
         self.config.nets = nets;
+        self.keep.forget_next();
         self.flag(fault::WEIGHTS, false);
         self.failures = 0;
         self.begun = None;
+        self.block = None;
         (self.promoted, self.learner_nets) = (false, false);
+        let off = self.is_off();
         if let Some(Correction { compensator, state }) = &mut self.correction {
             compensator.give_up_block(state);
             compensator.exchange(state, nets, Default::default());
+            state.off = off;
         }
         self.teach();
     }

@@ -3,8 +3,6 @@
 
 use super::{Correction, Flow};
 use crate::compensator::Block;
-use crate::control::Mode;
-use crate::fix::Fix;
 use crate::plausibility::ASIDE;
 use crate::plausibility::rate::Seen;
 use crate::wire::command::fault;
@@ -64,12 +62,9 @@ impl Flow<'_> {
     }
 
     /// A good fix shows whether the vehicle is at rest.
-    pub(super) fn judge_speed(&mut self, fix: &Fix) {
-        if let Some(rest) = self.plausibility.rest.as_mut().filter(|_| fix.has(3..6)) {
-            let [n, e, d] = fix.velocity.map(|v| v as f32);
-            let [.., sigma_n, sigma_e, sigma_d] = fix.sigmas;
-            let sigma = sigma_n.max(sigma_e).max(sigma_d);
-            rest.fix(libm::sqrtf(n * n + e * e + d * d), sigma);
+    pub(super) fn judge_speed(&mut self, speed: f32, sigma: f32) {
+        if let Some(rest) = &mut self.plausibility.rest {
+            rest.fix(speed, sigma);
         }
     }
 
@@ -89,16 +84,16 @@ impl Flow<'_> {
         }
         self.disagrees = aside;
         self.promoted = false;
-        self.learner_nets = false;
         self.failures = 0;
-        let off = self.observes_only() || self.mode == Mode::Bypass;
+        let off = self.is_off();
         if let Some(Correction { compensator, state }) = &mut self.correction {
-            compensator.exchange(state, self.config.nets, Default::default());
+            // networks that stay go on from their states: they are a function of the time since
+            // power-on, too
+            if core::mem::take(&mut self.learner_nets) {
+                compensator.exchange(state, self.config.nets, Default::default());
+            }
             compensator.give_up_block(state);
             state.off = off;
-            if self.alignment.is_some() {
-                compensator.slew = Some(self.config.slew);
-            }
             if aside && compensator.slew.is_none() {
                 compensator.force(state, &[[0.0; 3]; 2]);
             }

@@ -61,7 +61,8 @@ fn app<'m>(board: &mut Board, learner: Option<&'m mut dyn Learner>) -> App<'m> {
 #[inline(never)]
 fn store(app: &mut App, board: &mut Board) {
     if let Some(store) = &mut board.store {
-        app.store(|nets, record| store.save(nets, record).is_ok());
+        let may_halt = app.may_halt();
+        app.store(|nets, record| may_halt && store.save(nets, record).is_ok());
     }
 }
 

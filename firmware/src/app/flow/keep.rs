@@ -1,0 +1,143 @@
+//! What is kept for the next power-on of the sensor (activation `NextPowerOn`).
+//!
+//! In mode learn the networks in use correct all samples of a drive and stay as they are. What the
+//! learner has proved meanwhile is stored beside them and comes into use when the sensor is powered
+//! on again, with the board or by itself. A learner that has proved nothing leaves the store as it
+//! is. When the rehearsals of this drive show that the networks in use do harm, zero networks are
+//! stored.
+
+use super::Flow;
+use crate::app::config::Activation;
+use crate::compensator::Block;
+use crate::control::Mode;
+use crate::model::Nets;
+
+/// It is looked for something to store once in so many seconds.
+const LOOK_S: f32 = 10.0;
+/// What has settled is stored while the vehicle stands, since then the least is lost if a frame
+/// leaves late; or at the latest after so long, s.
+const LATEST_S: f32 = 300.0;
+/// At most one record is stored in so long, s: flash wears, and drives last for hours.
+const PAUSE_S: f32 = 600.0;
+
+/// What the store holds, or is to hold, for the next power-on.
+#[derive(Debug, Default)]
+pub(in crate::app) struct Keep {
+    /// What is in use is to be stored, by command.
+    pub commanded: bool,
+    /// The configuration in use is the stored one, so weights may be stored beside it.
+    pub beside: bool,
+    /// Networks for the next power-on, if they are not those in use.
+    next: Option<Nets>,
+    /// They are still to be stored.
+    waits: bool,
+    /// Their output when they were taken, rad/s and m/s2.
+    output: [[f32; 3]; 2],
+    /// Until the next look, and until something may be stored again, s.
+    look_s: f32,
+    pause_s: f32,
+    /// How long the correction that the learner has found has been settled, s.
+    settled_s: f32,
+}
+
+impl Keep {
+    /// `beside`: the configuration in use is the stored one.
+    pub fn new(beside: bool) -> Keep {
+        Keep {
+            beside,
+            ..Keep::default()
+        }
+    }
+
+    /// Networks that the learner has proved are to be stored.
+    pub fn waits(&self) -> bool {
+        self.waits
+    }
+
+    /// What is to be stored, with networks `in_use`.
+    pub fn nets<'n>(&'n self, in_use: &'n Nets) -> &'n Nets {
+        self.next.as_ref().unwrap_or(in_use)
+    }
+
+    /// The board has stored [`Keep::nets`], or has failed.
+    pub fn stored(&mut self, done: bool) {
+        self.commanded = false;
+        if core::mem::take(&mut self.waits) && !done {
+            self.next = None; // the last good record is still there
+        }
+    }
+
+    /// The sensor is powered on: what the store holds comes into use.
+    pub fn take_next(&mut self) -> Option<Nets> {
+        let held = !core::mem::take(&mut self.waits);
+        (self.settled_s, self.pause_s) = (0.0, 0.0);
+        self.next.take().filter(|_| held)
+    }
+
+    /// Another configuration has come into use, which is not stored.
+    pub fn alone(&mut self) {
+        self.beside = false;
+        if self.waits {
+            self.forget_next();
+        }
+    }
+
+    /// Other networks have come into use by command. They are stored by command too.
+    pub fn forget_next(&mut self) {
+        (self.next, self.waits) = (None, false);
+    }
+
+    fn offer(&mut self, nets: Nets, output: [[f32; 3]; 2]) {
+        (self.next, self.output) = (Some(nets), output);
+        (self.waits, self.pause_s) = (true, PAUSE_S);
+    }
+}
+
+impl Flow<'_> {
+    /// What is stored acts on all samples of mode learn.
+    pub(super) fn acts_from_power_on(&self) -> bool {
+        self.mode == Mode::Learn && self.config.activation == Activation::NextPowerOn
+    }
+
+    /// At the end of a block: whether something is to be stored.
+    pub(super) fn keep(&mut self, block: &Block, block_s: f32) {
+        let keep = &mut self.keep;
+        keep.pause_s = (keep.pause_s - block_s).max(0.0);
+        keep.look_s -= block_s;
+        let able = keep.beside && self.config.store && self.config.newer.is_none();
+        if keep.look_s <= 0.0 && able && !keep.waits {
+            keep.look_s = LOOK_S;
+            self.look_for_winner(block);
+        }
+    }
+
+    #[inline(never)]
+    fn look_for_winner(&mut self, block: &Block) {
+        let Some(learner) = &mut self.learner.0 else {
+            return;
+        };
+        let keep = &mut self.keep;
+        let harms = learner.report().stored_harms;
+        if harms && keep.next.is_none() && !self.config.nets.same_images(&Nets::NONE) {
+            return keep.offer(Nets::NONE, [[0.0; 3]; 2]);
+        }
+        let Some(winner) = learner.winner().filter(|winner| winner.settled) else {
+            keep.settled_s = 0.0;
+            return;
+        };
+        keep.settled_s += LOOK_S;
+        let stands = learner.still_s() >= super::learning::STANDS_S;
+        // of what is in use it is known what its networks say now
+        let held = match keep.next {
+            Some(_) => keep.output,
+            None => block.network_output,
+        };
+        let moved = (winner.estimate.as_flattened().iter())
+            .zip(held.as_flattened())
+            .zip(winner.sigma.as_flattened())
+            .any(|((now, held), sigma)| (now - held).abs() > *sigma);
+        if moved && keep.pause_s <= 0.0 && (stands || keep.settled_s >= LATEST_S) {
+            keep.offer(winner.nets, winner.estimate);
+        }
+    }
+}

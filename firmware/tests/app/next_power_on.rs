@@ -1,0 +1,216 @@
+//! Activation `NextPowerOn`: what was stored acts from the first word and stays, and what is learnt
+//! meanwhile acts from the next power-on on.
+
+use crate::frames::Kind;
+use crate::record::{HARDWARE, configure, record, told};
+use crate::stored::Flash;
+use crate::taught::{Bench, with};
+use firmware::app::App;
+use firmware::configuration::Configuration;
+use firmware::configuration::record::{Record, encode};
+use firmware::control::{Alignment, Mode};
+use firmware::model::Nets;
+use firmware::store::Store;
+use firmware::wire::command::Request;
+
+const KIND: Kind = Kind::RAWIMUSX;
+/// Errors that were stored and that are learnt, m/s2.
+const OLD: f32 = 1e-3;
+const NEW: f32 = 2e-3;
+
+fn unit() -> Configuration {
+    let mut unit = told(KIND);
+    unit.correction.mode = Mode::Learn;
+    unit.correction.limit.accel = 0.1;
+    unit.correction.slew.accel = 1e-4;
+    unit.correction.silence_us = 100_000;
+    unit.correction.check_rate = false;
+    unit
+}
+
+/// A store with these networks and this unit.
+fn flash(nets: &Nets, unit: &Configuration) -> Flash {
+    let mut store = Store::new(Flash::new()).expect("room");
+    store.save(nets, &encode(unit)).expect("stored");
+    store.into_inner()
+}
+
+/// The device after power-on.
+fn powered(flash: &Flash) -> Bench {
+    let mut store = Store::new(flash.clone()).expect("room");
+    let stored = Some(store.load());
+    Bench::of(KIND, |learner| {
+        App::power_on(HARDWARE, stored, Some(learner))
+    })
+}
+
+/// What the device wants to store now.
+fn wanted(bench: &mut Bench) -> Option<(Nets, Record)> {
+    let mut got = None;
+    bench.device.app.store(|nets, record| {
+        got = Some((*nets, record.clone()));
+        true
+    });
+    got
+}
+
+fn near(correction: f64, error: f32, bench: &Bench) -> bool {
+    (correction - f64::from(error)).abs() <= 1.01 * bench.count()
+}
+
+/// All words of a drive are corrected by what was stored before it, whatever is learnt, and it is
+/// the learnt networks that are stored.
+#[test]
+fn nothing_moves_in_a_drive_and_what_settles_is_stored() {
+    let mut flash = flash(&with(OLD), &unit());
+    let mut bench = powered(&flash);
+    bench.run(20.0);
+    assert_eq!(*bench.says.begun.borrow(), Some(with(OLD)));
+    bench.says.winner.set(Some(NEW));
+    bench.says.unsettled.set(true);
+    bench.says.still_s.set(10);
+    bench.device.order(&Request::Alignment(Alignment::Started));
+    bench.run(60.0);
+    assert_eq!(wanted(&mut bench), None, "it has not settled");
+    bench.device.order(&Request::Alignment(Alignment::Finished));
+    bench.says.unsettled.set(false);
+    bench.run(20.0);
+    assert!(!bench.device.app.may_halt());
+    let (nets, kept) = wanted(&mut bench).expect("it has settled and stands");
+    assert!(nets == with(NEW) && kept == encode(&unit()));
+    assert_eq!(wanted(&mut bench), None);
+    assert_eq!(*bench.device.app.nets(), with(OLD));
+    bench.says.winner.set(None);
+    bench.run(20.0);
+    let seen = bench.take();
+    assert!(seen.iter().all(|c| near(*c, OLD, &bench)));
+    assert_eq!(seen.len() as u32, bench.n);
+    // the board writes it, and at the next power-on it acts from the first word on
+    let mut store = Store::new(flash.clone()).expect("room");
+    store.save(&nets, &kept).expect("stored");
+    flash = store.into_inner();
+    let mut bench = powered(&flash);
+    bench.run(30.0);
+    let seen = bench.take();
+    assert!(seen.iter().all(|c| near(*c, NEW, &bench)), "{:?}", seen[0]);
+}
+
+/// The sensor's own power-on counts like the board's.
+#[test]
+fn a_restart_of_the_sensor_brings_what_was_stored_into_force() {
+    let mut bench = powered(&flash(&with(OLD), &unit()));
+    bench.says.winner.set(Some(NEW));
+    bench.says.still_s.set(10);
+    bench.run(20.0);
+    bench.device.order(&Request::Alignment(Alignment::Finished));
+    assert!(wanted(&mut bench).is_some());
+    bench.says.winner.set(None);
+    bench.run(20.0);
+    assert!(bench.take().iter().all(|c| near(*c, OLD, &bench)));
+    bench.silence(2.0);
+    bench.run(20.0);
+    assert_eq!(bench.device.counters().restarts, 1);
+    assert!(bench.take().iter().all(|c| near(*c, NEW, &bench)));
+    assert_eq!(*bench.device.app.nets(), with(NEW));
+    // what could not be stored does not act
+    bench.says.winner.set(Some(OLD));
+    bench.run(20.0);
+    bench.device.app.store(|_, _| false);
+    bench.take();
+    bench.silence(2.0);
+    bench.run(1.0);
+    assert!(bench.take().iter().all(|c| near(*c, NEW, &bench)));
+}
+
+/// While the vehicle moves it waits for five minutes. The next record comes ten minutes later at
+/// the soonest, and only if there is something new to it.
+#[test]
+fn flash_is_spared() {
+    let mut bench = powered(&flash(&with(OLD), &unit()));
+    bench.says.winner.set(Some(OLD * 1.1));
+    bench.says.sigma.set(OLD * 0.2);
+    bench.run(700.0);
+    assert_eq!(wanted(&mut bench), None, "within its standard deviation");
+    bench.says.sigma.set(OLD * 0.05);
+    bench.run(11.0);
+    assert!(wanted(&mut bench).is_some());
+    bench.run(900.0);
+    assert_eq!(wanted(&mut bench), None, "it is stored already");
+    bench.says.unsettled.set(true);
+    bench.run(20.0);
+    bench.says.unsettled.set(false);
+    bench.says.winner.set(Some(NEW));
+    bench.run(280.0);
+    assert_eq!(wanted(&mut bench), None, "it has settled just now");
+    bench.run(30.0);
+    assert!(wanted(&mut bench).is_some());
+    bench.says.winner.set(Some(2.0 * NEW));
+    bench.says.still_s.set(10);
+    bench.run(580.0);
+    assert_eq!(wanted(&mut bench), None, "too soon");
+    bench.run(30.0);
+    assert!(wanted(&mut bench).is_some());
+}
+
+/// What does harm is not applied a second time, and a learner that proves nothing leaves the store
+/// alone.
+#[test]
+fn what_harms_is_removed_at_the_next_power_on() {
+    let mut bench = powered(&flash(&with(OLD), &unit()));
+    bench.run(600.0);
+    assert_eq!(wanted(&mut bench), None);
+    bench.says.stored_harms.set(true);
+    bench.run(11.0);
+    let (nets, _) = wanted(&mut bench).expect("it does harm");
+    assert_eq!(nets, Nets::NONE);
+    bench.run(30.0);
+    assert_eq!(wanted(&mut bench), None, "once");
+    assert!(bench.take().iter().all(|c| near(*c, OLD, &bench)));
+    // what is learnt afterwards is stored all the same
+    bench.says.winner.set(Some(NEW));
+    bench.says.still_s.set(10);
+    bench.run(620.0);
+    assert_eq!(wanted(&mut bench).expect("proved").0, with(NEW));
+    // without networks in the store there is nothing to remove
+    let mut bench = powered(&flash(&Nets::NONE, &unit()));
+    bench.says.stored_harms.set(true);
+    bench.run(60.0);
+    assert_eq!(wanted(&mut bench), None);
+}
+
+/// Only in mode learn, and only beside the configuration that is stored.
+#[test]
+fn nothing_is_stored_in_other_modes_or_beside_a_configuration_that_is_not() {
+    for mode in [Mode::Bypass, Mode::Frozen, Mode::Shadow] {
+        let mut of = unit();
+        of.correction.mode = mode;
+        let mut bench = powered(&flash(&with(OLD), &of));
+        bench.says.winner.set(Some(NEW));
+        bench.says.still_s.set(10);
+        bench.run(30.0);
+        assert_eq!(wanted(&mut bench), None, "{mode:?}");
+    }
+    let mut of = unit();
+    of.correction.mode = Mode::Bypass;
+    let mut bench = powered(&flash(&with(OLD), &of));
+    bench.run(1.0);
+    of = unit();
+    of.rate += 1.0;
+    assert_eq!(configure(&mut bench.device, &record(&of)), Ok(()));
+    bench.says.winner.set(Some(NEW));
+    bench.says.still_s.set(10);
+    bench.run(30.0);
+    assert_eq!(wanted(&mut bench), None);
+    // after the configuration has been stored by command, it is
+    bench.device.order(&Request::SetMode(Mode::Bypass));
+    bench.device.order(&Request::StoreImage);
+    assert!(bench.device.app.may_halt());
+    assert_eq!(wanted(&mut bench).expect("by command").0, with(OLD));
+    bench.device.order(&Request::SetMode(Mode::Learn));
+    bench.run(30.0);
+    assert_eq!(wanted(&mut bench).expect("proved").0, with(NEW));
+    // a command keeps what was learnt for the next power-on
+    bench.device.order(&Request::SetMode(Mode::Bypass));
+    bench.device.order(&Request::StoreImage);
+    assert_eq!(wanted(&mut bench).expect("by command").0, with(NEW));
+}

@@ -1,0 +1,133 @@
+//! A learner that proves what the test says, and a bench that measures the correction in force from
+//! the bytes that come out.
+
+use crate::device::{Device, nets};
+use crate::frames::{Fields, Kind, values};
+use firmware::app::{App, Config};
+use firmware::compensator::Block;
+use firmware::learn::{Learner, Report, Winner};
+use firmware::model::Nets;
+use firmware::sample::StreamScale;
+use lrnn_nostd::State;
+use std::cell::{Cell, RefCell};
+use std::rc::Rc;
+
+/// What the learner says, and what it was told.
+#[derive(Debug, Default)]
+pub struct Says {
+    /// Error of the accelerometer x that it has proved, m/s2.
+    pub winner: Cell<Option<f32>>,
+    /// Its standard deviation.
+    pub sigma: Cell<f32>,
+    pub unsettled: Cell<bool>,
+    pub stored_harms: Cell<bool>,
+    pub still_s: Cell<u32>,
+    /// The networks that it last began with.
+    pub begun: RefCell<Option<Nets>>,
+}
+
+#[derive(Debug)]
+pub struct Taught(pub Rc<Says>);
+
+/// Networks with this error of the accelerometer x.
+pub fn with(error: f32) -> Nets {
+    nets([0.0; 3], [error, 0.0, 0.0])
+}
+
+impl Learner for Taught {
+    fn begin(&mut self, nets: &Nets, _: StreamScale) {
+        self.0.begun.replace(Some(*nets));
+    }
+    fn restart(&mut self) {}
+    fn block(&mut self, _: u32, _: &Block) {}
+    fn gap(&mut self) {}
+    fn winner(&mut self) -> Option<Winner> {
+        self.0.winner.get().map(|error| Winner {
+            nets: with(error),
+            states: [State::new(); 2],
+            estimate: [[0.0; 3], [error, 0.0, 0.0]],
+            sigma: [[self.0.sigma.get(); 3]; 2],
+            settled: !self.0.unsettled.get(),
+        })
+    }
+    fn learnt(&mut self) -> (Nets, [State; 2]) {
+        (with(self.0.winner.get().unwrap_or(0.0)), [State::new(); 2])
+    }
+    fn report(&self) -> Report {
+        Report {
+            winner: u8::from(self.0.winner.get().is_some()),
+            still_s: self.0.still_s.get(),
+            stored_harms: self.0.stored_harms.get(),
+            ..Report::default()
+        }
+    }
+}
+
+/// A device with that learner, in the stream of a sensor.
+pub struct Bench {
+    pub kind: Kind,
+    pub device: Device,
+    pub says: Rc<Says>,
+    pub n: u32,
+    /// Correction of the accelerometer x in each frame since the last look, m/s2.
+    pub seen: Vec<f64>,
+}
+
+impl Bench {
+    /// `make` gives the application with this learner.
+    pub fn of(kind: Kind, make: impl FnOnce(&'static mut Taught) -> App<'static>) -> Bench {
+        let says = Rc::new(Says::default());
+        let mut device = Device::new(Config::default());
+        device.app = make(Box::leak(Box::new(Taught(says.clone()))));
+        Bench {
+            kind,
+            device,
+            says,
+            n: 0,
+            seen: Vec::new(),
+        }
+    }
+
+    /// Seconds of samples.
+    pub fn run(&mut self, seconds: f64) {
+        for _ in 0..(seconds * self.kind.rate()).round() as u32 {
+            self.step();
+        }
+    }
+
+    /// A sample in and out.
+    pub fn step(&mut self) {
+        let fields = Fields {
+            gyro: [self.n as i32 % 50 - 20, 7, 3],
+            accel: [self.n as i32 % 13, -3, 900],
+            ..Fields::default()
+        };
+        let frame = self.kind.frame(self.n, fields);
+        self.n += 1;
+        self.device.feed(&frame);
+        self.device.pass_us((1e6 / self.kind.rate()) as u64);
+        for sent in core::mem::take(&mut self.device.lines.navigation.sent) {
+            if sent.len() != frame.len() {
+                continue;
+            }
+            let [before, after] = [&frame, &sent].map(|f| values(self.kind.format, f)[3]);
+            let unit = self.kind.sensor.unit[1];
+            self.seen.push((before - after) * unit * self.kind.rate());
+        }
+    }
+
+    /// What one count of a sample is worth as a correction, m/s2.
+    pub fn count(&self) -> f64 {
+        self.kind.sensor.unit[1] * self.kind.rate()
+    }
+
+    /// The corrections since the last look.
+    pub fn take(&mut self) -> Vec<f64> {
+        core::mem::take(&mut self.seen)
+    }
+
+    /// No byte of the sensor for so long, s.
+    pub fn silence(&mut self, seconds: f64) {
+        self.device.wait_ms((1e3 * seconds) as u64);
+    }
+}
