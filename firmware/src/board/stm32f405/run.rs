@@ -47,6 +47,10 @@ fn app<'m>(board: &mut Board, learner: Option<&'m mut dyn Learner>) -> App<'m> {
         board.clocks,
         board.dma
     );
+    // erasing takes its time only after more than a hundred records, and no sensor waits yet
+    if let Some(store) = &mut board.store {
+        let _ = store.make_room(); // fault STORE tells when the next record finds none
+    }
     let stored = board.store.as_mut().map(Store::load);
     match &stored {
         Some(Ok(Some(stored))) => {
@@ -62,7 +66,13 @@ fn app<'m>(board: &mut Board, learner: Option<&'m mut dyn Learner>) -> App<'m> {
 fn store(app: &mut App, board: &mut Board) {
     if let Some(store) = &mut board.store {
         let may_halt = app.may_halt();
-        app.store(|nets, record| may_halt && store.save(nets, record).is_ok());
+        app.store(|nets, record| {
+            let stored = match may_halt {
+                true => store.save(nets, record),
+                false => store.append(nets, record),
+            };
+            stored.is_ok()
+        });
     }
 }
 

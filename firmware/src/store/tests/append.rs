@@ -1,0 +1,98 @@
+//! Records behind each other, without erasing; and flash that does not keep what is written.
+
+use super::*;
+
+/// Slots with room for four records.
+const WIDE: usize = 4 * PADDED_LEN;
+type Wide = Flash<WIDE>;
+
+/// Appends number `n`.
+fn appended(flash: Wide, n: u8) -> (Result<Stored, Error<Failure>>, Wide) {
+    let mut store = store(flash);
+    let result = store.append(&nets(n), &told(n));
+    (result, store.into_inner())
+}
+
+/// Records behind each other until the slot is full, without erasing. Then room is made.
+#[test]
+fn what_is_appended_erases_nothing() {
+    let mut flash = Wide::new(2 * WIDE);
+    assert_eq!(appended(flash.clone(), 1).0, Err(Error::Full), "no record");
+    let mut first = store(flash);
+    first.save(&nets(1), &told(1)).unwrap();
+    flash = first.into_inner();
+    for n in 2..=4 {
+        let before = flash.work;
+        let (stored, after) = appended(flash, n);
+        assert_eq!(stored.unwrap().generation, u32::from(n));
+        assert!(after.work - before <= PADDED_LEN);
+        flash = after;
+        assert_eq!(found(&flash), Some(n));
+    }
+    let (result, flash) = appended(flash, 5);
+    assert_eq!((result, found(&flash)), (Err(Error::Full), Some(4)));
+    let work = flash.work;
+    let mut full = store(flash);
+    full.make_room().unwrap();
+    assert_eq!(full.load().unwrap().unwrap().generation, 5);
+    full.make_room().unwrap();
+    let flash = full.into_inner();
+    assert!(flash.work - work <= WIDE + PADDED_LEN, "erased once");
+    assert_eq!(found(&flash), Some(4));
+    let (result, flash) = appended(flash, 6);
+    assert!(result.is_ok() && found(&flash) == Some(6));
+    // a damaged one: the one before
+    let mut damaged = flash.clone();
+    damaged.bytes[WIDE + PADDED_LEN + 100] ^= 1;
+    assert_eq!(found(&damaged), Some(4));
+    // and one that is saved goes to the other slot
+    let mut saves = store(flash);
+    saves.save(&nets(7), &told(7)).unwrap();
+    assert_eq!(found(&saves.into_inner()), Some(7));
+}
+
+/// Power fails at any byte of an append: the old record or the new one, and the next append finds
+/// room.
+#[test]
+fn power_may_fail_while_appending() {
+    let mut first = store(Wide::new(2 * WIDE));
+    first.save(&nets(1), &told(1)).unwrap();
+    let flash = first.into_inner();
+    let work = appended(flash.clone(), 77).1.work - flash.work;
+    for left in 0..=work {
+        for torn in [0x00, 0xFF, 0x5A] {
+            let mut cut = flash.clone();
+            (cut.left, cut.torn) = (left, torn);
+            let (result, mut after) = appended(cut, 77);
+            assert_ne!(
+                result.as_ref().map(|_| ()),
+                Err(&Error::Flash(Failure::Misuse))
+            );
+            assert!(matches!(found(&after), Some(1 | 77)), "{left}");
+            after.left = usize::MAX;
+            let (result, after) = appended(after, 99);
+            assert!(result.is_ok(), "{left} {torn}");
+            assert_eq!(found(&after), Some(99));
+        }
+    }
+}
+
+/// Flash that does not keep what is written to it is noticed, and the old record stays in use.
+#[test]
+fn what_does_not_read_back_is_told() {
+    for bad in [20, 16 + 300, 16 + IMAGES_LEN + 3] {
+        let mut first = store(Wide::new(2 * WIDE));
+        first.save(&nets(1), &told(5)).unwrap();
+        let mut flash = first.into_inner();
+        // a cell behind the record that stays as it is, in either place
+        for at in [PADDED_LEN + bad, WIDE + bad] {
+            flash.stuck.push(at);
+        }
+        let (result, after) = appended(flash.clone(), 9);
+        assert_eq!(result, Err(Error::Verify), "{bad}");
+        assert_eq!(store(after).load().unwrap().unwrap().nets, nets(1));
+        let mut saves = store(flash);
+        assert_eq!(saves.save(&nets(9), &told(9)), Err(Error::Verify), "{bad}");
+        assert_eq!(saves.load().unwrap().unwrap().nets, nets(1));
+    }
+}
