@@ -175,6 +175,12 @@ impl<'m> Flow<'m> {
         self.correction.is_some()
     }
 
+    /// A correction other than zero is in force.
+    pub fn in_force(&self) -> bool {
+        let correction = self.correction.as_ref();
+        correction.is_some_and(|c| c.state.estimate() != [[0.0; 3]; 2])
+    }
+
     /// A frame in, the same frame out.
     pub fn frame(&mut self, mut frame: Checked, out: &mut impl Line) {
         let reading = frame.read();

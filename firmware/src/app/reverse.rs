@@ -96,15 +96,24 @@ impl Reverse {
                 self.is_due |= wait.is_some();
             }
             match request {
-                Request::ServiceMode | Request::UtilityMode => notice = Some(Notice::Service),
+                Request::ServiceMode | Request::UtilityMode => {
+                    notice = Some(Notice::Service);
+                    if flow.in_force() {
+                        continue; // until the sensor obeys
+                    }
+                }
                 Request::Reset => {}
                 _ => continue,
             }
-            // the sensor's settings may now change, and it may start anew
-            flow.untold();
-            self.forget();
+            self.changes(flow);
         }
         notice
+    }
+
+    /// The sensor's settings may now change, and it may start anew.
+    pub fn changes(&mut self, flow: &mut Flow) {
+        flow.untold();
+        self.forget();
     }
 
     /// What the sensor has told is no longer answered, and nothing is due.

@@ -4,9 +4,10 @@
 use crate::device::{Device, nets};
 use crate::frames::{Kind, values};
 use firmware::app::{Config, Phase, phase::Cause};
-use firmware::control::Mode;
+use firmware::control::{Alignment, Mode};
+use firmware::model::Nets;
 use firmware::wire::ImuFormat;
-use firmware::wire::command::fault;
+use firmware::wire::command::{Request, fault};
 use firmware::wire::stim300::config::Config as Stim300;
 
 const STIM: Kind = Kind::STIM;
@@ -208,11 +209,38 @@ fn in_bypass_nothing_is_asked() {
     assert_eq!(bench.device.app.faults(), 0);
 }
 
+/// Measurements that are still on their way are corrected as before: the correction must not jump.
+/// So are all of a sensor that does not obey. Where it does, its text ends the correction.
+#[test]
+fn frames_on_their_way_are_corrected() {
+    let mut bench = Bench::new(config(false));
+    bench.run(50);
+    bench.device.order(&Request::Alignment(Alignment::Finished));
+    bench.request("SERVICEMODE\r");
+    let mean = bench.run(5000);
+    assert!(near(mean, AS_INCREMENT), "{mean}");
+    assert_eq!(bench.device.app.faults(), 0);
+    bench.device.lines.navigation.sent.clear();
+    bench.text();
+    assert_eq!(bench.device.app.phase(), Phase::Detect);
+    let text = b"STIM300 SERVICE MODE\r\n>".repeat(3);
+    assert_eq!(bench.device.lines.navigation.bytes(), text);
+    assert!(bench.run(500) == 0.0);
+    assert_eq!(bench.device.app.faults(), fault::UNITS);
+    // back in force no faster than the slew limit: a thousandth of 10 deg/h a second
+    bench.device.feed(&told(1, 1));
+    let mean = bench.run(1000);
+    assert!(mean > 0.0 && mean < 0.01 * AS_INCREMENT, "{mean}");
+}
+
 /// Measurements that are still on their way do not end the service mode.
 #[test]
 fn frames_on_their_way_do_not_bring_run_back() {
     for (frames, cut) in [(3, 0), (10, 0), (40, 11), (100, 27)] {
-        let mut bench = Bench::new(config(false));
+        let mut bench = Bench::new(Config {
+            nets: Nets::NONE,
+            ..config(false)
+        });
         bench.run(50);
         bench.request("SERVICEMODE\r");
         assert_eq!(bench.device.app.phase(), Phase::Detect);
@@ -226,7 +254,10 @@ fn frames_on_their_way_do_not_bring_run_back() {
         assert_eq!(bench.device.app.phase(), Phase::Run(Mode::Frozen));
     }
     // a sensor that does not obey, or that was left before it said a word
-    let mut bench = Bench::new(config(false));
+    let mut bench = Bench::new(Config {
+        nets: Nets::NONE,
+        ..config(false)
+    });
     bench.run(50);
     bench.request("SERVICEMODE\r");
     bench.run(400);

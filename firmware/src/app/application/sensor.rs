@@ -109,11 +109,24 @@ impl App<'_> {
     }
 
     /// The sensor has been asked for its service mode: text instead of frames, and settings that
-    /// may change. Frames that are still on their way do not bring Run back: see [`Service`].
+    /// may change. Frames that are still on their way do not bring Run back: see [`Service`]. A
+    /// correction in force must not jump, so it goes on until the text comes: a sensor that does
+    /// not obey sends frames of the same units.
     pub(super) fn serve(&mut self, out: &mut impl Line, now: u64) {
+        self.service = Some(Service::new(now));
+        if !self.flow.in_force() {
+            self.pass_rest(out);
+            self.detect();
+        }
+    }
+
+    /// The sensor sends text after it was asked for its service mode.
+    #[cold]
+    fn obeyed(&mut self, out: &mut impl Line) {
+        self.reverse.changes(&mut self.flow);
         self.pass_rest(out);
         self.detect();
-        self.service = Some(Service::new(now));
+        self.service = None;
     }
 
     /// The format is known.
@@ -188,8 +201,15 @@ impl App<'_> {
     /// The frames that are now complete. All that is no frame passes in its place.
     fn frames(&mut self, out: &mut impl Line, now: u64) {
         let format = self.framer.format();
+        let mut obeyed = false;
         while let Some(event) = self.framer.next_event() {
             let bytes = event.bytes().len();
+            if let Some(service) = &mut self.service {
+                let text = event.bytes().iter().filter(|_| event.kind() != Kind::Frame);
+                // a byte that is no character stands for a frame
+                let mut heard = text.copied().chain((event.kind() == Kind::Frame).then_some(0));
+                obeyed |= heard.any(|byte| service.obeyed(byte));
+            }
             match event.kind() {
                 Kind::Frame => {
                     if let Some(frame) = event.frame() {
@@ -225,6 +245,9 @@ impl App<'_> {
                     }
                 }
             }
+        }
+        if obeyed {
+            return self.obeyed(out);
         }
         self.after_frames(out);
     }

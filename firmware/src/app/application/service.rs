@@ -26,10 +26,15 @@ impl Service {
     /// Takes a byte of the sensor. False: frames count again, because text has come, or none for so
     /// long that the sensor did not obey.
     pub fn lasts(&mut self, byte: u8, now: u64) -> bool {
+        !self.obeyed(byte) && now.saturating_sub(self.asked_us) < OBEYS_US
+    }
+
+    /// Takes a byte of the sensor, or any byte of a frame. True: text has come.
+    pub fn obeyed(&mut self, byte: u8) -> bool {
         self.text = match byte {
             b' '..=b'~' | b'\r' | b'\n' => self.text + 1,
             _ => 0,
         };
-        self.text < TEXT && now.saturating_sub(self.asked_us) < OBEYS_US
+        self.text >= TEXT
     }
 }
