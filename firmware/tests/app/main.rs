@@ -25,4 +25,5 @@ mod sums;
 mod taught;
 mod text;
 mod told;
+mod transitions;
 mod turn_on;

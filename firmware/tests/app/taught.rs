@@ -91,12 +91,12 @@ impl Bench {
     /// Seconds of samples.
     pub fn run(&mut self, seconds: f64) {
         for _ in 0..(seconds * self.kind.rate()).round() as u32 {
-            self.step();
+            self.step(1.0);
         }
     }
 
-    /// A sample in and out.
-    pub fn step(&mut self) {
+    /// A sample in and out; the clock runs as much slower.
+    pub fn step(&mut self, slower: f64) {
         let fields = Fields {
             gyro: [self.n as i32 % 50 - 20, 7, 3],
             accel: [self.n as i32 % 13, -3, 900],
@@ -105,7 +105,8 @@ impl Bench {
         let frame = self.kind.frame(self.n, fields);
         self.n += 1;
         self.device.feed(&frame);
-        self.device.pass_us((1e6 / self.kind.rate()) as u64);
+        self.device
+            .pass_us((1e6 / self.kind.rate() / slower) as u64);
         for sent in core::mem::take(&mut self.device.lines.navigation.sent) {
             if sent.len() != frame.len() {
                 continue;

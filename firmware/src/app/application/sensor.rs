@@ -207,7 +207,9 @@ impl App<'_> {
             if let Some(service) = &mut self.service {
                 let text = event.bytes().iter().filter(|_| event.kind() != Kind::Frame);
                 // a byte that is no character stands for a frame
-                let mut heard = text.copied().chain((event.kind() == Kind::Frame).then_some(0));
+                let mut heard = text
+                    .copied()
+                    .chain((event.kind() == Kind::Frame).then_some(0));
                 obeyed |= heard.any(|byte| service.obeyed(byte));
             }
             match event.kind() {

@@ -1,0 +1,367 @@
+//! The table "Transitions of the correction" of the interface control document, row by row: every
+//! state of a correction and every event, measured in the bytes that come out.
+
+use crate::device::{broken, nets};
+use crate::frames::Kind;
+use crate::record::{configure, record, told};
+use crate::taught::{Bench, with};
+use firmware::app::{Activation, App, Config};
+use firmware::configuration::{Configuration, VehicleKind};
+use firmware::control::{Alignment, Mode};
+use firmware::model::{IMAGES_LEN, Nets};
+use firmware::wire::command::Request;
+use lrnn_nostd::image;
+
+/// Errors in the store, proved by the learner, and uploaded, m/s2.
+const STORED: f32 = 0.05;
+const PROVED: f32 = 0.04;
+const UPLOADED: f32 = -0.03;
+/// Fastest change, m/s2 per s, and the time between two changes, s.
+const SLEW: f32 = 0.01;
+const BLOCK: f32 = 0.1;
+
+/// Where a correction is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum State {
+    /// Mode learn, live, nothing proved.
+    Nothing,
+    /// Mode frozen.
+    Frozen,
+    /// Mode learn: what was stored.
+    Stored,
+    /// Mode learn, live: what was proved, half in force.
+    FadingIn,
+    /// Mode learn, live: all of it.
+    Live,
+    /// Mode learn, live: half gone, since it was given up.
+    FadingOut,
+}
+
+const STATES: [State; 6] = [
+    State::Nothing,
+    State::Frozen,
+    State::Stored,
+    State::FadingIn,
+    State::Live,
+    State::FadingOut,
+];
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Event {
+    Mode(Mode),
+    SameMode,
+    Alignment(Alignment),
+    /// The request of the state's own alignment once more.
+    SameAlignment,
+    Images,
+    /// Networks that fail.
+    Broken,
+    CommitLearnt,
+    Configuration,
+    Proves,
+    GivesUp,
+    Unsettles,
+    Harms,
+    Gap,
+    Silence,
+    Restart,
+    Rate,
+}
+
+const EVENTS: [Event; 20] = [
+    Event::Mode(Mode::Bypass),
+    Event::Mode(Mode::Frozen),
+    Event::Mode(Mode::Shadow),
+    Event::Mode(Mode::Learn),
+    Event::SameMode,
+    Event::Alignment(Alignment::Started),
+    Event::Alignment(Alignment::Finished),
+    Event::SameAlignment,
+    Event::Images,
+    Event::Broken,
+    Event::CommitLearnt,
+    Event::Configuration,
+    Event::Proves,
+    Event::GivesUp,
+    Event::Unsettles,
+    Event::Harms,
+    Event::Gap,
+    Event::Silence,
+    Event::Restart,
+    Event::Rate,
+];
+
+/// How a correction may change.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Rule {
+    Holds,
+    Slow,
+    Jumps,
+}
+
+fn unit(kind: Kind, activation: Activation, mode: Mode) -> Configuration {
+    let mut unit = told(kind);
+    unit.vehicle.kind = VehicleKind::Ship; // whose rest is not judged
+    let correction = &mut unit.correction;
+    (correction.mode, correction.activation) = (mode, activation);
+    (correction.limit.accel, correction.slew.accel) = (1.0, SLEW);
+    correction.block = BLOCK;
+    correction.silence_us = 100_000;
+    unit
+}
+
+fn bench(kind: Kind, state: State) -> Bench {
+    let (activation, mode) = match state {
+        State::Frozen => (Activation::NextPowerOn, Mode::Frozen),
+        State::Stored => (Activation::NextPowerOn, Mode::Learn),
+        _ => (Activation::Faded, Mode::Learn),
+    };
+    let mut config = Config {
+        nets: with(STORED),
+        ..Config::of(&unit(kind, activation, mode))
+    };
+    config.sensor.stim300.ask = false;
+    Bench::of(kind, |learner| App::with_learner(config, Some(learner)))
+}
+
+/// A device whose correction is in this state in this part of an alignment.
+fn begun(kind: Kind, state: State, phase: Option<Alignment>) -> Bench {
+    let mut bench = bench(kind, state);
+    bench.run(1.0);
+    if phase == Some(Alignment::Finished) {
+        bench.device.order(&Request::Alignment(Alignment::Finished));
+    }
+    match state {
+        State::Nothing | State::Frozen | State::Stored => {}
+        _ => bench.says.winner.set(Some(PROVED)),
+    }
+    bench.run(match state {
+        State::FadingIn => 2.0,
+        _ => 6.0,
+    });
+    if state == State::FadingOut {
+        bench.says.winner.set(None);
+        bench.run(2.0);
+    }
+    if phase == Some(Alignment::Started) {
+        bench.device.order(&Request::Alignment(Alignment::Started));
+        bench.run(1.0);
+    }
+    bench
+}
+
+impl Event {
+    fn happens(self, bench: &mut Bench, phase: Option<Alignment>, mode: Mode) {
+        // whether a request is refused does not matter here
+        let ask = |bench: &mut Bench, request: &Request| bench.device.ask(request, |_| {});
+        match self {
+            Event::Mode(mode) => ask(bench, &Request::SetMode(mode)),
+            Event::SameMode => ask(bench, &Request::SetMode(mode)),
+            Event::Alignment(alignment) => ask(bench, &Request::Alignment(alignment)),
+            Event::SameAlignment => {
+                if let Some(alignment) = phase {
+                    ask(bench, &Request::Alignment(alignment));
+                }
+            }
+            Event::Images => commit(bench, &with(UPLOADED)),
+            Event::Broken => commit(
+                bench,
+                &Nets {
+                    gyro: broken(),
+                    ..nets([0.0; 3], [0.0; 3])
+                },
+            ),
+            Event::CommitLearnt => ask(bench, &Request::CommitLearnt),
+            Event::Configuration => {
+                let unit = unit(bench.kind, Activation::Commanded, Mode::Frozen);
+                let _ = configure(&mut bench.device, &record(&unit));
+            }
+            Event::Proves => bench.says.winner.set(Some(UPLOADED)),
+            Event::GivesUp => bench.says.winner.set(None),
+            Event::Unsettles => {
+                bench.says.unsettled.set(true);
+                bench.says.winner.set(Some(UPLOADED));
+            }
+            Event::Harms => bench.says.stored_harms.set(true),
+            Event::Gap => bench.n += 20,
+            Event::Silence => bench.silence(0.3),
+            Event::Restart => bench.silence(2.0),
+            Event::Rate => {
+                for _ in 0..(8.0 * bench.kind.rate()) as u32 {
+                    bench.step(2.0); // twice as many samples a second
+                }
+            }
+        }
+    }
+
+    /// What the table says.
+    fn rule(self, state: State, phase: Option<Alignment>) -> Rule {
+        let started = phase == Some(Alignment::Started);
+        let free = phase.is_none() && state == State::Frozen;
+        match self {
+            Event::Restart => Rule::Jumps,
+            Event::SameMode | Event::SameAlignment | Event::Gap | Event::Silence => Rule::Holds,
+            Event::Harms | Event::Configuration => Rule::Holds,
+            Event::Unsettles => Rule::Holds,
+            Event::Alignment(Alignment::Started) if started => Rule::Holds,
+            Event::Alignment(Alignment::Started) => Rule::Jumps,
+            Event::Alignment(Alignment::Finished) => Rule::Slow,
+            Event::Rate if free => Rule::Jumps,
+            Event::Rate => Rule::Slow,
+            _ if started => Rule::Holds,
+            Event::Mode(Mode::Learn) => Rule::Slow,
+            _ if free => Rule::Jumps,
+            _ => Rule::Slow,
+        }
+    }
+}
+
+fn commit(bench: &mut Bench, nets: &Nets) {
+    let bytes = [image::encode(&nets.gyro), image::encode(&nets.accel)].concat();
+    for (n, piece) in bytes.chunks(100).enumerate() {
+        bench.device.order(&Request::WriteImage {
+            offset: (n * 100) as u32,
+            bytes: piece,
+        });
+    }
+    let length = IMAGES_LEN as u32;
+    bench.device.ask(&Request::CommitImage { length }, |_| {});
+}
+
+/// Largest change from one word to the next.
+fn fastest(seen: &[f64]) -> f64 {
+    let changes = seen.windows(2).map(|pair| (pair[1] - pair[0]).abs());
+    changes.fold(0.0, f64::max)
+}
+
+/// No event moves a correction faster than its row allows.
+#[test]
+fn every_state_and_every_event() {
+    let kind = Kind::RAWIMUSX;
+    let phases = [None, Some(Alignment::Started), Some(Alignment::Finished)];
+    for state in STATES {
+        let mode = if state == State::Frozen {
+            Mode::Frozen
+        } else {
+            Mode::Learn
+        };
+        for phase in phases {
+            for event in EVENTS {
+                let mut bench = begun(kind, state, phase);
+                let what = format!("{state:?} {phase:?} {event:?}");
+                let from = bench.take();
+                let last = *from.last().expect("words");
+                event.happens(&mut bench, phase, mode);
+                bench.run(8.0);
+                let mut seen = vec![last];
+                seen.extend(bench.take());
+                let change = fastest(&seen);
+                let count = 1.01 * bench.count();
+                let step = f64::from(SLEW * BLOCK) * 1.001 + count;
+                let moves = matches!(state, State::FadingIn | State::FadingOut);
+                match event.rule(state, phase) {
+                    Rule::Holds if moves && phase != Some(Alignment::Started) => {
+                        assert!(change <= step, "{what}: {change}");
+                    }
+                    Rule::Holds => assert!(change <= count, "{what}: {change}"),
+                    Rule::Slow => assert!(change <= step, "{what}: {change}"),
+                    Rule::Jumps => {}
+                }
+            }
+        }
+    }
+}
+
+/// Where a correction ends up. The first column is the event, then the state, then the correction
+/// after ten seconds.
+#[test]
+fn where_it_goes() {
+    let finished = Some(Alignment::Finished);
+    let begins = Event::Alignment(Alignment::Started);
+    let rows = [
+        (Event::Mode(Mode::Bypass), State::Live, 0.0),
+        (Event::Mode(Mode::Bypass), State::Stored, 0.0),
+        (Event::Mode(Mode::Shadow), State::Stored, 0.0),
+        (Event::Mode(Mode::Frozen), State::Live, STORED),
+        (Event::Mode(Mode::Frozen), State::Stored, STORED),
+        (Event::Mode(Mode::Learn), State::Frozen, STORED),
+        (Event::SameMode, State::Live, PROVED),
+        (begins, State::FadingIn, PROVED),
+        (begins, State::FadingOut, 0.0),
+        (begins, State::Live, PROVED),
+        (begins, State::Stored, STORED),
+        (Event::Images, State::Live, PROVED),
+        (Event::Images, State::Stored, UPLOADED),
+        (Event::CommitLearnt, State::Live, PROVED),
+        (Event::GivesUp, State::Live, 0.0),
+        (Event::GivesUp, State::Stored, STORED),
+        (Event::Proves, State::Live, UPLOADED),
+        (Event::Proves, State::Stored, STORED),
+        (Event::Unsettles, State::Live, PROVED),
+        (Event::Unsettles, State::Nothing, 0.0),
+        (Event::Harms, State::Stored, STORED),
+        (Event::Silence, State::Live, PROVED),
+        (Event::Restart, State::Stored, STORED),
+        (Event::Restart, State::Frozen, STORED),
+        (Event::Rate, State::Live, 0.0),
+        (Event::Rate, State::Stored, 0.0),
+    ];
+    for (event, state, error) in rows {
+        let mode = if state == State::Frozen {
+            Mode::Frozen
+        } else {
+            Mode::Learn
+        };
+        let mut bench = begun(Kind::RAWIMUSX, state, finished);
+        event.happens(&mut bench, finished, mode);
+        if event == Event::Rate {
+            for _ in 0..500 {
+                bench.step(2.0);
+            }
+        } else {
+            bench.run(10.0);
+        }
+        let last = *bench.take().last().expect("words");
+        let near = (last - f64::from(error)).abs() < 1.01 * bench.count();
+        assert!(near, "{event:?} {state:?}: {last} instead of {error}");
+    }
+}
+
+/// The networks fail for good: the correction fades, and only then everything passes through.
+#[test]
+fn failing_networks_fade_out() {
+    let mut bench = begun(Kind::RAWIMUSX, State::Stored, Some(Alignment::Finished));
+    commit(
+        &mut bench,
+        &Nets {
+            gyro: broken(),
+            ..with(STORED)
+        },
+    );
+    bench.take();
+    bench.run(3.0);
+    assert!(bench.device.app.phase() == firmware::app::Phase::Run(Mode::Learn));
+    bench.run(10.0);
+    let seen = bench.take();
+    let step = f64::from(SLEW * BLOCK) * 1.001 + 1.01 * bench.count();
+    assert!(fastest(&seen) <= step, "{}", fastest(&seen));
+    assert_eq!(seen.last(), Some(&0.0));
+    let cause = firmware::app::phase::Cause::Network;
+    assert_eq!(bench.device.app.phase(), firmware::app::Phase::Fault(cause));
+}
+
+/// A STIM300 that does not obey goes on with its correction. The text of one that does ends it.
+#[test]
+fn service_mode() {
+    for state in [State::Frozen, State::Stored, State::Live] {
+        let mut bench = begun(Kind::STIM, state, Some(Alignment::Finished));
+        bench.device.lines.navigation.input.extend(b"SERVICEMODE\r");
+        bench.run(3.0);
+        let count = 1.01 * bench.count();
+        let seen = bench.take();
+        assert!(fastest(&seen[6500..]) <= count, "{state:?}");
+        bench.device.feed(&b"STIM300 SERVICE MODE\r\n>".repeat(3));
+        bench.run(1.0);
+        assert!(bench.take().iter().all(|c| *c == 0.0), "{state:?}");
+    }
+}
