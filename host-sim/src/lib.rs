@@ -2,6 +2,7 @@
 //! ring laser gyros, the learning experiment, replay of recorded data, campaigns, hardware in the
 //! loop, and reports.
 
+pub mod abuse;
 pub mod analysis;
 pub mod campaign;
 pub mod cli;

@@ -15,6 +15,7 @@ mod memory;
 mod parquet;
 mod ratios;
 mod results;
+pub mod runs;
 mod schemes;
 pub mod start;
 mod statistics;
@@ -28,8 +29,10 @@ pub use self::parquet::to_parquet;
 pub use group::{FixErrors, Group};
 pub use ratios::{Ratio, ratios};
 pub use results::results;
-pub use schemes::{Case, Knowledge, SCHEMES, Scheme, Tuned, ablations, oracle, rnn_kalman};
-pub use statistics::{Summary, summarise};
+pub use schemes::{
+    Case, Knowledge, SCHEMES, Scheme, Tuned, ablations, free as free_from, oracle, rnn_kalman,
+};
+pub use statistics::{Summary, median as median_of, summarise};
 pub use store::{Merged, Row, merge};
 pub use studies::{Study, Topic, studies};
 pub use tuning::{Setting, Tuning};

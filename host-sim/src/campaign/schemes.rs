@@ -290,8 +290,10 @@ pub(super) fn aided_free_inertial(
     Some(free(&filter, session, increments, case.until))
 }
 
-/// Free inertial from the filter's state with its last estimate of the errors.
-pub(super) fn free(
+/// Free inertial from the filter's state at epoch `until` with its last estimate of the errors, to
+/// the end of the session.
+#[must_use]
+pub fn free(
     filter: &Aided,
     session: &Session,
     increments: &[Increment],

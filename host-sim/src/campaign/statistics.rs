@@ -84,8 +84,9 @@ fn cell(rows: &[&Row], i: usize, t_min: u32, start: StartName) -> Summary {
     }
 }
 
-/// Median. Sorts the values.
-pub(super) fn median(x: &mut [f64]) -> f64 {
+/// Median of at least one value. Sorts the values.
+#[must_use]
+pub fn median(x: &mut [f64]) -> f64 {
     x.sort_by(f64::total_cmp);
     let n = x.len();
     0.5 * (x[(n - 1) / 2] + x[n / 2])

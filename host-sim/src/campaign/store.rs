@@ -1,14 +1,13 @@
 //! Rows on disk, one small file for each finished run. An interrupted campaign loses at most the
 //! runs in progress.
 
+use super::runs::{Runs, Stamp, gathered, parse, write_json};
 use super::{Campaign, Group, Tuning};
 use crate::error::Error;
 use crate::experiment;
 use crate::experiment::run::TIMES_MIN;
 use crate::inertial::free_inertial::FreeInertial;
-use crate::output::write_atomic;
 use crate::simulator::imu::world::StartName;
-use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 
@@ -91,65 +90,30 @@ pub struct Merged {
 /// A campaign's directory. Several shards may share one.
 pub(super) struct Store {
     dir: PathBuf,
-    runs: PathBuf,
+    runs: Runs,
 }
 
-const STAMP: &str = "campaign.txt";
+const STAMP: Stamp = Stamp {
+    file: "campaign.txt",
+    other: "holds another campaign (other version, scenario, drives, schemes or error models)",
+    foreign: "holds a directory 'runs' that is no campaign's",
+};
 const TUNING: &str = "tuning.json";
 
 impl Store {
     /// Opens or makes the directory. Unless the campaign resumes, old runs of the same campaign and
-    /// shard are removed. Runs of another campaign are never touched.
+    /// shard are removed, and any beyond its number. Runs of other shards and of another campaign
+    /// are never touched.
     pub(super) fn open(dir: &Path, campaign: &Campaign) -> Result<Self, Error> {
-        let store = Self {
-            dir: dir.to_path_buf(),
-            runs: dir.join("runs"),
-        };
-        let stamp = dir.join(STAMP);
-        let fingerprint = campaign.fingerprint();
-        let foreign = store.runs.exists();
-        match std::fs::read_to_string(&stamp) {
-            Ok(found) if found == fingerprint => {}
-            Ok(_) => {
-                return Err(Error::NotOurs {
-                    dir: store.dir,
-                    holds: "holds another campaign (other version, scenario, drives, schemes or \
-                            error models)",
-                });
-            }
-            Err(_) if foreign => {
-                return Err(Error::NotOurs {
-                    dir: store.dir,
-                    holds: "holds a directory 'runs' that is no campaign's",
-                });
-            }
-            // The stamp comes first: where there are runs there is a stamp, also when shards start
-            // at the same time.
-            Err(_) => write_atomic(&stamp, fingerprint.as_bytes())?,
+        let runs = Runs::open(dir, &STAMP, &campaign.fingerprint())?;
+        match (campaign.resume, campaign.shard.1) {
+            (true, _) => {}
+            (false, 1) => runs.forget_all(Some(TUNING))?,
+            (false, _) => runs.forget(&campaign.wanted())?,
         }
-        if !campaign.resume {
-            store.forget(campaign)?;
-        }
-        std::fs::create_dir_all(&store.runs).map_err(|e| Error::writing(&store.runs, e))?;
-        Ok(store)
-    }
-
-    /// Removes the runs that the campaign will compute, and any beyond its number. Runs of other
-    /// shards stay.
-    fn forget(&self, campaign: &Campaign) -> Result<(), Error> {
-        let gone = |result: std::io::Result<()>, path: &Path| match result {
-            Err(e) if e.kind() != std::io::ErrorKind::NotFound => Err(Error::writing(path, e)),
-            _ => Ok(()),
-        };
-        if campaign.shard.1 == 1 {
-            gone(std::fs::remove_file(self.dir.join(TUNING)), &self.dir)?;
-            return gone(std::fs::remove_dir_all(&self.runs), &self.runs);
-        }
-        for run in campaign.wanted() {
-            let file = self.file(run);
-            gone(std::fs::remove_file(&file), &file)?;
-        }
-        Ok(())
+        runs.begin()?;
+        let dir = dir.to_path_buf();
+        Ok(Self { dir, runs })
     }
 
     /// What an earlier start, or another shard in the same directory, has tuned.
@@ -165,35 +129,14 @@ impl Store {
         write_json(&self.dir.join(TUNING), tuning)
     }
 
-    fn file(&self, run: u32) -> PathBuf {
-        self.runs.join(format!("{run:06}.json"))
-    }
-
     /// The rows of a run, if it is finished.
     pub(super) fn load(&self, run: u32) -> Result<Option<Vec<Row>>, Error> {
-        let file = self.file(run);
-        if !file.exists() {
-            return Ok(None);
-        }
-        parse(&file).map(Some)
+        self.runs.load(run)
     }
 
     pub(super) fn save(&self, run: u32, rows: &[Row]) -> Result<(), Error> {
-        write_json(&self.file(run), rows)
+        self.runs.save(run, rows)
     }
-}
-
-fn write_json(file: &Path, value: &(impl Serialize + ?Sized)) -> Result<(), Error> {
-    let text = serde_json::to_vec(value).map_err(|e| Error::writing(file, e.into()))?;
-    write_atomic(file, &text)
-}
-
-fn parse<T: DeserializeOwned>(file: &Path) -> Result<T, Error> {
-    let text = std::fs::read(file).map_err(|e| Error::reading(file, e))?;
-    serde_json::from_slice(&text).map_err(|e| Error::Unreadable {
-        file: file.to_path_buf(),
-        source: e.into(),
-    })
 }
 
 /// All rows of the runs in some campaign directories, ordered by run. A run that is found twice
@@ -202,11 +145,10 @@ fn parse<T: DeserializeOwned>(file: &Path) -> Result<T, Error> {
 /// # Errors
 /// A directory that is no campaign's, campaigns that do not belong together, or a broken file.
 pub fn merge(dirs: &[impl AsRef<Path>]) -> Result<Merged, Error> {
-    let mut files = std::collections::BTreeMap::new();
     let mut first: Option<(String, Tuning)> = None;
     for dir in dirs {
         let dir = dir.as_ref();
-        let stamp = dir.join(STAMP);
+        let stamp = dir.join(STAMP.file);
         let found = std::fs::read_to_string(&stamp).map_err(|e| Error::reading(&stamp, e))?;
         let found = (found, parse(&dir.join(TUNING))?);
         if *first.get_or_insert_with(|| found.clone()) != found {
@@ -215,18 +157,10 @@ pub fn merge(dirs: &[impl AsRef<Path>]) -> Result<Merged, Error> {
                 holds: "holds a campaign with another version, scenario, tuning, or other error models",
             });
         }
-        let runs = dir.join("runs");
-        for entry in std::fs::read_dir(&runs).map_err(|e| Error::reading(&runs, e))? {
-            let path = entry.map_err(|e| Error::reading(&runs, e))?.path();
-            if path.extension().is_some_and(|e| e == "json") {
-                files.insert(path.file_name().map(std::ffi::OsStr::to_os_string), path);
-            }
-        }
     }
-    let rows: Result<Vec<Vec<Row>>, Error> = files.values().map(|f| parse(f)).collect();
     let (fingerprint, tuning) = first.unwrap_or_default();
     Ok(Merged {
-        rows: rows?.into_iter().flatten().collect(),
+        rows: gathered(dirs)?,
         tuning,
         fingerprint,
     })

@@ -1,6 +1,6 @@
 //! `host-sim campaign`.
 
-use super::options::{ScenarioOption, arguments, refused};
+use super::options::{ScenarioOption, arguments, refused, shard};
 use super::output::{JsonOption, write_json};
 use super::progress::bar;
 use crate::campaign::{
@@ -136,7 +136,7 @@ impl Args {
         let campaign = Campaign {
             scenario,
             runs: self.runs,
-            shard: self.shard()?,
+            shard: shard(self.shard.as_deref())?,
             models: models?,
             out: self.out.clone(),
             resume: self.resume,
@@ -219,35 +219,6 @@ impl Args {
             }
         }
         Ok(self.schemes.clone())
-    }
-
-    /// Which part of the runs.
-    fn shard(&self) -> Result<(u32, u32), Error> {
-        let Some(text) = &self.shard else {
-            return Ok((0, 1));
-        };
-        let wrong = || {
-            refused(
-                "--shard",
-                format!("'{text}'"),
-                "give I/N with I from 0 to N-1, or /N under SLURM or Kubernetes",
-            )
-        };
-        let (i, n) = text.split_once('/').ok_or_else(wrong)?;
-        let from_environment = || {
-            ["SLURM_ARRAY_TASK_ID", "JOB_COMPLETION_INDEX"]
-                .iter()
-                .find_map(|v| std::env::var(v).ok())
-        };
-        let i = if i.is_empty() {
-            from_environment().ok_or_else(wrong)?
-        } else {
-            i.to_string()
-        };
-        match (i.parse(), n.parse()) {
-            (Ok(i), Ok(n)) if i < n => Ok((i, n)),
-            _ => Err(wrong()),
-        }
     }
 }
 

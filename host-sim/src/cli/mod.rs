@@ -3,6 +3,7 @@
 //! What the commands share is in `options`, `progress`, `output` and `source`. These import none of
 //! the commands.
 
+mod abuse;
 mod allan;
 mod beside;
 mod campaign;
@@ -47,6 +48,8 @@ enum Command {
     Replay(replay::Args),
     /// Compare all schemes over many units, turn-ons and drives, with intervals
     Campaign(campaign::Args),
+    /// Try the device in a hostile world: what its corrections do when nothing is as it was told
+    Abuse(abuse::Args),
     /// Compute the Allan deviation of a recording or a preset, and fit noise coefficients
     Allan(allan::Args),
     /// Compute how well biases, scale factors and misalignments can be known, and what was reached
@@ -77,6 +80,7 @@ impl Cli {
             Some(Command::Run(args)) => args.run(),
             Some(Command::Replay(args)) => args.run(),
             Some(Command::Campaign(args)) => args.run(),
+            Some(Command::Abuse(args)) => args.run(),
             Some(Command::Allan(args)) => args.run(),
             Some(Command::Learnability(args)) => args.run(),
             Some(Command::Convert(args)) => args.run(),

@@ -111,3 +111,32 @@ pub(super) fn arguments() -> String {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     arguments.join(" ")
 }
+
+/// Which part of the runs: I/N, or /N where the environment of a cluster tells I.
+pub(super) fn shard(text: Option<&str>) -> Result<(u32, u32), Error> {
+    let Some(text) = text else {
+        return Ok((0, 1));
+    };
+    let wrong = || {
+        refused(
+            "--shard",
+            format!("'{text}'"),
+            "give I/N with I from 0 to N-1, or /N under SLURM or Kubernetes",
+        )
+    };
+    let (i, n) = text.split_once('/').ok_or_else(wrong)?;
+    let from_environment = || {
+        ["SLURM_ARRAY_TASK_ID", "JOB_COMPLETION_INDEX"]
+            .iter()
+            .find_map(|v| std::env::var(v).ok())
+    };
+    let i = if i.is_empty() {
+        from_environment().ok_or_else(wrong)?
+    } else {
+        i.to_string()
+    };
+    match (i.parse(), n.parse()) {
+        (Ok(i), Ok(n)) if i < n => Ok((i, n)),
+        _ => Err(wrong()),
+    }
+}

@@ -308,7 +308,8 @@ fn bytes<E>(
 }
 
 /// A fix as the receiver sends it, rounded to the units of the message.
-fn pvt(second: u32, fix: &Fix) -> Pvt {
+#[must_use]
+pub fn pvt(second: u32, fix: &Fix) -> Pvt {
     let degrees = |radians: f64| (radians / DEGREE * 1e7).round() as i32;
     let velocity = [0, 1, 2].map(|axis| (fix.velocity[axis] * 1e3).round() as i32);
     let height = (fix.position.h * 1e3).round() as i32;

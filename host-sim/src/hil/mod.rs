@@ -14,7 +14,7 @@ mod stream;
 #[cfg(test)]
 mod tests;
 
-pub use drive::{Drive, Input, Record, drive, drive_from, drive_told};
+pub use drive::{Drive, Input, Record, drive, drive_from, drive_told, pvt};
 pub use judge::{Latency, Verdict};
 pub use memory::{MemoryLine, SetClock};
 pub use software::nets as networks;

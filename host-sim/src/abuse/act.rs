@@ -1,0 +1,75 @@
+//! What a case does, as a list of acts.
+
+use super::motion::Motion;
+use super::times::{Span, Times};
+use super::{line, receiver, sensor, told};
+use firmware::control::{Alignment, Mode};
+use firmware::wire::command::Request;
+
+/// One thing that a case does.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Act {
+    /// The vehicle moves otherwise.
+    Motion(Motion),
+    /// The device's receiver.
+    Receiver(receiver::Fault),
+    /// The sensor.
+    Sensor(sensor::Fault),
+    /// The sensor's line.
+    Line(line::Fault),
+    /// What the device is told.
+    Told(told::Fault),
+    /// What the navigation computer asks for.
+    Asked(Asked),
+}
+
+/// Requests of the navigation computer.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Asked {
+    /// Its alignment begins so long after the beginning of the span, s, and lasts 30 s.
+    Aligns(f64),
+    /// It aligns itself over the standstill and tells it.
+    AlignsAtRest,
+    /// Mode learn is set again every so many seconds.
+    LearnAgain(f64),
+    /// Modes frozen and learn take turns, every so many seconds.
+    Toggles(f64),
+}
+
+impl Asked {
+    /// The requests and their times, microseconds after power-on.
+    pub(super) fn requests(self, span: Span, times: &Times) -> Vec<(u64, Request<'static>)> {
+        let [from, to] = span.seconds(times);
+        let to = to.min(times.until().into());
+        let at = |s: f64| (s * 1e6) as u64 + 333;
+        let every = |step: f64| {
+            let n = ((to - from) / step.max(1.0)) as u32;
+            (0..n).map(move |k| from + f64::from(k) * step)
+        };
+        let mode = |mode| Request::SetMode(mode);
+        match self {
+            Self::Aligns(after) => vec![
+                (at(from + after), Request::Alignment(Alignment::Started)),
+                (
+                    at(from + after + 30.0),
+                    Request::Alignment(Alignment::Finished),
+                ),
+            ],
+            Self::AlignsAtRest => vec![
+                (at(0.5), Request::Alignment(Alignment::Started)),
+                (
+                    at(times.standstill_s.into()),
+                    Request::Alignment(Alignment::Finished),
+                ),
+            ],
+            Self::LearnAgain(step) => every(step).map(|s| (at(s), mode(Mode::Learn))).collect(),
+            Self::Toggles(step) => {
+                let modes = [Mode::Frozen, Mode::Learn].into_iter().cycle();
+                every(step)
+                    .zip(modes)
+                    .map(|(s, which)| (at(s), mode(which)))
+                    .collect()
+            }
+        }
+    }
+}

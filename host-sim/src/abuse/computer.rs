@@ -1,0 +1,74 @@
+//! The navigation computers behind the device. They have a good receiver of their own while there
+//! are fixes, and know the datasheet, whatever the device was told.
+
+use super::names::Computer;
+use crate::campaign::free_from;
+use crate::inertial::ekf::{Aided, ErrorModel, InitialSigma, Prior};
+use crate::inertial::session::Session;
+use crate::inertial::sins::Increment;
+use crate::learning::teacher::{Assumptions, aid, aligned};
+
+/// Time in which Gauss-Markov biases and scale factors forget, s: four hours, as in the
+/// configuration that comes with KF-GINS (`corrtime`).
+const CORRELATION_S: f64 = 4.0 * 3600.0;
+/// Standard deviations of position (m) and velocity (m/s) where the first state is known: a vehicle
+/// that never stands.
+const KNOWN: [f64; 2] = [0.1, 0.02];
+
+/// What the computer estimates of the sensors.
+fn model(computer: Computer, prior: &Prior) -> ErrorModel {
+    match computer {
+        Computer::Plain => ErrorModel::default(),
+        Computer::Biases => ErrorModel::biases(prior),
+        Computer::GaussMarkov => {
+            let mut model = ErrorModel::with_scale(prior);
+            for parameter in &mut model.parameters {
+                parameter.time_s = CORRELATION_S;
+                parameter.walk = parameter.sigma * (2.0 / CORRELATION_S).sqrt();
+            }
+            model
+        }
+    }
+}
+
+/// Horizontal error at the end of the session, m, of a computer that gets these increments, with
+/// fixes until epoch `until`. Infinite if it cannot align itself or loses its way.
+pub(super) fn error(
+    computer: Computer,
+    session: &Session,
+    increments: &[Increment],
+    assumptions: &Assumptions,
+    until: usize,
+) -> f64 {
+    let told = assumptions.walking(assumptions.datasheet_walk());
+    let model = model(computer, &told.prior);
+    let begun = match session.standstill {
+        0 => Some((0, known(session, model, &told))),
+        _ => aligned(session, increments).map(|at| (at.first, at.filter(model, &told))),
+    };
+    let Some((first, mut filter)) = begun else {
+        return f64::INFINITY;
+    };
+    for k in first..until {
+        aid(&mut filter, session, increments, k);
+    }
+    let free = free_from(&filter, session, increments, until);
+    let end = free.position.last().map(|error| error.xy().norm());
+    end.filter(|error| error.is_finite())
+        .unwrap_or(f64::INFINITY)
+}
+
+/// A filter that begins with the true state.
+fn known(session: &Session, model: ErrorModel, told: &Assumptions) -> Aided {
+    let [position, velocity] = KNOWN;
+    let site = session.reference[0];
+    let sigma = InitialSigma {
+        position,
+        velocity,
+        ..told.initial_sigma(
+            &site,
+            &[position, position, position, velocity, velocity, velocity],
+        )
+    };
+    Aided::new(site, &sigma, model, told.noise).with_samples(session.samples())
+}

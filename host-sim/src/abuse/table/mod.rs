@@ -1,0 +1,58 @@
+//! The table of cases, by what is disturbed. A new case is one row in one of these files.
+
+mod combined;
+mod motion;
+mod receiver;
+mod sensor;
+mod timing;
+mod told;
+
+use super::case::{Given, Row};
+use super::times::Span;
+
+/// The parts of the table with their headings.
+pub const PARTS: [(&str, &[Row]); 6] = [
+    ("Nothing", &[NONE]),
+    ("Receiver", receiver::ROWS),
+    ("Motion", motion::ROWS),
+    ("Sensor", sensor::ROWS),
+    ("Line and timing", timing::ROWS),
+    ("Told, wired and asked", told::ROWS),
+];
+
+const NONE: Row = Row {
+    name: "none",
+    about: "Nothing is wrong: what the device gains or costs without a disturbance.",
+    span: Span::Always,
+    given: &[],
+    acts: |_| Vec::new(),
+};
+
+/// All rows.
+pub fn rows() -> impl Iterator<Item = &'static Row> {
+    PARTS.iter().flat_map(|(_, rows)| rows.iter())
+}
+
+/// The heading of the part of the table that a case belongs to.
+#[must_use]
+pub fn part_of(case: &str) -> &'static str {
+    let of = |(_, rows): &&(&str, &[Row])| rows.iter().any(|row| row.name == case);
+    PARTS
+        .iter()
+        .find(of)
+        .map_or(COMBINED, |(heading, _)| heading)
+}
+
+/// Heading of what is no single row.
+pub const COMBINED: &str = "Several at once, and with an end";
+
+/// The names of the cases that are run by default: all rows, several at once, and those that end.
+pub fn usual() -> impl Iterator<Item = &'static str> {
+    rows()
+        .map(|row| row.name)
+        .chain(combined::NAMES.iter().copied())
+}
+
+const fn given(key: &'static str, value: f64) -> Given {
+    Given { key, value }
+}

@@ -1,0 +1,146 @@
+//! Cases of what is told, of the wiring, and of what the navigation computer asks for.
+
+use super::super::act::{Act, Asked};
+use super::super::case::Row;
+use super::super::times::Span;
+use super::super::told::Fault;
+use super::given;
+
+/// The rows.
+pub(super) const ROWS: &[Row] = &[
+    Row {
+        name: "sheet-0.1",
+        about: "The datasheet's biases are told ten times too small.",
+        span: Span::Always,
+        given: &[given("factor", 0.1)],
+        acts: |v| vec![Act::Told(Fault::Biases(v[0]))],
+    },
+    Row {
+        name: "sheet-10",
+        about: "The datasheet's biases are told ten times too large.",
+        span: Span::Always,
+        given: &[given("factor", 10.0)],
+        acts: |v| vec![Act::Told(Fault::Biases(v[0]))],
+    },
+    Row {
+        name: "sheet-noise-0.1",
+        about: "The datasheet's noise is told ten times too small.",
+        span: Span::Always,
+        given: &[given("factor", 0.1)],
+        acts: |v| vec![Act::Told(Fault::Noise(v[0]))],
+    },
+    Row {
+        name: "sheet-noise-10",
+        about: "The datasheet's noise is told ten times too large.",
+        span: Span::Always,
+        given: &[given("factor", 10.0)],
+        acts: |v| vec![Act::Told(Fault::Noise(v[0]))],
+    },
+    Row {
+        name: "sheet-other-class",
+        about: "The datasheet of another class of sensors: everything 30 times.",
+        span: Span::Always,
+        given: &[given("factor", 30.0)],
+        acts: |v| {
+            vec![
+                Act::Told(Fault::Biases(v[0])),
+                Act::Told(Fault::Noise(v[0])),
+                Act::Told(Fault::Scale(v[0])),
+            ]
+        },
+    },
+    Row {
+        name: "sheet-better-class",
+        about: "The datasheet of a far better sensor: everything a thirtieth.",
+        span: Span::Always,
+        given: &[given("factor", 0.03)],
+        acts: |v| {
+            vec![
+                Act::Told(Fault::Biases(v[0])),
+                Act::Told(Fault::Noise(v[0])),
+                Act::Told(Fault::Scale(v[0])),
+            ]
+        },
+    },
+    Row {
+        name: "mounted-3",
+        about: "The sensor is turned by 3 degrees against what is told.",
+        span: Span::Always,
+        given: &[given("yaw_deg", 3.0)],
+        acts: |v| vec![Act::Told(Fault::Mounting([0.0, 0.0, v[0]]))],
+    },
+    Row {
+        name: "mounted-90",
+        about: "The sensor is turned by 90 degrees about the vertical.",
+        span: Span::Always,
+        given: &[given("yaw_deg", 90.0)],
+        acts: |v| vec![Act::Told(Fault::Mounting([0.0, 0.0, v[0]]))],
+    },
+    Row {
+        name: "mounted-on-side",
+        about: "The sensor is told to lie on its side.",
+        span: Span::Always,
+        given: &[given("roll_deg", 90.0)],
+        acts: |v| vec![Act::Told(Fault::Mounting([v[0], 0.0, 0.0]))],
+    },
+    Row {
+        name: "lever-arm-told-wrong",
+        about: "A lever arm is told; the antenna is at the sensors.",
+        span: Span::Always,
+        given: &[
+            given("forward_m", 3.0),
+            given("right_m", -1.0),
+            given("down_m", 1.5),
+        ],
+        acts: |v| vec![Act::Told(Fault::LeverArm([v[0], v[1], v[2]]))],
+    },
+    Row {
+        name: "delay-told-wrong",
+        about: "Fixes are told to be 0.4 s late; they are 0.1 s late.",
+        span: Span::Always,
+        given: &[given("delay_s", 0.4)],
+        acts: |v| vec![Act::Told(Fault::Delay(v[0]))],
+    },
+    Row {
+        name: "unmeasured",
+        about: "Lever arm and delay are told as not measured, as by a file that leaves them out.",
+        span: Span::Always,
+        given: &[],
+        acts: |_| vec![Act::Told(Fault::Unmeasured)],
+    },
+    Row {
+        name: "told-ship",
+        about: "The car is told to be a ship.",
+        span: Span::Always,
+        given: &[],
+        acts: |_| vec![Act::Told(Fault::Ship)],
+    },
+    Row {
+        name: "told-aircraft",
+        about: "The car is told to be an aircraft.",
+        span: Span::Always,
+        given: &[],
+        acts: |_| vec![Act::Told(Fault::Aircraft)],
+    },
+    Row {
+        name: "aligns-at-rest",
+        about: "The navigation computer tells its alignment at rest, as it should.",
+        span: Span::Always,
+        given: &[],
+        acts: |_| vec![Act::Asked(Asked::AlignsAtRest)],
+    },
+    Row {
+        name: "learn-again",
+        about: "Mode learn is set again every minute.",
+        span: Span::Drive,
+        given: &[given("every_s", 60.0)],
+        acts: |v| vec![Act::Asked(Asked::LearnAgain(v[0]))],
+    },
+    Row {
+        name: "mode-toggles",
+        about: "Modes frozen and learn take turns.",
+        span: Span::Drive,
+        given: &[given("every_s", 45.0)],
+        acts: |v| vec![Act::Asked(Asked::Toggles(v[0]))],
+    },
+];
