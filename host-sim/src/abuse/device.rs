@@ -90,18 +90,17 @@ pub struct Outcome {
     pub correction: Vec<Increment>,
     /// What the learner reports at the end.
     pub report: Report,
-    /// What the device would start with next.
+    /// What it has stored for the next power-on, if anything.
     pub stored: Option<Nets>,
     /// What was ever wrong: bits of [`firmware::wire::command::fault`].
     pub faults: u32,
 }
 
-/// Takes the application through a drive. `asked_s`: when what would be stored is asked for.
+/// Takes the application through a drive.
 pub fn run(
     (told, nets): (&Configuration, &Nets),
     learner: Option<&mut dyn Learner>,
     input: &Input<'_>,
-    asked_s: f64,
 ) -> Outcome {
     let config = Config {
         nets: *nets,
@@ -112,9 +111,6 @@ pub fn run(
     let mut frames = input.frames.iter().peekable();
     let mut receiver = input.receiver.iter().peekable();
     let mut requests = input.requests.iter().peekable();
-    let asked_us = (asked_s * 1e6) as u64;
-    let mut stored = None;
-    let mut asked = false;
     loop {
         let next = [
             frames.peek().map(|frame| frame.at_us),
@@ -122,11 +118,8 @@ pub fn run(
             requests.peek().map(|(at_us, _)| *at_us),
         ];
         let Some(now) = next.iter().flatten().min().copied() else {
-            break;
+            return device.end();
         };
-        if !asked && now > asked_us {
-            (stored, asked) = (device.would_store(), true);
-        }
         device.wait(now);
         if let Some(message) = receiver.next_if(|message| message.at_us == now) {
             device.lines.gnss.received.extend(&message.bytes);
@@ -137,10 +130,6 @@ pub fn run(
             device.frame(frame);
         }
     }
-    if !asked {
-        stored = device.would_store();
-    }
-    device.end(stored)
 }
 
 /// The application at its lines.
@@ -237,13 +226,7 @@ impl<'m, 'i> Device<'m, 'i> {
         }
     }
 
-    /// What the device would begin its next drive with.
-    fn would_store(&mut self) -> Option<Nets> {
-        let promoted = self.app.learning().winner != 0;
-        self.kept.or_else(|| self.app.learnt().filter(|_| promoted))
-    }
-
-    fn end(self, stored: Option<Nets>) -> Outcome {
+    fn end(self) -> Outcome {
         let lsb = self.input.format.lsb();
         let (_, dt) = self.input.samples;
         let mut held = Increment::default();
@@ -262,7 +245,7 @@ impl<'m, 'i> Device<'m, 'i> {
         Outcome {
             correction: seen.collect(),
             report: self.app.learning(),
-            stored,
+            stored: self.kept,
             faults: self.faults,
         }
     }

@@ -195,7 +195,7 @@ fn apply(fault: Fault, [from, to]: [f64; 2], sent: &mut Vec<Sent>, truth: &[NavS
     match fault {
         Fault::Outage | Fault::Silent => sent.retain(|one| !within(one)),
         Fault::Each(n) => {
-            sent.retain(|one| !within(one) || (one.valid_s as usize).is_multiple_of(n.max(1)))
+            sent.retain(|one| !within(one) || (one.valid_s as usize).is_multiple_of(n.max(1)));
         }
         Fault::Swapped => swap(sent, from, to),
         Fault::Frozen | Fault::VelocityOfPositions | Fault::VelocityLag(_) => {

@@ -16,7 +16,7 @@ use crate::inertial::session::Session;
 use crate::inertial::sins::Increment;
 use crate::learning::teacher::Assumptions;
 use crate::unit::sensor::FormatName;
-use firmware::configuration::Configuration;
+use firmware::configuration::{self, Configuration};
 use firmware::control::Mode;
 use firmware::learn::{FixLearner, FixMemory, Learner, Settings};
 use firmware::model::Nets;
@@ -50,8 +50,7 @@ pub struct Judged {
     pub raw_m: f64,
     /// The same with the device's corrections, m.
     pub corrected_m: f64,
-    /// The device corrected something: live, a hypothesis was promoted; at the next power-on,
-    /// something had been stored.
+    /// The device corrected something.
     pub promoted: bool,
     /// A promoted hypothesis was given up for "no correction".
     pub rolled_back: bool,
@@ -142,31 +141,26 @@ impl<'a> Bench<'a> {
     /// # Errors
     /// Values of the case that no device takes.
     pub(super) fn judge(&self, case: &Case) -> Result<Vec<Judged>, Error> {
-        let wants = |of: Activation| self.abuse.activations.contains(&of);
         let mut rows = Vec::new();
-        let mut own = None;
-        let (session, raw) = self.measured(case, Activation::Live, &mut own);
-        let device = Device::new(self, case)?;
-        let end_s = match wants(Activation::Live) {
-            true => self.abuse.times.learning_s(),
-            false => self.abuse.times.until(),
-        };
-        let learnt = device.learns(session, end_s);
-        if wants(Activation::Live) {
-            let promoted = learnt.report.promotions > 0;
-            rows.extend(self.rows(case, Activation::Live, session, raw, &learnt, promoted));
-        }
-        if wants(Activation::NextPowerOn) {
+        for &activation in &self.abuse.activations {
             let mut own = None;
-            let (session, raw) = self.measured(case, Activation::NextPowerOn, &mut own);
-            let mut next = learnt.clone();
-            let stored = learnt.stored.filter(|nets| !nets.same_images(&Nets::NONE));
-            next.correction = match &stored {
-                Some(nets) => device.next(session, nets).correction,
-                None => Vec::new(),
+            let (session, raw) = self.measured(case, Activation::Live, &mut own);
+            let device = Device::new(self, case, activation)?;
+            let learnt = device.learns(session);
+            if activation == Activation::Live {
+                rows.extend(self.rows(case, activation, session, raw, &learnt));
+                continue;
+            }
+            let mut own = None;
+            let (session, raw) = self.measured(case, activation, &mut own);
+            let stored = learnt.stored;
+            let stored = stored.filter(|nets| !nets.same_images(&Nets::NONE));
+            let correction = stored.map(|nets| device.next(session, &nets).correction);
+            let next = Outcome {
+                correction: correction.unwrap_or_default(),
+                ..learnt
             };
-            let promoted = stored.is_some();
-            rows.extend(self.rows(case, Activation::NextPowerOn, session, raw, &next, promoted));
+            rows.extend(self.rows(case, activation, session, raw, &next));
         }
         Ok(rows)
     }
@@ -178,7 +172,6 @@ impl<'a> Bench<'a> {
         session: &Session,
         raw: &[f64],
         outcome: &Outcome,
-        promoted: bool,
     ) -> Vec<Judged> {
         let none = Increment::default();
         let changed = outcome.correction.iter().any(|by| *by != none);
@@ -195,7 +188,7 @@ impl<'a> Bench<'a> {
             run: self.run,
             raw_m,
             corrected_m,
-            promoted,
+            promoted: changed,
             rolled_back: outcome.report.rollbacks > 0,
             faults: outcome.faults,
         };
@@ -212,7 +205,7 @@ struct Device<'b, 'a> {
 }
 
 impl<'b, 'a> Device<'b, 'a> {
-    fn new(bench: &'b Bench<'a>, case: &'b Case) -> Result<Self, Error> {
+    fn new(bench: &'b Bench<'a>, case: &'b Case, activation: Activation) -> Result<Self, Error> {
         let uncounted = Act::Line(line::Fault::NoCounter);
         let counted = case.acts.iter().all(|(act, _)| *act != uncounted);
         let name = if counted {
@@ -230,7 +223,10 @@ impl<'b, 'a> Device<'b, 'a> {
             remedy: "give values that a device takes".into(),
         })?;
         told.correction.mode = Mode::Learn;
-        told.correction.activation = firmware::configuration::Activation::Faded;
+        told.correction.activation = match activation {
+            Activation::Live => configuration::Activation::Faded,
+            Activation::NextPowerOn => configuration::Activation::NextPowerOn,
+        };
         Ok(Self {
             bench,
             case,
@@ -256,16 +252,13 @@ impl<'b, 'a> Device<'b, 'a> {
         line::frames(&faults, &session.counts, (session.dt, &session.lsb), seed)
     }
 
-    /// The drive in which it learns, until `end_s`.
-    fn learns(&self, session: &Session, end_s: u32) -> Outcome {
-        let Bench {
-            abuse, run, teach, ..
-        } = *self.bench;
+    /// The drive in which it learns.
+    fn learns(&self, session: &Session) -> Outcome {
+        let Bench { abuse, run, .. } = *self.bench;
         let times = &abuse.times;
         let world = self.bench.world(self.case, Activation::Live);
         let seed = world.seeds.drive;
-        let mut frames = self.frames(session, seed, false);
-        frames.retain(|frame| frame.at_us <= u64::from(end_s) * 1_000_000);
+        let frames = self.frames(session, seed, false);
         let faults: Vec<_> = self
             .case
             .acts
@@ -295,30 +288,21 @@ impl<'b, 'a> Device<'b, 'a> {
             requests: &requests,
             samples: (session.counts.len(), session.dt),
         };
+        self.taught(&Nets::NONE, &input)
+    }
+
+    /// A drive with what is stored, and with a learner.
+    fn taught(&self, stored: &Nets, input: &Input<'_>) -> Outcome {
         let mut outcome = None;
-        teach(&self.told, &mut |learner| {
-            let told = (&self.told, &Nets::NONE);
-            outcome = Some(device::run(
-                told,
-                Some(learner),
-                &input,
-                times.until().into(),
-            ));
+        let told = (&self.told, stored);
+        (self.bench.teach)(&self.told, &mut |learner| {
+            outcome = Some(device::run(told, Some(learner), input));
         });
-        outcome.unwrap_or_else(|| {
-            device::run(
-                (&self.told, &Nets::NONE),
-                None,
-                &input,
-                times.until().into(),
-            )
-        })
+        outcome.unwrap_or_else(|| device::run(told, None, input))
     }
 
     /// The next drive, in which what was stored acts from the first sample on.
     fn next(&self, session: &Session, stored: &Nets) -> Outcome {
-        let mut told = self.told.clone();
-        told.correction.mode = Mode::Frozen;
         let world = self.bench.world(self.case, Activation::NextPowerOn);
         let input = Input {
             format: self.format,
@@ -327,6 +311,6 @@ impl<'b, 'a> Device<'b, 'a> {
             requests: &[],
             samples: (session.counts.len(), session.dt),
         };
-        device::run((&told, stored), None, &input, f64::INFINITY)
+        self.taught(stored, &input)
     }
 }

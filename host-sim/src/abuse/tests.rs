@@ -55,6 +55,8 @@ impl Learner for Broken {
             nets: networks(),
             states: [State::new(); 2],
             estimate: [[1e-6; 3], [1e-3; 3]],
+            sigma: [[1e-9; 3], [1e-6; 3]],
+            settled: true,
         })
     }
     fn learnt(&mut self) -> (Nets, [State; 2]) {
@@ -64,6 +66,7 @@ impl Learner for Broken {
         Report {
             winner: u8::from(self.promotes),
             promotions: u32::from(self.promotes),
+            still_s: 10,
             ..Report::default()
         }
     }
