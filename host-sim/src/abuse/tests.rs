@@ -89,7 +89,7 @@ fn a_device_that_harms_is_found() {
     let harmed = summarise(&execute(&abuse, &broken), &abuse.cases);
     assert_eq!(harmed.len(), 4);
     for of in &harmed {
-        assert!(of.harms() && of.ratio_median > 1.5, "{of:?}");
+        assert!(of.harms(), "{of:?}");
         assert_eq!((of.runs, of.promoted_share), (2, 1.0));
     }
     let left = execute(&abuse, &idle);
@@ -276,7 +276,7 @@ fn cases_of_the_motion_change_the_drive() {
         let truth = World::learning(&SHORT, case.motion(), 0).truth;
         assert_eq!(truth.increments.len(), clean.increments.len(), "{case}");
         assert!(truth.epochs != clean.epochs, "{case}");
-        let speed = |k: usize| truth.epochs[k].velocity.norm();
+        let speed = |k: usize| truth.epochs[k].velocity.xy().norm();
         if row.name != "ship" {
             assert!((0..still).all(|k| speed(k) < 0.05), "{case}");
         }
