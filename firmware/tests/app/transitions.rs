@@ -9,7 +9,8 @@ use firmware::app::{Activation, App, Config};
 use firmware::configuration::{Configuration, VehicleKind};
 use firmware::control::{Alignment, Mode};
 use firmware::model::{IMAGES_LEN, Nets};
-use firmware::wire::command::Request;
+use firmware::wire::command::{Request, Response};
+use firmware::wire::stim300::config::Config as Stim300;
 use lrnn_nostd::image;
 
 /// Errors in the store, proved by the learner, and uploaded, m/s2.
@@ -363,5 +364,25 @@ fn service_mode() {
         bench.device.feed(&b"STIM300 SERVICE MODE\r\n>".repeat(3));
         bench.run(1.0);
         assert!(bench.take().iter().all(|c| *c == 0.0), "{state:?}");
+    }
+}
+
+/// The sensor sends other units from now on. The correction is the same in SI units, and no word
+/// leaves without it.
+#[test]
+fn another_stream_keeps_it() {
+    for state in [State::Frozen, State::Stored, State::Live] {
+        let mut bench = begun(Kind::STIM, state, Some(Alignment::Finished));
+        let before = *bench.take().last().expect("words");
+        let rates = Stim300::DEFAULT.with_unit_codes(0, 0).emit();
+        bench.device.feed(&rates);
+        bench.step(1.0);
+        let words = bench.take();
+        let in_force = bench.device.ask(&Request::GetEstimate, |answer| match answer {
+            Response::Estimate(estimate) => estimate.in_force[1][0],
+            other => panic!("{other:?}"),
+        });
+        assert!((f64::from(in_force) - before).abs() < 1.01 * bench.count());
+        assert!(words.iter().all(|c| *c != 0.0), "{state:?} {words:?}");
     }
 }
