@@ -18,8 +18,30 @@
 //! heading error psi adds psi x f. The integral of f is the change of velocity, at most 2 v;
 //! integrated by parts with |psi| <= L t that is at most 2 L v t a unit of time. The second term of
 //! H comes from the Earth's rate. The last factor covers how tilt and heading act on each other.
-//! Vertical errors are left to the height sensor. This holds for free-inertial navigation after an
-//! alignment without the correction; see [`ErrorBound::with_alignment`] for an alignment with it.
+//! Vertical errors are left to the height sensor.
+//!
+//! **The alignment** before may have been made with another correction within the limits. It then
+//! has errors that the correction of the navigation afterwards adds to. An alignment at standstill
+//! over the time T, at latitude phi, is off by at most
+//!
+//! ```text
+//! tilt(T)    = sqrt(3) (L_a / g + L_g T / 2)
+//! heading(T) = sqrt(3) (L_g / (Omega cos phi) + tan(phi) L_a / g + L_g T / 2)
+//! ```
+//!
+//! Gravity gives the tilt, and the Earth's rotation about the tilted axis the heading. The terms
+//! with T are the drift since the middle of that time. Where the first term of the heading is not
+//! small, x / sqrt(1 - x^2) takes its place. A heading error psi turns a velocity v by at most
+//! min(psi, 2) v. A navigation that begins at rest is therefore moved by at most
+//!
+//! ```text
+//! aligned(t) = (tilt R (1 - cos omega t) + heading hypot(v t, Omega cos phi R (t - sin(omega t) / omega)))
+//!              (1 + (Omega + v/R) t)
+//! ```
+//!
+//! **The rate of the words.** A correction is computed for the time between two samples as told. If
+//! they come k times as often, all of the above is k times as large. k is measured against the
+//! clock (`plausibility::rate`): no less than what that check lets pass unnoticed.
 
 use crate::compensator::Limit;
 use core::f64::consts::PI;
@@ -35,6 +57,12 @@ const SQRT_3: f64 = 1.732_050_807_568_877_2;
 /// Times for which the bound is reported, s: 5, 10, 15, 20 and 22 min.
 pub const TIMES_S: [u32; 5] = [300, 600, 900, 1200, 1320];
 
+/// Latitude that is assumed while none is known, rad: 60 degrees. Nearer to a pole an alignment
+/// errs more.
+pub const LATITUDE: f64 = core::f64::consts::FRAC_PI_3;
+/// Longest alignment of the navigation computer at standstill, s (assumed).
+pub const ALIGNMENT_S: f64 = 300.0;
+
 /// The limits of the correction and of the vehicle's speed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ErrorBound {
@@ -42,43 +70,72 @@ pub struct ErrorBound {
     pub limit: Limit,
     /// Largest speed over ground, m/s, >= 0.
     pub speed: f32,
+    /// Latitude of the alignment, rad.
+    pub latitude: f64,
+    /// Samples that come in the time in which one was told to come, >= 1.
+    pub words: f32,
 }
 
 impl ErrorBound {
     /// Greatest error, in metres of horizontal position, that corrections add within `t` seconds of
-    /// free-inertial navigation.
+    /// free-inertial navigation after an alignment without them.
     #[must_use]
-    pub fn metres(&self, t: f64) -> f64 {
+    pub fn unaligned(&self, t: f64) -> f64 {
         let omega = libm::sqrt(GRAVITY / RADIUS);
         let (speed, turn) = (f64::from(self.speed), omega * t);
         let swing = (1.0 - libm::cos(turn)) / (omega * omega);
         let level = RADIUS * (t - libm::sin(turn) / omega);
         let heading = speed * t * t + EARTH_RATE * RADIUS * (0.5 * t * t - swing);
         let mutual = 1.0 + (EARTH_RATE + speed / RADIUS) * t;
-        let gyro = f64::from(self.limit.gyro) * libm::hypot(level, heading) * mutual;
-        let accel = f64::from(self.limit.accel) * rectified(turn) / (omega * omega);
-        SQRT_3 * (gyro + accel)
+        let [gyro, accel] = self.limits();
+        let gyro = gyro * libm::hypot(level, heading) * mutual;
+        SQRT_3 * (gyro + accel * rectified(turn) / (omega * omega))
     }
 
-    /// The same when the alignment at latitude `lat` (rad) was made with a correction in force.
-    /// That correction tilts by up to L_a / g and turns the heading by up to L_g / (Omega cos lat).
-    /// Free inertial navigation with another correction adds both.
+    /// The same when the alignment, at standstill, was made with a correction within the limits.
     #[must_use]
-    pub fn with_alignment(&self, t: f64, lat: f64) -> f64 {
+    pub fn metres(&self, t: f64) -> f64 {
         let omega = libm::sqrt(GRAVITY / RADIUS);
+        let [tilt, heading] = self.alignment();
         let swing = 1.0 - libm::cos((omega * t).min(PI));
-        let tilt = SQRT_3 * f64::from(self.limit.accel) / GRAVITY;
-        let heading = SQRT_3 * f64::from(self.limit.gyro) / (EARTH_RATE * libm::cos(lat));
-        let earth = EARTH_RATE * RADIUS * (t - libm::sin(omega * t) / omega);
-        let carried = libm::hypot(2.0 * f64::from(self.speed) * t, earth);
-        let mutual = 1.0 + (EARTH_RATE + f64::from(self.speed) / RADIUS) * t;
-        self.metres(t) + (tilt * RADIUS * swing + heading * carried) * mutual
+        let speed = f64::from(self.speed);
+        let level = RADIUS * (t - libm::sin(omega * t) / omega);
+        let earth = EARTH_RATE * libm::cos(self.latitude) * level;
+        let mutual = 1.0 + (EARTH_RATE + speed / RADIUS) * t;
+        let carried = heading * libm::hypot(speed * t, earth);
+        self.unaligned(t) + (tilt * RADIUS * swing + carried) * mutual
+    }
+
+    /// The limits as they act on the navigation: rad/s, m/s^2.
+    fn limits(&self) -> [f64; 2] {
+        [self.limit.gyro, self.limit.accel].map(|limit| f64::from(limit) * f64::from(self.words))
+    }
+
+    /// Tilt and heading error of an alignment with a correction in force: rad, and as a ratio of
+    /// the change of a velocity to the velocity.
+    fn alignment(&self) -> [f64; 2] {
+        let [gyro, accel] = self.limits();
+        let (sin, cos) = libm::sincos(self.latitude);
+        let cos = cos.max(1e-6);
+        let drift = SQRT_3 * gyro * 0.5 * ALIGNMENT_S;
+        let tilt = SQRT_3 * accel / GRAVITY;
+        let turn = SQRT_3 * gyro / (EARTH_RATE * cos);
+        let turn = if turn < 0.9 {
+            turn / libm::sqrt(1.0 - turn * turn)
+        } else {
+            2.0
+        };
+        let heading = turn + tilt * (sin / cos).abs() + drift;
+        [tilt + drift, heading.min(2.0)]
     }
 
     /// [`Self::metres`] at [`TIMES_S`], rounded up. The integrals are constants, so that this takes
     /// few instructions and little code.
     #[must_use]
     pub fn table(&self) -> [u32; 5] {
+        let [limit_gyro, limit_accel] = self.limits().map(|limit| limit as f32);
+        let [tilt, turn] = self.alignment().map(|error| error as f32);
+        let cos = libm::cos(self.latitude) as f32;
         AT_TIMES.map(|at| {
             let Integrals {
                 time,
@@ -89,9 +146,13 @@ impl ErrorBound {
             let heading = self.speed * time * time + earth;
             let mutual = 1.0 + (EARTH_RATE as f32 + self.speed / RADIUS as f32) * time;
             let gyro = libm::sqrtf(level * level + heading * heading) * mutual;
-            let metres = SQRT_3 as f32 * (self.limit.gyro * gyro + self.limit.accel * accel);
-            // more than the rounding of six operations; `as` saturates
-            libm::ceilf(metres * (1.0 + 1e-6)) as u32
+            let alone = SQRT_3 as f32 * (limit_gyro * gyro + limit_accel * accel);
+            let (way, earth) = (self.speed * time, EARTH_RATE as f32 * cos * level);
+            // R (1 - cos) is g times the accelerometers' integral
+            let carried = turn * libm::sqrtf(way * way + earth * earth);
+            let metres = alone + (tilt * GRAVITY as f32 * accel + carried) * mutual;
+            // more than the rounding of ten operations; `as` saturates
+            libm::ceilf(metres * (1.0 + 2e-6)) as u32
         })
     }
 }
@@ -152,6 +213,8 @@ mod tests {
         ErrorBound {
             limit: Limit { gyro, accel },
             speed,
+            latitude: LATITUDE,
+            words: 1.0,
         }
     }
 
@@ -169,10 +232,10 @@ mod tests {
         }
         let close = |x: f64, y: f64| (x / y - 1.0).abs() < 1e-5;
         assert!(close(
-            bound(0.0, 1e-3, 10.0).metres(t),
+            bound(0.0, 1e-3, 10.0).unaligned(t),
             SQRT_3 * 1e-3_f32 as f64 * a
         ));
-        let still = bound(1e-8, 0.0, 0.0).metres(t);
+        let still = bound(1e-8, 0.0, 0.0).unaligned(t);
         let want = SQRT_3 * f64::from(1e-8_f32) * g.hypot(h) * (1.0 + EARTH_RATE * t);
         assert!(close(still, want), "{still} {want}");
     }
@@ -184,12 +247,17 @@ mod tests {
             bound(5e-5, 1e-2, 50.0),
             bound(1e-6, 0.0, 0.0),
             bound(0.0, 1e-4, 9.0),
+            ErrorBound {
+                latitude: -1.2,
+                words: 1.25,
+                ..bound(4.8e-8, 1e-3, 30.0)
+            },
         ] {
             for (got, t) in h.table().into_iter().zip(TIMES_S) {
                 let want = h.metres(f64::from(t));
                 let got = f64::from(got);
                 assert!(
-                    got >= want && got <= want * (1.0 + 3e-6) + 1.0,
+                    got >= want && got <= want * (1.0 + 5e-6) + 1.0,
                     "{got} {want}"
                 );
             }
@@ -202,7 +270,44 @@ mod tests {
         assert!(table.is_sorted() && table[0] > 0);
         assert_eq!(bound(0.0, 0.0, 100.0).table(), [0; 5]);
         assert_eq!(bound(1e30, 0.0, 0.0).table(), [u32::MAX; 5]);
-        let h = bound(4.8e-8, 1e-3, 30.0);
-        assert!(h.with_alignment(1320.0, 0.8) > h.metres(1320.0));
+    }
+
+    /// Five times as many words are five times the limit.
+    #[test]
+    fn the_rate_of_the_words_counts() {
+        let told = bound(4.8e-8, 1e-3, 30.0);
+        let often = ErrorBound { words: 5.0, ..told };
+        let wide = bound(5.0 * 4.8e-8, 5.0 * 1e-3, 30.0);
+        for t in TIMES_S.map(f64::from) {
+            assert!((often.metres(t) / wide.metres(t) - 1.0).abs() < 1e-6);
+            assert!(often.metres(t) > 4.9 * told.metres(t));
+        }
+    }
+
+    /// An alignment with a gyro's correction east turns the heading by w / (Omega cos phi), and one
+    /// of the accelerometers by tan(phi) a / g: both by hand.
+    #[test]
+    fn the_alignment_by_hand() {
+        let of = |gyro, accel, latitude| ErrorBound {
+            latitude,
+            ..bound(gyro, accel, 50.0)
+        };
+        // 0.1 deg/h at 45 degrees, earth rate 15.041 deg/h
+        let gyro = (0.1f64 / 3600.0).to_radians() as f32;
+        let [tilt, heading] = of(gyro, 0.0, 45f64.to_radians()).alignment();
+        let want = SQRT_3 * 0.1 / (15.041 * 0.5f64.sqrt());
+        let drift = SQRT_3 * f64::from(gyro) * 150.0;
+        assert!(
+            (heading / (want + drift) - 1.0).abs() < 2e-4,
+            "{heading} {want}"
+        );
+        assert!((tilt / drift - 1.0).abs() < 1e-6);
+        // 1 mg at 60 degrees
+        let [tilt, heading] = of(0.0, 9.78e-3, LATITUDE).alignment();
+        assert!((tilt - SQRT_3 * 1e-3).abs() < 1e-8);
+        assert!((heading / tilt - SQRT_3).abs() < 1e-6);
+        // at a pole there is no heading, and no heading is worse than the opposite one
+        let [_, heading] = of(gyro, 0.0, core::f64::consts::FRAC_PI_2).alignment();
+        assert_eq!(heading, 2.0);
     }
 }

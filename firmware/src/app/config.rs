@@ -5,7 +5,7 @@ use crate::compensator::Limit;
 pub use crate::configuration::Activation;
 use crate::configuration::{Configuration, ReceiverProtocol, Sensor, SerialLines};
 use crate::control::Mode;
-use crate::error_bound::ErrorBound;
+use crate::error_bound::{ErrorBound, LATITUDE};
 use crate::model::Nets;
 use crate::units::{DEGREE, G};
 use crate::wire::{ImuFormat, ReceiverFormat, Settings};
@@ -121,11 +121,18 @@ impl Config {
         told.map_or(0.0, |told| told.receiver.heading_offset)
     }
 
-    /// The effect of the corrections at worst.
-    pub fn error_bound(&self) -> ErrorBound {
+    /// The effect of the corrections at worst, after an alignment at this latitude (rad), where
+    /// samples come `words` times as often as told. Without a configuration nothing is corrected.
+    pub fn error_bound(&self, latitude: Option<f64>, words: f32) -> ErrorBound {
+        let none = Limit {
+            gyro: 0.0,
+            accel: 0.0,
+        };
         ErrorBound {
-            limit: self.limit,
+            limit: if self.configured { self.limit } else { none },
             speed: self.speed,
+            latitude: latitude.unwrap_or(LATITUDE),
+            words,
         }
     }
 }

@@ -48,8 +48,8 @@ struct Correction {
 /// Everything between the sensor's framer and the output.
 #[derive(Debug)]
 pub(super) struct Flow<'m> {
-    /// Error bound, m: [`Config::error_bound`].
-    pub error_bound_m: [u32; 5],
+    /// Latitude of the last fix, rad.
+    latitude: Option<f64>,
     pub load: Load,
     pub config: Config,
     pub mode: Mode,
@@ -117,7 +117,7 @@ impl<'m> Flow<'m> {
         Flow {
             keep,
             mode: config.mode,
-            error_bound_m: config.error_bound().table(),
+            latitude: None,
             load: Load::default(),
             plausibility: Plausibility::new(config.told.as_ref().map(plausibility::Told::of)),
             disagrees: false,
@@ -173,6 +173,12 @@ impl<'m> Flow<'m> {
     /// There is a correction, which may be zero, or be fading out.
     pub fn corrects(&self) -> bool {
         self.correction.is_some()
+    }
+
+    /// The most that corrections can add to a position, m: [`Config::error_bound`].
+    pub fn error_bound_m(&self) -> [u32; 5] {
+        let words = self.plausibility.rate.words();
+        self.config.error_bound(self.latitude, words).table()
     }
 
     /// A correction other than zero is in force.

@@ -285,7 +285,7 @@ fn health(flow: &Flow, machine: &Machine) -> Health {
         missed: all.missed,
         saturated: all.saturated,
         bounded: flow.blocks().1,
-        error_bound_m: flow.error_bound_m,
+        error_bound_m: flow.error_bound_m(),
         winner: report.winner,
         navigates: report.navigates,
         used_fixes: report.fixes,

@@ -12,6 +12,8 @@ mod check;
 mod older;
 mod usual;
 
+pub use usual::LIMIT_SIGMAS;
+
 use crate::compensator::Limit;
 use crate::control::Mode;
 use crate::wire::{FormatSettings, Settings, adis};

@@ -6,18 +6,25 @@ use super::{
 };
 use crate::compensator::Limit;
 use crate::control::Mode;
-use crate::units::{DEGREE, G};
 use heapless::String;
+
+/// A correction may be as large as so many standard deviations of the bias, at power-on and in run
+/// together, unless the file tells a limit. Of a unit that is as its sheet says, one axis in 370
+/// has a greater bias and is corrected by that much only. More would let the networks do more harm
+/// than they can do good.
+pub const LIMIT_SIGMAS: f32 = 3.0;
 
 impl Default for Configuration {
     /// The medium laser-gyro IMU of `host-sim` (preset `medium`: 0.34 deg/h, 410 ug, 0.005
     /// deg/sqrt(h), 20 ug/sqrt(Hz)) in a land vehicle, with its axes along the body's. Its format
-    /// is detected. Lever arm and delay of the fixes are exactly as told. Mode bypass, limits 10
-    /// deg/h and 1 mg, slew one thousandth of that a second.
+    /// is detected. Lever arm and delay of the fixes are exactly as told. Mode bypass, limits of
+    /// [`LIMIT_SIGMAS`], slew one thousandth of that a second.
     fn default() -> Configuration {
+        let limit =
+            |sheet: &Triad| LIMIT_SIGMAS * libm::hypotf(sheet.bias_turn_on, sheet.bias_in_run);
         let limit = Limit {
-            gyro: (10.0 * DEGREE / 3600.0) as f32,
-            accel: (1e-3 * G) as f32,
+            gyro: limit(&MEDIUM_GYRO),
+            accel: limit(&MEDIUM_ACCEL),
         };
         Configuration {
             identity: Identity {

@@ -14,6 +14,9 @@
 //! room temperature (DS8626, table 41), a MEMS sensor's own within 3 % at most: a rate that far off
 //! spoils the learner's navigation, and the rate that is measured can be told instead.
 
+/// A rate that is off by no more than this share passes unnoticed.
+const TOLERANCE: f32 = 0.02;
+
 /// Time between two looks, microseconds.
 const SECOND: u64 = 1_000_000;
 
@@ -44,6 +47,8 @@ struct Meter {
     wrong: i8,
     /// Windows in a row that agree.
     right: u8,
+    /// The greatest ratio of the samples that came in a window to those expected.
+    most: f32,
 }
 
 impl Meter {
@@ -60,6 +65,7 @@ impl Meter {
             },
             wrong: 0,
             right: 0,
+            most: 0.0,
         }
     }
 
@@ -75,9 +81,11 @@ impl Meter {
             return; // one sample more or less at either end must not matter
         }
         let mut samples = seen.samples.wrapping_sub(self.seen.samples);
+        let came = samples.saturating_sub(seen.missed.wrapping_sub(self.seen.missed));
         if self.without_missed {
-            samples = samples.saturating_sub(seen.missed.wrapping_sub(self.seen.missed));
+            samples = came;
         }
+        self.most = self.most.max(came as f32 / expected);
         let damaged = seen.damage != self.seen.damage;
         self.begin(now, seen);
         let off = samples as f32 / expected - 1.0;
@@ -119,8 +127,19 @@ impl RateWatch {
             due: if on { 0 } else { u64::MAX },
             rate: 0.0,
             coarse: Meter::new(SECOND, [0.20, 0.25], true),
-            fine: Meter::new(10 * SECOND, [0.02, 0.02], false),
+            fine: Meter::new(10 * SECOND, [TOLERANCE, TOLERANCE], false),
             wrong: false,
+        }
+    }
+
+    /// Samples that have come in the time in which one was told to come, at most: in the window of
+    /// 10 s with the most, and no less than what passes unnoticed. 1 for a watch that is off.
+    #[must_use]
+    pub fn words(&self) -> f32 {
+        if self.due == u64::MAX {
+            1.0
+        } else {
+            self.fine.most.max(1.0 + TOLERANCE)
         }
     }
 

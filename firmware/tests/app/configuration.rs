@@ -10,6 +10,7 @@ use firmware::configuration::record::MAX_LEN;
 use firmware::configuration::{Configuration, Parity, SCHEMA};
 use firmware::control::{Alignment, Field, Mode, Reason};
 use firmware::model::Nets;
+use firmware::units::{DEGREE, G};
 use firmware::wire::command::{Board, MAX_PACKET, Request, Response, decode, encode, fault};
 
 const STIM: Kind = Kind::STIM;
@@ -367,13 +368,23 @@ fn the_answer_comes_when_the_lines_are_open() {
     assert_eq!(decode::<Response>(answer), Ok((9, Response::Done)));
 }
 
-/// A configuration that is the default in everything gives the default application.
+/// A configuration that is the default in everything gives the default application, but for the
+/// limits, which follow from the unit's biases: 0.34 deg/h and 410 ug, three times.
 #[test]
 fn the_default_configuration_is_the_default() {
     let of = Config::of(&Configuration::default());
     let default = Config {
         told: of.told.clone(),
+        limit: of.limit,
+        slew: of.slew,
         ..Config::default()
     };
     assert_eq!(format!("{of:?}"), format!("{default:?}"));
+    let [gyro, accel] = [f64::from(of.limit.gyro), f64::from(of.limit.accel)];
+    assert!(
+        (gyro / (3.0 * 0.3362 * DEGREE / 3600.0) - 1.0).abs() < 1e-2,
+        "{gyro}"
+    );
+    assert!((accel / (3.0 * 408e-6 * G) - 1.0).abs() < 1e-2, "{accel}");
+    assert!((of.slew.gyro / of.limit.gyro - 1e-3).abs() < 1e-9);
 }

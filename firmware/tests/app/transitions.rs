@@ -378,10 +378,12 @@ fn another_stream_keeps_it() {
         bench.device.feed(&rates);
         bench.step(1.0);
         let words = bench.take();
-        let in_force = bench.device.ask(&Request::GetEstimate, |answer| match answer {
-            Response::Estimate(estimate) => estimate.in_force[1][0],
-            other => panic!("{other:?}"),
-        });
+        let in_force = bench
+            .device
+            .ask(&Request::GetEstimate, |answer| match answer {
+                Response::Estimate(estimate) => estimate.in_force[1][0],
+                other => panic!("{other:?}"),
+            });
         assert!((f64::from(in_force) - before).abs() < 1.01 * bench.count());
         assert!(words.iter().all(|c| *c != 0.0), "{state:?} {words:?}");
     }

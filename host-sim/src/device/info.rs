@@ -43,6 +43,9 @@ pub struct Info {
     pub rate_hz: Option<f64>,
     /// Mode at power-on.
     pub mode_at_start: Option<&'static str>,
+    /// Most metres that corrections within their limits can add to a free-inertial position 5, 10,
+    /// 15, 20 and 22 min after an alignment; 0 without a configuration.
+    pub error_bound_m: [u32; 5],
     /// The sensor's, the navigation computer's and the receiver's line.
     pub lines: [LineInfo; 3],
     /// The receiver as the device hears it.
@@ -138,6 +141,7 @@ pub fn info(link: &mut Link) -> Result<Info, Error> {
         configured: board.configured,
         stored: board.stored,
         mode: mode_name(health.mode),
+        error_bound_m: health.error_bound_m,
         receiver,
         antenna,
         learner: Learner::from(&health),

@@ -5,26 +5,32 @@ use crate::inertial::session::Session;
 use crate::inertial::units::{DEG_PER_H, UG};
 use crate::learning::teacher::Assumptions;
 use crate::learning::window::limit;
-use firmware::error_bound::ErrorBound;
+use firmware::error_bound::{ErrorBound, LATITUDE};
 
 /// The worst effect, in this session, of corrections within the limits of
 /// [`crate::learning::window::compensator`], and a sentence that states it.
 #[must_use]
 pub fn error_bound(session: &Session, assumptions: &Assumptions) -> (ErrorBound, String) {
     let speed = session.reference.iter().map(|s| s.velocity.xy().norm());
+    let begins = session.reference.first();
     let bound = ErrorBound {
         limit: limit(assumptions),
         speed: speed.fold(0.0, f64::max) as f32,
+        latitude: begins.map_or(LATITUDE, |state| state.position.lat),
+        words: 1.0, // every sample of a recording comes once
     };
     let [a, b, c, d, e] = bound.table();
     let text = format!(
         "corrections within their limits of {:.3} deg/h and {:.0} ug, whatever the networks say, add at most {a} / {b} / {c} / {d} / \
-         {e} m after 5 / 10 / 15 / 20 / 22 min",
+         {e} m 5 / 10 / 15 / 20 / 22 min after an alignment with them",
         f64::from(bound.limit.gyro) / DEG_PER_H,
         f64::from(bound.limit.accel) / UG,
     );
     (bound, text)
 }
+
+#[cfg(test)]
+mod search;
 
 #[cfg(test)]
 mod tests {
@@ -39,7 +45,8 @@ mod tests {
     use rand::{RngExt, SeedableRng};
     use rand_chacha::ChaCha8Rng;
 
-    /// Perfect sensors with corrections of a limit's size on every axis: constant in the body,
+    /// The part of the bound without the alignment. Perfect sensors with corrections of a limit's
+    /// size on every axis: constant in the body,
     /// constant over the ground (where turns do not average them out), reversed at random times.
     /// None may reach the bound, and the worst must come near it, or the bound would say nothing.
     #[test]
@@ -101,7 +108,7 @@ mod tests {
             let got = free(&pushed);
             for (nearest, t) in nearest.iter_mut().zip(TIMES_S) {
                 let apart = (got.position[t as usize] - plain.position[t as usize]).xy();
-                *nearest = nearest.max(apart.norm() / bound.metres(f64::from(t)));
+                *nearest = nearest.max(apart.norm() / bound.unaligned(f64::from(t)));
             }
         }
         println!("share of the bound that was reached: {nearest:.2?}");

@@ -105,12 +105,12 @@ pub struct Correction {
     /// standstill, faded) are for navigation computers that do not estimate biases. Default:
     /// next-power-on.
     pub activation: Activation,
-    /// Largest correction of a gyro, deg/h, 0 to 1e6. Default: ten times its bias, at
+    /// Largest correction of a gyro, deg/h, 0 to 1e6. Default: three times its bias, at
     /// power-on and in run together.
     #[schemars(range(min = 0, max = 1e6))]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub limit_gyro_dph: Option<f64>,
-    /// Largest correction of an accelerometer, ug, 0 to 1e7. Default: ten times its bias, at
+    /// Largest correction of an accelerometer, ug, 0 to 1e7. Default: three times its bias, at
     /// power-on and in run together.
     #[schemars(range(min = 0, max = 1e7))]
     #[serde(skip_serializing_if = "Option::is_none")]

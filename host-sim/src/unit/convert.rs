@@ -8,8 +8,8 @@ use firmware::compensator::Limit;
 use firmware::configuration::{self, Configuration, Identity, NAME_LEN, SERIAL_LEN, SerialLines};
 use firmware::control::Field;
 
-/// A correction may be as large as so many biases.
-const LIMIT_BIASES: f64 = 10.0;
+/// A correction may be as large as so many standard deviations of a bias.
+const LIMIT_BIASES: f64 = configuration::LIMIT_SIGMAS as f64;
 /// It may change by this share of the limit in a second.
 const SLEW_SHARE: f64 = 1e-3;
 

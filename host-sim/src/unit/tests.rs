@@ -32,9 +32,9 @@ fn a_short_file_is_a_whole_configuration() {
     // 0.15 deg/sqrt(h) in rad/sqrt(s); 60 ug in m/s2
     assert!(near(told.gyro.white_noise, 4.363_323e-5));
     assert!(near(told.accel.white_noise, 5.883_99e-4));
-    assert!(near(told.correction.limit.gyro, 100.125 * DEG_PER_H));
-    assert!(near(told.correction.limit.accel, 20_006.25 * UG));
-    assert!(near(told.correction.slew.accel, 20.006_25 * UG));
+    assert!(near(told.correction.limit.gyro, 30.0375 * DEG_PER_H));
+    assert!(near(told.correction.limit.accel, 6_001.875 * UG));
+    assert!(near(told.correction.slew.accel, 6.001_875 * UG));
     assert!(near(told.receiver.fix_delay, 0.1));
     assert!(near(told.receiver.fix_delay_sigma, 0.1));
     assert!(near(told.receiver.lever_arm_sigma, 2.0));

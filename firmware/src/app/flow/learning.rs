@@ -162,6 +162,9 @@ impl Flow<'_> {
 
     /// A good fix of the receiver.
     pub fn fix(&mut self, fix: &Fix) {
+        if fix.has(0..2) {
+            self.latitude = Some(fix.position.latitude);
+        }
         if let Some((speed, sigma)) = fix.speed() {
             self.judge_speed(speed, sigma);
             let stands = speed < (FIX_SIGMAS * sigma).min(FIX_SPEED);

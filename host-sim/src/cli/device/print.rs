@@ -52,6 +52,7 @@ fn teachers(info: &Info) -> String {
     if let Some(antenna) = &info.antenna {
         antenna_line(&mut text, antenna);
     }
+    error_bound_line(&mut text, info.error_bound_m);
     text
 }
 
@@ -124,12 +125,17 @@ fn status(status: &Status) -> String {
     if let Some(antenna) = &status.antenna {
         antenna_line(&mut text, antenna);
     }
-    let [a, b, c, d, e] = status.error_bound_m;
+    error_bound_line(&mut text, status.error_bound_m);
+    text
+}
+
+/// What the corrections can do at worst.
+fn error_bound_line(text: &mut String, [a, b, c, d, e]: [u32; 5]) {
     let _ = writeln!(
         text,
-        "error bound    {a} {b} {c} {d} {e} m, 5 10 15 20 22 min after the alignment"
+        "error bound    corrections add at most {a} {b} {c} {d} {e} m, 5 10 15 20 22 min after the \
+         alignment"
     );
-    text
 }
 
 /// The learner and its alignment.
