@@ -65,6 +65,10 @@ pub(super) struct Flow<'m> {
     /// Of the samples that make blocks, and the axes that they have.
     stream: Option<Stream>,
     present: Axes,
+    /// Its frames have neither counter nor time.
+    uncounted: bool,
+    /// When the frames came that are being read, microseconds.
+    pub now_us: u64,
     /// Another stream makes the blocks, and the learner has not been told.
     leads_anew: bool,
     correction: Option<Correction>,
@@ -129,6 +133,8 @@ impl<'m> Flow<'m> {
             channels: Channels::default(),
             stream: None,
             present: Axes::NONE,
+            uncounted: false,
+            now_us: 0,
             leads_anew: false,
             correction: None,
             last: Last::default(),

@@ -8,12 +8,14 @@
 //! This room holds the rules only. It sees block means, counters, speeds and times, and gives bits
 //! of [`fault`]. The desktop uses the same rules to warn about a recording.
 
+pub mod holes;
 pub mod rate;
 pub mod rest;
 
 use crate::configuration::{Configuration, Triad, VehicleKind};
 use crate::units::{DEGREE, G};
 use crate::wire::command::fault;
+use holes::HoleWatch;
 use libm::sqrtf;
 use rate::RateWatch;
 use rest::Rest;
@@ -162,6 +164,8 @@ fn norm([x, y, z]: [f32; 3]) -> f32 {
 pub struct Plausibility {
     /// The rate.
     pub rate: RateWatch,
+    /// Frames that are missing without a trace.
+    pub holes: HoleWatch,
     /// What is seen at rest; `None` when the device was told nothing.
     pub rest: Option<Rest>,
 }
@@ -172,6 +176,7 @@ impl Plausibility {
     pub fn new(told: Option<Told>) -> Plausibility {
         Plausibility {
             rate: RateWatch::new(told.is_some_and(|told| told.check_rate)),
+            holes: HoleWatch::new(told.is_some_and(|told| told.check_rate)),
             rest: told.map(Rest::new),
         }
     }

@@ -13,6 +13,7 @@ mod epson;
 mod fixes;
 mod frames;
 mod gaps;
+mod holes;
 mod identity;
 mod learn;
 mod next_power_on;

@@ -201,6 +201,7 @@ impl App<'_> {
     /// The frames that are now complete. All that is no frame passes in its place.
     fn frames(&mut self, out: &mut impl Line, now: u64) {
         let format = self.framer.format();
+        self.flow.now_us = now;
         let mut obeyed = false;
         while let Some(event) = self.framer.next_event() {
             let bytes = event.bytes().len();

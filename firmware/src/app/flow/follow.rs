@@ -5,6 +5,7 @@ use super::still::Still;
 use super::{Correction, Flow, Told, count};
 use crate::compensator::Block;
 use crate::control::Mode;
+use crate::plausibility::holes::Hole;
 use crate::wire::command::fault;
 use crate::wire::sequence::{Gap, Last};
 use crate::wire::{Checked, Reading};
@@ -48,6 +49,9 @@ impl Flow<'_> {
             Some(Gap::None) | None => {}
         }
         self.sample = self.sample.wrapping_add(1);
+        if self.uncounted {
+            self.look_for_hole();
+        }
         match gap {
             Some(Gap::Jump) => self.jump(),
             Some(Gap::Missed(_)) => self.gap(),
@@ -95,6 +99,7 @@ impl Flow<'_> {
 
     /// The sensor has been silent for too long.
     pub fn silence(&mut self) {
+        self.plausibility.holes.interrupt();
         self.gap();
         self.begin_checks();
         if let Some(learner) = &mut self.learner.0 {
@@ -164,6 +169,26 @@ impl Flow<'_> {
             self.gap(); // room for a whole turn of the counter
         }
         self.channels.select((frame.source(), content))
+    }
+
+    /// A frame that neither a counter nor a time numbers: the clock tells whether some are missing
+    /// before it, up to a second ago.
+    #[inline(never)]
+    fn look_for_hole(&mut self) {
+        let rate = self.stream.map_or(0.0, |stream| stream.rate as f32);
+        let hole = self.plausibility.holes.frame(self.now_us, rate);
+        match hole {
+            Some(Hole::Of(frames)) => {
+                count(&mut self.counters.missed, frames);
+                self.sample = self.sample.wrapping_add(frames);
+                self.gap();
+            }
+            Some(Hole::Unknown) => {
+                count(&mut self.counters.jumps, 1);
+                self.jump();
+            }
+            None => {}
+        }
     }
 
     /// A frame of a kind whose samples make no blocks. When these come more often than those that

@@ -66,6 +66,8 @@ impl Flow<'_> {
         }
         self.keep_count();
         self.stream = stream;
+        self.uncounted = stream.is_some_and(|stream| stream.turn().is_none());
+        self.plausibility.holes.interrupt();
         self.leads_anew = true;
         let wanted = self.mode != Mode::Bypass;
         (self.promoted, self.learner_nets) = (false, false);

@@ -1,0 +1,58 @@
+//! Frames of a format without counter or time that get lost: the clock finds them.
+
+use crate::device::Device;
+use crate::frames::{Fields, Kind};
+use crate::record::told;
+use firmware::app::Config;
+use firmware::control::Mode;
+
+/// Runs a sensor for some seconds over a line that delivers in bursts of 64 bytes. Of each ten
+/// seconds the first `lost` frames are missing. `real`: samples come in real time. Gives what is
+/// missing and how often blocks were given up.
+fn run(kind: Kind, seconds: u32, lost: u32, real: bool) -> (u32, u32, u32) {
+    let mut unit = told(kind);
+    unit.correction.mode = Mode::Shadow;
+    unit.correction.silence_us = 100_000;
+    unit.correction.check_rate = real;
+    let mut device = Device::new(Config::of(&unit));
+    let rate = kind.rate() as u32;
+    let (mut burst, mut dma) = (Vec::new(), Vec::new());
+    for n in 0..seconds * rate {
+        let fields = Fields {
+            accel: [n as i32 % 13, 3, 900],
+            ..Fields::default()
+        };
+        if n < 10 * rate || n % (10 * rate) >= lost {
+            burst.extend(kind.frame(n, fields));
+        }
+        // some frames are late by a fifth of a period
+        let late = u64::from(n.wrapping_mul(2_654_435_761) >> 16) * 200_000 / u64::from(rate) >> 16;
+        while burst.len() >= 64 {
+            dma.extend(burst.drain(..64));
+        }
+        let due = u64::from(n) * 1_000_000 / u64::from(rate) + late;
+        let now = device.time.0.get();
+        device.pass_us(due.saturating_sub(now));
+        if dma.is_empty() {
+            device.settle();
+        } else {
+            device.feed(&std::mem::take(&mut dma));
+        }
+        device.lines.navigation.sent.clear();
+    }
+    let counters = device.counters();
+    (counters.missed, counters.jumps, counters.given_up)
+}
+
+#[test]
+fn frames_without_a_counter_that_get_lost_are_found() {
+    for kind in [Kind::HG4930, Kind::S_CLASS] {
+        let (missed, jumps, given_up) = run(kind, 600, 0, true);
+        assert_eq!((missed, jumps, given_up), (0, 0, 0), "{kind:?}");
+        let (missed, jumps, given_up) = run(kind, 605, 6, true);
+        assert_eq!((missed, jumps), (360, 0), "{kind:?}");
+        assert!((50..=120).contains(&given_up), "{kind:?} {given_up}");
+        // a recording that is sent faster has no clock
+        assert_eq!(run(kind, 60, 6, false).0, 0);
+    }
+}
