@@ -3,6 +3,7 @@
 mod activation;
 mod adis;
 mod aside;
+mod bound;
 mod bypass;
 mod channels;
 mod command;
