@@ -11,6 +11,8 @@ use crate::learning::teacher::{Assumptions, aid, aligned};
 /// Time in which Gauss-Markov biases and scale factors forget, s: four hours, as in the
 /// configuration that comes with KF-GINS (`corrtime`).
 const CORRELATION_S: f64 = 4.0 * 3600.0;
+/// The error of a computer that is lost, m: a quarter of a meridian.
+const LOST_M: f64 = 1e7;
 /// Standard deviations of position (m) and velocity (m/s) where the first state is known: a vehicle
 /// that never stands.
 const KNOWN: [f64; 2] = [0.1, 0.02];
@@ -32,7 +34,7 @@ fn model(computer: Computer, prior: &Prior) -> ErrorModel {
 }
 
 /// Horizontal error at the end of the session, m, of a computer that gets these increments, with
-/// fixes until epoch `until`. Infinite if it cannot align itself or loses its way.
+/// fixes until epoch `until`. [`LOST_M`] if it cannot align itself, and at most.
 pub(super) fn error(
     computer: Computer,
     session: &Session,
@@ -47,15 +49,15 @@ pub(super) fn error(
         _ => aligned(session, increments).map(|at| (at.first, at.filter(model, &told))),
     };
     let Some((first, mut filter)) = begun else {
-        return f64::INFINITY;
+        return LOST_M;
     };
     for k in first..until {
         aid(&mut filter, session, increments, k);
     }
     let free = free_from(&filter, session, increments, until);
     let end = free.position.last().map(|error| error.xy().norm());
-    end.filter(|error| error.is_finite())
-        .unwrap_or(f64::INFINITY)
+    // what is not a number is lost too
+    end.map_or(LOST_M, |error| error.min(LOST_M))
 }
 
 /// A filter that begins with the true state.

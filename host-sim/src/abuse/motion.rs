@@ -1,7 +1,7 @@
 //! How the vehicle moves in the drive in which the device learns.
 
 use super::times::Times;
-use crate::simulator::truth::{Segment, Vehicle, VehicleName, random_drive};
+use crate::simulator::truth::{City, Segment, Vehicle, VehicleName, random_drive};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
@@ -135,7 +135,11 @@ fn cut(segments: Vec<Segment>, duration_s: f64) -> Vec<Segment> {
 fn usual(name: VehicleName) -> Vehicle {
     match name {
         VehicleName::Road => Vehicle::Road,
-        VehicleName::City => Vehicle::City(Default::default()),
+        // at rest the engine hardly shakes it
+        VehicleName::City => Vehicle::City(City {
+            calm_stops: true,
+            ..City::default()
+        }),
         VehicleName::Ship => Vehicle::Ship(Default::default()),
         VehicleName::Aircraft => Vehicle::Aircraft(Default::default()),
         VehicleName::Traffic => Vehicle::Traffic(Default::default()),

@@ -91,8 +91,11 @@ named! {
     Activation ("activation") {
         /// In the drive in which it is learnt, faded in.
         Live "live",
-        /// From the first sample of the next drive on, unchanged.
+        /// From the first sample of the next drive on, unchanged. That drive has no fixes after its
+        /// standstill.
         NextPowerOn "next-power-on",
+        /// The same; the navigation computer has fixes for as long as in the drive before.
+        NextPowerOnAided "next-power-on-aided",
     }
 }
 

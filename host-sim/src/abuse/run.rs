@@ -58,14 +58,21 @@ pub struct Judged {
     pub faults: u32,
 }
 
-/// Both drives of a unit in one motion, as one kind of sensor measures them.
+/// The samples of a drive.
+struct Measured {
+    session: Session,
+    /// Errors of each computer on them, when they are asked for.
+    raw: OnceCell<Vec<f64>>,
+}
+
+/// The drives of a unit in one motion, as one kind of sensor measures them.
 pub(super) struct Bench<'a> {
     abuse: &'a Abuse,
     sensor: Sensor,
     run: u32,
-    worlds: [OnceCell<World>; 2],
-    /// Undisturbed samples of both drives, with the errors of each computer on them.
-    clean: [OnceCell<(Session, Vec<f64>)>; 2],
+    worlds: [OnceCell<World>; Activation::ALL.len()],
+    /// Undisturbed samples of the drives.
+    clean: [OnceCell<Measured>; Activation::ALL.len()],
     assumptions: Assumptions,
     teach: Teach<'a>,
 }
@@ -76,30 +83,27 @@ impl<'a> Bench<'a> {
             abuse,
             sensor,
             run,
-            worlds: [OnceCell::new(), OnceCell::new()],
-            clean: [OnceCell::new(), OnceCell::new()],
+            worlds: Default::default(),
+            clean: Default::default(),
             assumptions: Assumptions::of(&told::unit()),
             teach,
         }
     }
 
     fn world(&self, case: &Case, activation: Activation) -> &World {
-        let (times, motion) = (&self.abuse.times, case.motion());
-        match activation {
-            Activation::Live => {
-                self.worlds[0].get_or_init(|| World::learning(times, motion, self.run))
-            }
-            Activation::NextPowerOn => {
-                self.worlds[1].get_or_init(|| World::next(times, motion, self.run))
-            }
-        }
+        let (times, motion, run) = (&self.abuse.times, case.motion(), self.run);
+        self.worlds[activation as usize].get_or_init(|| match activation {
+            Activation::Live => World::learning(times, motion, run),
+            Activation::NextPowerOn => World::next(times, motion, run, 0),
+            Activation::NextPowerOnAided => World::next(times, motion, run, times.aided_s),
+        })
     }
 
     /// Epoch at which a drive's fixes end.
     fn until(&self, activation: Activation) -> usize {
         let times = &self.abuse.times;
         match activation {
-            Activation::Live => times.until() as usize,
+            Activation::Live | Activation::NextPowerOnAided => times.until() as usize,
             Activation::NextPowerOn => times.standstill_s as usize,
         }
     }
@@ -114,26 +118,24 @@ impl<'a> Bench<'a> {
             .collect()
     }
 
-    /// The samples of a drive as a case leaves them, with the errors of the computers on them.
+    /// The samples of a drive as a case leaves them.
     fn measured<'s>(
         &'s self,
         case: &Case,
         of: Activation,
-        own: &'s mut Option<(Session, Vec<f64>)>,
-    ) -> &'s (Session, Vec<f64>) {
+        own: &'s mut Option<Measured>,
+    ) -> &'s Measured {
         let times = &self.abuse.times;
-        let make = |faults: &[_]| {
-            let session = self.world(case, of).measured(self.sensor, faults, times);
-            let none = vec![Increment::default(); session.counts.len()];
-            let errors = self.errors(&session, &none, of);
-            (session, errors)
+        let make = |faults: &[_]| Measured {
+            session: self.world(case, of).measured(self.sensor, faults, times),
+            raw: OnceCell::new(),
         };
-        let next = of == Activation::NextPowerOn;
+        let next = of != Activation::Live;
         let faults = sensor_faults(case);
         if faults.iter().any(|(fault, _)| fault.acts(next)) {
             return own.insert(make(&faults));
         }
-        self.clean[usize::from(next)].get_or_init(|| make(&[]))
+        self.clean[of as usize].get_or_init(|| make(&[]))
     }
 
     /// A case with all computers and activations.
@@ -142,25 +144,27 @@ impl<'a> Bench<'a> {
     /// Values of the case that no device takes.
     pub(super) fn judge(&self, case: &Case) -> Result<Vec<Judged>, Error> {
         let mut rows = Vec::new();
+        let mut own = None;
+        let learning = self.measured(case, Activation::Live, &mut own);
+        let mut kept: Option<Outcome> = None;
         for &activation in &self.abuse.activations {
-            let mut own = None;
-            let (session, raw) = self.measured(case, Activation::Live, &mut own);
             let device = Device::new(self, case, activation)?;
-            let learnt = device.learns(session);
             if activation == Activation::Live {
-                rows.extend(self.rows(case, activation, session, raw, &learnt));
+                let learnt = device.learns(&learning.session);
+                rows.extend(self.rows(case, activation, learning, &learnt));
                 continue;
             }
             let mut own = None;
-            let (session, raw) = self.measured(case, activation, &mut own);
-            let stored = learnt.stored;
+            let next = self.measured(case, activation, &mut own);
+            let learnt = kept.get_or_insert_with(|| device.learns(&learning.session));
+            let stored = learnt.stored.as_ref();
             let stored = stored.filter(|nets| !nets.same_images(&Nets::NONE));
-            let correction = stored.map(|nets| device.next(session, &nets).correction);
-            let next = Outcome {
+            let correction = stored.map(|nets| device.next(&next.session, nets).correction);
+            let outcome = Outcome {
                 correction: correction.unwrap_or_default(),
-                ..learnt
+                ..learnt.clone()
             };
-            rows.extend(self.rows(case, activation, session, raw, &next));
+            rows.extend(self.rows(case, activation, next, &outcome));
         }
         Ok(rows)
     }
@@ -169,15 +173,18 @@ impl<'a> Bench<'a> {
         &self,
         case: &Case,
         activation: Activation,
-        session: &Session,
-        raw: &[f64],
+        Measured { session, raw }: &Measured,
         outcome: &Outcome,
     ) -> Vec<Judged> {
         let none = Increment::default();
+        let raw = raw.get_or_init(|| {
+            let none = vec![none; session.counts.len()];
+            self.errors(session, &none, activation)
+        });
         let changed = outcome.correction.iter().any(|by| *by != none);
         let with = match changed {
             true => self.errors(session, &outcome.correction, activation),
-            false => raw.to_vec(),
+            false => raw.clone(),
         };
         let computers = self.abuse.computers.iter().zip(raw.iter().zip(with));
         let row = |(&computer, (&raw_m, corrected_m))| Judged {
@@ -200,6 +207,7 @@ impl<'a> Bench<'a> {
 struct Device<'b, 'a> {
     bench: &'b Bench<'a>,
     case: &'b Case,
+    activation: Activation,
     format: Format,
     told: Configuration,
 }
@@ -225,11 +233,12 @@ impl<'b, 'a> Device<'b, 'a> {
         told.correction.mode = Mode::Learn;
         told.correction.activation = match activation {
             Activation::Live => configuration::Activation::Faded,
-            Activation::NextPowerOn => configuration::Activation::NextPowerOn,
+            _ => configuration::Activation::NextPowerOn,
         };
         Ok(Self {
             bench,
             case,
+            activation,
             format: Format::of(counted),
             told,
         })
@@ -303,7 +312,7 @@ impl<'b, 'a> Device<'b, 'a> {
 
     /// The next drive, in which what was stored acts from the first sample on.
     fn next(&self, session: &Session, stored: &Nets) -> Outcome {
-        let world = self.bench.world(self.case, Activation::NextPowerOn);
+        let world = self.bench.world(self.case, self.activation);
         let input = Input {
             format: self.format,
             frames: &self.frames(session, world.seeds.drive, true),

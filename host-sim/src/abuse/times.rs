@@ -32,18 +32,6 @@ impl Times {
     pub fn until(&self) -> u32 {
         self.standstill_s + self.aided_s
     }
-
-    /// The drive in which the device learns, in whole.
-    #[must_use]
-    pub fn learning_s(&self) -> u32 {
-        self.until() + self.free_s
-    }
-
-    /// The next drive, in whole: it has no fixes after its standstill.
-    #[must_use]
-    pub fn next_s(&self) -> u32 {
-        self.standstill_s + self.free_s
-    }
 }
 
 /// When a disturbance acts.
@@ -53,8 +41,8 @@ pub enum Span {
     Always,
     /// While the vehicle drives with fixes.
     Drive,
-    /// From the end of the standstill on; it ends [`RECOVERY_S`] before the fixes do, or at half of
-    /// a shorter drive.
+    /// From the end of the standstill on; it ends [`RECOVERY_S`] before the fixes do, or after a
+    /// third of a shorter drive.
     Ends,
     /// As [`Span::Ends`], and only so long, s.
     For(u32),
@@ -65,8 +53,7 @@ impl Span {
     #[must_use]
     pub fn seconds(self, times: &Times) -> [f64; 2] {
         let (from, until) = (times.standstill_s, times.until());
-        let half = times.aided_s / 2;
-        let ends = until - RECOVERY_S.min(half);
+        let ends = until - RECOVERY_S.min(2 * times.aided_s / 3);
         let [from, to] = match self {
             Self::Always => [0, u32::MAX],
             Self::Drive => [from, until],
@@ -103,6 +90,6 @@ mod tests {
             aided_s: 200,
             free_s: 60,
         };
-        assert_eq!(Span::Ends.seconds(&short), [100.0, 200.0]);
+        assert_eq!(Span::Ends.seconds(&short), [100.0, 167.0]);
     }
 }

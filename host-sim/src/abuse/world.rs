@@ -90,14 +90,15 @@ impl World {
         )
     }
 
-    /// The next drive of the same unit, with a turn-on of its own.
-    pub(super) fn next(times: &Times, motion: Motion, k: u32) -> Self {
+    /// The next drive of the same unit, with a turn-on of its own: `aided_s` seconds longer than
+    /// without fixes.
+    pub(super) fn next(times: &Times, motion: Motion, k: u32, aided_s: u32) -> Self {
         Self::of(
             &Plan {
                 motion: motion.next(),
                 seeds: Seeds::of_earlier(k, 1),
                 standstill_s: times.standstill_s,
-                drive_s: times.free_s,
+                drive_s: aided_s + times.free_s,
                 segments: None,
             },
             true,

@@ -64,7 +64,7 @@ struct What {
         default_value = "plain,biases,gauss-markov"
     )]
     computers: Vec<Computer>,
-    /// When corrections act, separated by commas: live, next-power-on
+    /// When corrections act, separated by commas: live, next-power-on, next-power-on-aided
     #[arg(long, value_delimiter = ',', default_value = "live,next-power-on")]
     activations: Vec<Activation>,
 }
@@ -127,6 +127,15 @@ impl Args {
             let remedy = "give standstill, drive with fixes and drive without, s";
             return Err(refused("--times", "are not three numbers", remedy));
         };
+        if standstill_s < 90 {
+            let remedy =
+                "give a standstill of at least 90 s, of which a computer aligns itself in a third";
+            return Err(refused(
+                "--times",
+                format!("begin with {standstill_s} s"),
+                remedy,
+            ));
+        }
         let times = Times {
             standstill_s,
             aided_s,
