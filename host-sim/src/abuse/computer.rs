@@ -16,6 +16,8 @@ const LOST_M: f64 = 1e7;
 /// Standard deviations of position (m) and velocity (m/s) where the first state is known: a vehicle
 /// that never stands.
 const KNOWN: [f64; 2] = [0.1, 0.02];
+/// And of the heading at most, rad.
+const HEADING: f64 = 0.02;
 
 /// What the computer estimates of the sensors.
 fn model(computer: Computer, prior: &Prior) -> ErrorModel {
@@ -39,14 +41,14 @@ pub(super) fn error(
     computer: Computer,
     session: &Session,
     increments: &[Increment],
-    assumptions: &Assumptions,
+    (assumptions, finds_north): &(Assumptions, bool),
     until: usize,
 ) -> f64 {
     let told = assumptions.walking(assumptions.datasheet_walk());
     let model = model(computer, &told.prior);
-    let begun = match session.standstill {
-        0 => Some((0, known(session, model, &told))),
-        _ => aligned(session, increments).map(|at| (at.first, at.filter(model, &told))),
+    let begun = match session.standstill > 0 && *finds_north {
+        false => Some((0, known(session, model, &told))),
+        true => aligned(session, increments).map(|at| (at.first, at.filter(model, &told))),
     };
     let Some((first, mut filter)) = begun else {
         return LOST_M;
@@ -60,17 +62,18 @@ pub(super) fn error(
     end.map_or(LOST_M, |error| error.min(LOST_M))
 }
 
-/// A filter that begins with the true state.
+/// A filter that begins with the true state, and knows how exactly. A heading is known to a degree
+/// at best where sensors do not find north.
 fn known(session: &Session, model: ErrorModel, told: &Assumptions) -> Aided {
     let [position, velocity] = KNOWN;
     let site = session.reference[0];
+    let sigmas = [position, position, position, velocity, velocity, velocity];
+    let usual = told.initial_sigma(&site, &sigmas);
     let sigma = InitialSigma {
         position,
         velocity,
-        ..told.initial_sigma(
-            &site,
-            &[position, position, position, velocity, velocity, velocity],
-        )
+        heading: usual.heading.min(HEADING),
+        ..usual
     };
     Aided::new(site, &sigma, model, told.noise).with_samples(session.samples())
 }

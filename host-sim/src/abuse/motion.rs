@@ -62,11 +62,15 @@ impl Motion {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         let mut of: Vec<Segment> = match self {
             Self::Road | Self::Rough(_) | Self::In(_) => return None,
-            Self::Creep(speed) => vec![to(speed, 3.0), Segment::hold(lasts_s - 6.0), to(0.0, 3.0)],
+            Self::Creep(speed) => vec![
+                to(speed, 3.0),
+                Segment::hold((lasts_s - 6.0).max(1.0)),
+                to(0.0, 3.0),
+            ],
             Self::Departure(speed, time) => vec![to(speed, time), to(0.0, 3.0)],
             Self::Cruise(speed) => vec![
                 to(speed, 1.5 * speed),
-                Segment::hold(lasts_s - 3.0 * speed),
+                Segment::hold((lasts_s - 3.0 * speed).max(1.0)),
                 to(0.0, 1.5 * speed),
             ],
             Self::Straight(speed) => vec![to(speed, 2.0 * speed), Segment::hold(drive_s)],

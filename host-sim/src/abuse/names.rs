@@ -49,8 +49,7 @@ macro_rules! named {
 
 named! {
     /// The sensor's true errors. The device and the navigation computer are told the datasheet of
-    /// the preset `medium`, which is right for [`Sensor::Errors`] and far too wide for
-    /// [`Sensor::Perfect`].
+    /// its preset, which is right for [`Sensor::Errors`] and far too wide for [`Sensor::Perfect`].
     Sensor ("sensor") {
         /// White noise and quantisation only: whatever is learnt is wrong.
         Perfect "perfect",
@@ -58,16 +57,34 @@ named! {
         Errors "errors",
         /// The same with thermal and non-linear errors three times as large: `all-x3`.
         ErrorsX3 "errors-x3",
+        /// All errors of the preset `mems`. It does not find north, so the navigation computer
+        /// begins with a known heading.
+        Mems "mems",
     }
 }
 
 impl Sensor {
+    /// The unit whose datasheet is told.
+    #[must_use]
+    pub fn preset(self) -> &'static str {
+        match self {
+            Self::Mems => "mems",
+            _ => "medium",
+        }
+    }
+
+    /// Whether a navigation computer finds its heading at a standstill.
+    #[must_use]
+    pub fn finds_north(self) -> bool {
+        self != Self::Mems
+    }
+
     /// The group of simulated errors.
     #[must_use]
     pub fn group(self) -> ErrorModelName {
         match self {
             Self::Perfect => ErrorModelName::Noise,
-            Self::Errors => ErrorModelName::All,
+            Self::Errors | Self::Mems => ErrorModelName::All,
             Self::ErrorsX3 => ErrorModelName::AllX3,
         }
     }

@@ -85,6 +85,16 @@ pub enum Fault {
     Elsewhere,
 }
 
+impl Fault {
+    /// Whether it lies in what the simulator makes of a whole drive.
+    fn is_of_drive(self) -> bool {
+        matches!(
+            self,
+            Self::Arm(_) | Self::Coloured(_) | Self::Gaps(_) | Self::Told(_) | Self::Elsewhere
+        )
+    }
+}
+
 /// A fix on its way.
 #[derive(Debug, Clone, Copy)]
 struct Sent {
@@ -112,31 +122,54 @@ pub fn messages(
     seed: u64,
     until_s: u32,
 ) -> Vec<Message> {
-    let mut rng = ChaCha8Rng::seed_from_u64(seed);
-    let spec = spec(faults);
-    let elsewhere = faults
+    let usual = GnssSpec::default();
+    let mut sent = received(&usual, truth, seed, until_s);
+    let mut states = truth.epochs.clone();
+    // what lies in the receiver's errors or in its place is mixed in by its span
+    let others: Vec<[f64; 2]> = faults
         .iter()
-        .any(|(fault, _)| *fault == Fault::Elsewhere)
-        .then(elsewhere);
-    let truth = elsewhere.as_ref().unwrap_or(truth);
-    let fixes = spec.of_drive(truth, &mut rng).into_iter();
-    let mut sent: Vec<Sent> = fixes
+        .filter(|(fault, _)| fault.is_of_drive())
+        .map(|(_, span)| *span)
+        .collect();
+    if !others.is_empty() {
+        let elsewhere = faults
+            .iter()
+            .any(|(fault, _)| *fault == Fault::Elsewhere)
+            .then(elsewhere);
+        let there = elsewhere.as_ref().unwrap_or(truth);
+        let within = |s: f64| others.iter().any(|[from, to]| (*from..*to).contains(&s));
+        sent.retain(|one| !within(one.valid_s));
+        let disturbed = received(&spec(faults), there, seed, until_s);
+        sent.extend(disturbed.iter().filter(|one| within(one.valid_s)));
+        sent.sort_by(|a, b| a.valid_s.total_cmp(&b.valid_s));
+        for (k, (state, other)) in states.iter_mut().zip(&there.epochs).enumerate() {
+            if within(k as f64) {
+                *state = *other;
+            }
+        }
+    }
+    for (fault, span) in faults {
+        apply(*fault, *span, &mut sent, &states, seed);
+    }
+    sent.sort_by(|a, b| a.arrives_s.total_cmp(&b.arrives_s));
+    sent.iter().map(message).collect()
+}
+
+/// The fixes of a receiver until its fixes end, as they come by default.
+fn received(spec: &GnssSpec, truth: &Truth, seed: u64, until_s: u32) -> Vec<Sent> {
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    spec.of_drive(truth, &mut rng)
+        .into_iter()
         .skip(1)
         .take_while(|(at_s, _)| *at_s <= f64::from(until_s))
         .filter_map(|(at_s, fix)| Some((at_s, fix?)))
         .map(|(valid_s, fix)| Sent {
-            fix: told_as_white(fix, &spec),
+            fix: told_as_white(fix, spec),
             valid_s,
             arrives_s: valid_s + DELAY_S,
             told_ms: FIRST_MS + (valid_s * 1e3).round() as i64,
         })
-        .collect();
-    for (fault, span) in faults {
-        let plain = truth.epochs.as_slice();
-        apply(*fault, *span, &mut sent, plain, seed);
-    }
-    sent.sort_by(|a, b| a.arrives_s.total_cmp(&b.arrives_s));
-    sent.iter().map(message).collect()
+        .collect()
 }
 
 /// The receiver of the simulator with those of its errors that a case asks for.

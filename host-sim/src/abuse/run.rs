@@ -85,7 +85,7 @@ impl<'a> Bench<'a> {
             run,
             worlds: Default::default(),
             clean: Default::default(),
-            assumptions: Assumptions::of(&told::unit()),
+            assumptions: Assumptions::of(&told::unit(sensor)),
             teach,
         }
     }
@@ -112,9 +112,10 @@ impl<'a> Bench<'a> {
     fn errors(&self, session: &Session, correction: &[Increment], of: Activation) -> Vec<f64> {
         let increments = corrected(session, correction);
         let until = self.until(of);
+        let told = (self.assumptions, self.sensor.finds_north());
         let computers = self.abuse.computers.iter();
         computers
-            .map(|&which| computer::error(which, session, &increments, &self.assumptions, until))
+            .map(|&which| computer::error(which, session, &increments, &told, until))
             .collect()
     }
 
@@ -225,11 +226,12 @@ impl<'b, 'a> Device<'b, 'a> {
             Act::Told(fault) => Some(*fault),
             _ => None,
         });
-        let mut told = told::configuration(faults, name).map_err(|problem| Error::Option {
-            option: format!("--cases {case}"),
-            problem,
-            remedy: "give values that a device takes".into(),
-        })?;
+        let mut told =
+            told::configuration(faults, (bench.sensor, name)).map_err(|problem| Error::Option {
+                option: format!("--cases {case}"),
+                problem,
+                remedy: "give values that a device takes".into(),
+            })?;
         told.correction.mode = Mode::Learn;
         told.correction.activation = match activation {
             Activation::Live => configuration::Activation::Faded,

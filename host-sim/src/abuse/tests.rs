@@ -174,13 +174,18 @@ fn cases_of_the_receiver_change_its_messages() {
             .enumerate()
             .all(|(k, of)| of.at_us == k as u64 * 1_000_000 + 1_100_000)
     );
-    for row in table::PARTS[1].1 {
-        let case: Case = row.name.parse().unwrap();
+    let names = table::PARTS[1].1.iter().map(|row| (row.name, row.span));
+    let ended = names
+        .clone()
+        .map(|(name, _)| (format!("{name}:ended"), Span::Ends));
+    let all = names.map(|(name, span)| (name.to_owned(), span));
+    for (name, span) in all.chain(ended) {
+        let case: Case = name.parse().unwrap();
         let with = sent(&world, &case.acts);
         assert!(with != clean, "{case}");
         // a fix arrives 0.1 s after its time
-        let span = row.span.seconds(&SHORT);
-        let [from, to] = span.map(|s| ((s - 0.5).max(0.0) * 1e6) as u64);
+        let [from, to] = span.seconds(&SHORT);
+        let [from, to] = [from - 0.5, to + 0.5].map(|s| (s.max(0.0) * 1e6) as u64);
         let outside = |of: &&Message| !(from..to).contains(&of.at_us);
         let [a, b]: [Vec<&Message>; 2] =
             [&with, &clean].map(|all| all.iter().filter(outside).collect());
@@ -252,7 +257,7 @@ fn cases_of_line_and_told_change_these() {
             Act::Told(fault) => Some(*fault),
             _ => None,
         });
-        told::configuration(faults, FormatName::Novatel).unwrap()
+        told::configuration(faults, (Sensor::Perfect, FormatName::Novatel)).unwrap()
     };
     let honest = told(&"none".parse().unwrap());
     for row in table::PARTS[5].1 {
@@ -289,5 +294,5 @@ fn cases_of_the_motion_change_the_drive() {
     let case: Case = "creep".parse().unwrap();
     let truth = World::learning(&SHORT, case.motion(), 0).truth;
     let creeps = |k: &usize| (0.1..0.25).contains(&truth.epochs[*k].velocity.xy().norm());
-    assert!((still + 5..still + 50).filter(creeps).count() > 40);
+    assert!((still + 5..still + 42).filter(creeps).count() > 30);
 }

@@ -1,8 +1,9 @@
 //! What the device is told of its unit, where that is not true. The navigation computer always
 //! knows better.
 
+use super::names::Sensor as Kind;
 use crate::unit::Unit;
-use crate::unit::around::Kind;
+use crate::unit::around::Kind as VehicleKind;
 use crate::unit::sensor::{FormatName, Sensor};
 use firmware::configuration::Configuration;
 use nalgebra::{Quaternion, UnitQuaternion};
@@ -31,9 +32,8 @@ pub enum Fault {
 }
 
 /// The unit whose datasheet everybody is told.
-#[expect(clippy::expect_used, reason = "a test reads every preset")]
-pub(super) fn unit() -> Unit {
-    Unit::preset("medium").expect("a preset")
+pub(super) fn unit(sensor: Kind) -> Unit {
+    Unit::preset(sensor.preset()).unwrap_or_default()
 }
 
 impl Fault {
@@ -62,8 +62,8 @@ impl Fault {
                 unit.receiver.lever_arm_sigma_m = None;
                 unit.receiver.fix_delay_sigma_ms = 100.0;
             }
-            Self::Ship => unit.vehicle.kind = Kind::Ship,
-            Self::Aircraft => unit.vehicle.kind = Kind::Air,
+            Self::Ship => unit.vehicle.kind = VehicleKind::Ship,
+            Self::Aircraft => unit.vehicle.kind = VehicleKind::Air,
             Self::Mounting(_) => {}
         }
     }
@@ -79,15 +79,16 @@ impl Fault {
     }
 }
 
-/// What the device is told, with these faults: the preset with a sensor of this format.
+/// What the device is told of a kind of sensor, with these faults: its preset with frames of this
+/// format.
 ///
 /// # Errors
 /// Why no device takes it.
 pub(super) fn configuration(
     faults: impl Iterator<Item = Fault> + Clone,
-    format: FormatName,
+    (sensor, format): (Kind, FormatName),
 ) -> Result<Configuration, String> {
-    let mut unit = unit();
+    let mut unit = unit(sensor);
     let baud = unit.sensor.baud;
     unit.sensor = Sensor {
         rate_hz: Some(100.0),

@@ -190,7 +190,7 @@ pub(super) fn sensor_faults(case: &Case) -> Vec<(Fault, Span)> {
 
 /// The simulated sensor, with the counts of its frames.
 fn spec(sensor: Sensor) -> ImuSpec {
-    let mut spec = told::unit().simulated().error_model(sensor.group());
+    let mut spec = told::unit(sensor).simulated().error_model(sensor.group());
     let lsb = Format::of(true).lsb();
     spec.rate_hz = RATE_HZ;
     spec.gyro.pulse_arcsec = lsb.rad / ARCSEC;

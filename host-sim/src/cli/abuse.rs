@@ -22,7 +22,7 @@ pub struct Args {
     /// Units, each with its own errors, drives and fixes
     #[arg(long, default_value_t = 50, value_parser = clap::value_parser!(u32).range(1..=4000))]
     runs: u32,
-    /// Sensors, separated by commas: perfect, errors, errors-x3
+    /// Sensors, separated by commas: perfect, errors, errors-x3, mems
     #[arg(long, value_delimiter = ',', default_value = "perfect,errors")]
     sensors: Vec<Sensor>,
     /// Threads, on which the results do not depend [default: all cores]

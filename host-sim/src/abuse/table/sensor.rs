@@ -56,17 +56,17 @@ pub(super) const ROWS: &[Row] = &[
     },
     Row {
         name: "saturating",
-        about: "The vertical gyro and the forward accelerometer saturate in turns and when braking.",
+        about: "The forward accelerometer saturates when the vehicle brakes.",
         span: Span::Always,
-        given: &[given("gyro_dps", 8.0), given("accel_g", 0.15)],
+        given: &[given("gyro_dps", 60.0), given("accel_g", 0.2)],
         acts: |v| vec![Act::Sensor(Fault::Saturates([v[0], v[1]]))],
     },
     Row {
         name: "stuck-gyro",
-        about: "The vertical gyro keeps its value for 20 s.",
+        about: "The forward gyro keeps its value for 20 s.",
         span: Span::For(20),
         given: &[],
-        acts: |_| vec![Act::Sensor(Fault::Stuck(2))],
+        acts: |_| vec![Act::Sensor(Fault::Stuck(0))],
     },
     Row {
         name: "stuck-accel",
@@ -98,9 +98,9 @@ pub(super) const ROWS: &[Row] = &[
     },
     Row {
         name: "spikes",
-        about: "A sample in a thousand is off by 5 deg/s or 5 mg.",
+        about: "A sample in a thousand is off by 0.3 deg/s or 0.3 mg.",
         span: Span::Always,
-        given: &[given("share", 0.001), given("gyro_dps", 5.0)],
+        given: &[given("share", 0.001), given("gyro_dps", 0.3)],
         acts: |v| vec![Act::Sensor(Fault::Spikes([v[0], v[1]]))],
     },
     Row {
