@@ -16,7 +16,7 @@ use lrnn_nostd::State;
 
 const SHORT: Times = Times {
     standstill_s: 120,
-    aided_s: 120,
+    aided_s: 300,
     free_s: 60,
 };
 
@@ -167,7 +167,7 @@ fn sent(world: &World, acts: &[(Act, Span)]) -> Vec<Message> {
 fn cases_of_the_receiver_change_its_messages() {
     let world = World::learning(&SHORT, Motion::Road, 0);
     let clean = sent(&world, &[]);
-    assert_eq!(clean.len(), 240);
+    assert_eq!(clean.len(), 420);
     assert!(
         clean
             .iter()
