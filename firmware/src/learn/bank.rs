@@ -1,12 +1,15 @@
-//! Several hypotheses about the sensors, tried on the same fixes. The one with enough evidence is
-//! in force.
+//! Several hypotheses about the sensors, tried on the same fixes. The one with the most evidence
+//! leads.
 //!
 //! The hypotheses range from "the sensors are right" over six biases to networks with narrow and
 //! wide priors. It is not known beforehand which of them fits a unit. So each predicts every fix
-//! before it learns from it, and the sum of its log-likelihoods is its evidence. One hypothesis is
-//! *running*: its estimate is subtracted from the increments. Another one is promoted in its place
-//! when it beats the running one by [`Gates::better`] and the zero correction by
-//! [`Gates::evidence`]. A running hypothesis that falls below the zero correction is given up.
+//! before it learns from it, and the sum of its log-likelihoods is its evidence. One hypothesis
+//! *leads*: the learner's own navigator subtracts its estimate. Another one takes its place when it
+//! beats the leading one by [`Gates::better`] and the zero correction by [`Gates::evidence`]. A
+//! leading hypothesis that falls below the zero correction is given up.
+//!
+//! Evidence believes the noise model. So it ranks the hypotheses, but no correction comes into force
+//! by it: that takes [rehearsals](super::rehearsal).
 
 mod gates;
 mod hypothesis;
@@ -35,7 +38,7 @@ pub struct Bank<T: Real = f32> {
     /// Standard deviation of a sensor error, for which [`ZERO_CORRECTION`] has no parameter.
     unmodelled: [T; OUTPUTS],
     refused: [Refusals; OBSERVATIONS],
-    running: usize,
+    leading: usize,
     /// The alignment has estimated the sensors' errors: see [`Self::navigating`].
     believed: bool,
 }
@@ -64,7 +67,7 @@ impl<T: Real> Bank<T> {
         },
         unmodelled: [T::ZERO; OUTPUTS],
         refused: [Refusals::NONE; OBSERVATIONS],
-        running: ZERO_CORRECTION,
+        leading: ZERO_CORRECTION,
         believed: false,
     };
 
@@ -84,7 +87,7 @@ impl<T: Real> Bank<T> {
         self.unmodelled = [g, g, g, a, a, a];
         self.gates = gates;
         self.refused = [Refusals::NONE; OBSERVATIONS];
-        self.running = ZERO_CORRECTION;
+        self.leading = ZERO_CORRECTION;
         self.believed = false;
     }
 
@@ -118,20 +121,33 @@ impl<T: Real> Bank<T> {
         refused.accepts(z.is_finite(), outlier, counts, self.gates.escape)
     }
 
-    /// Log-likelihood of a hypothesis; minus infinity for one that may not run.
-    fn score(&self, index: usize) -> f64 {
+    /// Log-likelihood of a hypothesis; minus infinity for one that may not be used.
+    #[must_use]
+    pub fn score(&self, index: usize) -> f64 {
         let hypothesis = self.get(index);
         let enabled = self.gates.enabled >> index & 1 == 1;
-        if enabled && (index == ZERO_CORRECTION || hypothesis.is_healthy()) {
+        if enabled && hypothesis.is_healthy() {
             hypothesis.log_likelihood()
         } else {
             f64::NEG_INFINITY
         }
     }
 
-    /// Promotion and rollback.
+    /// Whether "the sensors are right" takes part. Without it the best of the others is used,
+    /// whatever it has proved: for measurements.
+    #[must_use]
+    pub fn doubts(&self) -> bool {
+        self.gates.enabled >> ZERO_CORRECTION & 1 == 1
+    }
+
+    /// Which hypothesis leads.
     fn choose(&mut self) {
-        let (zero, running) = (self.score(ZERO_CORRECTION), self.score(self.running));
+        let (zero, leading) = (self.score(ZERO_CORRECTION), self.score(self.leading));
+        if self.doubts() && !self.get(ZERO_CORRECTION).is_healthy() {
+            // nothing is left to compare with
+            self.leading = ZERO_CORRECTION;
+            return;
+        }
         let mut best = (ZERO_CORRECTION, zero + self.gates.evidence);
         for index in 0..HYPOTHESES {
             let score = self.score(index);
@@ -139,35 +155,35 @@ impl<T: Real> Bank<T> {
                 best = (index, score);
             }
         }
-        // the running one stays until another is clearly better, or it falls below the zero
+        // the leading one stays until another is clearly better, or it falls below the zero
         // correction
-        if best.1 > running + self.gates.better || running < zero {
-            self.running = best.0;
+        if best.1 > leading + self.gates.better || leading < zero {
+            self.leading = best.0;
         }
     }
 
-    /// The running hypothesis' estimate, rad/s and m/s^2: what to subtract from the next block.
+    /// The leading hypothesis' estimate, rad/s and m/s^2.
     #[must_use]
     pub fn estimate(&self) -> &[T; OUTPUTS] {
-        self.get(self.running).estimate()
+        self.get(self.leading).estimate()
     }
 
-    /// The estimate of any hypothesis.
+    /// The estimate of any hypothesis: what it would subtract from the next block.
     #[must_use]
     pub fn estimate_of(&self, index: usize) -> &[T; OUTPUTS] {
         self.get(index).estimate()
     }
 
-    /// The hypothesis that the device's own navigator follows: the running one. As long as that is
+    /// The hypothesis that the device's own navigator follows: the leading one. As long as that is
     /// the zero correction, and the alignment has estimated the sensors' errors, it is
     /// [`SIX_BIASES`]: an alignment in motion with sensors of 0.5 deg/s holds for a second only
     /// without them. The output still has no correction then.
     fn navigating(&self) -> usize {
         let biases = self.believed && self.score(SIX_BIASES).is_finite();
-        if self.running == ZERO_CORRECTION && biases {
+        if self.leading == ZERO_CORRECTION && biases {
             SIX_BIASES
         } else {
-            self.running
+            self.leading
         }
     }
 
@@ -181,6 +197,12 @@ impl<T: Real> Bank<T> {
     #[must_use]
     pub fn error_state(&self) -> &[T; NAV] {
         self.get(self.navigating()).error_state()
+    }
+
+    /// The navigator's error by any hypothesis.
+    #[must_use]
+    pub fn error_state_of(&self, index: usize) -> &[T; NAV] {
+        self.get(index).error_state()
     }
 
     /// Standard deviation of one of the navigator's errors by the hypothesis that it follows;
@@ -245,10 +267,10 @@ impl<T: Real> Bank<T> {
         all
     }
 
-    /// Index of the running hypothesis in [`NAMES`]; 0 is the zero correction.
+    /// Index of the leading hypothesis in [`NAMES`]; 0 is the zero correction.
     #[must_use]
-    pub fn running(&self) -> usize {
-        self.running
+    pub fn leading(&self) -> usize {
+        self.leading
     }
 
     /// Log-likelihood of a hypothesis, relative to [`ZERO_CORRECTION`]'s.
@@ -263,16 +285,16 @@ impl<T: Real> Bank<T> {
         self.get(index).is_healthy()
     }
 
-    /// States of the running hypothesis' networks.
+    /// States of a hypothesis' networks.
     #[must_use]
-    pub fn states(&self) -> [State<T>; TRIADS] {
-        *self.get(self.running).states()
+    pub fn states_of(&self, index: usize) -> [State<T>; TRIADS] {
+        *self.get(index).states()
     }
 
-    /// The running hypothesis' networks, its biases folded in.
+    /// A hypothesis' networks, its biases folded in.
     #[must_use]
-    pub fn nets(&self) -> [LearnerNet<T>; TRIADS] {
-        self.get(self.running).nets()
+    pub fn nets_of(&self, index: usize) -> [LearnerNet<T>; TRIADS] {
+        self.get(index).nets()
     }
 }
 

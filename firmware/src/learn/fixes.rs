@@ -36,6 +36,7 @@ use super::antenna::Antenna;
 use super::bank::{Bank, Work, ZERO_CORRECTION};
 use super::prior::NAV;
 use super::quantise::{Scale, flat, split};
+use super::rehearsal::Rehearsal;
 use super::settings::Settings;
 use super::{Learner, Report, Winner};
 use crate::align::Align;
@@ -126,6 +127,8 @@ pub struct FixLearner<'m> {
     rest: Option<Rest>,
     /// The deferred work contains a fix.
     fixing: bool,
+    /// Which hypotheses have proved themselves.
+    rehearsal: Rehearsal,
     /// The hypothesis in force after the last finished fix.
     running: usize,
     /// Of a navigator that was aligned in motion.
@@ -157,6 +160,7 @@ impl<'m> FixLearner<'m> {
             counted_ms: None,
             rest: None,
             fixing: false,
+            rehearsal: Rehearsal::NEW,
             running: ZERO_CORRECTION,
             probation: Probation::default(),
             tally: Tally::default(),
@@ -173,19 +177,34 @@ impl<'m> FixLearner<'m> {
         while !work.is_done() {
             bank.work(work);
         }
+        while self.rehearsal.work(work.block()) {}
         if core::mem::take(&mut self.fixing) {
             let refused = u32::from(work.refused != 0);
             self.tally.refused = self.tally.refused.saturating_add(refused);
             self.probation.fix(refused != 0);
-            let before = core::mem::replace(&mut self.running, bank.running());
-            if self.running != before {
-                let of = if self.running == ZERO_CORRECTION {
-                    &mut self.tally.rollbacks
-                } else {
-                    &mut self.tally.promotions
-                };
-                *of = of.saturating_add(1);
-            }
+            self.choose();
+        }
+    }
+
+    /// Which hypothesis is in force after a fix.
+    fn choose(&mut self) {
+        let bank = &self.memory.bank;
+        let chosen = if bank.doubts() {
+            self.rehearsal.choose(|index| bank.score(index))
+        } else {
+            bank.leading()
+        };
+        self.put_in_force(chosen);
+    }
+
+    fn put_in_force(&mut self, chosen: usize) {
+        if core::mem::replace(&mut self.running, chosen) != chosen {
+            let of = if chosen == ZERO_CORRECTION {
+                &mut self.tally.rollbacks
+            } else {
+                &mut self.tally.promotions
+            };
+            *of = of.saturating_add(1);
         }
     }
 
@@ -198,6 +217,8 @@ impl<'m> FixLearner<'m> {
         if let Some(align) = &mut self.align {
             align.gap();
         }
+        self.rehearsal.interrupted();
+        self.put_in_force(ZERO_CORRECTION);
     }
 
     /// Ends the interval in progress: the means of all hypotheses move with the navigator, and
@@ -232,6 +253,7 @@ impl<'m> FixLearner<'m> {
         bank.propagate_mean(&block, &applied);
         work.interval(&block);
         self.antenna.interval(&block, &applied);
+        self.rehearsal.interval(block.time, &applied);
         Some(navigator)
     }
 
@@ -247,18 +269,29 @@ impl<'m> FixLearner<'m> {
             return self.lose();
         }
         self.antenna.feed_back(&error);
+        self.rehearsal.feed_back(&error, bank);
         navigator.set_lever_arm(self.antenna.arm());
         self.proportional.set(navigator.state());
     }
 
-    /// The navigator's solution, less the error that the last fix has shown; `None` while it does
-    /// not navigate. Where a block ends it is that of the last sample; within a block it is up to
+    /// The navigator's solution as the hypothesis in force sees it; `None` while it does not
+    /// navigate. Where a block ends it is that of the last sample; within a block it is up to
     /// 50 ms older.
     pub fn nav(&mut self) -> Option<nav::State> {
         self.finish();
         let mut navigator = self.course.navigator()?.clone();
-        navigator.feed_back(self.memory.bank.error_state());
+        navigator.feed_back(self.memory.bank.error_state_of(self.running));
         Some(*navigator.state())
+    }
+
+    /// The rehearsals, for reading.
+    pub fn rehearsal(&self) -> &Rehearsal {
+        &self.rehearsal
+    }
+
+    /// The hypothesis in force.
+    pub fn running(&self) -> usize {
+        self.running
     }
 
     /// The hypotheses, for reading. Call [`FixLearner::finish`] first; until then some of their
@@ -288,6 +321,7 @@ impl Learner for FixLearner<'_> {
         work.clear();
         self.antenna.begin(&self.settings, block_s);
         self.stream = Some(stream);
+        self.rehearsal.begin();
         self.running = ZERO_CORRECTION;
         self.tally = Tally::default();
         self.restart();
@@ -297,6 +331,8 @@ impl Learner for FixLearner<'_> {
         let Memory { bank, work } = &mut *self.memory;
         work.clear();
         self.antenna.clear();
+        self.rehearsal.interrupted();
+        self.running = ZERO_CORRECTION;
         bank.reset_networks();
         self.fixing = false;
         self.scale = None;
@@ -382,7 +418,10 @@ impl Learner for FixLearner<'_> {
         if !self.antenna.is_done() {
             return self.antenna.work(work) || !work.is_done();
         }
-        self.stream.is_some() && !work.is_done() && bank.work(work)
+        if !work.is_done() {
+            return self.stream.is_some() && (bank.work(work) || !self.rehearsal.is_done());
+        }
+        self.rehearsal.work(work.block())
     }
 
     fn winner(&mut self) -> Option<Winner> {
@@ -390,12 +429,12 @@ impl Learner for FixLearner<'_> {
         if self.running == ZERO_CORRECTION {
             return None;
         }
-        let bank = &self.memory.bank;
-        let [gyro, accel] = bank.nets();
+        let (bank, running) = (&self.memory.bank, self.running);
+        let [gyro, accel] = bank.nets_of(running);
         Some(Winner {
             nets: Nets { gyro, accel },
-            states: bank.states(),
-            estimate: split(bank.estimate()),
+            states: bank.states_of(running),
+            estimate: split(bank.estimate_of(running)),
             sigma: [[0.0; 3]; 2],
             settled: true,
         })
@@ -403,8 +442,9 @@ impl Learner for FixLearner<'_> {
 
     fn learnt(&mut self) -> (Nets, [State; 2]) {
         self.finish();
-        let [gyro, accel] = self.memory.bank.nets();
-        (Nets { gyro, accel }, self.memory.bank.states())
+        let (bank, running) = (&self.memory.bank, self.running);
+        let [gyro, accel] = bank.nets_of(running);
+        (Nets { gyro, accel }, bank.states_of(running))
     }
 
     fn still_s(&self) -> u32 {
@@ -413,7 +453,7 @@ impl Learner for FixLearner<'_> {
 
     fn report(&self) -> Report {
         Report {
-            estimate: split(self.memory.bank.estimate()),
+            estimate: split(self.memory.bank.estimate_of(self.running)),
             fixes: self.tally.used,
             refused: self.tally.refused,
             late: self.tally.late,

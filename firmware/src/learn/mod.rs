@@ -14,6 +14,7 @@ mod fixes;
 mod learnt_weights;
 pub mod prior;
 mod quantise;
+pub mod rehearsal;
 mod settings;
 mod window;
 

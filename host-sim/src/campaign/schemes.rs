@@ -207,6 +207,10 @@ pub fn rnn_kalman(case: &Case<'_>, enabled: u8) -> Option<FreeInertial> {
     };
     let (session, until) = (case.session, case.until);
     let learnt = fix_learner::learn(session, &assumptions, gates, None, until)?;
+    if learnt.running == ZERO_CORRECTION {
+        // the device changes nothing
+        return none(case, case.increments(), case.tuned.none_factor);
+    }
     Some(learnt.free_inertial(session, &assumptions, until))
 }
 

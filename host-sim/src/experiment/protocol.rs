@@ -37,6 +37,7 @@ use crate::learning::baseline::LinearModel;
 use crate::learning::fit::{FittedNetworks, fit_from};
 use crate::learning::teacher::{Assumptions, Nominal};
 use crate::learning::window::{NetworkSpec, compensator, corrected_increments};
+use firmware::learn::bank::ZERO_CORRECTION;
 use learnt::{Learnt, aided};
 use nalgebra::{UnitQuaternion, Vector3};
 use std::ops::Range;
@@ -226,6 +227,8 @@ fn solutions(
         out.insert(3 + k, (name, free_inertial(&run, &frozen, nav, from, to)));
     }
     let device = match follows {
+        // it changes nothing
+        _ if learnt.device.running == ZERO_CORRECTION => out.first()?.1.clone(),
         true => learnt.device.free_inertial(&run, a, from),
         false => {
             let nets = [learnt.device.nets.gyro, learnt.device.nets.accel];

@@ -106,6 +106,7 @@ impl FixLearner<'_> {
         };
         let Memory { work, .. } = &mut *self.memory;
         work.fix(z, variance);
+        self.rehearsal.fix(&z, &variance);
         self.fixing = true;
         self.tally.used = self.tally.used.saturating_add(1);
     }

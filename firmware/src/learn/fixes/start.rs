@@ -263,6 +263,7 @@ impl FixLearner<'_> {
         let rest = wider(rest);
         let Memory { bank, work } = &mut *self.memory;
         work.clear();
+        self.rehearsal.interrupted();
         if let Some(motion::Start { all, shown, .. }) = known {
             let both = [&rest, &wider(all)];
             bank.start(work, by, both, &applied, shown);

@@ -103,9 +103,9 @@ impl<'m> Device<'m> {
         Some(Learnt {
             nets,
             states,
-            estimate: triads(bank.estimate()),
+            estimate: triads(bank.estimate_of(self.learner.running())),
             nav,
-            running: bank.running(),
+            running: self.learner.running(),
             evidence: std::array::from_fn(|index| bank.evidence(index)),
         })
     }

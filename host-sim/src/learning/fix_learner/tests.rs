@@ -35,7 +35,7 @@ fn with_receiver(gnss: &GnssSpec, model: ErrorModelName, seed: u64) -> (Session,
         },
         heading: 1.0,
         standstill_s: 150.0,
-        drive_s: 250.0,
+        drive_s: 850.0,
         segments: None,
         vibration: 1.0,
         unit: seed,
@@ -69,8 +69,11 @@ fn noise_alone_promotes_nothing() {
 fn real_biases_are_promoted() {
     let (session, assumptions) = session(ErrorModelName::Linear, 5);
     let learnt = learn(&session, &assumptions, Gates::default(), None, 400).unwrap();
+    // the evidence comes first, the proof by rehearsals later
+    assert_eq!(learnt.running, ZERO_CORRECTION);
+    assert!(learnt.evidence[1] > 100.0);
+    let learnt = learn(&session, &assumptions, Gates::default(), None, 1000).unwrap();
     assert_ne!(learnt.running, ZERO_CORRECTION);
-    assert!(learnt.evidence[learnt.running] > 100.0);
 }
 
 /// Where nothing is in force, the samples of the free-inertial part pass unchanged.
@@ -159,11 +162,10 @@ fn the_lever_arm_is_taken_into_account() {
     };
     let known = run([3.0, 1.0, -2.0]);
     let ignored = run([0.0; 3]);
-    assert!(
-        known.0 == ZERO_CORRECTION && known.1 < 5 && known.2 < 1.5,
-        "{known:?}"
-    );
-    assert!(ignored.0 != ZERO_CORRECTION && ignored.1 > 20 && ignored.2 > 2.5);
+    assert!(known.1 < 5 && known.2 < 1.5, "{known:?}");
+    assert!(ignored.1 > 20 && ignored.2 > 2.5, "{ignored:?}");
+    // what it takes for errors of the sensors does not prove itself
+    assert_eq!((known.0, ignored.0), (ZERO_CORRECTION, ZERO_CORRECTION));
 }
 
 /// Fixes are 0.4 s late and the device is told 0.1 s. With the standard deviation that it is told,

@@ -32,7 +32,7 @@ impl Numbers {
 }
 
 fn same(a: &Bank, b: &Bank) {
-    assert_eq!(a.running(), b.running());
+    assert_eq!(a.leading(), b.leading());
     assert_eq!(a.error_state(), b.error_state());
     for h in 0..HYPOTHESES {
         assert_eq!(a.estimate_of(h), b.estimate_of(h), "{h}");

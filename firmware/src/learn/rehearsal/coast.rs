@@ -1,0 +1,110 @@
+//! One coast: navigation without fixes, once with each hypothesis' correction.
+
+use crate::learn::bank::{Bank, HYPOTHESES, ZERO_CORRECTION};
+use crate::learn::prior::NAV;
+use crate::nav::Transition;
+use lrnn_nostd::learn::kalman::OUTPUTS;
+
+/// A navigator without fixes, as its difference to the device's own: shadow minus navigator, in the
+/// order of [`NAV`]. That is enough, because differences move by the linear equations of the
+/// navigator's errors.
+#[derive(Debug, Clone, Copy)]
+struct Shadow {
+    off: [f32; NAV],
+    /// What it subtracts from the samples, rad/s and m/s2. It does not change.
+    correction: [f32; OUTPUTS],
+}
+
+impl Shadow {
+    const NONE: Shadow = Shadow {
+        off: [0.0; NAV],
+        correction: [0.0; OUTPUTS],
+    };
+
+    fn moves(&mut self, block: &Transition, applied: &[f32; OUTPUTS]) {
+        let mut excess = self.correction;
+        for (excess, applied) in excess.iter_mut().zip(applied) {
+            *excess -= applied;
+        }
+        let last = self.off;
+        for ((off, phi), gamma) in self.off.iter_mut().zip(&block.phi).zip(&block.gamma) {
+            *off = dot(phi, &last) + dot(gamma, &excess);
+        }
+    }
+}
+
+fn dot<const N: usize>(a: &[f32; N], b: &[f32; N]) -> f32 {
+    a.iter().zip(b).fold(0.0, |sum, (a, b)| sum + a * b)
+}
+
+/// What a fix says of the navigator: estimate minus fix of two horizontal components, and the
+/// standard deviation of the fix.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Seen {
+    /// Index of the first component in [`NAV`]: north of the position or of the velocity.
+    pub first: usize,
+    pub off: [f32; 2],
+    pub sigma: f32,
+}
+
+/// See the module.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Coast {
+    shadows: [Shadow; HYPOTHESES],
+    /// Time since its start, s.
+    pub time: f32,
+    pub runs: bool,
+}
+
+impl Coast {
+    pub const NONE: Coast = Coast {
+        shadows: [Shadow::NONE; HYPOTHESES],
+        time: 0.0,
+        runs: false,
+    };
+
+    /// Every shadow starts where its hypothesis believes the vehicle to be, with what it believes
+    /// of the sensors.
+    pub fn start(&mut self, bank: &Bank) {
+        for (index, shadow) in self.shadows.iter_mut().enumerate() {
+            shadow.off = bank.error_state_of(index).map(|error| -error);
+            shadow.correction = *bank.estimate_of(index);
+        }
+        (self.time, self.runs) = (0.0, true);
+    }
+
+    /// The navigator has passed an interval with the estimate `applied` subtracted.
+    pub fn moves(&mut self, block: &Transition, applied: &[f32; OUTPUTS]) {
+        self.time += block.time;
+        for shadow in &mut self.shadows {
+            shadow.moves(block, applied);
+        }
+    }
+
+    /// The navigator has been corrected by `error`; the shadows have not.
+    pub fn feed_back(&mut self, error: &[f32; NAV]) {
+        for shadow in &mut self.shadows {
+            for (off, error) in shadow.off.iter_mut().zip(error) {
+                *off += error;
+            }
+        }
+    }
+
+    /// Natural logarithms of how much smaller each hypothesis' error is at this fix than that
+    /// without correction, from -1 to 1. An error below the fix's standard deviation counts as that
+    /// one. What is not finite is the worst.
+    pub fn scores(&self, seen: &Seen) -> [f32; HYPOTHESES] {
+        let squares = self.shadows.each_ref().map(|shadow| {
+            let mut sum = seen.sigma * seen.sigma;
+            for (off, seen) in shadow.off.iter().skip(seen.first).zip(seen.off) {
+                sum += (off + seen) * (off + seen);
+            }
+            sum
+        });
+        let without = squares.get(ZERO_CORRECTION).copied().unwrap_or(f32::NAN);
+        squares.map(|square| {
+            let score = 0.5 * libm::logf(without / square);
+            if score >= -1.0 { score.min(1.0) } else { -1.0 }
+        })
+    }
+}

@@ -1,0 +1,339 @@
+//! Rehearsals: is navigation without fixes better with a hypothesis' correction than without one?
+//!
+//! That is what a correction is for, and it can be tried again and again while fixes come. Shadow
+//! navigators start from what each hypothesis believes, go on without fixes for some time, and their
+//! error at a fix then is compared with that of the shadow that corrects nothing. This asks no noise
+//! model, no datasheet and no white fixes. Errors of the receiver that last shorter than a coast hurt
+//! all shadows alike.
+//!
+//! A hypothesis has **proved** itself when the bets on it ([`wealth`]) have won a hundred times their
+//! stake at one of the [`HORIZONS_S`], and at no horizon has it been found harmful, and at the
+//! longest one that has been tried it wins as well. Short coasts give speed, long ones a veto. It is
+//! given up by the same bets.
+//!
+//! The shadows of a coast are differences to the device's navigator, which move by linear equations
+//! ([`coast`]): a coast costs 1 % of what a navigator costs. Each horizon has two coasts, half a
+//! horizon apart. Their bets are separate, since coasts that overlap are not news to each other, and
+//! the mean of both counts.
+
+mod coast;
+mod wealth;
+
+use super::bank::{Bank, HYPOTHESES, ZERO_CORRECTION};
+use super::prior::NAV;
+use crate::fix::OBSERVATIONS;
+use crate::nav::Transition;
+use coast::{Coast, Seen};
+use lrnn_nostd::learn::kalman::OUTPUTS;
+use wealth::Wealth;
+
+/// How long the coasts last, s.
+pub const HORIZONS_S: [f32; HORIZONS] = [5.0, 10.0, 30.0, 60.0, 120.0, 300.0];
+const HORIZONS: usize = 6;
+/// Coasts of each horizon.
+const STREAMS: usize = 2;
+/// Capital that proves, in stakes: the odds against chance.
+const PROVED: f32 = 100.0;
+/// A proved hypothesis keeps its proof above this.
+const KEEPS: f32 = 20.0;
+/// Below this capital of the check a hypothesis is harmful; one that has proved itself, below the
+/// second.
+const HARMFUL: [f32; 2] = [0.5, 0.25];
+/// Coasts after which a horizon counts as tried.
+const TRIED: u16 = 3;
+/// Mean scores that are as good as the best one.
+const ALIKE: f32 = 0.2;
+/// A fix may end a coast so much later than its horizon: a share of it, and s.
+const LATE: [f32; 2] = [0.5, 2.0];
+/// After a new start of the navigator, past proofs count no more than this.
+const ANEW: f32 = 10.0;
+/// A proof that was not renewed for this time is none any more, s (assumed).
+const TRUST_S: f32 = 3600.0;
+
+/// The rehearsals of one length.
+#[derive(Debug, Clone, Copy)]
+struct Horizon {
+    coasts: [Coast; STREAMS],
+    wealth: [[Wealth; HYPOTHESES]; STREAMS],
+    counts: [u16; STREAMS],
+}
+
+impl Horizon {
+    const NONE: Horizon = Horizon {
+        coasts: [Coast::NONE; STREAMS],
+        wealth: [[Wealth::NONE; HYPOTHESES]; STREAMS],
+        counts: [0; STREAMS],
+    };
+
+    fn mean(&self, of: impl Fn(&Wealth) -> f32, hypothesis: usize) -> f32 {
+        let each = self.wealth.iter().filter_map(|all| all.get(hypothesis));
+        each.map(of).sum::<f32>() / STREAMS as f32
+    }
+
+    fn count(&self) -> u16 {
+        self.counts.iter().fold(0, |sum, n| sum.saturating_add(*n))
+    }
+
+    /// Which coast may start now: one that does not run, half a horizon after the other.
+    fn free(&mut self, horizon: f32) -> Option<&mut Coast> {
+        let [a, b] = &mut self.coasts;
+        match (a.runs, b.runs) {
+            (false, _) if !b.runs || b.time >= 0.5 * horizon => Some(a),
+            (true, false) if a.time >= 0.5 * horizon => Some(b),
+            _ => None,
+        }
+    }
+}
+
+/// How a hypothesis stands.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Standing {
+    /// Greatest capital of the proof over the horizons.
+    pub proof: f32,
+    /// Least capital of the check.
+    pub check: f32,
+    /// Capital of the proof at the longest horizon that was tried.
+    pub longest: f32,
+    /// Mean score there.
+    pub score: f32,
+}
+
+/// See the module.
+#[derive(Debug, Clone)]
+pub struct Rehearsal {
+    horizons: [Horizon; HORIZONS],
+    /// Of the interval that the running coasts are to pass.
+    applied: [f32; OUTPUTS],
+    /// By how much the navigator has been corrected after it.
+    fed_back: [f32; NAV],
+    seen: Option<Seen>,
+    /// The interval has no length: there is a fix at the end of the last one.
+    at_once: bool,
+    /// The coast that is to pass it next; from this number on they are done.
+    next: usize,
+    /// Coasts that ran when the interval ended, one bit each.
+    moving: u16,
+    proved: [bool; HYPOTHESES],
+    chosen: usize,
+    /// Time since a coast has ended, s.
+    since_s: f32,
+}
+
+const COASTS: usize = HORIZONS * STREAMS;
+
+impl Rehearsal {
+    /// Nothing has been tried.
+    pub const NEW: Rehearsal = Rehearsal {
+        horizons: [Horizon::NONE; HORIZONS],
+        applied: [0.0; OUTPUTS],
+        fed_back: [0.0; NAV],
+        seen: None,
+        at_once: false,
+        next: COASTS,
+        moving: 0,
+        proved: [false; HYPOTHESES],
+        chosen: ZERO_CORRECTION,
+        since_s: 0.0,
+    };
+
+    /// Begins anew, in place.
+    pub fn begin(&mut self) {
+        self.horizons.fill(Horizon::NONE);
+        self.drop_coasts();
+        self.proved = [false; HYPOTHESES];
+        (self.chosen, self.since_s) = (ZERO_CORRECTION, 0.0);
+    }
+
+    fn drop_coasts(&mut self) {
+        for horizon in &mut self.horizons {
+            for coast in &mut horizon.coasts {
+                coast.runs = false;
+            }
+        }
+        self.seen = None;
+        self.next = COASTS;
+    }
+
+    /// The navigator was lost, or starts anew: the coasts in progress end without a result, and
+    /// what has been proved must be proved again, from a smaller capital.
+    pub fn interrupted(&mut self) {
+        self.drop_coasts();
+        for horizon in &mut self.horizons {
+            for wealth in horizon.wealth.as_flattened_mut() {
+                wealth.limit(ANEW);
+            }
+        }
+        self.proved = [false; HYPOTHESES];
+        self.chosen = ZERO_CORRECTION;
+    }
+
+    /// The navigator has passed an interval with the estimate `applied` subtracted. The coasts
+    /// follow in [`Self::work`].
+    pub fn interval(&mut self, time: f32, applied: &[f32; OUTPUTS]) {
+        self.since_s += time;
+        self.applied = *applied;
+        self.seen = None;
+        self.goes_on(false);
+    }
+
+    fn goes_on(&mut self, at_once: bool) {
+        self.at_once = at_once;
+        self.fed_back = [0.0; NAV];
+        self.next = 0;
+        let coasts = self.horizons.iter().flat_map(|horizon| &horizon.coasts);
+        let bits = coasts.enumerate();
+        self.moving = bits.fold(0, |bits, (k, coast)| bits | u16::from(coast.runs) << k);
+    }
+
+    /// A fix at the end of the interval: estimate minus fix, and its variance. The position counts;
+    /// where it is not measured, the velocity.
+    pub fn fix(&mut self, z: &[f32; OBSERVATIONS], variance: &[f32; OBSERVATIONS]) {
+        let [n, e, _, vn, ve, _] = *z;
+        let [of_n, of_e, _, of_vn, of_ve, _] = *variance;
+        let (position, velocity) = (of_n.max(of_e), of_vn.max(of_ve));
+        self.seen = if position.is_finite() {
+            Some((6, [n, e], position))
+        } else if velocity.is_finite() {
+            Some((3, [vn, ve], velocity))
+        } else {
+            None
+        }
+        .map(|(first, off, variance)| Seen {
+            first,
+            off,
+            sigma: libm::sqrtf(variance.max(0.0)),
+        });
+        if self.is_done() {
+            self.goes_on(true);
+        }
+    }
+
+    /// The navigator has been corrected by `error` after the interval. Coasts may start now.
+    pub fn feed_back(&mut self, error: &[f32; NAV], bank: &Bank) {
+        if self.is_done() {
+            let coasts = self.horizons.iter_mut().flat_map(|of| &mut of.coasts);
+            coasts.for_each(|coast| coast.feed_back(error));
+        } else {
+            self.fed_back = *error;
+        }
+        for (horizon, length) in self.horizons.iter_mut().zip(HORIZONS_S) {
+            if let Some(coast) = horizon.free(length) {
+                coast.start(bank);
+            }
+        }
+    }
+
+    /// Whether all coasts have passed the interval.
+    pub fn is_done(&self) -> bool {
+        self.next >= COASTS
+    }
+
+    /// One coast passes the interval, some thousand instructions. True: there is more.
+    pub fn work(&mut self, block: &Transition) -> bool {
+        if self.is_done() {
+            return false;
+        }
+        let (k, stream) = (self.next / STREAMS, self.next % STREAMS);
+        let moves = self.moving >> self.next & 1 == 1;
+        self.next += 1;
+        let length = HORIZONS_S.get(k).copied().unwrap_or(f32::INFINITY);
+        let Some(horizon) = self.horizons.get_mut(k).filter(|_| moves) else {
+            return !self.is_done();
+        };
+        let Horizon {
+            coasts,
+            wealth,
+            counts,
+        } = horizon;
+        if let (Some(coast), Some(wealth), Some(count)) = (
+            coasts.get_mut(stream),
+            wealth.get_mut(stream),
+            counts.get_mut(stream),
+        ) {
+            if !self.at_once {
+                coast.moves(block, &self.applied);
+            }
+            if let Some(seen) = &self.seen
+                && coast.time >= length
+            {
+                coast.runs = false;
+                if coast.time <= length + LATE[0] * length + LATE[1] {
+                    let scores = coast.scores(seen);
+                    for (wealth, score) in wealth.iter_mut().zip(scores) {
+                        wealth.takes(score, *count);
+                    }
+                    *count = count.saturating_add(1);
+                    self.since_s = 0.0;
+                }
+            }
+            coast.feed_back(&self.fed_back);
+        }
+        !self.is_done()
+    }
+
+    /// How a hypothesis stands.
+    pub fn standing(&self, hypothesis: usize) -> Standing {
+        let mut standing = Standing {
+            proof: 0.0,
+            check: f32::INFINITY,
+            longest: 0.0,
+            score: 0.0,
+        };
+        for horizon in &self.horizons {
+            let proof = horizon.mean(|of| of.proof, hypothesis);
+            standing.proof = standing.proof.max(proof);
+            standing.check = standing.check.min(horizon.mean(|of| of.check, hypothesis));
+            if horizon.count() >= TRIED {
+                standing.longest = proof;
+                standing.score = horizon.mean(|of| of.mean, hypothesis);
+            }
+        }
+        standing
+    }
+
+    /// The hypothesis that may correct: of those that have proved themselves and are about as good
+    /// as the best of them, the one with the greatest evidence. `evidence` is minus infinity for
+    /// those that may not.
+    pub fn choose(&mut self, evidence: impl Fn(usize) -> f64) -> usize {
+        let stale = self.since_s > TRUST_S;
+        let mut best = f32::NEG_INFINITY;
+        for (hypothesis, proved) in self.standings() {
+            let Standing {
+                proof,
+                check,
+                longest,
+                score,
+            } = self.standing(hypothesis);
+            let new = proof >= PROVED && check >= HARMFUL[0] && longest >= 1.0;
+            let keeps = proved && proof >= KEEPS && check >= HARMFUL[1];
+            let may = hypothesis != ZERO_CORRECTION && !stale;
+            let may = may && (new || keeps) && evidence(hypothesis).is_finite();
+            if let Some(proved) = self.proved.get_mut(hypothesis) {
+                *proved = may;
+            }
+            if may && score > best {
+                best = score;
+            }
+        }
+        let mut chosen = (ZERO_CORRECTION, f64::NEG_INFINITY);
+        for (hypothesis, proved) in self.standings() {
+            let good = self.standing(hypothesis).score >= best - ALIKE;
+            let evidence = evidence(hypothesis);
+            if proved && good && evidence > chosen.1 {
+                chosen = (hypothesis, evidence);
+            }
+        }
+        self.chosen = chosen.0;
+        self.chosen
+    }
+
+    /// Numbers of the hypotheses, and whether each has proved itself.
+    fn standings(&self) -> impl Iterator<Item = (usize, bool)> + use<> {
+        self.proved.into_iter().enumerate()
+    }
+
+    /// Coasts that have ended, at each horizon.
+    pub fn counts(&self) -> [u16; HORIZONS] {
+        self.horizons.each_ref().map(Horizon::count)
+    }
+}
