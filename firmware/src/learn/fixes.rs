@@ -182,6 +182,7 @@ impl<'m> FixLearner<'m> {
             let refused = u32::from(work.refused != 0);
             self.tally.refused = self.tally.refused.saturating_add(refused);
             self.probation.fix(refused != 0);
+            self.rehearsal.start(&self.memory.bank);
             self.choose();
         }
     }
@@ -269,7 +270,7 @@ impl<'m> FixLearner<'m> {
             return self.lose();
         }
         self.antenna.feed_back(&error);
-        self.rehearsal.feed_back(&error, bank);
+        self.rehearsal.feed_back(&error);
         navigator.set_lever_arm(self.antenna.arm());
         self.proportional.set(navigator.state());
     }

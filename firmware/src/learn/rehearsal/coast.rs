@@ -90,21 +90,42 @@ impl Coast {
         }
     }
 
-    /// Natural logarithms of how much smaller each hypothesis' error is at this fix than that
-    /// without correction, from -1 to 1. An error below the fix's standard deviation counts as that
-    /// one. What is not finite is the worst.
-    pub fn scores(&self, seen: &Seen) -> [f32; HYPOTHESES] {
+    /// The scores of each hypothesis at this fix.
+    pub fn scores(&self, seen: &Seen) -> [Score; HYPOTHESES] {
         let squares = self.shadows.each_ref().map(|shadow| {
-            let mut sum = seen.sigma * seen.sigma;
-            for (off, seen) in shadow.off.iter().skip(seen.first).zip(seen.off) {
-                sum += (off + seen) * (off + seen);
+            let off = shadow.off.iter().skip(seen.first).zip(seen.off);
+            let mut squares = [0.0; 2];
+            for (square, (off, seen)) in squares.iter_mut().zip(off) {
+                *square = (off + seen) * (off + seen);
             }
-            sum
+            squares
         });
-        let without = squares.get(ZERO_CORRECTION).copied().unwrap_or(f32::NAN);
-        squares.map(|square| {
-            let score = 0.5 * libm::logf(without / square);
-            if score >= -1.0 { score.min(1.0) } else { -1.0 }
+        let floor = seen.sigma * seen.sigma;
+        let without = squares.get(ZERO_CORRECTION).copied();
+        let [n, e] = without.unwrap_or([f32::NAN; 2]);
+        squares.map(|[with_n, with_e]| Score {
+            whole: score(n + e + floor, with_n + with_e + floor),
+            parts: [
+                score(n + floor, with_n + floor),
+                score(e + floor, with_e + floor),
+            ],
         })
     }
+}
+
+/// How much smaller an error is than that without correction: the natural logarithm of the ratio,
+/// from -1 to 1. An error below the fix's standard deviation counts as that one. What is not finite
+/// is the worst.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Score {
+    /// Of the horizontal error.
+    pub whole: f32,
+    /// Of its parts north and east.
+    pub parts: [f32; 2],
+}
+
+/// By the squares of the errors without and with a correction.
+fn score(without: f32, with: f32) -> f32 {
+    let score = 0.5 * libm::logf(without / with);
+    if score >= -1.0 { score.min(1.0) } else { -1.0 }
 }

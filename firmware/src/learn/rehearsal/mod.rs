@@ -12,8 +12,8 @@
 //! given up by the same bets.
 //!
 //! The shadows of a coast are differences to the device's navigator, which move by linear equations
-//! ([`coast`]): a coast costs 1 % of what a navigator costs. Each horizon has two coasts, half a
-//! horizon apart. Their bets are separate, since coasts that overlap are not news to each other, and
+//! ([`coast`]): a coast costs 1 % of what a navigator costs. Each horizon has two coasts, about half
+//! a horizon apart. Their bets are separate, since coasts that overlap are not news to each other, and
 //! the mean of both counts.
 
 mod coast;
@@ -32,6 +32,9 @@ pub const HORIZONS_S: [f32; HORIZONS] = [5.0, 10.0, 30.0, 60.0, 120.0, 300.0];
 const HORIZONS: usize = 6;
 /// Coasts of each horizon.
 const STREAMS: usize = 2;
+/// The second coast starts so much after the first, as a share of the horizon: about a half, with
+/// room for fixes a second apart.
+const APART: f32 = 0.4;
 /// Capital that proves, in stakes: the odds against chance.
 const PROVED: f32 = 100.0;
 /// A proved hypothesis keeps its proof above this.
@@ -43,7 +46,9 @@ const HARMFUL: [f32; 2] = [0.5, 0.25];
 const TRIED: u16 = 3;
 /// Mean scores that are as good as the best one.
 const ALIKE: f32 = 0.2;
-/// A fix may end a coast so much later than its horizon: a share of it, and s.
+/// A fix may end a coast so much sooner than its horizon, s (fixes do not come at even times), and
+/// so much later: a share of it, and s.
+const EARLY: f32 = 0.3;
 const LATE: [f32; 2] = [0.5, 2.0];
 /// After a new start of the navigator, past proofs count no more than this.
 const ANEW: f32 = 10.0;
@@ -74,12 +79,12 @@ impl Horizon {
         self.counts.iter().fold(0, |sum, n| sum.saturating_add(*n))
     }
 
-    /// Which coast may start now: one that does not run, half a horizon after the other.
+    /// Which coast may start now: one that does not run, some time after the other.
     fn free(&mut self, horizon: f32) -> Option<&mut Coast> {
         let [a, b] = &mut self.coasts;
         match (a.runs, b.runs) {
-            (false, _) if !b.runs || b.time >= 0.5 * horizon => Some(a),
-            (true, false) if a.time >= 0.5 * horizon => Some(b),
+            (false, _) if !b.runs || b.time >= APART * horizon => Some(a),
+            (true, false) if a.time >= APART * horizon => Some(b),
             _ => None,
         }
     }
@@ -208,14 +213,18 @@ impl Rehearsal {
         }
     }
 
-    /// The navigator has been corrected by `error` after the interval. Coasts may start now.
-    pub fn feed_back(&mut self, error: &[f32; NAV], bank: &Bank) {
+    /// The navigator has been corrected by `error` after the interval.
+    pub fn feed_back(&mut self, error: &[f32; NAV]) {
         if self.is_done() {
             let coasts = self.horizons.iter_mut().flat_map(|of| &mut of.coasts);
             coasts.for_each(|coast| coast.feed_back(error));
         } else {
             self.fed_back = *error;
         }
+    }
+
+    /// The hypotheses have learnt from a fix: coasts may start.
+    pub fn start(&mut self, bank: &Bank) {
         for (horizon, length) in self.horizons.iter_mut().zip(HORIZONS_S) {
             if let Some(coast) = horizon.free(length) {
                 coast.start(bank);
@@ -254,13 +263,13 @@ impl Rehearsal {
                 coast.moves(block, &self.applied);
             }
             if let Some(seen) = &self.seen
-                && coast.time >= length
+                && coast.time >= length - EARLY
             {
                 coast.runs = false;
                 if coast.time <= length + LATE[0] * length + LATE[1] {
                     let scores = coast.scores(seen);
                     for (wealth, score) in wealth.iter_mut().zip(scores) {
-                        wealth.takes(score, *count);
+                        wealth.takes(&score, *count);
                     }
                     *count = count.saturating_add(1);
                     self.since_s = 0.0;
@@ -280,7 +289,7 @@ impl Rehearsal {
             score: 0.0,
         };
         for horizon in &self.horizons {
-            let proof = horizon.mean(|of| of.proof, hypothesis);
+            let proof = horizon.mean(Wealth::proof, hypothesis);
             standing.proof = standing.proof.max(proof);
             standing.check = standing.check.min(horizon.mean(|of| of.check, hypothesis));
             if horizon.count() >= TRIED {

@@ -7,6 +7,8 @@
 //! means of bounded random variables by betting"). Nothing is assumed of noise, independence or
 //! distribution.
 
+use super::coast::Score;
+
 /// A hypothesis must make the error smaller by this much, as a natural logarithm: an eighth is 12
 /// %. It is what a correction must be worth, and covers that errors of the fixes at both ends of a
 /// coast may be alike.
@@ -24,8 +26,11 @@ const MEMORY: f32 = 10.0;
 /// The bets on one hypothesis at one horizon.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Wealth {
-    /// Capital of bets that it is worth its use.
-    pub proof: f32,
+    /// Capital of bets that it is worth its use, one half of it on the whole error.
+    proof: f32,
+    /// The other half, on the error's parts north and east, one after the other. Where a correction
+    /// gains much in both, this is twice as fast.
+    parts: f32,
     /// Capital of bets that it does no harm.
     pub check: f32,
     /// Mean of the last scores.
@@ -35,22 +40,36 @@ pub(super) struct Wealth {
 impl Wealth {
     pub const NONE: Wealth = Wealth {
         proof: 1.0,
+        parts: 1.0,
         check: 1.0,
         mean: 0.0,
     };
 
     /// One more score; `count` of them before.
-    pub fn takes(&mut self, score: f32, count: u16) {
-        let worth = (score - WORTH) / (1.0 + WORTH);
-        self.proof = kept(self.proof * (1.0 + PROOF_BET * worth), PROOF);
-        self.check = kept(self.check * (1.0 + CHECK_BET * score), CHECK);
-        self.mean += (score - self.mean) / (f32::from(count) + 1.0).min(MEMORY);
+    pub fn takes(&mut self, score: &Score, count: u16) {
+        let Score { whole, parts } = score;
+        self.proof = kept(self.proof * won(*whole), PROOF);
+        let [north, east] = parts.map(won);
+        self.parts = kept(self.parts * north * east, PROOF);
+        self.check = kept(self.check * (1.0 + CHECK_BET * whole), CHECK);
+        self.mean += (whole - self.mean) / (f32::from(count) + 1.0).min(MEMORY);
+    }
+
+    /// Capital of the bets that it is worth its use.
+    pub fn proof(&self) -> f32 {
+        0.5 * (self.proof + self.parts)
     }
 
     /// Past successes count no more than this.
     pub fn limit(&mut self, proof: f32) {
         self.proof = self.proof.min(proof);
+        self.parts = self.parts.min(proof);
     }
+}
+
+/// What a bet makes of its stake.
+fn won(score: f32) -> f32 {
+    1.0 + PROOF_BET * (score - WORTH) / (1.0 + WORTH)
 }
 
 /// Kept between two limits; what is not finite is the least.
