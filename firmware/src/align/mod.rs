@@ -207,6 +207,12 @@ impl Align {
         }
     }
 
+    /// The navigation computer says that the vehicle stands.
+    #[must_use]
+    pub fn is_commanded(&self) -> bool {
+        self.commanded
+    }
+
     /// Seconds in a row that the vehicle has stood.
     #[must_use]
     pub fn still(&self) -> u32 {

@@ -20,13 +20,13 @@ pub use gates::Gates;
 pub(super) use gates::Refusals;
 pub use parts::Work;
 pub use table::{
-    ALL, HYPOTHESES, KEYS, LARGEST, NAMES, SIX_BIASES, WITH_NETWORKS, ZERO_CORRECTION,
+    ALL, HYPOTHESES, KEYS, LARGEST, NAMES, SIX_BIASES, STORED, WITH_NETWORKS, ZERO_CORRECTION,
 };
 
 use super::prior::{Datasheet, LearnerNet, NAV};
 use crate::fix::OBSERVATIONS;
 use hypothesis::Hypothesis;
-use lrnn_nostd::learn::kalman::{OUTPUTS, TRIADS};
+use lrnn_nostd::learn::kalman::{FixedWeights, OUTPUTS, TRIADS};
 use lrnn_nostd::{Real, State};
 use table::Hypotheses;
 
@@ -86,9 +86,31 @@ impl<T: Real> Bank<T> {
         let [g, a] = [sheet.gyro_bias, sheet.accel_bias];
         self.unmodelled = [g, g, g, a, a, a];
         self.gates = gates;
+        self.gates.enabled &= !(1 << STORED);
         self.refused = [Refusals::NONE; OBSERVATIONS];
         self.leading = ZERO_CORRECTION;
         self.believed = false;
+    }
+
+    /// After [`Bank::begin`]: the hypothesis [`STORED`] takes part, with these networks.
+    #[inline(never)]
+    pub fn begin_stored(
+        &mut self,
+        nets: &[LearnerNet<T>; TRIADS],
+        sheet: &Datasheet<T>,
+        block_s: f64,
+        error_sigma: [T; NAV],
+    ) {
+        self.hypotheses.begin_stored(nets, || {
+            sheet.prior::<FixedWeights, 0>(block_s, 0.0, error_sigma, error_floor())
+        });
+        self.gates.enabled |= 1 << STORED;
+    }
+
+    /// Whether a hypothesis takes part.
+    #[must_use]
+    pub fn takes_part(&self, index: usize) -> bool {
+        self.gates.enabled >> index & 1 == 1
     }
 
     fn get(&self, index: usize) -> &dyn Hypothesis<T> {
@@ -125,8 +147,7 @@ impl<T: Real> Bank<T> {
     #[must_use]
     pub fn score(&self, index: usize) -> f64 {
         let hypothesis = self.get(index);
-        let enabled = self.gates.enabled >> index & 1 == 1;
-        if enabled && hypothesis.is_healthy() {
+        if self.takes_part(index) && hypothesis.is_healthy() {
             hypothesis.log_likelihood()
         } else {
             f64::NEG_INFINITY
@@ -137,7 +158,7 @@ impl<T: Real> Bank<T> {
     /// whatever it has proved: for measurements.
     #[must_use]
     pub fn doubts(&self) -> bool {
-        self.gates.enabled >> ZERO_CORRECTION & 1 == 1
+        self.takes_part(ZERO_CORRECTION)
     }
 
     /// Which hypothesis leads.
@@ -289,6 +310,12 @@ impl<T: Real> Bank<T> {
     #[must_use]
     pub fn states_of(&self, index: usize) -> [State<T>; TRIADS] {
         *self.get(index).states()
+    }
+
+    /// Standard deviations of the six biases, as the hypothesis that has nothing else knows them.
+    #[must_use]
+    pub fn bias_sigma(&self) -> [T; OUTPUTS] {
+        self.get(SIX_BIASES).bias_sigma()
     }
 
     /// A hypothesis' networks, its biases folded in.

@@ -29,11 +29,12 @@ pub(in crate::learn) mod drive;
 mod gaps;
 mod observe;
 mod proportional;
+mod settled;
 mod start;
 
 use super::age::FixAge;
 use super::antenna::Antenna;
-use super::bank::{Bank, Work, ZERO_CORRECTION};
+use super::bank::{Bank, STORED, Work, ZERO_CORRECTION};
 use super::prior::NAV;
 use super::quantise::{Scale, flat, split};
 use super::rehearsal::Rehearsal;
@@ -48,13 +49,12 @@ use crate::model::Nets;
 use crate::nav::{self, Navigator};
 use crate::sample::{Counts, RawSample, StreamScale};
 use lrnn_nostd::State;
-use observe::Rest;
+use observe::{Mean, Rest};
 
 /// The large part of a learner, to be static; at most [`ROOM`] bytes.
 #[derive(Debug)]
 pub struct Memory {
     bank: Bank,
-    work: Work,
 }
 
 /// Bytes that a [`Memory`] may take: the core-coupled memory of an STM32F405.
@@ -63,10 +63,7 @@ const _: () = assert!(size_of::<Memory>() <= ROOM);
 
 impl Memory {
     /// All zeros, so that it takes no room in flash.
-    pub const ZEROED: Memory = Memory {
-        bank: Bank::ZEROED,
-        work: Work::ZEROED,
-    };
+    pub const ZEROED: Memory = Memory { bank: Bank::ZEROED };
 }
 
 /// Counters; each saturates.
@@ -89,12 +86,14 @@ use aligning::{Asked, Seen};
 use course::Course;
 use gaps::Recent;
 use proportional::{Proportional, Ratios};
+use settled::Settled;
 use start::Probation;
 
 /// Learns both networks from the receiver's fixes.
 #[derive(Debug)]
 pub struct FixLearner<'m> {
     memory: &'m mut Memory,
+    work: Work,
     settings: Settings,
     /// `None` until the learner has begun.
     stream: Option<StreamScale>,
@@ -125,12 +124,16 @@ pub struct FixLearner<'m> {
     counted_ms: Option<u32>,
     /// Where the vehicle stands, if the receiver measures no velocity.
     rest: Option<Rest>,
+    /// How it moves by a receiver that does, while the sensors are still.
+    mean: Mean,
     /// The deferred work contains a fix.
     fixing: bool,
     /// Which hypotheses have proved themselves.
     rehearsal: Rehearsal,
     /// The hypothesis in force after the last finished fix.
     running: usize,
+    /// Whether its estimate has settled.
+    settled: Settled,
     /// Of a navigator that was aligned in motion.
     probation: Probation,
     tally: Tally,
@@ -142,6 +145,7 @@ impl<'m> FixLearner<'m> {
     pub fn new(memory: &'m mut Memory, settings: Settings) -> FixLearner<'m> {
         FixLearner {
             memory,
+            work: Work::ZEROED,
             settings,
             stream: None,
             scale: None,
@@ -159,9 +163,11 @@ impl<'m> FixLearner<'m> {
             antenna: Antenna::ZEROED,
             counted_ms: None,
             rest: None,
+            mean: Mean::default(),
             fixing: false,
             rehearsal: Rehearsal::NEW,
             running: ZERO_CORRECTION,
+            settled: Settled::default(),
             probation: Probation::default(),
             tally: Tally::default(),
         }
@@ -170,7 +176,7 @@ impl<'m> FixLearner<'m> {
     /// Does all deferred work. Afterwards it is known what the last fix led to.
     pub fn finish(&mut self) {
         while self.align_part() {}
-        let Memory { bank, work } = &mut *self.memory;
+        let (bank, work) = (&mut self.memory.bank, &mut self.work);
         while !self.antenna.is_done() {
             self.antenna.work(work);
         }
@@ -196,9 +202,15 @@ impl<'m> FixLearner<'m> {
             bank.leading()
         };
         self.put_in_force(chosen);
+        let bank = &self.memory.bank;
+        self.settled
+            .looks(bank.estimate_of(chosen), &bank.bias_sigma());
     }
 
     fn put_in_force(&mut self, chosen: usize) {
+        if chosen == ZERO_CORRECTION {
+            self.settled.moves();
+        }
         if core::mem::replace(&mut self.running, chosen) != chosen {
             let of = if chosen == ZERO_CORRECTION {
                 &mut self.tally.rollbacks
@@ -219,6 +231,7 @@ impl<'m> FixLearner<'m> {
             align.gap();
         }
         self.rehearsal.interrupted();
+        self.settled = Settled::default();
         self.put_in_force(ZERO_CORRECTION);
     }
 
@@ -226,7 +239,7 @@ impl<'m> FixLearner<'m> {
     /// their covariances become work.
     fn end_interval(&mut self) -> Option<&mut Navigator> {
         self.finish();
-        self.memory.work.clear();
+        self.work.clear();
         self.antenna.clear();
         let fails = self.probation.fails();
         if fails || self.course.navigator()?.faults().lost {
@@ -249,12 +262,13 @@ impl<'m> FixLearner<'m> {
         for (i, variance) in grown.as_flattened().iter().enumerate() {
             block.q[i][i] += variance;
         }
-        let Memory { bank, work } = &mut *self.memory;
+        let (bank, work) = (&mut self.memory.bank, &mut self.work);
         let applied = flat(navigator.estimate());
         bank.propagate_mean(&block, &applied);
         work.interval(&block);
         self.antenna.interval(&block, &applied);
         self.rehearsal.interval(block.time, &applied);
+        self.settled.passes(block.time);
         Some(navigator)
     }
 
@@ -275,13 +289,24 @@ impl<'m> FixLearner<'m> {
         self.proportional.set(navigator.state());
     }
 
-    /// The navigator's solution as the hypothesis in force sees it; `None` while it does not
-    /// navigate. Where a block ends it is that of the last sample; within a block it is up to
+    /// The navigator's solution, less the error that the last fix has shown; `None` while it does
+    /// not navigate. Where a block ends it is that of the last sample; within a block it is up to
     /// 50 ms older.
     pub fn nav(&mut self) -> Option<nav::State> {
         self.finish();
+        self.less(*self.memory.bank.error_state())
+    }
+
+    /// The same as the hypothesis in force sees it: where free-inertial navigation with its
+    /// correction begins.
+    pub fn nav_in_force(&mut self) -> Option<nav::State> {
+        self.finish();
+        self.less(*self.memory.bank.error_state_of(self.running))
+    }
+
+    fn less(&self, error: [f32; NAV]) -> Option<nav::State> {
         let mut navigator = self.course.navigator()?.clone();
-        navigator.feed_back(self.memory.bank.error_state_of(self.running));
+        navigator.feed_back(&error);
         Some(*navigator.state())
     }
 
@@ -312,13 +337,17 @@ impl Learner for FixLearner<'_> {
         self.restart();
     }
 
-    /// Begins from the datasheet: the hypotheses have networks of their own.
-    fn begin(&mut self, _: &Nets, stream: StreamScale) {
+    /// Begins from the datasheet: the hypotheses have networks of their own. One of them believes
+    /// `nets`, which correct this drive, and shows whether they should.
+    fn begin(&mut self, nets: &Nets, stream: StreamScale) {
         let Settings { sheet, gates, .. } = &self.settings;
         let error_sigma = [1.0; NAV]; // until the alignment
-        let Memory { bank, work } = &mut *self.memory;
+        let (bank, work) = (&mut self.memory.bank, &mut self.work);
         let block_s = f64::from(stream.block_s());
         bank.begin(sheet, block_s, error_sigma, *gates);
+        if !nets.same_images(&Nets::NONE) {
+            bank.begin_stored(&[nets.gyro, nets.accel], sheet, block_s, error_sigma);
+        }
         work.clear();
         self.antenna.begin(&self.settings, block_s);
         self.stream = Some(stream);
@@ -329,10 +358,11 @@ impl Learner for FixLearner<'_> {
     }
 
     fn restart(&mut self) {
-        let Memory { bank, work } = &mut *self.memory;
+        let (bank, work) = (&mut self.memory.bank, &mut self.work);
         work.clear();
         self.antenna.clear();
         self.rehearsal.interrupted();
+        self.settled = Settled::default();
         self.running = ZERO_CORRECTION;
         bank.reset_networks();
         self.fixing = false;
@@ -348,6 +378,7 @@ impl Learner for FixLearner<'_> {
         self.last_fix_ms = None;
         self.counted_ms = None;
         self.rest = None;
+        self.mean = Mean::default();
         self.age = FixAge::default();
     }
 
@@ -381,7 +412,7 @@ impl Learner for FixLearner<'_> {
             self.feed_back();
         }
         self.recent.block(block, self.settings.sheet.range);
-        self.memory.work.step([block.rate, block.force]);
+        self.work.step([block.rate, block.force]);
     }
 
     /// The numbers of the samples show what is missing.
@@ -415,7 +446,7 @@ impl Learner for FixLearner<'_> {
         if self.align_part() || self.align.as_mut().is_some_and(Align::sweep) {
             return true;
         }
-        let Memory { bank, work } = &mut *self.memory;
+        let (bank, work) = (&mut self.memory.bank, &mut self.work);
         if !self.antenna.is_done() {
             return self.antenna.work(work) || !work.is_done();
         }
@@ -436,8 +467,8 @@ impl Learner for FixLearner<'_> {
             nets: Nets { gyro, accel },
             states: bank.states_of(running),
             estimate: split(bank.estimate_of(running)),
-            sigma: [[0.0; 3]; 2],
-            settled: true,
+            sigma: split(&bank.bias_sigma()),
+            settled: self.settled.is_settled(),
         })
     }
 
@@ -464,6 +495,7 @@ impl Learner for FixLearner<'_> {
             navigates: self.course.navigates(),
             still_s: self.still_s(),
             antenna: self.antenna.known(),
+            stored_harms: self.memory.bank.takes_part(STORED) && self.rehearsal.harms(STORED),
             ..self.aligned()
         }
     }

@@ -224,7 +224,7 @@ fn same_whenever(config: &Config) {
         bench.run(115, passes);
         // the north gyro errs by 2 deg/h from now on: six standard deviations
         bench.samples.rate[0] += 1e-5 / (f64::from(RATE) * lsb().rad);
-        bench.run(150, passes);
+        bench.run(600, passes);
         (bench.weights(), bench.health())
     };
     let at_once = run(None);
@@ -372,7 +372,7 @@ fn it_learns_by_the_configuration() {
         bench.run(115, None);
         // the north gyro errs by 2 deg/h from now on: six standard deviations
         bench.samples.rate[0] += 1e-5 / (f64::from(RATE) * lsb().rad);
-        bench.run(60, None);
+        bench.run(600, None);
         (bench.weights(), bench.health().winner)
     };
     let untold = run(None, false);

@@ -16,7 +16,7 @@ use crate::learning::teacher::{Assumptions, IN_RUN, aligned};
 use crate::learning::window::{NetworkSpec, compensator, corrected_increments};
 use crate::simulator::imu::{ImuSpec, UnitErrors};
 use firmware::learn::bank::{
-    ALL, Gates, HYPOTHESES, KEYS, LARGEST, WITH_NETWORKS, ZERO_CORRECTION,
+    ALL, Gates, HYPOTHESES, KEYS, LARGEST, STORED, WITH_NETWORKS, ZERO_CORRECTION,
 };
 use firmware::sample::Counts;
 use nalgebra::Vector3;
@@ -185,11 +185,12 @@ pub const SCHEMES: [(&str, Scheme); 21] = [
 /// part, one bit each. A hypothesis alone is used whatever its evidence.
 pub fn ablations() -> impl Iterator<Item = (String, u8)> {
     let alone = (0..HYPOTHESES)
-        .filter(|&index| index != ZERO_CORRECTION)
+        .filter(|&index| ![ZERO_CORRECTION, STORED].contains(&index))
         .map(|index| (format!("only-{}", KEYS[index]), 1 << index));
+    let all = ALL & !(1 << STORED);
     let without = [
-        ("no-networks".to_owned(), ALL & !WITH_NETWORKS),
-        (format!("no-{}", KEYS[LARGEST]), ALL & !(1 << LARGEST)),
+        ("no-networks".to_owned(), all & !WITH_NETWORKS),
+        (format!("no-{}", KEYS[LARGEST]), all & !(1 << LARGEST)),
     ];
     alone.chain(without)
 }
@@ -412,7 +413,7 @@ mod tests {
             ("only-output-narrow", 0b00_0100),
             ("only-output", 0b00_1000),
             ("only-output-wide", 0b01_0000),
-            ("only-all-weights", 0b10_0000),
+            ("only-all-weights", 0b100_0000),
             ("no-networks", 0b00_0011),
         ];
         let got: Vec<(String, u8)> = ablations().collect();
@@ -420,6 +421,6 @@ mod tests {
             assert!(got.contains(&(name.to_owned(), bits)), "{name}: {got:?}");
         }
         let (name, bits) = got.last().unwrap();
-        assert!(name.starts_with("no-") && bits.count_ones() as usize == HYPOTHESES - 1);
+        assert!(name.starts_with("no-") && bits.count_ones() as usize == HYPOTHESES - 2);
     }
 }

@@ -4,7 +4,7 @@ use super::super::prior::{LearnerNet, NAV};
 use lrnn_nostd::learn::kalman::{
     Innovation, Kalman, OUTPUTS, ParameterSet, TRIADS, Transition, Workspace,
 };
-use lrnn_nostd::{Rational, Real, State};
+use lrnn_nostd::{NEURONS, Rational, Real, State};
 
 /// What a bank needs of any hypothesis.
 pub trait Hypothesis<T: Real> {
@@ -38,6 +38,7 @@ pub trait Hypothesis<T: Real> {
     fn nets(&self) -> [LearnerNet<T>; TRIADS];
     fn log_likelihood(&self) -> f64;
     fn is_healthy(&self) -> bool;
+    fn bias_sigma(&self) -> [T; OUTPUTS];
 }
 
 impl<L, const N: usize, const PACKED: usize, T> Hypothesis<T>
@@ -113,5 +114,19 @@ where
     }
     fn is_healthy(&self) -> bool {
         Kalman::is_healthy(self)
+    }
+    fn bias_sigma(&self) -> [T; OUTPUTS] {
+        let mut sigma = [T::ZERO; OUTPUTS];
+        if L::BIASES {
+            let variances = self.covariance().variances().enumerate();
+            let of_triad = NEURONS + L::WEIGHTS;
+            for (at, variance) in variances.filter(|(at, _)| at % of_triad < NEURONS) {
+                let output = at / of_triad * NEURONS + at % of_triad;
+                if let Some(sigma) = sigma.get_mut(output) {
+                    *sigma = variance.sqrt();
+                }
+            }
+        }
+        sigma
     }
 }

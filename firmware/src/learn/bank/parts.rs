@@ -3,7 +3,7 @@
 //! until it is false.
 
 use super::table::LARGEST;
-use super::{ALL, Bank, NAV, OUTPUTS, TRIADS, ZERO_CORRECTION, index};
+use super::{ALL, Bank, NAV, OUTPUTS, STORED, TRIADS, ZERO_CORRECTION, index};
 use crate::align::motion::Shown;
 use crate::fix::OBSERVATIONS;
 use lrnn_nostd::Real;
@@ -202,7 +202,7 @@ impl<T: Real> Bank<T> {
     fn believe_alignment(&mut self) {
         self.believed = true;
         let nothing = [[T::ZERO; OUTPUTS]; NAV];
-        self.some(1 << ZERO_CORRECTION, |h| {
+        self.some(1 << ZERO_CORRECTION | 1 << STORED, |h| {
             h.align_mean(&nothing, &[T::ZERO; OUTPUTS]);
         });
     }
@@ -271,8 +271,8 @@ impl<T: Real> Bank<T> {
         }
         let (by, rest) = (&block.gamma, &block.q);
         let rest = match which {
-            ZERO_CORRECTION if work.knows => block.phi,
-            ZERO_CORRECTION => self.unmodelled(by, rest),
+            ZERO_CORRECTION | STORED if work.knows => block.phi,
+            ZERO_CORRECTION | STORED => self.unmodelled(by, rest),
             _ => *rest,
         };
         self.some(1 << which, |h| {

@@ -4,7 +4,8 @@
 use super::hypothesis::Hypothesis;
 use crate::learn::prior::{Datasheet, LearnerNet, NAV};
 use lrnn_nostd::learn::kalman::{
-    AllWeights, Biases, Kalman, NoParameters, OutputWeights, ParameterSet, Prior, TRIADS,
+    AllWeights, Biases, FixedWeights, Kalman, NoParameters, OutputWeights, ParameterSet, Prior,
+    TRIADS,
 };
 use lrnn_nostd::{Rational, Real};
 
@@ -49,6 +50,15 @@ macro_rules! hypotheses {
                 });)+
             }
 
+            /// Begins the one that believes these networks.
+            pub fn begin_stored(
+                &mut self,
+                nets: &[LearnerNet<T>; TRIADS],
+                prior: impl FnOnce() -> Prior<NAV, 0, T>,
+            ) {
+                begin(&mut self.stored, nets, prior);
+            }
+
             /// One of them; the zero correction for a number that is none.
             pub fn get(&self, index: usize) -> &dyn Hypothesis<T> {
                 let all: [&dyn Hypothesis<T>; HYPOTHESES] = [$(&self.$slot),+];
@@ -77,6 +87,7 @@ hypotheses! {
     output_narrow: OutputWeights, 24, 0.1, "output-narrow", "output weights, narrow prior";
     output: OutputWeights, 24, 0.3, "output", "output weights";
     output_wide: OutputWeights, 24, 1.0, "output-wide", "output weights, wide prior";
+    stored: FixedWeights, 0, 0.0, "stored", "stored networks";
     all_weights: AllWeights, 132, 0.1, "all-weights", "all weights";
 }
 
@@ -107,6 +118,10 @@ pub const ZERO_CORRECTION: usize = 0;
 
 /// The hypothesis that knows six biases and nothing else.
 pub const SIX_BIASES: usize = 1;
+
+/// The hypothesis that believes the networks that were stored: they correct this drive, and learn
+/// nothing. It takes part when there are any.
+pub const STORED: usize = LARGEST - 1;
 
 /// All hypotheses, one bit each.
 pub const ALL: u8 = (1 << HYPOTHESES) - 1;

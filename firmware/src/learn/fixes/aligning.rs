@@ -114,7 +114,7 @@ impl FixLearner<'_> {
         } else {
             self.antenna.age_sigma()
         };
-        motion.put(fix, [age, sigma], still, self.memory.work.scratch());
+        motion.put(fix, [age, sigma], still, self.work.scratch());
         self.asked = Some(Asked {
             fix: *fix,
             age,
@@ -134,7 +134,7 @@ impl FixLearner<'_> {
             return true;
         }
         motion.is_pending() && {
-            motion.work(self.memory.work.scratch());
+            motion.work(self.work.scratch());
             true
         }
     }
@@ -146,7 +146,7 @@ impl FixLearner<'_> {
         let asked = self.asked.take()?;
         let mut waiting = self.course.motion_mut()?.take_waiting();
         if !asked.waits {
-            let start = found.start(self.memory.work.scratch());
+            let start = found.start(self.work.scratch());
             let variance = start.sigmas().map(|sigma| sigma * sigma);
             let known = Some(&start);
             let at = Some((&asked.fix, asked.age));

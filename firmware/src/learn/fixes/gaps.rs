@@ -6,7 +6,7 @@
 //! missed. While the attitude stays in the range of the linear equations the navigator goes on with
 //! a larger covariance. Else it is dropped, and an alignment in motion begins.
 
-use super::{FixLearner, Memory};
+use super::FixLearner;
 use crate::align::motion::MAX_HEADING;
 use crate::compensator::Block;
 use crate::nav::vector::{V32, add, dot, scale};
@@ -89,9 +89,7 @@ impl FixLearner<'_> {
         if !self.course.navigates() {
             return;
         }
-        let (Some(navigator), Memory { bank, .. }) =
-            (self.course.navigator_mut(), &mut *self.memory)
-        else {
+        let (Some(navigator), bank) = (self.course.navigator_mut(), &mut self.memory.bank) else {
             return;
         };
         let [rate, force] = self.recent.missed(self.settings.sheet.range);

@@ -1,7 +1,7 @@
 //! What is made of a fix: its age, how much it weighs, whether the vehicle stands, and the
 //! observation that the hypotheses get.
 
-use super::{FixLearner, Memory};
+use super::FixLearner;
 use crate::fix::{Fix, NOT_MEASURED, OBSERVATIONS, Position};
 use crate::nav;
 
@@ -23,6 +23,33 @@ const STILL_MPS: f32 = 0.01;
 const DEPARTURE: f32 = 10.0;
 /// A motion beyond so many standard deviations is one.
 const SURE: f32 = 5.0;
+/// Fixes whose mean velocity is taken.
+const MEAN: f32 = 20.0;
+/// Fixes in a row by which a vehicle that aligns itself by command moves nevertheless.
+const MOVES: u8 = 5;
+
+/// The receiver's mean velocity while the sensors are still.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Mean {
+    velocity: [f32; 3],
+    fixes: f32,
+    /// Fixes in a row that show motion.
+    moving: u8,
+}
+
+impl Mean {
+    /// One more fix, whose velocity has the standard deviation `sigma`. The result is the size of
+    /// the mean and its own standard deviation, m/s.
+    fn takes(&mut self, velocity: &[f64; 3], sigma: f32) -> [f32; 2] {
+        self.fixes = (self.fixes + 1.0).min(MEAN);
+        for (mean, now) in self.velocity.iter_mut().zip(velocity) {
+            *mean += (*now as f32 - *mean) / self.fixes;
+        }
+        let [n, e, d] = self.velocity;
+        let size = libm::sqrtf(n * n + e * e + d * d);
+        [size, sigma / libm::sqrtf(self.fixes)]
+    }
+}
 
 /// Where the vehicle was when it came to a standstill, by a receiver that measures no velocity.
 #[derive(Debug, Clone, Copy)]
@@ -104,7 +131,7 @@ impl FixLearner<'_> {
             let ([a, b, c], [d, e, f]) = (position, velocity);
             [a, b, c, d, e, f]
         };
-        let Memory { work, .. } = &mut *self.memory;
+        let work = &mut self.work;
         work.fix(z, variance);
         self.rehearsal.fix(&z, &variance);
         self.fixing = true;
@@ -118,28 +145,54 @@ impl FixLearner<'_> {
         if counts {
             self.counted_ms = Some(fix.time_ms);
         }
-        self.memory.work.counts_refusals(counts);
+        self.work.counts_refusals(counts);
         self.antenna.counts_refusals(counts);
     }
 
     /// Whether the vehicle stands, by receiver and sensors together: the standard deviation of its
     /// velocity, m/s, if that is better than the receiver's.
+    ///
+    /// Sensors alone do not tell a standstill from smooth motion. So the receiver's mean velocity
+    /// must be zero too, as far as it is known, and what is not known of it is admitted.
     fn stands(&mut self, fix: &Fix) -> Option<f32> {
         let align = self.align.as_mut()?;
         let still = align.still() >= STILL_S;
         if !still {
             self.rest = None;
+            let moving = self.mean.moving;
+            self.mean = Mean {
+                moving,
+                ..Mean::default()
+            };
         }
         let standing = libm::hypotf(STILL_MPS, DEPARTURE * align.gain_mps());
-        let Some((speed, sigma)) = speed(fix) else {
+        let Some((speed, velocity, sigma)) = speed(fix) else {
             let stands = still && self.rests(fix);
             return Some(standing).filter(|_| stands);
         };
-        if speed > STANDS_MPS.max(SURE * sigma) {
+        let fast = speed > STANDS_MPS.max(SURE * sigma);
+        self.mean.moving = if fast { self.mean.moving + 1 } else { 0 };
+        if self.mean.moving >= MOVES && align.is_commanded() {
+            // nothing can be aligned at standstill here
+            self.mean.moving = 0;
+            self.tally.alignments = self.tally.alignments.saturating_add(1);
+            align.restart(false);
+        }
+        self.mean.moving %= MOVES;
+        if fast {
             align.moves();
             return None;
         }
-        Some(standing).filter(|standing| still && *standing < sigma)
+        if !still {
+            return None;
+        }
+        let [mean, unknown] = self.mean.takes(&velocity, sigma);
+        if mean > SURE * unknown {
+            align.moves();
+            return None;
+        }
+        let standing = libm::hypotf(standing, libm::hypotf(mean, unknown));
+        Some(standing).filter(|standing| *standing < sigma)
     }
 
     /// Whether the vehicle rests by its positions alone: so long at one place that it would have
@@ -172,15 +225,19 @@ impl FixLearner<'_> {
     }
 }
 
-/// Speed by the receiver and its standard deviation, m/s; of two components where down is not
-/// measured.
-fn speed(fix: &Fix) -> Option<(f32, f32)> {
+/// Speed and velocity by the receiver and their standard deviation, m/s; of two components where
+/// down is not measured.
+fn speed(fix: &Fix) -> Option<(f32, [f64; 3], f32)> {
     let [.., north, east, down] = fix.sigmas;
-    let [n, e, _] = fix.velocity;
+    let [n, e, d] = fix.velocity;
     if fix.has(3..OBSERVATIONS) {
-        Some((nav::speed(&fix.velocity), down))
+        Some((
+            nav::speed(&fix.velocity),
+            [n, e, d],
+            down.max(north).max(east),
+        ))
     } else if fix.has(3..OBSERVATIONS - 1) {
-        Some((nav::speed(&[n, e, 0.0]), north.max(east)))
+        Some((nav::speed(&[n, e, 0.0]), [n, e, 0.0], north.max(east)))
     } else {
         None
     }

@@ -336,6 +336,11 @@ impl Rehearsal {
         self.chosen
     }
 
+    /// Whether a hypothesis has been found harmful at some horizon.
+    pub fn harms(&self, hypothesis: usize) -> bool {
+        self.standing(hypothesis).check < HARMFUL[1]
+    }
+
     /// Numbers of the hypotheses, and whether each has proved itself.
     fn standings(&self) -> impl Iterator<Item = (usize, bool)> + use<> {
         self.proved.into_iter().enumerate()

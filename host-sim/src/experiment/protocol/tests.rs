@@ -144,7 +144,7 @@ fn the_corrected_file_navigates_as_the_scheme_did() {
             let (from, to) = (split.learn.end, split.judge.end);
             let filter = learnt.filters.iter().find(|(name, _)| *name == scheme);
             let nav = match (scheme, filter) {
-                ("rnn-kalman", _) => learnt.device.nav,
+                ("rnn-kalman", _) if learnt.device.running != ZERO_CORRECTION => learnt.device.nav,
                 (_, Some((_, filter))) => filter.sins.nav,
                 _ => {
                     let plain = ErrorModel::default();
@@ -163,8 +163,10 @@ fn the_corrected_file_navigates_as_the_scheme_did() {
             );
             assert!(off < limit, "{kind:?} {scheme}: {off} m");
             let moved = free.position.last().unwrap() - solved[0].1.position.last().unwrap();
+            let nothing = scheme == "raw"
+                || scheme == "rnn-kalman" && learnt.device.running == ZERO_CORRECTION;
             assert!(
-                scheme == "raw" || moved.norm() > 0.01,
+                nothing || moved.norm() > 0.01,
                 "{scheme} corrects something"
             );
         }

@@ -97,7 +97,7 @@ impl<'m> Device<'m> {
 
     /// What it has learnt so far; `None` while it does not navigate.
     pub fn learnt(&mut self) -> Option<Learnt> {
-        let nav = nav_state(&self.learner.nav()?);
+        let nav = nav_state(&self.learner.nav_in_force()?);
         let (nets, states) = self.learner.learnt();
         let bank = self.learner.bank();
         Some(Learnt {

@@ -5,7 +5,7 @@ mod f64_learner;
 
 use dense::DenseReference;
 use f64_learner::F64Learner;
-use firmware::learn::bank::{ALL, Gates, HYPOTHESES};
+use firmware::learn::bank::{ALL, Gates, HYPOTHESES, ZERO_CORRECTION};
 use firmware::learn::prior::{All, NAV, weights};
 use host_sim::inertial::earth::Geodetic;
 use host_sim::inertial::ekf::ErrorModel;

@@ -31,8 +31,8 @@ mod packed;
 pub use covariance::{Covariance, Innovation, Workspace};
 pub use deferred::{DEFERRED_PARTS, MAX_DEFERRED};
 pub use model::{
-    AllWeights, Biases, DiagonalWeights, ErrorModel, NoParameters, OutputWeights, ParameterSet,
-    Zeroed,
+    AllWeights, Biases, DiagonalWeights, ErrorModel, FixedWeights, NoParameters, OutputWeights,
+    ParameterSet, Zeroed,
 };
 pub use packed::Row;
 

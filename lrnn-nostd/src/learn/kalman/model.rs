@@ -66,6 +66,10 @@ pub trait ParameterSet: Copy + Debug + Default + PartialEq + 'static {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct NoParameters;
 
+/// Networks that are as they are: nothing is learnt.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct FixedWeights;
+
 /// Six biases: the classical filter.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Biases;
@@ -119,6 +123,28 @@ macro_rules! without_network {
 }
 without_network!(NoParameters, false, 0);
 without_network!(Biases, true, NEURONS);
+
+impl ParameterSet for FixedWeights {
+    const BIASES: bool = false;
+    const WEIGHTS: usize = 0;
+    type Memory<T: Real> = ();
+    type Own<T: Real> = [T; 0];
+
+    fn is_learnt(_: usize) -> bool {
+        false
+    }
+
+    fn step<H: Activation, T: Real>(
+        net: &Net<H, Identity, Full, T>,
+        state: &mut State<T>,
+        (): &mut (),
+        input: [T; NEURONS],
+    ) -> Step<T> {
+        net.step(state, input)
+    }
+
+    fn derivatives<T: Real>(_: &State<T>, (): &(), _: usize, _: T, _: &mut [T]) {}
+}
 
 impl ParameterSet for OutputWeights {
     const BIASES: bool = true;

@@ -1,6 +1,7 @@
 //! Fixes that come often, or lack some of their values.
 
 use super::*;
+use crate::learn::fixes::Memory;
 use crate::learn::fixes::drive::{Drive, Receiver, Road};
 use crate::learn::{Learner, Settings};
 
@@ -33,7 +34,7 @@ fn errors(receiver: Receiver) -> [f64; 3] {
             report.fixes.abs_diff(usable) <= 5,
             "{receiver:?} {report:?}"
         );
-        assert_ne!(report.winner, 0);
+        assert_ne!(drive.learner.bank().leading(), 0);
     }
     squares.map(f64::sqrt)
 }
@@ -109,7 +110,8 @@ fn what_is_measured_is_used() {
             let report = drive.learner.report();
             let [position, velocity] = drive.error();
             assert_eq!((report.refused, report.fixes), (0, 300), "{lacks:?}");
-            assert_eq!(report.winner != 0, learns, "{lacks:?} {report:?}");
+            let leads = drive.learner.bank().leading();
+            assert_eq!(leads != 0, learns, "{lacks:?} {report:?}");
             assert!(
                 velocity < 0.15 && position < 12.0,
                 "{lacks:?} {position} {velocity}"
