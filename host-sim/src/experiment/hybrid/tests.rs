@@ -4,10 +4,8 @@ use crate::inertial::counts::FINE_LSB;
 use crate::inertial::free_inertial::aligned_free_inertial;
 use crate::inertial::rotation::from_euler;
 use crate::inertial::units::UG;
-use crate::learning::fix_learner::learn;
 use crate::recordings::load;
 use crate::recordings::testing::recorded as file;
-use firmware::learn::bank::{Gates, ZERO_CORRECTION};
 
 fn recorded() -> Option<Recording> {
     file("lasergyro-static.csv.gz").map(|path| load(&path).unwrap())
