@@ -12,10 +12,12 @@ use firmware::wire::command::{Request, Response};
 const KIND: Kind = Kind::RAWIMUSX;
 
 fn reported(bench: &mut Bench) -> [u32; 5] {
-    bench.device.ask(&Request::GetHealth, |answer| match answer {
-        Response::Health(health) => health.error_bound_m,
-        other => panic!("{other:?}"),
-    })
+    bench
+        .device
+        .ask(&Request::GetHealth, |answer| match answer {
+            Response::Health(health) => health.error_bound_m,
+            other => panic!("{other:?}"),
+        })
 }
 
 #[test]

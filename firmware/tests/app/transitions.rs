@@ -7,7 +7,7 @@ use crate::record::{configure, record, told};
 use crate::taught::{Bench, with};
 use firmware::app::{Activation, App, Config};
 use firmware::configuration::{Configuration, VehicleKind};
-use firmware::control::{Alignment, Mode};
+use firmware::control::{Alignment, Mode, Reason};
 use firmware::model::{IMAGES_LEN, Nets};
 use firmware::wire::command::{Request, Response};
 use firmware::wire::stim300::config::Config as Stim300;
@@ -387,4 +387,27 @@ fn another_stream_keeps_it() {
         assert!((f64::from(in_force) - before).abs() < 1.01 * bench.count());
         assert!(words.iter().all(|c| *c != 0.0), "{state:?} {words:?}");
     }
+}
+
+/// A correction that fades out in bypass has gone after a second without samples, so that a silent
+/// device can be configured.
+#[test]
+fn a_silent_sensor_ends_the_fade() {
+    let mut bench = begun(Kind::RAWIMUSX, State::Live, Some(Alignment::Finished));
+    bench.device.order(&Request::SetMode(Mode::Bypass));
+    bench.run(0.5);
+    let unit = unit(bench.kind, Activation::Commanded, Mode::Bypass);
+    let told = record(&unit);
+    assert_eq!(configure(&mut bench.device, &told), Err(Reason::Mode));
+    bench.silence(2.5);
+    assert_eq!(configure(&mut bench.device, &told), Ok(()));
+    // in other modes it stays
+    let mut bench = begun(Kind::RAWIMUSX, State::Frozen, Some(Alignment::Finished));
+    bench.silence(2.5);
+    bench.step(1.0);
+    let last = *bench.take().last().expect("words");
+    assert!(
+        (last - f64::from(STORED)).abs() < 1.01 * bench.count(),
+        "{last}"
+    );
 }

@@ -8,6 +8,12 @@ use firmware::configuration::record::{MAX_LEN, decode, encode};
 use firmware::configuration::{Configuration, SCHEMA};
 use firmware::control::{Mode, Reason};
 use firmware::wire::command::{MAX_CHUNK, Request};
+use std::time::{Duration, Instant};
+
+/// For so long a device may go on fading out a correction before it takes a configuration, and it
+/// is asked again after this time. A fade that lasts longer is told.
+const FADES: Duration = Duration::from_secs(20);
+const AGAIN: Duration = Duration::from_millis(250);
 
 /// The record of the configuration in use, as the device holds it; `None` without one.
 ///
@@ -55,7 +61,7 @@ pub fn send(link: &mut Link, record: &[u8]) -> Result<Result<(), Reason>, Error>
 }
 
 /// Configures a device: sets the mode bypass, sends the record, and compares what the device then
-/// holds with it, byte for byte. The device starts anew in the mode of the configuration. When it
+/// holds with it, byte for byte. A correction that fades out is waited for, for 20 s. The device starts anew in the mode of the configuration. When it
 /// refuses, its old configuration and mode stay.
 ///
 /// # Errors
@@ -69,7 +75,13 @@ pub fn configure(link: &mut Link, told: &Configuration) -> Result<(), Error> {
     let record = encode(told);
     let before = link.health()?.mode;
     link.order(&Request::SetMode(Mode::Bypass))?;
-    let sent = send(link, &record);
+    let begun = Instant::now();
+    let mut sent = send(link, &record);
+    // a correction may still be fading out
+    while matches!(sent, Ok(Err(Reason::Mode))) && begun.elapsed() < FADES {
+        std::thread::sleep(AGAIN);
+        sent = send(link, &record);
+    }
     // The answer to a commit may be lost and the device be in its new mode already when the request
     // comes again: what it holds decides.
     let holds = self::record(link)?;

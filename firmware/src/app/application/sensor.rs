@@ -83,6 +83,9 @@ impl App<'_> {
         if core::mem::replace(&mut self.frames_seen, frames) != frames {
             self.frameless_us = now;
         }
+        if now.saturating_sub(self.heard_us) >= SECOND_US {
+            self.flow.rest();
+        }
         let reads = !matches!(self.machine.phase(), Phase::Fault(_));
         let hears = reads && now.saturating_sub(self.heard_us) < SECOND_US;
         if hears && now.saturating_sub(self.frameless_us) >= FRAMELESS_US {

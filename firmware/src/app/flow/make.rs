@@ -184,6 +184,16 @@ impl Flow<'_> {
         self.teach();
     }
 
+    /// No sample has come for a second, which counts like a power cycle. A correction that was
+    /// fading out in bypass has no sample left to fade in.
+    pub fn rest(&mut self) {
+        if self.mode == Mode::Bypass && self.correction.is_some() {
+            self.keep_count();
+            self.correction = None;
+            self.channels.clear();
+        }
+    }
+
     /// The navigation computer's alignment. At its beginning a correction may jump to where it
     /// goes; from then on it changes only slowly.
     pub fn align(&mut self, alignment: Alignment) {
