@@ -35,8 +35,8 @@
 //! min(psi, 2) v. A navigation that begins at rest is therefore moved by at most
 //!
 //! ```text
-//! aligned(t) = (tilt R (1 - cos omega t) + heading hypot(v t, Omega cos phi R (t - sin(omega t) / omega)))
-//!              (1 + (Omega + v/R) t)
+//! turned(t)  = heading hypot(v t, Omega cos phi R (t - sin(omega t) / omega))
+//! aligned(t) = (tilt R (1 - cos omega t) + turned(t)) (1 + (Omega + v/R) t)
 //! ```
 //!
 //! **The rate of the words.** A correction is computed for the time between two samples as told. If

@@ -30,7 +30,7 @@
 //! Erasing halts most processors while it lasts (STM32F405: 1 to 2 s for a sector of 128 KiB). So
 //! [`Store::save`], which erases, is for bypass and on command only. The frames lost meanwhile show
 //! as a gap in the sensor's counter. [`Store::append`] writes behind the newest record and erases
-//! nothing, which takes 5 ms (STM32F405: 288 words of 16 us): it is for what is learnt while samples
+//! nothing. It takes 5 ms (STM32F405: 288 words of 16 us) and is for what is learnt while samples
 //! are corrected. When a slot is full, [`Store::make_room`] erases at the next power-on.
 
 use crate::configuration::record::{MAX_LEN, Record};

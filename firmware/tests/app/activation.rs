@@ -23,7 +23,7 @@ pub const RATE: u32 = 100;
 const LATITUDE: f64 = 0.8;
 const HEIGHT: f64 = 200.0;
 /// The sensor's error, m/s2: 100 ug north.
-const BIAS: f32 = 9.806_65e-4;
+pub const BIAS: f32 = 9.806_65e-4;
 /// Seconds: the computer aligns itself from [`ALIGN`] to [`FREE`], and is free inertial until
 /// [`END`].
 const ALIGN: u32 = 60;
@@ -37,11 +37,11 @@ pub const PLACE: Position = Position {
 
 /// A learner that knows the sensor's error from one block to another.
 #[derive(Debug)]
-struct Knows {
-    blocks: u32,
-    from: u32,
-    to: u32,
-    still_s: u32,
+pub struct Knows {
+    pub blocks: u32,
+    pub from: u32,
+    pub to: u32,
+    pub still_s: u32,
 }
 
 impl Learner for Knows {
@@ -75,7 +75,7 @@ impl Learner for Knows {
 }
 
 /// An action in one second of the drive.
-enum Act {
+pub enum Act {
     Mode(Mode),
     Alignment(Alignment),
     /// Networks in use from then on, by command.
@@ -140,11 +140,11 @@ pub fn lsb() -> Lsb {
 }
 
 /// Result of a drive.
-struct Seen {
+pub struct Seen {
     /// Horizontal error after 22 min, m.
-    error_m: f64,
+    pub error_m: f64,
     /// Correction in force at the end of each second, m/s2.
-    force: Vec<f32>,
+    pub force: Vec<f32>,
 }
 
 /// A good fix with this speed north, mm/s, whose velocity is known to 0.05 m/s.
@@ -162,7 +162,7 @@ pub fn fix(second: u32, speed: i32) -> Vec<u8> {
     pvt.emit().to_vec()
 }
 
-fn drive(config: Config, knows: Knows, script: &[(u32, Act)]) -> Seen {
+pub fn drive(config: Config, knows: Knows, script: &[(u32, Act)]) -> Seen {
     let lsb = lsb();
     let mut device = Device::new(Config::default());
     device.app = App::with_learner(config, Some(Box::leak(Box::new(knows))));
@@ -242,7 +242,7 @@ fn drive(config: Config, knows: Knows, script: &[(u32, Act)]) -> Seen {
     }
 }
 
-fn config(activation: Activation) -> Config {
+pub fn config(activation: Activation) -> Config {
     Config {
         activation,
         block: 1.0,
@@ -251,7 +251,7 @@ fn config(activation: Activation) -> Config {
     }
 }
 
-fn knows(from: u32) -> Knows {
+pub fn knows(from: u32) -> Knows {
     Knows {
         blocks: 0,
         from,
@@ -260,12 +260,12 @@ fn knows(from: u32) -> Knows {
     }
 }
 
-const BEGINS: (u32, Act) = (ALIGN, Act::Alignment(Alignment::Started));
-const ENDS: (u32, Act) = (FREE, Act::Alignment(Alignment::Finished));
-const LEARN: (u32, Act) = (0, Act::Mode(Mode::Learn));
+pub const BEGINS: (u32, Act) = (ALIGN, Act::Alignment(Alignment::Started));
+pub const ENDS: (u32, Act) = (FREE, Act::Alignment(Alignment::Finished));
+pub const LEARN: (u32, Act) = (0, Act::Mode(Mode::Learn));
 
 /// Fastest change of the correction from one second to the next, m/s2.
-fn fastest(force: &[f32]) -> f32 {
+pub fn fastest(force: &[f32]) -> f32 {
     force
         .windows(2)
         .map(|pair| (pair[1] - pair[0]).abs())
@@ -382,68 +382,6 @@ fn given_up_it_fades_out_but_never_during_an_alignment() {
     let seen = drive(config, lost(200), &[LEARN, BEGINS, ENDS]);
     assert!(seen.force[60..360].iter().all(|f| *f == BIAS));
     assert!(seen.force[480..].iter().all(|f| *f == 0.0));
-}
-
-/// A standstill counts where no alignment is reported, if samples and receiver agree.
-#[test]
-fn a_standstill_counts_where_no_alignment_is_reported() {
-    for (activation, counts) in [
-        (Activation::Standstill, true),
-        (Activation::Commanded, false),
-    ] {
-        let stands = Knows {
-            still_s: 50,
-            ..knows(20)
-        };
-        let seen = drive(
-            config(activation),
-            stands,
-            &[LEARN, (0, Act::Fixes(Some(20)))],
-        );
-        let first = seen.force.iter().position(|f| *f != 0.0);
-        assert_eq!(first.is_some(), counts);
-        if let Some(first) = first {
-            assert!((52..56).contains(&first), "{first}");
-            assert!(seen.force[first..].iter().all(|f| *f == BIAS));
-            assert!(seen.error_m < 10.0, "{}", seen.error_m);
-        }
-    }
-}
-
-/// A smooth cruise looks like a standstill to the samples. The receiver knows better, and when it
-/// says nothing, the correction may not jump.
-#[test]
-fn a_cruise_is_no_standstill() {
-    let still = || Knows {
-        still_s: 50,
-        ..knows(20)
-    };
-    let standstill = || config(Activation::Standstill);
-    let slew = standstill().slew.accel;
-    for speed in [10_000, 101] {
-        let cruise = [LEARN, (0, Act::Fixes(Some(speed)))];
-        let seen = drive(standstill(), still(), &cruise);
-        assert!(seen.force.iter().all(|f| *f == 0.0), "{speed} mm/s");
-    }
-    // it has driven off, and then the receiver falls silent
-    let silent = [
-        LEARN,
-        (0, Act::Fixes(Some(10_000))),
-        (100, Act::Fixes(None)),
-    ];
-    let seen = drive(standstill(), still(), &silent);
-    assert!(seen.force[..101].iter().all(|f| *f == 0.0));
-    assert!(fastest(&seen.force) < 1.01 * slew);
-    assert_eq!(seen.force[300], BIAS);
-    // where alignments are reported, the correction does not jump at a stop
-    let script = [LEARN, BEGINS, ENDS, (0, Act::Fixes(Some(20)))];
-    let stops = Knows {
-        still_s: 400,
-        ..knows(380)
-    };
-    let seen = drive(standstill(), stops, &script);
-    assert!(fastest(&seen.force) < 1.01 * slew);
-    assert_eq!(*seen.force.last().expect("seconds"), BIAS);
 }
 
 /// Mode shadow learns and changes no sample; bypass and frozen ignore the learner.

@@ -61,8 +61,9 @@ pub fn send(link: &mut Link, record: &[u8]) -> Result<Result<(), Reason>, Error>
 }
 
 /// Configures a device: sets the mode bypass, sends the record, and compares what the device then
-/// holds with it, byte for byte. A correction that fades out is waited for, for 20 s. The device starts anew in the mode of the configuration. When it
-/// refuses, its old configuration and mode stay.
+/// holds with it, byte for byte. A correction that fades out is waited for, for 20 s. The device
+/// starts anew in the mode of the configuration. When it refuses, its old configuration and mode
+/// stay.
 ///
 /// # Errors
 /// As [`Link::ask`]; the device refuses, or it holds something else afterwards.
