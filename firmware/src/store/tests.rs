@@ -25,6 +25,8 @@ struct Flash<const UNIT: usize = ERASE> {
     work: usize,
     /// Bytes that do not take what is written to them.
     stuck: Vec<usize>,
+    /// Nothing changes any more, and nothing is reported.
+    dead: bool,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -49,12 +51,15 @@ impl<const UNIT: usize> Flash<UNIT> {
             torn: 0,
             work: 0,
             stuck: Vec::new(),
+            dead: false,
         }
     }
 
     fn change(&mut self, at: usize, value: u8) -> Result<(), Failure> {
         if self.left == 0 {
             return Err(Failure::PowerCut);
+        } else if self.dead {
+            return Ok(());
         }
         self.left -= 1;
         self.work += 1;

@@ -96,3 +96,17 @@ fn what_does_not_read_back_is_told() {
         assert_eq!(saves.load().unwrap().unwrap().nets, nets(1));
     }
 }
+
+/// A controller that reports success and changes nothing: an old record in the slot is not taken
+/// for the new one.
+#[test]
+fn a_dead_flash_is_noticed() {
+    let mut flash: Flash = Flash::new(2 * ERASE);
+    for n in 1..=2 {
+        flash = saved(flash, n).1;
+    }
+    flash.dead = true;
+    flash.written.fill(false); // it would not even say that it is misused
+    let (result, flash) = saved(flash, 3);
+    assert_eq!((result, found(&flash)), (Err(Error::Verify), Some(2)));
+}
