@@ -33,8 +33,13 @@ pub fn markdown(command: &str, times: &Times, all: &[Summary]) -> String {
         harming.len(),
         all.len(),
     );
-    for of in &harming {
-        let _ = writeln!(out, "- {}", words(of));
+    let mut cases: Vec<&str> = harming.iter().map(|of| of.case.as_str()).collect();
+    cases.sort_by_key(|case| all.iter().position(|of| of.case == **case));
+    cases.dedup();
+    for case in cases {
+        let of = harming.iter().filter(|of| of.case == case);
+        let words: Vec<String> = of.map(|of| words(of)).collect();
+        let _ = writeln!(out, "- `{case}`: {}", words.join("; "));
     }
     let losing: Vec<&Summary> = all.iter().filter(|of| of.loses()).collect();
     let _ = writeln!(
@@ -64,8 +69,10 @@ fn head(of: &Summary) -> String {
 /// A row that harms, in words.
 fn words(of: &Summary) -> String {
     format!(
-        "{}: {} -> {} m in the median, {:.2} times in the worst run ({})",
-        head(of),
+        "{}, {}, {}: {} to {} m, {:.2} times in run {}",
+        of.sensor,
+        of.computer,
+        of.activation,
         metres(of.raw_median_m),
         metres(of.corrected_median_m),
         of.ratio_worst,

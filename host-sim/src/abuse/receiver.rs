@@ -1,4 +1,4 @@
-//! The receiver of the device: its fixes with what a case does to them, as the bytes of UBX-NAV-PVT.
+//! The device's receiver: its fixes with what a case does to them, as bytes of UBX-NAV-PVT.
 
 use crate::hil;
 use crate::inertial::gnss::Fix;

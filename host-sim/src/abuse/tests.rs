@@ -80,8 +80,9 @@ fn idle(_: &Configuration, then: &mut dyn FnMut(&mut dyn Learner)) {
     then(&mut Broken { promotes: false });
 }
 
-/// A device that harms is found behind every computer, live and at the next power-on. One that
-/// corrects nothing leaves every error as it is, to the last bit.
+/// A device that harms is found: at the next power-on behind every computer, and live behind one
+/// that does not estimate biases itself. One that corrects nothing leaves every error as it is, to
+/// the last bit.
 #[test]
 fn a_device_that_harms_is_found() {
     let dir = tempfile::tempdir().unwrap();
@@ -89,7 +90,8 @@ fn a_device_that_harms_is_found() {
     let harmed = summarise(&execute(&abuse, &broken), &abuse.cases);
     assert_eq!(harmed.len(), 4);
     for of in &harmed {
-        assert!(of.harms(), "{of:?}");
+        let absorbs = of.activation == Activation::Live && of.computer != Computer::Plain;
+        assert!(of.harms() || absorbs, "{of:?}");
         assert_eq!((of.runs, of.promoted_share), (2, 1.0));
     }
     let left = execute(&abuse, &idle);
