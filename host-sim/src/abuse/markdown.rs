@@ -33,10 +33,10 @@ pub fn markdown(command: &str, times: &Times, all: &[Summary]) -> String {
         harming.len(),
         all.len(),
     );
-    let mut cases: Vec<&str> = harming.iter().map(|of| of.case.as_str()).collect();
-    cases.sort_by_key(|case| all.iter().position(|of| of.case == **case));
-    cases.dedup();
-    for case in cases {
+    let mut names: Vec<&str> = harming.iter().map(|of| of.case.as_str()).collect();
+    names.sort_by_key(|case| all.iter().position(|of| of.case == **case));
+    names.dedup();
+    for case in names {
         let of = harming.iter().filter(|of| of.case == case);
         let words: Vec<String> = of.map(|of| words(of)).collect();
         let _ = writeln!(out, "- `{case}`: {}", words.join("; "));
