@@ -328,6 +328,52 @@ fn where_it_goes() {
     }
 }
 
+/// A live correction that came into force with an alignment.
+fn commanded() -> Bench {
+    let unit = unit(Kind::RAWIMUSX, Activation::Commanded, Mode::Learn);
+    let config = Config::of(&unit);
+    let mut bench = Bench::of(Kind::RAWIMUSX, |learner| {
+        App::with_learner(config, Some(learner))
+    });
+    bench.says.winner.set(Some(PROVED));
+    bench.run(1.0);
+    bench.device.order(&Request::Alignment(Alignment::Started));
+    bench.run(1.0);
+    bench
+}
+
+/// What has been proved since an alignment began does not come into force when the request is sent
+/// again, since its answer was lost.
+#[test]
+fn an_alignment_reported_twice_changes_nothing() {
+    let mut bench = commanded();
+    bench.says.winner.set(Some(UPLOADED));
+    bench.device.order(&Request::Alignment(Alignment::Started));
+    bench.run(2.0);
+    let seen = bench.take();
+    assert!(fastest(&seen[150..]) <= 1.01 * bench.count());
+    let last = *seen.last().expect("words");
+    assert!(
+        (last - f64::from(PROVED)).abs() < 1.01 * bench.count(),
+        "{last}"
+    );
+}
+
+/// Networks that are uploaded while a live correction is in force are for mode frozen: the
+/// correction fades out, and not into them.
+#[test]
+fn an_upload_ends_a_live_correction() {
+    let mut bench = commanded();
+    bench.device.order(&Request::Alignment(Alignment::Finished));
+    bench.take();
+    commit(&mut bench, &with(UPLOADED));
+    bench.run(10.0);
+    let seen = bench.take();
+    let step = f64::from(SLEW * BLOCK) * 1.001 + 1.01 * bench.count();
+    assert!(fastest(&seen) <= step);
+    assert_eq!(seen.last(), Some(&0.0));
+}
+
 /// The networks fail for good: the correction fades, and only then everything passes through.
 #[test]
 fn failing_networks_fade_out() {
