@@ -117,6 +117,10 @@ pub fn nets() -> Nets {
     }
 }
 
+/// The correction is made before the first frame of each kind leaves. These frames come once after
+/// power-on, and their latency is not that of the others.
+const FIRST: u32 = 10;
+
 /// What sensor records cost, in ticks.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Cost {
@@ -126,7 +130,7 @@ pub struct Cost {
     pub total: u64,
     /// All passes of the most expensive one.
     pub worst: u32,
-    /// From the last byte of a record to the first byte sent, the longest.
+    /// From the last byte of a record to the first byte sent, the longest from record [`FIRST`] on.
     pub latency: u32,
     /// The longest single pass: the time for which a complete frame may have to wait.
     pub pass: u32,
@@ -271,7 +275,7 @@ impl<'u, S: Progress + Copy> Replay<'u, S> {
         self.cost.records += 1;
         self.cost.total += u64::from(spent);
         self.cost.worst = self.cost.worst.max(spent);
-        if let Some(first) = first {
+        if let (Some(first), FIRST..) = (first, self.cost.records) {
             let latency = first.wrapping_sub(start) & 0x00ff_ffff;
             self.cost.latency = self.cost.latency.max(latency);
         }
