@@ -26,7 +26,8 @@ fn run(kind: Kind, seconds: u32, lost: u32, real: bool) -> (u32, u32, u32) {
             burst.extend(kind.frame(n, fields));
         }
         // some frames are late by a fifth of a period
-        let late = u64::from(n.wrapping_mul(2_654_435_761) >> 16) * 200_000 / u64::from(rate) >> 16;
+        let random = u64::from(n.wrapping_mul(2_654_435_761) >> 16); // of 16 bits
+        let late = (random * 200_000 / u64::from(rate)) >> 16;
         while burst.len() >= 64 {
             dma.extend(burst.drain(..64));
         }
