@@ -41,15 +41,15 @@ fn roads() -> Vec<Vec<Segment>> {
     let start = segment(20.0, 30.0, 0.0);
     let back = [segment(30.0, 30.0, 180.0)];
     let legs = |hold: f64, n: usize| {
-        let leg = [segment(hold, 30.0, 0.0), back[0].clone()];
+        let leg = [segment(hold, 30.0, 0.0), back[0]];
         let legs = std::iter::repeat_n(leg, n).flatten();
-        std::iter::once(start.clone()).chain(legs).collect()
+        std::iter::once(start).chain(legs).collect()
     };
     vec![
-        vec![start.clone(), segment(DRIVE_S - 20.0, 30.0, 0.0)],
+        vec![start, segment(DRIVE_S - 20.0, 30.0, 0.0)],
         legs(625.0, 2),
         legs(180.0, 7),
-        vec![start.clone(), segment(DRIVE_S - 20.0, 30.0, 7200.0)],
+        vec![start, segment(DRIVE_S - 20.0, 30.0, 7200.0)],
         vec![Segment::hold(DRIVE_S)],
     ]
 }
