@@ -87,6 +87,8 @@ pub struct State {
     outlets: [Outlet; OUTLETS],
     /// The correction goes to zero, as fast as `slew` lets it, whatever the networks' output.
     pub off: bool,
+    /// The correction stays as it is, whatever the networks' output.
+    pub hold: bool,
     /// Blocks whose network step reported a fault since start.
     pub faults: u32,
     /// Blocks in which a correction was clipped since start.
@@ -297,7 +299,9 @@ impl Compensator {
         let clipped = output != [g.error, a.error];
         state.clipped = state.clipped.saturating_add(u32::from(clipped));
         let target = if state.off { [[0.0; 3]; 2] } else { output };
-        self.put_in_force(state, &target);
+        if !state.hold {
+            self.put_in_force(state, &target);
+        }
         let [rate_error, force_error] = state.estimate;
         Block {
             rate,

@@ -49,6 +49,7 @@ use crate::model::Nets;
 use crate::nav::{self, Navigator};
 use crate::sample::{Counts, RawSample, StreamScale};
 use lrnn_nostd::State;
+use lrnn_nostd::learn::kalman::OUTPUTS;
 use observe::{Mean, Rest};
 
 /// The large part of a learner, to be static; at most [`ROOM`] bytes.
@@ -65,6 +66,9 @@ impl Memory {
     /// All zeros, so that it takes no room in flash.
     pub const ZEROED: Memory = Memory { bank: Bank::ZEROED };
 }
+
+/// An estimate may move by this share of the datasheet's bias and count as settled (assumed).
+const SETTLES: f32 = 0.1;
 
 /// Counters; each saturates.
 #[derive(Debug, Clone, Copy, Default)]
@@ -202,9 +206,23 @@ impl<'m> FixLearner<'m> {
             bank.leading()
         };
         self.put_in_force(chosen);
-        let bank = &self.memory.bank;
-        self.settled
-            .looks(bank.estimate_of(chosen), &bank.bias_sigma());
+        let sigma = self.sigma();
+        let estimate = self.memory.bank.estimate_of(chosen);
+        self.settled.looks(estimate, &sigma);
+    }
+
+    /// Standard deviation of what is learnt: that of the biases, and no less than a share of the
+    /// datasheet's, because networks move more than biases do.
+    fn sigma(&self) -> [f32; OUTPUTS] {
+        let [g, a] = [
+            self.settings.sheet.gyro_bias,
+            self.settings.sheet.accel_bias,
+        ];
+        let mut sigma = self.memory.bank.bias_sigma();
+        for (sigma, sheet) in sigma.iter_mut().zip([g, g, g, a, a, a]) {
+            *sigma = sigma.max(SETTLES * sheet);
+        }
+        sigma
     }
 
     fn put_in_force(&mut self, chosen: usize) {
@@ -467,7 +485,7 @@ impl Learner for FixLearner<'_> {
             nets: Nets { gyro, accel },
             states: bank.states_of(running),
             estimate: split(bank.estimate_of(running)),
-            sigma: split(&bank.bias_sigma()),
+            sigma: split(&self.sigma()),
             settled: self.settled.is_settled(),
         })
     }

@@ -17,6 +17,8 @@ pub(super) const STANDS_S: u32 = 3;
 const FIX_SIGMAS: f32 = 5.0;
 const FIX_SPEED: f32 = 0.1;
 const FIX_LASTS_S: f64 = 2.0;
+/// Fixes come when the newest one is no older than this, s.
+const FIXES_COME_S: f64 = 5.0;
 
 /// The board's learner, if it has one. `Debug` leaves out the learner's numbers, which would bring
 /// the formatting of floats into every image.
@@ -32,6 +34,11 @@ impl Flow<'_> {
     /// In mode learn: what was learnt comes into force where an alignment allows it and goes when
     /// it is given up; or it is kept for the next power-on.
     pub(super) fn promote(&mut self, block: &Block) {
+        let live = self.mode == Mode::Learn && self.config.activation == Activation::Faded;
+        let hold = live && self.promoted && !self.disagrees && !self.fixes_come();
+        if let Some(correction) = &mut self.correction {
+            correction.state.hold = hold;
+        }
         if self.mode != Mode::Learn || self.disagrees {
             return;
         }
@@ -58,10 +65,20 @@ impl Flow<'_> {
             }
             // even samples alone may be a smooth ride: nothing may jump then
             (Activation::Standstill, None) if stands => self.activate(false, Some(block)),
-            (Activation::Faded, _) => self.activate(false, Some(block)),
+            (Activation::Faded, _) if self.fixes_come() => self.activate(false, Some(block)),
             _ if self.promoted && self.report().winner == 0 => self.activate(false, None),
             _ => {}
         }
+    }
+
+    /// Whether fixes come, so that the navigation computer can follow a correction that moves. While
+    /// it navigates without them, a correction in force does not move: what it took off before is in
+    /// the computer's attitude.
+    fn fixes_come(&self) -> bool {
+        let rate = self.stream.map_or(0.0, |stream| stream.rate);
+        self.stands.is_some_and(|(_, sample)| {
+            f64::from(self.sample.wrapping_sub(sample)) <= FIXES_COME_S * rate
+        })
     }
 
     /// Whether the newest fix shows that the vehicle stands; `None`: it is too old, or there is

@@ -1,31 +1,38 @@
-//! Whether an estimate has settled: it has not moved by more than its standard deviation for some
-//! minutes.
+//! Whether an estimate has settled: fixes have not moved it by more than its standard deviation for
+//! some minutes.
 
 use crate::learn::{SETTLED_AFTER_S, SETTLED_S};
 use lrnn_nostd::learn::kalman::OUTPUTS;
 
+/// Time that a fix counts for at most, s: where none come, nothing could move the estimate.
+const FIX_S: f32 = 2.0;
+
 /// See the module.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Settled {
-    /// Where it was when it moved last.
+    /// Where it was when it moved last, and its standard deviations then.
     anchor: [f32; OUTPUTS],
-    /// Time since then, and since the navigator's start, s.
+    sigma: [f32; OUTPUTS],
+    /// Time with fixes since then, s.
     since_s: f32,
+    /// Time since the navigator's start and since the last fix, s.
     navigated_s: f32,
+    fix_s: f32,
 }
 
 impl Settled {
     /// Time passes.
     pub fn passes(&mut self, time_s: f32) {
-        self.since_s += time_s;
         self.navigated_s += time_s;
+        self.fix_s += time_s;
     }
 
     /// The estimate after a fix, and its standard deviations.
     pub fn looks(&mut self, estimate: &[f32; OUTPUTS], sigma: &[f32; OUTPUTS]) {
+        self.since_s += core::mem::take(&mut self.fix_s).min(FIX_S);
         let near = |((now, then), sigma): ((&f32, &f32), &f32)| (now - then).abs() <= *sigma;
-        if !estimate.iter().zip(&self.anchor).zip(sigma).all(near) {
-            self.anchor = *estimate;
+        if !estimate.iter().zip(&self.anchor).zip(&self.sigma).all(near) {
+            (self.anchor, self.sigma) = (*estimate, *sigma);
             self.moves();
         }
     }
@@ -44,21 +51,33 @@ impl Settled {
 mod tests {
     use super::*;
 
+    fn second(settled: &mut Settled, estimate: f32) -> bool {
+        settled.passes(1.0);
+        settled.looks(&[estimate; OUTPUTS], &[1.0; OUTPUTS]);
+        settled.is_settled()
+    }
+
     #[test]
     fn an_estimate_settles_when_it_stays_and_not_before_five_minutes() {
         let mut settled = Settled::default();
-        let sigma = [1.0; OUTPUTS];
-        let mut second = |estimate: f32| {
-            settled.passes(1.0);
-            settled.looks(&[estimate; OUTPUTS], &sigma);
-            settled.is_settled()
-        };
-        let first = (1..=600).find(|_| second(5.0));
+        let first = (1..=600).find(|_| second(&mut settled, 5.0));
         assert_eq!(first, Some(300));
-        assert!(second(5.9));
-        assert!(!second(6.1), "it has moved by more than its sigma");
-        let again = (1..=600).find(|_| second(6.1));
+        assert!(second(&mut settled, 5.9));
+        assert!(
+            !second(&mut settled, 6.1),
+            "it has moved by more than its sigma"
+        );
+        let again = (1..=600).find(|_| second(&mut settled, 6.1));
         assert_eq!(again, Some(180));
-        assert!(!second(f32::NAN));
+        assert!(!second(&mut settled, f32::NAN));
+    }
+
+    #[test]
+    fn time_without_fixes_settles_nothing() {
+        let mut settled = Settled::default();
+        for _ in 0..200 {
+            settled.passes(10.0);
+        }
+        assert!(!second(&mut settled, 5.0) && !second(&mut settled, 5.0));
     }
 }
