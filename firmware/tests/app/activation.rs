@@ -324,7 +324,8 @@ fn on_before_the_alignment_it_does_good_and_after_it_waits() {
 fn faded_follows_no_faster_than_the_limit() {
     let config = config(Activation::Faded);
     let slew = config.slew.accel;
-    let seen = drive(config, knows(500), &[LEARN, BEGINS, ENDS]);
+    let script = [(0, Act::Fixes(Some(0))), LEARN, BEGINS, ENDS];
+    let seen = drive(config, knows(500), &script);
     let fastest = fastest(&seen.force);
     assert!(
         fastest > 0.99 * slew && fastest < 1.01 * slew,
@@ -382,6 +383,35 @@ fn given_up_it_fades_out_but_never_during_an_alignment() {
     let seen = drive(config, lost(200), &[LEARN, BEGINS, ENDS]);
     assert!(seen.force[60..360].iter().all(|f| *f == BIAS));
     assert!(seen.force[480..].iter().all(|f| *f == 0.0));
+}
+
+/// While no fixes come, the computer navigates without them and cannot follow: what is in force
+/// stays. It goes on when they come again, and goes when it is given up.
+#[test]
+fn faded_holds_while_no_fixes_come() {
+    let config = config(Activation::Faded);
+    let fixes = |at, of| (at, Act::Fixes(of));
+    let script = [
+        fixes(0, Some(0)),
+        LEARN,
+        BEGINS,
+        ENDS,
+        fixes(540, None),
+        fixes(640, Some(0)),
+    ];
+    let knows = Knows {
+        to: 900,
+        ..knows(500)
+    };
+    let force = drive(config, knows, &script).force;
+    assert!(
+        force[544] > 0.05 * BIAS && force[544] < 0.5 * BIAS,
+        "{}",
+        force[544]
+    );
+    assert!(force[547..640].iter().all(|f| *f == force[547]));
+    assert!(force[660] > force[640]);
+    assert!(force[930] < force[899], "it fades out");
 }
 
 /// Mode shadow learns and changes no sample; bypass and frozen ignore the learner.

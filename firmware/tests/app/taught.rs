@@ -1,6 +1,7 @@
 //! A learner that proves what the test says, and a bench that measures the correction in force from
 //! the bytes that come out.
 
+use crate::activation::fix;
 use crate::device::{Device, nets};
 use crate::frames::{Fields, Kind, values};
 use firmware::app::{App, Config};
@@ -69,6 +70,8 @@ pub struct Bench {
     pub device: Device,
     pub says: Rc<Says>,
     pub n: u32,
+    /// A receiver sends a fix a second.
+    pub fixes: bool,
     /// Correction of the accelerometer x in each frame since the last look, m/s2.
     pub seen: Vec<f64>,
 }
@@ -84,6 +87,7 @@ impl Bench {
             device,
             says,
             n: 0,
+            fixes: false,
             seen: Vec::new(),
         }
     }
@@ -103,6 +107,14 @@ impl Bench {
             ..Fields::default()
         };
         let frame = self.kind.frame(self.n, fields);
+        let a_second = self.kind.rate() as u32;
+        if self.fixes && self.n.is_multiple_of(a_second) {
+            self.device
+                .lines
+                .gnss
+                .input
+                .extend(fix(self.n / a_second, 0));
+        }
         self.n += 1;
         self.device.feed(&frame);
         self.device

@@ -122,7 +122,9 @@ fn bench(kind: Kind, state: State) -> Bench {
         ..Config::of(&unit(kind, activation, mode))
     };
     config.sensor.stim300.ask = false;
-    Bench::of(kind, |learner| App::with_learner(config, Some(learner)))
+    let mut bench = Bench::of(kind, |learner| App::with_learner(config, Some(learner)));
+    bench.fixes = true;
+    bench
 }
 
 /// A device whose correction is in this state in this part of an alignment.
