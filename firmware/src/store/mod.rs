@@ -320,7 +320,7 @@ impl<F: NorFlash> Store<F> {
         self.flash.read(start, &mut piece).ok()?;
         let header = Header::of(&piece)?;
         let end = header.end();
-        let room = self.slot_len - start % self.slot_len;
+        let room = self.slot_len - start.checked_rem(self.slot_len)?;
         if end + CRC_LEN > usize::try_from(room).ok()? {
             return None;
         }
