@@ -8,8 +8,8 @@
 //! beats the leading one by [`Gates::better`] and the zero correction by [`Gates::evidence`]. A
 //! leading hypothesis that falls below the zero correction is given up.
 //!
-//! Evidence believes the noise model. So it ranks the hypotheses, but no correction comes into force
-//! by it: that takes [rehearsals](super::rehearsal).
+//! Evidence believes the noise model. So it ranks the hypotheses, but no correction comes into
+//! force by it: that takes [rehearsals](super::rehearsal).
 
 mod gates;
 mod hypothesis;

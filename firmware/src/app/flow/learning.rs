@@ -71,9 +71,9 @@ impl Flow<'_> {
         }
     }
 
-    /// Whether fixes come, so that the navigation computer can follow a correction that moves. While
-    /// it navigates without them, a correction in force does not move: what it took off before is in
-    /// the computer's attitude.
+    /// Whether fixes come, so that the navigation computer can follow a correction that moves.
+    /// While it navigates without them, a correction in force does not move: what it took off
+    /// before is in the computer's attitude.
     fn fixes_come(&self) -> bool {
         let rate = self.stream.map_or(0.0, |stream| stream.rate);
         self.stands.is_some_and(|(_, sample)| {

@@ -3,9 +3,9 @@
 //! After each coast a capital is multiplied by `1 + bet * score`, where the score is at least -1.
 //! If the expected score is not above zero, whatever was seen before, then the capital's
 //! expectation does not grow. It then exceeds a hundred times the stake with a probability of at
-//! most one in a hundred, at any time (Ville's inequality; Waudby-Smith and Ramdas 2024, "Estimating
-//! means of bounded random variables by betting"). Nothing is assumed of noise, independence or
-//! distribution.
+//! most one in a hundred, at any time (Ville's inequality; Waudby-Smith and Ramdas 2024,
+//! "Estimating means of bounded random variables by betting"). Nothing is assumed of noise,
+//! independence or distribution.
 
 use super::coast::Score;
 
