@@ -127,11 +127,13 @@ fn one_image_is_configured_for_four_sensors_one_after_another() {
         let told = unit.configuration().expect("a configuration");
         let drive = drive(&told, SECONDS);
         let (mut twin, changed, here) = both(&mut board, name, &told, &drive);
+        // it learns, but so short a drive proves nothing, and the samples pass as they came:
+        // `learning.rs` has a drive that proves and corrects
         assert!(
-            here.winner > 0 && here.promotions > 0 && here.used_fixes > 30,
+            here.promotions == 0 && here.used_fixes > 30,
             "{name}: {here:?}"
         );
-        assert!(changed > 1000, "{name}: {changed}");
+        assert_eq!(changed, 0, "{name}");
         let learnt = board.link.learnt_images().expect("it answers");
         assert!(
             twin.learnt().expect("it learns") == learnt,
