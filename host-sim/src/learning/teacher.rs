@@ -311,6 +311,6 @@ mod tests {
         unit.correction.limit_gyro_dph = Some(1.0);
         let [gyro, accel] = Assumptions::of(&unit).limit.unwrap();
         assert!((gyro / DEG_PER_H - 1.0).abs() < 1e-12);
-        assert!((accel / (4.1352e3 * UG) - 1.0).abs() < 1e-4, "{accel}");
+        assert!((accel / (1.240_56e3 * UG) - 1.0).abs() < 1e-4, "{accel}");
     }
 }
