@@ -22,9 +22,9 @@ use qemu::software::{changed, learning_on_desktop, on_target};
 use vectors::Digest;
 
 const FORMAT: ImuFormat = ImuFormat::Stim300;
-/// 150 s at rest, then a quarter of an hour of driving.
+/// 150 s at rest, then half an hour of driving: to prove a correction, to settle, and to fade in.
 const STANDSTILL_S: u32 = 150;
-const SECONDS: u32 = STANDSTILL_S + 900;
+const SECONDS: u32 = STANDSTILL_S + 1800;
 
 fn drive() -> &'static (Session, Vec<Record>) {
     static DRIVE: OnceLock<(Session, Vec<Record>)> = OnceLock::new();
@@ -55,7 +55,7 @@ fn a_whole_drive_teaches_the_target_the_same_weights() {
     // At 168 MHz and 1000 samples per second there are 168 000 cycles per sample. The longest pass
     // is that in which navigation begins, then that at the end of a block.
     let cost = there.cost.expect("counted");
-    assert!(cost.pass < 105_000.0, "{cost:?}");
+    assert!(cost.pass < 130_000.0, "{cost:?}");
     assert!(cost.pass > 20_000.0, "{cost:?}: it has not learnt");
 }
 
