@@ -35,8 +35,8 @@ pub struct Started {
     pub time_s: f64,
 }
 
-/// The first fixes after an alignment: they show what it could not see, such as a vehicle that did
-/// not stand, or a receiver that gives east before north.
+/// The first fixes after an alignment in motion: they show what it could not see, such as a
+/// receiver that gives east before north.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Probation {
     left: u8,
@@ -165,8 +165,8 @@ impl FixLearner<'_> {
             time_s: f64::from(samples) * self.stream.map_or(0.0, |stream| stream.period_s),
         });
         self.probation = match way {
-            Way::Course | Way::Velocity | Way::Heading | Way::Gyrocompass => Probation::begin(),
-            Way::None | Way::Known => Probation::default(),
+            Way::Course | Way::Velocity | Way::Heading => Probation::begin(),
+            Way::None | Way::Gyrocompass | Way::Known => Probation::default(),
         };
     }
 

@@ -74,8 +74,8 @@ fn the_corrected_file_replays_raw_as_the_scheme_did() {
     assert!(off < 1e-2, "mcap: {off} m");
 }
 
-/// A correction of nothing gives the same bytes in every form, and the device's correction begins
-/// where it has learnt.
+/// A correction of nothing gives the same bytes in every form, and a correction begins where it was
+/// learnt.
 #[test]
 fn what_is_not_corrected_stays_to_the_byte() {
     let dir = tempfile::tempdir().unwrap();
@@ -94,7 +94,7 @@ fn what_is_not_corrected_stays_to_the_byte() {
     same("mav0/imu0/data.csv", true);
     replay(
         dir,
-        "csv --header header.toml --learn-s 200 --corrected c --force",
+        "csv --header header.toml --learn-s 200 --corrected c --force --corrected-by ekf6",
     );
     same("imu.csv", false);
     let [old, new] = ["imu.csv", "c"].map(|name| std::fs::read_to_string(dir.join(name)).unwrap());
