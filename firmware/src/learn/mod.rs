@@ -49,7 +49,7 @@ pub struct Report {
     pub refused: u32,
     /// Fixes not used because they arrived too late: see [`age::MAX_AGE_S`].
     pub late: u32,
-    /// The hypothesis in force, 0 for "the sensors are right": see [`bank::Bank::running`].
+    /// The hypothesis in force, 0 for "the sensors are right": see [`rehearsal`].
     pub winner: u8,
     /// How often a hypothesis other than 0 was promoted.
     pub promotions: u32,

@@ -130,7 +130,7 @@ pub struct Cost {
     pub total: u64,
     /// All passes of the most expensive one.
     pub worst: u32,
-    /// From the last byte of a record to the first byte sent, the longest from record [`FIRST`] on.
+    /// From the last byte of a record to the first byte sent, the longest from record `FIRST` on.
     pub latency: u32,
     /// The longest single pass: the time for which a complete frame may have to wait.
     pub pass: u32,

@@ -6,13 +6,13 @@
 //! no noise model, no datasheet and no white fixes. Errors of the receiver that last shorter than a
 //! coast hurt all shadows alike.
 //!
-//! A hypothesis has **proved** itself when the bets on it ([`wealth`]) have won a hundred times
+//! A hypothesis has **proved** itself when the bets on it (`wealth`) have won a hundred times
 //! their stake at one of the [`HORIZONS_S`], and at no horizon has it been found harmful, and at
 //! the longest one that has been tried it wins as well. Short coasts give speed, long ones a veto.
 //! It is given up by the same bets.
 //!
 //! The shadows of a coast are differences to the device's navigator, which move by linear equations
-//! ([`coast`]): a coast costs 1 % of what a navigator costs. Each horizon has two coasts, about
+//! (`coast`): a coast costs 1 % of what a navigator costs. Each horizon has two coasts, about
 //! half a horizon apart. Their bets are separate, since coasts that overlap are not news to each
 //! other, and the mean of both counts.
 
