@@ -79,6 +79,22 @@ impl<R: Learner, F: Learner> Learner for CombinedLearner<'_, R, F> {
         self.fixes.winner()
     }
 
+    fn for_next_power_on(&mut self) -> Option<Winner> {
+        self.fixes.for_next_power_on()
+    }
+
+    fn remember(&mut self) -> usize {
+        self.fixes.remember()
+    }
+
+    fn write_memory(&self, start: usize, piece: &mut [u8]) {
+        self.fixes.write_memory(start, piece);
+    }
+
+    fn recall(&mut self, memory: &[u8]) {
+        self.fixes.recall(memory);
+    }
+
     fn learnt(&mut self) -> (Nets, [State; 2]) {
         match self.fixes.winner() {
             Some(winner) => (winner.nets, winner.states),

@@ -100,6 +100,9 @@ pub struct Winner {
     pub settled: bool,
 }
 
+/// Bytes of what a learner remembers over power-off, at most.
+pub const MEMORY_LEN: usize = 1792;
+
 /// A way to learn. No result may depend on when a function is called between two samples, so that
 /// the same input gives the same bits on every machine.
 pub trait Learner {
@@ -159,6 +162,26 @@ pub trait Learner {
     fn winner(&mut self) -> Option<Winner> {
         None
     }
+
+    /// The networks that shall act from the next power-on: as [`Learner::winner`], but without what
+    /// is new at every turn-on. Deferred work is done first.
+    fn for_next_power_on(&mut self) -> Option<Winner> {
+        self.winner()
+    }
+
+    /// Takes down what is known of the unit, for [`Learner::write_memory`]; at most [`MEMORY_LEN`]
+    /// bytes. 0: there is nothing to be stored. Deferred work is done first.
+    fn remember(&mut self) -> usize {
+        0
+    }
+
+    /// Copies what was taken down last from byte `start` on into `piece`; bytes beyond its end stay
+    /// as they are.
+    fn write_memory(&self, _start: usize, _piece: &mut [u8]) {}
+
+    /// What was known of the unit at the last power-off, before [`Learner::begin`]. Bytes of another
+    /// layout are ignored. Empty: nothing is known.
+    fn recall(&mut self, _memory: &[u8]) {}
 
     /// What was learnt, and the networks' states now. Deferred work is done first.
     fn learnt(&mut self) -> (Nets, [State; 2]);
