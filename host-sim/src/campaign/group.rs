@@ -224,10 +224,10 @@ mod tests {
         let all = names.len();
         names.sort();
         names.dedup();
-        // six kinds and 18 causes, each with six causes of fixes or without; all but gaps and
+        // six kinds and 22 causes, each with six causes of fixes or without; all but gaps and
         // dither can be told
-        let told = 24 * 5 + 2 * 17;
-        assert_eq!((names.len(), all), (24 * 7 + told, 24 * 7 + told));
+        let told = 28 * 5 + 2 * 21;
+        assert_eq!((names.len(), all), (28 * 7 + told, 28 * 7 + told));
         let late: Group = "late-fixes".parse().unwrap();
         assert_eq!(late, FixErrors::Late.into());
         assert_eq!("linear+late-fixes".parse::<Group>().unwrap(), late);

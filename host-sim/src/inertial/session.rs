@@ -20,7 +20,7 @@ pub struct Temperature {
     pub gradient: f64,
 }
 
-/// Temperature and magnetic field at the sensors during one second.
+/// Temperature and magnetic field at the sensors during one second, and what moved them.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Surroundings {
     /// Temperature of the block.
@@ -29,6 +29,11 @@ pub struct Surroundings {
     pub axes: Vector3<f64>,
     /// Magnetic field in body axes, gauss.
     pub field: Vector3<f64>,
+    /// Mean square of the specific force about its mean in the second before, sum over the axes,
+    /// with the part above the sample rate, (m/s2)^2. Zero where no error follows it.
+    pub vibration: f64,
+    /// Mean magnitude of the rate in the second before, rad/s. Zero where no error follows it.
+    pub turning: f64,
 }
 
 /// What thermometers tell in one second, degrees C.

@@ -15,7 +15,7 @@ use super::spec::ImuSpec;
 type Add = fn(spec: &mut ImuSpec, own: &ImuSpec, b: [f64; 2]);
 
 /// The causes.
-const CAUSES: [(ErrorModelName, Add); 18] = [
+const CAUSES: [(ErrorModelName, Add); 22] = [
     (ErrorModelName::Hysteresis, |spec, own, b| {
         let (gyro, accel) = (&own.gyro.environment, &own.accel.environment);
         spec.gyro.environment.hysteresis_dph = given(gyro.hysteresis_dph, 0.2 * b[0]);
@@ -105,6 +105,27 @@ const CAUSES: [(ErrorModelName, Add); 18] = [
     }),
     (ErrorModelName::Timing, |spec, own, _| {
         spec.accel.delay_s = own.accel.delay_s.max(2e-3);
+    }),
+    (ErrorModelName::Softening, |spec, own, b| {
+        let (gyro, accel) = (&own.gyro.environment, &own.accel.environment);
+        spec.gyro.environment.softening_dph = given(gyro.softening_dph, 0.5 * b[0]);
+        spec.accel.environment.softening_ug = given(accel.softening_ug, 0.5 * b[1]);
+    }),
+    (ErrorModelName::ThermalLag, |spec, own, b| {
+        let (gyro, accel) = (&own.gyro.environment, &own.accel.environment);
+        spec.gyro.environment.thermal_lag_dph = given(gyro.thermal_lag_dph, 0.5 * b[0]);
+        spec.accel.environment.thermal_lag_ug = given(accel.thermal_lag_ug, 0.5 * b[1]);
+    }),
+    (ErrorModelName::VibrationSaturation, |spec, own, b| {
+        let (gyro, accel) = (&own.gyro.environment, &own.accel.environment);
+        spec.gyro.environment.vibration_saturation_dph =
+            given(gyro.vibration_saturation_dph, 0.5 * b[0]);
+        spec.accel.environment.vibration_saturation_ug =
+            given(accel.vibration_saturation_ug, 0.5 * b[1]);
+    }),
+    (ErrorModelName::SelfHeating, |spec, own, b| {
+        let own = own.gyro.environment.self_heating_dphpdps;
+        spec.gyro.environment.self_heating_dphpdps = given(own, 0.3 * b[0]);
     }),
 ];
 

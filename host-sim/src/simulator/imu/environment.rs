@@ -1,12 +1,12 @@
-//! Error terms that follow the temperature of each sensor, its past, its age, or the square of the
-//! specific force: the tables `[simulation.gyro.environment]` and `[simulation.accel.environment]`.
+//! Error terms that follow the temperature of each sensor, its past, its age, vibration, turning,
+//! or the square of the specific force: the tables `[simulation.gyro.environment]` and `[simulation.accel.environment]`.
 //!
 //! They are tables of terms like [`super::datasheet`], and all are off unless the file has them.
 //! `triad/environment` has the equations. Filters are not told of these terms: an oracle that is
 //! told of everything else does not know them.
 
 use super::term::{Datasheet, Group, Kind, Range, Term, datasheet};
-use crate::inertial::units::{DEG_PER_H, PPM, UG};
+use crate::inertial::units::{DEG, DEG_PER_H, G0, PPM, UG};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -74,6 +74,61 @@ datasheet! {
         mode_k: Gyro::of(Group::Condition)
             .within(Range::Positive)
             .acts(|s, to| to.environment.mode_width = s.mode_k),
+        /// Softening of the adhesive or potting that holds the sensing element: a bias
+        /// `b / (1 + exp(-(T - centre) / width))`, deg/h. Above its glass transition the polymer
+        /// lets go of its stress (Zhang, Park and Judy, J. Microelectromech. Syst. 16, 2007, on
+        /// the stress of the die attach).
+        #[serde(default, skip_serializing_if = "is_zero")]
+        softening_dph: Gyro::of(Group::Thermal)
+            .bias(|s| s.softening_dph)
+            .acts(|s, to| to.environment.softening = s.softening_dph * DEG_PER_H),
+        /// Temperature at the middle of the transition, above that of the calibration, K; a plain
+        /// value of the type.
+        #[serde(default = "centre", skip_serializing_if = "is_centre")]
+        softening_centre_k: Gyro::of(Group::Condition)
+            .acts(|s, to| to.environment.softening_centre = s.softening_centre_k),
+        /// Width of the transition, K, > 0; a plain value of the type.
+        #[serde(default = "transition", skip_serializing_if = "is_transition")]
+        softening_width_k: Gyro::of(Group::Condition)
+            .within(Range::Positive)
+            .acts(|s, to| to.environment.softening_width = s.softening_width_k),
+        /// Bias by the temperature U of an inner place, which follows the place of the thermometer
+        /// late: `b U / 10 K + c (U / 10 K)^2`, each of b and c with this standard deviation, deg/h.
+        /// The inner place is a capacity behind a conductance: a potted coil, a proof mass in gas
+        /// (Incropera and DeWitt, chapter 5).
+        #[serde(default, skip_serializing_if = "is_zero")]
+        thermal_lag_dph: Gyro::of(Group::Thermal)
+            .bias(|s| s.thermal_lag_dph)
+            .acts(|s, to| to.environment.lag = s.thermal_lag_dph * DEG_PER_H),
+        /// How late it follows, s, > 0: the time constant; a plain value of the type.
+        #[serde(default = "lag", skip_serializing_if = "is_lag")]
+        thermal_lag_time_s: Gyro::of(Group::Condition)
+            .within(Range::Positive)
+            .acts(|s, to| to.environment.lag_time = s.thermal_lag_time_s),
+        /// Bias by vibration that saturates: `b v / (v + knee)`, deg/h; v is the mean square of the
+        /// specific force about its mean in the last second, of all axes, with what is above the
+        /// sample rate. A servo or a stop limits what is rectified (vibration rectification, IEEE
+        /// Std 1293).
+        #[serde(default, skip_serializing_if = "is_zero")]
+        vibration_saturation_dph: Gyro::of(Group::Nonlinear)
+            .bias(|s| s.vibration_saturation_dph)
+            .acts(|s, to| to.environment.shaken = s.vibration_saturation_dph * DEG_PER_H),
+        /// Vibration that gives half of it, g^2, > 0; a plain value of the type. A road at 50 km/h
+        /// has about the default.
+        #[serde(default = "knee", skip_serializing_if = "is_knee")]
+        vibration_knee_g2: Gyro::of(Group::Condition)
+            .within(Range::Positive)
+            .acts(|s, to| to.environment.shaken_knee = s.vibration_knee_g2 * (G0 * G0)),
+        /// Self-heating: bias by the mean magnitude of the rate, which a lag smooths, deg/h for 1
+        /// deg/s. A closed loop dissipates as the rate asks for it.
+        #[serde(default, skip_serializing_if = "is_zero")]
+        self_heating_dphpdps: Gyro::of(Group::Thermal)
+            .acts(|s, to| to.environment.turned = s.self_heating_dphpdps * DEG_PER_H / DEG),
+        /// Time constant of that lag, s, > 0; a plain value of the type.
+        #[serde(default = "self_lag", skip_serializing_if = "is_self_lag")]
+        self_heating_time_s: Gyro::of(Group::Condition)
+            .within(Range::Positive)
+            .acts(|s, to| to.environment.turned_time = s.self_heating_time_s),
         /// Bias by the squares of the specific force: each element of the matrix from the three
         /// squares in body axes, deg/h/g^2 (acceleration-squared-sensitive drift rate, IEEE Std
         /// 528).
@@ -127,6 +182,51 @@ datasheet! {
         stretched_warm_up_exponent_ratio: Accel::of(Group::Condition)
             .within(Range::Positive)
             .acts(|s, to| to.environment.warm_up_exponent = s.stretched_warm_up_exponent_ratio),
+        /// Softening of the adhesive or potting that holds the sensing element: a bias
+        /// `b / (1 + exp(-(T - centre) / width))`, ug. Above its glass transition the polymer
+        /// lets go of its stress (Zhang, Park and Judy, J. Microelectromech. Syst. 16, 2007, on
+        /// the stress of the die attach).
+        #[serde(default, skip_serializing_if = "is_zero")]
+        softening_ug: Accel::of(Group::Thermal)
+            .bias(|s| s.softening_ug)
+            .acts(|s, to| to.environment.softening = s.softening_ug * UG),
+        /// Temperature at the middle of the transition, above that of the calibration, K; a plain
+        /// value of the type.
+        #[serde(default = "centre", skip_serializing_if = "is_centre")]
+        softening_centre_k: Accel::of(Group::Condition)
+            .acts(|s, to| to.environment.softening_centre = s.softening_centre_k),
+        /// Width of the transition, K, > 0; a plain value of the type.
+        #[serde(default = "transition", skip_serializing_if = "is_transition")]
+        softening_width_k: Accel::of(Group::Condition)
+            .within(Range::Positive)
+            .acts(|s, to| to.environment.softening_width = s.softening_width_k),
+        /// Bias by the temperature U of an inner place, which follows the place of the thermometer
+        /// late: `b U / 10 K + c (U / 10 K)^2`, each of b and c with this standard deviation, ug.
+        /// The inner place is a capacity behind a conductance: a potted coil, a proof mass in gas
+        /// (Incropera and DeWitt, chapter 5).
+        #[serde(default, skip_serializing_if = "is_zero")]
+        thermal_lag_ug: Accel::of(Group::Thermal)
+            .bias(|s| s.thermal_lag_ug)
+            .acts(|s, to| to.environment.lag = s.thermal_lag_ug * UG),
+        /// How late it follows, s, > 0: the time constant; a plain value of the type.
+        #[serde(default = "lag", skip_serializing_if = "is_lag")]
+        thermal_lag_time_s: Accel::of(Group::Condition)
+            .within(Range::Positive)
+            .acts(|s, to| to.environment.lag_time = s.thermal_lag_time_s),
+        /// Bias by vibration that saturates: `b v / (v + knee)`, ug; v is the mean square of the
+        /// specific force about its mean in the last second, of all axes, with what is above the
+        /// sample rate. A servo or a stop limits what is rectified (vibration rectification, IEEE
+        /// Std 1293).
+        #[serde(default, skip_serializing_if = "is_zero")]
+        vibration_saturation_ug: Accel::of(Group::Nonlinear)
+            .bias(|s| s.vibration_saturation_ug)
+            .acts(|s, to| to.environment.shaken = s.vibration_saturation_ug * UG),
+        /// Vibration that gives half of it, g^2, > 0; a plain value of the type. A road at 50 km/h
+        /// has about the default.
+        #[serde(default = "knee", skip_serializing_if = "is_knee")]
+        vibration_knee_g2: Accel::of(Group::Condition)
+            .within(Range::Positive)
+            .acts(|s, to| to.environment.shaken_knee = s.vibration_knee_g2 * (G0 * G0)),
         /// Ageing: random walk of the bias with the time since calibration, ug/sqrt(year).
         /// Datasheets tell it as stability over a year (STIM300, TS1524).
         #[serde(default, skip_serializing_if = "is_zero")]
@@ -144,6 +244,11 @@ impl Default for GyroEnvironment {
             stretched_warm_up_spread_ratio: spread(),
             stretched_warm_up_exponent_ratio: beta(),
             mode_k: mode(),
+            softening_centre_k: centre(),
+            softening_width_k: transition(),
+            thermal_lag_time_s: lag(),
+            vibration_knee_g2: knee(),
+            self_heating_time_s: self_lag(),
             ..Self::none()
         }
     }
@@ -157,6 +262,10 @@ impl Default for AccelEnvironment {
             stretched_warm_up_time_s: tau(),
             stretched_warm_up_spread_ratio: spread(),
             stretched_warm_up_exponent_ratio: beta(),
+            softening_centre_k: centre(),
+            softening_width_k: transition(),
+            thermal_lag_time_s: lag(),
+            vibration_knee_g2: knee(),
             ..Self::none()
         }
     }
@@ -183,6 +292,11 @@ unless_given! {
     spread, is_spread = 0.3;
     beta, is_beta = 0.6;
     mode, is_mode = 22.6;
+    centre, is_centre = 12.0;
+    transition, is_transition = 3.0;
+    lag, is_lag = 1200.0;
+    knee, is_knee = 0.002;
+    self_lag, is_self_lag = 300.0;
 }
 
 #[expect(

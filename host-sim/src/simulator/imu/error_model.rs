@@ -59,6 +59,14 @@ pub enum ErrorModelName {
     SizeEffect,
     /// Linear, and accelerometers that are late.
     Timing,
+    /// Linear, and a bias that comes as an adhesive softens.
+    Softening,
+    /// Linear, and a bias by the temperature of a place that the thermometer is not at.
+    ThermalLag,
+    /// Linear, and a bias by vibration that saturates.
+    VibrationSaturation,
+    /// Linear, and a bias of the gyros by how much they have turned lately.
+    SelfHeating,
 }
 
 impl ErrorModelName {
@@ -73,7 +81,7 @@ impl ErrorModelName {
     ];
 
     /// The groups of a single cause beside the linear errors.
-    pub const CAUSES: [Self; 18] = [
+    pub const CAUSES: [Self; 22] = [
         Self::Hysteresis,
         Self::Gradient,
         Self::Heating,
@@ -92,6 +100,10 @@ impl ErrorModelName {
         Self::Vibration,
         Self::SizeEffect,
         Self::Timing,
+        Self::Softening,
+        Self::ThermalLag,
+        Self::VibrationSaturation,
+        Self::SelfHeating,
     ];
 
     /// All groups: whole kinds of errors, then single causes.
@@ -127,6 +139,10 @@ impl ErrorModelName {
             Self::Vibration => "vibration",
             Self::SizeEffect => "size-effect",
             Self::Timing => "timing",
+            Self::Softening => "softening",
+            Self::ThermalLag => "thermal-lag",
+            Self::VibrationSaturation => "vibration-saturation",
+            Self::SelfHeating => "self-heating",
         }
     }
 
@@ -274,10 +290,10 @@ mod tests {
         };
         let linear = of(&[Group::Constant, Group::Wander]);
         let (thermal, nonlinear) = (of(&[Group::Thermal]), of(&[Group::Nonlinear]));
-        assert!(linear >= 14 && thermal == 20 && nonlinear == 7);
+        assert!(linear >= 14 && thermal == 25 && nonlinear == 9);
         // a table whose errors are all off is left out of files, with its conditions
         let conditions = of(&[Group::Condition]) - of_main(Group::Condition);
-        assert_eq!(conditions, 9);
+        assert_eq!(conditions, 18);
         let with = |number: usize| kept.len() + conditions + linear + number;
         assert_eq!(at(ErrorModelName::Linear, 2.0).len(), with(0));
         assert_eq!(at(ErrorModelName::Thermal, 2.0).len(), with(thermal));
@@ -285,7 +301,7 @@ mod tests {
         assert_eq!(twos().error_model(ErrorModelName::All), twos());
         assert_eq!(kept.len(), 21);
         let tripled = at(ErrorModelName::AllX3, 6.0);
-        assert_eq!(tripled.len(), 27);
+        assert_eq!(tripled.len(), 34);
         let systematic = [
             "warm_up",
             "temperature",
@@ -299,6 +315,9 @@ mod tests {
             "hysteresis_",
             "mode_",
             "g_square",
+            "softening",
+            "thermal_lag",
+            "saturation",
         ];
         assert!(
             tripled

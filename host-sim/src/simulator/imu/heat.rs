@@ -1,6 +1,6 @@
 //! The thermal state of one IMU at one turn-on: the air, the block or the nodes, the thermometers.
 
-use super::nodes::Nodes;
+use super::nodes::{Nodes, TRAIL_S};
 use super::spec::ImuSpec;
 use super::thermal::Block;
 use super::thermometer::Thermometers;
@@ -100,6 +100,32 @@ impl Heat {
             None => self.block_past().map(Vector3::repeat),
         };
         vec![before[0], before[1], now]
+    }
+
+    /// The same in steps of a minute: s before power-on (negative), ascending, the last one 0. Empty
+    /// after a long soak.
+    pub fn trail(&self) -> Vec<(f64, Vector3<f64>)> {
+        if self.history.is_cold() {
+            return Vec::new();
+        }
+        if let Some(nodes) = &self.nodes {
+            return nodes.trail().to_vec();
+        }
+        let (on, soak) = (self.history.on_s, self.history.soak_s);
+        let [cold, _] = self.block_past();
+        let of = |t: f64| {
+            let until = History {
+                on_s: (on + soak + t).min(on),
+                soak_s: (soak + t).max(0.0),
+                ..self.history
+            };
+            (t, Vector3::repeat(cold + self.block.heated(&until)))
+        };
+        let steps = ((on + soak) / TRAIL_S) as u32;
+        let mut times: Vec<f64> = (0..=steps).map(|k| -TRAIL_S * f64::from(k)).collect();
+        times.extend([-soak, -on - soak]);
+        times.sort_by(f64::total_cmp);
+        times.into_iter().map(of).collect()
     }
 
     /// The block's temperature before it was switched on, and when it was switched off, K.

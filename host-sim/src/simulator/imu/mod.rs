@@ -16,6 +16,7 @@ mod heat;
 pub mod lock_in;
 pub mod magnetic;
 mod model;
+mod motion_level;
 pub mod nodes;
 mod spec;
 mod term;

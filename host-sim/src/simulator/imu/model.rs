@@ -3,6 +3,7 @@
 use super::delay::Delay;
 use super::draws::{Draws, normal3};
 use super::heat::Heat;
+use super::motion_level::MotionLevel;
 use super::spec::ImuSpec;
 use super::term::Datasheet;
 use super::triad::environment::Beginning;
@@ -37,6 +38,8 @@ pub struct Imu {
     accel: Triad,
     heat: Heat,
     around: Surroundings,
+    /// `None` if no error follows it.
+    moved: Option<MotionLevel>,
     /// Distance of each accelerometer from the common point, m. `None` if there is no size effect.
     places: Option<[Vector3<f64>; 3]>,
     /// Bias of the gyros by specific force, rad/s per m/s2. `None` if there is none.
@@ -82,13 +85,14 @@ impl Imu {
         let [flicker_g, flicker_a] = FLICKER.map(|number| stream(turn_on, number));
         let heat = Heat::new(spec, unit, turn_on);
         let history = heat.history();
-        let past = heat.past();
+        let (past, trail) = (heat.past(), heat.trail());
         let begin = |number: u64| Beginning {
             unit: (unit, number),
             turn_on: stream(turn_on, number),
             history,
             age_days: spec.world.power.age_days,
             past: &past,
+            trail: &trail,
         };
         let [sigmas_g, sigmas_a] = sigmas(spec);
         let gyro = triad(sigmas_g, GYRO)
@@ -109,6 +113,7 @@ impl Imu {
             accel,
             heat,
             around: Surroundings::default(),
+            moved: MotionLevel::of(spec),
             places: (arm > 0.0).then(|| [(); 3].map(|()| normal3(&mut place_rng) * arm)),
             g_sensitivity: matrix(per_force, stream(unit, G_SENSITIVITY)),
             g_square: matrix(per_square, stream(unit, G_SQUARE)),
@@ -208,6 +213,9 @@ impl Imu {
         if let Some(delay) = &mut self.delay {
             felt = delay.next(felt);
         }
+        if let Some(moved) = &mut self.moved {
+            moved.add(&(turned / self.dt), &(felt / self.dt));
+        }
         let (dv, e_a) = self.accel.measure(&felt, self.dt, [noise, accel]);
         (
             Counts { dtheta, dv },
@@ -225,6 +233,9 @@ impl Imu {
         }
         self.around.temperature = self.heat.now();
         self.around.axes = self.heat.axes();
+        if let Some(moved) = &mut self.moved {
+            [self.around.vibration, self.around.turning] = moved.take();
+        }
         let Draws {
             noise,
             separate: [gyro, accel],

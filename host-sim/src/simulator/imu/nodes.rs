@@ -24,6 +24,8 @@ use rand_chacha::ChaCha8Rng;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+/// Steps of the temperatures before power-on that are kept, s.
+pub(super) const TRAIL_S: f64 = 60.0;
 /// A node may follow its neighbours so fast, 1/s. Temperatures are taken once a second.
 const FASTEST_PER_S: f64 = 1e4;
 
@@ -167,6 +169,8 @@ pub struct Nodes {
     rate_of_block: f64,
     /// Temperatures of the axes before the last time on, and at its end.
     past: [Vector3<f64>; 2],
+    /// Temperatures of the axes from there to now: s before power-on (negative).
+    trail: Vec<(f64, Vector3<f64>)>,
     rng: ChaCha8Rng,
 }
 
@@ -199,6 +203,7 @@ impl Nodes {
             loaded: turn_on.random_bool(0.5),
             rate_of_block: 0.0,
             past: [Vector3::zeros(); 2],
+            trail: Vec::new(),
             rng: turn_on,
         };
         if !history.is_cold() {
@@ -215,6 +220,7 @@ impl Nodes {
         let mut t = -on - soak;
         self.state = Vector3::repeat(ambient(t));
         self.past = [self.axes(); 2];
+        self.trail.push((t, self.axes()));
         while t < 0.0 {
             self.heats = t < -soak && self.wants_heat();
             let power = if t < -soak { self.spec.power_w } else { 0.0 };
@@ -222,6 +228,9 @@ impl Nodes {
             t += 1.0;
             if t == -soak {
                 self.past[1] = self.axes();
+            }
+            if t == -soak || t == 0.0 || t % TRAIL_S == 0.0 {
+                self.trail.push((t, self.axes()));
             }
         }
     }
@@ -285,6 +294,13 @@ impl Nodes {
     #[must_use]
     pub fn past(&self) -> [Vector3<f64>; 2] {
         self.past
+    }
+
+    /// Temperatures of the axes from the last power-on before this one to now: s before power-on
+    /// (negative), K. Empty after a long soak.
+    #[must_use]
+    pub fn trail(&self) -> &[(f64, Vector3<f64>)] {
+        &self.trail
     }
 
     /// Temperature of the case, K.

@@ -215,7 +215,7 @@ impl Triad {
         }
         let flicker = self.flicker.as_mut().map(Flicker::step);
         let environment = self.environment.as_mut();
-        let environment = environment.map(|e| e.step(t, &around.axes));
+        let environment = environment.map(|e| e.step(t, around));
         let decay = (-t / s.warm_up_time).exp();
         self.slow = self.bias_unit
             + self.bias_turn_on

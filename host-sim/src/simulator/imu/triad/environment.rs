@@ -1,4 +1,5 @@
-//! Errors of one triad that follow the temperature T of each sensor, its past, and its age.
+//! Errors of one triad that follow the temperature T of each sensor, its past, its age, vibration
+//! and turning.
 //!
 //! ```text
 //! hysteresis   p = clamp(p, T - w, T + w)        b = h (T - p) / w      play operator: |b| <= h
@@ -6,16 +7,22 @@
 //! warm-up      b = a (1 - left) exp(-(t / tau)^beta)                    left: of the last time on
 //! mode hop     u = T / K + phase - n             b = s u + b_n          n hops when |u| > 0.6
 //! ageing       b = sum over days of g z / sqrt(365.25)
+//! softening    b = s / (1 + exp(-(T - T_s) / w_s))
+//! thermal lag  dU/dt = (T - U) / tau_U           b = l U / 10 K + q (U / 10 K)^2
+//! vibration    b = r v / (v + v_0)                                      v: of the last second
+//! self-heating dm/dt = (|rate| - m) / tau_m      b = d m
 //! ```
 //!
 //! A mode keeps its bias b_n: when the temperature comes back, the bias does, too. The control hops
 //! back later than it hopped on, because it holds a mode 0.1 of a mode beyond the middle between
-//! two (assumed).
+//! two (assumed). U lives through the time before power-on with T. The vehicle has stood before
+//! power-off for so long that m is zero.
 
 use super::super::draws::normal3;
 use super::super::environment::YEAR_DAYS;
 use super::super::world::History;
-use super::WARM_UP_REPEATABILITY;
+use super::{SLOW_S, WARM_UP_REPEATABILITY};
+use crate::inertial::session::Surroundings;
 use nalgebra::Vector3;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -39,6 +46,15 @@ pub(in super::super) struct Sizes {
     pub mode_deflection: f64,
     pub mode_width: f64, // K
     pub ageing: f64,     // per sqrt(year)
+    pub softening: f64,
+    pub softening_centre: f64, // K
+    pub softening_width: f64,  // K
+    pub lag: f64,              // at 10 K
+    pub lag_time: f64,
+    pub shaken: f64,
+    pub shaken_knee: f64, // (m/s2)^2
+    pub turned: f64,      // per rad/s
+    pub turned_time: f64,
 }
 
 /// What one triad begins with.
@@ -51,7 +67,13 @@ pub(in super::super) struct Beginning<'a> {
     pub age_days: f64,
     /// Temperatures of the axes that the past went through, the last one at power-on, K.
     pub past: &'a [Vector3<f64>],
+    /// The same in short steps: s before power-on (negative), ascending, the last one 0. Empty
+    /// after a long soak.
+    pub trail: &'a [(f64, Vector3<f64>)],
 }
+
+/// Temperature at which a thermal lag's size is given, K.
+const LAG_K: f64 = 10.0;
 
 /// Which mode the path-length control of an axis holds.
 #[derive(Debug, Clone, Copy)]
@@ -74,6 +96,15 @@ pub(super) struct Environment {
     play: Vector3<f64>,
     modes: [Mode; 3],
     unit: u64,
+    softening: Vector3<f64>,
+    /// Linear and quadratic.
+    lag: [Vector3<f64>; 2],
+    /// Temperatures of the inner places, K.
+    inner: Vector3<f64>,
+    shaken: Vector3<f64>,
+    turned: Vector3<f64>,
+    /// Smoothed magnitude of the rate, rad/s.
+    turning: f64,
     /// Scale factor error of the present second.
     pub scale_now: Vector3<f64>,
 }
@@ -89,6 +120,10 @@ impl Environment {
             s.mode_bias,
             s.mode_deflection,
             s.ageing,
+            s.softening,
+            s.lag,
+            s.shaken,
+            s.turned,
         ];
         if off.iter().all(|x| *x == 0.0) {
             return None;
@@ -121,6 +156,12 @@ impl Environment {
                 bias: 0.0,
             }; 3],
             unit: seed,
+            softening: normal3(&mut unit) * s.softening,
+            lag: [(); 2].map(|()| normal3(&mut unit) * s.lag),
+            inner: lived(begin.trail, s.lag_time).unwrap_or(start),
+            shaken: normal3(&mut unit) * s.shaken,
+            turned: normal3(&mut unit) * s.turned,
+            turning: 0.0,
             scale_now: Vector3::zeros(),
             sizes: s,
         };
@@ -132,9 +173,15 @@ impl Environment {
         Some(new)
     }
 
-    /// The bias `t` s after power-on, with these temperatures of the axes, K.
-    pub fn step(&mut self, t: f64, axes: &Vector3<f64>) -> Vector3<f64> {
+    /// The bias `t` s after power-on.
+    pub fn step(&mut self, t: f64, around: &Surroundings) -> Vector3<f64> {
+        let axes = &around.axes;
         self.follow(axes);
+        if t > 0.0 {
+            self.inner = toward(&self.inner, axes, SLOW_S / self.sizes.lag_time);
+            let keep = (-SLOW_S / self.sizes.turned_time).exp();
+            self.turning = around.turning + (self.turning - around.turning) * keep;
+        }
         self.scale_now = self.scale.component_mul(axes);
         let mut bias = self.aged;
         for i in 0..3 {
@@ -145,7 +192,21 @@ impl Environment {
         if self.sizes.mode_bias > 0.0 || self.sizes.mode_deflection > 0.0 {
             bias += self.path_length(axes);
         }
-        bias
+        bias + self.driven(axes, around.vibration)
+    }
+
+    /// Softening, thermal lag, vibration and self-heating.
+    fn driven(&self, axes: &Vector3<f64>, vibration: f64) -> Vector3<f64> {
+        let s = &self.sizes;
+        let shaken = vibration / (vibration + s.shaken_knee);
+        Vector3::from_fn(|i, _| {
+            let above = (axes[i] - s.softening_centre) / s.softening_width;
+            let inner = self.inner[i] / LAG_K;
+            self.softening[i] / (1.0 + (-above).exp())
+                + (self.lag[0][i] + self.lag[1][i] * inner) * inner
+                + self.shaken[i] * shaken
+                + self.turned[i] * self.turning
+        })
     }
 
     fn follow(&mut self, axes: &Vector3<f64>) {
@@ -182,6 +243,26 @@ impl Environment {
     }
 }
 
+/// What follows `to` with a lag, after `times` of its time constant.
+fn toward(from: &Vector3<f64>, to: &Vector3<f64>, times: f64) -> Vector3<f64> {
+    to + (from - to) * (-times).exp()
+}
+
+/// Temperatures of the inner places at power-on. They began as warm as their surroundings.
+fn lived(trail: &[(f64, Vector3<f64>)], time: f64) -> Option<Vector3<f64>> {
+    let first = trail.first()?.1;
+    let steps = trail.windows(2);
+    let pairs = steps.filter_map(|pair| pair.first().zip(pair.last()));
+    let follow = |inner: Vector3<f64>, (before, now): (&(f64, Vector3<f64>), &(f64, _))| {
+        toward(
+            &inner,
+            &((before.1 + now.1) / 2.0),
+            (now.0 - before.0) / time,
+        )
+    };
+    Some(pairs.fold(first, follow))
+}
+
 /// Random walk of so many whole days.
 fn aged(per_root_year: f64, days: f64, mut unit: ChaCha8Rng) -> Vector3<f64> {
     let per_day = per_root_year / YEAR_DAYS.sqrt();
@@ -195,5 +276,7 @@ fn stream(seed: u64, stream: u64) -> ChaCha8Rng {
     rng
 }
 
+#[cfg(test)]
+mod driven_tests;
 #[cfg(test)]
 mod tests;

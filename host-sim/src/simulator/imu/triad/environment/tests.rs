@@ -7,19 +7,31 @@ use super::*;
 use crate::inertial::sins::Increment;
 use crate::inertial::units::{DEG, DEG_PER_H, G0, UG};
 
+/// All axes as warm as this, K.
+pub(super) fn at(temperature: f64) -> Surroundings {
+    Surroundings {
+        axes: Vector3::repeat(temperature),
+        ..Surroundings::default()
+    }
+}
+
 /// One of the conditions of files that do not give them.
-fn sizes() -> Sizes {
+pub(super) fn sizes() -> Sizes {
     Sizes {
         hysteresis_width: 5.0,
         warm_up_time: 1200.0,
         warm_up_spread: 0.3,
         warm_up_exponent: 0.6,
         mode_width: 22.6,
+        softening_width: 3.0,
+        lag_time: 1200.0,
+        shaken_knee: 0.2,
+        turned_time: 300.0,
         ..Sizes::default()
     }
 }
 
-fn of(sizes: &Sizes, unit: u64, past: &[f64], history: History) -> Environment {
+pub(super) fn of(sizes: &Sizes, unit: u64, past: &[f64], history: History) -> Environment {
     let past: Vec<_> = past.iter().map(|t| Vector3::repeat(*t)).collect();
     let begin = Beginning {
         unit: (unit, 11),
@@ -27,6 +39,7 @@ fn of(sizes: &Sizes, unit: u64, past: &[f64], history: History) -> Environment {
         history,
         age_days: 0.0,
         past: &past,
+        trail: &[],
     };
     Environment::new(sizes, begin).unwrap()
 }
@@ -53,10 +66,7 @@ fn hysteresis_is_a_loop_of_known_area() {
         .collect();
     let mut area = 0.0;
     for _ in 0..2 {
-        let biases: Vec<f64> = cycle
-            .iter()
-            .map(|t| e.step(0.0, &Vector3::repeat(*t)).x)
-            .collect();
+        let biases: Vec<f64> = cycle.iter().map(|t| e.step(0.0, &at(*t)).x).collect();
         let steps = cycle.windows(2).zip(biases.windows(2));
         area = steps
             .map(|(t, b)| (t[1] - t[0]) * 0.5 * (b[0] + b[1]))
@@ -78,7 +88,7 @@ fn hysteresis_remembers_the_time_before_power_on() {
     };
     let first = |past: &[f64]| {
         let mut e = of(&s, 3, past, History::COLD);
-        let now = Vector3::repeat(past[past.len() - 1]);
+        let now = at(past[past.len() - 1]);
         e.step(0.0, &now).component_div(&e.hysteresis)
     };
     assert_eq!(first(&[-12.0]), Vector3::zeros());
@@ -97,10 +107,7 @@ fn the_warm_up_is_a_stretched_exponential_with_a_time_for_each_axis() {
     let mut logs = vec![];
     for unit in 0..500 {
         let mut e = of(&s, unit, &[0.0], History::COLD);
-        let mut part = |t: f64| {
-            e.step(t, &Vector3::zeros())
-                .component_div(&e.warm_up.clone())
-        };
+        let mut part = |t: f64| e.step(t, &at(0.0)).component_div(&e.warm_up.clone());
         assert!((part(0.0) - Vector3::repeat(1.0)).amax() < 1e-12);
         let [at_1, at_100] = [1.0, 100.0].map(|t| part(t).map(|x| (-x.ln()).ln()));
         let slope = (at_100 - at_1) / 100f64.ln();
@@ -144,7 +151,7 @@ fn path_length_control_hops_at_every_mode_and_back_later() {
         let mut last = None;
         for t in temperatures {
             let t = f64::from(t) * 0.01;
-            let bias = e.step(0.0, &Vector3::repeat(t)).x;
+            let bias = e.step(0.0, &at(t)).x;
             if last.is_some_and(|last| last != bias) {
                 hops.push((t, bias));
             }
@@ -176,7 +183,7 @@ fn the_deflection_makes_a_sawtooth() {
     let mut e = of(&s, 3, &[0.0], History::COLD);
     let size = e.deflection.y;
     let bias: Vec<f64> = (0..20_000)
-        .map(|k| e.step(0.0, &Vector3::repeat(f64::from(k) * 0.01)).y / size)
+        .map(|k| e.step(0.0, &at(f64::from(k) * 0.01)).y / size)
         .collect();
     let (low, high) = bias
         .iter()
@@ -293,19 +300,26 @@ fn each_error_alone_is_its_part_of_all_together() {
         ..plain
     };
     type Set = fn(&mut ImuSpec);
-    let sets: [Set; 5] = [
+    let sets: [Set; 9] = [
         |s| s.gyro.environment.hysteresis_dph = 0.1,
         |s| s.gyro.environment.stretched_warm_up_dph = 0.1,
         |s| s.gyro.environment.mode_hop_dph = 0.1,
         |s| s.gyro.environment.ageing_dphpsqrtyr = 0.1,
         |s| s.gyro.environment.scale_temperature_ppmpk = 10.0,
+        |s| s.gyro.environment.softening_dph = 0.1,
+        |s| s.gyro.environment.thermal_lag_dph = 0.1,
+        |s| s.gyro.environment.vibration_saturation_dph = 0.1,
+        |s| s.gyro.environment.self_heating_dphpdps = 0.1,
     ];
     sets.iter().for_each(|set| set(&mut all));
     let last = |spec: &ImuSpec| {
         let mut imu = Imu::new(spec, 5, 6);
-        let still = Increment::default();
+        let shaken = |k: i32| Increment {
+            dtheta: Vector3::zeros(),
+            dv: Vector3::z() * (f64::from(k % 2) * 1e-3),
+        };
         (0..20_000)
-            .map(|_| imu.measure(&still).1.dtheta)
+            .map(|k| imu.measure(&shaken(k)).1.dtheta)
             .last()
             .unwrap()
     };
