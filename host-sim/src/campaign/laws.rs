@@ -1,6 +1,6 @@
 //! The models that classical filters pick from by their evidence: biases, alone or with laws.
 
-use crate::inertial::ekf::{ErrorModel, Known, Prior, REFERENCE_DEGC};
+use crate::inertial::ekf::{ErrorModel, Known, Parameter, Prior, REFERENCE_DEGC, Regressor};
 use crate::inertial::session::Session;
 use nalgebra::Vector3;
 use std::sync::Arc;
@@ -30,6 +30,36 @@ pub(super) fn temperatures(session: &Session, prior: &Prior) -> Vec<ErrorModel> 
     let known = read(session);
     let with = |share| ErrorModel::with_temperatures(prior, known.clone(), share);
     alone_or(prior, SHARES.map(with))
+}
+
+/// Biases, alone or with laws of what networks are given, in three sizes: those of `temperatures`,
+/// and one of the vibration in the second before.
+pub(super) fn inputs(session: &Session, prior: &Prior) -> Vec<ErrorModel> {
+    let known = read_and_felt(session);
+    let bias = [prior.gyro_bias, prior.accel_bias];
+    let with = |share| {
+        let mut model = ErrorModel::with_temperatures(prior, known.clone(), share);
+        model.extend(|axis, triad| {
+            let sigma = bias[triad.index()] * share / SPAN_VIBRATION;
+            vec![Parameter::constant(triad, axis, Regressor::Shaking, sigma)]
+        });
+        model
+    };
+    alone_or(prior, SHARES.map(with))
+}
+
+/// Vibration of all axes at which its law reaches its prior, (m/s2)^2: a road at speed.
+const SPAN_VIBRATION: f64 = 0.3;
+
+/// What [`read`] gives, zero without thermometers, and the vibration of the second before.
+fn read_and_felt(session: &Session) -> Arc<[Known]> {
+    let readings = read(session);
+    let shaken = session.vibration().into_iter().enumerate();
+    let of = |(second, vibration)| Known {
+        vibration,
+        ..readings.get(second).copied().unwrap_or_default()
+    };
+    shaken.map(of).collect()
 }
 
 fn alone_or(prior: &Prior, with: [ErrorModel; 3]) -> Vec<ErrorModel> {

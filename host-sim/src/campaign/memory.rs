@@ -4,7 +4,7 @@
 //! ([`Belief`]), and the densities of all fixes so far. The device keeps what today's firmware
 //! stores: the networks of the last drive with the biases folded in.
 
-use super::laws::{Models, biases, exponentials, temperatures};
+use super::laws::{Models, biases, exponentials, inputs, temperatures};
 use super::schemes::{Case, FILTERS, free};
 use crate::inertial::ekf::{Aided, Belief, ErrorModel, TurnOn};
 use crate::inertial::free_inertial::FreeInertial;
@@ -15,10 +15,11 @@ use lrnn_nostd::Net;
 
 /// Filters with a memory: the names of their schemes, the [`FILTERS`] that they are without it, and
 /// the models that they pick from.
-pub const REMEMBERING: [(&str, usize, Models); 3] = [
+pub const REMEMBERING: [(&str, usize, Models); 4] = [
     ("ekf6-memory", 0, biases),
     ("ekf-exp-memory", 4, exponentials),
     ("ekf-temp-memory", 5, temperatures),
+    ("ekf-inputs-memory", 6, inputs),
 ];
 
 /// The device's learner: the scheme that keeps networks.

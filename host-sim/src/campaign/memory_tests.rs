@@ -111,8 +111,8 @@ fn what_is_remembered_of_a_unit_is_as_good_as_it_claims() {
     campaign.scenario.set_unit("told.toml", unit);
     let mut tuned = Tuned::default();
     tuned.turn_on[0] = TurnOn {
-        bias: 0.1,
         law: 1.0,
+        ..TurnOn::of_all(0.1)
     };
     let imu = campaign.imu();
     let squares: Vec<f64> = (0..UNITS)
@@ -170,13 +170,15 @@ fn the_search_finds_what_stays() {
         steps.fetch_add(1, std::sync::atomic::Ordering::Relaxed);
     };
     let tuning = Tuning::find(&campaign, &campaign.imu(), &count).unwrap();
-    let share = tuning.of(ErrorModelName::Linear.into()).turn_on[0].bias;
-    assert!((1e-4..=0.03).contains(&share), "{share}");
+    let turn_on = tuning.of(ErrorModelName::Linear.into()).turn_on[0];
+    for share in [turn_on.gyro, turn_on.accel] {
+        assert!((1e-4..=0.02).contains(&share), "{share}");
+    }
     assert_eq!(
         steps.into_inner(),
         campaign.tuning_units * campaign.tuning_rounds()
     );
-    assert_eq!(campaign.tuning_rounds(), 4);
+    assert_eq!(campaign.tuning_rounds(), 5);
     campaign.drives = vec![0];
     assert_eq!(campaign.tuning_rounds(), 1);
 }

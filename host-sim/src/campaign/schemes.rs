@@ -2,13 +2,13 @@
 //! from there, on the same samples.
 
 use super::causes::{Size, telling};
-use super::laws::{Models, exponentials, temperatures};
+use super::laws::{Models, exponentials, inputs, temperatures};
 use super::limit::limit;
 use super::memory::{Memory, REMEMBERING, recalled};
 use super::zupt::zupt;
 use crate::inertial::ekf::{Aided, ErrorModel, Known, Noise, Prior, SlowErrors, TurnOn};
 use crate::inertial::free_inertial::{FreeInertial, free_inertial};
-use crate::inertial::session::{Session, Surroundings, to_si};
+use crate::inertial::session::{Session, Surroundings};
 use crate::inertial::sins::Increment;
 use crate::learning::fit::{Use, fit};
 use crate::learning::fix_learner;
@@ -18,8 +18,6 @@ use crate::simulator::imu::{ImuSpec, UnitErrors};
 use firmware::learn::bank::{
     ALL, Gates, HYPOTHESES, KEYS, LARGEST, STORED, WITH_NETWORKS, ZERO_CORRECTION,
 };
-use firmware::sample::Counts;
-use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
 use std::cell::OnceCell;
@@ -31,7 +29,7 @@ pub type Filter = fn(&Case<'_>, f64) -> Option<FreeInertial>;
 /// The classical filters. Each is a scheme with the walk that the datasheet tells, which the
 /// device's learner has too, and one with the walk that was best on other units: the same search
 /// for all of them.
-pub const FILTERS: [(&str, Filter); 6] = [
+pub const FILTERS: [(&str, Filter); 7] = [
     ("ekf6", |c, walk| classical(c, walk, ErrorModel::biases)),
     ("ekf12", |c, walk| {
         classical(c, walk, ErrorModel::with_scale)
@@ -44,6 +42,7 @@ pub const FILTERS: [(&str, Filter); 6] = [
     }),
     ("ekf-exp", |c, walk| picked(c, walk, exponentials)),
     ("ekf-temp", |c, walk| picked(c, walk, temperatures)),
+    ("ekf-inputs", |c, walk| picked(c, walk, inputs)),
 ];
 
 /// How the name of a filter with a tuned walk ends.
@@ -81,10 +80,7 @@ impl Default for Tuned {
             walks: [IN_RUN[0]; FILTERS.len()],
             none_factor: 1.0,
             rnn_factor: 1.0,
-            turn_on: [TurnOn {
-                bias: 0.1,
-                law: 0.1,
-            }; REMEMBERING.len()],
+            turn_on: [TurnOn::of_all(0.1); REMEMBERING.len()],
             cause: Size::default(),
         }
     }
@@ -151,7 +147,7 @@ pub struct Knowledge<'a> {
 pub type Scheme = fn(&Case<'_>) -> Option<FreeInertial>;
 
 /// All schemes in the order of the tables, which add `floor`: `none` on an IMU with noise only.
-pub const SCHEMES: [(&str, Scheme); 21] = [
+pub const SCHEMES: [(&str, Scheme); 24] = [
     ("none", |c| none(c, c.increments(), c.tuned.none_factor)),
     ("ekf6", |c| told::<0>(c)),
     ("ekf6-tuned", |c| tuned::<0>(c)),
@@ -165,9 +161,12 @@ pub const SCHEMES: [(&str, Scheme); 21] = [
     ("ekf-exp-tuned", |c| tuned::<4>(c)),
     ("ekf-temp", |c| told::<5>(c)),
     ("ekf-temp-tuned", |c| tuned::<5>(c)),
+    ("ekf-inputs", |c| told::<6>(c)),
+    ("ekf-inputs-tuned", |c| tuned::<6>(c)),
     (REMEMBERING[0].0, |c| remembering::<0>(c)),
     (REMEMBERING[1].0, |c| remembering::<1>(c)),
     (REMEMBERING[2].0, |c| remembering::<2>(c)),
+    (REMEMBERING[3].0, |c| remembering::<3>(c)),
     ("limit", limit),
     ("oracle", |c| {
         let assumptions = *c.knows.told;
@@ -384,22 +383,16 @@ pub(super) fn without_beyond<'a>(case: &Case<'a>) -> Cow<'a, [Increment]> {
 /// Temperature and field as simulated, and the vibration that the samples show, second by second.
 fn known(session: &Session) -> Arc<[Known]> {
     let surroundings = session.surroundings.as_deref().unwrap_or_default();
-    let seconds = session.counts.chunks(session.samples_per_epoch());
-    let mut vibration = Vector3::zeros();
-    let of = |(around, second): (&Surroundings, &[Counts])| {
-        let now = Known {
-            around: *around,
-            vibration,
-            ..Known::default()
-        };
-        let force = |c: &Counts| to_si(c, &session.lsb).dv / session.dt;
-        let count = second.len() as f64;
-        let mean = second.iter().map(force).sum::<Vector3<f64>>() / count;
-        let squares = second.iter().map(|c| (force(c) - mean).map(|x| x * x));
-        vibration = squares.sum::<Vector3<f64>>() / count;
-        now
+    let of = |(around, vibration): (&Surroundings, _)| Known {
+        around: *around,
+        vibration,
+        ..Known::default()
     };
-    surroundings.iter().zip(seconds).map(of).collect()
+    surroundings
+        .iter()
+        .zip(session.vibration())
+        .map(of)
+        .collect()
 }
 
 #[cfg(test)]

@@ -10,7 +10,7 @@ use crate::simulator::imu::ErrorModelName;
 use std::collections::BTreeMap;
 
 /// Schemes of the tables.
-const SCHEMES: [&str; 10] = [
+const SCHEMES: [&str; 11] = [
     "none",
     "ekf6",
     "ekf12",
@@ -18,16 +18,18 @@ const SCHEMES: [&str; 10] = [
     "ekf-ramp",
     "ekf-exp",
     "ekf-temp",
+    "ekf-inputs",
     "oracle",
     "rnn-kalman",
     "zupt",
 ];
 /// Schemes of the table of earlier drives.
-const REMEMBERING: [&str; 6] = [
+const REMEMBERING: [&str; 7] = [
     "none",
     "ekf6-memory",
     "ekf-exp-memory",
     "ekf-temp-memory",
+    "ekf-inputs-memory",
     "limit",
     "rnn-kalman",
 ];

@@ -1,10 +1,9 @@
 //! What is new at every turn-on, for the filters with a memory. The search that finds the walks
 //! finds it, too, on the same further units. They have earlier drives with the same kind of start.
 //!
-//! First biases and laws have the same share; then the laws' is searched for, and then the biases'.
-//! What counts is the geometric mean of the errors of all units, each after one drive and after
-//! two. Where several candidates are as good as the best one, the largest is taken: it trusts the
-//! past least.
+//! First all have the same share; then the laws' is searched for, then that of the gyros' biases,
+//! and then the accelerometers'. What counts is the geometric mean of the errors of all units, each
+//! after one, two and four drives. Of equals the largest is taken: it trusts the past least.
 
 use super::laws::Models;
 use super::memory::{Kept, REMEMBERING, kept, pass, recalled};
@@ -16,39 +15,46 @@ use crate::simulator::imu::ImuSpec;
 use rayon::prelude::*;
 
 /// Candidates for a share of the prior variance, ascending. The last one is the end of its range:
-/// nothing is remembered. Below the first one a bias walks more in a drive.
-const SHARES: [f64; 9] = [1e-4, 1e-3, 0.01, 0.03, 0.1, 0.3, 0.6, 0.85, 1.0];
-/// Candidates whose error is so little above the least are as good.
-const AS_GOOD: f64 = 1.02;
-/// Earlier drives of a unit that is tuned on, at most. A turn-on shows between two drives.
-const DRIVES: u32 = 2;
+/// nothing is remembered. Below the first one a bias walks more in a drive. They are dense where
+/// turn-ons of good sensors lie: a tenth of the whole bias is a share of 0.01.
+const SHARES: [f64; 11] = [1e-4, 1e-3, 2e-3, 5e-3, 0.01, 0.02, 0.05, 0.1, 0.3, 0.6, 1.0];
+/// After so many earlier drives a unit is judged that is tuned on, at most. What is wrong with a
+/// share adds up over drives.
+const DRIVES: [u32; 3] = [1, 2, 4];
 
 /// What is searched for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Stage {
-    Both,
+    All,
     Law,
-    Bias,
+    Gyro,
+    Accel,
 }
 
 /// The searches, one after the other.
-const STAGES: [Stage; 3] = [Stage::Both, Stage::Law, Stage::Bias];
+const STAGES: [Stage; 4] = [Stage::All, Stage::Law, Stage::Gyro, Stage::Accel];
 /// How often each unit is simulated for them.
 pub(super) const ROUNDS: u32 = STAGES.len() as u32;
 
 impl Stage {
     fn candidate(self, share: f64, best: TurnOn) -> TurnOn {
-        let (bias, law) = match self {
-            Self::Both => (share, share),
-            Self::Law => (best.bias, share),
-            Self::Bias => (share, best.law),
-        };
-        TurnOn { bias, law }
+        match self {
+            Self::All => TurnOn::of_all(share),
+            Self::Law => TurnOn { law: share, ..best },
+            Self::Gyro => TurnOn {
+                gyro: share,
+                ..best
+            },
+            Self::Accel => TurnOn {
+                accel: share,
+                ..best
+            },
+        }
     }
 
-    /// A filter without laws has one search.
+    /// A filter without laws has no search for theirs.
     fn concerns(self, index: usize) -> bool {
-        self == Self::Both || !is_alone(REMEMBERING[index].2)
+        self != Self::Law || !is_alone(REMEMBERING[index].2)
     }
 }
 
@@ -61,31 +67,33 @@ struct Trial {
     model: Group,
     index: usize,
     candidates: Vec<TurnOn>,
-    /// What each candidate has kept after each drive.
+    /// What each candidate has kept after the drives so far.
+    now: Vec<Vec<Kept>>,
+    /// The same after those of [`DRIVES`].
     kept: Vec<Vec<Vec<Kept>>>,
     /// Logarithm of the error of each candidate in the judged drive, summed up.
     logs: Vec<f64>,
 }
 
 impl Trial {
-    /// The next earlier drive. All candidates are alike before the first one.
-    fn keep(&mut self, case: &Case<'_>) -> Option<()> {
+    /// The next earlier drive, `number` from 1. All candidates are alike before the first one.
+    fn keep(&mut self, case: &Case<'_>, number: u32) -> Option<()> {
         let index = self.index;
-        let kept: Option<Vec<Vec<Kept>>> = match self.kept.last() {
-            None => {
-                let passed = pass(index, case, *self.candidates.first()?, &[])?;
-                let of = |turn_on: &TurnOn| Some(kept(index, case, *turn_on, &[], &passed));
-                self.candidates.iter().map(of).collect()
-            }
-            Some(before) => {
-                let of = |(turn_on, before): (&TurnOn, &Vec<Kept>)| {
-                    let passed = pass(index, case, *turn_on, before)?;
-                    Some(kept(index, case, *turn_on, before, &passed))
-                };
-                self.candidates.iter().zip(before).map(of).collect()
-            }
-        };
-        self.kept.push(kept?);
+        if self.now.is_empty() {
+            let passed = pass(index, case, *self.candidates.first()?, &[])?;
+            let of = |turn_on: &TurnOn| kept(index, case, *turn_on, &[], &passed);
+            self.now = self.candidates.iter().map(of).collect();
+        } else {
+            let of = |(turn_on, before): (&TurnOn, &Vec<Kept>)| {
+                let passed = pass(index, case, *turn_on, before)?;
+                Some(kept(index, case, *turn_on, before, &passed))
+            };
+            let each = self.candidates.iter().zip(&self.now).map(of);
+            self.now = each.collect::<Option<_>>()?;
+        }
+        if DRIVES.contains(&number) {
+            self.kept.push(self.now.clone());
+        }
         Some(())
     }
 
@@ -158,10 +166,10 @@ pub(super) fn search(
     Ok(())
 }
 
-/// The last candidate that is as good as the one of the least error.
+/// The last candidate of the least error.
 fn best(errors: &[f64]) -> usize {
     let least = errors.iter().copied().fold(f64::INFINITY, f64::min);
-    let good = |error: &f64| *error <= AS_GOOD * least;
+    let good = |error: &f64| *error <= least;
     errors.iter().rposition(good).unwrap_or(errors.len() - 1)
 }
 
@@ -184,6 +192,7 @@ fn trials<'a>(
                 model: *model,
                 index,
                 candidates: SHARES.map(|s| stage.candidate(s, best[index])).to_vec(),
+                now: Vec::new(),
                 kept: Vec::new(),
                 logs: vec![0.0; SHARES.len()],
             })
@@ -202,11 +211,12 @@ fn unit(
 ) -> Result<Vec<Trial>, Error> {
     let lost = || campaign.scenario.no_attitude();
     let most = campaign.drives.iter().copied().max().unwrap_or(0);
-    for number in 1..=most.min(DRIVES) {
+    for number in 1..=most.min(DRIVES[DRIVES.len() - 1]) {
         campaign.earlier(imu, k, number, |model, case| {
             let mut own = trials.iter_mut().filter(|trial| trial.model == model);
             case.tuned(tuning.of(model), |case| {
-                own.try_for_each(|trial| trial.keep(case)).ok_or_else(lost)
+                own.try_for_each(|trial| trial.keep(case, number))
+                    .ok_or_else(lost)
             })
         })?;
     }
@@ -224,8 +234,8 @@ mod tests {
     use super::*;
 
     #[test]
-    fn of_candidates_that_are_as_good_the_last_is_taken() {
-        assert_eq!(best(&[5.0, 3.0, 3.05, 3.07, 9.0]), 2);
+    fn the_least_error_is_taken_and_the_last_of_equals() {
+        assert_eq!(best(&[5.0, 3.0, 3.01, 3.07, 9.0]), 1);
         assert_eq!(best(&[3.0, 3.0, 3.0]), 2);
         assert_eq!(best(&[1.0, 2.0, 3.0]), 0);
         assert_eq!(best(&[f64::NAN, f64::NAN]), 1);

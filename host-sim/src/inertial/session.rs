@@ -237,6 +237,23 @@ impl Session {
         self.navigable(self.counts.iter().copied())
     }
 
+    /// For each second the mean square of the specific force about its mean over the second before,
+    /// of each axis, (m/s2)^2, as the samples show it. Zero in the first second.
+    #[must_use]
+    pub fn vibration(&self) -> Vec<Vector3<f64>> {
+        let of = |second: &[Counts]| {
+            let force = |c: &Counts| to_si(c, &self.lsb).dv / self.dt;
+            let count = second.len() as f64;
+            let mean = second.iter().map(force).sum::<Vector3<f64>>() / count;
+            let squares = second.iter().map(|c| (force(c) - mean).map(|x| x * x));
+            squares.sum::<Vector3<f64>>() / count
+        };
+        let seconds = self.counts.chunks(self.samples_per_epoch());
+        let before = seconds.clone().map(of);
+        let shifted = std::iter::once(Vector3::zeros()).chain(before);
+        shifted.take(seconds.len()).collect()
+    }
+
     /// The same for other `counts` than the session's own.
     pub(crate) fn navigable(&self, counts: impl Iterator<Item = Counts>) -> Vec<Increment> {
         let increments = counts.map(|c| to_si(&c, &self.lsb));

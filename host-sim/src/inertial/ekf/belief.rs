@@ -19,16 +19,18 @@
 //! For one bias without a walk, measured in each drive with the variance R, this is the mean of K
 //! measurements with the variance T + R each: `1/P_K = 1/P_0 + K/(T + R)`.
 
-use super::{Aided, ErrorModel, Regressor};
+use super::{Aided, ErrorModel, Parameter, Regressor, Triad};
 use nalgebra::{DMatrix, DVector};
 use serde::{Deserialize, Serialize};
 
-/// Shares of the prior variance of a parameter that are new at every turn-on, 0 to 1: of biases,
-/// and of all other parameters (laws). With 1 nothing is carried over.
+/// Shares of the prior variance of a parameter that are new at every turn-on, 0 to 1: of the biases
+/// of each triad, and of all other parameters (laws). With 1 nothing is carried over.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct TurnOn {
-    /// Of a bias.
-    pub bias: f64,
+    /// Of a gyro's bias.
+    pub gyro: f64,
+    /// Of an accelerometer's bias.
+    pub accel: f64,
     /// Of a law.
     pub law: f64,
 }
@@ -46,7 +48,7 @@ impl Belief {
     /// What is known of a unit before its first drive.
     #[must_use]
     pub fn of_unit(model: &ErrorModel, turn_on: TurnOn) -> Self {
-        let stays = |q: &super::Parameter| (1.0 - turn_on.share_of(q.regressor)) * q.sigma.powi(2);
+        let stays = |q: &Parameter| (1.0 - turn_on.share_of(q)) * q.sigma.powi(2);
         let variances: Vec<f64> = model.parameters.iter().map(stays).collect();
         Self {
             mean: DVector::zeros(model.len()),
@@ -59,7 +61,7 @@ impl Belief {
     pub fn turned_on(&self, model: &ErrorModel, turn_on: TurnOn) -> Self {
         let mut out = self.clone();
         for (i, q) in model.parameters.iter().enumerate() {
-            out.p[(i, i)] += turn_on.share_of(q.regressor) * q.sigma.powi(2);
+            out.p[(i, i)] += turn_on.share_of(q) * q.sigma.powi(2);
         }
         out
     }
@@ -104,9 +106,20 @@ impl Belief {
 }
 
 impl TurnOn {
-    fn share_of(self, regressor: Regressor) -> f64 {
-        match regressor {
-            Regressor::One => self.bias,
+    /// The same share of everything.
+    #[must_use]
+    pub fn of_all(share: f64) -> Self {
+        Self {
+            gyro: share,
+            accel: share,
+            law: share,
+        }
+    }
+
+    fn share_of(self, parameter: &Parameter) -> f64 {
+        match (parameter.regressor, parameter.triad) {
+            (Regressor::One, Triad::Gyro) => self.gyro,
+            (Regressor::One, Triad::Accel) => self.accel,
             _ => self.law,
         }
     }
@@ -115,7 +128,6 @@ impl TurnOn {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::inertial::ekf::{Parameter, Triad};
 
     fn model(regressors: &[Regressor], walk: f64) -> ErrorModel {
         let of = |&regressor: &Regressor| Parameter {
@@ -146,7 +158,8 @@ mod tests {
     fn a_bias_after_k_drives_is_the_scalar_kalman_filter() {
         let model = model(&[Regressor::One], 0.0);
         let turn_on = TurnOn {
-            bias: 0.1,
+            gyro: 0.1,
+            accel: 0.1,
             law: 1.0,
         };
         let (stays, fresh, r) = (0.9 * 4.0, 0.1 * 4.0, 0.3);
@@ -176,7 +189,8 @@ mod tests {
     fn correlated_parameters_are_those_of_one_filter_with_all_turn_ons() {
         let model = model(&[Regressor::One, Regressor::Hours], 0.0);
         let turn_on = TurnOn {
-            bias: 0.2,
+            gyro: 0.2,
+            accel: 0.2,
             law: 0.05,
         };
         let (fresh, r) = ([0.8, 0.2], 0.5);
@@ -221,7 +235,8 @@ mod tests {
     fn only_what_stays_is_remembered() {
         let model = model(&[Regressor::One, Regressor::Decay(900.0)], 0.0);
         let stays = TurnOn {
-            bias: 1.0,
+            gyro: 1.0,
+            accel: 1.0,
             law: 0.0,
         };
         let mut belief = Belief::of_unit(&model, stays);
@@ -242,7 +257,8 @@ mod tests {
     #[test]
     fn a_walk_counts_as_a_part_of_the_turn_on() {
         let turn_on = TurnOn {
-            bias: 0.1,
+            gyro: 0.1,
+            accel: 0.1,
             law: 0.1,
         };
         let variance = |walk: f64| {

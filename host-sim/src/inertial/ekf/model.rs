@@ -41,6 +41,8 @@ pub enum Regressor {
     /// Mean square of the vibration along an axis that the samples of the last second contain,
     /// (m/s2)^2.
     Vibration(usize),
+    /// The same, sum over the axes.
+    Shaking,
     /// Hours since power-on: a ramp.
     Hours,
     /// `exp(-t / time)` with t since power-on and the time in s: a warm-up of known time constant.
@@ -427,6 +429,7 @@ impl Parameter {
                 w[i] * w[j] - centre + skew(&now.rate_change)[(i, j)]
             }
             Regressor::Vibration(axis) => known.vibration[axis],
+            Regressor::Shaking => known.vibration.sum(),
             Regressor::Reading => known.readings[0][self.axis],
             Regressor::ReadingSquare => known.readings[0][self.axis].powi(2),
             Regressor::ReadingRate => known.readings[1][self.axis],
