@@ -16,6 +16,7 @@
 //! | [`units`], [`sample`] | units; one inertial sample, its scale and timing |
 //! | [`control`] | what may be asked of the device |
 //! | [`fix`], [`model`] | one fix of a receiver; the pair of networks |
+//! | [`inputs`] | what drives the networks |
 //! | [`link`] | lines of bytes, and the clock |
 //! | [`wire`] | frames of sensors, receivers and the command link |
 //! | [`nav`], [`align`] | strapdown navigation and self-alignment |
@@ -34,6 +35,7 @@ pub mod configuration;
 pub mod control;
 pub mod error_bound;
 pub mod fix;
+pub mod inputs;
 pub mod learn;
 pub mod link;
 pub mod model;

@@ -26,6 +26,9 @@ pub(super) fn compensator(
     );
     made.ok().map(|mut compensator| {
         compensator.slew = slew;
+        if let Some(told) = &config.told {
+            compensator.set_inputs(told.inputs);
+        }
         compensator
     })
 }

@@ -5,9 +5,11 @@
 //! over the next one. So the correction of a sample is known before the sample arrives, and the
 //! latency is the same on all axes. With a correction of zero the output is the input, bit for bit.
 
+mod driven;
 mod outlet;
 mod remainder;
 
+use crate::inputs::{Inputs, OWN, Sources, Thermometer, Vibration};
 use crate::model::Nets;
 use crate::sample::{Counts, Lsb, RawSample, StreamScale};
 use lrnn_nostd::{Fault, Net, State as NetState, Step};
@@ -58,13 +60,16 @@ impl core::error::Error for ConfigError {}
 /// between blocks, never edited.
 #[derive(Debug, Clone)]
 pub struct Compensator {
-    /// Gyro network: rate in rad/s in, rate error in rad/s out.
+    /// Gyro network: its [`Compensator::inputs`] in, rate error in rad/s out.
     pub gyro: Net,
-    /// Accelerometer network: specific force in m/s2 in, its error in m/s2 out.
+    /// Accelerometer network: its inputs in, the specific force's error in m/s2 out.
     pub accel: Net,
     /// Fastest change of the correction, rad/s per s and m/s2 per s. `None` before the alignment:
     /// the correction then changes at once.
     pub slew: Option<Limit>,
+    inputs: Inputs,
+    /// An input asks for the vibration.
+    vibrates: bool,
     scale: StreamScale,
     block_s: f32,
     limit: Limit,
@@ -83,6 +88,8 @@ pub struct State {
     accel: NetState,
     sum: [[i64; 3]; 2],
     samples: u16,
+    thermometer: Thermometer,
+    vibration: Vibration,
     estimate: [[f32; 3]; 2], // rad/s and m/s2, in force
     outlets: [Outlet; OUTLETS],
     /// The correction goes to zero, as fast as `slew` lets it, whatever the networks' output.
@@ -103,6 +110,12 @@ impl State {
         self.estimate
     }
 
+    /// A reading of the sensor's thermometer, degrees C, in the block in progress.
+    #[inline(always)]
+    pub fn read_temperature(&mut self, celsius: f32) {
+        self.thermometer.read(celsius);
+    }
+
     /// The networks' states as before their first step, for other networks. The estimate stays in
     /// force until they step.
     pub fn reset_nets(&mut self) {
@@ -119,10 +132,8 @@ impl State {
 /// Result of one block.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Block {
-    /// Mean rate, rad/s, that went into the gyro network.
-    pub rate: [f32; 3],
-    /// Mean specific force, m/s2.
-    pub force: [f32; 3],
+    /// What the networks' inputs were selected from.
+    pub sources: Sources,
     /// Estimated rate error in force from the next sample on, rad/s.
     pub rate_error: [f32; 3],
     /// Estimated specific-force error likewise, m/s2.
@@ -167,6 +178,8 @@ impl Compensator {
         Ok(Self {
             gyro,
             accel,
+            inputs: OWN,
+            vibrates: false,
             scale: StreamScale {
                 lsb,
                 period_s: sample_period_s,
@@ -232,6 +245,9 @@ impl Compensator {
 
     /// Adds one *uncorrected* sample to the block; the last one steps the networks.
     pub fn accumulate(&self, state: &mut State, sample: &RawSample) -> Option<Block> {
+        if self.vibrates {
+            state.vibration.add(state.samples == 0, sample);
+        }
         let per_sum = match sample {
             RawSample::Counts { gyro, accel } => {
                 for (sum, counts) in state.sum.iter_mut().zip([gyro, accel]) {
@@ -264,8 +280,7 @@ impl Compensator {
     /// Steps the networks on a block that other networks have stepped on before, and gives their
     /// output.
     pub fn step_again(&self, state: &mut State, block: &Block) -> [[f32; 3]; 2] {
-        let g = step(&self.gyro, &mut state.gyro, block.rate);
-        let a = step(&self.accel, &mut state.accel, block.force);
+        let [g, a] = self.step_both(state, &block.sources);
         [g.error, a.error]
     }
 
@@ -280,19 +295,16 @@ impl Compensator {
     /// the networks' states stay as they are.
     pub fn give_up_block(&self, state: &mut State) {
         state.given_up = state.given_up.saturating_add(u32::from(state.samples > 0));
+        self.miss(state, state.samples.into());
         state.sum = [[0; 3]; 2];
         state.samples = 0;
     }
 
     fn end_block(&self, state: &mut State, per_sum: f32) -> Block {
-        let [per_gyro, per_accel] = self.input_per_count;
-        let mean = |sum: [i64; 3], k: f32| sum.map(|s| s as f32 * k * per_sum);
-        let rate = mean(state.sum[0], per_gyro);
-        let force = mean(state.sum[1], per_accel);
+        let sources = self.sources(state, per_sum);
         let sum = core::mem::take(&mut state.sum);
         state.samples = 0;
-        let g = step(&self.gyro, &mut state.gyro, rate);
-        let a = step(&self.accel, &mut state.accel, force);
+        let [g, a] = self.step_both(state, &sources);
         let output = self.within_limit([g.error, a.error]);
         let fault = g.fault.or(a.fault);
         state.faults = state.faults.saturating_add(u32::from(fault.is_some()));
@@ -304,8 +316,7 @@ impl Compensator {
         }
         let [rate_error, force_error] = state.estimate;
         Block {
-            rate,
-            force,
+            sources,
             rate_error,
             force_error,
             network_output: output,

@@ -152,8 +152,8 @@ fn block_mean_is_the_mean_input() {
         block = c.process(&mut state, sample).1;
     }
     let b = block.unwrap();
-    assert!((f64::from(b.rate[0]) - 99.5 * LSB.rad / 0.005).abs() < 1e-8);
-    assert!((f64::from(b.force[2]) + 40.0 * LSB.mps / 0.005).abs() < 1e-5);
+    assert!((f64::from(b.sources.rate[0]) - 99.5 * LSB.rad / 0.005).abs() < 1e-8);
+    assert!((f64::from(b.sources.force[2]) + 40.0 * LSB.mps / 0.005).abs() < 1e-5);
 }
 
 #[test]

@@ -16,19 +16,20 @@ pub use usual::LIMIT_SIGMAS;
 
 use crate::compensator::Limit;
 use crate::control::Mode;
+use crate::inputs::Inputs;
 use crate::wire::{FormatSettings, Settings, adis};
 use heapless::String;
 use serde::{Deserialize, Serialize};
 
 /// Version of the record's content. A device reads older ones too and refuses newer ones.
-pub const SCHEMA: u16 = 3;
+pub const SCHEMA: u16 = 4;
 /// Most bytes of the unit's name.
 pub const NAME_LEN: usize = 32;
 /// Most bytes of the sensor's serial number.
 pub const SERIAL_LEN: usize = 24;
 
 /// All that a device is told about its unit. SI units throughout.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Configuration {
     /// Whose sensor it is.
     pub identity: Identity,
@@ -50,6 +51,8 @@ pub struct Configuration {
     pub vehicle: Vehicle,
     /// How corrections act.
     pub correction: Correction,
+    /// What drives the networks. What needs a thermometer stays constant where the sensor has none.
+    pub inputs: Inputs,
 }
 
 /// Whose sensor it is.
@@ -248,6 +251,15 @@ impl Configuration {
             None => {}
         }
         settings
+    }
+
+    /// Whether the sensor's frames may tell its temperature; `None` while its format is not known.
+    #[must_use]
+    pub fn has_thermometer(&self) -> Option<bool> {
+        Some(match self.sensor? {
+            Sensor::Stream(format) => format.has_thermometer(),
+            Sensor::Spi(adis) => adis.form.has_thermometer(),
+        })
     }
 
     /// A vector of body axes (forward, right, down) in sensor axes.

@@ -5,7 +5,42 @@ use super::{
     Configuration, Correction, Identity, Receiver, ReceiverProtocol, Sensor, SerialLines, Triad,
     Vehicle,
 };
+use crate::inputs::{Inputs, OWN};
 use serde::Deserialize;
+
+/// Schemas 2 and 3, with which schema 4 begins: without the networks' inputs, which follow.
+#[derive(Deserialize)]
+pub struct Schema3 {
+    identity: Identity,
+    lines: SerialLines,
+    sensor: Option<Sensor>,
+    rate: f64,
+    mounting: [f32; 4],
+    gyro: Triad,
+    accel: Triad,
+    receiver: Receiver,
+    vehicle: Vehicle,
+    correction: Correction,
+}
+
+impl Schema3 {
+    /// With these inputs of the networks.
+    pub fn with(self, inputs: Inputs) -> Configuration {
+        Configuration {
+            identity: self.identity,
+            lines: self.lines,
+            sensor: self.sensor,
+            rate: self.rate,
+            mounting: self.mounting,
+            gyro: self.gyro,
+            accel: self.accel,
+            receiver: self.receiver,
+            vehicle: self.vehicle,
+            correction: self.correction,
+            inputs,
+        }
+    }
+}
 
 /// Schema 1: of the receiver it has protocol, lever arm and delay only.
 #[derive(Deserialize)]
@@ -56,6 +91,7 @@ impl From<Schema1> for Configuration {
             },
             vehicle: told.vehicle,
             correction: told.correction,
+            inputs: OWN,
         }
     }
 }

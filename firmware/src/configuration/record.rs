@@ -3,14 +3,15 @@
 //! | offset | length | content |
 //! |---|---|---|
 //! | 0 | 4 | magic `LRNC` |
-//! | 4 | 2 | [`SCHEMA`]; 1 and 2 are read too |
+//! | 4 | 2 | [`SCHEMA`]; 1, 2 and 3 are read too |
 //! | 6 | 2 | length n of the body |
 //! | 8 | n | the [`Configuration`] in postcard's encoding |
 //! | 8 + n | 4 | CRC-32 (zlib's) of bytes 0 to 8 + n |
 
-use super::older::Schema1;
+use super::older::{Schema1, Schema3};
 use super::{Configuration, SCHEMA};
 use crate::control::Reason;
+use crate::inputs::{Inputs, OWN};
 use crate::wire::checksum::crc32_zlib;
 use crate::wire::field::{head, put, take};
 use heapless::Vec;
@@ -69,8 +70,12 @@ pub fn decode(bytes: &[u8]) -> Result<Configuration, Reason> {
     }
     let body = bytes.get(HEADER_LEN..end).unwrap_or_default();
     let configuration: Configuration = match u16::from_le_bytes(take(bytes, 4)) {
+        SCHEMA => {
+            let (told, inputs) = whole::<(Schema3, Inputs)>(body)?;
+            told.with(inputs)
+        }
         // schema 3 has one activation more, at the end of the list
-        SCHEMA | 2 => whole(body)?,
+        2 | 3 => whole::<Schema3>(body)?.with(OWN),
         1 => whole::<Schema1>(body)?.into(),
         _ => return Err(Reason::Schema(SCHEMA)),
     };

@@ -1,6 +1,7 @@
 use super::record::{MAX_LEN, decode, encode};
 use super::*;
 use crate::control::{Field, Reason};
+use crate::inputs::{OWN, Source};
 use crate::wire::ImuFormat;
 
 /// A configuration with a value other than the default in every field that has room for one.
@@ -61,6 +62,14 @@ pub(crate) fn example(format: ImuFormat) -> Configuration {
             mark: true,
             check_rate: true,
         },
+        inputs: [
+            [
+                Source::Temperature,
+                Source::TemperatureRate,
+                Source::Vibration,
+            ],
+            [Source::ForceX, Source::RateMagnitude, Source::ForceZ],
+        ],
     }
 }
 
@@ -128,6 +137,7 @@ fn a_record_of_schema_1_is_read_with_the_new_values_at_their_defaults() {
         heading_offset: 0.0,
         ..told.receiver
     };
+    told.inputs = OWN;
     assert_eq!(decode(SCHEMA_1), Ok(told.clone()));
     // of this schema it becomes a record that reads back
     assert_eq!(decode(&encode(&told)), Ok(told));
@@ -139,14 +149,22 @@ fn a_record_of_schema_1_is_read_with_the_new_values_at_their_defaults() {
 /// The same as the firmware of schema 2 has written it.
 const SCHEMA_2: &[u8] = include_bytes!("schema_2.bin");
 
-/// What an older file told stays: its activation is not the new default.
+/// And as that of schema 3 has.
+const SCHEMA_3: &[u8] = include_bytes!("schema_3.bin");
+
+/// What an older file told stays: its activation is not the new default. Its networks see their
+/// own triads.
 #[test]
-fn a_record_of_schema_2_is_read_as_it_was_told() {
-    let told = example(ImuFormat::Stim300);
-    assert_eq!(decode(SCHEMA_2), Ok(told.clone()));
+fn records_of_schemas_2_and_3_are_read_as_they_were_told() {
+    let mut told = example(ImuFormat::Stim300);
+    told.inputs = OWN;
     let now = encode(&told);
-    assert_eq!((SCHEMA_2[4], now[4]), (2, SCHEMA as u8));
-    assert_eq!(SCHEMA_2.len(), now.len());
+    for (number, older) in [(2, SCHEMA_2), (3, SCHEMA_3)] {
+        assert_eq!(decode(older), Ok(told.clone()), "{number}");
+        assert_eq!((older[4], now[4]), (number, SCHEMA as u8));
+        // the inputs are one byte each
+        assert_eq!(older.len() + 6, now.len());
+    }
     let mut later = told;
     later.correction.activation = Activation::default();
     assert_eq!(later.correction.activation, Activation::NextPowerOn);

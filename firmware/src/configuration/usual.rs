@@ -6,6 +6,7 @@ use super::{
 };
 use crate::compensator::Limit;
 use crate::control::Mode;
+use crate::inputs::OWN;
 use heapless::String;
 
 /// A correction may be as large as so many standard deviations of the bias, at power-on and in run
@@ -17,7 +18,7 @@ pub const LIMIT_SIGMAS: f32 = 3.0;
 impl Default for Configuration {
     /// The medium laser-gyro IMU of `host-sim` (preset `medium`: 0.34 deg/h, 410 ug, 0.005
     /// deg/sqrt(h), 20 ug/sqrt(Hz)) in a land vehicle, with its axes along the body's. Its format
-    /// is detected. Lever arm and delay of the fixes are exactly as told. Mode bypass, limits of
+    /// is detected. Each network sees its own triad. Lever arm and delay of the fixes are exactly as told. Mode bypass, limits of
     /// [`LIMIT_SIGMAS`], slew one thousandth of that a second.
     fn default() -> Configuration {
         let limit =
@@ -64,6 +65,7 @@ impl Default for Configuration {
                 mark: true,
                 check_rate: true,
             },
+            inputs: OWN,
         }
     }
 }

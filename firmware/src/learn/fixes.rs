@@ -430,7 +430,9 @@ impl Learner for FixLearner<'_> {
             self.feed_back();
         }
         self.recent.block(block, self.settings.sheet.range);
-        self.work.step([block.rate, block.force]);
+        let inputs = &self.settings.inputs;
+        self.work
+            .step(inputs.map(|which| block.sources.select(&which)));
     }
 
     /// The numbers of the samples show what is missing.

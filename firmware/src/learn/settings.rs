@@ -4,11 +4,14 @@ use super::bank::Gates;
 use super::prior::Datasheet;
 use crate::align::Sensors;
 use crate::configuration::{Configuration, Triad, VehicleKind};
+use crate::inputs::{Inputs, OWN};
 use crate::nav::Noise;
 
 /// What the learner must know of the sensors and the receiver.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Settings {
+    /// What drives the networks.
+    pub inputs: Inputs,
     /// Biases and ranges of the sensors.
     pub sheet: Datasheet,
     /// White noise of the sensors.
@@ -59,6 +62,7 @@ impl Settings {
     /// deg/sqrt(h), 20 ug/sqrt(Hz). A receiver whose messages come after 100 ms, as at 115 200
     /// baud.
     pub const MEDIUM: Settings = Settings {
+        inputs: OWN,
         sheet: Datasheet::land_vehicle(1.63e-6, 4e-3),
         noise: Noise {
             gyro: 1.46e-6,
@@ -86,6 +90,7 @@ impl Settings {
         let share = |triad: &Triad, bias: f32| triad.bias_in_run / bias;
         let [rate, force] = usual(told.vehicle.kind);
         Settings {
+            inputs: told.inputs,
             sheet: Datasheet {
                 gyro_bias,
                 accel_bias,

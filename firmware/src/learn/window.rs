@@ -16,6 +16,7 @@ use super::learnt_weights::{self, LEARNT};
 use super::{Learner, Report, Settings};
 use crate::compensator::Block;
 use crate::control::{self, Reason};
+use crate::inputs::{Inputs, OWN, Source};
 use crate::model::Nets;
 use crate::sample::{Lsb, StreamScale};
 use lrnn_nostd::learn::{UdCovariance, Window};
@@ -74,6 +75,9 @@ struct Job {
 pub struct WindowLearner {
     sides: [Side; 2],
     stream: StreamScale,
+    /// What drives the networks, once it was told; not an `Option`, since that is not all zeros.
+    inputs: Inputs,
+    told: bool,
     open: Span,
     closed: Option<Span>,
     taken: Option<(u32, u32)>,
@@ -187,6 +191,8 @@ impl WindowLearner {
                 period_s: 0.0,
                 block_samples: 0,
             },
+            inputs: [[Source::RateX; 3]; 2],
+            told: false,
             open: Span::EMPTY,
             closed: None,
             taken: None,
@@ -214,8 +220,9 @@ impl Default for WindowLearner {
 }
 
 impl Learner for WindowLearner {
-    /// It needs nothing of the unit: the scales are those of the networks.
-    fn configure(&mut self, _: &Settings) {
+    /// It needs to know what drives the networks: the scales are those of the networks.
+    fn configure(&mut self, settings: &Settings) {
+        (self.inputs, self.told) = (settings.inputs, true);
         self.restart();
     }
 
@@ -236,8 +243,10 @@ impl Learner for WindowLearner {
 
     fn block(&mut self, last: u32, block: &Block) {
         let dt = self.stream.block_s();
+        let inputs = if self.told { self.inputs } else { OWN };
+        let [of_gyro, of_accel] = inputs.map(|which| block.sources.select(&which));
         let [gyro, accel] = &mut self.sides;
-        let good = gyro.step(block.rate, dt) & accel.step(block.force, dt);
+        let good = gyro.step(of_gyro, dt) & accel.step(of_accel, dt);
         let open = &mut self.open;
         if open.blocks == 0 {
             open.first = last.wrapping_sub(u32::from(self.stream.block_samples) - 1);

@@ -214,6 +214,12 @@ impl<T: AsRef<[u8]>> Frame<T> {
         u16::from_le_bytes(take(self.buffer.as_ref(), at::STATUS_2))
     }
 
+    /// Temperature of the accelerometers, degrees Celsius, in the messages that tell it.
+    pub fn temperature(&self) -> Option<i8> {
+        let [low, _] = self.status_2().to_le_bytes();
+        (self.status_2() & 0x8000 != 0).then_some(low.cast_signed())
+    }
+
     /// Whether the sensor still sends its start-up pattern.
     pub(super) fn is_pattern(&self) -> bool {
         self.status_2() & 0x0200 != 0 || self.angle() == Some([PATTERN; 3])
@@ -253,6 +259,7 @@ impl<T: AsRef<[u8]>> Frame<T> {
         };
         Ok(Reading {
             counter: Some(self.status_1() & 3),
+            temperature: self.temperature().map(|celsius| [f32::from(celsius); 3]),
             ..Reading::new(values, Axes::ALL, self.valid())
         })
     }

@@ -58,6 +58,11 @@ pub trait ImuProtocol {
     /// never made anew. Returns the axes whose value saturated.
     fn change(frame: &mut [u8], change: &Change, settings: &Self::Settings) -> Option<Axes>;
 
+    /// Whether a frame of such a sensor may tell its temperature ([`Reading::temperature`]).
+    fn has_thermometer(_settings: &Self::Settings) -> bool {
+        false
+    }
+
     /// Whether frames are changed even where nothing is corrected.
     fn always_changes(_settings: &Self::Settings) -> bool {
         false

@@ -58,6 +58,13 @@ macro_rules! imu_formats {
                 }
             }
 
+            /// Whether a frame of such a sensor may tell its temperature.
+            pub fn has_thermometer(self) -> bool {
+                match self {
+                    $(FormatSettings::$format(told) => $module::Protocol::has_thermometer(&told),)+
+                }
+            }
+
             /// Puts it in place of that format's settings.
             pub fn apply(self, settings: &mut Settings) {
                 match self {

@@ -21,6 +21,7 @@ mod next_power_on;
 mod receivers;
 mod record;
 mod reverse;
+mod sources;
 mod standstill;
 mod status;
 mod stored;

@@ -17,6 +17,7 @@ use crate::simulator::imu::ImuSpec;
 use crate::unit::Unit;
 use crate::unit::triads::MRAD;
 pub use aligned::{ALIGN_SHARE, Aligned, aligned, aligned_knowing};
+use firmware::inputs::{Inputs, OWN};
 use nalgebra::Vector3;
 
 /// What the teacher assumes of the sensors.
@@ -33,6 +34,8 @@ pub struct Assumptions {
     pub g_sensitivity: f64,
     /// Largest correction of gyros and accelerometers, SI; `None`: ten times the prior.
     pub limit: Option<[f64; 2]>,
+    /// What drives the networks.
+    pub inputs: Inputs,
 }
 
 /// Share of its prior that a bias walks in an hour where nothing else is known (assumed).
@@ -86,6 +89,7 @@ impl Assumptions {
             in_run,
             g_sensitivity: g.g_sensitivity_dphpg * DEG_PER_H / G0,
             limit: given.then(|| unit.limits()[0]),
+            inputs: unit.networks.inputs(),
         }
     }
 
@@ -103,6 +107,7 @@ impl Assumptions {
             in_run: IN_RUN,
             g_sensitivity: spec.gyro.g_sensitivity_dphpg * DEG_PER_H / G0,
             limit: None,
+            inputs: OWN,
         }
     }
 

@@ -3,7 +3,7 @@
 use crate::inertial::session::{EPOCH_S, Session};
 use crate::inertial::sins::Increment;
 use crate::learning::teacher::{Assumptions, Reference};
-use firmware::compensator::{Compensator, Limit};
+use firmware::compensator::{Block, Compensator, Limit, State};
 use firmware::sample::Counts;
 use lrnn_nostd::learn::{GaussNewton, Guarded, Learner, Paper, StepSizes};
 use lrnn_nostd::{Net, Normalisation, Weights};
@@ -79,13 +79,21 @@ impl NetworkSpec {
     }
 }
 
-/// Mean inputs of the two networks, one a block of one epoch.
+/// Inputs of the two networks, one a block of one epoch.
 #[derive(Debug, Clone, Default)]
 pub struct Inputs {
-    /// Rates, rad/s.
+    /// Of the gyro network: rates, rad/s, unless the compensator was told other inputs.
     pub rate: Vec<[f32; 3]>,
-    /// Specific forces, m/s2.
+    /// Of the accelerometer network: specific forces, m/s2, likewise.
     pub force: Vec<[f32; 3]>,
+}
+
+impl Inputs {
+    fn push(&mut self, compensator: &Compensator, block: &Block) {
+        let [gyro, accel] = compensator.inputs();
+        self.rate.push(block.sources.select(gyro));
+        self.force.push(block.sources.select(accel));
+    }
 }
 
 /// Input range of a land vehicle: about 0.2 rad/s, and 2 m/s2 beside gravity, become 1.
@@ -194,7 +202,26 @@ pub fn limit(assumptions: &Assumptions) -> Limit {
 pub fn compensator(session: &Session, nets: &[Net; 2], assumptions: &Assumptions) -> Compensator {
     let limit = limit(assumptions);
     let block = session.samples_per_epoch() as u16;
-    Compensator::new(nets[0], nets[1], session.lsb, session.dt, block, limit).expect("checked")
+    let made = Compensator::new(nets[0], nets[1], session.lsb, session.dt, block, limit);
+    let mut compensator = made.expect("checked");
+    compensator.set_inputs(assumptions.inputs);
+    compensator
+}
+
+/// What the thermometers tell in the epoch that begins with sample `k`, degrees C: the mean of
+/// their three axes, as the device takes it. `None` within an epoch, and where they tell nothing.
+#[must_use]
+pub fn temperature_at(session: &Session, k: usize) -> Option<f32> {
+    let n = session.samples_per_epoch();
+    let readings = session.readings.as_ref().filter(|_| k.is_multiple_of(n))?;
+    Some(readings.get(k / n)?.axes.mean() as f32)
+}
+
+/// The compensator reads the thermometers before sample `k`.
+pub fn read_temperature(session: &Session, k: usize, state: &mut State) {
+    if let Some(celsius) = temperature_at(session, k) {
+        state.read_temperature(celsius);
+    }
 }
 
 /// The output of a compensator. The session has the corrected counts. The estimates are those of a
@@ -218,12 +245,12 @@ pub fn compensate(session: &Session, compensator: &Compensator) -> Compensated {
         inputs: Inputs::default(),
         estimates: Vec::new(),
     };
-    for counts in &mut out.session.counts {
+    for (k, counts) in out.session.counts.iter_mut().enumerate() {
+        read_temperature(session, k, &mut state);
         let (corrected, block) = compensator.process(&mut state, *counts);
         *counts = corrected;
         if let Some(b) = block {
-            out.inputs.rate.push(b.rate);
-            out.inputs.force.push(b.force);
+            out.inputs.push(compensator, &b);
             out.estimates.push([b.rate_error, b.force_error]);
         }
     }
@@ -239,12 +266,13 @@ pub fn corrected_counts(
 ) -> Vec<Counts> {
     let mut state = compensator.power_on(false);
     let n = session.samples_per_epoch();
-    let (before, counts) = session.counts[..epochs.end * n].split_at(epochs.start * n);
-    for counts in before {
-        let _ = compensator.process(&mut state, *counts);
-    }
-    let corrected = |counts: &Counts| compensator.process(&mut state, *counts).0;
-    counts.iter().map(corrected).collect()
+    let counts = session.counts[..epochs.end * n].iter().enumerate();
+    let corrected = counts.map(|(k, counts)| {
+        read_temperature(session, k, &mut state);
+        compensator.process(&mut state, *counts).0
+    });
+    let mut all: Vec<Counts> = corrected.collect();
+    all.split_off(epochs.start * n)
 }
 
 /// [`corrected_counts`] in the form of [`Session::increments`]. Earlier increments are zero.
@@ -279,10 +307,11 @@ pub fn increments_from(
 #[must_use]
 pub fn inputs(session: &Session, compensator: &Compensator, epochs: usize) -> Inputs {
     let (mut state, mut out) = (compensator.power_on(false), Inputs::default());
-    for counts in &session.counts[..epochs * session.samples_per_epoch()] {
+    let samples = epochs * session.samples_per_epoch();
+    for (k, counts) in session.counts[..samples].iter().enumerate() {
+        read_temperature(session, k, &mut state);
         if let Some(b) = compensator.process(&mut state, *counts).1 {
-            out.rate.push(b.rate);
-            out.force.push(b.force);
+            out.push(compensator, &b);
         }
     }
     out

@@ -57,6 +57,7 @@ impl Unit {
                 speed: vehicle.largest_speed_mps as f32,
             },
             correction: self.told_correction(),
+            inputs: self.networks.inputs(),
         };
         told.check().map_err(refused)?;
         Ok(told)

@@ -1,7 +1,7 @@
 //! Reads the text of a unit file and finds all that is wrong or doubtful in it.
 
 use super::finding::Finding;
-use super::{Unit, doubts, schema};
+use super::{Unit, doubts, networks, schema};
 use std::collections::BTreeMap;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
@@ -87,7 +87,10 @@ fn place(lines: &BTreeMap<String, usize>, key: &str) -> Option<usize> {
 impl Unit {
     /// What no device takes, and what the simulator cannot simulate.
     fn faults(&self) -> Vec<Finding> {
-        let mut found: Vec<Finding> = self.configuration().err().into_iter().collect();
+        let mut found = match self.configuration() {
+            Ok(told) => networks::not_given(self, &told),
+            Err(finding) => vec![finding],
+        };
         if let Some(need) = self.sensor.bits_per_second()
             && need > f64::from(self.sensor.baud)
         {

@@ -8,6 +8,7 @@
 pub mod around;
 pub mod ask;
 pub mod mounting;
+pub mod networks;
 pub mod presets;
 pub mod schema;
 pub mod sensor;
@@ -28,6 +29,7 @@ use crate::error::Error;
 use crate::simulator::imu::ImuSpec;
 use around::{Correction, Receiver, Vehicle};
 use mounting::Mounting;
+use networks::Networks;
 use schemars::JsonSchema;
 use sensor::Sensor;
 use serde::{Deserialize, Serialize};
@@ -64,6 +66,9 @@ pub struct Unit {
     /// How corrections act.
     #[serde(default)]
     pub correction: Correction,
+    /// What drives the networks.
+    #[serde(default)]
+    pub networks: Networks,
     /// All error terms of the simulated sensor. Default: derived from the datasheet above.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub simulation: Option<ImuSpec>,

@@ -7,6 +7,7 @@
 use super::Unit;
 use super::around::{Activation, Correction, Kind, Mode, Protocol, Receiver, Vehicle};
 use super::mounting::Mounting;
+use super::networks::Networks;
 use super::sensor::{Adis, FormatName, Parity, Sensor};
 use super::triads::{Accel, Gyro, MRAD};
 use crate::inertial::units::{DEG, DEG_PER_H, DEG_PER_SQRT_H, G0, PPM, UG, UG_PER_SQRT_HZ};
@@ -35,6 +36,7 @@ impl Unit {
                 largest_speed_mps: shortest(told.vehicle.speed, |mps| mps as f32, 1.0),
             },
             correction: correction(&told.correction),
+            networks: Networks::of(&told.inputs),
             simulation: None,
         };
         (unit.configuration().as_ref() == Ok(told)).then_some(unit)

@@ -44,6 +44,7 @@ impl Flow<'_> {
             Some(Gap::Missed(frames)) => {
                 count(&mut counters.missed, frames);
                 self.sample = self.sample.wrapping_add(frames);
+                self.pass(frames);
             }
             Some(Gap::Jump) => count(&mut counters.jumps, 1),
             Some(Gap::None) | None => {}
@@ -72,9 +73,13 @@ impl Flow<'_> {
         {
             learner.sample(self.sample, &reading.sample);
         }
-        if bad == 0
-            && let Some(block) = compensator.accumulate(state, &reading.sample)
-        {
+        if bad != 0 {
+            return;
+        }
+        if let Some([x, y, z]) = reading.temperature {
+            state.read_temperature((x + y + z) / 3.0);
+        }
+        if let Some(block) = compensator.accumulate(state, &reading.sample) {
             self.end_of_block(block);
         }
     }
@@ -104,6 +109,14 @@ impl Flow<'_> {
         self.begin_checks();
         if let Some(learner) = &mut self.learner.0 {
             learner.silence();
+        }
+    }
+
+    /// So many samples are missing. It also lasts for the thermometer.
+    #[cold]
+    fn pass(&mut self, samples: u32) {
+        if let Some(Correction { compensator, state }) = &mut self.correction {
+            compensator.miss(state, samples);
         }
     }
 
@@ -181,6 +194,7 @@ impl Flow<'_> {
             Some(Hole::Of(frames)) => {
                 count(&mut self.counters.missed, frames);
                 self.sample = self.sample.wrapping_add(frames);
+                self.pass(frames);
                 self.gap();
             }
             Some(Hole::Unknown) => {

@@ -55,7 +55,7 @@ impl Flow<'_> {
             return;
         }
         let block_s = compensator.scale().block_s();
-        if let Some(found) = rest.block(block_s, block.rate, block.force) {
+        if let Some(found) = rest.block(block_s, block.sources.rate, block.sources.force) {
             self.faults = self.faults & !found.judged | found.faults;
             self.step_aside();
         }

@@ -36,15 +36,18 @@ pub struct Recent {
 impl Recent {
     /// A block. `usual`: the vehicle's usual rate and change of specific force.
     pub fn block(&mut self, block: &Block, usual: [f32; 2]) {
-        let change = add(block.force, scale(self.force, -1.0));
-        self.force = block.force;
+        let change = add(block.sources.force, scale(self.force, -1.0));
+        self.force = block.sources.force;
         if self.blocks == 0 {
             // nothing is known yet
             self.square = usual.map(|x| x * x);
             self.blocks = 1;
             return;
         }
-        let now = [dot(block.rate, block.rate), dot(change, change)];
+        let now = [
+            dot(block.sources.rate, block.sources.rate),
+            dot(change, change),
+        ];
         for (square, now) in self.square.iter_mut().zip(now) {
             let mean = *square + (now - *square) / MEMORY;
             // a NaN is forgotten

@@ -25,6 +25,11 @@ impl Form {
         }
     }
 
+    /// Whether the temperature of a reply is read. That of the ADIS1649x passes unread.
+    pub fn has_thermometer(self) -> bool {
+        self != Form::Adis1649x
+    }
+
     /// Whether these bytes are a good reply.
     ///
     /// # Errors

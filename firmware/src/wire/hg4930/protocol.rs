@@ -61,6 +61,10 @@ impl ImuProtocol for Protocol {
         Frame::over(message).is_some_and(|frame| frame.is_pattern())
     }
 
+    fn has_thermometer(_: &()) -> bool {
+        true
+    }
+
     fn seal(frame: &mut [u8]) {
         seal(frame);
     }

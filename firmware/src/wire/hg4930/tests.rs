@@ -25,6 +25,15 @@ fn an_inertial_message_reads_and_is_made_again() {
     assert_eq!(frame.velocity(), Some([7, 8, 9]));
     let reading = frame.reading().unwrap();
     assert_eq!((reading.counter, reading.valid), (Some(2), Axes::ALL));
+    assert_eq!(reading.temperature, Some([25.0; 3]));
+    let mut repr = Repr::parse(&frame);
+    for (status, temperature) in [(0x80D8, Some(-40)), (0x8055, Some(85)), (0x0019, None)] {
+        repr.status_2 = status;
+        let mut bytes = [0; 44];
+        assert_eq!(repr.emit(&mut bytes), Ok(44));
+        let frame = Frame::new_checked(bytes).unwrap();
+        assert_eq!(frame.temperature(), temperature);
+    }
     let mut made = [0; 44];
     assert_eq!(Repr::parse(&frame).emit(&mut made), Ok(44));
     assert_eq!(made, INERTIAL_FRAME);

@@ -67,6 +67,10 @@ impl ImuProtocol for Protocol {
         Some(Axes::NONE)
     }
 
+    fn has_thermometer(_: &Settings) -> bool {
+        true
+    }
+
     fn seal(frame: &mut [u8]) {
         if let Ok(header) = Header::of(frame) {
             seal(frame, &header);

@@ -74,6 +74,10 @@ impl ImuProtocol for Protocol {
         Some(Axes::NONE)
     }
 
+    fn has_thermometer(_: &()) -> bool {
+        true
+    }
+
     fn seal(frame: &mut [u8]) {
         seal(frame);
     }

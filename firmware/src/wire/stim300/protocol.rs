@@ -89,6 +89,11 @@ impl ImuProtocol for Protocol {
         Frame::over(message).is_some_and(|frame| frame.gyro().status & status::START_UP != 0)
     }
 
+    /// By the datagram that the sensor is set up to send.
+    fn has_thermometer(settings: &Settings) -> bool {
+        settings.config.contents().temperature
+    }
+
     fn seal(frame: &mut [u8]) {
         seal(frame);
     }
@@ -144,7 +149,7 @@ const SIMULATED: [Simulated; 6] = [
     simulated(
         "stim300 0x91",
         INCREMENTS,
-        |settings| set_units(settings, 1, 1),
+        |settings| set_units(settings, 0x91, 1, 1),
         |fields, buffer| datagram(0x91, 2, fields, buffer),
     ),
     Simulated {
@@ -152,32 +157,34 @@ const SIMULATED: [Simulated; 6] = [
         ..simulated(
             "stim300 0x90",
             INCREMENTS,
-            |settings| set_units(settings, 1, 1),
+            |settings| set_units(settings, 0x90, 1, 1),
             |fields, buffer| datagram(0x90, 2, fields, buffer),
         )
     },
     simulated(
         "stim300 0xA7, rates",
         RATES,
-        |settings| set_units(settings, 0, 0),
+        |settings| set_units(settings, 0xA7, 0, 0),
         |fields, buffer| datagram(0xA7, 2, fields, buffer),
     ),
     simulated(
         "stim300 0xF7, averages",
         RATES,
-        |settings| set_units(settings, 2, 2),
+        |settings| set_units(settings, 0xF7, 2, 2),
         |fields, buffer| datagram(0xF7, 2, fields, buffer),
     ),
     simulated(
         "stim300 0xAF, increments and accelerations",
         [INCREMENTS[0], RATES[1]],
-        |settings| set_units(settings, 1, 0),
+        |settings| set_units(settings, 0xAF, 1, 0),
         |fields, buffer| datagram(0xAF, 2, fields, buffer),
     ),
 ];
 
-fn set_units(settings: &mut crate::wire::Settings, gyro: u8, accel: u8) {
-    settings.stim300.config = Config::DEFAULT.with_unit_codes(gyro, accel);
+fn set_units(settings: &mut crate::wire::Settings, id: u8, gyro: u8, accel: u8) {
+    let config = Config::DEFAULT.with_unit_codes(gyro, accel);
+    let contents = Contents::from_id(id).unwrap_or(config.contents());
+    settings.stim300.config = config.with_contents(contents);
 }
 
 /// A measurement whose counter advances by `step`. Values keep their low 24 bits.

@@ -85,6 +85,10 @@ impl ImuProtocol for Protocol {
         <Protocol as LaidOut>::change(Values::USUAL, frame, change, settings)
     }
 
+    fn has_thermometer(_: &Settings) -> bool {
+        true
+    }
+
     fn seal(frame: &mut [u8]) {
         seal(frame);
     }

@@ -203,8 +203,10 @@ impl Prepared {
         let block = (f64::from(self.told.correction.block) / dt).round() as u16;
         let Nets { gyro, accel } = Nets::NONE;
         let limit = self.told.correction.limit;
-        Compensator::new(gyro, accel, Imu::lsb(&self.spec), dt, block, limit)
-            .expect("a configuration that was checked")
+        let made = Compensator::new(gyro, accel, Imu::lsb(&self.spec), dt, block, limit);
+        let mut compensator = made.expect("a configuration that was checked");
+        compensator.set_inputs(self.told.inputs);
+        compensator
     }
 
     /// The trial with this seed.
@@ -229,6 +231,7 @@ impl Prepared {
                 let at = &truth.epochs[k / truth.samples_per_epoch];
                 let body = at.q_bn.inverse() * dipole_field(&at.position);
                 imu.set_field(mounting.inverse_transform_vector(&body));
+                device.temperature(imu.readings().axes.mean() as f32);
             }
             device.sample(&measured(&mut imu, increment, &mounting));
             let came = k + 1;

@@ -16,7 +16,7 @@ use crate::inertial::free_inertial::{FreeInertial, free_inertial};
 use crate::inertial::session::{EPOCH_S, Session};
 use crate::inertial::sins::NavState;
 use crate::learning::teacher::{ALIGN_SHARE, Assumptions, Start};
-use crate::learning::window::{compensator, increments_from};
+use crate::learning::window::{compensator, increments_from, read_temperature, temperature_at};
 use firmware::align::LEAST_S;
 use firmware::compensator::{self, Compensator};
 use firmware::configuration::VehicleKind;
@@ -70,9 +70,15 @@ impl<'m> Device<'m> {
         }
     }
 
+    /// A reading of the sensor's thermometer before the next sample, degrees C.
+    pub fn temperature(&mut self, celsius: f32) {
+        self.state.read_temperature(celsius);
+    }
+
     /// The next sample is missing. `first`: the sensor falls silent with it.
     pub fn miss(&mut self, first: bool) {
         self.number = self.number.wrapping_add(1);
+        self.compensator.miss(&mut self.state, 1);
         if first {
             self.learner.silence();
         }
@@ -140,9 +146,11 @@ impl Learnt {
     ) -> FreeInertial {
         let (compensator, mut state) = self.compensator(session, assumptions);
         let after = &session.counts[until * session.samples_per_epoch()..];
-        let corrected = after
-            .iter()
-            .map(|counts| compensator.process(&mut state, *counts).0);
+        let first = until * session.samples_per_epoch();
+        let corrected = (first..).zip(after).map(|(k, counts)| {
+            read_temperature(session, k, &mut state);
+            compensator.process(&mut state, *counts).0
+        });
         let increments = increments_from(session, until, corrected);
         free_inertial(session, &increments, self.nav, until, session.epochs())
     }
@@ -159,7 +167,8 @@ impl Learnt {
         let (compensator, mut state) = self.compensator(session, assumptions);
         let n = session.samples_per_epoch();
         let mut out = vec![state.estimate()];
-        for epoch in session.counts[until * n..].chunks_exact(n) {
+        for (k, epoch) in (until..).zip(session.counts[until * n..].chunks_exact(n)) {
+            read_temperature(session, k * n, &mut state);
             for counts in epoch {
                 let _ = compensator.process(&mut state, *counts);
             }
@@ -204,6 +213,7 @@ fn settings(session: &Session, assumptions: &Assumptions, gates: Gates) -> Setti
     let share = (session.standstill as f64 * ALIGN_SHARE).floor();
     let [arm_sigma, age_sigma] = session.antenna_sigmas;
     Settings {
+        inputs: assumptions.inputs,
         sheet: datasheet(assumptions),
         noise: Noise {
             gyro: assumptions.noise.gyro as f32,
@@ -275,6 +285,9 @@ fn taught(
                 begin(device, &outage.resume)?;
             }
             continue;
+        }
+        if let Some(celsius) = temperature_at(session, k) {
+            device.temperature(celsius);
         }
         device.sample(&raw(counts));
         if device.number == 0 && session.standstill > 0 {

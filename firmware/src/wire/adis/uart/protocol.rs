@@ -73,6 +73,10 @@ impl ImuProtocol for Protocol {
         super::change(frame, change)
     }
 
+    fn has_thermometer(settings: &Settings) -> bool {
+        settings.model.form().has_thermometer()
+    }
+
     fn seal(frame: &mut [u8]) {
         seal(frame);
     }
