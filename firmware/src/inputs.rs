@@ -65,6 +65,14 @@ pub const OWN: Inputs = [
     [Source::ForceX, Source::ForceY, Source::ForceZ],
 ];
 
+/// Whether networks with these inputs begin in their steady state ([`lrnn_nostd::Net::settle`]):
+/// a temperature was there before power-on.
+#[must_use]
+pub fn settles(inputs: &Inputs) -> bool {
+    let mut all = inputs.as_flattened().iter();
+    all.any(|source| *source == Source::Temperature)
+}
+
 /// Temperature that stands for an unknown one, degrees C: that of most calibrations.
 pub const REFERENCE_DEGC: f32 = 25.0;
 

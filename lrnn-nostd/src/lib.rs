@@ -16,6 +16,7 @@ pub mod learn;
 pub mod normalisation;
 pub mod real;
 pub mod shape;
+mod settle;
 pub mod state;
 pub mod weights;
 

@@ -1,7 +1,7 @@
 //! What drives the networks: their inputs, out of what a block tells.
 
 use super::{Compensator, State, step};
-use crate::inputs::{Inputs, Source, Sources};
+use crate::inputs::{Inputs, Source, Sources, settles};
 use lrnn_nostd::Step;
 
 impl Compensator {
@@ -25,6 +25,10 @@ impl Compensator {
     /// Steps both networks on their inputs.
     pub(super) fn step_both(&self, state: &mut State, sources: &Sources) -> [Step; 2] {
         let [gyro, accel] = &self.inputs;
+        if !core::mem::replace(&mut state.stepped, true) && settles(&self.inputs) {
+            self.gyro.settle(&mut state.gyro, sources.select(gyro));
+            self.accel.settle(&mut state.accel, sources.select(accel));
+        }
         [
             step(&self.gyro, &mut state.gyro, sources.select(gyro)),
             step(&self.accel, &mut state.accel, sources.select(accel)),

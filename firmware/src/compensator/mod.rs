@@ -86,6 +86,8 @@ pub struct Compensator {
 pub struct State {
     gyro: NetState,
     accel: NetState,
+    /// The networks have stepped, or have been given states.
+    stepped: bool,
     sum: [[i64; 3]; 2],
     samples: u16,
     thermometer: Thermometer,
@@ -120,12 +122,14 @@ impl State {
     /// force until they step.
     pub fn reset_nets(&mut self) {
         self.set_nets([NetState::new(); 2]);
+        self.stepped = false;
     }
 
     /// Takes the networks' states from networks that have seen the same blocks.
     pub fn set_nets(&mut self, [gyro, accel]: [NetState; 2]) {
         self.gyro = gyro;
         self.accel = accel;
+        self.stepped = true;
     }
 }
 

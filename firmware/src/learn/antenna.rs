@@ -30,9 +30,10 @@ use work::{COVARIANCE, END};
 
 use super::age::MAX_AGE_S;
 use super::bank::{self, Refusals};
-use super::prior::{Datasheet, NAV};
+use super::prior::{Datasheet, NAV, Shape};
 use super::settings::Settings;
 use crate::fix::OBSERVATIONS;
+use crate::inputs::OWN;
 use crate::nav::{ANTENNA, Seen};
 use lrnn_nostd::Rational;
 use lrnn_nostd::learn::kalman::{Biases, Kalman, OUTPUTS, Prior, Transition, Workspace};
@@ -126,7 +127,7 @@ impl Antenna {
 
     fn prior(&self, sheet: &Datasheet, block_s: f64) -> Prior<STATES, OUTPUTS> {
         let of: Prior<NAV, OUTPUTS> =
-            sheet.prior::<Biases, OUTPUTS>(block_s, 0.0, [1.0; NAV], bank::error_floor());
+            sheet.prior::<Biases, OUTPUTS>((Shape::Time, &OWN), block_s, 0.0, [1.0; NAV], bank::error_floor());
         let mut floor = FLOOR;
         for (floor, sigma) in floor.iter_mut().zip(self.sigma) {
             *floor = floor.min(sigma);

@@ -20,11 +20,14 @@ pub use gates::Gates;
 pub(super) use gates::Refusals;
 pub use parts::Work;
 pub use table::{
-    ALL, HYPOTHESES, KEYS, LARGEST, NAMES, SIX_BIASES, STORED, WITH_NETWORKS, ZERO_CORRECTION,
+    ALL, DRIVEN, HYPOTHESES, KEYS, LARGEST, NAMES, REMEMBERED, REMEMBERING, SIX_BIASES, STORED,
+    WITH_NETWORKS, ZERO_CORRECTION,
 };
 
-use super::prior::{Datasheet, LearnerNet, NAV};
+use super::prior::{Datasheet, LearnerNet, NAV, Shape, shaped};
+use crate::inputs::settles;
 use crate::fix::OBSERVATIONS;
+use crate::inputs::{Inputs, OWN};
 use hypothesis::Hypothesis;
 use lrnn_nostd::learn::kalman::{FixedWeights, OUTPUTS, TRIADS};
 use lrnn_nostd::{Real, State};
@@ -41,6 +44,12 @@ pub struct Bank<T: Real = f32> {
     leading: usize,
     /// The alignment has estimated the sensors' errors: see [`Self::navigating`].
     believed: bool,
+    /// Networks that begin in the steady state of their inputs have not stepped yet; one bit for
+    /// each hypothesis.
+    fresh: u8,
+    /// The networks' inputs follow something that was there before power-on: see
+    /// [`lrnn_nostd::Net::settle`].
+    settles: bool,
 }
 
 impl<T: Real> Bank<T> {
@@ -50,7 +59,8 @@ impl<T: Real> Bank<T> {
     #[must_use]
     pub fn new(sheet: &Datasheet<T>, block_s: f64, error_sigma: [T; NAV], gates: Gates<T>) -> Self {
         let mut bank = Self::ZEROED;
-        bank.begin(sheet, block_s, error_sigma, gates);
+        let driven = shaped(&sheet.nets(block_s), sheet, &OWN);
+        bank.begin((sheet, &OWN), &driven, block_s, error_sigma, gates);
         bank
     }
 
@@ -69,20 +79,28 @@ impl<T: Real> Bank<T> {
         refused: [Refusals::NONE; OBSERVATIONS],
         leading: ZERO_CORRECTION,
         believed: false,
+        fresh: 0,
+        settles: false,
     };
 
-    /// [`Bank::new`] in place: a bank should not be moved over the stack.
+    /// [`Bank::new`] in place: a bank should not be moved over the stack. `driven`: the first
+    /// networks of the hypotheses that are driven by these inputs ([`shaped`]).
     #[inline(never)]
     pub fn begin(
         &mut self,
-        sheet: &Datasheet<T>,
+        (sheet, inputs): (&Datasheet<T>, &Inputs),
+        driven: &[LearnerNet<T>; TRIADS],
         block_s: f64,
         error_sigma: [T; NAV],
         gates: Gates<T>,
     ) {
-        let (nets, floor) = (sheet.nets(block_s), error_floor());
-        self.hypotheses
-            .begin(nets, sheet, block_s, error_sigma, floor);
+        self.hypotheses.begin(
+            driven,
+            (sheet, inputs),
+            block_s,
+            error_sigma,
+            error_floor(),
+        );
         let [g, a] = [sheet.gyro_bias, sheet.accel_bias];
         self.unmodelled = [g, g, g, a, a, a];
         self.gates = gates;
@@ -90,6 +108,35 @@ impl<T: Real> Bank<T> {
         self.refused = [Refusals::NONE; OBSERVATIONS];
         self.leading = ZERO_CORRECTION;
         self.believed = false;
+        self.settles = settles(inputs);
+        self.fresh = table::SETTLING;
+    }
+
+    /// After [`Bank::begin`]: what was known of the unit when the last drive ended, by
+    /// [`Bank::remember`]. `ages`: by how much each variance has grown since, as a share of its
+    /// prior. `evidence`: of [`DRIVEN`] against [`SIX_BIASES`] so far. False: the values are not
+    /// such, and the hypotheses stay as they were.
+    #[inline(never)]
+    pub fn recall(&mut self, values: &[T], ages: T, evidence: f64) -> bool {
+        let taken = self.hypotheses.recall(values, ages);
+        if taken {
+            self.some(1 << DRIVEN, |h| h.believe(evidence));
+        }
+        taken
+    }
+
+    /// Gives what [`REMEMBERING`] know of the unit: [`REMEMBERED`] values each. Deferred work must
+    /// be done.
+    pub fn remember(&mut self, put: &mut dyn FnMut(T)) {
+        self.hypotheses.each_of(
+            REMEMBERING.iter().fold(0, |bits, index| bits | 1 << index),
+            |h| h.remember(put),
+        );
+    }
+
+    /// Of [`REMEMBERING`], the second moments of the biases of this turn-on about zero.
+    pub fn turn_on_moments(&self, index: usize) -> [T; OUTPUTS] {
+        self.get(index).turn_on_moments()
     }
 
     /// After [`Bank::begin`]: the hypothesis [`STORED`] takes part, with these networks.
@@ -102,7 +149,8 @@ impl<T: Real> Bank<T> {
         error_sigma: [T; NAV],
     ) {
         self.hypotheses.begin_stored(nets, || {
-            sheet.prior::<FixedWeights, 0>(block_s, 0.0, error_sigma, error_floor())
+            let of = (Shape::Time, &OWN);
+            sheet.prior::<FixedWeights, 0>(of, block_s, 0.0, error_sigma, error_floor())
         });
         self.gates.enabled |= 1 << STORED;
     }
@@ -273,6 +321,16 @@ impl<T: Real> Bank<T> {
     /// The stream begins anew: the networks' states are those of power-on; what was learnt stays.
     pub fn reset_networks(&mut self) {
         self.each(|h| h.reset_networks());
+        self.fresh = table::SETTLING;
+    }
+
+    /// The networks' step, of the hypotheses in the bits `which`.
+    fn step(&mut self, which: u8, inputs: [[T; 3]; TRIADS]) {
+        if self.settles {
+            self.some(which & self.fresh, |h| h.settle(inputs));
+        }
+        self.fresh &= !which;
+        self.some(which, |h| h.step(inputs));
     }
 
     /// The covariance `rest` for [`ZERO_CORRECTION`], which has no parameters for the part `by`.
@@ -315,7 +373,31 @@ impl<T: Real> Bank<T> {
     /// Standard deviations of the six biases, as the hypothesis that has nothing else knows them.
     #[must_use]
     pub fn bias_sigma(&self) -> [T; OUTPUTS] {
-        self.get(SIX_BIASES).bias_sigma()
+        self.bias_sigma_of(SIX_BIASES)
+    }
+
+    /// The same by any hypothesis.
+    #[must_use]
+    pub fn bias_sigma_of(&self, index: usize) -> [T; OUTPUTS] {
+        self.get(index).bias_sigma()
+    }
+
+    /// The part of a hypothesis' estimate that does not follow the inputs: its biases.
+    #[must_use]
+    pub fn constant_of(&self, index: usize) -> [T; OUTPUTS] {
+        self.get(index).constant()
+    }
+
+    /// The networks of a hypothesis that belong to the unit, without the biases of this turn-on.
+    #[must_use]
+    pub fn unit_nets_of(&self, index: usize) -> [LearnerNet<T>; TRIADS] {
+        self.get(index).unit_nets()
+    }
+
+    /// What they say now: [`Bank::estimate_of`] without the biases of this turn-on.
+    #[must_use]
+    pub fn unit_estimate_of(&self, index: usize) -> [T; OUTPUTS] {
+        self.get(index).unit_estimate()
     }
 
     /// A hypothesis' networks, its biases folded in.

@@ -34,11 +34,12 @@ mod start;
 
 use super::age::FixAge;
 use super::antenna::Antenna;
-use super::bank::{Bank, STORED, Work, ZERO_CORRECTION};
-use super::prior::NAV;
+use super::bank::{Bank, REMEMBERING, STORED, Work, ZERO_CORRECTION};
+use super::prior::{LearnerNet, NAV, shaped};
 use super::quantise::{Scale, flat, split};
 use super::rehearsal::Rehearsal;
 use super::settings::Settings;
+use super::unit::{self, Head, Unit};
 use super::{Learner, Report, Winner};
 use crate::align::Align;
 use crate::align::motion::InMotion;
@@ -69,6 +70,11 @@ impl Memory {
 
 /// An estimate may move by this share of the datasheet's bias and count as settled (assumed).
 const SETTLES: f32 = 0.1;
+
+/// A network before the learner has begun.
+const NOTHING: LearnerNet<f32> = Nets::NONE.gyro;
+/// A drive that has covered nothing yet.
+const NOWHERE: (f32, [f32; 2]) = (0.0, [f32::INFINITY, f32::NEG_INFINITY]);
 
 /// Counters; each saturates.
 #[derive(Debug, Clone, Copy, Default)]
@@ -138,8 +144,18 @@ pub struct FixLearner<'m> {
     running: usize,
     /// Whether its estimate has settled.
     settled: Settled,
+    /// Which hypothesis knows the unit best, and whether what it knows has settled.
+    of_unit: usize,
+    unit_settled: Settled,
     /// Of a navigator that was aligned in motion.
     probation: Probation,
+    /// What was known of the unit when the learner began, and what is remembered of it.
+    base: Head,
+    unit: Unit,
+    /// The first networks of the hypotheses that are driven by inputs.
+    driven: [LearnerNet<f32>; 2],
+    /// Of this drive: seconds beside fixes, and the lowest and highest temperature in them.
+    covered: (f32, [f32; 2]),
     tally: Tally,
 }
 
@@ -172,7 +188,13 @@ impl<'m> FixLearner<'m> {
             rehearsal: Rehearsal::NEW,
             running: ZERO_CORRECTION,
             settled: Settled::default(),
+            of_unit: ZERO_CORRECTION,
+            unit_settled: Settled::default(),
             probation: Probation::default(),
+            base: Head::NEW,
+            unit: Unit::NEW,
+            driven: [NOTHING; 2],
+            covered: NOWHERE,
             tally: Tally::default(),
         }
     }
@@ -206,19 +228,36 @@ impl<'m> FixLearner<'m> {
             bank.leading()
         };
         self.put_in_force(chosen);
-        let sigma = self.sigma();
-        let estimate = self.memory.bank.estimate_of(chosen);
-        self.settled.looks(estimate, &sigma);
+        let bank = &self.memory.bank;
+        let sigma = self.at_least(bank.bias_sigma());
+        self.settled.looks(bank.estimate_of(chosen), &sigma);
+        match self.best_of_unit() {
+            Some(best) => {
+                self.of_unit = best;
+                let sigma = self.at_least(bank.bias_sigma_of(best));
+                self.unit_settled.looks(&bank.constant_of(best), &sigma);
+            }
+            None => self.unit_settled.moves(),
+        }
     }
 
-    /// Standard deviation of what is learnt: that of the biases, and no less than a share of the
+    /// Of the hypotheses that remember the unit and have proved themselves, the one with the
+    /// greatest evidence. The last one stays until another is clearly better.
+    fn best_of_unit(&self) -> Option<usize> {
+        let bank = &self.memory.bank;
+        let worth = |h: usize| {
+            let stays = if h == self.of_unit { self.settings.gates.better } else { 0.0 };
+            bank.score(h) + stays
+        };
+        let proved = REMEMBERING.into_iter().filter(|&h| self.rehearsal.has_proved(h));
+        proved.max_by(|&a, &b| worth(a).total_cmp(&worth(b)))
+    }
+
+    /// Standard deviations of what is learnt: those of the biases, and no less than a share of the
     /// datasheet's, because networks move more than biases do.
-    fn sigma(&self) -> [f32; OUTPUTS] {
-        let [g, a] = [
-            self.settings.sheet.gyro_bias,
-            self.settings.sheet.accel_bias,
-        ];
-        let mut sigma = self.memory.bank.bias_sigma();
+    fn at_least(&self, mut sigma: [f32; OUTPUTS]) -> [f32; OUTPUTS] {
+        let sheet = &self.settings.sheet;
+        let [g, a] = [sheet.gyro_bias, sheet.accel_bias];
         for (sigma, sheet) in sigma.iter_mut().zip([g, g, g, a, a, a]) {
             *sigma = sigma.max(SETTLES * sheet);
         }
@@ -250,6 +289,7 @@ impl<'m> FixLearner<'m> {
         }
         self.rehearsal.interrupted();
         self.settled = Settled::default();
+        self.unit_settled = Settled::default();
         self.put_in_force(ZERO_CORRECTION);
     }
 
@@ -287,6 +327,7 @@ impl<'m> FixLearner<'m> {
         self.antenna.interval(&block, &applied);
         self.rehearsal.interval(block.time, &applied);
         self.settled.passes(block.time);
+        self.unit_settled.passes(block.time);
         Some(navigator)
     }
 
@@ -355,22 +396,44 @@ impl Learner for FixLearner<'_> {
         self.restart();
     }
 
-    /// Begins from the datasheet: the hypotheses have networks of their own. One of them believes
-    /// `nets`, which correct this drive, and shows whether they should.
+    /// Begins from what is remembered of the unit, or from the datasheet: the hypotheses have
+    /// networks of their own. One of them believes `nets`, which correct this drive, and shows
+    /// whether they should. Hidden layers of `nets` that pass their inputs on are the shape of the
+    /// networks that are driven by inputs.
     fn begin(&mut self, nets: &Nets, stream: StreamScale) {
-        let Settings { sheet, gates, .. } = &self.settings;
+        let Settings {
+            sheet,
+            gates,
+            inputs,
+            ..
+        } = &self.settings;
         let error_sigma = [1.0; NAV]; // until the alignment
         let (bank, work) = (&mut self.memory.bank, &mut self.work);
         let block_s = f64::from(stream.block_s());
-        bank.begin(sheet, block_s, error_sigma, *gates);
+        self.base = self.unit.head;
+        let mut of_unit = *sheet;
+        of_unit.turn_on = self.base.turn_on(sheet);
+        let told = [nets.gyro, nets.accel];
+        self.driven = shaped(&told, sheet, inputs);
+        bank.begin(
+            (&of_unit, inputs),
+            &self.driven,
+            block_s,
+            error_sigma,
+            *gates,
+        );
+        if !self.unit.recall(bank, &self.driven) {
+            self.base = Head::NEW;
+        }
         if !nets.same_images(&Nets::NONE) {
-            bank.begin_stored(&[nets.gyro, nets.accel], sheet, block_s, error_sigma);
+            bank.begin_stored(&told, sheet, block_s, error_sigma);
         }
         work.clear();
         self.antenna.begin(&self.settings, block_s);
         self.stream = Some(stream);
         self.rehearsal.begin();
         self.running = ZERO_CORRECTION;
+        self.covered = NOWHERE;
         self.tally = Tally::default();
         self.restart();
     }
@@ -381,6 +444,7 @@ impl Learner for FixLearner<'_> {
         self.antenna.clear();
         self.rehearsal.interrupted();
         self.settled = Settled::default();
+        self.unit_settled = Settled::default();
         self.running = ZERO_CORRECTION;
         bank.reset_networks();
         self.fixing = false;
@@ -430,9 +494,15 @@ impl Learner for FixLearner<'_> {
             self.feed_back();
         }
         self.recent.block(block, self.settings.sheet.range);
-        let inputs = &self.settings.inputs;
-        self.work
-            .step(inputs.map(|which| block.sources.select(&which)));
+        let [gyro, accel] = &self.settings.inputs;
+        let sources = &block.sources;
+        self.work.step([sources.select(gyro), sources.select(accel)]);
+        if let (true, Some(stream)) = (self.course.navigates(), &self.stream) {
+            let (seconds, [low, high]) = &mut self.covered;
+            *seconds += stream.block_s();
+            *low = low.min(sources.temperature);
+            *high = high.max(sources.temperature);
+        }
     }
 
     /// The numbers of the samples show what is missing.
@@ -487,9 +557,42 @@ impl Learner for FixLearner<'_> {
             nets: Nets { gyro, accel },
             states: bank.states_of(running),
             estimate: split(bank.estimate_of(running)),
-            sigma: split(&self.sigma()),
+            sigma: split(&self.at_least(bank.bias_sigma())),
             settled: self.settled.is_settled(),
         })
+    }
+
+    fn for_next_power_on(&mut self) -> Option<Winner> {
+        self.finish();
+        let best = self.best_of_unit()?;
+        let bank = &self.memory.bank;
+        let [gyro, accel] = bank.unit_nets_of(best);
+        Some(Winner {
+            nets: Nets { gyro, accel },
+            states: bank.states_of(best),
+            estimate: split(&bank.unit_estimate_of(best)),
+            sigma: split(&self.at_least(bank.bias_sigma_of(best))),
+            settled: self.unit_settled.is_settled(),
+        })
+    }
+
+    fn remember(&mut self) -> usize {
+        self.finish();
+        if self.for_next_power_on().is_none() {
+            return 0;
+        }
+        let Memory { bank } = &mut *self.memory;
+        let (sheet, driven) = (&self.settings.sheet, &self.driven);
+        self.unit.remember(&self.base, bank, sheet, driven, self.covered);
+        unit::LEN
+    }
+
+    fn write_memory(&self, start: usize, piece: &mut [u8]) {
+        self.unit.write(start, piece);
+    }
+
+    fn recall(&mut self, memory: &[u8]) {
+        self.unit.read(memory);
     }
 
     fn learnt(&mut self) -> (Nets, [State; 2]) {

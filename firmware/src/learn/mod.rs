@@ -16,6 +16,7 @@ pub mod prior;
 mod quantise;
 pub mod rehearsal;
 mod settings;
+pub mod unit;
 mod window;
 
 pub use antenna::{Antenna, Known};

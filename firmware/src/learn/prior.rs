@@ -1,5 +1,6 @@
 //! What is known of the sensors before any learning: from the datasheet, the same for every unit.
 
+use crate::inputs::{Inputs, REFERENCE_DEGC, Source};
 use lrnn_nostd::learn::kalman::{AllWeights, ErrorModel, ParameterSet, Prior};
 use lrnn_nostd::{Identity, Net, Normalisation, Rational, Real, Weights};
 
@@ -23,7 +24,15 @@ pub struct Datasheet<T = f32> {
     pub gravity: [T; 3],
     /// Largest usual rate, rad/s, and largest usual change of specific force, m/s^2, > 0.
     pub range: [T; 2],
+    /// Share of the bias that is new at every turn-on: standard deviation as a share of that of the
+    /// bias; gyros, accelerometers; above 0, below 1. It is where the learner begins: it learns the
+    /// scatter of its own unit.
+    pub turn_on: [T; 2],
 }
+
+/// [`Datasheet::turn_on`] where nothing is told (assumed: calibrated sensors of all grades repeat
+/// to some tenth of their bias).
+pub const TURN_ON: [f32; 2] = [0.1; 2];
 
 impl Datasheet<f32> {
     /// Sensors of these biases (rad/s, m/s^2) in a land vehicle.
@@ -35,6 +44,7 @@ impl Datasheet<f32> {
             walk_per_hour: [0.05; 2],
             gravity: [0.0, 0.0, -9.8],
             range: [0.2, 2.0],
+            turn_on: TURN_ON,
         }
     }
 
@@ -48,6 +58,7 @@ impl Datasheet<f32> {
             walk_per_hour: self.walk_per_hour.map(to),
             gravity: self.gravity.map(to),
             range: self.range.map(to),
+            turn_on: self.turn_on.map(to),
         }
     }
 }
@@ -63,6 +74,15 @@ const W1: [[f64; 3]; 3] = [
     [0.08, 0.47, -0.35],
 ];
 const B1: [f64; 3] = [0.17, -0.08, -0.26];
+
+/// What the hidden layers of a hypothesis' networks make of their input.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Shape {
+    /// Nothing: their slow units, started at power-on, tell the time since then.
+    Time,
+    /// Three functions of the inputs, which [`Inputs`] chooses.
+    Driven,
+}
 
 /// First weights, and the standard deviation of each around them when its path may add `output`, in
 /// units of the output scale.
@@ -97,6 +117,70 @@ pub fn weights<T: Real>(block_s: f64, output: f64) -> [Weights<T>; 2] {
     [first, sigma]
 }
 
+/// First weight of a unit from its own input. An input of 1 in network units, the largest usual
+/// one, is in the bend of the activation, so the units can learn curvature from data, and small
+/// inputs pass in proportion.
+const GAIN: f64 = 0.5;
+/// Where two inputs are the same, the later one bends here, in network units: both together have a
+/// quadratic part.
+const BEND: f64 = 0.8;
+/// Standard deviation of a hidden weight around the shape, for the hypothesis that learns them.
+const HIDDEN: f64 = 0.1;
+
+/// First weights of networks that are driven by their inputs, and the standard deviation of each
+/// around them, when each unit may add `output` at an input of 1, in units of the output scale, and
+/// the output bias `bias`. Each unit has an input of its own, so the gradient by every input is
+/// non-zero as soon as the output layer is.
+#[must_use]
+pub fn driven<T: Real>(which: &[Source; 3], output: f64, bias: f64) -> [Weights<T>; 2] {
+    let to = T::from_f64;
+    let (mut first, mut sigma) = (Weights::zero(), Weights::zero());
+    let [input, middle, _] = &mut first.layers;
+    for (i, source) in which.iter().enumerate() {
+        let again = which.iter().take(i).any(|before| before == source);
+        input.w[i][i] = to(GAIN);
+        input.b[i] = to(if again { BEND } else { 0.0 });
+        middle.w[i][i] = T::ONE;
+    }
+    let [input, middle, top] = &mut sigma.layers;
+    for layer in [input, middle] {
+        layer.w = [[to(HIDDEN); 3]; 3];
+        layer.r = [[to(HIDDEN); 3]; 3];
+        layer.b = [to(HIDDEN); 3];
+    }
+    let usual = libm::tanh(libm::tanh(GAIN));
+    top.w = [[to(output / usual); 3]; 3];
+    top.b = [to(bias); 3];
+    [first, sigma]
+}
+
+/// Whether hidden layers pass each input on: the Jacobian of the second layer by the inputs at zero
+/// has no row and no column of zeros.
+#[must_use]
+pub fn is_alive<T: Real>(weights: &Weights<T>) -> bool {
+    let [input, middle, _] = &weights.layers;
+    let passes = |p: usize, q: usize| {
+        (0..3).any(|m| middle.w[p][m] != T::ZERO && input.w[m][q] != T::ZERO)
+    };
+    (0..3).all(|p| (0..3).any(|q| passes(p, q))) && (0..3).all(|q| (0..3).any(|p| passes(p, q)))
+}
+
+/// Networks of the shape of a type of sensor, if it has one: `told` with live hidden layers, which
+/// are kept with their scales of the input. Otherwise the built-in shape with a zero output layer.
+#[must_use]
+pub fn shaped<T: Real>(
+    told: &[LearnerNet<T>; 2],
+    sheet: &Datasheet<T>,
+    inputs: &Inputs,
+) -> [LearnerNet<T>; 2] {
+    let scales = sheet.driven_normalisation(inputs);
+    core::array::from_fn(|k| match (told.get(k), scales.get(k), inputs.get(k)) {
+        (Some(net), ..) if is_alive(&net.weights) && net.weights.is_finite() => *net,
+        (_, Some(scales), Some(which)) => Net::new(driven(which, 0.0, 0.0)[0], *scales),
+        _ => Net::new(Weights::zero(), Normalisation::identity()),
+    })
+}
+
 impl<T: Real> Datasheet<T> {
     /// Scales of the two networks: output in units of the bias.
     #[must_use]
@@ -116,6 +200,29 @@ impl<T: Real> Datasheet<T> {
         ]
     }
 
+    /// The same for networks that are driven by these inputs: each is near 1 at the most that is
+    /// usual.
+    #[must_use]
+    pub fn driven_normalisation(&self, inputs: &Inputs) -> [Normalisation<T>; 2] {
+        let (to, [rate, force]) = (T::from_f64, self.range.map(|range| T::ONE / range));
+        let [x, y, z] = self.gravity;
+        let of = |source: Source| match source {
+            Source::RateX | Source::RateY | Source::RateZ | Source::RateMagnitude => (T::ZERO, rate),
+            Source::ForceX => (x, force),
+            Source::ForceY => (y, force),
+            Source::ForceZ => (z, force),
+            Source::Temperature => (to(f64::from(REFERENCE_DEGC)), to(1.0 / SPAN_K)),
+            Source::TemperatureRate => (T::ZERO, to(1.0 / SPAN_KPS)),
+            Source::Vibration => (T::ZERO, to(1.0 / VIBRATION)),
+        };
+        let mut out = self.normalisation();
+        for (scales, which) in out.iter_mut().zip(inputs) {
+            scales.input_offset = which.map(|source| of(source).0);
+            scales.input_scale = which.map(|source| of(source).1);
+        }
+        out
+    }
+
     /// Networks before any learning: their output is zero.
     #[must_use]
     pub fn nets(&self, block_s: f64) -> [LearnerNet<T>; 2] {
@@ -124,31 +231,52 @@ impl<T: Real> Datasheet<T> {
     }
 
     /// The prior of a hypothesis whose networks may add `output` times the bias. `error_sigma` as
-    /// in [`Prior`].
+    /// in [`Prior`]. Where biases of the unit are learnt beside those of the turn-on, both together
+    /// are the datasheet's.
     #[must_use]
     pub fn prior<L: ParameterSet, const N: usize>(
         &self,
+        (shape, inputs): (Shape, &Inputs),
         block_s: f64,
         output: f64,
         error_sigma: [T; NAV],
         error_floor: [T; NAV],
     ) -> Prior<NAV, N, T> {
-        let [_, sigma] = weights(block_s, output);
-        let bias = [self.gyro_bias, self.accel_bias];
-        let mut walk = bias.map(|sigma| [sigma; 3]);
-        for (triad, in_hour) in walk.iter_mut().zip(self.walk_per_hour) {
-            let share = in_hour * T::from_f64(1.0 / 60.0);
-            *triad = triad.map(|sigma| sigma * share);
+        let mut bias = [self.gyro_bias, self.accel_bias];
+        let mut walk = [T::ZERO; 2];
+        for ((walk, bias), in_hour) in walk.iter_mut().zip(bias).zip(self.walk_per_hour) {
+            *walk = bias * (in_hour * T::from_f64(1.0 / 60.0));
+        }
+        let [g, a] = walk;
+        let mut sigma = [Weights::zero(); 2];
+        for ((sigma, bias), (new, which)) in
+            (sigma.iter_mut().zip(&mut bias)).zip(self.turn_on.into_iter().zip(inputs))
+        {
+            let mut of_unit = 0.0;
+            if L::OUTPUT_BIAS.is_some() {
+                *bias *= new;
+                of_unit = libm::sqrt(1.0 - new.to_f64() * new.to_f64());
+            }
+            [_, *sigma] = match shape {
+                Shape::Time => weights(block_s, output),
+                Shape::Driven => driven(which, output, of_unit),
+            };
         }
         Prior {
             error_sigma,
             parameter_sigma: ErrorModel::<L, N, Rational, T>::sigmas(bias.map(|b| [b; 3]), &sigma),
-            walk: ErrorModel::<L, N, Rational, T>::sigmas(walk, &Weights::zero()),
+            walk: [g, g, g, a, a, a],
             error_floor,
             parameter_floor: T::from_f64(FLOOR),
         }
     }
 }
+
+/// Deviation from [`REFERENCE_DEGC`], K, rate, K/s, and vibration, (m/s2)^2, that are 1 in network
+/// units: a unit in a vehicle (assumed).
+const SPAN_K: f64 = 30.0;
+const SPAN_KPS: f64 = 1.0 / 60.0;
+const VIBRATION: f64 = 1.0;
 
 /// The standard deviation of a parameter never falls below this share of its prior (assumed; far
 /// below what any drive reaches).

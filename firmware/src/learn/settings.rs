@@ -1,7 +1,7 @@
 //! Settings of the learner from fixes.
 
 use super::bank::Gates;
-use super::prior::Datasheet;
+use super::prior::{Datasheet, TURN_ON};
 use crate::align::Sensors;
 use crate::configuration::{Configuration, Triad, VehicleKind};
 use crate::inputs::{Inputs, OWN};
@@ -97,6 +97,7 @@ impl Settings {
                 walk_per_hour: [share(&told.gyro, gyro_bias), share(&told.accel, accel_bias)],
                 gravity: told.in_sensor_axes([0.0, 0.0, -GRAVITY]),
                 range: [rate.min(told.gyro.range), force.min(told.accel.range)],
+                turn_on: TURN_ON,
             },
             noise: Noise {
                 gyro: told.gyro.white_noise,
@@ -156,8 +157,11 @@ mod tests {
                 walk_per_hour: [gyro, accel],
                 gravity: [x, y, z],
                 range: [rate, force],
+                turn_on: [new, fresh],
             } = settings.sheet;
-            let sheet = [gyro_bias, accel_bias, gyro, accel, x, y, z, rate, force];
+            let sheet = [
+                gyro_bias, accel_bias, gyro, accel, x, y, z, rate, force, new, fresh,
+            ];
             sheet.map(f32::to_bits)
         };
         assert_eq!(bits(&of), bits(&Settings::MEDIUM));

@@ -51,7 +51,7 @@ impl Campaign {
         let filters: Vec<usize> = (0..REMEMBERING.len())
             .filter(|&index| wanted(REMEMBERING[index].0))
             .collect();
-        let stores = !self.fixes && wanted(DEVICE);
+        let stores = wanted(DEVICE);
         let last = self.drives.iter().copied().max().unwrap_or(0);
         let mut known = Known::new();
         if filters.is_empty() && !stores {
@@ -72,7 +72,7 @@ impl Campaign {
                     for index in &filters {
                         memory.keep(*index, case).ok_or_else(lost)?;
                     }
-                    if stores && self.drives.contains(&number) {
+                    if stores {
                         memory.store(case).ok_or_else(lost)?;
                     }
                     Ok(())

@@ -1,17 +1,17 @@
 //! Schemes with a memory: what they keep of the earlier drives of a unit over power-off.
 //!
 //! The classical filters keep mean and covariance of each model that they pick from
-//! ([`Belief`]), and the densities of all fixes so far. The device keeps what today's firmware
-//! stores: the networks of the last drive with the biases folded in.
+//! ([`Belief`]), and the densities of all fixes so far. The device keeps what its firmware stores:
+//! what is known of the unit ([`firmware::learn::unit`]), and the networks that act from the next
+//! power-on.
 
 use super::laws::{Models, biases, exponentials, inputs, temperatures};
 use super::schemes::{Case, FILTERS, free};
 use crate::inertial::ekf::{Aided, Belief, ErrorModel, TurnOn};
 use crate::inertial::free_inertial::FreeInertial;
-use crate::learning::fix_learner;
+use crate::learning::fix_learner::{self, Stored};
 use crate::learning::teacher::{Assumptions, aligned_knowing};
 use firmware::learn::bank::{ALL, Gates};
-use lrnn_nostd::Net;
 
 /// Filters with a memory: the names of their schemes, the [`FILTERS`] that they are without it, and
 /// the models that they pick from.
@@ -32,11 +32,10 @@ pub fn without_memory(scheme: &str) -> Option<&'static str> {
     found.map(|&(_, filter, _)| FILTERS[filter].0)
 }
 
-/// Whether a scheme uses what it has kept of earlier drives. With fixes the device's learner begins
-/// anew at each power-on, and what is stored does not act while it learns.
+/// Whether a scheme uses what it has kept of earlier drives.
 #[must_use]
-pub fn remembers(scheme: &str, fixes: bool) -> bool {
-    without_memory(scheme).is_some() || (scheme == DEVICE && !fixes)
+pub fn remembers(scheme: &str) -> bool {
+    without_memory(scheme).is_some() || scheme == DEVICE
 }
 
 /// One model of a filter after some drives.
@@ -53,8 +52,8 @@ pub struct Kept {
 pub struct Memory {
     /// Of each of [`REMEMBERING`] its models; empty before the first drive.
     filters: [Vec<Kept>; REMEMBERING.len()],
-    /// The device's networks of the last drive.
-    nets: Option<[Net; 2]>,
+    /// What the device's store holds.
+    stored: Stored,
 }
 
 /// One model taken through a drive.
@@ -71,10 +70,10 @@ impl Memory {
         &self.filters[index]
     }
 
-    /// The stored networks.
+    /// What the device's store holds.
     #[must_use]
-    pub fn nets(&self) -> Option<&[Net; 2]> {
-        self.nets.as_ref()
+    pub fn stored(&self) -> &Stored {
+        &self.stored
     }
 
     /// The filter number `index` has passed a drive. `None`: no attitude.
@@ -85,15 +84,23 @@ impl Memory {
         Some(())
     }
 
-    /// The device has learnt on a drive and stores its networks.
+    /// The device has passed a drive, and stores what it has learnt if that has proved itself.
     pub(super) fn store(&mut self, case: &Case<'_>) -> Option<()> {
         let gates = Gates {
             enabled: ALL,
             ..Gates::default()
         };
         let told = case.knows.told;
-        let learnt = fix_learner::learn(case.session, told, gates, None, case.until)?;
-        self.nets = Some([learnt.nets.gyro, learnt.nets.accel]);
+        let learnt =
+            fix_learner::learn_on(&self.stored, case.session, told, gates, None, case.until)?;
+        if std::env::var("DBG").is_ok() {
+
+            let n = learnt.next.as_ref().and_then(|n| n.nets);
+            eprintln!("running {} evidence {:.1?} next {} b3 {:?}", learnt.running, learnt.evidence, n.is_some(), n.map(|n| [n.gyro.weights.layers[2].b, n.accel.weights.layers[2].b, n.gyro.weights.layers[2].w[0]]));
+        }
+        if let Some(next) = learnt.next {
+            self.stored = next;
+        }
         Some(())
     }
 }

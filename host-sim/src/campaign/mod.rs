@@ -256,7 +256,7 @@ impl Campaign {
         let (model, _, drives) = of;
         let lost = || self.scenario.no_attitude();
         for &(name, scheme) in self.schemes() {
-            let same = match memory::remembers(name, self.fixes) {
+            let same = match memory::remembers(name) {
                 false => Some(name),
                 true if drives == 0 => memory::without_memory(name),
                 true => None,

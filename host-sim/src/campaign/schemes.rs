@@ -18,6 +18,7 @@ use crate::simulator::imu::{ImuSpec, UnitErrors};
 use firmware::learn::bank::{
     ALL, Gates, HYPOTHESES, KEYS, LARGEST, STORED, WITH_NETWORKS, ZERO_CORRECTION,
 };
+use firmware::model::Nets;
 use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
 use std::cell::OnceCell;
@@ -206,7 +207,8 @@ pub fn rnn_kalman(case: &Case<'_>, enabled: u8) -> Option<FreeInertial> {
         ..Gates::default()
     };
     let (session, until) = (case.session, case.until);
-    let learnt = fix_learner::learn(session, &assumptions, gates, None, until)?;
+    let known = case.memory.map(Memory::stored).cloned().unwrap_or_default();
+    let learnt = fix_learner::learn_on(&known, session, &assumptions, gates, None, until)?;
     if learnt.running == ZERO_CORRECTION {
         // the device changes nothing
         return none(case, case.increments(), case.tuned.none_factor);
@@ -218,11 +220,12 @@ pub fn rnn_kalman(case: &Case<'_>, enabled: u8) -> Option<FreeInertial> {
 /// navigation computer aligns with the corrected samples.
 fn stored(case: &Case<'_>) -> Option<FreeInertial> {
     let factor = case.tuned.none_factor;
-    let Some(nets) = case.memory.and_then(Memory::nets) else {
+    let nets = case.memory.and_then(|memory| memory.stored().nets);
+    let Some(Nets { gyro, accel }) = nets else {
         return none(case, case.increments(), factor);
     };
     let session = case.session;
-    let compensator = compensator(session, nets, case.knows.told);
+    let compensator = compensator(session, &[gyro, accel], case.knows.told);
     let corrected = corrected_increments(session, &compensator, 0..session.epochs());
     none(case, &corrected, factor)
 }

@@ -4,7 +4,7 @@ use super::super::prior::{LearnerNet, NAV};
 use lrnn_nostd::learn::kalman::{
     Innovation, Kalman, OUTPUTS, ParameterSet, TRIADS, Transition, Workspace,
 };
-use lrnn_nostd::{NEURONS, Rational, Real, State};
+use lrnn_nostd::{Rational, Real, State};
 
 /// What a bank needs of any hypothesis.
 pub trait Hypothesis<T: Real> {
@@ -39,6 +39,13 @@ pub trait Hypothesis<T: Real> {
     fn log_likelihood(&self) -> f64;
     fn is_healthy(&self) -> bool;
     fn bias_sigma(&self) -> [T; OUTPUTS];
+    fn settle(&mut self, inputs: [[T; 3]; TRIADS]);
+    fn unit_nets(&self) -> [LearnerNet<T>; TRIADS];
+    fn unit_estimate(&self) -> [T; OUTPUTS];
+    fn constant(&self) -> [T; OUTPUTS];
+    fn remember(&mut self, put: &mut dyn FnMut(T));
+    fn turn_on_moments(&self) -> [T; OUTPUTS];
+    fn believe(&mut self, evidence: f64);
 }
 
 impl<L, const N: usize, const PACKED: usize, T> Hypothesis<T>
@@ -116,17 +123,32 @@ where
         Kalman::is_healthy(self)
     }
     fn bias_sigma(&self) -> [T; OUTPUTS] {
-        let mut sigma = [T::ZERO; OUTPUTS];
-        if L::BIASES {
-            let variances = self.covariance().variances().enumerate();
-            let of_triad = NEURONS + L::WEIGHTS;
-            for (at, variance) in variances.filter(|(at, _)| at % of_triad < NEURONS) {
-                let output = at / of_triad * NEURONS + at % of_triad;
-                if let Some(sigma) = sigma.get_mut(output) {
-                    *sigma = variance.sqrt();
-                }
-            }
+        Kalman::bias_sigma(self)
+    }
+    fn settle(&mut self, inputs: [[T; 3]; TRIADS]) {
+        Kalman::settle(self, inputs);
+    }
+    fn unit_nets(&self) -> [LearnerNet<T>; TRIADS] {
+        self.model().unit_nets()
+    }
+    fn unit_estimate(&self) -> [T; OUTPUTS] {
+        let mut estimate = *self.model().estimate();
+        let biases = self.model().biases().as_flattened();
+        for (estimate, &bias) in estimate.iter_mut().zip(biases) {
+            *estimate -= bias;
         }
-        sigma
+        estimate
+    }
+    fn constant(&self) -> [T; OUTPUTS] {
+        self.model().constant()
+    }
+    fn remember(&mut self, put: &mut dyn FnMut(T)) {
+        Kalman::remember(self, put);
+    }
+    fn turn_on_moments(&self) -> [T; OUTPUTS] {
+        Kalman::turn_on_moments(self)
+    }
+    fn believe(&mut self, evidence: f64) {
+        Kalman::believe(self, evidence);
     }
 }

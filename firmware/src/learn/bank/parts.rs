@@ -235,12 +235,12 @@ impl<T: Real> Bank<T> {
             }
             STEP => {
                 if let Some(inputs) = work.inputs {
-                    self.some(SMALL, |h| h.step(inputs));
+                    self.step(SMALL, inputs);
                 }
             }
             part if part == STEP + 1 => {
                 if let Some(inputs) = work.inputs.take() {
-                    self.some(LARGE_ONLY, |h| h.step(inputs));
+                    self.step(LARGE_ONLY, inputs);
                 }
             }
             _ => {}

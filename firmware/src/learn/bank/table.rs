@@ -2,10 +2,11 @@
 //! table, so that a new hypothesis is a new row.
 
 use super::hypothesis::Hypothesis;
-use crate::learn::prior::{Datasheet, LearnerNet, NAV};
+use crate::inputs::Inputs;
+use crate::learn::prior::{Datasheet, LearnerNet, NAV, Shape};
 use lrnn_nostd::learn::kalman::{
-    AllWeights, Biases, FixedWeights, Kalman, NoParameters, OutputWeights, ParameterSet, Prior,
-    TRIADS,
+    AllWeights, FixedWeights, Kalman, NoParameters, OutputWeights, ParameterSet, Prior, TRIADS,
+    UnitBiases, UnitOutput,
 };
 use lrnn_nostd::{Rational, Real};
 
@@ -14,7 +15,8 @@ type Filter<L, const N: usize, const PACKED: usize, T> = Kalman<L, NAV, N, PACKE
 
 macro_rules! hypotheses {
     ($(
-        $slot:ident: $learnt:ty, $parameters:literal, $output:literal, $key:literal, $name:literal;
+        $slot:ident: $learnt:ty, $parameters:literal, $shape:ident $output:literal, $key:literal,
+            $name:literal;
     )+) => {
         /// Number of hypotheses.
         pub const HYPOTHESES: usize = NAMES.len();
@@ -39,15 +41,38 @@ macro_rules! hypotheses {
             /// Begins all of them anew, in place: they should not move over the stack.
             pub fn begin(
                 &mut self,
-                nets: [LearnerNet<T>; TRIADS],
-                sheet: &Datasheet<T>,
+                driven: &[LearnerNet<T>; TRIADS],
+                (sheet, inputs): (&Datasheet<T>, &Inputs),
                 block_s: f64,
                 error_sigma: [T; NAV],
                 error_floor: [T; NAV],
             ) {
-                $(begin(&mut self.$slot, &nets, || {
-                    sheet.prior::<$learnt, $parameters>(block_s, $output, error_sigma, error_floor)
-                });)+
+                let time = sheet.nets(block_s);
+                $(
+                    let nets = match Shape::$shape {
+                        Shape::Time => &time,
+                        Shape::Driven => driven,
+                    };
+                    begin(&mut self.$slot, nets, || {
+                        sheet.prior::<$learnt, $parameters>(
+                            (Shape::$shape, inputs),
+                            block_s,
+                            $output,
+                            error_sigma,
+                            error_floor,
+                        )
+                    });
+                )+
+            }
+
+            /// Gives [`SIX_BIASES`] and [`DRIVEN`] what is known of the unit. False: they take none
+            /// of it.
+            pub fn recall(&mut self, values: &[T], ages: T) -> bool {
+                let Some((biases, driven)) = values.split_at_checked(REMEMBERED[0]) else {
+                    return false;
+                };
+                self.driven.recall(driven.iter().copied(), ages)
+                    && self.biases.recall(biases.iter().copied(), ages)
             }
 
             /// Begins the one that believes these networks.
@@ -78,18 +103,24 @@ macro_rules! hypotheses {
     };
 }
 
-// Slot; what is learnt, and the number of its parameters (six biases and weights); greatest
-// contribution of the networks, in units of the bias; key; name.
+// Slot; what is learnt, and the number of its parameters (biases and weights); what the hidden layers
+// are; greatest contribution of the networks, in units of the bias; key; name.
 // The first believes the sensors; the last is the largest, and its work is done in smaller parts.
 hypotheses! {
-    zero_correction: NoParameters, 0, 0.0, "zero-correction", "zero correction";
-    biases: Biases, 6, 0.0, "biases", "biases";
-    output_narrow: OutputWeights, 24, 0.1, "output-narrow", "output weights, narrow prior";
-    output: OutputWeights, 24, 0.3, "output", "output weights";
-    output_wide: OutputWeights, 24, 1.0, "output-wide", "output weights, wide prior";
-    stored: FixedWeights, 0, 0.0, "stored", "stored networks";
-    all_weights: AllWeights, 132, 0.1, "all-weights", "all weights";
+    zero_correction: NoParameters, 0, Time 0.0, "zero-correction", "zero correction";
+    biases: UnitBiases, 12, Driven 0.0, "biases", "biases";
+    output: OutputWeights, 24, Time 0.3, "output", "output weights, by time";
+    output_wide: OutputWeights, 24, Time 1.0, "output-wide", "output weights, by time, wide prior";
+    driven: UnitOutput, 30, Driven 0.5, "driven", "output layer, by the inputs";
+    stored: FixedWeights, 0, Time 0.0, "stored", "stored networks";
+    all_weights: AllWeights, 132, Driven 0.1, "all-weights", "all weights";
 }
+
+/// Values that [`SIX_BIASES`] and [`DRIVEN`] remember over power-off.
+pub const REMEMBERED: [usize; 2] = [
+    Filter::<UnitBiases, 12, 78, f32>::REMEMBERED,
+    Filter::<UnitOutput, 30, 465, f32>::REMEMBERED,
+];
 
 /// Begins one of them. By itself, so that the stack holds one prior at a time.
 #[inline(never)]
@@ -116,8 +147,19 @@ const fn bits(values: &[f64]) -> u8 {
 /// The hypothesis that believes the sensors.
 pub const ZERO_CORRECTION: usize = 0;
 
-/// The hypothesis that knows six biases and nothing else.
+/// The hypothesis that knows six biases and nothing else: those of the unit, and what is new in
+/// them at this turn-on.
 pub const SIX_BIASES: usize = 1;
+
+/// The hypothesis whose networks are driven by their inputs: the output layer belongs to the unit,
+/// and six biases to this turn-on.
+pub const DRIVEN: usize = 4;
+
+/// Hypotheses that remember the unit over power-off. What the others know is of this turn-on.
+pub const REMEMBERING: [usize; 2] = [SIX_BIASES, DRIVEN];
+
+/// Hypotheses whose networks begin in the steady state of their inputs, one bit each.
+pub const SETTLING: u8 = 1 << DRIVEN | 1 << STORED | 1 << LARGEST;
 
 /// The hypothesis that believes the networks that were stored: they correct this drive, and learn
 /// nothing. It takes part when there are any.

@@ -336,6 +336,11 @@ impl Rehearsal {
         self.chosen
     }
 
+    /// Whether a hypothesis has proved itself, by the last choice.
+    pub fn has_proved(&self, hypothesis: usize) -> bool {
+        self.proved.get(hypothesis).copied().unwrap_or(false)
+    }
+
     /// Whether a hypothesis has been found harmful at some horizon.
     pub fn harms(&self, hypothesis: usize) -> bool {
         self.standing(hypothesis).check < HARMFUL[1]

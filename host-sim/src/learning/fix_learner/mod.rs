@@ -33,6 +33,9 @@ use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
 /// Milliseconds in a GPS week: times of fixes wrap there.
 const WEEK_MS: u64 = 604_800_000;
+/// What has settled is stored once in so many epochs. (The device does so at most every ten minutes,
+/// while the vehicle stands or when it has been settled for five.)
+const KEEP_S: usize = 60;
 /// Milliseconds between fixes.
 const EPOCH_MS: u64 = 1000;
 
@@ -44,19 +47,35 @@ pub struct Device<'m> {
     state: compensator::State,
     /// Number of the last sample, modulo 2^32; the first is 0.
     number: u32,
+    /// What has been stored in this drive for the next power-on.
+    next: Option<Stored>,
 }
 
 impl<'m> Device<'m> {
     /// Begins to learn; the compensator tells how the stream is scaled and timed.
     #[must_use]
     pub fn new(memory: &'m mut FixMemory, settings: Settings, compensator: Compensator) -> Self {
+        Self::knowing(&Stored::default(), memory, settings, compensator)
+    }
+
+    /// The same after earlier drives of the unit.
+    #[must_use]
+    pub fn knowing(
+        stored: &Stored,
+        memory: &'m mut FixMemory,
+        settings: Settings,
+        compensator: Compensator,
+    ) -> Self {
         let mut learner = FixLearner::new(memory, settings);
-        learner.begin(&Nets::NONE, compensator.scale());
+        learner.recall(&stored.memory);
+        let nets = stored.nets.unwrap_or(Nets::NONE);
+        learner.begin(&nets, compensator.scale());
         Self {
             learner,
             state: compensator.power_on(true),
             compensator,
             number: u32::MAX,
+            next: None,
         }
     }
 
@@ -113,8 +132,32 @@ impl<'m> Device<'m> {
             nav,
             running: self.learner.running(),
             evidence: std::array::from_fn(|index| bank.evidence(index)),
+            next: self.next.clone(),
         })
     }
+
+    /// Stores for the next power-on what has settled, if anything has.
+    fn keep(&mut self) {
+        let winner = self.learner.for_next_power_on();
+        let Some(winner) = winner.filter(|winner| winner.settled) else {
+            return;
+        };
+        let mut memory = vec![0; self.learner.remember()];
+        self.learner.write_memory(0, &mut memory);
+        self.next = Some(Stored {
+            nets: Some(winner.nets),
+            memory,
+        });
+    }
+}
+
+/// What the device's store holds of a unit.
+#[derive(Debug, Clone, Default)]
+pub struct Stored {
+    /// Networks that act from power-on.
+    pub nets: Option<Nets>,
+    /// What is known of the unit: [`firmware::learn::unit`]; empty: nothing.
+    pub memory: Vec<u8>,
 }
 
 /// What the device has learnt when the fixes end.
@@ -132,6 +175,8 @@ pub struct Learnt {
     pub running: usize,
     /// Log-likelihoods of the hypotheses, relative to that of the zero correction.
     pub evidence: [f64; HYPOTHESES],
+    /// What it stores for the next power-on; `None`: nothing new.
+    pub next: Option<Stored>,
 }
 
 impl Learnt {
@@ -245,21 +290,36 @@ pub fn learn(
     start: Option<&Start>,
     until: usize,
 ) -> Option<Learnt> {
+    learn_on(&Stored::default(), session, assumptions, gates, start, until)
+}
+
+/// As [`learn`], after earlier drives of the unit.
+#[must_use]
+pub fn learn_on(
+    stored: &Stored,
+    session: &Session,
+    assumptions: &Assumptions,
+    gates: Gates,
+    start: Option<&Start>,
+    until: usize,
+) -> Option<Learnt> {
     let mut memory = Box::new(FixMemory::ZEROED);
-    let mut device = device(&mut memory, session, assumptions, gates);
+    let mut device = device(&mut memory, stored, session, assumptions, gates);
     taught(&mut device, session, assumptions, start, until)
 }
 
 /// A device for a session's stream, with blocks of one epoch.
 fn device<'m>(
     memory: &'m mut FixMemory,
+    stored: &Stored,
     session: &Session,
     assumptions: &Assumptions,
     gates: Gates,
 ) -> Device<'m> {
     let nets = [Nets::NONE.gyro, Nets::NONE.accel];
     let compensator = compensator(session, &nets, assumptions);
-    Device::new(memory, settings(session, assumptions, gates), compensator)
+    let settings = settings(session, assumptions, gates);
+    Device::knowing(stored, memory, settings, compensator)
 }
 
 /// The session up to epoch `until`, and what the device has then learnt.
@@ -301,6 +361,9 @@ fn taught(
         }
         while let Some((_, fix)) = fixes.next_if(|(after, _)| *after <= k + 1) {
             device.fix(&fix);
+        }
+        if (k + 1).is_multiple_of(KEEP_S * n) {
+            device.keep();
         }
     }
     device.learnt()

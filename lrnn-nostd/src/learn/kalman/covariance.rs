@@ -247,6 +247,19 @@ impl<const X: usize, const N: usize, const PACKED: usize, T: Real> Covariance<X,
         self.tt.get(at).copied().unwrap_or(T::ZERO)
     }
 
+    /// Applies what is still deferred.
+    pub fn settle(&mut self) {
+        self.apply_all_deferred();
+    }
+
+    /// Sets the covariance of parameters `i` and `j`; indices beyond N have no effect.
+    pub(super) fn set_parameter(&mut self, i: usize, j: usize, value: T) {
+        let at = packed(i.max(j)) + i.min(j);
+        if let Some(entry) = self.tt.get_mut(at) {
+            *entry = value;
+        }
+    }
+
     /// Measurement update with an observation of navigation error `i`. Adds gain times innovation
     /// to the means. An index beyond X has no effect. P_tt follows in [`Self::apply_deferred`].
     ///

@@ -27,12 +27,13 @@ mod covariance;
 mod deferred;
 mod model;
 mod packed;
+mod remember;
 
 pub use covariance::{Covariance, Innovation, Workspace};
 pub use deferred::{DEFERRED_PARTS, MAX_DEFERRED};
 pub use model::{
     AllWeights, Biases, DiagonalWeights, ErrorModel, FixedWeights, NoParameters, OutputWeights,
-    ParameterSet, Zeroed,
+    ParameterSet, UnitBiases, UnitOutput, Zeroed,
 };
 pub use packed::Row;
 
@@ -81,8 +82,8 @@ pub struct Prior<const X: usize, const N: usize, T = f32> {
     /// Initial standard deviations of the parameters around their first values (see
     /// [`ErrorModel::sigmas`]).
     pub parameter_sigma: [T; N],
-    /// Random walk of each parameter, in its unit per sqrt(s).
-    pub walk: [T; N],
+    /// Random walk of the bias of each output, rad/s or m/s^2 per sqrt(s). Weights do not walk.
+    pub walk: [T; OUTPUTS],
     /// Smallest standard deviation of the navigator's errors; covers the rounding of the navigator.
     pub error_floor: [T; X],
     /// Smallest standard deviation of a parameter, as a fraction of its prior.
@@ -131,7 +132,7 @@ impl<L: ParameterSet, const X: usize, const N: usize, const PACKED: usize, H: Ac
         prior: Prior {
             error_sigma: [T::ZERO; X],
             parameter_sigma: [T::ZERO; N],
-            walk: [T::ZERO; N],
+            walk: [T::ZERO; OUTPUTS],
             error_floor: [T::ZERO; X],
             parameter_floor: T::ZERO,
         },
@@ -209,7 +210,14 @@ impl<L: ParameterSet, const X: usize, const N: usize, const PACKED: usize, H: Ac
                 );
             }
             _ => {
-                let walk = self.prior.walk.map(|walk| square(walk) * block.time);
+                let mut walk = [T::ZERO; N];
+                let of_triad = N / TRIADS;
+                for (output, &of_bias) in self.prior.walk.iter().enumerate() {
+                    let at = output / NEURONS * of_triad + output % NEURONS;
+                    if let (true, Some(walk)) = (L::BIASES, walk.get_mut(at)) {
+                        *walk = square(of_bias) * block.time;
+                    }
+                }
                 self.covariance.finish_propagation(
                     &block.phi,
                     &block.gamma,
@@ -278,6 +286,11 @@ impl<L: ParameterSet, const X: usize, const N: usize, const PACKED: usize, H: Ac
         for (x, &e) in self.x.iter_mut().zip(e) {
             *x -= e;
         }
+    }
+
+    /// The networks begin in the steady state of these inputs: see [`ErrorModel::settle`].
+    pub fn settle(&mut self, inputs: [[T; NEURONS]; TRIADS]) {
+        self.model.settle(inputs);
     }
 
     /// Resets the networks to their power-on state, for a stream that starts again. Learnt
@@ -360,6 +373,11 @@ impl<L: ParameterSet, const X: usize, const N: usize, const PACKED: usize, H: Ac
     /// Natural logarithm of the probability density of all observations scored so far.
     pub fn log_likelihood(&self) -> f64 {
         self.log_likelihood
+    }
+
+    /// Adds to [`Self::log_likelihood`] what earlier drives have shown.
+    pub fn believe(&mut self, log_likelihood: f64) {
+        self.log_likelihood += log_likelihood;
     }
 
     /// False after an overflow or a non-finite number; such a hypothesis must not be used.

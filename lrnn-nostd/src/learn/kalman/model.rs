@@ -35,6 +35,11 @@ pub trait ParameterSet: Copy + Debug + Default + PartialEq + 'static {
     const BIASES: bool;
     /// Number of learnt weights of each network.
     const WEIGHTS: usize;
+    /// Of the learnt weights of a network, the index of the first bias of the output layer, if they
+    /// are learnt: what belongs to the unit, beside the explicit biases of this turn-on.
+    const OUTPUT_BIAS: Option<usize> = None;
+    /// Whether there are networks at all; without, their output is 0.
+    const NETWORK: bool = true;
     /// State that the derivatives need from step to step.
     type Memory<T: Real>: Zeroed;
     /// One value for each parameter of a triad.
@@ -42,6 +47,9 @@ pub trait ParameterSet: Copy + Debug + Default + PartialEq + 'static {
 
     /// Whether the weight with this index is learnt.
     fn is_learnt(index: usize) -> bool;
+
+    /// Makes of any weights those that this set can learn from.
+    fn prepare<T: Real>(_: &mut Weights<T>) {}
 
     /// Steps the network and the state of its derivatives.
     fn step<H: Activation, T: Real>(
@@ -80,6 +88,16 @@ pub struct Biases;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct OutputWeights;
 
+/// Biases of this turn-on, and those of the unit: the biases of the output layer of a network that
+/// has nothing else.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct UnitBiases;
+
+/// Biases of this turn-on, and the output layer of a network that belongs to the unit: its weights
+/// W and its biases (12 of each network). As [`OutputWeights`] it is exactly linear.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct UnitOutput;
+
 /// Biases and the 45 weights that exist in each network with diagonal feedback.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct DiagonalWeights;
@@ -90,6 +108,8 @@ pub struct AllWeights;
 
 /// Index of the first weight W of the output layer.
 const TOP: usize = 2 * PARAMS_PER_LAYER;
+/// Index of the first bias of the output layer.
+const TOP_BIAS: usize = TOP + 2 * NEURONS * NEURONS;
 
 /// Parameter sets without a network: its output is 0.
 macro_rules! without_network {
@@ -97,6 +117,7 @@ macro_rules! without_network {
         impl ParameterSet for $name {
             const BIASES: bool = $biases;
             const WEIGHTS: usize = 0;
+            const NETWORK: bool = false;
             type Memory<T: Real> = ();
             type Own<T: Real> = [T; $own];
 
@@ -146,35 +167,57 @@ impl ParameterSet for FixedWeights {
     fn derivatives<T: Real>(_: &State<T>, (): &(), _: usize, _: T, _: &mut [T]) {}
 }
 
-impl ParameterSet for OutputWeights {
-    const BIASES: bool = true;
-    const WEIGHTS: usize = NEURONS * NEURONS;
-    type Memory<T: Real> = ();
-    type Own<T: Real> = [T; NEURONS + NEURONS * NEURONS];
+/// Parameter sets of which the networks' output is a linear function: y_3,j = sum_q W_jq y_2,q +
+/// b_j. `$weights`: of W, `$biases`: of b, 9 and 3 or none.
+macro_rules! of_output_layer {
+    ($name:ty, $weights:expr, $biases:expr) => {
+        impl ParameterSet for $name {
+            const BIASES: bool = true;
+            const WEIGHTS: usize = $weights + $biases;
+            const OUTPUT_BIAS: Option<usize> = if $biases > 0 { Some($weights) } else { None };
+            type Memory<T: Real> = ();
+            type Own<T: Real> = [T; NEURONS + $weights + $biases];
 
-    fn is_learnt(index: usize) -> bool {
-        (TOP..TOP + NEURONS * NEURONS).contains(&index)
-    }
+            fn is_learnt(index: usize) -> bool {
+                (TOP..TOP + $weights).contains(&index)
+                    || (TOP_BIAS..TOP_BIAS + $biases).contains(&index)
+            }
 
-    fn step<H: Activation, T: Real>(
-        net: &Net<H, Identity, Full, T>,
-        state: &mut State<T>,
-        (): &mut (),
-        input: [T; NEURONS],
-    ) -> Step<T> {
-        net.step(state, input)
-    }
+            fn prepare<T: Real>(weights: &mut Weights<T>) {
+                let [_, _, top] = &mut weights.layers;
+                top.r = [[T::ZERO; NEURONS]; NEURONS];
+                if $weights == 0 {
+                    top.w = [[T::ZERO; NEURONS]; NEURONS];
+                }
+            }
 
-    /// y_3,j = sum_q W_jq y_2,q + b_j
-    fn derivatives<T: Real>(state: &State<T>, (): &(), j: usize, scale: T, row: &mut [T]) {
-        let [_, below, _] = state.layers();
-        if let Some(own) = row.get_mut(NEURONS * j..) {
-            for (entry, &y) in own.iter_mut().zip(below) {
-                *entry = scale * y;
+            fn step<H: Activation, T: Real>(
+                net: &Net<H, Identity, Full, T>,
+                state: &mut State<T>,
+                (): &mut (),
+                input: [T; NEURONS],
+            ) -> Step<T> {
+                net.step(state, input)
+            }
+
+            fn derivatives<T: Real>(state: &State<T>, (): &(), j: usize, scale: T, row: &mut [T]) {
+                let [_, below, _] = state.layers();
+                let (weights, biases) = row.split_at_mut($weights);
+                if let Some(own) = weights.get_mut(NEURONS * j..) {
+                    for (entry, &y) in own.iter_mut().zip(below) {
+                        *entry = scale * y;
+                    }
+                }
+                if let Some(own) = biases.get_mut(j) {
+                    *own = scale;
+                }
             }
         }
-    }
+    };
 }
+of_output_layer!(OutputWeights, NEURONS * NEURONS, 0);
+of_output_layer!(UnitBiases, 0, NEURONS);
+of_output_layer!(UnitOutput, NEURONS * NEURONS, NEURONS);
 
 /// Parameter sets with all weights that exist for the given feedback.
 macro_rules! with_sensitivities {
@@ -276,11 +319,8 @@ impl<L: ParameterSet, const N: usize, H: Activation, T: Real> ErrorModel<L, N, H
     /// As [`ErrorModel::new`], but in place.
     pub fn init(&mut self, nets: &[Net<H, Identity, Full, T>; TRIADS]) {
         self.nets = *nets;
-        if L::WEIGHTS == NEURONS * NEURONS {
-            for net in &mut self.nets {
-                let [_, _, top] = &mut net.weights.layers;
-                top.r = [[T::ZERO; NEURONS]; NEURONS];
-            }
+        for net in &mut self.nets {
+            L::prepare(&mut net.weights);
         }
         self.bias = [[T::ZERO; NEURONS]; TRIADS];
         self.healthy = true;
@@ -301,15 +341,98 @@ impl<L: ParameterSet, const N: usize, H: Activation, T: Real> ErrorModel<L, N, H
             }
             self.estimate[NEURONS * k + j] = self.bias[k][j];
         }
+        if let Some(at) = L::OUTPUT_BIAS {
+            for (k, net) in self.nets.iter().enumerate() {
+                let scale = net.normalisation.output_scale;
+                for (j, first) in net.initial_output().into_iter().enumerate() {
+                    self.estimate[NEURONS * k + j] += first;
+                    let row = self.jacobian[NEURONS * k + j].as_mut();
+                    if let Some(own) = row.get_mut(NEURONS + at + j) {
+                        *own = scale[j];
+                    }
+                }
+            }
+        }
     }
 
-    /// Standard deviations in parameter order, from those of the biases and those of the weights.
-    pub fn sigmas(bias: [[T; NEURONS]; TRIADS], weights: &Weights<T>) -> [T; N] {
+    /// The networks begin in the steady state of these inputs ([`Net::settle`]), before the first
+    /// step.
+    pub fn settle(&mut self, inputs: [[T; NEURONS]; TRIADS]) {
+        if L::NETWORK {
+            let nets = self.nets.iter().zip(&mut self.states);
+            for ((net, state), input) in nets.zip(inputs) {
+                net.settle(state, input);
+            }
+        }
+    }
+
+    /// The learnt weights of both networks, in parameter order.
+    pub fn weights(&self) -> impl Iterator<Item = T> + '_ {
+        self.nets.iter().flat_map(|net| {
+            let all = net.weights.iter().enumerate();
+            all.filter(|(i, _)| L::is_learnt(*i)).map(|(_, weight)| weight)
+        })
+    }
+
+    /// Sets the learnt weights of both networks, in parameter order, until there is no value left.
+    pub fn set_weights(&mut self, values: &mut impl Iterator<Item = T>) {
+        for net in &mut self.nets {
+            let all = net.weights.iter_mut().enumerate();
+            for (_, weight) in all.filter(|(i, _)| L::is_learnt(*i)) {
+                if let Some(value) = values.next() {
+                    *weight = value;
+                }
+            }
+        }
+    }
+
+    /// Of parameter `i`, its index among the learnt weights of both networks; `None` for a bias.
+    pub(super) fn weight_of(i: usize) -> Option<usize> {
+        let biases = if L::BIASES { NEURONS } else { 0 };
+        let triad = i.checked_div(Self::PER_TRIAD)?;
+        let within = (i % Self::PER_TRIAD).checked_sub(biases)?;
+        Some(triad * L::WEIGHTS + within)
+    }
+
+    /// The explicit biases of each triad.
+    pub fn biases(&self) -> &[[T; NEURONS]; TRIADS] {
+        &self.bias
+    }
+
+    /// The part of the estimate that does not depend on the networks' inputs and states: the biases
+    /// of this turn-on, and those of the output layers.
+    pub fn constant(&self) -> [T; OUTPUTS] {
+        let mut all = [T::ZERO; OUTPUTS];
+        for ((own, bias), net) in all.chunks_exact_mut(NEURONS).zip(&self.bias).zip(&self.nets) {
+            let first = net.initial_output();
+            for ((own, &bias), first) in own.iter_mut().zip(bias).zip(first) {
+                *own = bias + first;
+            }
+        }
+        all
+    }
+
+    /// Output scale of one of the six outputs.
+    pub(super) fn output_scale(&self, output: usize) -> T {
+        let net = self.nets.get(output / NEURONS);
+        let scale = net.and_then(|net| net.normalisation.output_scale.get(output % NEURONS));
+        scale.copied().unwrap_or(T::ZERO)
+    }
+
+    /// The networks without the biases of this turn-on: what belongs to the unit.
+    pub fn unit_nets(&self) -> [Net<H, Identity, Full, T>; TRIADS] {
+        self.nets
+    }
+
+    /// Standard deviations in parameter order, from those of the biases and those of the weights
+    /// of both networks.
+    pub fn sigmas(bias: [[T; NEURONS]; TRIADS], weights: &[Weights<T>; TRIADS]) -> [T; N] {
         let mut all = [T::ZERO; N];
         if Self::PER_TRIAD == 0 {
             return all;
         }
-        for (own, bias) in all.chunks_exact_mut(Self::PER_TRIAD).zip(bias) {
+        let triads = all.chunks_exact_mut(Self::PER_TRIAD);
+        for ((own, bias), weights) in triads.zip(bias).zip(weights) {
             let learnt = weights.iter().enumerate().filter(|(i, _)| L::is_learnt(*i));
             let values = bias.into_iter().chain(learnt.map(|(_, sigma)| sigma));
             for (entry, value) in own.iter_mut().zip(values) {
@@ -391,7 +514,7 @@ impl<L: ParameterSet, const N: usize, H: Activation, T: Real> ErrorModel<L, N, H
     pub fn nets(&self) -> [Net<H, Identity, Full, T>; TRIADS] {
         let mut nets = self.nets;
         for (net, bias) in nets.iter_mut().zip(&self.bias) {
-            if !L::BIASES || L::WEIGHTS == 0 {
+            if !L::NETWORK {
                 net.weights = Weights::zero();
             }
             let scale = net.normalisation.output_scale;

@@ -210,7 +210,7 @@ impl<'a, T> Iterator for Rows<'a, T> {
 }
 
 /// Index of the first value of row `i` of a packed matrix.
-pub(super) fn packed(i: usize) -> usize {
+pub(super) const fn packed(i: usize) -> usize {
     i * (i + 1) / 2
 }
 

@@ -1,0 +1,290 @@
+//! What is known of a unit between two drives.
+//!
+//! With [`super::UnitBiases`] and [`super::UnitOutput`] a parameter set has two parts: the biases,
+//! which are new at every turn-on, and weights, which belong to the unit and stay. The mean and the
+//! covariance of the weights are then all that one drive has to tell the next. They are the
+//! marginal of the filter's own mean and covariance, so no smoother is needed: a turn-on bias is a
+//! parameter of its own, and what a drive says of the sum of both is divided between them by their
+//! variances. For a bias that is measured in K drives with the variance R each, with the turn-on
+//! variance T, this is the mean of K measurements with the variance T + R.
+
+use super::{ErrorModel, Kalman, OUTPUTS, ParameterSet, packed};
+use crate::activation::Activation;
+use crate::real::Real;
+use crate::shape::NEURONS;
+
+impl<L: ParameterSet, const X: usize, const N: usize, const PACKED: usize, H: Activation, T: Real>
+    Kalman<L, X, N, PACKED, H, T>
+{
+    /// Number of weights that belong to the unit.
+    const OF_UNIT: usize = super::TRIADS * L::WEIGHTS;
+    /// Number of values that [`Self::remember`] gives.
+    pub const REMEMBERED: usize = Self::OF_UNIT + packed::packed(Self::OF_UNIT);
+
+    /// Gives what is known of the unit: the weights in parameter order, then the lower triangle of
+    /// their covariance, row by row.
+    pub fn remember(&mut self, mut put: impl FnMut(T)) {
+        self.covariance.settle();
+        self.model.weights().for_each(&mut put);
+        let weights = || (0..N).filter(|&i| ErrorModel::<L, N, H, T>::weight_of(i).is_some());
+        for i in weights() {
+            for j in weights().take_while(|&j| j <= i) {
+                put(self.covariance.parameter(i, j));
+            }
+        }
+    }
+
+    /// Takes what [`Self::remember`] gave after an earlier drive in place of the prior of the
+    /// weights. To be called after [`Kalman::init`]; the biases keep their prior. `ages`: what each
+    /// variance has grown by since, as a share of its prior.
+    ///
+    /// Returns false, and changes nothing, when a value is missing or not finite, or a variance is
+    /// not positive or more than four times its prior.
+    pub fn recall(&mut self, values: impl Iterator<Item = T> + Clone, ages: T) -> bool {
+        let unit = |i| ErrorModel::<L, N, H, T>::weight_of(i);
+        let mut covariance = values.clone().skip(Self::OF_UNIT);
+        let (mut good, most) = (0, T::from_f64(4.0));
+        for i in (0..N).filter(|&i| unit(i).is_some()) {
+            let prior = self.prior.parameter_sigma.get(i).map_or(T::ZERO, |&s| s * s);
+            for j in (0..=i).filter(|&j| unit(j).is_some()) {
+                let Some(value) = covariance.next() else {
+                    return false;
+                };
+                let variance = i != j || value > T::ZERO && value <= most * prior;
+                good += usize::from(value.is_finite() && variance);
+            }
+        }
+        let finite = values.clone().take(Self::OF_UNIT).filter(|v| v.is_finite());
+        if good + finite.count() != Self::REMEMBERED {
+            return false;
+        }
+        self.model.set_weights(&mut values.clone());
+        self.model.reset();
+        let mut covariance = values.skip(Self::OF_UNIT);
+        for i in (0..N).filter(|&i| unit(i).is_some()) {
+            for j in (0..=i).filter(|&j| unit(j).is_some()) {
+                let value = covariance.next().unwrap_or(T::ZERO);
+                let sigma = self.prior.parameter_sigma.get(i).map_or(T::ZERO, |&s| s);
+                let aged = if i == j { ages * sigma * sigma } else { T::ZERO };
+                self.covariance.set_parameter(i, j, value + aged);
+            }
+        }
+        true
+    }
+
+    /// The second moment of each bias of this turn-on about zero, by what is known now: the square
+    /// of its mean and its variance. Its mean over axes and drives estimates the variance of the
+    /// turn-on (expectation-maximisation).
+    pub fn turn_on_moments(&self) -> [T; OUTPUTS] {
+        let mut moments = [T::ZERO; OUTPUTS];
+        let variances = self.covariance.variances().enumerate();
+        let of_bias = variances.filter(|(i, _)| {
+            L::BIASES && ErrorModel::<L, N, H, T>::weight_of(*i).is_none()
+        });
+        let biases = self.model.biases().as_flattened().iter();
+        for ((moment, (_, variance)), &bias) in moments.iter_mut().zip(of_bias).zip(biases) {
+            *moment = bias * bias + variance;
+        }
+        moments
+    }
+
+    /// Standard deviation of the sum of the biases of each output: of this turn-on and of the unit;
+    /// zero without biases.
+    pub fn bias_sigma(&self) -> [T; OUTPUTS] {
+        let mut sigma = [T::ZERO; OUTPUTS];
+        if !L::BIASES {
+            return sigma;
+        }
+        let per_triad = N / super::TRIADS;
+        for (output, sigma) in sigma.iter_mut().enumerate() {
+            let (k, j) = (output / NEURONS, output % NEURONS);
+            let bias = k * per_triad + j;
+            let mut variance = self.covariance.parameter(bias, bias);
+            if let Some(at) = L::OUTPUT_BIAS {
+                let own = k * per_triad + NEURONS + at + j;
+                let scale = self.model.output_scale(output);
+                let both = self.covariance.parameter(bias, own);
+                let unit = self.covariance.parameter(own, own);
+                variance += scale * (both + both + scale * unit);
+            }
+            *sigma = variance.sqrt();
+        }
+        sigma
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{Prior, Transition, UnitBiases, UnitOutput};
+    use super::*;
+    use crate::{Full, Identity, Net, Normalisation, Rational, Weights};
+    use std::vec::Vec;
+
+    /// Standard deviation of the unit's bias, of a turn-on's bias, and of a measurement.
+    const UNIT: f64 = 3.0;
+    const TURN_ON: f64 = 0.7;
+    const MEASURED: f64 = 0.4;
+    const SCALE: f64 = 2.0;
+
+    type Six = Kalman<UnitBiases, 6, 12, 78, Rational, f64>;
+
+    fn nets() -> [Net<Rational, Identity, Full, f64>; 2] {
+        let mut scales = Normalisation::identity();
+        scales.output_scale = [SCALE; 3];
+        [Net::new(Weights::zero(), scales); 2]
+    }
+
+    fn begun() -> Six {
+        let mut parameter_sigma = [TURN_ON; 12];
+        for (i, sigma) in parameter_sigma.iter_mut().enumerate() {
+            if i % 6 >= 3 {
+                *sigma = UNIT / SCALE;
+            }
+        }
+        let prior = Prior {
+            error_sigma: [0.0; 6],
+            parameter_sigma,
+            walk: [0.0; 6],
+            error_floor: [0.0; 6],
+            parameter_floor: 0.0,
+        };
+        Kalman::new(ErrorModel::new(nets()), prior)
+    }
+
+    /// A drive in which the sum of each sensor's errors over one second is measured.
+    fn drive(filter: &mut Six, errors: [f64; 6]) {
+        let unit: [[f64; 6]; 6] =
+            core::array::from_fn(|i| core::array::from_fn(|j| f64::from(u8::from(i == j))));
+        let second = Transition {
+            phi: unit,
+            gamma: unit,
+            q: [[0.0; 6]; 6],
+            time: 1.0,
+        };
+        filter.reset_errors(&[0.0; 6]);
+        filter.step([[0.0; 3]; 2]);
+        // the increments were not corrected, so their sums lack the estimate
+        filter.propagate(&second, &[0.0; 6]);
+        for (i, error) in errors.into_iter().enumerate() {
+            let innovation = filter.innovation(i, -error, MEASURED * MEASURED);
+            filter.update(i, innovation);
+        }
+        filter.finish_update();
+    }
+
+    /// What is known after K drives is the mean of K measurements, each with the variance of the
+    /// turn-on and that of the measurement.
+    #[test]
+    fn k_drives_are_k_measurements_of_the_unit() {
+        let draws = [1.3, 2.9, 1.8, 2.4, 0.9, 3.1];
+        let mut known: Option<Vec<f64>> = None;
+        for (k, &z) in draws.iter().enumerate() {
+            let mut filter = begun();
+            if let Some(known) = &known {
+                assert!(filter.recall(known.iter().copied(), 0.0));
+            }
+            drive(&mut filter, [z; 6]);
+            let mut values = Vec::new();
+            filter.remember(|value| values.push(value));
+            assert_eq!(values.len(), Six::REMEMBERED);
+
+            let n = (k + 1) as f64;
+            let each = TURN_ON * TURN_ON + MEASURED * MEASURED;
+            let variance = 1.0 / (1.0 / (UNIT * UNIT) + n / each);
+            let sum: f64 = draws.iter().take(k + 1).sum();
+            let mean = variance / each * sum;
+            for i in 0..6 {
+                assert!((values[i] * SCALE - mean).abs() < 1e-12, "{k} {i}");
+                let own = values[6 + packed::packed(i) + i] * SCALE * SCALE;
+                assert!((own - variance).abs() < 1e-12, "{k} {i}");
+            }
+            // what the drive knows of the sum: with one more measurement
+            let sigma = filter.bias_sigma()[0];
+            let before = 1.0 / (1.0 / (UNIT * UNIT) + (n - 1.0) / each) + TURN_ON * TURN_ON;
+            let after = 1.0 / (1.0 / before + 1.0 / (MEASURED * MEASURED));
+            assert!((sigma * sigma - after).abs() < 1e-12);
+            known = Some(values);
+        }
+    }
+
+    /// The moments of many turn-ons of a known unit have the variance of the turn-on as their mean,
+    /// whatever the filter believes, when each measurement is good.
+    #[test]
+    fn moments_are_those_of_the_turn_ons() {
+        let mut known = Vec::new();
+        for k in 0..300 {
+            let mut filter = begun();
+            if k > 0 {
+                assert!(filter.recall(known.iter().copied(), 0.0));
+            }
+            drive(&mut filter, [0.7 * f64::from(k % 3 - 1); 6]);
+            known.clear();
+            filter.remember(|value| known.push(value));
+        }
+        let (mut sum, mut squares) = (0.0, 0.0);
+        for k in 0..50 {
+            let t = 0.2 * f64::from(k % 7 - 3);
+            let mut filter = begun();
+            assert!(filter.recall(known.iter().copied(), 0.0));
+            for _ in 0..400 {
+                drive(&mut filter, [t; 6]);
+            }
+            sum += filter.turn_on_moments().iter().sum::<f64>() / 6.0;
+            squares += t * t;
+        }
+        assert!((sum / squares - 1.0).abs() < 0.1, "{sum} {squares}");
+    }
+
+    #[test]
+    fn ageing_widens_and_bad_values_are_not_taken() {
+        let mut filter = begun();
+        drive(&mut filter, [1.0; 6]);
+        let mut values = Vec::new();
+        filter.remember(|value| values.push(value));
+        let mut aged = begun();
+        assert!(aged.recall(values.iter().copied(), 0.01));
+        let mut after = Vec::new();
+        aged.remember(|value| after.push(value));
+        let grown = after[6] - values[6];
+        assert!((grown - 0.01 * (UNIT / SCALE).powi(2)).abs() < 1e-12);
+        assert_eq!(after[7], values[7]);
+
+        let fresh = begun();
+        for (at, bad) in [(0, f64::NAN), (6, 0.0), (6, -1.0), (6, 1e3), (8, f64::INFINITY)] {
+            let mut wrong = values.clone();
+            wrong[at] = bad;
+            let mut filter = begun();
+            assert!(!filter.recall(wrong.iter().copied(), 0.0), "{at} {bad}");
+            assert_eq!(filter, fresh);
+        }
+        let mut filter = begun();
+        assert!(!filter.recall(values[1..].iter().copied(), 0.0));
+        assert_eq!(filter, fresh);
+    }
+
+    /// The rows of J against differences of the estimate by each parameter.
+    #[test]
+    fn the_output_layer_is_linear() {
+        type Model = ErrorModel<UnitOutput, 30, Rational, f64>;
+        let weights: Weights<f64> = Weights::from_fn(|i| 0.1 * ((i * 5 % 11) as f64 - 5.0));
+        let mut scales = Normalisation::identity();
+        scales.output_scale = [2.0, 0.5, 3.0];
+        let mut model = Model::new([Net::new(weights, scales); 2]);
+        let inputs = [[0.3, -0.2, 0.9], [1.0, 0.1, -0.4]];
+        let steps = |model: &mut Model| (0..3).map(|_| model.step(inputs)).last();
+        let first = steps(&mut model).expect("three steps");
+        for parameter in 0..30 {
+            let mut other = Model::new([Net::new(weights, scales); 2]);
+            let mut change = [0.0; 30];
+            change[parameter] = -1.0;
+            other.subtract(&change);
+            let moved = steps(&mut other).expect("three steps");
+            for output in 0..6 {
+                let mut unit = [0.0; 30];
+                unit[parameter] = 1.0;
+                let derivative = model.jacobian(output).dot(&unit);
+                assert!((moved[output] - first[output] - derivative).abs() < 1e-12);
+            }
+        }
+    }
+}

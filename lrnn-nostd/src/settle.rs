@@ -1,0 +1,126 @@
+//! The state that a network reaches when its input stays as it is.
+//!
+//! Inputs that drive an error, such as a temperature, are there before power-on: a sensor that has
+//! been off for hours, or that was switched off and on again, is in equilibrium with what its
+//! thermometer reads. So a network with such inputs begins in its steady state, not in the zero
+//! state, whose transient would be a warm-up that the sensor does not have.
+
+use crate::activation::Activation;
+use crate::infer::Net;
+use crate::real::{Real, all_finite};
+use crate::shape::{Feedback, NEURONS};
+use crate::state::State;
+use crate::weights::Layer;
+
+/// Newton steps of a layer. Each unit is solved for itself with the others as they are; feedback
+/// between units converges as far as these steps go.
+const STEPS: usize = 32;
+
+impl<H: Activation, O: Activation, F: Feedback, T: Real> Net<H, O, F, T> {
+    /// Sets the state to the one that the network reaches under a constant `input` (physical
+    /// units, as for [`Net::step`]). A state that is not finite is not taken: the old one stays.
+    pub fn settle(&self, state: &mut State<T>, input: [T; NEURONS]) {
+        let u = self.normalisation.input(input);
+        let [one, two, three] = &self.weights.layers;
+        let first = steady::<H, F, T>(one, &u);
+        let second = steady::<H, F, T>(two, &first);
+        let third = steady::<O, F, T>(three, &second);
+        let y = [first, second, third];
+        if all_finite(y.as_flattened()) {
+            state.y = y;
+        }
+    }
+}
+
+/// The solution of y = f(W below + R y + b), found from y = 0.
+#[inline(never)]
+fn steady<A: Activation, F: Feedback, T: Real>(
+    layer: &Layer<T>,
+    below: &[T; NEURONS],
+) -> [T; NEURONS] {
+    let mut y = [T::ZERO; NEURONS];
+    let mut constant = layer.b;
+    for (c, row) in constant.iter_mut().zip(&layer.w) {
+        for (&w, &input) in row.iter().zip(below) {
+            *c += w * input;
+        }
+    }
+    if !all_finite(&constant) {
+        return constant;
+    }
+    for _ in 0..STEPS {
+        for p in 0..NEURONS {
+            let mut x = constant[p];
+            for q in 0..NEURONS {
+                if F::FULL || p == q {
+                    x += layer.r[p][q] * y[q];
+                }
+            }
+            let now = A::apply(x);
+            // below 1: otherwise the unit has no stable state, and stays
+            let against = T::ONE - A::slope(now) * layer.r[p][p];
+            if against > T::ZERO {
+                y[p] += (now - y[p]) / against;
+            }
+        }
+    }
+    y
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::normalisation::Normalisation;
+    use crate::{Full, Identity, Rational, Weights};
+
+    /// A network with slow units: after very many steps with one input its state is the settled
+    /// one.
+    #[test]
+    fn the_steady_state_is_where_many_steps_end() {
+        let mut weights: Weights<f64> = Weights::from_fn(|i| 0.11 * ((i * 7 % 13) as f64 - 6.0));
+        for (layer, leak) in weights.layers.iter_mut().zip([0.5, 0.01, 0.6]) {
+            layer.r = layer.r.map(|row| row.map(|r| 0.1 * leak * r));
+            for (p, row) in layer.r.iter_mut().enumerate() {
+                row[p] = 1.0 - leak;
+            }
+            if leak < 0.1 {
+                layer.w = layer.w.map(|row| row.map(|w| w * leak * 0.05));
+                layer.b = layer.b.map(|b| b * leak * 0.05);
+            }
+        }
+        let scales = Normalisation {
+            input_offset: [25.0, 0.0, 0.0],
+            input_scale: [1.0 / 30.0, 60.0, 2.0],
+            output_scale: [2.0; 3],
+        };
+        let net: Net<Rational, Identity, Full, f64> = Net::new(weights, scales);
+        for input in [[25.0, 0.0, 0.0], [48.0, 0.01, 0.3], [-10.0, -0.02, 1.5]] {
+            let mut settled = State::new();
+            net.settle(&mut settled, input);
+            let mut stepped = State::new();
+            for _ in 0..20_000 {
+                let _ = net.step(&mut stepped, input);
+            }
+            let pairs = settled.y.as_flattened().iter();
+            for (a, b) in pairs.zip(stepped.y.as_flattened()) {
+                assert!((a - b).abs() < 1e-6, "{settled:?} {stepped:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn an_unstable_or_infinite_network_keeps_its_state() {
+        let mut weights = Weights::from_fn(|_| 0.1);
+        weights.layers[0].b[1] = f32::INFINITY;
+        let net: Net = Net::new(weights, Normalisation::identity());
+        let mut state = State::new();
+        net.settle(&mut state, [f32::NAN; 3]);
+        assert!(state.y.as_flattened().iter().all(|y| *y == 0.0));
+        let mut weights = Weights::zero();
+        weights.layers[2].r = [[3.0; 3]; 3];
+        weights.layers[2].b = [1.0; 3];
+        let net: Net = Net::new(weights, Normalisation::identity());
+        net.settle(&mut state, [0.0; 3]);
+        assert!(state.y.as_flattened().iter().all(|y| y.is_finite()));
+    }
+}
