@@ -15,8 +15,8 @@ pub mod kernel;
 pub mod learn;
 pub mod normalisation;
 pub mod real;
-pub mod shape;
 mod settle;
+pub mod shape;
 pub mod state;
 pub mod weights;
 

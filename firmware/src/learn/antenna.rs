@@ -126,8 +126,13 @@ impl Antenna {
     }
 
     fn prior(&self, sheet: &Datasheet, block_s: f64) -> Prior<STATES, OUTPUTS> {
-        let of: Prior<NAV, OUTPUTS> =
-            sheet.prior::<Biases, OUTPUTS>((Shape::Time, &OWN), block_s, 0.0, [1.0; NAV], bank::error_floor());
+        let of: Prior<NAV, OUTPUTS> = sheet.prior::<Biases, OUTPUTS>(
+            (Shape::Time, &OWN),
+            block_s,
+            0.0,
+            [1.0; NAV],
+            bank::error_floor(),
+        );
         let mut floor = FLOOR;
         for (floor, sigma) in floor.iter_mut().zip(self.sigma) {
             *floor = floor.min(sigma);

@@ -25,8 +25,8 @@ pub use table::{
 };
 
 use super::prior::{Datasheet, LearnerNet, NAV, Shape, shaped};
-use crate::inputs::settles;
 use crate::fix::OBSERVATIONS;
+use crate::inputs::settles;
 use crate::inputs::{Inputs, OWN};
 use hypothesis::Hypothesis;
 use lrnn_nostd::learn::kalman::{FixedWeights, OUTPUTS, TRIADS};
@@ -94,13 +94,8 @@ impl<T: Real> Bank<T> {
         error_sigma: [T; NAV],
         gates: Gates<T>,
     ) {
-        self.hypotheses.begin(
-            driven,
-            (sheet, inputs),
-            block_s,
-            error_sigma,
-            error_floor(),
-        );
+        self.hypotheses
+            .begin(driven, (sheet, inputs), block_s, error_sigma, error_floor());
         let [g, a] = [sheet.gyro_bias, sheet.accel_bias];
         self.unmodelled = [g, g, g, a, a, a];
         self.gates = gates;

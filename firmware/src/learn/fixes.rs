@@ -246,10 +246,16 @@ impl<'m> FixLearner<'m> {
     fn best_of_unit(&self) -> Option<usize> {
         let bank = &self.memory.bank;
         let worth = |h: usize| {
-            let stays = if h == self.of_unit { self.settings.gates.better } else { 0.0 };
+            let stays = if h == self.of_unit {
+                self.settings.gates.better
+            } else {
+                0.0
+            };
             bank.score(h) + stays
         };
-        let proved = REMEMBERING.into_iter().filter(|&h| self.rehearsal.has_proved(h));
+        let proved = REMEMBERING
+            .into_iter()
+            .filter(|&h| self.rehearsal.has_proved(h));
         proved.max_by(|&a, &b| worth(a).total_cmp(&worth(b)))
     }
 
@@ -496,7 +502,8 @@ impl Learner for FixLearner<'_> {
         self.recent.block(block, self.settings.sheet.range);
         let [gyro, accel] = &self.settings.inputs;
         let sources = &block.sources;
-        self.work.step([sources.select(gyro), sources.select(accel)]);
+        self.work
+            .step([sources.select(gyro), sources.select(accel)]);
         if let (true, Some(stream)) = (self.course.navigates(), &self.stream) {
             let (seconds, [low, high]) = &mut self.covered;
             *seconds += stream.block_s();
@@ -583,7 +590,8 @@ impl Learner for FixLearner<'_> {
         }
         let Memory { bank } = &mut *self.memory;
         let (sheet, driven) = (&self.settings.sheet, &self.driven);
-        self.unit.remember(&self.base, bank, sheet, driven, self.covered);
+        self.unit
+            .remember(&self.base, bank, sheet, driven, self.covered);
         unit::LEN
     }
 

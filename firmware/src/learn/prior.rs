@@ -159,9 +159,8 @@ pub fn driven<T: Real>(which: &[Source; 3], output: f64, bias: f64) -> [Weights<
 #[must_use]
 pub fn is_alive<T: Real>(weights: &Weights<T>) -> bool {
     let [input, middle, _] = &weights.layers;
-    let passes = |p: usize, q: usize| {
-        (0..3).any(|m| middle.w[p][m] != T::ZERO && input.w[m][q] != T::ZERO)
-    };
+    let passes =
+        |p: usize, q: usize| (0..3).any(|m| middle.w[p][m] != T::ZERO && input.w[m][q] != T::ZERO);
     (0..3).all(|p| (0..3).any(|q| passes(p, q))) && (0..3).all(|q| (0..3).any(|p| passes(p, q)))
 }
 
@@ -207,7 +206,9 @@ impl<T: Real> Datasheet<T> {
         let (to, [rate, force]) = (T::from_f64, self.range.map(|range| T::ONE / range));
         let [x, y, z] = self.gravity;
         let of = |source: Source| match source {
-            Source::RateX | Source::RateY | Source::RateZ | Source::RateMagnitude => (T::ZERO, rate),
+            Source::RateX | Source::RateY | Source::RateZ | Source::RateMagnitude => {
+                (T::ZERO, rate)
+            }
             Source::ForceX => (x, force),
             Source::ForceY => (y, force),
             Source::ForceZ => (z, force),

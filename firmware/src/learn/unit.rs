@@ -153,7 +153,11 @@ impl Unit {
             6 => head.count,
             7 => head.evidence,
             8 => return head.shape.to_le_bytes(),
-            _ => self.values.get(index - HEAD / 4).copied().unwrap_or_default(),
+            _ => self
+                .values
+                .get(index - HEAD / 4)
+                .copied()
+                .unwrap_or_default(),
         };
         number.to_le_bytes()
     }
@@ -176,7 +180,11 @@ impl Unit {
         (seconds, degc): (f32, [f32; 2]),
     ) {
         let evidence = bank.score(DRIVEN) - bank.score(SIX_BIASES);
-        let evidence = if evidence.is_finite() { evidence as f32 } else { 0.0 };
+        let evidence = if evidence.is_finite() {
+            evidence as f32
+        } else {
+            0.0
+        };
         let of = if evidence > 0.0 { DRIVEN } else { SIX_BIASES };
         let moments = bank.turn_on_moments(of);
         let (gyro, accel) = moments.split_at(3);

@@ -93,11 +93,6 @@ impl Memory {
         let told = case.knows.told;
         let learnt =
             fix_learner::learn_on(&self.stored, case.session, told, gates, None, case.until)?;
-        if std::env::var("DBG").is_ok() {
-
-            let n = learnt.next.as_ref().and_then(|n| n.nets);
-            eprintln!("running {} evidence {:.1?} next {} b3 {:?}", learnt.running, learnt.evidence, n.is_some(), n.map(|n| [n.gyro.weights.layers[2].b, n.accel.weights.layers[2].b, n.gyro.weights.layers[2].w[0]]));
-        }
         if let Some(next) = learnt.next {
             self.stored = next;
         }

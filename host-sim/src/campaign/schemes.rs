@@ -346,7 +346,7 @@ pub fn rnn_increments<'a>(case: &Case<'a>) -> Option<Cow<'a, [Increment]>> {
     if learnt.promoted == silent {
         return Some(Cow::Borrowed(case.increments()));
     }
-    let compensator = compensator(session, &learnt.nets, &assumptions);
+    let compensator = compensator(session, &learnt.nets, &learnt.assumptions);
     let increments = corrected_increments(session, &compensator, 0..session.epochs());
     Some(Cow::Owned(increments))
 }
@@ -406,9 +406,9 @@ mod tests {
     fn ablations_are_the_documented_parts_of_the_bank() {
         let want = [
             ("only-biases", 0b00_0010),
-            ("only-output-narrow", 0b00_0100),
-            ("only-output", 0b00_1000),
-            ("only-output-wide", 0b01_0000),
+            ("only-output", 0b00_0100),
+            ("only-output-wide", 0b00_1000),
+            ("only-driven", 0b01_0000),
             ("only-all-weights", 0b100_0000),
             ("no-networks", 0b00_0011),
         ];

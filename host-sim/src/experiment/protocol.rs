@@ -199,7 +199,7 @@ fn solutions(
     let mut turned = run.referenced(0);
     turned.q_bn *= mounting(&learnt.lesson, &learnt.nominal);
     let mut out: Vec<(&str, FreeInertial)> = Vec::new();
-    for (scheme, increments) in corrected(&run, &learnt.fitted, a) {
+    for (scheme, increments) in corrected(&run, &learnt.fitted) {
         let nav = match (follows, scheme) {
             (true, _) => {
                 let filter = aided(&run, &increments, ErrorModel::default(), settings, from)?;
@@ -252,14 +252,14 @@ fn mounting(lesson: &Session, nominal: &Nominal) -> UnitQuaternion<f64> {
 }
 
 /// Increments of the schemes that need no filter of their own.
-fn corrected(
-    run: &Session,
-    fitted: &FittedNetworks,
-    a: &Assumptions,
-) -> [(&'static str, Vec<Increment>); 4] {
+fn corrected(run: &Session, fitted: &FittedNetworks) -> [(&'static str, Vec<Increment>); 4] {
     let raw = run.increments();
     let linear = |m: &LinearModel| raw.iter().map(|w| m.correct(w, run.dt)).collect();
-    let nets = corrected_increments(run, &compensator(run, &fitted.nets, a), 0..run.epochs());
+    let nets = corrected_increments(
+        run,
+        &compensator(run, &fitted.nets, &fitted.assumptions),
+        0..run.epochs(),
+    );
     [
         ("raw", raw.clone()),
         ("ls-bias", linear(&fitted.bias)),

@@ -12,15 +12,25 @@ use crate::inertial::sins::Increment;
 use crate::inertial::units::{DEG_PER_H, UG};
 use crate::learning::baseline::LinearModel;
 use crate::learning::fit::{FittedNetworks, fit};
+use crate::learning::fix_learner::{Stored, learn_on};
 use crate::learning::teacher::Assumptions;
-use crate::learning::window::{Compensated, compensate, compensator};
+use crate::learning::window::{Compensated, compensate, compensator, corrected_increments};
 use crate::simulator::imu::ImuSpec;
 use crate::simulator::session::{SessionConfig, simulate_drive};
+use firmware::learn::bank::Gates;
+use firmware::model::Nets;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
+use rayon::prelude::*;
+use std::iter;
 
 /// Minutes of free-inertial navigation at which the table is taken, as in the paper.
 pub const TIMES_MIN: [u32; 5] = [5, 10, 15, 20, 22];
+
+/// Earlier drives after which the device is judged: their numbers, and its names then. In each it
+/// learns from fixes. In the judged drive there are none, and what it has stored corrects from
+/// power-on.
+const DEVICE: [(u32, &str); 2] = [(1, "device, 1"), (4, "device, 4")];
 
 /// What the caller chooses beside the scenario.
 #[derive(Debug, Clone, Copy)]
@@ -38,6 +48,8 @@ pub struct Sessions<'a> {
     unit: u64,
     learn: [u64; 2],
     test: [u64; 2],
+    /// Earlier drives beside the one to learn from.
+    more: Vec<[u64; 2]>,
 }
 
 /// Draws the seeds of the device and of turn-on and road of both sessions.
@@ -46,12 +58,15 @@ pub fn sessions(scenario: &Scenario, seed: u64) -> Sessions<'_> {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let mut next = || rng.random();
     let (unit, learn, test) = (next(), [next(), next()], [next(), next()]);
+    let most = DEVICE.iter().map(|(drives, _)| *drives).max().unwrap_or(1);
+    let more = (1..most).map(|_| [next(), next()]).collect();
     Sessions {
         scenario,
         imu: scenario.imu_spec(),
         unit,
         learn,
         test,
+        more,
     }
 }
 
@@ -66,13 +81,16 @@ impl Sessions<'_> {
     /// second.
     #[must_use]
     pub fn simulate_with_fixes(&self, learning: bool) -> (Session, Vec<(f64, Fix)>) {
+        if learning {
+            self.drive(&self.scenario.learn, self.learn)
+        } else {
+            self.drive(&self.scenario.test, self.test)
+        }
+    }
+
+    fn drive(&self, drive: &DriveSpec, [turn_on, road]: [u64; 2]) -> (Session, Vec<(f64, Fix)>) {
         let s = self.scenario;
         let gnss = s.receiver();
-        let (drive, [turn_on, road]) = if learning {
-            (&s.learn, self.learn)
-        } else {
-            (&s.test, self.test)
-        };
         let config = SessionConfig {
             imu: &self.imu,
             gnss: &gnss,
@@ -125,8 +143,15 @@ pub fn run(
     )
     .ok_or_else(|| scenario.no_attitude())?;
     progress("navigating the second drive");
-    let test = test.as_ref().unwrap_or(&learn);
-    let judged = judge(test, &learnt).ok_or_else(|| scenario.no_attitude())?;
+    let judged_on = test.as_ref().unwrap_or(&learn);
+    let mut judged = judge(judged_on, &learnt).ok_or_else(|| scenario.no_attitude())?;
+    if test.is_some() {
+        progress("the device on earlier drives");
+        for (name, free) in device(&sessions, &learn, judged_on, &assumptions) {
+            judged.add(name, free);
+        }
+    }
+    let test = judged_on;
 
     let mut set_up = set_up(scenario, imu, options);
     set_up.push((
@@ -153,6 +178,37 @@ pub fn run(
         "The vertical channel is damped with the reference height (a perfect barometer) in every scheme; the table is horizontal.".into(),
     );
     Ok(report)
+}
+
+/// The device after each number of [`DEVICE`] of earlier drives, of which `first` is the first.
+/// What it has not learnt, because a standstill shows no attitude or nothing proves itself, it does
+/// not correct.
+fn device(
+    sessions: &Sessions<'_>,
+    first: &Session,
+    judged: &Session,
+    assumptions: &Assumptions,
+) -> Vec<(&'static str, FreeInertial)> {
+    let spec = &sessions.scenario.learn;
+    let more: Vec<Session> = (sessions.more.par_iter())
+        .map(|seeds| sessions.drive(spec, *seeds).0)
+        .collect();
+    let (mut stored, mut out) = (Stored::default(), Vec::new());
+    for (number, drive) in (1..).zip(iter::once(first).chain(&more)) {
+        let (gates, until) = (Gates::default(), drive.epochs());
+        let learnt = learn_on(&stored, drive, assumptions, gates, None, until);
+        if let Some(next) = learnt.and_then(|learnt| learnt.next) {
+            stored = next;
+        }
+        let named = DEVICE.iter().find(|(drives, _)| *drives == number);
+        let Nets { gyro, accel } = stored.nets.unwrap_or(Nets::NONE);
+        if let Some((_, name)) = named {
+            let compensator = compensator(judged, &[gyro, accel], assumptions);
+            let corrected = corrected_increments(judged, &compensator, 0..judged.epochs());
+            out.extend(aligned_free_inertial(judged, &corrected).map(|free| (*name, free)));
+        }
+    }
+    out
 }
 
 /// All schemes on one session.

@@ -10,6 +10,7 @@ use crate::learning::window::{
     Inputs, NetworkSpec, Taught, compensator, corrected_counts, increments_from, inputs,
     normalisation, silent, teach,
 };
+use firmware::inputs::OWN;
 use firmware::sample::Counts;
 use lrnn_nostd::Net;
 use nalgebra::Vector3;
@@ -76,10 +77,12 @@ pub fn fit_from(
     session: &Session,
     increments: &[Increment],
     nominal: &Nominal,
-    assumptions: Assumptions,
+    mut assumptions: Assumptions,
     spec: &NetworkSpec,
     hold_back: bool,
 ) -> FittedNetworks {
+    // the paper's networks see their own triads, whatever drives those of the device
+    assumptions.inputs = OWN;
     let total = nominal.records.len();
     let learnt = if hold_back {
         total - (total as f64 * spec.held_back) as usize

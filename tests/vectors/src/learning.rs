@@ -3,8 +3,9 @@
 use core::hint::black_box;
 
 use firmware::fix::{Fix, OBSERVATIONS};
+use firmware::inputs::OWN;
 use firmware::learn::bank::{Bank, Gates, Work};
-use firmware::learn::prior::{All, NAV};
+use firmware::learn::prior::{All, LearnerNet, NAV, Shape, shaped};
 use firmware::learn::{Antenna, Settings};
 use firmware::nav::Navigator;
 use lrnn_nostd::Rational;
@@ -78,9 +79,16 @@ fn inputs([x, y, z]: [f32; 3]) -> [[f32; 3]; 2] {
     [[x * 1e-3, y * 1e-3, z * 1e-3], [x * 0.01, y * 0.01, -9.8]]
 }
 
+/// Networks of the built-in shape, driven by their own triads.
+fn driven() -> [LearnerNet<f32>; 2] {
+    let sheet = Settings::MEDIUM.sheet;
+    shaped(&sheet.nets(1.0), &sheet, &OWN)
+}
+
 fn prior<L: ParameterSet, const N: usize>() -> Prior<NAV, N> {
     let sheet = Settings::MEDIUM.sheet;
-    sheet.prior::<L, N>(1.0, 0.1, ERROR_SIGMA, [1e-7; NAV])
+    let of = (Shape::Driven, &OWN);
+    sheet.prior::<L, N>(of, 1.0, 0.1, ERROR_SIGMA, [1e-7; NAV])
 }
 
 impl LearnerStepWork {
@@ -90,7 +98,7 @@ impl LearnerStepWork {
     /// Initialises at rest.
     pub fn begin(&mut self) {
         let prior = prior::<AllWeights, 132>();
-        self.0.init(&Settings::MEDIUM.sheet.nets(1.0), &prior);
+        self.0.init(&driven(), &prior);
     }
 
     /// One repetition.
@@ -112,7 +120,7 @@ impl<L: ParameterSet, const N: usize, const PACKED: usize> FixWork<L, N, PACKED>
     /// Initialises at rest, with one step of the networks.
     pub fn begin(&mut self) {
         let prior = prior::<L, N>();
-        self.filter.init(&Settings::MEDIUM.sheet.nets(1.0), &prior);
+        self.filter.init(&driven(), &prior);
         self.filter.step(inputs([1.0, -1.0, 0.5]));
         self.block = second();
     }
@@ -144,7 +152,9 @@ impl LearnerSecondWork {
     /// Initialises at rest.
     pub fn begin(&mut self) {
         let sheet = Settings::MEDIUM.sheet;
-        self.bank.begin(&sheet, 1.0, ERROR_SIGMA, Gates::USUAL);
+        let of = (&sheet, &OWN);
+        self.bank
+            .begin(of, &driven(), 1.0, ERROR_SIGMA, Gates::USUAL);
         self.work.clear();
         self.block = second();
     }

@@ -77,7 +77,7 @@ impl Learnt {
             ("ls-bias", _) => Correction::Linear(self.fitted.bias),
             ("ls-3x3", _) => Correction::Linear(self.fitted.linear),
             ("rnn", _) => {
-                let compensator = compensator(session, &self.fitted.nets, a);
+                let compensator = compensator(session, &self.fitted.nets, &self.fitted.assumptions);
                 let mut errors = vec![compensator.power_on(false).estimate()];
                 errors.extend(compensate(session, &compensator).estimates);
                 Correction::Epochs(errors)

@@ -290,7 +290,14 @@ pub fn learn(
     start: Option<&Start>,
     until: usize,
 ) -> Option<Learnt> {
-    learn_on(&Stored::default(), session, assumptions, gates, start, until)
+    learn_on(
+        &Stored::default(),
+        session,
+        assumptions,
+        gates,
+        start,
+        until,
+    )
 }
 
 /// As [`learn`], after earlier drives of the unit.

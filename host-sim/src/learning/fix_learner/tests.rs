@@ -48,7 +48,13 @@ fn with_receiver(gnss: &GnssSpec, model: ErrorModelName, seed: u64) -> (Session,
 /// Calls `act` with a device that has learnt from the first 300 fixes.
 fn with_device(session: &Session, assumptions: &Assumptions, act: impl FnOnce(&mut Device<'_>)) {
     let mut memory = Box::new(FixMemory::ZEROED);
-    let mut device = device(&mut memory, session, assumptions, Gates::default());
+    let mut device = device(
+        &mut memory,
+        &Stored::default(),
+        session,
+        assumptions,
+        Gates::default(),
+    );
     assert!(taught(&mut device, session, assumptions, None, 300).is_some());
     act(&mut device);
 }

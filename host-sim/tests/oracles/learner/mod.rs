@@ -5,8 +5,9 @@ mod f64_learner;
 
 use dense::DenseReference;
 use f64_learner::F64Learner;
+use firmware::inputs::OWN;
 use firmware::learn::bank::{ALL, Gates, HYPOTHESES, ZERO_CORRECTION};
-use firmware::learn::prior::{All, NAV, weights};
+use firmware::learn::prior::{All, NAV, Shape, weights};
 use host_sim::inertial::earth::Geodetic;
 use host_sim::inertial::ekf::ErrorModel;
 use host_sim::inertial::session::Session;
@@ -20,7 +21,7 @@ use host_sim::simulator::session::{SessionConfig, simulate};
 use lrnn_nostd::learn::kalman::{
     AllWeights, ErrorModel as Networks, Kalman, NoParameters, OutputWeights, Prior, Transition,
 };
-use lrnn_nostd::{Rational, Real, Weights};
+use lrnn_nostd::{Rational, Real};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
@@ -75,6 +76,12 @@ fn block(rng: &mut ChaCha8Rng) -> Transition<NAV, f64> {
     block
 }
 
+/// The walk of each of 132 parameters: the first three of a triad's 66 are its biases.
+fn walks(of_biases: &[f64; 6]) -> Vec<f64> {
+    let at = |i: usize| (i % 66 < 3).then(|| of_biases[i / 66 * 3 + i % 66]);
+    (0..132).map(|i| at(i).unwrap_or(0.0)).collect()
+}
+
 /// The filter of all weights, in `T`, beside the dense reference over random blocks. Gives the
 /// largest difference of an estimate in units of the output scale, and of a standard deviation
 /// relative to itself.
@@ -82,10 +89,13 @@ fn difference<T: Real>(fixes: usize) -> (f64, f64) {
     let (_, assumptions) = session(ErrorModelName::Linear, 1);
     let sheet = datasheet(&assumptions);
     let error_sigma = [1e-3, 1e-3, 1e-2, 0.1, 0.1, 0.1, 1.0, 1.0, 1.0];
-    let wide: Prior<NAV, 132, f64> =
-        sheet
-            .cast::<f64>()
-            .prior::<AllWeights, 132>(1.0, 0.3, error_sigma, [0.0; 9]);
+    let wide: Prior<NAV, 132, f64> = sheet.cast::<f64>().prior::<AllWeights, 132>(
+        (Shape::Time, &OWN),
+        1.0,
+        0.3,
+        error_sigma,
+        [0.0; 9],
+    );
     let to = |x: f64| T::from_f64(x);
     let prior: Prior<NAV, 132, T> = Prior {
         error_sigma: error_sigma.map(to),
@@ -99,7 +109,7 @@ fn difference<T: Real>(fixes: usize) -> (f64, f64) {
         sheet.cast().nets(1.0),
         &error_sigma,
         &wide.parameter_sigma,
-        &wide.walk,
+        &walks(&wide.walk),
     );
     let mut rng = ChaCha8Rng::seed_from_u64(3);
     let scales = [assumptions.prior.gyro_bias, assumptions.prior.accel_bias];
@@ -248,8 +258,8 @@ fn window_references_teach_without_navigation() {
     let bias = [sheet.gyro_bias, sheet.accel_bias].map(|b| [b; 3]);
     let prior: Prior<6, 24> = Prior {
         error_sigma: [0.0; 6],
-        parameter_sigma: Networks::<OutputWeights, 24>::sigmas(bias, &sigma),
-        walk: Networks::<OutputWeights, 24>::sigmas([[0.0; 3]; 2], &Weights::zero()),
+        parameter_sigma: Networks::<OutputWeights, 24>::sigmas(bias, &[sigma; 2]),
+        walk: [0.0; 6],
         error_floor: [0.0; 6],
         parameter_floor: 0.0,
     };
@@ -297,7 +307,7 @@ fn window_references_teach_without_navigation() {
 fn the_zero_correction_learns_nothing() {
     let (_, assumptions) = session(ErrorModelName::Linear, 1);
     let sheet = datasheet(&assumptions);
-    let prior = sheet.prior::<NoParameters, 0>(1.0, 0.0, [1.0; 9], [0.0; 9]);
+    let prior = sheet.prior::<NoParameters, 0>((Shape::Time, &OWN), 1.0, 0.0, [1.0; 9], [0.0; 9]);
     let mut filter: Kalman<NoParameters, 9, 0, 0, Rational> =
         Kalman::new(Networks::new(sheet.nets(1.0)), prior);
     filter.step([[1.0; 3]; 2]);

@@ -370,7 +370,8 @@ impl<L: ParameterSet, const N: usize, H: Activation, T: Real> ErrorModel<L, N, H
     pub fn weights(&self) -> impl Iterator<Item = T> + '_ {
         self.nets.iter().flat_map(|net| {
             let all = net.weights.iter().enumerate();
-            all.filter(|(i, _)| L::is_learnt(*i)).map(|(_, weight)| weight)
+            all.filter(|(i, _)| L::is_learnt(*i))
+                .map(|(_, weight)| weight)
         })
     }
 
@@ -403,7 +404,11 @@ impl<L: ParameterSet, const N: usize, H: Activation, T: Real> ErrorModel<L, N, H
     /// of this turn-on, and those of the output layers.
     pub fn constant(&self) -> [T; OUTPUTS] {
         let mut all = [T::ZERO; OUTPUTS];
-        for ((own, bias), net) in all.chunks_exact_mut(NEURONS).zip(&self.bias).zip(&self.nets) {
+        for ((own, bias), net) in all
+            .chunks_exact_mut(NEURONS)
+            .zip(&self.bias)
+            .zip(&self.nets)
+        {
             let first = net.initial_output();
             for ((own, &bias), first) in own.iter_mut().zip(bias).zip(first) {
                 *own = bias + first;

@@ -45,7 +45,11 @@ impl<L: ParameterSet, const X: usize, const N: usize, const PACKED: usize, H: Ac
         let mut covariance = values.clone().skip(Self::OF_UNIT);
         let (mut good, most) = (0, T::from_f64(4.0));
         for i in (0..N).filter(|&i| unit(i).is_some()) {
-            let prior = self.prior.parameter_sigma.get(i).map_or(T::ZERO, |&s| s * s);
+            let prior = self
+                .prior
+                .parameter_sigma
+                .get(i)
+                .map_or(T::ZERO, |&s| s * s);
             for j in (0..=i).filter(|&j| unit(j).is_some()) {
                 let Some(value) = covariance.next() else {
                     return false;
@@ -65,7 +69,11 @@ impl<L: ParameterSet, const X: usize, const N: usize, const PACKED: usize, H: Ac
             for j in (0..=i).filter(|&j| unit(j).is_some()) {
                 let value = covariance.next().unwrap_or(T::ZERO);
                 let sigma = self.prior.parameter_sigma.get(i).map_or(T::ZERO, |&s| s);
-                let aged = if i == j { ages * sigma * sigma } else { T::ZERO };
+                let aged = if i == j {
+                    ages * sigma * sigma
+                } else {
+                    T::ZERO
+                };
                 self.covariance.set_parameter(i, j, value + aged);
             }
         }
@@ -78,9 +86,8 @@ impl<L: ParameterSet, const X: usize, const N: usize, const PACKED: usize, H: Ac
     pub fn turn_on_moments(&self) -> [T; OUTPUTS] {
         let mut moments = [T::ZERO; OUTPUTS];
         let variances = self.covariance.variances().enumerate();
-        let of_bias = variances.filter(|(i, _)| {
-            L::BIASES && ErrorModel::<L, N, H, T>::weight_of(*i).is_none()
-        });
+        let of_bias = variances
+            .filter(|(i, _)| L::BIASES && ErrorModel::<L, N, H, T>::weight_of(*i).is_none());
         let biases = self.model.biases().as_flattened().iter();
         for ((moment, (_, variance)), &bias) in moments.iter_mut().zip(of_bias).zip(biases) {
             *moment = bias * bias + variance;
@@ -250,7 +257,13 @@ mod tests {
         assert_eq!(after[7], values[7]);
 
         let fresh = begun();
-        for (at, bad) in [(0, f64::NAN), (6, 0.0), (6, -1.0), (6, 1e3), (8, f64::INFINITY)] {
+        for (at, bad) in [
+            (0, f64::NAN),
+            (6, 0.0),
+            (6, -1.0),
+            (6, 1e3),
+            (8, f64::INFINITY),
+        ] {
             let mut wrong = values.clone();
             wrong[at] = bad;
             let mut filter = begun();
