@@ -169,8 +169,8 @@ fn a_known_state_needs_a_stream_and_a_range() {
 }
 
 /// Lever arm and delay told exactly, and sensors without scale factor errors: every bit is as
-/// without the filter that estimates the former, and without noise for the latter. The number is
-/// that of these hypotheses; it was found unchanged with and without both.
+/// without the filter that estimates the former, and without noise for the latter. It is
+/// the number of the present hypotheses.
 #[test]
 fn what_is_told_exactly_keeps_every_bit() {
     use super::drive::{Drive, Receiver, Road};
