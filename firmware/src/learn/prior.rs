@@ -285,3 +285,6 @@ const FLOOR: f64 = 1e-4;
 
 /// All weights together.
 pub type All<T> = lrnn_nostd::learn::kalman::Kalman<AllWeights, NAV, 132, 8778, Rational, T>;
+
+#[cfg(test)]
+mod tests;

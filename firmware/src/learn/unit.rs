@@ -224,3 +224,6 @@ fn shape(nets: &[LearnerNet<f32>; 2]) -> u32 {
 
 /// Weights of the hidden layers.
 const HIDDEN: usize = 2 * lrnn_nostd::PARAMS_PER_LAYER;
+
+#[cfg(test)]
+mod tests;
