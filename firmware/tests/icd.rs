@@ -336,6 +336,7 @@ fn requests() {
         }),
         Request::GetAntenna,
         Request::GetReceiver,
+        Request::GetMemory,
     ];
     for (n, request) in all.iter().enumerate() {
         let name = format!("{request:?}");

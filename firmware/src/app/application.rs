@@ -16,11 +16,12 @@ use super::reverse::Reverse;
 use super::server::{self, Renewal, Server};
 use crate::compensator::Block;
 use crate::configuration::SerialLines;
-use crate::configuration::record::{self, Record};
+use crate::configuration::record;
 use crate::fix::Fix;
 use crate::learn::{Learner, Report};
 use crate::link::{Clock, Line};
 use crate::model::Nets;
+use crate::store::{Content, Progress, Step};
 use crate::wire::adis::{Found, uart};
 use crate::wire::command::{Counters, Packets, fault};
 use crate::wire::framer::Framer;
@@ -80,7 +81,9 @@ impl<'m> App<'m> {
 
     fn of(config: Config, server: Server, learner: Option<&'m mut dyn Learner>) -> App<'m> {
         let mut learner = BoardLearner(learner);
-        configure(&mut learner, &config);
+        if let Some(learner) = &mut learner.0 {
+            configure(*learner, &config);
+        }
         let (lines, receiver) = (config.lines(), config.receiver());
         App {
             machine: Machine::new(),
@@ -155,16 +158,33 @@ impl<'m> App<'m> {
         self.flow.keep.commanded
     }
 
-    /// Hands the weights for the next power-on and the configuration record in use to `save`, which
-    /// stores them ([`crate::store`]) and tells whether it succeeded; once after each request. The
-    /// weights are those in use, or what was learnt for the next power-on and has proved itself.
-    pub fn store(&mut self, save: impl FnOnce(&Nets, &Record) -> bool) {
+    /// Hands what is to be stored to `save` and a step of how ([`crate::store::Store::carry_out`]),
+    /// which tells how far it is: the weights for the next power-on, the configuration record in
+    /// use, and what the learner remembers. To be called in every pass while
+    /// [`App::wants_to_store`]. The weights are those in use, or what was learnt for the next
+    /// power-on and has proved itself.
+    pub fn store<P: Into<Progress>>(&mut self, save: impl FnOnce(Step, &Content) -> P) {
         if !self.wants_to_store() {
             return;
         }
         let record = &self.server.record;
         let flow = &mut self.flow;
-        let done = save(flow.keep.nets(&flow.config.nets), record);
+        let step = flow.keep.step();
+        let nets = *flow.keep.nets(&flow.config.nets);
+        let memory = flow.memory_to_store();
+        let content = Content {
+            nets: &nets,
+            record,
+            memory,
+        };
+        let done = match save(step, &content).into() {
+            Progress::GoesOn => {
+                flow.keep.begun = true;
+                return;
+            }
+            Progress::Done => true,
+            Progress::Failed => false,
+        };
         if flow.keep.commanded {
             self.server.stored = done && !record.is_empty();
             flow.keep.beside = self.server.stored;
@@ -172,6 +192,12 @@ impl<'m> App<'m> {
         flow.keep.stored(done);
         self.flow.config.unread &= !done;
         self.flow.flag(fault::STORE, !done);
+    }
+
+    /// What the store remembers of the unit ([`crate::store::Store::memory`]), before the first
+    /// pass. It is used if it is of the unit that the device is told of.
+    pub fn recall(&mut self, memory: &[u8]) {
+        self.flow.recall(memory);
     }
 
     /// How the board must open the sensor's, the navigation computer's and the receiver's line

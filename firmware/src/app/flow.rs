@@ -6,6 +6,7 @@ mod follow;
 mod keep;
 mod learning;
 mod make;
+mod memory;
 mod plausible;
 mod still;
 
@@ -13,7 +14,7 @@ use super::config::Config;
 use super::load::Load;
 use crate::compensator::{Block, Compensator, State};
 use crate::control::{Alignment, Mode};
-use crate::learn::Settings;
+use crate::learn::{Learner, Settings};
 use crate::link::Line;
 use crate::plausibility::{self, Plausibility};
 use crate::sample::{Axes, RawSample, StreamScale};
@@ -24,6 +25,7 @@ use crate::wire::{Change, Checked, Stream};
 use channels::Channels;
 use keep::Keep;
 pub(super) use learning::BoardLearner;
+pub(super) use memory::through_configuration;
 use still::Still;
 
 /// What is known of the units that the frames do not tell but the sensor does (STIM300).
@@ -256,8 +258,8 @@ impl<'m> Flow<'m> {
 /// Tells the learner of the unit, which then begins from its datasheet. Not within [`Flow::new`],
 /// so that the stack does not hold both.
 #[inline(never)]
-pub(super) fn configure(learner: &mut BoardLearner, config: &Config) {
-    if let (Some(learner), Some(told)) = (&mut learner.0, &config.told) {
+pub(super) fn configure(learner: &mut dyn Learner, config: &Config) {
+    if let Some(told) = &config.told {
         learner.configure(&Settings::of(told));
     }
 }

@@ -127,6 +127,7 @@ impl Server {
             },
             Request::GetBoard => return Response::Board(self.board(flow)),
             Request::GetReceiver => return Response::Receiver(flow.heard),
+            Request::GetMemory => return Response::Remembered(flow.remembered()),
             Request::CommitLearnt => may_exchange(flow).and_then(|()| flow.commit_learnt()),
             Request::Heading(heading) => flow.heading(heading),
             Request::StoreImage => store_image(flow),

@@ -171,7 +171,8 @@ pub trait Learner {
     }
 
     /// Takes down what is known of the unit, for [`Learner::write_memory`]; at most [`MEMORY_LEN`]
-    /// bytes. 0: there is nothing to be stored. Deferred work is done first.
+    /// bytes. The next [`Learner::begin`] begins from it. 0: there is nothing to be stored, and what
+    /// was known stays. Deferred work is done first.
     fn remember(&mut self) -> usize {
         0
     }

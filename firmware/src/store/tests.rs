@@ -2,14 +2,19 @@
 //! byte.
 
 use super::*;
+use crate::compensator::Block;
+use crate::learn::{Learner, Report};
+use crate::sample::StreamScale;
+use crate::wire::checksum::crc32_zlib;
 use embedded_storage::nor_flash::{ErrorType, NorFlashError, NorFlashErrorKind, ReadNorFlash};
 use lrnn_nostd::{Net, Normalisation, Weights};
 use proptest::prelude::*;
 use std::vec::Vec;
 
 mod append;
+mod memory;
 
-const ERASE: usize = 2048;
+const ERASE: usize = 4096;
 const WRITE: usize = 4;
 
 /// Flash with power cuts. `left` bytes may still be erased or written; the byte at which power
@@ -136,6 +141,76 @@ fn nets(n: u8) -> Nets {
     }
 }
 
+/// What the learner of number `n` remembers, of a length of its own.
+fn learnt(n: u8) -> Vec<u8> {
+    let len = (usize::from(n) * 97) % (crate::learn::MEMORY_LEN + 1);
+    (0..len).map(|k| (k as u8).wrapping_mul(31) ^ n).collect()
+}
+
+fn notes(n: u8) -> Notes {
+    Notes {
+        unit: u32::from(n) * 0x0101_0101,
+        drives: u16::from(n) + 300,
+        minutes: 70_000 + u32::from(n),
+        temperatures: Some([-40, i16::from(n)]),
+    }
+}
+
+/// A learner that remembers [`learnt`].
+struct Remembers(u8);
+
+impl Learner for Remembers {
+    fn begin(&mut self, _: &Nets, _: StreamScale) {}
+    fn restart(&mut self) {}
+    fn block(&mut self, _: u32, _: &Block) {}
+    fn gap(&mut self) {}
+    fn learnt(&mut self) -> (Nets, [lrnn_nostd::State; 2]) {
+        (Nets::NONE, Default::default())
+    }
+    fn report(&self) -> Report {
+        Report::default()
+    }
+    fn write_memory(&self, start: usize, piece: &mut [u8]) {
+        for (place, byte) in piece.iter_mut().zip(&learnt(self.0)[start..]) {
+            *place = *byte;
+        }
+    }
+}
+
+/// Does something with the content of number `n`.
+fn with<T>(n: u8, work: impl FnOnce(&Content) -> T) -> T {
+    work(&Content {
+        nets: &nets(n),
+        record: &told(n),
+        memory: Memory::New(notes(n), &Remembers(n), learnt(n).len()),
+    })
+}
+
+/// The memory that a store finds.
+fn memory<const UNIT: usize>(store: &mut Store<Flash<UNIT>>) -> Vec<u8> {
+    let mut bytes = [0; MEMORY_MAX];
+    let len = store.memory(&mut bytes);
+    bytes[..len].to_vec()
+}
+
+/// The record of number `n`, made here byte by byte, without padding.
+fn framed(n: u8, generation: u32) -> Vec<u8> {
+    let mut images = std::vec![0; IMAGES_LEN];
+    nets(n).write_images(0, &mut images);
+    let told = told(n);
+    let mut rest = (told.len() as u16).to_le_bytes().to_vec();
+    rest.extend(told);
+    let of = notes(n);
+    rest.extend(of.unit.to_le_bytes());
+    rest.extend(of.minutes.to_le_bytes());
+    rest.extend(of.drives.to_le_bytes());
+    rest.extend((-40i16).to_le_bytes());
+    rest.extend(i16::from(n).to_le_bytes());
+    rest.extend([0; 6]);
+    rest.extend(learnt(n));
+    of_version(3, generation, &images, &rest)
+}
+
 fn store<const UNIT: usize>(flash: Flash<UNIT>) -> Store<Flash<UNIT>> {
     Store::new(flash).unwrap()
 }
@@ -147,15 +222,20 @@ fn told(n: u8) -> Record {
 
 /// The number of the record found.
 fn found<const UNIT: usize>(flash: &Flash<UNIT>) -> Option<u8> {
-    let stored = store(flash.clone()).load().expect("no newer version")?;
+    let mut store = store(flash.clone());
+    let stored = store.load().expect("no newer version")?;
     let n = (0..=255).find(|&n| nets(n) == stored.nets && told(n) == stored.record);
-    Some(n.expect("a record that was never stored"))
+    let n = n.expect("a record that was never stored");
+    let memory = memory(&mut store);
+    let (notes, learnt) = Notes::of(&memory).expect("notes");
+    assert!(notes == self::notes(n) && learnt == self::learnt(n), "{n}");
+    Some(n)
 }
 
 /// Stores number `n`.
-fn saved(flash: Flash, n: u8) -> (Result<Stored, Error<Failure>>, Flash) {
+fn saved(flash: Flash, n: u8) -> (Result<u32, Error<Failure>>, Flash) {
     let mut store = store(flash);
-    let result = store.save(&nets(n), &told(n));
+    let result = with(n, |content| store.save(content));
     (result, store.into_inner())
 }
 
@@ -165,12 +245,12 @@ fn records_are_found_again_in_turn() {
     assert_eq!(found(&flash), None);
     for n in 1..10 {
         let (stored, after) = saved(flash, n);
-        assert_eq!(stored.unwrap().generation, u32::from(n));
+        assert_eq!(stored.unwrap(), u32::from(n));
         flash = after;
         assert_eq!(found(&flash), Some(n));
     }
     // the newest is damaged: the one before
-    for at in 0..HEADER_LEN + IMAGES_LEN + told(9).len() + CRC_LEN {
+    for at in 0..framed(9, 9).len() {
         let mut damaged = flash.clone();
         damaged.bytes[at] ^= 0x10; // nine records: the newest is in slot 0
         assert_eq!(found(&damaged), Some(8), "byte {at}");
@@ -189,7 +269,7 @@ fn power_may_fail_at_any_byte() {
             flash = saved(flash, n).1;
         }
         let work = saved(flash.clone(), 77).1.work - flash.work;
-        let written = (HEADER_LEN + IMAGES_LEN + 154 + CRC_LEN).next_multiple_of(PIECE);
+        let written = framed(77, 3).len().next_multiple_of(PIECE);
         assert_eq!(work, ERASE + written);
         for left in 0..=work + 1 {
             for torn in [0x00, 0xFF, 0x5A] {
@@ -221,7 +301,7 @@ proptest! {
     /// one whose save was cut.
     #[test]
     fn any_history(
-        history in prop::collection::vec((any::<bool>(), 0..3200usize, any::<u8>()), 1..30)
+        history in prop::collection::vec((any::<bool>(), 0..7200usize, any::<u8>()), 1..30)
     ) {
         let mut flash: Flash = Flash::new(2 * ERASE);
         let mut possible: Vec<Option<u8>> = std::vec![None];
@@ -267,12 +347,12 @@ proptest! {
 fn generations_turn_over() {
     let mut flash: Flash = Flash::new(2 * ERASE);
     for (slot, n, generation) in [(0, 1, u32::MAX), (1, 2, 0)] {
-        let (record, _) = framed(&nets(n), &told(n), generation);
-        flash.bytes[slot * ERASE..][..PADDED_LEN].copy_from_slice(&record);
+        let record = framed(n, generation);
+        flash.bytes[slot * ERASE..][..record.len()].copy_from_slice(&record);
     }
     assert_eq!(found(&flash), Some(2));
     let (stored, flash) = saved(flash, 3);
-    assert_eq!(stored.unwrap().generation, 1);
+    assert_eq!(stored.unwrap(), 1);
     assert_eq!(found(&flash), Some(3));
 }
 
@@ -309,7 +389,7 @@ fn version_1_is_still_read() {
     assert!(stored.nets == nets(5) && stored.record.is_empty());
     // the next one has its configuration beside it, and the old one stays until it is complete
     let (stored, flash) = saved(flash, 6);
-    assert_eq!(stored.unwrap().generation, 10);
+    assert_eq!(stored.unwrap(), 10);
     assert_eq!(flash.bytes[..record.len()], record);
     assert_eq!(found(&flash), Some(6));
 }
@@ -322,19 +402,19 @@ fn a_newer_version_is_refused_and_stays() {
         for slot in [0, ERASE] {
             for generation in [1u32, 3] {
                 let mut flash: Flash = Flash::new(2 * ERASE);
-                let (own, _) = framed(&nets(2), &told(2), 2);
-                flash.bytes[ERASE - slot..][..PADDED_LEN].copy_from_slice(&own);
-                let newer = of_version(3, generation, &std::vec![7; images], &std::vec![8; rest]);
+                let own = framed(2, 2);
+                flash.bytes[ERASE - slot..][..own.len()].copy_from_slice(&own);
+                let newer = of_version(4, generation, &std::vec![7; images], &std::vec![8; rest]);
                 flash.bytes[slot..][..newer.len()].copy_from_slice(&newer);
                 let before = flash.bytes.clone();
                 let loaded = store(flash.clone()).load();
                 if generation == 3 {
-                    assert_eq!(loaded, Err(Newer(3)));
+                    assert_eq!(loaded, Err(Newer(4)));
                 } else {
                     assert!(loaded.is_ok_and(|stored| stored.is_some()));
                 }
                 let (result, after) = saved(flash.clone(), 4);
-                assert_eq!(result, Err(Error::Newer(Newer(3))));
+                assert_eq!(result, Err(Error::Newer(Newer(4))));
                 assert!(after.bytes == before, "{slot} {generation}");
                 flash.bytes[slot + newer.len() - 1] ^= 1;
                 assert_eq!(found(&flash), Some(2));

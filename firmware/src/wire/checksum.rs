@@ -85,6 +85,7 @@ pub fn crc32_mpeg2_padded_change(difference: &[u8], after: usize) -> u32 {
 const LONGEST: usize = 64;
 
 /// [`crc32_zlib`] of bytes that come in pieces.
+#[derive(Clone)]
 pub struct Zlib(crc::Digest<'static, u32>);
 
 impl Zlib {

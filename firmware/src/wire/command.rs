@@ -130,6 +130,8 @@ pub enum Request<'a> {
     GetAntenna,
     /// Answer: [`Response::Receiver`].
     GetReceiver,
+    /// Answer: [`Response::Remembered`].
+    GetMemory,
 }
 
 /// The versions of the device.
@@ -307,6 +309,23 @@ pub enum Response<'a> {
     Antenna(Antenna),
     /// To [`Request::GetReceiver`].
     Receiver(Heard),
+    /// To [`Request::GetMemory`].
+    Remembered(Remembered),
+}
+
+/// What the store remembers of the unit from earlier drives.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+pub struct Remembered {
+    /// Drives that it was learnt on; 0: nothing is remembered.
+    pub drives: u16,
+    /// Time learnt in them, minutes.
+    pub minutes: u32,
+    /// Least and most temperature of the sensor meanwhile, degrees C; `None`: not known.
+    pub temperatures: Option<[i16; 2]>,
+    /// Networks that were stored correct the samples of this drive.
+    pub acts: bool,
+    /// The memory found is of another sensor, or of networks with other inputs, and is not used.
+    pub of_another: bool,
 }
 
 /// What is known of the receiver's antenna: as told, and from the first fixes in motion on as

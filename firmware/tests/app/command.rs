@@ -7,6 +7,7 @@ use firmware::app::{Config, Phase};
 use firmware::compensator::Limit;
 use firmware::control::{Alignment, Mode, Reason, Window};
 use firmware::model::{IMAGES_LEN, Nets};
+use firmware::store::Step;
 use firmware::wire::ImuFormat;
 use firmware::wire::command::{MAX_CHUNK, Request, Response, WIRE_VERSION};
 use firmware::wire::ubx::Pvt;
@@ -376,17 +377,18 @@ fn storing_is_asked_of_the_board_once() {
     device.order(&Request::SetMode(Mode::Bypass));
     device.order(&Request::Alignment(Alignment::Started));
     refused(&mut device, &Request::StoreImage, Reason::Mode);
-    device.app.store(|_, _| panic!("not asked for"));
+    device.app.store::<bool>(|_, _| panic!("not asked for"));
     device.order(&Request::Alignment(Alignment::Finished));
     device.order(&Request::StoreImage);
     for done in [false, true] {
         assert!(device.app.wants_to_store());
-        device.app.store(|nets, record| {
-            assert!(*nets == new && record.is_empty());
+        device.app.store(|step, content| {
+            assert!(*content.nets == new && content.record.is_empty());
+            assert_eq!(step, Step::Save);
             done
         });
         assert_eq!(device.app.faults() & fault::STORE == 0, done);
-        device.app.store(|_, _| panic!("once"));
+        device.app.store::<bool>(|_, _| panic!("once"));
         device.order(&Request::StoreImage);
     }
 }

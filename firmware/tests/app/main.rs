@@ -17,6 +17,7 @@ mod gaps;
 mod holes;
 mod identity;
 mod learn;
+mod memory;
 mod next_power_on;
 mod receivers;
 mod record;

@@ -10,7 +10,7 @@ use firmware::configuration::Configuration;
 use firmware::configuration::record::{Record, encode};
 use firmware::control::{Alignment, Mode};
 use firmware::model::Nets;
-use firmware::store::Store;
+use firmware::store::{Content, Store};
 use firmware::wire::command::Request;
 
 const KIND: Kind = Kind::RAWIMUSX;
@@ -31,7 +31,8 @@ fn unit() -> Configuration {
 /// A store with these networks and this unit.
 fn flash(nets: &Nets, unit: &Configuration) -> Flash {
     let mut store = Store::new(Flash::new()).expect("room");
-    store.save(nets, &encode(unit)).expect("stored");
+    let record = encode(unit);
+    store.save(&Content::new(nets, &record)).expect("stored");
     store.into_inner()
 }
 
@@ -47,8 +48,8 @@ fn powered(flash: &Flash) -> Bench {
 /// What the device wants to store now.
 fn wanted(bench: &mut Bench) -> Option<(Nets, Record)> {
     let mut got = None;
-    bench.device.app.store(|nets, record| {
-        got = Some((*nets, record.clone()));
+    bench.device.app.store(|_, content| {
+        got = Some((*content.nets, content.record.clone()));
         true
     });
     got
@@ -87,7 +88,7 @@ fn nothing_moves_in_a_drive_and_what_settles_is_stored() {
     assert_eq!(seen.len() as u32, bench.n);
     // the board writes it, and at the next power-on it acts from the first word on
     let mut store = Store::new(flash.clone()).expect("room");
-    store.save(&nets, &kept).expect("stored");
+    store.save(&Content::new(&nets, &kept)).expect("stored");
     flash = store.into_inner();
     let mut bench = powered(&flash);
     bench.run(30.0);

@@ -23,7 +23,7 @@ pub struct Flash(Vec<u8>);
 impl Flash {
     /// Nothing is stored.
     pub fn new() -> Flash {
-        Flash(vec![0xFF; 8192])
+        Flash(vec![0xFF; 4 * 8192])
     }
 }
 
@@ -46,7 +46,7 @@ impl ReadNorFlash for Flash {
 
 impl NorFlash for Flash {
     const WRITE_SIZE: usize = 4;
-    const ERASE_SIZE: usize = 4096;
+    const ERASE_SIZE: usize = 2 * 8192;
 
     fn erase(&mut self, from: u32, to: u32) -> Result<(), Self::Error> {
         self.0[from as usize..to as usize].fill(0xFF);
@@ -77,7 +77,7 @@ fn stores(device: &mut Device, flash: &mut Flash) -> Response<'static> {
     let mut store = Store::new(flash.clone()).expect("room");
     device
         .app
-        .store(|nets, record| store.save(nets, record).is_ok());
+        .store(|step, content| store.carry_out(step, content));
     *flash = store.into_inner();
     response
 }
@@ -132,7 +132,7 @@ fn what_cannot_be_read_is_told_and_not_used() {
         bytes.extend(record);
         let sum = crc32_zlib(&bytes);
         bytes.extend(sum.to_le_bytes());
-        bytes.resize(8192, 0xFF);
+        bytes.resize(Flash::new().0.len(), 0xFF);
         Flash(bytes)
     };
     let good = record(&told(STIM));
@@ -141,7 +141,7 @@ fn what_cannot_be_read_is_told_and_not_used() {
     let mut bad = told(STIM);
     bad.rate = -1.0;
     let cases = [
-        (3, good.clone(), Some(3)),
+        (4, good.clone(), Some(4)),
         (2, sealed(newer), Some(SCHEMA + 1)),
         (2, record(&bad), None),
         (2, vec![1; 30], None),

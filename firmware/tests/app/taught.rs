@@ -23,6 +23,15 @@ pub struct Says {
     pub unsettled: Cell<bool>,
     pub stored_harms: Cell<bool>,
     pub still_s: Cell<u32>,
+    /// What it has learnt of the unit.
+    pub learns: RefCell<Vec<u8>>,
+    /// What it took down of that last, or was given back.
+    pub knows: RefCell<Vec<u8>>,
+    /// What it knew when it began.
+    pub knew: RefCell<Vec<u8>>,
+    /// How often it has taken down something.
+    pub took: Cell<u32>,
+    pub navigates: Cell<bool>,
     /// The networks that it last began with.
     pub begun: RefCell<Option<Nets>>,
 }
@@ -38,8 +47,27 @@ pub fn with(error: f32) -> Nets {
 impl Learner for Taught {
     fn begin(&mut self, nets: &Nets, _: StreamScale) {
         self.0.begun.replace(Some(*nets));
+        self.0.knew.replace(self.0.knows.borrow().clone());
     }
     fn restart(&mut self) {}
+    fn remember(&mut self) -> usize {
+        let learnt = self.0.learns.borrow();
+        if learnt.is_empty() {
+            return 0;
+        }
+        self.0.knows.replace(learnt.clone());
+        self.0.took.set(self.0.took.get() + 1);
+        learnt.len()
+    }
+    fn write_memory(&self, start: usize, piece: &mut [u8]) {
+        let bytes = self.0.knows.borrow();
+        for (place, byte) in piece.iter_mut().zip(bytes.iter().skip(start)) {
+            *place = *byte;
+        }
+    }
+    fn recall(&mut self, memory: &[u8]) {
+        self.0.knows.replace(memory.to_vec());
+    }
     fn block(&mut self, _: u32, _: &Block) {}
     fn gap(&mut self) {}
     fn winner(&mut self) -> Option<Winner> {
@@ -58,6 +86,7 @@ impl Learner for Taught {
         Report {
             winner: u8::from(self.0.winner.get().is_some()),
             still_s: self.0.still_s.get(),
+            navigates: self.0.navigates.get(),
             stored_harms: self.0.stored_harms.get(),
             ..Report::default()
         }

@@ -7,7 +7,7 @@ use super::receiver::{Receiver, receiver};
 use super::watch::{Antenna, Learner};
 use crate::error::Error;
 use firmware::configuration::{Configuration, Sensor};
-use firmware::wire::command::{Request, Response};
+use firmware::wire::command::{Remembered, Request, Response};
 use serde::Serialize;
 
 /// What a device is and what it is told.
@@ -54,6 +54,35 @@ pub struct Info {
     pub antenna: Option<Antenna>,
     /// The learner, and how it is aligned.
     pub learner: Learner,
+    /// What the device remembers of the unit from earlier drives.
+    pub memory: Memory,
+}
+
+/// What a device remembers of its unit.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Memory {
+    /// Drives that it was learnt on; 0: nothing is remembered.
+    pub drives: u16,
+    /// Time learnt in them, h.
+    pub hours: f64,
+    /// Least and most temperature of the sensor meanwhile, degrees C, if they are known.
+    pub temperatures_degc: Option<[i16; 2]>,
+    /// Stored networks correct the samples of this drive.
+    pub acts: bool,
+    /// What was found is of another sensor, or of networks with other inputs, and is not used.
+    pub of_another: bool,
+}
+
+impl From<Remembered> for Memory {
+    fn from(of: Remembered) -> Self {
+        Self {
+            drives: of.drives,
+            hours: f64::from(of.minutes) / 60.0,
+            temperatures_degc: of.temperatures,
+            acts: of.acts,
+            of_another: of.of_another,
+        }
+    }
 }
 
 /// A line's bit rate.
@@ -145,6 +174,7 @@ pub fn info(link: &mut Link) -> Result<Info, Error> {
         receiver,
         antenna,
         learner: Learner::from(&health),
+        memory: link.remembered()?.into(),
         name: told.as_ref().map(|told| told.identity.name.to_string()),
         serial: told.as_ref().map(|told| told.identity.serial.to_string()),
         format: told.as_ref().and_then(format),

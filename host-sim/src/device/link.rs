@@ -6,8 +6,8 @@ use crate::error::Error;
 use firmware::control::{Mode, Reason};
 use firmware::model::{IMAGES_LEN, Nets};
 use firmware::wire::command::{
-    Antenna, Counters, Health, MAX_CHUNK, MAX_PACKET, Packets, Request, Response, Version,
-    WIRE_VERSION, decode, encode,
+    Antenna, Counters, Health, MAX_CHUNK, MAX_PACKET, Packets, Remembered, Request, Response,
+    Version, WIRE_VERSION, decode, encode,
 };
 use lrnn_nostd::image;
 use std::time::{Duration, Instant};
@@ -238,6 +238,17 @@ impl Link {
                 .map(Some)
                 .map_err(|reason| self.refused(&request, reason)),
         }
+    }
+
+    /// What the device remembers of its unit.
+    ///
+    /// # Errors
+    /// As [`Link::ask`].
+    pub fn remembered(&mut self) -> Result<Remembered, Error> {
+        self.ask(&Request::GetMemory, |answer| match answer {
+            Response::Remembered(remembered) => Some(*remembered),
+            _ => None,
+        })
     }
 
     /// Counters.

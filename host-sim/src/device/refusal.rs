@@ -37,6 +37,7 @@ fn purpose(request: &Request) -> &'static str {
         | Request::GetEstimate
         | Request::GetAntenna
         | Request::GetBoard
+        | Request::GetMemory
         | Request::GetReceiver => "tell its state",
     }
 }

@@ -2,12 +2,13 @@
 
 use super::App;
 use crate::app::config::Config;
-use crate::app::flow::configure;
+use crate::app::flow::{configure, through_configuration};
 use crate::app::phase::Machine;
 use crate::app::pulse::TimePulse;
 use crate::configuration::record::decode;
 use crate::link::Line;
 use crate::model::Nets;
+use crate::store::unit;
 use crate::wire::command::fault;
 
 impl App<'_> {
@@ -23,7 +24,14 @@ impl App<'_> {
         }
         self.receiver.begin_anew(config.receiver());
         self.pulse = TimePulse::default();
-        configure(&mut self.flow.learner, &config);
+        let of = |config: &Config| config.told.as_ref().map(unit);
+        let same = of(&self.flow.config).is_some_and(|old| Some(old) == of(&config));
+        if !same {
+            self.flow.keep.memo.exchange_unit();
+        }
+        through_configuration(&mut self.flow.learner, same, |learner| {
+            configure(learner, &config);
+        });
         self.flow.begin_anew(config);
         self.flow.flag(fault::WEIGHTS, other_weights);
         self.machine = Machine::new();

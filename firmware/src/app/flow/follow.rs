@@ -270,8 +270,6 @@ impl Flow<'_> {
             self.config.nets = nets;
         }
         (self.last, self.still) = (Last::default(), Still::default());
-        if let Some(learner) = &mut self.learner.0 {
-            learner.restart();
-        }
+        self.next_drive();
     }
 }

@@ -4,16 +4,18 @@
 //! learner has proved meanwhile is stored beside them and comes into use when the sensor is powered
 //! on again, with the board or by itself. A learner that has proved nothing leaves the store as it
 //! is. When the rehearsals of this drive show that the networks in use do harm, zero networks are
-//! stored.
+//! stored. What the learner remembers of the unit is stored beside them ([`super::memory`]).
 
 use super::Flow;
+use super::memory::Memo;
 use crate::app::config::Activation;
 use crate::compensator::Block;
 use crate::control::Mode;
 use crate::model::Nets;
+use crate::store::Step;
 
 /// It is looked for something to store once in so many seconds.
-const LOOK_S: f32 = 10.0;
+pub(super) const LOOK_S: f32 = 10.0;
 /// What has settled is stored while the vehicle stands, since then the least is lost if a frame
 /// leaves late; or at the latest after so long, s.
 const LATEST_S: f32 = 300.0;
@@ -27,6 +29,10 @@ pub(in crate::app) struct Keep {
     pub commanded: bool,
     /// The configuration in use is the stored one, so weights may be stored beside it.
     pub beside: bool,
+    /// What is remembered of the unit.
+    pub memo: Memo,
+    /// A record is being written, a piece at a time.
+    pub begun: bool,
     /// Networks for the next power-on, if they are not those in use.
     next: Option<Nets>,
     /// They are still to be stored.
@@ -49,9 +55,18 @@ impl Keep {
         }
     }
 
-    /// Networks that the learner has proved are to be stored.
+    /// Networks that the learner has proved, or what it remembers, are to be stored.
     pub fn waits(&self) -> bool {
-        self.waits
+        self.waits || self.memo.waits()
+    }
+
+    /// How to go on with it.
+    pub fn step(&self) -> Step {
+        match (self.commanded, self.begun) {
+            (true, _) => Step::Save,
+            (false, false) => Step::Begin,
+            (false, true) => Step::GoOn,
+        }
     }
 
     /// What is to be stored, with networks `in_use`.
@@ -61,7 +76,8 @@ impl Keep {
 
     /// The board has stored [`Keep::nets`], or has failed.
     pub fn stored(&mut self, done: bool) {
-        self.commanded = false;
+        (self.commanded, self.begun) = (false, false);
+        self.memo.stored(done);
         if core::mem::take(&mut self.waits) && !done {
             self.next = None; // the last good record is still there
         }
@@ -70,6 +86,7 @@ impl Keep {
     /// The sensor is powered on: what the store holds comes into use.
     pub fn take_next(&mut self) -> Option<Nets> {
         let held = !core::mem::take(&mut self.waits);
+        self.begun = false;
         (self.settled_s, self.pause_s) = (0.0, 0.0);
         self.next.take().filter(|_| held)
     }
@@ -77,14 +94,15 @@ impl Keep {
     /// Another configuration has come into use, which is not stored.
     pub fn alone(&mut self) {
         self.beside = false;
-        if self.waits {
+        if self.waits() {
             self.forget_next();
         }
     }
 
     /// Other networks have come into use by command. They are stored by command too.
     pub fn forget_next(&mut self) {
-        (self.next, self.waits) = (None, false);
+        (self.next, self.waits, self.begun) = (None, false, false);
+        self.memo.give_up();
     }
 
     fn offer(&mut self, nets: Nets, output: [[f32; 3]; 2]) {
@@ -105,25 +123,31 @@ impl Flow<'_> {
         keep.pause_s = (keep.pause_s - block_s).max(0.0);
         keep.look_s -= block_s;
         let able = keep.beside && self.config.store && self.config.newer.is_none();
-        if keep.look_s <= 0.0 && able && !keep.waits {
+        if keep.look_s <= 0.0 && able && !keep.waits() {
             keep.look_s = LOOK_S;
-            self.look_for_winner(block);
+            self.count_learnt(block, LOOK_S);
+            let nets = self.look_for_winner(block);
+            let stands = (self.learner.0.as_ref())
+                .is_some_and(|learner| learner.still_s() >= super::learning::STANDS_S);
+            self.take_down(stands, nets);
         }
     }
 
+    /// Whether networks are to be stored.
     #[inline(never)]
-    fn look_for_winner(&mut self, block: &Block) {
+    fn look_for_winner(&mut self, block: &Block) -> bool {
         let Some(learner) = &mut self.learner.0 else {
-            return;
+            return false;
         };
         let keep = &mut self.keep;
         let harms = learner.report().stored_harms;
         if harms && keep.next.is_none() && !self.config.nets.same_images(&Nets::NONE) {
-            return keep.offer(Nets::NONE, [[0.0; 3]; 2]);
+            keep.offer(Nets::NONE, [[0.0; 3]; 2]);
+            return true;
         }
-        let Some(winner) = learner.winner().filter(|winner| winner.settled) else {
+        let Some(winner) = learner.for_next_power_on().filter(|winner| winner.settled) else {
             keep.settled_s = 0.0;
-            return;
+            return false;
         };
         keep.settled_s += LOOK_S;
         let stands = learner.still_s() >= super::learning::STANDS_S;
@@ -136,8 +160,10 @@ impl Flow<'_> {
             .zip(held.as_flattened())
             .zip(winner.sigma.as_flattened())
             .any(|((now, held), sigma)| (now - held).abs() > *sigma);
-        if moved && keep.pause_s <= 0.0 && (stands || keep.settled_s >= LATEST_S) {
+        let due = moved && keep.pause_s <= 0.0 && (stands || keep.settled_s >= LATEST_S);
+        if due {
             keep.offer(winner.nets, winner.estimate);
         }
+        due
     }
 }

@@ -2,7 +2,7 @@
 
 use firmware::app::App;
 use firmware::learn::Learner;
-use firmware::store::Store;
+use firmware::store::{MEMORY_MAX, Store};
 use firmware::wire::adis::spi::LONGEST;
 
 use super::Board;
@@ -59,20 +59,25 @@ fn app<'m>(board: &mut Board, learner: Option<&'m mut dyn Learner>) -> App<'m> {
         Some(Err(newer)) => defmt::println!("stored by a newer version, {=u32}", newer.0),
         _ => {}
     }
-    App::power_on(board.hardware(), stored, learner)
+    let mut app = App::power_on(board.hardware(), stored, learner);
+    recall(&mut app, board);
+    app
+}
+
+#[inline(never)]
+fn recall(app: &mut App, board: &mut Board) {
+    let mut memory = [0; MEMORY_MAX];
+    let len = board
+        .store
+        .as_mut()
+        .map_or(0, |store| store.memory(&mut memory));
+    app.recall(memory.get(..len).unwrap_or_default());
 }
 
 #[inline(never)]
 fn store(app: &mut App, board: &mut Board) {
     if let Some(store) = &mut board.store {
-        let may_halt = app.may_halt();
-        app.store(|nets, record| {
-            let stored = match may_halt {
-                true => store.save(nets, record),
-                false => store.append(nets, record),
-            };
-            stored.is_ok()
-        });
+        app.store(|step, content| store.carry_out(step, content));
     }
 }
 

@@ -1,6 +1,6 @@
 //! What `host-sim device` prints for a person.
 
-use crate::device::{Antenna, Event, Info, Learner, LineInfo, Status};
+use crate::device::{Antenna, Event, Info, Learner, LineInfo, Memory, Status};
 use std::fmt::Write;
 
 /// Prints what a device is.
@@ -49,10 +49,35 @@ fn teachers(info: &Info) -> String {
         let _ = writeln!(text, "MISSING        {what}");
     }
     learner_lines(&mut text, &info.learner);
+    text.push_str(&memory_line(&info.memory));
     if let Some(antenna) = &info.antenna {
         antenna_line(&mut text, antenna);
     }
     error_bound_line(&mut text, info.error_bound_m);
+    text
+}
+
+/// What the device remembers of the unit.
+fn memory_line(memory: &Memory) -> String {
+    let acts = if memory.acts {
+        "stored networks act"
+    } else {
+        "no stored networks act"
+    };
+    let mut text = match memory.drives {
+        0 => "memory         none".to_owned(),
+        drives => format!("memory         {drives} drive(s), {:.1} h", memory.hours),
+    };
+    if let Some([least, most]) = memory.temperatures_degc {
+        let _ = write!(text, ", {least} to {most} degC");
+    }
+    let _ = writeln!(text, "; {acts}");
+    if memory.of_another {
+        text.push_str(
+            "MEMORY         of another sensor or other inputs was found and is not used; remedy: \
+             give the serial and [networks] that it was learnt with, or let the device learn anew\n",
+        );
+    }
     text
 }
 

@@ -1,0 +1,224 @@
+//! What is remembered of the unit over power-off: when the learner takes it down, and when it gets
+//! it back.
+//!
+//! A memory is stored behind the newest record while samples are corrected, so it waits for a
+//! standstill, as the networks do ([`super::keep`]). It comes back at the next power-on of the
+//! board or of the sensor, before the learner begins.
+
+use super::{BoardLearner, Flow};
+use crate::compensator::Block;
+use crate::configuration::Configuration;
+use crate::control::Mode;
+use crate::inputs::REFERENCE_DEGC;
+use crate::learn::{Learner, MEMORY_LEN};
+use crate::store::{Memory, Notes, unit};
+use crate::wire::command::Remembered;
+
+/// So much must have been learnt since the last record, s.
+const LEAST_S: f32 = 60.0;
+/// While the vehicle moves, so much, s.
+const LATEST_S: f32 = 300.0;
+/// Least time between two records of a drive, s. It grows by half with each of them up to the most.
+const PAUSE_S: f32 = 600.0;
+const LONGEST_PAUSE_S: f32 = 3600.0;
+
+/// What the store remembers of the unit.
+#[derive(Debug, Default)]
+pub(in crate::app) struct Memo {
+    /// What goes with what the store holds; `None`: it holds nothing of this unit.
+    pub held: Option<Notes>,
+    /// What the store holds is of another unit.
+    pub of_another: bool,
+    /// Notes and length of what the learner has taken down to be stored.
+    waits: Option<(Notes, usize)>,
+    /// Of this drive: time learnt in all and since it was last taken down, s; temperatures.
+    learnt_s: f32,
+    new_s: f32,
+    seen: Notes,
+    /// Until the next record, s, and how long the last wait was.
+    pause_s: f32,
+    pause: f32,
+    /// What the store held when the drive began.
+    before: Notes,
+}
+
+impl Memo {
+    /// Something was taken down and waits to be stored.
+    pub fn waits(&self) -> bool {
+        self.waits.is_some()
+    }
+
+    /// What was taken down has been stored, or could not be.
+    pub fn stored(&mut self, done: bool) {
+        if let Some((notes, _)) = self.waits.take()
+            && done
+        {
+            (self.held, self.of_another) = (Some(notes), false);
+            self.new_s = 0.0;
+        }
+    }
+
+    /// What waits is given up. It is taken down again later.
+    pub fn give_up(&mut self) {
+        self.waits = None;
+    }
+
+    /// The device is told of another unit, of which the store holds nothing.
+    pub fn exchange_unit(&mut self) {
+        *self = Memo {
+            of_another: self.of_another || self.held.is_some(),
+            ..Memo::default()
+        };
+    }
+
+    /// Another drive begins: the sensor was powered on.
+    fn begin_drive(&mut self) {
+        *self = Memo {
+            held: self.held,
+            of_another: self.of_another,
+            before: self.held.unwrap_or_default(),
+            ..Memo::default()
+        };
+    }
+
+    /// So many seconds of this drive were learnt from, at a temperature in degrees C.
+    fn learn(&mut self, seconds: f32, celsius: Option<f32>) {
+        self.learnt_s += seconds;
+        self.new_s += seconds;
+        if let Some(celsius) = celsius {
+            self.seen.see(celsius);
+        }
+    }
+
+    /// The notes of the drives before and this one.
+    fn notes(&self, unit: u32) -> Notes {
+        let mut notes = Notes {
+            unit,
+            drives: self.before.drives.saturating_add(1),
+            // `as` saturates
+            minutes: (self.before.minutes).saturating_add((self.learnt_s / 60.0) as u32),
+            temperatures: self.before.temperatures,
+        };
+        for celsius in self.seen.temperatures.into_iter().flatten() {
+            notes.see(f32::from(celsius));
+        }
+        notes
+    }
+
+    /// The learner takes down what it knows. False: nothing.
+    fn take_down(&mut self, learner: &mut dyn Learner, told: &Configuration) -> bool {
+        let len = learner.remember().min(MEMORY_LEN);
+        self.waits = (len > 0).then(|| (self.notes(unit(told)), len));
+        self.waits()
+    }
+}
+
+impl Flow<'_> {
+    /// What the store held at power-on. It is used if it is of this unit.
+    pub fn recall(&mut self, memory: &[u8]) {
+        let (Some(told), Some((notes, learnt))) = (&self.config.told, Notes::of(memory)) else {
+            return;
+        };
+        let memo = &mut self.keep.memo;
+        memo.of_another = notes.unit != unit(told);
+        if memo.of_another {
+            return;
+        }
+        memo.held = Some(notes);
+        memo.before = notes;
+        if let Some(learner) = &mut self.learner.0 {
+            learner.recall(learnt);
+        }
+    }
+
+    /// Every [`super::keep::LOOK_S`] in mode learn: what was learnt meanwhile counts.
+    pub(super) fn count_learnt(&mut self, block: &Block, seconds: f32) {
+        let memo = &mut self.keep.memo;
+        memo.pause_s = (memo.pause_s - seconds).max(0.0);
+        let Some(learner) = &self.learner.0 else {
+            return;
+        };
+        if learner.report().navigates {
+            let celsius = block.sources.temperature;
+            let told = self.config.told.as_ref();
+            let tells = told.is_some_and(|told| told.has_thermometer() != Some(false));
+            memo.learn(
+                seconds,
+                Some(celsius).filter(|t| tells && *t != REFERENCE_DEGC),
+            );
+        }
+    }
+
+    /// Whether the learner has taken down something to be stored. `with_nets`: networks are stored
+    /// anyway.
+    pub(super) fn take_down(&mut self, stands: bool, with_nets: bool) -> bool {
+        let memo = &mut self.keep.memo;
+        let enough = if stands { LEAST_S } else { LATEST_S };
+        let due = memo.pause_s <= 0.0 && memo.new_s >= enough;
+        let (Some(learner), Some(told)) = (&mut self.learner.0, &self.config.told) else {
+            return false;
+        };
+        if !(due || with_nets) || !memo.take_down(*learner, told) {
+            return false;
+        }
+        memo.pause = (1.5 * memo.pause).clamp(PAUSE_S, LONGEST_PAUSE_S);
+        memo.pause_s = memo.pause;
+        true
+    }
+
+    /// The memory that goes with what is stored now. By command it is taken down at once.
+    pub fn memory_to_store(&mut self) -> Memory<'_> {
+        let memo = &mut self.keep.memo;
+        if self.keep.commanded
+            && memo.new_s > 0.0
+            && let (Some(learner), Some(told)) = (&mut self.learner.0, &self.config.told)
+        {
+            memo.take_down(*learner, told);
+        }
+        match (&self.learner.0, memo.waits) {
+            (Some(learner), Some((notes, len))) => Memory::New(notes, &**learner, len),
+            _ if memo.held.is_some() => Memory::Same,
+            _ => Memory::None,
+        }
+    }
+
+    /// What the store remembers, for the command link.
+    pub fn remembered(&self) -> Remembered {
+        let memo = &self.keep.memo;
+        let notes = memo.held.unwrap_or_default();
+        let stored = self.mode == Mode::Frozen || self.acts_from_power_on();
+        Remembered {
+            drives: notes.drives,
+            minutes: notes.minutes,
+            temperatures: notes.temperatures,
+            acts: stored && self.in_force(),
+            of_another: memo.of_another,
+        }
+    }
+
+    /// The sensor was powered on: what was learnt until then is the prior of the next drive.
+    pub(super) fn next_drive(&mut self) {
+        self.keep.memo.begin_drive();
+        if let Some(learner) = &mut self.learner.0 {
+            learner.remember();
+            learner.restart();
+        }
+    }
+}
+
+/// Another configuration has come. What the learner knows of the unit stays if it is the same unit.
+pub(in crate::app) fn through_configuration(
+    learner: &mut BoardLearner,
+    same: bool,
+    configure: impl FnOnce(&mut dyn Learner),
+) {
+    let Some(learner) = &mut learner.0 else {
+        return;
+    };
+    if same {
+        learner.remember();
+    } else {
+        learner.recall(&[]);
+    }
+    configure(*learner);
+}

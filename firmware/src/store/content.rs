@@ -1,0 +1,220 @@
+//! What a record holds, and the bytes that it becomes, a piece at a time.
+
+use super::{CRC_LEN, HEADER_LEN, PIECE};
+use crate::configuration::Configuration;
+use crate::configuration::record::Record;
+use crate::learn::{Learner, MEMORY_LEN};
+use crate::model::{IMAGES_LEN, Nets};
+use crate::wire::checksum::Zlib;
+use crate::wire::field::{put, take};
+
+/// Bytes of [`Notes`].
+pub const NOTES_LEN: usize = 20;
+/// Most bytes of a memory: notes, and what the learner took down.
+pub const MEMORY_MAX: usize = NOTES_LEN + MEMORY_LEN;
+
+/// What is to be stored.
+#[derive(Clone, Copy)]
+pub struct Content<'c> {
+    /// The networks for the next power-on.
+    pub nets: &'c Nets,
+    /// The configuration record; may be empty.
+    pub record: &'c Record,
+    /// What the learner remembers.
+    pub memory: Memory<'c>,
+}
+
+/// What a record remembers of the unit.
+#[derive(Clone, Copy)]
+pub enum Memory<'c> {
+    /// Nothing.
+    None,
+    /// What the newest record remembers.
+    Same,
+    /// What the learner took down last ([`Learner::remember`]): notes, learner, number of bytes.
+    New(Notes, &'c dyn Learner, usize),
+}
+
+impl<'c> Content<'c> {
+    /// Without a memory.
+    #[must_use]
+    pub fn new(nets: &'c Nets, record: &'c Record) -> Content<'c> {
+        Content {
+            nets,
+            record,
+            memory: Memory::None,
+        }
+    }
+}
+
+/// What goes with the learner's bytes.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Notes {
+    /// The unit that it was learnt of: [`unit`].
+    pub unit: u32,
+    /// Drives that it was learnt on; saturates.
+    pub drives: u16,
+    /// Time that it was learnt in, minutes; saturates.
+    pub minutes: u32,
+    /// Temperatures of the sensor in that time, least and most, degrees C; `None`: not known.
+    pub temperatures: Option<[i16; 2]>,
+}
+
+/// Stands for a temperature that is not known.
+const UNKNOWN: i16 = i16::MIN;
+
+impl Notes {
+    /// As stored, little-endian: unit u32, minutes u32, drives u16, least and most temperature i16,
+    /// 6 bytes that are 0.
+    #[must_use]
+    pub fn bytes(&self) -> [u8; NOTES_LEN] {
+        let mut bytes = [0; NOTES_LEN];
+        let [least, most] = self.temperatures.unwrap_or([UNKNOWN; 2]);
+        put(&mut bytes, 0, self.unit.to_le_bytes());
+        put(&mut bytes, 4, self.minutes.to_le_bytes());
+        put(&mut bytes, 8, self.drives.to_le_bytes());
+        put(&mut bytes, 10, least.to_le_bytes());
+        put(&mut bytes, 12, most.to_le_bytes());
+        bytes
+    }
+
+    /// The notes and the learner's bytes of a memory; `None` where it is too short.
+    #[must_use]
+    pub fn of(memory: &[u8]) -> Option<(Notes, &[u8])> {
+        let (bytes, learnt) = memory.split_first_chunk::<NOTES_LEN>()?;
+        let word = |at| u32::from_le_bytes(take(bytes, at));
+        let half = |at| i16::from_le_bytes(take(bytes, at));
+        let temperatures = [half(10), half(12)];
+        let notes = Notes {
+            unit: word(0),
+            minutes: word(4),
+            drives: u16::from_le_bytes(take(bytes, 8)),
+            temperatures: Some(temperatures).filter(|told| !told.contains(&UNKNOWN)),
+        };
+        Some((notes, learnt))
+    }
+
+    /// Takes a temperature into the range, degrees C.
+    pub fn see(&mut self, celsius: f32) {
+        let rounded = libm::roundf(celsius) as i16; // saturates
+        let [least, most] = self.temperatures.unwrap_or([rounded; 2]);
+        self.temperatures = Some([least.min(rounded), most.max(rounded)]);
+    }
+}
+
+/// A number for what a memory belongs to: the sensor's serial number and what drives the networks.
+/// What was learnt of one unit says nothing of another one, and weights mean something else behind
+/// other inputs.
+#[must_use]
+pub fn unit(told: &Configuration) -> u32 {
+    let mut sum = Zlib::new();
+    sum.add(told.identity.serial.as_bytes());
+    sum.add(&[0]);
+    for source in told.inputs.as_flattened() {
+        sum.add(&[*source as u8]);
+    }
+    sum.value()
+}
+
+/// Where the parts of a record begin and end.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Layout {
+    /// Bytes of the configuration record.
+    record: usize,
+    /// Bytes of the memory.
+    pub memory: usize,
+}
+
+/// The length of the configuration record stands before it.
+pub(super) const COUNT_LEN: usize = 2;
+const RECORD_AT: usize = HEADER_LEN + IMAGES_LEN + COUNT_LEN;
+
+impl Layout {
+    /// Of a content whose [`Memory::Same`] has `same` bytes.
+    pub fn of(content: &Content, same: usize) -> Layout {
+        let memory = match content.memory {
+            Memory::None => 0,
+            Memory::Same => same,
+            Memory::New(_, _, learnt) => NOTES_LEN + learnt.min(MEMORY_LEN),
+        };
+        Layout {
+            record: content.record.len(),
+            memory,
+        }
+    }
+
+    /// Length of what follows the images.
+    pub fn rest(&self) -> usize {
+        COUNT_LEN + self.record + self.memory
+    }
+
+    /// Where the memory begins.
+    pub fn memory_at(&self) -> usize {
+        RECORD_AT + self.record
+    }
+
+    /// Where the checksum is.
+    pub fn end(&self) -> usize {
+        self.memory_at() + self.memory
+    }
+
+    /// The whole length, with padding.
+    pub fn padded(&self) -> usize {
+        (self.end() + CRC_LEN).next_multiple_of(PIECE)
+    }
+}
+
+/// Fills in what a piece that begins at byte `at` of a record has of the images, the configuration
+/// and a new memory. All else stays as it is.
+pub(super) fn fill(content: &Content, layout: &Layout, at: usize, piece: &mut [u8; PIECE]) {
+    part(piece, at, HEADER_LEN, IMAGES_LEN, |start, place| {
+        content.nets.write_images(start, place);
+    });
+    let count = (layout.record as u16).to_le_bytes(); // at most MAX_LEN
+    part(
+        piece,
+        at,
+        HEADER_LEN + IMAGES_LEN,
+        COUNT_LEN,
+        |start, place| {
+            copy(&count, start, place);
+        },
+    );
+    part(piece, at, RECORD_AT, layout.record, |start, place| {
+        copy(content.record, start, place);
+    });
+    if let Memory::New(notes, learner, _) = content.memory {
+        let memory_at = layout.memory_at();
+        let notes = notes.bytes();
+        part(piece, at, memory_at, NOTES_LEN, |start, place| {
+            copy(&notes, start, place);
+        });
+        let learnt = layout.memory.saturating_sub(NOTES_LEN);
+        part(piece, at, memory_at + NOTES_LEN, learnt, |start, place| {
+            learner.write_memory(start, place);
+        });
+    }
+}
+
+/// Calls `write` with what a piece has of a part, and where in the part that begins.
+pub(super) fn part(
+    piece: &mut [u8; PIECE],
+    at: usize,
+    part_at: usize,
+    len: usize,
+    write: impl FnOnce(usize, &mut [u8]),
+) {
+    let (from, to) = (part_at.max(at), (part_at + len).min(at + PIECE));
+    if from < to
+        && let Some(place) = piece.get_mut(from - at..to - at)
+    {
+        write(from - part_at, place);
+    }
+}
+
+/// Copies bytes from `start` on.
+fn copy(from: &[u8], start: usize, place: &mut [u8]) {
+    for (place, byte) in place.iter_mut().zip(from.iter().skip(start)) {
+        *place = *byte;
+    }
+}

@@ -1,0 +1,199 @@
+//! Finds and reads records.
+
+use super::content::COUNT_LEN;
+use super::{
+    CRC_LEN, HEAD_LEN, HEADER_LEN, MAGIC, MEMORY_MAX, Newer, OLDEST, PIECE, Store, Stored, VERSION,
+    WITH_MEMORY,
+};
+use crate::configuration::record::{MAX_LEN, Record};
+use crate::model::{IMAGES_LEN, Nets};
+use crate::wire::checksum::Zlib;
+use crate::wire::field::{head, put, take};
+use embedded_storage::nor_flash::NorFlash;
+
+/// The frame of a record.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Header {
+    pub version: u32,
+    pub generation: u32,
+    /// Lengths of the images and of the rest.
+    pub parts: [usize; 2],
+}
+
+impl Header {
+    fn of(bytes: &[u8]) -> Option<Header> {
+        let word = |at| u32::from_le_bytes(take(bytes, at));
+        let length = |at| usize::from(u16::from_le_bytes(take(bytes, at)));
+        let header = Header {
+            version: word(4),
+            generation: word(8),
+            parts: [length(12), length(14)],
+        };
+        (take(bytes, 0) == MAGIC && header.version >= OLDEST).then_some(header)
+    }
+
+    /// Where the checksum is.
+    fn end(&self) -> usize {
+        let [images, rest] = self.parts;
+        HEADER_LEN + images + rest
+    }
+
+    /// The whole length, with padding.
+    pub(super) fn padded(&self) -> usize {
+        (self.end() + CRC_LEN).next_multiple_of(PIECE)
+    }
+
+    pub(super) fn bytes(&self) -> [u8; HEADER_LEN] {
+        let mut bytes = [0; HEADER_LEN];
+        let [images, rest] = self.parts.map(|len| (len as u16).to_le_bytes());
+        put(&mut bytes, 0, MAGIC);
+        put(&mut bytes, 4, self.version.to_le_bytes());
+        put(&mut bytes, 8, self.generation.to_le_bytes());
+        put(&mut bytes, 12, images);
+        put(&mut bytes, 14, rest);
+        bytes
+    }
+}
+
+impl<F: NorFlash> Store<F> {
+    /// Reads the newest record's memory, [`Notes`] and what the learner took down, and gives its
+    /// length; 0 without one. To be called after [`Store::load`].
+    pub fn memory(&mut self, into: &mut [u8; MEMORY_MAX]) -> usize {
+        let Some((at, len)) = self.memory_place() else {
+            return 0;
+        };
+        let mut place = 0;
+        let pieces = into.chunks_mut(PIECE);
+        for bytes in pieces.take(len.div_ceil(PIECE)) {
+            if self.read_bytes(at + place, bytes).is_none() {
+                return 0;
+            }
+            place += PIECE as u32;
+        }
+        len
+    }
+
+    /// Where the newest record's memory begins, and its length.
+    pub(super) fn memory_place(&mut self) -> Option<(u32, usize)> {
+        let (at, header) = self.newest?;
+        let [images, rest] = header.parts;
+        if header.version < WITH_MEMORY || images != IMAGES_LEN {
+            return None;
+        }
+        let mut count = [0; COUNT_LEN];
+        self.read_bytes(at + (HEADER_LEN + images) as u32, &mut count)?;
+        let before = COUNT_LEN + usize::from(u16::from_le_bytes(count));
+        let len = rest.checked_sub(before).filter(|len| *len <= MEMORY_MAX)?;
+        Some((at + (HEADER_LEN + images + before) as u32, len))
+    }
+
+    /// The good record with the greatest generation, of those older than `before`.
+    #[inline(never)]
+    pub(super) fn newest_before(&mut self, before: Option<u32>) -> Option<(u32, Header)> {
+        // newer by less than half the counter's range
+        let newer = |a: u32, b: u32| (a.wrapping_sub(b) as i32) > 0;
+        let mut newest: Option<(u32, Header)> = None;
+        for slot in 0..2 {
+            let start = self.start(slot);
+            for at in (start..start + self.slot_len).step_by(PIECE) {
+                let Some(header) = self.header(at) else {
+                    continue;
+                };
+                let old = before.is_none_or(|before| newer(before, header.generation));
+                let best = newest.is_none_or(|(_, best)| newer(header.generation, best.generation));
+                if old && best {
+                    newest = Some((at, header));
+                }
+            }
+        }
+        newest
+    }
+
+    /// Reads bytes from any place, at most [`PIECE`].
+    pub(super) fn read_bytes(&mut self, from: u32, into: &mut [u8]) -> Option<()> {
+        let mut pieces = [0; 2 * PIECE];
+        let (first, second) = pieces.split_at_mut(PIECE);
+        let skipped = from.checked_rem(PIECE as u32)?;
+        self.flash.read(from - skipped, first).ok()?;
+        if skipped as usize + into.len() > PIECE {
+            self.flash
+                .read(from - skipped + PIECE as u32, second)
+                .ok()?;
+        }
+        let bytes = pieces.iter().skip(skipped as usize);
+        for (place, byte) in into.iter_mut().zip(bytes) {
+            *place = *byte;
+        }
+        Some(())
+    }
+
+    /// The frame of the record at a place, if its checksum is right. It is read in pieces: a newer
+    /// version may be longer than ours.
+    #[inline(never)]
+    pub(super) fn header(&mut self, start: u32) -> Option<Header> {
+        let mut piece = [0; PIECE];
+        self.flash.read(start, &mut piece).ok()?;
+        let header = Header::of(&piece)?;
+        let end = header.end();
+        let room = self.slot_len - start.checked_rem(self.slot_len)?;
+        if end + CRC_LEN > usize::try_from(room).ok()? {
+            return None;
+        }
+        let (mut sum, mut stored) = (Zlib::new(), [0; CRC_LEN]);
+        let mut at = 0;
+        while at < end + CRC_LEN {
+            self.flash.read(start + at as u32, &mut piece).ok()?;
+            sum.add(head(&piece, end.saturating_sub(at)));
+            for (byte, place) in stored.iter_mut().zip(end..) {
+                if let Some(read) = place.checked_sub(at).and_then(|at| piece.get(at)) {
+                    *byte = *read;
+                }
+            }
+            at += PIECE;
+        }
+        (u32::from_le_bytes(stored) == sum.value()).then_some(header)
+    }
+
+    /// Not inlined, here and above, so that the stack never holds two records.
+    #[inline(never)]
+    pub(super) fn read(&mut self, at: u32) -> Result<Option<Stored>, Newer> {
+        match self.header(at) {
+            Some(header) if header.version > VERSION => Err(Newer(header.version)),
+            Some(header) => Ok(self.contents(at, &header)),
+            None => Ok(None),
+        }
+    }
+
+    #[inline(never)]
+    fn contents(&mut self, at: u32, header: &Header) -> Option<Stored> {
+        let [images, rest] = header.parts;
+        let count = if header.version < WITH_MEMORY {
+            0
+        } else {
+            COUNT_LEN
+        };
+        if images != IMAGES_LEN || rest < count {
+            return None;
+        }
+        let mut bytes = [0; HEAD_LEN];
+        let read = bytes.get_mut(..header.padded().min(HEAD_LEN))?;
+        self.flash.read(at, read).ok()?;
+        let images = bytes.get(HEADER_LEN..HEADER_LEN + IMAGES_LEN)?;
+        let record = if count == 0 {
+            rest
+        } else {
+            usize::from(u16::from_le_bytes(take(&bytes, HEADER_LEN + IMAGES_LEN)))
+        };
+        if record > MAX_LEN || count + record > rest {
+            return None;
+        }
+        let from = HEADER_LEN + IMAGES_LEN + count;
+        let record = bytes.get(from..from + record)?;
+        Some(Stored {
+            nets: Nets::from_images(images).ok()?,
+            record: Record::from_slice(record).ok()?,
+            generation: header.generation,
+            at,
+        })
+    }
+}

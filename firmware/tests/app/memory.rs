@@ -1,0 +1,259 @@
+//! What the learner remembers is stored while samples are corrected, and comes back at the next
+//! power-on of the board or of the sensor, if it is of the same unit.
+
+use crate::frames::Kind;
+use crate::record::{HARDWARE, configure, record, told};
+use crate::stored::Flash;
+use crate::taught::{Bench, with};
+use firmware::app::App;
+use firmware::configuration::Configuration;
+use firmware::configuration::record::encode;
+use firmware::control::Mode;
+use firmware::inputs::Source;
+use firmware::store::{Content, MEMORY_MAX, Step, Store};
+use firmware::wire::command::{Remembered, Request, Response};
+
+const KIND: Kind = Kind::RAWIMUSX;
+
+fn unit() -> Configuration {
+    let mut unit = told(KIND);
+    unit.identity.serial = "N1".try_into().expect("short");
+    unit.correction.mode = Mode::Learn;
+    unit.correction.slew.accel = 1e-3;
+    unit.correction.silence_us = 100_000;
+    unit.correction.check_rate = false;
+    unit
+}
+
+/// A board: a flash that outlives power-off.
+struct Board {
+    store: Store<Flash>,
+}
+
+impl Board {
+    /// With this unit stored.
+    fn new(unit: &Configuration) -> Board {
+        let mut store = Store::new(Flash::new()).expect("room");
+        let record = encode(unit);
+        let nets = with(1e-3);
+        let content = Content::new(&nets, &record);
+        store.save(&content).expect("stored");
+        Board { store }
+    }
+
+    /// The device after power-on.
+    fn power_on(&mut self) -> Bench {
+        let flash = core::mem::replace(&mut self.store, Store::new(Flash::new()).expect("room"))
+            .into_inner();
+        self.store = Store::new(flash).expect("room");
+        self.store.make_room().expect("room");
+        let stored = self.store.load();
+        let mut memory = [0; MEMORY_MAX];
+        let len = self.store.memory(&mut memory);
+        Bench::of(KIND, |learner| {
+            let mut app = App::power_on(HARDWARE, Some(stored), Some(learner));
+            app.recall(&memory[..len]);
+            app
+        })
+    }
+
+    /// What a pass of the main loop stores, if anything.
+    fn pass(&mut self, bench: &mut Bench) -> Option<Step> {
+        let mut seen = None;
+        bench.device.app.store(|step, content| {
+            seen = Some(step);
+            self.store.carry_out(step, content)
+        });
+        seen
+    }
+
+    /// Seconds of samples, a pass after each. Gives how many records were begun.
+    fn run(&mut self, bench: &mut Bench, seconds: u32) -> u32 {
+        let passes = (f64::from(seconds) * KIND.rate()) as u32;
+        let steps = (0..passes).map(|_| {
+            bench.step(1.0);
+            self.pass(bench)
+        });
+        steps.filter(|step| *step == Some(Step::Begin)).count() as u32
+    }
+}
+
+fn remembered(bench: &mut Bench) -> Remembered {
+    bench
+        .device
+        .ask(&Request::GetMemory, |answer| match answer {
+            Response::Remembered(remembered) => remembered,
+            other => panic!("{other:?}"),
+        })
+}
+
+/// A bench whose learner navigates and remembers this.
+fn learns(bench: &Bench, memory: &[u8]) {
+    bench.says.navigates.set(true);
+    bench.says.learns.replace(memory.to_vec());
+}
+
+#[test]
+fn a_memory_comes_back_at_the_next_power_on() {
+    let mut board = Board::new(&unit());
+    let mut bench = board.power_on();
+    assert!(bench.says.knows.borrow().is_empty());
+    let nothing = remembered(&mut bench);
+    assert_eq!((nothing.drives, nothing.of_another), (0, false));
+    let first: Vec<u8> = (0..=255).cycle().take(1700).collect();
+    learns(&bench, &first);
+    assert_eq!(board.run(&mut bench, 290), 0, "it moves");
+    assert_eq!(board.run(&mut bench, 40), 1);
+    let now = remembered(&mut bench);
+    assert_eq!((now.drives, now.minutes, now.temperatures), (1, 5, None));
+    assert!(now.acts, "what was stored before this drive");
+    for drive in 2..5 {
+        bench = board.power_on();
+        board.run(&mut bench, 1);
+        assert_eq!(*bench.says.knew.borrow(), first);
+        learns(&bench, &first);
+        bench.says.still_s.set(10);
+        assert_eq!(board.run(&mut bench, 80), 1, "it stands");
+        let now = remembered(&mut bench);
+        assert_eq!(now.drives, drive);
+        assert_eq!(now.minutes, 4 + u32::from(drive));
+    }
+}
+
+/// One piece of 64 bytes in a pass, and nothing moves in the drive.
+#[test]
+fn a_pass_stores_one_piece_while_samples_are_corrected() {
+    let mut board = Board::new(&unit());
+    let mut bench = board.power_on();
+    learns(&bench, &[7; 1792]);
+    bench.says.still_s.set(10);
+    let mut steps = Vec::new();
+    for _ in 0..(90.0 * KIND.rate()) as u32 {
+        bench.step(1.0);
+        steps.extend(board.pass(&mut bench));
+    }
+    assert_eq!(steps[0], Step::Begin);
+    assert!(steps[1..].iter().all(|step| *step == Step::GoOn));
+    // images, configuration and memory of 608 + 300 + 1812 bytes, and some more
+    assert!((40..52).contains(&steps.len()), "{}", steps.len());
+    let seen = bench.take();
+    assert_eq!(seen.len() as u32, bench.n, "no frame is lost");
+    assert!(
+        seen.iter()
+            .all(|c| (c - 1e-3).abs() <= 1.01 * bench.count())
+    );
+}
+
+/// The learner goes on from what it knew when the sensor was switched off, stored or not.
+#[test]
+fn a_restart_of_the_sensor_alone_gives_back_what_was_known() {
+    let mut board = Board::new(&unit());
+    let mut bench = board.power_on();
+    learns(&bench, b"first drive");
+    board.run(&mut bench, 30);
+    assert_eq!(remembered(&mut bench).drives, 0, "too short to be stored");
+    bench.silence(2.0);
+    board.run(&mut bench, 70);
+    assert_eq!(bench.device.counters().restarts, 1);
+    assert_eq!(*bench.says.knew.borrow(), b"first drive");
+    // each power-on of the sensor is a drive of its own
+    bench.says.still_s.set(10);
+    board.run(&mut bench, 20);
+    assert_eq!(remembered(&mut bench).drives, 1);
+    bench.silence(2.0);
+    board.run(&mut bench, 80);
+    assert_eq!(remembered(&mut bench).drives, 2);
+}
+
+/// Another serial number or other inputs: it is not used and that is told, and by command it is
+/// not stored again.
+#[test]
+fn a_memory_of_another_unit_is_not_used() {
+    let mut other = unit();
+    other.identity.serial = "N2".try_into().expect("short");
+    let mut driven = unit();
+    driven.inputs[0][0] = Source::Vibration;
+    let mut renamed = unit();
+    renamed.identity.name = "renamed".try_into().expect("short");
+    for (another, used) in [(other, false), (driven, false), (renamed, true)] {
+        let mut board = Board::new(&unit());
+        let mut bench = board.power_on();
+        learns(&bench, b"known");
+        bench.says.still_s.set(10);
+        assert_eq!(board.run(&mut bench, 80), 1);
+        bench.device.order(&Request::SetMode(Mode::Bypass));
+        board.run(&mut bench, 2);
+        assert_eq!(configure(&mut bench.device, &record(&another)), Ok(()));
+        let now = remembered(&mut bench);
+        assert_eq!((now.drives > 0, now.of_another), (used, !used));
+        let known: &[u8] = if used { b"known" } else { b"" };
+        assert_eq!(*bench.says.knows.borrow(), known);
+        // stored by command, it is the new unit's or nobody's
+        bench.says.navigates.set(false);
+        bench.device.order(&Request::SetMode(Mode::Bypass));
+        board.run(&mut bench, 2);
+        bench.device.order(&Request::StoreImage);
+        assert_eq!(board.pass(&mut bench), Some(Step::Save));
+        let mut bench = board.power_on();
+        assert_eq!(remembered(&mut bench).drives > 0, used);
+        assert_eq!(*bench.says.knows.borrow(), known);
+    }
+    // a store whose memory and configuration do not belong together
+    let mut board = Board::new(&unit());
+    let mut bench = board.power_on();
+    bench.device.app.recall(&[1; 40]);
+    assert!(remembered(&mut bench).of_another);
+    assert!(bench.says.knows.borrow().is_empty());
+    bench.device.app.recall(&[1; 4]);
+    let _ = board.run(&mut bench, 1);
+}
+
+/// A long drive stores less and less often: flash wears, and a slot has room for some forty
+/// records.
+#[test]
+fn flash_is_spared() {
+    let mut board = Board::new(&unit());
+    let mut bench = board.power_on();
+    learns(&bench, b"known");
+    bench.says.still_s.set(10);
+    let mut begun = Vec::new();
+    for ten_seconds in 0..1000 {
+        bench.run(10.0);
+        bench.device.app.store(|_, _| {
+            begun.push(10 * (ten_seconds + 1));
+            true
+        });
+    }
+    let pauses: Vec<i32> = begun.windows(2).map(|two| two[1] - two[0]).collect();
+    for (pause, least) in pauses.iter().zip([600, 900, 1350, 2025, 3038]) {
+        assert!((least..least + 30).contains(pause), "{pauses:?}");
+    }
+    // and nothing at all where nothing is learnt
+    let mut bench = board.power_on();
+    bench.says.learns.replace(b"known".to_vec());
+    bench.says.still_s.set(10);
+    assert_eq!(board.run(&mut bench, 400), 0);
+    assert_eq!(bench.says.took.get(), 0);
+}
+
+/// What changes while a record is being written ends it; the newest record stays, and the next one
+/// is whole.
+#[test]
+fn other_networks_end_a_record_in_progress() {
+    let mut board = Board::new(&unit());
+    let mut bench = board.power_on();
+    learns(&bench, &[5; 1000]);
+    bench.says.still_s.set(10);
+    while board.pass(&mut bench).is_none() {
+        bench.step(1.0);
+    }
+    for _ in 0..5 {
+        assert_eq!(board.pass(&mut bench), Some(Step::GoOn));
+    }
+    bench.device.order(&Request::CommitLearnt);
+    assert_eq!(board.pass(&mut bench), None);
+    assert_eq!(board.run(&mut bench, 700), 1);
+    let mut bench = board.power_on();
+    assert_eq!(remembered(&mut bench).drives, 1);
+    assert_eq!(*bench.says.knows.borrow(), vec![5; 1000]);
+}
