@@ -149,7 +149,8 @@ impl<F: NorFlash> Store<F> {
         });
     }
 
-    /// Sees to it that there is room for [`Store::begin`], and that the newest record is of this
+    /// Sees to it that there is room for [`Store::begin`], for a quarter of the records that a slot
+    /// can hold, since the next drive may be a long one, and that the newest record is of this
     /// version: if not, the newest record is saved once more, which erases.
     ///
     /// # Errors
@@ -162,7 +163,8 @@ impl<F: NorFlash> Store<F> {
             return Ok(());
         };
         let behind = at + header.padded() as u32;
-        let full = self.room(at, behind, PADDED_LEN).is_none() && self.places() > 1;
+        let spare = (self.places() as usize / 4).max(1) * PADDED_LEN;
+        let full = self.room(at, behind, spare).is_none() && self.places() > 1;
         // an older firmware looks for records of its own length, and so finds the first of a slot
         if full || header.version < VERSION {
             let Stored { nets, record, .. } = &stored;

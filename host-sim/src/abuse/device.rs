@@ -177,8 +177,8 @@ impl<'m, 'i> Device<'m, 'i> {
         while self.app.poll(&mut self.lines, &self.clock) {}
         let kept = &mut self.kept;
         if self.app.wants_to_store() {
-            self.app.store(|nets, _| {
-                *kept = Some(*nets);
+            self.app.store(|_, content| {
+                *kept = Some(*content.nets);
                 true
             });
         }
