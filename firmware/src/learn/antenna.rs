@@ -33,7 +33,6 @@ use super::bank::{self, Refusals};
 use super::prior::{Datasheet, NAV, Shape};
 use super::settings::Settings;
 use crate::fix::OBSERVATIONS;
-use crate::inputs::OWN;
 use crate::nav::{ANTENNA, Seen};
 use lrnn_nostd::Rational;
 use lrnn_nostd::learn::kalman::{Biases, Kalman, OUTPUTS, Prior, Transition, Workspace};
@@ -127,7 +126,7 @@ impl Antenna {
 
     fn prior(&self, sheet: &Datasheet, block_s: f64) -> Prior<STATES, OUTPUTS> {
         let of: Prior<NAV, OUTPUTS> = sheet.prior::<Biases, OUTPUTS>(
-            (Shape::Time, &OWN),
+            (Shape::Time, &sheet.nets(block_s)),
             block_s,
             0.0,
             [1.0; NAV],

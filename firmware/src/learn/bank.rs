@@ -95,7 +95,7 @@ impl<T: Real> Bank<T> {
         gates: Gates<T>,
     ) {
         self.hypotheses
-            .begin(driven, (sheet, inputs), block_s, error_sigma, error_floor());
+            .begin(driven, sheet, block_s, error_sigma, error_floor());
         let [g, a] = [sheet.gyro_bias, sheet.accel_bias];
         self.unmodelled = [g, g, g, a, a, a];
         self.gates = gates;
@@ -144,7 +144,7 @@ impl<T: Real> Bank<T> {
         error_sigma: [T; NAV],
     ) {
         self.hypotheses.begin_stored(nets, || {
-            let of = (Shape::Time, &OWN);
+            let of = (Shape::Time, nets);
             sheet.prior::<FixedWeights, 0>(of, block_s, 0.0, error_sigma, error_floor())
         });
         self.gates.enabled |= 1 << STORED;

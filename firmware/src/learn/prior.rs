@@ -2,7 +2,7 @@
 
 use crate::inputs::{Inputs, REFERENCE_DEGC, Source};
 use lrnn_nostd::learn::kalman::{AllWeights, ErrorModel, ParameterSet, Prior};
-use lrnn_nostd::{Identity, Net, Normalisation, Rational, Real, Weights};
+use lrnn_nostd::{Identity, Net, Normalisation, Rational, Real, State, Weights};
 
 /// Navigation errors: attitude (rad), velocity (m/s), position (m), each north, east, down.
 pub const NAV: usize = 9;
@@ -124,17 +124,16 @@ const GAIN: f64 = 0.5;
 /// Where two inputs are the same, the later one bends here, in network units: both together have a
 /// quadratic part.
 const BEND: f64 = 0.8;
-/// Standard deviation of a hidden weight around the shape, for the hypothesis that learns them.
+/// Standard deviation of a hidden weight around the shape, as a share of the largest weight of its
+/// unit, for the hypothesis that learns them.
 const HIDDEN: f64 = 0.1;
 
-/// First weights of networks that are driven by their inputs, and the standard deviation of each
-/// around them, when each unit may add `output` at an input of 1, in units of the output scale, and
-/// the output bias `bias`. Each unit has an input of its own, so the gradient by every input is
-/// non-zero as soon as the output layer is.
+/// First weights of networks that are driven by their inputs. Each unit has an input of its own, so
+/// the gradient by every input is non-zero as soon as the output layer is.
 #[must_use]
-pub fn driven<T: Real>(which: &[Source; 3], output: f64, bias: f64) -> [Weights<T>; 2] {
+pub fn driven<T: Real>(which: &[Source; 3]) -> Weights<T> {
     let to = T::from_f64;
-    let (mut first, mut sigma) = (Weights::zero(), Weights::zero());
+    let mut first = Weights::zero();
     let [input, middle, _] = &mut first.layers;
     for (i, source) in which.iter().enumerate() {
         let again = which.iter().take(i).any(|before| before == source);
@@ -142,16 +141,58 @@ pub fn driven<T: Real>(which: &[Source; 3], output: f64, bias: f64) -> [Weights<
         input.b[i] = to(if again { BEND } else { 0.0 });
         middle.w[i][i] = T::ONE;
     }
-    let [input, middle, top] = &mut sigma.layers;
-    for layer in [input, middle] {
-        layer.w = [[to(HIDDEN); 3]; 3];
-        layer.r = [[to(HIDDEN); 3]; 3];
-        layer.b = [to(HIDDEN); 3];
+    first
+}
+
+/// Standard deviation of each weight of a network of any shape, when each unit of the second layer
+/// may add `output` at an input of 1, in units of the output scale, and the output bias `bias`.
+#[must_use]
+pub fn spread<T: Real>(net: &LearnerNet<T>, output: f64, bias: f64) -> Weights<T> {
+    let to = T::from_f64;
+    let mut sigma = Weights::zero();
+    let [input, middle, _] = &net.weights.layers;
+    let [input_sigma, middle_sigma, top] = &mut sigma.layers;
+    for (of, sigma) in [(input, input_sigma), (middle, middle_sigma)] {
+        for i in 0..3 {
+            let largest = of.w[i]
+                .iter()
+                .fold(0.0, |most: f64, w| most.max(w.to_f64().abs()));
+            let leak = 1.0 - of.r[i][i].to_f64().abs().min(1.0);
+            sigma.w[i] = [to(HIDDEN * largest); 3];
+            sigma.r[i] = [to(HIDDEN * leak); 3];
+            sigma.b[i] = to(HIDDEN * largest);
+        }
     }
-    let usual = libm::tanh(libm::tanh(GAIN));
-    top.w = [[to(output / usual); 3]; 3];
+    let amplitude = amplitudes(net);
+    for row in &mut top.w {
+        *row = amplitude.map(|size| to(if size > 0.0 { output / size } else { 0.0 }));
+    }
     top.b = [to(bias); 3];
-    [first, sigma]
+    sigma
+}
+
+/// By how much each unit of the second layer moves in the end when one input goes from its mean to
+/// 1 in network units: the most of the three.
+fn amplitudes<T: Real>(net: &LearnerNet<T>) -> [f64; 3] {
+    let scales = &net.normalisation;
+    let settled = |input: [T; 3]| {
+        let mut state = State::new();
+        net.settle(&mut state, input);
+        let [_, second, _] = *state.layers();
+        second.map(Real::to_f64)
+    };
+    let mean = settled(scales.input_offset);
+    let mut most = [0.0_f64; 3];
+    for j in 0..3 {
+        let mut input = scales.input_offset;
+        if scales.input_scale[j] != T::ZERO {
+            input[j] += T::ONE / scales.input_scale[j];
+        }
+        for ((most, now), mean) in most.iter_mut().zip(settled(input)).zip(mean) {
+            *most = most.max((now - mean).abs());
+        }
+    }
+    most
 }
 
 /// Whether hidden layers pass each input on: the Jacobian of the second layer by the inputs at zero
@@ -175,7 +216,7 @@ pub fn shaped<T: Real>(
     let scales = sheet.driven_normalisation(inputs);
     core::array::from_fn(|k| match (told.get(k), scales.get(k), inputs.get(k)) {
         (Some(net), ..) if is_alive(&net.weights) && net.weights.is_finite() => *net,
-        (_, Some(scales), Some(which)) => Net::new(driven(which, 0.0, 0.0)[0], *scales),
+        (_, Some(scales), Some(which)) => Net::new(driven(which), *scales),
         _ => Net::new(Weights::zero(), Normalisation::identity()),
     })
 }
@@ -237,7 +278,7 @@ impl<T: Real> Datasheet<T> {
     #[must_use]
     pub fn prior<L: ParameterSet, const N: usize>(
         &self,
-        (shape, inputs): (Shape, &Inputs),
+        (shape, nets): (Shape, &[LearnerNet<T>; 2]),
         block_s: f64,
         output: f64,
         error_sigma: [T; NAV],
@@ -250,17 +291,20 @@ impl<T: Real> Datasheet<T> {
         }
         let [g, a] = walk;
         let mut sigma = [Weights::zero(); 2];
-        for ((sigma, bias), (new, which)) in
-            (sigma.iter_mut().zip(&mut bias)).zip(self.turn_on.into_iter().zip(inputs))
+        for ((sigma, bias), (new, net)) in
+            (sigma.iter_mut().zip(&mut bias)).zip(self.turn_on.into_iter().zip(nets))
         {
             let mut of_unit = 0.0;
             if L::OUTPUT_BIAS.is_some() {
                 *bias *= new;
                 of_unit = libm::sqrt(1.0 - new.to_f64() * new.to_f64());
             }
-            [_, *sigma] = match shape {
-                Shape::Time => weights(block_s, output),
-                Shape::Driven => driven(which, output, of_unit),
+            *sigma = match shape {
+                Shape::Time => {
+                    let [_, sigma] = weights(block_s, output);
+                    sigma
+                }
+                Shape::Driven => spread(net, output, of_unit),
             };
         }
         Prior {

@@ -87,7 +87,7 @@ fn driven() -> [LearnerNet<f32>; 2] {
 
 fn prior<L: ParameterSet, const N: usize>() -> Prior<NAV, N> {
     let sheet = Settings::MEDIUM.sheet;
-    let of = (Shape::Driven, &OWN);
+    let of = (Shape::Driven, &driven());
     sheet.prior::<L, N>(of, 1.0, 0.1, ERROR_SIGMA, [1e-7; NAV])
 }
 

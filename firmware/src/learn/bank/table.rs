@@ -2,7 +2,6 @@
 //! table, so that a new hypothesis is a new row.
 
 use super::hypothesis::Hypothesis;
-use crate::inputs::Inputs;
 use crate::learn::prior::{Datasheet, LearnerNet, NAV, Shape};
 use lrnn_nostd::learn::kalman::{
     AllWeights, FixedWeights, Kalman, NoParameters, OutputWeights, ParameterSet, Prior, TRIADS,
@@ -42,7 +41,7 @@ macro_rules! hypotheses {
             pub fn begin(
                 &mut self,
                 driven: &[LearnerNet<T>; TRIADS],
-                (sheet, inputs): (&Datasheet<T>, &Inputs),
+                sheet: &Datasheet<T>,
                 block_s: f64,
                 error_sigma: [T; NAV],
                 error_floor: [T; NAV],
@@ -55,7 +54,7 @@ macro_rules! hypotheses {
                     };
                     begin(&mut self.$slot, nets, || {
                         sheet.prior::<$learnt, $parameters>(
-                            (Shape::$shape, inputs),
+                            (Shape::$shape, nets),
                             block_s,
                             $output,
                             error_sigma,

@@ -5,7 +5,6 @@ mod f64_learner;
 
 use dense::DenseReference;
 use f64_learner::F64Learner;
-use firmware::inputs::OWN;
 use firmware::learn::bank::{ALL, Gates, HYPOTHESES, ZERO_CORRECTION};
 use firmware::learn::prior::{All, NAV, Shape, weights};
 use host_sim::inertial::earth::Geodetic;
@@ -307,7 +306,13 @@ fn window_references_teach_without_navigation() {
 fn the_zero_correction_learns_nothing() {
     let (_, assumptions) = session(ErrorModelName::Linear, 1);
     let sheet = datasheet(&assumptions);
-    let prior = sheet.prior::<NoParameters, 0>((Shape::Time, &OWN), 1.0, 0.0, [1.0; 9], [0.0; 9]);
+    let prior = sheet.prior::<NoParameters, 0>(
+        (Shape::Time, &sheet.nets(1.0)),
+        1.0,
+        0.0,
+        [1.0; 9],
+        [0.0; 9],
+    );
     let mut filter: Kalman<NoParameters, 9, 0, 0, Rational> =
         Kalman::new(Networks::new(sheet.nets(1.0)), prior);
     filter.step([[1.0; 3]; 2]);
