@@ -89,7 +89,7 @@ fn difference<T: Real>(fixes: usize) -> (f64, f64) {
     let sheet = datasheet(&assumptions);
     let error_sigma = [1e-3, 1e-3, 1e-2, 0.1, 0.1, 0.1, 1.0, 1.0, 1.0];
     let wide: Prior<NAV, 132, f64> = sheet.cast::<f64>().prior::<AllWeights, 132>(
-        (Shape::Time, &OWN),
+        (Shape::Time, &sheet.cast().nets(1.0)),
         1.0,
         0.3,
         error_sigma,
