@@ -132,8 +132,11 @@ impl<F: NorFlash> Store<F> {
     #[inline(never)]
     pub(super) fn header(&mut self, start: u32) -> Option<Header> {
         let mut piece = [0; PIECE];
-        self.flash.read(start, &mut piece).ok()?;
-        let header = Header::of(&piece)?;
+        // most places hold none: no more is read than shows it
+        let short = HEADER_LEN.is_multiple_of(F::READ_SIZE.max(1));
+        let first = piece.get_mut(..if short { HEADER_LEN } else { PIECE })?;
+        self.flash.read(start, first).ok()?;
+        let header = Header::of(first)?;
         let end = header.end();
         let room = self.slot_len - start.checked_rem(self.slot_len)?;
         if end + CRC_LEN > usize::try_from(room).ok()? {

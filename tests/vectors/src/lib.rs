@@ -8,6 +8,7 @@
 #![no_std]
 
 mod digest;
+mod driven;
 mod expected;
 pub mod generate;
 pub mod growth;
@@ -25,6 +26,7 @@ use core::fmt::Write;
 use lrnn_nostd::{Rational, Tanh};
 
 pub use digest::Digest;
+pub use driven::driven_digest;
 pub use inputs::{INPUTS, VECTORS};
 pub use learners::learner_digest;
 pub use network::{gradient_digest, input, net, step_digest};
@@ -40,9 +42,9 @@ pub struct Check {
     pub expected: u64,
 }
 
-/// All digests: steps, exact gradients and learners with both hidden activations, and the kernel in
-/// both forms.
-pub const CHECKS: [Check; 8] = [
+/// All digests: steps, exact gradients and learners with both hidden activations, the kernel in both
+/// forms, and networks that temperature and vibration drive.
+pub const CHECKS: [Check; 9] = [
     check(
         "step, rational",
         step_digest::<Rational>,
@@ -71,6 +73,7 @@ pub const CHECKS: [Check; 8] = [
     ),
     check("kernel, m4", kernel::digest_m4, expected::KERNEL_M4),
     check("kernel, m7", kernel::digest_m7, expected::KERNEL_M7),
+    check("driven", driven_digest, expected::DRIVEN),
 ];
 
 const fn check(name: &'static str, digest: fn() -> u64, expected: u64) -> Check {

@@ -13,6 +13,7 @@ pub fn run<const ADIS: bool>(learner: Option<&mut dyn Learner>) -> ! {
         cortex_m::peripheral::SCB::sys_reset()
     };
     let mut app = app(&mut board, learner);
+    recall(&mut app, &mut board);
     let mut frame = [0; LONGEST];
     loop {
         if ADIS && let Some(reply) = board.burst(&mut frame) {
@@ -59,11 +60,10 @@ fn app<'m>(board: &mut Board, learner: Option<&'m mut dyn Learner>) -> App<'m> {
         Some(Err(newer)) => defmt::println!("stored by a newer version, {=u32}", newer.0),
         _ => {}
     }
-    let mut app = App::power_on(board.hardware(), stored, learner);
-    recall(&mut app, board);
-    app
+    App::power_on(board.hardware(), stored, learner)
 }
 
+/// Apart from [`app`], so that the stack does not hold both.
 #[inline(never)]
 fn recall(app: &mut App, board: &mut Board) {
     let mut memory = [0; MEMORY_MAX];

@@ -158,3 +158,20 @@ fn a_memory_is_of_one_sensor_with_its_inputs() {
     same.rate = 500.0;
     assert_eq!(unit(&same), all[1]);
 }
+
+/// A flash that cannot be erased, as in a simulator: what is in it is found all the same.
+#[test]
+fn a_record_that_cannot_be_renewed_is_used() {
+    let mut images = std::vec![0; IMAGES_LEN];
+    nets(5).write_images(0, &mut images);
+    const SECTOR: usize = 128 * 1024;
+    let mut flash: Flash<SECTOR> = Flash::new(2 * SECTOR);
+    flash.bytes.fill(0);
+    let record = of_version(1, 7, &images, &[]);
+    flash.bytes[..record.len()].copy_from_slice(&record);
+    flash.left = 0;
+    let mut store = store(flash);
+    assert_eq!(store.make_room(), Err(Error::Flash(Failure::PowerCut)));
+    let stored = store.load().unwrap().unwrap();
+    assert!(stored.nets == nets(5) && stored.generation == 7);
+}
