@@ -579,7 +579,7 @@ impl Learner for FixLearner<'_> {
             states: bank.states_of(best),
             estimate: split(&bank.unit_estimate_of(best)),
             sigma: split(&self.at_least(bank.bias_sigma_of(best))),
-            settled: self.unit_settled.is_settled(),
+            settled: self.unit_settled.is_settled_again(),
         })
     }
 

@@ -7,6 +7,10 @@ use lrnn_nostd::learn::kalman::OUTPUTS;
 /// Time that a fix counts for at most, s: where none come, nothing could move the estimate.
 const FIX_S: f32 = 2.0;
 
+/// An estimate that has settled before has done so again after this time, s: fixes have proved once
+/// that it is not made by an error of theirs that lasts.
+const AGAIN_S: f32 = 60.0;
+
 /// See the module.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Settled {
@@ -18,6 +22,8 @@ pub struct Settled {
     /// Time since the navigator's start and since the last fix, s.
     navigated_s: f32,
     fix_s: f32,
+    /// It has settled since the navigator's start.
+    once: bool,
 }
 
 impl Settled {
@@ -35,6 +41,7 @@ impl Settled {
             (self.anchor, self.sigma) = (*estimate, *sigma);
             self.moves();
         }
+        self.once |= self.is_settled();
     }
 
     /// It has moved.
@@ -44,6 +51,12 @@ impl Settled {
 
     pub fn is_settled(&self) -> bool {
         self.since_s >= SETTLED_S && self.navigated_s >= SETTLED_AFTER_S
+    }
+
+    /// It has settled, or has settled before and has stayed for a minute again: a law is learnt bit
+    /// by bit as the temperature changes, and what is known later is better.
+    pub fn is_settled_again(&self) -> bool {
+        self.is_settled() || self.once && self.since_s >= AGAIN_S
     }
 }
 
@@ -70,6 +83,21 @@ mod tests {
         let again = (1..=600).find(|_| second(&mut settled, 6.1));
         assert_eq!(again, Some(180));
         assert!(!second(&mut settled, f32::NAN));
+    }
+
+    #[test]
+    fn what_has_settled_once_settles_sooner() {
+        let mut settled = Settled::default();
+        let again = |settled: &mut Settled| {
+            let all = (1..=600).map(|k| {
+                second(settled, 5.0);
+                (k, settled.is_settled_again())
+            });
+            all.filter(|(_, is)| *is).map(|(k, _)| k).next()
+        };
+        assert_eq!(again(&mut settled), Some(300));
+        settled.moves();
+        assert_eq!(again(&mut settled), Some(60));
     }
 
     #[test]
