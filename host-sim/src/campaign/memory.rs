@@ -44,7 +44,7 @@ pub struct Kept {
     /// The parameters of the unit.
     pub(super) unit: Belief,
     /// Logarithm of the density of all fixes so far.
-    score: f64,
+    pub(super) score: f64,
 }
 
 /// What is kept of the drives so far.

@@ -7,6 +7,7 @@
 
 mod causes;
 mod drives;
+pub mod fleet;
 mod group;
 mod laws;
 mod limit;

@@ -10,6 +10,7 @@ mod campaign;
 mod convert;
 mod corrected;
 mod device;
+mod fleet;
 mod hil;
 mod learnability;
 mod messages;
@@ -54,6 +55,8 @@ enum Command {
     Allan(allan::Args),
     /// Compute how well biases, scale factors and misalignments can be known, and what was reached
     Learnability(learnability::Args),
+    /// Learn from many units of a type what a unit of it starts with: the table [prior] of its file
+    Fleet(fleet::Args),
     /// Convert recordings: CSV, KF-GINS text, NovAtel logs, bags of ROS 2, logs of PX4 and
     /// u-blox, EuRoC folders
     Convert(convert::Args),
@@ -83,6 +86,7 @@ impl Cli {
             Some(Command::Abuse(args)) => args.run(),
             Some(Command::Allan(args)) => args.run(),
             Some(Command::Learnability(args)) => args.run(),
+            Some(Command::Fleet(args)) => args.run(),
             Some(Command::Convert(args)) => args.run(),
             Some(Command::Device(args)) => args.run(),
             Some(Command::Hil(args)) => args.run(),

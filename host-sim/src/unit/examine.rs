@@ -1,6 +1,7 @@
 //! Reads the text of a unit file and finds all that is wrong or doubtful in it.
 
 use super::finding::Finding;
+use super::prior;
 use super::{Unit, doubts, networks, schema};
 use std::collections::BTreeMap;
 use toml::Spanned;
@@ -91,6 +92,7 @@ impl Unit {
             Ok(told) => networks::not_given(self, &told),
             Err(finding) => vec![finding],
         };
+        found.extend(prior::other_inputs(self));
         if let Some(need) = self.sensor.bits_per_second()
             && need > f64::from(self.sensor.baud)
         {

@@ -10,6 +10,7 @@ pub mod ask;
 pub mod mounting;
 pub mod networks;
 pub mod presets;
+pub mod prior;
 pub mod schema;
 pub mod sensor;
 pub mod triads;
@@ -69,6 +70,10 @@ pub struct Unit {
     /// What drives the networks.
     #[serde(default)]
     pub networks: Networks,
+    /// What a fleet of the same type of sensor teaches, written by `host-sim fleet`. Default: what
+    /// follows from the datasheet above.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub prior: Option<prior::Prior>,
     /// All error terms of the simulated sensor. Default: derived from the datasheet above.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub simulation: Option<ImuSpec>,

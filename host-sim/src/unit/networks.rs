@@ -89,6 +89,29 @@ impl From<Source> for Input {
     }
 }
 
+impl Input {
+    /// Name in files.
+    #[must_use]
+    pub fn name(self) -> String {
+        let value = toml::Value::try_from(self).ok();
+        value
+            .and_then(|v| v.as_str().map(str::to_owned))
+            .unwrap_or_default()
+    }
+}
+
+impl std::str::FromStr for Input {
+    type Err = crate::error::Error;
+
+    fn from_str(text: &str) -> Result<Self, Self::Err> {
+        let mut all = Source::ALL.into_iter().map(Self::from);
+        let known: Vec<String> = all.clone().map(Self::name).collect();
+        let known: Vec<&str> = known.iter().map(String::as_str).collect();
+        all.find(|input| input.name() == text)
+            .ok_or_else(|| crate::error::Error::unknown("input", text, &known))
+    }
+}
+
 impl Networks {
     /// The inputs as the device is told them.
     #[must_use]
@@ -169,6 +192,15 @@ mod tests {
         ] {
             assert_eq!(file(line).1, [says]);
         }
+    }
+
+    #[test]
+    fn names_are_those_of_the_file() {
+        let text = "temperature-rate";
+        assert_eq!(text.parse::<Input>().unwrap(), Input::TemperatureRate);
+        assert_eq!(Input::TemperatureRate.name(), text);
+        let error = "temprature".parse::<Input>().unwrap_err().to_string();
+        assert!(error.contains("did you mean 'temperature'"), "{error}");
     }
 
     #[test]

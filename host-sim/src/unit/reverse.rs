@@ -37,6 +37,7 @@ impl Unit {
             },
             correction: correction(&told.correction),
             networks: Networks::of(&told.inputs),
+            prior: None,
             simulation: None,
         };
         (unit.configuration().as_ref() == Ok(told)).then_some(unit)

@@ -1,0 +1,381 @@
+//! The shape of a type: the hidden layers that leave the least of the errors of many units, when
+//! each unit has its own best output layer ([`super::linear`]).
+//!
+//! Levenberg and Marquardt over the hidden weights, from several starts. The Jacobian is that of
+//! what the best output layers leave (the whole variable projection), by differences. The moments
+//! of the fleet are renewed after each step. What counts is always the drive of a unit that it has
+//! not learnt from: the last one. Units that check the fit choose the start and the step at which
+//! it ends; other units judge it.
+
+use super::linear::{Constants, Moments, Point, Sums, regressors, renewed, solve};
+use super::shape::{HIDDEN, Shape, Three};
+use nalgebra::{DMatrix, DVector, Vector4};
+use rayon::prelude::*;
+
+/// Random starts beside the others.
+const FURTHER_STARTS: usize = 4;
+/// Steps of each start, and of the best one at most.
+const FIRST_STEPS: usize = 4;
+const STEPS: usize = 25;
+/// Steps without a better check after which the fit ends.
+const PATIENCE: usize = 4;
+/// Units on which starts are compared, at most.
+const FIRST_UNITS: usize = 24;
+/// Step of the differences, standard deviations of a weight.
+const DIFFERENCE: f64 = 1e-4;
+/// Renewals of the moments after a step, and at the end.
+const RENEWALS: usize = 2;
+const LAST_RENEWALS: usize = 40;
+
+/// One drive: normalised inputs of each second, and the errors of the three axes.
+#[derive(Debug, Clone)]
+pub(super) struct DriveData {
+    pub(super) inputs: Vec<Three>,
+    pub(super) points: [Vec<Point>; 3],
+}
+
+/// The drives of a unit, in their order.
+pub(super) type UnitData = Vec<DriveData>;
+
+/// What features are made of inputs.
+#[derive(Debug, Clone)]
+pub(super) enum Law {
+    /// A network.
+    Shape(Box<Shape>),
+    /// The inputs themselves: a static linear law.
+    Linear,
+    /// None: biases.
+    Biases,
+}
+
+impl Law {
+    fn features(&self, inputs: &[Three]) -> Vec<Three> {
+        match self {
+            Self::Shape(shape) => shape.features(inputs),
+            Self::Linear => inputs.iter().take(1).chain(inputs).copied().collect(),
+            Self::Biases => vec![[0.0; 3]; inputs.len() + 1],
+        }
+    }
+
+    fn sums(&self, unit: &UnitData) -> [Vec<Sums>; 3] {
+        let mut out = [(); 3].map(|()| Vec::with_capacity(unit.len()));
+        for drive in unit {
+            let features = self.features(&drive.inputs);
+            for (sums, points) in out.iter_mut().zip(&drive.points) {
+                sums.push(Sums::of(points, &features));
+            }
+        }
+        out
+    }
+}
+
+/// A law with the moments of its constants.
+#[derive(Debug, Clone)]
+pub(super) struct Fitted {
+    pub(super) law: Law,
+    pub(super) moments: Moments,
+}
+
+impl Fitted {
+    /// A law whose moments are found on these units.
+    pub(super) fn of(law: Law, units: &[&UnitData]) -> Self {
+        let features: Vec<Vec<Three>> = units
+            .iter()
+            .flat_map(|unit| unit.iter().map(|drive| law.features(&drive.inputs)))
+            .collect();
+        let moments = Moments::wide(&features);
+        Self { law, moments }.renewed(units, RENEWALS)
+    }
+
+    /// The same with moments that are renewed so often.
+    pub(super) fn renewed(mut self, units: &[&UnitData], times: usize) -> Self {
+        let sums: Vec<_> = units.par_iter().map(|unit| self.law.sums(unit)).collect();
+        for _ in 0..times {
+            let known: Vec<_> = sums.iter().map(|s| constants(s, &self.moments)).collect();
+            self.moments = renewed(&known);
+        }
+        self
+    }
+
+    /// Which part of the last drive's errors is left, of each unit, when the unit has learnt from
+    /// the drives before and the turn-on is not known.
+    pub(super) fn left(&self, units: &[&UnitData]) -> Vec<f64> {
+        let of = |unit: &&UnitData| {
+            let sums = self.law.sums(unit);
+            let axes = sums.iter().enumerate().map(|(axis, drives)| {
+                let (last, before) = drives.split_last()?;
+                let known = solve(before, &self.moments, axis);
+                Some((last.left(&known.mean), last.errors()))
+            });
+            let (left, all) = axes
+                .flatten()
+                .fold((0.0, 0.0), |(a, b), (left, all)| (a + left, b + all));
+            left / f64::max(all, f64::MIN_POSITIVE)
+        };
+        units.par_iter().map(of).collect()
+    }
+
+    /// Mean logarithm of what is left: the fit's check.
+    fn check(&self, units: &[&UnitData]) -> f64 {
+        let left = self.left(units);
+        let count = left.len().max(1) as f64;
+        left.iter().map(|x| x.max(1e-12).ln()).sum::<f64>() / count
+    }
+
+    /// The hidden layers; zero where the law has none.
+    pub(super) fn layers(&self) -> [lrnn_nostd::Layer<f64>; 2] {
+        self.shape().map_or_else(Default::default, Shape::layers)
+    }
+
+    fn shape(&self) -> Option<&Shape> {
+        match &self.law {
+            Law::Shape(shape) => Some(shape),
+            _ => None,
+        }
+    }
+
+    /// All residuals of a unit with its best constants, in standard deviations: those of the
+    /// points, of the constants and of the turn-ons.
+    fn residuals(&self, shape: &Shape, unit: &UnitData) -> DVector<f64> {
+        let law = Law::Shape(Box::new(shape.clone()));
+        let features: Vec<Vec<Three>> = unit.iter().map(|d| shape.features(&d.inputs)).collect();
+        let all = constants(&law.sums(unit), &self.moments);
+        let mut out = Vec::new();
+        for (axis, known) in all.iter().enumerate() {
+            let off = known.mean - self.moments.mean[axis];
+            out.extend(off.component_div(&self.moments.sigma).iter());
+            for ((drive, features), (t, _)) in unit.iter().zip(&features).zip(&known.turn_ons) {
+                out.push(t / self.moments.turn_on);
+                let of = |p: &Point| {
+                    let told = known.mean.dot(&regressors(features, p.second)) + t;
+                    p.weight.sqrt() * (p.error - told)
+                };
+                out.extend(drive.points[axis].iter().map(of));
+            }
+        }
+        DVector::from_vec(out)
+    }
+
+    /// Sum of the squares of all residuals, those of the hidden weights included.
+    fn cost(&self, shape: &Shape, units: &[&UnitData]) -> f64 {
+        let each = units
+            .par_iter()
+            .map(|unit| self.residuals(shape, unit).norm_squared());
+        let each: Vec<f64> = each.collect();
+        each.iter().sum::<f64>() + shape.z.iter().map(|z| z * z).sum::<f64>()
+    }
+
+    /// Square of the Jacobian, and its product with the residuals.
+    fn normal(&self, shape: &Shape, units: &[&UnitData]) -> (DMatrix<f64>, DVector<f64>) {
+        let of = |unit: &&UnitData| {
+            let at = self.residuals(shape, unit);
+            let mut jacobian = DMatrix::zeros(at.len(), HIDDEN);
+            for (mut column, i) in jacobian.column_iter_mut().zip(0..) {
+                let mut moved = shape.clone();
+                moved.z[i] += DIFFERENCE;
+                column.copy_from(&((self.residuals(&moved, unit) - &at) / DIFFERENCE));
+            }
+            (jacobian.tr_mul(&jacobian), jacobian.tr_mul(&at))
+        };
+        let each: Vec<_> = units.par_iter().map(of).collect();
+        let z = DVector::from_column_slice(&shape.z);
+        let first = (DMatrix::identity(HIDDEN, HIDDEN), z);
+        each.into_iter()
+            .fold(first, |(a, b), (square, cross)| (a + square, b + cross))
+    }
+
+    /// One step of Levenberg and Marquardt; `None` when no step is better.
+    fn step(&self, units: &[&UnitData], damping: &mut f64) -> Option<Self> {
+        let shape = self.shape()?;
+        let (square, cross) = self.normal(shape, units);
+        let before = self.cost(shape, units);
+        for _ in 0..6 {
+            let mut damped = square.clone();
+            for i in 0..HIDDEN {
+                damped[(i, i)] *= 1.0 + *damping;
+            }
+            let step = damped.cholesky()?.solve(&cross);
+            let mut next = shape.clone();
+            next.z
+                .iter_mut()
+                .zip(step.iter())
+                .for_each(|(z, s)| *z -= s);
+            if self.cost(&next, units) < before {
+                *damping = (*damping / 3.0).max(1e-6);
+                let law = Law::Shape(Box::new(next));
+                let moments = self.moments;
+                return Some(Self { law, moments }.renewed(units, RENEWALS));
+            }
+            *damping *= 5.0;
+        }
+        None
+    }
+
+    /// Steps until `check` is no longer better; gives the best.
+    fn descended(self, units: &[&UnitData], check: &[&UnitData], steps: usize) -> (Self, f64) {
+        let mut damping = 0.1;
+        let mut now = self;
+        let mut best = (now.clone(), now.check(check));
+        let mut since = 0;
+        for _ in 0..steps {
+            let Some(next) = now.step(units, &mut damping) else {
+                break;
+            };
+            now = next;
+            let checked = now.check(check);
+            since += 1;
+            if checked < best.1 {
+                best = (now.clone(), checked);
+                since = 0;
+            }
+            if since >= PATIENCE {
+                break;
+            }
+        }
+        best
+    }
+}
+
+fn constants(sums: &[Vec<Sums>; 3], moments: &Moments) -> [Constants; 3] {
+    [0, 1, 2].map(|axis| solve(&sums[axis], moments, axis))
+}
+
+/// Units by what they are for.
+pub(super) struct Parts<'a> {
+    pub(super) learn: Vec<&'a UnitData>,
+    pub(super) check: Vec<&'a UnitData>,
+    pub(super) judge: Vec<&'a UnitData>,
+}
+
+impl<'a> Parts<'a> {
+    /// Of five units three are for learning, one for checking and one for judging.
+    pub(super) fn of(units: &'a [UnitData]) -> Self {
+        let part = |which: fn(usize) -> bool| {
+            let all = units.iter().enumerate();
+            let part = all.filter(|(number, _)| which(number % 5));
+            part.map(|(_, unit)| unit).collect()
+        };
+        Self {
+            learn: part(|k| k < 3),
+            check: part(|k| k == 3),
+            judge: part(|k| k == 4),
+        }
+    }
+}
+
+/// The shape with the moments of its constants. `progress` is called after each start and at the
+/// end: [`STARTS`] and one more times.
+pub(super) fn fit(parts: &Parts<'_>, settles: bool, progress: &dyn Fn()) -> Fitted {
+    let first = &parts.learn[..parts.learn.len().min(FIRST_UNITS)];
+    let mut best: Option<(Fitted, f64)> = None;
+    for shape in Shape::starts(FURTHER_STARTS, settles) {
+        let fitted = Fitted::of(Law::Shape(Box::new(shape)), first);
+        let tried = fitted.descended(first, &parts.check, FIRST_STEPS);
+        if best.as_ref().is_none_or(|(_, least)| tried.1 < *least) {
+            best = Some(tried);
+        }
+        progress();
+    }
+    let fitted = best.map_or_else(|| Fitted::of(Law::Biases, first), |(fitted, _)| fitted);
+    let fitted = fitted.renewed(&parts.learn, RENEWALS);
+    let (fitted, _) = fitted.descended(&parts.learn, &parts.check, STEPS);
+    progress();
+    fitted.renewed(&parts.learn, LAST_RENEWALS)
+}
+
+/// A law without a shape.
+pub(super) fn rival(law: Law, parts: &Parts<'_>) -> Fitted {
+    Fitted::of(law, &parts.learn).renewed(&parts.learn, LAST_RENEWALS)
+}
+
+/// How many starts are compared.
+pub(super) const STARTS: usize = 4 + FURTHER_STARTS;
+
+/// A mean of an output layer: three rows of weights, then the biases.
+pub(super) fn mean_of(moments: &Moments) -> ([Three; 3], Three) {
+    let rows = moments.mean.map(|m: Vector4<f64>| [m[0], m[1], m[2]]);
+    (rows, moments.mean.map(|m| m[3]))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rand::SeedableRng;
+    use rand_distr::{Distribution, StandardNormal};
+
+    /// Units whose errors are a sigmoid of the first input, which a line cannot follow, and nothing
+    /// else. The shape is found: on units that were not learnt from much less is left than by the
+    /// static linear law.
+    #[test]
+    fn a_known_shape_is_found() {
+        let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(3);
+        let mut z = || -> f64 { StandardNormal.sample(&mut rng) };
+        let units: Vec<UnitData> = (0..20)
+            .map(|_| {
+                let size = [z(), z(), z()];
+                let drive = |_: usize| {
+                    let from = z();
+                    let input = |k: usize| [from + 0.005 * k as f64, 0.3, 0.1];
+                    let inputs: Vec<Three> = (0..300).map(input).collect();
+                    let (t, noise) = (0.05 * z(), [(); 90].map(|()| 0.05 * z()));
+                    let points = size.map(|size| {
+                        let of = |k: usize| {
+                            let x = inputs[10 * k][0];
+                            Point {
+                                second: 10 * k,
+                                error: size / (1.0 + (-6.0 * (x - 0.6)).exp()) + t + noise[k],
+                                weight: 400.0,
+                            }
+                        };
+                        (1..30).map(of).collect()
+                    });
+                    DriveData { inputs, points }
+                };
+                (0..3).map(drive).collect()
+            })
+            .collect();
+        let parts = Parts::of(&units);
+        let fitted = fit(&parts, false, &|| {});
+        let mean = |fitted: &Fitted| fitted.check(&parts.judge).exp();
+        let [network, line, biases] = [
+            mean(&fitted),
+            mean(&rival(Law::Linear, &parts)),
+            mean(&rival(Law::Biases, &parts)),
+        ];
+        println!("left: {network:.3} by the network, {line:.3} by a line, {biases:.3} by biases");
+        assert!(network < 0.4 * line && line < biases);
+    }
+
+    /// The derivative of the cost by each hidden weight is twice the product of the Jacobian and
+    /// the residuals: what variable projection promises.
+    #[test]
+    fn the_gradient_is_that_of_the_cost() {
+        let shape = Shape::starts(4, true).pop().unwrap();
+        let inputs: Vec<Three> = (0..200)
+            .map(|k| [0.01 * f64::from(k) - 1.0, (0.1 * f64::from(k)).sin(), 0.4])
+            .collect();
+        let point = |k: usize| Point {
+            second: 10 * k,
+            error: (0.3 * k as f64).sin(),
+            weight: 9.0,
+        };
+        let points = [(); 3].map(|()| (1..20).map(point).collect());
+        let unit: UnitData = vec![DriveData { inputs, points }];
+        let units = [&unit];
+        let fitted = Fitted::of(Law::Shape(Box::new(shape.clone())), &units);
+        let (_, cross) = fitted.normal(&shape, &units);
+        for i in 0..HIDDEN {
+            let at = |by: f64| {
+                let mut moved = shape.clone();
+                moved.z[i] += by;
+                fitted.cost(&moved, &units)
+            };
+            let slope = (at(1e-4) - at(-1e-4)) / 2e-4;
+            let want = 2.0 * cross[i];
+            assert!(
+                (slope - want).abs() < 1e-3 * (1.0 + want.abs()),
+                "{i}: {slope} {want}"
+            );
+        }
+    }
+}

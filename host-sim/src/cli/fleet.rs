@@ -1,0 +1,271 @@
+//! `host-sim fleet`.
+
+use super::options::{ScenarioOption, UnitOption, arguments, refused, shard};
+use super::progress::bar;
+use crate::campaign::fleet::{Fleet, Origin, PROGRESS, folders, learn, merge};
+use crate::campaign::{Campaign, Group};
+use crate::error::Error;
+use crate::output::write_atomic;
+use crate::unit::Unit;
+use crate::unit::networks::Input;
+use crate::unit::prior::{Prior, Triad};
+use clap::{Args as ClapArgs, Subcommand};
+use firmware::inputs::{Inputs as DeviceInputs, Source};
+use std::path::{Path, PathBuf};
+
+/// Arguments of `fleet`.
+#[derive(Debug, ClapArgs)]
+pub struct Args {
+    #[command(subcommand)]
+    action: Option<Action>,
+    #[command(flatten)]
+    scenario: ScenarioOption,
+    /// Errors of the simulated units: a group as in `campaign`
+    #[arg(long, value_name = "GROUP", default_value = "all")]
+    models: String,
+    /// How warm the simulated units are at power-on: cold, warm, hot, mixed
+    #[arg(long, value_name = "NAME", default_value = "mixed")]
+    start: String,
+    /// Number of simulated units
+    #[arg(long, default_value_t = 100, value_parser = clap::value_parser!(u32).range(1..=100_000))]
+    units: u32,
+    /// Drives of each simulated unit, each on another day
+    #[arg(long, default_value_t = 4, value_parser = clap::value_parser!(u32).range(1..=64))]
+    drives: u32,
+    /// Recordings instead: folders of units, each with a folder for each drive, in which header.toml
+    /// is; a single folder may hold the folders of all units
+    #[arg(long, value_name = "DIR", num_args = 1.., conflicts_with_all = ["models", "start", "units", "drives", "scenario"])]
+    recordings: Vec<PathBuf>,
+    #[command(flatten)]
+    inputs: Inputs,
+    /// Threads, on which the results do not depend [default: all cores]
+    #[arg(long)]
+    jobs: Option<usize>,
+    /// Directory of the drives' errors
+    #[arg(long, value_name = "DIR", default_value = "out/fleet")]
+    out: PathBuf,
+    /// Keep the units that an interrupted command has finished
+    #[arg(long)]
+    resume: bool,
+    /// Only the units whose number modulo N is I; nothing is learnt before `fleet merge`
+    #[arg(long, value_name = "I/N")]
+    shard: Option<String>,
+    /// The unit file to write: the unit's, with the table [prior]
+    #[arg(long, value_name = "FILE.toml")]
+    output: Option<PathBuf>,
+}
+
+/// What the networks are given.
+#[derive(Debug, Clone, ClapArgs)]
+struct Inputs {
+    /// Three inputs of both networks: rate-x to rate-z, force-x to force-z, temperature,
+    /// temperature-rate, vibration, rate-magnitude
+    #[arg(
+        long,
+        value_delimiter = ',',
+        value_name = "NAMES",
+        default_value = "temperature,temperature-rate,vibration"
+    )]
+    inputs: Vec<String>,
+    /// Other inputs of the accelerometers' network
+    #[arg(long, value_delimiter = ',', value_name = "NAMES")]
+    accel_inputs: Vec<String>,
+}
+
+#[derive(Debug, Subcommand)]
+enum Action {
+    /// Learn from the directories of all shards
+    Merge {
+        /// Directories of the shards
+        #[arg(required = true)]
+        dirs: Vec<PathBuf>,
+        #[command(flatten)]
+        unit: UnitOption,
+        #[command(flatten)]
+        inputs: Inputs,
+        /// The unit file to write: the unit's, with the table [prior]
+        #[arg(long, value_name = "FILE.toml")]
+        output: Option<PathBuf>,
+    },
+}
+
+impl Inputs {
+    fn parsed(&self) -> Result<DeviceInputs, Error> {
+        let three = |option: &str, names: &[String]| {
+            let all: Result<Vec<Input>, Error> = names.iter().map(|name| name.parse()).collect();
+            let count = names.len();
+            <[Input; 3]>::try_from(all?)
+                .map_err(|_| refused(option, format!("names {count}"), "name three inputs"))
+        };
+        let gyro = three("--inputs", &self.inputs)?;
+        match &self.accel_inputs[..] {
+            [] => Ok([gyro; 2].map(|three| three.map(Source::from))),
+            names => Ok([gyro, three("--accel-inputs", names)?].map(|t| t.map(Source::from))),
+        }
+    }
+}
+
+impl Args {
+    /// Simulates or reads what is missing, learns, prints and writes.
+    pub(super) fn run(&self) -> Result<(), Error> {
+        if let Some(Action::Merge {
+            dirs,
+            unit,
+            inputs,
+            output,
+        }) = &self.action
+        {
+            let unit = unit.load_or("medium")?;
+            return finish(dirs, &inputs.parsed()?, &unit, output.as_deref());
+        }
+        let mut pool = rayon::ThreadPoolBuilder::new();
+        if let Some(jobs) = self.jobs {
+            pool = pool.num_threads(jobs.max(1));
+        }
+        let pool = pool
+            .build()
+            .map_err(|e| refused("--jobs", e.to_string(), "give fewer"))?;
+        let (fleet, unit) = self.fleet()?;
+        let wanted = fleet.wanted().len() as u64;
+        let bar = bar(
+            wanted,
+            "{bar:30} {pos}/{len} units, {elapsed} elapsed, {eta} left",
+        );
+        let done = pool.install(|| fleet.execute(&|| bar.inc(1)));
+        bar.finish_and_clear();
+        done?;
+        if fleet.shard.1 > 1 {
+            println!(
+                "the other shards are missing: `host-sim fleet merge` learns from all of them"
+            );
+            return Ok(());
+        }
+        let output = self.output.as_deref();
+        pool.install(|| {
+            finish(
+                std::slice::from_ref(&self.out),
+                &fleet.inputs,
+                &unit,
+                output,
+            )
+        })
+    }
+
+    fn fleet(&self) -> Result<(Fleet, Unit), Error> {
+        let (from, unit) = match &self.recordings[..] {
+            [] => self.simulation()?,
+            dirs => {
+                let unit = self.scenario.unit.load_or("medium")?;
+                let units = match dirs {
+                    [one] if !one.join("header.toml").exists() => folders_of(one)?,
+                    several => several.to_vec(),
+                };
+                let of = Origin::Recordings {
+                    units,
+                    unit: Box::new(unit.clone()),
+                };
+                (of, unit)
+            }
+        };
+        let fleet = Fleet {
+            from,
+            inputs: self.inputs.parsed()?,
+            out: self.out.clone(),
+            resume: self.resume,
+            shard: shard(self.shard.as_deref())?,
+        };
+        Ok((fleet, unit))
+    }
+
+    fn simulation(&self) -> Result<(Origin, Unit), Error> {
+        let mut scenario = self.scenario.load()?;
+        scenario.set_start(&self.start)?;
+        scenario.vehicle_stands("give a vehicle that stands for 300 s first")?;
+        scenario.one_fix_a_second("fleet")?;
+        let unit = scenario.unit().clone();
+        let group: Group = self.models.parse()?;
+        let campaign = Campaign {
+            runs: self.units,
+            ..Campaign::single(scenario, &[group.sensors])
+        };
+        let of = Origin::Simulation {
+            campaign: Box::new(campaign),
+            group,
+            drives: self.drives,
+        };
+        Ok((of, unit))
+    }
+}
+
+/// The folders of units in a folder; itself where its folders are drives.
+fn folders_of(dir: &Path) -> Result<Vec<PathBuf>, Error> {
+    let inside = folders(dir)?;
+    match inside
+        .iter()
+        .any(|drive| drive.join("header.toml").exists())
+    {
+        true => Ok(vec![dir.to_path_buf()]),
+        false if inside.is_empty() => Err(refused(
+            format!("--recordings: {}", dir.display()),
+            "has no folders",
+            "give a folder that holds the folders of the units, or the folders of the units",
+        )),
+        false => Ok(inside),
+    }
+}
+
+/// Learns from the series, prints and writes.
+fn finish(
+    dirs: &[PathBuf],
+    inputs: &DeviceInputs,
+    unit: &Unit,
+    output: Option<&Path>,
+) -> Result<(), Error> {
+    let units = merge(dirs)?;
+    let bar = bar(
+        PROGRESS as u64,
+        "{bar:30} learning, {elapsed} elapsed, {eta} left",
+    );
+    let prior = learn(&units, inputs, unit, &|| bar.inc(1));
+    bar.finish_and_clear();
+    let prior = prior?;
+    println!("{} units, {} drives", prior.units, prior.drives);
+    report("gyros", "deg/h", &prior.gyro);
+    report("accelerometers", "ug", &prior.accel);
+    if let Some(file) = output {
+        write(file, unit, prior)?;
+    }
+    Ok(())
+}
+
+fn write(file: &Path, unit: &Unit, prior: Prior) -> Result<(), Error> {
+    let unit = Unit {
+        networks: prior.networks(),
+        prior: Some(prior),
+        ..unit.clone()
+    };
+    let text = unit.to_text(&format!("host-sim {}", arguments()))?;
+    write_atomic(file, text.as_bytes())?;
+    println!("written: {}", file.display());
+    Ok(())
+}
+
+fn report(name: &str, unit: &str, triad: &Triad) {
+    let inputs = triad.inputs.map(Input::name).join(", ");
+    let [network, line, biases] = triad.left.map(|left| 100.0 * left);
+    println!(
+        "{name}, by {inputs}: of the errors' squares in the last drive of units that were not \
+         learnt from, {network:.0} % are left by the network, {line:.0} % by a linear law of the \
+         same inputs, {biases:.0} % by biases (medians)"
+    );
+    println!(
+        "  new at each turn-on: {:.3} {unit}; output layer: {:.2} {:.2} {:.2}, biases {:.2}, in \
+         units of {:.3} {unit}",
+        triad.sigma_turn_on * triad.output,
+        triad.sigma_w[0],
+        triad.sigma_w[1],
+        triad.sigma_w[2],
+        triad.sigma_b,
+        triad.output
+    );
+}
