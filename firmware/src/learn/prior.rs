@@ -195,14 +195,12 @@ fn amplitudes<T: Real>(net: &LearnerNet<T>) -> [f64; 3] {
     most
 }
 
-/// Whether hidden layers pass each input on: the Jacobian of the second layer by the inputs at zero
-/// has no row and no column of zeros.
+/// Whether hidden layers pass inputs on: each unit of the second layer follows at least one of them.
 #[must_use]
 pub fn is_alive<T: Real>(weights: &Weights<T>) -> bool {
     let [input, middle, _] = &weights.layers;
-    let passes =
-        |p: usize, q: usize| (0..3).any(|m| middle.w[p][m] != T::ZERO && input.w[m][q] != T::ZERO);
-    (0..3).all(|p| (0..3).any(|q| passes(p, q))) && (0..3).all(|q| (0..3).any(|p| passes(p, q)))
+    let follows = |m: usize| input.w[m].iter().any(|&w| w != T::ZERO);
+    (0..3).all(|p| (0..3).any(|m| middle.w[p][m] != T::ZERO && follows(m)))
 }
 
 /// Networks of the shape of a type of sensor, if it has one: `told` with live hidden layers, which

@@ -37,11 +37,24 @@ const _: () = assert!(LEN <= MEMORY_LEN);
 const TOLD: f32 = 6.0;
 /// Scatter of the turn-on at least and at most, as a share of the bias.
 const SCATTER: [f32; 2] = [0.01, 0.9];
+/// A fleet's scatter of the turn-on counts as so many moments: ten drives.
+const MOMENTS: f32 = 30.0;
 /// By how much each variance grows from drive to drive, as a share of its prior: sensors age, and a
 /// unit that never changed would never be learnt anew. (Assumed: a hundredth of the bias in a drive.)
 const AGES: f32 = 1e-4;
 /// Evidence of earlier drives that counts in the next, at most.
 const EVIDENCE: f32 = 20.0;
+
+/// How the units of a type differ, and the turn-ons of each, in units of the networks' output scale.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Spread {
+    /// Standard deviation over units of the output layer's three columns, > 0.
+    pub columns: [f32; 3],
+    /// The same of its biases, > 0.
+    pub bias: f32,
+    /// Standard deviation of a bias that is new at each turn-on, > 0.
+    pub turn_on: f32,
+}
 
 /// What is known of a unit, without the values.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -164,9 +177,40 @@ impl Unit {
 
     /// Gives a bank that has begun what is known, if it belongs to networks of this shape.
     pub fn recall(&self, bank: &mut Bank, driven: &[LearnerNet<f32>; 2]) -> bool {
-        let known = self.head.drives > 0 && self.head.shape == shape(driven);
+        let known = self.head.count > 0.0 && self.head.shape == shape(driven);
         let evidence = f64::from(self.head.evidence.clamp(-EVIDENCE, EVIDENCE));
         known && bank.recall(&self.values, AGES, evidence)
+    }
+
+    /// What a fleet teaches of a unit that has not driven yet: its networks have this shape, and
+    /// their output layers and biases this spread.
+    pub fn of_type(driven: &[LearnerNet<f32>; 2], sheet: &Datasheet, spread: &[Spread; 2]) -> Unit {
+        let mut unit = Unit::NEW;
+        let told = [sheet.gyro_bias, sheet.accel_bias];
+        let share = |k: usize| {
+            let scale = driven[k].normalisation.output_scale[0];
+            (scale / told[k], spread[k].turn_on * scale / told[k])
+        };
+        let [(of_gyro, gyro), (of_accel, accel)] = [share(0), share(1)];
+        let count = MOMENTS;
+        unit.head = Head {
+            moments: [count * gyro * gyro, count * accel * accel],
+            count,
+            shape: shape(driven),
+            ..Head::NEW
+        };
+        // without the networks, the biases are the datasheet's
+        let alone = [1.0 / of_gyro, 1.0 / of_accel];
+        let biases = (0..2).flat_map(|k| [alone[k]; 3]);
+        let layers = (0..2).flat_map(|k| {
+            let [a, b, c] = spread[k].columns;
+            let bias = spread[k].bias;
+            [a, b, c, a, b, c, a, b, c, bias, bias, bias]
+        });
+        let (of_biases, of_layers) = unit.values.split_at_mut(REMEMBERED[0]);
+        spread_over(of_biases, 6, biases);
+        spread_over(of_layers, 24, layers);
+        unit
     }
 
     /// Takes down what a bank knows at the end of a drive, before which `base` was known. Deferred
@@ -205,6 +249,18 @@ impl Unit {
                 *place = value;
             }
         });
+    }
+}
+
+/// Means of zero, and independent errors of these standard deviations: in the order of
+/// [`Unit::values`].
+fn spread_over(values: &mut [f32], count: usize, sigmas: impl Iterator<Item = f32>) {
+    values.fill(0.0);
+    let covariance = values.get_mut(count..).unwrap_or_default();
+    for (i, sigma) in sigmas.enumerate() {
+        if let Some(own) = covariance.get_mut(i * (i + 1) / 2 + i) {
+            *own = sigma * sigma;
+        }
     }
 }
 

@@ -63,7 +63,7 @@ impl Campaign {
             self.earlier(imu, k, number, |model, case| {
                 let at = present.iter().position(|(_, of, _)| *of == model);
                 let at = at.unwrap_or_else(|| {
-                    present.push((0, model, Memory::default()));
+                    present.push((0, model, Memory::new(self.scenario.unit())));
                     present.len() - 1
                 });
                 let (drives, _, memory) = &mut present[at];

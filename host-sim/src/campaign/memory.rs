@@ -9,8 +9,9 @@ use super::laws::{Models, biases, exponentials, inputs, temperatures};
 use super::schemes::{Case, FILTERS, free};
 use crate::inertial::ekf::{Aided, Belief, ErrorModel, TurnOn};
 use crate::inertial::free_inertial::FreeInertial;
-use crate::learning::fix_learner::{self, Stored};
+use crate::learning::fix_learner::{self, Stored, datasheet};
 use crate::learning::teacher::{Assumptions, aligned_knowing};
+use crate::unit::Unit;
 use firmware::learn::bank::{ALL, Gates};
 
 /// Filters with a memory: the names of their schemes, the [`FILTERS`] that they are without it, and
@@ -64,6 +65,18 @@ pub(super) struct Passed {
 }
 
 impl Memory {
+    /// Before the first drive of a unit: the device has what a fleet has taught of its type, if the
+    /// unit's file tells that.
+    #[must_use]
+    pub fn new(unit: &Unit) -> Self {
+        let told = Assumptions::of(unit);
+        let prior = unit.prior.as_ref();
+        Self {
+            stored: prior.map_or_else(Stored::default, |of| of.stored(&datasheet(&told))),
+            ..Self::default()
+        }
+    }
+
     /// What the filter number `index` has kept.
     #[must_use]
     pub fn of(&self, index: usize) -> &[Kept] {

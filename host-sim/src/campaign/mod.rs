@@ -219,6 +219,7 @@ impl Campaign {
     /// floor of every group.
     fn one(&self, imu: &ImuSpec, tuning: &Tuning, k: u32) -> Result<Vec<Row>, Error> {
         let known = self.known(imu, tuning, k)?;
+        let new = memory::Memory::new(self.scenario.unit());
         let mut rows = Vec::new();
         let mut floor = FreeInertial::default();
         self.sessions(imu, k, |model, case| {
@@ -231,7 +232,7 @@ impl Campaign {
                 drives.copied().try_for_each(|drives| {
                     let mut known = known.iter();
                     let memory = known.find(|(after, of, _)| (*after, *of) == (drives, model));
-                    let memory = memory.map(|(.., memory)| memory);
+                    let memory = Some(memory.map_or(&new, |(.., memory)| memory));
                     self.judge(&mut rows, &Case { memory, ..*case }, (model, k, drives))
                 })
             })

@@ -122,3 +122,30 @@ fn the_scatter_of_the_turn_ons_is_learnt() {
     };
     assert!(wild.turn_on(sheet)[0] < 1.0);
 }
+
+/// A fleet's prior is a memory before the first drive: what a bank takes from it is the spread.
+#[test]
+fn a_type_is_known_before_its_first_drive() {
+    let (sheet, nets) = (&Settings::MEDIUM.sheet, networks(&THERMAL));
+    let spread = Spread {
+        columns: [2.0, 0.5, 0.25],
+        bias: 0.75,
+        turn_on: 0.05,
+    };
+    let unit = Unit::of_type(&nets, sheet, &[spread; 2]);
+    let mut read = Unit::NEW;
+    read.read(&bytes(&unit));
+    assert_eq!((read.head, read.head.drives), (unit.head, 0));
+    let mut bank = bank(&THERMAL);
+    assert!(read.recall(&mut bank, &nets));
+    let mut values = Vec::new();
+    bank.remember(&mut |value| values.push(value));
+    let driven = &values[REMEMBERED[0]..];
+    let variance = |i: usize| driven[24 + i * (i + 1) / 2 + i];
+    for (i, want) in [(0, 4.0), (1, 0.25), (2, 0.0625), (9, 0.5625), (23, 0.5625)] {
+        assert!((variance(i) / want - 1.0).abs() < 0.1, "{i} {}", variance(i));
+    }
+    assert!(driven[..24].iter().all(|mean| *mean == 0.0));
+    let [gyro, accel] = read.head.turn_on(sheet);
+    assert!((0.05..0.07).contains(&gyro) && gyro == accel, "{gyro}");
+}

@@ -39,11 +39,11 @@ impl<L: ParameterSet, const X: usize, const N: usize, const PACKED: usize, H: Ac
     /// variance has grown by since, as a share of its prior.
     ///
     /// Returns false, and changes nothing, when a value is missing or not finite, or a variance is
-    /// not positive or more than four times its prior.
+    /// not positive or beyond all measure (more than 10^4 times its prior).
     pub fn recall(&mut self, values: impl Iterator<Item = T> + Clone, ages: T) -> bool {
         let unit = |i| ErrorModel::<L, N, H, T>::weight_of(i);
         let mut covariance = values.clone().skip(Self::OF_UNIT);
-        let (mut good, most) = (0, T::from_f64(4.0));
+        let (mut good, most) = (0, T::from_f64(1e4));
         for i in (0..N).filter(|&i| unit(i).is_some()) {
             let prior = self
                 .prior
