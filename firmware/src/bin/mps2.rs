@@ -22,8 +22,7 @@ mod target {
         let Some(mut board) = Board::start() else {
             cortex_m::peripheral::SCB::sys_reset()
         };
-        let mut learner = learners::combined(None);
-        let learner = learner.as_mut().map(|learner| learner as &mut dyn Learner);
+        let learner = learners::combined(None).map(|learner| learner as &mut dyn Learner);
         let mut app = App::power_on(Board::hardware(), None, learner);
         loop {
             let busy = app.poll(&mut board.lines, &board.time);

@@ -16,8 +16,8 @@ fn main() -> ! {
     if fixes.is_some() {
         defmt::println!("learner in core-coupled memory");
     }
-    let mut learner = shared::learners::combined(fixes);
-    board::run::run::<true>(learner.as_mut().map(|learner| learner as _))
+    let learner = shared::learners::combined(fixes);
+    board::run::run::<true>(learner.map(|learner| learner as _))
 }
 
 #[cfg(not(target_os = "none"))]

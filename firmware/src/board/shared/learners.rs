@@ -1,10 +1,14 @@
 //! Memory of the learners. It is static, since it is too large to be moved over the stack.
 
 use firmware::learn::{CombinedLearner, FixLearner, FixMemory, Settings, WindowLearner};
-use static_cell::ConstStaticCell;
+use static_cell::{ConstStaticCell, StaticCell};
+
+/// The learner from references and from fixes.
+pub type Combined = CombinedLearner<'static, WindowLearner, FixLearner<'static>>;
 
 static WINDOWS: ConstStaticCell<WindowLearner> = ConstStaticCell::new(WindowLearner::new());
 static FIXES: ConstStaticCell<FixMemory> = ConstStaticCell::new(FixMemory::ZEROED);
+static COMBINED: StaticCell<Combined> = StaticCell::new();
 
 /// The learner from references; `None` when it has been handed out.
 pub fn windows() -> Option<&'static mut WindowLearner> {
@@ -13,12 +17,14 @@ pub fn windows() -> Option<&'static mut WindowLearner> {
 
 /// The learner from references and from fixes. Its fixes are in the memory given, else in RAM.
 /// `None` when it has been handed out.
-pub fn combined(
-    fixes: Option<&'static mut FixMemory>,
-) -> Option<CombinedLearner<'static, WindowLearner, FixLearner<'static>>> {
+///
+/// Not inlined, so that the stack it is made on is free again afterwards.
+#[inline(never)]
+pub fn combined(fixes: Option<&'static mut FixMemory>) -> Option<&'static mut Combined> {
     let fixes = fixes.or_else(|| FIXES.try_take())?;
-    Some(CombinedLearner {
-        references: windows()?,
+    let references = windows()?;
+    COMBINED.try_init_with(|| CombinedLearner {
+        references,
         // until the configuration tells others; without one it does not begin
         fixes: FixLearner::new(fixes, Settings::MEDIUM),
     })

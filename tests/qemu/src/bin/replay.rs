@@ -18,7 +18,7 @@ mod target {
     /// instructions.
     struct Reader {
         file: File,
-        buffer: [u8; 4096],
+        buffer: [u8; 1024],
         next: usize,
         end: usize,
     }
@@ -44,7 +44,7 @@ mod target {
 
     struct Writer {
         file: File,
-        buffer: heapless::Vec<u8, 4096>,
+        buffer: heapless::Vec<u8, 1024>,
         digest: Digest,
         bytes: u32,
     }
@@ -75,7 +75,7 @@ mod target {
     fn run() -> Option<()> {
         let mut reader = Reader {
             file: File::open(c"input")?,
-            buffer: [0; 4096],
+            buffer: [0; 1024],
             next: 0,
             end: 0,
         };
