@@ -5,7 +5,8 @@ use crate::inputs::{Inputs, Source, Sources, settles};
 use lrnn_nostd::Step;
 
 impl Compensator {
-    /// What enters the networks: [`crate::inputs::OWN`], unless [`Compensator::set_inputs`] told other sources.
+    /// What enters the networks: [`crate::inputs::OWN`], unless [`Compensator::set_inputs`] told
+    /// other sources.
     pub fn inputs(&self) -> &Inputs {
         &self.inputs
     }

@@ -171,8 +171,8 @@ pub trait Learner {
     }
 
     /// Takes down what is known of the unit, for [`Learner::write_memory`]; at most [`MEMORY_LEN`]
-    /// bytes. The next [`Learner::begin`] begins from it. 0: there is nothing to be stored, and what
-    /// was known stays. Deferred work is done first.
+    /// bytes. The next [`Learner::begin`] begins from it. 0: there is nothing to be stored, and
+    /// what was known stays. Deferred work is done first.
     fn remember(&mut self) -> usize {
         0
     }
@@ -181,8 +181,8 @@ pub trait Learner {
     /// as they are.
     fn write_memory(&self, _start: usize, _piece: &mut [u8]) {}
 
-    /// What was known of the unit at the last power-off, before [`Learner::begin`]. Bytes of another
-    /// layout are ignored. Empty: nothing is known.
+    /// What was known of the unit at the last power-off, before [`Learner::begin`]. Bytes of
+    /// another layout are ignored. Empty: nothing is known.
     fn recall(&mut self, _memory: &[u8]) {}
 
     /// What was learnt, and the networks' states now. Deferred work is done first.

@@ -42,8 +42,8 @@ pub struct Check {
     pub expected: u64,
 }
 
-/// All digests: steps, exact gradients and learners with both hidden activations, the kernel in both
-/// forms, and networks that temperature and vibration drive.
+/// All digests: steps, exact gradients and learners with both hidden activations, the kernel in
+/// both forms, and networks that temperature and vibration drive.
 pub const CHECKS: [Check; 9] = [
     check(
         "step, rational",
