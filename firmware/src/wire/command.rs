@@ -322,7 +322,8 @@ pub struct Remembered {
     pub minutes: u32,
     /// Least and most temperature of the sensor meanwhile, degrees C; `None`: not known.
     pub temperatures: Option<[i16; 2]>,
-    /// Networks that were stored correct the samples of this drive.
+    /// The networks in use from power-on on, which are the stored ones unless others were uploaded,
+    /// correct the samples.
     pub acts: bool,
     /// The memory found is of another sensor, or of networks with other inputs, and is not used.
     pub of_another: bool,

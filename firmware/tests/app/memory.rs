@@ -6,8 +6,8 @@ use crate::record::{HARDWARE, configure, record, told};
 use crate::stored::Flash;
 use crate::taught::{Bench, with};
 use firmware::app::App;
-use firmware::configuration::Configuration;
 use firmware::configuration::record::encode;
+use firmware::configuration::{Activation, Configuration};
 use firmware::control::Mode;
 use firmware::inputs::Source;
 use firmware::store::{Content, MEMORY_MAX, Step, Store};
@@ -256,4 +256,23 @@ fn other_networks_end_a_record_in_progress() {
     let mut bench = board.power_on();
     assert_eq!(remembered(&mut bench).drives, 1);
     assert_eq!(*bench.says.knows.borrow(), vec![5; 1000]);
+}
+
+/// A live activation stores no networks, but what is remembered.
+#[test]
+fn a_live_activation_remembers_too() {
+    let mut live = unit();
+    live.correction.activation = Activation::Commanded;
+    let mut board = Board::new(&live);
+    let mut bench = board.power_on();
+    learns(&bench, b"known");
+    bench.says.winner.set(Some(5e-3));
+    bench.says.still_s.set(10);
+    assert_eq!(board.run(&mut bench, 80), 1);
+    let now = remembered(&mut bench);
+    assert_eq!((now.drives, now.acts), (1, false));
+    let stored = board.store.load().expect("readable").expect("a record");
+    assert_eq!(stored.nets, with(1e-3), "as before");
+    let bench = board.power_on();
+    assert_eq!(*bench.says.knows.borrow(), b"known");
 }

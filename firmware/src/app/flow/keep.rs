@@ -126,7 +126,8 @@ impl Flow<'_> {
         if keep.look_s <= 0.0 && able && !keep.waits() {
             keep.look_s = LOOK_S;
             self.count_learnt(block, LOOK_S);
-            let nets = self.look_for_winner(block);
+            // with a live activation only what is remembered is stored
+            let nets = self.acts_from_power_on() && self.look_for_winner(block);
             let stands = (self.learner.0.as_ref())
                 .is_some_and(|learner| learner.still_s() >= super::learning::STANDS_S);
             self.take_down(stands, nets);

@@ -42,12 +42,11 @@ impl Flow<'_> {
         if self.mode != Mode::Learn || self.disagrees {
             return;
         }
+        let correction = self.correction.as_ref();
+        let block_s = correction.map(|c| c.compensator.scale().block_s());
+        self.keep(block, block_s.unwrap_or_default());
         if self.config.activation == Activation::NextPowerOn {
-            let block_s = self
-                .correction
-                .as_ref()
-                .map(|c| c.compensator.scale().block_s());
-            return self.keep(block, block_s.unwrap_or_default());
+            return;
         }
         let still_s = (self.learner.0.as_ref()).map_or(0, |learner| learner.still_s());
         if still_s < STANDS_S {

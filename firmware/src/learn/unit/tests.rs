@@ -143,7 +143,11 @@ fn a_type_is_known_before_its_first_drive() {
     let driven = &values[REMEMBERED[0]..];
     let variance = |i: usize| driven[24 + i * (i + 1) / 2 + i];
     for (i, want) in [(0, 4.0), (1, 0.25), (2, 0.0625), (9, 0.5625), (23, 0.5625)] {
-        assert!((variance(i) / want - 1.0).abs() < 0.1, "{i} {}", variance(i));
+        assert!(
+            (variance(i) / want - 1.0).abs() < 0.1,
+            "{i} {}",
+            variance(i)
+        );
     }
     assert!(driven[..24].iter().all(|mean| *mean == 0.0));
     let [gyro, accel] = read.head.turn_on(sheet);
