@@ -221,6 +221,7 @@ pub fn rnn_kalman(case: &Case<'_>, enabled: u8) -> Option<FreeInertial> {
 fn stored(case: &Case<'_>) -> Option<FreeInertial> {
     let factor = case.tuned.none_factor;
     let nets = case.memory.and_then(|memory| memory.stored().nets);
+    let nets = nets.or(case.knows.told.shape);
     let Some(Nets { gyro, accel }) = nets else {
         return none(case, case.increments(), factor);
     };

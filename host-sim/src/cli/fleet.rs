@@ -11,6 +11,7 @@ use crate::unit::networks::Input;
 use crate::unit::prior::{Prior, Triad};
 use clap::{Args as ClapArgs, Subcommand};
 use firmware::inputs::{Inputs as DeviceInputs, Source};
+use firmware::model::IMAGES_LEN;
 use std::path::{Path, PathBuf};
 
 /// Arguments of `fleet`.
@@ -53,6 +54,9 @@ pub struct Args {
     /// The unit file to write: the unit's, with the table [prior]
     #[arg(long, value_name = "FILE.toml")]
     output: Option<PathBuf>,
+    /// Write the networks that a unit of this type begins with, for `device weights put`
+    #[arg(long, value_name = "FILE")]
+    weights: Option<PathBuf>,
 }
 
 /// What the networks are given.
@@ -86,6 +90,9 @@ enum Action {
         /// The unit file to write: the unit's, with the table [prior]
         #[arg(long, value_name = "FILE.toml")]
         output: Option<PathBuf>,
+        /// Write the networks that a unit of this type begins with, for `device weights put`
+        #[arg(long, value_name = "FILE")]
+        weights: Option<PathBuf>,
     },
 }
 
@@ -113,10 +120,12 @@ impl Args {
             unit,
             inputs,
             output,
+            weights,
         }) = &self.action
         {
             let unit = unit.load_or("medium")?;
-            return finish(dirs, &inputs.parsed()?, &unit, output.as_deref());
+            let files = [output, weights].map(Option::as_deref);
+            return finish(dirs, &inputs.parsed()?, &unit, files);
         }
         let mut pool = rayon::ThreadPoolBuilder::new();
         if let Some(jobs) = self.jobs {
@@ -140,15 +149,8 @@ impl Args {
             );
             return Ok(());
         }
-        let output = self.output.as_deref();
-        pool.install(|| {
-            finish(
-                std::slice::from_ref(&self.out),
-                &fleet.inputs,
-                &unit,
-                output,
-            )
-        })
+        let files = [&self.output, &self.weights].map(|file| file.as_deref());
+        pool.install(|| finish(std::slice::from_ref(&self.out), &fleet.inputs, &unit, files))
     }
 
     fn fleet(&self) -> Result<(Fleet, Unit), Error> {
@@ -219,7 +221,7 @@ fn finish(
     dirs: &[PathBuf],
     inputs: &DeviceInputs,
     unit: &Unit,
-    output: Option<&Path>,
+    [output, weights]: [Option<&Path>; 2],
 ) -> Result<(), Error> {
     let units = merge(dirs)?;
     let bar = bar(
@@ -232,6 +234,11 @@ fn finish(
     println!("{} units, {} drives", prior.units, prior.drives);
     report("gyros", "deg/h", &prior.gyro);
     report("accelerometers", "ug", &prior.accel);
+    if let Some(file) = weights {
+        let mut image = [0; IMAGES_LEN];
+        prior.nets().write_images(0, &mut image);
+        write_atomic(file, &image)?;
+    }
     if let Some(file) = output {
         write(file, unit, prior)?;
     }
@@ -255,8 +262,8 @@ fn report(name: &str, unit: &str, triad: &Triad) {
     let [network, line, biases] = triad.left.map(|left| 100.0 * left);
     println!(
         "{name}, by {inputs}: of the errors' squares in the last drive of units that were not \
-         learnt from, {network:.0} % are left by the network, {line:.0} % by a linear law of the \
-         same inputs, {biases:.0} % by biases (medians)"
+         learnt from, {network:.1} % are left by the network, {line:.1} % by a linear law of the \
+         same inputs, {biases:.1} % by biases (medians)"
     );
     println!(
         "  new at each turn-on: {:.3} {unit}; output layer: {:.2} {:.2} {:.2}, biases {:.2}, in \

@@ -18,6 +18,7 @@ use crate::unit::Unit;
 use crate::unit::triads::MRAD;
 pub use aligned::{ALIGN_SHARE, Aligned, aligned, aligned_knowing};
 use firmware::inputs::{Inputs, OWN};
+use firmware::model::Nets;
 use nalgebra::Vector3;
 
 /// What the teacher assumes of the sensors.
@@ -36,6 +37,8 @@ pub struct Assumptions {
     pub limit: Option<[f64; 2]>,
     /// What drives the networks.
     pub inputs: Inputs,
+    /// Networks of the type, which a device has that has not driven yet.
+    pub shape: Option<Nets>,
 }
 
 /// Share of its prior that a bias walks in an hour where nothing else is known (assumed).
@@ -90,6 +93,7 @@ impl Assumptions {
             g_sensitivity: g.g_sensitivity_dphpg * DEG_PER_H / G0,
             limit: given.then(|| unit.limits()[0]),
             inputs: unit.networks.inputs(),
+            shape: unit.prior.as_ref().map(crate::unit::prior::Prior::nets),
         }
     }
 
@@ -108,6 +112,7 @@ impl Assumptions {
             g_sensitivity: spec.gyro.g_sensitivity_dphpg * DEG_PER_H / G0,
             limit: None,
             inputs: OWN,
+            shape: None,
         }
     }
 

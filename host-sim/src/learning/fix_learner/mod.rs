@@ -326,7 +326,11 @@ fn device<'m>(
     let nets = [Nets::NONE.gyro, Nets::NONE.accel];
     let compensator = compensator(session, &nets, assumptions);
     let settings = settings(session, assumptions, gates);
-    Device::knowing(stored, memory, settings, compensator)
+    let stored = Stored {
+        nets: stored.nets.or(assumptions.shape),
+        ..stored.clone()
+    };
+    Device::knowing(&stored, memory, settings, compensator)
 }
 
 /// The session up to epoch `until`, and what the device has then learnt.

@@ -108,8 +108,8 @@ const CAUSES: [(ErrorModelName, Add); 22] = [
     }),
     (ErrorModelName::Softening, |spec, own, b| {
         let (gyro, accel) = (&own.gyro.environment, &own.accel.environment);
-        spec.gyro.environment.softening_dph = given(gyro.softening_dph, 0.5 * b[0]);
-        spec.accel.environment.softening_ug = given(accel.softening_ug, 0.5 * b[1]);
+        spec.gyro.environment.softening_dph = given(gyro.softening_dph, b[0]);
+        spec.accel.environment.softening_ug = given(accel.softening_ug, b[1]);
     }),
     (ErrorModelName::ThermalLag, |spec, own, b| {
         let (gyro, accel) = (&own.gyro.environment, &own.accel.environment);
@@ -118,10 +118,8 @@ const CAUSES: [(ErrorModelName, Add); 22] = [
     }),
     (ErrorModelName::VibrationSaturation, |spec, own, b| {
         let (gyro, accel) = (&own.gyro.environment, &own.accel.environment);
-        spec.gyro.environment.vibration_saturation_dph =
-            given(gyro.vibration_saturation_dph, 0.5 * b[0]);
-        spec.accel.environment.vibration_saturation_ug =
-            given(accel.vibration_saturation_ug, 0.5 * b[1]);
+        spec.gyro.environment.vibration_saturation_dph = given(gyro.vibration_saturation_dph, b[0]);
+        spec.accel.environment.vibration_saturation_ug = given(accel.vibration_saturation_ug, b[1]);
     }),
     (ErrorModelName::SelfHeating, |spec, own, b| {
         let own = own.gyro.environment.self_heating_dphpdps;
