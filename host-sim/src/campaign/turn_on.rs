@@ -1,17 +1,19 @@
 //! What is new at every turn-on, for the filters with a memory. The search that finds the walks
 //! finds it, too, on the same further units. They have earlier drives with the same kind of start.
 //!
-//! First all have the same share; then the laws' is searched for, then that of the gyros' biases,
-//! and then the accelerometers'. What counts is the density that the best model of each unit gives
-//! to the fixes of all its earlier drives, each before it learnt from them. The errors of a dozen
-//! free-inertial drives scatter too much to tell shares apart: shares chosen by them made
-//! `ekf6-memory` 1.1 to 1.2 times worse on other units than ones chosen by hand. Of equals the
-//! largest is taken: it trusts the past least.
+//! First all have the same share; then that of the gyros' biases is searched for, the
+//! accelerometers', and the laws'. For biases the density counts that the best model of each unit
+//! gives to the fixes of all its earlier drives, each before it learnt from them: the errors of a
+//! dozen free-inertial drives scatter too much to tell their shares apart. Of laws the density knows
+//! less: where starts are cold, warm and hot it calls a law new at every turn-on that only is the
+//! wrong law. For them the geometric mean counts of the errors of all units, each after one, two and
+//! four drives, smoothed over neighbouring shares. Of equals the largest is taken: it trusts the
+//! past least.
 
 use super::laws::Models;
-use super::memory::{Kept, REMEMBERING, kept, pass};
+use super::memory::{Kept, REMEMBERING, kept, pass, recalled};
 use super::schemes::Case;
-use super::tuning::{FIRST_UNIT, Tuning};
+use super::tuning::{FIRST_UNIT, Tuning, error_m};
 use super::{Campaign, Error, Group};
 use crate::inertial::ekf::TurnOn;
 use crate::simulator::imu::ImuSpec;
@@ -23,6 +25,8 @@ use rayon::prelude::*;
 const SHARES: [f64; 11] = [1e-4, 1e-3, 2e-3, 5e-3, 0.01, 0.02, 0.05, 0.1, 0.3, 0.6, 1.0];
 /// Drives of a unit that is tuned on. The first one tells nothing of what is new at a turn-on.
 const DRIVES: u32 = 4;
+/// Of them those after which errors are judged.
+const JUDGED: [u32; 3] = [1, 2, 4];
 
 /// What is searched for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -34,7 +38,7 @@ enum Stage {
 }
 
 /// The searches, one after the other.
-const STAGES: [Stage; 4] = [Stage::All, Stage::Law, Stage::Gyro, Stage::Accel];
+const STAGES: [Stage; 4] = [Stage::All, Stage::Gyro, Stage::Accel, Stage::Law];
 /// How often each unit is simulated for them.
 pub(super) const ROUNDS: u32 = STAGES.len() as u32;
 
@@ -69,13 +73,19 @@ struct Trial {
     model: Group,
     index: usize,
     candidates: Vec<TurnOn>,
+    /// Whether errors count, not densities.
+    judges: bool,
     /// What each candidate has kept after the drives so far.
     kept: Vec<Vec<Kept>>,
+    /// The same after the drives of [`JUDGED`], where errors count.
+    after: Vec<Vec<Vec<Kept>>>,
+    /// Logarithm of the error of each candidate in the judged drive, summed up.
+    errors: Vec<f64>,
 }
 
 impl Trial {
-    /// The next drive. All candidates are alike before the first one.
-    fn keep(&mut self, case: &Case<'_>) -> Option<()> {
+    /// The next drive, `number` from 1. All candidates are alike before the first one.
+    fn keep(&mut self, case: &Case<'_>, number: u32) -> Option<()> {
         let index = self.index;
         if self.kept.is_empty() {
             let passed = pass(index, case, *self.candidates.first()?, &[])?;
@@ -89,11 +99,29 @@ impl Trial {
             let each = self.candidates.iter().zip(&self.kept).map(of);
             self.kept = each.collect::<Option<_>>()?;
         }
+        if self.judges && JUDGED.contains(&number) {
+            self.after.push(self.kept.clone());
+        }
         Some(())
     }
 
-    /// Logarithm of the density that the best model of a candidate gave to all fixes.
+    /// The judged drive, after each number of drives.
+    fn judge(&mut self, case: &Case<'_>) -> Option<()> {
+        for kept in &self.after {
+            for ((turn_on, kept), sum) in self.candidates.iter().zip(kept).zip(&mut self.errors) {
+                let free = recalled(self.index, case, *turn_on, kept)?;
+                *sum += error_m(&free)?.ln();
+            }
+        }
+        Some(())
+    }
+
+    /// Of a candidate: less the sum of its errors' logarithms, or the logarithm of the density that
+    /// its best model gave to all fixes.
     fn score(&self, candidate: usize) -> f64 {
+        if self.judges {
+            return self.errors.get(candidate).map_or(f64::NAN, |sum| -sum);
+        }
         let models = self.kept.get(candidate).into_iter().flatten();
         models
             .map(|kept| kept.score)
@@ -148,13 +176,26 @@ pub(super) fn search(
         for (i, trial) in trials().iter().enumerate() {
             let of = |candidate: usize| units.iter().map(|unit| unit[i].score(candidate)).sum();
             let scores: Vec<f64> = (0..trial.candidates.len()).map(of).collect();
+            let scores = if trial.judges {
+                smoothed(&scores)
+            } else {
+                scores
+            };
             tuning.set_turn_on(trial.model, trial.index, trial.candidates[best(&scores)]);
         }
     }
     Ok(())
 }
 
-/// The last candidate of the greatest density.
+/// Each with half of its weight, and its neighbours with a quarter each; at an end the end itself
+/// counts for the missing one.
+fn smoothed(scores: &[f64]) -> Vec<f64> {
+    let at = |k: usize| scores[k.min(scores.len() - 1)];
+    let of = |k: usize| 0.25 * (at(k.saturating_sub(1)) + 2.0 * at(k) + at(k + 1));
+    (0..scores.len()).map(of).collect()
+}
+
+/// The last candidate of the greatest score.
 fn best(scores: &[f64]) -> usize {
     let most = scores.iter().copied().fold(f64::NEG_INFINITY, f64::max);
     let good = |score: &f64| *score >= most;
@@ -180,7 +221,10 @@ fn trials<'a>(
                 model: *model,
                 index,
                 candidates: SHARES.map(|s| stage.candidate(s, best[index])).to_vec(),
+                judges: stage == Stage::Law,
                 kept: Vec::new(),
+                after: Vec::new(),
+                errors: vec![0.0; SHARES.len()],
             })
         });
         each.collect()
@@ -200,7 +244,16 @@ fn unit(
         campaign.earlier(imu, k, number, |model, case| {
             let mut own = trials.iter_mut().filter(|trial| trial.model == model);
             case.tuned(tuning.of(model), |case| {
-                own.try_for_each(|trial| trial.keep(case)).ok_or_else(lost)
+                own.try_for_each(|trial| trial.keep(case, number))
+                    .ok_or_else(lost)
+            })
+        })?;
+    }
+    if trials.iter().any(|trial| trial.judges) {
+        campaign.sessions(imu, k, |model, case| {
+            let mut own = trials.iter_mut().filter(|trial| trial.model == model);
+            case.tuned(tuning.of(model), |case| {
+                own.try_for_each(|trial| trial.judge(case)).ok_or_else(lost)
             })
         })?;
     }
@@ -210,6 +263,13 @@ fn unit(
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_single_lucky_candidate_counts_for_half() {
+        let smooth = smoothed(&[0.0, 8.0, 0.0, 6.0, 6.0, 6.0]);
+        assert_eq!(smooth, [2.0, 4.0, 3.5, 4.5, 6.0, 6.0]);
+        assert_eq!(best(&smooth), 5);
+    }
 
     #[test]
     fn the_greatest_density_is_taken_and_the_last_of_equals() {
