@@ -15,6 +15,11 @@ pub(super) const HIDDEN: usize = 42;
 /// Time constants of slow units in the starts, s: from minutes to what a potted coil needs.
 const SLOW_S: [[f64; 3]; 2] = [[150.0, 500.0, 1500.0], [0.0, 300.0, 1200.0]];
 
+/// Time constants of an inner place that follows the thermometer's, s.
+const INNER_S: [f64; 2] = [400.0, 1200.0];
+/// Starts that are not drawn.
+const STARTS: usize = 6;
+
 /// Inputs or features of one second.
 pub type Three = [f64; NEURONS];
 
@@ -86,10 +91,17 @@ impl Shape {
     /// The starts of a fit: `further` of them are drawn at random about the others. `settles`: they
     /// begin in their steady state.
     pub(super) fn starts(further: usize, settles: bool) -> Vec<Self> {
-        let mut out = vec![fast(), kinks(), slow(SLOW_S[0]), slow(SLOW_S[1])];
+        let mut out = vec![
+            fast(),
+            kinks(),
+            slow(SLOW_S[0]),
+            slow(SLOW_S[1]),
+            inner(INNER_S[0]),
+            inner(INNER_S[1]),
+        ];
         let mut rng = ChaCha8Rng::seed_from_u64(1);
         for k in 0..further {
-            let mut next = out[k % 4].clone();
+            let mut next = out[k % STARTS].clone();
             for (start, sigma) in next.start.iter_mut().zip(&next.sigma) {
                 let z: f64 = StandardNormal.sample(&mut rng);
                 *start += sigma * z;
@@ -172,6 +184,41 @@ fn slow(times: Three) -> Shape {
     )
 }
 
+/// A unit of the first layer follows the first input with this time constant, s, as an inner place
+/// follows a thermometer; in the second layer there is a straight function of it, and a bent one.
+/// The third function is of the inputs at once.
+fn inner(time: f64) -> Shape {
+    const AMPLITUDE: f64 = 0.01;
+    let leak = 1.0 / time;
+    let w = [
+        [leak * AMPLITUDE, 0.0, 0.0],
+        [0.5, 0.0, 0.0],
+        [0.0, 0.5, 0.5],
+    ];
+    let r = diagonal([1.0 - leak, 0.0, 0.0]);
+    let gain = 0.5 / AMPLITUDE;
+    let second = [[gain, 0.0, 0.0], [2.0 * gain, 0.0, 0.0], [0.0, 0.5, 1.0]];
+    let own = leak * AMPLITUDE;
+    Shape::about(
+        [
+            layer(w, r, [0.0; 3]),
+            layer(second, diagonal([0.0; 3]), [0.0, 0.8, 0.0]),
+        ],
+        [
+            layer(
+                [[own; 3], [0.5; 3], [0.5; 3]],
+                diagonal([0.3 * leak, 0.2, 0.2]),
+                [0.3 * own, 0.5, 0.5],
+            ),
+            layer(
+                [[gain, 0.5, 0.5], [gain, 0.5, 0.5], [gain, 0.5, 0.5]],
+                [[0.2; 3]; 3],
+                [0.5; 3],
+            ),
+        ],
+    )
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -180,7 +227,7 @@ mod tests {
     /// is the feature, one step later.
     #[test]
     fn features_are_what_the_network_computes() {
-        for shape in Shape::starts(4, false) {
+        for shape in Shape::starts(STARTS, false) {
             let mut weights = shape.weights();
             weights.layers[2].w = diagonal([1.0; 3]);
             let net = Exact::new(weights, Normalisation::identity());
@@ -200,7 +247,7 @@ mod tests {
     /// From every start each input reaches a feature: no start is dead.
     #[test]
     fn every_input_reaches_the_features() {
-        for (number, shape) in Shape::starts(4, false).iter().enumerate() {
+        for (number, shape) in Shape::starts(STARTS, false).iter().enumerate() {
             let last = |input: usize| {
                 let one = |x: f64| {
                     let mut u = [0.1; 3];
