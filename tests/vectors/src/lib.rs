@@ -17,6 +17,7 @@ pub mod kernel;
 pub mod learners;
 pub mod learning;
 pub mod list;
+pub mod micro;
 pub mod navigation;
 mod network;
 pub mod work;

@@ -7,6 +7,7 @@ use core::fmt;
 use lrnn_nostd::{Activation, Cubic, Rational, Tanh};
 
 use crate::learning::{AntennaSecondWork, LearnerFixWork, LearnerSecondWork, LearnerStepWork};
+use crate::micro::MicroMath;
 use crate::navigation::{NavPieceWork, NavSampleWork, NavSecondWork};
 use crate::work::{Engine, Found, LearnWork, M4, M7, NetworkWork, Portable, activate};
 
@@ -103,6 +104,8 @@ works! {
     { "activation_rational", "" => activation::<Rational>; }
     { "activation_tanh", "" => activation::<Tanh>; }
     { "activation_cubic", "" => activation::<Cubic>; }
+    { "activation_micromath", "" => activation::<MicroMath>; }
+    { "step_micromath", "" => step::<Portable<MicroMath>>; }
 }
 
 // Each in a function of its own, so that the memory of the works is not on the stack together.

@@ -5,6 +5,7 @@ use comfy_table::Table;
 use lrnn_nostd::{Activation, Cubic, Rational, Tanh};
 use qemu::count::Counts;
 use serde::Serialize;
+use vectors::micro::MicroMath;
 
 use super::{Times, named};
 use crate::table::numbers;
@@ -37,6 +38,7 @@ pub(super) fn rows(counts: &Counts, times: &Times) -> Result<Vec<Row>> {
         row("rational", error::<Rational>())?,
         row("cubic", error::<Cubic>())?,
         row("tanh", error::<Tanh>())?,
+        row("micromath", error::<MicroMath>())?,
     ])
 }
 
