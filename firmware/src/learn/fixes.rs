@@ -23,6 +23,7 @@
 //! hypotheses know the difference to their present estimates, so that this costs no accuracy.
 
 mod aligning;
+mod chosen;
 mod course;
 #[cfg(test)]
 pub(in crate::learn) mod drive;
@@ -34,12 +35,12 @@ mod start;
 
 use super::age::FixAge;
 use super::antenna::Antenna;
-use super::bank::{Bank, REMEMBERING, STORED, Work, ZERO_CORRECTION};
+use super::bank::{Bank, STORED, Work, ZERO_CORRECTION};
 use super::prior::{LearnerNet, NAV, shaped};
 use super::quantise::{Scale, flat, split};
 use super::rehearsal::Rehearsal;
 use super::settings::Settings;
-use super::unit::{self, Head, Unit};
+use super::unit::{Head, Unit};
 use super::{Learner, Report, Winner};
 use crate::align::Align;
 use crate::align::motion::InMotion;
@@ -50,7 +51,6 @@ use crate::model::Nets;
 use crate::nav::{self, Navigator};
 use crate::sample::{Counts, RawSample, StreamScale};
 use lrnn_nostd::State;
-use lrnn_nostd::learn::kalman::OUTPUTS;
 use observe::{Mean, Rest};
 
 /// The large part of a learner, to be static; at most [`ROOM`] bytes.
@@ -145,7 +145,7 @@ pub struct FixLearner<'m> {
     /// Whether its estimate has settled.
     settled: Settled,
     /// Which hypothesis knows the unit best, and whether what it knows has settled.
-    of_unit: usize,
+    knows_best: usize,
     unit_settled: Settled,
     /// Of a navigator that was aligned in motion.
     probation: Probation,
@@ -188,7 +188,7 @@ impl<'m> FixLearner<'m> {
             rehearsal: Rehearsal::NEW,
             running: ZERO_CORRECTION,
             settled: Settled::default(),
-            of_unit: ZERO_CORRECTION,
+            knows_best: ZERO_CORRECTION,
             unit_settled: Settled::default(),
             probation: Probation::default(),
             base: Head::NEW,
@@ -216,71 +216,6 @@ impl<'m> FixLearner<'m> {
             self.probation.fix(refused != 0);
             self.rehearsal.start(&self.memory.bank);
             self.choose();
-        }
-    }
-
-    /// Which hypothesis is in force after a fix.
-    fn choose(&mut self) {
-        let bank = &self.memory.bank;
-        let chosen = if bank.doubts() {
-            self.rehearsal.choose(|index| bank.score(index))
-        } else {
-            bank.leading()
-        };
-        self.put_in_force(chosen);
-        let bank = &self.memory.bank;
-        let sigma = self.at_least(bank.bias_sigma());
-        self.settled.looks(bank.estimate_of(chosen), &sigma);
-        match self.best_of_unit() {
-            Some(best) => {
-                self.of_unit = best;
-                let sigma = self.at_least(bank.bias_sigma_of(best));
-                self.unit_settled.looks(&bank.constant_of(best), &sigma);
-            }
-            None => self.unit_settled.moves(),
-        }
-    }
-
-    /// Of the hypotheses that remember the unit and have proved themselves, the one with the
-    /// greatest evidence. The last one stays until another is clearly better.
-    fn best_of_unit(&self) -> Option<usize> {
-        let bank = &self.memory.bank;
-        let worth = |h: usize| {
-            let stays = if h == self.of_unit {
-                self.settings.gates.better
-            } else {
-                0.0
-            };
-            bank.score(h) + stays
-        };
-        let proved = REMEMBERING
-            .into_iter()
-            .filter(|&h| self.rehearsal.has_proved(h));
-        proved.max_by(|&a, &b| worth(a).total_cmp(&worth(b)))
-    }
-
-    /// Standard deviations of what is learnt: those of the biases, and no less than a share of the
-    /// datasheet's, because networks move more than biases do.
-    fn at_least(&self, mut sigma: [f32; OUTPUTS]) -> [f32; OUTPUTS] {
-        let sheet = &self.settings.sheet;
-        let [g, a] = [sheet.gyro_bias, sheet.accel_bias];
-        for (sigma, sheet) in sigma.iter_mut().zip([g, g, g, a, a, a]) {
-            *sigma = sigma.max(SETTLES * sheet);
-        }
-        sigma
-    }
-
-    fn put_in_force(&mut self, chosen: usize) {
-        if chosen == ZERO_CORRECTION {
-            self.settled.moves();
-        }
-        if core::mem::replace(&mut self.running, chosen) != chosen {
-            let of = if chosen == ZERO_CORRECTION {
-                &mut self.tally.rollbacks
-            } else {
-                &mut self.tally.promotions
-            };
-            *of = of.saturating_add(1);
         }
     }
 
@@ -571,28 +506,12 @@ impl Learner for FixLearner<'_> {
 
     fn for_next_power_on(&mut self) -> Option<Winner> {
         self.finish();
-        let best = self.best_of_unit()?;
-        let bank = &self.memory.bank;
-        let [gyro, accel] = bank.unit_nets_of(best);
-        Some(Winner {
-            nets: Nets { gyro, accel },
-            states: bank.states_of(best),
-            estimate: split(&bank.unit_estimate_of(best)),
-            sigma: split(&self.at_least(bank.bias_sigma_of(best))),
-            settled: self.unit_settled.is_settled_again(),
-        })
+        self.of_unit()
     }
 
     fn remember(&mut self) -> usize {
         self.finish();
-        if self.for_next_power_on().is_none() {
-            return 0;
-        }
-        let Memory { bank } = &mut *self.memory;
-        let (sheet, driven) = (&self.settings.sheet, &self.driven);
-        self.unit
-            .remember(&self.base, bank, sheet, driven, self.covered);
-        unit::LEN
+        self.take_down()
     }
 
     fn write_memory(&self, start: usize, piece: &mut [u8]) {

@@ -27,15 +27,17 @@ mod covariance;
 mod deferred;
 mod model;
 mod packed;
+mod parameters;
 mod remember;
 
 pub use covariance::{Covariance, Innovation, Workspace};
 pub use deferred::{DEFERRED_PARTS, MAX_DEFERRED};
-pub use model::{
-    AllWeights, Biases, DiagonalWeights, ErrorModel, FixedWeights, NoParameters, OutputWeights,
-    ParameterSet, UnitBiases, UnitOutput, Zeroed,
-};
+pub use model::ErrorModel;
 pub use packed::Row;
+pub use parameters::{
+    AllWeights, Biases, DiagonalWeights, FixedWeights, NoParameters, OutputWeights, ParameterSet,
+    UnitBiases, UnitOutput, Zeroed,
+};
 
 use crate::activation::{Activation, Identity, Rational};
 use crate::infer::Net;
