@@ -289,7 +289,7 @@ pub(super) fn rival(law: Law, parts: &Parts<'_>) -> Fitted {
 }
 
 /// How many starts are compared.
-pub(super) const STARTS: usize = 4 + FURTHER_STARTS;
+pub(super) const STARTS: usize = super::shape::STARTS + FURTHER_STARTS;
 
 /// A mean of an output layer: three rows of weights, then the biases.
 pub(super) fn mean_of(moments: &Moments) -> ([Three; 3], Three) {

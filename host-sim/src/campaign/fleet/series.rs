@@ -64,7 +64,7 @@ impl Drive {
         // what the device's own blocks tell
         let quiet = compensator(session, &[Nets::NONE.gyro; 2], &told);
         let driven = inputs(session, &quiet, until);
-        (!errors.is_empty()).then(|| Self {
+        (!errors.is_empty()).then_some(Self {
             unit,
             inputs: [driven.rate, driven.force],
             errors,

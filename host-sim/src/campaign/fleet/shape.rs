@@ -18,7 +18,7 @@ const SLOW_S: [[f64; 3]; 2] = [[150.0, 500.0, 1500.0], [0.0, 300.0, 1200.0]];
 /// Time constants of an inner place that follows the thermometer's, s.
 const INNER_S: [f64; 2] = [400.0, 1200.0];
 /// Starts that are not drawn.
-const STARTS: usize = 6;
+pub(super) const STARTS: usize = 6;
 
 /// Inputs or features of one second.
 pub type Three = [f64; NEURONS];
