@@ -195,7 +195,8 @@ fn amplitudes<T: Real>(net: &LearnerNet<T>) -> [f64; 3] {
     most
 }
 
-/// Whether hidden layers pass inputs on: each unit of the second layer follows at least one of them.
+/// Whether hidden layers pass inputs on: each unit of the second layer follows at least one of
+/// them.
 #[must_use]
 pub fn is_alive<T: Real>(weights: &Weights<T>) -> bool {
     let [input, middle, _] = &weights.layers;

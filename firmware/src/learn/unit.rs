@@ -1,9 +1,9 @@
 //! What is remembered of a unit over power-off.
 //!
 //! Two hypotheses of the bank divide what they learn into what the unit is and what this turn-on is
-//! ([`super::bank::REMEMBERING`]). The first part is stored, with its covariance, and is their prior
-//! in the next drive. Of the second part the scatter is stored: how much of a bias is new at every
-//! turn-on. A datasheet tells it seldom; the learner finds it.
+//! ([`super::bank::REMEMBERING`]). The first part is stored, with its covariance, and is their
+//! prior in the next drive. Of the second part the scatter is stored: how much of a bias is new at
+//! every turn-on. A datasheet tells it seldom; the learner finds it.
 //!
 //! Little-endian bytes:
 //!
@@ -13,12 +13,14 @@
 //! | 2 | 2 | drives that have taught something |
 //! | 4 | 4 | seconds of navigation beside fixes in them, f32 |
 //! | 8 | 8 | lowest and highest temperature of these seconds, degrees C, two f32 |
-//! | 16 | 8 | turn-on biases of gyros and of accelerometers: sum of their second moments, in squares of the datasheet's bias, two f32 |
+//! | 16 | 8 | second moments of turn-on biases: gyros, accelerometers, two f32 |
 //! | 24 | 4 | number of moments in each sum, f32 |
 //! | 28 | 4 | evidence of the hypothesis `driven` against `biases`, f32 |
 //! | 32 | 4 | CRC-32 of the networks' hidden layers and scales, to which the values belong |
 //! | 36 | 108 | `biases`: 6 means, lower triangle of their covariance, f32 |
 //! | 144 | 1296 | `driven`: 24 means, lower triangle of their covariance, f32 |
+//!
+//! A sum of moments is in squares of the datasheet's bias.
 
 use super::MEMORY_LEN;
 use super::bank::{Bank, DRIVEN, REMEMBERED, SIX_BIASES};
@@ -40,12 +42,14 @@ const SCATTER: [f32; 2] = [0.01, 0.9];
 /// A fleet's scatter of the turn-on counts as so many moments: ten drives.
 const MOMENTS: f32 = 30.0;
 /// By how much each variance grows from drive to drive, as a share of its prior: sensors age, and a
-/// unit that never changed would never be learnt anew. (Assumed: a hundredth of the bias in a drive.)
+/// unit that never changed would never be learnt anew. (Assumed: a hundredth of the bias in a
+/// drive.)
 const AGES: f32 = 1e-4;
 /// Evidence of earlier drives that counts in the next, at most.
 const EVIDENCE: f32 = 20.0;
 
-/// How the units of a type differ, and the turn-ons of each, in units of the networks' output scale.
+/// How the units of a type differ, and the turn-ons of each, in units of the networks' output
+/// scale.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Spread {
     /// Standard deviation over units of the output layer's three columns, > 0.

@@ -4,11 +4,11 @@
 //! First all have the same share; then that of the gyros' biases is searched for, the
 //! accelerometers', and the laws'. For biases the density counts that the best model of each unit
 //! gives to the fixes of all its earlier drives, each before it learnt from them: the errors of a
-//! dozen free-inertial drives scatter too much to tell their shares apart. Of laws the density knows
-//! less: where starts are cold, warm and hot it calls a law new at every turn-on that only is the
-//! wrong law. For them the geometric mean counts of the errors of all units, each after one, two and
-//! four drives, smoothed over neighbouring shares. Of equals the largest is taken: it trusts the
-//! past least.
+//! dozen free-inertial drives scatter too much to tell their shares apart. Of laws the density
+//! knows less: where starts are cold, warm and hot it calls a law new at every turn-on that only is
+//! the wrong law. For them the geometric mean counts of the errors of all units, each after one,
+//! two and four drives, smoothed over neighbouring shares. Of equals the largest is taken: it
+//! trusts the past least.
 
 use super::laws::Models;
 use super::memory::{Kept, REMEMBERING, kept, pass, recalled};

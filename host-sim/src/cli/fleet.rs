@@ -33,8 +33,8 @@ pub struct Args {
     /// Drives of each simulated unit, each on another day
     #[arg(long, default_value_t = 4, value_parser = clap::value_parser!(u32).range(1..=64))]
     drives: u32,
-    /// Recordings instead: folders of units, each with a folder for each drive, in which header.toml
-    /// is; a single folder may hold the folders of all units
+    /// Recordings instead: folders of units, each with a folder for each drive, in which
+    /// header.toml is; a single folder may hold the folders of all units
     #[arg(long, value_name = "DIR", num_args = 1.., conflicts_with_all = ["models", "start", "units", "drives", "scenario"])]
     recordings: Vec<PathBuf>,
     #[command(flatten)]

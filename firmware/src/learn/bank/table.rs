@@ -102,9 +102,9 @@ macro_rules! hypotheses {
     };
 }
 
-// Slot; what is learnt, and the number of its parameters (biases and weights); what the hidden layers
-// are; greatest contribution of the networks, in units of the bias; key; name.
-// The first believes the sensors; the last is the largest, and its work is done in smaller parts.
+// Slot; what is learnt, and the number of its parameters (biases and weights); what the hidden
+// layers are; greatest contribution of the networks, in units of the bias; key; name. The first
+// believes the sensors; the last is the largest, and its work is done in smaller parts.
 hypotheses! {
     zero_correction: NoParameters, 0, Time 0.0, "zero-correction", "zero correction";
     biases: UnitBiases, 12, Driven 0.0, "biases", "biases";

@@ -1,6 +1,6 @@
 //! Recordings of a fleet: a folder for each unit, and in it a folder for each drive, as `simulate`
-//! and `convert csv` write them: `header.toml` with its files, and `temperature.csv` where there are
-//! thermometers.
+//! and `convert csv` write them: `header.toml` with its files, and `temperature.csv` where there
+//! are thermometers.
 
 use super::series::{Drive, useless};
 use crate::error::Error;

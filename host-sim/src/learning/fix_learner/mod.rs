@@ -33,8 +33,8 @@ use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
 /// Milliseconds in a GPS week: times of fixes wrap there.
 const WEEK_MS: u64 = 604_800_000;
-/// What has settled is stored once in so many epochs. (The device does so at most every ten minutes,
-/// while the vehicle stands or when it has been settled for five.)
+/// What has settled is stored once in so many epochs. (The device does so at most every ten
+/// minutes, while the vehicle stands or when it has been settled for five.)
 const KEEP_S: usize = 60;
 /// Milliseconds between fixes.
 const EPOCH_MS: u64 = 1000;

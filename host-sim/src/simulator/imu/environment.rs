@@ -1,5 +1,6 @@
 //! Error terms that follow the temperature of each sensor, its past, its age, vibration, turning,
-//! or the square of the specific force: the tables `[simulation.gyro.environment]` and `[simulation.accel.environment]`.
+//! or the square of the specific force: the tables `[simulation.gyro.environment]` and
+//! `[simulation.accel.environment]`.
 //!
 //! They are tables of terms like [`super::datasheet`], and all are off unless the file has them.
 //! `triad/environment` has the equations. Filters are not told of these terms: an oracle that is
@@ -93,9 +94,9 @@ datasheet! {
             .within(Range::Positive)
             .acts(|s, to| to.environment.softening_width = s.softening_width_k),
         /// Bias by the temperature U of an inner place, which follows the place of the thermometer
-        /// late: `b U / 10 K + c (U / 10 K)^2`, each of b and c with this standard deviation, deg/h.
-        /// The inner place is a capacity behind a conductance: a potted coil, a proof mass in gas
-        /// (Incropera and DeWitt, chapter 5).
+        /// late: `b U / 10 K + c (U / 10 K)^2`, each of b and c with this standard deviation,
+        /// deg/h. The inner place is a capacity behind a conductance: a potted coil, a proof mass
+        /// in gas (Incropera and DeWitt, chapter 5).
         #[serde(default, skip_serializing_if = "is_zero")]
         thermal_lag_dph: Gyro::of(Group::Thermal)
             .bias(|s| s.thermal_lag_dph)

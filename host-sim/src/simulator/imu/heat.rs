@@ -102,8 +102,8 @@ impl Heat {
         vec![before[0], before[1], now]
     }
 
-    /// The same in steps of a minute: s before power-on (negative), ascending, the last one 0. Empty
-    /// after a long soak.
+    /// The same in steps of a minute: s before power-on (negative), ascending, the last one 0.
+    /// Empty after a long soak.
     pub fn trail(&self) -> Vec<(f64, Vector3<f64>)> {
         if self.history.is_cold() {
             return Vec::new();
