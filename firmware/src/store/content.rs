@@ -50,7 +50,7 @@ impl<'c> Content<'c> {
 /// What goes with the learner's bytes.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Notes {
-    /// The unit that it was learnt of: [`unit`].
+    /// The unit that it was learnt of: [`unit()`].
     pub unit: u32,
     /// Drives that it was learnt on; saturates.
     pub drives: u16,

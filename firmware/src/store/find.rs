@@ -56,7 +56,7 @@ impl Header {
 }
 
 impl<F: NorFlash> Store<F> {
-    /// Reads the newest record's memory, [`Notes`] and what the learner took down, and gives its
+    /// Reads the newest record's memory, `Notes` and what the learner took down, and gives its
     /// length; 0 without one. To be called after [`Store::load`].
     pub fn memory(&mut self, into: &mut [u8; MEMORY_MAX]) -> usize {
         let Some((at, len)) = self.memory_place() else {
