@@ -1,9 +1,9 @@
 //! What a fleet of units teaches about a type of sensor: [`crate::unit::prior::Prior`].
 //!
-//! Each drive of each unit becomes a series of errors ([`series`]). That is most of the work, and
-//! it is kept unit by unit ([`super::runs`]). Then a fit finds, for each triad by itself, the
-//! hidden layers that the units share ([`fit`], [`shape`]), and how their output layers and turn-on
-//! biases scatter ([`linear`]).
+//! Each drive of each unit becomes a series of errors (`series`). That is most of the work, and
+//! it is kept unit by unit (`runs`). Then a fit finds, for each triad by itself, the
+//! hidden layers that the units share (`fit`, `shape`), and how their output layers and turn-on
+//! biases scatter (`linear`).
 
 mod fit;
 mod linear;
