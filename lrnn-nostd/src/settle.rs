@@ -12,8 +12,8 @@ use crate::shape::{Feedback, NEURONS};
 use crate::state::State;
 use crate::weights::Layer;
 
-/// Newton steps of a layer. Each unit is solved for itself with the others as they are; feedback
-/// between units converges as far as these steps go.
+/// Newton steps of a layer, at most. Each unit is solved for itself with the others as they are;
+/// feedback between units converges as far as these steps go.
 const STEPS: usize = 32;
 
 impl<H: Activation, O: Activation, F: Feedback, T: Real> Net<H, O, F, T> {
@@ -49,6 +49,7 @@ fn steady<A: Activation, F: Feedback, T: Real>(
         return constant;
     }
     for _ in 0..STEPS {
+        let last = y;
         for p in 0..NEURONS {
             let mut x = constant[p];
             for q in 0..NEURONS {
@@ -62,6 +63,9 @@ fn steady<A: Activation, F: Feedback, T: Real>(
             if against > T::ZERO {
                 y[p] += (now - y[p]) / against;
             }
+        }
+        if y == last {
+            break;
         }
     }
     y

@@ -72,7 +72,7 @@ impl Memory {
         let told = Assumptions::of(unit);
         let prior = unit.prior.as_ref();
         Self {
-            stored: prior.map_or_else(Stored::default, |of| of.stored(&datasheet(&told))),
+            stored: prior.map_or_else(Stored::default, |of| Stored::of_type(of, &datasheet(&told))),
             ..Self::default()
         }
     }

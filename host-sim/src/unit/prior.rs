@@ -8,9 +8,7 @@ use super::Unit;
 use super::finding::Finding;
 use super::networks::{Input, Networks};
 use crate::inertial::units::{DEG_PER_H, UG};
-use crate::learning::fix_learner::Stored;
 use firmware::learn;
-use firmware::learn::prior::Datasheet;
 use firmware::model::Nets;
 use lrnn_nostd::{Net, Normalisation, Weights};
 use schemars::JsonSchema;
@@ -112,28 +110,6 @@ impl Prior {
     }
 }
 
-impl Prior {
-    /// What the store of a device of this type holds before its first drive: networks of the type's
-    /// shape that correct nothing yet, and how units differ. A mean over units counts as a part of
-    /// their spread.
-    #[must_use]
-    pub fn stored(&self, sheet: &Datasheet) -> Stored {
-        let mut nets = self.nets();
-        for net in [&mut nets.gyro, &mut nets.accel] {
-            let [_, _, top] = &mut net.weights.layers;
-            *top = lrnn_nostd::Layer::default();
-        }
-        let spread = [&self.gyro, &self.accel].map(Triad::spread);
-        let unit = learn::unit::Unit::of_type(&[nets.gyro, nets.accel], sheet, &spread);
-        let mut memory = vec![0; learn::unit::LEN];
-        unit.write(0, &mut memory);
-        Stored {
-            nets: Some(nets),
-            memory,
-        }
-    }
-}
-
 /// A prior that was learnt with other inputs than the networks have.
 pub(super) fn other_inputs(unit: &Unit) -> Option<Finding> {
     let learnt = unit.prior.as_ref()?.networks();
@@ -145,7 +121,9 @@ pub(super) fn other_inputs(unit: &Unit) -> Option<Finding> {
 }
 
 impl Triad {
-    fn spread(&self) -> learn::unit::Spread {
+    /// How the units differ. A mean over units counts as a part of their spread.
+    #[must_use]
+    pub fn spread(&self) -> learn::unit::Spread {
         let square = |values: [f64; 3]| values.map(|x| x * x).iter().sum::<f64>() / 3.0;
         let column = |q: usize| square([0, 1, 2].map(|p| self.mean_w[p][q])).sqrt();
         let at_least = |x: f64| x.max(LEAST_SIGMA) as f32;

@@ -13,11 +13,11 @@ use firmware::wire::novatel::ImuType;
 use firmware::wire::ubx::Pvt;
 use firmware::wire::{Checked, ImuFormat};
 use host_sim::inertial::session::Session;
-use host_sim::learning::fix_learner::Device;
+use host_sim::learning::fix_learner::{Device, Stored};
 use qemu::drive::{Record, drive_from};
 use qemu::images::REPLAY;
 use qemu::machine::{Clock, NETDUINOPLUS2};
-use qemu::replay::{Input, Pace};
+use qemu::replay::{Input, Pace, nets};
 use qemu::software::{changed, learning_on_desktop, on_target};
 use vectors::Digest;
 
@@ -142,7 +142,11 @@ fn the_desktops_driver_learns_what_the_application_learns() {
     let here = learning_on_desktop(format, &records);
     assert!(here.learnt.fixes > 300, "{:?}", here.learnt);
     let mut memory = Box::new(FixMemory::ZEROED);
-    let mut device = Device::new(&mut memory, Settings::MEDIUM, compensator());
+    let stored = Stored {
+        nets: Some(nets()), // what the application begins with
+        memory: Vec::new(),
+    };
+    let mut device = Device::knowing(&stored, &mut memory, Settings::MEDIUM, compensator());
     for record in &records {
         match record.input {
             Input::Sensor => {

@@ -11,12 +11,13 @@
 
 use crate::inertial::align;
 use crate::inertial::earth::Geodetic;
-use crate::inertial::ekf::Prior;
+use crate::inertial::ekf;
 use crate::inertial::free_inertial::{FreeInertial, free_inertial};
 use crate::inertial::session::{EPOCH_S, Session};
 use crate::inertial::sins::NavState;
 use crate::learning::teacher::{ALIGN_SHARE, Assumptions, Start};
 use crate::learning::window::{compensator, increments_from, read_temperature, temperature_at};
+use crate::unit::prior::Prior;
 use firmware::align::LEAST_S;
 use firmware::compensator::{self, Compensator};
 use firmware::configuration::VehicleKind;
@@ -24,6 +25,7 @@ use firmware::control::Alignment;
 use firmware::fix::{Fix, Position};
 use firmware::learn::bank::{Gates, HYPOTHESES};
 use firmware::learn::prior::{Datasheet, NAV};
+use firmware::learn::unit;
 use firmware::learn::{FixLearner, FixMemory, Learner, Report, Settings};
 use firmware::model::Nets;
 use firmware::nav::{self, Noise};
@@ -160,6 +162,28 @@ pub struct Stored {
     pub memory: Vec<u8>,
 }
 
+impl Stored {
+    /// What the store of a device holds before the first drive of a unit, if a fleet has taught
+    /// something of its type: networks of the type's shape that correct nothing yet, and how units
+    /// differ.
+    #[must_use]
+    pub fn of_type(prior: &Prior, sheet: &Datasheet) -> Self {
+        let mut nets = prior.nets();
+        for net in [&mut nets.gyro, &mut nets.accel] {
+            let [_, _, top] = &mut net.weights.layers;
+            *top = lrnn_nostd::Layer::default();
+        }
+        let spread = [prior.gyro.spread(), prior.accel.spread()];
+        let unit = unit::Unit::of_type(&[nets.gyro, nets.accel], sheet, &spread);
+        let mut memory = vec![0; unit::LEN];
+        unit.write(0, &mut memory);
+        Self {
+            nets: Some(nets),
+            memory,
+        }
+    }
+}
+
 /// What the device has learnt when the fixes end.
 #[derive(Debug, Clone)]
 pub struct Learnt {
@@ -240,7 +264,7 @@ impl Learnt {
 /// What the learner is told of the sensors.
 #[must_use]
 pub fn datasheet(assumptions: &Assumptions) -> Datasheet {
-    let Prior {
+    let ekf::Prior {
         gyro_bias,
         accel_bias,
         ..
