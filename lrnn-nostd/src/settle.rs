@@ -12,8 +12,9 @@ use crate::shape::{Feedback, NEURONS};
 use crate::state::State;
 use crate::weights::Layer;
 
-/// Newton steps of a layer, at most. Each unit is solved for itself with the others as they are;
-/// feedback between units converges as far as these steps go.
+/// Newton steps of a layer, at most; fewer when no unit moves by more than the root of the
+/// resolution near 1: the next one would move by less than the resolution. Each unit is solved for
+/// itself with the others as they are; feedback between units converges as far as these steps go.
 const STEPS: usize = 32;
 
 impl<H: Activation, O: Activation, F: Feedback, T: Real> Net<H, O, F, T> {
@@ -68,7 +69,11 @@ fn steady<A: Activation, F: Feedback, T: Real>(
                 y[p] += (now - y[p]) / against;
             }
         }
-        if y == last {
+        let near = |(now, before): (&T, &T)| {
+            let moved = *now - *before;
+            moved * moved <= T::EPSILON
+        };
+        if y.iter().zip(&last).all(near) {
             break;
         }
     }

@@ -247,11 +247,6 @@ impl<const X: usize, const N: usize, const PACKED: usize, T: Real> Covariance<X,
         self.tt.get(at).copied().unwrap_or(T::ZERO)
     }
 
-    /// Applies what is still deferred.
-    pub fn settle(&mut self) {
-        self.apply_all_deferred();
-    }
-
     /// Sets the covariance of parameters `i` and `j`; indices beyond N have no effect.
     pub(super) fn set_parameter(&mut self, i: usize, j: usize, value: T) {
         let at = packed(i.max(j)) + i.min(j);
@@ -305,7 +300,7 @@ impl<const X: usize, const N: usize, const PACKED: usize, T: Real> Covariance<X,
         self.deferred.apply(&mut self.tt)
     }
 
-    fn apply_all_deferred(&mut self) {
+    pub(super) fn apply_all_deferred(&mut self) {
         while self.apply_deferred() {}
     }
 

@@ -43,29 +43,34 @@ pub trait ParameterSet: Copy + Debug + Default + PartialEq + 'static {
     /// One value for each parameter of a triad.
     type Own<T: Real>: Zeroed + AsRef<[T]> + AsMut<[T]>;
 
-    /// Whether the weight with this index is learnt.
-    fn is_learnt(index: usize) -> bool;
+    /// Whether the weight with this index is learnt. By default none is.
+    fn is_learnt(_: usize) -> bool {
+        false
+    }
 
     /// Makes of any weights those that this set can learn from.
     fn prepare<T: Real>(_: &mut Weights<T>) {}
 
-    /// Steps the network and the state of its derivatives.
+    /// Steps the network, and the state of its derivatives if there is one.
     fn step<H: Activation, T: Real>(
         net: &Net<H, Identity, Full, T>,
         state: &mut State<T>,
-        memory: &mut Self::Memory<T>,
+        _: &mut Self::Memory<T>,
         input: [T; NEURONS],
-    ) -> Step<T>;
+    ) -> Step<T> {
+        net.step(state, input)
+    }
 
     /// Writes the derivatives of output `j` (0, 1, 2) with respect to the learnt weights, times
     /// `scale`, in index order.
     fn derivatives<T: Real>(
-        state: &State<T>,
-        memory: &Self::Memory<T>,
-        j: usize,
-        scale: T,
-        row: &mut [T],
-    );
+        _: &State<T>,
+        _: &Self::Memory<T>,
+        _: usize,
+        _scale: T,
+        _row: &mut [T],
+    ) {
+    }
 }
 
 /// No parameters: the sensors are trusted.
@@ -119,10 +124,6 @@ macro_rules! without_network {
             type Memory<T: Real> = ();
             type Own<T: Real> = [T; $own];
 
-            fn is_learnt(_: usize) -> bool {
-                false
-            }
-
             fn step<H: Activation, T: Real>(
                 _: &Net<H, Identity, Full, T>,
                 _: &mut State<T>,
@@ -135,8 +136,6 @@ macro_rules! without_network {
                     fault: None,
                 }
             }
-
-            fn derivatives<T: Real>(_: &State<T>, (): &(), _: usize, _: T, _: &mut [T]) {}
         }
     };
 }
@@ -148,21 +147,6 @@ impl ParameterSet for FixedWeights {
     const WEIGHTS: usize = 0;
     type Memory<T: Real> = ();
     type Own<T: Real> = [T; 0];
-
-    fn is_learnt(_: usize) -> bool {
-        false
-    }
-
-    fn step<H: Activation, T: Real>(
-        net: &Net<H, Identity, Full, T>,
-        state: &mut State<T>,
-        (): &mut (),
-        input: [T; NEURONS],
-    ) -> Step<T> {
-        net.step(state, input)
-    }
-
-    fn derivatives<T: Real>(_: &State<T>, (): &(), _: usize, _: T, _: &mut [T]) {}
 }
 
 /// Parameter sets of which the networks' output is a linear function: y_3,j = sum_q W_jq y_2,q +
@@ -187,15 +171,6 @@ macro_rules! of_output_layer {
                 if $weights == 0 {
                     top.w = [[T::ZERO; NEURONS]; NEURONS];
                 }
-            }
-
-            fn step<H: Activation, T: Real>(
-                net: &Net<H, Identity, Full, T>,
-                state: &mut State<T>,
-                (): &mut (),
-                input: [T; NEURONS],
-            ) -> Step<T> {
-                net.step(state, input)
             }
 
             fn derivatives<T: Real>(state: &State<T>, (): &(), j: usize, scale: T, row: &mut [T]) {
