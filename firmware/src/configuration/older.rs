@@ -5,12 +5,12 @@ use super::{
     Configuration, Correction, Identity, Receiver, ReceiverProtocol, Sensor, SerialLines, Triad,
     Vehicle,
 };
-use crate::inputs::{Inputs, OWN};
+use crate::inputs::Inputs;
 use serde::Deserialize;
 
-/// Schemas 2 and 3, with which schema 4 begins: without the networks' inputs, which follow.
+/// Schemas 1 to 3, with which schema 4 begins: without the networks' inputs, which follow.
 #[derive(Deserialize)]
-pub struct Schema3 {
+pub struct Older<R> {
     identity: Identity,
     lines: SerialLines,
     sensor: Option<Sensor>,
@@ -18,12 +18,18 @@ pub struct Schema3 {
     mounting: [f32; 4],
     gyro: Triad,
     accel: Triad,
-    receiver: Receiver,
+    receiver: R,
     vehicle: Vehicle,
     correction: Correction,
 }
 
-impl Schema3 {
+/// Schemas 2 and 3.
+pub type Schema3 = Older<Receiver>;
+
+/// Schema 1: of the receiver it has protocol, lever arm and delay only.
+pub type Schema1 = Older<Receiver1>;
+
+impl<R: Into<Receiver>> Older<R> {
     /// With these inputs of the networks.
     pub fn with(self, inputs: Inputs) -> Configuration {
         Configuration {
@@ -34,7 +40,7 @@ impl Schema3 {
             mounting: self.mounting,
             gyro: self.gyro,
             accel: self.accel,
-            receiver: self.receiver,
+            receiver: self.receiver.into(),
             vehicle: self.vehicle,
             correction: self.correction,
             inputs,
@@ -42,56 +48,24 @@ impl Schema3 {
     }
 }
 
-/// Schema 1: of the receiver it has protocol, lever arm and delay only.
 #[derive(Deserialize)]
-pub struct Schema1 {
-    identity: Identity,
-    lines: SerialLines,
-    sensor: Option<Sensor>,
-    rate: f64,
-    mounting: [f32; 4],
-    gyro: Triad,
-    accel: Triad,
-    receiver: Receiver1,
-    vehicle: Vehicle,
-    correction: Correction,
-}
-
-#[derive(Deserialize)]
-struct Receiver1 {
+pub struct Receiver1 {
     protocol: ReceiverProtocol,
     lever_arm: [f32; 3],
     fix_delay: f32,
 }
 
-impl From<Schema1> for Configuration {
+impl From<Receiver1> for Receiver {
     /// Lever arm and delay stay exactly as told, which is what they meant in schema 1.
-    fn from(told: Schema1) -> Configuration {
-        let Receiver1 {
-            protocol,
-            lever_arm,
-            fix_delay,
-        } = told.receiver;
-        Configuration {
-            identity: told.identity,
-            lines: told.lines,
-            sensor: told.sensor,
-            rate: told.rate,
-            mounting: told.mounting,
-            gyro: told.gyro,
-            accel: told.accel,
-            receiver: Receiver {
-                protocol,
-                lever_arm,
-                lever_arm_sigma: 0.0,
-                fix_delay,
-                fix_delay_sigma: 0.0,
-                pulse: false,
-                heading_offset: 0.0,
-            },
-            vehicle: told.vehicle,
-            correction: told.correction,
-            inputs: OWN,
+    fn from(told: Receiver1) -> Receiver {
+        Receiver {
+            protocol: told.protocol,
+            lever_arm: told.lever_arm,
+            lever_arm_sigma: 0.0,
+            fix_delay: told.fix_delay,
+            fix_delay_sigma: 0.0,
+            pulse: false,
+            heading_offset: 0.0,
         }
     }
 }

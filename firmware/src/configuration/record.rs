@@ -76,7 +76,7 @@ pub fn decode(bytes: &[u8]) -> Result<Configuration, Reason> {
         }
         // schema 3 has one activation more, at the end of the list
         2 | 3 => whole::<Schema3>(body)?.with(OWN),
-        1 => whole::<Schema1>(body)?.into(),
+        1 => whole::<Schema1>(body)?.with(OWN),
         _ => return Err(Reason::Schema(SCHEMA)),
     };
     configuration.check().map_err(Reason::Field)?;

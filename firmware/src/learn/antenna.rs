@@ -30,11 +30,12 @@ use work::{COVARIANCE, END};
 
 use super::age::MAX_AGE_S;
 use super::bank::{self, Refusals};
-use super::prior::{Datasheet, NAV, Shape};
+use super::prior::{Datasheet, Layers, NAV};
 use super::settings::Settings;
 use crate::fix::OBSERVATIONS;
 use crate::nav::{ANTENNA, Seen};
 use lrnn_nostd::Rational;
+use lrnn_nostd::Weights;
 use lrnn_nostd::learn::kalman::{Biases, Kalman, OUTPUTS, Prior, Transition, Workspace};
 
 /// Navigation errors as the antenna sees them, lever arm, age.
@@ -118,16 +119,15 @@ impl Antenna {
     pub fn begin(&mut self, settings: &Settings, block_s: f64) {
         self.configure(settings);
         if self.estimates() {
-            let prior = self.prior(&settings.sheet, block_s);
+            let prior = self.prior(&settings.sheet);
             self.filter.init(&settings.sheet.nets(block_s), &prior);
             self.begun = true;
         }
     }
 
-    fn prior(&self, sheet: &Datasheet, block_s: f64) -> Prior<STATES, OUTPUTS> {
+    fn prior(&self, sheet: &Datasheet) -> Prior<STATES, OUTPUTS> {
         let of: Prior<NAV, OUTPUTS> = sheet.prior::<Biases, OUTPUTS>(
-            (Shape::Time, &sheet.nets(block_s)),
-            block_s,
+            Layers::Time(&Weights::zero()),
             0.0,
             [1.0; NAV],
             bank::error_floor(),

@@ -20,17 +20,17 @@ pub use gates::Gates;
 pub(super) use gates::Refusals;
 pub use parts::Work;
 pub use table::{
-    ALL, DRIVEN, HYPOTHESES, KEYS, LARGEST, NAMES, REMEMBERED, REMEMBERING, SIX_BIASES, STORED,
-    WITH_NETWORKS, ZERO_CORRECTION,
+    ALL, CURVED, DRIVEN, HYPOTHESES, KEYS, LARGEST, NAMES, REMEMBERED, REMEMBERING, SIX_BIASES,
+    STORED, WITH_NETWORKS, ZERO_CORRECTION,
 };
 
-use super::prior::{Datasheet, LearnerNet, NAV, Shape, shaped};
+use super::prior::{Datasheet, Layers, LearnerNet, NAV, Shapes};
 use crate::fix::OBSERVATIONS;
 use crate::inputs::settles;
 use crate::inputs::{Inputs, OWN};
 use hypothesis::Hypothesis;
 use lrnn_nostd::learn::kalman::{FixedWeights, OUTPUTS, TRIADS};
-use lrnn_nostd::{Real, State};
+use lrnn_nostd::{Real, State, Weights};
 use table::Hypotheses;
 
 /// The hypotheses over one navigator.
@@ -59,8 +59,8 @@ impl<T: Real> Bank<T> {
     #[must_use]
     pub fn new(sheet: &Datasheet<T>, block_s: f64, error_sigma: [T; NAV], gates: Gates<T>) -> Self {
         let mut bank = Self::ZEROED;
-        let driven = shaped(&sheet.nets(block_s), sheet, &OWN);
-        bank.begin((sheet, &OWN), &driven, block_s, error_sigma, gates);
+        let shapes = Shapes::new(&sheet.nets(block_s), sheet, &OWN);
+        bank.begin((sheet, &OWN), &shapes, block_s, error_sigma, gates);
         bank
     }
 
@@ -83,39 +83,44 @@ impl<T: Real> Bank<T> {
         settles: false,
     };
 
-    /// [`Bank::new`] in place: a bank should not be moved over the stack. `driven`: the first
-    /// networks of the hypotheses that are driven by these inputs ([`shaped`]).
+    /// [`Bank::new`] in place: a bank should not be moved over the stack. `shapes`: the first
+    /// networks of the hypotheses that are driven by these inputs.
     #[inline(never)]
     pub fn begin(
         &mut self,
         (sheet, inputs): (&Datasheet<T>, &Inputs),
-        driven: &[LearnerNet<T>; TRIADS],
+        shapes: &Shapes<T>,
         block_s: f64,
         error_sigma: [T; NAV],
         gates: Gates<T>,
     ) {
         self.hypotheses
-            .begin(driven, sheet, block_s, error_sigma, error_floor());
+            .begin(shapes, sheet, block_s, error_sigma, error_floor());
         let [g, a] = [sheet.gyro_bias, sheet.accel_bias];
         self.unmodelled = [g, g, g, a, a, a];
         self.gates = gates;
         self.gates.enabled &= !(1 << STORED);
+        self.settles = settles(inputs);
+        if !self.settles {
+            self.gates.enabled &= !(1 << CURVED); // no temperature that could rule
+        }
         self.refused = [Refusals::NONE; OBSERVATIONS];
         self.leading = ZERO_CORRECTION;
         self.believed = false;
-        self.settles = settles(inputs);
         self.fresh = table::SETTLING;
     }
 
     /// After [`Bank::begin`]: what was known of the unit when the last drive ended, by
     /// [`Bank::remember`]. `ages`: by how much each variance has grown since, as a share of its
-    /// prior. `evidence`: of [`DRIVEN`] against [`SIX_BIASES`] so far. False: the values are not
-    /// such, and the hypotheses stay as they were.
+    /// prior. `evidence`: of the others of [`REMEMBERING`] against [`SIX_BIASES`] so far. False:
+    /// the values are not such, and the bank has to begin anew.
     #[inline(never)]
-    pub fn recall(&mut self, values: &[T], ages: T, evidence: f64) -> bool {
+    pub fn recall(&mut self, values: &[T], ages: T, evidence: [f64; 2]) -> bool {
         let taken = self.hypotheses.recall(values, ages);
         if taken {
-            self.some(1 << DRIVEN, |h| h.believe(evidence));
+            for (index, evidence) in [DRIVEN, CURVED].into_iter().zip(evidence) {
+                self.some(1 << index, |h| h.believe(evidence));
+            }
         }
         taken
     }
@@ -140,12 +145,15 @@ impl<T: Real> Bank<T> {
         &mut self,
         nets: &[LearnerNet<T>; TRIADS],
         sheet: &Datasheet<T>,
-        block_s: f64,
         error_sigma: [T; NAV],
     ) {
         self.hypotheses.begin_stored(nets, || {
-            let of = (Shape::Time, nets);
-            sheet.prior::<FixedWeights, 0>(of, block_s, 0.0, error_sigma, error_floor())
+            sheet.prior::<FixedWeights, 0>(
+                Layers::Time(&Weights::zero()),
+                0.0,
+                error_sigma,
+                error_floor(),
+            )
         });
         self.gates.enabled |= 1 << STORED;
     }

@@ -28,6 +28,7 @@ mod course;
 #[cfg(test)]
 pub(in crate::learn) mod drive;
 mod gaps;
+mod judged;
 mod observe;
 mod proportional;
 mod settled;
@@ -36,7 +37,7 @@ mod start;
 use super::age::FixAge;
 use super::antenna::Antenna;
 use super::bank::{Bank, STORED, Work, ZERO_CORRECTION};
-use super::prior::{LearnerNet, NAV, shaped};
+use super::prior::{NAV, Shapes};
 use super::quantise::{Scale, flat, split};
 use super::rehearsal::Rehearsal;
 use super::settings::Settings;
@@ -71,8 +72,6 @@ impl Memory {
 /// An estimate may move by this share of the datasheet's bias and count as settled (assumed).
 const SETTLES: f32 = 0.1;
 
-/// A network before the learner has begun.
-const NOTHING: LearnerNet<f32> = Nets::NONE.gyro;
 /// A drive that has covered nothing yet.
 const NOWHERE: (f32, [f32; 2]) = (0.0, [f32::INFINITY, f32::NEG_INFINITY]);
 
@@ -95,6 +94,7 @@ pub use start::Started;
 use aligning::{Asked, Seen};
 use course::Course;
 use gaps::Recent;
+use judged::Judged;
 use proportional::{Proportional, Ratios};
 use settled::Settled;
 use start::Probation;
@@ -153,7 +153,8 @@ pub struct FixLearner<'m> {
     base: Head,
     unit: Unit,
     /// The first networks of the hypotheses that are driven by inputs.
-    driven: [LearnerNet<f32>; 2],
+    shapes: Shapes,
+    judged: Judged,
     /// Of this drive: seconds beside fixes, and the lowest and highest temperature in them.
     covered: (f32, [f32; 2]),
     tally: Tally,
@@ -193,7 +194,8 @@ impl<'m> FixLearner<'m> {
             probation: Probation::default(),
             base: Head::NEW,
             unit: Unit::NEW,
-            driven: [NOTHING; 2],
+            shapes: Shapes::NONE,
+            judged: Judged::NONE,
             covered: NOWHERE,
             tally: Tally::default(),
         }
@@ -355,19 +357,22 @@ impl Learner for FixLearner<'_> {
         let mut of_unit = *sheet;
         of_unit.turn_on = self.base.turn_on(sheet);
         let told = [nets.gyro, nets.accel];
-        self.driven = shaped(&told, sheet, inputs);
+        self.shapes = Shapes::new(&told, sheet, inputs);
         bank.begin(
             (&of_unit, inputs),
-            &self.driven,
+            &self.shapes,
             block_s,
             error_sigma,
             *gates,
         );
-        if !self.unit.recall(bank, &self.driven) {
+        let knows = self.unit.recall(bank, &self.shapes);
+        if !knows {
             self.base = Head::NEW;
         }
-        if !nets.same_images(&Nets::NONE) {
-            bank.begin_stored(&told, sheet, block_s, error_sigma);
+        let known = (knows && self.base.drives > 0).then(|| self.unit.values());
+        self.judged.begin(self.base.judged, known);
+        if *nets != Nets::NONE {
+            bank.begin_stored(&told, sheet, error_sigma);
         }
         work.clear();
         self.antenna.begin(&self.settings, block_s);
@@ -440,6 +445,7 @@ impl Learner for FixLearner<'_> {
         self.work
             .step([sources.select(gyro), sources.select(accel)]);
         if let (true, Some(stream)) = (self.course.navigates(), &self.stream) {
+            (self.judged).block(&self.memory.bank, &self.shapes, &self.settings.sheet);
             let (seconds, [low, high]) = &mut self.covered;
             *seconds += stream.block_s();
             *low = low.min(sources.temperature);

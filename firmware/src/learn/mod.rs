@@ -102,7 +102,7 @@ pub struct Winner {
 }
 
 /// Bytes of what a learner remembers over power-off, at most.
-pub const MEMORY_LEN: usize = 1792;
+pub const MEMORY_LEN: usize = 2816;
 
 /// A way to learn. No result may depend on when a function is called between two samples, so that
 /// the same input gives the same bits on every machine.

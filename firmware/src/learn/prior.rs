@@ -2,7 +2,7 @@
 
 use crate::inputs::{Inputs, REFERENCE_DEGC, Source};
 use lrnn_nostd::learn::kalman::{AllWeights, ErrorModel, ParameterSet, Prior};
-use lrnn_nostd::{Identity, Net, Normalisation, Rational, Real, State, Weights};
+use lrnn_nostd::{Activation, Identity, Net, Normalisation, Rational, Real, State, Weights};
 
 /// Navigation errors: attitude (rad), velocity (m/s), position (m), each north, east, down.
 pub const NAV: usize = 9;
@@ -76,12 +76,14 @@ const W1: [[f64; 3]; 3] = [
 const B1: [f64; 3] = [0.17, -0.08, -0.26];
 
 /// What the hidden layers of a hypothesis' networks make of their input.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Shape {
-    /// Nothing: their slow units, started at power-on, tell the time since then.
-    Time,
-    /// Three functions of the inputs, which [`Inputs`] chooses.
-    Driven,
+#[derive(Clone, Copy, Debug)]
+pub enum Layers<'n, T> {
+    /// Nothing: their slow units, started at power-on, tell the time since then. The standard
+    /// deviations of their weights when their path may add 1 ([`weights`]).
+    Time(&'n Weights<T>),
+    /// Three functions of the inputs, which [`Inputs`] chooses: the networks, and what their units
+    /// reach ([`amplitudes`]).
+    Driven(&'n [LearnerNet<T>; 2], &'n [[f64; 3]; 2]),
 }
 
 /// First weights, and the standard deviation of each around them when its path may add `output`, in
@@ -121,63 +123,184 @@ pub fn weights<T: Real>(block_s: f64, output: f64) -> [Weights<T>; 2] {
 /// one, is in the bend of the activation, so the units can learn curvature from data, and small
 /// inputs pass in proportion.
 const GAIN: f64 = 0.5;
-/// Where two inputs are the same, the later one bends here, in network units: both together have a
-/// quadratic part.
-const BEND: f64 = 0.8;
+/// Where an input is followed twice, the second unit of the first layer has this first weight and
+/// works in a bend, at this bias.
+const BENT_GAIN: f64 = 0.6;
+const BEND: f64 = 0.33;
+/// First weight of that unit in the second layer, where the straight unit takes away what is
+/// straight. What is left is 0.3 of the square of the input: with gain and bend as they are its
+/// cubic part is none, and at an input of 2 it is a tenth less.
+const CURVE: f64 = -3.5;
 /// Standard deviation of a hidden weight around the shape, as a share of the largest weight of its
 /// unit, for the hypothesis that learns them.
 const HIDDEN: f64 = 0.1;
 
-/// First weights of networks that are driven by their inputs. Each unit has an input of its own, so
-/// the gradient by every input is non-zero as soon as the output layer is.
+/// The networks that the hypotheses driven by inputs begin with.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Shapes<T: Real = f32> {
+    /// Each unit follows an input of its own.
+    pub driven: [LearnerNet<T>; 2],
+    /// As `driven`, but instead of the last input that is not of the thermometer there is the
+    /// square of the temperature.
+    pub curved: [LearnerNet<T>; 2],
+}
+
+impl<T: Real> Shapes<T> {
+    /// Before the learner has begun.
+    pub const NONE: Self = {
+        let net = Net::new(Weights::zero(), Normalisation::identity());
+        Self {
+            driven: [net; 2],
+            curved: [net; 2],
+        }
+    };
+
+    /// The built-in shapes for these inputs, or the shape of a type of sensor, if `told` has one:
+    /// hidden layers that are alive. Then both are `told`. Networks that were learnt with one of
+    /// the built-in shapes are kept, and so are the scales of any that are alive.
+    #[must_use]
+    pub fn new(told: &[LearnerNet<T>; 2], sheet: &Datasheet<T>, inputs: &Inputs) -> Self {
+        let mut all = Self::NONE;
+        let scales = sheet.driven_normalisation(inputs);
+        let told = told.iter().zip(scales).zip(inputs);
+        for (((net, scales), which), (driven, curved)) in
+            told.zip(all.driven.iter_mut().zip(&mut all.curved))
+        {
+            let of_told = is_alive(&net.weights) && net.weights.is_finite();
+            let scales = if of_told { net.normalisation } else { scales };
+            *driven = Net::new(wired(columns(which)), scales);
+            *curved = Net::new(wired(curved_columns(which)), scales);
+            if of_told {
+                let (own, bent) = (same_hidden(net, driven), same_hidden(net, curved));
+                if own || !bent {
+                    *driven = *net;
+                }
+                if bent || !own {
+                    *curved = *net;
+                }
+            }
+        }
+        all
+    }
+
+    /// Both of them.
+    pub fn iter(&self) -> impl Iterator<Item = &LearnerNet<T>> {
+        self.driven.iter().chain(&self.curved)
+    }
+}
+
+fn same_hidden<T: Real>(one: &LearnerNet<T>, other: &LearnerNet<T>) -> bool {
+    let [a, b, _] = &one.weights.layers;
+    let [c, d, _] = &other.weights.layers;
+    a == c && b == d
+}
+
+/// The input that each unit of the second layer follows: its own, or the first that is the same.
+fn columns(which: &[Source; 3]) -> [usize; 3] {
+    core::array::from_fn(|i| {
+        let first = which.iter().position(|one| which.get(i) == Some(one));
+        first.unwrap_or(i)
+    })
+}
+
+/// The same where the temperature is followed once more in place of an input that is not of the
+/// thermometer, if there are both.
+fn curved_columns(which: &[Source; 3]) -> [usize; 3] {
+    let mut columns = columns(which);
+    let temperature = which.iter().position(|one| *one == Source::Temperature);
+    let other = which.iter().rposition(|one| !one.needs_thermometer());
+    if let (Some(temperature), Some(other)) = (temperature, other)
+        && let Some(column) = columns.get_mut(other)
+    {
+        *column = temperature;
+    }
+    columns
+}
+
+/// First weights of networks whose second layer's units follow these inputs, so the gradient by
+/// each of them is non-zero as soon as the output layer is. The same input once more gives its
+/// square; a third time, bent the other way, also its cube.
 #[must_use]
-pub fn driven<T: Real>(which: &[Source; 3]) -> Weights<T> {
+fn wired<T: Real>(columns: [usize; 3]) -> Weights<T> {
     let to = T::from_f64;
     let mut first = Weights::zero();
     let [input, middle, _] = &mut first.layers;
-    for (i, source) in which.iter().enumerate() {
-        let again = which.iter().take(i).any(|before| before == source);
-        input.w[i][i] = to(GAIN);
-        input.b[i] = to(if again { BEND } else { 0.0 });
-        middle.w[i][i] = T::ONE;
+    for (i, column) in columns.into_iter().enumerate() {
+        let mut before = columns.iter().take(i);
+        let straight = before.position(|one| *one == column);
+        let bend = if before.any(|one| *one == column) {
+            -BEND
+        } else {
+            BEND
+        };
+        let at = Rational::apply(to(bend));
+        let from = input.w.get_mut(i).and_then(|row| row.get_mut(column));
+        let (Some(from), Some(into)) = (from, middle.w.get_mut(i)) else {
+            continue;
+        };
+        match straight.and_then(|unit| into.get_mut(unit)) {
+            None => {
+                *from = to(GAIN);
+                into[i] = T::ONE;
+            }
+            Some(less) => {
+                *from = to(BENT_GAIN);
+                *less = to(-CURVE * BENT_GAIN / GAIN) * Rational::slope(at);
+                into[i] = to(CURVE);
+                input.b[i] = to(bend);
+                middle.b[i] = to(-CURVE) * at;
+            }
+        }
     }
     first
 }
 
 /// Standard deviation of each weight of a network of any shape, when each unit of the second layer
 /// may add `output` at an input of 1, in units of the output scale, and the output bias `bias`.
+/// `amplitude`: what each unit of the second layer reaches ([`amplitudes`]).
 #[must_use]
-pub fn spread<T: Real>(net: &LearnerNet<T>, output: f64, bias: f64) -> Weights<T> {
+pub fn spread<T: Real>(
+    net: &LearnerNet<T>,
+    amplitude: &[f64; 3],
+    output: f64,
+    bias: f64,
+) -> Weights<T> {
     let to = T::from_f64;
     let mut sigma = Weights::zero();
     let [input, middle, _] = &net.weights.layers;
     let [input_sigma, middle_sigma, top] = &mut sigma.layers;
+    let size = |w: T| if w < T::ZERO { -w } else { w };
+    let share = to(HIDDEN);
     for (of, sigma) in [(input, input_sigma), (middle, middle_sigma)] {
         for i in 0..3 {
-            let largest = of.w[i]
-                .iter()
-                .fold(0.0, |most: f64, w| most.max(w.to_f64().abs()));
-            let leak = 1.0 - of.r[i][i].to_f64().abs().min(1.0);
-            sigma.w[i] = [to(HIDDEN * largest); 3];
-            sigma.r[i] = [to(HIDDEN * leak); 3];
-            sigma.b[i] = to(HIDDEN * largest);
+            let largest = of.w[i].iter().fold(T::ZERO, |most, &w| {
+                let w = size(w);
+                if w > most { w } else { most }
+            });
+            let leak = T::ONE - size(of.r[i][i]);
+            let leak = if leak > T::ZERO { leak } else { T::ZERO };
+            sigma.w[i] = [share * largest; 3];
+            sigma.r[i] = [share * leak; 3];
+            sigma.b[i] = share * largest;
         }
     }
-    let amplitude = amplitudes(net);
-    for row in &mut top.w {
-        *row = amplitude.map(|size| to(if size > 0.0 { output / size } else { 0.0 }));
-    }
+    let reads = amplitude.map(|size| to(if size > 0.0 { output / size } else { 0.0 }));
+    top.w = [reads; 3];
     top.b = [to(bias); 3];
     sigma
 }
 
 /// By how much each unit of the second layer moves in the end when one input goes from its mean to
 /// 1 in network units: the most of the three.
-fn amplitudes<T: Real>(net: &LearnerNet<T>) -> [f64; 3] {
+#[must_use]
+pub fn amplitudes<T: Real>(net: &LearnerNet<T>) -> [f64; 3] {
     let scales = &net.normalisation;
+    let mut hidden = *net;
+    let [_, _, top] = &mut hidden.weights.layers;
+    *top = Weights::zero().layers[2]; // need not settle
     let settled = |input: [T; 3]| {
         let mut state = State::new();
-        net.settle(&mut state, input);
+        hidden.settle(&mut state, input);
         let [_, second, _] = *state.layers();
         second.map(Real::to_f64)
     };
@@ -202,22 +325,6 @@ pub fn is_alive<T: Real>(weights: &Weights<T>) -> bool {
     let [input, middle, _] = &weights.layers;
     let follows = |m: usize| input.w[m].iter().any(|&w| w != T::ZERO);
     (0..3).all(|p| (0..3).any(|m| middle.w[p][m] != T::ZERO && follows(m)))
-}
-
-/// Networks of the shape of a type of sensor, if it has one: `told` with live hidden layers, which
-/// are kept with their scales of the input. Otherwise the built-in shape with a zero output layer.
-#[must_use]
-pub fn shaped<T: Real>(
-    told: &[LearnerNet<T>; 2],
-    sheet: &Datasheet<T>,
-    inputs: &Inputs,
-) -> [LearnerNet<T>; 2] {
-    let scales = sheet.driven_normalisation(inputs);
-    core::array::from_fn(|k| match (told.get(k), scales.get(k), inputs.get(k)) {
-        (Some(net), ..) if is_alive(&net.weights) && net.weights.is_finite() => *net,
-        (_, Some(scales), Some(which)) => Net::new(driven(which), *scales),
-        _ => Net::new(Weights::zero(), Normalisation::identity()),
-    })
 }
 
 impl<T: Real> Datasheet<T> {
@@ -277,8 +384,7 @@ impl<T: Real> Datasheet<T> {
     #[must_use]
     pub fn prior<L: ParameterSet, const N: usize>(
         &self,
-        (shape, nets): (Shape, &[LearnerNet<T>; 2]),
-        block_s: f64,
+        layers: Layers<'_, T>,
         output: f64,
         error_sigma: [T; NAV],
         error_floor: [T; NAV],
@@ -289,22 +395,24 @@ impl<T: Real> Datasheet<T> {
             *walk = bias * (in_hour * T::from_f64(1.0 / 60.0));
         }
         let [g, a] = walk;
-        let mut sigma = [Weights::zero(); 2];
-        for ((sigma, bias), (new, net)) in
-            (sigma.iter_mut().zip(&mut bias)).zip(self.turn_on.into_iter().zip(nets))
-        {
+        let mut of_time = Weights::zero();
+        if let Layers::Time(at_one) = layers {
+            of_time = *at_one;
+            let [_, _, top] = &mut of_time.layers;
+            let output = T::from_f64(output);
+            top.w = top.w.map(|row| row.map(|w| w * output));
+        }
+        let mut sigma = [of_time; 2];
+        let triads = sigma.iter_mut().zip(&mut bias).zip(self.turn_on);
+        for (k, ((sigma, bias), new)) in triads.enumerate() {
             let mut of_unit = 0.0;
             if L::OUTPUT_BIAS.is_some() {
                 *bias *= new;
                 of_unit = libm::sqrt(1.0 - new.to_f64() * new.to_f64());
             }
-            *sigma = match shape {
-                Shape::Time => {
-                    let [_, sigma] = weights(block_s, output);
-                    sigma
-                }
-                Shape::Driven => spread(net, output, of_unit),
-            };
+            if let Layers::Driven(nets, reach) = layers {
+                *sigma = spread(&nets[k], &reach[k], output, of_unit);
+            }
         }
         Prior {
             error_sigma,

@@ -1,7 +1,7 @@
 //! What is remembered of a unit over power-off.
 //!
-//! Two hypotheses of the bank divide what they learn into what the unit is and what this turn-on is
-//! ([`super::bank::REMEMBERING`]). The first part is stored, with its covariance, and is their
+//! Some hypotheses of the bank divide what they learn into what the unit is and what this turn-on
+//! is ([`super::bank::REMEMBERING`]). The first part is stored, with its covariance, and is their
 //! prior in the next drive. Of the second part the scatter is stored: how much of a bias is new at
 //! every turn-on. A datasheet tells it seldom; the learner finds it.
 //!
@@ -9,28 +9,30 @@
 //!
 //! | offset | length | content |
 //! |---|---|---|
-//! | 0 | 2 | version of this layout, 1 |
+//! | 0 | 2 | version of this layout, 2 |
 //! | 2 | 2 | drives that have taught something |
 //! | 4 | 4 | seconds of navigation beside fixes in them, f32 |
 //! | 8 | 8 | lowest and highest temperature of these seconds, degrees C, two f32 |
 //! | 16 | 8 | second moments of turn-on biases: gyros, accelerometers, two f32 |
 //! | 24 | 4 | number of moments in each sum, f32 |
-//! | 28 | 4 | evidence of the hypothesis `driven` against `biases`, f32 |
-//! | 32 | 4 | CRC-32 of the networks' hidden layers and scales, to which the values belong |
-//! | 36 | 108 | `biases`: 6 means, lower triangle of their covariance, f32 |
-//! | 144 | 1296 | `driven`: 24 means, lower triangle of their covariance, f32 |
+//! | 28 | 8 | evidence of the hypotheses `driven` and `curved` against `biases`, two f32 |
+//! | 36 | 4 | CRC-32 of the networks' hidden layers and scales, to which the values belong |
+//! | 40 | 12 | how wrong memory of `biases`, `driven` and `curved` was at power-on, three f32 |
+//! | 52 | 108 | `biases`: 6 means, lower triangle of their covariance, f32 |
+//! | 160 | 1296 | `driven`: 24 means, lower triangle of their covariance, f32 |
+//! | 1456 | 1296 | `curved`: the same |
 //!
 //! A sum of moments is in squares of the datasheet's bias.
 
 use super::MEMORY_LEN;
-use super::bank::{Bank, DRIVEN, REMEMBERED, SIX_BIASES};
-use super::prior::{Datasheet, LearnerNet};
+use super::bank::{Bank, REMEMBERED, REMEMBERING, SIX_BIASES};
+use super::prior::{Datasheet, Shapes};
 use crate::wire::checksum::Zlib;
 use crate::wire::field::take;
 
-const VERSION: u16 = 1;
-const HEAD: usize = 36;
-const VALUES: usize = REMEMBERED[0] + REMEMBERED[1];
+const VERSION: u16 = 2;
+const HEAD: usize = 52;
+const VALUES: usize = REMEMBERED[0] + REMEMBERED[1] + REMEMBERED[2];
 /// Length of the bytes.
 pub const LEN: usize = HEAD + 4 * VALUES;
 const _: () = assert!(LEN <= MEMORY_LEN);
@@ -45,7 +47,8 @@ const MOMENTS: f32 = 30.0;
 /// unit that never changed would never be learnt anew. (Assumed: a hundredth of the bias in a
 /// drive.)
 const AGES: f32 = 1e-4;
-/// Evidence of earlier drives that counts in the next, at most.
+/// By how much the best hypothesis is ahead of another one in the next drive by the evidence of
+/// earlier ones, at most.
 const EVIDENCE: f32 = 20.0;
 
 /// How the units of a type differ, and the turn-ons of each, in units of the networks' output
@@ -71,8 +74,11 @@ pub struct Head {
     pub degc: [f32; 2],
     moments: [f32; 2],
     count: f32,
-    evidence: f32,
+    evidence: [f32; 2],
     shape: u32,
+    /// How wrong what was known of each of [`REMEMBERING`] was at the power-ons before, in squares
+    /// of the datasheet's bias; zeros: not known. The last drives count most.
+    pub judged: [f32; 3],
 }
 
 impl Head {
@@ -83,8 +89,9 @@ impl Head {
         degc: [f32::INFINITY, f32::NEG_INFINITY],
         moments: [0.0; 2],
         count: 0.0,
-        evidence: 0.0,
+        evidence: [0.0; 2],
         shape: 0,
+        judged: [0.0; 3],
     };
 
     /// Scatter of the turn-on, as a share of the datasheet's bias: gyros, accelerometers.
@@ -128,8 +135,9 @@ impl Unit {
             degc: [number(8), number(12)],
             moments: [number(16), number(20)],
             count: number(24),
-            evidence: number(28),
-            shape: u32::from_le_bytes(take(bytes, 32)),
+            evidence: [number(28), number(32)],
+            shape: u32::from_le_bytes(take(bytes, 36)),
+            judged: [number(40), number(44), number(48)],
         };
         for (i, value) in self.values.iter_mut().enumerate() {
             *value = number(HEAD + 4 * i);
@@ -137,9 +145,15 @@ impl Unit {
         let not_negative = |x: f32| x >= 0.0 && x.is_finite();
         let [gyro, accel] = head.moments;
         let counts = [gyro, accel, head.count, head.seconds];
-        if counts.into_iter().all(not_negative) && head.evidence.is_finite() {
+        let mut counts = counts.into_iter().chain(head.judged);
+        if counts.all(not_negative) && head.evidence.iter().all(|e| e.is_finite()) {
             self.head = head;
         }
+    }
+
+    /// The values that [`Bank::recall`] takes.
+    pub fn values(&self) -> &[f32] {
+        &self.values
     }
 
     /// Copies the bytes from `start` on into `piece`.
@@ -168,8 +182,12 @@ impl Unit {
             4 => head.moments[0],
             5 => head.moments[1],
             6 => head.count,
-            7 => head.evidence,
-            8 => return head.shape.to_le_bytes(),
+            7 => head.evidence[0],
+            8 => head.evidence[1],
+            9 => return head.shape.to_le_bytes(),
+            10 => head.judged[0],
+            11 => head.judged[1],
+            12 => head.judged[2],
             _ => self
                 .values
                 .get(index - HEAD / 4)
@@ -180,19 +198,19 @@ impl Unit {
     }
 
     /// Gives a bank that has begun what is known, if it belongs to networks of this shape.
-    pub fn recall(&self, bank: &mut Bank, driven: &[LearnerNet<f32>; 2]) -> bool {
-        let known = self.head.count > 0.0 && self.head.shape == shape(driven);
-        let evidence = f64::from(self.head.evidence.clamp(-EVIDENCE, EVIDENCE));
+    pub fn recall(&self, bank: &mut Bank, shapes: &Shapes) -> bool {
+        let known = self.head.count > 0.0 && self.head.shape == digest(shapes);
+        let evidence = self.head.evidence.map(|e| within(e.into()).into());
         known && bank.recall(&self.values, AGES, evidence)
     }
 
     /// What a fleet teaches of a unit that has not driven yet: its networks have this shape, and
     /// their output layers and biases this spread.
-    pub fn of_type(driven: &[LearnerNet<f32>; 2], sheet: &Datasheet, spread: &[Spread; 2]) -> Unit {
+    pub fn of_type(shapes: &Shapes, sheet: &Datasheet, spread: &[Spread; 2]) -> Unit {
         let mut unit = Unit::NEW;
         let told = [sheet.gyro_bias, sheet.accel_bias];
         let share = |k: usize| {
-            let scale = driven[k].normalisation.output_scale[0];
+            let scale = shapes.driven[k].normalisation.output_scale[0];
             (scale / told[k], spread[k].turn_on * scale / told[k])
         };
         let [(of_gyro, gyro), (of_accel, accel)] = [share(0), share(1)];
@@ -200,7 +218,7 @@ impl Unit {
         unit.head = Head {
             moments: [count * gyro * gyro, count * accel * accel],
             count,
-            shape: shape(driven),
+            shape: digest(shapes),
             ..Head::NEW
         };
         // without the networks, the biases are the datasheet's
@@ -213,7 +231,9 @@ impl Unit {
         });
         let (of_biases, of_layers) = unit.values.split_at_mut(REMEMBERED[0]);
         spread_over(of_biases, 6, biases);
-        spread_over(of_layers, 24, layers);
+        for of_layer in of_layers.chunks_mut(REMEMBERED[1]) {
+            spread_over(of_layer, 24, layers.clone());
+        }
         unit
     }
 
@@ -224,16 +244,18 @@ impl Unit {
         base: &Head,
         bank: &mut Bank,
         sheet: &Datasheet,
-        driven: &[LearnerNet<f32>; 2],
+        shapes: &Shapes,
         (seconds, degc): (f32, [f32; 2]),
+        judged: [f32; 3],
     ) {
-        let evidence = bank.score(DRIVEN) - bank.score(SIX_BIASES);
-        let evidence = if evidence.is_finite() {
-            evidence as f32
-        } else {
-            0.0
-        };
-        let of = if evidence > 0.0 { DRIVEN } else { SIX_BIASES };
+        let scores = REMEMBERING.map(|of| bank.score(of));
+        let best = (scores.iter()).fold(f64::NEG_INFINITY, |best, score| best.max(*score));
+        let behind = scores.map(|score| within(score - best));
+        let [biases, driven, curved] = behind;
+        let of = REMEMBERING.into_iter().zip(behind);
+        let (of, _) = of.fold((SIX_BIASES, biases), |best, other| {
+            if other.1 > best.1 { other } else { best }
+        });
         let moments = bank.turn_on_moments(of);
         let (gyro, accel) = moments.split_at(3);
         let [gyro, accel] = [(gyro, sheet.gyro_bias), (accel, sheet.accel_bias)]
@@ -244,8 +266,9 @@ impl Unit {
             degc: [base.degc[0].min(degc[0]), base.degc[1].max(degc[1])],
             moments: [base.moments[0] + gyro, base.moments[1] + accel],
             count: base.count + 3.0,
-            evidence: evidence.clamp(-EVIDENCE, EVIDENCE),
-            shape: shape(driven),
+            evidence: [driven - biases, curved - biases],
+            shape: digest(shapes),
+            judged,
         };
         let mut places = self.values.iter_mut();
         bank.remember(&mut |value| {
@@ -268,10 +291,19 @@ fn spread_over(values: &mut [f32], count: usize, sigmas: impl Iterator<Item = f3
     }
 }
 
-/// Checksum of what the values of the output layer belong to: the hidden layers, and the scales.
-fn shape(nets: &[LearnerNet<f32>; 2]) -> u32 {
+/// Evidence that counts in the next drive.
+fn within(evidence: f64) -> f32 {
+    if evidence.is_nan() {
+        0.0
+    } else {
+        (evidence as f32).clamp(-EVIDENCE, EVIDENCE)
+    }
+}
+
+/// Checksum of what the values of the output layers belong to: the hidden layers, and the scales.
+fn digest(shapes: &Shapes) -> u32 {
     let mut digest = Zlib::new();
-    for net in nets {
+    for net in shapes.iter() {
         let scales = &net.normalisation;
         let all = [scales.input_offset, scales.input_scale, scales.output_scale];
         let hidden = net.weights.iter().take(HIDDEN);

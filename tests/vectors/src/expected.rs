@@ -8,4 +8,4 @@ pub const LEARNERS_RATIONAL: u64 = 0xbe80_949f_40e5_b65f;
 pub const LEARNERS_TANH: u64 = 0x5677_d9f5_087c_b2a6;
 pub const KERNEL_M4: u64 = 0xc14f_4788_edd1_1f0a;
 pub const KERNEL_M7: u64 = 0x0bfa_682a_cef5_ca11;
-pub const DRIVEN: u64 = 0x1178_8fd3_f6f8_31d8;
+pub const DRIVEN: u64 = 0xf257_9fd1_d871_a5fc;

@@ -5,7 +5,7 @@ use core::hint::black_box;
 use firmware::fix::{Fix, OBSERVATIONS};
 use firmware::inputs::OWN;
 use firmware::learn::bank::{Bank, Gates, Work};
-use firmware::learn::prior::{All, LearnerNet, NAV, Shape, shaped};
+use firmware::learn::prior::{All, Layers, NAV, Shapes, amplitudes};
 use firmware::learn::{Antenna, Settings};
 use firmware::nav::Navigator;
 use lrnn_nostd::Rational;
@@ -29,7 +29,7 @@ pub struct FixWork<L: ParameterSet, const N: usize, const PACKED: usize> {
 /// [`FixWork`] of the largest hypothesis.
 pub type LearnerFixWork = FixWork<AllWeights, 132, 8778>;
 
-/// A second of all six hypotheses in parts: covariances, fix, step of the networks.
+/// A second of all hypotheses in parts: covariances, fix, step of the networks.
 #[derive(Clone, Debug)]
 pub struct LearnerSecondWork {
     bank: Bank,
@@ -80,15 +80,16 @@ fn inputs([x, y, z]: [f32; 3]) -> [[f32; 3]; 2] {
 }
 
 /// Networks of the built-in shape, driven by their own triads.
-fn driven() -> [LearnerNet<f32>; 2] {
+fn shapes() -> Shapes {
     let sheet = Settings::MEDIUM.sheet;
-    shaped(&sheet.nets(1.0), &sheet, &OWN)
+    Shapes::new(&sheet.nets(1.0), &sheet, &OWN)
 }
 
 fn prior<L: ParameterSet, const N: usize>() -> Prior<NAV, N> {
     let sheet = Settings::MEDIUM.sheet;
-    let of = (Shape::Driven, &driven());
-    sheet.prior::<L, N>(of, 1.0, 0.1, ERROR_SIGMA, [1e-7; NAV])
+    let nets = shapes().driven;
+    let reach = nets.each_ref().map(amplitudes);
+    sheet.prior::<L, N>(Layers::Driven(&nets, &reach), 0.1, ERROR_SIGMA, [1e-7; NAV])
 }
 
 impl LearnerStepWork {
@@ -98,7 +99,7 @@ impl LearnerStepWork {
     /// Initialises at rest.
     pub fn begin(&mut self) {
         let prior = prior::<AllWeights, 132>();
-        self.0.init(&driven(), &prior);
+        self.0.init(&shapes().driven, &prior);
     }
 
     /// One repetition.
@@ -120,7 +121,7 @@ impl<L: ParameterSet, const N: usize, const PACKED: usize> FixWork<L, N, PACKED>
     /// Initialises at rest, with one step of the networks.
     pub fn begin(&mut self) {
         let prior = prior::<L, N>();
-        self.filter.init(&driven(), &prior);
+        self.filter.init(&shapes().driven, &prior);
         self.filter.step(inputs([1.0, -1.0, 0.5]));
         self.block = second();
     }
@@ -154,7 +155,7 @@ impl LearnerSecondWork {
         let sheet = Settings::MEDIUM.sheet;
         let of = (&sheet, &OWN);
         self.bank
-            .begin(of, &driven(), 1.0, ERROR_SIGMA, Gates::USUAL);
+            .begin(of, &shapes(), 1.0, ERROR_SIGMA, Gates::USUAL);
         self.work.clear();
         self.block = second();
     }

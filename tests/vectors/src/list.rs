@@ -88,7 +88,9 @@ works! {
     {
         "learner_step", "step of 126 weights with gradient" => learner_step;
         "learner_fix", "fix, 126 weights and 6 biases" => learner_fix;
-        "learner_second", "second of all six hypotheses" => learner_second;
+        "learner_second", "second of all eight hypotheses" => learner_second;
+    }
+    {
         "antenna_second", "second and fix of lever arm and delay" => antenna_second;
     }
     {

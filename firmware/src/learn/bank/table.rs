@@ -2,15 +2,22 @@
 //! table, so that a new hypothesis is a new row.
 
 use super::hypothesis::Hypothesis;
-use crate::learn::prior::{Datasheet, LearnerNet, NAV, Shape};
+use crate::learn::prior::{Datasheet, Layers, LearnerNet, NAV, Shapes, amplitudes, weights};
 use lrnn_nostd::learn::kalman::{
-    AllWeights, FixedWeights, Kalman, NoParameters, OutputWeights, ParameterSet, Prior, TRIADS,
-    UnitBiases, UnitOutput,
+    DiagonalWeights, FixedWeights, Kalman, NoParameters, OutputWeights, ParameterSet, Prior,
+    TRIADS, UnitBiases, UnitOutput,
 };
-use lrnn_nostd::{Rational, Real};
+use lrnn_nostd::{Net, Rational, Real};
 
 /// The filter of a hypothesis with `N` parameters, whose packed covariance has `PACKED` elements.
 type Filter<L, const N: usize, const PACKED: usize, T> = Kalman<L, NAV, N, PACKED, Rational, T>;
+
+/// Which networks a hypothesis begins with: see [`Layers`].
+enum Shape {
+    Time,
+    Driven,
+    Curved,
+}
 
 macro_rules! hypotheses {
     ($(
@@ -40,22 +47,30 @@ macro_rules! hypotheses {
             /// Begins all of them anew, in place: they should not move over the stack.
             pub fn begin(
                 &mut self,
-                driven: &[LearnerNet<T>; TRIADS],
+                shapes: &Shapes<T>,
                 sheet: &Datasheet<T>,
                 block_s: f64,
                 error_sigma: [T; NAV],
                 error_floor: [T; NAV],
             ) {
-                let time = sheet.nets(block_s);
+                let [first, of_time] = weights(block_s, 1.0);
+                let time = sheet.normalisation().map(|scales| Net::new(first, scales));
+                let Shapes { driven, curved } = shapes;
+                let of_driven = driven.each_ref().map(amplitudes);
+                let of_curved = if curved == driven {
+                    of_driven
+                } else {
+                    curved.each_ref().map(amplitudes)
+                };
                 $(
-                    let nets = match Shape::$shape {
-                        Shape::Time => &time,
-                        Shape::Driven => driven,
+                    let (nets, layers) = match Shape::$shape {
+                        Shape::Time => (&time, Layers::Time(&of_time)),
+                        Shape::Driven => (driven, Layers::Driven(driven, &of_driven)),
+                        Shape::Curved => (curved, Layers::Driven(curved, &of_curved)),
                     };
                     begin(&mut self.$slot, nets, || {
                         sheet.prior::<$learnt, $parameters>(
-                            (Shape::$shape, nets),
-                            block_s,
+                            layers,
                             $output,
                             error_sigma,
                             error_floor,
@@ -64,13 +79,18 @@ macro_rules! hypotheses {
                 )+
             }
 
-            /// Gives [`SIX_BIASES`] and [`DRIVEN`] what is known of the unit. False: they take none
-            /// of it.
+            /// Gives [`REMEMBERING`] what is known of the unit. False: what is there is no such
+            /// thing, and they have to begin anew.
             pub fn recall(&mut self, values: &[T], ages: T) -> bool {
-                let Some((biases, driven)) = values.split_at_checked(REMEMBERED[0]) else {
+                let [of_biases, of_driven, _] = REMEMBERED;
+                let Some((biases, rest)) = values.split_at_checked(of_biases) else {
+                    return false;
+                };
+                let Some((driven, curved)) = rest.split_at_checked(of_driven) else {
                     return false;
                 };
                 self.driven.recall(driven.iter().copied(), ages)
+                    && self.curved.recall(curved.iter().copied(), ages)
                     && self.biases.recall(biases.iter().copied(), ages)
             }
 
@@ -111,15 +131,16 @@ hypotheses! {
     output: OutputWeights, 24, Time 0.3, "output", "output weights, by time";
     output_wide: OutputWeights, 24, Time 1.0, "output-wide", "output weights, by time, wide prior";
     driven: UnitOutput, 30, Driven 0.5, "driven", "output layer, by the inputs";
+    curved: UnitOutput, 30, Curved 5.0, "curved", "output layer, by temperature, its rate and square";
     stored: FixedWeights, 0, Time 0.0, "stored", "stored networks";
-    all_weights: AllWeights, 132, Driven 0.1, "all-weights", "all weights";
+    all_weights: DiagonalWeights, 96, Driven 0.1, "all-weights", "all weights, own feedback";
 }
 
-/// Values that [`SIX_BIASES`] and [`DRIVEN`] remember over power-off.
-pub const REMEMBERED: [usize; 2] = [
-    Filter::<UnitBiases, 12, 78, f32>::REMEMBERED,
-    Filter::<UnitOutput, 30, 465, f32>::REMEMBERED,
-];
+/// Values that each of [`REMEMBERING`] remembers over power-off.
+pub const REMEMBERED: [usize; 3] = {
+    let layer = Filter::<UnitOutput, 30, 465, f32>::REMEMBERED;
+    [Filter::<UnitBiases, 12, 78, f32>::REMEMBERED, layer, layer]
+};
 
 /// Begins one of them. By itself, so that the stack holds one prior at a time.
 #[inline(never)]
@@ -154,18 +175,22 @@ pub const SIX_BIASES: usize = 1;
 /// and six biases to this turn-on.
 pub const DRIVEN: usize = 4;
 
+/// The same with a curve of the temperature and a wide prior: where temperature rules. It takes
+/// part where a network has that input.
+pub const CURVED: usize = 5;
+
 /// Hypotheses that remember the unit over power-off. What the others know is of this turn-on.
-pub const REMEMBERING: [usize; 2] = [SIX_BIASES, DRIVEN];
+pub const REMEMBERING: [usize; 3] = [SIX_BIASES, DRIVEN, CURVED];
 
 /// Hypotheses whose networks begin in the steady state of their inputs, one bit each.
-pub const SETTLING: u8 = 1 << DRIVEN | 1 << STORED | 1 << LARGEST;
+pub const SETTLING: u8 = 1 << DRIVEN | 1 << CURVED | 1 << STORED | 1 << LARGEST;
 
 /// The hypothesis that believes the networks that were stored: they correct this drive, and learn
 /// nothing. It takes part when there are any.
 pub const STORED: usize = LARGEST - 1;
 
 /// All hypotheses, one bit each.
-pub const ALL: u8 = (1 << HYPOTHESES) - 1;
+pub const ALL: u8 = u8::MAX >> (u8::BITS as usize - HYPOTHESES);
 
 /// The hypothesis whose work is done in smaller parts.
 pub const LARGEST: usize = HYPOTHESES - 1;

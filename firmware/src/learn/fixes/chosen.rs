@@ -1,5 +1,6 @@
 //! Which hypothesis is in force, and which of them knows the unit best.
 
+use super::judged::{BETTER, DRIVES};
 use super::{FixLearner, Memory, SETTLES};
 use crate::learn::Winner;
 use crate::learn::bank::{REMEMBERING, ZERO_CORRECTION};
@@ -32,7 +33,8 @@ impl FixLearner<'_> {
     }
 
     /// Of the hypotheses that remember the unit and have proved themselves, the one with the
-    /// greatest evidence. The last one stays until another is clearly better.
+    /// greatest evidence, or another one whose memory was clearly less wrong at the power-ons so
+    /// far. The last one stays until another is clearly better.
     fn best_of_unit(&self) -> Option<usize> {
         let bank = &self.memory.bank;
         let worth = |h: usize| {
@@ -43,10 +45,18 @@ impl FixLearner<'_> {
             };
             bank.score(h) + stays
         };
-        let proved = REMEMBERING
-            .into_iter()
-            .filter(|&h| self.rehearsal.has_proved(h));
-        proved.max_by(|&a, &b| worth(a).total_cmp(&worth(b)))
+        let each = REMEMBERING.into_iter().zip(self.judged.so_far());
+        let proved = each.filter(|&(h, _)| self.rehearsal.has_proved(h));
+        let likely = proved
+            .clone()
+            .max_by(|(a, _), (b, _)| worth(*a).total_cmp(&worth(*b)))?;
+        let least = proved.min_by(|(_, a), (_, b)| a.total_cmp(b))?;
+        let (best, _) = if self.base.drives >= DRIVES && least.1 < BETTER * likely.1 {
+            least
+        } else {
+            likely
+        };
+        Some(best)
     }
 
     /// Standard deviations of what is learnt: those of the biases, and no less than a share of the
@@ -96,9 +106,9 @@ impl FixLearner<'_> {
             return 0;
         }
         let Memory { bank } = &mut *self.memory;
-        let (sheet, driven) = (&self.settings.sheet, &self.driven);
+        let (sheet, shapes, judged) = (&self.settings.sheet, &self.shapes, self.judged.so_far());
         self.unit
-            .remember(&self.base, bank, sheet, driven, self.covered);
+            .remember(&self.base, bank, sheet, shapes, self.covered, judged);
         unit::LEN
     }
 }

@@ -207,5 +207,53 @@ fn what_is_told_exactly_keeps_every_bit() {
     let digest = bits.iter().fold(0xcbf2_9ce4_8422_2325_u64, |digest, bits| {
         (digest ^ bits).wrapping_mul(0x100_0000_01b3)
     });
-    assert_eq!(digest, 0x96d1_f998_2082_3bdb, "{digest:#x}");
+    assert_eq!(digest, 0x0a6e_9d62_fd47_3c4b, "{digest:#x}");
+}
+
+/// What was known at power-on is judged by what is known at the end of a drive: memory that was
+/// right is less wrong than none, which is wrong by the whole estimate.
+#[test]
+fn memory_is_judged_by_what_the_next_drive_shows() {
+    use super::drive::{Drive, Receiver, Road};
+    use super::judged::Judged;
+    let mut memory = memory();
+    let biases = [[2e-6, -1.5e-6, 1e-6], [3e-3, -4e-3, 2e-3]];
+    let told = Settings::MEDIUM;
+    let mut drive = Drive::new(&mut memory, told, Road::TOWN, Receiver::GOOD, biases, 5);
+    drive.seconds(1200);
+    let learner = &mut drive.learner;
+    assert!(learner.remember() > 0);
+    let right = learner.unit.values().to_vec();
+    let (bank, shapes) = (learner.bank(), &learner.shapes);
+    let sheet = &told.sheet;
+    let judge = |values: Option<&[f32]>, blocks: u32| {
+        let mut judged = Judged::NONE;
+        judged.begin([1.0, 2.0, 3.0], values);
+        for _ in 0..blocks {
+            judged.block(bank, shapes, sheet);
+        }
+        judged.so_far()
+    };
+    let squares: f32 = (bank.estimate().iter())
+        .zip(
+            [sheet.gyro_bias, sheet.accel_bias]
+                .map(|bias| [bias; 3])
+                .as_flattened(),
+        )
+        .map(|(e, bias)| (e / bias) * (e / bias))
+        .sum();
+    let nothing = vec![0.0; right.len()];
+    for (wrong, before) in judge(Some(&nothing), 1000).into_iter().zip([1.0, 2.0, 3.0]) {
+        let of_drive = wrong - 0.8 * before;
+        assert!(
+            (of_drive / squares - 1.0).abs() < 1e-3,
+            "{of_drive} {squares}"
+        );
+    }
+    let [of_biases, of_driven, _] = judge(Some(&right), 1000);
+    assert!(of_biases - 0.8 < 0.1 * squares, "{of_biases} {squares}");
+    assert!(of_driven - 1.6 < 0.1 * squares, "{of_driven} {squares}");
+    // nothing was known, or the drive was too short
+    assert_eq!(judge(None, 1000), [1.0, 2.0, 3.0]);
+    assert_eq!(judge(Some(&nothing), 599), [1.0, 2.0, 3.0]);
 }

@@ -13,9 +13,9 @@ fn the_same_memory_stays_through_other_records() {
     };
     store.save(&empty).unwrap();
     assert_eq!(memory(&mut store), [], "there is none");
-    with(40, |content| store.save(content)).unwrap();
+    with(3, |content| store.save(content)).unwrap();
     let first = memory(&mut store);
-    assert_eq!(first.len(), NOTES_LEN + learnt(40).len());
+    assert_eq!(first.len(), NOTES_LEN + learnt(3).len());
     // records of other lengths, so that it moves within its pieces
     for n in [0, 1, 17, 18, 250] {
         let (nets_of, record) = (nets(n), told(n));

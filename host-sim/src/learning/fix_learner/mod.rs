@@ -24,7 +24,7 @@ use firmware::configuration::VehicleKind;
 use firmware::control::Alignment;
 use firmware::fix::{Fix, Position};
 use firmware::learn::bank::{Gates, HYPOTHESES};
-use firmware::learn::prior::{Datasheet, NAV};
+use firmware::learn::prior::{Datasheet, NAV, Shapes};
 use firmware::learn::unit;
 use firmware::learn::{FixLearner, FixMemory, Learner, Report, Settings};
 use firmware::model::Nets;
@@ -174,7 +174,8 @@ impl Stored {
             *top = lrnn_nostd::Layer::default();
         }
         let spread = [prior.gyro.spread(), prior.accel.spread()];
-        let unit = unit::Unit::of_type(&[nets.gyro, nets.accel], sheet, &spread);
+        let shapes = Shapes::new(&[nets.gyro, nets.accel], sheet, &prior.networks().inputs());
+        let unit = unit::Unit::of_type(&shapes, sheet, &spread);
         let mut memory = vec![0; unit::LEN];
         unit.write(0, &mut memory);
         Self {

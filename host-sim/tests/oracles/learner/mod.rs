@@ -6,7 +6,7 @@ mod f64_learner;
 use dense::DenseReference;
 use f64_learner::F64Learner;
 use firmware::learn::bank::{ALL, Gates, HYPOTHESES, ZERO_CORRECTION};
-use firmware::learn::prior::{All, NAV, Shape, weights};
+use firmware::learn::prior::{All, Layers, NAV, weights};
 use host_sim::inertial::earth::Geodetic;
 use host_sim::inertial::ekf::ErrorModel;
 use host_sim::inertial::session::Session;
@@ -20,7 +20,7 @@ use host_sim::simulator::session::{SessionConfig, simulate};
 use lrnn_nostd::learn::kalman::{
     AllWeights, ErrorModel as Networks, Kalman, NoParameters, OutputWeights, Prior, Transition,
 };
-use lrnn_nostd::{Rational, Real};
+use lrnn_nostd::{Rational, Real, Weights};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
@@ -89,8 +89,7 @@ fn difference<T: Real>(fixes: usize) -> (f64, f64) {
     let sheet = datasheet(&assumptions);
     let error_sigma = [1e-3, 1e-3, 1e-2, 0.1, 0.1, 0.1, 1.0, 1.0, 1.0];
     let wide: Prior<NAV, 132, f64> = sheet.cast::<f64>().prior::<AllWeights, 132>(
-        (Shape::Time, &sheet.cast().nets(1.0)),
-        1.0,
+        Layers::Time(&weights(1.0, 1.0)[1]),
         0.3,
         error_sigma,
         [0.0; 9],
@@ -306,13 +305,8 @@ fn window_references_teach_without_navigation() {
 fn the_zero_correction_learns_nothing() {
     let (_, assumptions) = session(ErrorModelName::Linear, 1);
     let sheet = datasheet(&assumptions);
-    let prior = sheet.prior::<NoParameters, 0>(
-        (Shape::Time, &sheet.nets(1.0)),
-        1.0,
-        0.0,
-        [1.0; 9],
-        [0.0; 9],
-    );
+    let prior =
+        sheet.prior::<NoParameters, 0>(Layers::Time(&Weights::zero()), 0.0, [1.0; 9], [0.0; 9]);
     let mut filter: Kalman<NoParameters, 9, 0, 0, Rational> =
         Kalman::new(Networks::new(sheet.nets(1.0)), prior);
     filter.step([[1.0; 3]; 2]);
