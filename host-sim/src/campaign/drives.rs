@@ -1,7 +1,7 @@
 //! The earlier drives of a unit: each on another day, with its own turn-on, road and fixes, and its
 //! own start where starts are mixed.
 
-use super::memory::{DEVICE, Memory, REMEMBERING};
+use super::memory::{DEVICE, Memory, REMEMBERING, uses};
 use super::{AIDED_S, Campaign, Case, Group, Part, STANDSTILL_S, Seeds, Tuning};
 use crate::error::Error;
 use crate::simulator::imu::ImuSpec;
@@ -47,11 +47,10 @@ impl Campaign {
     /// Takes the wanted schemes with a memory through the earlier drives of run `k`. Nothing is
     /// simulated that none of them uses.
     pub(super) fn known(&self, imu: &ImuSpec, tuning: &Tuning, k: u32) -> Result<Known, Error> {
-        let wanted = |name: &str| self.schemes().any(|(scheme, _)| *scheme == name);
         let filters: Vec<usize> = (0..REMEMBERING.len())
-            .filter(|&index| wanted(REMEMBERING[index].0))
+            .filter(|&index| self.schemes().any(|(scheme, _)| uses(scheme, index)))
             .collect();
-        let stores = wanted(DEVICE);
+        let stores = self.schemes().any(|(scheme, _)| *scheme == DEVICE);
         let last = self.drives.iter().copied().max().unwrap_or(0);
         let mut known = Known::new();
         if filters.is_empty() && !stores {

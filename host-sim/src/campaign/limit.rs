@@ -38,7 +38,7 @@ pub(super) fn limit(case: &Case<'_>) -> Option<FreeInertial> {
 }
 
 /// The increments without the errors of a model with known parameters.
-fn corrected(
+pub(super) fn corrected(
     case: &Case<'_>,
     increments: &[Increment],
     model: &ErrorModel,

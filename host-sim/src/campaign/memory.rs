@@ -6,9 +6,11 @@
 //! power-on.
 
 use super::laws::{Models, biases, exponentials, inputs, temperatures};
+use super::limit::corrected;
 use super::schemes::{Case, FILTERS, free};
 use crate::inertial::ekf::{Aided, Belief, ErrorModel, TurnOn};
 use crate::inertial::free_inertial::FreeInertial;
+use crate::inertial::sins::Increment;
 use crate::learning::fix_learner::{self, Stored, datasheet};
 use crate::learning::teacher::{Assumptions, aligned_knowing};
 use crate::unit::Unit;
@@ -26,17 +28,34 @@ pub const REMEMBERING: [(&str, usize, Models); 4] = [
 /// The device's learner: the scheme that keeps networks.
 pub const DEVICE: &str = "rnn-kalman";
 
-/// The scheme that one with a memory is before its first drive.
+/// How the name ends of a filter with a memory that does not learn in the judged drive.
+const FROZEN: &str = "-frozen";
+
+/// The scheme that a filter with a memory is before its first drive.
 #[must_use]
 pub fn without_memory(scheme: &str) -> Option<&'static str> {
-    let found = REMEMBERING.iter().find(|(name, ..)| *name == scheme);
-    found.map(|&(_, filter, _)| FILTERS[filter].0)
+    let index = (0..REMEMBERING.len()).find(|&index| uses(scheme, index))?;
+    let (_, filter, _) = REMEMBERING[index];
+    Some(if scheme.ends_with(FROZEN) {
+        NONE
+    } else {
+        FILTERS[filter].0
+    })
 }
+
+/// The scheme that has no model of the sensors.
+const NONE: &str = "none";
 
 /// Whether a scheme uses what it has kept of earlier drives.
 #[must_use]
 pub fn remembers(scheme: &str) -> bool {
     without_memory(scheme).is_some() || scheme == DEVICE
+}
+
+/// Whether a scheme uses what the filter number `index` has kept.
+#[must_use]
+pub fn uses(scheme: &str, index: usize) -> bool {
+    scheme.trim_end_matches(FROZEN) == REMEMBERING[index].0
 }
 
 /// One model of a filter after some drives.
@@ -143,6 +162,19 @@ pub(super) fn pass(
         })
     });
     each.collect()
+}
+
+/// The increments without what is known of the unit by the model that gave the fixes of all drives
+/// the greatest density. `None` before the first drive.
+pub(super) fn corrected_by_memory(
+    index: usize,
+    case: &Case<'_>,
+    kept: &[Kept],
+) -> Option<Vec<Increment>> {
+    let (_, models) = models(index, case);
+    let each = models.iter().zip(kept);
+    let (model, kept) = each.max_by(|a, b| a.1.score.total_cmp(&b.1.score))?;
+    Some(corrected(case, case.increments(), model, &kept.unit.mean))
 }
 
 /// What is kept of a drive.

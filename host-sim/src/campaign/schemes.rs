@@ -4,7 +4,7 @@
 use super::causes::{Size, telling};
 use super::laws::{Models, exponentials, inputs, temperatures};
 use super::limit::limit;
-use super::memory::{Memory, REMEMBERING, recalled};
+use super::memory::{Memory, REMEMBERING, corrected_by_memory, recalled};
 use super::zupt::zupt;
 use crate::inertial::ekf::{Aided, ErrorModel, Known, Noise, Prior, SlowErrors, TurnOn};
 use crate::inertial::free_inertial::{FreeInertial, free_inertial};
@@ -148,7 +148,7 @@ pub struct Knowledge<'a> {
 pub type Scheme = fn(&Case<'_>) -> Option<FreeInertial>;
 
 /// All schemes in the order of the tables, which add `floor`: `none` on an IMU with noise only.
-pub const SCHEMES: [(&str, Scheme); 24] = [
+pub const SCHEMES: [(&str, Scheme); 28] = [
     ("none", |c| none(c, c.increments(), c.tuned.none_factor)),
     ("ekf6", |c| told::<0>(c)),
     ("ekf6-tuned", |c| tuned::<0>(c)),
@@ -168,6 +168,10 @@ pub const SCHEMES: [(&str, Scheme); 24] = [
     (REMEMBERING[1].0, |c| remembering::<1>(c)),
     (REMEMBERING[2].0, |c| remembering::<2>(c)),
     (REMEMBERING[3].0, |c| remembering::<3>(c)),
+    ("ekf6-memory-frozen", |c| frozen::<0>(c)),
+    ("ekf-exp-memory-frozen", |c| frozen::<1>(c)),
+    ("ekf-temp-memory-frozen", |c| frozen::<2>(c)),
+    ("ekf-inputs-memory-frozen", |c| frozen::<3>(c)),
     ("limit", limit),
     ("oracle", |c| {
         let assumptions = *c.knows.told;
@@ -221,7 +225,6 @@ pub fn rnn_kalman(case: &Case<'_>, enabled: u8) -> Option<FreeInertial> {
 fn stored(case: &Case<'_>) -> Option<FreeInertial> {
     let factor = case.tuned.none_factor;
     let nets = case.memory.and_then(|memory| memory.stored().nets);
-    let nets = nets.or(case.knows.told.shape);
     let Some(Nets { gyro, accel }) = nets else {
         return none(case, case.increments(), factor);
     };
@@ -240,6 +243,17 @@ fn remembering<const INDEX: usize>(case: &Case<'_>) -> Option<FreeInertial> {
         return FILTERS[filter].1(case, case.knows.told.datasheet_walk());
     }
     recalled(INDEX, case, case.tuned.turn_on[INDEX], kept)
+}
+
+/// What one of [`REMEMBERING`] remembers, used as the device uses what it remembers: taken off the
+/// samples from power-on, before a navigator that has no model of the IMU. So nothing of this drive
+/// teaches it, neither fixes nor the standstill.
+fn frozen<const INDEX: usize>(case: &Case<'_>) -> Option<FreeInertial> {
+    let corrected = case
+        .memory
+        .and_then(|memory| corrected_by_memory(INDEX, case, memory.of(INDEX)));
+    let increments = corrected.as_deref().unwrap_or(case.increments());
+    none(case, increments, case.tuned.none_factor)
 }
 
 /// The aided filter without a model of the IMU. White noise times `factor` covers what it does not
@@ -410,7 +424,8 @@ mod tests {
             ("only-output", 0b00_0100),
             ("only-output-wide", 0b00_1000),
             ("only-driven", 0b01_0000),
-            ("only-all-weights", 0b100_0000),
+            ("only-curved", 0b10_0000),
+            ("only-all-weights", 0b1000_0000),
             ("no-networks", 0b00_0011),
         ];
         let got: Vec<(String, u8)> = ablations().collect();

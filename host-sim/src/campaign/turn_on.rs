@@ -11,7 +11,7 @@
 //! trusts the past least.
 
 use super::laws::Models;
-use super::memory::{Kept, REMEMBERING, kept, pass, recalled};
+use super::memory::{Kept, REMEMBERING, kept, pass, recalled, uses};
 use super::schemes::Case;
 use super::tuning::{FIRST_UNIT, Tuning, error_m};
 use super::{Campaign, Error, Group};
@@ -135,7 +135,7 @@ impl Campaign {
         let drives = self.drives.iter().any(|&drives| drives > 0);
         let wanted = |index: &usize| {
             let mut schemes = self.schemes();
-            drives && schemes.any(|(name, _)| *name == REMEMBERING[*index].0)
+            drives && schemes.any(|(name, _)| uses(name, *index))
         };
         (0..REMEMBERING.len()).filter(wanted).collect()
     }

@@ -1,6 +1,6 @@
 //! `host-sim abuse`.
 
-use super::options::{arguments, refused, shard};
+use super::options::{arguments, pool, refused, shard};
 use super::output::JsonOption;
 use super::progress::bar;
 use crate::abuse::{
@@ -152,13 +152,7 @@ impl Args {
             out: self.out.clone(),
             resume: self.resume,
         };
-        let mut pool = rayon::ThreadPoolBuilder::new();
-        if let Some(jobs) = self.jobs {
-            pool = pool.num_threads(jobs.max(1));
-        }
-        let pool = pool
-            .build()
-            .map_err(|e| refused("--jobs", e.to_string(), "give fewer"))?;
+        let pool = pool(self.jobs)?;
         let stop = Arc::new(AtomicBool::new(false));
         let asked = Arc::clone(&stop);
         // without a handler an interruption ends the program at once, which loses little

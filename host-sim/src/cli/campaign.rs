@@ -1,6 +1,6 @@
 //! `host-sim campaign`.
 
-use super::options::{ScenarioOption, arguments, refused, shard};
+use super::options::{ScenarioOption, arguments, pool, refused, shard};
 use super::output::{JsonOption, write_json};
 use super::progress::bar;
 use crate::campaign::{
@@ -153,13 +153,7 @@ impl Args {
             fixes: !self.no_fixes,
         };
         self.fit_together()?;
-        let mut pool = rayon::ThreadPoolBuilder::new();
-        if let Some(jobs) = self.jobs {
-            pool = pool.num_threads(jobs.max(1));
-        }
-        let pool = pool
-            .build()
-            .map_err(|e| refused("--jobs", e.to_string(), "give fewer"))?;
+        let pool = pool(self.jobs)?;
         let done = pool.install(|| execute(&campaign, ""))?;
         let mut further = Vec::new();
         for Study { topic, campaign } in self.further(&campaign)? {

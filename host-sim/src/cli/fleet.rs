@@ -1,6 +1,6 @@
 //! `host-sim fleet`.
 
-use super::options::{ScenarioOption, UnitOption, arguments, refused, shard};
+use super::options::{ScenarioOption, UnitOption, arguments, pool, refused, shard};
 use super::progress::bar;
 use crate::campaign::fleet::{Fleet, Origin, PROGRESS, folders, learn, merge};
 use crate::campaign::{Campaign, Group};
@@ -127,13 +127,7 @@ impl Args {
             let files = [output, weights].map(Option::as_deref);
             return finish(dirs, &inputs.parsed()?, &unit, files);
         }
-        let mut pool = rayon::ThreadPoolBuilder::new();
-        if let Some(jobs) = self.jobs {
-            pool = pool.num_threads(jobs.max(1));
-        }
-        let pool = pool
-            .build()
-            .map_err(|e| refused("--jobs", e.to_string(), "give fewer"))?;
+        let pool = pool(self.jobs)?;
         let (fleet, unit) = self.fleet()?;
         let wanted = fleet.wanted().len() as u64;
         let bar = bar(

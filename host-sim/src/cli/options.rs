@@ -112,6 +112,14 @@ pub(super) fn arguments() -> String {
     arguments.join(" ")
 }
 
+/// As many threads as `--jobs` tells, by default one for each core.
+pub(super) fn pool(jobs: Option<usize>) -> Result<rayon::ThreadPool, Error> {
+    rayon::ThreadPoolBuilder::new()
+        .num_threads(jobs.map_or(0, |jobs| jobs.max(1)))
+        .build()
+        .map_err(|e| refused("--jobs", e.to_string(), "give fewer"))
+}
+
 /// Which part of the runs: I/N, or /N where the environment of a cluster tells I.
 pub(super) fn shard(text: Option<&str>) -> Result<(u32, u32), Error> {
     let Some(text) = text else {

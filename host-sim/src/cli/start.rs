@@ -1,6 +1,6 @@
 //! `host-sim start`.
 
-use super::options::{UnitOption, arguments, refused, within};
+use super::options::{UnitOption, arguments, pool, refused, within};
 use super::output::JsonOption;
 use super::progress::bar;
 use crate::campaign::start::{Receiver, Study, Summary, chosen, markdown};
@@ -95,13 +95,7 @@ impl Args {
             unit: self.unit.load()?,
             receiver: self.receiver.receiver()?,
         };
-        let mut pool = rayon::ThreadPoolBuilder::new();
-        if let Some(jobs) = self.jobs {
-            pool = pool.num_threads(jobs.max(1));
-        }
-        let pool = pool
-            .build()
-            .map_err(|e| refused("--jobs", e.to_string(), "give fewer"))?;
+        let pool = pool(self.jobs)?;
         let stop = Arc::new(AtomicBool::new(false));
         let asked = Arc::clone(&stop);
         // without a handler an interruption ends the program at once, and the trials are lost
