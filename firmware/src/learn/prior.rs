@@ -123,14 +123,27 @@ pub fn weights<T: Real>(block_s: f64, output: f64) -> [Weights<T>; 2] {
 /// one, is in the bend of the activation, so the units can learn curvature from data, and small
 /// inputs pass in proportion.
 const GAIN: f64 = 0.5;
-/// Where an input is followed twice, the second unit of the first layer has this first weight and
-/// works in a bend, at this bias.
-const BENT_GAIN: f64 = 0.6;
-const BEND: f64 = 0.33;
-/// First weight of that unit in the second layer, where the straight unit takes away what is
-/// straight. What is left is 0.3 of the square of the input: with gain and bend as they are its
-/// cubic part is none, and at an input of 2 it is a tenth less.
-const CURVE: f64 = -3.5;
+/// Where an input is followed again, the later unit of the first layer has the first weight `gain`
+/// and the bias `bend`. In the second layer it has the first weight `curve`, and the straight unit
+/// takes away what is straight.
+struct Bent {
+    gain: f64,
+    bend: f64,
+    curve: f64,
+}
+/// What is left is 0.3 of the square of the input: with gain and bend as they are its cubic part is
+/// none, and at an input of 2 it is a tenth less.
+const SQUARE: Bent = Bent {
+    gain: 0.6,
+    bend: 0.33,
+    curve: -3.5,
+};
+/// What is left is odd: 0.3 of the cube of a small input.
+const CUBE: Bent = Bent {
+    gain: 1.0,
+    bend: 0.0,
+    curve: -2.0,
+};
 /// Standard deviation of a hidden weight around the shape, as a share of the largest weight of its
 /// unit, for the hypothesis that learns them.
 const HIDDEN: f64 = 0.1;
@@ -219,7 +232,7 @@ fn curved_columns(which: &[Source; 3]) -> [usize; 3] {
 
 /// First weights of networks whose second layer's units follow these inputs, so the gradient by
 /// each of them is non-zero as soon as the output layer is. The same input once more gives its
-/// square; a third time, bent the other way, also its cube.
+/// square; a third time its cube.
 #[must_use]
 fn wired<T: Real>(columns: [usize; 3]) -> Weights<T> {
     let to = T::from_f64;
@@ -228,10 +241,10 @@ fn wired<T: Real>(columns: [usize; 3]) -> Weights<T> {
     for (i, column) in columns.into_iter().enumerate() {
         let mut before = columns.iter().take(i);
         let straight = before.position(|one| *one == column);
-        let bend = if before.any(|one| *one == column) {
-            -BEND
+        let Bent { gain, bend, curve } = if before.any(|one| *one == column) {
+            CUBE
         } else {
-            BEND
+            SQUARE
         };
         let at = Rational::apply(to(bend));
         let from = input.w.get_mut(i).and_then(|row| row.get_mut(column));
@@ -244,11 +257,11 @@ fn wired<T: Real>(columns: [usize; 3]) -> Weights<T> {
                 into[i] = T::ONE;
             }
             Some(less) => {
-                *from = to(BENT_GAIN);
-                *less = to(-CURVE * BENT_GAIN / GAIN) * Rational::slope(at);
-                into[i] = to(CURVE);
+                *from = to(gain);
+                *less = to(-curve * gain / GAIN) * Rational::slope(at);
+                into[i] = to(curve);
                 input.b[i] = to(bend);
-                middle.b[i] = to(-CURVE) * at;
+                middle.b[i] = to(-curve) * at;
             }
         }
     }

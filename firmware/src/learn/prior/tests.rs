@@ -82,6 +82,22 @@ fn an_input_given_twice_is_bent() {
     assert!(at[1][1].abs() < 1e-5 && curve.abs() > 0.25, "{at:?}");
 }
 
+/// A third time it gives an odd function that is not straight.
+#[test]
+fn an_input_given_three_times_has_its_cube() {
+    let inputs = [[Source::Temperature; 3]; 2];
+    let [net, _] = Shapes::new(&SHEET.nets(1.0), &SHEET, &inputs).driven;
+    let of = |celsius: f32| {
+        let mut state = State::new();
+        net.settle(&mut state, [celsius; 3]);
+        let [_, [_, _, cube], _] = *state.layers();
+        cube
+    };
+    let [low, half, high] = [-5.0, 40.0, 55.0].map(of);
+    assert!((low + high).abs() < 1e-5 && high > 0.25, "{low} {high}");
+    assert!(half < 0.2 * high, "{half} {high}");
+}
+
 /// In place of the vibration, which is not of the thermometer, there is the square of the
 /// temperature; the other units are as they were. Inputs without a temperature have no curve.
 #[test]
