@@ -113,7 +113,7 @@ impl<T: Real> Bank<T> {
     /// After [`Bank::begin`]: what was known of the unit when the last drive ended, by
     /// [`Bank::remember`]. `ages`: by how much each variance has grown since, as a share of its
     /// prior. `evidence`: of the others of [`REMEMBERING`] against [`SIX_BIASES`] so far. False:
-    /// the values are not such, and the bank has to begin anew.
+    /// a value cannot be, and the hypothesis that it belongs to stays as it was.
     #[inline(never)]
     pub fn recall(&mut self, values: &[T], ages: T, evidence: [f64; 2]) -> bool {
         let taken = self.hypotheses.recall(values, ages);

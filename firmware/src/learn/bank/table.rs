@@ -79,8 +79,8 @@ macro_rules! hypotheses {
                 )+
             }
 
-            /// Gives [`REMEMBERING`] what is known of the unit. False: what is there is no such
-            /// thing, and they have to begin anew.
+            /// Gives [`REMEMBERING`] what is known of the unit. False: a value cannot be, and those
+            /// that it belongs to stay as they were.
             pub fn recall(&mut self, values: &[T], ages: T) -> bool {
                 let [of_biases, of_driven, _] = REMEMBERED;
                 let Some((biases, rest)) = values.split_at_checked(of_biases) else {
@@ -131,7 +131,7 @@ hypotheses! {
     output: OutputWeights, 24, Time 0.3, "output", "output weights, by time";
     output_wide: OutputWeights, 24, Time 1.0, "output-wide", "output weights, by time, wide prior";
     driven: UnitOutput, 30, Driven 0.5, "driven", "output layer, by the inputs";
-    curved: UnitOutput, 30, Curved 5.0, "curved", "output layer, by temperature, its rate and square";
+    curved: UnitOutput, 30, Curved 5.0, "curved", "output layer, by a curve of temperature";
     stored: FixedWeights, 0, Time 0.0, "stored", "stored networks";
     all_weights: DiagonalWeights, 96, Driven 0.1, "all-weights", "all weights, own feedback";
 }

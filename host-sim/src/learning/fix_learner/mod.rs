@@ -9,6 +9,8 @@
 //! ([`Learnt`]). [`Learnt::free_inertial`] goes on from there as the device does in mode frozen:
 //! the networks correct the counts and are taught no more.
 
+mod stored;
+
 use crate::inertial::align;
 use crate::inertial::earth::Geodetic;
 use crate::inertial::ekf;
@@ -17,21 +19,21 @@ use crate::inertial::session::{EPOCH_S, Session};
 use crate::inertial::sins::NavState;
 use crate::learning::teacher::{ALIGN_SHARE, Assumptions, Start};
 use crate::learning::window::{compensator, increments_from, read_temperature, temperature_at};
-use crate::unit::prior::Prior;
 use firmware::align::LEAST_S;
 use firmware::compensator::{self, Compensator};
 use firmware::configuration::VehicleKind;
 use firmware::control::Alignment;
 use firmware::fix::{Fix, Position};
 use firmware::learn::bank::{Gates, HYPOTHESES};
-use firmware::learn::prior::{Datasheet, NAV, Shapes};
-use firmware::learn::unit;
+use firmware::learn::prior::{Datasheet, NAV};
 use firmware::learn::{FixLearner, FixMemory, Learner, Report, Settings};
 use firmware::model::Nets;
 use firmware::nav::{self, Noise};
 use firmware::sample::{Counts, RawSample};
 use lrnn_nostd::State;
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
+
+pub use stored::Stored;
 
 /// Milliseconds in a GPS week: times of fixes wrap there.
 const WEEK_MS: u64 = 604_800_000;
@@ -150,38 +152,6 @@ impl<'m> Device<'m> {
             nets: Some(winner.nets),
             memory,
         });
-    }
-}
-
-/// What the device's store holds of a unit.
-#[derive(Debug, Clone, Default)]
-pub struct Stored {
-    /// Networks that act from power-on.
-    pub nets: Option<Nets>,
-    /// What is known of the unit: [`firmware::learn::unit`]; empty: nothing.
-    pub memory: Vec<u8>,
-}
-
-impl Stored {
-    /// What the store of a device holds before the first drive of a unit, if a fleet has taught
-    /// something of its type: networks of the type's shape that correct nothing yet, and how units
-    /// differ.
-    #[must_use]
-    pub fn of_type(prior: &Prior, sheet: &Datasheet) -> Self {
-        let mut nets = prior.nets();
-        for net in [&mut nets.gyro, &mut nets.accel] {
-            let [_, _, top] = &mut net.weights.layers;
-            *top = lrnn_nostd::Layer::default();
-        }
-        let spread = [prior.gyro.spread(), prior.accel.spread()];
-        let shapes = Shapes::new(&[nets.gyro, nets.accel], sheet, &prior.networks().inputs());
-        let unit = unit::Unit::of_type(&shapes, sheet, &spread);
-        let mut memory = vec![0; unit::LEN];
-        unit.write(0, &mut memory);
-        Self {
-            nets: Some(nets),
-            memory,
-        }
     }
 }
 
