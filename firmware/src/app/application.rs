@@ -21,7 +21,7 @@ use crate::fix::Fix;
 use crate::learn::{Learner, Report};
 use crate::link::{Clock, Line};
 use crate::model::Nets;
-use crate::store::{Content, Progress, Step};
+use crate::store::{self, Content, Progress, Step};
 use crate::wire::adis::{Found, uart};
 use crate::wire::command::{Counters, Packets, fault};
 use crate::wire::framer::Framer;
@@ -35,6 +35,9 @@ const PIECE: usize = 64;
 /// The command link and the receiver wait no longer than this for a pause between frames,
 /// microseconds.
 pub const PATIENCE_US: u64 = 20_000;
+
+/// A minute, microseconds.
+const MINUTE_US: u64 = 60_000_000;
 
 /// The application.
 #[derive(Debug)]
@@ -171,11 +174,15 @@ impl<'m> App<'m> {
         let flow = &mut self.flow;
         let step = flow.keep.step();
         let nets = *flow.keep.nets(&flow.config.nets);
+        let unit = flow.config.told.as_ref().map_or(0, store::unit);
+        let minutes = (self.served_us / MINUTE_US) as u32; // 8000 years
         let memory = flow.memory_to_store();
         let content = Content {
             nets: &nets,
             record,
             memory,
+            unit,
+            minutes,
         };
         let done = match save(step, &content).into() {
             Progress::GoesOn => {

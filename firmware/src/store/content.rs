@@ -1,5 +1,6 @@
 //! What a record holds, and the bytes that it becomes, a piece at a time.
 
+use super::life::{LIFE_LEN, Life};
 use super::{CRC_LEN, HEADER_LEN, PIECE};
 use crate::configuration::Configuration;
 use crate::configuration::record::Record;
@@ -22,6 +23,10 @@ pub struct Content<'c> {
     pub record: &'c Record,
     /// What the learner remembers.
     pub memory: Memory<'c>,
+    /// The unit that networks and configuration are of: [`unit()`]; 0: not told.
+    pub unit: u32,
+    /// How long the device has run since power-on, minutes.
+    pub minutes: u32,
 }
 
 /// What a record remembers of the unit.
@@ -36,13 +41,15 @@ pub enum Memory<'c> {
 }
 
 impl<'c> Content<'c> {
-    /// Without a memory.
+    /// Without a memory, of a unit that is not told.
     #[must_use]
     pub fn new(nets: &'c Nets, record: &'c Record) -> Content<'c> {
         Content {
             nets,
             record,
             memory: Memory::None,
+            unit: 0,
+            minutes: 0,
         }
     }
 }
@@ -127,7 +134,12 @@ pub(super) struct Layout {
 
 /// The length of the configuration record stands before it.
 pub(super) const COUNT_LEN: usize = 2;
-const RECORD_AT: usize = HEADER_LEN + IMAGES_LEN + COUNT_LEN;
+/// Behind it, from version 4 on: the unit, and the life of the device.
+pub(super) const UNIT_LEN: usize = 4;
+/// All that stands between images and configuration record.
+pub(super) const FIXED_LEN: usize = COUNT_LEN + UNIT_LEN + LIFE_LEN;
+const COUNT_AT: usize = HEADER_LEN + IMAGES_LEN;
+const RECORD_AT: usize = COUNT_AT + FIXED_LEN;
 
 impl Layout {
     /// Of a content whose [`Memory::Same`] has `same` bytes.
@@ -145,7 +157,7 @@ impl Layout {
 
     /// Length of what follows the images.
     pub fn rest(&self) -> usize {
-        COUNT_LEN + self.record + self.memory
+        FIXED_LEN + self.record + self.memory
     }
 
     /// Where the memory begins.
@@ -164,22 +176,25 @@ impl Layout {
     }
 }
 
-/// Fills in what a piece that begins at byte `at` of a record has of the images, the configuration
-/// and a new memory. All else stays as it is.
-pub(super) fn fill(content: &Content, layout: &Layout, at: usize, piece: &mut [u8; PIECE]) {
+/// Fills in what a piece that begins at byte `at` of a record has of the images, the unit, the life
+/// of the device, the configuration and a new memory. All else stays as it is.
+pub(super) fn fill(
+    content: &Content,
+    life: &Life,
+    layout: &Layout,
+    at: usize,
+    piece: &mut [u8; PIECE],
+) {
     part(piece, at, HEADER_LEN, IMAGES_LEN, |start, place| {
         content.nets.write_images(start, place);
     });
-    let count = (layout.record as u16).to_le_bytes(); // at most MAX_LEN
-    part(
-        piece,
-        at,
-        HEADER_LEN + IMAGES_LEN,
-        COUNT_LEN,
-        |start, place| {
-            copy(&count, start, place);
-        },
-    );
+    let mut fixed = [0; FIXED_LEN];
+    put(&mut fixed, 0, (layout.record as u16).to_le_bytes()); // at most MAX_LEN
+    put(&mut fixed, COUNT_LEN, content.unit.to_le_bytes());
+    put(&mut fixed, COUNT_LEN + UNIT_LEN, life.bytes());
+    part(piece, at, COUNT_AT, FIXED_LEN, |start, place| {
+        copy(&fixed, start, place);
+    });
     part(piece, at, RECORD_AT, layout.record, |start, place| {
         copy(content.record, start, place);
     });

@@ -1,9 +1,9 @@
 //! Finds and reads records.
 
-use super::content::COUNT_LEN;
+use super::content::{COUNT_LEN, FIXED_LEN, UNIT_LEN};
 use super::{
-    CRC_LEN, HEAD_LEN, HEADER_LEN, MAGIC, MEMORY_MAX, Newer, OLDEST, PIECE, Store, Stored, VERSION,
-    WITH_MEMORY,
+    CRC_LEN, HEAD_LEN, HEADER_LEN, LIFE_LEN, Life, MAGIC, MEMORY_MAX, Newer, OLDEST, PIECE, Store,
+    Stored, VERSION, WITH_LIFE, WITH_MEMORY,
 };
 use crate::configuration::record::{MAX_LEN, Record};
 use crate::model::{IMAGES_LEN, Nets};
@@ -32,6 +32,15 @@ impl Header {
         (take(bytes, 0) == MAGIC && header.version >= OLDEST).then_some(header)
     }
 
+    /// Length of what stands between images and configuration record.
+    fn fixed(&self) -> usize {
+        match self.version {
+            ..WITH_MEMORY => 0,
+            ..WITH_LIFE => COUNT_LEN,
+            _ => FIXED_LEN,
+        }
+    }
+
     /// Where the checksum is.
     fn end(&self) -> usize {
         let [images, rest] = self.parts;
@@ -53,6 +62,11 @@ impl Header {
         put(&mut bytes, 14, rest);
         bytes
     }
+}
+
+/// Newer by less than half the counter's range.
+fn newer(a: u32, b: u32) -> bool {
+    (a.wrapping_sub(b) as i32) > 0
 }
 
 impl<F: NorFlash> Store<F> {
@@ -82,7 +96,7 @@ impl<F: NorFlash> Store<F> {
         }
         let mut count = [0; COUNT_LEN];
         self.read_bytes(at + (HEADER_LEN + images) as u32, &mut count)?;
-        let before = COUNT_LEN + usize::from(u16::from_le_bytes(count));
+        let before = header.fixed() + usize::from(u16::from_le_bytes(count));
         let len = rest.checked_sub(before).filter(|len| *len <= MEMORY_MAX)?;
         Some((at + (HEADER_LEN + images + before) as u32, len))
     }
@@ -90,8 +104,6 @@ impl<F: NorFlash> Store<F> {
     /// The good record with the greatest generation, of those older than `before`.
     #[inline(never)]
     pub(super) fn newest_before(&mut self, before: Option<u32>) -> Option<(u32, Header)> {
-        // newer by less than half the counter's range
-        let newer = |a: u32, b: u32| (a.wrapping_sub(b) as i32) > 0;
         let mut newest: Option<(u32, Header)> = None;
         for slot in 0..2 {
             let start = self.start(slot);
@@ -107,6 +119,21 @@ impl<F: NorFlash> Store<F> {
             }
         }
         newest
+    }
+
+    /// Whether there is the frame of a newer record than this one, whose checksum is wrong.
+    #[inline(never)]
+    pub(super) fn is_damaged_after(&mut self, generation: u32) -> bool {
+        (0..2).any(|slot| {
+            let start = self.start(slot);
+            (start..start + self.slot_len).step_by(PIECE).any(|at| {
+                let mut first = [0; PIECE];
+                let read = self.flash.read(at, &mut first).is_ok();
+                let frame = Header::of(&first).filter(|_| read);
+                frame.is_some_and(|frame| newer(frame.generation, generation))
+                    && self.header(at).is_none()
+            })
+        })
     }
 
     /// Reads bytes from any place, at most [`PIECE`].
@@ -170,32 +197,36 @@ impl<F: NorFlash> Store<F> {
     #[inline(never)]
     fn contents(&mut self, at: u32, header: &Header) -> Option<Stored> {
         let [images, rest] = header.parts;
-        let count = if header.version < WITH_MEMORY {
-            0
-        } else {
-            COUNT_LEN
-        };
-        if images != IMAGES_LEN || rest < count {
+        let fixed = header.fixed();
+        if images != IMAGES_LEN || rest < fixed {
             return None;
         }
         let mut bytes = [0; HEAD_LEN];
         let read = bytes.get_mut(..header.padded().min(HEAD_LEN))?;
         self.flash.read(at, read).ok()?;
         let images = bytes.get(HEADER_LEN..HEADER_LEN + IMAGES_LEN)?;
-        let record = if count == 0 {
+        let told = bytes.get(HEADER_LEN + IMAGES_LEN..)?;
+        let record = if fixed == 0 {
             rest
         } else {
-            usize::from(u16::from_le_bytes(take(&bytes, HEADER_LEN + IMAGES_LEN)))
+            usize::from(u16::from_le_bytes(take(told, 0)))
         };
-        if record > MAX_LEN || count + record > rest {
+        if record > MAX_LEN || fixed + record > rest {
             return None;
         }
-        let from = HEADER_LEN + IMAGES_LEN + count;
-        let record = bytes.get(from..from + record)?;
+        let life: Option<&[u8; LIFE_LEN]> = told
+            .get(COUNT_LEN + UNIT_LEN..)
+            .and_then(|life| life.first_chunk())
+            .filter(|_| fixed == FIXED_LEN);
+        let unit = u32::from_le_bytes(take(told, COUNT_LEN));
+        let record = told.get(fixed..fixed + record)?;
         Some(Stored {
             nets: Nets::from_images(images).ok()?,
             record: Record::from_slice(record).ok()?,
             generation: header.generation,
+            unit: Some(unit).filter(|unit| life.is_some() && *unit != 0),
+            life: life.map(Life::of).unwrap_or_default(),
+            damaged: false,
             at,
         })
     }

@@ -12,22 +12,31 @@
 //! | offset | length | content |
 //! |---|---|---|
 //! | 0 | 4 | magic `LRNS` |
-//! | 4 | 4 | version of this format, 3 |
+//! | 4 | 4 | version of this format, 4 |
 //! | 8 | 4 | generation: the greater one (modulo 2^32) is the newer |
 //! | 12 | 2 | length a of the images, 608 |
-//! | 14 | 2 | length b of the rest, 2 + c + d |
+//! | 14 | 2 | length b of the rest, 26 + c + d |
 //! | 16 | a | the gyro network's image, then the accelerometer network's |
 //! | 16 + a | 2 | length c of the configuration record; 0: none |
-//! | 18 + a | c | the configuration record ([`crate::configuration::record`]) |
-//! | 18 + a + c | d | the memory: [`Notes`], then what the learner took down; or nothing |
+//! | 18 + a | 4 | the unit that all this is of: [`unit()`]; 0: not told |
+//! | 22 + a | 20 | the device's [`Life`] |
+//! | 42 + a | c | the configuration record ([`crate::configuration::record`]) |
+//! | 42 + a + c | d | the memory: [`Notes`], then what the learner took down; or nothing |
 //! | 16 + a + b | 4 | CRC-32 (zlib's) of bytes 0..16 + a + b |
 //!
-//! In version 2 the rest is the configuration record alone. Version 1 has no rest. Every later
-//! version keeps this frame of magic, version, generation, two lengths and CRC, so that an older
-//! firmware tells a newer record from a damaged one. It reports [`Newer`] and overwrites nothing.
+//! Version 3 has neither unit nor life. In version 2 the rest is the configuration record alone.
+//! Version 1 has no rest. Every later version keeps this frame of magic, version, generation, two
+//! lengths and CRC, so that an older firmware tells a newer record from a damaged one. It reports
+//! [`Newer`] and overwrites nothing.
 //!
 //! Weights, configuration and memory are in one record, so weights are always found with the
 //! configuration, and so the sensor, that they were in use with.
+//!
+//! Flash wears out and forgets. What does not read back as written is not used: the record goes to
+//! the next place of the slot that keeps it, and when the slot keeps nothing any more, behind the
+//! newest record in the other one. A record that no longer has its checksum is none; the one before
+//! is used, and [`Stored::damaged`] tells. A device that fails again and again with the newest
+//! record can ask for the one before ([`Store::load_older`]), which is the last that it ran with.
 //!
 //! Erasing halts most processors while it lasts (STM32F405: 1 to 2 s for a sector of 128 KiB). So
 //! [`Store::save`], which erases, is for bypass and on command only. The frames lost meanwhile show
@@ -38,24 +47,28 @@
 
 mod content;
 mod find;
+mod life;
 mod write;
 
 pub use content::{Content, MEMORY_MAX, Memory, NOTES_LEN, Notes, unit};
+pub use life::{LIFE_LEN, Life};
 
 use crate::configuration::record::{MAX_LEN, Record};
 use crate::model::{IMAGES_LEN, Nets};
-use content::COUNT_LEN;
+use content::FIXED_LEN;
 use embedded_storage::nor_flash::NorFlash;
 use find::Header;
 use write::Written;
 
 /// Bytes of the longest record before padding.
-pub const RECORD_LEN: usize = HEADER_LEN + IMAGES_LEN + COUNT_LEN + MAX_LEN + MEMORY_MAX + CRC_LEN;
+pub const RECORD_LEN: usize = HEADER_LEN + IMAGES_LEN + FIXED_LEN + MAX_LEN + MEMORY_MAX + CRC_LEN;
 
 const MAGIC: [u8; 4] = *b"LRNS";
-const VERSION: u32 = 3;
+const VERSION: u32 = 4;
 /// The rest of older ones is the configuration record alone.
 const WITH_MEMORY: u32 = 3;
+/// Older ones have neither unit nor life.
+const WITH_LIFE: u32 = 4;
 /// Versions that are read.
 const OLDEST: u32 = 1;
 const HEADER_LEN: usize = 16;
@@ -67,7 +80,7 @@ const PIECE: usize = 64;
 const PADDED_LEN: usize = RECORD_LEN.next_multiple_of(PIECE);
 /// The longest record without its memory, padded.
 const HEAD_LEN: usize =
-    (HEADER_LEN + IMAGES_LEN + COUNT_LEN + MAX_LEN + CRC_LEN).next_multiple_of(PIECE);
+    (HEADER_LEN + IMAGES_LEN + FIXED_LEN + MAX_LEN + CRC_LEN).next_multiple_of(PIECE);
 
 /// Why nothing was stored.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -131,6 +144,13 @@ pub struct Stored {
     pub record: Record,
     /// Counts the records stored.
     pub generation: u32,
+    /// The unit that all this is of; `None`: the record does not tell.
+    pub unit: Option<u32>,
+    /// The device's life until then.
+    pub life: Life,
+    /// What was stored after this record cannot be read: it was damaged, or the power failed while
+    /// it was written.
+    pub damaged: bool,
     /// Where it begins.
     at: u32,
 }
@@ -144,6 +164,9 @@ pub struct Store<F> {
     newest: Option<(u32, Header)>,
     /// The record in progress.
     written: Option<Written>,
+    /// The device's life as the newest record found at start tells it, and since then.
+    before: Option<Life>,
+    since: Life,
 }
 
 impl<F: NorFlash> Store<F> {
@@ -164,6 +187,8 @@ impl<F: NorFlash> Store<F> {
                 slot_len: len,
                 newest: None,
                 written: None,
+                before: None,
+                since: Life::default(),
             }),
             _ => Err(Error::Geometry),
         }
@@ -174,16 +199,43 @@ impl<F: NorFlash> Store<F> {
     /// # Errors
     /// [`Newer`]
     pub fn load(&mut self) -> Result<Option<Stored>, Newer> {
-        let mut before = None;
+        self.load_older(0)
+    }
+
+    /// The good record that `passed` newer good ones are passed over for. The next record still
+    /// goes behind the newest.
+    ///
+    /// # Errors
+    /// [`Newer`]
+    pub fn load_older(&mut self, passed: u32) -> Result<Option<Stored>, Newer> {
+        let (mut before, mut left) = (None, passed);
+        self.newest = None;
         while let Some((at, header)) = self.newest_before(before) {
             if let Some(stored) = self.read(at)? {
-                self.newest = Some((at, header));
-                return Ok(Some(stored));
+                if self.newest.is_none() {
+                    self.newest = Some((at, header));
+                    self.before.get_or_insert(stored.life);
+                }
+                if left == 0 {
+                    let damaged = self.is_damaged_after(header.generation);
+                    return Ok(Some(Stored { damaged, ..stored }));
+                }
+                left -= 1;
             }
             before = Some(header.generation);
         }
-        self.newest = None;
+        if self.newest.is_none() {
+            self.before.get_or_insert_default();
+        }
         Ok(None)
+    }
+
+    /// The device has started; `failed`: after a failure, not after power-on. The next record
+    /// counts it.
+    pub fn started(&mut self, failed: bool) {
+        let life = &mut self.since;
+        life.starts = life.starts.saturating_add(1);
+        life.failures = life.failures.saturating_add(failed.into());
     }
 
     /// The flash.

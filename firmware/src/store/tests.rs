@@ -13,6 +13,9 @@ use std::vec::Vec;
 
 mod append;
 mod memory;
+mod older;
+mod rival;
+mod worn;
 
 const ERASE: usize = 4096;
 const WRITE: usize = 4;
@@ -156,6 +159,10 @@ fn notes(n: u8) -> Notes {
     }
 }
 
+fn unit_of(n: u8) -> u32 {
+    0xC0DE_0000 | u32::from(n)
+}
+
 /// A learner that remembers [`learnt`].
 struct Remembers(u8);
 
@@ -183,6 +190,8 @@ fn with<T>(n: u8, work: impl FnOnce(&Content) -> T) -> T {
         nets: &nets(n),
         record: &told(n),
         memory: Memory::New(notes(n), &Remembers(n), learnt(n).len()),
+        unit: unit_of(n),
+        minutes: 0,
     })
 }
 
@@ -199,6 +208,8 @@ fn framed(n: u8, generation: u32) -> Vec<u8> {
     nets(n).write_images(0, &mut images);
     let told = told(n);
     let mut rest = (told.len() as u16).to_le_bytes().to_vec();
+    rest.extend(unit_of(n).to_le_bytes());
+    rest.extend([0; LIFE_LEN]);
     rest.extend(told);
     let of = notes(n);
     rest.extend(of.unit.to_le_bytes());
@@ -208,7 +219,7 @@ fn framed(n: u8, generation: u32) -> Vec<u8> {
     rest.extend(i16::from(n).to_le_bytes());
     rest.extend([0; 6]);
     rest.extend(learnt(n));
-    of_version(3, generation, &images, &rest)
+    of_version(4, generation, &images, &rest)
 }
 
 fn store<const UNIT: usize>(flash: Flash<UNIT>) -> Store<Flash<UNIT>> {
@@ -226,6 +237,7 @@ fn found<const UNIT: usize>(flash: &Flash<UNIT>) -> Option<u8> {
     let stored = store.load().expect("no newer version")?;
     let n = (0..=255).find(|&n| nets(n) == stored.nets && told(n) == stored.record);
     let n = n.expect("a record that was never stored");
+    assert_eq!(stored.unit, Some(unit_of(n)));
     let memory = memory(&mut store);
     let (notes, learnt) = Notes::of(&memory).expect("notes");
     assert!(notes == self::notes(n) && learnt == self::learnt(n), "{n}");
@@ -331,7 +343,7 @@ proptest! {
     /// The same behind a good magic and version, with any lengths.
     #[test]
     fn any_header(
-        bytes in prop::collection::vec(any::<u8>(), 2 * ERASE), version in 0..5u8, length: u16
+        bytes in prop::collection::vec(any::<u8>(), 2 * ERASE), version in 0..6u8, length: u16
     ) {
         let mut flash: Flash = Flash::new(2 * ERASE);
         flash.bytes = bytes;
@@ -404,17 +416,17 @@ fn a_newer_version_is_refused_and_stays() {
                 let mut flash: Flash = Flash::new(2 * ERASE);
                 let own = framed(2, 2);
                 flash.bytes[ERASE - slot..][..own.len()].copy_from_slice(&own);
-                let newer = of_version(4, generation, &std::vec![7; images], &std::vec![8; rest]);
+                let newer = of_version(5, generation, &std::vec![7; images], &std::vec![8; rest]);
                 flash.bytes[slot..][..newer.len()].copy_from_slice(&newer);
                 let before = flash.bytes.clone();
                 let loaded = store(flash.clone()).load();
                 if generation == 3 {
-                    assert_eq!(loaded, Err(Newer(4)));
+                    assert_eq!(loaded, Err(Newer(5)));
                 } else {
                     assert!(loaded.is_ok_and(|stored| stored.is_some()));
                 }
                 let (result, after) = saved(flash.clone(), 4);
-                assert_eq!(result, Err(Error::Newer(Newer(4))));
+                assert_eq!(result, Err(Error::Newer(Newer(5))));
                 assert!(after.bytes == before, "{slot} {generation}");
                 flash.bytes[slot + newer.len() - 1] ^= 1;
                 assert_eq!(found(&flash), Some(2));

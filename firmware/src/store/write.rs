@@ -3,13 +3,15 @@
 use super::content::{self, Layout};
 use super::find::Header;
 use super::{
-    CRC_LEN, Content, Error, Memory, Newer, PADDED_LEN, PIECE, Progress, Step, Store, Stored,
-    VERSION,
+    CRC_LEN, Content, Error, Life, Memory, Newer, PADDED_LEN, PIECE, Progress, Step, Store, VERSION,
 };
 use crate::model::IMAGES_LEN;
 use crate::wire::checksum::Zlib;
 use crate::wire::field::{head, put};
 use embedded_storage::nor_flash::NorFlash;
+
+/// Places of a slot that are tried, where those before did not keep what was written.
+const TRIES: u32 = 4;
 
 /// A record that is being written.
 #[derive(Debug)]
@@ -17,6 +19,7 @@ pub(super) struct Written {
     at: u32,
     header: Header,
     layout: Layout,
+    life: Life,
     /// Bytes written.
     done: usize,
     sum: Zlib,
@@ -34,19 +37,56 @@ impl<F: NorFlash> Store<F> {
     }
 
     /// Stores a content beside the newest good record, which stays until this is complete. Erases.
-    /// Gives the generation.
+    /// Where the slot does not keep what is written, the record goes to its next place, and at last
+    /// behind the newest record. Gives the generation.
     ///
     /// # Errors
     /// [`Error::Flash`], [`Error::Verify`] or [`Error::Newer`]; the newest good record is then
     /// still the previous one.
     pub fn save(&mut self, content: &Content) -> Result<u32, Error<F::Error>> {
         let (from, generation) = self.next().map_err(Error::Newer)?;
-        self.flash
-            .erase(from, from + self.slot_len)
-            .map_err(Error::Flash)?;
-        self.start_record(from, generation, content);
-        while self.go_on(content)? == Progress::GoesOn {}
+        let erased = self.flash.erase(from, from + self.slot_len);
+        let [first, second] = &mut self.since.erased;
+        let times = if from == 0 { first } else { second };
+        *times = times.saturating_add(1);
+        let other = erased
+            .map_err(Error::Flash)
+            .and_then(|()| self.write_from(from, generation, content));
+        match (other, self.newest) {
+            (Err(error), Some((newest, header))) => {
+                let behind = newest + header.padded() as u32;
+                let beside = self.write_from(behind, generation, content);
+                beside.map_err(|_| error)?;
+            }
+            (other, _) => other?,
+        }
         Ok(generation)
+    }
+
+    /// Writes a record into the first place of a slot, from `from` on, that keeps it.
+    fn write_from(
+        &mut self,
+        from: u32,
+        generation: u32,
+        content: &Content,
+    ) -> Result<(), Error<F::Error>> {
+        let len = self.layout(content).padded();
+        let (mut next, mut last) = (from, Error::Verify);
+        for _ in 0..TRIES {
+            let Some(at) = self.room(from, next, len) else {
+                break;
+            };
+            next = at + len as u32; // even what still looks blank was written to
+            self.start_record(at, generation, content);
+            last = loop {
+                match self.go_on(content) {
+                    Ok(Progress::GoesOn) => {}
+                    Ok(_) => return Ok(()),
+                    Err(error) => break error,
+                }
+            };
+        }
+        Err(last)
     }
 
     /// Begins to store a content behind the newest good record, without erasing. What was begun
@@ -116,7 +156,7 @@ impl<F: NorFlash> Store<F> {
         if done == 0 {
             put(&mut piece, 0, written.header.bytes());
         }
-        content::fill(content, &layout, done, &mut piece);
+        content::fill(content, &written.life, &layout, done, &mut piece);
         if let Memory::Same = content.memory
             && let Some((from, _)) = self.memory_place()
         {
@@ -136,7 +176,12 @@ impl<F: NorFlash> Store<F> {
 
     fn start_record(&mut self, at: u32, generation: u32, content: &Content) {
         let layout = self.layout(content);
+        let since = Life {
+            minutes: content.minutes,
+            ..self.since
+        };
         self.written = Some(Written {
+            life: self.before.unwrap_or_default().and(&since),
             at,
             header: Header {
                 version: VERSION,
@@ -167,12 +212,12 @@ impl<F: NorFlash> Store<F> {
         let full = self.room(at, behind, spare).is_none() && self.places() > 1;
         // an older firmware looks for records of its own length, and so finds the first of a slot
         if full || header.version < VERSION {
-            let Stored { nets, record, .. } = &stored;
-            let memory = Memory::Same;
             self.save(&Content {
-                nets,
-                record,
-                memory,
+                nets: &stored.nets,
+                record: &stored.record,
+                memory: Memory::Same,
+                unit: stored.unit.unwrap_or(0),
+                minutes: 0,
             })?;
         }
         Ok(())

@@ -141,7 +141,7 @@ fn what_cannot_be_read_is_told_and_not_used() {
     let mut bad = told(STIM);
     bad.rate = -1.0;
     let cases = [
-        (4, good.clone(), Some(4)),
+        (5, good.clone(), Some(5)),
         (2, sealed(newer), Some(SCHEMA + 1)),
         (2, record(&bad), None),
         (2, vec![1; 30], None),

@@ -88,7 +88,8 @@ fn power_may_fail_while_appending() {
     }
 }
 
-/// Flash that does not keep what is written to it is noticed, and the old record stays in use.
+/// Flash that does not keep what is written to it is noticed. The old record stays in use, or the
+/// new one goes to another place.
 #[test]
 fn what_does_not_read_back_is_told() {
     for bad in [9, 16 + 300, 16 + IMAGES_LEN + 3, framed(9, 2).len() - 30] {
@@ -103,9 +104,8 @@ fn what_does_not_read_back_is_told() {
         assert_eq!(result, Err(Error::Verify), "{bad}");
         assert_eq!(store(after).load().unwrap().unwrap().nets, nets(1));
         let mut saves = store(flash);
-        let result = with(9, |content| saves.save(content));
-        assert_eq!(result, Err(Error::Verify), "{bad}");
-        assert_eq!(saves.load().unwrap().unwrap().nets, nets(1));
+        with(9, |content| saves.save(content)).expect("beside the bad cell");
+        assert_eq!(saves.load().unwrap().unwrap().nets, nets(9));
     }
 }
 

@@ -1,0 +1,127 @@
+//! Records of older versions, the record before the newest, and the device's life.
+
+use super::*;
+
+/// A record of version 3: it has a memory, and neither unit nor life.
+#[test]
+fn version_3_is_still_read() {
+    let (mut images, record) = (std::vec![0; IMAGES_LEN], told(7));
+    nets(7).write_images(0, &mut images);
+    let mut rest = (record.len() as u16).to_le_bytes().to_vec();
+    rest.extend(&record);
+    rest.extend(notes(7).bytes());
+    rest.extend(learnt(7));
+    let bytes = of_version(3, 5, &images, &rest);
+    let mut flash: Flash = Flash::new(2 * ERASE);
+    flash.bytes[..bytes.len()].copy_from_slice(&bytes);
+    let mut first = store(flash);
+    let stored = first.load().unwrap().unwrap();
+    assert!(stored.nets == nets(7) && stored.record == record);
+    assert_eq!((stored.unit, stored.life), (None, Life::default()));
+    let remembered = memory(&mut first);
+    assert_eq!(remembered[NOTES_LEN..], learnt(7));
+    // it is stored once more in this version, and nothing of it is lost
+    first.make_room().unwrap();
+    let flash = first.into_inner();
+    assert_eq!(flash.bytes[ERASE + 4], 4);
+    let mut second = store(flash);
+    let again = second.load().unwrap().unwrap();
+    assert!(again.nets == stored.nets && again.record == stored.record);
+    assert_eq!(memory(&mut second), remembered);
+}
+
+/// The good records that are newer can be passed over. The next record is still the newest.
+#[test]
+fn the_record_before_can_be_asked_for() {
+    let mut flash: Flash<{ 16 * ERASE }> = Flash::new(32 * ERASE);
+    let mut first = store(flash.clone());
+    for n in 1..=3 {
+        with(n, |content| first.save(content)).unwrap();
+        with(n + 10, |content| {
+            first.begin(content).unwrap();
+            while first.go_on(content).unwrap() == Progress::GoesOn {}
+        });
+        flash = first.into_inner();
+        first = store(flash.clone());
+    }
+    // a slot was erased by its last but one save
+    for (passed, n) in [
+        (0, Some(13)),
+        (1, Some(3)),
+        (2, Some(12)),
+        (3, Some(2)),
+        (4, None),
+    ] {
+        let stored = first.load_older(passed).unwrap();
+        let expected = n.map(|n| (nets(n), told(n), false));
+        let stored = stored.map(|stored| (stored.nets, stored.record, stored.damaged));
+        assert_eq!(stored, expected, "{passed}");
+    }
+    first.load_older(1).unwrap();
+    with(9, |content| {
+        first.begin(content).unwrap();
+        while first.go_on(content).unwrap() == Progress::GoesOn {}
+    });
+    let stored = first.load().unwrap().unwrap();
+    assert!(stored.nets == nets(9) && stored.generation == 7);
+}
+
+/// A newer record that is damaged is told, whatever of it is damaged behind its generation.
+#[test]
+fn a_damaged_newer_record_is_told() {
+    let flash: Flash = (1..=2).fold(Flash::new(2 * ERASE), |flash, n| saved(flash, n).1);
+    let damaged = |flash: &Flash| store(flash.clone()).load().unwrap().unwrap().damaged;
+    assert!(!damaged(&flash));
+    for at in HEADER_LEN..framed(2, 2).len() {
+        let mut rotten = flash.clone();
+        rotten.bytes[ERASE + at] ^= 4;
+        assert_eq!(found(&rotten), Some(1));
+        assert!(damaged(&rotten), "{at}");
+        // an older one that is damaged is nobody's loss
+        let mut rotten = flash.clone();
+        rotten.bytes[at] ^= 4;
+        assert_eq!((found(&rotten), damaged(&rotten)), (Some(2), false));
+    }
+}
+
+/// Starts, failures, minutes and erasures add up over power cycles, as far as they were stored.
+#[test]
+fn the_life_adds_up() {
+    let mut flash: Flash = Flash::new(2 * ERASE);
+    let store_after = |flash: Flash, failed, minutes| {
+        let mut started = store(flash);
+        started.started(failed);
+        started.load().unwrap();
+        with(1, |content| {
+            let content = Content {
+                minutes,
+                ..*content
+            };
+            started.save(&content).unwrap();
+            // the next record of the same run does not count anything twice
+            started.save(&Content { minutes, ..content }).unwrap();
+        });
+        let life = started.load().unwrap().unwrap().life;
+        (started.into_inner(), life)
+    };
+    let mut expected = Life::default();
+    for (failed, minutes) in [(false, 10), (true, 0), (false, 70)] {
+        let life;
+        (flash, life) = store_after(flash, failed, minutes);
+        expected.starts += 1;
+        expected.failures += u32::from(failed);
+        expected.minutes += minutes;
+        expected.erased = expected.erased.map(|times| times + 1);
+        assert_eq!(life, expected);
+        let mut lost = store(flash.clone());
+        lost.started(true); // and nothing is stored
+    }
+    let full = Life {
+        starts: u32::MAX,
+        failures: u32::MAX,
+        minutes: u32::MAX,
+        erased: [u32::MAX; 2],
+    };
+    assert_eq!(full.and(&full), full);
+    assert_eq!(Life::of(&expected.bytes()), expected);
+}
