@@ -337,6 +337,7 @@ fn requests() {
         Request::GetAntenna,
         Request::GetReceiver,
         Request::GetMemory,
+        Request::GetStore,
     ];
     for (n, request) in all.iter().enumerate() {
         let name = format!("{request:?}");

@@ -8,7 +8,7 @@ use crate::configuration::record::{self, Record};
 use crate::control::{Alignment, Mode, Reason};
 use crate::model::{IMAGES_LEN, Nets};
 use crate::wire::command::{
-    Antenna, Board, Counters, Health, MAX_CHUNK, MAX_PACKET, Request, Response, Version,
+    Antenna, Board, Counters, Health, Kept, MAX_CHUNK, MAX_PACKET, Request, Response, Version,
     WIRE_VERSION, decode, encode, fault,
 };
 use heapless::Vec;
@@ -43,6 +43,8 @@ pub(super) struct Server {
     pub record: Record,
     /// That record is the stored one.
     pub stored: bool,
+    /// What the store held at power-on.
+    pub kept: Kept,
     /// Whether the application must begin anew with that record.
     pub renewal: Renewal,
 }
@@ -67,6 +69,15 @@ impl Server {
             waiting: 0,
             record,
             stored,
+            kept: Kept {
+                generation: None,
+                starts: 0,
+                failures: 0,
+                minutes: 0,
+                erased: [0; 2],
+                damaged: false,
+                passed: 0,
+            },
             renewal: Renewal::None,
         }
     }
@@ -127,6 +138,7 @@ impl Server {
             },
             Request::GetBoard => return Response::Board(self.board(flow)),
             Request::GetReceiver => return Response::Receiver(flow.heard),
+            Request::GetStore => return Response::Kept(self.kept),
             Request::GetMemory => return Response::Remembered(flow.remembered()),
             Request::CommitLearnt => may_exchange(flow).and_then(|()| flow.commit_learnt()),
             Request::Heading(heading) => flow.heading(heading),

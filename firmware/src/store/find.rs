@@ -227,6 +227,7 @@ impl<F: NorFlash> Store<F> {
             unit: Some(unit).filter(|unit| life.is_some() && *unit != 0),
             life: life.map(Life::of).unwrap_or_default(),
             damaged: false,
+            passed: 0,
             at,
         })
     }

@@ -151,6 +151,8 @@ pub struct Stored {
     /// What was stored after this record cannot be read: it was damaged, or the power failed while
     /// it was written.
     pub damaged: bool,
+    /// Newer good records that were passed over: see [`Store::load_older`].
+    pub passed: u8,
     /// Where it begins.
     at: u32,
 }
@@ -207,7 +209,7 @@ impl<F: NorFlash> Store<F> {
     ///
     /// # Errors
     /// [`Newer`]
-    pub fn load_older(&mut self, passed: u32) -> Result<Option<Stored>, Newer> {
+    pub fn load_older(&mut self, passed: u8) -> Result<Option<Stored>, Newer> {
         let (mut before, mut left) = (None, passed);
         self.newest = None;
         while let Some((at, header)) = self.newest_before(before) {
@@ -218,7 +220,11 @@ impl<F: NorFlash> Store<F> {
                 }
                 if left == 0 {
                     let damaged = self.is_damaged_after(header.generation);
-                    return Ok(Some(Stored { damaged, ..stored }));
+                    return Ok(Some(Stored {
+                        damaged,
+                        passed,
+                        ..stored
+                    }));
                 }
                 left -= 1;
             }

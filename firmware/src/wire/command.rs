@@ -20,7 +20,7 @@ use crate::fix::Heading;
 use serde::{Deserialize, Serialize};
 
 /// Version of this wire format, in [`Version`].
-pub const WIRE_VERSION: u16 = 8;
+pub const WIRE_VERSION: u16 = 9;
 /// The largest piece of a weight image in one packet, bytes.
 pub const MAX_CHUNK: usize = 128;
 /// The longest packet, its zero byte included: chunk, 32 bytes for the other fields and the CRC,
@@ -132,6 +132,8 @@ pub enum Request<'a> {
     GetReceiver,
     /// Answer: [`Response::Remembered`].
     GetMemory,
+    /// Answer: [`Response::Kept`].
+    GetStore,
 }
 
 /// The versions of the device.
@@ -311,6 +313,8 @@ pub enum Response<'a> {
     Receiver(Heard),
     /// To [`Request::GetMemory`].
     Remembered(Remembered),
+    /// To [`Request::GetStore`].
+    Kept(Kept),
 }
 
 /// What the store remembers of the unit from earlier drives.
@@ -327,6 +331,26 @@ pub struct Remembered {
     pub acts: bool,
     /// The memory found is of another sensor, or of networks with other inputs, and is not used.
     pub of_another: bool,
+}
+
+/// What the device found in its store when it started.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+pub struct Kept {
+    /// Number of the record in use; `None`: nothing was found, or nothing that is used.
+    pub generation: Option<u32>,
+    /// Of the device's whole life until that record was stored, saturating: times it started, how
+    /// many of these followed a failure, minutes it ran.
+    pub starts: u32,
+    /// See above.
+    pub failures: u32,
+    /// See above.
+    pub minutes: u32,
+    /// Times each of the two slots was erased.
+    pub erased: [u32; 2],
+    /// A newer record is damaged and was not used.
+    pub damaged: bool,
+    /// Newer good records were passed over, because the device had failed with them.
+    pub passed: u8,
 }
 
 /// What is known of the receiver's antenna: as told, and from the first fixes in motion on as

@@ -9,9 +9,9 @@ use firmware::configuration::SCHEMA;
 use firmware::configuration::record::encode;
 use firmware::control::{Mode, Reason};
 use firmware::model::Nets;
-use firmware::store::Store;
+use firmware::store::{self, Content, Store};
 use firmware::wire::checksum::crc32_zlib;
-use firmware::wire::command::{Request, Response, fault};
+use firmware::wire::command::{Kept, Request, Response, fault};
 use lrnn_nostd::image;
 
 const STIM: Kind = Kind::STIM;
@@ -115,6 +115,69 @@ fn a_power_cycle_brings_back_what_was_stored() {
     device.feed(&STIM.stream(0, 10).concat());
     assert_eq!(device.app.phase(), Phase::Run(Mode::Shadow));
     assert_eq!(device.lines.navigation.sent, STIM.stream(0, 10));
+}
+
+/// What the store tells of the device's life, and that a newer record is damaged, until something is
+/// stored again. Weights of another unit than the configuration's are not used.
+#[test]
+fn the_store_tells_what_it_found() {
+    let kept = |device: &mut Device| {
+        device.ask(&Request::GetStore, |answer| match answer {
+            Response::Kept(kept) => kept,
+            other => panic!("{other:?}"),
+        })
+    };
+    let mut flash = Flash::new();
+    let mut device = powered(&flash);
+    assert_eq!(kept(&mut device), Kept::default());
+    let record = record(&told(STIM));
+    assert_eq!(configure(&mut device, &record), Ok(()));
+    device.order(&Request::SetMode(Mode::Bypass));
+    for _ in 0..2 {
+        assert_eq!(stores(&mut device, &mut flash), Response::Done);
+    }
+    let mut device = powered(&flash);
+    let found = kept(&mut device);
+    assert_eq!(
+        (found.generation, found.damaged, found.passed),
+        (Some(2), false, 0)
+    );
+    assert_eq!(found.erased, [1, 1]);
+    // the newest, in the second slot
+    let mut rotten = flash.clone();
+    rotten.0[2 * 8192 + 700] ^= 1;
+    let mut device = powered(&rotten);
+    let found = kept(&mut device);
+    assert_eq!((found.generation, found.damaged), (Some(1), true));
+    assert_eq!(read(&mut device), record);
+    assert_ne!(device.app.faults() & fault::STORE, 0);
+    device.order(&Request::SetMode(Mode::Bypass));
+    assert_eq!(stores(&mut device, &mut rotten), Response::Done);
+    assert_eq!(device.app.faults() & fault::STORE, 0);
+    assert!(!kept(&mut powered(&rotten)).damaged);
+    // both slots: as good as new
+    for slot in [0, 2 * 8192] {
+        rotten.0[slot + 700] ^= 1;
+    }
+    assert_eq!(kept(&mut powered(&rotten)), Kept::default());
+}
+
+/// A record whose weights are of another unit than its configuration, with a right checksum.
+#[test]
+fn weights_of_another_unit_are_not_used() {
+    let record = encode(&told(STIM));
+    let nets = Nets {
+        gyro: constant([1e-4; 3]),
+        ..Nets::NONE
+    };
+    for (unit, used) in [(0, true), (store::unit(&told(STIM)), true), (17, false)] {
+        let mut store = Store::new(Flash::new()).expect("room");
+        let content = Content::new(&nets, &record);
+        store.save(&Content { unit, ..content }).expect("room");
+        let device = powered(&store.into_inner());
+        assert_eq!(*device.app.nets() == nets, used, "{unit}");
+        assert_eq!(device.app.faults() & fault::WEIGHTS == 0, used);
+    }
 }
 
 /// What a newer firmware has stored is told and kept, and so is a configuration that cannot be

@@ -7,7 +7,7 @@ use super::receiver::{Receiver, receiver};
 use super::watch::{Antenna, Learner};
 use crate::error::Error;
 use firmware::configuration::{Configuration, Sensor};
-use firmware::wire::command::{Remembered, Request, Response};
+use firmware::wire::command::{self, Remembered, Request, Response};
 use serde::Serialize;
 
 /// What a device is and what it is told.
@@ -56,6 +56,41 @@ pub struct Info {
     pub learner: Learner,
     /// What the device remembers of the unit from earlier drives.
     pub memory: Memory,
+    /// What it found in its store when it started.
+    pub store: Kept,
+}
+
+/// What a device found in its store.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Kept {
+    /// Number of the record in use, if there is one.
+    pub record: Option<u32>,
+    /// Times the device started in its life, as of that record.
+    pub starts: u32,
+    /// How many of these followed a failure.
+    pub failures: u32,
+    /// Time it ran, h.
+    pub hours: f64,
+    /// Times each slot of the flash was erased.
+    pub erased: [u32; 2],
+    /// A newer record is damaged and was not used.
+    pub damaged: bool,
+    /// Newer records that were passed over, because the device had failed with them.
+    pub passed: u8,
+}
+
+impl From<command::Kept> for Kept {
+    fn from(of: command::Kept) -> Self {
+        Self {
+            record: of.generation,
+            starts: of.starts,
+            failures: of.failures,
+            hours: f64::from(of.minutes) / 60.0,
+            erased: of.erased,
+            damaged: of.damaged,
+            passed: of.passed,
+        }
+    }
 }
 
 /// What a device remembers of its unit.
@@ -175,6 +210,7 @@ pub fn info(link: &mut Link) -> Result<Info, Error> {
         antenna,
         learner: Learner::from(&health),
         memory: link.remembered()?.into(),
+        store: link.kept()?.into(),
         name: told.as_ref().map(|told| told.identity.name.to_string()),
         serial: told.as_ref().map(|told| told.identity.serial.to_string()),
         format: told.as_ref().and_then(format),

@@ -6,7 +6,7 @@ use crate::error::Error;
 use firmware::control::{Mode, Reason};
 use firmware::model::{IMAGES_LEN, Nets};
 use firmware::wire::command::{
-    Antenna, Counters, Health, MAX_CHUNK, MAX_PACKET, Packets, Remembered, Request, Response,
+    Antenna, Counters, Health, Kept, MAX_CHUNK, MAX_PACKET, Packets, Remembered, Request, Response,
     Version, WIRE_VERSION, decode, encode,
 };
 use lrnn_nostd::image;
@@ -247,6 +247,17 @@ impl Link {
     pub fn remembered(&mut self) -> Result<Remembered, Error> {
         self.ask(&Request::GetMemory, |answer| match answer {
             Response::Remembered(remembered) => Some(*remembered),
+            _ => None,
+        })
+    }
+
+    /// What the device found in its store when it started.
+    ///
+    /// # Errors
+    /// As [`Link::ask`].
+    pub fn kept(&mut self) -> Result<Kept, Error> {
+        self.ask(&Request::GetStore, |answer| match answer {
+            Response::Kept(kept) => Some(*kept),
             _ => None,
         })
     }

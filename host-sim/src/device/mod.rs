@@ -15,7 +15,7 @@ mod watch;
 mod weights;
 
 pub use configure::{configuration, configure, record, send};
-pub use info::{Info, LineInfo, Memory, info};
+pub use info::{Info, Kept, LineInfo, Memory, info};
 pub use link::{Link, images, load, set_up};
 pub use port::Port;
 pub use receiver::Receiver;

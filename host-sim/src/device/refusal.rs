@@ -38,6 +38,7 @@ fn purpose(request: &Request) -> &'static str {
         | Request::GetAntenna
         | Request::GetBoard
         | Request::GetMemory
+        | Request::GetStore
         | Request::GetReceiver => "tell its state",
     }
 }

@@ -8,7 +8,8 @@ use crate::configuration::SCHEMA;
 use crate::configuration::record::{Record, decode, schema};
 use crate::learn::Learner;
 use crate::model::Nets;
-use crate::store::{Newer, Stored};
+use crate::store::{Newer, Stored, unit};
+use crate::wire::command::{Kept, fault};
 
 impl<'m> App<'m> {
     /// With what the store holds; `None`: the board has no store.
@@ -16,7 +17,9 @@ impl<'m> App<'m> {
     /// Weights and configuration are taken together. A configuration that this firmware does not
     /// understand is not used, and neither are the weights beside it: the device passes bytes, and
     /// fault STORE says that there is something that cannot be read. If it is of a newer firmware,
-    /// it is not overwritten either.
+    /// it is not overwritten either. Weights of another unit than the configuration's are not used,
+    /// and fault WEIGHTS says so. A record that was used because a newer one is damaged is told by
+    /// fault STORE, until something is stored again.
     #[inline(never)]
     pub fn power_on(
         hardware: Hardware,
@@ -29,14 +32,32 @@ impl<'m> App<'m> {
         let mut told = None;
         let mut record = Record::new();
         let mut unread = false;
+        let (mut kept, mut other_unit) = (Kept::default(), false);
         match stored {
             Some(Ok(Some(stored))) => {
                 told = decode(&stored.record).ok();
+                let life = stored.life;
+                kept = Kept {
+                    generation: Some(stored.generation),
+                    starts: life.starts,
+                    failures: life.failures,
+                    minutes: life.minutes,
+                    erased: life.erased,
+                    damaged: stored.damaged,
+                    passed: stored.passed,
+                };
+                let of = stored.unit.zip(told.as_ref().map(unit));
+                other_unit = of.is_some_and(|(of, told)| of != told);
                 unread = told.is_none() && !stored.record.is_empty();
                 if unread {
+                    kept.generation = None;
                     newer = schema(&stored.record).filter(|schema| *schema > SCHEMA);
                 } else {
                     (nets, record) = (stored.nets, stored.record);
+                    unread = stored.damaged;
+                }
+                if other_unit {
+                    nets = Nets::NONE;
                 }
             }
             Some(Err(Newer(version))) => {
@@ -56,6 +77,9 @@ impl<'m> App<'m> {
         };
         let stored = !record.is_empty();
         // built where it will be: it is too large to be on the stack twice
-        App::of(config, Server::new(record, stored), learner)
+        let mut app = App::of(config, Server::new(record, stored), learner);
+        app.server.kept = kept;
+        app.flow.flag(fault::WEIGHTS, other_unit);
+        app
     }
 }

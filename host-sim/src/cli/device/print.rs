@@ -1,6 +1,6 @@
 //! What `host-sim device` prints for a person.
 
-use crate::device::{Antenna, Event, Info, Learner, LineInfo, Memory, Status};
+use crate::device::{Antenna, Event, Info, Kept, Learner, LineInfo, Memory, Status};
 use std::fmt::Write;
 
 /// Prints what a device is.
@@ -50,6 +50,7 @@ fn teachers(info: &Info) -> String {
     }
     learner_lines(&mut text, &info.learner);
     text.push_str(&memory_line(&info.memory));
+    text.push_str(&store_line(&info.store));
     if let Some(antenna) = &info.antenna {
         antenna_line(&mut text, antenna);
     }
@@ -76,6 +77,34 @@ fn memory_line(memory: &Memory) -> String {
         text.push_str(
             "MEMORY         of another sensor or other inputs was found and is not used; remedy: \
              give the serial and [networks] that it was learnt with, or let the device learn anew\n",
+        );
+    }
+    text
+}
+
+/// What the device found in its store.
+fn store_line(kept: &Kept) -> String {
+    let Some(number) = kept.record else {
+        return "store          nothing that is used\n".to_owned();
+    };
+    let [first, second] = kept.erased;
+    let mut text = format!(
+        "store          record {number}; until then {} start(s), {} after a failure, {:.1} h, slots \
+         erased {first} and {second} times\n",
+        kept.starts, kept.failures, kept.hours
+    );
+    if kept.damaged {
+        text.push_str(
+            "STORE          a newer record is damaged, and the one before is in use; remedy: look at \
+             weights and configuration, then host-sim device store\n",
+        );
+    }
+    if kept.passed > 0 {
+        let _ = writeln!(
+            text,
+            "STORE          {} newer record(s) passed over, because the device failed with them; \
+             remedy: configure and store anew",
+            kept.passed
         );
     }
     text
