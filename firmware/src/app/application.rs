@@ -6,6 +6,7 @@ mod links;
 mod power_on;
 mod sensor;
 mod service;
+mod sound;
 
 use super::config::Config;
 use super::flow::{BoardLearner, Flow, configure, count};
@@ -65,6 +66,10 @@ pub struct App<'m> {
     frames_seen: u32,
     /// Bytes in which no format was found.
     undetected: u32,
+    /// Seconds, modulo 256.
+    seconds: u8,
+    /// The configuration in use follows from its record: see [`sound`].
+    as_told: bool,
     /// The sensor was asked for its service mode.
     service: Option<Service>,
 }
@@ -88,7 +93,7 @@ impl<'m> App<'m> {
             configure(*learner, &config);
         }
         let (lines, receiver) = (config.lines(), config.receiver());
-        App {
+        let mut app = App {
             machine: Machine::new(),
             framer: Framer::new(config.format.unwrap_or(ImuFormat::Stim300)),
             detector: Detector::new(),
@@ -106,8 +111,12 @@ impl<'m> App<'m> {
             frameless_us: 0,
             frames_seen: 0,
             undetected: 0,
+            seconds: 0,
+            as_told: false,
             service: None,
-        }
+        };
+        app.note_told();
+        app
     }
 
     /// State of the state machine.
@@ -281,6 +290,13 @@ impl<'m> App<'m> {
         let now = clock.now_us();
         if self.flow.load.look(now, clock) {
             self.look_for_frames(now);
+            self.scrub(&mut lines.navigation, now);
+        }
+        if !self.framer.is_sound() {
+            // a bit of its memory has flipped: what it holds is lost
+            self.framer.restart(self.framer.format());
+            self.flow.gap();
+            self.flow.mended();
         }
         if self.machine.phase() == Phase::Start {
             self.start(now);

@@ -92,6 +92,29 @@ impl Config {
         }
     }
 
+    /// Whether what follows from what was told is as in `made`. Networks, store and board do not
+    /// follow from it, nor does what a sensor tells by itself.
+    #[must_use]
+    pub fn follows(&self, made: &Config) -> bool {
+        let correction = |config: &Config| {
+            let Config {
+                block,
+                limit,
+                slew,
+                speed,
+                activation,
+                silence_us,
+                mark,
+                configured,
+                ..
+            } = *config;
+            (
+                block, limit, slew, speed, activation, silence_us, mark, configured,
+            )
+        };
+        correction(self) == correction(made)
+    }
+
     /// How the serial lines are.
     #[must_use]
     pub fn lines(&self) -> SerialLines {

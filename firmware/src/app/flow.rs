@@ -8,11 +8,12 @@ mod learning;
 mod make;
 mod memory;
 mod plausible;
+mod sound;
 mod still;
 
 use super::config::Config;
 use super::load::Load;
-use crate::compensator::{Block, Compensator, State};
+use crate::compensator::{Block, Compensator, State, of_nets};
 use crate::control::{Alignment, Mode};
 use crate::learn::{Learner, Settings};
 use crate::link::Line;
@@ -54,6 +55,8 @@ pub(super) struct Flow<'m> {
     latitude: Option<f64>,
     pub load: Load,
     pub config: Config,
+    /// Check of its networks.
+    nets_sum: u32,
     pub mode: Mode,
     pub alignment: Option<Alignment>,
     pub counters: Counters,
@@ -127,6 +130,7 @@ impl<'m> Flow<'m> {
             load: Load::default(),
             plausibility: Plausibility::new(config.told.as_ref().map(plausibility::Told::of)),
             disagrees: false,
+            nets_sum: of_nets(&config.nets),
             config,
             alignment: None,
             counters: Counters::default(),

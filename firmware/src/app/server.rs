@@ -340,6 +340,7 @@ pub(super) fn faults(flow: &Flow, machine: &Machine) -> u32 {
 pub(super) fn counters(flow: &Flow, machine: &Machine) -> Counters {
     Counters {
         given_up: flow.blocks().0,
+        mended: flow.times_mended(),
         entered: machine.entered(),
         ..flow.counters
     }

@@ -25,7 +25,7 @@ pub(super) fn compensator(
         config.limit,
     );
     made.ok().map(|mut compensator| {
-        compensator.slew = slew;
+        compensator.set_slew(slew);
         if let Some(told) = &config.told {
             compensator.set_inputs(told.inputs);
         }

@@ -15,6 +15,7 @@ impl Compensator {
     pub fn set_inputs(&mut self, inputs: Inputs) {
         self.inputs = inputs;
         self.vibrates = inputs.as_flattened().contains(&Source::Vibration);
+        self.seal();
     }
 
     /// So many samples are missing: time that the thermometer has to know of.

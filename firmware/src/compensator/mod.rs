@@ -8,6 +8,7 @@
 mod driven;
 mod outlet;
 mod remainder;
+mod sound;
 
 use crate::inputs::{Inputs, OWN, Sources, Thermometer, Vibration};
 use crate::model::Nets;
@@ -17,6 +18,7 @@ use outlet::{Outlet, per_error, positive};
 use serde::{Deserialize, Serialize};
 
 pub use outlet::OUTLETS;
+pub use sound::of_nets;
 
 /// Largest correction, per axis.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -61,12 +63,10 @@ impl core::error::Error for ConfigError {}
 #[derive(Debug, Clone)]
 pub struct Compensator {
     /// Gyro network: its [`Compensator::inputs`] in, rate error in rad/s out.
-    pub gyro: Net,
+    gyro: Net,
     /// Accelerometer network: its inputs in, the specific force's error in m/s2 out.
-    pub accel: Net,
-    /// Fastest change of the correction, rad/s per s and m/s2 per s. `None` before the alignment:
-    /// the correction then changes at once.
-    pub slew: Option<Limit>,
+    accel: Net,
+    slew: Option<Limit>,
     inputs: Inputs,
     /// An input asks for the vibration.
     vibrates: bool,
@@ -79,6 +79,8 @@ pub struct Compensator {
     counts_per_error: [[f32; 2]; OUTLETS],
     /// Outlets in use: those up to the last one that was set, at least outlet 0.
     outlets: usize,
+    /// Check of all above: see [`sound`].
+    sum: u32,
 }
 
 /// What changes from sample to sample.
@@ -93,6 +95,7 @@ pub struct State {
     thermometer: Thermometer,
     vibration: Vibration,
     estimate: [[f32; 3]; 2], // rad/s and m/s2, in force
+    estimate_sum: u32,
     outlets: [Outlet; OUTLETS],
     /// The correction goes to zero, as fast as `slew` lets it, whatever the networks' output.
     pub off: bool,
@@ -104,6 +107,11 @@ pub struct State {
     pub clipped: u32,
     /// Blocks given up since start: see [`Compensator::give_up_block`].
     pub given_up: u32,
+    /// Times memory was found changed by nobody, and was mended, since start.
+    pub mended: u32,
+    /// The compensator itself was found changed and must be made anew. Until then the correction
+    /// stays as it is.
+    pub unsound: bool,
 }
 
 impl State {
@@ -179,7 +187,7 @@ impl Compensator {
             return Err(ConfigError::Limit);
         }
         let block_s = sample_period_s * f64::from(block_samples);
-        Ok(Self {
+        let mut made = Self {
             gyro,
             accel,
             inputs: OWN,
@@ -195,7 +203,30 @@ impl Compensator {
             input_per_count: [(lsb.rad / block_s) as f32, (lsb.mps / block_s) as f32],
             counts_per_error: [per_error(lsb, sample_period_s); OUTLETS],
             outlets: 1,
-        })
+            sum: 0,
+        };
+        made.seal();
+        Ok(made)
+    }
+
+    /// Fastest change of the correction, rad/s per s and m/s2 per s. `None` before the alignment:
+    /// the correction then changes at once.
+    pub fn slew(&self) -> Option<Limit> {
+        self.slew
+    }
+
+    /// From now on the correction changes no faster than this.
+    pub fn set_slew(&mut self, slew: Option<Limit>) {
+        self.slew = slew;
+        self.seal();
+    }
+
+    /// The networks.
+    pub fn nets(&self) -> Nets {
+        Nets {
+            gyro: self.gyro,
+            accel: self.accel,
+        }
     }
 
     /// Scale and timing of the samples.
@@ -252,14 +283,13 @@ impl Compensator {
         if self.vibrates {
             state.vibration.add(state.samples == 0, sample);
         }
-        let per_sum = match sample {
+        match sample {
             RawSample::Counts { gyro, accel } => {
                 for (sum, counts) in state.sum.iter_mut().zip([gyro, accel]) {
                     for (s, c) in sum.iter_mut().zip(counts) {
                         *s = s.wrapping_add(i64::from(*c)); // no more than 2^16 of 32 bits
                     }
                 }
-                1.0
             }
             RawSample::Floats { gyro, accel } => {
                 for (sum, floats) in state.sum.iter_mut().zip([gyro, accel]) {
@@ -268,16 +298,28 @@ impl Compensator {
                         *s = s.saturating_add((f * FLOAT_STEPS) as i64);
                     }
                 }
-                1.0 / FLOAT_STEPS
             }
-        };
+        }
         state.samples += 1;
-        (state.samples >= self.scale.block_samples).then(|| self.end_block(state, per_sum))
+        if state.samples < self.scale.block_samples {
+            return None;
+        }
+        state.unsound = !self.is_sound();
+        (!state.unsound).then(|| self.end_block(state, step_of(sample)))
+    }
+
+    /// Ends the block that another compensator, found unsound, could not end; `sample` was its
+    /// last.
+    pub fn end_in_place(&self, state: &mut State, sample: &RawSample) -> Option<Block> {
+        state.unsound = false;
+        let full = state.samples >= self.scale.block_samples;
+        full.then(|| self.end_block(state, step_of(sample)))
     }
 
     /// Other networks with their states. The estimate in force stays until they step.
     pub fn exchange(&mut self, state: &mut State, nets: Nets, states: [NetState; 2]) {
         (self.gyro, self.accel) = (nets.gyro, nets.accel);
+        self.seal();
         state.set_nets(states);
     }
 
@@ -291,6 +333,7 @@ impl Compensator {
     /// Brings an estimate into force at once, within the limit.
     pub fn force(&self, state: &mut State, estimate: &[[f32; 3]; 2]) {
         state.estimate = self.within_limit(*estimate);
+        state.estimate_sum = sound::floats(state.estimate.as_flattened());
         self.make_due(state);
     }
 
@@ -332,6 +375,9 @@ impl Compensator {
 
     /// Moves the estimate to its target, within the slew limit, and computes it per sample.
     fn put_in_force(&self, state: &mut State, target: &[[f32; 3]; 2]) {
+        if !state.is_estimate_sound() {
+            self.mend_estimate(state);
+        }
         let slew = self
             .slew
             .map(|slew| [slew.gyro, slew.accel].map(|s| s * self.block_s));
@@ -345,6 +391,7 @@ impl Compensator {
                 }
             }
         }
+        state.estimate_sum = sound::floats(state.estimate.as_flattened());
         self.make_due(state);
     }
 }
@@ -357,6 +404,14 @@ fn step(net: &Net, state: &mut NetState, input: [f32; 3]) -> Step {
 
 /// Steps of 1.0 in the sums of float samples: 2^40, so that 10^-12 rad still counts.
 const FLOAT_STEPS: f32 = 1_099_511_627_776.0;
+
+/// Counts, or units of a float sample, in a step of the sums.
+fn step_of(sample: &RawSample) -> f32 {
+    match sample {
+        RawSample::Counts { .. } => 1.0,
+        RawSample::Floats { .. } => 1.0 / FLOAT_STEPS,
+    }
+}
 
 /// Limits to `[-limit, limit]`; NaN becomes zero.
 fn clip(x: f32, limit: f32) -> f32 {

@@ -13,10 +13,13 @@ pub const OUTLETS: usize = 4;
 /// What one stream of samples is owed.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Outlet {
-    due: [[i64; 3]; 2], // the estimate in steps of 2^-32 counts per sample
-    due_float: [[f32; 3]; 2],
+    pub(super) due: [[i64; 3]; 2], // the estimate in steps of 2^-32 counts per sample
+    pub(super) due_float: [[f32; 3]; 2],
     remainder: [[i32; 3]; 2], // steps of 2^-32 counts; at most half a count
-    remainder_float: [[f32; 3]; 2],
+    pub(super) remainder_float: [[f32; 3]; 2],
+    /// Checks of what integer and what float samples are corrected by: see [`super::sound`].
+    counts_sum: u32,
+    floats_sum: u32,
 }
 
 impl Compensator {
@@ -43,6 +46,7 @@ impl Compensator {
         let per_error_of = self.counts_per_error.get_mut(outlet);
         *per_error_of.ok_or(ConfigError::Outlet)? = per_error(lsb, sample_period_s);
         self.outlets = self.outlets.max(outlet + 1);
+        self.seal();
         self.make_due(state);
         Ok(())
     }
@@ -52,6 +56,14 @@ impl Compensator {
     /// outlet that does not exist.
     #[inline(always)]
     pub fn correct(&self, state: &mut State, outlet: usize, sample: &mut RawSample) -> Axes {
+        let sound = match (state.outlets.get(outlet), &*sample) {
+            (Some(of), RawSample::Counts { .. }) => of.counts_sum() == of.counts_sum,
+            (Some(of), RawSample::Floats { .. }) => of.floats_sum() == of.floats_sum,
+            (None, _) => return Axes::NONE,
+        };
+        if !sound {
+            self.mend_outlet(state, outlet);
+        }
         let Some(outlet) = state.outlets.get_mut(outlet) else {
             return Axes::NONE;
         };
@@ -68,6 +80,7 @@ impl Compensator {
                 let [left_gyro, left_accel] = &mut outlet.remainder_float;
                 add_float(gyro, due_gyro, left_gyro);
                 add_float(accel, due_accel, left_accel);
+                outlet.floats_sum = outlet.floats_sum();
                 Axes::NONE
             }
         }
@@ -77,13 +90,16 @@ impl Compensator {
     pub(super) fn make_due(&self, state: &mut State) {
         let outlets = state.outlets.iter_mut().zip(self.counts_per_error);
         for (outlet, per_error) in outlets.take(self.outlets) {
-            let due = outlet.due.iter_mut().zip(&mut outlet.due_float);
+            let Outlet { due, due_float, .. } = &mut *outlet;
+            let due = due.iter_mut().zip(due_float);
             let per_sample = state.estimate.iter().zip(per_error);
             for ((due, due_float), (estimate, per_error)) in due.zip(per_sample) {
                 let counts = estimate.map(|e| e * per_error);
                 *due = counts.map(|c| ((c * COUNT) as i64).clamp(-LARGEST, LARGEST));
                 *due_float = counts.map(|c| -c);
             }
+            outlet.counts_sum = outlet.counts_sum();
+            outlet.floats_sum = outlet.floats_sum();
         }
     }
 }

@@ -102,7 +102,7 @@ proptest! {
             Net::new(w, Normalisation::identity())
         });
         let mut c = Compensator::new(nets[0], nets[1], LSB, 0.005, 10, limit).unwrap();
-        c.slew = slow.then_some(Limit { gyro: 1e-6, accel: 1e-3 });
+        c.set_slew(slow.then_some(Limit { gyro: 1e-6, accel: 1e-3 }));
         let mut state = c.power_on(false);
         let most = [limit.gyro, limit.accel].map(f64::from);
         let most = [most[0] * 0.005 / LSB.rad, most[1] * 0.005 / LSB.mps];
@@ -197,6 +197,7 @@ fn networks_forget() {
     let mut c = compensator([0.0; 3], [0.0; 3], 1.0);
     c.gyro = Net::new(weights, c.gyro.normalisation);
     c.accel = c.gyro;
+    c.seal();
     let mut state = State::default();
     let run = |state: &mut State, samples: u32| {
         (0..samples)

@@ -281,6 +281,8 @@ pub struct Counters {
     pub entered: [u32; 3],
     /// Times the sensor was started anew.
     pub restarts: u32,
+    /// Times the device found its memory changed by nobody, and mended it.
+    pub mended: u32,
 }
 
 /// An answer of the device.

@@ -24,6 +24,8 @@ pub const LONGEST: usize = 256;
 
 /// Bytes a framer holds.
 pub const CAPACITY: usize = 2 * LONGEST;
+/// No format has longer messages: a length of 16 bits, and what it does not count.
+const LONGER: usize = (1 << 16) + 64;
 
 /// So many bytes of garbage in a row, without even a damaged frame, are not damage but another
 /// format (or another bit rate): some seventy frames, 0.15 s of a STIM300 at 1 kHz.
@@ -289,6 +291,19 @@ impl<F: Framing> Framer<F> {
     /// The format that it looks for.
     pub fn format(&self) -> F {
         self.finder.format
+    }
+
+    /// Whether what it knows of its bytes can be: after an upset of memory it may not.
+    #[inline(always)]
+    pub fn is_sound(&self) -> bool {
+        let Unread { start, end, .. } = self.bytes;
+        let Finder {
+            needed,
+            usual,
+            long,
+            ..
+        } = self.finder;
+        start <= end && end <= CAPACITY && needed <= LONGEST && usual <= LONGEST && long <= LONGER
     }
 
     /// Bytes that were received and have not left in an event yet.

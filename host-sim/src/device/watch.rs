@@ -284,6 +284,7 @@ fn named(counters: &Counters) -> impl Iterator<Item = (&'static str, u32)> + use
         good_fixes,
         entered: [detections, runs, step_asides],
         restarts,
+        mended,
     } = counters;
     [
         ("frames", frames),
@@ -308,6 +309,7 @@ fn named(counters: &Counters) -> impl Iterator<Item = (&'static str, u32)> + use
         ("runs", runs),
         ("step_asides", step_asides),
         ("sensor_restarts", restarts),
+        ("memory_mended", mended),
     ]
     .into_iter()
 }

@@ -37,6 +37,7 @@ impl App<'_> {
         self.machine = Machine::new();
         self.reverse = Default::default();
         self.use_found();
+        self.note_told();
         self.start(now);
     }
 

@@ -68,6 +68,11 @@ impl Channels {
         *self = Channels::default();
     }
 
+    /// All kinds.
+    pub fn kinds(&self) -> impl Iterator<Item = Kind> {
+        self.list.iter().map(|channel| channel.kind)
+    }
+
     /// Whether no kind is known.
     pub fn is_empty(&self) -> bool {
         self.list.is_empty()

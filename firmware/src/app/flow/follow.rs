@@ -81,11 +81,13 @@ impl Flow<'_> {
         }
         if let Some(block) = compensator.accumulate(state, &reading.sample) {
             self.end_of_block(block);
+        } else if state.unsound {
+            self.make_sound(&reading.sample);
         }
     }
 
     #[inline(never)]
-    fn end_of_block(&mut self, block: Block) {
+    pub(super) fn end_of_block(&mut self, block: Block) {
         count(&mut self.counters.blocks, 1);
         let failed = block.fault.is_some();
         self.flag(fault::NETWORK, failed);
@@ -267,7 +269,7 @@ impl Flow<'_> {
         self.begun = None;
         self.stands = None;
         if let Some(nets) = self.keep.take_next() {
-            self.config.nets = nets;
+            self.take_nets(nets);
         }
         (self.last, self.still) = (Last::default(), Still::default());
         self.next_drive();

@@ -210,7 +210,7 @@ impl Flow<'_> {
     #[inline(never)]
     pub fn commit_learnt(&mut self) -> Result<(), Reason> {
         let (nets, states) = self.learnt().ok_or(Reason::NotAvailable)?;
-        self.config.nets = nets;
+        self.take_nets(nets);
         self.keep.forget_next();
         self.flag(fault::WEIGHTS, false);
         self.failures = 0;

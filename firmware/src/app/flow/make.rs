@@ -121,7 +121,7 @@ impl Flow<'_> {
             if let (true, Some(in_force)) = (held, &in_force) {
                 compensator.force(&mut state, in_force);
             }
-            compensator.slew = slew;
+            compensator.set_slew(slew);
             Some(Correction { compensator, state })
         });
     }
@@ -169,7 +169,7 @@ impl Flow<'_> {
         match &mut self.correction {
             Some(Correction { compensator, state }) if fade && !zero(state) => {
                 state.off = off;
-                compensator.slew = Some(self.config.slew);
+                compensator.set_slew(Some(self.config.slew));
                 if core::mem::take(&mut self.learner_nets) {
                     compensator.exchange(state, self.config.nets, Default::default());
                 }
@@ -207,7 +207,7 @@ impl Flow<'_> {
             self.arrive();
         }
         if let Some(correction) = &mut self.correction {
-            correction.compensator.slew = Some(self.config.slew);
+            correction.compensator.set_slew(Some(self.config.slew));
         }
     }
 
@@ -245,7 +245,7 @@ impl Flow<'_> {
     /// Whether the networks have failed for too long, and the correction has gone.
     pub fn has_failed(&self) -> bool {
         let gone =
-            |c: &Correction| c.compensator.slew.is_none() || c.state.estimate() == [[0.0; 3]; 2];
+            |c: &Correction| c.compensator.slew().is_none() || c.state.estimate() == [[0.0; 3]; 2];
         self.failures >= FAILURES && self.correction.as_ref().is_none_or(gone)
     }
 
@@ -253,7 +253,7 @@ impl Flow<'_> {
     /// is held until they have stepped.
     #[inline(never)]
     pub fn set_nets(&mut self, nets: Nets) {
-        self.config.nets = nets;
+        self.take_nets(nets);
         self.keep.forget_next();
         self.flag(fault::WEIGHTS, false);
         self.failures = 0;
@@ -283,8 +283,10 @@ impl Flow<'_> {
     /// Keeps a state's counters before it is dropped.
     fn keep_count(&mut self) {
         (self.counters.given_up, self.clipped) = self.blocks();
+        self.counters.mended = self.times_mended();
         if let Some(correction) = &mut self.correction {
             correction.state.given_up = 0;
+            correction.state.mended = 0;
             correction.state.clipped = 0;
         }
     }

@@ -94,7 +94,7 @@ impl Flow<'_> {
             }
             compensator.give_up_block(state);
             state.off = off;
-            if aside && compensator.slew.is_none() {
+            if aside && compensator.slew().is_none() {
                 compensator.force(state, &[[0.0; 3]; 2]);
             }
         }

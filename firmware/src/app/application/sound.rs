@@ -1,0 +1,54 @@
+//! Once a second: whether what the device was told is still what it works by.
+
+use super::App;
+use crate::app::config::Config;
+use crate::configuration::record::{self, Record, decode};
+use crate::link::Line;
+
+impl App<'_> {
+    /// Looks at networks and configuration in turn. A configuration that no longer is what its
+    /// record says is taken from there anew; a record that cannot be read any more is written
+    /// anew.
+    #[inline(never)]
+    pub(super) fn scrub(&mut self, out: &mut impl Line, now: u64) {
+        self.flow.scrub();
+        self.seconds = self.seconds.wrapping_add(1);
+        let due = self.as_told && self.seconds.is_multiple_of(CONFIGURATION_S);
+        if !due || self.is_as_told() {
+            return;
+        }
+        self.flow.mended();
+        if decode(&self.server.record).is_ok() {
+            let counters = self.flow.counters;
+            self.begin_anew(out, now);
+            self.flow.counters = counters;
+        } else if let Some(record) = self.encoded() {
+            self.server.record = record;
+        }
+    }
+
+    #[inline(never)]
+    fn encoded(&self) -> Option<Record> {
+        self.flow.config.told.as_ref().map(record::encode)
+    }
+
+    /// A configuration has come into use. One that was changed by hand, as a test may do, is not
+    /// looked at later.
+    pub(super) fn note_told(&mut self) {
+        self.as_told = self.is_as_told();
+    }
+
+    /// Record, configuration and what follows from it agree.
+    #[inline(never)]
+    fn is_as_told(&self) -> bool {
+        let config = &self.flow.config;
+        let Some(told) = &config.told else {
+            return self.server.record.is_empty();
+        };
+        decode(&self.server.record).is_ok_and(|of_record| of_record == *told)
+            && config.follows(&Config::of(told))
+    }
+}
+
+/// The configuration is looked at once in so many seconds.
+const CONFIGURATION_S: u8 = 4;

@@ -1,0 +1,332 @@
+//! Checks of memory: whether what corrects the samples is still what was put there.
+//!
+//! A bit that flips in memory must not become a correction beyond the limit. So what is constant
+//! carries the exclusive or of its words, which any single bit changes. It costs an instruction or
+//! two a word: what a sample is corrected by is looked at with each sample, all else at the end of
+//! a block, before it is used.
+
+use super::outlet::Outlet;
+use super::{Compensator, State};
+use crate::model::Nets;
+use lrnn_nostd::Net;
+
+/// Exclusive or of the words of floats.
+pub(super) fn floats(values: &[f32]) -> u32 {
+    values.iter().fold(0, |sum, value| sum ^ value.to_bits())
+}
+
+/// Of the words of 64 bits.
+fn wide(words: impl IntoIterator<Item = u64>) -> u32 {
+    let sum = words.into_iter().fold(0, |sum, word| sum ^ word);
+    (sum >> 32) as u32 ^ sum as u32
+}
+
+fn of_net(net: &Net) -> u32 {
+    let scales = &net.normalisation;
+    let weights = net.weights.iter();
+    weights.fold(0, |sum, weight| sum ^ weight.to_bits())
+        ^ floats(&scales.input_offset)
+        ^ floats(&scales.input_scale)
+        ^ floats(&scales.output_scale)
+}
+
+/// A check of both networks. The second one's is turned, so that equal networks do not cancel.
+#[inline(never)]
+pub fn of_nets(nets: &Nets) -> u32 {
+    of_net(&nets.gyro) ^ of_net(&nets.accel).rotate_left(1)
+}
+
+impl Outlet {
+    /// Of what integer samples are corrected by.
+    #[inline(always)]
+    pub(super) fn counts_sum(&self) -> u32 {
+        wide(self.due.as_flattened().iter().map(|due| *due as u64))
+    }
+
+    /// Of what float samples are corrected by, with what is carried over.
+    #[inline(always)]
+    pub(super) fn floats_sum(&self) -> u32 {
+        floats(self.due_float.as_flattened()) ^ floats(self.remainder_float.as_flattened())
+    }
+}
+
+impl State {
+    /// The estimate is as it was put in force.
+    pub(super) fn is_estimate_sound(&self) -> bool {
+        floats(self.estimate.as_flattened()) == self.estimate_sum
+    }
+}
+
+impl Compensator {
+    /// To be called after every change of what [`Compensator::is_sound`] looks at.
+    pub(super) fn seal(&mut self) {
+        self.sum = self.constants_sum();
+    }
+
+    /// Whether nothing has changed but by the functions of this type.
+    #[must_use]
+    pub fn is_sound(&self) -> bool {
+        self.sum == self.constants_sum()
+    }
+
+    #[inline(never)]
+    fn constants_sum(&self) -> u32 {
+        let Self {
+            gyro,
+            accel,
+            slew,
+            inputs,
+            vibrates,
+            scale,
+            block_s,
+            limit,
+            input_per_count,
+            counts_per_error,
+            outlets,
+            sum: _,
+        } = self;
+        let slewed = slew.map_or(1, |slew| floats(&[slew.gyro, slew.accel]));
+        let timing = wide([
+            scale.lsb.rad.to_bits(),
+            scale.lsb.mps.to_bits(),
+            scale.period_s.to_bits(),
+            u64::from(scale.block_samples),
+        ]);
+        let sources = inputs.as_flattened().iter();
+        let sources = sources.fold(0u32, |sum, source| sum.rotate_left(5) ^ *source as u32);
+        let small = sources ^ u32::from(*vibrates).rotate_left(31) ^ (*outlets as u32) << 28;
+        of_net(gyro)
+            ^ of_net(accel).rotate_left(1)
+            ^ slewed.rotate_left(2)
+            ^ timing
+            ^ small
+            ^ floats(&[*block_s, limit.gyro, limit.accel])
+            ^ floats(input_per_count)
+            ^ floats(counts_per_error.as_flattened())
+    }
+
+    /// The estimate in force is no longer what was put there. What the first outlet subtracts still
+    /// tells it.
+    #[cold]
+    #[inline(never)]
+    pub(super) fn mend_estimate(&self, state: &mut State) {
+        let [first, ..] = &state.outlets;
+        let [per_error, ..] = self.counts_per_error;
+        let told = state.estimate.iter_mut().zip(&first.due_float);
+        for ((estimate, due), per_error) in told.zip(per_error) {
+            *estimate = due.map(|counts| -counts / per_error);
+        }
+        state.estimate = self.within_limit(state.estimate);
+        state.estimate_sum = floats(state.estimate.as_flattened());
+        state.mended = state.mended.saturating_add(1);
+    }
+
+    /// What an outlet subtracts is no longer what was put there: it is made anew from the estimate.
+    #[cold]
+    #[inline(never)]
+    pub(super) fn mend_outlet(&self, state: &mut State, outlet: usize) {
+        if let Some(outlet) = state.outlets.get_mut(outlet) {
+            *outlet = Outlet::default();
+        }
+        if !state.is_estimate_sound() || !self.is_sound() {
+            // a second upset at the same time: no correction rather than a wrong one
+            state.estimate = [[0.0; 3]; 2];
+            state.estimate_sum = 0;
+        }
+        state.mended = state.mended.saturating_add(1);
+        self.make_due(state);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::compensator::{Block, Limit};
+    use crate::sample::{Lsb, RawSample};
+    use lrnn_nostd::{Normalisation, Weights};
+    use std::vec::Vec;
+
+    const LIMIT: f32 = 2e-3;
+    const LSB: Lsb = Lsb {
+        rad: 5e-7,
+        mps: 5e-7,
+    };
+    const PERIOD: f64 = 0.01;
+    const BLOCK: u16 = 10;
+
+    fn compensator() -> Compensator {
+        let weights = Weights::from_fn(|index| ((index * 37 + 11) % 129) as f32 / 128.0 - 0.5);
+        let net = Net::new(
+            weights,
+            Normalisation {
+                input_offset: [0.01; 3],
+                input_scale: [2.0; 3],
+                output_scale: [1e-3; 3],
+            },
+        );
+        let limit = Limit {
+            gyro: LIMIT,
+            accel: LIMIT,
+        };
+        let mut made = Compensator::new(net, net, LSB, PERIOD, BLOCK, limit).expect("in range");
+        let slew = Limit {
+            gyro: 1e-3,
+            accel: 1e-3,
+        };
+        made.set_slew(Some(slew));
+        made
+    }
+
+    fn sample(number: i32, floats: bool) -> RawSample {
+        let value = |k: i32| (number * 37 + k * 11) % 101 - 50;
+        if floats {
+            RawSample::Floats {
+                gyro: [0, 1, 2].map(|k| value(k) as f32 * 1e-6),
+                accel: [3, 4, 5].map(|k| value(k) as f32 * 1e-2),
+            }
+        } else {
+            RawSample::Counts {
+                gyro: [0, 1, 2].map(value),
+                accel: [3, 4, 5].map(value),
+            }
+        }
+    }
+
+    /// Difference of two samples' values.
+    fn off(a: &RawSample, b: &RawSample) -> f64 {
+        let values = |sample: &RawSample| match sample {
+            RawSample::Counts { gyro, accel } => [*gyro, *accel]
+                .as_flattened()
+                .iter()
+                .map(|v| f64::from(*v))
+                .collect(),
+            RawSample::Floats { gyro, accel } => {
+                let all = [*gyro, *accel];
+                let all = all.as_flattened().iter();
+                all.map(|v| f64::from(*v)).collect::<Vec<_>>()
+            }
+        };
+        let pairs = values(a).into_iter().zip(values(b));
+        pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
+    }
+
+    fn step(
+        made: &Compensator,
+        state: &mut State,
+        sample: &RawSample,
+    ) -> (RawSample, Option<Block>) {
+        let mut out = *sample;
+        made.correct(state, 0, &mut out);
+        (out, made.accumulate(state, sample))
+    }
+
+    /// Any bit of what a sample is corrected by flips in the middle of a block: no value is off by
+    /// more than the limit, and later the correction is what it would have been.
+    #[test]
+    fn any_bit_of_what_is_subtracted() {
+        let made = compensator();
+        for floats in [false, true] {
+            let mut middle = made.power_on(false);
+            for number in 0..45 {
+                step(&made, &mut middle, &sample(number, floats));
+            }
+            let bound = f64::from(LIMIT) * PERIOD / LSB.rad + 1.0;
+            for bit in 0..(6 * 32 + 6 * 64 + 6 * 32 + 6 * 32) {
+                let (mut state, mut other) = (middle.clone(), middle.clone());
+                flip(&mut state, bit);
+                for number in 45..200 {
+                    let sample = sample(number, floats);
+                    let (out, _) = step(&made, &mut state, &sample);
+                    let (without, _) = step(&made, &mut other, &sample);
+                    assert!(
+                        off(&out, &sample) <= bound,
+                        "{floats} {bit}: {out:?} {sample:?}"
+                    );
+                    let late = off(&out, &without);
+                    assert!(number < 100 || late <= 1.0, "{floats} {bit}: {late}");
+                }
+                assert_eq!(state.estimate(), other.estimate(), "{floats} {bit}");
+            }
+        }
+    }
+
+    fn flip(state: &mut State, bit: usize) {
+        let float =
+            |value: &mut f32, bit: usize| *value = f32::from_bits(value.to_bits() ^ 1 << bit);
+        let outlet = &mut state.outlets[0];
+        match bit {
+            0..192 => float(&mut state.estimate.as_flattened_mut()[bit / 32], bit % 32),
+            192..576 => outlet.due.as_flattened_mut()[(bit - 192) / 64] ^= 1 << (bit % 64),
+            576..768 => {
+                float(
+                    &mut outlet.due_float.as_flattened_mut()[(bit - 576) / 32],
+                    bit % 32,
+                );
+            }
+            _ => {
+                let left = outlet.remainder_float.as_flattened_mut();
+                float(&mut left[(bit - 768) / 32], bit % 32);
+            }
+        }
+    }
+
+    /// Any bit of the constants flips: the block does not end, nothing changes, and another
+    /// compensator ends it as if nothing had been.
+    #[test]
+    fn any_bit_of_the_constants() {
+        let made = compensator();
+        let mut middle = made.power_on(false);
+        for number in 0..45 {
+            step(&made, &mut middle, &sample(number, false));
+        }
+        let mut tried = 0;
+        let mut with = |change: &dyn Fn(&mut Compensator)| {
+            let mut upset = made.clone();
+            change(&mut upset);
+            assert!(made.is_sound() && !upset.is_sound());
+            let (mut state, mut other) = (middle.clone(), middle.clone());
+            for number in 45..50 {
+                let sample = sample(number, false);
+                let (out, block) = step(&upset, &mut state, &sample);
+                let (without, ended) = step(&made, &mut other, &sample);
+                assert_eq!(out, without);
+                assert_eq!((block.is_some(), state.unsound), (false, number == 49));
+                if state.unsound {
+                    assert_eq!(made.end_in_place(&mut state, &sample), ended);
+                }
+            }
+            assert_eq!(state.estimate(), other.estimate());
+            tried += 1;
+        };
+        for bit in 0..32 {
+            let flip = |value: &mut f32| *value = f32::from_bits(value.to_bits() ^ 1 << bit);
+            for weight in 0..63 {
+                let nth = |net: &mut Net| {
+                    net.weights
+                        .iter_mut()
+                        .nth(weight)
+                        .into_iter()
+                        .for_each(flip)
+                };
+                with(&|upset| nth(&mut upset.gyro));
+                with(&|upset| nth(&mut upset.accel));
+            }
+            for k in 0..3 {
+                with(&|upset| flip(&mut upset.gyro.normalisation.output_scale[k]));
+                with(&|upset| flip(&mut upset.accel.normalisation.input_offset[k]));
+                with(&|upset| flip(&mut upset.gyro.normalisation.input_scale[k]));
+            }
+            with(&|upset| flip(&mut upset.limit.gyro));
+            with(&|upset| flip(&mut upset.limit.accel));
+            with(&|upset| upset.slew.iter_mut().for_each(|slew| flip(&mut slew.gyro)));
+            with(&|upset| flip(&mut upset.block_s));
+            with(&|upset| flip(&mut upset.input_per_count[1]));
+            with(&|upset| flip(&mut upset.counts_per_error[3][0]));
+            with(&|upset| upset.outlets ^= 1 << (bit % 4));
+            with(&|upset| {
+                upset.scale.period_s = f64::from_bits(upset.scale.period_s.to_bits() ^ 1 << bit);
+            });
+        }
+        assert_eq!(tried, 32 * (2 * 63 + 9 + 8));
+    }
+}

@@ -1,0 +1,105 @@
+//! The trials, in a process that may end at any of them.
+
+use crate::device::{Device, Scenario, told};
+use crate::judge::{Judge, Verdict};
+use anyhow::{Context, Result, ensure};
+use std::io::Write;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::process;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::thread;
+use std::time::Duration;
+
+/// Exit code when a trial did not end.
+pub const HANGS: i32 = 97;
+/// Exit code when the process is no longer sound.
+pub const UNSOUND: i32 = 98;
+
+/// A trial that takes longer does not end.
+const PATIENCE: Duration = Duration::from_secs(10);
+/// After so many trials it is looked whether the process is still sound.
+const CHECK: usize = 200;
+
+/// Trials: from which on, and which.
+#[derive(Clone, Copy, Debug)]
+pub struct Trials {
+    /// What the device does.
+    pub scenario: Scenario,
+    /// Seconds after each flip.
+    pub seconds: u32,
+    /// The first bit, counted over all regions.
+    pub from: usize,
+    /// Every so manyth bit.
+    pub every: usize,
+}
+
+/// Runs them. Writes the number of bits of each region, then `> BIT` before and `= LETTER` after
+/// each trial.
+///
+/// # Errors
+/// The device does not come to what is to be tried; the output is closed.
+pub fn run(trials: Trials) -> Result<()> {
+    let mut device = Device::driven(trials.scenario, trials.seconds)?;
+    let without = device.trial(None);
+    ensure!(device.trial(None) == without, "a trial leaves traces");
+    let told = told(trials.scenario);
+    let judge = Judge::new(trials.scenario, &told, without.clone()).context("no such stream")?;
+    let idle = judge.judge(device.came(), &without);
+    ensure!(idle == Verdict::Same, "without an upset: {idle:?}");
+    let mut out = std::io::stdout().lock();
+    for region in &device.regions {
+        writeln!(out, "region {} {}", region.bits(), region.name)?;
+    }
+    watch();
+    std::panic::set_hook(Box::new(|_| {}));
+    let all: usize = device.regions.iter().map(|region| region.bits()).sum();
+    for (count, bit) in (trials.from..all).step_by(trials.every).enumerate() {
+        TURN.fetch_add(1, Ordering::Relaxed);
+        writeln!(out, "> {bit}")?;
+        out.flush()?;
+        let place = place(&device, bit).context("no such bit")?;
+        let left = catch_unwind(AssertUnwindSafe(|| device.trial(Some(place))));
+        let verdict = match left {
+            Ok(left) => judge.judge(device.came(), &left),
+            Err(_) => {
+                device.put_back();
+                Verdict::Check
+            }
+        };
+        writeln!(out, "= {}", verdict.letter())?;
+        if count % CHECK == CHECK - 1 && device.trial(None) != without {
+            out.flush()?;
+            process::exit(UNSOUND);
+        }
+    }
+    Ok(out.flush()?)
+}
+
+/// Region and bit in it.
+fn place(device: &Device, bit: usize) -> Option<(usize, usize)> {
+    let mut left = bit;
+    for (number, region) in device.regions.iter().enumerate() {
+        if left < region.bits() {
+            return Some((number, left));
+        }
+        left -= region.bits();
+    }
+    None
+}
+
+static TURN: AtomicU64 = AtomicU64::new(0);
+
+/// Ends the process when a trial does not end.
+fn watch() {
+    thread::spawn(|| {
+        let mut seen = TURN.load(Ordering::Relaxed);
+        loop {
+            thread::sleep(PATIENCE);
+            let now = TURN.load(Ordering::Relaxed);
+            if now == seen {
+                process::exit(HANGS);
+            }
+            seen = now;
+        }
+    });
+}

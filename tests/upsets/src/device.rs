@@ -1,0 +1,228 @@
+//! A device in the middle of a drive.
+
+use crate::memory::Region;
+use anyhow::{Context, Result, ensure};
+use clap::ValueEnum;
+use firmware::app::{App, Config, Lines};
+use firmware::configuration::{Activation, Configuration, Sensor};
+use firmware::control::Mode;
+use firmware::learn::{CombinedLearner, FixLearner, FixMemory, Settings, WindowLearner};
+use firmware::link::{Clock, Full, Line, Lost, NoLine};
+use firmware::wire::{ImuFormat, Settings as Told};
+use host_sim::hil::{Input, Record, drive_told, networks};
+use host_sim::simulator::imu::ImuSpec;
+
+/// What the device does meanwhile.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Scenario {
+    /// It passes samples.
+    Bypass,
+    /// It corrects by two networks.
+    Frozen,
+    /// It learns from fixes and corrects by what it has learnt.
+    Learn,
+}
+
+/// Length of a drive before the first flip, s.
+const LEAD_S: u32 = 1500;
+/// At rest at its beginning, s.
+const STANDS_S: u32 = 120;
+
+/// A line in memory.
+#[derive(Debug, Default)]
+struct Wire {
+    received: std::collections::VecDeque<u8>,
+    sent: Vec<Vec<u8>>,
+}
+
+impl Line for Wire {
+    fn receive(&mut self, buffer: &mut [u8]) -> Result<usize, Lost> {
+        let len = buffer.len().min(self.received.len());
+        for (place, byte) in buffer.iter_mut().zip(self.received.drain(..len)) {
+            *place = byte;
+        }
+        Ok(len)
+    }
+
+    fn send(&mut self, message: &[u8]) -> Result<(), Full> {
+        self.sent.push(message.to_vec());
+        Ok(())
+    }
+}
+
+#[derive(Debug)]
+struct Now(u64);
+
+impl Clock for Now {
+    fn now_us(&self) -> u64 {
+        self.0
+    }
+}
+
+/// What left the device in a trial.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Left {
+    /// What went to the navigation computer after each frame of the sensor.
+    pub after: Vec<Vec<u8>>,
+    /// Faults that the device tells in the end.
+    pub faults: u32,
+    /// Times it mended its memory.
+    pub mended: u32,
+}
+
+/// A device, its lines and its drive.
+pub struct Device {
+    app: *mut App<'static>,
+    lines: Lines<Wire, Wire, NoLine, Wire>,
+    now: Now,
+    /// What comes after the lead.
+    rest: Vec<Record>,
+    /// What may be flipped.
+    pub regions: Vec<Region>,
+    before: Vec<Vec<u8>>,
+    before_us: u64,
+}
+
+/// The unit: a STIM300 as it is delivered.
+#[must_use]
+pub fn told(scenario: Scenario) -> Configuration {
+    let format = ImuFormat::Stim300;
+    let mut wire = Told::DEFAULT;
+    (format.simulated()[0].settings)(&mut wire);
+    let mut told = Configuration {
+        sensor: Some(Sensor::Stream(format.settings(&wire))),
+        rate: f64::from(format.simulated()[0].rate),
+        ..Configuration::default()
+    };
+    told.identity.serial = "N25581".try_into().unwrap_or_default();
+    told.correction.mode = match scenario {
+        Scenario::Bypass => Mode::Bypass,
+        Scenario::Frozen => Mode::Frozen,
+        Scenario::Learn => Mode::Learn,
+    };
+    told.correction.activation = Activation::Faded;
+    told.correction.mark = false; // so that nothing but values may change
+    told
+}
+
+impl Device {
+    /// Drives until samples are corrected, and keeps the memory; `seconds` more are to come.
+    ///
+    /// # Errors
+    /// The drive cannot be simulated, or the device does not come to what is to be tried.
+    pub fn driven(scenario: Scenario, seconds: u32) -> Result<Device> {
+        let told = told(scenario);
+        let errors = ImuSpec::preset("medium").context("no such errors")?;
+        let drive = drive_told(
+            &told,
+            ImuFormat::Stim300,
+            &errors,
+            [LEAD_S + seconds, STANDS_S],
+        )?;
+        let memory = Box::into_raw(Box::new(FixMemory::ZEROED));
+        let settings = Settings::MEDIUM;
+        let learner: &'static mut CombinedLearner<'static, _, _> =
+            Box::leak(Box::new(CombinedLearner {
+                references: Box::leak(Box::new(WindowLearner::new())),
+                fixes: FixLearner::new(crate::memory::lent(memory), settings),
+            }));
+        let mut regions = vec![
+            Region::of("learner from fixes", memory),
+            Region::of("learner, frame", &raw mut *learner),
+        ];
+        let mut config = Config::of(&told);
+        config.nets = networks();
+        let app = Box::into_raw(Box::new(App::with_learner(config, Some(learner))));
+        regions.insert(0, Region::of("application", app));
+        let split = drive
+            .records
+            .partition_point(|r| r.at_us < LEAD_S * 1_000_000);
+        let (lead, rest) = drive.records.split_at(split);
+        let mut device = Device {
+            app,
+            lines: Lines {
+                sensor: Wire::default(),
+                navigation: Wire::default(),
+                command: NoLine,
+                gnss: Wire::default(),
+            },
+            now: Now(0),
+            rest: rest.to_vec(),
+            regions,
+            before: Vec::new(),
+            before_us: 0,
+        };
+        let mut changed = 0;
+        for record in lead {
+            let sent = device.take(record);
+            changed += usize::from(record.input == Input::Sensor && sent != record.bytes);
+        }
+        let corrects = scenario != Scenario::Bypass;
+        ensure!(
+            (changed > 1000) == corrects,
+            "{changed} frames were changed: {:?}",
+            crate::memory::lent(app).learning()
+        );
+        let learning = crate::memory::lent(app).learning();
+        ensure!(
+            scenario != Scenario::Learn || learning.navigates,
+            "it does not navigate"
+        );
+        device.before = device.regions.iter().map(Region::copy).collect();
+        device.before_us = device.now.0;
+        Ok(device)
+    }
+
+    /// What came from the sensor in a trial, frame by frame.
+    pub fn came(&self) -> impl Iterator<Item = &[u8]> {
+        let sensor = self
+            .rest
+            .iter()
+            .filter(|record| record.input == Input::Sensor);
+        sensor.map(|record| record.bytes.as_slice())
+    }
+
+    /// A trial: flips a bit of a region, if one is given, drives on, and puts everything back.
+    pub fn trial(&mut self, flip: Option<(usize, usize)>) -> Left {
+        if let Some((region, bit)) = flip {
+            self.regions[region].flip(bit);
+        }
+        let mut left = Left::default();
+        let rest = std::mem::take(&mut self.rest);
+        for record in &rest {
+            let sent = self.take(record);
+            if record.input == Input::Sensor {
+                left.after.push(sent);
+            }
+        }
+        self.rest = rest;
+        let app = crate::memory::lent(self.app);
+        (left.faults, left.mended) = (app.faults(), app.counters().mended);
+        self.put_back();
+        left
+    }
+
+    /// As before the last trial, if it ended early.
+    pub fn put_back(&mut self) {
+        for (region, copy) in self.regions.iter_mut().zip(&self.before) {
+            region.put_back(copy);
+        }
+        self.now.0 = self.before_us;
+        self.lines.sensor = Wire::default();
+        self.lines.navigation = Wire::default();
+        self.lines.gnss = Wire::default();
+    }
+
+    /// Receives a record, and gives what leaves.
+    fn take(&mut self, record: &Record) -> Vec<u8> {
+        self.now.0 = record.at_us.into();
+        match record.input {
+            Input::Sensor => self.lines.sensor.received.extend(&record.bytes),
+            Input::Gnss => self.lines.gnss.received.extend(&record.bytes),
+        }
+        let app = crate::memory::lent(self.app);
+        while app.poll(&mut self.lines, &self.now) {}
+        self.lines.sensor.sent.clear();
+        std::mem::take(&mut self.lines.navigation.sent).concat()
+    }
+}

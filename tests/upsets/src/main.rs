@@ -1,0 +1,112 @@
+//! `cargo run --release -p upsets`: flips bits and prints how it ended.
+
+use anyhow::Result;
+use clap::{Parser, Subcommand, ValueEnum};
+use comfy_table::Table;
+use indicatif::ProgressBar;
+use upsets::child::{self, Trials};
+use upsets::device::Scenario;
+use upsets::judge::Verdict;
+use upsets::parent;
+
+/// Flips bits of a device's memory, one at a time, and judges what leaves it.
+#[derive(Parser)]
+struct Arguments {
+    /// Every so manyth bit; 1: all.
+    #[arg(long, default_value_t = 97)]
+    every: usize,
+    /// Seconds after each flip.
+    #[arg(long, default_value_t = 6)]
+    seconds: u32,
+    /// What the device does; all three without.
+    #[arg(long)]
+    scenario: Option<Scenario>,
+    /// Names the bits that ended so: same, recovered, bounded, raw, lost, silent, fault, hang,
+    /// check, beyond or forged.
+    #[arg(long)]
+    list: Vec<String>,
+    #[command(subcommand)]
+    task: Option<Task>,
+}
+
+#[derive(Subcommand)]
+enum Task {
+    /// The trials themselves, in this process.
+    #[command(hide = true)]
+    Child {
+        scenario: Scenario,
+        seconds: u32,
+        from: usize,
+        every: usize,
+    },
+}
+
+fn main() -> Result<()> {
+    let arguments = Arguments::parse();
+    if let Some(Task::Child {
+        scenario,
+        seconds,
+        from,
+        every,
+    }) = arguments.task
+    {
+        return child::run(Trials {
+            scenario,
+            seconds,
+            from,
+            every,
+        });
+    }
+    let scenarios = arguments
+        .scenario
+        .map_or(Scenario::value_variants().to_vec(), |s| vec![s]);
+    let mut table = Table::new();
+    let mut head = vec![
+        "mode".to_owned(),
+        "memory".into(),
+        "bits".into(),
+        "tried".into(),
+    ];
+    head.extend(Verdict::ALL.map(|verdict| format!("{verdict:?}").to_lowercase()));
+    table.set_header(head);
+    let program = std::env::current_exe()?;
+    for scenario in scenarios {
+        let bar = ProgressBar::new(0);
+        let trials = Trials {
+            scenario,
+            seconds: arguments.seconds,
+            from: 0,
+            every: arguments.every,
+        };
+        let found = parent::run(&program, trials, |done, all| {
+            bar.set_length(all as u64);
+            bar.set_position(done as u64);
+        })?;
+        bar.finish_and_clear();
+        for (number, (name, bits)) in found.regions.iter().enumerate() {
+            let counts = Verdict::ALL.map(|verdict| found.of(number, verdict));
+            let mut row = vec![
+                format!("{scenario:?}").to_lowercase(),
+                name.clone(),
+                bits.to_string(),
+                counts.iter().sum::<usize>().to_string(),
+            ];
+            row.extend(counts.map(|count| count.to_string()));
+            table.add_row(row);
+        }
+        for verdict in Verdict::ALL {
+            let name = format!("{verdict:?}").to_lowercase();
+            if arguments.list.contains(&name) {
+                for (region, bit) in found.bits(verdict) {
+                    println!(
+                        "{scenario:?} {name}: {region}, byte {}, bit {}",
+                        bit / 8,
+                        bit % 8
+                    );
+                }
+            }
+        }
+    }
+    println!("{table}");
+    Ok(())
+}
