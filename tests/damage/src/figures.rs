@@ -2,6 +2,7 @@
 
 use crate::kind::Kind;
 use crate::protocol::Protocol;
+use firmware::wire::framer::LONGEST;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
@@ -61,7 +62,9 @@ impl Figures {
         self.late_frames = self.late_frames.max(other.late_frames);
     }
 
-    /// What these counts break: a CRC lets through more than by chance.
+    /// What these counts break: a CRC lets through more than by chance; an accident costs more than
+    /// two frames, where the checksum has more than 8 bits; a false start holds up what follows it
+    /// for longer than the longest message.
     ///
     /// # Errors
     /// The sentence.
@@ -76,6 +79,12 @@ impl Figures {
             return Err(format!(
                 "{accidents} frames by chance, expected {expected:.1}"
             ));
+        }
+        if protocol.bits() > 8 && self.lost_in_a_row > 2 {
+            return Err(format!("{} frames lost in a row", self.lost_in_a_row));
+        }
+        if self.late_bytes > LONGEST as u64 {
+            return Err(format!("a frame came {} bytes late", self.late_bytes));
         }
         if self.lost + self.found != self.good {
             return Err("lost and found are not all".into());
