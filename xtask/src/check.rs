@@ -20,6 +20,9 @@ pub fn test(fast: bool) -> Result<ExitCode> {
     let mut stages = Stages::new(if fast { 6 } else { 12 });
     stages.run("format, length of comments", || {
         succeed(&mut cargo_with("fmt --all --check"))?;
+        succeed(&mut cargo_with(
+            "fmt --check --manifest-path tests/fuzz/Cargo.toml",
+        ))?;
         comments::check()
     })?;
     if !fast {

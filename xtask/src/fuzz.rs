@@ -76,14 +76,7 @@ fn build(folder: &Path, directory: &Path) -> Result<PathBuf> {
     let host = host()?;
     let mut build = cargo();
     build
-        .args([
-            "build",
-            "--quiet",
-            "--release",
-            "--locked",
-            "--target",
-            &host,
-        ])
+        .args(["build", "--quiet", "--release", "--target", &host])
         .arg("--target-dir")
         .arg(directory)
         .env("RUSTFLAGS", COUNTERS)
