@@ -1,4 +1,5 @@
-//! Any bytes as a log of PX4: they are read or refused with a sentence, and all that is read is finite.
+//! Any bytes as a log of PX4: they are read or refused with a sentence, and all that is read is
+//! finite.
 #![no_main]
 
 use host_sim::recordings::ulog::{Choice, read};
