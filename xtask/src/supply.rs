@@ -1,6 +1,6 @@
 //! `cargo xtask supply`: what others wrote and we build. Licences, sources and duplicates are
-//! checked here by `deny.toml`, offline and in a second. `cargo deny` does the same by the same file
-//! where it is installed, and asks for advisories, which are a repository that must be fetched.
+//! checked here by `deny.toml`, offline and in a second. Where `cargo deny` is installed, it checks
+//! the same by the same file and asks for advisories, which are a repository to be fetched.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
