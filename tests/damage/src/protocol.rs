@@ -61,8 +61,8 @@ impl Protocol {
         }
     }
 
-    /// Whether it is a sum or an exclusive or: errors that cancel and pieces that change places pass
-    /// it more often than by its bits.
+    /// Whether it is a sum or an exclusive or: errors that cancel and pieces that change places
+    /// pass it more often than by its bits.
     pub fn is_sum(self) -> bool {
         matches!(
             self,
