@@ -4,19 +4,25 @@
 use std::process::ExitCode;
 
 use anyhow::{Context, Result};
-use qemu::images::{PROFILE, REQUIRE, TARGET, target_directory};
+use qemu::images::{PROFILE, REQUIRE, TARGET, target_directory, without_paths, workspace};
 
 use crate::stage::{Stages, cargo_with, succeed};
-use crate::{comments, needs, size};
+use crate::{comments, fuzz, needs, reproduce, size, supply};
 
 /// What is compiled for the target: each alone, so that no other package's features help it.
 const TARGET_PACKAGES: [&str; 5] = ["lrnn-nostd", "vectors", "firmware", "qemu", "silicon"];
 
+/// Seconds for each fuzz target.
+const FUZZ_S: u32 = 10;
+
 /// Runs every stage; the exit code is the last one's.
 pub fn test(fast: bool) -> Result<ExitCode> {
-    let mut stages = Stages::new(if fast { 5 } else { 9 });
+    let mut stages = Stages::new(if fast { 6 } else { 12 });
     stages.run("format, length of comments", || {
         succeed(&mut cargo_with("fmt --all --check"))?;
+        succeed(&mut cargo_with(
+            "fmt --check --manifest-path tests/fuzz/Cargo.toml",
+        ))?;
         comments::check()
     })?;
     if !fast {
@@ -24,6 +30,7 @@ pub fn test(fast: bool) -> Result<ExitCode> {
             needs::target().and_then(|()| needs::emulator())
         })?;
     }
+    stages.run("dependencies: licences, sources, duplicates", supply::check)?;
     stages.run("lints", || {
         succeed(&mut cargo_with(
             "clippy --quiet --workspace --all-targets -- -D warnings",
@@ -33,11 +40,17 @@ pub fn test(fast: bool) -> Result<ExitCode> {
         stages.run("target lints", target_lints)?;
         stages.run("target builds, each package alone", target_builds)?;
         stages.run("flash, RAM and panic budgets", || size::size().map(drop))?;
+        stages.run("image is the same from another folder", || {
+            reproduce::reproduce().map(drop)
+        })?;
     }
     stages.run("documentation", documentation)?;
     stages.run("documentation tests", || {
         succeed(&mut cargo_with("test --quiet --workspace --doc"))
     })?;
+    if !fast {
+        stages.run("fuzz targets", || fuzz::targets(FUZZ_S, None))?;
+    }
     last(&mut stages, fast)
 }
 
@@ -64,6 +77,7 @@ fn target_builds() -> Result<()> {
                 "--target-dir",
             ])
             .arg(&directory);
+        without_paths(&mut build, &workspace());
         succeed(&mut build)
     })
 }

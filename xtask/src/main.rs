@@ -4,12 +4,15 @@ mod bench;
 mod check;
 mod comments;
 mod flash;
+mod fuzz;
 mod growth;
 mod needs;
 mod pytorch;
 mod qemu;
+mod reproduce;
 mod size;
 mod stage;
+mod supply;
 mod table;
 mod times;
 mod vectors;
@@ -67,6 +70,28 @@ enum Task {
         #[arg(long, value_name = "NAME", default_value = flash::CHIP)]
         chip: String,
     },
+    /// Reads a million damaged bytes of every protocol and counts what is lost or wrongly accepted.
+    Fuzz {
+        /// A hundred million bytes of each, with a log; goes on where it was interrupted.
+        #[arg(long, conflicts_with = "targets")]
+        long: bool,
+        /// Instead: builds the fuzz targets and runs each from its corpus.
+        #[arg(long)]
+        targets: bool,
+        /// How long each target runs, s.
+        #[arg(long, default_value_t = 10, requires = "targets")]
+        seconds: u32,
+        /// Only this target.
+        #[arg(long, value_name = "NAME", requires = "targets")]
+        only: Option<String>,
+    },
+    /// Checks licences, sources and duplicates of all dependencies; and advisories, where
+    /// `cargo deny` is installed and can fetch them.
+    Supply,
+    /// Writes a bill of materials (CycloneDX) for each package, with cargo-cyclonedx.
+    Sbom,
+    /// Builds the image of the STM32F405 in two folders and compares both.
+    Reproduce,
     /// Compares flash and RAM of each image with budgets.toml.
     Size,
     /// Writes the shared test vectors and their expected digests again, after an intended change of
@@ -92,6 +117,16 @@ fn main() -> ExitCode {
             };
             flash::flash(image, &chip)
         }
+        Task::Fuzz {
+            targets: true,
+            seconds,
+            only,
+            ..
+        } => fuzz::targets(seconds, only.as_deref()).map(|()| ExitCode::SUCCESS),
+        Task::Fuzz { long, .. } => fuzz::damage(long),
+        Task::Supply => supply::supply(),
+        Task::Sbom => supply::sbom(),
+        Task::Reproduce => needs::target().and_then(|()| reproduce::reproduce()),
         Task::Size => needs::target().and_then(|()| size::size()),
         Task::Vectors => vectors::regenerate(),
     };

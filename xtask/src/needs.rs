@@ -37,21 +37,44 @@ pub fn emulator() -> Result<()> {
     }
     let missing =
         format!("{QEMU} is missing; remedy: {REMEDY}; or leave QEMU out: cargo xtask test --fast");
-    if !(root() && Path::new("/etc/debian_version").exists()) {
+    install("qemu-system-arm", &missing)?;
+    if !available() {
         bail!(missing);
     }
-    for arguments in [
-        "update -qq",
-        "install -qq --yes --no-install-recommends qemu-system-arm",
-    ] {
+    Ok(())
+}
+
+/// A compiler of C++, for the library of the fuzz targets.
+pub fn cpp() -> Result<()> {
+    let found = || {
+        let name = std::env::var_os("CXX").unwrap_or_else(|| "c++".into());
+        let version = Command::new(name).arg("--version").output();
+        version.is_ok_and(|output| output.status.success())
+    };
+    if found() {
+        return Ok(());
+    }
+    let missing = "a compiler of C++ is missing; remedy: install g++; or leave the fuzz targets \
+                   out: cargo xtask test --fast";
+    install("g++", missing)?;
+    if !found() {
+        bail!(missing);
+    }
+    Ok(())
+}
+
+/// Installs a package of Debian, where that needs no question; else the error is `missing`.
+fn install(package: &str, missing: &str) -> Result<()> {
+    if !(root() && Path::new("/etc/debian_version").exists()) {
+        bail!(missing.to_owned());
+    }
+    let install = format!("install -qq --yes --no-install-recommends {package}");
+    for arguments in ["update -qq", &install] {
         let mut apt = Command::new("apt-get");
         apt.args(arguments.split_whitespace())
             .env("DEBIAN_FRONTEND", "noninteractive")
             .stdin(Stdio::null());
-        succeed(&mut apt).context(missing.clone())?;
-    }
-    if !available() {
-        bail!(missing);
+        succeed(&mut apt).with_context(|| missing.to_owned())?;
     }
     Ok(())
 }

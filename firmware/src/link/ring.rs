@@ -6,6 +6,22 @@
 //!
 //! It is written with atomics. The ends of `heapless::spsc` divide by a length that they only know
 //! at run time, and the check for a division by zero would be a panic in the image.
+//!
+//! **Why no byte is read early or overwritten.** `pushed` is written by the inlet alone, `popped`
+//! by the outlet alone, and each only grows (modulo 2^32).
+//!
+//! 1. The inlet stores a byte and then the higher `pushed` (release). The outlet loads `pushed`
+//!    (acquire) and then the byte. So it finds the byte, or a count from before the byte.
+//! 2. The outlet loads a byte and then stores the higher `popped` (release). The inlet loads
+//!    `popped` (acquire) before it stores into the same place again. So it overwrites no byte that
+//!    has not been read.
+//! 3. A count that is out of date is too low. The inlet then sees less room than there is, and the
+//!    outlet fewer bytes: never more than `N` bytes lie between the counts.
+//! 4. An end that is interrupted by the other one between its load and its store is the case of 3:
+//!    what it stores is a count of its own.
+//!
+//! All places are atomics, so a mistake here would be a wrong byte and no undefined behaviour. This
+//! is an argument and not a proof by machine: `two_threads` only tries it.
 
 use core::sync::atomic::{AtomicU8, AtomicU32, AtomicUsize, Ordering};
 use embedded_io::{ErrorKind, ErrorType, Read, ReadReady, Write, WriteReady};

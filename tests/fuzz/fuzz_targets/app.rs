@@ -9,9 +9,7 @@ use firmware::link::{Clock, Full, Line, Lost};
 use firmware::model::Nets;
 use firmware::sample::RawSample;
 use firmware::wire::command::{MAX_PACKET, Packets, Request, Response, decode, encode};
-use firmware::wire::{
-    Change, Checked, Fields, Framer, ImuFormat, Reading, framer, ubx,
-};
+use firmware::wire::{Change, Checked, Fields, Framer, ImuFormat, Reading, framer, ubx};
 use libfuzzer_sys::fuzz_target;
 use lrnn_nostd::{Net, Normalisation, Weights};
 use std::cell::Cell;
@@ -226,7 +224,10 @@ fuzz_target!(|input: &[u8]| {
         }
         left += std::mem::take(&mut lines.navigation.sent).concat().len();
         let counters = app.counters();
-        assert!(left <= came.len() || counters.answered > 0, "bytes are made up");
+        assert!(
+            left <= came.len() || counters.answered > 0,
+            "bytes are made up"
+        );
         // what has not left is the beginning of a message
         if counters.answered == 0 && counters.dropped == 0 {
             assert!(left + framer::CAPACITY >= came.len(), "bytes are missing");

@@ -107,7 +107,8 @@ impl Image {
     /// cargo cannot be started, or the build fails; cargo has printed why.
     pub fn build(self) -> Result<PathBuf> {
         let directory = target_directory()?.join("images");
-        let status = cargo()
+        let mut build = cargo();
+        build
             .args(["build", "--quiet", "--profile", PROFILE, "--target", TARGET])
             .args([
                 "--package",
@@ -116,12 +117,9 @@ impl Image {
                 self.name,
                 "--target-dir",
             ])
-            .arg(&directory)
-            // Flags of a host run (coverage, sanitizers) do not apply to the target.
-            .env_remove("RUSTFLAGS")
-            .env_remove("CARGO_ENCODED_RUSTFLAGS")
-            .status()
-            .context("cannot start cargo")?;
+            .arg(&directory);
+        without_paths(&mut build, &workspace());
+        let status = build.status().context("cannot start cargo")?;
         ensure!(status.success(), "building image {} failed", self.name);
         Ok(directory.join(TARGET).join(PROFILE).join(self.name))
     }
@@ -181,6 +179,28 @@ pub fn target_installed() -> bool {
             .join("lib")
             .is_dir()
     })
+}
+
+/// Leaves the folders of this machine out of an image that is built from `sources`, so that it is
+/// the same wherever it is built. Flags of a host run (coverage, sanitizers) do not apply to it.
+pub fn without_paths(build: &mut Command, sources: &Path) {
+    let home = |name: &str, usual: &str| {
+        let told = std::env::var_os(name).map(PathBuf::from);
+        told.or_else(|| Some(PathBuf::from(std::env::var_os("HOME")?).join(usual)))
+    };
+    let places = [
+        (Some(sources.to_path_buf()), "source"),
+        (home("CARGO_HOME", ".cargo"), "cargo"),
+        (home("RUSTUP_HOME", ".rustup"), "rustup"),
+    ];
+    let flags = places.into_iter().filter_map(|(from, to)| {
+        let from = from?.into_os_string().into_string().ok()?;
+        Some(format!("--remap-path-prefix={from}=/{to}"))
+    });
+    build.env_remove("RUSTFLAGS").env(
+        "CARGO_ENCODED_RUSTFLAGS",
+        flags.collect::<Vec<_>>().join("\u{1f}"),
+    );
 }
 
 /// The cargo that runs us, in the workspace, without input.

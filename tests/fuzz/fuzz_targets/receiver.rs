@@ -1,0 +1,75 @@
+//! Any bytes as a recorded log of a receiver: UBX, NMEA, NovAtel or SBF; and as the log of a u-blox
+//! receiver with its own sensors. Sums and checksums are repaired where a message stands.
+#![no_main]
+
+use firmware::wire::{Framing, ReceiverFormat, Scan};
+use host_sim::recordings::{receiver, ubx};
+use libfuzzer_sys::fuzz_target;
+
+/// Fletcher's sum modulo 256.
+fn fletcher(bytes: &[u8]) -> [u8; 2] {
+    bytes.iter().fold([0u8; 2], |[a, b], byte| {
+        let a = a.wrapping_add(*byte);
+        [a, b.wrapping_add(a)]
+    })
+}
+
+fn crc16(bytes: &[u8]) -> u16 {
+    bytes.iter().fold(0, |mut crc, &byte| {
+        crc ^= u16::from(byte) << 8;
+        for _ in 0..8 {
+            crc = (crc << 1) ^ if crc & 0x8000 != 0 { 0x1021 } else { 0 };
+        }
+        crc
+    })
+}
+
+fn repaired(input: &[u8]) -> Vec<u8> {
+    let mut bytes = input.to_vec();
+    for at in 0..bytes.len() {
+        let rest = &mut bytes[at..];
+        for format in [ReceiverFormat::Ubx, ReceiverFormat::Sbf] {
+            let mut len = 0;
+            while let Scan::Partial(needed) = format.scan(&rest[..len]) {
+                if needed > rest.len() || needed <= len {
+                    break;
+                }
+                len = needed;
+            }
+            if format.scan(&rest[..len]) != Scan::BadChecksum || len < 8 {
+                continue;
+            }
+            match format {
+                ReceiverFormat::Ubx => {
+                    let sum = fletcher(&rest[2..len - 2]);
+                    rest[len - 2..len].copy_from_slice(&sum);
+                }
+                _ => {
+                    let sum = crc16(&rest[4..len]).to_le_bytes();
+                    rest[2..4].copy_from_slice(&sum);
+                }
+            }
+        }
+    }
+    bytes
+}
+
+fuzz_target!(|input: &[u8]| {
+    let path = fuzz::file("in.log", &repaired(input));
+    match receiver::read(&path, &|_, _| ()) {
+        Ok(log) => {
+            for fix in &log.fixes {
+                assert!(fix.time.is_finite(), "{fix:?}");
+            }
+        }
+        Err(error) => assert!(!error.to_string().is_empty()),
+    }
+    match ubx::read(&path, &ubx::Choice::default(), &|_, _| ()) {
+        Ok(reading) => {
+            let (_, samples) = reading.record.increments();
+            let values = samples.iter().flat_map(|s| s.dtheta.iter().chain(&s.dv));
+            assert!(values.into_iter().all(|value| value.is_finite()));
+        }
+        Err(error) => assert!(!error.to_string().is_empty()),
+    }
+});
