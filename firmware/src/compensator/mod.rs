@@ -104,6 +104,8 @@ pub struct State {
     pub clipped: u32,
     /// Blocks given up since start: see [`Compensator::give_up_block`].
     pub given_up: u32,
+    /// How often the correction was set, modulo 2^32.
+    pub changes: u32,
 }
 
 impl State {

@@ -19,6 +19,29 @@ pub(super) struct Outlet {
     remainder_float: [[f32; 3]; 2],
 }
 
+impl State {
+    /// Bits of what the samples of the first outlet carry over to the next one: of counts, or of
+    /// floats.
+    pub fn carried(&self, floats: bool) -> [[u32; 3]; 2] {
+        let [outlet, ..] = &self.outlets;
+        if floats {
+            outlet.remainder_float.map(|triad| triad.map(f32::to_bits))
+        } else {
+            outlet.remainder.map(|triad| triad.map(i32::cast_unsigned))
+        }
+    }
+
+    /// Puts it back.
+    pub fn carry(&mut self, floats: bool, bits: [[u32; 3]; 2]) {
+        let [outlet, ..] = &mut self.outlets;
+        if floats {
+            outlet.remainder_float = bits.map(|triad| triad.map(f32::from_bits));
+        } else {
+            outlet.remainder = bits.map(|triad| triad.map(u32::cast_signed));
+        }
+    }
+}
+
 impl Compensator {
     /// States the scale and the timing of the samples of another outlet than 0, in which the same
     /// sensor sends the same motion once more. Each outlet carries its own remainder, so that what
@@ -73,16 +96,23 @@ impl Compensator {
         }
     }
 
-    /// The estimate in counts per sample, for the outlets in use.
+    /// The estimate in counts per sample, for the outlets in use. Floats are owed nothing any more
+    /// where the correction is zero: a value with a finer last place would be changed by what is
+    /// left.
     pub(super) fn make_due(&self, state: &mut State) {
+        state.changes = state.changes.wrapping_add(1);
         let outlets = state.outlets.iter_mut().zip(self.counts_per_error);
         for (outlet, per_error) in outlets.take(self.outlets) {
             let due = outlet.due.iter_mut().zip(&mut outlet.due_float);
+            let due = due.zip(&mut outlet.remainder_float);
             let per_sample = state.estimate.iter().zip(per_error);
-            for ((due, due_float), (estimate, per_error)) in due.zip(per_sample) {
+            for (((due, due_float), left), (estimate, per_error)) in due.zip(per_sample) {
                 let counts = estimate.map(|e| e * per_error);
                 *due = counts.map(|c| ((c * COUNT) as i64).clamp(-LARGEST, LARGEST));
                 *due_float = counts.map(|c| -c);
+                if counts == [0.0; 3] {
+                    *left = [0.0; 3];
+                }
             }
         }
     }
