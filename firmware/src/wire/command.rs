@@ -15,12 +15,13 @@ use super::checksum::crc32_zlib;
 use super::field::{head, put, take};
 use super::receiver::Heard;
 use super::{Error, cobs};
+use crate::control::recording::{Order, Recording};
 use crate::control::{Alignment, Mode, Reason, Way, Window};
 use crate::fix::Heading;
 use serde::{Deserialize, Serialize};
 
 /// Version of this wire format, in [`Version`].
-pub const WIRE_VERSION: u16 = 8;
+pub const WIRE_VERSION: u16 = 9;
 /// The largest piece of a weight image in one packet, bytes.
 pub const MAX_CHUNK: usize = 128;
 /// The longest packet, its zero byte included: chunk, 32 bytes for the other fields and the CRC,
@@ -132,6 +133,17 @@ pub enum Request<'a> {
     GetReceiver,
     /// Answer: [`Response::Remembered`].
     GetMemory,
+    /// Answer: [`Response::Recording`].
+    GetRecording,
+    /// What the black box is to do.
+    Record(Order),
+    /// Answer: [`Response::Image`] with a piece of the black box, while it holds.
+    ReadRecording {
+        /// Where in its memory.
+        offset: u32,
+        /// At most [`MAX_CHUNK`].
+        length: u16,
+    },
 }
 
 /// The versions of the device.
@@ -311,6 +323,8 @@ pub enum Response<'a> {
     Receiver(Heard),
     /// To [`Request::GetMemory`].
     Remembered(Remembered),
+    /// To [`Request::GetRecording`].
+    Recording(Recording),
 }
 
 /// What the store remembers of the unit from earlier drives.
