@@ -10,7 +10,14 @@ use crate::stage::{Stages, cargo_with, succeed};
 use crate::{comments, needs, size};
 
 /// What is compiled for the target: each alone, so that no other package's features help it.
-const TARGET_PACKAGES: [&str; 5] = ["lrnn-nostd", "vectors", "firmware", "qemu", "silicon"];
+const TARGET_PACKAGES: [&str; 6] = [
+    "lrnn-nostd",
+    "vectors",
+    "firmware",
+    "soak",
+    "qemu",
+    "silicon",
+];
 
 /// Runs every stage; the exit code is the last one's.
 pub fn test(fast: bool) -> Result<ExitCode> {
