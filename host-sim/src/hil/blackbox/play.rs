@@ -3,7 +3,7 @@
 use super::super::memory::{MemoryLine, SetClock};
 use crate::device::faults::FAULTS;
 use firmware::app::blackbox::read::{Entry, Page as Recorded, Told, page};
-use firmware::app::blackbox::{Key, PAGES, Stage};
+use firmware::app::blackbox::{PAGES, Stage};
 use firmware::app::{App, Config, Lines};
 use firmware::configuration::Configuration;
 use firmware::control::Mode;
@@ -44,19 +44,10 @@ pub enum Verdict {
 pub fn play(told: Option<&Configuration>, memory: &[u8]) -> Vec<Page> {
     let mut pages: Vec<Recorded> = (0..PAGES).filter_map(|place| page(memory, place)).collect();
     pages.sort_by_key(|page| page.number);
-    let following = pages.iter().skip(1).map(Some).chain([None]);
-    let keys: Vec<Option<Key>> = (pages.iter().zip(following))
-        .map(|(page, next)| {
-            next.filter(|next| next.number == page.number + 1)
-                .map(|next| next.key)
-        })
-        .collect();
-    (pages.iter().zip(keys))
-        .map(|(page, next)| of_page(told, page, next.as_ref()))
-        .collect()
+    pages.iter().map(|page| of_page(told, page)).collect()
 }
 
-fn of_page(told: Option<&Configuration>, recorded: &Recorded, next: Option<&Key>) -> Page {
+fn of_page(told: Option<&Configuration>, recorded: &Recorded) -> Page {
     let mut result = Page {
         number: recorded.number,
         at_us: recorded.key.at_us,
@@ -72,7 +63,6 @@ fn of_page(told: Option<&Configuration>, recorded: &Recorded, next: Option<&Key>
         }
     };
     let entries: Vec<Entry> = recorded.entries().collect();
-    let mut broken = false;
     let mut rest = entries.as_slice();
     while let Some((entry, after)) = rest.split_first() {
         let notes = after
@@ -81,7 +71,6 @@ fn of_page(told: Option<&Configuration>, recorded: &Recorded, next: Option<&Key>
         let (notes, others) = after.split_at(notes.count());
         rest = others;
         if entry.told == Told::Break {
-            broken = true;
             break;
         }
         let found = player.piece(entry, notes);
@@ -92,16 +81,8 @@ fn of_page(told: Option<&Configuration>, recorded: &Recorded, next: Option<&Key>
             return result;
         }
         if notes.iter().any(|note| note.told == Told::Break) {
-            broken = true;
             break;
         }
-    }
-    // a page that follows at once tells what had left at the end of this one
-    if let Some(next) = next.filter(|next| !broken && next.at_us == player.clock.0)
-        && next.hash != player.app.blackbox().hash()
-    {
-        let what = "other bytes left at the end of the page".into();
-        result.verdict = Verdict::Differs(next.at_us, what);
     }
     result
 }
