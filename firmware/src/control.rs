@@ -3,6 +3,8 @@
 //! The command link (`wire::command`) encodes these types; the learner and the application act on
 //! them. The order of the variants is part of the wire format: new ones go to the end.
 
+pub mod recording;
+
 use serde::{Deserialize, Serialize};
 
 /// What the compensator does with the samples.
@@ -98,6 +100,8 @@ pub enum Reason {
     /// The store holds a record or a configuration of a newer firmware, whose version is given. It
     /// is not overwritten.
     Newer(u16),
+    /// Work that must come first is in progress. The same request succeeds a little later.
+    Busy,
 }
 
 /// A field of the device's configuration whose value was refused.

@@ -1,5 +1,6 @@
 //! The interface control document says what the code does: its tables, row by row.
 
+use firmware::control::recording::Order;
 use firmware::fix::Heading;
 use firmware::model::IMAGES_LEN;
 use firmware::wire::command::{MAX_CHUNK, MAX_PACKET, Request, WIRE_VERSION, encode, fault};
@@ -338,6 +339,12 @@ fn requests() {
         Request::GetReceiver,
         Request::GetMemory,
         Request::GetStore,
+        Request::GetRecording,
+        Request::Record(Order::Hold),
+        Request::ReadRecording {
+            offset: 0,
+            length: 0,
+        },
     ];
     for (n, request) in all.iter().enumerate() {
         let name = format!("{request:?}");

@@ -1,6 +1,7 @@
 //! The application: what runs in one pass of the main loop.
 
 mod anew;
+mod boxed;
 mod found;
 mod links;
 mod power_on;
@@ -28,6 +29,7 @@ use crate::wire::command::{Counters, Packets, fault};
 use crate::wire::framer::Framer;
 use crate::wire::{Checked, Detector, Error, ImuFormat, Receiver};
 
+use links::Asked;
 use service::Service;
 
 /// Most bytes taken from a line in one pass.
@@ -49,6 +51,7 @@ pub struct App<'m> {
     flow: Flow<'m>,
     reverse: Reverse,
     packets: Packets,
+    asked: Asked,
     server: Server,
     receiver: Receiver,
     pulse: TimePulse,
@@ -100,6 +103,7 @@ impl<'m> App<'m> {
             flow: Flow::new(config, learner),
             reverse: Reverse::default(),
             packets: Packets::new(),
+            asked: Asked::NOTHING,
             server,
             receiver: Receiver::new(receiver),
             pulse: TimePulse::default(),
@@ -137,6 +141,11 @@ impl<'m> App<'m> {
     /// The latest fix that the receiver vouches for.
     pub fn fix(&self) -> Option<&Fix> {
         self.fix.as_ref()
+    }
+
+    /// The correction in force: rad/s, m/s2.
+    pub fn correction(&self) -> [[f32; 3]; 2] {
+        self.flow.estimate_in_force()
     }
 
     /// The latest block and the networks' output for it.
@@ -238,6 +247,7 @@ impl<'m> App<'m> {
     ) -> Result<(), Error> {
         let told = self.flow.config.sensor.adis.ok_or(Error::Content)?;
         let now = clock.now_us();
+        self.flow.blackbox.burst(now, reply);
         self.heard(now);
         if self.machine.phase() == Phase::Start {
             self.machine.transition_to_run(self.flow.mode);
@@ -288,6 +298,7 @@ impl<'m> App<'m> {
         clock: &impl Clock,
     ) -> bool {
         let now = clock.now_us();
+        self.flow.blackbox.pass(now);
         if self.flow.load.look(now, clock) {
             self.look_for_frames(now);
             self.scrub(&mut lines.navigation, now);
@@ -317,7 +328,8 @@ impl<'m> App<'m> {
         if self.framer.pending() == 0 || waited {
             self.served_us = now;
             busy |= self.back(&mut lines.navigation, &mut lines.sensor, now);
-            busy |= !lines.command.is_idle() && self.command(&mut lines.command);
+            let asked = !self.asked.is_empty() || !lines.command.is_idle();
+            busy |= asked && self.command(&mut lines.command);
             if self.server.renewal != Renewal::None {
                 self.renew(&mut lines.navigation, &mut lines.command, now);
             }
@@ -326,6 +338,7 @@ impl<'m> App<'m> {
             // the end of a block is enough work for one pass
             busy |= blocks != self.flow.counters.blocks || self.flow.work();
         }
+        self.note_pass(now);
         busy
     }
 }

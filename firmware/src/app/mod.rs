@@ -12,10 +12,12 @@
 //! not step over a gap: the block in progress is given up, and the estimate in force is held until
 //! the next whole block.
 //!
-//! Imports point from the bottom up: `hardware`, `config`, `phase`, `load`, `lines`, `pulse`;
+//! Imports point from the bottom up: `hardware`, `config`, `phase`, `load`, `lines`, `pulse`,
+//! `blackbox`;
 //! `setup`; `flow`; `server` and `reverse`; `application`.
 
 mod application;
+pub mod blackbox;
 mod config;
 mod flow;
 mod hardware;

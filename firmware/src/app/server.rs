@@ -1,5 +1,6 @@
 //! The command link: requests in, answers out.
 
+use super::blackbox::BlackBox;
 use super::config::Config;
 use super::flow::Flow;
 use super::phase::{Machine, Phase};
@@ -124,9 +125,6 @@ impl Server {
             Request::CommitImage { length } => self.commit_image(length, flow),
             Request::Reference(window) => flow.reference(&window),
             Request::GetEstimate => return Response::Estimate(flow.estimate()),
-            Request::ReadLearnt { offset, length } => {
-                return read_learnt(flow, offset, length, buffer);
-            }
             Request::WriteConfiguration { offset, bytes } => self.write(offset, bytes),
             Request::CommitConfiguration { length } => self.commit_configuration(length, flow),
             Request::ReadConfiguration { offset, length } => {
@@ -140,6 +138,22 @@ impl Server {
             Request::GetReceiver => return Response::Receiver(flow.heard),
             Request::GetStore => return Response::Kept(self.kept),
             Request::GetMemory => return Response::Remembered(flow.remembered()),
+            Request::GetRecording => match flow.blackbox.told() {
+                Some(recording) => return Response::Recording(recording),
+                None => Err(Reason::Unsupported),
+            },
+            Request::Record(order) => flow.blackbox.order(order),
+            Request::ReadRecording { offset, length } => {
+                return read_recording(&flow.blackbox, offset, length, buffer);
+            }
+            Request::ReadLearnt { .. } | Request::CommitLearnt | Request::Alignment(_)
+                if flow.is_busy() =>
+            {
+                Err(Reason::Busy)
+            }
+            Request::ReadLearnt { offset, length } => {
+                return read_learnt(flow, offset, length, buffer);
+            }
             Request::CommitLearnt => may_exchange(flow).and_then(|()| flow.commit_learnt()),
             Request::Heading(heading) => flow.heading(heading),
             Request::StoreImage => store_image(flow),
@@ -375,6 +389,25 @@ fn read_image<'b>(
     Response::Image {
         offset,
         bytes: buffer.get(..len).unwrap_or_default(),
+    }
+}
+
+fn read_recording<'b>(
+    blackbox: &BlackBox,
+    offset: u32,
+    length: u16,
+    buffer: &'b mut [u8; MAX_CHUNK],
+) -> Response<'b> {
+    let start = usize::try_from(offset).unwrap_or(usize::MAX);
+    let Some(place) = buffer.get_mut(..length.into()) else {
+        return Response::Refused(Reason::Range);
+    };
+    let Some(len) = blackbox.read(start, place) else {
+        return Response::Refused(Reason::NotAvailable);
+    };
+    Response::Image {
+        offset,
+        bytes: place.get(..len).unwrap_or_default(),
     }
 }
 

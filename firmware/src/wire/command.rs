@@ -15,6 +15,7 @@ use super::checksum::crc32_zlib;
 use super::field::{head, put, take};
 use super::receiver::Heard;
 use super::{Error, cobs};
+use crate::control::recording::{Order, Recording};
 use crate::control::{Alignment, Mode, Reason, Way, Window};
 use crate::fix::Heading;
 use serde::{Deserialize, Serialize};
@@ -134,6 +135,17 @@ pub enum Request<'a> {
     GetMemory,
     /// Answer: [`Response::Kept`].
     GetStore,
+    /// Answer: [`Response::Recording`].
+    GetRecording,
+    /// What the black box is to do.
+    Record(Order),
+    /// Answer: [`Response::Image`] with a piece of the black box, while it holds.
+    ReadRecording {
+        /// Where in its memory.
+        offset: u32,
+        /// At most [`MAX_CHUNK`].
+        length: u16,
+    },
 }
 
 /// The versions of the device.
@@ -317,6 +329,8 @@ pub enum Response<'a> {
     Remembered(Remembered),
     /// To [`Request::GetStore`].
     Kept(Kept),
+    /// To [`Request::GetRecording`].
+    Recording(Recording),
 }
 
 /// What the store remembers of the unit from earlier drives.

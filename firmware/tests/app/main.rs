@@ -3,7 +3,9 @@
 mod activation;
 mod adis;
 mod aside;
+mod blackbox;
 mod bound;
+mod busy;
 mod bypass;
 mod channels;
 mod command;

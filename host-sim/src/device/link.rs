@@ -14,6 +14,8 @@ use std::time::{Duration, Instant};
 
 /// How long an answer may take before the request is sent again.
 const TIMEOUT: Duration = Duration::from_millis(500);
+/// A device that is busy is asked again after this time.
+const BUSY: Duration = Duration::from_millis(20);
 /// How often a request is sent.
 const TRIES: u32 = 8;
 
@@ -83,12 +85,18 @@ impl Link {
         // the zero in front separates the packet from noise on the line
         let packet = [&[0], &*packet].concat();
         let mut came = 0;
-        for _ in 0..self.tries {
+        for tried in 1..=self.tries {
             let sent = self.port.send(&packet, &|| false);
             sent.map_err(|error| self.broken(&error))?;
             let start = Instant::now();
             while start.elapsed() < TIMEOUT {
                 if let Some(answer) = self.answer(&read, &mut came)? {
+                    if let Ok(Err(Reason::Busy)) = answer
+                        && tried < self.tries
+                    {
+                        std::thread::sleep(BUSY);
+                        break;
+                    }
                     return answer.map_err(|other| {
                         let remedy = "use the host-sim of the device's version";
                         self.error(format!("{request:?} is answered {other}"), remedy)

@@ -3,6 +3,7 @@
 //! [`Link`] asks and understands the answers. Everything else here is made of its requests. The
 //! refusals and the faults of a device are put in words in [`refusal`] and [`faults`].
 
+mod blackbox;
 mod configure;
 pub mod faults;
 mod info;
@@ -14,6 +15,7 @@ mod store;
 mod watch;
 mod weights;
 
+pub use blackbox::{Fetched, fetch, recording};
 pub use configure::{configuration, configure, record, send};
 pub use info::{Info, Kept, LineInfo, Memory, info};
 pub use link::{Link, images, load, set_up};

@@ -31,6 +31,9 @@ fn purpose(request: &Request) -> &'static str {
         Request::Reference(_) => "learn from the reference",
         Request::Alignment(_) => "take note of the alignment",
         Request::Heading(_) => "take the heading",
+        Request::GetRecording | Request::Record(_) | Request::ReadRecording { .. } => {
+            "give its black box"
+        }
         Request::GetVersion
         | Request::GetHealth
         | Request::GetCounters
@@ -116,6 +119,10 @@ fn because(request: &Request, reason: Reason) -> (String, String) {
         (Reason::Field(field), _) => return out_of_range(field),
         (Reason::Baud(nearest), _) => return baud(nearest),
         (Reason::Pins(sets), _) => return pins(sets),
+        (Reason::Busy, _) => (
+            "it has other work to finish first",
+            "try again; the device was asked several times",
+        ),
         (Reason::Newer(version), _) => {
             let problem = format!("its store holds something of a newer firmware ({version})");
             let remedy = "flash the newer firmware again, or erase the last two sectors of flash";

@@ -6,6 +6,7 @@ use firmware::store::{MEMORY_MAX, Store};
 use firmware::wire::adis::spi::LONGEST;
 
 use super::Board;
+use crate::shared::blackbox;
 
 /// Starts the board and the application with a learner. `ADIS`: look for one at the SPI.
 pub fn run<const ADIS: bool>(learner: Option<&mut dyn Learner>) -> ! {
@@ -14,6 +15,9 @@ pub fn run<const ADIS: bool>(learner: Option<&mut dyn Learner>) -> ! {
     };
     let mut app = app(&mut board, learner);
     recall(&mut app, &mut board);
+    if let Some(memory) = blackbox::memory() {
+        app.record_in(memory);
+    }
     let mut frame = [0; LONGEST];
     loop {
         if ADIS && let Some(reply) = board.burst(&mut frame) {

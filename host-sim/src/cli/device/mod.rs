@@ -1,5 +1,6 @@
 //! `host-sim device`.
 
+mod blackbox;
 mod configure;
 mod print;
 mod weights;
@@ -14,6 +15,7 @@ use firmware::fix::Heading;
 use firmware::wire::command::Request;
 use serde::Serialize;
 use std::io::{IsTerminal, Write, stdout};
+use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
@@ -75,6 +77,15 @@ enum Command {
         /// Standard deviation, deg
         #[arg(long, value_name = "DEG")]
         sigma: f64,
+    },
+    /// Fetch what the black box holds, for `replay blackbox`; the stream goes on
+    Blackbox {
+        /// The file, which appears whole or not at all
+        #[arg(short, long, value_name = "FILE")]
+        output: PathBuf,
+        /// Let it record again afterwards
+        #[arg(long)]
+        release: bool,
     },
     /// Keep configuration and weights over a power cycle; frames are lost for up to two seconds
     Store,
@@ -141,6 +152,10 @@ impl Args {
                 }))?;
                 let says = "the heading is taken for the alignment in progress";
                 self.tell(&Done::new(says), || println!("{says}"))
+            }
+            Command::Blackbox { output, release } => {
+                let told = blackbox::run(link, output, *release)?;
+                self.tell(&told, || println!("{}", told.says))
             }
             Command::Store => {
                 link.version()?;
