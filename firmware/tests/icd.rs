@@ -2,7 +2,9 @@
 
 use firmware::fix::Heading;
 use firmware::model::IMAGES_LEN;
-use firmware::wire::command::{MAX_CHUNK, MAX_PACKET, Request, WIRE_VERSION, encode, fault};
+use firmware::wire::command::{
+    MAX_CHUNK, MAX_PACKET, Provision, Request, WIRE_VERSION, encode, fault,
+};
 use firmware::wire::{
     Change, Checked, Fields, ImuFormat, Settings, Simulated, cobs, epson, framer, hg4930, kvh,
     novatel, stim300,
@@ -338,6 +340,9 @@ fn requests() {
         Request::GetReceiver,
         Request::GetMemory,
         Request::GetStore,
+        Request::GetSecurity,
+        Request::GetChallenge,
+        Request::Provision(Provision::OpenByChoice),
     ];
     for (n, request) in all.iter().enumerate() {
         let name = format!("{request:?}");

@@ -123,8 +123,11 @@ impl From<bool> for Progress {
 /// How something is to be stored now.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Step {
-    /// As a whole. The processor may halt for long.
+    /// As a whole. The processor may halt for long: where there is no room behind the newest record,
+    /// the other slot is erased.
     Save,
+    /// The same, and the other slot is erased in any case: twice, and nothing older is left.
+    Renew,
     /// Behind the newest record: the first piece.
     Begin,
     /// The next piece of the same.

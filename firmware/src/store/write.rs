@@ -29,7 +29,11 @@ impl<F: NorFlash> Store<F> {
     /// Stores as a step tells it.
     pub fn carry_out(&mut self, step: Step, content: &Content) -> Progress {
         let done = match step {
-            Step::Save => return self.save(content).is_ok().into(),
+            Step::Save => {
+                let appended = self.append(content).is_ok();
+                return (appended || self.save(content).is_ok()).into();
+            }
+            Step::Renew => return self.save(content).is_ok().into(),
             Step::Begin => self.begin(content).map(|()| Progress::GoesOn),
             Step::GoOn => self.go_on(content),
         };
@@ -87,6 +91,16 @@ impl<F: NorFlash> Store<F> {
             };
         }
         Err(last)
+    }
+
+    /// Stores a content behind the newest good record at once, without erasing.
+    ///
+    /// # Errors
+    /// As [`Store::begin`] and [`Store::go_on`].
+    fn append(&mut self, content: &Content) -> Result<(), Error<F::Error>> {
+        self.begin(content)?;
+        while self.go_on(content)? == Progress::GoesOn {}
+        Ok(())
     }
 
     /// Begins to store a content behind the newest good record, without erasing. What was begun

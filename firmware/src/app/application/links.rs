@@ -35,14 +35,15 @@ impl App<'_> {
     /// The answer to a configuration that was taken is sent in the next pass. Between the two the
     /// board opens the lines anew. So who has the answer may send on them.
     #[inline(never)]
-    pub(super) fn command(&mut self, line: &mut impl Line) -> bool {
+    pub(super) fn command(&mut self, line: &mut impl Line, now: u64) -> bool {
         let mut piece = [0; PIECE];
         let len = line.receive(&mut piece).unwrap_or(0);
         for &byte in piece.get(..len).unwrap_or_default() {
             if let Some(packet) = self.packets.push(byte) {
                 // one that waits goes first
                 send(self.server.answer(), line, &mut self.flow);
-                self.server.serve(packet, &mut self.flow, &mut self.machine);
+                self.server
+                    .serve(packet, &mut self.flow, &mut self.machine, now);
                 if self.server.renewal == Renewal::None {
                     send(self.server.answer(), line, &mut self.flow);
                 }
