@@ -6,8 +6,10 @@
 mod configure;
 pub mod faults;
 mod info;
+mod key;
 mod link;
 mod port;
+mod provision;
 mod receiver;
 pub mod refusal;
 mod store;
@@ -15,9 +17,11 @@ mod watch;
 mod weights;
 
 pub use configure::{configuration, configure, record, send};
-pub use info::{Info, Kept, LineInfo, Memory, info};
+pub use info::{Info, Kept, LineInfo, Memory, Protected, info};
+pub use key::{make_key, read_key};
 pub use link::{Link, images, load, set_up};
 pub use port::Port;
+pub use provision::{open_by_choice, provision};
 pub use receiver::Receiver;
 pub use store::{can_store, store};
 pub use watch::{Antenna, Event, Learner, Status, Watch, watch};
