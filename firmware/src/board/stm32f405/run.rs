@@ -14,6 +14,9 @@ pub fn run<const ADIS: bool>(learner: Option<&mut dyn Learner>) -> ! {
     };
     let mut app = app(&mut board, learner);
     recall(&mut app, &mut board);
+    if let Some(random) = board.random.take() {
+        app.seed(random);
+    }
     let mut frame = [0; LONGEST];
     loop {
         if ADIS && let Some(reply) = board.burst(&mut frame) {

@@ -2,6 +2,7 @@
 
 mod attack;
 mod flood;
+mod golden;
 mod provisioned;
 mod wear;
 
