@@ -189,6 +189,7 @@ impl<'m> App<'m> {
             memory,
             unit,
             minutes,
+            key: self.server.guard.key,
         };
         let done = match save(step, &content).into() {
             Progress::GoesOn => {

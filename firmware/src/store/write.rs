@@ -99,6 +99,11 @@ impl<F: NorFlash> Store<F> {
     /// As [`Store::begin`] and [`Store::go_on`].
     fn append(&mut self, content: &Content) -> Result<(), Error<F::Error>> {
         self.begin(content)?;
+        // what is damaged goes when its slot is erased
+        let newest = self.newest.map(|(_, header)| header.generation);
+        if newest.is_none_or(|generation| self.is_damaged_after(generation)) {
+            return Err(Error::Full);
+        }
         while self.go_on(content)? == Progress::GoesOn {}
         Ok(())
     }
@@ -232,6 +237,7 @@ impl<F: NorFlash> Store<F> {
                 memory: Memory::Same,
                 unit: stored.unit.unwrap_or(0),
                 minutes: 0,
+                key: stored.key,
             })?;
         }
         Ok(())

@@ -34,10 +34,12 @@ impl<'m> App<'m> {
         let mut told = None;
         let mut record = Record::new();
         let mut unread = false;
+        let mut key = Key::Unprovisioned;
         let (mut kept, mut other_unit) = (Kept::default(), false);
         match stored {
             Some(Ok(Some(stored))) => {
                 told = decode(&stored.record).ok();
+                key = stored.key;
                 let life = stored.life;
                 kept = Kept {
                     generation: Some(stored.generation),
@@ -77,10 +79,9 @@ impl<'m> App<'m> {
             hardware,
             ..told.map_or_else(|| Config::untold(hardware), Config::of)
         };
-        let key = Key::Unprovisioned;
         let stored = !record.is_empty();
         let mut server = Server::new(record, stored, key);
-        if stored {
+        if stored && !config.unread {
             let digest = digest(&config.nets, &server.record, &key);
             server.wear.holds(Some(digest));
         }

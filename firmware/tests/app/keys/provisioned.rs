@@ -1,7 +1,7 @@
 //! How a device gets its key, another one, or none.
 
 use super::*;
-use firmware::store::Step;
+use firmware::store::{Step, Store};
 use firmware::wire::command::Protection;
 
 /// A board that can store and has no key.
@@ -110,6 +110,57 @@ fn a_key_that_cannot_be_stored_is_refused_or_told() {
     assert!(!device.app.wants_to_store());
     let fault = firmware::wire::command::fault::STORE;
     assert_ne!(device.app.faults() & fault, 0);
+}
+
+/// The key comes back at power-on, from whichever record; none from before it is left in the flash.
+#[test]
+fn a_key_survives_power_off_and_nothing_older_is_left() {
+    let mut flash = crate::stored::Flash::new();
+    let power_on = |flash: &crate::stored::Flash| {
+        let mut store = Store::new(flash.clone()).expect("room");
+        let mut device = new();
+        device.app = App::power_on(HARDWARE, Some(store.load()), None);
+        (device, store)
+    };
+    let keep = |device: &mut Device, store: &mut Store<crate::stored::Flash>| {
+        while device.app.wants_to_store() {
+            let app = &mut device.app;
+            app.store(|step, content| store.carry_out(step, content));
+        }
+    };
+    let mut unit = told(STIM);
+    unit.correction.mode = Mode::Bypass;
+    let (mut device, mut store) = power_on(&flash);
+    // two records from before the key
+    for name in ["one", "two"] {
+        unit.identity.name = name.try_into().expect("short");
+        let record = crate::record::record(&unit);
+        assert_eq!(crate::record::configure(&mut device, &record), Ok(()));
+        device.order(&Request::StoreImage);
+        keep(&mut device, &mut store);
+    }
+    device.order(&GIVE);
+    keep(&mut device, &mut store);
+    flash = store.into_inner();
+    let (mut device, mut store) = power_on(&flash);
+    assert_eq!(security(&mut device).protection, Protection::Keyed);
+    let mut host = Host::at(&mut device, KEY);
+    host.order(&mut device, &Request::SetMode(Mode::Frozen));
+    for passed in 0..2 {
+        let record = store.load_older(passed).expect("ours").expect("a record");
+        assert_eq!(record.key, Key::Secret(KEY), "{passed}");
+    }
+    assert_eq!(store.load_older(2), Ok(None));
+    // a record of mode learn has it too, and another key leaves nothing of this one
+    host.order(&mut device, &Request::SetMode(Mode::Bypass));
+    let veiled = KEY.veiled(&host.challenge, host.counter + 1, &OTHER);
+    host.order(&mut device, &Request::Provision(Provision::Secret(veiled)));
+    keep(&mut device, &mut store);
+    flash = store.into_inner();
+    let (device, _) = power_on(&flash);
+    assert_eq!(*device.app.key(), Key::Secret(OTHER));
+    let holds = |secret: &Secret| flash.bytes().windows(32).any(|bytes| bytes == secret.0);
+    assert!(holds(&OTHER) && !holds(&KEY));
 }
 
 #[test]
