@@ -25,7 +25,8 @@
 //! | 75 + a + c | d | the memory: [`Notes`], then what the learner took down; or nothing |
 //! | 16 + a + b | 4 | CRC-32 (zlib's) of bytes 0..16 + a + b |
 //!
-//! Version 3 has neither unit nor life nor key. In version 2 the rest is the configuration record alone.
+//! Version 3 has neither unit nor life nor key. In version 2 the rest is the configuration record
+//! alone.
 //! Version 1 has no rest. Every later version keeps this frame of magic, version, generation, two
 //! lengths and CRC, so that an older firmware tells a newer record from a damaged one. It reports
 //! [`Newer`] and overwrites nothing.
@@ -125,8 +126,8 @@ impl From<bool> for Progress {
 /// How something is to be stored now.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Step {
-    /// As a whole. The processor may halt for long: where there is no room behind the newest record,
-    /// the other slot is erased.
+    /// As a whole. The processor may halt for long: where there is no room behind the newest
+    /// record, the other slot is erased.
     Save,
     /// The same, and the other slot is erased in any case: twice, and nothing older is left.
     Renew,

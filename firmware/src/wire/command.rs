@@ -423,8 +423,8 @@ pub fn encode<'b, M: Serialize>(
     encode_sealed(number, message, buffer, None)
 }
 
-/// Reads a plain packet, with or without its zero byte. It is decoded in place, and its message borrows
-/// from it.
+/// Reads a plain packet, with or without its zero byte. It is decoded in place, and its message
+/// borrows from it.
 ///
 /// # Errors
 /// [`Error::Header`] for bytes that are not COBS, [`Error::Checksum`], [`Error::Field`] for a

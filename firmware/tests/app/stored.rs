@@ -122,8 +122,8 @@ fn a_power_cycle_brings_back_what_was_stored() {
     assert_eq!(device.lines.navigation.sent, STIM.stream(0, 10));
 }
 
-/// What the store tells of the device's life, and that a newer record is damaged, until something is
-/// stored again. Weights of another unit than the configuration's are not used.
+/// What the store tells of the device's life, and that a newer record is damaged, until something
+/// is stored again. Weights of another unit than the configuration's are not used.
 #[test]
 fn the_store_tells_what_it_found() {
     let kept = |device: &mut Device| {

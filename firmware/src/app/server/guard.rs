@@ -13,8 +13,9 @@
 //! is computed beforehand and that only who has the key can foretell. Only somebody who changes the
 //! right user's packets on their way, or hears one that never arrived, knows a door that is still
 //! good. Then a code is computed, and that is limited ([`TRIES`]) within each session: a new one
-//! begins with all tries, and its door nobody has heard. So a flood without the key neither takes time from the stream nor
-//! keeps the right user out. Asking for challenges does not end a session either.
+//! begins with all tries, and its door nobody has heard. So a flood without the key neither takes
+//! time from the stream nor keeps the right user out. Asking for challenges does not end a session
+//! either.
 
 use super::bucket::Bucket;
 use crate::control::Reason;

@@ -172,8 +172,8 @@ impl Secret {
     }
 }
 
-/// A digest, to tell contents apart. A CRC does not serve where the contents end with their own: what
-/// follows such a part has the same CRC whatever is in it.
+/// A digest, to tell contents apart. A CRC does not serve where the contents end with their own:
+/// what follows such a part has the same CRC whatever is in it.
 pub struct Digest(Secret);
 
 impl Digest {
