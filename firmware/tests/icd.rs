@@ -3,7 +3,9 @@
 use firmware::control::recording::Order;
 use firmware::fix::Heading;
 use firmware::model::IMAGES_LEN;
-use firmware::wire::command::{MAX_CHUNK, MAX_PACKET, Request, WIRE_VERSION, encode, fault};
+use firmware::wire::command::{
+    MAX_CHUNK, MAX_PACKET, Provision, Request, WIRE_VERSION, encode, fault,
+};
 use firmware::wire::{
     Change, Checked, Fields, ImuFormat, Settings, Simulated, cobs, epson, framer, hg4930, kvh,
     novatel, stim300,
@@ -345,6 +347,9 @@ fn requests() {
             offset: 0,
             length: 0,
         },
+        Request::GetSecurity,
+        Request::GetChallenge,
+        Request::Provision(Provision::OpenByChoice),
     ];
     for (n, request) in all.iter().enumerate() {
         let name = format!("{request:?}");

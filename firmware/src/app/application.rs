@@ -15,6 +15,7 @@ use super::lines::Lines;
 use super::phase::{Machine, Phase};
 use super::pulse::TimePulse;
 use super::reverse::Reverse;
+use super::server::wear::digest;
 use super::server::{self, Renewal, Server};
 use crate::compensator::Block;
 use crate::configuration::SerialLines;
@@ -25,6 +26,7 @@ use crate::link::{Clock, Line};
 use crate::model::Nets;
 use crate::store::{self, Content, Progress, Step};
 use crate::wire::adis::{Found, uart};
+use crate::wire::command::key::Key;
 use crate::wire::command::{Counters, Packets, fault};
 use crate::wire::framer::Framer;
 use crate::wire::{Checked, Detector, Error, ImuFormat, Receiver};
@@ -87,7 +89,11 @@ impl<'m> App<'m> {
     pub fn with_learner(config: Config, learner: Option<&'m mut dyn Learner>) -> App<'m> {
         let record = config.told.as_ref().map(record::encode).unwrap_or_default();
         let stored = config.store && !record.is_empty();
-        App::of(config, Server::new(record, stored), learner)
+        App::of(
+            config,
+            Server::new(record, stored, Key::Unprovisioned),
+            learner,
+        )
     }
 
     fn of(config: Config, server: Server, learner: Option<&'m mut dyn Learner>) -> App<'m> {
@@ -201,6 +207,7 @@ impl<'m> App<'m> {
             memory,
             unit,
             minutes,
+            key: self.server.guard.key,
         };
         let done = match save(step, &content).into() {
             Progress::GoesOn => {
@@ -214,9 +221,29 @@ impl<'m> App<'m> {
             self.server.stored = done && !record.is_empty();
             flow.keep.beside = self.server.stored;
         }
+        let known = done && flow.keep.commanded;
+        let key = &self.server.guard.key;
+        let held = known.then(|| digest(&nets, record, key));
+        self.server.wear.holds(held);
         flow.keep.stored(done);
         self.flow.config.unread &= !done;
         self.flow.flag(fault::STORE, !done);
+    }
+
+    /// The key in use, to be stored.
+    pub fn key(&self) -> &Key {
+        &self.server.guard.key
+    }
+
+    /// The key that the store holds, before the first pass.
+    pub fn set_key(&mut self, key: Key) {
+        self.server.guard.key = key;
+    }
+
+    /// Random bytes of the board, for the challenges of the command link. A board without a random
+    /// number generator has none to give.
+    pub fn seed(&mut self, random: [u8; 32]) {
+        self.server.guard.seed(random);
     }
 
     /// What the store remembers of the unit ([`crate::store::Store::memory`]), before the first
@@ -329,7 +356,7 @@ impl<'m> App<'m> {
             self.served_us = now;
             busy |= self.back(&mut lines.navigation, &mut lines.sensor, now);
             let asked = !self.asked.is_empty() || !lines.command.is_idle();
-            busy |= asked && self.command(&mut lines.command);
+            busy |= asked && self.command(&mut lines.command, now);
             if self.server.renewal != Renewal::None {
                 self.renew(&mut lines.navigation, &mut lines.command, now);
             }

@@ -18,6 +18,7 @@ mod frames;
 mod gaps;
 mod holes;
 mod identity;
+mod keys;
 mod learn;
 mod memory;
 mod next_power_on;

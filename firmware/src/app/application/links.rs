@@ -61,7 +61,7 @@ impl App<'_> {
     /// The answer to a configuration that was taken is sent in the next pass. Between the two the
     /// board opens the lines anew. So who has the answer may send on them.
     #[inline(never)]
-    pub(super) fn command(&mut self, line: &mut impl Line) -> bool {
+    pub(super) fn command(&mut self, line: &mut impl Line, now: u64) -> bool {
         if self.asked.is_empty() {
             let len = line.receive(&mut self.asked.bytes).unwrap_or(0);
             (self.asked.next, self.asked.end) = (0, len);
@@ -71,7 +71,8 @@ impl App<'_> {
             if let Some(packet) = self.packets.push(byte) {
                 // one that waits goes first
                 send(self.server.answer(), line, &mut self.flow);
-                self.server.serve(packet, &mut self.flow, &mut self.machine);
+                self.server
+                    .serve(packet, &mut self.flow, &mut self.machine, now);
                 if self.server.renewal == Renewal::None {
                     send(self.server.answer(), line, &mut self.flow);
                 }

@@ -4,11 +4,13 @@ use super::App;
 use crate::app::config::Config;
 use crate::app::hardware::Hardware;
 use crate::app::server::Server;
+use crate::app::server::wear::digest;
 use crate::configuration::SCHEMA;
 use crate::configuration::record::{Record, decode, schema};
 use crate::learn::Learner;
 use crate::model::Nets;
 use crate::store::{Newer, Stored, unit};
+use crate::wire::command::key::Key;
 use crate::wire::command::{Kept, fault};
 
 impl<'m> App<'m> {
@@ -32,10 +34,12 @@ impl<'m> App<'m> {
         let mut told = None;
         let mut record = Record::new();
         let mut unread = false;
+        let mut key = Key::Unprovisioned;
         let (mut kept, mut other_unit) = (Kept::default(), false);
         match stored {
             Some(Ok(Some(stored))) => {
                 told = decode(&stored.record).ok();
+                key = stored.key;
                 let life = stored.life;
                 kept = Kept {
                     generation: Some(stored.generation),
@@ -76,8 +80,13 @@ impl<'m> App<'m> {
             ..told.map_or_else(|| Config::untold(hardware), Config::of)
         };
         let stored = !record.is_empty();
+        let mut server = Server::new(record, stored, key);
+        if stored && !config.unread {
+            let digest = digest(&config.nets, &server.record, &key);
+            server.wear.holds(Some(digest));
+        }
         // built where it will be: it is too large to be on the stack twice
-        let mut app = App::of(config, Server::new(record, stored), learner);
+        let mut app = App::of(config, server, learner);
         app.server.kept = kept;
         app.flow.flag(fault::WEIGHTS, other_unit);
         app

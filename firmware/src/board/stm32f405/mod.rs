@@ -17,6 +17,7 @@ mod interrupts;
 mod log;
 mod pins;
 mod pulse;
+mod random;
 pub mod run;
 mod serial;
 mod spi;
@@ -68,6 +69,8 @@ pub struct Board {
     pub dma: bool,
     /// What is stored; `None` if the store does not fit the flash.
     pub store: Option<Store<Sectors>>,
+    /// Random bytes, if there is a generator.
+    pub random: Option<[u8; 32]>,
     watchdog: Watchdog,
 }
 
@@ -102,6 +105,7 @@ impl Board {
             clocks,
             dma,
             store: Store::new(Sectors::new(peripherals.FLASH)).ok(),
+            random: random::bytes(&peripherals.RCC, &peripherals.RNG),
             watchdog: Watchdog::start(peripherals.IWDG, &peripherals.DBGMCU),
         })
     }

@@ -18,6 +18,9 @@ pub fn run<const ADIS: bool>(learner: Option<&mut dyn Learner>) -> ! {
     if let Some(memory) = blackbox::memory() {
         app.record_in(memory);
     }
+    if let Some(random) = board.random.take() {
+        app.seed(random);
+    }
     let mut frame = [0; LONGEST];
     loop {
         if ADIS && let Some(reply) = board.burst(&mut frame) {

@@ -1,6 +1,6 @@
 //! What `host-sim device` prints for a person.
 
-use crate::device::{Antenna, Event, Info, Kept, Learner, LineInfo, Memory, Status};
+use crate::device::{Antenna, Event, Info, Kept, Learner, LineInfo, Memory, Protected, Status};
 use std::fmt::Write;
 
 /// Prints what a device is.
@@ -17,6 +17,7 @@ pub(super) fn info(info: &Info) {
     );
     println!("mode           {}", info.mode);
     println!("configuration  {}", configured(info));
+    println!("security       {}", security(&info.security));
     if let Some(rate) = info.rate_hz {
         let format = info.format.unwrap_or("detected");
         let start = info.mode_at_start.unwrap_or("bypass");
@@ -26,6 +27,27 @@ pub(super) fn info(info: &Info) {
         println!("{:14} {}", line.line, bit_rate(line));
     }
     print!("{}", teachers(info));
+}
+
+/// Who may change the device.
+fn security(of: &Protected) -> String {
+    let mut text = match of.state {
+        "keyed" => "keyed: what changes the device needs its key".to_owned(),
+        "open by choice" => "OPEN by choice: anybody at this line can change the device".to_owned(),
+        _ => {
+            "NOT PROVISIONED: anybody at this line can change the device; remedy: host-sim device \
+              provision --key-file FILE"
+                .to_owned()
+        }
+    };
+    if of.state == "keyed" && !of.random {
+        text.push_str("; NO RANDOM NUMBERS: a recorded session may be good again after a restart");
+    }
+    if of.forged > 0 {
+        let _ = write!(text, "; {} request(s) with a wrong key refused", of.forged);
+    }
+    let _ = write!(text, "; {} record(s) may be stored now", of.stores);
+    text
 }
 
 /// The receiver, the antenna, and the learner that they teach.
