@@ -8,8 +8,8 @@ use crate::configuration::record::{self, Record};
 use crate::control::{Alignment, Mode, Reason};
 use crate::model::{IMAGES_LEN, Nets};
 use crate::wire::command::{
-    Antenna, Board, Counters, Health, Kept, MAX_CHUNK, MAX_PACKET, Request, Response, Version,
-    WIRE_VERSION, decode, encode, fault,
+    Antenna, Board, Counters, Health, Kept, MAX_CHUNK, MAX_PACKET, Request, Reset, Response,
+    Version, WIRE_VERSION, decode, encode, fault,
 };
 use heapless::Vec;
 
@@ -139,6 +139,15 @@ impl Server {
             Request::GetBoard => return Response::Board(self.board(flow)),
             Request::GetReceiver => return Response::Receiver(flow.heard),
             Request::GetStore => return Response::Kept(self.kept),
+            Request::GetReset => match flow.config.hardware.reset {
+                Some(reset) => {
+                    return Response::Reset(Reset {
+                        uptime_ms: (flow.turn_us / 1000) as u32,
+                        ..reset
+                    });
+                }
+                None => Err(Reason::NotAvailable),
+            },
             Request::GetMemory => return Response::Remembered(flow.remembered()),
             Request::CommitLearnt => may_exchange(flow).and_then(|()| flow.commit_learnt()),
             Request::Heading(heading) => flow.heading(heading),
@@ -331,6 +340,7 @@ pub(super) fn faults(flow: &Flow, machine: &Machine) -> u32 {
     flow.faults
         | flow.other_sensor
         | untold
+        | flow.config.hardware.faults(&flow.config.lines())
         | match machine.phase() {
             Phase::Fault(_) => fault::PASS_THROUGH,
             _ => 0,

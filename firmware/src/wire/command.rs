@@ -11,6 +11,10 @@
 //! Compatibility: the order of the variants is the wire format. New ones go to the end, and
 //! [`WIRE_VERSION`] counts changes.
 
+mod reset;
+
+pub use reset::{ClockSource, Crash, CrashKind, Crystal, LoopPhase, Reset, cause, unwell};
+
 use super::checksum::crc32_zlib;
 use super::field::{head, put, take};
 use super::receiver::Heard;
@@ -134,6 +138,8 @@ pub enum Request<'a> {
     GetMemory,
     /// Answer: [`Response::Kept`].
     GetStore,
+    /// Answer: [`Response::Reset`], or refused by a device that is no board.
+    GetReset,
 }
 
 /// The versions of the device.
@@ -236,6 +242,16 @@ pub mod fault {
     /// The weights in use were of a sensor with another serial number. They are no longer used: the
     /// device has the built-in ones, until others are uploaded or it has learnt anew.
     pub const WEIGHTS: u32 = 1 << 15;
+    /// The board does not run on the crystal that it was built for: its clock is the internal
+    /// oscillator's, or the crystal has another value.
+    pub const CLOCK: u32 = 1 << 24;
+    /// A line cannot have its bit rate within 2 %, and has the nearest.
+    pub const BIT_RATE: u32 = 1 << 25;
+    /// Safe start: after repeated resets the device stays in bypass and does not use what is stored
+    /// but the lines.
+    pub const SAFE_START: u32 = 1 << 26;
+    /// The supply is too low for writing flash.
+    pub const SUPPLY: u32 = 1 << 27;
 }
 
 /// More counters since power-on. They saturate.
@@ -317,6 +333,8 @@ pub enum Response<'a> {
     Remembered(Remembered),
     /// To [`Request::GetStore`].
     Kept(Kept),
+    /// To [`Request::GetReset`].
+    Reset(Reset),
 }
 
 /// What the store remembers of the unit from earlier drives.

@@ -32,3 +32,4 @@ mod text;
 mod told;
 mod transitions;
 mod turn_on;
+mod well;

@@ -39,7 +39,8 @@ fn purpose(request: &Request) -> &'static str {
         | Request::GetBoard
         | Request::GetMemory
         | Request::GetStore
-        | Request::GetReceiver => "tell its state",
+        | Request::GetReceiver
+        | Request::GetReset => "tell its state",
     }
 }
 

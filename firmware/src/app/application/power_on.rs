@@ -6,6 +6,7 @@ use crate::app::hardware::Hardware;
 use crate::app::server::Server;
 use crate::configuration::SCHEMA;
 use crate::configuration::record::{Record, decode, schema};
+use crate::control::Mode;
 use crate::learn::Learner;
 use crate::model::Nets;
 use crate::store::{Newer, Stored, unit};
@@ -20,6 +21,9 @@ impl<'m> App<'m> {
     /// it is not overwritten either. Weights of another unit than the configuration's are not used,
     /// and fault WEIGHTS says so. A record that was used because a newer one is damaged is told by
     /// fault STORE, until something is stored again.
+    ///
+    /// A safe start uses the configuration for the lines and the format only. It stays in bypass
+    /// with the built-in networks and neither reads nor writes the store any more.
     #[inline(never)]
     pub fn power_on(
         hardware: Hardware,
@@ -67,7 +71,7 @@ impl<'m> App<'m> {
             Some(Ok(None)) | None => {}
         }
         let told = told.as_ref();
-        let config = Config {
+        let mut config = Config {
             nets,
             store,
             newer,
@@ -75,6 +79,9 @@ impl<'m> App<'m> {
             hardware,
             ..told.map_or_else(|| Config::untold(hardware), Config::of)
         };
+        if hardware.starts_safely() {
+            (config.mode, config.nets, config.store) = (Mode::Bypass, Nets::NONE, false);
+        }
         let stored = !record.is_empty();
         // built where it will be: it is too large to be on the stack twice
         let mut app = App::of(config, Server::new(record, stored), learner);
