@@ -606,7 +606,7 @@ def main():
     adis = asked.get("adis")
     chip = Chip(asked["image"], adis)  # 12 MHz, as the image is built for
     lines = chip.uarts
-    chip.run(CORE // 1000 * (250 if adis else 5))
+    chip.run(CORE // 1000 * (250 if adis else 40))
     for text in asked["command"]:
         ask(chip, text)
     chip.served.clear()
