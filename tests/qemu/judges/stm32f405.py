@@ -545,7 +545,10 @@ class Chip:
 
     def next_interrupt(self, below=256):
         """The ready one of the highest priority; of equal ones that with the lowest number, SysTick first (Armv7-M B1.5.4)."""
-        ready = self.pending & self.enabled | ({-1} if self.systick_pending else set())
+        ready = self.pending & self.enabled
+        if not ready and not self.systick_pending:
+            return None
+        ready |= {-1} if self.systick_pending else set()
         first = min(ready, key=lambda number: (self.priorities[number], number), default=None)
         return first if first is not None and self.priorities[first] < below else None
 
