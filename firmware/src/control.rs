@@ -3,6 +3,8 @@
 //! The command link (`wire::command`) encodes these types; the learner and the application act on
 //! them. The order of the variants is part of the wire format: new ones go to the end.
 
+pub mod recording;
+
 use serde::{Deserialize, Serialize};
 
 /// What the compensator does with the samples.
@@ -98,6 +100,20 @@ pub enum Reason {
     /// The store holds a record or a configuration of a newer firmware, whose version is given. It
     /// is not overwritten.
     Newer(u16),
+    /// Work that must come first is in progress. The same request succeeds a little later.
+    Busy,
+    /// The device has a key, and the request is not sealed with it.
+    KeyNeeded,
+    /// The device has no key, and the request is sealed.
+    NoKey,
+    /// The seal is of a session that is over or was never begun: ask for a challenge.
+    Session,
+    /// The counter of the seal is not the next one: the request is an old one, or one is missing.
+    Counter,
+    /// The seal was made with another key, or the request was changed.
+    Key,
+    /// Too often. It may be asked again in so many milliseconds.
+    Wait(u32),
 }
 
 /// A field of the device's configuration whose value was refused.

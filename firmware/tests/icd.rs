@@ -1,8 +1,11 @@
 //! The interface control document says what the code does: its tables, row by row.
 
+use firmware::control::recording::Order;
 use firmware::fix::Heading;
 use firmware::model::IMAGES_LEN;
-use firmware::wire::command::{MAX_CHUNK, MAX_PACKET, Request, WIRE_VERSION, encode, fault};
+use firmware::wire::command::{
+    MAX_CHUNK, MAX_PACKET, Provision, Request, WIRE_VERSION, encode, fault,
+};
 use firmware::wire::{
     Change, Checked, Fields, ImuFormat, Settings, Simulated, cobs, epson, framer, hg4930, kvh,
     novatel, stim300,
@@ -346,6 +349,15 @@ fn requests() {
         Request::GetReceiver,
         Request::GetMemory,
         Request::GetStore,
+        Request::GetRecording,
+        Request::Record(Order::Hold),
+        Request::ReadRecording {
+            offset: 0,
+            length: 0,
+        },
+        Request::GetSecurity,
+        Request::GetChallenge,
+        Request::Provision(Provision::OpenByChoice),
         Request::GetReset,
     ];
     for (n, request) in all.iter().enumerate() {

@@ -10,7 +10,14 @@ use crate::stage::{Stages, cargo_with, succeed};
 use crate::{comments, fuzz, needs, reproduce, size, supply};
 
 /// What is compiled for the target: each alone, so that no other package's features help it.
-const TARGET_PACKAGES: [&str; 5] = ["lrnn-nostd", "vectors", "firmware", "qemu", "silicon"];
+const TARGET_PACKAGES: [&str; 6] = [
+    "lrnn-nostd",
+    "vectors",
+    "firmware",
+    "soak",
+    "qemu",
+    "silicon",
+];
 
 /// Seconds for each fuzz target.
 const FUZZ_S: u32 = 10;

@@ -1,6 +1,7 @@
 //! The application: what runs in one pass of the main loop.
 
 mod anew;
+mod boxed;
 mod found;
 mod links;
 mod power_on;
@@ -15,6 +16,7 @@ use super::lines::Lines;
 use super::phase::{Machine, Phase};
 use super::pulse::TimePulse;
 use super::reverse::Reverse;
+use super::server::wear::digest;
 use super::server::{self, Renewal, Server};
 use crate::compensator::Block;
 use crate::configuration::SerialLines;
@@ -25,10 +27,12 @@ use crate::link::{Clock, Line};
 use crate::model::Nets;
 use crate::store::{self, Content, Progress, Step};
 use crate::wire::adis::{Found, uart};
+use crate::wire::command::key::Key;
 use crate::wire::command::{Counters, Packets, fault};
 use crate::wire::framer::Framer;
 use crate::wire::{Checked, Detector, Error, ImuFormat, Receiver};
 
+use links::Asked;
 use service::Service;
 use well::Well;
 
@@ -51,6 +55,7 @@ pub struct App<'m> {
     flow: Flow<'m>,
     reverse: Reverse,
     packets: Packets,
+    asked: Asked,
     server: Server,
     receiver: Receiver,
     pulse: TimePulse,
@@ -88,7 +93,11 @@ impl<'m> App<'m> {
     pub fn with_learner(config: Config, learner: Option<&'m mut dyn Learner>) -> App<'m> {
         let record = config.told.as_ref().map(record::encode).unwrap_or_default();
         let stored = config.store && !record.is_empty();
-        App::of(config, Server::new(record, stored), learner)
+        App::of(
+            config,
+            Server::new(record, stored, Key::Unprovisioned),
+            learner,
+        )
     }
 
     fn of(config: Config, server: Server, learner: Option<&'m mut dyn Learner>) -> App<'m> {
@@ -104,6 +113,7 @@ impl<'m> App<'m> {
             flow: Flow::new(config, learner),
             reverse: Reverse::default(),
             packets: Packets::new(),
+            asked: Asked::NOTHING,
             server,
             receiver: Receiver::new(receiver),
             pulse: TimePulse::default(),
@@ -142,6 +152,11 @@ impl<'m> App<'m> {
     /// The latest fix that the receiver vouches for.
     pub fn fix(&self) -> Option<&Fix> {
         self.fix.as_ref()
+    }
+
+    /// The correction in force: rad/s, m/s2.
+    pub fn correction(&self) -> [[f32; 3]; 2] {
+        self.flow.estimate_in_force()
     }
 
     /// The latest block and the networks' output for it.
@@ -197,6 +212,7 @@ impl<'m> App<'m> {
             memory,
             unit,
             minutes,
+            key: self.server.guard.key,
         };
         let done = match save(step, &content).into() {
             Progress::GoesOn => {
@@ -210,9 +226,29 @@ impl<'m> App<'m> {
             self.server.stored = done && !record.is_empty();
             flow.keep.beside = self.server.stored;
         }
+        let known = done && flow.keep.commanded;
+        let key = &self.server.guard.key;
+        let held = known.then(|| digest(&nets, record, key));
+        self.server.wear.holds(held);
         flow.keep.stored(done);
         self.flow.config.unread &= !done;
         self.flow.flag(fault::STORE, !done);
+    }
+
+    /// The key in use, to be stored.
+    pub fn key(&self) -> &Key {
+        &self.server.guard.key
+    }
+
+    /// The key that the store holds, before the first pass.
+    pub fn set_key(&mut self, key: Key) {
+        self.server.guard.key = key;
+    }
+
+    /// Random bytes of the board, for the challenges of the command link. A board without a random
+    /// number generator has none to give.
+    pub fn seed(&mut self, random: [u8; 32]) {
+        self.server.guard.seed(random);
     }
 
     /// What the store remembers of the unit ([`crate::store::Store::memory`]), before the first
@@ -243,6 +279,7 @@ impl<'m> App<'m> {
     ) -> Result<(), Error> {
         let told = self.flow.config.sensor.adis.ok_or(Error::Content)?;
         let now = clock.now_us();
+        self.flow.blackbox.burst(now, reply);
         self.heard(now);
         if self.machine.phase() == Phase::Start {
             self.machine.transition_to_run(self.flow.mode);
@@ -294,6 +331,7 @@ impl<'m> App<'m> {
     ) -> bool {
         let now = clock.now_us();
         self.flow.turn_us = now;
+        self.flow.blackbox.pass(now);
         if self.flow.load.look(now, clock) {
             self.look_for_frames(now);
             self.scrub(&mut lines.navigation, now);
@@ -323,7 +361,8 @@ impl<'m> App<'m> {
         if self.framer.pending() == 0 || waited {
             self.served_us = now;
             busy |= self.back(&mut lines.navigation, &mut lines.sensor, now);
-            busy |= !lines.command.is_idle() && self.command(&mut lines.command);
+            let asked = !self.asked.is_empty() || !lines.command.is_idle();
+            busy |= asked && self.command(&mut lines.command, now);
             if self.server.renewal != Renewal::None {
                 self.renew(&mut lines.navigation, &mut lines.command, now);
             }
@@ -332,6 +371,7 @@ impl<'m> App<'m> {
             // the end of a block is enough work for one pass
             busy |= blocks != self.flow.counters.blocks || self.work(now);
         }
+        self.note_pass(now);
         busy
     }
 }

@@ -1,6 +1,7 @@
 //! One frame through the device: read, correct, send. All other work follows when the frame has
 //! left.
 
+mod boxed;
 mod channels;
 mod follow;
 mod keep;
@@ -11,6 +12,7 @@ mod plausible;
 mod sound;
 mod still;
 
+use super::blackbox::{BlackBox, What};
 use super::config::Config;
 use super::load::Load;
 use crate::compensator::{Block, Compensator, State, of_nets};
@@ -23,6 +25,7 @@ use crate::wire::command::{Counters, fault};
 use crate::wire::receiver::Heard;
 use crate::wire::sequence::Last;
 use crate::wire::{Change, Checked, Stream};
+pub(super) use boxed::FOLLOWS;
 use channels::Channels;
 use keep::Keep;
 pub(super) use learning::BoardLearner;
@@ -118,6 +121,9 @@ pub(super) struct Flow<'m> {
     plausibility: Plausibility,
     /// They disagree: nothing is corrected or learnt.
     disagrees: bool,
+    /// The samples of the stream are floats.
+    floats: bool,
+    pub blackbox: BlackBox<'m>,
 }
 
 impl<'m> Flow<'m> {
@@ -164,6 +170,8 @@ impl<'m> Flow<'m> {
             learner_nets: false,
             stood: false,
             stands: None,
+            floats: false,
+            blackbox: BlackBox::default(),
         }
     }
 
@@ -176,8 +184,12 @@ impl<'m> Flow<'m> {
         let alignment = self.alignment;
         let (told, stim300) = (self.told, self.config.sensor.stim300.config);
         let (fresh, keep) = (self.fresh, core::mem::take(&mut self.keep));
+        let blackbox = core::mem::take(&mut self.blackbox);
         *self = Flow::new(config, learner);
         (self.fresh, self.keep) = (fresh, keep);
+        self.blackbox = blackbox;
+        self.blackbox.part();
+        self.blackbox.event(What::Configured, 0);
         self.alignment = alignment;
         self.told = told;
         if told == Told::BySensor {
@@ -213,6 +225,7 @@ impl<'m> Flow<'m> {
         let known = self.channels.is(content) || self.another(content, &frame, reading);
         if !known {
             self.make((frame.source(), content), reading.present);
+            self.see_kind(&reading.sample);
         }
         let mut sample = reading.sample;
         let correct = reading.valid != Axes::NONE && self.channels.is(content);
@@ -228,6 +241,7 @@ impl<'m> Flow<'m> {
             _ => {}
         }
         let sent = out.send(frame.bytes()).is_ok();
+        self.blackbox.left(frame.bytes());
         // the frame has left: no work is urgent until the next one is complete
         self.flag(fault::OUTPUT_FULL, !sent);
         count(&mut self.counters.dropped, u32::from(!sent));
@@ -239,6 +253,9 @@ impl<'m> Flow<'m> {
         }
         if !known {
             self.made();
+        }
+        if self.blackbox.wants_frame() {
+            self.blackbox.frame(frame.bytes());
         }
         self.follow(reading);
     }

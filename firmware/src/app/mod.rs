@@ -13,9 +13,10 @@
 //! the next whole block.
 //!
 //! Imports point from the bottom up: `guard`, `hardware`, `config`, `phase`, `load`, `lines`,
-//! `pulse`; `setup`; `flow`; `server` and `reverse`; `application`.
+//! `pulse`, `blackbox`; `setup`; `flow`; `server` and `reverse`; `application`.
 
 mod application;
+pub mod blackbox;
 mod config;
 mod flow;
 pub mod guard;

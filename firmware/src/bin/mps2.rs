@@ -15,7 +15,7 @@ mod target {
     use firmware::learn::Learner;
 
     use crate::board::Board;
-    use crate::shared::learners;
+    use crate::shared::{blackbox, learners};
 
     #[cortex_m_rt::entry]
     fn main() -> ! {
@@ -24,6 +24,9 @@ mod target {
         };
         let learner = learners::combined(None).map(|learner| learner as &mut dyn Learner);
         let mut app = App::power_on(Board::hardware(), None, learner);
+        if let Some(memory) = blackbox::memory() {
+            app.record_in(memory);
+        }
         loop {
             let busy = app.poll(&mut board.lines, &board.time);
             if let Some(lines) = app.to_open() {

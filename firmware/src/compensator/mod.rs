@@ -112,6 +112,8 @@ pub struct State {
     /// The compensator itself was found changed and must be made anew. Until then the correction
     /// stays as it is.
     pub unsound: bool,
+    /// How often the correction was set, modulo 2^32.
+    pub changes: u32,
 }
 
 impl State {

@@ -22,6 +22,30 @@ pub(super) struct Outlet {
     floats_sum: u32,
 }
 
+impl State {
+    /// Bits of what the samples of the first outlet carry over to the next one: of counts, or of
+    /// floats.
+    pub fn carried(&self, floats: bool) -> [[u32; 3]; 2] {
+        let [outlet, ..] = &self.outlets;
+        if floats {
+            outlet.remainder_float.map(|triad| triad.map(f32::to_bits))
+        } else {
+            outlet.remainder.map(|triad| triad.map(i32::cast_unsigned))
+        }
+    }
+
+    /// Puts it back.
+    pub fn carry(&mut self, floats: bool, bits: [[u32; 3]; 2]) {
+        let [outlet, ..] = &mut self.outlets;
+        if floats {
+            outlet.remainder_float = bits.map(|triad| triad.map(f32::from_bits));
+            outlet.floats_sum = outlet.floats_sum();
+        } else {
+            outlet.remainder = bits.map(|triad| triad.map(u32::cast_signed));
+        }
+    }
+}
+
 impl Compensator {
     /// States the scale and the timing of the samples of another outlet than 0, in which the same
     /// sensor sends the same motion once more. Each outlet carries its own remainder, so that what
@@ -86,17 +110,28 @@ impl Compensator {
         }
     }
 
-    /// The estimate in counts per sample, for the outlets in use.
+    /// The estimate in counts per sample, for the outlets in use. Floats are owed nothing any more
+    /// where the correction is zero: a value with a finer last place would be changed by what is
+    /// left.
     pub(super) fn make_due(&self, state: &mut State) {
+        state.changes = state.changes.wrapping_add(1);
         let outlets = state.outlets.iter_mut().zip(self.counts_per_error);
         for (outlet, per_error) in outlets.take(self.outlets) {
-            let Outlet { due, due_float, .. } = &mut *outlet;
-            let due = due.iter_mut().zip(due_float);
+            let Outlet {
+                due,
+                due_float,
+                remainder_float,
+                ..
+            } = &mut *outlet;
+            let due = due.iter_mut().zip(due_float).zip(remainder_float);
             let per_sample = state.estimate.iter().zip(per_error);
-            for ((due, due_float), (estimate, per_error)) in due.zip(per_sample) {
+            for (((due, due_float), left), (estimate, per_error)) in due.zip(per_sample) {
                 let counts = estimate.map(|e| e * per_error);
                 *due = counts.map(|c| ((c * COUNT) as i64).clamp(-LARGEST, LARGEST));
                 *due_float = counts.map(|c| -c);
+                if counts == [0.0; 3] {
+                    *left = [0.0; 3];
+                }
             }
             outlet.counts_sum = outlet.counts_sum();
             outlet.floats_sum = outlet.floats_sum();

@@ -75,6 +75,10 @@ impl<R: Learner, F: Learner> Learner for CombinedLearner<'_, R, F> {
         self.references.work() || self.fixes.work()
     }
 
+    fn is_busy(&self) -> bool {
+        self.references.is_busy() || self.fixes.is_busy()
+    }
+
     fn winner(&mut self) -> Option<Winner> {
         self.fixes.winner()
     }

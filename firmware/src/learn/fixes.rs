@@ -127,11 +127,17 @@ pub struct FixLearner<'m> {
     last: Option<(u32, Counts)>,
     /// Time of validity of the last fix used.
     last_fix_ms: Option<u32>,
+    /// Number of the sample before it.
+    last_fix: Option<u32>,
     age: FixAge,
     /// Lever arm and delay of the fixes.
     antenna: Antenna,
     /// Time of validity of the last fix whose refusals count.
     counted_ms: Option<u32>,
+    /// Samples of the block in progress.
+    in_block: u32,
+    /// A fix that waits, and the number of the sample before it.
+    held: Option<(u32, Fix)>,
     /// Where the vehicle stands, if the receiver measures no velocity.
     rest: Option<Rest>,
     /// How it moves by a receiver that does, while the sensors are still.
@@ -180,9 +186,12 @@ impl<'m> FixLearner<'m> {
             first: 0,
             last: None,
             last_fix_ms: None,
+            last_fix: None,
             age: FixAge::default(),
             antenna: Antenna::ZEROED,
             counted_ms: None,
+            in_block: 0,
+            held: None,
             rest: None,
             mean: Mean::default(),
             fixing: false,
@@ -403,8 +412,9 @@ impl Learner for FixLearner<'_> {
         self.proportional = Proportional::default();
         self.probation = Probation::default();
         self.last = None;
-        self.last_fix_ms = None;
+        (self.last_fix_ms, self.last_fix) = (None, None);
         self.counted_ms = None;
+        (self.in_block, self.held) = (0, None);
         self.rest = None;
         self.mean = Mean::default();
         self.age = FixAge::default();
@@ -430,12 +440,17 @@ impl Learner for FixLearner<'_> {
             .get_or_insert_with(|| Align::new(sensors, scale.lsb, stream.period_s));
         align.sample(&counts);
         self.course.sample(&counts);
+        self.in_block = self.in_block.saturating_add(1);
+        if self.held.is_some() && !self.is_near_end(&stream) {
+            self.observe_held();
+        }
     }
 
     fn block(&mut self, _: u32, block: &Block) {
         if self.stream.is_none() {
             return;
         }
+        self.in_block = 0;
         if self.end_interval().is_some() {
             self.feed_back();
         }
@@ -453,17 +468,25 @@ impl Learner for FixLearner<'_> {
         }
     }
 
-    /// The numbers of the samples show what is missing.
-    fn gap(&mut self) {}
+    /// The numbers of the samples show what is missing. The next one begins a block.
+    fn gap(&mut self) {
+        self.in_block = 0;
+    }
 
     fn silence(&mut self) {
         self.finish();
         self.lose();
         self.last = None;
+        (self.in_block, self.held) = (0, None);
     }
 
     fn fix(&mut self, number: u32, fix: &Fix) {
-        self.observe(number, fix);
+        match self.stream {
+            Some(stream) if self.is_near_end(&stream) => {
+                self.held.get_or_insert((number, *fix));
+            }
+            _ => _ = self.observe(number, fix),
+        }
     }
 
     fn align(&mut self, alignment: Alignment) {
@@ -492,6 +515,11 @@ impl Learner for FixLearner<'_> {
             return self.stream.is_some() && (bank.work(work) || !self.rehearsal.is_done());
         }
         self.rehearsal.work(work.block())
+    }
+
+    fn is_busy(&self) -> bool {
+        let aligns = self.course.motion().is_some_and(InMotion::is_pending);
+        aligns || !self.antenna.is_done() || !self.work.is_done() || !self.rehearsal.is_done()
     }
 
     fn winner(&mut self) -> Option<Winner> {

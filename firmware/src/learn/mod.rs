@@ -158,6 +158,11 @@ pub trait Learner {
         false
     }
 
+    /// Deferred work is left. What does it first takes long until then.
+    fn is_busy(&self) -> bool {
+        false
+    }
+
     /// The networks that have proved themselves and may correct the samples; `None`: no correction
     /// may. Deferred work is done first.
     fn winner(&mut self) -> Option<Winner> {

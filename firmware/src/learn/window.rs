@@ -341,6 +341,10 @@ impl Learner for WindowLearner {
         false
     }
 
+    fn is_busy(&self) -> bool {
+        self.job.is_some()
+    }
+
     fn learnt(&mut self) -> (Nets, [State; 2]) {
         self.finish();
         let [gyro, accel] = &self.sides;

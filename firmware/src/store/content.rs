@@ -7,6 +7,7 @@ use crate::configuration::record::Record;
 use crate::learn::{Learner, MEMORY_LEN};
 use crate::model::{IMAGES_LEN, Nets};
 use crate::wire::checksum::Zlib;
+use crate::wire::command::key::{KEY_LEN, Key};
 use crate::wire::field::{put, take};
 
 /// Bytes of [`Notes`].
@@ -27,6 +28,8 @@ pub struct Content<'c> {
     pub unit: u32,
     /// How long the device has run since power-on, minutes.
     pub minutes: u32,
+    /// The device's key.
+    pub key: Key,
 }
 
 /// What a record remembers of the unit.
@@ -50,6 +53,7 @@ impl<'c> Content<'c> {
             memory: Memory::None,
             unit: 0,
             minutes: 0,
+            key: Key::Unprovisioned,
         }
     }
 }
@@ -134,10 +138,12 @@ pub(super) struct Layout {
 
 /// The length of the configuration record stands before it.
 pub(super) const COUNT_LEN: usize = 2;
-/// Behind it, from version 4 on: the unit, and the life of the device.
+/// Behind it, from version 4 on: the unit, the life of the device, and its key.
 pub(super) const UNIT_LEN: usize = 4;
 /// All that stands between images and configuration record.
-pub(super) const FIXED_LEN: usize = COUNT_LEN + UNIT_LEN + LIFE_LEN;
+pub(super) const FIXED_LEN: usize = COUNT_LEN + UNIT_LEN + LIFE_LEN + KEY_LEN;
+/// Where the key is among these.
+pub(super) const KEY_AT: usize = COUNT_LEN + UNIT_LEN + LIFE_LEN;
 const COUNT_AT: usize = HEADER_LEN + IMAGES_LEN;
 const RECORD_AT: usize = COUNT_AT + FIXED_LEN;
 
@@ -177,7 +183,7 @@ impl Layout {
 }
 
 /// Fills in what a piece that begins at byte `at` of a record has of the images, the unit, the life
-/// of the device, the configuration and a new memory. All else stays as it is.
+/// of the device, its key, the configuration and a new memory. All else stays as it is.
 pub(super) fn fill(
     content: &Content,
     life: &Life,
@@ -192,6 +198,7 @@ pub(super) fn fill(
     put(&mut fixed, 0, (layout.record as u16).to_le_bytes()); // at most MAX_LEN
     put(&mut fixed, COUNT_LEN, content.unit.to_le_bytes());
     put(&mut fixed, COUNT_LEN + UNIT_LEN, life.bytes());
+    put(&mut fixed, KEY_AT, content.key.to_bytes());
     part(piece, at, COUNT_AT, FIXED_LEN, |start, place| {
         copy(&fixed, start, place);
     });

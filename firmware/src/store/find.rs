@@ -1,6 +1,6 @@
 //! Finds and reads records.
 
-use super::content::{COUNT_LEN, FIXED_LEN, UNIT_LEN};
+use super::content::{COUNT_LEN, FIXED_LEN, KEY_AT, UNIT_LEN};
 use super::{
     CRC_LEN, HEAD_LEN, HEADER_LEN, LIFE_LEN, Life, MAGIC, MEMORY_MAX, Newer, OLDEST, PIECE, Store,
     Stored, VERSION, WITH_LIFE, WITH_MEMORY,
@@ -8,6 +8,7 @@ use super::{
 use crate::configuration::record::{MAX_LEN, Record};
 use crate::model::{IMAGES_LEN, Nets};
 use crate::wire::checksum::Zlib;
+use crate::wire::command::key::Key;
 use crate::wire::field::{head, put, take};
 use embedded_storage::nor_flash::NorFlash;
 
@@ -36,7 +37,7 @@ impl Header {
     fn fixed(&self) -> usize {
         match self.version {
             ..WITH_MEMORY => 0,
-            ..WITH_LIFE => COUNT_LEN,
+            WITH_MEMORY..WITH_LIFE => COUNT_LEN,
             _ => FIXED_LEN,
         }
     }
@@ -221,6 +222,10 @@ impl<F: NorFlash> Store<F> {
             .get(COUNT_LEN + UNIT_LEN..)
             .and_then(|life| life.first_chunk())
             .filter(|_| fixed == FIXED_LEN);
+        let key = match told.get(KEY_AT..).and_then(|key| key.first_chunk()) {
+            Some(key) if fixed == FIXED_LEN => Key::from_bytes(key)?,
+            _ => Key::Unprovisioned,
+        };
         let unit = u32::from_le_bytes(take(told, COUNT_LEN));
         let record = told.get(fixed..fixed + record)?;
         Some(Stored {
@@ -229,6 +234,7 @@ impl<F: NorFlash> Store<F> {
             generation: header.generation,
             unit: Some(unit).filter(|unit| life.is_some() && *unit != 0),
             life: life.map(Life::of).unwrap_or_default(),
+            key,
             damaged: false,
             passed: 0,
             at,

@@ -15,16 +15,18 @@
 //! | 4 | 4 | version of this format, 4 |
 //! | 8 | 4 | generation: the greater one (modulo 2^32) is the newer |
 //! | 12 | 2 | length a of the images, 608 |
-//! | 14 | 2 | length b of the rest, 26 + c + d |
+//! | 14 | 2 | length b of the rest, 59 + c + d |
 //! | 16 | a | the gyro network's image, then the accelerometer network's |
 //! | 16 + a | 2 | length c of the configuration record; 0: none |
 //! | 18 + a | 4 | the unit that all this is of: [`unit()`]; 0: not told |
 //! | 22 + a | 20 | the device's [`Life`] |
-//! | 42 + a | c | the configuration record ([`crate::configuration::record`]) |
-//! | 42 + a + c | d | the memory: [`Notes`], then what the learner took down; or nothing |
+//! | 42 + a | 33 | the device's key ([`Key::to_bytes`]) |
+//! | 75 + a | c | the configuration record ([`crate::configuration::record`]) |
+//! | 75 + a + c | d | the memory: [`Notes`], then what the learner took down; or nothing |
 //! | 16 + a + b | 4 | CRC-32 (zlib's) of bytes 0..16 + a + b |
 //!
-//! Version 3 has neither unit nor life. In version 2 the rest is the configuration record alone.
+//! Version 3 has neither unit nor life nor key. In version 2 the rest is the configuration record
+//! alone.
 //! Version 1 has no rest. Every later version keeps this frame of magic, version, generation, two
 //! lengths and CRC, so that an older firmware tells a newer record from a damaged one. It reports
 //! [`Newer`] and overwrites nothing.
@@ -55,6 +57,7 @@ pub use life::{LIFE_LEN, Life};
 
 use crate::configuration::record::{MAX_LEN, Record};
 use crate::model::{IMAGES_LEN, Nets};
+use crate::wire::command::key::Key;
 use content::FIXED_LEN;
 use embedded_storage::nor_flash::NorFlash;
 use find::Header;
@@ -123,8 +126,11 @@ impl From<bool> for Progress {
 /// How something is to be stored now.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Step {
-    /// As a whole. The processor may halt for long.
+    /// As a whole. The processor may halt for long: where there is no room behind the newest
+    /// record, the other slot is erased.
     Save,
+    /// The same, and the other slot is erased in any case: twice, and nothing older is left.
+    Renew,
     /// Behind the newest record: the first piece.
     Begin,
     /// The next piece of the same.
@@ -148,6 +154,8 @@ pub struct Stored {
     pub unit: Option<u32>,
     /// The device's life until then.
     pub life: Life,
+    /// The device's key.
+    pub key: Key,
     /// What was stored after this record cannot be read: it was damaged, or the power failed while
     /// it was written.
     pub damaged: bool,

@@ -6,6 +6,7 @@ use crate::compensator::Block;
 use crate::learn::{Learner, Report};
 use crate::sample::StreamScale;
 use crate::wire::checksum::crc32_zlib;
+use crate::wire::command::key::Secret;
 use embedded_storage::nor_flash::{ErrorType, NorFlashError, NorFlashErrorKind, ReadNorFlash};
 use lrnn_nostd::{Net, Normalisation, Weights};
 use proptest::prelude::*;
@@ -184,6 +185,14 @@ impl Learner for Remembers {
     }
 }
 
+/// A key of its own for each.
+fn key_of(n: u8) -> Key {
+    match n % 3 {
+        0 => Key::OpenByChoice,
+        _ => Key::Secret(Secret(core::array::from_fn(|at| n ^ at as u8))),
+    }
+}
+
 /// Does something with the content of number `n`.
 fn with<T>(n: u8, work: impl FnOnce(&Content) -> T) -> T {
     work(&Content {
@@ -192,6 +201,7 @@ fn with<T>(n: u8, work: impl FnOnce(&Content) -> T) -> T {
         memory: Memory::New(notes(n), &Remembers(n), learnt(n).len()),
         unit: unit_of(n),
         minutes: 0,
+        key: key_of(n),
     })
 }
 
@@ -210,6 +220,16 @@ fn framed(n: u8, generation: u32) -> Vec<u8> {
     let mut rest = (told.len() as u16).to_le_bytes().to_vec();
     rest.extend(unit_of(n).to_le_bytes());
     rest.extend([0; LIFE_LEN]);
+    match key_of(n) {
+        Key::Secret(Secret(secret)) => {
+            rest.push(0x3C);
+            rest.extend(secret);
+        }
+        _ => {
+            rest.push(0xC3);
+            rest.extend([0; 32]);
+        }
+    }
     rest.extend(told);
     let of = notes(n);
     rest.extend(of.unit.to_le_bytes());

@@ -29,7 +29,11 @@ impl<F: NorFlash> Store<F> {
     /// Stores as a step tells it.
     pub fn carry_out(&mut self, step: Step, content: &Content) -> Progress {
         let done = match step {
-            Step::Save => return self.save(content).is_ok().into(),
+            Step::Save => {
+                let appended = self.append(content).is_ok();
+                return (appended || self.save(content).is_ok()).into();
+            }
+            Step::Renew => return self.save(content).is_ok().into(),
             Step::Begin => self.begin(content).map(|()| Progress::GoesOn),
             Step::GoOn => self.go_on(content),
         };
@@ -87,6 +91,21 @@ impl<F: NorFlash> Store<F> {
             };
         }
         Err(last)
+    }
+
+    /// Stores a content behind the newest good record at once, without erasing.
+    ///
+    /// # Errors
+    /// As [`Store::begin`] and [`Store::go_on`].
+    fn append(&mut self, content: &Content) -> Result<(), Error<F::Error>> {
+        self.begin(content)?;
+        // what is damaged goes when its slot is erased
+        let newest = self.newest.map(|(_, header)| header.generation);
+        if newest.is_none_or(|generation| self.is_damaged_after(generation)) {
+            return Err(Error::Full);
+        }
+        while self.go_on(content)? == Progress::GoesOn {}
+        Ok(())
     }
 
     /// Begins to store a content behind the newest good record, without erasing. What was begun
@@ -218,6 +237,7 @@ impl<F: NorFlash> Store<F> {
                 memory: Memory::Same,
                 unit: stored.unit.unwrap_or(0),
                 minutes: 0,
+                key: stored.key,
             })?;
         }
         Ok(())

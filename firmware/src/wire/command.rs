@@ -8,28 +8,37 @@
 //! comes again under the same number, because the answer was lost, changes nothing more than the
 //! first did.
 //!
+//! A request may be sealed with a key ([`seal`]). Where the device has a key, every request that
+//! changes something must be.
+//!
 //! Compatibility: the order of the variants is the wire format. New ones go to the end, and
 //! [`WIRE_VERSION`] counts changes.
 
+pub mod key;
 mod reset;
+pub mod seal;
+mod security;
 
 pub use reset::{ClockSource, Crash, CrashKind, Crystal, LoopPhase, Reset, cause, unwell};
+pub use security::{Protection, Provision, Security};
 
 use super::checksum::crc32_zlib;
-use super::field::{head, put, take};
 use super::receiver::Heard;
-use super::{Error, cobs};
+use super::{Error, cobs, field};
+use crate::control::recording::{Order, Recording};
 use crate::control::{Alignment, Mode, Reason, Way, Window};
 use crate::fix::Heading;
+use key::Challenge;
+use seal::{Opened, SEAL_LEN, encode_sealed, open};
 use serde::{Deserialize, Serialize};
 
 /// Version of this wire format, in [`Version`].
 pub const WIRE_VERSION: u16 = 9;
 /// The largest piece of a weight image in one packet, bytes.
 pub const MAX_CHUNK: usize = 128;
-/// The longest packet, its zero byte included: chunk, 32 bytes for the other fields and the CRC,
-/// COBS overhead.
-pub const MAX_PACKET: usize = MAX_CHUNK + 32 + 2;
+/// The longest packet, its zero byte included: chunk, 32 bytes for the other fields and the CRC, a
+/// seal, COBS overhead.
+pub const MAX_PACKET: usize = MAX_CHUNK + 32 + SEAL_LEN + 2;
 
 /// The output of the networks, whether it is in force or not.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -138,6 +147,25 @@ pub enum Request<'a> {
     GetMemory,
     /// Answer: [`Response::Kept`].
     GetStore,
+    /// Answer: [`Response::Recording`].
+    GetRecording,
+    /// What the black box is to do.
+    Record(Order),
+    /// Answer: [`Response::Image`] with a piece of the black box, while it holds.
+    ReadRecording {
+        /// Where in its memory.
+        offset: u32,
+        /// At most [`MAX_CHUNK`].
+        length: u16,
+    },
+    /// Answer: [`Response::Security`].
+    GetSecurity,
+    /// Begins a session of sealed requests. Answer: [`Response::Challenge`], the same until it is
+    /// used or 10 s old, so that nobody can end a session by asking.
+    GetChallenge,
+    /// Gives the device its key, once, or another one with the present one. It is stored like
+    /// [`Request::StoreImage`].
+    Provision(Provision),
     /// Answer: [`Response::Reset`], or refused by a device that is no board.
     GetReset,
 }
@@ -333,6 +361,12 @@ pub enum Response<'a> {
     Remembered(Remembered),
     /// To [`Request::GetStore`].
     Kept(Kept),
+    /// To [`Request::GetRecording`].
+    Recording(Recording),
+    /// To [`Request::GetSecurity`].
+    Security(Security),
+    /// To [`Request::GetChallenge`].
+    Challenge(Challenge),
     /// To [`Request::GetReset`].
     Reset(Reset),
 }
@@ -418,38 +452,23 @@ pub fn encode<'b, M: Serialize>(
     message: &M,
     buffer: &'b mut [u8],
 ) -> Result<&'b mut [u8], Error> {
-    let mut plain = [0; MAX_PACKET - 2]; // COBS adds a byte in front and the zero behind
-    let coded = postcard::to_slice(&(number, message), &mut plain).map_err(|_| Error::Length)?;
-    let len = coded.len();
-    let crc = crc32_zlib(coded);
-    if len + 4 > plain.len() {
-        return Err(Error::Length);
-    }
-    put(&mut plain, len, crc.to_le_bytes());
-    let len = cobs::encode(head(&plain, len + 4), buffer).ok_or(Error::Length)?;
-    buffer.get_mut(..len).ok_or(Error::Length)
+    encode_sealed(number, message, buffer, None)
 }
 
-/// Reads a packet, with or without its zero byte. It is decoded in place, and its message borrows
-/// from it.
+/// Reads a plain packet, with or without its zero byte. It is decoded in place, and its message
+/// borrows from it.
 ///
 /// # Errors
 /// [`Error::Header`] for bytes that are not COBS, [`Error::Checksum`], [`Error::Field`] for a
-/// message that this version does not know or that has bytes left over.
+/// message that this version does not know or that has bytes left over, a seal for example.
 pub fn decode<'b, M: Deserialize<'b>>(packet: &'b mut [u8]) -> Result<(u8, M), Error> {
-    let end = packet
-        .iter()
-        .position(|&byte| byte == 0)
-        .unwrap_or(packet.len());
-    let packet = packet.get_mut(..end).unwrap_or_default();
-    let len = cobs::decode_in_place(packet).ok_or(Error::Header)?;
-    let crc = len.checked_sub(4).ok_or(Error::Header)?;
-    let coded = packet.get(..crc).unwrap_or_default();
-    if crc32_zlib(coded) != u32::from_le_bytes(take(packet, crc)) {
-        return Err(Error::Checksum);
-    }
-    match postcard::take_from_bytes(coded) {
-        Ok((message, [])) => Ok(message),
+    match open(packet)? {
+        Opened {
+            number,
+            message,
+            seal: None,
+            ..
+        } => Ok((number, message)),
         _ => Err(Error::Field),
     }
 }

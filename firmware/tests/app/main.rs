@@ -3,7 +3,9 @@
 mod activation;
 mod adis;
 mod aside;
+mod blackbox;
 mod bound;
+mod busy;
 mod bypass;
 mod channels;
 mod command;
@@ -16,6 +18,7 @@ mod frames;
 mod gaps;
 mod holes;
 mod identity;
+mod keys;
 mod learn;
 mod memory;
 mod next_power_on;

@@ -25,6 +25,11 @@ impl Flash {
     pub fn new() -> Flash {
         Flash(vec![0xFF; 4 * 8192])
     }
+
+    /// All of it.
+    pub fn bytes(&self) -> &[u8] {
+        &self.0
+    }
 }
 
 impl ErrorType for Flash {
@@ -117,8 +122,8 @@ fn a_power_cycle_brings_back_what_was_stored() {
     assert_eq!(device.lines.navigation.sent, STIM.stream(0, 10));
 }
 
-/// What the store tells of the device's life, and that a newer record is damaged, until something is
-/// stored again. Weights of another unit than the configuration's are not used.
+/// What the store tells of the device's life, and that a newer record is damaged, until something
+/// is stored again. Weights of another unit than the configuration's are not used.
 #[test]
 fn the_store_tells_what_it_found() {
     let kept = |device: &mut Device| {
@@ -133,19 +138,33 @@ fn the_store_tells_what_it_found() {
     let record = record(&told(STIM));
     assert_eq!(configure(&mut device, &record), Ok(()));
     device.order(&Request::SetMode(Mode::Bypass));
-    for _ in 0..2 {
-        assert_eq!(stores(&mut device, &mut flash), Response::Done);
-    }
+    assert_eq!(stores(&mut device, &mut flash), Response::Done);
+    // the same is not stored again, something else behind it
+    assert_eq!(stores(&mut device, &mut flash), Response::Done);
+    assert_eq!(kept(&mut powered(&flash)).generation, Some(1));
+    let mut other = told(STIM);
+    other.identity.name = "other".try_into().expect("short");
+    assert_eq!(configure(&mut device, &encode(&other)), Ok(()));
+    device.order(&Request::SetMode(Mode::Bypass));
+    assert_eq!(stores(&mut device, &mut flash), Response::Done);
     let mut device = powered(&flash);
     let found = kept(&mut device);
     assert_eq!(
         (found.generation, found.damaged, found.passed),
         (Some(2), false, 0)
     );
-    assert_eq!(found.erased, [1, 1]);
-    // the newest, in the second slot
+    assert_eq!(found.erased, [1, 0]);
+    let starts = |flash: &Flash| -> Vec<usize> {
+        let places = (0..flash.0.len()).step_by(64);
+        places
+            .filter(|at| flash.0[*at..].starts_with(b"LRNS"))
+            .collect()
+    };
+    let [_, newest] = starts(&flash)[..] else {
+        panic!("two records");
+    };
     let mut rotten = flash.clone();
-    rotten.0[2 * 8192 + 700] ^= 1;
+    rotten.0[newest + 700] ^= 1;
     let mut device = powered(&rotten);
     let found = kept(&mut device);
     assert_eq!((found.generation, found.damaged), (Some(1), true));
@@ -155,9 +174,11 @@ fn the_store_tells_what_it_found() {
     assert_eq!(stores(&mut device, &mut rotten), Response::Done);
     assert_eq!(device.app.faults() & fault::STORE, 0);
     assert!(!kept(&mut powered(&rotten)).damaged);
-    // both slots: as good as new
-    for slot in [0, 2 * 8192] {
-        rotten.0[slot + 700] ^= 1;
+    // all of them: as good as new
+    for start in starts(&rotten) {
+        if start != newest {
+            rotten.0[start + 700] ^= 1;
+        }
     }
     assert_eq!(kept(&mut powered(&rotten)), Kept::default());
 }

@@ -6,6 +6,7 @@
 mod abuse;
 mod allan;
 mod beside;
+mod blackbox;
 mod campaign;
 mod convert;
 mod corrected;
@@ -20,6 +21,7 @@ mod progress;
 mod replay;
 mod run;
 mod simulate;
+mod soak;
 mod source;
 mod start;
 mod unit;
@@ -66,6 +68,8 @@ enum Command {
     Hil(hil::Args),
     /// Write a simulated session as CSV files, for other tools
     Simulate(simulate::Args),
+    /// Run the device for hours with random faults of every kind, and check what leaves
+    Soak(soak::Args),
     /// Try how the device starts: success and heading error over classes of sensors and vehicles
     Start(start::Args),
     /// Make, check and show unit files: what is known of a sensor, in datasheet units
@@ -91,6 +95,7 @@ impl Cli {
             Some(Command::Device(args)) => args.run(),
             Some(Command::Hil(args)) => args.run(),
             Some(Command::Simulate(args)) => args.run(),
+            Some(Command::Soak(args)) => args.run(),
             Some(Command::Start(args)) => args.run(),
             Some(Command::Unit(args)) => args.run(),
         }

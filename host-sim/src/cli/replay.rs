@@ -1,5 +1,6 @@
 //! `host-sim replay`.
 
+use super::blackbox::Blackbox;
 use super::messages::{Euroc, Mcap, Ubx, Ulog};
 use super::options::{UnitOption, refused};
 use super::output::Output;
@@ -42,6 +43,8 @@ enum What {
     Ubx(MessagesArgs<Ubx>),
     /// Your recording as a folder in the form of the EuRoC MAV dataset
     Euroc(MessagesArgs<Euroc>),
+    /// What a device's black box holds, against the same application here
+    Blackbox(Blackbox),
 }
 
 #[derive(Debug, ClapArgs)]
@@ -123,6 +126,7 @@ impl Args {
             What::Ulog(args) => args.run(),
             What::Ubx(args) => args.run(),
             What::Euroc(args) => args.run(),
+            What::Blackbox(args) => args.run(),
         }
     }
 }

@@ -8,7 +8,7 @@ use super::reset::{Start, start};
 use super::watch::{Antenna, Learner};
 use crate::error::Error;
 use firmware::configuration::{Configuration, Sensor};
-use firmware::wire::command::{self, Remembered, Request, Response};
+use firmware::wire::command::{self, Protection, Remembered, Request, Response, Security};
 use serde::Serialize;
 
 /// What a device is and what it is told.
@@ -61,6 +61,8 @@ pub struct Info {
     pub start: Option<Start>,
     /// What it found in its store when it started.
     pub store: Kept,
+    /// Who may change the device.
+    pub security: Protected,
 }
 
 /// What a device found in its store.
@@ -92,6 +94,34 @@ impl From<command::Kept> for Kept {
             erased: of.erased,
             damaged: of.damaged,
             passed: of.passed,
+        }
+    }
+}
+
+/// Who may change a device.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Protected {
+    /// `keyed`, `open by choice` or `not provisioned`.
+    pub state: &'static str,
+    /// The board makes random challenges.
+    pub random: bool,
+    /// Sealed requests refused since power-on because of another key or a forgery.
+    pub forged: u32,
+    /// Records that may be stored now, one after the other.
+    pub stores: u16,
+}
+
+impl From<Security> for Protected {
+    fn from(of: Security) -> Self {
+        Self {
+            state: match of.protection {
+                Protection::Unprovisioned => "not provisioned",
+                Protection::OpenByChoice => "open by choice",
+                Protection::Keyed => "keyed",
+            },
+            random: of.random,
+            forged: of.forged,
+            stores: of.stores,
         }
     }
 }
@@ -215,6 +245,7 @@ pub fn info(link: &mut Link) -> Result<Info, Error> {
         memory: link.remembered()?.into(),
         store: link.kept()?.into(),
         start: start(link)?,
+        security: link.security()?.into(),
         name: told.as_ref().map(|told| told.identity.name.to_string()),
         serial: told.as_ref().map(|told| told.identity.serial.to_string()),
         format: told.as_ref().and_then(format),

@@ -1,19 +1,25 @@
 //! The host's end of the command link.
 
+mod sealed;
+
 use super::port::Port;
 use super::refusal;
 use crate::error::Error;
 use firmware::control::{Mode, Reason};
 use firmware::model::{IMAGES_LEN, Nets};
+use firmware::wire::command::key::Secret;
+use firmware::wire::command::seal::{Opened, open};
 use firmware::wire::command::{
     Antenna, Counters, Health, Kept, MAX_CHUNK, MAX_PACKET, Packets, Remembered, Request, Response,
-    Version, WIRE_VERSION, decode, encode,
+    Security, Version, WIRE_VERSION, encode,
 };
 use lrnn_nostd::image;
 use std::time::{Duration, Instant};
 
 /// How long an answer may take before the request is sent again.
 const TIMEOUT: Duration = Duration::from_millis(500);
+/// A device that is busy is asked again after this time.
+const BUSY: Duration = Duration::from_millis(20);
 /// How often a request is sent.
 const TRIES: u32 = 8;
 
@@ -26,6 +32,9 @@ pub struct Link {
     /// Number of the last request.
     number: u8,
     tries: u32,
+    /// What requests are sealed with that change something.
+    key: Option<Secret>,
+    session: Option<sealed::Session>,
 }
 
 impl Link {
@@ -38,6 +47,8 @@ impl Link {
             packets: Packets::new(),
             number: 0,
             tries: TRIES,
+            key: None,
+            session: None,
         }
     }
 
@@ -55,6 +66,18 @@ impl Link {
     pub fn with_tries(mut self, tries: u32) -> Self {
         self.tries = tries;
         self
+    }
+
+    /// Seals each request that changes something with this key.
+    #[must_use]
+    pub fn with_key(mut self, key: Option<Secret>) -> Self {
+        self.set_key(key);
+        self
+    }
+
+    /// From now on with another key, or without.
+    pub fn set_key(&mut self, key: Option<Secret>) {
+        (self.key, self.session) = (key, None);
     }
 
     /// An error at this link.
@@ -76,19 +99,49 @@ impl Link {
         request: &Request,
         read: impl Fn(&Response) -> Option<T>,
     ) -> Result<Result<T, Reason>, Error> {
+        for _ in 1..self.tries {
+            let answer = self.request_once(request, &read)?;
+            if !matches!(answer, Err(Reason::Busy)) {
+                return Ok(answer);
+            }
+            std::thread::sleep(BUSY);
+        }
+        self.request_once(request, &read)
+    }
+
+    /// The same, asked again only when there is no answer.
+    fn request_once<T>(
+        &mut self,
+        request: &Request,
+        read: &impl Fn(&Response) -> Option<T>,
+    ) -> Result<Result<T, Reason>, Error> {
+        if let Some(key) = self.key.filter(|_| request.changes()) {
+            return self.request_sealed(&key, request, read);
+        }
         self.number = self.number.wrapping_add(1);
         let mut buffer = [0; MAX_PACKET];
         let packet = encode(self.number, request, &mut buffer)
             .map_err(|error| self.error(format!("{request:?}: {error:?}"), "report it"))?;
+        self.exchange(packet, request, read, &|opened| opened.seal.is_none())
+    }
+
+    /// Sends a packet until it is answered. `ours`: whether a packet with its number is its answer.
+    fn exchange<T>(
+        &mut self,
+        packet: &[u8],
+        request: &Request,
+        read: &impl Fn(&Response) -> Option<T>,
+        ours: &impl Fn(&Opened<Response>) -> bool,
+    ) -> Result<Result<T, Reason>, Error> {
         // the zero in front separates the packet from noise on the line
-        let packet = [&[0], &*packet].concat();
+        let packet = [&[0], packet].concat();
         let mut came = 0;
         for _ in 0..self.tries {
             let sent = self.port.send(&packet, &|| false);
             sent.map_err(|error| self.broken(&error))?;
             let start = Instant::now();
             while start.elapsed() < TIMEOUT {
-                if let Some(answer) = self.answer(&read, &mut came)? {
+                if let Some(answer) = self.answer(read, ours, &mut came)? {
                     return answer.map_err(|other| {
                         let remedy = "use the host-sim of the device's version";
                         self.error(format!("{request:?} is answered {other}"), remedy)
@@ -120,6 +173,7 @@ impl Link {
     fn answer<T>(
         &mut self,
         read: &impl Fn(&Response) -> Option<T>,
+        ours: &impl Fn(&Opened<Response>) -> bool,
         came: &mut usize,
     ) -> Result<Option<Result<Result<T, Reason>, String>>, Error> {
         let mut buffer = [0; 256];
@@ -129,10 +183,11 @@ impl Link {
         let mut answer = None;
         for &byte in buffer.get(..len).unwrap_or_default() {
             if let Some(packet) = self.packets.push(byte)
-                && let Ok((number, response)) = decode::<Response>(packet)
-                && number == self.number
+                && let Ok(opened) = open::<Response>(packet)
+                && opened.number == self.number
+                && ours(&opened)
             {
-                answer = Some(match response {
+                answer = Some(match opened.message {
                     Response::Refused(reason) => Ok(Err(reason)),
                     other => read(&other).map(Ok).ok_or_else(|| format!("{other:?}")),
                 });
@@ -258,6 +313,17 @@ impl Link {
     pub fn kept(&mut self) -> Result<Kept, Error> {
         self.ask(&Request::GetStore, |answer| match answer {
             Response::Kept(kept) => Some(*kept),
+            _ => None,
+        })
+    }
+
+    /// Whether the device needs a key.
+    ///
+    /// # Errors
+    /// As [`Link::ask`].
+    pub fn security(&mut self) -> Result<Security, Error> {
+        self.ask(&Request::GetSecurity, |answer| match answer {
+            Response::Security(security) => Some(*security),
             _ => None,
         })
     }

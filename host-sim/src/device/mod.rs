@@ -3,11 +3,14 @@
 //! [`Link`] asks and understands the answers. Everything else here is made of its requests. The
 //! refusals and the faults of a device are put in words in [`refusal`] and [`faults`].
 
+mod blackbox;
 mod configure;
 pub mod faults;
 mod info;
+mod key;
 mod link;
 mod port;
+mod provision;
 mod receiver;
 pub mod refusal;
 mod reset;
@@ -15,10 +18,13 @@ mod store;
 mod watch;
 mod weights;
 
+pub use blackbox::{Fetched, fetch, recording};
 pub use configure::{configuration, configure, record, send};
-pub use info::{Info, Kept, LineInfo, Memory, info};
+pub use info::{Info, Kept, LineInfo, Memory, Protected, info};
+pub use key::{make_key, read_key};
 pub use link::{Link, images, load, set_up};
 pub use port::Port;
+pub use provision::{open_by_choice, provision};
 pub use receiver::Receiver;
 pub use reset::Start;
 pub use store::{can_store, store};

@@ -31,6 +31,11 @@ fn purpose(request: &Request) -> &'static str {
         Request::Reference(_) => "learn from the reference",
         Request::Alignment(_) => "take note of the alignment",
         Request::Heading(_) => "take the heading",
+        Request::GetRecording | Request::Record(_) | Request::ReadRecording { .. } => {
+            "give its black box"
+        }
+        Request::Provision(_) => "take the key",
+        Request::GetChallenge => "begin a session",
         Request::GetVersion
         | Request::GetHealth
         | Request::GetCounters
@@ -39,6 +44,7 @@ fn purpose(request: &Request) -> &'static str {
         | Request::GetBoard
         | Request::GetMemory
         | Request::GetStore
+        | Request::GetSecurity
         | Request::GetReceiver
         | Request::GetReset => "tell its state",
     }
@@ -57,6 +63,10 @@ fn because(request: &Request, reason: Reason) -> (String, String) {
         (Reason::NotAvailable, Request::Heading(_)) => (
             "it does not align itself: it does not learn, or there has been no fix yet",
             "set the mode shadow or learn, wait for a fix, and give the heading again",
+        ),
+        (Reason::Range, Request::Provision(_)) => (
+            "all bytes of the key are the same",
+            "let the program make the key: give --key-file the name of a new file",
         ),
         (Reason::Range, _) => (
             "a piece does not follow the one before it, or is too long",
@@ -113,10 +123,32 @@ fn because(request: &Request, reason: Reason) -> (String, String) {
             "it has no configuration, so it only passes bytes",
             "configure it first: host-sim device configure FILE",
         ),
+        (Reason::KeyNeeded, _) => (
+            "it asks for a key",
+            "give the device's key: --key FILE, or the variable LRNN_KEY",
+        ),
+        (Reason::NoKey, _) => (
+            "it has no key",
+            "leave out --key (and the variable LRNN_KEY), or give it one: \
+             host-sim device provision --key-file FILE",
+        ),
+        (Reason::Key, _) => (
+            "the key is another one than the device's, or something on the line changes requests",
+            "give the file of this device: --key FILE",
+        ),
+        (Reason::Session | Reason::Counter, _) => (
+            "its session ends again and again",
+            "let no other program use the device at the same time, and check the line",
+        ),
+        (Reason::Wait(ms), _) => return wait(ms),
         (Reason::Schema(taken), _) => return schema(taken),
         (Reason::Field(field), _) => return out_of_range(field),
         (Reason::Baud(nearest), _) => return baud(nearest),
         (Reason::Pins(sets), _) => return pins(sets),
+        (Reason::Busy, _) => (
+            "it has other work to finish first",
+            "try again; the device was asked several times",
+        ),
         (Reason::Newer(version), _) => {
             let problem = format!("its store holds something of a newer firmware ({version})");
             let remedy = "flash the newer firmware again, or erase the last two sectors of flash";
@@ -124,6 +156,15 @@ fn because(request: &Request, reason: Reason) -> (String, String) {
         }
     };
     (problem.into(), remedy.into())
+}
+
+/// It was asked too often.
+fn wait(ms: u32) -> (String, String) {
+    let seconds = ms.div_ceil(1000);
+    (
+        "it was asked for it too often, and its flash is to last".into(),
+        format!("ask again in {seconds} s"),
+    )
 }
 
 /// The device takes records of another schema.

@@ -22,11 +22,15 @@ pub fn can_store(link: &mut Link) -> Result<bool, Error> {
 pub fn store(link: &mut Link, after: Mode) -> Result<(), Error> {
     link.order(&Request::SetMode(Mode::Bypass))?;
     let begun = link.order(&Request::StoreImage);
-    // it answers again when it is done
-    let health = link.health();
+    let stored = settled(link);
     link.order(&Request::SetMode(after))?;
     begun?;
-    if health?.faults & fault::STORE == 0 {
+    stored
+}
+
+/// Whether the device has stored what it was told to. It answers again when it is done.
+pub(super) fn settled(link: &mut Link) -> Result<(), Error> {
+    if link.health()?.faults & fault::STORE == 0 {
         return Ok(());
     }
     Err(link.error(

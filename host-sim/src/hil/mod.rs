@@ -5,6 +5,7 @@
 //! bypass. Then it gets recurrent networks and mode frozen, and in the end what it had before.
 //! Without a command link the board must be in mode bypass, as it is without a configuration.
 
+pub mod blackbox;
 mod board;
 mod drive;
 mod judge;

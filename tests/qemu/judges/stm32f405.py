@@ -18,7 +18,7 @@ import sys
 from unicorn import UC_ARCH_ARM, UC_HOOK_CODE, UC_HOOK_INTR, UC_HOOK_MEM_WRITE, UC_MODE_MCLASS, UC_MODE_THUMB, Uc, UcError
 from unicorn import arm_const as arm
 
-from stm32parts import CORE, POWER_ON, PIN, BROWN_OUT, Flash, Forbidden, Iwdg, Power, Rcc, Tim2, Tim11, Wwdg
+from stm32parts import CORE, POWER_ON, PIN, BROWN_OUT, Flash, Forbidden, Iwdg, Power, Rcc, Rng, Tim2, Tim11, Wwdg
 
 SLICE = 100  # instructions between two looks at the world: a byte takes 1823
 FLASH, SRAM, CCM = (0x0800_0000, 0x10_0000), (0x2000_0000, 0x2_0000), (0x1000_0000, 0x1_0000)
@@ -327,6 +327,7 @@ class Chip:
         self.cpu.mem_map(*CCM)
         self.cpu.mem_write(CCM[0], bytes([GARBAGE]) * CCM[1])
         self.cpu.mmio_map(0x4000_0000, 0x8_0000, self.bus_read, None, self.bus_write, None)
+        self.cpu.mmio_map(0x5006_0000, 0x1000, lambda _, offset, *__: self.rng.read(offset - 0x800), None, lambda _, offset, __, value, ___: self.rng.write(offset - 0x800, value), None)
         self.cpu.mmio_map(0xE000_0000, 0x10_0000, self.core_read, None, self.core_write, None)
         self.cpu.hook_add(UC_HOOK_INTR, self.exception)
         self.served = collections.Counter()
@@ -342,7 +343,7 @@ class Chip:
         self.rcc = Rcc(self, 0 if self.dead_crystal else crystal, internal, locks, flags)
         self.spi, self.timer = Spi(self, self.adis), Timer(self)
         self.tim2, self.tim11, self.iwdg, self.wwdg = Tim2(self), Tim11(self), Iwdg(self), Wwdg(self)
-        self.power, self.flash = Power(self, self.volts), Flash(self, self.brown_out)
+        self.rng, self.power, self.flash = Rng(self), Power(self, self.volts), Flash(self, self.brown_out)
         self.streams = {(c, n): Stream(c, n) for c in DMA for n in range(8)}
         before, self.uarts = self.uarts, {name: Uart(self, name) for name in UARTS}
         for name, old in before.items():

@@ -146,6 +146,23 @@ class Tim11:
             self.on_at, self.seen = (self.chip.cycles, 0) if value & 1 else (None, 0)
 
 
+class Rng:
+    """RM0090 section 24: a word of 48 MHz from the PLL. A generator of pseudo-random numbers stands for the noise."""
+
+    def __init__(self, chip):
+        self.chip, self.cr, self.word = chip, 0, 1
+
+    def read(self, offset):
+        on = self.cr >> 2 & 1 and self.chip.rcc.read(0x34) >> 6 & 1 and self.chip.rcc.pll()
+        if offset == 8 and on:
+            self.word = self.word * 1_664_525 + 1_013_904_223 & 0xFFFF_FFFF
+            return self.word
+        return {0: self.cr, 4: int(bool(on))}.get(offset, 0)
+
+    def write(self, offset, value):
+        self.cr = value if offset == 0 else self.cr
+
+
 class Iwdg:
     """RM0090 section 21, at its nominal 32 kHz."""
 

@@ -55,6 +55,8 @@ images! {
     BENCH = "silicon" / "stm32-bench";
     /// Counts instructions of work of growing size.
     GROWTH = "qemu" / "growth";
+    /// The soak.
+    SOAK = "qemu" / "soaking";
     /// Inference alone.
     INFERENCE = "qemu" / "inference";
 }

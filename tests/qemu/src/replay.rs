@@ -7,6 +7,7 @@
 
 mod lines;
 
+use firmware::app::blackbox::Memory;
 use firmware::app::{Activation, App, Config, Lines};
 use firmware::control::Mode;
 use firmware::learn::Learner;
@@ -201,6 +202,11 @@ impl<'u, S: Progress + Copy> Replay<'u, S> {
             let_through();
         }
         replay
+    }
+
+    /// Records in this memory, as a board does.
+    pub fn record_in(&mut self, memory: &'static mut Memory) {
+        self.app.record_in(memory);
     }
 
     /// One record: what the application sends to the navigation computer.

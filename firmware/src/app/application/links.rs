@@ -10,6 +10,32 @@ use crate::link::Line;
 use crate::wire::ImuFormat;
 use crate::wire::receiver::epoch::Arrival;
 
+/// Bytes of the command link that have come and are not read yet.
+#[derive(Debug)]
+pub(super) struct Asked {
+    bytes: [u8; PIECE],
+    next: usize,
+    end: usize,
+}
+
+impl Asked {
+    pub const NOTHING: Asked = Asked {
+        bytes: [0; PIECE],
+        next: 0,
+        end: 0,
+    };
+
+    pub fn is_empty(&self) -> bool {
+        self.next >= self.end
+    }
+
+    fn byte(&mut self) -> Option<u8> {
+        let left = self.bytes.get(self.next..self.end)?;
+        self.next += usize::from(!left.is_empty());
+        left.first().copied()
+    }
+}
+
 impl App<'_> {
     /// Bytes from the navigation computer to the sensor. True: there may be more work.
     pub(super) fn back(
@@ -30,25 +56,30 @@ impl App<'_> {
         self.reverse(bytes, navigation, sensor, now) || len > 0
     }
 
-    /// The command link. True: something came.
+    /// The command link: at most one request. True: there may be more.
     ///
     /// The answer to a configuration that was taken is sent in the next pass. Between the two the
     /// board opens the lines anew. So who has the answer may send on them.
     #[inline(never)]
-    pub(super) fn command(&mut self, line: &mut impl Line) -> bool {
-        let mut piece = [0; PIECE];
-        let len = line.receive(&mut piece).unwrap_or(0);
-        for &byte in piece.get(..len).unwrap_or_default() {
+    pub(super) fn command(&mut self, line: &mut impl Line, now: u64) -> bool {
+        if self.asked.is_empty() {
+            let len = line.receive(&mut self.asked.bytes).unwrap_or(0);
+            (self.asked.next, self.asked.end) = (0, len);
+        }
+        let more = !self.asked.is_empty();
+        while let Some(byte) = self.asked.byte() {
             if let Some(packet) = self.packets.push(byte) {
                 // one that waits goes first
                 send(self.server.answer(), line, &mut self.flow);
-                self.server.serve(packet, &mut self.flow, &mut self.machine);
+                self.server
+                    .serve(packet, &mut self.flow, &mut self.machine, now);
                 if self.server.renewal == Renewal::None {
                     send(self.server.answer(), line, &mut self.flow);
                 }
+                break;
             }
         }
-        len > 0
+        more
     }
 
     /// Another configuration comes into use, and in the next pass its answer leaves.

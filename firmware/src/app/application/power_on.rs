@@ -4,12 +4,14 @@ use super::App;
 use crate::app::config::Config;
 use crate::app::hardware::Hardware;
 use crate::app::server::Server;
+use crate::app::server::wear::digest;
 use crate::configuration::SCHEMA;
 use crate::configuration::record::{Record, decode, schema};
 use crate::control::Mode;
 use crate::learn::Learner;
 use crate::model::Nets;
 use crate::store::{Newer, Stored, unit};
+use crate::wire::command::key::Key;
 use crate::wire::command::{Kept, fault};
 
 impl<'m> App<'m> {
@@ -36,10 +38,12 @@ impl<'m> App<'m> {
         let mut told = None;
         let mut record = Record::new();
         let mut unread = false;
+        let mut key = Key::Unprovisioned;
         let (mut kept, mut other_unit) = (Kept::default(), false);
         match stored {
             Some(Ok(Some(stored))) => {
                 told = decode(&stored.record).ok();
+                key = stored.key;
                 let life = stored.life;
                 kept = Kept {
                     generation: Some(stored.generation),
@@ -83,8 +87,13 @@ impl<'m> App<'m> {
             (config.mode, config.nets, config.store) = (Mode::Bypass, Nets::NONE, false);
         }
         let stored = !record.is_empty();
+        let mut server = Server::new(record, stored, key);
+        if stored && !config.unread {
+            let digest = digest(&config.nets, &server.record, &key);
+            server.wear.holds(Some(digest));
+        }
         // built where it will be: it is too large to be on the stack twice
-        let mut app = App::of(config, Server::new(record, stored), learner);
+        let mut app = App::of(config, server, learner);
         app.server.kept = kept;
         app.flow.flag(fault::WEIGHTS, other_unit);
         app

@@ -2,11 +2,12 @@
 
 use super::service::Service;
 use super::{App, PIECE};
-use crate::app::flow::count;
+use crate::app::flow::{Flow, count};
 use crate::app::phase::{Cause, Phase};
 use crate::link::{Line, Lost};
 use crate::wire::ImuFormat;
-use crate::wire::command::{Counters, fault};
+use crate::wire::command::fault;
+use crate::wire::field::head;
 use crate::wire::framer::{Kind, UNKNOWN_AFTER};
 
 /// A second, microseconds.
@@ -24,7 +25,12 @@ impl App<'_> {
         now: u64,
     ) -> bool {
         let taken = if let Phase::Run(_) = self.machine.phase() {
-            let taken = self.framer.fill(PIECE, |room| sensor.receive(room));
+            let blackbox = &mut self.flow.blackbox;
+            let taken = self.framer.fill(PIECE, |room| {
+                let taken = sensor.receive(room)?;
+                blackbox.came(head(room, taken));
+                Ok(taken)
+            });
             if matches!(taken, Ok(1..)) {
                 self.heard(now);
                 self.frames(out, now);
@@ -53,6 +59,7 @@ impl App<'_> {
     ) -> Result<usize, Lost> {
         let mut piece = [0; PIECE];
         let len = sensor.receive(&mut piece)?;
+        self.flow.blackbox.came(head(&piece, len));
         if len > 0 {
             self.heard(now);
             self.sensor(piece.get(..len).unwrap_or_default(), out, now);
@@ -145,7 +152,7 @@ impl App<'_> {
     /// Sends on the beginning of a frame whose rest will pass through raw.
     pub(super) fn pass_rest(&mut self, out: &mut impl Line) {
         if let Some(rest) = self.framer.flush() {
-            pass(rest.bytes(), out, &mut self.flow.counters);
+            pass(rest.bytes(), out, &mut self.flow);
             count(&mut self.flow.counters.raw, rest.bytes().len() as u32);
         }
     }
@@ -197,7 +204,7 @@ impl App<'_> {
 
     /// Sends bytes on unchanged.
     pub(super) fn raw(&mut self, bytes: &[u8], out: &mut impl Line) {
-        pass(bytes, out, &mut self.flow.counters);
+        pass(bytes, out, &mut self.flow);
         count(&mut self.flow.counters.raw, bytes.len() as u32);
     }
 
@@ -225,6 +232,7 @@ impl App<'_> {
                 }
                 Kind::Other => {
                     let sent = out.send(event.bytes()).is_ok();
+                    self.flow.blackbox.left(event.bytes());
                     count(&mut self.flow.counters.others, 1);
                     count(&mut self.flow.counters.dropped, u32::from(!sent));
                     if format == ImuFormat::Stim300 {
@@ -234,16 +242,16 @@ impl App<'_> {
                     }
                 }
                 Kind::Long => {
-                    pass(event.bytes(), out, &mut self.flow.counters);
+                    pass(event.bytes(), out, &mut self.flow);
                     count(&mut self.flow.counters.raw, bytes as u32);
                 }
                 Kind::BadChecksum => {
-                    pass(event.bytes(), out, &mut self.flow.counters);
+                    pass(event.bytes(), out, &mut self.flow);
                     count(&mut self.flow.counters.bad_checksums, 1);
                     self.flow.unframed(bytes);
                 }
                 kind @ (Kind::Garbage | Kind::Unknown) => {
-                    pass(event.bytes(), out, &mut self.flow.counters);
+                    pass(event.bytes(), out, &mut self.flow);
                     count(&mut self.flow.counters.garbage, bytes as u32);
                     self.flow.unframed(bytes);
                     if kind == Kind::Unknown {
@@ -283,7 +291,7 @@ impl App<'_> {
             count(&mut self.flow.counters.silences, 1);
             self.flow.silence();
             if let Some(rest) = self.framer.flush() {
-                pass(rest.bytes(), out, &mut self.flow.counters);
+                pass(rest.bytes(), out, &mut self.flow);
                 count(&mut self.flow.counters.garbage, rest.bytes().len() as u32);
             }
         }
@@ -292,9 +300,10 @@ impl App<'_> {
 
 /// Sends bytes on that are no message, in pieces, so that little is lost where there is little
 /// room.
-fn pass(bytes: &[u8], out: &mut impl Line, counters: &mut Counters) {
+fn pass(bytes: &[u8], out: &mut impl Line, flow: &mut Flow) {
     for piece in bytes.chunks(PIECE) {
         let sent = out.send(piece).is_ok();
-        count(&mut counters.dropped, u32::from(!sent));
+        flow.blackbox.left(piece);
+        count(&mut flow.counters.dropped, u32::from(!sent));
     }
 }

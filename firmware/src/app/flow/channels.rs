@@ -78,6 +78,11 @@ impl Channels {
         self.list.is_empty()
     }
 
+    /// Whether one kind is known.
+    pub fn is_one(&self) -> bool {
+        self.list.len() == 1
+    }
+
     /// Where the present frame comes from.
     pub fn source(&self) -> Option<Source> {
         self.kind.map(|(source, _)| source)

@@ -3,6 +3,7 @@
 
 use super::still::Still;
 use super::{Correction, Flow, Told, count};
+use crate::app::blackbox::What;
 use crate::compensator::Block;
 use crate::control::Mode;
 use crate::plausibility::holes::Hole;
@@ -102,6 +103,7 @@ impl Flow<'_> {
         if self.mode == Mode::Bypass && zero {
             self.correction = None; // faded out
         }
+        self.note_correction();
     }
 
     /// The sensor has been silent for too long.
@@ -222,6 +224,7 @@ impl Flow<'_> {
             .wrapping_sub(since.wrapping_add(COMPARED));
         self.aside = (0, self.counters.frames);
         if led < COMPARED / 2 {
+            self.blackbox.part();
             self.channels.clear();
         }
     }
@@ -262,6 +265,8 @@ impl Flow<'_> {
             return; // of one start there are many signs
         }
         count(&mut self.counters.restarts, 1);
+        let restarts = self.counters.restarts;
+        self.blackbox.event(What::Restart, restarts);
         self.told = Told::Unknown;
         self.forget();
         self.begin_checks();

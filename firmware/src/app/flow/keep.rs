@@ -27,6 +27,8 @@ const PAUSE_S: f32 = 600.0;
 pub(in crate::app) struct Keep {
     /// What is in use is to be stored, by command.
     pub commanded: bool,
+    /// So many records more by command, each of which erases what is older: the key has changed.
+    pub renewals: u8,
     /// The configuration in use is the stored one, so weights may be stored beside it.
     pub beside: bool,
     /// What is remembered of the unit.
@@ -63,6 +65,7 @@ impl Keep {
     /// How to go on with it.
     pub fn step(&self) -> Step {
         match (self.commanded, self.begun) {
+            (true, _) if self.renewals > 0 => Step::Renew,
             (true, _) => Step::Save,
             (false, false) => Step::Begin,
             (false, true) => Step::GoOn,
@@ -76,7 +79,12 @@ impl Keep {
 
     /// The board has stored [`Keep::nets`], or has failed.
     pub fn stored(&mut self, done: bool) {
-        (self.commanded, self.begun) = (false, false);
+        self.renewals = if done {
+            self.renewals.saturating_sub(1)
+        } else {
+            0
+        };
+        (self.commanded, self.begun) = (self.renewals > 0, false);
         self.memo.stored(done);
         if core::mem::take(&mut self.waits) && !done {
             self.next = None; // the last good record is still there

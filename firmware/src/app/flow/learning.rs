@@ -178,6 +178,7 @@ impl Flow<'_> {
 
     /// A good fix of the receiver.
     pub fn fix(&mut self, fix: &Fix) {
+        self.blackbox.fix(fix.time_ms);
         if fix.has(0..2) {
             self.latitude = Some(fix.position.latitude);
         }
@@ -199,6 +200,11 @@ impl Flow<'_> {
             .is_some_and(|learner| learner.work())
     }
 
+    /// The learner has work left, and a request must not make it be done at once.
+    pub fn is_busy(&self) -> bool {
+        (self.learner.0.as_ref()).is_some_and(|learner| learner.is_busy())
+    }
+
     /// The weights learnt and the networks' states.
     pub fn learnt(&mut self) -> Option<(Nets, [lrnn_nostd::State; 2])> {
         self.begun?;
@@ -211,6 +217,7 @@ impl Flow<'_> {
     pub fn commit_learnt(&mut self) -> Result<(), Reason> {
         let (nets, states) = self.learnt().ok_or(Reason::NotAvailable)?;
         self.take_nets(nets);
+        self.note_nets();
         self.keep.forget_next();
         self.flag(fault::WEIGHTS, false);
         self.failures = 0;

@@ -24,6 +24,7 @@ impl Flow<'_> {
     /// A correction for frames of this kind, when one is wanted.
     #[inline(never)]
     pub(super) fn make(&mut self, kind: Kind, present: Axes) {
+        self.blackbox.part();
         let (source, content) = kind;
         let stream = if self.awaits(source) {
             None
@@ -128,6 +129,7 @@ impl Flow<'_> {
 
     /// Forgets the stream's units and rate: the next frame decides anew.
     pub fn forget(&mut self) {
+        self.blackbox.part();
         self.keep_count();
         self.channels.clear();
         self.stream = None;
@@ -142,6 +144,7 @@ impl Flow<'_> {
         self.config.sensor.stim300.config = stim;
         self.told = Told::BySensor;
         if !known {
+            self.blackbox.part();
             self.channels.clear();
             self.flag(fault::UNITS, false); // the next frame shows it
         }
@@ -175,6 +178,7 @@ impl Flow<'_> {
                 }
             }
             _ => {
+                self.blackbox.part();
                 self.keep_count();
                 self.correction = None;
                 self.channels.clear();
@@ -188,6 +192,7 @@ impl Flow<'_> {
     /// fading out in bypass has no sample left to fade in.
     pub fn rest(&mut self) {
         if self.mode == Mode::Bypass && self.correction.is_some() {
+            self.blackbox.part();
             self.keep_count();
             self.correction = None;
             self.channels.clear();
@@ -254,6 +259,7 @@ impl Flow<'_> {
     #[inline(never)]
     pub fn set_nets(&mut self, nets: Nets) {
         self.take_nets(nets);
+        self.note_nets();
         self.keep.forget_next();
         self.flag(fault::WEIGHTS, false);
         self.failures = 0;

@@ -43,6 +43,11 @@ pub(in crate::app) struct Memo {
 }
 
 impl Memo {
+    /// Something was learnt that the store does not hold.
+    pub fn has_learnt(&self) -> bool {
+        self.waits() || self.new_s > 0.0
+    }
+
     /// Something was taken down and waits to be stored.
     pub fn waits(&self) -> bool {
         self.waits.is_some()

@@ -20,6 +20,7 @@ mod log;
 mod measure;
 mod pins;
 mod pulse;
+mod random;
 pub mod run;
 mod serial;
 mod spi;
@@ -81,6 +82,8 @@ pub struct Board {
     /// Whether the navigation line sends, and how often it was opened anew since it did not.
     output: output::Watch,
     reopened: u16,
+    /// Random bytes, if there is a generator.
+    pub random: Option<[u8; 32]>,
     watchdog: Watchdog,
 }
 
@@ -137,6 +140,7 @@ impl Board {
             output: output::Watch::default(),
             reopened: 0,
             store: Store::new(Sectors::new(peripherals.FLASH)).ok(),
+            random: random::bytes(&peripherals.RCC, &peripherals.RNG),
             watchdog: Watchdog::start(
                 peripherals.IWDG,
                 peripherals.WWDG,

@@ -8,6 +8,7 @@ use firmware::wire::adis::spi::LONGEST;
 use firmware::wire::command::{ClockSource, CrashKind, LoopPhase, Reset, cause, fault};
 
 use super::{Board, crash};
+use crate::shared::blackbox;
 
 /// Starts the board and the application with a learner. `ADIS`: look for one at the SPI.
 pub fn run<const ADIS: bool>(learner: Option<&mut dyn Learner>) -> ! {
@@ -16,6 +17,12 @@ pub fn run<const ADIS: bool>(learner: Option<&mut dyn Learner>) -> ! {
     };
     let mut app = app(&mut board, learner);
     recall(&mut app, &mut board);
+    if let Some(memory) = blackbox::memory() {
+        app.record_in(memory);
+    }
+    if let Some(random) = board.random.take() {
+        app.seed(random);
+    }
     let mut frame = [0; LONGEST];
     loop {
         crash::during(LoopPhase::Burst);

@@ -4,12 +4,20 @@
 use super::FixLearner;
 use crate::fix::{Fix, NOT_MEASURED, OBSERVATIONS, Position};
 use crate::nav;
+use crate::sample::StreamScale;
 
 /// Fixes closer to each other than this share a weight, ms: errors of receivers last for seconds,
 /// so that all fixes of a second together weigh like one.
 const FIX_MS: u32 = 900;
 /// Fixes closer to each other than this are not all used, ms: at most five in a second.
 const LEAST_MS: u32 = 180;
+/// A fix that arrives so soon after one that was used is not used, s, whatever its time says: the
+/// work of the one before would have to be done at once.
+const APART_S: f64 = 0.05;
+/// The work of a fix and that of a block's end each have so much time before the other begins, s,
+/// and no more than this share of a block: a fix that arrives sooner before or after the end waits.
+const BESIDE_S: f64 = 0.05;
+const BESIDE: u32 = 4;
 /// A second, ms.
 const SECOND_MS: f32 = 1000.0;
 /// A vehicle that is faster by the receiver does not stand, m/s.
@@ -59,6 +67,22 @@ pub(super) struct Rest {
 }
 
 impl FixLearner<'_> {
+    /// A block has just ended, or will soon.
+    pub(super) fn is_near_end(&self, stream: &StreamScale) -> bool {
+        let block = u32::from(stream.block_samples);
+        // `as` saturates
+        let beside = ((BESIDE_S / stream.period_s) as u32).min(block / BESIDE);
+        self.in_block < beside || self.in_block > block.saturating_sub(beside)
+    }
+
+    /// The fix that has waited, with the age that it has now.
+    #[inline(never)]
+    pub(super) fn observe_held(&mut self) {
+        if let Some((number, fix)) = self.held.take() {
+            self.observe(number, &fix);
+        }
+    }
+
     /// A fix that arrived after sample `number`. `None`: it is not used, or nothing navigates.
     pub(super) fn observe(&mut self, number: u32, fix: &Fix) -> Option<()> {
         let stream = self.stream?;
@@ -74,7 +98,12 @@ impl FixLearner<'_> {
         } else {
             FIX_MS
         };
-        if since.is_some_and(|ms| ms < enough) || fix.sigmas == [NOT_MEASURED; OBSERVATIONS] {
+        let samples = self.last_fix.map(|last| number.wrapping_sub(last));
+        let too_soon = samples.is_some_and(|n| f64::from(n) * stream.period_s < APART_S);
+        if too_soon
+            || since.is_some_and(|ms| ms < enough)
+            || fix.sigmas == [NOT_MEASURED; OBSERVATIONS]
+        {
             return None;
         }
         self.align.as_ref()?;
@@ -82,7 +111,9 @@ impl FixLearner<'_> {
             self.tally.late = self.tally.late.saturating_add(1);
             return None;
         };
-        self.last_fix_ms = Some(fix.time_ms);
+        let waited = self.number().wrapping_sub(number);
+        let age = age + waited as f32 * stream.period_s as f32;
+        (self.last_fix_ms, self.last_fix) = (Some(fix.time_ms), Some(number));
         let (mut fix, stands) = (*fix, self.stands(fix));
         if !self.course.navigates() && self.start_at(&fix, age).is_some() {
             return None;

@@ -18,6 +18,7 @@ fn version_3_is_still_read() {
     let stored = first.load().unwrap().unwrap();
     assert!(stored.nets == nets(7) && stored.record == record);
     assert_eq!((stored.unit, stored.life), (None, Life::default()));
+    assert_eq!(stored.key, Key::Unprovisioned);
     let remembered = memory(&mut first);
     assert_eq!(remembered[NOTES_LEN..], learnt(7));
     // it is stored once more in this version, and nothing of it is lost
@@ -53,8 +54,8 @@ fn the_record_before_can_be_asked_for() {
         (4, None),
     ] {
         let stored = first.load_older(passed).unwrap();
-        let expected = n.map(|n| (nets(n), told(n), false));
-        let stored = stored.map(|stored| (stored.nets, stored.record, stored.damaged));
+        let expected = n.map(|n| (nets(n), told(n), key_of(n), false));
+        let stored = stored.map(|s| (s.nets, s.record, s.key, s.damaged));
         assert_eq!(stored, expected, "{passed}");
     }
     first.load_older(1).unwrap();

@@ -1,11 +1,14 @@
 //! `host-sim device`.
 
+mod blackbox;
 mod configure;
 mod print;
 mod weights;
 
 use super::options::refused;
-use crate::device::{Link, MODES, Watch, info, mode_name, store, watch};
+use crate::device::{
+    Link, MODES, Watch, info, mode_name, open_by_choice, provision, read_key, store, watch,
+};
 use crate::error::Error;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args as ClapArgs, Subcommand};
@@ -14,6 +17,7 @@ use firmware::fix::Heading;
 use firmware::wire::command::Request;
 use serde::Serialize;
 use std::io::{IsTerminal, Write, stdout};
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
@@ -27,6 +31,9 @@ pub struct Args {
     /// Bit rate of the command link; sockets ignore it
     #[arg(long, default_value_t = 921_600)]
     baud: u32,
+    /// File of the device's key: what changes the device is sealed with it
+    #[arg(long, value_name = "FILE", env = "LRNN_KEY", global = true)]
+    key: Option<PathBuf>,
     /// Print JSON: one object; `watch` prints one object a line
     // not named `json`: the default command has an argument of that name and another type
     #[arg(long = "json", global = true)]
@@ -76,8 +83,27 @@ enum Command {
         #[arg(long, value_name = "DEG")]
         sigma: f64,
     },
+    /// Fetch what the black box holds, for `replay blackbox`; the stream goes on
+    Blackbox {
+        /// The file, which appears whole or not at all
+        #[arg(short, long, value_name = "FILE")]
+        output: PathBuf,
+        /// Let it record again afterwards
+        #[arg(long)]
+        release: bool,
+    },
     /// Keep configuration and weights over a power cycle; frames are lost for up to two seconds
     Store,
+    /// Give the device its key, once, or another one with --key; frames are lost for up to four
+    /// seconds
+    Provision {
+        /// File of the key to give; it is made if it is not there
+        #[arg(long, value_name = "FILE", required_unless_present = "open")]
+        key_file: Option<PathBuf>,
+        /// No key, by choice: anybody at the command link may change the device
+        #[arg(long, conflicts_with = "key_file")]
+        open: bool,
+    },
     /// Tell mode, faults, rates and learner once a second
     Watch {
         /// How long, s; without it until Ctrl-C
@@ -142,6 +168,10 @@ impl Args {
                 let says = "the heading is taken for the alignment in progress";
                 self.tell(&Done::new(says), || println!("{says}"))
             }
+            Command::Blackbox { output, release } => {
+                let told = blackbox::run(link, output, *release)?;
+                self.tell(&told, || println!("{}", told.says))
+            }
             Command::Store => {
                 link.version()?;
                 let mode = link.health()?.mode;
@@ -149,12 +179,29 @@ impl Args {
                 let says = "configuration and weights are stored";
                 self.tell(&Done::new(says), || println!("{says}"))
             }
+            Command::Provision { key_file, .. } => self.provision(link, key_file.as_deref()),
             Command::Watch { .. } => Ok(()), // above
         }
     }
 
     fn open(&self) -> Result<Link, Error> {
-        Link::open("--port", &self.port, self.baud)
+        let key = self.key.as_deref().map(read_key).transpose()?;
+        Ok(Link::open("--port", &self.port, self.baud)?.with_key(key))
+    }
+
+    fn provision(&self, link: &mut Link, file: Option<&Path>) -> Result<(), Error> {
+        let says = match file {
+            Some(file) => {
+                provision(link, file)?;
+                "the device has the key and has stored it; keep the file: without it only a debug \
+                 probe opens the device again"
+            }
+            None => {
+                open_by_choice(link)?;
+                "the device is open by choice: anybody at its command link can change it"
+            }
+        };
+        self.tell(&Done::new(says), || println!("{says}"))
     }
 
     /// Prints a value as JSON, or in the words of `print`.

@@ -1,6 +1,8 @@
 //! What `host-sim device` prints for a person.
 
-use crate::device::{Antenna, Event, Info, Kept, Learner, LineInfo, Memory, Start, Status};
+use crate::device::{
+    Antenna, Event, Info, Kept, Learner, LineInfo, Memory, Protected, Start, Status,
+};
 use std::fmt::Write;
 
 /// Prints what a device is.
@@ -17,6 +19,7 @@ pub(super) fn info(info: &Info) {
     );
     println!("mode           {}", info.mode);
     println!("configuration  {}", configured(info));
+    println!("security       {}", security(&info.security));
     if let Some(rate) = info.rate_hz {
         let format = info.format.unwrap_or("detected");
         let start = info.mode_at_start.unwrap_or("bypass");
@@ -45,6 +48,27 @@ fn start_lines(start: &Start) -> String {
     for warning in &start.warnings {
         let _ = writeln!(text, "WARNING        {warning}");
     }
+    text
+}
+
+/// Who may change the device.
+fn security(of: &Protected) -> String {
+    let mut text = match of.state {
+        "keyed" => "keyed: what changes the device needs its key".to_owned(),
+        "open by choice" => "OPEN by choice: anybody at this line can change the device".to_owned(),
+        _ => {
+            "NOT PROVISIONED: anybody at this line can change the device; remedy: host-sim device \
+              provision --key-file FILE"
+                .to_owned()
+        }
+    };
+    if of.state == "keyed" && !of.random {
+        text.push_str("; NO RANDOM NUMBERS: a recorded session may be good again after a restart");
+    }
+    if of.forged > 0 {
+        let _ = write!(text, "; {} request(s) with a wrong key refused", of.forged);
+    }
+    let _ = write!(text, "; {} record(s) may be stored now", of.stores);
     text
 }
 

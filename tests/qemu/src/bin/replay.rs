@@ -7,6 +7,7 @@
 mod target {
     use core::fmt::Write;
 
+    use firmware::app::blackbox::Memory;
     use firmware::link::progress::Progress;
     use firmware::wire::ImuFormat;
     use qemu::replay::{HEADER, Input, LONGEST, Pace, Replay, Wires, config, learning_config};
@@ -118,6 +119,7 @@ mod target {
             let learner = qemu::target::learner();
             Replay::with_learner(learning_config(format), pace, wires, learner)
         };
+        replay.record_in(cortex_m::singleton!(: Memory = Memory::ZEROED)?);
         while let Some(input) = reader.byte() {
             let input = Input::from_number(input)?;
             let mut header = [0; HEADER - 1];

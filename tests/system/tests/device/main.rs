@@ -5,6 +5,7 @@
     reason = "test helpers; a failure here fails the test"
 )]
 
+mod keys;
 mod software;
 mod watching;
 

@@ -1,0 +1,206 @@
+//! What is told: state, counters, images and records.
+
+use super::Server;
+use crate::app::blackbox::BlackBox;
+use crate::app::config::Config;
+use crate::app::flow::Flow;
+use crate::app::phase::{Machine, Phase};
+use crate::configuration::SCHEMA;
+use crate::control::Reason;
+use crate::model::{IMAGES_LEN, Nets};
+use crate::wire::command::{
+    Antenna, Board, Counters, Health, MAX_CHUNK, Response, Security, Version, WIRE_VERSION, fault,
+};
+
+/// Version of the weight image's format.
+const IMAGE_VERSION: u16 = 1;
+
+/// This firmware's version, from its manifest.
+const FIRMWARE: [u16; 3] = [
+    number(env!("CARGO_PKG_VERSION_MAJOR")),
+    number(env!("CARGO_PKG_VERSION_MINOR")),
+    number(env!("CARGO_PKG_VERSION_PATCH")),
+];
+
+const fn number(text: &str) -> u16 {
+    match u16::from_str_radix(text, 10) {
+        Ok(number) => number,
+        Err(_) => panic!("the version is not a number"), // at compile time
+    }
+}
+
+pub(super) const VERSION: Version = Version {
+    wire: WIRE_VERSION,
+    firmware: FIRMWARE,
+    image: IMAGE_VERSION,
+};
+
+impl Server {
+    pub(super) fn board(&self, flow: &Flow) -> Board<'static> {
+        let Config {
+            hardware, store, ..
+        } = &flow.config;
+        Board {
+            name: hardware.name,
+            uart_clocks: hardware.clocks.map(|clock| clock.hz),
+            bauds: hardware.bauds(&flow.config.lines()),
+            pin_sets: hardware.pin_sets,
+            stores: *store,
+            schema: SCHEMA,
+            configured: flow.config.configured,
+            stored: self.stored,
+        }
+    }
+
+    pub(super) fn security(&mut self, now_us: u64) -> Security {
+        Security {
+            protection: self.guard.protection(),
+            random: self.guard.is_random(),
+            forged: self.guard.forged,
+            stores: self.wear.left(now_us),
+        }
+    }
+}
+
+/// Of a board with a learner.
+pub(super) fn antenna(flow: &Flow) -> Option<Antenna> {
+    let known = flow.report().antenna;
+    flow.can_learn().then_some(Antenna {
+        lever_arm: known.lever_arm,
+        lever_arm_sigma: known.lever_arm_sigma,
+        fix_delay: known.fix_delay,
+        fix_delay_sigma: known.fix_delay_sigma,
+    })
+}
+
+pub(super) fn health(flow: &Flow, machine: &Machine) -> Health {
+    let all = counters(flow, machine);
+    let report = flow.report();
+    Health {
+        mode: flow.mode,
+        faults: faults(flow, machine),
+        frames: all.frames,
+        bad_checksums: all.bad_checksums,
+        garbage: all.garbage,
+        missed: all.missed,
+        saturated: all.saturated,
+        bounded: flow.blocks().1,
+        error_bound_m: flow.error_bound_m(),
+        winner: report.winner,
+        navigates: report.navigates,
+        used_fixes: report.fixes,
+        refused_fixes: report.refused.saturating_add(report.late),
+        promotions: report.promotions,
+        rollbacks: report.rollbacks,
+        busy: flow.load.last,
+        busiest: flow.load.most,
+        way: report.way,
+        heading_sigma: rounded(report.heading_sigma * 1e3),
+        residual: rounded(report.residual * 100.0).unwrap_or(u16::MAX),
+        refused_alignments: report.refused_alignments,
+    }
+}
+
+/// A value >= 0 rounded up, so that a small standard deviation is not none; `None` when it does not
+/// fit.
+fn rounded(value: f32) -> Option<u16> {
+    let value = libm::ceilf(value);
+    // `as` of a value in range
+    (0.0..65_535.0).contains(&value).then_some(value as u16)
+}
+
+pub(in crate::app) fn faults(flow: &Flow, machine: &Machine) -> u32 {
+    let untold = if flow.config.configured {
+        0
+    } else {
+        fault::NOT_CONFIGURED
+    };
+    flow.faults
+        | flow.other_sensor
+        | untold
+        | flow.config.hardware.faults(&flow.config.lines())
+        | match machine.phase() {
+            Phase::Fault(_) => fault::PASS_THROUGH,
+            _ => 0,
+        }
+}
+
+pub(in crate::app) fn counters(flow: &Flow, machine: &Machine) -> Counters {
+    Counters {
+        given_up: flow.blocks().0,
+        mended: flow.times_mended(),
+        entered: machine.entered(),
+        ..flow.counters
+    }
+}
+
+#[inline(never)]
+pub(super) fn read_learnt<'b>(
+    flow: &mut Flow,
+    offset: u32,
+    length: u16,
+    buffer: &'b mut [u8; MAX_CHUNK],
+) -> Response<'b> {
+    match flow.learnt() {
+        Some((nets, _)) => read_image(&nets, offset, length, buffer),
+        None => Response::Refused(Reason::NotAvailable),
+    }
+}
+
+#[inline(never)]
+pub(super) fn read_image<'b>(
+    nets: &Nets,
+    offset: u32,
+    length: u16,
+    buffer: &'b mut [u8; MAX_CHUNK],
+) -> Response<'b> {
+    let start = usize::try_from(offset).unwrap_or(usize::MAX);
+    if start > IMAGES_LEN || usize::from(length) > MAX_CHUNK {
+        return Response::Refused(Reason::Range);
+    }
+    let len = (IMAGES_LEN - start).min(usize::from(length));
+    nets.write_images(start, buffer);
+    Response::Image {
+        offset,
+        bytes: buffer.get(..len).unwrap_or_default(),
+    }
+}
+
+pub(super) fn read_record<'b>(
+    record: &[u8],
+    offset: u32,
+    length: u16,
+    buffer: &'b mut [u8; MAX_CHUNK],
+) -> Response<'b> {
+    let start = usize::try_from(offset).unwrap_or(usize::MAX);
+    let (Some(rest), true) = (record.get(start..), usize::from(length) <= MAX_CHUNK) else {
+        return Response::Refused(Reason::Range);
+    };
+    let len = rest.len().min(usize::from(length));
+    for (place, byte) in buffer.iter_mut().zip(rest) {
+        *place = *byte;
+    }
+    Response::Image {
+        offset,
+        bytes: buffer.get(..len).unwrap_or_default(),
+    }
+}
+
+pub(super) fn read_recording<'b>(
+    blackbox: &BlackBox,
+    offset: u32,
+    length: u16,
+    buffer: &'b mut [u8; MAX_CHUNK],
+) -> Response<'b> {
+    let start = usize::try_from(offset).unwrap_or(usize::MAX);
+    let Some(place) = buffer.get_mut(..length.into()) else {
+        return Response::Refused(Reason::Range);
+    };
+    let Some(len) = blackbox.read(start, place) else {
+        return Response::Refused(Reason::NotAvailable);
+    };
+    Response::Image {
+        offset,
+        bytes: place.get(..len).unwrap_or_default(),
+    }
+}

@@ -1,0 +1,55 @@
+//! What may be asked of the black box (`app::blackbox`), and what it tells.
+
+use serde::{Deserialize, Serialize};
+
+/// What the black box does.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+pub enum State {
+    /// It records; the oldest page is overwritten.
+    #[default]
+    Records,
+    /// A fault has come, and it still records what follows.
+    Follows,
+    /// It holds what it has until it is released.
+    Holds,
+}
+
+/// Why it holds, or soon will.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+pub enum Cause {
+    /// It does not.
+    #[default]
+    None,
+    /// A fault.
+    Fault,
+    /// A request.
+    Request,
+    /// A reset.
+    Reset,
+}
+
+/// What is told of it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+pub struct Recording {
+    /// What it does.
+    pub state: State,
+    /// Why it holds.
+    pub cause: Cause,
+    /// Fault bits at the cause.
+    pub faults: u32,
+    /// When that was, microseconds after the device's start; 0 for a reset.
+    pub at_us: u64,
+    /// Pages begun since its memory was blank.
+    pub pages: u32,
+    /// Its bytes.
+    pub len: u32,
+}
+
+/// What it is to do.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Order {
+    /// Hold what it has, so that it can be read.
+    Hold,
+    /// Record again.
+    Release,
+}

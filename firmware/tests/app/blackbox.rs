@@ -1,0 +1,208 @@
+//! The black box: what it holds, when it holds it, and that the stream goes on.
+
+use crate::device::{Device, Mock, nets};
+use firmware::app::blackbox::read::{Told, events, page};
+use firmware::app::blackbox::{LEN, Memory, PAGES, What};
+use firmware::app::{App, Config};
+use firmware::control::recording::{Cause, Order, Recording, State};
+use firmware::control::{Mode, Reason};
+use firmware::wire::command::{MAX_CHUNK, Request, Response, fault};
+use firmware::wire::{Fields, ImuFormat};
+
+const FORMAT: ImuFormat = ImuFormat::Hg4930;
+
+fn config() -> Config {
+    Config {
+        format: Some(FORMAT),
+        mode: Mode::Frozen,
+        nets: nets([1e-5; 3], [1e-3; 3]),
+        ..Config::default()
+    }
+}
+
+/// Of a device that records in new memory.
+fn recording(config: Config) -> Device<Mock> {
+    let mut device = Device::new(config);
+    device.app.record_in(Box::leak(Box::new(Memory::ZEROED)));
+    device
+}
+
+fn frame(index: u32) -> Vec<u8> {
+    let fields = Fields {
+        index,
+        gyro: [index as i32; 3],
+        accel: [1000 + index as i32; 3],
+        ..Fields::default()
+    };
+    let mut buffer = [0; 256];
+    let len = (FORMAT.simulated()[0].emit)(&fields, &mut buffer).expect("room");
+    buffer[..len].to_vec()
+}
+
+/// Feeds frames a millisecond apart and gives what came.
+fn frames(device: &mut Device<Mock>, numbers: core::ops::Range<u32>) -> Vec<u8> {
+    let mut came = Vec::new();
+    for index in numbers {
+        device.pass_us(1000);
+        let frame = frame(index);
+        device.feed(&frame);
+        came.extend(frame);
+    }
+    came
+}
+
+fn told(device: &mut Device<Mock>) -> Recording {
+    device.ask(&Request::GetRecording, |answer| match answer {
+        Response::Recording(recording) => recording,
+        other => panic!("{other:?}"),
+    })
+}
+
+fn read(device: &mut Device<Mock>) -> Vec<u8> {
+    let mut all = Vec::new();
+    while all.len() < LEN {
+        let request = Request::ReadRecording {
+            offset: all.len() as u32,
+            length: MAX_CHUNK as u16,
+        };
+        device.ask(&request, |answer| match answer {
+            Response::Image { bytes, .. } => all.extend_from_slice(bytes),
+            other => panic!("{other:?}"),
+        });
+    }
+    all
+}
+
+#[test]
+fn without_memory_there_is_none() {
+    let mut device = Device::new(config());
+    for request in [
+        Request::GetRecording,
+        Request::Record(Order::Hold),
+        Request::Record(Order::Release),
+    ] {
+        device.ask(&request, |answer| {
+            assert_eq!(answer, Response::Refused(Reason::Unsupported));
+        });
+    }
+}
+
+/// It holds the last frames as they came, to the last one, and can be read only while it holds.
+#[test]
+fn the_last_frames_are_held_as_they_came() {
+    let mut device = recording(config());
+    let came = frames(&mut device, 0..300);
+    let piece = Request::ReadRecording {
+        offset: 0,
+        length: 16,
+    };
+    device.ask(&piece, |answer| {
+        assert_eq!(answer, Response::Refused(Reason::NotAvailable));
+    });
+    device.order(&Request::Record(Order::Hold));
+    let held = told(&mut device);
+    assert_eq!((held.state, held.cause), (State::Holds, Cause::Request));
+    let memory = read(&mut device);
+    let mut pages: Vec<_> = (0..PAGES).filter_map(|n| page(&memory, n)).collect();
+    pages.sort_by_key(|page| page.number);
+    assert_eq!(pages.len(), PAGES);
+    let mut held = Vec::new();
+    for page in &pages {
+        for entry in page.entries() {
+            if let Told::Piece(_, bytes) = entry.told {
+                held.extend_from_slice(bytes);
+            }
+        }
+    }
+    assert!(held.len() >= 24 * 44, "{} bytes", held.len());
+    assert!(came.ends_with(&held));
+}
+
+/// Holding, reading and releasing lose no byte of the stream and change none.
+#[test]
+fn the_stream_goes_on_while_it_is_read() {
+    let (mut device, mut plain) = (recording(config()), Device::new(config()));
+    for second in 0..5 {
+        let numbers = second * 100..second * 100 + 100;
+        for device in [&mut device, &mut plain] {
+            frames(device, numbers.clone());
+        }
+        device.order(&Request::Record(Order::Hold));
+        read(&mut device);
+        device.order(&Request::Record(Order::Release));
+        plain.time.0.set(device.time.0.get());
+        plain.settle();
+    }
+    assert_eq!(
+        device.lines.navigation.bytes(),
+        plain.lines.navigation.bytes()
+    );
+    assert_eq!(told(&mut device).state, State::Records);
+}
+
+/// The first fault is held with what was before and after it; later ones do not replace it.
+#[test]
+fn the_first_fault_is_held() {
+    let mut device = recording(config());
+    frames(&mut device, 0..100);
+    let before = told(&mut device);
+    assert_eq!((before.state, before.cause), (State::Records, Cause::None));
+    device.wait_ms(200); // silent
+    let at = told(&mut device);
+    assert_eq!((at.state, at.cause), (State::Follows, Cause::Fault));
+    assert_eq!(at.faults, fault::SILENT);
+    frames(&mut device, 100..400);
+    let after = told(&mut device);
+    assert_eq!((after.state, after.faults), (State::Holds, fault::SILENT));
+    assert!(after.pages <= before.pages + 3, "{after:?}");
+    device.wait_ms(200);
+    frames(&mut device, 400..500);
+    assert_eq!(told(&mut device), after);
+    let memory = read(&mut device);
+    let faults = |memory: &[u8]| events(memory).filter(|e| e.what == What::Faults).count();
+    assert_eq!(faults(&memory), 2, "silent, and heard again");
+    device.order(&Request::Record(Order::Release));
+    frames(&mut device, 500..600);
+    assert!(told(&mut device).pages > after.pages);
+}
+
+/// A reset leaves what was recorded until then, and garbage in the memory is none.
+#[test]
+fn a_reset_is_survived_and_garbage_is_not_believed() {
+    let mut memory = Memory::ZEROED;
+    let mut bytes = vec![0; LEN];
+    for (n, state) in [State::Records, State::Holds].into_iter().enumerate() {
+        let mut device: Device<Mock> = Device::new(config());
+        let mut app = App::new(config());
+        app.record_in(&mut memory);
+        let mut now = 0;
+        for index in 0..100 {
+            device.lines.sensor.input.extend(frame(index));
+            now += 1000;
+            device.time.0.set(now);
+            while app.poll(&mut device.lines, &device.time) {}
+        }
+        app.hold_recording();
+        assert_eq!(
+            app.read_recording(0, &mut bytes),
+            Some(LEN),
+            "start {n}, {state:?}"
+        );
+    }
+    let starts: Vec<u32> = events(&bytes)
+        .filter(|event| event.what == What::Start)
+        .map(|event| event.value)
+        .collect();
+    assert_eq!(starts, [0, 1]);
+    let mut device: Device<Mock> = Device::new(config());
+    let mut app = App::new(config());
+    app.record_in(&mut memory);
+    app.poll(&mut device.lines, &device.time);
+    assert_eq!(app.read_recording(0, &mut bytes), Some(LEN), "it holds");
+    drop(app);
+    let mut garbage = Memory::ZEROED;
+    garbage.fill(0xA5);
+    let mut app = App::new(config());
+    app.record_in(&mut garbage);
+    assert_eq!(app.read_recording(0, &mut bytes), None, "it records");
+}

@@ -1,0 +1,35 @@
+//! `host-sim device blackbox`.
+
+use crate::device::{Link, fetch};
+use crate::error::Error;
+use crate::hil::blackbox::write;
+use serde::Serialize;
+use std::path::{Path, PathBuf};
+
+/// What was done.
+#[derive(Serialize)]
+pub(super) struct Told {
+    /// The file.
+    file: PathBuf,
+    /// Pages that the device has begun since its memory was blank.
+    pages: u32,
+    /// In a sentence.
+    pub says: String,
+}
+
+/// Fetches what the black box holds into a file.
+pub(super) fn run(link: &mut Link, file: &Path, release: bool) -> Result<Told, Error> {
+    let fetched = fetch(link, release)?;
+    write(file, &fetched)?;
+    let after = if release {
+        "it records again"
+    } else {
+        "it holds this until `device blackbox --release`"
+    };
+    let name = file.display();
+    Ok(Told {
+        file: file.to_owned(),
+        pages: fetched.recording.pages,
+        says: format!("the black box is in {name}; {after}. `replay blackbox {name}` plays it"),
+    })
+}

@@ -1,0 +1,270 @@
+//! Playing pages.
+
+use super::super::memory::{MemoryLine, SetClock};
+use crate::device::faults::FAULTS;
+use firmware::app::blackbox::read::{Entry, Page as Recorded, Told, page};
+use firmware::app::blackbox::{PAGES, Stage};
+use firmware::app::{App, Config, Lines};
+use firmware::configuration::Configuration;
+use firmware::control::Mode;
+use firmware::link::NoLine;
+use firmware::wire::ImuFormat;
+
+/// Passes in which the application must come to rest.
+const PASSES: usize = 10_000;
+
+/// What became of a page.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Page {
+    /// Its number: pages begun since the memory was blank.
+    pub number: u32,
+    /// When it begins, microseconds after the device's start.
+    pub at_us: u64,
+    /// Pieces of the sensor's bytes that were played, and their bytes.
+    pub pieces: usize,
+    /// Bytes.
+    pub bytes: usize,
+    /// What was found.
+    pub verdict: Verdict,
+}
+
+/// What was found.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Verdict {
+    /// The same bytes left, and the same faults followed.
+    Agrees,
+    /// Where they differ first, microseconds after the device's start, and in what.
+    Differs(u64, String),
+    /// The page cannot be played, and why.
+    NotPlayed(&'static str),
+}
+
+/// Plays all pages that a black box holds, the oldest first.
+#[must_use]
+pub fn play(told: Option<&Configuration>, memory: &[u8]) -> Vec<Page> {
+    let mut pages: Vec<Recorded> = (0..PAGES).filter_map(|place| page(memory, place)).collect();
+    pages.sort_by_key(|page| page.number);
+    pages.iter().map(|page| of_page(told, page)).collect()
+}
+
+fn of_page(told: Option<&Configuration>, recorded: &Recorded) -> Page {
+    let mut result = Page {
+        number: recorded.number,
+        at_us: recorded.key.at_us,
+        pieces: 0,
+        bytes: 0,
+        verdict: Verdict::Agrees,
+    };
+    let mut player = match Player::new(told, recorded) {
+        Ok(player) => player,
+        Err(why) => {
+            result.verdict = Verdict::NotPlayed(why);
+            return result;
+        }
+    };
+    let entries: Vec<Entry> = recorded.entries().collect();
+    let mut rest = entries.as_slice();
+    while let Some((entry, after)) = rest.split_first() {
+        let notes = after
+            .iter()
+            .take_while(|entry| !matches!(entry.told, Told::Piece(..) | Told::Burst(..)));
+        let (notes, others) = after.split_at(notes.count());
+        rest = others;
+        if entry.told == Told::Break {
+            break;
+        }
+        let found = player.piece(entry, notes);
+        result.pieces = player.pieces;
+        result.bytes = player.bytes;
+        if let Err((at_us, what)) = found {
+            result.verdict = Verdict::Differs(at_us, what);
+            return result;
+        }
+        if notes.iter().any(|note| note.told == Told::Break) {
+            break;
+        }
+    }
+    result
+}
+
+/// The application on its way through a page.
+struct Player {
+    app: App<'static>,
+    lines: Lines<MemoryLine, MemoryLine, NoLine, NoLine>,
+    clock: SetClock,
+    /// Fault bits as recorded last.
+    faults: u32,
+    /// Bytes in, and bytes out.
+    came: usize,
+    left: usize,
+    pieces: usize,
+    bytes: usize,
+}
+
+/// Where something differs, and what.
+type Difference = (u64, String);
+
+impl Player {
+    fn new(told: Option<&Configuration>, recorded: &Recorded) -> Result<Player, &'static str> {
+        let key = &recorded.key;
+        if !key.plays {
+            return Err(match key.stage {
+                Stage::Run => "several kinds of frames came on the line",
+                _ => "bytes passed unread",
+            });
+        }
+        let mut config = told.map_or_else(Config::default, Config::of);
+        if config.sensor.adis.is_none() {
+            let format = ImuFormat::ALL.get(usize::from(key.format));
+            let format = format.ok_or("its format is not known")?;
+            config.format = Some(format.told(&config.sensor));
+        }
+        // the corrections are given: no block ends by itself
+        config.block = 1e9;
+        config.mode = if key.corrects {
+            Mode::Frozen
+        } else {
+            Mode::Bypass
+        };
+        let mut player = Player {
+            app: App::new(config),
+            lines: Lines::default(),
+            clock: SetClock(key.at_us),
+            faults: key.faults,
+            came: 0,
+            left: 0,
+            pieces: 0,
+            bytes: 0,
+        };
+        let adis = told.is_some_and(|told| told.wire_settings().adis.is_some());
+        if adis {
+            let mut frame = recorded.frame.to_vec();
+            let _ = player
+                .app
+                .burst(&mut frame, &mut player.lines.navigation, &player.clock);
+        } else {
+            player.feed(recorded.frame);
+        }
+        player.lines.navigation.sent.clear();
+        (player.came, player.left) = (0, 0);
+        if player.app.counters().frames != 1 || !player.app.resume(key) {
+            return Err("its first frame is none of the configuration");
+        }
+        Ok(player)
+    }
+
+    /// A piece, and what was noted until the next one.
+    fn piece(&mut self, entry: &Entry, notes: &[Entry]) -> Result<(), Difference> {
+        let (burst, hash, first) = match entry.told {
+            Told::Piece(hash, bytes) => (false, hash, bytes),
+            Told::Burst(hash, bytes) => (true, hash, bytes),
+            _ => (false, self.app.blackbox().hash() as u16, &[][..]),
+        };
+        self.judge_hash(entry.at_us, hash)?;
+        let mut bytes = first.to_vec();
+        for note in notes {
+            if let Told::More(more) = note.told {
+                bytes.extend_from_slice(more);
+            }
+        }
+        let (before, mut fed) = (self.came - self.left, 0);
+        self.clock.0 = entry.at_us;
+        self.pieces += 1;
+        self.bytes += bytes.len();
+        let own = core::slice::from_ref(entry);
+        for note in own.iter().chain(notes) {
+            let (Told::Estimate(left, _) | Told::Faults(left, _)) = note.told else {
+                continue;
+            };
+            let until = usize::from(left).saturating_sub(before).min(bytes.len());
+            if !burst && until > fed {
+                self.feed(&bytes[fed..until]);
+                fed = until;
+            }
+            if burst && fed == 0 {
+                self.burst(&mut bytes);
+                fed = bytes.len();
+            }
+            self.advance(note.at_us);
+            match note.told {
+                Told::Estimate(_, estimate) => self.app.impose(&estimate),
+                Told::Faults(_, bits) => self.judge_faults(note.at_us, bits)?,
+                _ => {}
+            }
+        }
+        if burst && fed == 0 {
+            self.burst(&mut bytes);
+        } else if !burst {
+            self.feed(bytes.get(fed..).unwrap_or_default());
+        }
+        self.judge_faults(self.clock.0, self.faults)
+    }
+
+    fn feed(&mut self, bytes: &[u8]) {
+        self.lines.sensor.received.extend(bytes);
+        self.came += bytes.len();
+        self.settle();
+    }
+
+    fn burst(&mut self, reply: &mut [u8]) {
+        // an error has been counted
+        let _ = self
+            .app
+            .burst(reply, &mut self.lines.navigation, &self.clock);
+        self.settle();
+    }
+
+    /// Time passes without bytes.
+    fn advance(&mut self, at_us: u64) {
+        if at_us > self.clock.0 {
+            self.clock.0 = at_us;
+            self.settle();
+        }
+    }
+
+    fn settle(&mut self) {
+        for _ in 0..PASSES {
+            if !self.app.poll(&mut self.lines, &self.clock) {
+                break;
+            }
+        }
+        self.left += self.lines.navigation.sent.len();
+        self.lines.navigation.sent.clear();
+        self.lines.sensor.sent.clear();
+    }
+
+    fn judge_hash(&self, at_us: u64, hash: u16) -> Result<(), Difference> {
+        let here = self.app.blackbox().hash();
+        if here as u16 == hash {
+            return Ok(());
+        }
+        let what = format!(
+            "other bytes left until then ({:04x} here, {hash:04x})",
+            here as u16
+        );
+        Err((at_us, what))
+    }
+
+    fn judge_faults(&mut self, at_us: u64, bits: u32) -> Result<(), Difference> {
+        self.faults = bits;
+        let [told, here] = self.app.impose_faults(bits);
+        if told == here {
+            return Ok(());
+        }
+        Err((
+            at_us,
+            format!("faults {} here, {}", names(here), names(told)),
+        ))
+    }
+}
+
+/// Names of fault bits.
+pub fn names(bits: u32) -> String {
+    let set = FAULTS.iter().filter(|fault| bits >> fault.bit & 1 == 1);
+    let names: Vec<&str> = set.map(|fault| fault.name).collect();
+    if names.is_empty() {
+        "none".into()
+    } else {
+        names.join(" + ")
+    }
+}

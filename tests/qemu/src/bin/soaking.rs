@@ -1,0 +1,58 @@
+//! The soak on the target. The file `input` has three numbers, little-endian: seed u64, seconds
+//! u32, samples a second u32. It prints a line a simulated hour, and then what the report says.
+#![cfg_attr(target_os = "none", no_std, no_main)]
+
+#[cfg(target_os = "none")]
+mod target {
+    use core::fmt::Write;
+
+    use cortex_m_semihosting::hio::HostStream;
+    use qemu::target::files::File;
+    use qemu::target::{exit, output};
+    use soak::{Memory, Plan, Report, Watch, run};
+
+    struct Tell(HostStream, u32);
+
+    impl Watch for Tell {
+        fn minute(&mut self, report: &Report) {
+            self.1 += 1;
+            if self.1.is_multiple_of(60) {
+                let _ = writeln!(self.0, "hour {} {}", self.1 / 60, report.power_ons);
+            }
+        }
+    }
+
+    #[cortex_m_rt::entry]
+    fn main() -> ! {
+        exit(soak().is_some())
+    }
+
+    fn soak() -> Option<()> {
+        let mut bytes = [0; 16];
+        if File::open(c"input")?.read(&mut bytes) != bytes.len() {
+            return None;
+        }
+        let [seed, more] = bytes.as_chunks::<8>().0 else {
+            return None;
+        };
+        let [a, b, c, d, e, f, g, h] = *more;
+        let plan = Plan {
+            seed: u64::from_le_bytes(*seed),
+            seconds: u32::from_le_bytes([a, b, c, d]),
+            rate: u32::from_le_bytes([e, f, g, h]),
+        };
+        let memory = cortex_m::singleton!(: Memory = Memory::ZEROED)?;
+        let report = run(memory, &plan, &mut Tell(output(), 0));
+        let mut out = output();
+        writeln!(out, "digest {}", report.digest).ok()?;
+        writeln!(out, "samples {}", report.samples).ok()?;
+        writeln!(out, "corrected {}", report.corrected).ok()?;
+        writeln!(out, "power_ons {}", report.power_ons).ok()?;
+        writeln!(out, "violation {:?}", report.violation).ok()
+    }
+}
+
+#[cfg(not(target_os = "none"))]
+fn main() {
+    qemu::only_in_qemu();
+}

@@ -1,0 +1,224 @@
+//! The four lines. That of the navigation computer compares what leaves with what came.
+
+use core::cell::RefCell;
+use firmware::link::{Full, Line, Lost};
+use firmware::wire::framer::CAPACITY;
+use firmware::wire::{Checked, ImuFormat};
+use heapless::Deque;
+
+/// Bytes that wait at a line, at most.
+pub const ROOM: usize = 2048;
+
+/// Bytes on their way to the application.
+#[derive(Debug, Default)]
+pub struct Input {
+    pub bytes: Deque<u8, ROOM>,
+    /// The line reports a loss before it gives them.
+    pub lost: bool,
+    /// What is sent on this line goes into the digest.
+    pub digest: Digest,
+}
+
+impl Input {
+    /// Bytes come; those that find no room are lost.
+    pub fn come(&mut self, bytes: &[u8]) {
+        for byte in bytes {
+            self.lost |= self.bytes.push_back(*byte).is_err();
+        }
+    }
+
+    fn take(&mut self, buffer: &mut [u8]) -> Result<usize, Lost> {
+        if core::mem::take(&mut self.lost) {
+            return Err(Lost);
+        }
+        let mut len = 0;
+        for place in buffer {
+            let Some(byte) = self.bytes.pop_front() else {
+                break;
+            };
+            *place = byte;
+            len += 1;
+        }
+        Ok(len)
+    }
+}
+
+impl Line for Input {
+    fn receive(&mut self, buffer: &mut [u8]) -> Result<usize, Lost> {
+        self.take(buffer)
+    }
+
+    fn is_idle(&self) -> bool {
+        self.bytes.is_empty() && !self.lost
+    }
+
+    fn send(&mut self, message: &[u8]) -> Result<(), Full> {
+        self.digest.add(message);
+        Ok(())
+    }
+}
+
+/// FNV-1a, 64 bit.
+#[derive(Debug, Clone, Copy)]
+pub struct Digest {
+    pub value: u64,
+    pub bytes: u64,
+}
+
+impl Default for Digest {
+    fn default() -> Digest {
+        Digest {
+            value: 0xcbf2_9ce4_8422_2325,
+            bytes: 0,
+        }
+    }
+}
+
+impl Digest {
+    pub fn add(&mut self, bytes: &[u8]) {
+        for byte in bytes {
+            self.value = (self.value ^ u64::from(*byte)).wrapping_mul(0x0000_0100_0000_01b3);
+        }
+        self.bytes += bytes.len() as u64;
+    }
+}
+
+/// What has come from the sensor and has not left.
+#[derive(Debug, Default)]
+pub struct Passing {
+    bytes: Deque<u8, { 4 * CAPACITY }>,
+    /// Bytes that the line had no room to note: a fault of the test itself.
+    pub overrun: bool,
+}
+
+/// The sensor's line as the application sees it: what it takes is noted.
+#[derive(Debug)]
+pub struct Noted<'p, L> {
+    pub line: L,
+    pub passing: &'p RefCell<Passing>,
+}
+
+impl<L: Line> Line for Noted<'_, L> {
+    fn receive(&mut self, buffer: &mut [u8]) -> Result<usize, Lost> {
+        let len = self.line.receive(buffer)?;
+        let mut passing = self.passing.borrow_mut();
+        for byte in buffer.iter().take(len) {
+            passing.overrun |= passing.bytes.push_back(*byte).is_err();
+        }
+        Ok(len)
+    }
+
+    fn send(&mut self, message: &[u8]) -> Result<(), Full> {
+        self.line.send(message)
+    }
+}
+
+/// The longest message.
+const LONGEST: usize = 256;
+
+/// The navigation computer's line.
+#[derive(Debug)]
+pub struct Out<'p> {
+    pub input: Input,
+    pub passing: &'p RefCell<Passing>,
+    /// It has no room.
+    pub full: bool,
+    /// Nothing may be changed now.
+    pub exact: bool,
+    pub seen: Seen,
+    format: ImuFormat,
+    /// What left.
+    pub digest: Digest,
+}
+
+/// What was seen on the line.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Seen {
+    /// Messages that left as they came, and that were changed.
+    pub same: u64,
+    pub changed: u64,
+    /// Messages that are no frame, or became none, and are not what came.
+    pub wrong: u64,
+    /// Frames that were changed where nothing should be.
+    pub inexact: u64,
+    /// Bytes that nobody sent.
+    pub made_up: u64,
+    /// Messages that found no room.
+    pub full: u64,
+}
+
+impl<'p> Out<'p> {
+    /// Of frames of this format.
+    pub fn new(passing: &'p RefCell<Passing>, format: ImuFormat) -> Out<'p> {
+        Out {
+            input: Input::default(),
+            passing,
+            full: false,
+            exact: true,
+            seen: Seen::default(),
+            format,
+            digest: Digest::default(),
+        }
+    }
+
+    /// Bytes that have come and not left.
+    pub fn inside(&self) -> usize {
+        self.passing.borrow().bytes.len()
+    }
+
+    fn compare(&mut self, message: &[u8]) {
+        let mut came = [0; LONGEST];
+        let mut passing = self.passing.borrow_mut();
+        let mut differ = 0;
+        for (place, byte) in came.iter_mut().zip(message) {
+            match passing.bytes.pop_front() {
+                Some(was) => {
+                    *place = was;
+                    differ += u64::from(was != *byte);
+                }
+                None => self.seen.made_up += 1,
+            }
+        }
+        if differ == 0 {
+            self.seen.same += 1;
+            return;
+        }
+        let mut left = [0; LONGEST];
+        for (place, byte) in left.iter_mut().zip(message) {
+            *place = *byte;
+        }
+        let len = message.len().min(LONGEST);
+        let format = self.format;
+        let is_frame = |bytes: &mut [u8; LONGEST]| {
+            let frame = bytes.get_mut(..len);
+            frame.is_some_and(|frame| Checked::new(format, frame).is_ok())
+        };
+        if !is_frame(&mut came) || !is_frame(&mut left) {
+            self.seen.wrong += 1;
+        } else if self.exact {
+            self.seen.inexact += 1;
+        } else {
+            self.seen.changed += 1;
+        }
+    }
+}
+
+impl Line for Out<'_> {
+    fn receive(&mut self, buffer: &mut [u8]) -> Result<usize, Lost> {
+        self.input.take(buffer)
+    }
+
+    fn is_idle(&self) -> bool {
+        self.input.is_idle()
+    }
+
+    fn send(&mut self, message: &[u8]) -> Result<(), Full> {
+        self.compare(message);
+        if self.full {
+            self.seen.full += 1;
+            return Err(Full);
+        }
+        self.digest.add(message);
+        Ok(())
+    }
+}

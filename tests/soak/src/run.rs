@@ -1,0 +1,575 @@
+//! The soak itself, sample by sample.
+
+use crate::disturb::{COUNT, Disturb, Kind};
+use crate::flash::{Failing, Flash};
+use crate::lines::{Digest, Input, Noted, Out, Passing, Seen};
+use crate::random::Random;
+use crate::world::{Sensor, World};
+use core::cell::{Cell, RefCell};
+use firmware::app::blackbox;
+use firmware::app::{Activation, App, Hardware, Lines};
+use firmware::configuration::record::{Record, encode as record_of};
+use firmware::configuration::{Configuration, Sensor as Told};
+use firmware::control::Mode;
+use firmware::learn::{CombinedLearner, FixLearner, FixMemory, Settings, WindowLearner};
+use firmware::link::Clock;
+use firmware::link::faulty::{Chances, Faulty};
+use firmware::model::Nets;
+use firmware::store::{Content, MEMORY_MAX, Store};
+use firmware::wire::command::{Counters, MAX_CHUNK, MAX_PACKET, Request, encode};
+use firmware::wire::framer::{CAPACITY, LONGEST};
+use lrnn_nostd::{Net, Normalisation, Weights};
+
+/// A pass more often than this without rest is an endless loop.
+const PASSES: u32 = 4000;
+
+/// What is to be run.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Plan {
+    /// Everything follows from it.
+    pub seed: u64,
+    /// Simulated time, s.
+    pub seconds: u32,
+    /// Samples a second.
+    pub rate: u32,
+}
+
+/// All memory that the soak has besides the stack.
+#[derive(Debug)]
+pub struct Memory {
+    windows: WindowLearner,
+    fixes: FixMemory,
+    flash: Flash,
+    blackbox: blackbox::Memory,
+    learnt: [u8; MEMORY_MAX],
+}
+
+impl Memory {
+    /// As new.
+    pub const ZEROED: Memory = Memory {
+        windows: WindowLearner::new(),
+        fixes: FixMemory::ZEROED,
+        flash: Flash::BLANK,
+        blackbox: blackbox::Memory::ZEROED,
+        learnt: [0; MEMORY_MAX],
+    };
+}
+
+/// What must not happen.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Violation {
+    /// A message that is no frame was changed.
+    Changed,
+    /// A frame was changed while nothing was corrected.
+    Inexact,
+    /// Bytes left that had not come.
+    MadeUp,
+    /// More bytes are inside than the framer holds.
+    Kept,
+    /// The application did not come to rest.
+    Restless,
+    /// A counter went back.
+    Counter,
+    /// A correction was beyond its limit, or no number.
+    Limit,
+    /// The store gave something that was not stored.
+    Store,
+    /// What the black box holds does not play to the same bytes.
+    BlackBox,
+    /// The soak's own buffers were too small.
+    Overrun,
+}
+
+/// What came of it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Report {
+    /// Digest of all that left on all lines.
+    pub digest: u64,
+    /// Bytes of the sensor that came.
+    pub came: u64,
+    /// Bytes that left on all lines.
+    pub left: u64,
+    /// Samples of the sensor.
+    pub samples: u64,
+    /// Times the device was switched on.
+    pub power_ons: u32,
+    /// Messages that left as they came.
+    pub same: u64,
+    /// Frames that left corrected.
+    pub corrected: u64,
+    /// Messages that found no room.
+    pub full: u64,
+    /// Seconds in which the learner navigated.
+    pub navigated: u32,
+    /// Records stored.
+    pub stored: u32,
+    /// Attempts to store that failed.
+    pub failed: u32,
+    /// How often each kind of disturbance began.
+    pub begun: [u32; COUNT],
+    /// Most passes without a rest.
+    pub passes: u32,
+    /// The first violation, and the sample at which it was seen.
+    pub violation: Option<(Violation, u64)>,
+}
+
+struct Now(u64);
+
+impl Clock for Now {
+    fn now_us(&self) -> u64 {
+        self.0
+    }
+}
+
+/// What goes on over a power-on.
+struct Soak<'p> {
+    plan: &'p Plan,
+    report: Report,
+    digest: Digest,
+    disturb: Disturb,
+    random: Random,
+    /// Samples so far.
+    sample: u64,
+    sensors: u32,
+}
+
+/// Who looks on.
+pub trait Watch {
+    /// After each simulated minute.
+    fn minute(&mut self, _: &Report) {}
+
+    /// When the device is about to be reset: what it was told last, and what its black box holds.
+    /// False: what it holds is wrong.
+    fn drive_over(&mut self, _: &Configuration, _: &App) -> bool {
+        true
+    }
+}
+
+/// Nobody looks on.
+impl Watch for () {}
+
+/// Runs a plan.
+pub fn run(memory: &mut Memory, plan: &Plan, watch: &mut impl Watch) -> Report {
+    let mut soak = Soak {
+        plan,
+        report: Report::default(),
+        digest: Digest::default(),
+        disturb: Disturb::new(Random::new(plan.seed, 1), plan.rate),
+        random: Random::new(plan.seed, 2),
+        sample: 0,
+        sensors: Sensor::count(plan.rate),
+    };
+    memory.flash.clear();
+    let end = u64::from(plan.seconds) * u64::from(plan.rate);
+    while soak.sample < end && soak.report.violation.is_none() {
+        let which = soak.random.below(soak.sensors);
+        let Some(sensor) = Sensor::of(plan.rate, which) else {
+            break;
+        };
+        soak.drive(memory, &sensor, end, watch);
+    }
+    soak.sum_up();
+    soak.report
+}
+
+/// What the device is told of its sensor.
+fn told(sensor: &Sensor, rate: u32, live: bool) -> Configuration {
+    let mut told = Configuration {
+        sensor: Some(Told::Stream(sensor.format.settings(&sensor.settings))),
+        rate: rate.into(),
+        ..Configuration::default()
+    };
+    told.correction.mode = Mode::Learn;
+    if live {
+        told.correction.activation = Activation::Faded;
+    }
+    told
+}
+
+/// Networks that correct by up to 1 deg/h and 100 ug, and whose output depends on every sample.
+fn nets() -> Nets {
+    let weights = Weights::from_fn(|index| ((index * 37 + 11) % 129) as f32 / 128.0 - 0.5);
+    let net = |input_scale: f32, output_scale: f32| -> Net {
+        Net::new(
+            weights,
+            Normalisation {
+                input_offset: [0.0; 3],
+                input_scale: [input_scale; 3],
+                output_scale: [output_scale; 3],
+            },
+        )
+    };
+    Nets {
+        gyro: net(2.0, 5e-6),
+        accel: net(0.1, 1e-3),
+    }
+}
+
+type AppLines<'p> = Lines<Noted<'p, Faulty<Input>>, Out<'p>, Input, Input>;
+
+impl Soak<'_> {
+    fn sum_up(&mut self) {
+        self.report.digest = self.digest.value;
+        self.report.left = self.digest.bytes;
+        self.report.begun = self.disturb.begun;
+        self.report.samples = self.sample;
+    }
+
+    fn violated(&mut self, violation: Violation) {
+        self.report
+            .violation
+            .get_or_insert((violation, self.sample));
+    }
+
+    /// From a power-on to the next one.
+    #[inline(never)]
+    fn drive(&mut self, memory: &mut Memory, sensor: &Sensor, end: u64, watch: &mut impl Watch) {
+        let Memory {
+            windows,
+            fixes,
+            flash,
+            blackbox,
+            learnt,
+        } = memory;
+        let live = self.random.below(2) == 0;
+        let told = told(sensor, self.plan.rate, live);
+        let record = record_of(&told);
+        if self.random.below(4) > 0 {
+            *blackbox = blackbox::Memory::ZEROED; // else it holds what it had before the reset
+        }
+        *windows = WindowLearner::new();
+        let fails = Cell::new(false);
+        let failing = Failing {
+            flash,
+            fails: &fails,
+        };
+        let Ok(mut store) = Store::new(failing) else {
+            return self.violated(Violation::Store);
+        };
+        // the sensor is exchanged: the device is told
+        let held = store.load();
+        if !matches!(&held, Ok(Some(stored)) if stored.record == record) {
+            let nets = nets();
+            let content = Content::new(&nets, &record);
+            if store.save(&content).is_err() {
+                return self.violated(Violation::Store);
+            }
+        }
+        let stored = store.load();
+        if !matches!(&stored, Ok(Some(stored)) if stored.record == record) {
+            self.violated(Violation::Store);
+        }
+        let mut learner = CombinedLearner {
+            references: windows,
+            fixes: FixLearner::new(fixes, Settings::MEDIUM),
+        };
+        let mut app = App::power_on(Hardware::DESKTOP, Some(stored), Some(&mut learner));
+        let len = store.memory(learnt);
+        app.recall(learnt.get(..len).unwrap_or_default());
+        app.record_in(blackbox);
+        self.report.power_ons += 1;
+        let passing = RefCell::new(Passing::default());
+        let seed = u64::from(self.random.next());
+        let mut lines: AppLines = Lines {
+            sensor: Noted {
+                line: Faulty::new(Input::default(), Chances::default(), seed),
+                passing: &passing,
+            },
+            navigation: Out::new(&passing, sensor.format),
+            command: Input::default(),
+            gnss: Input::default(),
+        };
+        let mut drive = Drive {
+            world: World::new(
+                Random::new(self.plan.seed, self.random.next().into()),
+                self.plan.rate,
+            ),
+            sensor,
+            index: 0,
+            held: [[0; 3]; 2],
+            counters: Counters::default(),
+        };
+        let mut now = Now(0);
+        let mut number = 0u64;
+        while self.sample < end && self.report.violation.is_none() {
+            self.disturb.step();
+            if self.disturb.is(Kind::Reset) {
+                break;
+            }
+            (self.sample, number) = (self.sample + 1, number + 1);
+            now.0 = number * 1_000_000 / u64::from(self.plan.rate);
+            self.feed(&mut drive, &mut lines, number, &record);
+            if self.disturb.is(Kind::HeldUp) && !self.disturb.chance(4) {
+                continue;
+            }
+            self.settle(&mut app, &mut lines, &now);
+            fails.set(self.disturb.is(Kind::StoreFails));
+            self.keep(&mut app, &mut store);
+            if number.is_multiple_of(u64::from(self.plan.rate)) {
+                self.second(&mut drive, &app, &lines);
+            }
+            if self.sample.is_multiple_of(60 * u64::from(self.plan.rate)) {
+                self.sum_up();
+                watch.minute(&self.report);
+            }
+        }
+        self.gather(&lines);
+        app.hold_recording();
+        if !watch.drive_over(&told, &app) {
+            self.violated(Violation::BlackBox);
+        }
+    }
+
+    /// What comes on the lines with a sample.
+    fn feed(&mut self, drive: &mut Drive, lines: &mut AppLines, number: u64, record: &Record) {
+        let rate = u64::from(self.plan.rate);
+        let noise = self.disturb.is(Kind::SensorNoise);
+        let faulty = &mut lines.sensor.line;
+        faulty.chances = if noise {
+            Chances {
+                flip: 60,
+                drop: 40,
+                burst: 20,
+                ..Chances::default()
+            }
+        } else {
+            Chances::default()
+        };
+        let lost = self.disturb.is(Kind::SensorLost);
+        let mut buffer = [0; 2 * LONGEST];
+        let len = drive.bytes(&mut self.disturb, self.plan.rate, &mut buffer);
+        let input = faulty.inner();
+        input.lost |= lost;
+        input.come(buffer.get(..len).unwrap_or_default());
+        self.report.came += len as u64;
+        // fixes, a tenth of a second after their time
+        let due = (number + rate - rate / 10).is_multiple_of(rate);
+        if due && !self.disturb.is(Kind::FixSilence) {
+            let late = self.disturb.is(Kind::FixLate);
+            let ms = (number * 1000 / rate) as u32 - 100 * u32::from(number >= rate / 10);
+            let late_ms = if late { 600 } else { 0 };
+            let wrong = self.disturb.is(Kind::FixWrong);
+            let mut fix = drive.world.fix(ms.wrapping_sub(late_ms), wrong);
+            if self.disturb.is(Kind::ReceiverNoise) {
+                let at = self.disturb.below(fix.len() as u32) as usize;
+                if let Some(byte) = fix.get_mut(at) {
+                    *byte ^= 0x20;
+                }
+            }
+            lines.gnss.come(&fix);
+        }
+        if self.disturb.is(Kind::FixFlood) {
+            let forged = self.disturb.below(1 << 29);
+            let fix = drive.world.fix(forged, false);
+            lines.gnss.come(&fix);
+        }
+        self.ask(lines, record);
+        lines.navigation.full = self.disturb.is(Kind::OutputFull) && self.disturb.chance(3);
+        if self.disturb.is(Kind::Reverse) && self.disturb.chance(4) {
+            let mut bytes = [0; 12];
+            self.disturb.fill(&mut bytes);
+            lines.navigation.input.come(&bytes);
+        }
+    }
+
+    /// Requests.
+    fn ask(&mut self, lines: &mut AppLines, record: &Record) {
+        let disturb = &mut self.disturb;
+        let mut send = |request: &Request| {
+            let mut packet = [0; MAX_PACKET];
+            if let Ok(packet) = encode(7, request, &mut packet) {
+                lines.command.come(packet);
+            }
+        };
+        if disturb.is(Kind::Mode) {
+            send(&Request::SetMode(disturb.mode()));
+        }
+        if disturb.is(Kind::CommandFlood) {
+            for _ in 0..3 {
+                let mut bytes = [0; MAX_CHUNK];
+                send(&disturb.request(&mut bytes));
+            }
+        }
+        if disturb.is(Kind::StoreNow) {
+            send(&Request::SetMode(Mode::Bypass));
+            send(&Request::StoreImage);
+            send(&Request::SetMode(Mode::Learn));
+        }
+        if disturb.is(Kind::Configure) {
+            send(&Request::SetMode(Mode::Bypass));
+            for (index, bytes) in record.chunks(MAX_CHUNK).enumerate() {
+                let offset = (index * MAX_CHUNK) as u32;
+                send(&Request::WriteConfiguration { offset, bytes });
+            }
+            let length = record.len() as u32;
+            send(&Request::CommitConfiguration { length });
+        }
+        if disturb.is(Kind::CommandNoise) {
+            let mut bytes = [0; 40];
+            disturb.fill(&mut bytes);
+            lines.command.come(&bytes);
+        }
+    }
+
+    /// Passes until the application rests.
+    fn settle(&mut self, app: &mut App, lines: &mut AppLines, now: &Now) {
+        let mut passes = 0;
+        loop {
+            lines.navigation.exact = app.correction() == [[0.0; 3]; 2];
+            let before = lines.navigation.seen.inexact;
+            let more = app.poll(lines, now);
+            if app.correction() != [[0.0; 3]; 2] {
+                // it came into force in this pass
+                lines.navigation.seen.inexact = before;
+            }
+            passes += 1;
+            if !more {
+                break;
+            }
+            if passes >= PASSES {
+                self.violated(Violation::Restless);
+                break;
+            }
+        }
+        self.report.passes = self.report.passes.max(passes);
+        let Seen {
+            wrong,
+            inexact,
+            made_up,
+            ..
+        } = lines.navigation.seen;
+        if wrong > 0 {
+            self.violated(Violation::Changed);
+        }
+        if inexact > 0 {
+            self.violated(Violation::Inexact);
+        }
+        if made_up > 0 {
+            self.violated(Violation::MadeUp);
+        }
+        if lines.navigation.inside() > CAPACITY {
+            self.violated(Violation::Kept);
+        }
+    }
+
+    /// The store, a step in each sample.
+    fn keep(&mut self, app: &mut App, store: &mut Store<Failing>) {
+        if !app.wants_to_store() {
+            return;
+        }
+        let mut ended = None;
+        app.store(|step, content| {
+            let progress = store.carry_out(step, content);
+            ended = Some(progress);
+            progress
+        });
+        match ended {
+            Some(firmware::store::Progress::Done) => self.report.stored += 1,
+            Some(firmware::store::Progress::Failed) => self.report.failed += 1,
+            _ => {}
+        }
+    }
+
+    /// What is looked at once a second.
+    fn second(&mut self, drive: &mut Drive, app: &App, lines: &AppLines) {
+        self.report.navigated += u32::from(app.learning().navigates);
+        if lines.navigation.passing.borrow().overrun {
+            self.violated(Violation::Overrun);
+        }
+        let now = app.counters();
+        let before = core::mem::replace(&mut drive.counters, now);
+        let begun_anew = now.frames < before.frames;
+        let back = now.garbage < before.garbage || now.fixes < before.fixes;
+        if back && !begun_anew {
+            self.violated(Violation::Counter);
+        }
+        let limit = Configuration::default().correction.limit;
+        let [gyro, accel] = app.correction();
+        let within = |triad: [f32; 3], limit: f32| triad.iter().all(|c| c.abs() <= limit);
+        if !within(gyro, limit.gyro) || !within(accel, limit.accel) {
+            self.violated(Violation::Limit);
+        }
+    }
+
+    fn gather(&mut self, lines: &AppLines) {
+        let Seen {
+            same,
+            changed,
+            full,
+            ..
+        } = lines.navigation.seen;
+        self.report.same += same;
+        self.report.corrected += changed;
+        self.report.full += full;
+        let out = lines.navigation.digest;
+        let others = [lines.command.digest, lines.gnss.digest];
+        for digest in [out].into_iter().chain(others) {
+            self.digest.add(&digest.value.to_le_bytes());
+            self.digest.bytes += digest.bytes;
+            self.digest.bytes -= 8;
+        }
+    }
+}
+
+/// Between two power-ons.
+struct Drive<'s> {
+    world: World,
+    sensor: &'s Sensor,
+    /// The sensor's own number of the sample.
+    index: u32,
+    /// The last counts, for a sensor that is stuck.
+    held: [[i32; 3]; 2],
+    counters: Counters,
+}
+
+impl Drive<'_> {
+    /// The sensor's bytes of a sample.
+    fn bytes(&mut self, disturb: &mut Disturb, rate: u32, into: &mut [u8; 2 * LONGEST]) -> usize {
+        let mut counts = self.world.sample(self.sensor);
+        self.index = self.index.wrapping_add(1);
+        if disturb.is(Kind::Restart) {
+            self.index = 0;
+            return 0;
+        }
+        if disturb.is(Kind::Silence) || disturb.is(Kind::Missing) && disturb.chance(3) {
+            return 0;
+        }
+        if disturb.is(Kind::NoFormat) {
+            let bytes = into.get_mut(..40).unwrap_or_default();
+            disturb.fill(bytes);
+            return bytes.len();
+        }
+        if disturb.is(Kind::Stuck) {
+            counts = self.held;
+        }
+        self.held = counts;
+        if disturb.is(Kind::Extreme) {
+            let largest = self.sensor.largest();
+            counts = [[largest, -largest, largest]; 2];
+        }
+        let period = 1.0 / f64::from(rate);
+        let mut frame = [0; LONGEST];
+        let len = self.sensor.emit(self.index, period, counts, &mut frame);
+        let mut at = 0;
+        let mut put = |bytes: &[u8]| {
+            for byte in bytes {
+                if let Some(place) = into.get_mut(at) {
+                    *place = *byte;
+                    at += 1;
+                }
+            }
+        };
+        if disturb.is(Kind::Garbage) && disturb.chance(3) {
+            let mut noise = [0; 24];
+            disturb.fill(&mut noise);
+            put(&noise);
+            put(b"text\r\n");
+        }
+        let frame = frame.get(..len).unwrap_or_default();
+        put(frame);
+        if disturb.is(Kind::Twice) && disturb.chance(2) {
+            put(frame);
+        }
+        at
+    }
+}
