@@ -281,7 +281,15 @@ fn fault_flags() {
         ("STUCK", fault::STUCK),
         ("WEIGHTS", fault::WEIGHTS),
     ];
-    for (n, (name, bit)) in flags.into_iter().enumerate() {
+    let of_the_board = [
+        ("CLOCK", fault::CLOCK),
+        ("BIT_RATE", fault::BIT_RATE),
+        ("SAFE_START", fault::SAFE_START),
+        ("SUPPLY", fault::SUPPLY),
+    ];
+    let flags = flags.into_iter().enumerate();
+    let of_the_board = (24..).zip(of_the_board);
+    for (n, (name, bit)) in flags.chain(of_the_board) {
         assert_eq!(bit, 1 << n);
         let row = rows(&n.to_string());
         assert!(row.iter().any(|row| row[1] == name), "{name}");
@@ -350,6 +358,7 @@ fn requests() {
         Request::GetSecurity,
         Request::GetChallenge,
         Request::Provision(Provision::OpenByChoice),
+        Request::GetReset,
     ];
     for (n, request) in all.iter().enumerate() {
         let name = format!("{request:?}");

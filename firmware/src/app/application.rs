@@ -8,6 +8,7 @@ mod power_on;
 mod sensor;
 mod service;
 mod sound;
+mod well;
 
 use super::config::Config;
 use super::flow::{BoardLearner, Flow, configure, count};
@@ -33,6 +34,7 @@ use crate::wire::{Checked, Detector, Error, ImuFormat, Receiver};
 
 use links::Asked;
 use service::Service;
+use well::Well;
 
 /// Most bytes taken from a line in one pass.
 const PIECE: usize = 64;
@@ -77,6 +79,8 @@ pub struct App<'m> {
     as_told: bool,
     /// The sensor was asked for its service mode.
     service: Option<Service>,
+    /// What the watchdogs are fed by.
+    well: Well,
 }
 
 impl<'m> App<'m> {
@@ -124,6 +128,7 @@ impl<'m> App<'m> {
             seconds: 0,
             as_told: false,
             service: None,
+            well: Well::default(),
         };
         app.note_told();
         app
@@ -139,7 +144,7 @@ impl<'m> App<'m> {
         server::counters(&self.flow, &self.machine)
     }
 
-    /// What is wrong now: bits of [`fault`].
+    /// What is wrong now: bits of [`fault`]; those of the board included.
     pub fn faults(&self) -> u32 {
         server::faults(&self.flow, &self.machine)
     }
@@ -325,6 +330,7 @@ impl<'m> App<'m> {
         clock: &impl Clock,
     ) -> bool {
         let now = clock.now_us();
+        self.flow.turn_us = now;
         self.flow.blackbox.pass(now);
         if self.flow.load.look(now, clock) {
             self.look_for_frames(now);
@@ -363,7 +369,7 @@ impl<'m> App<'m> {
             let gnss = !lines.gnss.is_idle() || self.receiver.is_due(now);
             busy |= gnss && self.gnss(&mut lines.gnss, now);
             // the end of a block is enough work for one pass
-            busy |= blocks != self.flow.counters.blocks || self.flow.work();
+            busy |= blocks != self.flow.counters.blocks || self.work(now);
         }
         self.note_pass(now);
         busy

@@ -57,6 +57,8 @@ pub(super) struct Flow<'m> {
     /// Latitude of the last fix, rad.
     latitude: Option<f64>,
     pub load: Load,
+    /// When the present pass began, microseconds.
+    pub turn_us: u64,
     pub config: Config,
     /// Check of its networks.
     nets_sum: u32,
@@ -134,6 +136,7 @@ impl<'m> Flow<'m> {
             mode: config.mode,
             latitude: None,
             load: Load::default(),
+            turn_us: 0,
             plausibility: Plausibility::new(config.told.as_ref().map(plausibility::Told::of)),
             disagrees: false,
             nets_sum: of_nets(&config.nets),

@@ -3,6 +3,11 @@
 use crate::configuration::{Parity, SerialLines};
 use crate::control::{Field, Reason};
 use crate::link::rates::Clock;
+use crate::wire::command::{ClockSource, Reset, fault};
+
+/// Bit rate of the command link. It never changes, so that a device can always be reached (8 data
+/// bits, no parity, one stop bit).
+pub const COMMAND_BAUD: u32 = 921_600;
 
 /// What the application must know of its board.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -15,6 +20,8 @@ pub struct Hardware {
     pub parity: bool,
     /// Sets of pins to choose from, at least 1.
     pub pin_sets: u8,
+    /// Why and how the board started; `None`: it cannot tell.
+    pub reset: Option<Reset>,
 }
 
 impl Hardware {
@@ -24,6 +31,7 @@ impl Hardware {
         clocks: [Clock::ANY; 3],
         parity: true,
         pin_sets: 1,
+        reset: None,
     };
 
     /// Whether the board's lines can be as they are told to be.
@@ -47,6 +55,37 @@ impl Hardware {
             return Err(Reason::Pins(self.pin_sets));
         }
         Ok(())
+    }
+
+    /// What the board says is wrong with itself: bits of [`fault`].
+    #[must_use]
+    pub fn faults(&self, lines: &SerialLines) -> u32 {
+        let Some(reset) = &self.reset else {
+            return 0;
+        };
+        let [_, command, _] = &self.clocks; // on the bus of the navigation computer's line
+        let crystal = &reset.crystal;
+        let clock = match reset.clock {
+            ClockSource::Simulator => false,
+            ClockSource::Crystal => crystal.used_mhz != crystal.built_mhz,
+            ClockSource::Internal | ClockSource::InternalDirect => true,
+        };
+        let rates = matches!(self.check(lines), Err(Reason::Baud(_)));
+        let rates = rates || command.rate(COMMAND_BAUD).is_err();
+        [
+            (clock, fault::CLOCK),
+            (rates, fault::BIT_RATE),
+            (reset.safe, fault::SAFE_START),
+            (reset.supply_low, fault::SUPPLY),
+        ]
+        .into_iter()
+        .fold(0, |bits, (is, bit)| if is { bits | bit } else { bits })
+    }
+
+    /// Whether this is a safe start.
+    #[must_use]
+    pub fn starts_safely(&self) -> bool {
+        self.reset.is_some_and(|reset| reset.safe)
     }
 
     /// The bit rates that the lines have in fact, bit/s; 0: not known.

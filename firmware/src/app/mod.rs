@@ -12,14 +12,14 @@
 //! not step over a gap: the block in progress is given up, and the estimate in force is held until
 //! the next whole block.
 //!
-//! Imports point from the bottom up: `hardware`, `config`, `phase`, `load`, `lines`, `pulse`,
-//! `blackbox`;
-//! `setup`; `flow`; `server` and `reverse`; `application`.
+//! Imports point from the bottom up: `guard`, `hardware`, `config`, `phase`, `load`, `lines`,
+//! `pulse`, `blackbox`; `setup`; `flow`; `server` and `reverse`; `application`.
 
 mod application;
 pub mod blackbox;
 mod config;
 mod flow;
+pub mod guard;
 mod hardware;
 mod lines;
 mod load;
@@ -31,6 +31,6 @@ mod setup;
 
 pub use application::{App, PATIENCE_US};
 pub use config::{Activation, Config};
-pub use hardware::Hardware;
+pub use hardware::{COMMAND_BAUD, Hardware};
 pub use lines::Lines;
 pub use phase::Phase;

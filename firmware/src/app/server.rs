@@ -16,7 +16,9 @@ use crate::control::Reason;
 use crate::model::IMAGES_LEN;
 use crate::wire::command::key::Key;
 use crate::wire::command::seal::{Opened, open};
-use crate::wire::command::{Kept, MAX_CHUNK, MAX_PACKET, Provision, Request, Response, encode};
+use crate::wire::command::{
+    Kept, MAX_CHUNK, MAX_PACKET, Provision, Request, Reset, Response, encode,
+};
 use guard::{Guard, Ticket, Verdict};
 use heapless::Vec;
 use take::{may_exchange, set_mode};
@@ -186,6 +188,15 @@ impl Server {
             Request::GetBoard => return Response::Board(self.board(flow)),
             Request::GetReceiver => return Response::Receiver(flow.heard),
             Request::GetStore => return Response::Kept(self.kept),
+            Request::GetReset => match flow.config.hardware.reset {
+                Some(reset) => {
+                    return Response::Reset(Reset {
+                        uptime_ms: (flow.turn_us / 1000) as u32,
+                        ..reset
+                    });
+                }
+                None => Err(Reason::NotAvailable),
+            },
             Request::GetMemory => return Response::Remembered(flow.remembered()),
             Request::GetRecording => match flow.blackbox.told() {
                 Some(recording) => return Response::Recording(recording),

@@ -155,6 +155,11 @@ impl<const N: usize> Ring<N> {
         piece(&self.bytes, popped, self.pushed().wrapping_sub(popped))
     }
 
+    /// Bytes that have been taken out since start, modulo 2^32.
+    pub fn popped(&self) -> usize {
+        self.counts.popped.load(Ordering::Relaxed)
+    }
+
     /// Takes out all that is there.
     pub fn clear(&self) {
         self.counts.popped.store(self.pushed(), Ordering::Release);

@@ -69,6 +69,13 @@ impl Uart {
         self.to_send.oldest().is_empty()
     }
 
+    /// How many bytes have left since start, modulo 2^32, and whether more wait. `left`: how many
+    /// the sending transfer, if there is one, has not moved.
+    pub fn sent(&self, left: usize) -> (usize, bool) {
+        let moved = self.leaving.load(Ordering::Relaxed).saturating_sub(left);
+        (self.to_send.popped().wrapping_add(moved), !self.has_sent())
+    }
+
     /// The line is closed, to be opened anew. No interrupt and no transfer is under way any more;
     /// the receiving one had `left` bytes to move. What came before stays; what was to be sent is
     /// dropped.

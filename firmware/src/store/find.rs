@@ -159,12 +159,15 @@ impl<F: NorFlash> Store<F> {
     /// version may be longer than ours.
     #[inline(never)]
     pub(super) fn header(&mut self, start: u32) -> Option<Header> {
+        // most places hold none: no more is read, and no more cleared, than shows it
+        let mut first = [0; HEADER_LEN];
+        if HEADER_LEN.is_multiple_of(F::READ_SIZE.max(1)) {
+            self.flash.read(start, &mut first).ok()?;
+            Header::of(&first)?;
+        }
         let mut piece = [0; PIECE];
-        // most places hold none: no more is read than shows it
-        let short = HEADER_LEN.is_multiple_of(F::READ_SIZE.max(1));
-        let first = piece.get_mut(..if short { HEADER_LEN } else { PIECE })?;
-        self.flash.read(start, first).ok()?;
-        let header = Header::of(first)?;
+        self.flash.read(start, &mut piece).ok()?;
+        let header = Header::of(&piece)?;
         let end = header.end();
         let room = self.slot_len - start.checked_rem(self.slot_len)?;
         if end + CRC_LEN > usize::try_from(room).ok()? {

@@ -15,9 +15,11 @@
 //! [`WIRE_VERSION`] counts changes.
 
 pub mod key;
+mod reset;
 pub mod seal;
 mod security;
 
+pub use reset::{ClockSource, Crash, CrashKind, Crystal, LoopPhase, Reset, cause, unwell};
 pub use security::{Protection, Provision, Security};
 
 use super::checksum::crc32_zlib;
@@ -164,6 +166,8 @@ pub enum Request<'a> {
     /// Gives the device its key, once, or another one with the present one. It is stored like
     /// [`Request::StoreImage`].
     Provision(Provision),
+    /// Answer: [`Response::Reset`], or refused by a device that is no board.
+    GetReset,
 }
 
 /// The versions of the device.
@@ -266,6 +270,16 @@ pub mod fault {
     /// The weights in use were of a sensor with another serial number. They are no longer used: the
     /// device has the built-in ones, until others are uploaded or it has learnt anew.
     pub const WEIGHTS: u32 = 1 << 15;
+    /// The board does not run on the crystal that it was built for: its clock is the internal
+    /// oscillator's, or the crystal has another value.
+    pub const CLOCK: u32 = 1 << 24;
+    /// A line cannot have its bit rate within 2 %, and has the nearest.
+    pub const BIT_RATE: u32 = 1 << 25;
+    /// Safe start: after repeated resets the device stays in bypass and does not use what is stored
+    /// but the lines.
+    pub const SAFE_START: u32 = 1 << 26;
+    /// The supply is too low for writing flash.
+    pub const SUPPLY: u32 = 1 << 27;
 }
 
 /// More counters since power-on. They saturate.
@@ -353,6 +367,8 @@ pub enum Response<'a> {
     Security(Security),
     /// To [`Request::GetChallenge`].
     Challenge(Challenge),
+    /// To [`Request::GetReset`].
+    Reset(Reset),
 }
 
 /// What the store remembers of the unit from earlier drives.

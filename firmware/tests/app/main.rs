@@ -35,3 +35,4 @@ mod text;
 mod told;
 mod transitions;
 mod turn_on;
+mod well;

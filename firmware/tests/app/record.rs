@@ -20,6 +20,7 @@ pub const HARDWARE: Hardware = Hardware {
     ],
     parity: true,
     pin_sets: 2,
+    reset: None,
 };
 
 pub fn untold() -> Device {

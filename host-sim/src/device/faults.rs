@@ -26,7 +26,7 @@ const fn row(mask: u32, name: &'static str, says: &'static str, remedy: &'static
 }
 
 /// All faults.
-pub const FAULTS: [Fault; 16] = [
+pub const FAULTS: [Fault; 20] = [
     row(
         fault::SILENT,
         "SILENT",
@@ -122,6 +122,30 @@ pub const FAULTS: [Fault; 16] = [
         "WEIGHTS",
         "the weights were learnt by a sensor with another serial number and are no longer used",
         "let the device learn anew, or upload the weights of this sensor: device weights put FILE",
+    ),
+    row(
+        fault::CLOCK,
+        "CLOCK",
+        "the board does not run on the crystal that it was built for, so its times may be wrong",
+        "see clock and crystal in host-sim device info; repair the crystal or build for it",
+    ),
+    row(
+        fault::BIT_RATE,
+        "BIT_RATE",
+        "the board's clock cannot make a line's bit rate within 2 %; the nearest is in use",
+        "see the lines in host-sim device info; choose another bit rate, or repair the crystal",
+    ),
+    row(
+        fault::SAFE_START,
+        "SAFE_START",
+        "after repeated resets the device stays in bypass and does not use the stored weights",
+        "see the crash in host-sim device info; then switch the device off and on",
+    ),
+    row(
+        fault::SUPPLY,
+        "SUPPLY",
+        "the supply is below the 2.7 V that writing flash needs, so nothing is stored",
+        "raise the supply to 3.0 to 3.6 V, then store again: host-sim device store",
     ),
 ];
 

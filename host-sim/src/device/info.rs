@@ -4,6 +4,7 @@ use super::configure::configuration;
 use super::link::Link;
 use super::mode_name;
 use super::receiver::{Receiver, receiver};
+use super::reset::{Start, start};
 use super::watch::{Antenna, Learner};
 use crate::error::Error;
 use firmware::configuration::{Configuration, Sensor};
@@ -56,6 +57,8 @@ pub struct Info {
     pub learner: Learner,
     /// What the device remembers of the unit from earlier drives.
     pub memory: Memory,
+    /// Why and how the board started; `None`: it does not tell.
+    pub start: Option<Start>,
     /// What it found in its store when it started.
     pub store: Kept,
     /// Who may change the device.
@@ -241,6 +244,7 @@ pub fn info(link: &mut Link) -> Result<Info, Error> {
         learner: Learner::from(&health),
         memory: link.remembered()?.into(),
         store: link.kept()?.into(),
+        start: start(link)?,
         security: link.security()?.into(),
         name: told.as_ref().map(|told| told.identity.name.to_string()),
         serial: told.as_ref().map(|told| told.identity.serial.to_string()),

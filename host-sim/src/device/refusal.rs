@@ -45,7 +45,8 @@ fn purpose(request: &Request) -> &'static str {
         | Request::GetMemory
         | Request::GetStore
         | Request::GetSecurity
-        | Request::GetReceiver => "tell its state",
+        | Request::GetReceiver
+        | Request::GetReset => "tell its state",
     }
 }
 

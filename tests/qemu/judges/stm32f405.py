@@ -15,30 +15,27 @@ import json
 import struct
 import sys
 
-from unicorn import UC_ARCH_ARM, UC_HOOK_CODE, UC_HOOK_INTR, UC_MODE_MCLASS, UC_MODE_THUMB, Uc, UcError
+from unicorn import UC_ARCH_ARM, UC_HOOK_CODE, UC_HOOK_INTR, UC_HOOK_MEM_WRITE, UC_MODE_MCLASS, UC_MODE_THUMB, Uc, UcError
 from unicorn import arm_const as arm
 
-CORE = 168_000_000
+from stm32parts import CORE, POWER_ON, PIN, BROWN_OUT, Flash, Forbidden, Iwdg, Power, Rcc, Rng, Tim2, Tim11, Wwdg
+
 SLICE = 100  # instructions between two looks at the world: a byte takes 1823
 FLASH, SRAM, CCM = (0x0800_0000, 0x10_0000), (0x2000_0000, 0x2_0000), (0x1000_0000, 0x1_0000)
 GARBAGE = 0xA5  # what core-coupled memory holds at start
 
-# base, cycles of the core a clock of its bus, interrupt, (controller, stream) in and out: RM0090 tables 42 and 43, channel 4
+# base, bus, interrupt, (controller, stream) in and out: RM0090 tables 42 and 43, channel 4
 UARTS = {
-    "sensor": (0x4001_1000, 2, 37, (2, 2), (2, 7)),
-    "navigation": (0x4000_4400, 4, 38, (1, 5), (1, 6)),
-    "gnss": (0x4000_4800, 4, 39, (1, 1), (1, 3)),
-    "command": (0x4000_4C00, 4, 52, (1, 2), (1, 4)),
+    "sensor": (0x4001_1000, "apb2", 37, (2, 2), (2, 7)),
+    "navigation": (0x4000_4400, "apb1", 38, (1, 5), (1, 6)),
+    "gnss": (0x4000_4800, "apb1", 39, (1, 1), (1, 3)),
+    "command": (0x4000_4C00, "apb1", 52, (1, 2), (1, 4)),
 }
 DMA = {1: 0x4002_6000, 2: 0x4002_6400}
 DMA_INTERRUPT = {1: [11, 12, 13, 14, 15, 16, 17, 47], 2: [56, 57, 58, 59, 60, 68, 69, 70]}
 SHIFT = [0, 6, 16, 22]
 TCIF, FLAGS = 1 << 5, 0x3D
-RXNE, IDLE, ORE, TXE, TC = 1 << 5, 1 << 4, 1 << 3, 1 << 7, 1 << 6
-
-
-class Forbidden(Exception):
-    pass
+RXNE, IDLE, ORE, FE, TXE, TC = 1 << 5, 1 << 4, 1 << 3, 1 << 1, 1 << 7, 1 << 6
 
 
 class Stream:
@@ -100,13 +97,16 @@ class Stream:
 class Uart:
     def __init__(self, chip, name):
         self.chip, self.name = chip, name
-        self.base, self.clock, self.interrupt, into, out = UARTS[name]
+        self.base, self.bus, self.interrupt, into, out = UARTS[name]
         self.stream_in, self.stream_out = chip.streams[into], chip.streams[out]
         self.sr, self.cr1, self.cr2, self.cr3, self.brr = TXE | TC, 0, 0, 0, 0
         self.data = 0
         self.waiting, self.shifting, self.sends_until = None, None, 0
         self.sent = bytearray()
         self.arrivals = collections.deque()  # (cycle, byte)
+        self.peer = None  # bit rate at the other end, if it matters
+        self.garbled = [0, 0]  # bytes in and out that the two ends do not agree on
+        self.stuck = False  # the transmitter takes nothing more
         self.idle_at = None
         self.seen = 0  # SR as last read: then DR clears
 
@@ -119,14 +119,24 @@ class Uart:
         return (self.brr >> 4) * 8 + (self.brr & 0xF) if self.cr1 >> 15 & 1 else self.brr
 
     def byte_cycles(self):
-        return self.bits() * self.divider() * self.clock
+        return self.bits() * self.bit_cycles()
+
+    def bit_cycles(self):
+        return self.divider() * CORE / getattr(self.chip.rcc, self.bus)
+
+    def agrees(self, way):
+        """Whether the other end's bytes are understood (30.3.5, table 139: 3.33 %, with OVER8 2 %)."""
+        most = 0.02 if self.cr1 >> 15 & 1 else 0.0333
+        agrees = not self.peer or abs(self.bit_cycles() * self.peer / CORE - 1) <= most
+        self.garbled[way] += not agrees
+        return agrees
 
     def read(self, offset):
         if offset == 0x00:
             self.seen = self.sr
             return self.sr
         if offset == 0x04:
-            self.sr &= ~(RXNE | (self.seen & (ORE | IDLE)))
+            self.sr &= ~(RXNE | (self.seen & (ORE | IDLE | FE)))
             return self.data
         return {0x08: self.brr, 0x0C: self.cr1, 0x10: self.cr2, 0x14: self.cr3}.get(offset, 0)
 
@@ -139,6 +149,8 @@ class Uart:
                 raise Forbidden(f"{self.name}: bit rate or stop bits changed while it is on")
             setattr(self, {0x08: "brr", 0x10: "cr2"}[offset], value)
         elif offset == 0x0C:
+            if value >> 13 & 1 and self.divider() < (8 if value >> 15 & 1 else 16) and value >> 15 & 1 == self.cr1 >> 15 & 1:
+                raise Forbidden(f"{self.name}: a divider of {self.divider()} (30.3.4)")
             if value >> 13 & 1 and (value >> 15 & 1 and self.brr & 8 or value >> 10 & 1 and not value >> 12 & 1):
                 raise Forbidden(f"{self.name}: fourth bit of the fraction with OVER8, or parity in eight bits")
             self.cr1 = value
@@ -148,7 +160,7 @@ class Uart:
             self.cr3 = value
 
     def level(self):
-        error = self.sr & ORE and (self.cr3 & 1 and self.cr3 >> 6 & 1 or self.cr1 >> 5 & 1)
+        error = self.sr & (ORE | FE) and (self.cr3 & 1 and self.cr3 >> 6 & 1 or self.cr1 >> 5 & 1)
         return bool(error or self.sr & self.cr1 & (RXNE | IDLE) or self.sr & TXE and self.cr1 >> 7 & 1)
 
     def next_event(self):
@@ -167,15 +179,18 @@ class Uart:
                     self.sr |= ORE
                 else:
                     self.data, self.sr = byte, self.sr | RXNE
+                    if not self.agrees(0):
+                        self.data, self.sr = byte ^ 0x5A, self.sr | FE
                 self.idle_at = at + self.byte_cycles()
             self.request()
         if self.idle_at is not None and self.idle_at <= now:
             self.sr, self.idle_at = self.sr | IDLE, None
         self.request()
         if self.shifting is not None and self.sends_until <= now:
-            self.sent.append(self.shifting)
+            self.sent.append(self.shifting if self.agrees(1) else self.shifting ^ 0x5A)
+            self.chip.byte_left(self)
             self.shifting = None
-        if self.shifting is None and self.waiting is not None:
+        if self.shifting is None and self.waiting is not None and not self.stuck:
             self.shifting, self.waiting = self.waiting, None
             self.sends_until = max(now, self.sends_until) + self.byte_cycles()
             self.sr |= TXE
@@ -218,7 +233,7 @@ class Spi:
     def write(self, byte):
         if self.cr1 & 0x347 != 0x347:
             raise Forbidden(f"SPI1 is not enabled as a master in mode 3: {self.cr1:#x}")
-        clock = CORE // 2 >> (self.cr1 >> 3 & 7) + 1
+        clock = int(self.chip.rcc.apb2) >> (self.cr1 >> 3 & 7) + 1
         if self.adis and self.selected and self.frame[:1] in ([0x68], [0x7C]) and clock > self.adis["hz"]:
             raise Forbidden(f"a burst at {clock} Hz")
         if self.busy or self.came is not None:
@@ -264,7 +279,7 @@ class Timer:
         self.since, self.stored, self.flags = 0, 0, 0
 
     def count(self):
-        return (self.chip.cycles - self.since) // (2 * (self.registers["psc"] + 1)) & 0xFFFF
+        return int((self.chip.cycles - self.since) * self.chip.rcc.timers1 / CORE / (self.registers["psc"] + 1)) & 0xFFFF
 
     def read(self, offset):
         if offset == 0x10:
@@ -277,7 +292,7 @@ class Timer:
         return 0
 
     def write(self, offset, value):
-        if not self.chip.registers.get(0x4002_3840, 0) >> 2 & 1:
+        if not self.chip.rcc.read(0x40) >> 2 & 1:
             raise Forbidden("TIM4 without its clock")
         if offset == 0x1C and self.registers[0x20] >> 8 & 1:
             raise Forbidden("TIM4: channel 3 configured while it is on (18.4.8)")
@@ -299,8 +314,11 @@ class Timer:
 
 
 class Chip:
-    def __init__(self, image, adis=None):
-        self.spi, self.timer = Spi(self, adis), Timer(self)
+    """`crystal`: MHz, 0 is a dead one; `internal`: factor on the internal oscillator's 16 MHz; `locks`: the PLL; `volts`: the supply."""
+
+    def __init__(self, image, adis=None, crystal=12, internal=1.0, locks=True, volts=3.3, brown_out=3):
+        self.adis, self.world = adis, (crystal, internal, locks)
+        self.cycles, self.dead_crystal = 0, False
         self.cpu = Uc(UC_ARCH_ARM, UC_MODE_THUMB | UC_MODE_MCLASS)
         self.cpu.ctl_set_cpu_model(arm.UC_CPU_ARM_CORTEX_M4)
         self.cpu.mem_map(*FLASH)
@@ -309,17 +327,33 @@ class Chip:
         self.cpu.mem_map(*CCM)
         self.cpu.mem_write(CCM[0], bytes([GARBAGE]) * CCM[1])
         self.cpu.mmio_map(0x4000_0000, 0x8_0000, self.bus_read, None, self.bus_write, None)
+        self.cpu.mmio_map(0x5006_0000, 0x1000, lambda _, offset, *__: self.rng.read(offset - 0x800), None, lambda _, offset, __, value, ___: self.rng.write(offset - 0x800, value), None)
         self.cpu.mmio_map(0xE000_0000, 0x10_0000, self.core_read, None, self.core_write, None)
         self.cpu.hook_add(UC_HOOK_INTR, self.exception)
-        self.streams = {(c, n): Stream(c, n) for c in DMA for n in range(8)}
-        self.uarts = {name: Uart(self, name) for name in UARTS}
-        self.registers = {0x4002_3C10: 1 << 31, 0x4002_3830: 1 << 20}  # flash is locked, core-coupled memory has its clock
-        self.cycles, self.reload, self.systick_at = 0, 0, None
-        self.enabled, self.pending, self.systick_pending = set(), set(), False
         self.served = collections.Counter()
+        self.registers, self.volts, self.brown_out, self.uarts = {}, volts, brown_out, {}
+        self.power_up(POWER_ON | PIN | BROWN_OUT)
+        self.load(image)
+        self.cpu.hook_add(UC_HOOK_MEM_WRITE, self.programs, None, FLASH[0], FLASH[0] + FLASH[1] - 1)
+
+    def power_up(self, flags):
+        """The peripherals as after a reset; the lines' other ends stay."""
+        crystal, internal, locks = self.world
+        self.registers = {}
+        self.rcc = Rcc(self, 0 if self.dead_crystal else crystal, internal, locks, flags)
+        self.spi, self.timer = Spi(self, self.adis), Timer(self)
+        self.tim2, self.tim11, self.iwdg, self.wwdg = Tim2(self), Tim11(self), Iwdg(self), Wwdg(self)
+        self.rng, self.power, self.flash = Rng(self), Power(self, self.volts), Flash(self, self.brown_out)
+        self.streams = {(c, n): Stream(c, n) for c in DMA for n in range(8)}
+        before, self.uarts = self.uarts, {name: Uart(self, name) for name in UARTS}
+        for name, old in before.items():
+            new = self.uarts[name]
+            new.arrivals, new.sent, new.peer, new.garbled = old.arrivals, old.sent, old.peer, old.garbled
+        self.reload, self.systick_at, self.systick = 0, None, 0
+        self.enabled, self.pending, self.systick_pending = set(), set(), False
+        self.priorities, self.running = collections.defaultdict(int), 256
         self.returned = self.asleep = False
         self.broken, self.data_ready = None, 0
-        self.load(image)
 
     def load(self, path):
         elf = open(path, "rb").read()
@@ -345,7 +379,7 @@ class Chip:
     def isb(self, *_):
         """What has been made pending or let through before is served here."""
         masked = self.cpu.reg_read(arm.UC_ARM_REG_PRIMASK) & 1
-        if not masked and (self.systick_pending or self.pending & self.enabled):
+        if not masked and self.next_interrupt(self.running) is not None:
             self.cpu.emu_stop()
 
     def exception(self, cpu, number, _):
@@ -362,6 +396,17 @@ class Chip:
                 return uart, address - uart.base
         if 0x4000_0800 <= address < 0x4000_0C00:
             return self.timer, address - 0x4000_0800
+        for device, base in (
+            (self.rcc, 0x4002_3800),
+            (self.flash, 0x4002_3C00),
+            (self.power, 0x4000_7000),
+            (self.tim2, 0x4000_0000),
+            (self.tim11, 0x4001_4800),
+            (self.iwdg, 0x4000_3000),
+            (self.wwdg, 0x4000_2C00),
+        ):
+            if base <= address < base + 0x400:
+                return device, address - base
         for controller, base in DMA.items():
             if base + 0x10 <= address < base + 0xD0:
                 number, offset = divmod(address - base - 0x10, 0x18)
@@ -374,10 +419,6 @@ class Chip:
         if device:
             return device.read(register)
         value = self.registers.get(address, 0)
-        if address == 0x4002_3800:  # RCC_CR: oscillators and PLL are ready when they are on
-            value |= 2 | (value >> 16 & 1) << 17 | (value >> 24 & 1) << 25
-        if address == 0x4002_3808:  # RCC_CFGR
-            value |= (value & 3) << 2
         if address == 0x4001_3000:
             value = self.spi.cr1
         if address == 0x4001_3008:
@@ -414,7 +455,9 @@ class Chip:
 
     def core_read(self, _, offset, size, __):
         if offset == 0xE018:  # SYST_CVR
-            return max(self.systick_at - self.cycles, 0) if self.systick_at else 0
+            return int(max(self.systick_at - self.cycles, 0) / self.rcc.cost) if self.systick_at else 0
+        if offset == 0xE010:
+            return self.systick
         if offset == 0xED04:
             return self.systick_pending << 26
         return 0
@@ -422,8 +465,14 @@ class Chip:
     def core_write(self, _, offset, size, value, __):
         if offset == 0xE014:
             self.reload = value
-        elif offset == 0xE010 and value & 1:
-            self.systick_at = self.cycles + self.reload + 1
+        elif offset == 0xE010:
+            if value & 1 and not self.systick & 1:
+                self.systick_at = self.cycles + (self.reload + 1) * self.rcc.cost
+            self.systick_at, self.systick = self.systick_at if value & 1 else None, value & 7
+        elif 0xE400 <= offset < 0xE4F0 or offset == 0xED23:  # IPR, and SHPR3 for SysTick
+            for n in range(size):
+                number = -1 if offset == 0xED23 else offset - 0xE400 + n
+                self.priorities[number] = value >> 8 * n & 0xF0
         elif 0xE100 <= offset < 0xE120:
             self.enabled |= {8 * (offset - 0xE100) + n for n in range(32) if value >> n & 1}
         elif 0xE180 <= offset < 0xE1A0:
@@ -434,8 +483,7 @@ class Chip:
         elif 0xE200 <= offset < 0xE220:
             self.pending |= {8 * (offset - 0xE200) + n for n in range(32) if value >> n & 1}
         elif offset == 0xED0C:
-            self.broken = "it starts anew"
-            self.cpu.emu_stop()
+            self.restart(None)
 
     def settle(self):
         """Requests and interrupt lines after something has changed."""
@@ -464,35 +512,69 @@ class Chip:
         self.pc = self.cpu.reg_read(arm.UC_ARM_REG_PC)
         if self.broken:
             raise Forbidden(self.broken)
-        self.advance(instructions)
+        self.advance(instructions * self.rcc.cost)
+
+    def restart(self, cause, why=""):
+        """A reset; here nobody expects one."""
+        self.broken = f"it starts anew {why}"
+        self.cpu.emu_stop()
+
+    def programs(self, _, __, address, size, value, ___):
+        """A word of flash, written by the core."""
+        try:
+            self.flash.programmed(address, size, value & (1 << 8 * size) - 1)
+        except Forbidden as what:
+            self.broken = str(what)
+            self.cpu.emu_stop()
+
+    def byte_left(self, uart):
+        """A byte has left on a line."""
+
+    def stall(self, cycles):
+        """The core stands still; the rest goes on."""
+        self.advance(cycles)
 
     def advance(self, cycles):
         self.cycles += cycles
         if self.systick_at and self.systick_at <= self.cycles:
-            self.systick_pending = True
-            self.systick_at += self.reload + 1
+            self.systick_pending |= bool(self.systick & 2)
+            while self.systick_at <= self.cycles:  # pending once, however often it ran out
+                self.systick_at += (self.reload + 1) * self.rcc.cost
+        self.iwdg.look()
+        self.wwdg.look()
         self.settle()
 
-    def interrupt(self):
+    def next_interrupt(self, below=256):
+        """The ready one of the highest priority; of equal ones that with the lowest number, SysTick first (Armv7-M B1.5.4)."""
+        ready = self.pending & self.enabled
+        if not ready and not self.systick_pending:
+            return None
+        ready |= {-1} if self.systick_pending else set()
+        first = min(ready, key=lambda number: (self.priorities[number], number), default=None)
+        return first if first is not None and self.priorities[first] < below else None
+
+    def interrupt(self, below=256):
         """Serves one interrupt to its end, if there is one."""
-        ready = sorted(self.pending & self.enabled)
-        if ready:
-            number = ready[0]
-            self.pending.discard(number)
-        elif self.systick_pending:
-            number, self.systick_pending = -1, False
-        else:
+        number = self.next_interrupt(below)
+        if number is None:
             return False
+        if number < 0:
+            self.systick_pending = False
+        self.pending.discard(number)
         self.served[number] += 1
-        context, pc = self.cpu.context_save(), self.pc
+        context, pc, running = self.cpu.context_save(), self.pc, self.running
+        self.running = self.priorities[number]
         self.pc = struct.unpack("<I", self.cpu.mem_read(FLASH[0] + 4 * (16 + number), 4))[0] & ~1
         self.cpu.reg_write(arm.UC_ARM_REG_LR, 0xFFFF_FFF9)
         self.cpu.reg_write(arm.UC_ARM_REG_IPSR, 16 + number)
         self.returned = False
         while not self.returned:
             self.execute(SLICE)
+            if not self.returned and not self.cpu.reg_read(arm.UC_ARM_REG_PRIMASK) & 1:
+                while self.interrupt(self.priorities[number]):
+                    self.returned = False
         self.cpu.context_restore(context)
-        self.pc = pc
+        self.pc, self.running = pc, running
         self.settle()
         return True
 
@@ -507,11 +589,10 @@ class Chip:
             self.execute(SLICE)
             if self.asleep:
                 self.pc += 2
-                events = [uart.next_event() for uart in self.uarts.values()] + [self.systick_at, until]
                 while not (self.pending & self.enabled or self.systick_pending) and self.cycles < until:
-                    at = min(event for event in events if event is not None)
+                    events = [device.next_event() for device in (*self.uarts.values(), self.iwdg, self.wwdg)]
+                    at = min(event for event in (*events, self.systick_at, until) if event is not None)
                     self.advance(max(at - self.cycles, 1))
-                    events = [uart.next_event() for uart in self.uarts.values()] + [self.systick_at, until]
 
 
 def ask(chip, text):
@@ -527,9 +608,9 @@ def ask(chip, text):
 def main():
     asked = json.load(sys.stdin)
     adis = asked.get("adis")
-    chip = Chip(asked["image"], adis)
+    chip = Chip(asked["image"], adis)  # 12 MHz, as the image is built for
     lines = chip.uarts
-    chip.run(CORE // 1000 * (250 if adis else 5))
+    chip.run(CORE // 1000 * (250 if adis else 40))
     for text in asked["command"]:
         ask(chip, text)
     chip.served.clear()

@@ -20,6 +20,18 @@ pub struct Memory {
     ram: Vec<u8>,
 }
 
+/// The address of a symbol of an image.
+///
+/// # Errors
+/// No ELF file, or none with this symbol.
+pub fn address(image: &[u8], name: &str) -> Result<u64> {
+    let elf = object::File::parse(image)?;
+    let symbol = elf.symbol_by_name(name);
+    Ok(symbol
+        .with_context(|| format!("no symbol `{name}`"))?
+        .address())
+}
+
 impl Memory {
     /// `ram` is a copy from [`RAM_START`] on.
     ///
@@ -31,11 +43,7 @@ impl Memory {
     }
 
     fn symbol(&self, name: &str) -> Result<u64> {
-        let elf = object::File::parse(&*self.image)?;
-        let symbol = elf.symbol_by_name(name);
-        Ok(symbol
-            .with_context(|| format!("no symbol `{name}`"))?
-            .address())
+        address(&self.image, name)
     }
 
     fn bytes(&self, address: u64, length: u64) -> Result<&[u8]> {

@@ -7,6 +7,7 @@ use crate::app::server::Server;
 use crate::app::server::wear::digest;
 use crate::configuration::SCHEMA;
 use crate::configuration::record::{Record, decode, schema};
+use crate::control::Mode;
 use crate::learn::Learner;
 use crate::model::Nets;
 use crate::store::{Newer, Stored, unit};
@@ -22,6 +23,9 @@ impl<'m> App<'m> {
     /// it is not overwritten either. Weights of another unit than the configuration's are not used,
     /// and fault WEIGHTS says so. A record that was used because a newer one is damaged is told by
     /// fault STORE, until something is stored again.
+    ///
+    /// A safe start uses the configuration for the lines and the format only. It stays in bypass
+    /// with the built-in networks and neither reads nor writes the store any more.
     #[inline(never)]
     pub fn power_on(
         hardware: Hardware,
@@ -71,7 +75,7 @@ impl<'m> App<'m> {
             Some(Ok(None)) | None => {}
         }
         let told = told.as_ref();
-        let config = Config {
+        let mut config = Config {
             nets,
             store,
             newer,
@@ -79,6 +83,9 @@ impl<'m> App<'m> {
             hardware,
             ..told.map_or_else(|| Config::untold(hardware), Config::of)
         };
+        if hardware.starts_safely() {
+            (config.mode, config.nets, config.store) = (Mode::Bypass, Nets::NONE, false);
+        }
         let stored = !record.is_empty();
         let mut server = Server::new(record, stored, key);
         if stored && !config.unread {

@@ -118,6 +118,7 @@ pub(in crate::app) fn faults(flow: &Flow, machine: &Machine) -> u32 {
     flow.faults
         | flow.other_sensor
         | untold
+        | flow.config.hardware.faults(&flow.config.lines())
         | match machine.phase() {
             Phase::Fault(_) => fault::PASS_THROUGH,
             _ => 0,

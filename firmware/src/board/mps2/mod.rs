@@ -53,7 +53,7 @@ impl Board {
         Some(Self {
             lines,
             open: SerialLines::DEFAULT,
-            time: Time::start(core.SYST, CLOCK),
+            time: Time::start(core.SYST, CLOCK, None),
         })
     }
 
@@ -64,6 +64,7 @@ impl Board {
             clocks: [rates::Clock::cmsdk(CLOCK); 3],
             parity: false,
             pin_sets: 1,
+            reset: None,
         }
     }
 

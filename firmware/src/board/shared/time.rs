@@ -1,4 +1,8 @@
-//! Time since start: SysTick, once a millisecond.
+//! Time since start: a counter of microseconds that the board has, else SysTick. SysTick wakes the
+//! main loop once a millisecond in both cases.
+//!
+//! SysTick loses time when the core stands still for more than a millisecond, as it does while
+//! flash is erased: it can be pending only once. A free counter goes on, so that the gap is seen.
 
 use core::cell::Cell;
 use core::num::{NonZeroU32, NonZeroU64};
@@ -14,21 +18,51 @@ static MILLISECONDS: Mutex<Cell<u64>> = Mutex::new(Cell::new(0));
 fn SysTick() {
     interrupt::free(|cs| {
         let milliseconds = MILLISECONDS.borrow(cs);
-        milliseconds.set(milliseconds.get() + 1);
+        milliseconds.set(milliseconds.get().wrapping_add(1));
     });
     super::wake::wake();
+}
+
+/// A free counter of 32 bits, extended to 64.
+pub struct Free {
+    /// The count at the last look, and all of it since start.
+    seen: Mutex<Cell<(u32, u64)>>,
+}
+
+impl Free {
+    /// At zero.
+    pub const fn new() -> Self {
+        Self {
+            seen: Mutex::new(Cell::new((0, 0))),
+        }
+    }
+
+    /// The time, microseconds; `count` reads the counter, which may turn over once between two
+    /// looks: at one megahertz after 71 minutes.
+    pub fn now_us(&self, count: impl FnOnce() -> u32) -> u64 {
+        interrupt::free(|cs| {
+            let seen = self.seen.borrow(cs);
+            let (last, all) = seen.get();
+            let count = count();
+            let all = all.wrapping_add(count.wrapping_sub(last).into());
+            seen.set((count, all));
+            all
+        })
+    }
 }
 
 /// The board's clock. It also wakes the main loop at least once a millisecond.
 #[derive(Clone, Copy, Debug)]
 pub struct Time {
+    /// The time by a counter of the board; `None`: by SysTick.
+    free: Option<fn() -> u64>,
     ticks_per_ms: NonZeroU32,
     asleep_ticks: u64,
 }
 
 impl Time {
-    /// Starts SysTick on a core of `core_hz`.
-    pub fn start(mut syst: SYST, core_hz: u32) -> Self {
+    /// Starts SysTick on a core of `core_hz`. `free`: the board's own time, microseconds.
+    pub fn start(mut syst: SYST, core_hz: u32, free: Option<fn() -> u64>) -> Self {
         let ticks_per_ms = NonZeroU32::new(core_hz / 1000).unwrap_or(NonZeroU32::MIN);
         syst.set_clock_source(SystClkSource::Core);
         syst.set_reload(ticks_per_ms.get() - 1);
@@ -36,6 +70,7 @@ impl Time {
         syst.enable_counter();
         syst.enable_interrupt();
         Self {
+            free,
             ticks_per_ms,
             asleep_ticks: 0,
         }
@@ -43,27 +78,32 @@ impl Time {
 
     /// The main loop has slept for so many ticks.
     pub fn slept(&mut self, ticks: u32) {
-        self.asleep_ticks += u64::from(ticks);
+        self.asleep_ticks = self.asleep_ticks.wrapping_add(ticks.into());
     }
-}
 
-impl Clock for Time {
-    fn now_us(&self) -> u64 {
+    fn by_systick(&self) -> u64 {
         interrupt::free(|cs| {
             let mut left = SYST::get_current();
             let mut milliseconds = MILLISECONDS.borrow(cs).get();
             if SCB::is_pendst_pending() {
                 // It ran out, and the handler waits for this section: read again, now after that.
                 left = SYST::get_current();
-                milliseconds += 1;
+                milliseconds = milliseconds.wrapping_add(1);
             }
             let last = self.ticks_per_ms.get() - 1;
             let run = last - left.min(last);
-            milliseconds * 1000 + u64::from(run * 1000 / self.ticks_per_ms)
+            let within = run.wrapping_mul(1000) / self.ticks_per_ms;
+            milliseconds.wrapping_mul(1000).wrapping_add(within.into())
         })
+    }
+}
+
+impl Clock for Time {
+    fn now_us(&self) -> u64 {
+        self.free.map_or_else(|| self.by_systick(), |free| free())
     }
 
     fn asleep_us(&self) -> Option<u64> {
-        Some(self.asleep_ticks * 1000 / NonZeroU64::from(self.ticks_per_ms))
+        Some(self.asleep_ticks.wrapping_mul(1000) / NonZeroU64::from(self.ticks_per_ms))
     }
 }

@@ -5,11 +5,15 @@
 //! the same flash. The lock bit, which a chip has set after reset, tells a simulator without flash
 //! controller apart. Nothing is written there.
 
+use core::cell::UnsafeCell;
+
 use embedded_storage::nor_flash::{
     ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash, check_erase, check_read,
     check_write,
 };
 use stm32f4::stm32f405::FLASH;
+
+use super::supply;
 
 const SECTOR: u32 = 128 * 1024;
 /// Number of the first sector of the store.
@@ -20,8 +24,9 @@ const SECTORS: u32 = 2;
 const PATIENCE: u32 = 100_000_000;
 
 unsafe extern "C" {
-    /// Of `memory.x`: its address is where the store begins.
-    static __store_start: [u8; (SECTOR * SECTORS) as usize];
+    /// Of `memory.x`: where the store begins. The controller changes what is there, and so it is a
+    /// place that may change, not a constant.
+    static __store_start: UnsafeCell<[u8; (SECTOR * SECTORS) as usize]>;
 }
 
 /// Why flash was not erased or written.
@@ -31,6 +36,9 @@ pub enum Error {
     Request(NorFlashErrorKind),
     /// No flash controller.
     NotThere,
+    /// The supply is too low: the write might not hold. Nothing was begun, or what was begun ended
+    /// before this word.
+    Supply,
     /// The controller reports an error, or does not end.
     Failed,
 }
@@ -39,7 +47,7 @@ impl NorFlashError for Error {
     fn kind(&self) -> NorFlashErrorKind {
         match self {
             Self::Request(kind) => *kind,
-            Self::NotThere | Self::Failed => NorFlashErrorKind::Other,
+            Self::NotThere | Self::Supply | Self::Failed => NorFlashErrorKind::Other,
         }
     }
 }
@@ -53,8 +61,11 @@ impl Sectors {
         Self(flash)
     }
 
-    fn address(offset: u32) -> usize {
-        (&raw const __store_start) as usize + offset as usize
+    /// A place of the store, at most its end. It comes from the whole region, so that it may be
+    /// read and written within it.
+    fn place(offset: u32) -> *mut u8 {
+        let start = UnsafeCell::raw_get(&raw const __store_start).cast::<u8>();
+        start.wrapping_add(offset as usize)
     }
 
     /// Does `work` with the controller unlocked. Afterwards the data cache is out of date and is
@@ -63,6 +74,9 @@ impl Sectors {
         let flash = &self.0;
         if flash.cr().read().lock().bit_is_clear() {
             return Err(Error::NotThere);
+        }
+        if supply::is_low() {
+            return Err(Error::Supply);
         }
         for key in [0x4567_0123, 0xCDEF_89AB] {
             // SAFETY: the two keys of RM0090 3.6.1, in their order.
@@ -111,11 +125,23 @@ impl ReadNorFlash for Sectors {
 
     fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), Error> {
         check_read(self, offset, bytes.len()).map_err(Error::Request)?;
-        let start = Self::address(offset) as *const u8;
-        for (index, byte) in bytes.iter_mut().enumerate() {
-            // SAFETY: within the store, as checked above. Volatile, since the contents change
-            // without the compiler's knowledge.
-            *byte = unsafe { start.add(index).read_volatile() };
+        let mut place = Self::place(offset);
+        // Whole words where they are, a quarter of the time: at start the whole store is searched,
+        // and without PLL it is the longest part of the start.
+        let (words, rest) = match offset.is_multiple_of(4) {
+            true => bytes.as_chunks_mut::<4>(),
+            false => (Default::default(), bytes),
+        };
+        for word in words {
+            // SAFETY: within the store, as checked above, and aligned. Volatile, since the contents
+            // change without the compiler's knowledge.
+            *word = unsafe { place.cast::<u32>().read_volatile() }.to_le_bytes();
+            place = place.wrapping_add(4);
+        }
+        for byte in rest {
+            // SAFETY: as above.
+            *byte = unsafe { place.read_volatile() };
+            place = place.wrapping_add(1);
         }
         Ok(())
     }
@@ -152,9 +178,12 @@ impl NorFlash for Sectors {
             flash
                 .cr()
                 .modify(|_, w| w.psize().psize32().ser().clear_bit().pg().set_bit());
-            let start = Self::address(offset) as *mut u32;
+            let start = Self::place(offset).cast::<u32>();
             let (words, _) = bytes.as_chunks::<4>(); // whole words, as checked above
             words.iter().enumerate().try_for_each(|(index, word)| {
+                if supply::is_low() {
+                    return Err(Error::Supply);
+                }
                 // SAFETY: within the store and aligned, as checked above. The controller programs
                 // the word.
                 unsafe { start.add(index).write_volatile(u32::from_le_bytes(*word)) };

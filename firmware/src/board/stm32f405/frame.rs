@@ -1,5 +1,6 @@
 //! Bit rate, parity and stop bits of USART1 to USART3 (RM0090 section 30.6).
 
+use firmware::app::COMMAND_BAUD;
 use firmware::configuration::{Parity, SerialLines};
 use firmware::link::rates::{Clock, LOOKS};
 use stm32f4::stm32f405::usart1::RegisterBlock;
@@ -15,6 +16,13 @@ pub struct Frame {
 }
 
 impl Frame {
+    /// Of the command link.
+    pub const COMMAND: Frame = Frame {
+        baud: COMMAND_BAUD,
+        parity: Parity::None,
+        two_stop_bits: false,
+    };
+
     /// Of USART1, USART2 and USART3. A receiver has neither parity nor a second stop bit.
     pub fn of(lines: &SerialLines) -> [Frame; 3] {
         let sensor = Frame {
@@ -35,11 +43,13 @@ impl Frame {
     }
 }
 
-/// Sets a line up that is switched off, and switches it on; `dma`: its bytes are moved by DMA.
+/// Sets a line up that is switched off, and switches it on; `dma`: its bytes are moved by DMA, and
+/// `idle`: it interrupts when it falls idle. A rate that the clock cannot make becomes the nearest,
+/// which fault BIT_RATE reports.
 ///
 /// With parity a word has nine bits, of which the ninth is the parity (30.3.7); the data register
 /// then gives it as its ninth bit, which nobody reads.
-pub fn set(uart: &RegisterBlock, clock: Clock, frame: &Frame, dma: bool) {
+pub fn set(uart: &RegisterBlock, clock: Clock, frame: &Frame, dma: bool, idle: bool) {
     let divider = clock.nearest(frame.baud).divider;
     let eight = divider < LOOKS;
     uart.brr().write(|w| {
@@ -74,6 +84,6 @@ pub fn set(uart: &RegisterBlock, clock: Clock, frame: &Frame, dma: bool) {
         w.m().bit(parity).pce().bit(parity).peie().bit(parity);
         w.ps().bit(frame.parity == Parity::Odd);
         w.ue().set_bit().te().set_bit().re().set_bit();
-        w.rxneie().bit(!dma).idleie().bit(dma)
+        w.rxneie().bit(!dma).idleie().bit(dma && idle)
     });
 }

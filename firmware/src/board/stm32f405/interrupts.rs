@@ -1,9 +1,12 @@
 //! The interrupt table (RM0090 table 62). The default handler serves everything but the four serial
-//! lines, their DMA streams and the ADIS's data-ready.
+//! lines, their DMA streams, the ADIS's data-ready and the window watchdog.
 
 use stm32f4::stm32f405::Interrupt;
 
-use super::{serial, spi};
+use cortex_m::peripheral::scb::SystemHandler;
+use cortex_m::peripheral::{NVIC, SCB};
+
+use super::{crash, serial, spi};
 
 unsafe extern "C" {
     /// Of `cortex-m-rt`: stays in a loop, until the watchdog ends it.
@@ -12,12 +15,44 @@ unsafe extern "C" {
 
 const INTERRUPTS: usize = 82;
 
+/// Priority of all but the window watchdog's, which has the highest: it comes through a handler
+/// that does not end. Among themselves they do not interrupt each other, as `link` requires. Four
+/// bits are there (RM0090 12.1).
+const USUAL: u8 = 0x10;
+
+/// Gives all but the window watchdog's their priority, before any is let through.
+pub fn prioritise(nvic: &mut NVIC, scb: &mut SCB) {
+    for interrupt in SERVED {
+        // SAFETY: no critical section relies on a priority.
+        unsafe { nvic.set_priority(interrupt, USUAL) };
+    }
+    // SAFETY: as above.
+    unsafe { scb.set_priority(SystemHandler::SysTick, USUAL) };
+}
+
+const SERVED: [Interrupt; 13] = [
+    Interrupt::USART1,
+    Interrupt::USART2,
+    Interrupt::USART3,
+    Interrupt::UART4,
+    Interrupt::DMA2_STREAM2,
+    Interrupt::DMA2_STREAM7,
+    Interrupt::DMA1_STREAM5,
+    Interrupt::DMA1_STREAM6,
+    Interrupt::DMA1_STREAM1,
+    Interrupt::DMA1_STREAM3,
+    Interrupt::DMA1_STREAM2,
+    Interrupt::DMA1_STREAM4,
+    Interrupt::EXTI4,
+];
+
 // SAFETY: `cortex-m-rt` puts this section behind the exceptions and expects this name with its
 // feature `device`. Each entry is the address of a function of the C calling convention.
 #[unsafe(link_section = ".vector_table.interrupts")]
 #[unsafe(no_mangle)]
 static __INTERRUPTS: [unsafe extern "C" fn(); INTERRUPTS] = {
     let mut table = [DefaultHandler as unsafe extern "C" fn(); INTERRUPTS];
+    table[Interrupt::WWDG as usize] = crash::wwdg;
     table[Interrupt::USART1 as usize] = serial::usart1;
     table[Interrupt::USART2 as usize] = serial::usart2;
     table[Interrupt::USART3 as usize] = serial::usart3;

@@ -11,10 +11,13 @@
 #[allow(dead_code, reason = "an image without the learner from fixes")]
 pub mod ccm;
 pub mod clock;
+mod counter;
+pub mod crash;
 mod flash;
 mod frame;
 mod interrupts;
 mod log;
+mod measure;
 mod pins;
 mod pulse;
 mod random;
@@ -22,16 +25,19 @@ pub mod run;
 mod serial;
 mod spi;
 mod stream;
+mod supply;
 mod watchdog;
 
-use cortex_m::peripheral::SCB;
-use firmware::app::{Hardware, Lines};
+use firmware::app::guard::kept::{EARLY_US, Kept};
+use firmware::app::guard::output::{self, Verdict};
+use firmware::app::{COMMAND_BAUD, Hardware, Lines};
 use firmware::configuration::SerialLines;
 use firmware::link::Clock;
 use firmware::link::rates;
 use firmware::store::Store;
 use firmware::wire::adis::Found;
 use firmware::wire::adis::spi::LONGEST;
+use firmware::wire::command::{Reset, unwell};
 use stm32f4::stm32f405::Peripherals;
 
 use self::clock::Clocks;
@@ -69,6 +75,13 @@ pub struct Board {
     pub dma: bool,
     /// What is stored; `None` if the store does not fit the flash.
     pub store: Option<Store<Sectors>>,
+    /// Why and how it started.
+    pub reset: Reset,
+    /// What survives the next reset; `None`: the run is no longer an early one.
+    kept: Option<Kept>,
+    /// Whether the navigation line sends, and how often it was opened anew since it did not.
+    output: output::Watch,
+    reopened: u16,
     /// Random bytes, if there is a generator.
     pub random: Option<[u8; 32]>,
     watchdog: Watchdog,
@@ -77,10 +90,16 @@ pub struct Board {
 impl Board {
     /// Starts everything. `None` when called a second time.
     pub fn start() -> Option<Self> {
-        let core = cortex_m::Peripherals::take()?;
+        let mut core = cortex_m::Peripherals::take()?;
         let peripherals = Peripherals::take()?;
-        let clocks = clock::start(&peripherals.RCC, &peripherals.FLASH);
-        let time = Time::start(core.SYST, clocks.core);
+        let causes = crash::causes(&peripherals.RCC);
+        let (kept, safe) = Kept::started(&crash::words(), causes);
+        crash::keep(&kept);
+        supply::watch(&peripherals.RCC, &peripherals.PWR);
+        let clocks = &clock::start(&peripherals, &mut core.SYST);
+        counter::start(&peripherals.RCC, &peripherals.TIM2, clocks);
+        interrupts::prioritise(&mut core.NVIC, &mut core.SCB);
+        let time = Time::start(core.SYST, clocks.core, Some(counter::now_us));
         let (ports, dma) = serial::open(&peripherals, clocks);
         let Ports {
             usart1,
@@ -102,11 +121,32 @@ impl Board {
             },
             open: SerialLines::DEFAULT,
             time,
-            clocks,
+            clocks: *clocks,
             dma,
+            reset: Reset {
+                causes,
+                uptime_ms: 0,
+                safe,
+                clock: clocks.source,
+                core_hz: clocks.core,
+                crystal: clocks.crystal,
+                command_baud: rates::Clock::stm32(clocks.apb1).nearest(COMMAND_BAUD).baud,
+                brown_out: supply::brown_out(&peripherals.FLASH),
+                supply_low: supply::is_low(),
+                reopened: 0,
+                crash: kept.crash,
+            },
+            kept: Some(kept),
+            output: output::Watch::default(),
+            reopened: 0,
             store: Store::new(Sectors::new(peripherals.FLASH)).ok(),
             random: random::bytes(&peripherals.RCC, &peripherals.RNG),
-            watchdog: Watchdog::start(peripherals.IWDG, &peripherals.DBGMCU),
+            watchdog: Watchdog::start(
+                peripherals.IWDG,
+                peripherals.WWDG,
+                &peripherals.DBGMCU,
+                clocks.apb1,
+            ),
         })
     }
 
@@ -118,6 +158,7 @@ impl Board {
             clocks: [apb2, apb1, apb1].map(rates::Clock::stm32),
             parity: true,
             pin_sets: pins::SETS,
+            reset: Some(self.reset),
         }
     }
 
@@ -127,8 +168,10 @@ impl Board {
         if exchanged(&self.open) != exchanged(lines) {
             core::mem::swap(&mut self.lines.navigation, &mut self.lines.gnss);
         }
-        serial::reopen(self.clocks, &self.open, lines);
+        self.watchdog.long_work(); // what is to be sent may take 20 ms a line
+        serial::reopen(&self.clocks, &self.open, lines);
         self.open = *lines;
+        self.output.reopened(serial::sent(lines).0);
     }
 
     /// An ADIS that answers at the SPI, once. The board looks for it until then, or until something
@@ -141,6 +184,7 @@ impl Board {
         }
         self.looked_us = self.lines.sensor.is_silent().then_some(now);
         self.looked_us?;
+        self.watchdog.long_work();
         let found = self.spi.find();
         if found.is_some() {
             self.looked_us = None;
@@ -158,26 +202,47 @@ impl Board {
         self.spi.burst(frame)
     }
 
-    /// To be called in every turn of the main loop. With nothing left to do, the board sleeps until
-    /// the sensor has sent `needs` bytes more, another line has received something, or a
-    /// millisecond is over.
+    /// Work follows that may halt the core for long.
+    pub fn long_work(&mut self) {
+        self.watchdog.long_work();
+    }
+
+    /// Whether the supply is too low for writing flash, and how often the navigation line was
+    /// opened anew.
+    pub fn state(&self) -> (bool, u16) {
+        (supply::is_low(), self.reopened)
+    }
+
+    /// To be called in every turn of the main loop: feeds the watchdogs if the application is well
+    /// and the navigation line sends. In a safe start the line is no reason to start anew any more.
+    pub fn guard(&mut self, application: u8) {
+        let now = self.time.now_us();
+        let (left, waits) = serial::sent(&self.open);
+        let output = match self.output.look(now, left, waits) {
+            Verdict::Fine => 0,
+            Verdict::Broken if self.reset.safe => 0,
+            Verdict::Broken => unwell::OUTPUT,
+            Verdict::Reopen => {
+                serial::unstick(&self.clocks, &self.open);
+                self.output.reopened(serial::sent(&self.open).0);
+                self.reopened = self.reopened.saturating_add(1);
+                0
+            }
+        };
+        self.watchdog.turned(now, application | output);
+        if now >= EARLY_US
+            && let Some(kept) = self.kept.take()
+        {
+            crash::keep(&Kept { early: 0, ..kept });
+        }
+    }
+
+    /// To be called at the end of every turn. With nothing left to do, the board sleeps until the
+    /// sensor has sent `needs` bytes more, another line has received something, or a millisecond is
+    /// over.
     pub fn turned(&mut self, busy: bool, needs: usize) {
-        self.watchdog.feed();
         if !busy && self.lines.sensor.want(needs) {
             self.time.slept(wake::sleep());
         }
     }
-}
-
-/// The crystal has stopped, and the core continues on the internal oscillator with wrong bit rates:
-/// start anew without the crystal.
-#[cortex_m_rt::exception]
-unsafe fn NonMaskableInt() {
-    SCB::sys_reset();
-}
-
-/// A fault: start anew. The watchdog would do so later.
-#[cortex_m_rt::exception(trampoline = false)]
-unsafe fn HardFault() -> ! {
-    SCB::sys_reset();
 }

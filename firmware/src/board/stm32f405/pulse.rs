@@ -26,7 +26,7 @@ pub struct Pulse {
 
 impl Pulse {
     /// The pin and the timer.
-    pub fn open(peripherals: &Peripherals, clocks: Clocks) -> Self {
+    pub fn open(peripherals: &Peripherals, clocks: &Clocks) -> Self {
         let Peripherals {
             RCC: rcc,
             GPIOB: b,
@@ -39,15 +39,8 @@ impl Pulse {
         b.afrh().modify(|_, w| w.afrh8().af2());
         b.pupdr().modify(|_, w| w.pupdr8().pull_down());
         b.moder().modify(|_, w| w.moder8().alternate());
-        // RM0090 7.2: the timer's clock is twice that of a bus that is divided
-        let hz = if clocks.apb1 < clocks.core {
-            2 * clocks.apb1
-        } else {
-            clocks.apb1
-        };
-        timer
-            .psc()
-            .write(|w| w.psc().set((hz / 1_000_000).saturating_sub(1) as u16));
+        let psc = (clocks.timer1() / 1_000_000).saturating_sub(1);
+        timer.psc().write(|w| w.psc().set(psc as u16));
         timer.arr().write(|w| w.arr().set(u16::MAX));
         timer.ccmr2_input().write(|w| {
             // SAFETY: two and four bits; 01: channel 3 is an input from its own pin.

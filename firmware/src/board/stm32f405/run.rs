@@ -2,10 +2,12 @@
 
 use firmware::app::App;
 use firmware::learn::Learner;
+use firmware::link::Clock as _;
 use firmware::store::{MEMORY_MAX, Store};
 use firmware::wire::adis::spi::LONGEST;
+use firmware::wire::command::{ClockSource, CrashKind, LoopPhase, Reset, cause, fault};
 
-use super::Board;
+use super::{Board, crash};
 use crate::shared::blackbox;
 
 /// Starts the board and the application with a learner. `ADIS`: look for one at the SPI.
@@ -23,6 +25,7 @@ pub fn run<const ADIS: bool>(learner: Option<&mut dyn Learner>) -> ! {
     }
     let mut frame = [0; LONGEST];
     loop {
+        crash::during(LoopPhase::Burst);
         if ADIS && let Some(reply) = board.burst(&mut frame) {
             // an error has been counted
             let _ = app.burst(reply, &mut board.lines.navigation, &board.time);
@@ -30,17 +33,25 @@ pub fn run<const ADIS: bool>(learner: Option<&mut dyn Learner>) -> ! {
         if let Some(at_us) = board.pulse() {
             app.pulse(at_us);
         }
+        crash::during(LoopPhase::Poll);
         let busy = app.poll(&mut board.lines, &board.time);
         if let Some(lines) = app.to_open() {
+            crash::during(LoopPhase::Open);
             board.open(&lines);
         }
         if app.wants_to_store() {
+            crash::during(LoopPhase::Store);
             store(&mut app, &mut board);
         }
+        crash::during(LoopPhase::Look);
         if ADIS && let Some(found) = board.look_for_adis() {
             defmt::println!("ADIS, {=f64} bursts a second", found.rate);
             app.found(&found);
         }
+        crash::during(LoopPhase::Sleep);
+        let (supply_low, reopened) = board.state();
+        app.board_is(supply_low, reopened);
+        board.guard(app.unwell(board.time.now_us()));
         board.turned(busy, app.needs());
     }
 }
@@ -50,13 +61,18 @@ pub fn run<const ADIS: bool>(learner: Option<&mut dyn Learner>) -> ! {
 #[inline(never)]
 fn app<'m>(board: &mut Board, learner: Option<&'m mut dyn Learner>) -> App<'m> {
     defmt::println!(
-        "lrnn {=str}, {}, DMA {=bool}",
+        "lrnn {=str}, {=str}, {=u32} Hz, DMA {=bool}",
         env!("CARGO_PKG_VERSION"),
-        board.clocks,
+        source(board.reset.clock),
+        board.reset.core_hz,
         board.dma
     );
-    // erasing takes its time only after more than a hundred records, and no sensor waits yet
-    if let Some(store) = &mut board.store {
+    tell(&board.reset);
+    // Erasing takes its time only after more than a hundred records, and no sensor waits yet. After
+    // a reset of another kind one does, and without PLL the search alone takes too long.
+    let at_ease = board.reset.causes & cause::POWER_ON != 0
+        && board.clocks.source != ClockSource::InternalDirect;
+    if at_ease && let Some(store) = &mut board.store {
         let _ = store.make_room(); // fault STORE tells when the next record finds none
     }
     let stored = board.store.as_mut().map(Store::load);
@@ -73,6 +89,9 @@ fn app<'m>(board: &mut Board, learner: Option<&'m mut dyn Learner>) -> App<'m> {
 /// Apart from [`app`], so that the stack does not hold both.
 #[inline(never)]
 fn recall(app: &mut App, board: &mut Board) {
+    if board.reset.safe {
+        return;
+    }
     let mut memory = [0; MEMORY_MAX];
     let len = board
         .store
@@ -83,13 +102,68 @@ fn recall(app: &mut App, board: &mut Board) {
 
 #[inline(never)]
 fn store(app: &mut App, board: &mut Board) {
+    if app.may_halt() {
+        board.long_work();
+    }
+    let before = app.faults() & fault::STORE;
     if let Some(store) = &mut board.store {
         app.store(|step, content| store.carry_out(step, content));
+    }
+    if app.faults() & fault::STORE > before && board.state().0 {
+        defmt::println!("not stored: the supply is below 2.7 V");
+    }
+}
+
+/// Where the clock comes from, in words.
+fn source(clock: ClockSource) -> &'static str {
+    match clock {
+        ClockSource::Crystal => "crystal",
+        ClockSource::Internal => "internal oscillator (1 % at 25 C, -8 to +4.5 % at -40 to 105 C)",
+        ClockSource::InternalDirect => "internal oscillator without PLL",
+        ClockSource::Simulator => "simulator",
+    }
+}
+
+/// Why it started, and what is not as it should be.
+#[inline(never)]
+fn tell(reset: &Reset) {
+    defmt::println!("reset by {=u8:#x}", reset.causes);
+    let known = &reset.crystal;
+    if known.used_mhz != known.built_mhz && reset.clock != ClockSource::Simulator {
+        defmt::println!(
+            "crystal of {=u8} MHz expected, {=u32} kHz measured, {=u8} MHz used",
+            known.built_mhz,
+            known.measured_khz,
+            known.used_mhz
+        );
+    }
+    if reset.brown_out.is_some_and(|level| level < 3) {
+        defmt::println!("option bytes: brown-out level below 3");
+    }
+    if let Some(crash) = &reset.crash {
+        let kind = match crash.kind {
+            CrashKind::Fault => "fault of the core",
+            CrashKind::StackOverflow => "stack overflow",
+            CrashKind::ClockStopped => "crystal stopped",
+            CrashKind::Panic => "panic",
+            CrashKind::NotFed => "watchdog",
+        };
+        defmt::println!(
+            "crash {=u32}, {=u32} start(s) ago: {=str} at {=u32:#x}, CFSR {=u32:#x}",
+            crash.number,
+            crash.starts,
+            kind,
+            crash.pc,
+            crash.cfsr
+        );
+    }
+    if reset.safe {
+        defmt::println!("safe start: bypass");
     }
 }
 
 #[panic_handler]
 fn panic(_: &core::panic::PanicInfo) -> ! {
     // for the linker: nothing in these images panics (`cargo xtask size`)
-    cortex_m::peripheral::SCB::sys_reset()
+    crash::panicked()
 }

@@ -6,12 +6,13 @@
 //! complete. **The DMA path has not run on a chip yet**, only in a model written from the same
 //! manual (`tests/qemu/judges/stm32f405.py`).
 //!
-//! All interrupts have the priority they have after reset, so none interrupts another, as `link`
+//! All interrupts have the same priority (`interrupts`), so none interrupts another, as `link`
 //! requires.
 
 use cortex_m::peripheral::NVIC;
 use firmware::configuration::SerialLines;
 use firmware::link::dma::Stream as _;
+use firmware::link::progress::Progress as _;
 use firmware::link::rates::Clock;
 use firmware::link::uart::{self, Uart};
 use stm32f4::stm32f405::usart1::RegisterBlock;
@@ -19,16 +20,12 @@ use stm32f4::stm32f405::{DMA1, DMA2, Interrupt, Peripherals, UART4, USART1, USAR
 
 use super::clock::Clocks;
 use super::frame::{Frame, set};
-use super::pins;
+use super::pins::{self, EXCHANGED};
 use super::stream::{Left, Stream, reaches};
 use crate::shared::wake::wake;
 
 /// The main loop's end of a line.
 pub type Port = uart::Port<'static, Left>;
-
-/// Bit rate of the command link, which never changes, so that a device can always be reached (8
-/// data bits, no parity, one stop bit).
-const COMMAND_BAUD: u32 = 921_600;
 
 /// Rounds of waiting until what is to be sent has left, of some twenty cycles each: 20 ms, the time
 /// of a full ring at 250 000 bit/s. At a lower rate the rest is lost when the line is opened anew.
@@ -53,30 +50,18 @@ static GNSS: Uart = Uart::new();
 static COMMAND: Uart = Uart::new();
 
 /// Opens all four as they are without a configuration; called once. Whether DMA moves their bytes.
-pub fn open(peripherals: &Peripherals, clocks: Clocks) -> (Ports, bool) {
+pub fn open(peripherals: &Peripherals, clocks: &Clocks) -> (Ports, bool) {
     pins::open(&peripherals.RCC, &peripherals.GPIOA, &peripherals.GPIOB);
     let mut all = true;
     macro_rules! line {
-        ($line:ident, $uart:ident, $bus:expr, $rate:expr, $in:ident, $in_interrupt:ident, $out:ident, $out_interrupt:ident, $idle:expr) => {{
-            let uart = &peripherals.$uart;
-            let divider = Clock::stm32($bus).nearest($rate).divider;
-            uart.brr().write(|w| {
-                w.div_mantissa().set((divider >> 4) as u16);
-                w.div_fraction().set((divider & 0xf) as u8)
-            });
+        ($line:ident, $uart:ident, $bus:expr, $frame:expr, $in:ident, $in_interrupt:ident, $out:ident, $out_interrupt:ident, $idle:expr) => {{
+            // SAFETY: these registers exist for ever. Those of UART4 are laid out as those of the
+            // others (RM0090 30.6.8), and the bits that it does not have stay 0.
+            let uart = unsafe { &*$uart::ptr().cast::<RegisterBlock>() };
             let data = uart.dr().as_ptr() as u32;
             let ring = reaches((&raw const $line) as usize);
             let dma = ring && $in().set_up(data) && $out().set_up(data);
-            if dma {
-                // The requests first, then the UART. EIE makes errors interrupt and needs DMAR
-                // (RM0090 30.4).
-                uart.cr3()
-                    .write(|w| w.dmar().set_bit().dmat().set_bit().eie().set_bit());
-            }
-            uart.cr1().write(|w| {
-                w.ue().set_bit().te().set_bit().re().set_bit();
-                w.rxneie().bit(!dma).idleie().bit(dma && $idle)
-            });
+            set(uart, Clock::stm32($bus), $frame, dma, $idle);
             for interrupt in [
                 Interrupt::$uart,
                 Interrupt::$in_interrupt,
@@ -99,18 +84,14 @@ pub fn open(peripherals: &Peripherals, clocks: Clocks) -> (Ports, bool) {
             port
         }};
     }
-    let SerialLines {
-        sensor_baud,
-        receiver_baud,
-        ..
-    } = SerialLines::DEFAULT;
-    let Clocks { apb1, apb2, .. } = clocks;
+    let [sensor, navigation, gnss] = &Frame::of(&SerialLines::DEFAULT);
+    let Clocks { apb1, apb2, .. } = *clocks;
     let ports = Ports {
         usart1: line!(
             SENSOR,
             USART1,
             apb2,
-            sensor_baud,
+            sensor,
             usart1_in,
             DMA2_STREAM2,
             usart1_out,
@@ -121,7 +102,7 @@ pub fn open(peripherals: &Peripherals, clocks: Clocks) -> (Ports, bool) {
             NAVIGATION,
             USART2,
             apb1,
-            sensor_baud,
+            navigation,
             usart2_in,
             DMA1_STREAM5,
             usart2_out,
@@ -132,7 +113,7 @@ pub fn open(peripherals: &Peripherals, clocks: Clocks) -> (Ports, bool) {
             GNSS,
             USART3,
             apb1,
-            receiver_baud,
+            gnss,
             usart3_in,
             DMA1_STREAM1,
             usart3_out,
@@ -143,7 +124,7 @@ pub fn open(peripherals: &Peripherals, clocks: Clocks) -> (Ports, bool) {
             COMMAND,
             UART4,
             apb1,
-            COMMAND_BAUD,
+            &Frame::COMMAND,
             uart4_in,
             DMA1_STREAM2,
             uart4_out,
@@ -167,7 +148,43 @@ fn pend(interrupt: Interrupt) {
 /// lost. The order: the interrupts are masked, so that only this function touches line and streams;
 /// the UART is switched off, then both streams; the rings learn how far the streams had come; all
 /// is set up anew and switched on; the interrupts are let through, and the first transfer begins.
-pub fn reopen(clocks: Clocks, old: &SerialLines, new: &SerialLines) {
+pub fn reopen(clocks: &Clocks, old: &SerialLines, new: &SerialLines) {
+    let lines = lines(clocks);
+    let moved = (old.pins == pins::OTHER) != (new.pins == pins::OTHER);
+    let frames = Frame::of(old).into_iter().zip(Frame::of(new));
+    for ((line, (was, is)), moved) in lines.iter().zip(frames).zip([moved, false, false]) {
+        if was != is || moved {
+            line.wait();
+            line.again(&is, moved.then_some(new.pins));
+        }
+    }
+}
+
+/// The navigation computer's UART: USART2, or USART3 if they are exchanged.
+fn navigation(lines: &SerialLines) -> usize {
+    if lines.pins == EXCHANGED { 2 } else { 1 }
+}
+
+/// How many bytes have left on the navigation line since start, and whether more wait.
+pub fn sent(lines: &SerialLines) -> (usize, bool) {
+    if navigation(lines) == 2 {
+        GNSS.sent(usart3_out().left())
+    } else {
+        NAVIGATION.sent(usart2_out().left())
+    }
+}
+
+/// Opens the navigation line anew, since it does not send. What waits is lost.
+pub fn unstick(clocks: &Clocks, lines: &SerialLines) {
+    let (all, frames) = (self::lines(clocks), Frame::of(lines));
+    let at = navigation(lines);
+    if let (Some(line), Some(frame)) = (all.get(at), frames.get(at)) {
+        line.again(frame, None);
+    }
+}
+
+/// USART1 to USART3.
+fn lines(clocks: &Clocks) -> [Reopened; 3] {
     macro_rules! line {
         ($line:ident, $uart:ident, $bus:expr, $in:ident, $in_interrupt:ident, $out:ident, $out_interrupt:ident) => {
             Reopened {
@@ -188,8 +205,8 @@ pub fn reopen(clocks: Clocks, old: &SerialLines, new: &SerialLines) {
             }
         };
     }
-    let Clocks { apb1, apb2, .. } = clocks;
-    let lines = [
+    let Clocks { apb1, apb2, .. } = *clocks;
+    [
         line!(
             SENSOR,
             USART1,
@@ -217,14 +234,7 @@ pub fn reopen(clocks: Clocks, old: &SerialLines, new: &SerialLines) {
             usart3_out,
             DMA1_STREAM3
         ),
-    ];
-    let moved = (old.pins == pins::OTHER) != (new.pins == pins::OTHER);
-    let frames = Frame::of(old).into_iter().zip(Frame::of(new));
-    for ((line, (was, is)), moved) in lines.iter().zip(frames).zip([moved, false, false]) {
-        if was != is || moved {
-            line.again(&is, moved.then_some(new.pins));
-        }
-    }
+    ]
 }
 
 /// A line that is opened anew.
@@ -239,12 +249,16 @@ struct Reopened {
 }
 
 impl Reopened {
+    /// Waits until what is to be sent has left.
+    fn wait(&self) {
+        let left = || self.line.has_sent() && self.uart.sr().read().tc().bit_is_set();
+        let _ = (0..PATIENCE).any(|_| left());
+    }
+
     /// `pins`: the set whose pins the sensor's line gets.
     #[inline(never)]
     fn again(&self, frame: &Frame, pins: Option<u8>) {
         let (uart, [_, receives, _]) = (self.uart, self.interrupts);
-        let left = || self.line.has_sent() && uart.sr().read().tc().bit_is_set();
-        let _ = (0..PATIENCE).any(|_| left());
         self.interrupts.into_iter().for_each(NVIC::mask);
         cortex_m::asm::dsb();
         cortex_m::asm::isb();
@@ -256,7 +270,7 @@ impl Reopened {
             pins::sensor(pins);
         }
         self.interrupts.into_iter().for_each(NVIC::unpend);
-        set(uart, self.clock, frame, dma);
+        set(uart, self.clock, frame, dma, true);
         for (number, interrupt) in self.interrupts.into_iter().enumerate() {
             if dma || number == 0 {
                 // SAFETY: as in `open`.
@@ -324,7 +338,8 @@ macro_rules! handlers {
                 if torn || status.ore().bit_is_set() || untaken {
                     $line.lost();
                 }
-                if status.idle().bit_is_set() {
+                // a stream that has stopped by itself is set up anew
+                if status.idle().bit_is_set() || untaken {
                     $line.received_by(&$in());
                 }
                 return wake();

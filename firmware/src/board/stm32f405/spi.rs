@@ -37,7 +37,7 @@ pub struct Spi {
 
 impl Spi {
     /// The pins and the controller; the clock is one that every model can do.
-    pub fn open(peripherals: &Peripherals, clocks: Clocks) -> Self {
+    pub fn open(peripherals: &Peripherals, clocks: &Clocks) -> Self {
         pins(&peripherals.RCC, &peripherals.GPIOA, &peripherals.GPIOC);
         data_ready(peripherals);
         let mut controller = Controller {

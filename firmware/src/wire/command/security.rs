@@ -81,6 +81,7 @@ impl Request<'_> {
             | Request::GetReceiver
             | Request::GetMemory
             | Request::GetStore
+            | Request::GetReset
             | Request::GetRecording
             | Request::Record(Order::Hold)
             | Request::ReadRecording { .. }

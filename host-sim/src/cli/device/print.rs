@@ -1,6 +1,8 @@
 //! What `host-sim device` prints for a person.
 
-use crate::device::{Antenna, Event, Info, Kept, Learner, LineInfo, Memory, Protected, Status};
+use crate::device::{
+    Antenna, Event, Info, Kept, Learner, LineInfo, Memory, Protected, Start, Status,
+};
 use std::fmt::Write;
 
 /// Prints what a device is.
@@ -27,6 +29,26 @@ pub(super) fn info(info: &Info) {
         println!("{:14} {}", line.line, bit_rate(line));
     }
     print!("{}", teachers(info));
+    if let Some(start) = &info.start {
+        print!("{}", start_lines(start));
+    }
+}
+
+/// Why and how the board started.
+fn start_lines(start: &Start) -> String {
+    let mut text = format!(
+        "started        {:.0} s ago by {}\n",
+        start.uptime_s,
+        start.causes.join(", ")
+    );
+    let _ = writeln!(text, "clock          {}", start.clock);
+    if let Some(crash) = &start.crash {
+        let _ = writeln!(text, "CRASH          {crash}");
+    }
+    for warning in &start.warnings {
+        let _ = writeln!(text, "WARNING        {warning}");
+    }
+    text
 }
 
 /// Who may change the device.

@@ -44,6 +44,7 @@ const HARDWARE: Hardware = Hardware {
     clocks: [Rates::cmsdk(25_000_000); 3],
     parity: false,
     pin_sets: 2,
+    reset: None,
 };
 
 /// A running device; ended when dropped.

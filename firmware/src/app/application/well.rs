@@ -1,0 +1,78 @@
+//! Whether the application is well, so that the watchdogs may be fed.
+
+use super::App;
+use crate::wire::command::{fault, unwell};
+
+/// Silence must be known for silence so long after it has begun, microseconds.
+const KNOWN_US: u64 = 1_000_000;
+/// Bytes that come must leave within this time, microseconds. The slowest bytes that make up a
+/// frame, each just not late enough to be silence, take half of it.
+const LEAVES_US: u64 = 60_000_000;
+/// The command link and the receiver have their turn within this time, microseconds.
+const SERVED_US: u64 = 1_000_000;
+/// The learner's deferred work ends within this time, microseconds. At 168 MHz it takes some 10 ms
+/// of every second.
+const RESTS_US: u64 = 30_000_000;
+
+/// What a look at the application finds.
+#[derive(Debug, Default)]
+pub(super) struct Well {
+    /// All that has left on the navigation line, or was dropped there for want of room.
+    left: u32,
+    /// When that changed last, or nothing came, microseconds.
+    left_us: u64,
+    /// When the learner last had no deferred work, microseconds.
+    rested_us: u64,
+}
+
+impl App<'_> {
+    /// Why the watchdogs must not be fed: bits of [`unwell`]; 0: all is well. To be called in every
+    /// turn of the main loop, after [`App::poll`], with the board's time.
+    ///
+    /// A sensor that is silent, sends nothing that is understood, or was never connected is known
+    /// and handled, and no reason to start anew.
+    pub fn unwell(&mut self, now_us: u64) -> u8 {
+        let since = |then: u64| now_us.saturating_sub(then);
+        let counters = &self.flow.counters;
+        let left = [
+            counters.frames,
+            counters.others,
+            counters.raw,
+            counters.garbage,
+        ]
+        .into_iter()
+        .chain([counters.bad_checksums, counters.dropped])
+        .fold(0, u32::wrapping_add);
+        let silent = self.flow.faults & fault::SILENT != 0;
+        if left != self.well.left || silent {
+            (self.well.left, self.well.left_us) = (left, now_us);
+        }
+        let silence = u64::from(self.flow.config.silence_us).saturating_add(KNOWN_US);
+        let unknown = !silent && since(self.heard_us) > silence;
+        let words = unknown || since(self.well.left_us) > LEAVES_US;
+        [
+            (words, unwell::WORDS),
+            (since(self.served_us) > SERVED_US, unwell::LINKS),
+            (since(self.well.rested_us) > RESTS_US, unwell::LEARNER),
+        ]
+        .into_iter()
+        .fold(0, |bits, (is, bit)| if is { bits | bit } else { bits })
+    }
+
+    /// What the board says of itself now: the supply is too low for writing flash, and how often
+    /// the navigation line was opened anew since it did not send.
+    pub fn board_is(&mut self, supply_low: bool, reopened: u16) {
+        if let Some(reset) = &mut self.flow.config.hardware.reset {
+            (reset.supply_low, reset.reopened) = (supply_low, reopened);
+        }
+    }
+
+    /// One part of the learner's deferred work. True: there is more.
+    pub(super) fn work(&mut self, now: u64) -> bool {
+        let more = self.flow.work();
+        if !more {
+            self.well.rested_us = now;
+        }
+        more
+    }
+}

@@ -1,0 +1,8 @@
+//! What decides when something breaks, without registers: which crystal is there ([`crystal`]),
+//! what survives a reset ([`kept`]), whether the output is stuck ([`output`]), and when the window
+//! watchdog may be fed ([`window`]). Whether the application is well is [`super::App::unwell`].
+
+pub mod crystal;
+pub mod kept;
+pub mod output;
+pub mod window;

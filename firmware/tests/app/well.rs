@@ -1,0 +1,193 @@
+//! Whether the watchdogs are fed: what is known and handled is no reason to start anew, and what
+//! does not work is one.
+
+use crate::device::{Device, nets};
+use crate::frames::{Kind, kinds};
+use crate::record::{HARDWARE, told};
+use crate::stored::Flash;
+use firmware::app::{App, Config, Hardware};
+use firmware::configuration::record::encode;
+use firmware::control::{Mode, Reason};
+use firmware::link::rates::Clock;
+use firmware::model::Nets;
+use firmware::store::{Content, Store};
+use firmware::wire::command::{
+    ClockSource, Crystal, Request, Reset, Response, cause, fault, unwell,
+};
+
+const START: Reset = Reset {
+    causes: cause::WATCHDOG | cause::PIN,
+    uptime_ms: 0,
+    safe: false,
+    clock: ClockSource::Crystal,
+    core_hz: 168_000_000,
+    crystal: Crystal {
+        built_mhz: 12,
+        used_mhz: 12,
+        measured_khz: 12_000,
+    },
+    command_baud: 913_043,
+    brown_out: Some(3),
+    supply_low: false,
+    reopened: 0,
+    crash: None,
+};
+
+fn board(reset: Reset) -> Hardware {
+    Hardware {
+        reset: Some(reset),
+        ..HARDWARE
+    }
+}
+
+/// The main loop turns for so many milliseconds.
+fn turns(device: &mut Device, ms: u64) -> u8 {
+    let mut bits = 0;
+    for _ in 0..ms {
+        device.pass_us(1000);
+        device.settle();
+        bits |= device.app.unwell(device.time.0.get());
+    }
+    bits
+}
+
+#[test]
+fn a_sensor_that_is_silent_or_speaks_nonsense_is_handled() {
+    let mut device = Device::new(Config::untold(board(START)));
+    assert_eq!(turns(&mut device, 5000), 0, "never connected");
+    for n in 0..5000u32 {
+        device.feed(&n.wrapping_mul(2_654_435_761).to_le_bytes());
+        assert_eq!(turns(&mut device, 1), 0, "nonsense");
+    }
+    assert_eq!(turns(&mut device, 5000), 0, "silent again");
+    for kind in kinds() {
+        let mut device = Device::new(kind.config());
+        for frame in kind.stream(0, 300) {
+            device.feed(&frame);
+            assert_eq!(turns(&mut device, 1), 0, "{kind:?}");
+        }
+        assert_eq!(turns(&mut device, 3000), 0, "{kind:?} falls silent");
+    }
+}
+
+/// One byte just before it would be silence: a frame takes long, and nothing leaves meanwhile.
+#[test]
+fn the_slowest_bytes_are_handled() {
+    let mut device = Device::new(Config::untold(board(START)));
+    for n in 0..700u32 {
+        device.feed(&[n as u8]);
+        assert_eq!(turns(&mut device, 90), 0, "{n}");
+    }
+}
+
+/// A loop that does not call the application any more.
+#[test]
+fn an_application_without_its_turn_is_not_well() {
+    let mut device = Device::new(Config::untold(board(START)));
+    assert_eq!(turns(&mut device, 10), 0);
+    let now = device.time.0.get();
+    assert_eq!(device.app.unwell(now + 900_000), 0);
+    // nobody noticed the silence, and nobody served the links
+    let bits = device.app.unwell(now + 1_200_000);
+    assert_eq!(bits, unwell::WORDS | unwell::LINKS);
+    let bits = device.app.unwell(now + 31_000_000);
+    assert_eq!(bits, unwell::WORDS | unwell::LINKS | unwell::LEARNER);
+    assert_eq!(turns(&mut device, 200), 0, "well again");
+}
+
+fn ask(device: &mut Device) -> Reset {
+    let mut told = None;
+    device.ask(&Request::GetReset, |answer| match answer {
+        Response::Reset(reset) => told = Some(reset),
+        other => panic!("{other:?}"),
+    });
+    told.expect("an answer")
+}
+
+#[test]
+fn the_start_is_told_with_what_is_so_now() {
+    let mut device = Device::new(Config::untold(board(START)));
+    turns(&mut device, 1500);
+    device.app.board_is(true, 3);
+    let reset = ask(&mut device);
+    assert!((1500..1600).contains(&reset.uptime_ms), "{reset:?}");
+    let expected = Reset {
+        uptime_ms: reset.uptime_ms,
+        supply_low: true,
+        reopened: 3,
+        ..START
+    };
+    assert_eq!(reset, expected);
+    assert_ne!(device.app.faults() & fault::SUPPLY, 0);
+    device.app.board_is(false, 3);
+    assert_eq!(device.app.faults() & fault::SUPPLY, 0);
+}
+
+/// Clocks and lines as they are: 16 MHz cannot make 921 600 bit/s within 2 %.
+#[test]
+fn clock_and_bit_rates_are_faults() {
+    let bits = |clock, used_mhz, hz| {
+        let crystal = Crystal {
+            used_mhz,
+            ..START.crystal
+        };
+        let hardware = Hardware {
+            clocks: [Clock::stm32(hz); 3],
+            ..board(Reset {
+                clock,
+                crystal,
+                ..START
+            })
+        };
+        Device::new(Config::untold(hardware)).app.faults() & (fault::CLOCK | fault::BIT_RATE)
+    };
+    assert_eq!(bits(ClockSource::Crystal, 12, 42_000_000), 0);
+    assert_eq!(bits(ClockSource::Crystal, 8, 42_000_000), fault::CLOCK);
+    assert_eq!(bits(ClockSource::Internal, 0, 42_000_000), fault::CLOCK);
+    let both = fault::CLOCK | fault::BIT_RATE;
+    assert_eq!(bits(ClockSource::InternalDirect, 0, 16_000_000), both);
+    assert_eq!(bits(ClockSource::Simulator, 0, 42_000_000), 0);
+}
+
+/// A safe start passes bytes at the told lines, in bypass, without the stored networks, and leaves
+/// the store alone.
+#[test]
+fn a_safe_start_uses_no_stored_weights() {
+    let mut told = told(Kind::STIM);
+    told.lines.sensor_baud = 460_800;
+    told.correction.mode = Mode::Frozen;
+    let nets = nets([1e-5; 3], [0.0; 3]);
+    let record = encode(&told);
+    let content = Content::new(&nets, &record);
+    let mut store = Store::new(Flash::new()).expect("room");
+    assert!(store.save(&content).is_ok());
+    for safe in [false, true] {
+        let hardware = board(Reset { safe, ..START });
+        let app = App::power_on(hardware, Some(store.load()), None);
+        assert_eq!(app.nets().same_images(&Nets::NONE), safe);
+        assert_eq!(app.faults() & fault::SAFE_START != 0, safe);
+        let mut device = Device::new(Config::default());
+        device.app = app;
+        let lines = device.app.to_open();
+        assert_eq!(lines.map(|lines| lines.sensor_baud), Some(460_800));
+        let frames = Kind::STIM.stream(0, 50);
+        for frame in &frames {
+            device.feed(frame);
+        }
+        let unchanged = device.lines.navigation.bytes() == frames.concat();
+        assert_eq!(unchanged, safe, "stored networks correct from power-on on");
+        let mode = device.ask(&Request::GetHealth, |answer| match answer {
+            Response::Health(health) => health.mode,
+            other => panic!("{other:?}"),
+        });
+        assert_eq!(mode, if safe { Mode::Bypass } else { Mode::Frozen });
+        device.ask(&Request::StoreImage, |answer| {
+            let why = if safe {
+                Reason::Unsupported
+            } else {
+                Reason::Mode
+            };
+            assert_eq!(answer, Response::Refused(why));
+        });
+    }
+}
