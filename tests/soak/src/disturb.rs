@@ -174,7 +174,7 @@ impl Disturb {
                 self.fill(bytes);
                 let len = self.random.below(MAX_CHUNK as u32 + 1) as usize;
                 let bytes = bytes.get(..len).unwrap_or_default();
-                if offset % 2 == 0 {
+                if offset.is_multiple_of(2) {
                     Request::WriteImage { offset, bytes }
                 } else {
                     Request::WriteConfiguration { offset, bytes }
@@ -203,12 +203,12 @@ impl Disturb {
             }),
             17 => Request::GetAntenna,
             18 => Request::GetReceiver,
-            19 => Request::Alignment(if offset % 2 == 0 {
+            19 => Request::Alignment(if offset.is_multiple_of(2) {
                 Alignment::Started
             } else {
                 Alignment::Finished
             }),
-            20 => Request::Record(if offset % 2 == 0 {
+            20 => Request::Record(if offset.is_multiple_of(2) {
                 Order::Hold
             } else {
                 Order::Release
