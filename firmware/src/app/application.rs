@@ -106,7 +106,9 @@ impl<'m> App<'m> {
             configure(*learner, &config);
         }
         let (lines, receiver) = (config.lines(), config.receiver());
-        let mut app = App {
+        let as_told = App::agree(&config, &server.record);
+        // built where it will be: it is too large to be on the stack twice
+        App {
             machine: Machine::new(),
             framer: Framer::new(config.format.unwrap_or(ImuFormat::Stim300)),
             detector: Detector::new(),
@@ -126,12 +128,10 @@ impl<'m> App<'m> {
             frames_seen: 0,
             undetected: 0,
             seconds: 0,
-            as_told: false,
+            as_told,
             service: None,
             well: Well::default(),
-        };
-        app.note_told();
-        app
+        }
     }
 
     /// State of the state machine.

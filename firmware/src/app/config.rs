@@ -41,6 +41,8 @@ pub struct Config {
     pub newer: Option<u16>,
     /// The store holds something that cannot be read.
     pub unread: bool,
+    /// The store holds weights of another unit, which are not used.
+    pub other_unit: bool,
     /// Mark a frame whose correction must not be trusted, in a spare bit of the frame (interface
     /// control document, "Our own faults").
     pub mark: bool,
@@ -75,6 +77,7 @@ impl Config {
             store: false,
             newer: None,
             unread: false,
+            other_unit: false,
             mark: correction.mark,
             told: Some(told.clone()),
             configured: true,
@@ -185,6 +188,7 @@ impl Default for Config {
             store: false,
             newer: None,
             unread: false,
+            other_unit: false,
             mark: true,
             told: None,
             configured: true,

@@ -129,7 +129,8 @@ pub(super) struct Flow<'m> {
 impl<'m> Flow<'m> {
     /// The learner has been told of the unit ([`configure`]).
     pub fn new(config: Config, learner: BoardLearner<'m>) -> Flow<'m> {
-        let unread = config.unread;
+        let unread = if config.unread { fault::STORE } else { 0 };
+        let faults = unread | if config.other_unit { fault::WEIGHTS } else { 0 };
         let keep = Keep::new(config.store && config.told.is_some());
         Flow {
             keep,
@@ -143,7 +144,7 @@ impl<'m> Flow<'m> {
             config,
             alignment: None,
             counters: Counters::default(),
-            faults: if unread { fault::STORE } else { 0 },
+            faults,
             other_sensor: 0,
             channels: Channels::default(),
             stream: None,

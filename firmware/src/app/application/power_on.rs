@@ -11,8 +11,8 @@ use crate::control::Mode;
 use crate::learn::Learner;
 use crate::model::Nets;
 use crate::store::{Newer, Stored, unit};
+use crate::wire::command::Kept;
 use crate::wire::command::key::Key;
-use crate::wire::command::{Kept, fault};
 
 impl<'m> App<'m> {
     /// With what the store holds; `None`: the board has no store.
@@ -32,70 +32,76 @@ impl<'m> App<'m> {
         stored: Option<Result<Option<Stored>, Newer>>,
         learner: Option<&'m mut dyn Learner>,
     ) -> App<'m> {
-        let store = stored.is_some();
-        let mut newer = None;
-        let mut nets = Nets::NONE;
-        let mut told = None;
-        let mut record = Record::new();
-        let mut unread = false;
-        let mut key = Key::Unprovisioned;
-        let (mut kept, mut other_unit) = (Kept::default(), false);
-        match stored {
-            Some(Ok(Some(stored))) => {
-                told = decode(&stored.record).ok();
-                key = stored.key;
-                let life = stored.life;
-                kept = Kept {
-                    generation: Some(stored.generation),
-                    starts: life.starts,
-                    failures: life.failures,
-                    minutes: life.minutes,
-                    erased: life.erased,
-                    damaged: stored.damaged,
-                    passed: stored.passed,
-                };
-                let of = stored.unit.zip(told.as_ref().map(unit));
-                other_unit = of.is_some_and(|(of, told)| of != told);
-                unread = told.is_none() && !stored.record.is_empty();
-                if unread {
-                    kept.generation = None;
-                    newer = schema(&stored.record).filter(|schema| *schema > SCHEMA);
-                } else {
-                    (nets, record) = (stored.nets, stored.record);
-                    unread = stored.damaged;
-                }
-                if other_unit {
-                    nets = Nets::NONE;
-                }
-            }
-            Some(Err(Newer(version))) => {
-                unread = true;
-                newer = Some(u16::try_from(version).unwrap_or(u16::MAX));
-            }
-            Some(Ok(None)) | None => {}
-        }
-        let told = told.as_ref();
-        let mut config = Config {
-            nets,
-            store,
-            newer,
-            unread,
-            hardware,
-            ..told.map_or_else(|| Config::untold(hardware), Config::of)
-        };
-        if hardware.starts_safely() {
-            (config.mode, config.nets, config.store) = (Mode::Bypass, Nets::NONE, false);
-        }
-        let stored = !record.is_empty();
-        let mut server = Server::new(record, stored, key);
-        if stored && !config.unread {
-            let digest = digest(&config.nets, &server.record, &key);
-            server.wear.holds(Some(digest));
-        }
-        // built where it will be: it is too large to be on the stack twice
-        let mut app = App::of(config, server, learner);
-        app.server.kept = kept;
-        app.flow.flag(fault::WEIGHTS, other_unit);
-        app
+        let (config, server) = prepared(hardware, stored);
+        App::of(config, server, learner)
     }
+}
+
+/// From what the store holds. By itself, so that the stack is free again when the application is
+/// made.
+#[inline(never)]
+fn prepared(hardware: Hardware, stored: Option<Result<Option<Stored>, Newer>>) -> (Config, Server) {
+    let store = stored.is_some();
+    let mut newer = None;
+    let mut nets = Nets::NONE;
+    let mut told = None;
+    let mut record = Record::new();
+    let mut unread = false;
+    let mut key = Key::Unprovisioned;
+    let (mut kept, mut other_unit) = (Kept::default(), false);
+    match stored {
+        Some(Ok(Some(stored))) => {
+            told = decode(&stored.record).ok();
+            key = stored.key;
+            let life = stored.life;
+            kept = Kept {
+                generation: Some(stored.generation),
+                starts: life.starts,
+                failures: life.failures,
+                minutes: life.minutes,
+                erased: life.erased,
+                damaged: stored.damaged,
+                passed: stored.passed,
+            };
+            let of = stored.unit.zip(told.as_ref().map(unit));
+            other_unit = of.is_some_and(|(of, told)| of != told);
+            unread = told.is_none() && !stored.record.is_empty();
+            if unread {
+                kept.generation = None;
+                newer = schema(&stored.record).filter(|schema| *schema > SCHEMA);
+            } else {
+                (nets, record) = (stored.nets, stored.record);
+                unread = stored.damaged;
+            }
+            if other_unit {
+                nets = Nets::NONE;
+            }
+        }
+        Some(Err(Newer(version))) => {
+            unread = true;
+            newer = Some(u16::try_from(version).unwrap_or(u16::MAX));
+        }
+        Some(Ok(None)) | None => {}
+    }
+    let told = told.as_ref();
+    let safe = hardware.starts_safely();
+    let base = told.map_or_else(|| Config::untold(hardware), Config::of);
+    let config = Config {
+        nets: if safe { Nets::NONE } else { nets },
+        store: store && !safe,
+        mode: if safe { Mode::Bypass } else { base.mode },
+        newer,
+        unread,
+        other_unit,
+        hardware,
+        ..base
+    };
+    let stored = !record.is_empty();
+    let mut server = Server::new(record, stored, key);
+    if stored && !config.unread {
+        let digest = digest(&config.nets, &server.record, &key);
+        server.wear.holds(Some(digest));
+    }
+    server.kept = kept;
+    (config, server)
 }

@@ -38,14 +38,17 @@ impl App<'_> {
         self.as_told = self.is_as_told();
     }
 
+    fn is_as_told(&self) -> bool {
+        App::agree(&self.flow.config, &self.server.record)
+    }
+
     /// Record, configuration and what follows from it agree.
     #[inline(never)]
-    fn is_as_told(&self) -> bool {
-        let config = &self.flow.config;
+    pub(super) fn agree(config: &Config, record: &Record) -> bool {
         let Some(told) = &config.told else {
-            return self.server.record.is_empty();
+            return record.is_empty();
         };
-        decode(&self.server.record).is_ok_and(|of_record| of_record == *told)
+        decode(record).is_ok_and(|of_record| of_record == *told)
             && config.follows(&Config::of(told))
     }
 }
