@@ -51,7 +51,7 @@ impl Blackbox {
             return Ok(());
         };
         Err(refused(
-            &self.file.display().to_string(),
+            self.file.display().to_string(),
             format!(
                 "the device did something else at {:.6} s",
                 at_us as f64 * 1e-6

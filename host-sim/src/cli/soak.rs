@@ -130,7 +130,7 @@ impl Args {
         match told.violation {
             None => Ok(()),
             Some(what) => Err(refused(
-                &format!("--seed {}", self.seed),
+                format!("--seed {}", self.seed),
                 what,
                 "this is a defect of the device: the same seed shows it again",
             )),

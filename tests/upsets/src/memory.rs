@@ -61,7 +61,7 @@ impl Region {
 }
 
 /// A value behind an address that was made by `Box::into_raw` and is never freed.
-pub fn lent<T>(value: *mut T) -> &'static mut T {
+pub(crate) fn lent<T>(value: *mut T) -> &'static mut T {
     // SAFETY: it lives for ever. The program is single-threaded, and nobody keeps another reference
     // while this one is used, but for the flips that are tried.
     unsafe { &mut *value }
