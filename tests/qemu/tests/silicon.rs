@@ -90,7 +90,7 @@ const HALF_DTCM: &str = "memory: log in DTCM (64 KiB), stack in the SRAM behind 
 const CHIPS: [(&str, [&str; 5]); 8] = [
     ("f405", [
         "on STM32F405/407/415/417 (id 0x413), Cortex-M4",
-        "clock: Clocks { source: Crystal, core: 168000000",
+        "clock: 168000000 Hz, crystal 12 MHz",
         "flash: 5 wait states (FLASH_ACR 0x705)",
         NO_CACHE,
         "memory: SRAM",

@@ -34,6 +34,7 @@
 #[cfg(target_os = "none")]
 #[path = "../../../firmware/src/board/stm32f405/clock.rs"]
 #[allow(unsafe_code, reason = "the board's; each block says why it is sound")]
+#[allow(dead_code, reason = "what only the board asks for")]
 mod clock;
 #[cfg(target_os = "none")]
 mod cycles;
@@ -44,6 +45,10 @@ mod faults;
 #[path = "../../../firmware/src/board/stm32f405/log.rs"]
 #[allow(unsafe_code, reason = "the board's; each block says why it is sound")]
 mod log;
+#[cfg(target_os = "none")]
+#[path = "../../../firmware/src/board/stm32f405/measure.rs"]
+#[allow(unsafe_code, reason = "the board's; each block says why it is sound")]
+mod measure;
 #[cfg(target_os = "none")]
 #[allow(unsafe_code, reason = "a load that may fault")]
 mod read;

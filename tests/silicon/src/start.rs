@@ -2,7 +2,7 @@
 
 use cortex_m::Peripherals;
 use cortex_m::peripheral::cpuid::CsselrCacheType;
-use cortex_m::peripheral::{CPUID, DCB, DWT, SCB};
+use cortex_m::peripheral::{CPUID, DCB, DWT, SCB, SYST};
 use cortex_m_semihosting::debug;
 use silicon::chip::{self, Chip, Clock, Core};
 
@@ -27,7 +27,7 @@ fn main() -> ! {
         core.name(),
         cpuid
     );
-    set_clock(found.chip.clock);
+    set_clock(found.chip.clock, &mut peripherals.SYST);
     tell_flash(&peripherals.SCB, found.chip);
     caches(core, &mut peripherals.SCB, &mut peripherals.CPUID);
     tell_memory(core, found.chip);
@@ -41,11 +41,18 @@ fn main() -> ! {
     end(good)
 }
 
-fn set_clock(wanted: Clock) {
+fn set_clock(wanted: Clock, syst: &mut SYST) {
     match (wanted, stm32f4::stm32f405::Peripherals::take()) {
         (Clock::Board, Some(peripherals)) => {
-            let clocks = clock::start(&peripherals.RCC, &peripherals.FLASH);
-            defmt::println!("clock: {}", clocks);
+            let clocks = clock::start(&peripherals, syst);
+            defmt::println!(
+                "clock: {=u32} Hz, crystal {=u8} MHz, measured {=u32} kHz; APB1 {=u32}, APB2 {=u32} Hz",
+                clocks.core,
+                clocks.crystal.used_mhz,
+                clocks.crystal.measured_khz,
+                clocks.apb1,
+                clocks.apb2
+            );
         }
         (Clock::Reset(megahertz), _) => defmt::println!(
             "clock: internal oscillator of {=u8} MHz, as after reset",

@@ -161,11 +161,12 @@ fn full_speed(source: ClockSource, crystal: Crystal) -> Clocks {
 const COUNTS: u32 = 0xFF_FFFF;
 
 /// Whether `ready` becomes true within so many microseconds of the internal oscillator. At full
-/// speed the time is a tenth of that, still enough for a switch of clocks.
+/// speed the time is a tenth of that, still enough for a switch of clocks. A round takes longer
+/// than a tick, so that a SysTick that does not count does not hold the board either.
 pub(super) fn soon(us: u32, ready: impl Fn() -> bool) -> bool {
     let ticks = us.saturating_mul(INTERNAL_MHZ.into()).min(COUNTS / 2);
     let begun = SYST::get_current();
-    loop {
+    for _ in 0..ticks {
         if ready() {
             return true;
         }
@@ -173,4 +174,5 @@ pub(super) fn soon(us: u32, ready: impl Fn() -> bool) -> bool {
             return false;
         }
     }
+    false
 }
