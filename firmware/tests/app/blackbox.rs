@@ -206,3 +206,78 @@ fn a_reset_is_survived_and_garbage_is_not_believed() {
     app.record_in(&mut garbage);
     assert_eq!(app.read_recording(0, &mut bytes), None, "it records");
 }
+
+fn pages_of(memory: &[u8]) -> Vec<firmware::app::blackbox::read::Page<'_>> {
+    let mut pages: Vec<_> = (0..PAGES).filter_map(|n| page(memory, n)).collect();
+    pages.sort_by_key(|page| page.number);
+    pages
+}
+
+fn ends(page: &firmware::app::blackbox::read::Page) -> bool {
+    page.entries().any(|entry| entry.told == Told::Break)
+}
+
+/// Bytes that come before the first frame are part of no page.
+#[test]
+fn what_comes_before_the_first_frame_is_no_page() {
+    let mut device = recording(config());
+    for byte in 0..=255 {
+        device.pass_us(1000);
+        device.feed(&[byte; 3]);
+    }
+    device.order(&Request::Record(Order::Hold));
+    let memory = read(&mut device);
+    let blank = &memory[LEN - PAGES * 640..];
+    assert!(blank.iter().all(|byte| *byte == 0), "{blank:?}");
+}
+
+/// A page says that it ends where the mode changes, also when the next frame begins a page anyway.
+#[test]
+fn a_page_ends_where_the_mode_changes() {
+    let mut full = 0;
+    for count in 60..90 {
+        let mut device = recording(config());
+        let halves = |device: &mut Device<Mock>, index: u32, between: Option<Mode>| {
+            let frame = frame(index);
+            device.pass_us(500);
+            device.feed(&frame[..20]);
+            if let Some(mode) = between {
+                device.order(&Request::SetMode(mode));
+            }
+            device.pass_us(500);
+            device.feed(&frame[20..]);
+        };
+        (0..count).for_each(|index| halves(&mut device, index, None));
+        let before = told(&mut device).pages;
+        halves(&mut device, count, Some(Mode::Bypass));
+        (1..5).for_each(|more| halves(&mut device, count + more, None));
+        device.order(&Request::Record(Order::Hold));
+        let memory = read(&mut device);
+        let pages = pages_of(&memory);
+        let old = pages.iter().find(|page| page.number == before).expect("it");
+        assert_eq!(old.key.mode, Mode::Frozen);
+        assert_eq!(pages.last().expect("pages").key.mode, Mode::Bypass);
+        assert!(ends(old), "{count} frames");
+        full += u32::from(old.entries().count() > 15);
+    }
+    assert!(full > 0);
+}
+
+/// A page says that it ends where bytes found no room on it.
+#[test]
+fn a_page_ends_where_its_room_does() {
+    let mut device = recording(config());
+    frames(&mut device, 0..50);
+    let before = told(&mut device).pages;
+    for _ in 0..200 {
+        device.pass_us(100);
+        device.feed(&[0x55; 5]);
+    }
+    frames(&mut device, 50..52);
+    device.order(&Request::Record(Order::Hold));
+    let memory = read(&mut device);
+    let pages = pages_of(&memory);
+    let old = pages.iter().find(|page| page.number == before).expect("it");
+    assert!(ends(old));
+    assert!(pages.iter().any(|page| page.number > before));
+}

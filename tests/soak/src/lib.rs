@@ -18,4 +18,4 @@ pub mod run;
 pub mod world;
 
 pub use flash::Flash;
-pub use run::{Memory, Plan, Report, Violation, Watch, run};
+pub use run::{LINES, Memory, Plan, Report, Violation, Watch, run};

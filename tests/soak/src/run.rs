@@ -80,11 +80,16 @@ pub enum Violation {
     Overrun,
 }
 
+/// The lines, as in [`Report::lines`].
+pub const LINES: [&str; 4] = ["navigation computer", "commands", "receiver", "sensor"];
+
 /// What came of it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Report {
     /// Digest of all that left on all lines.
     pub digest: u64,
+    /// Of each of [`LINES`].
+    pub lines: [u64; 4],
     /// Bytes of the sensor that came.
     pub came: u64,
     /// Bytes that left on all lines.
@@ -125,7 +130,8 @@ impl Clock for Now {
 struct Soak<'p> {
     plan: &'p Plan,
     report: Report,
-    digest: Digest,
+    /// As [`Report::lines`].
+    digests: [Digest; 4],
     disturb: Disturb,
     random: Random,
     /// Samples so far.
@@ -153,7 +159,7 @@ pub fn run(memory: &mut Memory, plan: &Plan, watch: &mut impl Watch) -> Report {
     let mut soak = Soak {
         plan,
         report: Report::default(),
-        digest: Digest::default(),
+        digests: [Digest::default(); 4],
         disturb: Disturb::new(Random::new(plan.seed, 1), plan.rate),
         random: Random::new(plan.seed, 2),
         sample: 0,
@@ -207,10 +213,25 @@ fn nets() -> Nets {
 
 type AppLines<'p> = Lines<Noted<'p, Faulty<Input>>, Out<'p>, Input, Input>;
 
+/// What left on each line, in the order of [`LINES`].
+fn digests<'l, 'p>(lines: &'l mut AppLines<'p>) -> [&'l mut Digest; 4] {
+    [
+        &mut lines.navigation.digest,
+        &mut lines.command.digest,
+        &mut lines.gnss.digest,
+        &mut lines.sensor.line.inner().digest,
+    ]
+}
+
 impl Soak<'_> {
     fn sum_up(&mut self) {
-        self.report.digest = self.digest.value;
-        self.report.left = self.digest.bytes;
+        self.report.lines = self.digests.map(|digest| digest.value);
+        let mut all = Digest::default();
+        for line in self.report.lines {
+            all.add(&line.to_le_bytes());
+        }
+        self.report.digest = all.value;
+        self.report.left = self.digests.iter().map(|digest| digest.bytes).sum();
         self.report.begun = self.disturb.begun;
         self.report.samples = self.sample;
     }
@@ -279,6 +300,9 @@ impl Soak<'_> {
             command: Input::default(),
             gnss: Input::default(),
         };
+        for (place, digest) in digests(&mut lines).into_iter().zip(self.digests) {
+            *place = digest; // it goes on over a power-on
+        }
         let mut drive = Drive {
             world: World::new(
                 Random::new(self.plan.seed, self.random.next().into()),
@@ -309,11 +333,12 @@ impl Soak<'_> {
                 self.second(&mut drive, &app, &lines);
             }
             if self.sample.is_multiple_of(60 * u64::from(self.plan.rate)) {
+                self.digests = digests(&mut lines).map(|digest| *digest);
                 self.sum_up();
                 watch.minute(&self.report);
             }
         }
-        self.gather(&lines);
+        self.gather(&mut lines);
         app.hold_recording();
         if !watch.drive_over(&told, &app) {
             self.violated(Violation::BlackBox);
@@ -491,7 +516,7 @@ impl Soak<'_> {
         }
     }
 
-    fn gather(&mut self, lines: &AppLines) {
+    fn gather(&mut self, lines: &mut AppLines) {
         let Seen {
             same,
             changed,
@@ -501,13 +526,7 @@ impl Soak<'_> {
         self.report.same += same;
         self.report.corrected += changed;
         self.report.full += full;
-        let out = lines.navigation.digest;
-        let others = [lines.command.digest, lines.gnss.digest];
-        for digest in [out].into_iter().chain(others) {
-            self.digest.add(&digest.value.to_le_bytes());
-            self.digest.bytes += digest.bytes;
-            self.digest.bytes -= 8;
-        }
+        self.digests = digests(lines).map(|digest| *digest);
     }
 }
 

@@ -12,7 +12,7 @@
 //! | 4 | more time: microseconds u32 |
 //! | 5 | the correction from here on: bytes that had left since the last piece u16, 6 f32 |
 //! | 6 | the fault bits: bytes that had left since the last piece u16, bits u32 |
-//! | 7 | what follows does not follow from the key |
+//! | 7 | the page ends: what follows had no room, or does not follow from the key |
 
 use super::key::{KEY_LEN, estimate_of};
 pub use super::memory::{EVENT_LEN, EVENTS, HEAD_LEN, Head, PAGE_LEN};
@@ -57,7 +57,7 @@ pub enum Told<'b> {
     Estimate(u16, [[f32; 3]; 2]),
     /// The fault bits, likewise.
     Faults(u16, u32),
-    /// What leaves no longer follows from the key.
+    /// The page ends: what follows had no room, or does not follow from the key.
     Break,
 }
 

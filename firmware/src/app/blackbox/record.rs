@@ -75,7 +75,8 @@ impl<'m> BlackBox<'m> {
             *memory = Memory::ZEROED;
         }
         self.memory = Some(memory);
-        (self.records, self.wants) = (true, true);
+        // no page is in progress until a frame begins one
+        (self.records, self.wants, self.full) = (true, true, true);
         self.event(What::Start, survived.into());
         if survived && self.head.state == State::Records {
             (self.head.cause, self.head.at_us) = (Cause::Reset, 0);
@@ -150,7 +151,8 @@ impl<'m> BlackBox<'m> {
         }
         self.head.state = State::Records;
         (self.head.cause, self.head.faults, self.head.at_us) = (Cause::None, 0, 0);
-        (self.records, self.wants, self.full) = (true, true, true);
+        self.records = true;
+        self.part();
         self.event(What::Released, 0);
     }
 
@@ -287,14 +289,17 @@ impl<'m> BlackBox<'m> {
         }
         self.last_us = self.now_us;
         let len = ENTRY_LEN + N + bytes.len();
+        if self.full {
+            return;
+        }
         let page = self
             .memory
             .as_mut()
             .and_then(|m| m.pages.get_mut(self.page));
-        let place = page.and_then(|page| page.get_mut(self.at..self.at + len));
-        let Some(place) = place.filter(|_| !self.full) else {
-            (self.wants, self.full) = (true, true);
-            return;
+        // the room behind it is that of the entry that ends the page
+        let place = page.and_then(|page| page.get_mut(self.at..self.at + len + ENTRY_LEN));
+        let Some(place) = place else {
+            return self.end();
         };
         let [low, high] = (since as u16).to_le_bytes();
         put(place, 0, [kind, (N + bytes.len()) as u8, low, high]);
@@ -306,6 +311,25 @@ impl<'m> BlackBox<'m> {
         self.at += len;
         self.wants |= PAGE_LEN - self.at.min(PAGE_LEN) < len + RESERVE;
         self.write_used();
+    }
+
+    /// The page in progress ends here: what comes has no room, or what leaves does not follow from
+    /// its key any more.
+    #[cold]
+    #[inline(never)]
+    fn end(&mut self) {
+        (self.wants, self.full) = (true, true);
+        let since = self.now_us.wrapping_sub(self.last_us);
+        let [low, high] = u16::try_from(since).unwrap_or(u16::MAX).to_le_bytes();
+        let page = self
+            .memory
+            .as_mut()
+            .and_then(|m| m.pages.get_mut(self.page));
+        if let Some(place) = page.and_then(|page| page.get_mut(self.at..self.at + ENTRY_LEN)) {
+            put(place, 0, [BREAK, 0, low, high]);
+            self.at += ENTRY_LEN;
+            self.write_used();
+        }
     }
 
     /// A longer time has passed than an entry can tell.
@@ -367,8 +391,11 @@ impl<'m> BlackBox<'m> {
     /// What leaves no longer follows from the page's key. The next frame begins a page.
     #[cold]
     pub(in crate::app) fn part(&mut self) {
-        if self.records && !core::mem::replace(&mut self.wants, true) {
-            self.entry(BREAK, &[], &[]);
+        if self.records {
+            self.wants = true;
+            if !self.full {
+                self.end();
+            }
         }
     }
 
@@ -435,4 +462,4 @@ fn hashed(hash: u32, bytes: &[u8]) -> u32 {
 }
 
 // the longest frame and a piece after it have room
-const _: () = assert!(PRIMER_AT + 256 + ENTRY_LEN + 2 + LONGEST < PAGE_LEN);
+const _: () = assert!(PRIMER_AT + 256 + ENTRY_LEN + 2 + LONGEST + ENTRY_LEN < PAGE_LEN);

@@ -3,7 +3,7 @@
 use super::super::memory::{MemoryLine, SetClock};
 use crate::device::faults::FAULTS;
 use firmware::app::blackbox::read::{Entry, Page as Recorded, Told, page};
-use firmware::app::blackbox::{PAGES, Stage};
+use firmware::app::blackbox::{Key, PAGES, Stage};
 use firmware::app::{App, Config, Lines};
 use firmware::configuration::Configuration;
 use firmware::control::Mode;
@@ -44,10 +44,16 @@ pub enum Verdict {
 pub fn play(told: Option<&Configuration>, memory: &[u8]) -> Vec<Page> {
     let mut pages: Vec<Recorded> = (0..PAGES).filter_map(|place| page(memory, place)).collect();
     pages.sort_by_key(|page| page.number);
-    pages.iter().map(|page| of_page(told, page)).collect()
+    let following = pages.iter().skip(1).map(Some).chain([None]);
+    (pages.iter().zip(following))
+        .map(|(page, next)| {
+            let next = next.filter(|next| next.number == page.number.wrapping_add(1));
+            of_page(told, page, next.map(|next| &next.key))
+        })
+        .collect()
 }
 
-fn of_page(told: Option<&Configuration>, recorded: &Recorded) -> Page {
+fn of_page(told: Option<&Configuration>, recorded: &Recorded, next: Option<&Key>) -> Page {
     let mut result = Page {
         number: recorded.number,
         at_us: recorded.key.at_us,
@@ -71,7 +77,7 @@ fn of_page(told: Option<&Configuration>, recorded: &Recorded) -> Page {
         let (notes, others) = after.split_at(notes.count());
         rest = others;
         if entry.told == Told::Break {
-            break;
+            return result;
         }
         let found = player.piece(entry, notes);
         result.pieces = player.pieces;
@@ -81,8 +87,15 @@ fn of_page(told: Option<&Configuration>, recorded: &Recorded) -> Page {
             return result;
         }
         if notes.iter().any(|note| note.told == Told::Break) {
-            break;
+            return result;
         }
+    }
+    // a page that follows at once tells what had left at the end of this one
+    if let Some(next) = next.filter(|next| next.at_us == player.clock.0)
+        && next.hash != player.app.blackbox().hash()
+    {
+        let what = "other bytes left at the end of the page".into();
+        result.verdict = Verdict::Differs(next.at_us, what);
     }
     result
 }

@@ -1,5 +1,6 @@
 //! The soak on the target. The file `input` has three numbers, little-endian: seed u64, seconds
-//! u32, samples a second u32. It prints a line a simulated hour, and then what the report says.
+//! u32, samples a second u32. It prints the digests of the lines each simulated minute, and then
+//! what the report says.
 #![cfg_attr(target_os = "none", no_std, no_main)]
 
 #[cfg(target_os = "none")]
@@ -8,17 +9,14 @@ mod target {
 
     use cortex_m_semihosting::hio::HostStream;
     use qemu::target::files::File;
-    use qemu::target::{exit, output};
+    use qemu::target::{exit, output, stack_left};
     use soak::{Memory, Plan, Report, Watch, run};
 
-    struct Tell(HostStream, u32);
+    struct Tell(HostStream);
 
     impl Watch for Tell {
         fn minute(&mut self, report: &Report) {
-            self.1 += 1;
-            if self.1.is_multiple_of(60) {
-                let _ = writeln!(self.0, "hour {} {}", self.1 / 60, report.power_ons);
-            }
+            let _ = writeln!(self.0, "minute {:?}", report.lines);
         }
     }
 
@@ -42,12 +40,13 @@ mod target {
             rate: u32::from_le_bytes([e, f, g, h]),
         };
         let memory = cortex_m::singleton!(: Memory = Memory::ZEROED)?;
-        let report = run(memory, &plan, &mut Tell(output(), 0));
+        let report = run(memory, &plan, &mut Tell(output()));
         let mut out = output();
         writeln!(out, "digest {}", report.digest).ok()?;
         writeln!(out, "samples {}", report.samples).ok()?;
         writeln!(out, "corrected {}", report.corrected).ok()?;
         writeln!(out, "power_ons {}", report.power_ons).ok()?;
+        writeln!(out, "stack_left {}", stack_left()).ok()?;
         writeln!(out, "violation {:?}", report.violation).ok()
     }
 }

@@ -48,6 +48,26 @@ pub fn ticks() -> u32 {
     LARGEST - SYST::get_current()
 }
 
+/// Bytes of the stack that were never used: those from its end on that still have the paint of
+/// `cortex-m-rt`.
+pub fn stack_left() -> usize {
+    const PAINT: u32 = 0xcccc_cccc;
+    unsafe extern "C" {
+        static _stack_end: u32;
+        static _stack_start: u32;
+    }
+    let mut word = &raw const _stack_end;
+    let mut left = 0;
+    // SAFETY: the two symbols of the linker script bound the stack, which is aligned to words; what
+    // lies below the frames in use is memory that nothing else has. A volatile read may see what
+    // a frame left there.
+    while word < &raw const _stack_start && unsafe { word.read_volatile() } == PAINT {
+        word = word.wrapping_add(1);
+        left += size_of::<u32>();
+    }
+    left
+}
+
 /// Standard output of QEMU.
 pub fn output() -> HostStream {
     match hio::hstdout() {

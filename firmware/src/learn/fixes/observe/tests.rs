@@ -150,3 +150,83 @@ fn without_a_velocity_a_quiet_cruise_is_no_standstill() {
         assert!(velocity < if still { 0.02 } else { 0.2 }, "{velocity}");
     }
 }
+
+/// Within 50 ms of a block's end no fix is used. One that arrives then waits until 50 ms after it,
+/// and one that arrives elsewhere does not wait. Each is used once, and none costs accuracy.
+#[test]
+fn a_fix_beside_the_end_of_a_block_waits() {
+    const BESIDE: u32 = 5; // samples in 50 ms
+    for arrives in [1, 4, 5, 6, 50, 94, 95, 96, 99] {
+        let receiver = Receiver {
+            delay: f64::from(arrives) * 0.01,
+            ..Receiver::GOOD
+        };
+        let mut memory = memory();
+        let told = Settings::MEDIUM;
+        let mut drive = Drive::new(&mut memory, told, Road::TOWN, receiver, PERFECT, 11);
+        drive.pulse = true;
+        drive.seconds(5);
+        let mut used = drive.learner.tally.used;
+        let first = used;
+        for sample in 0..20 * 100 {
+            drive.sample();
+            let now = drive.learner.tally.used;
+            if now == used {
+                continue;
+            }
+            used = now;
+            let into = drive.learner.in_block;
+            assert!((BESIDE..=100 - BESIDE).contains(&into), "{arrives}: {into}");
+            let beside = !(BESIDE..=100 - BESIDE).contains(&arrives);
+            let wanted = if beside { BESIDE } else { arrives };
+            assert_eq!(into, wanted, "{arrives} {sample}");
+        }
+        assert_eq!(used - first, 20, "{arrives}");
+        let [position, velocity] = drive.error();
+        assert!(
+            position < 3.0 && velocity < 0.2,
+            "{arrives}: {position} {velocity}"
+        );
+    }
+}
+
+/// A fix that arrives within 50 ms of one that was used is not used, whatever its time says.
+#[test]
+fn a_fix_that_arrives_just_after_another_is_not_used() {
+    for (samples, is_used) in [(0, false), (1, false), (4, false), (5, true), (6, true)] {
+        let mut memory = memory();
+        let receiver = Receiver {
+            delay: 0.5,
+            ..Receiver::GOOD
+        };
+        let told = Settings::MEDIUM;
+        let mut drive = Drive::new(&mut memory, told, Road::STRAIGHT, receiver, PERFECT, 12);
+        drive.pulse = true;
+        drive.seconds(10);
+        // the receiver's fix of this block
+        for _ in 0..51 {
+            drive.sample();
+        }
+        let last = drive.learner.last_fix.expect("a fix was used");
+        while drive.learner.number() < last + samples {
+            drive.sample();
+        }
+        let before = drive.learner.tally.used;
+        let nav::State {
+            position, velocity, ..
+        } = drive.learner.nav().expect("it navigates");
+        let fix = Fix {
+            position,
+            velocity,
+            sigmas: Receiver::GOOD.sigmas,
+            heading: None,
+            time_ms: drive.learner.last_fix_ms.expect("a fix was used") + 1000,
+            arrived_us: 0,
+            waited: 0,
+            age: Some(0.0),
+        };
+        drive.learner.fix(last + samples, &fix);
+        let used = drive.learner.tally.used - before;
+        assert_eq!(used, u32::from(is_used), "after {samples} samples");
+    }
+}
