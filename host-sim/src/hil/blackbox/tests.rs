@@ -112,8 +112,8 @@ fn faults_are_recorded_and_played() {
     );
 }
 
-/// One bit that was changed in any byte of the sensor that others follow on its page, or in the hash
-/// that the page begins with, is found.
+/// One bit that was changed in any byte of the sensor that others follow on its page, or in the
+/// hash that the page begins with, is found.
 #[test]
 fn a_changed_bit_is_found() {
     let memory = recorded(ImuFormat::Hg4930, 333, |_, _| {});
