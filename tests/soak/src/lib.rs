@@ -4,7 +4,7 @@
 //! A vehicle stands and drives ([`world`]). Its sensor, receiver, navigation computer and person at
 //! the command link do what they should, and now and then what they should not ([`disturb`]). Now
 //! and then the device is switched off, and begins with what its store holds. After each sample it
-//! is checked what left ([`run`]): every byte once and in its place, unchanged where nothing is
+//! is checked what left ([`run()`]): every byte once and in its place, unchanged where nothing is
 //! corrected, and elsewhere a good frame; nothing waits for ever; no counter goes back.
 //!
 //! All memory is in [`Memory`] and on the stack, so nothing can grow.
