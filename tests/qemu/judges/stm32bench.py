@@ -19,6 +19,7 @@ FLASH, SRAM = (0x0800_0000, 0x10_0000), (0x2000_0000, 0x2_0000)
 SYSTEM, CORE = 0x4000_0000, 0xE000_0000
 F4_F7, H7 = 0xE004_2000, 0x5C00_1000
 RCC_FLASH = (0x4002_3800, 0x4002_4000)
+TIMER_11 = (0x4001_4800, 0x4001_4C00)  # its input sees no edges
 M4, M7 = arm.UC_CPU_ARM_CORTEX_M4, arm.UC_CPU_ARM_CORTEX_M7
 EXIT, STOPPED = 0x18, 0x20026
 
@@ -87,6 +88,10 @@ class Chip:
         self.cfsr |= 0x8200  # BFARVALID, PRECISERR
         return 0xDEAD_B413  # unusable, and for whoever uses it an F405
 
+    @staticmethod
+    def is_board(address):
+        return any(first <= address < end for first, end in (RCC_FLASH, TIMER_11))
+
     def reads(self, base):
         return lambda _, offset, size, __: self.read(base + offset)
 
@@ -96,7 +101,7 @@ class Chip:
     def read(self, address):
         if address in (F4_F7, H7):
             return self.ids[address] if address in self.ids else self.fault(address)
-        if address == self.acr[0] or self.clocks and RCC_FLASH[0] <= address < RCC_FLASH[1]:
+        if address == self.acr[0] or self.clocks and self.is_board(address):
             value = self.registers.get(address, 0)
             if address == 0x4002_3800:  # RCC_CR: oscillators and PLL are ready when they are on
                 value |= 2 | (value >> 16 & 1) << 17 | (value >> 24 & 1) << 25
@@ -120,7 +125,7 @@ class Chip:
 
     def write(self, address, value):
         if address < CORE:
-            if not (self.clocks and RCC_FLASH[0] <= address < RCC_FLASH[1]):
+            if not (self.clocks and self.is_board(address)):
                 return self.stop(f"written: {address:#x}")
         elif address >> 8 == 0xE000_EF and address != 0xE000_EF34 or address in (0xE000_ED84, 0xE000_1FB0):
             return self.write_m7(address, value)

@@ -55,7 +55,8 @@ fn a_whole_drive_teaches_the_target_the_same_weights() {
     // At 168 MHz and 1000 samples per second there are 168 000 cycles per sample. The longest pass
     // is that in which navigation begins, then that at the end of a block.
     let cost = there.cost.expect("counted");
-    assert!(cost.pass < 130_000.0, "{cost:?}");
+    // 127 000 before a sample was kept in the black box and its correction was checked
+    assert!(cost.pass < 136_000.0, "{cost:?}");
     assert!(cost.pass > 20_000.0, "{cost:?}: it has not learnt");
 }
 
