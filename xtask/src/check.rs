@@ -7,7 +7,7 @@ use anyhow::{Context, Result};
 use qemu::images::{PROFILE, REQUIRE, TARGET, target_directory, without_paths, workspace};
 
 use crate::stage::{Stages, cargo_with, succeed};
-use crate::{comments, fuzz, needs, reproduce, size, supply};
+use crate::{comments, needs, reproduce, size, supply};
 
 /// What is compiled for the target: each alone, so that no other package's features help it.
 const TARGET_PACKAGES: [&str; 6] = [
@@ -19,12 +19,9 @@ const TARGET_PACKAGES: [&str; 6] = [
     "silicon",
 ];
 
-/// Seconds for each fuzz target.
-const FUZZ_S: u32 = 10;
-
 /// Runs every stage; the exit code is the last one's.
 pub fn test(fast: bool) -> Result<ExitCode> {
-    let mut stages = Stages::new(if fast { 6 } else { 12 });
+    let mut stages = Stages::new(if fast { 6 } else { 11 });
     stages.run("format, length of comments", || {
         succeed(&mut cargo_with("fmt --all --check"))?;
         succeed(&mut cargo_with(
@@ -55,9 +52,6 @@ pub fn test(fast: bool) -> Result<ExitCode> {
     stages.run("documentation tests", || {
         succeed(&mut cargo_with("test --quiet --workspace --doc"))
     })?;
-    if !fast {
-        stages.run("fuzz targets", || fuzz::targets(FUZZ_S, None))?;
-    }
     last(&mut stages, fast)
 }
 
