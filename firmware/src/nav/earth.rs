@@ -19,6 +19,11 @@ const GAMMA_E: f64 = 9.780_325_335_9;
 const K: f64 = 0.001_931_852_652_41;
 /// omega^2 a^2 b / GM.
 const M_RATIO: f64 = 0.003_449_786_506_84;
+/// The free-air terms of Groves (2013), eq. 2.139: by a metre, by a metre and the square of the
+/// latitude's sine, by a metre squared.
+const LINEAR: f64 = -2.0 / A * (1.0 + F + M_RATIO);
+const BY_S2: f64 = 4.0 / A * F;
+const SQUARE: f64 = 3.0 / (A * A);
 
 impl Position {
     /// North, east, down from `origin` to `self` in m, the short way round the Earth. First order:
@@ -69,6 +74,19 @@ pub struct Local {
     pub g: f64,
 }
 
+/// Derivatives: of the radii and of gravity by the latitude, of gravity by the height.
+#[derive(Debug, Clone, Copy)]
+pub struct Slopes {
+    /// Of the meridian radius, m/rad.
+    pub m: f32,
+    /// Of the prime-vertical radius, m/rad.
+    pub n: f32,
+    /// Of gravity, m/s2 a rad.
+    pub g: f32,
+    /// Of gravity, m/s2 a metre up.
+    pub g_up: f32,
+}
+
 impl Local {
     /// Latitude in rad, height in m.
     #[must_use]
@@ -77,10 +95,7 @@ impl Local {
         let s2 = sin * sin;
         // 1/w = 1/sqrt(1 - e2 s2)
         let inv_w = 1.0 / libm::sqrt(1.0 - E2 * s2);
-        // Somigliana, and the second-order free-air term of Groves (2013), eq. 2.139
-        const LINEAR: f64 = -2.0 / A * (1.0 + F + M_RATIO);
-        const BY_S2: f64 = 4.0 / A * F;
-        const SQUARE: f64 = 3.0 / (A * A);
+        // Somigliana, and the second-order free-air term
         let free_air = 1.0 + h * ((LINEAR + BY_S2 * s2) + SQUARE * h);
         Self {
             sin,
@@ -88,6 +103,27 @@ impl Local {
             m_h: (A * (1.0 - E2)) * (inv_w * inv_w * inv_w) + h,
             n_h: A * inv_w + h,
             g: (GAMMA_E + GAMMA_E * K * s2) * inv_w * free_air,
+        }
+    }
+
+    /// How radii and gravity change from here, where the height is `h` m.
+    #[must_use]
+    pub fn slopes(&self, h: f32) -> Slopes {
+        const E: f32 = E2 as f32;
+        let (sin, cos) = (self.sin as f32, self.cos as f32);
+        let s2 = sin * sin;
+        let sc = sin * cos;
+        // w^2 = 1 - e2 s2; M is proportional to w^-3 and N to w^-1
+        let by_w = E * sc / (1.0 - E * s2);
+        let g = self.g as f32;
+        let free_air = 1.0 + h * ((LINEAR as f32 + BY_S2 as f32 * s2) + SQUARE as f32 * h);
+        let surface = g / free_air;
+        let by_k = 2.0 * K as f32 * sc / (1.0 + K as f32 * s2);
+        Slopes {
+            m: 3.0 * by_w * (self.m_h as f32 - h),
+            n: by_w * (self.n_h as f32 - h),
+            g: g * (by_w + by_k) + surface * h * (2.0 * BY_S2 as f32 * sc),
+            g_up: surface * (LINEAR as f32 + BY_S2 as f32 * s2 + 2.0 * SQUARE as f32 * h),
         }
     }
 

@@ -17,6 +17,8 @@
 //! terms: 3e-10 rad/sqrt(s) at 100 deg/s and 200 Hz, a thousandth of the angle random walk of a
 //! laser gyro.
 
+use super::fixed::{ANGLE, Scale, TIME, VELOCITY, add as sum_of, from_f32, from_f64, to_f64};
+use super::solution::LONGEST_S;
 use super::vector::{V, V32, add, cross, dot, scale, widen};
 use crate::sample::{Counts, Lsb};
 
@@ -27,6 +29,8 @@ const REPEATED: u32 = 10;
 /// Largest plausible angle (rad) and change of velocity (m/s) of a sample along an axis: 5700 deg/s
 /// and 2000 m/s2 at 200 Hz.
 const PLAUSIBLE: [f32; 2] = [0.5, 10.0];
+/// Bounds of the sums of a piece, rad and m/s; larger ones are in no navigator's range.
+const MOST: [f64; 2] = [2.0, 16_000.0];
 
 /// Increments of one sample in f32, less the sensors' estimated errors.
 #[derive(Debug, Clone, Copy, Default)]
@@ -36,27 +40,48 @@ struct Increment {
 }
 
 /// Corrected rotation vector and change of velocity of a whole piece, in the axes the body had at
-/// its start.
-#[derive(Debug, Clone, Copy, PartialEq)]
+/// its start, fixed point.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Piece {
     /// Rotation vector, rad.
-    pub phi: V,
+    pub phi: [i64; 3],
     /// Integral of specific force, m/s.
-    pub velocity: V,
+    pub velocity: [i64; 3],
     /// Duration, s.
-    pub time: f64,
+    pub time: i64,
+}
+
+impl Piece {
+    /// Rotation vector, rad.
+    pub fn phi(&self) -> V {
+        self.phi.map(|x| to_f64(x, ANGLE))
+    }
+
+    /// Integral of specific force, m/s.
+    pub fn velocity(&self) -> V {
+        self.velocity.map(|x| to_f64(x, VELOCITY))
+    }
+
+    /// Duration, s.
+    pub fn time(&self) -> f64 {
+        to_f64(self.time, TIME)
+    }
 }
 
 /// Accumulates the samples of a piece.
 #[derive(Debug, Clone)]
 pub struct Gather {
-    lsb: Lsb,
+    worth: [Scale; 2],
     sample_s: f64,
+    sample: i64,
     piece_samples: u16,
+    // most samples of a piece that repeats one
+    longest: u16,
     lsb32: [f32; 2],
     // estimated errors of the sensors, rad/s and m/s2, and the same per sample
     estimate: [V32; 2],
     in_sample: [V32; 2],
+    exact: [[i64; 3]; 2],
     sum: [[i64; 3]; 2],
     samples: u16,
     phi: V32,
@@ -68,13 +93,20 @@ pub struct Gather {
 
 impl Gather {
     pub fn new(lsb: Lsb, sample_s: f64, piece_samples: u16) -> Self {
+        let longest = (LONGEST_S / sample_s) as u16; // `as` saturates
         Self {
-            lsb,
+            worth: [
+                Scale::new(lsb.rad, ANGLE, MOST[0]),
+                Scale::new(lsb.mps, VELOCITY, MOST[1]),
+            ],
             sample_s,
-            piece_samples,
+            sample: from_f64(sample_s, TIME),
+            piece_samples: piece_samples.min(longest),
+            longest,
             lsb32: [lsb.rad as f32, lsb.mps as f32],
             estimate: [[0.0; 3]; 2],
             in_sample: [[0.0; 3]; 2],
+            exact: [[0; 3]; 2],
             sum: [[0; 3]; 2],
             samples: 0,
             phi: [0.0; 3],
@@ -90,6 +122,11 @@ impl Gather {
     pub fn set_estimate(&mut self, estimate: [V32; 2]) {
         self.estimate = estimate;
         self.in_sample = estimate.map(|e| scale(e, self.sample_s as f32));
+        let [gyro, accel] = estimate.map(|e| widen(e).map(|x| x * self.sample_s));
+        self.exact = [
+            gyro.map(|x| from_f64(x, ANGLE)),
+            accel.map(|x| from_f64(x, VELOCITY)),
+        ];
     }
 
     pub fn estimate(&self) -> [V32; 2] {
@@ -128,6 +165,7 @@ impl Gather {
         let [angle, velocity] = self.increments(counts);
         let turn = libm::sqrtf(dot(angle, angle));
         let most = u32::from(self.piece_samples).saturating_mul(REPEATED);
+        let most = most.min(u32::from(self.longest));
         // `as` saturates
         let times = samples.min(most).min((TURN / turn.max(1e-9)) as u32).max(1);
         let n = times as f32;
@@ -199,21 +237,22 @@ impl Gather {
 
     /// The piece so far; the next sample begins another one.
     pub fn end(&mut self) -> Piece {
-        let time = f64::from(self.samples) * self.sample_s;
+        let samples = i64::from(self.samples);
         let [angle, velocity] = self.sum;
-        let [gyro, accel] = self.estimate.map(widen);
-        let (beyond_angle, beyond_velocity) =
-            (widen(self.beyond_angle), widen(self.beyond_velocity));
-        let corrected =
-            |sum: i64, lsb: f64, error: f64, beyond: f64| sum as f64 * lsb - error * time + beyond;
+        let [gyro, accel] = self.exact;
+        let [of_angle, of_velocity] = &self.worth;
+        // counts, less the estimated errors, and what the sums leave out
+        let corrected = |sums: [i64; 3], of: &Scale, errors: [i64; 3], beyond: [i64; 3]| {
+            let less = errors.map(|error| -error * samples);
+            sum_of(sums.map(|sum| of.of(sum)), sum_of(less, beyond))
+        };
+        let beyond = self.beyond_angle.map(|x| from_f32(x, ANGLE));
+        let phi = corrected(angle, of_angle, gyro, beyond);
+        let beyond = self.beyond_velocity.map(|x| from_f32(x, VELOCITY));
         let piece = Piece {
-            phi: core::array::from_fn(|i| {
-                corrected(angle[i], self.lsb.rad, gyro[i], beyond_angle[i])
-            }),
-            velocity: core::array::from_fn(|i| {
-                corrected(velocity[i], self.lsb.mps, accel[i], beyond_velocity[i])
-            }),
-            time,
+            phi,
+            velocity: corrected(velocity, of_velocity, accel, beyond),
+            time: self.sample * samples,
         };
         self.sum = [[0; 3]; 2];
         self.samples = 0;

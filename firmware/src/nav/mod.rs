@@ -14,11 +14,15 @@
 //! # Numbers
 //! - **Samples** accumulate in exact integer sums. f32 computes what the sums leave out: coning,
 //!   sculling, rotation (`gather`).
-//! - A **piece** of samples, about 50 ms long, is one step of the equations in f64. The Cortex-M4F
-//!   has no f64 unit, but 20 steps a second cost less than the samples. f64 rounds a longitude to 3
-//!   nm. 24 h have 1.7 million pieces, so that the position loses less than 3 mm even if every
-//!   rounding went the same way, and about 2 um with random roundings. f32, or f64 increments
-//!   rounded to f32 factors, would lose 6 cm over 2000 km driven one way.
+//! - A **piece** of samples, about 50 ms long, is one step of the equations in 64-bit fixed point
+//!   (`fixed`, `solution`): the Cortex-M4F has no f64 unit, and f64 in software takes six times as
+//!   many instructions. A longitude is rounded to 6 pm. Over 24 h, 1.7 million pieces, the position
+//!   is within 21 um of an exact sum up to 80 deg, and the attitude within 1e-11 rad. [`State`] is
+//!   f64; it is computed when somebody asks for it.
+//! - The **Earth's quantities** are computed in f64 every 320 m north or 100 m up, and follow their
+//!   slopes between (`place`).
+//! - The **error dynamics** take a step every two pieces (`transition`). A piece in which the Earth
+//!   is computed has none, so that no pass of the main loop has both.
 //! - The **matrices** are f32: they weight errors and need three digits.
 //!
 //! No function here panics. Implausible samples, and estimates and corrections that are not finite,
@@ -27,9 +31,12 @@
 
 mod config;
 pub(crate) mod earth;
+mod fixed;
 pub(crate) mod gather;
 mod past;
+mod place;
 mod seen;
+mod solution;
 mod transition;
 pub(crate) mod vector;
 
@@ -39,13 +46,13 @@ pub use transition::{ERRORS, Noise, Transition};
 
 use crate::fix::{Fix, Position};
 use crate::sample::Counts;
-use earth::{Local, wrapped};
+use earth::wrapped;
+use fixed::{ANGLE, TIME, VELOCITY, to_f32, to_f64};
 use gather::{Gather, Piece};
 use past::Past;
-use transition::{Interval, motion};
-use vector::{
-    Q, V, add, cross, finite, matrix32, narrow, product, renormalised, rotated, scale, widen,
-};
+use solution::Solution;
+use transition::{Interval, Motion};
+use vector::{Q, V, add, cross, finite, narrow, product, renormalised, rotated, scale, widen};
 
 /// Greatest latitude: beyond it north and east are not defined well enough. 89.99 deg, in rad.
 const MAX_LATITUDE: f64 = 1.570_621_793_869_697;
@@ -93,13 +100,12 @@ pub struct Faults {
 #[derive(Debug, Clone)]
 pub struct Navigator {
     config: Config,
-    state: State,
+    solution: Solution,
     gather: Gather,
     interval: Interval,
-    // mean acceleration over ground of the last piece, m/s2
-    acceleration: V,
-    // rotation vector of the last piece, body axes, rad, and its duration, s
-    turn: (V, f64),
+    // the last piece, and what it has changed of the velocity over ground
+    last: Piece,
+    change: [i64; 3],
     past: Past,
     faults: Faults,
 }
@@ -124,13 +130,21 @@ impl Navigator {
         if ![gyro, accel].iter().all(|x| x.is_finite() && *x >= 0.0) {
             return Err(ConfigError::Noise);
         }
+        let solution = Solution::new(&checked(state)?);
+        Self::with(&config, &solution)
+    }
+
+    /// By itself, so that the stack does not hold both it and what [`Solution::new`] needs. Always
+    /// a navigator: as a result it is built where it will be.
+    #[inline(never)]
+    fn with(config: &Config, solution: &Solution) -> Result<Self, ConfigError> {
         Ok(Self {
-            config,
-            state: checked(state)?,
+            config: *config,
+            solution: solution.clone(),
             gather: Gather::new(config.lsb, config.sample_s, config.piece_samples),
             interval: Interval::new(),
-            acceleration: [0.0; 3],
-            turn: ([0.0; 3], 0.0),
+            last: Piece::default(),
+            change: [0; 3],
             past: Past::new(),
             faults: Faults::default(),
         })
@@ -142,7 +156,7 @@ impl Navigator {
     /// # Errors
     /// The state is out of range. Nothing has changed then.
     pub fn restart(&mut self, state: State) -> Result<(), ConfigError> {
-        self.state = checked(state)?;
+        self.solution = Solution::new(&checked(state)?);
         let Config {
             lsb,
             sample_s,
@@ -151,8 +165,8 @@ impl Navigator {
         } = self.config;
         self.gather = Gather::new(lsb, sample_s, piece_samples);
         self.interval = Interval::new();
-        self.acceleration = [0.0; 3];
-        self.turn = ([0.0; 3], 0.0);
+        self.last = Piece::default();
+        self.change = [0; 3];
         self.past = Past::new();
         self.faults = Faults::default();
         Ok(())
@@ -189,8 +203,8 @@ impl Navigator {
 
     /// Solution at the end of the last piece. [`Self::take_transition`] ends the one in progress.
     #[must_use]
-    pub fn state(&self) -> &State {
-        &self.state
+    pub fn state(&self) -> State {
+        self.solution.state()
     }
 
     /// The faults so far.
@@ -223,7 +237,8 @@ impl Navigator {
     /// Ends the piece in progress, gives how errors moved since the last call, and starts anew.
     pub fn take_transition(&mut self) -> Transition {
         self.end_piece();
-        self.interval.take()
+        self.interval
+            .take(self.solution.place().coarse(), self.config.noise)
     }
 
     /// Estimate minus a fix that was valid `age_s` seconds before the end of the last piece. The
@@ -235,15 +250,20 @@ impl Navigator {
     #[must_use]
     pub fn innovation(&self, fix: &Fix, age_s: f32) -> Innovation {
         let State {
-            position, velocity, ..
-        } = &self.state;
+            position,
+            velocity,
+            q_bn,
+        } = self.state();
         let age = f64::from(age_s.max(0.0).clamp(0.0, 1.0)); // clamp alone leaves a NaN
-        let then = add(*velocity, scale(self.acceleration, -age));
-        let moved = scale(add(*velocity, then), -0.5 * age);
+        let time = self.last.time();
+        let pieces = if time > 0.0 { age / time } else { 0.0 };
+        let change = self.change.map(|x| to_f64(x, VELOCITY));
+        let then = add(velocity, scale(change, -pieces));
+        let moved = scale(add(velocity, then), -0.5 * age);
         let mut dp = add(position.ned_from(&fix.position), moved);
         let mut dv = add(then, scale(fix.velocity, -1.0));
         if self.config.lever_arm != [0.0; 3] {
-            let [place, motion] = self.antenna(age);
+            let [place, motion] = self.antenna(age, q_bn);
             (dp, dv) = (add(dp, place), add(dv, motion));
         }
         Innovation {
@@ -255,15 +275,15 @@ impl Navigator {
     /// Where the antenna was, seen from the sensors, `age` seconds before the end of the last
     /// piece, and how it moved: north, east, down, m and m/s. The turn of the last piece goes on
     /// for that time. The Earth's rotation counts as the vehicle's: 0.2 mm/s at 3 m.
-    fn antenna(&self, age: f64) -> [V; 2] {
-        let (turn, time) = self.turn;
+    fn antenna(&self, age: f64, q_bn: Q) -> [V; 2] {
+        let time = self.last.time();
         let rate = if time > 0.0 {
-            scale(turn, 1.0 / time)
+            scale(self.last.phi(), 1.0 / time)
         } else {
             [0.0; 3]
         };
         let arm = widen(self.config.lever_arm);
-        let then = product(self.state.q_bn, vector::from_rotvec(scale(rate, -age)));
+        let then = product(q_bn, vector::from_rotvec(scale(rate, -age)));
         [arm, cross(rate, arm)].map(|v| rotated(then, v))
     }
 
@@ -276,21 +296,9 @@ impl Navigator {
             .iter()
             .zip(MAX_FEEDBACK)
             .all(|(v, limit)| v.iter().all(|x| x.abs() <= limit));
-        let State {
-            position,
-            velocity,
-            q_bn,
-        } = self.state;
-        let q = product(vector::from_rotvec(widen(phi)), q_bn);
-        let corrected = State {
-            position: position.displaced(scale(widen(dp), -1.0)),
-            velocity: add(velocity, scale(widen(dv), -1.0)),
-            q_bn: renormalised(q),
-        };
-        let good = good && in_range(&corrected);
-        if good {
-            self.state = corrected;
-        } else {
+        let [phi, dv, dp] = [phi, dv, dp].map(widen);
+        let good = good && self.solution.correct(phi, dv, dp);
+        if !good {
             self.refused();
         }
         good
@@ -309,17 +317,26 @@ impl Navigator {
         if self.faults.lost {
             return;
         }
-        let step = step(&self.state, &piece);
-        if in_range(&step.state) {
-            let change = scale(step.acceleration, piece.time);
-            self.past.piece(change, piece.phi, piece.time);
-            self.state = step.state;
-            self.acceleration = step.acceleration;
-            self.turn = (piece.phi, piece.time);
-            let motion = motion(step.c_mid, step.force, step.v_mid, piece.time);
-            self.interval.piece(&motion, &step.here, self.config.noise);
-        } else {
+        let Some(step) = self.solution.step(&piece) else {
             self.faults.lost = true;
+            return;
+        };
+        let time = to_f32(piece.time, TIME);
+        let change = step.change.map(|x| to_f32(x, VELOCITY));
+        self.past
+            .piece(change, piece.phi.map(|x| to_f32(x, ANGLE)), time);
+        (self.last, self.change) = (piece, step.change);
+        let motion = Motion {
+            c: step.c_mid,
+            force: step.force,
+            velocity: step.v_mid,
+            time,
+        };
+        self.interval.piece(&motion);
+        // two long computations in one pass of the main loop are put off for some pieces at most
+        if self.interval.is_due(step.anew) {
+            let here = self.solution.place().coarse();
+            self.interval.step(here, self.config.noise);
         }
     }
 }
@@ -329,87 +346,6 @@ impl Navigator {
 pub fn speed(velocity: &[f64; 3]) -> f32 {
     let v = narrow(*velocity);
     libm::sqrtf(vector::dot(v, v))
-}
-
-/// One step, with the quantities that the error dynamics need.
-struct Step {
-    state: State,
-    acceleration: V,
-    force: V,
-    v_mid: V,
-    c_mid: [[f32; 3]; 3],
-    here: Local,
-}
-
-/// Savage (1998), Groves (2013) ch. 5; as `host_sim::inertial::sins::Sins::step`, but with the
-/// Earth's quantities at the middle of the piece itself.
-fn step(state: &State, piece: &Piece) -> Step {
-    let State {
-        position,
-        velocity,
-        q_bn,
-    } = *state;
-    let tau = piece.time;
-    // a metre north is 1.57e-7 rad within 0.7 %, which is exact enough for the place of the middle
-    let here = Local::at(
-        position.latitude + velocity[0] * (0.5 * tau / 6.37e6),
-        position.height - velocity[2] * (0.5 * tau),
-    );
-    let force_body = rotated(q_bn, piece.velocity);
-    let v_mid = [
-        velocity[0] + 0.5 * force_body[0],
-        velocity[1] + 0.5 * force_body[1],
-        velocity[2] + 0.5 * (force_body[2] + here.g * tau),
-    ];
-    let (inv_m, inv_n) = (1.0 / here.m_h, 1.0 / here.n_h);
-    let inv_cos = 1.0 / here.cos;
-    let east = v_mid[1] * inv_n;
-    let omega_en = [east, -v_mid[0] * inv_m, -east * here.sin * inv_cos];
-    let omega_ie = here.omega_ie();
-    let omega_in = add(omega_ie, omega_en);
-    let zeta = scale(omega_in, tau);
-
-    let dv_n = add(force_body, scale(cross(force_body, zeta), 0.5));
-    let coriolis = cross(v_mid, add(omega_ie, omega_in));
-    let mut change = add(dv_n, scale(coriolis, tau));
-    change[2] += here.g * tau;
-    let v_mean = add(velocity, scale(change, 0.5));
-
-    let q_bn_new = turned(q_bn, piece.phi, zeta);
-    let middle: [f32; 4] = core::array::from_fn(|i| 0.5 * (q_bn[i] as f32 + q_bn_new[i] as f32));
-    let inv_tau = 1.0 / tau;
-    Step {
-        state: State {
-            position: Position {
-                latitude: position.latitude + v_mean[0] * tau * inv_m,
-                longitude: wrapped(position.longitude + v_mean[1] * tau * inv_n * inv_cos),
-                height: position.height - v_mean[2] * tau,
-            },
-            velocity: add(velocity, change),
-            q_bn: q_bn_new,
-        },
-        acceleration: scale(change, inv_tau),
-        force: scale(dv_n, inv_tau),
-        v_mid,
-        c_mid: matrix32(unit32(middle)),
-        here,
-    }
-}
-
-/// Attitude after the body has turned by `phi` (in body axes at the start) and the navigation frame
-/// by `zeta`, rad. `zeta` is some urad: its cosine is 1 to 1e-11, which renormalising corrects.
-fn turned(q_bn: Q, phi: V, zeta: V) -> Q {
-    let [w, x, y, z] = product(q_bn, vector::from_rotvec(phi));
-    let half = scale(zeta, -0.5);
-    let [a, b, c] = add(scale(half, w), cross(half, [x, y, z]));
-    let along = half[0] * x + half[1] * y + half[2] * z;
-    renormalised([w - along, x + a, y + b, z + c])
-}
-
-/// The mean of two quaternions a piece apart, brought to unit length; its length is 1 within 2 %.
-fn unit32([w, x, y, z]: [f32; 4]) -> [f32; 4] {
-    let k = 1.0 / libm::sqrtf(w * w + x * x + y * y + z * z);
-    [w * k, x * k, y * k, z * k]
 }
 
 /// A state to start from, with an attitude of unit length.

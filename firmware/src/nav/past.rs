@@ -4,7 +4,7 @@
 //! The pieces are added up to links of 40 ms or more. Within a link the acceleration over ground
 //! and the rate count as constant, and beyond the oldest link they go on as they were there.
 
-use super::vector::{Q, V, V32, add, from_rotvec, matrix32, narrow, product, scale, widen};
+use super::vector::{Q, V32, add, from_rotvec, matrix32, product, scale, widen};
 
 /// A link that is this long is complete, s.
 const LINK_S: f32 = 0.04;
@@ -61,7 +61,7 @@ impl Past {
     }
 
     /// A piece over which velocity and attitude have changed by this.
-    pub fn piece(&mut self, velocity: V, turn: V, time: f64) {
+    pub fn piece(&mut self, velocity: V32, turn: V32, time: f32) {
         let complete = |link: &Link| link.time >= LINK_S;
         if self.links.get(self.newest).is_some_and(complete) {
             self.newest = (self.newest + 1) % LINKS;
@@ -70,10 +70,10 @@ impl Past {
             }
         }
         if let Some(link) = self.links.get_mut(self.newest) {
-            link.velocity = add(link.velocity, narrow(velocity));
+            link.velocity = add(link.velocity, velocity);
             // within 40 ms the order of the rotations does not matter
-            link.turn = add(link.turn, narrow(turn));
-            link.time += time as f32;
+            link.turn = add(link.turn, turn);
+            link.time += time;
         }
     }
 

@@ -11,9 +11,9 @@
 //! the last piece's acceleration and rate. The derivative by the age is a secant as wide as the age
 //! is uncertain, so that it holds for all ages that are likely.
 
-use super::Navigator;
 use super::past::Then;
 use super::vector::{V32, add, cross, dot, narrow};
+use super::{Navigator, State};
 use crate::fix::{Fix, OBSERVATIONS};
 
 /// What an antenna may have wrong: the lever arm along three axes (m), and the age (s).
@@ -45,12 +45,13 @@ impl Navigator {
     #[must_use]
     pub fn seen(&self, fix: &Fix, age: f32, sigma: f32) -> Seen {
         let width = sigma.clamp(LEAST_S, MOST_S);
-        let (then, at) = self.passed(age);
-        let (_, earlier) = self.passed(age + width);
-        let (_, later) = self.passed(age - width);
+        let state = self.state();
+        let (then, at) = self.passed(age, &state);
+        let (_, earlier) = self.passed(age + width, &state);
+        let (_, later) = self.passed(age - width, &state);
         let [position, velocity] = [
-            narrow(self.state.position.ned_from(&fix.position)),
-            narrow(add(self.state.velocity, fix.velocity.map(|v| -v))),
+            narrow(state.position.ned_from(&fix.position)),
+            narrow(add(state.velocity, fix.velocity.map(|v| -v))),
         ];
         let mut seen = Seen {
             z: at,
@@ -60,7 +61,7 @@ impl Navigator {
         for (z, now) in seen.z.iter_mut().zip(position.into_iter().chain(velocity)) {
             *z += now;
         }
-        let c = then.matrix(self.state.q_bn);
+        let c = then.matrix(state.q_bn);
         let axes: [V32; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
         let columns = axes.map(|axis| turned(&c, axis, cross(then.rate, axis)));
         let wider = sigma / width;
@@ -79,10 +80,10 @@ impl Navigator {
 
     /// Position and velocity of the antenna `age` seconds ago, as differences from those of the
     /// sensors now.
-    fn passed(&self, age: f32) -> (Then, [f32; OBSERVATIONS]) {
-        let then = self.past.before(age, narrow(self.state.velocity));
+    fn passed(&self, age: f32, now: &State) -> (Then, [f32; OBSERVATIONS]) {
+        let then = self.past.before(age, narrow(now.velocity));
         let arm = self.config.lever_arm;
-        let mut of = turned(&then.matrix(self.state.q_bn), arm, cross(then.rate, arm));
+        let mut of = turned(&then.matrix(now.q_bn), arm, cross(then.rate, arm));
         let moved = then.position.into_iter().chain(then.velocity);
         for (of, moved) in of.iter_mut().zip(moved) {
             *of += moved;

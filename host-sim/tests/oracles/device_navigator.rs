@@ -1,6 +1,7 @@
 //! The device's navigator (`firmware::nav`) compared with the f64 navigator of the desktop, over
 //! the same counts.
 
+use super::ecef::EcefReference;
 use firmware::fix::Position;
 use firmware::nav::{self, Navigator, State, Transition};
 use firmware::sample::{Counts, Lsb};
@@ -23,14 +24,19 @@ const NOISE: Noise = Noise {
     accel: 2e-4,
 };
 
+const START: Geodetic = Geodetic {
+    lat: 0.55,
+    lon: 1.9,
+    h: 100.0,
+};
+
 fn drive(seconds: f64, dt: f64, seed: u64) -> Truth {
+    drive_from(START, seconds, dt, seed)
+}
+
+fn drive_from(start: Geodetic, seconds: f64, dt: f64, seed: u64) -> Truth {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let segments = random_drive(seconds, &mut rng);
-    let start = Geodetic {
-        lat: 0.55,
-        lon: 1.9,
-        h: 100.0,
-    };
     let config = DriveConfig {
         segments: &segments,
         start,
@@ -103,7 +109,7 @@ fn differences(seconds: f64, dt: f64, errors: [[f32; 3]; 2], seed: u64) -> [f64;
             sins.step(&corrected(increment, &errors, dt), dt);
             device.sample(increment);
         }
-        let nav = desktop_state(device.state());
+        let nav = desktop_state(&device.state());
         let now = [
             nav.position.ned_from(&sins.nav.position).norm(),
             (nav.velocity - sins.nav.velocity).norm(),
@@ -132,6 +138,71 @@ fn twenty_two_minutes_free_inertial_end_at_the_same_place() {
         let got = differences(1320.0, dt, errors, 7);
         println!("{dt} {got:?}");
         assert!(got[0] < 0.05 && got[1] < 1e-3 && got[2] < 1e-7, "{got:?}");
+    }
+}
+
+/// 22 min from the equator to 80 deg, in both hemispheres and over the date line, against the
+/// navigator of the desktop and against the one in ECEF, which shares no formula with either.
+#[test]
+fn every_place_is_navigated_alike() {
+    let deg = std::f64::consts::PI / 180.0;
+    let dt = 0.005;
+    for (lat, lon, seed) in [
+        (0.0, 179.9999, 11),
+        (45.0, -179.9999, 12),
+        (-45.0, 20.0, 13),
+        (80.0, 179.9999, 14),
+        (-80.0, -60.0, 15),
+    ] {
+        let start = Geodetic {
+            lat: lat * deg,
+            lon: lon * deg,
+            h: 100.0,
+        };
+        let truth = drive_from(start, 1320.0, dt, seed);
+        let counts = quantise(&truth.increments, &LSB).unwrap();
+        let increments: Vec<Increment> = counts
+            .iter()
+            .map(|counts| corrected(counts, &[[0.0; 3]; 2], dt))
+            .collect();
+        let mut sins = Sins::new(truth.epochs[0]);
+        let mut ecef = EcefReference::new(&truth.epochs[0]);
+        let mut device = navigator(&truth.epochs[0], dt);
+        let mut longitudes = [f64::MAX, f64::MIN];
+        for (increment, counts) in increments.iter().zip(&counts) {
+            sins.step(increment, dt);
+            device.sample(counts);
+            let now = sins.nav.position.lon.rem_euclid(std::f64::consts::TAU);
+            longitudes = [longitudes[0].min(now), longitudes[1].max(now)];
+        }
+        ecef.run(&increments, dt);
+        assert_eq!(device.faults(), nav::Faults::default());
+        let nav = desktop_state(&device.state());
+        let apart = [&sins.nav, &ecef.nav()].map(|other| {
+            [
+                nav.position.ned_from(&other.position).norm(),
+                (nav.velocity - other.velocity).norm(),
+                nav.q_bn.angle_to(&other.q_bn),
+            ]
+        });
+        let between = sins.nav.position.ned_from(&ecef.nav().position).norm();
+        println!(
+            "{lat} {lon}: sins {:?}, ecef {:?}, between {between}",
+            apart[0], apart[1]
+        );
+        if lon.abs() > 179.0 {
+            let half = std::f64::consts::PI;
+            assert!(
+                longitudes[0] < half && longitudes[1] > half,
+                "{longitudes:?}"
+            );
+        }
+        for [position, velocity, attitude] in apart {
+            assert!(
+                position < 0.05 && velocity < 1e-3 && attitude < 1e-6,
+                "{apart:?}"
+            );
+        }
     }
 }
 
