@@ -1,11 +1,12 @@
 //! The covariance of X navigation errors and N parameters, symmetric by construction.
 
 use super::deferred::Deferred;
-use super::packed::{Row, Rows, axpy, axpy_rows, diagonal, dot, dot_four, packed, tail, times};
+use super::packed::{diagonal, packed, place, times};
+use super::row::{Row, axpy, axpy_rows, axpy_three, dot, dot_four, tail};
 use crate::real::{Real, all_finite};
 
 /// P in three blocks: P_xx of the navigation errors (X x X), P_xt of navigation errors by
-/// parameters (X x N), and P_tt of the parameters. P_tt is packed: row i holds the columns 0..=i,
+/// parameters (X x N), and P_tt of the parameters. Of P_tt the lower triangle is stored,
 /// so `PACKED` = N (N + 1) / 2 values.
 ///
 /// An observation of a navigation error changes P_tt, but no later observation of a navigation
@@ -55,7 +56,7 @@ impl<T: Real> Innovation<T> {
 impl<const X: usize, const N: usize, const PACKED: usize, T: Real> Covariance<X, N, PACKED, T> {
     /// All zeros. Call [`Self::init`] before use.
     pub const ZEROED: Self = {
-        assert!(PACKED == N * (N + 1) / 2);
+        assert!(PACKED == packed(N));
         Self {
             xx: [[T::ZERO; X]; X],
             xt: [[T::ZERO; N]; X],
@@ -69,16 +70,14 @@ impl<const X: usize, const N: usize, const PACKED: usize, T: Real> Covariance<X,
         self.reset_errors(error);
         self.deferred.clear();
         self.tt = [T::ZERO; PACKED];
-        for (diagonal, &sigma) in diagonal(&mut self.tt).zip(parameters) {
-            *diagonal = sigma * sigma;
+        for (i, &sigma) in parameters.iter().enumerate() {
+            self.set_parameter(i, i, sigma * sigma);
         }
     }
 
     /// Variance of each parameter.
     pub fn variances(&self) -> impl Iterator<Item = T> + '_ {
-        let last = Rows::from(&self.tt, 0).filter_map(|row| row.last());
-        let now = last.enumerate();
-        now.map(|(i, &variance)| self.deferred.of_diagonal(i, variance))
+        (0..N).map(|i| self.deferred.of_diagonal(i, self.parameter(i, i)))
     }
 
     /// Replaces the navigation errors by new ones with these standard deviations, uncorrelated with
@@ -162,25 +161,40 @@ impl<const X: usize, const N: usize, const PACKED: usize, T: Real> Covariance<X,
         workspace
     }
 
-    /// One of the E middle parts of a time update: the effect of output `k`, column `k` of Gamma.
-    /// An index beyond E has no effect.
+    /// One of the E middle parts of a time update: the effect of output `k`. An index beyond E has
+    /// no effect. What outputs add to P_xt is kept where deferred changes are, none of which is
+    /// left now, and added for three of them at once.
     #[inline(never)]
     pub fn propagate_output<const E: usize>(
         &mut self,
         k: usize,
-        gamma: [T; X],
+        gamma: &[[T; E]; X],
         jacobian: &[Row<'_, T>; E],
         workspace: &mut Workspace<X, E, T>,
     ) {
         let (Some(&row), Some(products)) = (jacobian.get(k), workspace.s.get_mut(k)) else {
             return;
         };
-        let mut b = [T::ZERO; N];
-        times(&self.tt, row, &mut b);
+        let kept = self.deferred.scratch();
+        let (group, within) = (k / kept.len(), k % kept.len());
+        let Some(b) = kept.get_mut(within) else {
+            return;
+        };
+        let (wide, used) = row.wide::<N>();
+        times(&self.tt, &wide, used, b);
         for (product, row) in products.iter_mut().zip(jacobian) {
-            *product = row.dot(&b);
+            *product = row.dot(b);
         }
-        axpy_rows(&mut self.xt, gamma, &b);
+        if within + 1 == kept.len() || k + 1 == E {
+            let first = group * kept.len();
+            for unused in kept.iter_mut().skip(within + 1) {
+                *unused = [T::ZERO; N];
+            }
+            let factors = gamma
+                .each_ref()
+                .map(|row| [0, 1, 2].map(|of| row.get(first + of).copied().unwrap_or(T::ZERO)));
+            axpy_three(&mut self.xt, &factors, kept);
+        }
     }
 
     /// Last part of the time update that [`Self::begin_propagation`] started: P_xx and P_tt.
@@ -193,23 +207,23 @@ impl<const X: usize, const N: usize, const PACKED: usize, T: Real> Covariance<X,
         workspace: &Workspace<X, E, T>,
     ) {
         propagate_errors(&mut self.xx, phi, gamma, workspace, q);
-        for (diagonal, &walk) in diagonal(&mut self.tt).zip(walk) {
-            *diagonal += walk;
-        }
+        diagonal(&mut self.tt, N, |i, variance| {
+            *variance += walk.get(i).copied().unwrap_or(T::ZERO);
+        });
     }
 
     /// P_xt <- Phi P_xt.
     #[inline]
     fn propagate_cross(&mut self, phi: &[[T; X]; X]) {
-        for j in (0..N).step_by(2) {
-            let mut columns = [[T::ZERO; 2]; X];
+        for j in (0..N).step_by(3) {
+            let mut columns = [[T::ZERO; 3]; X];
             for (columns, row) in columns.iter_mut().zip(&self.xt) {
                 for (value, &entry) in columns.iter_mut().zip(tail(row, j)) {
                     *value = entry;
                 }
             }
             for (row, phi) in self.xt.iter_mut().zip(phi) {
-                let mut sums = [T::ZERO; 2];
+                let mut sums = [T::ZERO; 3];
                 for (&phi, columns) in phi.iter().zip(&columns) {
                     axpy(&mut sums, phi, columns);
                 }
@@ -243,14 +257,15 @@ impl<const X: usize, const N: usize, const PACKED: usize, T: Real> Covariance<X,
     /// Covariance of parameters `i` and `j` without the changes that are still deferred; 0 beyond
     /// N. After [`Self::floor`] none is.
     pub fn parameter(&self, i: usize, j: usize) -> T {
-        let at = packed(i.max(j)) + i.min(j);
-        self.tt.get(at).copied().unwrap_or(T::ZERO)
+        let at = place(N, i, j);
+        at.and_then(|at| self.tt.get(at))
+            .copied()
+            .unwrap_or(T::ZERO)
     }
 
     /// Sets the covariance of parameters `i` and `j`; indices beyond N have no effect.
     pub(super) fn set_parameter(&mut self, i: usize, j: usize, value: T) {
-        let at = packed(i.max(j)) + i.min(j);
-        if let Some(entry) = self.tt.get_mut(at) {
+        if let Some(entry) = place(N, i, j).and_then(|at| self.tt.get_mut(at)) {
             *entry = value;
         }
     }
@@ -311,15 +326,24 @@ impl<const X: usize, const N: usize, const PACKED: usize, T: Real> Covariance<X,
         for i in 0..X {
             self.xx[i][i] = at_least(self.xx[i][i], error[i]);
         }
-        for (variance, &least) in diagonal(&mut self.tt).zip(parameters) {
+        diagonal(&mut self.tt, N, |i, variance| {
+            let least = parameters.get(i).copied().unwrap_or(T::ZERO);
             *variance = at_least(*variance, least);
-        }
+        });
     }
 
     /// Whether every value is finite; deferred changes are not included.
+    ///
+    /// Of P_tt the diagonal is looked at. Each change adds w c c' to it, and the value in row i and
+    /// column j cannot leave the range of numbers if those of c_i^2 and c_j^2 do not. A value that
+    /// another cause has damaged comes into P_xt with the next time update, if it is no number.
     pub fn is_finite(&self) -> bool {
         let [xx, xt] = [self.xx.as_flattened(), self.xt.as_flattened()];
-        [xx, xt, &self.tt].into_iter().all(finite)
+        let mut variances = [T::ZERO; N];
+        for (i, variance) in variances.iter_mut().enumerate() {
+            *variance = self.parameter(i, i);
+        }
+        [xx, xt, &variances].into_iter().all(finite)
     }
 }
 

@@ -29,15 +29,16 @@ mod model;
 mod packed;
 mod parameters;
 mod remember;
+mod row;
 
 pub use covariance::{Covariance, Innovation, Workspace};
 pub use deferred::{DEFERRED_PARTS, MAX_DEFERRED};
 pub use model::ErrorModel;
-pub use packed::Row;
 pub use parameters::{
     AllWeights, Biases, DiagonalWeights, FixedWeights, NoParameters, OutputWeights, ParameterSet,
     UnitBiases, UnitOutput, Zeroed,
 };
+pub use row::Row;
 
 use crate::activation::{Activation, Identity, Rational};
 use crate::infer::Net;
@@ -92,12 +93,6 @@ pub struct Prior<const X: usize, const N: usize, T = f32> {
     pub parameter_floor: T,
 }
 
-/// A column; zeros beyond the last one.
-fn column<const X: usize, const E: usize, T: Real>(of: &[[T; E]; X], k: usize) -> [T; X] {
-    of.each_ref()
-        .map(|row| row.get(k).copied().unwrap_or(T::ZERO))
-}
-
 fn square<T: Real>(value: T) -> T {
     value * value
 }
@@ -119,6 +114,8 @@ pub struct Kalman<
     x: [T; X],
     prior: Prior<X, N, T>,
     log_likelihood: f64,
+    /// Product of the variances (times 2 pi) whose logarithm is not yet in the log-likelihood.
+    density: f64,
     healthy: bool,
 }
 
@@ -139,6 +136,7 @@ impl<L: ParameterSet, const X: usize, const N: usize, const PACKED: usize, H: Ac
             parameter_floor: T::ZERO,
         },
         log_likelihood: 0.0,
+        density: 0.0,
         healthy: false,
     };
 
@@ -162,6 +160,7 @@ impl<L: ParameterSet, const X: usize, const N: usize, const PACKED: usize, H: Ac
         self.x = [T::ZERO; X];
         self.prior = *prior;
         self.log_likelihood = 0.0;
+        self.density = 1.0;
         self.healthy = true;
     }
 
@@ -187,7 +186,7 @@ impl<L: ParameterSet, const X: usize, const N: usize, const PACKED: usize, H: Ac
         }
         let last = self.x;
         for i in 0..X {
-            self.x[i] = packed::dot(&block.phi[i], &last) + packed::dot(&block.gamma[i], &excess);
+            self.x[i] = row::dot(&block.phi[i], &last) + row::dot(&block.gamma[i], &excess);
         }
     }
 
@@ -204,12 +203,8 @@ impl<L: ParameterSet, const X: usize, const N: usize, const PACKED: usize, H: Ac
         match part {
             0 => *workspace = self.covariance.begin_propagation(&block.phi, jacobian),
             1..=OUTPUTS => {
-                self.covariance.propagate_output(
-                    part - 1,
-                    column(&block.gamma, part - 1),
-                    jacobian,
-                    workspace,
-                );
+                self.covariance
+                    .propagate_output(part - 1, &block.gamma, jacobian, workspace);
             }
             _ => {
                 let mut walk = [T::ZERO; N];
@@ -262,14 +257,23 @@ impl<L: ParameterSet, const X: usize, const N: usize, const PACKED: usize, H: Ac
     pub fn score(&mut self, innovation: Innovation<T>, cap: T) {
         let ratio = innovation.squared_ratio();
         let ratio = if ratio < cap { ratio } else { cap };
-        let variance = innovation.variance.to_f64();
-        self.log_likelihood -=
-            0.5 * (ratio.to_f64() + libm::log(core::f64::consts::TAU * variance));
+        self.log_likelihood -= 0.5 * ratio.to_f64();
+        self.density *= core::f64::consts::TAU * innovation.variance.to_f64();
+        if !(1e-200..1e200).contains(&self.density) {
+            self.add_density();
+        }
+    }
+
+    /// One logarithm for several observations: it is most of the cost of a score.
+    fn add_density(&mut self) {
+        self.log_likelihood -= 0.5 * libm::log(self.density);
+        self.density = 1.0;
     }
 
     /// Ends the measurement updates of a fix: applies the variance floors and checks that every
     /// value is finite.
     pub fn finish_update(&mut self) {
+        self.add_density();
         let error = self.prior.error_floor.map(square);
         let floor = self.prior.parameter_floor;
         let least = self
@@ -326,7 +330,7 @@ impl<L: ParameterSet, const X: usize, const N: usize, const PACKED: usize, H: Ac
             *left -= applied;
         }
         for i in 0..X {
-            self.x[i] = packed::dot(&by[i], &left);
+            self.x[i] = row::dot(&by[i], &left);
         }
     }
 
@@ -343,9 +347,9 @@ impl<L: ParameterSet, const X: usize, const N: usize, const PACKED: usize, H: Ac
         match part {
             0 => self.covariance.begin_alignment(),
             1..=OUTPUTS => {
-                let against = column(by, part - 1).map(|value| -value);
+                let against = by.map(|row| row.map(|value| -value));
                 self.covariance
-                    .propagate_output(part - 1, against, &model.rows(), workspace);
+                    .propagate_output(part - 1, &against, &model.rows(), workspace);
             }
             _ => self.covariance.finish_alignment(by, rest, workspace),
         }
@@ -374,7 +378,10 @@ impl<L: ParameterSet, const X: usize, const N: usize, const PACKED: usize, H: Ac
 
     /// Natural logarithm of the probability density of all observations scored so far.
     pub fn log_likelihood(&self) -> f64 {
-        self.log_likelihood
+        if self.density == 1.0 {
+            return self.log_likelihood;
+        }
+        self.log_likelihood - 0.5 * libm::log(self.density)
     }
 
     /// Adds to [`Self::log_likelihood`] what earlier drives have shown.

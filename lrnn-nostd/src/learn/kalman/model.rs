@@ -6,7 +6,7 @@ use crate::infer::{Fault, Net};
 use crate::learn::kalman::{OUTPUTS, Row, TRIADS};
 use crate::normalisation::Normalisation;
 use crate::real::Real;
-use crate::shape::{Full, NEURONS};
+use crate::shape::{Full, NEURONS, PARAMS_PER_LAYER};
 use crate::state::State;
 use crate::weights::Weights;
 
@@ -249,13 +249,17 @@ impl<L: ParameterSet, const N: usize, H: Activation, T: Real> ErrorModel<L, N, H
             for (bias, &value) in self.bias[k].iter_mut().zip(values.by_ref()) {
                 *bias -= value;
             }
-            let mut weights = self.nets[k].weights.to_array();
-            let all = weights.iter_mut().enumerate();
-            let learnt = all.filter(|(i, _)| L::is_learnt(*i));
-            for ((_, weight), &value) in learnt.zip(values) {
-                *weight -= value;
+            for (l, layer) in self.nets[k].weights.layers.iter_mut().enumerate() {
+                let (w, r) = (layer.w.as_flattened_mut(), layer.r.as_flattened_mut());
+                let all = w.iter_mut().chain(r).chain(&mut layer.b);
+                for (index, weight) in (l * PARAMS_PER_LAYER..).zip(all) {
+                    if L::is_learnt(index)
+                        && let Some(&value) = values.next()
+                    {
+                        *weight -= value;
+                    }
+                }
             }
-            self.nets[k].weights.set_all(&weights);
         }
     }
 

@@ -1,6 +1,7 @@
 //! The routines compared with their plain definitions, bit for bit.
 
 use super::*;
+use crate::learn::kalman::Row;
 use crate::learn::kalman::deferred::{DEFERRED_PARTS, Deferred, MAX_DEFERRED};
 use crate::real::all_finite;
 
@@ -18,7 +19,23 @@ fn numbers<const M: usize>(seed: u32) -> [f32; M] {
 
 /// The value of row `i`, column `j` of the symmetric matrix.
 fn at(matrix: &[f32], i: usize, j: usize) -> f32 {
-    matrix[packed(i.max(j)) + i.min(j)]
+    matrix[place(N, i, j).expect("a row of the matrix")]
+}
+
+/// Every value has a place of its own, and those of the rows before a strip come before it.
+#[test]
+fn each_value_has_its_place() {
+    for n in 0..=29 {
+        let mut taken = [false; packed(29)];
+        for (i, j) in (0..n).flat_map(|i| (0..=i).map(move |j| (i, j))) {
+            let at = place(n, i, j).expect("a row of the matrix");
+            assert_eq!(place(n, j, i), Some(at));
+            assert!(!core::mem::replace(&mut taken[at], true), "{n}: {i}, {j}");
+            assert!((packed(i / 4 * 4)..packed(n.min(i / 4 * 4 + 4))).contains(&at));
+        }
+        assert_eq!(taken.iter().filter(|taken| **taken).count(), packed(n));
+        assert_eq!([place(n, n, 0), place(n, 0, n)], [None; 2]);
+    }
 }
 
 /// Equal, bit for bit, to the sum over the columns in their order, for every range of nonzero
@@ -31,7 +48,8 @@ fn times_is_the_dense_product() {
         for end in start..=N {
             let values = &vector[start..end];
             let mut product = [f32::NAN; N];
-            times(&matrix, Row { start, values }, &mut product);
+            let (wide, used) = Row { start, values }.wide::<N>();
+            times(&matrix, &wide, used, &mut product);
             for (i, &value) in product.iter().enumerate() {
                 let columns = (start..end).map(|j| at(&matrix, i, j) * vector[j]);
                 let dense = columns.fold(0.0, |sum, product| sum + product);
@@ -57,7 +75,7 @@ fn deferred_changes_are_applied_in_order() {
             for i in 0..N {
                 let factor = -(weight * column[i]);
                 for j in 0..=i {
-                    one_by_one[packed(i) + j] += factor * column[j];
+                    one_by_one[place(N, i, j).expect("a row")] += factor * column[j];
                 }
             }
         }
