@@ -8,6 +8,10 @@
 //! Messages leave whole or not at all, so a receiver never sees half a frame because a buffer was
 //! full.
 
+/// The processor's; `tests/orders` has others in their place.
+mod atomics {
+    pub use core::sync::atomic::{AtomicU8, AtomicU32, AtomicUsize, Ordering};
+}
 pub mod dma;
 pub mod faulty;
 pub mod progress;
@@ -98,3 +102,6 @@ impl Line for NoLine {
         Ok(())
     }
 }
+
+#[cfg(test)]
+mod tests;

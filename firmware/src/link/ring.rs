@@ -20,10 +20,10 @@
 //! 4. An end that is interrupted by the other one between its load and its store is the case of 3:
 //!    what it stores is a count of its own.
 //!
-//! All places are atomics, so a mistake here would be a wrong byte and no undefined behaviour. This
-//! is an argument and not a proof by machine: `two_threads` only tries it.
+//! All places are atomics, so a mistake here would be a wrong byte and no undefined behaviour.
+//! `tests/orders` builds this file with loom's atomics and runs its ends in every order.
 
-use core::sync::atomic::{AtomicU8, AtomicU32, AtomicUsize, Ordering};
+use super::atomics::{AtomicU8, AtomicU32, AtomicUsize, Ordering};
 use embedded_io::{ErrorKind, ErrorType, Read, ReadReady, Write, WriteReady};
 
 /// Storage of a ring for `N` bytes, a power of two.
@@ -124,7 +124,7 @@ impl<const N: usize> Ring<N> {
     }
 }
 
-/// For a controller that moves bytes by itself ([`super::dma`]), in place of inlet or outlet.
+/// For a controller that moves bytes by itself (module `dma`), in place of inlet or outlet.
 impl<const N: usize> Ring<N> {
     /// The places where the next bytes go in, as far as they are free and in one piece.
     #[inline(always)]
@@ -401,67 +401,5 @@ impl Read for Outlet<'_> {
 impl ReadReady for Outlet<'_> {
     fn read_ready(&mut self) -> Result<bool, Overrun> {
         Ok(!self.is_empty() || self.seen != self.lost())
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::link::{Line, Lost, Serial};
-
-    #[test]
-    fn losses_are_told_once() {
-        let (receive, transmit) = (Ring::<4>::new(), Ring::<4>::new());
-        let (mut interrupt, reader) = (receive.inlet(), receive.outlet());
-        let (writer, mut wire) = (transmit.inlet(), transmit.outlet());
-        let mut line = Serial::new(reader, writer);
-        for byte in 1..=6 {
-            interrupt.push(byte);
-        }
-        let mut buffer = [0; 8];
-        assert_eq!(line.receive(&mut buffer), Err(Lost));
-        assert_eq!(line.receive(&mut buffer), Ok(4));
-        assert_eq!(buffer[..4], [1, 2, 3, 4]);
-        assert_eq!(line.receive(&mut buffer), Ok(0));
-        interrupt.mark_lost();
-        assert_eq!(line.receive(&mut buffer), Err(Lost));
-        assert_eq!((line.receive(&mut buffer), interrupt.room()), (Ok(0), 4));
-
-        assert_eq!(line.send(b"abcdef"), Ok(()));
-        let mut sent = std::vec::Vec::new();
-        while let Some(byte) = wire.pop() {
-            sent.push(byte);
-            line.poll();
-        }
-        assert_eq!(sent, b"abcdef");
-    }
-
-    #[test]
-    fn two_threads() {
-        let ring = Ring::<16>::new();
-        let (mut inlet, mut outlet) = (ring.inlet(), ring.outlet());
-        let mut wrong = 0;
-        std::thread::scope(|scope| {
-            scope.spawn(move || {
-                for n in 0..100_000u32 {
-                    while inlet.room() == 0 {
-                        std::thread::yield_now();
-                    }
-                    inlet.push(n as u8);
-                }
-            });
-            let mut buffer = [0; 7];
-            let mut n = 0u32;
-            while n < 100_000 {
-                let read = outlet.read(&mut buffer).expect("nothing is lost");
-                for &byte in &buffer[..read] {
-                    // no panic: the other thread would wait for ever
-                    wrong += u32::from(byte != n as u8);
-                    n += 1;
-                }
-                std::thread::yield_now();
-            }
-        });
-        assert_eq!(wrong, 0);
     }
 }

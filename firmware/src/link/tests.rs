@@ -1,0 +1,62 @@
+//! The ends of a ring as a line. `tests/orders` runs them in every order, so these tests are not in
+//! the ring's own file.
+
+use super::ring::*;
+use super::{Line, Lost, Serial};
+use embedded_io::Read;
+
+#[test]
+fn losses_are_told_once() {
+    let (receive, transmit) = (Ring::<4>::new(), Ring::<4>::new());
+    let (mut interrupt, reader) = (receive.inlet(), receive.outlet());
+    let (writer, mut wire) = (transmit.inlet(), transmit.outlet());
+    let mut line = Serial::new(reader, writer);
+    for byte in 1..=6 {
+        interrupt.push(byte);
+    }
+    let mut buffer = [0; 8];
+    assert_eq!(line.receive(&mut buffer), Err(Lost));
+    assert_eq!(line.receive(&mut buffer), Ok(4));
+    assert_eq!(buffer[..4], [1, 2, 3, 4]);
+    assert_eq!(line.receive(&mut buffer), Ok(0));
+    interrupt.mark_lost();
+    assert_eq!(line.receive(&mut buffer), Err(Lost));
+    assert_eq!((line.receive(&mut buffer), interrupt.room()), (Ok(0), 4));
+
+    assert_eq!(line.send(b"abcdef"), Ok(()));
+    let mut sent = std::vec::Vec::new();
+    while let Some(byte) = wire.pop() {
+        sent.push(byte);
+        line.poll();
+    }
+    assert_eq!(sent, b"abcdef");
+}
+
+#[test]
+fn two_threads() {
+    let ring = Ring::<16>::new();
+    let (mut inlet, mut outlet) = (ring.inlet(), ring.outlet());
+    let mut wrong = 0;
+    std::thread::scope(|scope| {
+        scope.spawn(move || {
+            for n in 0..100_000u32 {
+                while inlet.room() == 0 {
+                    std::thread::yield_now();
+                }
+                inlet.push(n as u8);
+            }
+        });
+        let mut buffer = [0; 7];
+        let mut n = 0u32;
+        while n < 100_000 {
+            let read = outlet.read(&mut buffer).expect("nothing is lost");
+            for &byte in &buffer[..read] {
+                // no panic: the other thread would wait for ever
+                wrong += u32::from(byte != n as u8);
+                n += 1;
+            }
+            std::thread::yield_now();
+        }
+    });
+    assert_eq!(wrong, 0);
+}

@@ -1,0 +1,135 @@
+//! Whatever the order of the steps of its two ends: bytes come out as they went in, each once, and
+//! a loss is reported.
+
+use embedded_io::{Read, Write};
+use orders::atomics::Ordering;
+use orders::ring::{Overrun, Ring};
+use std::sync::Arc;
+
+const SENT: [u8; 3] = [11, 22, 33];
+
+/// A ring whose atomics have been made before there is a second thread.
+fn ring() -> Arc<Ring<2>> {
+    let ring = Arc::new(Ring::new());
+    let (_, _, _) = (ring.pushed(), ring.popped(), ring.outlet());
+    for place in ring.free() {
+        assert_eq!(place.load(Ordering::Relaxed), 0);
+    }
+    ring
+}
+
+/// Runs the two ends in every order. What `puts` returns is how many of [`SENT`] found room; what
+/// `takes` has read must be a beginning of these, and the rest must still be there.
+fn in_every_order(
+    puts: impl Fn(&Ring<2>) -> usize + Copy + Send + Sync + 'static,
+    takes: impl Fn(&Ring<2>, &mut Vec<u8>) + Copy + Send + Sync + 'static,
+) {
+    loom::model(move || {
+        let ring = ring();
+        let other = ring.clone();
+        let puts = loom::thread::spawn(move || puts(&other));
+        let mut got = Vec::new();
+        takes(&ring, &mut got);
+        let put = puts.join().expect("the end that puts");
+        while let Some(byte) = ring.pop() {
+            got.push(byte);
+        }
+        assert_eq!(got, SENT[..put]);
+    });
+}
+
+/// As many as there are, one at a time, twice as often as there is room.
+fn pops(ring: &Ring<2>, got: &mut Vec<u8>) {
+    let mut outlet = ring.outlet();
+    for _ in 0..3 {
+        got.extend(outlet.pop());
+    }
+}
+
+fn reads(ring: &Ring<2>, got: &mut Vec<u8>) {
+    let mut outlet = ring.outlet();
+    for _ in 0..2 {
+        let mut buffer = [0; 2];
+        let read = outlet.read(&mut buffer).expect("nothing is lost");
+        got.extend(&buffer[..read]);
+    }
+}
+
+/// As a controller takes them: it reads the places, then tells how many.
+fn empties(ring: &Ring<2>, got: &mut Vec<u8>) {
+    for _ in 0..2 {
+        let places = ring.oldest();
+        got.extend(places.iter().map(|place| place.load(Ordering::Relaxed)));
+        ring.emptied(places.len());
+    }
+}
+
+fn writes(ring: &Ring<2>) -> usize {
+    let mut inlet = ring.inlet();
+    let Ok(first) = inlet.write(&SENT);
+    let Ok(second) = inlet.write(&SENT[first..]);
+    first + second
+}
+
+/// As a controller puts them.
+fn fills(ring: &Ring<2>) -> usize {
+    let mut put = 0;
+    for _ in 0..2 {
+        let free = ring.free();
+        let bytes = &SENT[put..];
+        for (place, byte) in free.iter().zip(bytes) {
+            place.store(*byte, Ordering::Relaxed);
+        }
+        let filled = free.len().min(bytes.len());
+        ring.filled(filled);
+        put += filled;
+    }
+    put
+}
+
+#[test]
+fn the_loop_reads_what_a_controller_fills() {
+    in_every_order(fills, reads);
+}
+
+#[test]
+fn a_controller_empties_what_the_loop_writes() {
+    in_every_order(writes, empties);
+}
+
+#[test]
+fn an_interrupt_takes_what_the_loop_writes() {
+    in_every_order(writes, pops);
+}
+
+/// What an interrupt pushes: a byte without room is lost, the ones before and after it are not, and
+/// the loop is told.
+#[test]
+fn a_lost_byte_is_reported() {
+    loom::model(|| {
+        let ring = ring();
+        let other = ring.clone();
+        let mut outlet = ring.outlet();
+        let interrupt = loom::thread::spawn(move || {
+            for byte in SENT {
+                other.push(byte);
+            }
+        });
+        let (mut got, mut reported) = (Vec::new(), 0);
+        let mut read = |got: &mut Vec<u8>| {
+            let mut buffer = [0; 2];
+            match outlet.read(&mut buffer) {
+                Ok(read) => got.extend(&buffer[..read]),
+                Err(Overrun) => reported += 1,
+            }
+        };
+        read(&mut got);
+        interrupt.join().expect("the interrupt");
+        (0..3).for_each(|_| read(&mut got));
+        assert!(
+            got == SENT || (got == SENT[..2] && reported == 1),
+            "{got:?}"
+        );
+        assert_eq!(got == SENT, reported == 0);
+    });
+}
