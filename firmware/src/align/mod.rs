@@ -307,11 +307,12 @@ impl Align {
             return;
         }
         let piece = self.gather.end();
-        self.velocity = add(self.velocity, rotated(self.q_b0b, piece.velocity));
-        self.angle = add(self.angle, piece.phi);
-        self.force = add(self.force, piece.velocity);
-        self.q_b0b = renormalised(product(self.q_b0b, from_rotvec(piece.phi)));
-        self.time += piece.time;
+        let (phi, velocity) = (piece.phi(), piece.velocity());
+        self.velocity = add(self.velocity, rotated(self.q_b0b, velocity));
+        self.angle = add(self.angle, phi);
+        self.force = add(self.force, velocity);
+        self.q_b0b = renormalised(product(self.q_b0b, from_rotvec(phi)));
+        self.time += piece.time();
     }
 
     fn end_second(&mut self) {

@@ -17,7 +17,7 @@ use super::phase::{Machine, Phase};
 use super::pulse::TimePulse;
 use super::reverse::Reverse;
 use super::server::wear::digest;
-use super::server::{self, Renewal, Server};
+use super::server::{self, Held, Renewal, Server};
 use crate::compensator::Block;
 use crate::configuration::SerialLines;
 use crate::configuration::record;
@@ -93,20 +93,16 @@ impl<'m> App<'m> {
     pub fn with_learner(config: Config, learner: Option<&'m mut dyn Learner>) -> App<'m> {
         let record = config.told.as_ref().map(record::encode).unwrap_or_default();
         let stored = config.store && !record.is_empty();
-        App::of(
-            config,
-            Server::new(record, stored, Key::Unprovisioned),
-            learner,
-        )
+        App::of(config, Held::record(record, stored), learner)
     }
 
-    fn of(config: Config, server: Server, learner: Option<&'m mut dyn Learner>) -> App<'m> {
+    fn of(config: Config, held: Held, learner: Option<&'m mut dyn Learner>) -> App<'m> {
         let mut learner = BoardLearner(learner);
         if let Some(learner) = &mut learner.0 {
             configure(*learner, &config);
         }
         let (lines, receiver) = (config.lines(), config.receiver());
-        let as_told = App::agree(&config, &server.record);
+        let as_told = App::agree(&config, &held.record);
         // built where it will be: it is too large to be on the stack twice
         App {
             machine: Machine::new(),
@@ -116,7 +112,7 @@ impl<'m> App<'m> {
             reverse: Reverse::default(),
             packets: Packets::new(),
             asked: Asked::NOTHING,
-            server,
+            server: Server::new(held),
             receiver: Receiver::new(receiver),
             pulse: TimePulse::default(),
             fix: None,
@@ -337,10 +333,7 @@ impl<'m> App<'m> {
             self.scrub(&mut lines.navigation, now);
         }
         if !self.framer.is_sound() {
-            // a bit of its memory has flipped: what it holds is lost
-            self.framer.restart(self.framer.format());
-            self.flow.gap();
-            self.flow.mended();
+            self.framer_anew();
         }
         if self.machine.phase() == Phase::Start {
             self.start(now);

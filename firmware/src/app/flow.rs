@@ -4,6 +4,7 @@
 mod boxed;
 mod channels;
 mod follow;
+mod guarded;
 mod keep;
 mod learning;
 mod make;
@@ -27,6 +28,7 @@ use crate::wire::sequence::Last;
 use crate::wire::{Change, Checked, Stream};
 pub(super) use boxed::FOLLOWS;
 use channels::Channels;
+use guarded::Guarded;
 use keep::Keep;
 pub(super) use learning::BoardLearner;
 pub(super) use memory::through_configuration;
@@ -81,7 +83,7 @@ pub(super) struct Flow<'m> {
     pub now_us: u64,
     /// Another stream makes the blocks, and the learner has not been told.
     leads_anew: bool,
-    correction: Option<Correction>,
+    correction: Guarded<Correction>,
     last: Last,
     still: Still,
     told: Told,
@@ -152,7 +154,7 @@ impl<'m> Flow<'m> {
             uncounted: false,
             now_us: 0,
             leads_anew: false,
-            correction: None,
+            correction: Guarded::NONE,
             last: Last::default(),
             still: Still::default(),
             told: Told::AsConfigured,
@@ -211,7 +213,7 @@ impl<'m> Flow<'m> {
 
     /// A correction other than zero is in force.
     pub fn in_force(&self) -> bool {
-        let correction = self.correction.as_ref();
+        let correction = self.correction.get();
         correction.is_some_and(|c| c.state.estimate() != [[0.0; 3]; 2])
     }
 
@@ -231,7 +233,7 @@ impl<'m> Flow<'m> {
         let mut sample = reading.sample;
         let correct = reading.valid != Axes::NONE && self.channels.is(content);
         let mut saturated = Axes::NONE;
-        match &mut self.correction {
+        match self.correction.get_mut() {
             Some(Correction { compensator, state }) if correct => {
                 let over = compensator.correct(state, self.channels.current(), &mut sample);
                 saturated = Axes(over.0 | self.change(&mut frame, &sample).0);

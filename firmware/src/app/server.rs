@@ -69,27 +69,45 @@ pub(super) enum Renewal {
     Begun,
 }
 
+/// What the server begins with.
+#[derive(Debug)]
+pub(super) struct Held {
+    /// See [`Server::record`].
+    pub record: Record,
+    /// See [`Server::stored`].
+    pub stored: bool,
+    pub key: Key,
+    /// See [`Server::kept`].
+    pub kept: Kept,
+    pub wear: Wear,
+}
+
+impl Held {
+    /// A configuration record and nothing else.
+    pub fn record(record: Record, stored: bool) -> Held {
+        Held {
+            record,
+            stored,
+            key: Key::Unprovisioned,
+            kept: Kept::default(),
+            wear: Wear::new(),
+        }
+    }
+}
+
 impl Server {
-    /// With the configuration record in use; `stored`: it is the stored one.
-    pub const fn new(record: Record, stored: bool, key: Key) -> Server {
+    /// With what is known at power-on.
+    pub fn new(held: Held) -> Server {
         Server {
             received: Vec::new(),
             answer: [0; MAX_PACKET],
             waiting: Waiting::None,
-            record,
-            stored,
-            kept: Kept {
-                generation: None,
-                starts: 0,
-                failures: 0,
-                minutes: 0,
-                erased: [0; 2],
-                damaged: false,
-                passed: 0,
-            },
+            record: held.record,
+            stored: held.stored,
+            kept: held.kept,
             renewal: Renewal::None,
-            guard: Guard::new(key),
-            wear: Wear::new(),
+            guard: Guard::new(held.key),
+            wear: held.wear,
         }
     }
 

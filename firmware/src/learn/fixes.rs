@@ -28,6 +28,7 @@ mod course;
 #[cfg(test)]
 pub(in crate::learn) mod drive;
 mod gaps;
+mod held;
 mod judged;
 mod observe;
 mod proportional;
@@ -94,6 +95,7 @@ pub use start::Started;
 use aligning::{Asked, Seen};
 use course::Course;
 use gaps::Recent;
+use held::Held;
 use judged::Judged;
 use proportional::{Proportional, Ratios};
 use settled::Settled;
@@ -132,6 +134,8 @@ pub struct FixLearner<'m> {
     antenna: Antenna,
     /// Time of validity of the last fix whose refusals count.
     counted_ms: Option<u32>,
+    /// A fix that waits, so that little comes together.
+    held: Held,
     /// Where the vehicle stands, if the receiver measures no velocity.
     rest: Option<Rest>,
     /// How it moves by a receiver that does, while the sensors are still.
@@ -183,6 +187,7 @@ impl<'m> FixLearner<'m> {
             age: FixAge::default(),
             antenna: Antenna::ZEROED,
             counted_ms: None,
+            held: Held::default(),
             rest: None,
             mean: Mean::default(),
             fixing: false,
@@ -202,8 +207,22 @@ impl<'m> FixLearner<'m> {
     }
 
     /// Does all deferred work. Afterwards it is known what the last fix led to.
+    #[inline(never)]
     pub fn finish(&mut self) {
         while self.align_part() {}
+        self.finish_fix();
+    }
+
+    /// No sample follows: a fix that waits is used at once.
+    pub fn end(&mut self) {
+        if let Some((number, fix)) = self.held.take() {
+            self.observe(number, &fix);
+        }
+        self.finish();
+    }
+
+    /// The same as [`Self::finish`] without the alignment.
+    pub(super) fn finish_fix(&mut self) {
         let (bank, work) = (&mut self.memory.bank, &mut self.work);
         while !self.antenna.is_done() {
             self.antenna.work(work);
@@ -231,6 +250,7 @@ impl<'m> FixLearner<'m> {
             align.gap();
         }
         self.rehearsal.interrupted();
+        self.held.take();
         self.settled = Settled::default();
         self.unit_settled = Settled::default();
         self.put_in_force(ZERO_CORRECTION);
@@ -240,6 +260,13 @@ impl<'m> FixLearner<'m> {
     /// their covariances become work.
     fn end_interval(&mut self) -> Option<&mut Navigator> {
         self.finish();
+        self.ended()
+    }
+
+    /// The rest of it. By itself, as is what follows [`FixLearner::finish`] elsewhere: then the
+    /// stack does not hold both.
+    #[inline(never)]
+    fn ended(&mut self) -> Option<&mut Navigator> {
         self.work.clear();
         self.antenna.clear();
         let fails = self.probation.fails();
@@ -259,7 +286,7 @@ impl<'m> FixLearner<'m> {
             g_sensitivity: self.settings.g_sensitivity,
         };
         let state = navigator.state();
-        let grown = self.proportional.moves(state, block.time, &ratios);
+        let grown = self.proportional.moves(&state, block.time, &ratios);
         for (i, variance) in grown.as_flattened().iter().enumerate() {
             block.q[i][i] += variance;
         }
@@ -272,6 +299,23 @@ impl<'m> FixLearner<'m> {
         self.settled.passes(block.time);
         self.unit_settled.passes(block.time);
         Some(navigator)
+    }
+
+    /// What is in force, after [`FixLearner::finish`].
+    #[inline(never)]
+    fn in_force(&self) -> Option<Winner> {
+        if self.running == ZERO_CORRECTION {
+            return None;
+        }
+        let (bank, running) = (&self.memory.bank, self.running);
+        let [gyro, accel] = bank.nets_of(running);
+        Some(Winner {
+            nets: Nets { gyro, accel },
+            states: bank.states_of(running),
+            estimate: split(bank.estimate_of(running)),
+            sigma: split(&self.at_least(bank.bias_sigma())),
+            settled: self.settled.is_settled(),
+        })
     }
 
     /// Corrects the navigator by what the last fix showed.
@@ -288,7 +332,7 @@ impl<'m> FixLearner<'m> {
         self.antenna.feed_back(&error);
         self.rehearsal.feed_back(&error);
         navigator.set_lever_arm(self.antenna.arm());
-        self.proportional.set(navigator.state());
+        self.proportional.set(&navigator.state());
     }
 
     /// The navigator's solution, less the error that the last fix has shown; `None` while it does
@@ -309,7 +353,7 @@ impl<'m> FixLearner<'m> {
     fn less(&self, error: [f32; NAV]) -> Option<nav::State> {
         let mut navigator = self.course.navigator()?.clone();
         navigator.feed_back(&error);
-        Some(*navigator.state())
+        Some(navigator.state())
     }
 
     /// The rehearsals, for reading.
@@ -405,6 +449,7 @@ impl Learner for FixLearner<'_> {
         self.last = None;
         self.last_fix_ms = None;
         self.counted_ms = None;
+        self.held = Held::default();
         self.rest = None;
         self.mean = Mean::default();
         self.age = FixAge::default();
@@ -430,12 +475,16 @@ impl Learner for FixLearner<'_> {
             .get_or_insert_with(|| Align::new(sensors, scale.lsb, stream.period_s));
         align.sample(&counts);
         self.course.sample(&counts);
+        if let Some((number, fix)) = self.held.sample() {
+            self.observe(number, &fix);
+        }
     }
 
     fn block(&mut self, _: u32, block: &Block) {
         if self.stream.is_none() {
             return;
         }
+        self.held.block();
         if self.end_interval().is_some() {
             self.feed_back();
         }
@@ -453,17 +502,23 @@ impl Learner for FixLearner<'_> {
         }
     }
 
-    /// The numbers of the samples show what is missing.
-    fn gap(&mut self) {}
+    /// The numbers of the samples show what is missing. The next one begins a block.
+    fn gap(&mut self) {
+        self.held.gap();
+    }
 
     fn silence(&mut self) {
         self.finish();
         self.lose();
+        self.held = Held::default();
         self.last = None;
     }
 
     fn fix(&mut self, number: u32, fix: &Fix) {
-        self.observe(number, fix);
+        let waits = self.course.navigates().then_some(self.stream).flatten();
+        if !waits.is_some_and(|stream| self.held.takes(number, fix, &stream)) {
+            self.observe(number, fix);
+        }
     }
 
     fn align(&mut self, alignment: Alignment) {
@@ -501,18 +556,7 @@ impl Learner for FixLearner<'_> {
 
     fn winner(&mut self) -> Option<Winner> {
         self.finish();
-        if self.running == ZERO_CORRECTION {
-            return None;
-        }
-        let (bank, running) = (&self.memory.bank, self.running);
-        let [gyro, accel] = bank.nets_of(running);
-        Some(Winner {
-            nets: Nets { gyro, accel },
-            states: bank.states_of(running),
-            estimate: split(bank.estimate_of(running)),
-            sigma: split(&self.at_least(bank.bias_sigma())),
-            settled: self.settled.is_settled(),
-        })
+        self.in_force()
     }
 
     fn for_next_power_on(&mut self) -> Option<Winner> {

@@ -219,6 +219,7 @@ impl<F: NorFlash> Store<F> {
     ///
     /// # Errors
     /// As [`Store::save`].
+    #[inline(never)] // its copy of the record is gone from the stack afterwards
     pub fn make_room(&mut self) -> Result<(), Error<F::Error>> {
         let Some(stored) = self.load().map_err(Error::Newer)? else {
             return Ok(());

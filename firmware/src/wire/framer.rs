@@ -105,12 +105,16 @@ pub(super) struct Unread {
     /// `start..end`, `start <= end <= CAPACITY`.
     start: usize,
     end: usize,
+    /// Check of both: a bit that flips would have bytes leave twice, or never.
+    sum: usize,
 }
 
 /// Where the finder of one format is in a stream.
 #[derive(Debug)]
 pub(super) struct Finder<F = ImuFormat> {
     format: F,
+    /// The same once more: a bit that flips would have frames read as another format's.
+    again: F,
     /// Unread bytes without which the head cannot be decided. It saves a scan at every byte of a
     /// slow line.
     needed: usize,
@@ -122,6 +126,8 @@ pub(super) struct Finder<F = ImuFormat> {
     garbage: u32,
     /// Bytes to come of a message longer than [`LONGEST`].
     long: usize,
+    /// Check of the three lengths: a bit that flips would have frames wait for bytes to come.
+    sum: usize,
 }
 
 impl Unread {
@@ -130,7 +136,19 @@ impl Unread {
             buffer: [0; CAPACITY],
             start: 0,
             end: 0,
+            sum: 0,
         }
+    }
+
+    /// After every change of the places.
+    #[inline(always)]
+    fn seal(&mut self) {
+        self.sum = self.places();
+    }
+
+    #[inline(always)]
+    fn places(&self) -> usize {
+        self.start ^ self.end.rotate_left(16)
     }
 
     pub(super) fn len(&self) -> usize {
@@ -138,7 +156,7 @@ impl Unread {
     }
 
     pub(super) fn clear(&mut self) {
-        (self.start, self.end) = (0, 0);
+        (self.start, self.end, self.sum) = (0, 0, 0);
     }
 
     /// Those from the `skipped`th on.
@@ -172,11 +190,13 @@ impl Unread {
             self.buffer.copy_within(self.start..self.end, 0);
             self.end -= self.start;
             self.start = 0;
+            self.seal();
         }
         let room = self.buffer.get_mut(self.end..).unwrap_or_default();
         let len = room.len();
         let taken = read(room)?.min(len);
         self.end += taken;
+        self.seal();
         Ok(taken)
     }
 
@@ -185,6 +205,7 @@ impl Unread {
     pub(super) fn take(&mut self, len: usize) -> &mut [u8] {
         let start = self.start;
         self.start = (start + len).min(self.end);
+        self.seal();
         self.buffer.get_mut(start..self.start).unwrap_or_default()
     }
 }
@@ -193,12 +214,26 @@ impl<F: Framing> Finder<F> {
     pub(super) const fn new(format: F) -> Finder<F> {
         Finder {
             format,
+            again: format,
             needed: 0,
             aligned: false,
             usual: 0,
             garbage: 0,
             long: 0,
+            sum: 0,
         }
+    }
+
+    /// After every change of the lengths.
+    #[inline(always)]
+    fn seal(&mut self) {
+        self.sum = self.lengths();
+    }
+
+    /// Each is shorter than 2^17.
+    #[inline(always)]
+    fn lengths(&self) -> usize {
+        self.needed ^ self.usual.rotate_left(16) ^ self.long.rotate_left(8)
     }
 
     pub(super) fn format(&self) -> F {
@@ -211,6 +246,13 @@ impl<F: Framing> Finder<F> {
         if unread.is_empty() || unread.len() < self.needed {
             return None; // one byte may show that this is no message
         }
+        let found = self.look(unread);
+        self.seal();
+        found
+    }
+
+    #[inline(always)]
+    fn look(&mut self, unread: &[u8]) -> Option<(Kind, usize)> {
         let mut skipped = 0;
         let (kind, len) = loop {
             let rest = unread.get(skipped..)?;
@@ -293,17 +335,31 @@ impl<F: Framing> Framer<F> {
         self.finder.format
     }
 
+    /// The same, if memory still tells it: after an upset it may not.
+    pub fn certain_format(&self) -> Option<F> {
+        Some(self.finder.format).filter(|format| *format == self.finder.again)
+    }
+
     /// Whether what it knows of its bytes can be: after an upset of memory it may not.
     #[inline(always)]
     pub fn is_sound(&self) -> bool {
-        let Unread { start, end, .. } = self.bytes;
+        let Unread {
+            start, end, sum, ..
+        } = self.bytes;
         let Finder {
             needed,
             usual,
             long,
             ..
         } = self.finder;
-        start <= end && end <= CAPACITY && needed <= LONGEST && usual <= LONGEST && long <= LONGER
+        let there = sum == self.bytes.places() && self.finder.sum == self.finder.lengths();
+        there
+            && self.finder.format == self.finder.again
+            && start <= end
+            && end <= CAPACITY
+            && needed <= LONGEST
+            && usual <= LONGEST
+            && long <= LONGER
     }
 
     /// Bytes that were received and have not left in an event yet.
@@ -355,13 +411,12 @@ impl<F: Framing> Framer<F> {
     /// Returns what is left as garbage: for a line that has fallen silent.
     pub fn flush(&mut self) -> Option<Event<'_, F>> {
         self.finder.long = 0;
-        match self.pending() {
+        let left = match self.pending() {
             0 => None,
-            len => {
-                let (kind, len) = self.finder.found(Kind::Garbage, len);
-                Some(self.give_out(kind, len))
-            }
-        }
+            len => Some(self.finder.found(Kind::Garbage, len)),
+        };
+        self.finder.seal();
+        left.map(|(kind, len)| self.give_out(kind, len))
     }
 
     fn give_out(&mut self, kind: Kind, len: usize) -> Event<'_, F> {

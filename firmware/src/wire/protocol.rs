@@ -12,7 +12,7 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 
 /// How frames of a format are found in a stream of bytes.
-pub trait Framing: Copy {
+pub trait Framing: Copy + PartialEq {
     /// Looks for a message at the beginning of `bytes`.
     fn scan(self, bytes: &[u8]) -> Scan;
 

@@ -167,7 +167,7 @@ impl Filter {
         passed: &mut Transition<ERRORS>,
         seen: &Match<'_>,
     ) -> View {
-        let state = *navigator.state();
+        let state = navigator.state();
         let rotation = observe::rotation(seen.last.0, state.q_bn);
         let step = self.step(&state, passed.time, rotation, seen);
         let sight = observe::Sight {

@@ -132,12 +132,17 @@ impl Level {
 
 /// The shortest rotation that turns a unit vector up.
 fn shortest(v: V) -> Q {
-    let w = 1.0 + dot(v, UP);
-    if w < 1e-3 {
+    if 1.0 + dot(v, UP) < 1e-3 {
         // nearly down: first half a turn about another axis
         let half = [0.0, 1.0, 0.0, 0.0];
-        return product(shortest(rotated(half, v)), half);
+        return product(from_above(rotated(half, v)), half);
     }
+    from_above(v)
+}
+
+/// The same for one that is not down.
+fn from_above(v: V) -> Q {
+    let w = 1.0 + dot(v, UP);
     let [x, y, z] = cross(v, UP);
     let k = 1.0 / libm::sqrt(w * w + x * x + y * y + z * z);
     [w * k, x * k, y * k, z * k]

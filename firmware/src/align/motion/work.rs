@@ -211,7 +211,7 @@ impl InMotion {
         let (level, Some(navigator)) = (&mut self.level, &mut self.navigator) else {
             return;
         };
-        let state = *navigator.state();
+        let state = navigator.state();
         level.add(&state, time);
         let [x, y, z] = state.velocity.map(|v| v as f32);
         navigator.feed_back(&[0.0, 0.0, 0.0, x, y, z, 0.0, 0.0, 0.0]);

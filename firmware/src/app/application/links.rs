@@ -25,8 +25,9 @@ impl Asked {
         end: 0,
     };
 
+    /// Also where `end` cannot be, after an upset of memory.
     pub fn is_empty(&self) -> bool {
-        self.next >= self.end
+        self.next >= self.end || self.end > PIECE
     }
 
     fn byte(&mut self) -> Option<u8> {

@@ -3,8 +3,8 @@
 use super::App;
 use crate::app::config::Config;
 use crate::app::hardware::Hardware;
-use crate::app::server::Server;
-use crate::app::server::wear::digest;
+use crate::app::server::Held;
+use crate::app::server::wear::{Wear, digest};
 use crate::configuration::SCHEMA;
 use crate::configuration::record::{Record, decode, schema};
 use crate::control::Mode;
@@ -32,27 +32,42 @@ impl<'m> App<'m> {
         stored: Option<Result<Option<Stored>, Newer>>,
         learner: Option<&'m mut dyn Learner>,
     ) -> App<'m> {
-        let (config, server) = prepared(hardware, stored);
-        App::of(config, server, learner)
+        let (config, kept) = prepared(hardware, &stored);
+        let (record, key) = match &stored {
+            // one that is not understood is not used
+            Some(Ok(Some(stored))) if config.told.is_some() => (stored.record.clone(), stored.key),
+            Some(Ok(Some(stored))) => (Record::new(), stored.key),
+            _ => (Record::new(), Key::Unprovisioned),
+        };
+        let stored = !record.is_empty();
+        let mut wear = Wear::new();
+        if stored && !config.unread {
+            wear.holds(Some(digest(&config.nets, &record, &key)));
+        }
+        let held = Held {
+            record,
+            stored,
+            key,
+            kept,
+            wear,
+        };
+        App::of(config, held, learner)
     }
 }
 
 /// From what the store holds. By itself, so that the stack is free again when the application is
 /// made.
 #[inline(never)]
-fn prepared(hardware: Hardware, stored: Option<Result<Option<Stored>, Newer>>) -> (Config, Server) {
+fn prepared(hardware: Hardware, stored: &Option<Result<Option<Stored>, Newer>>) -> (Config, Kept) {
     let store = stored.is_some();
     let mut newer = None;
-    let mut nets = Nets::NONE;
+    let mut nets = &Nets::NONE;
     let mut told = None;
-    let mut record = Record::new();
     let mut unread = false;
-    let mut key = Key::Unprovisioned;
     let (mut kept, mut other_unit) = (Kept::default(), false);
     match stored {
         Some(Ok(Some(stored))) => {
             told = decode(&stored.record).ok();
-            key = stored.key;
             let life = stored.life;
             kept = Kept {
                 generation: Some(stored.generation),
@@ -70,16 +85,16 @@ fn prepared(hardware: Hardware, stored: Option<Result<Option<Stored>, Newer>>) -
                 kept.generation = None;
                 newer = schema(&stored.record).filter(|schema| *schema > SCHEMA);
             } else {
-                (nets, record) = (stored.nets, stored.record);
+                nets = &stored.nets;
                 unread = stored.damaged;
             }
             if other_unit {
-                nets = Nets::NONE;
+                nets = &Nets::NONE;
             }
         }
         Some(Err(Newer(version))) => {
             unread = true;
-            newer = Some(u16::try_from(version).unwrap_or(u16::MAX));
+            newer = Some(u16::try_from(*version).unwrap_or(u16::MAX));
         }
         Some(Ok(None)) | None => {}
     }
@@ -87,7 +102,7 @@ fn prepared(hardware: Hardware, stored: Option<Result<Option<Stored>, Newer>>) -
     let safe = hardware.starts_safely();
     let base = told.map_or_else(|| Config::untold(hardware), Config::of);
     let config = Config {
-        nets: if safe { Nets::NONE } else { nets },
+        nets: if safe { Nets::NONE } else { *nets },
         store: store && !safe,
         mode: if safe { Mode::Bypass } else { base.mode },
         newer,
@@ -96,12 +111,5 @@ fn prepared(hardware: Hardware, stored: Option<Result<Option<Stored>, Newer>>) -
         hardware,
         ..base
     };
-    let stored = !record.is_empty();
-    let mut server = Server::new(record, stored, key);
-    if stored && !config.unread {
-        let digest = digest(&config.nets, &server.record, &key);
-        server.wear.holds(Some(digest));
-    }
-    server.kept = kept;
-    (config, server)
+    (config, kept)
 }

@@ -149,6 +149,21 @@ impl App<'_> {
         self.machine.transition_to_run(self.flow.mode);
     }
 
+    /// A bit of the framer's memory has flipped: what it holds is lost. If that was a bit of its
+    /// format, the format is the one that the device was told, or is looked for again.
+    #[cold]
+    pub(super) fn framer_anew(&mut self) {
+        let sensor = &self.flow.config.sensor;
+        let told = self.flow.config.format.map(|format| format.told(sensor));
+        let format = self.framer.certain_format().or(told);
+        self.framer.restart(format.unwrap_or(ImuFormat::Stim300));
+        self.flow.gap();
+        self.flow.mended();
+        if format.is_none() && matches!(self.machine.phase(), Phase::Run(_)) {
+            self.detect();
+        }
+    }
+
     /// Sends on the beginning of a frame whose rest will pass through raw.
     pub(super) fn pass_rest(&mut self, out: &mut impl Line) {
         if let Some(rest) = self.framer.flush() {

@@ -18,7 +18,7 @@ impl Flow<'_> {
     pub fn noted(&self, stage: u8) -> Noted {
         Noted {
             faults: self.faults | self.other_sensor,
-            changes: self.correction.as_ref().map_or(0, |c| c.state.changes),
+            changes: self.correction.get().map_or(0, |c| c.state.changes),
             mode: self.mode as u8,
             stage,
             alignment: match self.alignment {
@@ -46,14 +46,14 @@ impl Flow<'_> {
 
     /// The correction in force.
     pub fn estimate_in_force(&self) -> [[f32; 3]; 2] {
-        let correction = self.correction.as_ref();
+        let correction = self.correction.get();
         correction.map_or([[0.0; 3]; 2], |c| c.state.estimate())
     }
 
     /// The state for a page, after the frame that begins it; `frames`: they are being read.
     pub fn key(&self, at_us: u64, stage: Stage, format: ImuFormat) -> Key {
         let floats = self.floats;
-        let carried = self.correction.as_ref().map(|c| c.state.carried(floats));
+        let carried = self.correction.get().map(|c| c.state.carried(floats));
         let all = ImuFormat::ALL;
         let place = all.iter().position(|known| known.name() == format.name());
         Key {
@@ -77,7 +77,7 @@ impl Flow<'_> {
     pub fn resume(&mut self, key: &Key) -> bool {
         self.mode = key.mode;
         self.sample = key.sample;
-        if let Some(Correction { compensator, state }) = &mut self.correction {
+        if let Some(Correction { compensator, state }) = self.correction.get_mut() {
             compensator.set_slew(None);
             state.hold = true;
             compensator.force(state, &key.estimate);
@@ -89,7 +89,7 @@ impl Flow<'_> {
 
     /// The correction is this.
     pub fn impose(&mut self, estimate: &[[f32; 3]; 2]) {
-        if let Some(Correction { compensator, state }) = &mut self.correction {
+        if let Some(Correction { compensator, state }) = self.correction.get_mut() {
             compensator.force(state, estimate);
         }
     }

@@ -66,7 +66,7 @@ impl Flow<'_> {
                 return;
             }
         }
-        let Some(Correction { compensator, state }) = &mut self.correction else {
+        let Some(Correction { compensator, state }) = self.correction.get_mut() else {
             return;
         };
         if let Some(learner) = &mut self.learner.0
@@ -101,7 +101,7 @@ impl Flow<'_> {
             learner.block(self.sample, &block);
         }
         if self.mode == Mode::Bypass && zero {
-            self.correction = None; // faded out
+            self.correction.clear(); // faded out
         }
         self.note_correction();
     }
@@ -119,14 +119,14 @@ impl Flow<'_> {
     /// So many samples are missing. It also lasts for the thermometer.
     #[cold]
     fn pass(&mut self, samples: u32) {
-        if let Some(Correction { compensator, state }) = &mut self.correction {
+        if let Some(Correction { compensator, state }) = self.correction.get_mut() {
             compensator.miss(state, samples);
         }
     }
 
     /// The stream has a gap: damage, silence, lost bytes.
     pub fn gap(&mut self) {
-        if let Some(Correction { compensator, state }) = &mut self.correction {
+        if let Some(Correction { compensator, state }) = self.correction.get_mut() {
             compensator.give_up_block(state);
         }
         if let Some(learner) = &mut self.learner.0 {

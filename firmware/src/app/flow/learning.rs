@@ -36,13 +36,13 @@ impl Flow<'_> {
     pub(super) fn promote(&mut self, block: &Block) {
         let live = self.mode == Mode::Learn && self.config.activation == Activation::Faded;
         let hold = live && self.promoted && !self.disagrees && !self.fixes_come();
-        if let Some(correction) = &mut self.correction {
+        if let Some(correction) = self.correction.get_mut() {
             correction.state.hold = hold;
         }
         if self.mode != Mode::Learn || self.disagrees {
             return;
         }
-        let correction = self.correction.as_ref();
+        let correction = self.correction.get();
         let block_s = correction.map(|c| c.compensator.scale().block_s());
         self.keep(block, block_s.unwrap_or_default());
         if self.config.activation == Activation::NextPowerOn {
@@ -98,7 +98,7 @@ impl Flow<'_> {
             return;
         }
         let (Some(learner), Some(Correction { compensator, state })) =
-            (&mut self.learner.0, &mut self.correction)
+            (&mut self.learner.0, self.correction.get_mut())
         else {
             return;
         };
@@ -140,7 +140,7 @@ impl Flow<'_> {
     /// In modes learn and shadow the learner begins when the stream or the networks are new to it.
     /// From then on it follows in every mode.
     pub(super) fn teach(&mut self) {
-        let (Some(learner), Some(correction)) = (&mut self.learner.0, &self.correction) else {
+        let (Some(learner), Some(correction)) = (&mut self.learner.0, self.correction.get()) else {
             return;
         };
         let stream = Some(correction.compensator.scale());
@@ -223,7 +223,7 @@ impl Flow<'_> {
         self.failures = 0;
         self.learner_nets = false;
         let off = self.is_off();
-        if let Some(Correction { compensator, state }) = &mut self.correction {
+        if let Some(Correction { compensator, state }) = self.correction.get_mut() {
             compensator.exchange(state, nets, states);
             state.off = off;
         }
@@ -245,7 +245,7 @@ impl Flow<'_> {
             doubted,
             ..
         } = self.report();
-        let correction = self.correction.as_ref();
+        let correction = self.correction.get();
         Estimate {
             sample: self.sample,
             counter: self.last.counter(),

@@ -51,7 +51,7 @@ impl Flow<'_> {
         let (Some(outlet), Some(stream)) = (self.channels.add(kind, leads), stream) else {
             return false;
         };
-        let Some(Correction { compensator, state }) = &mut self.correction else {
+        let Some(Correction { compensator, state }) = self.correction.get_mut() else {
             return true;
         };
         let period = 1.0 / stream.rate;
@@ -112,9 +112,9 @@ impl Flow<'_> {
     fn begin_correction(&mut self, stream: Option<Stream>) {
         let slew = self.slow().then_some(self.config.slew);
         let off = self.observes_only();
-        let in_force = self.correction.as_ref().map(|c| c.state.estimate());
+        let in_force = self.correction.get().map(|c| c.state.estimate());
         let fresh = self.fresh;
-        self.correction = stream.and_then(|stream| {
+        let made = stream.and_then(|stream| {
             let mut compensator = compensator(&stream, &self.config, None)?;
             let held = slew.is_some() && !fresh;
             let mut state = compensator.power_on(off || held);
@@ -125,6 +125,7 @@ impl Flow<'_> {
             compensator.set_slew(slew);
             Some(Correction { compensator, state })
         });
+        self.correction.set(made);
     }
 
     /// Forgets the stream's units and rate: the next frame decides anew.
@@ -133,7 +134,7 @@ impl Flow<'_> {
         self.keep_count();
         self.channels.clear();
         self.stream = None;
-        self.correction = None;
+        self.correction.clear();
         self.last = Last::default();
         self.flag(fault::UNITS, false);
     }
@@ -169,7 +170,7 @@ impl Flow<'_> {
         self.promoted = false;
         let off = self.is_off();
         let zero = |state: &State| mode == Mode::Bypass && state.estimate() == [[0.0; 3]; 2];
-        match &mut self.correction {
+        match self.correction.get_mut() {
             Some(Correction { compensator, state }) if fade && !zero(state) => {
                 state.off = off;
                 compensator.set_slew(Some(self.config.slew));
@@ -180,7 +181,7 @@ impl Flow<'_> {
             _ => {
                 self.blackbox.part();
                 self.keep_count();
-                self.correction = None;
+                self.correction.clear();
                 self.channels.clear();
             }
         }
@@ -194,7 +195,7 @@ impl Flow<'_> {
         if self.mode == Mode::Bypass && self.correction.is_some() {
             self.blackbox.part();
             self.keep_count();
-            self.correction = None;
+            self.correction.clear();
             self.channels.clear();
         }
     }
@@ -211,7 +212,7 @@ impl Flow<'_> {
         if alignment == Alignment::Started {
             self.arrive();
         }
-        if let Some(correction) = &mut self.correction {
+        if let Some(correction) = self.correction.get_mut() {
             correction.compensator.set_slew(Some(self.config.slew));
         }
     }
@@ -221,7 +222,7 @@ impl Flow<'_> {
         if self.mode == Mode::Learn && !self.acts_from_power_on() {
             return self.activate(true, None);
         }
-        if let Some(Correction { compensator, state }) = &mut self.correction {
+        if let Some(Correction { compensator, state }) = self.correction.get_mut() {
             let output = match &self.block {
                 _ if state.off => [[0.0; 3]; 2],
                 Some(block) => block.network_output,
@@ -242,7 +243,7 @@ impl Flow<'_> {
         };
         let now = self.failures >= FAILURES;
         let off = now || self.is_off();
-        if let (true, Some(Correction { state, .. })) = (now != before, &mut self.correction) {
+        if let (true, Some(Correction { state, .. })) = (now != before, self.correction.get_mut()) {
             state.off = off;
         }
     }
@@ -251,7 +252,7 @@ impl Flow<'_> {
     pub fn has_failed(&self) -> bool {
         let gone =
             |c: &Correction| c.compensator.slew().is_none() || c.state.estimate() == [[0.0; 3]; 2];
-        self.failures >= FAILURES && self.correction.as_ref().is_none_or(gone)
+        self.failures >= FAILURES && self.correction.get().is_none_or(gone)
     }
 
     /// Other networks from the next sample on. The block in progress is given up, and the estimate
@@ -267,7 +268,7 @@ impl Flow<'_> {
         self.block = None;
         (self.promoted, self.learner_nets) = (false, false);
         let off = self.is_off();
-        if let Some(Correction { compensator, state }) = &mut self.correction {
+        if let Some(Correction { compensator, state }) = self.correction.get_mut() {
             compensator.give_up_block(state);
             compensator.exchange(state, nets, Default::default());
             state.off = off;
@@ -277,7 +278,7 @@ impl Flow<'_> {
 
     /// Blocks given up, corrections clipped.
     pub fn blocks(&self) -> (u32, u32) {
-        let state = self.correction.as_ref().map(|c| &c.state);
+        let state = self.correction.get().map(|c| &c.state);
         let given_up = state.map_or(0, |s| s.given_up);
         let clipped = state.map_or(0, |s| s.clipped);
         (
@@ -290,7 +291,7 @@ impl Flow<'_> {
     fn keep_count(&mut self) {
         (self.counters.given_up, self.clipped) = self.blocks();
         self.counters.mended = self.times_mended();
-        if let Some(correction) = &mut self.correction {
+        if let Some(correction) = self.correction.get_mut() {
             correction.state.given_up = 0;
             correction.state.mended = 0;
             correction.state.clipped = 0;

@@ -48,7 +48,7 @@ impl Flow<'_> {
         let Some(rest) = &mut self.plausibility.rest else {
             return;
         };
-        let Some(Correction { compensator, .. }) = &self.correction else {
+        let Some(Correction { compensator, .. }) = self.correction.get() else {
             return;
         };
         if self.faults & fault::RATE != 0 {
@@ -86,7 +86,7 @@ impl Flow<'_> {
         self.promoted = false;
         self.failures = 0;
         let off = self.is_off();
-        if let Some(Correction { compensator, state }) = &mut self.correction {
+        if let Some(Correction { compensator, state }) = self.correction.get_mut() {
             // networks that stay go on from their states: they are a function of the time since
             // power-on, too
             if core::mem::take(&mut self.learner_nets) {

@@ -21,13 +21,20 @@ impl Flow<'_> {
     /// that is good, else no networks do, and fault WEIGHTS says so.
     #[inline(never)]
     pub fn scrub(&mut self) {
+        if !self.correction.agrees() {
+            // there was none, or there is none any more: the next frame makes it anew
+            self.correction.clear();
+            self.blackbox.part();
+            self.channels.clear();
+            self.mended();
+        }
         if of_nets(&self.config.nets) == self.nets_sum {
             return;
         }
         let own = !self.learner_nets;
         let correction = self
             .correction
-            .as_ref()
+            .get()
             .filter(|c| own && c.compensator.is_sound());
         let copy = correction.map(|c| c.compensator.nets());
         match copy.filter(|nets| of_nets(nets) == self.nets_sum) {
@@ -49,17 +56,17 @@ impl Flow<'_> {
         self.scrub();
         let made = self.made_anew();
         let learner_nets = core::mem::take(&mut self.learner_nets);
-        match (&mut self.correction, made) {
+        match (self.correction.get_mut(), made) {
             (Some(correction), Some(made)) => {
                 correction.compensator = made;
             }
-            _ => self.correction = None,
+            _ => self.correction.clear(),
         }
         if learner_nets {
             self.activate(false, None);
         }
         self.mended();
-        let correction = self.correction.as_mut();
+        let correction = self.correction.get_mut();
         let block = correction.and_then(|c| c.compensator.end_in_place(&mut c.state, sample));
         if let Some(block) = block {
             self.end_of_block(block);
@@ -71,7 +78,7 @@ impl Flow<'_> {
         let Correction {
             compensator: old,
             state,
-        } = self.correction.as_mut()?;
+        } = self.correction.get_mut()?;
         let slew = old.slew().map(|_| self.config.slew);
         let mut made = compensator(self.stream.as_ref()?, &self.config, slew)?;
         for (outlet, (source, content)) in self.channels.kinds().enumerate().skip(1) {
@@ -92,7 +99,7 @@ impl Flow<'_> {
 
     /// Times memory was found changed.
     pub fn times_mended(&self) -> u32 {
-        let state = self.correction.as_ref().map(|c| &c.state);
+        let state = self.correction.get().map(|c| &c.state);
         let mended = state.map_or(0, |state| state.mended);
         self.counters.mended.saturating_add(mended)
     }

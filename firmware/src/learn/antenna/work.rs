@@ -18,11 +18,10 @@ const LASTING: f32 = 4.0;
 /// that depend on it.
 const SAME: f32 = 10.0;
 
-// Parts of the deferred work.
+// Parts of the deferred work: of the covariance, the observations one by one, and the end.
 pub(super) const COVARIANCE: usize = 0;
-const ERRORS: usize = 1;
-const UPDATE: usize = 2;
-const FINISH: usize = UPDATE + 2;
+const UPDATE: usize = COVARIANCE + COVARIANCE_PARTS;
+const FINISH: usize = UPDATE + OBSERVATIONS;
 pub(super) const END: usize = FINISH + 1;
 
 impl Antenna {
@@ -30,25 +29,17 @@ impl Antenna {
     /// there is more.
     pub fn work(&mut self, others: &mut Work) -> bool {
         match self.next {
-            COVARIANCE | ERRORS => {
+            part @ COVARIANCE..UPDATE => {
                 let block = Some(others.block()).filter(|_| self.moved);
                 let mut interval = self.extended(block);
                 self.wander(&mut interval);
-                let parts = if self.next == COVARIANCE {
-                    0..COVARIANCE_PARTS - 1
-                } else {
+                if part + 1 == UPDATE {
                     (self.before, self.jump, self.moved) = (self.effect, 0.0, false);
-                    COVARIANCE_PARTS - 1..COVARIANCE_PARTS
-                };
-                for part in parts {
-                    let workspace = &mut self.workspace;
-                    self.filter.propagate_covariance(part, &interval, workspace);
                 }
+                let workspace = &mut self.workspace;
+                self.filter.propagate_covariance(part, &interval, workspace);
             }
-            part @ UPDATE..FINISH => {
-                let first = (part - UPDATE) * (OBSERVATIONS / 2);
-                (first..first + OBSERVATIONS / 2).for_each(|k| self.update(k));
-            }
+            part @ UPDATE..FINISH => self.update(part - UPDATE),
             FINISH => {
                 if let Some(least) = self.measured.take() {
                     let [.., floor] = FLOOR;

@@ -3,7 +3,7 @@
 //! until it is false.
 
 use super::table::LARGEST;
-use super::{ALL, Bank, NAV, OUTPUTS, STORED, TRIADS, ZERO_CORRECTION, index};
+use super::{Bank, HYPOTHESES, NAV, OUTPUTS, STORED, TRIADS, ZERO_CORRECTION, index};
 use crate::align::motion::Shown;
 use crate::fix::OBSERVATIONS;
 use lrnn_nostd::Real;
@@ -11,21 +11,20 @@ use lrnn_nostd::learn::kalman::{
     COVARIANCE_PARTS, DEFERRED_PARTS, MAX_DEFERRED, Transition, Workspace,
 };
 
-const LARGE_ONLY: u8 = 1 << LARGEST;
-const SMALL: u8 = ALL & !LARGE_ONLY;
-
 // Parts are numbered in the order in which they are computed. Each constant is the first part of
-// its kind: covariances of the small hypotheses, then of the largest; the observations of a fix;
+// its kind: covariances, all parts of one hypothesis after the other's; the observations of a fix;
 // the end of the fix; the networks' step; no part left.
 
-const PROPAGATE_LARGE: usize = LARGEST;
-const UPDATE: usize = PROPAGATE_LARGE + COVARIANCE_PARTS;
-/// Observations that are deferred together, two parts each, and the change that they make in the
-/// largest covariance.
-const GROUP: usize = 2 * MAX_DEFERRED + DEFERRED_PARTS;
+const UPDATE: usize = HYPOTHESES * COVARIANCE_PARTS;
+/// An observation: its acceptance, and then the hypotheses.
+const OBSERVATION: usize = 1 + HYPOTHESES;
+/// Observations that are deferred together, and the change that they make in the largest
+/// covariance.
+const GROUP: usize = OBSERVATION * MAX_DEFERRED + DEFERRED_PARTS;
 const FINISH_UPDATE: usize = UPDATE + OBSERVATIONS / MAX_DEFERRED * GROUP;
-const STEP: usize = FINISH_UPDATE + 2;
-const END: usize = STEP + 2;
+const FIX_IS_OVER: usize = FINISH_UPDATE + HYPOTHESES;
+const STEP: usize = FIX_IS_OVER + 1;
+const END: usize = STEP + HYPOTHESES;
 
 /// Deferred work, in this order: the covariances over an interval, a fix at its end, the networks'
 /// step.
@@ -210,37 +209,28 @@ impl<T: Real> Bank<T> {
     /// Computes one part of `work`, some ten thousand instructions. True: there is more.
     pub fn work(&mut self, work: &mut Work<T>) -> bool {
         match work.next {
-            part @ 0..PROPAGATE_LARGE => {
-                (0..COVARIANCE_PARTS).for_each(|of| self.propagate_covariance(part, of, work))
-            }
-            part @ PROPAGATE_LARGE..UPDATE => {
-                self.propagate_covariance(LARGEST, part - PROPAGATE_LARGE, work)
+            part @ 0..UPDATE => {
+                let (which, part) = (part / COVARIANCE_PARTS, part % COVARIANCE_PARTS);
+                self.propagate_covariance(which, part, work);
             }
             part @ UPDATE..FINISH_UPDATE => self.update(part - UPDATE, work),
-            FINISH_UPDATE if work.fix.is_some() || work.shown.is_some() => {
-                self.some(SMALL, |h| h.finish_update())
+            part @ FINISH_UPDATE..FIX_IS_OVER if work.fix.is_some() || work.shown.is_some() => {
+                self.some(1 << (part - FINISH_UPDATE), |h| h.finish_update());
             }
-            part if part == FINISH_UPDATE + 1 && work.shown.is_some() => {
-                self.some(LARGE_ONLY, |h| h.finish_update());
+            FIX_IS_OVER => {
                 if let Some(learnt) = work.shown.take() {
                     self.align_means(&work.block.gamma, &learnt.applied);
                     self.believe_alignment();
+                    work.next = 0;
+                    return true;
                 }
-                work.next = 0;
-                return true;
+                if work.fix.take().is_some() {
+                    self.choose();
+                }
             }
-            part if part == FINISH_UPDATE + 1 && work.fix.take().is_some() => {
-                self.some(LARGE_ONLY, |h| h.finish_update());
-                self.choose();
-            }
-            STEP => {
+            part @ STEP..END => {
                 if let Some(inputs) = work.inputs {
-                    self.step(SMALL, inputs);
-                }
-            }
-            part if part == STEP + 1 => {
-                if let Some(inputs) = work.inputs.take() {
-                    self.step(LARGE_ONLY, inputs);
+                    self.step(1 << (part - STEP), inputs);
                 }
             }
             _ => {}
@@ -251,6 +241,9 @@ impl<T: Real> Bank<T> {
         };
         if work.next == STEP && work.inputs.is_none() {
             work.next = END;
+        }
+        if work.is_done() {
+            work.inputs = None;
         }
         !work.is_done()
     }
@@ -282,10 +275,13 @@ impl<T: Real> Bank<T> {
 
     fn update(&mut self, part: usize, work: &mut Work<T>) {
         let (group, part) = (part / GROUP, part % GROUP);
-        if part >= 2 * MAX_DEFERRED {
-            return self.some(LARGE_ONLY, |h| _ = h.apply_deferred());
+        if part >= OBSERVATION * MAX_DEFERRED {
+            return self.some(1 << LARGEST, |h| _ = h.apply_deferred());
         }
-        let k = group * MAX_DEFERRED + part / 2;
+        let (k, part) = (
+            group * MAX_DEFERRED + part / OBSERVATION,
+            part % OBSERVATION,
+        );
         let learnt = work.shown.as_ref();
         let learnt = learnt.map(|of| (of.z, of.variance));
         let Some((z, variance)) = learnt.or(work.fix) else {
@@ -297,23 +293,14 @@ impl<T: Real> Bank<T> {
         if !variance.is_finite() {
             return; // not measured
         }
-        let which = if learnt.is_some() {
-            work.accepted = true;
-            if part.is_multiple_of(2) {
-                SMALL
-            } else {
-                LARGE_ONLY
-            }
-        } else if part.is_multiple_of(2) {
-            work.accepted = self.accepts(k, z, variance, work.counts);
+        let Some(which) = part.checked_sub(1) else {
+            work.accepted = learnt.is_some() || self.accepts(k, z, variance, work.counts);
             work.refused |= u8::from(!work.accepted) << k;
-            SMALL
-        } else {
-            LARGE_ONLY
+            return;
         };
         if work.accepted {
             let i = index(k);
-            self.some(which, |h| h.update(i, h.innovation(i, z, variance)));
+            self.some(1 << which, |h| h.update(i, h.innovation(i, z, variance)));
         }
     }
 }

@@ -130,6 +130,7 @@ impl FixLearner<'_> {
             return false;
         };
         if let Some(found) = motion.take_found() {
+            self.finish_fix();
             self.start_in_motion(&found);
             return true;
         }

@@ -86,6 +86,7 @@ impl FixLearner<'_> {
 
     /// What shall act from the next power-on, as [`crate::learn::Learner::for_next_power_on`]; all
     /// deferred work is done.
+    #[inline(never)]
     pub(super) fn of_unit(&self) -> Option<Winner> {
         let best = self.best_of_unit()?;
         let bank = &self.memory.bank;

@@ -268,7 +268,7 @@ impl<'m> Drive<'m> {
         }
     }
 
-    fn sample(&mut self) {
+    pub fn sample(&mut self) {
         let t = f64::from(self.number) * DT;
         if self.number.is_multiple_of(HZ / self.receiver.hz) {
             self.measure(t);

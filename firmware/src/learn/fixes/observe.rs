@@ -1,7 +1,7 @@
 //! What is made of a fix: its age, how much it weighs, whether the vehicle stands, and the
 //! observation that the hypotheses get.
 
-use super::FixLearner;
+use super::{FixLearner, StreamScale};
 use crate::fix::{Fix, NOT_MEASURED, OBSERVATIONS, Position};
 use crate::nav;
 
@@ -10,6 +10,8 @@ use crate::nav;
 const FIX_MS: u32 = 900;
 /// Fixes closer to each other than this are not all used, ms: at most five in a second.
 const LEAST_MS: u32 = 180;
+/// A fix waits no longer than this, s: samples are missing, or its time does not come.
+const LONGEST_WAIT_S: f64 = 0.2;
 /// A second, ms.
 const SECOND_MS: f32 = 1000.0;
 /// A vehicle that is faster by the receiver does not stand, m/s.
@@ -63,6 +65,11 @@ impl FixLearner<'_> {
     pub(super) fn observe(&mut self, number: u32, fix: &Fix) -> Option<()> {
         let stream = self.stream?;
         while self.align_part() {}
+        self.observe_now(number, fix, &stream)
+    }
+
+    #[inline(never)]
+    fn observe_now(&mut self, number: u32, fix: &Fix, stream: &StreamScale) -> Option<()> {
         let least = self.antenna.age();
         // an estimate of the age goes on by itself when the pulse stays away
         let keeps = self.antenna.age_sigma() == 0.0;
@@ -78,10 +85,12 @@ impl FixLearner<'_> {
             return None;
         }
         self.align.as_ref()?;
-        let Some(age) = age else {
+        let waited = f64::from(self.number().wrapping_sub(number)) * stream.period_s;
+        let Some(age) = age.filter(|_| waited <= LONGEST_WAIT_S) else {
             self.tally.late = self.tally.late.saturating_add(1);
             return None;
         };
+        let age = age + waited as f32;
         self.last_fix_ms = Some(fix.time_ms);
         let (mut fix, stands) = (*fix, self.stands(fix));
         if !self.course.navigates() && self.start_at(&fix, age).is_some() {
@@ -96,6 +105,7 @@ impl FixLearner<'_> {
             return self.align_in_motion(&fix, age, stands.is_some());
         }
         self.end_interval()?;
+        self.held.observed(stream);
         let mut variance = fix.sigmas.map(|sigma| sigma * sigma);
         let close = since.filter(|ms| *ms < FIX_MS);
         if let Some(ms) = close {

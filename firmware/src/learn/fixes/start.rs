@@ -137,6 +137,7 @@ impl FixLearner<'_> {
             }
         }
         let variance = core::array::from_fn(|i| if i < 3 { tilt[i][i] } else { rest[i][i] });
+        self.finish_fix();
         self.navigate(state, &by, &rest, None, Some((fix, age)))?;
         self.note(self.number(), state, variance, (Way::Gyrocompass, 0.0));
         Some(())
@@ -227,7 +228,7 @@ impl FixLearner<'_> {
     /// sensors' errors, plus others of covariance `rest`. `known`: the alignment in motion, which
     /// has estimated and subtracted the sensors' errors too. `at`: the fix, and its age, that the
     /// state is from. The result is `None` without a stream, or when the state is outside the range
-    /// of the equations.
+    /// of the equations. No work may be left to do.
     pub(super) fn navigate(
         &mut self,
         state: nav::State,
@@ -240,7 +241,6 @@ impl FixLearner<'_> {
         let mut config = nav::Config::new(scale.lsb, stream.period_s, self.settings.noise);
         config.lever_arm = self.antenna.arm();
         config.piece_samples = divisor(stream.block_samples, config.piece_samples);
-        self.finish();
         let refused = self.course.motion().map(|motion| motion.progress().refused);
         self.course.navigate(config, state)?;
         self.tally.alignments = self.tally.alignments.saturating_add(refused.unwrap_or(0));
@@ -272,7 +272,7 @@ impl FixLearner<'_> {
             work.alignment(by, &rest);
         }
         self.proportional = Proportional::default();
-        self.proportional.set(self.course.navigator()?.state());
+        self.proportional.set(&self.course.navigator()?.state());
         Some(())
     }
 
@@ -298,6 +298,7 @@ impl FixLearner<'_> {
             }
         }
         let by = [[0.0; OUTPUTS]; NAV];
+        self.finish();
         self.navigate(state, &by, &rest, None, None)
             .ok_or(Reason::Range)?;
         let variance = sigmas.map(|sigma| sigma * sigma);

@@ -171,3 +171,30 @@ fn a_full_buffer_takes_no_more() {
     assert_eq!(framer.next_event().map(|e| e.bytes().len()), Some(CAPACITY));
     assert_eq!(framer.push(&[0]), 1);
 }
+
+/// After an upset of memory.
+#[test]
+fn a_flipped_format_or_length_is_seen() {
+    let mut framer = Framer::new(ImuFormat::Stim300);
+    framer.push(&ImuFormat::Stim300.example(1));
+    while framer.next_event().is_some() {}
+    assert!(framer.is_sound());
+    assert_eq!(framer.certain_format(), Some(ImuFormat::Stim300));
+    for copy in [false, true] {
+        let mut upset = Framer {
+            finder: Finder { ..framer.finder },
+            bytes: Unread::new(),
+        };
+        let format = if copy {
+            &mut upset.finder.again
+        } else {
+            &mut upset.finder.format
+        };
+        *format = ImuFormat::Kvh;
+        assert!(!upset.is_sound());
+        assert_eq!(upset.certain_format(), None);
+    }
+    framer.finder.usual ^= 1;
+    assert!(!framer.is_sound());
+    assert_eq!(framer.certain_format(), Some(ImuFormat::Stim300));
+}

@@ -130,7 +130,7 @@ const fn simulated(
 const INCREMENTS: [f64; 2] = [DEGREE * two(-21), two(-22)];
 const RATES: [f64; 2] = [DEGREE * two(-14) * 1e-3, G * two(-19) * 1e-3];
 
-const SIMULATED: [Simulated; 6] = [
+const SIMULATED: [Simulated; 7] = [
     Simulated {
         rate: 250,
         introduction: Some(|buffer| {
@@ -179,6 +179,15 @@ const SIMULATED: [Simulated; 6] = [
         |settings| set_units(settings, 0xAF, 1, 0),
         |fields, buffer| datagram(0xAF, 2, fields, buffer),
     ),
+    Simulated {
+        rate: 2000,
+        ..simulated(
+            "stim300 at 2000 Hz",
+            INCREMENTS,
+            |settings| settings.stim300.config = Config::DEFAULT.with_sample_rate_code(4),
+            |fields, buffer| datagram(0x91, 1, fields, buffer),
+        )
+    },
 ];
 
 fn set_units(settings: &mut crate::wire::Settings, id: u8, gyro: u8, accel: u8) {

@@ -141,6 +141,9 @@ fn parts_are_the_whole() {
     whole.each(|h| h.step([[0.1; 3]; 2]));
     work.clear();
     work.step([[0.1; 3]; 2]);
-    assert_eq!(1 + (0..).take_while(|_| parted.work(&mut work)).count(), 2);
+    assert_eq!(
+        1 + (0..).take_while(|_| parted.work(&mut work)).count(),
+        HYPOTHESES
+    );
     same(&whole, &parted);
 }

@@ -150,3 +150,41 @@ fn without_a_velocity_a_quiet_cruise_is_no_standstill() {
         assert!(velocity < if still { 0.02 } else { 0.2 }, "{velocity}");
     }
 }
+
+/// A fix that arrives close to a block's end waits, and one that arrives elsewhere does not. Each
+/// is used once, and waiting costs no accuracy.
+#[test]
+fn a_fix_beside_the_end_of_a_block_waits() {
+    const WORK: u32 = 5; // samples in 50 ms
+    for arrives in [1, 4, 5, 6, 50, 94, 95, 96, 99] {
+        let receiver = Receiver {
+            delay: f64::from(arrives) * 0.01,
+            ..Receiver::GOOD
+        };
+        let mut memory = memory();
+        let told = Settings::MEDIUM;
+        let mut drive = Drive::new(&mut memory, told, Road::TOWN, receiver, PERFECT, 11);
+        drive.pulse = true;
+        drive.seconds(5);
+        let mut used = drive.learner.tally.used;
+        let first = used;
+        for sample in 0..20 * 100 {
+            drive.sample();
+            let now = drive.learner.tally.used;
+            if now == used {
+                continue;
+            }
+            used = now;
+            let into = drive.learner.number() % 100 + 1;
+            let beside = !(WORK..=100 - WORK).contains(&arrives);
+            let wanted = if beside { WORK } else { arrives };
+            assert!(into.abs_diff(wanted) <= 1, "{arrives} {sample}: {into}");
+        }
+        assert_eq!(used - first, 20, "{arrives}");
+        let [position, velocity] = drive.error();
+        assert!(
+            position < 3.0 && velocity < 0.2,
+            "{arrives}: {position} {velocity}"
+        );
+    }
+}
