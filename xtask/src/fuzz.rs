@@ -2,23 +2,25 @@
 //! branches they reach.
 //!
 //! The targets are built with the pinned compiler. What `cargo fuzz` asks of a nightly one are
-//! sanitizers; the counters of branches are a pass of LLVM that every compiler has.
+//! sanitizers; the counters of branches are a pass of LLVM that every compiler has. Only the
+//! packages of this workspace have counters.
 
+use std::env::consts::EXE_SUFFIX;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, ExitCode, Stdio};
 use std::time::Instant;
 
 use anyhow::{Context, Result, bail, ensure};
-use qemu::images::{cargo, target_directory, workspace};
+use qemu::images::{target_directory, workspace};
 
 use crate::needs;
 use crate::stage::{cargo_with, succeed};
 
-/// What makes the compiler count branches and comparisons.
-const COUNTERS: &str = "-Cpasses=sancov-module -Cllvm-args=-sanitizer-coverage-level=4 \
-    -Cllvm-args=-sanitizer-coverage-inline-8bit-counters -Cllvm-args=-sanitizer-coverage-pc-table \
-    -Cllvm-args=-sanitizer-coverage-trace-compares --cfg fuzzing";
+/// Calls the compiler so that it counts branches and comparisons.
+const COUNTING: &str = "tests/fuzz/rustc-counting";
+/// From so many seconds on, the drive is one of 400 s, in which what is learnt is promoted.
+const LONG_S: u32 = 120;
 /// Targets that run at a time.
 const AT_A_TIME: usize = 2;
 
@@ -43,8 +45,8 @@ pub fn damage(long: bool) -> Result<ExitCode> {
 pub fn targets(seconds: u32, only: Option<&str>) -> Result<()> {
     needs::cpp()?;
     let folder = workspace().join("tests/fuzz");
-    let directory = target_directory()?.join("fuzz");
-    let programs = build(&folder, &directory)?;
+    let directory = target_directory()?.join("fuzz-runs");
+    let program = build()?;
     let mut names = names(&folder)?;
     names.retain(|name| only.is_none_or(|only| only == name));
     ensure!(!names.is_empty(), "no fuzz target of this name");
@@ -55,7 +57,7 @@ pub fn targets(seconds: u32, only: Option<&str>) -> Result<()> {
         if running.len() == AT_A_TIME {
             failed.extend(running.remove(0).end()?);
         }
-        running.push(Run::begin(&folder, &directory, &programs, name, seconds)?);
+        running.push(Run::begin(&folder, &directory, &program, name, seconds)?);
     }
     for run in running {
         failed.extend(run.end()?);
@@ -71,42 +73,21 @@ pub fn targets(seconds: u32, only: Option<&str>) -> Result<()> {
     Ok(())
 }
 
-/// Builds all targets and gives the folder where they are.
-fn build(folder: &Path, directory: &Path) -> Result<PathBuf> {
-    let host = host()?;
-    let mut build = cargo();
-    build
-        .args(["build", "--quiet", "--release", "--target", &host])
-        .arg("--target-dir")
-        .arg(directory)
-        .env("RUSTFLAGS", COUNTERS)
-        .env_remove("CARGO_ENCODED_RUSTFLAGS")
-        .current_dir(folder);
+/// Builds the program with all targets, in a profile of its own.
+fn build() -> Result<PathBuf> {
+    let mut build = cargo_with("build --quiet --profile fuzz --package fuzz --features guided");
+    build.env("RUSTC_WORKSPACE_WRAPPER", workspace().join(COUNTING));
     succeed(&mut build)?;
-    Ok(directory.join(host).join("release"))
+    Ok(target_directory()?
+        .join("fuzz")
+        .join(format!("fuzz{EXE_SUFFIX}")))
 }
 
-/// Build scripts and macros are not instrumented if a target is named, the same one too.
-fn host() -> Result<String> {
-    let output = Command::new("rustc")
-        .arg("-vV")
-        .current_dir(workspace())
-        .output()?;
-    let text = String::from_utf8_lossy(&output.stdout).into_owned();
-    let host = text.lines().find_map(|line| line.strip_prefix("host: "));
-    Ok(host.context("rustc names no host")?.to_owned())
-}
-
-/// The targets: the files of their folder.
+/// The targets: the folders of their inputs.
 fn names(folder: &Path) -> Result<Vec<String>> {
     let mut names = Vec::new();
-    for entry in fs::read_dir(folder.join("fuzz_targets"))? {
-        let path = entry?.path();
-        names.extend(
-            path.file_stem()
-                .and_then(|name| name.to_str())
-                .map(str::to_owned),
-        );
+    for entry in fs::read_dir(folder.join("corpus"))? {
+        names.push(entry?.file_name().to_string_lossy().into_owned());
     }
     names.sort();
     Ok(names)
@@ -123,16 +104,17 @@ impl Run {
     fn begin(
         folder: &Path,
         directory: &Path,
-        programs: &Path,
+        program: &Path,
         name: &str,
         seconds: u32,
     ) -> Result<Run> {
-        let work = directory.join("runs").join(name);
+        let work = directory.join(name);
         let (found, log) = (work.join("found"), work.join("log"));
         fs::create_dir_all(&found)?;
         let committed = folder.join("corpus").join(name);
-        ensure!(committed.is_dir(), "{} is missing", committed.display());
-        let child = Command::new(programs.join(name))
+        let child = Command::new(program)
+            .env("FUZZ_TARGET", name)
+            .envs((seconds >= LONG_S).then_some(("FUZZ_LONG", "1")))
             .args([
                 &format!("-max_total_time={seconds}"),
                 "-timeout=20",
@@ -159,15 +141,21 @@ impl Run {
             let line = text.lines().find_map(|line| line.strip_prefix(key));
             line.map_or("?", str::trim).to_owned()
         };
-        let branches = text.lines().rev().find_map(|line| {
-            let rest = line.split_once("cov: ")?.1;
-            rest.split_whitespace().next()
-        });
+        // the last line of its progress names branches (cov) and features (ft): these count how
+        // often each branch was taken, too, and which values were compared
+        let last = |key: &str| {
+            let mut lines = text.lines().rev();
+            let rest = lines.find_map(|line| Some(line.split_once(key)?.1));
+            let word = rest.and_then(|rest| rest.split_whitespace().next());
+            word.unwrap_or("?").to_owned()
+        };
         eprintln!(
-            "        {:13} {:>8} inputs, {} branches",
+            "        {:13} {:>8} inputs, {:>6} a second, {:>6} branches, {:>6} features",
             self.name,
             stat("stat::number_of_executed_units:"),
-            branches.unwrap_or("?")
+            stat("stat::average_exec_per_sec:"),
+            last("cov: "),
+            last("ft: ")
         );
         let end = text.lines().rev().take(40).collect::<Vec<_>>();
         Ok((!status.success()).then(|| {

@@ -1,7 +1,53 @@
-//! What the fuzz targets share.
+//! Fuzz targets: one for everything that reads bytes from a line, a file or flash.
+//!
+//! A target takes any input, and panics where something does not hold. The program `fuzz` leads its
+//! inputs by the branches that they reach (feature `guided`). The tests of this package replay the
+//! committed inputs without that, and look how far they get.
 
+pub mod targets;
+
+use arbitrary::{Arbitrary, Unstructured};
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
+
+/// A target.
+pub struct Target {
+    /// Its name, which is the folder of its corpus, too.
+    pub name: &'static str,
+    /// Runs it. Gives whether the input got as far as the target is for: past the checks that most
+    /// inputs fail at.
+    pub run: fn(&[u8]) -> bool,
+}
+
+macro_rules! targets {
+    ($($name:ident)+) => {
+        /// All targets.
+        pub const TARGETS: [Target; [$(stringify!($name)),+].len()] = [$(Target {
+            name: stringify!($name),
+            run: targets::$name::run,
+        }),+];
+    };
+}
+
+targets! {
+    app command configuration csv drive image mcap novatel receiver requests store stream ulog unit
+}
+
+/// The input of a target that takes more than bytes; `None`: the bytes are too short for one.
+pub fn structured<'i, T: Arbitrary<'i>>(bytes: &'i [u8]) -> Option<T> {
+    let long_enough = bytes.len() >= T::size_hint(0).0;
+    let input = long_enough.then(|| T::arbitrary_take_rest(Unstructured::new(bytes)));
+    input?.ok()
+}
+
+/// An input was refused, which an error must say.
+///
+/// # Panics
+/// It says nothing.
+pub fn refused(error: &impl ToString) -> bool {
+    assert!(!error.to_string().is_empty());
+    false
+}
 
 /// A file with these bytes for a reader of files: one for each name and process.
 ///

@@ -1,22 +1,27 @@
 //! The application over a drive of 75 s, at rest for 48 s: it aligns itself, navigates and learns
-//! from fixes, while the fuzzer disturbs samples, fixes, lines, requests and time. Nothing panics
-//! or hangs, corrections stay within their limit, and what the device tells is finite.
-#![no_main]
+//! from fixes, with stored networks in force, while the fuzzer disturbs samples, fixes, lines,
+//! requests and time. Nothing panics or hangs, corrections stay within their limit, and what the
+//! device tells is finite. With `FUZZ_LONG` the drive is one of 400 s, in which what is learnt is
+//! promoted.
 
 use arbitrary::Arbitrary;
 use firmware::app::{App, Config, Lines};
 use firmware::control::{Alignment, Mode};
 use firmware::learn::{CombinedLearner, FixLearner, FixMemory, Settings, WindowLearner};
+use firmware::model::Nets;
 use firmware::sample::RawSample;
 use firmware::wire::command::{MAX_PACKET, Packets, Request, Response, decode, encode};
 use firmware::wire::{Framer, ImuFormat, ubx::Pvt};
 use host_sim::hil::{Input as Line, MemoryLine, Record, SetClock, drive_from};
-use libfuzzer_sys::fuzz_target;
+use lrnn_nostd::{Net, Normalisation, Weights};
 use std::collections::HashMap;
 use std::sync::OnceLock;
 
 const FORMAT: ImuFormat = ImuFormat::Novatel;
-const SECONDS: [u32; 2] = [75, 48];
+/// How long it lasts, and how long when what is learnt is to be promoted.
+const SECONDS: [u32; 2] = [75, 400];
+/// Of these at rest.
+const STANDSTILL_S: u32 = 48;
 /// When the alignment is told to begin and to end, microseconds.
 const ALIGN: [u32; 2] = [3_000_000, 46_000_000];
 
@@ -32,7 +37,7 @@ enum Act {
     Again,
     /// The record comes later by so many times 10 ms, and with it all others.
     Late(u8),
-    /// Other values, for so many frames: added to the counts.
+    /// Other values, for so many frames, or for 255: to the end. Added to the counts.
     Values([i16; 6], u8),
     /// The next fix is elsewhere: cm, mm/s, and so often.
     Fix([i16; 3], [i16; 3], u8),
@@ -52,12 +57,40 @@ struct Input {
     acts: Vec<(u16, Act)>,
 }
 
-fn records() -> &'static [Record] {
-    static DRIVE: OnceLock<Vec<Record>> = OnceLock::new();
-    DRIVE.get_or_init(|| {
-        let drive = drive_from(FORMAT, SECONDS[0], SECONDS[1]);
+fn records(long: bool) -> &'static [Record] {
+    static DRIVES: [OnceLock<Vec<Record>>; 2] = [const { OnceLock::new() }; 2];
+    let index = usize::from(long);
+    DRIVES[index].get_or_init(|| {
+        let drive = drive_from(FORMAT, SECONDS[index], STANDSTILL_S);
         drive.unwrap_or_else(|error| panic!("{error}")).records
     })
+}
+
+/// Networks as they may be stored: an offset, so that there is a correction from the first block
+/// on.
+fn stored() -> Nets {
+    let net = |size: f32| {
+        let mut weights = Weights::zero();
+        weights.iter_mut().for_each(|weight| *weight = size);
+        Net::new(weights, Normalisation::identity())
+    };
+    Nets {
+        gyro: net(1e-6),
+        accel: net(1e-3),
+    }
+}
+
+/// What the device tells at the end.
+#[derive(Debug, Default, Clone, Copy)]
+pub struct End {
+    /// It navigates.
+    pub navigates: bool,
+    /// Fixes that it learnt from.
+    pub fixes: u32,
+    /// How often what was learnt was promoted.
+    pub promotions: u32,
+    /// A correction is in force.
+    pub corrected: bool,
 }
 
 struct Device<'m> {
@@ -68,8 +101,7 @@ struct Device<'m> {
     /// Samples that went in, by their time.
     inside: HashMap<u64, RawSample>,
     packets: Packets,
-    navigates: bool,
-    fixes: u32,
+    end: End,
     /// Largest correction of a sample, counts.
     most: [f64; 2],
 }
@@ -94,13 +126,16 @@ impl Device<'_> {
             };
             match decode::<Response>(packet).expect("our own packet").1 {
                 Response::Health(health) => {
-                    self.navigates = health.navigates;
-                    self.fixes = health.used_fixes.into();
+                    self.end.navigates = health.navigates;
+                    self.end.fixes = health.used_fixes;
+                    self.end.promotions = health.promotions;
                 }
                 Response::Estimate(estimate) => {
                     let values = [estimate.in_force, estimate.network_output, estimate.learnt];
                     let mut values = values.as_flattened().as_flattened().iter();
                     assert!(values.all(|value| value.is_finite()), "{estimate:?}");
+                    let mut in_force = estimate.in_force.as_flattened().iter();
+                    self.end.corrected |= in_force.any(|value| *value != 0.0);
                 }
                 Response::Antenna(antenna) => {
                     let arm = antenna.lever_arm.iter().chain(&antenna.lever_arm_sigma);
@@ -203,7 +238,15 @@ fn other_values(bytes: &mut [u8], add: [i16; 6]) {
     });
 }
 
-fuzz_target!(|input: Input| {
+/// Whether it navigates at the end, and learnt from fixes.
+pub fn run(bytes: &[u8]) -> bool {
+    let long = std::env::var_os("FUZZ_LONG").is_some();
+    drive(bytes, long).is_some_and(|end| end.navigates && end.fixes > 10)
+}
+
+/// Drives for 75 s, or for 400; `None`: the bytes are no input.
+pub fn drive(bytes: &[u8], long: bool) -> Option<End> {
+    let input = crate::structured::<Input>(bytes)?;
     let mut windows = WindowLearner::new();
     let mut memory = Box::new(FixMemory::ZEROED);
     let mut learner = CombinedLearner {
@@ -215,6 +258,7 @@ fuzz_target!(|input: Input| {
         format: Some(FORMAT),
         sensor: sensor.told(),
         mode: Mode::Learn,
+        nets: stored(),
         block: 1.0,
         store: true,
         ..Config::default()
@@ -230,15 +274,14 @@ fuzz_target!(|input: Input| {
         framer: Framer::new(FORMAT),
         inside: HashMap::new(),
         packets: Packets::new(),
-        navigates: false,
-        fixes: 0,
+        end: End::default(),
         most,
     };
     let mut acts = input.acts.clone();
     acts.truncate(40);
     acts.sort_by_key(|(at, _)| *at);
     let mut acts = acts.iter().peekable();
-    let records = records();
+    let records = records(long);
     let (mut lost, mut late_us, mut values, mut aligned) = (0, 0, ([0; 6], 0), 0);
     let mut fix: Vec<Act> = Vec::new();
     for (k, record) in records.iter().enumerate() {
@@ -267,7 +310,14 @@ fuzz_target!(|input: Input| {
                 },
                 Act::Again => times = 2,
                 Act::Late(by) => late_us += u64::from(by) * 10_000,
-                Act::Values(add, count) => values = (add, u32::from(count) + 1),
+                Act::Values(add, count) => {
+                    let frames = if count == u8::MAX {
+                        u32::MAX
+                    } else {
+                        count.into()
+                    };
+                    values = (add, frames);
+                }
                 Act::Fix(..) | Act::Time(_) | Act::Accuracy(_) => fix.push(*act),
                 Act::Request(kind) => device.request(kind),
                 Act::Recall(at, with) => {
@@ -315,11 +365,12 @@ fuzz_target!(|input: Input| {
     ] {
         device.ask(&request);
     }
+    let end = device.end;
     if input.acts.is_empty() {
-        assert!(device.navigates, "an undisturbed drive is navigated");
-        assert!(device.fixes > 10, "{} fixes used", device.fixes);
+        assert!(end.navigates && end.fixes > 10, "{end:?}");
     }
-});
+    Some(end)
+}
 
 /// Whether it disturbs the next fix, too.
 fn disturb(pvt: &mut Pvt, act: &mut Act) -> bool {

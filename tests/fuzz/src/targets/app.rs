@@ -1,6 +1,5 @@
 //! Any bytes on all four lines at any time, any room in the output: nothing panics or hangs, no
 //! byte is made up or kept back, and every counter and state agrees with what left.
-#![no_main]
 
 use firmware::app::{App, Config, Lines};
 use firmware::control::{Mode, Window};
@@ -10,7 +9,6 @@ use firmware::model::Nets;
 use firmware::sample::RawSample;
 use firmware::wire::command::{MAX_PACKET, Packets, Request, Response, decode, encode};
 use firmware::wire::{Change, Checked, Fields, Framer, ImuFormat, Reading, framer, ubx};
-use libfuzzer_sys::fuzz_target;
 use lrnn_nostd::{Net, Normalisation, Weights};
 use std::cell::Cell;
 use std::collections::VecDeque;
@@ -155,9 +153,10 @@ fn request<'a>(kind: u8, bytes: &'a [u8]) -> Request<'a> {
     }
 }
 
-fuzz_target!(|input: &[u8]| {
+/// Whether the device found a frame.
+pub fn run(input: &[u8]) -> bool {
     let [which, setting, weight, input @ ..] = input else {
-        return;
+        return false;
     };
     let format = ImuFormat::ALL[usize::from(*which) % ImuFormat::ALL.len()];
     let config = Config {
@@ -253,4 +252,5 @@ fuzz_target!(|input: &[u8]| {
             decode::<Response>(packet).expect("our own packet");
         }
     }
-});
+    counters.frames > 0
+}

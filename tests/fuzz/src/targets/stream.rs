@@ -1,7 +1,6 @@
 //! Any bytes, in any format, cut anywhere: every byte comes out once and in order, and only checked
 //! frames are reported. A frame changed to its own sample is the same frame, and one changed to
 //! another sample is still a frame.
-#![no_main]
 
 use firmware::sample::{Axes, RawSample};
 use firmware::wire::framer::{Event, Framer, LONGEST};
@@ -9,16 +8,16 @@ use firmware::wire::receiver::epoch::Arrival;
 use firmware::wire::{
     Change, Checked, Detector, Framing, ImuFormat, Receiver, ReceiverFormat, Scan, Settings,
 };
-use libfuzzer_sys::fuzz_target;
 
-fn check(format: ImuFormat, event: Event<'_, ImuFormat>, seen: &mut Vec<u8>) {
+/// Whether it is a frame.
+fn check(format: ImuFormat, event: Event<'_, ImuFormat>, seen: &mut Vec<u8>) -> bool {
     seen.extend_from_slice(event.bytes());
     assert!(!event.bytes().is_empty());
     let before = event.bytes().to_vec();
     let len = before.len();
     let Some(mut frame) = event.frame() else {
         assert!(Checked::new(format, &mut before.clone()).is_err());
-        return;
+        return false;
     };
     assert_eq!(format.scan(&before), Scan::Frame(len));
     let reading = frame.read().expect("a good frame has values");
@@ -54,6 +53,7 @@ fn check(format: ImuFormat, event: Event<'_, ImuFormat>, seen: &mut Vec<u8>) {
     assert_eq!(sealed, changed);
     let (_, marked) = change(&other, true);
     assert_eq!(format.scan(&marked), Scan::Frame(len));
+    true
 }
 
 /// The checksum that ends most formats' frames is beyond a fuzzer's reach: repair it where a start
@@ -98,7 +98,8 @@ fn passes<F: Framing>(
 }
 
 /// A fix has finite values and positive standard deviations, whatever the bytes are.
-fn fixes(format: ReceiverFormat, stream: &[u8], piece: usize) {
+fn fixes(format: ReceiverFormat, stream: &[u8], piece: usize) -> bool {
+    let mut found = false;
     for told in [Some(format), None] {
         let mut receiver = Receiver::new(told);
         let mut arrival = Arrival::default();
@@ -106,17 +107,20 @@ fn fixes(format: ReceiverFormat, stream: &[u8], piece: usize) {
             receiver.push(bytes, arrival);
             while let Some(solution) = receiver.next_fix() {
                 let Some(fix) = solution.fix else { continue };
+                found = true;
                 assert!(fix.velocity.iter().all(|v| v.is_finite()));
                 assert!(fix.sigmas.iter().all(|sigma| *sigma > 0.0));
             }
             arrival.us += u64::from(bytes[0]) * 1000;
         }
     }
+    found
 }
 
-fuzz_target!(|input: &[u8]| {
+/// Whether there was a good frame or a fix.
+pub fn run(input: &[u8]) -> bool {
     let [which, piece, input @ ..] = input else {
-        return;
+        return false;
     };
     let piece = usize::from(*piece) % LONGEST + 1;
     let which_format =
@@ -127,16 +131,17 @@ fuzz_target!(|input: &[u8]| {
             let _ = event.values();
             seen.extend_from_slice(event.bytes());
         });
-        fixes(ReceiverFormat::ALL[which], input, piece);
-        return;
+        return fixes(ReceiverFormat::ALL[which], input, piece);
     };
     let stream = if which & 0x80 == 0 {
         input.to_vec()
     } else {
         repaired(format, input)
     };
+    let mut found = false;
     passes(format, &stream, piece, |event, seen| {
-        check(format, event, seen);
+        found |= check(format, event, seen);
     });
     Detector::new().push(&stream, |_, _| {});
-});
+    found
+}

@@ -2,7 +2,6 @@
 //! content, images and records with a right frame around any content. The stream goes on all the
 //! time. Each answer is a good packet, no request gets two, and bytes pass as they came while the
 //! device says that it is in bypass.
-#![no_main]
 
 use arbitrary::Arbitrary;
 use firmware::app::{App, Config, Lines, Phase};
@@ -11,7 +10,6 @@ use firmware::learn::{CombinedLearner, FixLearner, FixMemory, Settings, WindowLe
 use firmware::wire::command::{Packets, Response, decode};
 use firmware::wire::{Fields, ImuFormat, cobs, framer};
 use host_sim::hil::{MemoryLine, SetClock};
-use libfuzzer_sys::fuzz_target;
 
 /// Most bytes of a message that a packet has room for.
 const ROOM: usize = 150;
@@ -63,7 +61,7 @@ impl Device<'_> {
         self.number = self.number.wrapping_add(1);
         let mut plain = vec![self.number];
         plain.extend(&message[..message.len().min(ROOM)]);
-        plain.extend(fuzz::crc32(&plain).to_le_bytes());
+        plain.extend(crate::crc32(&plain).to_le_bytes());
         let mut packet = [0; 256];
         let len = cobs::encode(&plain, &mut packet).expect("room");
         self.bytes(&packet[..len]);
@@ -137,7 +135,11 @@ impl Device<'_> {
     }
 }
 
-fuzz_target!(|input: Input<'_>| {
+/// Whether a request was answered.
+pub fn run(bytes: &[u8]) -> bool {
+    let Some(input) = crate::structured::<Input>(bytes) else {
+        return false;
+    };
     let mut windows = WindowLearner::new();
     let mut memory = Box::new(FixMemory::ZEROED);
     let mut learner = CombinedLearner {
@@ -183,7 +185,7 @@ fuzz_target!(|input: Input<'_>| {
                         let value = f32::from(half[k % 12] as i8) / 64.0;
                         image.extend(value.to_le_bytes());
                     }
-                    image.extend(fuzz::crc32(&image).to_le_bytes());
+                    image.extend(crate::crc32(&image).to_le_bytes());
                     images.extend(image);
                 }
                 device.upload([3, 4], &images);
@@ -194,7 +196,7 @@ fuzz_target!(|input: Input<'_>| {
                 record.extend([schema % 6, 0]);
                 record.extend((body.len() as u16).to_le_bytes());
                 record.extend(body);
-                record.extend(fuzz::crc32(&record).to_le_bytes());
+                record.extend(crate::crc32(&record).to_le_bytes());
                 device.upload([13, 14], &record);
             }
             Act::Bytes(bytes) => device.bytes(bytes),
@@ -203,4 +205,5 @@ fuzz_target!(|input: Input<'_>| {
             device.frame();
         }
     }
-});
+    device.answers > 0
+}

@@ -1,7 +1,6 @@
 //! A store over any flash, with power cuts and rotten bits between its operations: it never misuses
 //! the chip, what it gives back is whole and finite, and what it has stored since the last rot is
 //! there, or what was there before a cut.
-#![no_main]
 
 use arbitrary::Arbitrary;
 use embedded_storage::nor_flash::{
@@ -10,7 +9,6 @@ use embedded_storage::nor_flash::{
 use firmware::configuration::record::Record;
 use firmware::model::Nets;
 use firmware::store::{Content, Store};
-use libfuzzer_sys::fuzz_target;
 use lrnn_nostd::{Net, Normalisation, Weights};
 
 const ERASE: usize = 4096;
@@ -36,11 +34,13 @@ struct Input<'i> {
     acts: Vec<Act>,
 }
 
-/// A byte is written once per erase; power may fail at any byte.
+/// A byte is written once per erase; power may fail at any byte. Without power nothing changes.
 struct Flash {
     bytes: Vec<u8>,
     written: Vec<bool>,
     left: usize,
+    /// The bits that the byte at which power fails keeps or gets, as far as they could.
+    torn: u8,
 }
 
 #[derive(Debug)]
@@ -57,13 +57,25 @@ impl ErrorType for Flash {
 }
 
 impl Flash {
+    /// Changes a byte, erases or writes it: whole, torn when power fails, or not without power.
     fn put(&mut self, at: usize, byte: u8) -> Result<(), PowerCut> {
         if self.left == 0 {
             return Err(PowerCut);
         }
         self.left -= 1;
+        if self.left == 0 {
+            let (was, torn) = (self.bytes[at], self.torn);
+            self.set(at, (was & torn) | (byte & !torn));
+            return Err(PowerCut);
+        }
         self.bytes[at] = byte;
         Ok(())
+    }
+
+    /// Makes a byte another one. One that reads as erased may be written.
+    fn set(&mut self, at: usize, byte: u8) {
+        self.bytes[at] = byte;
+        self.written[at] = byte != 0xFF;
     }
 }
 
@@ -98,9 +110,9 @@ impl NorFlash for Flash {
         let offset = offset as usize;
         assert!(offset.is_multiple_of(4) && bytes.len().is_multiple_of(4));
         for (at, &byte) in (offset..).zip(bytes) {
-            assert!(!self.written[at], "written twice");
-            self.written[at] = true;
+            assert!(self.left == 0 || !self.written[at], "written twice");
             self.put(at, byte)?;
+            self.written[at] = true;
         }
         Ok(())
     }
@@ -123,17 +135,23 @@ fn finite(nets: &Nets) -> bool {
     weights.all(|weight| weight.is_finite())
 }
 
-fuzz_target!(|input: Input<'_>| {
+/// Whether the store found a record.
+pub fn run(bytes: &[u8]) -> bool {
+    let Some(input) = crate::structured::<Input>(bytes) else {
+        return false;
+    };
     let mut flash = Flash {
         bytes: vec![0xA5; CAPACITY],
         written: vec![true; CAPACITY],
         left: usize::MAX,
+        torn: 0,
     };
     let at = usize::from(input.at) % CAPACITY;
-    for (place, byte) in flash.bytes[at..].iter_mut().zip(input.garbage) {
-        *place = *byte;
+    for (place, byte) in (at..CAPACITY).zip(input.garbage) {
+        flash.set(place, *byte);
     }
     let record = Record::new();
+    let mut found = false;
     // what must be there: one of these; nothing is certain after rot
     let mut certain: Option<Vec<u8>> = None;
     for act in input.acts.iter().take(24) {
@@ -141,6 +159,7 @@ fuzz_target!(|input: Input<'_>| {
         match store.load() {
             Ok(Some(stored)) => {
                 assert!(finite(&stored.nets));
+                found = true;
                 if let Some(known) = &certain {
                     let one_of = |n: &u8| stored.nets.same_images(&nets(*n));
                     assert!(known.iter().any(one_of), "neither old nor new: {act:?}");
@@ -160,6 +179,7 @@ fuzz_target!(|input: Input<'_>| {
             Act::Cut(n, left) => {
                 flash = store.into_inner();
                 flash.left = usize::from(left) % (2 * ERASE);
+                flash.torn = (left ^ (left >> 8)) as u8;
                 let mut store = Store::new(flash).unwrap_or_else(|_| panic!("large enough"));
                 let _ = store.load();
                 let new = nets(n);
@@ -177,15 +197,19 @@ fuzz_target!(|input: Input<'_>| {
             }
             Act::Flip(at, bit) => {
                 flash = store.into_inner();
-                flash.bytes[usize::from(at) % CAPACITY] ^= 1 << (bit % 8);
+                let at = usize::from(at) % CAPACITY;
+                flash.set(at, flash.bytes[at] ^ (1 << (bit % 8)));
                 certain = None;
             }
             Act::Rot(at, bytes) => {
                 flash = store.into_inner();
                 let at = usize::from(at) % (CAPACITY - 8);
-                flash.bytes[at..at + 8].copy_from_slice(&bytes);
+                for (place, byte) in (at..).zip(bytes) {
+                    flash.set(place, byte);
+                }
                 certain = None;
             }
         }
     }
-});
+    found
+}

@@ -1,0 +1,34 @@
+//! Any header and any table as a recording in CSV, divided by a zero byte. The header may name no
+//! file outside its folder.
+
+use host_sim::recordings::generic;
+
+/// Whether a header may name a file elsewhere: a slash that is not of a unit, or an escape.
+fn names_folders(header: &[u8]) -> bool {
+    let text = String::from_utf8_lossy(header);
+    let units = ["rad/s", "deg/s", "deg/h", "km/h", "m/s"];
+    let left = units
+        .iter()
+        .fold(text.into_owned(), |text, unit| text.replace(unit, " "));
+    left.contains(['/', '\\'])
+}
+
+/// Whether the recording was read.
+pub fn run(input: &[u8]) -> bool {
+    let (header, table) = crate::halves(input);
+    if names_folders(header) {
+        return false;
+    }
+    let table = crate::file("imu.csv", table);
+    let header = crate::file("header.toml", header);
+    match generic::read(&header, &[table]) {
+        Ok(record) => {
+            let (_, samples) = record.increments();
+            let values = samples.iter().flat_map(|s| s.dtheta.iter().chain(&s.dv));
+            assert!(values.into_iter().all(|value| value.is_finite()));
+            let _ = record.session();
+            true
+        }
+        Err(error) => crate::refused(&error),
+    }
+}

@@ -1,0 +1,100 @@
+//! Writes inputs with which the targets begin, made by our own writers. Only on demand, after a
+//! change of a format: `cargo test -p fuzz --test seeds -- --ignored`.
+
+use firmware::configuration::SCHEMA;
+use firmware::configuration::record::encode;
+use firmware::wire::{Fields, ImuFormat, framer::LONGEST, ubx::Pvt};
+use host_sim::unit::{Unit, presets};
+use std::path::Path;
+
+fn write(target: &str, name: &str, bytes: &[u8]) {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("corpus");
+    std::fs::write(folder.join(target).join(name), bytes).expect("a file");
+}
+
+/// The configuration of each unit that we know.
+#[test]
+#[ignore = "writes files"]
+fn configurations() {
+    for name in presets::names() {
+        let unit = Unit::preset(name).expect("a unit");
+        let told = unit.configuration().expect("a configuration");
+        let record = encode(&told);
+        let body = &record[8..record.len() - 4];
+        let seed = [&[SCHEMA as u8], body].concat();
+        write("configuration", &format!("seed-{name}"), &seed);
+    }
+}
+
+/// Three frames of the first sensor of each format, and two fixes.
+#[test]
+#[ignore = "writes files"]
+fn streams() {
+    for (index, format) in ImuFormat::ALL.into_iter().enumerate() {
+        let sensor = &format.simulated()[0];
+        let mut seed = vec![index as u8, 200];
+        for n in 0..3 {
+            let fields = Fields {
+                index: n,
+                time: f64::from(n) / f64::from(sensor.rate),
+                gyro: [100, -200, 300],
+                accel: [5, -7, 40_000],
+                rest: sensor.rest,
+            };
+            let mut buffer = [0; LONGEST];
+            let len = (sensor.emit)(&fields, &mut buffer).expect("room");
+            seed.extend(&buffer[..len]);
+        }
+        write("stream", &format!("seed-{format:?}").to_lowercase(), &seed);
+    }
+    let mut seed = vec![ImuFormat::ALL.len() as u8, 200];
+    for second in 0..2 {
+        let fix = Pvt {
+            time_of_week: second * 1000,
+            fix: 3,
+            flags: 1,
+            horizontal_accuracy: 1400,
+            vertical_accuracy: 1500,
+            speed_accuracy: 50,
+            ..Pvt::default()
+        };
+        seed.extend(fix.emit());
+    }
+    write("stream", "seed-fixes", &seed);
+}
+
+/// A vehicle at rest, and one with a receiver in the same table.
+#[test]
+#[ignore = "writes files"]
+fn tables() {
+    let imu = "[imu]\nfile=\"imu.csv\"\ntime={column=\"t\",unit=\"ms\"}\n\
+               gyro={columns=[\"gx\",\"gy\",\"gz\"],unit=\"deg/s\"}\n\
+               accel={columns=[\"ax\",\"ay\",\"az\"],unit=\"g\"}\naxes=\"y x -z\"\n";
+    let start = "[start]\nroll_deg=0.0\npitch_deg=0.0\nheading_deg=90.0\n";
+    let site = "latitude_deg=45.0\nlongitude_deg=7.0\nheight_m=80.0\n";
+    let gnss = "[gnss]\ntime={column=\"t\",unit=\"ms\"}\nlatitude={column=\"lat\",unit=\"deg\"}\n\
+                longitude={column=\"lon\",unit=\"deg\"}\nheight={column=\"h\",unit=\"m\"}\n";
+    let mut still = String::from("t,gx,gy,gz,ax,ay,az\n");
+    let mut moving = String::from("t,gx,gy,gz,ax,ay,az,lat,lon,h\n");
+    for k in 0..30 {
+        let sample = format!("{},0,0,0.0023,0,0,1.0003", 10 * k);
+        still += &format!("{sample}\n");
+        moving += &if k % 10 == 0 {
+            format!("{sample},45.000{k},7.0,80.0\n")
+        } else {
+            format!("{sample},,,\n")
+        };
+    }
+    let still = format!("{imu}{start}{site}\0{still}");
+    let moving = format!("{imu}{gnss}{start}\0{moving}");
+    write("csv", "seed-standing", still.as_bytes());
+    write("csv", "seed-moving", moving.as_bytes());
+    write(
+        "csv",
+        "seed-increments",
+        still
+            .replace("\"deg/s\"", "\"rad\"")
+            .replace("\"g\"", "\"m/s\"")
+            .as_bytes(),
+    );
+}
