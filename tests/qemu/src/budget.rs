@@ -18,6 +18,11 @@ pub struct Budgets {
     pub instructions: BTreeMap<String, f64>,
     /// Instructions of the whole application, by the sensor's format.
     pub application: BTreeMap<String, ApplicationBudget>,
+    /// Instructions on the target for one more of what a device may have several of, by the kind
+    /// of the growing works.
+    pub one_more: BTreeMap<String, f64>,
+    /// Most memory of a command of `host-sim` with a recording of 24 h at 200 Hz, MiB.
+    pub day_mib: BTreeMap<String, f64>,
 }
 
 /// Limits of the application, instructions on the Cortex-M4F.

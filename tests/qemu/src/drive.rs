@@ -1,9 +1,11 @@
 //! Simulated drives (`host_sim::hil::drive`) as recordings for the images.
 
 use anyhow::{Context, Result, ensure};
+use firmware::configuration::Configuration;
 use firmware::wire::ImuFormat;
 use host_sim::hil as simulated;
 use host_sim::inertial::session::Session;
+use host_sim::simulator::imu::ImuSpec;
 
 use crate::replay::{Input, LONGEST, Pace};
 
@@ -39,6 +41,16 @@ pub fn drive_from(
     Ok((drive.session, records(drive.records)))
 }
 
+/// A drive without standstill that a device told this measures.
+///
+/// # Errors
+/// The sensor cannot be simulated at this rate, or a sample does not fit into its field.
+pub fn drive_told(told: &Configuration, format: ImuFormat, seconds: u32) -> Result<Vec<Record>> {
+    let medium = ImuSpec::preset("medium").context("no preset medium")?;
+    let drive = simulated::drive_told(told, format, &medium, [seconds, 0])?;
+    Ok(records(drive.records))
+}
+
 fn records(simulated: Vec<simulated::Record>) -> Vec<Record> {
     let record = |record: simulated::Record| Record {
         input: match record.input {
@@ -49,6 +61,21 @@ fn records(simulated: Vec<simulated::Record>) -> Vec<Record> {
         bytes: record.bytes,
     };
     simulated.into_iter().map(record).collect()
+}
+
+/// A recording for the `replay` image at pace [`Pace::Time`], of a device that learns and is told
+/// this sensor: the arguments of [`told`](crate::replay::told).
+///
+/// # Errors
+/// As [`recording`].
+pub fn timed_recording(
+    (format, variant, rate): (ImuFormat, u8, u16),
+    records: &[Record],
+) -> Result<Vec<u8>> {
+    let mut file = recording(format, Pace::Time, true, records)?;
+    let [low, high] = rate.to_le_bytes();
+    file.splice(3..3, [variant, low, high]);
+    Ok(file)
 }
 
 /// A recording for the `replay` image.

@@ -8,6 +8,7 @@ use std::process::{Command, Stdio};
 use anyhow::{Context, Result, ensure};
 
 use crate::machine::{self, Machine};
+use crate::stack;
 
 /// The target triple.
 pub const TARGET: &str = "thumbv7em-none-eabihf";
@@ -17,6 +18,9 @@ pub const PROFILE: &str = "firmware";
 
 /// Environment variable that makes a missing emulator or target an error instead of a skipped test.
 pub const REQUIRE: &str = "LRNN_REQUIRE_QEMU";
+
+/// Environment variable with the compiler's flags, a separator between them.
+const FLAGS: &str = "CARGO_ENCODED_RUSTFLAGS";
 
 /// A program that can be built: package and binary.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -108,7 +112,30 @@ impl Image {
     /// # Errors
     /// cargo cannot be started, or the build fails; cargo has printed why.
     pub fn build(self) -> Result<PathBuf> {
-        let directory = target_directory()?.join("images");
+        self.build_in("images", |_| {})
+    }
+
+    /// Builds the same image with a section in which the compiler says how large each function's
+    /// frame is ([`stack::EMIT`]).
+    ///
+    /// # Errors
+    /// As [`Image::build`].
+    pub fn build_with_frames(self) -> Result<PathBuf> {
+        self.build_in("frames", |build| {
+            let flags = build.get_envs().find(|(name, _)| *name == FLAGS);
+            let flags = flags
+                .and_then(|(_, flags)| flags?.to_str())
+                .unwrap_or_default();
+            // a compiler that takes unstable flags would give functions other names, and so
+            // another order
+            let names = ["-Zunstable-options", "-Csymbol-mangling-version=legacy"];
+            let flags = [flags, stack::EMIT, names[0], names[1]].join("\u{1f}");
+            build.env(FLAGS, flags).env("RUSTC_BOOTSTRAP", "1");
+        })
+    }
+
+    fn build_in(self, directory: &str, change: impl FnOnce(&mut Command)) -> Result<PathBuf> {
+        let directory = target_directory()?.join(directory);
         let mut build = cargo();
         build
             .args(["build", "--quiet", "--profile", PROFILE, "--target", TARGET])
@@ -121,6 +148,7 @@ impl Image {
             ])
             .arg(&directory);
         without_paths(&mut build, &workspace());
+        change(&mut build);
         let status = build.status().context("cannot start cargo")?;
         ensure!(status.success(), "building image {} failed", self.name);
         Ok(directory.join(TARGET).join(PROFILE).join(self.name))
@@ -199,10 +227,9 @@ pub fn without_paths(build: &mut Command, sources: &Path) {
         let from = from?.into_os_string().into_string().ok()?;
         Some(format!("--remap-path-prefix={from}=/{to}"))
     });
-    build.env_remove("RUSTFLAGS").env(
-        "CARGO_ENCODED_RUSTFLAGS",
-        flags.collect::<Vec<_>>().join("\u{1f}"),
-    );
+    build
+        .env_remove("RUSTFLAGS")
+        .env(FLAGS, flags.collect::<Vec<_>>().join("\u{1f}"));
 }
 
 /// The cargo that runs us, in the workspace, without input.

@@ -1,6 +1,6 @@
 //! Board images in QEMU. On the desktop this library builds the images ([`images`]), runs them
-//! ([`machine`]), measures them ([`size`], [`count`]) and knows what they may cost ([`budget`]); on
-//! the target it is the start-up and exit of the programs in `src/bin`.
+//! ([`machine`]), measures them ([`size`], [`stack`], [`count`]) and knows what they may cost
+//! ([`budget`]); on the target it is the start-up and exit of the programs in `src/bin`.
 //!
 //! [`replay`] is on both sides. The board images themselves run in [`live`] machines, with sockets
 //! at their serial lines, or are [`listening`] at ports.
@@ -16,6 +16,8 @@ pub mod budget;
 pub mod count;
 #[cfg(not(target_os = "none"))]
 pub mod cycles;
+#[cfg(not(target_os = "none"))]
+pub mod debugger;
 #[cfg(not(target_os = "none"))]
 pub mod drive;
 #[cfg(not(target_os = "none"))]
@@ -40,6 +42,8 @@ pub mod report;
 pub mod size;
 #[cfg(not(target_os = "none"))]
 pub mod software;
+#[cfg(not(target_os = "none"))]
+pub mod stack;
 
 /// `main` of a target program built for the desktop, as `cargo build --workspace` does.
 #[cfg(not(target_os = "none"))]

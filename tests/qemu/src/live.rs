@@ -9,12 +9,13 @@ use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result, bail, ensure};
 
+use crate::debugger::Debugger;
 use crate::images::Board;
 use crate::memory::{Memory, RAM_START};
 use crate::size::RAM;
 
 /// How long QEMU may take to start or to answer.
-const PATIENCE: Duration = Duration::from_secs(20);
+const PATIENCE: Duration = Duration::from_secs(120);
 
 /// A running board; ended when dropped.
 #[derive(Debug)]
@@ -103,6 +104,22 @@ impl Live {
             output.push(byte[0]);
         }
         Ok(String::from_utf8_lossy(&output).into_owned())
+    }
+
+    /// Stops the board.
+    ///
+    /// # Errors
+    /// QEMU's debug server does not connect.
+    pub fn debugger(&mut self) -> Result<Debugger> {
+        let listener = TcpListener::bind("127.0.0.1:0")?;
+        let port = listener.local_addr()?.port();
+        let line = format!("chardev-add socket,id=debugger,host=127.0.0.1,port={port}\n");
+        self.monitor.write_all(line.as_bytes())?;
+        self.prompt()?;
+        let line = accept(&listener, &mut self.qemu)?;
+        self.monitor.write_all(b"gdbserver chardev:debugger\n")?;
+        self.prompt()?;
+        Debugger::new(line)
     }
 
     /// A copy of the board's RAM as it is now.

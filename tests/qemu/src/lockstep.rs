@@ -17,7 +17,7 @@ use host_sim::hil::{Input, MemoryLine, Record, SetClock};
 use crate::listening::Listening;
 
 /// How long a board may be silent.
-const PATIENCE: Duration = Duration::from_secs(20);
+const PATIENCE: Duration = Duration::from_secs(120);
 
 /// The application on the desktop, with the learners of the board.
 pub struct Twin {

@@ -12,7 +12,9 @@ use firmware::configuration::Configuration;
 use firmware::configuration::record::{self, Record as Configured};
 use firmware::control::{Mode, Window};
 use firmware::model::IMAGES_LEN;
-use firmware::wire::command::{self, Estimate, Health, MAX_CHUNK, MAX_PACKET, Request, Response};
+use firmware::wire::command::{
+    self, Estimate, Health, MAX_CHUNK, MAX_PACKET, Request, Reset, Response,
+};
 use firmware::wire::framer::LONGEST;
 use firmware::wire::{Fields, ImuFormat};
 use lrnn_nostd::image::{self, IMAGE_LEN};
@@ -251,20 +253,41 @@ fn answer(line: &mut TcpStream, number: u8, request: &[u8]) -> Result<Option<Est
 /// # Errors
 /// As [`serve`].
 pub fn health(line: &mut TcpStream) -> Result<Health> {
+    state(line, &Request::GetHealth, |answer| match answer {
+        Response::Health(health) => Some(health),
+        _ => None,
+    })
+}
+
+/// Why the board started; it is asked until it answers.
+///
+/// # Errors
+/// As [`serve`].
+pub fn reset(line: &mut TcpStream) -> Result<Reset> {
+    state(line, &Request::GetReset, |answer| match answer {
+        Response::Reset(reset) => Some(reset),
+        _ => None,
+    })
+}
+
+fn state<T>(
+    line: &mut TcpStream,
+    request: &Request,
+    of: impl Fn(Response) -> Option<T>,
+) -> Result<T> {
     let mut buffer = [0; MAX_PACKET];
-    let request = command::encode(0, &Request::GetHealth, &mut buffer);
+    let request = command::encode(0, request, &mut buffer);
     let request = request.map_err(|error| anyhow::anyhow!("{error:?}"))?;
     line.set_read_timeout(Some(Duration::from_millis(500)))?;
     for _ in 0..TRIES {
         line.write_all(request)?;
         if let Some(mut packet) = packet(line)? {
-            match command::decode::<Response>(&mut packet) {
-                Ok((0, Response::Health(health))) => return Ok(health),
-                other => bail!("the board answers {other:?}"),
-            }
+            let answer = command::decode::<Response>(&mut packet).ok();
+            let state = answer.and_then(|(_, answer)| of(answer));
+            return state.context("the board answers something else");
         }
     }
-    bail!("no health after {TRIES} times")
+    bail!("no answer after {TRIES} times")
 }
 
 /// One packet of the command link; `None` when nothing comes.

@@ -3,12 +3,15 @@
 //!
 //! A recording is three bytes (number in `ImuFormat::ALL`, pace, whether it learns) and then
 //! records: line, two bytes of length, four bytes of time in microseconds (both little-endian),
-//! bytes.
+//! bytes. At pace [`Pace::Time`] the variant of the sensor and the rate, in three bytes, stand
+//! before the records.
 
 mod lines;
+mod timed;
 
 use firmware::app::blackbox::Memory;
 use firmware::app::{Activation, App, Config, Lines};
+use firmware::configuration::{Configuration, Sensor};
 use firmware::control::Mode;
 use firmware::learn::Learner;
 use firmware::link::progress::{NoStream, Progress};
@@ -21,6 +24,8 @@ use vectors::Digest;
 
 use lines::{CALIBRATION, Now, Tap};
 pub use lines::{Feed, Wires};
+pub use timed::CYCLES;
+use timed::Timed;
 
 /// Longest record.
 pub const LONGEST: usize = 256;
@@ -61,13 +66,16 @@ pub enum Pace {
     /// One by one too, but moved by the streams of a DMA controller, whose interrupts alone cost
     /// something.
     Dma,
+    /// All at once, at the record's time. Meanwhile the processor does what there is to do, at its
+    /// speed.
+    Time,
 }
 
 impl Pace {
     /// From its number in a recording.
     #[must_use]
     pub fn from_number(number: u8) -> Option<Self> {
-        [Self::Record, Self::Byte, Self::Dma]
+        [Self::Record, Self::Byte, Self::Dma, Self::Time]
             .into_iter()
             .find(|pace| *pace as u8 == number)
     }
@@ -95,6 +103,27 @@ pub fn learning_config(format: ImuFormat) -> Config {
         activation: Activation::Faded,
         ..config(format)
     }
+}
+
+/// A device that learns from fixes and is told of this variant of the format's simulated sensors,
+/// at this rate, Hz. `None`: there is no such variant.
+#[must_use]
+pub fn told(format: ImuFormat, variant: u8, rate: u16) -> Option<Configuration> {
+    let mut sensor = Settings::DEFAULT;
+    let simulated = format.simulated().get(usize::from(variant))?;
+    (simulated.settings)(&mut sensor);
+    let code = [125, 250, 500, 1000, 2000]
+        .iter()
+        .position(|known| *known == rate);
+    let stim300 = &mut sensor.stim300.config;
+    *stim300 = stim300.with_sample_rate_code(code.unwrap_or_default() as u8);
+    let mut told = Configuration {
+        sensor: Some(Sensor::Stream(format.settings(&sensor))),
+        rate: rate.into(),
+        ..Configuration::default()
+    };
+    (told.correction.mode, told.correction.activation) = (Mode::Learn, Activation::Faded);
+    Some(told)
 }
 
 /// The networks: the weights of the shared vectors, which have a memory; output up to about 1 deg/h
@@ -137,6 +166,11 @@ pub struct Cost {
     pub pass: u32,
     /// Sensor records before it.
     pub pass_at: u32,
+    /// At pace [`Pace::Time`]: from a frame's last byte to its first byte sent, the longest from
+    /// record `FIRST` on, ns.
+    pub late: u32,
+    /// Sensor records before it.
+    pub late_at: u32,
 }
 
 /// The state of a learner.
@@ -162,6 +196,7 @@ pub struct Replay<'u, S = NoStream> {
     /// Ticks of the calibration.
     overhead: u32,
     cost: Cost,
+    timed: Timed,
 }
 
 impl<'u, S: Progress + Copy> Replay<'u, S> {
@@ -185,6 +220,7 @@ impl<'u, S: Progress + Copy> Replay<'u, S> {
                 navigation: Tap {
                     port: wires.navigation.port_over(other, other_sync, wake),
                     first: None,
+                    last: 0,
                     ticks: wires.ticks,
                 },
                 command: Feed::default(),
@@ -196,6 +232,7 @@ impl<'u, S: Progress + Copy> Replay<'u, S> {
             sent: Vec::new(),
             overhead: 0,
             cost: Cost::default(),
+            timed: Timed::default(),
         };
         if let Some(let_through) = wires.let_through {
             replay.overhead = replay.rehearse();
@@ -211,11 +248,15 @@ impl<'u, S: Progress + Copy> Replay<'u, S> {
 
     /// One record: what the application sends to the navigation computer.
     pub fn record(&mut self, input: Input, at_us: u32, bytes: &[u8]) -> &[u8] {
-        self.now.0 = at_us.into();
         self.sent.clear();
+        if self.pace == Pace::Time {
+            self.in_time(input, at_us, bytes);
+            return &self.sent;
+        }
+        self.now.0 = at_us.into();
         match (input, self.pace) {
             (Input::Sensor, Pace::Byte | Pace::Dma) => self.interrupts(bytes),
-            (Input::Sensor, Pace::Record) => {
+            (Input::Sensor, Pace::Record | Pace::Time) => {
                 for byte in bytes {
                     self.wires.sensor.came(*byte);
                 }

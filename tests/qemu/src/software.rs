@@ -7,11 +7,12 @@ use std::time::Duration;
 
 use anyhow::{Context, Result, ensure};
 use firmware::app::Config;
+use firmware::configuration::Configuration;
 use firmware::link::uart::Uart;
 use firmware::wire::ImuFormat;
 use vectors::Digest;
 
-use crate::drive::{Record, recording};
+use crate::drive::{Record, recording, timed_recording};
 use crate::machine::{Clock, Machine, run_in};
 use crate::replay::{Cost, Input, Learnt, Pace, Replay, Wires, learning_config};
 use firmware::learn::{FixLearner, FixMemory, Settings};
@@ -44,6 +45,11 @@ pub struct Instructions {
     pub pass: f64,
     /// Samples before it.
     pub pass_at: u32,
+    /// At pace [`Pace::Time`]: how long a frame was in the device at most, from its last byte to
+    /// the first byte sent, us.
+    pub late_us: f64,
+    /// Samples before it.
+    pub late_at: u32,
 }
 
 /// Runs the library on the desktop.
@@ -59,10 +65,20 @@ pub fn on_desktop(config: Config, records: &[Record]) -> Outcome {
 /// Runs the library on the desktop with learning from fixes.
 #[must_use]
 pub fn learning_on_desktop(format: ImuFormat, records: &[Record]) -> Outcome {
+    learner_on_desktop(learning_config(format), records)
+}
+
+/// The same with a device that is told its sensor.
+#[must_use]
+pub fn told_on_desktop(told: &Configuration, records: &[Record]) -> Outcome {
+    learner_on_desktop(Config::of(told), records)
+}
+
+fn learner_on_desktop(config: Config, records: &[Record]) -> Outcome {
     let memory = Box::leak(Box::new(FixMemory::ZEROED));
     let learner = Box::leak(Box::new(FixLearner::new(memory, Settings::MEDIUM)));
     let lines = [Uart::new(), Uart::new()];
-    let (config, wires) = (learning_config(format), Wires::plain(&lines));
+    let wires = Wires::plain(&lines);
     over(
         Replay::with_learner(config, Pace::Record, wires, Some(learner)),
         records,
@@ -96,11 +112,35 @@ pub fn on_target(
     records: &[Record],
     limit: Duration,
 ) -> Result<Outcome> {
+    let recording = recording(format, pace, learns, records)?;
+    run_recording(image, machine, clock, &recording, limit)
+}
+
+/// The same at pace [`Pace::Time`], where the device learns and is told its sensor: the arguments
+/// of [`told`](crate::replay::told).
+///
+/// # Errors
+/// As [`on_target`].
+pub fn timed_on_target(
+    image: &Path,
+    machine: Machine,
+    sensor: (ImuFormat, u8, u16),
+    records: &[Record],
+    limit: Duration,
+) -> Result<Outcome> {
+    let recording = timed_recording(sensor, records)?;
+    run_recording(image, machine, Clock::Instructions, &recording, limit)
+}
+
+fn run_recording(
+    image: &Path,
+    machine: Machine,
+    clock: Clock,
+    recording: &[u8],
+    limit: Duration,
+) -> Result<Outcome> {
     let directory = tempfile::tempdir()?;
-    fs::write(
-        directory.path().join("input"),
-        recording(format, pace, learns, records)?,
-    )?;
+    fs::write(directory.path().join("input"), recording)?;
     let run = run_in(directory.path(), machine, image, clock, limit)?;
     ensure!(
         run.code == Some(0),
@@ -126,6 +166,8 @@ pub fn on_target(
         latency: u32::try_from(value("latency ")?)?,
         pass: u32::try_from(value("pass ")?)?,
         pass_at: u32::try_from(value("pass_at ")?)?,
+        late: u32::try_from(value("late ")?)?,
+        late_at: u32::try_from(value("late_at ")?)?,
     };
     let learnt = Learnt {
         weights: value("weights ")?,
@@ -139,6 +181,8 @@ pub fn on_target(
         latency: f64::from(cost.latency) * tick,
         pass: f64::from(cost.pass) * tick,
         pass_at: cost.pass_at,
+        late_us: f64::from(cost.late) * 1e-3,
+        late_at: cost.late_at,
     };
     Ok(Outcome {
         samples: cost.records,

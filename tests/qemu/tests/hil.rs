@@ -15,6 +15,7 @@ fn setup(board: &Listening, format: ImuFormat, seconds: u32) -> Setup {
         nav,
         gnss: Some(gnss),
         command: Some(command),
+        key: None,
         baud: 921_600,
         told: Configuration::default(),
         format,

@@ -5,15 +5,16 @@ use std::thread;
 use std::time::Duration;
 
 use firmware::wire::ImuFormat;
-use firmware::wire::command::fault;
+use firmware::wire::command::{CrashKind, fault};
 use qemu::budget::Budgets;
 use qemu::drive::drive;
 use qemu::images::{BOARDS, Board};
 use qemu::live::Live;
-use qemu::memory::Memory;
-use qemu::protocol::{drives, health, learn_from_reference, serve};
+use qemu::memory::{Memory, address};
+use qemu::protocol::{drives, health, learn_from_reference, reset, serve};
 use qemu::size::Size;
 use qemu::software::changed;
+use qemu::stack::Bound;
 
 fn corrects(board: Board, format: ImuFormat, seconds: u32) {
     let Some(image) = board.image.build_or_skip() else {
@@ -33,7 +34,8 @@ fn corrects(board: Board, format: ImuFormat, seconds: u32) {
     fits(board, &image, &served.memory, &what);
 }
 
-/// Its variables and its stack are within the budget.
+/// Its variables and its stack are within the budget, and its stack within the bound that follows
+/// from its instructions.
 fn fits(board: Board, image: &Path, memory: &Memory, what: &str) {
     let stack = memory.stack_high_water().expect("painted");
     let ram = Size::of(image).expect("an ELF file").ram;
@@ -41,6 +43,12 @@ fn fits(board: Board, image: &Path, memory: &Memory, what: &str) {
     let limit = budgets.image[board.image.name].ram_and_stack;
     let limit = limit.expect("a board has a budget for its stack");
     assert!(ram + stack <= limit, "{what}: {ram} + {stack} bytes");
+    let bound = Bound::of(image).expect("its calls can be followed").bytes;
+    println!("{what}: {stack} bytes of stack, at most {bound}");
+    assert!(
+        stack <= bound.into(),
+        "{what}: {stack} bytes of stack, bound {bound}"
+    );
     assert!(
         stack > 1000,
         "{what}: {stack} bytes cannot hold the application"
@@ -119,4 +127,29 @@ fn the_log_of_a_board_is_read_from_its_memory() {
         "{line}"
     );
     assert!(reset.contains("reset by"), "{reset}");
+}
+
+/// The program runs its `main` once more with 16 bytes of stack left. QEMU has no memory below RAM
+/// either: the board starts anew and tells why.
+#[test]
+fn a_stack_that_overflows_is_told_after_the_reset() {
+    for board in [BOARDS[0], BOARDS[3]] {
+        let Some(image) = board.image.build_or_skip() else {
+            return;
+        };
+        let bytes = std::fs::read(&image).expect("it");
+        let symbol = |name| address(&bytes, name).expect("a symbol") as u32;
+        let end = symbol("_stack_end");
+        let mut live = Live::start(board, &image).expect("it starts");
+        assert_eq!(reset(&mut live.command).expect("an answer").crash, None);
+        let mut debugger = live.debugger().expect("it stops");
+        debugger.set(13, end + 16).expect("the stack pointer");
+        debugger.set(15, symbol("main") & !1).expect("the place");
+        debugger.go_on().expect("it goes on");
+        let crash = reset(&mut live.command).expect("an answer").crash;
+        let crash = crash.expect("a record");
+        assert_eq!(crash.kind, CrashKind::StackOverflow, "{crash:?}");
+        assert!((1..=64).contains(&(end - crash.bfar)), "{crash:?}");
+        assert_eq!((crash.number, crash.starts), (1, 1));
+    }
 }

@@ -7,10 +7,13 @@
 mod target {
     use core::fmt::Write;
 
+    use firmware::app::Config;
     use firmware::app::blackbox::Memory;
     use firmware::link::progress::Progress;
     use firmware::wire::ImuFormat;
-    use qemu::replay::{HEADER, Input, LONGEST, Pace, Replay, Wires, config, learning_config};
+    use qemu::replay::{
+        HEADER, Input, LONGEST, Pace, Replay, Wires, config, learning_config, told,
+    };
     use qemu::target::files::File;
     use qemu::target::{dma, exit, interrupts, output, start_counter};
     use vectors::Digest;
@@ -117,7 +120,15 @@ mod target {
             Replay::new(config(format), pace, wires)
         } else {
             let learner = qemu::target::learner();
-            Replay::with_learner(learning_config(format), pace, wires, learner)
+            let config = if pace == Pace::Time {
+                let variant = reader.byte()?;
+                let mut rate = [0; 2];
+                reader.bytes(&mut rate)?;
+                Config::of(&told(format, variant, u16::from_le_bytes(rate))?)
+            } else {
+                learning_config(format)
+            };
+            Replay::with_learner(config, pace, wires, learner)
         };
         replay.record_in(cortex_m::singleton!(: Memory = Memory::ZEROED)?);
         while let Some(input) = reader.byte() {
@@ -133,7 +144,7 @@ mod target {
                 return None;
             }
         }
-        if !writer.flush() {
+        if !(writer.write(replay.end()) && writer.flush()) {
             return None;
         }
         let (cost, learnt) = (replay.cost(), replay.learnt());
@@ -146,6 +157,8 @@ mod target {
         writeln!(out, "latency {}", cost.latency).ok()?;
         writeln!(out, "pass {}", cost.pass).ok()?;
         writeln!(out, "pass_at {}", cost.pass_at).ok()?;
+        writeln!(out, "late {}", cost.late).ok()?;
+        writeln!(out, "late_at {}", cost.late_at).ok()?;
         writeln!(out, "weights {}", learnt.weights).ok()?;
         writeln!(out, "fixes {}", learnt.fixes).ok()?;
         writeln!(out, "winner {}", learnt.winner).ok()

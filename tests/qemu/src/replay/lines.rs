@@ -44,11 +44,12 @@ impl Line for Feed {
     }
 }
 
-/// The navigation line: notes when the first byte of a message left.
+/// The navigation line: notes when the first and the last message began to leave.
 #[derive(Debug)]
 pub(super) struct Tap<'u, S> {
     pub(super) port: Port<'u, S>,
     pub(super) first: Option<u32>,
+    pub(super) last: u32,
     pub(super) ticks: fn() -> u32,
 }
 
@@ -62,8 +63,9 @@ impl<S: Progress> Line for Tap<'_, S> {
     }
 
     fn send(&mut self, message: &[u8]) -> Result<(), Full> {
+        self.last = (self.ticks)();
         if self.first.is_none() {
-            self.first = Some((self.ticks)());
+            self.first = Some(self.last);
         }
         self.port.send(message)
     }

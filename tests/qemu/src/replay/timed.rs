@@ -1,0 +1,93 @@
+//! Records that come when they come, and a processor that needs time for what it does.
+//!
+//! The clock of the application goes on by what its passes cost. Bytes that arrive during a pass
+//! are seen by the next one. So work that falls together delays frames here as on a board.
+
+use firmware::link::progress::Progress;
+use heapless::Deque;
+
+use super::{FIRST, Input, Replay};
+
+/// Cycles that an instruction is taken to need. On a Cortex-M4F most need one, loads and branches
+/// up to three, flash with an accelerator little more; measured on no chip.
+pub const CYCLES: u64 = 2;
+/// Instructions in 1000 ticks: SysTick counts with 168 MHz, an instruction is a nanosecond.
+const PER_THOUSAND: u64 = 5952;
+/// Cycles in a microsecond.
+const MHZ: u64 = 168;
+
+/// The processor's time and the frames under way.
+#[derive(Debug, Default)]
+pub(super) struct Timed {
+    now_ns: u64,
+    busy: bool,
+    /// When the frames came that have not left, ns, and their lengths.
+    waiting: Deque<(u64, usize), 64>,
+    /// Bytes that have left of the oldest one.
+    left: usize,
+}
+
+fn ns_of(ticks: u32) -> u64 {
+    u64::from(ticks) * PER_THOUSAND * CYCLES / MHZ
+}
+
+impl<S: Progress + Copy> Replay<'_, S> {
+    /// Works until the record's time, then takes it.
+    pub(super) fn in_time(&mut self, input: Input, at_us: u32, bytes: &[u8]) {
+        let at_ns = u64::from(at_us) * 1000;
+        while self.timed.busy && self.timed.now_ns < at_ns {
+            self.timed_pass();
+        }
+        self.timed.now_ns = self.timed.now_ns.max(at_ns);
+        self.timed.busy = true;
+        match input {
+            Input::Sensor => {
+                for byte in bytes {
+                    self.wires.sensor.came(*byte);
+                }
+                self.cost.records += 1;
+                let _ = self.timed.waiting.push_back((at_ns, bytes.len()));
+            }
+            Input::Gnss => self.lines.gnss.provide(bytes),
+            Input::Command => self.lines.command.provide(bytes),
+        }
+    }
+
+    fn timed_pass(&mut self) {
+        let ticks = self.wires.ticks;
+        let since = |begun: u32, then: u32| then.wrapping_sub(begun) & 0x00ff_ffff;
+        self.now.0 = self.timed.now_ns / 1000;
+        let begun = ticks();
+        self.timed.busy = self.app.poll(&mut self.lines, &self.now);
+        let pass = since(begun, ticks());
+        if pass > self.cost.pass {
+            (self.cost.pass, self.cost.pass_at) = (pass, self.cost.records);
+        }
+        let last_ns = self.timed.now_ns + ns_of(since(begun, self.lines.navigation.last));
+        self.timed.now_ns += ns_of(pass);
+        while let Some(byte) = (self.wires.left)(self.wires.navigation) {
+            let _ = self.sent.push(byte);
+            self.timed.left += 1;
+            let Some((at_ns, len)) = self.timed.waiting.front().copied() else {
+                continue;
+            };
+            if self.timed.left == len {
+                let late = u32::try_from(last_ns.saturating_sub(at_ns)).unwrap_or(u32::MAX);
+                if late > self.cost.late && self.cost.records > FIRST {
+                    (self.cost.late, self.cost.late_at) = (late, self.cost.records);
+                }
+                self.timed.waiting.pop_front();
+                self.timed.left = 0;
+            }
+        }
+    }
+
+    /// Does what is left when the recording is over.
+    pub fn end(&mut self) -> &[u8] {
+        self.sent.clear();
+        while self.timed.busy {
+            self.timed_pass();
+        }
+        &self.sent
+    }
+}

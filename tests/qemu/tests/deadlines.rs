@@ -1,0 +1,108 @@
+//! No frame is late: at the highest rate of each format, while the device learns, whatever work
+//! falls together.
+
+use std::time::Duration;
+
+use firmware::wire::ImuFormat;
+use qemu::drive::{Record, drive_told};
+use qemu::images::REPLAY;
+use qemu::machine::NETDUINOPLUS2;
+use qemu::replay::{Input, told};
+use qemu::software::{timed_on_target, told_on_desktop};
+
+/// Of a drive that begins in motion.
+const SECONDS: u32 = 60;
+/// Bytes a second of a line at 921 600 bit/s.
+const LINE: f64 = 92_160.0;
+/// Rates that are told, Hz, highest first. Some formats have their own.
+const RATES: [u16; 9] = [2000, 1000, 800, 500, 400, 250, 200, 125, 100];
+
+/// The variant of a format's sensor and the rate told, and the rate it has, Hz.
+type Sensor = ((ImuFormat, u8, u16), f64);
+
+/// Rate of the frames, Hz, and whether a line carries them.
+fn rate(records: &[Record]) -> Option<(f64, bool)> {
+    let mut frames = (records.iter())
+        .filter(|r| r.input == Input::Sensor)
+        .skip(10);
+    let (first, last) = (frames.next()?, frames.nth(49)?);
+    let rate = 50e6 / f64::from(last.at_us - first.at_us);
+    Some((rate, rate * (first.bytes.len() as f64) < LINE))
+}
+
+/// The highest rate of this variant that the line carries.
+fn highest(format: ImuFormat, variant: u8) -> Option<Sensor> {
+    for rate_told in RATES {
+        let told = told(format, variant, rate_told)?;
+        let Ok(records) = drive_told(&told, format, 1) else {
+            continue; // not a rate of this sensor
+        };
+        let (rate, fits) = rate(&records)?;
+        if fits {
+            return Some(((format, variant, rate_told), rate));
+        }
+        if (rate - f64::from(rate_told)).abs() > 1.0 {
+            return None; // its frames tell the rate
+        }
+    }
+    None
+}
+
+/// The sensor of this format with the highest rate that the line carries.
+fn fastest(format: ImuFormat) -> Sensor {
+    let variants = 0..format.simulated().len() as u8;
+    let sensors = variants.filter_map(|variant| highest(format, variant));
+    let fastest = sensors.max_by(|(_, a), (_, b)| a.total_cmp(b));
+    fastest.expect("a sensor")
+}
+
+/// A drive with this sensor. The fixes arrive at the end of a block, from 20 ms before it to 20 ms
+/// after it.
+fn drive((format, variant, rate): (ImuFormat, u8, u16)) -> Vec<Record> {
+    let told = told(format, variant, rate).expect("a sensor");
+    let mut records = drive_told(&told, format, SECONDS).expect("a drive");
+    let fixes = records
+        .iter_mut()
+        .filter(|record| record.input == Input::Gnss);
+    for (number, fix) in fixes.enumerate() {
+        let second = fix.at_us / 1_000_000 + 1;
+        fix.at_us = second * 1_000_000 + (number as u32 * 7 % 41) * 1000 - 20_000;
+    }
+    records.sort_by_key(|record| record.at_us);
+    records
+}
+
+#[test]
+fn no_frame_is_late() {
+    let Some(image) = REPLAY.build_or_skip() else {
+        return;
+    };
+    for format in ImuFormat::ALL {
+        let (sensor, rate) = fastest(format);
+        let records = drive(sensor);
+        let here = told_on_desktop(
+            &told(sensor.0, sensor.1, sensor.2).expect("a sensor"),
+            &records,
+        );
+        let limit = Duration::from_secs(300);
+        let there = timed_on_target(&image, NETDUINOPLUS2, sensor, &records, limit);
+        let there = there.expect("it runs");
+        let cost = there.cost.expect("counted");
+        println!(
+            "{:10} {rate:5.0} Hz: {:5.0} us after sample {:6}, pass {:7.0} after {:6}, {} fixes",
+            format.name(),
+            cost.late_us,
+            cost.late_at,
+            cost.pass,
+            cost.pass_at,
+            there.learnt.fixes
+        );
+        assert!(
+            here.learnt.fixes > SECONDS / 2,
+            "{format:?} {:?}",
+            here.learnt
+        );
+        assert_eq!(here.learnt, there.learnt, "{format:?}");
+        assert!(here.sent == there.sent, "{format:?}");
+    }
+}
