@@ -2,18 +2,25 @@
 //! ring laser gyros, the learning experiment, replay of recorded data, campaigns, hardware in the
 //! loop, and reports.
 
+#[cfg(feature = "tools")]
 pub mod abuse;
+#[cfg(feature = "tools")]
 pub mod analysis;
+#[cfg(feature = "tools")]
 pub mod campaign;
+#[cfg(feature = "tools")]
 pub mod cli;
 pub mod device;
 pub mod error;
+#[cfg(feature = "tools")]
 pub mod experiment;
 pub mod hil;
 pub mod inertial;
+#[cfg(feature = "tools")]
 pub mod learning;
 pub mod output;
 pub mod recordings;
+#[cfg(feature = "tools")]
 pub mod report;
 pub mod simulator;
 pub mod unit;

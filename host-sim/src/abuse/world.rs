@@ -173,7 +173,7 @@ impl World {
             fault.on_samples(of, session.dt, seconds, self.seeds.unit);
         }
         if let Some(all) = all {
-            session.counts = line::counts(&all, &session.lsb);
+            session.counts = line::counts(&all, &session.lsb).into();
         }
         session
     }

@@ -4,7 +4,7 @@ use super::options::{UnitOption, positive, refused};
 use super::output::JsonOption;
 use crate::analysis::allan::columns::{Choice, load};
 use crate::analysis::allan::findings::Findings;
-use crate::analysis::allan::{Series, at_rest};
+use crate::analysis::allan::{Column, at_rest};
 use crate::error::Error;
 use crate::report;
 use crate::simulator::imu::{ErrorModelName, ImuSpec};
@@ -57,17 +57,17 @@ pub struct Args {
     out: Option<PathBuf>,
 }
 
-/// Longest simulation, s. The increments of six axes are held in memory.
+/// Longest simulation, s.
 const LONGEST_S: u32 = 86_400;
 
 impl Args {
     /// Reads or simulates, analyses, prints and writes.
     pub(super) fn run(&self) -> Result<(), Error> {
-        let (source, series, spec) = match &self.file {
+        let (source, columns, spec) = match &self.file {
             Some(file) => (file.display().to_string(), self.read(file)?, None),
             None => self.simulate(&self.unit.load_or("medium")?)?,
         };
-        let findings = Findings::of(source, &series, spec.as_ref())?;
+        let findings = Findings::of(source, columns, spec.as_ref())?;
         let json = findings.json()?;
         let page = self
             .out
@@ -87,7 +87,7 @@ impl Args {
         Ok(())
     }
 
-    fn read(&self, file: &std::path::Path) -> Result<Vec<Series>, Error> {
+    fn read(&self, file: &std::path::Path) -> Result<Vec<Column>, Error> {
         let rate = self.rate.map(|rate| positive("--rate", rate));
         load(
             file,
@@ -98,7 +98,7 @@ impl Args {
         )
     }
 
-    fn simulate(&self, unit: &Unit) -> Result<(String, Vec<Series>, Option<ImuSpec>), Error> {
+    fn simulate(&self, unit: &Unit) -> Result<(String, Vec<Column>, Option<ImuSpec>), Error> {
         let spec = unit.simulated();
         let model: ErrorModelName = self.error_model.parse()?;
         if !(10..=LONGEST_S).contains(&self.duration) {
@@ -109,21 +109,21 @@ impl Args {
             ));
         }
         let spec = spec.error_model(model);
-        let mut series = at_rest(&spec, self.duration, self.seed);
+        let mut columns = at_rest(&spec, self.duration, self.seed)?;
         if let Some(missing) = self
             .column
             .iter()
-            .find(|name| series.iter().all(|s| s.column != **name))
+            .find(|name| columns.iter().all(|c| c.name != **name))
         {
-            let known: Vec<&str> = series.iter().map(|s| s.column.as_str()).collect();
+            let known: Vec<&str> = columns.iter().map(|c| c.name.as_str()).collect();
             return Err(Error::unknown("sensor column", missing, &known));
         }
-        series.retain(|s| self.column.is_empty() || self.column.contains(&s.column));
+        columns.retain(|c| self.column.is_empty() || self.column.contains(&c.name));
         let source = format!(
             "unit {}, errors {model}, {} s at rest, seed {}",
             unit.name, self.duration, self.seed
         );
-        Ok((source, series, Some(spec)))
+        Ok((source, columns, Some(spec)))
     }
 }
 
@@ -155,9 +155,9 @@ mod tests {
     fn findings(preset: &str) -> Findings {
         let spec = Unit::preset(preset).unwrap().simulated();
         let spec = spec.error_model(ErrorModelName::Linear);
-        let series = at_rest(&spec, 7200.min(1_440_000 / spec.rate_hz), 1);
-        assert_eq!(series.len(), 6);
-        Findings::of(preset.to_owned(), &series, Some(&spec)).unwrap()
+        let columns = at_rest(&spec, 7200.min(1_440_000 / spec.rate_hz), 1).unwrap();
+        assert_eq!(columns.len(), 6);
+        Findings::of(preset.to_owned(), columns, Some(&spec)).unwrap()
     }
 
     #[test]

@@ -3,6 +3,7 @@
 use super::options::{UnitOption, refused};
 use super::output::JsonOption;
 use super::progress::bar;
+use crate::device::read_key;
 use crate::error::Error;
 use crate::hil::{Control, Report, Setup, run};
 use crate::unit::Unit;
@@ -10,6 +11,7 @@ use clap::Args as ClapArgs;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use firmware::configuration::Configuration;
 use firmware::wire::ImuFormat;
+use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -29,6 +31,9 @@ pub struct Args {
     /// Without this port every byte must pass unchanged
     #[arg(long, value_name = "PORT")]
     command: Option<String>,
+    /// File of the board's key, if it has one
+    #[arg(long, value_name = "FILE", env = "LRNN_KEY")]
+    key: Option<PathBuf>,
     #[command(flatten)]
     unit: UnitOption,
     /// Wire format of the sensor without --unit, or where the unit leaves it open
@@ -80,6 +85,7 @@ impl Args {
             nav: self.nav.clone(),
             gnss: self.gnss.clone(),
             command: self.command.clone(),
+            key: self.key.as_deref().map(read_key).transpose()?,
             baud: self.baud,
             told: self.told(unit.as_ref())?,
             format: format.unwrap_or(self.format),

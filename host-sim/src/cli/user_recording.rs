@@ -280,7 +280,10 @@ impl Options {
         };
         let stages = Stages::new();
         stages.begin("finding the attitude");
-        let started = start(record.prepare()?, &wishes, &plan.assumptions, &record.file);
+        let (prepared, file) = (record.prepare()?, record.file.clone());
+        // the samples are in the session now, and a day of them is large
+        let record = corrected.is_some().then_some(record);
+        let started = start(prepared, &wishes, &plan.assumptions, &file);
         stages.end();
         let Started {
             session,
@@ -298,7 +301,7 @@ impl Options {
         let (mut outcome, correction) = outcome.ok_or_else(|| lost(name, &session))?;
         outcome.warnings = warnings;
         outcome.notes.extend(note.into_iter().chain(notes));
-        if let Some(target) = corrected {
+        if let Some((target, record)) = corrected.zip(record) {
             outcome
                 .notes
                 .push(target.write(&record, &correction, begin)?);

@@ -30,13 +30,15 @@ use crate::experiment::results::Curves;
 use crate::experiment::run::{learning_curves, traces};
 use crate::inertial::ekf::{ErrorModel, InitialSigma, Smoothed, smooth};
 use crate::inertial::free_inertial::{FreeInertial, free_inertial};
+use crate::inertial::motion::Increments;
 use crate::inertial::rotation::from_rotvec;
 use crate::inertial::session::Session;
-use crate::inertial::sins::{Increment, NavState};
+use crate::inertial::sins::NavState;
 use crate::learning::baseline::LinearModel;
+use crate::learning::corrected::corrected_motion;
 use crate::learning::fit::{FittedNetworks, fit_from};
 use crate::learning::teacher::{Assumptions, Nominal};
-use crate::learning::window::{NetworkSpec, compensator, corrected_increments};
+use crate::learning::window::{NetworkSpec, compensator};
 use firmware::learn::bank::ZERO_CORRECTION;
 use learnt::{Learnt, aided};
 use nalgebra::{UnitQuaternion, Vector3};
@@ -197,7 +199,9 @@ fn solutions(
     let run = session.cut(&range);
     let to = run.epochs();
     let mut turned = run.referenced(0);
-    turned.q_bn *= mounting(&learnt.lesson, &learnt.nominal);
+    if !follows {
+        turned.q_bn *= mounting(&learnt.lesson, &learnt.nominal);
+    }
     let mut out: Vec<(&str, FreeInertial)> = Vec::new();
     for (scheme, increments) in corrected(&run, &learnt.fitted) {
         let nav = match (follows, scheme) {
@@ -215,10 +219,9 @@ fn solutions(
         q_bn: run.reference[0].q_bn * (end.q_bn.inverse() * nav.q_bn),
         ..run.referenced(0)
     };
-    let raw = run.increments();
     for (k, (name, filter)) in learnt.filters.iter().enumerate() {
         let step = run.step_s();
-        let frozen: Vec<Increment> = raw.iter().map(|w| filter.corrected(w, step)).collect();
+        let frozen = run.motion().map(move |w| filter.corrected(w, step));
         let nav = if follows {
             filter.sins.nav
         } else {
@@ -232,7 +235,7 @@ fn solutions(
         true => learnt.device.free_inertial(&run, a, from),
         false => {
             let nets = [learnt.device.nets.gyro, learnt.device.nets.accel];
-            let increments = corrected_increments(&run, &compensator(&run, &nets, a), 0..to);
+            let increments = corrected_motion(&run, compensator(&run, &nets, a));
             let nav = as_left(&learnt.device.nav);
             free_inertial(&run, &increments, nav, from, to)
         }
@@ -252,19 +255,17 @@ fn mounting(lesson: &Session, nominal: &Nominal) -> UnitQuaternion<f64> {
 }
 
 /// Increments of the schemes that need no filter of their own.
-fn corrected(run: &Session, fitted: &FittedNetworks) -> [(&'static str, Vec<Increment>); 4] {
-    let raw = run.increments();
-    let linear = |m: &LinearModel| raw.iter().map(|w| m.correct(w, run.dt)).collect();
-    let nets = corrected_increments(
-        run,
-        &compensator(run, &fitted.nets, &fitted.assumptions),
-        0..run.epochs(),
-    );
+fn corrected<'a>(
+    run: &'a Session,
+    fitted: &'a FittedNetworks,
+) -> [(&'static str, Increments<'a>); 4] {
+    let linear = |m: &'a LinearModel| run.motion().map(|w| m.correct(w, run.dt));
+    let nets = compensator(run, &fitted.nets, &fitted.assumptions);
     [
-        ("raw", raw.clone()),
+        ("raw", run.motion()),
         ("ls-bias", linear(&fitted.bias)),
         ("ls-3x3", linear(&fitted.linear)),
-        ("rnn", nets),
+        ("rnn", corrected_motion(run, nets)),
     ]
 }
 
@@ -272,7 +273,7 @@ fn corrected(run: &Session, fitted: &FittedNetworks) -> [(&'static str, Vec<Incr
 fn gate(lesson: &Session, nominal: &Nominal, settings: &Settings) -> String {
     let held = fit_from(
         lesson,
-        &lesson.increments(),
+        &lesson.motion(),
         nominal,
         settings.assumptions,
         &settings.network,

@@ -11,10 +11,11 @@ use crate::inertial::session::Session;
 use crate::inertial::sins::Increment;
 use crate::inertial::units::{DEG_PER_H, UG};
 use crate::learning::baseline::LinearModel;
+use crate::learning::corrected::estimates;
 use crate::learning::fit::{FittedNetworks, fit};
 use crate::learning::fix_learner::{Stored, learn_on};
 use crate::learning::teacher::Assumptions;
-use crate::learning::window::{Compensated, compensate, compensator, corrected_increments};
+use crate::learning::window::{compensate, compensator, corrected_increments};
 use crate::simulator::imu::ImuSpec;
 use crate::simulator::session::{SessionConfig, simulate_drive};
 use firmware::learn::bank::Gates;
@@ -332,11 +333,9 @@ pub fn learning_curves(learnt: &FittedNetworks) -> Vec<Curve> {
 /// True error, references and network output of the session learnt from, six axes.
 #[must_use]
 pub fn traces(session: &Session, learnt: &FittedNetworks) -> Vec<ErrorTrace> {
-    let done: Compensated = compensate(
-        session,
-        &compensator(session, &learnt.nets, &learnt.assumptions),
-    );
-    let t_min: Vec<f64> = (0..done.estimates.len()).map(|k| k as f64 / 60.0).collect();
+    let compensator = compensator(session, &learnt.nets, &learnt.assumptions);
+    let estimates = estimates(session, &compensator);
+    let t_min: Vec<f64> = (0..estimates.len()).map(|k| k as f64 / 60.0).collect();
     let mut out = Vec::new();
     for (triad, unit, k) in [("gyro", "deg/h", 0), ("accelerometer", "ug", 1)] {
         let si = if k == 0 { DEG_PER_H } else { UG };
@@ -362,8 +361,7 @@ pub fn traces(session: &Session, learnt: &FittedNetworks) -> Vec<ErrorTrace> {
                     running_median(&errors)
                 }),
                 teacher,
-                network: done
-                    .estimates
+                network: estimates
                     .iter()
                     .map(|e| f64::from(e[k][axis]) / si)
                     .collect(),

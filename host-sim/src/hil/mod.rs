@@ -27,6 +27,7 @@ use board::Before;
 use firmware::configuration::{Configuration, Sensor, SerialLines};
 use firmware::control::Mode;
 use firmware::wire::ImuFormat;
+use firmware::wire::command::key::Secret;
 use judge::Frames;
 use serde::Serialize;
 use software::Software;
@@ -50,6 +51,8 @@ pub struct Setup {
     pub gnss: Option<String>,
     /// Port at the command link of the board.
     pub command: Option<String>,
+    /// The board's key, if it has one.
+    pub key: Option<Secret>,
     /// Bit rate of the command link. Sockets ignore it.
     pub baud: u32,
     /// What the board is told, with the bit rates of the other lines.
@@ -170,7 +173,7 @@ pub fn run(setup: &Setup, control: Control<'_>) -> Result<Report, Error> {
     let Some(name) = &setup.command else {
         return send_drive(setup, &drive, &mut lines, None, control);
     };
-    let mut link = Link::open("--command", name, setup.baud)?;
+    let mut link = Link::open("--command", name, setup.baud)?.with_key(setup.key);
     let version = link.version()?;
     let before = Before::of(&mut link)?;
     let result = run_told(setup, &drive, &mut lines, &mut link, control);

@@ -3,6 +3,7 @@
 use super::*;
 use firmware::app::{App, Config};
 use firmware::link::{Clock, Full, Line, Lost};
+use firmware::wire::command::key::{Key, SECRET_LEN};
 use std::io::{ErrorKind, Read, Write};
 use std::net::{TcpListener, TcpStream};
 use std::sync::atomic::Ordering;
@@ -75,6 +76,10 @@ struct Board {
 
 impl Board {
     fn new(fault: Fault) -> Self {
+        Self::with_key(fault, Key::Unprovisioned)
+    }
+
+    fn with_key(fault: Fault, key: Key) -> Self {
         let listeners = [0; 4].map(|_| TcpListener::bind("127.0.0.1:0").expect("a port"));
         let ports = [0, 1, 2, 3]
             .map(|at: usize| format!("tcp:{}", listeners[at].local_addr().expect("bound")));
@@ -108,6 +113,8 @@ impl Board {
                 command: line(command, deaf),
             };
             let mut app = App::new(Config::default());
+            app.set_key(key);
+            app.seed([7; 32]);
             let clock = Slow(Instant::now());
             while !ended.load(Ordering::Relaxed) {
                 if !app.poll(&mut lines, &clock) {
@@ -124,12 +131,17 @@ impl Board {
 
     /// Sends four seconds of drive through the board.
     fn run(&self) -> Result<Report, Error> {
+        self.run_as(None)
+    }
+
+    fn run_as(&self, key: Option<Secret>) -> Result<Report, Error> {
         let [imu, nav, gnss, command] = self.ports.clone();
         let setup = Setup {
             imu,
             nav,
             gnss: Some(gnss),
             command: Some(command),
+            key,
             baud: 921_600,
             told: Configuration::default(),
             format: ImuFormat::Stim300,
@@ -180,6 +192,20 @@ fn a_good_board_is_equal_and_can_be_run_again() {
     );
     assert!(verdict.stream_error_m < 5.0, "{verdict:?}");
     assert_eq!((report.silences, report.fixes), (Some(0), Some(4)));
+}
+
+#[test]
+fn a_board_with_a_key_needs_it() {
+    let secret = Secret(core::array::from_fn(|k| k as u8));
+    let board = Board::with_key(Fault::None, Key::Secret(secret));
+    let report = board.run_as(Some(secret)).expect("it runs");
+    report.check("nav").expect("equal");
+    assert!(report.verdict.equal && report.corrected, "{report:?}");
+    for key in [None, Some(Secret([9; SECRET_LEN]))] {
+        let board = Board::with_key(Fault::None, Key::Secret(secret));
+        let error = board.run_as(key).expect_err("refused").to_string();
+        assert!(error.contains("--key FILE"), "{error}");
+    }
 }
 
 #[test]

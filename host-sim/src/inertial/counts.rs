@@ -3,6 +3,7 @@
 use crate::inertial::sins::Increment;
 use firmware::sample::{Counts, Lsb};
 use nalgebra::Vector3;
+use std::borrow::Borrow;
 
 /// Count value for files that hold decimal numbers. It is so fine that rounding does not show: its
 /// remainder is carried on, so that the sum errs by 1e-9 rad or 0.0002 arcsec at most. It is coarse
@@ -17,7 +18,10 @@ pub const FINE_LSB: Lsb = Lsb {
 ///
 /// # Errors
 /// Index of the first increment that does not fit.
-pub fn quantise(increments: &[Increment], lsb: &Lsb) -> Result<Vec<Counts>, usize> {
+pub fn quantise(
+    increments: impl IntoIterator<Item = impl Borrow<Increment>>,
+    lsb: &Lsb,
+) -> Result<Vec<Counts>, usize> {
     let mut remainder = Increment::default();
     let round = |exact: Vector3<f64>, remainder: &mut Vector3<f64>| {
         let due = exact + *remainder;
@@ -27,8 +31,10 @@ pub fn quantise(increments: &[Increment], lsb: &Lsb) -> Result<Vec<Counts>, usiz
         let fits = counts.iter().all(|c| c.abs() <= f64::from(i32::MAX));
         fits.then_some([counts.x as i32, counts.y as i32, counts.z as i32])
     };
-    let mut out = Vec::with_capacity(increments.len());
-    for (k, increment) in increments.iter().enumerate() {
+    let increments = increments.into_iter();
+    let mut out = Vec::with_capacity(increments.size_hint().0);
+    for (k, increment) in increments.enumerate() {
+        let increment = increment.borrow();
         let dtheta = round(increment.dtheta / lsb.rad, &mut remainder.dtheta).ok_or(k)?;
         let dv = round(increment.dv / lsb.mps, &mut remainder.dv).ok_or(k)?;
         out.push(Counts { dtheta, dv });
@@ -46,7 +52,7 @@ mod tests {
             dtheta: Vector3::new(0.3e-9, -7.77e-9, 0.0),
             dv: Vector3::new(0.0, 0.49e-8, -0.098),
         };
-        let counts = quantise(&vec![increment; 1000], &FINE_LSB).unwrap();
+        let counts = quantise(vec![increment; 1000], &FINE_LSB).unwrap();
         let sum = |f: &dyn Fn(&Counts) -> i32| counts.iter().map(|c| i64::from(f(c))).sum::<i64>();
         assert_eq!(sum(&|c| c.dtheta[0]), 300);
         assert_eq!(sum(&|c| c.dtheta[1]), -7770);

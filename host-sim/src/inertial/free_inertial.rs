@@ -2,6 +2,7 @@
 //! reference.
 
 use crate::inertial::align;
+use crate::inertial::motion::Motion;
 use crate::inertial::session::Session;
 use crate::inertial::sins::{HeightLoop, Increment, NavState, Sins};
 use nalgebra::Vector3;
@@ -66,7 +67,7 @@ pub fn aligned_free_inertial(session: &Session, increments: &[Increment]) -> Opt
 #[must_use]
 pub fn free_inertial(
     session: &Session,
-    increments: &[Increment],
+    increments: &(impl Motion + ?Sized),
     nav: NavState,
     from: usize,
     to: usize,
@@ -76,7 +77,7 @@ pub fn free_inertial(
     let mut out = FreeInertial::default();
     out.note(session, &sins.nav, from, from);
     for k in from..to {
-        for increment in &increments[k * n..(k + 1) * n] {
+        for increment in increments.epoch(k, n).iter() {
             sins.step(increment, session.step_s());
         }
         let below = (sins.nav.q_bn * session.reference_arm).z;

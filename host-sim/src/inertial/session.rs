@@ -4,6 +4,8 @@
 use crate::inertial::earth::Geodetic;
 use crate::inertial::ekf::InitialSigma;
 use crate::inertial::gnss::{Fix, NOT_MEASURED};
+use crate::inertial::motion::Increments;
+use crate::inertial::shared::Shared;
 use crate::inertial::sins::{Increment, NavState, Samples, gather};
 use firmware::sample::{Counts, Lsb};
 use nalgebra::{UnitQuaternion, Vector3};
@@ -76,7 +78,7 @@ pub struct Session {
     /// Value of a count.
     pub lsb: Lsb,
     /// Samples in counts, body axes forward-right-down.
-    pub counts: Vec<Counts>,
+    pub counts: Shared<Counts>,
     /// Epochs at the start during which the vehicle stands still and is aligned.
     pub standstill: usize,
     /// Reference state at each epoch: the truth of a simulation, or position and velocity of a
@@ -122,7 +124,7 @@ impl Session {
         Self {
             dt,
             lsb,
-            counts,
+            counts: counts.into(),
             standstill: 0,
             reference,
             unjudged: Vec::new(),
@@ -194,7 +196,7 @@ impl Session {
         let surroundings = self.surroundings.as_ref();
         let readings = self.readings.as_ref();
         Self {
-            counts: self.counts[start * n..end * n].to_vec(),
+            counts: self.counts.part(start * n..end * n),
             standstill: self.standstill.clamp(start, end) - start,
             reference: self.reference[start..=end].to_vec(),
             unjudged: self.unjudged.iter().map(within).collect(),
@@ -235,6 +237,19 @@ impl Session {
     #[must_use]
     pub fn increments(&self) -> Vec<Increment> {
         self.navigable(self.counts.iter().copied())
+    }
+
+    /// The same, made epoch by epoch where that gives the same bits.
+    #[must_use]
+    pub fn motion(&self) -> Increments<'_> {
+        if self.gather != 1 {
+            return Increments::All(self.increments());
+        }
+        let n = self.samples_per_epoch();
+        Increments::Made(Box::new(move |k| {
+            let epoch = &self.counts[k * n..(k + 1) * n];
+            epoch.iter().map(|c| to_si(c, &self.lsb)).collect()
+        }))
     }
 
     /// For each second the mean square of the specific force about its mean over the second before,

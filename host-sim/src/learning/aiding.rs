@@ -9,8 +9,9 @@
 use crate::inertial::earth::Geodetic;
 use crate::inertial::ekf::{Aided, Record};
 use crate::inertial::gnss::{Fix, NOT_MEASURED};
+use crate::inertial::motion::Motion;
 use crate::inertial::session::{EPOCH_S, Session, Start};
-use crate::inertial::sins::{Increment, NavState};
+use crate::inertial::sins::NavState;
 use nalgebra::Vector3;
 
 /// Standard deviation of the velocity of a vehicle that is known to stand, m/s: people and wind
@@ -51,7 +52,7 @@ pub(crate) enum Passed {
 pub(crate) fn pass(
     filter: &mut Aided,
     session: &Session,
-    increments: &[Increment],
+    increments: &(impl Motion + ?Sized),
     k: usize,
     fix: Option<Fix>,
 ) -> Passed {
@@ -66,12 +67,12 @@ pub(crate) fn pass(
 fn approach(
     filter: &mut Aided,
     session: &Session,
-    increments: &[Increment],
+    increments: &(impl Motion + ?Sized),
     k: usize,
     fix: Option<Fix>,
 ) -> Option<Fix> {
     let n = session.steps_per_epoch();
-    let epoch = &increments[k * n..(k + 1) * n];
+    let epoch = increments.epoch(k, n);
     let moved = fix.filter(|fix| fix.age_s != 0.0 || session.lever_arm != Vector3::zeros());
     let Some(fix) = moved else {
         epoch.iter().for_each(|w| filter.step(w, session.step_s()));

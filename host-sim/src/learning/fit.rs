@@ -1,8 +1,8 @@
 //! What one session teaches: references, linear fits, two networks, and the decision whether the
 //! networks may be used.
 
-use crate::inertial::session::Session;
-use crate::inertial::sins::Increment;
+use crate::inertial::motion::{Increments, Motion};
+use crate::inertial::session::{Session, to_si};
 use crate::learning::baseline::{LinearModel, Sample, fit_3x3, fit_bias};
 use crate::learning::promotion::{THRESHOLD, log_likelihood};
 use crate::learning::teacher::{Assumptions, Nominal, Reference, navigate, references};
@@ -14,6 +14,7 @@ use firmware::inputs::OWN;
 use firmware::sample::Counts;
 use lrnn_nostd::Net;
 use nalgebra::Vector3;
+use std::ops::Range;
 
 /// Which of the two networks are in use.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -54,7 +55,7 @@ pub struct FittedNetworks {
 #[must_use]
 pub fn fit(
     session: &Session,
-    increments: &[Increment],
+    increments: &(impl Motion + ?Sized),
     assumptions: Assumptions,
     spec: &NetworkSpec,
     until: usize,
@@ -75,7 +76,7 @@ pub fn fit(
 #[must_use]
 pub fn fit_from(
     session: &Session,
-    increments: &[Increment],
+    increments: &(impl Motion + ?Sized),
     nominal: &Nominal,
     mut assumptions: Assumptions,
     spec: &NetworkSpec,
@@ -193,7 +194,7 @@ impl FittedNetworks {
     fn promote(
         &mut self,
         session: &Session,
-        increments: &[Increment],
+        increments: &(impl Motion + ?Sized),
         nominal: &Nominal,
         from: usize,
         to: usize,
@@ -214,13 +215,23 @@ impl FittedNetworks {
         let nets = [self.taught[0].net, self.taught[1].net];
         let both = compensator(session, &nets, &self.assumptions);
         let both = corrected_counts(session, &both, from..to);
-        let raw = &session.counts[from * session.samples_per_epoch()..];
-        let evidence = |u: Use| {
-            let counts = both.iter().zip(raw).map(|(corrected, raw)| Counts {
+        let n = session.samples_per_epoch();
+        let raw = &session.counts[from * n..];
+        let chosen = |u: Use, samples: Range<usize>| {
+            let pairs = both[samples.clone()].iter().zip(&raw[samples]);
+            pairs.map(move |(corrected, raw)| Counts {
                 dtheta: if u.gyro { corrected } else { raw }.dtheta,
                 dv: if u.accel { corrected } else { raw }.dv,
-            });
-            let increments = increments_from(session, from, counts);
+            })
+        };
+        let evidence = |u: Use| {
+            let increments = match session.gather {
+                1 => Increments::Made(Box::new(move |k| {
+                    let epoch = chosen(u, (k - from) * n..(k - from + 1) * n);
+                    epoch.map(|counts| to_si(&counts, &session.lsb)).collect()
+                })),
+                _ => Increments::All(increments_from(session, from, chosen(u, 0..both.len()))),
+            };
             log_likelihood(session, &increments, nominal, &assumptions, from, to) - base
         };
         self.evidence = choices.map(|u| (u, evidence(u))).to_vec();

@@ -9,8 +9,8 @@
 //! filter allows for keep errors that no correction removes from deciding.
 
 use crate::inertial::ekf::{Aided, ErrorModel, NAV};
+use crate::inertial::motion::Motion;
 use crate::inertial::session::Session;
-use crate::inertial::sins::Increment;
 use crate::learning::aiding::{Passed, pass};
 use crate::learning::teacher::{Assumptions, Nominal};
 
@@ -24,7 +24,7 @@ const SLACK: f64 = 0.1;
 #[must_use]
 pub fn log_likelihood(
     session: &Session,
-    increments: &[Increment],
+    increments: &(impl Motion + ?Sized),
     nominal: &Nominal,
     assumptions: &Assumptions,
     from: usize,

@@ -8,6 +8,7 @@
 mod aligned;
 
 use crate::inertial::ekf::{Aided, ErrorModel, InitialSigma, Noise, Prior, Record, smooth};
+use crate::inertial::motion::Motion;
 use crate::inertial::session::Session;
 pub use crate::inertial::session::Start;
 use crate::inertial::sins::{Increment, NavState};
@@ -176,7 +177,12 @@ fn prior(spec: &ImuSpec) -> Prior {
 
 /// Takes the filter through epoch `k` and the fix at its end. While the vehicle is known to stand,
 /// the velocity of the fix is zero. Gives the logarithm of the probability density of the fix.
-pub fn aid(filter: &mut Aided, session: &Session, increments: &[Increment], k: usize) -> f64 {
+pub fn aid(
+    filter: &mut Aided,
+    session: &Session,
+    increments: &(impl Motion + ?Sized),
+    k: usize,
+) -> f64 {
     match pass(filter, session, increments, k, fix_at(session, k + 1)) {
         Passed::Epoch(fix) => filter.take(fix.as_ref()),
         Passed::Outage(_) => 0.0,
@@ -188,7 +194,7 @@ pub fn aid(filter: &mut Aided, session: &Session, increments: &[Increment], k: u
 #[must_use]
 pub fn navigate(
     session: &Session,
-    increments: &[Increment],
+    increments: &(impl Motion + ?Sized),
     assumptions: &Assumptions,
     until: usize,
 ) -> Option<Nominal> {
@@ -201,7 +207,7 @@ pub fn navigate(
 #[must_use]
 pub fn navigate_from(
     session: &Session,
-    increments: &[Increment],
+    increments: &(impl Motion + ?Sized),
     assumptions: &Assumptions,
     start: &Start,
     first: usize,
@@ -216,7 +222,7 @@ pub fn navigate_from(
 fn recorded(
     mut filter: Aided,
     session: &Session,
-    increments: &[Increment],
+    increments: &(impl Motion + ?Sized),
     first: usize,
     until: usize,
 ) -> Nominal {

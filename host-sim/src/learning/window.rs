@@ -245,7 +245,7 @@ pub fn compensate(session: &Session, compensator: &Compensator) -> Compensated {
         inputs: Inputs::default(),
         estimates: Vec::new(),
     };
-    for (k, counts) in out.session.counts.iter_mut().enumerate() {
+    for (k, counts) in out.session.counts.to_mut().iter_mut().enumerate() {
         read_temperature(session, k, &mut state);
         let (corrected, block) = compensator.process(&mut state, *counts);
         *counts = corrected;
@@ -271,8 +271,7 @@ pub fn corrected_counts(
         read_temperature(session, k, &mut state);
         compensator.process(&mut state, *counts).0
     });
-    let mut all: Vec<Counts> = corrected.collect();
-    all.split_off(epochs.start * n)
+    corrected.skip(epochs.start * n).collect()
 }
 
 /// [`corrected_counts`] in the form of [`Session::increments`]. Earlier increments are zero.
@@ -283,11 +282,8 @@ pub fn corrected_increments(
     epochs: std::ops::Range<usize>,
 ) -> Vec<Increment> {
     let first = epochs.start;
-    increments_from(
-        session,
-        first,
-        corrected_counts(session, compensator, epochs).into_iter(),
-    )
+    let counts = corrected_counts(session, compensator, epochs).into_iter();
+    increments_from(session, first, counts)
 }
 
 /// The increments of a session whose counts from epoch `first` on are these, in the form of

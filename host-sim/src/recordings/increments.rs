@@ -1,87 +1,125 @@
 //! Resamples recorded rates or increments with time stamps to increments of equal length.
 
 use crate::inertial::sins::Increment;
+use std::borrow::Cow;
 
-/// Integrals of angular rate and specific force up to each sample.
-#[derive(Debug, Clone, Default)]
-pub struct MotionIntegral {
-    time: Vec<f64>,
-    sum: Vec<Increment>,
+/// Integrals of angular rate and specific force up to each sample. They are summed when they are
+/// asked for.
+#[derive(Debug, Clone)]
+pub struct MotionIntegral<'a> {
+    time: Cow<'a, [f64]>,
+    samples: Cow<'a, [Increment]>,
+    /// Length of the first increment, s; `None`: the samples are rates.
+    lead: Option<f64>,
 }
 
-impl MotionIntegral {
+impl<'a> MotionIntegral<'a> {
     /// Integrates `rates` (rad/s and m/s2) at the rising times `time` by the trapezoidal rule.
     #[must_use]
-    pub fn of_rates(time: &[f64], rates: &[Increment]) -> Self {
-        let mut sum = Increment::default();
-        let mut sums = Vec::with_capacity(time.len());
-        for k in 0..time.len() {
-            if k > 0 {
-                let half = 0.5 * (time[k] - time[k - 1]);
-                sum.dtheta += (rates[k].dtheta + rates[k - 1].dtheta) * half;
-                sum.dv += (rates[k].dv + rates[k - 1].dv) * half;
-            }
-            sums.push(sum);
-        }
+    pub fn of_rates(time: &'a [f64], rates: &'a [Increment]) -> Self {
         Self {
-            time: time.to_vec(),
-            sum: sums,
+            time: time.into(),
+            samples: rates.into(),
+            lead: None,
         }
     }
 
     /// Sums `increments`, each of which ends at its time. Times rise; the first increment is `lead`
     /// s long.
     #[must_use]
-    pub fn of_increments(time: &[f64], increments: &[Increment], lead: f64) -> Self {
-        let mut sum = Increment::default();
-        let first = time.first().map_or(0.0, |t| t - lead);
-        let mut out = Self {
-            time: vec![first],
-            sum: vec![sum],
-        };
-        for (t, increment) in time.iter().zip(increments) {
+    pub fn of_increments(
+        time: impl Into<Cow<'a, [f64]>>,
+        increments: impl Into<Cow<'a, [Increment]>>,
+        lead: f64,
+    ) -> Self {
+        Self {
+            time: time.into(),
+            samples: increments.into(),
+            lead: Some(lead),
+        }
+    }
+
+    /// Number of times at which there is an integral.
+    fn len(&self) -> usize {
+        self.time.len() + usize::from(self.lead.is_some())
+    }
+
+    /// Time of integral `k`. The first of increments is the start of the first one.
+    fn time(&self, k: usize) -> f64 {
+        match (self.lead, k) {
+            (None, k) => self.time[k],
+            (Some(lead), 0) => self.time.first().map_or(0.0, |t| t - lead),
+            (Some(_), k) => self.time[k - 1],
+        }
+    }
+
+    /// Adds to integral `k - 1` what makes it integral `k`.
+    fn advance(&self, sum: &mut Increment, k: usize) {
+        if self.lead.is_some() {
+            let increment = &self.samples[k - 1];
             sum.dtheta += increment.dtheta;
             sum.dv += increment.dv;
-            out.time.push(*t);
-            out.sum.push(sum);
+        } else {
+            let half = 0.5 * (self.time[k] - self.time[k - 1]);
+            let (a, b) = (&self.samples[k - 1], &self.samples[k]);
+            sum.dtheta += (b.dtheta + a.dtheta) * half;
+            sum.dv += (b.dv + a.dv) * half;
         }
-        out
     }
 
     /// First and last time. There must be at least two samples.
     #[must_use]
     pub fn span(&self) -> (f64, f64) {
-        (self.time[0], self.time[self.time.len() - 1])
+        (self.time(0), self.time(self.len() - 1))
     }
 
     /// `count` increments of length `dt` from time `from` on. The rate between two samples is taken
     /// as constant, so no motion is lost or counted twice however uneven the times are. Before the
     /// first and after the last sample there is no motion.
-    #[must_use]
-    pub fn increments(&self, from: f64, dt: f64, count: usize) -> Vec<Increment> {
-        let mut k = 0;
-        let mut before = self.at(from, &mut k);
-        (1..=count)
-            .map(|n| {
-                let now = self.at(from + n as f64 * dt, &mut k);
-                let increment = Increment {
-                    dtheta: now.dtheta - before.dtheta,
-                    dv: now.dv - before.dv,
-                };
-                before = now;
-                increment
-            })
-            .collect()
+    pub fn increments(
+        &self,
+        from: f64,
+        dt: f64,
+        count: usize,
+    ) -> impl ExactSizeIterator<Item = Increment> {
+        let mut stretch = Stretch::first(self);
+        let mut before = stretch.at(from);
+        (0..count).map(move |n| {
+            let now = stretch.at(from + (n + 1) as f64 * dt);
+            let increment = Increment {
+                dtheta: now.dtheta - before.dtheta,
+                dv: now.dv - before.dv,
+            };
+            before = now;
+            increment
+        })
+    }
+}
+
+/// Two neighbouring integrals.
+struct Stretch<'a> {
+    of: &'a MotionIntegral<'a>,
+    k: usize,
+    ends: [Increment; 2],
+}
+
+impl<'a> Stretch<'a> {
+    fn first(of: &'a MotionIntegral<'a>) -> Self {
+        let mut ends = [Increment::default(); 2];
+        of.advance(&mut ends[1], 1);
+        Self { of, k: 0, ends }
     }
 
-    /// Integrals at `t`. The search begins at interval `k` and leaves there the interval found.
-    fn at(&self, t: f64, k: &mut usize) -> Increment {
-        while *k + 2 < self.time.len() && self.time[*k + 1] <= t {
-            *k += 1;
+    /// Integrals at `t`, which does not fall.
+    fn at(&mut self, t: f64) -> Increment {
+        while self.k + 2 < self.of.len() && self.of.time(self.k + 1) <= t {
+            self.k += 1;
+            self.ends[0] = self.ends[1];
+            self.of.advance(&mut self.ends[1], self.k + 1);
         }
-        let (t0, t1) = (self.time[*k], self.time[*k + 1]);
+        let (t0, t1) = (self.of.time(self.k), self.of.time(self.k + 1));
         let share = ((t - t0) / (t1 - t0)).clamp(0.0, 1.0);
-        let (a, b) = (&self.sum[*k], &self.sum[*k + 1]);
+        let [a, b] = &self.ends;
         Increment {
             dtheta: a.dtheta.lerp(&b.dtheta, share),
             dv: a.dv.lerp(&b.dv, share),
@@ -106,7 +144,7 @@ mod tests {
         let running = MotionIntegral::of_increments(&time, &increments, 0.005);
         assert_eq!(running.span(), (1000.0, 1001.5));
         let got = running.increments(1000.5, 0.005, 200);
-        for (g, w) in got.iter().zip(&increments[100..]) {
+        for (g, w) in got.zip(&increments[100..]) {
             // a time stamp of 1000 s is rounded to 1e-13 s, 2e-11 of an increment
             assert!((g.dtheta - w.dtheta).norm() < 1e-13 && (g.dv - w.dv).norm() < 1e-10);
         }
@@ -125,9 +163,10 @@ mod tests {
                 dv: Vector3::repeat(1.0),
             })
             .collect();
-        let increments = MotionIntegral::of_rates(&time, &rates).increments(0.5, 0.01, 100);
+        let integral = MotionIntegral::of_rates(&time, &rates);
+        let increments = integral.increments(0.5, 0.01, 100);
         let (mut angle, mut v) = (0.0, 0.0);
-        for (k, w) in increments.iter().enumerate() {
+        for (k, w) in increments.enumerate() {
             angle += w.dtheta.x;
             v += w.dv.x;
             let t = 0.5 + 0.01 * (k + 1) as f64;

@@ -20,6 +20,8 @@ pub(super) struct Input<'a> {
     bytes: Box<dyn Read + 'a>,
     /// Whether the file itself has been read to its end.
     file_ended: Rc<Cell<bool>>,
+    /// Whether the file is packed with gzip.
+    pub(super) gzipped: bool,
     /// Unpacked bytes read so far.
     pub(super) at: u64,
     /// Whether more was asked than there is.
@@ -50,6 +52,7 @@ impl<'a> Input<'a> {
         let mut start = Vec::new();
         let first = Read::by_ref(&mut file).take(4);
         { first }.read_to_end(&mut start).map_err(unreadable)?;
+        let gzipped = start.starts_with(&[0x1F, 0x8B]);
         let packed = io::Cursor::new(start.clone()).chain(file);
         let bytes: Box<dyn Read + 'a> = match start[..] {
             [0x1F, 0x8B, ..] => Box::new(BufReader::new(MultiGzDecoder::new(packed))),
@@ -63,6 +66,7 @@ impl<'a> Input<'a> {
         Ok(Self {
             bytes,
             file_ended,
+            gzipped,
             at: 0,
             ended: false,
         })

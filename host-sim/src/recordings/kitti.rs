@@ -79,9 +79,9 @@ pub fn session(file: &Path, skip: usize) -> Result<Session, Error> {
     let rates: Vec<Increment> = table.rows().skip(skip).map(sample).collect();
     let states: Vec<NavState> = table.rows().skip(skip).map(state).collect();
     let per_epoch = (EPOCH_S / DT).round() as usize;
-    let increments =
-        MotionIntegral::of_rates(&time, &rates).increments(first, DT, epochs * per_epoch);
-    let counts = quantise(&increments, &FINE_LSB)
+    let integral = MotionIntegral::of_rates(&time, &rates);
+    let increments = integral.increments(first, DT, epochs * per_epoch);
+    let counts = quantise(increments, &FINE_LSB)
         .map_err(|k| table.complain(skip + k, 1, "out of range", rate))?;
     let track = Track::new(time, states);
     let reference: Vec<NavState> = (0..=epochs)

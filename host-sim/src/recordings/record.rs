@@ -13,6 +13,7 @@ use crate::recordings::increments::MotionIntegral;
 use crate::recordings::session::{InitialAttitude, Parts, Prepared, build, complain, first_from};
 use crate::recordings::track::Track;
 use nalgebra::UnitQuaternion;
+use std::borrow::Cow;
 use std::ops::Range;
 use std::path::PathBuf;
 
@@ -189,9 +190,9 @@ impl Record {
     /// Increments and the times they end at. Rates are integrated by the trapezoidal rule, so the
     /// first increment begins at the first sample.
     #[must_use]
-    pub fn increments(&self) -> (&[f64], Vec<Increment>) {
+    pub fn increments(&self) -> (&[f64], Cow<'_, [Increment]>) {
         if self.kind == Kind::Increment {
-            return (&self.time, self.samples.clone());
+            return (&self.time, Cow::Borrowed(&self.samples));
         }
         let increment = |k: usize| {
             let half = 0.5 * (self.time[k] - self.time[k - 1]);
@@ -212,7 +213,7 @@ impl Record {
     #[must_use]
     pub fn written_increments(&self) -> (Vec<f64>, Vec<Increment>) {
         let (time, increments) = self.increments();
-        let all = time.iter().copied().zip(increments);
+        let all = time.iter().copied().zip(increments.iter().copied());
         if self.kind == Kind::Increment {
             return all.unzip();
         }
@@ -264,9 +265,12 @@ impl Record {
         let long = gaps::long(&gaps, self.kind, step, self.max_gap_s);
         let motion = match self.kind {
             Kind::Rate => MotionIntegral::of_rates(&self.time, &self.samples),
+            Kind::Increment if gaps.is_empty() => {
+                MotionIntegral::of_increments(&self.time, &self.samples, step)
+            }
             Kind::Increment => {
                 let (time, samples) = gaps::bridged(&self.time, &self.samples, &gaps, step);
-                MotionIntegral::of_increments(&time, &samples, step)
+                MotionIntegral::of_increments(time, samples, step)
             }
         };
         let of_fixes;

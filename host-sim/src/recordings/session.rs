@@ -38,7 +38,7 @@ pub(super) struct Parts<'a> {
     /// File named in errors.
     pub(super) file: PathBuf,
     /// Motion, body axes forward-right-down.
-    pub(super) motion: MotionIntegral,
+    pub(super) motion: MotionIntegral<'a>,
     /// Where it lacks samples for longer than can be bridged.
     pub(super) gaps: Vec<Gap>,
     /// Samples per second of the session.
@@ -120,7 +120,7 @@ pub(super) fn build(parts: &Parts<'_>) -> Result<Prepared, Error> {
     };
     let dt = EPOCH_S / parts.rate_hz as f64;
     let increments = parts.motion.increments(begin, dt, epochs * parts.rate_hz);
-    let counts = quantise(&increments, &FINE_LSB).map_err(|k| {
+    let counts = quantise(increments, &FINE_LSB).map_err(|k| {
         let t = begin + (k + 1) as f64 * dt;
         complain(
             format!("{t:.3} s has an increment of more than 2 rad or 20 m/s"),

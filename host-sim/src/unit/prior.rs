@@ -135,6 +135,7 @@ impl Triad {
     }
 
     /// Calls `each` with every number that was learnt.
+    #[cfg(feature = "tools")] // a campaign asks
     pub(crate) fn numbers(&mut self, each: impl FnMut(&mut f64)) {
         let layers = [&mut self.first, &mut self.second];
         let hidden = layers.into_iter().flat_map(|l| {

@@ -11,7 +11,7 @@ use std::cell::Cell;
 use std::ops::Range;
 
 /// A format whose wrong checksums are counted.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, PartialEq)]
 struct Counting<'c, F> {
     format: F,
     wrong: &'c Cell<u64>,

@@ -134,7 +134,7 @@ fn log(session: &Session) -> Vec<u8> {
         rad: 0.5_f64.powi(33),
         mps: 0.5_f64.powi(27) * 0.3048,
     };
-    let samples = quantise(&session.increments(), &lsb).unwrap();
+    let samples = quantise(session.increments(), &lsb).unwrap();
     let mut out = Vec::new();
     for (k, sample) in samples.iter().enumerate() {
         if k % 100 == 0 {

@@ -12,7 +12,7 @@ use lrnn_nostd::learn::kalman::{
 
 use crate::learning::FixWork;
 use crate::list::Measure;
-use crate::navigation::{LSB, navigator, sample, verdict};
+use crate::navigation::{LSB, RATE, navigator, sample, verdict};
 use crate::net;
 use crate::work::{Found, NetworkWork, Portable};
 
@@ -37,7 +37,14 @@ pub fn all(on: &mut impl Measure) -> fmt::Result {
     fix::<Biases, 6, 21>(on, "weights/6", false)?;
     fix::<OutputWeights, 24, 300>(on, "weights/24", true)?;
     fix::<DiagonalWeights, 96, 4656>(on, "weights/96", true)?;
-    fix::<AllWeights, 132, 8778>(on, "weights/132", true)
+    fix::<AllWeights, 132, 8778>(on, "weights/132", true)?;
+    candidates::<1>(on, "candidates/1")?;
+    candidates::<2>(on, "candidates/2")?;
+    candidates::<4>(on, "candidates/4")?;
+    candidates::<8>(on, "candidates/8")?;
+    navigators::<1>(on, "navigators/1")?;
+    navigators::<2>(on, "navigators/2")?;
+    navigators::<4>(on, "navigators/4")
 }
 
 // Each in a function of its own, so that the memory of the works is not on the stack together.
@@ -64,6 +71,27 @@ fn fix<L: ParameterSet, const N: usize, const PACKED: usize>(
     work.begin();
     on.measure(name, long, |input| work.run(input))
 }
+
+#[inline(never)]
+fn candidates<const K: usize>(on: &mut impl Measure, name: &'static str) -> fmt::Result {
+    let mut works = [Candidate::ZEROED; K];
+    works.iter_mut().for_each(Candidate::begin);
+    on.measure(name, true, |input| {
+        works.iter_mut().fold(([0.0; 3], true), |last, work| {
+            let (error, good) = work.run(input);
+            (error, last.1 && good)
+        })
+    })
+}
+
+#[inline(never)]
+fn navigators<const K: usize>(on: &mut impl Measure, name: &'static str) -> fmt::Result {
+    let mut work = NavigatorsWork::<K>::new().ok_or(fmt::Error)?;
+    on.measure(name, true, |input| work.run(input))
+}
+
+/// A hypothesis of the learner that learns the 24 output weights from a fix.
+type Candidate = FixWork<OutputWeights, 24, 300>;
 
 /// Seconds after which the navigator starts again: no navigator runs for hours without a fix.
 const FRESH: u32 = 300;
@@ -144,5 +172,46 @@ impl<const K: usize> NetsWork<K> {
 impl<const K: usize> Default for NetsWork<K> {
     fn default() -> Self {
         Self::new()
+    }
+}
+
+/// A second of 200 samples in K navigators of their own, each with its transition at the end.
+#[derive(Clone, Debug)]
+pub struct NavigatorsWork<const K: usize> {
+    navigators: [Navigator; K],
+    start: Navigator,
+    seconds: u32,
+}
+
+impl<const K: usize> NavigatorsWork<K> {
+    /// Never `None`: the configuration is valid.
+    pub fn new() -> Option<Self> {
+        let start = navigator(RATE, None)?;
+        Some(Self {
+            navigators: core::array::from_fn(|_| start.clone()),
+            start,
+            seconds: 0,
+        })
+    }
+
+    /// One repetition.
+    #[inline(always)]
+    pub fn run(&mut self, input: [f32; 3]) -> Found {
+        self.seconds += 1;
+        if self.seconds.is_multiple_of(FRESH) {
+            self.navigators.fill(self.start.clone());
+        }
+        let sample = sample(input, RATE);
+        for _ in 0..RATE {
+            self.navigators.iter_mut().for_each(|n| n.sample(&sample));
+        }
+        let mut last = ([0.0; 3], true);
+        for navigator in &mut self.navigators {
+            let transition = navigator.take_transition();
+            let (found, good) = verdict(navigator, transition.phi[8][5]);
+            let whole = (transition.time - 1.0).abs() < 1e-3;
+            last = (found, last.1 && good && whole);
+        }
+        last
     }
 }

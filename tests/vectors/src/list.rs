@@ -82,7 +82,7 @@ works! {
     }
     {
         "nav_sample", "sample of the navigator" => nav_sample;
-        "nav_piece", "sample and piece of the navigator" => nav_piece;
+        "nav_piece", "longest end of a piece of the navigator" => nav_piece;
         "nav_second", "second of the navigator, 200 samples" => nav_second;
     }
     {

@@ -11,8 +11,9 @@
 //!
 //! Pulses come at 100 Hz unless the user gives another rate. Other columns are ignored.
 
+use super::Kind;
 use super::deviation::LEAST_SAMPLES;
-use super::{Kind, Series};
+use super::store::{Column, Store};
 use crate::error::{Error, excerpt};
 use crate::inertial::units::{DEG, DEG_PER_H, G0, UG};
 use crate::recordings::record::median_step;
@@ -51,49 +52,52 @@ struct Sensor {
     pulses: bool,
 }
 
-/// Reads the sensors of `file`.
+/// Reads the sensors of `file`. Only the times stay in memory while a long file is read.
 ///
 /// # Errors
 /// Any fault of the file, with line and column; a column that does not exist; an unknown sample
-/// rate; too few samples.
-pub fn load(file: &Path, choice: &Choice) -> Result<Vec<Series>, Error> {
+/// rate; too few samples; long columns need temporary files, and they cannot be written.
+pub fn load(file: &Path, choice: &Choice) -> Result<Vec<Column>, Error> {
     let source = Source::open(file, Separator::COMMA)?;
     let names = source.header(EXAMPLE)?;
     let sensors = choose(file, &names, choice)?;
     let times = names.iter().position(|name| TIMES.contains(&&**name));
     let times = times.filter(|_| choice.rate_hz.is_none());
-    let wanted: Vec<usize> = sensors.iter().map(|s| s.place).chain(times).collect();
+    let places = sensors.iter().map(|s| s.place);
+    let wanted: Vec<usize> = times.into_iter().chain(places).collect();
     let layout = Layout {
         skip: 1,
         names: &names,
         wanted: &wanted,
         gap: None,
     };
-    let table = Table::read(&source, &layout)?;
+    let mut stores: Vec<Store> = sensors.iter().map(|_| Store::default()).collect();
+    let kept = usize::from(times.is_some());
+    let table = Table::read_first(&source, &layout, kept, |row| {
+        let mut values = stores.iter_mut().zip(row);
+        values.try_for_each(|(store, value)| store.push(*value))
+    })?;
     let pulses = sensors.iter().all(|sensor| sensor.pulses);
     let rate_hz = match (choice.rate_hz, times) {
         (Some(rate), _) => rate,
-        (None, Some(_)) => rate_of_times(&table, sensors.len())?,
+        (None, Some(_)) => rate_of_times(&table)?,
         (None, None) if pulses => RATE_HZ,
         (None, None) => return Err(no_rate(file)),
     };
     if table.len() < LEAST_SAMPLES {
         return Err(too_short(file, table.len()));
     }
-    let series = sensors.iter().enumerate().map(|(column, sensor)| {
-        let scale = if sensor.increment {
-            sensor.scale
-        } else {
-            sensor.scale / rate_hz
-        };
-        Series {
-            column: sensor.name.clone(),
-            kind: sensor.kind,
-            rate_hz,
-            increments: table.rows().map(|row| row[column] * scale).collect(),
-        }
-    });
-    Ok(series.collect())
+    let column = |(sensor, values): (Sensor, Store)| Column {
+        name: sensor.name,
+        kind: sensor.kind,
+        rate_hz,
+        scale: match sensor.increment {
+            true => sensor.scale,
+            false => sensor.scale / rate_hz,
+        },
+        values,
+    };
+    Ok(sensors.into_iter().zip(stores).map(column).collect())
 }
 
 fn no_rate(file: &Path) -> Error {
@@ -168,11 +172,11 @@ fn choose(file: &Path, names: &[String], choice: &Choice) -> Result<Vec<Sensor>,
     Ok(known.into_iter().filter(wanted).collect())
 }
 
-/// Samples per second of the times in `column`, which must rise in equal steps.
-fn rate_of_times(table: &Table, column: usize) -> Result<f64, Error> {
-    table.check_rising(column)?;
-    let times: Vec<f64> = table.rows().map(|row| row[column]).collect();
-    let usual = median_step(&times);
+/// Samples per second of the times in the only column, which must rise in equal steps.
+fn rate_of_times(table: &Table) -> Result<f64, Error> {
+    table.check_rising(0)?;
+    let times = table.values();
+    let usual = median_step(times);
     let mut steps = times.windows(2).map(|pair| pair[1] - pair[0]);
     if let Some(before) = steps.position(|step| (step - usual).abs() > GAP * usual) {
         let remedy = format!(
@@ -180,7 +184,7 @@ fn rate_of_times(table: &Table, column: usize) -> Result<f64, Error> {
             (usual * 1e9).round() / 1e9
         );
         let fault = "not one step after the line before";
-        return Err(table.complain(before + 1, column, fault, &remedy));
+        return Err(table.complain(before + 1, 0, fault, &remedy));
     }
     let span = times.last().unwrap_or(&1.0) - times.first().unwrap_or(&0.0);
     let rate = (times.len() - 1).max(1) as f64 / span;

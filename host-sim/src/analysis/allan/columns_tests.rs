@@ -11,7 +11,14 @@ fn load_text(text: &str, choice: &Choice) -> Result<Vec<Series>, Error> {
     let dir = tempfile::tempdir().unwrap();
     let file = dir.path().join("imu.csv");
     std::fs::write(&file, text).unwrap();
-    load(&file, choice)
+    series(&file, choice)
+}
+
+fn series(file: &Path, choice: &Choice) -> Result<Vec<Series>, Error> {
+    load(file, choice)?
+        .into_iter()
+        .map(Column::series)
+        .collect()
 }
 
 fn complaint(text: &str) -> String {
@@ -172,7 +179,7 @@ fn gzip_reads_alike_and_a_broken_one_is_told() {
     };
     std::fs::write(&file, &whole).unwrap();
     assert_eq!(
-        load(&file, &choice).unwrap(),
+        series(&file, &choice).unwrap(),
         load_text(&text, &choice).unwrap()
     );
     std::fs::write(&file, &whole[..whole.len() / 2]).unwrap();

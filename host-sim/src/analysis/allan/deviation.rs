@@ -36,7 +36,8 @@ pub fn phase(increments: &[f64]) -> Vec<f64> {
         sum += d - mean;
         sum
     });
-    let mut x = vec![0.0];
+    let mut x = Vec::with_capacity(increments.len() + 1);
+    x.push(0.0);
     x.extend(ends);
     x
 }
@@ -79,10 +80,9 @@ pub fn averages(samples: usize) -> Vec<usize> {
     ms
 }
 
-/// The Allan variance of `x`, at intervals of `t0` s, at all averaging times.
+/// The Allan variance of `x`, at intervals of `t0` s, for averages of `ms` samples.
 #[must_use]
-pub fn curve(x: &[f64], t0: f64) -> Vec<Point> {
-    let ms = averages(x.len() - 1);
+pub fn curve(x: &[f64], t0: f64, ms: Vec<usize>) -> Vec<Point> {
     let point = |m: usize| Point {
         m,
         tau: m as f64 * t0,
@@ -118,7 +118,7 @@ mod tests {
         // sigma = R tau / sqrt 2 with R = 0.01 a sample interval of 1 s
         assert!((variance(&x, 1.0, 20) / (0.01_f64 * 20.0).powi(2) * 2.0 - 1.0).abs() < 1e-9);
         assert!(
-            curve(&phase(&[5.0; 400]), 1.0)
+            curve(&phase(&[5.0; 400]), 1.0, averages(400))
                 .iter()
                 .all(|p| p.variance < 1e-25)
         );

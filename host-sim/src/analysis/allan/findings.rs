@@ -1,11 +1,15 @@
 //! The results of an Allan analysis with notes for the reader, and their JSON.
 
 use super::fit::{POOR_FIT, analyse};
-use super::{Analysis, Series};
+use super::{Analysis, Column};
 use crate::error::Error;
 use crate::simulator::imu::ImuSpec;
 use rayon::prelude::*;
 use serde::Serialize;
+
+/// Columns of so many samples together are analysed at the same time. Each sample takes 24 bytes
+/// meanwhile: its increment, its integral, and a copy of either.
+const SAMPLES_AT_ONCE: usize = 1 << 24;
 
 /// The results of a run. Serialised, they are the `--json` format.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -95,12 +99,22 @@ fn misfit_note(analysis: &Analysis) -> Option<String> {
 }
 
 impl Findings {
-    /// Analyses `series` from `source`, simulated with `spec` if there is one.
+    /// Analyses `columns` from `source`, simulated with `spec` if there is one.
     ///
     /// # Errors
-    /// No series changes enough to have an Allan deviation.
-    pub fn of(source: String, series: &[Series], spec: Option<&ImuSpec>) -> Result<Self, Error> {
-        let analyses: Vec<Option<Analysis>> = series.par_iter().map(analyse).collect();
+    /// No column changes enough to have an Allan deviation, or one cannot be read again.
+    pub fn of(source: String, columns: Vec<Column>, spec: Option<&ImuSpec>) -> Result<Self, Error> {
+        let names: Vec<String> = columns.iter().map(|column| column.name.clone()).collect();
+        let samples = columns.iter().map(Column::len).max().unwrap_or(0);
+        let at_once = (SAMPLES_AT_ONCE / samples.max(1)).max(1);
+        let mut analyses: Vec<Option<Analysis>> = Vec::new();
+        let mut waiting = columns.into_iter();
+        while analyses.len() < names.len() {
+            let group: Vec<Column> = waiting.by_ref().take(at_once).collect();
+            let found = group.into_par_iter();
+            let found = found.map(|column| Ok(analyse(column.series()?)));
+            analyses.extend(found.collect::<Result<Vec<_>, Error>>()?);
+        }
         if analyses.iter().all(Option::is_none) {
             return Err(Error::Option {
                 option: source,
@@ -108,12 +122,10 @@ impl Findings {
                 remedy: "check that the recording holds sensor output and not a constant".into(),
             });
         }
-        let pairs = series.iter().zip(&analyses);
+        let pairs = names.iter().zip(&analyses);
         let constant = pairs.filter(|(_, analysis)| analysis.is_none());
-        let constant = constant.map(|(series, _)| {
-            let column = &series.column;
-            format!("{column} hardly ever changes and is left out")
-        });
+        let constant =
+            constant.map(|(column, _)| format!("{column} hardly ever changes and is left out"));
         let mut notes: Vec<String> = constant.chain(spec.and_then(dither_note)).collect();
         let analyses: Vec<Analysis> = analyses.into_iter().flatten().collect();
         notes.extend(analyses.iter().filter_map(rounding_note));
@@ -159,10 +171,12 @@ pub(crate) mod tests {
     /// Findings of a minute of a simulated IMU.
     pub(crate) fn findings() -> Findings {
         let spec = ImuSpec::preset("tactical").unwrap();
-        let series = at_rest(&spec, 60, 1);
+        let columns = at_rest(&spec, 60, 1).unwrap().into_iter();
         Findings {
             source: "a < b".into(),
-            analyses: series.iter().filter_map(analyse).collect(),
+            analyses: columns
+                .filter_map(|c| analyse(c.series().unwrap()))
+                .collect(),
             configured: Some(configured(&spec)),
             notes: vec!["note".into()],
         }

@@ -16,7 +16,7 @@
 //! f is zero for pure noise and is reported as the misfit.
 
 use super::covariance::Model;
-use super::deviation::{Point, curve, phase};
+use super::deviation::{Point, averages, curve, phase};
 use super::rounding::joined;
 use super::{Kind, NOISES, Series};
 use nalgebra::{DMatrix, DVector};
@@ -103,23 +103,30 @@ pub struct Analysis {
 /// Curve, coefficients and intervals of a series. `None` if it has fewer than 100 samples or never
 /// changes.
 #[must_use]
-pub fn analyse(series: &Series) -> Option<Analysis> {
+pub fn analyse(series: Series) -> Option<Analysis> {
     let (samples, t0) = (series.increments.len(), 1.0 / series.rate_hz);
     if samples < super::deviation::LEAST_SAMPLES {
         return None;
     }
-    let x = phase(&series.increments);
-    let points = curve(&x, t0);
+    let mut x = phase(&series.increments);
+    let points = curve(&x, t0, averages(samples));
     if points.iter().any(|p| p.variance <= 0.0) {
         return None;
     }
-    let join = joined(&series.increments, &x);
+    let join = joined(series.increments, &x);
     let fitted_from = join as f64 * t0;
     // averages of 1, 2, 4, ... samples; those between hold no further information
-    let ends: Vec<f64> = x.iter().copied().step_by(join).collect();
-    let mut octaves = curve(&ends, fitted_from);
+    let mut octaves = points.clone();
+    let mut pieces = samples;
+    if join > 1 {
+        x = x.into_iter().step_by(join).collect();
+        pieces = x.len() - 1;
+        let mut ms = averages(pieces);
+        ms.retain(|m| m.is_power_of_two());
+        octaves = curve(&x, fitted_from, ms);
+    }
     octaves.retain(|p| p.m.is_power_of_two());
-    let fit = Fit::new(&octaves, ends.len() - 1, fitted_from);
+    let fit = Fit::new(&octaves, pieces, fitted_from);
     let (unit, unit_si) = series.kind.unit();
     let shown = |p: &Point| {
         let edf = fit.model.edf(p.m, samples, t0);
@@ -135,7 +142,7 @@ pub fn analyse(series: &Series) -> Option<Analysis> {
         }
     };
     Some(Analysis {
-        column: series.column.clone(),
+        column: series.column,
         kind: series.kind,
         rate_hz: series.rate_hz,
         duration_s: samples as f64 * t0,

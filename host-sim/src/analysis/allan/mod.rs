@@ -1,8 +1,9 @@
 //! Allan deviation of recorded or simulated sensors, and the noise coefficients it shows (IEEE 647
 //! and 952, annex C).
 //!
-//! [`columns`] reads a file into [`Series`] of increments, [`analyse`] finds the coefficients of
-//! each, and [`findings`] gathers the results, which `report::allan` shows. Module `deviation`
+//! [`columns`] reads a file into [`Column`]s, which wait in [`store`]. [`analyse`] finds the
+//! coefficients of one [`Series`] of increments, and [`findings`] gathers the results, which
+//! `report::allan` shows. Module `deviation`
 //! estimates the Allan variance, `covariance` its uncertainty, and `fit` the coefficients with
 //! their intervals. Module `rounding` finds the shortest time at which pulses are noise.
 
@@ -12,15 +13,19 @@ mod deviation;
 pub mod findings;
 mod fit;
 mod rounding;
+pub mod store;
 
 pub use fit::{Analysis, Coefficient, Deviation, analyse};
+pub use store::Column;
 
+use crate::error::Error;
 use crate::inertial::earth::Local;
 use crate::inertial::sins::Increment;
 use crate::inertial::units::{ARCSEC, DEG_PER_H, DEG_PER_SQRT_H, UG};
 use crate::recordings::columns::IMU;
 use crate::simulator::imu::{Imu, ImuSpec};
 use serde::Serialize;
+use store::Store;
 
 /// The kind of a sensor, which determines the units.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
@@ -88,8 +93,10 @@ impl Kind {
 
 /// Output of a simulated IMU that stands level at 45 degrees of latitude, nose to the north, for
 /// `duration_s` seconds.
-#[must_use]
-pub fn at_rest(spec: &ImuSpec, duration_s: u32, seed: u64) -> Vec<Series> {
+///
+/// # Errors
+/// A long simulation needs temporary files, and they cannot be written.
+pub fn at_rest(spec: &ImuSpec, duration_s: u32, seed: u64) -> Result<Vec<Column>, Error> {
     let here = Local::at(std::f64::consts::FRAC_PI_4, 0.0);
     let dt = 1.0 / f64::from(spec.rate_hz);
     let perfect = Increment {
@@ -98,23 +105,23 @@ pub fn at_rest(spec: &ImuSpec, duration_s: u32, seed: u64) -> Vec<Series> {
     };
     let lsb = Imu::lsb(spec);
     let mut imu = Imu::new(spec, seed, seed);
-    let samples = (duration_s * spec.rate_hz) as usize;
-    let mut increments = [(); 6].map(|()| Vec::with_capacity(samples));
-    for _ in 0..samples {
-        let (counts, _) = imu.measure(&perfect);
-        for i in 0..3 {
-            increments[i].push(f64::from(counts.dtheta[i]) * lsb.rad);
-            increments[i + 3].push(f64::from(counts.dv[i]) * lsb.mps);
-        }
-    }
-    let named = IMU[1..].iter().zip(increments).enumerate();
-    let series = named.map(|(i, (column, increments))| Series {
-        column: (*column).to_owned(),
+    let named = IMU[1..].iter().enumerate();
+    let column = |(i, name): (usize, &&str)| Column {
+        name: (*name).to_owned(),
         kind: if i < 3 { Kind::Gyro } else { Kind::Accel },
         rate_hz: f64::from(spec.rate_hz),
-        increments,
-    });
-    series.collect()
+        scale: if i < 3 { lsb.rad } else { lsb.mps },
+        values: Store::default(),
+    };
+    let mut columns: Vec<Column> = named.map(column).collect();
+    for _ in 0..u64::from(duration_s) * u64::from(spec.rate_hz) {
+        let (counts, _) = imu.measure(&perfect);
+        let counts = counts.dtheta.into_iter().chain(counts.dv);
+        for (column, count) in columns.iter_mut().zip(counts) {
+            column.values.push(f64::from(count))?;
+        }
+    }
+    Ok(columns)
 }
 
 #[cfg(test)]

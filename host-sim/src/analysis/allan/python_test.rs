@@ -79,7 +79,7 @@ fn the_curve_agrees_with_allantools() {
         .map(|d| format!("{d:e}\n"))
         .collect();
     std::fs::write(&file, text).unwrap();
-    let curve = analyse(&series).unwrap().curve;
+    let curve = analyse(series).unwrap().curve;
     let ms: Vec<usize> = curve
         .iter()
         .map(|p| (p.tau_s * 50.0).round() as usize)

@@ -168,7 +168,7 @@ fn taught(config: &SessionConfig<'_>, session: &Session, until: usize) -> Option
     assumptions.noise = noises(config).samples;
     let n = session.samples_per_epoch();
     let mut part = session.clone();
-    part.counts.truncate(until * n);
+    part.counts = part.counts.part(0..until * n);
     let increments = part.increments();
     let aligned = aligned(&part, &increments)?;
     let nominal = navigate(&part, &increments, &assumptions, until)?;

@@ -156,7 +156,7 @@ fn blocks(record: &Record) -> Vec<Block> {
     };
     let mut sum = [Vector3::zeros(); 2];
     let mut out = Vec::new();
-    for (end, increment) in time.iter().zip(&increments) {
+    for (end, increment) in time.iter().zip(increments.iter()) {
         sum[0] += increment.dtheta;
         sum[1] += increment.dv;
         let seconds = end - start;

@@ -4,12 +4,13 @@ use super::{Settings, Split};
 use crate::experiment::correction::Correction;
 use crate::inertial::align;
 use crate::inertial::ekf::{Aided, ErrorModel};
+use crate::inertial::motion::Motion;
 use crate::inertial::session::Session;
-use crate::inertial::sins::Increment;
+use crate::learning::corrected::estimates;
 use crate::learning::fit::{FittedNetworks, fit_from};
 use crate::learning::fix_learner::{self, learn};
 use crate::learning::teacher::{Assumptions, Nominal, Start, aid, aligned, navigate_from};
-use crate::learning::window::{compensate, compensator};
+use crate::learning::window::compensator;
 use firmware::learn::bank::Gates;
 use nalgebra::Vector3;
 
@@ -37,7 +38,7 @@ impl Learnt {
     pub(super) fn from(session: &Session, split: &Split, settings: &Settings) -> Option<Self> {
         let a = &settings.assumptions;
         let lesson = session.cut(&split.learn);
-        let (increments, until) = (lesson.increments(), lesson.epochs());
+        let (increments, until) = (lesson.motion(), lesson.epochs());
         let (first, start) = begin(&lesson, &increments, settings)?;
         let nominal = navigate_from(&lesson, &increments, a, &start, first, until);
         let fitted = fit_from(
@@ -48,14 +49,15 @@ impl Learnt {
             &settings.network,
             settings.promoted_only,
         );
+        let filters = classical(a)
+            .into_iter()
+            .map(|(name, model)| Some((name, aided(&lesson, &increments, model, settings, until)?)))
+            .collect::<Option<_>>()?;
+        let device = device(&lesson, &increments, settings, until)?;
+        drop(increments);
         Some(Self {
-            filters: classical(a)
-                .into_iter()
-                .map(|(name, model)| {
-                    Some((name, aided(&lesson, &increments, model, settings, until)?))
-                })
-                .collect::<Option<_>>()?,
-            device: device(&lesson, &increments, settings, until)?,
+            filters,
+            device,
             lesson,
             nominal,
             fitted,
@@ -79,7 +81,7 @@ impl Learnt {
             ("rnn", _) => {
                 let compensator = compensator(session, &self.fitted.nets, &self.fitted.assumptions);
                 let mut errors = vec![compensator.power_on(false).estimate()];
-                errors.extend(compensate(session, &compensator).estimates);
+                errors.extend(estimates(session, &compensator));
                 Correction::Epochs(errors)
             }
             ("rnn-kalman", _) => {
@@ -96,7 +98,7 @@ impl Learnt {
 /// The device's learner from fixes at the end of the learning part.
 fn device(
     session: &Session,
-    increments: &[Increment],
+    increments: &(impl Motion + ?Sized),
     settings: &Settings,
     until: usize,
 ) -> Option<fix_learner::Learnt> {
@@ -112,7 +114,7 @@ fn device(
 /// start, else the reference's.
 fn begin(
     session: &Session,
-    increments: &[Increment],
+    increments: &(impl Motion + ?Sized),
     settings: &Settings,
 ) -> Option<(usize, Start)> {
     let first = session.standstill;
@@ -121,9 +123,9 @@ fn begin(
     }
     let mut nav = session.referenced(first);
     if first > 0 {
-        let still = &increments[..first * session.samples_per_epoch()];
+        let still = increments.beginning(first, session.samples_per_epoch());
         nav.q_bn = align::inertial_frame(
-            still,
+            &still,
             session.dt,
             session.samples(),
             session.nearest_fix(0).position,
@@ -142,7 +144,7 @@ fn begin(
 /// reference's first state.
 pub(super) fn aided(
     session: &Session,
-    increments: &[Increment],
+    increments: &(impl Motion + ?Sized),
     model: ErrorModel,
     settings: &Settings,
     until: usize,

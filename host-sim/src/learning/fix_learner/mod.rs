@@ -17,6 +17,7 @@ use crate::inertial::ekf;
 use crate::inertial::free_inertial::{FreeInertial, free_inertial};
 use crate::inertial::session::{EPOCH_S, Session};
 use crate::inertial::sins::NavState;
+use crate::learning::corrected::compensated_motion;
 use crate::learning::teacher::{ALIGN_SHARE, Assumptions, Start};
 use crate::learning::window::{compensator, increments_from, read_temperature, temperature_at};
 use firmware::align::LEAST_S;
@@ -185,6 +186,10 @@ impl Learnt {
         until: usize,
     ) -> FreeInertial {
         let (compensator, mut state) = self.compensator(session, assumptions);
+        if session.gather == 1 {
+            let corrected = compensated_motion(session, compensator, state, until);
+            return free_inertial(session, &corrected, self.nav, until, session.epochs());
+        }
         let after = &session.counts[until * session.samples_per_epoch()..];
         let first = until * session.samples_per_epoch();
         let corrected = (first..).zip(after).map(|(k, counts)| {
@@ -372,6 +377,7 @@ fn taught(
             device.keep();
         }
     }
+    device.learner.end();
     device.learnt()
 }
 

@@ -107,6 +107,7 @@ fn an_outlier_moves_nothing_and_a_lasting_jump_is_believed() {
             fix.velocity[0] += off;
             let before = device.report();
             device.fix(&fix);
+            device.learner.end(); // at a block's end it would wait
             let learnt = device.learnt().unwrap();
             assert!(learnt.evidence.iter().all(|evidence| evidence.is_finite()));
             let after = device.report();

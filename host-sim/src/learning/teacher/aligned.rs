@@ -5,6 +5,7 @@ use crate::inertial::align::{self, Alignment};
 use crate::inertial::ekf::{
     Aided, Belief, ErrorModel, InitialSigma, NAV, SlowErrors, attitude_error,
 };
+use crate::inertial::motion::Motion;
 use crate::inertial::session::{EPOCH_S, Session, Start};
 use crate::inertial::sins::{Increment, NavState, Samples};
 use crate::learning::aiding::ZERO_VELOCITY_MPS;
@@ -108,7 +109,7 @@ impl Aligned {
         model: ErrorModel,
         assumptions: &Assumptions,
         session: &Session,
-        increments: &[Increment],
+        increments: &(impl Motion + ?Sized),
         until: usize,
     ) -> Aided {
         let scored = self.scored(model, assumptions, session, increments, until);
@@ -123,7 +124,7 @@ impl Aligned {
         model: ErrorModel,
         assumptions: &Assumptions,
         session: &Session,
-        increments: &[Increment],
+        increments: &(impl Motion + ?Sized),
         until: usize,
     ) -> (Aided, f64) {
         let filter = self.filter(model, assumptions);
@@ -136,7 +137,7 @@ impl Aligned {
         &self,
         mut filter: Aided,
         session: &Session,
-        increments: &[Increment],
+        increments: &(impl Motion + ?Sized),
         until: usize,
     ) -> (Aided, f64) {
         let each = |k| aid(&mut filter, session, increments, k);
@@ -147,11 +148,11 @@ impl Aligned {
 
 /// Aligns on the first part of the standstill. `None` when it does not give an attitude.
 #[must_use]
-pub fn aligned(session: &Session, increments: &[Increment]) -> Option<Aligned> {
+pub fn aligned(session: &Session, increments: &(impl Motion + ?Sized)) -> Option<Aligned> {
     let first = (session.standstill as f64 * ALIGN_SHARE) as usize;
-    let standing = &increments[..first * session.steps_per_epoch()];
+    let standing = increments.beginning(first, session.steps_per_epoch());
     let alignment = align::alignment(
-        standing,
+        &standing,
         session.step_s(),
         session.samples(),
         session.nearest_fix(0).position,

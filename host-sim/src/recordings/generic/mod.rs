@@ -276,17 +276,31 @@ impl<'a> File<'a> {
 
     /// Reads the columns `wanted`, each given as key of the header file and name of the column.
     fn table(&self, wanted: &[(&str, &str)], gap: Option<f64>) -> Result<Table, Error> {
-        let wanted: Vec<usize> = wanted
-            .iter()
-            .map(|column| self.place(column))
-            .collect::<Result<_, _>>()?;
-        let layout = Layout {
+        let wanted = self.places(wanted)?;
+        Table::read(&self.source, &self.layout(&wanted, gap))
+    }
+
+    /// Reads the same columns. The first one makes the table, and the others go to `rest` row by
+    /// row.
+    fn times(&self, wanted: &[(&str, &str)], mut rest: impl FnMut(&[f64])) -> Result<Table, Error> {
+        let wanted = self.places(wanted)?;
+        Table::read_first(&self.source, &self.layout(&wanted, None), 1, |row| {
+            rest(row);
+            Ok(())
+        })
+    }
+
+    fn places(&self, wanted: &[(&str, &str)]) -> Result<Vec<usize>, Error> {
+        wanted.iter().map(|column| self.place(column)).collect()
+    }
+
+    fn layout<'l>(&'l self, wanted: &'l [usize], gap: Option<f64>) -> Layout<'l> {
+        Layout {
             skip: self.skip,
             names: &self.names,
-            wanted: &wanted,
+            wanted,
             gap,
-        };
-        Table::read(&self.source, &layout)
+        }
     }
 }
 

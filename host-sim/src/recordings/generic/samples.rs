@@ -1,7 +1,7 @@
 //! Reads the samples.
 
 use super::File;
-use super::header::{ACCEL, GYRO, TIME};
+use super::header::{ACCEL, GYRO, Imu, TIME};
 use super::read::Read;
 use crate::error::Error;
 use crate::inertial::sins::Increment;
@@ -37,9 +37,11 @@ pub(super) fn motion(read: &Read) -> Result<Record, Error> {
     let mut wanted = vec![("time", imu.time.column.as_str())];
     wanted.extend(imu.gyro.columns.iter().map(|c| ("gyro", c.as_str())));
     wanted.extend(imu.accel.columns.iter().map(|c| ("accel", c.as_str())));
-    let table = file.table(&wanted, None)?;
+    let mut values: Vec<[f64; 6]> = Vec::new();
+    let mut table = file.times(&wanted, |row| values.extend(<[f64; 6]>::try_from(row)))?;
     table.check_rising(0)?;
-    let time: Vec<f64> = table.rows().map(|r| r[0] * second).collect();
+    let mut time = table.take_values();
+    time.iter_mut().for_each(|t| *t *= second);
     let step = median_step(&time);
     let rate_hz = (1.0 / step).round();
     if !(4.0..=8000.0).contains(&rate_hz) {
@@ -50,12 +52,13 @@ pub(super) fn motion(read: &Read) -> Result<Record, Error> {
             "check the unit; 4 to 8000 samples a second can be used",
         ));
     }
-    check(&table, (kind, step), (gyro, accel))?;
-    let sample = |r: &[f64]| Increment {
-        dtheta: axes.turn([r[1], r[2], r[3]]) * gyro,
-        dv: axes.turn([r[4], r[5], r[6]]) * accel,
+    check((&table, imu), &values, (kind, step), (gyro, accel))?;
+    let sample = |[gx, gy, gz, ax, ay, az]: [f64; 6]| Increment {
+        dtheta: axes.turn([gx, gy, gz]) * gyro,
+        dv: axes.turn([ax, ay, az]) * accel,
     };
-    let samples: Vec<Increment> = table.rows().map(sample).collect();
+    // the values become samples where they are
+    let samples: Vec<Increment> = values.into_iter().map(sample).collect();
     Ok(Record {
         file: read.file.clone(),
         time,
@@ -94,14 +97,39 @@ pub(super) fn original(read: &Read) -> Result<Text, Error> {
     ))
 }
 
-/// Checks that values are plausible.
-fn check(table: &Table, (kind, step): (Kind, f64), (gyro, accel): (f64, f64)) -> Result<(), Error> {
+/// Checks that values are plausible. The table names their places.
+fn check(
+    (table, imu): (&Table, &Imu),
+    values: &[[f64; 6]],
+    (kind, step): (Kind, f64),
+    (gyro, accel): (f64, f64),
+) -> Result<(), Error> {
     let per_sample = match kind {
         Kind::Rate => 1.0,
         Kind::Increment => step,
     };
-    let remedy = "check the unit of the gyros; the limit is 35 rad/s";
-    table.check_within(1..4, LIMITS[0] * per_sample / gyro, remedy)?;
-    let remedy = "check the unit of the accelerometers; the limit is 1000 m/s2";
-    table.check_within(4..7, LIMITS[1] * per_sample / accel, remedy)
+    for (first, columns, limit, remedy) in [
+        (
+            0,
+            &imu.gyro.columns,
+            LIMITS[0] * per_sample / gyro,
+            "check the unit of the gyros; the limit is 35 rad/s",
+        ),
+        (
+            3,
+            &imu.accel.columns,
+            LIMITS[1] * per_sample / accel,
+            "check the unit of the accelerometers; the limit is 1000 m/s2",
+        ),
+    ] {
+        for (i, row) in values.iter().enumerate() {
+            for (column, value) in columns.iter().zip(&row[first..]) {
+                if value.abs() > limit {
+                    let fault = "out of range";
+                    return Err(table.complain_of(i, column, value, fault, remedy));
+                }
+            }
+        }
+    }
+    Ok(())
 }

@@ -64,13 +64,13 @@ fn integrals(record: &Record) -> Option<[Integral; 2]> {
     }
     let half = (0.5 * DOWN_S * record.rate_hz as f64) as usize;
     let mut sums = vec![Vector3::zeros()];
-    for increment in &increments {
+    for increment in increments.iter() {
         let last = sums.last().copied().unwrap_or_default();
         sums.push(last + increment.dv);
     }
     let mut out = [Integral::default(), Integral::default()];
     let (mut turned, mut pushed, mut pitch) = (0.0, 0.0, 0.0);
-    for (k, (t, increment)) in time.iter().zip(&increments).enumerate() {
+    for (k, (t, increment)) in time.iter().zip(increments.iter()).enumerate() {
         let mean = sums[(k + half).min(increments.len())] - sums[k.saturating_sub(half)];
         let down = -mean.try_normalize(1e-9).unwrap_or(-Vector3::z());
         turned += increment.dtheta.dot(&down);

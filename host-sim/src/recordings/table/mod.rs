@@ -5,7 +5,6 @@ mod source;
 pub(crate) use source::{Separator, Source};
 
 use crate::error::{Error, excerpt};
-use std::borrow::Cow;
 use std::fmt::Display;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -52,26 +51,50 @@ pub(crate) struct Table<T = f64> {
     pub(crate) file: PathBuf,
     names: Vec<String>,
     values: Vec<T>,
+    rows: usize,
     first_line: usize,
 }
 
 impl<T: Cell> Table<T> {
     /// Reads `source`.
     pub(crate) fn read(source: &Source, layout: &Layout<'_, T>) -> Result<Self, Error> {
+        Self::read_first(source, layout, layout.wanted.len(), |_| Ok(()))
+    }
+
+    /// Reads `source` and keeps the first `kept` columns wanted. The values of the others go to
+    /// `rest`, row by row.
+    pub(crate) fn read_first(
+        source: &Source,
+        layout: &Layout<'_, T>,
+        kept: usize,
+        mut rest: impl FnMut(&[T]) -> Result<(), Error>,
+    ) -> Result<Self, Error> {
         let wanted = layout.wanted.iter();
+        let names: Vec<String> = wanted.map(|&c| layout.names[c].clone()).collect();
         let mut table = Self {
             file: source.file.clone(),
-            names: wanted.map(|&c| layout.names[c].clone()).collect(),
+            names: names[..kept].to_vec(),
             values: Vec::new(),
+            rows: 0,
             first_line: layout.skip + 1,
         };
-        let mut lines = source.lines();
-        while let Some((line, cells)) = lines.next() {
-            if line > layout.skip {
-                table.push(line, &cells, layout)?;
+        let mut row = Vec::with_capacity(names.len());
+        let mut lines = source.lines()?;
+        while let Some(line) = lines.next()? {
+            if line <= layout.skip {
+                continue;
             }
+            table.check_count(line, lines.cells().len(), layout)?;
+            row.clear();
+            for (&column, name) in layout.wanted.iter().zip(&names) {
+                row.push(table.value(line, name, &lines.cell(column), layout.gap)?);
+            }
+            let (keep, other) = row.split_at(kept);
+            table.values.extend_from_slice(keep);
+            table.rows += 1;
+            rest(other)?;
         }
-        if table.values.is_empty() {
+        if table.rows == 0 {
             let found = match layout.skip {
                 0 => "is empty",
                 _ => "has a header and no data",
@@ -81,38 +104,34 @@ impl<T: Cell> Table<T> {
         Ok(table)
     }
 
-    /// Adds the values wanted of a line.
-    fn push(
-        &mut self,
-        line: usize,
-        cells: &[Cow<'_, str>],
-        layout: &Layout<'_, T>,
-    ) -> Result<(), Error> {
-        if cells.len() != layout.names.len() {
-            return Err(Error::ColumnCount {
-                file: self.file.clone(),
-                line,
-                found: cells.len(),
-                expected: layout.names.len(),
-                columns: layout.names.join(","),
-            });
+    /// Checks that a line has as many values as the file has columns.
+    fn check_count(&self, line: usize, found: usize, layout: &Layout<'_, T>) -> Result<(), Error> {
+        if found == layout.names.len() {
+            return Ok(());
         }
-        for (&column, name) in layout.wanted.iter().zip(&self.names) {
-            let text = &cells[column];
-            let value = match layout.gap {
-                Some(gap) if text.is_empty() => Ok(gap),
-                _ => T::parse(text),
-            };
-            self.values.push(value.map_err(|fault| Error::Value {
-                file: self.file.clone(),
-                line,
-                field: name.clone(),
-                text: excerpt(text),
-                fault,
-                remedy: T::REMEDY.to_owned(),
-            })?);
-        }
-        Ok(())
+        Err(Error::ColumnCount {
+            file: self.file.clone(),
+            line,
+            found,
+            expected: layout.names.len(),
+            columns: layout.names.join(","),
+        })
+    }
+
+    /// The number that stands as `text` in the column `name`.
+    fn value(&self, line: usize, name: &str, text: &str, gap: Option<T>) -> Result<T, Error> {
+        let value = match gap {
+            Some(gap) if text.is_empty() => Ok(gap),
+            _ => T::parse(text),
+        };
+        value.map_err(|fault| Error::Value {
+            file: self.file.clone(),
+            line,
+            field: name.to_owned(),
+            text: excerpt(text),
+            fault,
+            remedy: T::REMEDY.to_owned(),
+        })
     }
 
     /// Reads a comma-separated file whose first line is exactly `header`.
@@ -149,7 +168,7 @@ impl<T: Cell> Table<T> {
 
     /// Number of rows.
     pub(crate) fn len(&self) -> usize {
-        self.values.len() / self.names.len()
+        self.rows
     }
 
     /// Row `i`.
@@ -163,6 +182,16 @@ impl<T: Cell> Table<T> {
         self.values.chunks_exact(self.names.len())
     }
 
+    /// All values, row by row.
+    pub(crate) fn values(&self) -> &[T] {
+        &self.values
+    }
+
+    /// All values, which are then gone from the table.
+    pub(crate) fn take_values(&mut self) -> Vec<T> {
+        std::mem::take(&mut self.values)
+    }
+
     /// An error in the value at row `i` of `column`.
     pub(crate) fn complain(
         &self,
@@ -171,11 +200,23 @@ impl<T: Cell> Table<T> {
         fault: &'static str,
         remedy: &str,
     ) -> Error {
+        self.complain_of(i, &self.names[column], &self.row(i)[column], fault, remedy)
+    }
+
+    /// An error in a `value` of the column `name` on the line of row `i`.
+    pub(crate) fn complain_of(
+        &self,
+        i: usize,
+        name: &str,
+        value: &T,
+        fault: &'static str,
+        remedy: &str,
+    ) -> Error {
         Error::Value {
             file: self.file.clone(),
             line: self.first_line + i,
-            field: self.names[column].clone(),
-            text: self.row(i)[column].to_string(),
+            field: name.to_owned(),
+            text: value.to_string(),
             fault,
             remedy: remedy.to_owned(),
         }
@@ -277,6 +318,33 @@ mod tests {
         }
         let missing = Table::<f64>::with_header(Path::new("no/such.csv"), "t,x").unwrap_err();
         assert!(matches!(missing, Error::Missing { .. }));
+    }
+
+    #[test]
+    fn a_long_file_is_read_in_pieces_and_keeps_only_what_is_wanted() {
+        let mut text = String::from("t,x,y\n");
+        for i in 0..20_000 {
+            text += &format!("{i},{},7\n", 2 * i);
+        }
+        let (_dir, path) = file("in.csv", text.trim_end().as_bytes());
+        let source = Source::open(&path, Separator::COMMA).unwrap();
+        let layout = Layout {
+            skip: 1,
+            names: &["t", "x", "y"].map(String::from),
+            wanted: &[0, 1],
+            gap: None,
+        };
+        for _ in 0..2 {
+            let mut rest = Vec::new();
+            let table = Table::<f64>::read_first(&source, &layout, 1, |row| {
+                rest.extend_from_slice(row);
+                Ok(())
+            });
+            let times: Vec<f64> = (0..20_000).map(f64::from).collect();
+            assert_eq!(table.unwrap().values(), times);
+            assert!(rest.iter().zip(&times).all(|(x, t)| *x == 2.0 * t));
+            assert_eq!(rest.len(), 20_000);
+        }
     }
 
     #[test]
