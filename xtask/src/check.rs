@@ -7,7 +7,7 @@ use anyhow::{Context, Result};
 use qemu::images::{PROFILE, REQUIRE, TARGET, target_directory, without_paths, workspace};
 
 use crate::stage::{Stages, cargo_with, succeed};
-use crate::{comments, needs, reproduce, size, supply};
+use crate::{comments, fuzz, needs, reproduce, size, stack, supply};
 
 /// What is compiled for the target: each alone, so that no other package's features help it.
 const TARGET_PACKAGES: [&str; 6] = [
@@ -21,12 +21,9 @@ const TARGET_PACKAGES: [&str; 6] = [
 
 /// Runs every stage; the exit code is the last one's.
 pub fn test(fast: bool) -> Result<ExitCode> {
-    let mut stages = Stages::new(if fast { 6 } else { 11 });
+    let mut stages = Stages::new(if fast { 6 } else { 13 });
     stages.run("format, length of comments", || {
         succeed(&mut cargo_with("fmt --all --check"))?;
-        succeed(&mut cargo_with(
-            "fmt --check --manifest-path tests/fuzz/Cargo.toml",
-        ))?;
         comments::check()
     })?;
     if !fast {
@@ -44,6 +41,7 @@ pub fn test(fast: bool) -> Result<ExitCode> {
         stages.run("target lints", target_lints)?;
         stages.run("target builds, each package alone", target_builds)?;
         stages.run("flash, RAM and panic budgets", || size::size().map(drop))?;
+        stages.run("stack: bound and room", || stack::stack(None).map(drop))?;
         stages.run("image is the same from another folder", || {
             reproduce::reproduce().map(drop)
         })?;
@@ -52,6 +50,9 @@ pub fn test(fast: bool) -> Result<ExitCode> {
     stages.run("documentation tests", || {
         succeed(&mut cargo_with("test --quiet --workspace --doc"))
     })?;
+    if !fast {
+        stages.run("fuzz targets", || fuzz::targets(10, None))?;
+    }
     last(&mut stages, fast)
 }
 

@@ -1,16 +1,20 @@
 //! The one front door, the same on a developer's machine and in CI: `cargo xtask <task>`.
 
 mod bench;
+mod beside;
 mod check;
+mod child;
 mod comments;
 mod flash;
 mod fuzz;
 mod growth;
+mod markers;
 mod needs;
 mod pytorch;
 mod qemu;
 mod reproduce;
 mod size;
+mod stack;
 mod stage;
 mod supply;
 mod table;
@@ -46,6 +50,10 @@ enum Task {
         #[arg(long, value_name = "FILE")]
         json: Option<PathBuf>,
     },
+    /// Measures the desktop side beside what a user would pick instead, and a recording of 24 h.
+    /// Takes some minutes and 3 GB of disk. PYTHON names a Python with AllanTools, KFGINS the
+    /// program KF-GINS; what is missing is left out. Writes tables in docs/PERFORMANCE.md.
+    Beside,
     /// Measures how cost grows with rate, networks, weights, runs and cores. Takes minutes. Writes
     /// docs/growth-*.svg and tables in docs/PERFORMANCE.md.
     Growth,
@@ -94,6 +102,12 @@ enum Task {
     Reproduce,
     /// Compares flash and RAM of each image with budgets.toml.
     Size,
+    /// Bounds each board's stack from its call graph, and compares the bound with the room.
+    Stack {
+        /// Also writes the figures to this file.
+        #[arg(long, value_name = "FILE")]
+        json: Option<PathBuf>,
+    },
     /// Writes the shared test vectors and their expected digests again, after an intended change of
     /// the arithmetic.
     Vectors,
@@ -103,6 +117,7 @@ fn main() -> ExitCode {
     let done = match Arguments::parse().task {
         Task::Test { fast } => check::test(fast),
         Task::Bench { json } => bench::bench(json.as_deref()),
+        Task::Beside => beside::beside(),
         Task::Growth => growth::growth(),
         Task::Qemu { json } => qemu::qemu(json.as_deref()),
         Task::Flash {
@@ -128,6 +143,7 @@ fn main() -> ExitCode {
         Task::Sbom => supply::sbom(),
         Task::Reproduce => needs::target().and_then(|()| reproduce::reproduce()),
         Task::Size => needs::target().and_then(|()| size::size()),
+        Task::Stack { json } => needs::target().and_then(|()| stack::stack(json.as_deref())),
         Task::Vectors => vectors::regenerate(),
     };
     match done {

@@ -15,9 +15,10 @@ use qemu::live::Live;
 use qemu::protocol::drives;
 use qemu::replay::Pace;
 use qemu::report::{MINUTES, Report, counted, report, within};
+use qemu::software::Instructions;
 
 use crate::needs;
-use crate::table::numbers;
+use crate::table::{numbers, thousands};
 
 /// Runs, prints, and writes `json` if asked. A difference or an excess is an error.
 pub fn qemu(json: Option<&Path>) -> Result<ExitCode> {
@@ -39,15 +40,43 @@ pub fn qemu(json: Option<&Path>) -> Result<ExitCode> {
     for (board, report) in BOARDS.into_iter().zip(&reports) {
         report.check(board, &budgets)?;
     }
+    let mut costs = Vec::new();
     for (format, _) in drives() {
+        let [byte, dma] = [Pace::Byte, Pace::Dma].map(|pace| counted(BOARDS[0], format, pace));
+        costs.push((format, byte?.1, dma?.1));
+    }
+    println!("{}", path(&costs));
+    for (format, byte, dma) in costs {
         let budget = budgets.application.get(format.name());
         let budget = budget.with_context(|| format!("no budget for {format:?}"))?;
-        for pace in [Pace::Byte, Pace::Dma] {
-            let (_, cost) = counted(BOARDS[0], format, pace)?;
-            within(cost, pace == Pace::Dma, *budget).with_context(|| format!("{format:?}"))?;
+        for (cost, is_dma) in [(byte, false), (dma, true)] {
+            within(cost, is_dma, *budget).with_context(|| format!("{format:?}"))?;
         }
     }
     Ok(ExitCode::SUCCESS)
+}
+
+/// The table of the whole path in docs/PERFORMANCE.md.
+fn path(costs: &[(ImuFormat, Instructions, Instructions)]) -> Table {
+    let mut table = numbers([
+        "per sample, instructions",
+        "an interrupt per byte",
+        "DMA",
+        "most expensive, DMA",
+        "last byte in to first byte out, DMA",
+    ]);
+    for (format, byte, dma) in costs {
+        let counts = [
+            byte.per_sample,
+            dma.per_sample,
+            dma.worst_sample,
+            dma.latency,
+        ];
+        let mut row = vec![format.name().to_owned()];
+        row.extend(counts.map(thousands));
+        table.add_row(row);
+    }
+    table
 }
 
 fn table(reports: &[Report]) -> Table {

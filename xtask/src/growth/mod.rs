@@ -11,12 +11,13 @@ use std::fs;
 use std::process::ExitCode;
 
 use anyhow::{Context, Result};
+use qemu::budget::Budgets;
 use qemu::count::{self, Counts};
 use qemu::images::{GROWTH, workspace};
 use qemu::machine::NETDUINOPLUS2;
 
-use crate::needs;
 use crate::times::{Times, host_times};
+use crate::{markers, needs};
 use scaling::Scaling;
 
 /// What was measured; names are `rate/100`, `nets/4`, `weights/132`.
@@ -82,13 +83,24 @@ pub fn growth() -> Result<ExitCode> {
         let path = docs.join(name);
         fs::write(&path, svg).with_context(|| path.display().to_string())?;
     }
-    let path = docs.join("PERFORMANCE.md");
-    let old = fs::read_to_string(&path).with_context(|| path.display().to_string())?;
     let part = text::part(&measured)?;
-    let new = text::between_markers(&old, &part).with_context(|| path.display().to_string())?;
-    fs::write(&path, new).with_context(|| path.display().to_string())?;
+    markers::write("growth", &part)?;
     println!("{part}");
+    within_budget(&measured)?;
     Ok(ExitCode::SUCCESS)
+}
+
+/// One more of what a device may have several of costs at most its budget.
+fn within_budget(measured: &Measured) -> Result<()> {
+    for (kind, budget) in Budgets::read()?.one_more {
+        let more = text::one_more(&measured.points(&kind)?);
+        let more = more.with_context(|| format!("`{kind}`: too few sizes"))?;
+        anyhow::ensure!(
+            more <= budget,
+            "one more of `{kind}` costs {more:.0} instructions, and {budget:.0} are allowed"
+        );
+    }
+    Ok(())
 }
 
 #[cfg(test)]

@@ -3,18 +3,20 @@
 //! (Linux), the time that threads waited for a core is subtracted.
 
 use std::fs;
-use std::path::{Path, PathBuf};
-use std::process::{Command, Stdio};
-use std::thread::sleep;
-use std::time::{Duration, Instant};
+use std::path::PathBuf;
+use std::process::Command;
 
-use anyhow::{Context, Result, ensure};
+use anyhow::{Context, Result};
 use qemu::images::target_directory;
 
+use crate::child::{self, Used, spread};
 use crate::stage::{cargo_with, succeed};
 
 /// Numbers of runs of the campaigns.
 const RUNS: [u32; 3] = [2, 4, 8];
+/// Numbers of earlier drives, and runs of these campaigns.
+const DRIVES: [u32; 4] = [0, 1, 2, 4];
+pub const DRIVES_RUNS: u32 = 2;
 /// How often each campaign is run.
 const ROUNDS: usize = 5;
 /// Samples of a run: 300 s of standstill and 2 x 22 min at 100 Hz, measured with one group of
@@ -32,26 +34,26 @@ pub struct Cell {
     pub cpu: Option<f64>,
 }
 
-/// One execution of a campaign.
-#[derive(Clone, Copy, Debug)]
-struct Run {
-    wall: f64,
-    /// Time that all its threads together were ready to run but waited, s.
-    waited: f64,
-    cpu: Option<f64>,
+/// The time of a campaign without the waiting, which the threads that had runs to do shared
+/// equally.
+fn undisturbed(used: &Used, runs: u32, jobs: usize) -> f64 {
+    used.wall_s - used.waited_s / jobs.min(runs as usize) as f64
 }
 
-impl Run {
-    /// The time without the waiting, which the threads that had runs to do shared equally.
-    fn undisturbed(self, runs: u32, jobs: usize) -> f64 {
-        self.wall - self.waited / jobs.min(runs as usize) as f64
-    }
+/// A campaign with earlier drives of each unit: medians.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Drives {
+    pub drives: u32,
+    /// As in [`Cell`], s.
+    pub wall: f64,
+    pub cpu: Option<f64>,
 }
 
 /// All of them.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Scaling {
     pub cells: Vec<Cell>,
+    pub drives: Vec<Drives>,
     /// Time with one job over time with all cores, in pairs, longest campaign: smallest, median,
     /// largest; on an otherwise idle machine, and as measured.
     pub ratio: [[f64; 3]; 2],
@@ -70,7 +72,7 @@ impl Scaling {
         let cores = std::thread::available_parallelism()?.get();
         let campaign = Prepared::new(program, place)?;
         let jobs = jobs(cores);
-        let mut all: Vec<Vec<Run>> = vec![Vec::new(); RUNS.len() * jobs.len()];
+        let mut all: Vec<Vec<Used>> = vec![Vec::new(); RUNS.len() * jobs.len()];
         for round in 0..ROUNDS {
             eprintln!("      round {} of {ROUNDS}", round + 1);
             let cells = RUNS.iter().flat_map(|r| jobs.iter().map(move |j| (r, j)));
@@ -82,23 +84,24 @@ impl Scaling {
         let cells = cells.zip(&all).map(|((runs, jobs), times)| Cell {
             runs,
             jobs,
-            wall: spread(times.iter().map(|t| t.undisturbed(runs, jobs)).collect())[1],
-            cpu: times
-                .iter()
-                .map(|t| t.cpu)
-                .collect::<Option<Vec<_>>>()
-                .map(|cpu| spread(cpu)[1]),
+            wall: spread(times.iter().map(|t| undisturbed(t, runs, jobs)).collect())[1],
+            cpu: median_cpu(times),
         });
         let longest = &all[all.len() - jobs.len()..];
         let pairs = || longest[0].iter().zip(&longest[jobs.len() - 1]);
         let most = RUNS[RUNS.len() - 1];
         let free =
-            pairs().map(|(one, many)| one.undisturbed(most, 1) / many.undisturbed(most, cores));
+            pairs().map(|(one, many)| undisturbed(one, most, 1) / undisturbed(many, most, cores));
         Ok(Self {
             cells: cells.collect(),
+            drives: campaign.drives()?,
             ratio: [
                 spread(free.collect()),
-                spread(pairs().map(|(one, many)| one.wall / many.wall).collect()),
+                spread(
+                    pairs()
+                        .map(|(one, many)| one.wall_s / many.wall_s)
+                        .collect(),
+                ),
             ],
             cores,
         })
@@ -122,11 +125,10 @@ fn jobs(cores: usize) -> Vec<usize> {
     jobs
 }
 
-/// Smallest, median and largest of at least one value.
-fn spread(mut values: Vec<f64>) -> [f64; 3] {
-    values.sort_by(f64::total_cmp);
-    let last = values.len() - 1;
-    [values[0], values[values.len() / 2], values[last]]
+/// Median of the processor time, where the system reports it, s.
+fn median_cpu(times: &[Used]) -> Option<f64> {
+    let cpu: Option<Vec<f64>> = times.iter().map(|t| t.cpu_s).collect();
+    cpu.map(|cpu| spread(cpu)[1])
 }
 
 /// A campaign whose filters are already tuned, so that only runs are measured.
@@ -141,76 +143,56 @@ impl Prepared {
             fs::remove_dir_all(&place).with_context(|| place.display().to_string())?;
         }
         let prepared = Self { program, place };
-        prepared.start(1, 1, false)?;
+        child::run(&mut prepared.command(1, 1, false))?;
         Ok(prepared)
     }
 
-    /// Runs it; returns the time that its threads waited, s.
-    fn start(&self, runs: u32, jobs: usize, resume: bool) -> Result<f64> {
+    /// Campaigns with earlier drives, with one job, in turn.
+    fn drives(&self) -> Result<Vec<Drives>> {
+        let mut all = DRIVES.map(|_| Vec::new());
+        for round in 0..ROUNDS {
+            eprintln!("      drives, round {} of {ROUNDS}", round + 1);
+            for (times, drives) in all.iter_mut().zip(DRIVES) {
+                self.forget()?;
+                let mut command = self.command(DRIVES_RUNS, 1, true);
+                command.args(["--drives", &drives.to_string()]);
+                times.push(child::run(&mut command)?);
+            }
+        }
+        let median = |(drives, times): (u32, &Vec<Used>)| Drives {
+            drives,
+            wall: spread(
+                times
+                    .iter()
+                    .map(|t| undisturbed(t, DRIVES_RUNS, 1))
+                    .collect(),
+            )[1],
+            cpu: median_cpu(times),
+        };
+        Ok(DRIVES.into_iter().zip(&all).map(median).collect())
+    }
+
+    fn command(&self, runs: u32, jobs: usize, resume: bool) -> Command {
         let mut command = Command::new(&self.program);
         command
             .args(["campaign", "--models", "all", "--tuning-units", "1"])
             .args(["--runs", &runs.to_string(), "--jobs", &jobs.to_string()])
             .arg("--out")
             .arg(&self.place)
-            .args(resume.then_some("--resume"))
-            .stdout(Stdio::null())
-            .stderr(Stdio::null());
-        let mut child = command
-            .spawn()
-            .with_context(|| self.program.display().to_string())?;
-        let mut waited = 0.0_f64;
-        loop {
-            // The share of the last threads is lost when they end.
-            waited = waited.max(waiting(child.id()).unwrap_or(0.0));
-            if let Some(status) = child.try_wait()? {
-                ensure!(status.success(), "{status}: {}", self.program.display());
-                return Ok(waited);
-            }
-            sleep(LOOK);
-        }
+            .args(resume.then_some("--resume"));
+        command
     }
 
-    fn run(&self, runs: u32, jobs: usize) -> Result<Run> {
+    fn run(&self, runs: u32, jobs: usize) -> Result<Used> {
+        self.forget()?;
+        child::run(&mut self.command(runs, jobs, true))
+    }
+
+    /// No run is kept.
+    fn forget(&self) -> Result<()> {
         let done = self.place.join("runs");
-        fs::remove_dir_all(&done).with_context(|| done.display().to_string())?;
-        let (start, before) = (Instant::now(), children());
-        let waited = self.start(runs, jobs, true)?;
-        Ok(Run {
-            wall: start.elapsed().as_secs_f64(),
-            waited,
-            cpu: children().zip(before).map(|(now, then)| now - then),
-        })
+        fs::remove_dir_all(&done).with_context(|| done.display().to_string())
     }
-}
-
-/// Time between two looks at a running campaign. What its threads wait after the last look is not
-/// seen.
-const LOOK: Duration = Duration::from_millis(5);
-
-/// The time that the threads of a process have waited for a core so far, together, s. `None` once
-/// it has ended, or where the system does not report it.
-fn waiting(process: u32) -> Option<f64> {
-    let tasks = fs::read_dir(format!("/proc/{process}/task")).ok()?;
-    let of = |task: fs::DirEntry| {
-        let text = fs::read_to_string(task.path().join("schedstat")).ok()?;
-        // time run, time waited (ns), turns
-        text.split(' ').nth(1)?.parse::<f64>().ok()
-    };
-    let all: Option<Vec<f64>> = tasks.map(|task| of(task.ok()?)).collect();
-    all.filter(|all| !all.is_empty())
-        .map(|all| all.iter().sum::<f64>() * 1e-9)
-}
-
-/// Processor time of this process's finished children, s; Linux only.
-fn children() -> Option<f64> {
-    let stat = fs::read_to_string(Path::new("/proc/self/stat")).ok()?;
-    // Fields follow the name in brackets, which may contain spaces: field 3 is the first. User and
-    // system time of children are fields 16 and 17, in 1/100 s.
-    let (_, fields) = stat.rsplit_once(") ")?;
-    let times = fields.split(' ').skip(13).take(2);
-    let ticks: Vec<f64> = times.filter_map(|field| field.parse().ok()).collect();
-    (ticks.len() == 2).then(|| ticks.iter().sum::<f64>() / 100.0)
 }
 
 #[cfg(test)]
@@ -225,40 +207,13 @@ mod tests {
     }
 
     #[test]
-    fn the_middle_of_three_is_the_median() {
-        assert_eq!(spread(vec![9.0, 1.0, 2.0]), [1.0, 2.0, 9.0]);
-    }
-
-    #[test]
     fn waiting_is_shared_by_the_threads() {
-        let run = Run {
-            wall: 10.0,
-            waited: 6.0,
-            cpu: None,
+        let used = Used {
+            wall_s: 10.0,
+            waited_s: 6.0,
+            ..Used::default()
         };
-        let jobs = [(8, 1), (8, 2), (1, 2)].map(|(runs, jobs)| run.undisturbed(runs, jobs));
+        let jobs = [(8, 1), (8, 2), (1, 2)].map(|(runs, jobs)| undisturbed(&used, runs, jobs));
         assert_eq!(jobs, [4.0, 7.0, 4.0]);
-    }
-
-    #[test]
-    #[cfg(target_os = "linux")]
-    fn a_process_that_sleeps_waits_for_no_core() {
-        let mut child = Command::new("sleep").arg("2").spawn().expect("a shell");
-        sleep(Duration::from_millis(200));
-        let waited = waiting(child.id()).expect("Linux tells");
-        assert!(waited < 1.0, "{waited} s");
-        child.kill().expect("it sleeps");
-        child.wait().expect("it ends");
-        assert_eq!(waiting(child.id()), None);
-    }
-
-    #[test]
-    #[cfg(target_os = "linux")]
-    fn a_childs_processor_time_is_seen() {
-        let before = children().expect("Linux tells");
-        let busy = "i=0; while [ $i -lt 300000 ]; do i=$((i+1)); done";
-        succeed(Command::new("sh").args(["-c", busy])).expect("a shell");
-        let used = children().expect("Linux tells") - before;
-        assert!(used > 0.01 && used < 100.0, "{used} s");
     }
 }

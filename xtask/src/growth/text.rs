@@ -2,29 +2,12 @@
 
 use std::fmt::Write;
 
-use anyhow::{Context, Result, ensure};
+use anyhow::{Context, Result};
 
 use super::laws::Polynomial;
 use super::pictures::CLOCK;
-use super::{Measured, Point};
-use crate::table::markdown;
-
-const BEGIN: &str = "<!-- growth: written by `cargo xtask growth` -->\n";
-const END: &str = "<!-- growth: end -->";
-
-/// `old` with the text between the markers replaced by `part`.
-pub fn between_markers(old: &str, part: &str) -> Result<String> {
-    let missing = || format!("no line `{}`; remedy: git restore the file", BEGIN.trim());
-    let (before, rest) = old.split_once(BEGIN).with_context(missing)?;
-    let (_, after) = rest
-        .split_once(END)
-        .with_context(|| format!("no line `{END}` after the first marker"))?;
-    ensure!(
-        !after.contains(BEGIN.trim()),
-        "the marker is there twice; remedy: keep one"
-    );
-    Ok(format!("{before}{BEGIN}{part}{END}{after}"))
-}
+use super::{Measured, Point, scaling};
+use crate::table::{markdown, thousands};
 
 /// All tables with their pictures.
 pub fn part(measured: &Measured) -> Result<String> {
@@ -32,7 +15,20 @@ pub fn part(measured: &Measured) -> Result<String> {
     rates(&mut out, &measured.points("rate")?)?;
     nets(&mut out, &measured.points("nets")?)?;
     weights(&mut out, &measured.points("weights")?)?;
+    several(
+        &mut out,
+        &measured.points("candidates")?,
+        "**Candidates**: one fix learnt by several hypotheses of 24 output weights each.",
+        "candidates",
+    )?;
+    several(
+        &mut out,
+        &measured.points("navigators")?,
+        "**Navigators**: a second of 200 samples in several navigators that share nothing.",
+        "navigators",
+    )?;
     runs(&mut out, measured)?;
+    drives(&mut out, measured)?;
     Ok(out)
 }
 
@@ -147,6 +143,47 @@ fn weights(out: &mut String, points: &[Point]) -> Result<()> {
     picture(out, "weights", "cost of a fix against parameters")
 }
 
+/// A table of things of the same size, and what one more costs.
+fn several(out: &mut String, points: &[Point], what: &str, name: &str) -> Result<()> {
+    writeln!(out, "{what}\n")?;
+    let header = [name, "Cortex-M4F, instructions", "desktop, us"];
+    let rows = points.iter().map(|p| {
+        vec![
+            p.size.to_string(),
+            thousands(p.instructions),
+            format!("{:.1}", p.nanoseconds / 1e3),
+        ]
+    });
+    out.push_str(&markdown(&header.map(str::to_owned), rows));
+    let more = one_more(points).context("too few sizes")?;
+    writeln!(out, "\nOne more costs {} instructions.\n", thousands(more))?;
+    Ok(())
+}
+
+/// What one more costs on the target.
+pub fn one_more(points: &[Point]) -> Option<f64> {
+    let (x, y): (Vec<f64>, Vec<f64>) = points.iter().map(|p| (p.size, p.instructions)).unzip();
+    Polynomial::fit(1, &x, &y)?.0.get(1).copied()
+}
+
+fn drives(out: &mut String, measured: &Measured) -> Result<()> {
+    writeln!(
+        out,
+        "**Drives**: the same campaign of {} runs with earlier drives of each unit, one job.\n",
+        scaling::DRIVES_RUNS
+    )?;
+    let header = ["earlier drives", "from start to exit, s", "processor, s"];
+    let rows = measured.scaling.drives.iter().map(|cell| {
+        let cpu = cell
+            .cpu
+            .map_or("unknown".to_owned(), |cpu| format!("{cpu:.2}"));
+        vec![cell.drives.to_string(), format!("{:.2}", cell.wall), cpu]
+    });
+    out.push_str(&markdown(&header.map(str::to_owned), rows));
+    out.push('\n');
+    Ok(())
+}
+
 fn runs(out: &mut String, measured: &Measured) -> Result<()> {
     let scaling = &measured.scaling;
     let jobs = scaling.jobs();
@@ -181,40 +218,4 @@ fn runs(out: &mut String, measured: &Measured) -> Result<()> {
         )?;
     }
     picture(out, "runs", "time of a campaign against runs and cores")
-}
-
-/// A whole number with its digits in groups of three.
-fn thousands(value: f64) -> String {
-    let text = format!("{value:.0}");
-    let mut out = String::new();
-    for (i, digit) in text.chars().enumerate() {
-        if i > 0 && (text.len() - i).is_multiple_of(3) && text.len() > 4 {
-            out.push(' ');
-        }
-        out.push(digit);
-    }
-    out
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn only_what_is_between_the_markers_changes() {
-        let old = format!("# a\n{BEGIN}old | 1 |\n{END}\nb\n");
-        let new = between_markers(&old, "new\n").expect("markers are there");
-        assert_eq!(new, format!("# a\n{BEGIN}new\n{END}\nb\n"));
-        assert_eq!(between_markers(&new, "new\n").expect("still there"), new);
-        assert!(between_markers("# a\n", "new\n").is_err());
-        assert!(between_markers(&format!("{BEGIN}x"), "new\n").is_err());
-        assert!(between_markers(&format!("{new}{BEGIN}"), "new\n").is_err());
-    }
-
-    #[test]
-    fn long_numbers_are_grouped() {
-        assert_eq!(thousands(999.6), "1000");
-        assert_eq!(thousands(12_345.0), "12 345");
-        assert_eq!(thousands(1_234_567.4), "1 234 567");
-    }
 }
