@@ -26,6 +26,29 @@ fn configurations() {
     }
 }
 
+/// A message that MAVLink signs, which nobody can change. The target makes its CRC right.
+fn signed() {
+    let mavlink = ImuFormat::ALL
+        .iter()
+        .position(|format| matches!(format, ImuFormat::Mavlink(_)));
+    let mavlink = mavlink.expect("a format");
+    let fields = Fields {
+        index: 0,
+        time: 0.0,
+        gyro: [100, -200, 300],
+        accel: [5, -7, 40_000],
+        rest: 0,
+    };
+    let mut buffer = [0; LONGEST];
+    let sensor = &ImuFormat::ALL[mavlink].simulated()[0];
+    let len = (sensor.emit)(&fields, &mut buffer).expect("room");
+    buffer[2] = 1;
+    let checked_and_signed = 0x80 | mavlink as u8;
+    let mut seed = vec![checked_and_signed, 200];
+    seed.extend(&buffer[..len + 13]);
+    write("stream", "seed-mavlink-signed", &seed);
+}
+
 /// Three frames of the first sensor of each format, and two fixes.
 #[test]
 #[ignore = "writes files"]
@@ -45,8 +68,10 @@ fn streams() {
             let len = (sensor.emit)(&fields, &mut buffer).expect("room");
             seed.extend(&buffer[..len]);
         }
-        write("stream", &format!("seed-{format:?}").to_lowercase(), &seed);
+        let name = sensor.name.to_lowercase().replace([' ', ','], "-");
+        write("stream", &format!("seed-{name}"), &seed);
     }
+    signed();
     let mut seed = vec![ImuFormat::ALL.len() as u8, 200];
     for second in 0..2 {
         let fix = Pvt {

@@ -183,6 +183,7 @@ impl<T: Cell> Table<T> {
     }
 
     /// All values, row by row.
+    #[cfg(test)]
     pub(crate) fn values(&self) -> &[T] {
         &self.values
     }
