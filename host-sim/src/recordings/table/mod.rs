@@ -183,7 +183,7 @@ impl<T: Cell> Table<T> {
     }
 
     /// All values, row by row.
-    #[cfg(test)]
+    #[cfg(any(test, feature = "tools"))]
     pub(crate) fn values(&self) -> &[T] {
         &self.values
     }
