@@ -51,7 +51,7 @@ pub fn test(fast: bool) -> Result<ExitCode> {
         succeed(&mut cargo_with("test --quiet --workspace --doc"))
     })?;
     if !fast {
-        stages.run("fuzz targets", || fuzz::targets(10, None))?;
+        stages.run("fuzz targets", || fuzz::targets(10, None, Some(1)))?;
     }
     last(&mut stages, fast)
 }

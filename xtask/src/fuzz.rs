@@ -41,8 +41,9 @@ pub fn damage(long: bool) -> Result<ExitCode> {
     })
 }
 
-/// Builds every target and runs it for so many seconds from its corpus.
-pub fn targets(seconds: u32, only: Option<&str>) -> Result<()> {
+/// Builds every target and runs it for so many seconds from its corpus. The same seed tries the
+/// same inputs in the same order, as many as there is time for.
+pub fn targets(seconds: u32, only: Option<&str>, seed: Option<u32>) -> Result<()> {
     needs::cpp()?;
     let folder = workspace().join("tests/fuzz");
     let directory = target_directory()?.join("fuzz-runs");
@@ -57,7 +58,13 @@ pub fn targets(seconds: u32, only: Option<&str>) -> Result<()> {
         if running.len() == AT_A_TIME {
             failed.extend(running.remove(0).end()?);
         }
-        running.push(Run::begin(&folder, &directory, &program, name, seconds)?);
+        running.push(Run::begin(
+            &folder,
+            &directory,
+            &program,
+            name,
+            (seconds, seed),
+        )?);
     }
     for run in running {
         failed.extend(run.end()?);
@@ -106,9 +113,16 @@ impl Run {
         directory: &Path,
         program: &Path,
         name: &str,
-        seconds: u32,
+        (seconds, seed): (u32, Option<u32>),
     ) -> Result<Run> {
-        let work = directory.join(name);
+        let work = match seed {
+            // from the committed corpus alone, whatever was found before
+            Some(seed) => directory.join(format!("{name}-of-seed-{seed}")),
+            None => directory.join(name),
+        };
+        if seed.is_some() && work.exists() {
+            fs::remove_dir_all(&work)?;
+        }
         let (found, log) = (work.join("found"), work.join("log"));
         fs::create_dir_all(&found)?;
         let committed = folder.join("corpus").join(name);
@@ -122,6 +136,7 @@ impl Run {
                 "-len_control=0",
                 "-print_final_stats=1",
             ])
+            .args(seed.map(|seed| format!("-seed={seed}")))
             .arg(format!("-artifact_prefix={}/", work.display()))
             .args([&found, &committed])
             .stdin(Stdio::null())

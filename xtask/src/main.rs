@@ -92,6 +92,10 @@ enum Task {
         /// Only this target.
         #[arg(long, value_name = "NAME", requires = "targets")]
         only: Option<String>,
+        /// Of the inputs that are tried: the same number tries the same ones. Without it, others
+        /// each time.
+        #[arg(long, value_name = "NUMBER", requires = "targets")]
+        seed: Option<u32>,
     },
     /// Checks licences, sources and duplicates of all dependencies; and advisories, where
     /// `cargo deny` is installed and can fetch them.
@@ -136,8 +140,9 @@ fn main() -> ExitCode {
             targets: true,
             seconds,
             only,
+            seed,
             ..
-        } => fuzz::targets(seconds, only.as_deref()).map(|()| ExitCode::SUCCESS),
+        } => fuzz::targets(seconds, only.as_deref(), seed).map(|()| ExitCode::SUCCESS),
         Task::Fuzz { long, .. } => fuzz::damage(long),
         Task::Supply => supply::supply(),
         Task::Sbom => supply::sbom(),
