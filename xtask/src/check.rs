@@ -1,7 +1,10 @@
-//! `cargo xtask test`: cheap and general checks come first. The tests come last, so that the output
-//! ends with the closing lines of their runner.
+//! `cargo xtask test`: cheap and general checks come first. Then what is compiled for the target is
+//! looked at beside what is compiled for this machine: images are linked on one core, and both have
+//! folders of their own. The tests come last, so that the output ends with the closing lines of
+//! their runner.
 
 use std::process::ExitCode;
+use std::thread;
 
 use anyhow::{Context, Result};
 use qemu::images::{PROFILE, REQUIRE, TARGET, target_directory, without_paths, workspace};
@@ -21,7 +24,7 @@ const TARGET_PACKAGES: [&str; 6] = [
 
 /// Runs every stage; the exit code is the last one's.
 pub fn test(fast: bool) -> Result<ExitCode> {
-    let mut stages = Stages::new(if fast { 6 } else { 13 });
+    let stages = Stages::new(if fast { 6 } else { 13 });
     stages.run("format, length of comments", || {
         succeed(&mut cargo_with("fmt --all --check"))?;
         comments::check()
@@ -32,34 +35,55 @@ pub fn test(fast: bool) -> Result<ExitCode> {
         })?;
     }
     stages.run("dependencies: licences, sources, duplicates", supply::check)?;
+    if fast {
+        here(&stages)?;
+    } else {
+        thread::scope(|scope| {
+            let beside = scope.spawn(|| target(&stages));
+            let ours = here(&stages).and_then(|()| {
+                stages.run("fuzz targets", || fuzz::targets(10, None, Some(1)))
+            });
+            let theirs = beside.join().expect("no panic in a stage");
+            ours.and(theirs)
+        })?;
+    }
+    last(&stages, fast)
+}
+
+/// What is compiled for this machine.
+fn here(stages: &Stages) -> Result<()> {
     stages.run("lints", || {
         succeed(&mut cargo_with(
             "clippy --quiet --workspace --all-targets -- -D warnings",
         ))
     })?;
-    if !fast {
-        stages.run("target lints", target_lints)?;
-        stages.run("target builds, each package alone", target_builds)?;
-        stages.run("flash, RAM and panic budgets", || size::size().map(drop))?;
-        stages.run("stack: bound and room", || stack::stack(None).map(drop))?;
-        stages.run("image is the same from another folder", || {
-            reproduce::reproduce().map(drop)
-        })?;
-    }
     stages.run("documentation", documentation)?;
     stages.run("documentation tests", || {
         succeed(&mut cargo_with("test --quiet --workspace --doc"))
-    })?;
-    if !fast {
-        stages.run("fuzz targets", || fuzz::targets(10, None, Some(1)))?;
-    }
-    last(&mut stages, fast)
+    })
+}
+
+/// What is compiled for the target, all in the folder of the images.
+fn target(stages: &Stages) -> Result<()> {
+    stages.run("target lints", target_lints)?;
+    stages.run("target builds, each package alone", target_builds)?;
+    stages.run("flash, RAM and panic budgets", || size::size().map(drop))?;
+    stages.run("stack: bound and room", || stack::stack(None).map(drop))?;
+    stages.run("image is the same from another folder", || {
+        reproduce::reproduce().map(drop)
+    })
 }
 
 fn target_lints() -> Result<()> {
+    let directory = target_directory()?.join("images");
     TARGET_PACKAGES.iter().try_for_each(|package| {
         let mut clippy = cargo_with("clippy --quiet --target");
-        succeed(clippy.args([TARGET, "--package", package, "--", "-D", "warnings"]))
+        clippy
+            .args([TARGET, "--profile", PROFILE, "--package", package])
+            .arg("--target-dir")
+            .arg(&directory)
+            .args(["--", "-D", "warnings"]);
+        succeed(&mut clippy)
     })
 }
 
@@ -89,7 +113,7 @@ fn documentation() -> Result<()> {
 }
 
 /// Unit, property and system tests, and the images in QEMU. Nothing is printed after the runner.
-fn last(stages: &mut Stages, fast: bool) -> Result<ExitCode> {
+fn last(stages: &Stages, fast: bool) -> Result<ExitCode> {
     let mut runner = if needs::nextest() {
         stages.begin("tests (nextest)");
         cargo_with("nextest run --workspace --no-fail-fast")

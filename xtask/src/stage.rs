@@ -1,6 +1,8 @@
-//! Stages: a line when one begins, its duration when it ends, the first failure ends the run.
+//! Stages: a line when one begins, its duration when it ends, the first failure ends the run. Two
+//! threads may run stages side by side.
 
 use std::process::Command;
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Instant;
 
 use anyhow::{Context, Result, bail};
@@ -8,18 +10,19 @@ use qemu::images::cargo;
 
 /// Counts the stages of one run.
 pub struct Stages {
-    next: usize,
+    next: AtomicUsize,
     total: usize,
 }
 
 impl Stages {
     /// A run of `total` stages.
     pub fn new(total: usize) -> Self {
-        Self { next: 1, total }
+        let next = AtomicUsize::new(1);
+        Self { next, total }
     }
 
     /// Runs one stage.
-    pub fn run(&mut self, name: &str, work: impl FnOnce() -> Result<()>) -> Result<()> {
+    pub fn run(&self, name: &str, work: impl FnOnce() -> Result<()>) -> Result<()> {
         self.begin(name);
         let start = Instant::now();
         work().with_context(|| format!("stage `{name}` failed"))?;
@@ -29,9 +32,9 @@ impl Stages {
 
     /// Prints the line that says where we are. The last stage prints only that, so that the output
     /// ends with the closing lines of its own command.
-    pub fn begin(&mut self, name: &str) {
-        eprintln!("[{:>2}/{}] {name}", self.next, self.total);
-        self.next += 1;
+    pub fn begin(&self, name: &str) {
+        let next = self.next.fetch_add(1, Ordering::Relaxed);
+        eprintln!("[{next:>2}/{}] {name}", self.total);
     }
 }
 
