@@ -40,9 +40,8 @@ pub fn test(fast: bool) -> Result<ExitCode> {
     } else {
         thread::scope(|scope| {
             let beside = scope.spawn(|| target(&stages));
-            let ours = here(&stages).and_then(|()| {
-                stages.run("fuzz targets", || fuzz::targets(10, None, Some(1)))
-            });
+            let ours = here(&stages)
+                .and_then(|()| stages.run("fuzz targets", || fuzz::targets(10, None, Some(1))));
             let theirs = beside.join().expect("no panic in a stage");
             ours.and(theirs)
         })?;
