@@ -395,8 +395,9 @@ impl<'m> App<'m> {
             }
             let gnss = !lines.gnss.is_idle() || self.receiver.is_due(now);
             busy |= gnss && self.gnss(&mut lines.gnss, now);
-            // the end of a block is enough work for one pass
-            busy |= blocks != self.flow.counters.blocks || self.work(now);
+            // the end of a block that is learnt from is enough work for one pass
+            let learns = self.flow.learns() && blocks != self.flow.counters.blocks;
+            busy |= learns || self.work(now);
         }
         self.note_pass(now);
         self.quiet = !busy;

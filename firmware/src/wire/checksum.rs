@@ -145,7 +145,8 @@ impl core::fmt::Debug for Zlib {
 pub fn crc32_zlib(bytes: &[u8]) -> u32 {
     #[cfg(test)]
     count::one(bytes.len());
-    ISO_HDLC.checksum(bytes)
+    let [table] = ISO_HDLC.table();
+    !reflected(table, !0, bytes)
 }
 
 /// zlib's CRC-32 over 16-bit words sent most significant byte first but summed low byte first
