@@ -228,9 +228,7 @@ impl App<'_> {
         let format = self.framer.format();
         self.flow.now_us = now;
         let mut obeyed = false;
-        while self.framer.pending() > 0
-            && let Some(event) = self.framer.next_event()
-        {
+        while let Some(event) = self.framer.next_event() {
             let bytes = event.bytes().len();
             if let Some(service) = &mut self.service {
                 let text = event.bytes().iter().filter(|_| event.kind() != Kind::Frame);
