@@ -62,7 +62,8 @@ fn path(costs: &[(ImuFormat, Instructions, Instructions)]) -> Table {
         "per sample, instructions",
         "an interrupt per byte",
         "DMA",
-        "most expensive, DMA",
+        "the first, DMA",
+        "most expensive later, DMA",
         "last byte in to first byte out, DMA",
     ]);
     for (format, byte, dma) in costs {
@@ -70,6 +71,7 @@ fn path(costs: &[(ImuFormat, Instructions, Instructions)]) -> Table {
             byte.per_sample,
             dma.per_sample,
             dma.worst_sample,
+            dma.worst_later,
             dma.latency,
         ];
         let mut row = vec![format.name().to_owned()];

@@ -81,6 +81,8 @@ pub struct App<'m> {
     service: Option<Service>,
     /// What the watchdogs are fed by.
     well: Well,
+    /// The last pass left nothing to do: see [`App::rests`].
+    quiet: bool,
 }
 
 impl<'m> App<'m> {
@@ -127,6 +129,7 @@ impl<'m> App<'m> {
             as_told,
             service: None,
             well: Well::default(),
+            quiet: false,
         }
     }
 
@@ -195,6 +198,7 @@ impl<'m> App<'m> {
         if !self.wants_to_store() {
             return;
         }
+        self.quiet = false;
         let record = &self.server.record;
         let flow = &mut self.flow;
         let step = flow.keep.step();
@@ -275,6 +279,7 @@ impl<'m> App<'m> {
     ) -> Result<(), Error> {
         let told = self.flow.config.sensor.adis.ok_or(Error::Content)?;
         let now = clock.now_us();
+        self.quiet = false;
         self.flow.blackbox.burst(now, reply);
         self.heard(now);
         if self.machine.phase() == Phase::Start {
@@ -328,7 +333,36 @@ impl<'m> App<'m> {
         let now = clock.now_us();
         self.flow.turn_us = now;
         self.flow.blackbox.pass(now);
-        if self.flow.load.look(now, clock) {
+        let a_second = self.flow.load.look(now, clock);
+        let silent = lines.sensor.is_idle();
+        if self.quiet
+            && silent
+            && !a_second
+            && self.rests(now)
+            && lines.navigation.is_idle()
+            && lines.command.is_idle()
+            && lines.gnss.is_idle()
+        {
+            (self.served_us, self.well.rested_us) = (now, now);
+            lines.navigation.poll();
+            lines.sensor.poll();
+            lines.command.poll();
+            return false;
+        }
+        self.turn(lines, now, silent, a_second)
+    }
+
+    /// A pass in which there may be something to do. `silent`: the sensor's line is idle;
+    /// `a_second`: a second is over.
+    #[inline(never)]
+    fn turn<S: Line, N: Line, C: Line, G: Line>(
+        &mut self,
+        lines: &mut Lines<S, N, C, G>,
+        now: u64,
+        silent: bool,
+        a_second: bool,
+    ) -> bool {
+        if a_second {
             self.look_for_frames(now);
             self.scrub(&mut lines.navigation, now);
         }
@@ -340,7 +374,7 @@ impl<'m> App<'m> {
         }
         let mut busy = false;
         let blocks = self.flow.counters.blocks;
-        if lines.sensor.is_idle() {
+        if silent {
             self.watch_silence(now, &mut lines.navigation);
         } else {
             busy = self.receive(&mut lines.sensor, &mut lines.navigation, now);
@@ -361,10 +395,27 @@ impl<'m> App<'m> {
             }
             let gnss = !lines.gnss.is_idle() || self.receiver.is_due(now);
             busy |= gnss && self.gnss(&mut lines.gnss, now);
-            // the end of a block is enough work for one pass
-            busy |= blocks != self.flow.counters.blocks || self.work(now);
+            // the end of a block that is learnt from is enough work for one pass
+            let learns = self.flow.learns() && blocks != self.flow.counters.blocks;
+            busy |= learns || self.work(now);
         }
         self.note_pass(now);
+        self.quiet = !busy;
         busy
+    }
+
+    /// After a pass that left nothing to do, and while nothing comes: whether this pass would do
+    /// nothing either. Most of a board's passes are such, since the millisecond of its clock wakes
+    /// it.
+    #[inline(always)]
+    fn rests(&self, now: u64) -> bool {
+        let heard = now.saturating_sub(self.heard_us) < u64::from(self.flow.config.silence_us);
+        (heard || self.flow.faults & fault::SILENT != 0)
+            && self.framer.pending() == 0
+            && self.asked.is_empty()
+            && self.server.renewal == Renewal::None
+            && self.reverse.rests(&self.flow)
+            && !self.receiver.is_due(now)
+            && !self.flow.is_rate_due(now)
     }
 }

@@ -11,26 +11,27 @@ pub(super) fn compensator(
     config: &Config,
     slew: Option<Limit>,
 ) -> Option<Compensator> {
+    let mut made = Compensator::BLANK;
+    renew(&mut made, stream, config, slew)?;
+    Some(made)
+}
+
+/// The same in the place of a blank one. `None`: it stays blank.
+pub(super) fn renew(
+    blank: &mut Compensator,
+    stream: &Stream,
+    config: &Config,
+    slew: Option<Limit>,
+) -> Option<()> {
     let period = 1.0 / stream.rate;
     let lsb = lsb(stream, period)?;
     // rounds, and saturates at 1 and 65535
     let samples = (config.block * stream.rate + 0.5) as u16;
-    let nets = config.nets;
-    let made = Compensator::new(
-        nets.gyro,
-        nets.accel,
-        lsb,
-        period,
-        samples.max(1),
-        config.limit,
-    );
-    made.ok().map(|mut compensator| {
-        compensator.set_slew(slew);
-        if let Some(told) = &config.told {
-            compensator.set_inputs(told.inputs);
-        }
-        compensator
-    })
+    let timing = (lsb, period, samples.max(1));
+    let inputs = config.told.as_ref().map(|told| told.inputs);
+    blank
+        .renew(&config.nets, timing, config.limit, (inputs, slew))
+        .ok()
 }
 
 /// What a count of these samples is worth as an increment, or `None` where they are of a kind that

@@ -176,10 +176,73 @@ impl Compensator {
         block_samples: u16,
         limit: Limit,
     ) -> Result<Self, ConfigError> {
+        let mut made = Self {
+            gyro,
+            accel,
+            ..Self::BLANK
+        };
+        made.set_up(lsb, sample_period_s, block_samples, limit)?;
+        made.seal();
+        Ok(made)
+    }
+
+    /// Of zeros, to be renewed.
+    pub(crate) const BLANK: Compensator = Compensator {
+        gyro: Nets::NONE.gyro,
+        accel: Nets::NONE.accel,
+        slew: None,
+        inputs: OWN,
+        vibrates: false,
+        scale: StreamScale {
+            lsb: Lsb { rad: 0.0, mps: 0.0 },
+            period_s: 0.0,
+            block_samples: 0,
+        },
+        block_s: 0.0,
+        limit: Limit {
+            gyro: 0.0,
+            accel: 0.0,
+        },
+        input_per_count: [0.0; 2],
+        counts_per_error: [[0.0; 2]; OUTLETS],
+        outlets: 1,
+        sum: 0,
+    };
+
+    /// [`Compensator::new`] with these inputs and this slew limit, in the place of a blank one. The
+    /// first frame of a stream waits for it, and each copy would cost as much as a sample.
+    ///
+    /// # Errors
+    /// As [`Compensator::new`].
+    pub(crate) fn renew(
+        &mut self,
+        nets: &Nets,
+        (lsb, sample_period_s, block_samples): (Lsb, f64, u16),
+        limit: Limit,
+        (inputs, slew): (Option<Inputs>, Option<Limit>),
+    ) -> Result<(), ConfigError> {
+        self.set_up(lsb, sample_period_s, block_samples, limit)?;
+        (self.gyro, self.accel) = (nets.gyro, nets.accel);
+        self.slew = slew;
+        match inputs {
+            Some(inputs) => self.set_inputs(inputs),
+            None => self.seal(),
+        }
+        Ok(())
+    }
+
+    /// All but networks, inputs and slew limit.
+    fn set_up(
+        &mut self,
+        lsb: Lsb,
+        period_s: f64,
+        block_samples: u16,
+        limit: Limit,
+    ) -> Result<(), ConfigError> {
         if !positive(lsb.rad) || !positive(lsb.mps) {
             return Err(ConfigError::Lsb);
         }
-        if !positive(sample_period_s) {
+        if !positive(period_s) {
             return Err(ConfigError::SamplePeriod);
         }
         if block_samples == 0 {
@@ -188,27 +251,17 @@ impl Compensator {
         if limit.gyro.is_nan() || limit.accel.is_nan() || limit.gyro < 0.0 || limit.accel < 0.0 {
             return Err(ConfigError::Limit);
         }
-        let block_s = sample_period_s * f64::from(block_samples);
-        let mut made = Self {
-            gyro,
-            accel,
-            inputs: OWN,
-            vibrates: false,
-            scale: StreamScale {
-                lsb,
-                period_s: sample_period_s,
-                block_samples,
-            },
-            limit,
-            slew: None,
-            block_s: block_s as f32,
-            input_per_count: [(lsb.rad / block_s) as f32, (lsb.mps / block_s) as f32],
-            counts_per_error: [per_error(lsb, sample_period_s); OUTLETS],
-            outlets: 1,
-            sum: 0,
+        let block_s = period_s * f64::from(block_samples);
+        self.scale = StreamScale {
+            lsb,
+            period_s,
+            block_samples,
         };
-        made.seal();
-        Ok(made)
+        self.limit = limit;
+        self.block_s = block_s as f32;
+        self.input_per_count = [(lsb.rad / block_s) as f32, (lsb.mps / block_s) as f32];
+        self.counts_per_error = [per_error(lsb, period_s); OUTLETS];
+        Ok(())
     }
 
     /// Fastest change of the correction, rad/s per s and m/s2 per s. `None` before the alignment:

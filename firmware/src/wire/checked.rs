@@ -100,13 +100,17 @@ impl<'a> Checked<'a> {
     /// # Errors
     /// [`Error::Content`], which a good frame never gives.
     pub fn read(&self) -> Result<Reading, Error> {
+        self.reading().ok_or(Error::Content)
+    }
+
+    /// The same as an option, which is where the reading was made and no copy of it.
+    pub(crate) fn reading(&self) -> Option<Reading> {
         let bytes = &*self.bytes;
-        let reading = match self.source {
+        match self.source {
             Source::Stream(format) => format.read(bytes),
             Source::Burst(form) => adis::Frame::over(form, bytes).map(|frame| frame.reading()),
             Source::FramedBurst(_) => adis::uart::read(bytes),
-        };
-        reading.ok_or(Error::Content)
+        }
     }
 
     /// Changes it, and its checksum by the same difference. Returns the axes whose value saturated.

@@ -151,8 +151,9 @@ impl Unread {
         self.start ^ self.end.rotate_left(16)
     }
 
+    /// Any number but 0 where an upset of memory has put the start behind the end.
     pub(super) fn len(&self) -> usize {
-        self.end - self.start
+        self.end.wrapping_sub(self.start)
     }
 
     pub(super) fn clear(&mut self) {
@@ -399,6 +400,9 @@ impl<F: Framing> Framer<F> {
 
     /// The next event; `None` when more bytes are needed.
     pub fn next_event(&mut self) -> Option<Event<'_, F>> {
+        if self.pending() == 0 {
+            return None; // after most frames
+        }
         let (kind, len) = self.finder.find(self.bytes.from(0))?;
         Some(self.give_out(kind, len))
     }

@@ -35,6 +35,8 @@ pub struct ApplicationBudget {
     pub sample_dma: f64,
     /// All passes of the most expensive sample.
     pub worst_sample: f64,
+    /// The same of all but the first samples of a stream.
+    pub worst_later: f64,
     /// From the last byte of a frame to the first byte sent.
     pub latency: f64,
 }

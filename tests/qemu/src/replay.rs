@@ -160,6 +160,8 @@ pub struct Cost {
     pub total: u64,
     /// All passes of the most expensive one.
     pub worst: u32,
+    /// The same from record `FIRST` on.
+    pub later: u32,
     /// From the last byte of a record to the first byte sent, the longest from record `FIRST` on.
     pub latency: u32,
     /// The longest single pass: the time for which a complete frame may have to wait.
@@ -322,6 +324,9 @@ impl<'u, S: Progress + Copy> Replay<'u, S> {
         self.cost.records += 1;
         self.cost.total += u64::from(spent);
         self.cost.worst = self.cost.worst.max(spent);
+        if self.cost.records >= FIRST {
+            self.cost.later = self.cost.later.max(spent);
+        }
         if let (Some(first), FIRST..) = (first, self.cost.records) {
             let latency = first.wrapping_sub(start) & 0x00ff_ffff;
             self.cost.latency = self.cost.latency.max(latency);

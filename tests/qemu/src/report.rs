@@ -145,6 +145,11 @@ pub fn within(cost: Instructions, dma: bool, budget: ApplicationBudget) -> Resul
             cost.worst_sample,
             budget.worst_sample,
         ),
+        (
+            "the most expensive sample but the first",
+            cost.worst_later,
+            budget.worst_later,
+        ),
         ("latency", cost.latency, budget.latency),
     ] {
         ensure!(

@@ -37,8 +37,10 @@ pub struct Outcome {
 pub struct Instructions {
     /// Everything for a sample, mean.
     pub per_sample: f64,
-    /// Everything for the most expensive sample: it ends a block, and two networks step.
+    /// Everything for the most expensive sample: the first one, for which the correction is made.
     pub worst_sample: f64,
+    /// The same of all but the first samples: one that ends a block, and two networks step.
+    pub worst_later: f64,
     /// From the interrupt of the last byte of a sample's frame to the first byte sent, the longest.
     pub latency: f64,
     /// The longest single pass.
@@ -163,6 +165,7 @@ fn run_recording(
         records: u32::try_from(value("records ")?)?,
         total: value("total ")?,
         worst: u32::try_from(value("worst ")?)?,
+        later: u32::try_from(value("later ")?)?,
         latency: u32::try_from(value("latency ")?)?,
         pass: u32::try_from(value("pass ")?)?,
         pass_at: u32::try_from(value("pass_at ")?)?,
@@ -178,6 +181,7 @@ fn run_recording(
     let instructions = Instructions {
         per_sample: cost.total as f64 * tick / f64::from(cost.records.max(1)),
         worst_sample: f64::from(cost.worst) * tick,
+        worst_later: f64::from(cost.later) * tick,
         latency: f64::from(cost.latency) * tick,
         pass: f64::from(cost.pass) * tick,
         pass_at: cost.pass_at,

@@ -22,7 +22,7 @@ pub(super) struct Well {
     /// When that changed last, or nothing came, microseconds.
     left_us: u64,
     /// When the learner last had no deferred work, microseconds.
-    rested_us: u64,
+    pub(super) rested_us: u64,
 }
 
 impl App<'_> {

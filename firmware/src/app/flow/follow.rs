@@ -80,7 +80,7 @@ impl Flow<'_> {
         if let Some([x, y, z]) = reading.temperature {
             state.read_temperature((x + y + z) / 3.0);
         }
-        if let Some(block) = compensator.accumulate(state, &reading.sample) {
+        if let Some(block) = &compensator.accumulate(state, &reading.sample) {
             self.end_of_block(block);
         } else if state.unsound {
             self.make_sound(&reading.sample);
@@ -88,17 +88,17 @@ impl Flow<'_> {
     }
 
     #[inline(never)]
-    pub(super) fn end_of_block(&mut self, block: Block) {
+    pub(super) fn end_of_block(&mut self, block: &Block) {
         count(&mut self.counters.blocks, 1);
         let failed = block.fault.is_some();
         self.flag(fault::NETWORK, failed);
         self.count_failure(failed);
         let zero = block.rate_error == [0.0; 3] && block.force_error == [0.0; 3];
-        self.block = Some(block);
-        self.judge(&block);
-        self.promote(&block);
+        self.block = Some(*block);
+        self.judge(block);
+        self.promote(block);
         if let (Some(learner), Some(_)) = (&mut self.learner.0, self.begun) {
-            learner.block(self.sample, &block);
+            learner.block(self.sample, block);
         }
         if self.mode == Mode::Bypass && zero {
             self.correction.clear(); // faded out

@@ -37,15 +37,16 @@ impl<T> Guarded<T> {
 
     /// From now on it is this.
     #[inline(always)]
-    pub fn set(&mut self, value: Option<T>) {
-        self.value = value;
-        self.mark = if self.value.is_some() { THERE } else { NOTHING };
+    pub fn put(&mut self, value: T) -> &mut T {
+        self.mark = THERE;
+        self.value.insert(value)
     }
 
     /// From now on there is nothing.
     #[inline(always)]
     pub fn clear(&mut self) {
-        self.set(None);
+        self.value = None;
+        self.mark = NOTHING;
     }
 
     /// There is a value.
@@ -78,7 +79,7 @@ mod tests {
         assert!(guarded.is_none() && !guarded.agrees());
         assert_eq!(guarded.get(), None);
         assert_eq!(guarded.get_mut(), None);
-        guarded.set(Some(2));
+        guarded.put(2);
         assert!(guarded.agrees() && guarded.get() == Some(&2));
         for bit in 0..32 {
             guarded.mark ^= 1 << bit;

@@ -132,6 +132,12 @@ impl Flow<'_> {
         self.disagrees || self.mode == Mode::Shadow || live && !self.promoted
     }
 
+    /// Whether the learner follows the stream.
+    #[inline(always)]
+    pub fn learns(&self) -> bool {
+        self.begun.is_some()
+    }
+
     /// Whether there is a learner.
     pub fn can_learn(&self) -> bool {
         self.learner.0.is_some()

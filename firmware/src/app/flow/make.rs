@@ -4,8 +4,8 @@
 use super::channels::Kind;
 use super::{Correction, Flow, Told};
 use crate::app::phase::FAILURES;
-use crate::app::setup::{compensator, lsb};
-use crate::compensator::State;
+use crate::app::setup::{lsb, renew};
+use crate::compensator::{Compensator, State};
 use crate::control::{Alignment, Mode};
 use crate::model::Nets;
 use crate::sample::Axes;
@@ -114,18 +114,24 @@ impl Flow<'_> {
         let off = self.observes_only();
         let in_force = self.correction.get().map(|c| c.state.estimate());
         let fresh = self.fresh;
-        let made = stream.and_then(|stream| {
-            let mut compensator = compensator(&stream, &self.config, None)?;
-            let held = slew.is_some() && !fresh;
-            let mut state = compensator.power_on(off || held);
-            state.off = off;
-            if let (true, Some(in_force)) = (held, &in_force) {
-                compensator.force(&mut state, in_force);
-            }
-            compensator.set_slew(slew);
-            Some(Correction { compensator, state })
-        });
-        self.correction.set(made);
+        let Some(stream) = stream else {
+            return self.correction.clear();
+        };
+        let blank = Correction {
+            compensator: Compensator::BLANK,
+            state: State::default(),
+        };
+        let Correction { compensator, state } = self.correction.put(blank);
+        if renew(compensator, &stream, &self.config, slew).is_none() {
+            return self.correction.clear();
+        }
+        let held = slew.is_some() && !fresh;
+        state.off = off;
+        match in_force {
+            Some(in_force) if held => compensator.force(state, &in_force),
+            _ if off || held => {}
+            _ => compensator.force(state, &compensator.initial_output()),
+        }
     }
 
     /// Forgets the stream's units and rate: the next frame decides anew.

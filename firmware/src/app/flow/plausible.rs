@@ -11,9 +11,15 @@ impl Flow<'_> {
     /// Compares the samples with the clock; called in every pass. `reads`: frames are being read.
     #[inline(always)]
     pub fn watch_rate(&mut self, now: u64, reads: bool) {
-        if self.plausibility.rate.is_due(now) {
+        if self.is_rate_due(now) {
             self.look_at_rate(now, reads);
         }
+    }
+
+    /// Whether the samples are to be compared with the clock.
+    #[inline(always)]
+    pub fn is_rate_due(&self, now: u64) -> bool {
+        self.plausibility.rate.is_due(now)
     }
 
     #[cold]

@@ -68,7 +68,7 @@ impl Flow<'_> {
         self.mended();
         let correction = self.correction.get_mut();
         let block = correction.and_then(|c| c.compensator.end_in_place(&mut c.state, sample));
-        if let Some(block) = block {
+        if let Some(block) = &block {
             self.end_of_block(block);
         }
     }

@@ -154,6 +154,7 @@ mod target {
         writeln!(out, "digest {}", writer.digest.value()).ok()?;
         writeln!(out, "total {}", cost.total).ok()?;
         writeln!(out, "worst {}", cost.worst).ok()?;
+        writeln!(out, "later {}", cost.later).ok()?;
         writeln!(out, "latency {}", cost.latency).ok()?;
         writeln!(out, "pass {}", cost.pass).ok()?;
         writeln!(out, "pass_at {}", cost.pass_at).ok()?;
