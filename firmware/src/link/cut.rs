@@ -24,6 +24,7 @@ mod crc;
 #[cfg(test)]
 mod tests;
 
+use super::{Full, Line, Lost};
 use crate::remainder::{Owed, add_carried, carried};
 pub use crc::Crc;
 
@@ -200,6 +201,22 @@ impl Cut {
         self.sum = self.checked();
     }
 
+    /// Frames like a good one that has left, whose last byte is before `next`, are cut from there
+    /// on. Where they are cut already, plan and dues become these as soon as no frame is under way.
+    /// Gives what is left, in the order of the plan, if dues or plan have changed with frames being
+    /// cut.
+    pub fn offer(&mut self, plan: &Plan, owed: [Owed; 6], next: u32) -> Option<[u32; 6]> {
+        if !self.on {
+            self.arm(plan, owed, next);
+            return None;
+        }
+        let due = |owed: &[Owed; 6]| owed.map(|owed| owed.due);
+        if self.plan == *plan && due(&self.owed) == due(&owed) {
+            return None;
+        }
+        self.renew(plan, owed, next)
+    }
+
     /// Another plan and other dues, if all bytes before `next` have left and none since. What is
     /// left stays, but nothing is owed where the correction of a float is zero. Gives what is
     /// left, in the order of the plan, or `None` if nothing was done.
@@ -238,8 +255,8 @@ impl Cut {
         gone
     }
 
-    /// Bytes were lost before they came here.
-    pub fn lost(&mut self) {
+    /// The cutting ends, wherever it is. What is held is the loop's.
+    pub fn end(&mut self) {
         self.on = false;
     }
 
@@ -433,5 +450,50 @@ impl Cut {
         }
         self.begin();
         leaving
+    }
+}
+
+/// A line on which a part of the next bytes has left already.
+#[derive(Debug)]
+pub struct Behind<'l, L> {
+    line: &'l mut L,
+    gone: usize,
+}
+
+impl<'l, L: Line> Behind<'l, L> {
+    /// The next `len` bytes are those from this place of the sensor's stream on. What has not left
+    /// is not cut any more.
+    #[inline(always)]
+    pub fn of(line: &'l mut L, start: u32, len: usize) -> Behind<'l, L> {
+        let mut gone = 0;
+        line.cut(&mut |cut| gone = cut.claim(start, len as u32) as usize);
+        Behind { line, gone }
+    }
+}
+
+impl<L: Line> Line for Behind<'_, L> {
+    fn receive(&mut self, buffer: &mut [u8]) -> Result<usize, Lost> {
+        self.line.receive(buffer)
+    }
+
+    fn is_idle(&self) -> bool {
+        self.line.is_idle()
+    }
+
+    fn send(&mut self, message: &[u8]) -> Result<(), Full> {
+        let rest = message.get(self.gone..).unwrap_or_default();
+        self.gone = self.gone.saturating_sub(message.len());
+        if rest.is_empty() {
+            return Ok(());
+        }
+        self.line.send(rest)
+    }
+
+    fn cut(&mut self, work: &mut dyn FnMut(&mut Cut)) -> bool {
+        self.line.cut(work)
+    }
+
+    fn poll(&mut self) {
+        self.line.poll();
     }
 }

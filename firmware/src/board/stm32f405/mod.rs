@@ -169,7 +169,7 @@ impl Board {
             core::mem::swap(&mut self.lines.navigation, &mut self.lines.gnss);
         }
         self.watchdog.long_work(); // what is to be sent may take 20 ms a line
-        serial::reopen(&self.clocks, &self.open, lines);
+        serial::reopen(&self.clocks, self.dma, &self.open, lines);
         self.open = *lines;
         self.output.reopened(serial::sent(lines).0);
     }
