@@ -129,8 +129,10 @@ impl Leaving {
 #[derive(Debug)]
 pub struct Cut {
     plan: Plan,
-    owed: [Owed; 6],
-    /// What the frame under way leaves, of floats; in force when its CRC was right.
+    /// What each value is corrected by, and what earlier frames have left of it.
+    due: [u64; 6],
+    carried: [u32; 6],
+    /// What the frame under way leaves; carried when its CRC was right.
     left: [u32; 6],
     /// Frames are cut.
     on: bool,
@@ -165,7 +167,8 @@ impl Cut {
     pub const fn new() -> Cut {
         Cut {
             plan: Plan::NONE,
-            owed: [Owed { due: 0, left: 0 }; 6],
+            due: [0; 6],
+            carried: [0; 6],
             left: [0; 6],
             on: false,
             came: 0,
@@ -194,7 +197,8 @@ impl Cut {
     /// Frames are cut from this byte of the stream on. All before it has been sent. `owed` is in
     /// the order of the plan.
     pub fn arm(&mut self, plan: &Plan, owed: [Owed; 6], next: u32) {
-        (self.plan, self.owed) = (*plan, owed);
+        self.plan = *plan;
+        (self.due, self.carried) = (owed.map(|owed| owed.due), owed.map(|owed| owed.left));
         (self.next, self.gone) = (next, next);
         self.begin();
         self.on = plan.len > 8;
@@ -213,8 +217,7 @@ impl Cut {
             }
             return None;
         }
-        let due = |owed: &[Owed; 6]| owed.map(|owed| owed.due);
-        if self.plan == *plan && due(&self.owed) == due(&owed) {
+        if self.plan == *plan && self.due == owed.map(|owed| owed.due) {
             return None;
         }
         self.renew(plan, owed, next)
@@ -227,14 +230,14 @@ impl Cut {
         if !self.on || self.came != 0 || self.next != next {
             return None;
         }
-        let left = self.owed.map(|owed| owed.left);
+        let left = self.carried;
         self.arm(plan, owed, next);
-        for (owed, left) in self.owed.iter_mut().zip(left) {
-            let zero = plan.word == Word::F32 && f32::from_bits(owed.due as u32) == 0.0;
-            owed.left = if zero { owed.left } else { left };
+        for ((carried, due), left) in self.carried.iter_mut().zip(self.due).zip(left) {
+            let zero = plan.word == Word::F32 && f32::from_bits(due as u32) == 0.0;
+            *carried = if zero { *carried } else { left };
         }
         self.sum = self.checked();
-        Some(self.owed.map(|owed| owed.left))
+        Some(self.carried)
     }
 
     /// The loop sends something that is no frame. False: not now, a frame is under way.
@@ -291,9 +294,9 @@ impl Cut {
             .iter()
             .map(|(at, byte)| u32::from_le_bytes([*at, *byte, 0, 0]));
         let sum = checks.fold(sum, all);
-        let owed = self.owed.iter();
-        owed.fold(sum, |sum, Owed { due, left }| {
-            all(all(all(sum, *due as u32), (*due >> 32) as u32), *left)
+        let owed = self.due.iter().zip(self.carried);
+        owed.fold(sum, |sum, (due, left)| {
+            all(all(all(sum, *due as u32), (*due >> 32) as u32), left)
         })
     }
 
@@ -377,20 +380,20 @@ impl Cut {
     #[inline(always)]
     fn correct(&mut self, word: Word) {
         let n = usize::from(self.value);
-        let (Some(owed), Some(left)) = (self.owed.get(n), self.left.get_mut(n)) else {
+        let owed = (self.due.get(n), self.carried.get(n), self.left.get_mut(n));
+        let (Some(&due), Some(&carried_over), Some(left)) = owed else {
             return;
         };
-        *left = owed.left;
         let held = self.held;
         if word == Word::F32 {
-            let mut rest = f32::from_bits(owed.left);
-            let due = f32::from_bits(owed.due as u32);
+            let mut rest = f32::from_bits(carried_over);
+            let due = f32::from_bits(due as u32);
             self.held = add_carried(f32::from_bits(held), due, &mut rest).to_bits();
             *left = rest.to_bits();
             return;
         }
-        let mut rest = owed.left.cast_signed();
-        let whole = carried(owed.due.cast_signed(), &mut rest);
+        let mut rest = carried_over.cast_signed();
+        let whole = carried(due.cast_signed(), &mut rest);
         *left = rest.cast_unsigned();
         self.held = match word {
             Word::I24 => {
@@ -444,9 +447,9 @@ impl Cut {
         if self.wrong {
             self.on = false;
         } else {
-            for ((owed, left), at) in self.owed.iter_mut().zip(self.left).zip(self.plan.at) {
+            for ((carried, left), at) in self.carried.iter_mut().zip(self.left).zip(self.plan.at) {
                 if at != NOWHERE {
-                    owed.left = left;
+                    *carried = left;
                 }
             }
             self.sum = self.checked();

@@ -53,7 +53,7 @@ use crate::shared::wake;
 const LOOK_US: u64 = 100_000;
 
 /// Bytes of log that are kept.
-const LOG_SIZE: usize = 1024;
+const LOG_SIZE: usize = 896;
 
 /// The board, running.
 pub struct Board {

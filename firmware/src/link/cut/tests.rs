@@ -145,7 +145,9 @@ proptest! {
         let word = cut.plan.word;
         let owed = correction.1.owed(0, word == Word::F32).map(|owed| owed.left);
         let end = stream.concat().len() as u32;
-        let left = cut.renew(&cut.plan.clone(), cut.owed, end).unwrap();
+        let plan = cut.plan;
+        let due = cut.due.map(|due| Owed { due, left: 0 });
+        let left = cut.renew(&plan, due, end).unwrap();
         let six = in_order(word, left);
         let has = if sensor.has_accel { 6 } else { 3 };
         prop_assert_eq!(&six[..has], &owed[..has]);
@@ -177,7 +179,7 @@ proptest! {
         prop_assert_eq!(gone, out.len());
         out.extend_from_slice(&bad[gone..]);
         prop_assert!(!matches!(format.scan(&out), Scan::Frame(_) | Scan::Other(_)));
-        let six = cut.owed.map(|owed| owed.left);
+        let six = cut.carried;
         let owed = owed_in_order(cut.plan.word, Some(correction.1.owed(0, cut.plan.word == Word::F32)));
         prop_assert_eq!(six, owed.map(|owed| owed.left));
     }
@@ -227,7 +229,7 @@ fn what_is_not_as_planned_is_the_loops() {
     assert!(!cut.is_on() && out.len() == 8);
     assert_eq!(cut.claim(frame.len() as u32, 4), 0);
     let mut cut = begin();
-    cut.owed[2].due ^= 1 << 17;
+    cut.due[2] ^= 1 << 17;
     assert!(cut.came(0, frame[0], 256).is_empty() && !cut.is_on());
 }
 
