@@ -159,4 +159,6 @@ pub enum Field {
     FixDelaySigma,
     /// Heading of the antenna baseline.
     HeadingOffset,
+    /// Cut-through of a format that cannot be cut.
+    CutThrough,
 }

@@ -17,6 +17,7 @@
 //! | [`control`] | what may be asked of the device |
 //! | [`fix`], [`model`] | one fix of a receiver; the pair of networks |
 //! | [`inputs`] | what drives the networks |
+//! | [`remainder`] | corrections smaller than a sample's resolution |
 //! | [`link`] | lines of bytes, and the clock |
 //! | [`wire`] | frames of sensors, receivers and the command link |
 //! | [`nav`], [`align`] | strapdown navigation and self-alignment |
@@ -41,6 +42,7 @@ pub mod link;
 pub mod model;
 pub mod nav;
 pub mod plausibility;
+pub mod remainder;
 pub mod sample;
 pub mod store;
 pub mod units;

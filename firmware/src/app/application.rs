@@ -73,6 +73,8 @@ pub struct App<'m> {
     frames_seen: u32,
     /// Bytes in which no format was found.
     undetected: u32,
+    /// Bytes taken from the sensor's line since start, modulo 2^32.
+    taken: u32,
     /// Seconds, modulo 256.
     seconds: u8,
     /// The configuration in use follows from its record: see [`sound`].
@@ -125,6 +127,7 @@ impl<'m> App<'m> {
             frameless_us: 0,
             frames_seen: 0,
             undetected: 0,
+            taken: 0,
             seconds: 0,
             as_told,
             service: None,
@@ -385,7 +388,8 @@ impl<'m> App<'m> {
         lines.sensor.poll();
         lines.command.poll();
         let waited = now.saturating_sub(self.served_us) >= PATIENCE_US;
-        if self.framer.pending() == 0 || waited {
+        let between = self.framer.pending() == 0 && !is_within(&mut lines.navigation);
+        if between || waited {
             self.served_us = now;
             busy |= self.back(&mut lines.navigation, &mut lines.sensor, now);
             let asked = !self.asked.is_empty() || !lines.command.is_idle();
@@ -418,4 +422,12 @@ impl<'m> App<'m> {
             && !self.receiver.is_due(now)
             && !self.flow.is_rate_due(now)
     }
+}
+
+/// Whether a frame that is cut through is under way.
+#[inline(always)]
+fn is_within(navigation: &mut impl Line) -> bool {
+    let mut within = false;
+    navigation.cut(&mut |cut| within = cut.is_within());
+    within
 }

@@ -3,6 +3,7 @@
 
 mod boxed;
 mod channels;
+mod cut;
 mod follow;
 mod guarded;
 mod keep;
@@ -269,10 +270,15 @@ impl<'m> Flow<'m> {
     fn change(&self, frame: &mut Checked, sample: &RawSample) -> Axes {
         let change = Change {
             sample,
-            mark: self.config.mark && self.faults & fault::NETWORK != 0 && !self.observes_only(),
+            mark: self.marks(),
             settings: &self.config.sensor,
         };
         frame.change(&change).unwrap_or(Axes::NONE)
+    }
+
+    /// A frame that is changed gets the mark of our own fault.
+    fn marks(&self) -> bool {
+        self.config.mark && self.faults & fault::NETWORK != 0 && !self.observes_only()
     }
 
     pub fn flag(&mut self, bit: u32, set: bool) {

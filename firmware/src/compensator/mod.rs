@@ -7,7 +7,6 @@
 
 mod driven;
 mod outlet;
-mod remainder;
 mod sound;
 
 use crate::inputs::{Inputs, OWN, Sources, Thermometer, Vibration};

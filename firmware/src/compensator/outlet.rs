@@ -3,8 +3,8 @@
 //! A sensor may send the same motion in two kinds of frames, each with its own scale. A client
 //! reads one of them, so each must be right to its last remainder.
 
-use super::remainder::{COUNT, LARGEST, add_float, subtract};
 use super::{Compensator, ConfigError, State};
+use crate::remainder::{COUNT, LARGEST, Owed, add_float, subtract};
 use crate::sample::{Axes, Lsb, RawSample};
 
 /// Streams of samples that can be corrected beside each other.
@@ -23,6 +23,59 @@ pub(super) struct Outlet {
 }
 
 impl State {
+    /// What a sample of this outlet is corrected by, and what it carries over, in the order of
+    /// gyros and accelerometers: of counts, or the bits of floats. Zero for an outlet that does not
+    /// exist.
+    pub fn owed(&self, outlet: usize, floats: bool) -> [Owed; 6] {
+        let mut owed = [Owed::default(); 6];
+        let Some(of) = self.outlets.get(outlet) else {
+            return owed;
+        };
+        let due = of
+            .due
+            .as_flattened()
+            .iter()
+            .zip(of.due_float.as_flattened());
+        let left = of
+            .remainder
+            .as_flattened()
+            .iter()
+            .zip(of.remainder_float.as_flattened());
+        for ((owed, (count, float)), (left, left_float)) in owed.iter_mut().zip(due).zip(left) {
+            *owed = if floats {
+                Owed {
+                    due: float.to_bits().into(),
+                    left: left_float.to_bits(),
+                }
+            } else {
+                Owed {
+                    due: count.cast_unsigned(),
+                    left: left.cast_unsigned(),
+                }
+            };
+        }
+        owed
+    }
+
+    /// Puts back what an outlet carries over.
+    pub fn set_left(&mut self, outlet: usize, floats: bool, left: [u32; 6]) {
+        let Some(of) = self.outlets.get_mut(outlet) else {
+            return;
+        };
+        if floats {
+            let places = of.remainder_float.as_flattened_mut().iter_mut();
+            places
+                .zip(left)
+                .for_each(|(place, bits)| *place = f32::from_bits(bits));
+            of.floats_sum = of.floats_sum();
+        } else {
+            let places = of.remainder.as_flattened_mut().iter_mut();
+            places
+                .zip(left)
+                .for_each(|(place, bits)| *place = bits.cast_signed());
+        }
+    }
+
     /// Bits of what the samples of the first outlet carry over to the next one: of counts, or of
     /// floats.
     pub fn carried(&self, floats: bool) -> [[u32; 3]; 2] {

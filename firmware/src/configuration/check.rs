@@ -1,6 +1,6 @@
 //! Ranges of all values.
 
-use super::{Configuration, Triad};
+use super::{Configuration, Sensor, Triad};
 use crate::align::LEAST_S;
 use crate::control::Field;
 
@@ -29,6 +29,7 @@ impl Configuration {
             (Field::Serial, printable(&identity.serial, 0)),
             (Field::SensorBaud, bauds.contains(&lines.sensor_baud)),
             (Field::ReceiverBaud, bauds.contains(&lines.receiver_baud)),
+            (Field::CutThrough, !lines.cut_through || self.can_be_cut()),
             (Field::Rate, (1.0..=20_000.0).contains(&self.rate)),
             (Field::Mounting, (0.999..1.001).contains(&norm)),
             (Field::Gyro, sheet(&self.gyro)),
@@ -67,6 +68,14 @@ impl Configuration {
             .iter()
             .find(|(_, good)| !good)
             .map_or(Ok(()), |(field, _)| Err(*field))
+    }
+
+    /// The sensor's format can be cut through. One that is not told cannot.
+    fn can_be_cut(&self) -> bool {
+        let Some(Sensor::Stream(told)) = self.sensor else {
+            return false;
+        };
+        told.format().can_be_cut()
     }
 }
 

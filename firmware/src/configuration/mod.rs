@@ -22,7 +22,7 @@ use heapless::String;
 use serde::{Deserialize, Serialize};
 
 /// Version of the record's content. A device reads older ones too and refuses newer ones.
-pub const SCHEMA: u16 = 4;
+pub const SCHEMA: u16 = 5;
 /// Most bytes of the unit's name.
 pub const NAME_LEN: usize = 32;
 /// Most bytes of the sensor's serial number.
@@ -77,6 +77,10 @@ pub struct SerialLines {
     pub receiver_baud: u32,
     /// Which of the board's sets of pins the lines use; 0 is the board's usual one.
     pub pins: u8,
+    /// Bytes of the sensor's frames leave while the frame still arrives
+    /// ([`crate::link::cut`]). At the record's end, since earlier schemas do not have it.
+    #[serde(skip)]
+    pub cut_through: bool,
 }
 
 impl SerialLines {
@@ -87,6 +91,7 @@ impl SerialLines {
         two_stop_bits: false,
         receiver_baud: 115_200,
         pins: 0,
+        cut_through: false,
     };
 }
 

@@ -8,7 +8,8 @@ use super::{
 use crate::inputs::Inputs;
 use serde::Deserialize;
 
-/// Schemas 1 to 3, with which schema 4 begins: without the networks' inputs, which follow.
+/// Schemas 1 to 3, with which schemas 4 and 5 begin: without the networks' inputs, which follow,
+/// and without cut-through, which follows these in schema 5.
 #[derive(Deserialize)]
 pub struct Older<R> {
     identity: Identity,

@@ -3,7 +3,7 @@
 //! | offset | length | content |
 //! |---|---|---|
 //! | 0 | 4 | magic `LRNC` |
-//! | 4 | 2 | [`SCHEMA`]; 1, 2 and 3 are read too |
+//! | 4 | 2 | [`SCHEMA`]; 1 to 4 are read too |
 //! | 6 | 2 | length n of the body |
 //! | 8 | n | the [`Configuration`] in postcard's encoding |
 //! | 8 + n | 4 | CRC-32 (zlib's) of bytes 0 to 8 + n |
@@ -34,7 +34,8 @@ pub fn encode(configuration: &Configuration) -> Record {
     let Some(body) = bytes.get_mut(HEADER_LEN..MAX_LEN - CRC_LEN) else {
         return Record::new();
     };
-    let Ok(body) = postcard::to_slice(configuration, body) else {
+    let Ok(body) = postcard::to_slice(&(configuration, configuration.lines.cut_through), body)
+    else {
         return Record::new();
     };
     let body = body.len();
@@ -71,6 +72,12 @@ pub fn decode(bytes: &[u8]) -> Result<Configuration, Reason> {
     let body = bytes.get(HEADER_LEN..end).unwrap_or_default();
     let configuration: Configuration = match u16::from_le_bytes(take(bytes, 4)) {
         SCHEMA => {
+            let (told, inputs, cut_through) = whole::<(Schema3, Inputs, bool)>(body)?;
+            let mut told = told.with(inputs);
+            told.lines.cut_through = cut_through;
+            told
+        }
+        4 => {
             let (told, inputs) = whole::<(Schema3, Inputs)>(body)?;
             told.with(inputs)
         }

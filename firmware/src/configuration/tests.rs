@@ -25,6 +25,7 @@ pub(crate) fn example(format: ImuFormat) -> Configuration {
             parity: Parity::Odd,
             two_stop_bits: true,
             receiver_baud: 115_200,
+            cut_through: format.can_be_cut(),
             pins: 1,
         },
         sensor: Some(Sensor::Stream(format.settings(&Settings::DEFAULT))),
@@ -123,6 +124,23 @@ fn another_schema_and_values_out_of_range_are_named() {
     refused(|r| r.heading_offset = 3.2, Field::HeadingOffset);
 }
 
+/// Cut-through is refused where the format cannot, or is not told.
+#[test]
+fn cut_through_needs_a_format_that_can() {
+    for format in ImuFormat::ALL {
+        let mut told = example(format);
+        told.lines.cut_through = true;
+        let refused = Err(Reason::Field(Field::CutThrough));
+        if format.can_be_cut() {
+            assert_eq!(decode(&encode(&told)), Ok(told.clone()));
+        } else {
+            assert_eq!(decode(&encode(&told)), refused);
+        }
+        told.sensor = None;
+        assert_eq!(decode(&encode(&told)), refused);
+    }
+}
+
 /// `example` of a STIM300 as the firmware of schema 1 has written it.
 const SCHEMA_1: &[u8] = include_bytes!("schema_1.bin");
 
@@ -138,6 +156,7 @@ fn a_record_of_schema_1_is_read_with_the_new_values_at_their_defaults() {
         ..told.receiver
     };
     told.inputs = OWN;
+    told.lines.cut_through = false;
     assert_eq!(decode(SCHEMA_1), Ok(told.clone()));
     // of this schema it becomes a record that reads back
     assert_eq!(decode(&encode(&told)), Ok(told));
@@ -158,13 +177,23 @@ const SCHEMA_3: &[u8] = include_bytes!("schema_3.bin");
 fn records_of_schemas_2_and_3_are_read_as_they_were_told() {
     let mut told = example(ImuFormat::Stim300);
     told.inputs = OWN;
+    told.lines.cut_through = false;
     let now = encode(&told);
     for (number, older) in [(2, SCHEMA_2), (3, SCHEMA_3)] {
         assert_eq!(decode(older), Ok(told.clone()), "{number}");
         assert_eq!((older[4], now[4]), (number, SCHEMA as u8));
-        // the inputs are one byte each
-        assert_eq!(older.len() + 6, now.len());
+        // the inputs are one byte each, and cut-through is one
+        assert_eq!(older.len() + 6 + 1, now.len());
     }
+    // schema 4 ends before the last of these
+    let mut four: Vec<u8> = now.to_vec();
+    four.remove(four.len() - 5);
+    four[4] = 4;
+    four[6] -= 1;
+    let end = four.len() - 4;
+    let sum = crate::wire::checksum::crc32_zlib(&four[..end]);
+    four[end..].copy_from_slice(&sum.to_le_bytes());
+    assert_eq!(decode(&four), Ok(told.clone()));
     let mut later = told;
     later.correction.activation = Activation::default();
     assert_eq!(later.correction.activation, Activation::NextPowerOn);

@@ -12,6 +12,7 @@
 mod atomics {
     pub use core::sync::atomic::{AtomicU8, AtomicU32, AtomicUsize, Ordering};
 }
+pub mod cut;
 pub mod dma;
 pub mod faulty;
 pub mod progress;
@@ -63,6 +64,13 @@ pub trait Line {
     /// [`Full`]. The caller drops the message and counts it.
     fn send(&mut self, message: &[u8]) -> Result<(), Full>;
 
+    /// Lets `work` have what cuts through the frames that leave here, with interrupts masked. False:
+    /// there is nothing that does.
+    fn cut(&mut self, work: &mut dyn FnMut(&mut cut::Cut)) -> bool {
+        let _ = work;
+        false
+    }
+
     /// Called in every pass. Where no interrupt does, it moves on what [`Line::send`] has accepted.
     fn poll(&mut self) {}
 }
@@ -78,6 +86,10 @@ impl<L: Line> Line for &mut L {
 
     fn send(&mut self, message: &[u8]) -> Result<(), Full> {
         (**self).send(message)
+    }
+
+    fn cut(&mut self, work: &mut dyn FnMut(&mut cut::Cut)) -> bool {
+        (**self).cut(work)
     }
 
     fn poll(&mut self) {

@@ -7,6 +7,7 @@
 //! [`super::ring`]s and a few atomics. A main loop that states how many bytes it needs before there
 //! is work ([`Port::want`]) is not woken earlier.
 
+use super::cut::Cut;
 use super::progress::{NoStream, Progress};
 use super::ring::{Inlet, Outlet, Ring};
 use super::{Full, Line, Lost};
@@ -56,6 +57,26 @@ impl Uart {
         let pushed = self.received.push(byte);
         let wanted = self.wanted.load(Ordering::Relaxed);
         pushed.wrapping_sub(wanted).cast_signed() >= 0
+    }
+
+    /// The same for the sensor's line, whose frames may be cut: what leaves goes to `out`. Returns
+    /// whether to wake the main loop, and whether `out` has something to send.
+    #[inline(always)]
+    pub fn came_through(&self, byte: u8, cut: &mut Cut, out: &Uart) -> (bool, bool) {
+        let place = self.received.pushed();
+        let wake = self.came(byte);
+        if !cut.is_on() {
+            return (wake, false);
+        }
+        if self.received.pushed() == place {
+            cut.end(); // there was no room, and the loop will never see it
+            return (wake, false);
+        }
+        let leaving = cut.came(place as u32, byte, out.to_send.inlet().room());
+        leaving.each(|byte| {
+            out.to_send.push(byte);
+        });
+        (wake, !leaving.is_empty())
     }
 
     /// For the interrupt: bytes were lost before they came here (overrun, framing, parity). Wake
@@ -110,9 +131,13 @@ impl Uart {
             seen: Cell::new([0; 2]),
             sync,
             wake,
+            cut: None,
         }
     }
 }
+
+/// Lets work have a line's [`Cut`] with interrupts masked.
+pub type Masked = fn(&mut dyn FnMut(&mut Cut));
 
 /// The main loop's end of a line.
 #[derive(Debug)]
@@ -125,9 +150,18 @@ pub struct Port<'u, S = NoStream> {
     seen: Cell<[usize; 2]>,
     sync: fn(),
     wake: fn(),
+    cut: Option<Masked>,
 }
 
 impl<S: Progress> Port<'_, S> {
+    /// The same of the line on which cut frames leave. As long as frames are cut, an interrupt
+    /// writes to the line, so a message ends the cutting, and has no room within a frame.
+    #[must_use]
+    pub fn with_cut(mut self, cut: Masked) -> Self {
+        self.cut = Some(cut);
+        self
+    }
+
     /// States that there is no work before `bytes` more have come than were taken. Returns false
     /// when they are here already; else an interrupt will wake the main loop. This holds until the
     /// next [`Line::receive`], after which every byte that an interrupt reports wakes it.
@@ -202,8 +236,14 @@ impl<S: Progress> Line for Port<'_, S> {
         !self.has_work() && !self.received.has_lost()
     }
 
+    fn cut(&mut self, work: &mut dyn FnMut(&mut Cut)) -> bool {
+        self.cut.map(|masked| masked(work)).is_some()
+    }
+
     fn send(&mut self, message: &[u8]) -> Result<(), Full> {
-        if self.to_send.room() < message.len() {
+        let mut free = true;
+        self.cut(&mut |cut| free = cut.stop());
+        if !free || self.to_send.room() < message.len() {
             return Err(Full);
         }
         let _ = self.to_send.write(message); // there is room

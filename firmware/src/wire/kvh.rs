@@ -68,7 +68,7 @@ impl Layout {
     }
 
     /// Position of the status byte; the sequence number follows it.
-    const fn status(self) -> usize {
+    pub(super) const fn status(self) -> usize {
         match self {
             Layout::A => at::AFTER,
             Layout::B | Layout::C => at::AFTER + 4,

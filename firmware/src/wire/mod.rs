@@ -45,6 +45,7 @@ pub mod checked;
 pub mod checksum;
 pub mod cobs;
 pub mod command;
+pub mod cut;
 pub mod detect;
 pub mod epson;
 pub mod field;

@@ -10,6 +10,7 @@ mod bypass;
 mod channels;
 mod command;
 mod configuration;
+mod cut;
 mod damage;
 mod device;
 mod epson;

@@ -182,10 +182,14 @@ pub(super) fn schema(taken: u16) -> (String, String) {
 
 fn out_of_range(field: Field) -> (String, String) {
     let remedy = match field {
+        Field::CutThrough => {
+            "give sensor.cut_through = false, or sensor.format = stim300, kvh or novatel".into()
+        }
         Field::Parity => "give parity = \"none\" and stop_bits = 1, or use another board".into(),
         _ => "see the field's range in `host-sim unit schema`".into(),
     };
     let problem = match field {
+        Field::CutThrough => "frames of this format cannot be cut through".into(),
         Field::Parity => "this board's lines have neither parity nor a second stop bit".into(),
         _ => format!("{} of the unit file is out of its range", key(field)),
     };

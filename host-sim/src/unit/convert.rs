@@ -37,6 +37,7 @@ impl Unit {
                 two_stop_bits: sensor.stop_bits == 2,
                 receiver_baud: receiver.baud,
                 pins: sensor.pins,
+                cut_through: sensor.cut_through,
             },
             sensor: sensor.told()?,
             rate: sensor.rate(),
@@ -118,6 +119,7 @@ fn text<const N: usize>(key: &str, text: &str) -> Result<heapless::String<N>, Fi
 pub const fn key(field: Field) -> &'static str {
     match field {
         Field::Parity => "sensor.parity",
+        Field::CutThrough => "sensor.cut_through",
         Field::Name => "name",
         Field::Serial => "serial",
         Field::SensorBaud => "sensor.baud",

@@ -93,6 +93,7 @@ fn sensor(told: &Configuration) -> Option<Sensor> {
         },
         stop_bits: 1 + u8::from(lines.two_stop_bits),
         pins: lines.pins,
+        cut_through: lines.cut_through,
         silence_ms: f64::from(told.correction.silence_us) / 1e3,
         ..of
     })

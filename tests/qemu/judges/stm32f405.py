@@ -7,7 +7,7 @@ configuring a stream that is enabled, enabling one with flags set or with memory
 Standard input, JSON: {"image": path, "command": [hex, ...], "sensor": [hex, ...], "period": cycles between frames, "adis": null}. Each command is
 sent when the answer to the one before has come; "baud": bit rate of the sensor, 921 600 if there is none. "adis": {"product": number, "range": number, "hz": fastest clock}: an ADIS at the SPI, whose bursts
 are what is in "sensor". "gnss": [[cycle after the first frame, hex], ...] on the receiver's line at its bit rate; "pulses": [cycle, ...] at which
-PB8 rises; "ask": [hex, ...]: requests after the frames. Standard output: "navigation HEX", "gnss HEX", "command HEX", "line NAME BITS DIVIDER", "interrupts NUMBER COUNT", "cycles N",
+PB8 rises; "times": true for "came CYCLE ..." and "left CYCLE ...": the end of each byte's stop bit on the sensor's line, the begin of its start bit on the navigation line; "ask": [hex, ...]: requests after the frames. Standard output: "navigation HEX", "gnss HEX", "command HEX", "line NAME BITS DIVIDER", "interrupts NUMBER COUNT", "cycles N",
 "coupled TOUCHED NOT_ZERO": bytes of core-coupled memory.
 """
 import collections
@@ -103,6 +103,7 @@ class Uart:
         self.data = 0
         self.waiting, self.shifting, self.sends_until = None, None, 0
         self.sent = bytearray()
+        self.began = []  # when the start bit of each byte sent began
         self.arrivals = collections.deque()  # (cycle, byte)
         self.peer = None  # bit rate at the other end, if it matters
         self.garbled = [0, 0]  # bytes in and out that the two ends do not agree on
@@ -192,6 +193,7 @@ class Uart:
             self.shifting = None
         if self.shifting is None and self.waiting is not None and not self.stuck:
             self.shifting, self.waiting = self.waiting, None
+            self.began.append(max(now, self.sends_until))
             self.sends_until = max(now, self.sends_until) + self.byte_cycles()
             self.sr |= TXE
             self.request()
@@ -616,6 +618,7 @@ def main():
     chip.served.clear()
     start = chip.cycles
     byte = round(CORE * lines["sensor"].bits() / asked.get("baud", 921_600))
+    came, lines["navigation"].began = [], []
     for n, text in enumerate(asked["sensor"]):
         at = start + asked["period"] * n
         if adis:
@@ -624,6 +627,7 @@ def main():
             chip.run(at + asked["period"])
             continue
         lines["sensor"].arrivals.extend((at + byte * (k + 1), b) for k, b in enumerate(bytes.fromhex(text)))
+        came.extend(at + byte * (k + 1) for k in range(len(text) // 2))
     byte = lines["gnss"].byte_cycles()
     for at, text in asked.get("gnss", []):
         lines["gnss"].arrivals.extend((start + at + byte * (k + 1), b) for k, b in enumerate(bytes.fromhex(text)))
@@ -634,6 +638,9 @@ def main():
     for text in asked.get("ask", []):
         ask(chip, text)
     print("navigation", lines["navigation"].sent.hex())
+    if asked.get("times"):
+        print("came", *(at - start for at in came))
+        print("left", *(round(at - start) for at in lines["navigation"].began))
     print("gnss", lines["gnss"].sent.hex())
     print("command", lines["command"].sent.hex())
     for name, line in lines.items():

@@ -94,19 +94,30 @@ fn packets(requests: &[Request]) -> Result<Vec<Vec<u8>>> {
 /// # Errors
 /// None with the committed networks.
 pub fn set_up() -> Result<Vec<Vec<u8>>> {
+    loaded(&record(), Mode::Frozen)
+}
+
+/// The same of another unit, in a mode.
+///
+/// # Errors
+/// None with the committed networks.
+pub fn set_up_told(told: &Configuration, mode: Mode) -> Result<Vec<Vec<u8>>> {
+    loaded(&record::encode(told), mode)
+}
+
+fn loaded(record: &[u8], mode: Mode) -> Result<Vec<Vec<u8>>> {
     let mut images = [0; IMAGES_LEN];
     let (gyro, accel) = images.split_at_mut(IMAGE_LEN);
     gyro.copy_from_slice(&image::encode(&nets().gyro));
     accel.copy_from_slice(&image::encode(&nets().accel));
-    let record = record();
-    let mut requests = configuration(&record);
+    let mut requests = configuration(record);
     for (index, bytes) in images.chunks(MAX_CHUNK).enumerate() {
         let offset = (index * MAX_CHUNK) as u32;
         requests.push(Request::WriteImage { offset, bytes });
     }
     let length = IMAGES_LEN as u32;
     requests.push(Request::CommitImage { length });
-    requests.push(Request::SetMode(Mode::Frozen));
+    requests.push(Request::SetMode(mode));
     packets(&requests)
 }
 

@@ -4,6 +4,7 @@ use super::service::Service;
 use super::{App, PIECE};
 use crate::app::flow::{Flow, count};
 use crate::app::phase::{Cause, Phase};
+use crate::link::cut::{Behind, Cut};
 use crate::link::{Line, Lost};
 use crate::wire::ImuFormat;
 use crate::wire::command::fault;
@@ -31,6 +32,7 @@ impl App<'_> {
                 blackbox.came(head(room, taken));
                 Ok(taken)
             });
+            self.taken = self.taken.wrapping_add(taken.unwrap_or(0) as u32);
             if matches!(taken, Ok(1..)) {
                 self.heard(now);
                 self.frames(out, now);
@@ -59,6 +61,8 @@ impl App<'_> {
     ) -> Result<usize, Lost> {
         let mut piece = [0; PIECE];
         let len = sensor.receive(&mut piece)?;
+        let out = &mut whole(out, self.taken, len);
+        self.taken = self.taken.wrapping_add(len as u32);
         self.flow.blackbox.came(head(&piece, len));
         if len > 0 {
             self.heard(now);
@@ -166,7 +170,9 @@ impl App<'_> {
 
     /// Sends on the beginning of a frame whose rest will pass through raw.
     pub(super) fn pass_rest(&mut self, out: &mut impl Line) {
+        let start = self.start_of_pending();
         if let Some(rest) = self.framer.flush() {
+            let out = &mut whole(out, start, rest.bytes().len());
             pass(rest.bytes(), out, &mut self.flow);
             count(&mut self.flow.counters.raw, rest.bytes().len() as u32);
         }
@@ -223,13 +229,21 @@ impl App<'_> {
         count(&mut self.flow.counters.raw, bytes.len() as u32);
     }
 
+    /// Place in the sensor's stream of the framer's first byte.
+    fn start_of_pending(&self) -> u32 {
+        self.taken.wrapping_sub(self.framer.pending() as u32)
+    }
+
     /// The frames that are now complete. All that is no frame passes in its place.
     fn frames(&mut self, out: &mut impl Line, now: u64) {
         let format = self.framer.format();
         self.flow.now_us = now;
         let mut obeyed = false;
+        let mut next = self.start_of_pending();
         while let Some(event) = self.framer.next_event() {
             let bytes = event.bytes().len();
+            let out = &mut Behind::of(out, next, bytes);
+            next = next.wrapping_add(bytes as u32);
             if let Some(service) = &mut self.service {
                 let text = event.bytes().iter().filter(|_| event.kind() != Kind::Frame);
                 // a byte that is no character stands for a frame
@@ -241,7 +255,11 @@ impl App<'_> {
             match event.kind() {
                 Kind::Frame => {
                     if let Some(frame) = event.frame() {
+                        let plan = self.flow.plan(format, &frame);
                         self.flow.frame(frame, out);
+                        if let Some(plan) = plan {
+                            self.flow.offer(&plan, next, out);
+                        }
                         self.flow.flag(fault::UNKNOWN_FORMAT, false);
                     }
                 }
@@ -305,12 +323,21 @@ impl App<'_> {
             self.flow.flag(fault::SILENT, true);
             count(&mut self.flow.counters.silences, 1);
             self.flow.silence();
+            let start = self.start_of_pending();
             if let Some(rest) = self.framer.flush() {
+                let out = &mut whole(out, start, rest.bytes().len());
                 pass(rest.bytes(), out, &mut self.flow);
                 count(&mut self.flow.counters.garbage, rest.bytes().len() as u32);
             }
         }
     }
+}
+
+/// The line for bytes from this place of the stream on that are the loop's: no frame is cut any
+/// more, and what has left of them does not leave again.
+fn whole<L: Line>(out: &mut L, start: u32, len: usize) -> Behind<'_, L> {
+    out.cut(&mut Cut::end);
+    Behind::of(out, start, len)
 }
 
 /// Sends bytes on that are no message, in pieces, so that little is lost where there is little

@@ -45,7 +45,7 @@ impl Board {
         } = SerialLines::DEFAULT;
         let lines = Lines {
             sensor: SENSOR.open(divider(sensor_baud), || NVIC::pend(Interrupt(1))),
-            navigation: NAVIGATION.open(divider(sensor_baud), || NVIC::pend(Interrupt(3))),
+            navigation: NAVIGATION.open_cut(divider(sensor_baud), || NVIC::pend(Interrupt(3))),
             gnss: GNSS.open(divider(receiver_baud), || NVIC::pend(Interrupt(5))),
             command: COMMAND.open(divider(921_600), || NVIC::pend(Interrupt(19))),
         };

@@ -4,7 +4,9 @@ use cortex_m::interrupt::InterruptNumber;
 use cortex_m::peripheral::NVIC;
 use volatile_register::RW;
 
+use crate::shared::cut::{masked, masked_cut};
 use crate::shared::wake::wake;
+use firmware::link::cut::Cut;
 use firmware::link::uart::{self, Port};
 
 /// Registers (Arm DDI 0479, table 4-5).
@@ -111,6 +113,37 @@ impl Uart {
         }
     }
 
+    /// The same port, on which frames of [`SENSOR`] leave while they arrive.
+    pub fn open_cut(&'static self, divider: u32, pend: fn()) -> Port<'static> {
+        self.open(divider, pend).with_cut(masked)
+    }
+
+    /// The sensor's receiving and sending interrupt, which also cuts its frames through.
+    #[inline(always)]
+    fn serve_sensor(&self) {
+        let uart = self.registers();
+        Self::write(&uart.interrupt, BOTH);
+        let state = uart.state.read();
+        if state & CAME != 0 {
+            let byte = uart.data.read() as u8;
+            let (woken, sends) =
+                masked_cut(|cut| self.line.came_through(byte, cut, &NAVIGATION.line));
+            if sends {
+                NVIC::pend(Interrupt(3));
+            }
+            if woken {
+                wake();
+            }
+        }
+        if state & OVERRUN != 0 {
+            Self::write(&uart.state, OVERRUN);
+            self.line.lost();
+            masked_cut(Cut::end);
+            wake();
+        }
+        self.send();
+    }
+
     /// For the interrupt of either direction. It takes the byte that came, then gives the
     /// transmitter what it has room for. The transmitter interrupts again when its one byte has
     /// left.
@@ -127,6 +160,13 @@ impl Uart {
             self.line.lost();
             wake();
         }
+        self.send();
+    }
+
+    /// Gives the transmitter what it has room for.
+    #[inline(always)]
+    fn send(&self) {
+        let uart = self.registers();
         while uart.state.read() & FULL == 0 {
             match self.line.next() {
                 Some(byte) => Self::write(&uart.data, byte.into()),
@@ -137,7 +177,7 @@ impl Uart {
 }
 
 extern "C" fn sensor() {
-    SENSOR.serve();
+    SENSOR.serve_sensor();
 }
 extern "C" fn navigation() {
     NAVIGATION.serve();

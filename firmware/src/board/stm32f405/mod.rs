@@ -53,7 +53,7 @@ use crate::shared::wake;
 const LOOK_US: u64 = 100_000;
 
 /// Bytes of log that are kept.
-const LOG_SIZE: usize = 1024;
+const LOG_SIZE: usize = 896;
 
 /// The board, running.
 pub struct Board {
@@ -169,7 +169,7 @@ impl Board {
             core::mem::swap(&mut self.lines.navigation, &mut self.lines.gnss);
         }
         self.watchdog.long_work(); // what is to be sent may take 20 ms a line
-        serial::reopen(&self.clocks, &self.open, lines);
+        serial::reopen(&self.clocks, self.dma, &self.open, lines);
         self.open = *lines;
         self.output.reopened(serial::sent(lines).0);
     }

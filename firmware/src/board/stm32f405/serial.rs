@@ -11,6 +11,7 @@
 
 use cortex_m::peripheral::NVIC;
 use firmware::configuration::SerialLines;
+use firmware::link::cut::Cut;
 use firmware::link::dma::Stream as _;
 use firmware::link::progress::Progress as _;
 use firmware::link::rates::Clock;
@@ -22,6 +23,7 @@ use super::clock::Clocks;
 use super::frame::{Frame, set};
 use super::pins::{self, EXCHANGED};
 use super::stream::{Left, Stream, reaches};
+use crate::shared::cut::{masked, masked_cut};
 use crate::shared::wake::wake;
 
 /// The main loop's end of a line.
@@ -132,6 +134,10 @@ pub fn open(peripherals: &Peripherals, clocks: &Clocks) -> (Ports, bool) {
             true
         ),
     };
+    let ports = Ports {
+        usart2: ports.usart2.with_cut(masked),
+        ..ports
+    };
     (ports, all)
 }
 
@@ -148,14 +154,18 @@ fn pend(interrupt: Interrupt) {
 /// lost. The order: the interrupts are masked, so that only this function touches line and streams;
 /// the UART is switched off, then both streams; the rings learn how far the streams had come; all
 /// is set up anew and switched on; the interrupts are let through, and the first transfer begins.
-pub fn reopen(clocks: &Clocks, old: &SerialLines, new: &SerialLines) {
+pub fn reopen(clocks: &Clocks, dma: bool, old: &SerialLines, new: &SerialLines) {
     let lines = lines(clocks);
     let moved = (old.pins == pins::OTHER) != (new.pins == pins::OTHER);
     let frames = Frame::of(old).into_iter().zip(Frame::of(new));
-    for ((line, (was, is)), moved) in lines.iter().zip(frames).zip([moved, false, false]) {
-        if was != is || moved {
+    let cut = old.cut_through != new.cut_through;
+    let others = [(moved, cut), (false, cut), (false, false)];
+    let lines = lines.iter().enumerate();
+    for (((number, line), (was, is)), (moved, cut)) in lines.zip(frames).zip(others) {
+        if was != is || moved || cut {
             line.wait();
-            line.again(&is, moved.then_some(new.pins));
+            let dma = dma && !(new.cut_through && number < 2);
+            line.again(&is, dma, moved.then_some(new.pins));
         }
     }
 }
@@ -179,7 +189,7 @@ pub fn unstick(clocks: &Clocks, lines: &SerialLines) {
     let (all, frames) = (self::lines(clocks), Frame::of(lines));
     let at = navigation(lines);
     if let (Some(line), Some(frame)) = (all.get(at), frames.get(at)) {
-        line.again(frame, None);
+        line.again(frame, line.by_dma(), None);
     }
 }
 
@@ -255,24 +265,30 @@ impl Reopened {
         let _ = (0..PATIENCE).any(|_| left());
     }
 
+    /// Whether DMA moves its bytes.
+    fn by_dma(&self) -> bool {
+        self.uart.cr3().read().dmar().bit_is_set()
+    }
+
     /// `pins`: the set whose pins the sensor's line gets.
     #[inline(never)]
-    fn again(&self, frame: &Frame, pins: Option<u8>) {
+    fn again(&self, frame: &Frame, dma: bool, pins: Option<u8>) {
         let (uart, [_, receives, _]) = (self.uart, self.interrupts);
         self.interrupts.into_iter().for_each(NVIC::mask);
         cortex_m::asm::dsb();
         cortex_m::asm::isb();
-        let dma = uart.cr3().read().dmar().bit_is_set();
+        let was_dma = self.by_dma();
         uart.cr1().reset();
         uart.cr3().reset();
-        self.line.closed(if dma { (self.stop)() } else { 0 });
+        self.line.closed(if was_dma { (self.stop)() } else { 0 });
         if let Some(pins) = pins {
             pins::sensor(pins);
         }
         self.interrupts.into_iter().for_each(NVIC::unpend);
         set(uart, self.clock, frame, dma, true);
         for (number, interrupt) in self.interrupts.into_iter().enumerate() {
-            if dma || number == 0 {
+            // that of the sending stream is pending when there is something to be sent
+            if dma || number != 1 {
                 // SAFETY: as in `open`.
                 unsafe { NVIC::unmask(interrupt) };
             }
@@ -314,7 +330,7 @@ streams!(uart4_in, uart4_out, DMA1, 2, 4);
 /// for. The main loop makes the interrupt pending when it has written something. From then on the
 /// empty transmitter interrupts by itself.
 macro_rules! handlers {
-    ($name:ident, $uart:ident, $line:ident, $in:ident, $in_handler:ident, $out:ident, $out_handler:ident) => {
+    ($name:ident, $uart:ident, $line:ident, $in:ident, $in_handler:ident, $out:ident, $out_handler:ident, $came:expr, $lost:expr) => {
         pub extern "C" fn $in_handler() {
             if $line.received_by(&$in()) {
                 wake();
@@ -322,7 +338,13 @@ macro_rules! handlers {
         }
 
         pub extern "C" fn $out_handler() {
-            $line.sent_by(&$out());
+            // SAFETY: as below.
+            let uart = unsafe { $uart::steal() };
+            if uart.cr3().read().dmar().bit_is_set() {
+                $line.sent_by(&$out());
+            } else {
+                NVIC::pend(Interrupt::$uart);
+            }
         }
 
         pub extern "C" fn $name() {
@@ -348,9 +370,10 @@ macro_rules! handlers {
                 let byte = uart.dr().read().dr().bits() as u8; // 8 data bits: the ninth reads 0
                 if torn || status.ore().bit_is_set() {
                     $line.lost();
+                    $lost();
                     wake();
                 }
-                if status.rxne().bit_is_set() && !torn && $line.came(byte) {
+                if status.rxne().bit_is_set() && !torn && $came(byte) {
                     wake();
                 }
             }
@@ -371,6 +394,16 @@ macro_rules! handlers {
     };
 }
 
+/// A byte of the sensor, whose frames may be cut through. Whether to wake the main loop.
+#[inline(always)]
+fn sensor_came(byte: u8) -> bool {
+    let (woken, sends) = masked_cut(|cut| SENSOR.came_through(byte, cut, &NAVIGATION));
+    if sends {
+        NVIC::pend(Interrupt::USART2);
+    }
+    woken
+}
+
 handlers!(
     usart1,
     USART1,
@@ -378,7 +411,9 @@ handlers!(
     usart1_in,
     usart1_in_end,
     usart1_out,
-    usart1_out_end
+    usart1_out_end,
+    sensor_came,
+    || masked_cut(Cut::end)
 );
 handlers!(
     usart2,
@@ -387,7 +422,9 @@ handlers!(
     usart2_in,
     usart2_in_end,
     usart2_out,
-    usart2_out_end
+    usart2_out_end,
+    |byte| NAVIGATION.came(byte),
+    || ()
 );
 handlers!(
     usart3,
@@ -396,7 +433,9 @@ handlers!(
     usart3_in,
     usart3_in_end,
     usart3_out,
-    usart3_out_end
+    usart3_out_end,
+    |byte| GNSS.came(byte),
+    || ()
 );
 handlers!(
     uart4,
@@ -405,5 +444,7 @@ handlers!(
     uart4_in,
     uart4_in_end,
     uart4_out,
-    uart4_out_end
+    uart4_out_end,
+    |byte| COMMAND.came(byte),
+    || ()
 );

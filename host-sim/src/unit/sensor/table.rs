@@ -58,6 +58,11 @@ macro_rules! sensor {
             #[serde(default)]
             #[schemars(range(min = 0, max = 255))]
             pub pins: u8,
+            /// Cut-through: bytes leave while the frame still arrives, two or three bytes after they
+            /// came. STIM300, KVH and NovAtel only. Default: false. Source: whether the navigation
+            /// computer needs the frames sooner.
+            #[serde(default)]
+            pub cut_through: bool,
             /// The sensor counts as silent when no byte has come for this time, ms, 1 to 10000.
             /// Default: 100. Source: several times the time between two frames.
             #[serde(default = "silence")]
@@ -84,6 +89,7 @@ macro_rules! sensor {
                     parity: Parity::default(),
                     stop_bits: one(),
                     pins: 0,
+                    cut_through: false,
                     silence_ms: silence(),
                     $($field: None,)+
                     adis: None,

@@ -1,6 +1,15 @@
 //! Corrections smaller than the resolution of a sample: what one sample cannot hold is carried over
 //! to the next, so that the sum of all corrections is exact however many samples there are.
 
+/// What one value of a sample is corrected by, and what earlier samples have left.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Owed {
+    /// Steps of 2^-32 counts to be subtracted, or the bits of a float to be added.
+    pub due: u64,
+    /// Steps of 2^-32 counts, or the bits of a float.
+    pub left: u32,
+}
+
 /// Steps of one count in corrections and remainders of integer samples, 2^32.
 pub const COUNT: f32 = 4_294_967_296.0;
 
@@ -15,9 +24,7 @@ pub fn subtract(sample: [i32; 3], due: &[i64; 3], remainder: &mut [i32; 3]) -> (
     let mut out = sample;
     let mut overflow = 0;
     for ((o, d), r) in out.iter_mut().zip(due).zip(remainder) {
-        let sum = d.wrapping_add(i64::from(*r));
-        *r = sum as i32; // the lower half, signed: what the nearest whole count leaves
-        let whole = (sum.wrapping_add(1 << 31) >> 32) as i32;
+        let whole = carried(*d, r);
         let wrapped = o.wrapping_sub(whole);
         overflow |= (*o ^ whole) & (*o ^ wrapped); // the sign bit tells
         *o = wrapped;
@@ -27,6 +34,14 @@ pub fn subtract(sample: [i32; 3], due: &[i64; 3], remainder: &mut [i32; 3]) -> (
     } else {
         (out, 0)
     }
+}
+
+/// The whole counts that are due now, and carries the rest.
+#[inline(always)]
+pub fn carried(due: i64, remainder: &mut i32) -> i32 {
+    let sum = due.wrapping_add(i64::from(*remainder));
+    *remainder = sum as i32; // the lower half, signed: what the nearest whole count leaves
+    (sum.wrapping_add(1 << 31) >> 32) as i32
 }
 
 /// The same values with those saturated that have wrapped around.
@@ -58,7 +73,7 @@ pub fn add_float(sample: &mut [f32; 3], due: &[f32; 3], remainder: &mut [f32; 3]
 /// the values sent differs from the exact sum by the last remainder only, at most half a unit in
 /// the last place of one value. A value that is not finite passes unchanged and clears the
 /// remainder.
-fn add_carried(value: f32, correction: f32, remainder: &mut f32) -> f32 {
+pub fn add_carried(value: f32, correction: f32, remainder: &mut f32) -> f32 {
     let (due, lost) = two_sum(*remainder, correction);
     if due == 0.0 {
         return value; // -0.0 stays -0.0

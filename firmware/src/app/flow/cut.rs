@@ -1,0 +1,50 @@
+//! Frames that are cut through: what the interrupt is told ([`crate::link::cut`]).
+//!
+//! A frame that was cut comes to the loop like any other, which does all its work but does not send
+//! it. The compensator corrects it once more, so that its carried remainder goes on as the
+//! interrupt's does.
+
+use super::{Correction, Flow};
+use crate::link::Line;
+use crate::link::cut::{Plan, Word};
+use crate::sample::Axes;
+use crate::wire::cut::{in_order, owed_in_order};
+use crate::wire::{Checked, ImuFormat};
+
+impl Flow<'_> {
+    /// How frames like this one, which has just come, are cut; `None`: the next one is not.
+    #[inline(always)]
+    pub fn plan(&self, format: ImuFormat, frame: &Checked) -> Option<Plan> {
+        if !self.config.lines().cut_through {
+            return None;
+        }
+        self.planned(format, frame)
+    }
+
+    #[inline(never)]
+    fn planned(&self, format: ImuFormat, frame: &Checked) -> Option<Plan> {
+        let good = frame
+            .read()
+            .is_ok_and(|reading| reading.valid != Axes::NONE);
+        let changes = self.correction.is_some() || frame.always_changes(&self.config.sensor);
+        let mark = changes && self.marks();
+        let plan = good.then(|| format.plan(frame.bytes(), mark, &self.config.sensor))?;
+        plan.filter(|_| self.channels.is_one())
+    }
+
+    /// Offers the plan of the frames from this place of the stream on, with what is now in force.
+    #[inline(never)]
+    pub fn offer(&mut self, plan: &Plan, next: u32, out: &mut impl Line) {
+        let floats = plan.word == Word::F32;
+        let outlet = self.channels.current();
+        let mut correction = self.correction.get_mut();
+        let state = correction.as_mut().map(|Correction { state, .. }| state);
+        let owed = state.as_ref().map(|state| state.owed(outlet, floats));
+        let owed = owed_in_order(plan.word, owed);
+        let mut left = None;
+        out.cut(&mut |cut| left = cut.offer(plan, owed, next));
+        if let (Some(state), Some(left)) = (state, left) {
+            state.set_left(outlet, floats, in_order(plan.word, left));
+        }
+    }
+}

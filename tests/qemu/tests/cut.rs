@@ -1,0 +1,149 @@
+//! Cut-through in the board's own image, on the model of the chip with lines at their bit rate
+//! (`judges/stm32f405.py`): how long every byte takes from one line to the other.
+
+use firmware::app::{Config, Hardware};
+use firmware::configuration::{Configuration, Sensor};
+use firmware::control::Mode;
+use firmware::wire::{ImuFormat, Settings};
+use qemu::drive::{Record, drive};
+use qemu::images::STM32F405;
+use qemu::judges::{ask, python};
+use qemu::protocol::set_up_told;
+use qemu::replay::Input;
+use qemu::software::on_desktop;
+
+/// Cycles of a second.
+const CORE: f64 = 168e6;
+/// Microseconds of a byte at 921 600 bit/s.
+const BYTE_US: f64 = 10e6 / 921_600.0;
+/// Frames until the first gap in which the loop hands over, and the line has caught up.
+const BEGIN: usize = 40;
+
+fn hex(bytes: &[u8]) -> String {
+    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
+}
+
+/// The delays of all bytes of the frames behind the first, microseconds: from the end of the stop
+/// bit on the sensor's line to the begin of the start bit on the navigation line.
+fn delays(format: ImuFormat, seconds: u32, period: u32, mode: Mode, cut: bool) -> Option<Vec<f64>> {
+    let (Some(python), Some(built)) = (python(), STM32F405.build_or_skip()) else {
+        return None;
+    };
+    let mut told = Configuration {
+        sensor: Some(Sensor::Stream(format.settings(&Settings::DEFAULT))),
+        ..Configuration::default()
+    };
+    told.rate = f64::from(format.simulated()[0].rate);
+    told.lines.cut_through = cut;
+    told.correction.check_rate = false;
+    if let Some(Sensor::Stream(of)) = &mut told.sensor {
+        let mut settings = format.simulated()[0].told();
+        settings.stim300.ask = false;
+        *of = format.settings(&settings);
+    }
+    let records = drive(format, seconds).expect("a drive");
+    let frames: Vec<&Record> = records
+        .iter()
+        .filter(|r| r.input == Input::Sensor)
+        .collect();
+    let commands = set_up_told(&told, mode).expect("packets");
+    // as far apart as the samples that come before them
+    let mut fixes = Vec::new();
+    let mut before = 0u64;
+    for record in &records {
+        match record.input {
+            Input::Sensor => before += 1,
+            Input::Gnss => fixes.push((before * u64::from(period), hex(&record.bytes))),
+            _ => {}
+        }
+    }
+    let sensor: Vec<_> = frames.iter().map(|frame| hex(&frame.bytes)).collect();
+    let asked = serde_json::json!({
+        "image": built, "command": commands.iter().map(|c| hex(c)).collect::<Vec<_>>(),
+        "sensor": sensor, "period": period, "adis": null, "gnss": fixes, "times": true,
+    });
+    let output = ask(&python, "stm32f405.py", asked.to_string().as_bytes()).expect("it runs");
+    let line = |name: &str| {
+        let found = output.iter().find_map(|line| line.strip_prefix(name));
+        found.expect("a line").trim().to_owned()
+    };
+    let times = |name| -> Vec<f64> {
+        let numbers = line(name);
+        numbers
+            .split(' ')
+            .map(|n| n.parse().expect("a number"))
+            .collect()
+    };
+    let (came, left) = (times("came "), times("left "));
+    assert_eq!(came.len(), left.len(), "every byte leaves once");
+    if mode == Mode::Frozen {
+        let mut input: Vec<_> = commands
+            .into_iter()
+            .map(|bytes| Record {
+                input: Input::Command,
+                at_us: 0,
+                bytes,
+            })
+            .collect();
+        input.extend(frames.iter().map(|frame| (*frame).clone()));
+        let expected = on_desktop(Config::untold(Hardware::DESKTOP), &input).sent;
+        assert!(
+            line("navigation ") == hex(&expected),
+            "as without cut-through"
+        );
+    }
+    let begin: usize = frames
+        .iter()
+        .take(BEGIN)
+        .map(|frame| frame.bytes.len())
+        .sum();
+    let delays = came
+        .iter()
+        .zip(&left)
+        .map(|(came, left)| (left - came) / CORE * 1e6);
+    Some(delays.skip(begin).collect())
+}
+
+fn holds(format: ImuFormat, seconds: u32, period: u32, mode: Mode) {
+    let Some(delays) = delays(format, seconds, period, mode, true) else {
+        return;
+    };
+    let least = delays.iter().copied().fold(f64::MAX, f64::min);
+    let most = delays.iter().copied().fold(0.0, f64::max);
+    println!(
+        "{format:?}, {mode:?}: {least:.1} to {most:.1} us of {} bytes",
+        delays.len()
+    );
+    let bytes = if format == ImuFormat::Stim300 {
+        2.0
+    } else {
+        3.0
+    };
+    assert!(least >= bytes * BYTE_US - 0.1, "{least}");
+    assert!(most <= (bytes + 0.5) * BYTE_US, "{most}");
+}
+
+/// Cycles from frame to frame.
+const MILLISECOND: u32 = 168_000;
+
+#[test]
+fn bytes_of_a_stim300_leave_two_bytes_later() {
+    holds(ImuFormat::Stim300, 4, MILLISECOND - 210, Mode::Frozen);
+}
+
+#[test]
+fn bytes_of_a_kvh_leave_three_bytes_later() {
+    holds(ImuFormat::Kvh, 1, MILLISECOND / 2, Mode::Frozen);
+}
+
+#[test]
+fn bytes_of_a_novatel_leave_three_bytes_later() {
+    holds(ImuFormat::Novatel, 4, MILLISECOND, Mode::Frozen);
+}
+
+#[test]
+fn learning_delays_no_byte() {
+    holds(ImuFormat::Stim300, 4, MILLISECOND - 210, Mode::Learn);
+    holds(ImuFormat::Kvh, 1, MILLISECOND, Mode::Learn);
+    holds(ImuFormat::Novatel, 4, MILLISECOND, Mode::Learn);
+}
