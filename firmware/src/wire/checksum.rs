@@ -297,6 +297,25 @@ mod tests {
         }
     }
 
+    /// The library's own loop takes a byte after the other.
+    #[test]
+    fn words_at_once_are_bytes_in_turn() {
+        let bytes: [u8; 70] = core::array::from_fn(|i| (i * 37 + 11) as u8);
+        for len in 0..bytes.len() {
+            let bytes = &bytes[..len];
+            assert_eq!(crc32_mpeg2(bytes), MPEG_2.checksum(bytes), "{len}");
+            assert_eq!(crc32_zlib(bytes), ISO_HDLC.checksum(bytes), "{len}");
+            assert_eq!(crc32_novatel(bytes), NOVATEL.checksum(bytes), "{len}");
+            let mut zeros_follow = bytes.to_vec();
+            zeros_follow.extend([0; 9]);
+            let mut from_zero = MPEG_2.digest_with_initial(0);
+            from_zero.update(&zeros_follow);
+            assert_eq!(crc32_mpeg2_change(bytes, 9), from_zero.finalize(), "{len}");
+            let novatel = NOVATEL.checksum(&zeros_follow);
+            assert_eq!(crc32_novatel_change(bytes, 9), novatel, "{len}");
+        }
+    }
+
     /// The five examples of the STIM300 datasheet.
     #[test]
     fn stim300_utility_examples() {

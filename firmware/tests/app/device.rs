@@ -47,6 +47,10 @@ impl Line for Mock {
         Ok(len)
     }
 
+    fn is_idle(&self) -> bool {
+        self.input.is_empty()
+    }
+
     fn send(&mut self, message: &[u8]) -> Result<(), Full> {
         if message.len() > self.room {
             return Err(Full);
