@@ -21,6 +21,7 @@ use crate::compensator::{Block, Compensator, State, of_nets};
 use crate::control::{Alignment, Mode};
 use crate::learn::{Learner, Settings};
 use crate::link::Line;
+use crate::link::cut::Behind;
 use crate::plausibility::{self, Plausibility};
 use crate::sample::{Axes, RawSample, StreamScale};
 use crate::wire::command::{Counters, fault};
@@ -219,7 +220,7 @@ impl<'m> Flow<'m> {
     }
 
     /// A frame in, the same frame out.
-    pub fn frame(&mut self, mut frame: Checked, out: &mut impl Line) {
+    pub fn frame(&mut self, mut frame: Checked, out: &mut Behind<impl Line>) {
         let reading = frame.read();
         let Ok(reading) = &reading else {
             return; // a Checked frame of a sensor has a sample
