@@ -23,6 +23,7 @@ use crate::configuration::SerialLines;
 use crate::configuration::record;
 use crate::fix::Fix;
 use crate::learn::{Learner, Report};
+use crate::link::cut::Behind;
 use crate::link::{Clock, Line};
 use crate::model::Nets;
 use crate::store::{self, Content, Progress, Step};
@@ -291,11 +292,11 @@ impl<'m> App<'m> {
         let mut buffer = [0; uart::LONGEST];
         let leaving = told.leaving(reply, now as u32, &mut buffer);
         if let (Phase::Fault(_), Ok(bytes)) = (self.machine.phase(), &leaving) {
-            self.raw(bytes, out);
+            self.raw(bytes, &mut Behind::nothing(out));
             return Ok(());
         }
         match leaving.and_then(|bytes| Checked::burst(&told, bytes)) {
-            Ok(frame) => self.flow.frame(frame, out),
+            Ok(frame) => self.flow.frame(frame, &mut Behind::nothing(out)),
             Err(error) => {
                 count(&mut self.flow.counters.bad_checksums, 1);
                 self.flow.gap();

@@ -21,6 +21,7 @@ use crate::compensator::{Block, Compensator, State, of_nets};
 use crate::control::{Alignment, Mode};
 use crate::learn::{Learner, Settings};
 use crate::link::Line;
+use crate::link::cut::Behind;
 use crate::plausibility::{self, Plausibility};
 use crate::sample::{Axes, RawSample, StreamScale};
 use crate::wire::command::{Counters, fault};
@@ -221,7 +222,7 @@ impl<'m> Flow<'m> {
     /// A frame in, the same frame out. By itself: within the loop over what has come, the compiler
     /// would prepare each address beforehand and put it aside, at one instruction more each.
     #[inline(never)]
-    pub fn frame(&mut self, mut frame: Checked, out: &mut impl Line) {
+    pub fn frame(&mut self, mut frame: Checked, out: &mut Behind<impl Line>) {
         let reading = frame.reading();
         let Some(reading) = &reading else {
             return; // a Checked frame of a sensor has a sample

@@ -467,6 +467,11 @@ pub struct Behind<'l, L> {
 }
 
 impl<'l, L: Line> Behind<'l, L> {
+    /// Nothing has left already.
+    pub fn nothing(line: &'l mut L) -> Behind<'l, L> {
+        Behind { line, gone: 0 }
+    }
+
     /// The next `len` bytes are those from this place of the sensor's stream on. What has not left
     /// is not cut any more.
     #[inline(always)]

@@ -92,16 +92,20 @@ fn delays(format: ImuFormat, seconds: u32, period: u32, mode: Mode, cut: bool) -
             "as without cut-through"
         );
     }
-    let begin: usize = frames
-        .iter()
-        .take(BEGIN)
-        .map(|frame| frame.bytes.len())
-        .sum();
-    let delays = came
-        .iter()
-        .zip(&left)
-        .map(|(came, left)| (left - came) / CORE * 1e6);
-    Some(delays.skip(begin).collect())
+    // a message that is no frame waits for its end, and the frames behind it until the line has
+    // caught up
+    let usual = frames.last().expect("frames").bytes.len();
+    let (mut delays, mut at, mut behind) = (Vec::new(), 0, 0);
+    for frame in &frames {
+        let len = frame.bytes.len();
+        behind = if len == usual { behind + 1 } else { 0 };
+        if behind > BEGIN {
+            let times = came.iter().zip(&left).skip(at).take(len);
+            delays.extend(times.map(|(came, left)| (left - came) / CORE * 1e6));
+        }
+        at += len;
+    }
+    Some(delays)
 }
 
 fn holds(format: ImuFormat, seconds: u32, period: u32, mode: Mode) {
@@ -120,7 +124,8 @@ fn holds(format: ImuFormat, seconds: u32, period: u32, mode: Mode) {
         3.0
     };
     assert!(least >= bytes * BYTE_US - 0.1, "{least}");
-    assert!(most <= (bytes + 0.5) * BYTE_US, "{most}");
+    // nominal rates differ by 0.9 %: a byte more of the frame waits 0.1 us longer
+    assert!(most <= (bytes + 1.0) * BYTE_US, "{most}");
 }
 
 /// Cycles from frame to frame.

@@ -61,12 +61,13 @@ impl App<'_> {
     ) -> Result<usize, Lost> {
         let mut piece = [0; PIECE];
         let len = sensor.receive(&mut piece)?;
-        let out = &mut whole(out, self.taken, len);
+        let start = self.taken;
         self.taken = self.taken.wrapping_add(len as u32);
         self.flow.blackbox.came(head(&piece, len));
         if len > 0 {
             self.heard(now);
-            self.sensor(piece.get(..len).unwrap_or_default(), out, now);
+            let bytes = piece.get(..len).unwrap_or_default();
+            self.sensor((start, bytes), out, now);
         }
         Ok(len)
     }
@@ -178,8 +179,9 @@ impl App<'_> {
         }
     }
 
-    /// Bytes of the sensor while its frames are not being corrected.
-    fn sensor(&mut self, bytes: &[u8], out: &mut impl Line, now: u64) {
+    /// Bytes of the sensor, from a place of its stream on, while its frames are not being
+    /// corrected.
+    fn sensor(&mut self, (start, bytes): (u32, &[u8]), out: &mut impl Line, now: u64) {
         match self.machine.phase() {
             Phase::Detect => {
                 // byte by byte: the frame that decides still passes raw, the next one does not
@@ -189,14 +191,16 @@ impl App<'_> {
                 });
                 let end = found.map_or(bytes.len(), |(at, _)| at);
                 let (raw, rest) = bytes.split_at_checked(end).unwrap_or((bytes, &[]));
-                self.raw(raw, out);
+                self.raw(raw, &mut whole(out, start, raw.len()));
                 if let Some((_, format)) = found {
                     self.run(format);
                     self.framer.push(rest); // it has room: PIECE is less than LONGEST
                     self.frames(out, now);
                 }
             }
-            Phase::Run(_) | Phase::Fault(_) | Phase::Start => self.raw(bytes, out),
+            Phase::Run(_) | Phase::Fault(_) | Phase::Start => {
+                self.raw(bytes, &mut whole(out, start, bytes.len()));
+            }
         }
     }
 
@@ -224,7 +228,7 @@ impl App<'_> {
     }
 
     /// Sends bytes on unchanged.
-    pub(super) fn raw(&mut self, bytes: &[u8], out: &mut impl Line) {
+    pub(super) fn raw(&mut self, bytes: &[u8], out: &mut Behind<impl Line>) {
         pass(bytes, out, &mut self.flow);
         count(&mut self.flow.counters.raw, bytes.len() as u32);
     }
@@ -342,7 +346,7 @@ fn whole<L: Line>(out: &mut L, start: u32, len: usize) -> Behind<'_, L> {
 
 /// Sends bytes on that are no message, in pieces, so that little is lost where there is little
 /// room.
-fn pass(bytes: &[u8], out: &mut impl Line, flow: &mut Flow) {
+fn pass(bytes: &[u8], out: &mut Behind<impl Line>, flow: &mut Flow) {
     for piece in bytes.chunks(PIECE) {
         let sent = out.send(piece).is_ok();
         flow.blackbox.left(piece);
