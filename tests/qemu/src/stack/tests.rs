@@ -149,6 +149,25 @@ fn no_method_of_a_trait_calls_it_through_a_vtable() {
     }
 }
 
+/// What narrows calls of the function that masks interrupts, against the sources: what the loop
+/// does to the cutting of frames is one call of a method of it.
+#[test]
+fn what_is_done_with_interrupts_masked_calls_nothing_by_its_address() {
+    let sources = crate::images::workspace().join("firmware/src");
+    let mut calls = 0;
+    for file in files(&sources) {
+        let text = std::fs::read_to_string(&file).expect("a source");
+        for work in text.split(".cut(&mut ").skip(1) {
+            let (work, _) = work.split_once(';').expect("a statement");
+            let method = work.rsplit_once("= cut.").map(|(before, _)| before);
+            let one = method.is_some_and(|before| !before.contains("cut."));
+            assert!(one || work == "Cut::end)", "{}: {work}", file.display());
+            calls += 1;
+        }
+    }
+    assert!(calls > 3);
+}
+
 /// What makes the handlers one level, against the source: each that is served has got the priority
 /// of all, but the window watchdog's.
 #[test]
