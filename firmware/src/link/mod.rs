@@ -64,8 +64,8 @@ pub trait Line {
     /// [`Full`]. The caller drops the message and counts it.
     fn send(&mut self, message: &[u8]) -> Result<(), Full>;
 
-    /// Lets `work` have what cuts through the frames that leave here, with interrupts masked. False:
-    /// there is nothing that does.
+    /// Lets `work` have what cuts through the frames that leave here, with interrupts masked.
+    /// False: there is nothing that does.
     fn cut(&mut self, work: &mut dyn FnMut(&mut cut::Cut)) -> bool {
         let _ = work;
         false

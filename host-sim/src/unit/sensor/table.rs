@@ -58,8 +58,8 @@ macro_rules! sensor {
             #[serde(default)]
             #[schemars(range(min = 0, max = 255))]
             pub pins: u8,
-            /// Cut-through: bytes leave while the frame still arrives, two or three bytes after they
-            /// came. STIM300, KVH and NovAtel only. Default: false. Source: whether the navigation
+            /// Cut-through: bytes leave while the frame still arrives, two or three bytes after
+            /// they came. STIM300, KVH and NovAtel only. Default: false. Source: whether the navigation
             /// computer needs the frames sooner.
             #[serde(default)]
             pub cut_through: bool,
