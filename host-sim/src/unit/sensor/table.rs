@@ -59,8 +59,8 @@ macro_rules! sensor {
             #[schemars(range(min = 0, max = 255))]
             pub pins: u8,
             /// Cut-through: bytes leave while the frame still arrives, two or three bytes after
-            /// they came. STIM300, KVH and NovAtel only. Default: false. Source: whether the navigation
-            /// computer needs the frames sooner.
+            /// they came. STIM300, KVH and NovAtel only. Default: false. Source: whether the
+            /// navigation computer needs the frames sooner.
             #[serde(default)]
             pub cut_through: bool,
             /// The sensor counts as silent when no byte has come for this time, ms, 1 to 10000.
