@@ -92,7 +92,7 @@ fn through(config: Config, stream: &[u8], turns: &[usize]) -> (Vec<u8>, usize) {
         drop(shared);
         lines.sensor.input.push_back(byte);
         if left == 0 {
-            left = *turns.next().unwrap();
+            left = *turns.next().expect("a turn");
             while app.poll(&mut lines, &time) {}
         }
         left -= 1;
@@ -117,7 +117,7 @@ fn frames(sensor: &Simulated, count: u32) -> Vec<Vec<u8>> {
             rest: sensor.rest,
         };
         let mut buffer = [0; 256];
-        let len = (sensor.emit)(&fields, &mut buffer).unwrap();
+        let len = (sensor.emit)(&fields, &mut buffer).expect("room");
         buffer[..len].to_vec()
     };
     (0..count).map(frame).collect()
