@@ -195,6 +195,7 @@ fn lines_are_opened_anew_as_told() {
                 two_stop_bits: true,
                 receiver_baud: 9600,
                 pins: 1,
+                cut_through: false,
             },
             1_826_087,
             [(12, 46), (12, 23), (10, 4375)],
