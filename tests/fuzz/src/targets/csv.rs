@@ -23,9 +23,7 @@ pub fn run(input: &[u8]) -> bool {
     let header = crate::file("header.toml", header);
     match generic::read(&header, &[table]) {
         Ok(record) => {
-            let (_, samples) = record.increments();
-            let values = samples.iter().flat_map(|s| s.dtheta.iter().chain(&s.dv));
-            assert!(values.into_iter().all(|value| value.is_finite()));
+            crate::finite(&record);
             let _ = record.session();
             true
         }

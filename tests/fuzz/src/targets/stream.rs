@@ -60,26 +60,6 @@ fn check(format: ImuFormat, event: Event<'_, ImuFormat>, seen: &mut Vec<u8>) -> 
     true
 }
 
-/// The checksum that ends most formats' frames is beyond a fuzzer's reach: repair it where a start
-/// mark stands. How long the frame is, the scan tells by asking for its bytes.
-fn repaired(format: ImuFormat, bytes: &[u8]) -> Vec<u8> {
-    let mut bytes = bytes.to_vec();
-    for at in 0..bytes.len() {
-        let rest = &mut bytes[at..];
-        let mut len = 0;
-        while let Scan::Partial(needed) = format.scan(&rest[..len]) {
-            if needed > rest.len() || needed <= len {
-                break;
-            }
-            len = needed;
-        }
-        if format.scan(&rest[..len]) == Scan::BadChecksum {
-            format.seal(&mut rest[..len]);
-        }
-    }
-    bytes
-}
-
 /// Every byte comes out once, in order.
 fn passes<F: Framing>(
     format: F,
@@ -140,7 +120,7 @@ pub fn run(input: &[u8]) -> bool {
     let stream = if which & 0x80 == 0 {
         input.to_vec()
     } else {
-        repaired(format, input)
+        crate::repaired(format, input)
     };
     let mut found = false;
     passes(format, &stream, piece, |event, seen| {

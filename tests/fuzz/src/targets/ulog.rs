@@ -8,9 +8,7 @@ pub fn run(input: &[u8]) -> bool {
     let path = crate::file("in.ulog", input);
     match read(&path, &Choice::default(), &|_, _| ()) {
         Ok(reading) => {
-            let (_, samples) = reading.record.increments();
-            let values = samples.iter().flat_map(|s| s.dtheta.iter().chain(&s.dv));
-            assert!(values.into_iter().all(|value| value.is_finite()));
+            crate::finite(&reading.record);
             true
         }
         Err(error) => crate::refused(&error),
