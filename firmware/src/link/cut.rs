@@ -20,12 +20,13 @@
 //! The interrupt has `Cut` for itself, and the loop has it with interrupts masked. Nothing here can
 //! panic, and a byte costs a bounded number of steps.
 
+mod behind;
 mod crc;
 #[cfg(test)]
 mod tests;
 
-use super::{Full, Line, Lost};
 use crate::remainder::{Owed, add_carried, carried};
+pub use behind::Behind;
 pub use crc::Crc;
 
 /// How values are written.
@@ -456,55 +457,5 @@ impl Cut {
         }
         self.begin();
         leaving
-    }
-}
-
-/// A line on which a part of the next bytes has left already.
-#[derive(Debug)]
-pub struct Behind<'l, L> {
-    line: &'l mut L,
-    gone: usize,
-}
-
-impl<'l, L: Line> Behind<'l, L> {
-    /// Nothing has left already.
-    pub fn nothing(line: &'l mut L) -> Behind<'l, L> {
-        Behind { line, gone: 0 }
-    }
-
-    /// The next `len` bytes are those from this place of the sensor's stream on. What has not left
-    /// is not cut any more.
-    #[inline(always)]
-    pub fn of(line: &'l mut L, start: u32, len: usize) -> Behind<'l, L> {
-        let mut gone = 0;
-        line.cut(&mut |cut| gone = cut.claim(start, len as u32) as usize);
-        Behind { line, gone }
-    }
-}
-
-impl<L: Line> Line for Behind<'_, L> {
-    fn receive(&mut self, buffer: &mut [u8]) -> Result<usize, Lost> {
-        self.line.receive(buffer)
-    }
-
-    fn is_idle(&self) -> bool {
-        self.line.is_idle()
-    }
-
-    fn send(&mut self, message: &[u8]) -> Result<(), Full> {
-        let rest = message.get(self.gone..).unwrap_or_default();
-        self.gone = self.gone.saturating_sub(message.len());
-        if rest.is_empty() {
-            return Ok(());
-        }
-        self.line.send(rest)
-    }
-
-    fn cut(&mut self, work: &mut dyn FnMut(&mut Cut)) -> bool {
-        self.line.cut(work)
-    }
-
-    fn poll(&mut self) {
-        self.line.poll();
     }
 }

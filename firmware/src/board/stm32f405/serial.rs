@@ -330,7 +330,10 @@ streams!(uart4_in, uart4_out, DMA1, 2, 4);
 /// for. The main loop makes the interrupt pending when it has written something. From then on the
 /// empty transmitter interrupts by itself.
 macro_rules! handlers {
-    ($name:ident, $uart:ident, $line:ident, $in:ident, $in_handler:ident, $out:ident, $out_handler:ident, $came:expr, $lost:expr) => {
+    (
+        $name:ident, $uart:ident, $line:ident, $in:ident, $in_handler:ident,
+        $out:ident, $out_handler:ident, $came:expr, $lost:expr
+    ) => {
         pub extern "C" fn $in_handler() {
             if $line.received_by(&$in()) {
                 wake();

@@ -180,7 +180,8 @@ proptest! {
         out.extend_from_slice(&bad[gone..]);
         prop_assert!(!matches!(format.scan(&out), Scan::Frame(_) | Scan::Other(_)));
         let six = cut.carried;
-        let owed = owed_in_order(cut.plan.word, Some(correction.1.owed(0, cut.plan.word == Word::F32)));
+        let word = cut.plan.word;
+        let owed = owed_in_order(word, Some(correction.1.owed(0, word == Word::F32)));
         prop_assert_eq!(six, owed.map(|owed| owed.left));
     }
 }

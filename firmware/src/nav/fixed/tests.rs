@@ -52,7 +52,8 @@ proptest! {
         let sum = Sum::of(a[0], b[0]).plus(a[1], b[1]).minus(a[2], b[2]).plus(a[3], b[3]);
         let products: [i128; 4] = core::array::from_fn(|i| i128::from(a[i]) * i128::from(b[i]));
         let wanted = products[0] + products[1] - products[2] + products[3];
-        for (got, shift) in [(sum.over::<59>(), 59), (sum.over::<60>(), 60), (sum.over::<61>(), 61)] {
+        let overs = [(sum.over::<59>(), 59), (sum.over::<60>(), 60), (sum.over::<61>(), 61)];
+        for (got, shift) in overs {
             let wanted = wanted >> shift;
             if fits(wanted) {
                 let off = i128::from(got) - wanted;
@@ -66,11 +67,13 @@ proptest! {
         let as_float = to_f64(x, bits);
         let back = from_f64(as_float, bits);
         // f64 has 53 bits
-        prop_assert!((i128::from(back) - i128::from(x)).abs() <= i128::from(x.unsigned_abs() >> 53));
+        let most = i128::from(x.unsigned_abs() >> 53);
+        prop_assert!((i128::from(back) - i128::from(x)).abs() <= most);
         let single = to_f32(x, bits);
         prop_assert_eq!(single, as_float as f32);
         let back = from_f32(single, bits);
-        prop_assert!((i128::from(back) - i128::from(x)).abs() <= i128::from(x.unsigned_abs() >> 24));
+        let most = i128::from(x.unsigned_abs() >> 24);
+        prop_assert!((i128::from(back) - i128::from(x)).abs() <= most);
     }
 
     #[test]
