@@ -253,3 +253,24 @@ fn a_report_directory_with_somebody_elses_files_is_left_alone() {
     );
     assert!(!dir.path().join("x.json").exists(), "nothing half-written");
 }
+
+#[test]
+fn a_reader_that_goes_away_stops_neither_the_work_nor_its_files() {
+    let dir = tempfile::tempdir().unwrap();
+    let commands: [&[&str]; 2] = [&["run", "--out", "report"], &["unit", "schema"]];
+    for arguments in commands {
+        let mut child = std::process::Command::new(system::host_sim_binary())
+            .current_dir(dir.path())
+            .args(arguments)
+            .stdout(std::process::Stdio::piped())
+            .stderr(std::process::Stdio::piped())
+            .spawn()
+            .unwrap();
+        drop(child.stdout.take());
+        let out = child.wait_with_output().unwrap();
+        let errors = String::from_utf8_lossy(&out.stderr);
+        assert!(out.status.success(), "{arguments:?}: {}", out.status);
+        assert_eq!(errors, "", "{arguments:?}");
+    }
+    assert!(dir.path().join("report/index.html").is_file());
+}
