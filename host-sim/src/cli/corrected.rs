@@ -141,7 +141,7 @@ impl Target<'_> {
             What::Same(original) => original.without(&taken)?,
             What::KfGins(shift) => {
                 let record = Record {
-                    samples: less(&record.samples, &taken),
+                    samples: less(&record.samples, &taken).into(),
                     ..record.clone()
                 };
                 kfgins::imu_text(&record, *shift, "--corrected-shift")?.into_bytes()

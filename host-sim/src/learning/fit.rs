@@ -216,21 +216,26 @@ impl FittedNetworks {
         let both = compensator(session, &nets, &self.assumptions);
         let both = corrected_counts(session, &both, from..to);
         let n = session.samples_per_epoch();
-        let raw = &session.counts[from * n..];
+        let raw = session.counts.part(from * n..to * n);
         let chosen = |u: Use, samples: Range<usize>| {
-            let pairs = both[samples.clone()].iter().zip(&raw[samples]);
-            pairs.map(move |(corrected, raw)| Counts {
+            let raw = raw.block(samples.clone());
+            let pairs = both[samples].iter().zip(raw.iter());
+            let chosen = pairs.map(|(corrected, raw)| Counts {
                 dtheta: if u.gyro { corrected } else { raw }.dtheta,
                 dv: if u.accel { corrected } else { raw }.dv,
-            })
+            });
+            chosen.collect::<Vec<_>>()
         };
         let evidence = |u: Use| {
             let increments = match session.gather {
                 1 => Increments::Made(Box::new(move |k| {
                     let epoch = chosen(u, (k - from) * n..(k - from + 1) * n);
-                    epoch.map(|counts| to_si(&counts, &session.lsb)).collect()
+                    epoch.iter().map(|c| to_si(c, &session.lsb)).collect()
                 })),
-                _ => Increments::All(increments_from(session, from, chosen(u, 0..both.len()))),
+                _ => {
+                    let all = chosen(u, 0..both.len());
+                    Increments::All(increments_from(session, from, all.into_iter()))
+                }
             };
             log_likelihood(session, &increments, nominal, &assumptions, from, to) - base
         };

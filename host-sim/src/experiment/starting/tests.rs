@@ -57,7 +57,8 @@ fn replayed(record: &Record) -> Outcome {
         learn: None,
     };
     let split = plan.split(&started.session).unwrap();
-    let mut outcome = plan.replay("made", &started.session, &split).unwrap();
+    let outcome = plan.replay("made", &started.session, &split);
+    let mut outcome = outcome.unwrap().unwrap();
     outcome.notes.extend(started.notes);
     outcome
 }
