@@ -137,6 +137,7 @@ impl Target<'_> {
         begin: f64,
     ) -> Result<String, Error> {
         let taken = correction.taken(record, begin);
+        record.check()?;
         let bytes = match &self.what {
             What::Same(original) => original.without(&taken)?,
             What::KfGins(shift) => {

@@ -249,6 +249,16 @@ impl<T: Item> Deref for List<T> {
     }
 }
 
+/// As a slice.
+impl<'a, T: Item> IntoIterator for &'a List<T> {
+    type Item = &'a T;
+    type IntoIter = std::slice::Iter<'a, T>;
+
+    fn into_iter(self) -> Self::IntoIter {
+        self.iter()
+    }
+}
+
 impl<T> From<Vec<T>> for List<T> {
     fn from(all: Vec<T>) -> Self {
         Self {

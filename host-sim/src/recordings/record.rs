@@ -187,6 +187,14 @@ impl Record {
         }
     }
 
+    /// Whether all times and samples could be read from their temporary files, if they are there.
+    ///
+    /// # Errors
+    /// What the system says.
+    pub fn check(&self) -> Result<(), Error> {
+        self.time.check().and(self.samples.check())
+    }
+
     /// Increments, each with the time it ends at. Rates are integrated by the trapezoidal rule, so
     /// the first increment begins at the first sample.
     pub fn increments(&self) -> impl Iterator<Item = (f64, Increment)> {
@@ -302,7 +310,7 @@ impl Record {
             let note = format!("{short} gaps of samples, of at most {longest:.3} s, are bridged.");
             prepared.notes.insert(0, note);
         }
-        self.time.check().and(self.samples.check())?;
+        self.check()?;
         Ok(prepared)
     }
 

@@ -32,7 +32,7 @@ pub fn write(record: &Record, unit: Option<&Unit>, dir: &Path) -> Result<(), Err
         &IMU,
         record.written_increments().map(row),
     )?;
-    record.time.check().and(record.samples.check())?;
+    record.check()?;
     if record.fixes.len() > 1 {
         write_fixes(record, &dir.join("gnss.csv"))?;
     }

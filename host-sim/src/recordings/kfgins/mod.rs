@@ -123,6 +123,7 @@ pub fn write(record: &Record, form: Form, imu: &Path, gnss: &Path) -> Result<(),
         return Err(refused("--velocity", problem, "leave it out"));
     }
     let (time, increments): (Vec<_>, Vec<_>) = record.written_increments().unzip();
+    record.check()?;
     let second = |t: f64| t + form.shift_s;
     let all = time.iter().chain(record.fixes.iter().map(|f| &f.time));
     check_seconds(all, form.shift_s, "--shift")?;
@@ -151,6 +152,7 @@ pub fn write(record: &Record, form: Form, imu: &Path, gnss: &Path) -> Result<(),
 /// Times are not seconds of the week.
 pub fn imu_text(record: &Record, shift_s: f64, option: &str) -> Result<String, Error> {
     let (time, increments): (Vec<_>, Vec<_>) = record.written_increments().unzip();
+    record.check()?;
     check_seconds(time.iter(), shift_s, option)?;
     Ok(samples(&time, &increments, shift_s))
 }
