@@ -25,6 +25,18 @@ pub struct Use {
     pub accel: bool,
 }
 
+impl Use {
+    /// Samples whose triads are corrected where their network is in use.
+    fn of(self, corrected: &[Counts], raw: &[Counts]) -> Vec<Counts> {
+        let pairs = corrected.iter().zip(raw);
+        let chosen = pairs.map(|(corrected, raw)| Counts {
+            dtheta: if self.gyro { corrected } else { raw }.dtheta,
+            dv: if self.accel { corrected } else { raw }.dv,
+        });
+        chosen.collect()
+    }
+}
+
 /// Everything that was learnt from a session.
 #[derive(Debug, Clone)]
 pub struct FittedNetworks {
@@ -217,15 +229,8 @@ impl FittedNetworks {
         let both = corrected_counts(session, &both, from..to);
         let n = session.samples_per_epoch();
         let raw = session.counts.part(from * n..to * n);
-        let chosen = |u: Use, samples: Range<usize>| {
-            let raw = raw.block(samples.clone());
-            let pairs = both[samples].iter().zip(raw.iter());
-            let chosen = pairs.map(|(corrected, raw)| Counts {
-                dtheta: if u.gyro { corrected } else { raw }.dtheta,
-                dv: if u.accel { corrected } else { raw }.dv,
-            });
-            chosen.collect::<Vec<_>>()
-        };
+        let chosen =
+            |u: Use, samples: Range<usize>| u.of(&both[samples.clone()], &raw.block(samples));
         let evidence = |u: Use| {
             let increments = match session.gather {
                 1 => Increments::Made(Box::new(move |k| {

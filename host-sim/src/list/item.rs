@@ -1,8 +1,6 @@
 //! What can wait in a file.
 
-use crate::inertial::sins::Increment;
 use firmware::sample::Counts;
-use nalgebra::Vector3;
 
 /// An item of a list. All items of one list have the same number of bytes.
 pub trait Item: Clone {
@@ -31,22 +29,6 @@ impl Item for f64 {
 
     fn take(bytes: &[u8]) -> Self {
         numbers(bytes).next().unwrap_or_default()
-    }
-}
-
-impl Item for Increment {
-    fn put(&self, bytes: &mut Vec<u8>) {
-        put_all(bytes, self.dtheta.as_slice());
-        put_all(bytes, self.dv.as_slice());
-    }
-
-    fn take(bytes: &[u8]) -> Self {
-        let mut numbers = numbers(bytes);
-        let mut next = || Vector3::from_fn(|_, _| numbers.next().unwrap_or_default());
-        Self {
-            dtheta: next(),
-            dv: next(),
-        }
     }
 }
 

@@ -54,7 +54,8 @@ mod tests {
             numbers in proptest::collection::vec(proptest::num::f64::ANY, 0..50),
             near in proptest::collection::vec(-3_i8..3, 0..50),
         ) {
-            for mut all in [numbers, near.into_iter().map(|x| 5e-3 + f64::from(x) * 1e-17).collect()] {
+            let near = near.into_iter().map(|x| 5e-3 + f64::from(x) * 1e-17).collect();
+            for mut all in [numbers, near] {
                 let got = median(|| all.iter().copied());
                 all.sort_by(f64::total_cmp);
                 match all.get(all.len() / 2) {

@@ -200,7 +200,7 @@ mod tests {
     /// A recording of rates from this time on.
     fn record(start: f64) -> Record {
         Record {
-            time: vec![start, start + 0.01],
+            time: vec![start, start + 0.01].into(),
             kind: Kind::Rate,
             ..Record::default()
         }

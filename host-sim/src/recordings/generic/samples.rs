@@ -27,11 +27,8 @@ pub(super) fn motion(read: &Read) -> Result<Record, Error> {
             "is in {} while the gyros are in {}",
             imu.accel.unit, imu.gyro.unit
         );
-        return Err(read.bad(
-            "imu.accel",
-            problem,
-            "give rates for both or increments for both",
-        ));
+        let remedy = "give rates for both or increments for both";
+        return Err(read.bad("imu.accel", problem, remedy));
     }
     let file = File::open(read, "imu", &read.imu_file()?, &imu.separator, imu.names)?;
     let mut wanted = vec![("time", imu.time.column.as_str())];
@@ -57,17 +54,11 @@ pub(super) fn motion(read: &Read) -> Result<Record, Error> {
     let rate_hz = (1.0 / step).round();
     if !(4.0..=8000.0).contains(&rate_hz) {
         let problem = format!("has a median step of {step} s");
-        return Err(read.bad(
-            "imu.time",
-            problem,
-            "check the unit; 4 to 8000 samples a second can be used",
-        ));
+        let remedy = "check the unit; 4 to 8000 samples a second can be used";
+        return Err(read.bad("imu.time", problem, remedy));
     }
     let limits = limits((kind, step), (gyro, accel));
-    let wide = [0, 1].map(|k| taken.largest[k] > limits[k]);
-    if wide.contains(&true) {
-        return Err(too_large(&file, &wanted, limits, wide));
-    }
+    check(&file, &wanted, taken.largest, limits)?;
     Ok(Record {
         file: read.file.clone(),
         time,
@@ -143,37 +134,37 @@ fn limits((kind, step): (Kind, f64), (gyro, accel): (f64, f64)) -> [f64; 2] {
     ]
 }
 
-/// The error of a value beyond the limits: the first of the gyros, where they have one. It stands
-/// in the file, which is read again for its place.
-fn too_large(file: &File<'_>, wanted: &[(&str, &str)], limits: [f64; 2], wide: [bool; 2]) -> Error {
-    let (first, limit, remedy) = match wide {
-        [true, _] => (
-            1,
-            limits[0],
-            "check the unit of the gyros; the limit is 35 rad/s",
-        ),
-        _ => (
-            4,
-            limits[1],
-            "check the unit of the accelerometers; the limit is 1000 m/s2",
-        ),
+/// Checks that the largest values are plausible. If not, the file is read again for the place of
+/// the first one beyond its limit, of the gyros where they have one.
+fn check(
+    file: &File<'_>,
+    wanted: &[(&str, &str)],
+    largest: [f64; 2],
+    limits: [f64; 2],
+) -> Result<(), Error> {
+    let remedies = [
+        "check the unit of the gyros; the limit is 35 rad/s",
+        "check the unit of the accelerometers; the limit is 1000 m/s2",
+    ];
+    let Some(triad) = [0, 1].into_iter().find(|k| largest[*k] > limits[*k]) else {
+        return Ok(());
     };
+    let (first, limit, remedy) = (1 + 3 * triad, limits[triad], remedies[triad]);
     let (mut found, mut row) = (None, 0);
     let table = file.rows(wanted, |values| {
         let here = (first..first + 3).find(|k| values[*k].abs() > limit);
         found = found.or_else(|| here.map(|k| (row, k, values[k])));
         row += 1;
         Ok(())
-    });
-    match (table, found) {
-        (Err(error), _) => error,
-        (Ok(table), Some((row, k, value))) => {
+    })?;
+    Err(match found {
+        Some((row, k, value)) => {
             table.complain_of(row, wanted[k].1, &value, "out of range", remedy)
         }
-        (Ok(_), None) => file.read.bad(
-            "imu.file",
-            "changes while it is read".to_owned(),
-            "read it when it is whole",
-        ),
-    }
+        None => {
+            let problem = "changes while it is read".to_owned();
+            file.read
+                .bad("imu.file", problem, "read it when it is whole")
+        }
+    })
 }
