@@ -24,6 +24,7 @@ pub mod hil;
 pub mod inertial;
 #[cfg(feature = "tools")]
 pub mod learning;
+pub mod list;
 pub mod output;
 pub mod recordings;
 #[cfg(feature = "tools")]

@@ -137,11 +137,12 @@ impl Target<'_> {
         begin: f64,
     ) -> Result<String, Error> {
         let taken = correction.taken(record, begin);
+        record.check()?;
         let bytes = match &self.what {
             What::Same(original) => original.without(&taken)?,
             What::KfGins(shift) => {
                 let record = Record {
-                    samples: less(&record.samples, &taken),
+                    samples: less(&record.samples, &taken).into(),
                     ..record.clone()
                 };
                 kfgins::imu_text(&record, *shift, "--corrected-shift")?.into_bytes()

@@ -108,13 +108,13 @@ impl Args {
                 let unit = args.unit.load_or(fog_mems::UNIT)?;
                 let session = recordings::fog_mems::session(&args.mems, &args.fog)?;
                 args.output
-                    .leave_outcomes("fog-mems", &fog_mems::replay(&session, &unit))
+                    .leave_outcomes("fog-mems", &fog_mems::replay(&session, &unit)?)
             }
             What::Kitti(args) => args.run(),
             What::Hybrid(args) => {
                 let outcomes = {
                     let unit = args.unit.load_or(lasergyro::UNIT)?;
-                    hybrid::replay(&load(&args.file)?, &args.roads, &unit)
+                    hybrid::replay(&load(&args.file)?, &args.roads, &unit)?
                 };
                 let outcomes = outcomes.ok_or_else(|| no_attitude(&args.file))?;
                 args.output.leave_outcomes("hybrid", &outcomes)
@@ -147,7 +147,7 @@ impl Kitti {
                     .unwrap_or("drive"),
                 &session,
                 &unit,
-            ));
+            )?);
         }
         self.output.leave_outcomes("kitti", &outcomes)
     }

@@ -298,7 +298,7 @@ impl Options {
         let by = self.corrected.scheme();
         let outcome = plan.replay_and_correct(name, &session, &split, by);
         stages.end();
-        let (mut outcome, correction) = outcome.ok_or_else(|| lost(name, &session))?;
+        let (mut outcome, correction) = outcome?.ok_or_else(|| lost(name, &session))?;
         outcome.warnings = warnings;
         outcome.notes.extend(note.into_iter().chain(notes));
         if let Some((target, record)) = corrected.zip(record) {

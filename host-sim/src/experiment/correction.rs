@@ -16,7 +16,7 @@ use crate::inertial::ekf::Aided;
 use crate::inertial::session::EPOCH_S;
 use crate::inertial::sins::Increment;
 use crate::learning::baseline::LinearModel;
-use crate::recordings::gaps::gaps;
+use crate::recordings::gaps::{gaps, pairs};
 use crate::recordings::record::{Kind, Record, median_step};
 use nalgebra::Vector3;
 
@@ -51,13 +51,13 @@ impl Correction {
     #[must_use]
     pub fn taken(&self, record: &Record, begin: f64) -> Vec<Increment> {
         let lengths = lengths(record);
-        let samples = record.time.iter().zip(&record.samples).zip(lengths);
-        let taken = |((time, sample), length): ((&f64, &Increment), f64)| {
+        let samples = record.time.each().zip(record.samples.each()).zip(lengths);
+        let taken = |((time, sample), length): ((f64, Increment), f64)| {
             let since = time - begin;
             match record.kind {
                 _ if since <= SAME_S => Increment::default(),
-                Kind::Rate => self.of(sample, since, 0.0, 1.0),
-                Kind::Increment => self.of(sample, since, length, length),
+                Kind::Rate => self.of(&sample, since, 0.0, 1.0),
+                Kind::Increment => self.of(&sample, since, length, length),
             }
         };
         samples.map(taken).collect()
@@ -96,13 +96,14 @@ fn lengths(record: &Record) -> Vec<f64> {
     let step = median_step(&record.time);
     let gaps = gaps(&record.time, record.kind, step);
     let mut gaps = gaps.iter().map(|gap| gap.next).peekable();
-    let before = record.time.iter().zip(record.time.iter().skip(1));
-    let length = |(k, (before, now)): (usize, (&f64, &f64))| match gaps.next_if_eq(&(k + 1)) {
+    let length = |(k, [before, now]): (usize, [f64; 2])| match gaps.next_if_eq(&(k + 1)) {
         Some(_) => step,
         None => now - before,
     };
     let first = std::iter::once(step);
-    first.chain(before.enumerate().map(length)).collect()
+    first
+        .chain(pairs(&record.time).enumerate().map(length))
+        .collect()
 }
 
 /// Mean errors over the `length` seconds that end `since` seconds after the first epoch.

@@ -1,6 +1,7 @@
 //! The MEMS recording with a FOG navigator as its reference: learnt on one part and judged on the
 //! other, and the other way round.
 
+use crate::error::Error;
 use crate::experiment::outcome::Outcome;
 use crate::experiment::protocol::{Settings, Split, judge};
 use crate::inertial::ekf::InitialSigma;
@@ -32,14 +33,16 @@ pub fn settings(unit: &Unit) -> Settings {
 }
 
 /// All cases: 30, 50 and 70 s of learning, forward and with the roles exchanged.
-#[must_use]
-pub fn replay(session: &Session, unit: &Unit) -> Vec<Outcome> {
+///
+/// # Errors
+/// As [`judge`].
+pub fn replay(session: &Session, unit: &Unit) -> Result<Vec<Outcome>, Error> {
     let (settings, n) = (settings(unit), session.epochs());
     [30, 50, 70]
         .iter()
         .flat_map(|&t| [Split::forward(n, t), Split::exchanged(n, t)])
         .filter(|split| !split.judge.is_empty() && !split.learn.is_empty())
-        .filter_map(|split| judge("fog-mems", session, &split, &settings))
+        .filter_map(|split| judge("fog-mems", session, &split, &settings).transpose())
         .collect()
 }
 
@@ -52,7 +55,7 @@ mod tests {
     #[test]
     fn every_scheme_learns_in_every_case() {
         let Some(session) = recorded() else { return };
-        let all = replay(&session, &Unit::preset(UNIT).unwrap());
+        let all = replay(&session, &Unit::preset(UNIT).unwrap()).unwrap();
         println!("{}", table(&all));
         assert_eq!(all.len(), 6);
         for o in &all {

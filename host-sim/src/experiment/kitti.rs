@@ -1,5 +1,6 @@
 //! The road drives of KITTI: each half teaches once and is judged once.
 
+use crate::error::Error;
 use crate::experiment::outcome::Outcome;
 use crate::experiment::protocol::{Settings, Split, judge};
 use crate::inertial::ekf::InitialSigma;
@@ -31,13 +32,15 @@ pub fn settings(unit: &Unit) -> Settings {
 }
 
 /// First half teaches and second is judged, and the other way round.
-#[must_use]
-pub fn replay(name: &str, session: &Session, unit: &Unit) -> Vec<Outcome> {
+///
+/// # Errors
+/// As [`judge`].
+pub fn replay(name: &str, session: &Session, unit: &Unit) -> Result<Vec<Outcome>, Error> {
     let (settings, n) = (settings(unit), session.epochs());
     [Split::forward(n, n / 2), Split::exchanged(n, n / 2)]
         .iter()
         .filter(|split| !split.judge.is_empty() && !split.learn.is_empty())
-        .filter_map(|split| judge(&format!("kitti-{name}"), session, split, &settings))
+        .filter_map(|split| judge(&format!("kitti-{name}"), session, split, &settings).transpose())
         .collect()
 }
 
@@ -78,7 +81,9 @@ mod tests {
         let unit = Unit::preset(UNIT).unwrap();
         let all: Vec<Outcome> = DRIVES
             .into_iter()
-            .filter_map(|(drive, skip)| Some(replay(drive, &drive_of(drive, skip)?, &unit)))
+            .filter_map(|(drive, skip)| {
+                Some(replay(drive, &drive_of(drive, skip)?, &unit).unwrap())
+            })
             .flatten()
             .collect();
         println!("{}", table(&all));

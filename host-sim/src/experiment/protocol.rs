@@ -24,6 +24,7 @@
 
 mod learnt;
 
+use crate::error::Error;
 use crate::experiment::correction::Correction;
 use crate::experiment::outcome::{Outcome, rows};
 use crate::experiment::results::Curves;
@@ -103,34 +104,43 @@ pub struct Settings {
 }
 
 /// Learns, then judges every scheme. `None` when a standstill does not give an attitude.
-#[must_use]
+///
+/// # Errors
+/// A long recording needs temporary files, and they cannot be written or read.
 pub fn judge(
     recording: &str,
     session: &Session,
     split: &Split,
     settings: &Settings,
-) -> Option<Outcome> {
-    Some(judge_and_correct(recording, session, split, settings, None)?.0)
+) -> Result<Option<Outcome>, Error> {
+    let judged = judge_and_correct(recording, session, split, settings, None)?;
+    Ok(judged.map(|(outcome, _)| outcome))
 }
 
 /// [`judge`], with what one of the schemes takes off the samples. The judged part must follow the
 /// learning part, which begins with the session.
-#[must_use]
+///
+/// # Errors
+/// As [`judge`].
 pub fn judge_and_correct(
     recording: &str,
     session: &Session,
     split: &Split,
     settings: &Settings,
     corrected_by: Option<&str>,
-) -> Option<(Outcome, Correction)> {
-    let learnt = Learnt::from(session, split, settings)?;
+) -> Result<Option<(Outcome, Correction)>, Error> {
+    let Some(learnt) = Learnt::from(session, split, settings)? else {
+        session.counts.check()?;
+        return Ok(None);
+    };
+    let records = learnt.nominal.records.clone();
     let correction = corrected_by.map_or(Correction::Nothing, |scheme| {
         learnt.correction(scheme, session, &settings.assumptions)
     });
-    Some((
-        outcome(recording, session, split, settings, learnt)?,
-        correction,
-    ))
+    let outcome = outcome(recording, session, split, settings, learnt);
+    session.counts.check()?;
+    records.check()?;
+    Ok(outcome.map(|outcome| (outcome, correction)))
 }
 
 /// Judges every scheme.

@@ -2,6 +2,7 @@
 //! fixes, or a better solution if one is given. Errors below the noise of the fixes therefore mean
 //! nothing.
 
+use crate::error::Error;
 use crate::experiment::correction::Correction;
 use crate::experiment::outcome::Outcome;
 use crate::experiment::protocol::{Settings, Split, judge_and_correct};
@@ -96,20 +97,30 @@ impl Plan {
 
     /// Learns and judges; `split` is from [`Plan::split`]. `None` when the standstill gives no
     /// attitude.
-    #[must_use]
-    pub fn replay(&self, name: &str, session: &Session, split: &Split) -> Option<Outcome> {
-        Some(self.replay_and_correct(name, session, split, None)?.0)
+    ///
+    /// # Errors
+    /// As [`judge_and_correct`].
+    pub fn replay(
+        &self,
+        name: &str,
+        session: &Session,
+        split: &Split,
+    ) -> Result<Option<Outcome>, Error> {
+        let replayed = self.replay_and_correct(name, session, split, None)?;
+        Ok(replayed.map(|(outcome, _)| outcome))
     }
 
     /// [`Plan::replay`], with what the scheme `corrected_by` takes off the samples.
-    #[must_use]
+    ///
+    /// # Errors
+    /// As [`judge_and_correct`].
     pub fn replay_and_correct(
         &self,
         name: &str,
         session: &Session,
         split: &Split,
         corrected_by: Option<&str>,
-    ) -> Option<(Outcome, Correction)> {
+    ) -> Result<Option<(Outcome, Correction)>, Error> {
         let settings = self.settings(session, split);
         judge_and_correct(name, session, split, &settings, corrected_by)
     }

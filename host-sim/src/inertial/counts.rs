@@ -22,6 +22,15 @@ pub fn quantise(
     increments: impl IntoIterator<Item = impl Borrow<Increment>>,
     lsb: &Lsb,
 ) -> Result<Vec<Counts>, usize> {
+    rounded(increments, lsb).collect()
+}
+
+/// [`quantise`] one by one. After the index of an increment that does not fit, the rest means
+/// nothing.
+pub fn rounded(
+    increments: impl IntoIterator<Item = impl Borrow<Increment>>,
+    lsb: &Lsb,
+) -> impl Iterator<Item = Result<Counts, usize>> {
     let mut remainder = Increment::default();
     let round = |exact: Vector3<f64>, remainder: &mut Vector3<f64>| {
         let due = exact + *remainder;
@@ -31,15 +40,15 @@ pub fn quantise(
         let fits = counts.iter().all(|c| c.abs() <= f64::from(i32::MAX));
         fits.then_some([counts.x as i32, counts.y as i32, counts.z as i32])
     };
-    let increments = increments.into_iter();
-    let mut out = Vec::with_capacity(increments.size_hint().0);
-    for (k, increment) in increments.enumerate() {
-        let increment = increment.borrow();
-        let dtheta = round(increment.dtheta / lsb.rad, &mut remainder.dtheta).ok_or(k)?;
-        let dv = round(increment.dv / lsb.mps, &mut remainder.dv).ok_or(k)?;
-        out.push(Counts { dtheta, dv });
-    }
-    Ok(out)
+    increments
+        .into_iter()
+        .enumerate()
+        .map(move |(k, increment)| {
+            let increment = increment.borrow();
+            let dtheta = round(increment.dtheta / lsb.rad, &mut remainder.dtheta).ok_or(k)?;
+            let dv = round(increment.dv / lsb.mps, &mut remainder.dv).ok_or(k)?;
+            Ok(Counts { dtheta, dv })
+        })
 }
 
 #[cfg(test)]

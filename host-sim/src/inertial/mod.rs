@@ -12,6 +12,5 @@ pub mod gnss;
 pub mod motion;
 pub mod rotation;
 pub mod session;
-pub mod shared;
 pub mod sins;
 pub mod units;

@@ -5,8 +5,8 @@ use crate::inertial::earth::Geodetic;
 use crate::inertial::ekf::InitialSigma;
 use crate::inertial::gnss::{Fix, NOT_MEASURED};
 use crate::inertial::motion::Increments;
-use crate::inertial::shared::Shared;
 use crate::inertial::sins::{Increment, NavState, Samples, gather};
+use crate::list::List;
 use firmware::sample::{Counts, Lsb};
 use nalgebra::{UnitQuaternion, Vector3};
 use std::ops::Range;
@@ -78,7 +78,7 @@ pub struct Session {
     /// Value of a count.
     pub lsb: Lsb,
     /// Samples in counts, body axes forward-right-down.
-    pub counts: Shared<Counts>,
+    pub counts: List<Counts>,
     /// Epochs at the start during which the vehicle stands still and is aligned.
     pub standstill: usize,
     /// Reference state at each epoch: the truth of a simulation, or position and velocity of a
@@ -117,7 +117,7 @@ impl Session {
     #[must_use]
     pub fn new(
         dt: f64,
-        (counts, lsb): (Vec<Counts>, Lsb),
+        (counts, lsb): (impl Into<List<Counts>>, Lsb),
         reference: Vec<NavState>,
         fixes: Vec<Option<Fix>>,
     ) -> Self {
@@ -236,7 +236,7 @@ impl Session {
     /// The samples as increments in SI, [`Self::gather`] samples in one increment.
     #[must_use]
     pub fn increments(&self) -> Vec<Increment> {
-        self.navigable(self.counts.iter().copied())
+        self.navigable(self.counts.each())
     }
 
     /// The same, made epoch by epoch where that gives the same bits.
@@ -247,7 +247,7 @@ impl Session {
         }
         let n = self.samples_per_epoch();
         Increments::Made(Box::new(move |k| {
-            let epoch = &self.counts[k * n..(k + 1) * n];
+            let epoch = self.counts.block(k * n..(k + 1) * n);
             epoch.iter().map(|c| to_si(c, &self.lsb)).collect()
         }))
     }

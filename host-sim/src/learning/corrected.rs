@@ -11,9 +11,9 @@ use std::cell::RefCell;
 #[must_use]
 pub fn estimates(session: &Session, compensator: &Compensator) -> Vec<[[f32; 3]; 2]> {
     let mut state = compensator.power_on(false);
-    let blocks = session.counts.iter().enumerate().filter_map(|(k, counts)| {
+    let blocks = session.counts.each().enumerate().filter_map(|(k, counts)| {
         read_temperature(session, k, &mut state);
-        let block = compensator.process(&mut state, *counts).1?;
+        let block = compensator.process(&mut state, counts).1?;
         Some([block.rate_error, block.force_error])
     });
     blocks.collect()
@@ -50,9 +50,11 @@ pub fn compensated_motion(
         while now.0 <= k {
             let (epoch, state) = &mut *now;
             made.clear();
-            for at in *epoch * n..(*epoch + 1) * n {
+            let samples = *epoch * n..(*epoch + 1) * n;
+            let counts = session.counts.block(samples.clone());
+            for (at, counts) in samples.zip(counts.iter()) {
                 read_temperature(session, at, state);
-                let corrected = compensator.process(state, session.counts[at]).0;
+                let corrected = compensator.process(state, *counts).0;
                 made.push(to_si(&corrected, &session.lsb));
             }
             *epoch += 1;

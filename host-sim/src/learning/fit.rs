@@ -25,6 +25,18 @@ pub struct Use {
     pub accel: bool,
 }
 
+impl Use {
+    /// Samples whose triads are corrected where their network is in use.
+    fn of(self, corrected: &[Counts], raw: &[Counts]) -> Vec<Counts> {
+        let pairs = corrected.iter().zip(raw);
+        let chosen = pairs.map(|(corrected, raw)| Counts {
+            dtheta: if self.gyro { corrected } else { raw }.dtheta,
+            dv: if self.accel { corrected } else { raw }.dv,
+        });
+        chosen.collect()
+    }
+}
+
 /// Everything that was learnt from a session.
 #[derive(Debug, Clone)]
 pub struct FittedNetworks {
@@ -216,21 +228,19 @@ impl FittedNetworks {
         let both = compensator(session, &nets, &self.assumptions);
         let both = corrected_counts(session, &both, from..to);
         let n = session.samples_per_epoch();
-        let raw = &session.counts[from * n..];
-        let chosen = |u: Use, samples: Range<usize>| {
-            let pairs = both[samples.clone()].iter().zip(&raw[samples]);
-            pairs.map(move |(corrected, raw)| Counts {
-                dtheta: if u.gyro { corrected } else { raw }.dtheta,
-                dv: if u.accel { corrected } else { raw }.dv,
-            })
-        };
+        let raw = session.counts.part(from * n..to * n);
+        let chosen =
+            |u: Use, samples: Range<usize>| u.of(&both[samples.clone()], &raw.block(samples));
         let evidence = |u: Use| {
             let increments = match session.gather {
                 1 => Increments::Made(Box::new(move |k| {
                     let epoch = chosen(u, (k - from) * n..(k - from + 1) * n);
-                    epoch.map(|counts| to_si(&counts, &session.lsb)).collect()
+                    epoch.iter().map(|c| to_si(c, &session.lsb)).collect()
                 })),
-                _ => Increments::All(increments_from(session, from, chosen(u, 0..both.len()))),
+                _ => {
+                    let all = chosen(u, 0..both.len());
+                    Increments::All(increments_from(session, from, all.into_iter()))
+                }
             };
             log_likelihood(session, &increments, nominal, &assumptions, from, to) - base
         };

@@ -72,9 +72,11 @@ pub fn align(
         Some((arrival(session, epoch, &fix), epoch, fix))
     };
     let mut fixes = (epochs.start + 1..=epochs.end).filter_map(due).peekable();
-    for k in epochs.start * n..epochs.end * n {
-        motion.sample(&session.counts[k]);
-        standing.sample(&session.counts[k]);
+    let samples = epochs.start * n..epochs.end * n;
+    let counts = session.counts.part(samples.clone());
+    for (k, counts) in samples.zip(counts.each()) {
+        motion.sample(&counts);
+        standing.sample(&counts);
         while standing.sweep() {}
         let Some((_, epoch, fix)) = fixes.next_if(|(after, ..)| *after <= k + 1) else {
             continue;
@@ -112,7 +114,7 @@ fn aligned(session: &Session, after: usize, found: &Found, refused: u32) -> Alig
     let n = session.samples_per_epoch();
     let epoch = after.div_ceil(n);
     let mut sins = Sins::new(nav_state(&found.state)).with_samples(session.samples());
-    let rest = session.counts.get(after..epoch * n).unwrap_or_default();
+    let rest = session.counts.block(after..epoch * n);
     for increment in session.navigable(rest.iter().copied()) {
         sins.step(&increment, session.step_s());
     }

@@ -30,7 +30,8 @@ pub fn log_likelihood(
     from: usize,
     to: usize,
 ) -> f64 {
-    let Some(start) = nominal.records.get(from - nominal.first) else {
+    let mut records = nominal.records.cursor();
+    let Some(start) = records.get(from - nominal.first) else {
         return f64::NEG_INFINITY;
     };
     let mut model = ErrorModel::biases(&assumptions.prior);

@@ -14,6 +14,7 @@ pub use crate::inertial::session::Start;
 use crate::inertial::sins::{Increment, NavState};
 use crate::inertial::units::{ARCSEC, DEG_PER_H, DEG_PER_SQRT_H, G0, PPM, UG, UG_PER_SQRT_HZ};
 use crate::learning::aiding::{Passed, fix_at, pass};
+use crate::list::{IN_MEMORY, List};
 use crate::simulator::imu::ImuSpec;
 use crate::unit::Unit;
 use crate::unit::triads::MRAD;
@@ -61,8 +62,8 @@ pub struct Reference {
 pub struct Nominal {
     /// First epoch after alignment.
     pub first: usize,
-    /// Records of the filter.
-    pub records: Vec<Record>,
+    /// Records of the filter. A day of them waits in a temporary file.
+    pub records: List<Record>,
 }
 
 impl Assumptions {
@@ -226,14 +227,13 @@ fn recorded(
     first: usize,
     until: usize,
 ) -> Nominal {
-    let records = (first..until)
-        .map(
-            |k| match pass(&mut filter, session, increments, k, fix_at(session, k + 1)) {
-                Passed::Epoch(fix) => filter.fix(fix.as_ref()),
-                Passed::Outage(record) => record,
-            },
-        )
-        .collect();
+    let records = (first..until).map(|k| {
+        match pass(&mut filter, session, increments, k, fix_at(session, k + 1)) {
+            Passed::Epoch(fix) => filter.fix(fix.as_ref()),
+            Passed::Outage(record) => record,
+        }
+    });
+    let records = List::collected(records, IN_MEMORY);
     Nominal { first, records }
 }
 
@@ -244,7 +244,7 @@ pub fn references(nominal: &Nominal, count: usize) -> Vec<Reference> {
         dtheta: Vector3::new(x[0], x[1], x[2]),
         dv: Vector3::new(x[3], x[4], x[5]),
     };
-    smooth(&nominal.records[..count])
+    smooth(&nominal.records.part(0..count))
         .iter()
         .enumerate()
         .map(|(k, s)| Reference {

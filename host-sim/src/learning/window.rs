@@ -245,7 +245,8 @@ pub fn compensate(session: &Session, compensator: &Compensator) -> Compensated {
         inputs: Inputs::default(),
         estimates: Vec::new(),
     };
-    for (k, counts) in out.session.counts.to_mut().iter_mut().enumerate() {
+    let mut all = session.counts.to_vec();
+    for (k, counts) in all.iter_mut().enumerate() {
         read_temperature(session, k, &mut state);
         let (corrected, block) = compensator.process(&mut state, *counts);
         *counts = corrected;
@@ -254,6 +255,7 @@ pub fn compensate(session: &Session, compensator: &Compensator) -> Compensated {
             out.estimates.push([b.rate_error, b.force_error]);
         }
     }
+    out.session.counts = all.into();
     out
 }
 
@@ -266,10 +268,10 @@ pub fn corrected_counts(
 ) -> Vec<Counts> {
     let mut state = compensator.power_on(false);
     let n = session.samples_per_epoch();
-    let counts = session.counts[..epochs.end * n].iter().enumerate();
-    let corrected = counts.map(|(k, counts)| {
+    let counts = session.counts.part(0..epochs.end * n);
+    let corrected = counts.each().enumerate().map(|(k, counts)| {
         read_temperature(session, k, &mut state);
-        compensator.process(&mut state, *counts).0
+        compensator.process(&mut state, counts).0
     });
     corrected.skip(epochs.start * n).collect()
 }
@@ -304,9 +306,10 @@ pub fn increments_from(
 pub fn inputs(session: &Session, compensator: &Compensator, epochs: usize) -> Inputs {
     let (mut state, mut out) = (compensator.power_on(false), Inputs::default());
     let samples = epochs * session.samples_per_epoch();
-    for (k, counts) in session.counts[..samples].iter().enumerate() {
+    let counts = session.counts.part(0..samples);
+    for (k, counts) in counts.each().enumerate() {
         read_temperature(session, k, &mut state);
-        if let Some(b) = compensator.process(&mut state, *counts).1 {
+        if let Some(b) = compensator.process(&mut state, counts).1 {
             out.push(compensator, &b);
         }
     }

@@ -1,7 +1,7 @@
 //! Names of columns that several formats share.
 
 /// Increments of the IMU with the time of their end.
-pub(crate) const IMU: [&str; 7] = [
+pub const IMU: [&str; 7] = [
     "t_s",
     "dtheta_x_rad",
     "dtheta_y_rad",

@@ -5,7 +5,9 @@
 //! gap is bridged by the mean of the samples around it, as the device bridges it by the sample
 //! before. A long one interrupts navigation.
 
+use crate::error::Error;
 use crate::inertial::sins::Increment;
+use crate::list::{List, Writer};
 use crate::recordings::record::Kind;
 
 /// Longest gap that is bridged, s: that of the device.
@@ -34,11 +36,11 @@ impl Gap {
 
 /// All gaps of samples at `time`, `step` apart.
 #[must_use]
-pub fn gaps(time: &[f64], kind: Kind, step: f64) -> Vec<Gap> {
+pub fn gaps(time: &List<f64>, kind: Kind, step: f64) -> Vec<Gap> {
     let mut out = Vec::new();
-    for k in 1..time.len() {
-        let passed = time[k] - time[k - 1];
-        if passed <= 1.5 * step || catches_up(time, k, step) {
+    for (k, [before, now]) in (1..).zip(pairs(time)) {
+        let passed = now - before;
+        if passed <= 1.5 * step || catches_up(time, k, [before, now], step) {
             continue;
         }
         let measures = match kind {
@@ -47,8 +49,8 @@ pub fn gaps(time: &[f64], kind: Kind, step: f64) -> Vec<Gap> {
         };
         out.push(Gap {
             next: k,
-            from: time[k - 1],
-            to: time[k] - measures,
+            from: before,
+            to: now - measures,
         });
     }
     out
@@ -65,44 +67,53 @@ pub fn long(gaps: &[Gap], kind: Kind, step: f64, most: Option<f64>) -> Vec<Gap> 
     all.filter(|gap| gap.length() > longest + 1e-9).collect()
 }
 
-/// Whether the samples after the late stamp `k` come so fast that none can be missing.
-fn catches_up(time: &[f64], k: usize, step: f64) -> bool {
-    let late = (time[k] - time[k - 1]) / step;
+/// Each time but the first, with the one before it.
+pub(crate) fn pairs(time: &List<f64>) -> impl Iterator<Item = [f64; 2]> {
+    let mut all = time.each();
+    let mut before = all.next();
+    all.filter_map(move |now| Some([before.replace(now)?, now]))
+}
+
+/// Whether the samples after the late stamp `k`, `now`, come so fast that none can be missing.
+fn catches_up(time: &List<f64>, k: usize, [before, now]: [f64; 2], step: f64) -> bool {
+    let late = (now - before) / step;
     let ahead = (2.0 * late).ceil() as usize;
-    let Some(later) = time.get(k + ahead) else {
+    let at = k.saturating_add(ahead);
+    let Some(later) = time.block(at..at.saturating_add(1)).first().copied() else {
         return false;
     };
-    later - time[k - 1] < (ahead as f64 + 1.5) * step
+    later - before < (ahead as f64 + 1.5) * step
 }
 
 /// Increments without gaps: what each gap hides is put in as an increment of its own. `lead` is the
 /// length of the first one, s.
-#[must_use]
+///
+/// # Errors
+/// Long lists need temporary files, and they cannot be written.
 pub fn bridged(
-    time: &[f64],
-    increments: &[Increment],
+    time: &List<f64>,
+    increments: &List<Increment>,
     gaps: &[Gap],
     step: f64,
-) -> (Vec<f64>, Vec<Increment>) {
-    let mut out = (
-        Vec::with_capacity(time.len()),
-        Vec::with_capacity(time.len()),
-    );
+) -> Result<(List<f64>, List<Increment>), Error> {
+    let mut out = (Writer::default(), Writer::default());
     let mut gaps = gaps.iter().peekable();
-    for (k, (t, increment)) in time.iter().zip(increments).enumerate() {
+    let mut before = None;
+    for (k, (t, increment)) in time.each().zip(increments.each()).enumerate() {
         if let Some(gap) = gaps.next_if(|gap| gap.next == k) {
-            let before = increments.get(k.wrapping_sub(1)).unwrap_or(increment);
+            let before = before.unwrap_or(increment);
             let share = 0.5 * gap.length() / step;
-            out.0.push(gap.to);
+            out.0.push(gap.to)?;
             out.1.push(Increment {
                 dtheta: (before.dtheta + increment.dtheta) * share,
                 dv: (before.dv + increment.dv) * share,
-            });
+            })?;
         }
-        out.0.push(*t);
-        out.1.push(*increment);
+        out.0.push(t)?;
+        out.1.push(increment)?;
+        before = Some(increment);
     }
-    out
+    Ok((out.0.finish()?, out.1.finish()?))
 }
 
 #[cfg(test)]
@@ -110,7 +121,7 @@ mod tests {
     use super::*;
     use nalgebra::Vector3;
 
-    fn stamps(missing: impl Fn(usize) -> bool) -> Vec<f64> {
+    fn stamps(missing: impl Fn(usize) -> bool) -> List<f64> {
         let all = (1..=400).filter(|k| !missing(*k));
         all.map(|k| 0.01 * k as f64).collect()
     }
@@ -124,9 +135,11 @@ mod tests {
         let rates = gaps(&stamps(|k| (100..105).contains(&k)), Kind::Rate, 0.01);
         assert!((rates[0].length() - 0.06).abs() < 1e-9);
         let mut stalled = stamps(|_| false);
-        for (k, t) in stalled.iter_mut().enumerate().take(106).skip(100) {
-            *t = 1.065 + 1e-4 * k as f64; // six samples in the recorder's buffer
-        }
+        stalled.edit(|all| {
+            for (k, t) in all.iter_mut().enumerate().take(106).skip(100) {
+                *t = 1.065 + 1e-4 * k as f64; // six samples in the recorder's buffer
+            }
+        });
         assert_eq!(gaps(&stalled, Kind::Increment, 0.01), []);
     }
 
@@ -154,9 +167,9 @@ mod tests {
             dtheta: Vector3::repeat(t * 0.01),
             dv: Vector3::repeat(0.1),
         };
-        let increments: Vec<Increment> = time.iter().map(turning).collect();
+        let increments: List<Increment> = time.iter().map(turning).collect();
         let found = gaps(&time, Kind::Increment, 0.01);
-        let (times, all) = bridged(&time, &increments, &found, 0.01);
+        let (times, all) = bridged(&time, &increments, &found, 0.01).unwrap();
         assert_eq!((times.len(), all.len()), (time.len() + 1, time.len() + 1));
         assert!(times.is_sorted());
         let sum: Increment = all.iter().fold(Increment::default(), |sum, w| Increment {

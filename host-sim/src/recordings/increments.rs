@@ -1,22 +1,22 @@
 //! Resamples recorded rates or increments with time stamps to increments of equal length.
 
 use crate::inertial::sins::Increment;
-use std::borrow::Cow;
+use crate::list::{Cursor, List};
 
 /// Integrals of angular rate and specific force up to each sample. They are summed when they are
 /// asked for.
 #[derive(Debug, Clone)]
-pub struct MotionIntegral<'a> {
-    time: Cow<'a, [f64]>,
-    samples: Cow<'a, [Increment]>,
+pub struct MotionIntegral {
+    time: List<f64>,
+    samples: List<Increment>,
     /// Length of the first increment, s; `None`: the samples are rates.
     lead: Option<f64>,
 }
 
-impl<'a> MotionIntegral<'a> {
+impl MotionIntegral {
     /// Integrates `rates` (rad/s and m/s2) at the rising times `time` by the trapezoidal rule.
     #[must_use]
-    pub fn of_rates(time: &'a [f64], rates: &'a [Increment]) -> Self {
+    pub fn of_rates(time: impl Into<List<f64>>, rates: impl Into<List<Increment>>) -> Self {
         Self {
             time: time.into(),
             samples: rates.into(),
@@ -28,8 +28,8 @@ impl<'a> MotionIntegral<'a> {
     /// s long.
     #[must_use]
     pub fn of_increments(
-        time: impl Into<Cow<'a, [f64]>>,
-        increments: impl Into<Cow<'a, [Increment]>>,
+        time: impl Into<List<f64>>,
+        increments: impl Into<List<Increment>>,
         lead: f64,
     ) -> Self {
         Self {
@@ -44,33 +44,11 @@ impl<'a> MotionIntegral<'a> {
         self.time.len() + usize::from(self.lead.is_some())
     }
 
-    /// Time of integral `k`. The first of increments is the start of the first one.
-    fn time(&self, k: usize) -> f64 {
-        match (self.lead, k) {
-            (None, k) => self.time[k],
-            (Some(lead), 0) => self.time.first().map_or(0.0, |t| t - lead),
-            (Some(_), k) => self.time[k - 1],
-        }
-    }
-
-    /// Adds to integral `k - 1` what makes it integral `k`.
-    fn advance(&self, sum: &mut Increment, k: usize) {
-        if self.lead.is_some() {
-            let increment = &self.samples[k - 1];
-            sum.dtheta += increment.dtheta;
-            sum.dv += increment.dv;
-        } else {
-            let half = 0.5 * (self.time[k] - self.time[k - 1]);
-            let (a, b) = (&self.samples[k - 1], &self.samples[k]);
-            sum.dtheta += (b.dtheta + a.dtheta) * half;
-            sum.dv += (b.dv + a.dv) * half;
-        }
-    }
-
     /// First and last time. There must be at least two samples.
     #[must_use]
     pub fn span(&self) -> (f64, f64) {
-        (self.time(0), self.time(self.len() - 1))
+        let first = self.time.start().unwrap_or_default() - self.lead.unwrap_or_default();
+        (first, self.time.end().unwrap_or_default())
     }
 
     /// `count` increments of length `dt` from time `from` on. The rate between two samples is taken
@@ -98,26 +76,65 @@ impl<'a> MotionIntegral<'a> {
 
 /// Two neighbouring integrals.
 struct Stretch<'a> {
-    of: &'a MotionIntegral<'a>,
+    of: &'a MotionIntegral,
+    time: Cursor<'a, f64>,
+    samples: Cursor<'a, Increment>,
     k: usize,
+    /// Their times.
+    times: [f64; 2],
     ends: [Increment; 2],
 }
 
 impl<'a> Stretch<'a> {
-    fn first(of: &'a MotionIntegral<'a>) -> Self {
-        let mut ends = [Increment::default(); 2];
-        of.advance(&mut ends[1], 1);
-        Self { of, k: 0, ends }
+    fn first(of: &'a MotionIntegral) -> Self {
+        let mut stretch = Self {
+            of,
+            time: of.time.cursor(),
+            samples: of.samples.cursor(),
+            k: 0,
+            times: [0.0; 2],
+            ends: [Increment::default(); 2],
+        };
+        stretch.times = [0, 1].map(|k| stretch.time(k));
+        stretch.advance(1);
+        stretch
+    }
+
+    /// Time of integral `k`. The first of increments is the start of the first one.
+    fn time(&mut self, k: usize) -> f64 {
+        let mut at = |k: usize| self.time.get(k).copied().unwrap_or_default();
+        match (self.of.lead, k) {
+            (None, k) => at(k),
+            (Some(lead), 0) => at(0) - lead,
+            (Some(_), k) => at(k - 1),
+        }
+    }
+
+    /// Adds to the second integral what makes it integral `k`.
+    fn advance(&mut self, k: usize) {
+        let mut sample = |k: usize| self.samples.get(k).copied().unwrap_or_default();
+        let sum = &mut self.ends[1];
+        if self.of.lead.is_some() {
+            let increment = sample(k - 1);
+            sum.dtheta += increment.dtheta;
+            sum.dv += increment.dv;
+        } else {
+            let half = 0.5 * (self.times[1] - self.times[0]);
+            let (a, b) = (sample(k - 1), sample(k));
+            sum.dtheta += (b.dtheta + a.dtheta) * half;
+            sum.dv += (b.dv + a.dv) * half;
+        }
     }
 
     /// Integrals at `t`, which does not fall.
     fn at(&mut self, t: f64) -> Increment {
-        while self.k + 2 < self.of.len() && self.of.time(self.k + 1) <= t {
+        while self.k + 2 < self.of.len() && self.times[1] <= t {
             self.k += 1;
+            self.times = [self.times[1], self.time(self.k + 1)];
             self.ends[0] = self.ends[1];
-            self.of.advance(&mut self.ends[1], self.k + 1);
+            self.advance(self.k + 1);
         }
-        let (t0, t1) = (self.of.time(self.k), self.of.time(self.k + 1));
+        let [t0, t1] = self.times;
         let share = ((t - t0) / (t1 - t0)).clamp(0.0, 1.0);
         let [a, b] = &self.ends;
         Increment {
@@ -141,7 +158,7 @@ mod tests {
                 dv: Vector3::repeat(-0.05),
             })
             .collect();
-        let running = MotionIntegral::of_increments(&time, &increments, 0.005);
+        let running = MotionIntegral::of_increments(time, increments.clone(), 0.005);
         assert_eq!(running.span(), (1000.0, 1001.5));
         let got = running.increments(1000.5, 0.005, 200);
         for (g, w) in got.zip(&increments[100..]) {
@@ -163,7 +180,7 @@ mod tests {
                 dv: Vector3::repeat(1.0),
             })
             .collect();
-        let integral = MotionIntegral::of_rates(&time, &rates);
+        let integral = MotionIntegral::of_rates(time, rates);
         let increments = integral.increments(0.5, 0.01, 100);
         let (mut angle, mut v) = (0.0, 0.0);
         for (k, w) in increments.enumerate() {

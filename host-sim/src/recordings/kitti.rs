@@ -79,7 +79,7 @@ pub fn session(file: &Path, skip: usize) -> Result<Session, Error> {
     let rates: Vec<Increment> = table.rows().skip(skip).map(sample).collect();
     let states: Vec<NavState> = table.rows().skip(skip).map(state).collect();
     let per_epoch = (EPOCH_S / DT).round() as usize;
-    let integral = MotionIntegral::of_rates(&time, &rates);
+    let integral = MotionIntegral::of_rates(time.clone(), rates);
     let increments = integral.increments(first, DT, epochs * per_epoch);
     let counts = quantise(increments, &FINE_LSB)
         .map_err(|k| table.complain(skip + k, 1, "out of range", rate))?;

@@ -1,6 +1,6 @@
 //! Recorded data: the file formats, their tracks, and the sessions made of them.
 
-pub(crate) mod columns;
+pub mod columns;
 pub mod corrected;
 pub mod euroc;
 pub mod fog_mems;

@@ -144,7 +144,7 @@ impl Log {
     /// recording knows it. Otherwise its times are UTC since 1970 where they are large, else GPS
     /// seconds of week.
     pub fn beside(self, record: &mut Record, origin_s: Option<f64>) {
-        let first = record.time.first().copied().unwrap_or_default();
+        let first = record.time.start().unwrap_or_default();
         let unix = origin_s.or((first > UNIX_S).then_some(0.0));
         let start = self.fixes.first().map_or(0.0, |fix| fix.time);
         let shift = match unix {
@@ -200,7 +200,7 @@ mod tests {
     /// A recording of rates from this time on.
     fn record(start: f64) -> Record {
         Record {
-            time: vec![start, start + 0.01],
+            time: vec![start, start + 0.01].into(),
             kind: Kind::Rate,
             ..Record::default()
         }

@@ -8,12 +8,12 @@ use crate::inertial::gnss::{Fix, has};
 use crate::inertial::session::{EPOCH_S, Session, to_si};
 use crate::inertial::sins::{Increment, NavState};
 use crate::inertial::units::DEG;
+use crate::list::{List, median};
 use crate::recordings::gaps;
 use crate::recordings::increments::MotionIntegral;
 use crate::recordings::session::{InitialAttitude, Parts, Prepared, build, complain, first_from};
 use crate::recordings::track::Track;
 use nalgebra::UnitQuaternion;
-use std::borrow::Cow;
 use std::ops::Range;
 use std::path::PathBuf;
 
@@ -112,9 +112,9 @@ pub struct Record {
     /// File named in errors.
     pub file: PathBuf,
     /// Times of the samples, s, rising.
-    pub time: Vec<f64>,
+    pub time: List<f64>,
     /// Samples, body axes forward-right-down.
-    pub samples: Vec<Increment>,
+    pub samples: List<Increment>,
     /// What the samples are.
     pub kind: Kind,
     /// Samples per second, to the nearest whole number.
@@ -143,8 +143,8 @@ impl Default for Record {
     fn default() -> Self {
         Self {
             file: PathBuf::new(),
-            time: Vec::new(),
-            samples: Vec::new(),
+            time: List::default(),
+            samples: List::default(),
             kind: Kind::Increment,
             rate_hz: 0,
             fixes: Vec::new(),
@@ -176,8 +176,8 @@ impl Record {
                 .collect(),
             samples: session
                 .counts
-                .iter()
-                .map(|c| to_si(c, &session.lsb))
+                .each()
+                .map(|c| to_si(&c, &session.lsb))
                 .collect(),
             rate_hz: session.samples_per_epoch(),
             fixes: session.fixes.iter().enumerate().filter_map(fix).collect(),
@@ -187,41 +187,51 @@ impl Record {
         }
     }
 
-    /// Increments and the times they end at. Rates are integrated by the trapezoidal rule, so the
-    /// first increment begins at the first sample.
-    #[must_use]
-    pub fn increments(&self) -> (&[f64], Cow<'_, [Increment]>) {
-        if self.kind == Kind::Increment {
-            return (&self.time, Cow::Borrowed(&self.samples));
-        }
-        let increment = |k: usize| {
-            let half = 0.5 * (self.time[k] - self.time[k - 1]);
-            let (a, b) = (&self.samples[k - 1], &self.samples[k]);
-            Increment {
+    /// Whether all times and samples could be read from their temporary files, if they are there.
+    ///
+    /// # Errors
+    /// What the system says.
+    pub fn check(&self) -> Result<(), Error> {
+        self.time.check().and(self.samples.check())
+    }
+
+    /// Increments, each with the time it ends at. Rates are integrated by the trapezoidal rule, so
+    /// the first increment begins at the first sample.
+    pub fn increments(&self) -> impl Iterator<Item = (f64, Increment)> {
+        let kind = self.kind;
+        let mut all = self.time.each().zip(self.samples.each());
+        let mut before = match kind {
+            Kind::Increment => None,
+            Kind::Rate => all.next(),
+        };
+        all.map(move |(now, b)| {
+            let Some((then, a)) = before.filter(|_| kind == Kind::Rate) else {
+                return (now, b);
+            };
+            before = Some((now, b));
+            let half = 0.5 * (now - then);
+            let increment = Increment {
                 dtheta: (a.dtheta + b.dtheta) * half,
                 dv: (a.dv + b.dv) * half,
-            }
-        };
-        (
-            &self.time[1.min(self.time.len())..],
-            (1..self.time.len()).map(increment).collect(),
-        )
+            };
+            (now, increment)
+        })
     }
 
     /// [`Record::increments`] for a file of increments: where rates are missing for too long to be
     /// bridged, there is no increment, so that who reads the file sees the gap.
-    #[must_use]
-    pub fn written_increments(&self) -> (Vec<f64>, Vec<Increment>) {
-        let (time, increments) = self.increments();
-        let all = time.iter().copied().zip(increments.iter().copied());
-        if self.kind == Kind::Increment {
-            return all.unzip();
-        }
-        let step = median_step(&self.time);
-        let gaps = gaps::gaps(&self.time, self.kind, step);
-        let long = gaps::long(&gaps, self.kind, step, self.max_gap_s);
-        let mut long = long.iter().map(|gap| gap.to).peekable();
-        all.filter(|(t, _)| long.next_if_eq(t).is_none()).unzip()
+    pub fn written_increments(&self) -> impl Iterator<Item = (f64, Increment)> {
+        let long = match self.kind {
+            Kind::Increment => Vec::new(),
+            Kind::Rate => {
+                let step = median_step(&self.time);
+                let gaps = gaps::gaps(&self.time, self.kind, step);
+                gaps::long(&gaps, self.kind, step, self.max_gap_s)
+            }
+        };
+        let mut long = long.into_iter().map(|gap| gap.to).peekable();
+        self.increments()
+            .filter(move |(t, _)| long.next_if_eq(t).is_none())
     }
 
     /// The session from the first fix within the motion on, for a recording that is whole and
@@ -269,7 +279,7 @@ impl Record {
                 MotionIntegral::of_increments(&self.time, &self.samples, step)
             }
             Kind::Increment => {
-                let (time, samples) = gaps::bridged(&self.time, &self.samples, &gaps, step);
+                let (time, samples) = gaps::bridged(&self.time, &self.samples, &gaps, step)?;
                 MotionIntegral::of_increments(time, samples, step)
             }
         };
@@ -300,6 +310,7 @@ impl Record {
             let note = format!("{short} gaps of samples, of at most {longest:.3} s, are bridged.");
             prepared.notes.insert(0, note);
         }
+        self.check()?;
         Ok(prepared)
     }
 
@@ -316,7 +327,7 @@ impl Record {
     /// Time of the first epoch of [`Record::session`]: the first fix within the motion.
     #[must_use]
     pub fn first_epoch(&self) -> f64 {
-        let start = self.time.first().copied().unwrap_or_default();
+        let start = self.time.start().unwrap_or_default();
         let start = match self.kind {
             Kind::Rate => start,
             Kind::Increment => start - median_step(&self.time),
@@ -362,10 +373,8 @@ pub(super) fn track(fixes: &[TimedFix]) -> Track {
 }
 
 /// Median time between samples, NaN for fewer than two.
-pub(crate) fn median_step(time: &[f64]) -> f64 {
-    let mut steps: Vec<f64> = time.windows(2).map(|w| w[1] - w[0]).collect();
-    steps.sort_by(f64::total_cmp);
-    steps.get(steps.len() / 2).copied().unwrap_or(f64::NAN)
+pub(crate) fn median_step(time: &List<f64>) -> f64 {
+    median(|| gaps::pairs(time).map(|[before, now]| now - before))
 }
 
 #[cfg(test)]

@@ -2,10 +2,11 @@
 //! stamps.
 
 use crate::error::Error;
-use crate::inertial::counts::{FINE_LSB, quantise};
+use crate::inertial::counts::{FINE_LSB, rounded};
 use crate::inertial::gnss::Fix;
 use crate::inertial::session::{EPOCH_S, Session};
 use crate::inertial::sins::NavState;
+use crate::list::Writer;
 use crate::recordings::gaps::Gap;
 use crate::recordings::increments::MotionIntegral;
 use crate::recordings::record::TimedFix;
@@ -38,7 +39,7 @@ pub(super) struct Parts<'a> {
     /// File named in errors.
     pub(super) file: PathBuf,
     /// Motion, body axes forward-right-down.
-    pub(super) motion: MotionIntegral<'a>,
+    pub(super) motion: MotionIntegral,
     /// Where it lacks samples for longer than can be bridged.
     pub(super) gaps: Vec<Gap>,
     /// Samples per second of the session.
@@ -120,13 +121,16 @@ pub(super) fn build(parts: &Parts<'_>) -> Result<Prepared, Error> {
     };
     let dt = EPOCH_S / parts.rate_hz as f64;
     let increments = parts.motion.increments(begin, dt, epochs * parts.rate_hz);
-    let counts = quantise(increments, &FINE_LSB).map_err(|k| {
+    let too_large = |k: usize| {
         let t = begin + (k + 1) as f64 * dt;
         complain(
             format!("{t:.3} s has an increment of more than 2 rad or 20 m/s"),
             "check the units",
         )
-    })?;
+    };
+    let mut counts = Writer::default();
+    rounded(increments, &FINE_LSB).try_for_each(|count| counts.push(count.map_err(too_large)?))?;
+    let counts = counts.finish()?;
     let time = |k: usize| begin + k as f64 * EPOCH_S;
     let state = |k: usize| NavState {
         q_bn,

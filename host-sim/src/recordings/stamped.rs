@@ -3,6 +3,7 @@
 
 use crate::error::Error;
 use crate::inertial::sins::Increment;
+use crate::list::Writer;
 use crate::recordings::record::{Kind, Record, TimedFix, median_step};
 use crate::recordings::session::complain;
 use nalgebra::{Rotation3, Vector3};
@@ -57,12 +58,15 @@ impl Place {
 }
 
 /// Samples of an IMU with their times.
-#[derive(Debug, Clone)]
+#[derive(Debug)]
 pub(super) struct Samples {
     place: Place,
     kind: Kind,
-    ns: Vec<i64>,
-    values: Vec<Increment>,
+    /// Stamps of the first and of the last one.
+    ends: Option<[i64; 2]>,
+    /// Since the first one, s.
+    time: Writer<f64>,
+    values: Writer<Increment>,
 }
 
 impl Samples {
@@ -70,8 +74,9 @@ impl Samples {
         Self {
             place,
             kind,
-            ns: Vec::new(),
-            values: Vec::new(),
+            ends: None,
+            time: Writer::default(),
+            values: Writer::default(),
         }
     }
 
@@ -79,9 +84,10 @@ impl Samples {
     /// m/s2, or increments in rad and m/s over the time `length`, s.
     ///
     /// # Errors
-    /// A value is not finite or not plausible, or the time does not rise.
+    /// A value is not finite or not plausible, or the time does not rise; a long recording needs
+    /// temporary files, and they cannot be written.
     pub(super) fn push(&mut self, ns: i64, sample: Increment, length: f64) -> Result<(), Error> {
-        let k = self.ns.len();
+        let k = self.time.len();
         let scale = match self.kind {
             Kind::Rate => 1.0,
             Kind::Increment => length,
@@ -103,31 +109,33 @@ impl Samples {
             let remedy = "check that the driver sends rad/s and m/s2; the limits are 35 and 1000";
             return Err(self.place.complain(k, problem, remedy));
         }
-        if let Some(before) = self.ns.last().filter(|before| **before >= ns) {
-            let problem = format!("has the time {} after {}", seconds(ns), seconds(*before));
+        let [first, before] = self.ends.unwrap_or([ns; 2]);
+        if k > 0 && before >= ns {
+            let problem = format!("has the time {} after {}", seconds(ns), seconds(before));
             return Err(self.place.complain(k, problem, CUT));
         }
-        self.ns.push(ns);
-        self.values.push(sample);
-        Ok(())
+        self.ends = Some([first, ns]);
+        self.time.push(since(first, ns))?;
+        self.values.push(sample)
     }
 
     /// Time of the first sample, s on the clock of the stamps.
     pub(super) fn origin_s(&self) -> Option<f64> {
-        Some(*self.ns.first()? as f64 / 1e9)
+        let [first, _] = self.ends?;
+        Some(first as f64 / 1e9)
     }
 
     /// The record with these fixes, from time 0 at the first sample on.
     ///
     /// # Errors
-    /// There are too few or too many samples in a second.
+    /// There are too few or too many samples in a second; a temporary file cannot be written.
     pub(super) fn record(
         self,
         file: &Path,
         max_gap_s: Option<f64>,
         fixes: &[(i64, TimedFix)],
     ) -> Result<Record, Error> {
-        let Some(&origin) = self.ns.first() else {
+        let Some([origin, _]) = self.ends else {
             let problem = "is empty".to_owned();
             return Err(complain(
                 file,
@@ -136,8 +144,7 @@ impl Samples {
                 "give a recording with samples of an IMU",
             ));
         };
-        let since = |ns: i64| ns.saturating_sub(origin) as f64 / 1e9;
-        let time: Vec<f64> = self.ns.iter().map(|ns| since(*ns)).collect();
+        let time = self.time.finish()?;
         let step = median_step(&time);
         let rate_hz = (1.0 / step).round();
         if !(4.0..=8000.0).contains(&rate_hz) {
@@ -146,13 +153,13 @@ impl Samples {
             return Err(complain(file, &self.place.stream, problem, remedy));
         }
         let timed = |(ns, fix): &(i64, TimedFix)| TimedFix {
-            time: since(*ns),
+            time: since(origin, *ns),
             ..*fix
         };
         Ok(Record {
             file: file.to_path_buf(),
             time,
-            samples: self.values,
+            samples: self.values.finish()?,
             kind: self.kind,
             rate_hz: rate_hz as usize,
             fixes: fixes.iter().map(timed).collect(),
@@ -160,6 +167,11 @@ impl Samples {
             ..Record::default()
         })
     }
+}
+
+/// Seconds from one stamp to another.
+fn since(origin: i64, ns: i64) -> f64 {
+    ns.saturating_sub(origin) as f64 / 1e9
 }
 
 /// A time stamp in s, with all digits.

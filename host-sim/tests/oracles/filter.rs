@@ -94,7 +94,7 @@ fn biases_are_found_within_their_own_uncertainty() {
 #[test]
 fn smoothing_improves_position_and_keeps_the_biases() {
     let (_, records, truth, bias) = run(12);
-    let smoothed = smooth(&records);
+    let smoothed = smooth(&records.clone().into());
     assert_eq!(smoothed.len(), records.len());
     let rms = |nav: &dyn Fn(usize) -> NavState| {
         let n = records.len();

@@ -76,7 +76,7 @@ pub fn repaired(format: ImuFormat, bytes: &[u8]) -> Vec<u8> {
 /// # Panics
 /// One of its samples is no finite number.
 pub fn finite(record: &Record) {
-    let (_, samples) = record.increments();
+    let samples: Vec<_> = record.increments().map(|(_, sample)| sample).collect();
     let mut values = samples.iter().flat_map(|s| s.dtheta.iter().chain(&s.dv));
     assert!(values.all(|value| value.is_finite()));
 }

@@ -354,3 +354,39 @@ fn wrong_files_and_options_are_named() {
     assert!(text.contains("'RAWIMUSX' is not among"), "{text}");
     host_sim(dir.path(), &["replay", "novatel", log, "--inventory"]).success();
 }
+
+/// Samples of two hours wait in a temporary file. Without a place for it they are refused, and the
+/// same file of half the length is not.
+#[test]
+fn a_long_recording_needs_a_place_for_temporary_files() {
+    let dir = tempfile::tempdir().unwrap();
+    let header = "[imu]\nfile = \"imu.csv\"\ntime = { column = \"t\", unit = \"s\" }\n\
+         gyro = { columns = [\"x\", \"y\", \"z\"], unit = \"rad/s\" }\n\
+         accel = { columns = [\"a\", \"b\", \"c\"], unit = \"m/s^2\" }\naxes = \"x y z\"\n\
+         [start]\nstandstill_s = 90\nlatitude_deg = 45.0\nlongitude_deg = 7.0\nheight_m = 100.0\n";
+    std::fs::write(dir.path().join("header.toml"), header).unwrap();
+    let write = |samples: u32| {
+        let mut text = "t,x,y,z,a,b,c\n".to_owned();
+        for k in 0..samples {
+            text += &format!("{},5e-5,0,-5e-5,0,0,-9.8\n", f64::from(k) / 200.0);
+        }
+        std::fs::write(dir.path().join("imu.csv"), text).unwrap();
+    };
+    let said = || {
+        let mut command = Command::new(system::host_sim_binary());
+        let args = ["replay", "csv", "--header", "header.toml", "--out", "out"];
+        // as no recording is so long, it ends after reading
+        let args = args.into_iter().chain(["--learn-s", "99999999"]);
+        let command = command.current_dir(dir.path()).args(args);
+        let out = command.env("TMPDIR", "nowhere").assert().code(2);
+        String::from_utf8_lossy(&out.get_output().stderr).into_owned()
+    };
+    write(700_000);
+    assert!(said().contains("'--learn-s'"), "{}", said());
+    write(1_450_000);
+    let text = said();
+    let place = text.contains("nowhere/a temporary file: cannot be written");
+    let remedy = text.contains("; remedy: choose a place with free space");
+    assert!(place && remedy, "{text}");
+    assert!(!dir.path().join("out").exists());
+}

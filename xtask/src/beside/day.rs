@@ -11,6 +11,7 @@ use host_sim::inertial::session::to_si;
 use host_sim::inertial::sins::Increment;
 use host_sim::inertial::units::DEG;
 use host_sim::output::CsvWriter;
+use host_sim::recordings::columns::IMU;
 use host_sim::recordings::generic;
 use host_sim::recordings::record::Record;
 use host_sim::simulator::gnss::GnssSpec;
@@ -28,16 +29,6 @@ use crate::table::{markdown, thousands};
 const LENGTH_S: u32 = 86_400;
 const STANDSTILL_S: u32 = 300;
 const RATE_HZ: u32 = 200;
-/// The columns of the samples, as `host-sim simulate` names them.
-const COLUMNS: [&str; 7] = [
-    "t_s",
-    "dtheta_x_rad",
-    "dtheta_y_rad",
-    "dtheta_z_rad",
-    "dv_x_mps",
-    "dv_y_mps",
-    "dv_z_mps",
-];
 
 /// Measures, and gives the table and what exceeds its budget.
 pub fn measure(place: &Place) -> Result<(String, Vec<String>)> {
@@ -126,7 +117,7 @@ fn record(folder: &Path) -> Result<()> {
     };
     let lsb = Imu::lsb(&spec);
     let mut imu = Imu::new(&spec, 1, 2);
-    let mut samples = CsvWriter::create(&folder.join("imu.csv"), &COLUMNS)?;
+    let mut samples = CsvWriter::create(&folder.join("imu.csv"), &IMU)?;
     for k in 1..=LENGTH_S * RATE_HZ {
         let Increment { dtheta, dv } = to_si(&imu.measure(&still).0, &lsb);
         let time = f64::from(k) / f64::from(RATE_HZ);

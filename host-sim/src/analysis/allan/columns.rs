@@ -13,10 +13,10 @@
 
 use super::Kind;
 use super::deviation::LEAST_SAMPLES;
-use super::store::{Column, Store};
+use super::store::{Column, IN_MEMORY};
 use crate::error::{Error, excerpt};
 use crate::inertial::units::{DEG, DEG_PER_H, G0, UG};
-use crate::recordings::record::median_step;
+use crate::list::{Writer, median};
 use crate::recordings::table::{Layout, Separator, Source, Table};
 use crate::recordings::{ACCEL_LSB_MPS, GYRO_LSB_RAD, RATE_HZ};
 use std::path::Path;
@@ -71,11 +71,11 @@ pub fn load(file: &Path, choice: &Choice) -> Result<Vec<Column>, Error> {
         wanted: &wanted,
         gap: None,
     };
-    let mut stores: Vec<Store> = sensors.iter().map(|_| Store::default()).collect();
+    let mut lists: Vec<Writer<f64>> = sensors.iter().map(|_| Writer::new(IN_MEMORY)).collect();
     let kept = usize::from(times.is_some());
     let table = Table::read_first(&source, &layout, kept, |row| {
-        let mut values = stores.iter_mut().zip(row);
-        values.try_for_each(|(store, value)| store.push(*value))
+        let mut values = lists.iter_mut().zip(row);
+        values.try_for_each(|(list, value)| list.push(*value))
     })?;
     let pulses = sensors.iter().all(|sensor| sensor.pulses);
     let rate_hz = match (choice.rate_hz, times) {
@@ -87,7 +87,7 @@ pub fn load(file: &Path, choice: &Choice) -> Result<Vec<Column>, Error> {
     if table.len() < LEAST_SAMPLES {
         return Err(too_short(file, table.len()));
     }
-    let column = |(sensor, values): (Sensor, Store)| Column {
+    let column = |(sensor, values): (Sensor, Writer<f64>)| Column {
         name: sensor.name,
         kind: sensor.kind,
         rate_hz,
@@ -97,7 +97,7 @@ pub fn load(file: &Path, choice: &Choice) -> Result<Vec<Column>, Error> {
         },
         values,
     };
-    Ok(sensors.into_iter().zip(stores).map(column).collect())
+    Ok(sensors.into_iter().zip(lists).map(column).collect())
 }
 
 fn no_rate(file: &Path) -> Error {
@@ -176,8 +176,9 @@ fn choose(file: &Path, names: &[String], choice: &Choice) -> Result<Vec<Sensor>,
 fn rate_of_times(table: &Table) -> Result<f64, Error> {
     table.check_rising(0)?;
     let times = table.values();
-    let usual = median_step(times);
-    let mut steps = times.windows(2).map(|pair| pair[1] - pair[0]);
+    let steps = || times.windows(2).map(|pair| pair[1] - pair[0]);
+    let usual = median(steps);
+    let mut steps = steps();
     if let Some(before) = steps.position(|step| (step - usual).abs() > GAP * usual) {
         let remedy = format!(
             "cut the file there (a step is {} s), or give --rate HZ to ignore the times",

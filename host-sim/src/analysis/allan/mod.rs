@@ -22,10 +22,11 @@ use crate::error::Error;
 use crate::inertial::earth::Local;
 use crate::inertial::sins::Increment;
 use crate::inertial::units::{ARCSEC, DEG_PER_H, DEG_PER_SQRT_H, UG};
+use crate::list::Writer;
 use crate::recordings::columns::IMU;
 use crate::simulator::imu::{Imu, ImuSpec};
 use serde::Serialize;
-use store::Store;
+use store::IN_MEMORY;
 
 /// The kind of a sensor, which determines the units.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
@@ -111,7 +112,7 @@ pub fn at_rest(spec: &ImuSpec, duration_s: u32, seed: u64) -> Result<Vec<Column>
         kind: if i < 3 { Kind::Gyro } else { Kind::Accel },
         rate_hz: f64::from(spec.rate_hz),
         scale: if i < 3 { lsb.rad } else { lsb.mps },
-        values: Store::default(),
+        values: Writer::new(IN_MEMORY),
     };
     let mut columns: Vec<Column> = named.map(column).collect();
     for _ in 0..u64::from(duration_s) * u64::from(spec.rate_hz) {

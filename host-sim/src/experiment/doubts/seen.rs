@@ -69,7 +69,7 @@ impl Seen {
             let found = rest.block(block.seconds as f32, rate, force);
             rests.extend(found.map(|found| (found, k + 1)));
         }
-        let span = record.time.last().zip(record.time.first());
+        let span = record.time.end().zip(record.time.start());
         let steps = record.time.len().saturating_sub(1) as f64;
         Self {
             turning: turning(record),
@@ -144,30 +144,30 @@ impl Seen {
 }
 
 fn blocks(record: &Record) -> Vec<Block> {
-    let (time, increments) = record.increments();
-    let Some(first) = record.time.first() else {
+    let Some(first) = record.time.start() else {
         return Vec::new();
     };
-    let lead = time.get(1).zip(time.first()).map_or(0.0, |(b, a)| b - a);
-    let mut start = if time.first() == Some(first) {
+    let ends: Vec<f64> = record.increments().take(2).map(|(end, _)| end).collect();
+    let lead = ends.get(1).zip(ends.first()).map_or(0.0, |(b, a)| b - a);
+    let mut start = if ends.first() == Some(&first) {
         first - lead
     } else {
-        *first
+        first
     };
     let mut sum = [Vector3::zeros(); 2];
     let mut out = Vec::new();
-    for (end, increment) in time.iter().zip(increments.iter()) {
+    for (end, increment) in record.increments() {
         sum[0] += increment.dtheta;
         sum[1] += increment.dv;
         let seconds = end - start;
         if seconds > 0.999 {
             out.push(Block {
-                end: *end,
+                end,
                 seconds,
                 rate: sum[0] / seconds,
                 force: sum[1] / seconds,
             });
-            (start, sum) = (*end, [Vector3::zeros(); 2]);
+            (start, sum) = (end, [Vector3::zeros(); 2]);
         }
     }
     out
@@ -210,25 +210,14 @@ fn speed(speeds: &[(f64, [f64; 2], f64, f64)], start: f64, end: f64) -> Option<(
 /// The factor from changes of course to rotation about the down axis. On a straight road only
 /// rotations that are far too large can be told.
 fn turning(record: &Record) -> Option<f64> {
-    let (time, increments) = record.increments();
-    let mut angle = 0.0;
-    let sums: Vec<f64> = increments
-        .iter()
-        .map(|increment| {
-            angle += increment.dtheta.z;
-            angle
-        })
-        .collect();
-    let at = |t: f64| {
-        let k = time.partition_point(|s| *s < t);
-        (k > 0).then(|| sums.get(k).copied()).flatten()
-    };
+    let speeds = speeds(record);
+    let turns = angles(record, speeds.iter().map(|speed| speed.0));
     let (mut turned, mut product, mut square) = (0.0, 0.0, 0.0);
     let mut straight = [0.0; 3];
-    for pair in speeds(record).windows(2) {
+    for (pair, turns) in speeds.windows(2).zip(turns.windows(2)) {
         let [(t0, [n0, e0], ..), (t1, [n1, e1], ..)] = [pair[0], pair[1]];
         let slow = n0.hypot(e0).min(n1.hypot(e1)) < COURSE_MPS;
-        let (Some(before), Some(now)) = (at(t0), at(t1)) else {
+        let [Some(before), Some(now)] = [turns[0], turns[1]] else {
             continue;
         };
         let turn = (n0 * e1 - e0 * n1).atan2(n0 * n1 + e0 * e1);
@@ -250,4 +239,24 @@ fn turning(record: &Record) -> Option<f64> {
     let [pairs, course, rotation] = straight;
     let [course, rotation] = [course, rotation].map(|sum: f64| (sum / pairs).sqrt());
     (rotation > STRAIGHT).then(|| rotation / course.max(0.1 * TURN))
+}
+
+/// Rotation about the down axis up to the first increment that does not end before each of these
+/// rising times, rad. `None` for times outside those of the increments.
+fn angles(record: &Record, times: impl Iterator<Item = f64>) -> Vec<Option<f64>> {
+    let mut increments = record.increments().enumerate();
+    let mut now: Option<(usize, f64, f64)> = None;
+    let mut ended = false;
+    let mut at = |t: f64| {
+        while !ended && now.is_none_or(|(_, end, _)| end < t) {
+            let angle = now.map_or(0.0, |(.., angle)| angle);
+            match increments.next() {
+                Some((k, (end, increment))) => now = Some((k, end, angle + increment.dtheta.z)),
+                None => ended = true,
+            }
+        }
+        let (k, _, angle) = now.filter(|_| !ended)?;
+        (k > 0).then_some(angle)
+    };
+    times.map(&mut at).collect()
 }

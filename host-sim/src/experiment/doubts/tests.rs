@@ -4,6 +4,7 @@ use super::*;
 use crate::error::Error;
 use crate::inertial::earth::Geodetic;
 use crate::inertial::session::Session;
+use crate::inertial::sins::Increment;
 use crate::inertial::units::DEG;
 use crate::recordings::InitialAttitude;
 use crate::recordings::generic;
@@ -120,8 +121,8 @@ fn fields(warnings: &[Warning]) -> Vec<(&str, &str)> {
 fn on_the_road(session: &Session) -> Record {
     let mut record = Record::from_session(session);
     let from = record.time.partition_point(|t| *t <= 155.0);
-    record.time.drain(..from);
-    record.samples.drain(..from);
+    record.time = record.time.part(from..usize::MAX);
+    record.samples = record.samples.part(from..usize::MAX);
     record.fixes.retain(|fix| fix.time > 156.0);
     record.initial_attitude = Some(InitialAttitude::Known(session.reference[156].q_bn));
     record
@@ -210,7 +211,7 @@ fn a_forgotten_datasheet_is_told_with_the_presets_that_fit() {
     let (bias, noise) = (100.0 / 3600.0 * DEG, 1.5 * DEG / 60.0);
     let dt = 1.0 / mems.rate_hz as f64;
     let mut random = 1u64;
-    for sample in &mut mems.samples {
+    let mut noisy = |mut sample: Increment| {
         let mut uniform = || {
             random = random
                 .wrapping_mul(6_364_136_223_846_793_005)
@@ -219,7 +220,9 @@ fn a_forgotten_datasheet_is_told_with_the_presets_that_fit() {
         };
         let noise = Vector3::new(uniform(), uniform(), uniform()) * (noise * (12.0 * dt).sqrt());
         sample.dtheta += Vector3::repeat(bias * dt) + noise;
-    }
+        sample
+    };
+    mems.samples = mems.samples.each().map(&mut noisy).collect();
     let files = Files::of(&mems, true);
     let forgotten_mems = files.edited("deg/s", "deg/s", ("medium", false)).unwrap();
     let found = fields(&forgotten_mems);
@@ -292,10 +295,11 @@ fn recorded_data_raises_no_doubt_and_wrong_headers_for_it_do() {
     for (name, record, assumed) in recordings() {
         let told = |gyro: f64, accel: f64, turn: fn(Vector3<f64>) -> Vector3<f64>| {
             let mut wrong = record.clone();
-            for sample in &mut wrong.samples {
-                sample.dtheta = turn(sample.dtheta * gyro);
-                sample.dv = turn(sample.dv * accel);
-            }
+            let changed = |sample: Increment| Increment {
+                dtheta: turn(sample.dtheta * gyro),
+                dv: turn(sample.dv * accel),
+            };
+            wrong.samples = record.samples.each().map(changed).collect();
             let says = Says {
                 file: name.clone().into(),
                 gyro: Field::fixed("gyro"),

@@ -23,6 +23,7 @@
 //! have no motion to act on. Of the biases only the changes are in the error, of the others
 //! nothing. So the drive is easier than a real one with the same unit.
 
+use crate::error::Error;
 use crate::experiment::lasergyro::{self, session as at_rest};
 use crate::experiment::outcome::Outcome;
 use crate::experiment::protocol::{Settings, Split, judge};
@@ -208,9 +209,17 @@ fn drive(recording: &Recording, errors: &[Increment], road: u64) -> Option<Sessi
 /// One drive for each of `roads`: aligned and taught over the first 520 s, then free inertial for
 /// 22 min. As on the device, the networks are used only if they prove themselves on the held-back
 /// part.
-#[must_use]
-pub fn replay(recording: &Recording, roads: &[u64], unit: &Unit) -> Option<Vec<Outcome>> {
-    let errors = errors(recording)?;
+///
+/// # Errors
+/// As [`judge`].
+pub fn replay(
+    recording: &Recording,
+    roads: &[u64],
+    unit: &Unit,
+) -> Result<Option<Vec<Outcome>>, Error> {
+    let Some(errors) = errors(recording) else {
+        return Ok(None);
+    };
     let [stand, fixes, free] = PARTS_S;
     let settings = Settings {
         assumptions: lasergyro::assumptions(unit),
@@ -223,15 +232,20 @@ pub fn replay(recording: &Recording, roads: &[u64], unit: &Unit) -> Option<Vec<O
         times_s: vec![300, 600, 900, 1200, 1320],
     };
     let one = |road: &u64| {
-        let session = drive(recording, &errors, *road)?;
+        let Some(session) = drive(recording, &errors, *road) else {
+            return Ok(None);
+        };
         let split = Split::forward(stand + fixes + free, stand + fixes);
-        let mut outcome = judge(&format!("hybrid, road {road}"), &session, &split, &settings)?;
+        let judged = judge(&format!("hybrid, road {road}"), &session, &split, &settings)?;
+        let Some(mut outcome) = judged else {
+            return Ok(None);
+        };
         outcome.notes.push(
             "Simulated drive with the measured error of the real laser-gyro recording; constant level biases, scale factors and \
              misalignments are not in that error."
                 .to_owned(),
         );
-        Some(outcome)
+        Ok(Some(outcome))
     };
     roads.iter().map(one).collect()
 }

@@ -121,7 +121,7 @@ fn error_at_rest_coasts_like_the_recording() {
 fn drives_of_22_minutes_are_judged() {
     let Some(recording) = recorded() else { return };
     let unit = Unit::preset(lasergyro::UNIT).unwrap();
-    let all = replay(&recording, &[1, 2, 3], &unit).unwrap();
+    let all = replay(&recording, &[1, 2, 3], &unit).unwrap().unwrap();
     println!("{}", table(&all));
     for o in &all {
         println!("{}", o.notes[0]);

@@ -1,6 +1,7 @@
 //! What is learnt from one part of a recording, by every scheme.
 
 use super::{Settings, Split};
+use crate::error::Error;
 use crate::experiment::correction::Correction;
 use crate::inertial::align;
 use crate::inertial::ekf::{Aided, ErrorModel};
@@ -35,12 +36,22 @@ pub(super) struct Learnt {
 
 impl Learnt {
     /// Learns. `None` when a standstill does not give an attitude.
-    pub(super) fn from(session: &Session, split: &Split, settings: &Settings) -> Option<Self> {
+    ///
+    /// # Errors
+    /// A long part needs a temporary file, and it cannot be written.
+    pub(super) fn from(
+        session: &Session,
+        split: &Split,
+        settings: &Settings,
+    ) -> Result<Option<Self>, Error> {
         let a = &settings.assumptions;
         let lesson = session.cut(&split.learn);
         let (increments, until) = (lesson.motion(), lesson.epochs());
-        let (first, start) = begin(&lesson, &increments, settings)?;
+        let Some((first, start)) = begin(&lesson, &increments, settings) else {
+            return Ok(None);
+        };
         let nominal = navigate_from(&lesson, &increments, a, &start, first, until);
+        nominal.records.check()?;
         let fitted = fit_from(
             &lesson,
             &increments,
@@ -52,16 +63,17 @@ impl Learnt {
         let filters = classical(a)
             .into_iter()
             .map(|(name, model)| Some((name, aided(&lesson, &increments, model, settings, until)?)))
-            .collect::<Option<_>>()?;
-        let device = device(&lesson, &increments, settings, until)?;
+            .collect::<Option<_>>();
+        let device = device(&lesson, &increments, settings, until);
         drop(increments);
-        Some(Self {
+        let learnt = filters.zip(device).map(|(filters, device)| Self {
             filters,
             device,
             lesson,
             nominal,
             fitted,
-        })
+        });
+        Ok(learnt)
     }
 
     /// What a scheme takes off the samples of the whole session.

@@ -102,7 +102,7 @@ fn the_corrected_file_navigates_as_the_scheme_did() {
             promoted_only: false,
             times_s: vec![100],
         };
-        let learnt = Learnt::from(&session, &split, &settings).unwrap();
+        let learnt = Learnt::from(&session, &split, &settings).unwrap().unwrap();
         let solved = solutions(&session, &split, &settings, &learnt).unwrap();
         let original = std::fs::read_to_string(dir.path().join("imu.csv")).unwrap();
         for scheme in SCHEMES {

@@ -1,8 +1,10 @@
 //! Rauch-Tung-Striebel smoothing of the recorded intervals (fixed interval), for a filter with
 //! feedback.
 
+use crate::inertial::earth::Geodetic;
 use crate::inertial::sins::NavState;
-use nalgebra::{DMatrix, DVector};
+use crate::list::{Item, List, numbers, put_all};
+use nalgebra::{DMatrix, DVector, Quaternion, UnitQuaternion, Vector3};
 
 /// What the smoother needs of one interval. The state is that after the last fix, at the start of
 /// the interval.
@@ -25,6 +27,49 @@ pub struct Record {
     pub nis: f64,
 }
 
+/// All numbers, after those of states and of parameters.
+impl Item for Record {
+    fn put(&self, bytes: &mut Vec<u8>) {
+        let Geodetic { lat, lon, h } = self.nav.position;
+        put_all(bytes, &[self.p.nrows() as f64, self.theta.len() as f64]);
+        put_all(bytes, &[lat, lon, h]);
+        put_all(bytes, self.nav.velocity.as_slice());
+        put_all(bytes, self.nav.q_bn.coords.as_slice());
+        put_all(bytes, self.theta.as_slice());
+        [&self.p, &self.phi, &self.predicted]
+            .iter()
+            .for_each(|matrix| put_all(bytes, matrix.as_slice()));
+        put_all(bytes, self.correction.as_slice());
+        put_all(bytes, &[self.nis]);
+    }
+
+    fn take(bytes: &[u8]) -> Self {
+        let mut numbers = numbers(bytes);
+        let mut next = || numbers.next().unwrap_or_default();
+        let [n, m] = [0; 2].map(|_: usize| next() as usize);
+        let [lat, lon, h] = [0; 3].map(|_: usize| next());
+        let nav = NavState {
+            position: Geodetic { lat, lon, h },
+            velocity: Vector3::from_fn(|_, _| next()),
+            q_bn: UnitQuaternion::new_unchecked(Quaternion::from_vector(
+                nalgebra::Vector4::from_fn(|_, _| next()),
+            )),
+        };
+        let theta = DVector::from_fn(m, |_, _| next());
+        // as they lie: column by column
+        let [p, phi, predicted] = [(); 3].map(|()| DMatrix::from_fn(n, n, |_, _| next()));
+        Self {
+            p,
+            nav,
+            theta,
+            phi,
+            predicted,
+            correction: DVector::from_fn(n, |_, _| next()),
+            nis: next(),
+        }
+    }
+}
+
 /// Smoothed parameters over one interval.
 #[derive(Debug, Clone)]
 pub struct Smoothed {
@@ -39,9 +84,9 @@ pub struct Smoothed {
 /// Smooths intervals in the order of recording and gives one entry a record. The last entry is the
 /// filter's own estimate, corrected by the last fix alone.
 #[must_use]
-pub fn smooth(records: &[Record]) -> Vec<Smoothed> {
+pub fn smooth(records: &List<Record>) -> Vec<Smoothed> {
     let mut out: Vec<Smoothed> = Vec::with_capacity(records.len());
-    let Some(last) = records.last() else {
+    let Some(last) = records.end() else {
         return out;
     };
     let size = last.p.nrows();
@@ -50,7 +95,11 @@ pub fn smooth(records: &[Record]) -> Vec<Smoothed> {
     // fix is not recorded. The predicted one is used instead, which is on the safe side for that
     // one interval.
     let mut p_s = last.predicted.clone();
-    for r in records.iter().rev() {
+    let mut cursor = records.cursor();
+    for k in (0..records.len()).rev() {
+        let Some(r) = cursor.get(k) else {
+            break;
+        };
         // gain C = P Phi' P-^-1, solved from P- C' = Phi P
         let rhs = &r.phi * &r.p;
         let Some(chol) = scaled_cholesky(&r.predicted) else {

@@ -23,6 +23,7 @@
 //! cone per sample and its half-angle `a`, the mean error per sample falls from `l^5/60 sin^2 a` to
 //! the order of `l^7`. The plain polynomial solution, 121/720, -31/720, 1/720, would stay at `l^5`.
 
+use crate::list::{Item, numbers, put_all};
 use nalgebra::Vector3;
 
 /// Increments over one sample period `dt`: the integrals of the inertial rate and of the specific
@@ -33,6 +34,22 @@ pub struct Increment {
     pub dtheta: Vector3<f64>,
     /// Delta-v, m/s.
     pub dv: Vector3<f64>,
+}
+
+impl Item for Increment {
+    fn put(&self, bytes: &mut Vec<u8>) {
+        put_all(bytes, self.dtheta.as_slice());
+        put_all(bytes, self.dv.as_slice());
+    }
+
+    fn take(bytes: &[u8]) -> Self {
+        let mut numbers = numbers(bytes);
+        let mut next = || Vector3::from_fn(|_, _| numbers.next().unwrap_or_default());
+        Self {
+            dtheta: next(),
+            dv: next(),
+        }
+    }
 }
 
 /// The number of increments that coning and sculling are computed from: the newest and those before

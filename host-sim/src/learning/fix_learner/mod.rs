@@ -190,11 +190,11 @@ impl Learnt {
             let corrected = compensated_motion(session, compensator, state, until);
             return free_inertial(session, &corrected, self.nav, until, session.epochs());
         }
-        let after = &session.counts[until * session.samples_per_epoch()..];
         let first = until * session.samples_per_epoch();
-        let corrected = (first..).zip(after).map(|(k, counts)| {
+        let after = session.counts.part(first..session.counts.len());
+        let corrected = (first..).zip(after.each()).map(|(k, counts)| {
             read_temperature(session, k, &mut state);
-            compensator.process(&mut state, *counts).0
+            compensator.process(&mut state, counts).0
         });
         let increments = increments_from(session, until, corrected);
         free_inertial(session, &increments, self.nav, until, session.epochs())
@@ -212,9 +212,9 @@ impl Learnt {
         let (compensator, mut state) = self.compensator(session, assumptions);
         let n = session.samples_per_epoch();
         let mut out = vec![state.estimate()];
-        for (k, epoch) in (until..).zip(session.counts[until * n..].chunks_exact(n)) {
+        for k in until..session.epochs() {
             read_temperature(session, k * n, &mut state);
-            for counts in epoch {
+            for counts in session.counts.block(k * n..(k + 1) * n).iter() {
                 let _ = compensator.process(&mut state, *counts);
             }
             out.push(state.estimate());
@@ -348,7 +348,7 @@ fn taught(
     let mut fixes = (1..=until)
         .filter_map(|epoch| due(session, epoch))
         .peekable();
-    for (k, counts) in session.counts.iter().enumerate().take(until * n) {
+    for (k, counts) in session.counts.each().enumerate().take(until * n) {
         if let Some(outage) = session.outage(k / n) {
             while fixes.next_if(|(after, _)| *after <= k + 1).is_some() {}
             device.miss(k == outage.epochs.start * n);
@@ -360,7 +360,7 @@ fn taught(
         if let Some(celsius) = temperature_at(session, k) {
             device.temperature(celsius);
         }
-        device.sample(&raw(counts));
+        device.sample(&raw(&counts));
         if device.number == 0 && session.standstill > 0 {
             device.learner.align(Alignment::Started);
         }

@@ -280,14 +280,14 @@ impl<'a> File<'a> {
         Table::read(&self.source, &self.layout(&wanted, gap))
     }
 
-    /// Reads the same columns. The first one makes the table, and the others go to `rest` row by
-    /// row.
-    fn times(&self, wanted: &[(&str, &str)], mut rest: impl FnMut(&[f64])) -> Result<Table, Error> {
+    /// Reads the same columns row by row. The table holds no values. It only names their places.
+    fn rows(
+        &self,
+        wanted: &[(&str, &str)],
+        take: impl FnMut(&[f64]) -> Result<(), Error>,
+    ) -> Result<Table, Error> {
         let wanted = self.places(wanted)?;
-        Table::read_first(&self.source, &self.layout(&wanted, None), 1, |row| {
-            rest(row);
-            Ok(())
-        })
+        Table::read_first(&self.source, &self.layout(&wanted, None), 0, take)
     }
 
     fn places(&self, wanted: &[(&str, &str)]) -> Result<Vec<usize>, Error> {

@@ -1,13 +1,13 @@
 //! Reads the samples.
 
 use super::File;
-use super::header::{ACCEL, GYRO, Imu, TIME};
+use super::header::{ACCEL, GYRO, TIME};
 use super::read::Read;
 use crate::error::Error;
 use crate::inertial::sins::Increment;
+use crate::list::Writer;
 use crate::recordings::corrected::{Place, Text};
 use crate::recordings::record::{Kind, Record, median_step};
-use crate::recordings::table::Table;
 
 /// Limits of plausible samples: 2000 deg/s in rad/s, and 100 g in m/s2.
 const LIMITS: [f64; 2] = [35.0, 1000.0];
@@ -27,47 +27,72 @@ pub(super) fn motion(read: &Read) -> Result<Record, Error> {
             "is in {} while the gyros are in {}",
             imu.accel.unit, imu.gyro.unit
         );
-        return Err(read.bad(
-            "imu.accel",
-            problem,
-            "give rates for both or increments for both",
-        ));
+        let remedy = "give rates for both or increments for both";
+        return Err(read.bad("imu.accel", problem, remedy));
     }
     let file = File::open(read, "imu", &read.imu_file()?, &imu.separator, imu.names)?;
     let mut wanted = vec![("time", imu.time.column.as_str())];
     wanted.extend(imu.gyro.columns.iter().map(|c| ("gyro", c.as_str())));
     wanted.extend(imu.accel.columns.iter().map(|c| ("accel", c.as_str())));
-    let mut values: Vec<[f64; 6]> = Vec::new();
-    let mut table = file.times(&wanted, |row| values.extend(<[f64; 6]>::try_from(row)))?;
-    table.check_rising(0)?;
-    let mut time = table.take_values();
-    time.iter_mut().for_each(|t| *t *= second);
+    let mut taken = Taken::default();
+    let table = file.rows(&wanted, |row| {
+        let Ok([t, gx, gy, gz, ax, ay, az]) = <[f64; 7]>::try_from(row) else {
+            return Ok(()); // as many are wanted
+        };
+        taken.note(t, &row[1..]);
+        taken.time.push(t * second)?;
+        taken.samples.push(Increment {
+            dtheta: axes.turn([gx, gy, gz]) * gyro,
+            dv: axes.turn([ax, ay, az]) * accel,
+        })
+    })?;
+    if let Some((row, times)) = taken.back {
+        return Err(table.time_back(row, &imu.time.column, times));
+    }
+    let time = taken.time.finish()?;
     let step = median_step(&time);
     let rate_hz = (1.0 / step).round();
     if !(4.0..=8000.0).contains(&rate_hz) {
         let problem = format!("has a median step of {step} s");
-        return Err(read.bad(
-            "imu.time",
-            problem,
-            "check the unit; 4 to 8000 samples a second can be used",
-        ));
+        let remedy = "check the unit; 4 to 8000 samples a second can be used";
+        return Err(read.bad("imu.time", problem, remedy));
     }
-    check((&table, imu), &values, (kind, step), (gyro, accel))?;
-    let sample = |[gx, gy, gz, ax, ay, az]: [f64; 6]| Increment {
-        dtheta: axes.turn([gx, gy, gz]) * gyro,
-        dv: axes.turn([ax, ay, az]) * accel,
-    };
-    // the values become samples where they are
-    let samples: Vec<Increment> = values.into_iter().map(sample).collect();
+    let limits = limits((kind, step), (gyro, accel));
+    check(&file, &wanted, taken.largest, limits)?;
     Ok(Record {
         file: read.file.clone(),
         time,
-        samples,
+        samples: taken.samples.finish()?,
         kind,
         rate_hz: rate_hz as usize,
         max_gap_s: imu.max_gap_s,
         ..Record::default()
     })
+}
+
+/// What was read so far.
+#[derive(Default)]
+struct Taken {
+    time: Writer<f64>,
+    samples: Writer<Increment>,
+    /// The last time as it stands in the file.
+    last: Option<f64>,
+    /// The first row whose time does not rise, with the one before it.
+    back: Option<(usize, [f64; 2])>,
+    /// Largest size of a value of the gyros, and of one of the accelerometers.
+    largest: [f64; 2],
+}
+
+impl Taken {
+    /// Notes what the checks need, before the row counts.
+    fn note(&mut self, time: f64, values: &[f64]) {
+        let before = self.last.replace(time).filter(|before| time <= *before);
+        let row = self.time.len();
+        self.back = self.back.or_else(|| Some((row, [before?, time])));
+        for (largest, values) in self.largest.iter_mut().zip(values.chunks(3)) {
+            *largest = values.iter().fold(*largest, |most, x| most.max(x.abs()));
+        }
+    }
 }
 
 /// Where the samples stand in their file.
@@ -97,39 +122,49 @@ pub(super) fn original(read: &Read) -> Result<Text, Error> {
     ))
 }
 
-/// Checks that values are plausible. The table names their places.
-fn check(
-    (table, imu): (&Table, &Imu),
-    values: &[[f64; 6]],
-    (kind, step): (Kind, f64),
-    (gyro, accel): (f64, f64),
-) -> Result<(), Error> {
+/// Largest plausible values of gyros and accelerometers as they stand in the file.
+fn limits((kind, step): (Kind, f64), (gyro, accel): (f64, f64)) -> [f64; 2] {
     let per_sample = match kind {
         Kind::Rate => 1.0,
         Kind::Increment => step,
     };
-    for (first, columns, limit, remedy) in [
-        (
-            0,
-            &imu.gyro.columns,
-            LIMITS[0] * per_sample / gyro,
-            "check the unit of the gyros; the limit is 35 rad/s",
-        ),
-        (
-            3,
-            &imu.accel.columns,
-            LIMITS[1] * per_sample / accel,
-            "check the unit of the accelerometers; the limit is 1000 m/s2",
-        ),
-    ] {
-        for (i, row) in values.iter().enumerate() {
-            for (column, value) in columns.iter().zip(&row[first..]) {
-                if value.abs() > limit {
-                    let fault = "out of range";
-                    return Err(table.complain_of(i, column, value, fault, remedy));
-                }
-            }
+    [
+        LIMITS[0] * per_sample / gyro,
+        LIMITS[1] * per_sample / accel,
+    ]
+}
+
+/// Checks that the largest values are plausible. If not, the file is read again for the place of
+/// the first one beyond its limit, of the gyros where they have one.
+fn check(
+    file: &File<'_>,
+    wanted: &[(&str, &str)],
+    largest: [f64; 2],
+    limits: [f64; 2],
+) -> Result<(), Error> {
+    let remedies = [
+        "check the unit of the gyros; the limit is 35 rad/s",
+        "check the unit of the accelerometers; the limit is 1000 m/s2",
+    ];
+    let Some(triad) = [0, 1].into_iter().find(|k| largest[*k] > limits[*k]) else {
+        return Ok(());
+    };
+    let (first, limit, remedy) = (1 + 3 * triad, limits[triad], remedies[triad]);
+    let (mut found, mut row) = (None, 0);
+    let table = file.rows(wanted, |values| {
+        let here = (first..first + 3).find(|k| values[*k].abs() > limit);
+        found = found.or_else(|| here.map(|k| (row, k, values[k])));
+        row += 1;
+        Ok(())
+    })?;
+    Err(match found {
+        Some((row, k, value)) => {
+            table.complain_of(row, wanted[k].1, &value, "out of range", remedy)
         }
-    }
-    Ok(())
+        None => {
+            let problem = "changes while it is read".to_owned();
+            file.read
+                .bad("imu.file", problem, "read it when it is whole")
+        }
+    })
 }

@@ -4,6 +4,7 @@
 use crate::error::Error;
 use crate::inertial::rotation::to_euler;
 use crate::inertial::session::{EPOCH_S, Readings, Session};
+use crate::inertial::sins::Increment;
 use crate::inertial::units::DEG;
 use crate::output::{CsvWriter, write_atomic};
 use crate::recordings::columns::{IMU, PLACE, SIGMA, SIGMA_V, VELOCITY};
@@ -22,16 +23,16 @@ const ATTITUDE: [&str; 3] = ["roll_deg", "pitch_deg", "heading_deg"];
 /// # Errors
 /// [`Error::Unwritable`]. Each file appears whole or not at all.
 pub fn write(record: &Record, unit: Option<&Unit>, dir: &Path) -> Result<(), Error> {
-    let (time, increments) = record.written_increments();
-    let row = |(t, i): (&f64, &crate::inertial::sins::Increment)| {
+    let row = |(t, i): (f64, Increment)| {
         let (g, a) = (&i.dtheta, &i.dv);
-        vec![*t, g.x, g.y, g.z, a.x, a.y, a.z]
+        vec![t, g.x, g.y, g.z, a.x, a.y, a.z]
     };
     rows(
         &dir.join("imu.csv"),
         &IMU,
-        time.iter().zip(&increments).map(row),
+        record.written_increments().map(row),
     )?;
+    record.check()?;
     if record.fixes.len() > 1 {
         write_fixes(record, &dir.join("gnss.csv"))?;
     }

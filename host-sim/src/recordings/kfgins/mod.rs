@@ -23,6 +23,7 @@ use crate::inertial::earth::Geodetic;
 use crate::inertial::rotation::from_euler;
 use crate::inertial::sins::{Increment, NavState};
 use crate::inertial::units::DEG;
+use crate::list::List;
 use crate::output::write_atomic;
 use crate::recordings::WEEK_S;
 use crate::recordings::columns::{IMU, PLACE, SIGMA, SIGMA_V, VELOCITY};
@@ -48,7 +49,7 @@ pub fn read(
     table.check_rising(0)?;
     table.check_within(1..4, 2.0, "give angle increments in rad")?;
     table.check_within(4..7, 20.0, "give velocity increments in m/s")?;
-    let time: Vec<f64> = table.rows().map(|r| r[0]).collect();
+    let time: List<f64> = table.rows().map(|r| r[0]).collect();
     let step = median_step(&time);
     let rate_hz = (1.0 / step).round();
     if !(4.0..=8000.0).contains(&rate_hz) {
@@ -121,7 +122,8 @@ pub fn write(record: &Record, form: Form, imu: &Path, gnss: &Path) -> Result<(),
         let problem = "the recording has no velocities".into();
         return Err(refused("--velocity", problem, "leave it out"));
     }
-    let (time, increments) = record.written_increments();
+    let (time, increments): (Vec<_>, Vec<_>) = record.written_increments().unzip();
+    record.check()?;
     let second = |t: f64| t + form.shift_s;
     let all = time.iter().chain(record.fixes.iter().map(|f| &f.time));
     check_seconds(all, form.shift_s, "--shift")?;
@@ -149,7 +151,8 @@ pub fn write(record: &Record, form: Form, imu: &Path, gnss: &Path) -> Result<(),
 /// # Errors
 /// Times are not seconds of the week.
 pub fn imu_text(record: &Record, shift_s: f64, option: &str) -> Result<String, Error> {
-    let (time, increments) = record.written_increments();
+    let (time, increments): (Vec<_>, Vec<_>) = record.written_increments().unzip();
+    record.check()?;
     check_seconds(time.iter(), shift_s, option)?;
     Ok(samples(&time, &increments, shift_s))
 }

@@ -1,6 +1,7 @@
 //! Differences that fixes show, and how well the samples explain them.
 
 use nalgebra::{Matrix4, Vector4};
+use std::sync::Arc;
 
 /// Number of constants of a channel.
 const CONSTANTS: usize = 4;
@@ -13,7 +14,8 @@ const RATE_S: f64 = 0.1;
 /// An integral over time, by its values at rising times; at least two of them.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Integral {
-    pub(super) time: Vec<f64>,
+    /// Several integrals share them.
+    pub(super) time: Arc<Vec<f64>>,
     pub(super) sum: Vec<f64>,
 }
 

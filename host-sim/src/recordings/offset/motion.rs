@@ -1,9 +1,11 @@
 //! What samples and fixes show of the motion.
 
-use super::MOST_S;
 use super::channel::{Channel, Difference, Integral, Knot};
+use super::{LEAST, MOST_S};
+use crate::inertial::sins::Increment;
 use crate::recordings::record::Record;
 use nalgebra::Vector3;
+use std::sync::Arc;
 
 /// Fixes that are compared are at least so far apart, s, by velocities and by positions, and at
 /// most so many times that.
@@ -22,8 +24,12 @@ const ENOUGH: usize = 20;
 /// Samples farther apart than this do not show the motion between them, s.
 const GAP_S: f64 = 0.5;
 
-/// Course and speed of a recording. `None` without samples.
+/// Course and speed of a recording. `None` without samples, or when the fixes show too little.
 pub(super) fn channels(record: &Record) -> Option<Vec<Channel>> {
+    let [turns, pushes] = differences(record);
+    if turns.len().max(pushes.len()) < LEAST {
+        return None;
+    }
     let [turned, pushed] = integrals(record)?;
     let (start, end) = (*turned.time.first()?, *turned.time.last()?);
     let gaps: Vec<[f64; 2]> = turned
@@ -32,7 +38,6 @@ pub(super) fn channels(record: &Record) -> Option<Vec<Channel>> {
         .filter(|w| w[1] - w[0] > GAP_S)
         .map(|w| [w[0], w[1]])
         .collect();
-    let [turns, pushes] = differences(record);
     let within = |all: Vec<Difference>| -> Vec<Difference> {
         let inside = |of: &Difference| {
             let used = of.knots.iter().filter(|knot| knot.weight != 0.0);
@@ -57,33 +62,68 @@ pub(super) fn channels(record: &Record) -> Option<Vec<Channel>> {
 
 /// Rotation about down, rad, and velocity gained ahead, m/s. Down is where the mean specific force
 /// of some seconds points from; ahead is the vehicle's x axis, and its pitch that by the gyros.
+///
+/// The search looks everywhere in them hundreds of times, so they are in memory: 24 bytes a sample.
 fn integrals(record: &Record) -> Option<[Integral; 2]> {
-    let (time, increments) = record.increments();
-    if time.len() < 2 {
+    let count = record.increments().count();
+    if count < 2 {
         return None;
     }
     let half = (0.5 * DOWN_S * record.rate_hz as f64) as usize;
-    let mut sums = vec![Vector3::zeros()];
-    for increment in increments.iter() {
-        let last = sums.last().copied().unwrap_or_default();
-        sums.push(last + increment.dv);
-    }
-    let mut out = [Integral::default(), Integral::default()];
+    let mut after = Velocities::of(record.increments());
+    let mut before = Velocities::of(record.increments());
+    let mut all = record.increments().peekable();
+    let mut times = Vec::with_capacity(count);
+    let mut sums = [Vec::with_capacity(count), Vec::with_capacity(count)];
     let (mut turned, mut pushed, mut pitch) = (0.0, 0.0, 0.0);
-    for (k, (t, increment)) in time.iter().zip(increments.iter()).enumerate() {
-        let mean = sums[(k + half).min(increments.len())] - sums[k.saturating_sub(half)];
+    while let Some((t, increment)) = all.next() {
+        let k = times.len();
+        let mean = after.up_to(k + half) - before.up_to(k.saturating_sub(half));
         let down = -mean.try_normalize(1e-9).unwrap_or(-Vector3::z());
         turned += increment.dtheta.dot(&down);
         let right = down.cross(&Vector3::x());
-        let step = time.get(k + 1).map_or(0.0, |next| next - t).min(GAP_S);
+        let step = all.peek().map_or(0.0, |(next, _)| next - t).min(GAP_S);
         pitch += increment.dtheta.dot(&right);
         pushed += increment.dv.x - GRAVITY * pitch * step;
-        for (integral, sum) in out.iter_mut().zip([turned, pushed]) {
-            integral.time.push(*t);
-            integral.sum.push(sum);
+        times.push(t);
+        for (sums, sum) in sums.iter_mut().zip([turned, pushed]) {
+            sums.push(sum);
         }
     }
-    Some(out)
+    let time = Arc::new(times);
+    Some(sums.map(|sum| Integral {
+        time: Arc::clone(&time),
+        sum,
+    }))
+}
+
+/// What the accelerometers add up to over more and more increments.
+struct Velocities<I> {
+    left: I,
+    taken: usize,
+    sum: Vector3<f64>,
+}
+
+impl<I: Iterator<Item = (f64, Increment)>> Velocities<I> {
+    fn of(left: I) -> Self {
+        Self {
+            left,
+            taken: 0,
+            sum: Vector3::zeros(),
+        }
+    }
+
+    /// That of the first `count` increments, which are not fewer than before.
+    fn up_to(&mut self, count: usize) -> Vector3<f64> {
+        while self.taken < count {
+            let Some((_, next)) = self.left.next() else {
+                break;
+            };
+            self.sum += next.dv;
+            self.taken += 1;
+        }
+        self.sum
+    }
 }
 
 /// The differences of course and of speed that the fixes show.

@@ -54,8 +54,8 @@ fn what_does_not_move_or_does_not_belong_together_tells_nothing() {
     assert_eq!(estimate(&still), Err(Unknown::Still));
     still.fixes.clear();
     assert_eq!(estimate(&still), Err(Unknown::Still));
-    still.samples.clear();
-    still.time.clear();
+    still.samples.edit(Vec::clear);
+    still.time.edit(Vec::clear);
     assert_eq!(estimate(&still), Err(Unknown::Still));
     let mut strange = drive(0.0, 8);
     strange.fixes = drive(0.0, 9).fixes;

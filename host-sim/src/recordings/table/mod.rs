@@ -188,11 +188,6 @@ impl<T: Cell> Table<T> {
         &self.values
     }
 
-    /// All values, which are then gone from the table.
-    pub(crate) fn take_values(&mut self) -> Vec<T> {
-        std::mem::take(&mut self.values)
-    }
-
     /// An error in the value at row `i` of `column`.
     pub(crate) fn complain(
         &self,
@@ -230,16 +225,21 @@ impl Table {
         for i in 1..self.len() {
             let (before, now) = (self.row(i - 1)[column], self.row(i)[column]);
             if now <= before {
-                return Err(Error::TimeBack {
-                    file: self.file.clone(),
-                    line: self.first_line + i,
-                    field: self.names[column].clone(),
-                    before,
-                    now,
-                });
+                return Err(self.time_back(i, &self.names[column], [before, now]));
             }
         }
         Ok(())
+    }
+
+    /// The error of a time that does not rise from the row before row `i`.
+    pub(crate) fn time_back(&self, i: usize, name: &str, [before, now]: [f64; 2]) -> Error {
+        Error::TimeBack {
+            file: self.file.clone(),
+            line: self.first_line + i,
+            field: name.to_owned(),
+            before,
+            now,
+        }
     }
 
     /// Checks that no value of the columns lies outside `-limit..=limit`.

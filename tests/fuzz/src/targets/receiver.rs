@@ -66,7 +66,11 @@ pub fn run(input: &[u8]) -> bool {
     };
     match ubx::read(&path, &ubx::Choice::default(), &|_, _| ()) {
         Ok(reading) => {
-            let (_, samples) = reading.record.increments();
+            let samples: Vec<_> = reading
+                .record
+                .increments()
+                .map(|(_, sample)| sample)
+                .collect();
             let values = samples.iter().flat_map(|s| s.dtheta.iter().chain(&s.dv));
             assert!(values.into_iter().all(|value| value.is_finite()));
             true
