@@ -16,6 +16,18 @@ pub const COUNT: f32 = 4_294_967_296.0;
 /// Largest correction of a sample, 2^30 counts: with the remainder it stays within 64 bits.
 pub const LARGEST: i64 = 1 << 62;
 
+/// Largest number of 24 bits.
+pub const I24_MAX: i32 = 0x007F_FFFF;
+/// Smallest number of 24 bits.
+pub const I24_MIN: i32 = -0x0080_0000;
+
+/// `value` saturated at 24 bits, and whether it was.
+#[inline]
+pub fn saturate_i24(value: i32) -> (i32, bool) {
+    let saturated = value.clamp(I24_MIN, I24_MAX);
+    (saturated, saturated != value)
+}
+
 /// Subtracts a correction, in steps of 2^-32 counts, and carries what whole counts leave. A value
 /// at the end of its 32 bits saturates. Returns the values, and which of them saturated, x in bit
 /// 0.

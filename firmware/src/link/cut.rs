@@ -1,9 +1,12 @@
 //! Cut-through: the bytes of a frame leave corrected while the frame still arrives.
 //!
 //! The receiving interrupt hands each byte to [`Cut::came`] and sends what it gives. A byte leaves
-//! when `hold` more have come: 2 where values have three bytes, 3 where they have four, for a value
-//! is known with its last byte. So every byte has the same delay. With the frame's last byte all
-//! that is held leaves, and the line's own pace spaces it.
+//! when `hold` more have come ([`Word::hold`]). So every byte has the same delay. With the frame's
+//! last byte all that is held leaves, and the line's own pace spaces it.
+//!
+//! **Saturation.** A value whose least significant byte comes first is corrected byte by byte. That
+//! it saturates is known with its last byte, when its first one has left. So it leaves with the
+//! other three bytes of the greatest or the smallest number: at most 255 counts from it.
 //!
 //! **Checksum.** CRCs are linear: the CRC of what leaves is that of what came, exclusive-or that of
 //! the changed bits. Each byte of the CRC that comes is changed by this difference as long as all
@@ -22,77 +25,16 @@
 
 mod behind;
 mod crc;
+mod plan;
 #[cfg(test)]
 mod tests;
+mod value;
 
-use crate::remainder::{Owed, add_carried, carried};
+use crate::remainder::Owed;
 pub use behind::Behind;
 pub use crc::Crc;
-
-/// How values are written.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Word {
-    /// 24 bits, most significant byte first.
-    I24,
-    /// 32 bits, least significant byte first; the second of three values is negated.
-    I32,
-    /// Floats, most significant byte first.
-    F32,
-}
-
-impl Word {
-    /// Bytes of a value.
-    #[inline(always)]
-    pub const fn bytes(self) -> u8 {
-        match self {
-            Word::I24 => 3,
-            Word::I32 | Word::F32 => 4,
-        }
-    }
-
-    /// Bytes that a byte waits for.
-    pub const fn hold(self) -> u8 {
-        self.bytes() - 1
-    }
-}
-
-/// Most bytes of a frame that are looked at.
-pub const CHECKS: usize = 9;
-
-/// No place in a frame.
-pub const NOWHERE: u8 = u8::MAX;
-
-/// How frames of one kind are changed.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Plan {
-    /// How their values are written.
-    pub word: Word,
-    /// Bytes of a frame; the last four are its CRC.
-    pub len: u8,
-    /// Zeros that the CRC covers behind the frame's other bytes.
-    pub zeros: u8,
-    /// Where the values are, in the order in which they come; [`NOWHERE`] behind the last one.
-    pub at: [u8; 6],
-    /// Places and bytes by which a frame is of this kind, in the order in which they come.
-    pub checks: [(u8, u8); CHECKS],
-    /// Bits to be inverted in the first byte.
-    pub first: u8,
-    /// Place and bits of the mark of our own fault; [`NOWHERE`]: none.
-    pub mark: (u8, u8),
-}
-
-impl Plan {
-    /// Of no frame.
-    pub const NONE: Plan = Plan {
-        word: Word::I24,
-        len: 0,
-        zeros: 0,
-        at: [NOWHERE; 6],
-        checks: [(NOWHERE, 0); CHECKS],
-        first: 0,
-        mark: (NOWHERE, 0),
-    };
-}
+use plan::mixed;
+pub use plan::{CHECKS, NOWHERE, Plan, Word};
 
 /// Bytes that leave.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -144,9 +86,13 @@ pub struct Cut {
     check: u8,
     /// A byte of the CRC was wrong.
     wrong: bool,
-    /// The last bytes as they will leave, the newest one lowest.
+    /// The last bytes as they will leave, the newest one lowest, and the bits of them that differ
+    /// from what came.
     held: u32,
-    /// CRC of what came, and of the bits changed.
+    bits: u32,
+    /// What is added to the value under way, less its bytes that have come, and the carry included.
+    adds: i32,
+    /// CRC of what came, and of the bits changed in what has left.
     crc: u32,
     change: u32,
     /// Place in the stream of the frame under way or the next one, modulo 2^32.
@@ -177,6 +123,8 @@ impl Cut {
             check: 0,
             wrong: false,
             held: 0,
+            bits: 0,
+            adds: 0,
             crc: 0,
             change: 0,
             next: 0,
@@ -269,35 +217,16 @@ impl Cut {
 
     fn begin(&mut self) {
         (self.came, self.value, self.check) = (0, 0, 0);
-        (self.wrong, self.held, self.change) = (false, 0, 0);
+        (self.wrong, self.held, self.bits, self.change) = (false, 0, 0, 0);
         self.crc = Crc::of(self.plan.word).start();
     }
 
     fn checked(&self) -> u32 {
-        let Plan {
-            word,
-            len,
-            zeros,
-            at,
-            checks,
-            first,
-            mark,
-        } = self.plan;
-        let all = |sum: u32, part: u32| sum.rotate_left(7) ^ part;
-        let [a, b, c, d, e, f] = at;
-        let few = [
-            u32::from_le_bytes([a, b, c, d]),
-            u32::from_le_bytes([e, f, len, zeros]),
-            u32::from_le_bytes([first, mark.0, mark.1, word as u8]),
-        ];
-        let sum = few.into_iter().fold(0x5A5A, all);
-        let checks = checks
-            .iter()
-            .map(|(at, byte)| u32::from_le_bytes([*at, *byte, 0, 0]));
-        let sum = checks.fold(sum, all);
         let owed = self.due.iter().zip(self.carried);
-        owed.fold(sum, |sum, (due, left)| {
-            all(all(all(sum, *due as u32), (*due >> 32) as u32), left)
+        owed.fold(self.plan.checked(), |sum, (due, left)| {
+            [*due as u32, (*due >> 32) as u32, left]
+                .into_iter()
+                .fold(sum, mixed)
         })
     }
 
@@ -331,96 +260,35 @@ impl Cut {
     /// Takes a byte of the frame and changes what is held.
     #[inline(always)]
     fn take(&mut self, at: u8, byte: u8) {
-        let Plan {
-            word,
-            len,
-            zeros,
-            first,
-            mark,
-            ..
-        } = self.plan;
+        let Plan { word, len, .. } = self.plan;
         let crc = Crc::of(word);
-        let sum_at = len.saturating_sub(4);
         self.held = self.held << 8 | u32::from(byte);
-        if at >= sum_at {
-            if at == sum_at {
-                for _ in 0..zeros.min(3) {
-                    self.crc = crc.next(self.crc, 0);
-                    self.change = crc.next(self.change, 0);
-                }
-            }
-            let n = at - sum_at;
-            if !self.wrong {
-                self.held ^= u32::from(crc.byte(self.change, n));
-            }
-            self.wrong |= byte != crc.byte(self.crc, n);
-            return;
+        self.bits <<= 8;
+        let Some(n) = at.checked_sub(len.saturating_sub(4)) else {
+            self.crc = crc.next(self.crc, byte);
+            return self.change(at, byte);
+        };
+        if n == 0 {
+            self.end_of_values();
         }
-        self.crc = crc.next(self.crc, byte);
-        let begins = self.plan.at.get(usize::from(self.value));
-        let begins = begins.copied().unwrap_or(NOWHERE);
-        if at < begins {
-            let set = if at == mark.0 { mark.1 & !byte } else { 0 };
-            let bits = if at == 0 { set ^ first } else { set };
-            self.held ^= u32::from(bits);
-            self.change = crc.next(self.change, bits);
-        } else if at == begins.saturating_add(word.hold()) {
-            let before = self.held;
-            self.correct(word);
-            let bits = before ^ self.held;
-            let mut left = word.bytes();
-            while left > 0 {
-                left -= 1;
-                self.change = crc.next(self.change, (bits >> (8 * left)) as u8);
-            }
-            self.value += 1;
+        if !self.wrong {
+            self.held ^= u32::from(crc.byte(self.change, n));
         }
+        self.wrong |= byte != crc.byte(self.crc, n);
     }
 
-    /// Corrects the value that is held.
+    /// The CRC's first byte has come: what it covers is complete.
     #[inline(always)]
-    fn correct(&mut self, word: Word) {
-        let n = usize::from(self.value);
-        let owed = (self.due.get(n), self.carried.get(n), self.left.get_mut(n));
-        let (Some(&due), Some(&carried_over), Some(left)) = owed else {
-            return;
-        };
-        let held = self.held;
-        if word == Word::F32 {
-            let mut rest = f32::from_bits(carried_over);
-            let due = f32::from_bits(due as u32);
-            self.held = add_carried(f32::from_bits(held), due, &mut rest).to_bits();
-            *left = rest.to_bits();
-            return;
+    fn end_of_values(&mut self) {
+        let Plan { word, zeros, .. } = self.plan;
+        let crc = Crc::of(word);
+        for place in (0..word.hold()).rev() {
+            self.change = crc.next(self.change, (self.bits >> (8 * (place + 1))) as u8);
         }
-        let mut rest = carried_over.cast_signed();
-        let whole = carried(due.cast_signed(), &mut rest);
-        *left = rest.cast_unsigned();
-        self.held = match word {
-            Word::I24 => {
-                let value = (held << 8).cast_signed() >> 8;
-                let value = value.saturating_sub(whole).clamp(-0x0080_0000, 0x007F_FFFF);
-                held & 0xFF00_0000 | value.cast_unsigned() & 0x00FF_FFFF
-            }
-            _ => {
-                let on_wire = held.swap_bytes().cast_signed();
-                let negated = n % 3 == 1;
-                let value = if negated {
-                    on_wire.saturating_neg()
-                } else {
-                    on_wire
-                };
-                let value = value.saturating_sub(whole);
-                let value = if !negated {
-                    value
-                } else if on_wire.saturating_neg() == value {
-                    on_wire // the smallest number stays
-                } else {
-                    value.saturating_neg()
-                };
-                value.cast_unsigned().swap_bytes()
-            }
-        };
+        for _ in 0..zeros.min(3) {
+            self.crc = crc.next(self.crc, 0);
+            self.change = crc.next(self.change, 0);
+        }
     }
 
     /// What leaves with the byte that has come.
@@ -434,6 +302,10 @@ impl Cut {
                 return Leaving::NONE;
             }
             self.gone = self.gone.wrapping_add(1);
+            if at < len.saturating_sub(4) {
+                let bits = (self.bits >> (8 * hold)) as u8;
+                self.change = Crc::of(word).next(self.change, bits);
+            }
             return Leaving {
                 bytes: self.held >> (8 * hold),
                 len: 1,
@@ -441,7 +313,7 @@ impl Cut {
         }
         let leaving = Leaving {
             bytes: self.held,
-            len: word.bytes(),
+            len: hold + 1,
         };
         self.next = self.next.wrapping_add(len.into());
         self.gone = self.next;

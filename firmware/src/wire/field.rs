@@ -4,6 +4,8 @@
 //! outside the buffer they read zeros and write nothing. So nothing in this layer can panic,
 //! whatever a line delivers.
 
+pub use crate::remainder::{I24_MAX, I24_MIN, saturate_i24};
+
 /// `N` bytes at `at`; zeros where the buffer is too short.
 #[inline]
 pub fn take<const N: usize>(bytes: &[u8], at: usize) -> [u8; N] {
@@ -82,11 +84,6 @@ pub(super) fn finite(triad: &[f32; 3]) -> u8 {
     })
 }
 
-/// Largest signed 24-bit number.
-pub const I24_MAX: i32 = 0x007F_FFFF;
-/// Smallest signed 24-bit number.
-pub const I24_MIN: i32 = -0x0080_0000;
-
 /// 24-bit two's complement, most significant byte first.
 #[inline]
 pub fn be_i24(bytes: &[u8], at: usize) -> i32 {
@@ -99,13 +96,6 @@ pub fn be_i24(bytes: &[u8], at: usize) -> i32 {
 pub fn put_be_i24(bytes: &mut [u8], at: usize, value: i32) {
     let [_, high, middle, low] = value.to_be_bytes();
     put(bytes, at, [high, middle, low]);
-}
-
-/// `value` saturated at 24 bits, and whether it was.
-#[inline]
-pub fn saturate_i24(value: i32) -> (i32, bool) {
-    let saturated = value.clamp(I24_MIN, I24_MAX);
-    (saturated, saturated != value)
 }
 
 /// How a start mark compares with the bytes at hand.

@@ -1,7 +1,8 @@
 """An STM32F405 with DMA: Unicorn's Cortex-M4, and around it the peripherals the board's lines need, written from RM0090 and stricter than it.
 
 QEMU has no DMA controller. Here the board's own image runs with one: clocks, four UARTs at their bit rates, both DMA controllers with their
-request tables, the interrupt controller (one priority), SysTick. An instruction takes a cycle. What the reference manual forbids ends the run:
+request tables, the interrupt controller (priorities, PRIMASK, BASEPRI), SysTick. An instruction takes a cycle, and entering and leaving an interrupt
+what the core's manual says. What the reference manual forbids ends the run:
 configuring a stream that is enabled, enabling one with flags set or with memory out of its reach.
 
 Standard input, JSON: {"image": path, "command": [hex, ...], "sensor": [hex, ...], "period": cycles between frames, "adis": null}. Each command is
@@ -20,7 +21,9 @@ from unicorn import arm_const as arm
 
 from stm32parts import CORE, POWER_ON, PIN, BROWN_OUT, Flash, Forbidden, Iwdg, Power, Rcc, Rng, Tim2, Tim11, Wwdg
 
-SLICE = 100  # instructions between two looks at the world: a byte takes 1823
+SLICE = 100  # most instructions between two looks at the world: a byte takes 1823
+FINE = 16  # the same in an interrupt, and while one waits that is masked
+ENTRY, EXIT = 12, 10  # cycles for the registers that an exception saves (Cortex-M4 TRM, 3.9.1; ARM DDI 0439)
 FLASH, SRAM, CCM = (0x0800_0000, 0x10_0000), (0x2000_0000, 0x2_0000), (0x1000_0000, 0x1_0000)
 GARBAGE = 0xA5  # what core-coupled memory holds at start
 
@@ -102,6 +105,7 @@ class Uart:
         self.sr, self.cr1, self.cr2, self.cr3, self.brr = TXE | TC, 0, 0, 0, 0
         self.data = 0
         self.waiting, self.shifting, self.sends_until = None, None, 0
+        self.since = 0  # when DR was written
         self.sent = bytearray()
         self.began = []  # when the start bit of each byte sent began
         self.arrivals = collections.deque()  # (cycle, byte)
@@ -143,7 +147,7 @@ class Uart:
 
     def write(self, offset, value):
         if offset == 0x04:
-            self.waiting = value & 0xFF
+            self.waiting, self.since = value & 0xFF, self.chip.cycles
             self.sr &= ~(TXE | TC)
         elif offset in (0x08, 0x10):
             if self.cr1 >> 13 & 1:
@@ -193,8 +197,9 @@ class Uart:
             self.shifting = None
         if self.shifting is None and self.waiting is not None and not self.stuck:
             self.shifting, self.waiting = self.waiting, None
-            self.began.append(max(now, self.sends_until))
-            self.sends_until = max(now, self.sends_until) + self.byte_cycles()
+            # what waits in DR follows without a pause, however late we look (30.3.2)
+            self.began.append(max(self.since, self.sends_until))
+            self.sends_until = self.began[-1] + self.byte_cycles()
             self.sr |= TXE
             self.request()
 
@@ -353,6 +358,7 @@ class Chip:
             new.arrivals, new.sent, new.peer, new.garbled = old.arrivals, old.sent, old.peer, old.garbled
         self.reload, self.systick_at, self.systick = 0, None, 0
         self.enabled, self.pending, self.systick_pending = set(), set(), False
+        self.active, self.high = set(), set()  # handlers begun and not ended; lines that were high at the last look
         self.priorities, self.running = collections.defaultdict(int), 256
         self.returned = self.asleep = False
         self.broken, self.data_ready = None, 0
@@ -380,8 +386,7 @@ class Chip:
 
     def isb(self, *_):
         """What has been made pending or let through before is served here."""
-        masked = self.cpu.reg_read(arm.UC_ARM_REG_PRIMASK) & 1
-        if not masked and self.next_interrupt(self.running) is not None:
+        if self.next_interrupt(self.running) is not None:
             self.cpu.emu_stop()
 
     def exception(self, cpu, number, _):
@@ -491,11 +496,12 @@ class Chip:
         """Requests and interrupt lines after something has changed."""
         for uart in self.uarts.values():
             uart.step(self.cycles)
-        for device in (*self.uarts.values(), *self.streams.values()):
-            if device.level():
-                self.pending.add(device.interrupt)
+        level = {device.interrupt for device in (*self.uarts.values(), *self.streams.values()) if device.level()}
         if self.data_ready:
-            self.pending.add(10)
+            level.add(10)
+        # while its handler runs, an interrupt becomes pending anew when its line rises, else when the handler has ended (B3.4.1)
+        self.pending |= level - (self.active & self.high)
+        self.high = level
 
     def rise(self):
         """Data-ready at PC4: EXTI's mask and edge, and the port in SYSCFG_EXTICR2."""
@@ -546,11 +552,17 @@ class Chip:
         self.wwdg.look()
         self.settle()
 
+    def waits(self):
+        """Whether an interrupt is ready, masked or not."""
+        return bool(self.pending & self.enabled) or self.systick_pending
+
     def next_interrupt(self, below=256):
-        """The ready one of the highest priority; of equal ones that with the lowest number, SysTick first (Armv7-M B1.5.4)."""
-        ready = self.pending & self.enabled
-        if not ready and not self.systick_pending:
+        """The ready one of the highest priority; of equal ones that with the lowest number, SysTick first (Armv7-M B1.5.4).
+        PRIMASK holds all back, BASEPRI, unless it is 0, those of its priority and below (B1.4.3)."""
+        if not self.waits() or self.cpu.reg_read(arm.UC_ARM_REG_PRIMASK) & 1:
             return None
+        below = min(below, self.cpu.reg_read(arm.UC_ARM_REG_BASEPRI) & 0xF0 or 256)
+        ready = self.pending & self.enabled
         ready |= {-1} if self.systick_pending else set()
         first = min(ready, key=lambda number: (self.priorities[number], number), default=None)
         return first if first is not None and self.priorities[first] < below else None
@@ -563,19 +575,23 @@ class Chip:
         if number < 0:
             self.systick_pending = False
         self.pending.discard(number)
+        self.active.add(number)
         self.served[number] += 1
         context, pc, running = self.cpu.context_save(), self.pc, self.running
         self.running = self.priorities[number]
         self.pc = struct.unpack("<I", self.cpu.mem_read(FLASH[0] + 4 * (16 + number), 4))[0] & ~1
         self.cpu.reg_write(arm.UC_ARM_REG_LR, 0xFFFF_FFF9)
         self.cpu.reg_write(arm.UC_ARM_REG_IPSR, 16 + number)
+        self.advance(ENTRY * self.rcc.cost)
         self.returned = False
         while not self.returned:
-            self.execute(SLICE)
-            if not self.returned and not self.cpu.reg_read(arm.UC_ARM_REG_PRIMASK) & 1:
+            self.execute(FINE)
+            if not self.returned:
                 while self.interrupt(self.priorities[number]):
                     self.returned = False
         self.cpu.context_restore(context)
+        self.active.discard(number)
+        self.advance(EXIT * self.rcc.cost)
         self.pc, self.running = pc, running
         self.settle()
         return True
@@ -583,18 +599,27 @@ class Chip:
     def run(self, until):
         """Runs to a cycle."""
         while self.cycles < until:
-            if not self.cpu.reg_read(arm.UC_ARM_REG_PRIMASK) & 1:
-                storm = self.cycles + CORE // 1000
-                while self.interrupt():
-                    if self.cycles > storm:
-                        raise Forbidden(f"interrupts without end: {self.served}")
-            self.execute(SLICE)
+            storm = self.cycles + CORE // 1000
+            while self.interrupt():
+                if self.cycles > storm:
+                    raise Forbidden(f"interrupts without end: {self.served}")
+            self.execute(self.look())
             if self.asleep:
                 self.pc += 2
-                while not (self.pending & self.enabled or self.systick_pending) and self.cycles < until:
-                    events = [device.next_event() for device in (*self.uarts.values(), self.iwdg, self.wwdg)]
-                    at = min(event for event in (*events, self.systick_at, until) if event is not None)
-                    self.advance(max(at - self.cycles, 1))
+                while not self.waits() and self.cycles < until:
+                    self.advance(max(self.next_event(until) - self.cycles, 1))
+
+    def look(self):
+        """Instructions until something may happen."""
+        if self.waits():
+            return FINE
+        ahead = int((self.next_event(self.cycles + SLICE * self.rcc.cost) - self.cycles) / self.rcc.cost)
+        return min(max(ahead, 1), SLICE)
+
+    def next_event(self, until):
+        """The cycle of the next one, at the latest this one."""
+        events = [device.next_event() for device in (*self.uarts.values(), self.iwdg, self.wwdg)]
+        return min(event for event in (*events, self.systick_at, until) if event is not None)
 
 
 def ask(chip, text):

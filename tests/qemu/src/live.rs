@@ -106,6 +106,15 @@ impl Live {
         Ok(String::from_utf8_lossy(&output).into_owned())
     }
 
+    /// What QEMU's monitor answers to a line.
+    ///
+    /// # Errors
+    /// The monitor is gone.
+    pub fn monitor(&mut self, line: &str) -> Result<String> {
+        self.monitor.write_all(format!("{line}\n").as_bytes())?;
+        self.prompt()
+    }
+
     /// Stops the board.
     ///
     /// # Errors
@@ -113,12 +122,11 @@ impl Live {
     pub fn debugger(&mut self) -> Result<Debugger> {
         let listener = TcpListener::bind("127.0.0.1:0")?;
         let port = listener.local_addr()?.port();
-        let line = format!("chardev-add socket,id=debugger,host=127.0.0.1,port={port}\n");
-        self.monitor.write_all(line.as_bytes())?;
-        self.prompt()?;
+        self.monitor(&format!(
+            "chardev-add socket,id=debugger,host=127.0.0.1,port={port}"
+        ))?;
         let line = accept(&listener, &mut self.qemu)?;
-        self.monitor.write_all(b"gdbserver chardev:debugger\n")?;
-        self.prompt()?;
+        self.monitor("gdbserver chardev:debugger")?;
         Debugger::new(line)
     }
 
@@ -129,9 +137,8 @@ impl Live {
     pub fn memory(&mut self) -> Result<Memory> {
         let directory = tempfile::tempdir()?;
         let file = directory.path().join("ram");
-        let line = format!("pmemsave {RAM_START:#x} {RAM} \"{}\"\n", file.display());
-        self.monitor.write_all(line.as_bytes())?;
-        let output = self.prompt()?;
+        let save = format!("pmemsave {RAM_START:#x} {RAM} \"{}\"", file.display());
+        let output = self.monitor(&save)?;
         let ram = std::fs::read(&file).with_context(|| output)?;
         ensure!(ram.len() as u64 == RAM, "half a copy of RAM");
         Memory::new(&self.image, ram)

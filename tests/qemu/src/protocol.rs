@@ -8,8 +8,8 @@ use std::time::Duration;
 
 use anyhow::{Context, Result, bail, ensure};
 use firmware::app::{Config, Hardware};
-use firmware::configuration::Configuration;
 use firmware::configuration::record::{self, Record as Configured};
+use firmware::configuration::{Configuration, Sensor};
 use firmware::control::{Mode, Window};
 use firmware::model::IMAGES_LEN;
 use firmware::wire::command::{
@@ -147,9 +147,7 @@ pub fn learn_from_reference(
     let mut live = Live::start(board, image)?;
     let set_up = set_up()?;
     let mut number = set_up.len() as u8;
-    for (number, bytes) in set_up.into_iter().enumerate() {
-        ask(&mut live.command, number as u8, &bytes)?;
-    }
+    obey(&mut live, &set_up)?;
     let mut request = |live: &mut Live, request: &Request| -> Result<Option<Estimate>> {
         number += 1;
         answer(&mut live.command, number, &packet_of(number, request)?)
@@ -196,17 +194,9 @@ pub fn learn_from_reference(
 /// QEMU or the board do not answer, or a request is refused.
 pub fn serve(board: Board, image: &Path, records: &[Record]) -> Result<Served> {
     let mut live = Live::start(board, image)?;
-    let mut input = Vec::new();
-    for (number, bytes) in set_up()?.into_iter().enumerate() {
-        ask(&mut live.command, number as u8, &bytes)?;
-        input.push(Record {
-            input: Input::Command,
-            at_us: 0,
-            bytes,
-        });
-    }
-    input.extend_from_slice(records);
-    let expected = on_desktop(Config::untold(Hardware::DESKTOP), &input).sent;
+    let set_up = set_up()?;
+    obey(&mut live, &set_up)?;
+    let expected = expected(set_up, records);
     let of = |wanted: Input| -> Vec<u8> {
         let wanted = records.iter().filter(|record| record.input == wanted);
         wanted.flat_map(|record| record.bytes.clone()).collect()
@@ -227,6 +217,48 @@ pub fn serve(board: Board, image: &Path, records: &[Record]) -> Result<Served> {
         expected,
         memory: live.memory()?,
     })
+}
+
+/// Sends the board these packets, one after another, and expects that each is done.
+///
+/// # Errors
+/// The board does not answer, or refuses one.
+pub fn obey(live: &mut Live, packets: &[Vec<u8>]) -> Result<()> {
+    for (number, bytes) in packets.iter().enumerate() {
+        ask(&mut live.command, number as u8, bytes)?;
+    }
+    Ok(())
+}
+
+/// What the library on the desktop sends for these records behind these packets.
+#[must_use]
+pub fn expected(packets: Vec<Vec<u8>>, records: &[Record]) -> Vec<u8> {
+    let commands = packets.into_iter().map(|bytes| Record {
+        input: Input::Command,
+        at_us: 0,
+        bytes,
+    });
+    let input: Vec<_> = commands.chain(records.iter().cloned()).collect();
+    on_desktop(Config::untold(Hardware::DESKTOP), &input).sent
+}
+
+/// The configuration of a device that cuts through the frames of the first simulated sensor of this
+/// format.
+#[must_use]
+pub fn cut_through(format: ImuFormat) -> Configuration {
+    let sensor = &format.simulated()[0];
+    let mut settings = sensor.told();
+    settings.stim300.ask = false;
+    let mut told = Configuration {
+        sensor: Some(Sensor::Stream(format.settings(&settings))),
+        rate: f64::from(sensor.rate),
+        ..Configuration::default()
+    };
+    told.lines.cut_through = true;
+    told.correction.check_rate = false;
+    // a machine with other work may stop for long
+    told.correction.silence_us = 10_000_000;
+    told
 }
 
 /// Repeats a request until it is answered, and expects "done". Bytes sent before a board has opened

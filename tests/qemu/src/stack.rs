@@ -82,14 +82,28 @@ impl Bound {
     }
 }
 
-/// The deepest handlers, lowest priority first. Those of a level do not interrupt each other: all
-/// served interrupts but the window watchdog's have one priority (`board/stm32f405/interrupts.rs`).
+/// The handlers of the interrupts whose priority is the second highest, behind the window watchdog's
+/// (`CUT_THROUGH` in `board/stm32f405/interrupts.rs`); all others that are served have a lower one.
+const CUT_THROUGH: [&str; 6] = [
+    "stm32f405::serial::usart1",
+    "stm32f405::serial::usart1_in_end",
+    "stm32f405::serial::usart1_out_end",
+    "stm32f405::serial::usart2",
+    "stm32f405::serial::usart2_in_end",
+    "stm32f405::serial::usart2_out_end",
+];
+
+/// The deepest handlers, lowest priority first. Those of a level do not interrupt each other.
 fn levels(image: &Image, graph: &mut Graph) -> Result<Vec<Way>> {
     let level = |(number, handler): &(u32, u32)| match number {
-        2 => 3,
-        3 => 2,
-        _ if image.name(*handler).ends_with("crash::wwdg") => 1,
-        _ => 0,
+        2 => 4,
+        3 => 3,
+        _ if image.name(*handler).ends_with("crash::wwdg") => 2,
+        _ => usize::from(
+            CUT_THROUGH
+                .iter()
+                .any(|cut| image.name(*handler).ends_with(cut)),
+        ),
     };
     let mut deepest: BTreeMap<usize, Way> = BTreeMap::new();
     for handler in image.handlers() {

@@ -15,32 +15,42 @@ unsafe extern "C" {
 
 const INTERRUPTS: usize = 82;
 
-/// Priority of all but the window watchdog's, which has the highest: it comes through a handler
-/// that does not end. Among themselves they do not interrupt each other, as `link` requires. Four
-/// bits are there (RM0090 12.1).
-const USUAL: u8 = 0x10;
+/// Priority of the sensor's and the navigation line (without `pins = 2`), whose bytes are cut
+/// through with a constant delay. Among themselves they do not interrupt each other, as `link`
+/// requires. Only the window watchdog's is higher, which comes through a handler that does not end.
+/// Four bits are there (RM0090 12.1).
+const CUT: u8 = 0x10;
+
+/// Priority of the rest, which do not interrupt each other either. They share nothing with those
+/// above but the mark that wakes the main loop.
+const USUAL: u8 = 0x20;
 
 /// Gives all but the window watchdog's their priority, before any is let through.
 pub fn prioritise(nvic: &mut NVIC, scb: &mut SCB) {
-    for interrupt in SERVED {
-        // SAFETY: no critical section relies on a priority.
-        unsafe { nvic.set_priority(interrupt, USUAL) };
+    for (interrupts, priority) in [(&CUT_THROUGH[..], CUT), (&OTHERS, USUAL)] {
+        for interrupt in interrupts {
+            // SAFETY: no critical section relies on a priority.
+            unsafe { nvic.set_priority(*interrupt, priority) };
+        }
     }
     // SAFETY: as above.
     unsafe { scb.set_priority(SystemHandler::SysTick, USUAL) };
 }
 
-const SERVED: [Interrupt; 13] = [
+const CUT_THROUGH: [Interrupt; 6] = [
     Interrupt::USART1,
-    Interrupt::USART2,
-    Interrupt::USART3,
-    Interrupt::UART4,
     Interrupt::DMA2_STREAM2,
     Interrupt::DMA2_STREAM7,
+    Interrupt::USART2,
     Interrupt::DMA1_STREAM5,
     Interrupt::DMA1_STREAM6,
+];
+
+const OTHERS: [Interrupt; 7] = [
+    Interrupt::USART3,
     Interrupt::DMA1_STREAM1,
     Interrupt::DMA1_STREAM3,
+    Interrupt::UART4,
     Interrupt::DMA1_STREAM2,
     Interrupt::DMA1_STREAM4,
     Interrupt::EXTI4,

@@ -6,8 +6,9 @@
 //! complete. **The DMA path has not run on a chip yet**, only in a model written from the same
 //! manual (`tests/qemu/judges/stm32f405.py`).
 //!
-//! All interrupts have the same priority (`interrupts`), so none interrupts another, as `link`
-//! requires.
+//! The interrupts of a line have the same priority (`interrupts`), so none interrupts another, as
+//! `link` requires. Those of the sensor's and the navigation line have the same one, since the
+//! sensor's sends what is cut through.
 
 use cortex_m::peripheral::NVIC;
 use firmware::configuration::SerialLines;
@@ -351,9 +352,9 @@ macro_rules! handlers {
         }
 
         pub extern "C" fn $name() {
-            // SAFETY: after `open` only this handler uses this UART's registers, and it does not
-            // interrupt itself.
-            let uart = unsafe { $uart::steal() };
+            // SAFETY: after `open` only this handler uses this UART's registers, and of USART2 the
+            // one of the sensor's line. They do not interrupt each other. UART4: as in `open`.
+            let uart = unsafe { &*$uart::ptr().cast::<RegisterBlock>() };
             let status = uart.sr().read();
             let torn =
                 status.fe().bit_is_set() || status.nf().bit_is_set() || status.pe().bit_is_set();
@@ -380,21 +381,28 @@ macro_rules! handlers {
                     wake();
                 }
             }
-            let asks = uart.cr1().read().txeie().bit_is_set();
-            while uart.sr().read().txe().bit_is_set() {
-                let Some(byte) = $line.next() else {
-                    if asks {
-                        uart.cr1().modify(|_, w| w.txeie().clear_bit());
-                    }
-                    return;
-                };
-                uart.dr().write(|w| w.dr().set(byte.into()));
-            }
-            if !asks {
-                uart.cr1().modify(|_, w| w.txeie().set_bit());
-            }
+            give(uart, &$line);
         }
     };
+}
+
+/// Gives the transmitter what it has room for. From then on it asks by an interrupt, until nothing
+/// is left.
+#[inline(always)]
+fn give(uart: &RegisterBlock, line: &Uart) {
+    let asks = uart.cr1().read().txeie().bit_is_set();
+    while uart.sr().read().txe().bit_is_set() {
+        let Some(byte) = line.next() else {
+            if asks {
+                uart.cr1().modify(|_, w| w.txeie().clear_bit());
+            }
+            return;
+        };
+        uart.dr().write(|w| w.dr().set(byte.into()));
+    }
+    if !asks {
+        uart.cr1().modify(|_, w| w.txeie().set_bit());
+    }
 }
 
 /// A byte of the sensor, whose frames may be cut through. Whether to wake the main loop.
@@ -402,7 +410,13 @@ macro_rules! handlers {
 fn sensor_came(byte: u8) -> bool {
     let (woken, sends) = masked_cut(|cut| SENSOR.came_through(byte, cut, &NAVIGATION));
     if sends {
-        NVIC::pend(Interrupt::USART2);
+        // SAFETY: as in USART2's handler, which this one does not interrupt.
+        let uart = unsafe { &*USART2::ptr() };
+        if uart.cr3().read().dmat().bit_is_clear() {
+            give(uart, &NAVIGATION);
+        } else {
+            NVIC::pend(Interrupt::DMA1_STREAM6);
+        }
     }
     woken
 }

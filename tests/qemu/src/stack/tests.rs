@@ -169,29 +169,36 @@ fn what_is_done_with_interrupts_masked_calls_nothing_by_its_address() {
     assert!(calls > 3);
 }
 
-/// What makes the handlers one level, against the source: each that is served has got the priority
-/// of all, but the window watchdog's.
+/// What makes the handlers two levels, against the source: each that is served has one of the two
+/// priorities, but the window watchdog's.
 #[test]
-fn every_interrupt_that_is_served_has_the_usual_priority() {
+fn every_interrupt_that_is_served_has_one_of_two_priorities() {
     let file = crate::images::workspace().join("firmware/src/board/stm32f405/interrupts.rs");
     let text = std::fs::read_to_string(file).expect("the interrupt table");
-    let named = |line: &str| {
-        let (_, name) = line.split_once("Interrupt::")?;
-        let end = name.find(|c: char| !c.is_alphanumeric() && c != '_')?;
-        Some(name[..end].to_owned())
+    let list = |name: &str| {
+        let (_, list) = text.split_once(&format!("const {name}: ")).expect("a list");
+        let (_, list) = list.split_once("= [").expect("a list");
+        let (list, _) = list.split_once("];").expect("its end");
+        let names = list
+            .split(',')
+            .map(str::trim)
+            .filter(|name| !name.is_empty());
+        names.map(last).map(str::to_owned).collect::<BTreeSet<_>>()
     };
-    let lines = || text.lines().map(str::trim);
-    let usual: BTreeSet<_> = lines()
-        .filter(|line| line.starts_with("Interrupt::"))
-        .filter_map(named)
-        .collect();
-    let mut served: BTreeSet<_> = lines()
-        .filter(|line| line.starts_with("table[Interrupt::"))
-        .filter_map(named)
-        .collect();
-    assert!(served.remove("WWDG"));
-    assert_eq!(served, usual);
-    assert!(usual.len() > 10, "{usual:?}");
+    let (cut, others) = (list("CUT_THROUGH"), list("OTHERS"));
+    let entries = text.lines().filter_map(|line| {
+        let (_, entry) = line.split_once("table[Interrupt::")?;
+        let (name, handler) = entry.split_once(" as usize] = ")?;
+        Some((name.to_owned(), last(handler).to_owned()))
+    });
+    let mut served: BTreeMap<_, _> = entries.collect();
+    assert_eq!(served.remove("WWDG").as_deref(), Some("wwdg"));
+    assert!(served.len() > 10 && cut.is_disjoint(&others));
+    let all: BTreeSet<_> = served.keys().cloned().collect();
+    assert_eq!(all, &cut | &others);
+    let mut handlers: Vec<_> = cut.iter().map(|name| served[name].as_str()).collect();
+    handlers.sort_unstable();
+    assert_eq!(handlers, super::CUT_THROUGH.map(last));
 }
 
 /// The last name of the path with which a line goes on.
