@@ -28,23 +28,29 @@ pub fn saturate_i24(value: i32) -> (i32, bool) {
     (saturated, saturated != value)
 }
 
-/// Subtracts a correction, in steps of 2^-32 counts, and carries what whole counts leave. A value
-/// at the end of its 32 bits saturates. Returns the values, and which of them saturated, x in bit
-/// 0.
+/// What is carried when nothing is: half a count, in steps of 2^-32 counts. So the whole counts
+/// that are due are the upper half of a sum, and need no rounding.
+pub const HALF: u32 = 1 << 31;
+
+/// Subtracts a correction, in steps of 2^-32 counts, and carries what whole counts leave, and
+/// [`HALF`] more. A value at the end of its 32 bits saturates. Returns the values, and which of
+/// them saturated, x in bit 0.
 #[inline(always)]
-pub fn subtract(sample: [i32; 3], due: &[i64; 3], remainder: &mut [i32; 3]) -> ([i32; 3], u8) {
-    let mut out = sample;
-    let mut overflow = 0;
-    for ((o, d), r) in out.iter_mut().zip(due).zip(remainder) {
-        let whole = carried(*d, r);
+pub fn subtract(sample: &[i32; 3], due: &[i64; 3], left: &mut [u32; 3]) -> ([i32; 3], u8) {
+    let mut out = *sample;
+    let mut lost = 0;
+    for ((o, d), left) in out.iter_mut().zip(due).zip(left) {
+        let sum = d.wrapping_add(i64::from(*left));
+        *left = sum as u32;
+        let whole = (sum >> 32) as i32;
         let wrapped = o.wrapping_sub(whole);
-        overflow |= (*o ^ whole) & (*o ^ wrapped); // the sign bit tells
+        lost |= o.saturating_sub(whole) ^ wrapped;
         *o = wrapped;
     }
-    if overflow < 0 {
-        saturated(sample, out)
-    } else {
+    if lost == 0 {
         (out, 0)
+    } else {
+        saturated(*sample, out)
     }
 }
 
@@ -150,17 +156,40 @@ mod tests {
     #[test]
     fn the_ends_of_32_bits_hold() {
         let due = [3, -3, 3].map(|counts: i64| counts << 32);
-        let mut remainder = [7, -7, 0];
+        let left = [HALF + 7, HALF - 7, HALF];
+        let mut after = left;
         let ends = [i32::MIN + 2, i32::MAX - 2, 0];
-        let (out, axes) = subtract(ends, &due, &mut remainder);
+        let (out, axes) = subtract(&ends, &due, &mut after);
         assert_eq!((out, axes), ([i32::MIN, i32::MAX, -3], 0b011));
-        assert_eq!(remainder, [7, -7, 0]);
+        assert_eq!(after, left);
         // the largest correction of all with the largest remainder
         let due = [LARGEST, -LARGEST, LARGEST];
-        let mut remainder = [i32::MAX, i32::MIN, i32::MAX];
-        let (out, axes) = subtract([i32::MIN, i32::MAX, i32::MAX], &due, &mut remainder);
+        let mut left = [u32::MAX, 0, u32::MAX];
+        let (out, axes) = subtract(&[i32::MIN, i32::MAX, i32::MAX], &due, &mut left);
         assert_eq!(axes, 0b011);
         assert_eq!(out, [i32::MIN, i32::MAX, i32::MAX - (1 << 30)]);
+    }
+
+    /// Half a count more in what is carried does what rounding does in [`carried`].
+    #[test]
+    fn half_a_count_more_rounds() {
+        let mut state = 1u64;
+        let (mut left, mut remainder) = ([HALF; 3], [0; 3]);
+        for _ in 0..10_000 {
+            let due = [20, 31, 62].map(|bits| {
+                state = state
+                    .wrapping_mul(6_364_136_223_846_793_005)
+                    .wrapping_add(1);
+                state.cast_signed() >> (63 - bits)
+            });
+            let (out, _) = subtract(&[0; 3], &due, &mut left);
+            let mut expected = [0; 3];
+            for ((expected, due), remainder) in expected.iter_mut().zip(due).zip(&mut remainder) {
+                *expected = -carried(due, remainder);
+            }
+            assert_eq!(out, expected);
+            assert_eq!(left, remainder.map(|r: i32| r.cast_unsigned() ^ HALF));
+        }
     }
 
     #[test]

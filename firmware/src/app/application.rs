@@ -335,18 +335,10 @@ impl<'m> App<'m> {
         clock: &impl Clock,
     ) -> bool {
         let now = clock.now_us();
-        self.flow.turn_us = now;
         self.flow.blackbox.pass(now);
         let a_second = self.flow.load.look(now, clock);
         let silent = lines.sensor.is_idle();
-        if self.quiet
-            && silent
-            && !a_second
-            && self.rests(now)
-            && lines.navigation.is_idle()
-            && lines.command.is_idle()
-            && lines.gnss.is_idle()
-        {
+        if self.quiet && silent && !a_second && self.rests(now) && self.links_rest(lines, now) {
             (self.served_us, self.well.rested_us) = (now, now);
             lines.navigation.poll();
             lines.sensor.poll();
@@ -392,14 +384,7 @@ impl<'m> App<'m> {
         let between = self.framer.pending() == 0 && !is_within(&mut lines.navigation);
         if between || waited {
             self.served_us = now;
-            busy |= self.back(&mut lines.navigation, &mut lines.sensor, now);
-            let asked = !self.asked.is_empty() || !lines.command.is_idle();
-            busy |= asked && self.command(&mut lines.command, now);
-            if self.server.renewal != Renewal::None {
-                self.renew(&mut lines.navigation, &mut lines.command, now);
-            }
-            let gnss = !lines.gnss.is_idle() || self.receiver.is_due(now);
-            busy |= gnss && self.gnss(&mut lines.gnss, now);
+            busy |= !self.links_rest(lines, now) && self.links(lines, now);
             // the end of a block that is learnt from is enough work for one pass
             let learns = self.flow.learns() && blocks != self.flow.counters.blocks;
             busy |= learns || self.work(now);
@@ -409,18 +394,49 @@ impl<'m> App<'m> {
         busy
     }
 
+    /// Whether nothing has come or is due but on the sensor's line.
+    #[inline(always)]
+    fn links_rest<S: Line, N: Line, C: Line, G: Line>(
+        &self,
+        lines: &Lines<S, N, C, G>,
+        now: u64,
+    ) -> bool {
+        self.asked.is_empty()
+            && self.server.renewal == Renewal::None
+            && self.reverse.rests(&self.flow)
+            && !self.receiver.is_due(now)
+            && lines.navigation.is_idle()
+            && lines.command.is_idle()
+            && lines.gnss.is_idle()
+    }
+
+    /// The navigation computer's way back, the command link and the receiver. True: there may be
+    /// more work.
+    #[inline(never)]
+    fn links<S: Line, N: Line, C: Line, G: Line>(
+        &mut self,
+        lines: &mut Lines<S, N, C, G>,
+        now: u64,
+    ) -> bool {
+        let mut busy = self.back(&mut lines.navigation, &mut lines.sensor, now);
+        let asked = !self.asked.is_empty() || !lines.command.is_idle();
+        busy |= asked && self.command(&mut lines.command, now);
+        if self.server.renewal != Renewal::None {
+            self.renew(&mut lines.navigation, &mut lines.command, now);
+        }
+        let gnss = !lines.gnss.is_idle() || self.receiver.is_due(now);
+        busy |= gnss && self.gnss(&mut lines.gnss, now);
+        busy
+    }
+
     /// After a pass that left nothing to do, and while nothing comes: whether this pass would do
     /// nothing either. Most of a board's passes are such, since the millisecond of its clock wakes
     /// it.
     #[inline(always)]
     fn rests(&self, now: u64) -> bool {
-        let heard = now.saturating_sub(self.heard_us) < u64::from(self.flow.config.silence_us);
+        let heard = now.wrapping_sub(self.heard_us) < u64::from(self.flow.config.silence_us);
         (heard || self.flow.faults & fault::SILENT != 0)
             && self.framer.pending() == 0
-            && self.asked.is_empty()
-            && self.server.renewal == Renewal::None
-            && self.reverse.rests(&self.flow)
-            && !self.receiver.is_due(now)
             && !self.flow.is_rate_due(now)
     }
 }

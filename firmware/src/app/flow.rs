@@ -61,8 +61,6 @@ pub(super) struct Flow<'m> {
     /// Latitude of the last fix, rad.
     latitude: Option<f64>,
     pub load: Load,
-    /// When the present pass began, microseconds.
-    pub turn_us: u64,
     pub config: Config,
     /// Check of its networks.
     nets_sum: u32,
@@ -141,7 +139,6 @@ impl<'m> Flow<'m> {
             mode: config.mode,
             latitude: None,
             load: Load::default(),
-            turn_us: 0,
             plausibility: Plausibility::new(config.told.as_ref().map(plausibility::Told::of)),
             disagrees: false,
             nets_sum: of_nets(&config.nets),
@@ -156,7 +153,10 @@ impl<'m> Flow<'m> {
             uncounted: false,
             now_us: 0,
             leads_anew: false,
-            correction: Guarded::NONE,
+            correction: Guarded::nothing(Correction {
+                compensator: Compensator::BLANK,
+                state: State::default(),
+            }),
             last: Last::default(),
             still: Still::default(),
             told: Told::AsConfigured,
@@ -234,26 +234,26 @@ impl<'m> Flow<'m> {
             self.make((frame.source(), content), reading.present);
             self.see_kind(&reading.sample);
         }
-        let mut sample = reading.sample;
-        let correct = reading.valid != Axes::NONE && self.channels.is(content);
+        let correct = reading.valid != Axes::NONE && (known || self.channels.is(content));
         let mut saturated = Axes::NONE;
         match self.correction.get_mut() {
             Some(Correction { compensator, state }) if correct => {
-                let over = compensator.correct(state, self.channels.current(), &mut sample);
+                let outlet = self.channels.current();
+                let (sample, over) = compensator.corrected(state, outlet, &reading.sample);
                 saturated = Axes(over.0 | self.change(&mut frame, &sample).0);
             }
             _ if frame.always_changes(&self.config.sensor) => {
-                saturated = self.change(&mut frame, &sample)
+                saturated = self.change(&mut frame, &reading.sample)
             }
             _ => {}
         }
         let sent = out.send(frame.bytes()).is_ok();
         self.blackbox.left(frame.bytes());
         // the frame has left: no work is urgent until the next one is complete
-        self.flag(fault::OUTPUT_FULL, !sent);
-        count(&mut self.counters.dropped, u32::from(!sent));
-        self.flag(fault::SATURATED, saturated != Axes::NONE);
-        count(&mut self.counters.saturated, saturated.0.count_ones());
+        let told = self.faults & (fault::OUTPUT_FULL | fault::SATURATED) != 0;
+        if told || !sent || saturated != Axes::NONE {
+            self.not_as_owed(sent, saturated);
+        }
         count(&mut self.counters.frames, 1);
         if reading.valid != reading.present && frame.starts_up() {
             self.restarted();
@@ -265,6 +265,16 @@ impl<'m> Flow<'m> {
             self.blackbox.frame(frame.bytes());
         }
         self.follow(reading);
+    }
+
+    /// A frame could not be sent or be corrected in full, or none of late.
+    #[cold]
+    #[inline(never)]
+    fn not_as_owed(&mut self, sent: bool, saturated: Axes) {
+        self.flag(fault::OUTPUT_FULL, !sent);
+        count(&mut self.counters.dropped, u32::from(!sent));
+        self.flag(fault::SATURATED, saturated != Axes::NONE);
+        count(&mut self.counters.saturated, saturated.0.count_ones());
     }
 
     /// Puts a sample into a frame. Gives the axes that saturate.

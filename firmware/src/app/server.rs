@@ -209,7 +209,7 @@ impl Server {
             Request::GetReset => match flow.config.hardware.reset {
                 Some(reset) => {
                     return Response::Reset(Reset {
-                        uptime_ms: (flow.turn_us / 1000) as u32,
+                        uptime_ms: (flow.blackbox.now_us() / 1000) as u32,
                         ..reset
                     });
                 }

@@ -1,7 +1,7 @@
 //! A compensator for the samples of a stream.
 
 use super::config::Config;
-use crate::compensator::{Compensator, Limit};
+use crate::compensator::{Compensator, Limit, of_nets};
 use crate::sample::Lsb;
 use crate::wire::Stream;
 
@@ -12,15 +12,15 @@ pub(super) fn compensator(
     slew: Option<Limit>,
 ) -> Option<Compensator> {
     let mut made = Compensator::BLANK;
-    renew(&mut made, stream, config, slew)?;
+    renew(&mut made, stream, (config, of_nets(&config.nets)), slew)?;
     Some(made)
 }
 
-/// The same in the place of a blank one. `None`: it stays blank.
+/// The same in the place of another one, of networks with this check. `None`: it is of no use.
 pub(super) fn renew(
-    blank: &mut Compensator,
+    place: &mut Compensator,
     stream: &Stream,
-    config: &Config,
+    (config, nets_sum): (&Config, u32),
     slew: Option<Limit>,
 ) -> Option<()> {
     let period = 1.0 / stream.rate;
@@ -29,8 +29,13 @@ pub(super) fn renew(
     let samples = (config.block * stream.rate + 0.5) as u16;
     let timing = (lsb, period, samples.max(1));
     let inputs = config.told.as_ref().map(|told| told.inputs);
-    blank
-        .renew(&config.nets, timing, config.limit, (inputs, slew))
+    place
+        .renew(
+            (&config.nets, nets_sum),
+            timing,
+            config.limit,
+            (inputs, slew),
+        )
         .ok()
 }
 

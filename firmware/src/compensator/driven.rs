@@ -13,9 +13,14 @@ impl Compensator {
 
     /// Other sources enter the networks, from the next block on.
     pub fn set_inputs(&mut self, inputs: Inputs) {
+        self.take_inputs(inputs);
+        self.seal();
+    }
+
+    /// The same without the check.
+    pub(super) fn take_inputs(&mut self, inputs: Inputs) {
         self.inputs = inputs;
         self.vibrates = inputs.as_flattened().contains(&Source::Vibration);
-        self.seal();
     }
 
     /// So many samples are missing: time that the thermometer has to know of.

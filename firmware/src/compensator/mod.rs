@@ -116,6 +116,12 @@ pub struct State {
 }
 
 impl State {
+    /// As before the first sample. By itself, so that it is made in its place.
+    #[inline(never)]
+    pub fn clear(&mut self) {
+        *self = State::default();
+    }
+
     /// Correction in force: rad/s and m/s2.
     pub fn estimate(&self) -> [[f32; 3]; 2] {
         self.estimate
@@ -208,25 +214,24 @@ impl Compensator {
         sum: 0,
     };
 
-    /// [`Compensator::new`] with these inputs and this slew limit, in the place of a blank one. The
+    /// [`Compensator::new`] of networks with this check ([`of_nets`]), with these inputs and this
+    /// slew limit, in the place of another one. The
     /// first frame of a stream waits for it, and each copy would cost as much as a sample.
     ///
     /// # Errors
     /// As [`Compensator::new`].
     pub(crate) fn renew(
         &mut self,
-        nets: &Nets,
+        (nets, nets_sum): (&Nets, u32),
         (lsb, sample_period_s, block_samples): (Lsb, f64, u16),
         limit: Limit,
         (inputs, slew): (Option<Inputs>, Option<Limit>),
     ) -> Result<(), ConfigError> {
         self.set_up(lsb, sample_period_s, block_samples, limit)?;
         (self.gyro, self.accel) = (nets.gyro, nets.accel);
-        self.slew = slew;
-        match inputs {
-            Some(inputs) => self.set_inputs(inputs),
-            None => self.seal(),
-        }
+        (self.slew, self.outlets) = (slew, 1);
+        self.take_inputs(inputs.unwrap_or(OWN));
+        self.seal_with(nets_sum);
         Ok(())
     }
 
@@ -320,8 +325,7 @@ impl Compensator {
             gyro: sample.dtheta,
             accel: sample.dv,
         };
-        let mut corrected = before;
-        self.correct(state, 0, &mut corrected);
+        let (corrected, _) = self.corrected(state, 0, &before);
         let out = match corrected {
             RawSample::Counts { gyro, accel } => Counts {
                 dtheta: gyro,
@@ -333,7 +337,25 @@ impl Compensator {
     }
 
     /// Adds one *uncorrected* sample to the block; the last one steps the networks.
+    #[inline(always)]
     pub fn accumulate(&self, state: &mut State, sample: &RawSample) -> Option<Block> {
+        self.add(state, sample);
+        if state.samples < self.scale.block_samples {
+            return None;
+        }
+        self.end_if_sound(state, sample)
+    }
+
+    /// Ends the block.
+    #[inline(never)]
+    fn end_if_sound(&self, state: &mut State, sample: &RawSample) -> Option<Block> {
+        state.unsound = !self.is_sound();
+        (!state.unsound).then(|| self.end_block(state, step_of(sample)))
+    }
+
+    /// Adds one sample to the block.
+    #[inline(never)]
+    fn add(&self, state: &mut State, sample: &RawSample) {
         if self.vibrates {
             state.vibration.add(state.samples == 0, sample);
         }
@@ -355,11 +377,6 @@ impl Compensator {
             }
         }
         state.samples += 1;
-        if state.samples < self.scale.block_samples {
-            return None;
-        }
-        state.unsound = !self.is_sound();
-        (!state.unsound).then(|| self.end_block(state, step_of(sample)))
     }
 
     /// Ends the block that another compensator, found unsound, could not end; `sample` was its

@@ -4,22 +4,35 @@
 //! reads one of them, so each must be right to its last remainder.
 
 use super::{Compensator, ConfigError, State};
-use crate::remainder::{COUNT, LARGEST, Owed, add_float, subtract};
+use crate::remainder::{COUNT, HALF, LARGEST, Owed, add_float, subtract};
 use crate::sample::{Axes, Lsb, RawSample};
 
 /// Streams of samples that can be corrected beside each other.
 pub const OUTLETS: usize = 4;
 
 /// What one stream of samples is owed.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone)]
 pub(super) struct Outlet {
     pub(super) due: [[i64; 3]; 2], // the estimate in steps of 2^-32 counts per sample
     pub(super) due_float: [[f32; 3]; 2],
-    remainder: [[i32; 3]; 2], // steps of 2^-32 counts; at most half a count
+    left: [[u32; 3]; 2], // steps of 2^-32 counts carried over, and `HALF` more
     pub(super) remainder_float: [[f32; 3]; 2],
     /// Checks of what integer and what float samples are corrected by: see [`super::sound`].
     counts_sum: u32,
     floats_sum: u32,
+}
+
+impl Default for Outlet {
+    fn default() -> Outlet {
+        Outlet {
+            due: [[0; 3]; 2],
+            due_float: [[0.0; 3]; 2],
+            left: [[HALF; 3]; 2],
+            remainder_float: [[0.0; 3]; 2],
+            counts_sum: 0,
+            floats_sum: 0,
+        }
+    }
 }
 
 impl State {
@@ -37,7 +50,7 @@ impl State {
             .iter()
             .zip(of.due_float.as_flattened());
         let left = of
-            .remainder
+            .left
             .as_flattened()
             .iter()
             .zip(of.remainder_float.as_flattened());
@@ -50,7 +63,7 @@ impl State {
             } else {
                 Owed {
                     due: count.cast_unsigned(),
-                    left: left.cast_unsigned(),
+                    left: left ^ HALF,
                 }
             };
         }
@@ -69,10 +82,10 @@ impl State {
                 .for_each(|(place, bits)| *place = f32::from_bits(bits));
             of.floats_sum = of.floats_sum();
         } else {
-            let places = of.remainder.as_flattened_mut().iter_mut();
+            let places = of.left.as_flattened_mut().iter_mut();
             places
                 .zip(left)
-                .for_each(|(place, bits)| *place = bits.cast_signed());
+                .for_each(|(place, bits)| *place = bits ^ HALF);
         }
     }
 
@@ -83,7 +96,7 @@ impl State {
         if floats {
             outlet.remainder_float.map(|triad| triad.map(f32::to_bits))
         } else {
-            outlet.remainder.map(|triad| triad.map(i32::cast_unsigned))
+            outlet.left.map(|triad| triad.map(|left| left ^ HALF))
         }
     }
 
@@ -94,7 +107,7 @@ impl State {
             outlet.remainder_float = bits.map(|triad| triad.map(f32::from_bits));
             outlet.floats_sum = outlet.floats_sum();
         } else {
-            outlet.remainder = bits.map(|triad| triad.map(u32::cast_signed));
+            outlet.left = bits.map(|triad| triad.map(|bits| bits ^ HALF));
         }
     }
 }
@@ -129,38 +142,51 @@ impl Compensator {
     }
 
     /// Corrects one sample of an outlet by the estimate in force: all that must be done before a
-    /// frame can leave. Returns the axes whose count saturated at 32 bits. Nothing happens at an
-    /// outlet that does not exist.
+    /// frame can leave. Returns it and the axes whose count saturated at 32 bits. Nothing happens
+    /// at an outlet that does not exist.
     #[inline(always)]
-    pub fn correct(&self, state: &mut State, outlet: usize, sample: &mut RawSample) -> Axes {
-        let sound = match (state.outlets.get(outlet), &*sample) {
+    pub fn corrected(
+        &self,
+        state: &mut State,
+        outlet: usize,
+        sample: &RawSample,
+    ) -> (RawSample, Axes) {
+        let sound = match (state.outlets.get(outlet), sample) {
             (Some(of), RawSample::Counts { .. }) => of.counts_sum() == of.counts_sum,
             (Some(of), RawSample::Floats { .. }) => of.floats_sum() == of.floats_sum,
-            (None, _) => return Axes::NONE,
+            (None, _) => return (*sample, Axes::NONE),
         };
         if !sound {
             self.mend_outlet(state, outlet);
         }
         let Some(outlet) = state.outlets.get_mut(outlet) else {
-            return Axes::NONE;
+            return (*sample, Axes::NONE);
         };
         match sample {
             RawSample::Counts { gyro, accel } => {
-                let [left_gyro, left_accel] = &mut outlet.remainder;
-                let (rates, gyro_over) = subtract(*gyro, &outlet.due[0], left_gyro);
-                let (forces, accel_over) = subtract(*accel, &outlet.due[1], left_accel);
-                (*gyro, *accel) = (rates, forces);
-                Axes::new(gyro_over, accel_over)
+                let [left_gyro, left_accel] = &mut outlet.left;
+                let (gyro, gyro_over) = subtract(gyro, &outlet.due[0], left_gyro);
+                let (accel, accel_over) = subtract(accel, &outlet.due[1], left_accel);
+                let over = Axes::new(gyro_over, accel_over);
+                (RawSample::Counts { gyro, accel }, over)
             }
             RawSample::Floats { gyro, accel } => {
                 let [due_gyro, due_accel] = &outlet.due_float;
                 let [left_gyro, left_accel] = &mut outlet.remainder_float;
-                add_float(gyro, due_gyro, left_gyro);
-                add_float(accel, due_accel, left_accel);
+                let (mut gyro, mut accel) = (*gyro, *accel);
+                add_float(&mut gyro, due_gyro, left_gyro);
+                add_float(&mut accel, due_accel, left_accel);
                 outlet.floats_sum = outlet.floats_sum();
-                Axes::NONE
+                (RawSample::Floats { gyro, accel }, Axes::NONE)
             }
         }
+    }
+
+    /// [`Compensator::corrected`] in the sample's place. Returns the axes that saturated.
+    pub fn correct(&self, state: &mut State, outlet: usize, sample: &mut RawSample) -> Axes {
+        let (corrected, over) = self.corrected(state, outlet, sample);
+        *sample = corrected;
+        over
     }
 
     /// The estimate in counts per sample, for the outlets in use. Floats are owed nothing any more

@@ -71,8 +71,11 @@ impl Uart {
         if stream.is_running() {
             return;
         }
-        stream.stop();
-        self.to_send.emptied(self.leaving.load(Ordering::Relaxed));
+        let left = self.leaving.load(Ordering::Relaxed);
+        if left != 0 {
+            stream.stop();
+            self.to_send.emptied(left);
+        }
         let places = self.to_send.oldest();
         self.leaving.store(places.len(), Ordering::Relaxed);
         if !places.is_empty() {

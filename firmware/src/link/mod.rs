@@ -57,6 +57,12 @@ pub trait Line {
         false
     }
 
+    /// After a [`Line::receive`]: whether another call at once may find more. Bytes that an
+    /// interrupt will report need not be told.
+    fn has_more(&self) -> bool {
+        !self.is_idle()
+    }
+
     /// Starts to send the whole message, or nothing of it. The first byte leaves at once, without
     /// another call.
     ///
@@ -82,6 +88,10 @@ impl<L: Line> Line for &mut L {
 
     fn is_idle(&self) -> bool {
         (**self).is_idle()
+    }
+
+    fn has_more(&self) -> bool {
+        (**self).has_more()
     }
 
     fn send(&mut self, message: &[u8]) -> Result<(), Full> {

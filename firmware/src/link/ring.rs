@@ -91,6 +91,12 @@ impl<const N: usize> Ring<N> {
         self.counts.pushed.load(Ordering::Acquire)
     }
 
+    /// The same for who does not look at the bytes then.
+    #[inline(always)]
+    pub fn count(&self) -> usize {
+        self.counts.pushed.load(Ordering::Relaxed)
+    }
+
     /// [`Inlet::push`] for the shortest of interrupts. Returns the count of bytes after it.
     #[inline(always)]
     pub fn push(&self, byte: u8) -> usize {
@@ -211,6 +217,33 @@ impl Inlet<'_> {
         }
     }
 
+    /// Puts all bytes in, or none. False: there is no room for all.
+    pub fn put_all(&mut self, bytes: &[u8]) -> bool {
+        self.put_all_by(bytes, put)
+    }
+
+    /// The same with this function in place of [`put`].
+    #[inline(always)]
+    pub fn put_all_by(&mut self, bytes: &[u8], put: fn(&[AtomicU8], &[u8])) -> bool {
+        let popped = self.counts.popped.load(Ordering::Acquire);
+        let pushed = self.counts.pushed.load(Ordering::Relaxed);
+        let there = pushed.wrapping_sub(popped);
+        if self.bytes.len().saturating_sub(there) < bytes.len() {
+            return false;
+        }
+        let (to, wrapped) = from(self.bytes, pushed);
+        if bytes.len() <= to.len() {
+            put(to, bytes);
+        } else {
+            let (first, rest) = bytes.split_at_checked(to.len()).unwrap_or_default();
+            put(to, first);
+            put(wrapped, rest);
+        }
+        let pushed = pushed.wrapping_add(bytes.len());
+        self.counts.pushed.store(pushed, Ordering::Release);
+        true
+    }
+
     /// Notes that bytes were lost before they came here: a UART's overrun, framing or parity error.
     /// The outlet reports it.
     pub fn mark_lost(&mut self) {
@@ -262,6 +295,37 @@ impl Outlet<'_> {
         pushed == self.counts.popped.load(Ordering::Relaxed)
     }
 
+    /// [`Read::read`] with this function in place of [`get`].
+    ///
+    /// # Errors
+    /// [`Overrun`], once for all losses since the last call.
+    #[inline(always)]
+    pub fn read_by(
+        &mut self,
+        buffer: &mut [u8],
+        get: fn(&[AtomicU8], &mut [u8]),
+    ) -> Result<usize, Overrun> {
+        let lost = self.lost();
+        if core::mem::replace(&mut self.seen, lost) != lost {
+            return Err(Overrun);
+        }
+        let popped = self.popped();
+        let there = self.counts.pushed.load(Ordering::Acquire);
+        let read = there.wrapping_sub(popped).min(buffer.len());
+        let (bytes, wrapped) = from(self.bytes, popped);
+        let places = buffer.get_mut(..read).unwrap_or_default();
+        if places.len() <= bytes.len() {
+            get(bytes, places);
+        } else {
+            let (first, rest) = places.split_at_mut_checked(bytes.len()).unwrap_or_default();
+            get(bytes, first);
+            get(wrapped, rest);
+        }
+        let popped = popped.wrapping_add(read);
+        self.counts.popped.store(popped, Ordering::Release);
+        Ok(read)
+    }
+
     /// Whether there are losses to report.
     pub fn has_lost(&self) -> bool {
         self.seen != self.lost()
@@ -283,16 +347,10 @@ fn from(bytes: &[AtomicU8], count: usize) -> (&[AtomicU8], &[AtomicU8]) {
     (bytes.get(first..).unwrap_or_default(), bytes)
 }
 
-/// The first `len` bytes, and where the ring's `room` to its end divides them.
-fn halves(bytes: &[u8], len: usize, room: usize) -> (&[u8], &[u8]) {
-    let bytes = bytes.get(..len).unwrap_or_default();
-    bytes.split_at_checked(room).unwrap_or((bytes, &[]))
-}
-
 /// Copies `bytes` to `to`, which is at least as long: four at a time, since the loop costs more
 /// than a byte.
-#[inline(always)]
-fn put(to: &[AtomicU8], bytes: &[u8]) {
+#[inline(never)]
+pub fn put(to: &[AtomicU8], bytes: &[u8]) {
     let to = to.get(..bytes.len()).unwrap_or_default();
     let ((to, to_rest), (bytes, rest)) = (to.as_chunks::<4>(), bytes.as_chunks::<4>());
     for (to, bytes) in to.iter().zip(bytes) {
@@ -305,9 +363,9 @@ fn put(to: &[AtomicU8], bytes: &[u8]) {
     }
 }
 
-/// Copies `bytes` to `to`, which is at least as long.
-#[inline(always)]
-fn get(bytes: &[AtomicU8], to: &mut [u8]) {
+/// Fills `to` from `bytes`, which are at least as many.
+#[inline(never)]
+pub fn get(bytes: &[AtomicU8], to: &mut [u8]) {
     let bytes = bytes.get(..to.len()).unwrap_or_default();
     let ((bytes, bytes_rest), (to, rest)) = (bytes.as_chunks::<4>(), to.as_chunks_mut::<4>());
     for (bytes, to) in bytes.iter().zip(to) {
@@ -345,16 +403,8 @@ impl ErrorType for Inlet<'_> {
 impl Write for Inlet<'_> {
     /// Writes as many as fit. It does not wait and may return 0.
     fn write(&mut self, bytes: &[u8]) -> Result<usize, Self::Error> {
-        let pushed = self.counts.pushed.load(Ordering::Relaxed);
         let taken = bytes.len().min(self.room());
-        let (to, wrapped) = from(self.bytes, pushed);
-        let (first, rest) = halves(bytes, taken, to.len());
-        put(to, first);
-        if !rest.is_empty() {
-            put(wrapped, rest);
-        }
-        let pushed = pushed.wrapping_add(taken);
-        self.counts.pushed.store(pushed, Ordering::Release);
+        self.put_all(bytes.get(..taken).unwrap_or_default());
         Ok(taken)
     }
 
@@ -377,24 +427,7 @@ impl ErrorType for Outlet<'_> {
 impl Read for Outlet<'_> {
     /// Reads what is there. It does not wait and may return 0.
     fn read(&mut self, buffer: &mut [u8]) -> Result<usize, Overrun> {
-        let lost = self.lost();
-        if core::mem::replace(&mut self.seen, lost) != lost {
-            return Err(Overrun);
-        }
-        let popped = self.popped();
-        let there = self.counts.pushed.load(Ordering::Acquire);
-        let read = there.wrapping_sub(popped).min(buffer.len());
-        let (bytes, wrapped) = from(self.bytes, popped);
-        let places = buffer.get_mut(..read).unwrap_or_default();
-        let first = bytes.len().min(read);
-        let (first, rest) = places.split_at_mut_checked(first).unwrap_or_default();
-        get(bytes, first);
-        if !rest.is_empty() {
-            get(wrapped, rest);
-        }
-        let popped = popped.wrapping_add(read);
-        self.counts.popped.store(popped, Ordering::Release);
-        Ok(read)
+        self.read_by(buffer, get)
     }
 }
 

@@ -13,7 +13,6 @@ use super::ring::{Inlet, Outlet, Ring};
 use super::{Full, Line, Lost};
 use core::cell::Cell;
 use core::sync::atomic::{AtomicUsize, Ordering};
-use embedded_io::{Read, Write};
 
 /// Room for received bytes: 4 ms of the fastest sensor (STIM300, 118 kB/s).
 pub const RECEIVED: usize = 512;
@@ -168,6 +167,9 @@ impl<S: Progress> Port<'_, S> {
     pub fn want(&self, bytes: usize) -> bool {
         let taken = self.received.popped();
         let wanted = taken.wrapping_add(bytes);
+        if S::DMA && self.wants(wanted, bytes) {
+            return self.uart.received.pushed().wrapping_sub(taken) < bytes;
+        }
         // written first and read then, so that one side sees a byte that comes in between
         self.uart.wanted.store(wanted, Ordering::SeqCst);
         if S::DMA {
@@ -182,6 +184,14 @@ impl<S: Progress> Port<'_, S> {
             }
         }
         self.uart.received.pushed().wrapping_sub(taken) < bytes
+    }
+
+    /// Whether just this was wanted last and a transfer for it is under way.
+    #[inline(always)]
+    fn wants(&self, wanted: usize, ahead: usize) -> bool {
+        self.uart.wanted.load(Ordering::Relaxed) == wanted
+            && self.uart.ahead.load(Ordering::Relaxed) == ahead
+            && self.uart.arriving.load(Ordering::Relaxed) != 0
     }
 
     /// Whether nothing has come since start.
@@ -203,7 +213,7 @@ impl<S: Progress> Port<'_, S> {
     /// come since the last look, the message may be a shorter one.
     #[inline(always)]
     fn has_work(&self) -> bool {
-        let pushed = self.uart.received.pushed();
+        let pushed = self.uart.received.count(); // the bytes are not read here
         let untold = S::DMA && self.has_untold();
         if pushed == self.received.popped() && !untold {
             return false;
@@ -223,7 +233,7 @@ impl<S: Progress> Line for Port<'_, S> {
         if S::DMA && self.has_untold() {
             (self.sync)();
         }
-        let read = self.received.read(buffer).map_err(|_| Lost);
+        let read = self.received.read_by(buffer, S::get).map_err(|_| Lost);
         let taken = self.received.popped();
         self.uart.wanted.store(taken, Ordering::Relaxed);
         if S::DMA && self.uart.arriving.load(Ordering::Relaxed) == 0 {
@@ -236,6 +246,11 @@ impl<S: Progress> Line for Port<'_, S> {
         !self.has_work() && !self.received.has_lost()
     }
 
+    fn has_more(&self) -> bool {
+        let there = self.uart.received.count() != self.received.popped();
+        there || self.received.has_lost()
+    }
+
     fn cut(&mut self, work: &mut dyn FnMut(&mut Cut)) -> bool {
         self.cut.map(|masked| masked(work)).is_some()
     }
@@ -243,10 +258,9 @@ impl<S: Progress> Line for Port<'_, S> {
     fn send(&mut self, message: &[u8]) -> Result<(), Full> {
         let mut free = true;
         self.cut(&mut |cut| free = cut.stop());
-        if !free || self.to_send.room() < message.len() {
+        if !free || !self.to_send.put_all_by(message, S::put) {
             return Err(Full);
         }
-        let _ = self.to_send.write(message); // there is room
         (self.wake)();
         Ok(())
     }

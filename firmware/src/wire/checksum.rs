@@ -44,6 +44,14 @@ pub fn crc32_mpeg2(bytes: &[u8]) -> u32 {
     mpeg2(!0, bytes)
 }
 
+/// The same over a number of words that is known beforehand.
+#[inline(always)]
+pub fn crc32_mpeg2_words<const N: usize>(words: &[[u8; 4]; N]) -> u32 {
+    #[cfg(test)]
+    count::one(4 * N);
+    mpeg2(!0, words.as_flattened())
+}
+
 /// CRC-32/MPEG-2 over `bytes` filled up with zeros to a multiple of four bytes (STIM300's dummy
 /// bytes, never sent).
 pub fn crc32_mpeg2_padded(bytes: &[u8]) -> u32 {
@@ -67,6 +75,27 @@ fn dummies(len: usize) -> &'static [u8] {
 /// matter.
 pub fn crc32_mpeg2_change(difference: &[u8], after: usize) -> u32 {
     mpeg2(mpeg2(0, difference), head(&[0; LONGEST], after))
+}
+
+/// [`crc32_mpeg2_padded_change`] of words most significant byte first, which begin a frame, for a
+/// CRC before which `after` other bytes stand. Twelve instructions a word.
+#[inline(always)]
+pub fn crc32_mpeg2_padded_change_of<const N: usize>(differences: [u32; N], after: usize) -> u32 {
+    let [table] = MPEG_2.table();
+    let word = |crc: u32, word: u32| {
+        let next = |crc: u32| crc << 8 ^ table[(crc >> 24) as usize];
+        next(next(next(next(crc ^ word))))
+    };
+    let mut crc = 0;
+    for difference in differences {
+        crc = word(crc, difference);
+    }
+    let mut left = after.min(LONGEST);
+    while left > 0 {
+        crc = word(crc, 0);
+        left = left.saturating_sub(4);
+    }
+    crc
 }
 
 /// CRC-32/MPEG-2 from `crc` on. A word goes in at once: three instructions a byte then, where one

@@ -55,7 +55,7 @@ pub enum Kind {
 #[derive(Debug, PartialEq, Eq)]
 pub struct Event<'a, F> {
     kind: Kind,
-    format: F,
+    format: &'a F,
     bytes: &'a mut [u8],
 }
 
@@ -74,7 +74,7 @@ impl<F> Event<'_, F> {
 impl<'a> Event<'a, ImuFormat> {
     /// The frame, to be read and changed without another check; `None` for anything else.
     pub fn frame(self) -> Option<Checked<'a>> {
-        (self.kind == Kind::Frame).then(|| Checked::good(self.format, self.bytes))
+        (self.kind == Kind::Frame).then(|| Checked::good(*self.format, self.bytes))
     }
 }
 
@@ -247,19 +247,31 @@ impl<F: Framing> Finder<F> {
         if unread.is_empty() || unread.len() < self.needed {
             return None; // one byte may show that this is no message
         }
-        let found = self.look(unread);
+        let first = self.format.scan(head(unread, LONGEST));
+        if let Scan::Frame(len) = first
+            && self.long == 0
+        {
+            // as in `found`
+            (self.needed, self.aligned, self.usual, self.garbage) = (0, true, len, 0);
+            self.seal();
+            return Some((Kind::Frame, len));
+        }
+        let found = self.look(unread, first);
         self.seal();
         found
     }
 
-    #[inline(always)]
-    fn look(&mut self, unread: &[u8]) -> Option<(Kind, usize)> {
+    /// `first`: what its first byte begins.
+    #[inline(never)]
+    fn look(&mut self, unread: &[u8], first: Scan) -> Option<(Kind, usize)> {
+        let mut first = Some(first);
         let mut skipped = 0;
         let (kind, len) = loop {
             let rest = unread.get(skipped..)?;
             let rest = head(rest, LONGEST); // the answer must not depend on how much has come
             let expected = self.format.has_start_mark() || (self.aligned && skipped == 0);
-            match self.format.scan(rest) {
+            let scan = first.take().unwrap_or_else(|| self.format.scan(rest));
+            match scan {
                 Scan::Partial(needed) if needed <= LONGEST => {
                     if skipped == 0 {
                         self.needed = needed;
@@ -344,22 +356,19 @@ impl<F: Framing> Framer<F> {
     /// Whether what it knows of its bytes can be: after an upset of memory it may not.
     #[inline(always)]
     pub fn is_sound(&self) -> bool {
-        let Unread {
-            start, end, sum, ..
-        } = self.bytes;
+        let Unread { start, end, .. } = self.bytes;
         let Finder {
             needed,
             usual,
             long,
             ..
         } = self.finder;
-        let there = sum == self.bytes.places() && self.finder.sum == self.finder.lengths();
-        there
+        self.bytes.sum == self.bytes.places()
+            && self.finder.sum == self.finder.lengths()
             && self.finder.format == self.finder.again
             && start <= end
             && end <= CAPACITY
-            && needed <= LONGEST
-            && usual <= LONGEST
+            && needed | usual < CAPACITY
             && long <= LONGER
     }
 
@@ -400,11 +409,19 @@ impl<F: Framing> Framer<F> {
 
     /// The next event; `None` when more bytes are needed.
     pub fn next_event(&mut self) -> Option<Event<'_, F>> {
-        if self.pending() == 0 {
+        let Unread { start, end, .. } = self.bytes;
+        if start == end {
             return None; // after most frames
         }
-        let (kind, len) = self.finder.find(self.bytes.from(0))?;
-        Some(self.give_out(kind, len))
+        let (kind, len) = self.finder.find(self.bytes.buffer.get(start..end)?)?;
+        let next = (start + len).min(end);
+        self.bytes.start = next;
+        self.bytes.seal();
+        Some(Event {
+            kind,
+            format: &self.finder.format,
+            bytes: self.bytes.buffer.get_mut(start..next)?,
+        })
     }
 
     /// Whether the last bytes were a good message, so that the next byte should start one.
@@ -426,7 +443,7 @@ impl<F: Framing> Framer<F> {
     fn give_out(&mut self, kind: Kind, len: usize) -> Event<'_, F> {
         Event {
             kind,
-            format: self.finder.format,
+            format: &self.finder.format,
             bytes: self.bytes.take(len),
         }
     }

@@ -65,6 +65,19 @@ impl Stream {
     /// What a frame says about those before it.
     #[inline(always)]
     pub fn gap(&self, last: &mut Last, reading: &Reading) -> Gap {
+        if let (Sequence::Counter(rule), Some(counter)) = (self.sequence, reading.counter)
+            && last
+                .counter
+                .is_some_and(|before| rule.is_next(before, counter))
+        {
+            (last.counter, last.repeats) = (Some(counter), 0);
+            return Gap::None;
+        }
+        self.gap_otherwise(last, reading)
+    }
+
+    #[inline(never)]
+    fn gap_otherwise(&self, last: &mut Last, reading: &Reading) -> Gap {
         let before = last.time;
         let gap = match (self.sequence, reading.counter, reading.time) {
             (Sequence::Counter(rule), Some(counter), _) => rule.check(&mut last.counter, counter),
@@ -157,6 +170,13 @@ impl Rule {
                 .next_power_of_two(),
             step: if step == 0 { 1 } else { step },
         }
+    }
+
+    /// Whether a counter is that of the next frame.
+    #[inline(always)]
+    fn is_next(self, before: u16, counter: u16) -> bool {
+        let advance = u32::from(counter).wrapping_sub(u32::from(before)) & (self.modulus - 1);
+        advance == self.step
     }
 
     /// Compares a frame's counter with the one before it, which it then replaces. Start with

@@ -21,7 +21,7 @@
 pub mod config;
 pub mod request;
 
-use super::checksum::{crc32_mpeg2_padded, crc32_mpeg2_padded_change};
+use super::checksum::{crc32_mpeg2_padded, crc32_mpeg2_padded_change, crc32_mpeg2_words};
 use super::field::{be_i24, head, put, put_be_i24, resealed, saturate_i24, take};
 use super::{Error, Reading, Scan, exactly};
 use crate::sample::{Axes, RawSample};
@@ -57,6 +57,12 @@ pub mod status {
     pub const OVERLOAD: u8 = 0x10;
     /// Error in the measurement channels in bits 2 to 0.
     pub const CHANNEL: u8 = 0x08;
+
+    /// Whether it calls all axes of its cluster good.
+    #[inline(always)]
+    pub fn is_good(status: u8) -> bool {
+        status & (INTEGRITY | START_UP | OVERLOAD | CHANNEL) == 0
+    }
 
     /// The axes of a cluster that its status byte calls good, x in bit 0.
     pub fn valid_axes(status: u8) -> u8 {
@@ -154,6 +160,11 @@ pub fn scan(bytes: &[u8]) -> Scan {
     let Some(&id) = bytes.first() else {
         return Scan::Partial(1);
     };
+    if id == USUAL.0
+        && let Some(frame) = bytes.first_chunk()
+    {
+        return usual(frame);
+    }
     if let Some(contents) = Contents::from_id(id) {
         check(bytes, contents.len(), Scan::Frame)
     } else if let Some(len) = config::special_len(id) {
@@ -179,6 +190,22 @@ fn check(bytes: &[u8], len: usize, good: fn(usize) -> Scan) -> Scan {
 fn crc_is_right(frame: &[u8]) -> bool {
     let crc = frame.len().saturating_sub(at::CRC);
     crc32_mpeg2_padded(head(frame, crc)) == u32::from_be_bytes(take(frame, crc))
+}
+
+/// Identifier and length of what most sensors send: gyros and accelerometers.
+const USUAL: (u8, usize) = (0x91, 28);
+
+/// [`scan`] of such a datagram.
+#[inline(always)]
+fn usual(frame: &[u8; USUAL.1]) -> Scan {
+    let (words, _) = frame.as_chunks::<4>();
+    let [words @ .., crc] = words else {
+        return Scan::Garbage; // it has seven words
+    };
+    match words.first_chunk::<{ USUAL.1 / 4 - 1 }>() {
+        Some(words) if crc32_mpeg2_words(words) == u32::from_be_bytes(*crc) => Scan::Frame(USUAL.1),
+        _ => Scan::BadChecksum,
+    }
 }
 
 /// How the CRC changes when the first bytes do.
@@ -383,6 +410,7 @@ pub struct Temperatures {
 
 mod protocol;
 mod repr;
+mod words;
 pub use protocol::{Protocol, Settings};
 pub use repr::Repr;
 

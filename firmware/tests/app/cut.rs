@@ -7,7 +7,7 @@ use firmware::control::Mode;
 use firmware::link::cut::Cut;
 use firmware::link::{Full, Line, Lost};
 use firmware::model::Nets;
-use firmware::wire::framer::Kind;
+use firmware::wire::framer::{Kind, LONGEST};
 use firmware::wire::{Fields, Framer, ImuFormat, Simulated};
 use proptest::prelude::*;
 use std::cell::RefCell;
@@ -132,7 +132,8 @@ fn any_sensor() -> impl Strategy<Value = (ImuFormat, &'static Simulated)> {
 fn good(format: ImuFormat, stream: &[u8]) -> Vec<Vec<u8>> {
     let mut framer = Framer::new(format);
     let mut frames = Vec::new();
-    for byte in stream {
+    // zeros end a message that only seems to begin near the end
+    for byte in stream.iter().chain(&[0; LONGEST]) {
         framer.push(&[*byte]);
         while let Some(event) = framer.next_event() {
             if event.kind() == Kind::Frame {

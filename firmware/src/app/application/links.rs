@@ -46,7 +46,7 @@ impl App<'_> {
         now: u64,
     ) -> bool {
         if navigation.is_idle() {
-            return self.reverse(&[], navigation, sensor, now);
+            return !self.reverse.rests(&self.flow) && self.reverse(&[], navigation, sensor, now);
         }
         let mut piece = [0; PIECE];
         let len = navigation.receive(&mut piece).unwrap_or(0);
@@ -54,7 +54,8 @@ impl App<'_> {
         if len > 0 && sensor.send(bytes).is_err() {
             count(&mut self.flow.counters.dropped, 1);
         }
-        self.reverse(bytes, navigation, sensor, now) || len > 0
+        let rests = bytes.is_empty() && self.reverse.rests(&self.flow);
+        (!rests && self.reverse(bytes, navigation, sensor, now)) || len > 0
     }
 
     /// The command link: at most one request. True: there may be more.
@@ -135,6 +136,7 @@ impl App<'_> {
     }
 
     /// Understands and answers requests to the sensor. True: they have changed the state.
+    #[inline(never)]
     fn reverse(
         &mut self,
         bytes: &[u8],
@@ -142,9 +144,6 @@ impl App<'_> {
         sensor: &mut impl Line,
         now: u64,
     ) -> bool {
-        if bytes.is_empty() && self.reverse.rests(&self.flow) {
-            return false;
-        }
         let phase = self.machine.phase();
         let stim300 = match phase {
             Phase::Run(_) => self.framer.format() == ImuFormat::Stim300,

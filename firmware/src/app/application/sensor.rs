@@ -4,12 +4,13 @@ use super::service::Service;
 use super::{App, PIECE};
 use crate::app::flow::{Flow, count};
 use crate::app::phase::{Cause, Phase};
+use crate::app::reverse::Reverse;
 use crate::link::cut::{Behind, Cut};
 use crate::link::{Line, Lost};
 use crate::wire::ImuFormat;
 use crate::wire::command::fault;
 use crate::wire::field::head;
-use crate::wire::framer::{Kind, UNKNOWN_AFTER};
+use crate::wire::framer::{Event, Kind, UNKNOWN_AFTER};
 
 /// A second, microseconds.
 const SECOND_US: u64 = 1_000_000;
@@ -49,7 +50,7 @@ impl App<'_> {
                 self.flow.gap();
             }
         }
-        taken != Ok(0) && !sensor.is_idle()
+        taken != Ok(0) && sensor.has_more()
     }
 
     #[cold]
@@ -239,6 +240,7 @@ impl App<'_> {
     }
 
     /// The frames that are now complete. All that is no frame passes in its place.
+    #[inline(never)]
     fn frames(&mut self, out: &mut impl Line, now: u64) {
         let format = self.framer.format();
         self.flow.now_us = now;
@@ -249,52 +251,17 @@ impl App<'_> {
             let out = &mut Behind::of(out, next, bytes);
             next = next.wrapping_add(bytes as u32);
             if let Some(service) = &mut self.service {
-                let text = event.bytes().iter().filter(|_| event.kind() != Kind::Frame);
-                // a byte that is no character stands for a frame
-                let mut heard = text
-                    .copied()
-                    .chain((event.kind() == Kind::Frame).then_some(0));
-                obeyed |= heard.any(|byte| service.obeyed(byte));
+                obeyed |= obeys(service, &event);
             }
-            match event.kind() {
-                Kind::Frame => {
-                    if let Some(frame) = event.frame() {
-                        let plan = self.flow.plan(format, &frame);
-                        self.flow.frame(frame, out);
-                        if let Some(plan) = plan {
-                            self.flow.offer(&plan, next, out);
-                        }
-                        self.flow.flag(fault::UNKNOWN_FORMAT, false);
-                    }
+            if event.kind() != Kind::Frame {
+                between(&event, format, out, &mut self.flow, &mut self.reverse);
+            } else if let Some(frame) = event.frame() {
+                let plan = self.flow.plan(format, &frame);
+                self.flow.frame(frame, out);
+                if let Some(plan) = plan {
+                    self.flow.offer(&plan, next, out);
                 }
-                Kind::Other => {
-                    let sent = out.send(event.bytes()).is_ok();
-                    self.flow.blackbox.left(event.bytes());
-                    count(&mut self.flow.counters.others, 1);
-                    count(&mut self.flow.counters.dropped, u32::from(!sent));
-                    if format == ImuFormat::Stim300 {
-                        self.reverse.special(event.bytes(), &mut self.flow, now);
-                    } else if format.starts_up(event.bytes()) {
-                        self.flow.start_message();
-                    }
-                }
-                Kind::Long => {
-                    pass(event.bytes(), out, &mut self.flow);
-                    count(&mut self.flow.counters.raw, bytes as u32);
-                }
-                Kind::BadChecksum => {
-                    pass(event.bytes(), out, &mut self.flow);
-                    count(&mut self.flow.counters.bad_checksums, 1);
-                    self.flow.unframed(bytes);
-                }
-                kind @ (Kind::Garbage | Kind::Unknown) => {
-                    pass(event.bytes(), out, &mut self.flow);
-                    count(&mut self.flow.counters.garbage, bytes as u32);
-                    self.flow.unframed(bytes);
-                    if kind == Kind::Unknown {
-                        self.flow.flag(fault::UNKNOWN_FORMAT, true);
-                    }
-                }
+                self.flow.flag(fault::UNKNOWN_FORMAT, false);
             }
         }
         if obeyed {
@@ -304,7 +271,16 @@ impl App<'_> {
     }
 
     /// Changes of state that frames have led to.
+    #[inline(always)]
     pub(super) fn after_frames(&mut self, out: &mut impl Line) {
+        if self.flow.may_change_state() {
+            self.change_state(out);
+        }
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn change_state(&mut self, out: &mut impl Line) {
         if self.flow.faults & fault::UNKNOWN_FORMAT != 0 && self.flow.config.format.is_none() {
             self.pass_rest(out);
             return self.detect();
@@ -332,6 +308,63 @@ impl App<'_> {
                 let out = &mut whole(out, start, rest.bytes().len());
                 pass(rest.bytes(), out, &mut self.flow);
                 count(&mut self.flow.counters.garbage, rest.bytes().len() as u32);
+            }
+        }
+    }
+}
+
+/// Whether these bytes tell that the sensor has obeyed a request for its service mode.
+#[cold]
+#[inline(never)]
+fn obeys(service: &mut Service, event: &Event<ImuFormat>) -> bool {
+    let is_frame = event.kind() == Kind::Frame;
+    let text = event.bytes().iter().filter(|_| !is_frame);
+    // a byte that is no character stands for a frame
+    let mut heard = text.copied().chain(is_frame.then_some(0));
+    heard.any(|byte| service.obeyed(byte))
+}
+
+/// Bytes that are no frame. They pass in their place.
+#[cold]
+#[inline(never)]
+fn between(
+    event: &Event<ImuFormat>,
+    format: ImuFormat,
+    out: &mut Behind<impl Line>,
+    flow: &mut Flow,
+    reverse: &mut Reverse,
+) {
+    let bytes = event.bytes();
+    let len = bytes.len();
+    match event.kind() {
+        Kind::Frame => {}
+        Kind::Other => {
+            let sent = out.send(bytes).is_ok();
+            flow.blackbox.left(bytes);
+            count(&mut flow.counters.others, 1);
+            count(&mut flow.counters.dropped, u32::from(!sent));
+            if format == ImuFormat::Stim300 {
+                let now = flow.now_us;
+                reverse.special(bytes, flow, now);
+            } else if format.starts_up(bytes) {
+                flow.start_message();
+            }
+        }
+        Kind::Long => {
+            pass(bytes, out, flow);
+            count(&mut flow.counters.raw, len as u32);
+        }
+        Kind::BadChecksum => {
+            pass(bytes, out, flow);
+            count(&mut flow.counters.bad_checksums, 1);
+            flow.unframed(len);
+        }
+        kind @ (Kind::Garbage | Kind::Unknown) => {
+            pass(bytes, out, flow);
+            count(&mut flow.counters.garbage, len as u32);
+            flow.unframed(len);
+            if kind == Kind::Unknown {
+                flow.flag(fault::UNKNOWN_FORMAT, true);
             }
         }
     }

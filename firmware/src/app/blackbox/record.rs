@@ -4,10 +4,10 @@ use super::key::{Key, estimate_bytes};
 use super::memory::{Head, PAGE_LEN, PAGES};
 use super::read::{BREAK, BURST, ENTRY_LEN, ESTIMATE, FAULTS, MORE, PIECE, PRIMER_AT, TIME};
 use super::{Cause, Event, LEN, Memory, Stage, State, What};
-use crate::control::Reason;
 use crate::control::recording::{Order, Recording};
+use crate::control::{Alignment, Reason};
 use crate::wire::command::fault;
-use crate::wire::field::put;
+use crate::wire::field::{copy, put};
 
 /// Bytes of one entry at most. A longer piece has several.
 const LONGEST: usize = 128;
@@ -61,8 +61,7 @@ pub(in crate::app) struct Noted {
     /// Mode and stage.
     pub mode: u8,
     pub stage: u8,
-    /// See [`What::Alignment`].
-    pub alignment: u8,
+    pub alignment: Option<Alignment>,
 }
 
 impl<'m> BlackBox<'m> {
@@ -174,6 +173,11 @@ impl<'m> BlackBox<'m> {
         self.now_us = now;
     }
 
+    /// When the present pass began, microseconds.
+    pub(in crate::app) fn now_us(&self) -> u64 {
+        self.now_us
+    }
+
     /// Bytes of the sensor have come.
     #[inline(always)]
     pub(in crate::app) fn came(&mut self, bytes: &[u8]) {
@@ -192,16 +196,21 @@ impl<'m> BlackBox<'m> {
 
     #[inline(never)]
     fn piece(&mut self, kind: u8, bytes: &[u8]) {
-        let (mut kind, mut left) = (kind, bytes);
-        loop {
-            let (bytes, more) = left.split_at_checked(LONGEST).unwrap_or((left, &[]));
-            let hash = (self.hash as u16).to_le_bytes();
-            self.entry(kind, &hash, bytes);
-            (self.left, kind, left) = (0, MORE, more);
-            if left.is_empty() {
-                return;
-            }
+        if bytes.len() > LONGEST {
+            return self.pieces(kind, bytes);
         }
+        let hash = (self.hash as u16).to_le_bytes();
+        self.left = 0;
+        self.entry(kind, &hash, bytes);
+    }
+
+    /// In several entries.
+    #[cold]
+    #[inline(never)]
+    fn pieces(&mut self, kind: u8, bytes: &[u8]) {
+        let (first, more) = bytes.split_at_checked(LONGEST).unwrap_or((bytes, &[]));
+        self.piece(kind, first);
+        more.chunks(LONGEST).for_each(|more| self.piece(MORE, more));
     }
 
     /// Bytes leave for the navigation computer, or would if there were room.
@@ -302,7 +311,7 @@ impl<'m> BlackBox<'m> {
         let [low, high] = (since as u16).to_le_bytes();
         put(place, 0, [kind, (N + bytes.len()) as u8, low, high]);
         put(place, ENTRY_LEN, *first);
-        copy(place.get_mut(ENTRY_LEN + N..).unwrap_or_default(), bytes);
+        copy(place.get_mut(ENTRY_LEN + N..len).unwrap_or_default(), bytes);
         self.at += len;
         self.wants |= PAGE_LEN - self.at.min(PAGE_LEN) < len + RESERVE;
         put_used(page, self.at);
@@ -352,6 +361,7 @@ impl<'m> BlackBox<'m> {
     pub(in crate::app) fn note(&mut self, now: Noted, estimate: &[[f32; 3]; 2]) {
         let before = core::mem::replace(&mut self.noted, now);
         let left = self.left.to_le_bytes();
+        let events = self.head.events;
         if now.changes != before.changes {
             self.entry(ESTIMATE, &left, &estimate_bytes(estimate));
         }
@@ -359,16 +369,21 @@ impl<'m> BlackBox<'m> {
             let [a, b, c, d] = now.faults.to_le_bytes();
             let [low, high] = left;
             self.entry(FAULTS, &[low, high, a, b, c, d], &[]);
-            self.event(What::Faults, now.faults);
+            self.list(What::Faults, now.faults);
         }
         if now.stage != before.stage {
-            self.event(What::Stage, now.stage.into());
+            self.list(What::Stage, now.stage.into());
         }
         if now.mode != before.mode {
-            self.event(What::Mode, now.mode.into());
+            self.list(What::Mode, now.mode.into());
         }
         if now.alignment != before.alignment {
-            self.event(What::Alignment, now.alignment.into());
+            let number = match now.alignment {
+                None => 0,
+                Some(Alignment::Started) => 1,
+                Some(Alignment::Finished) => 2,
+            };
+            self.list(What::Alignment, number);
         }
         if (now.mode, now.stage) != (before.mode, before.stage) {
             self.part();
@@ -379,6 +394,8 @@ impl<'m> BlackBox<'m> {
             (self.head.state, self.head.cause) = (State::Follows, Cause::Fault);
             (self.head.faults, self.head.at_us) = (now.faults, self.now_us);
             self.follow = FOLLOWING;
+            self.write_head();
+        } else if self.head.events != events {
             self.write_head();
         }
     }
@@ -398,9 +415,14 @@ impl<'m> BlackBox<'m> {
     #[cold]
     #[inline(never)]
     pub(in crate::app) fn event(&mut self, what: What, value: u32) {
-        if !self.records {
-            return;
+        if self.records {
+            self.list(what, value);
+            self.write_head();
         }
+    }
+
+    /// Puts an event on the list; the head is written afterwards.
+    fn list(&mut self, what: What, value: u32) {
         let event = Event {
             number: self.head.events,
             at_ms: (self.now_us / 1000) as u32,
@@ -414,7 +436,6 @@ impl<'m> BlackBox<'m> {
             }
         }
         self.head.events = self.head.events.wrapping_add(1);
-        self.write_head();
     }
 
     /// A good fix has come.
@@ -444,21 +465,6 @@ impl<'m> BlackBox<'m> {
 fn put_used(page: &mut [u8; PAGE_LEN], used: usize) {
     let [low, high] = (used as u16).to_le_bytes();
     put(page, 4, [low, high, !low, !high]);
-}
-
-/// Copies `bytes` to the beginning of `to`, a word at a time: neither is aligned, and the library's
-/// copy takes three times as many instructions then.
-#[inline(always)]
-fn copy(to: &mut [u8], bytes: &[u8]) {
-    let ((to, to_rest), (words, rest)) = (to.as_chunks_mut::<4>(), bytes.as_chunks::<4>());
-    let mut places = to.iter_mut();
-    for (word, place) in words.iter().zip(places.by_ref()) {
-        *place = *word;
-    }
-    let last = places.into_slice().as_flattened_mut().iter_mut();
-    for (place, byte) in last.chain(to_rest).zip(rest) {
-        *place = *byte;
-    }
 }
 
 /// A hash that no single change of a bit leaves as it is: each word is exclusive-ored to the hash

@@ -2,7 +2,6 @@
 
 use super::{Correction, Flow};
 use crate::app::blackbox::{Key, Noted, Stage, What};
-use crate::control::Alignment;
 use crate::sample::RawSample;
 use crate::wire::ImuFormat;
 use crate::wire::command::fault;
@@ -21,11 +20,7 @@ impl Flow<'_> {
             changes: self.correction.get().map_or(0, |c| c.state.changes),
             mode: self.mode as u8,
             stage,
-            alignment: match self.alignment {
-                None => 0,
-                Some(Alignment::Started) => 1,
-                Some(Alignment::Finished) => 2,
-            },
+            alignment: self.alignment,
         }
     }
 

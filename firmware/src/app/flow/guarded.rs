@@ -1,8 +1,9 @@
 //! A value that is there or not, stated twice.
 //!
 //! Whether an [`Option`] holds something is one bit or one word of memory. If a bit of it flips,
-//! what last was in that memory counts as a value. Here a word beside it must agree, which no
-//! single bit turns from "nothing" into "something".
+//! what last was in that memory counts as a value. Here two words must agree, which no single bit
+//! turns from "nothing" into "something". The value keeps its place, so that it can be made anew
+//! there without a copy.
 
 /// Something is there.
 const THERE: u32 = 0x5A3C_C3A5;
@@ -12,47 +13,48 @@ const NOTHING: u32 = !THERE;
 /// A value or nothing.
 #[derive(Debug)]
 pub(super) struct Guarded<T> {
-    value: Option<T>,
-    mark: u32,
+    value: T,
+    marks: [u32; 2],
 }
 
 impl<T> Guarded<T> {
-    /// Nothing.
-    pub const NONE: Guarded<T> = Guarded {
-        value: None,
-        mark: NOTHING,
-    };
+    /// Nothing; `value` is in its place.
+    pub const fn nothing(value: T) -> Guarded<T> {
+        Guarded {
+            value,
+            marks: [NOTHING; 2],
+        }
+    }
 
     /// The value, if both say that there is one.
     #[inline(always)]
     pub fn get(&self) -> Option<&T> {
-        self.value.as_ref().filter(|_| self.mark == THERE)
+        self.is_some().then_some(&self.value)
     }
 
     /// The same, to be changed.
     #[inline(always)]
     pub fn get_mut(&mut self) -> Option<&mut T> {
-        self.value.as_mut().filter(|_| self.mark == THERE)
+        self.is_some().then_some(&mut self.value)
     }
 
-    /// From now on it is this.
+    /// From now on there is a value: what was in its place last, to be made anew.
     #[inline(always)]
-    pub fn put(&mut self, value: T) -> &mut T {
-        self.mark = THERE;
-        self.value.insert(value)
+    pub fn put(&mut self) -> &mut T {
+        self.marks = [THERE; 2];
+        &mut self.value
     }
 
     /// From now on there is nothing.
     #[inline(always)]
     pub fn clear(&mut self) {
-        self.value = None;
-        self.mark = NOTHING;
+        self.marks = [NOTHING; 2];
     }
 
     /// There is a value.
     #[inline(always)]
     pub fn is_some(&self) -> bool {
-        self.get().is_some()
+        self.marks == [THERE; 2]
     }
 
     /// There is none.
@@ -63,7 +65,7 @@ impl<T> Guarded<T> {
 
     /// Both say the same.
     pub fn agrees(&self) -> bool {
-        self.mark == if self.value.is_some() { THERE } else { NOTHING }
+        self.marks == [THERE; 2] || self.marks == [NOTHING; 2]
     }
 }
 
@@ -73,18 +75,21 @@ mod tests {
 
     #[test]
     fn one_that_says_so_is_not_enough() {
-        let mut guarded = Guarded::<u8>::NONE;
+        let mut guarded = Guarded::nothing(0);
         assert!(guarded.is_none() && guarded.agrees());
-        guarded.value = Some(1);
+        guarded.marks[0] = THERE;
         assert!(guarded.is_none() && !guarded.agrees());
         assert_eq!(guarded.get(), None);
         assert_eq!(guarded.get_mut(), None);
-        guarded.put(2);
+        *guarded.put() = 2;
         assert!(guarded.agrees() && guarded.get() == Some(&2));
-        for bit in 0..32 {
-            guarded.mark ^= 1 << bit;
+        for (word, bit) in [0, 1]
+            .into_iter()
+            .flat_map(|word| (0..32).map(move |bit| (word, bit)))
+        {
+            guarded.marks[word] ^= 1 << bit;
             assert!(guarded.is_none() && !guarded.agrees());
-            guarded.mark ^= 1 << bit;
+            guarded.marks[word] ^= 1 << bit;
         }
         guarded.clear();
         assert!(guarded.is_none() && guarded.agrees());

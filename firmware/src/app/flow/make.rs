@@ -5,7 +5,7 @@ use super::channels::Kind;
 use super::{Correction, Flow, Told};
 use crate::app::phase::FAILURES;
 use crate::app::setup::{lsb, renew};
-use crate::compensator::{Compensator, State};
+use crate::compensator::State;
 use crate::control::{Alignment, Mode};
 use crate::model::Nets;
 use crate::sample::Axes;
@@ -14,6 +14,14 @@ use crate::wire::sequence::Last;
 use crate::wire::{ImuFormat, Source, Stream, stim300};
 
 impl Flow<'_> {
+    /// Whether frames may have led to another state: what [`Flow::is_lost`] and
+    /// [`Flow::has_failed`] begin with, or a format that is not known.
+    #[inline(always)]
+    pub fn may_change_state(&self) -> bool {
+        let signs = self.faults & (fault::UNKNOWN_FORMAT | fault::UNITS) | self.other_sensor;
+        signs != 0 || self.failures >= FAILURES
+    }
+
     /// Samples should be corrected, but their units are not known.
     pub fn is_lost(&self) -> bool {
         let waits = self.stream.is_none() && self.channels.source().is_some_and(|s| self.awaits(s));
@@ -102,8 +110,8 @@ impl Flow<'_> {
         self.mode == Mode::Bypass || self.observes_only()
     }
 
-    /// A new correction for samples of this stream, or none. By itself, so that its copy on the
-    /// stack is gone before the learner begins.
+    /// A new correction for samples of this stream, or none. By itself, so that what it needs on
+    /// the stack is gone before the learner begins.
     ///
     /// From the sensor's power-on on it is in force at once. Later, where corrections change slowly
     /// only, it begins with what was in force, which is in SI units and so the same for every
@@ -117,12 +125,9 @@ impl Flow<'_> {
         let Some(stream) = stream else {
             return self.correction.clear();
         };
-        let blank = Correction {
-            compensator: Compensator::BLANK,
-            state: State::default(),
-        };
-        let Correction { compensator, state } = self.correction.put(blank);
-        if renew(compensator, &stream, &self.config, slew).is_none() {
+        let Correction { compensator, state } = self.correction.put();
+        state.clear();
+        if renew(compensator, &stream, (&self.config, self.nets_sum), slew).is_none() {
             return self.correction.clear();
         }
         let held = slew.is_some() && !fresh;

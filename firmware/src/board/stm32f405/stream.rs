@@ -21,11 +21,13 @@
 //! serves only APB2 here. The clock of controllers and SRAM continues while the core sleeps (reset
 //! value of RCC_AHB1LPENR).
 
+use core::slice;
 use core::sync::atomic::AtomicU8;
 
 use cortex_m::asm::dmb;
 use firmware::link::dma;
 use firmware::link::progress::Progress;
+use firmware::wire::field::copy;
 use stm32f4::stm32f405::dma2::st::cr;
 use stm32f4::stm32f405::dma2::{RegisterBlock, ST};
 
@@ -47,6 +49,31 @@ impl Progress for Left {
     #[inline(always)]
     fn left(&self) -> usize {
         self.0.ndtr().read().ndt().bits().into()
+    }
+
+    #[inline(always)]
+    fn get(places: &[AtomicU8], to: &mut [u8]) {
+        let Some(places) = places.get(..to.len()) else {
+            return;
+        };
+        // SAFETY: as many bytes, there as long as `places`. Neither the controller nor an
+        // interrupt writes to them before they are given free.
+        let bytes = unsafe { slice::from_raw_parts(places.as_ptr().cast::<u8>(), places.len()) };
+        copy(to, bytes);
+    }
+
+    #[inline(always)]
+    fn put(places: &[AtomicU8], bytes: &[u8]) {
+        let Some(places) = places.get(..bytes.len()) else {
+            return;
+        };
+        // SAFETY: as many bytes, there as long as `places`, which are atomics and so may be
+        // written. Neither the controller nor an interrupt touches them before they are told of.
+        let to = unsafe {
+            let first = places.as_ptr().cast::<u8>().cast_mut();
+            slice::from_raw_parts_mut(first, places.len())
+        };
+        copy(to, bytes);
     }
 }
 

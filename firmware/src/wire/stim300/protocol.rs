@@ -1,6 +1,7 @@
 //! What the STIM300 states about itself: [`ImuProtocol`].
 
 use super::config::{self, Config};
+use super::words::{change_words, read};
 use super::{Cluster, Contents, Extra, Frame, Repr, Temperatures, scan, seal, status};
 use crate::sample::{Axes, RawSample};
 use crate::units::{DEGREE, G};
@@ -67,15 +68,18 @@ impl ImuProtocol for Protocol {
 
     #[inline(always)]
     fn read(frame: &[u8]) -> Option<Reading> {
-        Frame::over(frame).map(|frame| frame.reading())
+        read(frame)
     }
 
     #[inline(always)]
     fn change(frame: &mut [u8], change: &Change, settings: &Settings) -> Option<Axes> {
-        let RawSample::Counts { gyro, accel } = *change.sample else {
+        let RawSample::Counts { gyro, accel } = change.sample else {
             return None;
         };
-        Frame::over(frame)?.change(gyro, accel, settings.family)
+        if settings.family.is_none() && Protocol::content(frame) != 0 {
+            return change_words(frame, gyro, accel);
+        }
+        change_otherwise(frame, *gyro, *accel, settings.family)
     }
 
     #[inline(always)]
@@ -97,6 +101,17 @@ impl ImuProtocol for Protocol {
     fn seal(frame: &mut [u8]) {
         seal(frame);
     }
+}
+
+/// By bytes: frames without accelerometers, and those whose identifier changes.
+#[inline(never)]
+fn change_otherwise(
+    frame: &mut [u8],
+    gyro: [i32; 3],
+    accel: [i32; 3],
+    family: Option<Extra>,
+) -> Option<Axes> {
+    Frame::over(frame)?.change(gyro, accel, family)
 }
 
 /// The sensor of simulated drives: 250 Hz, increments, 10 g range.
