@@ -1,8 +1,8 @@
 //! The covariance of X navigation errors and N parameters, symmetric by construction.
 
 use super::deferred::Deferred;
-use super::packed::{diagonal, packed, place, times};
-use super::row::{Row, axpy, axpy_rows, axpy_three, dot, dot_four, tail};
+use super::packed::{diagonal, packed, place, strips, times};
+use super::row::{Rows, axpy, axpy_rows, axpy_three, dot};
 use crate::real::{Real, all_finite};
 
 /// P in three blocks: P_xx of the navigation errors (X x X), P_xt of navigation errors by
@@ -19,6 +19,9 @@ pub struct Covariance<const X: usize, const N: usize, const PACKED: usize, T = f
     tt: [T; PACKED],
     deferred: Deferred<N, T>,
 }
+
+/// Outputs whose effects are computed together: those of a triad.
+const GROUP: usize = 3;
 
 /// What a time update keeps from one of its parts to the next: P_xt J' before the update, and J
 /// P_tt J'.
@@ -135,66 +138,74 @@ impl<const X: usize, const N: usize, const PACKED: usize, T: Real> Covariance<X,
     /// The whole update takes about E N^2 / 2 + X (X + E) N multiply-adds. This part computes C =
     /// P_xt J' and P_xt <- Phi P_xt. The E parts [`Self::propagate_output`] follow, then
     /// [`Self::finish_propagation`], which takes the variances `walk`.
-    pub fn begin_propagation<const E: usize>(
+    pub fn begin_propagation<const E: usize, const G: usize>(
         &mut self,
         phi: &[[T; X]; X],
-        jacobian: &[Row<'_, T>; E],
+        jacobian: &[Rows<'_, T>; G],
     ) -> Workspace<X, E, T> {
+        const { assert!(E == GROUP * G) };
         self.apply_all_deferred();
         let mut workspace = Workspace::ZEROED;
-        for (k, row) in jacobian.iter().enumerate() {
-            let (fours, ones) = workspace.c.as_chunks_mut::<4>();
-            let (xt_fours, xt_ones) = self.xt.as_chunks::<4>();
-            for (c, xt) in fours.iter_mut().zip(xt_fours) {
-                let rows = xt.each_ref().map(|xt| tail(xt, row.start));
-                let (row_fours, row_ones) = row.values.as_chunks::<4>();
-                let products = dot_four(rows, row_fours, row_ones);
-                for (c, product) in c.iter_mut().zip(products) {
-                    c[k] = product;
+        for (g, rows) in jacobian.iter().enumerate() {
+            let put = |c: &mut [T; E], products: [T; GROUP]| {
+                if let Some(c) = c.as_chunks_mut().0.get_mut(g) {
+                    *c = products;
                 }
+            };
+            let (threes, ones) = workspace.c.as_chunks_mut::<3>();
+            let (xt_threes, xt_ones) = self.xt.as_chunks::<3>();
+            for (c, xt) in threes.iter_mut().zip(xt_threes) {
+                let products = rows.times_each(xt.each_ref().map(|xt| &xt[..]));
+                c.iter_mut().zip(products).for_each(|(c, p)| put(c, p));
             }
             for (c, xt) in ones.iter_mut().zip(xt_ones) {
-                c[k] = row.dot(xt);
+                put(c, rows.times(xt));
             }
         }
         self.propagate_cross(phi);
         workspace
     }
 
-    /// One of the E middle parts of a time update: the effect of output `k`. An index beyond E has
-    /// no effect. What outputs add to P_xt is kept where deferred changes are, none of which is
-    /// left now, and added for three of them at once.
+    /// One of the E middle parts of a time update: a third of the effect of a group of outputs. An
+    /// index beyond E has no effect. The products of P_tt with the three rows of J add up where
+    /// deferred changes are, none of which is left now.
     #[inline(never)]
-    pub fn propagate_output<const E: usize>(
+    pub fn propagate_output<const E: usize, const G: usize>(
         &mut self,
         k: usize,
         gamma: &[[T; E]; X],
-        jacobian: &[Row<'_, T>; E],
+        jacobian: &[Rows<'_, T>; G],
         workspace: &mut Workspace<X, E, T>,
     ) {
-        let (Some(&row), Some(products)) = (jacobian.get(k), workspace.s.get_mut(k)) else {
+        const { assert!(E == GROUP * G) };
+        let (group, part) = (k / GROUP, k % GROUP);
+        let Some(rows) = jacobian.get(group) else {
             return;
         };
-        let kept = self.deferred.scratch();
-        let (group, within) = (k / kept.len(), k % kept.len());
-        let Some(b) = kept.get_mut(within) else {
-            return;
-        };
-        let (wide, used) = row.wide::<N>();
-        times(&self.tt, &wide, used, b);
-        for (product, row) in products.iter_mut().zip(jacobian) {
-            *product = row.dot(b);
+        let products = self.deferred.scratch();
+        if part == 0 {
+            *products = [[T::ZERO; GROUP]; N];
         }
-        if within + 1 == kept.len() || k + 1 == E {
-            let first = group * kept.len();
-            for unused in kept.iter_mut().skip(within + 1) {
-                *unused = [T::ZERO; N];
+        let (wide, used) = rows.wide::<N>();
+        let strips = strips(N, &used, part, GROUP, (X + E) * N / 16);
+        times(&self.tt, &wide, used, strips, products);
+        if part + 1 < GROUP {
+            return;
+        }
+        let first = group * GROUP;
+        for (l, rows) in jacobian.iter().enumerate() {
+            let of_group = rows.times_three(products);
+            for (s, values) in workspace.s.iter_mut().skip(first).zip(of_group) {
+                if let Some(s) = s.as_chunks_mut().0.get_mut(l) {
+                    *s = values;
+                }
             }
-            let factors = gamma
-                .each_ref()
-                .map(|row| [0, 1, 2].map(|of| row.get(first + of).copied().unwrap_or(T::ZERO)));
-            axpy_three(&mut self.xt, &factors, kept);
         }
+        let of_group = |row: &[T; E]| row.as_chunks::<GROUP>().0.get(group).copied();
+        let factors = gamma
+            .each_ref()
+            .map(|row| of_group(row).unwrap_or([T::ZERO; GROUP]));
+        axpy_three(&mut self.xt, &factors, products);
     }
 
     /// Last part of the time update that [`Self::begin_propagation`] started: P_xx and P_tt.
@@ -215,11 +226,14 @@ impl<const X: usize, const N: usize, const PACKED: usize, T: Real> Covariance<X,
     /// P_xt <- Phi P_xt.
     #[inline]
     fn propagate_cross(&mut self, phi: &[[T; X]; X]) {
-        for j in (0..N).step_by(3) {
+        for j in 0..N.div_ceil(3) {
             let mut columns = [[T::ZERO; 3]; X];
             for (columns, row) in columns.iter_mut().zip(&self.xt) {
-                for (value, &entry) in columns.iter_mut().zip(tail(row, j)) {
-                    *value = entry;
+                let (threes, rest) = row.as_chunks::<3>();
+                if let Some(three) = threes.get(j) {
+                    *columns = *three;
+                } else {
+                    axpy(columns, T::ONE, rest);
                 }
             }
             for (row, phi) in self.xt.iter_mut().zip(phi) {
@@ -227,9 +241,10 @@ impl<const X: usize, const N: usize, const PACKED: usize, T: Real> Covariance<X,
                 for (&phi, columns) in phi.iter().zip(&columns) {
                     axpy(&mut sums, phi, columns);
                 }
-                for (entry, sum) in row.iter_mut().skip(j).zip(sums) {
-                    *entry = sum;
-                }
+                let (threes, rest) = row.as_chunks_mut::<3>();
+                let three = threes.get_mut(j).map(|three| &mut three[..]);
+                let entries = three.unwrap_or(rest);
+                entries.iter_mut().zip(sums).for_each(|(e, sum)| *e = sum);
             }
         }
     }
@@ -288,21 +303,21 @@ impl<const X: usize, const N: usize, const PACKED: usize, T: Real> Covariance<X,
             self.apply_all_deferred();
         }
         let weight = T::ONE / innovation.variance;
-        let (Some(&cx), Some(ct)) = (self.xx.get(i), self.xt.get(i)) else {
+        let (Some(&cx), Some(&ct)) = (self.xx.get(i), self.xt.get(i)) else {
             return;
         };
-        let (Some(&own), Some(ct)) = (cx.get(i), self.deferred.hold(ct, weight)) else {
+        let Some(&own) = cx.get(i).filter(|_| self.deferred.hold(&ct, weight)) else {
             return;
         };
         axpy(x, weight * innovation.value, &cx);
-        axpy(theta, weight * innovation.value, ct);
+        axpy(theta, weight * innovation.value, &ct);
         let factors = cx.map(|c| -(weight * c));
-        axpy_rows(&mut self.xt, factors, ct);
+        axpy_rows(&mut self.xt, factors, &ct);
         // The observed row: (1 - P_ii / s) P_ij, without the cancellation.
         let left = (innovation.variance - own) / innovation.variance;
         update_errors(&mut self.xx, i, &cx, factors, left);
         if let Some(row) = self.xt.get_mut(i) {
-            for (entry, &c) in row.iter_mut().zip(ct) {
+            for (entry, c) in row.iter_mut().zip(ct) {
                 *entry = left * c;
             }
         }

@@ -38,7 +38,7 @@ pub use parameters::{
     AllWeights, Biases, DiagonalWeights, FixedWeights, NoParameters, OutputWeights, ParameterSet,
     UnitBiases, UnitOutput, Zeroed,
 };
-pub use row::Row;
+pub use row::Rows;
 
 use crate::activation::{Activation, Identity, Rational};
 use crate::infer::Net;
@@ -199,7 +199,7 @@ impl<L: ParameterSet, const X: usize, const N: usize, const PACKED: usize, H: Ac
         workspace: &mut Workspace<X, OUTPUTS, T>,
     ) {
         let model = &self.model;
-        let jacobian = &model.rows();
+        let jacobian = &model.jacobian();
         match part {
             0 => *workspace = self.covariance.begin_propagation(&block.phi, jacobian),
             1..=OUTPUTS => {
@@ -349,7 +349,7 @@ impl<L: ParameterSet, const X: usize, const N: usize, const PACKED: usize, H: Ac
             1..=OUTPUTS => {
                 let against = by.map(|row| row.map(|value| -value));
                 self.covariance
-                    .propagate_output(part - 1, &against, &model.rows(), workspace);
+                    .propagate_output(part - 1, &against, &model.jacobian(), workspace);
             }
             _ => self.covariance.finish_alignment(by, rest, workspace),
         }
