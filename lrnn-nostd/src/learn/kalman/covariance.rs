@@ -2,7 +2,7 @@
 
 use super::deferred::Deferred;
 use super::packed::{diagonal, packed, place, strips, times};
-use super::row::{Rows, axpy, axpy_rows, axpy_three, dot};
+use super::row::{Rows, axpy, axpy_rows, axpy_three, dot, transform};
 use crate::real::{Real, all_finite};
 
 /// P in three blocks: P_xx of the navigation errors (X x X), P_xt of navigation errors by
@@ -147,22 +147,9 @@ impl<const X: usize, const N: usize, const PACKED: usize, T: Real> Covariance<X,
         self.apply_all_deferred();
         let mut workspace = Workspace::ZEROED;
         for (g, rows) in jacobian.iter().enumerate() {
-            let put = |c: &mut [T; E], products: [T; GROUP]| {
-                if let Some(c) = c.as_chunks_mut().0.get_mut(g) {
-                    *c = products;
-                }
-            };
-            let (threes, ones) = workspace.c.as_chunks_mut::<3>();
-            let (xt_threes, xt_ones) = self.xt.as_chunks::<3>();
-            for (c, xt) in threes.iter_mut().zip(xt_threes) {
-                let products = rows.times_each(xt.each_ref().map(|xt| &xt[..]));
-                c.iter_mut().zip(products).for_each(|(c, p)| put(c, p));
-            }
-            for (c, xt) in ones.iter_mut().zip(xt_ones) {
-                put(c, rows.times(xt));
-            }
+            cross_products(self.xt.as_flattened(), N, rows, g, &mut workspace.c);
         }
-        self.propagate_cross(phi);
+        transform(self.xt.as_flattened_mut(), N, phi);
         workspace
     }
 
@@ -186,7 +173,8 @@ impl<const X: usize, const N: usize, const PACKED: usize, T: Real> Covariance<X,
         if part == 0 {
             *products = [[T::ZERO; GROUP]; N];
         }
-        let (wide, used) = rows.wide::<N>();
+        let mut wide = [[T::ZERO; GROUP]; N];
+        let used = rows.widen(&mut wide);
         let strips = strips(N, &used, part, GROUP, (X + E) * N / 16);
         times(&self.tt, &wide, used, strips, products);
         if part + 1 < GROUP {
@@ -205,7 +193,7 @@ impl<const X: usize, const N: usize, const PACKED: usize, T: Real> Covariance<X,
         let factors = gamma
             .each_ref()
             .map(|row| of_group(row).unwrap_or([T::ZERO; GROUP]));
-        axpy_three(&mut self.xt, &factors, products);
+        axpy_three(self.xt.as_flattened_mut(), &factors, products);
     }
 
     /// Last part of the time update that [`Self::begin_propagation`] started: P_xx and P_tt.
@@ -221,32 +209,6 @@ impl<const X: usize, const N: usize, const PACKED: usize, T: Real> Covariance<X,
         diagonal(&mut self.tt, N, |i, variance| {
             *variance += walk.get(i).copied().unwrap_or(T::ZERO);
         });
-    }
-
-    /// P_xt <- Phi P_xt.
-    #[inline]
-    fn propagate_cross(&mut self, phi: &[[T; X]; X]) {
-        for j in 0..N.div_ceil(3) {
-            let mut columns = [[T::ZERO; 3]; X];
-            for (columns, row) in columns.iter_mut().zip(&self.xt) {
-                let (threes, rest) = row.as_chunks::<3>();
-                if let Some(three) = threes.get(j) {
-                    *columns = *three;
-                } else {
-                    axpy(columns, T::ONE, rest);
-                }
-            }
-            for (row, phi) in self.xt.iter_mut().zip(phi) {
-                let mut sums = [T::ZERO; 3];
-                for (&phi, columns) in phi.iter().zip(&columns) {
-                    axpy(&mut sums, phi, columns);
-                }
-                let (threes, rest) = row.as_chunks_mut::<3>();
-                let three = threes.get_mut(j).map(|three| &mut three[..]);
-                let entries = three.unwrap_or(rest);
-                entries.iter_mut().zip(sums).for_each(|(e, sum)| *e = sum);
-            }
-        }
     }
 
     /// Variance of navigation error `i`; 0 beyond X.
@@ -312,7 +274,7 @@ impl<const X: usize, const N: usize, const PACKED: usize, T: Real> Covariance<X,
         axpy(x, weight * innovation.value, &cx);
         axpy(theta, weight * innovation.value, &ct);
         let factors = cx.map(|c| -(weight * c));
-        axpy_rows(&mut self.xt, factors, &ct);
+        axpy_rows(self.xt.as_flattened_mut(), &factors, &ct);
         // The observed row: (1 - P_ii / s) P_ij, without the cancellation.
         let left = (innovation.variance - own) / innovation.variance;
         update_errors(&mut self.xx, i, &cx, factors, left);
@@ -364,6 +326,36 @@ impl<const X: usize, const N: usize, const PACKED: usize, T: Real> Covariance<X,
 
 // What follows does not depend on the number of parameters. It is not inlined, so that all filters
 // share it: less flash, and a call is nothing beside its work.
+
+/// The columns of group `g` of C = P_xt J', for rows of `n` values.
+#[inline(never)]
+fn cross_products<const X: usize, const E: usize, T: Real>(
+    xt: &[T],
+    n: usize,
+    rows: &Rows<'_, T>,
+    g: usize,
+    c: &mut [[T; E]; X],
+) {
+    let put = |c: &mut [T; E], products: [T; GROUP]| {
+        if let Some(c) = c.as_chunks_mut().0.get_mut(g) {
+            *c = products;
+        }
+    };
+    let n = n.max(1);
+    for (c, xt) in c.chunks_mut(3).zip(xt.chunks(3 * n)) {
+        if let Some((first, rest)) = xt.split_at_checked(n)
+            && let Some((second, third)) = rest.split_at_checked(n)
+            && c.len() == 3
+        {
+            let products = rows.times_each([first, second, third]);
+            c.iter_mut().zip(products).for_each(|(c, p)| put(c, p));
+        } else {
+            for (c, xt) in c.iter_mut().zip(xt.chunks(n)) {
+                put(c, rows.times(xt));
+            }
+        }
+    }
+}
 
 /// P_xx <- Phi P_xx Phi' + Phi C Gamma' + (.)' + Gamma S Gamma' + Q, computed as U + U'.
 #[inline(never)]
@@ -428,7 +420,7 @@ fn update_errors<const X: usize, T: Real>(
     factors: [T; X],
     left: T,
 ) {
-    axpy_rows(xx, factors, cx);
+    axpy_rows(xx.as_flattened_mut(), &factors, cx);
     for j in 0..X {
         let value = left * cx[j];
         if let Some(entry) = xx.get_mut(i).and_then(|row| row.get_mut(j)) {

@@ -48,7 +48,8 @@ fn times_is_the_dense_product() {
     for start in 0..N {
         for end in start..=N {
             let values = &side_by_side[start..end];
-            let (wide, used) = Rows { start, values }.wide::<N>();
+            let mut wide = [[f32::NAN; 3]; N];
+            let used = Rows { start, values }.widen(&mut wide);
             for parts in 1..=4 {
                 let mut products = [[0.0; 3]; N];
                 let mut next = 0;
