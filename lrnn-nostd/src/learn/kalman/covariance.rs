@@ -1,9 +1,12 @@
 //! The covariance of X navigation errors and N parameters, symmetric by construction.
 
+use super::blocks::{
+    align_errors, at_least, cross_products, finite, propagate_errors, update_errors,
+};
 use super::deferred::Deferred;
 use super::packed::{diagonal, packed, place, strips, times};
-use super::row::{Rows, axpy, axpy_rows, axpy_three, dot, transform};
-use crate::real::{Real, all_finite};
+use super::row::{Rows, axpy, axpy_rows, axpy_three, transform};
+use crate::real::Real;
 
 /// P in three blocks: P_xx of the navigation errors (X x X), P_xt of navigation errors by
 /// parameters (X x N), and P_tt of the parameters. Of P_tt the lower triangle is stored,
@@ -20,15 +23,17 @@ pub struct Covariance<const X: usize, const N: usize, const PACKED: usize, T = f
     deferred: Deferred<N, T>,
 }
 
+/// Number of parts in which P_xt passes the transition.
+pub(super) const CROSS_PARTS: usize = 2;
 /// Outputs whose effects are computed together: those of a triad.
-const GROUP: usize = 3;
+pub(super) const GROUP: usize = 3;
 
 /// What a time update keeps from one of its parts to the next: P_xt J' before the update, and J
 /// P_tt J'.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Workspace<const X: usize, const E: usize, T = f32> {
-    c: [[T; E]; X],
-    s: [[T; E]; E],
+    pub(super) c: [[T; E]; X],
+    pub(super) s: [[T; E]; E],
 }
 
 impl<const X: usize, const E: usize, T: Real> Workspace<X, E, T> {
@@ -136,11 +141,11 @@ impl<const X: usize, const N: usize, const PACKED: usize, T: Real> Covariance<X,
     /// ```
     ///
     /// The whole update takes about E N^2 / 2 + X (X + E) N multiply-adds. This part computes C =
-    /// P_xt J' and P_xt <- Phi P_xt. The E parts [`Self::propagate_output`] follow, then
-    /// [`Self::finish_propagation`], which takes the variances `walk`.
+    /// P_xt J'. [`Self::propagate_cross`] follows in its parts, then the E parts
+    /// [`Self::propagate_output`], then [`Self::finish_propagation`], which takes the variances
+    /// `walk`.
     pub fn begin_propagation<const E: usize, const G: usize>(
         &mut self,
-        phi: &[[T; X]; X],
         jacobian: &[Rows<'_, T>; G],
     ) -> Workspace<X, E, T> {
         const { assert!(E == GROUP * G) };
@@ -149,8 +154,16 @@ impl<const X: usize, const N: usize, const PACKED: usize, T: Real> Covariance<X,
         for (g, rows) in jacobian.iter().enumerate() {
             cross_products(self.xt.as_flattened(), N, rows, g, &mut workspace.c);
         }
-        transform(self.xt.as_flattened_mut(), N, phi);
         workspace
+    }
+
+    /// P_xt <- Phi P_xt for one of [`CROSS_PARTS`] parts of its columns.
+    pub fn propagate_cross(&mut self, part: usize, phi: &[[T; X]; X]) {
+        let [begin, end] = [part, part + 1].map(|part| match part {
+            CROSS_PARTS.. => N,
+            part => N * part / CROSS_PARTS / 3 * 3,
+        });
+        transform(self.xt.as_flattened_mut(), N, begin..end, phi);
     }
 
     /// One of the E middle parts of a time update: a third of the effect of a group of outputs. An
@@ -322,124 +335,4 @@ impl<const X: usize, const N: usize, const PACKED: usize, T: Real> Covariance<X,
         }
         [xx, xt, &variances].into_iter().all(finite)
     }
-}
-
-// What follows does not depend on the number of parameters. It is not inlined, so that all filters
-// share it: less flash, and a call is nothing beside its work.
-
-/// The columns of group `g` of C = P_xt J', for rows of `n` values.
-#[inline(never)]
-fn cross_products<const X: usize, const E: usize, T: Real>(
-    xt: &[T],
-    n: usize,
-    rows: &Rows<'_, T>,
-    g: usize,
-    c: &mut [[T; E]; X],
-) {
-    let put = |c: &mut [T; E], products: [T; GROUP]| {
-        if let Some(c) = c.as_chunks_mut().0.get_mut(g) {
-            *c = products;
-        }
-    };
-    let n = n.max(1);
-    for (c, xt) in c.chunks_mut(3).zip(xt.chunks(3 * n)) {
-        if let Some((first, rest)) = xt.split_at_checked(n)
-            && let Some((second, third)) = rest.split_at_checked(n)
-            && c.len() == 3
-        {
-            let products = rows.times_each([first, second, third]);
-            c.iter_mut().zip(products).for_each(|(c, p)| put(c, p));
-        } else {
-            for (c, xt) in c.iter_mut().zip(xt.chunks(n)) {
-                put(c, rows.times(xt));
-            }
-        }
-    }
-}
-
-/// P_xx <- Phi P_xx Phi' + Phi C Gamma' + (.)' + Gamma S Gamma' + Q, computed as U + U'.
-#[inline(never)]
-fn propagate_errors<const X: usize, const E: usize, T: Real>(
-    xx: &mut [[T; X]; X],
-    phi: &[[T; X]; X],
-    gamma: &[[T; E]; X],
-    Workspace { c, s }: &Workspace<X, E, T>,
-    q: &[[T; X]; X],
-) {
-    let half = T::from_f64(0.5);
-    let mut u = [[T::ZERO; X]; X];
-    for i in 0..X {
-        // left = Phi_i P_xx / 2,  right = Phi_i C + Gamma_i S / 2
-        let (mut left, mut right) = ([T::ZERO; X], [T::ZERO; E]);
-        for l in 0..X {
-            axpy(&mut left, half * phi[i][l], &xx[l]);
-            axpy(&mut right, phi[i][l], &c[l]);
-        }
-        for l in 0..E {
-            axpy(&mut right, half * gamma[i][l], &s[l]);
-        }
-        for k in 0..X {
-            u[i][k] = dot(&left, &phi[k]) + dot(&right, &gamma[k]);
-        }
-    }
-    for i in 0..X {
-        for k in 0..X {
-            xx[i][k] = u[i][k] + u[k][i] + q[i][k];
-        }
-    }
-}
-
-/// P_xx <- by S by' + rest. Both halves get the same value, so that rounding cannot make P_xx
-/// unsymmetric.
-#[inline(never)]
-fn align_errors<const X: usize, const E: usize, T: Real>(
-    xx: &mut [[T; X]; X],
-    by: &[[T; E]; X],
-    rest: &[[T; X]; X],
-    s: &[[T; E]; E],
-) {
-    for i in 0..X {
-        let mut left = [T::ZERO; E];
-        for k in 0..E {
-            axpy(&mut left, by[i][k], &s[k]);
-        }
-        for j in i..X {
-            let value = dot(&left, &by[j]) + rest[i][j];
-            xx[i][j] = value;
-            xx[j][i] = value;
-        }
-    }
-}
-
-/// P_xx <- P_xx + `factors` `cx`'; row and column `i` become `left` times `cx`.
-#[inline(never)]
-fn update_errors<const X: usize, T: Real>(
-    xx: &mut [[T; X]; X],
-    i: usize,
-    cx: &[T; X],
-    factors: [T; X],
-    left: T,
-) {
-    axpy_rows(xx.as_flattened_mut(), &factors, cx);
-    for j in 0..X {
-        let value = left * cx[j];
-        if let Some(entry) = xx.get_mut(i).and_then(|row| row.get_mut(j)) {
-            *entry = value;
-        }
-        if let Some(entry) = xx[j].get_mut(i) {
-            *entry = value;
-        }
-    }
-}
-
-/// Whether every value is finite.
-#[inline(never)]
-fn finite<T: Real>(values: &[T]) -> bool {
-    all_finite(values)
-}
-
-/// The larger of the two; `least` if `value` is NaN.
-#[inline]
-fn at_least<T: Real>(value: T, least: T) -> T {
-    if value >= least { value } else { least }
 }

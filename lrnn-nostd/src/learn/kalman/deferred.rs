@@ -6,7 +6,7 @@ use crate::real::Real;
 /// Number of deferred updates that are applied together: those of a position, or of a velocity.
 pub const MAX_DEFERRED: usize = 3;
 /// Number of parts in which the deferred updates are applied.
-pub const DEFERRED_PARTS: usize = 2;
+pub const DEFERRED_PARTS: usize = 3;
 
 /// Deferred changes P -= c c' / s of a packed matrix, for columns c of N values, in the order in
 /// which they will be applied. The columns are side by side; those that are not there are 0.
