@@ -10,7 +10,7 @@ use lrnn_nostd::learn::kalman::{
     AllWeights, Biases, DiagonalWeights, NoParameters, OutputWeights, ParameterSet,
 };
 
-use crate::learning::FixWork;
+use crate::learning::{FixWork, ShadowSecondWork};
 use crate::list::Measure;
 use crate::navigation::{LSB, RATE, navigator, sample, verdict};
 use crate::net;
@@ -44,7 +44,11 @@ pub fn all(on: &mut impl Measure) -> fmt::Result {
     candidates::<8>(on, "candidates/8")?;
     navigators::<1>(on, "navigators/1")?;
     navigators::<2>(on, "navigators/2")?;
-    navigators::<4>(on, "navigators/4")
+    navigators::<4>(on, "navigators/4")?;
+    coasts::<1>(on, "coasts/1")?;
+    coasts::<2>(on, "coasts/2")?;
+    coasts::<4>(on, "coasts/4")?;
+    coasts::<12>(on, "coasts/12")
 }
 
 // Each in a function of its own, so that the memory of the works is not on the stack together.
@@ -87,6 +91,13 @@ fn candidates<const K: usize>(on: &mut impl Measure, name: &'static str) -> fmt:
 #[inline(never)]
 fn navigators<const K: usize>(on: &mut impl Measure, name: &'static str) -> fmt::Result {
     let mut work = NavigatorsWork::<K>::new().ok_or(fmt::Error)?;
+    on.measure(name, true, |input| work.run(input))
+}
+
+#[inline(never)]
+fn coasts<const K: usize>(on: &mut impl Measure, name: &'static str) -> fmt::Result {
+    let mut work = ShadowSecondWork::<K>::ZEROED;
+    work.begin();
     on.measure(name, true, |input| work.run(input))
 }
 

@@ -6,6 +6,7 @@ use firmware::fix::{Fix, OBSERVATIONS};
 use firmware::inputs::OWN;
 use firmware::learn::bank::{Bank, Gates, Work};
 use firmware::learn::prior::{All, Layers, NAV, Shapes, amplitudes};
+use firmware::learn::rehearsal::{Passed, Seen, Stream};
 use firmware::learn::{Antenna, Settings};
 use firmware::nav::Navigator;
 use lrnn_nostd::Rational;
@@ -34,6 +35,16 @@ pub type LearnerFixWork = FixWork<AllWeights, 132, 8778>;
 pub struct LearnerSecondWork {
     bank: Bank,
     work: Work,
+    block: Transition<NAV>,
+}
+
+/// A second of K more coasts of the rehearsals, each of eight shadow navigators: their start from
+/// what the hypotheses believe, their way through the second, their end at a fix with scores and
+/// bets. A coast lasts for 5 to 300 s and starts and ends only once in them.
+#[derive(Clone, Debug)]
+pub struct ShadowSecondWork<const K: usize> {
+    bank: Bank,
+    streams: [Stream; K],
     block: Transition<NAV>,
 }
 
@@ -172,6 +183,46 @@ impl LearnerSecondWork {
         let [x, y, z, ..] = *self.bank.estimate_of(5);
         let good = (0..6).all(|h| self.bank.is_healthy(h)) && self.work.refused == 0;
         ([x, y, z], good)
+    }
+}
+
+impl<const K: usize> ShadowSecondWork<K> {
+    /// All zeros, to be initialised in place, because it is too large to move.
+    pub const ZEROED: Self = Self {
+        bank: Bank::ZEROED,
+        streams: [Stream::NONE; K],
+        block: Transition::ZEROED,
+    };
+
+    /// Initialises at rest.
+    pub fn begin(&mut self) {
+        let sheet = Settings::MEDIUM.sheet;
+        let of = (&sheet, &OWN);
+        self.bank
+            .begin(of, &shapes(), 1.0, ERROR_SIGMA, Gates::USUAL);
+        self.block = second();
+    }
+
+    /// One repetition.
+    #[inline(always)]
+    pub fn run(&mut self, input: [f32; 3]) -> Found {
+        let [x, y, _] = input;
+        let passed = Passed {
+            applied: [x * 1e-6; OUTPUTS],
+            fed_back: [y * 1e-3; NAV],
+            seen: Some(Seen {
+                first: 6,
+                off: [x, y],
+                sigma: 1.0,
+            }),
+            at_once: false,
+        };
+        let mut good = true;
+        for stream in &mut self.streams {
+            stream.start(&self.bank);
+            good &= stream.passes(&passed, &self.block, 1.0);
+        }
+        (input, good)
     }
 }
 

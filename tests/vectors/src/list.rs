@@ -6,7 +6,9 @@ use core::fmt;
 
 use lrnn_nostd::{Activation, Cubic, Rational, Tanh};
 
-use crate::learning::{AntennaSecondWork, LearnerFixWork, LearnerSecondWork, LearnerStepWork};
+use crate::learning::{
+    AntennaSecondWork, LearnerFixWork, LearnerSecondWork, LearnerStepWork, ShadowSecondWork,
+};
 use crate::micro::MicroMath;
 use crate::navigation::{NavPieceWork, NavSampleWork, NavSecondWork};
 use crate::work::{Engine, Found, LearnWork, M4, M7, NetworkWork, Portable, activate};
@@ -85,6 +87,7 @@ works! {
         "nav_piece", "longest end of a piece of the navigator" => nav_piece;
         "nav_second", "second of the navigator, 200 samples" => nav_second;
     }
+    { "shadow_nav_second", "second of eight shadow navigators: a coast" => shadow_nav_second; }
     {
         "learner_step", "step of 126 weights with gradient" => learner_step;
         "learner_fix", "fix, 126 weights and 6 biases" => learner_fix;
@@ -156,6 +159,13 @@ fn nav_piece(on: &mut impl Measure, name: &'static str) -> fmt::Result {
 fn nav_second(on: &mut impl Measure, name: &'static str) -> fmt::Result {
     let start = NavSecondWork::new().ok_or(fmt::Error)?;
     on.measure_from(name, true, start, NavSecondWork::run)
+}
+
+#[inline(never)]
+fn shadow_nav_second(on: &mut impl Measure, name: &'static str) -> fmt::Result {
+    let mut work = ShadowSecondWork::<1>::ZEROED;
+    work.begin();
+    on.measure(name, false, |input| work.run(input))
 }
 
 #[inline(never)]

@@ -27,6 +27,13 @@ pub fn part(measured: &Measured) -> Result<String> {
         "**Navigators**: a second of 200 samples in several navigators that share nothing.",
         "navigators",
     )?;
+    several(
+        &mut out,
+        &measured.points("coasts")?,
+        "**Coasts**: a second of several coasts of the rehearsals, each of eight shadow navigators \
+         that share the transition of the device's navigator, with start and end.",
+        "coasts",
+    )?;
     runs(&mut out, measured)?;
     drives(&mut out, measured)?;
     Ok(out)

@@ -20,7 +20,8 @@ const SAME: f32 = 10.0;
 
 // Parts of the deferred work: of the covariance, the observations one by one, and the end.
 pub(super) const COVARIANCE: usize = 0;
-const UPDATE: usize = COVARIANCE + COVARIANCE_PARTS;
+// Of the covariance two at a time, since six parameters make all but the last one short.
+const UPDATE: usize = COVARIANCE + COVARIANCE_PARTS.div_ceil(2);
 const FINISH: usize = UPDATE + OBSERVATIONS;
 pub(super) const END: usize = FINISH + 1;
 
@@ -36,8 +37,10 @@ impl Antenna {
                 if part + 1 == UPDATE {
                     (self.before, self.jump, self.moved) = (self.effect, 0.0, false);
                 }
-                let workspace = &mut self.workspace;
-                self.filter.propagate_covariance(part, &interval, workspace);
+                let (filter, workspace) = (&mut self.filter, &mut self.workspace);
+                for k in 2 * part..COVARIANCE_PARTS.min(2 * part + 2) {
+                    filter.propagate_covariance(k, &interval, workspace);
+                }
             }
             part @ UPDATE..FINISH => self.update(part - UPDATE),
             FINISH => {

@@ -15,7 +15,7 @@ type Q = [f64; 4];
 
 pub const HZ: u32 = 100;
 const DT: f64 = 1.0 / HZ as f64;
-const LSB: Lsb = Lsb {
+pub const LSB: Lsb = Lsb {
     rad: 1e-8,
     mps: 1e-6,
 };
@@ -297,7 +297,7 @@ impl<'m> Drive<'m> {
     }
 
     /// Increments of the sample that begins at `t`, errors included.
-    fn counts(&mut self, t: f64) -> Counts {
+    pub fn counts(&mut self, t: f64) -> Counts {
         let Position {
             latitude, height, ..
         } = self.position;

@@ -9,10 +9,10 @@ use lrnn_nostd::learn::kalman::OUTPUTS;
 /// order of [`NAV`]. That is enough, because differences move by the linear equations of the
 /// navigator's errors.
 #[derive(Debug, Clone, Copy)]
-struct Shadow {
-    off: [f32; NAV],
+pub(super) struct Shadow {
+    pub off: [f32; NAV],
     /// What it subtracts from the samples, rad/s and m/s2. It does not change.
-    correction: [f32; OUTPUTS],
+    pub correction: [f32; OUTPUTS],
 }
 
 impl Shadow {
@@ -40,20 +40,24 @@ fn dot<const N: usize>(a: &[f32; N], b: &[f32; N]) -> f32 {
 /// What a fix says of the navigator: estimate minus fix of two horizontal components, and the
 /// standard deviation of the fix.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Seen {
+pub struct Seen {
     /// Index of the first component in [`NAV`]: north of the position or of the velocity.
     pub first: usize,
+    /// m or m/s.
     pub off: [f32; 2],
+    /// m or m/s.
     pub sigma: f32,
 }
 
 /// See the module.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Coast {
-    shadows: [Shadow; HYPOTHESES],
+    pub shadows: [Shadow; HYPOTHESES],
     /// Time since its start, s.
     pub time: f32,
     pub runs: bool,
+    /// Coasts that have ended before it.
+    pub count: u16,
 }
 
 impl Coast {
@@ -61,6 +65,7 @@ impl Coast {
         shadows: [Shadow::NONE; HYPOTHESES],
         time: 0.0,
         runs: false,
+        count: 0,
     };
 
     /// Every shadow starts where its hypothesis believes the vehicle to be, with what it believes

@@ -17,13 +17,16 @@
 //! other, and the mean of both counts.
 
 mod coast;
+mod stream;
 mod wealth;
+
+pub use coast::Seen;
+pub use stream::{Passed, Stream};
 
 use super::bank::{Bank, HYPOTHESES, ZERO_CORRECTION};
 use super::prior::NAV;
 use crate::fix::OBSERVATIONS;
 use crate::nav::Transition;
-use coast::{Coast, Seen};
 use lrnn_nostd::learn::kalman::OUTPUTS;
 use wealth::Wealth;
 
@@ -58,33 +61,32 @@ const TRUST_S: f32 = 3600.0;
 /// The rehearsals of one length.
 #[derive(Debug, Clone, Copy)]
 struct Horizon {
-    coasts: [Coast; STREAMS],
-    wealth: [[Wealth; HYPOTHESES]; STREAMS],
-    counts: [u16; STREAMS],
+    streams: [Stream; STREAMS],
 }
 
 impl Horizon {
     const NONE: Horizon = Horizon {
-        coasts: [Coast::NONE; STREAMS],
-        wealth: [[Wealth::NONE; HYPOTHESES]; STREAMS],
-        counts: [0; STREAMS],
+        streams: [Stream::NONE; STREAMS],
     };
 
     fn mean(&self, of: impl Fn(&Wealth) -> f32, hypothesis: usize) -> f32 {
-        let each = self.wealth.iter().filter_map(|all| all.get(hypothesis));
+        let each = self.streams.iter();
+        let each = each.filter_map(|stream| stream.wealth.get(hypothesis));
         each.map(of).sum::<f32>() / STREAMS as f32
     }
 
     fn count(&self) -> u16 {
-        self.counts.iter().fold(0, |sum, n| sum.saturating_add(*n))
+        let counts = self.streams.iter().map(Stream::count);
+        counts.fold(0, u16::saturating_add)
     }
 
     /// Which coast may start now: one that does not run, some time after the other.
-    fn free(&mut self, horizon: f32) -> Option<&mut Coast> {
-        let [a, b] = &mut self.coasts;
-        match (a.runs, b.runs) {
-            (false, _) if !b.runs || b.time >= APART * horizon => Some(a),
-            (true, false) if a.time >= APART * horizon => Some(b),
+    fn free(&mut self, horizon: f32) -> Option<&mut Stream> {
+        let [a, b] = &mut self.streams;
+        let waits = |stream: &Stream| stream.coast.time < APART * horizon;
+        match (a.coast.runs, b.coast.runs) {
+            (false, runs) if !runs || !waits(b) => Some(a),
+            (true, false) if !waits(a) => Some(b),
             _ => None,
         }
     }
@@ -107,13 +109,8 @@ pub struct Standing {
 #[derive(Debug, Clone)]
 pub struct Rehearsal {
     horizons: [Horizon; HORIZONS],
-    /// Of the interval that the running coasts are to pass.
-    applied: [f32; OUTPUTS],
-    /// By how much the navigator has been corrected after it.
-    fed_back: [f32; NAV],
-    seen: Option<Seen>,
-    /// The interval has no length: there is a fix at the end of the last one.
-    at_once: bool,
+    /// The interval that the running coasts are to pass.
+    passed: Passed,
     /// The coast that is to pass it next; from this number on they are done.
     next: usize,
     /// Coasts that ran when the interval ended, one bit each.
@@ -130,10 +127,12 @@ impl Rehearsal {
     /// Nothing has been tried.
     pub const NEW: Rehearsal = Rehearsal {
         horizons: [Horizon::NONE; HORIZONS],
-        applied: [0.0; OUTPUTS],
-        fed_back: [0.0; NAV],
-        seen: None,
-        at_once: false,
+        passed: Passed {
+            applied: [0.0; OUTPUTS],
+            fed_back: [0.0; NAV],
+            seen: None,
+            at_once: false,
+        },
         next: COASTS,
         moving: 0,
         proved: [false; HYPOTHESES],
@@ -149,13 +148,15 @@ impl Rehearsal {
         (self.chosen, self.since_s) = (ZERO_CORRECTION, 0.0);
     }
 
+    fn streams(&mut self) -> impl Iterator<Item = &mut Stream> {
+        self.horizons.iter_mut().flat_map(|of| &mut of.streams)
+    }
+
     fn drop_coasts(&mut self) {
-        for horizon in &mut self.horizons {
-            for coast in &mut horizon.coasts {
-                coast.runs = false;
-            }
+        for stream in self.streams() {
+            stream.coast.runs = false;
         }
-        self.seen = None;
+        self.passed.seen = None;
         self.next = COASTS;
     }
 
@@ -163,10 +164,8 @@ impl Rehearsal {
     /// what has been proved must be proved again, from a smaller capital.
     pub fn interrupted(&mut self) {
         self.drop_coasts();
-        for horizon in &mut self.horizons {
-            for wealth in horizon.wealth.as_flattened_mut() {
-                wealth.limit(ANEW);
-            }
+        for stream in self.streams() {
+            stream.wealth.iter_mut().for_each(|of| of.limit(ANEW));
         }
         self.proved = [false; HYPOTHESES];
         self.chosen = ZERO_CORRECTION;
@@ -176,18 +175,17 @@ impl Rehearsal {
     /// follow in [`Self::work`].
     pub fn interval(&mut self, time: f32, applied: &[f32; OUTPUTS]) {
         self.since_s += time;
-        self.applied = *applied;
-        self.seen = None;
+        self.passed.applied = *applied;
+        self.passed.seen = None;
         self.goes_on(false);
     }
 
     fn goes_on(&mut self, at_once: bool) {
-        self.at_once = at_once;
-        self.fed_back = [0.0; NAV];
+        self.passed.at_once = at_once;
+        self.passed.fed_back = [0.0; NAV];
         self.next = 0;
-        let coasts = self.horizons.iter().flat_map(|horizon| &horizon.coasts);
-        let bits = coasts.enumerate();
-        self.moving = bits.fold(0, |bits, (k, coast)| bits | u16::from(coast.runs) << k);
+        let streams = self.streams().enumerate();
+        self.moving = streams.fold(0, |bits, (k, of)| bits | u16::from(of.coast.runs) << k);
     }
 
     /// A fix at the end of the interval: estimate minus fix, and its variance. The position counts;
@@ -196,7 +194,7 @@ impl Rehearsal {
         let [n, e, _, vn, ve, _] = *z;
         let [of_n, of_e, _, of_vn, of_ve, _] = *variance;
         let (position, velocity) = (of_n.max(of_e), of_vn.max(of_ve));
-        self.seen = if position.is_finite() {
+        self.passed.seen = if position.is_finite() {
             Some((6, [n, e], position))
         } else if velocity.is_finite() {
             Some((3, [vn, ve], velocity))
@@ -216,18 +214,17 @@ impl Rehearsal {
     /// The navigator has been corrected by `error` after the interval.
     pub fn feed_back(&mut self, error: &[f32; NAV]) {
         if self.is_done() {
-            let coasts = self.horizons.iter_mut().flat_map(|of| &mut of.coasts);
-            coasts.for_each(|coast| coast.feed_back(error));
+            self.streams().for_each(|of| of.coast.feed_back(error));
         } else {
-            self.fed_back = *error;
+            self.passed.fed_back = *error;
         }
     }
 
     /// The hypotheses have learnt from a fix: coasts may start.
     pub fn start(&mut self, bank: &Bank) {
         for (horizon, length) in self.horizons.iter_mut().zip(HORIZONS_S) {
-            if let Some(coast) = horizon.free(length) {
-                coast.start(bank);
+            if let Some(stream) = horizon.free(length) {
+                stream.start(bank);
             }
         }
     }
@@ -246,36 +243,11 @@ impl Rehearsal {
         let moves = self.moving >> self.next & 1 == 1;
         self.next += 1;
         let length = HORIZONS_S.get(k).copied().unwrap_or(f32::INFINITY);
-        let Some(horizon) = self.horizons.get_mut(k).filter(|_| moves) else {
-            return !self.is_done();
-        };
-        let Horizon {
-            coasts,
-            wealth,
-            counts,
-        } = horizon;
-        if let (Some(coast), Some(wealth), Some(count)) = (
-            coasts.get_mut(stream),
-            wealth.get_mut(stream),
-            counts.get_mut(stream),
-        ) {
-            if !self.at_once {
-                coast.moves(block, &self.applied);
-            }
-            if let Some(seen) = &self.seen
-                && coast.time >= length - EARLY
-            {
-                coast.runs = false;
-                if coast.time <= length + LATE[0] * length + LATE[1] {
-                    let scores = coast.scores(seen);
-                    for (wealth, score) in wealth.iter_mut().zip(scores) {
-                        wealth.takes(&score, *count);
-                    }
-                    *count = count.saturating_add(1);
-                    self.since_s = 0.0;
-                }
-            }
-            coast.feed_back(&self.fed_back);
+        let horizon = self.horizons.get_mut(k).filter(|_| moves);
+        if let Some(stream) = horizon.and_then(|of| of.streams.get_mut(stream))
+            && stream.passes(&self.passed, block, length)
+        {
+            self.since_s = 0.0;
         }
         !self.is_done()
     }

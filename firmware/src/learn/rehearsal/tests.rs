@@ -1,11 +1,12 @@
 //! What rehearsals prove, by chance and by drives.
 
-use super::coast::Score;
+use super::coast::{Coast, Score};
 use super::wealth::Wealth;
 use super::*;
 use crate::learn::fixes::Memory;
-use crate::learn::fixes::drive::{Drive, Receiver, Road};
+use crate::learn::fixes::drive::{Drive, HZ, LSB, Receiver, Road};
 use crate::learn::{Learner, Settings};
+use crate::nav::{self, Navigator};
 
 const PERFECT: [[f64; 3]; 2] = [[0.0; 3]; 2];
 /// Three to four standard deviations of the datasheet.
@@ -80,6 +81,59 @@ fn what_is_not_finite_loses() {
     coast.feed_back(&[f32::NAN; NAV]);
     let lost = coast.scores(&seen([3.0, 4.0]));
     assert!(lost.iter().all(|score| score.whole == -1.0));
+}
+
+/// Largest difference of a shadow's horizontal position to that of a second navigator which
+/// subtracts the same correction from the same samples, and their distance to the navigator without
+/// it, m: 300 s of driving, with all errors of the sensors of one size in units of the datasheet.
+fn shadow_and_navigator(size: f64) -> [f64; 2] {
+    let told = Settings::MEDIUM;
+    let [g, a] = [told.sheet.gyro_bias, told.sheet.accel_bias].map(|of| size * f64::from(of));
+    let biases = [[g, -g, g], [a, -a, a]];
+    let mut memory = Box::new(Memory::ZEROED);
+    let mut drive = Drive::new(&mut memory, told, Road::TOWN, Receiver::GOOD, biases, 3);
+    let noise = nav::Noise {
+        gyro: told.noise.gyro,
+        accel: told.noise.accel,
+    };
+    let config = nav::Config::new(LSB, 1.0 / f64::from(HZ), noise);
+    let start = drive.learner.nav().expect("it navigates");
+    let [mut own, mut second] = [(); 2].map(|()| Navigator::new(config, start).expect("valid"));
+    let correction = biases.map(|of| of.map(|x| x as f32));
+    assert!(second.set_estimate(correction[0], correction[1]));
+    let mut coast = Coast::NONE;
+    let [shadow, ..] = &mut coast.shadows;
+    shadow.correction.copy_from_slice(correction.as_flattened());
+    let mut found = [0.0_f64; 2];
+    for k in 0..300 {
+        for i in 0..HZ {
+            let counts = drive.counts(f64::from(k * HZ + i) / f64::from(HZ));
+            own.sample(&counts);
+            second.sample(&counts);
+        }
+        coast.moves(&own.take_transition(), &[0.0; OUTPUTS]);
+        let [shadow, ..] = &coast.shadows;
+        let [.., n, e, _] = shadow.off.map(f64::from);
+        let [north, east, _] = second.state().position.ned_from(&own.state().position);
+        let off = libm::hypot(north - n, east - e);
+        let apart = libm::hypot(north, east);
+        found = [found[0].max(off), found[1].max(apart)];
+    }
+    found
+}
+
+/// The shadow is as good as a second navigator: within some
+/// ten-thousandths of what the correction changes.
+#[test]
+fn a_shadow_is_a_second_navigator() {
+    for (size, most) in [(1.0, 0.02), (4.0, 0.1)] {
+        let [off, apart] = shadow_and_navigator(size);
+        println!("{size}: {off} m of {apart} m");
+        assert!(
+            off < most && apart > 100.0 * size,
+            "{size}: {off} of {apart}"
+        );
+    }
 }
 
 fn driven(receiver: Receiver, biases: [[f64; 3]; 2], seed: u64, then: impl FnOnce(&mut Drive<'_>)) {

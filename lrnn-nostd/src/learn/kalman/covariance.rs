@@ -1,9 +1,12 @@
 //! The covariance of X navigation errors and N parameters, symmetric by construction.
 
+use super::blocks::{
+    align_errors, at_least, cross_products, finite, propagate_errors, update_errors,
+};
 use super::deferred::Deferred;
-use super::packed::{diagonal, packed, place, times};
-use super::row::{Row, axpy, axpy_rows, axpy_three, dot, dot_four, tail};
-use crate::real::{Real, all_finite};
+use super::packed::{diagonal, packed, place, strips, times};
+use super::row::{Rows, axpy, axpy_rows, axpy_three, transform};
+use crate::real::Real;
 
 /// P in three blocks: P_xx of the navigation errors (X x X), P_xt of navigation errors by
 /// parameters (X x N), and P_tt of the parameters. Of P_tt the lower triangle is stored,
@@ -20,12 +23,17 @@ pub struct Covariance<const X: usize, const N: usize, const PACKED: usize, T = f
     deferred: Deferred<N, T>,
 }
 
+/// Number of parts in which P_xt passes the transition.
+pub(super) const CROSS_PARTS: usize = 2;
+/// Outputs whose effects are computed together: those of a triad.
+pub(super) const GROUP: usize = 3;
+
 /// What a time update keeps from one of its parts to the next: P_xt J' before the update, and J
 /// P_tt J'.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Workspace<const X: usize, const E: usize, T = f32> {
-    c: [[T; E]; X],
-    s: [[T; E]; E],
+    pub(super) c: [[T; E]; X],
+    pub(super) s: [[T; E]; E],
 }
 
 impl<const X: usize, const E: usize, T: Real> Workspace<X, E, T> {
@@ -133,68 +141,72 @@ impl<const X: usize, const N: usize, const PACKED: usize, T: Real> Covariance<X,
     /// ```
     ///
     /// The whole update takes about E N^2 / 2 + X (X + E) N multiply-adds. This part computes C =
-    /// P_xt J' and P_xt <- Phi P_xt. The E parts [`Self::propagate_output`] follow, then
-    /// [`Self::finish_propagation`], which takes the variances `walk`.
-    pub fn begin_propagation<const E: usize>(
+    /// P_xt J'. [`Self::propagate_cross`] follows in its parts, then the E parts
+    /// [`Self::propagate_output`], then [`Self::finish_propagation`], which takes the variances
+    /// `walk`.
+    pub fn begin_propagation<const E: usize, const G: usize>(
         &mut self,
-        phi: &[[T; X]; X],
-        jacobian: &[Row<'_, T>; E],
+        jacobian: &[Rows<'_, T>; G],
     ) -> Workspace<X, E, T> {
+        const { assert!(E == GROUP * G) };
         self.apply_all_deferred();
         let mut workspace = Workspace::ZEROED;
-        for (k, row) in jacobian.iter().enumerate() {
-            let (fours, ones) = workspace.c.as_chunks_mut::<4>();
-            let (xt_fours, xt_ones) = self.xt.as_chunks::<4>();
-            for (c, xt) in fours.iter_mut().zip(xt_fours) {
-                let rows = xt.each_ref().map(|xt| tail(xt, row.start));
-                let (row_fours, row_ones) = row.values.as_chunks::<4>();
-                let products = dot_four(rows, row_fours, row_ones);
-                for (c, product) in c.iter_mut().zip(products) {
-                    c[k] = product;
-                }
-            }
-            for (c, xt) in ones.iter_mut().zip(xt_ones) {
-                c[k] = row.dot(xt);
-            }
+        for (g, rows) in jacobian.iter().enumerate() {
+            cross_products(self.xt.as_flattened(), N, rows, g, &mut workspace.c);
         }
-        self.propagate_cross(phi);
         workspace
     }
 
-    /// One of the E middle parts of a time update: the effect of output `k`. An index beyond E has
-    /// no effect. What outputs add to P_xt is kept where deferred changes are, none of which is
-    /// left now, and added for three of them at once.
+    /// P_xt <- Phi P_xt for one of [`CROSS_PARTS`] parts of its columns.
+    pub fn propagate_cross(&mut self, part: usize, phi: &[[T; X]; X]) {
+        let [begin, end] = [part, part + 1].map(|part| match part {
+            CROSS_PARTS.. => N,
+            part => N * part / CROSS_PARTS / 3 * 3,
+        });
+        transform(self.xt.as_flattened_mut(), N, begin..end, phi);
+    }
+
+    /// One of the E middle parts of a time update: a third of the effect of a group of outputs. An
+    /// index beyond E has no effect. The products of P_tt with the three rows of J add up where
+    /// deferred changes are, none of which is left now.
     #[inline(never)]
-    pub fn propagate_output<const E: usize>(
+    pub fn propagate_output<const E: usize, const G: usize>(
         &mut self,
         k: usize,
         gamma: &[[T; E]; X],
-        jacobian: &[Row<'_, T>; E],
+        jacobian: &[Rows<'_, T>; G],
         workspace: &mut Workspace<X, E, T>,
     ) {
-        let (Some(&row), Some(products)) = (jacobian.get(k), workspace.s.get_mut(k)) else {
+        const { assert!(E == GROUP * G) };
+        let (group, part) = (k / GROUP, k % GROUP);
+        let Some(rows) = jacobian.get(group) else {
             return;
         };
-        let kept = self.deferred.scratch();
-        let (group, within) = (k / kept.len(), k % kept.len());
-        let Some(b) = kept.get_mut(within) else {
-            return;
-        };
-        let (wide, used) = row.wide::<N>();
-        times(&self.tt, &wide, used, b);
-        for (product, row) in products.iter_mut().zip(jacobian) {
-            *product = row.dot(b);
+        let products = self.deferred.scratch();
+        if part == 0 {
+            *products = [[T::ZERO; GROUP]; N];
         }
-        if within + 1 == kept.len() || k + 1 == E {
-            let first = group * kept.len();
-            for unused in kept.iter_mut().skip(within + 1) {
-                *unused = [T::ZERO; N];
+        let mut wide = [[T::ZERO; GROUP]; N];
+        let used = rows.widen(&mut wide);
+        let strips = strips(N, &used, part, GROUP, (X + E) * N / 16);
+        times(&self.tt, &wide, used, strips, products);
+        if part + 1 < GROUP {
+            return;
+        }
+        let first = group * GROUP;
+        for (l, rows) in jacobian.iter().enumerate() {
+            let of_group = rows.times_three(products);
+            for (s, values) in workspace.s.iter_mut().skip(first).zip(of_group) {
+                if let Some(s) = s.as_chunks_mut().0.get_mut(l) {
+                    *s = values;
+                }
             }
-            let factors = gamma
-                .each_ref()
-                .map(|row| [0, 1, 2].map(|of| row.get(first + of).copied().unwrap_or(T::ZERO)));
-            axpy_three(&mut self.xt, &factors, kept);
         }
+        let of_group = |row: &[T; E]| row.as_chunks::<GROUP>().0.get(group).copied();
+        let factors = gamma
+            .each_ref()
+            .map(|row| of_group(row).unwrap_or([T::ZERO; GROUP]));
+        axpy_three(self.xt.as_flattened_mut(), &factors, products);
     }
 
     /// Last part of the time update that [`Self::begin_propagation`] started: P_xx and P_tt.
@@ -210,28 +222,6 @@ impl<const X: usize, const N: usize, const PACKED: usize, T: Real> Covariance<X,
         diagonal(&mut self.tt, N, |i, variance| {
             *variance += walk.get(i).copied().unwrap_or(T::ZERO);
         });
-    }
-
-    /// P_xt <- Phi P_xt.
-    #[inline]
-    fn propagate_cross(&mut self, phi: &[[T; X]; X]) {
-        for j in (0..N).step_by(3) {
-            let mut columns = [[T::ZERO; 3]; X];
-            for (columns, row) in columns.iter_mut().zip(&self.xt) {
-                for (value, &entry) in columns.iter_mut().zip(tail(row, j)) {
-                    *value = entry;
-                }
-            }
-            for (row, phi) in self.xt.iter_mut().zip(phi) {
-                let mut sums = [T::ZERO; 3];
-                for (&phi, columns) in phi.iter().zip(&columns) {
-                    axpy(&mut sums, phi, columns);
-                }
-                for (entry, sum) in row.iter_mut().skip(j).zip(sums) {
-                    *entry = sum;
-                }
-            }
-        }
     }
 
     /// Variance of navigation error `i`; 0 beyond X.
@@ -288,21 +278,21 @@ impl<const X: usize, const N: usize, const PACKED: usize, T: Real> Covariance<X,
             self.apply_all_deferred();
         }
         let weight = T::ONE / innovation.variance;
-        let (Some(&cx), Some(ct)) = (self.xx.get(i), self.xt.get(i)) else {
+        let (Some(&cx), Some(&ct)) = (self.xx.get(i), self.xt.get(i)) else {
             return;
         };
-        let (Some(&own), Some(ct)) = (cx.get(i), self.deferred.hold(ct, weight)) else {
+        let Some(&own) = cx.get(i).filter(|_| self.deferred.hold(&ct, weight)) else {
             return;
         };
         axpy(x, weight * innovation.value, &cx);
-        axpy(theta, weight * innovation.value, ct);
+        axpy(theta, weight * innovation.value, &ct);
         let factors = cx.map(|c| -(weight * c));
-        axpy_rows(&mut self.xt, factors, ct);
+        axpy_rows(self.xt.as_flattened_mut(), &factors, &ct);
         // The observed row: (1 - P_ii / s) P_ij, without the cancellation.
         let left = (innovation.variance - own) / innovation.variance;
         update_errors(&mut self.xx, i, &cx, factors, left);
         if let Some(row) = self.xt.get_mut(i) {
-            for (entry, &c) in row.iter_mut().zip(ct) {
+            for (entry, c) in row.iter_mut().zip(ct) {
                 *entry = left * c;
             }
         }
@@ -345,94 +335,4 @@ impl<const X: usize, const N: usize, const PACKED: usize, T: Real> Covariance<X,
         }
         [xx, xt, &variances].into_iter().all(finite)
     }
-}
-
-// What follows does not depend on the number of parameters. It is not inlined, so that all filters
-// share it: less flash, and a call is nothing beside its work.
-
-/// P_xx <- Phi P_xx Phi' + Phi C Gamma' + (.)' + Gamma S Gamma' + Q, computed as U + U'.
-#[inline(never)]
-fn propagate_errors<const X: usize, const E: usize, T: Real>(
-    xx: &mut [[T; X]; X],
-    phi: &[[T; X]; X],
-    gamma: &[[T; E]; X],
-    Workspace { c, s }: &Workspace<X, E, T>,
-    q: &[[T; X]; X],
-) {
-    let half = T::from_f64(0.5);
-    let mut u = [[T::ZERO; X]; X];
-    for i in 0..X {
-        // left = Phi_i P_xx / 2,  right = Phi_i C + Gamma_i S / 2
-        let (mut left, mut right) = ([T::ZERO; X], [T::ZERO; E]);
-        for l in 0..X {
-            axpy(&mut left, half * phi[i][l], &xx[l]);
-            axpy(&mut right, phi[i][l], &c[l]);
-        }
-        for l in 0..E {
-            axpy(&mut right, half * gamma[i][l], &s[l]);
-        }
-        for k in 0..X {
-            u[i][k] = dot(&left, &phi[k]) + dot(&right, &gamma[k]);
-        }
-    }
-    for i in 0..X {
-        for k in 0..X {
-            xx[i][k] = u[i][k] + u[k][i] + q[i][k];
-        }
-    }
-}
-
-/// P_xx <- by S by' + rest. Both halves get the same value, so that rounding cannot make P_xx
-/// unsymmetric.
-#[inline(never)]
-fn align_errors<const X: usize, const E: usize, T: Real>(
-    xx: &mut [[T; X]; X],
-    by: &[[T; E]; X],
-    rest: &[[T; X]; X],
-    s: &[[T; E]; E],
-) {
-    for i in 0..X {
-        let mut left = [T::ZERO; E];
-        for k in 0..E {
-            axpy(&mut left, by[i][k], &s[k]);
-        }
-        for j in i..X {
-            let value = dot(&left, &by[j]) + rest[i][j];
-            xx[i][j] = value;
-            xx[j][i] = value;
-        }
-    }
-}
-
-/// P_xx <- P_xx + `factors` `cx`'; row and column `i` become `left` times `cx`.
-#[inline(never)]
-fn update_errors<const X: usize, T: Real>(
-    xx: &mut [[T; X]; X],
-    i: usize,
-    cx: &[T; X],
-    factors: [T; X],
-    left: T,
-) {
-    axpy_rows(xx, factors, cx);
-    for j in 0..X {
-        let value = left * cx[j];
-        if let Some(entry) = xx.get_mut(i).and_then(|row| row.get_mut(j)) {
-            *entry = value;
-        }
-        if let Some(entry) = xx[j].get_mut(i) {
-            *entry = value;
-        }
-    }
-}
-
-/// Whether every value is finite.
-#[inline(never)]
-fn finite<T: Real>(values: &[T]) -> bool {
-    all_finite(values)
-}
-
-/// The larger of the two; `least` if `value` is NaN.
-#[inline]
-fn at_least<T: Real>(value: T, least: T) -> T {
-    if value >= least { value } else { least }
 }

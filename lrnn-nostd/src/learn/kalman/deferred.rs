@@ -6,13 +6,13 @@ use crate::real::Real;
 /// Number of deferred updates that are applied together: those of a position, or of a velocity.
 pub const MAX_DEFERRED: usize = 3;
 /// Number of parts in which the deferred updates are applied.
-pub const DEFERRED_PARTS: usize = 2;
+pub const DEFERRED_PARTS: usize = 3;
 
 /// Deferred changes P -= c c' / s of a packed matrix, for columns c of N values, in the order in
-/// which they will be applied.
+/// which they will be applied. The columns are side by side; those that are not there are 0.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Deferred<const N: usize, T> {
-    columns: [[T; N]; MAX_DEFERRED],
+    columns: [[T; MAX_DEFERRED]; N],
     /// -1 / s.
     weights: [T; MAX_DEFERRED],
     count: usize,
@@ -23,18 +23,18 @@ pub(super) struct Deferred<const N: usize, T> {
 /// Equal when the same changes remain to be applied. Unused columns are not compared.
 impl<const N: usize, T: PartialEq> PartialEq for Deferred<N, T> {
     fn eq(&self, other: &Self) -> bool {
-        let [own, others] = [self, other].map(|side| {
-            let columns = side.columns.iter().zip(&side.weights);
-            columns.take(side.count)
-        });
-        self.applied_parts == other.applied_parts && own.eq(others)
+        let count = self.count;
+        let mut columns = self.columns.iter().zip(&other.columns);
+        (count, self.applied_parts) == (other.count, other.applied_parts)
+            && self.weights.get(..count) == other.weights.get(..count)
+            && columns.all(|(own, others)| own.get(..count) == others.get(..count))
     }
 }
 
 impl<const N: usize, T: Real> Deferred<N, T> {
     /// No changes.
     pub const ZEROED: Self = Self {
-        columns: [[T::ZERO; N]; MAX_DEFERRED],
+        columns: [[T::ZERO; MAX_DEFERRED]; N],
         weights: [T::ZERO; MAX_DEFERRED],
         count: 0,
         applied_parts: 0,
@@ -51,21 +51,33 @@ impl<const N: usize, T: Real> Deferred<N, T> {
         (self.count, self.applied_parts) = (0, 0);
     }
 
-    /// Adds a change and returns its column; `weight` is 1 / s. `None` when no other can be added.
+    /// Adds a change; `weight` is 1 / s. False when no other can be added.
     #[inline]
-    pub fn hold(&mut self, column: &[T; N], weight: T) -> Option<&[T; N]> {
+    pub fn hold(&mut self, column: &[T; N], weight: T) -> bool {
         if self.is_closed() {
-            return None;
+            return false;
         }
-        let slot = self.columns.get_mut(self.count)?;
-        *slot = *column;
-        *self.weights.get_mut(self.count)? = -weight;
+        if self.count == 0 {
+            self.weights = [T::ZERO; MAX_DEFERRED];
+            for (columns, &value) in self.columns.iter_mut().zip(column) {
+                *columns = [value, T::ZERO, T::ZERO];
+            }
+        } else {
+            for (columns, &value) in self.columns.iter_mut().zip(column) {
+                if let Some(of_row) = columns.get_mut(self.count) {
+                    *of_row = value;
+                }
+            }
+        }
+        if let Some(of_column) = self.weights.get_mut(self.count) {
+            *of_column = -weight;
+        }
         self.count += 1;
-        Some(slot)
+        true
     }
 
     /// Place for columns of other work while no change is deferred.
-    pub fn scratch(&mut self) -> &mut [[T; N]; MAX_DEFERRED] {
+    pub fn scratch(&mut self) -> &mut [[T; MAX_DEFERRED]; N] {
         self.clear();
         &mut self.columns
     }
@@ -80,10 +92,11 @@ impl<const N: usize, T: Real> Deferred<N, T> {
         if i < Self::end(self.applied_parts) {
             return value;
         }
-        let changes = self.columns.iter().zip(&self.weights).take(self.count);
-        changes.fold(value, |sum, (column, &weight)| {
-            column.get(i).map_or(sum, |&c| sum + weight * c * c)
-        })
+        let Some(column) = self.columns.get(i) else {
+            return value;
+        };
+        let changes = column.iter().zip(&self.weights).take(self.count);
+        changes.fold(value, |sum, (&c, &weight)| sum + weight * c * c)
     }
 
     /// Applies the next of [`DEFERRED_PARTS`] parts of the changes to a packed matrix; the last
@@ -92,14 +105,9 @@ impl<const N: usize, T: Real> Deferred<N, T> {
         if self.count > 0 {
             let [begin, end] = [self.applied_parts, self.applied_parts + 1].map(Self::end);
             let rows = matrix.get_mut(packed(begin)..packed(end));
-            // a change that is not there counts nothing
-            let count = self.count;
-            let column = |k: usize| self.columns.get(if k < count { k } else { 0 });
             let squares = Squares {
-                columns: [0, 1, 2].map(|k| column(k).map_or(&[][..], |column| column)),
-                weights: core::array::from_fn(
-                    |k| if k < count { self.weights[k] } else { T::ZERO },
-                ),
+                columns: &self.columns,
+                weights: self.weights,
             };
             squares.add_to(rows.unwrap_or_default(), begin);
             self.applied_parts += 1;

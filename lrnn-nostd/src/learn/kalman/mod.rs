@@ -23,6 +23,7 @@
 //! on held-out data: if the simpler one is true, it exceeds ln k with a probability below 1/k at
 //! any time (Ville's inequality).
 
+mod blocks;
 mod covariance;
 mod deferred;
 mod model;
@@ -38,7 +39,7 @@ pub use parameters::{
     AllWeights, Biases, DiagonalWeights, FixedWeights, NoParameters, OutputWeights, ParameterSet,
     UnitBiases, UnitOutput, Zeroed,
 };
-pub use row::Row;
+pub use row::Rows;
 
 use crate::activation::{Activation, Identity, Rational};
 use crate::infer::Net;
@@ -50,7 +51,10 @@ pub const TRIADS: usize = 2;
 /// Outputs of the two networks together.
 pub const OUTPUTS: usize = TRIADS * NEURONS;
 /// Number of parts into which [`Kalman::propagate_covariance`] divides its work.
-pub const COVARIANCE_PARTS: usize = OUTPUTS + 2;
+pub const COVARIANCE_PARTS: usize = LAST_PART + 1;
+// The first part of those for outputs, and the one after them.
+const OUTPUT_PARTS: usize = 1 + covariance::CROSS_PARTS;
+const LAST_PART: usize = OUTPUT_PARTS + OUTPUTS;
 
 /// The navigation equations over one block of time, linearised.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -173,9 +177,7 @@ impl<L: ParameterSet, const X: usize, const N: usize, const PACKED: usize, H: Ac
     pub fn propagate(&mut self, block: &Transition<X, T>, applied: &[T; OUTPUTS]) {
         self.propagate_mean(block, applied);
         let mut workspace = Workspace::ZEROED;
-        for part in 0..COVARIANCE_PARTS {
-            self.propagate_covariance(part, block, &mut workspace);
-        }
+        (0..COVARIANCE_PARTS).for_each(|k| self.propagate_covariance(k, block, &mut workspace));
     }
 
     /// The mean only of [`Self::propagate`]; the covariance must follow.
@@ -199,12 +201,13 @@ impl<L: ParameterSet, const X: usize, const N: usize, const PACKED: usize, H: Ac
         workspace: &mut Workspace<X, OUTPUTS, T>,
     ) {
         let model = &self.model;
-        let jacobian = &model.rows();
+        let jacobian = &model.jacobian();
         match part {
-            0 => *workspace = self.covariance.begin_propagation(&block.phi, jacobian),
-            1..=OUTPUTS => {
-                self.covariance
-                    .propagate_output(part - 1, &block.gamma, jacobian, workspace);
+            0 => *workspace = self.covariance.begin_propagation(jacobian),
+            1..OUTPUT_PARTS => self.covariance.propagate_cross(part - 1, &block.phi),
+            OUTPUT_PARTS..LAST_PART => {
+                let (k, covariance) = (part - OUTPUT_PARTS, &mut self.covariance);
+                covariance.propagate_output(k, &block.gamma, jacobian, workspace);
             }
             _ => {
                 let mut walk = [T::ZERO; N];
@@ -318,9 +321,7 @@ impl<L: ParameterSet, const X: usize, const N: usize, const PACKED: usize, H: Ac
     pub fn align(&mut self, by: &[[T; OUTPUTS]; X], rest: &[[T; X]; X], applied: &[T; OUTPUTS]) {
         self.align_mean(by, applied);
         let mut workspace = Workspace::ZEROED;
-        for part in 0..COVARIANCE_PARTS {
-            self.align_covariance(part, by, rest, &mut workspace);
-        }
+        (0..COVARIANCE_PARTS).for_each(|k| self.align_covariance(k, by, rest, &mut workspace));
     }
 
     /// The mean only of [`Self::align`]; the covariance must follow.
@@ -346,10 +347,11 @@ impl<L: ParameterSet, const X: usize, const N: usize, const PACKED: usize, H: Ac
         let model = &self.model;
         match part {
             0 => self.covariance.begin_alignment(),
-            1..=OUTPUTS => {
+            1..OUTPUT_PARTS => {}
+            OUTPUT_PARTS..LAST_PART => {
                 let against = by.map(|row| row.map(|value| -value));
-                self.covariance
-                    .propagate_output(part - 1, &against, &model.rows(), workspace);
+                let (k, covariance) = (part - OUTPUT_PARTS, &mut self.covariance);
+                covariance.propagate_output(k, &against, &model.jacobian(), workspace);
             }
             _ => self.covariance.finish_alignment(by, rest, workspace),
         }

@@ -3,7 +3,7 @@
 use super::parameters::{ParameterSet, Zeroed};
 use crate::activation::{Activation, Identity, Rational};
 use crate::infer::{Fault, Net};
-use crate::learn::kalman::{OUTPUTS, Row, TRIADS};
+use crate::learn::kalman::{OUTPUTS, Rows, TRIADS};
 use crate::normalisation::Normalisation;
 use crate::real::Real;
 use crate::shape::{Full, NEURONS, PARAMS_PER_LAYER};
@@ -23,8 +23,8 @@ pub struct ErrorModel<L: ParameterSet, const N: usize, H = Rational, T: Real = f
     memories: [L::Memory<T>; TRIADS],
     bias: [[T; NEURONS]; TRIADS],
     estimate: [T; OUTPUTS],
-    /// Rows of J without their zeros: only the derivatives by the triad's own parameters.
-    jacobian: [L::Own<T>; OUTPUTS],
+    /// J without its zeros: only the derivatives by the triad's own parameters.
+    jacobian: [L::Own<T>; TRIADS],
     healthy: bool,
 }
 
@@ -48,7 +48,7 @@ impl<L: ParameterSet, const N: usize, H: Activation, T: Real> ErrorModel<L, N, H
             memories: [const { L::Memory::<T>::ZEROED }; TRIADS],
             bias: [[T::ZERO; NEURONS]; TRIADS],
             estimate: [T::ZERO; OUTPUTS],
-            jacobian: [const { L::Own::<T>::ZEROED }; OUTPUTS],
+            jacobian: [const { L::Own::<T>::ZEROED }; TRIADS],
             healthy: false,
         }
     };
@@ -76,24 +76,22 @@ impl<L: ParameterSet, const N: usize, H: Activation, T: Real> ErrorModel<L, N, H
     pub fn reset(&mut self) {
         self.states = [State::new(); TRIADS];
         self.memories = [const { L::Memory::<T>::ZEROED }; TRIADS];
-        self.jacobian = [const { L::Own::<T>::ZEROED }; OUTPUTS];
-        for (j, row) in self.jacobian.iter_mut().enumerate() {
-            let [k, j] = [j / NEURONS, j % NEURONS];
-            if L::BIASES
-                && let Some(own) = row.as_mut().get_mut(j)
-            {
-                *own = T::ONE;
-            }
-            self.estimate[NEURONS * k + j] = self.bias[k][j];
-        }
-        if let Some(at) = L::OUTPUT_BIAS {
-            for (k, net) in self.nets.iter().enumerate() {
-                let scale = net.normalisation.output_scale;
-                for (j, first) in net.initial_output().into_iter().enumerate() {
-                    self.estimate[NEURONS * k + j] += first;
-                    let row = self.jacobian[NEURONS * k + j].as_mut();
-                    if let Some(own) = row.get_mut(NEURONS + at + j) {
-                        *own = scale[j];
+        self.jacobian = [const { L::Own::<T>::ZEROED }; TRIADS];
+        for (k, (own, net)) in self.jacobian.iter_mut().zip(&self.nets).enumerate() {
+            let scale = net.normalisation.output_scale;
+            let first = net.initial_output();
+            for j in 0..NEURONS {
+                let estimate = &mut self.estimate[NEURONS * k + j];
+                *estimate = self.bias[k][j];
+                if L::BIASES
+                    && let Some(by_bias) = own.as_mut().get_mut(j)
+                {
+                    by_bias[j] = T::ONE;
+                }
+                if let Some(at) = L::OUTPUT_BIAS {
+                    *estimate += first[j];
+                    if let Some(by_output) = own.as_mut().get_mut(NEURONS + at + j) {
+                        by_output[j] = scale[j];
                     }
                 }
             }
@@ -200,12 +198,10 @@ impl<L: ParameterSet, const N: usize, H: Activation, T: Real> ErrorModel<L, N, H
             let (state, memory) = (&mut self.states[k], &mut self.memories[k]);
             let step = L::step(net, state, memory, inputs[k]);
             self.healthy &= matches!(step.fault, None | Some(Fault::NonFiniteInput));
+            if let Some(own) = self.jacobian[k].as_mut().get_mut(NEURONS..) {
+                L::derivatives(state, memory, &net.normalisation.output_scale, own);
+            }
             for j in 0..NEURONS {
-                let row = &mut self.jacobian[NEURONS * k + j];
-                if let Some(own) = row.as_mut().get_mut(NEURONS..) {
-                    let scale = net.normalisation.output_scale[j];
-                    L::derivatives(state, memory, j, scale, own);
-                }
                 self.estimate[NEURONS * k + j] = self.bias[k][j] + step.error[j];
             }
         }
@@ -219,44 +215,45 @@ impl<L: ParameterSet, const N: usize, H: Activation, T: Real> ErrorModel<L, N, H
         &self.estimate
     }
 
-    /// The row of J with the derivatives of error `output` (0..6).
+    /// J: the rows of each triad.
     #[inline]
-    pub fn jacobian(&self, output: usize) -> Row<'_, T> {
-        let own = self.jacobian.get(output);
-        Row {
-            start: if output < NEURONS { 0 } else { Self::PER_TRIAD },
-            values: own.map_or(&[], AsRef::as_ref),
-        }
-    }
-
-    /// All rows of J.
-    #[inline]
-    pub fn rows(&self) -> [Row<'_, T>; OUTPUTS] {
-        core::array::from_fn(|output| self.jacobian(output))
+    pub fn jacobian(&self) -> [Rows<'_, T>; TRIADS] {
+        let starts = [0, Self::PER_TRIAD];
+        core::array::from_fn(|k| Rows {
+            start: starts[k],
+            values: self.jacobian[k].as_ref(),
+        })
     }
 
     /// theta <- theta - error. The estimate follows at once to first order, and exactly in the next
     /// step.
     pub fn subtract(&mut self, error: &[T; N]) {
-        for output in 0..OUTPUTS {
-            self.estimate[output] -= self.jacobian(output).dot(error);
+        for k in 0..TRIADS {
+            let change = self.jacobian()[k].times(error);
+            for (j, change) in change.into_iter().enumerate() {
+                self.estimate[NEURONS * k + j] -= change;
+            }
         }
         if Self::PER_TRIAD == 0 {
             return;
         }
         for (k, own) in error.chunks_exact(Self::PER_TRIAD).enumerate().take(TRIADS) {
-            let mut values = own.iter();
-            for (bias, &value) in self.bias[k].iter_mut().zip(values.by_ref()) {
+            for (bias, &value) in self.bias[k].iter_mut().zip(own) {
                 *bias -= value;
             }
+            let mut at = NEURONS;
             for (l, layer) in self.nets[k].weights.layers.iter_mut().enumerate() {
+                let mut index = l * PARAMS_PER_LAYER;
                 let (w, r) = (layer.w.as_flattened_mut(), layer.r.as_flattened_mut());
-                let all = w.iter_mut().chain(r).chain(&mut layer.b);
-                for (index, weight) in (l * PARAMS_PER_LAYER..).zip(all) {
-                    if L::is_learnt(index)
-                        && let Some(&value) = values.next()
-                    {
-                        *weight -= value;
+                for part in [w, r, &mut layer.b] {
+                    for weight in part {
+                        if L::is_learnt(index)
+                            && let Some(&value) = own.get(at)
+                        {
+                            *weight -= value;
+                            at += 1;
+                        }
+                        index += 1;
                     }
                 }
             }

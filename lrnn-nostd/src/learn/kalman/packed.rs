@@ -42,18 +42,57 @@ pub(super) fn first_row(n: usize, offset: usize) -> usize {
     strip.map_or(n, |m| 4 * m)
 }
 
-/// `out` = matrix times a vector that is 0 outside the fours `used`. The value in row i at column
-/// j < i also counts for row j.
+/// The strips of part `part` of `parts` of [`times`], of a matrix of `n` rows and vectors that are 0
+/// outside the fours `used`; the rows that are left count as one more strip. `rest`: so many tiles
+/// cost as much as what follows the last part.
+pub(super) fn strips(
+    n: usize,
+    used: &Range<usize>,
+    part: usize,
+    parts: usize,
+    rest: usize,
+) -> Range<usize> {
+    // tiles that a strip reads for its rows and for its columns
+    let cost = |m: usize| {
+        let of_columns = if used.contains(&m) { m } else { 0 };
+        used.end.min(m).saturating_sub(used.start) + of_columns + 1
+    };
+    let whole = (0..n / 4).map(cost).sum::<usize>() + rest;
+    let end = |part: usize| {
+        let mut done = 0;
+        let before = (0..n / 4).take_while(|&m| {
+            let middle = done + cost(m) / 2;
+            done += cost(m);
+            middle * parts < whole * part
+        });
+        before.count()
+    };
+    end(part)..if part + 1 < parts {
+        end(part + 1)
+    } else {
+        n / 4 + 1
+    }
+}
+
+/// `out` += the given strips of a matrix times three vectors, all side by side, which are 0 outside
+/// the fours `used`. The value in row i at column j < i also counts for row j.
 ///
-/// Each value of `out` adds up in the order of the columns, as it would row by row.
+/// Each value of `out` adds up in the order of the columns, as it would row by row, if the strips
+/// come in their order.
 #[inline(never)]
-pub(super) fn times<T: Real>(matrix: &[T], vector: &[T], used: Range<usize>, out: &mut [T]) {
-    out.fill(T::ZERO);
-    let (v, v_rest) = vector.as_chunks::<4>();
+pub(super) fn times<T: Real>(
+    matrix: &[T],
+    vectors: &[[T; 3]],
+    used: Range<usize>,
+    strips: Range<usize>,
+    out: &mut [[T; 3]],
+) {
+    let (v, v_rest) = vectors.as_chunks::<4>();
     let (out, out_rest) = out.as_chunks_mut::<4>();
-    let mut rest = matrix;
-    for (m, of_strip) in v.iter().enumerate() {
-        let Some((tiles, corner)) = rest.split_at_checked(16 * m) else {
+    let mut rest = matrix.get(packed(4 * strips.start)..).unwrap_or_default();
+    for m in strips.start..strips.end.min(v.len()) {
+        let (Some(of_strip), Some((tiles, corner))) = (v.get(m), rest.split_at_checked(16 * m))
+        else {
             return;
         };
         let Some((corner, next)) = corner.split_first_chunk::<CORNER>() else {
@@ -64,29 +103,29 @@ pub(super) fn times<T: Real>(matrix: &[T], vector: &[T], used: Range<usize>, out
             return;
         };
         let tiles = tiles.as_chunks::<16>().0;
-        if used.contains(&m) {
-            let (left, right) = tiles.split_at_checked(used.start).unwrap_or((tiles, &[]));
-            let (above_left, above) = (above.split_at_mut_checked(left.len())).unwrap_or_default();
-            by_columns(left, of_strip, above_left);
-            let factors = v.get(used.start..).unwrap_or_default();
-            *own = by_both(right, of_strip, factors, above);
-            by_corner(corner, of_strip, own);
-        } else if m >= used.end {
-            let tiles = tiles.get(used.clone()).unwrap_or_default();
-            *own = by_rows(tiles, v.get(used.clone()).unwrap_or_default());
+        let of_rows = used.start..used.end.min(m);
+        if let (Some(tiles), Some(v)) = (tiles.get(of_rows.clone()), v.get(of_rows)) {
+            by_rows(tiles, v, own);
         }
+        if used.contains(&m) {
+            by_columns(tiles, of_strip, above);
+            by_corner(corner, of_strip, own);
+        }
+    }
+    if !strips.contains(&v.len()) {
+        return;
     }
     let rows = v_rest.len();
     let (tiles, mut corner) = rest
         .split_at_checked(4 * rows * v.len())
         .unwrap_or_default();
-    for (i, &factor) in v_rest.iter().enumerate() {
+    for (i, factors) in v_rest.iter().enumerate() {
         let of_row = tiles.as_chunks::<4>().0.iter().skip(i).step_by(rows);
-        let mut sum = T::ZERO;
+        let mut sums = [T::ZERO; 3];
         for ((values, v), out) in of_row.zip(v).zip(out.iter_mut()) {
             for k in 0..4 {
-                sum += values[k] * v[k];
-                out[k] += values[k] * factor;
+                axpy(&mut sums, values[k], &v[k]);
+                axpy(&mut out[k], values[k], factors);
             }
         }
         let Some((values, next)) = corner.split_at_checked(i + 1) else {
@@ -94,76 +133,57 @@ pub(super) fn times<T: Real>(matrix: &[T], vector: &[T], used: Range<usize>, out
         };
         corner = next;
         if let Some((above, [own, ..])) = out_rest.split_at_mut_checked(i) {
-            *own = values
-                .iter()
-                .zip(v_rest)
-                .fold(sum, |sum, (&p, &v)| sum + p * v);
-            axpy(above, factor, values);
+            for (&value, v) in values.iter().zip(v_rest) {
+                axpy(&mut sums, value, v);
+            }
+            *own = sums;
+            for (out, &value) in above.iter_mut().zip(values) {
+                axpy(out, value, factors);
+            }
         }
     }
 }
 
-/// The rows of tiles times fours of a vector.
+/// Adds the rows of tiles, times fours of the vectors.
 #[inline(always)]
-fn by_rows<T: Real>(tiles: &[[T; 16]], v: &[[T; 4]]) -> [T; 4] {
-    let mut sums = [T::ZERO; 4];
+fn by_rows<T: Real>(tiles: &[[T; 16]], v: &[[[T; 3]; 4]], own: &mut [[T; 3]; 4]) {
+    let mut sums = *own;
     for (tile, v) in tiles.iter().zip(v) {
         for k in 0..4 {
             for r in 0..4 {
-                sums[r] += tile[4 * r + k] * v[k];
+                axpy(&mut sums[r], tile[4 * r + k], &v[k]);
             }
         }
     }
-    sums
+    *own = sums;
 }
 
 /// Adds the columns of tiles, times four factors.
 #[inline(always)]
-fn by_columns<T: Real>(tiles: &[[T; 16]], factors: &[T; 4], out: &mut [[T; 4]]) {
+fn by_columns<T: Real>(tiles: &[[T; 16]], factors: &[[T; 3]; 4], out: &mut [[[T; 3]; 4]]) {
+    let factors = *factors;
     for (tile, out) in tiles.iter().zip(out) {
         let mut sums = *out;
         for r in 0..4 {
             for k in 0..4 {
-                sums[k] += tile[4 * r + k] * factors[r];
+                axpy(&mut sums[k], tile[4 * r + k], &factors[r]);
             }
         }
         *out = sums;
     }
 }
 
-/// Both in one pass.
+/// Adds the values from a strip's own columns up to the diagonal, times its factors.
 #[inline(always)]
-fn by_both<T: Real>(
-    tiles: &[[T; 16]],
-    factors: &[T; 4],
-    v: &[[T; 4]],
-    out: &mut [[T; 4]],
-) -> [T; 4] {
-    let mut own = [T::ZERO; 4];
-    for ((tile, v), out) in tiles.iter().zip(v).zip(out) {
-        let mut sums = *out;
-        for r in 0..4 {
-            for k in 0..4 {
-                let value = tile[4 * r + k];
-                own[r] += value * v[k];
-                sums[k] += value * factors[r];
+fn by_corner<T: Real>(corner: &[T; CORNER], v: &[[T; 3]; 4], own: &mut [[T; 3]; 4]) {
+    for (r, own) in own.iter_mut().enumerate() {
+        for (k, v) in v.iter().enumerate() {
+            let (row, column) = if r < k { (k, r) } else { (r, k) };
+            if let Some(&value) = corner.get(packed(row) + column) {
+                axpy(own, value, v);
             }
         }
-        *out = sums;
     }
-    own
-}
-
-/// The values from a strip's own columns up to the diagonal.
-#[inline(always)]
-fn by_corner<T: Real>(corner: &[T; CORNER], v: &[T; 4], own: &mut [T; 4]) {
-    let [a, b, c, d] = v;
-    let [aa, ba, bb, ca, cb, cc, da, db, dc, dd] = corner;
-    let [e, f, g, h] = own;
-    *e = *e + *aa * *a + *ba * *b + *ca * *c + *da * *d;
-    *f = *f + *ba * *a + *bb * *b + *cb * *c + *db * *d;
-    *g = *g + *ca * *a + *cb * *b + *cc * *c + *dc * *d;
-    *h = *h + *da * *a + *db * *b + *dc * *c + *dd * *d;
 }
 
 /// The diagonal of a matrix of `n` rows, each value with its row.
@@ -189,11 +209,11 @@ pub(super) fn diagonal<T>(matrix: &mut [T], n: usize, mut act: impl FnMut(usize,
     }
 }
 
-/// Three columns c of N values, and what each of their squares counts.
+/// Three columns c of N values, side by side, and what each of their squares counts.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Squares<'a, T> {
     /// c.
-    pub columns: [&'a [T]; 3],
+    pub columns: &'a [[T; 3]],
     /// w.
     pub weights: [T; 3],
 }
@@ -203,59 +223,60 @@ impl<T: Real> Squares<'_, T> {
     /// stored. Both begin and end with a strip.
     #[inline(never)]
     pub fn add_to(&self, mut part: &mut [T], from: usize) {
-        let [(a, a_rest), (b, b_rest), (c, c_rest)] =
-            self.columns.map(|column| column.as_chunks::<4>());
-        let [wa, wb, wc] = self.weights;
+        let (fours, rest) = self.columns.as_chunks::<4>();
         let mut m = from / 4;
-        while let (Some((a, [of_a, ..])), Some((b, [of_b, ..])), Some((c, [of_c, ..]))) = (
-            a.split_at_checked(m),
-            b.split_at_checked(m),
-            c.split_at_checked(m),
-        ) && let Some(tiles) = part.split_off_mut(..16 * m)
+        while let Some((before, [own, ..])) = fours.split_at_checked(m)
+            && let Some(tiles) = part.split_off_mut(..16 * m)
             && let Some(corner) = part.split_off_mut(..CORNER)
         {
-            let (fa, fb, fc) = (
-                of_a.map(|x| wa * x),
-                of_b.map(|x| wb * x),
-                of_c.map(|x| wc * x),
-            );
-            let tiles = tiles.as_chunks_mut::<16>().0;
+            let own = *own;
+            let factors = own.map(|c| self.factors(c));
             // read before anything is written: the compiler cannot know that they do not overlap
-            for (((tile, &a), &b), &c) in tiles.iter_mut().zip(a).zip(b).zip(c) {
+            for (tile, &c) in tiles.as_chunks_mut::<16>().0.iter_mut().zip(before) {
                 for r in 0..4 {
                     for k in 0..4 {
-                        let p = &mut tile[4 * r + k];
-                        *p = *p + fa[r] * a[k] + fb[r] * b[k] + fc[r] * c[k];
+                        change(&mut tile[4 * r + k], &factors[r], &c[k]);
                     }
                 }
             }
             for r in 0..4 {
                 for k in 0..=r {
                     if let Some(p) = corner.get_mut(packed(r) + k) {
-                        *p = *p + fa[r] * of_a[k] + fb[r] * of_b[k] + fc[r] * of_c[k];
+                        change(p, &factors[r], &own[k]);
                     }
                 }
             }
             m += 1;
         }
         // What is left are the rows of the last strip.
-        let rows = a_rest.len();
+        let rows = rest.len();
         let Some(tiles) = part.split_off_mut(..4 * rows * m) else {
             return;
         };
-        let changes = [(wa, a, a_rest), (wb, b, b_rest), (wc, c, c_rest)];
-        for i in 0..rows {
+        for (i, &own) in rest.iter().enumerate() {
             let values = part.split_off_mut(..i + 1).unwrap_or_default();
-            for (weight, column, rest) in changes {
-                let factor = weight * rest.get(i).copied().unwrap_or(T::ZERO);
-                let of_row = tiles.as_chunks_mut::<4>().0.iter_mut().skip(i);
-                for (values, column) in of_row.step_by(rows).zip(column) {
-                    axpy(values, factor, column);
-                }
-                axpy(values, factor, rest);
+            let factors = self.factors(own);
+            let of_row = tiles.as_chunks_mut::<4>().0.iter_mut().skip(i);
+            for (values, c) in of_row.step_by(rows).zip(fours) {
+                (values.iter_mut().zip(c)).for_each(|(p, c)| change(p, &factors, c));
             }
+            (values.iter_mut().zip(rest)).for_each(|(p, c)| change(p, &factors, c));
         }
     }
+
+    /// w c.
+    #[inline(always)]
+    fn factors(&self, c: [T; 3]) -> [T; 3] {
+        let [a, b, c] = c;
+        let [wa, wb, wc] = self.weights;
+        [wa * a, wb * b, wc * c]
+    }
+}
+
+/// Adds three products in turn.
+#[inline(always)]
+fn change<T: Real>(p: &mut T, factors: &[T; 3], c: &[T; 3]) {
+    *p = *p + factors[0] * c[0] + factors[1] * c[1] + factors[2] * c[2];
 }
 
 #[cfg(test)]

@@ -23,8 +23,8 @@ impl<T: Real> Zeroed for Sensitivities<T> {
     const ZEROED: Self = Sensitivities::new();
 }
 
-impl<T: Real, const M: usize> Zeroed for [T; M] {
-    const ZEROED: Self = [T::ZERO; M];
+impl<T: Real, const M: usize> Zeroed for [[T; NEURONS]; M] {
+    const ZEROED: Self = [[T::ZERO; NEURONS]; M];
 }
 
 /// Which parameters are learnt. It is a type, so that a filter occupies only the memory it needs.
@@ -40,8 +40,8 @@ pub trait ParameterSet: Copy + Debug + Default + PartialEq + 'static {
     const NETWORK: bool = true;
     /// State that the derivatives need from step to step.
     type Memory<T: Real>: Zeroed;
-    /// One value for each parameter of a triad.
-    type Own<T: Real>: Zeroed + AsRef<[T]> + AsMut<[T]>;
+    /// The derivatives of a triad's three outputs by each of its parameters.
+    type Own<T: Real>: Zeroed + AsRef<[[T; NEURONS]]> + AsMut<[[T; NEURONS]]>;
 
     /// Whether the weight with this index is learnt. By default none is.
     fn is_learnt(_: usize) -> bool {
@@ -61,14 +61,13 @@ pub trait ParameterSet: Copy + Debug + Default + PartialEq + 'static {
         net.step(state, input)
     }
 
-    /// Writes the derivatives of output `j` (0, 1, 2) with respect to the learnt weights, times
+    /// Writes the derivatives of the three outputs with respect to the learnt weights, times
     /// `scale`, in index order.
     fn derivatives<T: Real>(
         _: &State<T>,
         _: &Self::Memory<T>,
-        _: usize,
-        _scale: T,
-        _row: &mut [T],
+        _scale: &[T; NEURONS],
+        _rows: &mut [[T; NEURONS]],
     ) {
     }
 }
@@ -122,7 +121,7 @@ macro_rules! without_network {
             const WEIGHTS: usize = 0;
             const NETWORK: bool = false;
             type Memory<T: Real> = ();
-            type Own<T: Real> = [T; $own];
+            type Own<T: Real> = [[T; NEURONS]; $own];
 
             fn step<H: Activation, T: Real>(
                 _: &Net<H, Identity, Full, T>,
@@ -146,7 +145,7 @@ impl ParameterSet for FixedWeights {
     const BIASES: bool = false;
     const WEIGHTS: usize = 0;
     type Memory<T: Real> = ();
-    type Own<T: Real> = [T; 0];
+    type Own<T: Real> = [[T; NEURONS]; 0];
 }
 
 /// Parameter sets of which the networks' output is a linear function: y_3,j = sum_q W_jq y_2,q +
@@ -158,7 +157,7 @@ macro_rules! of_output_layer {
             const WEIGHTS: usize = $weights + $biases;
             const OUTPUT_BIAS: Option<usize> = if $biases > 0 { Some($weights) } else { None };
             type Memory<T: Real> = ();
-            type Own<T: Real> = [T; NEURONS + $weights + $biases];
+            type Own<T: Real> = [[T; NEURONS]; NEURONS + $weights + $biases];
 
             fn is_learnt(index: usize) -> bool {
                 (TOP..TOP + $weights).contains(&index)
@@ -173,16 +172,22 @@ macro_rules! of_output_layer {
                 }
             }
 
-            fn derivatives<T: Real>(state: &State<T>, (): &(), j: usize, scale: T, row: &mut [T]) {
+            fn derivatives<T: Real>(
+                state: &State<T>,
+                (): &(),
+                scale: &[T; NEURONS],
+                rows: &mut [[T; NEURONS]],
+            ) {
                 let [_, below, _] = state.layers();
-                let (weights, biases) = row.split_at_mut($weights);
-                if let Some(own) = weights.get_mut(NEURONS * j..) {
+                let (weights, biases) = rows.split_at_mut($weights);
+                let weights = weights.chunks_exact_mut(NEURONS);
+                for (j, (own, &scale)) in weights.zip(scale).enumerate() {
                     for (entry, &y) in own.iter_mut().zip(below) {
-                        *entry = scale * y;
+                        entry[j] = scale * y;
                     }
                 }
-                if let Some(own) = biases.get_mut(j) {
-                    *own = scale;
+                for (j, (own, &scale)) in biases.iter_mut().zip(scale).enumerate() {
+                    own[j] = scale;
                 }
             }
         }
@@ -199,7 +204,7 @@ macro_rules! with_sensitivities {
             const BIASES: bool = true;
             const WEIGHTS: usize = <$feedback>::ACTIVE;
             type Memory<T: Real> = Sensitivities<T>;
-            type Own<T: Real> = [T; NEURONS + <$feedback>::ACTIVE];
+            type Own<T: Real> = [[T; NEURONS]; NEURONS + <$feedback>::ACTIVE];
 
             fn is_learnt(index: usize) -> bool {
                 <$feedback>::is_active(index)
@@ -217,19 +222,13 @@ macro_rules! with_sensitivities {
             fn derivatives<T: Real>(
                 _: &State<T>,
                 memory: &Sensitivities<T>,
-                j: usize,
-                scale: T,
-                row: &mut [T],
+                scale: &[T; NEURONS],
+                rows: &mut [[T; NEURONS]],
             ) {
                 let learnt = (0..PARAMS).filter(|&index| Self::is_learnt(index));
-                for (entry, index) in row.iter_mut().zip(learnt) {
-                    let [a, b, c] = memory.of(index);
-                    *entry = scale
-                        * match j {
-                            0 => a,
-                            1 => b,
-                            _ => c,
-                        };
+                for (entry, index) in rows.iter_mut().zip(learnt) {
+                    let of = memory.of(index);
+                    *entry = core::array::from_fn(|j| scale[j] * of[j]);
                 }
             }
         }

@@ -275,7 +275,7 @@ mod tests {
         assert_eq!(filter, fresh);
     }
 
-    /// The rows of J against differences of the estimate by each parameter.
+    /// J against differences of the estimate by each parameter.
     #[test]
     fn the_output_layer_is_linear() {
         type Model = ErrorModel<UnitOutput, 30, Rational, f64>;
@@ -292,10 +292,10 @@ mod tests {
             change[parameter] = -1.0;
             other.subtract(&change);
             let moved = steps(&mut other).expect("three steps");
-            for output in 0..6 {
-                let mut unit = [0.0; 30];
-                unit[parameter] = 1.0;
-                let derivative = model.jacobian(output).dot(&unit);
+            let mut unit = [0.0; 30];
+            unit[parameter] = 1.0;
+            let derivatives = model.jacobian().map(|rows| rows.times(&unit));
+            for (output, derivative) in derivatives.into_iter().flatten().enumerate() {
                 assert!((moved[output] - first[output] - derivative).abs() < 1e-12);
             }
         }

@@ -1,7 +1,7 @@
 //! The routines compared with their plain definitions, bit for bit.
 
 use super::*;
-use crate::learn::kalman::Row;
+use crate::learn::kalman::Rows;
 use crate::learn::kalman::deferred::{DEFERRED_PARTS, Deferred, MAX_DEFERRED};
 use crate::real::all_finite;
 
@@ -39,22 +39,60 @@ fn each_value_has_its_place() {
 }
 
 /// Equal, bit for bit, to the sum over the columns in their order, for every range of nonzero
-/// values.
+/// values and any number of parts.
 #[test]
 fn times_is_the_dense_product() {
     let matrix: [f32; SIZE] = numbers(1);
-    let vector: [f32; N] = numbers(2);
+    let vectors = [2, 3, 4].map(numbers::<N>);
+    let side_by_side: [[f32; 3]; N] = core::array::from_fn(|j| vectors.map(|v| v[j]));
     for start in 0..N {
         for end in start..=N {
-            let values = &vector[start..end];
-            let mut product = [f32::NAN; N];
-            let (wide, used) = Row { start, values }.wide::<N>();
-            times(&matrix, &wide, used, &mut product);
-            for (i, &value) in product.iter().enumerate() {
-                let columns = (start..end).map(|j| at(&matrix, i, j) * vector[j]);
-                let dense = columns.fold(0.0, |sum, product| sum + product);
-                assert_eq!(value, dense, "{start}..{end}, row {i}");
+            let values = &side_by_side[start..end];
+            let mut wide = [[f32::NAN; 3]; N];
+            let used = Rows { start, values }.widen(&mut wide);
+            for parts in 1..=4 {
+                let mut products = [[0.0; 3]; N];
+                let mut next = 0;
+                for part in 0..parts {
+                    let strips = strips(N, &used, part, parts, 7);
+                    assert_eq!(strips.start, next);
+                    next = strips.end;
+                    times(&matrix, &wide, used.clone(), strips, &mut products);
+                }
+                assert_eq!(next, N / 4 + 1);
+                for (i, &values) in products.iter().enumerate() {
+                    let dense = vectors.map(|vector| {
+                        let columns = (start..end).map(|j| at(&matrix, i, j) * vector[j]);
+                        columns.fold(0.0, |sum, product| sum + product)
+                    });
+                    assert_eq!(values, dense, "{start}..{end}, row {i}, {parts} parts");
+                }
             }
+        }
+    }
+}
+
+/// No part is much longer than its share, with what follows the last one.
+#[test]
+fn parts_are_alike() {
+    let tiles = |used: &Range<usize>, strips: Range<usize>| -> usize {
+        let of_rows = |m: usize| used.end.min(m).saturating_sub(used.start);
+        let of_columns = |m: usize| if used.contains(&m) { m } else { 0 };
+        strips
+            .filter(|&m| m < 33)
+            .map(|m| of_rows(m) + of_columns(m))
+            .sum()
+    };
+    for used in [0..17, 16..33] {
+        let rest = 124;
+        let share = (tiles(&used, 0..33) + rest) / 3;
+        for part in 0..3 {
+            let strips = strips(132, &used, part, 3, rest);
+            let cost = tiles(&used, strips) + if part == 2 { rest } else { 0 };
+            assert!(
+                cost.abs_diff(share) < 25,
+                "{used:?}, {part}: {cost} of {share}"
+            );
         }
     }
 }
@@ -71,7 +109,7 @@ fn deferred_changes_are_applied_in_order() {
         let mut deferred = Deferred::ZEROED;
         for (column, &weight) in columns.iter().zip(&weights).take(count) {
             assert!(!deferred.is_closed());
-            assert_eq!(deferred.hold(column, weight), Some(column));
+            assert!(deferred.hold(column, weight));
             for i in 0..N {
                 let factor = -(weight * column[i]);
                 for j in 0..=i {
@@ -90,14 +128,14 @@ fn deferred_changes_are_applied_in_order() {
             assert_eq!(before != matrix, count > 0, "{count} deferred, part {part}");
             assert_eq!(more, count > 0 && part < DEFERRED_PARTS);
             // A column added now would be missing in the part that is already applied.
-            assert!(!more || deferred.hold(&columns[0], 1.0).is_none());
+            assert!(!more || !deferred.hold(&columns[0], 1.0));
         }
         assert_eq!(matrix, one_by_one, "{count} deferred");
         assert_eq!(deferred, Deferred::ZEROED);
     }
     let mut deferred = Deferred::ZEROED;
     columns.iter().for_each(|c| _ = deferred.hold(c, 1.0));
-    assert_eq!(deferred.hold(&columns[0], 1.0), None);
+    assert!(!deferred.hold(&columns[0], 1.0));
 }
 
 /// Every row is in exactly one part, whatever the size.
@@ -106,7 +144,7 @@ fn parts_cover_small_matrices() {
     fn check<const N: usize, const SIZE: usize>() {
         let mut matrix = [1.0; SIZE];
         let mut deferred: Deferred<N, f32> = Deferred::ZEROED;
-        deferred.hold(&[1.0; N], 0.25);
+        assert!(deferred.hold(&[1.0; N], 0.25));
         while deferred.apply(&mut matrix) {}
         assert_eq!(matrix, [0.75; SIZE]);
     }
