@@ -142,7 +142,6 @@ fn nothing_but_the_learner_is_in_core_coupled_memory() {
     let (name, learner) = &size.in_coupled[0];
     assert!(name.contains("ccm") && name.contains("LEARNER"), "{name}");
     assert_eq!(*learner, size.coupled, "a part of it has no name");
-    assert_eq!(*learner, size_of::<firmware::learn::FixMemory>() as u64);
     for symbol in ["_stack_start", "_stack_end"] {
         let at = address(&bytes, symbol).expect("a symbol");
         assert!(
@@ -161,14 +160,22 @@ fn the_image_for_qemu_is_the_same_code() {
         return;
     };
     let [board, twin] = [board, twin].map(|image| Size::of(&image).expect("an ELF file"));
-    assert_eq!(board.flash, twin.flash);
-    // both are aligned to 8 bytes
-    let (of_board, of_twin) = (board.ram + board.coupled, twin.ram);
-    assert!(of_board.abs_diff(of_twin) <= 8, "{of_board} {of_twin}");
+    // what fills up to the alignment may differ
+    assert!(
+        board.flash.abs_diff(twin.flash) < 32,
+        "{} {}",
+        board.flash,
+        twin.flash
+    );
+    assert_eq!(board.ram + board.coupled, twin.ram);
     assert_eq!(twin.coupled, 0);
     let code = |size: &Size| -> Vec<_> {
-        let modules = size.modules.iter();
-        modules
+        // constants have names by the crate's hash
+        let named = size
+            .modules
+            .iter()
+            .filter(|(name, _)| !name.starts_with("not Rust"));
+        named
             .map(|(name, [flash, coupled, ram])| {
                 (
                     name.replace(STM32F405_QEMU.name, STM32F405.name),

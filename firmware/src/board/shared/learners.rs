@@ -6,10 +6,6 @@ use static_cell::{ConstStaticCell, StaticCell};
 /// The learner from references and from fixes.
 pub type Combined = CombinedLearner<'static, WindowLearner, FixLearner<'static>>;
 
-/// Bytes of both learners but for [`FixMemory`], which has a place of its own.
-const ROOM: usize = 16 * 1024;
-const _: () = assert!(size_of::<WindowLearner>() + size_of::<Combined>() <= ROOM);
-
 static WINDOWS: ConstStaticCell<WindowLearner> = ConstStaticCell::new(WindowLearner::new());
 static COMBINED: StaticCell<Combined> = StaticCell::new();
 
