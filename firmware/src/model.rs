@@ -44,9 +44,13 @@ impl Nets {
     /// as they are. Only one network's image is on the stack at a time.
     pub fn write_images(&self, start: usize, piece: &mut [u8]) {
         for (number, net) in [&self.gyro, &self.accel].into_iter().enumerate() {
+            let (first, end) = (number * IMAGE_LEN, (number + 1) * IMAGE_LEN);
+            if start >= end || start.saturating_add(piece.len()) <= first {
+                continue;
+            }
             let image = image::encode(net);
             for (place, byte) in piece.iter_mut().enumerate() {
-                let at = (start + place).wrapping_sub(number * IMAGE_LEN);
+                let at = (start + place).wrapping_sub(first);
                 if let Some(of_image) = image.get(at) {
                     *byte = *of_image;
                 }

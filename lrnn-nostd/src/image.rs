@@ -186,12 +186,28 @@ fn finite(value: f32) -> Option<f32> {
 /// CRC-32 (IEEE 802.3): polynomial 0x04C11DB7 reflected, initial value and final exclusive-or
 /// 0xFFFFFFFF.
 pub fn crc32(bytes: &[u8]) -> u32 {
-    let mut crc = !0;
+    let mut crc: u32 = !0;
     for &byte in bytes {
         crc ^= u32::from(byte);
-        for _ in 0..8 {
-            crc = (crc >> 1) ^ (0xEDB8_8320 & (crc & 1).wrapping_neg());
+        for _ in 0..2 {
+            crc = (crc >> 4) ^ NIBBLES[(crc & 15) as usize];
         }
     }
     !crc
 }
+
+/// What four bits do to the CRC.
+const NIBBLES: [u32; 16] = {
+    let mut table = [0; 16];
+    let mut value = 0;
+    while value < 16 {
+        let (mut crc, mut bit) = (value as u32, 0);
+        while bit < 4 {
+            crc = (crc >> 1) ^ (0xEDB8_8320 & (crc & 1).wrapping_neg());
+            bit += 1;
+        }
+        table[value] = crc;
+        value += 1;
+    }
+    table
+};

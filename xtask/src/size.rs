@@ -20,6 +20,7 @@ pub fn size() -> Result<ExitCode> {
         "budget",
         "left for the stack, B",
         "core-coupled memory, B",
+        "budget",
         "functions that panic",
     ]);
     let (mut exceeded, mut by_module) = (Vec::new(), Vec::new());
@@ -37,6 +38,7 @@ pub fn size() -> Result<ExitCode> {
             budget.ram.to_string(),
             RAM.saturating_sub(size.ram).to_string(),
             size.coupled.to_string(),
+            budget.coupled.to_string(),
             size.panics.len().to_string(),
         ]);
         exceeded.extend(excess(budget, &size).map(|what| format!("{name}: {what}")));
@@ -78,9 +80,15 @@ fn excess(budget: &ImageBudget, size: &Size) -> impl Iterator<Item = String> {
         .then(|| format!("{} bytes of flash, budget {}", size.flash, budget.flash));
     let ram = (size.ram > budget.ram)
         .then(|| format!("{} bytes of RAM, budget {}", size.ram, budget.ram));
+    let coupled = (size.coupled > budget.coupled).then(|| {
+        format!(
+            "{} bytes of core-coupled memory, budget {}",
+            size.coupled, budget.coupled
+        )
+    });
     let panics = (!budget.panics && !size.panics.is_empty())
         .then(|| format!("can panic: {}", size.panics.join(", ")));
-    [flash, ram, panics].into_iter().flatten()
+    [flash, ram, coupled, panics].into_iter().flatten()
 }
 
 #[cfg(test)]
@@ -92,21 +100,24 @@ mod tests {
         let budget = ImageBudget {
             flash: 100,
             ram: 10,
+            coupled: 5,
             panics: false,
             ram_and_stack: None,
         };
         let within = Size {
             flash: 100,
             ram: 10,
+            coupled: 5,
             ..Size::default()
         };
         assert_eq!(excess(&budget, &within).count(), 0);
         let beyond = Size {
             flash: 101,
             ram: 11,
+            coupled: 6,
             panics: vec!["core::panicking::panic".into()],
             ..Size::default()
         };
-        assert_eq!(excess(&budget, &beyond).count(), 3);
+        assert_eq!(excess(&budget, &beyond).count(), 4);
     }
 }

@@ -12,17 +12,25 @@ mod shared;
 #[cfg(target_os = "none")]
 mod target {
     use firmware::app::App;
-    use firmware::learn::Learner;
+    use firmware::learn::{FixMemory, Learner};
+    use static_cell::ConstStaticCell;
 
     use crate::board::Board;
     use crate::shared::{blackbox, learners};
+
+    /// Of the learner from fixes. This board has one kind of memory.
+    static FIXES: ConstStaticCell<FixMemory> = ConstStaticCell::new(FixMemory::ZEROED);
+
+    fn memory() -> Option<&'static mut FixMemory> {
+        FIXES.try_take()
+    }
 
     #[cortex_m_rt::entry]
     fn main() -> ! {
         let Some(mut board) = Board::start() else {
             cortex_m::peripheral::SCB::sys_reset()
         };
-        let learner = learners::combined(None).map(|learner| learner as &mut dyn Learner);
+        let learner = learners::combined(memory).map(|learner| learner as &mut dyn Learner);
         let mut app = App::power_on(Board::hardware(), None, learner);
         if let Some(memory) = blackbox::memory() {
             app.record_in(memory);

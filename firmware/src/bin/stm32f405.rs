@@ -1,5 +1,5 @@
-//! Board `stm32f405`: the co-processor on an STM32F405. The same image runs on the board and in
-//! QEMU (`netduinoplus2`).
+//! Board `stm32f405`: the co-processor on an STM32F405. In QEMU (`netduinoplus2`) runs
+//! `stm32f405_qemu`: the same code, other addresses.
 #![cfg_attr(target_os = "none", no_std, no_main)]
 
 #[cfg(target_os = "none")]
@@ -12,12 +12,7 @@ mod shared;
 #[cfg(target_os = "none")]
 #[cortex_m_rt::entry]
 fn main() -> ! {
-    let fixes = board::ccm::learner();
-    if fixes.is_some() {
-        defmt::println!("learner in core-coupled memory");
-    }
-    let learner = shared::learners::combined(fixes);
-    board::run::run::<true>(learner.map(|learner| learner as _))
+    board::run::learning_from_fixes()
 }
 
 #[cfg(not(target_os = "none"))]

@@ -12,6 +12,8 @@ use crate::images::workspace;
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Budgets {
+    /// Instructions of the longest pass of the main loop.
+    pub longest_pass: f64,
     /// By image name.
     pub image: BTreeMap<String, ImageBudget>,
     /// Instructions on the target, by the name the `instructions` image prints.
@@ -49,6 +51,9 @@ pub struct ImageBudget {
     pub flash: u64,
     /// Bytes of static variables; the stack has the rest.
     pub ram: u64,
+    /// Bytes of core-coupled memory; an image without this line has none.
+    #[serde(default)]
+    pub coupled: u64,
     /// Whether code that can panic may be in it.
     pub panics: bool,
     /// Bytes of static variables and of the stack at its deepest, where it is measured.

@@ -23,6 +23,8 @@ pub struct Size {
     pub ram: u64,
     /// Bytes of core-coupled memory.
     pub coupled: u64,
+    /// What lies there, by the names of its symbols, and its bytes.
+    pub in_coupled: Vec<(String, u64)>,
     /// Names of the functions that can start a panic; empty if nothing can panic.
     pub panics: Vec<String>,
     /// Bytes of flash, core-coupled memory and RAM of its functions and variables, by crate and
@@ -71,7 +73,12 @@ impl Size {
                 .modules
                 .entry(module(symbol.name().unwrap_or_default()))
                 .or_default();
-            sizes[region(symbol.address())] += symbol.size();
+            let region = region(symbol.address());
+            sizes[region] += symbol.size();
+            if region == 1 {
+                let name = symbol.name().unwrap_or_default().to_owned();
+                size.in_coupled.push((name, symbol.size()));
+            }
         }
         let defined = elf.symbols().filter(|symbol| symbol.is_definition());
         size.panics = defined

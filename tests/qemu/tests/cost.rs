@@ -3,10 +3,12 @@
 use qemu::budget::Budgets;
 use qemu::count;
 use qemu::images::{
-    BOARDS, DIFFERENT, GROWTH, INFERENCE, INSTRUCTIONS, MPS2, STM32F405, STM32F405_WINDOW,
+    BOARDS, DIFFERENT, GROWTH, INFERENCE, INSTRUCTIONS, MPS2, STM32F405, STM32F405_QEMU,
+    STM32F405_WINDOW,
 };
 use qemu::machine::{MPS2_AN386, NETDUINOPLUS2};
-use qemu::size::Size;
+use qemu::memory::{RAM_START, address};
+use qemu::size::{RAM, Size};
 
 #[test]
 fn a_loop_of_known_length_is_counted_exactly() {
@@ -103,7 +105,7 @@ fn inference_cannot_panic() {
 
 #[test]
 fn boards_cannot_panic() {
-    for image in [STM32F405, STM32F405_WINDOW, MPS2] {
+    for image in [STM32F405, STM32F405_QEMU, STM32F405_WINDOW, MPS2] {
         let Some(image) = image.build_or_skip() else {
             return;
         };
@@ -117,7 +119,7 @@ fn boards_cannot_panic() {
 #[test]
 fn boards_have_no_semihosting() {
     let calls = |image: &std::path::Path| Size::of(image).expect("an ELF file").semihosting;
-    for image in [STM32F405, STM32F405_WINDOW, MPS2] {
+    for image in [STM32F405, STM32F405_QEMU, STM32F405_WINDOW, MPS2] {
         let Some(image) = image.build_or_skip() else {
             return;
         };
@@ -125,6 +127,65 @@ fn boards_have_no_semihosting() {
     }
     let other = INFERENCE.build().expect("it was built for the test before");
     assert!(calls(&other) > 0);
+}
+
+/// Only the core reaches core-coupled memory. The learner's matrices are all that lies there, so no
+/// buffer of the DMA does, and no stack.
+#[test]
+fn nothing_but_the_learner_is_in_core_coupled_memory() {
+    let Some(image) = STM32F405.build_or_skip() else {
+        return;
+    };
+    let bytes = std::fs::read(&image).expect("it was built");
+    let size = Size::of(&image).expect("an ELF file");
+    assert_eq!(size.in_coupled.len(), 1, "{:?}", size.in_coupled);
+    let (name, learner) = &size.in_coupled[0];
+    assert!(name.contains("ccm") && name.contains("LEARNER"), "{name}");
+    assert_eq!(*learner, size.coupled, "a part of it has no name");
+    for symbol in ["_stack_start", "_stack_end"] {
+        let at = address(&bytes, symbol).expect("a symbol");
+        assert!(
+            (RAM_START..=RAM_START + RAM).contains(&at),
+            "{symbol} {at:#x}"
+        );
+    }
+}
+
+/// QEMU's machine has no core-coupled memory. What runs there differs from the board's image by
+/// addresses only: the same functions and variables, each as large.
+#[test]
+fn the_image_for_qemu_is_the_same_code() {
+    let (Some(board), Some(twin)) = (STM32F405.build_or_skip(), STM32F405_QEMU.build_or_skip())
+    else {
+        return;
+    };
+    let [board, twin] = [board, twin].map(|image| Size::of(&image).expect("an ELF file"));
+    // what fills up to the alignment may differ
+    assert!(
+        board.flash.abs_diff(twin.flash) < 32,
+        "{} {}",
+        board.flash,
+        twin.flash
+    );
+    assert_eq!(board.ram + board.coupled, twin.ram);
+    assert_eq!(twin.coupled, 0);
+    let code = |size: &Size| -> Vec<_> {
+        // constants have names by the crate's hash
+        let named = size
+            .modules
+            .iter()
+            .filter(|(name, _)| !name.starts_with("not Rust"));
+        named
+            .map(|(name, [flash, coupled, ram])| {
+                (
+                    name.replace(STM32F405_QEMU.name, STM32F405.name),
+                    *flash,
+                    coupled + ram,
+                )
+            })
+            .collect()
+    };
+    assert_eq!(code(&board), code(&twin));
 }
 
 #[test]

@@ -1,9 +1,10 @@
-//! No frame is late: at the highest rate of each format, while the device learns, whatever work
-//! falls together.
+//! No frame is late, and no pass of the main loop is longer than its budget: at the highest rate of
+//! each format, while the device learns, whatever work falls together.
 
 use std::time::Duration;
 
 use firmware::wire::ImuFormat;
+use qemu::budget::Budgets;
 use qemu::drive::{Record, drive_told};
 use qemu::images::REPLAY;
 use qemu::machine::NETDUINOPLUS2;
@@ -77,6 +78,7 @@ fn no_frame_is_late() {
     let Some(image) = REPLAY.build_or_skip() else {
         return;
     };
+    let longest = Budgets::read().expect("budgets.toml").longest_pass;
     for format in ImuFormat::ALL {
         let (sensor, rate) = fastest(format);
         let records = drive(sensor);
@@ -101,6 +103,12 @@ fn no_frame_is_late() {
             here.learnt.fixes > SECONDS / 2,
             "{format:?} {:?}",
             here.learnt
+        );
+        assert!(
+            cost.pass <= longest,
+            "{format:?}: a pass of {:.0} instructions after sample {}, budget {longest:.0}",
+            cost.pass,
+            cost.pass_at
         );
         assert_eq!(here.learnt, there.learnt, "{format:?}");
         assert!(here.sent == there.sent, "{format:?}");

@@ -7,7 +7,6 @@ use static_cell::{ConstStaticCell, StaticCell};
 pub type Combined = CombinedLearner<'static, WindowLearner, FixLearner<'static>>;
 
 static WINDOWS: ConstStaticCell<WindowLearner> = ConstStaticCell::new(WindowLearner::new());
-static FIXES: ConstStaticCell<FixMemory> = ConstStaticCell::new(FixMemory::ZEROED);
 static COMBINED: StaticCell<Combined> = StaticCell::new();
 
 /// The learner from references; `None` when it has been handed out.
@@ -15,14 +14,13 @@ pub fn windows() -> Option<&'static mut WindowLearner> {
     WINDOWS.try_take()
 }
 
-/// The learner from references and from fixes. Its fixes are in the memory given, else in RAM.
-/// `None` when it has been handed out.
+/// The learner from references and from fixes, with the board's memory for the latter. `None` when
+/// it has been handed out.
 ///
 /// Not inlined, so that the stack it is made on is free again afterwards.
 #[inline(never)]
-pub fn combined(fixes: Option<&'static mut FixMemory>) -> Option<&'static mut Combined> {
-    let fixes = fixes.or_else(|| FIXES.try_take())?;
-    let references = windows()?;
+pub fn combined(fixes: fn() -> Option<&'static mut FixMemory>) -> Option<&'static mut Combined> {
+    let (fixes, references) = (fixes()?, windows()?);
     COMBINED.try_init_with(|| CombinedLearner {
         references,
         // until the configuration tells others; without one it does not begin

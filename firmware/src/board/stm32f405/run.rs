@@ -7,8 +7,15 @@ use firmware::store::{MEMORY_MAX, Store};
 use firmware::wire::adis::spi::LONGEST;
 use firmware::wire::command::{ClockSource, CrashKind, LoopPhase, Reset, cause, fault};
 
-use super::{Board, crash};
-use crate::shared::blackbox;
+use super::{Board, ccm, crash};
+use crate::shared::{blackbox, learners};
+
+/// With the learner from references and fixes.
+#[allow(dead_code, reason = "an image without the learner from fixes")]
+pub fn learning_from_fixes() -> ! {
+    let learner = learners::combined(ccm::learner);
+    run::<true>(learner.map(|learner| learner as _))
+}
 
 /// Starts the board and the application with a learner. `ADIS`: look for one at the SPI.
 pub fn run<const ADIS: bool>(learner: Option<&mut dyn Learner>) -> ! {
