@@ -27,7 +27,11 @@ pub(super) fn exponentials(_: &Session, prior: &Prior) -> Vec<ErrorModel> {
 /// Biases, alone or with laws of what the thermometers read in three sizes. Without thermometers
 /// they are alone.
 pub(super) fn temperatures(session: &Session, prior: &Prior) -> Vec<ErrorModel> {
-    let known = read(session);
+    by_temperature(&read(session), prior)
+}
+
+/// [`temperatures`] with what has been read.
+pub(super) fn by_temperature(known: &Arc<[Known]>, prior: &Prior) -> Vec<ErrorModel> {
     let with = |share| ErrorModel::with_temperatures(prior, known.clone(), share);
     alone_or(prior, SHARES.map(with))
 }
@@ -35,7 +39,11 @@ pub(super) fn temperatures(session: &Session, prior: &Prior) -> Vec<ErrorModel> 
 /// Biases, alone or with laws of what networks are given, in three sizes: those of `temperatures`,
 /// and one of the vibration in the second before.
 pub(super) fn inputs(session: &Session, prior: &Prior) -> Vec<ErrorModel> {
-    let known = read_and_felt(session);
+    by_inputs(&read_and_felt(session), prior)
+}
+
+/// [`inputs`] with what has been read and felt.
+pub(super) fn by_inputs(known: &Arc<[Known]>, prior: &Prior) -> Vec<ErrorModel> {
     let bias = [prior.gyro_bias, prior.accel_bias];
     let with = |share| {
         let mut model = ErrorModel::with_temperatures(prior, known.clone(), share);
@@ -52,7 +60,7 @@ pub(super) fn inputs(session: &Session, prior: &Prior) -> Vec<ErrorModel> {
 const SPAN_VIBRATION: f64 = 0.3;
 
 /// What [`read`] gives, zero without thermometers, and the vibration of the second before.
-fn read_and_felt(session: &Session) -> Arc<[Known]> {
+pub(super) fn read_and_felt(session: &Session) -> Arc<[Known]> {
     let readings = read(session);
     let shaken = session.vibration().into_iter().enumerate();
     let of = |(second, vibration)| Known {
@@ -74,7 +82,7 @@ fn alone_or(prior: &Prior, with: [ErrorModel; 3]) -> Vec<ErrorModel> {
 const RATE_S: usize = 120;
 
 /// The thermometers of the axes in each second, and the slope of what they have read before.
-fn read(session: &Session) -> Arc<[Known]> {
+pub(super) fn read(session: &Session) -> Arc<[Known]> {
     let readings = session.readings.as_deref().unwrap_or_default();
     let of = |k: usize| {
         let last = &readings[k.saturating_sub(RATE_S - 1)..=k];

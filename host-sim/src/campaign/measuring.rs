@@ -1,5 +1,6 @@
 //! The drives of a run, as the unit measures them with each group of errors.
 
+use super::bench::Bench;
 use super::schemes::{Case, Knowledge, Tuned};
 use super::{Campaign, GATHER, Group, Part, STANDSTILL_S, Seeds, causes};
 use crate::error::Error;
@@ -79,6 +80,7 @@ impl Campaign {
             let case = Case {
                 session: &session,
                 increments: &OnceCell::new(),
+                bench: &Bench::default(),
                 knows: Knowledge {
                     told: &told,
                     simulated: &spec,

@@ -39,7 +39,7 @@ pub fn without_memory(scheme: &str) -> Option<&'static str> {
     Some(if scheme.ends_with(FROZEN) {
         NONE
     } else {
-        FILTERS[filter].0
+        FILTERS[filter]
     })
 }
 

@@ -5,6 +5,7 @@
 //! of errors. Before it the unit may have had other drives, which schemes with a memory know; then
 //! the judged drive may also do without fixes.
 
+mod bench;
 mod causes;
 mod drives;
 pub mod fleet;
@@ -257,6 +258,9 @@ impl Campaign {
     ) -> Result<(), Error> {
         let (model, _, drives) = of;
         let lost = || self.scenario.no_attitude();
+        case.bench
+            .prepare(case, &self.filters(case))
+            .ok_or_else(lost)?;
         for &(name, scheme) in self.schemes() {
             let same = match memory::remembers(name) {
                 false => Some(name),
@@ -282,6 +286,20 @@ impl Campaign {
             rows.extend(store::row(of, &name, &free));
         }
         Ok(())
+    }
+
+    /// The classical filters that take part, and their walks.
+    fn filters(&self, case: &Case<'_>) -> Vec<(usize, f64)> {
+        let walk = case.knows.told.datasheet_walk();
+        let each = schemes::FILTERS.iter().enumerate();
+        let of = |(filter, name): (usize, &&str)| {
+            let told = self.wants(name).then_some((filter, walk));
+            let tuned = self
+                .tunes(name)
+                .then_some((filter, case.tuned.walks[filter]));
+            told.into_iter().chain(tuned)
+        };
+        each.flat_map(of).collect()
     }
 
     /// Error groups of the campaign, and noise for the floor.

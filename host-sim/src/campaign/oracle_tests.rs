@@ -1,5 +1,6 @@
 //! How much the oracle leaves: on every group of errors against an IMU with noise alone.
 
+use super::bench::Bench;
 use super::*;
 use crate::inertial::session::Session;
 use crate::learning::teacher::Assumptions;
@@ -86,6 +87,7 @@ fn the_oracle_knows_every_cause() {
             let case = Case {
                 session: &session,
                 increments: &OnceCell::new(),
+                bench: &Bench::default(),
                 knows: Knowledge {
                     told: &Assumptions::of_simulated(&spec),
                     simulated: &spec,

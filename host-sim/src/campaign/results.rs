@@ -277,7 +277,7 @@ fn tuning(campaign: &Merged, last: &[&Summary]) -> String {
             name.into_iter().chain(walks).chain(factors).collect()
         })
         .collect();
-    let filters = FILTERS.map(|(name, _)| format!("walk of `{name}{TUNED}`"));
+    let filters = FILTERS.map(|name| format!("walk of `{name}{TUNED}`"));
     let factors = ["noise factor of `none`", "of `rnn-window`"].map(str::to_owned);
     let head = filters.iter().chain(&factors).map(String::as_str);
     table(&header("errors", head), &rows)

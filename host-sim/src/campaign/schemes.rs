@@ -1,13 +1,14 @@
 //! The schemes of a campaign. Each is aided by fixes up to an epoch and navigates free inertial
 //! from there, on the same samples.
 
+use super::bench::{self, Bench};
 use super::causes::{Size, telling};
-use super::laws::{Models, exponentials, inputs, temperatures};
 use super::limit::limit;
 use super::memory::{Memory, REMEMBERING, corrected_by_memory, recalled};
 use super::zupt::zupt;
-use crate::inertial::ekf::{Aided, ErrorModel, Known, Noise, Prior, SlowErrors, TurnOn};
+use crate::inertial::ekf::{Aided, ErrorModel, Known, Noise, SlowErrors, TurnOn};
 use crate::inertial::free_inertial::{FreeInertial, free_inertial};
+use crate::inertial::motion::Increments;
 use crate::inertial::session::{Session, Surroundings};
 use crate::inertial::sins::Increment;
 use crate::learning::fit::{Use, fit};
@@ -21,29 +22,20 @@ use firmware::learn::bank::{
 use firmware::model::Nets;
 use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
-use std::cell::OnceCell;
+use std::cell::{Cell, OnceCell};
 use std::sync::Arc;
 
-/// A classical filter whose biases walk by a share of their prior in an hour.
-pub type Filter = fn(&Case<'_>, f64) -> Option<FreeInertial>;
-
-/// The classical filters. Each is a scheme with the walk that the datasheet tells, which the
-/// device's learner has too, and one with the walk that was best on other units: the same search
-/// for all of them.
-pub const FILTERS: [(&str, Filter); 7] = [
-    ("ekf6", |c, walk| classical(c, walk, ErrorModel::biases)),
-    ("ekf12", |c, walk| {
-        classical(c, walk, ErrorModel::with_scale)
-    }),
-    ("ekf24", |c, walk| {
-        classical(c, walk, ErrorModel::with_matrices)
-    }),
-    ("ekf-ramp", |c, walk| {
-        classical(c, walk, ErrorModel::with_ramps)
-    }),
-    ("ekf-exp", |c, walk| picked(c, walk, exponentials)),
-    ("ekf-temp", |c, walk| picked(c, walk, temperatures)),
-    ("ekf-inputs", |c, walk| picked(c, walk, inputs)),
+/// The classical filters, whose biases walk by a share of their prior in an hour. Each is a scheme
+/// with the walk that the datasheet tells, which the device's learner has too, and one with the walk
+/// that was best on other units: the same search for all of them.
+pub const FILTERS: [&str; 7] = [
+    "ekf6",
+    "ekf12",
+    "ekf24",
+    "ekf-ramp",
+    "ekf-exp",
+    "ekf-temp",
+    "ekf-inputs",
 ];
 
 /// How the name of a filter with a tuned walk ends.
@@ -70,7 +62,7 @@ impl Tuned {
     #[must_use]
     pub fn walk_of(&self, scheme: &str) -> f64 {
         let filter = scheme.trim_end_matches(TUNED);
-        let index = FILTERS.iter().position(|(name, _)| *name == filter);
+        let index = FILTERS.iter().position(|name| *name == filter);
         self.walks[index.unwrap_or(0)]
     }
 }
@@ -94,6 +86,8 @@ pub struct Case<'a> {
     pub session: &'a Session,
     /// Its [`Session::increments`], computed when a scheme asks for them.
     pub increments: &'a OnceCell<Vec<Increment>>,
+    /// The classical filters that have run on it.
+    pub bench: &'a Bench,
     /// What may be known of the IMU.
     pub knows: Knowledge<'a>,
     /// What was tuned for this group of errors on other units.
@@ -240,7 +234,7 @@ fn remembering<const INDEX: usize>(case: &Case<'_>) -> Option<FreeInertial> {
     let kept = case.memory.map_or(&[][..], |memory| memory.of(INDEX));
     if kept.is_empty() {
         let (_, filter, _) = REMEMBERING[INDEX];
-        return FILTERS[filter].1(case, case.knows.told.datasheet_walk());
+        return filtered(case, filter, case.knows.told.datasheet_walk());
     }
     recalled(INDEX, case, case.tuned.turn_on[INDEX], kept)
 }
@@ -259,45 +253,46 @@ fn frozen<const INDEX: usize>(case: &Case<'_>) -> Option<FreeInertial> {
 /// The aided filter without a model of the IMU. White noise times `factor` covers what it does not
 /// know.
 pub fn none(case: &Case<'_>, increments: &[Increment], factor: f64) -> Option<FreeInertial> {
-    let mut assumptions = *case.knows.told;
-    assumptions.noise = Noise {
-        gyro: assumptions.noise.gyro * factor,
-        accel: assumptions.noise.accel * factor,
+    nones(case, increments, &[factor])?.pop()
+}
+
+/// [`none`] with each of these factors.
+pub(super) fn nones(
+    case: &Case<'_>,
+    increments: &[Increment],
+    factors: &[f64],
+) -> Option<Vec<FreeInertial>> {
+    let (session, until) = (case.session, case.until);
+    let aligned = aligned(session, increments)?;
+    let of = |factor: &f64| {
+        let mut assumptions = *case.knows.told;
+        assumptions.noise = Noise {
+            gyro: assumptions.noise.gyro * factor,
+            accel: assumptions.noise.accel * factor,
+        };
+        aligned.filter(ErrorModel::default(), &assumptions)
     };
-    aided_free_inertial(case, increments, &assumptions, ErrorModel::default())
+    let filters = factors.iter().map(of).collect();
+    let scored = bench::scored(&aligned, filters, session, increments, until);
+    let free = |(filter, _): &bench::Scored| free(filter, session, increments, until);
+    Some(scored.iter().map(free).collect())
 }
 
 /// One of [`FILTERS`] with the datasheet's walk.
 fn told<const FILTER: usize>(case: &Case<'_>) -> Option<FreeInertial> {
-    FILTERS[FILTER].1(case, case.knows.told.datasheet_walk())
+    filtered(case, FILTER, case.knows.told.datasheet_walk())
 }
 
 /// One of [`FILTERS`] with the walk that was best on other units.
 fn tuned<const FILTER: usize>(case: &Case<'_>) -> Option<FreeInertial> {
-    FILTERS[FILTER].1(case, case.tuned.walks[FILTER])
+    filtered(case, FILTER, case.tuned.walks[FILTER])
 }
 
-fn classical(case: &Case<'_>, walk: f64, model: fn(&Prior) -> ErrorModel) -> Option<FreeInertial> {
-    let assumptions = case.knows.told.walking(walk);
-    aided_free_inertial(
-        case,
-        case.increments(),
-        &assumptions,
-        model(&assumptions.prior),
-    )
-}
-
-/// Several filters on the same fixes. The one that gave them the greatest density goes on.
-fn picked(case: &Case<'_>, walk: f64, models: Models) -> Option<FreeInertial> {
-    let assumptions = case.knows.told.walking(walk);
-    let (session, until) = (case.session, case.until);
-    let increments = case.increments();
-    let aligned = aligned(session, increments)?;
-    let models = models(session, &assumptions.prior).into_iter();
-    let scored =
-        models.map(|model| aligned.scored(model, &assumptions, session, increments, until));
-    let (best, _) = scored.max_by(|a, b| a.1.total_cmp(&b.1))?;
-    Some(free(&best, session, increments, until))
+/// One of [`FILTERS`] with this walk. Of several models the one that gave the fixes the greatest
+/// density goes on.
+pub(super) fn filtered(case: &Case<'_>, filter: usize, walk: f64) -> Option<FreeInertial> {
+    let best = case.bench.best(case, filter, walk)?;
+    Some(free(&best.0, case.session, case.increments(), case.until))
 }
 
 pub(super) fn aided_free_inertial(
@@ -321,14 +316,18 @@ pub fn free(
     increments: &[Increment],
     until: usize,
 ) -> FreeInertial {
-    let (from, dt) = (until * session.steps_per_epoch(), session.step_s());
-    let mut corrected = vec![Increment::default(); from];
-    let time = |k: usize| (k as f64 + 0.5) * dt;
-    let mut slow = SlowErrors::default();
-    corrected.extend(increments[from..].iter().enumerate().map(|(k, w)| {
-        let before = &increments[from + k - 1];
-        filter.corrected_at(w, before, dt, time(from + k), &mut slow)
-    }));
+    let (n, dt) = (session.steps_per_epoch(), session.step_s());
+    let slow = Cell::new(SlowErrors::default());
+    let corrected = |k: usize| {
+        let mut now = slow.get();
+        let around = [&increments[k], &increments[k - 1]];
+        let time = (k as f64 + 0.5) * dt;
+        let out = filter.corrected_at(around[0], around[1], dt, time, &mut now);
+        slow.set(now);
+        out
+    };
+    let epoch = |k: usize| (k * n..(k + 1) * n).map(corrected).collect();
+    let corrected = Increments::Made(Box::new(epoch));
     free_inertial(
         session,
         &corrected,

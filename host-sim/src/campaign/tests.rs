@@ -1,5 +1,6 @@
 //! Of campaigns as a whole.
 
+use super::bench::Bench;
 use super::*;
 use crate::inertial::session::Session;
 use crate::unit::Unit;
@@ -47,6 +48,7 @@ fn long_steps_do_not_change_the_errors() {
             let fine = Case {
                 session: &fine,
                 increments: &OnceCell::new(),
+                bench: &Bench::default(),
                 ..*case
             };
             for (name, scheme) in &SCHEMES[..2] {

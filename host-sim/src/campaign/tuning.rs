@@ -2,7 +2,7 @@
 //! training units that no campaign judges.
 
 use super::causes::Size;
-use super::schemes::{FILTERS, Tuned, none, rnn_increments};
+use super::schemes::{FILTERS, Tuned, filtered, nones, rnn_increments};
 use super::statistics::median;
 use super::turn_on;
 use super::{Campaign, Group};
@@ -91,7 +91,7 @@ impl Tuning {
                 median(&mut errors)
             };
             let tuned = Tuned {
-                walks: std::array::from_fn(|filter| match campaign.tunes(FILTERS[filter].0) {
+                walks: std::array::from_fn(|filter| match campaign.tunes(FILTERS[filter]) {
                     true => best(&WALKS, |i| of(&|t| t.walks[filter][i])),
                     false => Tuned::default().walks[filter],
                 }),
@@ -134,28 +134,31 @@ impl Tuning {
                 none: [0.0; FACTORS.len()],
                 rnn: [0.0; FACTORS.len()],
             };
-            for (slots, (name, filter)) in tried.walks.iter_mut().zip(FILTERS) {
-                if !campaign.tunes(name) {
-                    continue;
-                }
-                for (slot, walk) in slots.iter_mut().zip(WALKS) {
-                    *slot = error(filter(case, walk))?;
+            let tuned = |filter: &usize| campaign.tunes(FILTERS[*filter]);
+            let tuned: Vec<usize> = (0..FILTERS.len()).filter(tuned).collect();
+            let each = tuned
+                .iter()
+                .flat_map(|&filter| WALKS.map(|walk| (filter, walk)));
+            let wanted: Vec<(usize, f64)> = each.collect();
+            case.bench.prepare(case, &wanted).ok_or_else(lost)?;
+            for &filter in &tuned {
+                for (slot, walk) in tried.walks[filter].iter_mut().zip(WALKS) {
+                    *slot = error(filtered(case, filter, walk))?;
                 }
             }
-            for (i, factor) in FACTORS.into_iter().enumerate() {
-                tried.none[i] = error(none(case, case.increments(), factor))?;
-            }
+            let of = |increments: &[Increment]| -> Result<Vec<f64>, Error> {
+                let free = nones(case, increments, &FACTORS).ok_or_else(lost)?;
+                free.into_iter().map(|free| error(Some(free))).collect()
+            };
+            tried.none.copy_from_slice(&of(case.increments())?);
             if !campaign.wants("rnn-window") {
                 out.push(tried);
                 return Ok(());
             }
             let corrected = rnn_increments(case).ok_or_else(lost)?;
-            for (i, factor) in FACTORS.into_iter().enumerate() {
-                tried.rnn[i] = if corrected.as_ptr() == case.increments().as_ptr() {
-                    tried.none[i]
-                } else {
-                    error(none(case, &corrected, factor))?
-                };
+            match corrected.as_ptr() == case.increments().as_ptr() {
+                true => tried.rnn = tried.none,
+                false => tried.rnn.copy_from_slice(&of(&corrected)?),
             }
             out.push(tried);
             Ok(())

@@ -3,14 +3,14 @@
 
 use super::schemes::Case;
 use super::statistics::median;
-use crate::inertial::ekf::ErrorModel;
 use crate::inertial::free_inertial::FreeInertial;
 use crate::inertial::gnss::{Fix, NOT_MEASURED};
 use crate::inertial::session::{Session, to_si};
 use crate::learning::aiding::ZERO_VELOCITY_MPS;
-use crate::learning::teacher::aligned;
 use nalgebra::Vector3;
 
+/// Its number among the classical filters.
+const EKF6: usize = 0;
 /// Standard deviation of the height that damps the vertical channel, m.
 const HEIGHT_M: f64 = 1.0;
 /// A vehicle stands in a second if the samples in it and in those before and after it scatter no
@@ -19,12 +19,9 @@ const ROUGHER: f64 = 3.0;
 
 /// The scheme `zupt`.
 pub(super) fn zupt(case: &Case<'_>) -> Option<FreeInertial> {
-    let told = case.knows.told;
-    let assumptions = told.walking(told.datasheet_walk());
-    let model = ErrorModel::biases(&assumptions.prior);
     let (session, increments, until) = (case.session, case.increments(), case.until);
-    let aligned = aligned(session, increments)?;
-    let mut filter = aligned.aided(model, &assumptions, session, increments, until);
+    let walk = case.knows.told.datasheet_walk();
+    let mut filter = case.bench.best(case, EKF6, walk)?.0.clone();
     let standing = standing(session);
     let n = session.steps_per_epoch();
     let mut out = FreeInertial::default();

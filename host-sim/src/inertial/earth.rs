@@ -12,11 +12,11 @@ pub const F: f64 = 1.0 / 298.257_223_563;
 /// First eccentricity squared.
 pub const E2: f64 = F * (2.0 - F);
 /// Normal gravity at the equator, m/s2 (Somigliana).
-const GAMMA_E: f64 = 9.780_325_335_9;
+pub(in crate::inertial) const GAMMA_E: f64 = 9.780_325_335_9;
 /// Somigliana's constant.
-const K: f64 = 0.001_931_852_652_41;
+pub(in crate::inertial) const K: f64 = 0.001_931_852_652_41;
 /// omega^2 a^2 b / GM.
-const M_RATIO: f64 = 0.003_449_786_506_84;
+pub(in crate::inertial) const M_RATIO: f64 = 0.003_449_786_506_84;
 
 /// Geodetic position.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -56,7 +56,7 @@ impl Geodetic {
 }
 
 /// An angle in rad, wrapped to -pi .. pi. An angle within this range keeps its bits.
-fn wrapped(angle: f64) -> f64 {
+pub(in crate::inertial) fn wrapped(angle: f64) -> f64 {
     if angle.abs() <= PI {
         angle
     } else {

@@ -27,7 +27,7 @@ pub(super) struct Interval {
     piece: Increment,
     piece_time: f64,
     stretch: Stretch,
-    last_rate: Option<Vector3<f64>>,
+    pub(super) last_rate: Option<Vector3<f64>>,
 }
 
 /// Integrals over the present stretch, with `t` from its start to its end `T`.

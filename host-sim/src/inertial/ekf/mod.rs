@@ -7,6 +7,8 @@
 //! `Psi` (9 x n, effect of the parameters) and `Q` (9 x 9) are accumulated. The covariance is
 //! updated once a fix.
 
+#[cfg(feature = "tools")]
+mod abreast;
 mod alignment;
 mod belief;
 mod covariance;
@@ -15,6 +17,8 @@ mod linearised;
 mod model;
 mod smoother;
 
+#[cfg(feature = "tools")]
+pub use abreast::{Abreast, alike};
 pub use alignment::attitude_error;
 pub use belief::{Belief, TurnOn};
 pub use linearised::{Block, Linearised};

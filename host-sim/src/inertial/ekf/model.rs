@@ -96,6 +96,8 @@ pub struct SlowErrors {
     /// The second since power-on that it belongs to.
     second: Option<usize>,
     error: [Vector3<f64>; 2],
+    /// Some parameters add another part, which follows the motion.
+    moves: bool,
 }
 
 /// Which triad.
@@ -294,7 +296,12 @@ impl ErrorModel {
         }
         let mut out = slow.error;
         let known = Known::default();
-        for (p, t) in self.parameters.iter().zip(theta.iter()) {
+        let moving = if slow.moves {
+            &self.parameters[..]
+        } else {
+            &[]
+        };
+        for (p, t) in moving.iter().zip(theta.iter()) {
             if !p.regressor.is_slow() {
                 out[p.triad.index()][p.axis] += t * p.value(now, &known);
             }
@@ -344,6 +351,7 @@ impl ErrorModel {
         SlowErrors {
             second: Some(second),
             error,
+            moves: self.parameters.iter().any(|p| !p.regressor.is_slow()),
         }
     }
 

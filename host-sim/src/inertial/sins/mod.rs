@@ -41,13 +41,13 @@ pub struct Sins {
     /// Present solution. Small corrections are allowed between increments. For another place make a
     /// new navigator.
     pub nav: NavState,
-    samples: Samples,
-    past: [Increment; 2],
+    pub(in crate::inertial) samples: Samples,
+    pub(in crate::inertial) past: [Increment; 2],
     // half the change of velocity over the last increment
-    half_change: Vector3<f64>,
+    pub(in crate::inertial) half_change: Vector3<f64>,
     // the Earth at the middle of the next increment
-    earth: Local,
-    polar: bool,
+    pub(in crate::inertial) earth: Local,
+    pub(in crate::inertial) polar: bool,
 }
 
 /// Latitude beyond which [`Sins::near_pole`] is raised: 89.99 deg, 1.1 km from a pole, in rad.
@@ -141,6 +141,6 @@ impl Sins {
     }
 }
 
-fn outside(lat: f64) -> bool {
+pub(in crate::inertial) fn outside(lat: f64) -> bool {
     lat.is_nan() || lat.abs() > MAX_LATITUDE
 }

@@ -1,0 +1,64 @@
+use super::*;
+use crate::campaign::schemes::FILTERS;
+use crate::campaign::{Campaign, tests};
+use crate::simulator::imu::ErrorModelName;
+
+/// Every filter with three walks, in one batch and side by side where they are alike: the bits of
+/// the same filter alone.
+#[test]
+fn filters_side_by_side_are_the_filters_alone() {
+    let campaign: Campaign = tests::of_one_run();
+    let mut compared = 0;
+    let each = |group, case: &Case<'_>| {
+        if group != ErrorModelName::All.into() {
+            return Ok(());
+        }
+        let walks = [0.01, 0.05, 3.2];
+        let all = (0..FILTERS.len()).flat_map(|filter| walks.map(|walk| (filter, walk)));
+        let wanted: Vec<(usize, f64)> = all.collect();
+        case.bench.prepare(case, &wanted).unwrap();
+        let start = aligned(case.session, case.increments()).unwrap();
+        for (filter, walk) in wanted {
+            let told = case.knows.told.walking(walk);
+            let models = models(case.bench, filter, case.session, &told.prior);
+            let alone = models.into_iter().map(|model| {
+                start.scored(model, &told, case.session, case.increments(), case.until)
+            });
+            let alone = alone.max_by(|a, b| a.1.total_cmp(&b.1)).unwrap();
+            let beside = case.bench.best(case, filter, walk).unwrap();
+            assert_eq!(beside.1.to_bits(), alone.1.to_bits(), "{filter} {walk}");
+            assert_eq!(beside.0.p, alone.0.p);
+            assert_eq!(beside.0.theta, alone.0.theta);
+            assert_eq!(beside.0.sins.nav, alone.0.sins.nav);
+            let w = [100, 101].map(|k| case.increments()[k]);
+            let corrected =
+                |of: &Aided| of.corrected_at(&w[1], &w[0], 0.1, 3000.0, &mut Default::default());
+            assert_eq!(corrected(&beside.0), corrected(&alone.0));
+            compared += 1;
+        }
+        Ok(())
+    };
+    campaign.sessions(&campaign.imu(), 3, each).unwrap();
+    assert_eq!(compared, 3 * FILTERS.len());
+}
+
+/// A filter is run once: again asked for, and as a model of another one that picks from it.
+#[test]
+fn a_filter_runs_once() {
+    let campaign: Campaign = tests::of_one_run();
+    let each = |group, case: &Case<'_>| {
+        if group == ErrorModelName::All.into() {
+            let count = || case.bench.solved.borrow().len();
+            case.bench.best(case, 0, 0.05).unwrap();
+            assert_eq!(count(), 1);
+            case.bench.best(case, 4, 0.05).unwrap();
+            assert_eq!(count(), 4);
+            case.bench.best(case, 4, 0.05).unwrap();
+            assert_eq!(count(), 4);
+            case.bench.best(case, 4, 0.1).unwrap();
+            assert_eq!(count(), 8);
+        }
+        Ok(())
+    };
+    campaign.sessions(&campaign.imu(), 3, each).unwrap();
+}

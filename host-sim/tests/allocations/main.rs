@@ -1,0 +1,77 @@
+//! Filters that run side by side allocate nothing once they are made.
+
+use allocation_counter::measure;
+use host_sim::inertial::earth::Geodetic;
+use host_sim::inertial::ekf::{Abreast, Aided, ErrorModel, InitialSigma, Noise, Prior, alike};
+use host_sim::inertial::gnss::Fix;
+use host_sim::inertial::sins::{Increment, NavState, Samples};
+use nalgebra::{UnitQuaternion, Vector3};
+
+const STEP_S: f64 = 0.1;
+
+fn start() -> NavState {
+    NavState {
+        position: Geodetic {
+            lat: 0.7,
+            lon: 0.3,
+            h: 200.0,
+        },
+        velocity: Vector3::new(12.0, 25.0, -1.0),
+        q_bn: UnitQuaternion::from_euler_angles(0.05, -0.03, 1.1),
+    }
+}
+
+/// A filter of three exponentials an axis whose biases walk by this share.
+fn filter(walk: f64) -> Aided {
+    let prior = Prior {
+        gyro_bias: 1.6e-6,
+        accel_bias: 4e-3,
+        walk_per_hour: walk,
+        scale: [1e-4; 2],
+        misalignment: [1e-4; 2],
+    };
+    let sigma = InitialSigma {
+        tilt: 1e-3,
+        heading: 1e-2,
+        velocity: 0.01,
+        position: 3.0,
+    };
+    let noise = Noise {
+        gyro: 1.5e-6,
+        accel: 5e-4,
+    };
+    let model = ErrorModel::with_exponentials(&prior, [150.0, 500.0, 1500.0], 0.3);
+    Aided::new(start(), &sigma, model, noise).with_samples(Samples::One)
+}
+
+fn fix(second: usize) -> Fix {
+    let moved = Vector3::new(12.0, 25.0, -1.0) * second as f64;
+    let sigmas = [3.0, 3.0, 5.0, 0.1, 0.1, 0.2];
+    Fix::new(start().position.displaced(&moved), start().velocity, sigmas)
+}
+
+#[test]
+fn filters_side_by_side_allocate_nothing() {
+    let increment = Increment {
+        dtheta: Vector3::new(1e-4, -2e-4, 1e-3),
+        dv: Vector3::new(0.02, -0.01, -9.8 * STEP_S),
+    };
+    let second = [increment; 10];
+    let mut filters: Vec<(Aided, f64)> = [0.0, 0.1, 0.4, 1.6].map(|w| (filter(w), 0.0)).into();
+    // alone, a filter takes each fix with vectors of its own: the counter counts
+    let alone = measure(|| {
+        for (filter, score) in &mut filters {
+            second.iter().for_each(|w| filter.step(w, STEP_S));
+            *score += filter.take(Some(&fix(1)));
+        }
+    });
+    assert!(alone.count_total >= 4, "{}", alone.count_total);
+    assert!(filters.iter().all(|f| alike(&filters[0].0, &f.0)));
+    let mut abreast = Abreast::<4>::of(|l| &filters[l]);
+    let many = measure(|| {
+        let epochs = (2..200).map(|k| (&second[..], Some(fix(k))));
+        abreast.pass(epochs, STEP_S);
+    });
+    assert_eq!((many.count_total, many.bytes_total), (0, 0));
+    assert!(abreast.filter(3, &filters[3].0).1.is_finite());
+}
