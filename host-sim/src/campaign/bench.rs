@@ -144,14 +144,13 @@ pub(super) fn scored(
         left = others;
         while !group.is_empty() {
             let rest = group.split_off(group.len().min(WIDEST));
-            match group.len() {
-                1 => {
-                    let (filter, score) = &mut all[one_of(&group)];
+            if group.len() >= PAYS {
+                abreast(&mut all, &group, session, increments, next..until);
+            } else {
+                for &one in &group {
+                    let (filter, score) = &mut all[one];
                     (next..until).for_each(|k| *score += step(filter, k));
                 }
-                2 => abreast::<2>(&mut all, &group, session, increments, next..until),
-                3..=4 => abreast::<4>(&mut all, &group, session, increments, next..until),
-                _ => abreast::<WIDEST>(&mut all, &group, session, increments, next..until),
             }
             group = rest;
         }
@@ -159,15 +158,15 @@ pub(super) fn scored(
     all
 }
 
-/// Most filters side by side.
-const WIDEST: usize = 8;
+/// Most filters side by side. Each width is compiled once for each kind of vectors, which takes the
+/// compiler a minute, and wider ones gain little.
+const WIDEST: usize = 4;
 
-fn one_of(group: &[usize]) -> usize {
-    group.first().copied().unwrap_or(0)
-}
+/// Fewer filters than these are faster one after the other.
+const PAYS: usize = 3;
 
-/// The filters `group` of `all`, at most `L`. Places beyond them repeat the first one.
-fn abreast<const L: usize>(
+/// The filters `group` of `all`, at most [`WIDEST`]. Places beyond them repeat the first one.
+fn abreast(
     all: &mut [Scored],
     group: &[usize],
     session: &Session,
@@ -175,9 +174,9 @@ fn abreast<const L: usize>(
     epochs: std::ops::Range<usize>,
 ) {
     let n = session.steps_per_epoch();
-    let place = |l: usize| group.get(l).copied().unwrap_or_else(|| one_of(group));
+    let place = |l: usize| *group.get(l).unwrap_or(&group[0]);
     let done: Vec<Scored> = {
-        let mut abreast = Abreast::<L>::of(|l| &all[place(l)]);
+        let mut abreast = Abreast::<WIDEST>::of(|l| &all[place(l)]);
         let epoch = |k: usize| (&increments[k * n..(k + 1) * n], fix_at(session, k + 1));
         abreast.pass(epochs.map(epoch), session.step_s());
         let each = group.iter().enumerate();

@@ -67,7 +67,11 @@ impl Output {
         let page = report::page::write(&self.directory(name), report)?;
         self.json.write_text(&json)?;
         let table = report::table::table(&report.results);
-        println!("{}\n\n{table}", report.title);
+        println!("{}\n", report.title);
+        for sentence in report::verdict::of_results(&report.results) {
+            println!("{sentence}");
+        }
+        println!("\n{table}");
         for note in &report.notes {
             println!("- {note}");
         }
@@ -85,7 +89,13 @@ impl Output {
         let page = report::replay::write(&directory, &head, outcomes)?;
         self.json.write(outcomes)?;
         let table = table(outcomes);
-        println!("horizontal error in m, by seconds of free-inertial navigation\n\n{table}");
+        for outcome in outcomes {
+            println!("{}, {}:", outcome.recording, outcome.case);
+            for sentence in report::verdict::of_outcome(outcome) {
+                println!("  {sentence}");
+            }
+        }
+        println!("\nhorizontal error in m, by seconds of free-inertial navigation\n\n{table}");
         for outcome in outcomes {
             for note in &outcome.notes {
                 println!("- {}, {}: {note}", outcome.recording, outcome.case);

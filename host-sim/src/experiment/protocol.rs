@@ -40,7 +40,7 @@ use crate::learning::corrected::corrected_motion;
 use crate::learning::fit::{FittedNetworks, fit_from};
 use crate::learning::teacher::{Assumptions, Nominal};
 use crate::learning::window::{NetworkSpec, compensator};
-use firmware::learn::bank::ZERO_CORRECTION;
+use firmware::learn::bank::{NAMES, ZERO_CORRECTION};
 use learnt::{Learnt, aided};
 use nalgebra::{UnitQuaternion, Vector3};
 use std::ops::Range;
@@ -156,6 +156,7 @@ fn outcome(
         lesson,
         nominal,
         fitted,
+        device,
         ..
     } = learnt;
     let note = match settings.promoted_only {
@@ -165,7 +166,7 @@ fn outcome(
     let judged = |t: &usize| session.judges(split.judge.start + t);
     let mut times_s = settings.times_s.clone();
     times_s.retain(|t| judged(&(*t as usize)));
-    let mut notes = vec![note];
+    let mut notes = vec![note, in_force(device.running)];
     let left = settings.times_s.len() - times_s.len();
     if left > 0 {
         notes.push(format!(
@@ -277,6 +278,20 @@ fn corrected<'a>(
         ("ls-3x3", linear(&fitted.linear)),
         ("rnn", corrected_motion(run, nets)),
     ]
+}
+
+/// What the device's row is.
+fn in_force(running: usize) -> String {
+    if running == ZERO_CORRECTION {
+        return "The row `rnn-kalman` is the device. By the end of the learning part nothing had \
+                proved itself, so it corrects nothing."
+            .to_owned();
+    }
+    format!(
+        "The row `rnn-kalman` is the device. At the end of the learning part its candidate \"{}\" \
+         had proved itself and was in force.",
+        NAMES[running]
+    )
 }
 
 /// The verdict of the device's test on networks taught from the same part, with its end held back.

@@ -3,11 +3,11 @@
 //! It has no script and fetches nothing.
 
 use super::drawn::Drawn;
-use super::figures::length;
 use super::palette::{self, Colour};
-use super::table::{BASELINE, blocks, change_percent, is_best, percent};
+use super::table::{blocks, change_percent, is_best, percent};
 use super::terms::terms;
 use super::text::{signed, unbroken};
+use super::verdict::of_results;
 use crate::experiment::results::{Report, Results, Row};
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
@@ -22,8 +22,8 @@ pub(super) fn page(report: &Report, figures: &[Drawn]) -> String {
             "scenario " b { (results.scenario) } ", seed " b { (results.seed) }
             " (the start of all random numbers)"
         }
+        (verdict(&of_results(results)))
         (terms(results.rows.iter().map(|row| row.scheme.as_str())))
-        @for sentence in &findings(results) { p.finding { (unbroken(sentence)) } }
         @if !report.notes.is_empty() {
             aside { h2 { "Read this first" } ul { @for note in &report.notes { li { (note) } } } }
         }
@@ -77,46 +77,15 @@ pub(super) fn picture(drawn: &Drawn, number: Option<usize>, file: &str) -> Marku
     }
 }
 
-/// The results at the last time, scheme by scheme, better or worse.
-fn findings(results: &Results) -> Vec<String> {
-    let Some(last) = blocks(results).last() else {
-        return vec!["This run has no results.".to_owned()];
-    };
-    let span = last.iter().map(|row| row.horizontal_m).fold(0.0, f64::max);
-    let against = |row: &Row| {
-        let change = change_percent(results, row)?;
-        let verb = if change < 0.0 { "smaller" } else { "larger" };
-        Some(format!(
-            "{} {} ({:.0} % {verb})",
-            row.scheme,
-            length(row.horizontal_m, span),
-            change.abs()
-        ))
-    };
-    let compared: Vec<String> = last.iter().filter_map(against).collect();
-    let raw = last.iter().find(|row| row.scheme == BASELINE);
-    let mut sentences = vec![];
-    if let (Some(raw), false) = (raw, compared.is_empty()) {
-        let error = length(raw.horizontal_m, span);
-        sentences.push(format!(
-            "Horizontal error after {} min: {error} from the raw data; {}.",
-            raw.t_min,
-            compared.join(", ")
-        ));
+/// The verdict, its headline marked.
+pub(super) fn verdict(sentences: &[String]) -> Markup {
+    html! {
+        @for (k, sentence) in sentences.iter().enumerate() {
+            p.finding {
+                @if k == 0 { b { (unbroken(sentence)) } } @else { (unbroken(sentence)) }
+            }
+        }
     }
-    if let Some(best) = last.iter().find(|row| is_best(results, row)) {
-        let times = blocks(results).count();
-        let won = results
-            .rows
-            .iter()
-            .filter(|row| row.scheme == best.scheme && is_best(results, row))
-            .count();
-        sentences.push(format!(
-            "Least error at the end: {}, which is also the best at {won} of the {times} times.",
-            best.scheme
-        ));
-    }
-    sentences
 }
 
 fn results_table(results: &Results) -> Markup {
@@ -267,26 +236,17 @@ mod tests {
     }
 
     #[test]
-    fn findings_say_which_way_it_went() {
-        let found = findings(&sample::report().results)
-            .join(" ")
-            .replace('\u{a0}', " ");
-        assert!(
-            found.contains("ls-3x3") && found.contains("% larger)") && found.contains("% smaller)"),
-            "{found}"
-        );
-        assert!(
-            found.contains(
-                "Least error at the end: rnn, which is also the best at 5 of the 5 times."
-            ),
-            "{found}"
-        );
+    fn the_verdict_stands_before_everything_else() {
+        let text = sample_page(&sample::report()).replace('\u{a0}', " ");
+        let at = |part: &str| text.find(part).unwrap_or_else(|| panic!("no '{part}'"));
+        assert!(at("<b>Verdict: mixed.") < at("strapdown navigator adds up"));
+        assert!(text.contains("Worse than that: ls-3x3") && text.contains("Better than that: rnn"));
         let nothing = Results {
             scenario: "x".into(),
             seed: 0,
             rows: vec![],
         };
-        assert_eq!(findings(&nothing), ["This run has no results."]);
+        assert_eq!(of_results(&nothing), ["There are no results."]);
     }
 
     #[test]

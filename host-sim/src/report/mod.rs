@@ -22,3 +22,4 @@ pub mod start;
 pub mod table;
 mod terms;
 mod text;
+pub mod verdict;

@@ -2,9 +2,10 @@
 
 use super::drawn::{Drawn, draw};
 use super::figures::Figure;
-use super::html::{picture, scheme_cell};
+use super::html::{picture, scheme_cell, verdict};
 use super::terms::terms;
 use super::text::signed;
+use super::verdict::of_outcome;
 use super::{html, page};
 use crate::error::Error;
 use crate::experiment::outcome::Outcome;
@@ -67,6 +68,7 @@ fn markup(head: &Head, outcomes: &[Outcome], figures: &[Vec<Drawn>]) -> Markup {
 fn case(k: usize, outcome: &Outcome, figures: &[Drawn]) -> Markup {
     html! {
         h2 { (outcome.recording) ": " (outcome.case) }
+        (verdict(&of_outcome(outcome)))
         aside { ul { @for note in &outcome.notes { li { (note) } } } }
         (table(outcome))
         p.legend {

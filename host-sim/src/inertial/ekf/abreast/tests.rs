@@ -68,8 +68,10 @@ fn filter(l: usize, model: fn(&Prior) -> ErrorModel) -> Aided {
     filter.with_samples(Samples::One).powered_for(100.0)
 }
 
-/// `L` filters side by side have the bits that each has alone.
-fn compare<const L: usize>(model: fn(&Prior) -> ErrorModel) {
+const L: usize = 4;
+
+/// [`L`] filters side by side have the bits that each has alone.
+fn compare(model: fn(&Prior) -> ErrorModel) {
     let all = increments();
     let second = |k: usize| &all[10 * k..10 * (k + 1)];
     let alone = |(filter, score): &mut (Aided, f64), k: usize| {
@@ -103,11 +105,11 @@ fn exponentials(prior: &Prior) -> ErrorModel {
 
 #[test]
 fn filters_side_by_side_have_their_own_bits() {
-    compare::<2>(|_| ErrorModel::default());
-    compare::<4>(ErrorModel::biases);
-    compare::<8>(ErrorModel::with_scale);
-    compare::<4>(ErrorModel::with_matrices);
-    compare::<8>(exponentials);
+    compare(|_| ErrorModel::default());
+    compare(ErrorModel::biases);
+    compare(ErrorModel::with_scale);
+    compare(ErrorModel::with_matrices);
+    compare(exponentials);
 }
 
 #[test]

@@ -1,0 +1,251 @@
+//! What a comparison of schemes says, in sentences: harm first.
+//!
+//! A scheme is worse than no correction if its horizontal error is larger by more than 2 % and by
+//! more than 1 m, and better if it is smaller by as much. Smaller differences say nothing.
+
+use super::table::BASELINE;
+use crate::experiment::outcome::Outcome;
+use crate::experiment::results::Results;
+
+/// Differences below these say nothing.
+const SHARE: f64 = 0.02;
+const METRES: f64 = 1.0;
+
+/// One error of one scheme.
+#[derive(Debug, Clone, Copy)]
+struct Ended<'a> {
+    /// How long the navigation was free inertial, in the unit of [`sentences`].
+    after: u32,
+    /// Name of the scheme.
+    scheme: &'a str,
+    /// Horizontal error, m.
+    metres: f64,
+}
+
+/// The verdict on a run.
+#[must_use]
+pub fn of_results(results: &Results) -> Vec<String> {
+    let ended = results.rows.iter().map(|row| Ended {
+        after: row.t_min,
+        scheme: &row.scheme,
+        metres: row.horizontal_m,
+    });
+    sentences(&ended.collect::<Vec<_>>(), "min")
+}
+
+/// The verdict on one case of a replay.
+#[must_use]
+pub fn of_outcome(outcome: &Outcome) -> Vec<String> {
+    let ended = outcome.rows.iter().map(|row| Ended {
+        after: row.t_s,
+        scheme: &row.scheme,
+        metres: row.horizontal_m,
+    });
+    sentences(&ended.collect::<Vec<_>>(), "s")
+}
+
+/// How a scheme compares with no correction at the same time.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Against {
+    Worse,
+    Same,
+    Better,
+}
+
+fn against(metres: f64, raw: f64) -> Against {
+    let least = METRES.max(SHARE * raw);
+    match metres - raw {
+        more if more > least => Against::Worse,
+        more if more < -least => Against::Better,
+        _ => Against::Same,
+    }
+}
+
+/// The verdict on rows with times ascending; `unit` is that of the times. The first sentence is the
+/// shortest answer to "does it help?". Empty where nothing was compared with uncorrected samples.
+fn sentences(rows: &[Ended<'_>], unit: &str) -> Vec<String> {
+    let Some(last) = rows.chunk_by(|a, b| a.after == b.after).next_back() else {
+        return vec!["There are no results.".to_owned()];
+    };
+    let Some((raw, after)) = baseline(last).map(|raw| (raw, last[0].after)) else {
+        return Vec::new();
+    };
+    let of = |wanted| named(last, raw, wanted);
+    let (worse, same, better) = (of(Against::Worse), of(Against::Same), of(Against::Better));
+    if worse.is_empty() && same.is_empty() && better.is_empty() {
+        return Vec::new();
+    }
+    let mut out = vec![headline(&worse, &better).to_owned()];
+    out.push(format!(
+        "After {after} {unit} without fixes the uncorrected samples ({BASELINE}) end {} off.",
+        metres(raw)
+    ));
+    for (named, what) in [
+        (&worse, "Worse than that"),
+        (&better, "Better than that"),
+        (&same, "No better and no worse (within 1 m or 2 %)"),
+    ] {
+        if !named.is_empty() {
+            out.push(format!("{what}: {}.", named.join(", ")));
+        }
+    }
+    out.extend(earlier(rows, after, unit));
+    out
+}
+
+fn headline(worse: &[String], better: &[String]) -> &'static str {
+    match (worse.is_empty(), better.is_empty()) {
+        (true, true) => "Verdict: at the end no correction makes a difference.",
+        (true, false) => "Verdict: at the end corrections help, and none does harm.",
+        (false, true) => "Verdict: harm. At the end no correction helps, and some make it worse.",
+        (false, false) => "Verdict: mixed. At the end some corrections help and some do harm.",
+    }
+}
+
+fn baseline(block: &[Ended<'_>]) -> Option<f64> {
+    let raw = block.iter().find(|row| row.scheme == BASELINE)?;
+    Some(raw.metres)
+}
+
+/// The schemes that compare like this, the largest difference first.
+fn named(block: &[Ended<'_>], raw: f64, wanted: Against) -> Vec<String> {
+    let mut rows: Vec<_> = block
+        .iter()
+        .filter(|row| row.scheme != BASELINE && against(row.metres, raw) == wanted)
+        .collect();
+    rows.sort_by(|a, b| (b.metres - raw).abs().total_cmp(&(a.metres - raw).abs()));
+    let text = |row: &&Ended<'_>| format!("{} {}", row.scheme, compared(row.metres, raw, wanted));
+    rows.iter().map(text).collect()
+}
+
+fn compared(error: f64, raw: f64, how: Against) -> String {
+    match how {
+        Against::Same => metres(error),
+        _ if error > 2.0 * raw && raw > 0.0 => {
+            format!("{} ({:.1} times)", metres(error), error / raw)
+        }
+        _ => format!("{} ({:+.0} %)", metres(error), 100.0 * (error / raw - 1.0)),
+    }
+}
+
+/// Schemes that were worse at an earlier time, and when it was worst.
+fn earlier(rows: &[Ended<'_>], end: u32, unit: &str) -> Option<String> {
+    let mut worst: Vec<(Ended<'_>, f64)> = Vec::new();
+    for block in rows.chunk_by(|a, b| a.after == b.after) {
+        let Some(raw) = baseline(block).filter(|_| block[0].after != end) else {
+            continue;
+        };
+        for row in block {
+            if against(row.metres, raw) != Against::Worse {
+                continue;
+            }
+            match worst
+                .iter_mut()
+                .find(|(known, _)| known.scheme == row.scheme)
+            {
+                Some(known) if row.metres - raw > known.0.metres - known.1 => *known = (*row, raw),
+                Some(_) => {}
+                None => worst.push((*row, raw)),
+            }
+        }
+    }
+    let text = |(row, raw): &(Ended<'_>, f64)| {
+        let (scheme, after) = (row.scheme, row.after);
+        let (error, raw) = (metres(row.metres), metres(*raw));
+        format!("{scheme} at {after} {unit} ({error} against {raw})")
+    };
+    let list: Vec<String> = worst.iter().map(text).collect();
+    (!list.is_empty()).then(|| format!("Worse before the end: {}.", list.join(", ")))
+}
+
+/// Metres with three digits that count.
+fn metres(value: f64) -> String {
+    let digits = if value < 10.0 {
+        2
+    } else {
+        usize::from(value < 100.0)
+    };
+    format!("{value:.digits$} m")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn rows(list: &[(u32, &'static str, f64)]) -> Vec<Ended<'static>> {
+        let ended = |(after, scheme, metres): &(u32, &'static str, f64)| Ended {
+            after: *after,
+            scheme,
+            metres: *metres,
+        };
+        list.iter().map(ended).collect()
+    }
+
+    #[test]
+    fn harm_stands_first_with_the_worst_scheme_before_the_others() {
+        let got = sentences(
+            &rows(&[
+                (50, "raw", 4.4),
+                (50, "ls-bias", 26.0),
+                (50, "ekf24", 30.0),
+                (50, "rnn-kalman", 4.4),
+            ]),
+            "s",
+        );
+        assert!(
+            got[0].contains("harm. At the end no correction helps"),
+            "{got:?}"
+        );
+        assert!(
+            got[1].contains("50 s") && got[1].contains("4.40 m"),
+            "{got:?}"
+        );
+        let worse = "Worse than that: ekf24 30.0 m (6.8 times), ls-bias 26.0 m (5.9 times).";
+        assert_eq!(got[2], worse);
+        assert!(got[3].ends_with("rnn-kalman 4.40 m."), "{got:?}");
+        assert_eq!(got.len(), 4);
+    }
+
+    #[test]
+    fn harm_at_an_earlier_time_is_told_though_the_end_is_better() {
+        let got = sentences(
+            &rows(&[
+                (5, "raw", 25.0),
+                (5, "device", 38.0),
+                (10, "raw", 190.0),
+                (10, "device", 240.0),
+                (22, "raw", 1720.0),
+                (22, "device", 830.0),
+            ]),
+            "min",
+        );
+        assert!(got[0].contains("help, and none does harm"), "{got:?}");
+        assert_eq!(got[2], "Better than that: device 830 m (-52 %).");
+        assert_eq!(
+            got[3],
+            "Worse before the end: device at 10 min (240 m against 190 m)."
+        );
+    }
+
+    #[test]
+    fn what_is_small_says_nothing_and_no_baseline_no_verdict() {
+        let small = sentences(&rows(&[(9, "raw", 2.0), (9, "rnn", 2.9)]), "s");
+        assert!(
+            small[0].contains("no correction makes a difference"),
+            "{small:?}"
+        );
+        let share = sentences(&rows(&[(9, "raw", 900.0), (9, "rnn", 910.0)]), "s");
+        assert!(
+            share[0].contains("no correction makes a difference"),
+            "{share:?}"
+        );
+        let mixed = sentences(
+            &rows(&[(9, "raw", 9.0), (9, "a", 4.0), (9, "b", 12.0)]),
+            "s",
+        );
+        assert!(mixed[0].contains("mixed"), "{mixed:?}");
+        assert!(sentences(&rows(&[(9, "none", 2.0), (9, "rnn", 9.0)]), "s").is_empty());
+        assert!(sentences(&rows(&[(9, "raw", 2.0)]), "s").is_empty());
+        assert_eq!(sentences(&[], "s").len(), 1);
+    }
+}
