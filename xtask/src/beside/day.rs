@@ -1,5 +1,6 @@
 //! A recording of 24 h at 200 samples a second, through `host-sim allan` and `host-sim replay csv`.
-//! The vehicle stands all the time. What it does changes neither memory nor time.
+//! The vehicle stands all the time, so `replay csv` does not look for a time offset between samples
+//! and fixes. docs/PERFORMANCE.md says what a vehicle that moves costs.
 
 use std::fs;
 use std::path::Path;
