@@ -21,7 +21,8 @@ impl Load {
     /// Called in every pass. True: a second is over.
     #[inline(always)]
     pub fn look(&mut self, now: u64, clock: &impl Clock) -> bool {
-        let over = now.wrapping_sub(self.since.0) >= SECOND;
+        // the lower halves, which differ by less than 2^32 us: there are passes more often
+        let over = (now as u32).wrapping_sub(self.since.0 as u32) >= SECOND as u32;
         if over {
             self.second_is_over(now, clock.asleep_us());
         }
@@ -29,6 +30,7 @@ impl Load {
     }
 
     #[cold]
+    #[inline(never)]
     fn second_is_over(&mut self, now: u64, asleep: Option<u64>) {
         let time = now.wrapping_sub(self.since.0);
         self.since.0 = now;

@@ -24,8 +24,6 @@ pub const LONGEST: usize = 256;
 
 /// Bytes a framer holds.
 pub const CAPACITY: usize = 2 * LONGEST;
-/// No format has longer messages: a length of 16 bits, and what it does not count.
-const LONGER: usize = (1 << 16) + 64;
 
 /// So many bytes of garbage in a row, without even a damaged frame, are not damage but another
 /// format (or another bit rate): some seventy frames, 0.15 s of a STIM300 at 1 kHz.
@@ -247,7 +245,9 @@ impl<F: Framing> Finder<F> {
         if unread.is_empty() || unread.len() < self.needed {
             return None; // one byte may show that this is no message
         }
-        let first = self.format.scan(head(unread, LONGEST));
+        let bytes = head(unread, LONGEST);
+        let usual = self.format.usual(bytes).map(Scan::Frame);
+        let first = usual.unwrap_or_else(|| self.format.scan(bytes));
         if let Scan::Frame(len) = first
             && self.long == 0
         {
@@ -356,20 +356,9 @@ impl<F: Framing> Framer<F> {
     /// Whether what it knows of its bytes can be: after an upset of memory it may not.
     #[inline(always)]
     pub fn is_sound(&self) -> bool {
-        let Unread { start, end, .. } = self.bytes;
-        let Finder {
-            needed,
-            usual,
-            long,
-            ..
-        } = self.finder;
         self.bytes.sum == self.bytes.places()
             && self.finder.sum == self.finder.lengths()
             && self.finder.format == self.finder.again
-            && start <= end
-            && end <= CAPACITY
-            && needed | usual < CAPACITY
-            && long <= LONGER
     }
 
     /// Bytes that were received and have not left in an event yet.

@@ -256,10 +256,10 @@ impl App<'_> {
             if event.kind() != Kind::Frame {
                 between(&event, format, out, &mut self.flow, &mut self.reverse);
             } else if let Some(frame) = event.frame() {
-                let plan = self.flow.plan(format, &frame);
-                self.flow.frame(frame, out);
-                if let Some(plan) = plan {
-                    self.flow.offer(&plan, next, out);
+                if self.flow.cuts() {
+                    self.flow.frame_and_plan(frame, next, out);
+                } else {
+                    self.flow.frame(frame, out);
                 }
                 self.flow.flag(fault::UNKNOWN_FORMAT, false);
             }
