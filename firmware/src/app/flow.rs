@@ -17,7 +17,7 @@ mod still;
 use super::blackbox::{BlackBox, What};
 use super::config::Config;
 use super::load::Load;
-use crate::compensator::{Block, Compensator, State, of_nets};
+use crate::compensator::{Block, Compensator, Limit, State, of_nets};
 use crate::control::{Alignment, Mode};
 use crate::learn::{Learner, Settings};
 use crate::link::Line;
@@ -84,6 +84,8 @@ pub(super) struct Flow<'m> {
     /// Another stream makes the blocks, and the learner has not been told.
     leads_anew: bool,
     correction: Guarded<Correction>,
+    /// What the place of `correction` was made for while there is none: see [`Flow::prepare`].
+    prepared: Option<(Stream, Option<Limit>)>,
     last: Last,
     still: Still,
     told: Told,
@@ -157,6 +159,7 @@ impl<'m> Flow<'m> {
                 compensator: Compensator::BLANK,
                 state: State::default(),
             }),
+            prepared: None,
             last: Last::default(),
             still: Still::default(),
             told: Told::AsConfigured,

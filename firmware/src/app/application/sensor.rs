@@ -7,7 +7,7 @@ use crate::app::phase::{Cause, Phase};
 use crate::app::reverse::Reverse;
 use crate::link::cut::{Behind, Cut};
 use crate::link::{Line, Lost};
-use crate::wire::ImuFormat;
+use crate::wire::{ImuFormat, Source};
 use crate::wire::command::fault;
 use crate::wire::field::head;
 use crate::wire::framer::{Event, Kind, UNKNOWN_AFTER};
@@ -152,6 +152,7 @@ impl App<'_> {
             self.framer.restart(format);
         }
         self.flow.flag(fault::UNKNOWN_FORMAT, false);
+        self.flow.prepare(Source::Stream(format));
         self.machine.transition_to_run(self.flow.mode);
     }
 
