@@ -27,7 +27,7 @@ use crate::sample::{Axes, RawSample, StreamScale};
 use crate::wire::command::{Counters, fault};
 use crate::wire::receiver::Heard;
 use crate::wire::sequence::Last;
-use crate::wire::{Change, Checked, Stream};
+use crate::wire::{Change, Checked, Stream, USUAL};
 pub(super) use boxed::FOLLOWS;
 use channels::Channels;
 use guarded::Guarded;
@@ -222,29 +222,17 @@ impl<'m> Flow<'m> {
         correction.is_some_and(|c| c.state.estimate() != [[0.0; 3]; 2])
     }
 
-    /// A frame in, the same frame out. The way of the usual frames is there once more, where the
-    /// compiler knows their format and length.
-    #[inline(always)]
+    /// A frame in, the same frame out. By itself: within the loop over what has come, the compiler
+    /// would prepare each address beforehand and put it aside, at one instruction more each.
+    #[inline(never)]
     pub fn frame(&mut self, frame: Checked, out: &mut Behind<impl Line>) {
-        if frame.is_usual() {
-            self.usual(frame.into_bytes(), out);
-        } else {
-            self.otherwise(frame, out);
-        }
-    }
-
-    /// By itself, as the next one: within the loop over what has come, the compiler would prepare
-    /// each address beforehand and put it aside, at one instruction more each.
-    #[inline(never)]
-    fn usual(&mut self, frame: &mut [u8], out: &mut Behind<impl Line>) {
-        if let Some(frame) = frame.first_chunk_mut() {
-            self.through(Checked::of_usual(frame), out);
-        }
-    }
-
-    #[inline(never)]
-    fn otherwise(&mut self, frame: Checked, out: &mut Behind<impl Line>) {
         self.through(frame, out);
+    }
+
+    /// The same once more for the usual frames, where the compiler knows format and length.
+    #[inline(never)]
+    pub fn usual(&mut self, frame: &mut [u8; USUAL], out: &mut Behind<impl Line>) {
+        self.through(Checked::of_usual(frame), out);
     }
 
     #[inline(always)]

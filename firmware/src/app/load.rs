@@ -22,11 +22,11 @@ impl Load {
     #[inline(always)]
     pub fn look(&mut self, now: u64, clock: &impl Clock) -> bool {
         // the lower halves, which differ by less than 2^32 us: there are passes more often
-        let over = (now as u32).wrapping_sub(self.since.0 as u32) >= SECOND as u32;
-        if over {
-            self.second_is_over(now, clock.asleep_us());
+        if (now as u32).wrapping_sub(self.since.0 as u32) < SECOND as u32 {
+            return false;
         }
-        over
+        self.second_is_over(now, clock.asleep_us());
+        true
     }
 
     #[cold]

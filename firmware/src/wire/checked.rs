@@ -12,7 +12,7 @@ use crate::sample::Axes;
 
 /// Length of the usual frames: STIM300 datagrams with gyros and accelerometers, of which a sensor
 /// sends up to 2000 a second.
-const USUAL: usize = stim300::USUAL.1;
+pub(crate) const USUAL: usize = stim300::USUAL.1;
 
 /// Where a frame comes from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -108,26 +108,14 @@ impl<'a> Checked<'a> {
         self.reading().ok_or(Error::Content)
     }
 
-    /// Whether it is of the kind of which most come: its length and its source are then known
-    /// beforehand ([`Checked::of_usual`]).
-    #[inline(always)]
-    pub(crate) fn is_usual(&self) -> bool {
-        matches!(self.source, Source::Stream(ImuFormat::Stim300)) && self.bytes.len() == USUAL
-    }
-
-    /// A frame of this kind. What is done with it looks at neither source nor length.
+    /// A frame of the kind of which most come. What is done with it looks at neither source nor
+    /// length.
     #[inline(always)]
     pub(crate) fn of_usual(bytes: &'a mut [u8; USUAL]) -> Checked<'a> {
         Checked {
             source: Source::Stream(ImuFormat::Stim300),
             bytes,
         }
-    }
-
-    /// All of it, to be changed.
-    #[inline(always)]
-    pub(crate) fn into_bytes(self) -> &'a mut [u8] {
-        self.bytes
     }
 
     /// The same as an option, which is where the reading was made and no copy of it.

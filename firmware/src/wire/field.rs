@@ -76,7 +76,8 @@ pub fn resealed<const N: usize, R>(
 /// the compiler from calling that all the same.
 #[inline(always)]
 pub fn copy(mut to: &mut [u8], mut bytes: &[u8]) {
-    while copied::<16>(&mut to, &mut bytes) {}
+    while copied::<32>(&mut to, &mut bytes) {}
+    copied::<16>(&mut to, &mut bytes);
     copied::<8>(&mut to, &mut bytes);
     copied::<4>(&mut to, &mut bytes);
     for (place, byte) in to.iter_mut().zip(bytes) {

@@ -14,6 +14,7 @@
 //! The buffer is a straight piece of memory and not a ring, so that a frame is one slice. When its
 //! end is reached, the unread bytes move to the front.
 
+use super::checked::USUAL;
 use super::field::head;
 use super::receiver::epoch::{Head, Values};
 use super::{Checked, Framing, ImuFormat, ReceiverFormat, Scan};
@@ -70,6 +71,14 @@ impl<F> Event<'_, F> {
 }
 
 impl<'a> Event<'a, ImuFormat> {
+    /// The frame, if it is of the kind of which most come: [`Checked::of_usual`] makes one of it.
+    #[inline(always)]
+    pub(crate) fn usual(&mut self) -> Option<&mut [u8; USUAL]> {
+        let is_one = self.kind == Kind::Frame && matches!(self.format, ImuFormat::Stim300);
+        let is_one = is_one && self.bytes.len() == USUAL;
+        self.bytes.first_chunk_mut().filter(|_| is_one)
+    }
+
     /// The frame, to be read and changed without another check; `None` for anything else.
     pub fn frame(self) -> Option<Checked<'a>> {
         (self.kind == Kind::Frame).then(|| Checked::good(*self.format, self.bytes))

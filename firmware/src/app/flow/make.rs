@@ -148,7 +148,11 @@ impl Flow<'_> {
         };
         let prepared = self.prepared.take() == Some((stream, slew)) && self.correction.is_none();
         let correction = self.correction.put();
-        if !prepared && correction.renew(&stream, (&self.config, self.nets_sum), slew).is_none() {
+        if !prepared
+            && correction
+                .renew(&stream, (&self.config, self.nets_sum), slew)
+                .is_none()
+        {
             return self.correction.clear();
         }
         let Correction { compensator, state } = correction;
@@ -336,12 +340,7 @@ impl Flow<'_> {
 impl Correction {
     /// As before the first sample of this stream, by networks with this check. `None`: its samples
     /// cannot be corrected.
-    fn renew(
-        &mut self,
-        stream: &Stream,
-        nets: (&Config, u32),
-        slew: Option<Limit>,
-    ) -> Option<()> {
+    fn renew(&mut self, stream: &Stream, nets: (&Config, u32), slew: Option<Limit>) -> Option<()> {
         self.state.clear();
         renew(&mut self.compensator, stream, nets, slew)
     }
