@@ -27,7 +27,7 @@ use crate::sample::{Axes, RawSample, StreamScale};
 use crate::wire::command::{Counters, fault};
 use crate::wire::receiver::Heard;
 use crate::wire::sequence::Last;
-use crate::wire::{Change, Checked, Stream, USUAL};
+use crate::wire::{Change, Checked, Reading, Stream, USUAL};
 pub(super) use boxed::FOLLOWS;
 use channels::Channels;
 use guarded::Guarded;
@@ -226,18 +226,23 @@ impl<'m> Flow<'m> {
     /// would prepare each address beforehand and put it aside, at one instruction more each.
     #[inline(never)]
     pub fn frame(&mut self, frame: Checked, out: &mut Behind<impl Line>) {
-        self.through(frame, out);
+        self.through::<false>(frame, out);
     }
 
     /// The same once more for the usual frames, where the compiler knows format and length.
     #[inline(never)]
     pub fn usual(&mut self, frame: &mut [u8; USUAL], out: &mut Behind<impl Line>) {
-        self.through(Checked::of_usual(frame), out);
+        self.through::<true>(Checked::of_usual(frame), out);
     }
 
+    /// `KNOWN`: reading and changing the frame are worth to be here, since most of them falls away.
     #[inline(always)]
-    fn through(&mut self, mut frame: Checked, out: &mut Behind<impl Line>) {
-        let reading = frame.reading();
+    fn through<const KNOWN: bool>(&mut self, mut frame: Checked, out: &mut Behind<impl Line>) {
+        let reading = if KNOWN {
+            frame.reading()
+        } else {
+            reading_of(&frame)
+        };
         let Some(reading) = &reading else {
             return; // a Checked frame of a sensor has a sample
         };
@@ -254,10 +259,15 @@ impl<'m> Flow<'m> {
             Some(Correction { compensator, state }) if correct => {
                 let outlet = self.channels.current();
                 let (sample, over) = compensator.corrected(state, outlet, &reading.sample);
-                saturated = Axes(over.0 | self.change(&mut frame, &sample).0);
+                let unfit = if KNOWN {
+                    self.change(&mut frame, &sample)
+                } else {
+                    self.change_any(&mut frame, &sample)
+                };
+                saturated = Axes(over.0 | unfit.0);
             }
             _ if frame.always_changes(&self.config.sensor) => {
-                saturated = self.change(&mut frame, &reading.sample)
+                saturated = self.change_any(&mut frame, &reading.sample)
             }
             _ => {}
         }
@@ -302,6 +312,12 @@ impl<'m> Flow<'m> {
         frame.change(&change).unwrap_or(Axes::NONE)
     }
 
+    /// The same of any frame.
+    #[inline(never)]
+    fn change_any(&self, frame: &mut Checked, sample: &RawSample) -> Axes {
+        self.change(frame, sample)
+    }
+
     /// A frame that is changed gets the mark of our own fault.
     fn marks(&self) -> bool {
         self.config.mark && self.faults & fault::NETWORK != 0 && !self.observes_only()
@@ -323,6 +339,12 @@ pub(super) fn configure(learner: &mut dyn Learner, config: &Config) {
     if let Some(told) = &config.told {
         learner.configure(&Settings::of(told));
     }
+}
+
+/// What any frame holds.
+#[inline(never)]
+fn reading_of(frame: &Checked) -> Option<Reading> {
+    frame.reading()
 }
 
 /// Adds to a counter, which saturates.
