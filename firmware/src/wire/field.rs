@@ -192,6 +192,17 @@ mod tests {
     }
 
     #[test]
+    fn every_length_is_copied() {
+        let bytes: [u8; 70] = core::array::from_fn(|at| at as u8 + 1);
+        for len in 0..=bytes.len() {
+            let mut to = [0; 71];
+            copy(&mut to[..len], &bytes[..len]);
+            assert_eq!(to[..len], bytes[..len]);
+            assert!(to[len..].iter().all(|byte| *byte == 0), "{len}");
+        }
+    }
+
+    #[test]
     fn i24_keeps_sign_and_holds_at_its_ends() {
         let mut bytes = [0; 3];
         for value in [0, 1, -1, I24_MAX, I24_MIN, 0x0012_3456, -0x0012_3456] {
