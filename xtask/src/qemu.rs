@@ -62,8 +62,8 @@ fn path(costs: &[(ImuFormat, Instructions, Instructions)]) -> Table {
         "per sample, instructions",
         "an interrupt per byte",
         "DMA",
-        "the first, DMA",
-        "most expensive later, DMA",
+        "the most expensive, DMA",
+        "from the tenth on, DMA",
         "last byte in to first byte out, DMA",
     ]);
     for (format, byte, dma) in costs {

@@ -17,7 +17,7 @@ mod still;
 use super::blackbox::{BlackBox, What};
 use super::config::Config;
 use super::load::Load;
-use crate::compensator::{Block, Compensator, State, of_nets};
+use crate::compensator::{Block, Compensator, Limit, State, of_nets};
 use crate::control::{Alignment, Mode};
 use crate::learn::{Learner, Settings};
 use crate::link::Line;
@@ -27,7 +27,7 @@ use crate::sample::{Axes, RawSample, StreamScale};
 use crate::wire::command::{Counters, fault};
 use crate::wire::receiver::Heard;
 use crate::wire::sequence::Last;
-use crate::wire::{Change, Checked, Stream};
+use crate::wire::{Change, Checked, Reading, Stream, USUAL};
 pub(super) use boxed::FOLLOWS;
 use channels::Channels;
 use guarded::Guarded;
@@ -84,6 +84,8 @@ pub(super) struct Flow<'m> {
     /// Another stream makes the blocks, and the learner has not been told.
     leads_anew: bool,
     correction: Guarded<Correction>,
+    /// What the place of `correction` was made for while there is none: see [`Flow::prepare`].
+    prepared: Option<(Stream, Option<Limit>)>,
     last: Last,
     still: Still,
     told: Told,
@@ -157,6 +159,7 @@ impl<'m> Flow<'m> {
                 compensator: Compensator::BLANK,
                 state: State::default(),
             }),
+            prepared: None,
             last: Last::default(),
             still: Still::default(),
             told: Told::AsConfigured,
@@ -222,8 +225,24 @@ impl<'m> Flow<'m> {
     /// A frame in, the same frame out. By itself: within the loop over what has come, the compiler
     /// would prepare each address beforehand and put it aside, at one instruction more each.
     #[inline(never)]
-    pub fn frame(&mut self, mut frame: Checked, out: &mut Behind<impl Line>) {
-        let reading = frame.reading();
+    pub fn frame(&mut self, frame: Checked, out: &mut Behind<impl Line>) {
+        self.through::<false>(frame, out);
+    }
+
+    /// The same once more for the usual frames, where the compiler knows format and length.
+    #[inline(never)]
+    pub fn usual(&mut self, frame: &mut [u8; USUAL], out: &mut Behind<impl Line>) {
+        self.through::<true>(Checked::of_usual(frame), out);
+    }
+
+    /// `KNOWN`: reading and changing the frame are worth to be here, since most of them falls away.
+    #[inline(always)]
+    fn through<const KNOWN: bool>(&mut self, mut frame: Checked, out: &mut Behind<impl Line>) {
+        let reading = if KNOWN {
+            frame.reading()
+        } else {
+            reading_of(&frame)
+        };
         let Some(reading) = &reading else {
             return; // a Checked frame of a sensor has a sample
         };
@@ -240,10 +259,15 @@ impl<'m> Flow<'m> {
             Some(Correction { compensator, state }) if correct => {
                 let outlet = self.channels.current();
                 let (sample, over) = compensator.corrected(state, outlet, &reading.sample);
-                saturated = Axes(over.0 | self.change(&mut frame, &sample).0);
+                let unfit = if KNOWN {
+                    self.change(&mut frame, &sample)
+                } else {
+                    self.change_any(&mut frame, &sample)
+                };
+                saturated = Axes(over.0 | unfit.0);
             }
             _ if frame.always_changes(&self.config.sensor) => {
-                saturated = self.change(&mut frame, &reading.sample)
+                saturated = self.change_any(&mut frame, &reading.sample)
             }
             _ => {}
         }
@@ -278,6 +302,7 @@ impl<'m> Flow<'m> {
     }
 
     /// Puts a sample into a frame. Gives the axes that saturate.
+    #[inline(always)]
     fn change(&self, frame: &mut Checked, sample: &RawSample) -> Axes {
         let change = Change {
             sample,
@@ -285,6 +310,12 @@ impl<'m> Flow<'m> {
             settings: &self.config.sensor,
         };
         frame.change(&change).unwrap_or(Axes::NONE)
+    }
+
+    /// The same of any frame.
+    #[inline(never)]
+    fn change_any(&self, frame: &mut Checked, sample: &RawSample) -> Axes {
+        self.change(frame, sample)
     }
 
     /// A frame that is changed gets the mark of our own fault.
@@ -308,6 +339,12 @@ pub(super) fn configure(learner: &mut dyn Learner, config: &Config) {
     if let Some(told) = &config.told {
         learner.configure(&Settings::of(told));
     }
+}
+
+/// What any frame holds.
+#[inline(never)]
+fn reading_of(frame: &Checked) -> Option<Reading> {
+    frame.reading()
 }
 
 /// Adds to a counter, which saturates.

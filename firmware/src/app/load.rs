@@ -21,14 +21,16 @@ impl Load {
     /// Called in every pass. True: a second is over.
     #[inline(always)]
     pub fn look(&mut self, now: u64, clock: &impl Clock) -> bool {
-        let over = now.wrapping_sub(self.since.0) >= SECOND;
-        if over {
-            self.second_is_over(now, clock.asleep_us());
+        // the lower halves, which differ by less than 2^32 us: there are passes more often
+        if (now as u32).wrapping_sub(self.since.0 as u32) < SECOND as u32 {
+            return false;
         }
-        over
+        self.second_is_over(now, clock.asleep_us());
+        true
     }
 
     #[cold]
+    #[inline(never)]
     fn second_is_over(&mut self, now: u64, asleep: Option<u64>) {
         let time = now.wrapping_sub(self.since.0);
         self.since.0 = now;

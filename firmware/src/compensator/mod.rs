@@ -140,6 +140,16 @@ impl State {
         self.stepped = false;
     }
 
+    /// Adds one sample to the block's sums.
+    #[inline(always)]
+    fn add_counts(&mut self, gyro: &[i32; 3], accel: &[i32; 3]) {
+        for (sum, counts) in self.sum.iter_mut().zip([gyro, accel]) {
+            for (s, c) in sum.iter_mut().zip(counts) {
+                *s = s.wrapping_add(i64::from(*c)); // no more than 2^16 of 32 bits
+            }
+        }
+    }
+
     /// Takes the networks' states from networks that have seen the same blocks.
     pub fn set_nets(&mut self, [gyro, accel]: [NetState; 2]) {
         self.gyro = gyro;
@@ -339,7 +349,11 @@ impl Compensator {
     /// Adds one *uncorrected* sample to the block; the last one steps the networks.
     #[inline(always)]
     pub fn accumulate(&self, state: &mut State, sample: &RawSample) -> Option<Block> {
-        self.add(state, sample);
+        match sample {
+            RawSample::Counts { gyro, accel } if !self.vibrates => state.add_counts(gyro, accel),
+            _ => self.add(state, sample),
+        }
+        state.samples += 1;
         if state.samples < self.scale.block_samples {
             return None;
         }
@@ -353,20 +367,14 @@ impl Compensator {
         (!state.unsound).then(|| self.end_block(state, step_of(sample)))
     }
 
-    /// Adds one sample to the block.
+    /// Adds one sample to the block's sums.
     #[inline(never)]
     fn add(&self, state: &mut State, sample: &RawSample) {
         if self.vibrates {
             state.vibration.add(state.samples == 0, sample);
         }
         match sample {
-            RawSample::Counts { gyro, accel } => {
-                for (sum, counts) in state.sum.iter_mut().zip([gyro, accel]) {
-                    for (s, c) in sum.iter_mut().zip(counts) {
-                        *s = s.wrapping_add(i64::from(*c)); // no more than 2^16 of 32 bits
-                    }
-                }
-            }
+            RawSample::Counts { gyro, accel } => state.add_counts(gyro, accel),
             RawSample::Floats { gyro, accel } => {
                 for (sum, floats) in state.sum.iter_mut().zip([gyro, accel]) {
                     for (s, f) in sum.iter_mut().zip(floats) {
@@ -376,7 +384,6 @@ impl Compensator {
                 }
             }
         }
-        state.samples += 1;
     }
 
     /// Ends the block that another compensator, found unsound, could not end; `sample` was its

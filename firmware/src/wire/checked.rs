@@ -7,8 +7,12 @@
 //! byte that is corrupted in between still fails the receiver's check.
 
 use super::sequence::Stream;
-use super::{Change, Error, Framing, ImuFormat, Reading, Settings, adis, exactly};
+use super::{Change, Error, Framing, ImuFormat, Reading, Settings, adis, exactly, stim300};
 use crate::sample::Axes;
+
+/// Length of the usual frames: STIM300 datagrams with gyros and accelerometers, of which a sensor
+/// sends up to 2000 a second.
+pub(crate) const USUAL: usize = stim300::USUAL.1;
 
 /// Where a frame comes from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -43,6 +47,7 @@ pub struct Checked<'a> {
 
 impl<'a> Checked<'a> {
     /// Found good by a framer.
+    #[inline(always)]
     pub(super) fn good(format: ImuFormat, bytes: &'a mut [u8]) -> Checked<'a> {
         let source = Source::Stream(format);
         Checked { source, bytes }
@@ -103,7 +108,18 @@ impl<'a> Checked<'a> {
         self.reading().ok_or(Error::Content)
     }
 
+    /// A frame of the kind of which most come. What is done with it looks at neither source nor
+    /// length.
+    #[inline(always)]
+    pub(crate) fn of_usual(bytes: &'a mut [u8; USUAL]) -> Checked<'a> {
+        Checked {
+            source: Source::Stream(ImuFormat::Stim300),
+            bytes,
+        }
+    }
+
     /// The same as an option, which is where the reading was made and no copy of it.
+    #[inline(always)]
     pub(crate) fn reading(&self) -> Option<Reading> {
         let bytes = &*self.bytes;
         match self.source {
@@ -117,6 +133,7 @@ impl<'a> Checked<'a> {
     ///
     /// # Errors
     /// [`Error::Content`] when the frame has no values of this kind; nothing is changed.
+    #[inline(always)]
     pub fn change(&mut self, change: &Change) -> Result<Axes, Error> {
         let bytes = &mut *self.bytes;
         let saturated = match self.source {

@@ -75,15 +75,36 @@ pub fn resealed<const N: usize, R>(
 /// copy takes up to three times as many instructions then. The fence, which is no instruction, keeps
 /// the compiler from calling that all the same.
 #[inline(always)]
-pub fn copy(to: &mut [u8], bytes: &[u8]) {
-    let ((to, to_rest), (words, rest)) = (to.as_chunks_mut::<4>(), bytes.as_chunks::<4>());
-    for (place, word) in to.iter_mut().zip(words) {
+pub fn copy(mut to: &mut [u8], mut bytes: &[u8]) {
+    while copied::<32>(&mut to, &mut bytes) {}
+    copied::<16>(&mut to, &mut bytes);
+    copied::<8>(&mut to, &mut bytes);
+    copied::<4>(&mut to, &mut bytes);
+    for (place, byte) in to.iter_mut().zip(bytes) {
+        *place = *byte;
+    }
+}
+
+/// Copies the first `N` bytes, if there are so many, and leaves the others.
+#[inline(always)]
+fn copied<const N: usize>(to: &mut &mut [u8], bytes: &mut &[u8]) -> bool {
+    let Some((from, rest)) = bytes.split_first_chunk::<N>() else {
+        return false;
+    };
+    let Some((place, to_rest)) = core::mem::take(to).split_first_chunk_mut::<N>() else {
+        return false;
+    };
+    for (place, word) in place
+        .as_chunks_mut::<4>()
+        .0
+        .iter_mut()
+        .zip(from.as_chunks::<4>().0)
+    {
         *place = *word;
         compiler_fence(Ordering::AcqRel);
     }
-    for (place, byte) in to_rest.iter_mut().zip(rest) {
-        *place = *byte;
-    }
+    (*to, *bytes) = (to_rest, rest);
+    true
 }
 
 /// The first `len` bytes; all of them where there are fewer.
@@ -168,6 +189,17 @@ mod tests {
         put(&mut bytes, 2, [9, 9]);
         put(&mut bytes, usize::MAX, [9]);
         assert_eq!(bytes, [1, 2, 3]);
+    }
+
+    #[test]
+    fn every_length_is_copied() {
+        let bytes: [u8; 70] = core::array::from_fn(|at| at as u8 + 1);
+        for len in 0..=bytes.len() {
+            let mut to = [0; 71];
+            copy(&mut to[..len], &bytes[..len]);
+            assert_eq!(to[..len], bytes[..len]);
+            assert!(to[len..].iter().all(|byte| *byte == 0), "{len}");
+        }
     }
 
     #[test]

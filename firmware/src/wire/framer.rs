@@ -14,6 +14,7 @@
 //! The buffer is a straight piece of memory and not a ring, so that a frame is one slice. When its
 //! end is reached, the unread bytes move to the front.
 
+use super::checked::USUAL;
 use super::field::head;
 use super::receiver::epoch::{Head, Values};
 use super::{Checked, Framing, ImuFormat, ReceiverFormat, Scan};
@@ -24,8 +25,6 @@ pub const LONGEST: usize = 256;
 
 /// Bytes a framer holds.
 pub const CAPACITY: usize = 2 * LONGEST;
-/// No format has longer messages: a length of 16 bits, and what it does not count.
-const LONGER: usize = (1 << 16) + 64;
 
 /// So many bytes of garbage in a row, without even a damaged frame, are not damage but another
 /// format (or another bit rate): some seventy frames, 0.15 s of a STIM300 at 1 kHz.
@@ -72,6 +71,14 @@ impl<F> Event<'_, F> {
 }
 
 impl<'a> Event<'a, ImuFormat> {
+    /// The frame, if it is of the kind of which most come: [`Checked::of_usual`] makes one of it.
+    #[inline(always)]
+    pub(crate) fn usual(&mut self) -> Option<&mut [u8; USUAL]> {
+        let is_one = self.kind == Kind::Frame && matches!(self.format, ImuFormat::Stim300);
+        let is_one = is_one && self.bytes.len() == USUAL;
+        self.bytes.first_chunk_mut().filter(|_| is_one)
+    }
+
     /// The frame, to be read and changed without another check; `None` for anything else.
     pub fn frame(self) -> Option<Checked<'a>> {
         (self.kind == Kind::Frame).then(|| Checked::good(*self.format, self.bytes))
@@ -247,7 +254,9 @@ impl<F: Framing> Finder<F> {
         if unread.is_empty() || unread.len() < self.needed {
             return None; // one byte may show that this is no message
         }
-        let first = self.format.scan(head(unread, LONGEST));
+        let bytes = head(unread, LONGEST);
+        let usual = self.format.usual(bytes).map(Scan::Frame);
+        let first = usual.unwrap_or_else(|| self.format.scan(bytes));
         if let Scan::Frame(len) = first
             && self.long == 0
         {
@@ -356,20 +365,9 @@ impl<F: Framing> Framer<F> {
     /// Whether what it knows of its bytes can be: after an upset of memory it may not.
     #[inline(always)]
     pub fn is_sound(&self) -> bool {
-        let Unread { start, end, .. } = self.bytes;
-        let Finder {
-            needed,
-            usual,
-            long,
-            ..
-        } = self.finder;
         self.bytes.sum == self.bytes.places()
             && self.finder.sum == self.finder.lengths()
             && self.finder.format == self.finder.again
-            && start <= end
-            && end <= CAPACITY
-            && needed | usual < CAPACITY
-            && long <= LONGER
     }
 
     /// Bytes that were received and have not left in an event yet.

@@ -71,6 +71,7 @@ mod examples;
 #[cfg(test)]
 mod properties;
 
+pub(crate) use checked::USUAL;
 pub use checked::{Checked, Source};
 pub use detect::Detector;
 pub use framer::Framer;

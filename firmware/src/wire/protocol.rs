@@ -16,6 +16,13 @@ pub trait Framing: Copy + PartialEq {
     /// Looks for a message at the beginning of `bytes`.
     fn scan(self, bytes: &[u8]) -> Scan;
 
+    /// The length of a good frame at the beginning of `bytes`, where that is seen sooner than by
+    /// [`Framing::scan`]. `None` tells nothing.
+    #[inline(always)]
+    fn usual(self, _bytes: &[u8]) -> Option<usize> {
+        None
+    }
+
     /// Whether a start mark is long enough to mean something by itself. If not, a wrong checksum
     /// behind it tells nothing, except where a frame is expected.
     fn has_start_mark(self) -> bool {
@@ -40,6 +47,12 @@ pub trait ImuProtocol {
 
     /// See [`Framing::scan`].
     fn scan(bytes: &[u8]) -> Scan;
+
+    /// See [`Framing::usual`].
+    #[inline(always)]
+    fn usual(_bytes: &[u8]) -> Option<usize> {
+        None
+    }
 
     /// The kind of frame, where units, rate or the set of values depend on it, and where one sample
     /// may come in two logs. Each kind has its own carried remainder.
@@ -86,6 +99,12 @@ pub trait LaidOut: ImuProtocol {
 
     /// As [`ImuProtocol::scan`].
     fn scan(layout: Self::Layout, bytes: &[u8]) -> Scan;
+
+    /// See [`Framing::usual`].
+    #[inline(always)]
+    fn usual(_layout: Self::Layout, _bytes: &[u8]) -> Option<usize> {
+        None
+    }
 
     /// As [`ImuProtocol::read`].
     fn read(layout: Self::Layout, frame: &[u8]) -> Option<Reading>;

@@ -181,6 +181,15 @@ macro_rules! imu_formats {
             }
 
             #[inline(always)]
+            fn usual(self, bytes: &[u8]) -> Option<usize> {
+                match self {
+                    $(ImuFormat::$format $(($layout))? => {
+                        registry::of_format!($module::usual(bytes) $(, $layout)?)
+                    })+
+                }
+            }
+
+            #[inline(always)]
             fn has_start_mark(self) -> bool {
                 match self {
                     $(ImuFormat::$format { .. } => {

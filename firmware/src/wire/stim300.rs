@@ -160,11 +160,6 @@ pub fn scan(bytes: &[u8]) -> Scan {
     let Some(&id) = bytes.first() else {
         return Scan::Partial(1);
     };
-    if id == USUAL.0
-        && let Some(frame) = bytes.first_chunk()
-    {
-        return usual(frame);
-    }
     if let Some(contents) = Contents::from_id(id) {
         check(bytes, contents.len(), Scan::Frame)
     } else if let Some(len) = config::special_len(id) {
@@ -193,19 +188,19 @@ fn crc_is_right(frame: &[u8]) -> bool {
 }
 
 /// Identifier and length of what most sensors send: gyros and accelerometers.
-const USUAL: (u8, usize) = (0x91, 28);
+pub(super) const USUAL: (u8, usize) = (0x91, 28);
 
-/// [`scan`] of such a datagram.
+/// The length of a good datagram of this kind.
 #[inline(always)]
-fn usual(frame: &[u8; USUAL.1]) -> Scan {
-    let (words, _) = frame.as_chunks::<4>();
-    let [words @ .., crc] = words else {
-        return Scan::Garbage; // it has seven words
+fn usual(bytes: &[u8]) -> Option<usize> {
+    let frame = bytes.first_chunk::<{ USUAL.1 }>()?;
+    let ([words @ .., crc], _) = frame.as_chunks::<4>() else {
+        return None; // it has seven words
     };
-    match words.first_chunk::<{ USUAL.1 / 4 - 1 }>() {
-        Some(words) if crc32_mpeg2_words(words) == u32::from_be_bytes(*crc) => Scan::Frame(USUAL.1),
-        _ => Scan::BadChecksum,
-    }
+    let words = words.first_chunk::<{ USUAL.1 / 4 - 1 }>()?;
+    let is_one =
+        frame.first() == Some(&USUAL.0) && crc32_mpeg2_words(words) == u32::from_be_bytes(*crc);
+    is_one.then_some(USUAL.1)
 }
 
 /// How the CRC changes when the first bytes do.

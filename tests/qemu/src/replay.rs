@@ -147,7 +147,7 @@ pub fn nets() -> Nets {
     }
 }
 
-/// The correction is made before the first frame of each kind leaves. These frames come once after
+/// The correction begins before the first frame of each kind leaves. These frames come once after
 /// power-on, and their latency is not that of the others.
 const FIRST: u32 = 10;
 
@@ -239,6 +239,9 @@ impl<'u, S: Progress + Copy> Replay<'u, S> {
         if let Some(let_through) = wires.let_through {
             replay.overhead = replay.rehearse();
             let_through();
+        }
+        if matches!(pace, Pace::Byte | Pace::Dma) {
+            replay.awake(); // a board's loop begins before its sensor does
         }
         replay
     }

@@ -7,10 +7,10 @@ use crate::app::phase::{Cause, Phase};
 use crate::app::reverse::Reverse;
 use crate::link::cut::{Behind, Cut};
 use crate::link::{Line, Lost};
-use crate::wire::ImuFormat;
 use crate::wire::command::fault;
 use crate::wire::field::head;
 use crate::wire::framer::{Event, Kind, UNKNOWN_AFTER};
+use crate::wire::{ImuFormat, Source};
 
 /// A second, microseconds.
 const SECOND_US: u64 = 1_000_000;
@@ -152,6 +152,7 @@ impl App<'_> {
             self.framer.restart(format);
         }
         self.flow.flag(fault::UNKNOWN_FORMAT, false);
+        self.flow.prepare(Source::Stream(format));
         self.machine.transition_to_run(self.flow.mode);
     }
 
@@ -246,7 +247,7 @@ impl App<'_> {
         self.flow.now_us = now;
         let mut obeyed = false;
         let mut next = self.start_of_pending();
-        while let Some(event) = self.framer.next_event() {
+        while let Some(mut event) = self.framer.next_event() {
             let bytes = event.bytes().len();
             let out = &mut Behind::of(out, next, bytes);
             next = next.wrapping_add(bytes as u32);
@@ -255,14 +256,13 @@ impl App<'_> {
             }
             if event.kind() != Kind::Frame {
                 between(&event, format, out, &mut self.flow, &mut self.reverse);
-            } else if let Some(frame) = event.frame() {
-                let plan = self.flow.plan(format, &frame);
-                self.flow.frame(frame, out);
-                if let Some(plan) = plan {
-                    self.flow.offer(&plan, next, out);
-                }
-                self.flow.flag(fault::UNKNOWN_FORMAT, false);
+                continue;
             }
+            match event.usual() {
+                Some(frame) if !self.flow.cuts() => self.flow.usual(frame, out),
+                _ => frame(event, next, out, &mut self.flow),
+            }
+            self.flow.flag(fault::UNKNOWN_FORMAT, false);
         }
         if obeyed {
             return self.obeyed(out);
@@ -322,6 +322,18 @@ fn obeys(service: &mut Service, event: &Event<ImuFormat>) -> bool {
     // a byte that is no character stands for a frame
     let mut heard = text.copied().chain(is_frame.then_some(0));
     heard.any(|byte| service.obeyed(byte))
+}
+
+/// A frame, before this place of the stream.
+#[inline(never)]
+fn frame(event: Event<ImuFormat>, next: u32, out: &mut Behind<impl Line>, flow: &mut Flow) {
+    if let Some(frame) = event.frame() {
+        if flow.cuts() {
+            flow.frame_and_plan(frame, next, out);
+        } else {
+            flow.frame(frame, out);
+        }
+    }
 }
 
 /// Bytes that are no frame. They pass in their place.

@@ -6,22 +6,33 @@
 
 use super::{Correction, Flow};
 use crate::link::Line;
-use crate::link::cut::{Plan, Word};
+use crate::link::cut::{Behind, Plan, Word};
 use crate::sample::Axes;
 use crate::wire::cut::{in_order, owed_in_order};
-use crate::wire::{Checked, ImuFormat};
+use crate::wire::{Checked, ImuFormat, Source};
 
 impl Flow<'_> {
-    /// How frames like this one, which has just come, are cut; `None`: the next one is not.
+    /// Whether frames are to be cut.
     #[inline(always)]
-    pub fn plan(&self, format: ImuFormat, frame: &Checked) -> Option<Plan> {
-        if !self.config.lines().cut_through {
-            return None;
-        }
-        self.planned(format, frame)
+    pub fn cuts(&self) -> bool {
+        self.config.lines().cut_through
     }
 
+    /// [`Flow::frame`], and a plan for those that follow from this place of the stream on, if they
+    /// are to be cut.
     #[inline(never)]
+    pub fn frame_and_plan(&mut self, frame: Checked, next: u32, out: &mut Behind<impl Line>) {
+        let plan = match frame.source() {
+            Source::Stream(format) => self.planned(format, &frame),
+            Source::Burst(_) | Source::FramedBurst(_) => None,
+        };
+        self.frame(frame, out);
+        if let Some(plan) = plan {
+            self.offer(&plan, next, out);
+        }
+    }
+
+    /// How frames like this one, which has just come, are cut; `None`: the next one is not.
     fn planned(&self, format: ImuFormat, frame: &Checked) -> Option<Plan> {
         let good = frame
             .read()
@@ -33,8 +44,7 @@ impl Flow<'_> {
     }
 
     /// Offers the plan of the frames from this place of the stream on, with what is now in force.
-    #[inline(never)]
-    pub fn offer(&mut self, plan: &Plan, next: u32, out: &mut impl Line) {
+    fn offer(&mut self, plan: &Plan, next: u32, out: &mut impl Line) {
         let floats = plan.word == Word::F32;
         let outlet = self.channels.current();
         let mut correction = self.correction.get_mut();

@@ -45,6 +45,11 @@ impl<T> Guarded<T> {
         &mut self.value
     }
 
+    /// The value's place while there is none, to be made before it counts.
+    pub fn place(&mut self) -> Option<&mut T> {
+        self.is_none().then_some(&mut self.value)
+    }
+
     /// From now on there is nothing.
     #[inline(always)]
     pub fn clear(&mut self) {

@@ -3,9 +3,10 @@
 
 use super::channels::Kind;
 use super::{Correction, Flow, Told};
+use crate::app::config::Config;
 use crate::app::phase::FAILURES;
 use crate::app::setup::{lsb, renew};
-use crate::compensator::State;
+use crate::compensator::{Limit, State};
 use crate::control::{Alignment, Mode};
 use crate::model::Nets;
 use crate::sample::Axes;
@@ -110,6 +111,26 @@ impl Flow<'_> {
         self.mode == Mode::Bypass || self.observes_only()
     }
 
+    /// Makes what the first frame of this source will ask for, as far as it is known before: a
+    /// frame waits for nothing that can be made beforehand. It comes into use if the frame is of
+    /// the stream and at the slew limit that it was made for.
+    #[inline(never)]
+    pub fn prepare(&mut self, source: Source) {
+        self.prepared = None;
+        if self.mode == Mode::Bypass || self.awaits(source) {
+            return;
+        }
+        let slew = self.slow().then_some(self.config.slew);
+        // what a frame contains seldom matters
+        let Some(stream) = source.stream(&self.config.sensor, 0) else {
+            return;
+        };
+        if let Some(correction) = self.correction.place() {
+            let made = correction.renew(&stream, (&self.config, self.nets_sum), slew);
+            self.prepared = made.map(|()| (stream, slew));
+        }
+    }
+
     /// A new correction for samples of this stream, or none. By itself, so that what it needs on
     /// the stack is gone before the learner begins.
     ///
@@ -125,11 +146,16 @@ impl Flow<'_> {
         let Some(stream) = stream else {
             return self.correction.clear();
         };
-        let Correction { compensator, state } = self.correction.put();
-        state.clear();
-        if renew(compensator, &stream, (&self.config, self.nets_sum), slew).is_none() {
+        let prepared = self.prepared.take() == Some((stream, slew)) && self.correction.is_none();
+        let correction = self.correction.put();
+        if !prepared
+            && correction
+                .renew(&stream, (&self.config, self.nets_sum), slew)
+                .is_none()
+        {
             return self.correction.clear();
         }
+        let Correction { compensator, state } = correction;
         let held = slew.is_some() && !fresh;
         state.off = off;
         match in_force {
@@ -159,6 +185,7 @@ impl Flow<'_> {
             self.blackbox.part();
             self.channels.clear();
             self.flag(fault::UNITS, false); // the next frame shows it
+            self.prepare(Source::Stream(ImuFormat::Stim300));
         }
     }
 
@@ -307,5 +334,14 @@ impl Flow<'_> {
             correction.state.mended = 0;
             correction.state.clipped = 0;
         }
+    }
+}
+
+impl Correction {
+    /// As before the first sample of this stream, by networks with this check. `None`: its samples
+    /// cannot be corrected.
+    fn renew(&mut self, stream: &Stream, nets: (&Config, u32), slew: Option<Limit>) -> Option<()> {
+        self.state.clear();
+        renew(&mut self.compensator, stream, nets, slew)
     }
 }

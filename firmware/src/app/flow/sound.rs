@@ -15,6 +15,7 @@ impl Flow<'_> {
     pub(super) fn take_nets(&mut self, nets: Nets) {
         self.nets_sum = of_nets(&nets);
         self.config.nets = nets;
+        self.prepared = None;
     }
 
     /// Looks at the networks. If they have changed, the compensator's copy takes their place while

@@ -2,7 +2,7 @@
 
 use super::config::{self, Config};
 use super::words::{change_words, read};
-use super::{Cluster, Contents, Extra, Frame, Repr, Temperatures, scan, seal, status};
+use super::{Cluster, Contents, Extra, Frame, Repr, Temperatures, scan, seal, status, usual};
 use crate::sample::{Axes, RawSample};
 use crate::units::{DEGREE, G};
 use crate::wire::protocol::{Change, Fields, ImuProtocol, Simulated};
@@ -45,6 +45,11 @@ impl ImuProtocol for Protocol {
     #[inline(always)]
     fn scan(bytes: &[u8]) -> Scan {
         scan(bytes)
+    }
+
+    #[inline(always)]
+    fn usual(bytes: &[u8]) -> Option<usize> {
+        usual(bytes)
     }
 
     /// Whether there are accelerometers: bit 0 of the identifier. Nothing else in it changes how
