@@ -1,0 +1,2 @@
+def break_model(name):
+    pass
