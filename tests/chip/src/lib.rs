@@ -126,7 +126,10 @@ pub const PATTERN: [u8; 24] = *b"a driver that is trusted";
 /// The words at the begin of the sector, as the core reads them.
 pub fn tell_sector() {
     for n in 0..6 {
-        tell(Told::Word, registers::read(0x0800_0000 + SECTOR as usize + 4 * n));
+        tell(
+            Told::Word,
+            registers::read(0x0800_0000 + SECTOR as usize + 4 * n),
+        );
     }
 }
 

@@ -517,6 +517,10 @@ def ask(chip, text):
 
 def main():
     asked = json.load(sys.stdin)
+    if asked.get("break"):
+        import stm32broken
+
+        stm32broken.break_model(asked["break"])
     adis = asked.get("adis")
     chip = Chip(asked["image"], adis)  # 12 MHz, as the image is built for
     lines = chip.uarts
@@ -562,4 +566,6 @@ def main():
 
 
 if __name__ == "__main__":
-    main()
+    import stm32f405  # under the name that its mutants know
+
+    stm32f405.main()

@@ -308,6 +308,7 @@ class Flash:
     BEGINS = [0x4000 * n for n in range(4)] + [0x1_0000] + [0x2_0000 * n for n in range(1, 9)]
     LEAST = [1.7, 2.1, 2.7, 2.7]  # volts for bytes, half-words, words; double words want another supply
     ERASE = {0x4000: [0.4, 0.3, 0.25], 0x1_0000: [1.2, 0.7, 0.55], 0x2_0000: [2.0, 1.3, 1.0]}  # seconds
+    BLANK = b"\xff"
     EOP, WRPERR, PGAERR, PGPERR, PGSERR = 1, 1 << 4, 1 << 5, 1 << 6, 1 << 7
 
     def __init__(self, chip, brown_out):
@@ -354,7 +355,8 @@ class Flash:
             raise Forbidden(f"erase of sector {sector}, where the program is: FLASH_CR {value:#x}")
         self.erased.append(sector)
         self.sr |= self.EOP * (value >> 24 & 1)
-        self.chip.cpu.mem_write(0x0800_0000 + begin, b"\xff" * (end - begin))
+        if self.BLANK:
+            self.chip.cpu.mem_write(0x0800_0000 + begin, self.BLANK * (end - begin))
         self.chip.stall(int(self.ERASE[end - begin][{1: 0, 2: 1}.get(width, 2)] * CORE))
 
     def programmed(self, address, size, value):

@@ -15,7 +15,15 @@ pub fn echo(chip: Peripherals) {
     config.baudrate = 921_600;
     let (into, out) = (chip.PA10, chip.PA9);
     let streams = (chip.DMA2_CH7, chip.DMA2_CH2);
-    let line = Uart::new(chip.USART1, into, out, streams.0, streams.1, Interrupts, config);
+    let line = Uart::new(
+        chip.USART1,
+        into,
+        out,
+        streams.0,
+        streams.1,
+        Interrupts,
+        config,
+    );
     let buffers = (
         singleton!(: [u8; 128] = [0; 128]),
         singleton!(: [u8; BYTES] = [0; BYTES]),

@@ -132,7 +132,9 @@ fn spi(chip: Peripherals) {
     (config.mode, config.frequency) = (spi::MODE_3, Hertz::mhz(1));
     let (clock, out, into) = (chip.PA5, chip.PA7, chip.PA6);
     let streams = (chip.DMA2_CH3, chip.DMA2_CH0);
-    let mut spi = Spi::new(chip.SPI1, clock, out, into, streams.0, streams.1, Interrupts, config);
+    let mut spi = Spi::new(
+        chip.SPI1, clock, out, into, streams.0, streams.1, Interrupts, config,
+    );
     for n in 0..3 {
         let mut word = [0x72, 0];
         select.set_low();
@@ -159,7 +161,10 @@ fn flash(chip: Peripherals) {
     let mut flash = Flash::new_blocking(chip.FLASH);
     tell(Told::Word, FLASH_SIZE as u32);
     tell(Told::Mark, 0);
-    tell(Told::Error, number(flash.blocking_erase(SECTOR, SECTOR + 0x2_0000)));
+    tell(
+        Told::Error,
+        number(flash.blocking_erase(SECTOR, SECTOR + 0x2_0000)),
+    );
     tell(Told::Mark, 1);
     tell_sector();
     let end = flash.blocking_write(SECTOR, &PATTERN);
@@ -167,9 +172,15 @@ fn flash(chip: Peripherals) {
     tell(Told::Error, number(end));
     tell_sector();
     registers::wrong_write(0x0800_0000 + SECTOR + 256);
-    tell(Told::Error, number(flash.blocking_write(SECTOR + 64, &PATTERN)));
+    tell(
+        Told::Error,
+        number(flash.blocking_write(SECTOR + 64, &PATTERN)),
+    );
     registers::forgive();
-    tell(Told::Error, number(flash.blocking_write(SECTOR + 128, &PATTERN)));
+    tell(
+        Told::Error,
+        number(flash.blocking_write(SECTOR + 128, &PATTERN)),
+    );
 }
 
 fn watchdog(watchdog: Peri<'static, peripherals::IWDG>, timer: &mut SYST) {

@@ -3,13 +3,13 @@
 use chip::{BYTES, LAST, Told, tell};
 use cortex_m::singleton;
 use stm32f4xx_hal::dma::config::DmaConfig;
-use stm32f4xx_hal::{ReadFlags, block};
 use stm32f4xx_hal::dma::{DMAError, StreamsTuple, Transfer};
 use stm32f4xx_hal::pac;
 use stm32f4xx_hal::prelude::*;
 use stm32f4xx_hal::rcc::Config;
-use stm32f4xx_hal::serial::config::{self, DmaConfig as Dma};
 use stm32f4xx_hal::serial::Serial;
+use stm32f4xx_hal::serial::config::{self, DmaConfig as Dma};
+use stm32f4xx_hal::{ReadFlags, block};
 
 /// Bytes of each of the two buffers.
 pub const HALF: usize = 64;
@@ -18,7 +18,9 @@ pub const HALF: usize = 64;
 pub fn echo(chip: pac::Peripherals) {
     let mut rcc = chip.RCC.freeze(Config::hse(12.MHz()).sysclk(168.MHz()));
     let port = chip.GPIOA.split(&mut rcc);
-    let set = config::Config::default().baudrate(921_600.bps()).dma(Dma::TxRx);
+    let set = config::Config::default()
+        .baudrate(921_600.bps())
+        .dma(Dma::TxRx);
     let Ok(line) = Serial::new(chip.USART1, (port.pa9, port.pa10), set, &mut rcc) else {
         return;
     };
@@ -65,7 +67,11 @@ pub fn echo(chip: pac::Peripherals) {
     tell(Told::Idle, idle);
     // the buffers are filled in turn, and the last one is not full
     let (_, _, first, second) = coming.release();
-    if let Some(rest) = if count / HALF % 2 == 0 { Some(first) } else { second } {
+    if let Some(rest) = if count / HALF % 2 == 0 {
+        Some(first)
+    } else {
+        second
+    } {
         sent[count..].copy_from_slice(&rest[..BYTES - count]);
     }
     let mut going = Transfer::init_memory_to_peripheral(streams.7, out, sent, None, each);

@@ -69,7 +69,9 @@ fn spi(chip: pac::Peripherals) {
     for _ in 0..3 {
         let mut word = [0x72, 0];
         select.set_low();
-        let end = spi.transfer_in_place(&mut word).and_then(|()| SpiBus::flush(&mut spi));
+        let end = spi
+            .transfer_in_place(&mut word)
+            .and_then(|()| SpiBus::flush(&mut spi));
         select.set_high();
         tell(Told::Error, u32::from(end.is_err()));
         tell(Told::Word, u32::from(u16::from_be_bytes(word)));
@@ -86,7 +88,9 @@ fn flash(mut flash: pac::FLASH) {
         Err(_) => 9,
     };
     tell(Told::Word, flash.len() as u32);
-    let sector = flash.sector(SECTOR as usize).map_or(0, |sector| sector.number);
+    let sector = flash
+        .sector(SECTOR as usize)
+        .map_or(0, |sector| sector.number);
     tell(Told::Mark, 0);
     tell(Told::Error, number(flash.unlocked().erase(sector)));
     tell(Told::Mark, 1);
@@ -97,9 +101,15 @@ fn flash(mut flash: pac::FLASH) {
     tell_sector();
     let mut open = flash.unlocked();
     registers::wrong_write(0x0800_0000 + SECTOR + 256);
-    tell(Told::Error, number(open.program(SECTOR as usize + 64, PATTERN.iter())));
+    tell(
+        Told::Error,
+        number(open.program(SECTOR as usize + 64, PATTERN.iter())),
+    );
     registers::forgive();
-    tell(Told::Error, number(open.program(SECTOR as usize + 128, PATTERN.iter())));
+    tell(
+        Told::Error,
+        number(open.program(SECTOR as usize + 128, PATTERN.iter())),
+    );
 }
 
 fn watchdog(watchdog: pac::IWDG, timer: &mut pac::SYST) {
@@ -129,7 +139,10 @@ fn calendar(mut chip: pac::Peripherals, timer: &mut pac::SYST) {
         tell(Told::Mark, 0);
         let now = clock.get_datetime();
         let (hour, minute, second) = now.time().as_hms();
-        tell(Told::Seconds, (u32::from(hour) * 60 + u32::from(minute)) * 60 + u32::from(second));
+        tell(
+            Told::Seconds,
+            (u32::from(hour) * 60 + u32::from(minute)) * 60 + u32::from(second),
+        );
         let date = now.year() as u32 * 10_000 + u32::from(u8::from(now.month())) * 100;
         tell(Told::Date, date + u32::from(now.day()));
         tell(Told::Micros, now.time().microsecond());

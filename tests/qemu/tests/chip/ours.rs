@@ -1,0 +1,111 @@
+//! Our board's image in the same model, whole or broken: the parts of it that use what is broken.
+
+use std::path::Path;
+
+use anyhow::{Result, bail, ensure};
+use firmware::wire::command::{MAX_PACKET, Request, Response, cause, decode, encode};
+use qemu::judges::ask;
+use serde_json::{Value, json};
+
+use crate::programs::hex;
+
+fn packet(request: &Request) -> String {
+    let mut buffer = [0; MAX_PACKET];
+    hex(encode(1, request, &mut buffer).expect("a packet"))
+}
+
+/// Runs our board's image in a model, and returns the rest of the line that begins with each name.
+fn ours(
+    (python, image): (&Path, &Path),
+    (script, broken): (&str, Option<&str>),
+    mut asked: Value,
+    names: &[&str],
+) -> Result<Vec<String>> {
+    asked["image"] = json!(image);
+    asked["break"] = json!(broken);
+    let output = ask(python, script, asked.to_string().as_bytes())?;
+    let line = |name: &&str| {
+        let found = output.iter().find_map(|line| line.strip_prefix(*name));
+        found.unwrap_or_default().trim().to_owned()
+    };
+    Ok(names.iter().map(line).collect())
+}
+
+/// A part of our board's image that uses what a mutant breaks.
+#[derive(Clone, Copy, Debug)]
+pub enum Part {
+    /// Sensor's bytes to the navigation computer and time, as in `faults.rs`.
+    Stream,
+    /// An ADIS at the SPI.
+    Adis,
+    /// A record in a store that holds what is no record.
+    Store,
+    /// No record at 2.65 V.
+    Supply,
+    /// The window watchdog, when the clock of the loop runs away.
+    Window,
+}
+
+/// Whether our image does what it must.
+pub fn check_ours(tools: (&Path, &Path), broken: Option<&str>, part: Part) -> Result<()> {
+    let faults = ("stm32faults.py", broken);
+    match part {
+        Part::Stream => {
+            let asked = json!({"ms": 60, "ask": [[50, packet(&Request::GetReset)]]});
+            let names = [
+                "start ",
+                "clock ",
+                "command ",
+                "line sensor ",
+                "line navigation ",
+            ];
+            let told = ours(tools, faults, asked, &names)?;
+            ensure!(told[0].contains("True 616"), "passed: {}", told[0]);
+            ensure!(told[1] == "168000000", "{} Hz", told[1]);
+            ensure!(
+                told[3..].iter().all(|line| line.ends_with(" 0 0")),
+                "{told:?}"
+            );
+            let mut bytes: Vec<u8> = (0..told[2].len() / 2)
+                .map(|n| u8::from_str_radix(&told[2][2 * n..2 * n + 2], 16))
+                .collect::<Result<_, _>>()?;
+            bytes.retain(|byte| *byte != 0);
+            let Ok((_, Response::Reset(reset))) = decode::<Response>(&mut bytes) else {
+                bail!("no answer: {}", told[2]);
+            };
+            ensure!(reset.causes & cause::POWER_ON != 0, "{reset:?}");
+            ensure!(
+                (45..=50).contains(&reset.uptime_ms),
+                "{} ms",
+                reset.uptime_ms
+            );
+        }
+        Part::Adis => {
+            let frame = |counter| firmware::wire::adis::Burst {
+                gyro: [i32::from(counter), -70_000, 3],
+                counter,
+                ..Default::default()
+            };
+            let frames: Vec<_> = (0..10).map(|n| hex(&frame(n).emit32())).collect();
+            let adis = json!({"product": 16507, "range": 3, "hz": 1_000_000});
+            let asked = json!({"command": [], "sensor": frames, "period": 168_000, "adis": adis});
+            let told = ours(tools, ("stm32f405.py", broken), asked, &["navigation "])?;
+            ensure!(told[0] == frames.concat(), "{}", told[0]);
+        }
+        Part::Store | Part::Supply => {
+            let low = matches!(part, Part::Supply);
+            let chip = json!({"volts": if low { 2.65 } else { 3.3 }, "brown_out": 0});
+            let no_record = [[0x080C_0000, 0x080E_0000].map(|at| json!([at, "00".repeat(64)]))];
+            let asked = json!({"ms": 1400, "chip": chip, "quiet": [50, 1400],
+                "flash": no_record[0], "ask": [[100, packet(&Request::StoreImage)]]});
+            let told = ours(tools, faults, asked, &["writes ", "start "])?;
+            ensure!((told[0] == "0") == low, "{} writes", told[0]);
+        }
+        Part::Window => {
+            let asked = json!({"ms": 120, "faults": [[60, "tim2", 4.0]]});
+            let told = ours(tools, faults, asked, &["why "])?;
+            ensure!(told[0].contains("fed too early"), "{}", told[0]);
+        }
+    }
+    Ok(())
+}
