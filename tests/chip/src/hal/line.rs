@@ -67,7 +67,7 @@ pub fn echo(chip: pac::Peripherals) {
     tell(Told::Idle, idle);
     // the buffers are filled in turn, and the last one is not full
     let (_, _, first, second) = coming.release();
-    if let Some(rest) = if count / HALF % 2 == 0 {
+    if let Some(rest) = if (count / HALF).is_multiple_of(2) {
         Some(first)
     } else {
         second
