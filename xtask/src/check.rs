@@ -7,6 +7,7 @@ use std::process::ExitCode;
 use std::thread;
 
 use anyhow::{Context, Result};
+use qemu::chip::Driver;
 use qemu::images::{PROFILE, REQUIRE, TARGET, target_directory, without_paths, workspace};
 
 use crate::stage::{Stages, cargo_with, succeed};
@@ -27,6 +28,9 @@ pub fn test(fast: bool) -> Result<ExitCode> {
     let stages = Stages::new(if fast { 6 } else { 13 });
     stages.run("format, length of comments", || {
         succeed(&mut cargo_with("fmt --all --check"))?;
+        succeed(&mut cargo_with(
+            "fmt --check --manifest-path tests/chip/Cargo.toml",
+        ))?;
         comments::check()
     })?;
     if !fast {
@@ -104,7 +108,10 @@ fn target_builds() -> Result<()> {
             .arg(&directory);
         without_paths(&mut build, &workspace());
         succeed(&mut build)
-    })
+    })?;
+    Driver::ALL
+        .into_iter()
+        .try_for_each(|driver| driver.build().map(drop))
 }
 
 fn documentation() -> Result<()> {

@@ -75,11 +75,23 @@ pub fn supply() -> Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
+/// The workspaces, each with a `deny.toml`: ours, and the one of the programs for the chip model.
+const WORKSPACES: [&str; 2] = [".", "tests/chip"];
+
 /// Licences, sources and duplicates.
 pub fn check() -> Result<()> {
-    let text = fs::read_to_string(workspace().join("deny.toml")).context("deny.toml")?;
+    WORKSPACES.into_iter().try_for_each(check_one)
+}
+
+fn check_one(folder: &str) -> Result<()> {
+    let file = workspace().join(folder).join("deny.toml");
+    let text = fs::read_to_string(file).context("deny.toml")?;
     let deny: Deny = toml::from_str(&text).context("deny.toml")?;
-    let output = cargo_with("metadata --format-version 1 --locked --all-features").output()?;
+    let mut metadata = cargo_with("metadata --format-version 1 --locked --all-features");
+    let output = metadata
+        .current_dir(workspace().join(folder))
+        .output()
+        .context("cannot start cargo")?;
     ensure!(
         output.status.success(),
         "cargo metadata: {}",
@@ -88,9 +100,15 @@ pub fn check() -> Result<()> {
     let packages = packages(&serde_json::from_slice(&output.stdout)?)?;
     let wrong = faults(&deny, &packages);
     if !wrong.is_empty() {
-        bail!("dependencies (deny.toml):\n  {}", wrong.join("\n  "));
+        bail!(
+            "dependencies ({folder}/deny.toml):\n  {}",
+            wrong.join("\n  ")
+        );
     }
-    println!("{} packages: licences, sources, duplicates", packages.len());
+    println!(
+        "{folder}: {} packages: licences, sources, duplicates",
+        packages.len()
+    );
     Ok(())
 }
 

@@ -19,12 +19,15 @@ import sys
 from unicorn import UC_ARCH_ARM, UC_HOOK_CODE, UC_HOOK_INTR, UC_HOOK_MEM_WRITE, UC_MODE_MCLASS, UC_MODE_THUMB, Uc, UcError
 from unicorn import arm_const as arm
 
+from stm32dma import DMA, SRAM, Registers, Stream
+from stm32more import Backup, Bits, Core, Exti, Rtc, clocked, held, wired
 from stm32parts import CORE, POWER_ON, PIN, BROWN_OUT, Flash, Forbidden, Iwdg, Power, Rcc, Rng, Tim2, Tim11, Wwdg
+from stm32spi import Spi
 
 SLICE = 100  # most instructions between two looks at the world: a byte takes 1823
 FINE = 16  # the same in an interrupt, and while one waits that is masked
 ENTRY, EXIT = 12, 10  # cycles for the registers that an exception saves (Cortex-M4 TRM, 3.9.1; ARM DDI 0439)
-FLASH, SRAM, CCM = (0x0800_0000, 0x10_0000), (0x2000_0000, 0x2_0000), (0x1000_0000, 0x1_0000)
+FLASH, CCM, SYSTEM = (0x0800_0000, 0x10_0000), (0x1000_0000, 0x1_0000), (0x1FFF_0000, 0x8000)
 GARBAGE = 0xA5  # what core-coupled memory holds at start
 
 # base, bus, interrupt, (controller, stream) in and out: RM0090 tables 42 and 43, channel 4
@@ -34,67 +37,7 @@ UARTS = {
     "gnss": (0x4000_4800, "apb1", 39, (1, 1), (1, 3)),
     "command": (0x4000_4C00, "apb1", 52, (1, 2), (1, 4)),
 }
-DMA = {1: 0x4002_6000, 2: 0x4002_6400}
-DMA_INTERRUPT = {1: [11, 12, 13, 14, 15, 16, 17, 47], 2: [56, 57, 58, 59, 60, 68, 69, 70]}
-SHIFT = [0, 6, 16, 22]
-TCIF, FLAGS = 1 << 5, 0x3D
 RXNE, IDLE, ORE, FE, TXE, TC = 1 << 5, 1 << 4, 1 << 3, 1 << 1, 1 << 7, 1 << 6
-
-
-class Stream:
-    def __init__(self, controller, number):
-        self.controller, self.number = controller, number
-        self.cr = self.ndtr = self.par = self.m0ar = self.at = self.flags = 0
-        self.interrupt = DMA_INTERRUPT[controller][number]
-
-    def name(self):
-        return f"DMA{self.controller} stream {self.number}"
-
-    def write(self, offset, value):
-        if offset == 0x00:
-            was = self.cr
-            if was & 1 and (value ^ was) & ~0x1F:  # EN and interrupts may change
-                raise Forbidden(f"{self.name()} configured while it is enabled (10.5.5)")
-            self.cr = value
-            if value & 1 and not was & 1:
-                if self.flags:
-                    raise Forbidden(f"{self.name()} enabled with flags {self.flags:#x} (10.3.17)")
-                if not (self.ndtr and SRAM[0] <= self.m0ar and self.m0ar + self.ndtr <= SRAM[0] + SRAM[1]):
-                    raise Forbidden(f"{self.name()}: {self.ndtr} bytes at {self.m0ar:#x}")
-                self.at = self.m0ar
-            if was & 1 and not value & 1:
-                self.flags |= TCIF  # 10.3.12: flushed
-            return
-        if self.cr & 1:
-            raise Forbidden(f"{self.name()} written at {offset:#x} while it is enabled")
-        if offset == 0x04:
-            self.ndtr = value & 0xFFFF
-        elif offset == 0x08:
-            self.par = value
-        elif offset == 0x0C:
-            self.m0ar = value
-
-    def read(self, offset):
-        return {0x00: self.cr, 0x04: self.ndtr, 0x08: self.par, 0x0C: self.m0ar, 0x14: 0x21}.get(offset, 0)
-
-    def serves(self, data, outwards):
-        """Whether a request of this UART reaches the stream, enabled, channel and direction as they must be."""
-        if not self.cr & 1:
-            return False
-        good = self.cr >> 25 & 7 == 4 and self.cr >> 6 & 3 == int(outwards) and self.par == data
-        if not good or self.cr >> 11 & 0xF or not self.cr >> 10 & 1:
-            raise Forbidden(f"{self.name()} is not set up for this line: {self.cr:#x}, {self.par:#x}")
-        return True
-
-    def moved(self):
-        place, self.at, self.ndtr = self.at, self.at + 1, self.ndtr - 1
-        if self.ndtr == 0:
-            self.cr &= ~1
-            self.flags |= TCIF
-        return place
-
-    def level(self):
-        return bool(self.flags & TCIF and self.cr >> 4 & 1)
 
 
 class Uart:
@@ -142,16 +85,20 @@ class Uart:
             return self.sr
         if offset == 0x04:
             self.sr &= ~(RXNE | (self.seen & (ORE | IDLE | FE)))
+            self.seen &= ~(ORE | IDLE | FE)
             return self.data
         return {0x08: self.brr, 0x0C: self.cr1, 0x10: self.cr2, 0x14: self.cr3}.get(offset, 0)
 
     def write(self, offset, value):
         if offset == 0x04:
             self.waiting, self.since = value & 0xFF, self.chip.cycles
-            self.sr &= ~(TXE | TC)
+            self.sr &= ~(TXE | self.seen & TC)  # TC: SR read, then DR written; not by DMA (30.6.1)
+            self.seen &= ~TC
+        elif offset == 0x00:
+            self.sr &= value | ~(RXNE | TC)
         elif offset in (0x08, 0x10):
-            if self.cr1 >> 13 & 1:
-                raise Forbidden(f"{self.name}: bit rate or stop bits changed while it is on")
+            if self.cr1 >> 13 & 1 and self.shifting is not None:
+                raise Forbidden(f"{self.name}: bit rate or stop bits changed within a byte (30.3.4)")
             setattr(self, {0x08: "brr", 0x10: "cr2"}[offset], value)
         elif offset == 0x0C:
             if value >> 13 & 1 and self.divider() < (8 if value >> 15 & 1 else 16) and value >> 15 & 1 == self.cr1 >> 15 & 1:
@@ -166,7 +113,7 @@ class Uart:
 
     def level(self):
         error = self.sr & (ORE | FE) and (self.cr3 & 1 and self.cr3 >> 6 & 1 or self.cr1 >> 5 & 1)
-        return bool(error or self.sr & self.cr1 & (RXNE | IDLE) or self.sr & TXE and self.cr1 >> 7 & 1)
+        return bool(error or self.sr & self.cr1 & (RXNE | IDLE | TC | TXE))  # each enable has its flag's place
 
     def next_event(self):
         events = [self.arrivals[0][0]] if self.arrivals else []
@@ -179,7 +126,7 @@ class Uart:
     def step(self, now):
         while self.arrivals and self.arrivals[0][0] <= now:
             at, byte = self.arrivals.popleft()
-            if self.cr1 >> 2 & 1 and self.cr1 >> 13 & 1:
+            if self.cr1 >> 2 & 1 and self.cr1 >> 13 & 1 and wired(self.chip, self.name, True):
                 if self.sr & RXNE:
                     self.sr |= ORE
                 else:
@@ -189,13 +136,17 @@ class Uart:
                 self.idle_at = at + self.byte_cycles()
             self.request()
         if self.idle_at is not None and self.idle_at <= now:
-            self.sr, self.idle_at = self.sr | IDLE, None
+            # a start bit has come within the frame of ones: the line is not idle (30.3.3)
+            begun = self.arrivals and self.arrivals[0][0] - self.byte_cycles() * 1.03 < self.idle_at
+            self.sr, self.idle_at = self.sr if begun else self.sr | IDLE, None
         self.request()
         if self.shifting is not None and self.sends_until <= now:
-            self.sent.append(self.shifting if self.agrees(1) else self.shifting ^ 0x5A)
-            self.chip.byte_left(self)
+            if wired(self.chip, self.name, False):
+                self.sent.append(self.shifting if self.agrees(1) else self.shifting ^ 0x5A)
+                self.chip.byte_left(self)
             self.shifting = None
-        if self.shifting is None and self.waiting is not None and not self.stuck:
+            self.sr |= TC if self.waiting is None else 0
+        if self.shifting is None and self.waiting is not None and not self.stuck and self.cr1 >> 3 & 1:
             self.shifting, self.waiting = self.waiting, None
             # what waits in DR follows without a pause, however late we look (30.3.2)
             self.began.append(max(self.since, self.sends_until))
@@ -209,73 +160,8 @@ class Uart:
             self.chip.cpu.mem_write(self.stream_in.moved(), bytes([self.data]))
         if self.sr & TXE and self.cr3 >> 7 & 1 and self.stream_out.serves(self.base + 4, True):
             place = self.stream_out.moved()
-            self.write(0x04, self.chip.cpu.mem_read(place, 1)[0])
-
-
-class Spi:
-    """SPI1 and an ADIS16 at its bus: registers of two bytes at their addresses, pages if it has them, stricter about the stall time."""
-
-    STALL = CORE // 1_000_000 * 16
-
-    def __init__(self, chip, adis):
-        self.chip, self.adis = chip, adis
-        self.cr1, self.done, self.came, self.busy = 0, 0, None, False
-        self.selected, self.frame, self.answer, self.free_at = False, [], b"\0\0", 0
-        self.burst, self.page, self.memory = b"", 0, collections.defaultdict(int)
-        if adis:
-            paged = 16480 <= adis["product"] < 16500
-            self.memory.update(self.word(0, 0x7E if paged else 0x72, adis["product"]))
-            self.memory.update(self.word(3 if paged else 0, 0x12 if paged else 0x5E, adis["range"]))
-        self.bursts = 0
-
-    @staticmethod
-    def word(page, address, value):
-        return {(page, address): value & 0xFF, (page, address + 1): value >> 8}
-
-    def status(self):
-        if self.busy and self.chip.cycles >= self.done:
-            self.busy, self.came = False, self.exchanged
-        return 0 if self.busy else 2 | (self.came is not None), self.busy << 7
-
-    def write(self, byte):
-        if self.cr1 & 0x347 != 0x347:
-            raise Forbidden(f"SPI1 is not enabled as a master in mode 3: {self.cr1:#x}")
-        clock = int(self.chip.rcc.apb2) >> (self.cr1 >> 3 & 7) + 1
-        if self.adis and self.selected and self.frame[:1] in ([0x68], [0x7C]) and clock > self.adis["hz"]:
-            raise Forbidden(f"a burst at {clock} Hz")
-        if self.busy or self.came is not None:
-            raise Forbidden("SPI1: the byte before was not waited for or not taken")
-        self.busy, self.done = True, self.chip.cycles + 8 * CORE // clock
-        self.exchanged = self.reply(byte) if self.adis and self.selected else 0
-
-    def reply(self, byte):
-        self.frame.append(byte)
-        n = len(self.frame) - 1
-        if self.frame[:2] in ([0x68, 0], [0x7C, 0]):
-            return self.burst[n - 2] if 2 <= n < 2 + len(self.burst) else 0
-        return self.answer[n] if n < 2 else 0
-
-    def select(self, low):
-        if low == self.selected:
-            return
-        self.selected = low
-        if self.busy:
-            raise Forbidden("chip select moves within a byte")
-        if low:
-            if self.chip.cycles + 2 * SLICE < self.free_at:
-                raise Forbidden(f"stall time: {self.free_at - self.chip.cycles} cycles too early")
-            self.frame = []
-            return
-        self.free_at = self.chip.cycles + self.STALL
-        if len(self.frame) != 2:
-            self.bursts += self.frame[:1] in ([0x68], [0x7C])
-        elif self.frame[0] & 0x80:
-            address = self.frame[0] & 0x7F
-            if address == 0:
-                self.page = self.frame[1]
-            self.memory[self.page, address] = self.frame[1]
-        else:
-            self.answer = bytes(self.memory[self.page, self.frame[0] + n] for n in (1, 0))
+            self.waiting = self.chip.cpu.mem_read(place, 1)[0]
+            self.sr &= ~TXE
 
 
 class Timer:
@@ -335,6 +221,9 @@ class Chip:
         self.cpu.mem_write(CCM[0], bytes([GARBAGE]) * CCM[1])
         self.cpu.mmio_map(0x4000_0000, 0x8_0000, self.bus_read, None, self.bus_write, None)
         self.cpu.mmio_map(0x5006_0000, 0x1000, lambda _, offset, *__: self.rng.read(offset - 0x800), None, lambda _, offset, __, value, ___: self.rng.write(offset - 0x800, value), None)
+        self.cpu.mem_map(*SYSTEM)
+        self.cpu.mem_write(SYSTEM[0] + 0x7A10, b"ECHIP MODEL " + b"\xff" * 6 + struct.pack("<H", FLASH[1] >> 10))  # 39.1, 39.2
+        self.bits = Bits(self)
         self.cpu.mmio_map(0xE000_0000, 0x10_0000, self.core_read, None, self.core_write, None)
         self.cpu.hook_add(UC_HOOK_INTR, self.exception)
         self.served = collections.Counter()
@@ -347,30 +236,56 @@ class Chip:
         """The peripherals as after a reset; the lines' other ends stay."""
         crystal, internal, locks = self.world
         self.registers = {}
+        self.backup = getattr(self, "backup", None) or Backup()
         self.rcc = Rcc(self, 0 if self.dead_crystal else crystal, internal, locks, flags)
         self.spi, self.timer = Spi(self, self.adis), Timer(self)
         self.tim2, self.tim11, self.iwdg, self.wwdg = Tim2(self), Tim11(self), Iwdg(self), Wwdg(self)
         self.rng, self.power, self.flash = Rng(self), Power(self, self.volts), Flash(self, self.brown_out)
+        self.exti, self.rtc, self.core = Exti(self), Rtc(self), Core(self)
         self.streams = {(c, n): Stream(c, n) for c in DMA for n in range(8)}
+        self.controllers = {c: Registers(self, c) for c in DMA}
         before, self.uarts = self.uarts, {name: Uart(self, name) for name in UARTS}
         for name, old in before.items():
             new = self.uarts[name]
             new.arrivals, new.sent, new.peer, new.garbled = old.arrivals, old.sent, old.peer, old.garbled
-        self.reload, self.systick_at, self.systick = 0, None, 0
+        self.reload, self.systick_at, self.systick, self.systick_ended = 0, None, 0, False
         self.enabled, self.pending, self.systick_pending = set(), set(), False
         self.active, self.high = set(), set()  # handlers begun and not ended; lines that were high at the last look
         self.priorities, self.running = collections.defaultdict(int), 256
         self.returned = self.asleep = False
-        self.broken, self.data_ready = None, 0
+        self.broken = None
+
+    def reset_peripherals(self, register, bits):
+        for base in held(register, bits):
+            self.reset_peripheral(base)
+
+    def reset_peripheral(self, base):
+        """As it is after power-on; what the other end sends and has received stays."""
+        for controller, at in DMA.items():
+            if at == base:
+                self.streams |= {(controller, n): Stream(controller, n) for n in range(8)}
+                self.controllers[controller] = Registers(self, controller)
+        for name, (at, *_) in UARTS.items():
+            if at == base:
+                self.uarts[name].cr3, self.uarts[name].brr, self.uarts[name].cr2 = 0, 0, 0
+                self.uarts[name].write(0x0C, 0)
+        for uart in self.uarts.values():
+            uart.stream_in, uart.stream_out = (self.streams[key] for key in UARTS[uart.name][3:])
+        if base == self.spi.BASE:
+            self.spi.cr1 = self.spi.cr2 = 0
+        for address in [address for address in self.registers if address & ~0x3FF == base]:
+            del self.registers[address]
 
     def load(self, path):
         elf = open(path, "rb").read()
+        self.loaded = []
         start, count = struct.unpack_from("<I", elf, 28)[0], struct.unpack_from("<H", elf, 44)[0]
         for n in range(count):
             kind, offset, _, physical, size, _, flags = struct.unpack_from("<7I", elf, start + 32 * n)
             if kind == 1 and size:
                 code = elf[offset : offset + size]
                 self.cpu.mem_write(physical, code)
+                self.loaded.append((physical - FLASH[0], physical - FLASH[0] + size))
                 hooks = {b"\x30\xbf": self.wfi, b"\xbf\xf3\x6f\x8f": self.isb}
                 for instruction, hook in hooks.items():
                     at = code.find(instruction)
@@ -411,6 +326,9 @@ class Chip:
             (self.tim11, 0x4001_4800),
             (self.iwdg, 0x4000_3000),
             (self.wwdg, 0x4000_2C00),
+            (self.exti, 0x4001_3C00),
+            (self.spi, 0x4001_3000),
+            (self.rtc, 0x4000_2800),
         ):
             if base <= address < base + 0x400:
                 return device, address - base
@@ -418,6 +336,8 @@ class Chip:
             if base + 0x10 <= address < base + 0xD0:
                 number, offset = divmod(address - base - 0x10, 0x18)
                 return self.streams[controller, number], offset
+            if base <= address < base + 0x10:
+                return self.controllers[controller], address - base
         return None, 0
 
     def bus_read(self, _, offset, size, __):
@@ -425,37 +345,19 @@ class Chip:
         device, register = self.at(address)
         if device:
             return device.read(register)
-        value = self.registers.get(address, 0)
-        if address == 0x4001_3000:
-            value = self.spi.cr1
-        if address == 0x4001_3008:
-            value = sum(self.spi.status())
-        if address == 0x4001_300C:
-            value, self.spi.came = self.spi.came or 0, None
-        return value
+        return self.registers.get(address, 0)
 
     def bus_write(self, _, offset, size, value, __):
         try:
             address = 0x4000_0000 + offset
+            clocked(self, address)
             device, register = self.at(address)
             if device:
                 device.write(register, value)
                 return self.settle()
-            for controller, base in DMA.items():
-                if address in (base + 8, base + 12):
-                    for n in range(4):
-                        stream = self.streams[controller, n + (address - base - 8)]
-                        stream.flags &= ~(value >> SHIFT[n] & FLAGS)
-                    return
             self.registers[address] = value
-            if address == 0x4001_3000:
-                self.spi.cr1 = value
-            if address == 0x4001_300C:
-                self.spi.write(value & 0xFF)
             if address == 0x4002_0018 and value & (1 << 4 | 1 << 20):  # GPIOA_BSRR
                 self.spi.select(not value >> 4 & 1)
-            if address == 0x4001_3C14:  # EXTI_PR
-                self.registers[address] = self.data_ready = 0
         except Forbidden as what:
             self.broken = str(what)
             self.cpu.emu_stop()
@@ -463,15 +365,19 @@ class Chip:
     def core_read(self, _, offset, size, __):
         if offset == 0xE018:  # SYST_CVR
             return int(max(self.systick_at - self.cycles, 0) / self.rcc.cost) if self.systick_at else 0
-        if offset == 0xE010:
-            return self.systick
+        if offset == 0xE010:  # COUNTFLAG: since it was read last
+            ended, self.systick_ended = self.systick_ended, False
+            return self.systick | ended << 16
         if offset == 0xED04:
             return self.systick_pending << 26
-        return 0
+        return self.core.read(offset) or 0
 
     def core_write(self, _, offset, size, value, __):
+        self.core.write(offset, value)
         if offset == 0xE014:
             self.reload = value
+        elif offset == 0xE018:  # any value clears the count and COUNTFLAG
+            self.systick_at, self.systick_ended = self.systick_at and self.cycles + (self.reload + 1) * self.rcc.cost, False
         elif offset == 0xE010:
             if value & 1 and not self.systick & 1:
                 self.systick_at = self.cycles + (self.reload + 1) * self.rcc.cost
@@ -494,19 +400,19 @@ class Chip:
 
     def settle(self):
         """Requests and interrupt lines after something has changed."""
+        self.spi.look()
+        self.exti.look()
         for uart in self.uarts.values():
             uart.step(self.cycles)
         level = {device.interrupt for device in (*self.uarts.values(), *self.streams.values()) if device.level()}
-        if self.data_ready:
-            level.add(10)
         # while its handler runs, an interrupt becomes pending anew when its line rises, else when the handler has ended (B3.4.1)
         self.pending |= level - (self.active & self.high)
         self.high = level
 
     def rise(self):
         """Data-ready at PC4: EXTI's mask and edge, and the port in SYSCFG_EXTICR2."""
-        lines = self.registers.get(0x4001_3C00, 0) & self.registers.get(0x4001_3C08, 0)
-        self.data_ready = lines >> 4 & (self.registers.get(0x4001_380C, 0) & 0xF == 2)
+        if self.registers.get(0x4001_380C, 0) & 0xF == 2:
+            self.exti.edge(4)
         self.settle()
 
     # Time
@@ -528,7 +434,7 @@ class Chip:
         self.cpu.emu_stop()
 
     def programs(self, _, __, address, size, value, ___):
-        """A word of flash, written by the core."""
+        """A piece of flash, written by the core. The time that it takes comes after the slice, or when FLASH_SR is read."""
         try:
             self.flash.programmed(address, size, value & (1 << 8 * size) - 1)
         except Forbidden as what:
@@ -544,8 +450,10 @@ class Chip:
 
     def advance(self, cycles):
         self.cycles += cycles
+        self.flash.done()
         if self.systick_at and self.systick_at <= self.cycles:
             self.systick_pending |= bool(self.systick & 2)
+            self.systick_ended = True
             while self.systick_at <= self.cycles:  # pending once, however often it ran out
                 self.systick_at += (self.reload + 1) * self.rcc.cost
         self.iwdg.look()
@@ -618,7 +526,7 @@ class Chip:
 
     def next_event(self, until):
         """The cycle of the next one, at the latest this one."""
-        events = [device.next_event() for device in (*self.uarts.values(), self.iwdg, self.wwdg)]
+        events = [device.next_event() for device in (*self.uarts.values(), self.spi, self.iwdg, self.wwdg)]
         return min(event for event in (*events, self.systick_at, until) if event is not None)
 
 
@@ -634,6 +542,10 @@ def ask(chip, text):
 
 def main():
     asked = json.load(sys.stdin)
+    if asked.get("break"):
+        import stm32broken
+
+        stm32broken.break_model(asked["break"])
     adis = asked.get("adis")
     chip = Chip(asked["image"], adis)  # 12 MHz, as the image is built for
     lines = chip.uarts
@@ -647,7 +559,7 @@ def main():
     for n, text in enumerate(asked["sensor"]):
         at = start + asked["period"] * n
         if adis:
-            chip.spi.burst = bytes.fromhex(text)
+            chip.spi.device.burst = bytes.fromhex(text)
             chip.rise()
             chip.run(at + asked["period"])
             continue
@@ -673,10 +585,12 @@ def main():
     for number, count in sorted(chip.served.items()):
         print("interrupts", number, count)
     print("cycles", chip.cycles - start)
-    print("bursts", chip.spi.bursts)
+    print("bursts", chip.spi.device.bursts if adis else 0)
     coupled = chip.cpu.mem_read(*CCM)
     print("coupled", len(coupled.rstrip(bytes([GARBAGE]))), sum(byte != 0 for byte in coupled.rstrip(bytes([GARBAGE]))))
 
 
 if __name__ == "__main__":
-    main()
+    import stm32f405  # under the name that its mutants know
+
+    stm32f405.main()

@@ -3,7 +3,8 @@
 The board's image runs from power-on, through its resets, while a sensor sends bytes without an end. RAM holds garbage at power-on and survives resets.
 
 Standard input, JSON: {"image": path, "ms": how long, "chip": {arguments of Chip}, "baud": {"sensor": bit/s ...} of the other ends, "faults": [[ms, name,
-argument], ...], "ask": [[ms, hex], ...] requests on the command link, "quiet": [from ms, to ms] without sensor bytes, "every ms": time between 28 bytes, 2, "seed": number}.
+argument], ...], "ask": [[ms, hex], ...] requests on the command link, "quiet": [from ms, to ms] without sensor bytes, "every ms": time between 28 bytes, 2, "flash": [[address, hex], ...] what is
+in flash beside the image, "seed": number, "break": a mutant of stm32broken.py}.
 A fault of "every start" comes so many ms after each start.
 
 Standard output: "start MS CAUSES FIRST EXACT BYTES": when, RCC_CSR's flags, ms until the first byte has passed (- if none), whether what has passed until
@@ -37,6 +38,8 @@ class Faulty(Chip):
         super().__init__(asked["image"], **asked.get("chip", {}))
         noise = random.Random(asked.get("seed", 1))
         self.cpu.mem_write(SRAM[0], noise.randbytes(SRAM[1]))
+        for address, text in asked.get("flash", []):
+            self.cpu.mem_write(address, bytes.fromhex(text))
         self.cpu.hook_add(UC_HOOK_MEM_INVALID, self.invalid)
         self.began(POWER_ON | PIN | BROWN_OUT)
 
@@ -228,7 +231,7 @@ def run(chip, until):
             if chip.asleep:
                 chip.pc += 2
                 while not (chip.pending & chip.enabled or chip.systick_pending) and chip.cycles < until:
-                    events = [d.next_event() for d in (*chip.uarts.values(), chip.iwdg, chip.wwdg)] + [chip.systick_at, until]
+                    events = [d.next_event() for d in (*chip.uarts.values(), chip.spi, chip.iwdg, chip.wwdg)] + [chip.systick_at, until]
                     events += [at for at, *_ in chip.faults]
                     chip.advance(max(min(e for e in events if e is not None) - chip.cycles, 1))
                     if chip.cause is not None:
@@ -240,6 +243,10 @@ def run(chip, until):
 
 def main():
     asked = json.load(sys.stdin)
+    if asked.get("break"):
+        import stm32broken
+
+        stm32broken.break_model(asked["break"])
     chip = Faulty(asked)
     baud = {"sensor": 921_600, "navigation": 921_600, "gnss": 115_200, "command": 921_600} | asked.get("baud", {})
     for name, line in chip.uarts.items():

@@ -19,7 +19,7 @@ class Rcc:
     def __init__(self, chip, crystal, internal, locks, flags):
         self.chip, self.crystal, self.internal, self.locks, self.flags = chip, crystal * 1e6, 16e6 * internal, locks, flags
         self.cr, self.pllcfgr, self.cfgr, self.registers, self.on_at = 0x83, 0x2400_3010, 0, {}, 0
-        self.stopped = False
+        self.stopped, self.lsi, self.lsi_at = False, False, 0
         self.derive()
 
     def hse(self):
@@ -28,17 +28,23 @@ class Rcc:
 
     def pll(self):
         source = self.crystal if self.pllcfgr >> 22 & 1 else self.internal
-        alive = self.hse() if self.pllcfgr >> 22 & 1 else True
-        return source / (self.pllcfgr & 63) * (self.pllcfgr >> 6 & 511) / 2 if self.cr >> 24 & 1 and self.locks and alive else 0
+        alive = self.hse() if self.pllcfgr >> 22 & 1 else self.cr & 1
+        return self.oscillates(source) / self.divided_by() if self.cr >> 24 & 1 and self.locks and alive else 0
+
+    def oscillates(self, source):
+        return source / (self.pllcfgr & 63) * (self.pllcfgr >> 6 & 511)
+
+    def divided_by(self):
+        """PLLP (7.3.2)."""
+        return 2 * (self.pllcfgr >> 16 & 3) + 2
 
     def derive(self):
         """Clocks in Hz; what is asked for and not there leaves the core on what it has."""
         switch = self.cfgr & 3
-        self.core = {0: self.internal, 1: self.crystal if self.hse() else 0, 2: self.pll()}.get(switch, 0) or self.internal
-        self.switched = switch if self.core != self.internal or switch == 0 else 0
+        there = {0: self.internal, 1: self.crystal if self.hse() else 0, 2: self.pll()}.get(switch, 0)
+        self.switched = switch if there else 0
         shift = lambda bits: {4: 1, 5: 2, 6: 3, 7: 4}.get(bits, 0)
-        if self.cfgr >> 4 & 15 >= 8:
-            raise Forbidden("the AHB is divided")
+        self.core = (there or self.internal) / {n: 1 << n - (7 if n < 12 else 6) for n in range(8, 16)}.get(self.cfgr >> 4 & 15, 1)
         self.divided = [shift(self.cfgr >> 10 & 7), shift(self.cfgr >> 13 & 7)]
         self.apb1, self.apb2 = (self.core / (1 << shift) for shift in self.divided)
         self.timers1, self.timers2 = (bus * (2 if shift else 1) for bus, shift in zip((self.apb1, self.apb2), self.divided))
@@ -47,14 +53,21 @@ class Rcc:
             raise Forbidden(f"too fast: {self.core}, {self.apb1}, {self.apb2} Hz")
         if self.core > 30e6 * ((self.chip.registers.get(0x4002_3C00, 0) & 7) + 1):
             raise Forbidden(f"{self.core} Hz without wait states")
+        power = getattr(self.chip, "power", None)
+        if self.core > 144e6 * 1.06 and power and not power.cr >> 14 & 1:
+            raise Forbidden(f"{self.core} Hz with the regulator in scale 2 (5.1.3)")
 
     def read(self, offset):
         if offset == 0x00:
-            return self.cr & ~(1 << 17 | 1 << 25) | 2 | bool(self.hse()) << 17 | bool(self.pll()) << 25
+            return self.cr & ~(1 << 17 | 1 << 25 | 2) | (self.cr & 1) << 1 | bool(self.hse()) << 17 | bool(self.pll()) << 25
         if offset == 0x08:
             self.derive()
             return self.cfgr & ~0xC | self.switched << 2
-        return {0x04: self.pllcfgr, 0x74: self.flags}.get(offset, self.registers.get(offset, 1 << 20 if offset == 0x30 else 0))
+        if offset == 0x70:
+            return self.chip.backup.bdcr  # the crystal of 32 kHz is not there: LSERDY stays 0
+        if offset == 0x74:
+            return self.flags | self.lsi | (self.lsi and self.chip.cycles >= self.lsi_at + CORE // 66_000) << 1  # 15 us, DS8626 table 35
+        return {0x04: self.pllcfgr}.get(offset, self.registers.get(offset, 1 << 20 if offset == 0x30 else 0))
 
     def write(self, offset, value):
         if offset == 0x00:
@@ -67,20 +80,41 @@ class Rcc:
             if not 0.9e6 < (self.crystal if value >> 22 & 1 else self.internal) / (value & 63) < 2.2e6:
                 raise Forbidden("the PLL's input is not 1 to 2 MHz (7.3.2)")
             self.pllcfgr = value
+            source = self.crystal if value >> 22 & 1 else self.internal
+            if not 95e6 < self.oscillates(source) < 440e6:
+                raise Forbidden(f"the PLL oscillates at {self.oscillates(source)} Hz (7.3.2)")
+        elif offset == 0x70:
+            self.write_backup(value)
         elif offset == 0x08:
             self.cfgr = value
         elif offset == 0x74:
             self.flags = 0 if value >> 24 & 1 else self.flags
+            self.lsi_at = self.lsi_at if self.lsi else self.chip.cycles
+            self.lsi = bool(value & 1)
         else:
             self.registers[offset] = value
             if offset == 0x20 and value >> 11 & 1:
                 self.chip.wwdg.stop()
+            if offset in (0x10, 0x20, 0x24) and value:
+                self.chip.reset_peripherals(offset, value)
         self.derive()
+
+    def write_backup(self, value):
+        """RCC_BDCR behind DBP; BDRST clears the domain, and a source once chosen stays (7.3.20)."""
+        domain = self.chip.backup
+        if not self.chip.power.cr >> 8 & 1:
+            return
+        if value >> 16 & 1:
+            domain.__init__()
+            value = 1 << 16
+        if domain.bdcr >> 8 & 3:
+            value = value & ~0x300 | domain.bdcr & 0x300
+        domain.bdcr = value & 0x1_8305
 
     def stop_crystal(self):
         """7.2.7: with CSS the core falls back to the internal oscillator and the NMI comes."""
         self.stopped = True
-        self.cr &= ~(1 << 16 | 1 << 24)
+        self.cr = self.cr & ~(1 << 16 | 1 << 24) | 1
         self.cfgr &= ~3
         self.derive()
         return self.cr >> 19 & 1
@@ -168,17 +202,27 @@ class Iwdg:
 
     def __init__(self, chip):
         self.chip, self.prescaler, self.reload, self.ends = chip, 0, 0xFFF, None
+        self.open, self.taken = False, {0x04: 0, 0x08: 0}  # until when PVU and RVU are set
 
     def read(self, offset):
-        return 0
+        if offset == 0x0C:
+            return (self.chip.cycles < self.taken[0x04]) | (self.chip.cycles < self.taken[0x08]) << 1
+        return {0x04: self.prescaler, 0x08: self.reload}.get(offset, 0)
 
     def write(self, offset, value):
-        if offset == 0x04:
-            self.prescaler = value & 7
-        if offset == 0x08:
-            self.reload = value & 0xFFF
+        if offset in self.taken and self.open and self.chip.cycles >= self.taken[offset]:
+            self.taken[offset] = self.chip.cycles + 5 * CORE // LSI
+            if offset == 0x04:
+                self.prescaler = value & 7
+            else:
+                self.reload = value & 0xFFF
+        if offset == 0x00:
+            self.open = value == 0x5555  # 21.3.2
         if offset == 0x00 and (value == 0xCCCC or value == 0xAAAA and self.ends):
-            self.ends = self.chip.cycles + (self.reload + 1) * (4 << self.prescaler) * CORE / LSI
+            self.ends = self.chip.cycles + self.period()
+
+    def period(self):
+        return (self.reload + 1) * (4 << min(self.prescaler, 6)) * CORE / LSI
 
     def look(self):
         if self.ends and self.chip.cycles >= self.ends:
@@ -240,11 +284,13 @@ class Power:
     LEVELS = [1.98, 2.13, 2.29, 2.44, 2.59, 2.75, 2.85, 2.95]
 
     def __init__(self, chip, volts):
-        self.chip, self.volts, self.cr = chip, volts, 0
+        self.chip, self.volts, self.cr = chip, volts, 0x4000  # regulator in scale 1 (5.4.1)
+
+    def low(self):
+        return bool(self.cr >> 4 & 1 and self.volts < self.LEVELS[self.cr >> 5 & 7])
 
     def read(self, offset):
-        low = self.cr >> 4 & 1 and self.volts < self.LEVELS[self.cr >> 5 & 7]
-        return self.cr if offset == 0 else bool(low) << 2
+        return self.cr if offset == 0 else self.low() << 2 | 1 << 14
 
     def write(self, offset, value):
         if not self.chip.rcc.read(0x40) >> 28 & 1:
@@ -253,13 +299,27 @@ class Power:
 
 
 class Flash:
-    """The controller (3.6, 3.9). A word takes 16 us, a sector of 128 KiB one second, and the core stands still. Below 2.7 V x32 is forbidden."""
+    """The controller (3.5 to 3.9). The program is in the same flash, so the core stands still while it works: 16 us for a piece, whatever its width,
+    and for a sector what DS8626 tables 39 and 40 tell as usual. What it refuses it tells in FLASH_SR, and leaves flash as it was.
+
+    Stricter than the chip: a bit is never set without erasing, and no sector is erased that a program was loaded into.
+    """
+
+    BEGINS = [0x4000 * n for n in range(4)] + [0x1_0000] + [0x2_0000 * n for n in range(1, 9)]
+    LEAST = [1.7, 2.1, 2.7, 2.7]  # volts for bytes, half-words, words; double words want another supply
+    ERASE = {0x4000: [0.4, 0.3, 0.25], 0x1_0000: [1.2, 0.7, 0.55], 0x2_0000: [2.0, 1.3, 1.0]}  # seconds
+    BLANK = b"\xff"
+    EOP, WRPERR, PGAERR, PGPERR, PGSERR = 1, 1 << 4, 1 << 5, 1 << 6, 1 << 7
 
     def __init__(self, chip, brown_out):
-        self.chip, self.cr, self.keys, self.brown_out, self.writes, self.erased = chip, 1 << 31, [], brown_out, 0, []
+        self.chip, self.cr, self.sr, self.keys, self.brown_out, self.writes, self.erased = chip, 1 << 31, 0, [], brown_out, 0, []
+        self.after = []  # pieces that are not what the core wrote: address, bytes
+        self.stands = 0  # cycles that the core has yet to stand still
 
     def read(self, offset):
-        return {0x10: self.cr, 0x14: 0x0FFF_AAE1 | (3 - self.brown_out) << 2}.get(offset, self.chip.registers.get(0x4002_3C00 + offset, 0))
+        self.done() if offset == 0x0C else None
+        here = {0x0C: self.sr, 0x10: self.cr, 0x14: 0x0FFF_AAE1 | (3 - self.brown_out) << 2}
+        return here.get(offset, self.chip.registers.get(0x4002_3C00 + offset, 0))
 
     def write(self, offset, value):
         if offset == 0x00:
@@ -268,31 +328,59 @@ class Flash:
             self.keys = (self.keys + [value])[-2:]
             if self.keys == [0x4567_0123, 0xCDEF_89AB]:
                 self.cr &= ~(1 << 31)
+        if offset == 0x0C:
+            self.sr &= ~(value & 0xF3)
         if offset == 0x10:
-            if self.cr >> 31 and not value >> 31:
-                raise Forbidden("FLASH_CR while it is locked")
+            if self.cr >> 31:
+                if not value >> 31:
+                    raise Forbidden("FLASH_CR while it is locked")
+                return
             self.cr = value & ~(1 << 16)
             if value >> 16 & 1:
                 self.erase(value)
 
-    def erase(self, value):
-        self.supplied()
-        sector = value >> 3 & 15
-        if not value >> 1 & 1 or value & 1 or sector not in (10, 11):
-            raise Forbidden(f"erase with FLASH_CR {value:#x}")
-        self.erased.append(sector)
-        self.chip.cpu.mem_write(0x0800_0000 + 0xC_0000 + (sector - 10) * 0x2_0000, b"\xff" * 0x2_0000)
-        self.chip.stall(CORE)
+    def width(self):
+        """Bytes of a piece (PSIZE); the supply must be enough for it (table 7)."""
+        if self.chip.power.volts < self.LEAST[self.cr >> 8 & 3]:
+            raise Forbidden(f"flash is changed {8 << (self.cr >> 8 & 3)} bits wide at {self.chip.power.volts} V")
+        return 1 << (self.cr >> 8 & 3)
 
-    def supplied(self):
-        if self.chip.power.volts < 2.7 or self.cr >> 8 & 3 != 2:
-            raise Forbidden(f"flash is changed x32 at {self.chip.power.volts} V")
+    def erase(self, value):
+        sector, width = value >> 3 & 15, self.width()
+        if not value >> 1 & 1 or value & 1 or sector > 11:
+            self.sr |= self.PGSERR
+            return
+        begin, end = self.BEGINS[sector : sector + 2]
+        if any(begin < to and at < end for at, to in self.chip.loaded):
+            raise Forbidden(f"erase of sector {sector}, where the program is: FLASH_CR {value:#x}")
+        self.erased.append(sector)
+        self.sr |= self.EOP * (value >> 24 & 1)
+        if self.BLANK:
+            self.chip.cpu.mem_write(0x0800_0000 + begin, self.BLANK * (end - begin))
+        self.chip.stall(int(self.ERASE[end - begin][{1: 0, 2: 1}.get(width, 2)] * CORE))
 
     def programmed(self, address, size, value):
-        self.supplied()
-        if self.cr >> 31 or not self.cr & 1 or size != 4:
-            raise Forbidden(f"{size} bytes written to flash at {address:#x}")
-        if int.from_bytes(self.chip.cpu.mem_read(address, 4), "little") & value != value:
+        """Flash has the piece when `done` is called; here the core is about to write it."""
+        before = bytes(self.chip.cpu.mem_read(address, size))
+        wrong = self.PGSERR if not self.cr & 1 or self.cr & 6 else self.PGPERR * (size != 1 << (self.cr >> 8 & 3))
+        wrong |= self.PGAERR * (address % 16 + size > 16)
+        if self.cr >> 31 or wrong:
+            self.sr |= wrong or self.WRPERR
+            self.after.append((address, before))
+            return
+        self.width()
+        if int.from_bytes(before, "little") & value != value:
             raise Forbidden(f"a bit of flash set at {address:#x}")
         self.writes += 1
-        self.chip.stall(CORE // 62_500)
+        self.sr |= self.EOP * (self.cr >> 24 & 1)
+        self.stands += CORE // 62_500
+
+    def done(self):
+        """The core's writes have ended."""
+        if self.after:
+            for address, piece in self.after:
+                self.chip.cpu.mem_write(address, piece)
+            self.after = []
+        if self.stands:
+            stands, self.stands = self.stands, 0
+            self.chip.stall(stands)

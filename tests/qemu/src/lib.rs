@@ -13,6 +13,8 @@ pub mod target;
 #[cfg(not(target_os = "none"))]
 pub mod budget;
 #[cfg(not(target_os = "none"))]
+pub mod chip;
+#[cfg(not(target_os = "none"))]
 pub mod count;
 #[cfg(not(target_os = "none"))]
 pub mod cycles;

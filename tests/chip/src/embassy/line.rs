@@ -1,0 +1,54 @@
+//! USART1 at 921 600 bit/s: a ring in, which DMA fills without an end, and DMA out.
+
+use chip::{BYTES, LAST, Told, tell};
+use cortex_m::singleton;
+use embassy_stm32::Peripherals;
+use embassy_stm32::usart::{Config, Uart};
+
+use crate::Interrupts;
+use crate::waiting::wait_for;
+
+/// Sends back [`BYTES`] bytes. The driver gives what has come at each pause of the line, and when
+/// half of the ring is full.
+pub fn echo(chip: Peripherals) {
+    let mut config = Config::default();
+    config.baudrate = 921_600;
+    let (into, out) = (chip.PA10, chip.PA9);
+    let streams = (chip.DMA2_CH7, chip.DMA2_CH2);
+    let line = Uart::new(
+        chip.USART1,
+        into,
+        out,
+        streams.0,
+        streams.1,
+        Interrupts,
+        config,
+    );
+    let buffers = (
+        singleton!(: [u8; 128] = [0; 128]),
+        singleton!(: [u8; BYTES] = [0; BYTES]),
+    );
+    let (Ok(line), (Some(ring), Some(sent))) = (line, buffers) else {
+        return;
+    };
+    let (mut out, into) = line.split();
+    let mut into = into.into_ring_buffered(ring);
+    into.start_uart();
+    tell(Told::Mark, 0);
+    let mut count = 0;
+    while count < BYTES {
+        match wait_for(into.read(&mut sent[count..])) {
+            Ok(bytes) => {
+                count += bytes;
+                tell(Told::Read, count as u32);
+            }
+            Err(_) => return tell(Told::Error, 1),
+        }
+    }
+    let end = wait_for(out.write(sent));
+    tell(Told::Mark, 1);
+    let end = end.and_then(|()| out.blocking_write(&[LAST]));
+    let flushed = out.blocking_flush();
+    tell(Told::Error, u32::from(end.is_err() || flushed.is_err()));
+    tell(Told::Mark, 2);
+}

@@ -1,0 +1,142 @@
+//! What the programs of both drivers share: which subject is asked for, how they report, and what
+//! neither driver has: the supply's detector, a write to flash that is wrong, the reset's cause.
+//!
+//! A program reports words by the trace port of the core (Armv7-M C1.7), as on a board with a
+//! debugger at SWO. The port's number says what the word is; `judges/stm32chip.py` reads them.
+
+#![no_std]
+
+pub mod registers;
+
+use cortex_m::peripheral::{DCB, ITM};
+
+/// What a reported word is.
+#[derive(Clone, Copy)]
+#[repr(usize)]
+pub enum Told {
+    /// A point of time: the model tells its cycle.
+    Mark = 0,
+    /// Hz of the core, as the driver says.
+    Core = 1,
+    /// Hz of the slow peripheral bus.
+    Apb1 = 2,
+    /// Hz of the fast one.
+    Apb2 = 3,
+    /// Bytes of one read.
+    Read = 4,
+    /// Times that the line was found idle.
+    Idle = 5,
+    /// A word that was exchanged, or found in flash or a register.
+    Word = 6,
+    /// What a driver says of an error: 0 none.
+    Error = 7,
+    /// Flags of RCC_CSR.
+    Cause = 8,
+    /// Seconds since midnight.
+    Seconds = 9,
+    /// Year, month and day: 20_240_229.
+    Date = 10,
+    /// Fraction of a second, us.
+    Micros = 11,
+    /// Interrupts served.
+    Interrupts = 12,
+    /// The end: 1.
+    Done = 30,
+    /// A panic: its line.
+    Panic = 31,
+}
+
+/// What the program is to do.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub enum Subject {
+    /// Set up clocks, and wait a millisecond.
+    Clock(u32),
+    /// Send back what comes, by DMA both ways.
+    Line,
+    /// Read an ADIS at the SPI.
+    Spi,
+    /// Erase, write, read, and do what is not allowed.
+    Flash,
+    /// The independent watchdog, fed twice.
+    Watchdog,
+    /// The window watchdog: fed, and once too early, or never.
+    Window(bool),
+    /// The calendar over the end of a year.
+    Calendar,
+    /// The supply's detector.
+    Supply,
+}
+
+/// Where the model puts the subject and its variant: the begin of core-coupled memory.
+const ASKED: usize = 0x1000_0000;
+
+/// What is asked for.
+#[must_use]
+pub fn subject() -> Subject {
+    let [subject, variant] = [registers::read(ASKED), registers::read(ASKED + 4)];
+    match subject {
+        0 => Subject::Clock(variant),
+        1 => Subject::Line,
+        2 => Subject::Spi,
+        3 => Subject::Flash,
+        4 => Subject::Watchdog,
+        5 => Subject::Window(variant == 0),
+        6 => Subject::Calendar,
+        _ => Subject::Supply,
+    }
+}
+
+/// Switches the trace port on.
+pub fn begin(debug: &mut DCB, trace: &mut ITM) {
+    debug.enable_trace();
+    // SAFETY: nothing else uses the trace port.
+    #[allow(unsafe_code)]
+    unsafe {
+        trace.lar.write(0xC5AC_CE55);
+        trace.ter[0].write(u32::MAX);
+        trace.tcr.write(1);
+    }
+}
+
+/// Reports a word.
+pub fn tell(what: Told, word: u32) {
+    registers::write(0xE000_0000 + 4 * what as usize, word);
+}
+
+/// Reports the end and stays there.
+pub fn done() -> ! {
+    tell(Told::Done, 1);
+    loop {
+        cortex_m::asm::wfi();
+    }
+}
+
+/// Sent after the bytes that came, without DMA.
+pub const LAST: u8 = 0x5A;
+
+/// Bytes that come and go on the line.
+pub const BYTES: usize = 300;
+
+/// Where the flash programs work: the last sector.
+pub const SECTOR: u32 = 0xE_0000;
+
+/// What they write there.
+pub const PATTERN: [u8; 24] = *b"a driver that is trusted";
+
+/// The words at the begin of the sector, as the core reads them.
+pub fn tell_sector() {
+    for n in 0..6 {
+        tell(
+            Told::Word,
+            registers::read(0x0800_0000 + SECTOR as usize + 4 * n),
+        );
+    }
+}
+
+#[panic_handler]
+fn panic(info: &core::panic::PanicInfo) -> ! {
+    tell(Told::Panic, info.location().map_or(0, |place| place.line()));
+    loop {
+        cortex_m::asm::wfi();
+    }
+}
