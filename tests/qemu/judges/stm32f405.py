@@ -160,7 +160,7 @@ class Uart:
             self.chip.cpu.mem_write(self.stream_in.moved(), bytes([self.data]))
         if self.sr & TXE and self.cr3 >> 7 & 1 and self.stream_out.serves(self.base + 4, True):
             place = self.stream_out.moved()
-            self.waiting = self.chip.cpu.mem_read(place, 1)[0]
+            self.waiting, self.since = self.chip.cpu.mem_read(place, 1)[0], self.chip.cycles
             self.sr &= ~TXE
 
 
