@@ -1,5 +1,6 @@
 //! Board `stm32f405` for QEMU, whose machine has no core-coupled memory: the learner lies in RAM
-//! (`__ccm_in_ram` in `memory.x`). Code and constants are those of the board; only addresses differ.
+//! (`__ccm_in_ram` in `memory.x`). Code and constants are those of the board; only addresses
+//! differ.
 #![cfg_attr(target_os = "none", no_std, no_main)]
 
 #[cfg(target_os = "none")]

@@ -71,9 +71,9 @@ pub fn resealed<const N: usize, R>(
     Some(result)
 }
 
-/// Copies `bytes` to `to`, which is as long, a word at a time: neither is aligned, and the library's
-/// copy takes up to three times as many instructions then. The fence, which is no instruction, keeps
-/// the compiler from calling that all the same.
+/// Copies `bytes` to `to`, which is as long, a word at a time: neither is aligned, and the
+/// library's copy takes up to three times as many instructions then. The fence, which is no
+/// instruction, keeps the compiler from calling that all the same.
 #[inline(always)]
 pub fn copy(mut to: &mut [u8], mut bytes: &[u8]) {
     while copied::<32>(&mut to, &mut bytes) {}

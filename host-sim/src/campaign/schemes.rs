@@ -26,8 +26,8 @@ use std::cell::{Cell, OnceCell};
 use std::sync::Arc;
 
 /// The classical filters, whose biases walk by a share of their prior in an hour. Each is a scheme
-/// with the walk that the datasheet tells, which the device's learner has too, and one with the walk
-/// that was best on other units: the same search for all of them.
+/// with the walk that the datasheet tells, which the device's learner has too, and one with the
+/// walk that was best on other units: the same search for all of them.
 pub const FILTERS: [&str; 7] = [
     "ekf6",
     "ekf12",

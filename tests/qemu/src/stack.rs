@@ -82,8 +82,9 @@ impl Bound {
     }
 }
 
-/// The handlers of the interrupts whose priority is the second highest, behind the window watchdog's
-/// (`CUT_THROUGH` in `board/stm32f405/interrupts.rs`); all others that are served have a lower one.
+/// The handlers of the interrupts whose priority is the second highest, behind the window
+/// watchdog's (`CUT_THROUGH` in `board/stm32f405/interrupts.rs`); all others that are served have a
+/// lower one.
 const CUT_THROUGH: [&str; 6] = [
     "stm32f405::serial::usart1",
     "stm32f405::serial::usart1_in_end",

@@ -93,8 +93,8 @@ fn bytes_leave_while_the_frame_arrives_on_the_board() {
     }
 }
 
-/// From QEMU's log of all instructions and exceptions: the instructions of each interrupt of USART1,
-/// the sensor's line on the STM32F405.
+/// From QEMU's log of all instructions and exceptions: the instructions of each interrupt of
+/// USART1, the sensor's line on the STM32F405.
 fn of_the_sensors_interrupts(log: &str) -> Vec<usize> {
     let (mut all, mut count) = (Vec::new(), None);
     for line in log.lines() {

@@ -23,8 +23,8 @@ impl Word {
 
     /// Bytes that a byte waits for. Of a value whose most significant byte comes first, the last
     /// byte decides on the first. Where the least significant one comes first, each byte is known
-    /// at once, unless the value saturates. Waiting for two then leaves the lowest byte only behind,
-    /// and for one at least the mark and the type of the IMU behind it stay together.
+    /// at once, unless the value saturates. Waiting for two then leaves the lowest byte only
+    /// behind, and for one at least the mark and the type of the IMU behind it stay together.
     #[inline(always)]
     pub const fn hold(self) -> u8 {
         match self {

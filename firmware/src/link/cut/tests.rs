@@ -130,8 +130,8 @@ fn is_near(plan: &Plan, came: &[u8], left: &[u8], expected: &[u8]) -> bool {
 
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(400))]
-    /// Bit for bit, for every sensor of the formats, whatever its values and the correction, but for
-    /// the lowest byte of a value that saturates where that byte comes first.
+    /// Bit for bit, for every sensor of the formats, whatever its values and the correction, but
+    /// for the lowest byte of a value that saturates where that byte comes first.
     #[test]
     fn what_leaves_is_what_leaves_without(
         which in any::<prop::sample::Index>(),

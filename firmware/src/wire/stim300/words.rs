@@ -1,4 +1,5 @@
-//! Frames as they mostly come, with gyros and accelerometers, read and changed four bytes at a time.
+//! Frames as they mostly come, with gyros and accelerometers, read and changed four bytes at a
+//! time.
 //!
 //! ```text
 //! ID g g g | g g g g | g g st a | a a a a | a a a a | st ...

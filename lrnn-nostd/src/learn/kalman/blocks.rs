@@ -1,6 +1,6 @@
-//! Operations on the small blocks of a covariance. They do not depend on the number of parameters as
-//! a type, and are not inlined, so that all filters share them: less flash, and a call is nothing
-//! beside its work.
+//! Operations on the small blocks of a covariance. They do not depend on the number of parameters
+//! as a type, and are not inlined, so that all filters share them: less flash, and a call is
+//! nothing beside its work.
 
 use super::covariance::{GROUP, Workspace};
 use super::row::{Rows, axpy, axpy_rows, dot};

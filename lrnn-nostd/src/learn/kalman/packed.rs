@@ -42,9 +42,9 @@ pub(super) fn first_row(n: usize, offset: usize) -> usize {
     strip.map_or(n, |m| 4 * m)
 }
 
-/// The strips of part `part` of `parts` of [`times`], of a matrix of `n` rows and vectors that are 0
-/// outside the fours `used`; the rows that are left count as one more strip. `rest`: so many tiles
-/// cost as much as what follows the last part.
+/// The strips of part `part` of `parts` of [`times`], of a matrix of `n` rows and vectors that are
+/// 0 outside the fours `used`; the rows that are left count as one more strip. `rest`: so many
+/// tiles cost as much as what follows the last part.
 pub(super) fn strips(
     n: usize,
     used: &Range<usize>,

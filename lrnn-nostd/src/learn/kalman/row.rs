@@ -137,8 +137,8 @@ fn change_rows<T, F: Copy, V: Copy>(
     }
 }
 
-/// `y` <- `by` `y` in a range of the columns, for rows of `n` values. The range begins a multiple of
-/// three columns before its end, or ends with the rows.
+/// `y` <- `by` `y` in a range of the columns, for rows of `n` values. The range begins a multiple
+/// of three columns before its end, or ends with the rows.
 #[inline(never)]
 pub(super) fn transform<T: Real, const X: usize>(
     y: &mut [T],
