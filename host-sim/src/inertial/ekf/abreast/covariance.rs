@@ -82,8 +82,8 @@ impl<const L: usize> Covariance<L> {
         }
         for c in 0..NAV {
             let begin = self.begins[c];
-            for r in c..NAV {
-                self.cells[begin + r - c] = 0.5 * (nav[c][r] + nav[r][c]);
+            for (r, row) in nav.iter().enumerate().skip(c) {
+                self.cells[begin + r - c] = 0.5 * (nav[c][r] + row[c]);
             }
             let below = &mut self.cells[begin + NAV - c..begin + size - c];
             for (cell, top) in below.iter_mut().zip(&self.top[NAV..]) {

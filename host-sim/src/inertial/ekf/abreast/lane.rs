@@ -38,13 +38,13 @@ impl<const L: usize> Lane<L> {
 }
 
 macro_rules! operator {
-    ($name:ident $method:ident $op:tt) => {
+    ($name:ident $method:ident) => {
         impl<const L: usize> $name for Lane<L> {
             type Output = Self;
             #[inline(always)]
             fn $method(mut self, other: Self) -> Self {
                 for (a, b) in self.0.iter_mut().zip(other.0) {
-                    *a = *a $op b;
+                    *a = a.$method(b);
                 }
                 self
             }
@@ -54,7 +54,7 @@ macro_rules! operator {
             #[inline(always)]
             fn $method(mut self, other: f64) -> Self {
                 for a in &mut self.0 {
-                    *a = *a $op other;
+                    *a = a.$method(other);
                 }
                 self
             }
@@ -64,17 +64,17 @@ macro_rules! operator {
             #[inline(always)]
             fn $method(self, mut other: Lane<L>) -> Lane<L> {
                 for b in &mut other.0 {
-                    *b = self $op *b;
+                    *b = self.$method(*b);
                 }
                 other
             }
         }
     };
 }
-operator!(Add add +);
-operator!(Sub sub -);
-operator!(Mul mul *);
-operator!(Div div /);
+operator!(Add add);
+operator!(Sub sub);
+operator!(Mul mul);
+operator!(Div div);
 
 impl<const L: usize> Neg for Lane<L> {
     type Output = Self;

@@ -281,12 +281,9 @@ impl<'a, const L: usize> Abreast<'a, L> {
         ];
         let mut scalars: [Scalar<L>; MOST] = [(0, Lane::ZERO, 1.0); MOST];
         let mut count = 0;
-        for i in 0..3 {
+        for (i, dp) in dp.into_iter().enumerate() {
             let dv = self.nav.velocity[i] - fix.velocity[i];
-            for (state, z, sigma) in [
-                (6 + i, dp[i], fix.sigmas[i]),
-                (3 + i, dv, fix.sigmas[3 + i]),
-            ] {
+            for (state, z, sigma) in [(6 + i, dp, fix.sigmas[i]), (3 + i, dv, fix.sigmas[3 + i])] {
                 if sigma.is_finite() {
                     scalars[count] = (state, z, sigma);
                     count += 1;
