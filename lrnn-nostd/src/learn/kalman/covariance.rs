@@ -157,7 +157,7 @@ impl<const X: usize, const N: usize, const PACKED: usize, T: Real> Covariance<X,
         workspace
     }
 
-    /// P_xt <- Phi P_xt for one of [`CROSS_PARTS`] parts of its columns.
+    /// P_xt <- Phi P_xt for one of `CROSS_PARTS` parts of its columns.
     pub fn propagate_cross(&mut self, part: usize, phi: &[[T; X]; X]) {
         let [begin, end] = [part, part + 1].map(|part| match part {
             CROSS_PARTS.. => N,
