@@ -199,6 +199,12 @@ impl<'m> BlackBox<'m> {
         if bytes.len() > LONGEST {
             return self.pieces(kind, bytes);
         }
+        self.short(kind, bytes);
+    }
+
+    /// In one entry.
+    #[inline(always)]
+    fn short(&mut self, kind: u8, bytes: &[u8]) {
         let hash = (self.hash as u16).to_le_bytes();
         self.left = 0;
         self.entry(kind, &hash, bytes);
@@ -209,8 +215,8 @@ impl<'m> BlackBox<'m> {
     #[inline(never)]
     fn pieces(&mut self, kind: u8, bytes: &[u8]) {
         let (first, more) = bytes.split_at_checked(LONGEST).unwrap_or((bytes, &[]));
-        self.piece(kind, first);
-        more.chunks(LONGEST).for_each(|more| self.piece(MORE, more));
+        self.short(kind, first);
+        more.chunks(LONGEST).for_each(|more| self.short(MORE, more));
     }
 
     /// Bytes leave for the navigation computer, or would if there were room.
