@@ -237,7 +237,7 @@ mod tests {
 
     #[test]
     fn the_verdict_stands_before_everything_else() {
-        let text = sample_page(&sample::report()).replace('\u{a0}', " ");
+        let text = sample_page(&sample::report()).replace('\u{2011}', "-");
         let at = |part: &str| text.find(part).unwrap_or_else(|| panic!("no '{part}'"));
         assert!(at("<b>Verdict: mixed.") < at("strapdown navigator adds up"));
         assert!(text.contains("Worse than that: ls-3x3") && text.contains("Better than that: rnn"));

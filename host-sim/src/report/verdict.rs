@@ -89,7 +89,7 @@ fn sentences(rows: &[Ended<'_>], unit: &str) -> Vec<String> {
             out.push(format!("{what}: {}.", named.join(", ")));
         }
     }
-    out.extend(earlier(rows, after, unit));
+    out.extend(earlier(rows, last, raw, unit));
     out
 }
 
@@ -128,15 +128,19 @@ fn compared(error: f64, raw: f64, how: Against) -> String {
     }
 }
 
-/// Schemes that were worse at an earlier time, and when it was worst.
-fn earlier(rows: &[Ended<'_>], end: u32, unit: &str) -> Option<String> {
+/// Schemes that were worse before the `last` block and are not in it, and when it was worst.
+fn earlier(rows: &[Ended<'_>], last: &[Ended<'_>], raw: f64, unit: &str) -> Option<String> {
+    let still = |scheme: &str| {
+        let mut ends = last.iter().filter(|row| row.scheme == scheme);
+        ends.any(|row| against(row.metres, raw) == Against::Worse)
+    };
     let mut worst: Vec<(Ended<'_>, f64)> = Vec::new();
     for block in rows.chunk_by(|a, b| a.after == b.after) {
-        let Some(raw) = baseline(block).filter(|_| block[0].after != end) else {
+        let Some(raw) = baseline(block).filter(|_| block[0].after != last[0].after) else {
             continue;
         };
         for row in block {
-            if against(row.metres, raw) != Against::Worse {
+            if against(row.metres, raw) != Against::Worse || still(row.scheme) {
                 continue;
             }
             match worst
@@ -185,6 +189,8 @@ mod tests {
     fn harm_stands_first_with_the_worst_scheme_before_the_others() {
         let got = sentences(
             &rows(&[
+                (40, "raw", 3.5),
+                (40, "ekf24", 17.0),
                 (50, "raw", 4.4),
                 (50, "ls-bias", 26.0),
                 (50, "ekf24", 30.0),
