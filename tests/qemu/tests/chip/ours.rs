@@ -88,7 +88,10 @@ fn stream(tools: Tools, broken: Option<&str>) -> Result<()> {
         "line navigation ",
     ];
     let told = ours(tools, (FAULTS, broken), asked, &names)?;
-    ensure!(told[0].contains("True 616"), "passed: {}", told[0]);
+    // 22 or 23 frames of 28 bytes: the first one comes into the start, which lasts 16 to 19 ms
+    let passed = ["True 616", "True 644"];
+    let all = passed.iter().any(|passed| told[0].ends_with(passed));
+    ensure!(all, "passed: {}", told[0]);
     ensure!(told[1] == "168000000", "{} Hz", told[1]);
     let understood = told[3..].iter().all(|line| line.ends_with(" 0 0"));
     ensure!(understood, "{told:?}");
