@@ -382,7 +382,7 @@ fn a_long_recording_needs_a_place_for_temporary_files() {
         String::from_utf8_lossy(&out.get_output().stderr).into_owned()
     };
     write(700_000);
-    assert!(said().contains("'--learn-s'"), "{}", said());
+    assert!(said().contains("host-sim: --learn-s: "), "{}", said());
     write(1_450_000);
     let text = said();
     let place = text.contains("nowhere/a temporary file: cannot be written");
