@@ -50,8 +50,8 @@ fn main() {
             let wrong = error(truth);
             let measured = [0, 1, 2].map(|axis| truth[axis] + wrong[axis]);
             let _ = learner.step(measured, DT);
-            for axis in 0..3 {
-                sum[axis] += wrong[axis] * DT;
+            for (sum, wrong) in sum.iter_mut().zip(wrong) {
+                *sum += wrong * DT;
             }
             if sample % SECOND == SECOND - 1 {
                 learner.reference(sum, 1.0);
@@ -75,9 +75,9 @@ fn main() {
         let wrong = error(truth);
         let measured = [0, 1, 2].map(|axis| truth[axis] + wrong[axis]);
         let step = net.step(&mut state, measured);
-        for axis in 0..3 {
-            before += wrong[axis].powi(2);
-            after += (wrong[axis] - step.error[axis]).powi(2);
+        for (wrong, found) in wrong.iter().zip(step.error) {
+            before += wrong.powi(2);
+            after += (wrong - found).powi(2);
         }
     }
     let [before, after] = [before, after].map(|sum| (sum / samples / 3.0).sqrt() / DEG_PER_HOUR);
