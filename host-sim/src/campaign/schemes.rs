@@ -1,7 +1,7 @@
 //! The schemes of a campaign. Each is aided by fixes up to an epoch and navigates free inertial
 //! from there, on the same samples.
 
-use super::bench::{self, Bench};
+use super::bench::{self, Bench, Task};
 use super::causes::{Size, telling};
 use super::limit::limit;
 use super::memory::{Memory, REMEMBERING, corrected_by_memory, recalled};
@@ -105,15 +105,20 @@ impl<'a> Case<'a> {
     /// of the group's cause, their datasheet tells of it.
     pub(super) fn tuned<R>(&self, tuned: Tuned, then: impl FnOnce(&Case<'_>) -> R) -> R {
         let told = telling(self.knows.told, &tuned.cause);
-        let knows = Knowledge {
-            told: &told,
-            ..self.knows
-        };
-        then(&Case {
+        then(&self.with(tuned, &told))
+    }
+
+    /// The case with what was tuned, and what the datasheet then tells.
+    pub(super) fn with<'b>(&self, tuned: Tuned, told: &'b Assumptions) -> Case<'b>
+    where
+        'a: 'b,
+    {
+        let knows = Knowledge { told, ..self.knows };
+        Case {
             tuned,
             knows,
             ..*self
-        })
+        }
     }
 
     /// [`Session::increments`].
@@ -270,10 +275,15 @@ pub(super) fn nones(
             gyro: assumptions.noise.gyro * factor,
             accel: assumptions.noise.accel * factor,
         };
-        aligned.filter(ErrorModel::default(), &assumptions)
+        Task {
+            filter: aligned.filter(ErrorModel::default(), &assumptions),
+            first: aligned.first,
+            until,
+            session,
+            increments,
+        }
     };
-    let filters = factors.iter().map(of).collect();
-    let scored = bench::scored(&aligned, filters, session, increments, until);
+    let scored = bench::scored(factors.iter().map(of).collect());
     let free = |(filter, _): &bench::Scored| free(filter, session, increments, until);
     Some(scored.iter().map(free).collect())
 }

@@ -2,84 +2,88 @@
 //! not fade. Only the lower triangle is kept, column by column.
 
 use super::super::NAV;
-use super::lane::Lane;
+use super::lane::{Lane, PLACES, all, of};
+use fearless_simd::Simd;
 
 /// Nine rows of a column.
-pub(super) type Column<const L: usize> = [Lane<L>; NAV];
+pub(super) type Column<S> = [Lane<S>; NAV];
 
 /// Covariances, and what their updates need beside them.
-#[derive(Debug, Clone)]
-pub(super) struct Covariance<const L: usize> {
+pub(super) struct Covariance<S: Simd> {
     size: usize,
     /// The lower triangle by columns.
-    cells: Vec<Lane<L>>,
+    cells: Vec<Lane<S>>,
     /// Where each column begins.
     begins: Vec<usize>,
     /// The first nine rows of `[Phi Psi] P`.
-    top: Vec<Column<L>>,
+    top: Vec<Column<S>>,
     /// The column of each measurement, one after the other.
-    columns: Vec<Lane<L>>,
-    weights: Vec<Lane<L>>,
+    columns: Vec<Lane<S>>,
+    weights: [Lane<S>; MOST],
     /// The estimated errors.
-    pub(super) errors: Vec<Lane<L>>,
+    pub(super) errors: Vec<Lane<S>>,
 }
 
 /// One measurement: error state, value, standard deviation.
-pub(super) type Scalar<const L: usize> = (usize, Lane<L>, f64);
+pub(super) type Scalar<S> = (usize, Lane<S>, f64);
 /// Values of a fix.
 pub(super) const MOST: usize = 6;
 
-impl<const L: usize> Covariance<L> {
-    /// `of(l, i, j)` is a cell of filter `l`.
-    pub(super) fn of(size: usize, of: impl Fn(usize, usize, usize) -> f64) -> Self {
-        let cells = (0..size).flat_map(|j| (j..size).map(move |i| (i, j)));
+impl<S: Simd> Covariance<S> {
+    /// `cell(l, i, j)` is a cell of filter `l`.
+    #[inline(always)]
+    pub(super) fn of(simd: S, size: usize, cell: impl Fn(usize, usize, usize) -> f64) -> Self {
+        let mut cells = Vec::with_capacity(size * (size + 1) / 2);
+        let mut begins = Vec::with_capacity(size);
+        for j in 0..size {
+            begins.push(cells.len());
+            for i in j..size {
+                cells.push(of(simd, |l| cell(l, i, j)));
+            }
+        }
+        let zero = all(simd, 0.0);
         Self {
             size,
-            cells: cells.map(|(i, j)| Lane::of(|l| of(l, i, j))).collect(),
-            begins: (0..size)
-                .map(|j| j * size - j * j.saturating_sub(1) / 2)
-                .collect(),
-            top: vec![[Lane::ZERO; NAV]; size],
-            columns: vec![Lane::ZERO; MOST * size],
-            weights: vec![Lane::ZERO; MOST],
-            errors: vec![Lane::ZERO; size],
+            cells,
+            begins,
+            top: vec![[zero; NAV]; size],
+            columns: vec![zero; MOST * size],
+            weights: [zero; MOST],
+            errors: vec![zero; size],
         }
     }
 
     /// The cell of filter `l`.
     pub(super) fn cell(&self, l: usize, i: usize, j: usize) -> f64 {
         let (i, j) = (i.max(j), i.min(j));
-        self.cells[self.begins[j] + i - j].0[l]
+        self.cells[self.begins[j] + i - j][l]
     }
 
-    /// `P <- [Phi Psi; 0 I] P [Phi Psi; 0 I]' + Q`. `by`: the columns of `[Phi Psi]`; `walked`:
-    /// the variance that each parameter has walked.
+    /// `P <- [Phi Psi; 0 I] P [Phi Psi; 0 I]' + Q`. `by`: the columns of `[Phi Psi]`; `walks`:
+    /// the variance that each parameter walks in a second, for `time` seconds.
     #[inline(always)]
     pub(super) fn propagate(
         &mut self,
-        by: &[Column<L>],
-        q: &[Column<L>; NAV],
-        walked: impl Fn(usize) -> Lane<L>,
+        by: &[Column<S>],
+        q: &[Column<S>; NAV],
+        walks: &[Lane<S>],
+        time: f64,
     ) {
+        self.transform(by);
         let size = self.size;
-        for (j, top) in self.top.iter_mut().enumerate() {
-            let mut sum = [Lane::ZERO; NAV];
-            for (k, by) in by.iter().enumerate().take(j) {
-                let x = self.cells[self.begins[k] + j - k];
-                accumulate(&mut sum, by, x);
-            }
-            let below = &self.cells[self.begins[j]..self.begins[j] + size - j];
-            for (by, x) in by[j..].iter().zip(below) {
-                accumulate(&mut sum, by, *x);
-            }
-            *top = sum;
-        }
         let mut nav = *q;
-        for (c, sum) in nav.iter_mut().enumerate() {
+        for c in (0..NAV - 1).step_by(2) {
+            let mut two = [nav[c], nav[c + 1]];
             for (top, by) in self.top.iter().zip(by) {
-                accumulate(sum, top, by[c]);
+                accumulate(&mut two, top, [by[c], by[c + 1]]);
             }
+            [nav[c], nav[c + 1]] = two;
         }
+        let mut last = [nav[NAV - 1]];
+        for (top, by) in self.top.iter().zip(by) {
+            accumulate(&mut last, top, [by[NAV - 1]]);
+        }
+        [nav[NAV - 1]] = last;
         for c in 0..NAV {
             let begin = self.begins[c];
             for (r, row) in nav.iter().enumerate().skip(c) {
@@ -90,17 +94,47 @@ impl<const L: usize> Covariance<L> {
                 *cell = top[c];
             }
         }
-        for (k, begin) in self.begins[NAV..].iter().enumerate() {
-            self.cells[*begin] += walked(k);
+        for (walk, begin) in walks.iter().zip(&self.begins[NAV..]) {
+            self.cells[*begin] += *walk * time;
+        }
+    }
+
+    /// The first nine rows of `[Phi Psi] P`, two columns at a time, so that a column of `[Phi Psi]`
+    /// is read once for both.
+    #[inline(always)]
+    fn transform(&mut self, by: &[Column<S>]) {
+        let size = self.size;
+        let zero = [all(by[0][0].simd, 0.0); NAV];
+        for j in (0..size - 1).step_by(2) {
+            let mut two = [zero; 2];
+            for (k, (by, begin)) in by.iter().zip(&self.begins).enumerate().take(j + 1) {
+                let at = begin + j - k;
+                accumulate(&mut two, by, [self.cells[at], self.cells[at + 1]]);
+            }
+            let (one, other) = (self.begins[j] + 1, self.begins[j + 1]);
+            let one = &self.cells[one..one + size - j - 1];
+            let other = &self.cells[other..other + size - j - 1];
+            for (by, (x, y)) in by[j + 1..].iter().zip(one.iter().zip(other)) {
+                accumulate(&mut two, by, [*x, *y]);
+            }
+            [self.top[j], self.top[j + 1]] = two;
+        }
+        if size % 2 == 1 {
+            let mut last = [zero];
+            for (k, (by, begin)) in by.iter().zip(&self.begins).enumerate() {
+                accumulate(&mut last, by, [self.cells[begin + size - 1 - k]]);
+            }
+            [self.top[size - 1]] = last;
         }
     }
 
     /// Measurements one after the other. The logarithm of their density is added to `score`.
     #[inline(always)]
-    pub(super) fn update(&mut self, scalars: &[Scalar<L>], score: &mut Lane<L>) {
+    pub(super) fn update(&mut self, scalars: &[Scalar<S>], score: &mut Lane<S>) {
         let size = self.size;
-        self.errors.fill(Lane::ZERO);
-        let mut density = Lane::ZERO;
+        let zero = all(score.simd, 0.0);
+        self.errors.fill(zero);
+        let mut density = zero;
         for (m, &(i, z, sigma)) in scalars.iter().enumerate() {
             let (earlier, rest) = self.columns.split_at_mut(m * size);
             let column = &mut rest[..size];
@@ -122,7 +156,10 @@ impl<const L: usize> Covariance<L> {
                 *e += *c * gain;
             }
             let square = innovation * innovation / s;
-            let log = (std::f64::consts::TAU * s).map(f64::ln);
+            let mut log = std::f64::consts::TAU * s;
+            for l in 0..PLACES {
+                log[l] = log[l].ln();
+            }
             density -= 0.5 * (square + log);
             self.weights[m] = 1.0 / s;
         }
@@ -130,42 +167,56 @@ impl<const L: usize> Covariance<L> {
         self.subtract(scalars.len());
     }
 
-    /// `P - sum w c c'` over the first `count` measurements, three at a time.
+    /// `P - sum w c c'` over the first `count` measurements. All six of a whole fix are taken off
+    /// in one pass over the cells.
     #[inline(always)]
     fn subtract(&mut self, count: usize) {
         let (size, w) = (self.size, &self.weights);
-        for first in (0..count).step_by(3) {
-            let number = (count - first).min(3);
-            let columns = &self.columns[first * size..(first + number) * size];
-            for (j, begin) in self.begins.iter().enumerate() {
-                let cells = &mut self.cells[*begin..*begin + size - j];
-                if number == 3 {
-                    let (a, rest) = columns.split_at(size);
-                    let (b, c) = rest.split_at(size);
-                    let by_a = a[j] * w[first];
-                    let by_b = b[j] * w[first + 1];
-                    let by_c = c[j] * w[first + 2];
-                    let rows = a[j..].iter().zip(&b[j..]).zip(&c[j..]);
-                    for (cell, ((a, b), c)) in cells.iter_mut().zip(rows) {
-                        *cell = *cell - *a * by_a - *b * by_b - *c * by_c;
-                    }
-                    continue;
+        for (j, begin) in self.begins.iter().enumerate() {
+            let cells = &mut self.cells[*begin..*begin + size - j];
+            if count == MOST {
+                let column = |m: usize| &self.columns[m * size + j..(m + 1) * size];
+                let columns = [
+                    column(0),
+                    column(1),
+                    column(2),
+                    column(3),
+                    column(4),
+                    column(5),
+                ];
+                let mut by = *w;
+                for (by, column) in by.iter_mut().zip(&columns) {
+                    *by = column[0] * *by;
                 }
-                for (m, column) in columns.chunks_exact(size).enumerate() {
-                    let by = column[j] * w[first + m];
-                    for (cell, x) in cells.iter_mut().zip(&column[j..]) {
-                        *cell -= *x * by;
+                for (k, cell) in cells.iter_mut().enumerate() {
+                    let mut x = *cell;
+                    for (column, by) in columns.iter().zip(&by) {
+                        x -= column[k] * *by;
                     }
+                    *cell = x;
+                }
+                continue;
+            }
+            for (column, w) in self.columns.chunks_exact(size).zip(w).take(count) {
+                let by = column[j] * *w;
+                for (cell, x) in cells.iter_mut().zip(&column[j..]) {
+                    *cell -= *x * by;
                 }
             }
         }
     }
 }
 
-/// `sum + column * x`.
+/// Each sum and the column times its number.
 #[inline(always)]
-fn accumulate<const L: usize>(sum: &mut Column<L>, column: &Column<L>, x: Lane<L>) {
-    for (s, c) in sum.iter_mut().zip(column) {
-        *s += *c * x;
+fn accumulate<S: Simd, const N: usize>(
+    sums: &mut [Column<S>; N],
+    column: &Column<S>,
+    x: [Lane<S>; N],
+) {
+    for (r, c) in column.iter().enumerate() {
+        for (sum, x) in sums.iter_mut().zip(&x) {
+            sum[r] += *c * *x;
+        }
     }
 }

@@ -1,143 +1,106 @@
 //! Numbers of several filters side by side, and what the navigation equations do with them.
 //! Each operation is done for every filter in the order of the code for one filter, so each filter
 //! keeps its bits.
+//!
+//! Whatever computes with a [`Lane`] must be inlined into the function that knows the processor's
+//! vectors. So there are no closures over lanes here, and arrays are written out.
 
 use crate::inertial::rotation::from_rotvec;
-use nalgebra::{UnitQuaternion, Vector3};
-use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
+use fearless_simd::{Simd, SimdBase, f64x8};
+use nalgebra::Vector3;
 
-/// One number of each of `L` filters.
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[repr(transparent)]
-pub(super) struct Lane<const L: usize>(pub(super) [f64; L]);
+/// How many filters stand side by side.
+pub const PLACES: usize = 8;
 
-impl<const L: usize> Lane<L> {
-    pub(super) const ZERO: Self = Self([0.0; L]);
-
-    /// The same number for all.
-    #[inline(always)]
-    pub(super) fn all(x: f64) -> Self {
-        Self([x; L])
-    }
-
-    /// The number of each filter.
-    #[inline(always)]
-    pub(super) fn of(x: impl FnMut(usize) -> f64) -> Self {
-        Self(std::array::from_fn(x))
-    }
-
-    #[inline(always)]
-    pub(super) fn map(self, f: impl Fn(f64) -> f64) -> Self {
-        Self(self.0.map(f))
-    }
-
-    #[inline(always)]
-    pub(super) fn every(self, f: impl Fn(f64) -> bool) -> bool {
-        self.0.into_iter().all(f)
-    }
-}
-
-macro_rules! operator {
-    ($name:ident $method:ident) => {
-        impl<const L: usize> $name for Lane<L> {
-            type Output = Self;
-            #[inline(always)]
-            fn $method(mut self, other: Self) -> Self {
-                for (a, b) in self.0.iter_mut().zip(other.0) {
-                    *a = a.$method(b);
-                }
-                self
-            }
-        }
-        impl<const L: usize> $name<f64> for Lane<L> {
-            type Output = Self;
-            #[inline(always)]
-            fn $method(mut self, other: f64) -> Self {
-                for a in &mut self.0 {
-                    *a = a.$method(other);
-                }
-                self
-            }
-        }
-        impl<const L: usize> $name<Lane<L>> for f64 {
-            type Output = Lane<L>;
-            #[inline(always)]
-            fn $method(self, mut other: Lane<L>) -> Lane<L> {
-                for b in &mut other.0 {
-                    *b = self.$method(*b);
-                }
-                other
-            }
-        }
-    };
-}
-operator!(Add add);
-operator!(Sub sub);
-operator!(Mul mul);
-operator!(Div div);
-
-impl<const L: usize> Neg for Lane<L> {
-    type Output = Self;
-    #[inline(always)]
-    fn neg(self) -> Self {
-        self.map(|x| -x)
-    }
-}
-
-impl<const L: usize> AddAssign for Lane<L> {
-    #[inline(always)]
-    fn add_assign(&mut self, other: Self) {
-        *self = *self + other;
-    }
-}
-
-impl<const L: usize> SubAssign for Lane<L> {
-    #[inline(always)]
-    fn sub_assign(&mut self, other: Self) {
-        *self = *self - other;
-    }
-}
-
+/// One number of each filter.
+pub(super) type Lane<S> = f64x8<S>;
 /// A vector of three.
-pub(super) type V3<const L: usize> = [Lane<L>; 3];
+pub(super) type V3<S> = [Lane<S>; 3];
 /// A matrix of three by three, by rows.
-pub(super) type M3<const L: usize> = [V3<L>; 3];
+pub(super) type M3<S> = [V3<S>; 3];
 /// A quaternion: vector part, then scalar part.
-pub(super) type Q<const L: usize> = [Lane<L>; 4];
+pub(super) type Q<S> = [Lane<S>; 4];
 
+/// The same number for all.
 #[inline(always)]
-pub(super) fn gathered<const L: usize>(of: impl Fn(usize) -> Vector3<f64>) -> V3<L> {
-    [0, 1, 2].map(|i| Lane::of(|l| of(l)[i]))
+pub(super) fn all<S: Simd>(simd: S, x: f64) -> Lane<S> {
+    Lane::splat(simd, x)
+}
+
+/// The number of each filter.
+#[inline(always)]
+pub(super) fn of<S: Simd>(simd: S, x: impl Fn(usize) -> f64) -> Lane<S> {
+    let mut out = [0.0; PLACES];
+    for (l, out) in out.iter_mut().enumerate() {
+        *out = x(l);
+    }
+    Lane::from_slice(simd, &out)
+}
+
+/// The vector of each filter.
+#[inline(always)]
+pub(super) fn gathered<S: Simd>(simd: S, x: impl Fn(usize) -> Vector3<f64>) -> V3<S> {
+    let mut out = [[0.0; PLACES]; 3];
+    for l in 0..PLACES {
+        let v = x(l);
+        for (i, row) in out.iter_mut().enumerate() {
+            row[l] = v[i];
+        }
+    }
+    let row = |i: usize| Lane::from_slice(simd, &out[i]);
+    [row(0), row(1), row(2)]
+}
+
+/// The same vector for all.
+#[inline(always)]
+pub(super) fn spread<S: Simd>(simd: S, v: &Vector3<f64>) -> V3<S> {
+    [all(simd, v.x), all(simd, v.y), all(simd, v.z)]
 }
 
 /// The vector of filter `l`.
 #[inline(always)]
-pub(super) fn at<const L: usize>(v: &V3<L>, l: usize) -> Vector3<f64> {
-    Vector3::new(v[0].0[l], v[1].0[l], v[2].0[l])
+pub(super) fn at<S: Simd>(v: &V3<S>, l: usize) -> Vector3<f64> {
+    Vector3::new(v[0][l], v[1][l], v[2][l])
 }
 
 #[inline(always)]
-pub(super) fn add<const L: usize>(a: &V3<L>, b: &V3<L>) -> V3<L> {
+pub(super) fn zeros<S: Simd>(simd: S) -> V3<S> {
+    [all(simd, 0.0); 3]
+}
+
+#[inline(always)]
+pub(super) fn minus<S: Simd>(a: &V3<S>) -> V3<S> {
+    [-a[0], -a[1], -a[2]]
+}
+
+#[inline(always)]
+pub(super) fn add<S: Simd>(a: &V3<S>, b: &V3<S>) -> V3<S> {
     [a[0] + b[0], a[1] + b[1], a[2] + b[2]]
 }
 
 #[inline(always)]
-pub(super) fn sub<const L: usize>(a: &V3<L>, b: &V3<L>) -> V3<L> {
+pub(super) fn sub<S: Simd>(a: &V3<S>, b: &V3<S>) -> V3<S> {
     [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
 }
 
 #[inline(always)]
-pub(super) fn scaled<const L: usize>(a: &V3<L>, by: f64) -> V3<L> {
+pub(super) fn scaled<S: Simd>(a: &V3<S>, by: f64) -> V3<S> {
+    times(a, all(a[0].simd, by))
+}
+
+#[inline(always)]
+pub(super) fn divided<S: Simd>(a: &V3<S>, by: f64) -> V3<S> {
+    let by = all(a[0].simd, by);
+    [a[0] / by, a[1] / by, a[2] / by]
+}
+
+#[inline(always)]
+pub(super) fn times<S: Simd>(a: &V3<S>, by: Lane<S>) -> V3<S> {
     [a[0] * by, a[1] * by, a[2] * by]
 }
 
 #[inline(always)]
-pub(super) fn times<const L: usize>(a: &V3<L>, by: Lane<L>) -> V3<L> {
-    [a[0] * by, a[1] * by, a[2] * by]
-}
-
-#[inline(always)]
-pub(super) fn cross<const L: usize>(a: &V3<L>, b: &V3<L>) -> V3<L> {
+pub(super) fn cross<S: Simd>(a: &V3<S>, b: &V3<S>) -> V3<S> {
     [
         a[1] * b[2] - a[2] * b[1],
         a[2] * b[0] - a[0] * b[2],
@@ -146,52 +109,88 @@ pub(super) fn cross<const L: usize>(a: &V3<L>, b: &V3<L>) -> V3<L> {
 }
 
 #[inline(always)]
-pub(super) fn norm_squared<const L: usize>(a: &V3<L>) -> Lane<L> {
+pub(super) fn norm_squared<S: Simd>(a: &V3<S>) -> Lane<S> {
     a[0] * a[0] + a[1] * a[1] + a[2] * a[2]
 }
 
 /// The matrix of the cross product with `v` from the left.
 #[inline(always)]
-pub(super) fn skew<const L: usize>(v: &V3<L>) -> M3<L> {
-    let o = Lane::ZERO;
+pub(super) fn skew<S: Simd>(v: &V3<S>) -> M3<S> {
+    let o = all(v[0].simd, 0.0);
     [[o, -v[2], v[1]], [v[2], o, -v[0]], [-v[1], v[0], o]]
 }
 
 #[inline(always)]
-pub(super) fn product<const L: usize>(a: &M3<L>, b: &M3<L>) -> M3<L> {
-    let cell = |r: usize, c: usize| a[r][0] * b[0][c] + a[r][1] * b[1][c] + a[r][2] * b[2][c];
-    [0, 1, 2].map(|r| [0, 1, 2].map(|c| cell(r, c)))
+fn row_by<S: Simd>(row: &V3<S>, b: &M3<S>) -> V3<S> {
+    let mut out = *row;
+    for (c, out) in out.iter_mut().enumerate() {
+        *out = row[0] * b[0][c] + row[1] * b[1][c] + row[2] * b[2][c];
+    }
+    out
 }
 
 #[inline(always)]
-pub(super) fn each<const L: usize>(
-    a: &M3<L>,
-    b: &M3<L>,
-    f: impl Fn(Lane<L>, Lane<L>) -> Lane<L>,
-) -> M3<L> {
-    [0, 1, 2].map(|r| [0, 1, 2].map(|c| f(a[r][c], b[r][c])))
+pub(super) fn product<S: Simd>(a: &M3<S>, b: &M3<S>) -> M3<S> {
+    [row_by(&a[0], b), row_by(&a[1], b), row_by(&a[2], b)]
 }
 
 #[inline(always)]
-pub(super) fn transposed<const L: usize>(a: &M3<L>) -> M3<L> {
-    [0, 1, 2].map(|r| [0, 1, 2].map(|c| a[c][r]))
+pub(super) fn sum<S: Simd>(a: &M3<S>, b: &M3<S>) -> M3<S> {
+    [add(&a[0], &b[0]), add(&a[1], &b[1]), add(&a[2], &b[2])]
+}
+
+#[inline(always)]
+pub(super) fn difference<S: Simd>(a: &M3<S>, b: &M3<S>) -> M3<S> {
+    [sub(&a[0], &b[0]), sub(&a[1], &b[1]), sub(&a[2], &b[2])]
+}
+
+#[inline(always)]
+pub(super) fn by<S: Simd>(m: &M3<S>, x: Lane<S>) -> M3<S> {
+    [times(&m[0], x), times(&m[1], x), times(&m[2], x)]
+}
+
+#[inline(always)]
+pub(super) fn column<S: Simd>(m: &M3<S>, c: usize) -> V3<S> {
+    [m[0][c], m[1][c], m[2][c]]
+}
+
+#[inline(always)]
+pub(super) fn transposed<S: Simd>(a: &M3<S>) -> M3<S> {
+    [column(a, 0), column(a, 1), column(a, 2)]
+}
+
+/// The matrix times a vector.
+#[inline(always)]
+pub(super) fn applied<S: Simd>(m: &M3<S>, v: &V3<S>) -> V3<S> {
+    let mut out = *v;
+    for (out, row) in out.iter_mut().zip(m) {
+        *out = row[0] * v[0] + row[1] * v[1] + row[2] * v[2];
+    }
+    out
 }
 
 /// Quaternion of a small rotation: [`from_rotvec`].
 #[inline(always)]
-pub(super) fn rotation<const L: usize>(phi: &V3<L>) -> Q<L> {
+pub(super) fn rotation<S: Simd>(phi: &V3<S>) -> Q<S> {
     let n2 = norm_squared(phi);
-    if n2.every(|n2| n2 < 3.6e-3) {
+    if n2.as_slice().iter().all(|n2| *n2 < 3.6e-3) {
         let c = 1.0 - n2 / 8.0 * (1.0 - n2 / 48.0 * (1.0 - n2 / 120.0));
         let s = 0.5 - n2 / 48.0 * (1.0 - n2 / 80.0 * (1.0 - n2 / 168.0));
         return [s * phi[0], s * phi[1], s * phi[2], c];
     }
-    let one: [UnitQuaternion<f64>; L] = std::array::from_fn(|l| from_rotvec(&at(phi, l)));
-    [0, 1, 2, 3].map(|i| Lane::of(|l| one[l].coords[i]))
+    let mut out = [[0.0; PLACES]; 4];
+    for l in 0..PLACES {
+        let one = from_rotvec(&at(phi, l));
+        for (i, out) in out.iter_mut().enumerate() {
+            out[l] = one.coords[i];
+        }
+    }
+    let part = |i: usize| Lane::from_slice(n2.simd, &out[i]);
+    [part(0), part(1), part(2), part(3)]
 }
 
 #[inline(always)]
-pub(super) fn after<const L: usize>(a: &Q<L>, b: &Q<L>) -> Q<L> {
+pub(super) fn after<S: Simd>(a: &Q<S>, b: &Q<S>) -> Q<S> {
     [
         a[3] * b[0] + a[0] * b[3] + a[1] * b[2] - a[2] * b[1],
         a[3] * b[1] - a[0] * b[2] + a[1] * b[3] + a[2] * b[0],
@@ -202,7 +201,7 @@ pub(super) fn after<const L: usize>(a: &Q<L>, b: &Q<L>) -> Q<L> {
 
 /// A vector turned by a quaternion.
 #[inline(always)]
-pub(super) fn turned<const L: usize>(q: &Q<L>, v: &V3<L>) -> V3<L> {
+pub(super) fn turned<S: Simd>(q: &Q<S>, v: &V3<S>) -> V3<S> {
     let vector = [q[0], q[1], q[2]];
     let t = scaled(&cross(&vector, v), 2.0);
     let cross = cross(&vector, &t);
@@ -211,13 +210,13 @@ pub(super) fn turned<const L: usize>(q: &Q<L>, v: &V3<L>) -> V3<L> {
 
 /// The sum of squares, in nalgebra's order.
 #[inline(always)]
-pub(super) fn size_squared<const L: usize>(q: &Q<L>) -> Lane<L> {
+pub(super) fn size_squared<S: Simd>(q: &Q<S>) -> Lane<S> {
     (q[0] * q[0] + q[2] * q[2]) + (q[1] * q[1] + q[3] * q[3])
 }
 
 /// The rotation matrix of a quaternion.
 #[inline(always)]
-pub(super) fn matrix_of<const L: usize>([i, j, k, w]: &Q<L>) -> M3<L> {
+pub(super) fn matrix_of<S: Simd>([i, j, k, w]: &Q<S>) -> M3<S> {
     let (i, j, k, w) = (*i, *j, *k, *w);
     let (ww, ii, jj, kk) = (w * w, i * i, j * j, k * k);
     let (ij, wk, wj) = (i * j * 2.0, w * k * 2.0, w * j * 2.0);
