@@ -3,8 +3,12 @@
 //! those of different groups of errors on the same drive.
 
 use super::laws::{self, exponentials};
-use super::schemes::Case;
-use crate::inertial::ekf::{Aided, Beside, ErrorModel, Known, Noise, PLACES, Prior, alike, pass};
+use super::schemes::{Case, FILTERS, free};
+use crate::inertial::PLACES;
+use crate::inertial::ekf::{
+    Aided, Beside, ErrorModel, Flight, Known, Noise, Prior, alike, flies, free_abreast, pass,
+};
+use crate::inertial::free_inertial::FreeInertial;
 use crate::inertial::gnss::Fix;
 use crate::inertial::session::Session;
 use crate::inertial::sins::Increment;
@@ -34,8 +38,26 @@ struct Key {
 #[derive(Debug, Default)]
 pub struct Bench {
     solved: RefCell<Vec<(Key, Rc<Scored>)>>,
+    /// Their free-inertial parts, as far as they were navigated side by side.
+    flown: RefCell<Vec<(Key, FreeInertial)>>,
     read: OnceCell<Arc<[Known]>>,
     felt: OnceCell<Arc<[Known]>>,
+}
+
+/// The number of the filter without a model of the IMU. In place of a walk it has a factor of the
+/// noise.
+pub(super) const NONE: usize = FILTERS.len();
+
+/// What a filter assumes with this walk.
+fn assumed(told: &Assumptions, filter: usize, walk: f64) -> Assumptions {
+    if filter != NONE {
+        return told.walking(walk);
+    }
+    let noise = Noise {
+        gyro: told.noise.gyro * walk,
+        accel: told.noise.accel * walk,
+    };
+    Assumptions { noise, ..*told }
 }
 
 /// The models that the classical filter number `filter` picks from.
@@ -47,6 +69,7 @@ fn models(bench: &Bench, filter: usize, session: &Session, prior: &Prior) -> Vec
         3 => vec![ErrorModel::with_ramps(prior)],
         4 => exponentials(session, prior),
         5 => laws::by_temperature(bench.read.get_or_init(|| laws::read(session)), prior),
+        NONE => vec![ErrorModel::default()],
         _ => {
             let felt = bench.felt.get_or_init(|| laws::read_and_felt(session));
             laws::by_inputs(felt, prior)
@@ -85,7 +108,7 @@ impl Bench {
         let (mut keys, mut missing) = (Vec::new(), Vec::new());
         let mut start = None;
         for &(filter, walk) in wanted {
-            let assumptions = case.knows.told.walking(walk);
+            let assumptions = assumed(case.knows.told, filter, walk);
             let models = models(self, filter, case.session, &assumptions.prior);
             let own = Self::keys(case, filter, &assumptions, models.len());
             for (key, model) in own.into_iter().zip(models) {
@@ -117,13 +140,72 @@ impl Bench {
 
     /// Of the models of a filter the one that gave the fixes the greatest density.
     pub(super) fn best(&self, case: &Case<'_>, filter: usize, walk: f64) -> Option<Rc<Scored>> {
-        self.prepare(case, &[(filter, walk)])?;
-        let assumptions = case.knows.told.walking(walk);
-        let count = models(self, filter, case.session, &assumptions.prior).len();
-        let keys = Self::keys(case, filter, &assumptions, count);
-        let all: Option<Vec<Rc<Scored>>> = keys.iter().map(|key| self.found(key)).collect();
-        all?.into_iter().max_by(|a, b| a.1.total_cmp(&b.1))
+        Some(self.winner(case, filter, walk)?.1)
     }
+
+    /// The same with its key.
+    fn winner(&self, case: &Case<'_>, filter: usize, walk: f64) -> Option<(Key, Rc<Scored>)> {
+        self.prepare(case, &[(filter, walk)])?;
+        let assumptions = assumed(case.knows.told, filter, walk);
+        let count = models(self, filter, case.session, &assumptions.prior).len();
+        let keys = Self::keys(case, filter, &assumptions, count).into_iter();
+        let all: Option<Vec<_>> = keys.map(|key| Some((key, self.found(&key)?))).collect();
+        all?.into_iter()
+            .max_by(|(_, a), (_, b)| a.1.total_cmp(&b.1))
+    }
+
+    /// Navigates the free-inertial parts of filters side by side.
+    pub(super) fn fly(&self, case: &Case<'_>, wanted: &[(usize, f64)]) -> Option<()> {
+        let mut winners: Vec<(Key, Rc<Scored>)> = Vec::new();
+        for &(filter, walk) in wanted {
+            let winner = self.winner(case, filter, walk)?;
+            if winners.iter().all(|(key, _)| *key != winner.0) {
+                winners.push(winner);
+            }
+        }
+        let filters: Vec<&Aided> = winners.iter().map(|(_, scored)| &scored.0).collect();
+        let flown = flown(&filters, case.session, case.increments(), case.until);
+        let keys = winners.iter().map(|(key, _)| *key);
+        self.flown.borrow_mut().extend(keys.zip(flown));
+        Some(())
+    }
+
+    /// Forgets the free-inertial parts.
+    pub(super) fn land(&self) {
+        self.flown.borrow_mut().clear();
+    }
+
+    /// The free-inertial part of [`Self::best`].
+    pub(super) fn free(&self, case: &Case<'_>, filter: usize, walk: f64) -> Option<FreeInertial> {
+        let (key, best) = self.winner(case, filter, walk)?;
+        let flown = self.flown.borrow();
+        let found = flown.iter().find(|(known, _)| *known == key);
+        let alone = || free(&best.0, case.session, case.increments(), case.until);
+        Some(found.map_or_else(alone, |(_, free)| free.clone()))
+    }
+}
+
+/// The free-inertial parts of filters on one session, side by side where that is possible.
+pub(super) fn flown(
+    filters: &[&Aided],
+    session: &Session,
+    increments: &[Increment],
+    until: usize,
+) -> Vec<FreeInertial> {
+    if !filters.iter().all(|filter| flies(filter)) {
+        let alone = |filter: &&Aided| free(filter, session, increments, until);
+        return filters.iter().map(alone).collect();
+    }
+    let beside = filters.chunks(PLACES).flat_map(|filters| {
+        let flight = filters.iter().map(|&filter| Flight {
+            filter,
+            session,
+            increments,
+            until,
+        });
+        free_abreast(&flight.collect::<Vec<_>>())
+    });
+    beside.collect()
 }
 
 /// Runs the filters of these cases that have not run yet, each with its walk. `None`: no attitude.

@@ -259,6 +259,7 @@ impl Campaign {
     ) -> Result<(), Error> {
         let (model, _, drives) = of;
         let lost = || self.scenario.no_attitude();
+        case.bench.fly(case, &self.filters(case)).ok_or_else(lost)?;
         for &(name, scheme) in self.schemes() {
             let same = match memory::remembers(name) {
                 false => Some(name),
@@ -314,7 +315,9 @@ impl Campaign {
                 .then_some((filter, case.tuned.walks[filter]));
             told.into_iter().chain(tuned)
         };
-        each.flat_map(of).collect()
+        let none = (bench::NONE, case.tuned.none_factor);
+        let none = self.wants("none").then_some(none);
+        each.flat_map(of).chain(none).collect()
     }
 
     /// Error groups of the campaign, and noise for the floor.

@@ -258,6 +258,9 @@ fn frozen<const INDEX: usize>(case: &Case<'_>) -> Option<FreeInertial> {
 /// The aided filter without a model of the IMU. White noise times `factor` covers what it does not
 /// know.
 pub fn none(case: &Case<'_>, increments: &[Increment], factor: f64) -> Option<FreeInertial> {
+    if std::ptr::eq(increments, case.increments()) {
+        return case.bench.free(case, bench::NONE, factor);
+    }
     nones(case, increments, &[factor])?.pop()
 }
 
@@ -284,8 +287,8 @@ pub(super) fn nones(
         }
     };
     let scored = bench::scored(factors.iter().map(of).collect());
-    let free = |(filter, _): &bench::Scored| free(filter, session, increments, until);
-    Some(scored.iter().map(free).collect())
+    let filters: Vec<&Aided> = scored.iter().map(|(filter, _)| filter).collect();
+    Some(bench::flown(&filters, session, increments, until))
 }
 
 /// One of [`FILTERS`] with the datasheet's walk.
@@ -301,8 +304,7 @@ fn tuned<const FILTER: usize>(case: &Case<'_>) -> Option<FreeInertial> {
 /// One of [`FILTERS`] with this walk. Of several models the one that gave the fixes the greatest
 /// density goes on.
 pub(super) fn filtered(case: &Case<'_>, filter: usize, walk: f64) -> Option<FreeInertial> {
-    let best = case.bench.best(case, filter, walk)?;
-    Some(free(&best.0, case.session, case.increments(), case.until))
+    case.bench.free(case, filter, walk)
 }
 
 pub(super) fn aided_free_inertial(

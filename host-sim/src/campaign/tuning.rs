@@ -2,7 +2,7 @@
 //! training units that no campaign judges.
 
 use super::causes::Size;
-use super::schemes::{Case, FILTERS, Tuned, filtered, nones, rnn_increments};
+use super::schemes::{Case, FILTERS, Tuned, filtered, none, nones, rnn_increments};
 use super::statistics::median;
 use super::turn_on;
 use super::{Campaign, Group, bench};
@@ -130,7 +130,8 @@ impl Tuning {
         let each = tuned
             .iter()
             .flat_map(|&filter| WALKS.map(|walk| (filter, walk)));
-        let wanted: Vec<(usize, f64)> = each.collect();
+        let plain = FACTORS.map(|factor| (bench::NONE, factor));
+        let wanted: Vec<(usize, f64)> = each.chain(plain).collect();
         let prepare = |cases: &[(Group, Case<'_>)]| {
             let each: Vec<_> = cases.iter().map(|(_, case)| (case, &wanted[..])).collect();
             bench::prepare(&each).ok_or_else(lost)
@@ -144,6 +145,7 @@ impl Tuning {
                 none: [0.0; FACTORS.len()],
                 rnn: [0.0; FACTORS.len()],
             };
+            case.bench.fly(case, &wanted).ok_or_else(lost)?;
             for &filter in &tuned {
                 for (slot, walk) in tried.walks[filter].iter_mut().zip(WALKS) {
                     *slot = error(filtered(case, filter, walk))?;
@@ -153,7 +155,10 @@ impl Tuning {
                 let free = nones(case, increments, &FACTORS).ok_or_else(lost)?;
                 free.into_iter().map(|free| error(Some(free))).collect()
             };
-            tried.none.copy_from_slice(&of(case.increments())?);
+            for (slot, factor) in tried.none.iter_mut().zip(FACTORS) {
+                *slot = error(none(case, case.increments(), factor))?;
+            }
+            case.bench.land();
             if !campaign.wants("rnn-window") {
                 out.push(tried);
                 return Ok(());

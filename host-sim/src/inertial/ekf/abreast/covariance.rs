@@ -2,7 +2,7 @@
 //! not fade. Only the lower triangle is kept, column by column.
 
 use super::super::NAV;
-use super::lane::{Lane, PLACES, all, of};
+use crate::inertial::lane::{Lane, PLACES, all, of};
 use fearless_simd::Simd;
 
 /// Nine rows of a column.

@@ -3,12 +3,12 @@
 
 use super::super::{NAV, Triad};
 use super::covariance::Column;
-use super::lane::{
+use super::navigate::{Earth, Navigators};
+use crate::inertial::earth::OMEGA_IE;
+use crate::inertial::lane::{
     Lane, M3, V3, add, all, by, cross, difference, divided, minus, product, scaled, skew, sub, sum,
     transposed, zeros,
 };
-use super::navigate::{Earth, Navigators};
-use crate::inertial::earth::OMEGA_IE;
 use fearless_simd::Simd;
 use fearless_simd::prelude::*;
 

@@ -5,23 +5,24 @@
 
 mod covariance;
 mod dynamics;
-mod lane;
+mod free;
 mod navigate;
 
 use super::model::Known;
 use super::{Aided, Inputs, NAV, Parameter, Regressor, Triad};
 use crate::inertial::earth::Local;
 use crate::inertial::gnss::Fix;
+use crate::inertial::lane::{
+    Lane, PLACES, V3, after, all, applied, at, column, divided, gathered, matrix_of, of, rotation,
+    scaled, sub, times, zeros,
+};
 use crate::inertial::session::EPOCH_S;
 use crate::inertial::sins::{Increment, Samples};
+use crate::inertial::vectors::widest;
 use covariance::{Column, Covariance, MOST, Scalar};
 use dynamics::{Sums, Transition, integrate, nothing};
-use fearless_simd::{Level, Simd};
-pub use lane::PLACES;
-use lane::{
-    Lane, V3, after, all, applied, column, divided, gathered, matrix_of, of, rotation, scaled, sub,
-    times, zeros,
-};
+use fearless_simd::Simd;
+pub use free::{Flight, flies, free_abreast};
 use navigate::Navigators;
 use std::sync::Arc;
 
@@ -64,32 +65,7 @@ pub fn pass(beside: &mut [Beside<'_>], fixes: &[Option<Fix>], dt: f64) {
     if beside.is_empty() || fixes.is_empty() {
         return;
     }
-    let level = Level::new();
-    // Each kind of vectors is compiled once more: three are enough.
-    #[cfg(target_arch = "x86_64")]
-    {
-        if let Some(simd) = level.as_avx512() {
-            return simd.vectorize(
-                #[inline(always)]
-                || run(simd, beside, fixes, dt),
-            );
-        }
-        if let Some(simd) = level.as_avx2() {
-            return simd.vectorize(
-                #[inline(always)]
-                || run(simd, beside, fixes, dt),
-            );
-        }
-        let Some(simd) = level.as_sse2() else {
-            unreachable!("every x86-64 has these vectors");
-        };
-        simd.vectorize(
-            #[inline(always)]
-            || run(simd, beside, fixes, dt),
-        );
-    }
-    #[cfg(not(target_arch = "x86_64"))]
-    fearless_simd::dispatch!(level, simd => run(simd, beside, fixes, dt));
+    widest!(simd => run(simd, beside, fixes, dt));
 }
 
 #[inline(always)]
@@ -246,7 +222,7 @@ impl<S: Simd> Abreast<S> {
             }
         }
         filter.interval.clock = self.clock;
-        filter.interval.last_rate = Some(lane::at(&self.rate, l));
+        filter.interval.last_rate = Some(at(&self.rate, l));
         filter.start = filter.sins.nav;
         filter.before = to.increments.last().copied();
         *score = self.score[l];

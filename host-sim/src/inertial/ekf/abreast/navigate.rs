@@ -1,13 +1,13 @@
 //! The strapdown step of several filters side by side: [`Sins::step`] for increments that are
 //! compensated already.
 
-use super::lane::{
-    Lane, PLACES, Q, V3, add, after, all, at, cross, gathered, minus, norm_squared, of, rotation,
-    scaled, size_squared, sub, times, turned,
-};
 use crate::inertial::earth::{A, E2, F, Geodetic, Local, OMEGA_IE};
 use crate::inertial::earth::{GAMMA_E, K, M_RATIO};
-use crate::inertial::sins::{Increment, NavState, Sins, outside};
+use crate::inertial::lane::{
+    Lane, PLACES, Q, V3, add, after, all, at, cross, gathered, in_start_axes, minus, of, rotation,
+    scaled, size_squared, sub, turned,
+};
+use crate::inertial::sins::{HeightLoop, Increment, NavState, Sins, outside};
 use fearless_simd::Simd;
 use fearless_simd::prelude::*;
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
@@ -176,14 +176,12 @@ impl<S: Simd> Navigators<S> {
         ];
         self.velocity = sub(&self.velocity, &[e[3], e[4], e[5]]);
     }
-}
 
-/// [`crate::inertial::sins`]: specific force in the body axes of the start of the increment.
-#[inline(always)]
-fn in_start_axes<S: Simd>(phi: &V3<S>, eta: &V3<S>) -> V3<S> {
-    let n2 = norm_squared(phi);
-    let once = cross(phi, eta);
-    let twice = cross(phi, &once);
-    let first = add(eta, &times(&once, 0.5 - n2 / 24.0));
-    add(&first, &times(&twice, 1.0 / 6.0 - n2 / 120.0))
+    /// [`Sins::damp_height`] of all. `heights`: those of the barometer, m.
+    #[inline(always)]
+    pub(super) fn damp_height(&mut self, loop_: &HeightLoop, heights: Lane<S>, dt: f64) {
+        let error = self.place[2] - heights;
+        self.place[2] -= 2.0 / loop_.time_s * error * dt;
+        self.velocity[2] += error * dt / (loop_.time_s * loop_.time_s);
+    }
 }
