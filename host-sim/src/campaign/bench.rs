@@ -94,7 +94,8 @@ impl Bench {
         (0..count).map(of).collect()
     }
 
-    /// Runs the filters of this case that have not run yet, each with its walk. `None`: no attitude.
+    /// Runs the filters of this case that have not run yet, each with its walk. `None`: no
+    /// attitude.
     pub(super) fn prepare(&self, case: &Case<'_>, wanted: &[(usize, f64)]) -> Option<()> {
         prepare(&[(case, wanted)])
     }

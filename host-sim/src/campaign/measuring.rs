@@ -47,7 +47,8 @@ impl Measuring {
     }
 }
 
-/// Groups of errors whose sessions are in memory at the same time: the six of a campaign, and noise.
+/// Groups of errors whose sessions are in memory at the same time: the six of a campaign, and
+/// noise.
 const TOGETHER: usize = 7;
 
 /// A drive as measured with one group of errors.

@@ -67,7 +67,6 @@ fn paired(rows: &[&Row], drives: u32, start: StartName) -> Vec<Ratio> {
         .flat_map(|l| l.values())
         .map(BTreeMap::len)
         .max();
-    let picks = resamples(n.unwrap_or(0));
     // each pair once: the other way round, all logarithms have the other sign
     let mut pairs = Vec::new();
     let mut cells = Vec::new();
@@ -85,20 +84,7 @@ fn paired(rows: &[&Row], drives: u32, start: StartName) -> Vec<Ratio> {
             }
         }
     }
-    let compared: Vec<Option<[Compared; TIMES_MIN.len()]>> = pairs
-        .into_par_iter()
-        .map(|(logs, scheme, baseline)| {
-            let x = differences(logs, scheme, baseline);
-            let own;
-            let picks = if Some(x.len()) == n {
-                &picks
-            } else {
-                own = resamples(x.len());
-                &own
-            };
-            geometric(&x, picks)
-        })
-        .collect();
+    let compared = compared(pairs, n.unwrap_or(0));
     let count = schemes.len();
     let place = |g: usize, i: usize, j: usize| {
         let before = i * (2 * count - i - 1) / 2;
@@ -127,6 +113,22 @@ fn paired(rows: &[&Row], drives: u32, start: StartName) -> Vec<Ratio> {
             start,
         })
         .collect()
+}
+
+/// Compares pairs of schemes; `runs`: how many a pair usually has.
+fn compared(
+    pairs: Vec<(&[Logs<'_>], &str, &str)>,
+    runs: usize,
+) -> Vec<Option<[Compared; TIMES_MIN.len()]>> {
+    let picks = resamples(runs);
+    let each = pairs.into_par_iter().map(|(logs, scheme, baseline)| {
+        let x = differences(logs, scheme, baseline);
+        match x.len() == runs {
+            true => geometric(&x, &picks),
+            false => geometric(&x, &resamples(x.len())),
+        }
+    });
+    each.collect()
 }
 
 /// How two schemes compare at one time, in logarithms.

@@ -24,6 +24,26 @@ pub(super) struct Covariance<S: Simd> {
     pub(super) errors: Vec<Lane<S>>,
 }
 
+/// `[Phi Psi]` by columns. Parameters that are slow act along the six axes of the two triads: their
+/// columns of `Psi` are those of the axes times a number, so products with them need one column
+/// for each axis.
+pub(super) struct Transitions<S: Simd> {
+    pub(super) phi: [Column<S>; NAV],
+    /// Of a bias along each axis: gyros, then accelerometers.
+    pub(super) axes: [Column<S>; AXES],
+    /// Of each parameter that is not slow; unused for the others.
+    pub(super) own: Vec<Column<S>>,
+    /// Of each slow parameter: its number in place of a column.
+    pub(super) numbers: Vec<Lane<S>>,
+    /// The slow parameters of each axis.
+    pub(super) slow: [Vec<usize>; AXES],
+    /// The others.
+    pub(super) others: Vec<usize>,
+}
+
+/// Axes of the two triads.
+pub(super) const AXES: usize = 6;
+
 /// One measurement: error state, value, standard deviation.
 pub(super) type Scalar<S> = (usize, Lane<S>, f64);
 /// Values of a fix.
@@ -59,31 +79,46 @@ impl<S: Simd> Covariance<S> {
         self.cells[self.begins[j] + i - j][l]
     }
 
-    /// `P <- [Phi Psi; 0 I] P [Phi Psi; 0 I]' + Q`. `by`: the columns of `[Phi Psi]`; `walks`:
-    /// the variance that each parameter walks in a second, for `time` seconds.
+    /// `P <- [Phi Psi; 0 I] P [Phi Psi; 0 I]' + Q`. `by`: `[Phi Psi]`; `walks`: the variance that
+    /// each parameter walks in a second, for `time` seconds.
     #[inline(always)]
     pub(super) fn propagate(
         &mut self,
-        by: &[Column<S>],
+        by: &Transitions<S>,
         q: &[Column<S>; NAV],
         walks: &[Lane<S>],
         time: f64,
     ) {
         self.transform(by);
         let size = self.size;
-        let mut nav = *q;
-        for c in (0..NAV - 1).step_by(2) {
-            let mut two = [nav[c], nav[c + 1]];
-            for (top, by) in self.top.iter().zip(by) {
-                accumulate(&mut two, top, [by[c], by[c + 1]]);
+        let zero = [all(q[0][0].simd, 0.0); NAV];
+        // what the slow parameters of each axis add to the first nine rows of [Phi Psi] P
+        let mut along = [zero; AXES];
+        for (along, slow) in along.iter_mut().zip(&by.slow) {
+            let mut sum = [*along];
+            for &k in slow {
+                accumulate(&mut sum, &self.top[NAV + k], [by.numbers[k]]);
             }
-            [nav[c], nav[c + 1]] = two;
+            [*along] = sum;
         }
-        let mut last = [nav[NAV - 1]];
-        for (top, by) in self.top.iter().zip(by) {
-            accumulate(&mut last, top, [by[NAV - 1]]);
+        let mut nav = *q;
+        for c in (0..NAV).step_by(2) {
+            // nine columns two at a time: the last one is alone, and beside itself
+            let other = (c + 1).min(NAV - 1);
+            let mut two = [nav[c], nav[other]];
+            for (top, by) in self.top.iter().zip(&by.phi) {
+                accumulate(&mut two, top, [by[c], by[other]]);
+            }
+            for (along, by) in along.iter().zip(&by.axes) {
+                accumulate(&mut two, along, [by[c], by[other]]);
+            }
+            for &k in &by.others {
+                let own = &by.own[k];
+                accumulate(&mut two, &self.top[NAV + k], [own[c], own[other]]);
+            }
+            nav[c] = two[0];
+            nav[other] = two[1];
         }
-        [nav[NAV - 1]] = last;
         for c in 0..NAV {
             let begin = self.begins[c];
             for (r, row) in nav.iter().enumerate().skip(c) {
@@ -102,30 +137,37 @@ impl<S: Simd> Covariance<S> {
     /// The first nine rows of `[Phi Psi] P`, two columns at a time, so that a column of `[Phi Psi]`
     /// is read once for both.
     #[inline(always)]
-    fn transform(&mut self, by: &[Column<S>]) {
+    fn transform(&mut self, by: &Transitions<S>) {
         let size = self.size;
-        let zero = [all(by[0][0].simd, 0.0); NAV];
-        for j in (0..size - 1).step_by(2) {
-            let mut two = [zero; 2];
-            for (k, (by, begin)) in by.iter().zip(&self.begins).enumerate().take(j + 1) {
-                let at = begin + j - k;
-                accumulate(&mut two, by, [self.cells[at], self.cells[at + 1]]);
+        let zero = all(by.phi[0][0].simd, 0.0);
+        for j in (0..size).step_by(2) {
+            let other = (j + 1).min(size - 1);
+            let mut two = [[zero; NAV]; 2];
+            for (k, by) in by.phi.iter().enumerate() {
+                accumulate(&mut two, by, [self.get(j, k), self.get(other, k)]);
             }
-            let (one, other) = (self.begins[j] + 1, self.begins[j + 1]);
-            let one = &self.cells[one..one + size - j - 1];
-            let other = &self.cells[other..other + size - j - 1];
-            for (by, (x, y)) in by[j + 1..].iter().zip(one.iter().zip(other)) {
-                accumulate(&mut two, by, [*x, *y]);
+            for (slow, by_axis) in by.slow.iter().zip(&by.axes) {
+                let mut along = [zero; 2];
+                for &k in slow {
+                    along[0] += by.numbers[k] * self.get(j, NAV + k);
+                    along[1] += by.numbers[k] * self.get(other, NAV + k);
+                }
+                accumulate(&mut two, by_axis, along);
             }
-            [self.top[j], self.top[j + 1]] = two;
+            for &k in &by.others {
+                let x = [self.get(j, NAV + k), self.get(other, NAV + k)];
+                accumulate(&mut two, &by.own[k], x);
+            }
+            self.top[j] = two[0];
+            self.top[other] = two[1];
         }
-        if size % 2 == 1 {
-            let mut last = [zero];
-            for (k, (by, begin)) in by.iter().zip(&self.begins).enumerate() {
-                accumulate(&mut last, by, [self.cells[begin + size - 1 - k]]);
-            }
-            [self.top[size - 1]] = last;
-        }
+    }
+
+    /// A cell of all.
+    #[inline(always)]
+    fn get(&self, i: usize, j: usize) -> Lane<S> {
+        let (i, j) = if i < j { (j, i) } else { (i, j) };
+        self.cells[self.begins[j] + i - j]
     }
 
     /// Measurements one after the other. The logarithm of their density is added to `score`.

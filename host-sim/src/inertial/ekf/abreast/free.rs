@@ -1,5 +1,5 @@
-//! Free-inertial navigation of several filters side by side: [`free_inertial`] with the samples that
-//! each filter corrects by its last estimate, to the same bits.
+//! Free-inertial navigation of several filters side by side: [`free_inertial`] with the samples
+//! that each filter corrects by its last estimate, to the same bits.
 //!
 //! [`free_inertial`]: crate::inertial::free_inertial::free_inertial
 
@@ -37,7 +37,7 @@ pub fn flies(filter: &Aided) -> bool {
         && parameters.all(|p| simple(p.regressor))
 }
 
-/// Navigates at most [`PLACES`] filters that all [`flies`] accepts, over sessions of the same length
+/// Navigates at most [`PLACES`] filters that [`flies`] accepts, over sessions of the same length
 /// with the same steps, from the same epoch.
 #[must_use]
 pub fn free_abreast(flights: &[Flight<'_>]) -> Vec<FreeInertial> {

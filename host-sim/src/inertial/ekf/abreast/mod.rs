@@ -1,7 +1,8 @@
 //! Several filters of the same structure side by side: one number of each stands beside those of
 //! the others, so that the processor computes them at once. They differ in their samples, priors,
-//! walks and noises, hence in their trajectories; fixes and time are the same for all. Each keeps
-//! the bits that it has alone, and nothing is allocated while they run.
+//! walks and noises, hence in their trajectories; fixes and time are the same for all. Nothing
+//! is allocated while they run. Filters without laws of time or temperature keep the bits that they
+//! have alone; the sums of the others add up axis by axis, which changes their last digits.
 
 mod covariance;
 mod dynamics;
@@ -19,7 +20,7 @@ use crate::inertial::lane::{
 use crate::inertial::session::EPOCH_S;
 use crate::inertial::sins::{Increment, Samples};
 use crate::inertial::vectors::widest;
-use covariance::{Column, Covariance, MOST, Scalar};
+use covariance::{AXES, Covariance, MOST, Scalar, Transitions};
 use dynamics::{Sums, Transition, integrate, nothing};
 use fearless_simd::Simd;
 pub use free::{Flight, flies, free_abreast};
@@ -59,8 +60,8 @@ fn plain(filter: &Aided) -> bool {
 }
 
 /// Takes at most [`PLACES`] filters that are [`alike`] through epochs of one second, each with the
-/// fix at its end, valid there and then: with the widest vectors of the processor, which compute
-/// the same bits. `dt`: duration of an increment, s. All have the same number of increments.
+/// fix at its end, valid there and then: with the widest vectors of the processor, on
+/// which no bit depends. `dt`: duration of an increment, s. All have the same number of increments.
 pub fn pass(beside: &mut [Beside<'_>], fixes: &[Option<Fix>], dt: f64) {
     if beside.is_empty() || fixes.is_empty() {
         return;
@@ -118,8 +119,8 @@ struct Abreast<S: Simd> {
     /// The second of the slow errors, and these: of gyros, of accelerometers.
     second: Option<usize>,
     slow: [V3<S>; 2],
-    /// Columns of `[Phi Psi]`.
-    by: Vec<Column<S>>,
+    /// `[Phi Psi]`.
+    by: Transitions<S>,
 }
 
 /// A parameter: what it acts on, and by what.
@@ -180,6 +181,14 @@ impl<S: Simd> Abreast<S> {
             walk * walk
         };
         let (parts, features) = parts(&first.model.parameters);
+        let mut slow: [Vec<usize>; AXES] = Default::default();
+        let mut others = Vec::new();
+        for (k, p) in parts.iter().enumerate() {
+            match p.by {
+                By::Slow(_) => slow[3 * p.triad.index() + p.axis].push(k),
+                By::Input(_) => others.push(k),
+            }
+        }
         let zero = all(simd, 0.0);
         Self {
             simd,
@@ -204,7 +213,14 @@ impl<S: Simd> Abreast<S> {
             effects: vec![nothing(simd); n],
             second: None,
             slow: [zeros(simd); 2],
-            by: vec![[zero; NAV]; NAV + n],
+            by: Transitions {
+                phi: [[zero; NAV]; NAV],
+                axes: [[zero; NAV]; AXES],
+                own: vec![[zero; NAV]; n],
+                numbers: vec![zero; n],
+                slow,
+                others,
+            },
         }
     }
 
@@ -327,17 +343,16 @@ impl<S: Simd> Abreast<S> {
         let t = self.time;
         let over = Transition::over(&self.nav, &self.force, &self.noise, t);
         self.find_values(self.clock - 0.5 * t);
-        self.by[..NAV].copy_from_slice(&over.phi);
-        let parts = self.parts.iter().zip(&self.effects);
-        for (by, (p, effect)) in self.by[NAV..].iter_mut().zip(parts) {
-            let sums = match p.by {
-                By::Slow(feature) => {
-                    let (value, [one, two]) = (self.values[feature], &self.axes[p.axis]);
-                    [times(one, value), times(two, value)]
-                }
-                By::Input(_) => *effect,
-            };
-            *by = over.effect(p.triad, &sums, t);
+        self.by.phi = over.phi;
+        for (k, by) in self.by.axes.iter_mut().enumerate() {
+            let triad = if k < 3 { Triad::Gyro } else { Triad::Accel };
+            *by = over.effect(triad, &self.axes[k % 3], t);
+        }
+        for (k, p) in self.parts.iter().enumerate() {
+            match p.by {
+                By::Slow(feature) => self.by.numbers[k] = self.values[feature],
+                By::Input(_) => self.by.own[k] = over.effect(p.triad, &self.effects[k], t),
+            }
         }
         self.p.propagate(&self.by, &over.q, &self.walks, t);
     }

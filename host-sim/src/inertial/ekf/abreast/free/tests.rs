@@ -5,10 +5,8 @@ use crate::simulator::gnss::GnssSpec;
 use crate::simulator::imu::ImuSpec;
 use crate::simulator::session::{SessionConfig, simulate};
 
-/// Filters with several models, fewer than there are places, each with its own estimate: the bits of
-/// each alone.
-#[test]
-fn flights_side_by_side_have_their_own_bits() {
+/// A drive with a standstill.
+fn session() -> Session {
     let mut imu = ImuSpec::preset("medium").unwrap();
     imu.rate_hz = 50;
     let config = SessionConfig {
@@ -28,11 +26,15 @@ fn flights_side_by_side_have_their_own_bits() {
         turn_on: 6,
         drive: 7,
     };
-    let session = Session {
+    Session {
         gather: 5,
         reference_arm: nalgebra::Vector3::new(0.4, -0.2, 1.0),
         ..simulate(&config).0
-    };
+    }
+}
+
+/// Filters with several models at an epoch, each with its own estimate.
+fn filters(session: &Session, until: usize) -> [Aided; 5] {
     let prior = Prior {
         gyro_bias: 1e-6,
         accel_bias: 1e-3,
@@ -47,13 +49,10 @@ fn flights_side_by_side_have_their_own_bits() {
         ErrorModel::with_matrices(&prior),
         ErrorModel::with_exponentials(&prior, [150.0, 500.0, 1500.0], 0.3),
     ];
-    let (noise, until) = (
-        Noise {
-            gyro: 1e-6,
-            accel: 1e-4,
-        },
-        40,
-    );
+    let noise = Noise {
+        gyro: 1e-6,
+        accel: 1e-4,
+    };
     let sigma = InitialSigma {
         tilt: 1e-3,
         heading: 1e-2,
@@ -69,7 +68,14 @@ fn flights_side_by_side_have_their_own_bits() {
         }
         filter
     };
-    let filters = models.map(filter);
+    models.map(filter)
+}
+
+/// Fewer filters than there are places: the bits of each alone.
+#[test]
+fn flights_side_by_side_have_their_own_bits() {
+    let (session, until) = (session(), 40);
+    let filters = filters(&session, until);
     let increments = session.increments();
     let flights = filters.each_ref().map(|filter| Flight {
         filter,
