@@ -21,7 +21,12 @@ fn propagated(p: &mut DMatrix<f64>, interval: &Interval, model: &ErrorModel) {
     let keeps: Vec<f64> = model.parameters.iter().map(|q| q.keeps(time)).collect();
     let fading: Vec<usize> = (0..keeps.len()).filter(|i| keeps[*i] != 1.0).collect();
     let cells = p.as_mut_slice();
-    let top = first_rows(cells, phi, psi);
+    // the first nine rows of Phi P
+    let mut top: Vec<[f64; NAV]> = Vec::with_capacity(size);
+    for column in cells.chunks_exact(size) {
+        let sum = combine(phi, &column[..NAV], [0.0; NAV]);
+        top.push(combine(psi, &column[NAV..], sum));
+    }
     // navigation block: rows of (Phi P) times the transposed transition
     let mut nav = interval.q;
     for (j, t) in top.iter().enumerate() {
@@ -65,39 +70,16 @@ fn propagated(p: &mut DMatrix<f64>, interval: &Interval, model: &ErrorModel) {
     }
 }
 
-/// The first nine rows of `Phi P`, some columns at a time: by symmetry these are a piece of each
-/// column of P.
+/// `sum + M x` for a matrix of nine rows, stored by columns.
 #[inline(always)]
-fn first_rows(cells: &[f64], phi: &[f64], psi: &[f64]) -> Vec<[f64; NAV]> {
-    let size = NAV + psi.len() / NAV;
-    let mut top = vec![[0.0; NAV]; size];
-    for (piece, top) in top.chunks_mut(PIECE).enumerate() {
-        let mut sums = [[0.0; PIECE]; NAV];
-        let by = phi.chunks_exact(NAV).chain(psi.chunks_exact(NAV));
-        for (column, by) in cells.chunks_exact(size).zip(by) {
-            let column = &column[PIECE * piece..][..top.len()];
-            let mut x = [0.0; PIECE];
-            match column.first_chunk() {
-                Some(whole) => x = *whole,
-                None => x[..column.len()].copy_from_slice(column),
-            }
-            for (sums, by) in sums.iter_mut().zip(by) {
-                for (sum, x) in sums.iter_mut().zip(&x) {
-                    *sum += by * x;
-                }
-            }
-        }
-        for (j, top) in top.iter_mut().enumerate() {
-            for (top, sums) in top.iter_mut().zip(&sums) {
-                *top = sums[j];
-            }
+fn combine(m: &[f64], x: &[f64], mut sum: [f64; NAV]) -> [f64; NAV] {
+    for (column, x) in m.chunks_exact(NAV).zip(x) {
+        for (s, m) in sum.iter_mut().zip(column) {
+            *s += m * x;
         }
     }
-    top
+    sum
 }
-
-/// Columns that are computed at once.
-const PIECE: usize = 8;
 
 /// How well measurements agree with their prediction.
 #[derive(Debug, Clone, Copy, Default)]

@@ -94,7 +94,8 @@ fn near(got: &(Aided, f64), want: &(Aided, f64), apart: f64) {
     );
     let [a, b] = [got, want].map(|filter| filter.0.sins.nav);
     let off = a.position.ned_from(&b.position).norm() + (a.velocity - b.velocity).norm();
-    assert!(off <= apart && a.q_bn.angle_to(&b.q_bn) <= apart, "{off:e}");
+    let turned = (a.q_bn.coords - b.q_bn.coords).norm();
+    assert!(off <= apart && turned <= apart, "{off:e} {turned:e}");
 }
 
 /// [`L`] filters side by side, each with its own samples, give what each gives alone: with the same
