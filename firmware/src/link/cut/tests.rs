@@ -165,7 +165,8 @@ proptest! {
         let mut at = 0;
         for (frame, came) in expected.chunks(cut.plan.len.into()).zip(&stream) {
             let left = &out[at..at + frame.len()];
-            prop_assert!(left == frame || is_near(&cut.plan, came, left, frame), "{left:?} {frame:?}");
+            let near = left == frame || is_near(&cut.plan, came, left, frame);
+            prop_assert!(near, "{left:?} {frame:?}");
             prop_assert!(format.scan(left) == format.scan(frame));
             at += frame.len();
         }
