@@ -5,26 +5,36 @@ use std::path::Path;
 use std::process::{Command, Stdio};
 
 use anyhow::{Context, Result, bail};
+use qemu::boards::M33;
 use qemu::images::{TARGET, target_installed};
 use qemu::machine::{QEMU, REMEDY, available};
 
 use crate::stage::succeed;
 
-/// The core library of the target, for the pinned toolchain.
+/// The core library of the boards' usual target, for the pinned toolchain.
 pub fn target() -> Result<()> {
-    if target_installed() {
+    installed(TARGET)
+}
+
+/// Those of all boards.
+pub fn targets() -> Result<()> {
+    target().and_then(|()| installed(M33))
+}
+
+fn installed(target: &str) -> Result<()> {
+    if target_installed(target) {
         return Ok(());
     }
     let remedy = format!(
-        "target {TARGET} is missing and rustup could not add it; remedy: rustup target add {TARGET}"
+        "target {target} is missing and rustup could not add it; remedy: rustup target add {target}"
     );
     // rustup runs in the workspace and so adds to the toolchain that rust-toolchain.toml pins.
     let mut rustup = Command::new("rustup");
     rustup
-        .args(["target", "add", TARGET])
+        .args(["target", "add", target])
         .current_dir(qemu::images::workspace());
     succeed(&mut rustup).context(remedy.clone())?;
-    if !target_installed() {
+    if !target_installed(target) {
         bail!(remedy);
     }
     Ok(())

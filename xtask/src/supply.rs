@@ -75,8 +75,9 @@ pub fn supply() -> Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// The workspaces, each with a `deny.toml`: ours, and the one of the programs for the chip model.
-const WORKSPACES: [&str; 2] = [".", "tests/chip"];
+/// The workspaces, each with a `deny.toml`: ours, the one of the programs for the chip model, and
+/// that of the boards over other people's drivers.
+const WORKSPACES: [&str; 3] = [".", "tests/chip", "firmware/boards"];
 
 /// Licences, sources and duplicates.
 pub fn check() -> Result<()> {

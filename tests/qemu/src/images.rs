@@ -182,7 +182,7 @@ impl Image {
 
 /// What this machine lacks to build and run images, with the remedy.
 pub fn missing() -> Option<String> {
-    if !target_installed() {
+    if !target_installed(TARGET) {
         return Some(format!(
             "target {TARGET} is not installed; remedy: rustup target add {TARGET}"
         ));
@@ -196,8 +196,8 @@ pub fn missing() -> Option<String> {
     })
 }
 
-/// Whether the toolchain of this workspace has the target's core library.
-pub fn target_installed() -> bool {
+/// Whether the toolchain of this workspace has a target's core library.
+pub fn target_installed(target: &str) -> bool {
     let rustc = std::env::var_os("RUSTC").unwrap_or_else(|| "rustc".into());
     let sysroot = Command::new(rustc)
         .args(["--print", "sysroot"])
@@ -207,7 +207,7 @@ pub fn target_installed() -> bool {
         let sysroot = String::from_utf8_lossy(&output.stdout).trim().to_owned();
         Path::new(&sysroot)
             .join("lib/rustlib")
-            .join(TARGET)
+            .join(target)
             .join("lib")
             .is_dir()
     })
