@@ -79,9 +79,10 @@ fn served_by(way: &Way, rp2350: bool) -> Result<()> {
 
 /// Whether a chip is the board's, but for its package and its size of flash.
 fn is_of(family: Family, chip: &str) -> Result<()> {
-    let same = |text: &str| text.get(..9.min(family.chip.len()).min(text.len()));
     let (told, ours) = (chip.to_ascii_uppercase(), family.chip.to_ascii_uppercase());
-    let alike = same(&told).is_some_and(|told| told.len() > 5 && ours.starts_with(told));
+    // "STM32F446RETx": the family and the number
+    let number = told.get(..told.len().min(9).min(ours.len()));
+    let alike = number.is_some_and(|number| number.len() > 5 && ours.starts_with(number));
     ensure!(
         alike,
         "--chip {chip}: the image {} is for {}; remedy: this chip, or the board that has yours \
