@@ -84,7 +84,8 @@ async fn main(_spawner: Spawner) {
     let mut watchdog = watchdog.ok().map(|(_, [handle])| handle);
     let board = Board {
         name: "nrf52840",
-        clocks: [UART, UART, Clock::ANY],
+        // the second one would stand for the command link's, too, which is USB
+        clocks: [UART, Clock::ANY, Clock::ANY],
         parity: false,
         lines: Lines {
             sensor: line!(UARTE0, TIMER1, PPI_CH0, PPI_CH1, PPI_GROUP0, P1_01, P1_02),
