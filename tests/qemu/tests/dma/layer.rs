@@ -146,7 +146,7 @@ fn loops_of_ones_own_pass_bytes() {
             &python,
             &image,
             &[],
-            &frames,
+            frames,
             (4 * MILLISECOND, 460_800),
             &none,
         );
