@@ -5,24 +5,40 @@ use std::path::Path;
 use std::process::{Command, Stdio};
 
 use anyhow::{Context, Result, bail};
+use qemu::alone;
 use qemu::boards::M33;
-use qemu::images::{TARGET, target_installed};
-use qemu::machine::{QEMU, REMEDY, available};
+use qemu::images::{TARGET, installed};
+use qemu::machine::{QEMU, QEMU_RISCV, REMEDY, available, can_start};
 
 use crate::stage::succeed;
 
 /// The core library of the boards' usual target, for the pinned toolchain.
 pub fn target() -> Result<()> {
-    installed(TARGET)
+    core_library(TARGET)
 }
 
 /// Those of all boards.
 pub fn targets() -> Result<()> {
-    target().and_then(|()| installed(M33))
+    target().and_then(|()| core_library(M33))
 }
 
-fn installed(target: &str) -> Result<()> {
-    if target_installed(target) {
+/// All that `lrnn-nostd` alone needs: the core libraries and both emulators.
+pub fn alone() -> Result<()> {
+    alone::TARGETS.into_iter().try_for_each(core_library)?;
+    emulator()?;
+    if can_start(QEMU_RISCV) {
+        return Ok(());
+    }
+    let missing = format!("{QEMU_RISCV} is missing; remedy: {}", alone::REMEDY_RISCV);
+    install("qemu-system-misc", &missing)?;
+    if !can_start(QEMU_RISCV) {
+        bail!(missing);
+    }
+    Ok(())
+}
+
+fn core_library(target: &str) -> Result<()> {
+    if installed(target) {
         return Ok(());
     }
     let remedy = format!(
@@ -34,7 +50,7 @@ fn installed(target: &str) -> Result<()> {
         .args(["target", "add", target])
         .current_dir(qemu::images::workspace());
     succeed(&mut rustup).context(remedy.clone())?;
-    if !target_installed(target) {
+    if !installed(target) {
         bail!(remedy);
     }
     Ok(())

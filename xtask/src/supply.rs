@@ -75,9 +75,15 @@ pub fn supply() -> Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// The workspaces, each with a `deny.toml`: ours, the one of the programs for the chip model, and
-/// that of the boards over other people's drivers.
-const WORKSPACES: [&str; 3] = [".", "tests/chip", "firmware/boards"];
+/// The workspaces, each with a `deny.toml`: ours, that of the programs for the chip model, that
+/// of the boards over other people's drivers, and those of `lrnn-nostd` alone.
+const WORKSPACES: [&str; 5] = [
+    ".",
+    "tests/chip",
+    "firmware/boards",
+    "tests/alone",
+    "lrnn-nostd/examples/cortex-m",
+];
 
 /// Licences, sources and duplicates.
 pub fn check() -> Result<()> {
