@@ -11,7 +11,8 @@ pub fn image_flags(memory: &str) -> bool {
     // The interrupt tables are in Rust; `link.x` still asks for a file that names the handlers.
     let out = std::env::var("OUT_DIR").expect("cargo sets OUT_DIR");
     std::fs::write(format!("{out}/device.x"), "").expect("OUT_DIR can be written");
-    println!("cargo:rustc-link-search={out}");
+    // for these images only: a search path would also be that of who depends on this package
+    println!("cargo:rustc-link-arg-bins=-L{out}");
     println!("cargo:rustc-link-arg-bins=-Tlink.x");
     // Flash has no pages to map, so sections need not be page-aligned.
     println!("cargo:rustc-link-arg-bins=--nmagic");

@@ -11,7 +11,7 @@ use qemu::chip::Driver;
 use qemu::images::{PROFILE, REQUIRE, TARGET, target_directory, without_paths, workspace};
 
 use crate::stage::{Stages, cargo_with, succeed};
-use crate::{comments, fuzz, needs, package, reproduce, size, stack, supply};
+use crate::{boards, comments, fuzz, needs, package, reproduce, size, stack, supply};
 
 /// What is compiled for the target: each alone, so that no other package's features help it.
 const TARGET_PACKAGES: [&str; 6] = [
@@ -25,11 +25,14 @@ const TARGET_PACKAGES: [&str; 6] = [
 
 /// Runs every stage; the exit code is the last one's.
 pub fn test(fast: bool) -> Result<ExitCode> {
-    let stages = Stages::new(if fast { 6 } else { 14 });
+    let stages = Stages::new(if fast { 6 } else { 15 });
     stages.run("format, length of comments", || {
         succeed(&mut cargo_with("fmt --all --check"))?;
         succeed(&mut cargo_with(
             "fmt --check --manifest-path tests/chip/Cargo.toml",
+        ))?;
+        succeed(&mut cargo_with(
+            "fmt --all --check --manifest-path firmware/boards/Cargo.toml",
         ))?;
         succeed(&mut cargo_with(
             "fmt --check --manifest-path tests/alone/Cargo.toml",
@@ -38,7 +41,7 @@ pub fn test(fast: bool) -> Result<ExitCode> {
     })?;
     if !fast {
         stages.run("prepare: target and QEMU", || {
-            needs::target().and_then(|()| needs::alone())
+            needs::targets().and_then(|()| needs::alone())
         })?;
     }
     stages.run("dependencies: licences, sources, duplicates", supply::check)?;
@@ -78,6 +81,9 @@ fn target(stages: &Stages) -> Result<()> {
         package::check,
     )?;
     stages.run("flash, RAM and panic budgets", || size::size().map(drop))?;
+    stages.run("boards over other drivers: build, budgets", || {
+        boards::boards(None).map(drop)
+    })?;
     stages.run("stack: bound and room", || stack::stack(None).map(drop))?;
     stages.run("image is the same from another folder", || {
         reproduce::reproduce().map(drop)

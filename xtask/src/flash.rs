@@ -1,13 +1,15 @@
-//! `cargo xtask flash`: builds an image of the board and writes it with probe-rs, then shows its
-//! log.
+//! `cargo xtask flash`: builds an image of a board and writes it with probe-rs, then shows its log;
+//! or writes it as a file for the chip's boot loader.
 
+use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode, Stdio};
 
 use anyhow::{Context, Result, bail, ensure};
-use qemu::images::{BENCH, Image};
+use qemu::boards::Family;
+use qemu::images::{BENCH, Image, STM32F405};
 
-use crate::needs;
 use crate::stage::succeed;
+use crate::{boards, load, needs};
 
 /// The default chip, by the name that probe-rs uses.
 pub const CHIP: &str = "STM32F405RGTx";
@@ -29,25 +31,103 @@ const SMALL: [&str; 9] = [
     "STM32H7S",
 ];
 
-/// Needs a debug probe at the board. It ends with Ctrl-C, the bench by itself.
-pub fn flash(image: Image, chip: &str) -> Result<ExitCode> {
+/// How an image gets to the board.
+#[derive(Debug, Default)]
+pub struct Way {
+    /// The chip, where it is not the usual one.
+    pub chip: Option<String>,
+    /// Instead of a probe: a file for the RP2350's drive.
+    pub uf2: Option<PathBuf>,
+    /// Instead of a probe: a file for ST's boot loader.
+    pub dfu: Option<PathBuf>,
+}
+
+/// Our own board's image, or the bench.
+pub fn flash(image: Image, way: &Way) -> Result<ExitCode> {
+    let chip = way.chip.as_deref().unwrap_or(CHIP);
     fits(image, chip)?;
+    served_by(way, false)?;
     needs::target()?;
+    write(&image.build()?, chip, way)
+}
+
+/// The image of a board.
+pub fn flash_board(name: &str, way: &Way) -> Result<ExitCode> {
+    if name == STM32F405.name {
+        return flash(STM32F405, way);
+    }
+    let family = boards::named(name)?;
+    let chip = way.chip.as_deref().unwrap_or(family.chip);
+    is_of(family, chip)?;
+    served_by(way, family.target == qemu::boards::M33)?;
+    needs::targets()?;
+    write(&family.build()?, chip, way)
+}
+
+/// Whether the board has the boot loader that a file is for.
+fn served_by(way: &Way, rp2350: bool) -> Result<()> {
+    ensure!(
+        rp2350 || way.uf2.is_none(),
+        "--uf2: only the RP2350's boot loader takes it; remedy: --dfu FILE for an STM32, or a probe"
+    );
+    ensure!(
+        !rp2350 || way.dfu.is_none(),
+        "--dfu: this is the format of ST's boot loader; remedy: --uf2 FILE"
+    );
+    Ok(())
+}
+
+/// Whether a chip is the board's, but for its package and its size of flash.
+fn is_of(family: Family, chip: &str) -> Result<()> {
+    let (told, ours) = (chip.to_ascii_uppercase(), family.chip.to_ascii_uppercase());
+    // "STM32F446RETx": the family and the number
+    let number = told.get(..told.len().min(9).min(ours.len()));
+    let alike = number.is_some_and(|number| number.len() > 5 && ours.starts_with(number));
+    ensure!(
+        alike,
+        "--chip {chip}: the image {} is for {}; remedy: this chip, or the board that has yours \
+         (docs/BOARDS.md)",
+        family.name,
+        family.chip
+    );
+    Ok(())
+}
+
+/// To a file, or by a debug probe at the board. The latter ends with Ctrl-C, the bench by itself.
+fn write(built: &Path, chip: &str, way: &Way) -> Result<ExitCode> {
+    if let Some(out) = &way.uf2 {
+        load::uf2(built, out)?;
+        println!(
+            "{}: hold BOOTSEL while the board gets power, then copy this file to its drive",
+            out.display()
+        );
+        return Ok(ExitCode::SUCCESS);
+    }
+    if let Some(out) = &way.dfu {
+        load::dfu(built, out)?;
+        println!(
+            "{0}: hold BOOT0 high at a reset, then: dfu-util -a 0 -s :leave -D {0}",
+            out.display()
+        );
+        return Ok(ExitCode::SUCCESS);
+    }
     let Ok(known) = Command::new("probe-rs")
         .args(["chip", "info", chip])
         .stdout(Stdio::null())
         .status()
     else {
-        bail!("probe-rs is missing; remedy: cargo install probe-rs-tools, or see https://probe.rs");
+        bail!(
+            "probe-rs is missing; remedy: cargo install probe-rs-tools, or see https://probe.rs; \
+             without a probe: --uf2 FILE for the RP2350, --dfu FILE for an STM32"
+        );
     };
     ensure!(
         known.success(),
         "--chip {chip}: probe-rs does not know this chip; remedy: a name of `probe-rs chip list`, \
          such as {CHIP} or STM32H743ZITx"
     );
-    let built = image.build()?;
     let mut probe = Command::new("probe-rs");
-    probe.args(["run", "--chip", chip]).arg(&built);
+    probe.args(["run", "--chip", chip]).arg(built);
     succeed(&mut probe).with_context(|| {
         format!("is a probe connected, the board powered, and the chip on it a {chip} (--chip)?")
     })?;
@@ -103,6 +183,41 @@ mod tests {
                 );
             }
         }
+    }
+
+    #[test]
+    fn a_board_is_for_its_chip_and_its_boot_loader() {
+        let h743 = boards::named("h743").expect("a board");
+        let pico2 = boards::named("pico2").expect("a board");
+        assert!(is_of(h743, "stm32h743vitx").is_ok() && is_of(pico2, "RP235x").is_ok());
+        for (family, other) in [
+            (h743, "STM32H723ZGTx"),
+            (h743, "STM32"),
+            (pico2, "RP2040"),
+            (pico2, ""),
+        ] {
+            let error = is_of(family, other).expect_err(other).to_string();
+            assert!(
+                error.contains("remedy") && error.contains(family.chip),
+                "{error}"
+            );
+        }
+        let error = boards::named("nucleo").expect_err("no board").to_string();
+        assert!(
+            error.contains("nrf52840") && error.contains("stm32f405"),
+            "{error}"
+        );
+        let (uf2, dfu) = (Some("a".into()), Some("b".into()));
+        let way = Way {
+            uf2,
+            ..Way::default()
+        };
+        assert!(served_by(&way, true).is_ok() && served_by(&way, false).is_err());
+        let way = Way {
+            dfu,
+            ..Way::default()
+        };
+        assert!(served_by(&way, false).is_ok() && served_by(&way, true).is_err());
     }
 
     #[test]

@@ -3,12 +3,14 @@
 mod alone;
 mod bench;
 mod beside;
+mod boards;
 mod check;
 mod child;
 mod comments;
 mod flash;
 mod fuzz;
 mod growth;
+mod load;
 mod markers;
 mod needs;
 mod package;
@@ -26,7 +28,7 @@ mod vectors;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use ::qemu::images::{BENCH, STM32F405, STM32F405_WINDOW};
+use ::qemu::images::{BENCH, STM32F405_WINDOW};
 use clap::{Parser, Subcommand};
 
 /// The checks and measurements of this workspace.
@@ -72,19 +74,35 @@ enum Task {
         #[arg(long, value_name = "FILE")]
         json: Option<PathBuf>,
     },
-    /// Writes the image to an STM32F405 with probe-rs and shows its log.
+    /// Builds the boards over other people's drivers (firmware/boards) and the examples of a loop
+    /// of one's own, and compares flash and RAM with budgets.toml.
+    Boards {
+        /// Only this board.
+        only: Option<String>,
+    },
+    /// Writes the image of a board with probe-rs and shows its log; or writes it as a file for the
+    /// chip's boot loader.
     Flash {
+        /// The board: stm32f405, or one of firmware/boards.
+        #[arg(value_name = "BOARD", default_value = "stm32f405", conflicts_with_all = ["bench", "window"])]
+        board: String,
         /// The bench image instead, for an STM32F4, F7 or H7: it counts the cycles of the work
         /// whose instructions `bench` counts.
         #[arg(long)]
         bench: bool,
-        /// The image without the learner from fixes and without ADIS: 90 KiB of flash.
+        /// The STM32F405's image without the learner from fixes and without ADIS: half the flash.
         #[arg(long, conflicts_with = "bench")]
         window: bool,
-        /// The chip, as `probe-rs chip list` calls it: with `--bench` an STM32F4, F7 or H7, else
-        /// one of STM32F405, F407, F415, F417.
-        #[arg(long, value_name = "NAME", default_value = flash::CHIP)]
-        chip: String,
+        /// The chip, as `probe-rs chip list` calls it: with `--bench` an STM32F4, F7 or H7, for
+        /// stm32f405 one of STM32F405, F407, F415, F417.
+        #[arg(long, value_name = "NAME")]
+        chip: Option<String>,
+        /// No probe: a file for the drive of an RP2350.
+        #[arg(long, value_name = "FILE", conflicts_with = "chip")]
+        uf2: Option<PathBuf>,
+        /// No probe: a file for the boot loader of an STM32.
+        #[arg(long, value_name = "FILE", conflicts_with_all = ["uf2", "chip"])]
+        dfu: Option<PathBuf>,
     },
     /// Reads a million damaged bytes of every protocol and counts what is lost or wrongly accepted.
     Fuzz {
@@ -134,17 +152,21 @@ fn main() -> ExitCode {
         Task::Beside => beside::beside(),
         Task::Growth => growth::growth(),
         Task::Qemu { json } => qemu::qemu(json.as_deref()),
+        Task::Boards { only } => needs::targets().and_then(|()| boards::boards(only.as_deref())),
         Task::Flash {
+            board,
             bench,
             window,
             chip,
+            uf2,
+            dfu,
         } => {
-            let image = match (bench, window) {
-                (true, _) => BENCH,
-                (_, true) => STM32F405_WINDOW,
-                _ => STM32F405,
-            };
-            flash::flash(image, &chip)
+            let way = flash::Way { chip, uf2, dfu };
+            match (bench, window) {
+                (true, _) => flash::flash(BENCH, &way),
+                (_, true) => flash::flash(STM32F405_WINDOW, &way),
+                _ => flash::flash_board(&board, &way),
+            }
         }
         Task::Fuzz {
             targets: true,

@@ -6,14 +6,20 @@ use std::process::{Command, Stdio};
 
 use anyhow::{Context, Result, bail};
 use qemu::alone;
+use qemu::boards::M33;
 use qemu::images::{TARGET, installed};
 use qemu::machine::{QEMU, QEMU_RISCV, REMEDY, available, can_start};
 
 use crate::stage::succeed;
 
-/// The core library of the target, for the pinned toolchain.
+/// The core library of the boards' usual target, for the pinned toolchain.
 pub fn target() -> Result<()> {
     core_library(TARGET)
+}
+
+/// Those of all boards.
+pub fn targets() -> Result<()> {
+    target().and_then(|()| core_library(M33))
 }
 
 /// All that `lrnn-nostd` alone needs: the core libraries and both emulators.

@@ -75,11 +75,12 @@ pub fn supply() -> Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// The workspaces, each with a `deny.toml`: ours, that of the programs for the chip model, and
-/// those of `lrnn-nostd` alone.
-const WORKSPACES: [&str; 4] = [
+/// The workspaces, each with a `deny.toml`: ours, that of the programs for the chip model, that
+/// of the boards over other people's drivers, and those of `lrnn-nostd` alone.
+const WORKSPACES: [&str; 5] = [
     ".",
     "tests/chip",
+    "firmware/boards",
     "tests/alone",
     "lrnn-nostd/examples/cortex-m",
 ];

@@ -8,7 +8,7 @@ configuring a stream that is enabled, enabling one with flags set or with memory
 Standard input, JSON: {"image": path, "command": [hex, ...], "sensor": [hex, ...], "period": cycles between frames, "adis": null}. Each command is
 sent when the answer to the one before has come; "baud": bit rate of the sensor, 921 600 if there is none. "adis": {"product": number, "range": number, "hz": fastest clock}: an ADIS at the SPI, whose bursts
 are what is in "sensor". "gnss": [[cycle after the first frame, hex], ...] on the receiver's line at its bit rate; "pulses": [cycle, ...] at which
-PB8 rises; "times": true for "came CYCLE ..." and "left CYCLE ...": the end of each byte's stop bit on the sensor's line, the begin of its start bit on the navigation line; "ask": [hex, ...]: requests after the frames. Standard output: "navigation HEX", "gnss HEX", "command HEX", "line NAME BITS DIVIDER", "interrupts NUMBER COUNT", "cycles N",
+PB8 rises; "chip": {arguments of Chip}; "times": true for "came CYCLE ..." and "left CYCLE ...": the end of each byte's stop bit on the sensor's line, the begin of its start bit on the navigation line; "ask": [hex, ...]: requests after the frames. Standard output: "navigation HEX", "gnss HEX", "command HEX", "line NAME BITS DIVIDER", "interrupts NUMBER COUNT", "cycles N",
 "coupled TOUCHED NOT_ZERO": bytes of core-coupled memory.
 """
 import collections
@@ -23,6 +23,7 @@ from stm32dma import DMA, SRAM, Registers, Stream
 from stm32more import Backup, Bits, Core, Exti, Rtc, clocked, held, wired
 from stm32parts import CORE, POWER_ON, PIN, BROWN_OUT, Flash, Forbidden, Iwdg, Power, Rcc, Rng, Tim2, Tim11, Wwdg
 from stm32spi import Spi
+from stm32timer import Tim5
 
 SLICE = 100  # most instructions between two looks at the world: a byte takes 1823
 FINE = 16  # the same in an interrupt, and while one waits that is masked
@@ -239,7 +240,7 @@ class Chip:
         self.backup = getattr(self, "backup", None) or Backup()
         self.rcc = Rcc(self, 0 if self.dead_crystal else crystal, internal, locks, flags)
         self.spi, self.timer = Spi(self, self.adis), Timer(self)
-        self.tim2, self.tim11, self.iwdg, self.wwdg = Tim2(self), Tim11(self), Iwdg(self), Wwdg(self)
+        self.tim2, self.tim5, self.tim11, self.iwdg, self.wwdg = Tim2(self), Tim5(self), Tim11(self), Iwdg(self), Wwdg(self)
         self.rng, self.power, self.flash = Rng(self), Power(self, self.volts), Flash(self, self.brown_out)
         self.exti, self.rtc, self.core = Exti(self), Rtc(self), Core(self)
         self.streams = {(c, n): Stream(c, n) for c in DMA for n in range(8)}
@@ -252,7 +253,7 @@ class Chip:
         self.enabled, self.pending, self.systick_pending = set(), set(), False
         self.active, self.high = set(), set()  # handlers begun and not ended; lines that were high at the last look
         self.priorities, self.running = collections.defaultdict(int), 256
-        self.returned = self.asleep = False
+        self.returned = self.asleep = self.waits_for_event = self.event = False
         self.broken = None
 
     def reset_peripherals(self, register, bits):
@@ -286,7 +287,7 @@ class Chip:
                 code = elf[offset : offset + size]
                 self.cpu.mem_write(physical, code)
                 self.loaded.append((physical - FLASH[0], physical - FLASH[0] + size))
-                hooks = {b"\x30\xbf": self.wfi, b"\xbf\xf3\x6f\x8f": self.isb}
+                hooks = {b"\x30\xbf": self.wfi, b"\x20\xbf": self.wfe, b"\x40\xbf": self.sev, b"\xbf\xf3\x6f\x8f": self.isb}
                 for instruction, hook in hooks.items():
                     at = code.find(instruction)
                     while flags & 1 and at >= 0:  # or a constant, which nobody executes
@@ -298,6 +299,20 @@ class Chip:
     def wfi(self, *_):
         self.asleep = True
         self.cpu.emu_stop()
+
+    def wfe(self, *_):
+        """Armv7-M B1.5.18: sleeps if nothing has happened since the last one: an exception that ended, or SEV."""
+        self.asleep, self.waits_for_event = True, True
+        self.cpu.emu_stop()
+
+    def sev(self, *_):
+        self.event = True
+
+    def sleeps(self):
+        """Whether the core stays asleep after the instruction that asked for it."""
+        event, self.waits_for_event = self.waits_for_event and self.event, False
+        self.event = self.event and not event
+        return not event
 
     def isb(self, *_):
         """What has been made pending or let through before is served here."""
@@ -323,6 +338,7 @@ class Chip:
             (self.flash, 0x4002_3C00),
             (self.power, 0x4000_7000),
             (self.tim2, 0x4000_0000),
+            (self.tim5, Tim5.BASE),
             (self.tim11, 0x4001_4800),
             (self.iwdg, 0x4000_3000),
             (self.wwdg, 0x4000_2C00),
@@ -402,9 +418,10 @@ class Chip:
         """Requests and interrupt lines after something has changed."""
         self.spi.look()
         self.exti.look()
+        self.tim5.look()
         for uart in self.uarts.values():
             uart.step(self.cycles)
-        level = {device.interrupt for device in (*self.uarts.values(), *self.streams.values()) if device.level()}
+        level = {device.interrupt for device in (*self.uarts.values(), *self.streams.values(), self.tim5) if device.level()}
         # while its handler runs, an interrupt becomes pending anew when its line rises, else when the handler has ended (B3.4.1)
         self.pending |= level - (self.active & self.high)
         self.high = level
@@ -500,7 +517,7 @@ class Chip:
         self.cpu.context_restore(context)
         self.active.discard(number)
         self.advance(EXIT * self.rcc.cost)
-        self.pc, self.running = pc, running
+        self.pc, self.running, self.event = pc, running, True
         self.settle()
         return True
 
@@ -514,7 +531,8 @@ class Chip:
             self.execute(self.look())
             if self.asleep:
                 self.pc += 2
-                while not self.waits() and self.cycles < until:
+                sleeps = self.sleeps()
+                while sleeps and not self.waits() and self.cycles < until:
                     self.advance(max(self.next_event(until) - self.cycles, 1))
 
     def look(self):
@@ -526,7 +544,7 @@ class Chip:
 
     def next_event(self, until):
         """The cycle of the next one, at the latest this one."""
-        events = [device.next_event() for device in (*self.uarts.values(), self.spi, self.iwdg, self.wwdg)]
+        events = [device.next_event() for device in (*self.uarts.values(), self.spi, self.tim5, self.iwdg, self.wwdg)]
         return min(event for event in (*events, self.systick_at, until) if event is not None)
 
 
@@ -547,7 +565,7 @@ def main():
 
         stm32broken.break_model(asked["break"])
     adis = asked.get("adis")
-    chip = Chip(asked["image"], adis)  # 12 MHz, as the image is built for
+    chip = Chip(asked["image"], adis, **asked.get("chip", {}))  # 12 MHz, as the image is built for
     lines = chip.uarts
     chip.run(CORE // 1000 * (250 if adis else 40))
     for text in asked["command"]:

@@ -230,8 +230,9 @@ def run(chip, until):
             chip.execute(SLICE)
             if chip.asleep:
                 chip.pc += 2
-                while not (chip.pending & chip.enabled or chip.systick_pending) and chip.cycles < until:
-                    events = [d.next_event() for d in (*chip.uarts.values(), chip.spi, chip.iwdg, chip.wwdg)] + [chip.systick_at, until]
+                sleeps = chip.sleeps()
+                while sleeps and not (chip.pending & chip.enabled or chip.systick_pending) and chip.cycles < until:
+                    events = [d.next_event() for d in (*chip.uarts.values(), chip.spi, chip.tim5, chip.iwdg, chip.wwdg)] + [chip.systick_at, until]
                     events += [at for at, *_ in chip.faults]
                     chip.advance(max(min(e for e in events if e is not None) - chip.cycles, 1))
                     if chip.cause is not None:

@@ -16,6 +16,8 @@ pub struct Budgets {
     pub longest_pass: f64,
     /// By image name.
     pub image: BTreeMap<String, ImageBudget>,
+    /// Of the boards over other people's drivers, by package.
+    pub board: BTreeMap<String, BoardBudget>,
     /// Instructions on the target, by the name the `instructions` image prints.
     pub instructions: BTreeMap<String, f64>,
     /// Instructions of the whole application, by the sensor's format.
@@ -87,6 +89,16 @@ pub struct ImageBudget {
     pub panics: bool,
     /// Bytes of static variables and of the stack at its deepest, where it is measured.
     pub ram_and_stack: Option<u64>,
+}
+
+/// Limits of the image of a board over other people's drivers. They can panic.
+#[derive(Clone, Copy, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct BoardBudget {
+    /// Bytes of flash: code, constants, initial values of variables.
+    pub flash: u64,
+    /// Bytes of static variables; the stack has the rest.
+    pub ram: u64,
 }
 
 impl Budgets {

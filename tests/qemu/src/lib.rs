@@ -13,6 +13,8 @@ pub mod target;
 #[cfg(not(target_os = "none"))]
 pub mod alone;
 #[cfg(not(target_os = "none"))]
+pub mod boards;
+#[cfg(not(target_os = "none"))]
 pub mod budget;
 #[cfg(not(target_os = "none"))]
 pub mod chip;

@@ -2,6 +2,8 @@
 //! neither, so the chip is Unicorn's Cortex-M4 with peripherals written from the reference manual
 //! (`judges/stm32f405.py`).
 
+mod layer;
+
 use std::path::Path;
 
 use firmware::app::{Config, Hardware};
@@ -41,6 +43,10 @@ struct Done {
     usart3: String,
     /// Bits of a byte and divider of USART1, USART2, USART3 and UART4.
     lines: Vec<(i32, usize)>,
+    /// When the stop bit of each byte on the sensor's line ended, and when the start bit of each
+    /// byte on the navigation line began, cycles.
+    came: Vec<f64>,
+    left: Vec<f64>,
 }
 
 impl Done {
@@ -58,12 +64,28 @@ fn run(
     (period, baud): (u32, u32),
     adis: &serde_json::Value,
 ) -> Done {
+    let world = serde_json::json!({"adis": adis});
+    run_in(python, image, commands, frames, (period, baud), &world)
+}
+
+/// The same on a chip with other properties; `world` is added to what the model is asked.
+fn run_in(
+    python: &Path,
+    image: &Path,
+    commands: &[Vec<u8>],
+    frames: &[Record],
+    (period, baud): (u32, u32),
+    world: &serde_json::Value,
+) -> Done {
     let commands: Vec<_> = commands.iter().map(|packet| hex(packet)).collect();
     let sensor: Vec<_> = frames.iter().map(|frame| hex(&frame.bytes)).collect();
-    let asked = serde_json::json!({
+    let mut asked = serde_json::json!({
         "image": image, "command": commands, "sensor": sensor, "period": period, "baud": baud,
-        "adis": adis,
+        "times": true,
     });
+    for (name, value) in world.as_object().expect("an object") {
+        asked[name] = value.clone();
+    }
     let output = ask(python, "stm32f405.py", asked.to_string().as_bytes()).expect("it runs");
     let values = |name: &'static str| {
         output
@@ -74,6 +96,12 @@ fn run(
         let (first, second) = text.split_once(' ').expect("two numbers");
         let first: i32 = first.parse().expect("a number");
         (first, second.parse::<usize>().expect("a number"))
+    };
+    let cycles = |name: &'static str| -> Vec<f64> {
+        let line = values(name).next().unwrap_or_default();
+        line.split_whitespace()
+            .map(|at| at.parse().expect("a number"))
+            .collect()
     };
     let (written, not_zero) = pair(values("coupled ").next().expect("a line"));
     Done {
@@ -88,28 +116,21 @@ fn run(
         lines: values("line ")
             .map(|line| pair(line.split_once(' ').expect("a name").1))
             .collect(),
+        came: cycles("came"),
+        left: cycles("left"),
     }
 }
 
-/// The output equals the desktop's. Each frame costs one interrupt in (one more where it crosses
-/// the end of the ring) and two out, wherever the millisecond of the clock falls.
-fn corrects(image: Image, format: ImuFormat, seconds: u32, period: u32) {
-    let (Some(python), Some(built)) = (python(), image.build_or_skip()) else {
-        return;
-    };
-    let records = drive(format, seconds).expect("a drive");
-    let frames: Vec<_> = records
-        .into_iter()
+/// The frames of a drive.
+fn frames(format: ImuFormat, seconds: u32) -> Vec<Record> {
+    let records = drive(format, seconds).expect("a drive").into_iter();
+    records
         .filter(|record| record.input == Input::Sensor)
-        .collect();
-    let done = run(
-        &python,
-        &built,
-        &set_up().expect("requests"),
-        &frames,
-        (period, BAUD),
-        &serde_json::Value::Null,
-    );
+        .collect()
+}
+
+/// What the desktop sends for them, set up as the image is, hexadecimal.
+fn desktops(frames: &[Record]) -> String {
     let mut input: Vec<_> = set_up()
         .expect("requests")
         .into_iter()
@@ -119,13 +140,26 @@ fn corrects(image: Image, format: ImuFormat, seconds: u32, period: u32) {
             bytes,
         })
         .collect();
-    input.extend_from_slice(&frames);
-    let expected = on_desktop(Config::untold(Hardware::DESKTOP), &input).sent;
+    input.extend_from_slice(frames);
+    hex(&on_desktop(Config::untold(Hardware::DESKTOP), &input).sent)
+}
+
+/// The output equals the desktop's. Each frame costs one interrupt in (one more where it crosses
+/// the end of the ring) and two out, wherever the millisecond of the clock falls.
+fn corrects(image: Image, format: ImuFormat, seconds: u32, period: u32) {
+    let (Some(python), Some(built)) = (python(), image.build_or_skip()) else {
+        return;
+    };
+    let frames = frames(format, seconds);
+    let set_up = set_up().expect("requests");
+    let none = serde_json::Value::Null;
+    let done = run(&python, &built, &set_up, &frames, (period, BAUD), &none);
+    let expected = desktops(&frames);
     assert!(
-        done.sent == hex(&expected),
+        done.sent == expected,
         "{} of {}",
         done.sent.len() / 2,
-        expected.len()
+        expected.len() / 2
     );
     assert_eq!(done.served(SENSOR), 0, "an interrupt a byte, or errors");
     // One more where the ring ends; the format is detected byte by byte.

@@ -1,0 +1,100 @@
+//! STM32F405 over `embassy-stm32`: the pins of our board `stm32f405`, a crystal of 12 MHz. It is
+//! here to be compared with that board in the chip model (docs/BOARDS.md).
+#![no_std]
+#![no_main]
+
+use embassy_executor::Spawner;
+use embassy_stm32::exti::ExtiInput;
+use embassy_stm32::flash::Flash;
+use embassy_stm32::gpio::{Level, Output, Pull, Speed};
+use embassy_stm32::rcc::{
+    APBPrescaler, Hse, HseMode, Pll, PllMul, PllPDiv, PllPreDiv, PllQDiv, PllSource, Sysclk,
+};
+use embassy_stm32::spi::{self, Spi};
+use embassy_stm32::time::Hertz;
+use embassy_stm32::usart::{BufferedInterruptHandler, BufferedUart};
+use embassy_stm32::wdg::IndependentWatchdog;
+use embassy_stm32::{Config, bind_interrupts, exti, interrupt, peripherals};
+use layer::firmware::app::{COMMAND_BAUD, Lines};
+use layer::firmware::configuration::SerialLines;
+use layer::firmware::link::rates::Clock;
+use layer::flash::Region;
+use layer::line::{Frame, Port, RING, config};
+use layer::{Adis, Board, WATCHDOG_MS, bytes};
+
+bind_interrupts!(struct Interrupts {
+    USART1 => BufferedInterruptHandler<peripherals::USART1>;
+    USART2 => BufferedInterruptHandler<peripherals::USART2>;
+    USART3 => BufferedInterruptHandler<peripherals::USART3>;
+    UART4 => BufferedInterruptHandler<peripherals::UART4>;
+    EXTI4 => exti::InterruptHandler<interrupt::typelevel::EXTI4>;
+});
+
+/// 168 MHz; 84 and 42 MHz for the UARTs. The ADIS's clock must not exceed 1 MHz, and the driver
+/// takes the nearest rate: so `main` asks for 84 MHz / 128.
+fn clocks() -> Config {
+    let mut config = Config::default();
+    config.rcc.hse = Some(Hse {
+        freq: Hertz::mhz(12),
+        mode: HseMode::Oscillator,
+    });
+    config.rcc.pll_src = PllSource::HSE;
+    config.rcc.pll = Some(Pll {
+        prediv: PllPreDiv::DIV12,
+        mul: PllMul::MUL336,
+        divp: Some(PllPDiv::DIV2),
+        divq: Some(PllQDiv::DIV7),
+        divr: None,
+    });
+    config.rcc.sys = Sysclk::PLL1_P;
+    config.rcc.apb1_pre = APBPrescaler::DIV4;
+    config.rcc.apb2_pre = APBPrescaler::DIV2;
+    config
+}
+
+#[embassy_executor::main]
+async fn main(_spawner: Spawner) {
+    let chip = embassy_stm32::init(clocks());
+    let told = SerialLines::DEFAULT;
+    let frames = [
+        Frame::sensor(&told),
+        Frame::plain(told.receiver_baud),
+        Frame::plain(COMMAND_BAUD),
+    ];
+    let [sensor, receiver, command] = frames.map(|frame| config(&frame));
+    macro_rules! line {
+        ($uart:ident, $into:ident, $out:ident, $config:expr) => {{
+            let rings = (bytes!(RING), bytes!(RING));
+            let (into, out) = (chip.$into, chip.$out);
+            BufferedUart::new(chip.$uart, into, out, rings.0, rings.1, Interrupts, $config)
+                .map(Port::new)
+                .expect("a rate that these clocks can make")
+        }};
+    }
+    let mut bus = spi::Config::default();
+    (bus.mode, bus.frequency) = (spi::MODE_3, Hertz(84_000_000 / 128));
+    let adis = Adis::new(
+        Spi::new_blocking(chip.SPI1, chip.PA5, chip.PA7, chip.PA6, bus),
+        Output::new(chip.PA4, Level::High, Speed::High),
+        ExtiInput::new(chip.PC4, chip.EXTI4, Pull::Down, Interrupts),
+    );
+    let mut watchdog = IndependentWatchdog::new(chip.IWDG, WATCHDOG_MS * 1000);
+    watchdog.unleash();
+    let board = Board {
+        name: "f405",
+        clocks: [84_000_000, 42_000_000, 42_000_000].map(Clock::stm32),
+        parity: true,
+        lines: Lines {
+            sensor: line!(USART1, PB7, PB6, sensor),
+            navigation: line!(USART2, PA3, PA2, sensor),
+            command: line!(UART4, PA1, PA0, command),
+            gnss: line!(USART3, PB11, PB10, receiver),
+        },
+        adis: adis.expect("a pin can be set"),
+        // sectors 10 and 11
+        flash: Region::<_, 0xC_0000, 0x4_0000, 0x2_0000>::new(Flash::new_blocking(chip.FLASH)),
+        feed: || watchdog.pet(),
+        random: None,
+    };
+    layer::run(board, Some(layer::small_learner())).await;
+}

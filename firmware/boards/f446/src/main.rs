@@ -1,0 +1,104 @@
+//! Nucleo-F446RE. The sensor's line is PA9 (out) and PA10 (in), the navigation computer's PC10 and
+//! PC11, the receiver's PC6 and PC7. The command link is the probe's serial port (PA2 and PA3). An
+//! ADIS: clock PA5, in PA6, out PA7, select PB6, data-ready PC4. Ran on no chip yet.
+#![no_std]
+#![no_main]
+
+use embassy_executor::Spawner;
+use embassy_stm32::exti::ExtiInput;
+use embassy_stm32::flash::Flash;
+use embassy_stm32::gpio::{Level, Output, Pull, Speed};
+use embassy_stm32::rcc::{
+    APBPrescaler, Hse, HseMode, Pll, PllMul, PllPDiv, PllPreDiv, PllQDiv, PllSource, Sysclk,
+};
+use embassy_stm32::spi::{self, Spi};
+use embassy_stm32::time::Hertz;
+use embassy_stm32::usart::{BufferedInterruptHandler, BufferedUart};
+use embassy_stm32::wdg::IndependentWatchdog;
+use embassy_stm32::{Config, bind_interrupts, exti, interrupt, peripherals};
+use layer::firmware::app::{COMMAND_BAUD, Lines};
+use layer::firmware::configuration::SerialLines;
+use layer::firmware::link::rates::Clock;
+use layer::flash::Region;
+use layer::line::{Frame, Port, RING, config};
+use layer::{Adis, Board, WATCHDOG_MS, bytes};
+
+bind_interrupts!(struct Interrupts {
+    USART1 => BufferedInterruptHandler<peripherals::USART1>;
+    USART2 => BufferedInterruptHandler<peripherals::USART2>;
+    USART3 => BufferedInterruptHandler<peripherals::USART3>;
+    USART6 => BufferedInterruptHandler<peripherals::USART6>;
+    EXTI4 => exti::InterruptHandler<interrupt::typelevel::EXTI4>;
+});
+
+/// 168 MHz from the probe's 8 MHz; 84 and 42 MHz for the UARTs.
+fn clocks() -> Config {
+    let mut config = Config::default();
+    config.rcc.hse = Some(Hse {
+        freq: Hertz::mhz(8),
+        mode: HseMode::Bypass,
+    });
+    config.rcc.pll_src = PllSource::HSE;
+    config.rcc.pll = Some(Pll {
+        prediv: PllPreDiv::DIV8,
+        mul: PllMul::MUL336,
+        divp: Some(PllPDiv::DIV2),
+        divq: Some(PllQDiv::DIV7),
+        divr: None,
+    });
+    config.rcc.sys = Sysclk::PLL1_P;
+    config.rcc.apb1_pre = APBPrescaler::DIV4;
+    config.rcc.apb2_pre = APBPrescaler::DIV2;
+    config
+}
+
+#[embassy_executor::main]
+async fn main(_spawner: Spawner) {
+    let chip = embassy_stm32::init(clocks());
+    let told = SerialLines::DEFAULT;
+    let frames = [
+        Frame::sensor(&told),
+        Frame::plain(told.receiver_baud),
+        Frame::plain(COMMAND_BAUD),
+    ];
+    let [sensor, receiver, command] = frames.map(|frame| config(&frame));
+    macro_rules! line {
+        ($uart:ident, $into:ident, $out:ident, $config:expr) => {{
+            let rings = (bytes!(RING), bytes!(RING));
+            let (into, out) = (chip.$into, chip.$out);
+            BufferedUart::new(chip.$uart, into, out, rings.0, rings.1, Interrupts, $config)
+                .map(Port::new)
+                .expect("a rate that these clocks can make")
+        }};
+    }
+    let mut bus = spi::Config::default();
+    (bus.mode, bus.frequency) = (spi::MODE_3, Hertz(84_000_000 / 128));
+    let adis = Adis::new(
+        Spi::new_blocking(chip.SPI1, chip.PA5, chip.PA7, chip.PA6, bus),
+        Output::new(chip.PB6, Level::High, Speed::High),
+        ExtiInput::new(chip.PC4, chip.EXTI4, Pull::Down, Interrupts),
+    );
+    let mut watchdog = IndependentWatchdog::new(chip.IWDG, WATCHDOG_MS * 1000);
+    watchdog.unleash();
+    let board = Board {
+        name: "f446",
+        clocks: [84_000_000, 42_000_000, 84_000_000].map(Clock::stm32),
+        parity: true,
+        lines: Lines {
+            sensor: line!(USART1, PA10, PA9, sensor),
+            navigation: line!(USART3, PC11, PC10, sensor),
+            command: line!(USART2, PA3, PA2, command),
+            gnss: line!(USART6, PC7, PC6, receiver),
+        },
+        adis: adis.expect("a pin can be set"),
+        // sectors 2 and 3 of 16 KiB, between the interrupt table and the program
+        flash: Region::<_, 0x8000, 0x8000, 0x4000>::new(
+            Flash::new_blocking(chip.FLASH)
+                .into_blocking_regions()
+                .bank1_region1,
+        ),
+        feed: || watchdog.pet(),
+        random: None,
+    };
+    layer::run(board, Some(layer::small_learner())).await;
+}

@@ -1,0 +1,109 @@
+//! Nucleo-F767ZI. The sensor's line is PG14 (out) and PG9 (in), the navigation computer's PD5 and
+//! PD6, the receiver's PE8 and PE7; the command link is the USB socket beside the Ethernet socket.
+//! An ADIS: clock PA5, in PA6, out PA7, select PD14, data-ready PF12. Ran on no chip yet.
+#![no_std]
+#![no_main]
+
+use embassy_executor::Spawner;
+use embassy_futures::join::join;
+use embassy_stm32::exti::ExtiInput;
+use embassy_stm32::flash::Flash;
+use embassy_stm32::gpio::{Level, Output, Pull, Speed};
+use embassy_stm32::rcc::{
+    APBPrescaler, Hse, HseMode, Pll, PllMul, PllPDiv, PllPreDiv, PllQDiv, PllSource, Sysclk, mux,
+};
+use embassy_stm32::spi::{self, Spi};
+use embassy_stm32::time::Hertz;
+use embassy_stm32::usart::{BufferedInterruptHandler, BufferedUart};
+use embassy_stm32::usb::{self, Driver};
+use embassy_stm32::wdg::IndependentWatchdog;
+use embassy_stm32::{Config, bind_interrupts, exti, interrupt, peripherals};
+use layer::firmware::app::Lines;
+use layer::firmware::configuration::SerialLines;
+use layer::firmware::link::rates::Clock;
+use layer::flash::Region;
+use layer::line::{Frame, Port, RING, config};
+use layer::{Adis, Board, WATCHDOG_MS, bytes};
+
+bind_interrupts!(struct Interrupts {
+    USART6 => BufferedInterruptHandler<peripherals::USART6>;
+    USART2 => BufferedInterruptHandler<peripherals::USART2>;
+    UART7 => BufferedInterruptHandler<peripherals::UART7>;
+    EXTI15_10 => exti::InterruptHandler<interrupt::typelevel::EXTI15_10>;
+    OTG_FS => usb::InterruptHandler<peripherals::USB_OTG_FS>;
+});
+
+/// 216 MHz from the probe's 8 MHz; 108 and 54 MHz for the UARTs, 48 MHz for USB.
+fn clocks() -> Config {
+    let mut config = Config::default();
+    config.rcc.hse = Some(Hse {
+        freq: Hertz::mhz(8),
+        mode: HseMode::Bypass,
+    });
+    config.rcc.pll_src = PllSource::HSE;
+    config.rcc.pll = Some(Pll {
+        prediv: PllPreDiv::DIV4,
+        mul: PllMul::MUL216,
+        divp: Some(PllPDiv::DIV2),
+        divq: Some(PllQDiv::DIV9),
+        divr: None,
+    });
+    config.rcc.sys = Sysclk::PLL1_P;
+    config.rcc.apb1_pre = APBPrescaler::DIV4;
+    config.rcc.apb2_pre = APBPrescaler::DIV2;
+    config.rcc.mux.clk48sel = mux::Clk48sel::PLL1_Q;
+    config
+}
+
+#[embassy_executor::main]
+async fn main(_spawner: Spawner) {
+    layer::turn_caches_on();
+    let chip = embassy_stm32::init(clocks());
+    let told = SerialLines::DEFAULT;
+    let frames = [Frame::sensor(&told), Frame::plain(told.receiver_baud)];
+    let [sensor, receiver] = frames.map(|frame| config(&frame));
+    macro_rules! line {
+        ($uart:ident, $into:ident, $out:ident, $config:expr) => {{
+            let rings = (bytes!(RING), bytes!(RING));
+            let (into, out) = (chip.$into, chip.$out);
+            BufferedUart::new(chip.$uart, into, out, rings.0, rings.1, Interrupts, $config)
+                .map(Port::new)
+                .expect("a rate that these clocks can make")
+        }};
+    }
+    let mut bus = spi::Config::default();
+    (bus.mode, bus.frequency) = (spi::MODE_3, Hertz(108_000_000 / 128));
+    let adis = Adis::new(
+        Spi::new_blocking(chip.SPI1, chip.PA5, chip.PA7, chip.PA6, bus),
+        Output::new(chip.PD14, Level::High, Speed::High),
+        ExtiInput::new(chip.PF12, chip.EXTI12, Pull::Down, Interrupts),
+    );
+    let driver = Driver::new_fs(
+        chip.USB_OTG_FS,
+        Interrupts,
+        chip.PA12,
+        chip.PA11,
+        bytes!(256),
+        usb::Config::default(),
+    );
+    let (command, usb) = layer::usb::open(driver);
+    let mut watchdog = IndependentWatchdog::new(chip.IWDG, WATCHDOG_MS * 1000);
+    watchdog.unleash();
+    let board = Board {
+        name: "f767",
+        clocks: [108_000_000, 54_000_000, 54_000_000].map(Clock::stm32),
+        parity: true,
+        lines: Lines {
+            sensor: line!(USART6, PG9, PG14, sensor),
+            navigation: line!(USART2, PD6, PD5, sensor),
+            command,
+            gnss: line!(UART7, PE7, PE8, receiver),
+        },
+        adis: adis.expect("a pin can be set"),
+        // sectors 10 and 11 of 256 KiB
+        flash: Region::<_, 0x18_0000, 0x8_0000, 0x4_0000>::new(Flash::new_blocking(chip.FLASH)),
+        feed: || watchdog.pet(),
+        random: None,
+    };
+    join(usb, layer::run(board, Some(layer::whole_learner()))).await;
+}

@@ -1,0 +1,119 @@
+//! Nucleo-H743ZI2. The sensor's line is PG14 (out) and PG9 (in), the navigation computer's PD5 and
+//! PD6, the receiver's PE8 and PE7; the command link is the USB socket beside the Ethernet socket.
+//! An ADIS: clock PA5, in PA6, out PA7, select PD14, data-ready PF12. Ran on no chip yet.
+#![no_std]
+#![no_main]
+
+use embassy_executor::Spawner;
+use embassy_futures::join::join;
+use embassy_stm32::exti::ExtiInput;
+use embassy_stm32::flash::Flash;
+use embassy_stm32::gpio::{Level, Output, Pull, Speed};
+use embassy_stm32::rcc::{
+    AHBPrescaler, APBPrescaler, Hse, HseMode, Hsi48Config, Pll, PllDiv, PllMul, PllPreDiv,
+    PllSource, Sysclk, VoltageScale, mux,
+};
+use embassy_stm32::spi::{self, Spi};
+use embassy_stm32::time::Hertz;
+use embassy_stm32::usart::{BufferedInterruptHandler, BufferedUart};
+use embassy_stm32::usb::{self, Driver};
+use embassy_stm32::wdg::IndependentWatchdog;
+use embassy_stm32::{Config, bind_interrupts, exti, interrupt, peripherals};
+use layer::firmware::app::Lines;
+use layer::firmware::configuration::SerialLines;
+use layer::firmware::link::rates::Clock;
+use layer::flash::Region;
+use layer::line::{Frame, Port, RING, config};
+use layer::{Adis, Board, WATCHDOG_MS, bytes};
+
+bind_interrupts!(struct Interrupts {
+    USART6 => BufferedInterruptHandler<peripherals::USART6>;
+    USART2 => BufferedInterruptHandler<peripherals::USART2>;
+    UART7 => BufferedInterruptHandler<peripherals::UART7>;
+    EXTI15_10 => exti::InterruptHandler<interrupt::typelevel::EXTI15_10>;
+    OTG_FS => usb::InterruptHandler<peripherals::USB_OTG_FS>;
+});
+
+/// 400 MHz from the probe's 8 MHz; 100 MHz for the UARTs. USB has an oscillator of its own.
+fn clocks() -> Config {
+    let mut config = Config::default();
+    let rcc = &mut config.rcc;
+    rcc.hse = Some(Hse {
+        freq: Hertz::mhz(8),
+        mode: HseMode::Bypass,
+    });
+    rcc.hsi48 = Some(Hsi48Config {
+        sync_from_usb: true,
+    });
+    rcc.pll1 = Some(Pll {
+        source: PllSource::HSE,
+        prediv: PllPreDiv::DIV2,
+        mul: PllMul::MUL200,
+        fracn: None,
+        divp: Some(PllDiv::DIV2),
+        divq: Some(PllDiv::DIV8), // 100 MHz for SPI1
+        divr: None,
+    });
+    rcc.sys = Sysclk::PLL1_P;
+    rcc.ahb_pre = AHBPrescaler::DIV2;
+    rcc.apb1_pre = APBPrescaler::DIV2;
+    rcc.apb2_pre = APBPrescaler::DIV2;
+    rcc.apb3_pre = APBPrescaler::DIV2;
+    rcc.apb4_pre = APBPrescaler::DIV2;
+    rcc.voltage_scale = VoltageScale::Scale1;
+    rcc.mux.usbsel = mux::Usbsel::HSI48;
+    config
+}
+
+#[embassy_executor::main]
+async fn main(_spawner: Spawner) {
+    layer::turn_caches_on();
+    let chip = embassy_stm32::init(clocks());
+    let told = SerialLines::DEFAULT;
+    let frames = [Frame::sensor(&told), Frame::plain(told.receiver_baud)];
+    let [sensor, receiver] = frames.map(|frame| config(&frame));
+    macro_rules! line {
+        ($uart:ident, $into:ident, $out:ident, $config:expr) => {{
+            let rings = (bytes!(RING), bytes!(RING));
+            let (into, out) = (chip.$into, chip.$out);
+            BufferedUart::new(chip.$uart, into, out, rings.0, rings.1, Interrupts, $config)
+                .map(Port::new)
+                .expect("a rate that these clocks can make")
+        }};
+    }
+    let mut bus = spi::Config::default();
+    (bus.mode, bus.frequency) = (spi::MODE_3, Hertz(100_000_000 / 128));
+    let adis = Adis::new(
+        Spi::new_blocking(chip.SPI1, chip.PA5, chip.PA7, chip.PA6, bus),
+        Output::new(chip.PD14, Level::High, Speed::High),
+        ExtiInput::new(chip.PF12, chip.EXTI12, Pull::Down, Interrupts),
+    );
+    let driver = Driver::new_fs(
+        chip.USB_OTG_FS,
+        Interrupts,
+        chip.PA12,
+        chip.PA11,
+        bytes!(256),
+        usb::Config::default(),
+    );
+    let (command, usb) = layer::usb::open(driver);
+    let mut watchdog = IndependentWatchdog::new(chip.IWDG1, WATCHDOG_MS * 1000);
+    watchdog.unleash();
+    let board = Board {
+        name: "h743",
+        clocks: [100_000_000; 3].map(Clock::stm32),
+        parity: true,
+        lines: Lines {
+            sensor: line!(USART6, PG9, PG14, sensor),
+            navigation: line!(USART2, PD6, PD5, sensor),
+            command,
+            gnss: line!(UART7, PE7, PE8, receiver),
+        },
+        adis: adis.expect("a pin can be set"),
+        // the last two sectors of the second bank: the program in the first one goes on meanwhile
+        flash: Region::<_, 0x1C_0000, 0x4_0000, 0x2_0000>::new(Flash::new_blocking(chip.FLASH)),
+        feed: || watchdog.pet(),
+        random: None,
+    };
+    join(usb, layer::run(board, Some(layer::whole_learner()))).await;
+}

@@ -1,0 +1,98 @@
+//! What the boards over other people's drivers share: the loop around [`firmware::app::App::poll`],
+//! serial lines, flash, USB, an ADIS, memory.
+//!
+//! A board is a manifest, a memory map and a `main` that opens its peripherals and calls [`run`].
+//! docs/add-a-board.md goes through one.
+//!
+//! What these boards do not have, and the board `stm32f405` has: cut-through, DMA that interrupts
+//! once a frame, a record of a crash, a safe start, the measured crystal, a window watchdog, an
+//! image without code that can panic (docs/BOARDS.md).
+#![no_std]
+
+pub mod adis;
+#[allow(dead_code, reason = "an image without a learner")]
+#[path = "../../../src/board/shared/blackbox.rs"]
+pub mod blackbox;
+pub mod flash;
+#[path = "../../../src/board/shared/learners.rs"]
+pub mod learners;
+pub mod line;
+#[cfg(feature = "rp")]
+pub mod pio;
+mod run;
+#[cfg(any(feature = "rp", feature = "usb"))]
+pub mod through;
+#[cfg(feature = "usb")]
+pub mod usb;
+
+pub use firmware;
+
+pub use adis::{Adis, NoAdis, Source};
+pub use run::{Board, run};
+
+use cortex_m::peripheral::SCB;
+use defmt_rtt as _;
+use firmware::learn::FixMemory;
+use static_cell::ConstStaticCell;
+
+/// The watchdog bites when it was not fed for so long, ms: longer than erasing a part of the store
+/// takes, which halts most of these chips.
+pub const WATCHDOG_MS: u32 = 8000;
+
+/// Memory that is handed out once, of so many bytes.
+#[macro_export]
+macro_rules! bytes {
+    ($len:expr) => {{
+        static BYTES: $crate::StaticBytes<{ $len }> = $crate::StaticBytes::new([0; $len]);
+        BYTES.take()
+    }};
+}
+
+/// Of [`bytes!`].
+pub type StaticBytes<const N: usize> = ConstStaticCell<[u8; N]>;
+
+/// The learner from references and from fixes.
+///
+/// # Panics
+/// It has been handed out.
+pub fn whole_learner() -> &'static mut learners::Combined {
+    static FIXES: ConstStaticCell<FixMemory> = ConstStaticCell::new(FixMemory::ZEROED);
+    learners::combined(|| FIXES.try_take()).expect("called once")
+}
+
+/// The learner from references, for chips without room for the other.
+///
+/// # Panics
+/// It has been handed out.
+pub fn small_learner() -> &'static mut firmware::learn::WindowLearner {
+    learners::windows().expect("called once")
+}
+
+/// Turns the caches of a Cortex-M7 on. No driver of these boards moves bytes by DMA, so memory and
+/// caches cannot disagree; [`flash::Region`] looks after the flash.
+#[cfg(feature = "m7")]
+pub fn turn_caches_on() {
+    if let Some(mut core) = cortex_m::Peripherals::take() {
+        core.SCB.enable_icache();
+        core.SCB.enable_dcache(&mut core.CPUID);
+    }
+}
+
+/// The drivers of these boards can panic. The chip starts anew.
+#[panic_handler]
+fn panic(what: &core::panic::PanicInfo) -> ! {
+    if let Some(place) = what.location() {
+        defmt::println!("panic: {=str}, line {=u32}", place.file(), place.line());
+    }
+    SCB::sys_reset()
+}
+
+/// A fault of the core: the chip starts anew.
+#[allow(
+    unsafe_code,
+    reason = "the attribute asks for it; nothing here needs it"
+)]
+#[cortex_m_rt::exception]
+unsafe fn HardFault(_: &cortex_m_rt::ExceptionFrame) -> ! {
+    SCB::sys_reset()
+}

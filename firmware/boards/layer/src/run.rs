@@ -1,0 +1,160 @@
+//! The loop around the application.
+
+use embassy_futures::join::join;
+use embassy_futures::select::{Either3, select3, select4};
+use embassy_futures::yield_now;
+use embassy_time::{Duration, Instant, Timer};
+use embedded_storage::nor_flash::NorFlash;
+use firmware::app::{App, Hardware, Lines};
+use firmware::configuration::SerialLines;
+use firmware::learn::Learner;
+use firmware::link::{Clock, rates};
+use firmware::store::{MEMORY_MAX, Store};
+use firmware::wire::adis::spi::LONGEST;
+
+use crate::adis::{Fetch, New, Source};
+use crate::blackbox;
+use crate::line::{Frame, Wire};
+
+/// The application has its turn at least so often, as it asks.
+const TURN: Duration = Duration::from_millis(1);
+
+/// A board, open.
+pub struct Board<S, N, C, G, A, F, W> {
+    /// Name, at most 32 bytes.
+    pub name: &'static str,
+    /// Clocks of the sensor's, the navigation computer's and the receiver's line.
+    pub clocks: [rates::Clock; 3],
+    /// The lines can have parity and two stop bits.
+    pub parity: bool,
+    /// The four lines.
+    pub lines: Lines<S, N, C, G>,
+    /// An ADIS at an SPI, or [`crate::NoAdis`].
+    pub adis: A,
+    /// The part of the flash that the store has.
+    pub flash: F,
+    /// Feeds the watchdog.
+    pub feed: W,
+    /// Random bytes for the challenges of the command link, if there is a generator.
+    pub random: Option<[u8; 32]>,
+}
+
+/// Time by the chip's counter.
+struct Time {
+    asleep_us: u64,
+}
+
+impl Clock for Time {
+    fn now_us(&self) -> u64 {
+        Instant::now().as_micros()
+    }
+
+    fn asleep_us(&self) -> Option<u64> {
+        Some(self.asleep_us)
+    }
+}
+
+/// Runs the application with a learner, for ever.
+pub async fn run<S: Wire, N: Wire, C: Wire, G: Wire, A: Source, F: NorFlash, W: FnMut()>(
+    mut board: Board<S, N, C, G, A, F, W>,
+    learner: Option<&'static mut dyn Learner>,
+) {
+    let hardware = Hardware {
+        name: board.name,
+        clocks: board.clocks,
+        parity: board.parity,
+        pin_sets: 1,
+        reset: None,
+    };
+    let mut store = Store::new(board.flash).ok();
+    let mut app = application(hardware, &mut store, learner, board.random);
+    defmt::println!(
+        "lrnn {=str} on {=str}",
+        env!("CARGO_PKG_VERSION"),
+        board.name
+    );
+    static NEW: New = New::new();
+    let (mut adis, edges) = board.adis.split(&NEW);
+    let lines = &mut board.lines;
+    let mut time = Time { asleep_us: 0 };
+    let (mut frame, mut new) = ([0; LONGEST], false);
+    let turns = async {
+        loop {
+            if (new || NEW.try_take().is_some())
+                && let Some(reply) = adis.burst(&mut frame)
+            {
+                // an error has been counted
+                let _ = app.burst(reply, &mut lines.navigation, &time);
+            }
+            let busy = app.poll(lines, &time);
+            if let Some(told) = app.to_open() {
+                open(lines, &told);
+            }
+            if let (true, Some(store)) = (app.wants_to_store(), &mut store) {
+                app.store(|step, content| store.carry_out(step, content));
+            }
+            if lines.sensor.is_idle()
+                && let Some(found) = adis.look(time.now_us())
+            {
+                app.found(&found);
+            }
+            if app.unwell(time.now_us()) == 0 {
+                (board.feed)();
+            }
+            new = false;
+            if busy {
+                yield_now().await; // other tasks have their turn
+                continue;
+            }
+            let before = time.now_us();
+            let arrived = select4(
+                lines.sensor.arrived(),
+                lines.navigation.arrived(),
+                lines.command.arrived(),
+                lines.gnss.arrived(),
+            );
+            let woken = select3(arrived, NEW.wait(), Timer::after(TURN)).await;
+            new = matches!(woken, Either3::Second(()));
+            time.asleep_us += time.now_us().saturating_sub(before);
+        }
+    };
+    join(edges, turns).await;
+}
+
+/// Opens the lines as told. The command link goes on.
+fn open<S: Wire, N: Wire, C: Wire, G: Wire>(lines: &mut Lines<S, N, C, G>, told: &SerialLines) {
+    let frame = Frame::sensor(told);
+    lines.sensor.open(&frame);
+    lines.navigation.open(&frame);
+    lines.gnss.open(&Frame::plain(told.receiver_baud));
+}
+
+/// The application with what is stored.
+fn application<'m, F: NorFlash>(
+    hardware: Hardware,
+    store: &mut Option<Store<F>>,
+    learner: Option<&'m mut dyn Learner>,
+    random: Option<[u8; 32]>,
+) -> App<'m> {
+    if let Some(store) = store {
+        let _ = store.make_room(); // fault STORE tells when the next record finds none
+    }
+    let stored = store.as_mut().map(Store::load);
+    let mut app = App::power_on(hardware, stored, learner);
+    recall(&mut app, store);
+    if let Some(memory) = blackbox::memory() {
+        app.record_in(memory);
+    }
+    if let Some(random) = random {
+        app.seed(random);
+    }
+    app
+}
+
+/// Apart, so that the stack is free again afterwards.
+#[inline(never)]
+fn recall<F: NorFlash>(app: &mut App, store: &mut Option<Store<F>>) {
+    let mut memory = [0; MEMORY_MAX];
+    let len = store.as_mut().map_or(0, |store| store.memory(&mut memory));
+    app.recall(memory.get(..len).unwrap_or_default());
+}

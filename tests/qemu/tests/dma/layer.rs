@@ -1,0 +1,160 @@
+//! The STM32F405 over `embassy-stm32` (`firmware/boards/f405`) in the same model, beside the board
+//! with drivers of its own: the same bytes, other interrupts, other latency. docs/BOARDS.md draws
+//! its conclusions from what this test measures.
+
+use std::path::Path;
+
+use qemu::boards::Family;
+
+use super::*;
+
+/// The navigation computer's UART; the time of `embassy-time` is by TIM5.
+const NAVIGATION: i32 = 38;
+const TIME: i32 = 50;
+
+/// From the last byte of a frame to the first byte sent, microseconds: the median and the greatest.
+/// The first frames, which are held until the format is known, do not count.
+fn latencies(done: &Done, frames: &[Record]) -> [f64; 2] {
+    assert_eq!(done.came.len(), done.left.len(), "as many bytes leave");
+    let (mut late, mut begin) = (Vec::new(), 0);
+    for frame in frames {
+        let end = begin + frame.bytes.len();
+        late.push(done.left[begin] - done.came[end - 1]);
+        begin = end;
+    }
+    let mut late = late.split_off(frames.len() / 4);
+    late.sort_by(f64::total_cmp);
+    [late[late.len() / 2], late[late.len() - 1]].map(|cycles| cycles / 168.0)
+}
+
+/// Runs an image over frames of a format and prints what it costs.
+fn measured(
+    name: &str,
+    python: &Path,
+    image: &Path,
+    frames: &[Record],
+    period: u32,
+) -> (Done, [f64; 2]) {
+    let set_up = set_up().expect("requests");
+    let none = serde_json::Value::Null;
+    let done = run(python, image, &set_up, frames, (period, BAUD), &none);
+    let expected = desktops(frames);
+    assert!(
+        done.sent == expected,
+        "{name}: {} of {} bytes",
+        done.sent.len() / 2,
+        expected.len() / 2
+    );
+    let late = latencies(&done, frames);
+    let all: usize = done.served.iter().map(|(_, count)| count).sum();
+    println!(
+        "{name}: {:.2} interrupts a frame, latency {:.1} us, at most {:.1} us; {:?}",
+        all as f64 / frames.len() as f64,
+        late[0],
+        late[1],
+        done.served
+    );
+    (done, late)
+}
+
+#[test]
+fn the_same_bytes_as_our_drivers_at_an_interrupt_a_byte() {
+    let layer = Family::named("f405").expect("a board");
+    let (Some(python), Some(ours)) = (python(), STM32F405_WINDOW.build_or_skip()) else {
+        return;
+    };
+    let theirs = layer.build().expect("it builds");
+    for (format, period) in [
+        (ImuFormat::Stim300, MILLISECOND - 210),
+        (ImuFormat::Kvh, MILLISECOND / 2),
+    ] {
+        let mut frames = frames(format, 1);
+        frames.truncate(250);
+        let (ours, soon) = measured("ours", &python, &ours, &frames, period);
+        let (theirs, late) = measured("theirs", &python, &theirs, &frames, period);
+        assert_eq!(ours.sent, theirs.sent);
+        // what keeps our drivers on this board: when this fails, read docs/BOARDS.md again
+        let bytes = theirs.sent.len() / 2;
+        assert_eq!(ours.served(SENSOR) + ours.served(NAVIGATION), 0);
+        assert!(theirs.served(SENSOR) >= bytes, "{:?}", theirs.served);
+        assert!(theirs.served(NAVIGATION) >= bytes, "{:?}", theirs.served);
+        assert!(theirs.served(TIME) > 0);
+        assert!(
+            soon[0] < 15.0 && late[0] > soon[0] + 9.0,
+            "{soon:?} {late:?}"
+        );
+        assert!(late[0] < 60.0, "{late:?}");
+    }
+}
+
+/// Without its crystal our board runs on the internal oscillator. The driver of `embassy-stm32`
+/// waits for it without an end; there the image does not get as far as its watchdog.
+#[test]
+fn a_dead_crystal_stops_theirs_for_ever() {
+    let layer = Family::named("f405").expect("a board");
+    let (Some(python), Some(ours)) = (python(), STM32F405_WINDOW.build_or_skip()) else {
+        return;
+    };
+    let theirs = layer.build().expect("it builds");
+    let frames = frames(ImuFormat::Stim300, 1);
+    let frames = &frames[..20];
+    let dead = serde_json::json!({"chip": {"crystal": 0}});
+    let [ours, theirs] = [ours, theirs]
+        .map(|image| run_in(&python, &image, &[], frames, (MILLISECOND, BAUD), &dead));
+    let all: String = frames.iter().map(|frame| hex(&frame.bytes)).collect();
+    assert_eq!(ours.sent, all);
+    assert_eq!((theirs.sent.as_str(), theirs.served.len()), ("", 0));
+}
+
+/// An ADIS is found and read by its data-ready over the traits of `embedded-hal`, too.
+#[test]
+fn an_adis_over_their_spi() {
+    let layer = Family::named("f405").expect("a board");
+    let Some(python) = python() else { return };
+    let image = layer.build().expect("it builds");
+    let frames: Vec<_> = (0..100)
+        .map(|counter| Record {
+            input: Input::Sensor,
+            at_us: 0,
+            bytes: Burst {
+                accel: [5, 6_000_000, -i32::from(counter)],
+                counter,
+                ..Burst::default()
+            }
+            .emit32()
+            .to_vec(),
+        })
+        .collect();
+    let adis = serde_json::json!({"product": 16507, "range": 3, "hz": 1_000_000});
+    let done = run(&python, &image, &[], &frames, (MILLISECOND, BAUD), &adis);
+    let expected: Vec<u8> = frames.into_iter().flat_map(|frame| frame.bytes).collect();
+    assert!(done.sent == hex(&expected), "{}", done.sent);
+    assert_eq!(done.served(DATA_READY), 100);
+}
+
+/// The examples of a loop of one's own pass what comes, byte for byte.
+#[test]
+fn loops_of_ones_own_pass_bytes() {
+    let Some(python) = python() else { return };
+    let frames = frames(ImuFormat::Stim300, 1);
+    let frames = &frames[..50];
+    let all: String = frames.iter().map(|frame| hex(&frame.bytes)).collect();
+    for example in ["loop-embassy", "loop-rtic"] {
+        let image = qemu::boards::build(example, qemu::images::TARGET).expect("it builds");
+        let none = serde_json::Value::Null;
+        let done = run(
+            &python,
+            &image,
+            &[],
+            frames,
+            (4 * MILLISECOND, 460_800),
+            &none,
+        );
+        assert!(
+            done.sent == all,
+            "{example}: {} of {}",
+            done.sent.len(),
+            all.len()
+        );
+    }
+}
