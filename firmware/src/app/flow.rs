@@ -104,6 +104,8 @@ pub(super) struct Flow<'m> {
     pub heard: Heard,
     /// The last block.
     pub block: Option<Block>,
+    /// What its end leads to is not done yet: see [`Flow::end_block`].
+    ended: bool,
     /// Blocks in which a correction was clipped, before the present state.
     clipped: u32,
     /// Number of the last sample, modulo 2^32; the first is 0.
@@ -167,6 +169,7 @@ impl<'m> Flow<'m> {
             failures: 0,
             heard: Heard::default(),
             block: None,
+            ended: false,
             clipped: 0,
             sample: u32::MAX,
             learner,
@@ -223,6 +226,9 @@ impl<'m> Flow<'m> {
     /// would prepare each address beforehand and put it aside, at one instruction more each.
     #[inline(never)]
     pub fn frame(&mut self, mut frame: Checked, out: &mut Behind<impl Line>) {
+        if self.ended {
+            self.end_block();
+        }
         let reading = frame.reading();
         let Some(reading) = &reading else {
             return; // a Checked frame of a sensor has a sample

@@ -71,6 +71,10 @@ impl<R: Learner, F: Learner> Learner for CombinedLearner<'_, R, F> {
         self.fixes.fix(number, fix);
     }
 
+    fn settle(&mut self) -> bool {
+        self.references.settle() || self.fixes.settle()
+    }
+
     fn work(&mut self) -> bool {
         self.references.work() || self.fixes.work()
     }

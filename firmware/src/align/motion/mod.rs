@@ -175,12 +175,29 @@ impl InMotion {
     /// [`InMotion::is_full`] before: without room the alignment begins anew.
     #[inline]
     pub fn sample(&mut self, counts: &Counts) {
+        if self.gather(counts) {
+            self.end_piece();
+        }
+    }
+
+    /// Only adds the sample to its piece. True: [`Self::end_piece`] must follow before anything
+    /// else.
+    #[inline]
+    pub fn gather(&mut self, counts: &Counts) -> bool {
         if self.is_pending() {
             if !self.waiting.push(counts) {
                 self.gap();
             }
-        } else if let Some(navigator) = &mut self.navigator {
-            navigator.sample(counts);
+            return false;
+        }
+        let navigator = self.navigator.as_mut();
+        navigator.is_some_and(|navigator| navigator.gather(counts))
+    }
+
+    /// Ends the piece of its navigator.
+    pub fn end_piece(&mut self) {
+        if let Some(navigator) = &mut self.navigator {
+            navigator.end_piece();
         }
     }
 

@@ -132,12 +132,6 @@ impl Flow<'_> {
         self.disagrees || self.mode == Mode::Shadow || live && !self.promoted
     }
 
-    /// Whether the learner follows the stream.
-    #[inline(always)]
-    pub fn learns(&self) -> bool {
-        self.begun.is_some()
-    }
-
     /// Whether there is a learner.
     pub fn can_learn(&self) -> bool {
         self.learner.0.is_some()
@@ -208,7 +202,7 @@ impl Flow<'_> {
 
     /// The learner has work left, and a request must not make it be done at once.
     pub fn is_busy(&self) -> bool {
-        (self.learner.0.as_ref()).is_some_and(|learner| learner.is_busy())
+        self.ended || (self.learner.0.as_ref()).is_some_and(|learner| learner.is_busy())
     }
 
     /// The weights learnt and the networks' states.

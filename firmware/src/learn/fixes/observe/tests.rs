@@ -170,6 +170,7 @@ fn a_fix_beside_the_end_of_a_block_waits() {
         let first = used;
         for sample in 0..20 * 100 {
             drive.sample();
+            drive.learner.finish();
             let now = drive.learner.tally.used;
             if now == used {
                 continue;
