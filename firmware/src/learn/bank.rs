@@ -317,10 +317,13 @@ impl<T: Real> Bank<T> {
     pub fn error_doubt(&self, index: usize) -> T {
         let at = |of: &dyn Hypothesis<T>| of.error_state().get(index).copied().unwrap_or(T::ZERO);
         let here = at(self.get(self.navigating()));
-        let best = (0..HYPOTHESES).fold(f64::NEG_INFINITY, |best, h| best.max(self.score(h)));
+        let scores: [f64; HYPOTHESES] = core::array::from_fn(|h| self.score(h));
+        let best = scores
+            .iter()
+            .fold(f64::NEG_INFINITY, |best, score| best.max(*score));
         let mut doubt = self.error_sigma(index);
-        for h in 0..HYPOTHESES {
-            if self.score(h) < best - self.gates.evidence {
+        for (h, score) in scores.iter().enumerate() {
+            if *score < best - self.gates.evidence {
                 continue;
             }
             let of = self.get(h);

@@ -1,6 +1,6 @@
 //! Two learners side by side: from references and from fixes.
 
-use super::{Learner, Report, Settings, Winner};
+use super::{Known, Learner, Report, Settings, Winner};
 use crate::compensator::Block;
 use crate::control::{Alignment, Reason, Window};
 use crate::fix::{Fix, Heading};
@@ -108,6 +108,10 @@ impl<R: Learner, F: Learner> Learner for CombinedLearner<'_, R, F> {
             Some(winner) => (winner.nets, winner.states),
             None => self.references.learnt(),
         }
+    }
+
+    fn antenna(&self) -> Known {
+        self.fixes.antenna()
     }
 
     fn still_s(&self) -> u32 {

@@ -38,7 +38,7 @@ mod settled;
 mod start;
 
 use super::age::FixAge;
-use super::antenna::Antenna;
+use super::antenna::{Antenna, Known};
 use super::bank::{Bank, STORED, Work, ZERO_CORRECTION};
 use super::prior::{NAV, Shapes};
 use super::quantise::{Scale, flat, split};
@@ -630,7 +630,13 @@ impl Learner for FixLearner<'_> {
         if self.advance() || self.align_part() || self.align.as_mut().is_some_and(Align::sweep) {
             return true;
         }
-        self.stream.is_some() && self.part() && self.is_busy()
+        if self.stream.is_none() {
+            return false;
+        }
+        if !self.part() {
+            self.conclude();
+        }
+        self.is_busy()
     }
 
     fn is_busy(&self) -> bool {
@@ -640,6 +646,11 @@ impl Learner for FixLearner<'_> {
             || !self.antenna.is_done()
             || !self.work.is_done()
             || !self.rehearsal.is_done()
+            || self.fixing
+    }
+
+    fn antenna(&self) -> Known {
+        self.antenna.known()
     }
 
     fn winner(&mut self) -> Option<Winner> {

@@ -202,6 +202,11 @@ pub trait Learner {
     /// Counters and state, for reading only.
     fn report(&self) -> Report;
 
+    /// [`Report::antenna`] alone, which costs less.
+    fn antenna(&self) -> Known {
+        self.report().antenna
+    }
+
     /// [`Report::still_s`] alone, which costs less: it is needed at each block.
     fn still_s(&self) -> u32 {
         self.report().still_s

@@ -6,7 +6,7 @@ use crate::app::config::Activation;
 use crate::compensator::Block;
 use crate::control::{Alignment, Mode, Reason, Window};
 use crate::fix::{Fix, Heading};
-use crate::learn::{Learner, Report};
+use crate::learn::{Known, Learner, Report};
 use crate::model::Nets;
 use crate::wire::command::{Estimate, fault};
 
@@ -234,6 +234,12 @@ impl Flow<'_> {
     pub fn report(&self) -> Report {
         let report = self.learner.0.as_ref().map(|learner| learner.report());
         report.unwrap_or_default()
+    }
+
+    /// [`Report::antenna`] alone.
+    pub fn antenna(&self) -> Known {
+        let known = self.learner.0.as_ref().map(|learner| learner.antenna());
+        known.unwrap_or_default()
     }
 
     /// The estimates of the networks in use and of the learner.
