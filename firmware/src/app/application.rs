@@ -86,6 +86,8 @@ pub struct App<'m> {
     well: Well,
     /// The look once a second is due.
     scrubs: bool,
+    /// The last of these passes served a link.
+    served: bool,
     /// The last pass left nothing to do: see [`App::rests`].
     quiet: bool,
 }
@@ -136,6 +138,7 @@ impl<'m> App<'m> {
             service: None,
             well: Well::default(),
             scrubs: false,
+            served: false,
             quiet: false,
         }
     }
@@ -437,8 +440,11 @@ impl<'m> App<'m> {
         lines: &mut Lines<S, N, C, G>,
         now: u64,
     ) -> bool {
-        let mut back = false;
-        if !self.links_rest(lines, now) {
+        let mut back = !self.links_rest(lines, now);
+        // however much comes on the links, every other pass is for the rest
+        let waits = self.scrubs || self.flow.is_busy();
+        self.served = back && !(self.served && waits);
+        if self.served {
             self.flow.end_block(); // a request sees all that came before it
             back = self.back(&mut lines.navigation, &mut lines.sensor, now);
             if self.server.renewal != Renewal::None {
