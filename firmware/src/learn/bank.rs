@@ -59,7 +59,7 @@ impl<T: Real> Bank<T> {
     #[must_use]
     pub fn new(sheet: &Datasheet<T>, block_s: f64, error_sigma: [T; NAV], gates: Gates<T>) -> Self {
         let mut bank = Self::ZEROED;
-        let shapes = Shapes::new(&sheet.nets(block_s), sheet, &OWN);
+        let shapes = Shapes::new(&sheet.nets(block_s), sheet, &OWN).complete();
         bank.begin((sheet, &OWN), &shapes, block_s, error_sigma, gates);
         bank
     }
@@ -84,7 +84,8 @@ impl<T: Real> Bank<T> {
     };
 
     /// [`Bank::new`] in place: a bank should not be moved over the stack. `shapes`: the first
-    /// networks of the hypotheses that are driven by these inputs.
+    /// networks of the hypotheses that are driven by these inputs; all that they reach is found
+    /// ([`Shapes::reach`]).
     #[inline(never)]
     pub fn begin(
         &mut self,
@@ -94,8 +95,12 @@ impl<T: Real> Bank<T> {
         error_sigma: [T; NAV],
         gates: Gates<T>,
     ) {
-        self.hypotheses
-            .begin(shapes, sheet, block_s, error_sigma, error_floor());
+        self.begins((sheet, inputs), gates);
+        self.begin_some(ALL, sheet, shapes, block_s, error_sigma);
+    }
+
+    /// The first part of [`Bank::begin`]. [`Bank::begin_some`] must follow for each hypothesis.
+    pub fn begins(&mut self, (sheet, inputs): (&Datasheet<T>, &Inputs), gates: Gates<T>) {
         let [g, a] = [sheet.gyro_bias, sheet.accel_bias];
         self.unmodelled = [g, g, g, a, a, a];
         self.gates = gates;
@@ -108,6 +113,26 @@ impl<T: Real> Bank<T> {
         self.leading = ZERO_CORRECTION;
         self.believed = false;
         self.fresh = table::SETTLING;
+    }
+
+    /// The hypotheses in the bits `which` begin.
+    #[inline(never)]
+    pub fn begin_some(
+        &mut self,
+        which: u8,
+        sheet: &Datasheet<T>,
+        shapes: &Shapes<T>,
+        block_s: f64,
+        error_sigma: [T; NAV],
+    ) {
+        let all = (sheet, shapes, block_s);
+        self.hypotheses
+            .begin(which, all, error_sigma, error_floor());
+    }
+
+    /// Whether this is [`STORED`], and takes part: [`Bank::begin_stored`] has begun it.
+    pub fn takes_part_as_stored(&self, index: usize) -> bool {
+        index == STORED && self.takes_part(STORED)
     }
 
     /// After [`Bank::begin`]: what was known of the unit when the last drive ended, by
@@ -292,10 +317,13 @@ impl<T: Real> Bank<T> {
     pub fn error_doubt(&self, index: usize) -> T {
         let at = |of: &dyn Hypothesis<T>| of.error_state().get(index).copied().unwrap_or(T::ZERO);
         let here = at(self.get(self.navigating()));
-        let best = (0..HYPOTHESES).fold(f64::NEG_INFINITY, |best, h| best.max(self.score(h)));
+        let scores: [f64; HYPOTHESES] = core::array::from_fn(|h| self.score(h));
+        let best = scores
+            .iter()
+            .fold(f64::NEG_INFINITY, |best, score| best.max(*score));
         let mut doubt = self.error_sigma(index);
-        for h in 0..HYPOTHESES {
-            if self.score(h) < best - self.gates.evidence {
+        for (h, score) in scores.iter().enumerate() {
+            if *score < best - self.gates.evidence {
                 continue;
             }
             let of = self.get(h);

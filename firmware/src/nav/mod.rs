@@ -181,24 +181,34 @@ impl Navigator {
     /// Takes one uncorrected sample.
     #[inline]
     pub fn sample(&mut self, counts: &Counts) {
-        if !self.gather.sample(counts) {
-            self.faults.samples = self.faults.samples.saturating_add(1);
-        }
-        if self.gather.is_full() {
+        if self.gather(counts) {
             self.end_piece();
         }
     }
 
-    /// Goes on for `samples` missing samples as in the last one, `counts`.
-    pub fn coast(&mut self, counts: &Counts, samples: u32) {
+    /// Only adds the sample to its piece. True: the piece is full, and [`Self::end_piece`] must
+    /// follow before anything else.
+    #[inline]
+    pub fn gather(&mut self, counts: &Counts) -> bool {
+        if !self.gather.sample(counts) {
+            self.faults.samples = self.faults.samples.saturating_add(1);
+        }
+        self.gather.is_full()
+    }
+
+    /// Goes on for `samples` missing samples as in the last one, `counts`, but no further than to
+    /// the end of a piece. Gives how many are left.
+    pub fn coast(&mut self, counts: &Counts, samples: u32) -> u32 {
         let mut left = samples;
         while left > 0 {
             let taken = self.gather.repeat(counts, left);
             left = left.saturating_sub(taken.max(1));
             if self.gather.is_full() {
                 self.end_piece();
+                break;
             }
         }
+        left
     }
 
     /// Solution at the end of the last piece. [`Self::take_transition`] ends the one in progress.
@@ -308,8 +318,9 @@ impl Navigator {
         self.faults.inputs = self.faults.inputs.saturating_add(1);
     }
 
+    /// Ends the piece in progress, if it has any sample: the solution moves on.
     #[inline(never)]
-    fn end_piece(&mut self) {
+    pub fn end_piece(&mut self) {
         if self.gather.is_empty() {
             return;
         }

@@ -1,28 +1,44 @@
 //! What a fix leads to, in parts of some ten thousand instructions.
 
 use super::filter::{ERRORS, Filter, Match, View};
+use super::level::Levelled;
 use super::start::{self, Shown, Start};
 use super::waiting::Waiting;
 use super::{
-    BAD_RESIDUAL, GOOD_RESIDUAL, InMotion, LEAST_FIXES, LINEAR, MAX_HEADING, MAX_NORM, MAX_TILT,
-    NORM_FAILS, NORM_FLOOR, PASSES,
+    BAD_RESIDUAL, FAR_M, FARS, GOOD_RESIDUAL, InMotion, LEAST_FIXES, LINEAR, MAX_HEADING, MAX_NORM,
+    MAX_TILT, NORM_FAILS, NORM_FLOOR, PASSES,
 };
 use crate::align::standstill::Sensors;
 use crate::control::Way;
 use crate::fix::{Fix, Heading};
-use crate::nav::vector::{product, rotated, scale};
-use crate::nav::{self, Navigator};
+use crate::nav::vector::{Q, product, rotated, scale};
+use crate::nav::{self, Innovation, Navigator};
 use lrnn_nostd::learn::kalman::{OUTPUTS, Transition};
 
 /// The part that is next.
 #[derive(Debug, Clone, Copy)]
 enum Part {
-    /// The navigator and what it shows. Levelling has this part only.
+    /// The first fix: the navigator, and its levelling.
+    Begin,
+    BeginLevel,
+    /// Whether the fix is near, and the navigator's way to it.
+    Near,
+    Pass,
+    /// Levelling: what was gained, taken from this state; the level attitude, from which the
+    /// navigator and then the filter begin.
+    Gained(nav::State),
+    Level(nav::State),
+    Restart(nav::State, Levelled),
+    Filter(Q, Levelled),
+    /// What the navigator shows.
     Look,
+    See(Innovation),
+    Means(View),
     Propagate(View),
     Observe(View),
     /// With the mean of the normalised innovations squared.
     Finish(View, f32),
+    Correct(View),
     Judge,
     Start,
 }
@@ -37,13 +53,14 @@ pub struct Pending {
 }
 
 impl Pending {
-    /// As [`InMotion::put`] takes it. `still`: the vehicle stands, and does not turn.
-    pub fn new(fix: &Fix, age: [f32; 2], still: bool) -> Pending {
+    /// As [`InMotion::put`] takes it. `begins`: the first one. `still`: the vehicle stands, and does
+    /// not turn.
+    pub fn new(fix: &Fix, age: [f32; 2], still: bool, begins: bool) -> Pending {
         Pending {
             fix: *fix,
             age,
             still,
-            part: Part::Look,
+            part: if begins { Part::Begin } else { Part::Near },
         }
     }
 }
@@ -121,16 +138,20 @@ impl InMotion {
     /// [`InMotion::take_found`] follows.
     pub fn work(&mut self, scratch: &mut Transition<ERRORS>) -> bool {
         if let Some(mut pending) = self.pending.take() {
-            match self.part(&pending, scratch) {
-                Some(part) => {
-                    pending.part = part;
-                    self.pending = Some(pending);
-                }
-                None => {
-                    if let Some(navigator) = &self.navigator {
-                        self.last = (navigator.state().q_bn, pending.fix.velocity);
-                    }
-                }
+            let takes = matches!(
+                pending.part,
+                Part::Begin | Part::BeginLevel | Part::Near | Part::Pass
+            );
+            let next = if takes {
+                self.take(&pending, scratch)
+            } else {
+                self.part(&pending, scratch)
+            };
+            if let Some(part) = next {
+                pending.part = part;
+                self.pending = Some(pending);
+            } else if let (false, Some(navigator)) = (takes, &self.navigator) {
+                self.last = (navigator.state().q_bn, pending.fix.velocity);
             }
         } else if self.found.is_none() {
             self.catch_up();
@@ -153,12 +174,13 @@ impl InMotion {
     #[inline(never)]
     fn part(&mut self, pending: &Pending, scratch: &mut Transition<ERRORS>) -> Option<Part> {
         let fix = &pending.fix;
-        if self.filter.is_none() {
-            self.level(fix, scratch.time);
-            return None;
-        }
-        if let Part::Judge = pending.part {
-            return self.judge(fix);
+        match pending.part {
+            Part::Look if self.filter.is_none() => return self.gained(scratch.time),
+            Part::Gained(_) | Part::Level(_) | Part::Restart(..) | Part::Filter(..) => {
+                return self.level(fix, pending.part);
+            }
+            Part::Judge => return self.judge(fix),
+            _ => {}
         }
         let (Some(filter), Some(navigator)) = (&mut self.filter, &mut self.navigator) else {
             return None;
@@ -185,14 +207,26 @@ impl InMotion {
             last: self.last,
         };
         match pending.part {
-            Part::Look => Some(Part::Propagate(filter.look(navigator, scratch, &seen))),
+            Part::Look => Some(Part::See(navigator.innovation(fix, pending.age[0]))),
+            Part::See(z) => Some(Part::Means(filter.look(navigator, scratch.time, z, &seen))),
+            Part::Means(view) => {
+                filter.propagate_mean(navigator, scratch, &view, &seen);
+                Some(Part::Propagate(view))
+            }
             Part::Propagate(view) => {
                 filter.propagate_covariance(scratch);
                 Some(Part::Observe(view))
             }
             Part::Observe(view) => Some(Part::Finish(view, filter.observe(&view, &seen))),
             Part::Finish(view, nis) => {
-                if filter.finish(navigator, &view, nis, &seen) {
+                if filter.finish(&view, nis, fix) {
+                    return Some(Part::Correct(view));
+                }
+                self.gap();
+                None
+            }
+            Part::Correct(view) => {
+                if filter.correct(navigator, &view, &seen) && filter.watch(navigator, &seen) {
                     return Some(Part::Judge);
                 }
                 self.gap();
@@ -202,48 +236,110 @@ impl InMotion {
                 self.found = found(filter, navigator, &seen, self.time, scratch);
                 None
             }
-            Part::Judge => None,
+            _ => None,
         }
     }
 
+    /// A fix is taken; `None`: it is not used further.
     #[inline(never)]
-    fn level(&mut self, fix: &Fix, time: f32) {
-        let (level, Some(navigator)) = (&mut self.level, &mut self.navigator) else {
-            return;
-        };
-        let state = navigator.state();
-        level.add(&state, time);
-        let [x, y, z] = state.velocity.map(|v| v as f32);
-        navigator.feed_back(&[0.0, 0.0, 0.0, x, y, z, 0.0, 0.0, 0.0]);
-        let sensors = Sensors {
-            noise: [
-                self.config.navigator.noise.gyro,
-                self.config.navigator.noise.accel,
-            ],
-            bias: self.config.bias,
-        };
-        let Some(levelled) = level.solve(fix, &sensors) else {
-            if level.is_useless(&sensors) {
-                self.begin_level(fix);
+    fn take(&mut self, pending: &Pending, scratch: &mut Transition<ERRORS>) -> Option<Part> {
+        let fix = &pending.fix;
+        if let Part::Begin = pending.part {
+            let state = nav::State {
+                position: fix.position,
+                velocity: [0.0; 3],
+                q_bn: [1.0, 0.0, 0.0, 0.0],
+            };
+            self.navigator = Navigator::new(self.config.navigator, state).ok();
+            return Some(Part::BeginLevel);
+        }
+        if let Part::BeginLevel = pending.part {
+            self.begin_level(fix);
+            return None;
+        }
+        let navigator = self.navigator.as_mut()?;
+        if let Part::Near = pending.part {
+            let [n, e, d] = navigator.innovation(fix, pending.age[0]).position;
+            let near = libm::hypotf(n, e).max(d.abs()) < FAR_M;
+            if fix.has(0..2) && !near {
+                // one wild fix is left out; if they go on, the first one was wild
+                self.far += 1;
+                if self.far > FARS {
+                    self.gap();
+                }
+                return None;
             }
-            return;
-        };
-        let q_bn = product(levelled.turn, state.q_bn);
-        let state = nav::State {
-            position: state.position,
-            velocity: fix.velocity,
-            q_bn,
-        };
-        if navigator.restart(state).is_err() {
-            return;
+            self.far = 0;
+            return Some(Part::Pass);
         }
-        let [a, b, c, d, e, f] = self.known;
-        navigator.set_estimate([a, b, c], [d, e, f]);
+        *scratch = navigator.take_transition();
+        if navigator.faults().lost {
+            self.gap();
+            return None;
+        }
+        self.time += f64::from(scratch.time);
         if let Some(given) = &mut self.given {
-            given.forward = rotated(levelled.turn, given.forward);
+            given.age += scratch.time;
         }
-        let filter = self.filter.insert(Filter::ZEROED);
-        filter.begin(&self.config, &levelled, q_bn, fix);
+        Some(Part::Look)
+    }
+
+    /// Levelling: adds what the navigator has gained in `time` seconds.
+    #[inline(never)]
+    fn gained(&mut self, time: f32) -> Option<Part> {
+        let state = self.navigator.as_ref()?.state();
+        self.level.add(&state, time);
+        Some(Part::Gained(state))
+    }
+
+    /// The other parts of levelling.
+    #[inline(never)]
+    fn level(&mut self, fix: &Fix, part: Part) -> Option<Part> {
+        let (level, navigator) = (&mut self.level, self.navigator.as_mut()?);
+        match part {
+            Part::Gained(state) => {
+                let [x, y, z] = state.velocity.map(|v| v as f32);
+                navigator.feed_back(&[0.0, 0.0, 0.0, x, y, z, 0.0, 0.0, 0.0]);
+                Some(Part::Level(state))
+            }
+            Part::Level(state) => {
+                let sensors = Sensors {
+                    noise: [
+                        self.config.navigator.noise.gyro,
+                        self.config.navigator.noise.accel,
+                    ],
+                    bias: self.config.bias,
+                };
+                if let Some(levelled) = level.solve(fix, &sensors) {
+                    return Some(Part::Restart(state, levelled));
+                }
+                if level.is_useless(&sensors) {
+                    self.begin_level(fix);
+                }
+                None
+            }
+            Part::Restart(state, levelled) => {
+                let q_bn = product(levelled.turn, state.q_bn);
+                let state = nav::State {
+                    position: state.position,
+                    velocity: fix.velocity,
+                    q_bn,
+                };
+                navigator.restart(state).ok()?;
+                Some(Part::Filter(q_bn, levelled))
+            }
+            Part::Filter(q_bn, levelled) => {
+                let [a, b, c, d, e, f] = self.known;
+                navigator.set_estimate([a, b, c], [d, e, f]);
+                if let Some(given) = &mut self.given {
+                    given.forward = rotated(levelled.turn, given.forward);
+                }
+                let filter = self.filter.insert(Filter::ZEROED);
+                filter.begin(&self.config, &levelled, q_bn, fix);
+                None
+            }
+            _ => None,
+        }
     }
 
     /// Whether the attitude is known well enough, and whether the fixes contradict it.

@@ -2,7 +2,7 @@
 //! table, so that a new hypothesis is a new row.
 
 use super::hypothesis::Hypothesis;
-use crate::learn::prior::{Datasheet, Layers, LearnerNet, NAV, Shapes, amplitudes, weights};
+use crate::learn::prior::{Datasheet, Layers, LearnerNet, NAV, Shapes, weights};
 use lrnn_nostd::learn::kalman::{
     DiagonalWeights, FixedWeights, Kalman, NoParameters, OutputWeights, ParameterSet, Prior,
     TRIADS, UnitBiases, UnitOutput,
@@ -44,39 +44,39 @@ macro_rules! hypotheses {
             /// To be begun.
             pub const ZEROED: Self = Self { $($slot: Kalman::ZEROED,)+ };
 
-            /// Begins all of them anew, in place: they should not move over the stack.
+            /// Begins those in the bits `which` anew, in place: they should not move over the
+            /// stack.
             pub fn begin(
                 &mut self,
-                shapes: &Shapes<T>,
-                sheet: &Datasheet<T>,
-                block_s: f64,
+                which: u8,
+                (sheet, shapes, block_s): (&Datasheet<T>, &Shapes<T>, f64),
                 error_sigma: [T; NAV],
                 error_floor: [T; NAV],
             ) {
                 let [first, of_time] = weights(block_s, 1.0);
                 let time = sheet.normalisation().map(|scales| Net::new(first, scales));
-                let Shapes { driven, curved } = shapes;
-                let of_driven = driven.each_ref().map(amplitudes);
-                let of_curved = if curved == driven {
-                    of_driven
-                } else {
-                    curved.each_ref().map(amplitudes)
-                };
+                let Shapes { driven, curved, .. } = shapes;
+                let [of_driven, of_curved] = shapes.reaches();
+                let mut bits = which;
                 $(
-                    let (nets, layers) = match Shape::$shape {
-                        Shape::Time => (&time, Layers::Time(&of_time)),
-                        Shape::Driven => (driven, Layers::Driven(driven, &of_driven)),
-                        Shape::Curved => (curved, Layers::Driven(curved, &of_curved)),
-                    };
-                    begin(&mut self.$slot, nets, || {
-                        sheet.prior::<$learnt, $parameters>(
-                            layers,
-                            $output,
-                            error_sigma,
-                            error_floor,
-                        )
-                    });
+                    if bits & 1 == 1 {
+                        let (nets, layers) = match Shape::$shape {
+                            Shape::Time => (&time, Layers::Time(&of_time)),
+                            Shape::Driven => (driven, Layers::Driven(driven, of_driven)),
+                            Shape::Curved => (curved, Layers::Driven(curved, of_curved)),
+                        };
+                        begin(&mut self.$slot, nets, || {
+                            sheet.prior::<$learnt, $parameters>(
+                                layers,
+                                $output,
+                                error_sigma,
+                                error_floor,
+                            )
+                        });
+                    }
+                    bits >>= 1;
                 )+
+                let _ = bits;
             }
 
             /// Gives [`REMEMBERING`] what is known of the unit. False: a value cannot be, and those

@@ -114,7 +114,7 @@ impl FixLearner<'_> {
         } else {
             self.antenna.age_sigma()
         };
-        motion.put(fix, [age, sigma], still, self.work.scratch());
+        motion.put(fix, [age, sigma], still);
         self.asked = Some(Asked {
             fix: *fix,
             age,

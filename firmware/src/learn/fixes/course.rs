@@ -54,9 +54,27 @@ impl Course {
 
     #[inline]
     pub fn sample(&mut self, counts: &Counts) {
+        if self.gather(counts) {
+            self.end_piece();
+        }
+    }
+
+    /// Only adds the sample to its piece. True: [`Self::end_piece`] must follow before anything
+    /// else.
+    #[inline]
+    pub fn gather(&mut self, counts: &Counts) -> bool {
         match self {
-            Course::Navigates(navigator) => navigator.sample(counts),
-            Course::Aligns(motion) => motion.sample(counts),
+            Course::Navigates(navigator) => navigator.gather(counts),
+            Course::Aligns(motion) => motion.gather(counts),
+            Course::Waits => false,
+        }
+    }
+
+    /// Ends the piece in progress.
+    pub fn end_piece(&mut self) {
+        match self {
+            Course::Navigates(navigator) => navigator.end_piece(),
+            Course::Aligns(motion) => motion.end_piece(),
             Course::Waits => {}
         }
     }

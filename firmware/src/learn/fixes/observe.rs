@@ -1,7 +1,8 @@
 //! What is made of a fix: its age, how much it weighs, whether the vehicle stands, and the
 //! observation that the hypotheses get.
 
-use super::{FixLearner, StreamScale};
+use super::FixLearner;
+use super::events::Compared;
 use crate::fix::{Fix, NOT_MEASURED, OBSERVATIONS, Position};
 use crate::nav;
 
@@ -61,15 +62,11 @@ pub(super) struct Rest {
 }
 
 impl FixLearner<'_> {
-    /// A fix that arrived after sample `number`. `None`: it is not used, or nothing navigates.
-    pub(super) fn observe(&mut self, number: u32, fix: &Fix) -> Option<()> {
-        let stream = self.stream?;
-        while self.align_part() {}
-        self.observe_now(number, fix, &stream)
-    }
-
+    /// A fix that arrived after sample `number`; no work is left. Gives what the navigator is to be
+    /// compared with; `None`: the fix is not used, or nothing navigates.
     #[inline(never)]
-    fn observe_now(&mut self, number: u32, fix: &Fix, stream: &StreamScale) -> Option<()> {
+    pub(super) fn look_at(&mut self, number: u32, fix: &Fix) -> Option<Compared> {
+        let stream = self.stream?;
         let least = self.antenna.age();
         // an estimate of the age goes on by itself when the pulse stays away
         let keeps = self.antenna.age_sigma() == 0.0;
@@ -102,22 +99,28 @@ impl FixLearner<'_> {
             [*x, *y, *z] = [sigma; 3];
         }
         if !self.course.navigates() {
-            return self.align_in_motion(&fix, age, stands.is_some());
+            self.align_in_motion(&fix, age, stands.is_some());
+            return None;
         }
-        self.end_interval()?;
-        self.held.observed(stream);
         let mut variance = fix.sigmas.map(|sigma| sigma * sigma);
         let close = since.filter(|ms| *ms < FIX_MS);
         if let Some(ms) = close {
             variance = variance.map(|variance| variance * (SECOND_MS / ms as f32));
         }
-        self.predict(&fix, age, variance);
-        self.count(&fix);
-        Some(())
+        Some(Compared { fix, age, variance })
     }
 
     /// Compares the navigator with the fix; the rest is deferred.
-    fn predict(&mut self, fix: &Fix, age: f32, variance: [f32; OBSERVATIONS]) {
+    #[inline(never)]
+    pub(super) fn compare(&mut self, compared: &Compared) {
+        let &Compared {
+            ref fix,
+            age,
+            variance,
+        } = compared;
+        if let Some(stream) = &self.stream {
+            self.held.observed(stream);
+        }
         let Some(navigator) = self.course.navigator() else {
             return;
         };
@@ -146,6 +149,7 @@ impl FixLearner<'_> {
         self.rehearsal.fix(&z, &variance);
         self.fixing = true;
         self.tally.used = self.tally.used.saturating_add(1);
+        self.count(fix);
     }
 
     /// Refusals count once in a second, however many fixes it has.
