@@ -86,7 +86,7 @@ pub struct App<'m> {
     well: Well,
     /// The look once a second is due.
     scrubs: bool,
-    /// The last of these passes served a link.
+    /// The last of these passes served the command link.
     served: bool,
     /// The last pass left nothing to do: see [`App::rests`].
     quiet: bool,
@@ -441,24 +441,26 @@ impl<'m> App<'m> {
         now: u64,
     ) -> bool {
         let mut back = !self.links_rest(lines, now);
-        // however much comes on the links, every other pass is for the rest
-        let waits = self.scrubs || self.flow.is_busy();
-        self.served = back && !(self.served && waits);
-        if self.served {
+        let served = core::mem::take(&mut self.served);
+        if back {
             self.flow.end_block(); // a request sees all that came before it
             back = self.back(&mut lines.navigation, &mut lines.sensor, now);
             if self.server.renewal != Renewal::None {
                 self.renew(&mut lines.navigation, &mut lines.command, now);
                 return true;
             }
-            let asked = !self.asked.is_empty() || !lines.command.is_idle();
-            if asked && self.command(&mut lines.command, now) {
-                return true;
-            }
             let gnss = !lines.gnss.is_idle() || self.receiver.is_due(now);
             if gnss && self.gnss(&mut lines.gnss, now) {
                 return true;
             }
+            let asked = !self.asked.is_empty() || !lines.command.is_idle();
+            // however many requests come, every other of these passes is for the rest
+            let turn = !served || !(self.scrubs || self.flow.is_busy());
+            if asked && turn && self.command(&mut lines.command, now) {
+                self.served = true;
+                return true;
+            }
+            back |= asked;
         }
         if core::mem::take(&mut self.scrubs) {
             self.scrub(&mut lines.navigation, now);
