@@ -42,6 +42,8 @@ pub struct Bank<T: Real = f32> {
     unmodelled: [T; OUTPUTS],
     refused: [Refusals; OBSERVATIONS],
     leading: usize,
+    /// Those that have not fallen behind the best after the last fix; one bit for each hypothesis.
+    open: u8,
     /// The alignment has estimated the sensors' errors: see [`Self::navigating`].
     believed: bool,
     /// Networks that begin in the steady state of their inputs have not stepped yet; one bit for
@@ -78,6 +80,7 @@ impl<T: Real> Bank<T> {
         unmodelled: [T::ZERO; OUTPUTS],
         refused: [Refusals::NONE; OBSERVATIONS],
         leading: ZERO_CORRECTION,
+        open: 0,
         believed: false,
         fresh: 0,
         settles: false,
@@ -111,6 +114,7 @@ impl<T: Real> Bank<T> {
         }
         self.refused = [Refusals::NONE; OBSERVATIONS];
         self.leading = ZERO_CORRECTION;
+        self.open = self.gates.enabled;
         self.believed = false;
         self.fresh = table::SETTLING;
     }
@@ -146,6 +150,8 @@ impl<T: Real> Bank<T> {
             for (index, evidence) in [DRIVEN, CURVED].into_iter().zip(evidence) {
                 self.some(1 << index, |h| h.believe(evidence));
             }
+            let scores = self.scores();
+            self.note_open(&scores);
         }
         taken
     }
@@ -181,6 +187,7 @@ impl<T: Real> Bank<T> {
             )
         });
         self.gates.enabled |= 1 << STORED;
+        self.open |= 1 << STORED;
     }
 
     /// Whether a hypothesis takes part.
@@ -230,6 +237,19 @@ impl<T: Real> Bank<T> {
         }
     }
 
+    fn scores(&self) -> [f64; HYPOTHESES] {
+        core::array::from_fn(|index| self.score(index))
+    }
+
+    /// Notes which have not fallen behind the best one of `scores`.
+    fn note_open(&mut self, scores: &[f64; HYPOTHESES]) {
+        let best = (scores.iter()).fold(f64::NEG_INFINITY, |best, score| best.max(*score));
+        let open = |(index, score): (usize, &f64)| {
+            u8::from(*score >= best - self.gates.evidence) << index
+        };
+        self.open = scores.iter().enumerate().map(open).sum();
+    }
+
     /// Whether "the sensors are right" takes part. Without it the best of the others is used,
     /// whatever it has proved: for measurements.
     #[must_use]
@@ -239,15 +259,17 @@ impl<T: Real> Bank<T> {
 
     /// Which hypothesis leads.
     fn choose(&mut self) {
-        let (zero, leading) = (self.score(ZERO_CORRECTION), self.score(self.leading));
+        let scores = self.scores();
+        self.note_open(&scores);
+        let of = |index: usize| scores.get(index).copied().unwrap_or(f64::NEG_INFINITY);
+        let (zero, leading) = (of(ZERO_CORRECTION), of(self.leading));
         if self.doubts() && !self.get(ZERO_CORRECTION).is_healthy() {
             // nothing is left to compare with
             self.leading = ZERO_CORRECTION;
             return;
         }
         let mut best = (ZERO_CORRECTION, zero + self.gates.evidence);
-        for index in 0..HYPOTHESES {
-            let score = self.score(index);
+        for (index, score) in scores.into_iter().enumerate() {
             if score > best.1 {
                 best = (index, score);
             }
@@ -276,7 +298,8 @@ impl<T: Real> Bank<T> {
     /// [`SIX_BIASES`]: an alignment in motion with sensors of 0.5 deg/s holds for a second only
     /// without them. The output still has no correction then.
     fn navigating(&self) -> usize {
-        let biases = self.believed && self.score(SIX_BIASES).is_finite();
+        let usable = self.takes_part(SIX_BIASES) && self.is_healthy(SIX_BIASES);
+        let biases = self.believed && usable;
         if self.leading == ZERO_CORRECTION && biases {
             SIX_BIASES
         } else {
@@ -311,21 +334,14 @@ impl<T: Real> Bank<T> {
     }
 
     /// As [`Self::error_sigma`], but no smaller than what any hypothesis says that has not yet
-    /// fallen behind: its own standard deviation and its difference to the one that is followed. So
+    /// fallen behind by the last finished fix: its own standard deviation and its difference to the one that is followed. So
     /// it holds too while the choice among them is open.
     #[must_use]
     pub fn error_doubt(&self, index: usize) -> T {
         let at = |of: &dyn Hypothesis<T>| of.error_state().get(index).copied().unwrap_or(T::ZERO);
         let here = at(self.get(self.navigating()));
-        let scores: [f64; HYPOTHESES] = core::array::from_fn(|h| self.score(h));
-        let best = scores
-            .iter()
-            .fold(f64::NEG_INFINITY, |best, score| best.max(*score));
         let mut doubt = self.error_sigma(index);
-        for (h, score) in scores.iter().enumerate() {
-            if *score < best - self.gates.evidence {
-                continue;
-            }
+        for h in (0..HYPOTHESES).filter(|h| self.open >> h & 1 == 1) {
             let of = self.get(h);
             let (variance, off) = (
                 of.innovation(index, T::ZERO, T::ZERO).variance,

@@ -96,6 +96,21 @@ pub struct Faults {
     pub lost: bool,
 }
 
+/// A state that a navigator can begin in, with an attitude of unit length.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Beginning(State);
+
+impl Beginning {
+    /// From a state.
+    ///
+    /// # Errors
+    /// [`ConfigError::State`]: it is out of range.
+    #[inline(never)]
+    pub fn new(state: State) -> Result<Self, ConfigError> {
+        checked(state).map(Self)
+    }
+}
+
 /// The navigator.
 #[derive(Debug, Clone)]
 pub struct Navigator {
@@ -116,6 +131,14 @@ impl Navigator {
     /// # Errors
     /// Names the parameter that is out of range.
     pub fn new(config: Config, state: State) -> Result<Self, ConfigError> {
+        Self::begin(&config, &Beginning::new(state)?)
+    }
+
+    /// The same from a state that has been checked.
+    ///
+    /// # Errors
+    /// Names the parameter that is out of range.
+    pub fn begin(config: &Config, state: &Beginning) -> Result<Self, ConfigError> {
         let positive = |x: f64| x.is_finite() && x > 0.0;
         if !positive(config.lsb.rad) || !positive(config.lsb.mps) {
             return Err(ConfigError::Lsb);
@@ -130,8 +153,7 @@ impl Navigator {
         if ![gyro, accel].iter().all(|x| x.is_finite() && *x >= 0.0) {
             return Err(ConfigError::Noise);
         }
-        let solution = Solution::new(&checked(state)?);
-        Self::with(&config, &solution)
+        Self::with(config, &Solution::new(&state.0))
     }
 
     /// By itself, so that the stack does not hold both it and what [`Solution::new`] needs. Always
@@ -150,13 +172,10 @@ impl Navigator {
         })
     }
 
-    /// As [`Self::new`] with the same configuration, in place: a new one would be built on the
+    /// As [`Self::begin`] with the same configuration, in place: a new one would be built on the
     /// stack first.
-    ///
-    /// # Errors
-    /// The state is out of range. Nothing has changed then.
-    pub fn restart(&mut self, state: State) -> Result<(), ConfigError> {
-        self.solution = Solution::new(&checked(state)?);
+    pub fn restart(&mut self, state: &Beginning) {
+        self.solution = Solution::new(&state.0);
         let Config {
             lsb,
             sample_s,
@@ -169,7 +188,6 @@ impl Navigator {
         self.change = [0; 3];
         self.past = Past::new();
         self.faults = Faults::default();
-        Ok(())
     }
 
     /// No sample has come since the last piece ended.

@@ -132,10 +132,10 @@ impl Filter {
         moving: 0,
     };
 
-    /// Begins with a navigator of this attitude in `w` and the velocity of the fix. In place: it is
-    /// too large to be moved over the stack.
+    /// Begins with the velocity of the fix. In place: it is too large to be moved over the stack.
+    /// [`Filter::begin_errors`] must follow.
     #[inline(never)]
-    pub fn begin(&mut self, config: &Config, levelled: &Levelled, q_bw: Q, fix: &Fix) {
+    pub fn begin(&mut self, config: &Config, fix: &Fix) {
         let [gyro, accel] = config.bias;
         let [gyro_walk, accel_walk] = config.walk;
         let triads = |g: f32, a: f32| [g, g, g, a, a, a];
@@ -149,28 +149,41 @@ impl Filter {
         };
         let net = Net::new(Weights::zero(), Normalisation::identity());
         self.kalman.init(&[net; 2], &prior);
-        let (by, rest) = first(levelled, q_bw);
-        begin(&mut self.kalman, &by, &rest);
         let [n, e, _] = narrow(fix.velocity);
         self.velocity = anchor(fix);
         self.residual = 1.0;
         self.range = [[n, e]; 2];
     }
 
-    /// The first part of a fix: what the navigator shows, `time` seconds after the last fix; `z` is
-    /// its innovation. [`Filter::propagate_mean`], [`Filter::propagate_covariance`],
-    /// [`Filter::observe`], [`Filter::finish`] and [`Filter::correct`] must follow.
+    /// The errors of a navigator of this attitude in `w`.
+    #[inline(never)]
+    pub fn begin_errors(&mut self, levelled: &Levelled, q_bw: Q) {
+        let (by, rest) = first(levelled, q_bw);
+        begin(&mut self.kalman, &by, &rest);
+    }
+
+    /// The first part of a fix: how the vehicle has moved in `time` seconds since the last one, and
+    /// its rotation. [`Filter::look`], [`Filter::propagate_mean`],
+    /// [`Filter::propagate_covariance`], [`Filter::observe`], [`Filter::finish`] and
+    /// [`Filter::correct`] must follow.
+    #[inline(never)]
+    pub fn moves(&self, navigator: &Navigator, time: f32, seen: &Match<'_>) -> (Step, V) {
+        let state = navigator.state();
+        let rotation = observe::rotation(seen.last.0, state.q_bn);
+        (self.step(&state, time, rotation, seen), rotation)
+    }
+
+    /// What the navigator shows, `time` seconds after the last fix; `z` is its innovation.
     #[inline(never)]
     pub fn look(
         &mut self,
         navigator: &Navigator,
         time: f32,
         z: Innovation,
+        (step, rotation): (Step, V),
         seen: &Match<'_>,
     ) -> View {
         let state = navigator.state();
-        let rotation = observe::rotation(seen.last.0, state.q_bn);
-        let step = self.step(&state, time, rotation, seen);
         let sight = observe::Sight {
             forward: rotated(state.q_bn, seen.config.forward.map(f64::from)),
             azimuth: self.azimuth(),

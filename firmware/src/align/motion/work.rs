@@ -2,7 +2,8 @@
 
 use super::filter::{ERRORS, Filter, Match, View};
 use super::level::Levelled;
-use super::start::{self, Shown, Start};
+use super::start::{self, Place, Shown, Start, Turned};
+use super::transition::Step;
 use super::waiting::Waiting;
 use super::{
     BAD_RESIDUAL, FAR_M, FARS, GOOD_RESIDUAL, InMotion, LEAST_FIXES, LINEAR, MAX_HEADING, MAX_NORM,
@@ -11,8 +12,8 @@ use super::{
 use crate::align::standstill::Sensors;
 use crate::control::Way;
 use crate::fix::{Fix, Heading};
-use crate::nav::vector::{Q, product, rotated, scale};
-use crate::nav::{self, Innovation, Navigator};
+use crate::nav::vector::{Q, V, product, rotated, scale};
+use crate::nav::{self, Beginning, Innovation, Navigator};
 use lrnn_nostd::learn::kalman::{OUTPUTS, Transition};
 
 /// The part that is next.
@@ -20,6 +21,7 @@ use lrnn_nostd::learn::kalman::{OUTPUTS, Transition};
 enum Part {
     /// The first fix: the navigator, and its levelling.
     Begin,
+    Navigate(Beginning),
     BeginLevel,
     /// Whether the fix is near, and the navigator's way to it.
     Near,
@@ -28,19 +30,29 @@ enum Part {
     /// navigator and then the filter begin.
     Gained(nav::State),
     Level(nav::State),
-    Restart(nav::State, Levelled),
+    Turn(nav::State, Levelled),
+    Restart(Beginning, Q, Levelled),
     Filter(Q, Levelled),
-    /// What the navigator shows.
+    Errors(Q, Levelled),
+    /// How the vehicle has moved, and what the navigator shows.
     Look,
-    See(Innovation),
+    Move(Innovation),
+    See(Innovation, Step, V),
     Means(View),
     Propagate(View),
     Observe(View),
     /// With the mean of the normalised innovations squared.
     Finish(View, f32),
     Correct(View),
+    /// The azimuth is looked for anew.
+    Watch,
+    Anew,
     Judge,
+    /// From where the navigator starts.
     Start,
+    Place(Turned),
+    Uncertain(Place),
+    Found(nav::State),
 }
 
 /// A fix whose work is not done.
@@ -69,27 +81,27 @@ impl Pending {
 /// `phi`.
 #[derive(Debug, Clone, Copy)]
 pub struct Found {
-    state: nav::State,
-    applied: [f32; OUTPUTS],
-    shown: Shown,
-    way: Way,
-    heading_sigma: f32,
-    residual: f32,
-    time_s: f64,
+    /// State at the end of the last sample.
+    pub state: nav::State,
+    /// The alignment's estimate of the sensors' errors, rad/s and m/s2.
+    pub applied: [f32; OUTPUTS],
+    /// What the fixes have shown of them.
+    pub shown: Shown,
+    /// What gave the heading.
+    pub way: Way,
+    /// Standard deviation of the heading, rad.
+    pub heading_sigma: f32,
+    /// Mean normalised innovation squared of the last fixes.
+    pub residual: f32,
+    /// How long the alignment took, s.
+    pub time_s: f64,
 }
 
 impl Found {
-    fn new(start: &Start, scratch: &mut Transition<ERRORS>) -> Found {
-        (scratch.gamma, scratch.q, scratch.phi) = (start.by, start.rest, start.all);
-        Found {
-            state: start.state,
-            applied: start.applied,
-            shown: start.shown,
-            way: start.way,
-            heading_sigma: start.heading_sigma,
-            residual: start.residual,
-            time_s: start.time_s,
-        }
+    /// Standard deviations of the errors, that of the sensors included.
+    #[must_use]
+    pub fn sigmas(scratch: &Transition<ERRORS>) -> [f32; ERRORS] {
+        core::array::from_fn(|i| libm::sqrtf(scratch.phi[i][i].max(0.0)))
     }
 
     /// The whole of it, with the scratch memory of [`InMotion::work`].
@@ -140,7 +152,7 @@ impl InMotion {
         if let Some(mut pending) = self.pending.take() {
             let takes = matches!(
                 pending.part,
-                Part::Begin | Part::BeginLevel | Part::Near | Part::Pass
+                Part::Begin | Part::Navigate(_) | Part::BeginLevel | Part::Near | Part::Pass
             );
             let next = if takes {
                 self.take(&pending, scratch)
@@ -176,9 +188,12 @@ impl InMotion {
         let fix = &pending.fix;
         match pending.part {
             Part::Look if self.filter.is_none() => return self.gained(scratch.time),
-            Part::Gained(_) | Part::Level(_) | Part::Restart(..) | Part::Filter(..) => {
-                return self.level(fix, pending.part);
-            }
+            Part::Gained(_)
+            | Part::Level(_)
+            | Part::Turn(..)
+            | Part::Restart(..)
+            | Part::Filter(..)
+            | Part::Errors(..) => return self.level(fix, pending.part),
             Part::Judge => return self.judge(fix),
             _ => {}
         }
@@ -207,8 +222,15 @@ impl InMotion {
             last: self.last,
         };
         match pending.part {
-            Part::Look => Some(Part::See(navigator.innovation(fix, pending.age[0]))),
-            Part::See(z) => Some(Part::Means(filter.look(navigator, scratch.time, z, &seen))),
+            Part::Look => Some(Part::Move(navigator.innovation(fix, pending.age[0]))),
+            Part::Move(z) => {
+                let (step, rotation) = filter.moves(navigator, scratch.time, &seen);
+                Some(Part::See(z, step, rotation))
+            }
+            Part::See(z, step, rotation) => {
+                let moved = (step, rotation);
+                Some(Part::Means(filter.look(navigator, scratch.time, z, moved, &seen)))
+            }
             Part::Means(view) => {
                 filter.propagate_mean(navigator, scratch, &view, &seen);
                 Some(Part::Propagate(view))
@@ -226,14 +248,38 @@ impl InMotion {
                 None
             }
             Part::Correct(view) => {
-                if filter.correct(navigator, &view, &seen) && filter.watch(navigator, &seen) {
+                if !filter.correct(navigator, &view, &seen) {
+                    self.gap();
+                    return None;
+                }
+                let anew = filter.watch(fix);
+                Some(if anew { Part::Watch } else { Part::Judge })
+            }
+            Part::Watch => {
+                if filter.look_anew(&seen, scratch) {
+                    return Some(Part::Anew);
+                }
+                self.gap();
+                None
+            }
+            Part::Anew => {
+                if filter.is_anew(navigator, &seen, scratch) {
                     return Some(Part::Judge);
                 }
                 self.gap();
                 None
             }
-            Part::Start => {
-                self.found = found(filter, navigator, &seen, self.time, scratch);
+            Part::Start => start::turned(filter, navigator, fix).map(Part::Place),
+            Part::Place(of) => {
+                let place = start::place(filter, navigator, &of, &seen);
+                Some(Part::Uncertain(place))
+            }
+            Part::Uncertain(place) => {
+                let finite = start::errors(filter, &place, &seen, scratch);
+                finite.then_some(Part::Found(place.state))
+            }
+            Part::Found(state) => {
+                self.found = start::found(filter, state, &seen, self.time);
                 None
             }
             _ => None,
@@ -250,7 +296,10 @@ impl InMotion {
                 velocity: [0.0; 3],
                 q_bn: [1.0, 0.0, 0.0, 0.0],
             };
-            self.navigator = Navigator::new(self.config.navigator, state).ok();
+            return Beginning::new(state).ok().map(Part::Navigate);
+        }
+        if let Part::Navigate(state) = pending.part {
+            self.navigator = Navigator::begin(&self.config.navigator, &state).ok();
             return Some(Part::BeginLevel);
         }
         if let Part::BeginLevel = pending.part {
@@ -311,21 +360,25 @@ impl InMotion {
                     bias: self.config.bias,
                 };
                 if let Some(levelled) = level.solve(fix, &sensors) {
-                    return Some(Part::Restart(state, levelled));
+                    return Some(Part::Turn(state, levelled));
                 }
                 if level.is_useless(&sensors) {
                     self.begin_level(fix);
                 }
                 None
             }
-            Part::Restart(state, levelled) => {
+            Part::Turn(state, levelled) => {
                 let q_bn = product(levelled.turn, state.q_bn);
                 let state = nav::State {
                     position: state.position,
                     velocity: fix.velocity,
                     q_bn,
                 };
-                navigator.restart(state).ok()?;
+                let state = Beginning::new(state).ok()?;
+                Some(Part::Restart(state, q_bn, levelled))
+            }
+            Part::Restart(state, q_bn, levelled) => {
+                navigator.restart(&state);
                 Some(Part::Filter(q_bn, levelled))
             }
             Part::Filter(q_bn, levelled) => {
@@ -335,7 +388,13 @@ impl InMotion {
                     given.forward = rotated(levelled.turn, given.forward);
                 }
                 let filter = self.filter.insert(Filter::ZEROED);
-                filter.begin(&self.config, &levelled, q_bn, fix);
+                filter.begin(&self.config, fix);
+                Some(Part::Errors(q_bn, levelled))
+            }
+            Part::Errors(q_bn, levelled) => {
+                if let Some(filter) = &mut self.filter {
+                    filter.begin_errors(&levelled, q_bn);
+                }
                 None
             }
             _ => None,
@@ -381,17 +440,4 @@ impl InMotion {
         self.passes = 0;
         Some(Part::Start)
     }
-}
-
-/// The hand-over. By itself, so that only this part needs its room on the stack.
-#[inline(never)]
-fn found(
-    filter: &Filter,
-    navigator: &Navigator,
-    seen: &Match<'_>,
-    time: f64,
-    scratch: &mut Transition<ERRORS>,
-) -> Option<Found> {
-    let start = start::start(filter, navigator, seen, time)?;
-    Some(Found::new(&start, scratch))
 }

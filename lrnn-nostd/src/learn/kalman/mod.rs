@@ -154,13 +154,28 @@ impl<L: ParameterSet, const X: usize, const N: usize, const PACKED: usize, H: Ac
 
     /// As [`Kalman::new`], but in place: a large filter should not be moved across the stack.
     pub fn init(&mut self, nets: &[Net<H, Identity, Full, T>; TRIADS], prior: &Prior<X, N, T>) {
+        self.begin(nets, prior);
+        self.begin_covariance();
+    }
+
+    /// The first part of [`Self::init`]: all but the covariance. [`Self::begin_covariance`] must
+    /// follow.
+    pub fn begin(&mut self, nets: &[Net<H, Identity, Full, T>; TRIADS], prior: &Prior<X, N, T>) {
         self.model.init(nets);
         self.set_prior(prior);
     }
 
+    /// The second part of [`Self::init`].
+    pub fn begin_covariance(&mut self) {
+        let Prior {
+            error_sigma,
+            parameter_sigma,
+            ..
+        } = &self.prior;
+        self.covariance.init(error_sigma, parameter_sigma);
+    }
+
     fn set_prior(&mut self, prior: &Prior<X, N, T>) {
-        self.covariance
-            .init(&prior.error_sigma, &prior.parameter_sigma);
         self.x = [T::ZERO; X];
         self.prior = *prior;
         self.log_likelihood = 0.0;
