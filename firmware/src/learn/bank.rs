@@ -244,9 +244,8 @@ impl<T: Real> Bank<T> {
     /// Notes which have not fallen behind the best one of `scores`.
     fn note_open(&mut self, scores: &[f64; HYPOTHESES]) {
         let best = (scores.iter()).fold(f64::NEG_INFINITY, |best, score| best.max(*score));
-        let open = |(index, score): (usize, &f64)| {
-            u8::from(*score >= best - self.gates.evidence) << index
-        };
+        let open =
+            |(index, score): (usize, &f64)| u8::from(*score >= best - self.gates.evidence) << index;
         self.open = scores.iter().enumerate().map(open).sum();
     }
 

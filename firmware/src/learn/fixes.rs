@@ -36,6 +36,7 @@ mod observe;
 mod proportional;
 mod settled;
 mod start;
+mod waiting;
 
 use super::age::FixAge;
 use super::antenna::{Antenna, Known};
@@ -47,7 +48,6 @@ use super::settings::Settings;
 use super::unit::{Head, Unit};
 use super::{Learner, Report, Winner};
 use crate::align::Align;
-use crate::align::motion::InMotion;
 use crate::compensator::Block;
 use crate::control::{Alignment, Reason};
 use crate::fix::{Fix, Heading};
@@ -107,7 +107,8 @@ use held::Held;
 use judged::Judged;
 use proportional::{Proportional, Ratios};
 use settled::Settled;
-use start::Probation;
+use start::{Probation, Starting};
+use waiting::Waiting;
 
 /// Learns both networks from the receiver's fixes.
 #[derive(Debug)]
@@ -121,8 +122,10 @@ pub struct FixLearner<'m> {
     scale: Option<Scale>,
     align: Option<Align>,
     course: Course,
-    /// The fix that it computes.
+    /// The fix that it computes, samples that wait meanwhile, and the start that follows.
     asked: Option<Asked>,
+    waiting: Waiting,
+    starting: Option<Starting>,
     /// The last position, while the receiver gives no velocity and nothing navigates.
     seen: Option<Seen>,
     /// How the navigator was started last.
@@ -187,6 +190,8 @@ impl<'m> FixLearner<'m> {
             align: None,
             course: Course::Waits,
             asked: None,
+            waiting: Waiting::default(),
+            starting: None,
             seen: None,
             started: None,
             recent: Recent::default(),
@@ -323,7 +328,8 @@ impl<'m> FixLearner<'m> {
         self.events = Events::NONE;
         self.scale = None;
         self.align = None;
-        (self.course, self.asked) = (Course::Waits, None);
+        (self.course, self.asked, self.starting) = (Course::Waits, None, None);
+        self.waiting = Waiting::default();
         self.seen = None;
         self.started = None;
         self.recent = Recent::default();
@@ -640,8 +646,7 @@ impl Learner for FixLearner<'_> {
     }
 
     fn is_busy(&self) -> bool {
-        let aligns = self.course.motion().is_some_and(InMotion::is_pending);
-        aligns
+        self.is_aligning()
             || !self.events.is_empty()
             || !self.antenna.is_done()
             || !self.work.is_done()

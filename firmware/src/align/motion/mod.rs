@@ -18,7 +18,7 @@
 //! fixes in a row. An alignment whose innovations stay too large begins anew and is counted.
 //!
 //! A fix is much work. [`InMotion::put`] notes it, [`InMotion::work`] computes it in parts, and
-//! samples wait meanwhile. So no result depends on when the parts are computed. On the desktop
+//! samples must wait meanwhile. So no result depends on when the parts are computed. On the desktop
 //! [`InMotion::fix`] does all of it at once.
 
 mod begin;
@@ -29,7 +29,6 @@ mod level;
 mod observe;
 mod start;
 mod transition;
-mod waiting;
 mod watch;
 mod work;
 
@@ -44,7 +43,6 @@ use crate::sample::Counts;
 use filter::Filter;
 use level::Level;
 use lrnn_nostd::learn::kalman::{OUTPUTS, Transition};
-use waiting::Waiting;
 use work::Pending;
 
 /// Largest standard deviation of a heading that is handed over, rad: errors are linear up to it.
@@ -136,8 +134,6 @@ pub struct InMotion {
     pending: Option<Pending>,
     /// What the last fix has led to.
     found: Option<Found>,
-    /// Samples that have come since that fix.
-    waiting: Waiting,
     /// Since the beginning, s.
     time: f64,
     passes: u8,
@@ -162,7 +158,6 @@ impl InMotion {
             last: ([1.0, 0.0, 0.0, 0.0], [0.0; 3]),
             pending: None,
             found: None,
-            waiting: Waiting::default(),
             time: 0.0,
             passes: 0,
             norm_fails: 0,
@@ -171,8 +166,7 @@ impl InMotion {
         }
     }
 
-    /// Takes one uncorrected sample. While a fix is being computed it waits. Ask
-    /// [`InMotion::is_full`] before: without room the alignment begins anew.
+    /// Takes one uncorrected sample. No work may be left from the last fix.
     #[inline]
     pub fn sample(&mut self, counts: &Counts) {
         if self.gather(counts) {
@@ -184,12 +178,6 @@ impl InMotion {
     /// else.
     #[inline]
     pub fn gather(&mut self, counts: &Counts) -> bool {
-        if self.is_pending() {
-            if !self.waiting.push(counts) {
-                self.gap();
-            }
-            return false;
-        }
         let navigator = self.navigator.as_mut();
         navigator.is_some_and(|navigator| navigator.gather(counts))
     }
@@ -207,7 +195,7 @@ impl InMotion {
         // in place, and not by `new`, which would be built on the stack first
         (self.navigator, self.filter, self.given) = (None, None, None);
         (self.pending, self.found) = (None, None);
-        (self.level, self.waiting) = (Level::default(), Waiting::default());
+        self.level = Level::default();
         self.last = ([1.0, 0.0, 0.0, 0.0], [0.0; 3]);
         self.time = 0.0;
         (self.passes, self.norm_fails, self.far) = (0, 0, 0);

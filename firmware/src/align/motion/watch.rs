@@ -37,11 +37,7 @@ impl Filter {
     /// The errors of an azimuth that is free again, in `scratch`. False: the covariance is not
     /// positive.
     #[inline(never)]
-    pub(super) fn look_anew(
-        &mut self,
-        seen: &Match<'_>,
-        scratch: &mut Transition<ERRORS>,
-    ) -> bool {
+    pub(super) fn look_anew(&mut self, seen: &Match<'_>, scratch: &mut Transition<ERRORS>) -> bool {
         let unit = unit(seen.config);
         let mut level: Matrix = [[0.0; ERRORS]; ERRORS];
         (level[0][0], level[1][1]) = (1.0, 1.0);

@@ -4,7 +4,6 @@ use super::filter::{ERRORS, Filter, Match, View};
 use super::level::Levelled;
 use super::start::{self, Place, Shown, Start, Turned};
 use super::transition::Step;
-use super::waiting::Waiting;
 use super::{
     BAD_RESIDUAL, FAR_M, FARS, GOOD_RESIDUAL, InMotion, LEAST_FIXES, LINEAR, MAX_HEADING, MAX_NORM,
     MAX_TILT, NORM_FAILS, NORM_FLOOR, PASSES,
@@ -122,17 +121,15 @@ impl Found {
 }
 
 impl InMotion {
-    /// Whether samples must wait: a fix is not computed yet, what it has led to is not taken, or
-    /// others wait already.
+    /// A fix is not computed yet, or what it has led to is not taken: samples must wait.
     #[inline]
     pub fn is_pending(&self) -> bool {
-        self.pending.is_some() || self.found.is_some() || !self.waiting.is_empty()
+        self.pending.is_some() || self.found.is_some()
     }
 
-    /// No more samples can wait: the work must be done now.
-    #[inline]
-    pub fn is_full(&self) -> bool {
-        self.waiting.is_full()
+    /// The last fix has led to a start, which is not taken.
+    pub fn has_found(&self) -> bool {
+        self.found.is_some()
     }
 
     /// What the last fix has led to, once.
@@ -140,14 +137,8 @@ impl InMotion {
         self.found.take()
     }
 
-    /// The samples that wait, for the navigator that takes the place of this one's.
-    pub fn take_waiting(&mut self) -> Waiting {
-        core::mem::take(&mut self.waiting)
-    }
-
-    /// One part of the work, then the samples that wait, a piece at a time. `scratch` is memory
-    /// that nobody else writes from [`InMotion::put`] until the work is done. True: there is more.
-    /// [`InMotion::take_found`] follows.
+    /// One part of the work. `scratch` is memory that nobody else writes from [`InMotion::put`]
+    /// until the work is done. True: there is more. [`InMotion::take_found`] follows.
     pub fn work(&mut self, scratch: &mut Transition<ERRORS>) -> bool {
         if let Some(mut pending) = self.pending.take() {
             let takes = matches!(
@@ -165,21 +156,8 @@ impl InMotion {
             } else if let (false, Some(navigator)) = (takes, &self.navigator) {
                 self.last = (navigator.state().q_bn, pending.fix.velocity);
             }
-        } else if self.found.is_none() {
-            self.catch_up();
         }
-        self.is_pending() && self.found.is_none()
-    }
-
-    fn catch_up(&mut self) {
-        while let Some(counts) = self.waiting.pop() {
-            if let Some(navigator) = &mut self.navigator {
-                navigator.sample(&counts);
-                if navigator.is_between_pieces() {
-                    return;
-                }
-            }
-        }
+        self.pending.is_some()
     }
 
     /// One part; `None`: there is no other.
@@ -229,7 +207,13 @@ impl InMotion {
             }
             Part::See(z, step, rotation) => {
                 let moved = (step, rotation);
-                Some(Part::Means(filter.look(navigator, scratch.time, z, moved, &seen)))
+                Some(Part::Means(filter.look(
+                    navigator,
+                    scratch.time,
+                    z,
+                    moved,
+                    &seen,
+                )))
             }
             Part::Means(view) => {
                 filter.propagate_mean(navigator, scratch, &view, &seen);

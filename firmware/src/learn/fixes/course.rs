@@ -2,7 +2,7 @@
 //! there at a time, so that they share their memory.
 
 use crate::align::motion::InMotion;
-use crate::nav::{self, Navigator};
+use crate::nav::{self, Beginning, Navigator};
 use crate::sample::Counts;
 
 /// See the module.
@@ -52,13 +52,6 @@ impl Course {
         }
     }
 
-    #[inline]
-    pub fn sample(&mut self, counts: &Counts) {
-        if self.gather(counts) {
-            self.end_piece();
-        }
-    }
-
     /// Only adds the sample to its piece. True: [`Self::end_piece`] must follow before anything
     /// else.
     #[inline]
@@ -79,11 +72,11 @@ impl Course {
         }
     }
 
-    /// A new navigator takes over, if it can begin in that state. By itself, so that the copy on
-    /// the stack is gone afterwards.
+    /// A new navigator takes over, if it can begin. By itself, so that the copy on the stack is
+    /// gone afterwards.
     #[inline(never)]
-    pub fn navigate(&mut self, config: nav::Config, state: nav::State) -> Option<()> {
-        *self = Course::Navigates(Navigator::new(config, state).ok()?);
+    pub fn navigate(&mut self, config: &nav::Config, state: &Beginning) -> Option<()> {
+        *self = Course::Navigates(Navigator::begin(config, state).ok()?);
         Some(())
     }
 }

@@ -13,7 +13,6 @@
 //! The order is the same whenever the stages are computed, and so are the bits.
 
 use super::FixLearner;
-use crate::align::motion::InMotion;
 use crate::compensator::Block;
 use crate::fix::{Fix, OBSERVATIONS};
 use crate::inputs::Sources;
@@ -208,9 +207,13 @@ impl FixLearner<'_> {
 
     /// Takes the oldest event. False: there is none.
     fn take_next(&mut self) -> bool {
-        let full = self.course.motion().is_some_and(InMotion::is_full);
-        if full && matches!(self.events.waiting.front(), Some(Event::Sample(..))) {
-            return self.align_part(); // which makes room for the sample
+        let first = match self.events.waiting.front() {
+            Some(Event::Sample(..)) => self.waiting.is_full(), // which makes room for it
+            Some(Event::Fix) => self.is_aligning(),            // whether the navigator starts
+            _ => false,
+        };
+        if first {
+            return self.align_part();
         }
         let Some(event) = self.events.waiting.pop_front() else {
             return false;
@@ -260,7 +263,12 @@ impl FixLearner<'_> {
     /// Takes a sample; none is missing before it.
     fn take_sample(&mut self, number: u32, counts: &Counts) {
         let still = self.gather(number, counts);
-        let piece = self.course.gather(counts);
+        let piece = if self.is_aligning() {
+            self.waiting.push(counts); // there is room
+            false
+        } else {
+            self.course.gather(counts)
+        };
         if still {
             self.events.stage = Stage::Standstill(piece);
         } else if piece {
