@@ -100,9 +100,11 @@ impl<T: Real> Bank<T> {
     ) {
         self.begins((sheet, inputs), gates);
         self.begin_some(ALL, sheet, shapes, block_s, error_sigma);
+        self.begin_covariances(ALL);
     }
 
-    /// The first part of [`Bank::begin`]. [`Bank::begin_some`] must follow for each hypothesis.
+    /// The first part of [`Bank::begin`]. [`Bank::begin_some`] and then
+    /// [`Bank::begin_covariances`] must follow for each hypothesis.
     pub fn begins(&mut self, (sheet, inputs): (&Datasheet<T>, &Inputs), gates: Gates<T>) {
         let [g, a] = [sheet.gyro_bias, sheet.accel_bias];
         self.unmodelled = [g, g, g, a, a, a];
@@ -119,7 +121,7 @@ impl<T: Real> Bank<T> {
         self.fresh = table::SETTLING;
     }
 
-    /// The hypotheses in the bits `which` begin.
+    /// The hypotheses in the bits `which` begin, but for their covariances.
     #[inline(never)]
     pub fn begin_some(
         &mut self,
@@ -132,6 +134,11 @@ impl<T: Real> Bank<T> {
         let all = (sheet, shapes, block_s);
         self.hypotheses
             .begin(which, all, error_sigma, error_floor());
+    }
+
+    /// The covariances of the hypotheses in the bits `which`.
+    pub fn begin_covariances(&mut self, which: u8) {
+        self.hypotheses.each_of(which, |h| h.begin_covariance());
     }
 
     /// Whether this is [`STORED`], and takes part: [`Bank::begin_stored`] has begun it.

@@ -281,9 +281,28 @@ impl<'m> FixLearner<'m> {
         }
     }
 
-    /// A hypothesis begins, one of those of [`Learner::begin`].
+    /// The networks that hypotheses are driven by, from those that correct this drive.
     #[inline(never)]
-    fn begin_hypothesis(&mut self, hypothesis: usize) {
+    fn begin_shapes(&mut self) {
+        let Settings { sheet, inputs, .. } = &self.settings;
+        let told = self.shapes.driven;
+        self.shapes = Shapes::new(&told, sheet, inputs);
+    }
+
+    /// The hypothesis that believes the networks that correct this drive, if they do anything.
+    #[inline(never)]
+    fn begin_stored(&mut self) {
+        let told = &self.shapes.driven;
+        if *told != [Nets::NONE.gyro, Nets::NONE.accel] {
+            let bank = &mut self.memory.bank;
+            bank.begin_stored(told, &self.settings.sheet, UNALIGNED);
+        }
+    }
+
+    /// A hypothesis begins, one of those of [`Learner::begin`]: its networks, and then its
+    /// covariance.
+    #[inline(never)]
+    fn begin_hypothesis(&mut self, hypothesis: usize, covariance: bool) {
         let bank = &mut self.memory.bank;
         let Some(stream) = self
             .stream
@@ -291,6 +310,9 @@ impl<'m> FixLearner<'m> {
         else {
             return;
         };
+        if covariance {
+            return bank.begin_covariances(1 << hypothesis);
+        }
         let mut of_unit = self.settings.sheet;
         of_unit.turn_on = self.base.turn_on(&self.settings.sheet);
         let block_s = f64::from(stream.block_s());
@@ -320,7 +342,6 @@ impl<'m> FixLearner<'m> {
     fn anew(&mut self) {
         self.work.clear();
         self.antenna.clear();
-        self.rehearsal.interrupted();
         self.settled = Settled::default();
         self.unit_settled = Settled::default();
         self.running = ZERO_CORRECTION;
@@ -565,15 +586,9 @@ impl Learner for FixLearner<'_> {
         } = &self.settings;
         let bank = &mut self.memory.bank;
         self.base = self.unit.head;
-        let told = [nets.gyro, nets.accel];
-        self.shapes = Shapes::new(&told, sheet, inputs);
+        self.shapes.driven = [nets.gyro, nets.accel]; // until the first parts
         bank.begins((sheet, inputs), *gates);
-        if *nets != Nets::NONE {
-            bank.begin_stored(&told, sheet, UNALIGNED);
-        }
-        self.antenna.clear();
         self.stream = Some(stream);
-        self.rehearsal.begin();
         self.running = ZERO_CORRECTION;
         self.covered = NOWHERE;
         self.tally = Tally::default();
@@ -583,6 +598,7 @@ impl Learner for FixLearner<'_> {
 
     fn restart(&mut self) {
         self.take_all();
+        self.rehearsal.interrupted();
         self.anew();
         self.memory.bank.reset_networks();
     }

@@ -101,6 +101,7 @@ macro_rules! hypotheses {
                 prior: impl FnOnce() -> Prior<NAV, 0, T>,
             ) {
                 begin(&mut self.stored, nets, prior);
+                self.stored.begin_covariance();
             }
 
             /// One of them; the zero correction for a number that is none.
@@ -149,7 +150,7 @@ fn begin<L: ParameterSet, const N: usize, const PACKED: usize, T: Real>(
     nets: &[LearnerNet<T>; TRIADS],
     prior: impl FnOnce() -> Prior<NAV, N, T>,
 ) {
-    filter.init(nets, &prior());
+    filter.begin(nets, &prior());
 }
 
 /// One bit for each value above zero.

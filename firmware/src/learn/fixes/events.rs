@@ -329,13 +329,22 @@ impl FixLearner<'_> {
         };
     }
 
-    /// Shapes, hypotheses one by one, antenna, what is known of the unit.
+    /// Rehearsals, the stored networks, shapes, hypotheses one by one, antenna, what is known of the
+    /// unit.
     fn begin_part(&mut self, part: usize) {
         self.events.stage = Stage::Begin(part + 1);
-        const LAST: usize = REACHES + HYPOTHESES;
+        const SHAPES: usize = 3;
+        const FIRST: usize = SHAPES + REACHES;
+        const LAST: usize = FIRST + 2 * HYPOTHESES;
         match part {
-            ..REACHES => self.shapes.reach(part),
-            REACHES..LAST => self.begin_hypothesis(part - REACHES),
+            0 => self.rehearsal.begin(),
+            1 => self.begin_stored(),
+            2 => self.begin_shapes(),
+            SHAPES..FIRST => self.shapes.reach(part - SHAPES),
+            FIRST..LAST => {
+                let part = part - FIRST;
+                self.begin_hypothesis(part / 2, part % 2 == 1);
+            }
             LAST => self.begin_antenna(),
             _ => {
                 self.begin_known();
