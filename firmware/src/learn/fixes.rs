@@ -63,6 +63,10 @@ use observe::{Mean, Rest};
 #[derive(Debug)]
 pub struct Memory {
     bank: Bank,
+    /// Which hypotheses have proved themselves.
+    rehearsal: Rehearsal,
+    /// Lever arm and delay of the fixes.
+    antenna: Antenna,
 }
 
 /// Bytes that a [`Memory`] may take: the core-coupled memory of an STM32F405.
@@ -71,7 +75,11 @@ const _: () = assert!(size_of::<Memory>() <= ROOM);
 
 impl Memory {
     /// All zeros, so that it takes no room in flash.
-    pub const ZEROED: Memory = Memory { bank: Bank::ZEROED };
+    pub const ZEROED: Memory = Memory {
+        bank: Bank::ZEROED,
+        rehearsal: Rehearsal::ZEROED,
+        antenna: Antenna::ZEROED,
+    };
 }
 
 /// An estimate may move by this share of the datasheet's bias and count as settled (assumed).
@@ -141,8 +149,6 @@ pub struct FixLearner<'m> {
     /// Time of validity of the last fix used.
     last_fix_ms: Option<u32>,
     age: FixAge,
-    /// Lever arm and delay of the fixes.
-    antenna: Antenna,
     /// Time of validity of the last fix whose refusals count.
     counted_ms: Option<u32>,
     /// A fix that waits, so that little comes together.
@@ -155,8 +161,6 @@ pub struct FixLearner<'m> {
     events: Events,
     /// The deferred work contains a fix.
     fixing: bool,
-    /// Which hypotheses have proved themselves.
-    rehearsal: Rehearsal,
     /// The hypothesis in force after the last finished fix.
     running: usize,
     /// Whether its estimate has settled.
@@ -181,6 +185,8 @@ impl<'m> FixLearner<'m> {
     /// A learner that waits for [`Learner::begin`]. Until then, or until [`Learner::configure`],
     /// it reports nothing of the antenna.
     pub fn new(memory: &'m mut Memory, settings: Settings) -> FixLearner<'m> {
+        memory.rehearsal.begin();
+        memory.antenna.begin_nothing();
         FixLearner {
             memory,
             work: Work::ZEROED,
@@ -200,14 +206,12 @@ impl<'m> FixLearner<'m> {
             last: None,
             last_fix_ms: None,
             age: FixAge::default(),
-            antenna: Antenna::ZEROED,
             counted_ms: None,
             held: Held::default(),
             rest: None,
             mean: Mean::default(),
             events: Events::NONE,
             fixing: false,
-            rehearsal: Rehearsal::NEW,
             running: ZERO_CORRECTION,
             settled: Settled::default(),
             knows_best: ZERO_CORRECTION,
@@ -257,12 +261,12 @@ impl<'m> FixLearner<'m> {
     /// One part of the deferred work. False: there was none.
     fn part(&mut self) -> bool {
         let (bank, work) = (&mut self.memory.bank, &mut self.work);
-        if !self.antenna.is_done() {
-            self.antenna.work(work);
+        if !self.memory.antenna.is_done() {
+            self.memory.antenna.work(work);
         } else if !work.is_done() {
             bank.work(work);
-        } else if !self.rehearsal.is_done() {
-            self.rehearsal.work(work.block());
+        } else if !self.memory.rehearsal.is_done() {
+            self.memory.rehearsal.work(work.block());
         } else {
             return false;
         }
@@ -276,7 +280,7 @@ impl<'m> FixLearner<'m> {
             let refused = u32::from(self.work.refused != 0);
             self.tally.refused = self.tally.refused.saturating_add(refused);
             self.probation.fix(refused != 0);
-            self.rehearsal.start(&self.memory.bank);
+            self.memory.rehearsal.start(&self.memory.bank);
             self.choose();
         }
     }
@@ -322,7 +326,7 @@ impl<'m> FixLearner<'m> {
 
     fn begin_antenna(&mut self) {
         let block_s = self.stream.map_or(1.0, |stream| stream.block_s());
-        self.antenna.begin(&self.settings, block_s.into());
+        self.memory.antenna.begin(&self.settings, block_s.into());
     }
 
     /// What is remembered of the unit.
@@ -341,7 +345,7 @@ impl<'m> FixLearner<'m> {
     /// The stream begins anew.
     fn anew(&mut self) {
         self.work.clear();
-        self.antenna.clear();
+        self.memory.antenna.clear();
         self.settled = Settled::default();
         self.unit_settled = Settled::default();
         self.running = ZERO_CORRECTION;
@@ -374,7 +378,7 @@ impl<'m> FixLearner<'m> {
         if let Some(align) = &mut self.align {
             align.gap();
         }
-        self.rehearsal.interrupted();
+        self.memory.rehearsal.interrupted();
         self.held.take();
         self.settled = Settled::default();
         self.unit_settled = Settled::default();
@@ -400,7 +404,7 @@ impl<'m> FixLearner<'m> {
     /// The interval in progress is over; no work is left. False: nothing navigates.
     fn interval_is_over(&mut self) -> bool {
         self.work.clear();
-        self.antenna.clear();
+        self.memory.antenna.clear();
         let fails = self.probation.fails();
         let lost = (self.course.navigator()).is_some_and(|navigator| navigator.faults().lost);
         if fails || lost {
@@ -455,8 +459,8 @@ impl<'m> FixLearner<'m> {
     fn move_others(&mut self) {
         let applied = self.applied();
         let block = self.work.block();
-        self.antenna.interval(block, &applied);
-        self.rehearsal.interval(block.time, &applied);
+        self.memory.antenna.interval(block, &applied);
+        self.memory.rehearsal.interval(block.time, &applied);
         self.settled.passes(block.time);
         self.unit_settled.passes(block.time);
     }
@@ -492,10 +496,10 @@ impl<'m> FixLearner<'m> {
     }
 
     fn corrected(&mut self, error: &[f32; NAV]) {
-        self.antenna.feed_back(error);
-        self.rehearsal.feed_back(error);
+        self.memory.antenna.feed_back(error);
+        self.memory.rehearsal.feed_back(error);
         if let Some(navigator) = self.course.navigator_mut() {
-            navigator.set_lever_arm(self.antenna.arm());
+            navigator.set_lever_arm(self.memory.antenna.arm());
             self.proportional.set(&navigator.state());
         }
     }
@@ -545,7 +549,7 @@ impl<'m> FixLearner<'m> {
 
     /// The rehearsals, for reading.
     pub fn rehearsal(&self) -> &Rehearsal {
-        &self.rehearsal
+        &self.memory.rehearsal
     }
 
     /// The hypothesis in force.
@@ -564,7 +568,7 @@ impl Learner for FixLearner<'_> {
     fn configure(&mut self, settings: &Settings) {
         self.settings = *settings;
         self.events = Events::NONE;
-        self.antenna.configure(settings);
+        self.memory.antenna.configure(settings);
         self.stream = None;
         self.running = ZERO_CORRECTION;
         self.tally = Tally::default();
@@ -598,7 +602,7 @@ impl Learner for FixLearner<'_> {
 
     fn restart(&mut self) {
         self.take_all();
-        self.rehearsal.interrupted();
+        self.memory.rehearsal.interrupted();
         self.anew();
         self.memory.bank.reset_networks();
     }
@@ -664,14 +668,14 @@ impl Learner for FixLearner<'_> {
     fn is_busy(&self) -> bool {
         self.is_aligning()
             || !self.events.is_empty()
-            || !self.antenna.is_done()
+            || !self.memory.antenna.is_done()
             || !self.work.is_done()
-            || !self.rehearsal.is_done()
+            || !self.memory.rehearsal.is_done()
             || self.fixing
     }
 
     fn antenna(&self) -> Known {
-        self.antenna.known()
+        self.memory.antenna.known()
     }
 
     fn winner(&mut self) -> Option<Winner> {
@@ -719,8 +723,9 @@ impl Learner for FixLearner<'_> {
             rollbacks: self.tally.rollbacks,
             navigates: self.course.navigates(),
             still_s: self.still_s(),
-            antenna: self.antenna.known(),
-            stored_harms: self.memory.bank.takes_part(STORED) && self.rehearsal.harms(STORED),
+            antenna: self.memory.antenna.known(),
+            stored_harms: self.memory.bank.takes_part(STORED)
+                && self.memory.rehearsal.harms(STORED),
             ..self.aligned()
         }
     }

@@ -41,7 +41,7 @@ mod transition;
 pub(crate) mod vector;
 
 pub use config::{Config, ConfigError};
-pub use seen::{ANTENNA, Seen};
+pub use seen::{ANTENNA, Around, Seen};
 pub use transition::{ERRORS, Noise, Transition};
 
 use crate::fix::{Fix, Position};
@@ -97,8 +97,8 @@ pub struct Faults {
 }
 
 /// A state that a navigator can begin in, with an attitude of unit length.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Beginning(State);
+#[derive(Debug, Clone)]
+pub struct Beginning(Solution);
 
 impl Beginning {
     /// From a state.
@@ -107,7 +107,7 @@ impl Beginning {
     /// [`ConfigError::State`]: it is out of range.
     #[inline(never)]
     pub fn new(state: State) -> Result<Self, ConfigError> {
-        checked(state).map(Self)
+        Ok(Self(Solution::new(&checked(state)?)))
     }
 }
 
@@ -153,7 +153,7 @@ impl Navigator {
         if ![gyro, accel].iter().all(|x| x.is_finite() && *x >= 0.0) {
             return Err(ConfigError::Noise);
         }
-        Self::with(config, &Solution::new(&state.0))
+        Self::with(config, &state.0)
     }
 
     /// By itself, so that the stack does not hold both it and what [`Solution::new`] needs. Always
@@ -175,7 +175,7 @@ impl Navigator {
     /// As [`Self::begin`] with the same configuration, in place: a new one would be built on the
     /// stack first.
     pub fn restart(&mut self, state: &Beginning) {
-        self.solution = Solution::new(&state.0);
+        self.solution = state.0.clone();
         let Config {
             lsb,
             sample_s,

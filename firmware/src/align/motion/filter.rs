@@ -25,8 +25,7 @@
 //! changes by it ([`Step::turn`]).
 
 use super::Config;
-use super::begin::{anchor, begin, first};
-use super::level::Levelled;
+use super::begin::{anchor, begin};
 use super::observe::{self, Row};
 use super::transition::{Step, transition};
 use crate::fix::{Fix, Heading};
@@ -155,11 +154,10 @@ impl Filter {
         self.range = [[n, e]; 2];
     }
 
-    /// The errors of a navigator of this attitude in `w`.
+    /// The errors of [`super::begin::first`], in `gamma` and `q`.
     #[inline(never)]
-    pub fn begin_errors(&mut self, levelled: &Levelled, q_bw: Q) {
-        let (by, rest) = first(levelled, q_bw);
-        begin(&mut self.kalman, &by, &rest);
+    pub fn begin_errors(&mut self, errors: &Transition<ERRORS>) {
+        begin(&mut self.kalman, &errors.gamma, &errors.q);
     }
 
     /// The first part of a fix: how the vehicle has moved in `time` seconds since the last one, and

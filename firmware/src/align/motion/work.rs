@@ -1,5 +1,6 @@
 //! What a fix leads to, in parts of some ten thousand instructions.
 
+use super::begin::first;
 use super::filter::{ERRORS, Filter, Match, View};
 use super::level::Levelled;
 use super::start::{self, Place, Shown, Start, Turned};
@@ -16,7 +17,7 @@ use crate::nav::{self, Beginning, Innovation, Navigator};
 use lrnn_nostd::learn::kalman::{OUTPUTS, Transition};
 
 /// The part that is next.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone)]
 enum Part {
     /// The first fix: the navigator, and its levelling.
     Begin,
@@ -33,6 +34,7 @@ enum Part {
     Restart(Beginning, Q, Levelled),
     Filter(Q, Levelled),
     Errors(Q, Levelled),
+    BeginErrors,
     /// How the vehicle has moved, and what the navigator shows.
     Look,
     Move(Innovation),
@@ -45,6 +47,7 @@ enum Part {
     Correct(View),
     /// The azimuth is looked for anew.
     Watch,
+    Free,
     Anew,
     Judge,
     /// From where the navigator starts.
@@ -55,7 +58,7 @@ enum Part {
 }
 
 /// A fix whose work is not done.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone)]
 pub struct Pending {
     fix: Fix,
     age: [f32; 2],
@@ -171,7 +174,8 @@ impl InMotion {
             | Part::Turn(..)
             | Part::Restart(..)
             | Part::Filter(..)
-            | Part::Errors(..) => return self.level(fix, pending.part),
+            | Part::Errors(..)
+            | Part::BeginErrors => return self.level(pending, scratch),
             Part::Judge => return self.judge(fix),
             _ => {}
         }
@@ -236,10 +240,14 @@ impl InMotion {
                     self.gap();
                     return None;
                 }
-                let anew = filter.watch(fix);
-                Some(if anew { Part::Watch } else { Part::Judge })
+                Some(Part::Watch)
             }
-            Part::Watch => {
+            Part::Watch => Some(if filter.watch(fix) {
+                Part::Free
+            } else {
+                Part::Judge
+            }),
+            Part::Free => {
                 if filter.look_anew(&seen, scratch) {
                     return Some(Part::Anew);
                 }
@@ -282,8 +290,8 @@ impl InMotion {
             };
             return Beginning::new(state).ok().map(Part::Navigate);
         }
-        if let Part::Navigate(state) = pending.part {
-            self.navigator = Navigator::begin(&self.config.navigator, &state).ok();
+        if let Part::Navigate(state) = &pending.part {
+            self.navigator = Navigator::begin(&self.config.navigator, state).ok();
             return Some(Part::BeginLevel);
         }
         if let Part::BeginLevel = pending.part {
@@ -327,9 +335,10 @@ impl InMotion {
 
     /// The other parts of levelling.
     #[inline(never)]
-    fn level(&mut self, fix: &Fix, part: Part) -> Option<Part> {
+    fn level(&mut self, pending: &Pending, scratch: &mut Transition<ERRORS>) -> Option<Part> {
+        let fix = &pending.fix;
         let (level, navigator) = (&mut self.level, self.navigator.as_mut()?);
-        match part {
+        match pending.part.clone() {
             Part::Gained(state) => {
                 let [x, y, z] = state.velocity.map(|v| v as f32);
                 navigator.feed_back(&[0.0, 0.0, 0.0, x, y, z, 0.0, 0.0, 0.0]);
@@ -376,8 +385,12 @@ impl InMotion {
                 Some(Part::Errors(q_bn, levelled))
             }
             Part::Errors(q_bn, levelled) => {
+                (scratch.gamma, scratch.q) = first(&levelled, q_bn);
+                Some(Part::BeginErrors)
+            }
+            Part::BeginErrors => {
                 if let Some(filter) = &mut self.filter {
-                    filter.begin_errors(&levelled, q_bn);
+                    filter.begin_errors(scratch);
                 }
                 None
             }

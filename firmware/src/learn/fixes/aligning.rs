@@ -95,7 +95,7 @@ impl FixLearner<'_> {
         let sheet = &settings.sheet;
         if let Course::Waits = self.course {
             let mut config = nav::Config::new(scale.lsb, stream.period_s, settings.noise);
-            config.lever_arm = self.antenna.arm();
+            config.lever_arm = self.memory.antenna.arm();
             config.piece_samples = divisor(stream.block_samples, config.piece_samples);
             let bias = [sheet.gyro_bias, sheet.accel_bias];
             let walk = |i: usize| bias[i] * sheet.walk_per_hour[i] / 60.0;
@@ -115,7 +115,7 @@ impl FixLearner<'_> {
         let sigma = if fix.age.is_some() {
             0.0
         } else {
-            self.antenna.age_sigma()
+            self.memory.antenna.age_sigma()
         };
         motion.put(fix, [age, sigma], still);
         self.asked = Some(Asked {

@@ -337,7 +337,7 @@ impl FixLearner<'_> {
         const FIRST: usize = SHAPES + REACHES;
         const LAST: usize = FIRST + 2 * HYPOTHESES;
         match part {
-            0 => self.rehearsal.begin(),
+            0 => self.memory.rehearsal.begin(),
             1 => self.begin_stored(),
             2 => self.begin_shapes(),
             SHAPES..FIRST => self.shapes.reach(part - SHAPES),

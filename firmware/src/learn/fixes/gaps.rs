@@ -107,7 +107,7 @@ impl FixLearner<'_> {
         let [turn, push, way] = [turn, push, way].map(|x| x * x);
         let variance = [turn, turn, turn, push, push, push, way, way, way];
         bank.inflate(&variance);
-        self.antenna.inflate(&variance);
+        self.memory.antenna.inflate(&variance);
         missing
     }
 }

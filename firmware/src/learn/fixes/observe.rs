@@ -67,11 +67,11 @@ impl FixLearner<'_> {
     #[inline(never)]
     pub(super) fn look_at(&mut self, number: u32, fix: &Fix) -> Option<Compared> {
         let stream = self.stream?;
-        let least = self.antenna.age();
+        let least = self.memory.antenna.age();
         // an estimate of the age goes on by itself when the pulse stays away
-        let keeps = self.antenna.age_sigma() == 0.0;
+        let keeps = self.memory.antenna.age_sigma() == 0.0;
         let age = self.age.of(number, fix, stream.period_s, least, keeps);
-        self.antenna.jumps(self.age.sooner_s());
+        self.memory.antenna.jumps(self.age.sooner_s());
         let since = self.last_fix_ms.map(|last| fix.time_ms.wrapping_sub(last));
         let enough = if self.course.navigates() {
             LEAST_MS
@@ -124,19 +124,19 @@ impl FixLearner<'_> {
         let Some(navigator) = self.course.navigator() else {
             return;
         };
-        let z = if self.antenna.estimates() {
+        let z = if self.memory.antenna.estimates() {
             let sigma = if fix.age.is_some() {
                 0.0
             } else {
-                self.antenna.age_sigma()
+                self.memory.antenna.age_sigma()
             };
             let mut seen = navigator.seen(fix, age, sigma);
             if fix.age.is_some() {
                 seen.knows_the_age();
             }
-            self.antenna.fix(&seen, &variance);
+            self.memory.antenna.fix(&seen, &variance);
             if let (Some(_), Some(least)) = (fix.age, self.age.measured_s()) {
-                self.antenna.measured(least);
+                self.memory.antenna.measured(least);
             }
             seen.z
         } else {
@@ -146,7 +146,7 @@ impl FixLearner<'_> {
         };
         let work = &mut self.work;
         work.fix(z, variance);
-        self.rehearsal.fix(&z, &variance);
+        self.memory.rehearsal.fix(&z, &variance);
         self.fixing = true;
         self.tally.used = self.tally.used.saturating_add(1);
         self.count(fix);
@@ -160,7 +160,7 @@ impl FixLearner<'_> {
             self.counted_ms = Some(fix.time_ms);
         }
         self.work.counts_refusals(counts);
-        self.antenna.counts_refusals(counts);
+        self.memory.antenna.counts_refusals(counts);
     }
 
     /// Whether the vehicle stands, by receiver and sensors together: the standard deviation of its

@@ -10,8 +10,8 @@ use crate::learn::Report;
 use crate::learn::prior::NAV;
 use crate::learn::quantise::{Scale, divisor};
 use crate::nav;
-use crate::nav::Beginning;
 use crate::nav::vector::rotated;
+use crate::nav::{Around, Beginning};
 use lrnn_nostd::learn::kalman::{OUTPUTS, Transition};
 
 /// Largest standard deviation of a heading that somebody gives, rad.
@@ -37,7 +37,7 @@ pub struct Started {
 }
 
 /// A navigator that is about to start. Its errors are in [`super::Work::scratch`].
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone)]
 pub(super) struct Starting {
     pub step: Step,
     /// State at the end of sample `number`, and standard deviations of its errors.
@@ -72,12 +72,13 @@ impl Starting {
 }
 
 /// What comes next of a start.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone)]
 pub(super) enum Step {
     Check,
     Navigator(Beginning),
     /// What the fix shows of the antenna.
-    See,
+    Around,
+    See(Around),
     Antenna(Option<nav::Seen>),
     Hypotheses,
     End,
@@ -161,7 +162,7 @@ impl FixLearner<'_> {
         let mut position = fix
             .position
             .displaced(fix.velocity.map(|v| v * f64::from(age)));
-        let arm = self.antenna.arm();
+        let arm = self.memory.antenna.arm();
         if arm != [0.0; 3] {
             // the vehicle stands: the antenna does not move
             position = position.displaced(rotated(aligned.q_bn, arm.map(|m| -f64::from(m))));
@@ -290,29 +291,38 @@ impl FixLearner<'_> {
         let Some(mut starting) = self.starting.take() else {
             return false;
         };
-        let next = self.start_step(&starting);
-        if let Some(step) = next
-            && !matches!(step, Step::Done)
-        {
-            starting.step = step;
-            self.starting = Some(starting);
+        match self.start_step(&starting) {
+            Some(Step::Done) => true,
+            Some(step) => {
+                starting.step = step;
+                self.starting = Some(starting);
+                true
+            }
+            None => false,
         }
-        next.is_some()
     }
 
     fn start_step(&mut self, starting: &Starting) -> Option<Step> {
-        match starting.step {
+        match &starting.step {
             Step::Check => Beginning::new(starting.state).ok().map(Step::Navigator),
             Step::Navigator(state) => {
-                self.navigate(&state)?;
-                Some(Step::See)
+                self.navigate(state)?;
+                Some(Step::Around)
             }
-            Step::See => {
-                let sigma = self.antenna.age_sigma();
+            Step::Around => match &starting.at {
+                Some((_, age)) if self.memory.antenna.estimates() => {
+                    let sigma = self.memory.antenna.age_sigma();
+                    Some(Step::See(self.course.navigator()?.around(*age, sigma)))
+                }
+                _ => Some(Step::Antenna(None)),
+            },
+            Step::See(around) => {
+                let (fix, age) = starting.at.as_ref()?;
+                let seen = (*age, self.memory.antenna.age_sigma());
                 let navigator = self.course.navigator()?;
-                let at = starting.at.as_ref();
-                let seen = at.map(|(fix, age)| navigator.seen(fix, *age, sigma));
-                Some(Step::Antenna(seen))
+                Some(Step::Antenna(Some(
+                    navigator.seen_between(fix, seen, around),
+                )))
             }
             Step::Antenna(seen) => {
                 self.start_antenna(starting, seen.as_ref());
@@ -335,7 +345,7 @@ impl FixLearner<'_> {
     fn navigate(&mut self, state: &Beginning) -> Option<()> {
         let (stream, scale) = (self.stream?, self.scale?);
         let mut config = nav::Config::new(scale.lsb, stream.period_s, self.settings.noise);
-        config.lever_arm = self.antenna.arm();
+        config.lever_arm = self.memory.antenna.arm();
         config.piece_samples = divisor(stream.block_samples, config.piece_samples);
         let refused = self.course.motion().map(|motion| motion.progress().refused);
         self.course.navigate(&config, state)?;
@@ -350,8 +360,8 @@ impl FixLearner<'_> {
             .known
             .map_or([0.0; OUTPUTS], |(applied, _)| applied);
         let scratch = self.work.scratch();
-        (self.antenna).navigates(&scratch.gamma, &scratch.q, &applied, seen);
-        for (k, variance) in self.antenna.unknown().into_iter().enumerate() {
+        (self.memory.antenna).navigates(&scratch.gamma, &scratch.q, &applied, seen);
+        for (k, variance) in self.memory.antenna.unknown().into_iter().enumerate() {
             let i = if k < 3 { 6 + k } else { k };
             for of in [&mut scratch.q, &mut scratch.phi] {
                 if let Some(entry) = of.get_mut(i).and_then(|row| row.get_mut(i)) {
@@ -366,7 +376,7 @@ impl FixLearner<'_> {
     fn start_hypotheses(&mut self, starting: &Starting) {
         let (bank, work) = (&mut self.memory.bank, &mut self.work);
         work.clear();
-        self.rehearsal.interrupted();
+        self.memory.rehearsal.interrupted();
         if let Some((applied, shown)) = &starting.known {
             bank.start(work, applied, shown);
         } else {
