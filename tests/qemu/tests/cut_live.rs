@@ -20,9 +20,6 @@ const MOST: [(ImuFormat, usize, usize); 3] = [
     (ImuFormat::Kvh, 3, 457),
     (ImuFormat::Novatel, 2, 424),
 ];
-/// Those whose frames may come in two parts. Of the STIM300 one frame, the 53rd, leaves uncorrected
-/// then; why is not known yet.
-const EARLY: &[(ImuFormat, usize, usize)] = MOST.split_at(1).1;
 /// Frames until the first is cut.
 const BEGIN: usize = 3;
 
@@ -67,15 +64,26 @@ fn settle(live: &mut Live) {
     health(&mut live.command).expect("it answers");
 }
 
-/// A part of each frame comes, and all but the bytes held leaves before the rest comes.
+/// What tells a frame from a message of another kind: its first byte and its length.
+fn kind(frame: &Record) -> (u8, usize) {
+    (frame.bytes[0], frame.bytes.len())
+}
+
+/// A part of each frame comes, and all but the bytes held leaves before the rest comes. What is no
+/// frame, as the STIM300's message of its configuration, passes as a whole, and so does the frame
+/// behind it, with which the cutting begins anew.
 fn leaves_early(board: Board, format: ImuFormat, hold: usize) {
     let Some((mut live, frames, sent)) = begun(board, format, None) else {
         return;
     };
-    let mut changed = 0;
+    let (mut changed, mut parted, mut whole) = (0, 0, BEGIN);
     for (n, (frame, sent)) in frames.iter().zip(&sent).enumerate() {
         let len = frame.bytes.len();
-        let part = if n < BEGIN { len } else { 4 + n % (len - 4) };
+        if kind(frame) != kind(&frames[BEGIN]) {
+            whole = whole.max(n + 2);
+        }
+        let part = if n < whole { len } else { 4 + n % (len - 4) };
+        parted += usize::from(part < len);
         let early = if part == len { len } else { part - hold };
         let mut came = pass(&mut live, &frame.bytes[..part], early);
         came.extend(pass(&mut live, &frame.bytes[part..], len - early));
@@ -84,12 +92,15 @@ fn leaves_early(board: Board, format: ImuFormat, hold: usize) {
         settle(&mut live);
     }
     assert!(changed > frames.len() / 2, "{changed} frames corrected");
+    assert!(parted > frames.len() / 2, "{parted} frames in two parts");
 }
 
 #[test]
 fn bytes_leave_while_the_frame_arrives_on_the_board() {
-    for (format, hold, _) in EARLY.iter().copied() {
-        leaves_early(BOARDS[0], format, hold);
+    for board in BOARDS {
+        for (format, hold, _) in MOST {
+            leaves_early(board, format, hold);
+        }
     }
 }
 
