@@ -31,6 +31,7 @@ use crate::inputs::{Inputs, OWN};
 use hypothesis::Hypothesis;
 use lrnn_nostd::learn::kalman::{FixedWeights, OUTPUTS, TRIADS};
 use lrnn_nostd::{Real, State, Weights};
+pub use table::Half;
 use table::Hypotheses;
 
 /// The hypotheses over one navigator.
@@ -99,7 +100,9 @@ impl<T: Real> Bank<T> {
         gates: Gates<T>,
     ) {
         self.begins((sheet, inputs), gates);
-        self.begin_some(ALL, sheet, shapes, block_s, error_sigma);
+        for half in [Half::Networks, Half::Prior] {
+            self.begin_some((ALL, half), sheet, shapes, block_s, error_sigma);
+        }
         self.begin_covariances(ALL);
     }
 
@@ -121,11 +124,11 @@ impl<T: Real> Bank<T> {
         self.fresh = table::SETTLING;
     }
 
-    /// The hypotheses in the bits `which` begin, but for their covariances.
+    /// One half of the beginning of the hypotheses in the bits `which`; first the networks.
     #[inline(never)]
     pub fn begin_some(
         &mut self,
-        which: u8,
+        which: (u8, Half),
         sheet: &Datasheet<T>,
         shapes: &Shapes<T>,
         block_s: f64,

@@ -40,7 +40,7 @@ mod waiting;
 
 use super::age::FixAge;
 use super::antenna::{Antenna, Known};
-use super::bank::{Bank, STORED, Work, ZERO_CORRECTION};
+use super::bank::{Bank, Half, STORED, Work, ZERO_CORRECTION};
 use super::prior::{NAV, Shapes};
 use super::quantise::{Scale, flat, split};
 use super::rehearsal::Rehearsal;
@@ -303,10 +303,10 @@ impl<'m> FixLearner<'m> {
         }
     }
 
-    /// A hypothesis begins, one of those of [`Learner::begin`]: its networks, and then its
-    /// covariance.
+    /// A hypothesis begins, one of those of [`Learner::begin`]: its networks, its prior, and then
+    /// its covariance (`None`).
     #[inline(never)]
-    fn begin_hypothesis(&mut self, hypothesis: usize, covariance: bool) {
+    fn begin_hypothesis(&mut self, hypothesis: usize, half: Option<Half>) {
         let bank = &mut self.memory.bank;
         let Some(stream) = self
             .stream
@@ -314,13 +314,13 @@ impl<'m> FixLearner<'m> {
         else {
             return;
         };
-        if covariance {
+        let Some(half) = half else {
             return bank.begin_covariances(1 << hypothesis);
-        }
+        };
         let mut of_unit = self.settings.sheet;
         of_unit.turn_on = self.base.turn_on(&self.settings.sheet);
         let block_s = f64::from(stream.block_s());
-        let (shapes, which) = (&self.shapes, 1 << hypothesis);
+        let (shapes, which) = (&self.shapes, (1 << hypothesis, half));
         bank.begin_some(which, &of_unit, shapes, block_s, UNALIGNED);
     }
 

@@ -10,6 +10,15 @@ use lrnn_nostd::learn::kalman::{
 use lrnn_nostd::{Net, Rational, Real};
 
 /// The filter of a hypothesis with `N` parameters, whose packed covariance has `PACKED` elements.
+/// A part of the beginning of a hypothesis.
+#[derive(Clone, Copy, Debug)]
+pub enum Half {
+    /// Its networks.
+    Networks,
+    /// What is believed of its parameters.
+    Prior,
+}
+
 type Filter<L, const N: usize, const PACKED: usize, T> = Kalman<L, NAV, N, PACKED, Rational, T>;
 
 /// Which networks a hypothesis begins with: see [`Layers`].
@@ -48,7 +57,7 @@ macro_rules! hypotheses {
             /// stack.
             pub fn begin(
                 &mut self,
-                which: u8,
+                (which, half): (u8, Half),
                 (sheet, shapes, block_s): (&Datasheet<T>, &Shapes<T>, f64),
                 error_sigma: [T; NAV],
                 error_floor: [T; NAV],
@@ -65,7 +74,7 @@ macro_rules! hypotheses {
                             Shape::Driven => (driven, Layers::Driven(driven, of_driven)),
                             Shape::Curved => (curved, Layers::Driven(curved, of_curved)),
                         };
-                        begin(&mut self.$slot, nets, || {
+                        begin(&mut self.$slot, half, nets, || {
                             sheet.prior::<$learnt, $parameters>(
                                 layers,
                                 $output,
@@ -100,7 +109,8 @@ macro_rules! hypotheses {
                 nets: &[LearnerNet<T>; TRIADS],
                 prior: impl FnOnce() -> Prior<NAV, 0, T>,
             ) {
-                begin(&mut self.stored, nets, prior);
+                self.stored.begin(nets);
+                self.stored.begin_prior(&prior());
                 self.stored.begin_covariance();
             }
 
@@ -147,10 +157,14 @@ pub const REMEMBERED: [usize; 3] = {
 #[inline(never)]
 fn begin<L: ParameterSet, const N: usize, const PACKED: usize, T: Real>(
     filter: &mut Filter<L, N, PACKED, T>,
+    half: Half,
     nets: &[LearnerNet<T>; TRIADS],
     prior: impl FnOnce() -> Prior<NAV, N, T>,
 ) {
-    filter.begin(nets, &prior());
+    match half {
+        Half::Networks => filter.begin(nets),
+        Half::Prior => filter.begin_prior(&prior()),
+    }
 }
 
 /// One bit for each value above zero.

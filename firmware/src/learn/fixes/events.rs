@@ -16,7 +16,7 @@ use super::FixLearner;
 use crate::compensator::Block;
 use crate::fix::{Fix, OBSERVATIONS};
 use crate::inputs::Sources;
-use crate::learn::bank::HYPOTHESES;
+use crate::learn::bank::{HYPOTHESES, Half};
 use crate::learn::prior::{NAV, Shapes};
 use crate::sample::Counts;
 use heapless::Deque;
@@ -335,7 +335,7 @@ impl FixLearner<'_> {
         self.events.stage = Stage::Begin(part + 1);
         const SHAPES: usize = 3;
         const FIRST: usize = SHAPES + REACHES;
-        const LAST: usize = FIRST + 2 * HYPOTHESES;
+        const LAST: usize = FIRST + 3 * HYPOTHESES;
         match part {
             0 => self.memory.rehearsal.begin(),
             1 => self.begin_stored(),
@@ -343,7 +343,9 @@ impl FixLearner<'_> {
             SHAPES..FIRST => self.shapes.reach(part - SHAPES),
             FIRST..LAST => {
                 let part = part - FIRST;
-                self.begin_hypothesis(part / 2, part % 2 == 1);
+                let halves = [Some(Half::Networks), Some(Half::Prior)];
+                let half = halves.get(part % 3).copied().flatten();
+                self.begin_hypothesis(part / 3, half);
             }
             LAST => self.begin_antenna(),
             _ => {
