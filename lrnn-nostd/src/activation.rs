@@ -4,14 +4,23 @@ mod cubic;
 
 use core::fmt::Debug;
 
-use crate::real::{Real, all_finite};
+use crate::real::{Real, three_finite};
 use crate::shape::NEURONS;
 pub use cubic::Cubic;
 #[cfg(target_arch = "arm")]
 #[allow(unused_imports, reason = "for the kernel in assembly")]
 pub(crate) use cubic::{MIDDLE, TABLE};
 
-/// The activation function f of a layer.
+/// The activation function f of a layer: [`Rational`], [`Cubic`], [`Tanh`] or [`Identity`].
+///
+/// ```
+/// use lrnn_nostd::{Activation, Cubic, Rational, Tanh};
+///
+/// let exact = Tanh::apply(0.7_f32);
+/// assert!((Rational::apply(0.7_f32) - exact).abs() < 2e-7);
+/// assert!((Cubic::apply(0.7_f32) - exact).abs() < 1.5e-7);
+/// assert_eq!(Rational::slope(exact), 1.0 - exact * exact);
+/// ```
 pub trait Activation: Copy + Debug + Default + PartialEq + 'static {
     /// Code of this activation in the weight image.
     const CODE: u8;
@@ -27,7 +36,11 @@ pub trait Activation: Copy + Debug + Default + PartialEq + 'static {
     fn layer<T: Real>(x: [T; NEURONS]) -> Option<[T; NEURONS]> {
         let [a, b, c] = x;
         // Written out: `map` is not always inlined.
-        all_finite(&x).then(|| [Self::apply(a), Self::apply(b), Self::apply(c)])
+        if three_finite(x) {
+            Some([Self::apply(a), Self::apply(b), Self::apply(c)])
+        } else {
+            None
+        }
     }
 }
 
@@ -143,8 +156,10 @@ impl Rational {
     /// ```
     #[inline(always)]
     fn inside<T: Real>(x: T, t: T) -> T {
-        let n = x * horner(&P, t);
-        let d = horner(&Q, t);
+        let c = T::from_f64;
+        // Horner's scheme, written out.
+        let n = x * ((c(P[2]) * t + c(P[1])) * t + c(P[0]));
+        let d = ((c(Q[3]) * t + c(Q[2])) * t + c(Q[1])) * t + c(Q[0]);
         (n + n) * d / (d * d + n * n)
     }
 
@@ -152,16 +167,6 @@ impl Rational {
     #[cold]
     #[inline(never)]
     fn saturated<T: Real>(x: [T; NEURONS]) -> Option<[T; NEURONS]> {
-        all_finite(&x).then(|| x.map(Self::apply))
+        three_finite(x).then(|| x.map(Self::apply))
     }
-}
-
-/// Value of a polynomial at t (Horner's scheme).
-#[inline(always)]
-fn horner<T: Real, const N: usize>(coefficients: &[f64; N], t: T) -> T {
-    let mut value = T::ZERO;
-    for &c in coefficients.iter().rev() {
-        value = value * t + T::from_f64(c);
-    }
-    value
 }

@@ -101,6 +101,22 @@ impl fmt::Display for ImageError {
 impl core::error::Error for ImageError {}
 
 /// The image of a network. Non-finite values are encoded unchanged; [`decode`] rejects them.
+///
+/// ```
+/// use lrnn_nostd::image::{IMAGE_LEN, ImageError, decode, encode};
+/// use lrnn_nostd::{Full, Identity, Net, Normalisation, Rational, Tanh, Weights};
+///
+/// let net: Net = Net::new(Weights::from_fn(|i| 0.01 * i as f32), Normalisation::identity());
+/// let mut bytes = encode(&net);
+/// assert_eq!(bytes.len(), IMAGE_LEN);
+/// assert_eq!(decode::<Rational, Identity, Full>(&bytes), Ok(net));
+/// // Of another kind, or damaged.
+/// let other = decode::<Tanh, Identity, Full>(&bytes);
+/// assert_eq!(other, Err(ImageError::HiddenActivation(2)));
+/// bytes[100] ^= 1;
+/// let damaged = decode::<Rational, Identity, Full>(&bytes);
+/// assert!(matches!(damaged, Err(ImageError::Crc { .. })));
+/// ```
 pub fn encode<H: Activation, O: Activation, F: Feedback>(net: &Net<H, O, F>) -> [u8; IMAGE_LEN] {
     let mut image = [0; IMAGE_LEN];
     let scales = [
@@ -127,7 +143,10 @@ pub fn encode<H: Activation, O: Activation, F: Feedback>(net: &Net<H, O, F>) -> 
     image
 }
 
-/// Decodes an image of the expected kind of network.
+/// Decodes an image of the expected kind of network; [`encode`] has an example.
+///
+/// # Errors
+/// The first condition of [`ImageError`] that holds.
 pub fn decode<H: Activation, O: Activation, F: Feedback>(
     bytes: &[u8],
 ) -> Result<Net<H, O, F>, ImageError> {

@@ -4,7 +4,7 @@ use core::marker::PhantomData;
 
 use crate::activation::{Activation, Identity, Rational};
 use crate::normalisation::Normalisation;
-use crate::real::{Real, all_finite};
+use crate::real::{Real, three_finite};
 use crate::shape::{Feedback, Full, LAYERS, NEURONS};
 use crate::state::State;
 use crate::weights::{Layer, Weights};
@@ -13,6 +13,20 @@ use crate::weights::{Layer, Weights};
 ///
 /// It holds the configuration and nothing that changes: a [`State`] belongs to a run, and weights
 /// may be exchanged between two steps.
+///
+/// ```
+/// use lrnn_nostd::{Net, Normalisation, State, Tanh, Weights};
+///
+/// // The default: hidden layers with `Rational`, an output layer with `Identity`, full feedback.
+/// let net: Net = Net::new(Weights::from_fn(|_| 0.1), Normalisation::identity());
+/// // The same weights with the hidden activation of `libm`.
+/// let other: Net<Tanh> = Net::new(net.weights, net.normalisation);
+///
+/// let [mut state, mut same] = [State::new(); 2];
+/// let a = net.step(&mut state, [0.3, 0.0, -0.2]).output;
+/// let b = other.step(&mut same, [0.3, 0.0, -0.2]).output;
+/// assert!((a[0] - b[0]).abs() < 1e-6);
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[repr(C)] // the kernel reads it
 pub struct Net<H = Rational, O = Identity, F = Full, T = f32> {
@@ -74,6 +88,30 @@ impl<H: Activation, O: Activation, F: Feedback, T: Real> Net<H, O, F, T> {
 
     /// One step from `input` in physical units (rad/s or m/s^2) to the estimated error. See
     /// [`Fault`] for the effect of a bad input.
+    ///
+    /// ```
+    /// use lrnn_nostd::{Fault, Net, Normalisation, State, Weights};
+    ///
+    /// let mut weights = Weights::zero();
+    /// weights.layers[2].b = [1.0, 0.0, -0.5]; // a bias and nothing else
+    /// let normalisation = Normalisation {
+    ///     output_scale: [1e-5; 3], // rad/s
+    ///     ..Normalisation::identity()
+    /// };
+    /// let net: Net = Net::new(weights, normalisation);
+    /// let mut state = State::new();
+    ///
+    /// let measured = [0.2, 0.0, 0.1]; // rad/s
+    /// let step = net.step(&mut state, measured);
+    /// let corrected = [0, 1, 2].map(|axis| measured[axis] - step.error[axis]);
+    /// assert_eq!(step.error, [1e-5, 0.0, -5e-6]);
+    /// assert_eq!(corrected[0], 0.2 - 1e-5);
+    ///
+    /// // A bad input changes nothing: the last output is repeated, and the step says so.
+    /// let bad = net.step(&mut state, [f32::NAN, 0.0, 0.0]);
+    /// assert_eq!(bad.fault, Some(Fault::NonFiniteInput));
+    /// assert_eq!(bad.error, step.error);
+    /// ```
     #[inline]
     pub fn step(&self, state: &mut State<T>, input: [T; NEURONS]) -> Step<T> {
         match self.forward(state, input) {
@@ -90,15 +128,12 @@ impl<H: Activation, O: Activation, F: Feedback, T: Real> Net<H, O, F, T> {
         input: [T; NEURONS],
     ) -> Result<Forward<T>, Fault> {
         let u = self.normalisation.input(input);
-        let found = self.layers(state, &u);
         // A non-finite input makes every x_1 non-finite, so a good step need not check its input.
-        found.ok_or_else(|| {
-            if all_finite(&input) {
-                Fault::Overflow
-            } else {
-                Fault::NonFiniteInput
-            }
-        })
+        match self.layers(state, &u) {
+            Some(forward) => Ok(forward),
+            None if three_finite(input) => Err(Fault::Overflow),
+            None => Err(Fault::NonFiniteInput),
+        }
     }
 
     /// `None` when some x_l or the error is infinite or NaN.
@@ -110,11 +145,15 @@ impl<H: Activation, O: Activation, F: Feedback, T: Real> Net<H, O, F, T> {
         let two = H::layer(activity::<F, T>(layer2, &one, last2))?;
         let three = O::layer(activity::<F, T>(layer3, &two, last3))?;
         let error = self.normalisation.error(three);
-        all_finite(&error).then_some(Forward {
-            input: *u,
-            y: [one, two, three],
-            error,
-        })
+        if three_finite(error) {
+            Some(Forward {
+                input: *u,
+                y: [one, two, three],
+                error,
+            })
+        } else {
+            None
+        }
     }
 
     /// The output at power-on, before the first input: that of the output layer alone. 0 where it
@@ -161,16 +200,25 @@ fn activity<F: Feedback, T: Real>(
     below: &[T; NEURONS],
     last: &[T; NEURONS],
 ) -> [T; NEURONS] {
-    let mut x = layer.b;
-    for p in 0..NEURONS {
-        for q in 0..NEURONS {
-            x[p] += layer.w[p][q] * below[q];
-        }
-        for q in 0..NEURONS {
-            if F::FULL || p == q {
-                x[p] += layer.r[p][q] * last[q];
-            }
-        }
+    [
+        unit::<F, T, 0>(layer, below, last),
+        unit::<F, T, 1>(layer, below, last),
+        unit::<F, T, 2>(layer, below, last),
+    ]
+}
+
+/// x_P. No loop: some levels of optimisation would keep it.
+#[inline(always)]
+fn unit<F: Feedback, T: Real, const P: usize>(
+    layer: &Layer<T>,
+    below: &[T; NEURONS],
+    last: &[T; NEURONS],
+) -> T {
+    let (w, r) = (&layer.w[P], &layer.r[P]);
+    let x = layer.b[P] + w[0] * below[0] + w[1] * below[1] + w[2] * below[2];
+    if F::FULL {
+        x + r[0] * last[0] + r[1] * last[1] + r[2] * last[2]
+    } else {
+        x + r[P] * last[P]
     }
-    x
 }

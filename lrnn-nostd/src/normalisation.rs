@@ -9,6 +9,19 @@ use crate::shape::NEURONS;
 /// Choose the scales so that |u| and |y_3| stay below about 1: `input_offset` near the mean input
 /// (gravity, for example), `input_scale` about 1 / (its largest deviation), `output_scale` about
 /// the largest error to be expected.
+///
+/// ```
+/// use lrnn_nostd::Normalisation;
+///
+/// // Accelerometers: gravity on the third axis, 20 m/s^2 beside it, errors up to 0.01 m/s^2.
+/// let scales = Normalisation {
+///     input_offset: [0.0, 0.0, 9.81],
+///     input_scale: [0.05; 3],
+///     output_scale: [0.01; 3],
+/// };
+/// assert_eq!(scales.input([10.0, 0.0, 9.81]), [0.5, 0.0, 0.0]);
+/// assert_eq!(scales.error([0.5, 0.0, 0.0]), [0.005, 0.0, 0.0]); // m/s^2
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[repr(C)] // the kernel reads it
 pub struct Normalisation<T = f32> {

@@ -130,6 +130,13 @@ impl Real for f64 {
     }
 }
 
+/// Whether three values are finite, with a single comparison. Written out, so that it is as short
+/// at every level of optimisation.
+#[inline(always)]
+pub(crate) fn three_finite<T: Real>([a, b, c]: [T; 3]) -> bool {
+    a * T::ZERO + b * T::ZERO + c * T::ZERO == T::ZERO
+}
+
 /// Whether every value is finite, with a single comparison: 0 * v is 0 for a finite v and NaN
 /// otherwise. Long slices use eight independent sums, which do not wait for each other.
 #[inline(always)]

@@ -20,6 +20,18 @@ const STEPS: usize = 32;
 impl<H: Activation, O: Activation, F: Feedback, T: Real> Net<H, O, F, T> {
     /// Sets the state to the one that the network reaches under a constant `input` (physical
     /// units, as for [`Net::step`]). A state that is not finite is not taken: the old one stays.
+    ///
+    /// ```
+    /// use lrnn_nostd::{Net, Normalisation, State, Weights};
+    ///
+    /// let weights = Weights::from_fn(|i| 0.05 * (i % 5) as f32);
+    /// let net: Net = Net::new(weights, Normalisation::identity());
+    /// let mut state = State::new();
+    /// net.settle(&mut state, [0.5, 0.0, 0.0]);
+    /// let settled = state.output();
+    /// let next = net.step(&mut state, [0.5, 0.0, 0.0]).output;
+    /// assert!((next[0] - settled[0]).abs() < 1e-3); // no transient
+    /// ```
     pub fn settle(&self, state: &mut State<T>, input: [T; NEURONS]) {
         let u = self.normalisation.input(input);
         let [one, two, three] = &self.weights.layers;

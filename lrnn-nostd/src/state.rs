@@ -6,6 +6,18 @@ use crate::shape::{LAYERS, NEURONS};
 /// The outputs y_1, y_2, y_3 of the last step: 9 values, 36 bytes in `f32`.
 ///
 /// A copy of the state is enough to replay or fork a run. All values are always finite.
+///
+/// ```
+/// use lrnn_nostd::{Net, Normalisation, State, Weights};
+///
+/// let net: Net = Net::new(Weights::from_fn(|_| 0.2), Normalisation::identity());
+/// let mut state = State::new();
+/// let first = net.step(&mut state, [0.1; 3]);
+/// let mut fork = state;
+/// let second = net.step(&mut state, [0.1; 3]);
+/// assert_eq!(second, net.step(&mut fork, [0.1; 3]));
+/// assert_ne!(second, first); // the network remembers
+/// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[repr(C)] // the kernel reads it
 pub struct State<T = f32> {

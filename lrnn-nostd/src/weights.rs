@@ -50,6 +50,16 @@ impl<T: Real> Layer<T> {
 
 /// The 63 parameters of a network. They are dimensionless, because inputs and outputs are
 /// normalised. 252 bytes in `f32`.
+///
+/// ```
+/// use lrnn_nostd::Weights;
+///
+/// let mut weights: Weights = Weights::zero();
+/// weights.layers[2].b[0] = 0.5; // the bias of the first output
+/// assert_eq!(weights.get(60), Some(0.5)); // in the order of `lrnn_nostd::shape`
+/// assert_eq!(Weights::from_array(&weights.to_array()), weights);
+/// assert_eq!(weights.get(63), None);
+/// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[repr(C)]
 pub struct Weights<T = f32> {

@@ -11,7 +11,7 @@ use qemu::chip::Driver;
 use qemu::images::{PROFILE, REQUIRE, TARGET, target_directory, without_paths, workspace};
 
 use crate::stage::{Stages, cargo_with, succeed};
-use crate::{comments, fuzz, needs, reproduce, size, stack, supply};
+use crate::{comments, fuzz, needs, package, reproduce, size, stack, supply};
 
 /// What is compiled for the target: each alone, so that no other package's features help it.
 const TARGET_PACKAGES: [&str; 6] = [
@@ -25,17 +25,20 @@ const TARGET_PACKAGES: [&str; 6] = [
 
 /// Runs every stage; the exit code is the last one's.
 pub fn test(fast: bool) -> Result<ExitCode> {
-    let stages = Stages::new(if fast { 6 } else { 13 });
+    let stages = Stages::new(if fast { 6 } else { 14 });
     stages.run("format, length of comments", || {
         succeed(&mut cargo_with("fmt --all --check"))?;
         succeed(&mut cargo_with(
             "fmt --check --manifest-path tests/chip/Cargo.toml",
         ))?;
+        succeed(&mut cargo_with(
+            "fmt --check --manifest-path tests/alone/Cargo.toml",
+        ))?;
         comments::check()
     })?;
     if !fast {
         stages.run("prepare: target and QEMU", || {
-            needs::target().and_then(|()| needs::emulator())
+            needs::target().and_then(|()| needs::alone())
         })?;
     }
     stages.run("dependencies: licences, sources, duplicates", supply::check)?;
@@ -70,6 +73,10 @@ fn here(stages: &Stages) -> Result<()> {
 fn target(stages: &Stages) -> Result<()> {
     stages.run("target lints", target_lints)?;
     stages.run("target builds, each package alone", target_builds)?;
+    stages.run(
+        "lrnn-nostd alone: package, cores, oldest Rust",
+        package::check,
+    )?;
     stages.run("flash, RAM and panic budgets", || size::size().map(drop))?;
     stages.run("stack: bound and room", || stack::stack(None).map(drop))?;
     stages.run("image is the same from another folder", || {

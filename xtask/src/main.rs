@@ -1,5 +1,6 @@
 //! The one front door, the same on a developer's machine and in CI: `cargo xtask <task>`.
 
+mod alone;
 mod bench;
 mod beside;
 mod check;
@@ -10,6 +11,7 @@ mod fuzz;
 mod growth;
 mod markers;
 mod needs;
+mod package;
 mod pytorch;
 mod qemu;
 mod reproduce;
@@ -50,6 +52,12 @@ enum Task {
         #[arg(long, value_name = "FILE")]
         json: Option<PathBuf>,
     },
+    /// Measures `lrnn-nostd` in a crate of its own: on five cores, whose digests it compares with
+    /// the desktop's, and at every level of optimisation. Writes tables in lrnn-nostd/README.md.
+    Alone,
+    /// Whether `lrnn-nostd` could be published: packs it, builds what is packed, and checks it for
+    /// each core without `std` and with the oldest Rust that it names.
+    Package,
     /// Measures the desktop side beside what a user would pick instead, and a recording of 24 h.
     /// Takes some minutes and 3 GB of disk. PYTHON names a Python with AllanTools, KFGINS the
     /// program KF-GINS; what is missing is left out. Writes tables in docs/PERFORMANCE.md.
@@ -121,6 +129,8 @@ fn main() -> ExitCode {
     let done = match Arguments::parse().task {
         Task::Test { fast } => check::test(fast),
         Task::Bench { json } => bench::bench(json.as_deref()),
+        Task::Alone => alone::alone(),
+        Task::Package => package::package(),
         Task::Beside => beside::beside(),
         Task::Growth => growth::growth(),
         Task::Qemu { json } => qemu::qemu(json.as_deref()),

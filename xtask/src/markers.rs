@@ -7,7 +7,12 @@ use qemu::images::workspace;
 
 /// Replaces what stands between the markers of `task` in `docs/PERFORMANCE.md`.
 pub fn write(task: &str, part: &str) -> Result<()> {
-    let path = workspace().join("docs/PERFORMANCE.md");
+    write_in("docs/PERFORMANCE.md", task, part)
+}
+
+/// Replaces what stands between the markers of `task` in this file of the workspace.
+pub fn write_in(file: &str, task: &str, part: &str) -> Result<()> {
+    let path = workspace().join(file);
     let old = fs::read_to_string(&path).with_context(|| path.display().to_string())?;
     let new = between(&old, task, part).with_context(|| path.display().to_string())?;
     fs::write(&path, new).with_context(|| path.display().to_string())

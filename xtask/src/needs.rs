@@ -5,26 +5,46 @@ use std::path::Path;
 use std::process::{Command, Stdio};
 
 use anyhow::{Context, Result, bail};
-use qemu::images::{TARGET, target_installed};
-use qemu::machine::{QEMU, REMEDY, available};
+use qemu::alone;
+use qemu::images::{TARGET, installed};
+use qemu::machine::{QEMU, QEMU_RISCV, REMEDY, available, can_start};
 
 use crate::stage::succeed;
 
 /// The core library of the target, for the pinned toolchain.
 pub fn target() -> Result<()> {
-    if target_installed() {
+    core_library(TARGET)
+}
+
+/// All that `lrnn-nostd` alone needs: the core libraries and both emulators.
+pub fn alone() -> Result<()> {
+    alone::TARGETS.into_iter().try_for_each(core_library)?;
+    emulator()?;
+    if can_start(QEMU_RISCV) {
+        return Ok(());
+    }
+    let missing = format!("{QEMU_RISCV} is missing; remedy: {}", alone::REMEDY_RISCV);
+    install("qemu-system-misc", &missing)?;
+    if !can_start(QEMU_RISCV) {
+        bail!(missing);
+    }
+    Ok(())
+}
+
+fn core_library(target: &str) -> Result<()> {
+    if installed(target) {
         return Ok(());
     }
     let remedy = format!(
-        "target {TARGET} is missing and rustup could not add it; remedy: rustup target add {TARGET}"
+        "target {target} is missing and rustup could not add it; remedy: rustup target add {target}"
     );
     // rustup runs in the workspace and so adds to the toolchain that rust-toolchain.toml pins.
     let mut rustup = Command::new("rustup");
     rustup
-        .args(["target", "add", TARGET])
+        .args(["target", "add", target])
         .current_dir(qemu::images::workspace());
     succeed(&mut rustup).context(remedy.clone())?;
-    if !target_installed() {
+    if !installed(target) {
         bail!(remedy);
     }
     Ok(())

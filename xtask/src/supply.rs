@@ -75,8 +75,14 @@ pub fn supply() -> Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// The workspaces, each with a `deny.toml`: ours, and the one of the programs for the chip model.
-const WORKSPACES: [&str; 2] = [".", "tests/chip"];
+/// The workspaces, each with a `deny.toml`: ours, that of the programs for the chip model, and
+/// those of `lrnn-nostd` alone.
+const WORKSPACES: [&str; 4] = [
+    ".",
+    "tests/chip",
+    "tests/alone",
+    "lrnn-nostd/examples/cortex-m",
+];
 
 /// Licences, sources and duplicates.
 pub fn check() -> Result<()> {

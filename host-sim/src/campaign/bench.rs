@@ -1,15 +1,22 @@
-//! The classical filters of one case, taken through its fixes once for all schemes that ask for
-//! them, and side by side where they have the same structure ([`Abreast`]).
+//! The classical filters of a case, taken through its fixes once for all schemes that ask for
+//! them, and side by side where they have the same structure ([`pass`]), also
+//! those of different groups of errors on the same drive.
 
 use super::laws::{self, exponentials};
-use super::schemes::Case;
-use crate::inertial::ekf::{Abreast, Aided, ErrorModel, Known, Noise, Prior, alike};
+use super::schemes::{Case, FILTERS, free};
+use crate::inertial::PLACES;
+use crate::inertial::ekf::{
+    Aided, Beside, ErrorModel, Flight, Known, Noise, Prior, alike, flies, free_abreast, pass,
+};
+use crate::inertial::free_inertial::FreeInertial;
+use crate::inertial::gnss::Fix;
 use crate::inertial::session::Session;
 use crate::inertial::sins::Increment;
 use crate::learning::aiding::fix_at;
 use crate::learning::teacher::{Aligned, Assumptions, aid, aligned};
 use nalgebra::Vector3;
 use std::cell::{OnceCell, RefCell};
+use std::ops::Range;
 use std::rc::Rc;
 use std::sync::Arc;
 
@@ -31,8 +38,26 @@ struct Key {
 #[derive(Debug, Default)]
 pub struct Bench {
     solved: RefCell<Vec<(Key, Rc<Scored>)>>,
+    /// Their free-inertial parts, as far as they were navigated side by side.
+    flown: RefCell<Vec<(Key, FreeInertial)>>,
     read: OnceCell<Arc<[Known]>>,
     felt: OnceCell<Arc<[Known]>>,
+}
+
+/// The number of the filter without a model of the IMU. In place of a walk it has a factor of the
+/// noise.
+pub(super) const NONE: usize = FILTERS.len();
+
+/// What a filter assumes with this walk.
+fn assumed(told: &Assumptions, filter: usize, walk: f64) -> Assumptions {
+    if filter != NONE {
+        return told.walking(walk);
+    }
+    let noise = Noise {
+        gyro: told.noise.gyro * walk,
+        accel: told.noise.accel * walk,
+    };
+    Assumptions { noise, ..*told }
 }
 
 /// The models that the classical filter number `filter` picks from.
@@ -44,6 +69,7 @@ fn models(bench: &Bench, filter: usize, session: &Session, prior: &Prior) -> Vec
         3 => vec![ErrorModel::with_ramps(prior)],
         4 => exponentials(session, prior),
         5 => laws::by_temperature(bench.read.get_or_init(|| laws::read(session)), prior),
+        NONE => vec![ErrorModel::default()],
         _ => {
             let felt = bench.felt.get_or_init(|| laws::read_and_felt(session));
             laws::by_inputs(felt, prior)
@@ -68,12 +94,22 @@ impl Bench {
         (0..count).map(of).collect()
     }
 
-    /// Runs the filters that have not run yet, each with its walk. `None`: no attitude.
+    /// Runs the filters of this case that have not run yet, each with its walk. `None`: no
+    /// attitude.
     pub(super) fn prepare(&self, case: &Case<'_>, wanted: &[(usize, f64)]) -> Option<()> {
+        prepare(&[(case, wanted)])
+    }
+
+    /// The filters that have not run yet, and their keys.
+    fn missing<'a>(
+        &self,
+        case: &Case<'a>,
+        wanted: &[(usize, f64)],
+    ) -> Option<(Vec<Key>, Vec<Task<'a>>)> {
         let (mut keys, mut missing) = (Vec::new(), Vec::new());
         let mut start = None;
         for &(filter, walk) in wanted {
-            let assumptions = case.knows.told.walking(walk);
+            let assumptions = assumed(case.knows.told, filter, walk);
             let models = models(self, filter, case.session, &assumptions.prior);
             let own = Self::keys(case, filter, &assumptions, models.len());
             for (key, model) in own.into_iter().zip(models) {
@@ -83,20 +119,18 @@ impl Bench {
                 if start.is_none() {
                     start = Some(aligned(case.session, case.increments())?);
                 }
-                let start = start.as_ref()?;
+                let start: &Aligned = start.as_ref()?;
                 keys.push(key);
-                missing.push(start.filter(model, &assumptions));
+                missing.push(Task {
+                    filter: start.filter(model, &assumptions),
+                    first: start.first,
+                    until: case.until,
+                    session: case.session,
+                    increments: case.increments(),
+                });
             }
         }
-        let Some(start) = start else {
-            return Some(());
-        };
-        let scored = scored(&start, missing, case.session, case.increments(), case.until);
-        let scored = scored.into_iter().map(Rc::new);
-        self.solved
-            .borrow_mut()
-            .extend(keys.into_iter().zip(scored));
-        Some(())
+        Some((keys, missing))
     }
 
     fn found(&self, key: &Key) -> Option<Rc<Scored>> {
@@ -107,84 +141,207 @@ impl Bench {
 
     /// Of the models of a filter the one that gave the fixes the greatest density.
     pub(super) fn best(&self, case: &Case<'_>, filter: usize, walk: f64) -> Option<Rc<Scored>> {
+        Some(self.winner(case, filter, walk)?.1)
+    }
+
+    /// The same with its key.
+    fn winner(&self, case: &Case<'_>, filter: usize, walk: f64) -> Option<(Key, Rc<Scored>)> {
         self.prepare(case, &[(filter, walk)])?;
-        let assumptions = case.knows.told.walking(walk);
+        let assumptions = assumed(case.knows.told, filter, walk);
         let count = models(self, filter, case.session, &assumptions.prior).len();
-        let keys = Self::keys(case, filter, &assumptions, count);
-        let all: Option<Vec<Rc<Scored>>> = keys.iter().map(|key| self.found(key)).collect();
-        all?.into_iter().max_by(|a, b| a.1.total_cmp(&b.1))
+        let keys = Self::keys(case, filter, &assumptions, count).into_iter();
+        let all: Option<Vec<_>> = keys.map(|key| Some((key, self.found(&key)?))).collect();
+        all?.into_iter()
+            .max_by(|(_, a), (_, b)| a.1.total_cmp(&b.1))
+    }
+
+    /// Navigates the free-inertial parts of filters side by side.
+    pub(super) fn fly(&self, case: &Case<'_>, wanted: &[(usize, f64)]) -> Option<()> {
+        let mut winners: Vec<(Key, Rc<Scored>)> = Vec::new();
+        for &(filter, walk) in wanted {
+            let winner = self.winner(case, filter, walk)?;
+            if winners.iter().all(|(key, _)| *key != winner.0) {
+                winners.push(winner);
+            }
+        }
+        let filters: Vec<&Aided> = winners.iter().map(|(_, scored)| &scored.0).collect();
+        let flown = flown(&filters, case.session, case.increments(), case.until);
+        let keys = winners.iter().map(|(key, _)| *key);
+        self.flown.borrow_mut().extend(keys.zip(flown));
+        Some(())
+    }
+
+    /// Forgets the free-inertial parts.
+    pub(super) fn land(&self) {
+        self.flown.borrow_mut().clear();
+    }
+
+    /// The free-inertial part of [`Self::best`].
+    pub(super) fn free(&self, case: &Case<'_>, filter: usize, walk: f64) -> Option<FreeInertial> {
+        let (key, best) = self.winner(case, filter, walk)?;
+        let flown = self.flown.borrow();
+        let found = flown.iter().find(|(known, _)| *known == key);
+        let alone = || free(&best.0, case.session, case.increments(), case.until);
+        Some(found.map_or_else(alone, |(_, free)| free.clone()))
     }
 }
 
-/// Takes filters that begin at `start` through the fixes up to the end of epoch `until`, in the
-/// order given.
-pub(super) fn scored(
-    start: &Aligned,
-    filters: Vec<Aided>,
+/// The free-inertial parts of filters on one session, side by side where that is possible.
+pub(super) fn flown(
+    filters: &[&Aided],
     session: &Session,
     increments: &[Increment],
     until: usize,
-) -> Vec<Scored> {
-    let step = |filter: &mut Aided, k: usize| aid(filter, session, increments, k);
-    let first = |mut filter: Aided| {
-        let score = step(&mut filter, start.first);
-        (filter, score)
-    };
-    let next = (start.first + 1).min(until);
-    let mut all: Vec<Scored> = match start.first < until {
-        true => filters.into_iter().map(first).collect(),
-        false => filters.into_iter().map(|filter| (filter, -0.0)).collect(),
-    };
-    let simple = simple(session);
-    let mut left: Vec<usize> = (0..all.len()).collect();
-    while let Some(&one) = left.first() {
-        let same = |other: &usize| simple && alike(&all[one].0, &all[*other].0);
-        let (mut group, others): (Vec<usize>, Vec<usize>) =
-            left.iter().partition(|other| *other == &one || same(other));
-        left = others;
-        while !group.is_empty() {
-            let rest = group.split_off(group.len().min(WIDEST));
-            if group.len() >= PAYS {
-                abreast(&mut all, &group, session, increments, next..until);
-            } else {
-                for &one in &group {
-                    let (filter, score) = &mut all[one];
-                    (next..until).for_each(|k| *score += step(filter, k));
-                }
-            }
-            group = rest;
-        }
+) -> Vec<FreeInertial> {
+    if !filters.iter().all(|filter| flies(filter)) {
+        let alone = |filter: &&Aided| free(filter, session, increments, until);
+        return filters.iter().map(alone).collect();
     }
-    all
+    let beside = filters.chunks(PLACES).flat_map(|filters| {
+        let flight = filters.iter().map(|&filter| Flight {
+            filter,
+            session,
+            increments,
+            until,
+        });
+        free_abreast(&flight.collect::<Vec<_>>())
+    });
+    beside.collect()
 }
 
-/// Most filters side by side. Each width is compiled once for each kind of vectors, which takes the
-/// compiler a minute, and wider ones gain little.
-const WIDEST: usize = 4;
+/// Runs the filters of these cases that have not run yet, each with its walk. `None`: no attitude.
+pub(super) fn prepare(cases: &[(&Case<'_>, &[(usize, f64)])]) -> Option<()> {
+    let (mut keys, mut tasks) = (Vec::new(), Vec::new());
+    for (case, wanted) in cases {
+        let (own, missing) = case.bench.missing(case, wanted)?;
+        keys.push((case.bench, own));
+        tasks.extend(missing);
+    }
+    let mut scored = scored(tasks).into_iter().map(Rc::new);
+    for (bench, keys) in keys {
+        let own = scored.by_ref().take(keys.len());
+        let solved = keys.into_iter().zip(own);
+        bench.solved.borrow_mut().extend(solved);
+    }
+    Some(())
+}
+
+/// A filter at the begin of epoch `first`, which is to pass the fixes up to the end of epoch
+/// `until`.
+#[derive(Debug)]
+pub(super) struct Task<'a> {
+    pub(super) filter: Aided,
+    pub(super) first: usize,
+    pub(super) until: usize,
+    pub(super) session: &'a Session,
+    pub(super) increments: &'a [Increment],
+}
+
+/// What filters that run side by side have in common.
+struct Course<'a> {
+    session: &'a Session,
+    /// The epochs after the first one.
+    epochs: Range<usize>,
+    /// The fixes at their ends.
+    fixes: Vec<Option<Fix>>,
+    simple: bool,
+}
+
+impl<'a> Course<'a> {
+    fn of(task: &Task<'a>) -> Self {
+        let epochs = (task.first + 1).min(task.until)..task.until;
+        let fix = |k: usize| fix_at(task.session, k + 1);
+        Self {
+            session: task.session,
+            fixes: epochs.clone().map(fix).collect(),
+            epochs,
+            simple: simple(task.session),
+        }
+    }
+
+    /// The index of the course of a task among these; a new one is added.
+    fn place(all: &mut Vec<Self>, task: &Task<'a>) -> usize {
+        let epochs = (task.first + 1).min(task.until)..task.until;
+        let known = |of: &Self| std::ptr::eq(of.session, task.session) && of.epochs == epochs;
+        all.iter().position(known).unwrap_or_else(|| {
+            all.push(Self::of(task));
+            all.len() - 1
+        })
+    }
+
+    /// Whether filters of both may run side by side.
+    fn like(&self, other: &Self) -> bool {
+        let (a, b) = (self.session, other.session);
+        self.simple
+            && other.simple
+            && self.epochs == other.epochs
+            && (a.step_s().to_bits(), a.steps_per_epoch())
+                == (b.step_s().to_bits(), b.steps_per_epoch())
+            && self.fixes == other.fixes
+    }
+}
+
+/// Takes filters through their fixes, in the order given.
+pub(super) fn scored(tasks: Vec<Task<'_>>) -> Vec<Scored> {
+    let mut courses: Vec<Course<'_>> = Vec::new();
+    let mut runs = Vec::with_capacity(tasks.len());
+    for task in tasks {
+        let course = Course::place(&mut courses, &task);
+        let mut filter = task.filter;
+        let score = match task.first < task.until {
+            true => aid(&mut filter, task.session, task.increments, task.first),
+            false => -0.0,
+        };
+        runs.push((course, task.increments, (filter, score)));
+    }
+    let like: Vec<Vec<bool>> = courses
+        .iter()
+        .map(|a| courses.iter().map(|b| a.like(b)).collect())
+        .collect();
+    let mut left: Vec<usize> = (0..runs.len()).collect();
+    while let Some(&one) = left.first() {
+        let (of, _, filter) = &runs[one];
+        let same = |other: &usize| {
+            let (course, _, scored) = &runs[*other];
+            like[*of][*course] && alike(&filter.0, &scored.0)
+        };
+        let (group, others): (Vec<usize>, Vec<usize>) =
+            left.iter().partition(|other| *other == &one || same(other));
+        left = others;
+        for group in group.chunks(PLACES) {
+            abreast(&mut runs, group, &courses);
+        }
+    }
+    runs.into_iter().map(|(_, _, scored)| scored).collect()
+}
+
+/// A filter on its way: its course, its increments, itself.
+type Run<'a> = (usize, &'a [Increment], Scored);
 
 /// Fewer filters than these are faster one after the other.
-const PAYS: usize = 3;
+const PAYS: usize = 2;
 
-/// The filters `group` of `all`, at most [`WIDEST`]. Places beyond them repeat the first one.
-fn abreast(
-    all: &mut [Scored],
-    group: &[usize],
-    session: &Session,
-    increments: &[Increment],
-    epochs: std::ops::Range<usize>,
-) {
-    let n = session.steps_per_epoch();
-    let place = |l: usize| *group.get(l).unwrap_or(&group[0]);
-    let done: Vec<Scored> = {
-        let mut abreast = Abreast::<WIDEST>::of(|l| &all[place(l)]);
-        let epoch = |k: usize| (&increments[k * n..(k + 1) * n], fix_at(session, k + 1));
-        abreast.pass(epochs.map(epoch), session.step_s());
-        let each = group.iter().enumerate();
-        each.map(|(l, of)| abreast.filter(l, &all[*of].0)).collect()
-    };
-    for (of, scored) in group.iter().zip(done) {
-        all[*of] = scored;
+/// The filters `group`, at most [`PLACES`], in ascending order.
+fn abreast(runs: &mut [Run<'_>], group: &[usize], courses: &[Course<'_>]) {
+    let course = &courses[runs[group[0]].0];
+    let Range { start, end } = course.epochs;
+    if group.len() < PAYS {
+        for &one in group {
+            let (_, increments, (filter, score)) = &mut runs[one];
+            (start..end).for_each(|k| *score += aid(filter, course.session, *increments, k));
+        }
+        return;
     }
+    let n = course.session.steps_per_epoch();
+    let each = runs.iter_mut().enumerate();
+    let mut beside: Vec<Beside<'_>> = each
+        .filter(|(k, _)| group.contains(k))
+        .map(|(_, (_, increments, filter))| Beside {
+            filter,
+            increments: &increments[start * n..end * n],
+        })
+        .collect();
+    pass(&mut beside, &course.fixes, course.session.step_s());
 }
 
 /// Whether fixes are valid at their epochs and at the IMU, no sample is missing, and a step is a

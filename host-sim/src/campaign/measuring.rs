@@ -47,54 +47,103 @@ impl Measuring {
     }
 }
 
+/// Groups of errors whose sessions are in memory at the same time: the six of a campaign, and
+/// noise.
+const TOGETHER: usize = 7;
+
+/// A drive as measured with one group of errors.
+struct OfGroup {
+    group: Group,
+    spec: ImuSpec,
+    session: Session,
+    unit: UnitErrors,
+    beyond: Vec<Increment>,
+    increments: OnceCell<Vec<Increment>>,
+    bench: Bench,
+}
+
+impl OfGroup {
+    fn case<'a>(&'a self, told: &'a Assumptions, part: &Part) -> Case<'a> {
+        Case {
+            session: &self.session,
+            increments: &self.increments,
+            bench: &self.bench,
+            knows: Knowledge {
+                told,
+                simulated: &self.spec,
+                unit: &self.unit,
+                beyond: &self.beyond,
+            },
+            tuned: Tuned::default(),
+            until: part.until as usize,
+            fixes: part.fixes,
+            memory: None,
+        }
+    }
+}
+
 impl Campaign {
-    /// Calls `pass` with a drive as measured with each of these groups of errors.
+    /// Calls `pass` with a drive as measured with each of these groups of errors; before that
+    /// `prepare` with some groups at once.
     pub(super) fn part(
         &self,
         imu: &ImuSpec,
         part: &Part,
         groups: &[Group],
+        prepare: impl Fn(&[(Group, Case<'_>)]) -> Result<(), Error>,
         mut pass: impl FnMut(Group, &Case<'_>) -> Result<(), Error>,
     ) -> Result<(), Error> {
         let told = Assumptions::of(self.scenario.unit());
         let gnss = self.scenario.receiver();
-        let oracle = part.judged && (self.wants("oracle") || self.wants("limit"));
-        let until = part.until as usize;
         let config = self.config(imu, &gnss, part.seeds, part.drive_s);
         let mut measuring = Measuring::of(&self.scenario.vehicle(), &config);
-        for &group in groups {
-            let spec = imu.error_model(group.sensors);
-            let receiver = causes::receiver(&gnss, group);
-            let config = self.config(imu, &receiver, part.seeds, part.drive_s);
-            let mut fixes = causes::fixes(&measuring.drive, &gnss, group);
-            if !part.fixes {
-                fixes.iter_mut().skip(until + 1).for_each(|fix| *fix = None);
-            }
-            let (session, unit) = measuring.session(&config, &spec, &fixes);
-            let beyond = match spec.without_environment() {
-                plain if oracle && plain != spec => {
-                    causes::beside(&session, &measuring.session(&config, &plain, &[]).0)
-                }
-                _ => Vec::new(),
-            };
-            let case = Case {
-                session: &session,
-                increments: &OnceCell::new(),
-                bench: &Bench::default(),
-                knows: Knowledge {
-                    told: &told,
-                    simulated: &spec,
-                    unit: &unit,
-                    beyond: &beyond,
-                },
-                tuned: Tuned::default(),
-                until,
-                fixes: part.fixes,
-                memory: None,
-            };
-            pass(group, &case)?;
+        for groups in groups.chunks(TOGETHER) {
+            let of = |group: &Group| self.of_group(imu, part, *group, &mut measuring);
+            let all: Vec<OfGroup> = groups.iter().map(of).collect();
+            let each = all.iter().map(|of| (of.group, of.case(&told, part)));
+            let cases: Vec<(Group, Case<'_>)> = each.collect();
+            prepare(&cases)?;
+            cases
+                .iter()
+                .try_for_each(|(group, case)| pass(*group, case))?;
         }
         Ok(())
+    }
+
+    /// The drive as measured with one group of errors.
+    fn of_group(
+        &self,
+        imu: &ImuSpec,
+        part: &Part,
+        group: Group,
+        measuring: &mut Measuring,
+    ) -> OfGroup {
+        let gnss = self.scenario.receiver();
+        let oracle = part.judged && (self.wants("oracle") || self.wants("limit"));
+        let spec = imu.error_model(group.sensors);
+        let receiver = causes::receiver(&gnss, group);
+        let config = self.config(imu, &receiver, part.seeds, part.drive_s);
+        let mut fixes = causes::fixes(&measuring.drive, &gnss, group);
+        if !part.fixes {
+            let after = fixes.iter_mut().skip(part.until as usize + 1);
+            after.for_each(|fix| *fix = None);
+        }
+        let (session, unit) = measuring.session(&config, &spec, &fixes);
+        let beyond = match spec.without_environment() {
+            plain if oracle && plain != spec => {
+                causes::beside(&session, &measuring.session(&config, &plain, &[]).0)
+            }
+            _ => Vec::new(),
+        };
+        OfGroup {
+            group,
+            spec,
+            session,
+            unit,
+            beyond,
+            increments: OnceCell::new(),
+            bench: Bench::default(),
+        }
     }
 
     /// What the sensors of run `k` err by in each second beside what the datasheet tells of, in

@@ -223,7 +223,8 @@ impl Campaign {
         let new = memory::Memory::new(self.scenario.unit());
         let mut rows = Vec::new();
         let mut floor = FreeInertial::default();
-        self.sessions(imu, k, |model, case| {
+        let prepare = |cases: &[(Group, Case<'_>)]| self.prepare(tuning, cases);
+        self.prepared(imu, k, prepare, |model, case| {
             case.tuned(tuning.of(model), |case| {
                 if model == ErrorModelName::Noise.into() {
                     let free = SCHEMES[0].1(case);
@@ -258,9 +259,7 @@ impl Campaign {
     ) -> Result<(), Error> {
         let (model, _, drives) = of;
         let lost = || self.scenario.no_attitude();
-        case.bench
-            .prepare(case, &self.filters(case))
-            .ok_or_else(lost)?;
+        case.bench.fly(case, &self.filters(case)).ok_or_else(lost)?;
         for &(name, scheme) in self.schemes() {
             let same = match memory::remembers(name) {
                 false => Some(name),
@@ -288,6 +287,23 @@ impl Campaign {
         Ok(())
     }
 
+    /// Runs the classical filters of all groups side by side.
+    fn prepare(&self, tuning: &Tuning, cases: &[(Group, Case<'_>)]) -> Result<(), Error> {
+        let judged = cases.iter().filter(|of| self.models.contains(&of.0));
+        let judged = judged.map(|(group, case)| {
+            let tuned = tuning.of(*group);
+            (case, tuned, causes::telling(case.knows.told, &tuned.cause))
+        });
+        let judged: Vec<_> = judged.collect();
+        let cases = judged
+            .iter()
+            .map(|(case, tuned, told)| case.with(*tuned, told));
+        let cases: Vec<Case<'_>> = cases.collect();
+        let wanted: Vec<_> = cases.iter().map(|case| self.filters(case)).collect();
+        let each: Vec<_> = cases.iter().zip(wanted.iter().map(Vec::as_slice)).collect();
+        bench::prepare(&each).ok_or_else(|| self.scenario.no_attitude())
+    }
+
     /// The classical filters that take part, and their walks.
     fn filters(&self, case: &Case<'_>) -> Vec<(usize, f64)> {
         let walk = case.knows.told.datasheet_walk();
@@ -299,7 +315,9 @@ impl Campaign {
                 .then_some((filter, case.tuned.walks[filter]));
             told.into_iter().chain(tuned)
         };
-        each.flat_map(of).collect()
+        let none = (bench::NONE, case.tuned.none_factor);
+        let none = self.wants("none").then_some(none);
+        each.flat_map(of).chain(none).collect()
     }
 
     /// Error groups of the campaign, and noise for the floor.
@@ -319,6 +337,17 @@ impl Campaign {
         k: u32,
         judge: impl FnMut(Group, &Case<'_>) -> Result<(), Error>,
     ) -> Result<(), Error> {
+        self.prepared(imu, k, |_| Ok(()), judge)
+    }
+
+    /// The same; before that it calls `prepare` with some groups at once.
+    fn prepared(
+        &self,
+        imu: &ImuSpec,
+        k: u32,
+        prepare: impl Fn(&[(Group, Case<'_>)]) -> Result<(), Error>,
+        judge: impl FnMut(Group, &Case<'_>) -> Result<(), Error>,
+    ) -> Result<(), Error> {
         let aided_s = if self.fixes { AIDED_S } else { 0 };
         let part = Part {
             seeds: Seeds::of(k),
@@ -327,7 +356,7 @@ impl Campaign {
             fixes: self.fixes,
             judged: true,
         };
-        self.part(imu, &part, &self.measured(), judge)
+        self.part(imu, &part, &self.measured(), prepare, judge)
     }
 
     /// Names of the schemes and of the parts of the bank, in the order of the rows.

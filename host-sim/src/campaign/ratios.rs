@@ -62,51 +62,98 @@ fn paired(rows: &[&Row], drives: u32, start: StartName) -> Vec<Ratio> {
         }
     }
     let logs: Vec<Logs<'_>> = groups.iter().map(|g| logs_of(rows, *g)).collect();
-    let mut cells = Vec::new();
-    let each = groups.iter().copied().map(Some).chain([None]);
-    for (g, group) in each.enumerate() {
-        let of = group.map_or(&logs[..], |_| &logs[g..=g]);
-        for scheme in &schemes {
-            for baseline in schemes.iter().filter(|b| *b != scheme) {
-                for (i, t_min) in TIMES_MIN.into_iter().enumerate() {
-                    cells.push((group, of, *scheme, *baseline, i, t_min));
-                }
-            }
-        }
-    }
     let n = logs
         .iter()
         .flat_map(|l| l.values())
         .map(BTreeMap::len)
         .max();
-    let picks = resamples(n.unwrap_or(0));
-    cells
-        .into_par_iter()
-        .filter_map(|(error_model, logs, scheme, baseline, i, t_min)| {
-            let x = differences(logs, scheme, baseline, i);
-            let own;
-            let picks = if Some(x.len()) == n {
-                &picks
-            } else {
-                own = resamples(x.len());
-                &own
-            };
-            let (ratio, lo95, hi95) = geometric(&x, picks)?;
-            Some(Ratio {
-                error_model,
-                scheme: scheme.into(),
-                baseline: baseline.into(),
-                t_min,
-                n: x.len(),
-                better: x.iter().filter(|d| **d < 0.0).count(),
-                ratio,
-                lo95,
-                hi95,
-                drives,
-                start,
-            })
+    // each pair once: the other way round, all logarithms have the other sign
+    let mut pairs = Vec::new();
+    let mut cells = Vec::new();
+    let each = groups.iter().copied().map(Some).chain([None]);
+    for (g, group) in each.enumerate() {
+        let of = group.map_or(&logs[..], |_| &logs[g..=g]);
+        for (i, scheme) in schemes.iter().enumerate() {
+            for (j, baseline) in schemes.iter().enumerate() {
+                if i < j {
+                    pairs.push((of, *scheme, *baseline));
+                }
+                if i != j {
+                    cells.push((group, g, i, j));
+                }
+            }
+        }
+    }
+    let compared = compared(pairs, n.unwrap_or(0));
+    let count = schemes.len();
+    let place = |g: usize, i: usize, j: usize| {
+        let before = i * (2 * count - i - 1) / 2;
+        g * (count * count.saturating_sub(1) / 2) + before + j - i - 1
+    };
+    let each = cells.into_iter().filter_map(|(error_model, g, i, j)| {
+        let of = match i < j {
+            true => compared[place(g, i, j)]?,
+            false => compared[place(g, j, i)]?.map(Compared::reversed),
+        };
+        let ratio = move |(of, t_min): (Compared, u32)| (error_model, i, j, t_min, of);
+        Some(of.into_iter().zip(TIMES_MIN).map(ratio))
+    });
+    each.flatten()
+        .map(|(error_model, i, j, t_min, of)| Ratio {
+            error_model,
+            scheme: schemes[i].into(),
+            baseline: schemes[j].into(),
+            t_min,
+            n: of.n,
+            better: of.better,
+            ratio: of.mean.exp(),
+            lo95: of.interval.0.exp(),
+            hi95: of.interval.1.exp(),
+            drives,
+            start,
         })
         .collect()
+}
+
+/// Compares pairs of schemes; `runs`: how many a pair usually has.
+fn compared(
+    pairs: Vec<(&[Logs<'_>], &str, &str)>,
+    runs: usize,
+) -> Vec<Option<[Compared; TIMES_MIN.len()]>> {
+    let picks = resamples(runs);
+    let each = pairs.into_par_iter().map(|(logs, scheme, baseline)| {
+        let x = differences(logs, scheme, baseline);
+        match x.len() == runs {
+            true => geometric(&x, &picks),
+            false => geometric(&x, &resamples(x.len())),
+        }
+    });
+    each.collect()
+}
+
+/// How two schemes compare at one time, in logarithms.
+#[derive(Debug, Clone, Copy)]
+struct Compared {
+    n: usize,
+    /// Runs with the smaller error, and with the larger one.
+    better: usize,
+    worse: usize,
+    mean: f64,
+    interval: (f64, f64),
+}
+
+impl Compared {
+    /// The other way round.
+    fn reversed(self) -> Self {
+        let (low, high) = self.interval;
+        Self {
+            better: self.worse,
+            worse: self.better,
+            mean: -self.mean,
+            interval: (-high, -low),
+            ..self
+        }
+    }
 }
 
 fn logs_of<'a>(rows: &[&'a Row], group: Group) -> Logs<'a> {
@@ -121,16 +168,19 @@ fn logs_of<'a>(rows: &[&'a Row], group: Group) -> Logs<'a> {
 
 /// Difference of the logarithms in each run that has both schemes in all groups, averaged over the
 /// groups.
-fn differences(logs: &[Logs<'_>], scheme: &str, baseline: &str, i: usize) -> Vec<f64> {
+fn differences(logs: &[Logs<'_>], scheme: &str, baseline: &str) -> Vec<[f64; TIMES_MIN.len()]> {
     let Some(runs) = logs.first().and_then(|l| l.get(scheme)) else {
         return Vec::new();
     };
-    let mean = |run: &u32| -> Option<f64> {
-        let mut sum = 0.0;
+    let mean = |run: &u32| {
+        let mut sums = [0.0; TIMES_MIN.len()];
         for group in logs {
-            sum += group.get(scheme)?.get(run)?[i] - group.get(baseline)?.get(run)?[i];
+            let (a, b) = (group.get(scheme)?.get(run)?, group.get(baseline)?.get(run)?);
+            for (sum, (a, b)) in sums.iter_mut().zip(a.iter().zip(b)) {
+                *sum += a - b;
+            }
         }
-        Some(sum / logs.len() as f64)
+        Some(sums.map(|sum| sum / logs.len() as f64))
     };
     runs.keys().filter_map(mean).collect()
 }
@@ -143,18 +193,38 @@ fn resamples(n: usize) -> Vec<Vec<usize>> {
         .collect()
 }
 
-/// Geometric mean and its 95 % percentile bootstrap interval, from logarithms.
-fn geometric(x: &[f64], picks: &[Vec<usize>]) -> Option<(f64, f64, f64)> {
+/// Means of logarithms and their 95 % percentile bootstrap intervals, at all times at once.
+fn geometric(
+    x: &[[f64; TIMES_MIN.len()]],
+    picks: &[Vec<usize>],
+) -> Option<[Compared; TIMES_MIN.len()]> {
     if x.is_empty() {
         return None;
     }
     let n = x.len() as f64;
-    let mut means: Vec<f64> = picks
-        .iter()
-        .map(|pick| pick.iter().map(|k| x[*k]).sum::<f64>() / n)
-        .collect();
-    let (low, high) = percentiles95(&mut means);
-    Some(((x.iter().sum::<f64>() / n).exp(), low.exp(), high.exp()))
+    let sum = |of: &mut dyn Iterator<Item = &[f64; TIMES_MIN.len()]>| {
+        // as the sum of an iterator begins
+        let mut sums = [-0.0; TIMES_MIN.len()];
+        for x in of {
+            sums.iter_mut().zip(x).for_each(|(sum, x)| *sum += x);
+        }
+        sums.map(|sum| sum / n)
+    };
+    let mut means: [Vec<f64>; TIMES_MIN.len()] = Default::default();
+    for pick in picks {
+        let resampled = sum(&mut pick.iter().map(|k| &x[*k]));
+        for (means, mean) in means.iter_mut().zip(resampled) {
+            means.push(mean);
+        }
+    }
+    let mean = sum(&mut x.iter());
+    Some(std::array::from_fn(|i| Compared {
+        n: x.len(),
+        better: x.iter().filter(|d| d[i] < 0.0).count(),
+        worse: x.iter().filter(|d| d[i] > 0.0).count(),
+        mean: mean[i],
+        interval: percentiles95(&mut means[i]),
+    }))
 }
 
 #[cfg(test)]

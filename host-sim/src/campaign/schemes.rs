@@ -1,7 +1,7 @@
 //! The schemes of a campaign. Each is aided by fixes up to an epoch and navigates free inertial
 //! from there, on the same samples.
 
-use super::bench::{self, Bench};
+use super::bench::{self, Bench, Task};
 use super::causes::{Size, telling};
 use super::limit::limit;
 use super::memory::{Memory, REMEMBERING, corrected_by_memory, recalled};
@@ -105,15 +105,20 @@ impl<'a> Case<'a> {
     /// of the group's cause, their datasheet tells of it.
     pub(super) fn tuned<R>(&self, tuned: Tuned, then: impl FnOnce(&Case<'_>) -> R) -> R {
         let told = telling(self.knows.told, &tuned.cause);
-        let knows = Knowledge {
-            told: &told,
-            ..self.knows
-        };
-        then(&Case {
+        then(&self.with(tuned, &told))
+    }
+
+    /// The case with what was tuned, and what the datasheet then tells.
+    pub(super) fn with<'b>(&self, tuned: Tuned, told: &'b Assumptions) -> Case<'b>
+    where
+        'a: 'b,
+    {
+        let knows = Knowledge { told, ..self.knows };
+        Case {
             tuned,
             knows,
             ..*self
-        })
+        }
     }
 
     /// [`Session::increments`].
@@ -253,6 +258,9 @@ fn frozen<const INDEX: usize>(case: &Case<'_>) -> Option<FreeInertial> {
 /// The aided filter without a model of the IMU. White noise times `factor` covers what it does not
 /// know.
 pub fn none(case: &Case<'_>, increments: &[Increment], factor: f64) -> Option<FreeInertial> {
+    if std::ptr::eq(increments, case.increments()) {
+        return case.bench.free(case, bench::NONE, factor);
+    }
     nones(case, increments, &[factor])?.pop()
 }
 
@@ -270,12 +278,17 @@ pub(super) fn nones(
             gyro: assumptions.noise.gyro * factor,
             accel: assumptions.noise.accel * factor,
         };
-        aligned.filter(ErrorModel::default(), &assumptions)
+        Task {
+            filter: aligned.filter(ErrorModel::default(), &assumptions),
+            first: aligned.first,
+            until,
+            session,
+            increments,
+        }
     };
-    let filters = factors.iter().map(of).collect();
-    let scored = bench::scored(&aligned, filters, session, increments, until);
-    let free = |(filter, _): &bench::Scored| free(filter, session, increments, until);
-    Some(scored.iter().map(free).collect())
+    let scored = bench::scored(factors.iter().map(of).collect());
+    let filters: Vec<&Aided> = scored.iter().map(|(filter, _)| filter).collect();
+    Some(bench::flown(&filters, session, increments, until))
 }
 
 /// One of [`FILTERS`] with the datasheet's walk.
@@ -291,8 +304,7 @@ fn tuned<const FILTER: usize>(case: &Case<'_>) -> Option<FreeInertial> {
 /// One of [`FILTERS`] with this walk. Of several models the one that gave the fixes the greatest
 /// density goes on.
 pub(super) fn filtered(case: &Case<'_>, filter: usize, walk: f64) -> Option<FreeInertial> {
-    let best = case.bench.best(case, filter, walk)?;
-    Some(free(&best.0, case.session, case.increments(), case.until))
+    case.bench.free(case, filter, walk)
 }
 
 pub(super) fn aided_free_inertial(

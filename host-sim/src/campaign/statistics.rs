@@ -120,9 +120,11 @@ fn interval(x: &[f64], seed: u64) -> (f64, f64) {
 
 /// Percentiles 2.5 and 97.5 of a statistic over [`RESAMPLINGS`] resamples.
 pub(super) fn percentiles95(resampled: &mut [f64]) -> (f64, f64) {
-    resampled.sort_by(f64::total_cmp);
-    let at = |q: f64| resampled[((RESAMPLINGS - 1) as f64 * q).round() as usize];
-    (at(0.025), at(0.975))
+    let at = |q: f64| ((RESAMPLINGS - 1) as f64 * q).round() as usize;
+    let (low, high) = (at(0.025), at(0.975));
+    let (below, high, _) = resampled.select_nth_unstable_by(high, f64::total_cmp);
+    let (_, low, _) = below.select_nth_unstable_by(low, f64::total_cmp);
+    (*low, *high)
 }
 
 #[cfg(test)]

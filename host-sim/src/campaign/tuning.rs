@@ -2,10 +2,10 @@
 //! training units that no campaign judges.
 
 use super::causes::Size;
-use super::schemes::{FILTERS, Tuned, filtered, nones, rnn_increments};
+use super::schemes::{Case, FILTERS, Tuned, filtered, none, nones, rnn_increments};
 use super::statistics::median;
 use super::turn_on;
-use super::{Campaign, Group};
+use super::{Campaign, Group, bench};
 use crate::error::Error;
 use crate::experiment::results::Row;
 use crate::inertial::ekf::TurnOn;
@@ -124,8 +124,19 @@ impl Tuning {
     /// Every candidate on one unit, for each group of errors.
     fn unit(campaign: &Campaign, imu: &ImuSpec, k: u32) -> Result<Vec<Tried>, Error> {
         let mut out = Vec::new();
-        campaign.sessions(imu, k, |_, case| {
-            let lost = || campaign.scenario.no_attitude();
+        let lost = || campaign.scenario.no_attitude();
+        let tuned = |filter: &usize| campaign.tunes(FILTERS[*filter]);
+        let tuned: Vec<usize> = (0..FILTERS.len()).filter(tuned).collect();
+        let each = tuned
+            .iter()
+            .flat_map(|&filter| WALKS.map(|walk| (filter, walk)));
+        let plain = FACTORS.map(|factor| (bench::NONE, factor));
+        let wanted: Vec<(usize, f64)> = each.chain(plain).collect();
+        let prepare = |cases: &[(Group, Case<'_>)]| {
+            let each: Vec<_> = cases.iter().map(|(_, case)| (case, &wanted[..])).collect();
+            bench::prepare(&each).ok_or_else(lost)
+        };
+        campaign.prepared(imu, k, prepare, |_, case| {
             let error = |free: Option<FreeInertial>| -> Result<f64, Error> {
                 free.as_ref().and_then(error_m).ok_or_else(lost)
             };
@@ -134,13 +145,7 @@ impl Tuning {
                 none: [0.0; FACTORS.len()],
                 rnn: [0.0; FACTORS.len()],
             };
-            let tuned = |filter: &usize| campaign.tunes(FILTERS[*filter]);
-            let tuned: Vec<usize> = (0..FILTERS.len()).filter(tuned).collect();
-            let each = tuned
-                .iter()
-                .flat_map(|&filter| WALKS.map(|walk| (filter, walk)));
-            let wanted: Vec<(usize, f64)> = each.collect();
-            case.bench.prepare(case, &wanted).ok_or_else(lost)?;
+            case.bench.fly(case, &wanted).ok_or_else(lost)?;
             for &filter in &tuned {
                 for (slot, walk) in tried.walks[filter].iter_mut().zip(WALKS) {
                     *slot = error(filtered(case, filter, walk))?;
@@ -150,7 +155,10 @@ impl Tuning {
                 let free = nones(case, increments, &FACTORS).ok_or_else(lost)?;
                 free.into_iter().map(|free| error(Some(free))).collect()
             };
-            tried.none.copy_from_slice(&of(case.increments())?);
+            for (slot, factor) in tried.none.iter_mut().zip(FACTORS) {
+                *slot = error(none(case, case.increments(), factor))?;
+            }
+            case.bench.land();
             if !campaign.wants("rnn-window") {
                 out.push(tried);
                 return Ok(());

@@ -22,11 +22,11 @@ pub(super) fn zupt(case: &Case<'_>) -> Option<FreeInertial> {
     let (session, increments, until) = (case.session, case.increments(), case.until);
     let walk = case.knows.told.datasheet_walk();
     let mut filter = case.bench.best(case, EKF6, walk)?.0.clone();
-    let standing = standing(session);
+    let standing = standing(session, until);
     let n = session.steps_per_epoch();
     let mut out = FreeInertial::default();
     out.note(session, &filter.sins.nav, until, until);
-    for (k, stands) in standing.into_iter().enumerate().skip(until) {
+    for (k, stands) in (until..).zip(standing) {
         for increment in &increments[k * n..(k + 1) * n] {
             filter.step(increment, session.step_s());
         }
@@ -46,29 +46,32 @@ pub(super) fn zupt(case: &Case<'_>) -> Option<FreeInertial> {
     Some(out)
 }
 
-/// Whether the vehicle stands, second by second: a slow start or stop is smooth, so the two
-/// seconds beside a rough one do not count.
-fn standing(session: &Session) -> Vec<bool> {
+/// Whether the vehicle stands, second by second from second `from` on: a slow start or stop is
+/// smooth, so the two seconds beside a rough one do not count.
+fn standing(session: &Session, from: usize) -> Vec<bool> {
     let n = session.samples_per_epoch();
     let roughness = |second: usize| {
         let around = second.saturating_sub(1) * n..((second + 2) * n).min(session.counts.len());
-        let si: Vec<_> = session.counts[around]
-            .iter()
-            .map(|c| to_si(c, &session.lsb))
-            .collect();
+        let around = session.counts.block(around);
+        let si: Vec<_> = around.iter().map(|c| to_si(c, &session.lsb)).collect();
         let dtheta = variance(si.iter().map(|w| w.dtheta));
         [dtheta, variance(si.iter().map(|w| w.dv))]
     };
-    let roughness: Vec<[f64; 2]> = (0..session.epochs()).map(roughness).collect();
+    let epochs = session.epochs();
+    let still: Vec<[f64; 2]> = (0..session.standstill.min(epochs)).map(roughness).collect();
     let limits = [0, 1].map(|triad| {
-        let still = roughness.iter().take(session.standstill);
-        let mut still: Vec<f64> = still.map(|r| r[triad]).collect();
+        let mut still: Vec<f64> = still.iter().map(|r| r[triad]).collect();
         ROUGHER * median(&mut still)
     });
-    let quiet = |r: &[f64; 2]| r[0] <= limits[0] && r[1] <= limits[1];
-    let quiet: Vec<bool> = roughness.iter().map(quiet).collect();
-    let around = |k: usize| &quiet[k.saturating_sub(2)..(k + 3).min(quiet.len())];
-    (0..quiet.len())
+    let first = from.saturating_sub(2);
+    let quiet = |second: usize| {
+        let [dtheta, dv] = roughness(second);
+        dtheta <= limits[0] && dv <= limits[1]
+    };
+    let quiet: Vec<bool> = (first..epochs).map(quiet).collect();
+    let around =
+        |k: usize| &quiet[k.saturating_sub(2).max(first) - first..(k + 3).min(epochs) - first];
+    (from..epochs)
         .map(|k| around(k).iter().all(|quiet| *quiet))
         .collect()
 }
@@ -97,7 +100,7 @@ mod tests {
                 return Ok(());
             }
             let speed = |k: usize| case.session.reference[k].velocity.norm();
-            let standing = standing(case.session);
+            let standing = standing(case.session, 0);
             let judged = case.session.standstill + 5..standing.len() - 5;
             for (k, stands) in standing.iter().enumerate() {
                 if !judged.contains(&k) {

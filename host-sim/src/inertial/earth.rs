@@ -35,7 +35,11 @@ impl Geodetic {
     /// shorter way counts.
     #[must_use]
     pub fn ned_from(&self, origin: &Self) -> Vector3<f64> {
-        let local = Local::at(origin.lat, origin.h);
+        self.ned_by(origin, &Local::at(origin.lat, origin.h))
+    }
+
+    /// The same with the Earth at `origin`.
+    pub(in crate::inertial) fn ned_by(&self, origin: &Self, local: &Local) -> Vector3<f64> {
         Vector3::new(
             (self.lat - origin.lat) * local.m_h,
             wrapped(self.lon - origin.lon) * local.n_h * local.cos_lat,

@@ -2,13 +2,14 @@
 //! reference.
 
 use crate::inertial::align;
+use crate::inertial::earth::Local;
 use crate::inertial::motion::Motion;
 use crate::inertial::session::Session;
 use crate::inertial::sins::{HeightLoop, Increment, NavState, Sins};
 use nalgebra::Vector3;
 
 /// Damping of the vertical channel by the (barometric) reference height.
-const HEIGHT_LOOP: HeightLoop = HeightLoop { time_s: 30.0 };
+pub(in crate::inertial) const HEIGHT_LOOP: HeightLoop = HeightLoop { time_s: 30.0 };
 
 /// Navigation errors at every epoch of a free-inertial run. Index 0 is its start.
 #[derive(Debug, Clone, Default)]
@@ -22,15 +23,39 @@ pub struct FreeInertial {
 }
 
 impl FreeInertial {
+    /// Without errors yet, and with room for those of so many epochs.
+    pub(in crate::inertial) fn with_room(epochs: usize) -> Self {
+        Self {
+            position: Vec::with_capacity(epochs),
+            velocity: Vec::with_capacity(epochs),
+            track: Vec::with_capacity(epochs),
+        }
+    }
+
     /// Adds the errors of `nav` at epoch `epoch` of a run that began at epoch `from`.
     pub fn note(&mut self, session: &Session, nav: &NavState, from: usize, epoch: usize) {
+        let local = |epoch: usize| {
+            let at = session.reference[epoch].position;
+            Local::at(at.lat, at.h)
+        };
+        self.note_by(session, nav, (from, &local(from)), (epoch, &local(epoch)));
+    }
+
+    /// The same with the Earth at the reference's places at both epochs.
+    pub(in crate::inertial) fn note_by(
+        &mut self,
+        session: &Session,
+        nav: &NavState,
+        (from, origin): (usize, &Local),
+        (epoch, here): (usize, &Local),
+    ) {
         let truth = &session.reference[epoch];
         let seen = nav.q_bn * session.reference_arm;
         self.position
-            .push(nav.position.ned_from(&truth.position) + seen);
+            .push(nav.position.ned_by(&truth.position, here) + seen);
         self.velocity.push(nav.velocity - truth.velocity);
-        let origin = session.reference[from].position;
-        let p = nav.position.ned_from(&origin) + seen;
+        let start = session.reference[from].position;
+        let p = nav.position.ned_by(&start, origin) + seen;
         self.track.push([p.x, p.y]);
     }
 }

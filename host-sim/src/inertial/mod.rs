@@ -9,8 +9,14 @@ pub mod earth;
 pub mod ekf;
 pub mod free_inertial;
 pub mod gnss;
+#[cfg(feature = "tools")]
+mod lane;
 pub mod motion;
 pub mod rotation;
 pub mod session;
 pub mod sins;
 pub mod units;
+mod vectors;
+
+#[cfg(feature = "tools")]
+pub use lane::PLACES;

@@ -2,7 +2,7 @@
 
 use allocation_counter::measure;
 use host_sim::inertial::earth::Geodetic;
-use host_sim::inertial::ekf::{Abreast, Aided, ErrorModel, InitialSigma, Noise, Prior, alike};
+use host_sim::inertial::ekf::{Aided, Beside, ErrorModel, InitialSigma, Noise, Prior, alike, pass};
 use host_sim::inertial::gnss::Fix;
 use host_sim::inertial::sins::{Increment, NavState, Samples};
 use nalgebra::{UnitQuaternion, Vector3};
@@ -67,11 +67,21 @@ fn filters_side_by_side_allocate_nothing() {
     });
     assert!(alone.count_total >= 4, "{}", alone.count_total);
     assert!(filters.iter().all(|f| alike(&filters[0].0, &f.0)));
-    let mut abreast = Abreast::<4>::of(|l| &filters[l]);
-    let many = measure(|| {
-        let epochs = (2..200).map(|k| (&second[..], Some(fix(k))));
-        abreast.pass(epochs, STEP_S);
-    });
-    assert_eq!((many.count_total, many.bytes_total), (0, 0));
-    assert!(abreast.filter(3, &filters[3].0).1.is_finite());
+    // what they allocate when they begin does not depend on how far they go
+    let allocated = |seconds: usize| {
+        let mut filters = filters.clone();
+        let fixes: Vec<Option<Fix>> = (2..2 + seconds).map(|k| Some(fix(k))).collect();
+        let increments = vec![increment; 10 * seconds];
+        let mut beside: Vec<Beside<'_>> = filters
+            .iter_mut()
+            .map(|filter| Beside {
+                filter,
+                increments: &increments,
+            })
+            .collect();
+        let many = measure(|| pass(&mut beside, &fixes, STEP_S));
+        assert!(filters.iter().all(|f| f.1.is_finite()));
+        (many.count_total, many.bytes_total)
+    };
+    assert_eq!(allocated(1), allocated(200));
 }

@@ -33,8 +33,10 @@ impl Activation for Cubic {
         let d = x - T::from_i32(i) * T::from_f64(1.0 / f64::from(PER_UNIT));
         let row = i.clamp(-SIDE, SIDE - 1) + SIDE;
         // The clamp keeps it in 0..256; the remainder tells the compiler so.
-        let [c0, c1, c2, c3] = TABLE[row as usize % TABLE.len()].map(|c| T::from_f64(f64::from(c)));
-        c0 + (c1 + (c2 + c3 * d) * d) * d
+        let [c0, c1, c2, c3] = TABLE[row as usize % TABLE.len()];
+        // Written out: `map` is not always inlined.
+        let c = |c: f32| T::from_f64(f64::from(c));
+        c(c0) + (c(c1) + (c(c2) + c(c3) * d) * d) * d
     }
 
     #[inline(always)]

@@ -19,33 +19,50 @@ pub(super) fn in_order() {
     }
 }
 
-/// l > m: s_j = sum_i r_ji s_i(k-1) + sum_i w_ji below_i(k) for LEN parameters of the lower layers,
-/// from `first` on.
+/// l > m: s_j = sum_i r_ji s_i(k-1) + sum_i w_ji below_i(k) for the M parameters of the lower
+/// layers.
 #[inline(always)]
-pub(super) fn lower_parameters<
-    F: Feedback,
-    T: Real,
-    const N: usize,
-    const M: usize,
-    const LEN: usize,
->(
+pub(super) fn lower_parameters<F: Feedback, T: Real, const N: usize, const M: usize>(
+    s: &mut Columns<T, N>,
+    below: &Columns<T, M>,
+    m: &Recursion<T>,
+    each: &mut impl ForEachParameter<T>,
+) {
+    for block in 0..M / BLOCK {
+        lower_block::<F, T, N, M>(BLOCK * block, s, below, m, each);
+    }
+}
+
+/// The same for three parameters from `first` on. Written out: some levels of optimisation would
+/// keep a loop.
+#[inline(always)]
+pub(super) fn lower_block<F: Feedback, T: Real, const N: usize, const M: usize>(
     first: usize,
     s: &mut Columns<T, N>,
     below: &Columns<T, M>,
     m: &Recursion<T>,
     each: &mut impl ForEachParameter<T>,
 ) {
-    for block in 0..LEN / BLOCK {
-        for k in 0..BLOCK {
-            let k = BLOCK * block + k;
-            let (under, before) = (below.at(first + k), s.at(first + k));
-            let after = m.lower_terms(m.feedback_terms::<F>(before), under);
-            s.put(first + k, after);
-            each.parameter(k, &after);
-            in_order();
-        }
-        each.end_block();
-    }
+    lower_parameter::<F, T, N, M>(first, s, below, m, 0, each);
+    lower_parameter::<F, T, N, M>(first + 1, s, below, m, 1, each);
+    lower_parameter::<F, T, N, M>(first + 2, s, below, m, 2, each);
+    each.end_block();
+}
+
+#[inline(always)]
+fn lower_parameter<F: Feedback, T: Real, const N: usize, const M: usize>(
+    theta: usize,
+    s: &mut Columns<T, N>,
+    below: &Columns<T, M>,
+    m: &Recursion<T>,
+    k: usize,
+    each: &mut impl ForEachParameter<T>,
+) {
+    let (under, before) = (below.at(theta), s.at(theta));
+    let after = m.lower_terms(m.feedback_terms::<F>(before), under);
+    s.put(theta, after);
+    each.parameter(k, &after);
+    in_order();
 }
 
 /// l = m: s_j = sum_i r_ji s_i(k-1) for the layer's own parameters, the last 21 of N. Those of unit
@@ -68,25 +85,53 @@ fn unit<F: Feedback, T: Real, const N: usize, const P: usize>(
     m: &Recursion<T>,
     each: &mut impl ForEachParameter<T>,
 ) {
-    let first = N - PARAMS_PER_LAYER;
-    let mut one = |k: usize, direct: Option<T>| {
-        let mut after = m.feedback_terms::<F>(s.at(first + k));
-        if let Some(direct) = direct {
-            after[P] += direct;
-        }
-        s.put(first + k, after);
-        each.parameter(k, &after);
-        in_order();
-    };
-    for q in 0..NEURONS {
-        one(NEURONS * P + q, Some(m.slope[P] * m.below[q]));
-    }
-    for q in 0..NEURONS {
-        let direct = (F::FULL || P == q).then(|| m.slope[P] * m.last[q]);
-        one(R + NEURONS * P + q, direct);
-    }
-    one(B + P, Some(m.slope[P]));
+    let (w, r) = (NEURONS * P, R + NEURONS * P);
+    let Recursion { below, last, .. } = m;
+    let slope = m.slope[P];
+    own_parameter::<F, T, N, P>(w, s, m, Some(slope * below[0]), each);
+    own_parameter::<F, T, N, P>(w + 1, s, m, Some(slope * below[1]), each);
+    own_parameter::<F, T, N, P>(w + 2, s, m, Some(slope * below[2]), each);
+    own_parameter::<F, T, N, P>(r, s, m, direct(F::FULL || P == 0, slope * last[0]), each);
+    own_parameter::<F, T, N, P>(
+        r + 1,
+        s,
+        m,
+        direct(F::FULL || P == 1, slope * last[1]),
+        each,
+    );
+    own_parameter::<F, T, N, P>(
+        r + 2,
+        s,
+        m,
+        direct(F::FULL || P == 2, slope * last[2]),
+        each,
+    );
+    own_parameter::<F, T, N, P>(B + P, s, m, Some(slope), each);
     each.end_block();
+}
+
+/// A direct term where the parameter exists.
+#[inline(always)]
+fn direct<T>(exists: bool, term: T) -> Option<T> {
+    if exists { Some(term) } else { None }
+}
+
+#[inline(always)]
+fn own_parameter<F: Feedback, T: Real, const N: usize, const P: usize>(
+    k: usize,
+    s: &mut Columns<T, N>,
+    m: &Recursion<T>,
+    direct: Option<T>,
+    each: &mut impl ForEachParameter<T>,
+) {
+    let theta = N - PARAMS_PER_LAYER + k;
+    let mut after = m.feedback_terms::<F>(s.at(theta));
+    if let Some(direct) = direct {
+        after[P] += direct;
+    }
+    s.put(theta, after);
+    each.parameter(k, &after);
+    in_order();
 }
 
 /// What to do with the s_j, j = 0..3, of parameter `k` as soon as they are known.
@@ -107,10 +152,10 @@ pub(super) struct OverflowCheck<T> {
     held: Option<T>,
 }
 
-/// theta -= sum_j g_j s_j for a part of a layer's parameters. Each new theta depends on all three
+/// theta -= sum_j g_j s_j for a block of a layer's parameters. Each new theta depends on all three
 /// s_j, so the overflow check watches theta.
-pub(super) struct DescendPart<'a, T> {
-    pub(super) theta: &'a mut [T],
+pub(super) struct DescendBlock<'a, T> {
+    pub(super) theta: &'a mut [T; BLOCK],
     pub(super) g: [T; NEURONS],
     pub(super) check: &'a mut OverflowCheck<T>,
 }
@@ -168,13 +213,13 @@ impl<T: Real> ForEachParameter<T> for OverflowCheck<T> {
     fn end_block(&mut self) {}
 }
 
-impl<T: Real> ForEachParameter<T> for DescendPart<'_, T> {
+impl<T: Real> ForEachParameter<T> for DescendBlock<'_, T> {
     #[inline(always)]
     fn parameter(&mut self, k: usize, s: &[T; NEURONS]) {
-        if let Some(theta) = self.theta.get_mut(k) {
-            descend(theta, &self.g, s);
-            self.check.watch(*theta);
-        }
+        // The remainder tells the compiler that it is one of them.
+        let theta = &mut self.theta[k % BLOCK];
+        descend(theta, &self.g, s);
+        self.check.watch(*theta);
     }
     #[inline(always)]
     fn end_block(&mut self) {
@@ -186,15 +231,15 @@ impl<T: Real> ForEachParameter<T> for DescendLayer<'_, T> {
     #[inline(always)]
     fn parameter(&mut self, k: usize, s: &[T; NEURONS]) {
         let Layer { w, r, b } = self.layer;
+        // `k` is known at compile time; a remainder tells the compiler that it is in range.
+        let (p, q) = (k / NEURONS % NEURONS, k % NEURONS);
         let theta = match k {
-            0..R => w.as_flattened_mut().get_mut(k),
-            R..B => r.as_flattened_mut().get_mut(k - R),
-            _ => b.get_mut(k - B),
+            0..R => &mut w[p][q],
+            R..B => &mut r[p][q],
+            _ => &mut b[q],
         };
-        if let Some(theta) = theta {
-            descend(theta, &self.g, s);
-            self.check.watch(*theta);
-        }
+        descend(theta, &self.g, s);
+        self.check.watch(*theta);
     }
     #[inline(always)]
     fn end_block(&mut self) {
@@ -205,7 +250,5 @@ impl<T: Real> ForEachParameter<T> for DescendLayer<'_, T> {
 /// theta -= sum_j g_j s_j of one parameter.
 #[inline(always)]
 pub(super) fn descend<T: Real>(theta: &mut T, g: &[T; NEURONS], s: &[T; NEURONS]) {
-    for j in 0..NEURONS {
-        *theta -= g[j] * s[j];
-    }
+    *theta = *theta - g[0] * s[0] - g[1] * s[1] - g[2] * s[2];
 }

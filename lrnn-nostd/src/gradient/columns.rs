@@ -8,19 +8,19 @@ use crate::real::Real;
 use crate::shape::NEURONS;
 
 /// Whether the three values of a parameter are adjacent in memory.
-pub(super) const BY_COLUMN: bool = cfg!(target_arch = "arm");
+pub(super) const BY_COLUMN: bool = cfg!(all(target_arch = "arm", target_abi = "eabihf"));
 
 /// dy_j/dtheta of N parameters and three units j.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[repr(transparent)]
 pub(super) struct Columns<T, const N: usize>(Values<T, N>);
 
-#[cfg(target_arch = "arm")]
+#[cfg(all(target_arch = "arm", target_abi = "eabihf"))]
 type Values<T, const N: usize> = [[T; NEURONS]; N];
-#[cfg(not(target_arch = "arm"))]
+#[cfg(not(all(target_arch = "arm", target_abi = "eabihf")))]
 type Values<T, const N: usize> = [[T; N]; NEURONS];
 
-#[cfg(target_arch = "arm")]
+#[cfg(all(target_arch = "arm", target_abi = "eabihf"))]
 impl<T: Real, const N: usize> Columns<T, N> {
     pub(super) const ZERO: Self = Self([[T::ZERO; NEURONS]; N]);
 
@@ -37,7 +37,7 @@ impl<T: Real, const N: usize> Columns<T, N> {
     }
 }
 
-#[cfg(not(target_arch = "arm"))]
+#[cfg(not(all(target_arch = "arm", target_abi = "eabihf")))]
 impl<T: Real, const N: usize> Columns<T, N> {
     pub(super) const ZERO: Self = Self([[T::ZERO; N]; NEURONS]);
 

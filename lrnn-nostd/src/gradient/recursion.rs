@@ -45,37 +45,49 @@ impl<T: Real> Recursion<T> {
     /// sum_i r_ji s_i for one parameter, j = 0..3.
     #[inline(always)]
     pub(super) fn feedback_terms<F: Feedback>(&self, s: [T; NEURONS]) -> [T; NEURONS] {
-        let r = &self.r;
-        let row = |j: usize| {
-            if F::FULL {
-                r[j][0] * s[0] + r[j][1] * s[1] + r[j][2] * s[2]
-            } else {
-                r[j][j] * s[j]
-            }
-        };
-        [row(0), row(1), row(2)]
+        let [a, b, c] = &self.r;
+        if F::FULL {
+            [product(a, &s), product(b, &s), product(c, &s)]
+        } else {
+            [a[0] * s[0], b[1] * s[1], c[2] * s[2]]
+        }
     }
 
     /// `sum`_j + sum_i w_ji below_i for one parameter, j = 0..3.
     #[inline(always)]
-    pub(super) fn lower_terms(&self, mut sum: [T; NEURONS], below: [T; NEURONS]) -> [T; NEURONS] {
-        for j in 0..NEURONS {
-            for i in 0..NEURONS {
-                sum[j] += self.w[j][i] * below[i];
-            }
-        }
-        sum
+    pub(super) fn lower_terms(&self, sum: [T; NEURONS], below: [T; NEURONS]) -> [T; NEURONS] {
+        let [a, b, c] = &self.w;
+        [
+            added(sum[0], a, &below),
+            added(sum[1], b, &below),
+            added(sum[2], c, &below),
+        ]
     }
+}
+
+// Nothing of this file is a loop or a closure: some levels of optimisation keep them as they are.
+
+/// sum_i row_i s_i.
+#[inline(always)]
+fn product<T: Real>(row: &[T; NEURONS], s: &[T; NEURONS]) -> T {
+    row[0] * s[0] + row[1] * s[1] + row[2] * s[2]
+}
+
+/// `sum` + sum_i row_i s_i, added one by one.
+#[inline(always)]
+fn added<T: Real>(sum: T, row: &[T; NEURONS], s: &[T; NEURONS]) -> T {
+    sum + row[0] * s[0] + row[1] * s[1] + row[2] * s[2]
 }
 
 /// f'(x_j) M_ji.
 #[inline(always)]
 fn scaled<T: Real>(slope: &[T; NEURONS], matrix: &Square<T>) -> Square<T> {
-    let mut scaled = *matrix;
-    for j in 0..NEURONS {
-        for i in 0..NEURONS {
-            scaled[j][i] *= slope[j];
-        }
-    }
-    scaled
+    let [a, b, c] = matrix;
+    [times(a, slope[0]), times(b, slope[1]), times(c, slope[2])]
+}
+
+/// Each element times `factor`.
+#[inline(always)]
+fn times<T: Real>([a, b, c]: &[T; NEURONS], factor: T) -> [T; NEURONS] {
+    [*a * factor, *b * factor, *c * factor]
 }

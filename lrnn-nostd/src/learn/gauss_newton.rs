@@ -46,6 +46,7 @@ pub struct GaussNewton<T = f32> {
 
 impl<T: Real> GaussNewton<T> {
     /// Expects weights around `prior` with inverse variance `ridge` >= 0, in the units of `weight`.
+    /// The example of the crate learns by it.
     pub fn new(prior: &Weights<T>, ridge: T) -> Self {
         Self::with_ridges(prior, [ridge; PARAMS])
     }

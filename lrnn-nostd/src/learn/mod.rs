@@ -73,6 +73,32 @@ pub struct Pass<T = f32> {
 }
 
 /// Learns the weights of one network in passes over a batch, by the rule `U`.
+///
+/// ```
+/// use lrnn_nostd::learn::{Guarded, Learner, StepSizes};
+/// use lrnn_nostd::{Net, Normalisation, Weights};
+///
+/// let weights = Weights::from_fn(|i| 0.02 * (i % 7) as f32 - 0.06);
+/// let net: Net = Net::new(weights, Normalisation::identity());
+/// // Any rule is used like this one.
+/// let mut learner: Learner<_> = Learner::new(&net, Guarded::new(StepSizes::uniform(0.01)));
+/// let mut costs = [0.0; 40];
+/// for cost in &mut costs {
+///     learner.begin_pass();
+///     for k in 0..100 {
+///         let input = [(0.3 * k as f32).sin(), 0.0, 0.0];
+///         let step = learner.step(input, 0.1); // s
+///         assert_eq!(step.fault, None);
+///         if k % 5 == 4 {
+///             learner.reference([0.1, 0.0, -0.05], 1.0); // the sum over these five steps
+///         }
+///     }
+///     *cost = learner.end_pass().cost;
+/// }
+/// assert!(costs[39] < 0.1 * costs[0], "{costs:?}");
+/// let learnt: Net = Net::new(learner.proposal(), net.normalisation);
+/// # assert!(learnt.weights.is_finite());
+/// ```
 #[derive(Clone, Debug)]
 pub struct Learner<U, H = Rational, O = Identity, F = Full, T = f32> {
     net: Net<H, O, F, T>,

@@ -6,7 +6,24 @@ use crate::real::Real;
 use crate::shape::{NEURONS, PARAMS};
 
 /// A = sum y_3(k) dt and Psi = dA/dtheta = sum s_3(k) dt over the steps of a window; 768 bytes in
-/// `f32`.
+/// `f32`. [`crate::learn::Learner`] has one; use it alone to learn by a rule of your own.
+///
+/// ```
+/// use lrnn_nostd::learn::Window;
+/// use lrnn_nostd::{Net, Normalisation, Sensitivities, State, Weights};
+///
+/// let net: Net = Net::new(Weights::zero(), Normalisation::identity());
+/// let (mut state, mut sensitivities) = (State::new(), Sensitivities::new());
+/// let mut window = Window::new();
+/// for _ in 0..10 {
+///     let step = net.step_gradient(&mut state, &mut sensitivities, [0.1, 0.0, 0.2]);
+///     window.add(&step.output, &sensitivities, 0.1);
+/// }
+/// // The true sum over this second, told late: its residual, and how each weight changes it.
+/// let residual = window.residual(&[0.5, 0.5, 0.5], &net.normalisation);
+/// assert_eq!(residual, [-0.5, -0.5, -0.5]);
+/// assert!((window.psi()[0][60] - 1.0).abs() < 1e-6); // by the first output's bias, in one second
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Window<T = f32> {
     sum: [T; NEURONS],
@@ -30,11 +47,15 @@ impl<T: Real> Window<T> {
     /// Adds one step: `output` = y_3, `dt` in s.
     #[inline]
     pub fn add(&mut self, output: &[T; NEURONS], sens: &Sensitivities<T>, dt: T) {
+        let [a, b, c] = &mut self.psi;
+        for theta in 0..PARAMS {
+            let s = sens.of(theta);
+            a[theta] += s[0] * dt;
+            b[theta] += s[1] * dt;
+            c[theta] += s[2] * dt;
+        }
         for j in 0..NEURONS {
             self.sum[j] += output[j] * dt;
-            for theta in 0..PARAMS {
-                self.psi[j][theta] += sens.of(theta)[j] * dt;
-            }
         }
     }
 

@@ -23,6 +23,8 @@ pub struct Budgets {
     /// Instructions on the target for one more of what a device may have several of, by the kind
     /// of the growing works.
     pub one_more: BTreeMap<String, f64>,
+    /// `lrnn-nostd` in a crate of its own.
+    pub alone: AloneBudget,
     /// Most memory of a command of `host-sim` with a recording of 24 h at 200 Hz, MiB.
     pub day_mib: BTreeMap<String, f64>,
 }
@@ -41,6 +43,33 @@ pub struct ApplicationBudget {
     pub worst_later: f64,
     /// From the last byte of a frame to the first byte sent.
     pub latency: f64,
+}
+
+/// Limits of `lrnn-nostd` in a crate of its own (`tests/alone`).
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct AloneBudget {
+    /// Step, gradient and descent on a core with an FPU: at most this many times the instructions
+    /// of opt-level 3 at every other level.
+    pub times: f64,
+    /// The same of a pass of one step.
+    pub learn_times: f64,
+    /// By core.
+    pub core: BTreeMap<String, AloneCore>,
+}
+
+/// Limits on one core at opt-level "s".
+#[derive(Clone, Copy, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct AloneCore {
+    /// Instructions of a step.
+    pub step: f64,
+    /// Instructions of a step with gradient and descent.
+    pub descent: f64,
+    /// Bytes of flash of a network that steps.
+    pub step_flash: u64,
+    /// Bytes of flash of one that also learns.
+    pub descent_flash: u64,
 }
 
 /// Limits of one image.

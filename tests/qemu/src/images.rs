@@ -162,22 +162,28 @@ impl Image {
     /// # Panics
     /// The build fails; or the machine cannot run it and [`REQUIRE`] is set.
     pub fn build_or_skip(self) -> Option<PathBuf> {
-        match missing() {
-            None => Some(
-                self.build()
-                    .expect("images build with the committed sources"),
-            ),
-            Some(what) if std::env::var_os(REQUIRE).is_some() => panic!("{what}"),
-            Some(what) => {
-                // Not eprintln, which the test harness swallows when the test passes.
-                let _ = std::io::Write::write_all(
-                    &mut std::io::stderr(),
-                    format!("skipped: {what}\n").as_bytes(),
-                );
-                None
-            }
-        }
+        here_or_skip(missing()).then(|| {
+            self.build()
+                .expect("images build with the committed sources")
+        })
     }
+}
+
+/// For tests: whether nothing is `missing`; else a line on standard error says what.
+///
+/// # Panics
+/// Something is missing and [`REQUIRE`] is set.
+pub fn here_or_skip(missing: Option<String>) -> bool {
+    let Some(what) = missing else {
+        return true;
+    };
+    assert!(std::env::var_os(REQUIRE).is_none(), "{what}");
+    // Not eprintln, which the test harness swallows when the test passes.
+    let _ = std::io::Write::write_all(
+        &mut std::io::stderr(),
+        format!("skipped: {what}\n").as_bytes(),
+    );
+    false
 }
 
 /// What this machine lacks to build and run images, with the remedy.
@@ -198,6 +204,11 @@ pub fn missing() -> Option<String> {
 
 /// Whether the toolchain of this workspace has the target's core library.
 pub fn target_installed() -> bool {
+    installed(TARGET)
+}
+
+/// Whether the toolchain of this workspace has the core library of this target.
+pub fn installed(target: &str) -> bool {
     let rustc = std::env::var_os("RUSTC").unwrap_or_else(|| "rustc".into());
     let sysroot = Command::new(rustc)
         .args(["--print", "sysroot"])
@@ -207,7 +218,7 @@ pub fn target_installed() -> bool {
         let sysroot = String::from_utf8_lossy(&output.stdout).trim().to_owned();
         Path::new(&sysroot)
             .join("lib/rustlib")
-            .join(TARGET)
+            .join(target)
             .join("lib")
             .is_dir()
     })

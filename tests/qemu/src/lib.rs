@@ -11,6 +11,8 @@ pub mod replay;
 pub mod target;
 
 #[cfg(not(target_os = "none"))]
+pub mod alone;
+#[cfg(not(target_os = "none"))]
 pub mod budget;
 #[cfg(not(target_os = "none"))]
 pub mod chip;

@@ -11,6 +11,9 @@ use anyhow::{Context, Result, bail};
 /// The emulator.
 pub const QEMU: &str = "qemu-system-arm";
 
+/// The emulator of RISC-V; only `lrnn-nostd` alone runs there.
+pub const QEMU_RISCV: &str = "qemu-system-riscv32";
+
 /// The remedy when it is missing.
 pub const REMEDY: &str = "install QEMU for ARM (Debian: apt-get install qemu-system-arm; Fedora: dnf install qemu-system-arm; \
                           macOS: brew install qemu)";
@@ -20,8 +23,10 @@ pub const REMEDY: &str = "install QEMU for ARM (Debian: apt-get install qemu-sys
 pub struct Machine {
     /// Its name in QEMU.
     pub name: &'static str,
-    /// Rate of SysTick, Hz.
+    /// Rate of the counter behind the instruction counts, Hz: SysTick, or RISC-V's `cycle`.
     pub systick_hz: f64,
+    /// The emulator that has it.
+    pub emulator: &'static str,
 }
 
 /// STM32F405 with Cortex-M4F: the product's memory map and peripherals. Its flash appears at 0 too,
@@ -29,16 +34,37 @@ pub struct Machine {
 pub const NETDUINOPLUS2: Machine = Machine {
     name: "netduinoplus2",
     systick_hz: 168e6,
+    emulator: QEMU,
 };
 /// Arm's MPS2 with Cortex-M4F.
 pub const MPS2_AN386: Machine = Machine {
     name: "mps2-an386",
     systick_hz: 25e6,
+    emulator: QEMU,
 };
 /// Arm's MPS2 with Cortex-M7.
 pub const MPS2_AN500: Machine = Machine {
     name: "mps2-an500",
     systick_hz: 25e6,
+    emulator: QEMU,
+};
+/// Arm's MPS2 with Cortex-M3, which executes the instructions of a Cortex-M0+, too.
+pub const MPS2_AN385: Machine = Machine {
+    name: "mps2-an385",
+    systick_hz: 25e6,
+    emulator: QEMU,
+};
+/// Arm's MPS2 with Cortex-M33 and its FPU.
+pub const MPS2_AN505: Machine = Machine {
+    name: "mps2-an505",
+    systick_hz: 20e6,
+    emulator: QEMU,
+};
+/// QEMU's own RISC-V machine. Its counter counts every instruction.
+pub const RISCV32: Machine = Machine {
+    name: "virt",
+    systick_hz: 1e9,
+    emulator: QEMU_RISCV,
 };
 
 /// How QEMU keeps time.
@@ -61,7 +87,12 @@ pub struct Run {
 
 /// Whether the emulator can be started.
 pub fn available() -> bool {
-    let version = Command::new(QEMU)
+    can_start(QEMU)
+}
+
+/// Whether this emulator can be started.
+pub fn can_start(emulator: &str) -> bool {
+    let version = Command::new(emulator)
         .arg("--version")
         .stdout(Stdio::null())
         .stderr(Stdio::null())
@@ -77,9 +108,12 @@ impl Machine {
 
     /// QEMU with this machine and `image`, nothing connected.
     pub fn command(self, image: &Path) -> Command {
-        let mut command = Command::new(QEMU);
+        let mut command = Command::new(self.emulator);
         command.args(["-machine", self.name, "-display", "none", "-kernel"]);
         command.arg(image);
+        if self.emulator == QEMU_RISCV {
+            command.args(["-bios", "none"]); // the image is all there is
+        }
         command
     }
 }
@@ -116,7 +150,7 @@ pub fn run_in(
         .stderr(Stdio::piped());
     let mut child = command
         .spawn()
-        .with_context(|| format!("cannot start {QEMU}: {REMEDY}"))?;
+        .with_context(|| format!("cannot start {}: {REMEDY}", machine.emulator))?;
     let readers = [reader(child.stdout.take()), reader(child.stderr.take())];
     let code = wait(&mut child, limit)?;
     let output = readers

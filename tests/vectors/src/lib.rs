@@ -8,16 +8,26 @@
 #![no_std]
 
 mod digest;
+#[cfg(feature = "device")]
 mod driven;
+#[cfg_attr(
+    not(feature = "device"),
+    allow(dead_code, reason = "one of them is of the device")
+)]
 mod expected;
 pub mod generate;
+#[cfg(feature = "device")]
 pub mod growth;
 mod inputs;
 pub mod kernel;
 pub mod learners;
+#[cfg(feature = "device")]
 pub mod learning;
+#[cfg(feature = "device")]
 pub mod list;
+#[cfg(feature = "device")]
 pub mod micro;
+#[cfg(feature = "device")]
 pub mod navigation;
 mod network;
 pub mod work;
@@ -27,6 +37,7 @@ use core::fmt::Write;
 use lrnn_nostd::{Rational, Tanh};
 
 pub use digest::Digest;
+#[cfg(feature = "device")]
 pub use driven::driven_digest;
 pub use inputs::{INPUTS, VECTORS};
 pub use learners::learner_digest;
@@ -44,8 +55,8 @@ pub struct Check {
 }
 
 /// All digests: steps, exact gradients and learners with both hidden activations, the kernel in
-/// both forms, and networks that temperature and vibration drive.
-pub const CHECKS: [Check; 9] = [
+/// both forms, and with the feature `device` networks that temperature and vibration drive.
+pub const CHECKS: [Check; 8 + cfg!(feature = "device") as usize] = [
     check(
         "step, rational",
         step_digest::<Rational>,
@@ -74,6 +85,7 @@ pub const CHECKS: [Check; 9] = [
     ),
     check("kernel, m4", kernel::digest_m4, expected::KERNEL_M4),
     check("kernel, m7", kernel::digest_m7, expected::KERNEL_M7),
+    #[cfg(feature = "device")]
     check("driven", driven_digest, expected::DRIVEN),
 ];
 

@@ -139,11 +139,17 @@ impl Fleet {
                         fixes: true,
                         judged: false,
                     };
-                    campaign.part(&imu, &part, &[*group], |_, case| {
-                        let drive = Drive::of(k, case.session, case.knows.told, &self.inputs);
-                        out.push(drive.ok_or_else(|| campaign.scenario.no_attitude())?);
-                        Ok(())
-                    })?;
+                    campaign.part(
+                        &imu,
+                        &part,
+                        &[*group],
+                        |_| Ok(()),
+                        |_, case| {
+                            let drive = Drive::of(k, case.session, case.knows.told, &self.inputs);
+                            out.push(drive.ok_or_else(|| campaign.scenario.no_attitude())?);
+                            Ok(())
+                        },
+                    )?;
                 }
                 Ok(out)
             }

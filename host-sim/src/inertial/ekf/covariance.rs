@@ -1,13 +1,19 @@
 //! Covariance of navigation errors and parameters over an interval and at a fix. The transition is
 //! `[Phi Psi; 0 D]` with a diagonal `D`, and the covariance is symmetric. So a fraction of the
-//! dense products is enough.
+//! dense products is enough. The widest vectors of the processor compute the same bits.
 
 use super::dynamics::Interval;
 use super::{ErrorModel, NAV};
+use crate::inertial::vectors::widest;
 use nalgebra::{DMatrix, DVector};
 
 /// `P <- [Phi Psi; 0 D] P [Phi Psi; 0 D]' + Q`.
 pub(super) fn propagate(p: &mut DMatrix<f64>, interval: &Interval, model: &ErrorModel) {
+    widest!(_ => propagated(p, interval, model));
+}
+
+#[inline(always)]
+fn propagated(p: &mut DMatrix<f64>, interval: &Interval, model: &ErrorModel) {
     let size = p.nrows();
     let phi = interval.phi.as_slice();
     let psi = interval.psi.as_slice();
@@ -16,14 +22,11 @@ pub(super) fn propagate(p: &mut DMatrix<f64>, interval: &Interval, model: &Error
     let fading: Vec<usize> = (0..keeps.len()).filter(|i| keeps[*i] != 1.0).collect();
     let cells = p.as_mut_slice();
     // the first nine rows of Phi P
-    let top: Vec<[f64; NAV]> = cells
-        .chunks_exact(size)
-        .map(|column| {
-            let mut sum = combine(phi, &column[..NAV], [0.0; NAV]);
-            sum = combine(psi, &column[NAV..], sum);
-            sum
-        })
-        .collect();
+    let mut top: Vec<[f64; NAV]> = Vec::with_capacity(size);
+    for column in cells.chunks_exact(size) {
+        let sum = combine(phi, &column[..NAV], [0.0; NAV]);
+        top.push(combine(psi, &column[NAV..], sum));
+    }
     // navigation block: rows of (Phi P) times the transposed transition
     let mut nav = interval.q;
     for (j, t) in top.iter().enumerate() {
@@ -68,6 +71,7 @@ pub(super) fn propagate(p: &mut DMatrix<f64>, interval: &Interval, model: &Error
 }
 
 /// `sum + M x` for a matrix of nine rows, stored by columns.
+#[inline(always)]
 fn combine(m: &[f64], x: &[f64], mut sum: [f64; NAV]) -> [f64; NAV] {
     for (column, x) in m.chunks_exact(NAV).zip(x) {
         for (s, m) in sum.iter_mut().zip(column) {
@@ -93,6 +97,11 @@ pub(super) fn update(
     p: &mut DMatrix<f64>,
     scalars: &[(usize, f64, f64)],
 ) -> (DVector<f64>, Evidence) {
+    widest!(_ => updated(p, scalars))
+}
+
+#[inline(always)]
+fn updated(p: &mut DMatrix<f64>, scalars: &[(usize, f64, f64)]) -> (DVector<f64>, Evidence) {
     let size = p.nrows();
     let mut e = DVector::zeros(size);
     let mut found = Evidence::default();
@@ -123,6 +132,7 @@ pub(super) fn update(
 
 /// `P - sum w c c'`, three columns at a time. This reads the memory once instead of three times and
 /// gives the same bits.
+#[inline(always)]
 fn subtract(p: &mut DMatrix<f64>, columns: &[(Vec<f64>, f64)]) {
     let size = p.nrows();
     let cells = p.as_mut_slice();
@@ -150,6 +160,7 @@ fn subtract(p: &mut DMatrix<f64>, columns: &[(Vec<f64>, f64)]) {
 
 /// Copies the lower triangle to the upper one. It works in tiles, because neighbouring columns lie
 /// in different cache lines.
+#[inline(always)]
 fn mirror(cells: &mut [f64], size: usize) {
     const TILE: usize = 8;
     for first in (0..size).step_by(TILE) {

@@ -18,7 +18,7 @@ mod model;
 mod smoother;
 
 #[cfg(feature = "tools")]
-pub use abreast::{Abreast, alike};
+pub use abreast::{Beside, Flight, alike, flies, free_abreast, pass};
 pub use alignment::attitude_error;
 pub use belief::{Belief, TurnOn};
 pub use linearised::{Block, Linearised};

@@ -355,6 +355,13 @@ impl ErrorModel {
         }
     }
 
+    /// The slow part of the errors of gyros (rad/s) and accelerometers (m/s2) in the middle of a
+    /// second.
+    #[cfg(feature = "tools")]
+    pub(super) fn slow_errors(&self, theta: &DVector<f64>, second: usize) -> [Vector3<f64>; 2] {
+        self.slow(theta, second).error
+    }
+
     /// What is known of the second that holds `time` (s since power-on).
     pub(super) fn known_at(&self, time: f64) -> Known {
         let second = (time / EPOCH_S) as usize;

@@ -10,32 +10,156 @@ use nalgebra::{UnitQuaternion, Vector3};
 /// Combines every `count` increments into one. A navigator with [`Samples::One`] makes of the
 /// result what it would have made of the single increments. Fewer than `count` increments at the
 /// end are dropped.
+///
+/// Pieces of `count` increments do not depend on one another, so several are combined side by side.
 #[must_use]
 pub fn gather(
     increments: impl IntoIterator<Item = Increment>,
     count: usize,
     samples: Samples,
 ) -> Vec<Increment> {
-    let mut past = [Increment::default(); 2];
-    let (mut q, mut v) = (UnitQuaternion::identity(), Vector3::zeros());
     let mut out = Vec::new();
-    let mut n = 0;
+    // two increments before the block, and the pieces of the block
+    let mut block = vec![Increment::default(); 2];
+    let full = 2 + BESIDE * count;
     for increment in increments {
-        let (phi, eta) = samples.combine(&past, &increment);
-        v += q * in_start_axes(&phi, &eta);
-        q *= from_rotvec(&phi);
-        past = [increment, past[0]];
-        n += 1;
-        if n == count {
-            let phi = rotvec(&q);
-            out.push(Increment {
-                dtheta: phi,
-                dv: from_start_axes(&phi, &v),
-            });
-            (q, v, n) = (UnitQuaternion::identity(), Vector3::zeros(), 0);
+        block.push(increment);
+        if block.len() == full {
+            combine(&block, count, samples, &mut out);
+            block.copy_within(full - 2.., 0);
+            block.truncate(2);
         }
     }
+    one_by_one(&block, count, samples, &mut out);
     out
+}
+
+/// Adds the pieces of a block, one after the other.
+fn one_by_one(block: &[Increment], count: usize, samples: Samples, out: &mut Vec<Increment>) {
+    let mut past = [block[1], block[0]];
+    for piece in block[2..].chunks_exact(count) {
+        let (mut q, mut v) = (UnitQuaternion::identity(), Vector3::zeros());
+        for increment in piece {
+            let (phi, eta) = samples.combine(&past, increment);
+            v += q * in_start_axes(&phi, &eta);
+            q *= from_rotvec(&phi);
+            past = [*increment, past[0]];
+        }
+        let phi = rotvec(&q);
+        out.push(Increment {
+            dtheta: phi,
+            dv: from_start_axes(&phi, &v),
+        });
+    }
+}
+
+#[cfg(not(feature = "tools"))]
+use one_by_one as combine;
+#[cfg(feature = "tools")]
+use {crate::inertial::lane::PLACES as BESIDE, beside::combine};
+/// Pieces of a block.
+#[cfg(not(feature = "tools"))]
+const BESIDE: usize = 8;
+
+/// Pieces side by side, each with the bits that it has alone.
+#[cfg(feature = "tools")]
+mod beside {
+    use super::{Increment, Samples, one_by_one};
+    use crate::inertial::lane::{
+        Lane, PLACES, Q, V3, add, after, all, at, cross, divided, gathered, in_start_axes,
+        norm_squared, rotation, scaled, sub, times, turned, zeros,
+    };
+    use crate::inertial::vectors::widest;
+    use fearless_simd::{Simd, SimdBase};
+    use nalgebra::{Quaternion, UnitQuaternion};
+
+    /// Adds the [`PLACES`] pieces of a block.
+    pub(super) fn combine(
+        block: &[Increment],
+        count: usize,
+        samples: Samples,
+        out: &mut Vec<Increment>,
+    ) {
+        if samples != Samples::Three {
+            return one_by_one(block, count, samples, out);
+        }
+        widest!(simd => run(simd, block, count, out));
+    }
+
+    #[inline(always)]
+    fn run<S: Simd>(simd: S, block: &[Increment], count: usize, out: &mut Vec<Increment>) {
+        let increment = |i: usize| {
+            [
+                gathered(simd, |l| block[l * count + i].dtheta),
+                gathered(simd, |l| block[l * count + i].dv),
+            ]
+        };
+        let (zero, one) = (all(simd, 0.0), all(simd, 1.0));
+        let (mut q, mut v) = ([zero, zero, zero, one], zeros(simd));
+        let (mut a, mut b) = (increment(0), increment(1));
+        for i in 2..2 + count {
+            let c = increment(i);
+            let earlier = [earlier(&a[0], &b[0]), earlier(&a[1], &b[1])];
+            let (coning, sculling) = products(&earlier, &c);
+            let (coning_ab, sculling_ab) = products(&a, &b);
+            let phi = add(&c[0], &sub(&coning, &divided(&coning_ab, 40.0)));
+            let eta = add(&c[1], &sub(&sculling, &divided(&sculling_ab, 40.0)));
+            v = add(&v, &turned(&q, &in_start_axes(&phi, &eta)));
+            q = after(&q, &rotation(&phi));
+            (a, b) = (b, c);
+        }
+        let phi = rotvec(&q);
+        let dv = from_start_axes(&phi, &v);
+        for l in 0..PLACES {
+            out.push(Increment {
+                dtheta: at(&phi, l),
+                dv: at(&dv, l),
+            });
+        }
+    }
+
+    /// `17/120 b - 1/60 a`.
+    #[inline(always)]
+    fn earlier<S: Simd>(a: &V3<S>, b: &V3<S>) -> V3<S> {
+        sub(&scaled(b, 17.0 / 120.0), &divided(a, 60.0))
+    }
+
+    /// For coning and for sculling.
+    #[inline(always)]
+    fn products<S: Simd>(x: &[V3<S>; 2], y: &[V3<S>; 2]) -> (V3<S>, V3<S>) {
+        let sculling = add(&cross(&x[0], &y[1]), &cross(&x[1], &y[0]));
+        (cross(&x[0], &y[0]), sculling)
+    }
+
+    #[inline(always)]
+    fn rotvec<S: Simd>(q: &Q<S>) -> V3<S> {
+        let v = [q[0], q[1], q[2]];
+        let mut sign: Lane<S> = q[3];
+        for l in 0..PLACES {
+            sign[l] = sign[l].signum();
+        }
+        let v = times(&v, sign);
+        let s2 = norm_squared(&v);
+        if s2.as_slice().iter().all(|s2| *s2 <= 1e-3) {
+            let series = 2.0 + s2 * (1.0 / 3.0 + s2 * (3.0 / 20.0 + s2 * (5.0 / 56.0)));
+            return times(&v, series);
+        }
+        gathered(s2.simd, |l| {
+            let one = Quaternion::new(q[3][l], q[0][l], q[1][l], q[2][l]);
+            super::rotvec(&UnitQuaternion::new_unchecked(one))
+        })
+    }
+
+    #[inline(always)]
+    fn from_start_axes<S: Simd>(phi: &V3<S>, v: &V3<S>) -> V3<S> {
+        let once = cross(phi, v);
+        let twice = cross(phi, &once);
+        let first = sub(v, &scaled(&once, 0.5));
+        add(
+            &first,
+            &times(&twice, 1.0 / 12.0 + norm_squared(phi) / 720.0),
+        )
+    }
 }
 
 /// Rotation vector of a small rotation: `2 asin(s) / s` times the vector part of length `s`, by
@@ -61,6 +185,29 @@ mod tests {
     use super::*;
     use crate::inertial::earth::Geodetic;
     use crate::inertial::sins::{NavState, Sins};
+
+    /// Pieces side by side have the bits that each has alone, at the end of a list and in large
+    /// rotations, too.
+    #[test]
+    fn pieces_side_by_side_have_their_own_bits() {
+        for size in [1.0, 40.0] {
+            let of = |k: i32| {
+                let t = f64::from(k) * 0.01;
+                Increment {
+                    dtheta: Vector3::new(0.2 * (60.0 * t).sin(), 0.1 * t.cos(), 0.5)
+                        * (0.01 * size),
+                    dv: Vector3::new(2.0 * (9.0 * t).cos(), t.sin(), -9.8) * 0.01,
+                }
+            };
+            let all: Vec<Increment> = (0..1234).map(of).collect();
+            let mut block = vec![Increment::default(); 2];
+            block.extend(&all);
+            let mut alone = Vec::new();
+            one_by_one(&block, 5, Samples::Three, &mut alone);
+            assert_eq!(alone.len(), 246);
+            assert_eq!(gather(all, 5, Samples::Three), alone);
+        }
+    }
 
     /// Compares steps of 50 ms with steps of 10 ms under coning, sculling and a turn at 0.5 rad/s.
     #[test]

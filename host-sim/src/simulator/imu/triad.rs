@@ -318,8 +318,52 @@ impl Triad {
             noise += residual.step(separate);
         }
         let pulses = (d + systematic + noise) / self.sigmas.pulse + self.remainder;
-        let whole = pulses.map(f64::round);
+        let counts: [i32; 3] = std::array::from_fn(|i| rounded(pulses[i]));
+        let whole = match counts
+            .iter()
+            .all(|count| count.unsigned_abs() < MOST_PULSES)
+        {
+            true => Vector3::from(counts.map(f64::from)),
+            false => pulses.map(f64::round),
+        };
         self.remainder = pulses - whole;
-        ([whole.x as i32, whole.y as i32, whole.z as i32], systematic)
+        (counts, systematic)
+    }
+}
+
+/// Pulses of a sample that no `i32` has saturated.
+const MOST_PULSES: u32 = 1 << 30;
+
+/// The nearest whole number, halves away from zero: [`f64::round`] and the conversion, without a
+/// call.
+#[inline(always)]
+fn rounded(x: f64) -> i32 {
+    const BELOW_HALF: f64 = 0.5_f64.next_down();
+    (x + BELOW_HALF.copysign(x)) as i32
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rounding_is_that_of_the_standard_library() {
+        let half = [
+            0.5,
+            1.5,
+            -0.5,
+            -2.5,
+            0.499_999_999_999_999_94,
+            2.4,
+            -7.6,
+            1e9 + 0.5,
+        ];
+        let next = half
+            .iter()
+            .flat_map(|x: &f64| [x.next_up(), *x, x.next_down()]);
+        let other = [0.0, -0.0, 3e9, -3e9, f64::NAN, f64::INFINITY];
+        for x in next.chain(other) {
+            assert_eq!(rounded(x), x.round() as i32, "{x}");
+        }
     }
 }

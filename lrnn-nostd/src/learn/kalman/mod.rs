@@ -22,6 +22,8 @@
 //! anything is learnt from it, so the difference between two hypotheses' log-likelihoods is a test
 //! on held-out data: if the simpler one is true, it exceeds ln k with a probability below 1/k at
 //! any time (Ville's inequality).
+//!
+#![doc = include_str!("example.md")]
 
 mod blocks;
 mod covariance;

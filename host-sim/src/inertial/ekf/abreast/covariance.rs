@@ -2,83 +2,122 @@
 //! not fade. Only the lower triangle is kept, column by column.
 
 use super::super::NAV;
-use super::lane::Lane;
+use crate::inertial::lane::{Lane, PLACES, all, of};
+use fearless_simd::Simd;
 
 /// Nine rows of a column.
-pub(super) type Column<const L: usize> = [Lane<L>; NAV];
+pub(super) type Column<S> = [Lane<S>; NAV];
 
 /// Covariances, and what their updates need beside them.
-#[derive(Debug, Clone)]
-pub(super) struct Covariance<const L: usize> {
+pub(super) struct Covariance<S: Simd> {
     size: usize,
     /// The lower triangle by columns.
-    cells: Vec<Lane<L>>,
+    cells: Vec<Lane<S>>,
     /// Where each column begins.
     begins: Vec<usize>,
     /// The first nine rows of `[Phi Psi] P`.
-    top: Vec<Column<L>>,
+    top: Vec<Column<S>>,
     /// The column of each measurement, one after the other.
-    columns: Vec<Lane<L>>,
-    weights: Vec<Lane<L>>,
+    columns: Vec<Lane<S>>,
+    weights: [Lane<S>; MOST],
     /// The estimated errors.
-    pub(super) errors: Vec<Lane<L>>,
+    pub(super) errors: Vec<Lane<S>>,
 }
 
+/// `[Phi Psi]` by columns. Parameters that are slow act along the six axes of the two triads: their
+/// columns of `Psi` are those of the axes times a number, so products with them need one column
+/// for each axis.
+pub(super) struct Transitions<S: Simd> {
+    pub(super) phi: [Column<S>; NAV],
+    /// Of a bias along each axis: gyros, then accelerometers.
+    pub(super) axes: [Column<S>; AXES],
+    /// Of each parameter that is not slow; unused for the others.
+    pub(super) own: Vec<Column<S>>,
+    /// Of each slow parameter: its number in place of a column.
+    pub(super) numbers: Vec<Lane<S>>,
+    /// The slow parameters of each axis.
+    pub(super) slow: [Vec<usize>; AXES],
+    /// The others.
+    pub(super) others: Vec<usize>,
+}
+
+/// Axes of the two triads.
+pub(super) const AXES: usize = 6;
+
 /// One measurement: error state, value, standard deviation.
-pub(super) type Scalar<const L: usize> = (usize, Lane<L>, f64);
+pub(super) type Scalar<S> = (usize, Lane<S>, f64);
 /// Values of a fix.
 pub(super) const MOST: usize = 6;
 
-impl<const L: usize> Covariance<L> {
-    /// `of(l, i, j)` is a cell of filter `l`.
-    pub(super) fn of(size: usize, of: impl Fn(usize, usize, usize) -> f64) -> Self {
-        let cells = (0..size).flat_map(|j| (j..size).map(move |i| (i, j)));
+impl<S: Simd> Covariance<S> {
+    /// `cell(l, i, j)` is a cell of filter `l`.
+    #[inline(always)]
+    pub(super) fn of(simd: S, size: usize, cell: impl Fn(usize, usize, usize) -> f64) -> Self {
+        let mut cells = Vec::with_capacity(size * (size + 1) / 2);
+        let mut begins = Vec::with_capacity(size);
+        for j in 0..size {
+            begins.push(cells.len());
+            for i in j..size {
+                cells.push(of(simd, |l| cell(l, i, j)));
+            }
+        }
+        let zero = all(simd, 0.0);
         Self {
             size,
-            cells: cells.map(|(i, j)| Lane::of(|l| of(l, i, j))).collect(),
-            begins: (0..size)
-                .map(|j| j * size - j * j.saturating_sub(1) / 2)
-                .collect(),
-            top: vec![[Lane::ZERO; NAV]; size],
-            columns: vec![Lane::ZERO; MOST * size],
-            weights: vec![Lane::ZERO; MOST],
-            errors: vec![Lane::ZERO; size],
+            cells,
+            begins,
+            top: vec![[zero; NAV]; size],
+            columns: vec![zero; MOST * size],
+            weights: [zero; MOST],
+            errors: vec![zero; size],
         }
     }
 
     /// The cell of filter `l`.
     pub(super) fn cell(&self, l: usize, i: usize, j: usize) -> f64 {
         let (i, j) = (i.max(j), i.min(j));
-        self.cells[self.begins[j] + i - j].0[l]
+        self.cells[self.begins[j] + i - j][l]
     }
 
-    /// `P <- [Phi Psi; 0 I] P [Phi Psi; 0 I]' + Q`. `by`: the columns of `[Phi Psi]`; `walked`:
-    /// the variance that each parameter has walked.
+    /// `P <- [Phi Psi; 0 I] P [Phi Psi; 0 I]' + Q`. `by`: `[Phi Psi]`; `walks`: the variance that
+    /// each parameter walks in a second, for `time` seconds.
     #[inline(always)]
     pub(super) fn propagate(
         &mut self,
-        by: &[Column<L>],
-        q: &[Column<L>; NAV],
-        walked: impl Fn(usize) -> Lane<L>,
+        by: &Transitions<S>,
+        q: &[Column<S>; NAV],
+        walks: &[Lane<S>],
+        time: f64,
     ) {
+        self.transform(by);
         let size = self.size;
-        for (j, top) in self.top.iter_mut().enumerate() {
-            let mut sum = [Lane::ZERO; NAV];
-            for (k, by) in by.iter().enumerate().take(j) {
-                let x = self.cells[self.begins[k] + j - k];
-                accumulate(&mut sum, by, x);
+        let zero = [all(q[0][0].simd, 0.0); NAV];
+        // what the slow parameters of each axis add to the first nine rows of [Phi Psi] P
+        let mut along = [zero; AXES];
+        for (along, slow) in along.iter_mut().zip(&by.slow) {
+            let mut sum = [*along];
+            for &k in slow {
+                accumulate(&mut sum, &self.top[NAV + k], [by.numbers[k]]);
             }
-            let below = &self.cells[self.begins[j]..self.begins[j] + size - j];
-            for (by, x) in by[j..].iter().zip(below) {
-                accumulate(&mut sum, by, *x);
-            }
-            *top = sum;
+            [*along] = sum;
         }
         let mut nav = *q;
-        for (c, sum) in nav.iter_mut().enumerate() {
-            for (top, by) in self.top.iter().zip(by) {
-                accumulate(sum, top, by[c]);
+        for c in (0..NAV).step_by(2) {
+            // nine columns two at a time: the last one is alone, and beside itself
+            let other = (c + 1).min(NAV - 1);
+            let mut two = [nav[c], nav[other]];
+            for (top, by) in self.top.iter().zip(&by.phi) {
+                accumulate(&mut two, top, [by[c], by[other]]);
             }
+            for (along, by) in along.iter().zip(&by.axes) {
+                accumulate(&mut two, along, [by[c], by[other]]);
+            }
+            for &k in &by.others {
+                let own = &by.own[k];
+                accumulate(&mut two, &self.top[NAV + k], [own[c], own[other]]);
+            }
+            nav[c] = two[0];
+            nav[other] = two[1];
         }
         for c in 0..NAV {
             let begin = self.begins[c];
@@ -90,17 +129,54 @@ impl<const L: usize> Covariance<L> {
                 *cell = top[c];
             }
         }
-        for (k, begin) in self.begins[NAV..].iter().enumerate() {
-            self.cells[*begin] += walked(k);
+        for (walk, begin) in walks.iter().zip(&self.begins[NAV..]) {
+            self.cells[*begin] += *walk * time;
         }
+    }
+
+    /// The first nine rows of `[Phi Psi] P`, two columns at a time, so that a column of `[Phi Psi]`
+    /// is read once for both.
+    #[inline(always)]
+    fn transform(&mut self, by: &Transitions<S>) {
+        let size = self.size;
+        let zero = all(by.phi[0][0].simd, 0.0);
+        for j in (0..size).step_by(2) {
+            let other = (j + 1).min(size - 1);
+            let mut two = [[zero; NAV]; 2];
+            for (k, by) in by.phi.iter().enumerate() {
+                accumulate(&mut two, by, [self.get(j, k), self.get(other, k)]);
+            }
+            for (slow, by_axis) in by.slow.iter().zip(&by.axes) {
+                let mut along = [zero; 2];
+                for &k in slow {
+                    along[0] += by.numbers[k] * self.get(j, NAV + k);
+                    along[1] += by.numbers[k] * self.get(other, NAV + k);
+                }
+                accumulate(&mut two, by_axis, along);
+            }
+            for &k in &by.others {
+                let x = [self.get(j, NAV + k), self.get(other, NAV + k)];
+                accumulate(&mut two, &by.own[k], x);
+            }
+            self.top[j] = two[0];
+            self.top[other] = two[1];
+        }
+    }
+
+    /// A cell of all.
+    #[inline(always)]
+    fn get(&self, i: usize, j: usize) -> Lane<S> {
+        let (i, j) = if i < j { (j, i) } else { (i, j) };
+        self.cells[self.begins[j] + i - j]
     }
 
     /// Measurements one after the other. The logarithm of their density is added to `score`.
     #[inline(always)]
-    pub(super) fn update(&mut self, scalars: &[Scalar<L>], score: &mut Lane<L>) {
+    pub(super) fn update(&mut self, scalars: &[Scalar<S>], score: &mut Lane<S>) {
         let size = self.size;
-        self.errors.fill(Lane::ZERO);
-        let mut density = Lane::ZERO;
+        let zero = all(score.simd, 0.0);
+        self.errors.fill(zero);
+        let mut density = zero;
         for (m, &(i, z, sigma)) in scalars.iter().enumerate() {
             let (earlier, rest) = self.columns.split_at_mut(m * size);
             let column = &mut rest[..size];
@@ -122,7 +198,10 @@ impl<const L: usize> Covariance<L> {
                 *e += *c * gain;
             }
             let square = innovation * innovation / s;
-            let log = (std::f64::consts::TAU * s).map(f64::ln);
+            let mut log = std::f64::consts::TAU * s;
+            for l in 0..PLACES {
+                log[l] = log[l].ln();
+            }
             density -= 0.5 * (square + log);
             self.weights[m] = 1.0 / s;
         }
@@ -130,42 +209,56 @@ impl<const L: usize> Covariance<L> {
         self.subtract(scalars.len());
     }
 
-    /// `P - sum w c c'` over the first `count` measurements, three at a time.
+    /// `P - sum w c c'` over the first `count` measurements. All six of a whole fix are taken off
+    /// in one pass over the cells.
     #[inline(always)]
     fn subtract(&mut self, count: usize) {
         let (size, w) = (self.size, &self.weights);
-        for first in (0..count).step_by(3) {
-            let number = (count - first).min(3);
-            let columns = &self.columns[first * size..(first + number) * size];
-            for (j, begin) in self.begins.iter().enumerate() {
-                let cells = &mut self.cells[*begin..*begin + size - j];
-                if number == 3 {
-                    let (a, rest) = columns.split_at(size);
-                    let (b, c) = rest.split_at(size);
-                    let by_a = a[j] * w[first];
-                    let by_b = b[j] * w[first + 1];
-                    let by_c = c[j] * w[first + 2];
-                    let rows = a[j..].iter().zip(&b[j..]).zip(&c[j..]);
-                    for (cell, ((a, b), c)) in cells.iter_mut().zip(rows) {
-                        *cell = *cell - *a * by_a - *b * by_b - *c * by_c;
-                    }
-                    continue;
+        for (j, begin) in self.begins.iter().enumerate() {
+            let cells = &mut self.cells[*begin..*begin + size - j];
+            if count == MOST {
+                let column = |m: usize| &self.columns[m * size + j..(m + 1) * size];
+                let columns = [
+                    column(0),
+                    column(1),
+                    column(2),
+                    column(3),
+                    column(4),
+                    column(5),
+                ];
+                let mut by = *w;
+                for (by, column) in by.iter_mut().zip(&columns) {
+                    *by = column[0] * *by;
                 }
-                for (m, column) in columns.chunks_exact(size).enumerate() {
-                    let by = column[j] * w[first + m];
-                    for (cell, x) in cells.iter_mut().zip(&column[j..]) {
-                        *cell -= *x * by;
+                for (k, cell) in cells.iter_mut().enumerate() {
+                    let mut x = *cell;
+                    for (column, by) in columns.iter().zip(&by) {
+                        x -= column[k] * *by;
                     }
+                    *cell = x;
+                }
+                continue;
+            }
+            for (column, w) in self.columns.chunks_exact(size).zip(w).take(count) {
+                let by = column[j] * *w;
+                for (cell, x) in cells.iter_mut().zip(&column[j..]) {
+                    *cell -= *x * by;
                 }
             }
         }
     }
 }
 
-/// `sum + column * x`.
+/// Each sum and the column times its number.
 #[inline(always)]
-fn accumulate<const L: usize>(sum: &mut Column<L>, column: &Column<L>, x: Lane<L>) {
-    for (s, c) in sum.iter_mut().zip(column) {
-        *s += *c * x;
+fn accumulate<S: Simd, const N: usize>(
+    sums: &mut [Column<S>; N],
+    column: &Column<S>,
+    x: [Lane<S>; N],
+) {
+    for (r, c) in column.iter().enumerate() {
+        for (sum, x) in sums.iter_mut().zip(&x) {
+            sum[r] += *c * *x;
+        }
     }
 }

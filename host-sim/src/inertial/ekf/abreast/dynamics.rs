@@ -3,20 +3,26 @@
 
 use super::super::{NAV, Triad};
 use super::covariance::Column;
-use super::lane::{Lane, M3, V3, add, cross, each, product, scaled, skew, sub, times, transposed};
 use super::navigate::{Earth, Navigators};
 use crate::inertial::earth::OMEGA_IE;
+use crate::inertial::lane::{
+    Lane, M3, V3, add, all, by, cross, difference, divided, minus, product, scaled, skew, sub, sum,
+    transposed, zeros,
+};
+use fearless_simd::Simd;
+use fearless_simd::prelude::*;
 
 /// An integral and the integral of the integral.
-pub(super) type Sums<const L: usize> = [V3<L>; 2];
+pub(super) type Sums<S> = [V3<S>; 2];
 /// Nothing integrated.
-pub(super) const fn nothing<const L: usize>() -> Sums<L> {
-    [[Lane::ZERO; 3]; 2]
+#[inline(always)]
+pub(super) fn nothing<S: Simd>(simd: S) -> Sums<S> {
+    [zeros(simd); 2]
 }
 
 /// Continues both integrals over `tau` with the constant integrand `c`.
 #[inline(always)]
-pub(super) fn integrate<const L: usize>(sums: &mut Sums<L>, c: &V3<L>, tau: f64) {
+pub(super) fn integrate<S: Simd>(sums: &mut Sums<S>, c: &V3<S>, tau: f64) {
     let [first, second] = *sums;
     let mean = add(&first, &scaled(c, 0.5 * tau));
     sums[1] = add(&second, &scaled(&mean, tau));
@@ -24,28 +30,29 @@ pub(super) fn integrate<const L: usize>(sums: &mut Sums<L>, c: &V3<L>, tau: f64)
 }
 
 /// Transition and noise of the nine navigation errors, by columns.
-pub(super) struct Transition<const L: usize> {
-    pub(super) phi: [Column<L>; NAV],
-    pub(super) q: [Column<L>; NAV],
+pub(super) struct Transition<S: Simd> {
+    pub(super) phi: [Column<S>; NAV],
+    pub(super) q: [Column<S>; NAV],
     /// Mean specific force, NED, m/s2.
-    f_n: V3<L>,
+    f_n: V3<S>,
 }
 
-impl<const L: usize> Transition<L> {
+impl<S: Simd> Transition<S> {
     /// Over `t` seconds that end at `nav`, with the integrals of the specific force.
     #[inline(always)]
     pub(super) fn over(
-        nav: &Navigators<L>,
-        [s1, s2]: &Sums<L>,
-        noise: &[Lane<L>; 2],
+        nav: &Navigators<S>,
+        [s1, s2]: &Sums<S>,
+        noise: &[Lane<S>; 2],
         t: f64,
     ) -> Self {
-        let f_n = s1.map(|x| x / t);
+        let f_n = divided(s1, t);
+        let o = all(f_n[0].simd, 0.0);
         let f = matrix(nav, &f_n);
         let half = 0.5 * t * t;
-        let mut phi = [[Lane::ZERO; NAV]; NAV];
+        let mut phi = [[o; NAV]; NAV];
         for (c, column) in phi.iter_mut().enumerate() {
-            let mut square = [Lane::ZERO; NAV];
+            let mut square = [o; NAV];
             for (k, by) in f.iter().enumerate() {
                 for (s, x) in square.iter_mut().zip(by) {
                     *s += *x * f[c][k];
@@ -68,21 +75,21 @@ impl<const L: usize> Transition<L> {
 
     /// The effect of a parameter of a triad, by its integrals.
     #[inline(always)]
-    pub(super) fn effect(&self, triad: Triad, [c1, c2]: &Sums<L>, t: f64) -> Column<L> {
+    pub(super) fn effect(&self, triad: Triad, [c1, c2]: &Sums<S>, t: f64) -> Column<S> {
         let [phi, v, r] = match triad {
             Triad::Gyro => {
                 let v = cross(&self.f_n, c2);
                 [*c1, v, scaled(&v, t / 3.0)]
             }
-            Triad::Accel => [[Lane::ZERO; 3], c1.map(|x| -x), c2.map(|x| -x)],
+            Triad::Accel => [zeros(self.f_n[0].simd), minus(c1), minus(c2)],
         };
-        std::array::from_fn(|i| [phi, v, r][i / 3][i % 3])
+        [phi[0], phi[1], phi[2], v[0], v[1], v[2], r[0], r[1], r[2]]
     }
 }
 
 /// Writes a block of three by three.
 #[inline(always)]
-fn put<const L: usize>(to: &mut [Column<L>; NAV], row: usize, column: usize, block: &M3<L>) {
+fn put<S: Simd>(to: &mut [Column<S>; NAV], row: usize, column: usize, block: &M3<S>) {
     for (r, cells) in block.iter().enumerate() {
         for (c, cell) in cells.iter().enumerate() {
             to[column + c][row + r] = *cell;
@@ -92,50 +99,42 @@ fn put<const L: usize>(to: &mut [Column<L>; NAV], row: usize, column: usize, blo
 
 /// A multiple of the unit matrix.
 #[inline(always)]
-fn diagonal<const L: usize>(by: Lane<L>) -> M3<L> {
-    let o = Lane::ZERO;
+fn diagonal<S: Simd>(by: Lane<S>) -> M3<S> {
+    let o = all(by.simd, 0.0);
     [[by, o, o], [o, by, o], [o, o, by]]
 }
 
 #[inline(always)]
-fn by<const L: usize>(m: &M3<L>, x: Lane<L>) -> M3<L> {
-    m.map(|row| times(&row, x))
-}
-
-#[inline(always)]
-fn white<const L: usize>(f_n: &V3<L>, noise: &[Lane<L>; 2], t: f64) -> [Column<L>; NAV] {
-    let [g, a] = noise.map(|sigma| sigma * sigma);
+fn white<S: Simd>(f_n: &V3<S>, noise: &[Lane<S>; 2], t: f64) -> [Column<S>; NAV] {
+    let (g, a) = (noise[0] * noise[0], noise[1] * noise[1]);
     let k = skew(f_n);
     let kk = product(&k, &transposed(&k));
     let (t2, t3) = (t * t, t * t * t);
-    let mut q = [[Lane::ZERO; NAV]; NAV];
-    let mut both = |row: usize, column: usize, block: &M3<L>| {
-        put(&mut q, row, column, block);
-        put(&mut q, column, row, &transposed(block));
-    };
-    let plus = |a: &M3<L>, b: &M3<L>| each(a, b, |a, b| a + b);
-    both(0, 0, &diagonal(g * t));
-    both(3, 0, &by(&k, g * t2 / 2.0));
-    both(6, 0, &by(&k, g * t3 / 6.0));
-    both(3, 3, &plus(&by(&kk, g * t3 / 3.0), &diagonal(a * t)));
-    both(
-        6,
-        3,
-        &plus(&by(&kk, g * t2 * t2 / 8.0), &diagonal(a * t2 / 2.0)),
-    );
-    both(
-        6,
-        6,
-        &plus(&by(&kk, g * t2 * t3 / 20.0), &diagonal(a * t3 / 3.0)),
-    );
+    let mut q = [[all(g.simd, 0.0); NAV]; NAV];
+    both(&mut q, 0, 0, &diagonal(g * t));
+    both(&mut q, 3, 0, &by(&k, g * t2 / 2.0));
+    both(&mut q, 6, 0, &by(&k, g * t3 / 6.0));
+    let velocity = sum(&by(&kk, g * t3 / 3.0), &diagonal(a * t));
+    both(&mut q, 3, 3, &velocity);
+    let mixed = sum(&by(&kk, g * t2 * t2 / 8.0), &diagonal(a * t2 / 2.0));
+    both(&mut q, 6, 3, &mixed);
+    let position = sum(&by(&kk, g * t2 * t3 / 20.0), &diagonal(a * t3 / 3.0));
+    both(&mut q, 6, 6, &position);
     q
+}
+
+/// Writes a block, and its transpose where the matrix mirrors it.
+#[inline(always)]
+fn both<S: Simd>(to: &mut [Column<S>; NAV], row: usize, column: usize, block: &M3<S>) {
+    put(to, row, column, block);
+    put(to, column, row, &transposed(block));
 }
 
 /// The system matrix by columns.
 #[inline(always)]
-fn matrix<const L: usize>(nav: &Navigators<L>, f_n: &V3<L>) -> [Column<L>; NAV] {
-    let o = Lane::ZERO;
+fn matrix<S: Simd>(nav: &Navigators<S>, f_n: &V3<S>) -> [Column<S>; NAV] {
     let v = &nav.velocity;
+    let o = all(v[0].simd, 0.0);
     let here = Earth::at(nav.place[0], nav.place[2]);
     let (m, n) = (here.m_h, here.n_h);
     let tan = here.sin_lat / here.cos_lat;
@@ -156,18 +155,20 @@ fn matrix<const L: usize>(nav: &Navigators<L>, f_n: &V3<L>) -> [Column<L>; NAV] 
         ],
     ];
     let mut f = [[o; NAV]; NAV];
-    put(&mut f, 0, 0, &skew(&omega_in).map(|row| row.map(|x| -x)));
+    let turning = skew(&omega_in);
+    let turning = [minus(&turning[0]), minus(&turning[1]), minus(&turning[2])];
+    put(&mut f, 0, 0, &turning);
     put(&mut f, 0, 3, &en_v);
-    put(&mut f, 0, 6, &each(&ie_r, &en_r, |a, b| a + b));
+    put(&mut f, 0, 6, &sum(&ie_r, &en_r));
     put(&mut f, 3, 0, &skew(f_n));
     let coriolis = skew(&add(&scaled(&omega_ie, 2.0), &omega_en));
-    let by_v = each(&product(&skew(v), &en_v), &coriolis, |a, b| a - b);
+    let by_v = difference(&product(&skew(v), &en_v), &coriolis);
     put(&mut f, 3, 3, &by_v);
-    let twice = each(&ie_r, &en_r, |a, b| a * 2.0 + b);
+    let twice = sum(&by(&ie_r, all(m.simd, 2.0)), &en_r);
     let mut by_r = product(&skew(v), &twice);
-    by_r[2][2] += 2.0 * here.g / (m * n).map(f64::sqrt);
+    by_r[2][2] += 2.0 * here.g / (m * n).sqrt();
     put(&mut f, 3, 6, &by_r);
-    put(&mut f, 6, 3, &diagonal(Lane::all(1.0)));
+    put(&mut f, 6, 3, &diagonal(all(m.simd, 1.0)));
     let last = [
         [-v[2] / m, o, v[0] / m],
         [v[1] * tan / m, -v[0] * tan / m - v[2] / n, v[1] / n],

@@ -1,71 +1,51 @@
 //! Several filters of the same structure side by side: one number of each stands beside those of
-//! the others, so that the processor computes them at once. They differ in their priors, their
-//! walks and noises, hence in their trajectories; what depends on the time or on the samples alone
-//! is computed once for all. Each keeps the bits that it has alone, and nothing is allocated while
-//! they run.
+//! the others, so that the processor computes them at once. They differ in their samples, priors,
+//! walks and noises, hence in their trajectories; fixes and time are the same for all. Nothing
+//! is allocated while they run. Filters without laws of time or temperature keep the bits that they
+//! have alone; the sums of the others add up axis by axis, which changes their last digits.
 
 mod covariance;
 mod dynamics;
-mod lane;
+mod free;
 mod navigate;
 
-use super::Inputs;
 use super::model::Known;
-use super::{Aided, NAV, Parameter, Regressor};
+use super::{Aided, Inputs, NAV, Parameter, Regressor, Triad};
 use crate::inertial::earth::Local;
 use crate::inertial::gnss::Fix;
+use crate::inertial::lane::{
+    Lane, PLACES, V3, after, all, applied, at, column, divided, gathered, matrix_of, of, rotation,
+    scaled, sub, times, zeros,
+};
 use crate::inertial::session::EPOCH_S;
 use crate::inertial::sins::{Increment, Samples};
-use covariance::{Column, Covariance, MOST, Scalar};
+use crate::inertial::vectors::widest;
+use covariance::{AXES, Covariance, MOST, Scalar, Transitions};
 use dynamics::{Sums, Transition, integrate, nothing};
-use lane::{Lane, V3, gathered, matrix_of, rotation, scaled, sub, times};
+use fearless_simd::Simd;
+pub use free::{Flight, flies, free_abreast};
 use navigate::Navigators;
+use std::sync::Arc;
 
-/// `L` filters that have just taken a fix.
-#[derive(Debug, Clone)]
-pub struct Abreast<'a, const L: usize> {
-    first: &'a Aided,
-    nav: Navigators<L>,
-    theta: Vec<Lane<L>>,
-    p: Covariance<L>,
-    /// Variance of the walk of each parameter in a second.
-    walks: Vec<Lane<L>>,
-    noise: [Lane<L>; 2],
-    /// Logarithm of the density that each has given to all fixes.
-    score: Lane<L>,
-    clock: f64,
-    before: Increment,
-    rate: V3<L>,
-    /// Since the last fix: time, and integrals of the specific force, of the body axes, and of what
-    /// the parameters that follow the motion add.
-    time: f64,
-    force: Sums<L>,
-    axes: [Sums<L>; 3],
-    effects: Vec<Sums<L>>,
-    /// The second of the slow errors, and these: of gyros, of accelerometers.
-    second: Option<usize>,
-    slow: [V3<L>; 2],
-    /// Columns of `[Phi Psi]`.
-    by: Vec<Column<L>>,
+/// A filter that has just taken a fix, and what it passes next.
+#[derive(Debug)]
+pub struct Beside<'a> {
+    /// The filter, and the logarithm of the density that it has given to all fixes so far.
+    pub filter: &'a mut (Aided, f64),
+    /// The increments of all epochs to come.
+    pub increments: &'a [Increment],
 }
 
 /// Whether two filters may run side by side: they have the same parameters but for their priors and
 /// walks, and nothing that only [`Aided`] knows.
 #[must_use]
 pub fn alike(a: &Aided, b: &Aided) -> bool {
-    let known = std::ptr::addr_eq(a.model.known.as_ptr(), b.model.known.as_ptr());
     let same = |(p, q): (&Parameter, &Parameter)| {
         (p.triad, p.axis, p.regressor) == (q.triad, q.axis, q.regressor)
     };
     let mut pairs = a.model.parameters.iter().zip(&b.model.parameters);
     let equal = a.model.len() == b.model.len() && pairs.all(same);
-    let clocks = a.interval.clock.to_bits() == b.interval.clock.to_bits();
-    plain(a)
-        && plain(b)
-        && (known || a.model.known.is_empty() && b.model.known.is_empty())
-        && equal
-        && clocks
-        && a.before == b.before
+    plain(a) && plain(b) && equal && a.interval.clock.to_bits() == b.interval.clock.to_bits()
 }
 
 fn plain(filter: &Aided) -> bool {
@@ -79,144 +59,244 @@ fn plain(filter: &Aided) -> bool {
         && filter.model.parameters.iter().all(simple)
 }
 
-impl<'a, const L: usize> Abreast<'a, L> {
-    /// Filters that are [`alike`], each with its score so far. `of(l)` is the one of place `l`.
-    pub fn of(of: impl Fn(usize) -> &'a (Aided, f64)) -> Self {
-        let filter = |l: usize| &of(l).0;
+/// Takes at most [`PLACES`] filters that are [`alike`] through epochs of one second, each with the
+/// fix at its end, valid there and then: with the widest vectors of the processor, on
+/// which no bit depends. `dt`: duration of an increment, s. All have the same number of increments.
+pub fn pass(beside: &mut [Beside<'_>], fixes: &[Option<Fix>], dt: f64) {
+    if beside.is_empty() || fixes.is_empty() {
+        return;
+    }
+    widest!(simd => run(simd, beside, fixes, dt));
+}
+
+#[inline(always)]
+fn run<S: Simd>(simd: S, beside: &mut [Beside<'_>], fixes: &[Option<Fix>], dt: f64) {
+    let mut abreast = Abreast::of(simd, beside);
+    let mut increments = [beside[0].increments; PLACES];
+    for (of, filter) in increments.iter_mut().zip(&*beside) {
+        *of = filter.increments;
+    }
+    let steps = increments[0].len() / fixes.len();
+    for (k, fix) in fixes.iter().enumerate() {
+        for i in k * steps..(k + 1) * steps {
+            abreast.step(&increments, i, dt);
+        }
+        abreast.propagate();
+        if let Some(fix) = fix {
+            abreast.take(fix);
+        }
+        abreast.begin();
+    }
+    for (l, beside) in beside.iter_mut().enumerate() {
+        abreast.give(l, beside);
+    }
+}
+
+/// Filters that have just taken a fix.
+struct Abreast<S: Simd> {
+    simd: S,
+    parts: Vec<Part>,
+    features: Vec<Feature>,
+    /// What each feature is now.
+    values: Vec<Lane<S>>,
+    known: [Arc<[Known]>; PLACES],
+    nav: Navigators<S>,
+    theta: Vec<Lane<S>>,
+    p: Covariance<S>,
+    /// Variance of the walk of each parameter in a second.
+    walks: Vec<Lane<S>>,
+    noise: [Lane<S>; 2],
+    /// Logarithm of the density that each has given to all fixes.
+    score: Lane<S>,
+    clock: f64,
+    rate: V3<S>,
+    /// Since the last fix: time, and integrals of the specific force, of the body axes, and of what
+    /// the parameters that follow the motion add.
+    time: f64,
+    force: Sums<S>,
+    axes: [Sums<S>; 3],
+    effects: Vec<Sums<S>>,
+    /// The second of the slow errors, and these: of gyros, of accelerometers.
+    second: Option<usize>,
+    slow: [V3<S>; 2],
+    /// `[Phi Psi]`.
+    by: Transitions<S>,
+}
+
+/// A parameter: what it acts on, and by what.
+struct Part {
+    triad: Triad,
+    axis: usize,
+    by: By,
+}
+
+enum By {
+    /// A feature, which hardly changes within a second.
+    Slow(usize),
+    /// The input of its triad along an axis.
+    Input(usize),
+}
+
+/// What slow parameters are multiplied by, once for all that share it.
+struct Feature {
+    of: Parameter,
+    /// It follows the time alone, so it is the same for all filters.
+    timed: bool,
+}
+
+/// The parameters, and the features that they share.
+fn parts(parameters: &[Parameter]) -> (Vec<Part>, Vec<Feature>) {
+    let mut features: Vec<Feature> = Vec::new();
+    let mut parts = Vec::with_capacity(parameters.len());
+    for p in parameters {
+        let timed = matches!(
+            p.regressor,
+            Regressor::One | Regressor::Hours | Regressor::Decay(_)
+        );
+        let shared = |feature: &Feature| {
+            feature.of.regressor == p.regressor && (timed || feature.of.axis == p.axis)
+        };
+        let by = match p.regressor {
+            Regressor::Input(axis) => By::Input(axis),
+            _ => By::Slow(features.iter().position(shared).unwrap_or_else(|| {
+                features.push(Feature { of: *p, timed });
+                features.len() - 1
+            })),
+        };
+        let (triad, axis) = (p.triad, p.axis);
+        parts.push(Part { triad, axis, by });
+    }
+    (parts, features)
+}
+
+impl<S: Simd> Abreast<S> {
+    #[inline(always)]
+    fn of(simd: S, beside: &[Beside<'_>]) -> Self {
+        let place = |l: usize| &*beside.get(l).unwrap_or(&beside[0]).filter;
+        let filter = |l: usize| &place(l).0;
         let first = filter(0);
         let n = first.model.len();
-        let walk = |k: usize| {
-            Lane::of(|l| {
-                let walk = filter(l).model.parameters[k].walk;
-                walk * walk
-            })
+        let walk = |l: usize, k: usize| {
+            let walk = filter(l).model.parameters[k].walk;
+            walk * walk
         };
-        let noise = |l: usize| filter(l).noise;
+        let (parts, features) = parts(&first.model.parameters);
+        let mut slow: [Vec<usize>; AXES] = Default::default();
+        let mut others = Vec::new();
+        for (k, p) in parts.iter().enumerate() {
+            match p.by {
+                By::Slow(_) => slow[3 * p.triad.index() + p.axis].push(k),
+                By::Input(_) => others.push(k),
+            }
+        }
+        let zero = all(simd, 0.0);
         Self {
-            first,
-            nav: Navigators::of(|l| &filter(l).sins),
-            theta: (0..n).map(|k| Lane::of(|l| filter(l).theta[k])).collect(),
-            p: Covariance::of(NAV + n, |l, i, j| filter(l).p[(i, j)]),
-            walks: (0..n).map(walk).collect(),
-            noise: [Lane::of(|l| noise(l).gyro), Lane::of(|l| noise(l).accel)],
-            score: Lane::of(|l| of(l).1),
+            simd,
+            values: vec![zero; features.len()],
+            parts,
+            features,
+            known: std::array::from_fn(|l| filter(l).model.known.clone()),
+            nav: Navigators::of(simd, |l| &filter(l).sins),
+            theta: (0..n).map(|k| of(simd, |l| filter(l).theta[k])).collect(),
+            p: Covariance::of(simd, NAV + n, |l, i, j| filter(l).p[(i, j)]),
+            walks: (0..n).map(|k| of(simd, |l| walk(l, k))).collect(),
+            noise: [
+                of(simd, |l| filter(l).noise.gyro),
+                of(simd, |l| filter(l).noise.accel),
+            ],
+            score: of(simd, |l| place(l).1),
             clock: first.interval.clock,
-            before: first.before.unwrap_or_default(),
-            rate: gathered(|l| filter(l).interval.last_rate.unwrap_or_default()),
+            rate: gathered(simd, |l| filter(l).interval.last_rate.unwrap_or_default()),
             time: 0.0,
-            force: nothing(),
-            axes: [nothing(); 3],
-            effects: vec![nothing(); n],
+            force: nothing(simd),
+            axes: [nothing(simd); 3],
+            effects: vec![nothing(simd); n],
             second: None,
-            slow: [[Lane::ZERO; 3]; 2],
-            by: vec![[Lane::ZERO; NAV]; NAV + n],
+            slow: [zeros(simd); 2],
+            by: Transitions {
+                phi: [[zero; NAV]; NAV],
+                axes: [[zero; NAV]; AXES],
+                own: vec![[zero; NAV]; n],
+                numbers: vec![zero; n],
+                slow,
+                others,
+            },
         }
     }
 
-    /// Filter `l` alone, and its score.
-    #[must_use]
-    pub fn filter(&self, l: usize, from: &Aided) -> (Aided, f64) {
-        let mut out = from.clone();
-        self.nav.give(l, &mut out.sins, self.past(from));
-        out.theta
-            .iter_mut()
-            .zip(&self.theta)
-            .for_each(|(to, x)| *to = x.0[l]);
-        for j in 0..out.p.ncols() {
-            for i in 0..out.p.nrows() {
-                out.p[(i, j)] = self.p.cell(l, i, j);
+    /// Filter `l` alone.
+    fn give(&self, l: usize, to: &mut Beside<'_>) {
+        let (filter, score) = &mut *to.filter;
+        let past = filter.sins.past; // not read with [`Samples::One`]
+        self.nav.give(l, &mut filter.sins, past);
+        for (to, x) in filter.theta.iter_mut().zip(&self.theta) {
+            *to = x[l];
+        }
+        for j in 0..filter.p.ncols() {
+            for i in 0..filter.p.nrows() {
+                filter.p[(i, j)] = self.p.cell(l, i, j);
             }
         }
-        out.interval.clock = self.clock;
-        out.interval.last_rate = Some(lane::at(&self.rate, l));
-        out.start = out.sins.nav;
-        out.before = Some(self.before);
-        (out, self.score.0[l])
+        filter.interval.clock = self.clock;
+        filter.interval.last_rate = Some(at(&self.rate, l));
+        filter.start = filter.sins.nav;
+        filter.before = to.increments.last().copied();
+        *score = self.score[l];
     }
 
-    /// Filters with [`Samples::One`] do not read their last increments.
-    fn past(&self, from: &Aided) -> [Increment; 2] {
-        from.sins.past
-    }
-
-    /// Takes all through epochs of one second, each with the fix at its end, valid there and then:
-    /// with the widest vectors of the processor, which compute the same bits.
-    pub fn pass<'e>(
-        &mut self,
-        epochs: impl Iterator<Item = (&'e [Increment], Option<Fix>)>,
-        dt: f64,
-    ) {
-        fearless_simd::dispatch!(fearless_simd::Level::new(), _simd => {
-            for (increments, fix) in epochs {
-                self.epoch(increments, dt, fix.as_ref());
-            }
-        });
-    }
-
+    /// Nothing has happened since the last fix.
     #[inline(always)]
-    fn epoch(&mut self, increments: &[Increment], dt: f64, fix: Option<&Fix>) {
-        for increment in increments {
-            self.step(increment, dt);
-        }
-        self.propagate();
-        if let Some(fix) = fix {
-            self.take(fix);
-        }
+    fn begin(&mut self) {
         self.second = None;
         self.time = 0.0;
-        self.force = nothing();
-        self.axes = [nothing(); 3];
-        self.effects.fill(nothing());
+        self.force = nothing(self.simd);
+        self.axes = [nothing(self.simd); 3];
+        self.effects.fill(nothing(self.simd));
     }
 
+    /// Step `i`.
     #[inline(always)]
-    fn step(&mut self, increment: &Increment, dt: f64) {
-        let [dtheta, dv] = self.corrected(increment, dt);
-        self.before = *increment;
+    fn step(&mut self, increments: &[&[Increment]; PLACES], i: usize, dt: f64) {
+        let measured = [
+            gathered(self.simd, |l| increments[l][i].dtheta),
+            gathered(self.simd, |l| increments[l][i].dv),
+        ];
+        let [dtheta, dv] = self.corrected(measured, dt);
         self.nav.step(&dtheta, &dv, dt);
         self.time += dt;
         self.clock += dt;
-        self.rate = dtheta.map(|x| x / dt);
-        let force = dv.map(|x| x / dt);
-        let q_mid = lane::after(&self.nav.q_bn, &rotation(&scaled(&dtheta, -0.5)));
+        self.rate = divided(&dtheta, dt);
+        let force = divided(&dv, dt);
+        let q_mid = after(&self.nav.q_bn, &rotation(&scaled(&dtheta, -0.5)));
         let c = matrix_of(&q_mid);
-        let f_n = c.map(|row| row[0] * force[0] + row[1] * force[1] + row[2] * force[2]);
-        integrate(&mut self.force, &f_n, dt);
+        integrate(&mut self.force, &applied(&c, &force), dt);
         for (i, sums) in self.axes.iter_mut().enumerate() {
-            integrate(sums, &c.map(|row| row[i]), dt);
+            integrate(sums, &column(&c, i), dt);
         }
-        for (sums, p) in self.effects.iter_mut().zip(&self.first.model.parameters) {
-            if let Regressor::Input(axis) = p.regressor {
+        for (sums, p) in self.effects.iter_mut().zip(&self.parts) {
+            if let By::Input(axis) = p.by {
                 let input = [&self.rate, &force][p.triad.index()][axis];
-                integrate(sums, &times(&c.map(|row| row[p.axis]), input), dt);
+                integrate(sums, &times(&column(&c, p.axis), input), dt);
             }
         }
     }
 
     /// The increment without the estimated errors.
     #[inline(always)]
-    fn corrected(&mut self, increment: &Increment, dt: f64) -> [V3<L>; 2] {
-        let [dtheta, dv] = [increment.dtheta, increment.dv].map(|v| gathered(|_| v));
-        let model = &self.first.model;
-        if model.parameters.is_empty() {
+    fn corrected(&mut self, [dtheta, dv]: [V3<S>; 2], dt: f64) -> [V3<S>; 2] {
+        if self.parts.is_empty() {
             return [dtheta, dv];
         }
-        let now = Inputs {
-            rate: increment.dtheta / dt,
-            force: increment.dv / dt,
-            time: self.clock + 0.5 * dt,
-            ..Inputs::default()
-        };
-        let second = (now.time / EPOCH_S) as usize;
+        let second = ((self.clock + 0.5 * dt) / EPOCH_S) as usize;
         if self.second != Some(second) {
             self.second = Some(second);
-            self.slow(second);
+            self.find_slow(second);
         }
         let mut error = self.slow;
-        let known = Known::default();
-        for (p, t) in model.parameters.iter().zip(&self.theta) {
-            if !p.regressor.is_slow() {
-                error[p.triad.index()][p.axis] += *t * p.value(&now, &known);
+        let input = [divided(&dtheta, dt), divided(&dv, dt)];
+        for (p, t) in self.parts.iter().zip(&self.theta) {
+            if let By::Input(axis) = p.by {
+                error[p.triad.index()][p.axis] += *t * input[p.triad.index()][axis];
             }
         }
         [
@@ -225,18 +305,34 @@ impl<'a, const L: usize> Abreast<'a, L> {
         ]
     }
 
-    /// The slow part of the errors in the middle of a second.
-    fn slow(&mut self, second: usize) {
-        let model = &self.first.model;
+    /// What the features are at a time, s.
+    #[inline(always)]
+    fn find_values(&mut self, time: f64) {
         let now = Inputs {
-            time: (second as f64 + 0.5) * EPOCH_S,
+            time,
             ..Inputs::default()
         };
-        let known = model.known_at(now.time);
-        self.slow = [[Lane::ZERO; 3]; 2];
-        for (p, t) in model.parameters.iter().zip(&self.theta) {
-            if p.regressor.is_slow() {
-                self.slow[p.triad.index()][p.axis] += *t * p.value(&now, &known);
+        let nothing = Known::default();
+        let second = (time / EPOCH_S) as usize;
+        for (value, feature) in self.values.iter_mut().zip(&self.features) {
+            *value = match feature.timed {
+                true => all(self.simd, feature.of.value(&now, &nothing)),
+                false => of(self.simd, |l| {
+                    let known = self.known[l].get(second).unwrap_or(&nothing);
+                    feature.of.value(&now, known)
+                }),
+            };
+        }
+    }
+
+    /// The slow part of the errors in the middle of a second.
+    #[inline(always)]
+    fn find_slow(&mut self, second: usize) {
+        self.find_values((second as f64 + 0.5) * EPOCH_S);
+        self.slow = [zeros(self.simd); 2];
+        for (p, t) in self.parts.iter().zip(&self.theta) {
+            if let By::Slow(feature) = p.by {
+                self.slow[p.triad.index()][p.axis] += *t * self.values[feature];
             }
         }
     }
@@ -246,26 +342,19 @@ impl<'a, const L: usize> Abreast<'a, L> {
     fn propagate(&mut self) {
         let t = self.time;
         let over = Transition::over(&self.nav, &self.force, &self.noise, t);
-        self.by[..NAV].copy_from_slice(&over.phi);
-        let model = &self.first.model;
-        let middle = Inputs {
-            time: self.clock - 0.5 * t,
-            ..Inputs::default()
-        };
-        let known = model.known_at(middle.time);
-        let parameters = model.parameters.iter().zip(&self.effects);
-        for (by, (p, effect)) in self.by[NAV..].iter_mut().zip(parameters) {
-            let sums = match p.regressor.is_slow() {
-                true => {
-                    let value = p.value(&middle, &known);
-                    self.axes[p.axis].map(|c| scaled(&c, value))
-                }
-                false => *effect,
-            };
-            *by = over.effect(p.triad, &sums, t);
+        self.find_values(self.clock - 0.5 * t);
+        self.by.phi = over.phi;
+        for (k, by) in self.by.axes.iter_mut().enumerate() {
+            let triad = if k < 3 { Triad::Gyro } else { Triad::Accel };
+            *by = over.effect(triad, &self.axes[k % 3], t);
         }
-        let walks = &self.walks;
-        self.p.propagate(&self.by, &over.q, |k| walks[k] * t);
+        for (k, p) in self.parts.iter().enumerate() {
+            match p.by {
+                By::Slow(feature) => self.by.numbers[k] = self.values[feature],
+                By::Input(_) => self.by.own[k] = over.effect(p.triad, &self.effects[k], t),
+            }
+        }
+        self.p.propagate(&self.by, &over.q, &self.walks, t);
     }
 
     /// Scalar updates by a fix, and feedback.
@@ -274,12 +363,16 @@ impl<'a, const L: usize> Abreast<'a, L> {
         let origin = &fix.position;
         let local = Local::at(origin.lat, origin.h);
         let [lat, lon, h] = self.nav.place;
+        let mut turns = lon - origin.lon;
+        for l in 0..PLACES {
+            turns[l] = crate::inertial::earth::wrapped(turns[l]);
+        }
         let dp = [
             (lat - origin.lat) * local.m_h,
-            (lon - origin.lon).map(crate::inertial::earth::wrapped) * local.n_h * local.cos_lat,
+            turns * local.n_h * local.cos_lat,
             origin.h - h,
         ];
-        let mut scalars: [Scalar<L>; MOST] = [(0, Lane::ZERO, 1.0); MOST];
+        let mut scalars: [Scalar<S>; MOST] = [(0, all(self.simd, 0.0), 1.0); MOST];
         let mut count = 0;
         for (i, dp) in dp.into_iter().enumerate() {
             let dv = self.nav.velocity[i] - fix.velocity[i];

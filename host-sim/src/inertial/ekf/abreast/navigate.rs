@@ -1,46 +1,48 @@
 //! The strapdown step of several filters side by side: [`Sins::step`] for increments that are
 //! compensated already.
 
-use super::lane::{
-    Lane, Q, V3, add, after, cross, gathered, norm_squared, rotation, scaled, size_squared, sub,
-    times, turned,
-};
 use crate::inertial::earth::{A, E2, F, Geodetic, Local, OMEGA_IE};
 use crate::inertial::earth::{GAMMA_E, K, M_RATIO};
-use crate::inertial::sins::{Increment, NavState, Sins, outside};
+use crate::inertial::lane::{
+    Lane, PLACES, Q, V3, add, after, all, at, cross, gathered, in_start_axes, minus, of, rotation,
+    scaled, size_squared, sub, turned,
+};
+use crate::inertial::sins::{HeightLoop, Increment, NavState, Sins, outside};
+use fearless_simd::Simd;
+use fearless_simd::prelude::*;
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
 /// Navigators side by side.
-#[derive(Debug, Clone)]
-pub(super) struct Navigators<const L: usize> {
+pub(super) struct Navigators<S: Simd> {
     /// Latitude and longitude, rad, and height, m.
-    pub(super) place: V3<L>,
-    pub(super) velocity: V3<L>,
-    pub(super) q_bn: Q<L>,
-    half_change: V3<L>,
-    earth: Earth<L>,
-    polar: [bool; L],
+    pub(super) place: V3<S>,
+    pub(super) velocity: V3<S>,
+    pub(super) q_bn: Q<S>,
+    half_change: V3<S>,
+    earth: Earth<S>,
+    polar: [bool; PLACES],
 }
 
 /// [`Local`] at the places of all.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Earth<const L: usize> {
-    pub(super) sin_lat: Lane<L>,
-    pub(super) cos_lat: Lane<L>,
-    pub(super) m_h: Lane<L>,
-    pub(super) n_h: Lane<L>,
-    pub(super) g: Lane<L>,
+#[derive(Clone, Copy)]
+pub(super) struct Earth<S: Simd> {
+    pub(super) sin_lat: Lane<S>,
+    pub(super) cos_lat: Lane<S>,
+    pub(super) m_h: Lane<S>,
+    pub(super) n_h: Lane<S>,
+    pub(super) g: Lane<S>,
 }
 
-impl<const L: usize> Earth<L> {
+impl<S: Simd> Earth<S> {
     #[inline(always)]
-    pub(super) fn at(lat: Lane<L>, h: Lane<L>) -> Self {
-        let both = lat.0.map(f64::sin_cos);
-        let sin_lat = Lane::of(|l| both[l].0);
-        let cos_lat = Lane::of(|l| both[l].1);
+    pub(super) fn at(lat: Lane<S>, h: Lane<S>) -> Self {
+        let (mut sin_lat, mut cos_lat) = (lat, lat);
+        for l in 0..PLACES {
+            (sin_lat[l], cos_lat[l]) = lat[l].sin_cos();
+        }
         let s2 = sin_lat * sin_lat;
         let w2 = 1.0 - E2 * s2;
-        let w = w2.map(f64::sqrt);
+        let w = w2.sqrt();
         let surface = GAMMA_E * (1.0 + K * s2) / w;
         let g = surface
             * (1.0 - 2.0 / A * (1.0 + F + M_RATIO - 2.0 * F * s2) * h + 3.0 * h * h / (A * A));
@@ -54,50 +56,55 @@ impl<const L: usize> Earth<L> {
     }
 
     #[inline(always)]
-    pub(super) fn omega_ie(&self) -> V3<L> {
+    pub(super) fn omega_ie(&self) -> V3<S> {
         let (north, down) = (OMEGA_IE * self.cos_lat, -OMEGA_IE * self.sin_lat);
-        [north, Lane::ZERO, down]
+        [north, all(north.simd, 0.0), down]
     }
 
     #[inline(always)]
-    pub(super) fn omega_en(&self, v: &V3<L>) -> V3<L> {
+    pub(super) fn omega_en(&self, v: &V3<S>) -> V3<S> {
         let east = v[1] / self.n_h;
         [east, -v[0] / self.m_h, -east * self.sin_lat / self.cos_lat]
     }
 }
 
-impl<const L: usize> Navigators<L> {
-    /// `of(l)` is the navigator number `l`.
-    pub(super) fn of<'a>(of: impl Fn(usize) -> &'a Sins) -> Self {
-        let nav = |l: usize| &of(l).nav;
-        let earth = |pick: fn(&Local) -> f64| Lane::of(|l| pick(&of(l).earth));
+impl<S: Simd> Navigators<S> {
+    /// `navigator(l)` is the navigator number `l`.
+    #[inline(always)]
+    pub(super) fn of<'a>(simd: S, navigator: impl Fn(usize) -> &'a Sins) -> Self {
+        let earth = |l: usize| &navigator(l).earth;
+        let coords = |i: usize| of(simd, |l| navigator(l).nav.q_bn.coords[i]);
+        let mut polar = [false; PLACES];
+        for (l, polar) in polar.iter_mut().enumerate() {
+            *polar = navigator(l).polar;
+        }
         Self {
-            place: gathered(|l| {
-                let at = nav(l).position;
+            place: gathered(simd, |l| {
+                let at = navigator(l).nav.position;
                 Vector3::new(at.lat, at.lon, at.h)
             }),
-            velocity: gathered(|l| nav(l).velocity),
-            q_bn: [0, 1, 2, 3].map(|i| Lane::of(|l| nav(l).q_bn.coords[i])),
-            half_change: gathered(|l| of(l).half_change),
+            velocity: gathered(simd, |l| navigator(l).nav.velocity),
+            q_bn: [coords(0), coords(1), coords(2), coords(3)],
+            half_change: gathered(simd, |l| navigator(l).half_change),
             earth: Earth {
-                sin_lat: earth(|e| e.sin_lat),
-                cos_lat: earth(|e| e.cos_lat),
-                m_h: earth(|e| e.m_h),
-                n_h: earth(|e| e.n_h),
-                g: earth(|e| e.g),
+                sin_lat: of(simd, |l| earth(l).sin_lat),
+                cos_lat: of(simd, |l| earth(l).cos_lat),
+                m_h: of(simd, |l| earth(l).m_h),
+                n_h: of(simd, |l| earth(l).n_h),
+                g: of(simd, |l| earth(l).g),
             },
-            polar: std::array::from_fn(|l| of(l).polar),
+            polar,
         }
     }
 
     /// The state of navigator `l`.
     pub(super) fn state(&self, l: usize) -> NavState {
-        let [lat, lon, h] = self.place.map(|x| x.0[l]);
-        let [i, j, k, w] = self.q_bn.map(|x| x.0[l]);
+        let [lat, lon, h] = at(&self.place, l).into();
+        let [i, j, k, w] = self.q_bn;
         NavState {
             position: Geodetic { lat, lon, h },
-            velocity: super::lane::at(&self.velocity, l),
-            q_bn: UnitQuaternion::new_unchecked(Quaternion::new(w, i, j, k)),
+            velocity: at(&self.velocity, l),
+            q_bn: UnitQuaternion::new_unchecked(Quaternion::new(w[l], i[l], j[l], k[l])),
         }
     }
 
@@ -105,20 +112,20 @@ impl<const L: usize> Navigators<L> {
     pub(super) fn give(&self, l: usize, to: &mut Sins, past: [Increment; 2]) {
         to.nav = self.state(l);
         to.past = past;
-        to.half_change = super::lane::at(&self.half_change, l);
+        to.half_change = at(&self.half_change, l);
         to.earth = Local {
-            sin_lat: self.earth.sin_lat.0[l],
-            cos_lat: self.earth.cos_lat.0[l],
-            m_h: self.earth.m_h.0[l],
-            n_h: self.earth.n_h.0[l],
-            g: self.earth.g.0[l],
+            sin_lat: self.earth.sin_lat[l],
+            cos_lat: self.earth.cos_lat[l],
+            m_h: self.earth.m_h[l],
+            n_h: self.earth.n_h[l],
+            g: self.earth.g[l],
         };
         to.polar = self.polar[l];
     }
 
     /// Advances all by one increment each of `dt` seconds.
     #[inline(always)]
-    pub(super) fn step(&mut self, dtheta: &V3<L>, dv: &V3<L>, dt: f64) {
+    pub(super) fn step(&mut self, dtheta: &V3<S>, dv: &V3<S>, dt: f64) {
         let [lat, lon, h] = self.place;
         let velocity = self.velocity;
         let mid = self.earth;
@@ -133,7 +140,8 @@ impl<const L: usize> Navigators<L> {
         let dv_n = turned(&self.q_bn, &in_start_axes(dtheta, dv));
         let dv_n = sub(&dv_n, &scaled(&cross(&zeta, &dv_n), 0.5));
         let whole = add(&scaled(&omega_ie, 2.0), &omega_en);
-        let gravity = [Lane::ZERO, Lane::ZERO, mid.g];
+        let zero = all(mid.g.simd, 0.0);
+        let gravity = [zero, zero, mid.g];
         let gravity_coriolis = sub(&gravity, &cross(&whole, &v_mid));
         let change = add(&dv_n, &scaled(&gravity_coriolis, dt));
         let v_mean = add(&velocity, &scaled(&change, 0.5));
@@ -143,22 +151,22 @@ impl<const L: usize> Navigators<L> {
             h - v_mean[2] * dt,
         ];
         self.velocity = add(&velocity, &change);
-        let q = after(&rotation(&zeta.map(|x| -x)), &self.q_bn);
+        let q = after(&rotation(&minus(&zeta)), &self.q_bn);
         let q = after(&q, &rotation(dtheta));
         let by = 0.5 * (3.0 - size_squared(&q));
-        self.q_bn = q.map(|x| x * by);
+        self.q_bn = [q[0] * by, q[1] * by, q[2] * by, q[3] * by];
         self.half_change = scaled(&change, 0.5);
-        for (polar, lat) in self.polar.iter_mut().zip(self.place[0].0) {
-            *polar |= outside(lat);
+        for (polar, lat) in self.polar.iter_mut().zip(self.place[0].as_slice()) {
+            *polar |= outside(*lat);
         }
     }
 
     /// Takes the errors `e` (attitude, velocity, position) off, as [`super::super::displaced`].
     #[inline(always)]
-    pub(super) fn displace(&mut self, e: &[Lane<L>]) {
+    pub(super) fn displace(&mut self, e: &[Lane<S>]) {
         let q = after(&rotation(&[e[0], e[1], e[2]]), &self.q_bn);
-        let norm = size_squared(&q).map(f64::sqrt);
-        self.q_bn = q.map(|x| x / norm);
+        let norm = size_squared(&q).sqrt();
+        self.q_bn = [q[0] / norm, q[1] / norm, q[2] / norm, q[3] / norm];
         let [lat, lon, h] = self.place;
         let here = Earth::at(lat, h);
         self.place = [
@@ -168,14 +176,12 @@ impl<const L: usize> Navigators<L> {
         ];
         self.velocity = sub(&self.velocity, &[e[3], e[4], e[5]]);
     }
-}
 
-/// [`crate::inertial::sins`]: specific force in the body axes of the start of the increment.
-#[inline(always)]
-fn in_start_axes<const L: usize>(phi: &V3<L>, eta: &V3<L>) -> V3<L> {
-    let n2 = norm_squared(phi);
-    let once = cross(phi, eta);
-    let twice = cross(phi, &once);
-    let first = add(eta, &times(&once, 0.5 - n2 / 24.0));
-    add(&first, &times(&twice, 1.0 / 6.0 - n2 / 120.0))
+    /// [`Sins::damp_height`] of all. `heights`: those of the barometer, m.
+    #[inline(always)]
+    pub(super) fn damp_height(&mut self, loop_: &HeightLoop, heights: Lane<S>, dt: f64) {
+        let error = self.place[2] - heights;
+        self.place[2] -= 2.0 / loop_.time_s * error * dt;
+        self.velocity[2] += error * dt / (loop_.time_s * loop_.time_s);
+    }
 }

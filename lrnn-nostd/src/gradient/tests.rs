@@ -1,0 +1,80 @@
+//! The orders of work agree, bit by bit.
+
+use super::*;
+use crate::{Diagonal, Full, Identity, Normalisation, Rational};
+use proptest::prelude::*;
+use std::vec::Vec;
+
+fn net<F: Feedback>(values: &[f32]) -> Net<Rational, Identity, F> {
+    Net::new(Weights::from_fn(|i| values[i]), Normalisation::identity())
+}
+
+fn bits<F>(net: &Net<Rational, Identity, F>, sens: &Sensitivities) -> ([u32; PARAMS], Vec<u32>)
+where
+    F: Feedback,
+{
+    let rows = sens.output();
+    let rows = rows.as_flattened().iter().map(|s| s.to_bits()).collect();
+    (net.weights.to_array().map(f32::to_bits), rows)
+}
+
+/// The order of work on the desktop, that on the target, and that on the target with the
+/// descent included give the same bits.
+fn check<F: Feedback>(values: &[f32], inputs: &[[f32; 3]], rate: f32) {
+    let mut plain = net::<F>(values);
+    let (mut state, mut rows) = (State::new(), Sensitivities::new());
+    let (mut columns, mut fused) = (Sensitivities::new(), Sensitivities::new());
+    for &input in inputs {
+        let Ok(forward) = plain.forward(&state, input) else {
+            return;
+        };
+        let last = state.y;
+        state.y = forward.y;
+        rows.by_row::<Rational, Identity, F>(&plain.weights, &forward, &last);
+        let check = columns.by_column::<Rational, Identity, F>(&plain.weights, &forward, &last);
+        let finite = rows.s3.is_finite();
+        assert!(finite || !check.passed(), "an overflow was not noticed");
+
+        let g = forward.y[2].map(|y| y * rate);
+        let mut moved = plain;
+        let went = fused.descend_by_column::<Rational, Identity, F>(
+            &mut moved.weights,
+            &forward,
+            &last,
+            g,
+        );
+        assert_eq!(went, finite);
+        if finite {
+            assert_eq!(bits(&plain, &rows), bits(&plain, &columns));
+            rows.descend(&mut plain.weights, &forward.y[2], rate);
+            assert_eq!(bits(&plain, &rows), bits(&moved, &fused));
+        } else {
+            assert_eq!(
+                bits(&plain, &rows).0,
+                bits(&moved, &rows).0,
+                "moved after an overflow"
+            );
+            (rows, columns, fused) = Default::default();
+        }
+    }
+}
+
+fn weight() -> impl Strategy<Value = f32> {
+    prop_oneof![8 => -1.0_f32..1.0, 1 => -1e19_f32..1e19, 1 => -1e30_f32..1e30]
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
+
+    #[test]
+    fn orders_of_work_agree(
+        ordinary in prop::collection::vec(-1.0_f32..1.0, PARAMS),
+        wild in prop::collection::vec(weight(), PARAMS),
+        inputs in prop::collection::vec([-3.0_f32..3.0, -3.0_f32..3.0, -3.0_f32..3.0], 1..30),
+        rate in -0.01_f32..0.1,
+    ) {
+        check::<Full>(&ordinary, &inputs, rate);
+        check::<Diagonal>(&ordinary, &inputs, rate);
+        check::<Full>(&wild, &inputs, rate);
+    }
+}
