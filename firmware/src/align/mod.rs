@@ -189,14 +189,30 @@ impl Align {
 
     /// Takes a sample.
     pub fn sample(&mut self, counts: &Counts) {
+        if self.gather(counts) {
+            while self.part() {}
+        }
+    }
+
+    /// Only adds the sample to its piece. True: [`Self::part`] must follow until it is false,
+    /// before anything else.
+    pub fn gather(&mut self, counts: &Counts) -> bool {
         self.gather.sample(counts);
         self.left = self.left.saturating_sub(1);
-        if self.gather.is_full() || self.left == 0 {
+        self.gather.is_full() || self.left == 0
+    }
+
+    /// Ends the piece that is full, then the second that is over. True: one of them was.
+    pub fn part(&mut self) -> bool {
+        if self.gather.is_full() || (self.left == 0 && !self.gather.is_empty()) {
             self.end_piece();
+            return true;
         }
-        if self.left == 0 {
+        let over = self.left == 0;
+        if over {
             self.end_second();
         }
+        over
     }
 
     /// Another source shows that the vehicle moves. No effect on a commanded alignment.

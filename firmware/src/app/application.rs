@@ -84,6 +84,10 @@ pub struct App<'m> {
     service: Option<Service>,
     /// What the watchdogs are fed by.
     well: Well,
+    /// The look once a second is due.
+    scrubs: bool,
+    /// The last of these passes served the command link.
+    served: bool,
     /// The last pass left nothing to do: see [`App::rests`].
     quiet: bool,
 }
@@ -133,6 +137,8 @@ impl<'m> App<'m> {
             as_told,
             service: None,
             well: Well::default(),
+            scrubs: false,
+            served: false,
             quiet: false,
         }
     }
@@ -360,7 +366,7 @@ impl<'m> App<'m> {
     ) -> bool {
         if a_second {
             self.look_for_frames(now);
-            self.scrub(&mut lines.navigation, now);
+            self.scrubs = true;
         }
         if !self.framer.is_sound() {
             self.framer_anew();
@@ -368,13 +374,15 @@ impl<'m> App<'m> {
         if self.machine.phase() == Phase::Start {
             self.start(now);
         }
-        let mut busy = false;
-        let blocks = self.flow.counters.blocks;
-        if silent {
+        let (mut busy, spent) = if silent {
             self.watch_silence(now, &mut lines.navigation);
+            let part = self.flow.end_block_part();
+            (part, part)
         } else {
-            busy = self.receive(&mut lines.sensor, &mut lines.navigation, now);
-        }
+            self.flow.end_block();
+            let more = self.receive(&mut lines.sensor, &mut lines.navigation, now);
+            (more, true)
+        };
         self.flow
             .watch_rate(now, matches!(self.machine.phase(), Phase::Run(_)));
         lines.navigation.poll();
@@ -382,12 +390,11 @@ impl<'m> App<'m> {
         lines.command.poll();
         let waited = now.saturating_sub(self.served_us) >= PATIENCE_US;
         let between = self.framer.pending() == 0 && !is_within(&mut lines.navigation);
-        if between || waited {
+        if waited || between && !spent {
             self.served_us = now;
-            busy |= !self.links_rest(lines, now) && self.links(lines, now);
-            // the end of a block that is learnt from is enough work for one pass
-            let learns = self.flow.learns() && blocks != self.flow.counters.blocks;
-            busy |= learns || self.work(now);
+            busy |= self.piece(lines, now);
+        } else if between {
+            busy |= self.waits(lines, now);
         }
         self.note_pass(now);
         self.quiet = !busy;
@@ -410,23 +417,56 @@ impl<'m> App<'m> {
             && lines.gnss.is_idle()
     }
 
-    /// The navigation computer's way back, the command link and the receiver. True: there may be
-    /// more work.
+    /// Whether there is work for another pass, after one that had frames.
+    #[inline(always)]
+    fn waits<S: Line, N: Line, C: Line, G: Line>(
+        &mut self,
+        lines: &Lines<S, N, C, G>,
+        now: u64,
+    ) -> bool {
+        let waits = !self.links_rest(lines, now) || self.scrubs || self.flow.is_busy();
+        if !waits {
+            (self.served_us, self.well.rested_us) = (now, now);
+        }
+        waits
+    }
+
+    /// What is not urgent: bytes back to the sensor, and then one of the other links' turns, the
+    /// look once a second, and a part of the learner's work. Each of them is enough for one pass.
+    /// True: there may be more.
     #[inline(never)]
-    fn links<S: Line, N: Line, C: Line, G: Line>(
+    fn piece<S: Line, N: Line, C: Line, G: Line>(
         &mut self,
         lines: &mut Lines<S, N, C, G>,
         now: u64,
     ) -> bool {
-        let mut busy = self.back(&mut lines.navigation, &mut lines.sensor, now);
-        let asked = !self.asked.is_empty() || !lines.command.is_idle();
-        busy |= asked && self.command(&mut lines.command, now);
-        if self.server.renewal != Renewal::None {
-            self.renew(&mut lines.navigation, &mut lines.command, now);
+        let mut back = !self.links_rest(lines, now);
+        let served = core::mem::take(&mut self.served);
+        if back {
+            self.flow.end_block(); // a request sees all that came before it
+            back = self.back(&mut lines.navigation, &mut lines.sensor, now);
+            if self.server.renewal != Renewal::None {
+                self.renew(&mut lines.navigation, &mut lines.command, now);
+                return true;
+            }
+            let gnss = !lines.gnss.is_idle() || self.receiver.is_due(now);
+            if gnss && self.gnss(&mut lines.gnss, now) {
+                return true;
+            }
+            let asked = !self.asked.is_empty() || !lines.command.is_idle();
+            // however many requests come, every other of these passes is for the rest
+            let turn = !served || !(self.scrubs || self.flow.is_busy());
+            if asked && turn && self.command(&mut lines.command, now) {
+                self.served = true;
+                return true;
+            }
+            back |= asked;
         }
-        let gnss = !lines.gnss.is_idle() || self.receiver.is_due(now);
-        busy |= gnss && self.gnss(&mut lines.gnss, now);
-        busy
+        if core::mem::take(&mut self.scrubs) {
+            self.scrub(&mut lines.navigation, now);
+            return true;
+        }
+        self.work(now) || back
     }
 
     /// After a pass that left nothing to do, and while nothing comes: whether this pass would do

@@ -106,6 +106,8 @@ pub(super) struct Flow<'m> {
     pub heard: Heard,
     /// The last block.
     pub block: Option<Block>,
+    /// What its end leads to is not done yet: see [`Flow::end_block`].
+    ended: bool,
     /// Blocks in which a correction was clipped, before the present state.
     clipped: u32,
     /// Number of the last sample, modulo 2^32; the first is 0.
@@ -170,6 +172,7 @@ impl<'m> Flow<'m> {
             failures: 0,
             heard: Heard::default(),
             block: None,
+            ended: false,
             clipped: 0,
             sample: u32::MAX,
             learner,
@@ -238,6 +241,9 @@ impl<'m> Flow<'m> {
     /// `KNOWN`: reading and changing the frame are worth to be here, since most of them falls away.
     #[inline(always)]
     fn through<const KNOWN: bool>(&mut self, mut frame: Checked, out: &mut Behind<impl Line>) {
+        if self.ended {
+            self.end_block();
+        }
         let reading = if KNOWN {
             frame.reading()
         } else {

@@ -81,33 +81,46 @@ pub struct Antenna {
 }
 
 impl Antenna {
-    /// All zeros. Call [`Antenna::configure`] before use.
+    /// All zeros. Call [`Antenna::begin_nothing`] or [`Antenna::configure`] before use.
     pub const ZEROED: Antenna = Antenna {
         filter: Filter::ZEROED,
         workspace: Workspace::ZEROED,
         sigma: [0.0; ANTENNA],
         arm: [0.0; 3],
         age: 0.0,
-        mounting: [1.0, 0.0, 0.0, 0.0],
+        mounting: [0.0; 4],
         effect: [[0.0; ANTENNA]; OBSERVATIONS],
         before: [[0.0; ANTENNA]; OBSERVATIONS],
         fix: ([0.0; OBSERVATIONS], [0.0; OBSERVATIONS]),
         jump: 0.0,
         moved: false,
         fixed: false,
-        next: END,
+        next: 0,
         refused: [Refusals::NONE; OBSERVATIONS],
-        counts: true,
+        counts: false,
         measured: None,
         begun: false,
         failed: false,
-        known: Known::NONE,
+        known: Known {
+            lever_arm: [0.0; 3],
+            lever_arm_sigma: [0.0; 3],
+            fix_delay: 0.0,
+            fix_delay_sigma: 0.0,
+        },
     };
+
+    /// Nothing is told of it, and nothing is to be estimated.
+    pub fn begin_nothing(&mut self) {
+        *self = Antenna::ZEROED;
+        self.mounting = [1.0, 0.0, 0.0, 0.0];
+        (self.next, self.counts) = (END, true);
+        self.known = Known::NONE;
+    }
 
     /// As told, until it begins. In place: it is too large to be moved over the stack.
     pub fn configure(&mut self, settings: &Settings) {
         let [x, y, z] = [settings.lever_arm_sigma; 3];
-        *self = Antenna::ZEROED;
+        self.begin_nothing();
         self.sigma = [x, y, z, settings.fix_age_sigma];
         (self.arm, self.age) = (settings.lever_arm, settings.fix_age_s);
         self.mounting = settings.mounting;

@@ -31,6 +31,7 @@ use crate::inputs::{Inputs, OWN};
 use hypothesis::Hypothesis;
 use lrnn_nostd::learn::kalman::{FixedWeights, OUTPUTS, TRIADS};
 use lrnn_nostd::{Real, State, Weights};
+pub use table::Half;
 use table::Hypotheses;
 
 /// The hypotheses over one navigator.
@@ -42,6 +43,8 @@ pub struct Bank<T: Real = f32> {
     unmodelled: [T; OUTPUTS],
     refused: [Refusals; OBSERVATIONS],
     leading: usize,
+    /// Those that have not fallen behind the best after the last fix; one bit for each hypothesis.
+    open: u8,
     /// The alignment has estimated the sensors' errors: see [`Self::navigating`].
     believed: bool,
     /// Networks that begin in the steady state of their inputs have not stepped yet; one bit for
@@ -59,7 +62,7 @@ impl<T: Real> Bank<T> {
     #[must_use]
     pub fn new(sheet: &Datasheet<T>, block_s: f64, error_sigma: [T; NAV], gates: Gates<T>) -> Self {
         let mut bank = Self::ZEROED;
-        let shapes = Shapes::new(&sheet.nets(block_s), sheet, &OWN);
+        let shapes = Shapes::new(&sheet.nets(block_s), sheet, &OWN).complete();
         bank.begin((sheet, &OWN), &shapes, block_s, error_sigma, gates);
         bank
     }
@@ -78,13 +81,15 @@ impl<T: Real> Bank<T> {
         unmodelled: [T::ZERO; OUTPUTS],
         refused: [Refusals::NONE; OBSERVATIONS],
         leading: ZERO_CORRECTION,
+        open: 0,
         believed: false,
         fresh: 0,
         settles: false,
     };
 
     /// [`Bank::new`] in place: a bank should not be moved over the stack. `shapes`: the first
-    /// networks of the hypotheses that are driven by these inputs.
+    /// networks of the hypotheses that are driven by these inputs; all that they reach is found
+    /// ([`Shapes::reach`]).
     #[inline(never)]
     pub fn begin(
         &mut self,
@@ -94,8 +99,16 @@ impl<T: Real> Bank<T> {
         error_sigma: [T; NAV],
         gates: Gates<T>,
     ) {
-        self.hypotheses
-            .begin(shapes, sheet, block_s, error_sigma, error_floor());
+        self.begins((sheet, inputs), gates);
+        for half in [Half::Networks, Half::Prior] {
+            self.begin_some((ALL, half), sheet, shapes, block_s, error_sigma);
+        }
+        self.begin_covariances(ALL);
+    }
+
+    /// The first part of [`Bank::begin`]. [`Bank::begin_some`] and then
+    /// [`Bank::begin_covariances`] must follow for each hypothesis.
+    pub fn begins(&mut self, (sheet, inputs): (&Datasheet<T>, &Inputs), gates: Gates<T>) {
         let [g, a] = [sheet.gyro_bias, sheet.accel_bias];
         self.unmodelled = [g, g, g, a, a, a];
         self.gates = gates;
@@ -106,8 +119,34 @@ impl<T: Real> Bank<T> {
         }
         self.refused = [Refusals::NONE; OBSERVATIONS];
         self.leading = ZERO_CORRECTION;
+        self.open = self.gates.enabled;
         self.believed = false;
         self.fresh = table::SETTLING;
+    }
+
+    /// One half of the beginning of the hypotheses in the bits `which`; first the networks.
+    #[inline(never)]
+    pub fn begin_some(
+        &mut self,
+        which: (u8, Half),
+        sheet: &Datasheet<T>,
+        shapes: &Shapes<T>,
+        block_s: f64,
+        error_sigma: [T; NAV],
+    ) {
+        let all = (sheet, shapes, block_s);
+        self.hypotheses
+            .begin(which, all, error_sigma, error_floor());
+    }
+
+    /// The covariances of the hypotheses in the bits `which`.
+    pub fn begin_covariances(&mut self, which: u8) {
+        self.hypotheses.each_of(which, |h| h.begin_covariance());
+    }
+
+    /// Whether this is [`STORED`], and takes part: [`Bank::begin_stored`] has begun it.
+    pub fn takes_part_as_stored(&self, index: usize) -> bool {
+        index == STORED && self.takes_part(STORED)
     }
 
     /// After [`Bank::begin`]: what was known of the unit when the last drive ended, by
@@ -121,6 +160,8 @@ impl<T: Real> Bank<T> {
             for (index, evidence) in [DRIVEN, CURVED].into_iter().zip(evidence) {
                 self.some(1 << index, |h| h.believe(evidence));
             }
+            let scores = self.scores();
+            self.note_open(&scores);
         }
         taken
     }
@@ -156,6 +197,7 @@ impl<T: Real> Bank<T> {
             )
         });
         self.gates.enabled |= 1 << STORED;
+        self.open |= 1 << STORED;
     }
 
     /// Whether a hypothesis takes part.
@@ -205,6 +247,18 @@ impl<T: Real> Bank<T> {
         }
     }
 
+    fn scores(&self) -> [f64; HYPOTHESES] {
+        core::array::from_fn(|index| self.score(index))
+    }
+
+    /// Notes which have not fallen behind the best one of `scores`.
+    fn note_open(&mut self, scores: &[f64; HYPOTHESES]) {
+        let best = (scores.iter()).fold(f64::NEG_INFINITY, |best, score| best.max(*score));
+        let open =
+            |(index, score): (usize, &f64)| u8::from(*score >= best - self.gates.evidence) << index;
+        self.open = scores.iter().enumerate().map(open).sum();
+    }
+
     /// Whether "the sensors are right" takes part. Without it the best of the others is used,
     /// whatever it has proved: for measurements.
     #[must_use]
@@ -214,15 +268,17 @@ impl<T: Real> Bank<T> {
 
     /// Which hypothesis leads.
     fn choose(&mut self) {
-        let (zero, leading) = (self.score(ZERO_CORRECTION), self.score(self.leading));
+        let scores = self.scores();
+        self.note_open(&scores);
+        let of = |index: usize| scores.get(index).copied().unwrap_or(f64::NEG_INFINITY);
+        let (zero, leading) = (of(ZERO_CORRECTION), of(self.leading));
         if self.doubts() && !self.get(ZERO_CORRECTION).is_healthy() {
             // nothing is left to compare with
             self.leading = ZERO_CORRECTION;
             return;
         }
         let mut best = (ZERO_CORRECTION, zero + self.gates.evidence);
-        for index in 0..HYPOTHESES {
-            let score = self.score(index);
+        for (index, score) in scores.into_iter().enumerate() {
             if score > best.1 {
                 best = (index, score);
             }
@@ -251,7 +307,8 @@ impl<T: Real> Bank<T> {
     /// [`SIX_BIASES`]: an alignment in motion with sensors of 0.5 deg/s holds for a second only
     /// without them. The output still has no correction then.
     fn navigating(&self) -> usize {
-        let biases = self.believed && self.score(SIX_BIASES).is_finite();
+        let usable = self.takes_part(SIX_BIASES) && self.is_healthy(SIX_BIASES);
+        let biases = self.believed && usable;
         if self.leading == ZERO_CORRECTION && biases {
             SIX_BIASES
         } else {
@@ -286,18 +343,14 @@ impl<T: Real> Bank<T> {
     }
 
     /// As [`Self::error_sigma`], but no smaller than what any hypothesis says that has not yet
-    /// fallen behind: its own standard deviation and its difference to the one that is followed. So
+    /// fallen behind by the last finished fix: its own standard deviation and its difference to the one that is followed. So
     /// it holds too while the choice among them is open.
     #[must_use]
     pub fn error_doubt(&self, index: usize) -> T {
         let at = |of: &dyn Hypothesis<T>| of.error_state().get(index).copied().unwrap_or(T::ZERO);
         let here = at(self.get(self.navigating()));
-        let best = (0..HYPOTHESES).fold(f64::NEG_INFINITY, |best, h| best.max(self.score(h)));
         let mut doubt = self.error_sigma(index);
-        for h in 0..HYPOTHESES {
-            if self.score(h) < best - self.gates.evidence {
-                continue;
-            }
+        for h in (0..HYPOTHESES).filter(|h| self.open >> h & 1 == 1) {
             let of = self.get(h);
             let (variance, off) = (
                 of.innovation(index, T::ZERO, T::ZERO).variance,

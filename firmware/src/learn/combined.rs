@@ -1,6 +1,6 @@
 //! Two learners side by side: from references and from fixes.
 
-use super::{Learner, Report, Settings, Winner};
+use super::{Known, Learner, Report, Settings, Winner};
 use crate::compensator::Block;
 use crate::control::{Alignment, Reason, Window};
 use crate::fix::{Fix, Heading};
@@ -71,6 +71,10 @@ impl<R: Learner, F: Learner> Learner for CombinedLearner<'_, R, F> {
         self.fixes.fix(number, fix);
     }
 
+    fn settle(&mut self) -> bool {
+        self.references.settle() || self.fixes.settle()
+    }
+
     fn work(&mut self) -> bool {
         self.references.work() || self.fixes.work()
     }
@@ -104,6 +108,10 @@ impl<R: Learner, F: Learner> Learner for CombinedLearner<'_, R, F> {
             Some(winner) => (winner.nets, winner.states),
             None => self.references.learnt(),
         }
+    }
+
+    fn antenna(&self) -> Known {
+        self.fixes.antenna()
     }
 
     fn still_s(&self) -> u32 {

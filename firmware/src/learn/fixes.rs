@@ -12,11 +12,12 @@
 //!   after the navigator was lost, and waits while the vehicle stands and the other one can do it.
 //! - From a known state: [`FixLearner::navigate_from`].
 //!
-//! **What is computed when.** Inexpensive work is done where it arises: sums of samples, a piece of
-//! navigation, the means of the hypotheses, feedback. Expensive work (covariances, networks with
-//! their gradients) is deferred to [`Learner::work`], in parts, and finished at the latest where
-//! the next block or fix begins. So no result depends on when the parts are computed. To run the
-//! learner at once, as on the desktop, call [`FixLearner::finish`]: it computes the same parts.
+//! **What is computed when.** Nothing is computed where it arises: samples, blocks and fixes wait
+//! ([`events`]), and [`Learner::work`] takes them in their order, a short stage in each call. What
+//! a block or a fix leads to (covariances, networks with their gradients) is deferred further, in
+//! parts, and done at the latest before the next block or fix is taken. So no result depends on when
+//! stages and parts are computed. To run the learner at once, as on the desktop, call
+//! [`FixLearner::finish`]: it computes the same ones.
 //!
 //! At the end of a block the navigator is corrected by what the last fix showed. From then on it
 //! subtracts from the samples what the running hypothesis estimated one block earlier. All
@@ -27,6 +28,7 @@ mod chosen;
 mod course;
 #[cfg(test)]
 pub(in crate::learn) mod drive;
+mod events;
 mod gaps;
 mod held;
 mod judged;
@@ -34,10 +36,11 @@ mod observe;
 mod proportional;
 mod settled;
 mod start;
+mod waiting;
 
 use super::age::FixAge;
-use super::antenna::Antenna;
-use super::bank::{Bank, STORED, Work, ZERO_CORRECTION};
+use super::antenna::{Antenna, Known};
+use super::bank::{Bank, Half, STORED, Work, ZERO_CORRECTION};
 use super::prior::{NAV, Shapes};
 use super::quantise::{Scale, flat, split};
 use super::rehearsal::Rehearsal;
@@ -45,20 +48,25 @@ use super::settings::Settings;
 use super::unit::{Head, Unit};
 use super::{Learner, Report, Winner};
 use crate::align::Align;
-use crate::align::motion::InMotion;
 use crate::compensator::Block;
 use crate::control::{Alignment, Reason};
 use crate::fix::{Fix, Heading};
+use crate::inputs::Sources;
 use crate::model::Nets;
-use crate::nav::{self, Navigator};
+use crate::nav;
 use crate::sample::{Counts, RawSample, StreamScale};
 use lrnn_nostd::State;
+use lrnn_nostd::learn::kalman::OUTPUTS;
 use observe::{Mean, Rest};
 
 /// The large part of a learner, to be static; at most [`ROOM`] bytes.
 #[derive(Debug)]
 pub struct Memory {
     bank: Bank,
+    /// Which hypotheses have proved themselves.
+    rehearsal: Rehearsal,
+    /// Lever arm and delay of the fixes.
+    antenna: Antenna,
 }
 
 /// Bytes that a [`Memory`] may take: the core-coupled memory of an STM32F405.
@@ -67,11 +75,18 @@ const _: () = assert!(size_of::<Memory>() <= ROOM);
 
 impl Memory {
     /// All zeros, so that it takes no room in flash.
-    pub const ZEROED: Memory = Memory { bank: Bank::ZEROED };
+    pub const ZEROED: Memory = Memory {
+        bank: Bank::ZEROED,
+        rehearsal: Rehearsal::ZEROED,
+        antenna: Antenna::ZEROED,
+    };
 }
 
 /// An estimate may move by this share of the datasheet's bias and count as settled (assumed).
 const SETTLES: f32 = 0.1;
+
+/// Standard deviations of the navigator's errors until the alignment.
+const UNALIGNED: [f32; NAV] = [1.0; NAV];
 
 /// A drive that has covered nothing yet.
 const NOWHERE: (f32, [f32; 2]) = (0.0, [f32::INFINITY, f32::NEG_INFINITY]);
@@ -94,12 +109,14 @@ pub use start::Started;
 
 use aligning::{Asked, Seen};
 use course::Course;
+use events::{Event, Events, Stage, Then};
 use gaps::Recent;
 use held::Held;
 use judged::Judged;
 use proportional::{Proportional, Ratios};
 use settled::Settled;
-use start::Probation;
+use start::{Probation, Starting};
+use waiting::Waiting;
 
 /// Learns both networks from the receiver's fixes.
 #[derive(Debug)]
@@ -113,8 +130,10 @@ pub struct FixLearner<'m> {
     scale: Option<Scale>,
     align: Option<Align>,
     course: Course,
-    /// The fix that it computes.
+    /// The fix that it computes, samples that wait meanwhile, and the start that follows.
     asked: Option<Asked>,
+    waiting: Waiting,
+    starting: Option<Starting>,
     /// The last position, while the receiver gives no velocity and nothing navigates.
     seen: Option<Seen>,
     /// How the navigator was started last.
@@ -130,8 +149,6 @@ pub struct FixLearner<'m> {
     /// Time of validity of the last fix used.
     last_fix_ms: Option<u32>,
     age: FixAge,
-    /// Lever arm and delay of the fixes.
-    antenna: Antenna,
     /// Time of validity of the last fix whose refusals count.
     counted_ms: Option<u32>,
     /// A fix that waits, so that little comes together.
@@ -140,10 +157,10 @@ pub struct FixLearner<'m> {
     rest: Option<Rest>,
     /// How it moves by a receiver that does, while the sensors are still.
     mean: Mean,
+    /// What has come and is not taken yet.
+    events: Events,
     /// The deferred work contains a fix.
     fixing: bool,
-    /// Which hypotheses have proved themselves.
-    rehearsal: Rehearsal,
     /// The hypothesis in force after the last finished fix.
     running: usize,
     /// Whether its estimate has settled.
@@ -168,6 +185,8 @@ impl<'m> FixLearner<'m> {
     /// A learner that waits for [`Learner::begin`]. Until then, or until [`Learner::configure`],
     /// it reports nothing of the antenna.
     pub fn new(memory: &'m mut Memory, settings: Settings) -> FixLearner<'m> {
+        memory.rehearsal.begin();
+        memory.antenna.begin_nothing();
         FixLearner {
             memory,
             work: Work::ZEROED,
@@ -177,6 +196,8 @@ impl<'m> FixLearner<'m> {
             align: None,
             course: Course::Waits,
             asked: None,
+            waiting: Waiting::default(),
+            starting: None,
             seen: None,
             started: None,
             recent: Recent::default(),
@@ -185,13 +206,12 @@ impl<'m> FixLearner<'m> {
             last: None,
             last_fix_ms: None,
             age: FixAge::default(),
-            antenna: Antenna::ZEROED,
             counted_ms: None,
             held: Held::default(),
             rest: None,
             mean: Mean::default(),
+            events: Events::NONE,
             fixing: false,
-            rehearsal: Rehearsal::NEW,
             running: ZERO_CORRECTION,
             settled: Settled::default(),
             knows_best: ZERO_CORRECTION,
@@ -206,38 +226,147 @@ impl<'m> FixLearner<'m> {
         }
     }
 
-    /// Does all deferred work. Afterwards it is known what the last fix led to.
+    /// Takes all that has come and does all deferred work. Afterwards it is known what the last fix
+    /// led to.
     #[inline(never)]
     pub fn finish(&mut self) {
+        self.take_all();
+        while self.align_part() {}
+        self.finish_fix();
+    }
+
+    /// The same but for what only the navigator knows.
+    #[inline(never)]
+    fn finish_known(&mut self) {
+        self.take_known();
         while self.align_part() {}
         self.finish_fix();
     }
 
     /// No sample follows: a fix that waits is used at once.
     pub fn end(&mut self) {
+        self.take_all();
         if let Some((number, fix)) = self.held.take() {
-            self.observe(number, &fix);
+            self.events.stage = Stage::Settle(Then::Fix(number, fix));
         }
         self.finish();
     }
 
     /// The same as [`Self::finish`] without the alignment.
     pub(super) fn finish_fix(&mut self) {
+        while self.part() {}
+        self.conclude();
+    }
+
+    /// One part of the deferred work. False: there was none.
+    fn part(&mut self) -> bool {
         let (bank, work) = (&mut self.memory.bank, &mut self.work);
-        while !self.antenna.is_done() {
-            self.antenna.work(work);
-        }
-        while !work.is_done() {
+        if !self.memory.antenna.is_done() {
+            self.memory.antenna.work(work);
+        } else if !work.is_done() {
             bank.work(work);
+        } else if !self.memory.rehearsal.is_done() {
+            self.memory.rehearsal.work(work.block());
+        } else {
+            return false;
         }
-        while self.rehearsal.work(work.block()) {}
+        true
+    }
+
+    /// What the last fix has led to, once.
+    #[inline(never)]
+    fn conclude(&mut self) {
         if core::mem::take(&mut self.fixing) {
-            let refused = u32::from(work.refused != 0);
+            let refused = u32::from(self.work.refused != 0);
             self.tally.refused = self.tally.refused.saturating_add(refused);
             self.probation.fix(refused != 0);
-            self.rehearsal.start(&self.memory.bank);
+            self.memory.rehearsal.start(&self.memory.bank);
             self.choose();
         }
+    }
+
+    /// The networks that hypotheses are driven by, from those that correct this drive.
+    #[inline(never)]
+    fn begin_shapes(&mut self) {
+        let Settings { sheet, inputs, .. } = &self.settings;
+        let told = self.shapes.driven;
+        self.shapes = Shapes::new(&told, sheet, inputs);
+    }
+
+    /// The hypothesis that believes the networks that correct this drive, if they do anything.
+    #[inline(never)]
+    fn begin_stored(&mut self) {
+        let told = &self.shapes.driven;
+        if *told != [Nets::NONE.gyro, Nets::NONE.accel] {
+            let bank = &mut self.memory.bank;
+            bank.begin_stored(told, &self.settings.sheet, UNALIGNED);
+        }
+    }
+
+    /// A hypothesis begins, one of those of [`Learner::begin`]: its networks, its prior, and then
+    /// its covariance (`None`).
+    #[inline(never)]
+    fn begin_hypothesis(&mut self, hypothesis: usize, half: Option<Half>) {
+        let bank = &mut self.memory.bank;
+        let Some(stream) = self
+            .stream
+            .filter(|_| !bank.takes_part_as_stored(hypothesis))
+        else {
+            return;
+        };
+        let Some(half) = half else {
+            return bank.begin_covariances(1 << hypothesis);
+        };
+        let mut of_unit = self.settings.sheet;
+        of_unit.turn_on = self.base.turn_on(&self.settings.sheet);
+        let block_s = f64::from(stream.block_s());
+        let (shapes, which) = (&self.shapes, (1 << hypothesis, half));
+        bank.begin_some(which, &of_unit, shapes, block_s, UNALIGNED);
+    }
+
+    fn begin_antenna(&mut self) {
+        let block_s = self.stream.map_or(1.0, |stream| stream.block_s());
+        self.memory.antenna.begin(&self.settings, block_s.into());
+    }
+
+    /// What is remembered of the unit.
+    #[inline(never)]
+    fn begin_known(&mut self) {
+        let bank = &mut self.memory.bank;
+        let knows = self.unit.recall(bank, &self.shapes);
+        if !knows {
+            self.base = Head::NEW;
+        }
+        let known = (knows && self.base.drives > 0).then(|| self.unit.values());
+        self.judged.begin(self.base.judged, known);
+        bank.reset_networks();
+    }
+
+    /// The stream begins anew.
+    fn anew(&mut self) {
+        self.work.clear();
+        self.memory.antenna.clear();
+        self.settled = Settled::default();
+        self.unit_settled = Settled::default();
+        self.running = ZERO_CORRECTION;
+        self.fixing = false;
+        self.events = Events::NONE;
+        self.scale = None;
+        self.align = None;
+        (self.course, self.asked, self.starting) = (Course::Waits, None, None);
+        self.waiting = Waiting::default();
+        self.seen = None;
+        self.started = None;
+        self.recent = Recent::default();
+        self.proportional = Proportional::default();
+        self.probation = Probation::default();
+        self.last = None;
+        self.last_fix_ms = None;
+        self.counted_ms = None;
+        self.held = Held::default();
+        self.rest = None;
+        self.mean = Mean::default();
+        self.age = FixAge::default();
     }
 
     /// Drops the navigator. An alignment in motion begins with the next fix.
@@ -249,36 +378,56 @@ impl<'m> FixLearner<'m> {
         if let Some(align) = &mut self.align {
             align.gap();
         }
-        self.rehearsal.interrupted();
+        self.memory.rehearsal.interrupted();
         self.held.take();
         self.settled = Settled::default();
         self.unit_settled = Settled::default();
         self.put_in_force(ZERO_CORRECTION);
     }
 
-    /// Ends the interval in progress: the means of all hypotheses move with the navigator, and
-    /// their covariances become work.
-    fn end_interval(&mut self) -> Option<&mut Navigator> {
-        self.finish();
-        self.ended()
+    /// A sample comes to the alignment at standstill. True: that has parts to do.
+    fn gather(&mut self, number: u32, counts: &Counts) -> bool {
+        if self.last.is_none() && self.align.is_none() {
+            self.first = number;
+        }
+        self.last = Some((number, *counts));
+        let (Some(scale), Some(stream)) = (&self.scale, &self.stream) else {
+            return false;
+        };
+        let sensors = self.settings.sensors();
+        let align = self
+            .align
+            .get_or_insert_with(|| Align::new(sensors, scale.lsb, stream.period_s));
+        align.gather(counts)
     }
 
-    /// The rest of it. By itself, as is what follows [`FixLearner::finish`] elsewhere: then the
-    /// stack does not hold both.
-    #[inline(never)]
-    fn ended(&mut self) -> Option<&mut Navigator> {
+    /// The interval in progress is over; no work is left. False: nothing navigates.
+    fn interval_is_over(&mut self) -> bool {
         self.work.clear();
-        self.antenna.clear();
+        self.memory.antenna.clear();
         let fails = self.probation.fails();
-        if fails || self.course.navigator()?.faults().lost {
+        let lost = (self.course.navigator()).is_some_and(|navigator| navigator.faults().lost);
+        if fails || lost {
             self.tally.alignments = self.tally.alignments.saturating_add(u32::from(fails));
             self.lose();
-            return None;
+            return false;
         }
-        let navigator = self.course.navigator_mut()?;
+        let navigates = self.course.navigates();
+        if navigates {
+            self.course.end_piece();
+        }
+        navigates
+    }
+
+    /// How the errors have moved in it; the covariances become work. False: not at all, by a fix
+    /// that arrived after the block's last sample.
+    fn take_transition(&mut self) -> bool {
+        let Some(navigator) = self.course.navigator_mut() else {
+            return false;
+        };
         let mut block = navigator.take_transition();
         if block.time <= 0.0 {
-            return Some(navigator); // a fix that arrived with the block's last sample
+            return false;
         }
         let ratios = Ratios {
             scale: self.settings.scale,
@@ -290,15 +439,30 @@ impl<'m> FixLearner<'m> {
         for (i, variance) in grown.as_flattened().iter().enumerate() {
             block.q[i][i] += variance;
         }
-        let (bank, work) = (&mut self.memory.bank, &mut self.work);
-        let applied = flat(navigator.estimate());
-        bank.propagate_mean(&block, &applied);
-        work.interval(&block);
-        self.antenna.interval(&block, &applied);
-        self.rehearsal.interval(block.time, &applied);
+        self.work.interval(&block);
+        true
+    }
+
+    /// The estimate that was subtracted in the interval.
+    fn applied(&self) -> [f32; OUTPUTS] {
+        let navigator = self.course.navigator();
+        navigator.map_or([0.0; OUTPUTS], |navigator| flat(navigator.estimate()))
+    }
+
+    /// The means of all hypotheses move with the navigator.
+    fn move_means(&mut self) {
+        let applied = self.applied();
+        let (bank, block) = (&mut self.memory.bank, self.work.block());
+        bank.propagate_mean(block, &applied);
+    }
+
+    fn move_others(&mut self) {
+        let applied = self.applied();
+        let block = self.work.block();
+        self.memory.antenna.interval(block, &applied);
+        self.memory.rehearsal.interval(block.time, &applied);
         self.settled.passes(block.time);
         self.unit_settled.passes(block.time);
-        Some(navigator)
     }
 
     /// What is in force, after [`FixLearner::finish`].
@@ -318,21 +482,48 @@ impl<'m> FixLearner<'m> {
         })
     }
 
-    /// Corrects the navigator by what the last fix showed.
-    fn feed_back(&mut self) {
-        let Some(navigator) = self.course.navigator_mut() else {
-            return;
-        };
+    /// Corrects the navigator by what the last fix showed: gives by how much. `None`: it is lost.
+    fn correct(&mut self) -> Option<[f32; NAV]> {
+        let navigator = self.course.navigator_mut()?;
         let bank = &mut self.memory.bank;
         let [gyro, accel] = split(bank.navigating_estimate());
         let error = bank.feed_back();
         if !navigator.feed_back(&error) || !navigator.set_estimate(gyro, accel) {
-            return self.lose();
+            self.lose();
+            return None;
         }
-        self.antenna.feed_back(&error);
-        self.rehearsal.feed_back(&error);
-        navigator.set_lever_arm(self.antenna.arm());
-        self.proportional.set(&navigator.state());
+        Some(error)
+    }
+
+    fn corrected(&mut self, error: &[f32; NAV]) {
+        self.memory.antenna.feed_back(error);
+        self.memory.rehearsal.feed_back(error);
+        if let Some(navigator) = self.course.navigator_mut() {
+            navigator.set_lever_arm(self.memory.antenna.arm());
+            self.proportional.set(&navigator.state());
+        }
+    }
+
+    /// What a block says to the networks, which then step.
+    fn take_inputs(&mut self, sources: &Sources) {
+        self.recent.block(sources, self.settings.sheet.range);
+        let [gyro, accel] = &self.settings.inputs;
+        self.work
+            .step([sources.select(gyro), sources.select(accel)]);
+        if let (true, Some(stream)) = (self.course.navigates(), &self.stream) {
+            (self.judged).block(&self.memory.bank, &self.shapes, &self.settings.sheet);
+            let (seconds, [low, high]) = &mut self.covered;
+            *seconds += stream.block_s();
+            *low = low.min(sources.temperature);
+            *high = high.max(sources.temperature);
+        }
+    }
+
+    /// After all that came before has been taken.
+    fn falls_silent(&mut self) {
+        self.lose();
+        self.held = Held::default();
+        self.last = None;
     }
 
     /// The navigator's solution, less the error that the last fix has shown; `None` while it does
@@ -358,7 +549,7 @@ impl<'m> FixLearner<'m> {
 
     /// The rehearsals, for reading.
     pub fn rehearsal(&self) -> &Rehearsal {
-        &self.rehearsal
+        &self.memory.rehearsal
     }
 
     /// The hypothesis in force.
@@ -376,7 +567,8 @@ impl<'m> FixLearner<'m> {
 impl Learner for FixLearner<'_> {
     fn configure(&mut self, settings: &Settings) {
         self.settings = *settings;
-        self.antenna.configure(settings);
+        self.events = Events::NONE;
+        self.memory.antenna.configure(settings);
         self.stream = None;
         self.running = ZERO_CORRECTION;
         self.tally = Tally::default();
@@ -387,6 +579,8 @@ impl Learner for FixLearner<'_> {
     /// networks of their own. One of them believes `nets`, which correct this drive, and shows
     /// whether they should. Hidden layers of `nets` that pass their inputs on are the shape of the
     /// networks that are driven by inputs.
+    ///
+    /// The hypotheses begin one by one; samples wait meanwhile.
     fn begin(&mut self, nets: &Nets, stream: StreamScale) {
         let Settings {
             sheet,
@@ -394,65 +588,23 @@ impl Learner for FixLearner<'_> {
             inputs,
             ..
         } = &self.settings;
-        let error_sigma = [1.0; NAV]; // until the alignment
-        let (bank, work) = (&mut self.memory.bank, &mut self.work);
-        let block_s = f64::from(stream.block_s());
+        let bank = &mut self.memory.bank;
         self.base = self.unit.head;
-        let mut of_unit = *sheet;
-        of_unit.turn_on = self.base.turn_on(sheet);
-        let told = [nets.gyro, nets.accel];
-        self.shapes = Shapes::new(&told, sheet, inputs);
-        bank.begin(
-            (&of_unit, inputs),
-            &self.shapes,
-            block_s,
-            error_sigma,
-            *gates,
-        );
-        let knows = self.unit.recall(bank, &self.shapes);
-        if !knows {
-            self.base = Head::NEW;
-        }
-        let known = (knows && self.base.drives > 0).then(|| self.unit.values());
-        self.judged.begin(self.base.judged, known);
-        if *nets != Nets::NONE {
-            bank.begin_stored(&told, sheet, error_sigma);
-        }
-        work.clear();
-        self.antenna.begin(&self.settings, block_s);
+        self.shapes.driven = [nets.gyro, nets.accel]; // until the first parts
+        bank.begins((sheet, inputs), *gates);
         self.stream = Some(stream);
-        self.rehearsal.begin();
         self.running = ZERO_CORRECTION;
         self.covered = NOWHERE;
         self.tally = Tally::default();
-        self.restart();
+        self.anew();
+        self.events.stage = Stage::Begin(0);
     }
 
     fn restart(&mut self) {
-        let (bank, work) = (&mut self.memory.bank, &mut self.work);
-        work.clear();
-        self.antenna.clear();
-        self.rehearsal.interrupted();
-        self.settled = Settled::default();
-        self.unit_settled = Settled::default();
-        self.running = ZERO_CORRECTION;
-        bank.reset_networks();
-        self.fixing = false;
-        self.scale = None;
-        self.align = None;
-        (self.course, self.asked) = (Course::Waits, None);
-        self.seen = None;
-        self.started = None;
-        self.recent = Recent::default();
-        self.proportional = Proportional::default();
-        self.probation = Probation::default();
-        self.last = None;
-        self.last_fix_ms = None;
-        self.counted_ms = None;
-        self.held = Held::default();
-        self.rest = None;
-        self.mean = Mean::default();
-        self.age = FixAge::default();
+        self.take_all();
+        self.memory.rehearsal.interrupted();
+        self.anew();
+        self.memory.bank.reset_networks();
     }
 
     fn sample(&mut self, number: u32, sample: &RawSample) {
@@ -460,65 +612,30 @@ impl Learner for FixLearner<'_> {
         let scale = *self
             .scale
             .get_or_insert_with(|| Scale::of(sample, &stream.lsb));
-        let counts = scale.counts(sample);
-        if self.course.motion().is_some_and(InMotion::is_full) {
-            self.finish();
-        }
-        self.bridge(number);
-        if self.last.is_none() && self.align.is_none() {
-            self.first = number;
-        }
-        self.last = Some((number, counts));
-        let sensors = self.settings.sensors();
-        let align = self
-            .align
-            .get_or_insert_with(|| Align::new(sensors, scale.lsb, stream.period_s));
-        align.sample(&counts);
-        self.course.sample(&counts);
-        if let Some((number, fix)) = self.held.sample() {
-            self.observe(number, &fix);
-        }
+        self.comes(Event::Sample(number, scale.counts(sample)));
     }
 
     fn block(&mut self, _: u32, block: &Block) {
-        if self.stream.is_none() {
-            return;
-        }
-        self.held.block();
-        if self.end_interval().is_some() {
-            self.feed_back();
-        }
-        self.recent.block(block, self.settings.sheet.range);
-        let [gyro, accel] = &self.settings.inputs;
-        let sources = &block.sources;
-        self.work
-            .step([sources.select(gyro), sources.select(accel)]);
-        if let (true, Some(stream)) = (self.course.navigates(), &self.stream) {
-            (self.judged).block(&self.memory.bank, &self.shapes, &self.settings.sheet);
-            let (seconds, [low, high]) = &mut self.covered;
-            *seconds += stream.block_s();
-            *low = low.min(sources.temperature);
-            *high = high.max(sources.temperature);
+        if self.stream.is_some() {
+            self.block_comes(block);
         }
     }
 
     /// The numbers of the samples show what is missing. The next one begins a block.
     fn gap(&mut self) {
-        self.held.gap();
+        self.comes(Event::Gap);
     }
 
     fn silence(&mut self) {
-        self.finish();
-        self.lose();
-        self.held = Held::default();
-        self.last = None;
+        self.comes(Event::Silence);
     }
 
     fn fix(&mut self, number: u32, fix: &Fix) {
-        let waits = self.course.navigates().then_some(self.stream).flatten();
-        if !waits.is_some_and(|stream| self.held.takes(number, fix, &stream)) {
-            self.observe(number, fix);
-        }
+        self.fix_comes(number, fix);
+    }
+
+    fn settle(&mut self) -> bool {
+        !self.events.is_known() && self.advance()
     }
 
     fn align(&mut self, alignment: Alignment) {
@@ -536,36 +653,43 @@ impl Learner for FixLearner<'_> {
     }
 
     fn work(&mut self) -> bool {
-        if self.align_part() || self.align.as_mut().is_some_and(Align::sweep) {
+        if self.advance() || self.align_part() || self.align.as_mut().is_some_and(Align::sweep) {
             return true;
         }
-        let (bank, work) = (&mut self.memory.bank, &mut self.work);
-        if !self.antenna.is_done() {
-            return self.antenna.work(work) || !work.is_done();
+        if self.stream.is_none() {
+            return false;
         }
-        if !work.is_done() {
-            return self.stream.is_some() && (bank.work(work) || !self.rehearsal.is_done());
+        if !self.part() {
+            self.conclude();
         }
-        self.rehearsal.work(work.block())
+        self.is_busy()
     }
 
     fn is_busy(&self) -> bool {
-        let aligns = self.course.motion().is_some_and(InMotion::is_pending);
-        aligns || !self.antenna.is_done() || !self.work.is_done() || !self.rehearsal.is_done()
+        self.is_aligning()
+            || !self.events.is_empty()
+            || !self.memory.antenna.is_done()
+            || !self.work.is_done()
+            || !self.memory.rehearsal.is_done()
+            || self.fixing
+    }
+
+    fn antenna(&self) -> Known {
+        self.memory.antenna.known()
     }
 
     fn winner(&mut self) -> Option<Winner> {
-        self.finish();
+        self.finish_known();
         self.in_force()
     }
 
     fn for_next_power_on(&mut self) -> Option<Winner> {
-        self.finish();
+        self.finish_known();
         self.of_unit()
     }
 
     fn remember(&mut self) -> usize {
-        self.finish();
+        self.finish_known();
         self.take_down()
     }
 
@@ -578,7 +702,7 @@ impl Learner for FixLearner<'_> {
     }
 
     fn learnt(&mut self) -> (Nets, [State; 2]) {
-        self.finish();
+        self.finish_known();
         let (bank, running) = (&self.memory.bank, self.running);
         let [gyro, accel] = bank.nets_of(running);
         (Nets { gyro, accel }, bank.states_of(running))
@@ -599,8 +723,9 @@ impl Learner for FixLearner<'_> {
             rollbacks: self.tally.rollbacks,
             navigates: self.course.navigates(),
             still_s: self.still_s(),
-            antenna: self.antenna.known(),
-            stored_harms: self.memory.bank.takes_part(STORED) && self.rehearsal.harms(STORED),
+            antenna: self.memory.antenna.known(),
+            stored_harms: self.memory.bank.takes_part(STORED)
+                && self.memory.rehearsal.harms(STORED),
             ..self.aligned()
         }
     }

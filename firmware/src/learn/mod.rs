@@ -153,6 +153,12 @@ pub trait Learner {
     /// A fix of the receiver, which arrived after sample `number`.
     fn fix(&mut self, _number: u32, _fix: &Fix) {}
 
+    /// Takes a part of what has come, as far as the end of a block depends on it
+    /// ([`Learner::still_s`], [`Learner::winner`]). False: there is none.
+    fn settle(&mut self) -> bool {
+        false
+    }
+
     /// One part of the deferred work, some ten thousand instructions at most. True: there is more.
     fn work(&mut self) -> bool {
         false
@@ -195,6 +201,11 @@ pub trait Learner {
 
     /// Counters and state, for reading only.
     fn report(&self) -> Report;
+
+    /// [`Report::antenna`] alone, which costs less.
+    fn antenna(&self) -> Known {
+        self.report().antenna
+    }
 
     /// [`Report::still_s`] alone, which costs less: it is needed at each block.
     fn still_s(&self) -> u32 {

@@ -156,6 +156,8 @@ pub struct Shapes<T: Real = f32> {
     /// As `driven`, but instead of the last input that is not of the thermometer there is the
     /// square of the temperature.
     pub curved: [LearnerNet<T>; 2],
+    /// What the units of both reach ([`amplitudes`]): see [`Shapes::reach`].
+    reaches: [[[f64; 3]; 2]; 2],
 }
 
 impl<T: Real> Shapes<T> {
@@ -165,8 +167,35 @@ impl<T: Real> Shapes<T> {
         Self {
             driven: [net; 2],
             curved: [net; 2],
+            reaches: [[[0.0; 3]; 2]; 2],
         }
     };
+
+    /// Parts of [`Shapes::reach`].
+    pub const REACHES: usize = 4;
+
+    /// With all that they reach.
+    #[must_use]
+    pub fn complete(mut self) -> Self {
+        (0..Self::REACHES).for_each(|part| self.reach(part));
+        self
+    }
+
+    /// Finds what the units of one network reach, some ten thousand instructions. To be called for
+    /// all of [`Shapes::REACHES`].
+    pub fn reach(&mut self, part: usize) {
+        let nets = self.driven.iter().chain(&self.curved);
+        let reaches = self.reaches.as_flattened_mut().iter_mut();
+        if let Some((net, reach)) = nets.zip(reaches).nth(part) {
+            *reach = amplitudes(net);
+        }
+    }
+
+    /// What the units of `driven` and of `curved` reach.
+    #[must_use]
+    pub fn reaches(&self) -> &[[[f64; 3]; 2]; 2] {
+        &self.reaches
+    }
 
     /// The built-in shapes for these inputs, or the shape of a type of sensor, if `told` has one:
     /// hidden layers that are alive. Then both are `told`. Networks that were learnt with one of

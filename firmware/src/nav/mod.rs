@@ -41,7 +41,7 @@ mod transition;
 pub(crate) mod vector;
 
 pub use config::{Config, ConfigError};
-pub use seen::{ANTENNA, Seen};
+pub use seen::{ANTENNA, Around, Seen};
 pub use transition::{ERRORS, Noise, Transition};
 
 use crate::fix::{Fix, Position};
@@ -96,6 +96,21 @@ pub struct Faults {
     pub lost: bool,
 }
 
+/// A state that a navigator can begin in, with an attitude of unit length.
+#[derive(Debug, Clone)]
+pub struct Beginning(Solution);
+
+impl Beginning {
+    /// From a state.
+    ///
+    /// # Errors
+    /// [`ConfigError::State`]: it is out of range.
+    #[inline(never)]
+    pub fn new(state: State) -> Result<Self, ConfigError> {
+        Ok(Self(Solution::new(&checked(state)?)))
+    }
+}
+
 /// The navigator.
 #[derive(Debug, Clone)]
 pub struct Navigator {
@@ -116,6 +131,14 @@ impl Navigator {
     /// # Errors
     /// Names the parameter that is out of range.
     pub fn new(config: Config, state: State) -> Result<Self, ConfigError> {
+        Self::begin(&config, &Beginning::new(state)?)
+    }
+
+    /// The same from a state that has been checked.
+    ///
+    /// # Errors
+    /// Names the parameter that is out of range.
+    pub fn begin(config: &Config, state: &Beginning) -> Result<Self, ConfigError> {
         let positive = |x: f64| x.is_finite() && x > 0.0;
         if !positive(config.lsb.rad) || !positive(config.lsb.mps) {
             return Err(ConfigError::Lsb);
@@ -130,8 +153,7 @@ impl Navigator {
         if ![gyro, accel].iter().all(|x| x.is_finite() && *x >= 0.0) {
             return Err(ConfigError::Noise);
         }
-        let solution = Solution::new(&checked(state)?);
-        Self::with(&config, &solution)
+        Self::with(config, &state.0)
     }
 
     /// By itself, so that the stack does not hold both it and what [`Solution::new`] needs. Always
@@ -150,13 +172,10 @@ impl Navigator {
         })
     }
 
-    /// As [`Self::new`] with the same configuration, in place: a new one would be built on the
+    /// As [`Self::begin`] with the same configuration, in place: a new one would be built on the
     /// stack first.
-    ///
-    /// # Errors
-    /// The state is out of range. Nothing has changed then.
-    pub fn restart(&mut self, state: State) -> Result<(), ConfigError> {
-        self.solution = Solution::new(&checked(state)?);
+    pub fn restart(&mut self, state: &Beginning) {
+        self.solution = state.0.clone();
         let Config {
             lsb,
             sample_s,
@@ -169,7 +188,6 @@ impl Navigator {
         self.change = [0; 3];
         self.past = Past::new();
         self.faults = Faults::default();
-        Ok(())
     }
 
     /// No sample has come since the last piece ended.
@@ -181,24 +199,34 @@ impl Navigator {
     /// Takes one uncorrected sample.
     #[inline]
     pub fn sample(&mut self, counts: &Counts) {
-        if !self.gather.sample(counts) {
-            self.faults.samples = self.faults.samples.saturating_add(1);
-        }
-        if self.gather.is_full() {
+        if self.gather(counts) {
             self.end_piece();
         }
     }
 
-    /// Goes on for `samples` missing samples as in the last one, `counts`.
-    pub fn coast(&mut self, counts: &Counts, samples: u32) {
+    /// Only adds the sample to its piece. True: the piece is full, and [`Self::end_piece`] must
+    /// follow before anything else.
+    #[inline]
+    pub fn gather(&mut self, counts: &Counts) -> bool {
+        if !self.gather.sample(counts) {
+            self.faults.samples = self.faults.samples.saturating_add(1);
+        }
+        self.gather.is_full()
+    }
+
+    /// Goes on for `samples` missing samples as in the last one, `counts`, but no further than to
+    /// the end of a piece. Gives how many are left.
+    pub fn coast(&mut self, counts: &Counts, samples: u32) -> u32 {
         let mut left = samples;
         while left > 0 {
             let taken = self.gather.repeat(counts, left);
             left = left.saturating_sub(taken.max(1));
             if self.gather.is_full() {
                 self.end_piece();
+                break;
             }
         }
+        left
     }
 
     /// Solution at the end of the last piece. [`Self::take_transition`] ends the one in progress.
@@ -308,8 +336,9 @@ impl Navigator {
         self.faults.inputs = self.faults.inputs.saturating_add(1);
     }
 
+    /// Ends the piece in progress, if it has any sample: the solution moves on.
     #[inline(never)]
-    fn end_piece(&mut self) {
+    pub fn end_piece(&mut self) {
         if self.gather.is_empty() {
             return;
         }

@@ -34,6 +34,13 @@ pub struct Seen {
     pub bent: [f32; OBSERVATIONS],
 }
 
+/// The antenna before and after the time of a fix: the ends of the secant.
+#[derive(Debug, Clone, Copy)]
+pub struct Around {
+    earlier: [f32; OBSERVATIONS],
+    later: [f32; OBSERVATIONS],
+}
+
 impl Navigator {
     /// The lever arm from now on, body axes, m.
     pub fn set_lever_arm(&mut self, arm: [f32; 3]) {
@@ -44,11 +51,28 @@ impl Navigator {
     /// where the age has the standard deviation `sigma`, s.
     #[must_use]
     pub fn seen(&self, fix: &Fix, age: f32, sigma: f32) -> Seen {
+        self.seen_between(fix, (age, sigma), &self.around(age, sigma))
+    }
+
+    /// The first part of [`Self::seen`]: the ends of the secant.
+    #[must_use]
+    #[inline(never)]
+    pub fn around(&self, age: f32, sigma: f32) -> Around {
+        let width = sigma.clamp(LEAST_S, MOST_S);
+        let state = self.state();
+        let [(_, earlier), (_, later)] =
+            [age + width, age - width].map(|age| self.passed(age, &state));
+        Around { earlier, later }
+    }
+
+    /// The second part of [`Self::seen`].
+    #[must_use]
+    #[inline(never)]
+    pub fn seen_between(&self, fix: &Fix, (age, sigma): (f32, f32), around: &Around) -> Seen {
         let width = sigma.clamp(LEAST_S, MOST_S);
         let state = self.state();
         let (then, at) = self.passed(age, &state);
-        let (_, earlier) = self.passed(age + width, &state);
-        let (_, later) = self.passed(age - width, &state);
+        let Around { earlier, later } = *around;
         let [position, velocity] = [
             narrow(state.position.ned_from(&fix.position)),
             narrow(add(state.velocity, fix.velocity.map(|v| -v))),

@@ -93,7 +93,7 @@ fn inputs([x, y, z]: [f32; 3]) -> [[f32; 3]; 2] {
 /// Networks of the built-in shape, driven by their own triads.
 fn shapes() -> Shapes {
     let sheet = Settings::MEDIUM.sheet;
-    Shapes::new(&sheet.nets(1.0), &sheet, &OWN)
+    Shapes::new(&sheet.nets(1.0), &sheet, &OWN).complete()
 }
 
 fn prior<L: ParameterSet, const N: usize>() -> Prior<NAV, N> {

@@ -25,14 +25,13 @@
 //! changes by it ([`Step::turn`]).
 
 use super::Config;
-use super::begin::{anchor, begin, first};
-use super::level::Levelled;
+use super::begin::{anchor, begin};
 use super::observe::{self, Row};
 use super::transition::{Step, transition};
 use crate::fix::{Fix, Heading};
 use crate::nav::earth::{Local, OMEGA_IE};
-use crate::nav::vector::{Q, V, V32, add, dot, narrow, rotated, scale};
-use crate::nav::{self, Navigator};
+use crate::nav::vector::{Q, V, add, dot, narrow, rotated, scale};
+use crate::nav::{self, Innovation, Navigator};
 use lrnn_nostd::learn::kalman::{
     Biases, COVARIANCE_PARTS, Kalman, OUTPUTS, Prior, Transition, Workspace,
 };
@@ -132,10 +131,10 @@ impl Filter {
         moving: 0,
     };
 
-    /// Begins with a navigator of this attitude in `w` and the velocity of the fix. In place: it is
-    /// too large to be moved over the stack.
+    /// Begins with the velocity of the fix. In place: it is too large to be moved over the stack.
+    /// [`Filter::begin_errors`] must follow.
     #[inline(never)]
-    pub fn begin(&mut self, config: &Config, levelled: &Levelled, q_bw: Q, fix: &Fix) {
+    pub fn begin(&mut self, config: &Config, fix: &Fix) {
         let [gyro, accel] = config.bias;
         let [gyro_walk, accel_walk] = config.walk;
         let triads = |g: f32, a: f32| [g, g, g, a, a, a];
@@ -149,31 +148,44 @@ impl Filter {
         };
         let net = Net::new(Weights::zero(), Normalisation::identity());
         self.kalman.init(&[net; 2], &prior);
-        let (by, rest) = first(levelled, q_bw);
-        begin(&mut self.kalman, &by, &rest);
         let [n, e, _] = narrow(fix.velocity);
         self.velocity = anchor(fix);
         self.residual = 1.0;
         self.range = [[n, e]; 2];
     }
 
-    /// The first part of a fix: what the navigator shows, and the means over the time since the
-    /// last fix. `passed` is that of the navigator's errors, and is then that of this filter's.
-    /// [`Filter::propagate_covariance`], [`Filter::observe`] and [`Filter::finish`] must follow.
+    /// The errors of [`super::begin::first`], in `gamma` and `q`.
+    #[inline(never)]
+    pub fn begin_errors(&mut self, errors: &Transition<ERRORS>) {
+        begin(&mut self.kalman, &errors.gamma, &errors.q);
+    }
+
+    /// The first part of a fix: how the vehicle has moved in `time` seconds since the last one, and
+    /// its rotation. [`Filter::look`], [`Filter::propagate_mean`],
+    /// [`Filter::propagate_covariance`], [`Filter::observe`], [`Filter::finish`] and
+    /// [`Filter::correct`] must follow.
+    #[inline(never)]
+    pub fn moves(&self, navigator: &Navigator, time: f32, seen: &Match<'_>) -> (Step, V) {
+        let state = navigator.state();
+        let rotation = observe::rotation(seen.last.0, state.q_bn);
+        (self.step(&state, time, rotation, seen), rotation)
+    }
+
+    /// What the navigator shows, `time` seconds after the last fix; `z` is its innovation.
     #[inline(never)]
     pub fn look(
         &mut self,
         navigator: &Navigator,
-        passed: &mut Transition<ERRORS>,
+        time: f32,
+        z: Innovation,
+        (step, rotation): (Step, V),
         seen: &Match<'_>,
     ) -> View {
         let state = navigator.state();
-        let rotation = observe::rotation(seen.last.0, state.q_bn);
-        let step = self.step(&state, passed.time, rotation, seen);
         let sight = observe::Sight {
             forward: rotated(state.q_bn, seen.config.forward.map(f64::from)),
             azimuth: self.azimuth(),
-            rate: libm::sqrtf(dot(narrow(rotation), narrow(rotation))) / passed.time,
+            rate: libm::sqrtf(dot(narrow(rotation), narrow(rotation))) / time,
             phi_down: self.kalman.covariance().variance(2),
         };
         let still = seen.still && self.still;
@@ -183,14 +195,26 @@ impl Filter {
         } else {
             observe::course(seen, &sight)
         };
-        let view = View {
+        View {
             step,
-            z: navigator.innovation(seen.fix, seen.age[0]),
+            z,
             row,
             sight,
             before: self.kalman.covariance().variance(3),
-            time: passed.time,
-        };
+            time,
+        }
+    }
+
+    /// The means over the time since the last fix. `passed` is that of the navigator's errors, and
+    /// is then that of this filter's.
+    #[inline(never)]
+    pub fn propagate_mean(
+        &mut self,
+        navigator: &Navigator,
+        passed: &mut Transition<ERRORS>,
+        view: &View,
+        seen: &Match<'_>,
+    ) {
         let (block, shift) = transition(passed, &view.step, view.row.as_ref());
         let [[a, b, c], [d, e, f]] = navigator.estimate();
         let mut applied = [a, b, c, d, e, f];
@@ -201,7 +225,6 @@ impl Filter {
         self.kalman.feedback(&shift);
         *passed = block;
         self.velocity = view.step.after;
-        view
     }
 
     /// The covariance over the time since the last fix.
@@ -213,17 +236,11 @@ impl Filter {
         }
     }
 
-    /// The last part of a fix, with the mean of its normalised innovations squared. False: a number
-    /// is not finite, or the navigator does not take the correction.
+    /// The end of a fix, with the mean of its normalised innovations squared. False: a number is not
+    /// finite.
     #[inline(never)]
-    pub fn finish(
-        &mut self,
-        navigator: &mut Navigator,
-        view: &View,
-        nis: f32,
-        seen: &Match<'_>,
-    ) -> bool {
-        self.forget(&view.step, seen.fix, view.before);
+    pub fn finish(&mut self, view: &View, nis: f32, fix: &Fix) -> bool {
+        self.forget(&view.step, fix, view.before);
         self.kalman.finish_update();
         if !self.kalman.is_healthy() {
             return false;
@@ -233,7 +250,7 @@ impl Filter {
             let n = (self.fixes - 1).min(MEMORY);
             self.residual += (nis - self.residual) / f32::from(n);
         }
-        self.correct(navigator, view.z.position, seen) && self.watch(navigator, seen)
+        true
     }
 
     fn step(&self, state: &nav::State, time: f32, rotation: V, seen: &Match<'_>) -> Step {
@@ -373,8 +390,11 @@ impl Filter {
         self.doubted
     }
 
-    /// Corrects the navigator by what the filter has found; its place is the fix's.
-    fn correct(&mut self, navigator: &mut Navigator, place: V32, seen: &Match<'_>) -> bool {
+    /// Corrects the navigator by what the filter has found; its place is the fix's. False: it does
+    /// not take the correction.
+    #[inline(never)]
+    pub fn correct(&mut self, navigator: &mut Navigator, view: &View, seen: &Match<'_>) -> bool {
+        let place = view.z.position;
         let x = *self.kalman.error_state();
         let [a, b, c, n, e, d, cosine, sine, _] = x;
         let [vn, ve] = self.velocity;

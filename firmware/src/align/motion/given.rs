@@ -24,45 +24,23 @@ pub struct Shown {
     pub from: [f32; OUTPUTS],
 }
 
-/// Errors of a map.
-#[derive(Debug, Clone, Copy)]
-pub struct Given {
+/// Where the errors of a map are put.
+#[derive(Debug)]
+pub struct Given<'a> {
     /// Effect of the biases that are left.
-    pub by: [[f32; OUTPUTS]; ERRORS],
+    pub by: &'a mut [[f32; OUTPUTS]; ERRORS],
     /// Covariance of the other errors.
-    pub rest: Matrix,
+    pub rest: &'a mut Matrix,
     /// Covariance of both, as the filter knows them.
-    pub all: Matrix,
-    /// What was shown of the biases.
-    pub shown: Shown,
-}
-
-impl Given {
-    /// All zeros.
-    pub const ZEROED: Given = Given {
-        by: [[0.0; OUTPUTS]; ERRORS],
-        rest: [[0.0; ERRORS]; ERRORS],
-        all: [[0.0; ERRORS]; ERRORS],
-        shown: Shown {
-            rows: [[0.0; OUTPUTS]; OUTPUTS],
-            z: [0.0; OUTPUTS],
-            variance: [f32::INFINITY; OUTPUTS],
-            from: [0.0; OUTPUTS],
-        },
-    };
+    pub all: &'a mut Matrix,
 }
 
 /// Puts the errors `m x` into `given`: they would be too large to be on the stack twice. `unit`
 /// scales the biases: their standard deviations before. False when the covariance is not positive
 /// or not finite.
 #[inline(never)]
-pub fn given_biases(kalman: &Biased, m: &Matrix, unit: &[f32; OUTPUTS], given: &mut Given) -> bool {
-    let Given {
-        by,
-        rest,
-        all,
-        shown: seen,
-    } = given;
+pub fn given_biases(kalman: &Biased, m: &Matrix, unit: &[f32; OUTPUTS], given: Given) -> bool {
+    let Given { by, rest, all } = given;
     let covariance = kalman.covariance();
     let (xx, xt) = (covariance.errors(), covariance.cross());
     let half = &mut *rest;
@@ -79,10 +57,7 @@ pub fn given_biases(kalman: &Biased, m: &Matrix, unit: &[f32; OUTPUTS], given: &
     let cross: [[f32; OUTPUTS]; ERRORS] = core::array::from_fn(|i| {
         core::array::from_fn(|j| (0..ERRORS).fold(0.0, |sum, k| sum + m[i][k] * xt[k][j]))
     });
-    let scaled: Factor = core::array::from_fn(|i| {
-        core::array::from_fn(|j| covariance.parameter(i, j) / (unit[i] * unit[j]))
-    });
-    let Some(factor) = cholesky(&scaled) else {
+    let Some(factor) = factor(kalman, unit) else {
         return false;
     };
     // errors are estimate minus truth, also those of the biases: hence the sign
@@ -103,18 +78,22 @@ pub fn given_biases(kalman: &Biased, m: &Matrix, unit: &[f32; OUTPUTS], given: &
         }
     }
     let mut values = by.as_flattened().iter().chain(rest.as_flattened());
-    if !values.all(|x| x.is_finite()) {
-        return false;
-    }
-    *seen = shown(kalman, &factor, unit);
-    true
+    values.all(|x| x.is_finite())
+}
+
+/// That of the biases' covariance in these units; `None` when it is not positive.
+fn factor(kalman: &Biased, unit: &[f32; OUTPUTS]) -> Option<Factor> {
+    let covariance = kalman.covariance();
+    cholesky(&core::array::from_fn(|i| {
+        core::array::from_fn(|j| covariance.parameter(i, j) / (unit[i] * unit[j]))
+    }))
 }
 
 /// The information that the filter has beside its own prior, whose covariance is `unit` squared:
-/// `inverse(P) - inverse(unit^2)`, as independent observations. `factor` is that of `P` in these
-/// units.
+/// `inverse(P) - inverse(unit^2)`, as independent observations. `None`: `P` is not positive.
 #[inline(never)]
-fn shown(kalman: &Biased, factor: &Factor, unit: &[f32; OUTPUTS]) -> Shown {
+pub fn shown(kalman: &Biased, unit: &[f32; OUTPUTS]) -> Option<Shown> {
+    let factor = &factor(kalman, unit)?;
     let of = kalman.model().estimate();
     let sum = solved(factor, core::array::from_fn(|j| of[j] / unit[j]));
     let inverse: Factor = core::array::from_fn(|j| {
@@ -153,7 +132,7 @@ fn shown(kalman: &Biased, factor: &Factor, unit: &[f32; OUTPUTS]) -> Shown {
         shown.z[k] = z;
         shown.variance[k] = 1.0 / weight;
     }
-    shown
+    Some(shown)
 }
 
 /// Information in units of the prior's that says nothing: the prior's standard deviation would

@@ -18,7 +18,7 @@
 //! fixes in a row. An alignment whose innovations stay too large begins anew and is counted.
 //!
 //! A fix is much work. [`InMotion::put`] notes it, [`InMotion::work`] computes it in parts, and
-//! samples wait meanwhile. So no result depends on when the parts are computed. On the desktop
+//! samples must wait meanwhile. So no result depends on when the parts are computed. On the desktop
 //! [`InMotion::fix`] does all of it at once.
 
 mod begin;
@@ -29,7 +29,6 @@ mod level;
 mod observe;
 mod start;
 mod transition;
-mod waiting;
 mod watch;
 mod work;
 
@@ -41,10 +40,9 @@ use crate::fix::{Fix, Heading};
 use crate::nav::vector::{Q, V, rotated};
 use crate::nav::{self, Navigator};
 use crate::sample::Counts;
-use filter::{ERRORS, Filter};
+use filter::Filter;
 use level::Level;
 use lrnn_nostd::learn::kalman::{OUTPUTS, Transition};
-use waiting::Waiting;
 use work::Pending;
 
 /// Largest standard deviation of a heading that is handed over, rad: errors are linear up to it.
@@ -136,8 +134,6 @@ pub struct InMotion {
     pending: Option<Pending>,
     /// What the last fix has led to.
     found: Option<Found>,
-    /// Samples that have come since that fix.
-    waiting: Waiting,
     /// Since the beginning, s.
     time: f64,
     passes: u8,
@@ -162,7 +158,6 @@ impl InMotion {
             last: ([1.0, 0.0, 0.0, 0.0], [0.0; 3]),
             pending: None,
             found: None,
-            waiting: Waiting::default(),
             time: 0.0,
             passes: 0,
             norm_fails: 0,
@@ -171,16 +166,26 @@ impl InMotion {
         }
     }
 
-    /// Takes one uncorrected sample. While a fix is being computed it waits. Ask
-    /// [`InMotion::is_full`] before: without room the alignment begins anew.
+    /// Takes one uncorrected sample. No work may be left from the last fix.
     #[inline]
     pub fn sample(&mut self, counts: &Counts) {
-        if self.is_pending() {
-            if !self.waiting.push(counts) {
-                self.gap();
-            }
-        } else if let Some(navigator) = &mut self.navigator {
-            navigator.sample(counts);
+        if self.gather(counts) {
+            self.end_piece();
+        }
+    }
+
+    /// Only adds the sample to its piece. True: [`Self::end_piece`] must follow before anything
+    /// else.
+    #[inline]
+    pub fn gather(&mut self, counts: &Counts) -> bool {
+        let navigator = self.navigator.as_mut();
+        navigator.is_some_and(|navigator| navigator.gather(counts))
+    }
+
+    /// Ends the piece of its navigator.
+    pub fn end_piece(&mut self) {
+        if let Some(navigator) = &mut self.navigator {
+            navigator.end_piece();
         }
     }
 
@@ -190,7 +195,7 @@ impl InMotion {
         // in place, and not by `new`, which would be built on the stack first
         (self.navigator, self.filter, self.given) = (None, None, None);
         (self.pending, self.found) = (None, None);
-        (self.level, self.waiting) = (Level::default(), Waiting::default());
+        self.level = Level::default();
         self.last = ([1.0, 0.0, 0.0, 0.0], [0.0; 3]);
         self.time = 0.0;
         (self.passes, self.norm_fails, self.far) = (0, 0, 0);
@@ -237,7 +242,7 @@ impl InMotion {
     /// enough.
     pub fn fix(&mut self, fix: &Fix, age: [f32; 2], still: bool) -> Option<Start> {
         let mut scratch = Transition::ZEROED;
-        self.put(fix, age, still, &mut scratch);
+        self.put(fix, age, still);
         while self.work(&mut scratch) {}
         let found = self.take_found()?;
         Some(found.start(&scratch))
@@ -247,50 +252,17 @@ impl InMotion {
     /// deviation. `still`: the vehicle stands, and the fix says so. A fix without a horizontal
     /// velocity is not used, nor is one without a place before the first with one.
     ///
-    /// The rest of the work is for [`InMotion::work`], which gets the same `scratch`. No work may
-    /// be left from the last fix.
-    pub fn put(&mut self, fix: &Fix, age: [f32; 2], still: bool, scratch: &mut Transition<ERRORS>) {
+    /// The work is for [`InMotion::work`]. None may be left from the last fix.
+    pub fn put(&mut self, fix: &Fix, age: [f32; 2], still: bool) {
         if !fix.has(3..5) {
             return;
         }
-        let fix = &measured(fix);
-        let Some(navigator) = &mut self.navigator else {
-            return self.begin(fix);
-        };
-        let [n, e, d] = navigator.innovation(fix, age[0]).position;
-        let near = libm::hypotf(n, e).max(d.abs()) < FAR_M;
-        if fix.has(0..2) && !near {
-            // one wild fix is left out; if they go on, the first one was wild
-            self.far += 1;
-            if self.far > FARS {
-                self.gap();
-            }
+        let begins = self.navigator.is_none();
+        if begins && !fix.has(0..2) {
             return;
         }
-        self.far = 0;
-        *scratch = navigator.take_transition();
-        if navigator.faults().lost {
-            return self.gap();
-        }
-        self.time += f64::from(scratch.time);
-        if let Some(given) = &mut self.given {
-            given.age += scratch.time;
-        }
-        self.pending = Some(Pending::new(fix, age, still && self.config.stands));
-    }
-
-    /// The navigator in any attitude, at the first fix with a place.
-    fn begin(&mut self, fix: &Fix) {
-        if !fix.has(0..2) {
-            return;
-        }
-        let state = nav::State {
-            position: fix.position,
-            velocity: [0.0; 3],
-            q_bn: [1.0, 0.0, 0.0, 0.0],
-        };
-        self.navigator = Navigator::new(self.config.navigator, state).ok();
-        self.begin_level(fix);
+        let stands = still && self.config.stands;
+        self.pending = Some(Pending::new(&measured(fix), age, stands, begins));
     }
 
     /// Levelling begins with this fix, in the frame that the navigator has.

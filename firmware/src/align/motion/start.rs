@@ -2,12 +2,14 @@
 
 use super::filter::{ERRORS, Filter, Match, unit};
 pub use super::given::Shown;
-use super::given::{Given, Matrix, given_biases};
+use super::given::{Given, Matrix, given_biases, shown};
 use super::known::azimuth_row;
+use super::work::Found;
 use crate::control::Way;
-use crate::nav::vector::{V, add, product, rotated, scale};
+use crate::fix::Fix;
+use crate::nav::vector::{Q, V, add, product, rotated, scale};
 use crate::nav::{self, Navigator};
-use lrnn_nostd::learn::kalman::OUTPUTS;
+use lrnn_nostd::learn::kalman::{OUTPUTS, Transition};
 
 /// Standard deviation of a height that the receiver does not measure, m.
 const ANY_HEIGHT: f32 = 100.0;
@@ -50,15 +52,28 @@ pub struct Start {
     pub time_s: f64,
 }
 
-/// The state of a filter that has passed all tests.
+/// From `w` to north, east, down.
+#[derive(Debug, Clone, Copy)]
+pub struct Turned {
+    /// Cosine and sine of the azimuth.
+    azimuth: [f64; 2],
+    turn: Q,
+    q_bn: Q,
+}
+
+/// Where a navigator is to start.
+#[derive(Debug, Clone, Copy)]
+pub struct Place {
+    pub state: nav::State,
+    azimuth: [f64; 2],
+    /// The part of the velocity that was turned by the azimuth.
+    beside: V,
+}
+
+/// The attitude of a filter that has passed all tests. The first of four parts: [`place`],
+/// [`errors`] and [`found`] follow. `None`: the fix has no place.
 #[inline(never)]
-pub fn start(
-    filter: &Filter,
-    navigator: &Navigator,
-    seen: &Match<'_>,
-    time_s: f64,
-) -> Option<Start> {
-    let fix = seen.fix;
+pub fn turned(filter: &Filter, navigator: &Navigator, fix: &Fix) -> Option<Turned> {
     if !fix.has(0..2) {
         return None;
     }
@@ -68,14 +83,21 @@ pub fn start(
     let azimuth = libm::atan2(s, c);
     let (half_sin, half_cos) = libm::sincos(0.5 * azimuth);
     let turn = [half_cos, 0.0, 0.0, half_sin];
-    let at = navigator.state();
-    let q_bn = product(turn, at.q_bn);
+    Some(Turned {
+        azimuth: [c, s],
+        turn,
+        q_bn: product(turn, navigator.state().q_bn),
+    })
+}
 
-    // the receiver's velocity, and what the navigator knows beside it
+/// The receiver's velocity and what the navigator knows beside it; the place of the sensors.
+#[inline(never)]
+pub fn place(filter: &Filter, navigator: &Navigator, of: &Turned, seen: &Match<'_>) -> Place {
+    let (fix, q_bn, at) = (seen.fix, of.q_bn, navigator.state());
     let [.., n, e, _, _, _, _] = *filter.kalman().error_state();
     let [vn, ve] = filter.velocity().map(f64::from);
     let [x, y, z] = at.velocity;
-    let beside = rotated(turn, [x - f64::from(n) - vn, y - f64::from(e) - ve, 0.0]);
+    let beside = rotated(of.turn, [x - f64::from(n) - vn, y - f64::from(e) - ve, 0.0]);
     let velocity = [vn + beside[0], ve + beside[1], z];
     let arm = scale(seen.config.navigator.lever_arm.map(f64::from), -1.0);
     let age = f64::from(seen.age[0].clamp(0.0, 1.0));
@@ -85,37 +107,59 @@ pub fn start(
     if !fix.has(2..3) {
         position.height = at.position.height;
     }
-    let map = map([c, s], beside, filter);
-    let mut given = Given::ZEROED;
-    if !given_biases(filter.kalman(), &map, &unit(seen.config), &mut given) {
-        return None;
-    }
-    for (k, sigma) in fix.sigmas.iter().take(3).enumerate() {
-        let sigma = if sigma.is_finite() {
-            *sigma
-        } else {
-            ANY_HEIGHT
-        };
-        given.rest[6 + k][6 + k] = sigma * sigma;
-        given.all[6 + k][6 + k] = sigma * sigma;
-    }
-    let mut applied = *filter.kalman().model().estimate();
-    for (applied, known) in applied.iter_mut().zip(seen.known) {
-        *applied += known;
-    }
-    let mut shown = given.shown;
-    shown.from = *seen.known;
-    Some(Start {
+    Place {
         state: nav::State {
             position,
             velocity,
             q_bn,
         },
-        by: given.by,
-        rest: given.rest,
+        azimuth: of.azimuth,
+        beside,
+    }
+}
+
+/// The errors there, which are put into `scratch`: see [`Found`]. False when they are not finite.
+#[inline(never)]
+pub fn errors(
+    filter: &Filter,
+    place: &Place,
+    seen: &Match<'_>,
+    scratch: &mut Transition<ERRORS>,
+) -> bool {
+    let map = map(place.azimuth, place.beside, filter);
+    let given = Given {
+        by: &mut scratch.gamma,
+        rest: &mut scratch.q,
+        all: &mut scratch.phi,
+    };
+    if !given_biases(filter.kalman(), &map, &unit(seen.config), given) {
+        return false;
+    }
+    for (k, sigma) in seen.fix.sigmas.iter().take(3).enumerate() {
+        let sigma = if sigma.is_finite() {
+            *sigma
+        } else {
+            ANY_HEIGHT
+        };
+        scratch.q[6 + k][6 + k] = sigma * sigma;
+        scratch.phi[6 + k][6 + k] = sigma * sigma;
+    }
+    true
+}
+
+/// All but the errors. `None`: the covariance of the biases is not positive.
+#[inline(never)]
+pub fn found(filter: &Filter, state: nav::State, seen: &Match<'_>, time_s: f64) -> Option<Found> {
+    let mut shown = shown(filter.kalman(), &unit(seen.config))?;
+    let mut applied = *filter.kalman().model().estimate();
+    for (applied, known) in applied.iter_mut().zip(seen.known) {
+        *applied += known;
+    }
+    shown.from = *seen.known;
+    Some(Found {
+        state,
         applied,
         shown,
-        all: given.all,
         way: filter.way(),
         heading_sigma: filter.heading_sigma(),
         residual: filter.residual(),

@@ -6,6 +6,7 @@ use super::given::{Given, Matrix, given_biases};
 use crate::fix::Fix;
 use crate::nav::Navigator;
 use crate::nav::vector::narrow;
+use lrnn_nostd::learn::kalman::Transition;
 
 /// The velocity has changed by so many standard deviations when it shows a heading.
 const SIGNAL: f32 = 12.0;
@@ -16,8 +17,10 @@ impl Filter {
     /// An azimuth that nothing shows is looked for anew after some time: until then the navigator's
     /// drift and noise have blurred what the filter believes about it. The tilt and the biases
     /// stay.
-    pub(super) fn watch(&mut self, navigator: &mut Navigator, seen: &Match<'_>) -> bool {
-        let [n, e, _] = narrow(seen.fix.velocity);
+    ///
+    /// True: it is to be, by [`Filter::look_anew`] and [`Filter::is_anew`].
+    pub(super) fn watch(&mut self, fix: &Fix) -> bool {
+        let [n, e, _] = narrow(fix.velocity);
         let [low, high] = self.range;
         self.range = [
             [low[0].min(n), low[1].min(e)],
@@ -26,30 +29,41 @@ impl Filter {
         if self.velocity != [0.0; 2] {
             self.moving = self.moving.saturating_add(1);
         }
-        let found = self.has_signal(seen.fix) && self.heading_sigma().is_finite();
-        let patience = if self.has_signal(seen.fix) { 4 } else { 1 } * PATIENCE;
-        if self.moving < patience || found {
-            return true;
-        }
-        self.look_anew(navigator, seen)
+        let found = self.has_signal(fix) && self.heading_sigma().is_finite();
+        let patience = if self.has_signal(fix) { 4 } else { 1 } * PATIENCE;
+        self.moving >= patience && !found
     }
 
-    /// The azimuth is free again.
+    /// The errors of an azimuth that is free again, in `scratch`. False: the covariance is not
+    /// positive.
     #[inline(never)]
-    fn look_anew(&mut self, navigator: &mut Navigator, seen: &Match<'_>) -> bool {
-        let [n, e, _] = narrow(seen.fix.velocity);
+    pub(super) fn look_anew(&mut self, seen: &Match<'_>, scratch: &mut Transition<ERRORS>) -> bool {
         let unit = unit(seen.config);
         let mut level: Matrix = [[0.0; ERRORS]; ERRORS];
         (level[0][0], level[1][1]) = (1.0, 1.0);
-        let mut given = Given::ZEROED;
-        if !given_biases(&self.kalman, &level, &unit, &mut given) {
-            return false;
-        }
+        let given = Given {
+            by: &mut scratch.gamma,
+            rest: &mut scratch.q,
+            all: &mut scratch.phi,
+        };
+        given_biases(&self.kalman, &level, &unit, given)
+    }
+
+    /// The azimuth is free again, with the errors in `scratch`. False: the navigator does not take
+    /// the velocity of the fix.
+    #[inline(never)]
+    pub(super) fn is_anew(
+        &mut self,
+        navigator: &mut Navigator,
+        seen: &Match<'_>,
+        scratch: &Transition<ERRORS>,
+    ) -> bool {
+        let [n, e, _] = narrow(seen.fix.velocity);
         let mut rest = free();
-        for (row, known) in rest.iter_mut().zip(given.rest).take(2) {
+        for (row, known) in rest.iter_mut().zip(scratch.q).take(2) {
             [row[0], row[1]] = [known[0], known[1]];
         }
-        begin(&mut self.kalman, &given.by, &rest);
+        begin(&mut self.kalman, &scratch.gamma, &rest);
         self.velocity = anchor(seen.fix);
         self.range = [[n, e]; 2];
         self.moving = 0;

@@ -95,13 +95,41 @@ impl Flow<'_> {
         self.count_failure(failed);
         let zero = block.rate_error == [0.0; 3] && block.force_error == [0.0; 3];
         self.block = Some(*block);
+        self.ended = true;
+        if self.mode == Mode::Bypass && zero {
+            self.end_block();
+            self.correction.clear(); // faded out
+        }
+        self.note_correction();
+    }
+
+    /// One part of what the end of a block leads to, which comes at the latest before the next
+    /// frame. False: there is none.
+    #[inline(always)]
+    pub fn end_block_part(&mut self) -> bool {
+        if !self.ended {
+            return false;
+        }
+        let learner = self.learner.0.as_mut();
+        if !learner.is_some_and(|learner| learner.settle()) {
+            self.end_block();
+        }
+        true
+    }
+
+    /// All of it.
+    #[inline(never)]
+    pub fn end_block(&mut self) {
+        let Some(block) = &self.block.filter(|_| core::mem::take(&mut self.ended)) else {
+            return;
+        };
+        if let Some(learner) = &mut self.learner.0 {
+            while learner.settle() {}
+        }
         self.judge(block);
         self.promote(block);
         if let (Some(learner), Some(_)) = (&mut self.learner.0, self.begun) {
             learner.block(self.sample, block);
-        }
-        if self.mode == Mode::Bypass && zero {
-            self.correction.clear(); // faded out
         }
         self.note_correction();
     }
@@ -126,6 +154,7 @@ impl Flow<'_> {
 
     /// The stream has a gap: damage, silence, lost bytes.
     pub fn gap(&mut self) {
+        self.end_block();
         if let Some(Correction { compensator, state }) = self.correction.get_mut() {
             compensator.give_up_block(state);
         }

@@ -6,7 +6,7 @@ use crate::app::config::Activation;
 use crate::compensator::Block;
 use crate::control::{Alignment, Mode, Reason, Window};
 use crate::fix::{Fix, Heading};
-use crate::learn::{Learner, Report};
+use crate::learn::{Known, Learner, Report};
 use crate::model::Nets;
 use crate::wire::command::{Estimate, fault};
 
@@ -132,12 +132,6 @@ impl Flow<'_> {
         self.disagrees || self.mode == Mode::Shadow || live && !self.promoted
     }
 
-    /// Whether the learner follows the stream.
-    #[inline(always)]
-    pub fn learns(&self) -> bool {
-        self.begun.is_some()
-    }
-
     /// Whether there is a learner.
     pub fn can_learn(&self) -> bool {
         self.learner.0.is_some()
@@ -208,7 +202,7 @@ impl Flow<'_> {
 
     /// The learner has work left, and a request must not make it be done at once.
     pub fn is_busy(&self) -> bool {
-        (self.learner.0.as_ref()).is_some_and(|learner| learner.is_busy())
+        self.ended || (self.learner.0.as_ref()).is_some_and(|learner| learner.is_busy())
     }
 
     /// The weights learnt and the networks' states.
@@ -240,6 +234,12 @@ impl Flow<'_> {
     pub fn report(&self) -> Report {
         let report = self.learner.0.as_ref().map(|learner| learner.report());
         report.unwrap_or_default()
+    }
+
+    /// [`Report::antenna`] alone.
+    pub fn antenna(&self) -> Known {
+        let known = self.learner.0.as_ref().map(|learner| learner.antenna());
+        known.unwrap_or_default()
     }
 
     /// The estimates of the networks in use and of the learner.

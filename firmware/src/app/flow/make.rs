@@ -93,10 +93,15 @@ impl Flow<'_> {
     pub(super) fn made(&mut self) {
         if core::mem::take(&mut self.leads_anew) {
             self.begin_checks();
-            if let Some(learner) = &mut self.learner.0 {
+            let begun = self.begun;
+            self.teach();
+            // one that has begun is new already
+            if begun.is_some()
+                && begun == self.begun
+                && let Some(learner) = &mut self.learner.0
+            {
                 learner.restart();
             }
-            self.teach();
         }
     }
 

@@ -64,7 +64,7 @@ impl Server {
 
 /// Of a board with a learner.
 pub(super) fn antenna(flow: &Flow) -> Option<Antenna> {
-    let known = flow.report().antenna;
+    let known = flow.antenna();
     flow.can_learn().then_some(Antenna {
         lever_arm: known.lever_arm,
         lever_arm_sigma: known.lever_arm_sigma,

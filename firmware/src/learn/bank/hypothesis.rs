@@ -8,6 +8,7 @@ use lrnn_nostd::{Rational, Real, State};
 
 /// What a bank needs of any hypothesis.
 pub trait Hypothesis<T: Real> {
+    fn begin_covariance(&mut self);
     fn step(&mut self, inputs: [[T; 3]; TRIADS]);
     fn propagate_mean(&mut self, block: &Transition<NAV, T>, applied: &[T; OUTPUTS]);
     fn propagate_covariance(
@@ -54,6 +55,9 @@ where
     L: ParameterSet,
     T: Real,
 {
+    fn begin_covariance(&mut self) {
+        Kalman::begin_covariance(self);
+    }
     fn step(&mut self, inputs: [[T; 3]; TRIADS]) {
         Kalman::step(self, inputs);
     }

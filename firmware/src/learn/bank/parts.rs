@@ -93,10 +93,9 @@ impl<T: Real> Work<T> {
         self.next = 0;
     }
 
-    /// A new navigator, aligned at standstill. Its means are set already ([`Bank::align_means`]).
-    /// Besides the errors by `by` it has others of covariance `rest`.
-    pub fn alignment(&mut self, by: &[[T; OUTPUTS]; NAV], rest: &[[T; NAV]; NAV]) {
-        (self.block.gamma, self.block.q) = (*by, *rest);
+    /// A new navigator, whose means are set already ([`Bank::align_means`]). Its errors by the
+    /// sensors' errors and the covariance of its others are in [`Work::scratch`].
+    pub(in crate::learn) fn alignment(&mut self) {
         (self.aligns, self.knows) = (true, false);
         self.shown = None;
         self.next = 0;
@@ -117,6 +116,8 @@ impl<T: Real> Work<T> {
     }
 
     /// Memory that an alignment may use until the navigator that it starts has its first work.
+    /// Then `gamma` are the navigator's errors by the sensors' errors, `q` is the covariance of its
+    /// others, and `phi` that of both if the alignment has estimated the sensors' errors.
     pub(in crate::learn) fn scratch(&mut self) -> &mut Transition<NAV, T> {
         &mut self.block
     }
@@ -164,20 +165,11 @@ impl<T: Real> Bank<T> {
         self.each(|h| h.align_mean(by, applied));
     }
 
-    /// A new navigator from an alignment that has estimated the sensors' errors too: `applied`. It
-    /// has the errors `by` times those that are left, and others of covariance `rest`; both
-    /// together have the covariance `all`. First the hypotheses learn what was `shown` of the
-    /// sensors; that counts for none of them, because all of them profit.
-    pub fn start(
-        &mut self,
-        work: &mut Work<T>,
-        by: &[[T; OUTPUTS]; NAV],
-        [rest, all]: [&[[T; NAV]; NAV]; 2],
-        applied: &[T; OUTPUTS],
-        shown: &Shown,
-    ) {
-        work.alignment(by, rest);
-        work.block.phi = *all;
+    /// A new navigator from an alignment that has estimated the sensors' errors too: `applied`. Its
+    /// errors are in [`Work::scratch`]. First the hypotheses learn what was `shown` of the sensors;
+    /// that counts for none of them, because all of them profit.
+    pub fn start(&mut self, work: &mut Work<T>, applied: &[T; OUTPUTS], shown: &Shown) {
+        work.alignment();
         work.knows = true;
         let to = |x: f32| T::from_f64(f64::from(x));
         let mut learnt = Learnt {

@@ -2,7 +2,7 @@
 //! table, so that a new hypothesis is a new row.
 
 use super::hypothesis::Hypothesis;
-use crate::learn::prior::{Datasheet, Layers, LearnerNet, NAV, Shapes, amplitudes, weights};
+use crate::learn::prior::{Datasheet, Layers, LearnerNet, NAV, Shapes, weights};
 use lrnn_nostd::learn::kalman::{
     DiagonalWeights, FixedWeights, Kalman, NoParameters, OutputWeights, ParameterSet, Prior,
     TRIADS, UnitBiases, UnitOutput,
@@ -10,6 +10,15 @@ use lrnn_nostd::learn::kalman::{
 use lrnn_nostd::{Net, Rational, Real};
 
 /// The filter of a hypothesis with `N` parameters, whose packed covariance has `PACKED` elements.
+/// A part of the beginning of a hypothesis.
+#[derive(Clone, Copy, Debug)]
+pub enum Half {
+    /// Its networks.
+    Networks,
+    /// What is believed of its parameters.
+    Prior,
+}
+
 type Filter<L, const N: usize, const PACKED: usize, T> = Kalman<L, NAV, N, PACKED, Rational, T>;
 
 /// Which networks a hypothesis begins with: see [`Layers`].
@@ -44,39 +53,39 @@ macro_rules! hypotheses {
             /// To be begun.
             pub const ZEROED: Self = Self { $($slot: Kalman::ZEROED,)+ };
 
-            /// Begins all of them anew, in place: they should not move over the stack.
+            /// Begins those in the bits `which` anew, in place: they should not move over the
+            /// stack.
             pub fn begin(
                 &mut self,
-                shapes: &Shapes<T>,
-                sheet: &Datasheet<T>,
-                block_s: f64,
+                (which, half): (u8, Half),
+                (sheet, shapes, block_s): (&Datasheet<T>, &Shapes<T>, f64),
                 error_sigma: [T; NAV],
                 error_floor: [T; NAV],
             ) {
                 let [first, of_time] = weights(block_s, 1.0);
                 let time = sheet.normalisation().map(|scales| Net::new(first, scales));
-                let Shapes { driven, curved } = shapes;
-                let of_driven = driven.each_ref().map(amplitudes);
-                let of_curved = if curved == driven {
-                    of_driven
-                } else {
-                    curved.each_ref().map(amplitudes)
-                };
+                let Shapes { driven, curved, .. } = shapes;
+                let [of_driven, of_curved] = shapes.reaches();
+                let mut bits = which;
                 $(
-                    let (nets, layers) = match Shape::$shape {
-                        Shape::Time => (&time, Layers::Time(&of_time)),
-                        Shape::Driven => (driven, Layers::Driven(driven, &of_driven)),
-                        Shape::Curved => (curved, Layers::Driven(curved, &of_curved)),
-                    };
-                    begin(&mut self.$slot, nets, || {
-                        sheet.prior::<$learnt, $parameters>(
-                            layers,
-                            $output,
-                            error_sigma,
-                            error_floor,
-                        )
-                    });
+                    if bits & 1 == 1 {
+                        let (nets, layers) = match Shape::$shape {
+                            Shape::Time => (&time, Layers::Time(&of_time)),
+                            Shape::Driven => (driven, Layers::Driven(driven, of_driven)),
+                            Shape::Curved => (curved, Layers::Driven(curved, of_curved)),
+                        };
+                        begin(&mut self.$slot, half, nets, || {
+                            sheet.prior::<$learnt, $parameters>(
+                                layers,
+                                $output,
+                                error_sigma,
+                                error_floor,
+                            )
+                        });
+                    }
+                    bits >>= 1;
                 )+
+                let _ = bits;
             }
 
             /// Gives [`REMEMBERING`] what is known of the unit. False: a value cannot be, and those
@@ -100,7 +109,9 @@ macro_rules! hypotheses {
                 nets: &[LearnerNet<T>; TRIADS],
                 prior: impl FnOnce() -> Prior<NAV, 0, T>,
             ) {
-                begin(&mut self.stored, nets, prior);
+                self.stored.begin(nets);
+                self.stored.begin_prior(&prior());
+                self.stored.begin_covariance();
             }
 
             /// One of them; the zero correction for a number that is none.
@@ -146,10 +157,14 @@ pub const REMEMBERED: [usize; 3] = {
 #[inline(never)]
 fn begin<L: ParameterSet, const N: usize, const PACKED: usize, T: Real>(
     filter: &mut Filter<L, N, PACKED, T>,
+    half: Half,
     nets: &[LearnerNet<T>; TRIADS],
     prior: impl FnOnce() -> Prior<NAV, N, T>,
 ) {
-    filter.init(nets, &prior());
+    match half {
+        Half::Networks => filter.begin(nets),
+        Half::Prior => filter.begin_prior(&prior()),
+    }
 }
 
 /// One bit for each value above zero.

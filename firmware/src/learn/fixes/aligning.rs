@@ -5,6 +5,7 @@
 
 use super::FixLearner;
 use super::course::Course;
+use super::start::Starting;
 use crate::align::Align;
 use crate::align::motion::{self, Found, InMotion, MAX_HEADING};
 use crate::configuration::VehicleKind;
@@ -26,6 +27,8 @@ pub(super) struct Asked {
     number: u32,
 }
 
+/// So many samples that waited go on at once: some 4000 instructions.
+const AT_ONCE: usize = 8;
 /// The longest time between two positions that give a velocity, s.
 const BETWEEN_S: f32 = 1.5;
 /// The largest age of a velocity, s: that of the navigator.
@@ -92,7 +95,7 @@ impl FixLearner<'_> {
         let sheet = &settings.sheet;
         if let Course::Waits = self.course {
             let mut config = nav::Config::new(scale.lsb, stream.period_s, settings.noise);
-            config.lever_arm = self.antenna.arm();
+            config.lever_arm = self.memory.antenna.arm();
             config.piece_samples = divisor(stream.block_samples, config.piece_samples);
             let bias = [sheet.gyro_bias, sheet.accel_bias];
             let walk = |i: usize| bias[i] * sheet.walk_per_hour[i] / 60.0;
@@ -112,9 +115,9 @@ impl FixLearner<'_> {
         let sigma = if fix.age.is_some() {
             0.0
         } else {
-            self.antenna.age_sigma()
+            self.memory.antenna.age_sigma()
         };
-        motion.put(fix, [age, sigma], still, self.work.scratch());
+        motion.put(fix, [age, sigma], still);
         self.asked = Some(Asked {
             fix: *fix,
             age,
@@ -124,46 +127,73 @@ impl FixLearner<'_> {
         Some(())
     }
 
-    /// One part of the alignment in motion. True: there may be more.
+    /// A fix is not computed yet, or what it has led to, or samples that have come since.
+    pub(super) fn is_aligning(&self) -> bool {
+        self.starting.is_some()
+            || !self.waiting.is_empty()
+            || self.course.motion().is_some_and(InMotion::is_pending)
+    }
+
+    /// One part of the alignment in motion, of the navigator's start, or of the samples that have
+    /// come meanwhile. False: there was none.
     pub(super) fn align_part(&mut self) -> bool {
-        let Some(motion) = self.course.motion_mut() else {
+        if self.starting.is_some() {
+            self.start_part();
+        } else if self.course.motion().is_some_and(InMotion::has_found) {
+            if !self.part() {
+                self.conclude();
+                self.start_in_motion();
+            }
+        } else if let Some(motion) = self.course.motion_mut().filter(|m| m.is_pending()) {
+            motion.work(self.work.scratch());
+        } else {
+            return self.catch_up();
+        }
+        true
+    }
+
+    /// Some of the samples that wait, no further than to the end of a piece, or that end. False:
+    /// there are none.
+    #[inline(never)]
+    fn catch_up(&mut self) -> bool {
+        if self.waiting.is_empty() {
             return false;
-        };
-        if let Some(found) = motion.take_found() {
-            self.finish_fix();
-            self.start_in_motion(&found);
+        }
+        if core::mem::take(&mut self.waiting.ends) {
+            self.course.end_piece();
             return true;
         }
-        motion.is_pending() && {
-            motion.work(self.work.scratch());
-            true
+        for _ in 0..AT_ONCE {
+            let Some(counts) = self.waiting.pop() else {
+                break;
+            };
+            if self.course.gather(&counts) {
+                self.waiting.ends = true;
+                break;
+            }
         }
+        true
     }
 
     /// The alignment in motion has found the attitude: the navigator starts, and takes the samples
     /// that have come since.
     #[inline(never)]
-    fn start_in_motion(&mut self, found: &Found) -> Option<()> {
+    fn start_in_motion(&mut self) -> Option<()> {
+        let found = self.course.motion_mut()?.take_found()?;
         let asked = self.asked.take()?;
-        let mut waiting = self.course.motion_mut()?.take_waiting();
-        if !asked.waits {
-            let start = found.start(self.work.scratch());
-            let variance = start.sigmas().map(|sigma| sigma * sigma);
-            let known = Some(&start);
-            let at = Some((&asked.fix, asked.age));
-            let started = self.navigate(start.state, &start.by, &start.rest, known, at);
-            if started.is_some() {
-                self.note(
-                    asked.number,
-                    start.state,
-                    variance,
-                    (start.way, start.residual),
-                );
-            }
+        if asked.waits {
+            return None;
         }
-        while let Some(counts) = waiting.pop() {
-            self.course.sample(&counts);
-        }
+        let variance = Found::sigmas(self.work.scratch()).map(|sigma| sigma * sigma);
+        self.starting = Some(Starting {
+            number: asked.number,
+            way: found.way,
+            residual: found.residual,
+            heading_sigma: found.heading_sigma,
+            at: Some((asked.fix, asked.age)),
+            known: Some((found.applied, found.shown)),
+            ..Starting::new(found.state, variance)
+        });
         Some(())
     }
 

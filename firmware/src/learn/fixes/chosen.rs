@@ -1,7 +1,7 @@
 //! Which hypothesis is in force, and which of them knows the unit best.
 
 use super::judged::{BETTER, DRIVES};
-use super::{FixLearner, Memory, SETTLES};
+use super::{FixLearner, SETTLES};
 use crate::learn::Winner;
 use crate::learn::bank::{REMEMBERING, ZERO_CORRECTION};
 use crate::learn::quantise::split;
@@ -14,7 +14,7 @@ impl FixLearner<'_> {
     pub(super) fn choose(&mut self) {
         let bank = &self.memory.bank;
         let chosen = if bank.doubts() {
-            self.rehearsal.choose(|index| bank.score(index))
+            self.memory.rehearsal.choose(|index| bank.score(index))
         } else {
             bank.leading()
         };
@@ -46,7 +46,7 @@ impl FixLearner<'_> {
             bank.score(h) + stays
         };
         let each = REMEMBERING.into_iter().zip(self.judged.so_far());
-        let proved = each.filter(|&(h, _)| self.rehearsal.has_proved(h));
+        let proved = each.filter(|&(h, _)| self.memory.rehearsal.has_proved(h));
         let likely = proved
             .clone()
             .max_by(|(a, _), (b, _)| worth(*a).total_cmp(&worth(*b)))?;
@@ -106,7 +106,7 @@ impl FixLearner<'_> {
         if self.best_of_unit().is_none() {
             return 0;
         }
-        let Memory { bank } = &mut *self.memory;
+        let bank = &mut self.memory.bank;
         let (sheet, shapes, judged) = (&self.settings.sheet, &self.shapes, self.judged.so_far());
         self.unit
             .remember(&self.base, bank, sheet, shapes, self.covered, judged);

@@ -2,7 +2,7 @@
 //! there at a time, so that they share their memory.
 
 use crate::align::motion::InMotion;
-use crate::nav::{self, Navigator};
+use crate::nav::{self, Beginning, Navigator};
 use crate::sample::Counts;
 
 /// See the module.
@@ -52,20 +52,31 @@ impl Course {
         }
     }
 
+    /// Only adds the sample to its piece. True: [`Self::end_piece`] must follow before anything
+    /// else.
     #[inline]
-    pub fn sample(&mut self, counts: &Counts) {
+    pub fn gather(&mut self, counts: &Counts) -> bool {
         match self {
-            Course::Navigates(navigator) => navigator.sample(counts),
-            Course::Aligns(motion) => motion.sample(counts),
+            Course::Navigates(navigator) => navigator.gather(counts),
+            Course::Aligns(motion) => motion.gather(counts),
+            Course::Waits => false,
+        }
+    }
+
+    /// Ends the piece in progress.
+    pub fn end_piece(&mut self) {
+        match self {
+            Course::Navigates(navigator) => navigator.end_piece(),
+            Course::Aligns(motion) => motion.end_piece(),
             Course::Waits => {}
         }
     }
 
-    /// A new navigator takes over, if it can begin in that state. By itself, so that the copy on
-    /// the stack is gone afterwards.
+    /// A new navigator takes over, if it can begin. By itself, so that the copy on the stack is
+    /// gone afterwards.
     #[inline(never)]
-    pub fn navigate(&mut self, config: nav::Config, state: nav::State) -> Option<()> {
-        *self = Course::Navigates(Navigator::new(config, state).ok()?);
+    pub fn navigate(&mut self, config: &nav::Config, state: &Beginning) -> Option<()> {
+        *self = Course::Navigates(Navigator::begin(config, state).ok()?);
         Some(())
     }
 }

@@ -8,7 +8,7 @@
 
 use super::FixLearner;
 use crate::align::motion::MAX_HEADING;
-use crate::compensator::Block;
+use crate::inputs::Sources;
 use crate::nav::vector::{V32, add, dot, scale};
 
 /// Blocks that the memory of the motion spans.
@@ -35,19 +35,16 @@ pub struct Recent {
 
 impl Recent {
     /// A block. `usual`: the vehicle's usual rate and change of specific force.
-    pub fn block(&mut self, block: &Block, usual: [f32; 2]) {
-        let change = add(block.sources.force, scale(self.force, -1.0));
-        self.force = block.sources.force;
+    pub fn block(&mut self, sources: &Sources, usual: [f32; 2]) {
+        let change = add(sources.force, scale(self.force, -1.0));
+        self.force = sources.force;
         if self.blocks == 0 {
             // nothing is known yet
             self.square = usual.map(|x| x * x);
             self.blocks = 1;
             return;
         }
-        let now = [
-            dot(block.sources.rate, block.sources.rate),
-            dot(change, change),
-        ];
+        let now = [dot(sources.rate, sources.rate), dot(change, change)];
         for (square, now) in self.square.iter_mut().zip(now) {
             let mean = *square + (now - *square) / MEMORY;
             // a NaN is forgotten
@@ -68,16 +65,18 @@ impl Recent {
 }
 
 impl FixLearner<'_> {
-    /// Samples are missing before `number`.
-    pub(super) fn bridge(&mut self, number: u32) {
-        let Some((last, counts)) = self.last else {
-            return;
+    /// Samples that are missing before `number`.
+    pub(super) fn missing(&self, number: u32) -> u32 {
+        let since = |(last, _)| number.wrapping_sub(last).wrapping_sub(1);
+        self.last.map_or(0, since)
+    }
+
+    /// So many samples are missing, and no work is left. Gives how many of them the navigator has
+    /// to go on for.
+    pub(super) fn bridge(&mut self, missing: u32) -> u32 {
+        let Some((_, counts)) = self.last else {
+            return 0;
         };
-        let missing = number.wrapping_sub(last).wrapping_sub(1);
-        if missing == 0 {
-            return;
-        }
-        self.finish();
         let time = f64::from(missing) * self.stream.map_or(0.0, |stream| stream.period_s);
         if let Some(align) = &mut self.align {
             align.gap();
@@ -90,26 +89,25 @@ impl FixLearner<'_> {
             }
         }
         if !self.course.navigates() {
-            return;
+            return 0;
         }
-        let (Some(navigator), bank) = (self.course.navigator_mut(), &mut self.memory.bank) else {
-            return;
-        };
+        let bank = &mut self.memory.bank;
         let [rate, force] = self.recent.missed(self.settings.sheet.range);
         let t = time as f32;
         let turn = rate * t;
         let known = (0..3).fold(0.0_f32, |most, i| most.max(bank.error_sigma(i)));
         let attitude = libm::hypotf(known, turn);
         if time > LONGEST_S || !(turn <= MAX_HEADING && attitude <= LINEAR) {
-            return self.lose();
+            self.lose();
+            return 0;
         }
-        navigator.coast(&counts, missing);
         // the lean grows with the turn
         let push = libm::hypotf(force * t, GRAVITY * turn * t * 0.5);
         let way = push * t * 0.5;
         let [turn, push, way] = [turn, push, way].map(|x| x * x);
         let variance = [turn, turn, turn, push, push, push, way, way, way];
         bank.inflate(&variance);
-        self.antenna.inflate(&variance);
+        self.memory.antenna.inflate(&variance);
+        missing
     }
 }

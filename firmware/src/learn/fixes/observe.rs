@@ -1,7 +1,8 @@
 //! What is made of a fix: its age, how much it weighs, whether the vehicle stands, and the
 //! observation that the hypotheses get.
 
-use super::{FixLearner, StreamScale};
+use super::FixLearner;
+use super::events::Compared;
 use crate::fix::{Fix, NOT_MEASURED, OBSERVATIONS, Position};
 use crate::nav;
 
@@ -61,20 +62,16 @@ pub(super) struct Rest {
 }
 
 impl FixLearner<'_> {
-    /// A fix that arrived after sample `number`. `None`: it is not used, or nothing navigates.
-    pub(super) fn observe(&mut self, number: u32, fix: &Fix) -> Option<()> {
-        let stream = self.stream?;
-        while self.align_part() {}
-        self.observe_now(number, fix, &stream)
-    }
-
+    /// A fix that arrived after sample `number`; no work is left. Gives what the navigator is to be
+    /// compared with; `None`: the fix is not used, or nothing navigates.
     #[inline(never)]
-    fn observe_now(&mut self, number: u32, fix: &Fix, stream: &StreamScale) -> Option<()> {
-        let least = self.antenna.age();
+    pub(super) fn look_at(&mut self, number: u32, fix: &Fix) -> Option<Compared> {
+        let stream = self.stream?;
+        let least = self.memory.antenna.age();
         // an estimate of the age goes on by itself when the pulse stays away
-        let keeps = self.antenna.age_sigma() == 0.0;
+        let keeps = self.memory.antenna.age_sigma() == 0.0;
         let age = self.age.of(number, fix, stream.period_s, least, keeps);
-        self.antenna.jumps(self.age.sooner_s());
+        self.memory.antenna.jumps(self.age.sooner_s());
         let since = self.last_fix_ms.map(|last| fix.time_ms.wrapping_sub(last));
         let enough = if self.course.navigates() {
             LEAST_MS
@@ -102,38 +99,44 @@ impl FixLearner<'_> {
             [*x, *y, *z] = [sigma; 3];
         }
         if !self.course.navigates() {
-            return self.align_in_motion(&fix, age, stands.is_some());
+            self.align_in_motion(&fix, age, stands.is_some());
+            return None;
         }
-        self.end_interval()?;
-        self.held.observed(stream);
         let mut variance = fix.sigmas.map(|sigma| sigma * sigma);
         let close = since.filter(|ms| *ms < FIX_MS);
         if let Some(ms) = close {
             variance = variance.map(|variance| variance * (SECOND_MS / ms as f32));
         }
-        self.predict(&fix, age, variance);
-        self.count(&fix);
-        Some(())
+        Some(Compared { fix, age, variance })
     }
 
     /// Compares the navigator with the fix; the rest is deferred.
-    fn predict(&mut self, fix: &Fix, age: f32, variance: [f32; OBSERVATIONS]) {
+    #[inline(never)]
+    pub(super) fn compare(&mut self, compared: &Compared) {
+        let &Compared {
+            ref fix,
+            age,
+            variance,
+        } = compared;
+        if let Some(stream) = &self.stream {
+            self.held.observed(stream);
+        }
         let Some(navigator) = self.course.navigator() else {
             return;
         };
-        let z = if self.antenna.estimates() {
+        let z = if self.memory.antenna.estimates() {
             let sigma = if fix.age.is_some() {
                 0.0
             } else {
-                self.antenna.age_sigma()
+                self.memory.antenna.age_sigma()
             };
             let mut seen = navigator.seen(fix, age, sigma);
             if fix.age.is_some() {
                 seen.knows_the_age();
             }
-            self.antenna.fix(&seen, &variance);
+            self.memory.antenna.fix(&seen, &variance);
             if let (Some(_), Some(least)) = (fix.age, self.age.measured_s()) {
-                self.antenna.measured(least);
+                self.memory.antenna.measured(least);
             }
             seen.z
         } else {
@@ -143,9 +146,10 @@ impl FixLearner<'_> {
         };
         let work = &mut self.work;
         work.fix(z, variance);
-        self.rehearsal.fix(&z, &variance);
+        self.memory.rehearsal.fix(&z, &variance);
         self.fixing = true;
         self.tally.used = self.tally.used.saturating_add(1);
+        self.count(fix);
     }
 
     /// Refusals count once in a second, however many fixes it has.
@@ -156,7 +160,7 @@ impl FixLearner<'_> {
             self.counted_ms = Some(fix.time_ms);
         }
         self.work.counts_refusals(counts);
-        self.antenna.counts_refusals(counts);
+        self.memory.antenna.counts_refusals(counts);
     }
 
     /// Whether the vehicle stands, by receiver and sensors together: the standard deviation of its

@@ -3,7 +3,7 @@
 use super::FixLearner;
 use super::observe::STANDS_MPS;
 use super::proportional::Proportional;
-use crate::align::motion::{self, InMotion, MAX_HEADING};
+use crate::align::motion::{InMotion, MAX_HEADING, Shown};
 use crate::control::{Reason, Way};
 use crate::fix::{Fix, Heading};
 use crate::learn::Report;
@@ -11,7 +11,8 @@ use crate::learn::prior::NAV;
 use crate::learn::quantise::{Scale, divisor};
 use crate::nav;
 use crate::nav::vector::rotated;
-use lrnn_nostd::learn::kalman::OUTPUTS;
+use crate::nav::{Around, Beginning};
+use lrnn_nostd::learn::kalman::{OUTPUTS, Transition};
 
 /// Largest standard deviation of a heading that somebody gives, rad.
 const MAX_GIVEN: f32 = 1.0;
@@ -33,6 +34,55 @@ pub struct Started {
     pub residual: f32,
     /// Time since the first sample, s.
     pub time_s: f64,
+}
+
+/// A navigator that is about to start. Its errors are in [`super::Work::scratch`].
+#[derive(Debug, Clone)]
+pub(super) struct Starting {
+    pub step: Step,
+    /// State at the end of sample `number`, and standard deviations of its errors.
+    pub state: nav::State,
+    pub sigmas: [f32; NAV],
+    pub number: u32,
+    /// What gave the heading, its standard deviation, rad, and the residual.
+    pub way: Way,
+    pub heading_sigma: f32,
+    pub residual: f32,
+    /// The fix, and its age, that the state is from.
+    pub at: Option<(Fix, f32)>,
+    /// What an alignment in motion has found of the sensors' errors.
+    pub known: Option<([f32; OUTPUTS], Shown)>,
+}
+
+impl Starting {
+    /// From a known state with these variances.
+    pub fn new(state: nav::State, variance: [f32; NAV]) -> Starting {
+        Starting {
+            step: Step::Check,
+            state,
+            sigmas: variance.map(|v| libm::sqrtf(v.max(0.0))),
+            number: 0,
+            way: Way::None,
+            heading_sigma: f32::INFINITY,
+            residual: 0.0,
+            at: None,
+            known: None,
+        }
+    }
+}
+
+/// What comes next of a start.
+#[derive(Debug, Clone)]
+pub(super) enum Step {
+    Check,
+    Navigator(Beginning),
+    /// What the fix shows of the antenna.
+    Around,
+    See(Around),
+    Antenna(Option<nav::Seen>),
+    Hypotheses,
+    End,
+    Done,
 }
 
 /// The first fixes after an alignment in motion: they show what it could not see, such as a
@@ -112,7 +162,7 @@ impl FixLearner<'_> {
         let mut position = fix
             .position
             .displaced(fix.velocity.map(|v| v * f64::from(age)));
-        let arm = self.antenna.arm();
+        let arm = self.memory.antenna.arm();
         if arm != [0.0; 3] {
             // the vehicle stands: the antenna does not move
             position = position.displaced(rotated(aligned.q_bn, arm.map(|m| -f64::from(m))));
@@ -122,8 +172,10 @@ impl FixLearner<'_> {
             velocity: fix.velocity,
             q_bn: aligned.q_bn,
         };
-        let mut by = [[0.0; OUTPUTS]; NAV];
-        let mut rest = [[0.0; NAV]; NAV];
+        let Transition {
+            gamma: by, q: rest, ..
+        } = self.work.scratch();
+        (*by, *rest) = ([[0.0; OUTPUTS]; NAV], [[0.0; NAV]; NAV]);
         for i in 0..3 {
             by[i] = aligned.by[i];
             for (entry, &value) in rest[i].iter_mut().zip(&aligned.rest[i]) {
@@ -137,9 +189,13 @@ impl FixLearner<'_> {
             }
         }
         let variance = core::array::from_fn(|i| if i < 3 { tilt[i][i] } else { rest[i][i] });
-        self.finish_fix();
-        self.navigate(state, &by, &rest, None, Some((fix, age)))?;
-        self.note(self.number(), state, variance, (Way::Gyrocompass, 0.0));
+        self.starting = Some(Starting {
+            number: self.number(),
+            way: Way::Gyrocompass,
+            heading_sigma: libm::sqrtf(heading),
+            at: Some((*fix, age)),
+            ..Starting::new(state, variance)
+        });
         Some(())
     }
 
@@ -148,24 +204,17 @@ impl FixLearner<'_> {
         self.last.map_or(self.first, |(number, _)| number)
     }
 
-    /// How a navigator was started after sample `number`, from the variances of its errors; what
-    /// gave the heading, and the residual.
-    pub(super) fn note(
-        &mut self,
-        number: u32,
-        state: nav::State,
-        variance: [f32; NAV],
-        (way, residual): (Way, f32),
-    ) {
-        let samples = number.wrapping_sub(self.first);
+    /// How the navigator was started.
+    fn note(&mut self, of: &Starting) {
+        let samples = of.number.wrapping_sub(self.first);
         self.started = Some(Started {
-            state,
-            sigmas: variance.map(|v| libm::sqrtf(v.max(0.0))),
-            way,
-            residual,
+            state: of.state,
+            sigmas: of.sigmas,
+            way: of.way,
+            residual: of.residual,
             time_s: f64::from(samples) * self.stream.map_or(0.0, |stream| stream.period_s),
         });
-        self.probation = match way {
+        self.probation = match of.way {
             Way::Course | Way::Velocity | Way::Heading => Probation::begin(),
             Way::None | Way::Gyrocompass | Way::Known => Probation::default(),
         };
@@ -202,6 +251,15 @@ impl FixLearner<'_> {
     /// The part of the report that tells of the alignment.
     pub(super) fn aligned(&self) -> Report {
         let before = self.tally.alignments;
+        if let Some(starting) = &self.starting {
+            return Report {
+                way: starting.way,
+                heading_sigma: self.of_the_vehicle(starting.heading_sigma),
+                residual: starting.residual,
+                refused_alignments: before,
+                ..Report::default()
+            };
+        }
         if self.course.navigates() {
             let started = self.started.as_ref();
             return Report {
@@ -224,56 +282,107 @@ impl FixLearner<'_> {
         }
     }
 
-    /// A navigator in this state at the end of the last sample. Its errors are `by` times the
-    /// sensors' errors, plus others of covariance `rest`. `known`: the alignment in motion, which
-    /// has estimated and subtracted the sensors' errors too. `at`: the fix, and its age, that the
-    /// state is from. The result is `None` without a stream, or when the state is outside the range
-    /// of the equations. No work may be left to do.
-    pub(super) fn navigate(
-        &mut self,
-        state: nav::State,
-        by: &[[f32; OUTPUTS]; NAV],
-        rest: &[[f32; NAV]; NAV],
-        known: Option<&motion::Start>,
-        at: Option<(&Fix, f32)>,
-    ) -> Option<()> {
+    /// One part of the navigator's start. No other work may be left. The start is given up without
+    /// a stream, or when the state is outside the range of the equations.
+    ///
+    /// False: it is given up.
+    #[inline(never)]
+    pub(super) fn start_part(&mut self) -> bool {
+        let Some(mut starting) = self.starting.take() else {
+            return false;
+        };
+        match self.start_step(&starting) {
+            Some(Step::Done) => true,
+            Some(step) => {
+                starting.step = step;
+                self.starting = Some(starting);
+                true
+            }
+            None => false,
+        }
+    }
+
+    fn start_step(&mut self, starting: &Starting) -> Option<Step> {
+        match &starting.step {
+            Step::Check => Beginning::new(starting.state).ok().map(Step::Navigator),
+            Step::Navigator(state) => {
+                self.navigate(state)?;
+                Some(Step::Around)
+            }
+            Step::Around => match &starting.at {
+                Some((_, age)) if self.memory.antenna.estimates() => {
+                    let sigma = self.memory.antenna.age_sigma();
+                    Some(Step::See(self.course.navigator()?.around(*age, sigma)))
+                }
+                _ => Some(Step::Antenna(None)),
+            },
+            Step::See(around) => {
+                let (fix, age) = starting.at.as_ref()?;
+                let seen = (*age, self.memory.antenna.age_sigma());
+                let navigator = self.course.navigator()?;
+                Some(Step::Antenna(Some(
+                    navigator.seen_between(fix, seen, around),
+                )))
+            }
+            Step::Antenna(seen) => {
+                self.start_antenna(starting, seen.as_ref());
+                Some(Step::Hypotheses)
+            }
+            Step::Hypotheses => {
+                self.start_hypotheses(starting);
+                Some(Step::End)
+            }
+            Step::End => {
+                self.proportional = Proportional::default();
+                self.proportional.set(&self.course.navigator()?.state());
+                self.note(starting);
+                Some(Step::Done)
+            }
+            Step::Done => None,
+        }
+    }
+
+    fn navigate(&mut self, state: &Beginning) -> Option<()> {
         let (stream, scale) = (self.stream?, self.scale?);
         let mut config = nav::Config::new(scale.lsb, stream.period_s, self.settings.noise);
-        config.lever_arm = self.antenna.arm();
+        config.lever_arm = self.memory.antenna.arm();
         config.piece_samples = divisor(stream.block_samples, config.piece_samples);
         let refused = self.course.motion().map(|motion| motion.progress().refused);
-        self.course.navigate(config, state)?;
+        self.course.navigate(&config, state)?;
         self.tally.alignments = self.tally.alignments.saturating_add(refused.unwrap_or(0));
-        let navigator = self.course.navigator()?;
-        let sigma = self.antenna.age_sigma();
-        let seen = at.map(|(fix, age)| navigator.seen(fix, age, sigma));
-        let applied = known.map_or([0.0; OUTPUTS], |start| start.applied);
-        self.antenna.navigates(by, rest, &applied, seen.as_ref());
-        let unknown = self.antenna.unknown();
-        let wider = |of: &[[f32; NAV]; NAV]| {
-            let mut of = *of;
-            for (k, variance) in unknown.into_iter().enumerate() {
-                let i = if k < 3 { 6 + k } else { k };
+        Some(())
+    }
+
+    /// The antenna's errors, and what they add to the navigator's.
+    #[inline(never)]
+    fn start_antenna(&mut self, starting: &Starting, seen: Option<&nav::Seen>) {
+        let applied = starting
+            .known
+            .map_or([0.0; OUTPUTS], |(applied, _)| applied);
+        let scratch = self.work.scratch();
+        (self.memory.antenna).navigates(&scratch.gamma, &scratch.q, &applied, seen);
+        for (k, variance) in self.memory.antenna.unknown().into_iter().enumerate() {
+            let i = if k < 3 { 6 + k } else { k };
+            for of in [&mut scratch.q, &mut scratch.phi] {
                 if let Some(entry) = of.get_mut(i).and_then(|row| row.get_mut(i)) {
                     *entry += variance;
                 }
             }
-            of
-        };
-        let rest = wider(rest);
+        }
+    }
+
+    /// The hypotheses' means, of which the covariances follow as deferred work.
+    #[inline(never)]
+    fn start_hypotheses(&mut self, starting: &Starting) {
         let (bank, work) = (&mut self.memory.bank, &mut self.work);
         work.clear();
-        self.rehearsal.interrupted();
-        if let Some(motion::Start { all, shown, .. }) = known {
-            let both = [&rest, &wider(all)];
-            bank.start(work, by, both, &applied, shown);
+        self.memory.rehearsal.interrupted();
+        if let Some((applied, shown)) = &starting.known {
+            bank.start(work, applied, shown);
         } else {
-            bank.align_means(by, &applied);
-            work.alignment(by, &rest);
+            bank.align_means(&work.block().gamma, &[0.0; OUTPUTS]);
+            work.alignment();
         }
-        self.proportional = Proportional::default();
-        self.proportional.set(&self.course.navigator()?.state());
-        Some(())
     }
 
     /// Starts the navigator in a known state, instead of an alignment at standstill: for recordings
@@ -291,18 +400,26 @@ impl FixLearner<'_> {
         let stream = self.stream.ok_or(Reason::NotAvailable)?;
         self.scale
             .get_or_insert_with(|| Scale::counts_of(stream.lsb));
-        let mut rest = [[0.0; NAV]; NAV];
-        for (i, (row, sigma)) in rest.iter_mut().zip(sigmas).enumerate() {
+        self.finish();
+        let scratch = self.work.scratch();
+        scratch.gamma = [[0.0; OUTPUTS]; NAV];
+        scratch.q = [[0.0; NAV]; NAV];
+        for (i, (row, sigma)) in scratch.q.iter_mut().zip(sigmas).enumerate() {
             if let Some(entry) = row.get_mut(i) {
                 *entry = sigma * sigma;
             }
         }
-        let by = [[0.0; OUTPUTS]; NAV];
-        self.finish();
-        self.navigate(state, &by, &rest, None, None)
-            .ok_or(Reason::Range)?;
         let variance = sigmas.map(|sigma| sigma * sigma);
-        self.note(self.number(), state, variance, (Way::Known, 0.0));
+        self.starting = Some(Starting {
+            number: self.number(),
+            way: Way::Known,
+            ..Starting::new(state, variance)
+        });
+        while self.starting.is_some() {
+            if !self.start_part() {
+                return Err(Reason::Range);
+            }
+        }
         Ok(())
     }
 }

@@ -6,6 +6,7 @@ use super::*;
 use crate::compensator::{Compensator, Limit};
 use crate::control::Reason;
 use crate::fix::OBSERVATIONS;
+use crate::nav::Navigator;
 use crate::nav::tests::{LSB, SAMPLE_S, Steady, state};
 
 const RATE: u32 = 200;

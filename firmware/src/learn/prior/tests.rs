@@ -44,7 +44,7 @@ fn determinant(m: &[[f64; 3]; 3]) -> f64 {
 #[test]
 fn the_jacobian_by_the_inputs_has_full_rank() {
     for inputs in [OWN, DRIVEN] {
-        let Shapes { driven, curved } = Shapes::new(&SHEET.nets(1.0), &SHEET, &inputs);
+        let Shapes { driven, curved, .. } = Shapes::new(&SHEET.nets(1.0), &SHEET, &inputs);
         let sources = Sources::of([0.02, -0.05, 0.1], [0.3, -0.6, -9.6]);
         let curved = curved
             .iter()
@@ -102,7 +102,7 @@ fn an_input_given_three_times_has_its_cube() {
 /// temperature; the other units are as they were. Inputs without a temperature have no curve.
 #[test]
 fn the_curved_shape_gives_up_another_input_for_a_square() {
-    let Shapes { driven, curved } = Shapes::new(&SHEET.nets(1.0), &SHEET, &DRIVEN);
+    let Shapes { driven, curved, .. } = Shapes::new(&SHEET.nets(1.0), &SHEET, &DRIVEN);
     for (driven, curved) in driven.iter().zip(&curved) {
         let at = |celsius: f32, slope: f32, vibration: f32| {
             [driven, curved].map(|net| {
@@ -131,7 +131,7 @@ fn the_curved_shape_gives_up_another_input_for_a_square() {
 fn a_shape_is_taken_only_if_it_is_alive() {
     let dead = SHEET.nets(1.0);
     assert!(dead.iter().all(|net| !is_alive(&net.weights)));
-    let Shapes { driven, curved } = Shapes::new(&dead, &SHEET, &DRIVEN);
+    let Shapes { driven, curved, .. } = Shapes::new(&dead, &SHEET, &DRIVEN);
     assert!(
         driven
             .iter()

@@ -65,6 +65,9 @@ struct Horizon {
 }
 
 impl Horizon {
+    const ZEROED: Horizon = Horizon {
+        streams: [Stream::ZEROED; STREAMS],
+    };
     const NONE: Horizon = Horizon {
         streams: [Stream::NONE; STREAMS],
     };
@@ -124,16 +127,16 @@ pub struct Rehearsal {
 const COASTS: usize = HORIZONS * STREAMS;
 
 impl Rehearsal {
-    /// Nothing has been tried.
-    pub const NEW: Rehearsal = Rehearsal {
-        horizons: [Horizon::NONE; HORIZONS],
+    /// All zeros. Call [`Rehearsal::begin`] before use.
+    pub const ZEROED: Rehearsal = Rehearsal {
+        horizons: [Horizon::ZEROED; HORIZONS],
         passed: Passed {
             applied: [0.0; OUTPUTS],
             fed_back: [0.0; NAV],
             seen: None,
             at_once: false,
         },
-        next: COASTS,
+        next: 0,
         moving: 0,
         proved: [false; HYPOTHESES],
         chosen: ZERO_CORRECTION,
@@ -146,6 +149,7 @@ impl Rehearsal {
         self.drop_coasts();
         self.proved = [false; HYPOTHESES];
         (self.chosen, self.since_s) = (ZERO_CORRECTION, 0.0);
+        self.moving = 0;
     }
 
     fn streams(&mut self) -> impl Iterator<Item = &mut Stream> {

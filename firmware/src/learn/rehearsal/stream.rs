@@ -30,6 +30,11 @@ pub struct Stream {
 
 impl Stream {
     /// Nothing has been tried.
+    pub const ZEROED: Stream = Stream {
+        coast: Coast::NONE,
+        wealth: [Wealth::ZEROED; HYPOTHESES],
+    };
+    /// Nothing has been tried.
     pub const NONE: Stream = Stream {
         coast: Coast::NONE,
         wealth: [Wealth::NONE; HYPOTHESES],

@@ -38,6 +38,13 @@ pub(super) struct Wealth {
 }
 
 impl Wealth {
+    pub const ZEROED: Wealth = Wealth {
+        proof: 0.0,
+        parts: 0.0,
+        check: 0.0,
+        mean: 0.0,
+    };
+    /// A stake each.
     pub const NONE: Wealth = Wealth {
         proof: 1.0,
         parts: 1.0,

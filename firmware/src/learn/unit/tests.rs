@@ -15,7 +15,7 @@ const THERMAL: Inputs = [[
 
 fn networks(inputs: &Inputs) -> Shapes {
     let Nets { gyro, accel } = Nets::NONE;
-    Shapes::new(&[gyro, accel], &Settings::MEDIUM.sheet, inputs)
+    Shapes::new(&[gyro, accel], &Settings::MEDIUM.sheet, inputs).complete()
 }
 
 fn bank(inputs: &Inputs) -> Box<Bank> {

@@ -150,19 +150,36 @@ impl<L: ParameterSet, const X: usize, const N: usize, const PACKED: usize, H: Ac
     /// deviations.
     pub fn new(model: ErrorModel<L, N, H, T>, prior: Prior<X, N, T>) -> Self {
         let mut new = Self::ZEROED;
-        new.set_prior(&prior);
+        new.begin_prior(&prior);
+        new.begin_covariance();
         Self { model, ..new }
     }
 
     /// As [`Kalman::new`], but in place: a large filter should not be moved across the stack.
     pub fn init(&mut self, nets: &[Net<H, Identity, Full, T>; TRIADS], prior: &Prior<X, N, T>) {
-        self.model.init(nets);
-        self.set_prior(prior);
+        self.begin(nets);
+        self.begin_prior(prior);
+        self.begin_covariance();
     }
 
-    fn set_prior(&mut self, prior: &Prior<X, N, T>) {
-        self.covariance
-            .init(&prior.error_sigma, &prior.parameter_sigma);
+    /// The first part of [`Self::init`]. [`Self::begin_prior`] and [`Self::begin_covariance`] must
+    /// follow.
+    pub fn begin(&mut self, nets: &[Net<H, Identity, Full, T>; TRIADS]) {
+        self.model.init(nets);
+    }
+
+    /// The last part of [`Self::init`].
+    pub fn begin_covariance(&mut self) {
+        let Prior {
+            error_sigma,
+            parameter_sigma,
+            ..
+        } = &self.prior;
+        self.covariance.init(error_sigma, parameter_sigma);
+    }
+
+    /// The second part of [`Self::init`].
+    pub fn begin_prior(&mut self, prior: &Prior<X, N, T>) {
         self.x = [T::ZERO; X];
         self.prior = *prior;
         self.log_likelihood = 0.0;

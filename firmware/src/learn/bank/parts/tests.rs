@@ -128,7 +128,8 @@ fn parts_are_the_whole() {
     whole.whole_alignment(&by, &rest, &[1e-7; OUTPUTS]);
     parted.align_means(&by, &[1e-7; OUTPUTS]);
     work.clear();
-    work.alignment(&by, &rest);
+    (work.scratch().gamma, work.scratch().q) = (by, rest);
+    work.alignment();
     while parted.work(&mut work) {}
     same(&whole, &parted);
     let (block, applied) = (numbers.block(), [0.0; OUTPUTS]);

@@ -234,6 +234,7 @@ fn it_comes_back_in_motion_after_a_silence() {
             let leads = trip.learner.bank().leading();
             let learnt = *trip.learner.bank().estimate();
             trip.learner.silence();
+            trip.learner.finish();
             assert!(!trip.learner.report().navigates);
             assert_eq!(trip.learner.bank().leading(), leads);
             assert_eq!(*trip.learner.bank().estimate(), learnt);

@@ -1,4 +1,4 @@
-//! Samples that wait while a fix is being computed.
+//! Samples that wait while an alignment computes a fix, or the navigator starts.
 
 use crate::sample::Counts;
 
@@ -11,6 +11,8 @@ pub struct Waiting {
     samples: [Counts; ROOM],
     first: usize,
     len: usize,
+    /// The last one that was taken has filled a piece, which must end next.
+    pub ends: bool,
 }
 
 impl Default for Waiting {
@@ -19,14 +21,15 @@ impl Default for Waiting {
             samples: [Counts::default(); ROOM],
             first: 0,
             len: 0,
+            ends: false,
         }
     }
 }
 
 impl Waiting {
-    /// No sample waits.
+    /// No sample waits, nor the end of a piece.
     pub fn is_empty(&self) -> bool {
-        self.len == 0
+        self.len == 0 && !self.ends
     }
 
     /// There is no room for another one.
