@@ -95,7 +95,7 @@ impl<T: Real> Work<T> {
 
     /// A new navigator, whose means are set already ([`Bank::align_means`]). Its errors by the
     /// sensors' errors and the covariance of its others are in [`Work::scratch`].
-    pub(in crate::learn) fn alignment(&mut self) {
+    pub fn alignment(&mut self) {
         (self.aligns, self.knows) = (true, false);
         self.shown = None;
         self.next = 0;
@@ -118,7 +118,7 @@ impl<T: Real> Work<T> {
     /// Memory that an alignment may use until the navigator that it starts has its first work.
     /// Then `gamma` are the navigator's errors by the sensors' errors, `q` is the covariance of its
     /// others, and `phi` that of both if the alignment has estimated the sensors' errors.
-    pub(in crate::learn) fn scratch(&mut self) -> &mut Transition<NAV, T> {
+    pub fn scratch(&mut self) -> &mut Transition<NAV, T> {
         &mut self.block
     }
 

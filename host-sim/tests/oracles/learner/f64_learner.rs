@@ -52,7 +52,9 @@ impl F64Learner {
         let by = rows(&by);
         learner.bank.align_means(&by, &[0.0; OUTPUTS]);
         learner.work.clear();
-        learner.work.alignment(&by, &rows(&rest));
+        let errors = learner.work.scratch();
+        (errors.gamma, errors.q) = (by, rows(&rest));
+        learner.work.alignment();
         learner.finish();
         for k in aligned.first..until {
             let fix = fix_at(session, k + 1)?;

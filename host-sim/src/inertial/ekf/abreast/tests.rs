@@ -82,7 +82,7 @@ fn near(got: &(Aided, f64), want: &(Aided, f64), apart: f64) {
     let theta = &got.0.theta - &want.0.theta;
     let theta = theta.component_div(&sigma.rows(NAV, theta.len()));
     assert!(
-        theta.len() == 0 || theta.amax() <= apart,
+        theta.is_empty() || theta.amax() <= apart,
         "{:e}",
         theta.amax()
     );
