@@ -380,8 +380,10 @@ impl<'m> App<'m> {
             (part, part)
         } else {
             self.flow.end_block();
+            let before = self.taken;
             let more = self.receive(&mut lines.sensor, &mut lines.navigation, now);
-            (more, true)
+            // a line that cannot tell that it is idle may have had nothing
+            (more, self.taken != before)
         };
         self.flow
             .watch_rate(now, matches!(self.machine.phase(), Phase::Run(_)));
@@ -460,7 +462,7 @@ impl<'m> App<'m> {
                 self.served = true;
                 return true;
             }
-            back |= asked;
+            back |= asked && !turn;
         }
         if core::mem::take(&mut self.scrubs) {
             self.scrub(&mut lines.navigation, now);
