@@ -38,6 +38,7 @@ struct Sources {
 
 #[derive(Deserialize)]
 struct Bans {
+    #[serde(default)]
     skip: Vec<Skip>,
 }
 
