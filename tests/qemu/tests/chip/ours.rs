@@ -103,9 +103,9 @@ fn stream(tools: Tools, broken: Option<&str>) -> Result<()> {
         bail!("no answer: {}", told[2]);
     };
     ensure!(reset.causes & cause::POWER_ON != 0, "{reset:?}");
-    // asked at 50 ms; the clocks are measured and ready after 13 to 16 ms
+    // asked at 50 ms; the clocks are measured and ready after 11 to 16 ms
     let uptime = reset.uptime_ms;
-    ensure!((30..=38).contains(&uptime), "{uptime} ms");
+    ensure!((30..=40).contains(&uptime), "{uptime} ms");
     Ok(())
 }
 
