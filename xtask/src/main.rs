@@ -84,7 +84,8 @@ enum Task {
     /// chip's boot loader.
     Flash {
         /// The board: stm32f405, or one of firmware/boards.
-        #[arg(value_name = "BOARD", default_value = "stm32f405", conflicts_with_all = ["bench", "window"])]
+        #[arg(value_name = "BOARD", default_value = "stm32f405")]
+        #[arg(conflicts_with_all = ["bench", "window"])]
         board: String,
         /// The bench image instead, for an STM32F4, F7 or H7: it counts the cycles of the work
         /// whose instructions `bench` counts.

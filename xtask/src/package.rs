@@ -36,8 +36,8 @@ pub fn package() -> Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// What a test run looks at: what would be packed, the library for each core without `std`, and with
-/// the oldest Rust that its manifest names.
+/// What a test run looks at: what would be packed, the library for each core without `std`, and
+/// with the oldest Rust that its manifest names.
 pub fn check() -> Result<()> {
     let directory = target_directory()?.join("package");
     let packed = cargo_with("package --list --allow-dirty --package")

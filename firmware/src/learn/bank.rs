@@ -343,8 +343,8 @@ impl<T: Real> Bank<T> {
     }
 
     /// As [`Self::error_sigma`], but no smaller than what any hypothesis says that has not yet
-    /// fallen behind by the last finished fix: its own standard deviation and its difference to the one that is followed. So
-    /// it holds too while the choice among them is open.
+    /// fallen behind by the last finished fix: its own standard deviation and its difference to the
+    /// one that is followed. So it holds too while the choice among them is open.
     #[must_use]
     pub fn error_doubt(&self, index: usize) -> T {
         let at = |of: &dyn Hypothesis<T>| of.error_state().get(index).copied().unwrap_or(T::ZERO);

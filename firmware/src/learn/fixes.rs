@@ -15,8 +15,8 @@
 //! **What is computed when.** Nothing is computed where it arises: samples, blocks and fixes wait
 //! ([`events`]), and [`Learner::work`] takes them in their order, a short stage in each call. What
 //! a block or a fix leads to (covariances, networks with their gradients) is deferred further, in
-//! parts, and done at the latest before the next block or fix is taken. So no result depends on when
-//! stages and parts are computed. To run the learner at once, as on the desktop, call
+//! parts, and done at the latest before the next block or fix is taken. So no result depends on
+//! when stages and parts are computed. To run the learner at once, as on the desktop, call
 //! [`FixLearner::finish`]: it computes the same ones.
 //!
 //! At the end of a block the navigator is corrected by what the last fix showed. From then on it

@@ -236,8 +236,8 @@ impl Filter {
         }
     }
 
-    /// The end of a fix, with the mean of its normalised innovations squared. False: a number is not
-    /// finite.
+    /// The end of a fix, with the mean of its normalised innovations squared. False: a number is
+    /// not finite.
     #[inline(never)]
     pub fn finish(&mut self, view: &View, nis: f32, fix: &Fix) -> bool {
         self.forget(&view.step, fix, view.before);

@@ -67,8 +67,8 @@ pub struct Pending {
 }
 
 impl Pending {
-    /// As [`InMotion::put`] takes it. `begins`: the first one. `still`: the vehicle stands, and does
-    /// not turn.
+    /// As [`InMotion::put`] takes it. `begins`: the first one. `still`: the vehicle stands, and
+    /// does not turn.
     pub fn new(fix: &Fix, age: [f32; 2], still: bool, begins: bool) -> Pending {
         Pending {
             fix: *fix,

@@ -1,10 +1,10 @@
 //! What has come and is not taken yet, and the stages in which it is taken.
 //!
-//! Samples, ends of blocks and fixes wait here in the order in which they came. [`FixLearner::work`]
-//! takes them one by one, in stages of which each is short enough for one pass of the main loop:
+//! Samples, ends of blocks and fixes wait here in the order in which they came.
+//! [`FixLearner::work`] takes them one by one, in stages of which each is short enough for one pass of the main loop:
 //!
 //! ```text
-//! sample      gathered - piece and second of the standstill - piece of the navigator - a fix's turn
+//! sample      gathered - piece and second of the standstill - navigator's piece - a fix's turn
 //! missing     deferred work - variances - the navigator goes on, a piece at a time
 //! block, fix  deferred work - its result - piece - transition - means - antenna, rehearsals
 //!             block: feedback, the networks' inputs      fix: innovation
@@ -329,8 +329,8 @@ impl FixLearner<'_> {
         };
     }
 
-    /// Rehearsals, the stored networks, shapes, hypotheses one by one, antenna, what is known of the
-    /// unit.
+    /// Rehearsals, the stored networks, shapes, hypotheses one by one, antenna, what is known of
+    /// the unit.
     fn begin_part(&mut self, part: usize) {
         self.events.stage = Stage::Begin(part + 1);
         const SHAPES: usize = 3;
