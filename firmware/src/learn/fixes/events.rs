@@ -1,7 +1,8 @@
 //! What has come and is not taken yet, and the stages in which it is taken.
 //!
 //! Samples, ends of blocks and fixes wait here in the order in which they came.
-//! [`FixLearner::work`] takes them one by one, in stages of which each is short enough for one pass of the main loop:
+//! [`FixLearner::work`] takes them one by one, in stages of which each is short enough for one pass
+//! of the main loop:
 //!
 //! ```text
 //! sample      gathered - piece and second of the standstill - navigator's piece - a fix's turn
