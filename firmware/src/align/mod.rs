@@ -111,6 +111,9 @@ struct Solving {
     wahba: Wahba,
     /// After the last sweep.
     rotation: Option<Q>,
+    /// The attitude now, which follows from it, and what the sensors' errors do to it.
+    q_bn: Option<Q>,
+    by: [[f32; 6]; 3],
 }
 
 impl Align {
@@ -275,6 +278,8 @@ impl Align {
             gathered: self.gathered,
             wahba: Wahba::new(&expected(&here, &self.sums)),
             rotation: None,
+            q_bn: None,
+            by: [[0.0; 6]; 3],
         });
     }
 
@@ -283,7 +288,7 @@ impl Align {
         let Some(solving) = &mut self.solving else {
             return false;
         };
-        if solving.wahba.sweep() {
+        if solving.wahba.part() {
             return true;
         }
         if solving.rotation.is_none() {
@@ -301,24 +306,53 @@ impl Align {
     /// The attitude now, from the standstill up to the call of [`Self::solve`].
     pub fn aligned(&mut self) -> Option<Aligned> {
         self.end_piece();
+        self.carry();
+        self.judge();
+        self.carried()
+    }
+
+    /// The first part of [`Self::aligned`], after [`Self::end_piece`]: the gyros carry the attitude
+    /// on to now.
+    pub fn carry(&mut self) {
+        let (time, q_b0b) = (self.time, self.q_b0b);
+        let Some(solving) = &mut self.solving else {
+            return;
+        };
+        solving.q_bn = solving.rotation.map(|q_n0b0| {
+            let q_nn0 = from_rotvec(scale(solving.here.omega_ie(), -time));
+            renormalised(product(product(q_nn0, q_n0b0), q_b0b))
+        });
+    }
+
+    /// The second part: what the sensors' errors do to it.
+    pub fn judge(&mut self) {
+        let time = self.time;
+        if let Some(solving) = &mut self.solving
+            && let Some(q_bn) = solving.q_bn
+        {
+            solving.by = by(time, &solving.here, q_bn);
+        }
+    }
+
+    /// The last part: the attitude with its errors.
+    pub fn carried(&mut self) -> Option<Aligned> {
         let Solving {
             here,
             gathered,
-            rotation,
+            q_bn,
+            by,
             ..
         } = self.solving.take()?;
-        let q_n0b0 = rotation?;
-        let q_nn0 = from_rotvec(scale(here.omega_ie(), -self.time));
-        let q_bn = renormalised(product(product(q_nn0, q_n0b0), self.q_b0b));
         Some(Aligned {
-            q_bn,
-            by: self.by(&here, q_bn),
+            q_bn: q_bn?,
+            by,
             rest: self.rest(&here, gathered),
             time_s: gathered,
         })
     }
 
-    fn end_piece(&mut self) {
+    /// Ends the piece in progress, so that the attitude is that of the last sample.
+    pub fn end_piece(&mut self) {
         if self.gather.is_empty() {
             return;
         }
@@ -366,35 +400,6 @@ impl Align {
         self.force = [0.0; 3];
     }
 
-    /// Effect of the sensors' errors on the attitude. The vehicle stood, its axes turned with the
-    /// Earth's. The tilt is such that gravity cancels the accelerometers' error. A gyro's error
-    /// about east looks like the Earth's rate on a wrong heading, and so does the tilt about north,
-    /// which inclines the Earth's axis. About north and down the attitude has drifted since the
-    /// middle of the time:
-    ///
-    /// ```text
-    /// phi_N = a_E / g - w_N t / 2
-    /// phi_E = -a_N / g
-    /// phi_D = w_E / (W cos latitude) - tan latitude a_E / g - w_D t / 2
-    /// ```
-    fn by(&self, here: &Local, q_bn: Q) -> [[f32; 6]; 3] {
-        let (half, tilt) = (-0.5 * self.time, 1.0 / here.g);
-        let turn = 1.0 / (OMEGA_IE * here.cos);
-        let lean = tilt * here.sin / here.cos;
-        let rows = [
-            ([half, 0.0, 0.0], [0.0, tilt, 0.0]),
-            ([0.0, 0.0, 0.0], [-tilt, 0.0, 0.0]),
-            ([0.0, turn, half], [0.0, -lean, 0.0]),
-        ];
-        let [w, x, y, z] = q_bn;
-        rows.map(|(gyro, accel)| {
-            // a row times C is C' times it
-            let [a, b, c] = narrow(rotated([w, -x, -y, -z], gyro));
-            let [d, e, f] = narrow(rotated([w, -x, -y, -z], accel));
-            [a, b, c, d, e, f]
-        })
-    }
-
     /// Covariance of the errors caused by white noise. It acts on the tilt as on a mean and on the
     /// heading as on the slope of a line; the gyros' random walk since the middle adds to both.
     fn rest(&self, here: &Local, gathered: f64) -> [[f32; 3]; 3] {
@@ -411,6 +416,35 @@ impl Align {
             [0.0, 0.0, heading + tilt],
         ]
     }
+}
+
+/// Effect of the sensors' errors on the attitude. The vehicle stood, its axes turned with the
+/// Earth's. The tilt is such that gravity cancels the accelerometers' error. A gyro's error
+/// about east looks like the Earth's rate on a wrong heading, and so does the tilt about north,
+/// which inclines the Earth's axis. About north and down the attitude has drifted since the
+/// middle of the time:
+///
+/// ```text
+/// phi_N = a_E / g - w_N t / 2
+/// phi_E = -a_N / g
+/// phi_D = w_E / (W cos latitude) - tan latitude a_E / g - w_D t / 2
+/// ```
+fn by(time: f64, here: &Local, q_bn: Q) -> [[f32; 6]; 3] {
+    let (half, tilt) = (-0.5 * time, 1.0 / here.g);
+    let turn = 1.0 / (OMEGA_IE * here.cos);
+    let lean = tilt * here.sin / here.cos;
+    let rows = [
+        ([half, 0.0, 0.0], [0.0, tilt, 0.0]),
+        ([0.0, 0.0, 0.0], [-tilt, 0.0, 0.0]),
+        ([0.0, turn, half], [0.0, -lean, 0.0]),
+    ];
+    let [w, x, y, z] = q_bn;
+    rows.map(|(gyro, accel)| {
+        // a row times C is C' times it
+        let [a, b, c] = narrow(rotated([w, -x, -y, -z], gyro));
+        let [d, e, f] = narrow(rotated([w, -x, -y, -z], accel));
+        [a, b, c, d, e, f]
+    })
 }
 
 /// The three functions of time: t, sin W t / W, (1 - cos W t) / W.

@@ -342,16 +342,37 @@ impl<'m> FixLearner<'m> {
         bank.reset_networks();
     }
 
+    /// The first part of [`Learner::begin`].
+    #[inline(never)]
+    fn begin_bank(&mut self) {
+        let Settings {
+            sheet,
+            gates,
+            inputs,
+            ..
+        } = &self.settings;
+        self.base = self.unit.head;
+        self.memory.bank.begins((sheet, inputs), *gates);
+        self.covered = NOWHERE;
+        self.tally = Tally::default();
+        self.forget_stream();
+    }
+
     /// The stream begins anew.
     fn anew(&mut self) {
-        self.work.clear();
-        self.memory.antenna.clear();
-        self.settled = Settled::default();
-        self.unit_settled = Settled::default();
         self.running = ZERO_CORRECTION;
         self.fixing = false;
         self.events = Events::NONE;
         self.scale = None;
+        self.forget_stream();
+    }
+
+    /// All that the samples and fixes so far have led to, but for the events that wait.
+    fn forget_stream(&mut self) {
+        self.work.clear();
+        self.memory.antenna.clear();
+        self.settled = Settled::default();
+        self.unit_settled = Settled::default();
         self.align = None;
         (self.course, self.asked, self.starting) = (Course::Waits, None, None);
         self.waiting = Waiting::default();
@@ -582,21 +603,11 @@ impl Learner for FixLearner<'_> {
     ///
     /// The hypotheses begin one by one; samples wait meanwhile.
     fn begin(&mut self, nets: &Nets, stream: StreamScale) {
-        let Settings {
-            sheet,
-            gates,
-            inputs,
-            ..
-        } = &self.settings;
-        let bank = &mut self.memory.bank;
-        self.base = self.unit.head;
         self.shapes.driven = [nets.gyro, nets.accel]; // until the first parts
-        bank.begins((sheet, inputs), *gates);
         self.stream = Some(stream);
         self.running = ZERO_CORRECTION;
-        self.covered = NOWHERE;
-        self.tally = Tally::default();
-        self.anew();
+        (self.scale, self.fixing) = (None, false);
+        self.events = Events::NONE;
         self.events.stage = Stage::Begin(0);
     }
 
@@ -612,7 +623,12 @@ impl Learner for FixLearner<'_> {
         let scale = *self
             .scale
             .get_or_insert_with(|| Scale::of(sample, &stream.lsb));
-        self.comes(Event::Sample(number, scale.counts(sample)));
+        let counts = scale.counts(sample);
+        if self.events.is_empty() && !self.is_aligning() && self.missing(number) == 0 {
+            self.take_sample(number, &counts); // no dearer than to have it wait
+        } else {
+            self.comes(Event::Sample(number, counts));
+        }
     }
 
     fn block(&mut self, _: u32, block: &Block) {

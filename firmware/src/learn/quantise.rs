@@ -25,16 +25,15 @@ impl Scale {
         let of = |value: f64, largest: f64| {
             // the largest power of two with which `largest` fits into 31 bits
             let room = f64::from(1 << 30) * value / largest;
-            let power = libm::floor(libm::log2(room)).clamp(-60.0, 60.0);
-            libm::scalbn(1.0, power as i32)
+            libm::ilogb(room).clamp(-60, 60)
         };
-        let per = [of(lsb.rad, LARGEST[0]), of(lsb.mps, LARGEST[1])];
+        let powers = [of(lsb.rad, LARGEST[0]), of(lsb.mps, LARGEST[1])];
         Scale {
             lsb: Lsb {
-                rad: lsb.rad / per[0],
-                mps: lsb.mps / per[1],
+                rad: libm::scalbn(lsb.rad, -powers[0]),
+                mps: libm::scalbn(lsb.mps, -powers[1]),
             },
-            per_float: per.map(|x| x as f32),
+            per_float: powers.map(|power| libm::scalbnf(1.0, power)),
         }
     }
 

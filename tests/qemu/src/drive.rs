@@ -41,13 +41,17 @@ pub fn drive_from(
     Ok((drive.session, records(drive.records)))
 }
 
-/// A drive without standstill that a device told this measures.
+/// A drive that a device told this measures: its seconds, and those of them at rest.
 ///
 /// # Errors
 /// The sensor cannot be simulated at this rate, or a sample does not fit into its field.
-pub fn drive_told(told: &Configuration, format: ImuFormat, seconds: u32) -> Result<Vec<Record>> {
+pub fn drive_told(
+    told: &Configuration,
+    format: ImuFormat,
+    seconds: [u32; 2],
+) -> Result<Vec<Record>> {
     let medium = ImuSpec::preset("medium").context("no preset medium")?;
-    let drive = simulated::drive_told(told, format, &medium, [seconds, 0])?;
+    let drive = simulated::drive_told(told, format, &medium, seconds)?;
     Ok(records(drive.records))
 }
 

@@ -3,13 +3,15 @@
 
 use std::time::Duration;
 
+use firmware::control::{Alignment, Mode};
+use firmware::fix::Heading;
 use firmware::wire::ImuFormat;
 use firmware::wire::command::{MAX_CHUNK, Request};
 use qemu::budget::Budgets;
 use qemu::drive::{Record, drive_told};
 use qemu::images::REPLAY;
 use qemu::machine::NETDUINOPLUS2;
-use qemu::protocol::packet_of;
+use qemu::protocol::{packet_of, set_up_told};
 use qemu::replay::{Input, told};
 use qemu::software::{timed_on_target, told_on_desktop};
 
@@ -37,7 +39,7 @@ fn rate(records: &[Record]) -> Option<(f64, bool)> {
 fn highest(format: ImuFormat, variant: u8) -> Option<Sensor> {
     for rate_told in RATES {
         let told = told(format, variant, rate_told)?;
-        let Ok(records) = drive_told(&told, format, 1) else {
+        let Ok(records) = drive_told(&told, format, [1, 0]) else {
             continue; // not a rate of this sensor
         };
         let (rate, fits) = rate(&records)?;
@@ -83,7 +85,7 @@ const ASKED: [Request; 8] = [
 /// after it; each seventh comes together with the next one, and each eleventh is damaged.
 fn drive((format, variant, rate): (ImuFormat, u8, u16)) -> Vec<Record> {
     let told = told(format, variant, rate).expect("a sensor");
-    let mut records = drive_told(&told, format, SECONDS).expect("a drive");
+    let mut records = drive_told(&told, format, [SECONDS, 0]).expect("a drive");
     let fixes = records
         .iter_mut()
         .filter(|record| record.input == Input::Gnss);
@@ -147,4 +149,91 @@ fn no_frame_is_late() {
         assert_eq!(here.learnt, there.learnt, "{format:?}");
         assert!(here.sent == there.sent, "{format:?}");
     }
+}
+
+/// The second drive: its seconds, and those of them at rest.
+const EVENTFUL: [u32; 2] = [200, 75];
+/// Its sensor's rate, Hz.
+const SLOW: u16 = 250;
+/// When frames are missing in it: for some, for many, for so long that the sensor has started anew.
+const MISSING_US: [[u32; 2]; 4] = [
+    [90_000_000, 90_030_000],
+    [95_100_000, 95_500_000],
+    [100_000_000, 100_900_000],
+    [105_000_000, 106_600_000],
+];
+/// What is asked in it, and when, s. Then the device is configured once more.
+const EVENTS: [(u32, Request); 10] = [
+    (
+        110,
+        Request::Heading(Heading {
+            angle: 0.7,
+            sigma: 0.2,
+        }),
+    ),
+    (140, Request::CommitLearnt),
+    (142, Request::Alignment(Alignment::Started)),
+    (144, Request::Alignment(Alignment::Finished)),
+    (146, Request::SetMode(Mode::Shadow)),
+    (148, Request::SetMode(Mode::Learn)),
+    (150, Request::SetMode(Mode::Bypass)),
+    (151, Request::StoreImage),
+    (152, Request::SetMode(Mode::Learn)),
+    (154, Request::CommitLearnt),
+];
+const CONFIGURED_AGAIN_S: u32 = 160;
+
+/// What else may happen: an uncertain antenna and age of the fixes, a start after a standstill and
+/// one in motion, missing samples, a sensor that starts anew, other weights, modes, alignments,
+/// and another configuration while the device learns.
+fn eventful(sensor: (ImuFormat, u8, u16)) -> Vec<Record> {
+    let mut told = told(sensor.0, sensor.1, sensor.2).expect("a sensor");
+    told.receiver.lever_arm_sigma = 0.5;
+    told.receiver.fix_delay_sigma = 0.05;
+    let mut records = drive_told(&told, sensor.0, EVENTFUL).expect("a drive");
+    let missing = |at: u32| (MISSING_US.iter()).any(|[from, to]| (*from..*to).contains(&at));
+    records.retain(|record| record.input != Input::Sensor || !missing(record.at_us));
+    let packets = set_up_told(&told, Mode::Learn).expect("packets");
+    let command = |at_us: u32, bytes: Vec<u8>| Record {
+        input: Input::Command,
+        at_us,
+        bytes,
+    };
+    for from_s in [1, CONFIGURED_AGAIN_S] {
+        for (number, bytes) in packets.iter().enumerate() {
+            let at_us = from_s * 1_000_000 + number as u32 * 30_000;
+            records.push(command(at_us, bytes.clone()));
+        }
+    }
+    for (number, (at_s, request)) in EVENTS.iter().enumerate() {
+        let bytes = packet_of(number as u8, request).expect("a packet");
+        records.push(command(at_s * 1_000_000 + 3000, bytes));
+    }
+    records.sort_by_key(|record| record.at_us);
+    records
+}
+
+#[test]
+fn no_pass_is_long_whatever_happens() {
+    let Some(image) = REPLAY.build_or_skip() else {
+        return;
+    };
+    let longest = Budgets::read().expect("budgets.toml").longest_pass;
+    let sensor = (ImuFormat::Kvh, 0, SLOW);
+    let records = eventful(sensor);
+    let limit = Duration::from_secs(300);
+    let there = timed_on_target(&image, NETDUINOPLUS2, sensor, &records, limit);
+    let there = there.expect("it runs");
+    let cost = there.cost.expect("counted");
+    println!(
+        "{:.0} us after sample {}, pass {:.0} after {}, {} fixes",
+        cost.late_us, cost.late_at, cost.pass, cost.pass_at, there.learnt.fixes
+    );
+    assert!(there.learnt.fixes > 5, "{:?}", there.learnt);
+    assert!(
+        cost.pass <= longest,
+        "a pass of {:.0} instructions after sample {}, budget {longest:.0}",
+        cost.pass,
+        cost.pass_at
+    );
 }

@@ -49,6 +49,36 @@ pub(super) struct Compared {
     pub variance: [f32; OBSERVATIONS],
 }
 
+/// A fix while nothing navigates: its age, s, and the velocity's standard deviation of a vehicle
+/// that stands, m/s, if it does.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Fresh {
+    pub fix: Fix,
+    pub age: f32,
+    pub stands: Option<f32>,
+}
+
+/// What is made of a fix.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum Looked {
+    Unused,
+    Compare(Compared),
+    Start(Fresh),
+}
+
+/// What comes next of a fix from which the navigator may start: the alignment at standstill is
+/// solved or finished, else the alignment in motion takes it.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum Part {
+    Look,
+    Sweep,
+    End,
+    Carry,
+    Judge,
+    Start,
+    Motion,
+}
+
 /// What all deferred work must be done for.
 #[derive(Debug, Clone, Copy)]
 pub(super) enum Then {
@@ -95,6 +125,8 @@ pub(super) enum Stage {
     Corrected([f32; NAV]),
     Inputs,
     Compare(Compared),
+    /// The navigator may start from this fix.
+    Start(Part, Fresh),
 }
 
 /// See the module.
@@ -254,15 +286,17 @@ impl FixLearner<'_> {
             Then::Silence => self.falls_silent(),
             Then::Block => self.events.stage = Stage::Interval(End::Block),
             Then::Fix(number, fix) => {
-                if let Some(compared) = self.look_at(number, &fix) {
-                    self.events.stage = Stage::Interval(End::Fix(compared));
-                }
+                self.events.stage = match self.look_at(number, &fix) {
+                    Looked::Unused => Stage::Idle,
+                    Looked::Compare(compared) => Stage::Interval(End::Fix(compared)),
+                    Looked::Start(fresh) => Stage::Start(Part::Look, fresh),
+                };
             }
         }
     }
 
     /// Takes a sample; none is missing before it.
-    fn take_sample(&mut self, number: u32, counts: &Counts) {
+    pub(super) fn take_sample(&mut self, number: u32, counts: &Counts) {
         let still = self.gather(number, counts);
         let piece = if self.is_aligning() {
             self.waiting.push(counts); // there is room
@@ -287,7 +321,7 @@ impl FixLearner<'_> {
         };
     }
 
-    /// A stage of the end of an interval.
+    /// A stage of the end of an interval, or of what follows a fix.
     #[inline(never)]
     fn interval_stage(&mut self, stage: Stage) {
         self.events.stage = match stage {
@@ -326,21 +360,26 @@ impl FixLearner<'_> {
                 self.compare(&compared);
                 Stage::Idle
             }
+            Stage::Start(part, fresh) => match self.start_at(part, &fresh) {
+                Some(part) => Stage::Start(part, fresh),
+                None => Stage::Idle,
+            },
             _ => Stage::Idle,
         };
     }
 
-    /// Rehearsals, the stored networks, shapes, hypotheses one by one, antenna, what is known of
-    /// the unit.
+    /// What was known of the stream before, rehearsals, the stored networks, shapes, hypotheses one
+    /// by one, antenna, what is known of the unit.
     fn begin_part(&mut self, part: usize) {
         self.events.stage = Stage::Begin(part + 1);
-        const SHAPES: usize = 3;
+        const SHAPES: usize = 4;
         const FIRST: usize = SHAPES + REACHES;
         const LAST: usize = FIRST + 3 * HYPOTHESES;
         match part {
-            0 => self.memory.rehearsal.begin(),
-            1 => self.begin_stored(),
-            2 => self.begin_shapes(),
+            0 => self.begin_bank(),
+            1 => self.memory.rehearsal.begin(),
+            2 => self.begin_stored(),
+            3 => self.begin_shapes(),
             SHAPES..FIRST => self.shapes.reach(part - SHAPES),
             FIRST..LAST => {
                 let part = part - FIRST;

@@ -2,7 +2,7 @@
 //! observation that the hypotheses get.
 
 use super::FixLearner;
-use super::events::Compared;
+use super::events::{Compared, Fresh, Looked};
 use crate::fix::{Fix, NOT_MEASURED, OBSERVATIONS, Position};
 use crate::nav;
 
@@ -61,11 +61,28 @@ pub(super) struct Rest {
     time_ms: u32,
 }
 
+impl Fresh {
+    /// The fix; of a vehicle that stands, its velocity is zero.
+    pub fn at_rest(&self) -> Fix {
+        let mut fix = self.fix;
+        if let Some(sigma) = self.stands {
+            fix.velocity = [0.0; 3];
+            let [.., x, y, z] = &mut fix.sigmas;
+            [*x, *y, *z] = [sigma; 3];
+        }
+        fix
+    }
+}
+
 impl FixLearner<'_> {
-    /// A fix that arrived after sample `number`; no work is left. Gives what the navigator is to be
-    /// compared with; `None`: the fix is not used, or nothing navigates.
+    /// A fix that arrived after sample `number`; no work is left.
     #[inline(never)]
-    pub(super) fn look_at(&mut self, number: u32, fix: &Fix) -> Option<Compared> {
+    pub(super) fn look_at(&mut self, number: u32, fix: &Fix) -> Looked {
+        self.looked_at(number, fix).unwrap_or(Looked::Unused)
+    }
+
+    /// `None`: the fix is not used.
+    fn looked_at(&mut self, number: u32, fix: &Fix) -> Option<Looked> {
         let stream = self.stream?;
         let least = self.memory.antenna.age();
         // an estimate of the age goes on by itself when the pulse stays away
@@ -89,25 +106,21 @@ impl FixLearner<'_> {
         };
         let age = age + waited as f32;
         self.last_fix_ms = Some(fix.time_ms);
-        let (mut fix, stands) = (*fix, self.stands(fix));
-        if !self.course.navigates() && self.start_at(&fix, age).is_some() {
-            return None;
-        }
-        if let Some(sigma) = stands {
-            fix.velocity = [0.0; 3];
-            let [.., x, y, z] = &mut fix.sigmas;
-            [*x, *y, *z] = [sigma; 3];
-        }
+        let fresh = Fresh {
+            fix: *fix,
+            age,
+            stands: self.stands(fix),
+        };
         if !self.course.navigates() {
-            self.align_in_motion(&fix, age, stands.is_some());
-            return None;
+            return Some(Looked::Start(fresh));
         }
+        let fix = fresh.at_rest();
         let mut variance = fix.sigmas.map(|sigma| sigma * sigma);
         let close = since.filter(|ms| *ms < FIX_MS);
         if let Some(ms) = close {
             variance = variance.map(|variance| variance * (SECOND_MS / ms as f32));
         }
-        Some(Compared { fix, age, variance })
+        Some(Looked::Compare(Compared { fix, age, variance }))
     }
 
     /// Compares the navigator with the fix; the rest is deferred.

@@ -1,6 +1,7 @@
 //! How the navigator starts, and how it goes on across missing samples.
 
 use super::FixLearner;
+use super::events::{Fresh, Part};
 use super::observe::STANDS_MPS;
 use super::proportional::Proportional;
 use crate::align::motion::{InMotion, MAX_HEADING, Shown};
@@ -121,34 +122,69 @@ impl Probation {
     }
 }
 
-impl FixLearner<'_> {
-    /// Starts the navigator at a fix if the alignment is good enough. The vehicle stands: what the
-    /// receiver does not measure of its velocity is zero.
-    pub(super) fn start_at(&mut self, fix: &Fix, age: f32) -> Option<()> {
-        let mut fix = *fix;
-        if !fix.has(0..3) {
-            return None;
-        }
+impl Fresh {
+    /// The fix of a vehicle that stands: what the receiver does not measure of its velocity is
+    /// zero.
+    fn standing(&self) -> Fix {
+        let mut fix = self.fix;
         let measured = fix.sigmas.iter_mut().skip(3).zip(&mut fix.velocity);
         for (sigma, velocity) in measured.filter(|(sigma, _)| !sigma.is_finite()) {
             (*sigma, *velocity) = (STANDS_MPS, 0.0);
         }
-        self.start(&fix, age)
+        fix
+    }
+}
+
+impl FixLearner<'_> {
+    /// A part of what a fix leads to while nothing navigates. Gives the next one.
+    pub(super) fn start_at(&mut self, part: Part, fresh: &Fresh) -> Option<Part> {
+        let Some(align) = &mut self.align else {
+            return None; // nothing navigates without a stream
+        };
+        match part {
+            Part::Look => {
+                let long = align.gathered() >= self.settings.align_s || align.is_over();
+                if !(fresh.fix.has(0..3) && long) {
+                    return self.start_at(Part::Motion, fresh);
+                }
+                if align.is_solving() {
+                    return Some(Part::Sweep);
+                }
+                // in parts, until the next fix
+                let place = &fresh.fix.position;
+                align.solve(place.latitude, place.height);
+                Some(Part::Motion)
+            }
+            Part::Sweep if align.sweep() => Some(Part::Sweep),
+            Part::Sweep => Some(Part::End),
+            Part::End => {
+                align.end_piece();
+                Some(Part::Carry)
+            }
+            Part::Carry => {
+                align.carry();
+                Some(Part::Judge)
+            }
+            Part::Judge => {
+                align.judge();
+                Some(Part::Start)
+            }
+            Part::Start => match self.start(&fresh.standing(), fresh.age) {
+                Some(()) => None,
+                None => Some(Part::Motion),
+            },
+            Part::Motion => {
+                self.align_in_motion(&fresh.at_rest(), fresh.age, fresh.stands.is_some());
+                None
+            }
+        }
     }
 
     /// Starts the navigator at a fix after a standstill if that alignment is good enough.
+    #[inline(never)]
     fn start(&mut self, fix: &Fix, age: f32) -> Option<()> {
         let align = self.align.as_mut()?;
-        if align.gathered() < self.settings.align_s && !(align.is_over()) {
-            return None;
-        }
-        if !align.is_solving() {
-            // in parts, until the next fix
-            align.solve(fix.position.latitude, fix.position.height);
-            return None;
-        }
-        while align.sweep() {}
-        let aligned = align.aligned()?;
+        let aligned = align.carried()?;
         let bias = [
             self.settings.sheet.gyro_bias,
             self.settings.sheet.accel_bias,
