@@ -379,7 +379,7 @@ impl<'m> App<'m> {
             let part = self.flow.end_block_part();
             (part, part)
         } else {
-            self.flow.end_block();
+            self.flow.end_block_before_frames();
             let before = self.taken;
             let more = self.receive(&mut lines.sensor, &mut lines.navigation, now);
             // a line that cannot tell that it is idle may have had nothing

@@ -117,6 +117,14 @@ impl Flow<'_> {
         true
     }
 
+    /// All of it, before frames are read; most passes have nothing of it.
+    #[inline(always)]
+    pub fn end_block_before_frames(&mut self) {
+        if self.ended {
+            self.end_block();
+        }
+    }
+
     /// All of it.
     #[inline(never)]
     pub fn end_block(&mut self) {
