@@ -1,11 +1,10 @@
 //! `host-sim`: see `host-sim --help`.
 
-use clap::Parser;
 use std::io::{Write, stderr};
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
-    match host_sim::cli::Cli::parse().execute() {
+    match host_sim::cli::Cli::given().execute() {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
             let _ = writeln!(stderr(), "host-sim: {error}"); // nobody may be reading

@@ -1,6 +1,7 @@
 //! `host-sim fleet`.
 
 use super::options::{ScenarioOption, UnitOption, arguments, pool, refused, shard};
+use super::output::JsonOption;
 use super::progress::bar;
 use crate::campaign::fleet::{Fleet, Origin, PROGRESS, folders, learn, merge};
 use crate::campaign::{Campaign, Group};
@@ -54,9 +55,18 @@ pub struct Args {
     /// The unit file to write: the unit's, with the table [prior]
     #[arg(long, value_name = "FILE.toml")]
     output: Option<PathBuf>,
+    #[command(flatten)]
+    written: Written,
+}
+
+/// What is written beside the unit file.
+#[derive(Debug, Clone, ClapArgs)]
+struct Written {
     /// Write the networks that a unit of this type begins with, for `device weights put`
     #[arg(long, value_name = "FILE")]
     weights: Option<PathBuf>,
+    #[command(flatten)]
+    json: JsonOption,
 }
 
 /// What the networks are given.
@@ -90,9 +100,8 @@ enum Action {
         /// The unit file to write: the unit's, with the table [prior]
         #[arg(long, value_name = "FILE.toml")]
         output: Option<PathBuf>,
-        /// Write the networks that a unit of this type begins with, for `device weights put`
-        #[arg(long, value_name = "FILE")]
-        weights: Option<PathBuf>,
+        #[command(flatten)]
+        written: Written,
     },
 }
 
@@ -120,11 +129,11 @@ impl Args {
             unit,
             inputs,
             output,
-            weights,
+            written,
         }) = &self.action
         {
             let unit = unit.load_or("medium")?;
-            let files = [output, weights].map(Option::as_deref);
+            let files = (output.as_deref(), written);
             return finish(dirs, &inputs.parsed()?, &unit, files);
         }
         let pool = pool(self.jobs)?;
@@ -143,7 +152,7 @@ impl Args {
             );
             return Ok(());
         }
-        let files = [&self.output, &self.weights].map(|file| file.as_deref());
+        let files = (self.output.as_deref(), &self.written);
         pool.install(|| finish(std::slice::from_ref(&self.out), &fleet.inputs, &unit, files))
     }
 
@@ -215,7 +224,7 @@ fn finish(
     dirs: &[PathBuf],
     inputs: &DeviceInputs,
     unit: &Unit,
-    [output, weights]: [Option<&Path>; 2],
+    (output, written): (Option<&Path>, &Written),
 ) -> Result<(), Error> {
     let units = merge(dirs)?;
     let bar = bar(
@@ -228,7 +237,8 @@ fn finish(
     println!("{} units, {} drives", prior.units, prior.drives);
     report("gyros", "deg/h", &prior.gyro);
     report("accelerometers", "ug", &prior.accel);
-    if let Some(file) = weights {
+    written.json.write(&prior)?;
+    if let Some(file) = &written.weights {
         let mut image = [0; IMAGES_LEN];
         prior.nets().write_images(0, &mut image);
         write_atomic(file, &image)?;

@@ -11,6 +11,7 @@ mod campaign;
 mod convert;
 mod corrected;
 mod device;
+mod examples;
 mod fleet;
 mod hil;
 mod learnability;
@@ -20,6 +21,7 @@ mod output;
 mod progress;
 mod replay;
 mod run;
+mod shell;
 mod simulate;
 mod soak;
 mod source;
@@ -28,7 +30,7 @@ mod unit;
 mod user_recording;
 
 use crate::error::Error;
-use clap::{Parser, Subcommand};
+use clap::{Command as Definition, CommandFactory, FromArgMatches, Parser, Subcommand};
 
 /// Ring-laser-gyro SINS simulation and the desktop tools of the IMU compensation co-processor.
 ///
@@ -74,9 +76,26 @@ enum Command {
     Start(start::Args),
     /// Make, check and show unit files: what is known of a sensor, in datasheet units
     Unit(unit::Args),
+    /// Print the script that completes commands and options in a shell
+    Completions(shell::Completions),
+    /// Write the manual pages of all commands, for `man`
+    Manual(shell::Manual),
 }
 
 impl Cli {
+    /// All commands, with their examples.
+    #[must_use]
+    pub fn definition() -> Definition {
+        examples::with_examples(Self::command())
+    }
+
+    /// What the program was given. Wrong arguments, and questions for help, end it.
+    #[must_use]
+    pub fn given() -> Self {
+        let matches = Self::definition().get_matches();
+        Self::from_arg_matches(&matches).unwrap_or_else(|error| error.exit())
+    }
+
     /// Runs the command.
     ///
     /// # Errors
@@ -98,6 +117,8 @@ impl Cli {
             Some(Command::Soak(args)) => args.run(),
             Some(Command::Start(args)) => args.run(),
             Some(Command::Unit(args)) => args.run(),
+            Some(Command::Completions(args)) => args.run(),
+            Some(Command::Manual(args)) => args.run(),
         }
     }
 }
@@ -105,10 +126,9 @@ impl Cli {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use clap::CommandFactory;
 
     #[test]
     fn the_arguments_of_every_command_fit_together() {
-        Cli::command().debug_assert();
+        Cli::definition().debug_assert();
     }
 }

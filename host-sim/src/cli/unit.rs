@@ -32,9 +32,16 @@ enum Action {
     Check {
         /// The file
         file: PathBuf,
+        /// Print JSON: the unit's name, or null if it cannot be used, and what was found
+        #[arg(long)]
+        json: bool,
     },
     /// List the presets
-    List,
+    List {
+        /// Print JSON
+        #[arg(long)]
+        json: bool,
+    },
     /// Print a preset with its comments, which name the sources
     Show {
         /// The preset
@@ -53,8 +60,14 @@ impl Args {
                 output,
                 force,
             } => new(from.as_deref(), output, *force),
-            Action::Check { file } => check(file),
-            Action::List => {
+            Action::Check { file, json } => check(file, *json),
+            Action::List { json: true } => {
+                let preset = |(name, text): &(&str, &str)| serde_json::json!({ "name": name, "title": presets::title(text) });
+                let all: Vec<_> = presets::PRESETS.iter().map(preset).collect();
+                println!("{:#}", serde_json::Value::from(all));
+                Ok(())
+            }
+            Action::List { json: false } => {
                 let width = presets::names().iter().map(|name| name.len()).max();
                 for (name, text) in presets::PRESETS {
                     let width = width.unwrap_or_default();
@@ -114,9 +127,12 @@ fn new(from: Option<&str>, output: &Path, force: bool) -> Result<(), Error> {
     Ok(())
 }
 
-fn check(file: &Path) -> Result<(), Error> {
+fn check(file: &Path, json: bool) -> Result<(), Error> {
     let text = std::fs::read_to_string(file).map_err(|e| Error::reading(file, e))?;
     let (unit, found) = examine(&text);
+    if json {
+        return check_json(file, unit.as_ref(), found);
+    }
     let (doubtful, wrong): (Vec<_>, Vec<_>) = found.into_iter().partition(|f| f.doubt);
     doubts(file, doubtful);
     match unit {
@@ -128,6 +144,29 @@ fn check(file: &Path) -> Result<(), Error> {
             wrong.into_iter().map(|fault| fault.error(file)).collect(),
         )),
     }
+}
+
+fn check_json(file: &Path, unit: Option<&Unit>, found: Vec<Finding>) -> Result<(), Error> {
+    let finding = |found: &Finding| {
+        serde_json::json!({
+            "kind": if found.doubt { "doubt" } else { "fault" },
+            "line": found.line,
+            "field": found.key,
+            "problem": found.problem,
+            "remedy": found.remedy,
+        })
+    };
+    let findings: Vec<_> = found.iter().map(finding).collect();
+    let name = unit.map(|unit| &unit.name);
+    println!(
+        "{:#}",
+        serde_json::json!({ "unit": name, "findings": findings })
+    );
+    if unit.is_some() {
+        return Ok(());
+    }
+    let faults = found.into_iter().filter(|finding| !finding.doubt);
+    Err(Error::Several(faults.map(|f| f.error(file)).collect()))
 }
 
 fn doubts(file: &Path, found: Vec<Finding>) {
