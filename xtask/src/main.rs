@@ -24,6 +24,7 @@ mod supply;
 mod table;
 mod times;
 mod vectors;
+mod wheel;
 
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -182,6 +183,7 @@ fn main() -> ExitCode {
         Task::Reproduce => needs::target().and_then(|()| reproduce::reproduce()),
         Task::Size => needs::target().and_then(|()| size::size()),
         Task::Stack { json } => needs::target().and_then(|()| stack::stack(json.as_deref())),
+        Task::Wheel { release } => wheel::wheel(release),
         Task::Vectors => vectors::regenerate(),
     };
     match done {
