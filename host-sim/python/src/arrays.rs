@@ -33,8 +33,8 @@ pub fn given<'py, T: Element>(
     };
     let shape = || {
         format!(
-            "has shape {:?} and type {}",
-            untyped.shape(),
+            "has shape {} and type {}",
+            tuple(untyped.shape()),
             untyped.dtype()
         )
     };
@@ -99,12 +99,21 @@ impl<T: Element> Given<'_, T> {
     }
 
     fn misshapen(&self, wanted: &str) -> PyErr {
-        let problem = format!("has shape {:?}, not {wanted}", self.view.shape());
+        let problem = format!("has shape {}, not {wanted}", tuple(self.view.shape()));
         refused(
             self.name,
             problem,
             format!("give an array of shape {wanted}"),
         )
+    }
+}
+
+/// A shape as Python writes it.
+fn tuple(shape: &[usize]) -> String {
+    let inside: Vec<String> = shape.iter().map(ToString::to_string).collect();
+    match &inside[..] {
+        [one] => format!("({one},)"),
+        _ => format!("({})", inside.join(", ")),
     }
 }
 

@@ -4,12 +4,9 @@ use crate::arrays::{given, table};
 use crate::errors::refused;
 use crate::long::PIECE;
 use crate::network::Network;
-use crate::session::Session;
-use crate::unit::UnitOrName;
 use firmware::compensator::{self, Limit, State};
 use firmware::sample::{Counts, Lsb};
-use host_sim::learning::teacher::Assumptions;
-use host_sim::learning::window;
+use nalgebra::Vector3;
 use numpy::{PyArray1, PyArray2, PyArray3, PyArrayMethods};
 use pyo3::prelude::*;
 
@@ -24,7 +21,8 @@ pub struct Compensator {
 }
 
 impl Compensator {
-    fn of(compensator: compensator::Compensator) -> Self {
+    /// At power-on.
+    pub fn of(compensator: compensator::Compensator) -> Self {
         let state = compensator.power_on(false);
         Self { compensator, state }
     }
@@ -67,38 +65,35 @@ impl Compensator {
             .map_err(|e| refused("Compensator", e.to_string(), remedy))
     }
 
-    /// That of a session's stream, with the limits of its unit or of another one.
-    #[staticmethod]
-    #[pyo3(signature = (session, gyro, accel, unit=None))]
-    fn for_session(
-        session: &Session,
-        gyro: &Network,
-        accel: &Network,
-        unit: Option<UnitOrName>,
-    ) -> PyResult<Self> {
-        let unit = unit.map_or(Ok(session.unit.clone()), UnitOrName::unit)?;
-        let nets = [gyro.net("gyro")?, accel.net("accel")?];
-        let assumptions = Assumptions::of(&unit);
-        Ok(Self::of(window::compensator(
-            &session.session,
-            &nets,
-            &assumptions,
-        )))
-    }
-
     /// Corrects counts, (n, 3) each.
+    ///
+    /// temperature: readings of three thermometers at the begin of each block, (blocks, 3),
+    /// degrees C, for networks that temperature drives.
     ///
     /// Gives corrected counts, (n, 3) each, and the estimates at the end of each block,
     /// (blocks, 2, 3): rad/s and m/s2. The next call goes on where this one ended.
+    #[pyo3(signature = (dtheta, dv, temperature=None))]
     fn run<'py>(
         &mut self,
         py: Python<'py>,
         dtheta: &Bound<'py, PyAny>,
         dv: &Bound<'py, PyAny>,
+        temperature: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Corrected<'py>> {
         let (dtheta, dv) = (given::<i32>("dtheta", dtheta)?, given::<i32>("dv", dv)?);
         let forces = dv.rows_like::<3, _>(&dtheta)?;
         let angles = dtheta.rows::<3>()?;
+        let temperature = temperature
+            .map(|t| given::<f64>("temperature", t))
+            .transpose()?;
+        let temperature = temperature.as_ref().map(|t| t.rows::<3>()).transpose()?;
+        let block = usize::from(self.block_samples());
+        if let Some(t) = temperature.filter(|t| t.len() < angles.len().div_ceil(block)) {
+            let problem = format!("has {} rows", t.len());
+            return Err(refused("temperature", problem, "give one for each block"));
+        }
+        let mut readings = temperature.unwrap_or_default().iter();
+        let mut number = 0;
         let (mut a, mut b) = (
             Vec::with_capacity(angles.len()),
             Vec::with_capacity(angles.len()),
@@ -108,6 +103,12 @@ impl Compensator {
         for (angles, forces) in angles.chunks(PIECE).zip(forces.chunks(PIECE)) {
             py.detach(|| {
                 for (dtheta, dv) in angles.iter().zip(forces) {
+                    if number % block == 0
+                        && let Some(axes) = readings.next()
+                    {
+                        state.read_temperature(Vector3::from(*axes).mean() as f32);
+                    }
+                    number += 1;
                     let sample = Counts {
                         dtheta: *dtheta,
                         dv: *dv,

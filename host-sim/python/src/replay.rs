@@ -194,7 +194,8 @@ fn replayed(mut record: Record, says: &Says, wanted: Wanted) -> Result<Outcome, 
 /// Learns from the first part of a recording and judges all schemes on the rest.
 ///
 /// unit: by default the one that the recording names, else "medium". learn_s: seconds to
-/// learn from, standstill included. attitude_sigma_deg: of a given attitude, tilt and heading.
+/// learn from, standstill included. attitude_sigma_deg: of a given attitude, tilt and
+/// heading; default (0.1, 0.5).
 #[pyfunction]
 #[pyo3(signature = (recording, unit=None, *, learn_s=None, estimate_time_offset=false, attitude_sigma_deg=(0.1, 0.5)))]
 pub fn replay(

@@ -1,6 +1,7 @@
 //! `Session`: samples, fixes and truth as arrays; what learns from a whole session.
 
 use crate::arrays::{array, table, triples};
+use crate::compensator::Compensator;
 use crate::errors::{raised, refused};
 use crate::experiment::Scenario;
 use crate::long::interruptible;
@@ -15,6 +16,7 @@ use host_sim::inertial::sins::{Increment, NavState};
 use host_sim::learning::fit::fit;
 use host_sim::learning::fix_learner::{Stored, learn_on};
 use host_sim::learning::teacher::Assumptions;
+use host_sim::learning::window::compensator;
 use host_sim::recordings::generic;
 use host_sim::recordings::record::{Record, TimedFix};
 use host_sim::unit;
@@ -245,10 +247,11 @@ impl Session {
             )
         })?;
         let fitted = fitted.ok_or_else(no_attitude)?;
-        let [gyro, accel] = &fitted.taught;
+        let [gyro, accel] = fitted.nets;
         Ok(Learnt {
-            gyro: gyro.net,
-            accel: accel.net,
+            gyro,
+            accel,
+            assumptions: fitted.assumptions,
             running: "networks".into(),
             evidence: Vec::new(),
             note: fitted.verdict(),
@@ -276,6 +279,7 @@ fn no_attitude() -> PyErr {
 pub struct Learnt {
     gyro: lrnn_nostd::Net,
     accel: lrnn_nostd::Net,
+    assumptions: Assumptions,
     /// Name of the hypothesis in force.
     #[pyo3(get)]
     running: String,
@@ -299,6 +303,12 @@ impl Learnt {
         Network::from_net(&self.accel)
     }
 
+    /// The firmware's compensator with these networks, for the stream of a session.
+    fn compensator(&self, session: &Session) -> Compensator {
+        let nets = [self.gyro, self.accel];
+        Compensator::of(compensator(&session.session, &nets, &self.assumptions))
+    }
+
     /// Log-likelihood of each hypothesis, relative to that of the zero correction.
     #[getter]
     fn evidence(&self) -> Vec<(String, f64)> {
@@ -320,16 +330,10 @@ pub fn learn_from_fixes(
 ) -> PyResult<Learnt> {
     let unit = unit.map_or(Ok(session.unit.clone()), UnitOrName::unit)?;
     let own = session.session.clone();
+    let assumptions = Assumptions::of(&unit);
     let learnt = interruptible(py, move || {
         let (stored, gates) = (Stored::default(), Gates::default());
-        learn_on(
-            &stored,
-            &own,
-            &Assumptions::of(&unit),
-            gates,
-            None,
-            own.epochs(),
-        )
+        learn_on(&stored, &own, &assumptions, gates, None, own.epochs())
     })?;
     let learnt = learnt.ok_or_else(no_attitude)?;
     let running = NAMES[learnt.running];
@@ -337,6 +341,7 @@ pub fn learn_from_fixes(
     Ok(Learnt {
         gyro: learnt.nets.gyro,
         accel: learnt.nets.accel,
+        assumptions,
         running: running.into(),
         evidence: evidence
             .map(|(name, value)| ((*name).to_owned(), value))

@@ -84,8 +84,8 @@ def test_the_navigator_step_by_step_is_the_row_of_the_program(session, run_rows)
 
 def test_fit_and_compensator_are_the_row_rnn(simulated, session, run_rows):
     learnt = li.simulate(simulated / "short.toml", 5, learning=True).fit()
-    compensator = li.Compensator.for_session(session, learnt.gyro, learnt.accel)
-    a, b, blocks = compensator.run(session.dtheta_counts, session.dv_counts)
+    compensator = learnt.compensator(session)
+    a, b, blocks = compensator.run(session.dtheta_counts, session.dv_counts, session.temperature)
     assert blocks.shape == (len(session) * session.dt, 2, 3)
     scales = (session.gyro_lsb_rad, session.accel_lsb_mps)
     position, _ = li.free_inertial(session, a * scales[0], b * scales[1])
@@ -96,8 +96,8 @@ def test_fit_and_compensator_are_the_row_rnn(simulated, session, run_rows):
 def test_the_compensators_blocks_do_not_depend_on_the_calls(session):
     learnt = li.learn_from_fixes(session)
     counts = (session.dtheta_counts, session.dv_counts)
-    at_once = li.Compensator.for_session(session, learnt.gyro, learnt.accel).run(*counts)
-    pieces = li.Compensator.for_session(session, learnt.gyro, learnt.accel)
+    at_once = learnt.compensator(session).run(*counts)
+    pieces = learnt.compensator(session)
     parts = [pieces.run(*(c[from_ : from_ + 777] for c in counts)) for from_ in range(0, 7770, 777)]
     for whole, part in zip(at_once, zip(*parts)):
         joined = np.concatenate(part)

@@ -92,9 +92,13 @@ def test_a_replay_of_nothing_is_refused_in_words():
 
 
 def test_a_network_of_another_kind_is_no_devices():
-    drive = li.simulate(li.Scenario("mems", test={"standstill_s": 90, "drive_s": 120}))
+    rest = {"gyro_lsb_rad": 1e-6, "accel_lsb_mps": 1e-6, "sample_period_s": 0.01}
+    limits = {"gyro_limit_radps": 1.0, "accel_limit_mps2": 1.0}
     with pytest.raises(ValueError, match="gyro: is of another kind"):
-        li.Compensator.for_session(drive, li.Network(activation="tanh"), li.Network())
+        other = li.Network(activation="tanh")
+        li.Compensator(other, li.Network(), block_samples=100, **rest, **limits)
+    with pytest.raises(ValueError, match="block_samples: must be at least 1"):
+        li.Compensator(li.Network(), li.Network(), block_samples=0, **rest, **limits)
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="signals are sent as on Unix")

@@ -4,11 +4,11 @@ from typing import Any, Sequence, Union, final
 import numpy as np
 from numpy.typing import NDArray
 
-F32 = NDArray[np.float32]
-F64 = NDArray[np.float64]
-I32 = NDArray[np.int32]
-Path = Union[str, PathLike[str]]
-Few = Union[Sequence[float], F32, F64]
+_F32 = NDArray[np.float32]
+_F64 = NDArray[np.float64]
+_I32 = NDArray[np.int32]
+_Path = Union[str, PathLike[str]]
+_Few = Union[Sequence[float], _F32, _F64]
 
 __version__: str
 __all__: list[str]
@@ -18,15 +18,16 @@ class Step:
     """The result of one step of a network."""
 
     @property
-    def output(self) -> F32:
+    def output(self) -> _F32:
         """Output y_3 of the network, (3,), in network units."""
     @property
-    def error(self) -> F32:
+    def error(self) -> _F32:
         """Estimated sensor error, (3,), in units of output_scale: corrected = measured - error."""
     @property
     def fault(self) -> str | None:
         """What went wrong; then the last output is repeated. None: nothing."""
 
+@final
 class Network:
     """A locally recurrent network: three inputs, three layers of three neurons, 63 weights.
 
@@ -39,20 +40,20 @@ class Network:
 
     def __new__(
         cls,
-        weights: Few | None = None,
+        weights: _Few | None = None,
         *,
         activation: str = "rational",
         feedback: str = "full",
-        input_offset: Few | None = None,
-        input_scale: Few | None = None,
-        output_scale: Few | None = None,
+        input_offset: _Few | None = None,
+        input_scale: _Few | None = None,
+        output_scale: _Few | None = None,
     ) -> Network: ...
     @staticmethod
     def from_bytes(image: bytes) -> Network:
         """The network of a weight image, as devices send and store it."""
     def to_bytes(self) -> bytes:
         """The weight image, as devices send and store it."""
-    weights: F32
+    weights: _F32
     """The weights, (63,): a copy. Assign to change them; the state stays."""
     @property
     def activation(self) -> str:
@@ -61,19 +62,19 @@ class Network:
     def feedback(self) -> str:
         """Name of the kind of feedback."""
     @property
-    def input_offset(self) -> F32:
+    def input_offset(self) -> _F32:
         """Subtracted from the input, (3,)."""
     @property
-    def input_scale(self) -> F32:
+    def input_scale(self) -> _F32:
         """Network units per unit of the input, (3,)."""
     @property
-    def output_scale(self) -> F32:
+    def output_scale(self) -> _F32:
         """Units of the error per network unit, (3,)."""
     @property
-    def state(self) -> F32:
+    def state(self) -> _F32:
         """Outputs of the three layers in the last step, (3, 3)."""
     @property
-    def sensitivities(self) -> F32:
+    def sensitivities(self) -> _F32:
         """Exact dy_3/dweights of the last step with gradient, (3, 63), through all steps."""
     @property
     def faults(self) -> int:
@@ -82,18 +83,18 @@ class Network:
         """State and sensitivities as before the first step; the weights stay."""
     def copy(self) -> Network:
         """A network with the same weights and state."""
-    def step(self, input: Few) -> Step:
+    def step(self, input: _Few) -> Step:
         """One step. input: (3,), in physical units (rad/s or m/s2)."""
-    def step_gradient(self, input: Few) -> Step:
+    def step_gradient(self, input: _Few) -> Step:
         """One step, and the exact sensitivities. input: (3,)."""
-    def step_descend(self, input: Few, target: Few, rate: float) -> Step:
+    def step_descend(self, input: _Few, target: _Few, rate: float) -> Step:
         """One step, and a descent along the exact gradient.
 
         target: (3,), in network units. rate: step size for 1/2 |y_3 - target|^2.
         """
-    def run(self, inputs: F32) -> F32:
+    def run(self, inputs: _F32) -> _F32:
         """Steps over all inputs, (n, 3). Gives the estimated errors, (n, 3)."""
-    def descend(self, inputs: F32, targets: F32, rate: float) -> F32:
+    def descend(self, inputs: _F32, targets: _F32, rate: float) -> _F32:
         """step_descend over all inputs, (n, 3), and targets, (n, 3). Gives the outputs, (n, 3)."""
 
 @final
@@ -113,6 +114,7 @@ class Pass:
     def faults(self) -> int:
         """Number of steps with a fault."""
 
+@final
 class Learner:
     """Learns the weights of a copy of a network in passes over a batch, by the exact gradient.
 
@@ -129,19 +131,19 @@ class Learner:
         network: Network,
         rule: str = "gauss-newton",
         *,
-        steps: float | Few | None = None,
-        eps: float | Few | None = None,
-        ridge: float | Few | None = None,
-        prior: Few | None = None,
+        steps: float | _Few | None = None,
+        eps: float | _Few | None = None,
+        ridge: float | _Few | None = None,
+        prior: _Few | None = None,
     ) -> Learner: ...
     @property
     def rule(self) -> str:
         """Name of the rule."""
     def begin_pass(self) -> None:
         """Begins a pass: state, sensitivities and sums are 0."""
-    def step(self, input: Few, dt: float) -> bool:
+    def step(self, input: _Few, dt: float) -> bool:
         """One step; input: (3,), dt: s for which its output applies. False: it had a fault."""
-    def reference(self, sum: Few, weight: float = 1.0) -> None:
+    def reference(self, sum: _Few, weight: float = 1.0) -> None:
         """Closes a window. sum: (3,), the true error summed over it, in its unit times s."""
     def skip(self) -> None:
         """Drops the window since the last reference."""
@@ -149,12 +151,12 @@ class Learner:
         """Ends the pass; the next one runs with new weights."""
     def run_pass(
         self,
-        inputs: F32,
-        sums: F32,
+        inputs: _F32,
+        sums: _F32,
         *,
         dt: float,
         window: int,
-        weights: F32 | None = None,
+        weights: _F32 | None = None,
     ) -> Pass:
         """A whole pass. inputs: (n, 3); a reference after each window of so many inputs.
 
@@ -162,10 +164,10 @@ class Learner:
         A window with a fault is dropped.
         """
     @property
-    def proposal(self) -> F32:
+    def proposal(self) -> _F32:
         """The weights learnt so far, (63,)."""
     @property
-    def candidate(self) -> F32:
+    def candidate(self) -> _F32:
         """The weights of the running or next pass, (63,)."""
 
 @final
@@ -175,7 +177,7 @@ class Unit:
     name: a preset, or a file (it ends in .toml or has a path separator).
     """
 
-    def __new__(cls, name: Path = ...) -> Unit: ...
+    def __new__(cls, name: _Path = ...) -> Unit: ...
     @staticmethod
     def parse(text: str) -> Unit:
         """The unit of a text in the form of a unit file. The error lists all that is wrong."""
@@ -199,6 +201,7 @@ class Unit:
     def to_dict(self) -> dict[str, Any]:
         """All values, by the keys of the unit file."""
 
+@final
 class Compensator:
     """The firmware's compensator: counts in, corrected counts out.
 
@@ -218,13 +221,13 @@ class Compensator:
         gyro_limit_radps: float,
         accel_limit_mps2: float,
     ) -> Compensator: ...
-    @staticmethod
-    def for_session(
-        session: Session, gyro: Network, accel: Network, unit: Unit | Path | None = None
-    ) -> Compensator:
-        """That of a session's stream, with the limits of its unit or of another one."""
-    def run(self, dtheta: I32, dv: I32) -> tuple[I32, I32, F32]:
+    def run(
+        self, dtheta: _I32, dv: _I32, temperature: _F64 | None = None
+    ) -> tuple[_I32, _I32, _F32]:
         """Corrects counts, (n, 3) each.
+
+        temperature: readings of three thermometers at the begin of each block, (blocks, 3),
+        degrees C, for networks that temperature drives.
 
         Gives corrected counts, (n, 3) each, and the estimates at the end of each block,
         (blocks, 2, 3): rad/s and m/s2. The next call goes on where this one ended.
@@ -234,7 +237,7 @@ class Compensator:
     def power_on(self) -> None:
         """State as at power-on."""
     @property
-    def estimate(self) -> F32:
+    def estimate(self) -> _F32:
         """The correction in force, (2, 3): rad/s and m/s2."""
     @property
     def block_samples(self) -> int:
@@ -291,56 +294,56 @@ class Session:
     def unit(self) -> Unit:
         """The unit that measured."""
     @property
-    def time(self) -> F64:
+    def time(self) -> _F64:
         """End of each sample, (n,), s."""
     @property
-    def dtheta(self) -> F64:
+    def dtheta(self) -> _F64:
         """Angle increments, (n, 3), rad, body axes."""
     @property
-    def dv(self) -> F64:
+    def dv(self) -> _F64:
         """Velocity increments, (n, 3), m/s, body axes."""
     @property
-    def dtheta_counts(self) -> I32:
+    def dtheta_counts(self) -> _I32:
         """Angle increments, (n, 3), counts."""
     @property
-    def dv_counts(self) -> I32:
+    def dv_counts(self) -> _I32:
         """Velocity increments, (n, 3), counts."""
     @property
-    def epoch_time(self) -> F64:
+    def epoch_time(self) -> _F64:
         """Times of the epochs, (k,), s."""
     @property
-    def position(self) -> F64:
+    def position(self) -> _F64:
         """True latitude, longitude, height of the epochs, (k, 3): rad, rad, m."""
     @property
-    def velocity(self) -> F64:
+    def velocity(self) -> _F64:
         """True velocity of the epochs, (k, 3), m/s, north-east-down."""
     @property
-    def q_bn(self) -> F64:
+    def q_bn(self) -> _F64:
         """True attitude of the epochs, (k, 4): quaternion w, x, y, z from body to navigation."""
     @property
-    def gyro_error(self) -> F64 | None:
+    def gyro_error(self) -> _F64 | None:
         """True systematic error of the gyros in each second, (s, 3), rad/s."""
     @property
-    def accel_error(self) -> F64 | None:
+    def accel_error(self) -> _F64 | None:
         """True systematic error of the accelerometers in each second, (s, 3), m/s2."""
     @property
-    def temperature(self) -> F64 | None:
+    def temperature(self) -> _F64 | None:
         """What the thermometers of the axes read in each second, (s, 3), degrees C."""
     @property
-    def fix_time(self) -> F64:
+    def fix_time(self) -> _F64:
         """Times of validity of the fixes, (m,), s."""
     @property
-    def fix_position(self) -> F64:
+    def fix_position(self) -> _F64:
         """Latitude, longitude, height of the fixes, (m, 3): rad, rad, m."""
     @property
-    def fix_velocity(self) -> F64:
+    def fix_velocity(self) -> _F64:
         """Velocity of the fixes, (m, 3), m/s, north-east-down."""
     @property
-    def fix_sigma(self) -> F64:
+    def fix_sigma(self) -> _F64:
         """Standard deviations of position, m, and velocity, m/s, (m, 6); inf: not measured."""
-    def write(self, directory: Path) -> None:
+    def write(self, directory: _Path) -> None:
         """Writes the files that `host-sim simulate` writes, with the same bytes."""
-    def fit(self, scenario: Scenario | None = None, *, unit: Unit | Path | None = None) -> Learnt:
+    def fit(self, scenario: Scenario | None = None, *, unit: Unit | _Path | None = None) -> Learnt:
         """Networks of the desktop (`rnn`), learnt from the fixes of the whole session.
 
         scenario: tells how they are taught. unit: what is assumed of the sensor.
@@ -360,6 +363,8 @@ class Learnt:
     @property
     def running(self) -> str:
         """Name of the hypothesis in force."""
+    def compensator(self, session: Session) -> Compensator:
+        """The firmware's compensator with these networks, for the stream of a session."""
     @property
     def evidence(self) -> list[tuple[str, float]]:
         """Log-likelihood of each hypothesis, relative to that of the zero correction."""
@@ -409,18 +414,18 @@ class Recording:
 
     def __new__(
         cls,
-        time: F64,
-        gyro: F64,
-        accel: F64,
+        time: _F64,
+        gyro: _F64,
+        accel: _F64,
         *,
         kind: str,
-        fix_time: F64,
-        fix_position: F64,
-        fix_sigma: F64,
-        fix_velocity: F64 | None = None,
+        fix_time: _F64,
+        fix_position: _F64,
+        fix_sigma: _F64,
+        fix_velocity: _F64 | None = None,
         standstill_s: int | None = None,
-        attitude_deg: Few | None = None,
-        lever_arm_m: Few | None = None,
+        attitude_deg: _Few | None = None,
+        lever_arm_m: _Few | None = None,
     ) -> Recording: ...
     @property
     def rate_hz(self) -> int:
@@ -429,27 +434,27 @@ class Recording:
     def kind(self) -> str:
         """What the samples are: "rate" or "increment"."""
     @property
-    def time(self) -> F64:
+    def time(self) -> _F64:
         """Times of the samples, (n,), s."""
     @property
-    def gyro(self) -> F64:
+    def gyro(self) -> _F64:
         """Gyro samples, (n, 3), rad/s or rad, body axes."""
     @property
-    def accel(self) -> F64:
+    def accel(self) -> _F64:
         """Accelerometer samples, (n, 3), m/s2 or m/s, body axes."""
     @property
-    def fix_time(self) -> F64:
+    def fix_time(self) -> _F64:
         """Times of validity of the fixes, (m,), s, on the clock of the IMU."""
     @property
-    def fix_position(self) -> F64:
+    def fix_position(self) -> _F64:
         """Latitude, longitude, height of the fixes, (m, 3): rad, rad, m."""
     @property
-    def fix_velocity(self) -> F64:
+    def fix_velocity(self) -> _F64:
         """Velocity of the fixes, (m, 3), m/s, north-east-down."""
     @property
-    def fix_sigma(self) -> F64:
+    def fix_sigma(self) -> _F64:
         """Standard deviations of position, m, and velocity, m/s, (m, 6); inf: not measured."""
-    def write(self, directory: Path) -> None:
+    def write(self, directory: _Path) -> None:
         """Writes imu.csv, gnss.csv and the header.toml that describes them."""
     def __len__(self) -> int: ...
 
@@ -483,6 +488,7 @@ class Replay:
     def curves(self) -> dict[str, Any]:
         """Curves: track, error_over_time, learning (each by name x and y), and traces."""
 
+@final
 class Navigator:
     """A strapdown navigator on the WGS-84 ellipsoid, in double precision.
 
@@ -492,11 +498,11 @@ class Navigator:
     """
 
     def __new__(
-        cls, position: Few, velocity: Few, q_bn: Few, *, samples: int = 3
+        cls, position: _Few, velocity: _Few, q_bn: _Few, *, samples: int = 3
     ) -> Navigator: ...
     def run(
-        self, dtheta: F64, dv: F64, dt: float, *, every: int = 1
-    ) -> tuple[F64, F64, F64]:
+        self, dtheta: _F64, dv: _F64, dt: float, *, every: int = 1
+    ) -> tuple[_F64, _F64, _F64]:
         """Navigates over increments, (n, 3) each, rad and m/s, of dt seconds.
 
         Gives positions, (k, 3), velocities, (k, 3), and attitudes, (k, 4), after each
@@ -505,13 +511,13 @@ class Navigator:
     def damp_height(self, height: float, dt: float = 1.0, *, time_s: float = 30.0) -> None:
         """Damps the vertical channel by a barometric height, m, dt seconds after the last one."""
     @property
-    def position(self) -> F64:
+    def position(self) -> _F64:
         """Latitude, longitude, height: rad, rad, m."""
     @property
-    def velocity(self) -> F64:
+    def velocity(self) -> _F64:
         """Velocity, (3,), m/s, north-east-down."""
     @property
-    def q_bn(self) -> F64:
+    def q_bn(self) -> _F64:
         """Attitude: quaternion w, x, y, z from body to navigation axes."""
     @property
     def near_pole(self) -> bool:
@@ -540,38 +546,38 @@ class Allan:
     def fitted_from_s(self) -> float:
         """Shortest averaging time that is fitted, s."""
     @property
-    def tau(self) -> F64:
+    def tau(self) -> _F64:
         """Averaging times, (k,), s."""
     @property
-    def deviation(self) -> F64:
+    def deviation(self) -> _F64:
         """Allan deviations, (k,)."""
     @property
-    def low(self) -> F64:
+    def low(self) -> _F64:
         """Lower ends of their intervals, (k,)."""
     @property
-    def high(self) -> F64:
+    def high(self) -> _F64:
         """Upper ends of their intervals, (k,)."""
     @property
-    def edf(self) -> F64:
+    def edf(self) -> _F64:
         """Equivalent degrees of freedom, (k,)."""
     @property
-    def fitted(self) -> F64:
+    def fitted(self) -> _F64:
         """What the fitted noises give, (k,)."""
     @property
     def coefficients(self) -> dict[str, dict[str, Any]]:
         """Q, N, B, K, R: name, unit, value, low, high, seen (the interval excludes 0)."""
 
 def align(
-    dtheta: F64, dv: F64, dt: float, position: Few, *, samples: int = 3
-) -> F64:
+    dtheta: _F64, dv: _F64, dt: float, position: _Few, *, samples: int = 3
+) -> _F64:
     """Attitude at the end of a standstill: quaternion w, x, y, z from body to navigation axes.
 
     dtheta, dv: (n, 3), rad and m/s, of dt seconds each. position: rad, rad, m.
     """
 
 def free_inertial(
-    session: Session, dtheta: F64 | None = None, dv: F64 | None = None
-) -> tuple[F64, F64]:
+    session: Session, dtheta: _F64 | None = None, dv: _F64 | None = None
+) -> tuple[_F64, _F64]:
     """Self-alignment on the standstill, then navigation without fixes to the end.
 
     dtheta, dv: corrected samples, (n, 3); by default those of the session.
@@ -579,14 +585,14 @@ def free_inertial(
     second from the end of the standstill on.
     """
 
-def ned(position: F64, origin: Few | F64) -> F64:
+def ned(position: _F64, origin: _Few | _F64) -> _F64:
     """Metres north, east, down of positions, (n, 3), from an origin, (3,), or from (n, 3)."""
 
 def simulate(
-    scenario: Scenario | Path = ...,
+    scenario: Scenario | _Path = ...,
     seed: int = 1,
     *,
-    unit: Unit | Path | None = None,
+    unit: Unit | _Path | None = None,
     vehicle: str | None = None,
     learning: bool = False,
 ) -> Session:
@@ -597,10 +603,10 @@ def simulate(
     """
 
 def run_experiment(
-    scenario: Scenario | Path = ...,
+    scenario: Scenario | _Path = ...,
     seed: int = 1,
     *,
-    unit: Unit | Path | None = None,
+    unit: Unit | _Path | None = None,
     in_sample: bool = False,
 ) -> Experiment:
     """The paper's experiment: learn on one drive, navigate without fixes on another.
@@ -608,40 +614,41 @@ def run_experiment(
     in_sample: judge on the drive that was learnt from, as the paper did.
     """
 
-def learn_from_fixes(session: Session, *, unit: Unit | Path | None = None) -> Learnt:
+def learn_from_fixes(session: Session, *, unit: Unit | _Path | None = None) -> Learnt:
     """The device's learner (Kalman filters of several hypotheses) on the fixes of a session."""
 
 def read_csv(
-    header: Path, files: Sequence[Path] = [], *, truth: Path | None = None
+    header: _Path, files: Sequence[_Path] = ..., *, truth: _Path | None = None
 ) -> Recording:
     """Reads CSV files, plain or gzipped, with a TOML header that says what the columns mean."""
 
 def read_kf_gins(
-    imu: Path, gnss: Path, *, standstill_s: int | None = None, attitude_deg: Few | None = None
+    imu: _Path, gnss: _Path, *, standstill_s: int | None = None, attitude_deg: _Few | None = None
 ) -> Recording:
     """Reads the text form of KF-GINS."""
 
 def replay(
     recording: Recording,
-    unit: Unit | Path | None = None,
+    unit: Unit | _Path | None = None,
     *,
     learn_s: int | None = None,
     estimate_time_offset: bool = False,
-    attitude_sigma_deg: tuple[float, float] = (0.1, 0.5),
+    attitude_sigma_deg: tuple[float, float] = ...,
 ) -> Replay:
     """Learns from the first part of a recording and judges all schemes on the rest.
 
     unit: by default the one that the recording names, else "medium". learn_s: seconds to
-    learn from, standstill included. attitude_sigma_deg: of a given attitude, tilt and heading.
+    learn from, standstill included. attitude_sigma_deg: of a given attitude, tilt and
+    heading; default (0.1, 0.5).
     """
 
-def allan(increments: F64, rate_hz: float, *, kind: str, name: str = "axis") -> Allan:
+def allan(increments: _F64, rate_hz: float, *, kind: str, name: str = "axis") -> Allan:
     """Allan deviation of one axis at rest.
 
     increments: (n,), rad (kind "gyro") or m/s (kind "accel") per sample.
     """
 
 def allan_file(
-    file: Path, *, columns: Sequence[str] = [], rate_hz: float | None = None
+    file: _Path, *, columns: Sequence[str] = ..., rate_hz: float | None = None
 ) -> list[Allan]:
     """Allan deviations of the columns of a CSV file, plain or gzipped, as `host-sim allan`."""
