@@ -11,7 +11,34 @@ _Path = Union[str, PathLike[str]]
 _Few = Union[Sequence[float], _F32, _F64]
 
 __version__: str
-__all__: list[str]
+__all__ = [
+    "Allan",
+    "Compensator",
+    "Experiment",
+    "Learner",
+    "Learnt",
+    "Navigator",
+    "Network",
+    "Pass",
+    "Recording",
+    "Replay",
+    "Scenario",
+    "Session",
+    "Step",
+    "Unit",
+    "__version__",
+    "align",
+    "allan",
+    "allan_file",
+    "free_inertial",
+    "learn_from_fixes",
+    "ned",
+    "read_csv",
+    "read_kf_gins",
+    "replay",
+    "run_experiment",
+    "simulate",
+]
 
 @final
 class Step:
