@@ -140,6 +140,14 @@ enum Task {
         #[arg(long, value_name = "FILE")]
         json: Option<PathBuf>,
     },
+    /// Builds the Python wheel, installs it into a virtual environment below the target folder, and
+    /// runs its tests, its notebooks and the check of its stub. PYTHON names another interpreter
+    /// than `python3`.
+    Wheel {
+        /// Before that, builds it optimised into target/wheel/release, and measures calls.
+        #[arg(long)]
+        release: bool,
+    },
     /// Writes the shared test vectors and their expected digests again, after an intended change of
     /// the arithmetic.
     Vectors,

@@ -80,15 +80,11 @@ fn learner<U: Rule<f32> + Send + Sync + 'static>(network: &Network, rule: U) -> 
 #[pyclass(module = "lrnn_imu", frozen, get_all)]
 pub struct Pass {
     /// 1/2 sum weight r^2 of the weights that this pass was made with, network units^2 s^2.
-    /// 1/2 sum weight r^2 of the weights that this pass was made with, network units^2 s^2.
     cost: f32,
-    /// Whether the rule took these weights as its new starting point.
     /// Whether the rule took these weights as its new starting point.
     accepted: bool,
     /// Number of windows closed by a reference.
-    /// Number of windows closed by a reference.
     windows: u32,
-    /// Number of steps with a fault.
     /// Number of steps with a fault.
     faults: u32,
 }
