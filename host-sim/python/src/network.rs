@@ -26,7 +26,7 @@ pub const HIDDEN: [(&str, Hidden); 3] = [
     ("tanh", Hidden::Tanh),
     ("cubic", Hidden::Cubic),
 ];
-/// Names of the kinds of feedback, and whether it is full.
+/// Names of the kinds of feedback; whether full.
 pub const FEEDBACK: [(&str, bool); 2] = [("full", true), ("diagonal", false)];
 
 /// What a network of any type can do.
@@ -68,12 +68,13 @@ impl<H: Activation + Send + Sync, F: Feedback + Send + Sync> Any for Of<H, F> {
     }
 
     fn run(&mut self, inputs: &[[f32; 3]], errors: &mut Vec<[f32; 3]>) -> u64 {
-        let mut faults = 0;
+        let (mut state, mut faults) = (self.state, 0);
         errors.extend(inputs.iter().map(|input| {
-            let step = self.net.step(&mut self.state, *input);
+            let step = self.net.step(&mut state, *input);
             faults += u64::from(step.fault.is_some());
             step.error
         }));
+        self.state = state;
         faults
     }
 
@@ -117,11 +118,9 @@ impl<H: Activation + Send + Sync, F: Feedback + Send + Sync> Any for Of<H, F> {
 #[pyclass(module = "lrnn_imu")]
 pub struct Network {
     any: Box<dyn Any>,
-    /// Activation.
     pub hidden: Hidden,
     /// Whether every unit of a layer feeds back to every other.
     pub full: bool,
-    /// Scales.
     pub normalisation: Normalisation,
     /// Number of steps with a fault since the start or reset().
     #[pyo3(get)]
