@@ -18,8 +18,7 @@ use std::path::{Path, PathBuf};
 ///
 /// changes: keys and values of a scenario file, as in
 /// Scenario("mems", network={"rule": "guarded"}, learn={"drive_s": 900}).
-#[pyclass(module = "lrnn_imu", frozen, from_py_object)]
-#[derive(Clone)]
+#[pyclass(module = "lrnn_imu", frozen)]
 pub struct Scenario {
     /// Read and checked.
     pub scenario: scenario::Scenario,
@@ -28,14 +27,14 @@ pub struct Scenario {
 /// A scenario, or the name of a built-in one or of a file.
 #[derive(FromPyObject)]
 pub enum ScenarioOrName {
-    Scenario(Scenario),
+    Scenario(Py<Scenario>),
     Name(PathBuf),
 }
 
 impl ScenarioOrName {
     fn scenario(self) -> PyResult<scenario::Scenario> {
         match self {
-            Self::Scenario(scenario) => Ok(scenario.scenario),
+            Self::Scenario(scenario) => Ok(scenario.get().scenario.clone()),
             Self::Name(name) => scenario::Scenario::load(&name.to_string_lossy()).map_err(raised),
         }
     }

@@ -275,10 +275,9 @@ impl Learner {
             py.detach(|| {
                 for (k, sum) in (from..).zip(sums) {
                     let all = &inputs[k * window..(k + 1) * window];
-                    if all
-                        .iter()
-                        .fold(true, |good, input| any.step(*input, dt) && good)
-                    {
+                    let mut good = true;
+                    all.iter().for_each(|input| good &= any.step(*input, dt));
+                    if good {
                         any.reference(*sum, weights.map_or(1.0, |weights| weights[k]));
                     } else {
                         any.skip();

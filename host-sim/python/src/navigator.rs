@@ -39,7 +39,7 @@ fn place(value: &Bound<'_, PyAny>) -> PyResult<Geodetic> {
 fn attitude(value: &Bound<'_, PyAny>) -> PyResult<UnitQuaternion<f64>> {
     let [w, x, y, z] = few("q_bn", value)?;
     let q = Quaternion::new(w, x, y, z);
-    if !((q.norm() - 1.0).abs() < 1e-6) {
+    if !(1.0 - 1e-6..1.0 + 1e-6).contains(&q.norm()) {
         let problem = format!("has norm {}", q.norm());
         return Err(refused(
             "q_bn",
@@ -84,6 +84,9 @@ fn samples(number: usize) -> PyResult<Samples> {
         .copied()
         .ok_or_else(|| refused("samples", format!("is {number}"), "give 1, 2 or 3"))
 }
+
+/// Errors of positions and velocities.
+type Errors<'py> = (Bound<'py, PyArray2<f64>>, Bound<'py, PyArray2<f64>>);
 
 /// Positions, velocities and attitudes.
 type Solution<'py> = (
@@ -238,7 +241,7 @@ pub fn free_inertial<'py>(
     session: &Session,
     dtheta: Option<&Bound<'py, PyAny>>,
     dv: Option<&Bound<'py, PyAny>>,
-) -> PyResult<(Bound<'py, PyArray2<f64>>, Bound<'py, PyArray2<f64>>)> {
+) -> PyResult<Errors<'py>> {
     let (own, of) = (session.session.clone(), &session.session);
     let all = match (dtheta, dv) {
         (None, None) => of.increments(),

@@ -76,7 +76,7 @@ fn start(
             "give 90 to 86400 s",
         )),
         (Some(s), None) => Ok(Some(InitialAttitude::Standstill(s))),
-        (None, Some(angles)) if angles.iter().any(|a| !(a.abs() <= 360.0)) => {
+        (None, Some(angles)) if angles.iter().any(|a| !(-360.0..=360.0).contains(a)) => {
             let remedy = "give roll, pitch and heading in degrees, -360 to 360";
             Err(refused("attitude_deg", format!("is {angles:?}"), remedy))
         }

@@ -10,8 +10,7 @@ use std::path::{Path, PathBuf};
 /// What is known of a sensor: the unit file.
 ///
 /// name: a preset, or a file (it ends in .toml or has a path separator).
-#[pyclass(module = "lrnn_imu", frozen, from_py_object)]
-#[derive(Clone)]
+#[pyclass(module = "lrnn_imu", frozen)]
 pub struct Unit {
     /// What is known of the sensor.
     pub unit: unit::Unit,
@@ -24,7 +23,7 @@ pub struct Unit {
 #[derive(FromPyObject)]
 pub enum UnitOrName {
     /// Read already.
-    Unit(Unit),
+    Unit(Py<Unit>),
     /// A preset, or a file.
     Name(PathBuf),
 }
@@ -36,7 +35,7 @@ impl UnitOrName {
     /// As those of [`unit::Unit::load`].
     pub fn unit(self) -> PyResult<unit::Unit> {
         match self {
-            Self::Unit(unit) => Ok(unit.unit),
+            Self::Unit(unit) => Ok(unit.get().unit.clone()),
             Self::Name(name) => unit::Unit::load(&name.to_string_lossy()).map_err(raised),
         }
     }
@@ -44,7 +43,7 @@ impl UnitOrName {
     /// The name under which a scenario knows it.
     pub fn name(&self) -> String {
         match self {
-            Self::Unit(unit) => unit.unit.name.clone(),
+            Self::Unit(unit) => unit.get().unit.name.clone(),
             Self::Name(name) => name.to_string_lossy().into_owned(),
         }
     }
