@@ -20,7 +20,7 @@ def test_there_are_two():
 
 @pytest.mark.parametrize("file", NOTEBOOKS, ids=lambda file: file.stem)
 def test_a_notebook_runs(file, monkeypatch, tmp_path):
-    monkeypatch.setenv("SEEDS", "4")
+    monkeypatch.setenv("SEEDS", "2")
     monkeypatch.setenv("MPLBACKEND", "module://matplotlib_inline.backend_inline")
     notebook = nbformat.read(file, as_version=4)
     assert not any(cell.get("outputs") for cell in notebook.cells), "clear its outputs"
