@@ -1,7 +1,4 @@
-"""What a call costs: one step, and a run over 10^6 samples, beside the same loops in Rust.
-
-The Rust figures come from `cargo bench -p lrnn-nostd`; the run here has the same loop inside.
-"""
+"""What a call costs: one step, a run over 10^6 samples, and a drive navigated. docs/PYTHON.md has figures."""
 
 import sys
 import time
