@@ -11,7 +11,7 @@ use qemu::chip::Driver;
 use qemu::images::{PROFILE, REQUIRE, TARGET, target_directory, without_paths, workspace};
 
 use crate::stage::{Stages, cargo_with, succeed};
-use crate::{boards, comments, fuzz, needs, package, reproduce, size, stack, supply};
+use crate::{boards, comments, fuzz, needs, package, reproduce, size, stack, supply, wheel};
 
 /// What is compiled for the target: each alone, so that no other package's features help it.
 const TARGET_PACKAGES: [&str; 6] = [
@@ -25,7 +25,7 @@ const TARGET_PACKAGES: [&str; 6] = [
 
 /// Runs every stage; the exit code is the last one's.
 pub fn test(fast: bool) -> Result<ExitCode> {
-    let stages = Stages::new(if fast { 6 } else { 15 });
+    let stages = Stages::new(if fast { 6 } else { 16 });
     stages.run("format, length of comments", || {
         succeed(&mut cargo_with("fmt --all --check"))?;
         succeed(&mut cargo_with(
@@ -51,6 +51,7 @@ pub fn test(fast: bool) -> Result<ExitCode> {
         thread::scope(|scope| {
             let beside = scope.spawn(|| target(&stages));
             let ours = here(&stages)
+                .and_then(|()| stages.run("Python wheel: build, tests, notebooks", wheel::check))
                 .and_then(|()| stages.run("fuzz targets", || fuzz::targets(10, None, Some(1))));
             let theirs = beside.join().expect("no panic in a stage");
             ours.and(theirs)

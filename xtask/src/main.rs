@@ -24,6 +24,7 @@ mod supply;
 mod table;
 mod times;
 mod vectors;
+mod wheel;
 
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -139,6 +140,14 @@ enum Task {
         #[arg(long, value_name = "FILE")]
         json: Option<PathBuf>,
     },
+    /// Builds the Python wheel, installs it into a virtual environment below the target folder, and
+    /// runs its tests, its notebooks and the check of its stub. PYTHON names another interpreter
+    /// than `python3`.
+    Wheel {
+        /// Before that, builds it optimised into target/wheel/release, and measures calls.
+        #[arg(long)]
+        release: bool,
+    },
     /// Writes the shared test vectors and their expected digests again, after an intended change of
     /// the arithmetic.
     Vectors,
@@ -182,6 +191,7 @@ fn main() -> ExitCode {
         Task::Reproduce => needs::target().and_then(|()| reproduce::reproduce()),
         Task::Size => needs::target().and_then(|()| size::size()),
         Task::Stack { json } => needs::target().and_then(|()| stack::stack(json.as_deref())),
+        Task::Wheel { release } => wheel::wheel(release),
         Task::Vectors => vectors::regenerate(),
     };
     match done {

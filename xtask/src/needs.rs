@@ -89,6 +89,27 @@ pub fn cpp() -> Result<()> {
     Ok(())
 }
 
+/// A Python that makes virtual environments: `PYTHON` names another one than `python3`.
+pub fn python() -> Result<std::ffi::OsString> {
+    let python = std::env::var_os("PYTHON").unwrap_or_else(|| "python3".into());
+    let found = || {
+        // Debian has `venv` without what it installs
+        let asked = "import sys, venv, ensurepip; sys.exit(sys.version_info < (3, 11))";
+        let asked = Command::new(&python).args(["-c", asked]).output();
+        asked.is_ok_and(|output| output.status.success())
+    };
+    if found() {
+        return Ok(python);
+    }
+    let missing = "a Python from 3.11 on with venv is missing; remedy: install python3-venv, or \
+                   name one: PYTHON=...; or leave the wheel out: cargo xtask test --fast";
+    install("python3-venv", missing)?;
+    if !found() {
+        bail!(missing);
+    }
+    Ok(python)
+}
+
 /// Installs a package of Debian, where that needs no question; else the error is `missing`.
 fn install(package: &str, missing: &str) -> Result<()> {
     if !(root() && Path::new("/etc/debian_version").exists()) {

@@ -190,10 +190,17 @@ impl Scenario {
 
     fn read(path: &Path) -> Result<Self, Error> {
         let text = std::fs::read_to_string(path).map_err(|e| Error::reading(path, e))?;
-        let mut scenario: Self =
-            toml::from_str(&text).map_err(|e| syntax_error(path, &text, &e))?;
+        Self::parse(path, &text)
+    }
+
+    /// The scenario of a text. `path` is named in errors, and units are looked for beside it.
+    ///
+    /// # Errors
+    /// As [`Scenario::load`] of a file.
+    pub fn parse(path: &Path, text: &str) -> Result<Self, Error> {
+        let mut scenario: Self = toml::from_str(text).map_err(|e| syntax_error(path, text, &e))?;
         scenario.source = path.to_path_buf();
-        let keys: toml::Table = toml::from_str(&text).unwrap_or_default();
+        let keys: toml::Table = toml::from_str(text).unwrap_or_default();
         scenario.given = keys.keys().cloned().collect();
         scenario.unit = Unit::load_beside(&scenario.unit_name, path)?;
         if scenario.name == "medium" {

@@ -67,6 +67,7 @@ fn pages() -> BTreeMap<PathBuf, Page> {
         "README.md",
         "CONTRIBUTING.md",
         "firmware/README.md",
+        "host-sim/python/README.md",
         "lrnn-nostd/README.md",
     ];
     let all = docs.chain(outside.map(|name| top.join(name)));

@@ -1,0 +1,226 @@
+//! `replay`: learning from one part of a recording, judging on another.
+
+use crate::arrays::{array, from_json};
+use crate::errors::{raised, refused};
+use crate::long::interruptible;
+use crate::recording::Recording;
+use crate::unit::UnitOrName;
+use host_sim::error::Error;
+use host_sim::experiment::doubts::{Class, Says, doubts};
+use host_sim::experiment::outcome::Outcome;
+use host_sim::experiment::results::{Curve, Curves};
+use host_sim::experiment::starting::{Wishes, start};
+use host_sim::experiment::time_offset::settle;
+use host_sim::experiment::user_recording::{LEAST_S, Plan};
+use host_sim::inertial::units::DEG;
+use host_sim::learning::in_motion::Told;
+use host_sim::learning::teacher::Assumptions;
+use host_sim::recordings::record::Record;
+use host_sim::report::verdict;
+use host_sim::unit::Unit;
+use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyList};
+
+/// What a replay found: learnt from one part of a recording, judged on another.
+#[pyclass(module = "lrnn_imu", frozen)]
+pub struct Replay(Outcome);
+
+/// Curves by the name of their group.
+pub fn curves<'py>(py: Python<'py>, all: &Curves) -> PyResult<Bound<'py, PyDict>> {
+    let group = |curves: &[Curve]| {
+        let out = PyDict::new(py);
+        for curve in curves {
+            out.set_item(
+                &curve.name,
+                (array(py, curve.x.clone()), array(py, curve.y.clone())),
+            )?;
+        }
+        Ok::<_, PyErr>(out)
+    };
+    let traces = PyList::empty(py);
+    for trace in &all.traces {
+        let one = PyDict::new(py);
+        one.set_item("axis", &trace.axis)?;
+        one.set_item("unit", &trace.unit)?;
+        one.set_item("minutes", array(py, trace.t_min.clone()))?;
+        one.set_item("truth", array(py, trace.truth.clone()))?;
+        one.set_item("teacher", array(py, trace.teacher.clone()))?;
+        one.set_item("network", array(py, trace.network.clone()))?;
+        traces.append(one)?;
+    }
+    let out = PyDict::new(py);
+    out.set_item("track", group(&all.track)?)?;
+    out.set_item("error_over_time", group(&all.error_over_time)?)?;
+    out.set_item("learning", group(&all.learning)?)?;
+    out.set_item("traces", traces)?;
+    Ok(out)
+}
+
+#[pymethods]
+impl Replay {
+    /// The results as `host-sim replay --json` writes them.
+    #[getter]
+    fn json(&self) -> PyResult<String> {
+        let text = serde_json::to_string_pretty(&[&self.0]);
+        text.map_err(|e| refused("results", e.to_string(), "look for the first bad sample"))
+    }
+
+    /// Rows of the table: t_s, scheme, errors in m and m/s.
+    #[getter]
+    fn rows<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        from_json(py, &self.json()?)?.get_item(0)?.get_item("rows")
+    }
+
+    /// What was learnt from and what was judged.
+    #[getter]
+    fn case(&self) -> &str {
+        &self.0.case
+    }
+
+    /// Names of the schemes.
+    #[getter]
+    fn schemes(&self) -> Vec<String> {
+        let mut names: Vec<String> = Vec::new();
+        for row in &self.0.rows {
+            if !names.contains(&row.scheme) {
+                names.push(row.scheme.clone());
+            }
+        }
+        names
+    }
+
+    /// Horizontal error of a scheme, m, so many seconds into navigation without fixes.
+    fn horizontal(&self, scheme: &str, seconds: u32) -> PyResult<f64> {
+        self.0.horizontal(scheme, seconds).ok_or_else(|| {
+            let problem = format!("there is no row of '{scheme}' after {seconds} s");
+            refused("rows", problem, format!("a scheme of {:?}", self.schemes()))
+        })
+    }
+
+    /// What the table says, in sentences; harm included.
+    #[getter]
+    fn verdict(&self) -> Vec<String> {
+        verdict::of_outcome(&self.0)
+    }
+
+    /// What the reader must know, in sentences.
+    #[getter]
+    fn notes(&self) -> Vec<String> {
+        self.0.notes.clone()
+    }
+
+    /// Where the samples contradict what is said of them, with remedies.
+    #[getter]
+    fn warnings(&self) -> Vec<String> {
+        self.0.warnings.iter().map(ToString::to_string).collect()
+    }
+
+    /// Curves: track, error_over_time, learning (each by name x and y), and traces.
+    fn curves<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        curves(py, &self.0.curves)
+    }
+
+    fn __repr__(&self) -> String {
+        format!("Replay('{}', {})", self.0.recording, self.0.case)
+    }
+}
+
+/// What the caller chose.
+struct Wanted {
+    form: &'static str,
+    unit: Option<Unit>,
+    learn_s: Option<usize>,
+    estimate_time_offset: bool,
+    attitude_sigma: [f64; 2],
+}
+
+/// The steps of `host-sim replay`.
+fn replayed(mut record: Record, says: &Says, wanted: Wanted) -> Result<Outcome, Error> {
+    let given = wanted.unit.is_some();
+    let unit = wanted.unit.unwrap_or_default();
+    let plan = Plan {
+        assumptions: Assumptions::of(&unit),
+        learn: wanted.learn_s,
+    };
+    if record.lever_arm_m == [0.0; 3] {
+        record.lever_arm_m = unit.receiver.lever_arm_m;
+    }
+    let (note, warning) = settle(&mut record, wanted.estimate_time_offset, "time offset");
+    let assumed = &plan.assumptions;
+    let mut warnings = doubts(&record, says, Class { assumed, given });
+    warnings.extend(warning);
+    let wishes = Wishes {
+        told: Told {
+            vehicle: unit.vehicle.kind,
+            heading: record.rough_heading,
+        },
+        attitude_sigma: wanted.attitude_sigma.map(|s| s * DEG),
+        part: None,
+    };
+    let (prepared, file) = (record.prepare()?, record.file.clone());
+    let started = start(prepared, &wishes, &plan.assumptions, &file)?;
+    let bad = |option: &str, problem: String, remedy: String| Error::Option {
+        option: option.into(),
+        problem,
+        remedy,
+    };
+    let session = started.session;
+    let split = plan.split(&session).map_err(|(least, most)| {
+        let problem = format!(
+            "no part of {} s can be learnt from and judged",
+            session.epochs()
+        );
+        let remedy = match least <= most {
+            true => format!("give {least} to {most}"),
+            false => format!(
+                "give a recording with {LEAST_S} s to learn from after the standstill and \
+                 {LEAST_S} s to judge on"
+            ),
+        };
+        bad("learn_s", problem, remedy)
+    })?;
+    let outcome = plan.replay(wanted.form, &session, &split)?;
+    let mut outcome = outcome.ok_or_else(|| {
+        let problem = "samples and fixes contradict each other, or the start gives no attitude";
+        let remedy = "check axes, mounting, units, time offset, the attitude at the start and the \
+                      unit file";
+        bad("recording", problem.into(), remedy.into())
+    })?;
+    outcome.warnings = warnings;
+    outcome.notes.extend(note.into_iter().chain(started.notes));
+    Ok(outcome)
+}
+
+/// Learns from the first part of a recording and judges all schemes on the rest.
+///
+/// unit: by default the one that the recording names, else "medium". learn_s: seconds to
+/// learn from, standstill included. attitude_sigma_deg: of a given attitude, tilt and
+/// heading; default (0.1, 0.5).
+#[pyfunction]
+#[pyo3(signature = (recording, unit=None, *, learn_s=None, estimate_time_offset=false, attitude_sigma_deg=(0.1, 0.5)))]
+pub fn replay(
+    py: Python<'_>,
+    recording: &Recording,
+    unit: Option<UnitOrName>,
+    learn_s: Option<usize>,
+    estimate_time_offset: bool,
+    attitude_sigma_deg: (f64, f64),
+) -> PyResult<Replay> {
+    let given = unit.map(UnitOrName::unit).transpose()?;
+    let attitude_sigma = [attitude_sigma_deg.0, attitude_sigma_deg.1];
+    if attitude_sigma.iter().any(|s| !(*s > 0.0 && *s <= 90.0)) {
+        let problem = format!("is {attitude_sigma:?}");
+        let remedy = "give tilt and heading in degrees, above 0 and at most 90";
+        return Err(refused("attitude_sigma_deg", problem, remedy));
+    }
+    let wanted = Wanted {
+        form: recording.form,
+        unit: given.or_else(|| recording.unit.clone()),
+        learn_s,
+        estimate_time_offset,
+        attitude_sigma,
+    };
+    let (record, says) = (recording.record.clone(), recording.says.clone());
+    let outcome = interruptible(py, move || replayed(record, &says, wanted))?;
+    outcome.map(Replay).map_err(raised)
+}
