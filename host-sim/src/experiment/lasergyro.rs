@@ -175,10 +175,7 @@ pub fn replay(recording: &Recording, learn_s: u32, unit: &Unit) -> Option<Report
                 "learning part".into(),
                 format!("{learn_s} s: alignment, learning and, at its end, a held-back part"),
             ),
-            (
-                "error bound".into(),
-                bench.bound.clone(),
-            ),
+            ("error bound".into(), bench.bound.clone()),
             (
                 "networks".into(),
                 "two of 3x3x3x3, f32, one step a second".into(),

@@ -1,9 +1,9 @@
 //! Result of a replay: errors of each scheme some seconds into free-inertial navigation.
 
 use crate::experiment::doubts::Warning;
+use crate::experiment::error_bound::error_bound;
 use crate::experiment::results::Curves;
 use crate::inertial::free_inertial::FreeInertial;
-use crate::experiment::error_bound::error_bound;
 use crate::inertial::session::Session;
 use crate::learning::fix_learner::{Learnt, diary::Diary};
 use crate::learning::teacher::Assumptions;
@@ -44,6 +44,8 @@ pub struct Bench {
     pub bound_m: [u32; 5],
     /// The same in a sentence.
     pub bound: String,
+    /// Time of second 0 on the clock of the recording, s.
+    pub begin_s: f64,
     /// What was learnt from, s since power-on.
     pub learn: Range<usize>,
     /// What was judged, s since power-on.
@@ -74,6 +76,7 @@ impl Bench {
             running: learnt.running,
             bound_m: bound.table(),
             bound: sentence,
+            begin_s: 0.0,
             learn,
             judge,
             reference_sigma_m: sigma.get(sigma.len() / 2).copied(),
