@@ -51,6 +51,8 @@ pub fn of_outcome(outcome: &Outcome) -> Vec<String> {
 pub(super) struct Compared {
     /// The shortest answer.
     pub headline: String,
+    /// What the device did.
+    pub device: Option<String>,
     /// What is said of each case.
     pub others: Vec<String>,
 }
@@ -64,8 +66,11 @@ pub(super) fn of_outcomes(outcomes: &[Outcome]) -> Compared {
     if let [only] = outcomes {
         let mut sentences = of_outcome(only).into_iter();
         let headline = sentences.next().unwrap_or_else(|| NO_RESULTS.to_owned());
-        let others = sentences.chain(of_device(outcomes)).collect();
-        return Compared { headline, others };
+        return Compared {
+            headline,
+            device: of_device(outcomes),
+            others: sentences.collect(),
+        };
     }
     let said: Vec<(String, Vec<String>)> = outcomes
         .iter()
@@ -84,15 +89,18 @@ pub(super) fn of_outcomes(outcomes: &[Outcome]) -> Compared {
              none helps in any."
         ),
         _ => format!(
-            "Verdict: mixed. At the end some corrections do harm in {harmed} of {n} cases, and \
-             some help in {helped}."
+            "Verdict: harm. At the end some corrections make it worse in {harmed} of {n} cases, \
+             though some help in {helped}."
         ),
     };
     let each = said
         .into_iter()
         .map(|(case, of)| format!("{case}: {}", of.join(" ")));
-    let others = of_device(outcomes).into_iter().chain(each).collect();
-    Compared { headline, others }
+    Compared {
+        headline,
+        device: of_device(outcomes),
+        others: each.collect(),
+    }
 }
 
 /// How a scheme ends in a case; `None` where it has no row beside that of no correction.

@@ -93,11 +93,10 @@ fn unknown(file: &Path) -> Error {
 fn replay(name: &'static str, before: &[&str], files: &[&Path]) -> Form {
     let paths = files.iter().map(|file| file.display().to_string());
     let before = before.iter().map(|text| (*text).to_owned());
-    let hashed = files.iter().filter(|file| file.is_file());
     Form::Replay(
         name,
         before.chain(paths).collect(),
-        hashed.map(|file| file.to_path_buf()).collect(),
+        files.iter().map(|file| file.to_path_buf()).collect(),
     )
 }
 

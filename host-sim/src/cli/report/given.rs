@@ -4,8 +4,9 @@
 use super::super::options::refused;
 use super::super::replay::{self, What};
 use super::super::user_recording::{Loaded, Options};
+use super::files::hashes;
 use super::form::Form;
-use super::hashed;
+use super::quoted;
 use super::rest::{self, Rest};
 use crate::analysis::allan::columns::{Choice, load};
 use crate::campaign::fleet::readings;
@@ -75,12 +76,13 @@ pub(super) fn read(
                 )
             })?;
             let mut given = replayed(&parsed.args, unit, !options.is_empty())?;
-            let hashes = files.iter().map(|file| hashed(file));
-            given
-                .files
-                .splice(0..0, hashes.collect::<Result<Vec<_>, Error>>()?);
-            given.files.dedup();
-            given.command = Some(format!("host-sim replay {}", all.join(" ")));
+            let told = name.map(PathBuf::from);
+            let beside = files.first().map(|file| file.with_file_name(TEMPERATURE));
+            let read = given.temperatures.is_ok();
+            let more: Vec<PathBuf> = told.into_iter().chain(beside.filter(|_| read)).collect();
+            given.files = hashes(files, &more)?;
+            let typed: Vec<String> = all.into_iter().map(quoted).collect();
+            given.command = Some(format!("host-sim replay {}", typed.join(" ")));
             Ok(given)
         }
     }
@@ -112,7 +114,7 @@ fn at_rest(file: &Path, unit: Option<Unit>, options: &[String]) -> Result<Given,
                 format!("{rate} Hz, {seconds:.0} s, taken as at rest"),
             ),
         ],
-        files: vec![hashed(file)?],
+        files: hashes(&[file.to_path_buf()], &[])?,
         warnings: vec![],
         rest: Ok(Rest {
             source: file.display().to_string(),
@@ -121,7 +123,10 @@ fn at_rest(file: &Path, unit: Option<Unit>, options: &[String]) -> Result<Given,
         }),
         outcomes: Err(why()),
         temperatures: Err(no_temperatures()),
-        command: Some(format!("host-sim allan {}", file.display())),
+        command: Some(format!(
+            "host-sim allan {}",
+            quoted(file.display().to_string())
+        )),
     })
 }
 
@@ -255,7 +260,6 @@ fn user(
     let record = &loaded.record;
     let rest = rest::of(record)?;
     let source = source(record);
-    let files = files(record)?;
     let temperatures = temperatures(record)?;
     let named = unit.or_else(|| loaded.named.clone());
     let outcomes = match options.judge(loaded) {
@@ -273,7 +277,7 @@ fn user(
         assumed: named.is_none(),
         unit: named.unwrap_or_default(),
         source,
-        files,
+        files: vec![],
         warnings,
         rest,
         outcomes,
@@ -327,13 +331,6 @@ fn source(record: &Record) -> Vec<(String, String)> {
         pair("fixes", record.fixes.len().to_string()),
         pair("judged by", judged.to_owned()),
     ]
-}
-
-fn files(record: &Record) -> Result<Vec<(String, String)>, Error> {
-    match record.file.is_file() {
-        true => Ok(vec![hashed(&record.file)?]),
-        false => Ok(vec![]),
-    }
 }
 
 /// The readings of the thermometers beside the recording.

@@ -1,11 +1,12 @@
 //! `host-sim report`.
 
 mod device;
+mod files;
 mod form;
 mod given;
 mod rest;
 
-use super::options::{arguments, refused};
+use super::options::refused;
 use super::output::JsonOption;
 use super::progress::Stages;
 use crate::analysis::allan::findings::Findings;
@@ -17,7 +18,7 @@ use crate::unit::Unit;
 use clap::Args as ClapArgs;
 use form::Form;
 use given::Given;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 /// Longest drive whose bound is computed, min.
 const LONGEST_MIN: u32 = 120;
@@ -107,7 +108,7 @@ impl Args {
         };
         let learnable = Ok(bound(&unit, minutes));
         stages.end();
-        let mut commands = vec![format!("host-sim {}", arguments())];
+        let mut commands = vec![format!("host-sim {}", typed())];
         commands.extend(command);
         commands.extend(self.parts_alone(minutes));
         Ok(Contents {
@@ -151,7 +152,7 @@ impl Args {
         let learnable = Ok(bound(&unit, USUAL_MIN));
         stages.end();
         let cannot = |what: &str| format!("a device at its command link does not tell {what}");
-        let mut commands = vec![format!("host-sim {}", arguments())];
+        let mut commands = vec![format!("host-sim {}", typed())];
         commands.push(format!("host-sim device --port {port} info --json"));
         commands.extend(self.parts_alone(USUAL_MIN));
         Ok(Contents {
@@ -226,11 +227,17 @@ fn bound(unit: &Unit, minutes: u32) -> Answer {
     answer(&question, &|| ())
 }
 
-/// A path as it was typed, and the hash of its file.
-fn hashed(file: &Path) -> Result<(String, String), Error> {
-    let bytes = std::fs::read(file).map_err(|error| Error::reading(file, error))?;
-    Ok((
-        file.display().to_string(),
-        crate::report::unit::hash(&bytes),
-    ))
+/// The arguments of this command, for a shell.
+fn typed() -> String {
+    let all: Vec<String> = std::env::args().skip(1).map(quoted).collect();
+    all.join(" ")
+}
+
+/// A word as a shell takes it.
+fn quoted(word: String) -> String {
+    let plain = |c: char| c.is_alphanumeric() || "-_./:=,+@%".contains(c);
+    match !word.is_empty() && word.chars().all(plain) {
+        true => word,
+        false => format!("'{}'", word.replace('\'', "'\\''")),
+    }
 }

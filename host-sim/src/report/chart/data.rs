@@ -37,6 +37,7 @@ impl Picture {
             "x": axis(&panel.x),
             "y": axis(&panel.y),
             "curves": curves.collect::<Vec<_>>(),
+            "ends": panel.marks.iter().any(|mark| matches!(mark, Mark::Ends(_))),
         })
     }
 

@@ -19,6 +19,8 @@ use crate::error::Error;
 use crate::experiment::outcome::Outcome;
 use crate::unit::Unit;
 use serde_json::{Value, json};
+use sha2::{Digest, Sha256};
+use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 
 /// Name of the PDF beside the page.
@@ -209,9 +211,23 @@ impl Document {
 }
 
 /// SHA-256 in hexadecimal digits, as `sha256sum` prints it.
-#[must_use]
-pub fn hash(bytes: &[u8]) -> String {
-    use sha2::{Digest, Sha256};
-    let digest = Sha256::digest(bytes);
-    digest.iter().map(|byte| format!("{byte:02x}")).collect()
+///
+/// # Errors
+/// What the reader says.
+pub fn hash(mut from: impl Read) -> io::Result<String> {
+    let mut digest = Sha256::new();
+    let mut piece = [0; 1 << 14];
+    loop {
+        match from.read(&mut piece)? {
+            0 => break,
+            len => digest.update(piece.get(..len).unwrap_or_default()),
+        }
+    }
+    let digest = digest.finalize();
+    Ok(digest.iter().map(|byte| format!("{byte:02x}")).collect())
+}
+
+/// The same of bytes in memory.
+fn hash_of(bytes: &[u8]) -> String {
+    hash(bytes).unwrap_or_default() // a slice can be read
 }

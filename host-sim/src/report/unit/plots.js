@@ -102,9 +102,11 @@
       const g = this.over, { x, y, w, h } = this, id = `clip${clips++}`;
       g.replaceChildren();
       const paper = "fill:var(--paper)";
-      node("rect", { x: x - 232, y: y - 24, width: 232, height: h + 48, style: paper }, g);
+      node("rect", { x: x - 208, y: y - 24, width: 208, height: h + 48, style: paper }, g);
       node("rect", { x: x - 40, y: y + h, width: w + 100, height: 80, style: paper }, g);
       node("rect", { x, y, width: w, height: h, style: paper }, g);
+      // the names at the ends of curves stand where the whole picture has them
+      if (this.data.ends) node("rect", { x: x + w, y: y - 24, width: 600, height: h + 48, style: paper }, g);
       const text = { "font-size": 48, style: "fill:var(--soft)" };
       for (const v of ticks(...this.xs, this.data.x, 7)) {
         const at = x + ((v - this.xs[0]) / (this.xs[1] - this.xs[0])) * w;
@@ -161,7 +163,7 @@
       for (const [curve, [px, py]] of found.values()) {
         const [cx, cy] = [this.px(px), this.py(py)];
         if (this.holds(cx, cy)) node("circle", { cx, cy, r: 14, style: `fill:var(--${curve.colour})` }, this.cursor);
-        if (curve.name) words.push(`${curve.name} ${number(py)}`);
+        if (curve.name) words.push(`${curve.name}${curve.radius ? " (dot)" : ""} ${number(py)}`);
         else words.push(number(py));
       }
       const title = data.title.length ? `${data.title.join(", ")}: ` : "";
@@ -229,7 +231,7 @@
       const at = place(event), panel = panels.find((one) => one.holds(...at));
       if (!panel) return;
       event.preventDefault();
-      svg.focus();
+      svg.focus({ preventScroll: true });
       svg.setPointerCapture(event.pointerId);
       const box = node("rect", { style: "fill:var(--rnn);opacity:.15" }, svg);
       drag = { at, panel, box };

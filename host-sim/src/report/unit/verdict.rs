@@ -17,8 +17,13 @@ pub(super) fn sentences(contents: &Contents) -> Vec<String> {
     }
     match (&contents.outcomes, &contents.device) {
         (Ok(outcomes), _) => {
-            let Compared { headline, others } = of_outcomes(outcomes);
+            let Compared {
+                headline,
+                device,
+                others,
+            } = of_outcomes(outcomes);
             out.insert(0, headline);
+            out.extend(device);
             out.extend(others);
             for outcome in outcomes {
                 if let Some(bench) = &outcome.bench {

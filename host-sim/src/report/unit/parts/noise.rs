@@ -84,11 +84,15 @@ pub(in super::super) fn against(findings: &Findings) -> Vec<String> {
             .map(|(a, n)| format!("{} {:.1} times", a.column, n.value / told))
             .collect();
         let unit = seen[0].1.unit;
-        let sheet = format!("{} {unit} of the datasheet", figures(told));
+        let names: Vec<&str> = seen.iter().map(|(a, _)| a.column.as_str()).collect();
+        let sheet = format!("the {} {unit} of the datasheet", figures(told));
         out.push(match worse.is_empty() {
-            true => format!("The white noise of the {name} is no more than the {sheet}."),
+            true => format!(
+                "White noise of the {name} ({} show it): not above {sheet}, by its 95 % intervals.",
+                names.join(", ")
+            ),
             false => format!(
-                "The white noise of the {name} is more than the {sheet}: {}.",
+                "White noise of the {name}: above {sheet}: {}.",
                 worse.join(", ")
             ),
         });

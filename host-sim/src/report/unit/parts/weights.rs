@@ -1,6 +1,6 @@
 //! The networks: what they are named by.
 
-use super::super::{Contents, Part, Table, WEIGHTS, hash};
+use super::super::{Contents, Part, Table, WEIGHTS, hash_of};
 use super::{benches, case};
 use crate::device::images;
 use firmware::learn::bank::NAMES;
@@ -19,11 +19,13 @@ pub(in super::super) fn image(contents: &Contents) -> Option<Vec<u8>> {
 pub(super) fn part(contents: &Contents) -> Part {
     let mut rows = vec![];
     match (&contents.device, benches(contents)) {
-        (Some(device), _) => rows.push(("in use in the device".to_owned(), hash(&device.weights))),
+        (Some(device), _) => {
+            rows.push(("in use in the device".to_owned(), hash_of(&device.weights)));
+        }
         (None, Ok(benches)) => {
             for (outcome, bench) in benches {
                 let what = format!("{}: \"{}\"", case(outcome), NAMES[bench.running]);
-                rows.push((what, hash(&images(&bench.nets))));
+                rows.push((what, hash_of(&images(&bench.nets))));
             }
         }
         (None, Err(why)) => return Part::without("weights", TITLE, why),

@@ -191,6 +191,8 @@ impl Layout {
     /// A text in lines no wider than `width`.
     fn broken(&self, text: &str, size: f32, width: f32) -> Vec<String> {
         let mut lines = vec![];
+        // a number stays with its per cent
+        let text = text.replace(" %", "\u{a0}%");
         for paragraph in text.lines() {
             let mut line = String::new();
             for word in paragraph.split(' ') {
