@@ -267,6 +267,56 @@ mod tests {
         list.iter().map(ended).collect()
     }
 
+    fn outcome(case: &str, ends: &[(&str, f64)]) -> Outcome {
+        let row = |(scheme, metres): &(&str, f64)| crate::experiment::outcome::Row {
+            t_s: 60,
+            scheme: (*scheme).to_owned(),
+            d_north_m: *metres,
+            d_east_m: 0.0,
+            d_vn_mps: 0.0,
+            d_ve_mps: 0.0,
+            horizontal_m: *metres,
+        };
+        Outcome {
+            recording: "r".into(),
+            case: case.into(),
+            rows: ends.iter().map(row).collect(),
+            notes: vec![],
+            warnings: vec![],
+            curves: Default::default(),
+            bench: None,
+        }
+    }
+
+    #[test]
+    fn of_several_cases_harm_in_one_is_harm_and_the_device_is_told_apart() {
+        let good = outcome("a", &[("raw", 90.0), ("rnn", 20.0), ("rnn-kalman", 90.0)]);
+        let bad = outcome("b", &[("raw", 9.0), ("rnn", 50.0), ("rnn-kalman", 9.0)]);
+        let both = of_outcomes(&[good.clone(), bad.clone()]);
+        let headline = "Verdict: harm. At the end some corrections make it worse in 1 of 2 cases, \
+                        though some help in 1.";
+        assert_eq!(both.headline, headline);
+        let device = both.device.unwrap();
+        assert!(
+            device.contains("worse than no correction in 0, better in 0 and no different in 2")
+        );
+        assert!(
+            both.others[1].starts_with("r, b: Verdict: harm."),
+            "{both:?}"
+        );
+        let good = of_outcomes(&[good.clone(), good]).headline;
+        assert!(
+            good.contains("help in 2 of 2 cases, and none does harm"),
+            "{good}"
+        );
+        let bad = of_outcomes(&[bad.clone(), bad]).headline;
+        assert!(
+            bad.contains("worse in 2 of 2 cases, and none helps"),
+            "{bad}"
+        );
+        assert_eq!(of_outcomes(&[outcome("c", &[])]).headline, NO_RESULTS);
+    }
+
     #[test]
     fn harm_stands_first_with_the_worst_scheme_before_the_others() {
         let got = sentences(

@@ -2,7 +2,7 @@
 //! believed of the sensors, and what its rehearsals said of each candidate. It only looks.
 
 use firmware::learn::FixLearner;
-use firmware::learn::bank::HYPOTHESES;
+use firmware::learn::bank::{HYPOTHESES, SIX_BIASES, ZERO_CORRECTION};
 
 /// Seconds between two entries.
 pub const EVERY_S: usize = 10;
@@ -12,8 +12,10 @@ pub const EVERY_S: usize = 10;
 pub struct Entry {
     /// Time since the first sample, s.
     pub t_s: usize,
-    /// What is believed of the sensors by the candidate with the greatest evidence: rate errors,
-    /// rad/s, then specific-force errors, m/s2.
+    /// The candidate with the greatest evidence; where that is the one without any correction, the
+    /// biases.
+    pub candidate: usize,
+    /// What it believes of the sensors: rate errors, rad/s, then specific-force errors, m/s2.
     pub estimate: [f32; 6],
     /// Standard deviations of its biases, in the same units.
     pub sigma: [f32; 6],
@@ -63,11 +65,15 @@ impl Diary {
             return;
         }
         let (bank, rehearsal) = (learner.bank(), learner.rehearsal());
-        let leading = bank.leading();
+        let candidate = match bank.leading() {
+            ZERO_CORRECTION => SIX_BIASES,
+            other => other,
+        };
         self.entries.push(Entry {
             t_s,
-            estimate: *bank.estimate_of(leading),
-            sigma: bank.bias_sigma_of(leading),
+            candidate,
+            estimate: *bank.estimate_of(candidate),
+            sigma: bank.bias_sigma_of(candidate),
             proof: std::array::from_fn(|h| rehearsal.standing(h).proof),
             check: std::array::from_fn(|h| rehearsal.standing(h).check),
         });

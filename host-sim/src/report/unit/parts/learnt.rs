@@ -60,8 +60,8 @@ pub(super) fn part(contents: &Contents) -> Part {
             name: "learnt-time",
             title: format!("Learnt errors against time: {}", case(outcome)),
             caption: format!(
-                "What the device's likeliest candidate believes, each {EVERY_S} s, with the 95 % \
-                 interval of its biases. Each panel has its own scale."
+                "What the device's likeliest candidate that corrects anything believes, each \
+                 {EVERY_S} s, with the 95 % interval of its biases. Each panel has its own scale."
             ),
             picture: over_time(entries),
         });
@@ -121,8 +121,8 @@ fn table(case: &str, bench: &Bench, last: &Entry) -> Table {
     };
     Table {
         caption: Some(format!(
-            "{case}: believed after {} s. In force: \"{}\"",
-            last.t_s, NAMES[bench.running]
+            "{case}: believed after {} s by \"{}\". In force: \"{}\"",
+            last.t_s, NAMES[last.candidate], NAMES[bench.running]
         )),
         head: ["axis", "unit", "error", "95 % interval of the bias"]
             .map(String::from)

@@ -76,6 +76,12 @@ pub(in super::super) fn against(findings: &Findings) -> Vec<String> {
             .filter_map(|a| Some((a, a.coefficients.get(1)?)))
             .filter(|(_, n)| n.is_seen())
             .collect();
+        if seen.is_empty() && findings.analyses.iter().any(|a| a.kind == kind) {
+            out.push(format!(
+                "White noise of the {name}: not compared with the datasheet, because other noise or \
+                 sway hides it."
+            ));
+        }
         let Some(told) = told.filter(|told| *told > 0.0 && !seen.is_empty()) else {
             continue;
         };
@@ -88,7 +94,7 @@ pub(in super::super) fn against(findings: &Findings) -> Vec<String> {
         let sheet = format!("the {} {unit} of the datasheet", figures(told));
         out.push(match worse.is_empty() {
             true => format!(
-                "White noise of the {name} ({} show it): not above {sheet}, by its 95 % intervals.",
+                "White noise of the {name} (seen in {}): not above {sheet}, by its 95 % intervals.",
                 names.join(", ")
             ),
             false => format!(

@@ -146,3 +146,19 @@ pub(super) fn packed(bytes: &[u8]) -> Vec<u8> {
     // a vector takes all bytes
     written.and_then(|()| encoder.finish()).unwrap_or_default()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_character_that_the_font_lacks_has_another_in_its_place() {
+        let mut font = Font::new();
+        assert_eq!(font.encode("a\u{4e2d}"), font.encode("a?"));
+        assert_eq!(font.encode("a").len(), 2);
+        assert!(font.encode("?") != font.encode("a"));
+        // DejaVu Sans: "m" is 1995 of 2048 units wide, "i" 569
+        assert!((font.width("m", 2048.0) - 1995.0).abs() < 1.0);
+        assert!((font.width("mi", 2048.0) - 2564.0).abs() < 1.0);
+    }
+}

@@ -325,3 +325,41 @@ impl Layout {
         Ok(())
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_long_text_is_broken_within_the_width_and_loses_nothing() {
+        let layout = Layout::new();
+        let text = format!("{} {}", "word ".repeat(60), "x".repeat(300));
+        let lines = layout.broken(&text, 9.0, 200.0);
+        assert!(
+            lines
+                .iter()
+                .all(|line| layout.font.width(line, 9.0) <= 200.0)
+        );
+        let joined = lines.concat().replace(' ', "");
+        assert_eq!(joined, text.replace(' ', ""));
+    }
+
+    #[test]
+    fn a_long_table_goes_on_on_further_pages_and_a_wide_one_fits() {
+        let mut layout = Layout::new();
+        let row = || vec!["a name".to_owned(), "long ".repeat(60), "1.0".to_owned()];
+        let table = Table {
+            head: ["a", "b", "c"].map(String::from).to_vec(),
+            rows: (0..80).map(|_| row()).collect(),
+            text: 2,
+            ..Table::default()
+        };
+        let widths = layout.widths(&table);
+        assert!(
+            widths.iter().sum::<f32>() + 2.0 * GUTTER <= WIDTH + 0.1,
+            "{widths:?}"
+        );
+        layout.table(&table);
+        assert!(layout.sheets.len() > 2 && layout.y > BOTTOM - 20.0);
+    }
+}
