@@ -199,11 +199,32 @@ impl NovatelArgs {
     }
 }
 
+/// The unit of a recording that names none, where the user gives none.
+fn usual(name: &str) -> Unit {
+    eprintln!(
+        "{name}: no unit is given, so the sensors count as those of 'medium'; remedy: --unit \
+         FILE.toml"
+    );
+    Unit::default()
+}
+
 impl Options {
     fn replay(&self, loaded: Loaded) -> Result<(), Error> {
         let name = loaded.name;
         let outcome = self.judge(loaded)?;
         self.output.leave_outcomes(name, &[outcome])
+    }
+
+    /// What helps to find the attitude.
+    fn wishes(&self, unit: &Unit, record: &Record) -> Result<Wishes, Error> {
+        Ok(Wishes {
+            told: Told {
+                vehicle: unit.vehicle.kind,
+                heading: record.rough_heading,
+            },
+            attitude_sigma: self.attitude_sigma()?,
+            part: self.part,
+        })
     }
 
     /// Learns from one part and judges the other.
@@ -219,12 +240,7 @@ impl Options {
         let corrected = self.corrected.target(original, &record)?;
         let given = self.unit.load()?.or(named);
         let is_given = given.is_some();
-        let unit = given.unwrap_or_else(|| {
-            eprintln!(
-                "{name}: no unit is given, so the sensors count as those of 'medium'; remedy: --unit FILE.toml"
-            );
-            Unit::default()
-        });
+        let unit = given.unwrap_or_else(|| usual(name));
         let plan = Plan {
             assumptions: Assumptions::of(&unit),
             learn: self.learn_s,
@@ -239,14 +255,7 @@ impl Options {
         let mut warnings = doubts(&record, says, class);
         warnings.extend(warning);
         self.warn(&warnings)?;
-        let wishes = Wishes {
-            told: Told {
-                vehicle: unit.vehicle.kind,
-                heading: record.rough_heading,
-            },
-            attitude_sigma: self.attitude_sigma()?,
-            part: self.part,
-        };
+        let wishes = self.wishes(&unit, &record)?;
         let stages = Stages::new();
         stages.begin("finding the attitude");
         let has_truth = record.truth.is_some();

@@ -202,6 +202,16 @@ fn told_deviation(kind: Kind, told: &Told, tau_s: f64) -> f64 {
     variance.sqrt() / kind.unit().1
 }
 
+/// The line of the datasheet at the averaging times of a curve.
+fn datasheet_line(analyses: &[&Analysis], told: &Told) -> Vec<(f64, f64)> {
+    let Some(first) = analyses.first() else {
+        return vec![];
+    };
+    let deviation = |tau| (tau, told_deviation(first.kind, told, tau));
+    let line = first.curve.iter().map(|p| deviation(p.tau_s));
+    line.filter(|(_, y)| *y > 0.0).collect()
+}
+
 /// The picture of one kind of sensor. `analyses` is not empty. The line of the datasheet is drawn
 /// if one is `told`.
 pub(super) fn picture(analyses: &[&Analysis], told: Option<&Told>) -> Picture {
@@ -210,14 +220,7 @@ pub(super) fn picture(analyses: &[&Analysis], told: Option<&Told>) -> Picture {
     let least = |values: &mut dyn Iterator<Item = f64>| values.fold(f64::INFINITY, f64::min);
     let most = |values: &mut dyn Iterator<Item = f64>| values.fold(0.0, f64::max);
     let size = (WIDTH, 560.0);
-    let datasheet: Vec<(f64, f64)> = match (analyses.first(), told) {
-        (Some(first), Some(told)) => {
-            let curve = first.curve.iter().map(|p| p.tau_s);
-            let deviation = |tau| (tau, told_deviation(first.kind, told, tau));
-            curve.map(deviation).filter(|(_, y)| *y > 0.0).collect()
-        }
-        _ => vec![],
-    };
+    let datasheet = told.map_or(vec![], |told| datasheet_line(analyses, told));
     let legend = Legend {
         at: (76.0, 20.0),
         width: size.0 - 90.0,

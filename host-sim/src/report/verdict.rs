@@ -296,7 +296,7 @@ mod tests {
         let headline = "Verdict: harm. At the end some corrections make it worse in 1 of 2 cases, \
                         though some help in 1.";
         assert_eq!(both.headline, headline);
-        let device = both.device.unwrap();
+        let device = both.device.clone().unwrap();
         assert!(
             device.contains("worse than no correction in 0, better in 0 and no different in 2")
         );

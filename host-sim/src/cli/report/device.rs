@@ -4,6 +4,7 @@ use crate::device::{Link, configuration, info, recording};
 use crate::error::Error;
 use crate::report::unit::Told;
 use crate::unit::Unit;
+use firmware::configuration::Configuration;
 
 /// What was read.
 pub(super) struct Read {
@@ -30,20 +31,7 @@ pub(super) fn read(port: &str, baud: u32, unit: Option<&Unit>) -> Result<Read, E
     if let Err(why) = &black_box {
         missing.push(format!("The black box could not be read: {why}."));
     }
-    let mut warnings = vec![];
-    let same = match (unit.map(Unit::configuration), &held) {
-        (Some(Ok(told)), Some(held)) => told == *held,
-        (Some(_), _) => false,
-        (None, _) => true,
-    };
-    if !same {
-        warnings.push(
-            "The device is not configured for this unit: what it holds differs from the unit \
-             file. Remedy: `host-sim device configure FILE`, or report with the unit file that it \
-             was configured with."
-                .into(),
-        );
-    }
+    let warnings = differs(unit, held.as_ref());
     let unit = held.as_ref().and_then(Unit::of);
     if held.is_some() && unit.is_none() {
         missing.push(
@@ -79,4 +67,22 @@ pub(super) fn read(port: &str, baud: u32, unit: Option<&Unit>) -> Result<Read, E
         source,
         warnings,
     })
+}
+
+/// Whether the device holds another configuration than the unit file says, in words.
+fn differs(unit: Option<&Unit>, held: Option<&Configuration>) -> Vec<String> {
+    let same = match (unit.map(Unit::configuration), held) {
+        (Some(Ok(told)), Some(held)) => told == *held,
+        (Some(_), _) => false,
+        (None, _) => true,
+    };
+    if same {
+        return vec![];
+    }
+    vec![
+        "The device is not configured for this unit: what it holds differs from the unit file. \
+         Remedy: `host-sim device configure FILE`, or report with the unit file that it was \
+         configured with."
+            .into(),
+    ]
 }

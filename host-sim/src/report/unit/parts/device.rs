@@ -26,34 +26,6 @@ pub struct Told {
 }
 
 pub(super) fn part(told: &Told) -> Part {
-    let Told { info, .. } = told;
-    let pair = |label: &str, value: String| (label.to_owned(), value);
-    let learner = &info.learner;
-    let sigma = learner.heading_sigma_deg;
-    let sigma = sigma.map_or("unknown".into(), |deg| format!("{deg:.3} deg"));
-    let rows = [
-        pair("mode", info.mode.to_owned()),
-        pair("configured", yes(info.configured)),
-        pair("configuration stored", yes(info.stored)),
-        pair("security", info.security.state.to_owned()),
-        pair("navigates", yes(learner.navigates)),
-        pair("heading from", format!("{}, sigma {sigma}", learner.way)),
-        pair("candidate in force", name(learner.winner)),
-        pair(
-            "fixes used, refused",
-            format!("{}, {}", learner.used_fixes, learner.refused_fixes),
-        ),
-        pair(
-            "promoted, given up",
-            format!("{}, {}", learner.promotions, learner.rollbacks),
-        ),
-        pair(
-            "drives remembered",
-            format!("{}, {:.1} h", info.memory.drives, info.memory.hours),
-        ),
-        pair("stored networks act", yes(info.memory.acts)),
-        pair("black box", black_box(&told.black_box)),
-    ];
     let faults = told.faults.iter().map(|fault| {
         let text = |text: &str| text.to_owned();
         vec![text(fault.name), text(fault.says), text(fault.remedy)]
@@ -65,7 +37,7 @@ pub(super) fn part(told: &Told) -> Part {
     let mut tables = vec![
         Table {
             caption: Some("State".into()),
-            ..Table::of_pairs(rows)
+            ..Table::of_pairs(state(told))
         },
         Table {
             caption: Some("Counters since power-on".into()),
@@ -91,6 +63,38 @@ pub(super) fn part(told: &Told) -> Part {
         data: data(told),
         ..Part::new("device", "State of the device")
     }
+}
+
+/// Label and value of what it tells of its state.
+fn state(told: &Told) -> Vec<(String, String)> {
+    let Told { info, .. } = told;
+    let pair = |label: &str, value: String| (label.to_owned(), value);
+    let learner = &info.learner;
+    let sigma = learner.heading_sigma_deg;
+    let sigma = sigma.map_or("unknown".into(), |deg| format!("{deg:.3} deg"));
+    vec![
+        pair("mode", info.mode.to_owned()),
+        pair("configured", yes(info.configured)),
+        pair("configuration stored", yes(info.stored)),
+        pair("security", info.security.state.to_owned()),
+        pair("navigates", yes(learner.navigates)),
+        pair("heading from", format!("{}, sigma {sigma}", learner.way)),
+        pair("candidate in force", name(learner.winner)),
+        pair(
+            "fixes used, refused",
+            format!("{}, {}", learner.used_fixes, learner.refused_fixes),
+        ),
+        pair(
+            "promoted, given up",
+            format!("{}, {}", learner.promotions, learner.rollbacks),
+        ),
+        pair(
+            "drives remembered",
+            format!("{}, {:.1} h", info.memory.drives, info.memory.hours),
+        ),
+        pair("stored networks act", yes(info.memory.acts)),
+        pair("black box", black_box(&told.black_box)),
+    ]
 }
 
 fn yes(is: bool) -> String {
