@@ -41,7 +41,9 @@ pub fn test(fast: bool) -> Result<ExitCode> {
     })?;
     if !fast {
         stages.run("prepare: target and QEMU", || {
-            needs::targets().and_then(|()| needs::alone())
+            needs::targets()
+                .and_then(|()| needs::alone())
+                .map(|()| needs::pdf_reader())
         })?;
     }
     stages.run("dependencies: licences, sources, duplicates", supply::check)?;

@@ -110,6 +110,15 @@ pub fn python() -> Result<std::ffi::OsString> {
     Ok(python)
 }
 
+/// A reader of PDF files, for the test of the unit report. Without it that part of the test is
+/// skipped and says so.
+pub fn pdf_reader() {
+    let there = Command::new("pdftotext").arg("-v").output().is_ok();
+    if !there && let Err(missing) = install("poppler-utils", "pdftotext is missing") {
+        println!("{missing:#}; the text of the PDF is not tested; remedy: install poppler-utils");
+    }
+}
+
 /// Installs a package of Debian, where that needs no question; else the error is `missing`.
 fn install(package: &str, missing: &str) -> Result<()> {
     if !(root() && Path::new("/etc/debian_version").exists()) {

@@ -20,12 +20,14 @@ mod options;
 mod output;
 mod progress;
 mod replay;
+mod report;
 mod run;
 mod shell;
 mod simulate;
 mod soak;
 mod source;
 mod start;
+mod told;
 mod unit;
 mod user_recording;
 
@@ -66,6 +68,9 @@ enum Command {
     Convert(convert::Args),
     /// Configure and watch a device over its command link
     Device(device::Args),
+    /// Write the report of one unit from a recording or a device: a page and a PDF that can be
+    /// filed
+    Report(report::Args),
     /// Send a drive to a board and compare its output with software in the loop
     Hil(hil::Args),
     /// Write a simulated session as CSV files, for other tools
@@ -112,6 +117,7 @@ impl Cli {
             Some(Command::Fleet(args)) => args.run(),
             Some(Command::Convert(args)) => args.run(),
             Some(Command::Device(args)) => args.run(),
+            Some(Command::Report(args)) => args.run(),
             Some(Command::Hil(args)) => args.run(),
             Some(Command::Simulate(args)) => args.run(),
             Some(Command::Soak(args)) => args.run(),

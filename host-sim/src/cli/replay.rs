@@ -7,7 +7,10 @@ use super::output::Output;
 use super::progress::Stages;
 use super::user_recording::{CsvArgs, KfGinsArgs, MessagesArgs, NovatelArgs, no_attitude};
 use crate::error::Error;
+use crate::experiment::outcome::Outcome;
+use crate::experiment::results::Report;
 use crate::experiment::{fog_mems, hybrid, kitti, lasergyro};
+use crate::inertial::session::Session;
 use crate::recordings::{self, load};
 use clap::{Args as ClapArgs, Subcommand};
 use std::path::PathBuf;
@@ -16,11 +19,11 @@ use std::path::PathBuf;
 #[derive(Debug, ClapArgs)]
 pub struct Args {
     #[command(subcommand)]
-    what: What,
+    pub(super) what: What,
 }
 
 #[derive(Debug, Subcommand)]
-enum What {
+pub(super) enum What {
     /// The real laser-gyro recording at rest (CSV of pulses, plain or gzipped)
     Lasergyro(Lasergyro),
     /// Raw MEMS beside a fibre-optic navigator on one vehicle, each part once in each role
@@ -48,11 +51,11 @@ enum What {
 }
 
 #[derive(Debug, ClapArgs)]
-struct FogMems {
+pub(super) struct FogMems {
     /// MEMS increments at 100 Hz, axes right-forward-up
-    mems: PathBuf,
+    pub(super) mems: PathBuf,
     /// Solution of the fibre-optic navigator at 10 Hz
-    fog: PathBuf,
+    pub(super) fog: PathBuf,
     #[command(flatten)]
     unit: UnitOption,
     #[command(flatten)]
@@ -60,21 +63,21 @@ struct FogMems {
 }
 
 #[derive(Debug, ClapArgs)]
-struct Kitti {
+pub(super) struct Kitti {
     /// Files of the drives
     #[arg(required = true)]
-    files: Vec<PathBuf>,
+    pub(super) files: Vec<PathBuf>,
     /// Samples to leave out at the start of each drive
     #[arg(long, default_value_t = 0)]
-    skip: usize,
+    pub(super) skip: usize,
     #[command(flatten)]
-    unit: UnitOption,
+    pub(super) unit: UnitOption,
     #[command(flatten)]
     output: Output,
 }
 
 #[derive(Debug, ClapArgs)]
-struct Hybrid {
+pub(super) struct Hybrid {
     /// The laser-gyro recording at rest
     file: PathBuf,
     /// Seeds of the simulated roads
@@ -87,9 +90,9 @@ struct Hybrid {
 }
 
 #[derive(Debug, ClapArgs)]
-struct Lasergyro {
+pub(super) struct Lasergyro {
     /// Recording: gyro_x_pulses ... accel_z_pulses at 100 Hz, axes right-forward-up
-    file: PathBuf,
+    pub(super) file: PathBuf,
     /// Seconds at the start to align on and to learn from
     #[arg(long, default_value_t = 480, value_name = "SECONDS")]
     learn_s: u32,
@@ -105,10 +108,8 @@ impl Args {
         match &self.what {
             What::Lasergyro(args) => args.run(),
             What::FogMems(args) => {
-                let unit = args.unit.load_or(fog_mems::UNIT)?;
-                let session = recordings::fog_mems::session(&args.mems, &args.fog)?;
-                args.output
-                    .leave_outcomes("fog-mems", &fog_mems::replay(&session, &unit)?)
+                let (_, outcomes) = args.outcomes()?;
+                args.output.leave_outcomes("fog-mems", &outcomes)
             }
             What::Kitti(args) => args.run(),
             What::Hybrid(args) => {
@@ -131,30 +132,48 @@ impl Args {
     }
 }
 
+impl FogMems {
+    /// The recording and what came of it.
+    pub(super) fn outcomes(&self) -> Result<(Session, Vec<Outcome>), Error> {
+        let unit = self.unit.load_or(fog_mems::UNIT)?;
+        let session = recordings::fog_mems::session(&self.mems, &self.fog)?;
+        let outcomes = fog_mems::replay(&session, &unit)?;
+        Ok((session, outcomes))
+    }
+}
+
 impl Kitti {
     fn run(&self) -> Result<(), Error> {
+        let drives = self.outcomes()?;
+        let outcomes: Vec<Outcome> = drives.into_iter().flat_map(|(_, of)| of).collect();
+        self.output.leave_outcomes("kitti", &outcomes)
+    }
+
+    /// Each drive and what came of it.
+    pub(super) fn outcomes(&self) -> Result<Vec<(Session, Vec<Outcome>)>, Error> {
         let unit = self.unit.load_or(kitti::UNIT)?;
-        let mut outcomes = Vec::new();
-        for file in &self.files {
+        let drive = |file: &PathBuf| {
             let session = recordings::kitti::session(file, self.skip)?;
             let name = file
                 .file_name()
                 .map_or_else(String::new, |n| n.to_string_lossy().into_owned());
-            outcomes.extend(kitti::replay(
-                name.trim_start_matches("kitti-")
-                    .split('.')
-                    .next()
-                    .unwrap_or("drive"),
-                &session,
-                &unit,
-            )?);
-        }
-        self.output.leave_outcomes("kitti", &outcomes)
+            let name = name.trim_start_matches("kitti-");
+            let name = name.split('.').next().unwrap_or("drive");
+            let outcomes = kitti::replay(name, &session, &unit)?;
+            Ok((session, outcomes))
+        };
+        self.files.iter().map(drive).collect()
     }
 }
 
 impl Lasergyro {
     fn run(&self) -> Result<(), Error> {
+        let report = self.report()?;
+        self.output.leave_report("replay-lasergyro", &report)
+    }
+
+    /// What came of the recording.
+    pub(super) fn report(&self) -> Result<Report, Error> {
         let unit = self.unit.load_or(lasergyro::UNIT)?;
         let stages = Stages::new();
         stages.begin("reading the recording");
@@ -172,8 +191,9 @@ impl Lasergyro {
             ));
         }
         stages.begin("aligning, learning, navigating");
-        let mut report = lasergyro::replay(&recording, self.learn_s, &unit)
-            .ok_or_else(|| no_attitude(&self.file))?;
+        let report = lasergyro::replay(&recording, self.learn_s, &unit);
+        stages.end();
+        let mut report = report.ok_or_else(|| no_attitude(&self.file))?;
         let unit = self.unit.unit.as_ref();
         let command = format!(
             "cargo run --release -- replay lasergyro {} --learn-s {}{}",
@@ -182,9 +202,6 @@ impl Lasergyro {
             unit.map_or(String::new(), |name| format!(" --unit {name}"))
         );
         report.set_up.push(("command".into(), command));
-        stages.begin("writing the report");
-        let done = self.output.leave_report("replay-lasergyro", &report);
-        stages.end();
-        done
+        Ok(report)
     }
 }

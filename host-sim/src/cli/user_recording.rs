@@ -3,12 +3,14 @@
 
 use super::corrected::CorrectedOptions;
 use super::messages::Messages;
-use super::options::{UnitOption, refused, renamed, within};
+use super::options::{UnitOption, refused};
 use super::output::Output;
 use super::progress::Stages;
 use super::source::{Csv, KfGins, Novatel};
+use super::told::{OldWords, TellOptions};
 use crate::error::Error;
 use crate::experiment::doubts::{Class, Says, Warning, doubts};
+use crate::experiment::outcome::Outcome;
 use crate::experiment::starting::{Started, Wishes, start};
 use crate::experiment::time_offset::settle;
 use crate::experiment::user_recording::{LEAST_S, Plan};
@@ -25,7 +27,7 @@ use std::path::Path;
 
 /// Assumptions on the sensors, and the part to learn from.
 #[derive(Debug, ClapArgs)]
-struct Options {
+pub(super) struct Options {
     /// Seconds from the start to learn from, standstill included [default: the standstill and half
     /// of the rest]
     #[arg(long, value_name = "SECONDS")]
@@ -57,96 +59,13 @@ struct Options {
     output: Output,
 }
 
-/// What files of some formats cannot tell.
-#[derive(Debug, ClapArgs)]
-struct TellOptions {
-    /// Added to the times of the fixes to give the IMU's, s
-    #[arg(long, value_name = "SECONDS", allow_hyphen_values = true)]
-    time_offset: Option<f64>,
-    /// Estimate that offset from the motion, -5 to 5 s around what is told
-    #[arg(long)]
-    estimate_time_offset: bool,
-    /// From the IMU to the antenna: forward, right, down, m [default: that of the recording, else
-    /// of the unit]
-    #[arg(
-        long,
-        value_name = "X,Y,Z",
-        value_delimiter = ',',
-        allow_hyphen_values = true
-    )]
-    lever_arm: Vec<f64>,
-    /// Rough heading at the first fix, deg clockwise from north, that helps to find the attitude
-    #[arg(long, value_name = "DEGREES", allow_hyphen_values = true)]
-    heading: Option<f64>,
-    /// Its standard deviation, deg
-    #[arg(
-        long,
-        value_name = "DEGREES",
-        default_value_t = 10.0,
-        requires = "heading"
-    )]
-    heading_sigma: f64,
-}
-
-impl TellOptions {
-    /// Puts into `record` what the options tell, else what the unit tells.
-    fn tell(&self, record: &mut Record, unit: &Unit) -> Result<(), Error> {
-        if let Some(told) = self.time_offset {
-            let told = within("--time-offset", told, [-1e9, 1e9])?;
-            record.move_fixes(told - record.told_offset_s.unwrap_or(0.0));
-            record.told_offset_s = Some(told);
-        }
-        let metres = |arm: &[f64; 3]| arm.iter().all(|x| x.abs() <= 100.0);
-        match (
-            <[f64; 3]>::try_from(&self.lever_arm[..]),
-            &self.lever_arm[..],
-        ) {
-            (Ok(arm), _) if metres(&arm) => record.lever_arm_m = arm,
-            (Err(_), []) if record.lever_arm_m == [0.0; 3] => {
-                record.lever_arm_m = unit.receiver.lever_arm_m;
-            }
-            (Err(_), []) => {}
-            _ => {
-                return Err(refused(
-                    "--lever-arm",
-                    format!("is {:?}", self.lever_arm),
-                    "give forward,right,down in m, each -100 to 100",
-                ));
-            }
-        }
-        if let Some(heading) = self.heading {
-            let heading = within("--heading", heading, [-360.0, 360.0])?;
-            let sigma = within("--heading-sigma", self.heading_sigma, [0.01, 180.0])?;
-            record.rough_heading = Some([heading * DEG, sigma * DEG]);
-        }
-        Ok(())
-    }
-}
-
-/// Options that the unit file has replaced.
-#[derive(Debug, ClapArgs)]
-struct OldWords {
-    /// Refused
-    #[arg(long, hide = true, value_parser = renamed("write gyro.bias_turn_on_dph into a unit file and give --unit FILE.toml"))]
-    gyro_bias: Option<String>,
-    /// Refused
-    #[arg(long, hide = true, value_parser = renamed("write accel.bias_turn_on_ug into a unit file and give --unit FILE.toml"))]
-    accel_bias: Option<String>,
-    /// Refused
-    #[arg(long, hide = true, value_parser = renamed("write gyro.angle_random_walk_dpsqrth into a unit file and give --unit FILE.toml"))]
-    arw: Option<String>,
-    /// Refused
-    #[arg(long, hide = true, value_parser = renamed("write accel.velocity_random_walk_ugpsqrthz into a unit file and give --unit FILE.toml"))]
-    vrw: Option<String>,
-}
-
 /// `replay csv`.
 #[derive(Debug, ClapArgs)]
 pub(super) struct CsvArgs {
     #[command(flatten)]
     source: Csv,
     #[command(flatten)]
-    options: Options,
+    pub(super) options: Options,
 }
 
 /// `replay kf-gins`.
@@ -155,7 +74,7 @@ pub(super) struct KfGinsArgs {
     #[command(flatten)]
     source: KfGins,
     #[command(flatten)]
-    options: Options,
+    pub(super) options: Options,
 }
 
 /// `replay` of a recording of messages.
@@ -164,7 +83,7 @@ pub(super) struct MessagesArgs<S: ClapArgs> {
     #[command(flatten)]
     source: S,
     #[command(flatten)]
-    options: Options,
+    pub(super) options: Options,
 }
 
 /// `replay novatel`.
@@ -176,40 +95,88 @@ pub(super) struct NovatelArgs {
     #[arg(long)]
     inventory: bool,
     #[command(flatten)]
-    options: Options,
+    pub(super) options: Options,
+}
+
+/// A recording that was read, and what its file says.
+pub(super) struct Loaded {
+    /// Name of the command.
+    pub(super) name: &'static str,
+    pub(super) record: Record,
+    says: Says,
+    /// The unit that the recording itself names.
+    pub(super) named: Option<Unit>,
+    /// What corrected samples are written into.
+    original: Option<Original>,
 }
 
 impl CsvArgs {
-    pub(super) fn run(&self) -> Result<(), Error> {
+    pub(super) fn load(&self) -> Result<Loaded, Error> {
         let named = self.source.unit()?;
         let record = self.source.record()?;
-        let says = self.source.says(&record)?;
-        let original = Some(self.source.original()?);
-        self.options.replay("csv", record, &says, named, original)
+        Ok(Loaded {
+            name: "csv",
+            says: self.source.says(&record)?,
+            record,
+            named,
+            original: Some(self.source.original()?),
+        })
+    }
+
+    pub(super) fn run(&self) -> Result<(), Error> {
+        self.options.replay(self.load()?)
     }
 }
 
 impl KfGinsArgs {
+    pub(super) fn load(&self) -> Result<Loaded, Error> {
+        Ok(Loaded {
+            name: "kf-gins",
+            record: self.source.record()?,
+            says: self.source.says(),
+            named: None,
+            original: Some(self.source.original()),
+        })
+    }
+
     pub(super) fn run(&self) -> Result<(), Error> {
-        let record = self.source.record()?;
-        let says = self.source.says();
-        let original = Some(self.source.original());
-        self.options
-            .replay("kf-gins", record, &says, None, original)
+        self.options.replay(self.load()?)
     }
 }
 
 impl<S: ClapArgs + Messages> MessagesArgs<S> {
-    pub(super) fn run(&self) -> Result<(), Error> {
+    pub(super) fn load(&self) -> Result<Loaded, Error> {
         let unit = self.options.unit.load()?;
-        let record = self.source.record(unit.as_ref())?;
-        let says = self.source.says();
-        let original = self.source.original(unit.as_ref())?;
-        self.options.replay(S::NAME, record, &says, None, original)
+        Ok(Loaded {
+            name: S::NAME,
+            record: self.source.record(unit.as_ref())?,
+            says: self.source.says(),
+            named: None,
+            original: self.source.original(unit.as_ref())?,
+        })
+    }
+
+    pub(super) fn run(&self) -> Result<(), Error> {
+        self.options.replay(self.load()?)
     }
 }
 
 impl NovatelArgs {
+    pub(super) fn load(&self) -> Result<Loaded, Error> {
+        self.loaded(&novatel::read(&self.source.file)?)
+    }
+
+    fn loaded(&self, log: &novatel::Recording) -> Result<Loaded, Error> {
+        let record = self.source.record_of(log)?;
+        Ok(Loaded {
+            name: "novatel",
+            says: self.source.says(&record),
+            record,
+            named: None,
+            original: Some(self.source.original(log)?),
+        })
+    }
+
     pub(super) fn run(&self) -> Result<(), Error> {
         let log = novatel::read(&self.source.file)?;
         for (number, count) in &log.messages {
@@ -228,34 +195,52 @@ impl NovatelArgs {
         if self.inventory {
             return Ok(());
         }
-        let record = self.source.record_of(&log)?;
-        let says = self.source.says(&record);
-        let original = Some(self.source.original(&log)?);
-        self.options
-            .replay("novatel", record, &says, None, original)
+        self.options.replay(self.loaded(&log)?)
     }
 }
 
+/// The unit of a recording that names none, where the user gives none.
+fn usual(name: &str) -> Unit {
+    eprintln!(
+        "{name}: no unit is given, so the sensors count as those of 'medium'; remedy: --unit \
+         FILE.toml"
+    );
+    Unit::default()
+}
+
 impl Options {
-    /// `named`: the unit that the recording itself names. `original`: what corrected samples are
-    /// written into.
-    fn replay(
-        &self,
-        name: &str,
-        mut record: Record,
-        says: &Says,
-        named: Option<Unit>,
-        original: Option<Original>,
-    ) -> Result<(), Error> {
+    fn replay(&self, loaded: Loaded) -> Result<(), Error> {
+        let name = loaded.name;
+        let outcome = self.judge(loaded)?;
+        self.output.leave_outcomes(name, &[outcome])
+    }
+
+    /// What helps to find the attitude.
+    fn wishes(&self, unit: &Unit, record: &Record) -> Result<Wishes, Error> {
+        Ok(Wishes {
+            told: Told {
+                vehicle: unit.vehicle.kind,
+                heading: record.rough_heading,
+            },
+            attitude_sigma: self.attitude_sigma()?,
+            part: self.part,
+        })
+    }
+
+    /// Learns from one part and judges the other.
+    pub(super) fn judge(&self, loaded: Loaded) -> Result<Outcome, Error> {
+        let Loaded {
+            name,
+            mut record,
+            says,
+            named,
+            original,
+        } = loaded;
+        let says = &says;
         let corrected = self.corrected.target(original, &record)?;
         let given = self.unit.load()?.or(named);
         let is_given = given.is_some();
-        let unit = given.unwrap_or_else(|| {
-            eprintln!(
-                "{name}: no unit is given, so the sensors count as those of 'medium'; remedy: --unit FILE.toml"
-            );
-            Unit::default()
-        });
+        let unit = given.unwrap_or_else(|| usual(name));
         let plan = Plan {
             assumptions: Assumptions::of(&unit),
             learn: self.learn_s,
@@ -270,16 +255,10 @@ impl Options {
         let mut warnings = doubts(&record, says, class);
         warnings.extend(warning);
         self.warn(&warnings)?;
-        let wishes = Wishes {
-            told: Told {
-                vehicle: unit.vehicle.kind,
-                heading: record.rough_heading,
-            },
-            attitude_sigma: self.attitude_sigma()?,
-            part: self.part,
-        };
+        let wishes = self.wishes(&unit, &record)?;
         let stages = Stages::new();
         stages.begin("finding the attitude");
+        let has_truth = record.truth.is_some();
         let (prepared, file) = (record.prepare()?, record.file.clone());
         // the samples are in the session now, and a day of them is large
         let record = corrected.is_some().then_some(record);
@@ -306,7 +285,11 @@ impl Options {
                 .notes
                 .push(target.write(&record, &correction, begin)?);
         }
-        self.output.leave_outcomes(name, &[outcome])
+        if let Some(bench) = &mut outcome.bench {
+            bench.begin_s = begin;
+            bench.reference_sigma_m = bench.reference_sigma_m.filter(|_| !has_truth);
+        }
+        Ok(outcome)
     }
 
     /// No part of the session can be learnt from and judged as the user wishes.

@@ -28,7 +28,7 @@ pub use provision::{open_by_choice, provision};
 pub use receiver::Receiver;
 pub use reset::Start;
 pub use store::{can_store, store};
-pub use watch::{Antenna, Event, Learner, Status, Watch, watch};
+pub use watch::{Antenna, Event, Learner, Status, Watch, named_counters, watch};
 pub use weights::check_image;
 
 use firmware::control::Mode;

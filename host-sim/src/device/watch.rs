@@ -261,6 +261,12 @@ fn rates(now: &Counters, before: &Counters, seconds: f64) -> Option<BTreeMap<&'s
     (seconds > 0.0).then(|| pairs.map(rate).collect()).flatten()
 }
 
+/// The counters by their names.
+#[must_use]
+pub fn named_counters(counters: &Counters) -> BTreeMap<&'static str, u32> {
+    named(counters).collect()
+}
+
 /// The counters with their names.
 fn named(counters: &Counters) -> impl Iterator<Item = (&'static str, u32)> + use<> {
     let &Counters {

@@ -1,7 +1,7 @@
 //! The real laser-gyro recording: alignment and learning at the known site, then free-inertial
 //! navigation to the end, raw and compensated.
 
-use crate::experiment::error_bound::error_bound;
+use crate::experiment::outcome::Bench;
 use crate::experiment::results::{Curves, Report, Results};
 use crate::experiment::run::{Judged, judge, learning_curves, traces};
 use crate::inertial::earth::Geodetic;
@@ -91,8 +91,8 @@ fn network() -> NetworkSpec {
 }
 
 /// The navigators that are aided over the learning part: without a model of the sensors, with six
-/// biases, and the device. Gives the name of the hypothesis that the device has in force.
-fn aid_all(session: &Session, a: &Assumptions, judged: &mut Judged) -> Option<&'static str> {
+/// biases, and the device. Gives what the device made of it.
+fn aid_all(session: &Session, a: &Assumptions, judged: &mut Judged) -> Option<Bench> {
     let increments = session.increments();
     let until = session.standstill;
     let learnt = |enabled| {
@@ -115,7 +115,8 @@ fn aid_all(session: &Session, a: &Assumptions, judged: &mut Judged) -> Option<&'
     judged.add("none", none.free_inertial(session, a, until));
     judged.add("ekf6", classical);
     judged.add("rnn-kalman", product.free_inertial(session, a, until));
-    Some(NAMES[product.running])
+    let end = session.epochs();
+    Some(Bench::of(&product, session, a, 0..until, until..end))
 }
 
 /// Learns from the first `learn_s` seconds and judges on the rest. `None` when the recording gives
@@ -133,12 +134,13 @@ pub fn replay(recording: &Recording, learn_s: u32, unit: &Unit) -> Option<Report
         true,
     )?;
     let mut judged = judge(&session, &learnt)?;
-    let running = aid_all(&session, &assumptions, &mut judged)?;
+    let bench = aid_all(&session, &assumptions, &mut judged)?;
     let notes = vec![
         learnt.verdict(),
         format!(
             "`none`, `ekf6` and `rnn-kalman` align on the first third of that time and are aided over the rest by the known place and \
-             zero velocity; `rnn-kalman` runs the hypothesis that has proved itself: {running}."
+             zero velocity; `rnn-kalman` runs the hypothesis that has proved itself: {}.",
+            NAMES[bench.running]
         ),
         format!(
             "Alignment: in the inertial frame over the first {learn_s} s, by each scheme with its own samples. It finds attitude alone; an \
@@ -173,10 +175,7 @@ pub fn replay(recording: &Recording, learn_s: u32, unit: &Unit) -> Option<Report
                 "learning part".into(),
                 format!("{learn_s} s: alignment, learning and, at its end, a held-back part"),
             ),
-            (
-                "error bound".into(),
-                error_bound(&session, &learnt.assumptions).1,
-            ),
+            ("error bound".into(), bench.bound.clone()),
             (
                 "networks".into(),
                 "two of 3x3x3x3, f32, one step a second".into(),
@@ -189,5 +188,6 @@ pub fn replay(recording: &Recording, learn_s: u32, unit: &Unit) -> Option<Report
             learning: learning_curves(&learnt),
             traces: traces(&session, &learnt),
         },
+        bench: Some(Box::new(bench)),
     })
 }

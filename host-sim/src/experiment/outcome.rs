@@ -1,9 +1,15 @@
 //! Result of a replay: errors of each scheme some seconds into free-inertial navigation.
 
 use crate::experiment::doubts::Warning;
+use crate::experiment::error_bound::error_bound;
 use crate::experiment::results::Curves;
 use crate::inertial::free_inertial::FreeInertial;
+use crate::inertial::session::Session;
+use crate::learning::fix_learner::{Learnt, diary::Diary};
+use crate::learning::teacher::Assumptions;
+use firmware::model::Nets;
 use serde::Serialize;
+use std::ops::Range;
 
 /// Errors of one scheme at one time, compared with the recording's reference.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -24,6 +30,60 @@ pub struct Row {
     pub horizontal_m: f64,
 }
 
+/// What the device made of the part that was learnt from, and what limits it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Bench {
+    /// The course of its learning.
+    pub diary: Diary,
+    /// Networks of the candidate in force, its biases folded in.
+    pub nets: Nets,
+    /// The candidate in force at the end, by its place in `firmware::learn::bank::NAMES`.
+    pub running: usize,
+    /// Most metres that corrections within their limits add 5, 10, 15, 20 and 22 min after an
+    /// alignment.
+    pub bound_m: [u32; 5],
+    /// The same in a sentence.
+    pub bound: String,
+    /// Time of second 0 on the clock of the recording, s.
+    pub begin_s: f64,
+    /// What was learnt from, s since power-on.
+    pub learn: Range<usize>,
+    /// What was judged, s since power-on.
+    pub judge: Range<usize>,
+    /// Standard deviation of the fixes that judge, along the worse of north and east, m: the median
+    /// over the judged part. `None` where a better solution judges.
+    pub reference_sigma_m: Option<f64>,
+}
+
+impl Bench {
+    /// Of a session that was judged against its fixes.
+    #[must_use]
+    pub fn of(
+        learnt: &Learnt,
+        session: &Session,
+        assumptions: &Assumptions,
+        learn: Range<usize>,
+        judge: Range<usize>,
+    ) -> Self {
+        let (bound, sentence) = error_bound(session, assumptions);
+        let fixes = session.fixes.get(judge.clone()).unwrap_or_default();
+        let sigma = fixes.iter().flatten().filter(|fix| fix.has(0..2));
+        let mut sigma: Vec<f64> = sigma.map(|fix| fix.sigmas[0].max(fix.sigmas[1])).collect();
+        sigma.sort_by(f64::total_cmp);
+        Self {
+            diary: learnt.diary.clone(),
+            nets: learnt.nets,
+            running: learnt.running,
+            bound_m: bound.table(),
+            bound: sentence,
+            begin_s: 0.0,
+            learn,
+            judge,
+            reference_sigma_m: sigma.get(sigma.len() / 2).copied(),
+        }
+    }
+}
+
 /// One case of a replay.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Outcome {
@@ -40,6 +100,9 @@ pub struct Outcome {
     /// What the page draws.
     #[serde(skip)]
     pub curves: Curves,
+    /// The device's side of it.
+    #[serde(skip)]
+    pub bench: Option<Box<Bench>>,
 }
 
 /// Rows of several solutions of one case. Times after the end of a solution are left out.
@@ -137,6 +200,7 @@ mod tests {
             notes: Vec::new(),
             warnings: Vec::new(),
             curves: Curves::default(),
+            bench: None,
         };
         assert_eq!(outcome.horizontal("raw", 20), Some(100.0));
         let text = table(&[outcome]);

@@ -26,7 +26,7 @@ mod learnt;
 
 use crate::error::Error;
 use crate::experiment::correction::Correction;
-use crate::experiment::outcome::{Outcome, rows};
+use crate::experiment::outcome::{Bench, Outcome, rows};
 use crate::experiment::results::Curves;
 use crate::experiment::run::{learning_curves, traces};
 use crate::inertial::ekf::{ErrorModel, InitialSigma, Smoothed, smooth};
@@ -166,7 +166,7 @@ fn outcome(
     let judged = |t: &usize| session.judges(split.judge.start + t);
     let mut times_s = settings.times_s.clone();
     times_s.retain(|t| judged(&(*t as usize)));
-    let mut notes = vec![note, in_force(device.running)];
+    let mut notes = vec![note, in_force(device.running, device.diary.since())];
     let left = settings.times_s.len() - times_s.len();
     if left > 0 {
         notes.push(format!(
@@ -180,6 +180,13 @@ fn outcome(
         .map(|s| s.position.ned_from(&origin))
         .map(|p| [p.x, p.y])
         .collect();
+    let bench = Bench::of(
+        &device,
+        session,
+        &settings.assumptions,
+        split.learn.clone(),
+        split.judge.clone(),
+    );
     Some(Outcome {
         recording: recording.to_owned(),
         case: split.case(),
@@ -191,6 +198,7 @@ fn outcome(
             traces: traces(&lesson, &fitted),
             ..Curves::of(&solutions, &reference, judged)
         },
+        bench: Some(Box::new(bench)),
     })
 }
 
@@ -280,16 +288,19 @@ fn corrected<'a>(
     ]
 }
 
-/// What the device's row is.
-fn in_force(running: usize) -> String {
+/// What the device's row is. `since`: when that candidate came into force, s after power-on.
+fn in_force(running: usize, since: Option<usize>) -> String {
     if running == ZERO_CORRECTION {
         return "The row `rnn-kalman` is the device. By the end of the learning part nothing had \
                 proved itself, so it corrects nothing."
             .to_owned();
     }
+    let since = since.map_or(String::new(), |s| {
+        format!(", since {s} s after the beginning of that part")
+    });
     format!(
         "The row `rnn-kalman` is the device. At the end of the learning part its candidate \"{}\" \
-         had proved itself and was in force.",
+         had proved itself and was in force{since}.",
         NAMES[running]
     )
 }

@@ -1,5 +1,6 @@
 //! What an experiment gives: rows of the table, curves, and all that a report shows.
 
+use crate::experiment::outcome::Bench;
 use crate::inertial::free_inertial::FreeInertial;
 use crate::inertial::session::EPOCH_S;
 use crate::inertial::units::MIN;
@@ -143,4 +144,6 @@ pub struct Report {
     pub notes: Vec<String>,
     /// What the pictures show.
     pub curves: Curves,
+    /// The device's side of a replay.
+    pub bench: Option<Box<Bench>>,
 }

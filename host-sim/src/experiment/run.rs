@@ -174,6 +174,7 @@ pub fn run(
             learning: learning_curves(&learnt),
             traces: traces(&learn, &learnt),
         },
+        bench: None,
     };
     report.notes.push(
         "The vertical channel is damped with the reference height (a perfect barometer) in every scheme; the table is horizontal.".into(),

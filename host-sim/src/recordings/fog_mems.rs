@@ -20,7 +20,7 @@ use nalgebra::Vector3;
 use std::path::Path;
 
 /// First line of the file of MEMS increments.
-const MEMS_HEADER: &str = "time_s,dtheta_right_rad,dtheta_forward_rad,dtheta_up_rad,\
+pub const MEMS_HEADER: &str = "time_s,dtheta_right_rad,dtheta_forward_rad,dtheta_up_rad,\
     dv_right_mps,dv_forward_mps,dv_up_mps";
 /// First line of the file of the FOG solution.
 const FOG_HEADER: &str =

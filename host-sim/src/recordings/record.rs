@@ -97,7 +97,9 @@ impl TimedFix {
         }
     }
 
-    pub(super) fn place(&self) -> Geodetic {
+    /// Its place.
+    #[must_use]
+    pub fn place(&self) -> Geodetic {
         Geodetic {
             lat: self.lat_deg * DEG,
             lon: self.lon_deg * DEG,

@@ -7,7 +7,7 @@ use super::axis::Axis;
 use super::chart::{Legend, Mark, Panel, Picture, WIDTH};
 use super::html;
 use super::page::PAGE;
-use super::palette::{self, Look};
+use super::palette::{self, INK, Look};
 use crate::analysis::allan::findings::Findings;
 use crate::analysis::allan::{Analysis, Kind};
 use crate::error::Error;
@@ -16,6 +16,13 @@ use comfy_table::{Cell, CellAlignment, ContentArrangement, Table, presets};
 use maud::{PreEscaped, html};
 use std::path::{Path, PathBuf};
 
+/// How the datasheet is drawn.
+const DATASHEET: Look = Look {
+    colour: INK,
+    width: 1.6,
+    dash: Some((8.0, 4.0)),
+};
+
 fn configured_of(findings: &Findings, kind: Kind, coefficient: usize) -> Option<f64> {
     findings
         .configured
@@ -23,7 +30,7 @@ fn configured_of(findings: &Findings, kind: Kind, coefficient: usize) -> Option<
 }
 
 /// Rows of the table: column, noise, value, 95 % interval, unit, configured value.
-fn rows(findings: &Findings) -> Vec<[String; 6]> {
+pub(super) fn rows(findings: &Findings) -> Vec<[String; 6]> {
     let mut rows = vec![];
     for analysis in &findings.analyses {
         for (i, c) in analysis.coefficients.iter().enumerate() {
@@ -119,7 +126,10 @@ pub fn write(findings: &Findings, dir: &Path) -> Result<PathBuf, Error> {
         if analyses.is_empty() {
             continue;
         }
-        let (picture, title) = (picture(&analyses), format!("Allan deviation of the {name}"));
+        let (picture, title) = (
+            picture(&analyses, findings.configured.as_ref()),
+            format!("Allan deviation of the {name}"),
+        );
         let place = dir.join(file);
         write_atomic(&place, &picture.png(file)?)?;
         let standalone = picture.svg_file(file, &title)?;
@@ -148,6 +158,7 @@ fn markup(findings: &Findings, svgs: &[(&str, String)]) -> String {
                 figcaption {
                     "Points: overlapping Allan deviation with its 95 % interval. "
                     "Line: the sum of the fitted noises. "
+                    @if findings.configured.is_some() { "Dashes: the datasheet. " }
                     a href=(file) { (file) }
                 }
             }
@@ -173,13 +184,43 @@ fn markup(findings: &Findings, svgs: &[(&str, String)]) -> String {
     html::frame(&format!("Allan deviation of {}", findings.source), &body).into_string()
 }
 
-/// The picture of one kind of sensor. `analyses` is not empty.
-fn picture(analyses: &[&Analysis]) -> Picture {
+/// Q, N, B, K and R of gyros and accelerometers by the datasheet.
+type Told = [[Option<f64>; 5]; 2];
+
+/// The deviation that a datasheet tells at an averaging time, in the unit of the curves. A noise
+/// that it does not tell counts as none.
+fn told_deviation(kind: Kind, told: &Told, tau_s: f64) -> f64 {
+    let units = kind.coefficient_units();
+    let of = |i: usize| told[usize::from(kind == Kind::Accel)][i].unwrap_or(0.0) * units[i].1;
+    let [q, n, b, k, r] = [of(0), of(1), of(2), of(3), of(4)].map(|x| x * x);
+    let flicker = 2.0 * std::f64::consts::LN_2 / std::f64::consts::PI;
+    let variance = 3.0 * q / tau_s.powi(2)
+        + n / tau_s
+        + b * flicker
+        + k * tau_s / 3.0
+        + r * tau_s.powi(2) / 2.0;
+    variance.sqrt() / kind.unit().1
+}
+
+/// The line of the datasheet at the averaging times of a curve.
+fn datasheet_line(analyses: &[&Analysis], told: &Told) -> Vec<(f64, f64)> {
+    let Some(first) = analyses.first() else {
+        return vec![];
+    };
+    let deviation = |tau| (tau, told_deviation(first.kind, told, tau));
+    let line = first.curve.iter().map(|p| deviation(p.tau_s));
+    line.filter(|(_, y)| *y > 0.0).collect()
+}
+
+/// The picture of one kind of sensor. `analyses` is not empty. The line of the datasheet is drawn
+/// if one is `told`.
+pub(super) fn picture(analyses: &[&Analysis], told: Option<&Told>) -> Picture {
     let points = || analyses.iter().flat_map(|analysis| &analysis.curve);
     let times = || points().map(|p| p.tau_s);
     let least = |values: &mut dyn Iterator<Item = f64>| values.fold(f64::INFINITY, f64::min);
     let most = |values: &mut dyn Iterator<Item = f64>| values.fold(0.0, f64::max);
     let size = (WIDTH, 560.0);
+    let datasheet = told.map_or(vec![], |told| datasheet_line(analyses, told));
     let legend = Legend {
         at: (76.0, 20.0),
         width: size.0 - 90.0,
@@ -187,6 +228,11 @@ fn picture(analyses: &[&Analysis]) -> Picture {
             .iter()
             .enumerate()
             .map(|(i, analysis)| (analysis.column.clone(), palette::numbered(i)))
+            .chain(
+                datasheet
+                    .first()
+                    .map(|_| ("datasheet".to_owned(), DATASHEET)),
+            )
             .collect(),
     };
     let unit = analyses.first().map_or("", |analysis| analysis.unit);
@@ -201,14 +247,19 @@ fn picture(analyses: &[&Analysis]) -> Picture {
         y: Axis::log(
             format!("Allan deviation, {unit}"),
             (
-                least(&mut points().map(|p| p.low)) / 1.5,
-                most(&mut points().map(|p| p.high)) * 1.5,
+                least(&mut points().map(|p| p.low).chain(datasheet.iter().map(|p| p.1))) / 1.5,
+                most(
+                    &mut points()
+                        .map(|p| p.high)
+                        .chain(datasheet.iter().map(|p| p.1)),
+                ) * 1.5,
             ),
         ),
         marks: analyses
             .iter()
             .enumerate()
             .flat_map(|(i, a)| marks(a, palette::numbered(i)))
+            .chain([Mark::Line(datasheet.clone(), DATASHEET)])
             .collect(),
     };
     Picture {
@@ -232,7 +283,7 @@ fn marks(analysis: &Analysis, look: Look) -> Vec<Mark> {
 }
 
 /// A number to four figures.
-fn figures(value: f64) -> String {
+pub(super) fn figures(value: f64) -> String {
     let size = value.abs();
     if size != 0.0 && !(1e-3..1e5).contains(&size) {
         return format!("{value:.3e}");

@@ -74,6 +74,16 @@ impl Axis {
         values.filter(|value| self.holds(*value)).collect()
     }
 
+    /// Least and greatest value.
+    pub fn ends(&self) -> (f64, f64) {
+        (self.low, self.high)
+    }
+
+    /// Whether it is logarithmic.
+    pub fn is_log(&self) -> bool {
+        self.log
+    }
+
     /// Whether `value` lies on the axis, which NaN does not.
     pub fn holds(&self, value: f64) -> bool {
         let margin = 1e-9 * (self.high - self.low);

@@ -40,7 +40,7 @@ fn one(figure: Figure, curves: &Curves) -> Result<Drawn, Error> {
 }
 
 /// What a picture shows, with figures from its data.
-fn caption(figure: Figure, curves: &Curves) -> String {
+pub(super) fn caption(figure: Figure, curves: &Curves) -> String {
     match figure {
         Figure::Error => error_caption(&curves.error_over_time),
         Figure::Track => "Seen from above, with the same scale in both directions. The broad \

@@ -68,7 +68,7 @@ fn markup(head: &Head, svg: &str, table: &str) -> String {
     html::frame(&head.title, &body).into_string()
 }
 
-fn picture(answer: &Answer) -> Picture {
+pub(super) fn picture(answer: &Answer) -> Picture {
     let size = (WIDTH, 1060.0);
     let reached = SCHEMES.iter().filter(|_| answer.units > 0);
     let reached = reached.map(|(name, _)| ((*name).to_owned(), palette::scheme(name)));
@@ -198,7 +198,7 @@ fn new_table(head: impl Iterator<Item = String>) -> Table {
 }
 
 /// Three figures.
-fn figures(x: f64) -> String {
+pub(super) fn figures(x: f64) -> String {
     let digits = match x.abs() {
         a if a > 0.0 => (2 - a.log10().floor() as i32).clamp(0, 9) as usize,
         _ => 0,

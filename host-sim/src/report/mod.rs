@@ -22,4 +22,5 @@ pub mod start;
 pub mod table;
 mod terms;
 mod text;
+pub mod unit;
 pub mod verdict;

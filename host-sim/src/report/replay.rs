@@ -5,12 +5,13 @@ use super::figures::Figure;
 use super::html::{picture, scheme_cell, verdict};
 use super::terms::terms;
 use super::text::signed;
-use super::verdict::of_outcome;
+use super::verdict::{Compared, of_outcome, of_outcomes};
 use super::{html, page};
 use crate::error::Error;
 use crate::experiment::outcome::Outcome;
 use maud::{Markup, html};
 use rayon::prelude::*;
+use std::iter;
 use std::path::{Path, PathBuf};
 
 /// Title and origin of a page.
@@ -54,7 +55,12 @@ fn file(case: usize, figure: Figure) -> String {
 
 fn markup(head: &Head, outcomes: &[Outcome], figures: &[Vec<Drawn>]) -> Markup {
     let rows = outcomes.iter().flat_map(|outcome| &outcome.rows);
+    let Compared {
+        headline, device, ..
+    } = of_outcomes(outcomes);
+    let first: Vec<String> = iter::once(headline).chain(device).collect();
     let body = html! {
+        (verdict(&first))
         (terms(rows.map(|row| row.scheme.as_str())))
         @for (k, (outcome, figures)) in outcomes.iter().zip(figures).enumerate() {
             (case(k, outcome, figures))

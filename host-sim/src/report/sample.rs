@@ -158,5 +158,6 @@ pub(super) fn report() -> Report {
         ],
         traces: gyros.into_iter().chain(accels).map(|(a, u, s)| trace(a, u, s, &mut noise)).collect(),
         },
+        bench: None,
     }
 }

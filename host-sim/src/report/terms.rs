@@ -51,17 +51,30 @@ pub(super) fn terms<'a>(names: impl Iterator<Item = &'a str>) -> Markup {
     }
 }
 
-/// What each of the schemes is.
-pub(super) fn schemes<'a>(names: impl Iterator<Item = &'a str>) -> Markup {
+/// The same of the schemes in sentences.
+pub(super) fn sentences<'a>(names: impl Iterator<Item = &'a str>) -> Vec<String> {
+    let known = known(names).into_iter();
+    known
+        .map(|(name, meaning)| format!("{name}: {meaning}."))
+        .collect()
+}
+
+/// Each scheme once, with what it is.
+fn known<'a>(names: impl Iterator<Item = &'a str>) -> Vec<(&'a str, &'static str)> {
     let mut known: Vec<(&str, &str)> = vec![];
     for (name, meaning) in names.filter_map(|name| Some((name, scheme(name)?))) {
         if known.iter().all(|(there, _)| *there != name) {
             known.push((name, meaning));
         }
     }
+    known
+}
+
+/// What each of the schemes is.
+pub(super) fn schemes<'a>(names: impl Iterator<Item = &'a str>) -> Markup {
     html! {
         dl.terms {
-            @for (name, meaning) in known {
+            @for (name, meaning) in known(names) {
                 div { dt { (unbroken(name)) } dd { (unbroken(meaning)) "." } }
             }
         }

@@ -3,6 +3,7 @@
 //! A scheme is worse than no correction if its horizontal error is larger by more than 2 % and by
 //! more than 1 m, and better if it is smaller by as much. Smaller differences say nothing.
 
+use super::figures::length;
 use super::table::BASELINE;
 use crate::experiment::outcome::Outcome;
 use crate::experiment::results::Results;
@@ -10,6 +11,7 @@ use crate::experiment::results::Results;
 /// Differences below these say nothing.
 const SHARE: f64 = 0.02;
 const METRES: f64 = 1.0;
+const NO_RESULTS: &str = "There are no results.";
 
 /// One error of one scheme.
 #[derive(Debug, Clone, Copy)]
@@ -44,6 +46,91 @@ pub fn of_outcome(outcome: &Outcome) -> Vec<String> {
     sentences(&ended.collect::<Vec<_>>(), "s")
 }
 
+/// The verdict on several cases of a replay.
+#[derive(Debug, Clone)]
+pub(super) struct Compared {
+    /// The shortest answer.
+    pub headline: String,
+    /// What the device did.
+    pub device: Option<String>,
+    /// What is said of each case.
+    pub others: Vec<String>,
+}
+
+/// The name of the device among the schemes.
+const DEVICE: &str = "rnn-kalman";
+
+/// The verdict on all cases of a replay: in how many of them a correction did harm, and what the
+/// device did.
+pub(super) fn of_outcomes(outcomes: &[Outcome]) -> Compared {
+    if let [only] = outcomes {
+        let mut sentences = of_outcome(only).into_iter();
+        let headline = sentences.next().unwrap_or_else(|| NO_RESULTS.to_owned());
+        return Compared {
+            headline,
+            device: of_device(outcomes),
+            others: sentences.collect(),
+        };
+    }
+    let said: Vec<(String, Vec<String>)> = outcomes
+        .iter()
+        .map(|o| (format!("{}, {}", o.recording, o.case), of_outcome(o)))
+        .collect();
+    let harmed = outcomes.iter().filter(|o| has(o, Against::Worse)).count();
+    let helped = outcomes.iter().filter(|o| has(o, Against::Better)).count();
+    let n = outcomes.len();
+    let headline = match (harmed, helped) {
+        (0, 0) => "Verdict: in no case a correction makes a difference at the end.".to_owned(),
+        (0, _) => format!(
+            "Verdict: at the end corrections help in {helped} of {n} cases, and none does harm."
+        ),
+        (_, 0) => format!(
+            "Verdict: harm. At the end corrections make it worse in {harmed} of {n} cases, and \
+             none helps in any."
+        ),
+        _ => format!(
+            "Verdict: harm. At the end some corrections make it worse in {harmed} of {n} cases, \
+             though some help in {helped}."
+        ),
+    };
+    let each = said
+        .into_iter()
+        .map(|(case, of)| format!("{case}: {}", of.join(" ")));
+    Compared {
+        headline,
+        device: of_device(outcomes),
+        others: each.collect(),
+    }
+}
+
+/// How a scheme ends in a case; `None` where it has no row beside that of no correction.
+fn ends(outcome: &Outcome, scheme: &str) -> Option<Against> {
+    let last = outcome.rows.last()?.t_s;
+    let raw = outcome.horizontal(BASELINE, last)?;
+    Some(against(outcome.horizontal(scheme, last)?, raw))
+}
+
+/// Whether a scheme ends like this.
+fn has(outcome: &Outcome, how: Against) -> bool {
+    let schemes = outcome.rows.iter().map(|row| row.scheme.as_str());
+    let mut others = schemes.filter(|scheme| *scheme != BASELINE);
+    others.any(|scheme| ends(outcome, scheme) == Some(how))
+}
+
+/// What the device did, apart from the schemes that only the desktop has.
+fn of_device(outcomes: &[Outcome]) -> Option<String> {
+    let ended: Vec<Against> = outcomes.iter().filter_map(|o| ends(o, DEVICE)).collect();
+    let count = |how| ended.iter().filter(|is| **is == how).count();
+    let [worse, better, same] = [Against::Worse, Against::Better, Against::Same].map(count);
+    (!ended.is_empty()).then(|| {
+        format!(
+            "The device itself ({DEVICE}) ends worse than no correction in {worse}, better in \
+             {better} and no different in {same} of {} case(s).",
+            ended.len()
+        )
+    })
+}
+
 /// How a scheme compares with no correction at the same time.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Against {
@@ -65,7 +152,7 @@ fn against(metres: f64, raw: f64) -> Against {
 /// shortest answer to "does it help?". Empty where nothing was compared with uncorrected samples.
 fn sentences(rows: &[Ended<'_>], unit: &str) -> Vec<String> {
     let Some(last) = rows.chunk_by(|a, b| a.after == b.after).next_back() else {
-        return vec!["There are no results.".to_owned()];
+        return vec![NO_RESULTS.to_owned()];
     };
     let Some((raw, after)) = baseline(last).map(|raw| (raw, last[0].after)) else {
         return Vec::new();
@@ -162,14 +249,9 @@ fn earlier(rows: &[Ended<'_>], last: &[Ended<'_>], raw: f64, unit: &str) -> Opti
     (!list.is_empty()).then(|| format!("Worse before the end: {}.", list.join(", ")))
 }
 
-/// Metres with three digits that count.
+/// A length for a terminal, which has no unbroken space.
 fn metres(value: f64) -> String {
-    let digits = if value < 10.0 {
-        2
-    } else {
-        usize::from(value < 100.0)
-    };
-    format!("{value:.digits$} m")
+    length(value, value).replace('\u{a0}', " ")
 }
 
 #[cfg(test)]
@@ -183,6 +265,56 @@ mod tests {
             metres: *metres,
         };
         list.iter().map(ended).collect()
+    }
+
+    fn outcome(case: &str, ends: &[(&str, f64)]) -> Outcome {
+        let row = |(scheme, metres): &(&str, f64)| crate::experiment::outcome::Row {
+            t_s: 60,
+            scheme: (*scheme).to_owned(),
+            d_north_m: *metres,
+            d_east_m: 0.0,
+            d_vn_mps: 0.0,
+            d_ve_mps: 0.0,
+            horizontal_m: *metres,
+        };
+        Outcome {
+            recording: "r".into(),
+            case: case.into(),
+            rows: ends.iter().map(row).collect(),
+            notes: vec![],
+            warnings: vec![],
+            curves: Default::default(),
+            bench: None,
+        }
+    }
+
+    #[test]
+    fn of_several_cases_harm_in_one_is_harm_and_the_device_is_told_apart() {
+        let good = outcome("a", &[("raw", 90.0), ("rnn", 20.0), ("rnn-kalman", 90.0)]);
+        let bad = outcome("b", &[("raw", 9.0), ("rnn", 50.0), ("rnn-kalman", 9.0)]);
+        let both = of_outcomes(&[good.clone(), bad.clone()]);
+        let headline = "Verdict: harm. At the end some corrections make it worse in 1 of 2 cases, \
+                        though some help in 1.";
+        assert_eq!(both.headline, headline);
+        let device = both.device.clone().unwrap();
+        assert!(
+            device.contains("worse than no correction in 0, better in 0 and no different in 2")
+        );
+        assert!(
+            both.others[1].starts_with("r, b: Verdict: harm."),
+            "{both:?}"
+        );
+        let good = of_outcomes(&[good.clone(), good]).headline;
+        assert!(
+            good.contains("help in 2 of 2 cases, and none does harm"),
+            "{good}"
+        );
+        let bad = of_outcomes(&[bad.clone(), bad]).headline;
+        assert!(
+            bad.contains("worse in 2 of 2 cases, and none helps"),
+            "{bad}"
+        );
+        assert_eq!(of_outcomes(&[outcome("c", &[])]).headline, NO_RESULTS);
     }
 
     #[test]

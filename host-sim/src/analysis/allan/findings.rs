@@ -138,6 +138,15 @@ impl Findings {
         })
     }
 
+    /// The same beside the noises of a datasheet.
+    #[must_use]
+    pub fn beside(self, spec: &ImuSpec) -> Self {
+        Self {
+            configured: Some(configured(spec)),
+            ..self
+        }
+    }
+
     /// JSON text that ends with a line break.
     ///
     /// # Errors

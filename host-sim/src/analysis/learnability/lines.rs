@@ -38,6 +38,7 @@ impl Answer {
             let reached = SCHEMES
                 .iter()
                 .zip(&self.reached)
+                .filter(|_| self.units > 0)
                 .filter_map(|((scheme, _), r)| {
                     let rms = r[t][q] / si;
                     rms.is_finite().then_some(Reached { scheme, rms })

@@ -11,7 +11,7 @@ mod recorded;
 mod series;
 mod shape;
 
-pub use recorded::folders;
+pub use recorded::{folders, readings};
 pub use series::{Drive, Error10};
 
 use super::runs::{Runs, Stamp, gathered};

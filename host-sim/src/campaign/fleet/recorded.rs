@@ -93,8 +93,11 @@ fn session(header: &Path, unit: &Unit, told: &Assumptions) -> Result<Session, Er
     })
 }
 
-/// The last reading at the end of each second from `begin` on.
-fn readings(file: &Path, begin: f64, epochs: usize) -> Result<Vec<Readings>, Error> {
+/// The last reading at the end of each second from `begin` on, of a file as `simulate` writes it.
+///
+/// # Errors
+/// The file cannot be read or has no readings; a line has no four numbers.
+pub fn readings(file: &Path, begin: f64, epochs: usize) -> Result<Vec<Readings>, Error> {
     let bytes = read::read(file)?;
     let text = String::from_utf8_lossy(&bytes);
     let mut rows = Vec::new();

@@ -9,6 +9,7 @@
 //! ([`Learnt`]). [`Learnt::free_inertial`] goes on from there as the device does in mode frozen:
 //! the networks correct the counts and are taught no more.
 
+pub mod diary;
 mod stored;
 
 use crate::inertial::align;
@@ -34,6 +35,7 @@ use firmware::sample::{Counts, RawSample};
 use lrnn_nostd::State;
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
+use diary::{Candidate, Diary};
 pub use stored::Stored;
 
 /// Milliseconds in a GPS week: times of fixes wrap there.
@@ -54,6 +56,7 @@ pub struct Device<'m> {
     number: u32,
     /// What has been stored in this drive for the next power-on.
     next: Option<Stored>,
+    diary: Diary,
 }
 
 impl<'m> Device<'m> {
@@ -81,6 +84,7 @@ impl<'m> Device<'m> {
             compensator,
             number: u32::MAX,
             next: None,
+            diary: Diary::default(),
         }
     }
 
@@ -138,7 +142,31 @@ impl<'m> Device<'m> {
             running: self.learner.running(),
             evidence: std::array::from_fn(|index| bank.evidence(index)),
             next: self.next.clone(),
+            diary: self.closed_diary(),
         })
+    }
+
+    /// The diary, with how the candidates stand now.
+    fn closed_diary(&self) -> Diary {
+        let (bank, rehearsal) = (self.learner.bank(), self.learner.rehearsal());
+        let candidate = |h| Candidate {
+            proved: rehearsal.has_proved(h),
+            harms: rehearsal.harms(h),
+            evidence: bank.evidence(h),
+        };
+        let Report {
+            fixes,
+            refused,
+            late,
+            ..
+        } = self.learner.report();
+        Diary {
+            candidates: (0..HYPOTHESES).map(candidate).collect(),
+            rehearsals: rehearsal.counts().to_vec(),
+            fixes: [fixes, refused],
+            late,
+            ..self.diary.clone()
+        }
     }
 
     /// Stores for the next power-on what has settled, if anything has.
@@ -173,6 +201,8 @@ pub struct Learnt {
     pub evidence: [f64; HYPOTHESES],
     /// What it stores for the next power-on; `None`: nothing new.
     pub next: Option<Stored>,
+    /// The course of the drive.
+    pub diary: Diary,
 }
 
 impl Learnt {
@@ -372,6 +402,9 @@ fn taught(
         }
         while let Some((_, fix)) = fixes.next_if(|(after, _)| *after <= k + 1) {
             device.fix(&fix);
+        }
+        if (k + 1).is_multiple_of(n) && device.report().navigates {
+            device.diary.second((k + 1) / n, &device.learner);
         }
         if (k + 1).is_multiple_of(KEEP_S * n) {
             device.keep();

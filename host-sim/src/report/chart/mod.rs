@@ -4,13 +4,14 @@
 //! [`draw::UNITS`] units a pixel, which keeps lines smooth. The PNG is drawn at that size and
 //! reduced, which smooths its edges.
 
+mod data;
 mod draw;
 
 use super::axis::{Axis, thinned};
 use super::palette::{self, Colour, Look};
 use crate::error::Error;
 use draw::{BackEnd, units};
-use plotters::prelude::{BitMapBackend, IntoDrawingArea, SVGBackend};
+use plotters::prelude::{BitMapBackend, DrawingBackend, IntoDrawingArea, SVGBackend};
 use std::fmt::Write;
 
 /// Drawing units a pixel of the PNG, so that it has two pixels a CSS pixel.
@@ -136,6 +137,20 @@ impl Picture {
             "<svg role=\"img\"{attributes} viewBox=\"0 0 {width} {height}\" \
              xmlns=\"http://www.w3.org/2000/svg\">{title}{style}\n{content}"
         ))
+    }
+
+    /// Width and height in drawing units.
+    pub fn units(&self) -> (u32, u32) {
+        (units(self.size.0) as u32, units(self.size.1) as u32)
+    }
+
+    /// Draws on another back end that takes lines and text as the SVG does. `name` is for messages.
+    ///
+    /// # Errors
+    /// [`Error::Drawing`].
+    pub fn draw_on(&self, name: &'static str, sheet: impl DrawingBackend) -> Result<(), Error> {
+        self.draw(&sheet.into_drawing_area(), BackEnd::Svg)
+            .map_err(|problem| failed(name, &problem))
     }
 
     /// A PNG file of two pixels a CSS pixel. `name` is for messages.

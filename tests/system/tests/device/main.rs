@@ -6,6 +6,7 @@
 )]
 
 mod keys;
+mod report;
 mod software;
 mod watching;
 

@@ -1,0 +1,88 @@
+//! What a device tells for its report. Nothing in it is changed: its black box goes on recording.
+
+use crate::device::{Link, configuration, info, recording};
+use crate::error::Error;
+use crate::report::unit::Told;
+use crate::unit::Unit;
+use firmware::configuration::Configuration;
+
+/// What was read.
+pub(super) struct Read {
+    /// The unit that the device is configured for.
+    pub unit: Option<Unit>,
+    pub told: Told,
+    pub source: Vec<(String, String)>,
+    pub warnings: Vec<String>,
+}
+
+/// Asks the device at a port. `unit` is what the user says that it is configured for.
+pub(super) fn read(port: &str, baud: u32, unit: Option<&Unit>) -> Result<Read, Error> {
+    let mut link = Link::open("--from device:", port, baud)?;
+    let link = &mut link;
+    let info = info(link)?;
+    let (health, counters) = (link.health()?, link.counters()?);
+    let weights = link.images()?;
+    let held = configuration(link)?;
+    let mut missing = vec![];
+    let black_box = recording(link);
+    let black_box = black_box
+        .map(|of| of.pages)
+        .map_err(|error| error.to_string());
+    if let Err(why) = &black_box {
+        missing.push(format!("The black box could not be read: {why}."));
+    }
+    let warnings = differs(unit, held.as_ref());
+    let unit = held.as_ref().and_then(Unit::of);
+    if held.is_some() && unit.is_none() {
+        missing.push(
+            "Its configuration was not made from a unit file and cannot be shown as one.".into(),
+        );
+    }
+    missing.push(
+        "A device does not tell: samples, a track, the course of its learning, and a course of \
+         temperatures."
+            .into(),
+    );
+    let pair = |label: &str, value: String| (label.to_owned(), value);
+    let unknown = || "not configured".to_owned();
+    let source = vec![
+        pair("device", format!("{} at {port}", info.board)),
+        pair("firmware", info.firmware.clone()),
+        pair("configured for", info.name.clone().unwrap_or_else(unknown)),
+        pair(
+            "serial number told",
+            info.serial.clone().unwrap_or_else(unknown),
+        ),
+    ];
+    Ok(Read {
+        told: Told {
+            faults: crate::device::faults::told(health.faults),
+            counters: crate::device::named_counters(&counters),
+            info,
+            weights,
+            black_box,
+            missing,
+        },
+        unit,
+        source,
+        warnings,
+    })
+}
+
+/// Whether the device holds another configuration than the unit file says, in words.
+fn differs(unit: Option<&Unit>, held: Option<&Configuration>) -> Vec<String> {
+    let same = match (unit.map(Unit::configuration), held) {
+        (Some(Ok(told)), Some(held)) => told == *held,
+        (Some(_), _) => false,
+        (None, _) => true,
+    };
+    if same {
+        return vec![];
+    }
+    vec![
+        "The device is not configured for this unit: what it holds differs from the unit file. \
+         Remedy: `host-sim device configure FILE`, or report with the unit file that it was \
+         configured with."
+            .into(),
+    ]
+}

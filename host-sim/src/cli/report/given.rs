@@ -1,0 +1,352 @@
+//! A recording as the parts of the report need it. Everything is read and replayed by what
+//! `replay` and `allan` use.
+
+use super::super::options::refused;
+use super::super::replay::{self, What};
+use super::super::user_recording::{Loaded, Options};
+use super::files::hashes;
+use super::form::Form;
+use super::quoted;
+use super::rest::{self, Rest};
+use crate::analysis::allan::columns::{Choice, load};
+use crate::campaign::fleet::readings;
+use crate::error::Error;
+use crate::experiment::outcome::{Outcome, Row};
+use crate::experiment::results::Report;
+use crate::experiment::{fog_mems, kitti, lasergyro};
+use crate::inertial::session::Session;
+use crate::recordings::record::Record;
+use crate::report::unit::Found;
+use crate::unit::Unit;
+use clap::Parser;
+use std::path::{Path, PathBuf};
+
+/// File of temperatures beside the header of a CSV, as `simulate` writes it.
+const TEMPERATURE: &str = "temperature.csv";
+
+/// `replay` as a program of its own.
+#[derive(Debug, Parser)]
+#[command(name = "replay", no_binary_name = true)]
+struct Replay {
+    #[command(flatten)]
+    args: replay::Args,
+}
+
+/// What a recording gives.
+pub(super) struct Given {
+    pub unit: Unit,
+    /// Nobody told the unit.
+    pub assumed: bool,
+    pub source: Vec<(String, String)>,
+    pub files: Vec<(String, String)>,
+    pub warnings: Vec<String>,
+    pub rest: Found<Rest>,
+    pub outcomes: Found<Vec<Outcome>>,
+    pub temperatures: Found<Vec<(f64, f64)>>,
+    /// The command that gives the replay, or the analysis, alone.
+    pub command: Option<String>,
+}
+
+/// Reads the recording, and replays it.
+pub(super) fn read(
+    form: &Form,
+    unit: Option<Unit>,
+    name: Option<&str>,
+    options: &[String],
+) -> Result<Given, Error> {
+    match form {
+        Form::Device(_) => Err(refused("--from", "is a device", "give a recording")),
+        Form::AtRest(file) => at_rest(file, unit, options),
+        Form::Replay(kind, arguments, files) => {
+            let named = name.map(|unit| ["--unit".to_owned(), unit.to_owned()]);
+            let all: Vec<String> = [(*kind).to_owned()]
+                .into_iter()
+                .chain(arguments.iter().cloned())
+                .chain(named.into_iter().flatten())
+                .chain(options.iter().cloned())
+                .collect();
+            let parsed = Replay::try_parse_from(&all).map_err(|error| {
+                let text = error.to_string();
+                let first = text.lines().next().unwrap_or_default();
+                let problem = first.trim_start_matches("error: ").to_owned();
+                refused(
+                    "the options after --",
+                    problem,
+                    format!("`host-sim replay {kind} --help` lists them"),
+                )
+            })?;
+            let mut given = replayed(&parsed.args, unit, !options.is_empty())?;
+            let told = name.map(PathBuf::from);
+            let beside = files.first().map(|file| file.with_file_name(TEMPERATURE));
+            let read = given.temperatures.is_ok();
+            let more: Vec<PathBuf> = told.into_iter().chain(beside.filter(|_| read)).collect();
+            given.files = hashes(files, &more)?;
+            let typed: Vec<String> = all.into_iter().map(quoted).collect();
+            given.command = Some(format!("host-sim replay {}", typed.join(" ")));
+            Ok(given)
+        }
+    }
+}
+
+/// Columns of sensors at rest, as `allan FILE` takes them.
+fn at_rest(file: &Path, unit: Option<Unit>, options: &[String]) -> Result<Given, Error> {
+    if !options.is_empty() {
+        let problem = format!("'{}' belongs to `replay`", options.join(" "));
+        let remedy = "leave it out, or describe the file by a header.toml (docs/your-data.md)";
+        return Err(refused("--", problem, remedy));
+    }
+    let columns = load(file, &Choice::default())?;
+    let first = columns.first();
+    let seconds = first.map_or(0.0, |c| c.len() as f64 / c.rate_hz);
+    let rate = first.map_or(0.0, |c| c.rate_hz);
+    let why = || {
+        "the recording has samples alone; with fixes and a header.toml (docs/your-data.md) it can \
+         be replayed"
+            .to_owned()
+    };
+    Ok(Given {
+        assumed: unit.is_none(),
+        unit: unit.unwrap_or_default(),
+        source: vec![
+            pair("recording", file.display().to_string()),
+            pair(
+                "samples",
+                format!("{rate} Hz, {seconds:.0} s, taken as at rest"),
+            ),
+        ],
+        files: hashes(&[file.to_path_buf()], &[])?,
+        warnings: vec![],
+        rest: Ok(Rest {
+            source: file.display().to_string(),
+            columns,
+            notes: vec![],
+        }),
+        outcomes: Err(why()),
+        temperatures: Err(no_temperatures()),
+        command: Some(format!(
+            "host-sim allan {}",
+            quoted(file.display().to_string())
+        )),
+    })
+}
+
+fn pair(label: &str, value: String) -> (String, String) {
+    (label.to_owned(), value)
+}
+
+fn no_temperatures() -> String {
+    format!("the recording has no temperatures (a file {TEMPERATURE} beside a header.toml)")
+}
+
+fn replayed(args: &replay::Args, unit: Option<Unit>, strict: bool) -> Result<Given, Error> {
+    match &args.what {
+        What::Csv(args) => user(args.load()?, &args.options, unit, strict),
+        What::KfGins(args) => user(args.load()?, &args.options, unit, strict),
+        What::Novatel(args) => user(args.load()?, &args.options, unit, strict),
+        What::Mcap(args) => user(args.load()?, &args.options, unit, strict),
+        What::Ulog(args) => user(args.load()?, &args.options, unit, strict),
+        What::Ubx(args) => user(args.load()?, &args.options, unit, strict),
+        What::Euroc(args) => user(args.load()?, &args.options, unit, strict),
+        What::Kitti(args) => {
+            let drives = args.outcomes()?;
+            let sessions: Vec<&Session> = drives.iter().map(|(session, _)| session).collect();
+            let source = sessions
+                .first()
+                .map(|s| of_session("a road drive of KITTI", s));
+            let outcomes = drives.into_iter().flat_map(|(_, of)| of).collect();
+            known(kitti::UNIT, unit, source.unwrap_or_default(), Ok(outcomes))
+        }
+        What::FogMems(args) => {
+            let (session, outcomes) = args.outcomes()?;
+            let source = of_session("MEMS beside a fibre-optic navigator", &session);
+            known(fog_mems::UNIT, unit, source, Ok(outcomes))
+        }
+        What::Lasergyro(args) => {
+            let columns = load(&args.file, &Choice::default())?;
+            let outcomes = match args.report() {
+                Ok(report) => Ok(vec![outcome(report)]),
+                Err(error) if !strict => Err(words(&error)),
+                Err(error) => return Err(error),
+            };
+            let source = vec![pair("recording", "laser gyros at rest".into())];
+            let given = known(lasergyro::UNIT, unit, source, outcomes)?;
+            Ok(Given {
+                rest: Ok(Rest {
+                    source: args.file.display().to_string(),
+                    columns,
+                    notes: vec![],
+                }),
+                ..given
+            })
+        }
+        What::Hybrid(_) | What::Blackbox(_) => Err(refused(
+            "--from",
+            "is no recording of a unit",
+            "give one that docs/your-data.md lists",
+        )),
+    }
+}
+
+/// One of the recordings with a unit of their own.
+fn known(
+    usual: &str,
+    unit: Option<Unit>,
+    source: Vec<(String, String)>,
+    outcomes: Found<Vec<Outcome>>,
+) -> Result<Given, Error> {
+    Ok(Given {
+        assumed: unit.is_none(),
+        unit: unit.map_or_else(|| Unit::load(usual), Ok)?,
+        source,
+        files: vec![],
+        warnings: vec![],
+        rest: Err("the vehicle drives from the first second on".into()),
+        outcomes,
+        temperatures: Err(no_temperatures()),
+        command: None,
+    })
+}
+
+fn of_session(what: &str, session: &Session) -> Vec<(String, String)> {
+    let fixes = session.fixes.iter().flatten().count();
+    vec![
+        pair("recording", what.to_owned()),
+        pair(
+            "samples",
+            format!("{:.0} Hz, {} s", 1.0 / session.dt, session.epochs()),
+        ),
+        pair("fixes", format!("{fixes}")),
+    ]
+}
+
+/// A report of a run as a case of a replay.
+fn outcome(report: Report) -> Outcome {
+    let bench = report.bench;
+    let case = bench.as_ref().map_or(String::new(), |b| {
+        let (l, j) = (&b.learn, &b.judge);
+        format!(
+            "learn {}-{} s, judge {}-{} s",
+            l.start, l.end, j.start, j.end
+        )
+    });
+    let row = |row: crate::experiment::results::Row| Row {
+        t_s: 60 * row.t_min,
+        scheme: row.scheme,
+        d_north_m: row.d_lat_m,
+        d_east_m: row.d_lon_m,
+        d_vn_mps: row.d_vn_mps,
+        d_ve_mps: row.d_ve_mps,
+        horizontal_m: row.horizontal_m,
+    };
+    Outcome {
+        recording: report.results.scenario,
+        case,
+        rows: report.results.rows.into_iter().map(row).collect(),
+        notes: report.notes,
+        warnings: vec![],
+        curves: report.curves,
+        bench,
+    }
+}
+
+/// A user's recording. What is wrong with the options ends the command; what the recording cannot
+/// give is left out.
+fn user(
+    loaded: Loaded,
+    options: &Options,
+    unit: Option<Unit>,
+    strict: bool,
+) -> Result<Given, Error> {
+    let record = &loaded.record;
+    let rest = rest::of(record)?;
+    let source = source(record);
+    let temperatures = temperatures(record)?;
+    let named = unit.or_else(|| loaded.named.clone());
+    let outcomes = match options.judge(loaded) {
+        Ok(outcome) => Ok(vec![outcome]),
+        Err(error @ (Error::Option { .. } | Error::Scenario { .. })) if !strict => {
+            Err(words(&error))
+        }
+        Err(error) => return Err(error),
+    };
+    let warnings = outcomes.as_ref().map_or(vec![], |outcomes: &Vec<Outcome>| {
+        let each = outcomes.iter().flat_map(|o| &o.warnings);
+        each.map(ToString::to_string).collect()
+    });
+    Ok(Given {
+        assumed: named.is_none(),
+        unit: named.unwrap_or_default(),
+        source,
+        files: vec![],
+        warnings,
+        rest,
+        outcomes,
+        temperatures,
+        command: None,
+    })
+}
+
+/// An error as the reason why a part is left out: without a full stop.
+fn words(error: &Error) -> String {
+    format!(
+        "it cannot be replayed ({})",
+        error.to_string().replace("; remedy:", ". Remedy:")
+    )
+}
+
+fn source(record: &Record) -> Vec<(String, String)> {
+    let ends = record.time.start().zip(record.time.end());
+    let (from, to) = ends.unwrap_or((0.0, 0.0));
+    let later = record.time.each().skip(1);
+    let steps = record.time.each().zip(later).map(|(a, b)| b - a);
+    let long = record
+        .max_gap_s
+        .unwrap_or(0.1_f64.max(3.0 / record.rate_hz.max(1) as f64));
+    let (mut gaps, mut longest) = (0, 0.0_f64);
+    for step in steps.filter(|step| *step > long) {
+        gaps += 1;
+        longest = longest.max(step);
+    }
+    let gaps = match gaps {
+        0 => "none".to_owned(),
+        n => format!("{n} longer than {long:.2} s, the longest {longest:.2} s"),
+    };
+    let judged = if record.truth.is_some() {
+        "better states than the fixes"
+    } else {
+        "the fixes"
+    };
+    vec![
+        pair("recording", record.file.display().to_string()),
+        pair(
+            "samples",
+            format!(
+                "{} of {} Hz, {:.1} s from {from:.3} s on",
+                record.samples.len(),
+                record.rate_hz,
+                to - from
+            ),
+        ),
+        pair("gaps of samples", gaps),
+        pair("fixes", record.fixes.len().to_string()),
+        pair("judged by", judged.to_owned()),
+    ]
+}
+
+/// The readings of the thermometers beside the recording.
+fn temperatures(record: &Record) -> Result<Found<Vec<(f64, f64)>>, Error> {
+    let file: PathBuf = record.file.with_file_name(TEMPERATURE);
+    if !file.is_file() {
+        return Ok(Err(no_temperatures()));
+    }
+    let ends = record.time.start().zip(record.time.end());
+    let Some((from, to)) = ends else {
+        return Ok(Err(no_temperatures()));
+    };
+    let begin = from.floor();
+    let seconds = (to - begin).ceil().max(0.0) as usize;
+    let each = readings(&file, begin, seconds)?.into_iter().enumerate();
+    Ok(Ok(each
+        .map(|(k, of)| (begin + (k + 1) as f64, of.axes.mean()))
+        .collect()))
+}

@@ -1,0 +1,243 @@
+//! `host-sim report`.
+
+mod device;
+mod files;
+mod form;
+mod given;
+mod rest;
+
+use super::options::refused;
+use super::output::JsonOption;
+use super::progress::Stages;
+use crate::analysis::allan::findings::Findings;
+use crate::analysis::learnability::{Answer, Question, answer};
+use crate::error::Error;
+use crate::report::unit::{Contents, Document, Found};
+use crate::simulator::gnss::GnssSpec;
+use crate::unit::Unit;
+use clap::Args as ClapArgs;
+use form::Form;
+use given::Given;
+use std::path::PathBuf;
+
+/// Longest drive whose bound is computed, min.
+const LONGEST_MIN: u32 = 120;
+/// Drive whose bound is computed where nothing was learnt from, min.
+const USUAL_MIN: u32 = 30;
+
+/// Arguments of `report`.
+#[derive(Debug, ClapArgs)]
+#[command(after_help = "Examples:
+  host-sim report --unit unit.toml --from data/header.toml
+  host-sim report --unit unit.toml --from drive.mcap -- --imu-topic /imu --standstill-s 120
+  host-sim report --unit unit.toml --from imu.txt gnss.txt -- --standstill-s 120
+  host-sim report --unit unit.toml --from device:/dev/ttyUSB0")]
+pub struct Args {
+    /// Unit: a unit file or a preset's name [default: that of the recording or of the device]
+    #[arg(long, value_name = "NAME|FILE.toml")]
+    unit: Option<String>,
+    /// What to report of: a recording (a CSV header, KF-GINS text as IMU and fixes, a NovAtel or
+    /// u-blox log, MCAP, ULog, a folder, a CSV at rest, and the known recordings), or device:PORT
+    #[arg(long, required = true, num_args = 1..=2, value_name = "RECORDING|device:PORT")]
+    from: Vec<PathBuf>,
+    /// Bit rate of a device's command link; sockets ignore it
+    #[arg(long, default_value_t = 921_600)]
+    baud: u32,
+    /// Date or note for the head of the report. Nothing else in it depends on the time
+    #[arg(long, value_name = "TEXT")]
+    date: Option<String>,
+    #[command(flatten)]
+    json: JsonOption,
+    /// Directory of the page, the PDF and the weights
+    #[arg(long, value_name = "DIR", default_value = "out/report")]
+    out: PathBuf,
+    /// Options of `replay` for this form of recording, after --
+    #[arg(last = true, value_name = "OPTIONS OF REPLAY")]
+    options: Vec<String>,
+}
+
+impl Args {
+    /// Reads, computes, prints and writes.
+    pub(super) fn run(&self) -> Result<(), Error> {
+        if let Some(text) = self.date.as_ref().filter(|t| t.chars().count() > 200) {
+            let problem = format!("has {} characters", text.chars().count());
+            return Err(refused("--date", problem, "give at most 200"));
+        }
+        let unit = self.unit.as_deref().map(Unit::load).transpose()?;
+        let contents = match form::of(&self.from)? {
+            Form::Device(port) => self.of_device(&port, unit)?,
+            form => self.of_recording(&form, unit)?,
+        };
+        let stages = Stages::new();
+        stages.begin("writing the report");
+        let document = Document::of(&contents)?;
+        let page = document.write(&self.out);
+        stages.end();
+        let page = page?;
+        self.json.write(&document.json())?;
+        for sentence in document.verdict() {
+            println!("{sentence}");
+        }
+        println!(
+            "\nreport: {} and {}",
+            page.display(),
+            page.with_file_name("report.pdf").display()
+        );
+        Ok(())
+    }
+
+    fn of_recording(&self, form: &Form, unit: Option<Unit>) -> Result<Contents, Error> {
+        let Given {
+            unit,
+            assumed,
+            source,
+            files,
+            warnings,
+            rest,
+            outcomes,
+            temperatures,
+            command,
+        } = given::read(form, unit, self.unit.as_deref(), &self.options)?;
+        let stages = Stages::new();
+        stages.begin("noise at rest");
+        let noise = noise(rest, &unit)?;
+        stages.begin("what can be learnt");
+        let minutes = match &outcomes {
+            Ok(outcomes) => learning_minutes(outcomes),
+            Err(_) => USUAL_MIN,
+        };
+        let learnable = Ok(bound(&unit, minutes));
+        stages.end();
+        let mut commands = vec![format!("host-sim {}", typed())];
+        commands.extend(command);
+        commands.extend(self.parts_alone(minutes));
+        Ok(Contents {
+            unit_name: match assumed {
+                true => None,
+                false => Some(self.unit.clone().unwrap_or("the recording".into())),
+            },
+            unit,
+            date: self.date.clone(),
+            source,
+            files,
+            warnings,
+            noise,
+            learnable,
+            outcomes,
+            temperatures,
+            device: None,
+            commands,
+        })
+    }
+
+    fn of_device(&self, port: &str, unit: Option<Unit>) -> Result<Contents, Error> {
+        if !self.options.is_empty() {
+            let problem = format!("'{}' belongs to a recording", self.options.join(" "));
+            return Err(refused("--", problem, "leave it out for a device"));
+        }
+        let stages = Stages::new();
+        stages.begin("asking the device");
+        let told = device::read(port, self.baud, unit.as_ref());
+        stages.end();
+        let device::Read {
+            unit: held,
+            told,
+            source,
+            warnings,
+        } = told?;
+        let known = unit.is_some() || held.is_some();
+        let unit = unit.or(held).unwrap_or_default();
+        let stages = Stages::new();
+        stages.begin("what can be learnt");
+        let learnable = Ok(bound(&unit, USUAL_MIN));
+        stages.end();
+        let cannot = |what: &str| format!("a device at its command link does not tell {what}");
+        let mut commands = vec![format!("host-sim {}", typed())];
+        commands.push(format!("host-sim device --port {port} info --json"));
+        commands.extend(self.parts_alone(USUAL_MIN));
+        Ok(Contents {
+            unit_name: known.then(|| self.unit.clone().unwrap_or("the device".into())),
+            unit,
+            date: self.date.clone(),
+            source,
+            files: vec![],
+            warnings,
+            noise: Err(cannot(
+                "its samples at rest; record them and report from the recording",
+            )),
+            learnable,
+            outcomes: Err(cannot(
+                "the course of its learning and no track; report from a recording of it",
+            )),
+            temperatures: Err(cannot("a course of temperatures")),
+            device: Some(told),
+            commands,
+        })
+    }
+
+    /// Commands that give parts of the report alone.
+    fn parts_alone(&self, minutes: u32) -> impl Iterator<Item = String> {
+        let unit = self.unit.as_ref().map(|unit| format!(" --unit {unit}"));
+        let unit = unit.unwrap_or_default();
+        [format!(
+            "host-sim learnability{unit} --units 0 --minutes {minutes}"
+        )]
+        .into_iter()
+    }
+}
+
+/// Minutes of the longest learning part, within what is computed.
+fn learning_minutes(outcomes: &[crate::experiment::outcome::Outcome]) -> u32 {
+    let benches = outcomes.iter().filter_map(|o| o.bench.as_deref());
+    let longest = benches.map(|b| b.learn.len()).max().unwrap_or(0);
+    (longest.div_ceil(60) as u32).clamp(2, LONGEST_MIN)
+}
+
+/// The noise at rest beside the datasheet. What is no noise to be analysed is left out.
+fn noise(rest: Found<rest::Rest>, unit: &Unit) -> Result<Found<Findings>, Error> {
+    let rest = match rest {
+        Ok(rest) => rest,
+        Err(why) => return Ok(Err(why)),
+    };
+    match Findings::of(rest.source, rest.columns, None) {
+        Ok(findings) => {
+            let mut findings = findings.beside(&unit.simulated());
+            findings.notes.extend(rest.notes);
+            Ok(Ok(findings))
+        }
+        Err(Error::Option { problem, .. }) => Ok(Err(problem)),
+        Err(error) => Err(error),
+    }
+}
+
+/// The bound of `host-sim learnability --units 0`.
+fn bound(unit: &Unit, minutes: u32) -> Answer {
+    let question = Question {
+        imu: unit.simulated(),
+        gnss: GnssSpec {
+            horizontal_m: 1.0,
+            vertical_m: 1.5,
+            velocity_mps: 0.05,
+            ..GnssSpec::default()
+        },
+        minutes,
+        units: 0,
+        seed: 1,
+    };
+    answer(&question, &|| ())
+}
+
+/// The arguments of this command, for a shell.
+fn typed() -> String {
+    let all: Vec<String> = std::env::args().skip(1).map(quoted).collect();
+    all.join(" ")
+}
+
+/// A word as a shell takes it.
+fn quoted(word: String) -> String {
+    let plain = |c: char| c.is_alphanumeric() || "-_./:=,+@%".contains(c);
+    match !word.is_empty() && word.chars().all(plain) {
+        true => word,
+        false => format!("'{}'", word.replace('\'', "'\\''")),
+    }
+}

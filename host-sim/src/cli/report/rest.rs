@@ -1,0 +1,138 @@
+//! The part of a recording in which the sensors are at rest, for the Allan analysis.
+
+use crate::analysis::allan::{Column, Kind};
+use crate::error::Error;
+use crate::list::{Writer, median};
+use crate::recordings::InitialAttitude;
+use crate::recordings::columns::IMU;
+use crate::recordings::record::{Kind as Samples, Record};
+use crate::report::unit::Found;
+
+/// Bytes of a column that wait in memory.
+const IN_MEMORY: usize = 1 << 24;
+/// Shortest rest that is worth an analysis, s.
+const LEAST_S: f64 = 60.0;
+/// Fixes that lie no farther apart than this are those of a vehicle at rest, m, or this many
+/// standard deviations.
+const APART_M: f64 = 5.0;
+const SIGMAS: f64 = 6.0;
+/// A step that departs from the usual one by more than this share is a gap.
+const GAP: f64 = 0.5;
+
+/// Sensors at rest.
+#[derive(Debug)]
+pub(super) struct Rest {
+    /// What it is, in words.
+    pub source: String,
+    pub columns: Vec<Column>,
+    /// What the reader must know, without a full stop.
+    pub notes: Vec<String>,
+}
+
+/// The longest rest that a recording is known to have, or why there is none.
+pub(super) fn of(record: &Record) -> Result<Found<Rest>, Error> {
+    let Some((begin, end, what)) = span(record) else {
+        return Ok(Err(
+            "the recording tells no standstill: neither does its start say so, nor do its fixes \
+             stay in one place"
+                .into(),
+        ));
+    };
+    let step = median(|| {
+        let later = record.time.each().skip(1);
+        record.time.each().zip(later).map(|(a, b)| b - a)
+    });
+    let within = |t: f64| t > begin && t <= end;
+    let mut before = None;
+    let mut columns: Vec<Column> = columns(record);
+    let (mut gap, mut first, mut last) = (None, None, begin);
+    for (t, sample) in record.time.each().zip(record.samples.each()) {
+        if !within(t) {
+            continue;
+        }
+        if before.is_some_and(|b: f64| (t - b - step).abs() > GAP * step) {
+            gap = before;
+            break;
+        }
+        before = Some(t);
+        first.get_or_insert(t);
+        last = t;
+        let values = sample.dtheta.iter().chain(sample.dv.iter());
+        for (column, value) in columns.iter_mut().zip(values) {
+            column.values.push(*value)?;
+        }
+    }
+    let length = last - first.unwrap_or(last) + step;
+    if length < LEAST_S {
+        let why = match gap {
+            Some(t) => {
+                format!("samples are missing {length:.0} s after its beginning, at {t:.3} s")
+            }
+            None => format!("it lasts {length:.0} s"),
+        };
+        return Ok(Err(format!(
+            "the rest is too short for an analysis: {why}; {LEAST_S} s are needed, hours are better"
+        )));
+    }
+    let mut notes = vec![];
+    if let Some(t) = gap {
+        notes.push(format!(
+            "only the rest before {t:.3} s is analysed, because samples are missing there"
+        ));
+    }
+    Ok(Ok(Rest {
+        source: format!("{}, {what}, {length:.0} s", record.file.display()),
+        columns,
+        notes,
+    }))
+}
+
+fn columns(record: &Record) -> Vec<Column> {
+    let rate_hz = record.rate_hz as f64;
+    let names = IMU[1..].iter().enumerate();
+    names
+        .map(|(i, name)| Column {
+            name: (*name).to_owned(),
+            kind: if i < 3 { Kind::Gyro } else { Kind::Accel },
+            rate_hz,
+            scale: match record.kind {
+                Samples::Increment => 1.0,
+                Samples::Rate => 1.0 / rate_hz,
+            },
+            values: Writer::new(IN_MEMORY),
+        })
+        .collect()
+}
+
+/// Times between which the vehicle stands, and in which words.
+fn span(record: &Record) -> Option<(f64, f64, &'static str)> {
+    let (first, last) = (record.time.start()?, record.time.end()?);
+    if stands(record) {
+        return Some((first - 1.0, last, "at rest throughout"));
+    }
+    match record.initial_attitude {
+        Some(InitialAttitude::Standstill(s)) => {
+            let begin = record.first_epoch();
+            Some((begin, begin + s as f64, "its standstill"))
+        }
+        _ => None,
+    }
+}
+
+/// Whether all fixes tell the same place, and no speed.
+fn stands(record: &Record) -> bool {
+    let placed = || record.fixes.iter().filter(|fix| fix.has_position());
+    let Some(first) = placed().next() else {
+        return false;
+    };
+    let origin = first.place();
+    placed().all(|fix| {
+        let apart = fix.place().ned_from(&origin);
+        let sigma = fix.sigmas[0].max(fix.sigmas[1]);
+        let fast = fix.measured_velocity().is_some_and(|v| {
+            let most = (SIGMAS * fix.sigmas[3].max(fix.sigmas[4])).max(0.3);
+            v[0].hypot(v[1]) > most
+        });
+        apart.x.hypot(apart.y) <= APART_M.max(1.5 * SIGMAS * sigma) && !fast
+    })
+}

@@ -1,0 +1,91 @@
+//! Options of `replay` that tell what the files of a recording do not.
+
+use super::options::{refused, renamed, within};
+use crate::error::Error;
+use crate::inertial::units::DEG;
+use crate::recordings::record::Record;
+use crate::unit::Unit;
+use clap::Args as ClapArgs;
+
+/// What files of some formats cannot tell.
+#[derive(Debug, ClapArgs)]
+pub(super) struct TellOptions {
+    /// Added to the times of the fixes to give the IMU's, s
+    #[arg(long, value_name = "SECONDS", allow_hyphen_values = true)]
+    time_offset: Option<f64>,
+    /// Estimate that offset from the motion, -5 to 5 s around what is told
+    #[arg(long)]
+    pub(super) estimate_time_offset: bool,
+    /// From the IMU to the antenna: forward, right, down, m [default: that of the recording, else
+    /// of the unit]
+    #[arg(
+        long,
+        value_name = "X,Y,Z",
+        value_delimiter = ',',
+        allow_hyphen_values = true
+    )]
+    lever_arm: Vec<f64>,
+    /// Rough heading at the first fix, deg clockwise from north, that helps to find the attitude
+    #[arg(long, value_name = "DEGREES", allow_hyphen_values = true)]
+    heading: Option<f64>,
+    /// Its standard deviation, deg
+    #[arg(
+        long,
+        value_name = "DEGREES",
+        default_value_t = 10.0,
+        requires = "heading"
+    )]
+    heading_sigma: f64,
+}
+
+impl TellOptions {
+    /// Puts into `record` what the options tell, else what the unit tells.
+    pub(super) fn tell(&self, record: &mut Record, unit: &Unit) -> Result<(), Error> {
+        if let Some(told) = self.time_offset {
+            let told = within("--time-offset", told, [-1e9, 1e9])?;
+            record.move_fixes(told - record.told_offset_s.unwrap_or(0.0));
+            record.told_offset_s = Some(told);
+        }
+        let metres = |arm: &[f64; 3]| arm.iter().all(|x| x.abs() <= 100.0);
+        match (
+            <[f64; 3]>::try_from(&self.lever_arm[..]),
+            &self.lever_arm[..],
+        ) {
+            (Ok(arm), _) if metres(&arm) => record.lever_arm_m = arm,
+            (Err(_), []) if record.lever_arm_m == [0.0; 3] => {
+                record.lever_arm_m = unit.receiver.lever_arm_m;
+            }
+            (Err(_), []) => {}
+            _ => {
+                return Err(refused(
+                    "--lever-arm",
+                    format!("is {:?}", self.lever_arm),
+                    "give forward,right,down in m, each -100 to 100",
+                ));
+            }
+        }
+        if let Some(heading) = self.heading {
+            let heading = within("--heading", heading, [-360.0, 360.0])?;
+            let sigma = within("--heading-sigma", self.heading_sigma, [0.01, 180.0])?;
+            record.rough_heading = Some([heading * DEG, sigma * DEG]);
+        }
+        Ok(())
+    }
+}
+
+/// Options that the unit file has replaced.
+#[derive(Debug, ClapArgs)]
+pub(super) struct OldWords {
+    /// Refused
+    #[arg(long, hide = true, value_parser = renamed("write gyro.bias_turn_on_dph into a unit file and give --unit FILE.toml"))]
+    gyro_bias: Option<String>,
+    /// Refused
+    #[arg(long, hide = true, value_parser = renamed("write accel.bias_turn_on_ug into a unit file and give --unit FILE.toml"))]
+    accel_bias: Option<String>,
+    /// Refused
+    #[arg(long, hide = true, value_parser = renamed("write gyro.angle_random_walk_dpsqrth into a unit file and give --unit FILE.toml"))]
+    arw: Option<String>,
+    /// Refused
+    #[arg(long, hide = true, value_parser = renamed("write accel.velocity_random_walk_ugpsqrthz into a unit file and give --unit FILE.toml"))]
+    vrw: Option<String>,
+}

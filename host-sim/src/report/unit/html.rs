@@ -1,0 +1,98 @@
+//! The page: one file with its style, its pictures and a script inside. It fetches nothing.
+//!
+//! Without the script everything can be read. The script adds zooming and reading of values.
+
+use super::{Document, Figure, Part, Table};
+use crate::error::Error;
+use crate::report::html::{frame, verdict};
+use crate::report::text::unbroken;
+use maud::{Markup, PreEscaped, html};
+
+/// The whole page.
+///
+/// # Errors
+/// [`Error::Drawing`].
+pub(super) fn page(document: &Document) -> Result<String, Error> {
+    let parts = document.parts.iter().map(part);
+    let parts = parts.collect::<Result<Vec<Markup>, Error>>()?;
+    let body = html! {
+        @if let Some(date) = &document.date { p.sub { (date) } }
+        (verdict(&document.verdict))
+        p.sub {
+            a href=(super::PDF) { "the same as PDF" }
+            @if document.weights.is_some() { ", " a href=(super::WEIGHTS) { "weights" } }
+        }
+        nav {
+            ul {
+                @for part in &document.parts {
+                    li { a href={ "#" (part.id) } { (part.title) } }
+                }
+            }
+        }
+        @for part in parts { (part) }
+        style { (PreEscaped(include_str!("unit.css"))) }
+        script { (PreEscaped(include_str!("plots.js"))) }
+    };
+    Ok(frame(&document.title, &body).into_string())
+}
+
+fn part(part: &Part) -> Result<Markup, Error> {
+    let figures = part.figures.iter().map(figure);
+    let figures = figures.collect::<Result<Vec<Markup>, Error>>()?;
+    Ok(html! {
+        h2 id=(part.id) { (part.title) }
+        @if let Some(why) = &part.left_out { p.sub { "Left out: " (why) } }
+        @match part.sentences.as_slice() {
+            [] => {}
+            [only] => p { (unbroken(only)) }
+            all => ul.said { @for sentence in all { li { (unbroken(sentence)) } } }
+        }
+        @for t in &part.tables { (table(t)) }
+        @for figure in figures { (figure) }
+        @for command in &part.commands { pre { (command) } }
+    })
+}
+
+fn table(table: &Table) -> Markup {
+    let text = |column: usize| table.is_text(column);
+    html! {
+        div.wide {
+            table.figures[!table.head.is_empty()].pairs[table.head.is_empty()] {
+                @if let Some(caption) = &table.caption { caption { (caption) } }
+                @if !table.head.is_empty() {
+                    thead {
+                        tr {
+                            @for (k, name) in table.head.iter().enumerate() {
+                                th.text[text(k)] { (name) }
+                            }
+                        }
+                    }
+                }
+                tbody {
+                    @for row in &table.rows {
+                        tr {
+                            @for (k, cell) in row.iter().enumerate() {
+                                td.text[text(k)] { (cell) }
+                            }
+                        }
+                    }
+                }
+            }
+        }
+    }
+}
+
+fn figure(figure: &Figure) -> Result<Markup, Error> {
+    let svg = figure.picture.svg(figure.name, &figure.title)?;
+    // '<' would end the script element
+    let data = figure.picture.data().to_string().replace('<', "\\u003c");
+    Ok(html! {
+        section {
+            figure.plot {
+                div.sheet { (PreEscaped(svg)) }
+                figcaption { b { (figure.title) ". " } (unbroken(&figure.caption)) }
+                script type="application/json" { (PreEscaped(data)) }
+            }
+        }
+    })
+}

@@ -1,0 +1,68 @@
+//! What corrections can do at worst.
+
+use super::super::{Contents, Part, Table};
+use super::benches;
+use firmware::error_bound::TIMES_S;
+use serde_json::json;
+
+const TITLE: &str = "Bound of the harm";
+
+pub(super) fn part(contents: &Contents) -> Part {
+    let head = ["case".to_owned()].into_iter();
+    let head = head.chain(TIMES_S.iter().map(|s| format!("{} min, m", s / 60)));
+    let mut sentences = vec![];
+    let mut rows: Vec<(String, [u32; 5])> = vec![];
+    let mut why = None;
+    match benches(contents) {
+        Ok(benches) => {
+            for (outcome, bench) in benches {
+                let text = format!("{}.", capital(&bench.bound));
+                if !sentences.contains(&text) {
+                    sentences.push(text);
+                }
+                rows.push((super::case(outcome), bench.bound_m));
+            }
+        }
+        Err(text) => why = Some(text.to_owned()),
+    }
+    if let Some(device) = &contents.device {
+        why = match device.info.configured {
+            true => {
+                rows.push(("device".into(), device.info.error_bound_m));
+                None
+            }
+            false => Some("a device without a configuration corrects nothing".into()),
+        };
+    }
+    if let Some(why) = why {
+        return Part::without("bound", TITLE, &why);
+    }
+    let data = rows
+        .iter()
+        .map(|(case, metres)| json!({ "case": case, "metres": metres }));
+    Part {
+        data: data.collect(),
+        sentences,
+        tables: vec![Table {
+            caption: Some(
+                "Most metres that corrections within their limits add to a free-inertial position, \
+                 so long after an alignment"
+                    .into(),
+            ),
+            head: head.collect(),
+            rows: rows
+                .iter()
+                .map(|(case, of)| [case.clone()].into_iter().chain(of.map(|m| m.to_string())).collect())
+                .collect(),
+            text: 1,
+        }],
+        ..Part::new("bound", TITLE)
+    }
+}
+
+/// With a capital letter at the beginning.
+fn capital(text: &str) -> String {
+    let mut chars = text.chars();
+    let first = chars.next().map(|c| c.to_uppercase().to_string());
+    first.unwrap_or_default() + chars.as_str()
+}
