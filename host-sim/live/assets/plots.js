@@ -6,6 +6,8 @@ const WINDOW = 30;
 /** Most points of what changes slowly; then every second one goes. */
 const MOST = 2048;
 const AXES = ["x", "y", "z"];
+/** The edge of a band. */
+const HIDDEN = { stroke: "transparent", width: 0, points: { show: false } };
 
 const colour = (name) => getComputedStyle(document.documentElement).getPropertyValue(`--${name}`).trim();
 const faint = (name) => `${colour(name)}33`;
@@ -32,7 +34,7 @@ class Plot {
 
   size() {
     const width = Math.max(200, this.place.clientWidth);
-    return { width, height: Math.max(120, this.place.clientHeight - 30) };
+    return { width, height: Math.max(120, this.place.clientHeight) };
   }
 
   resize() {
@@ -47,13 +49,13 @@ class Plot {
       font: "12px system-ui",
     };
     const options = {
-      ...this.size(), bands, series: [{ label: "time", value: (_, v) => (v == null ? "" : clock(v)) }, ...series],
-      scales: { x: { time: false }, y: this.options.y ?? {} },
+      ...this.size(), bands, series: [{}, ...series],
+      scales: { x: { time: false, range: this.options.x }, y: this.options.y ?? {} },
       axes: [
         { ...axis, values: (_, ticks) => ticks.map(clock) },
         { ...axis, size: 62, values: this.options.ticks },
       ],
-      legend: { live: false, show: true }, cursor: { drag: { x: true, y: false } },
+      legend: { show: false }, cursor: { drag: { x: true, y: false } },
     };
     this.plot = new uPlot(options, this.data, this.place);
     if (this.options.hooks) this.plot.hooks.draw = [this.options.hooks];
@@ -79,16 +81,14 @@ class Plot {
 
 /** Raw and corrected samples of three axes from `first` on. */
 export function samples(place, first) {
-  const hidden = (label) => ({ label, stroke: "transparent", width: 0, points: { show: false } });
   const plot = new Plot(place, () => ({
     series: AXES.flatMap((axis) => [
-      { label: `${axis} raw`, stroke: colour(axis), width: 1, dash: [3, 3], points: { show: false } },
-      { label: axis, stroke: colour(axis), width: 1.6, points: { show: false } },
-      hidden(`${axis} least`), hidden(`${axis} greatest`),
+      { stroke: colour(axis), width: 1, dash: [3, 3], points: { show: false } },
+      { stroke: colour(axis), width: 1.6, points: { show: false } },
+      HIDDEN, HIDDEN,
     ]),
     bands: AXES.map((axis, k) => ({ series: [4 * k + 4, 4 * k + 3], fill: faint(axis) })),
-  }));
-  plot.place.classList.add("samples");
+  }), { x: (_, low, high) => (high == null ? [0, WINDOW] : [Math.min(low, high - WINDOW), high]) });
   return Object.assign(plot, {
     add(t, raw, corrected) {
       const values = [t];
@@ -110,12 +110,11 @@ function halved(plot) {
 
 /** Estimated errors with their standard deviations, and the correction in force. */
 export function errors(place, first) {
-  const hidden = (label) => ({ label, stroke: "transparent", width: 0, points: { show: false } });
   const plot = new Plot(place, () => ({
     series: AXES.flatMap((axis) => [
-      { label: axis, stroke: colour(axis), width: 1.6, points: { show: false } },
-      hidden(`${axis} less sigma`), hidden(`${axis} and sigma`),
-      { label: `${axis} in force`, stroke: colour(axis), width: 1, dash: [5, 3], points: { show: false } },
+      { stroke: colour(axis), width: 1.6, points: { show: false } },
+      HIDDEN, HIDDEN,
+      { stroke: colour(axis), width: 1, dash: [5, 3], points: { show: false } },
     ]),
     bands: AXES.map((axis, k) => ({ series: [4 * k + 3, 4 * k + 2], fill: faint(axis) })),
   }));
@@ -149,7 +148,6 @@ export function wealth(place) {
   };
   const plot = new Plot(place, () => ({
     series: names.map((k) => ({
-      label: document.querySelector(`#trials .c${k} th`)?.textContent ?? `candidate ${k}`,
       stroke: colour(`c${k}`), width: k === 0 ? 0.8 : 1.6, points: { show: false },
     })),
     bands: [],

@@ -44,7 +44,7 @@ pub struct Options {
     /// Samples a second of the simulated sensor; without it those of the unit
     #[arg(long, value_name = "HZ", requires = "simulate")]
     pub rate: Option<f64>,
-    /// Length of the simulated drive, s, the first 300 at rest
+    /// Length of the simulated drive, s, the first 60 at rest
     #[arg(long, default_value_t = 1800, requires = "simulate")]
     #[arg(value_parser = clap::value_parser!(u32).range(2..=4000))]
     pub seconds: u32,

@@ -23,7 +23,7 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 /// How long the vehicle stands before each drive, s.
-const STANDS_S: u32 = 300;
+const STANDS_S: u32 = 60;
 /// The thread sleeps so long between its turns, simulated or not.
 const TURN: Duration = Duration::from_millis(1);
 
