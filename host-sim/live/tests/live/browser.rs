@@ -119,8 +119,8 @@ fn order(page: &mut Chromium, selector: &str, answer: &str) {
 fn configure(page: &mut Chromium, text: &str, answer: &str) {
     let text = serde_json::to_string(text).unwrap();
     page.value(&format!(
-        "const files = new DataTransfer(); files.items.add(new File([{text}], 'unit.toml')); \
-         document.getElementById('unit-file').files = files.files; undefined"
+        "{{ const files = new DataTransfer(); files.items.add(new File([{text}], 'unit.toml')); \
+         document.getElementById('unit-file').files = files.files; }}"
     ));
     order(page, "#configure", answer);
 }
@@ -194,14 +194,14 @@ fn a_board_is_seen_steered_lost_and_found() {
     }
     corrections_are_seen(&mut page);
     alignment_is_told(&mut page);
-    lost_and_found(&mut board, &mut page);
 
     // silence is a fault, and not a frame is missing
-    mode(&mut page, "bypass");
     let frames = sensor.end();
     page.waits_for("!!document.querySelector('[data-fault=SILENT]')");
     let count = "document.querySelector('[data-counter=frames] td').textContent";
     page.waits_for(&format!("{count} === '{frames}'"));
+    lost_and_found(&mut board, &mut page);
+    mode(&mut page, "bypass");
     drop(page);
     assert_eq!(server.interrupt(), Some(0));
     let mut link = Link::open("--port", &command, 0).unwrap();
@@ -215,14 +215,11 @@ fn corrections_are_seen(page: &mut Chromium) {
     page.waits_for("Number(document.getElementById('difference-0').textContent) !== 0");
     page.waits_for("document.getElementById('acts').textContent === 'corrections act now'");
     for axis in 0..6 {
-        // a corrected value cannot hold parts of a count, the next one carries them
+        // a corrected value cannot hold parts of a count, the next one carries them; and the page
+        // knows the correction twice a second, which counts while it fades in
         let within = COUNT[axis / 3] * RATE;
-        let raw = number(page, &format!("raw-{axis}"));
-        assert!(
-            (raw - sent(axis)).abs() < within,
-            "{axis}: {raw}, {}",
-            sent(axis)
-        );
+        let shown = format!("Number(document.getElementById('raw-{axis}').textContent)");
+        page.waits_for(&format!("Math.abs({shown} - {}) < {within}", sent(axis)));
     }
     mode(page, "shadow");
     page.waits_for("document.getElementById('acts').textContent === 'no correction acts'");

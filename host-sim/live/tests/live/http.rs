@@ -132,17 +132,22 @@ fn what_cannot_be_had_is_said_with_its_remedy() {
     let closed = "tcp:127.0.0.1:1";
     for (args, words) in [
         (
-            &["--simulate", "--listen", &port][..],
+            &["--simulate", "--seconds", "5", "--listen", &port][..],
             "--listen 127.0.0.1:",
         ),
         (
             &["--device", closed, "--listen", "127.0.0.1:0"],
             "--device tcp:127.0.0.1:1: does not",
         ),
-        (&["--simulate", "--unit", "no-such"], "no-such"),
+        (
+            &["--simulate", "--seconds", "5", "--unit", "no-such"],
+            "no-such",
+        ),
         (
             &[
                 "--simulate",
+                "--seconds",
+                "5",
                 "--unit",
                 "adis16505",
                 "--listen",
@@ -151,11 +156,27 @@ fn what_cannot_be_had_is_said_with_its_remedy() {
             "serial line",
         ),
         (
-            &["--simulate", "--listen", "127.0.0.1:0", "--foxglove", &port],
+            &[
+                "--simulate",
+                "--seconds",
+                "5",
+                "--listen",
+                "127.0.0.1:0",
+                "--foxglove",
+                &port,
+            ],
             "--foxglove",
         ),
         (
-            &["--simulate", "--listen", "127.0.0.1:0", "--mcap", existing],
+            &[
+                "--simulate",
+                "--seconds",
+                "5",
+                "--listen",
+                "127.0.0.1:0",
+                "--mcap",
+                existing,
+            ],
             "--mcap",
         ),
         (&["--device", closed, "--key", "/no/such.key"], "such.key"),
