@@ -1,6 +1,6 @@
 //! What the page's buttons say.
 
-use firmware::control::{Alignment, Mode};
+use firmware::control::{Alignment, Mode, Reason};
 use firmware::fix::Heading;
 use firmware::wire::command::Request;
 use host_sim::device::{Link, MODES, configure, mode_name, store};
@@ -9,7 +9,13 @@ use host_sim::unit::Unit;
 use serde::Deserialize;
 use std::fs;
 use std::path::Path;
+use std::thread;
+use std::time::{Duration, Instant};
 use tokio::sync::oneshot;
+
+/// A device that has other work to finish is asked again after this time, and so long.
+const AGAIN: Duration = Duration::from_millis(50);
+const PATIENCE: Duration = Duration::from_secs(5);
 
 /// What was done, or why not, in words.
 pub type Reply = Result<String, String>;
@@ -70,8 +76,7 @@ impl Order {
                 let done = link.order(&Request::Heading(heading));
                 done.map(|()| format!("the heading {deg} deg is taken"))
             }
-            Self::CommitLearnt => link
-                .order(&Request::CommitLearnt)
+            Self::CommitLearnt => patiently(link, &Request::CommitLearnt)
                 .map(|()| "the learnt weights are in use; store keeps them".into()),
             Self::Store => link.health().and_then(|health| {
                 store(link, health.mode)?;
@@ -80,6 +85,18 @@ impl Order {
             Self::Configure { unit, store } => return configured(link, unit, *store),
         };
         done.map_err(|error| error.to_string())
+    }
+}
+
+/// Gives an order that waits for the learner's work, as long as a person does.
+fn patiently(link: &mut Link, request: &Request) -> Result<(), Error> {
+    let begun = Instant::now();
+    loop {
+        match link.try_order(request)? {
+            Ok(()) => return Ok(()),
+            Err(Reason::Busy) if begun.elapsed() < PATIENCE => thread::sleep(AGAIN),
+            Err(_) => return link.order(request), // the refusal in words
+        }
     }
 }
 
@@ -98,7 +115,7 @@ fn align(link: &mut Link, finished: bool) -> Result<String, Error> {
     } else {
         (Alignment::Started, "the alignment has begun")
     };
-    link.order(&Request::Alignment(alignment))?;
+    patiently(link, &Request::Alignment(alignment))?;
     Ok(words.into())
 }
 

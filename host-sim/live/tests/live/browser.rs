@@ -32,6 +32,7 @@ serial = 'N25581'
 format = 'stim300'
 rate_hz = 250
 baud = 460800
+silence_ms = 2000
 [gyro]
 bias_turn_on_dph = 10
 bias_in_run_dph = 0.5
@@ -193,13 +194,13 @@ fn a_board_is_seen_steered_lost_and_found() {
         }
     }
     corrections_are_seen(&mut page);
-    alignment_is_told(&mut page);
 
     // silence is a fault, and not a frame is missing
     let frames = sensor.end();
     page.waits_for("!!document.querySelector('[data-fault=SILENT]')");
     let count = "document.querySelector('[data-counter=frames] td').textContent";
     page.waits_for(&format!("{count} === '{frames}'"));
+    alignment_is_told(&mut page);
     lost_and_found(&mut board, &mut page);
     mode(&mut page, "bypass");
     drop(page);

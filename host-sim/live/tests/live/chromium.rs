@@ -126,7 +126,7 @@ impl Chromium {
         let begun = Instant::now();
         while self.value(expression) != true {
             if begun.elapsed() > PATIENCE {
-                let page = self.value("document.body.innerText");
+                let page = self.value("document.body.innerText.slice(-1500)");
                 panic!("{expression} does not come: {page}");
             }
             std::thread::sleep(Duration::from_millis(50));
