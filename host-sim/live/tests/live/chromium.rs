@@ -1,9 +1,11 @@
 //! Headless Chromium through its DevTools protocol, as far as these tests need it: open a page, run
 //! JavaScript in it. A crate with the whole protocol compiles for a minute; this needs two commands.
 
+use base64::prelude::{BASE64_STANDARD, Engine};
 use serde_json::{Value, json};
 use std::io::{BufRead, BufReader};
 use std::net::TcpStream;
+use std::path::Path;
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 use tempfile::TempDir;
@@ -12,6 +14,8 @@ use tungstenite::{Message, WebSocket};
 
 /// Environment variable that makes a missing browser an error instead of a skipped test.
 const REQUIRE: &str = "LRNN_REQUIRE_BROWSER";
+/// Environment variable with the folder into which pictures are written.
+const PICTURES: &str = "LRNN_PICTURES";
 /// Names of the program.
 const NAMES: [&str; 3] = ["chromium", "chromium-browser", "google-chrome"];
 /// How long the page may take to show what is waited for.
@@ -145,6 +149,18 @@ impl Chromium {
             "width": width, "height": height, "deviceScaleFactor": 1, "mobile": width < 600,
         });
         self.call("Emulation.setDeviceMetricsOverride", size);
+    }
+
+    /// Writes the picture of the page as it stands in its window, where [`PICTURES`] asks for it.
+    pub fn picture(&mut self, name: &str) {
+        let Some(folder) = std::env::var_os(PICTURES) else {
+            return;
+        };
+        std::thread::sleep(Duration::from_secs(1)); // until it is drawn
+        let picture = self.call("Page.captureScreenshot", json!({"format": "png"}));
+        let text = picture["data"].as_str().unwrap_or_default();
+        let bytes = BASE64_STANDARD.decode(text).unwrap();
+        std::fs::write(Path::new(&folder).join(name), bytes).unwrap();
     }
 
     /// Prefers dark colours from now on.
