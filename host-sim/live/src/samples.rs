@@ -12,6 +12,26 @@ const WRAPPED: [f64; 2] = [100.0, 1000.0];
 /// One sample: rates of the axes x, y, z, rad/s, then specific forces, m/s2.
 pub type Sample = [f64; 6];
 
+/// What tells a sample from those around it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Key {
+    /// The sensor's counter.
+    Counter(u16),
+    /// The time in the frame, s.
+    Time(f64),
+    /// Nothing: the samples count by their order.
+    Order,
+}
+
+/// A sample that was found.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Found {
+    /// What tells it from others.
+    pub key: Key,
+    /// Its values.
+    pub sample: Sample,
+}
+
 /// Finds the samples in a line's bytes.
 pub struct Decoder {
     settings: Settings,
@@ -45,7 +65,7 @@ impl Decoder {
     }
 
     /// Gives the samples that end in these bytes to `take`.
-    pub fn push(&mut self, bytes: &[u8], mut take: impl FnMut(Sample)) {
+    pub fn push(&mut self, bytes: &[u8], mut take: impl FnMut(Found)) {
         for piece in bytes.chunks(PIECE) {
             match &mut self.finder {
                 Finder::Detects(detector) => {
@@ -70,9 +90,10 @@ impl Decoder {
 }
 
 /// The sample of a frame; `None` when its units are not known, or it is the first integrated one.
-fn sample(frame: &Checked, settings: &Settings, last: &mut Option<[f64; 6]>) -> Option<Sample> {
+fn sample(frame: &Checked, settings: &Settings, last: &mut Option<[f64; 6]>) -> Option<Found> {
     let stream = frame.source().stream(settings, frame.content())?;
-    let values: [f64; 6] = match frame.read().ok()?.sample {
+    let reading = frame.read().ok()?;
+    let values: [f64; 6] = match reading.sample {
         RawSample::Counts { gyro, accel } => six(gyro, accel),
         RawSample::Floats { gyro, accel } => six(gyro, accel),
     };
@@ -91,7 +112,12 @@ fn sample(frame: &Checked, settings: &Settings, last: &mut Option<[f64; 6]>) -> 
             return None;
         }
     }
-    Some(si)
+    let key = match (reading.counter, reading.time) {
+        (Some(counter), _) => Key::Counter(counter),
+        (None, Some(time)) => Key::Time(time),
+        (None, None) => Key::Order,
+    };
+    Some(Found { key, sample: si })
 }
 
 fn six<T: Into<f64> + Copy>([a, b, c]: [T; 3], [x, y, z]: [T; 3]) -> [f64; 6] {
@@ -123,7 +149,7 @@ mod tests {
         assert!(known.len() > 200 && detected.len() > known.len() - 20);
         assert_eq!(known.last(), detected.last());
         let mean = |axis: usize| {
-            let all = known.iter().map(|sample| sample[axis]);
+            let all = known.iter().map(|found| found.sample[axis]);
             all.sum::<f64>() / known.len() as f64
         };
         assert!((mean(5) + 9.81).abs() < 0.02, "{}", mean(5));

@@ -160,16 +160,22 @@ impl Taps {
                 samples.push(sample);
             });
             let mut state = self.state();
-            for sample in &samples {
-                match side {
-                    Side::Raw => state.raw.take(sample),
-                    Side::Corrected => {
-                        state.corrected.take(sample);
-                        if !self.has_sensor {
-                            let raw = std::array::from_fn(|i| sample[i] + state.in_force[i]);
-                            state.raw.take(&raw);
-                        }
-                    }
+            let State {
+                raw,
+                corrected,
+                pairs,
+                in_force,
+                ..
+            } = &mut *state;
+            for found in &samples {
+                if self.has_sensor {
+                    pairs.push(side, *found, |side, sample| match side {
+                        Side::Raw => raw.take(sample),
+                        Side::Corrected => corrected.take(sample),
+                    });
+                } else {
+                    corrected.take(&found.sample);
+                    raw.take(&std::array::from_fn(|i| found.sample[i] + in_force[i]));
                 }
             }
             let changed = state.told != told;

@@ -143,7 +143,10 @@ mod tests {
         let [s, c] = [30f64, 30.0].map(|deg| (deg / 2.0).to_radians());
         let near = |q: [f64; 4], deg: [f64; 3]| {
             let got = attitude(q);
-            assert!(got.iter().zip(deg).all(|(a, b)| (a - b).abs() < 1e-9), "{got:?}");
+            assert!(
+                got.iter().zip(deg).all(|(a, b)| (a - b).abs() < 1e-9),
+                "{got:?}"
+            );
         };
         let (s, c) = (s.sin(), c.cos());
         near([c, s, 0.0, 0.0], [30.0, 0.0, 0.0]);

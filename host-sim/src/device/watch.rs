@@ -213,11 +213,7 @@ impl Status {
     ///
     /// # Errors
     /// As [`Link::ask`].
-    pub fn ask(
-        link: &mut Link,
-        begun: Instant,
-        last: &mut Option<Counted>,
-    ) -> Result<Self, Error> {
+    pub fn ask(link: &mut Link, begun: Instant, last: &mut Option<Counted>) -> Result<Self, Error> {
         let (health, counters) = (link.health()?, link.counters()?);
         let antenna = link.antenna()?.map(Antenna::from);
         let now = Instant::now();
