@@ -88,7 +88,7 @@ export function samples(place, first) {
       HIDDEN, HIDDEN,
     ]),
     bands: AXES.map((axis, k) => ({ series: [4 * k + 4, 4 * k + 3], fill: faint(axis) })),
-  }), { x: (_, low, high) => (high == null ? [0, WINDOW] : [Math.min(low, high - WINDOW), high]) });
+  }), { x: (_, _low, high) => [Math.max(0, (high ?? 0) - WINDOW), Math.max(high ?? 0, WINDOW)] });
   return Object.assign(plot, {
     add(t, raw, corrected) {
       const values = [t];

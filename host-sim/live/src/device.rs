@@ -214,26 +214,24 @@ impl Device {
     }
 }
 
-/// Carries out what the buttons say until it is time to look again. False: the server ends.
+/// Waits until it is time to look again, or until a button says something, which is carried out.
+/// False: the server ends.
 fn serve(due: Instant, found: &mut Option<Found>, around: &Around) -> bool {
-    loop {
-        let left = due.saturating_duration_since(Instant::now());
-        match around.orders.recv_timeout(left) {
-            Ok(given) => {
-                let done = match found {
-                    Some(found) => given.order.carry_out(&mut found.link),
-                    None => Err("the device is lost; remedy: wait until it is found again".into()),
-                };
-                let words = done.as_ref().map_or_else(Clone::clone, Clone::clone);
-                around.record.log(&words, done.is_err());
-                let _ = given.reply.send(done); // the page may be gone
-                if let Some(found) = found {
-                    found.rounds = 0;
-                }
-                return true;
-            }
-            Err(RecvTimeoutError::Timeout) => return true,
-            Err(RecvTimeoutError::Disconnected) => return false,
+    let left = due.saturating_duration_since(Instant::now());
+    let given = match around.orders.recv_timeout(left) {
+        Ok(given) => given,
+        Err(RecvTimeoutError::Timeout) => return true,
+        Err(RecvTimeoutError::Disconnected) => return false,
+    };
+    let done = match found {
+        Some(found) => {
+            found.rounds = 0; // what the device is may have changed
+            given.order.carry_out(&mut found.link)
         }
-    }
+        None => Err("the device is lost; remedy: wait until it is found again".into()),
+    };
+    let words = done.as_ref().map_or_else(Clone::clone, Clone::clone);
+    around.record.log(&words, done.is_err());
+    let _ = given.reply.send(done); // the page may be gone
+    true
 }

@@ -13,6 +13,7 @@ mod device;
 mod history;
 mod hub;
 mod options;
+mod pairs;
 mod record;
 mod samples;
 mod serve;

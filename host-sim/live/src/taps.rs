@@ -4,6 +4,7 @@
 //! line that breaks is opened again once a second.
 
 use crate::hub::Hub;
+use crate::pairs::Pairs;
 use crate::record::Record;
 use crate::samples::{Decoder, Sample};
 use crate::window::{Gather, Window};
@@ -68,6 +69,8 @@ struct State {
     told: Told,
     raw: Gather,
     corrected: Gather,
+    /// Samples of one line that wait for those of the other.
+    pairs: Pairs,
     /// Correction in force, rad/s and m/s2: what makes raw samples of corrected ones.
     in_force: Sample,
     /// Why a line is not heard.
@@ -104,6 +107,7 @@ impl Taps {
                 told,
                 raw: Gather::NOTHING,
                 corrected: Gather::NOTHING,
+                pairs: Pairs::default(),
                 in_force: [0.0; 6],
                 broken: [None, None],
             }),
@@ -182,7 +186,7 @@ impl Taps {
             drop(state);
             samples
                 .drain(..)
-                .for_each(|of| self.record.sample(side, &of));
+                .for_each(|of| self.record.sample(side, &of.sample));
             if changed {
                 return Ok(());
             }

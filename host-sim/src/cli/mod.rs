@@ -20,6 +20,7 @@ mod output;
 mod progress;
 mod replay;
 mod run;
+mod serve;
 mod simulate;
 mod soak;
 mod source;
@@ -66,6 +67,8 @@ enum Command {
     Device(device::Args),
     /// Send a drive to a board and compare its output with software in the loop
     Hil(hil::Args),
+    /// Show what a device does, live: a page in the browser, Foxglove, MCAP recordings
+    Serve(serve::Args),
     /// Write a simulated session as CSV files, for other tools
     Simulate(simulate::Args),
     /// Run the device for hours with random faults of every kind, and check what leaves
@@ -94,6 +97,7 @@ impl Cli {
             Some(Command::Convert(args)) => args.run(),
             Some(Command::Device(args)) => args.run(),
             Some(Command::Hil(args)) => args.run(),
+            Some(Command::Serve(args)) => args.run(),
             Some(Command::Simulate(args)) => args.run(),
             Some(Command::Soak(args)) => args.run(),
             Some(Command::Start(args)) => args.run(),

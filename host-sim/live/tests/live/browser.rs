@@ -295,6 +295,16 @@ fn a_simulated_device_is_shown_at_any_width() {
     if std::env::var_os("LRNN_PICTURES").is_some() {
         page.waits_for("/proved/.test(document.getElementById('trials').textContent)");
     }
+    // nothing is corrected before the next power-on, and each sample is compared with itself
+    for _ in 0..20 {
+        for axis in 0..6 {
+            assert_eq!(
+                number(&mut page, &format!("difference-{axis}")),
+                0.0,
+                "{axis}"
+            );
+        }
+    }
     for (width, height) in [(1400, 1960), (390, 3900)] {
         page.resize(width, height);
         let fits = "document.documentElement.scrollWidth <= innerWidth";
