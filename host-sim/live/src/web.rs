@@ -245,6 +245,3 @@ async fn order(
         ),
     }
 }
-
-#[cfg(test)]
-mod tests;
